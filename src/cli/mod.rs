@@ -1,0 +1,76 @@
+//! The command line: one file per subcommand; argument parsing and printing only.
+
+mod compare;
+mod reference;
+mod scene;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+/// Why a command ended without doing its work.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum CliError {
+    /// The arguments or the input are wrong: exit code 2.
+    #[error("{0}")]
+    Input(Box<dyn std::error::Error + Send + Sync>),
+    /// The work failed: exit code 1.
+    #[error("{0}")]
+    Failed(Box<dyn std::error::Error + Send + Sync>),
+}
+
+impl CliError {
+    /// Bad arguments or input.
+    pub(crate) fn input(error: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> Self {
+        CliError::Input(error.into())
+    }
+
+    /// Failed work.
+    pub(crate) fn failed(error: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> Self {
+        CliError::Failed(error.into())
+    }
+}
+
+/// Real-time global illumination techniques side by side, measured against ground truth.
+#[derive(Parser)]
+#[command(version, about)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+    /// Print errors only: no warnings, no progress.
+    #[arg(long, global = true)]
+    quiet: bool,
+}
+
+#[derive(clap::Subcommand)]
+enum Command {
+    Scene(scene::Args),
+    Reference(reference::Args),
+    Compare(compare::Args),
+}
+
+/// Parses the command line, runs the subcommand, and says in one line (then one per cause) what went wrong.
+pub(crate) fn run() -> ExitCode {
+    let cli = Cli::parse();
+    let level = if cli.quiet { log::LevelFilter::Error } else { log::LevelFilter::Warn };
+    env_logger::Builder::new().filter_level(level).format_timestamp(None).format_target(false).init();
+    let result = match cli.command {
+        Command::Scene(args) => scene::run(&args),
+        Command::Reference(args) => reference::run(&args, cli.quiet),
+        Command::Compare(args) => compare::run(&args),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            let mut cause = match &error {
+                CliError::Input(inner) | CliError::Failed(inner) => inner.source(),
+            };
+            while let Some(inner) = cause {
+                eprintln!("  caused by: {inner}");
+                cause = inner.source();
+            }
+            ExitCode::from(if matches!(error, CliError::Input(_)) { 2 } else { 1 })
+        }
+    }
+}

@@ -1,0 +1,3 @@
+//! Lumivox.
+pub mod image;
+pub mod scene;

@@ -1,0 +1,47 @@
+//! The pinhole camera.
+
+use glam::{Mat4, Vec3};
+
+/// A pinhole camera; right-handed, looking along −z of its view space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    /// Position [m].
+    pub eye: Vec3,
+    /// Point looked at [m].
+    pub target: Vec3,
+    /// Up direction, not parallel to the view direction.
+    pub up: Vec3,
+    /// Vertical field of view [degrees], 1 to 175.
+    pub vfov_deg: f32,
+}
+
+impl Default for Camera {
+    fn default() -> Self {
+        Camera { eye: Vec3::new(0.0, 0.0, 1.0), target: Vec3::ZERO, up: Vec3::Y, vfov_deg: 60.0 }
+    }
+}
+
+impl Camera {
+    /// Orthonormal right, up and forward directions in world space.
+    pub fn basis(&self) -> [Vec3; 3] {
+        let forward = (self.target - self.eye).normalize();
+        let right = forward.cross(self.up).normalize();
+        [right, right.cross(forward), forward]
+    }
+
+    /// Unit direction of the ray through a pixel position; (0, 0) is the top left corner of the image, (`width`, `height`) the bottom right.
+    pub fn ray_direction(&self, x_px: f32, y_px: f32, width: u32, height: u32) -> Vec3 {
+        let [right, up, forward] = self.basis();
+        let tan_y = (0.5 * self.vfov_deg.to_radians()).tan();
+        let tan_x = tan_y * width as f32 / height as f32;
+        let x = 2.0 * x_px / width as f32 - 1.0;
+        let y = 1.0 - 2.0 * y_px / height as f32;
+        (forward + right * (x * tan_x) + up * (y * tan_y)).normalize()
+    }
+
+    /// World space to Vulkan clip space (y down, depth 0 at `near_m` to 1 at `far_m`).
+    pub fn clip_from_world(&self, aspect: f32, near_m: f32, far_m: f32) -> Mat4 {
+        glam::camera::rh::proj::vulkan::perspective(self.vfov_deg.to_radians(), aspect, near_m, far_m)
+            * glam::camera::rh::view::look_at_mat4(self.eye, self.target, self.up)
+    }
+}

@@ -1,0 +1,103 @@
+//! The scene on the CPU: what every renderer in this crate, GPU technique or reference, is given.
+//!
+//! Lengths are metres, +y is up, light is linear RGB in the units of [`crate`]'s radiometric contract.
+//! Triangles are sorted by material, so that a material is one contiguous range ([`Scene::batches`]).
+
+mod camera;
+mod light;
+mod material;
+mod texture;
+
+pub use camera::Camera;
+pub use light::Light;
+pub use material::{Material, Specular};
+pub use texture::{Texture, TextureKind};
+
+use glam::Vec3;
+
+/// One vertex, laid out as the shaders read it: two 16-byte rows.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct Vertex {
+    /// World-space position [m].
+    pub position: [f32; 3],
+    /// First texture coordinate, to the right.
+    pub u: f32,
+    /// Unit shading normal in world space.
+    pub normal: [f32; 3],
+    /// Second texture coordinate, upwards (OBJ convention: v = 0 is the bottom row of the picture).
+    pub v: f32,
+}
+
+/// One triangle: three vertices, counter-clockwise from the front, and its material.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct Triangle {
+    /// Indices into [`Scene::vertices`].
+    pub vertices: [u32; 3],
+    /// Index into [`Scene::materials`].
+    pub material: u32,
+}
+
+/// The triangles of one material.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Batch {
+    /// Index into [`Scene::materials`].
+    pub material: u32,
+    /// First triangle of the range.
+    pub first_triangle: u32,
+    /// Number of triangles in the range, at least one.
+    pub triangle_count: u32,
+}
+
+/// A whole scene, in world space.
+#[derive(Clone, Debug, Default)]
+pub struct Scene {
+    /// Name for reports: the file's stem or the bundled scene's name.
+    pub name: String,
+    /// All vertices.
+    pub vertices: Vec<Vertex>,
+    /// All triangles, sorted by material.
+    pub triangles: Vec<Triangle>,
+    /// All materials; none is unused, and there is at least one where there is a triangle.
+    pub materials: Vec<Material>,
+    /// All textures, each referred to by at least one material.
+    pub textures: Vec<Texture>,
+    /// All lights.
+    pub lights: Vec<Light>,
+    /// Constant radiance of the environment [W/(m² sr)].
+    pub environment: Vec3,
+    /// The camera.
+    pub camera: Camera,
+}
+
+impl Scene {
+    /// Smallest and largest corner of the bounding box [m]; `None` without triangles.
+    pub fn bounds(&self) -> Option<(Vec3, Vec3)> {
+        let mut corners = self.triangles.iter().flat_map(|triangle| triangle.vertices).map(|index| Vec3::from(self.vertices[index as usize].position));
+        let first = corners.next()?;
+        Some(corners.fold((first, first), |(low, high), corner| (low.min(corner), high.max(corner))))
+    }
+
+    /// The triangle ranges of the materials, in order.
+    pub fn batches(&self) -> Vec<Batch> {
+        let mut batches: Vec<Batch> = Vec::new();
+        for (index, triangle) in self.triangles.iter().enumerate() {
+            match batches.last_mut() {
+                Some(batch) if batch.material == triangle.material => batch.triangle_count += 1,
+                _ => batches.push(Batch { material: triangle.material, first_triangle: index as u32, triangle_count: 1 }),
+            }
+        }
+        batches
+    }
+
+    /// Whether any surface emits.
+    pub fn is_emissive(&self) -> bool {
+        self.materials.iter().any(|material| material.emission != Vec3::ZERO)
+    }
+
+    /// Whether any surface has a specular lobe.
+    pub fn is_glossy(&self) -> bool {
+        self.materials.iter().any(|material| material.specular.is_some())
+    }
+}
