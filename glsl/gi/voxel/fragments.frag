@@ -1,0 +1,15 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// voxel.fragments, methods `raster` and `raster-hw`: one invocation is one column of voxels along the triangle's dominant axis.
+#include "gi/voxel/emit.glsl"
+
+layout(location = 0) flat in uint triangle_index;
+
+void main() {
+    TriangleSetup s;
+    Attributes attributes;
+    if (!fetch_triangle(triangle_index, s, attributes)) return;
+    ivec2 column = ivec2(gl_FragCoord.xy) - s.base.xy;
+    if (any(lessThan(column, s.low.xy)) || any(greaterThan(column, s.high.xy))) return;
+    voxelize_column(s, column, attributes);
+}

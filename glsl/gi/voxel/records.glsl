@@ -1,0 +1,49 @@
+// Fragments (one triangle in one voxel) and voxels (all fragments of one voxel), as stored.
+#ifndef LUMIVOX_RECORDS
+#define LUMIVOX_RECORDS
+
+#include "shared/packing.glsl"
+
+// bits   0        16       32
+// xy     | x      | y      |  voxel coordinates
+// z_area | z      | area   |  area of the triangle inside the voxel, AREA_UNIT = one voxel face
+// normal | octahedral, 2×16 |
+// albedo | 10 | 10 | 10 |     square roots of the linear albedo
+// mean_position | 10 | 10 | 10 |   of the triangle's part inside the voxel, from the voxel's smallest corner
+// next   | index + 1 of the voxel's next fragment, 0 at the end |
+struct Fragment {
+    uint xy;
+    uint z_area;
+    uint normal;
+    uint albedo;
+    uint mean_position;
+    uint next;
+};
+
+// As Fragment, summed over the voxel's fragments and divided once by the total area. The mean normal is not of unit length.
+// area (16 bits) is a half float [voxel faces]; the largest |sum of area · normal| over the three axes is the coverage.
+struct Voxel {
+    uint xy;
+    uint z_area;
+    uint normal;              // 3×10 bits, (n + 1) / 2
+    uint albedo;
+    uint mean_position;       // area-weighted centroid, as in Fragment
+    uint coverage;            // fraction of the face seen along the dominant axis, 16-bit unorm
+};
+
+const float AREA_UNIT = 16384.0;
+
+vec3 voxel_coordinates(uint xy, uint z_area) {
+    return vec3(xy & 0xffffu, xy >> 16, z_area & 0xffffu);
+}
+
+vec3 unpack_mean_normal(uint packed) {
+    return unpack_unorm10(packed) * 2.0 - 1.0;
+}
+
+vec3 unpack_albedo(uint packed) {
+    vec3 root = unpack_unorm10(packed);
+    return root * root;
+}
+
+#endif

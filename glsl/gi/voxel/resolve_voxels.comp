@@ -1,0 +1,61 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// voxel.resolve: area-weighted means over the fragments of each voxel. Sums are 64-bit integers, so that they do not depend on the fragments' order,
+// and there is one division at the end.
+layout(local_size_x = 64) in;
+
+#include "gi/voxel/records.glsl"
+
+layout(constant_id = 0) const uint EMISSIVE = 0;
+layout(constant_id = 1) const uint COVERAGE = 0;   // 0: a touched voxel is opaque; 1: opacity is the covered fraction of its face
+
+layout(std430, set = 1, binding = 0) restrict readonly buffer Fragments { Fragment fragments[]; };
+layout(std430, set = 1, binding = 1) restrict readonly buffer FragmentEmission { uvec2 fragment_emission[]; };
+layout(std430, set = 1, binding = 2) restrict readonly buffer Heads { uint heads[]; };
+layout(std430, set = 1, binding = 3) restrict writeonly buffer Voxels { Voxel voxels[]; };
+layout(std430, set = 1, binding = 4) restrict writeonly buffer VoxelEmission { vec4 voxel_emission[]; };
+
+layout(push_constant) uniform Params { uint voxel_count; float emission_unit; } params;
+
+struct Sum { uvec3 low, high; };
+
+void add_product(inout Sum sum, uint weight, uvec3 value) {
+    uvec3 high, low, carry;
+    umulExtended(uvec3(weight), value, high, low);
+    sum.low = uaddCarry(sum.low, low, carry);
+    sum.high += high + carry;
+}
+
+vec3 mean(Sum sum, uint weight) {
+    return (vec3(sum.high) * 4294967296.0 + vec3(sum.low)) / float(weight);
+}
+
+void main() {
+    uint index = gl_GlobalInvocationID.x + gl_GlobalInvocationID.y * 4194240u;
+    if (index >= params.voxel_count) return;
+    Sum albedo = Sum(uvec3(0u), uvec3(0u)), normal = albedo, face = albedo, position = albedo, emission = albedo;
+    uint area = 0u, at = heads[index];
+    uint xy = fragments[at - 1u].xy, z = fragments[at - 1u].z_area & 0xffffu;
+    while (at != 0u) {
+        Fragment fragment = fragments[at - 1u];
+        uint weight = fragment.z_area >> 16;
+        vec3 n = unpack_unit(fragment.normal);
+        uvec3 root = unpack_uint10(fragment.albedo);
+        area += weight;
+        add_product(albedo, weight, root * root);
+        add_product(normal, weight, uvec3(round((n + 1.0) * 32767.0)));
+        add_product(face, weight, uvec3(round(abs(n) * 65535.0)));
+        add_product(position, weight, unpack_uint10(fragment.mean_position));
+        if (EMISSIVE != 0u) {
+            uvec2 e = fragment_emission[at - 1u];
+            add_product(emission, weight, uvec3(e.x & 0x1fffffu, e.y & 0x1fffffu, e.x >> 21 | (e.y >> 21) << 11));
+        }
+        at = fragment.next;
+    }
+    vec3 faces = mean(face, 1u) / (65535.0 * AREA_UNIT);
+    float covered = COVERAGE != 0u ? clamp(max(faces.x, max(faces.y, faces.z)), 1.0 / 255.0, 1.0) : 1.0;
+    vec3 mean_normal = mean(normal, area) / 32767.0 - 1.0;
+    voxels[index] = Voxel(xy, z | packHalf2x16(vec2(float(area) / AREA_UNIT, 0.0)) << 16, pack_unorm10(mean_normal * 0.5 + 0.5),
+                          pack_unorm10(sqrt(mean(albedo, area)) / 1023.0), pack_unorm10(mean(position, area) / 1023.0), uint(round(covered * 65535.0)));
+    if (EMISSIVE != 0u) voxel_emission[index] = vec4(mean(emission, area) * (params.emission_unit / 2097151.0), 0.0);
+}

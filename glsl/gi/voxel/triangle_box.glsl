@@ -1,0 +1,166 @@
+// Which voxels a triangle touches, and how much of it lies in each.
+//
+// The test is the separating axis theorem for a closed triangle and a closed unit box (Akenine-Möller 2001), arranged as in Schwarz & Seidel 2010,
+// section 3: a plane test and nine edge tests in the three coordinate projections. Every voxelization method ends in `touches`, so that all methods
+// give the same voxels bit for bit; `precise` keeps compilers from contracting one method's arithmetic and not another's.
+// Coordinates are voxels, with the axes permuted so that z is the triangle's dominant axis, relative to `base`.
+#ifndef LUMIVOX_TRIANGLE_BOX
+#define LUMIVOX_TRIANGLE_BOX
+
+struct TriangleSetup {
+    uint axis;                // dominant axis: 0 x, 1 y, 2 z
+    ivec3 base;               // permuted voxel coordinates of the local origin
+    vec3 v0, v1, v2;          // permuted vertices relative to base
+    vec3 normal;              // (v1 - v0) × (v2 - v0), permuted
+    ivec3 low, high;          // first and last voxel of the bounding box, relative to base, cut to the grid
+    float plane_low, plane_high;
+    vec4 xy[3], yz[3], zx[3]; // each edge in each projection: axis (xy), and the interval (zw) that the box centre must lie in
+};
+
+// Puts the dominant axis last, keeping the handedness: x y z → y z x, z x y or x y z.
+vec3 permute(vec3 p, uint axis) { return axis == 0u ? p.yzx : axis == 1u ? p.zxy : p; }
+vec3 unpermute(vec3 p, uint axis) { return axis == 0u ? p.zxy : axis == 1u ? p.yzx : p; }
+ivec3 unpermute(ivec3 p, uint axis) { return axis == 0u ? p.zxy : axis == 1u ? p.yzx : p; }
+
+// The axis perpendicular to edge a→b in one projection, and where the centre of a touched box may lie along it; `c` is the opposite vertex.
+vec4 edge_axis(vec2 a, vec2 b, vec2 c) {
+    precise vec2 edge = b - a;
+    vec2 perpendicular = vec2(-edge.y, edge.x);
+    precise float on_edge = perpendicular.x * a.x + perpendicular.y * a.y;
+    precise float opposite = perpendicular.x * c.x + perpendicular.y * c.y;
+    precise float radius = 0.5 * (abs(perpendicular.x) + abs(perpendicular.y));
+    precise float low = min(on_edge, opposite) - radius;
+    precise float high = max(on_edge, opposite) + radius;
+    return vec4(perpendicular, low, high);
+}
+
+bool inside_interval(vec4 axis, vec2 centre) {
+    precise float along = axis.x * centre.x + axis.y * centre.y;
+    return along >= axis.z && along <= axis.w;
+}
+
+// False where there is nothing to voxelize: no area, or outside the grid.
+bool setup_triangle(vec3 a, vec3 b, vec3 c, int resolution, out TriangleSetup s) {
+    precise vec3 ab = b - a;
+    precise vec3 ac = c - a;
+    precise vec3 n = vec3(ab.y * ac.z - ab.z * ac.y, ab.z * ac.x - ab.x * ac.z, ab.x * ac.y - ab.y * ac.x);
+    vec3 magnitude = abs(n);
+    s.axis = magnitude.x > magnitude.y && magnitude.x > magnitude.z ? 0u : magnitude.y > magnitude.z ? 1u : 2u;
+    a = permute(a, s.axis);
+    b = permute(b, s.axis);
+    c = permute(c, s.axis);
+    s.normal = permute(n, s.axis);
+    vec3 low = min(a, min(b, c));
+    vec3 high = max(a, max(b, c));
+    if (s.normal.z == 0.0 || any(lessThan(high, vec3(0.0))) || any(greaterThan(low, vec3(resolution)))) {
+        return false;
+    }
+    vec3 origin = floor(clamp(low, vec3(0.0), vec3(resolution)));
+    s.base = ivec3(origin);
+    precise vec3 v0 = a - origin, v1 = b - origin, v2 = c - origin;
+    s.v0 = v0;
+    s.v1 = v1;
+    s.v2 = v2;
+    // A closed box [i, i + 1] meets [low, high] where i ≥ ceil(low) - 1 and i ≤ floor(high).
+    s.low = max(ivec3(ceil(low)) - 1, ivec3(0)) - s.base;
+    s.high = min(ivec3(floor(high)), ivec3(resolution - 1)) - s.base;
+    precise float offset = s.normal.x * v0.x + s.normal.y * v0.y + s.normal.z * v0.z;
+    precise float radius = 0.5 * (abs(s.normal.x) + abs(s.normal.y) + abs(s.normal.z));
+    precise float plane_low = offset - radius, plane_high = offset + radius;
+    s.plane_low = plane_low;
+    s.plane_high = plane_high;
+    s.xy = vec4[3](edge_axis(v0.xy, v1.xy, v2.xy), edge_axis(v1.xy, v2.xy, v0.xy), edge_axis(v2.xy, v0.xy, v1.xy));
+    s.yz = vec4[3](edge_axis(v0.yz, v1.yz, v2.yz), edge_axis(v1.yz, v2.yz, v0.yz), edge_axis(v2.yz, v0.yz, v1.yz));
+    s.zx = vec4[3](edge_axis(v0.zx, v1.zx, v2.zx), edge_axis(v1.zx, v2.zx, v0.zx), edge_axis(v2.zx, v0.zx, v1.zx));
+    return true;
+}
+
+// The part of the test that is the same for a whole column of voxels along the dominant axis.
+bool touches_column(TriangleSetup s, ivec2 column) {
+    vec2 centre = vec2(column) + 0.5;
+    return inside_interval(s.xy[0], centre) && inside_interval(s.xy[1], centre) && inside_interval(s.xy[2], centre);
+}
+
+// The rest of the test, for one voxel of a touched column.
+bool touches(TriangleSetup s, ivec3 voxel) {
+    vec3 centre = vec3(voxel) + 0.5;
+    precise float along = s.normal.x * centre.x + s.normal.y * centre.y + s.normal.z * centre.z;
+    return along >= s.plane_low && along <= s.plane_high
+        && inside_interval(s.yz[0], centre.yz) && inside_interval(s.yz[1], centre.yz) && inside_interval(s.yz[2], centre.yz)
+        && inside_interval(s.zx[0], centre.zx) && inside_interval(s.zx[1], centre.zx) && inside_interval(s.zx[2], centre.zx);
+}
+
+// First and last voxel of a column that the triangle's plane can reach, with a margin for rounding; `touches` decides.
+ivec2 depth_range(TriangleSetup s, ivec2 column) {
+    vec2 slope = -s.normal.xy / s.normal.z;
+    float centre = s.v0.z + dot(slope, vec2(column) + 0.5 - s.v0.xy);
+    float reach = 0.5 * (abs(slope.x) + abs(slope.y)) + 0.01;
+    ivec2 range = ivec2(ceil(centre - reach) - 1.0, floor(centre + reach));
+    return clamp(range, ivec2(s.low.z, s.low.z - 1), ivec2(s.high.z + 1, s.high.z));
+}
+
+// Cuts the part [t.x, t.y] of the line p + t d to the half-plane n·q + c ≥ 0. Lines are (n, c) with |n| = 1. Of two lines that coincide,
+// the one with the smaller index is kept.
+void cut(inout vec2 t, vec2 p, vec2 d, vec3 own, vec3 line, bool own_first) {
+    float rate = dot(line.xy, d);
+    float value = dot(line.xy, p) + line.z;
+    if (abs(rate) < 1e-6) {
+        bool beaten = dot(own.xy, line.xy) > 0.0 && (line.z < own.z || (line.z == own.z && !own_first));
+        bool outside = dot(own.xy, line.xy) < 0.0 && value < 0.0;
+        t = beaten || outside ? vec2(1.0, 0.0) : t;
+    } else if (rate > 0.0) {
+        t.x = max(t.x, -value / rate);
+    } else {
+        t.y = min(t.y, -value / rate);
+    }
+}
+
+// Area of the triangle inside the voxel, projected along the dominant axis [voxel faces, 0 to 1], and the mean_position of that part relative to the
+// voxel's smallest corner. The region is the set of points inside nine half-planes (three edges, four sides of the column, the voxel's floor and
+// ceiling); its area and first moment are sums over the boundary segment of each (Green's theorem).
+float area_inside(TriangleSetup s, ivec3 voxel, out vec3 mean_position) {
+    vec3 corner = vec3(voxel);
+    vec2 a = s.v0.xy - corner.xy, b = s.v1.xy - corner.xy, c = s.v2.xy - corner.xy;
+    vec2 slope = -s.normal.xy / s.normal.z;
+    float height = s.v0.z - corner.z - dot(slope, a);      // z of the plane at the column's corner
+    float side = s.normal.z > 0.0 ? 1.0 : -1.0;
+    vec3 lines[9];
+    lines[0] = vec3(1.0, 0.0, 0.0);
+    lines[1] = vec3(-1.0, 0.0, 1.0);
+    lines[2] = vec3(0.0, 1.0, 0.0);
+    lines[3] = vec3(0.0, -1.0, 1.0);
+    vec2 n = side * vec2(a.y - b.y, b.x - a.x) / max(length(b - a), 1e-20);
+    lines[4] = vec3(n, -dot(n, a));
+    n = side * vec2(b.y - c.y, c.x - b.x) / max(length(c - b), 1e-20);
+    lines[5] = vec3(n, -dot(n, b));
+    n = side * vec2(c.y - a.y, a.x - c.x) / max(length(a - c), 1e-20);
+    lines[6] = vec3(n, -dot(n, c));
+    // A plane that is nearly level crosses the voxel's floor or ceiling nowhere in the column, or everywhere: no line then.
+    float steepness = length(slope);
+    bool level = steepness < 1e-5;
+    lines[7] = level ? vec3(1.0, 0.0, 2.0) : vec3(slope, height) / steepness;
+    lines[8] = level ? vec3(1.0, 0.0, 2.0) : vec3(-slope, 1.0 - height) / steepness;
+    float area = 0.0;
+    vec2 moment = vec2(0.0);
+    for (int i = 0; i < 9; ++i) {
+        vec2 d = vec2(lines[i].y, -lines[i].x);
+        vec2 p = -lines[i].xy * lines[i].z;
+        vec2 t = vec2(-4.0, 4.0);
+        for (int j = 0; j < 9; ++j) {
+            if (j != i) cut(t, p, d, lines[i], lines[j], i < j);
+        }
+        if (t.y > t.x) {
+            vec2 q0 = p + t.x * d, q1 = p + t.y * d;
+            float doubled = q0.x * q1.y - q0.y * q1.x;
+            area += doubled;
+            moment += doubled * (q0 + q1);
+        }
+    }
+    area = clamp(0.5 * area, 0.0, 1.0);
+    vec2 middle = area > 1e-6 ? moment / (6.0 * area) : (a + b + c) / 3.0;
+    middle = clamp(middle, vec2(0.0), vec2(1.0));
+    mean_position = clamp(vec3(middle, height + dot(slope, middle)), vec3(0.0), vec3(1.0));
+    return area;
+}
+
+#endif

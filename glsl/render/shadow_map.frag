@@ -1,0 +1,13 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// render.shadow_maps: depth only; masked texels let light through.
+#include "shared/light_view.glsl"
+#include "shared/material.glsl"
+
+layout(location = 0) in vec3 position_ws;
+layout(location = 1) in vec2 uv;
+layout(location = 2) flat in uint material;
+
+void main() {
+    if (materials[material].albedo.w > 0.0 && texture(sampler2D(mask_texture, linear_repeat), uv).r < 0.5) discard;
+}

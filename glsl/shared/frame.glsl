@@ -1,0 +1,57 @@
+// Set 0: the frame and the scene, the same for every pass (Rust: render::FrameConstants, scene::Vertex, …).
+#ifndef LUMIVOX_FRAME
+#define LUMIVOX_FRAME
+
+layout(std140, set = 0, binding = 0) uniform FrameConstants {
+    mat4 clip_from_world;
+    vec4 eye_ws;              // xyz: camera position [m]
+    vec4 ray_right;           // xyz: from the image's centre to its right edge at view depth 1
+    vec4 ray_up;              // xyz: from the image's centre to its top edge at view depth 1
+    vec4 ray_forward;         // xyz: unit view direction
+    vec4 environment;         // xyz: radiance [W/(m² sr)]
+    uvec4 size_px;            // xy: image size [px]; z: number of lights; w: number of light views
+    vec4 grid_origin_ws;      // xyz: smallest corner of the voxel grid [m]; w: voxel size [m]
+} frame;
+
+layout(set = 0, binding = 1) uniform sampler linear_clamp;
+layout(set = 0, binding = 2) uniform sampler nearest_clamp;
+layout(set = 0, binding = 3) uniform sampler linear_repeat;
+
+struct Vertex {
+    vec4 position_u;          // xyz: position [m]; w: u
+    vec4 normal_v;            // xyz: unit shading normal; w: v, upwards
+};
+
+struct Material {
+    vec4 albedo;              // rgb: diffuse albedo; w: 1 where there is a mask texture
+    vec4 emission;            // rgb: emitted radiance [W/(m² sr)]; w: 1 where there is a normal map
+    vec4 specular;            // rgb: F0; w: roughness, negative where there is no lobe
+    vec4 metalness;           // x: metalness
+};
+
+struct Light {
+    vec4 position_kind;       // xyz: position [m]; w: 0 directional, 1 point, 2 spot
+    vec4 direction_inner; // xyz: direction of travel; w: inner half angle [rad]
+    vec4 power_outer;     // rgb: irradiance [W/m²] or intensity [W/sr]; w: outer half angle [rad]
+    uvec4 views;              // x: first light view; y: number of light views
+};
+
+layout(std430, set = 0, binding = 4) readonly buffer Vertices { Vertex vertices[]; };
+layout(std430, set = 0, binding = 5) readonly buffer Triangles { uvec4 triangles[]; };
+layout(std430, set = 0, binding = 6) readonly buffer Materials { Material materials[]; };
+layout(std430, set = 0, binding = 7) readonly buffer Lights { Light lights[]; };
+
+const float PI = 3.14159265358979;
+
+// Texture coordinates of a vertex in Vulkan's orientation: v downwards.
+vec2 texture_uv(Vertex vertex) {
+    return vec2(vertex.position_u.w, 1.0 - vertex.normal_v.w);
+}
+
+// Position [m] of the surface at view depth `depth_m` through the centre of a pixel.
+vec3 position_from_depth(ivec2 pixel, float depth_m) {
+    vec2 ndc = (vec2(pixel) + 0.5) / vec2(frame.size_px.xy) * 2.0 - 1.0;
+    return frame.eye_ws.xyz + depth_m * (frame.ray_forward.xyz + ndc.x * frame.ray_right.xyz - ndc.y * frame.ray_up.xyz);
+}
+
+#endif

@@ -1,0 +1,44 @@
+// Light views: the shadow map and reflective shadow map of each light, one array layer a view.
+#ifndef LUMIVOX_LIGHT_VIEW
+#define LUMIVOX_LIGHT_VIEW
+
+#include "shared/frame.glsl"
+
+struct LightView {
+    mat4 clip_from_world;
+    vec4 origin_kind;   // xyz: light position, or the map's centre on its near plane [m]; w: 0 parallel, 1 perspective
+    vec4 right;         // xyz: from the map's centre to its right edge: [m], or per unit of view depth
+    vec4 down;          // xyz: from the map's centre to its lower edge, likewise
+    vec4 forward;       // xyz: unit direction of travel; w: depth of the near plane [m]
+    uvec4 light;        // x: index of the light; y: map size [texels]
+};
+
+const float LIGHT_DIRECTIONAL = 0.0;
+const float LIGHT_SPOT = 2.0;
+
+// View depth [m] from the depth buffer: parallel views are linear, perspective ones reversed with an infinite far plane (1 at the near plane, 0 far).
+float view_depth(LightView view, float stored, float depth_range_m) {
+    return view.origin_kind.w == 0.0 ? (1.0 - stored) * depth_range_m : view.forward.w / max(stored, 1e-30);
+}
+
+// Fraction of the light's intensity that leaves in direction `wi_from_light` (unit): the spot's cone, falling linearly in angle.
+float light_falloff(Light light, vec3 direction) {
+    if (light.position_kind.w != LIGHT_SPOT) return 1.0;
+    float angle = acos(clamp(dot(direction, light.direction_inner.xyz), -1.0, 1.0));
+    float inner = light.direction_inner.w, outer = light.power_outer.w;
+    return angle <= inner ? 1.0 : clamp((outer - angle) / max(outer - inner, 1e-6), 0.0, 1.0);
+}
+
+// Unit direction towards the light and the irradiance on a plane that faces it [W/m²].
+vec3 light_irradiance(Light light, vec3 position, out vec3 to_light) {
+    if (light.position_kind.w == LIGHT_DIRECTIONAL) {
+        to_light = -light.direction_inner.xyz;
+        return light.power_outer.rgb;
+    }
+    vec3 offset = light.position_kind.xyz - position;
+    float squared = max(dot(offset, offset), 1e-12);
+    to_light = offset * inversesqrt(squared);
+    return light.power_outer.rgb * (light_falloff(light, -to_light) / squared);
+}
+
+#endif
