@@ -7,7 +7,7 @@ use ash::vk;
 use super::frame::{Frame, Resource, Work};
 use super::pass::{BindingKind, Pass, Sets, Shaders};
 use super::plan::{Span, Use};
-use super::sets::{MaterialSet, SceneSet};
+use super::sets::{MaterialSets, SceneSet};
 use super::{Access, ClearValue};
 use crate::vulkan::{Buffer, Image};
 
@@ -96,7 +96,7 @@ pub(super) struct PassCall {
     pub(super) constants: Vec<u32>,
     pub(super) push: Vec<u8>,
     pub(super) scene: Option<Arc<SceneSet>>,
-    pub(super) materials: Option<Arc<[Arc<MaterialSet>]>>,
+    pub(super) materials: Option<MaterialSets>,
     pub(super) run: Run,
 }
 

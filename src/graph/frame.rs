@@ -8,7 +8,7 @@ use ash::vk;
 use super::builder::{PassBuilder, PassCall};
 use super::pass::Pass;
 use super::plan::{Span, Use};
-use super::sets::{MaterialSet, SceneSet};
+use super::sets::{MaterialSets, SceneSet};
 use super::{Access, Sets};
 use crate::vulkan::{Buffer, Image, ImageRegion};
 
@@ -119,7 +119,7 @@ pub(super) enum Work {
 pub struct Frame {
     pub(super) steps: Vec<Step>,
     scene: Option<Arc<SceneSet>>,
-    materials: Option<Arc<[Arc<MaterialSet>]>>,
+    materials: Option<MaterialSets>,
 }
 
 impl Frame {
@@ -129,7 +129,7 @@ impl Frame {
     }
 
     /// The shared sets for the passes that are added from now on; the materials are in the order of the scene's.
-    pub fn set_scene(&mut self, scene: &Arc<SceneSet>, materials: &Arc<[Arc<MaterialSet>]>) {
+    pub fn set_scene(&mut self, scene: &Arc<SceneSet>, materials: &MaterialSets) {
         self.scene = Some(Arc::clone(scene));
         self.materials = Some(Arc::clone(materials));
     }
@@ -206,7 +206,7 @@ impl Frame {
     }
 
     /// The shared sets that a pass uses; asserts that they were given.
-    pub(super) fn sets_for(&self, pass: &Pass) -> (Option<Arc<SceneSet>>, Option<Arc<[Arc<MaterialSet>]>>) {
+    pub(super) fn sets_for(&self, pass: &Pass) -> (Option<Arc<SceneSet>>, Option<MaterialSets>) {
         let scene = (pass.sets != Sets::None).then(|| self.scene.clone()).flatten();
         let materials = (pass.sets == Sets::SceneAndMaterials).then(|| self.materials.clone()).flatten();
         assert!(pass.sets == Sets::None || scene.is_some(), "pass {}: uses set 0, but the frame has no scene", pass.name);

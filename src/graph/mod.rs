@@ -41,7 +41,7 @@ pub use builder::{BatchDispatch, ClearOrLoad, DrawBatch, PassBuilder, Targets};
 pub use frame::{ClearValue, Frame, Resource};
 pub use gpu::{Gpu, GpuOptions};
 pub use pass::{Binding, BindingKind, DepthBias, Pass, RasterState, Sets, Shaders};
-pub use sets::{MaterialSet, SceneBindings, SceneSet};
+pub use sets::{MaterialSet, MaterialSets, SceneBindings, SceneSet};
 pub use stats::{FrameStats, PassTime, PassTimes, Spread, TimesAccumulator};
 
 pub use crate::vulkan::{

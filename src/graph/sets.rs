@@ -38,6 +38,9 @@ pub struct MaterialSet {
     _pool: DescriptorPool,
 }
 
+/// The material sets of a scene, in its order.
+pub type MaterialSets = Arc<[Arc<MaterialSet>]>;
+
 /// Layouts of the shared sets, and the samplers of set 0.
 pub(super) struct SharedSets {
     pub(super) scene: Arc<SetLayout>,
