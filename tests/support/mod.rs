@@ -2,6 +2,7 @@
 #![allow(dead_code, unreachable_pub, clippy::unwrap_used, clippy::expect_used)]
 
 pub mod passes;
+pub mod sha256;
 
 use std::ops::Deref;
 

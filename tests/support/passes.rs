@@ -1,11 +1,26 @@
 //! Every pass there is: those of the library, which each module lists, and those of the tests.
 
+use lumivox::gpu_struct;
 use lumivox::graph::pass::{Binding, Pass, RasterState, Sets, Shaders};
 use lumivox::graph::{Access, vk};
+use lumivox::shader::{Field, GpuStruct};
 
 /// All passes. A module that declares passes adds its list here.
 pub fn all_passes() -> Vec<&'static Pass> {
     [TEST_PASSES].concat()
+}
+
+/// Every struct that Rust and GLSL share, by name. A module that declares some adds them here.
+pub fn all_structs() -> Vec<(&'static str, &'static [Field])> {
+    vec![(ColorParams::NAME, ColorParams::FIELDS)]
+}
+
+gpu_struct! {
+    /// Parameters of `test.color`.
+    pub struct ColorParams {
+        /// Colour to draw.
+        pub color: [f32; 4],
+    }
 }
 
 /// The passes of the tests.
@@ -71,6 +86,6 @@ pub static COLOR: Pass = Pass {
         state: RasterState { color: &[vk::Format::R32G32B32A32_SFLOAT], depth: Some(vk::Format::D32_SFLOAT), ..RasterState::NO_TARGETS },
     },
     bindings: &[],
-    push_bytes: 16,
+    push_bytes: size_of::<ColorParams>() as u32,
     sets: Sets::None,
 };
