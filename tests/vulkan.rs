@@ -7,10 +7,10 @@ use std::sync::Arc;
 
 use lumivox::graph::plan::Hazard;
 use lumivox::graph::{
-    BufferDesc, BufferUsage, ClearOrLoad, DeviceChoice, DrawBatch, Error, Frame, Gpu, GpuOptions, Image, ImageDesc, ImageKind, ImageUsage, SceneBindings,
-    Targets, vk,
+    BatchDispatch, BufferDesc, BufferUsage, ClearOrLoad, DeviceChoice, DrawBatch, Error, Frame, Gpu, GpuOptions, Image, ImageDesc, ImageKind, ImageUsage,
+    SceneBindings, SceneSet, Targets, vk,
 };
-use support::passes::{COLOR, COPY, COUNT, DOUBLE, SAMPLE, STORE};
+use support::passes::{COLOR, COPY, COUNT, DOUBLE, MATERIAL, SAMPLE, STORE};
 use support::{gpu, read_words, words};
 
 fn image(gpu: &Gpu, name: &str, extent: [u32; 3], kind: ImageKind, format: vk::Format, mips: u32, usage: ImageUsage) -> Arc<Image> {
@@ -19,6 +19,13 @@ fn image(gpu: &Gpu, name: &str, extent: [u32; 3], kind: ImageKind, format: vk::F
 
 fn floats(bytes: &[u8]) -> Vec<f32> {
     bytes.as_chunks().0.iter().map(|word| f32::from_le_bytes(*word)).collect()
+}
+
+fn empty_scene(gpu: &Gpu) -> Arc<SceneSet> {
+    let frame_uniform = gpu.create_buffer(&BufferDesc { name: "frame".into(), size_bytes: 256, usage: BufferUsage::Uniform }).unwrap();
+    let [vertices, triangles, materials, lights] = ["vertices", "triangles", "materials", "lights"].map(|name| words(gpu, name, &[0; 16]));
+    let bindings = SceneBindings { frame_uniform: &frame_uniform, vertices: &vertices, triangles: &triangles, materials: &materials, lights: &lights };
+    gpu.create_scene_set(&bindings).unwrap()
 }
 
 #[test]
@@ -82,11 +89,7 @@ fn raster_pass_without_attachments_counts_every_fragment() {
 fn blit_halves_a_volume_and_samplers_see_every_mip() {
     let gpu = gpu();
     let volume = image(&gpu, "volume", [8; 3], ImageKind::D3, vk::Format::R16G16B16A16_SFLOAT, 4, ImageUsage::STORAGE | ImageUsage::SAMPLED);
-    let uniform = gpu.create_buffer(&BufferDesc { name: "frame".into(), size_bytes: 256, usage: BufferUsage::Uniform }).unwrap();
-    let [vertices, triangles, materials, lights, target] = ["vertices", "triangles", "materials", "lights", "target"].map(|name| words(&gpu, name, &[0; 16]));
-    let scene = gpu
-        .create_scene_set(&SceneBindings { frame_uniform: &uniform, vertices: &vertices, triangles: &triangles, materials: &materials, lights: &lights })
-        .unwrap();
+    let (scene, target) = (empty_scene(&gpu), words(&gpu, "target", &[0; 16]));
     for _ in 0..2 {
         let mut frame = Frame::new();
         frame.set_scene(&scene, &Arc::from([]));
@@ -127,6 +130,23 @@ fn uploads_come_back() {
     let materials = gpu.create_material_set([&picture; 4]).unwrap();
     assert_eq!(gpu.read_image(&picture, 0, 0).unwrap(), texels);
     drop(materials);
+}
+
+#[test]
+fn each_batch_sees_its_own_material() {
+    let gpu = gpu();
+    let (scene, target) = (empty_scene(&gpu), words(&gpu, "target", &[0; 8]));
+    let material = |value: u8| {
+        let albedo = image(&gpu, "albedo", [1; 3], ImageKind::D2, vk::Format::R8G8B8A8_UNORM, 1, ImageUsage::SAMPLED);
+        gpu.upload_image(&albedo, 0, 0, &[value; 4]).unwrap();
+        gpu.create_material_set([&albedo; 4]).unwrap()
+    };
+    let mut frame = Frame::new();
+    frame.set_scene(&scene, &Arc::from([material(255), material(0)]));
+    let batch = |material: u32| BatchDispatch { material, push: bytemuck::bytes_of(&material).to_vec(), groups: [1; 3] };
+    frame.pass(&MATERIAL).bind(&target).dispatch_batches(vec![batch(1), batch(0)]);
+    gpu.submit(frame).unwrap();
+    assert_eq!(floats(&gpu.read_buffer(&target).unwrap()), [[1.0; 4], [0.0; 4]].concat());
 }
 
 #[test]

@@ -39,7 +39,7 @@ pub struct Targets<'t> {
     pub color: &'t [(&'t Arc<Image>, u32, u32, ClearOrLoad)],
     /// Depth attachment: image, layer, and what to do with the contents.
     pub depth: Option<(&'t Arc<Image>, u32, ClearOrLoad)>,
-    /// Width and height of viewport and scissor [px].
+    /// Width and height of viewport and scissor (px).
     pub extent: [u32; 2],
 }
 

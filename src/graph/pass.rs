@@ -13,7 +13,7 @@ pub struct Pass {
     pub shaders: Shaders,
     /// Bindings of set 1: binding 0, 1, 2, …
     pub bindings: &'static [Binding],
-    /// Size of the push constants [bytes], at most 128.
+    /// Size of the push constants (bytes), at most 128.
     pub push_bytes: u32,
     /// Which of the shared sets it uses.
     pub sets: Sets,
@@ -74,7 +74,7 @@ impl RasterState {
 /// Depth bias of a raster pass.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DepthBias {
-    /// Constant part [smallest depth steps].
+    /// Constant part (smallest depth steps).
     pub constant: f32,
     /// Part that grows with the slope.
     pub slope: f32,

@@ -7,7 +7,7 @@ use serde::Serialize;
 pub struct PassTime {
     /// Name of the pass.
     pub name: String,
-    /// Time on the GPU, summed over all runs of the pass in the frame [ms].
+    /// Time on the GPU, summed over all runs of the pass in the frame (ms).
     pub gpu_ms: f64,
     /// How often the pass ran in the frame.
     pub runs: u32,
@@ -21,12 +21,12 @@ pub struct FrameStats {
 }
 
 impl FrameStats {
-    /// Sum over all passes [ms].
+    /// Sum over all passes (ms).
     pub fn total_ms(&self) -> f64 {
         self.passes.iter().map(|pass| pass.gpu_ms).sum()
     }
 
-    /// Time of one pass [ms]; `None` if it did not run.
+    /// Time of one pass (ms); `None` if it did not run.
     pub fn pass_ms(&self, name: &str) -> Option<f64> {
         self.passes.iter().find(|pass| pass.name == name).map(|pass| pass.gpu_ms)
     }
@@ -42,7 +42,7 @@ impl FrameStats {
     }
 }
 
-/// Median, smallest and largest of several measurements [ms].
+/// Median, smallest and largest of several measurements (ms).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Spread {
     /// Median; the mean of the middle two for an even number.
@@ -71,7 +71,7 @@ impl Spread {
 pub struct PassTimes {
     /// Name of the pass.
     pub name: String,
-    /// Time on the GPU [ms].
+    /// Time on the GPU (ms).
     pub gpu_ms: Spread,
 }
 

@@ -83,7 +83,7 @@ impl Gpu {
     }
 }
 
-/// Size of one mip and layer [bytes].
+/// Size of one mip and layer (bytes).
 fn check_region(image: &Image, mip: u32, layer: u32) -> u64 {
     assert!(mip < image.mips() && layer < image.desc().layers, "image {}: no mip {mip}, layer {layer}", image.name());
     let bytes = image.mip_bytes(mip);

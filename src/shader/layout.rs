@@ -7,7 +7,7 @@ pub struct Field {
     pub name: &'static str,
     /// Bytes from the start of the struct.
     pub offset: usize,
-    /// Size [bytes].
+    /// Size (bytes).
     pub size: usize,
 }
 

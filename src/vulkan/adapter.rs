@@ -61,27 +61,27 @@ pub struct Features {
 /// Limits that decide what can be built.
 #[derive(Clone, Debug, Default)]
 pub struct Limits {
-    /// Largest part of a storage buffer that a shader can see [bytes].
+    /// Largest part of a storage buffer that a shader can see (bytes).
     pub storage_buffer_bytes: u64,
-    /// Largest uniform buffer [bytes].
+    /// Largest uniform buffer (bytes).
     pub uniform_buffer_bytes: u64,
-    /// Largest single allocation [bytes].
+    /// Largest single allocation (bytes).
     pub allocation_bytes: u64,
-    /// Size of the largest device-local memory heap [bytes].
+    /// Size of the largest device-local memory heap (bytes).
     pub heap_bytes: u64,
-    /// Largest extent of a 3D image [texels].
+    /// Largest extent of a 3D image (texels).
     pub extent_3d: u32,
-    /// Largest extent of a 2D image [texels].
+    /// Largest extent of a 2D image (texels).
     pub extent_2d: u32,
     /// Most workgroups along each axis of a dispatch.
     pub workgroups: [u32; 3],
     /// Most invocations in a workgroup.
     pub workgroup_invocations: u32,
-    /// Shared memory of a workgroup [bytes].
+    /// Shared memory of a workgroup (bytes).
     pub shared_bytes: u32,
-    /// Push constants [bytes].
+    /// Push constants (bytes).
     pub push_bytes: u32,
-    /// Duration of one timestamp tick [ns].
+    /// Duration of one timestamp tick (ns).
     pub timestamp_period_ns: f32,
 }
 

@@ -26,7 +26,7 @@ pub enum BufferUsage {
 pub struct BufferDesc {
     /// Name for reports, errors and debuggers.
     pub name: String,
-    /// Size [bytes]; may be 0.
+    /// Size (bytes); may be 0.
     pub size_bytes: u64,
     /// What it is for.
     pub usage: BufferUsage,
@@ -78,7 +78,7 @@ impl Buffer {
         &self.name
     }
 
-    /// Size as asked for [bytes].
+    /// Size as asked for (bytes).
     pub fn size_bytes(&self) -> u64 {
         self.size_bytes
     }

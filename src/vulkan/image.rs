@@ -69,7 +69,7 @@ impl BitOr for ImageUsage {
 pub struct ImageDesc {
     /// Name for reports, errors and debuggers.
     pub name: String,
-    /// Width, height and depth of mip 0 [texels]; depth is 1 but for 3D images.
+    /// Width, height and depth of mip 0 (texels); depth is 1 but for 3D images.
     pub extent: [u32; 3],
     /// Shape.
     pub kind: ImageKind,
@@ -166,12 +166,12 @@ impl Image {
         self.desc.mips
     }
 
-    /// Extent of one mip [texels].
+    /// Extent of one mip (texels).
     pub fn extent(&self, mip: u32) -> [u32; 3] {
         self.desc.extent.map(|texels| (texels >> mip).max(1))
     }
 
-    /// Size of one layer of one mip, tightly packed [bytes]; `None` for formats that are not copied to or from the host.
+    /// Size of one layer of one mip, tightly packed (bytes); `None` for formats that are not copied to or from the host.
     pub fn mip_bytes(&self, mip: u32) -> Option<u64> {
         Some(self.extent(mip).into_iter().map(u64::from).product::<u64>() * texel_bytes(self.desc.format)?)
     }

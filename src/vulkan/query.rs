@@ -37,7 +37,7 @@ impl Timestamps {
         unsafe { self.device.raw().reset_query_pool(self.raw, 0, self.count) };
     }
 
-    /// The first `count` timestamps [ticks]; `None` for those not written.
+    /// The first `count` timestamps (ticks); `None` for those not written.
     pub(crate) fn read(&self, count: u32) -> Vec<Option<u64>> {
         let mut pairs = vec![[0u64; 2]; count.min(self.count) as usize];
         if pairs.is_empty() {

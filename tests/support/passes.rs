@@ -24,7 +24,7 @@ gpu_struct! {
 }
 
 /// The passes of the tests.
-pub const TEST_PASSES: &[&Pass] = &[&DOUBLE, &COPY, &STORE, &SAMPLE, &COUNT, &COLOR];
+pub const TEST_PASSES: &[&Pass] = &[&DOUBLE, &COPY, &STORE, &SAMPLE, &COUNT, &COLOR, &MATERIAL];
 
 /// values[i] = 2 values[i] + 1; constants: workgroup size.
 pub static DOUBLE: Pass = Pass {
@@ -88,4 +88,13 @@ pub static COLOR: Pass = Pass {
     bindings: &[],
     push_bytes: size_of::<ColorParams>() as u32,
     sets: Sets::None,
+};
+
+/// The albedo of one material.
+pub static MATERIAL: Pass = Pass {
+    name: "test.material",
+    shaders: Shaders::Compute("test/material.comp"),
+    bindings: &[Binding::buffer("target", Access::ComputeWrite)],
+    push_bytes: 4,
+    sets: Sets::SceneAndMaterials,
 };
