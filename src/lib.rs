@@ -1,3 +1,6 @@
 //! Lumivox.
+pub mod graph;
 pub mod image;
 pub mod scene;
+pub mod shader;
+pub mod vulkan;

@@ -1,6 +1,7 @@
 //! The command line: one file per subcommand; argument parsing and printing only.
 
 mod compare;
+mod devices;
 mod reference;
 mod scene;
 
@@ -47,6 +48,7 @@ enum Command {
     Scene(scene::Args),
     Reference(reference::Args),
     Compare(compare::Args),
+    Devices(devices::Args),
 }
 
 /// Parses the command line, runs the subcommand, and says in one line (then one per cause) what went wrong.
@@ -58,6 +60,7 @@ pub(crate) fn run() -> ExitCode {
         Command::Scene(args) => scene::run(&args),
         Command::Reference(args) => reference::run(&args, cli.quiet),
         Command::Compare(args) => compare::run(&args),
+        Command::Devices(args) => devices::run(&args),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -1,0 +1,215 @@
+//! A frame: passes and transfers, in the order in which they run.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::builder::{PassBuilder, PassCall};
+use super::pass::Pass;
+use super::plan::{Span, Use};
+use super::sets::{MaterialSets, SceneSet};
+use super::{Access, Sets};
+use crate::vulkan::{Buffer, Image, ImageRegion};
+
+/// A buffer, or some mips of an image.
+#[derive(Clone)]
+pub enum Resource {
+    /// A whole buffer.
+    Buffer(Arc<Buffer>),
+    /// All layers of some mips of an image.
+    Image(Arc<Image>, Range<u32>),
+}
+
+impl From<&Arc<Buffer>> for Resource {
+    fn from(buffer: &Arc<Buffer>) -> Self {
+        Resource::Buffer(Arc::clone(buffer))
+    }
+}
+
+impl From<&Arc<Image>> for Resource {
+    fn from(image: &Arc<Image>) -> Self {
+        Resource::Image(Arc::clone(image), 0..image.mips())
+    }
+}
+
+impl Resource {
+    /// Name of the buffer or image.
+    pub fn name(&self) -> &str {
+        match self {
+            Resource::Buffer(buffer) => buffer.name(),
+            Resource::Image(image, _) => image.name(),
+        }
+    }
+
+    pub(super) fn id(&self) -> u64 {
+        match self {
+            Resource::Buffer(buffer) => buffer.id(),
+            Resource::Image(image, _) => image.id(),
+        }
+    }
+
+    pub(super) fn used(&self, access: Access) -> Use {
+        match self {
+            Resource::Buffer(buffer) => Use::buffer(buffer.id(), access),
+            Resource::Image(image, mips) => {
+                let layers = Span { first: 0, count: image.desc().layers };
+                Use::image(image.id(), Span { first: mips.start, count: mips.end - mips.start }, layers, access)
+            }
+        }
+    }
+}
+
+/// What to clear an image to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ClearValue {
+    /// For float and normalised formats.
+    Float([f32; 4]),
+    /// For unsigned integer formats: the same in every channel.
+    Uint(u32),
+}
+
+impl From<[f32; 4]> for ClearValue {
+    fn from(value: [f32; 4]) -> Self {
+        ClearValue::Float(value)
+    }
+}
+
+impl From<u32> for ClearValue {
+    fn from(value: u32) -> Self {
+        ClearValue::Uint(value)
+    }
+}
+
+/// One step of a frame.
+pub(super) struct Step {
+    pub(super) name: String,
+    /// What it uses; the resource is what `used` refers to.
+    pub(super) uses: Vec<(Resource, Use)>,
+    pub(super) work: Work,
+}
+
+/// What a step does.
+pub(super) enum Work {
+    /// Only the barriers.
+    Nothing,
+    Pass(Box<PassCall>),
+    Fill(Arc<Buffer>, u32),
+    Clear(Arc<Image>, ClearValue),
+    BlitMip(Arc<Image>, u32),
+    CopyBuffer {
+        source: (Arc<Buffer>, u64),
+        target: (Arc<Buffer>, u64),
+        size: u64,
+    },
+    ToImage {
+        source: Arc<Buffer>,
+        target: Arc<Image>,
+        region: ImageRegion,
+    },
+    FromImage {
+        source: Arc<Image>,
+        region: ImageRegion,
+        target: Arc<Buffer>,
+    },
+}
+
+/// Passes and transfers, in the order in which they run. Nothing happens before [`super::Gpu::submit`].
+#[derive(Default)]
+pub struct Frame {
+    pub(super) steps: Vec<Step>,
+    scene: Option<Arc<SceneSet>>,
+    materials: Option<MaterialSets>,
+}
+
+impl Frame {
+    /// An empty frame.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// The shared sets for the passes that are added from now on; the materials are in the order of the scene's.
+    pub fn set_scene(&mut self, scene: &Arc<SceneSet>, materials: &MaterialSets) {
+        self.scene = Some(Arc::clone(scene));
+        self.materials = Some(Arc::clone(materials));
+    }
+
+    /// Starts a pass; it is added by one of the builder's last words (`dispatch`, `draw`, …).
+    pub fn pass(&mut self, pass: &'static Pass) -> PassBuilder<'_> {
+        PassBuilder::new(self, pass)
+    }
+
+    /// Sets every word of a buffer.
+    pub fn fill(&mut self, name: impl Into<String>, buffer: &Arc<Buffer>, value: u32) {
+        let resource = Resource::from(buffer);
+        let used = resource.used(Access::TransferWrite);
+        self.push(name.into(), vec![(resource, used)], Work::Fill(Arc::clone(buffer), value));
+    }
+
+    /// Sets every texel of every mip and layer of a colour image.
+    pub fn clear_image(&mut self, name: impl Into<String>, image: &Arc<Image>, value: impl Into<ClearValue>) {
+        assert_eq!(image.aspect(), vk::ImageAspectFlags::COLOR, "image {}: depth is cleared by rendering", image.name());
+        let resource = Resource::from(image);
+        let used = resource.used(Access::TransferWrite);
+        self.push(name.into(), vec![(resource, used)], Work::Clear(Arc::clone(image), value.into()));
+    }
+
+    /// Filters mip 0 into all smaller mips, linearly; each mip waits for the one before it.
+    pub fn blit_mips(&mut self, name: impl Into<String>, image: &Arc<Image>) {
+        let name = name.into();
+        for source in 0..image.mips().saturating_sub(1) {
+            let read = Resource::Image(Arc::clone(image), source..source + 1);
+            let written = Resource::Image(Arc::clone(image), source + 1..source + 2);
+            let uses = vec![(read.clone(), read.used(Access::TransferRead)), (written.clone(), written.used(Access::TransferWrite))];
+            self.push(name.clone(), uses, Work::BlitMip(Arc::clone(image), source));
+        }
+    }
+
+    /// Copies a range of bytes from one buffer to another.
+    pub fn copy_buffer(
+        &mut self,
+        name: impl Into<String>,
+        (source, source_offset): (&Arc<Buffer>, u64),
+        (target, target_offset): (&Arc<Buffer>, u64),
+        size_bytes: u64,
+    ) {
+        let name = name.into();
+        assert!(source.id() != target.id(), "{name}: source and target are the same buffer {}", source.name());
+        for (buffer, offset) in [(source, source_offset), (target, target_offset)] {
+            let end = offset.checked_add(size_bytes);
+            assert!(end.is_some_and(|end| end <= buffer.size_bytes()), "{name}: {size_bytes} bytes at {offset} are outside buffer {}", buffer.name());
+        }
+        let (read, written) = (Resource::from(source), Resource::from(target));
+        let uses = vec![(read.clone(), read.used(Access::TransferRead)), (written.clone(), written.used(Access::TransferWrite))];
+        let work = Work::CopyBuffer { source: (Arc::clone(source), source_offset), target: (Arc::clone(target), target_offset), size: size_bytes };
+        self.push(name, uses, work);
+    }
+
+    /// Names of the steps in order.
+    pub fn names(&self) -> Vec<&str> {
+        self.steps.iter().map(|step| step.name.as_str()).collect()
+    }
+
+    /// What each step uses, as the planner is given it.
+    pub fn uses(&self) -> Vec<Vec<Use>> {
+        self.steps.iter().map(|step| step.uses.iter().map(|(_, used)| *used).collect()).collect()
+    }
+
+    pub(super) fn push(&mut self, name: String, uses: Vec<(Resource, Use)>, work: Work) {
+        for (resource, used) in &uses {
+            if let Resource::Image(image, mips) = resource {
+                assert!(mips.start < mips.end && mips.end <= image.mips(), "{name}: image {} has no mips {mips:?}", image.name());
+                assert!(!(image.is_frozen() && used.access.sync().writes), "{name}: image {} belongs to a material and is only read", image.name());
+            }
+        }
+        self.steps.push(Step { name, uses, work });
+    }
+
+    /// The shared sets that a pass uses; asserts that they were given.
+    pub(super) fn sets_for(&self, pass: &Pass) -> (Option<Arc<SceneSet>>, Option<MaterialSets>) {
+        let scene = (pass.sets != Sets::None).then(|| self.scene.clone()).flatten();
+        let materials = (pass.sets == Sets::SceneAndMaterials).then(|| self.materials.clone()).flatten();
+        assert!(pass.sets == Sets::None || scene.is_some(), "pass {}: uses set 0, but the frame has no scene", pass.name);
+        (scene, materials)
+    }
+}

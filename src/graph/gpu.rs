@@ -1,0 +1,180 @@
+//! The context that everything uses: one device, its resources, and frames run on it.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use super::frame::{Frame, Resource, Work};
+use super::plan::{State, plan};
+use super::record::{Pipelines, Recorder};
+use super::sets::{MaterialSet, SceneBindings, SceneSet, SharedSets};
+use super::stats::FrameStats;
+use super::{Access, plan::Barrier};
+use crate::vulkan::{
+    Buffer, BufferDesc, Commands, Device, DeviceChoice, DeviceInfo, Error, Features, Image, ImageDesc, Instance, InstanceOptions, Limits, Messages, Timestamps,
+    vk,
+};
+
+/// How to open a [`Gpu`].
+#[derive(Clone, Debug, Default)]
+pub struct GpuOptions {
+    /// Which device.
+    pub device: DeviceChoice,
+    /// With the Khronos validation layer and synchronization validation.
+    pub validate: bool,
+    /// Print every barrier to stderr, with the two passes and the hazard that it is for.
+    pub trace_barriers: bool,
+}
+
+/// One device and all that runs on it.
+pub struct Gpu {
+    runner: Mutex<Runner>,
+    shared: Arc<SharedSets>,
+    device: Arc<Device>,
+    trace: bool,
+}
+
+/// What one frame at a time needs.
+struct Runner {
+    commands: Commands,
+    timestamps: Timestamps,
+    pipelines: Pipelines,
+    state: State,
+}
+
+impl Gpu {
+    /// Opens a device.
+    pub fn new(options: &GpuOptions) -> Result<Self, Error> {
+        let instance = Instance::new(&InstanceOptions { validate: options.validate })?;
+        let device = Device::new(&instance, &options.device)?;
+        let runner =
+            Runner { commands: Commands::new(&device)?, timestamps: Timestamps::new(&device, 128)?, pipelines: Pipelines::default(), state: State::default() };
+        Ok(Gpu { runner: Mutex::new(runner), shared: SharedSets::new(&device)?, device, trace: options.trace_barriers })
+    }
+
+    /// Makes a buffer. Its contents are undefined.
+    pub fn create_buffer(&self, desc: &BufferDesc) -> Result<Arc<Buffer>, Error> {
+        Buffer::new(&self.device, desc)
+    }
+
+    /// Makes an image. Its contents are undefined.
+    pub fn create_image(&self, desc: &ImageDesc) -> Result<Arc<Image>, Error> {
+        Image::new(&self.device, desc)
+    }
+
+    /// Makes set 0.
+    pub fn create_scene_set(&self, bindings: &SceneBindings<'_>) -> Result<Arc<SceneSet>, Error> {
+        SceneSet::new(&self.device, &self.shared, bindings)
+    }
+
+    /// Makes set 2 from albedo, emission, normal and mask textures, which are complete and only read from now on.
+    pub fn create_material_set(&self, images: [&Arc<Image>; 4]) -> Result<Arc<MaterialSet>, Error> {
+        let mut frame = Frame::new();
+        for image in images {
+            let resource = Resource::from(image);
+            let uses = [Access::ComputeSampled, Access::RasterSampled].map(|access| (resource.clone(), resource.used(access)));
+            frame.push(format!("ready {}", image.name()), uses.to_vec(), Work::Nothing);
+        }
+        self.submit(frame)?;
+        MaterialSet::new(&self.device, &self.shared, images)
+    }
+
+    /// Plans, records and runs a frame, and waits for it.
+    pub fn submit(&self, frame: Frame) -> Result<FrameStats, Error> {
+        self.run(&frame, |_| true)
+    }
+
+    /// As [`Gpu::submit`], without the barriers that `keep` turns down: for tests that show that somebody notices.
+    #[doc(hidden)]
+    pub fn submit_with_barriers(&self, frame: Frame, keep: impl Fn(&Barrier) -> bool) -> Result<FrameStats, Error> {
+        self.run(&frame, keep)
+    }
+
+    /// Name and bytes of every living resource, in order of creation.
+    pub fn memory(&self) -> Vec<(String, u64)> {
+        self.device.memory_in_use()
+    }
+
+    /// Bytes of all living resources.
+    pub fn memory_total(&self) -> u64 {
+        self.memory().iter().map(|(_, bytes)| bytes).sum()
+    }
+
+    /// All validation warnings and errors so far.
+    pub fn validation_messages(&self) -> Vec<String> {
+        self.messages().list()
+    }
+
+    /// The list of validation messages, which outlives this object and so sees its end.
+    pub fn messages(&self) -> Messages {
+        self.device.instance().messages().clone()
+    }
+
+    /// The limits of the device.
+    pub fn limits(&self) -> &Limits {
+        &self.device.adapter().limits
+    }
+
+    /// Name, driver and version of the device.
+    pub fn info(&self) -> &DeviceInfo {
+        &self.device.adapter().info
+    }
+
+    /// The optional features that the device has.
+    pub fn features(&self) -> &Features {
+        &self.device.adapter().features
+    }
+
+    fn run(&self, frame: &Frame, keep: impl Fn(&Barrier) -> bool) -> Result<FrameStats, Error> {
+        if frame.steps.is_empty() {
+            return Ok(FrameStats::default());
+        }
+        let mut guard = self.runner.lock().unwrap_or_else(PoisonError::into_inner);
+        let runner = &mut *guard;
+        for id in self.device.take_retired() {
+            runner.state.forget(id);
+        }
+        let (mut barriers, state) = plan(&frame.uses(), &runner.state);
+        barriers.iter_mut().for_each(|barriers| barriers.retain(&keep));
+        let count = u32::try_from(2 * frame.steps.len()).unwrap_or(u32::MAX);
+        if runner.timestamps.count() < count {
+            runner.timestamps = Timestamps::new(&self.device, count.next_power_of_two())?;
+        }
+        runner.timestamps.reset();
+        let mut recorder = Recorder {
+            device: &self.device,
+            shared: &self.shared,
+            commands: &runner.commands,
+            timestamps: &runner.timestamps,
+            pipelines: &mut runner.pipelines,
+            trace: self.trace,
+        };
+        let pool = recorder.record(frame, &barriers)?;
+        let done = runner.commands.submit_and_wait();
+        let ticks = runner.timestamps.read(count);
+        done.map_err(|result| failure(frame, &ticks, result))?;
+        drop(pool);
+        runner.state = state;
+        Ok(self.stats(frame, &ticks))
+    }
+
+    fn stats(&self, frame: &Frame, ticks: &[Option<u64>]) -> FrameStats {
+        let ms_per_tick = f64::from(self.device.adapter().limits.timestamp_period_ns) * 1e-6;
+        let mut stats = FrameStats::default();
+        for (step, pair) in frame.steps.iter().zip(ticks.chunks_exact(2)) {
+            let gpu_ticks = match pair {
+                [Some(start), Some(end)] => end.saturating_sub(*start),
+                _ => 0,
+            };
+            stats.add(&step.name, gpu_ticks as f64 * ms_per_tick);
+        }
+        stats
+    }
+}
+
+/// Says which pass was the last to finish.
+fn failure(frame: &Frame, ticks: &[Option<u64>], result: vk::Result) -> Error {
+    if result != vk::Result::ERROR_DEVICE_LOST {
+        return Error::Vulkan { what: "running a frame".to_owned(), result };
+    }
+    let finished = frame.steps.iter().zip(ticks.chunks_exact(2)).take_while(|(_, pair)| pair.iter().all(Option::is_some)).last();
+    Error::DeviceLost { last_pass: finished.map_or("none of this frame".to_owned(), |(step, _)| step.name.clone()) }
+}

@@ -1,0 +1,49 @@
+//! Passes as data, frames as lists of passes, and the barriers between them.
+//!
+//! A technique declares its passes as [`Pass`] statics, keeps its resources, and writes a [`Frame`]; [`Gpu::submit`] plans, records, runs and times it.
+//!
+//! ```no_run
+//! use lumivox::graph::{Access, Binding, BufferDesc, BufferUsage, Frame, Gpu, GpuOptions, Pass, Sets, Shaders};
+//!
+//! static DOUBLE: Pass = Pass {
+//!     name: "test.double",
+//!     shaders: Shaders::Compute("test/double.comp"),
+//!     bindings: &[Binding::buffer("values", Access::ComputeReadWrite)],
+//!     push_bytes: 4,
+//!     sets: Sets::None,
+//! };
+//!
+//! # fn main() -> Result<(), lumivox::graph::Error> {
+//! let gpu = Gpu::new(&GpuOptions::default())?;
+//! let values = gpu.create_buffer(&BufferDesc { name: "values".into(), size_bytes: 256, usage: BufferUsage::Storage })?;
+//! let mut frame = Frame::new();
+//! frame.fill("values.fill", &values, 3);
+//! frame.pass(&DOUBLE).bind(&values).constants(&[64]).push(&64u32).dispatch([1, 1, 1]);
+//! let stats = gpu.submit(frame)?;
+//! println!("{:?} {:?}", stats.passes, gpu.read_buffer(&values)?);
+//! # Ok(())
+//! # }
+//! ```
+
+mod access;
+mod builder;
+mod frame;
+mod gpu;
+pub mod pass;
+pub mod plan;
+mod record;
+mod sets;
+pub mod stats;
+mod transfer;
+
+pub use access::{Access, Sync};
+pub use builder::{BatchDispatch, ClearOrLoad, DrawBatch, PassBuilder, Targets};
+pub use frame::{ClearValue, Frame, Resource};
+pub use gpu::{Gpu, GpuOptions};
+pub use pass::{Binding, BindingKind, DepthBias, Pass, RasterState, Sets, Shaders};
+pub use sets::{MaterialSet, MaterialSets, SceneBindings, SceneSet};
+pub use stats::{FrameStats, PassTime, PassTimes, Spread, TimesAccumulator};
+
+pub use crate::vulkan::{
+    Buffer, BufferDesc, BufferUsage, DeviceChoice, DeviceInfo, Error, Features, Image, ImageDesc, ImageKind, ImageUsage, Limits, Messages, vk,
+};

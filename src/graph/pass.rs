@@ -1,0 +1,148 @@
+//! What a pass is, declared as data beside the technique that it belongs to.
+
+use ash::vk;
+
+use super::Access;
+
+/// One pass: its name, shaders, bindings (set 1) and parameters. The same name is its label, timer and column in reports.
+#[derive(Debug)]
+pub struct Pass {
+    /// Name, for example `voxel.fragments`.
+    pub name: &'static str,
+    /// Shaders by stem.
+    pub shaders: Shaders,
+    /// Bindings of set 1: binding 0, 1, 2, …
+    pub bindings: &'static [Binding],
+    /// Size of the push constants (bytes), at most 128.
+    pub push_bytes: u32,
+    /// Which of the shared sets it uses.
+    pub sets: Sets,
+}
+
+/// The shared descriptor sets that a pass uses besides its own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sets {
+    /// None.
+    None,
+    /// Set 0: frame constants, samplers, scene buffers.
+    Scene,
+    /// Set 0, and set 2: the textures of one material, changed between the draws or dispatches of the pass.
+    SceneAndMaterials,
+}
+
+/// The shaders of a pass, by stem.
+#[derive(Debug)]
+pub enum Shaders {
+    /// A compute shader.
+    Compute(&'static str),
+    /// Vertex, optional geometry, optional fragment shader.
+    Raster {
+        /// Vertex shader.
+        vertex: &'static str,
+        /// Geometry shader; needs the optional feature.
+        geometry: Option<&'static str>,
+        /// Fragment shader.
+        fragment: Option<&'static str>,
+        /// Fixed-function state.
+        state: RasterState,
+    },
+}
+
+/// Fixed-function state of a raster pass. Front faces are counter-clockwise; viewport and scissor cover the targets.
+#[derive(Debug)]
+pub struct RasterState {
+    /// Formats of the colour attachments.
+    pub color: &'static [vk::Format],
+    /// Format of the depth attachment, which is then tested and written.
+    pub depth: Option<vk::Format>,
+    /// Depth comparison.
+    pub depth_compare: vk::CompareOp,
+    /// Depth bias, for shadow maps.
+    pub depth_bias: Option<DepthBias>,
+    /// Faces to cull.
+    pub cull: vk::CullModeFlags,
+    /// Overestimating conservative rasterization; needs the optional feature.
+    pub conservative: bool,
+}
+
+impl RasterState {
+    /// No attachments, no culling: a pass that only writes storage.
+    pub const NO_TARGETS: Self =
+        RasterState { color: &[], depth: None, depth_compare: vk::CompareOp::LESS, depth_bias: None, cull: vk::CullModeFlags::NONE, conservative: false };
+}
+
+/// Depth bias of a raster pass.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DepthBias {
+    /// Constant part (smallest depth steps).
+    pub constant: f32,
+    /// Part that grows with the slope.
+    pub slope: f32,
+}
+
+/// What a binding shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BindingKind {
+    /// A storage buffer.
+    Buffer,
+    /// A storage image, one mip.
+    Image,
+    /// A sampled image (`texture2D`, `texture3D`, …, with a sampler of set 0).
+    Sampled,
+}
+
+/// One binding of set 1.
+#[derive(Clone, Copy, Debug)]
+pub struct Binding {
+    /// Name, the same as in the shader.
+    pub name: &'static str,
+    /// What it shows.
+    pub kind: BindingKind,
+    /// How the pass uses it.
+    pub access: Access,
+}
+
+impl Binding {
+    /// A storage buffer.
+    pub const fn buffer(name: &'static str, access: Access) -> Self {
+        Binding { name, kind: BindingKind::Buffer, access }
+    }
+
+    /// A storage image.
+    pub const fn image(name: &'static str, access: Access) -> Self {
+        Binding { name, kind: BindingKind::Image, access }
+    }
+
+    /// A sampled image.
+    pub const fn sampled(name: &'static str, access: Access) -> Self {
+        Binding { name, kind: BindingKind::Sampled, access }
+    }
+
+    pub(crate) fn descriptor_type(&self) -> vk::DescriptorType {
+        match self.kind {
+            BindingKind::Buffer => vk::DescriptorType::STORAGE_BUFFER,
+            BindingKind::Image => vk::DescriptorType::STORAGE_IMAGE,
+            BindingKind::Sampled => vk::DescriptorType::SAMPLED_IMAGE,
+        }
+    }
+}
+
+impl Pass {
+    /// Stems of all shaders of the pass, each with its stage.
+    pub fn stages(&self) -> Vec<(vk::ShaderStageFlags, &'static str)> {
+        match &self.shaders {
+            Shaders::Compute(stem) => vec![(vk::ShaderStageFlags::COMPUTE, *stem)],
+            Shaders::Raster { vertex, geometry, fragment, .. } => {
+                [(vk::ShaderStageFlags::VERTEX, Some(*vertex)), (vk::ShaderStageFlags::GEOMETRY, *geometry), (vk::ShaderStageFlags::FRAGMENT, *fragment)]
+                    .into_iter()
+                    .filter_map(|(stage, stem)| Some((stage, stem?)))
+                    .collect()
+            }
+        }
+    }
+
+    /// Whether the pass runs compute shaders.
+    pub fn is_compute(&self) -> bool {
+        matches!(self.shaders, Shaders::Compute(_))
+    }
+}

@@ -1,0 +1,241 @@
+//! From a planned frame to commands: the only place that issues barriers, labels, timers and dispatches.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::builder::{PassCall, Run, Target};
+use super::frame::{Frame, Resource, Step, Work};
+use super::pass::{BindingKind, Pass, Shaders};
+use super::plan::Barrier;
+use super::sets::SharedSets;
+use crate::shader;
+use crate::vulkan::{
+    Attachment, Commands, Descriptor, DescriptorPool, Device, Error, GraphicsDesc, Image, Pipeline, PipelineLayout, Rendering, SetLayout, Timestamps,
+};
+
+/// Pipelines by pass and specialization constants, made when first used.
+#[derive(Default)]
+pub(super) struct Pipelines {
+    layouts: HashMap<&'static str, (Arc<SetLayout>, Arc<PipelineLayout>)>,
+    pipelines: HashMap<(&'static str, Vec<u32>), Arc<Pipeline>>,
+}
+
+impl Pipelines {
+    fn layout(&mut self, device: &Arc<Device>, shared: &SharedSets, pass: &'static Pass) -> Result<&(Arc<SetLayout>, Arc<PipelineLayout>), Error> {
+        if !self.layouts.contains_key(pass.name) {
+            let kinds: Vec<_> = pass.bindings.iter().map(|binding| binding.descriptor_type()).collect();
+            let set = SetLayout::new(device, pass.name, &kinds)?;
+            let layout = PipelineLayout::new(device, pass.name, &[&shared.scene, &set, &shared.material], pass.push_bytes)?;
+            self.layouts.insert(pass.name, (set, layout));
+        }
+        Ok(&self.layouts[pass.name])
+    }
+
+    fn pipeline(&mut self, device: &Arc<Device>, shared: &SharedSets, call: &PassCall) -> Result<Arc<Pipeline>, Error> {
+        let key = (call.pass.name, call.constants.clone());
+        if let Some(pipeline) = self.pipelines.get(&key) {
+            return Ok(Arc::clone(pipeline));
+        }
+        let layout = Arc::clone(&self.layout(device, shared, call.pass)?.1);
+        let pipeline = create_pipeline(device, call.pass, &layout, &call.constants)?;
+        self.pipelines.insert(key, Arc::clone(&pipeline));
+        Ok(pipeline)
+    }
+}
+
+fn create_pipeline(device: &Arc<Device>, pass: &Pass, layout: &Arc<PipelineLayout>, constants: &[u32]) -> Result<Arc<Pipeline>, Error> {
+    let modules: Vec<(vk::ShaderStageFlags, Vec<u32>)> =
+        pass.stages().into_iter().map(|(stage, stem)| Ok((stage, shader::words(stem)?))).collect::<Result<_, Error>>()?;
+    let Shaders::Raster { geometry, state, .. } = &pass.shaders else {
+        return Pipeline::compute(device, pass.name, layout, &modules[0].1, constants);
+    };
+    let features = &device.adapter().features;
+    let missing = |feature| Error::FeatureMissing { what: format!("the pass {}", pass.name), feature };
+    if geometry.is_some() && !features.geometry_shader {
+        return Err(missing("geometryShader"));
+    }
+    if state.conservative && !features.conservative_rasterization {
+        return Err(missing("VK_EXT_conservative_rasterization"));
+    }
+    let stages: Vec<(vk::ShaderStageFlags, &[u32])> = modules.iter().map(|(stage, words)| (*stage, words.as_slice())).collect();
+    let desc = GraphicsDesc {
+        stages: &stages,
+        color: state.color,
+        depth: state.depth,
+        depth_compare: state.depth_compare,
+        depth_bias: state.depth_bias.map(|bias| [bias.constant, bias.slope]),
+        cull: state.cull,
+        conservative: state.conservative,
+    };
+    Pipeline::graphics(device, pass.name, layout, &desc, constants)
+}
+
+/// What recording needs besides the frame.
+pub(super) struct Recorder<'r> {
+    pub(super) device: &'r Arc<Device>,
+    pub(super) shared: &'r SharedSets,
+    pub(super) commands: &'r Commands,
+    pub(super) timestamps: &'r Timestamps,
+    pub(super) pipelines: &'r mut Pipelines,
+    pub(super) trace: bool,
+}
+
+impl Recorder<'_> {
+    /// Records all steps with the barriers before each; the pool returned has to live until the commands have run.
+    pub(super) fn record(&mut self, frame: &Frame, barriers: &[Vec<Barrier>]) -> Result<DescriptorPool, Error> {
+        let mut layouts = Vec::new();
+        for step in &frame.steps {
+            if let Work::Pass(call) = &step.work {
+                layouts.push(Arc::clone(&self.pipelines.layout(self.device, self.shared, call.pass)?.0));
+            }
+        }
+        let pool = DescriptorPool::new(self.device, layouts.iter().map(|layout| &**layout))?;
+        self.commands.begin()?;
+        for ((index, step), barriers) in (0u32..).zip(&frame.steps).zip(barriers) {
+            if self.trace {
+                barriers.iter().for_each(|barrier| trace(frame, step, barrier));
+            }
+            self.commands.begin_label(&step.name);
+            self.barriers(step, barriers);
+            self.commands.timestamp(self.timestamps, 2 * index);
+            self.step(step, &pool)?;
+            self.commands.timestamp(self.timestamps, 2 * index + 1);
+            self.commands.end_label();
+        }
+        Ok(pool)
+    }
+
+    fn barriers(&self, step: &Step, barriers: &[Barrier]) {
+        let (mut buffers, mut images) = (Vec::new(), Vec::new());
+        for barrier in barriers {
+            match step.uses.iter().map(|(resource, _)| resource).find(|resource| resource.id() == barrier.resource) {
+                Some(Resource::Buffer(buffer)) => buffers.push(
+                    vk::BufferMemoryBarrier2::default()
+                        .src_stage_mask(barrier.src.stage)
+                        .src_access_mask(barrier.src.access)
+                        .dst_stage_mask(barrier.dst.stage)
+                        .dst_access_mask(barrier.dst.access)
+                        .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+                        .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+                        .buffer(buffer.raw())
+                        .size(vk::WHOLE_SIZE),
+                ),
+                Some(Resource::Image(image, _)) => images.push(image_barrier(image, barrier)),
+                None => {}
+            }
+        }
+        if !barriers.is_empty() {
+            self.commands.barriers(&buffers, &images);
+        }
+    }
+
+    fn step(&mut self, step: &Step, pool: &DescriptorPool) -> Result<(), Error> {
+        let commands = self.commands;
+        match &step.work {
+            Work::Nothing => {}
+            Work::Pass(call) => self.pass(call, pool)?,
+            Work::Fill(buffer, value) => commands.fill(buffer, *value),
+            Work::Clear(image, value) => commands.clear(image, value.raw()),
+            Work::BlitMip(image, source) => commands.blit_mip(image, *source),
+            Work::CopyBuffer { source, target, size } => commands.copy_buffer((&source.0, source.1), (&target.0, target.1), *size),
+            Work::ToImage { source, target, region } => commands.copy_to_image(source, target, *region),
+            Work::FromImage { source, region, target } => commands.copy_from_image(source, *region, target),
+        }
+        Ok(())
+    }
+
+    fn pass(&mut self, call: &PassCall, pool: &DescriptorPool) -> Result<(), Error> {
+        let pipeline = self.pipelines.pipeline(self.device, self.shared, call)?;
+        let set_layout = Arc::clone(&self.pipelines.layout(self.device, self.shared, call.pass)?.0);
+        self.commands.bind_pipeline(&pipeline);
+        if let Some(scene) = &call.scene {
+            self.commands.bind_set(&pipeline, 0, scene.raw);
+        }
+        if !call.resources.is_empty() {
+            self.commands.bind_set(&pipeline, 1, pool.set(call.pass.name, &set_layout, &descriptors(call)?)?);
+        }
+        self.commands.push(&pipeline, &call.push);
+        match &call.run {
+            Run::Indirect(buffer, offset) => self.commands.dispatch_indirect(buffer, *offset),
+            Run::Dispatch(batches) => {
+                for batch in batches {
+                    self.batch(&pipeline, call, batch.material, &batch.push);
+                    self.commands.dispatch(batch.groups);
+                }
+            }
+            Run::Draw { color, depth, extent, batches } => {
+                let layout = |access: super::Access| access.sync().layout;
+                let color = color.iter().map(|target| attachment(target, layout(super::Access::ColorTarget))).collect::<Result<_, _>>()?;
+                let depth = depth.as_ref().map(|target| attachment(target, layout(super::Access::DepthTarget))).transpose()?;
+                self.commands.begin_rendering(&Rendering { color, depth, extent: *extent });
+                for batch in batches {
+                    self.batch(&pipeline, call, batch.material, &batch.push);
+                    self.commands.draw(batch.first_vertex, batch.vertex_count);
+                }
+                self.commands.end_rendering();
+            }
+        }
+        Ok(())
+    }
+
+    /// The material and the parameters of one draw or dispatch of a pass.
+    fn batch(&self, pipeline: &Pipeline, call: &PassCall, material: u32, push: &[u8]) {
+        if let Some(set) = call.materials.as_ref().and_then(|materials| materials.get(material as usize)) {
+            self.commands.bind_set(pipeline, 2, set.raw);
+        }
+        self.commands.push(pipeline, push);
+    }
+}
+
+fn attachment(target: &Target, layout: vk::ImageLayout) -> Result<Attachment, Error> {
+    Ok(Attachment { view: target.image.attachment_view(target.mip, target.layer)?, layout, clear: target.clear_value() })
+}
+
+fn descriptors(call: &PassCall) -> Result<Vec<Descriptor>, Error> {
+    let described = call.resources.iter().zip(call.pass.bindings).map(|(resource, binding)| match resource {
+        Resource::Buffer(buffer) => Ok(Descriptor::Buffer(buffer.raw())),
+        Resource::Image(image, mips) => {
+            let layout = if binding.kind == BindingKind::Image { vk::ImageLayout::GENERAL } else { vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL };
+            Ok(Descriptor::Image(image.view(mips.clone())?, layout))
+        }
+    });
+    described.collect()
+}
+
+fn image_barrier(image: &Image, barrier: &Barrier) -> vk::ImageMemoryBarrier2<'static> {
+    let range = vk::ImageSubresourceRange {
+        aspect_mask: image.aspect(),
+        base_mip_level: barrier.mips.first,
+        level_count: barrier.mips.count,
+        base_array_layer: barrier.layers.first,
+        layer_count: barrier.layers.count,
+    };
+    vk::ImageMemoryBarrier2::default()
+        .src_stage_mask(barrier.src.stage)
+        .src_access_mask(barrier.src.access)
+        .dst_stage_mask(barrier.dst.stage)
+        .dst_access_mask(barrier.dst.access)
+        .old_layout(barrier.old_layout)
+        .new_layout(barrier.new_layout)
+        .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+        .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+        .image(image.raw())
+        .subresource_range(range)
+}
+
+/// One line for `--trace-barriers`.
+fn trace(frame: &Frame, step: &Step, barrier: &Barrier) {
+    let resource = step.uses.iter().find(|(resource, _)| resource.id() == barrier.resource).map_or("?", |(resource, _)| resource.name());
+    let from = match barrier.from {
+        None => "nothing".to_owned(),
+        Some(origin) => {
+            let name = origin.pass.and_then(|pass| frame.steps.get(pass)).map_or("an earlier frame", |step| step.name.as_str());
+            format!("{name} ({:?})", origin.access)
+        }
+    };
+    let mips = barrier.mips.first..barrier.mips.first + barrier.mips.count;
+    let layouts = if barrier.old_layout == barrier.new_layout { String::new() } else { format!(", {:?} -> {:?}", barrier.old_layout, barrier.new_layout) };
+    eprintln!("barrier {resource} mips {mips:?}: {from} -> {} ({:?}): {:?}{layouts}", step.name, barrier.to, barrier.hazard);
+}

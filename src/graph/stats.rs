@@ -1,0 +1,99 @@
+//! What a frame cost, and the median over many.
+
+use serde::Serialize;
+
+/// The GPU time of one pass in one frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PassTime {
+    /// Name of the pass.
+    pub name: String,
+    /// Time on the GPU, summed over all runs of the pass in the frame (ms).
+    pub gpu_ms: f64,
+    /// How often the pass ran in the frame.
+    pub runs: u32,
+}
+
+/// What one frame cost.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FrameStats {
+    /// The passes, in the order of their first run.
+    pub passes: Vec<PassTime>,
+}
+
+impl FrameStats {
+    /// Sum over all passes (ms).
+    pub fn total_ms(&self) -> f64 {
+        self.passes.iter().map(|pass| pass.gpu_ms).sum()
+    }
+
+    /// Time of one pass (ms); `None` if it did not run.
+    pub fn pass_ms(&self, name: &str) -> Option<f64> {
+        self.passes.iter().find(|pass| pass.name == name).map(|pass| pass.gpu_ms)
+    }
+
+    pub(crate) fn add(&mut self, name: &str, gpu_ms: f64) {
+        match self.passes.iter_mut().find(|pass| pass.name == name) {
+            Some(pass) => {
+                pass.gpu_ms += gpu_ms;
+                pass.runs += 1;
+            }
+            None => self.passes.push(PassTime { name: name.to_owned(), gpu_ms, runs: 1 }),
+        }
+    }
+}
+
+/// Median, smallest and largest of several measurements (ms).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Spread {
+    /// Median; the mean of the middle two for an even number.
+    pub median: f64,
+    /// Smallest.
+    pub min: f64,
+    /// Largest.
+    pub max: f64,
+    /// Number of measurements.
+    pub n: usize,
+}
+
+impl Spread {
+    /// Of at least one measurement.
+    pub fn of(values: &[f64]) -> Option<Self> {
+        let mut sorted = values.to_vec();
+        sorted.sort_by(f64::total_cmp);
+        let (min, max) = (*sorted.first()?, *sorted.last()?);
+        let (low, high) = (sorted[(sorted.len() - 1) / 2], sorted[sorted.len() / 2]);
+        Some(Spread { median: 0.5 * (low + high), min, max, n: sorted.len() })
+    }
+}
+
+/// One row of a report: a pass over many frames.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PassTimes {
+    /// Name of the pass.
+    pub name: String,
+    /// Time on the GPU (ms).
+    pub gpu_ms: Spread,
+}
+
+/// Collects the pass times of many frames.
+#[derive(Clone, Debug, Default)]
+pub struct TimesAccumulator {
+    passes: Vec<(String, Vec<f64>)>,
+}
+
+impl TimesAccumulator {
+    /// Adds one frame.
+    pub fn add(&mut self, stats: &FrameStats) {
+        for pass in &stats.passes {
+            match self.passes.iter_mut().find(|(name, _)| *name == pass.name) {
+                Some((_, values)) => values.push(pass.gpu_ms),
+                None => self.passes.push((pass.name.clone(), vec![pass.gpu_ms])),
+            }
+        }
+    }
+
+    /// One row for each pass, in the order of their first run.
+    pub fn rows(&self) -> Vec<PassTimes> {
+        self.passes.iter().filter_map(|(name, values)| Some(PassTimes { name: name.clone(), gpu_ms: Spread::of(values)? })).collect()
+    }
+}

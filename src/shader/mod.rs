@@ -1,0 +1,21 @@
+//! Shader modules, compiled by `tools/shaders` and embedded, and the structs that Rust and GLSL share.
+
+mod layout;
+mod modules;
+
+pub use layout::{Field, GpuStruct};
+
+use crate::vulkan::Error;
+
+/// The SPIR-V words of a module by its stem, for example `gi/voxel/fragments.comp`.
+pub fn words(stem: &str) -> Result<Vec<u32>, Error> {
+    let index = modules::MODULES.binary_search_by(|(name, _)| (*name).cmp(stem)).map_err(|_| Error::ModuleMissing(stem.to_owned()))?;
+    let (_, bytes) = modules::MODULES[index];
+    // The checked-in files are little-endian.
+    Ok(bytes.as_chunks().0.iter().map(|word| u32::from_le_bytes(*word)).collect())
+}
+
+/// The stems of all embedded modules, sorted.
+pub fn stems() -> impl Iterator<Item = &'static str> {
+    modules::MODULES.iter().map(|(name, _)| *name)
+}

@@ -1,0 +1,260 @@
+//! What a physical device is and can do, and why it may be refused.
+
+use ash::vk;
+
+/// The kind of a device; earlier is better.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum DeviceKind {
+    /// A graphics card.
+    Discrete,
+    /// A GPU in the processor.
+    Integrated,
+    /// A GPU seen through a virtual machine.
+    Virtual,
+    /// A renderer that runs on the CPU.
+    Cpu,
+    /// Anything else.
+    Other,
+}
+
+/// What a device calls itself.
+#[derive(Clone, Debug)]
+pub struct DeviceInfo {
+    /// Name of the device.
+    pub name: String,
+    /// Kind of the device.
+    pub kind: DeviceKind,
+    /// Driver and its version.
+    pub driver: String,
+    /// Vulkan version.
+    pub api_version: String,
+}
+
+/// One feature, and what it costs not to have it.
+#[derive(Clone, Debug)]
+pub struct Check {
+    /// Name of the feature, as in the Vulkan specification.
+    pub name: &'static str,
+    /// Whether the device has it.
+    pub present: bool,
+    /// What its absence costs.
+    pub cost: &'static str,
+}
+
+/// Optional features, enabled where present.
+#[derive(Clone, Debug, Default)]
+pub struct Features {
+    /// Geometry shaders, and `gl_PrimitiveID` in fragment shaders.
+    pub geometry_shader: bool,
+    /// Anisotropic filtering.
+    pub sampler_anisotropy: bool,
+    /// 64-bit integers in shaders.
+    pub shader_int64: bool,
+    /// `VK_EXT_conservative_rasterization`.
+    pub conservative_rasterization: bool,
+    /// Arithmetic and ballot subgroup operations in compute shaders.
+    pub subgroup_arithmetic: bool,
+    /// Invocations in a subgroup.
+    pub subgroup_size: u32,
+}
+
+/// Limits that decide what can be built.
+#[derive(Clone, Debug, Default)]
+pub struct Limits {
+    /// Largest part of a storage buffer that a shader can see (bytes).
+    pub storage_buffer_bytes: u64,
+    /// Largest uniform buffer (bytes).
+    pub uniform_buffer_bytes: u64,
+    /// Largest single allocation (bytes).
+    pub allocation_bytes: u64,
+    /// Size of the largest device-local memory heap (bytes).
+    pub heap_bytes: u64,
+    /// Largest extent of a 3D image (texels).
+    pub extent_3d: u32,
+    /// Largest extent of a 2D image (texels).
+    pub extent_2d: u32,
+    /// Most workgroups along each axis of a dispatch.
+    pub workgroups: [u32; 3],
+    /// Most invocations in a workgroup.
+    pub workgroup_invocations: u32,
+    /// Shared memory of a workgroup (bytes).
+    pub shared_bytes: u32,
+    /// Push constants (bytes).
+    pub push_bytes: u32,
+    /// Duration of one timestamp tick (ns).
+    pub timestamp_period_ns: f32,
+}
+
+/// One physical device.
+#[derive(Clone, Debug)]
+pub struct Adapter {
+    /// Position in the driver's list.
+    pub index: usize,
+    /// What the device calls itself.
+    pub info: DeviceInfo,
+    /// What Lumivox cannot do without.
+    pub required: Vec<Check>,
+    /// What Lumivox uses where it is there.
+    pub optional: Vec<Check>,
+    /// The optional features, for programs.
+    pub features: Features,
+    /// The limits.
+    pub limits: Limits,
+    pub(super) raw: vk::PhysicalDevice,
+    pub(super) queue_family: Option<u32>,
+    pub(super) memory: vk::PhysicalDeviceMemoryProperties,
+}
+
+impl Adapter {
+    /// Names of the required features that are missing; empty for a usable device.
+    pub fn missing(&self) -> Vec<&'static str> {
+        self.required.iter().filter(|check| !check.present).map(|check| check.name).collect()
+    }
+
+    pub(super) fn new(instance: &ash::Instance, raw: vk::PhysicalDevice, index: usize) -> Self {
+        // SAFETY: the device belongs to this living instance.
+        let (base, memory) = unsafe { (instance.get_physical_device_properties(raw), instance.get_physical_device_memory_properties(raw)) };
+        let mut adapter = Adapter {
+            index,
+            info: DeviceInfo {
+                name: base.device_name_as_c_str().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default(),
+                kind: kind(base.device_type),
+                driver: version_text(base.driver_version),
+                api_version: version_text(base.api_version),
+            },
+            required: vec![Check { name: "Vulkan 1.3", present: base.api_version >= vk::API_VERSION_1_3, cost: "no device without it" }],
+            optional: Vec::new(),
+            features: Features::default(),
+            limits: limits(&base.limits, &memory),
+            raw,
+            queue_family: queue_family(instance, raw),
+            memory,
+        };
+        if base.api_version >= vk::API_VERSION_1_3 {
+            adapter.read_properties(instance);
+            adapter.read_features(instance);
+            adapter.read_formats(instance);
+        }
+        adapter
+    }
+
+    fn read_properties(&mut self, instance: &ash::Instance) {
+        let mut v11 = vk::PhysicalDeviceVulkan11Properties::default();
+        let mut v12 = vk::PhysicalDeviceVulkan12Properties::default();
+        let mut v13 = vk::PhysicalDeviceVulkan13Properties::default();
+        let mut maintenance3 = vk::PhysicalDeviceMaintenance3Properties::default();
+        let mut properties = vk::PhysicalDeviceProperties2::default().push_next(&mut v11).push_next(&mut v12).push_next(&mut v13).push_next(&mut maintenance3);
+        // SAFETY: a Vulkan 1.3 device fills all of these.
+        unsafe { instance.get_physical_device_properties2(self.raw, &mut properties) };
+        let text = |name: Result<&std::ffi::CStr, _>| name.map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+        self.info.driver = format!("{} {}", text(v12.driver_name_as_c_str()), text(v12.driver_info_as_c_str())).trim().to_owned();
+        self.limits.allocation_bytes = maintenance3.max_memory_allocation_size;
+        let operations = vk::SubgroupFeatureFlags::ARITHMETIC | vk::SubgroupFeatureFlags::BALLOT;
+        self.features.subgroup_size = v11.subgroup_size;
+        self.features.subgroup_arithmetic =
+            v11.subgroup_supported_operations.contains(operations) && v11.subgroup_supported_stages.contains(vk::ShaderStageFlags::COMPUTE);
+    }
+
+    fn read_features(&mut self, instance: &ash::Instance) {
+        let mut v12 = vk::PhysicalDeviceVulkan12Features::default();
+        let mut v13 = vk::PhysicalDeviceVulkan13Features::default();
+        let mut features = vk::PhysicalDeviceFeatures2::default().push_next(&mut v12).push_next(&mut v13);
+        // SAFETY: a Vulkan 1.3 device fills all of these.
+        unsafe { instance.get_physical_device_features2(self.raw, &mut features) };
+        let base = features.features;
+        let cost = "no device without it";
+        for (name, present) in [
+            ("dynamicRendering", v13.dynamic_rendering == vk::TRUE),
+            ("synchronization2", v13.synchronization2 == vk::TRUE),
+            ("maintenance4", v13.maintenance4 == vk::TRUE),
+            ("timelineSemaphore", v12.timeline_semaphore == vk::TRUE),
+            ("hostQueryReset", v12.host_query_reset == vk::TRUE),
+            ("fragmentStoresAndAtomics", base.fragment_stores_and_atomics == vk::TRUE),
+            ("shaderStorageImageExtendedFormats", base.shader_storage_image_extended_formats == vk::TRUE),
+            ("a queue with graphics, compute and timestamps", self.queue_family.is_some()),
+        ] {
+            self.required.push(Check { name, present, cost });
+        }
+        let found = &mut self.features;
+        found.geometry_shader = base.geometry_shader == vk::TRUE;
+        found.sampler_anisotropy = base.sampler_anisotropy == vk::TRUE;
+        found.shader_int64 = base.shader_int64 == vk::TRUE;
+        found.conservative_rasterization = has_extension(instance, self.raw, vk::EXT_CONSERVATIVE_RASTERIZATION_NAME);
+        self.optional = optional_checks(found);
+    }
+
+    fn read_formats(&mut self, instance: &ash::Instance) {
+        let storage = vk::FormatFeatureFlags::STORAGE_IMAGE;
+        for (name, format, wanted) in [
+            ("rgba16f 3D storage images", vk::Format::R16G16B16A16_SFLOAT, storage | vk::FormatFeatureFlags::SAMPLED_IMAGE_FILTER_LINEAR),
+            ("r32ui 3D storage images with atomics", vk::Format::R32_UINT, storage | vk::FormatFeatureFlags::STORAGE_IMAGE_ATOMIC),
+        ] {
+            let usage = vk::ImageUsageFlags::STORAGE | vk::ImageUsageFlags::SAMPLED;
+            // SAFETY: plain queries of a living device.
+            let present = unsafe {
+                let features = instance.get_physical_device_format_properties(self.raw, format).optimal_tiling_features;
+                let (kind, tiling, flags) = (vk::ImageType::TYPE_3D, vk::ImageTiling::OPTIMAL, vk::ImageCreateFlags::empty());
+                features.contains(wanted) && instance.get_physical_device_image_format_properties(self.raw, format, kind, tiling, usage, flags).is_ok()
+            };
+            self.required.push(Check { name, present, cost: "no device without it" });
+        }
+    }
+}
+
+fn optional_checks(features: &Features) -> Vec<Check> {
+    [
+        ("geometryShader", features.geometry_shader, "no raster voxelization; the compute voxelization is used"),
+        ("VK_EXT_conservative_rasterization", features.conservative_rasterization, "no raster-hw voxelization; triangles are enlarged in a geometry shader"),
+        ("samplerAnisotropy", features.sampler_anisotropy, "material textures are filtered trilinearly only"),
+        ("shaderInt64", features.shader_int64, "no 64-bit integers in shaders; 32-bit pairs are used"),
+        ("subgroup arithmetic in compute shaders", features.subgroup_arithmetic, "reductions go through shared memory"),
+    ]
+    .map(|(name, present, cost)| Check { name, present, cost })
+    .to_vec()
+}
+
+fn kind(kind: vk::PhysicalDeviceType) -> DeviceKind {
+    match kind {
+        vk::PhysicalDeviceType::DISCRETE_GPU => DeviceKind::Discrete,
+        vk::PhysicalDeviceType::INTEGRATED_GPU => DeviceKind::Integrated,
+        vk::PhysicalDeviceType::VIRTUAL_GPU => DeviceKind::Virtual,
+        vk::PhysicalDeviceType::CPU => DeviceKind::Cpu,
+        _ => DeviceKind::Other,
+    }
+}
+
+fn limits(limits: &vk::PhysicalDeviceLimits, memory: &vk::PhysicalDeviceMemoryProperties) -> Limits {
+    let local = |heap: &&vk::MemoryHeap| heap.flags.contains(vk::MemoryHeapFlags::DEVICE_LOCAL);
+    Limits {
+        storage_buffer_bytes: limits.max_storage_buffer_range.into(),
+        uniform_buffer_bytes: limits.max_uniform_buffer_range.into(),
+        allocation_bytes: u64::MAX,
+        heap_bytes: memory.memory_heaps_as_slice().iter().filter(local).map(|heap| heap.size).max().unwrap_or(0),
+        extent_3d: limits.max_image_dimension3_d,
+        extent_2d: limits.max_image_dimension2_d,
+        workgroups: limits.max_compute_work_group_count,
+        workgroup_invocations: limits.max_compute_work_group_invocations,
+        shared_bytes: limits.max_compute_shared_memory_size,
+        push_bytes: limits.max_push_constants_size,
+        timestamp_period_ns: limits.timestamp_period,
+    }
+}
+
+fn queue_family(instance: &ash::Instance, raw: vk::PhysicalDevice) -> Option<u32> {
+    // SAFETY: the device belongs to this living instance.
+    let families = unsafe { instance.get_physical_device_queue_family_properties(raw) };
+    let wanted = vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE;
+    let index = families.iter().position(|family| family.queue_flags.contains(wanted) && family.timestamp_valid_bits > 0)?;
+    u32::try_from(index).ok()
+}
+
+fn has_extension(instance: &ash::Instance, raw: vk::PhysicalDevice, name: &std::ffi::CStr) -> bool {
+    // SAFETY: the device belongs to this living instance.
+    let extensions = unsafe { instance.enumerate_device_extension_properties(raw) }.unwrap_or_default();
+    extensions.iter().any(|extension| extension.extension_name_as_c_str() == Ok(name))
+}
+
+/// `major.minor.patch`.
+pub(super) fn version_text(version: u32) -> String {
+    format!("{}.{}.{}", vk::api_version_major(version), vk::api_version_minor(version), vk::api_version_patch(version))
+}

@@ -1,0 +1,160 @@
+//! Buffers.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use ash::vk;
+use gpu_allocator::MemoryLocation;
+use gpu_allocator::vulkan::Allocation;
+
+use super::{Context, Device, Error};
+
+/// What a buffer is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BufferUsage {
+    /// Storage in device memory; also source and destination of copies, and arguments of indirect work.
+    Storage,
+    /// Small constants, written by the host between frames; can also be bound as storage.
+    Uniform,
+    /// Written by copies, read by the host.
+    Readback,
+    /// Written by the host, source of copies.
+    Staging,
+}
+
+/// A buffer to make.
+#[derive(Clone, Debug)]
+pub struct BufferDesc {
+    /// Name for reports, errors and debuggers.
+    pub name: String,
+    /// Size (bytes); may be 0.
+    pub size_bytes: u64,
+    /// What it is for.
+    pub usage: BufferUsage,
+}
+
+/// A buffer and its memory; freed when the last owner drops it.
+pub struct Buffer {
+    raw: vk::Buffer,
+    allocation: Mutex<Option<Allocation>>,
+    id: u64,
+    name: String,
+    size_bytes: u64,
+    usage: BufferUsage,
+    device: Arc<Device>,
+}
+
+impl Buffer {
+    /// Makes a buffer; a size beyond what the device can hold or bind is an error with the numbers.
+    pub fn new(device: &Arc<Device>, desc: &BufferDesc) -> Result<Arc<Self>, Error> {
+        let limits = &device.adapter().limits;
+        let (limit, available) = match desc.usage {
+            BufferUsage::Storage => ("maxStorageBufferRange", limits.storage_buffer_bytes),
+            BufferUsage::Uniform => ("maxUniformBufferRange", limits.uniform_buffer_bytes),
+            BufferUsage::Readback | BufferUsage::Staging => ("maxMemoryAllocationSize", limits.allocation_bytes),
+        };
+        if desc.size_bytes > available {
+            return Err(Error::TooLarge { resource: desc.name.clone(), wanted: desc.size_bytes, available, limit });
+        }
+        device.memory().check(&desc.name, desc.size_bytes)?;
+        let info = vk::BufferCreateInfo::default().size(padded(desc.size_bytes)).usage(usage_flags(desc.usage));
+        // SAFETY: the device is alive and the size is neither zero nor beyond its limits.
+        let raw = unsafe { device.raw().create_buffer(&info, None) }.during(&format!("creating the buffer {}", desc.name))?;
+        let mut buffer = Buffer {
+            raw,
+            allocation: Mutex::new(None),
+            id: device.new_id(),
+            name: desc.name.clone(),
+            size_bytes: desc.size_bytes,
+            usage: desc.usage,
+            device: Arc::clone(device),
+        };
+        buffer.bind_memory()?;
+        device.set_name(raw, &desc.name);
+        Ok(Arc::new(buffer))
+    }
+
+    /// Name for reports, errors and debuggers.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Size as asked for (bytes).
+    pub fn size_bytes(&self) -> u64 {
+        self.size_bytes
+    }
+
+    /// What it is for.
+    pub fn usage(&self) -> BufferUsage {
+        self.usage
+    }
+
+    pub(crate) fn id(&self) -> u64 {
+        self.id
+    }
+
+    pub(crate) fn raw(&self) -> vk::Buffer {
+        self.raw
+    }
+
+    /// Copies host bytes in; the buffer must be host visible, and not in use by the device.
+    pub(crate) fn write_mapped(&self, offset: u64, bytes: &[u8]) {
+        let mut allocation = self.allocation.lock().unwrap_or_else(PoisonError::into_inner);
+        let mapped = allocation.as_mut().and_then(Allocation::mapped_slice_mut);
+        let start = usize::try_from(offset).unwrap_or(usize::MAX);
+        let target = mapped.and_then(|mapped| mapped.get_mut(start..start.checked_add(bytes.len())?));
+        assert!(target.is_some(), "buffer {}: {} bytes at {offset} cannot be written by the host", self.name, bytes.len());
+        if let Some(target) = target {
+            target.copy_from_slice(bytes);
+        }
+    }
+
+    /// Copies the contents out; the buffer must be host visible, and not in use by the device.
+    pub(crate) fn read_mapped(&self) -> Vec<u8> {
+        let allocation = self.allocation.lock().unwrap_or_else(PoisonError::into_inner);
+        let mapped = allocation.as_ref().and_then(Allocation::mapped_slice);
+        let bytes = mapped.and_then(|mapped| mapped.get(..usize::try_from(self.size_bytes).ok()?));
+        assert!(bytes.is_some(), "buffer {} cannot be read by the host", self.name);
+        bytes.unwrap_or_default().to_vec()
+    }
+
+    fn bind_memory(&mut self) -> Result<(), Error> {
+        let location = match self.usage {
+            BufferUsage::Storage => MemoryLocation::GpuOnly,
+            BufferUsage::Uniform | BufferUsage::Staging => MemoryLocation::CpuToGpu,
+            BufferUsage::Readback => MemoryLocation::GpuToCpu,
+        };
+        // SAFETY: the buffer is alive.
+        let requirements = unsafe { self.device.raw().get_buffer_memory_requirements(self.raw) };
+        let allocation = self.device.memory().allocate(self.id, &self.name, requirements, location, true)?;
+        // SAFETY: the memory fits the requirements, and is freed only after the buffer.
+        let bound = unsafe { self.device.raw().bind_buffer_memory(self.raw, allocation.memory(), allocation.offset()) };
+        *self.allocation.get_mut().unwrap_or_else(PoisonError::into_inner) = Some(allocation);
+        bound.during(&format!("binding memory of the buffer {}", self.name))
+    }
+}
+
+impl Drop for Buffer {
+    fn drop(&mut self) {
+        // SAFETY: frames own what they use and are waited for, so the device no longer uses the buffer.
+        unsafe { self.device.raw().destroy_buffer(self.raw, None) };
+        if let Some(allocation) = self.allocation.get_mut().unwrap_or_else(PoisonError::into_inner).take() {
+            self.device.memory().free(self.id, allocation);
+        }
+        self.device.retire(self.id);
+    }
+}
+
+/// Whole words, at least one: Vulkan has no empty buffers, and fills count in words.
+fn padded(size_bytes: u64) -> u64 {
+    size_bytes.max(4).next_multiple_of(4)
+}
+
+fn usage_flags(usage: BufferUsage) -> vk::BufferUsageFlags {
+    let copies = vk::BufferUsageFlags::TRANSFER_SRC | vk::BufferUsageFlags::TRANSFER_DST;
+    match usage {
+        BufferUsage::Storage => copies | vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::INDIRECT_BUFFER,
+        BufferUsage::Uniform => copies | vk::BufferUsageFlags::UNIFORM_BUFFER | vk::BufferUsageFlags::STORAGE_BUFFER,
+        BufferUsage::Readback => vk::BufferUsageFlags::TRANSFER_DST,
+        BufferUsage::Staging => vk::BufferUsageFlags::TRANSFER_SRC,
+    }
+}

@@ -1,0 +1,252 @@
+//! One command buffer, recorded, submitted and waited for, again and again.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::debug::c_name;
+use super::{Buffer, Context, Device, Error, Image, Pipeline, Timestamps};
+
+/// One mip and layer of an image, for copies.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ImageRegion {
+    pub(crate) mip: u32,
+    pub(crate) layer: u32,
+}
+
+/// One attachment of a rendering scope.
+#[derive(Clone, Copy)]
+pub(crate) struct Attachment {
+    pub(crate) view: vk::ImageView,
+    pub(crate) layout: vk::ImageLayout,
+    /// What to clear to; `None` keeps the contents.
+    pub(crate) clear: Option<vk::ClearValue>,
+}
+
+/// A rendering scope.
+pub(crate) struct Rendering {
+    pub(crate) color: Vec<Attachment>,
+    pub(crate) depth: Option<Attachment>,
+    pub(crate) extent: [u32; 2],
+}
+
+/// A command pool with one buffer, and the fence that says when its work is done.
+///
+/// The methods record one command each. Their callers, all in the graph, keep alive whatever is recorded until [`Commands::submit_and_wait`] returns.
+pub(crate) struct Commands {
+    pool: vk::CommandPool,
+    raw: vk::CommandBuffer,
+    fence: vk::Fence,
+    device: Arc<Device>,
+}
+
+impl Commands {
+    pub(crate) fn new(device: &Arc<Device>) -> Result<Self, Error> {
+        let info = vk::CommandPoolCreateInfo::default().queue_family_index(device.queue_family());
+        // SAFETY: the family is the one the device was opened with.
+        let pool = unsafe { device.raw().create_command_pool(&info, None) }.during("creating a command pool")?;
+        let mut commands = Commands { pool, raw: vk::CommandBuffer::null(), fence: vk::Fence::null(), device: Arc::clone(device) };
+        let info = vk::CommandBufferAllocateInfo::default().command_pool(pool).level(vk::CommandBufferLevel::PRIMARY).command_buffer_count(1);
+        // SAFETY: the pool is alive.
+        let buffers = unsafe { device.raw().allocate_command_buffers(&info) }.during("allocating a command buffer")?;
+        commands.raw = buffers.first().copied().unwrap_or_default();
+        // SAFETY: the device is alive.
+        commands.fence = unsafe { device.raw().create_fence(&vk::FenceCreateInfo::default(), None) }.during("creating a fence")?;
+        Ok(commands)
+    }
+
+    /// Starts over.
+    pub(crate) fn begin(&self) -> Result<(), Error> {
+        let info = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
+        // SAFETY: the last submission was waited for.
+        unsafe {
+            self.device.raw().reset_command_pool(self.pool, vk::CommandPoolResetFlags::empty()).during("resetting the command pool")?;
+            self.device.raw().begin_command_buffer(self.raw, &info).during("starting a command buffer")
+        }
+    }
+
+    /// Ends the recording, submits it and waits until it is done.
+    pub(crate) fn submit_and_wait(&self) -> Result<(), vk::Result> {
+        let buffers = [vk::CommandBufferSubmitInfo::default().command_buffer(self.raw)];
+        let submit = vk::SubmitInfo2::default().command_buffer_infos(&buffers);
+        let device = self.device.raw();
+        // SAFETY: the command buffer is complete, and one thread at a time holds it.
+        unsafe {
+            device.end_command_buffer(self.raw)?;
+            device.queue_submit2(self.device.queue(), &[submit], self.fence)?;
+            device.wait_for_fences(&[self.fence], true, u64::MAX)?;
+            device.reset_fences(&[self.fence])
+        }
+    }
+
+    pub(crate) fn barriers(&self, buffers: &[vk::BufferMemoryBarrier2<'_>], images: &[vk::ImageMemoryBarrier2<'_>]) {
+        let info = vk::DependencyInfo::default().buffer_memory_barriers(buffers).image_memory_barriers(images);
+        // SAFETY: recording into a begun command buffer (as for every method below).
+        unsafe { self.device.raw().cmd_pipeline_barrier2(self.raw, &info) };
+    }
+
+    pub(crate) fn begin_label(&self, name: &str) {
+        if let Some(debug) = self.device.debug_utils() {
+            let name = c_name(name);
+            let label = vk::DebugUtilsLabelEXT::default().label_name(&name);
+            // SAFETY: as for `barriers`; the extension is enabled.
+            unsafe { debug.cmd_begin_debug_utils_label(self.raw, &label) };
+        }
+    }
+
+    pub(crate) fn end_label(&self) {
+        if let Some(debug) = self.device.debug_utils() {
+            // SAFETY: as for `barriers`; a label is open.
+            unsafe { debug.cmd_end_debug_utils_label(self.raw) };
+        }
+    }
+
+    pub(crate) fn timestamp(&self, timestamps: &Timestamps, index: u32) {
+        // SAFETY: as for `barriers`; the query was reset.
+        unsafe { self.device.raw().cmd_write_timestamp2(self.raw, vk::PipelineStageFlags2::ALL_COMMANDS, timestamps.raw(), index) };
+    }
+
+    pub(crate) fn bind_pipeline(&self, pipeline: &Pipeline) {
+        // SAFETY: as for `barriers`.
+        unsafe { self.device.raw().cmd_bind_pipeline(self.raw, pipeline.bind_point(), pipeline.raw()) };
+    }
+
+    pub(crate) fn bind_set(&self, pipeline: &Pipeline, index: u32, set: vk::DescriptorSet) {
+        // SAFETY: as for `barriers`; the set was made from the layout at this index.
+        unsafe { self.device.raw().cmd_bind_descriptor_sets(self.raw, pipeline.bind_point(), pipeline.layout(), index, &[set], &[]) };
+    }
+
+    pub(crate) fn push(&self, pipeline: &Pipeline, bytes: &[u8]) {
+        if !bytes.is_empty() {
+            // SAFETY: as for `barriers`; the size is that of the layout's range.
+            unsafe { self.device.raw().cmd_push_constants(self.raw, pipeline.layout(), vk::ShaderStageFlags::ALL, 0, bytes) };
+        }
+    }
+
+    pub(crate) fn dispatch(&self, [x, y, z]: [u32; 3]) {
+        // SAFETY: as for `barriers`; a compute pipeline is bound.
+        unsafe { self.device.raw().cmd_dispatch(self.raw, x, y, z) };
+    }
+
+    pub(crate) fn dispatch_indirect(&self, buffer: &Buffer, offset: u64) {
+        // SAFETY: as for `dispatch`; the graph asserts that the arguments lie in the buffer.
+        unsafe { self.device.raw().cmd_dispatch_indirect(self.raw, buffer.raw(), offset) };
+    }
+
+    pub(crate) fn begin_rendering(&self, rendering: &Rendering) {
+        let [width, height] = rendering.extent;
+        let area = vk::Rect2D { offset: vk::Offset2D::default(), extent: vk::Extent2D { width, height } };
+        let color: Vec<_> = rendering.color.iter().map(attachment_info).collect();
+        let depth = rendering.depth.as_ref().map(attachment_info);
+        let info = vk::RenderingInfo::default().render_area(area).layer_count(1).color_attachments(&color);
+        let info = match &depth {
+            Some(depth) => info.depth_attachment(depth),
+            None => info,
+        };
+        let viewport = vk::Viewport { x: 0.0, y: 0.0, width: width as f32, height: height as f32, min_depth: 0.0, max_depth: 1.0 };
+        // SAFETY: as for `barriers`; the views are alive and in the layouts named.
+        unsafe {
+            self.device.raw().cmd_begin_rendering(self.raw, &info);
+            self.device.raw().cmd_set_viewport(self.raw, 0, &[viewport]);
+            self.device.raw().cmd_set_scissor(self.raw, 0, &[area]);
+        }
+    }
+
+    pub(crate) fn draw(&self, first_vertex: u32, vertex_count: u32) {
+        // SAFETY: as for `barriers`; a graphics pipeline is bound in a rendering scope.
+        unsafe { self.device.raw().cmd_draw(self.raw, vertex_count, 1, first_vertex, 0) };
+    }
+
+    pub(crate) fn end_rendering(&self) {
+        // SAFETY: as for `barriers`; a rendering scope is open.
+        unsafe { self.device.raw().cmd_end_rendering(self.raw) };
+    }
+
+    pub(crate) fn fill(&self, buffer: &Buffer, value: u32) {
+        // SAFETY: as for `barriers`; buffers are whole words long.
+        unsafe { self.device.raw().cmd_fill_buffer(self.raw, buffer.raw(), 0, vk::WHOLE_SIZE, value) };
+    }
+
+    pub(crate) fn clear(&self, image: &Image, value: vk::ClearColorValue) {
+        let range = vk::ImageSubresourceRange::default()
+            .aspect_mask(vk::ImageAspectFlags::COLOR)
+            .level_count(vk::REMAINING_MIP_LEVELS)
+            .layer_count(vk::REMAINING_ARRAY_LAYERS);
+        // SAFETY: as for `barriers`; the graph has put the image into this layout.
+        unsafe { self.device.raw().cmd_clear_color_image(self.raw, image.raw(), vk::ImageLayout::TRANSFER_DST_OPTIMAL, &value, &[range]) };
+    }
+
+    /// Filters one mip into the next, linearly, for all layers.
+    pub(crate) fn blit_mip(&self, image: &Image, source: u32) {
+        let corner = |mip: u32| {
+            let [x, y, z] = image.extent(mip).map(|texels| i32::try_from(texels).unwrap_or(i32::MAX));
+            [vk::Offset3D::default(), vk::Offset3D { x, y, z }]
+        };
+        let layers =
+            |mip: u32| vk::ImageSubresourceLayers { aspect_mask: image.aspect(), mip_level: mip, base_array_layer: 0, layer_count: image.desc().layers };
+        let region = vk::ImageBlit2::default()
+            .src_subresource(layers(source))
+            .src_offsets(corner(source))
+            .dst_subresource(layers(source + 1))
+            .dst_offsets(corner(source + 1));
+        let regions = [region];
+        let info = vk::BlitImageInfo2::default()
+            .src_image(image.raw())
+            .src_image_layout(vk::ImageLayout::TRANSFER_SRC_OPTIMAL)
+            .dst_image(image.raw())
+            .dst_image_layout(vk::ImageLayout::TRANSFER_DST_OPTIMAL)
+            .regions(&regions)
+            .filter(vk::Filter::LINEAR);
+        // SAFETY: as for `clear`.
+        unsafe { self.device.raw().cmd_blit_image2(self.raw, &info) };
+    }
+
+    pub(crate) fn copy_buffer(&self, source: (&Buffer, u64), target: (&Buffer, u64), size: u64) {
+        if size > 0 {
+            let region = vk::BufferCopy { src_offset: source.1, dst_offset: target.1, size };
+            // SAFETY: as for `barriers`; the graph asserts that both ranges lie in their buffers.
+            unsafe { self.device.raw().cmd_copy_buffer(self.raw, source.0.raw(), target.0.raw(), &[region]) };
+        }
+    }
+
+    pub(crate) fn copy_to_image(&self, source: &Buffer, target: &Image, region: ImageRegion) {
+        let layout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
+        // SAFETY: as for `clear`; the graph asserts that the buffer holds the whole region.
+        unsafe { self.device.raw().cmd_copy_buffer_to_image(self.raw, source.raw(), target.raw(), layout, &[buffer_image_copy(target, region)]) };
+    }
+
+    pub(crate) fn copy_from_image(&self, source: &Image, region: ImageRegion, target: &Buffer) {
+        let layout = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
+        // SAFETY: as for `clear`; the graph asserts that the buffer holds the whole region.
+        unsafe { self.device.raw().cmd_copy_image_to_buffer(self.raw, source.raw(), layout, target.raw(), &[buffer_image_copy(source, region)]) };
+    }
+}
+
+impl Drop for Commands {
+    fn drop(&mut self) {
+        // SAFETY: every submission was waited for, or the device is lost.
+        unsafe {
+            self.device.raw().destroy_fence(self.fence, None);
+            self.device.raw().destroy_command_pool(self.pool, None);
+        }
+    }
+}
+
+fn attachment_info(attachment: &Attachment) -> vk::RenderingAttachmentInfo<'static> {
+    let load = if attachment.clear.is_some() { vk::AttachmentLoadOp::CLEAR } else { vk::AttachmentLoadOp::LOAD };
+    vk::RenderingAttachmentInfo::default()
+        .image_view(attachment.view)
+        .image_layout(attachment.layout)
+        .load_op(load)
+        .store_op(vk::AttachmentStoreOp::STORE)
+        .clear_value(attachment.clear.unwrap_or_default())
+}
+
+fn buffer_image_copy(image: &Image, region: ImageRegion) -> vk::BufferImageCopy {
+    let [width, height, depth] = image.extent(region.mip);
+    vk::BufferImageCopy {
+        image_subresource: vk::ImageSubresourceLayers { aspect_mask: image.aspect(), mip_level: region.mip, base_array_layer: region.layer, layer_count: 1 },
+        image_extent: vk::Extent3D { width, height, depth },
+        ..Default::default()
+    }
+}

@@ -1,0 +1,166 @@
+//! The logical device: one queue, its memory, and names for debuggers.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use ash::vk;
+
+use super::memory::Memory;
+use super::{Adapter, Context, Error, Instance, debug};
+
+/// Which device to use.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum DeviceChoice {
+    /// The best usable one: discrete, then integrated, then virtual, then CPU.
+    #[default]
+    Best,
+    /// By position in the list of `lumivox devices`.
+    Index(usize),
+    /// By a part of its name, in any case.
+    Name(String),
+}
+
+/// A logical device with one queue for everything.
+pub struct Device {
+    raw: ash::Device,
+    queue: vk::Queue,
+    memory: Memory,
+    names: Option<ash::ext::debug_utils::Device>,
+    adapter: Adapter,
+    next_id: AtomicU64,
+    retired: Mutex<Vec<u64>>,
+    instance: Arc<Instance>,
+}
+
+impl Device {
+    /// Chooses and opens a device.
+    pub fn new(instance: &Arc<Instance>, choice: &DeviceChoice) -> Result<Arc<Self>, Error> {
+        let adapter = choose(instance.adapters()?, choice)?;
+        let family = adapter.queue_family.unwrap_or(0);
+        let raw = open(instance.raw(), &adapter, family)?;
+        // SAFETY: the device was made with one queue of this family.
+        let queue = unsafe { raw.get_device_queue(family, 0) };
+        let memory = match Memory::new(instance.raw(), &raw, &adapter) {
+            Ok(memory) => memory,
+            Err(error) => {
+                // SAFETY: nothing was made from the device yet.
+                unsafe { raw.destroy_device(None) };
+                return Err(error);
+            }
+        };
+        let names = instance.has_debug_utils().then(|| ash::ext::debug_utils::Device::new(instance.raw(), &raw));
+        let (next_id, retired) = (AtomicU64::new(1), Mutex::new(Vec::new()));
+        Ok(Arc::new(Device { raw, queue, memory, names, adapter, next_id, retired, instance: Arc::clone(instance) }))
+    }
+
+    /// The physical device behind this one.
+    pub fn adapter(&self) -> &Adapter {
+        &self.adapter
+    }
+
+    /// The instance behind this device.
+    pub fn instance(&self) -> &Instance {
+        &self.instance
+    }
+
+    /// Memory in use: name and bytes of every living resource.
+    pub fn memory_in_use(&self) -> Vec<(String, u64)> {
+        self.memory.list()
+    }
+
+    /// Ids of resources that were dropped since the last call.
+    pub(crate) fn take_retired(&self) -> Vec<u64> {
+        std::mem::take(&mut *self.retired.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    pub(super) fn retire(&self, id: u64) {
+        self.retired.lock().unwrap_or_else(PoisonError::into_inner).push(id);
+    }
+
+    pub(super) fn new_id(&self) -> u64 {
+        self.next_id.fetch_add(1, Ordering::Relaxed)
+    }
+
+    pub(super) fn raw(&self) -> &ash::Device {
+        &self.raw
+    }
+
+    pub(super) fn queue(&self) -> vk::Queue {
+        self.queue
+    }
+
+    pub(super) fn queue_family(&self) -> u32 {
+        self.adapter.queue_family.unwrap_or(0)
+    }
+
+    pub(super) fn memory(&self) -> &Memory {
+        &self.memory
+    }
+
+    pub(super) fn debug_utils(&self) -> Option<&ash::ext::debug_utils::Device> {
+        self.names.as_ref()
+    }
+
+    /// Names an object for validation messages and debuggers.
+    pub(super) fn set_name(&self, handle: impl vk::Handle, name: &str) {
+        if let Some(names) = &self.names {
+            let name = debug::c_name(name);
+            let info = vk::DebugUtilsObjectNameInfoEXT::default().object_handle(handle).object_name(&name);
+            // SAFETY: the handle was made by this device. A failure only loses a name.
+            let _ = unsafe { names.set_debug_utils_object_name(&info) };
+        }
+    }
+}
+
+impl Drop for Device {
+    fn drop(&mut self) {
+        for (name, bytes) in self.memory.list() {
+            debug::report(self.instance.messages(), format!("leaked at exit: {name}, {bytes} bytes"));
+        }
+        self.memory.close();
+        // SAFETY: every object keeps its device alive, so none is left, and every submission is waited for where it is made.
+        unsafe { self.raw.destroy_device(None) };
+    }
+}
+
+fn choose(adapters: Vec<Adapter>, choice: &DeviceChoice) -> Result<Adapter, Error> {
+    if adapters.is_empty() {
+        return Err(Error::NoDevice);
+    }
+    let have = adapters.iter().map(|adapter| format!("[{}] {}", adapter.index, adapter.info.name)).collect::<Vec<_>>().join(", ");
+    let (wanted, mut fitting): (String, Vec<Adapter>) = match choice {
+        DeviceChoice::Best => ("a usable one".to_owned(), adapters),
+        DeviceChoice::Index(index) => (format!("index {index}"), adapters.into_iter().filter(|adapter| adapter.index == *index).collect()),
+        DeviceChoice::Name(name) => {
+            let wanted = name.to_lowercase();
+            (format!("\"{name}\""), adapters.into_iter().filter(|adapter| adapter.info.name.to_lowercase().contains(&wanted)).collect())
+        }
+    };
+    fitting.sort_by_key(|adapter| (!adapter.missing().is_empty(), adapter.info.kind, adapter.index));
+    let Some(best) = fitting.into_iter().next() else {
+        return Err(Error::DeviceNotFound { wanted, have });
+    };
+    let missing = best.missing();
+    if missing.is_empty() { Ok(best) } else { Err(Error::DeviceRefused { name: best.info.name, missing: missing.join(", ") }) }
+}
+
+fn open(instance: &ash::Instance, adapter: &Adapter, family: u32) -> Result<ash::Device, Error> {
+    let found = &adapter.features;
+    let base = vk::PhysicalDeviceFeatures::default()
+        .fragment_stores_and_atomics(true)
+        .shader_storage_image_extended_formats(true)
+        .geometry_shader(found.geometry_shader)
+        .sampler_anisotropy(found.sampler_anisotropy)
+        .shader_int64(found.shader_int64);
+    let mut v12 = vk::PhysicalDeviceVulkan12Features::default().timeline_semaphore(true).host_query_reset(true);
+    let mut v13 = vk::PhysicalDeviceVulkan13Features::default().dynamic_rendering(true).synchronization2(true).maintenance4(true);
+    let mut features = vk::PhysicalDeviceFeatures2::default().features(base).push_next(&mut v12).push_next(&mut v13);
+    let mut extensions = Vec::new();
+    if found.conservative_rasterization {
+        extensions.push(vk::EXT_CONSERVATIVE_RASTERIZATION_NAME.as_ptr());
+    }
+    let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(family).queue_priorities(&[1.0])];
+    let info = vk::DeviceCreateInfo::default().queue_create_infos(&queues).enabled_extension_names(&extensions).push_next(&mut features);
+    // SAFETY: everything that is enabled was found present, and all pointers live until the end of this function.
+    unsafe { instance.create_device(adapter.raw, &info, None) }.during("opening the device")
+}

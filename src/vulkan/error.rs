@@ -1,0 +1,115 @@
+//! What can go wrong between us and the driver, in one line each.
+
+use ash::vk;
+
+/// An error that the user, the machine or the driver can cause.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// libvulkan is not there.
+    #[error("no Vulkan loader found; install a Vulkan driver and its loader (libvulkan): {0}")]
+    NoLoader(String),
+    /// The loader is older than Vulkan 1.3.
+    #[error("the Vulkan loader offers version {0}, but 1.3 is needed; update the loader")]
+    LoaderTooOld(String),
+    /// The loader found no driver.
+    #[error("no Vulkan device found; install a driver (Mesa's lavapipe works without a GPU)")]
+    NoDevice,
+    /// Validation was asked for, and its layer is not installed.
+    #[error("the layer VK_LAYER_KHRONOS_validation is not installed; install the Vulkan validation layers or run without validation")]
+    LayerMissing,
+    /// The device choice names nothing.
+    #[error("no Vulkan device matches {wanted}; there are: {have}")]
+    DeviceNotFound {
+        /// What was asked for.
+        wanted: String,
+        /// What there is.
+        have: String,
+    },
+    /// The device lacks something that is required.
+    #[error("the device {name} cannot be used, it lacks: {missing}")]
+    DeviceRefused {
+        /// Name of the device.
+        name: String,
+        /// Everything that is missing.
+        missing: String,
+    },
+    /// A resource is larger than a limit of the device.
+    #[error("{resource}: {wanted} bytes wanted, but {limit} of this device is {available} bytes")]
+    TooLarge {
+        /// Name of the resource.
+        resource: String,
+        /// Bytes asked for.
+        wanted: u64,
+        /// The limit.
+        available: u64,
+        /// Name of the limit.
+        limit: &'static str,
+    },
+    /// An image has too many texels along an axis, too many mips or too many layers.
+    #[error("{resource}: {wanted} wanted, but this device allows {available}")]
+    ImageTooLarge {
+        /// Name of the resource.
+        resource: String,
+        /// Extent, mips and layers asked for.
+        wanted: String,
+        /// Extent, mips and layers possible.
+        available: String,
+    },
+    /// The memory heap is full.
+    #[error("{resource}: out of memory: {wanted} bytes wanted, {available} bytes available")]
+    OutOfMemory {
+        /// Name of the resource.
+        resource: String,
+        /// Bytes asked for.
+        wanted: u64,
+        /// Bytes left in the heap.
+        available: u64,
+    },
+    /// The device cannot make an image of this format for this use.
+    #[error("{resource}: this device has no images of format {format:?} for {usage:?}")]
+    FormatUnsupported {
+        /// Name of the resource.
+        resource: String,
+        /// The format.
+        format: vk::Format,
+        /// The usage.
+        usage: vk::ImageUsageFlags,
+    },
+    /// A pass needs an optional feature that this device lacks.
+    #[error("{what} needs {feature}, which this device lacks")]
+    FeatureMissing {
+        /// Who needs it.
+        what: String,
+        /// The feature.
+        feature: &'static str,
+    },
+    /// A shader module is not among those embedded.
+    #[error("no shader module {0}; run tools/shaders and build again")]
+    ModuleMissing(String),
+    /// The device stopped answering.
+    #[error("the device was lost; the last pass that finished is {last_pass}")]
+    DeviceLost {
+        /// Name of the last pass whose end was recorded, or a phrase when there is none.
+        last_pass: String,
+    },
+    /// Any other failure of a Vulkan call.
+    #[error("{what}: {result}")]
+    Vulkan {
+        /// What was being done.
+        what: String,
+        /// What the driver answered.
+        result: vk::Result,
+    },
+}
+
+/// Adds what was being done to a bare Vulkan result.
+pub(crate) trait Context<T> {
+    /// Names the work that failed.
+    fn during(self, what: &str) -> Result<T, Error>;
+}
+
+impl<T> Context<T> for Result<T, vk::Result> {
+    fn during(self, what: &str) -> Result<T, Error> {
+        self.map_err(|result| Error::Vulkan { what: what.to_owned(), result })
+    }
+}

@@ -1,0 +1,122 @@
+//! The Vulkan loader and instance, without any window.
+
+use std::ffi::CStr;
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::debug::{Messages, Messenger};
+use super::{Adapter, Context, Error};
+
+const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
+
+/// How to make an [`Instance`].
+#[derive(Clone, Debug, Default)]
+pub struct InstanceOptions {
+    /// Load the Khronos validation layer with synchronization validation, and collect what it says.
+    pub validate: bool,
+}
+
+/// The loader, opened at run time, and one instance.
+pub struct Instance {
+    raw: ash::Instance,
+    messenger: Option<Messenger>,
+    messages: Messages,
+    debug_utils: bool,
+    // The loader must stay open for as long as anything above lives.
+    _entry: ash::Entry,
+}
+
+impl Instance {
+    /// Opens the loader and makes an instance.
+    pub fn new(options: &InstanceOptions) -> Result<Arc<Self>, Error> {
+        let entry = open_loader()?;
+        if options.validate && !has_layer(&entry)? {
+            return Err(Error::LayerMissing);
+        }
+        let debug_utils = options.validate || has_extension(&entry, vk::EXT_DEBUG_UTILS_NAME)?;
+        let messages = Messages::default();
+        let raw = create(&entry, options.validate, debug_utils, &messages)?;
+        let messenger = if options.validate { Some(Messenger::new(&entry, &raw, &messages).during("creating the debug messenger")?) } else { None };
+        Ok(Arc::new(Instance { raw, messenger, messages, debug_utils, _entry: entry }))
+    }
+
+    /// All devices, in the driver's order, usable or not.
+    pub fn adapters(&self) -> Result<Vec<Adapter>, Error> {
+        // SAFETY: the instance is alive.
+        let devices = unsafe { self.raw.enumerate_physical_devices() }.during("listing the devices")?;
+        Ok(devices.into_iter().enumerate().map(|(index, raw)| Adapter::new(&self.raw, raw, index)).collect())
+    }
+
+    /// The validation messages; the handle stays valid after the instance is gone.
+    pub fn messages(&self) -> &Messages {
+        &self.messages
+    }
+
+    pub(super) fn raw(&self) -> &ash::Instance {
+        &self.raw
+    }
+
+    pub(super) fn has_debug_utils(&self) -> bool {
+        self.debug_utils
+    }
+}
+
+impl Drop for Instance {
+    fn drop(&mut self) {
+        if let Some(messenger) = &self.messenger {
+            messenger.destroy();
+        }
+        // SAFETY: every device keeps its instance alive, so nothing made from it is left.
+        unsafe { self.raw.destroy_instance(None) };
+    }
+}
+
+fn open_loader() -> Result<ash::Entry, Error> {
+    // SAFETY: loading libvulkan runs its initialisers, which we trust as we trust the driver.
+    let entry = unsafe { ash::Entry::load() }.map_err(|error| Error::NoLoader(error.to_string()))?;
+    // SAFETY: the loader is open.
+    let version = unsafe { entry.try_enumerate_instance_version() }.during("asking the loader's version")?.unwrap_or(vk::API_VERSION_1_0);
+    if version < vk::API_VERSION_1_3 {
+        return Err(Error::LoaderTooOld(super::adapter::version_text(version)));
+    }
+    Ok(entry)
+}
+
+fn has_layer(entry: &ash::Entry) -> Result<bool, Error> {
+    // SAFETY: the loader is open.
+    let layers = unsafe { entry.enumerate_instance_layer_properties() }.during("listing the layers")?;
+    Ok(layers.iter().any(|layer| layer.layer_name_as_c_str() == Ok(VALIDATION_LAYER)))
+}
+
+fn has_extension(entry: &ash::Entry, name: &CStr) -> Result<bool, Error> {
+    // SAFETY: the loader is open.
+    let extensions = unsafe { entry.enumerate_instance_extension_properties(None) }.during("listing the instance extensions")?;
+    Ok(extensions.iter().any(|extension| extension.extension_name_as_c_str() == Ok(name)))
+}
+
+fn create(entry: &ash::Entry, validate: bool, debug_utils: bool, messages: &Messages) -> Result<ash::Instance, Error> {
+    let application = vk::ApplicationInfo::default().application_name(c"lumivox").api_version(vk::API_VERSION_1_3);
+    let mut layers = Vec::new();
+    let mut extensions = Vec::new();
+    if debug_utils {
+        extensions.push(vk::EXT_DEBUG_UTILS_NAME.as_ptr());
+    }
+    // Both structs are local: a struct that is pushed onto two chains makes a cycle.
+    let enabled = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
+    let mut features = vk::ValidationFeaturesEXT::default().enabled_validation_features(&enabled);
+    let mut messenger = messages.create_info();
+    if validate {
+        layers.push(VALIDATION_LAYER.as_ptr());
+        extensions.push(vk::EXT_VALIDATION_FEATURES_NAME.as_ptr());
+    }
+    let mut info = vk::InstanceCreateInfo::default().application_info(&application).enabled_layer_names(&layers).enabled_extension_names(&extensions);
+    if validate {
+        info = info.push_next(&mut features).push_next(&mut messenger);
+    }
+    // SAFETY: all pointers in `info` live until the end of this function, and the message list for as long as the instance.
+    unsafe { entry.create_instance(&info, None) }.map_err(|result| match result {
+        vk::Result::ERROR_INCOMPATIBLE_DRIVER => Error::NoDevice,
+        result => Error::Vulkan { what: "creating the Vulkan instance".to_owned(), result },
+    })
+}

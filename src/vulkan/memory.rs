@@ -1,0 +1,111 @@
+//! Device memory: sub-allocated, every allocation named, and counted by name.
+
+use std::collections::BTreeMap;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use ash::vk;
+use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme, Allocator, AllocatorCreateDesc};
+use gpu_allocator::{AllocationError, AllocationSizes, MemoryLocation};
+
+use super::{Adapter, Error};
+
+const MIB: u64 = 1 << 20;
+
+/// One living allocation.
+struct Entry {
+    name: String,
+    bytes: u64,
+}
+
+/// The allocator and its ledger.
+pub(super) struct Memory {
+    allocator: Mutex<Option<Allocator>>,
+    ledger: Mutex<BTreeMap<u64, Entry>>,
+    heap_bytes: u64,
+    allocation_bytes: u64,
+}
+
+impl Memory {
+    pub(super) fn new(instance: &ash::Instance, device: &ash::Device, adapter: &Adapter) -> Result<Self, Error> {
+        let description = AllocatorCreateDesc {
+            instance: instance.clone(),
+            device: device.clone(),
+            physical_device: adapter.raw,
+            debug_settings: Default::default(),
+            buffer_device_address: false,
+            allocation_sizes: AllocationSizes::new(32 * MIB, 8 * MIB),
+        };
+        let allocator = Allocator::new(&description)
+            .map_err(|error| Error::Vulkan { what: format!("opening the memory allocator: {error}"), result: vk::Result::ERROR_INITIALIZATION_FAILED })?;
+        let heap_bytes = adapter.memory.memory_heaps_as_slice().iter().map(|heap| heap.size).max().unwrap_or(0).min(adapter.limits.heap_bytes);
+        Ok(Memory { allocator: Mutex::new(Some(allocator)), ledger: Mutex::default(), heap_bytes, allocation_bytes: adapter.limits.allocation_bytes })
+    }
+
+    /// Allocates for the resource `id`; refuses, before asking the driver, what cannot fit.
+    pub(super) fn allocate(
+        &self,
+        id: u64,
+        name: &str,
+        requirements: vk::MemoryRequirements,
+        location: MemoryLocation,
+        linear: bool,
+    ) -> Result<Allocation, Error> {
+        self.check(name, requirements.size)?;
+        let description = AllocationCreateDesc { name, requirements, location, linear, allocation_scheme: AllocationScheme::GpuAllocatorManaged };
+        let result = match self.allocator().as_mut() {
+            Some(allocator) => allocator.allocate(&description),
+            None => Err(AllocationError::OutOfMemory),
+        };
+        match result {
+            Ok(allocation) => {
+                self.ledger().insert(id, Entry { name: name.to_owned(), bytes: requirements.size });
+                Ok(allocation)
+            }
+            Err(AllocationError::OutOfMemory) => Err(self.out_of_memory(name, requirements.size)),
+            Err(error) => Err(Error::Vulkan { what: format!("{name}: allocating {} bytes: {error}", requirements.size), result: vk::Result::ERROR_UNKNOWN }),
+        }
+    }
+
+    /// Whether `bytes` can be had at all.
+    pub(super) fn check(&self, name: &str, bytes: u64) -> Result<(), Error> {
+        if bytes > self.allocation_bytes {
+            return Err(Error::TooLarge { resource: name.to_owned(), wanted: bytes, available: self.allocation_bytes, limit: "maxMemoryAllocationSize" });
+        }
+        if bytes > self.available() { Err(self.out_of_memory(name, bytes)) } else { Ok(()) }
+    }
+
+    pub(super) fn free(&self, id: u64, allocation: Allocation) {
+        self.ledger().remove(&id);
+        if let Some(allocator) = self.allocator().as_mut()
+            && let Err(error) = allocator.free(allocation)
+        {
+            log::error!("freeing memory: {error}");
+        }
+    }
+
+    /// Name and bytes of everything alive, in order of creation.
+    pub(super) fn list(&self) -> Vec<(String, u64)> {
+        self.ledger().values().map(|entry| (entry.name.clone(), entry.bytes)).collect()
+    }
+
+    /// Gives all memory back; right before the device is destroyed.
+    pub(super) fn close(&self) {
+        drop(self.allocator().take());
+    }
+
+    fn available(&self) -> u64 {
+        self.heap_bytes.saturating_sub(self.ledger().values().map(|entry| entry.bytes).sum())
+    }
+
+    fn out_of_memory(&self, name: &str, wanted: u64) -> Error {
+        Error::OutOfMemory { resource: name.to_owned(), wanted, available: self.available() }
+    }
+
+    fn allocator(&self) -> MutexGuard<'_, Option<Allocator>> {
+        self.allocator.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn ledger(&self) -> MutexGuard<'_, BTreeMap<u64, Entry>> {
+        self.ledger.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}

@@ -1,0 +1,32 @@
+//! Vulkan by hand: instance, device, memory, resources, pipelines, commands. The only unsafe code of the crate.
+//!
+//! Nothing here knows what a pass, a scene or a voxel is; [`crate::graph`] is the layer that users program against.
+#![allow(unsafe_code)]
+
+mod adapter;
+mod buffer;
+mod command;
+mod debug;
+mod descriptor;
+mod device;
+mod error;
+mod image;
+mod instance;
+mod memory;
+mod pipeline;
+mod query;
+
+pub use adapter::{Adapter, Check, DeviceInfo, DeviceKind, Features, Limits};
+pub use ash::vk;
+pub use buffer::{Buffer, BufferDesc, BufferUsage};
+pub use debug::Messages;
+pub use device::{Device, DeviceChoice};
+pub use error::Error;
+pub use image::{Image, ImageDesc, ImageKind, ImageUsage};
+pub use instance::{Instance, InstanceOptions};
+
+pub(crate) use command::{Attachment, Commands, ImageRegion, Rendering};
+pub(crate) use descriptor::{Descriptor, DescriptorPool, Sampler, SamplerDesc, SetLayout};
+pub(crate) use error::Context;
+pub(crate) use pipeline::{GraphicsDesc, Pipeline, PipelineLayout};
+pub(crate) use query::Timestamps;

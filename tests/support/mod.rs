@@ -1,0 +1,82 @@
+//! What the tests share: a validated device that must be there, the passes of the tests, and random numbers.
+#![allow(dead_code, unreachable_pub, clippy::unwrap_used, clippy::expect_used)]
+
+pub mod passes;
+pub mod sha256;
+
+use std::ops::Deref;
+
+use lumivox::graph::{BufferDesc, BufferUsage, Gpu, GpuOptions, Messages};
+
+/// A [`Gpu`] with validation that fails the test on drop when there was any message, its own end included.
+pub struct ValidatedGpu {
+    gpu: Option<Gpu>,
+    messages: Messages,
+}
+
+/// Opens the best device with validation; no device fails the test.
+pub fn gpu() -> ValidatedGpu {
+    let gpu = Gpu::new(&GpuOptions { validate: true, ..GpuOptions::default() }).expect("the tests need a Vulkan device and the validation layer");
+    let messages = gpu.messages();
+    ValidatedGpu { gpu: Some(gpu), messages }
+}
+
+impl Deref for ValidatedGpu {
+    type Target = Gpu;
+
+    fn deref(&self) -> &Gpu {
+        self.gpu.as_ref().expect("alive until drop")
+    }
+}
+
+impl Drop for ValidatedGpu {
+    fn drop(&mut self) {
+        drop(self.gpu.take());
+        let messages = self.messages.list();
+        if !std::thread::panicking() {
+            assert!(messages.is_empty(), "validation messages:\n{}", messages.join("\n"));
+        }
+    }
+}
+
+/// A storage buffer of words, with contents.
+pub fn words(gpu: &Gpu, name: &str, words: &[u32]) -> std::sync::Arc<lumivox::graph::Buffer> {
+    let desc = BufferDesc { name: name.into(), size_bytes: words.len() as u64 * 4, usage: BufferUsage::Storage };
+    let buffer = gpu.create_buffer(&desc).unwrap();
+    gpu.upload_buffer(&buffer, bytemuck::cast_slice(words)).unwrap();
+    buffer
+}
+
+/// The words of a buffer.
+pub fn read_words(gpu: &Gpu, buffer: &std::sync::Arc<lumivox::graph::Buffer>) -> Vec<u32> {
+    gpu.read_buffer(buffer).unwrap().as_chunks().0.iter().map(|word| u32::from_le_bytes(*word)).collect()
+}
+
+/// A small generator with a fixed seed (PCG-XSH-RR).
+pub struct Random(u64);
+
+impl Random {
+    /// The same seed gives the same numbers.
+    pub fn new(seed: u64) -> Self {
+        let mut random = Random(seed.wrapping_add(1_442_695_040_888_963_407));
+        random.next_u32();
+        random
+    }
+
+    /// The next 32 bits.
+    pub fn next_u32(&mut self) -> u32 {
+        let old = self.0;
+        self.0 = old.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        ((((old >> 18) ^ old) >> 27) as u32).rotate_right((old >> 59) as u32)
+    }
+
+    /// Uniform in 0..bound.
+    pub fn below(&mut self, bound: u32) -> u32 {
+        ((u64::from(self.next_u32()) * u64::from(bound)) >> 32) as u32
+    }
+
+    /// Uniform in 0..1.
+    pub fn unit(&mut self) -> f32 {
+        (self.next_u32() >> 8) as f32 / (1 << 24) as f32
+    }
+}

@@ -1,0 +1,100 @@
+//! Every pass there is: those of the library, which each module lists, and those of the tests.
+
+use lumivox::gpu_struct;
+use lumivox::graph::pass::{Binding, Pass, RasterState, Sets, Shaders};
+use lumivox::graph::{Access, vk};
+use lumivox::shader::{Field, GpuStruct};
+
+/// All passes. A module that declares passes adds its list here.
+pub fn all_passes() -> Vec<&'static Pass> {
+    [TEST_PASSES].concat()
+}
+
+/// Every struct that Rust and GLSL share, by name. A module that declares some adds them here.
+pub fn all_structs() -> Vec<(&'static str, &'static [Field])> {
+    vec![(ColorParams::NAME, ColorParams::FIELDS)]
+}
+
+gpu_struct! {
+    /// Parameters of `test.color`.
+    pub struct ColorParams {
+        /// Colour to draw.
+        pub color: [f32; 4],
+    }
+}
+
+/// The passes of the tests.
+pub const TEST_PASSES: &[&Pass] = &[&DOUBLE, &COPY, &STORE, &SAMPLE, &COUNT, &COLOR, &MATERIAL];
+
+/// values[i] = 2 values[i] + 1; constants: workgroup size.
+pub static DOUBLE: Pass = Pass {
+    name: "test.double",
+    shaders: Shaders::Compute("test/double.comp"),
+    bindings: &[Binding::buffer("values", Access::ComputeReadWrite)],
+    push_bytes: 4,
+    sets: Sets::None,
+};
+
+/// target[i] = source[i].
+pub static COPY: Pass = Pass {
+    name: "test.copy",
+    shaders: Shaders::Compute("test/copy.comp"),
+    bindings: &[Binding::buffer("source", Access::ComputeRead), Binding::buffer("target", Access::ComputeWrite)],
+    push_bytes: 4,
+    sets: Sets::None,
+};
+
+/// A ramp along x.
+pub static STORE: Pass = Pass {
+    name: "test.store3d",
+    shaders: Shaders::Compute("test/store3d.comp"),
+    bindings: &[Binding::image("volume", Access::ComputeWrite)],
+    push_bytes: 0,
+    sets: Sets::None,
+};
+
+/// The centre of a volume at every mip.
+pub static SAMPLE: Pass = Pass {
+    name: "test.sample3d",
+    shaders: Shaders::Compute("test/sample3d.comp"),
+    bindings: &[Binding::sampled("volume", Access::ComputeSampled), Binding::buffer("target", Access::ComputeWrite)],
+    push_bytes: 0,
+    sets: Sets::Scene,
+};
+
+/// Counts fragments through a geometry shader, without attachments.
+pub static COUNT: Pass = Pass {
+    name: "test.count",
+    shaders: Shaders::Raster {
+        vertex: "test/quad.vert",
+        geometry: Some("test/through.geom"),
+        fragment: Some("test/count.frag"),
+        state: RasterState::NO_TARGETS,
+    },
+    bindings: &[Binding::image("counts", Access::RasterReadWrite)],
+    push_bytes: 0,
+    sets: Sets::None,
+};
+
+/// One colour.
+pub static COLOR: Pass = Pass {
+    name: "test.color",
+    shaders: Shaders::Raster {
+        vertex: "test/quad.vert",
+        geometry: None,
+        fragment: Some("test/color.frag"),
+        state: RasterState { color: &[vk::Format::R32G32B32A32_SFLOAT], depth: Some(vk::Format::D32_SFLOAT), ..RasterState::NO_TARGETS },
+    },
+    bindings: &[],
+    push_bytes: size_of::<ColorParams>() as u32,
+    sets: Sets::None,
+};
+
+/// The albedo of one material.
+pub static MATERIAL: Pass = Pass {
+    name: "test.material",
+    shaders: Shaders::Compute("test/material.comp"),
+    bindings: &[Binding::buffer("target", Access::ComputeWrite)],
+    push_bytes: 4,
+    sets: Sets::SceneAndMaterials,
+};
