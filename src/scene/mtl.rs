@@ -83,9 +83,13 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Vec<MtlMaterial>, SceneEr
     let mut unread = BTreeSet::new();
     for (index, line) in text.lines().enumerate() {
         let at = At { path, line: index + 1 };
-        let line = line.split('#').next().unwrap_or_default().trim();
-        let (key, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
-        let rest = rest.trim();
+        let (key, rest) = line.trim().split_once(char::is_whitespace).unwrap_or((line.trim(), ""));
+        // Names may hold a #; behind numbers it begins a comment.
+        let is_named = key == "newmtl" || key == "norm" || key == "bump" || key.starts_with("map_");
+        let rest = if is_named { rest.trim() } else { rest.split('#').next().unwrap_or_default().trim() };
+        if key.starts_with('#') {
+            continue;
+        }
         if key == "newmtl" {
             materials.push(MtlMaterial { name: rest.to_owned(), ..MtlMaterial::default() });
         } else if let Some(material) = materials.last_mut() {

@@ -65,24 +65,25 @@ impl Obj {
 
 impl Parser<'_> {
     fn read_line(&mut self, line: &str) -> Result<(), SceneError> {
-        let line = line.split('#').next().unwrap_or_default().trim();
-        let (key, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
+        let (key, rest) = line.trim().split_once(char::is_whitespace).unwrap_or((line.trim(), ""));
+        // Names may hold a #; behind numbers it begins a comment.
+        let (name, numbers) = (rest.trim(), rest.split('#').next().unwrap_or_default());
         match key {
             "v" => {
-                let position = Vec3::from(self.numbers::<3>("v", rest, 3)?);
+                let position = Vec3::from(self.numbers::<3>("v", numbers, 3)?);
                 self.obj.positions.push(position);
             }
             "vt" => {
-                let texcoord = self.numbers::<2>("vt", rest, 1)?;
+                let texcoord = self.numbers::<2>("vt", numbers, 1)?;
                 self.obj.texcoords.push(texcoord);
             }
             "vn" => {
-                let normal = Vec3::from(self.numbers::<3>("vn", rest, 3)?);
+                let normal = Vec3::from(self.numbers::<3>("vn", numbers, 3)?);
                 self.obj.normals.push(normal);
             }
-            "f" => self.face(rest)?,
-            "usemtl" => self.use_material(rest.trim()),
-            "mtllib" => self.obj.libraries.push((rest.trim().to_owned(), self.line)),
+            "f" => self.face(numbers)?,
+            "usemtl" => self.use_material(name),
+            "mtllib" => self.obj.libraries.push((name.to_owned(), self.line)),
             _ => {}
         }
         Ok(())
