@@ -58,9 +58,9 @@ fn build(_values: &Values) -> Scene {
     fountain(&mut mesh, &materials);
     cloths(&mut mesh, &materials);
     plants(&mut mesh, &materials);
-    let sun = Light::Directional { direction: Vec3::new(0.32, -1.0, 0.22).normalize(), irradiance: Vec3::new(22.0, 19.5, 16.0) };
-    let camera = Camera { eye: Vec3::new(-9.3, 1.9, 1.1), target: Vec3::new(3.0, 3.1, -0.9), up: Vec3::Y, vfov_deg: 65.0 };
-    mesh.into_scene("atrium", vec![sun], Vec3::new(0.32, 0.42, 0.6), camera)
+    let sun = Light::Directional { direction: Vec3::new(0.32, -1.0, 0.22).normalize(), irradiance: Vec3::new(11.0, 9.8, 8.0) };
+    let camera = Camera { eye: Vec3::new(-7.7, 2.0, 2.3), target: Vec3::new(3.0, 3.0, -1.2), up: Vec3::Y, vfov_deg: 65.0 };
+    mesh.into_scene("atrium", vec![sun], Vec3::new(0.16, 0.21, 0.3), camera)
 }
 
 /// Ground and outer walls.

@@ -23,7 +23,7 @@ fn build(_values: &Values) -> Scene {
         })
     });
     blocks(&mut mesh, white);
-    let light = Light::Point { position: Vec3::new(0.0, 1.7, 0.0), intensity: Vec3::new(6.0, 5.5, 4.5) };
+    let light = Light::Point { position: Vec3::new(0.0, 1.6, 0.0), intensity: Vec3::new(2.0, 1.8, 1.5) };
     mesh.into_scene("cornell", vec![light], Vec3::ZERO, camera())
 }
 
@@ -34,7 +34,7 @@ pub(super) fn walls(mesh: &mut Mesh) -> [u32; 3] {
 
 /// The tall and the short block.
 pub(super) fn blocks(mesh: &mut Mesh, white: u32) {
-    for (x, z, turn_deg, half_width, height) in [(-0.35, -0.3, 17.0_f32, 0.3, 1.2), (0.37, 0.25, -17.0, 0.3, 0.6)] {
+    for (x, z, turn_deg, half_width, height) in [(-0.35, -0.45, 17.0_f32, 0.3, 1.2), (0.4, 0.05, -17.0, 0.3, 0.6)] {
         mesh.world_from_local = Affine3A::from_rotation_translation(Quat::from_rotation_y(turn_deg.to_radians()), Vec3::new(x, 0.0, z));
         mesh.cuboid([white; 6], Vec3::new(-half_width, 0.0, -half_width), Vec3::new(half_width, height, half_width));
     }

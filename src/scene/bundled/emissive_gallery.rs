@@ -9,7 +9,7 @@ use super::{BundledScene, Parameter, Values, picture};
 pub(super) const ROW: BundledScene = BundledScene {
     name: "emissive-gallery",
     description: "a room lit by coloured emissive panels and a glowing picture, and by nothing else",
-    parameters: &[Parameter { name: "radiance", description: "radiance of the brightest panel", unit: "W/(m² sr)", min: 0.0, max: 1e6, default: 12.0 }],
+    parameters: &[Parameter { name: "radiance", description: "radiance of the brightest panel", unit: "W/(m² sr)", min: 0.0, max: 1e6, default: 4.0 }],
     build,
 };
 
