@@ -5,13 +5,13 @@ use glam::{Mat4, Vec3};
 /// A pinhole camera; right-handed, looking along −z of its view space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
-    /// Position [m].
+    /// Position \[m\].
     pub eye: Vec3,
-    /// Point looked at [m].
+    /// Point looked at \[m\].
     pub target: Vec3,
     /// Up direction, not parallel to the view direction.
     pub up: Vec3,
-    /// Vertical field of view [degrees], 1 to 175.
+    /// Vertical field of view \[degrees\], 1 to 175.
     pub vfov_deg: f32,
 }
 

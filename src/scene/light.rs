@@ -14,28 +14,28 @@ pub enum Light {
     },
     /// Isotropic point light, inverse-square falloff.
     Point {
-        /// Position [m].
+        /// Position \[m\].
         position: Vec3,
         /// Intensity [W/sr].
         intensity: Vec3,
     },
     /// Spot light: full intensity inside the inner half angle, falling linearly in angle to nothing at the outer half angle.
     Spot {
-        /// Position [m].
+        /// Position \[m\].
         position: Vec3,
         /// Unit direction of travel on the axis.
         direction: Vec3,
         /// Intensity on the axis [W/sr].
         intensity: Vec3,
-        /// Inner half angle [degrees], 0 to outer.
+        /// Inner half angle \[degrees\], 0 to outer.
         inner_deg: f32,
-        /// Outer half angle [degrees], below 90.
+        /// Outer half angle \[degrees\], below 90.
         outer_deg: f32,
     },
 }
 
 impl Light {
-    /// Unit direction from `point` towards the light, the distance to it [m] (infinite for a directional light), and the irradiance on a plane at
+    /// Unit direction from `point` towards the light, the distance to it \[m\] (infinite for a directional light), and the irradiance on a plane at
     /// `point` that faces the light [W/m²], were nothing in the way.
     pub fn sample(&self, point: Vec3) -> (Vec3, f32, Vec3) {
         match *self {

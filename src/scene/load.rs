@@ -16,7 +16,7 @@ pub struct LoadOptions {
     pub allow_missing_textures: bool,
 }
 
-/// Vertical field of view of a camera that is chosen from the bounds [degrees].
+/// Vertical field of view of a camera that is chosen from the bounds \[degrees\].
 const CHOSEN_VFOV_DEG: f32 = 60.0;
 
 impl Scene {

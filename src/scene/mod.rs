@@ -33,7 +33,7 @@ use glam::Vec3;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct Vertex {
-    /// World-space position [m].
+    /// World-space position \[m\].
     pub position: [f32; 3],
     /// First texture coordinate, to the right.
     pub u: f32,
@@ -101,7 +101,7 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// Smallest and largest corner of the bounding box [m]; `None` without triangles.
+    /// Smallest and largest corner of the bounding box \[m\]; `None` without triangles.
     pub fn bounds(&self) -> Option<(Vec3, Vec3)> {
         let mut corners = self.triangles.iter().flat_map(|triangle| triangle.vertices).map(|index| Vec3::from(self.vertices[index as usize].position));
         let first = corners.next()?;

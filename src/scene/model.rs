@@ -19,9 +19,9 @@ const UNIT_TOLERANCE: f32 = 1e-6;
 pub(super) struct Placement {
     /// Uniform scale, positive.
     pub(super) scale: f32,
-    /// Rotation about x, then y, then z [degrees].
+    /// Rotation about x, then y, then z \[degrees\].
     pub(super) rotate_deg: Vec3,
-    /// Translation [m].
+    /// Translation \[m\].
     pub(super) translate: Vec3,
 }
 

@@ -7,13 +7,13 @@ use image::{ImageReader, Limits};
 
 use super::{SceneError, Texture, TextureKind};
 
-/// Largest width and height of a texture [texels].
+/// Largest width and height of a texture \[texels\].
 const SIZE_MAX: u32 = 16_384;
 
 /// Memory that decoding one picture may take [bytes].
 const DECODE_BYTES_MAX: u64 = 4 << 30;
 
-/// Height of a full-scale bump map with `-bm 1` [texels].
+/// Height of a full-scale bump map with `-bm 1` \[texels\].
 const BUMP_HEIGHT_TEXELS: f32 = 4.0;
 
 /// What a material wants to see in a picture.

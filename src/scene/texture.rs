@@ -20,9 +20,9 @@ pub struct Texture {
     pub name: String,
     /// Meaning of the texels.
     pub kind: TextureKind,
-    /// Width [texels], at least 1.
+    /// Width \[texels\], at least 1.
     pub width: u32,
-    /// Height [texels], at least 1.
+    /// Height \[texels\], at least 1.
     pub height: u32,
     /// `width × height` RGBA texels, 8 bits a channel, as stored in the file.
     pub texels: Vec<[u8; 4]>,

@@ -12,7 +12,7 @@ use super::{Camera, Light, SceneError, paths};
 
 /// Largest light value [W/m², W/sr, W/(m² sr)]: beyond it 32-bit sums lose meaning.
 const LIGHT_MAX: f32 = 1e12;
-/// Largest coordinate [m].
+/// Largest coordinate \[m\].
 const COORDINATE_MAX: f32 = 1e9;
 
 type Number = Spanned<f32>;

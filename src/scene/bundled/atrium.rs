@@ -12,20 +12,20 @@ use super::{BundledScene, Values};
 pub(super) const ROW: BundledScene =
     BundledScene { name: "atrium", description: "two-storey courtyard with arcades, hanging cloths, plants and sun (textured)", parameters: &[], build };
 
-/// Half the size of the open court [m].
+/// Half the size of the open court \[m\].
 const COURT: Vec2 = Vec2::new(8.0, 4.0);
-/// Depth of the galleries around it [m].
+/// Depth of the galleries around it \[m\].
 const GALLERY_M: f32 = 3.0;
-/// Width of one bay of an arcade [m].
+/// Width of one bay of an arcade \[m\].
 const BAY_M: f32 = 2.0;
-/// Thickness of an arcade's wall [m].
+/// Thickness of an arcade's wall \[m\].
 const WALL_M: f32 = 0.4;
-/// Thickness of a gallery's floor [m].
+/// Thickness of a gallery's floor \[m\].
 const SLAB_M: f32 = 0.3;
-/// Half the width of the wall that stands on a column [m].
+/// Half the width of the wall that stands on a column \[m\].
 const PIER_M: f32 = 0.26;
 
-/// One storey: the height of its floor, of the springing of its arches, and of its ceiling [m].
+/// One storey: the height of its floor, of the springing of its arches, and of its ceiling \[m\].
 struct Storey {
     floor_m: f32,
     spring_m: f32,
@@ -33,7 +33,7 @@ struct Storey {
 }
 
 const STOREYS: [Storey; 2] = [Storey { floor_m: 0.0, spring_m: 2.7, ceiling_m: 3.9 }, Storey { floor_m: 4.2, spring_m: 6.5, ceiling_m: 7.6 }];
-/// Top of the parapet [m].
+/// Top of the parapet \[m\].
 const TOP_M: f32 = 8.3;
 
 fn build(_values: &Values) -> Scene {

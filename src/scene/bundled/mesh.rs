@@ -19,7 +19,7 @@ pub(super) struct Mesh {
 
 /// A point of a parametric surface.
 pub(super) struct SurfacePoint {
-    /// Position [m].
+    /// Position \[m\].
     pub(super) position: Vec3,
     /// Normal, of any length but 0.
     pub(super) normal: Vec3,

@@ -4,7 +4,7 @@ use glam::{Vec2, Vec3};
 
 use super::super::{Texture, TextureKind};
 
-/// Width and height of the larger pictures [texels].
+/// Width and height of the larger pictures \[texels\].
 const SIZE: u32 = 512;
 
 /// A picture from linear colours at the texels' middles; (u, v) ∈ [0, 1]², v upwards.
