@@ -17,7 +17,7 @@ const float LIGHT_DIRECTIONAL = 0.0;
 const float LIGHT_SPOT = 2.0;
 
 // View depth [m] from the depth buffer: parallel views are linear, perspective ones reversed with an infinite far plane (1 at the near plane, 0 far).
-float view_depth(LightView view, float stored, float depth_range_m) {
+float map_depth(LightView view, float stored, float depth_range_m) {
     return view.origin_kind.w == 0.0 ? (1.0 - stored) * depth_range_m : view.forward.w / max(stored, 1e-30);
 }
 

@@ -45,7 +45,7 @@ float light_visibility(Light light, vec3 position, vec3 normal, float slack_m) {
     for (int i = 0; i < 4; ++i) {
         vec2 corner = vec2(i & 1, i >> 1);
         vec2 at = clamp(base + corner, vec2(0.0), vec2(size - 1.0));
-        float stored = view_depth(view, texelFetch(sampler2DArray(shadow_maps, nearest_clamp), ivec3(at, index), 0).r, view.right.w);
+        float stored = map_depth(view, texelFetch(sampler2DArray(shadow_maps, nearest_clamp), ivec3(at, index), 0).r, view.right.w);
         float receiver = plane_depth(view, (at + 0.5) / size * 2.0 - 1.0, position, normal, map.z);
         vec2 weight = mix(1.0 - f, f, corner);
         lit += stored >= receiver - slack_m - 1e-4 * map.z ? weight.x * weight.y : 0.0;

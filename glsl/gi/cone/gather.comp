@@ -1,0 +1,50 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// cone.gather: indirect diffuse irradiance E = π Σ w_i L_i and ambient visibility of each pixel, by a set of cones over the hemisphere.
+layout(local_size_x = 8, local_size_y = 8) in;
+
+layout(set = 1, binding = 0) uniform texture2D view_depth;
+layout(set = 1, binding = 1) uniform utexture2D normals;
+layout(set = 1, binding = 2) uniform texture3D voxels;
+layout(std430, set = 1, binding = 3) readonly buffer Cones { vec4 cones[]; };   // sin²θ, φ [rad], tan(γ/2), weight; weights sum to 1
+layout(set = 1, binding = 4, rgba32f) uniform restrict writeonly image2D indirect_diffuse;
+
+layout(push_constant) uniform Params {
+    float resolution;
+    float step_factor;
+    float opacity_exponent;
+    float height_clamp;
+    float max_distance;
+    float ao_falloff;
+    float start_offset;   // of the cones' origin along the geometric normal [voxels]
+    uint cone_count;
+    uint interleave;      // n: the set is rotated differently in each pixel of an n×n tile
+    float jitter;         // width of a stratum of sin²θ; 0 where the set has fixed elevations
+} params;
+
+#include "shared/gbuffer.glsl"
+#include "shared/directions.glsl"
+#include "gi/cone/march.glsl"
+
+void main() {
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(pixel, ivec2(frame.size_px.xy)))) return;
+    Surface surface;
+    if (!read_surface(pixel, surface)) {
+        imageStore(indirect_diffuse, pixel, vec4(0.0));
+        return;
+    }
+    MarchSettings settings = MarchSettings(params.resolution, params.step_factor, params.opacity_exponent, params.height_clamp, params.max_distance, params.ao_falloff);
+    vec3 origin = (surface.position_ws - frame.grid_origin_ws.xyz) / frame.grid_origin_ws.w + params.start_offset * surface.geometric_normal;
+    mat3 around = frame_around(surface.shading_normal);
+    vec2 offset = params.interleave > 1u ? interleaved_offset(pixel, params.interleave) : vec2(0.5, 0.0);
+    vec4 sum = vec4(0.0);
+    for (uint i = 0u; i < params.cone_count; ++i) {
+        vec4 cone = cones[i];
+        vec3 direction = hemisphere_direction(around, cone.x + (offset.x - 0.5) * params.jitter, cone.y + offset.y * 2.0 * PI);
+        float cosine = max(dot(direction, surface.geometric_normal), 0.0);
+        ConeResult result = march_cone(origin, direction, cone.z, params.start_offset, cosine, settings);
+        sum += cone.w * vec4(result.radiance, result.visibility);
+    }
+    imageStore(indirect_diffuse, pixel, vec4(PI * sum.rgb, sum.a));
+}

@@ -1,0 +1,77 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// voxel.light: the radiance of each occupied voxel, from the flux injected into it (or, with INJECTION_VOXEL, from its own albedo, normal and the
+// shadow maps), plus what it emits. A voxel that no texel fell into although the light reaches it is a hole of the sampling: it is lit from its own
+// attributes and counted.
+layout(local_size_x = 64) in;
+
+#include "shared/light_view.glsl"
+#include "gi/voxel/records.glsl"
+
+layout(constant_id = 0) const uint INJECTION_VOXEL = 0;
+layout(constant_id = 1) const uint EMISSIVE = 0;
+layout(constant_id = 2) const uint DENSE = 1;          // write mip 0 of the dense texture
+
+layout(std430, set = 1, binding = 0) restrict readonly buffer LightViews { LightView light_views[]; };
+layout(set = 1, binding = 1) uniform texture2DArray shadow_maps;
+layout(std430, set = 1, binding = 2) restrict readonly buffer Voxels { Voxel voxels[]; };
+layout(std430, set = 1, binding = 3) restrict readonly buffer VoxelEmission { vec4 voxel_emission[]; };
+layout(std430, set = 1, binding = 4) restrict readonly buffer Flux { uint flux[]; };
+layout(std430, set = 1, binding = 5) restrict writeonly buffer VoxelRadiance { uvec2 voxel_radiance[]; };   // half floats r, g, b, opacity
+layout(std430, set = 1, binding = 6) restrict buffer LightCounters { uint lost_texels; uint filled_voxels; };
+layout(set = 1, binding = 7, rgba16f) uniform restrict writeonly image3D dense_radiance;
+
+layout(push_constant) uniform Params { uint voxel_count; float flux_unit; float area_unit; } params;
+
+#include "shared/visibility.glsl"
+
+const float LARGEST_HALF = 65504.0;
+// Below this much surface in a voxel [faces], which texels fall into it is mere chance.
+const float SLIVER = 0.1;
+
+float injected(uint slot, uint channel) {
+    uint at = slot * 8u + channel * 2u;
+    return float(flux[at + 1u]) * 4294967296.0 + float(flux[at]);
+}
+
+// ρ/π Σ E |n·ω| V at the voxel's mean position.
+vec3 shade(Voxel voxel, vec3 normal) {
+    float size = frame.grid_origin_ws.w;
+    vec3 position = frame.grid_origin_ws.xyz + size * (voxel_coordinates(voxel.xy, voxel.z_area) + unpack_unorm10(voxel.mean_position));
+    vec3 irradiance = vec3(0.0);
+    for (uint i = 0u; i < frame.size_px.z; ++i) {
+        vec3 to_light;
+        vec3 arriving = light_irradiance(lights[i], position, to_light);
+        float cosine = dot(normal, to_light);
+        vec3 lit_side = cosine < 0.0 ? -normal : normal;
+        irradiance += arriving * abs(cosine) * light_visibility(lights[i], position, lit_side, 0.25 * size);
+    }
+    return unpack_albedo(voxel.albedo) / PI * irradiance;
+}
+
+void main() {
+    uint index = gl_GlobalInvocationID.x + gl_GlobalInvocationID.y * 4194240u;
+    if (index >= params.voxel_count) return;
+    Voxel voxel = voxels[index];
+    vec3 mean_normal = unpack_mean_normal(voxel.normal);
+    vec3 normal = mean_normal / max(length(mean_normal), 1e-6);
+    vec3 radiance;
+    if (INJECTION_VOXEL != 0u) {
+        radiance = shade(voxel, normal);
+    } else {
+        float area = unpackHalf2x16(voxel.z_area >> 16).x;
+        float lit = injected(index, 3u) * params.area_unit;
+        radiance = vec3(injected(index, 0u), injected(index, 1u), injected(index, 2u)) * params.flux_unit / (area > SLIVER ? area : max(area, lit));
+        if (lit == 0.0) {
+            radiance = shade(voxel, normal);
+            if (any(greaterThan(radiance, vec3(0.0)))) atomicAdd(filled_voxels, 1u);
+        }
+    }
+    if (EMISSIVE != 0u) radiance += voxel_emission[index].rgb;
+    radiance = min(radiance, vec3(LARGEST_HALF));
+    float opacity = float(voxel.coverage) / 65535.0;
+    voxel_radiance[index] = uvec2(packHalf2x16(radiance.rg), packHalf2x16(vec2(radiance.b, opacity)));
+    if (DENSE != 0u) {
+        imageStore(dense_radiance, ivec3(voxel_coordinates(voxel.xy, voxel.z_area)), vec4(radiance * opacity, opacity));
+    }
+}

@@ -1,0 +1,47 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// render.direct: emitted radiance, and light reflected once. L = L_e + Σ (ρ/π + f_s) E (n·ω) V.
+layout(local_size_x = 8, local_size_y = 8) in;
+
+#include "shared/light_view.glsl"
+
+layout(constant_id = 0) const uint GLOSSY = 0;
+layout(constant_id = 1) const uint EMISSIVE = 0;
+
+layout(std430, set = 1, binding = 0) restrict readonly buffer LightViews { LightView light_views[]; };
+layout(set = 1, binding = 1) uniform texture2DArray shadow_maps;
+layout(set = 1, binding = 2) uniform texture2D view_depth;
+layout(set = 1, binding = 3) uniform utexture2D normals;
+layout(set = 1, binding = 4) uniform texture2D albedo;
+layout(set = 1, binding = 5) uniform texture2D specular;
+layout(set = 1, binding = 6) uniform texture2D emission;
+layout(set = 1, binding = 7, rgba32f) uniform restrict writeonly image2D direct;
+
+#include "shared/visibility.glsl"
+#include "shared/gbuffer.glsl"
+#include "shared/ggx.glsl"
+
+void main() {
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(pixel, ivec2(frame.size_px.xy)))) return;
+    Surface surface;
+    if (!read_surface(pixel, surface)) {
+        imageStore(direct, pixel, vec4(frame.environment.rgb, 0.0));
+        return;
+    }
+    vec4 base = texelFetch(sampler2D(albedo, nearest_clamp), pixel, 0);
+    vec3 n = surface.shading_normal, to_eye = normalize(frame.eye_ws.xyz - surface.position_ws);
+    vec3 f0 = GLOSSY != 0u && base.a >= 0.0 ? texelFetch(sampler2D(specular, nearest_clamp), pixel, 0).rgb : vec3(0.0);
+    vec3 radiance = EMISSIVE != 0u ? texelFetch(sampler2D(emission, nearest_clamp), pixel, 0).rgb : vec3(0.0);
+    for (uint i = 0u; i < frame.size_px.z; ++i) {
+        vec3 to_light;
+        vec3 irradiance = light_irradiance(lights[i], surface.position_ws, to_light);
+        float cosine = dot(n, to_light);
+        if (cosine <= 0.0 || dot(surface.geometric_normal, to_light) <= 0.0) continue;
+        float lit = light_visibility(lights[i], surface.position_ws, surface.geometric_normal, 0.0);
+        vec3 reflected = base.rgb / PI;
+        if (GLOSSY != 0u && base.a >= 0.0) reflected += ggx_brdf(n, to_eye, to_light, f0, base.a);
+        radiance += reflected * irradiance * (cosine * lit);
+    }
+    imageStore(direct, pixel, vec4(radiance, 1.0));
+}

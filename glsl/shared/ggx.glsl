@@ -1,0 +1,33 @@
+// The glossy lobe: GGX (Walter et al. 2007) with height-correlated Smith shadowing (Heitz 2014) and Schlick's Fresnel; α = roughness².
+#ifndef LUMIVOX_GGX
+#define LUMIVOX_GGX
+
+float ggx_alpha(float roughness) {
+    return max(roughness * roughness, 1e-3);
+}
+
+vec3 schlick(vec3 f0, float cosine) {
+    float m = clamp(1.0 - cosine, 0.0, 1.0);
+    return f0 + (1.0 - f0) * (m * m * m * m * m);
+}
+
+// f_s [1/sr].
+vec3 ggx_brdf(vec3 n, vec3 wo, vec3 wi, vec3 f0, float roughness) {
+    vec3 h = normalize(wo + wi);
+    float a2 = ggx_alpha(roughness) * ggx_alpha(roughness);
+    float nh = max(dot(n, h), 0.0), no = max(dot(n, wo), 1e-4), ni = max(dot(n, wi), 1e-4);
+    float d = nh * nh * (a2 - 1.0) + 1.0;
+    float distribution = a2 / (3.14159265358979 * d * d);
+    float visibility = 0.5 / (ni * sqrt(no * no * (1.0 - a2) + a2) + no * sqrt(ni * ni * (1.0 - a2) + a2));
+    return schlick(f0, dot(wi, h)) * (distribution * visibility);
+}
+
+// Directional albedo of the lobe: the fit of Karis 2014 ("Physically Based Shading on Mobile").
+vec3 ggx_albedo(vec3 f0, float roughness, float cosine) {
+    vec4 r = roughness * vec4(-1.0, -0.0275, -0.572, 0.022) + vec4(1.0, 0.0425, 1.04, -0.04);
+    float a004 = min(r.x * r.x, exp2(-9.28 * cosine)) * r.x + r.y;
+    vec2 ab = vec2(-1.04, 1.04) * a004 + r.zw;
+    return max(f0 * ab.x + ab.y, vec3(0.0));
+}
+
+#endif
