@@ -1,3 +1,4 @@
 //! Lumivox.
 pub mod image;
+pub mod reference;
 pub mod scene;
