@@ -3,13 +3,26 @@
 //! Lengths are metres, +y is up, light is linear RGB in the units of [`crate`]'s radiometric contract.
 //! Triangles are sorted by material, so that a material is one contiguous range ([`Scene::batches`]).
 
+mod assemble;
+pub mod bundled;
 mod camera;
+mod error;
 mod light;
+mod load;
 mod material;
+mod model;
+mod mtl;
+mod obj;
+mod paths;
+mod picture;
 mod texture;
+mod textures;
+mod toml;
 
 pub use camera::Camera;
+pub use error::SceneError;
 pub use light::Light;
+pub use load::LoadOptions;
 pub use material::{Material, Specular};
 pub use texture::{Texture, TextureKind};
 
@@ -50,8 +63,21 @@ pub struct Batch {
     pub triangle_count: u32,
 }
 
+/// One model of a scene: a contiguous range of its triangles, whose vertices and materials belong to no other model.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Model {
+    /// The OBJ file's stem or the bundled scene's name.
+    pub name: String,
+    /// Whether the model may move.
+    pub dynamic: bool,
+    /// First triangle of the range.
+    pub first_triangle: u32,
+    /// Number of triangles in the range, at least one.
+    pub triangle_count: u32,
+}
+
 /// A whole scene, in world space.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Scene {
     /// Name for reports: the file's stem or the bundled scene's name.
     pub name: String,
@@ -61,6 +87,8 @@ pub struct Scene {
     pub triangles: Vec<Triangle>,
     /// All materials; none is unused, and there is at least one where there is a triangle.
     pub materials: Vec<Material>,
+    /// All models, in the order of their triangles.
+    pub models: Vec<Model>,
     /// All textures, each referred to by at least one material.
     pub textures: Vec<Texture>,
     /// All lights.

@@ -1,0 +1,224 @@
+//! An OBJ with its MTL, as one part of a scene.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+use glam::{Affine3A, DVec3, Mat3, Quat, Vec3};
+
+use super::assemble::Part;
+use super::mtl::{self, MtlMaterial};
+use super::obj::{Corner, NONE, Obj};
+use super::textures::TextureRequests;
+use super::{Material, Scene, SceneError, Triangle, Vertex, paths};
+
+/// Normals whose squared length is this close to 1 stay as they are, so that loading what was written changes no bit.
+const UNIT_TOLERANCE: f32 = 1e-6;
+
+/// Where a model stands: scaled, then rotated about x, y and z in this order, then moved.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Placement {
+    /// Uniform scale, positive.
+    pub(super) scale: f32,
+    /// Rotation about x, then y, then z [degrees].
+    pub(super) rotate_deg: Vec3,
+    /// Translation [m].
+    pub(super) translate: Vec3,
+}
+
+impl Default for Placement {
+    fn default() -> Self {
+        Placement { scale: 1.0, rotate_deg: Vec3::ZERO, translate: Vec3::ZERO }
+    }
+}
+
+impl Placement {
+    /// The transform, or `None` where it changes nothing.
+    fn world_from_model(&self) -> Option<Affine3A> {
+        let [x, y, z] = self.rotate_deg.to_array().map(f32::to_radians);
+        let rotation = Quat::from_rotation_z(z) * Quat::from_rotation_y(y) * Quat::from_rotation_x(x);
+        (*self != Placement::default()).then(|| Affine3A::from_scale_rotation_translation(Vec3::splat(self.scale), rotation, self.translate))
+    }
+}
+
+/// Triangles of a model that are left out or completed, for one warning each.
+#[derive(Default)]
+struct Counts {
+    zero_area: usize,
+    without_material: usize,
+    removed: usize,
+    without_normal: usize,
+}
+
+/// Loads one OBJ.
+pub(super) fn load(path: &Path, placement: &Placement, dynamic: bool, requests: &mut TextureRequests) -> Result<Part, SceneError> {
+    let text = paths::read_text(path)?;
+    let obj = Obj::parse(path, &text)?;
+    if obj.triangles.is_empty() {
+        return Err(SceneError::file(path, "there are no faces in it", "give an OBJ file with `f` lines"));
+    }
+    Scene::check_counts(path, 3 * obj.triangles.len(), obj.triangles.len())?;
+    let library = Library::load(path, &obj, requests)?;
+    let mut builder = Builder { obj: &obj, library: &library, part: Part::default(), index_from_corner: HashMap::new(), counts: Counts::default() };
+    for (index, (corners, name)) in obj.triangles.iter().enumerate() {
+        builder.add(index as u32, corners, *name);
+    }
+    let Builder { mut part, counts, .. } = builder;
+    warn(path, &counts);
+    if part.triangles.is_empty() {
+        return Err(SceneError::file(path, "all of its triangles have no area or are removed by `d`", "check the model's scale and materials"));
+    }
+    place(path, &mut part, placement)?;
+    part.name = paths::stem_of(path);
+    part.dynamic = dynamic;
+    part.materials = library.materials;
+    Ok(part)
+}
+
+fn warn(path: &Path, counts: &Counts) {
+    let path = path.display();
+    if counts.zero_area > 0 {
+        log::warn!("{path}: dropped {} triangles without area", counts.zero_area);
+    }
+    if counts.without_material > 0 {
+        log::warn!("{path}: {} triangles have no known material; they get a grey one", counts.without_material);
+    }
+    if counts.removed > 0 {
+        log::warn!("{path}: dropped {} triangles whose material has `d` below 0.5", counts.removed);
+    }
+    if counts.without_normal > 0 {
+        log::info!("{path}: {} triangles have corners without a normal; those get the face normal", counts.without_normal);
+    }
+}
+
+fn place(path: &Path, part: &mut Part, placement: &Placement) -> Result<(), SceneError> {
+    let Some(world_from_model) = placement.world_from_model() else { return Ok(()) };
+    let rotation = Mat3::from(world_from_model.matrix3) * (1.0 / placement.scale);
+    for vertex in &mut part.vertices {
+        let position = world_from_model.transform_point3(Vec3::from(vertex.position));
+        if !position.is_finite() {
+            return Err(SceneError::file(path, "its vertices are not finite after `scale` and `translate`", "use a smaller scale or translation"));
+        }
+        vertex.position = position.to_array();
+        vertex.normal = (rotation * Vec3::from(vertex.normal)).normalize().to_array();
+    }
+    Ok(())
+}
+
+/// The materials of an OBJ: those that its `usemtl` lines name, in that order, then the default material.
+struct Library {
+    materials: Vec<Material>,
+    removed: Vec<bool>,
+    known: Vec<bool>,
+}
+
+impl Library {
+    fn load(path: &Path, obj: &Obj, requests: &mut TextureRequests) -> Result<Library, SceneError> {
+        let mut from_name: HashMap<String, (PathBuf, MtlMaterial)> = HashMap::new();
+        for file in library_files(path, obj)? {
+            for material in mtl::parse(&file, &paths::read_text(&file)?)? {
+                from_name.entry(material.name.clone()).or_insert_with(|| (file.clone(), material));
+            }
+        }
+        let mut library = Library { materials: Vec::new(), removed: Vec::new(), known: Vec::new() };
+        let mut matt = Vec::new();
+        for (name, line) in &obj.material_names {
+            let Some((file, material)) = from_name.get(name) else {
+                log::warn!("{}:{line}: no material is called `{name}`; a grey one stands in", path.display());
+                library.push(Material { name: name.clone(), ..Material::default() }, false, false);
+                continue;
+            };
+            let (converted, specular_ignored) = material.to_material();
+            if specular_ignored {
+                matt.push(format!("`{name}`"));
+            }
+            library.push(requests.texture(file, material, converted), material.is_removed(), true);
+        }
+        library.push(Material::default(), false, false);
+        if !matt.is_empty() {
+            log::warn!("{}: `Ks` without `Pr` or `Ns` does not say how rough it is and is ignored: {}", path.display(), matt.join(", "));
+        }
+        Ok(library)
+    }
+
+    fn push(&mut self, material: Material, removed: bool, known: bool) {
+        self.materials.push(material);
+        self.removed.push(removed);
+        self.known.push(known);
+    }
+}
+
+/// The MTL files of all `mtllib` lines; an argument is one file name with spaces where that exists, else several names.
+fn library_files(path: &Path, obj: &Obj) -> Result<Vec<PathBuf>, SceneError> {
+    let folder = paths::folder_of(path);
+    let mut files = Vec::new();
+    for (argument, line) in &obj.libraries {
+        if let Some(file) = paths::resolve(folder, argument).filter(|_| !argument.is_empty()) {
+            files.push(file);
+            continue;
+        }
+        for name in argument.split_whitespace() {
+            files.push(paths::resolve(folder, name).ok_or_else(|| {
+                SceneError::line(path, *line, format!("the material file `{name}` does not exist"), "put it beside the OBJ, or remove the `mtllib` line")
+            })?);
+        }
+    }
+    Ok(files)
+}
+
+/// Turns OBJ corners into vertices; equal corners share one.
+struct Builder<'a> {
+    obj: &'a Obj,
+    library: &'a Library,
+    part: Part,
+    index_from_corner: HashMap<(Corner, u32), u32>,
+    counts: Counts,
+}
+
+impl Builder<'_> {
+    fn add(&mut self, triangle: u32, corners: &[Corner; 3], name: u32) {
+        let material = if name == NONE { self.library.materials.len() as u32 - 1 } else { name };
+        if self.library.removed[material as usize] {
+            self.counts.removed += 1;
+            return;
+        }
+        let Some(face_normal) = self.face_normal(corners) else {
+            self.counts.zero_area += 1;
+            return;
+        };
+        self.counts.without_material += usize::from(!self.library.known[material as usize]);
+        let normals = corners.map(|corner| self.corner_normal(corner));
+        self.counts.without_normal += usize::from(normals.contains(&None));
+        let mut vertices = [0; 3];
+        for ((vertex, corner), normal) in vertices.iter_mut().zip(corners).zip(normals) {
+            let flat_face = if normal.is_some() { NONE } else { triangle };
+            *vertex = self.vertex(*corner, flat_face, normal.unwrap_or(face_normal));
+        }
+        self.part.triangles.push(Triangle { vertices, material });
+    }
+
+    fn vertex(&mut self, corner: Corner, flat_face: u32, normal: Vec3) -> u32 {
+        let vertices = &mut self.part.vertices;
+        *self.index_from_corner.entry((corner, flat_face)).or_insert_with(|| {
+            let [u, v] = if corner.texcoord == NONE { [0.0; 2] } else { self.obj.texcoords[corner.texcoord as usize] };
+            let position = self.obj.positions[corner.position as usize].to_array();
+            vertices.push(Vertex { position, u, normal: normal.to_array(), v });
+            vertices.len() as u32 - 1
+        })
+    }
+
+    /// The file's normal, of unit length; `None` where there is none or it has no length.
+    fn corner_normal(&self, corner: Corner) -> Option<Vec3> {
+        let normal = *self.obj.normals.get(corner.normal as usize)?;
+        let length_squared = normal.length_squared();
+        if (length_squared - 1.0).abs() <= UNIT_TOLERANCE { Some(normal) } else { unit(normal.as_dvec3()) }
+    }
+
+    fn face_normal(&self, corners: &[Corner; 3]) -> Option<Vec3> {
+        let [a, b, c] = corners.map(|corner| self.obj.positions[corner.position as usize].as_dvec3());
+        unit((b - a).cross(c - a))
+    }
+}
+
+fn unit(vector: DVec3) -> Option<Vec3> {
+    vector.try_normalize().map(DVec3::as_vec3)
+}

@@ -1,0 +1,166 @@
+//! OBJ geometry, parsed line by line so that every error has its line.
+//!
+//! Read: `v`, `vt`, `vn`, `f` (any number of corners, negative indices), `usemtl`, `mtllib`; everything else (groups, smoothing, lines, points,
+//! free-form surfaces) is passed over. Extra numbers on `v` and `vt` (w, vertex colours) are ignored. Polygons are split as fans.
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use glam::Vec3;
+
+use super::SceneError;
+
+/// Stands for "no texture coordinate", "no normal" or "no material".
+pub(super) const NONE: u32 = u32::MAX;
+
+/// Indices of one triangle corner into the lists of [`Obj`]; texture coordinate and normal may be [`NONE`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) struct Corner {
+    /// Position.
+    pub(super) position: u32,
+    /// Texture coordinate or [`NONE`].
+    pub(super) texcoord: u32,
+    /// Normal or [`NONE`].
+    pub(super) normal: u32,
+}
+
+/// A parsed OBJ file.
+#[derive(Debug, Default)]
+pub(super) struct Obj {
+    /// `v`.
+    pub(super) positions: Vec<Vec3>,
+    /// `vt`.
+    pub(super) texcoords: Vec<[f32; 2]>,
+    /// `vn`, as written.
+    pub(super) normals: Vec<Vec3>,
+    /// Triangles in file order, with an index into `material_names` or [`NONE`].
+    pub(super) triangles: Vec<([Corner; 3], u32)>,
+    /// `usemtl` names with the line of their first use.
+    pub(super) material_names: Vec<(String, usize)>,
+    /// `mtllib` arguments with their lines.
+    pub(super) libraries: Vec<(String, usize)>,
+}
+
+/// Parser state: what is read so far, and where we are.
+struct Parser<'a> {
+    path: &'a Path,
+    line: usize,
+    obj: Obj,
+    materials: HashMap<String, u32>,
+    material: u32,
+    polygon: Vec<Corner>,
+}
+
+impl Obj {
+    /// Parses the text of an OBJ file; `path` is for messages only.
+    pub(super) fn parse(path: &Path, text: &str) -> Result<Obj, SceneError> {
+        let mut parser = Parser { path, line: 0, obj: Obj::default(), materials: HashMap::new(), material: NONE, polygon: Vec::new() };
+        for line in text.lines() {
+            parser.line += 1;
+            parser.read_line(line)?;
+        }
+        Ok(parser.obj)
+    }
+}
+
+impl Parser<'_> {
+    fn read_line(&mut self, line: &str) -> Result<(), SceneError> {
+        let line = line.split('#').next().unwrap_or_default().trim();
+        let (key, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
+        match key {
+            "v" => {
+                let position = Vec3::from(self.numbers::<3>("v", rest, 3)?);
+                self.obj.positions.push(position);
+            }
+            "vt" => {
+                let texcoord = self.numbers::<2>("vt", rest, 1)?;
+                self.obj.texcoords.push(texcoord);
+            }
+            "vn" => {
+                let normal = Vec3::from(self.numbers::<3>("vn", rest, 3)?);
+                self.obj.normals.push(normal);
+            }
+            "f" => self.face(rest)?,
+            "usemtl" => self.use_material(rest.trim()),
+            "mtllib" => self.obj.libraries.push((rest.trim().to_owned(), self.line)),
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// The first `N` numbers on the line, of which at least `required` are there; all finite.
+    fn numbers<const N: usize>(&self, key: &str, rest: &str, required: usize) -> Result<[f32; N], SceneError> {
+        let mut values = [0.0_f32; N];
+        let mut count = 0;
+        for (value, word) in values.iter_mut().zip(rest.split_whitespace()) {
+            *value = word.parse().map_err(|_| self.error(format!("`{key}` has `{word}`, which is not a number"), "write a decimal number there"))?;
+            if !value.is_finite() {
+                return Err(self.error(format!("`{key}` has `{word}`, which is not finite"), "export the model again without NaN and infinite values"));
+            }
+            count += 1;
+        }
+        if count < required {
+            return Err(self.error(format!("`{key}` has {count} numbers where {required} are needed"), "complete the line, or export the model again"));
+        }
+        Ok(values)
+    }
+
+    fn use_material(&mut self, name: &str) {
+        self.material = match self.materials.get(name) {
+            Some(&index) => index,
+            None => {
+                let index = self.obj.material_names.len() as u32;
+                self.obj.material_names.push((name.to_owned(), self.line));
+                self.materials.insert(name.to_owned(), index);
+                index
+            }
+        };
+    }
+
+    fn face(&mut self, rest: &str) -> Result<(), SceneError> {
+        let mut polygon = std::mem::take(&mut self.polygon);
+        polygon.clear();
+        for word in rest.split_whitespace() {
+            polygon.push(self.corner(word)?);
+        }
+        if polygon.len() < 3 {
+            return Err(self.error(format!("`f` has {} corners where at least 3 are needed", polygon.len()), "remove the face, or complete it"));
+        }
+        for pair in polygon[1..].windows(2) {
+            self.obj.triangles.push(([polygon[0], pair[0], pair[1]], self.material));
+        }
+        self.polygon = polygon;
+        Ok(())
+    }
+
+    fn corner(&self, word: &str) -> Result<Corner, SceneError> {
+        let mut parts = word.split('/');
+        let position = self.index("v", parts.next().unwrap_or_default(), self.obj.positions.len())?;
+        let texcoord = self.index("vt", parts.next().unwrap_or_default(), self.obj.texcoords.len())?;
+        let normal = self.index("vn", parts.next().unwrap_or_default(), self.obj.normals.len())?;
+        if position == NONE || parts.next().is_some() {
+            return Err(self.error(format!("`f` has the corner `{word}`"), "a corner is v, v/vt, v//vn or v/vt/vn"));
+        }
+        Ok(Corner { position, texcoord, normal })
+    }
+
+    /// An OBJ index (from 1, or negative from the end) into `count` entries; [`NONE`] where the text is empty.
+    fn index(&self, list: &str, text: &str, count: usize) -> Result<u32, SceneError> {
+        if text.is_empty() {
+            return Ok(NONE);
+        }
+        let signed: i64 = text.parse().map_err(|_| self.error(format!("`f` has `{text}`, which is not an index"), "indices are whole numbers from 1"))?;
+        let index = if signed < 0 { count as i64 + signed } else { signed - 1 };
+        match u32::try_from(index) {
+            Ok(index) if (index as usize) < count && index != NONE => Ok(index),
+            _ => Err(self.error(
+                format!("`f` refers to `{list}` number {signed}, but {count} are defined so far"),
+                "export the model again: the file is cut short or its indices are wrong",
+            )),
+        }
+    }
+
+    fn error(&self, problem: String, hint: &str) -> SceneError {
+        SceneError::line(self.path, self.line, problem, hint)
+    }
+}

@@ -1,0 +1,73 @@
+//! The textures that the materials of a scene ask for, read once each.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+use rayon::prelude::*;
+
+use super::mtl::{MapRef, MtlMaterial};
+use super::picture::{self, Use};
+use super::{LoadOptions, Material, SceneError, Texture, TextureKind, paths};
+
+/// One texture to read.
+struct Request {
+    /// As written in the MTL, with forward slashes.
+    name: String,
+    file: Option<PathBuf>,
+    wanted: Use,
+}
+
+/// Collects requests, so that all missing files are reported together and each file is read once.
+#[derive(Default)]
+pub(super) struct TextureRequests {
+    requests: Vec<Request>,
+    index_from_file: HashMap<(PathBuf, TextureKind, u32), u32>,
+    missing: Vec<String>,
+}
+
+impl TextureRequests {
+    /// The material with the indices of the textures that `mtl` (in `file`) names.
+    pub(super) fn texture(&mut self, file: &Path, mtl: &MtlMaterial, material: Material) -> Material {
+        let mut index = |map: &Option<MapRef>, wanted: Use| map.as_ref().map(|map| self.request(file, mtl, map, wanted));
+        let bump_multiplier = mtl.bump.as_ref().map_or(1.0, |map| map.bump_multiplier);
+        Material {
+            albedo_texture: index(&mtl.map_kd, Use::Color),
+            emission_texture: index(&mtl.map_ke, Use::Color),
+            mask_texture: index(&mtl.map_d, Use::Mask),
+            normal_texture: index(&mtl.norm, Use::Normal).or_else(|| index(&mtl.bump, Use::Bump(bump_multiplier))),
+            ..material
+        }
+    }
+
+    fn request(&mut self, mtl_file: &Path, mtl: &MtlMaterial, map: &MapRef, wanted: Use) -> u32 {
+        let found = paths::resolve(paths::folder_of(mtl_file), &map.path);
+        let path = found.clone().unwrap_or_else(|| paths::folder_of(mtl_file).join(&map.path));
+        let multiplier = if let Use::Bump(multiplier) = wanted { multiplier } else { 0.0 };
+        let key = (path, wanted.kind(), multiplier.to_bits());
+        if let Some(index) = self.index_from_file.get(&key) {
+            return *index;
+        }
+        if found.is_none() {
+            self.missing.push(format!("{} (material `{}`, {}:{})", key.0.display(), mtl.name, mtl_file.display(), map.line));
+        }
+        let index = self.requests.len() as u32;
+        self.requests.push(Request { name: map.path.replace('\\', "/"), file: found, wanted });
+        self.index_from_file.insert(key, index);
+        index
+    }
+
+    /// Reads all textures, in order of request.
+    pub(super) fn read(self, options: &LoadOptions) -> Result<Vec<Texture>, SceneError> {
+        if !self.missing.is_empty() {
+            if !options.allow_missing_textures {
+                return Err(SceneError::MissingTextures { missing: self.missing });
+            }
+            log::warn!("{} missing textures are rendered mid-grey: {}", self.missing.len(), self.missing.join(", "));
+        }
+        let read = |request: &Request| match &request.file {
+            Some(file) => picture::read(file, &request.name, request.wanted),
+            None => Ok(request.wanted.placeholder(&request.name)),
+        };
+        self.requests.par_iter().map(read).collect()
+    }
+}

@@ -1,0 +1,251 @@
+//! The TOML scene format: models, camera, lights and environment.
+
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use glam::Vec3;
+use serde::Deserialize;
+use toml::Spanned;
+
+use super::model::Placement;
+use super::{Camera, Light, SceneError, paths};
+
+/// Largest light value [W/m², W/sr, W/(m² sr)]: beyond it 32-bit sums lose meaning.
+const LIGHT_MAX: f32 = 1e12;
+/// Largest coordinate [m].
+const COORDINATE_MAX: f32 = 1e9;
+
+type Number = Spanned<f32>;
+type Vector = Spanned<[f32; 3]>;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FileToml {
+    #[serde(default)]
+    model: Vec<ModelToml>,
+    camera: Option<CameraToml>,
+    #[serde(default)]
+    light: Vec<LightToml>,
+    environment: Option<EnvironmentToml>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ModelToml {
+    path: Spanned<String>,
+    scale: Option<Number>,
+    rotate_deg: Option<Vector>,
+    translate: Option<Vector>,
+    #[serde(default)]
+    dynamic: bool,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct CameraToml {
+    eye: Vector,
+    target: Vector,
+    up: Option<Vector>,
+    vfov_deg: Option<Number>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct LightToml {
+    kind: Spanned<String>,
+    direction: Option<Vector>,
+    irradiance: Option<Vector>,
+    position: Option<Vector>,
+    intensity: Option<Vector>,
+    inner_deg: Option<Number>,
+    outer_deg: Option<Number>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct EnvironmentToml {
+    radiance: Vector,
+}
+
+/// One `[[model]]`, its path resolved.
+pub(super) struct ModelEntry {
+    /// The OBJ file.
+    pub(super) path: PathBuf,
+    /// Where it stands.
+    pub(super) placement: Placement,
+    /// Whether it may move.
+    pub(super) dynamic: bool,
+}
+
+/// A checked scene file.
+pub(super) struct SceneFile {
+    /// At least one.
+    pub(super) models: Vec<ModelEntry>,
+    /// `None` where the file has no `[camera]`.
+    pub(super) camera: Option<Camera>,
+    /// All lights.
+    pub(super) lights: Vec<Light>,
+    /// Radiance of the environment [W/(m² sr)].
+    pub(super) environment: Vec3,
+}
+
+/// Parses and checks the text of a scene file.
+pub(super) fn parse(path: &Path, text: &str) -> Result<SceneFile, SceneError> {
+    let source = Source { path, text };
+    let file: FileToml = toml::from_str(text).map_err(|error| {
+        let problem = error.message().replace('\n', ", ");
+        match error.span() {
+            Some(span) => source.error(&span, problem, "see the scene format in the manual"),
+            None => SceneError::file(path, problem, "see the scene format in the manual"),
+        }
+    })?;
+    if file.model.is_empty() {
+        return Err(SceneError::file(path, "there is no [[model]] in it", "add `[[model]]` with `path = \"FILE.obj\"`"));
+    }
+    let models = file.model.iter().enumerate().map(|(index, model)| source.model(index, model)).collect::<Result<_, _>>()?;
+    let lights = file.light.iter().enumerate().map(|(index, light)| source.light(index, light)).collect::<Result<_, _>>()?;
+    let camera = file.camera.as_ref().map(|camera| source.camera(camera)).transpose()?;
+    let environment = file.environment.map_or(Ok(Vec3::ZERO), |environment| source.light_value("environment.radiance", &environment.radiance))?;
+    Ok(SceneFile { models, camera, lights, environment })
+}
+
+/// The text and its name, for messages.
+struct Source<'a> {
+    path: &'a Path,
+    text: &'a str,
+}
+
+impl Source<'_> {
+    fn error(&self, span: &Range<usize>, problem: impl Into<String>, hint: impl Into<String>) -> SceneError {
+        let before = self.text.as_bytes().get(..span.start).unwrap_or_default();
+        let line = 1 + before.iter().filter(|byte| **byte == b'\n').count();
+        SceneError::line(self.path, line, problem, hint)
+    }
+
+    fn number(&self, field: &str, number: &Number, range: Range<f32>) -> Result<f32, SceneError> {
+        let value = *number.get_ref();
+        if value >= range.start && value <= range.end {
+            return Ok(value);
+        }
+        let hint = format!("it must be between {:?} and {:?}", range.start, range.end);
+        Err(self.error(&number.span(), format!("`{field}` is {value}, out of range"), hint))
+    }
+
+    fn vector(&self, field: &str, vector: &Vector, range: Range<f32>) -> Result<Vec3, SceneError> {
+        let values = Vec3::from(*vector.get_ref());
+        if values.cmpge(Vec3::splat(range.start)).all() && values.cmple(Vec3::splat(range.end)).all() {
+            return Ok(values);
+        }
+        let hint = format!("each number must be between {:?} and {:?}", range.start, range.end);
+        Err(self.error(&vector.span(), format!("`{field}` is {:?}, out of range", vector.get_ref()), hint))
+    }
+
+    fn point(&self, field: &str, vector: &Vector) -> Result<Vec3, SceneError> {
+        self.vector(field, vector, -COORDINATE_MAX..COORDINATE_MAX)
+    }
+
+    fn light_value(&self, field: &str, vector: &Vector) -> Result<Vec3, SceneError> {
+        self.vector(field, vector, 0.0..LIGHT_MAX)
+    }
+
+    /// A unit vector; vectors that are of unit length already stay as they are.
+    fn direction(&self, field: &str, vector: &Vector) -> Result<Vec3, SceneError> {
+        let values = self.point(field, vector)?;
+        if (values.length_squared() - 1.0).abs() <= 1e-6 {
+            return Ok(values);
+        }
+        let unit = values.as_dvec3().try_normalize().map(|unit| unit.as_vec3());
+        unit.ok_or_else(|| self.error(&vector.span(), format!("`{field}` has no length"), "give the direction of travel, not (0, 0, 0)"))
+    }
+
+    fn model(&self, index: usize, model: &ModelToml) -> Result<ModelEntry, SceneError> {
+        let field = |name: &str| format!("model[{index}].{name}");
+        let name = model.path.get_ref();
+        let path = paths::resolve(paths::folder_of(self.path), name).ok_or_else(|| {
+            self.error(&model.path.span(), format!("`{}` names `{name}`, which does not exist", field("path")), "paths are relative to the scene file")
+        })?;
+        let mut placement = Placement::default();
+        if let Some(scale) = &model.scale {
+            placement.scale = self.number(&field("scale"), scale, 1e-6..1e6)?;
+        }
+        if let Some(rotate_deg) = &model.rotate_deg {
+            placement.rotate_deg = self.vector(&field("rotate_deg"), rotate_deg, -360.0..360.0)?;
+        }
+        if let Some(translate) = &model.translate {
+            placement.translate = self.point(&field("translate"), translate)?;
+        }
+        Ok(ModelEntry { path, placement, dynamic: model.dynamic })
+    }
+
+    fn camera(&self, camera: &CameraToml) -> Result<Camera, SceneError> {
+        let eye = self.point("camera.eye", &camera.eye)?;
+        let target = self.point("camera.target", &camera.target)?;
+        let up = camera.up.as_ref().map_or(Ok(Vec3::Y), |up| self.direction("camera.up", up))?;
+        let vfov_deg = camera.vfov_deg.as_ref().map_or(Ok(60.0), |vfov| self.number("camera.vfov_deg", vfov, 1.0..175.0))?;
+        let Some(forward) = (target - eye).try_normalize() else {
+            return Err(self.error(&camera.target.span(), "`camera.target` is at `camera.eye`", "move one of them"));
+        };
+        if forward.cross(up).length() < 1e-4 {
+            let span = camera.up.as_ref().unwrap_or(&camera.target).span();
+            return Err(self.error(&span, "`camera.up` is parallel to the view direction", "give another `up`, such as [0.0, 0.0, 1.0]"));
+        }
+        Ok(Camera { eye, target, up, vfov_deg })
+    }
+
+    fn light(&self, index: usize, light: &LightToml) -> Result<Light, SceneError> {
+        let field = |name: &str| format!("light[{index}].{name}");
+        self.check_keys(index, light)?;
+        let needed = |name: &str, value: &Option<Vector>| {
+            let missing = || self.error(&light.kind.span(), format!("`{}` is missing", field(name)), format!("a {} light needs it", light.kind.get_ref()));
+            value.clone().ok_or_else(missing)
+        };
+        if light.kind.get_ref() == "directional" {
+            return Ok(Light::Directional {
+                direction: self.direction(&field("direction"), &needed("direction", &light.direction)?)?,
+                irradiance: self.light_value(&field("irradiance"), &needed("irradiance", &light.irradiance)?)?,
+            });
+        }
+        let position = self.point(&field("position"), &needed("position", &light.position)?)?;
+        let intensity = self.light_value(&field("intensity"), &needed("intensity", &light.intensity)?)?;
+        if light.kind.get_ref() == "point" {
+            return Ok(Light::Point { position, intensity });
+        }
+        let direction = self.direction(&field("direction"), &needed("direction", &light.direction)?)?;
+        let (Some(inner), Some(outer)) = (&light.inner_deg, &light.outer_deg) else {
+            let missing = field(if light.inner_deg.is_none() { "inner_deg" } else { "outer_deg" });
+            return Err(self.error(&light.kind.span(), format!("`{missing}` is missing"), "a spot light needs it"));
+        };
+        let outer_deg = self.number(&field("outer_deg"), outer, 0.01..89.9)?;
+        let inner_deg = self.number(&field("inner_deg"), inner, 0.0..outer_deg)?;
+        Ok(Light::Spot { position, direction, intensity, inner_deg, outer_deg })
+    }
+
+    /// Whether the kind is known and each key belongs to it.
+    fn check_keys(&self, index: usize, light: &LightToml) -> Result<(), SceneError> {
+        let allowed: &[&str] = match light.kind.get_ref().as_str() {
+            "directional" => &["direction", "irradiance"],
+            "point" => &["position", "intensity"],
+            "spot" => &["position", "direction", "intensity", "inner_deg", "outer_deg"],
+            other => {
+                let problem = format!("`light[{index}].kind` is `{other}`");
+                return Err(self.error(&light.kind.span(), problem, "a light is \"directional\", \"point\" or \"spot\""));
+            }
+        };
+        let span = |vector: &Option<Vector>| vector.as_ref().map(Spanned::span);
+        let given = [
+            ("direction", span(&light.direction)),
+            ("irradiance", span(&light.irradiance)),
+            ("position", span(&light.position)),
+            ("intensity", span(&light.intensity)),
+            ("inner_deg", light.inner_deg.as_ref().map(Spanned::span)),
+            ("outer_deg", light.outer_deg.as_ref().map(Spanned::span)),
+        ];
+        for (name, span) in given {
+            if let Some(span) = span.filter(|_| !allowed.contains(&name)) {
+                let problem = format!("`light[{index}].{name}` does not belong to a {} light", light.kind.get_ref());
+                return Err(self.error(&span, problem, format!("its keys are {}", allowed.join(", "))));
+            }
+        }
+        Ok(())
+    }
+}
