@@ -1,4 +1,5 @@
 //! Lumivox.
 pub mod image;
+pub mod metrics;
 pub mod reference;
 pub mod scene;
