@@ -1,12 +1,79 @@
-//! `lumivox scene`.
+//! `lumivox scene`: lists the bundled scenes and writes one to files.
+
+use std::path::PathBuf;
+
+use lumivox::scene::{LoadOptions, Scene, SceneError, bundled};
 
 use super::CliError;
 
-/// To be written.
+/// List the bundled scenes, or write one (or a copy of any scene) as TOML, OBJ, MTL and PNG files.
 #[derive(clap::Args)]
-pub(crate) struct Args {}
+pub(crate) struct Args {
+    /// A bundled scene's name, or the path of a .toml or .obj file.
+    #[arg(required_unless_present = "list")]
+    scene: Option<String>,
+    /// List the bundled scenes with their parameters.
+    #[arg(long, conflicts_with_all = ["scene", "output", "set"])]
+    list: bool,
+    /// Folder to write into; made where it does not exist. Without it, the scene is only described.
+    #[arg(short, long, value_name = "DIR")]
+    output: Option<PathBuf>,
+    /// A parameter of the bundled scene (repeatable).
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Render missing textures mid-grey instead of failing.
+    #[arg(long)]
+    allow_missing_textures: bool,
+}
 
-/// To be written.
-pub(crate) fn run(_args: &Args) -> Result<(), CliError> {
+/// Lists, or loads and writes.
+pub(crate) fn run(args: &Args) -> Result<(), CliError> {
+    let Some(name) = args.scene.as_ref().filter(|_| !args.list) else {
+        print_list();
+        return Ok(());
+    };
+    let scene = open(name, args).map_err(CliError::input)?;
+    print_summary(&scene);
+    if let Some(folder) = &args.output {
+        let path = scene.write(folder).map_err(CliError::failed)?;
+        println!("written to {}", path.display());
+    }
     Ok(())
+}
+
+fn open(name: &str, args: &Args) -> Result<Scene, SceneError> {
+    let is_bundled = bundled::TABLE.iter().any(|row| row.name == name);
+    let looks_like_path = name.contains(['/', '\\', '.', ':']);
+    if looks_like_path && !is_bundled && args.set.is_empty() {
+        return Scene::open(name, &LoadOptions { allow_missing_textures: args.allow_missing_textures });
+    }
+    let name = name.strip_prefix("bundled:").unwrap_or(name);
+    let parameters = args.set.iter().map(|text| bundled::parse_parameter(name, text)).collect::<Result<Vec<_>, _>>()?;
+    Scene::bundled(name, &parameters)
+}
+
+fn print_list() {
+    for row in bundled::TABLE {
+        println!("{:18}{}", row.name, row.description);
+        for parameter in row.parameters {
+            let unit = if parameter.unit.is_empty() { String::new() } else { format!(" [{}]", parameter.unit) };
+            let range = format!("{} to {}, default {}", parameter.min, parameter.max, parameter.default);
+            println!("{:18}  {}{unit}: {}; {range}", "", parameter.name, parameter.description);
+        }
+    }
+}
+
+fn print_summary(scene: &Scene) {
+    println!(
+        "{}: {} triangles, {} vertices, {} materials, {} textures, {} lights",
+        scene.name,
+        scene.triangles.len(),
+        scene.vertices.len(),
+        scene.materials.len(),
+        scene.textures.len(),
+        scene.lights.len()
+    );
+    if let Some((low, high)) = scene.bounds() {
+        println!("bounds: {:?} to {:?} m", low.to_array(), high.to_array());
+    }
 }

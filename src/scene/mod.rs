@@ -18,6 +18,7 @@ mod picture;
 mod texture;
 mod textures;
 mod toml;
+mod write;
 
 pub use camera::Camera;
 pub use error::SceneError;

@@ -1,0 +1,190 @@
+//! Writing a scene as TOML, OBJ, MTL and PNG files that load back to the same scene, to the bit.
+//!
+//! Numbers are written with the fewest digits that read back to the same 32-bit value. Not kept are the names of textures (they become PNG files in
+//! `textures/`) and characters in model names that are not fit for a file name.
+
+use std::collections::BTreeSet;
+use std::fmt::Write as _;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use glam::Vec3;
+
+use super::{Light, Material, Model, Scene, SceneError, Texture, Triangle};
+
+impl Scene {
+    /// Writes the scene into `folder`, which is made where it does not exist, and answers the path of the `.toml` file in it.
+    pub fn write(&self, folder: &Path) -> Result<PathBuf, SceneError> {
+        let textures = self.write_textures(folder)?;
+        fs::create_dir_all(folder).map_err(|error| SceneError::write(folder, error))?;
+        let mut names = Names::default();
+        let mut models = Vec::new();
+        for model in &self.models {
+            let name = names.unique(&model.name);
+            write_file(&folder.join(format!("{name}.mtl")), &self.mtl(model, &textures))?;
+            write_file(&folder.join(format!("{name}.obj")), &self.obj(model, &name))?;
+            models.push((name, model.dynamic));
+        }
+        let path = folder.join(format!("{}.toml", file_name(&self.name)));
+        write_file(&path, &self.toml(&models))?;
+        Ok(path)
+    }
+
+    /// Writes all textures and answers their paths relative to `folder`.
+    fn write_textures(&self, folder: &Path) -> Result<Vec<String>, SceneError> {
+        if !self.textures.is_empty() {
+            let textures = folder.join("textures");
+            fs::create_dir_all(&textures).map_err(|error| SceneError::write(&textures, error))?;
+        }
+        let mut names = Names::default();
+        let mut paths = Vec::new();
+        for texture in &self.textures {
+            let stem = Path::new(&texture.name).file_stem().unwrap_or_default().to_string_lossy().into_owned();
+            let path = format!("textures/{}.png", names.unique(&stem));
+            write_png(&folder.join(&path), texture)?;
+            paths.push(path);
+        }
+        Ok(paths)
+    }
+
+    fn triangles_of(&self, model: &Model) -> &[Triangle] {
+        let first = model.first_triangle as usize;
+        &self.triangles[first..first + model.triangle_count as usize]
+    }
+
+    /// Names of the model's materials in the MTL, by index; equal names are told apart.
+    fn material_names(&self, model: &Model) -> Vec<(u32, String)> {
+        let mut names = Names::default();
+        let mut indices: Vec<u32> = self.triangles_of(model).iter().map(|triangle| triangle.material).collect();
+        indices.dedup();
+        indices.into_iter().map(|index| (index, names.unique_as_is(&self.materials[index as usize].name))).collect()
+    }
+
+    fn mtl(&self, model: &Model, textures: &[String]) -> String {
+        let mut text = String::new();
+        for (index, name) in self.material_names(model) {
+            push_material(&mut text, &name, &self.materials[index as usize], textures);
+        }
+        text
+    }
+
+    fn obj(&self, model: &Model, file: &str) -> String {
+        let mut text = format!("# Triangles: {}\nmtllib {file}.mtl\n", model.triangle_count);
+        let triangles = self.triangles_of(model);
+        let indices = || triangles.iter().flat_map(|triangle| triangle.vertices);
+        let (first, last) = (indices().min().unwrap_or(0), indices().max().unwrap_or(0));
+        for vertex in &self.vertices[first as usize..=last as usize] {
+            let ([x, y, z], [nx, ny, nz]) = (vertex.position, vertex.normal);
+            // Writing to a String cannot fail.
+            let _ = writeln!(text, "v {x} {y} {z}\nvt {} {}\nvn {nx} {ny} {nz}", vertex.u, vertex.v);
+        }
+        let names = self.material_names(model);
+        let mut current = None;
+        for triangle in triangles {
+            if current != Some(triangle.material) {
+                current = Some(triangle.material);
+                let name = names.iter().find(|(index, _)| *index == triangle.material).map_or("", |(_, name)| name);
+                let _ = writeln!(text, "usemtl {name}");
+            }
+            let [a, b, c] = triangle.vertices.map(|index| index - first + 1);
+            let _ = writeln!(text, "f {a}/{a}/{a} {b}/{b}/{b} {c}/{c}/{c}");
+        }
+        text
+    }
+
+    fn toml(&self, models: &[(String, bool)]) -> String {
+        let mut text = String::new();
+        for (name, dynamic) in models {
+            let dynamic = if *dynamic { "dynamic = true\n" } else { "" };
+            let _ = writeln!(text, "[[model]]\npath = {:?}\n{dynamic}", format!("{name}.obj"));
+        }
+        let camera = &self.camera;
+        let (eye, target, up) = (vector(camera.eye), vector(camera.target), vector(camera.up));
+        let _ = writeln!(text, "[camera]\neye = {eye}\ntarget = {target}\nup = {up}\nvfov_deg = {:?}\n", camera.vfov_deg);
+        for light in &self.lights {
+            push_light(&mut text, light);
+        }
+        if self.environment != Vec3::ZERO {
+            let _ = writeln!(text, "[environment]\nradiance = {}", vector(self.environment));
+        }
+        text
+    }
+}
+
+fn push_light(text: &mut String, light: &Light) {
+    let _ = match *light {
+        Light::Directional { direction, irradiance } => {
+            writeln!(text, "[[light]]\nkind = \"directional\"\ndirection = {}\nirradiance = {}\n", vector(direction), vector(irradiance))
+        }
+        Light::Point { position, intensity } => {
+            writeln!(text, "[[light]]\nkind = \"point\"\nposition = {}\nintensity = {}\n", vector(position), vector(intensity))
+        }
+        Light::Spot { position, direction, intensity, inner_deg, outer_deg } => writeln!(
+            text,
+            "[[light]]\nkind = \"spot\"\nposition = {}\ndirection = {}\nintensity = {}\ninner_deg = {inner_deg:?}\nouter_deg = {outer_deg:?}\n",
+            vector(position),
+            vector(direction),
+            vector(intensity)
+        ),
+    };
+}
+
+fn push_material(text: &mut String, name: &str, material: &Material, textures: &[String]) {
+    let color = |color: Vec3| format!("{} {} {}", color.x, color.y, color.z);
+    let _ = writeln!(text, "newmtl {name}\nKd {}", color(material.albedo));
+    if material.emission != Vec3::ZERO || material.emission_texture.is_some() {
+        let _ = writeln!(text, "Ke {}", color(material.emission));
+    }
+    if let Some(specular) = material.specular {
+        let _ = writeln!(text, "Ks {}\nPr {}\nPm {}", color(specular.f0), specular.roughness, specular.metalness);
+    }
+    let maps =
+        [("map_Kd", material.albedo_texture), ("map_Ke", material.emission_texture), ("map_d", material.mask_texture), ("norm", material.normal_texture)];
+    for (key, texture) in maps {
+        if let Some(path) = texture.and_then(|index| textures.get(index as usize)) {
+            let _ = writeln!(text, "{key} {path}");
+        }
+    }
+    text.push('\n');
+}
+
+/// A TOML array; `{:?}` keeps the decimal point that makes it a float.
+fn vector(vector: Vec3) -> String {
+    format!("[{:?}, {:?}, {:?}]", vector.x, vector.y, vector.z)
+}
+
+fn write_file(path: &Path, text: &str) -> Result<(), SceneError> {
+    fs::write(path, text).map_err(|error| SceneError::write(path, error))
+}
+
+fn write_png(path: &Path, texture: &Texture) -> Result<(), SceneError> {
+    let bytes: &[u8] = bytemuck::cast_slice(&texture.texels);
+    let format = image::ColorType::Rgba8;
+    image::save_buffer_with_format(path, bytes, texture.width, texture.height, format, image::ImageFormat::Png).map_err(|error| SceneError::write(path, error))
+}
+
+/// The name with everything replaced that has a meaning in a path.
+fn file_name(name: &str) -> String {
+    let kept = |c: char| if c.is_alphanumeric() || matches!(c, '-' | '_' | ' ') { c } else { '_' };
+    let name: String = name.trim().chars().map(kept).collect();
+    if name.is_empty() { String::from("unnamed") } else { name }
+}
+
+/// Names given so far; a name that is taken gets a number.
+#[derive(Default)]
+struct Names(BTreeSet<String>);
+
+impl Names {
+    /// A name fit for a file, told apart from the others whatever their case.
+    fn unique(&mut self, wanted: &str) -> String {
+        self.unique_as_is(&file_name(wanted))
+    }
+
+    fn unique_as_is(&mut self, wanted: &str) -> String {
+        let numbered = (2..).map(|number| format!("{wanted}_{number}"));
+        let free = std::iter::once(wanted.to_owned()).chain(numbered).find(|name| !self.0.contains(&name.to_lowercase()));
+        let name = free.unwrap_or_else(|| wanted.to_owned());
+        self.0.insert(name.to_lowercase());
+        name
+    }
+}
