@@ -21,24 +21,30 @@ pub fn cache_dir() -> PathBuf {
 }
 
 /// [`render`], or the same image from the cache in `dir`. The key is a hash of the scene's content and the settings, so a stale image is never found;
-/// a file that cannot be read is rendered again.
+/// a file that cannot be read is rendered again. That the result cannot be kept is a warning, not an error.
 pub fn cached(scene: &Scene, settings: &Settings, dir: &Path, progress: &(dyn Fn(f32) + Sync)) -> Result<ReferenceImage, ReferenceError> {
     settings.validate()?;
-    let path = dir.join(format!("reference-{:032x}.exr", key(scene, settings)));
+    let key = key(scene, settings);
+    let path = dir.join(format!("reference-{key:032x}.exr"));
     if path.exists() {
         match read_planes(&path).ok().and_then(|planes| from_planes(&planes, settings)) {
             Some(image) => return Ok(image),
             None => log::warn!("the cached reference {} is damaged and is rendered again", path.display()),
         }
     }
-    let image = render(scene, settings, progress)?;
     std::fs::create_dir_all(dir).map_err(|source| ReferenceError::CacheDir { path: dir.to_owned(), source })?;
-    let unfinished = dir.join(format!(".{:032x}.{}.exr", key(scene, settings), std::process::id()));
-    write_planes(&unfinished, &to_planes(&image))?;
-    if let Err(source) = std::fs::rename(&unfinished, &path) {
-        return Err(ReferenceError::CacheDir { path, source });
+    let image = render(scene, settings, progress)?;
+    if let Err(problem) = store(&image, key, dir, &path) {
+        log::warn!("the reference cannot be kept in the cache {}: {problem}", dir.display());
     }
     Ok(image)
+}
+
+/// Writes beside the final name and renames, so that a reader never sees half a file.
+fn store(image: &ReferenceImage, key: u128, dir: &Path, path: &Path) -> Result<(), Box<dyn std::error::Error>> {
+    let unfinished = dir.join(format!(".{key:032x}.{}.{:?}.exr", std::process::id(), std::thread::current().id()));
+    write_planes(&unfinished, &to_planes(image))?;
+    Ok(std::fs::rename(&unfinished, path)?)
 }
 
 /// 128-bit FNV-1a (G. Fowler, L. C. Noll, K.-P. Vo, 1991): stable across builds and machines.

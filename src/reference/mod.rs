@@ -29,9 +29,8 @@ mod world;
 use std::path::PathBuf;
 
 pub use self::cache::{cache_dir, cached};
-pub use self::render::render;
+pub use self::render::{guide, render};
 pub use self::result::{ReferenceImage, StandardError};
-use crate::image::ImageError;
 use crate::scene::Scene;
 
 /// How many indirect bounces light makes between the surface that emitted light first falls on and the one that is seen.
@@ -135,9 +134,6 @@ pub enum ReferenceError {
         /// Why.
         source: std::io::Error,
     },
-    /// A result cannot be kept in the cache.
-    #[error("cannot write to the cache")]
-    CacheWrite(#[from] ImageError),
 }
 
 impl Settings {

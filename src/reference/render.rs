@@ -11,7 +11,7 @@ use super::result::{Accumulator, ReferenceImage};
 use super::sampler::Sampler;
 use super::world::{Surface, World};
 use super::{Filter, ReferenceError, Sampling, Settings, validate_scene};
-use crate::image::luminance;
+use crate::image::{GuideImage, luminance};
 use crate::scene::Scene;
 
 /// Side of the blocks that are rendered by one thread and judged by adaptive sampling [px].
@@ -43,6 +43,17 @@ pub fn render(scene: &Scene, settings: &Settings, progress: &(dyn Fn(f32) + Sync
     }
     progress(1.0);
     Ok(job.assemble(&blocks))
+}
+
+/// What is seen at the pixel centres, without any light.
+pub fn guide(scene: &Scene, width: u32, height: u32) -> Result<GuideImage, ReferenceError> {
+    let settings = Settings { width, height, ..Settings::default() };
+    settings.validate()?;
+    validate_scene(scene)?;
+    let world = World::new(scene);
+    let camera = PixelCamera::new(scene, &settings);
+    let job = Job { world: &world, camera, settings: &settings, batch_spp: 1, progress: &|_| {} };
+    Ok(job.assemble(&Block::all(&settings)).guide)
 }
 
 /// Samples per batch, a power of two.
