@@ -185,7 +185,7 @@ fn two_plates_have_their_form_factor() {
     let emitter = Material { emission: Vec3::splat(5.0), ..lambert(0.0) };
     add(&mut scene, lambert(0.8), quad(Vec3::Z, Vec3::X, Vec3::NEG_Z));
     add(&mut scene, emitter, quad(Vec3::Y, Vec3::X, Vec3::Z));
-    let image = trace(&scene, &settings(32, 32, Bounces::Full, 64));
+    let image = trace(&scene, &settings(32, 32, Bounces::Full, 512));
     let (mut found, mut expected) = (0.0, 0.0);
     for (pixel, radiance) in image.direct.pixels.iter().enumerate() {
         if image.guide.material[pixel] == 0 {
@@ -229,7 +229,7 @@ fn normal_map_bends_the_shading_normal_along_u() {
     add(&mut scene, Material { normal_texture: Some(0), ..lambert(0.5) }, floor(10.0, 0.0));
     let image = trace(&scene, &settings(4, 4, Bounces::Count(0), 1));
     // u grows along +x, v along −z; 218/255 · 2 − 1 = 0.71.
-    assert!(image.normal.pixels[5].abs_diff_eq(Vec3::new(0.707, 0.0, 0.707 * 0.0).with_y(0.707), 5e-3), "{}", image.normal.pixels[5]);
+    assert!(image.normal.pixels[5].abs_diff_eq(Vec3::new(0.707, 0.707, 0.0), 5e-3), "{}", image.normal.pixels[5]);
 }
 
 #[test]
@@ -313,10 +313,12 @@ fn mirrored(scene: &Scene) -> Scene {
 fn mirrored_scene_gives_the_mirrored_image() {
     let scene = cornell_like(1.0);
     let settings = settings(32, 32, Bounces::Full, 64);
-    let (plain, mirror) = (trace(&scene, &settings).radiance(), trace(&mirrored(&scene), &settings).radiance());
+    let (plain, mirror) = (trace(&scene, &settings), trace(&mirrored(&scene), &settings));
+    let standard_error = f64::from(plain.radiance_error().image.hypot(mirror.radiance_error().image));
+    let (plain, mirror) = (plain.radiance(), mirror.radiance());
     let flipped = Image::from_fn(32, 32, |i| mirror.pixels[i / 32 * 32 + 31 - i % 32]);
     let errors = block_errors(&flipped, &plain);
-    assert!(errors.bias.abs() < 0.003 && errors.rel_rmse < 0.02, "{errors:?}");
+    assert!(errors.bias.abs() < 4.0 * standard_error && errors.rel_rmse < 0.02, "{errors:?}, standard error {standard_error}");
     let negative = block_errors(&mirror, &plain);
     assert!(negative.rel_rmse > 0.05, "the picture is symmetric and this test shows nothing: {negative:?}");
 }

@@ -29,13 +29,13 @@ pub fn srgb_from_linear(linear: f32) -> u8 {
 /// by the sixth-degree polynomial fit of M. Zucker (2019, public domain); outside values are clamped, NaN is black.
 pub fn heat_color(value: f32) -> [u8; 3] {
     const COEFFICIENTS: [Vec3; 7] = [
-        Vec3::new(0.000_218_94, 0.001_651_00, -0.019_480_90),
-        Vec3::new(0.106_513_42, 0.563_956_44, 3.932_712_39),
-        Vec3::new(11.602_493_08, -3.972_853_97, -15.942_394_11),
-        Vec3::new(-41.703_996_13, 17.436_398_88, 44.354_145_20),
-        Vec3::new(77.162_935_70, -33.402_358_94, -81.807_309_26),
-        Vec3::new(-71.319_428_24, 32.626_064_26, 73.209_519_86),
-        Vec3::new(25.131_126_22, -12.242_668_95, -23.070_325_00),
+        Vec3::new(0.0002, 0.0017, -0.0195),
+        Vec3::new(0.1065, 0.5640, 3.9327),
+        Vec3::new(11.6025, -3.9729, -15.9424),
+        Vec3::new(-41.7040, 17.4364, 44.3541),
+        Vec3::new(77.1629, -33.4024, -81.8073),
+        Vec3::new(-71.3194, 32.6261, 73.2095),
+        Vec3::new(25.1311, -12.2427, -23.0703),
     ];
     let t = if value.is_nan() { 0.0 } else { value.clamp(0.0, 1.0) };
     let color = COEFFICIENTS.iter().rev().fold(Vec3::ZERO, |sum, &coefficient| sum * t + coefficient);

@@ -15,6 +15,10 @@ use crate::scene::{Scene, Triangle};
 /// No triangle: for rays that start at the camera.
 pub(super) const NO_TRIANGLE: u32 = u32::MAX;
 
+/// See [`Accel`]: what is nearer than 6 millionths of the scene's size is then lost. More would bring the rounding of boxes beyond the absolute 1e-5
+/// that the builder's own check allows in debug builds.
+const LARGEST_COORDINATE: f32 = 32.0;
+
 /// A ray that leaves a surface or the camera.
 #[derive(Clone, Copy)]
 pub(super) struct Ray {
@@ -47,7 +51,12 @@ struct Packed {
 }
 
 /// The acceleration structure of a scene.
+///
+/// It is built in units in which the largest coordinate is about [`LARGEST_COORDINATE`], because the traversal enters no box that
+/// ends nearer than an absolute 1e-4. The factor is a power of two, so that no coordinate is rounded.
 pub(super) struct Accel {
+    /// Units per metre.
+    units_per_m: f32,
     /// `None` where there is nothing to hit.
     bvh: Option<CwBvh>,
     /// In the BVH's order.
@@ -85,17 +94,18 @@ pub(super) fn corners(scene: &Scene, triangle: &Triangle) -> [Vec3; 3] {
 impl Accel {
     /// Builds the structure; triangles without area are left out.
     pub(super) fn new(scene: &Scene) -> Self {
+        let units_per_m = units_per_m(scene);
         let mut indices = Vec::with_capacity(scene.triangles.len());
         let mut shapes = Vec::with_capacity(scene.triangles.len());
         for (index, triangle) in scene.triangles.iter().enumerate() {
-            let [v0, v1, v2] = corners(scene, triangle).map(Vec3A::from);
+            let [v0, v1, v2] = corners(scene, triangle).map(|corner| Vec3A::from(corner * units_per_m));
             if (v1 - v0).cross(v2 - v0).length_squared() > 0.0 {
                 indices.push(index as u32);
                 shapes.push(BvhTriangle { v0, v1, v2 });
             }
         }
         if shapes.is_empty() {
-            return Accel { bvh: None, triangles: Vec::new() };
+            return Accel { units_per_m, bvh: None, triangles: Vec::new() };
         }
         let bvh = build_cwbvh_from_tris(&shapes, BvhBuildParams::medium_build(), &mut Duration::default());
         let pack = |&primitive: &u32| {
@@ -105,7 +115,7 @@ impl Accel {
             Packed { origin: shape.v0, edge_1: shape.v1 - shape.v0, edge_2: shape.v2 - shape.v0, triangle, is_masked }
         };
         let triangles = bvh.primitive_indices.iter().map(pack).collect();
-        Accel { bvh: Some(bvh), triangles }
+        Accel { units_per_m, bvh: Some(bvh), triangles }
     }
 
     /// The nearest hit.
@@ -117,7 +127,7 @@ impl Accel {
             closest = Some(hit);
             t
         };
-        bvh.ray_traverse(query(ray, f32::INFINITY), &mut RayHit::none(), test);
+        bvh.ray_traverse(self.query(ray, f32::INFINITY), &mut RayHit::none(), test);
         closest
     }
 
@@ -128,12 +138,20 @@ impl Accel {
             Some((t, hit)) if hit.triangle != target => t,
             _ => f32::INFINITY,
         };
-        !bvh.ray_traverse_miss(query(ray, distance_m), test)
+        !bvh.ray_traverse_miss(self.query(ray, distance_m), test)
+    }
+
+    fn query(&self, ray: &Ray, distance_m: f32) -> BvhRay {
+        BvhRay::new((ray.origin * self.units_per_m).into(), ray.direction.into(), 0.0, distance_m * self.units_per_m)
     }
 }
 
-fn query(ray: &Ray, distance_m: f32) -> BvhRay {
-    BvhRay::new(ray.origin.into(), ray.direction.into(), 0.0, distance_m)
+/// The power of two that brings the largest coordinate of the scene and its camera just below [`LARGEST_COORDINATE`].
+fn units_per_m(scene: &Scene) -> f32 {
+    let largest = |point: Vec3| point.abs().max_element();
+    let vertices = scene.vertices.iter().map(|vertex| largest(Vec3::from(vertex.position)));
+    let largest_m = vertices.fold(largest(scene.camera.eye), f32::max);
+    if largest_m > 0.0 { (LARGEST_COORDINATE / largest_m).log2().floor().clamp(-60.0, 60.0).exp2() } else { 1.0 }
 }
 
 impl Packed {
