@@ -193,6 +193,16 @@ fn exr_keeps_every_bit_and_every_channel() {
 }
 
 #[test]
+fn half_floats_with_alpha_are_read_as_colour() {
+    use exr::prelude::{f16, write_rgba_file};
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("half.exr");
+    let half = |value: usize| f16::from_f32(value as f32 * 0.25);
+    write_rgba_file(&path, 3, 2, |x, y| (half(x), half(y), half(x + y), f16::ONE)).unwrap();
+    assert_eq!(read_exr(&path).unwrap(), Image::from_fn(3, 2, |i| Vec3::new((i % 3) as f32, (i / 3) as f32, (i % 3 + i / 3) as f32) * 0.25));
+}
+
+#[test]
 fn pictures_are_srgb_and_clamped() {
     assert_eq!([-1.0, 0.0, 0.215_9, 1.0, 9.0, f32::NAN].map(srgb_from_linear), [0, 0, 128, 255, 255, 0]);
     assert_eq!(heat_color(f32::NAN), heat_color(0.0));

@@ -29,7 +29,7 @@ pub(crate) struct Args {
     layers: bool,
     /// Sample until the standard error of 8x8-pixel means is below this, relative to the mean.
     #[arg(long, value_name = "X", default_value_t = 0.01)]
-    max_error: f32,
+    max_error: f64,
     /// Take at most so many samples per pixel.
     #[arg(long, value_name = "N", default_value_t = 4096)]
     max_spp: u32,
@@ -109,7 +109,7 @@ fn settings(args: &Args) -> Settings {
     let (width, height) = args.size;
     let sampling = match args.spp {
         Some(spp) => Sampling::Fixed { spp },
-        None => Sampling::Adaptive { max_error: args.max_error, max_spp: args.max_spp },
+        None => Sampling::Adaptive { max_error: args.max_error as f32, max_spp: args.max_spp },
     };
     Settings { width, height, bounces: args.bounces, filter: args.filter, sampling, seed: args.seed }
 }

@@ -37,6 +37,22 @@ impl ImageError {
         ImageError::Read { path: path.to_owned(), source: source.into() }
     }
 
+    /// A failure of the EXR decoder, without its wrapping of the system's own message.
+    pub(super) fn read_exr(path: &Path, error: exr::error::Error) -> Self {
+        match error {
+            exr::error::Error::Io(source) => Self::read(path, source),
+            other => Self::read(path, other),
+        }
+    }
+
+    /// A failure of the EXR encoder, likewise.
+    pub(super) fn write_exr(path: &Path, error: exr::error::Error) -> Self {
+        match error {
+            exr::error::Error::Io(source) => Self::write(path, source),
+            other => Self::write(path, other),
+        }
+    }
+
     /// A failure to write `path`.
     pub(super) fn write(path: &Path, source: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> Self {
         ImageError::Write { path: path.to_owned(), source: source.into() }

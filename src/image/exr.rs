@@ -64,7 +64,7 @@ pub fn read_planes(path: &Path) -> Result<Planes, ImageError> {
         .first_valid_layer()
         .all_attributes()
         .from_file(path)
-        .map_err(|error| ImageError::read(path, error))?;
+        .map_err(|error| ImageError::read_exr(path, error))?;
     let layer = file.layer_data;
     let size = |length: usize| u32::try_from(length).map_err(|error| ImageError::read(path, error));
     let mut planes = Planes::new(size(layer.size.width())?, size(layer.size.height())?);
@@ -101,7 +101,7 @@ pub fn write_planes(path: &Path, planes: &Planes) -> Result<(), ImageError> {
     }
     let layer =
         Layer::new((planes.width as usize, planes.height as usize), LayerAttributes::default(), Encoding::SMALL_LOSSLESS, AnyChannels::sort(channels.into()));
-    ExrImage::from_layer(layer).write().to_file(path).map_err(|error| ImageError::write(path, error))
+    ExrImage::from_layer(layer).write().to_file(path).map_err(|error| ImageError::write_exr(path, error))
 }
 
 /// Writes an image as the 32-bit float channels R, G and B.

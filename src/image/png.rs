@@ -47,6 +47,8 @@ fn save(path: &Path, width: u32, height: u32, pixels: impl Iterator<Item = Vec3>
 }
 
 fn save_bytes(path: &Path, width: u32, height: u32, bytes: Vec<u8>) -> Result<(), ImageError> {
-    image::save_buffer_with_format(path, &bytes, width, height, image::ExtendedColorType::Rgb8, image::ImageFormat::Png)
-        .map_err(|error| ImageError::write(path, error))
+    image::save_buffer_with_format(path, &bytes, width, height, image::ExtendedColorType::Rgb8, image::ImageFormat::Png).map_err(|error| match error {
+        image::ImageError::IoError(source) => ImageError::write(path, source),
+        other => ImageError::write(path, other),
+    })
 }
