@@ -8,7 +8,7 @@ use lumivox::reference::guide;
 use lumivox::scene::{LoadOptions, Scene};
 
 use super::CliError;
-use super::reference::write_report;
+use super::reference::{say, write_report};
 
 /// Compare an image with a reference, both linear EXR.
 #[derive(clap::Args)]
@@ -60,7 +60,7 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
         let scale = args.heatmap_scale.unwrap_or_else(|| mean_luminance(&reference));
         let difference = error_image(&image, &reference).map_err(CliError::input)?;
         write_heatmap(path, &difference, scale).map_err(CliError::failed)?;
-        println!("{}: black is no difference, the brightest a difference in luminance of {scale:.4} or more", path.display());
+        say(&format!("{}: black is no difference, the brightest a difference in luminance of {scale:.4} or more", path.display()));
     }
     match &args.report {
         Some(path) => write_report(path, &report(args, &comparison, &flip, &names)),
@@ -75,10 +75,10 @@ fn mean_luminance(image: &Image) -> f32 {
 
 fn print_table(comparison: &Comparison, flip: &Flip, names: &[&str]) {
     let width = names.iter().map(|name| name.chars().count()).max().unwrap_or(0).max(5);
-    println!("{:width$}  {:6} {:>9} {:>10} {:>9} {:>9} {:>9} {:>9}", "over", "of", "values", "mean R", "bias", "rel_rmse", "rel_mse", "p95");
+    say(&format!("{:width$}  {:6} {:>9} {:>10} {:>9} {:>9} {:>9} {:>9}", "over", "of", "values", "mean R", "bias", "rel_rmse", "rel_mse", "p95"));
     let row = |name: &str, of: &str, errors: &Errors| {
         let Errors { rel_rmse, bias, rel_mse, p95, mean_reference, count } = errors;
-        println!("{name:width$}  {of:6} {count:>9} {mean_reference:>10.5} {bias:>+9.5} {rel_rmse:>9.5} {rel_mse:>9.5} {p95:>9.5}");
+        say(&format!("{name:width$}  {of:6} {count:>9} {mean_reference:>10.5} {bias:>+9.5} {rel_rmse:>9.5} {rel_mse:>9.5} {p95:>9.5}"));
     };
     let rows = |name: &str, pixel: &Errors, block: &Option<Errors>| {
         row(name, "pixel", pixel);
@@ -88,7 +88,7 @@ fn print_table(comparison: &Comparison, flip: &Flip, names: &[&str]) {
     for errors in &comparison.materials {
         rows(names.get(errors.material as usize).copied().unwrap_or("?"), &errors.pixel, &errors.block);
     }
-    println!("flip mean {:.5}, 99th percentile {:.5} (exposure {:.4}, clamped, sRGB)", flip.mean, flip.p99, flip.exposure);
+    say(&format!("flip mean {:.5}, 99th percentile {:.5} (exposure {:.4}, clamped, sRGB)", flip.mean, flip.p99, flip.exposure));
 }
 
 fn report(args: &Args, comparison: &Comparison, flip: &Flip, names: &[&str]) -> serde_json::Value {
