@@ -1,12 +1,122 @@
-//! `lumivox compare`.
+//! `lumivox compare`: how far one image is from another.
+
+use std::path::PathBuf;
+
+use lumivox::image::{Image, luminance, read_exr, write_heatmap};
+use lumivox::metrics::{Channel, Comparison, Errors, Flip, compare, error_image, exposure_of, flip};
+use lumivox::reference::guide;
+use lumivox::scene::{LoadOptions, Scene};
 
 use super::CliError;
+use super::reference::{say, write_report};
 
-/// To be written.
+/// Compare an image with a reference, both linear EXR.
 #[derive(clap::Args)]
-pub(crate) struct Args {}
+pub(crate) struct Args {
+    /// The image to judge (.exr).
+    image: PathBuf,
+    /// The reference to judge it by (.exr).
+    reference: PathBuf,
+    /// Compare luminance, or red, green and blue.
+    #[arg(long, value_name = "luminance|rgb", default_value = "luminance", value_parser = parse_channel)]
+    channel: Channel,
+    /// The scene that both show from its camera: leaves out pixels without a surface, adds blocks and materials.
+    #[arg(long)]
+    scene: Option<String>,
+    /// Render missing textures mid-grey instead of failing.
+    #[arg(long, requires = "scene")]
+    allow_missing_textures: bool,
+    /// Factor applied to both images before the clamp that FLIP sees [default: mean luminance of the reference to 0.18].
+    #[arg(long, value_name = "X")]
+    exposure: Option<f32>,
+    /// Write the luminance of the difference as a heat map.
+    #[arg(long, value_name = "FILE.png")]
+    heatmap: Option<PathBuf>,
+    /// The difference shown brightest [default: the mean luminance of the reference].
+    #[arg(long, value_name = "X", requires = "heatmap")]
+    heatmap_scale: Option<f32>,
+    /// Write the metrics as JSON (a metric that is not finite is null).
+    #[arg(long, value_name = "FILE.json")]
+    report: Option<PathBuf>,
+}
 
-/// To be written.
-pub(crate) fn run(_args: &Args) -> Result<(), CliError> {
-    Ok(())
+/// Reads, compares, prints.
+pub(crate) fn run(args: &Args) -> Result<(), CliError> {
+    for (name, value) in [("--exposure", args.exposure), ("--heatmap-scale", args.heatmap_scale)] {
+        if let Some(value) = value.filter(|value| !(value.is_finite() && *value > 0.0)) {
+            return Err(CliError::input(format!("{name} is {value}; it must be above 0")));
+        }
+    }
+    let image = read_exr(&args.image).map_err(CliError::input)?;
+    let reference = read_exr(&args.reference).map_err(CliError::input)?;
+    let options = LoadOptions { allow_missing_textures: args.allow_missing_textures };
+    let scene = args.scene.as_ref().map(|name| Scene::open(name, &options)).transpose().map_err(CliError::input)?;
+    let guide = scene.as_ref().map(|scene| guide(scene, reference.width, reference.height)).transpose().map_err(CliError::input)?;
+    let comparison = compare(&image, &reference, guide.as_ref(), args.channel).map_err(CliError::input)?;
+    let flip = flip(&image, &reference, args.exposure.unwrap_or_else(|| exposure_of(&reference))).map_err(CliError::input)?;
+    let names: Vec<&str> = scene.iter().flat_map(|scene| &scene.materials).map(|material| material.name.as_str()).collect();
+    print_table(&comparison, &flip, &names);
+    if let Some(path) = &args.heatmap {
+        let scale = args.heatmap_scale.unwrap_or_else(|| mean_luminance(&reference));
+        let difference = error_image(&image, &reference).map_err(CliError::input)?;
+        write_heatmap(path, &difference, scale).map_err(CliError::failed)?;
+        say(&format!("{}: black is no difference, the brightest a difference in luminance of {scale:.4} or more", path.display()));
+    }
+    match &args.report {
+        Some(path) => write_report(path, &report(args, &comparison, &flip, &names)),
+        None => Ok(()),
+    }
+}
+
+fn mean_luminance(image: &Image) -> f32 {
+    let sum: f64 = image.pixels.iter().map(|&pixel| f64::from(luminance(pixel))).sum();
+    ((sum / image.pixels.len().max(1) as f64) as f32).max(f32::MIN_POSITIVE)
+}
+
+fn print_table(comparison: &Comparison, flip: &Flip, names: &[&str]) {
+    let width = names.iter().map(|name| name.chars().count()).max().unwrap_or(0).max(5);
+    say(&format!("{:width$}  {:6} {:>9} {:>10} {:>9} {:>9} {:>9} {:>9}", "over", "of", "values", "mean R", "bias", "rel_rmse", "rel_mse", "p95"));
+    let row = |name: &str, of: &str, errors: &Errors| {
+        let Errors { rel_rmse, bias, rel_mse, p95, mean_reference, count } = errors;
+        say(&format!("{name:width$}  {of:6} {count:>9} {mean_reference:>10.5} {bias:>+9.5} {rel_rmse:>9.5} {rel_mse:>9.5} {p95:>9.5}"));
+    };
+    let rows = |name: &str, pixel: &Errors, block: &Option<Errors>| {
+        row(name, "pixel", pixel);
+        block.iter().for_each(|block| row(name, "block", block));
+    };
+    rows("image", &comparison.pixel, &comparison.block);
+    for errors in &comparison.materials {
+        rows(names.get(errors.material as usize).copied().unwrap_or("?"), &errors.pixel, &errors.block);
+    }
+    say(&format!("flip mean {:.5}, 99th percentile {:.5} (exposure {:.4}, clamped, sRGB)", flip.mean, flip.p99, flip.exposure));
+}
+
+fn report(args: &Args, comparison: &Comparison, flip: &Flip, names: &[&str]) -> serde_json::Value {
+    let materials: Vec<serde_json::Value> = comparison
+        .materials
+        .iter()
+        .map(|errors| serde_json::json!({ "material": names.get(errors.material as usize), "pixel": errors.pixel, "block": errors.block }))
+        .collect();
+    serde_json::json!({
+        "schema_version": 1,
+        "version": env!("CARGO_PKG_VERSION"),
+        "image": args.image,
+        "reference": args.reference,
+        "scene": args.scene,
+        "error": {
+            "channel": comparison.channel,
+            "pixel": comparison.pixel,
+            "block": comparison.block,
+            "flip": flip,
+            "materials": materials,
+        },
+    })
+}
+
+fn parse_channel(text: &str) -> Result<Channel, String> {
+    match text {
+        "luminance" => Ok(Channel::Luminance),
+        "rgb" => Ok(Channel::Rgb),
+        _ => Err(String::from("write luminance or rgb")),
+    }
 }

@@ -1,12 +1,191 @@
-//! `lumivox reference`.
+//! `lumivox reference`: renders the path-traced reference.
+
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use indicatif::{ProgressBar, ProgressStyle};
+use lumivox::image::{Aov, write_exr, write_planes, write_png};
+use lumivox::reference::{Bounces, Filter, ReferenceError, ReferenceImage, Sampling, Settings, cache_dir, cached, render};
+use lumivox::scene::{LoadOptions, Scene};
 
 use super::CliError;
 
-/// To be written.
+/// Render the path-traced reference of a scene on the CPU.
 #[derive(clap::Args)]
-pub(crate) struct Args {}
+pub(crate) struct Args {
+    /// `bundled:NAME`, or the path of a .toml or .obj file.
+    scene: String,
+    /// Width and height [px].
+    #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse_size)]
+    size: (u32, u32),
+    /// Indirect bounces: a number (0 is direct light only), or `full` for all.
+    #[arg(long, value_name = "N|full", default_value = "full", value_parser = parse_bounces)]
+    bounces: Bounces,
+    /// What to write: full, direct, indirect, diffuse, specular, visibility, emission, albedo, normal, depth.
+    #[arg(long, default_value = "full")]
+    aov: Aov,
+    /// Write every output as a layer of one EXR, with `full` as R, G, B.
+    #[arg(long, conflicts_with = "aov")]
+    layers: bool,
+    /// Sample until the standard error of 8x8-pixel means is below this, relative to the mean.
+    #[arg(long, value_name = "X", default_value_t = 0.01)]
+    max_error: f64,
+    /// Take at most so many samples per pixel.
+    #[arg(long, value_name = "N", default_value_t = 4096)]
+    max_spp: u32,
+    /// Take exactly so many samples per pixel (rounded up to whole batches), whatever the error.
+    #[arg(long, value_name = "N", conflicts_with_all = ["max_error", "max_spp"])]
+    spp: Option<u32>,
+    /// Look at pixel centres (as a G-buffer does), or average over the pixel's square.
+    #[arg(long, value_name = "center|box", default_value = "center", value_parser = parse_filter)]
+    filter: Filter,
+    /// Seed of the random numbers.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    seed: u64,
+    /// The image: .exr (linear, 32-bit float) or .png (sRGB).
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    /// Factor applied before the clamp of a .png.
+    #[arg(long, value_name = "X", default_value_t = 1.0)]
+    exposure: f32,
+    /// Write settings, noise and time as JSON.
+    #[arg(long, value_name = "FILE.json")]
+    report: Option<PathBuf>,
+    /// Render even where the cache has the result, and keep nothing.
+    #[arg(long)]
+    no_cache: bool,
+    /// Render missing textures mid-grey instead of failing.
+    #[arg(long)]
+    allow_missing_textures: bool,
+}
 
-/// To be written.
-pub(crate) fn run(_args: &Args, _quiet: bool) -> Result<(), CliError> {
+/// Loads, renders or finds in the cache, writes.
+pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
+    let is_exr = is_exr(&args.output)?;
+    if args.layers && !is_exr {
+        return Err(CliError::input(format!("--layers needs an .exr, not {}", args.output.display())));
+    }
+    if !(args.exposure.is_finite() && args.exposure > 0.0) {
+        return Err(CliError::input(format!("--exposure is {}; it must be above 0", args.exposure)));
+    }
+    let options = LoadOptions { allow_missing_textures: args.allow_missing_textures };
+    let scene = Scene::open(&args.scene, &options).map_err(CliError::input)?;
+    let settings = settings(args);
+    let start = Instant::now();
+    let bar = progress_bar(quiet);
+    let progress = |share: f32| bar.set_position((share * 1000.0) as u64);
+    let image = match args.no_cache {
+        true => render(&scene, &settings, &progress),
+        false => cached(&scene, &settings, &cache_dir(), &progress),
+    }
+    .map_err(|error| match error {
+        ReferenceError::CacheDir { .. } => CliError::failed(error),
+        ReferenceError::Setting { .. } | ReferenceError::Scene { .. } => CliError::input(error),
+    })?;
+    bar.finish_and_clear();
+    let wall_s = start.elapsed().as_secs_f64();
+    match (is_exr, args.layers) {
+        (true, true) => write_planes(&args.output, &image.aov_planes()),
+        (true, false) => write_exr(&args.output, &image.aov(args.aov)),
+        (false, _) => write_png(&args.output, &image.aov(args.aov), args.exposure),
+    }
+    .map_err(CliError::failed)?;
+    if let Some(path) = &args.report {
+        write_report(path, &report(args, &scene, &image, wall_s))?;
+    }
+    if !quiet {
+        let error = image.radiance_error();
+        let (path, samples) = (args.output.display(), image.mean_samples());
+        say(&format!(
+            "{path}: {samples:.0} samples per pixel, standard error {:.2}% per pixel, {:.4}% of the image mean, {wall_s:.1} s",
+            error.pixel * 100.0,
+            error.image * 100.0
+        ));
+    }
     Ok(())
+}
+
+fn settings(args: &Args) -> Settings {
+    let (width, height) = args.size;
+    let sampling = match args.spp {
+        Some(spp) => Sampling::Fixed { spp },
+        None => Sampling::Adaptive { max_error: args.max_error as f32, max_spp: args.max_spp },
+    };
+    Settings { width, height, bounces: args.bounces, filter: args.filter, sampling, seed: args.seed }
+}
+
+/// A bar on stderr, where that is a terminal.
+fn progress_bar(quiet: bool) -> ProgressBar {
+    if quiet {
+        return ProgressBar::hidden();
+    }
+    let style = ProgressStyle::with_template("reference {bar:40} {percent}% {elapsed} (about {eta} left)").unwrap_or_else(|_| ProgressStyle::default_bar());
+    ProgressBar::new(1000).with_style(style)
+}
+
+fn report(args: &Args, scene: &Scene, image: &ReferenceImage, wall_s: f64) -> serde_json::Value {
+    let bounces = match args.bounces {
+        Bounces::Count(count) => serde_json::json!(count),
+        Bounces::Full => serde_json::json!("full"),
+    };
+    serde_json::json!({
+        "schema_version": 1,
+        "version": env!("CARGO_PKG_VERSION"),
+        "scene": scene.name,
+        "technique": "reference",
+        "settings": {
+            "width": args.size.0,
+            "height": args.size.1,
+            "bounces": bounces,
+            "filter": match args.filter { Filter::Center => "center", Filter::Box => "box" },
+            "spp": args.spp,
+            "max_error": args.spp.is_none().then_some(args.max_error),
+            "max_spp": args.spp.is_none().then_some(args.max_spp),
+            "seed": args.seed,
+        },
+        "aov": args.aov.name(),
+        "samples_per_pixel": image.mean_samples(),
+        "standard_error": { "full": image.radiance_error(), "indirect": image.indirect_error() },
+        "wall_s": wall_s,
+    })
+}
+
+/// Prints a line. That nobody reads it any more is no failure of the work.
+pub(super) fn say(line: &str) {
+    let _ = writeln!(std::io::stdout(), "{line}");
+}
+
+/// Writes a report as one JSON object.
+pub(super) fn write_report(path: &Path, report: &serde_json::Value) -> Result<(), CliError> {
+    std::fs::write(path, format!("{report:#}\n")).map_err(|error| CliError::failed(format!("cannot write the report {}: {error}", path.display())))
+}
+
+/// Whether a file is to be EXR rather than PNG, by its extension.
+fn is_exr(path: &Path) -> Result<bool, CliError> {
+    match path.extension().and_then(|extension| extension.to_str()).map(str::to_ascii_lowercase).as_deref() {
+        Some("exr") => Ok(true),
+        Some("png") => Ok(false),
+        _ => Err(CliError::input(format!("{}: the name must end in .exr or .png", path.display()))),
+    }
+}
+
+fn parse_size(text: &str) -> Result<(u32, u32), String> {
+    let parts = text.split_once('x').and_then(|(width, height)| Some((width.parse().ok()?, height.parse().ok()?)));
+    parts.ok_or_else(|| String::from("write WIDTHxHEIGHT, as in 1280x720"))
+}
+
+fn parse_bounces(text: &str) -> Result<Bounces, String> {
+    match text {
+        "full" => Ok(Bounces::Full),
+        _ => text.parse().map(Bounces::Count).map_err(|_| String::from("write a number of bounces, or full")),
+    }
+}
+
+fn parse_filter(text: &str) -> Result<Filter, String> {
+    match text {
+        "center" => Ok(Filter::Center),
+        "box" => Ok(Filter::Box),
+        _ => Err(String::from("write center or box")),
+    }
 }

@@ -1,0 +1,112 @@
+//! OpenEXR: any number of named 32-bit float channels in, the same out.
+
+use std::path::Path;
+
+use exr::prelude::{
+    AnyChannel, AnyChannels, Encoding, FlatSamples, Image as ExrImage, Layer, LayerAttributes, ReadChannels, ReadLayers, Text, Vec2, WritableImage, read,
+};
+use glam::Vec3;
+
+use super::{Image, ImageError};
+
+/// Named channels of one size, as an EXR file holds them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Planes {
+    /// Width [px].
+    pub width: u32,
+    /// Height [px].
+    pub height: u32,
+    /// Channel name and `width × height` values, row 0 at the top.
+    pub planes: Vec<(String, Vec<f32>)>,
+}
+
+impl Planes {
+    /// No channels yet.
+    pub fn new(width: u32, height: u32) -> Self {
+        Planes { width, height, planes: Vec::new() }
+    }
+
+    /// Adds one channel.
+    pub fn push(&mut self, name: &str, values: Vec<f32>) {
+        self.planes.push((name.to_owned(), values));
+    }
+
+    /// Adds the channels `layer.R`, `layer.G` and `layer.B`, or `R`, `G` and `B` where `layer` is empty.
+    pub fn push_image(&mut self, layer: &str, image: &Image) {
+        for (axis, channel) in ["R", "G", "B"].into_iter().enumerate() {
+            self.push(&channel_name(layer, channel), image.pixels.iter().map(|pixel| pixel[axis]).collect());
+        }
+    }
+
+    /// The values of a channel.
+    pub fn plane(&self, name: &str) -> Option<&[f32]> {
+        self.planes.iter().find(|(known, _)| known == name).map(|(_, values)| values.as_slice())
+    }
+
+    /// The colour image of a layer; `None` where a channel is missing.
+    pub fn image(&self, layer: &str) -> Option<Image> {
+        let [r, g, b] = ["R", "G", "B"].map(|channel| self.plane(&channel_name(layer, channel)));
+        let (r, g, b) = (r?, g?, b?);
+        Some(Image::from_fn(self.width, self.height, |i| Vec3::new(r[i], g[i], b[i])))
+    }
+}
+
+fn channel_name(layer: &str, channel: &str) -> String {
+    if layer.is_empty() { channel.to_owned() } else { format!("{layer}.{channel}") }
+}
+
+/// Reads every channel of the first layer of an EXR file, half, float or integer, as 32-bit floats.
+pub fn read_planes(path: &Path) -> Result<Planes, ImageError> {
+    let file = read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .first_valid_layer()
+        .all_attributes()
+        .from_file(path)
+        .map_err(|error| ImageError::read_exr(path, error))?;
+    let layer = file.layer_data;
+    let size = |length: usize| u32::try_from(length).map_err(|error| ImageError::read(path, error));
+    let mut planes = Planes::new(size(layer.size.width())?, size(layer.size.height())?);
+    for channel in &layer.channel_data.list {
+        if channel.sampling != Vec2(1, 1) {
+            return Err(ImageError::read(path, format!("channel {} is subsampled", channel.name)));
+        }
+        planes.push(&channel.name.to_string(), channel.sample_data.values_as_f32().collect());
+    }
+    Ok(planes)
+}
+
+/// Reads the colours of an EXR file: its channels R, G and B, or Y as grey.
+pub fn read_exr(path: &Path) -> Result<Image, ImageError> {
+    let planes = read_planes(path)?;
+    if let Some(image) = planes.image("") {
+        return Ok(image);
+    }
+    match planes.plane("Y") {
+        Some(grey) => Ok(Image::from_fn(planes.width, planes.height, |i| Vec3::splat(grey[i]))),
+        None => {
+            let found = planes.planes.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>().join(", ");
+            Err(ImageError::NoColor { path: path.to_owned(), found })
+        }
+    }
+}
+
+/// Writes channels as 32-bit floats, losslessly compressed.
+pub fn write_planes(path: &Path, planes: &Planes) -> Result<(), ImageError> {
+    let mut channels = Vec::with_capacity(planes.planes.len());
+    for (name, values) in &planes.planes {
+        let text = Text::new_or_none(name).ok_or_else(|| ImageError::write(path, format!("the channel name {name:?} is not Latin-1")))?;
+        channels.push(AnyChannel::new(text, FlatSamples::F32(values.clone())));
+    }
+    let layer =
+        Layer::new((planes.width as usize, planes.height as usize), LayerAttributes::default(), Encoding::SMALL_LOSSLESS, AnyChannels::sort(channels.into()));
+    ExrImage::from_layer(layer).write().to_file(path).map_err(|error| ImageError::write_exr(path, error))
+}
+
+/// Writes an image as the 32-bit float channels R, G and B.
+pub fn write_exr(path: &Path, image: &Image) -> Result<(), ImageError> {
+    let mut planes = Planes::new(image.width, image.height);
+    planes.push_image("", image);
+    write_planes(path, &planes)
+}

@@ -1,0 +1,72 @@
+//! Stability metrics over sequences of images of one size, on luminance. The ideal of each is 0.
+
+use super::errors::ratio;
+use super::{MetricError, check};
+use crate::image::{GuideImage, Image, luminance};
+
+/// Spread of an image over whole-scene translations by fractions of a voxel: per pixel (max − min) / mean over the sequence, mean over pixels.
+/// Pixels that stay black count as 0.
+pub fn translation_spread(images: &[Image]) -> Result<f64, MetricError> {
+    mean_over_pixels(images, spread)
+}
+
+/// The same over rotations of scene, lights and camera about the vertical.
+pub fn rotation_spread(images: &[Image]) -> Result<f64, MetricError> {
+    mean_over_pixels(images, spread)
+}
+
+/// The same over repeated runs with the same input.
+pub fn run_spread(images: &[Image]) -> Result<f64, MetricError> {
+    mean_over_pixels(images, spread)
+}
+
+/// Flicker of consecutive frames of what should stand still: per pixel the mean |difference| of neighbours in time / mean, mean over pixels.
+pub fn flicker(frames: &[Image]) -> Result<f64, MetricError> {
+    mean_over_pixels(frames, |values| {
+        let changes: f64 = values.windows(2).map(|pair| (pair[1] - pair[0]).abs()).sum();
+        ratio(changes / (values.len() - 1) as f64, mean(values))
+    })
+}
+
+/// Light where there should be none: the mean of T over pixels where the reference is dark (at most 0.1% of the reference's mean over the lit region),
+/// divided by the reference's mean over the lit region, which is the rest. Only pixels that see a surface count, where a guide says which do.
+pub fn leak(technique: &Image, reference: &Image, guide: Option<&GuideImage>) -> Result<f64, MetricError> {
+    const DARK_SHARE: f64 = 1e-3;
+    check("the reference", reference, reference.size())?;
+    check("the image", technique, reference.size())?;
+    let pairs: Vec<(f64, f64)> = (0..reference.pixels.len())
+        .filter(|&i| guide.is_none_or(|guide| guide.material.len() == reference.pixels.len() && guide.is_surface(i)))
+        .map(|i| (f64::from(luminance(technique.pixels[i])), f64::from(luminance(reference.pixels[i]))))
+        .collect();
+    let lit: Vec<f64> = pairs.iter().map(|&(_, r)| r).filter(|&r| r > 0.0).collect();
+    if lit.is_empty() {
+        return Err(MetricError::Empty("the reference is black"));
+    }
+    let threshold = DARK_SHARE * mean(&lit);
+    let lit: Vec<f64> = lit.into_iter().filter(|&r| r > threshold).collect();
+    let dark: Vec<f64> = pairs.iter().filter(|&&(_, r)| r <= threshold).map(|&(t, _)| t).collect();
+    if dark.is_empty() {
+        return Err(MetricError::Empty("the reference is dark nowhere"));
+    }
+    Ok(ratio(mean(&dark), mean(&lit)))
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len().max(1) as f64
+}
+
+fn spread(values: &[f64]) -> f64 {
+    let (low, high) = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &value| (low.min(value), high.max(value)));
+    ratio(high - low, mean(values))
+}
+
+/// Mean over the pixels of `f` of a pixel's luminance over the sequence, which has at least two images.
+fn mean_over_pixels(images: &[Image], f: impl Fn(&[f64]) -> f64) -> Result<f64, MetricError> {
+    let [first, _, ..] = images else { return Err(MetricError::Empty("a sequence needs at least two images")) };
+    images.iter().try_for_each(|image| check("an image of the sequence", image, first.size()))?;
+    if first.pixels.is_empty() {
+        return Err(MetricError::Empty("the images have no pixels"));
+    }
+    let per_pixel = |i: usize| f(&images.iter().map(|image| f64::from(luminance(image.pixels[i]))).collect::<Vec<_>>());
+    Ok((0..first.pixels.len()).map(per_pixel).sum::<f64>() / first.pixels.len() as f64)
+}

@@ -1,0 +1,131 @@
+//! References kept on disk under the hash of what they depend on.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use super::result::ReferenceImage;
+use super::{ReferenceError, Settings, render};
+use crate::image::{GuideImage, Image, NO_SURFACE, Planes, read_planes, write_planes};
+use crate::scene::Scene;
+
+/// Part of every key; raised when the path tracer's results change.
+const FORMAT: &str = "lumivox reference 1";
+
+/// The folder of the cache: `LUMIVOX_CACHE`, else `lumivox` in `XDG_CACHE_HOME`, else `~/.cache/lumivox`, else a folder among the temporary files.
+pub fn cache_dir() -> PathBuf {
+    let variable = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
+    variable("LUMIVOX_CACHE")
+        .or_else(|| variable("XDG_CACHE_HOME").map(|path| path.join("lumivox")))
+        .or_else(|| variable("HOME").map(|path| path.join(".cache").join("lumivox")))
+        .unwrap_or_else(|| std::env::temp_dir().join("lumivox"))
+}
+
+/// [`render`], or the same image from the cache in `dir`. The key is a hash of the scene's content and the settings, so a stale image is never found;
+/// a file that cannot be read is rendered again. That the result cannot be kept is a warning, not an error.
+pub fn cached(scene: &Scene, settings: &Settings, dir: &Path, progress: &(dyn Fn(f32) + Sync)) -> Result<ReferenceImage, ReferenceError> {
+    settings.validate()?;
+    let key = key(scene, settings);
+    let path = dir.join(format!("reference-{key:032x}.exr"));
+    if path.exists() {
+        match read_planes(&path).ok().and_then(|planes| from_planes(&planes, settings)) {
+            Some(image) => return Ok(image),
+            None => log::warn!("the cached reference {} is damaged and is rendered again", path.display()),
+        }
+    }
+    std::fs::create_dir_all(dir).map_err(|source| ReferenceError::CacheDir { path: dir.to_owned(), source })?;
+    let image = render(scene, settings, progress)?;
+    if let Err(problem) = store(&image, key, dir, &path) {
+        log::warn!("the reference cannot be kept in the cache {}: {problem}", dir.display());
+    }
+    Ok(image)
+}
+
+/// Writes beside the final name and renames, so that a reader never sees half a file.
+fn store(image: &ReferenceImage, key: u128, dir: &Path, path: &Path) -> Result<(), Box<dyn std::error::Error>> {
+    let unfinished = dir.join(format!(".{key:032x}.{}.{:?}.exr", std::process::id(), std::thread::current().id()));
+    write_planes(&unfinished, &to_planes(image))?;
+    Ok(std::fs::rename(&unfinished, path)?)
+}
+
+/// 128-bit FNV-1a (G. Fowler, L. C. Noll, K.-P. Vo, 1991): stable across builds and machines.
+struct Fnv(u128);
+
+impl Fnv {
+    fn bytes(&mut self, bytes: &[u8]) {
+        let fold = |hash: u128, &byte: &u8| (hash ^ u128::from(byte)).wrapping_mul(0x0000_0000_0100_0000_0000_0000_0000_013b);
+        self.0 = bytes.iter().fold(self.0, fold);
+    }
+}
+
+impl std::fmt::Write for Fnv {
+    fn write_str(&mut self, text: &str) -> std::fmt::Result {
+        self.bytes(text.as_bytes());
+        Ok(())
+    }
+}
+
+/// The hash of everything that the image depends on. Small things are hashed as their debug text, which spells floats exactly.
+fn key(scene: &Scene, settings: &Settings) -> u128 {
+    let mut hash = Fnv(0x6c62_272e_07bb_0142_62b8_2175_6295_c58d);
+    hash.bytes(bytemuck::cast_slice(&scene.vertices));
+    hash.bytes(bytemuck::cast_slice(&scene.triangles));
+    for texture in &scene.textures {
+        hash.bytes(bytemuck::cast_slice(&texture.texels));
+        // Writing to a hash cannot fail.
+        let _ = write!(hash, "{:?} {} {}", texture.kind, texture.width, texture.height);
+    }
+    let _ = write!(hash, "{FORMAT} {:?} {:?} {:?} {:?} {settings:?}", scene.materials, scene.lights, scene.environment, scene.camera);
+    let _ = write!(hash, "{} {}", scene.vertices.len(), scene.triangles.len());
+    hash.0
+}
+
+fn to_planes(image: &ReferenceImage) -> Planes {
+    let (width, height) = image.size();
+    let mut planes = Planes::new(width, height);
+    let vectors = |values: &[glam::Vec3]| Image { width, height, pixels: values.to_vec() };
+    planes.push_image("emission", &image.emission);
+    planes.push_image("direct", &image.direct);
+    planes.push_image("irradiance", &image.irradiance);
+    planes.push_image("diffuse", &image.diffuse);
+    planes.push_image("specular", &image.specular);
+    planes.push_image("albedo", &image.albedo);
+    planes.push_image("normal", &image.normal);
+    planes.push_image("position", &vectors(&image.guide.position));
+    planes.push_image("plane", &vectors(&image.guide.normal));
+    planes.push("visibility", image.visibility.clone());
+    planes.push("depth", image.guide.depth_m.clone());
+    planes.push("material", image.guide.material.iter().map(|&material| if material == NO_SURFACE { -1.0 } else { material as f32 }).collect());
+    planes.push("radiance_variance", image.radiance_variance.clone());
+    planes.push("indirect_variance", image.indirect_variance.clone());
+    planes.push("samples", image.samples.clone());
+    planes
+}
+
+/// `None` where something is missing or of another size.
+fn from_planes(planes: &Planes, settings: &Settings) -> Option<ReferenceImage> {
+    if (planes.width, planes.height) != (settings.width, settings.height) {
+        return None;
+    }
+    let values = |name: &str| planes.plane(name).map(<[f32]>::to_vec);
+    Some(ReferenceImage {
+        emission: planes.image("emission")?,
+        direct: planes.image("direct")?,
+        irradiance: planes.image("irradiance")?,
+        diffuse: planes.image("diffuse")?,
+        specular: planes.image("specular")?,
+        visibility: values("visibility")?,
+        albedo: planes.image("albedo")?,
+        normal: planes.image("normal")?,
+        guide: GuideImage {
+            width: planes.width,
+            height: planes.height,
+            position: planes.image("position")?.pixels,
+            normal: planes.image("plane")?.pixels,
+            depth_m: values("depth")?,
+            material: values("material")?.iter().map(|&material| if material < 0.0 { NO_SURFACE } else { material as u32 }).collect(),
+        },
+        radiance_variance: values("radiance_variance")?,
+        indirect_variance: values("indirect_variance")?,
+        samples: values("samples")?,
+    })
+}

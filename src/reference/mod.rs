@@ -1,0 +1,186 @@
+//! The CPU path tracer: ground truth in the same units and terms as the techniques.
+//!
+//! [`render`] answers, per pixel, the terms of the radiometric contract L = L_e + L_direct + ρ/π · E_i + L_s, for a stated number of indirect
+//! bounces or all of them, with the standard error that it measured. Two-sided Lambert with interpolated (and mapped) shading normals, alpha masks,
+//! GGX lobes, emission from front sides, analytic lights and a constant environment; light that a shading normal would take from behind the real
+//! surface does not count. Results depend on the settings and the seed alone, not on the number of threads.
+//!
+//! ```
+//! use lumivox::reference::{Bounces, Filter, Sampling, Settings, render};
+//! use lumivox::scene::Scene;
+//!
+//! let settings = Settings { width: 16, height: 9, bounces: Bounces::Count(1), filter: Filter::Center, sampling: Sampling::Fixed { spp: 4 }, seed: 1 };
+//! let image = render(&Scene::default(), &settings, &|_| {})?;
+//! assert_eq!(image.radiance().size(), (16, 9));
+//! # Ok::<(), lumivox::reference::ReferenceError>(())
+//! ```
+
+mod accel;
+mod bsdf;
+mod cache;
+mod emitters;
+mod path;
+mod render;
+mod result;
+mod sampler;
+mod texture;
+mod world;
+
+use std::path::PathBuf;
+
+pub use self::cache::{cache_dir, cached};
+pub use self::render::{guide, render};
+pub use self::result::{ReferenceImage, StandardError};
+use crate::scene::Scene;
+
+/// How many indirect bounces light makes between the surface that emitted light first falls on and the one that is seen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Bounces {
+    /// This many: 0 is direct light only.
+    Count(u32),
+    /// All of them, by unbiased Russian roulette.
+    Full,
+}
+
+/// Where in a pixel the camera looks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Filter {
+    /// At its centre, as a G-buffer does.
+    Center,
+    /// Anywhere in it: the mean over its square.
+    Box,
+}
+
+/// How many samples to take.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Sampling {
+    /// The same number for each pixel [samples], rounded up to whole batches.
+    Fixed {
+        /// Samples per pixel.
+        spp: u32,
+    },
+    /// Until the mean luminance of each block of 8×8 pixels is known well enough. Independent noise is 8 times that in a pixel.
+    /// Stopping by an estimate of the error biases the result by a small part of that error.
+    Adaptive {
+        /// Largest standard error of a block's mean, relative to that mean plus 1% of the image's.
+        max_error: f32,
+        /// Stop there in any case [samples per pixel].
+        max_spp: u32,
+    },
+}
+
+/// What to render.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// Width [px], 1 to [`MAX_SIZE_PX`].
+    pub width: u32,
+    /// Height [px], 1 to [`MAX_SIZE_PX`].
+    pub height: u32,
+    /// Indirect bounces.
+    pub bounces: Bounces,
+    /// Pixel filter.
+    pub filter: Filter,
+    /// Number of samples.
+    pub sampling: Sampling,
+    /// Seed of the random numbers.
+    pub seed: u64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Settings {
+            width: 1280,
+            height: 720,
+            bounces: Bounces::Full,
+            filter: Filter::Center,
+            sampling: Sampling::Adaptive { max_error: 0.01, max_spp: 4096 },
+            seed: 0,
+        }
+    }
+}
+
+/// Largest width and height [px].
+pub const MAX_SIZE_PX: u32 = 16_384;
+
+/// Largest number of samples per pixel.
+pub const MAX_SPP: u32 = 1 << 24;
+
+/// Why there is no reference.
+#[derive(Debug, thiserror::Error)]
+pub enum ReferenceError {
+    /// A setting is out of range.
+    #[error("{field} is {value}; it must be {range}")]
+    Setting {
+        /// The field of [`Settings`].
+        field: &'static str,
+        /// What it is.
+        value: String,
+        /// What it may be.
+        range: &'static str,
+    },
+    /// The scene refers to what it does not have, or holds numbers that are not finite.
+    #[error("the scene {scene:?} cannot be traced: {problem}")]
+    Scene {
+        /// The scene's name.
+        scene: String,
+        /// What is wrong with it.
+        problem: String,
+    },
+    /// The folder of the cache cannot be made.
+    #[error("cannot make the cache folder {path}; set LUMIVOX_CACHE to a folder that can be written, or do without the cache")]
+    CacheDir {
+        /// The folder.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+}
+
+impl Settings {
+    /// Checks every field's range.
+    fn validate(&self) -> Result<(), ReferenceError> {
+        let check = |is_valid: bool, field, value: String, range| if is_valid { Ok(()) } else { Err(ReferenceError::Setting { field, value, range }) };
+        for (field, size) in [("width", self.width), ("height", self.height)] {
+            check((1..=MAX_SIZE_PX).contains(&size), field, format!("{size} px"), "1 to 16384 px")?;
+        }
+        let spp = match self.sampling {
+            Sampling::Fixed { spp } => spp,
+            Sampling::Adaptive { max_error, max_spp } => {
+                check(max_error > 0.0 && max_error.is_finite(), "max_error", max_error.to_string(), "above 0")?;
+                max_spp
+            }
+        };
+        check((1..=MAX_SPP).contains(&spp), "spp", spp.to_string(), "1 to 16777216 samples per pixel")
+    }
+}
+
+/// Checks that every index of a scene is in range and every number that matters finite.
+fn validate_scene(scene: &Scene) -> Result<(), ReferenceError> {
+    let fail = |problem: String| Err(ReferenceError::Scene { scene: scene.name.clone(), problem });
+    if scene.triangles.len() >= accel::NO_TRIANGLE as usize {
+        return fail(format!("{} triangles are too many", scene.triangles.len()));
+    }
+    for (index, triangle) in scene.triangles.iter().enumerate() {
+        if triangle.vertices.iter().any(|&vertex| vertex as usize >= scene.vertices.len()) {
+            return fail(format!("triangle {index} has the vertices {:?} of {}", triangle.vertices, scene.vertices.len()));
+        }
+        if triangle.material as usize >= scene.materials.len() {
+            return fail(format!("triangle {index} has the material {} of {}", triangle.material, scene.materials.len()));
+        }
+    }
+    for (index, vertex) in scene.vertices.iter().enumerate() {
+        if !vertex.position.iter().chain(&vertex.normal).chain([&vertex.u, &vertex.v]).all(|value| value.is_finite()) {
+            return fail(format!("vertex {index} is not finite"));
+        }
+    }
+    for material in &scene.materials {
+        let textures = [material.albedo_texture, material.emission_texture, material.mask_texture, material.normal_texture];
+        if let Some(texture) = textures.into_iter().flatten().find(|&texture| texture as usize >= scene.textures.len()) {
+            return fail(format!("material {:?} has the texture {texture} of {}", material.name, scene.textures.len()));
+        }
+    }
+    match scene.textures.iter().find(|texture| texture.texels.is_empty() || texture.texels.len() != texture.width as usize * texture.height as usize) {
+        Some(texture) => fail(format!("texture {:?} has {} texels", texture.name, texture.texels.len())),
+        None => Ok(()),
+    }
+}

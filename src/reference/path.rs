@@ -1,0 +1,178 @@
+//! The estimator: one camera sample split into the terms of L = L_e + L_direct + ρ/π E_i + L_s.
+//!
+//! Light is gathered backwards (J. Kajiya, *The Rendering Equation*, 1986): at each vertex the analytic lights by shadow rays, the emissive triangles by
+//! sampling them and by scattering, weighted by the power heuristic (E. Veach, thesis, 1997, ch. 9), the environment by scattering alone.
+//! At the first vertex the diffuse and the specular lobe get a ray each, so that the terms separate exactly.
+
+use std::f32::consts::PI;
+
+use glam::Vec3;
+
+use super::accel::Ray;
+use super::bsdf::{Scatter, cosine_density, sample_cosine};
+use super::sampler::Sampler;
+use super::world::{Surface, World};
+use super::{Bounces, bsdf::Lobe};
+
+/// Roulette starts at this indirect bounce.
+const ROULETTE_FROM_BOUNCE: u32 = 3;
+
+/// One sample, or the mean of many, of a pixel's terms.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Terms {
+    /// L_e seen directly [W/(m² sr)].
+    pub(super) emission: Vec3,
+    /// Light reflected once [W/(m² sr)].
+    pub(super) direct: Vec3,
+    /// E_i [W/m²].
+    pub(super) irradiance: Vec3,
+    /// ρ/π E_i [W/(m² sr)].
+    pub(super) diffuse: Vec3,
+    /// L_s [W/(m² sr)].
+    pub(super) specular: Vec3,
+    /// Ambient visibility.
+    pub(super) visibility: f32,
+}
+
+impl Terms {
+    /// Applies `f` to each number of `self` and the same of `other`.
+    pub(super) fn zip(self, other: Terms, f: impl Fn(f32, f32) -> f32) -> Terms {
+        let each = |a: Vec3, b: Vec3| Vec3::new(f(a.x, b.x), f(a.y, b.y), f(a.z, b.z));
+        Terms {
+            emission: each(self.emission, other.emission),
+            direct: each(self.direct, other.direct),
+            irradiance: each(self.irradiance, other.irradiance),
+            diffuse: each(self.diffuse, other.diffuse),
+            specular: each(self.specular, other.specular),
+            visibility: f(self.visibility, other.visibility),
+        }
+    }
+
+    /// Indirect radiance [W/(m² sr)].
+    pub(super) fn indirect(&self) -> Vec3 {
+        self.diffuse + self.specular
+    }
+
+    /// Outgoing radiance [W/(m² sr)].
+    pub(super) fn radiance(&self) -> Vec3 {
+        self.emission + self.direct + self.indirect()
+    }
+}
+
+/// Light found along a scattered ray.
+#[derive(Default)]
+struct Gathered {
+    /// From emitters and the environment, weighted against emitter sampling.
+    emitted: Vec3,
+    /// Reflected at what the ray met.
+    reflected: Vec3,
+    /// Whether the ray met nothing.
+    escaped: bool,
+}
+
+/// Veach's power heuristic with exponent 2.
+fn power_heuristic(own: f32, other: f32) -> f32 {
+    if !own.is_finite() {
+        return 1.0;
+    }
+    let ratio = other / own;
+    1.0 / (1.0 + ratio * ratio)
+}
+
+impl World<'_> {
+    /// The terms of one sample at a first hit. `lights` is the light of the analytic lights there where it is known already.
+    pub(super) fn shade_first(&self, surface: &Surface, lights: Option<Vec3>, bounces: Bounces, sampler: &mut Sampler) -> Terms {
+        sampler.start_vertex(1);
+        let point = sampler.next_2d();
+        let direction = sample_cosine(surface.normal, point);
+        let mut terms = Terms { emission: surface.emission, ..Terms::default() };
+        terms.direct = lights.unwrap_or_else(|| self.light_from_lights(surface, sampler));
+        if let Some(sample) = self.sample_emitter(surface, sampler) {
+            let diffuse_density = cosine_density(surface.normal.dot(sample.wi));
+            let diffuse = surface.albedo * (diffuse_density * power_heuristic(sample.density, diffuse_density));
+            let specular = surface.lobe.map_or(Vec3::ZERO, |lobe| {
+                let (value, density) = lobe.evaluate(surface.normal, surface.wo, sample.wi);
+                value * power_heuristic(sample.density, density)
+            });
+            terms.direct += sample.radiance * (diffuse + specular) / sample.density;
+        }
+        let specular_point = surface.lobe.map(|lobe| (lobe, sampler.next_2d()));
+        if surface.is_above(direction) {
+            let density = cosine_density(surface.normal.dot(direction));
+            let gathered = self.gather(surface, direction, density, bounces, sampler);
+            terms.direct += surface.albedo * gathered.emitted;
+            terms.irradiance = gathered.reflected * PI;
+            terms.diffuse = surface.albedo * gathered.reflected;
+            terms.visibility = if gathered.escaped { 1.0 } else { 0.0 };
+        }
+        if let Some((lobe, point)) = specular_point {
+            self.shade_specular(surface, &lobe, point, bounces, sampler, &mut terms);
+        }
+        terms
+    }
+
+    fn shade_specular(&self, surface: &Surface, lobe: &Lobe, point: [f32; 2], bounces: Bounces, sampler: &mut Sampler, terms: &mut Terms) {
+        let Some(Scatter { direction, weight, density }) = lobe.sample(surface.normal, surface.wo, point) else { return };
+        if surface.is_above(direction) {
+            let gathered = self.gather(surface, direction, density, bounces, sampler);
+            terms.direct += weight * gathered.emitted;
+            terms.specular = weight * gathered.reflected;
+        }
+    }
+
+    /// What a ray scattered off the first surface brings back.
+    fn gather(&self, surface: &Surface, direction: Vec3, density: f32, bounces: Bounces, sampler: &mut Sampler) -> Gathered {
+        let ray = surface.ray(direction);
+        let Some(next) = self.trace(&ray) else {
+            return Gathered { emitted: self.scene.environment, escaped: true, ..Gathered::default() };
+        };
+        let emitted = self.weighted_emission(&ray, &next, density);
+        let reflected = if bounces == Bounces::Count(0) { Vec3::ZERO } else { self.reflected(next, bounces, sampler) };
+        Gathered { emitted, reflected, escaped: false }
+    }
+
+    /// Emission met by scattering with `density`, weighted against emitter sampling.
+    fn weighted_emission(&self, ray: &Ray, emitter: &Surface, density: f32) -> Vec3 {
+        if emitter.emission == Vec3::ZERO {
+            return Vec3::ZERO;
+        }
+        emitter.emission * power_heuristic(density, self.emitters.density(ray.origin, emitter))
+    }
+
+    /// Radiance that leaves the second vertex of a path towards the first, emission excluded [W/(m² sr)].
+    fn reflected(&self, mut surface: Surface, bounces: Bounces, sampler: &mut Sampler) -> Vec3 {
+        let has_area_light = !self.emitters.is_empty() || self.scene.environment != Vec3::ZERO;
+        let mut throughput = Vec3::ONE;
+        let mut radiance = Vec3::ZERO;
+        for bounce in 1u32.. {
+            sampler.start_vertex(bounce + 1);
+            let scatter = surface.scatter(sampler);
+            radiance += throughput * self.light_from_lights(&surface, sampler);
+            if let Some(sample) = self.sample_emitter(&surface, sampler) {
+                let weight = power_heuristic(sample.density, surface.density(sample.wi));
+                radiance += throughput * surface.reflect(sample.wi) * sample.radiance * (weight / sample.density);
+            }
+            let is_last = bounces == Bounces::Count(bounce);
+            let Some(scatter) = scatter.filter(|_| has_area_light || !is_last) else { break };
+            throughput *= scatter.weight;
+            let ray = surface.ray(scatter.direction);
+            let Some(next) = self.trace(&ray) else {
+                radiance += throughput * self.scene.environment;
+                break;
+            };
+            radiance += throughput * self.weighted_emission(&ray, &next, scatter.density);
+            if is_last {
+                break;
+            }
+            if bounces == Bounces::Full && bounce >= ROULETTE_FROM_BOUNCE {
+                let survival = throughput.max_element().min(0.95);
+                if sampler.next_1d() >= survival {
+                    break;
+                }
+                throughput /= survival;
+            }
+            surface = next;
+        }
+        radiance
+    }
+}
