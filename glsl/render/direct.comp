@@ -1,12 +1,11 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// render.direct: emitted radiance, and light reflected once. L = L_e + Σ (ρ/π + f_s) E (n·ω) V.
+// render.direct: light reflected once. L = Σ (ρ/π + f_s) E (n·ω) V; alpha is 1 where there is a surface.
 layout(local_size_x = 8, local_size_y = 8) in;
 
 #include "shared/light_view.glsl"
 
 layout(constant_id = 0) const uint GLOSSY = 0;
-layout(constant_id = 1) const uint EMISSIVE = 0;
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer LightViews { LightView light_views[]; };
 layout(set = 1, binding = 1) uniform texture2DArray shadow_maps;
@@ -14,8 +13,7 @@ layout(set = 1, binding = 2) uniform texture2D view_depth;
 layout(set = 1, binding = 3) uniform utexture2D normals;
 layout(set = 1, binding = 4) uniform texture2D albedo;
 layout(set = 1, binding = 5) uniform texture2D specular;
-layout(set = 1, binding = 6) uniform texture2D emission;
-layout(set = 1, binding = 7, rgba32f) uniform restrict writeonly image2D direct;
+layout(set = 1, binding = 6, rgba32f) uniform restrict writeonly image2D direct;
 
 #include "shared/visibility.glsl"
 #include "shared/gbuffer.glsl"
@@ -26,13 +24,13 @@ void main() {
     if (any(greaterThanEqual(pixel, ivec2(frame.size_px.xy)))) return;
     Surface surface;
     if (!read_surface(pixel, surface)) {
-        imageStore(direct, pixel, vec4(frame.environment.rgb, 0.0));
+        imageStore(direct, pixel, vec4(0.0));
         return;
     }
     vec4 base = texelFetch(sampler2D(albedo, nearest_clamp), pixel, 0);
     vec3 n = surface.shading_normal, to_eye = normalize(frame.eye_ws.xyz - surface.position_ws);
     vec3 f0 = GLOSSY != 0u && base.a >= 0.0 ? texelFetch(sampler2D(specular, nearest_clamp), pixel, 0).rgb : vec3(0.0);
-    vec3 radiance = EMISSIVE != 0u ? texelFetch(sampler2D(emission, nearest_clamp), pixel, 0).rgb : vec3(0.0);
+    vec3 radiance = vec3(0.0);
     for (uint i = 0u; i < frame.size_px.z; ++i) {
         vec3 to_light;
         vec3 irradiance = light_irradiance(lights[i], surface.position_ws, to_light);

@@ -11,8 +11,8 @@ layout(location = 3) flat out uint triangle_index;
 void main() {
     triangle_index = uint(gl_VertexIndex) / 3u;
     Vertex vertex = vertices[triangles[triangle_index][gl_VertexIndex % 3]];
-    position_ws = vertex.position_u.xyz;
-    normal_ws = vertex.normal_v.xyz;
+    position_ws = vertex.position;
+    normal_ws = vertex.normal;
     uv = texture_uv(vertex);
     gl_Position = frame.clip_from_world * vec4(position_ws, 1.0);
 }

@@ -5,7 +5,7 @@
 
 layout(std430, set = 1, binding = 0) readonly buffer LightViews { LightView light_views[]; };
 
-layout(push_constant) uniform Params { uint view; } params;
+layout(push_constant) uniform ViewParams { uint view; } params;
 
 layout(location = 0) out vec3 position_ws;
 layout(location = 1) out vec2 uv;
@@ -14,7 +14,7 @@ layout(location = 2) flat out uint material;
 void main() {
     uvec4 triangle = triangles[gl_VertexIndex / 3];
     Vertex vertex = vertices[triangle[gl_VertexIndex % 3]];
-    position_ws = vertex.position_u.xyz;
+    position_ws = vertex.position;
     uv = texture_uv(vertex);
     material = triangle.w;
     gl_Position = light_views[params.view].clip_from_world * vec4(position_ws, 1.0);

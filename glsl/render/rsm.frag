@@ -7,7 +7,7 @@
 
 layout(std430, set = 1, binding = 0) readonly buffer LightViews { LightView light_views[]; };
 
-layout(push_constant) uniform Params { uint view; } params;
+layout(push_constant) uniform ViewParams { uint view; } params;
 
 layout(location = 0) in vec3 position_ws;
 layout(location = 1) in vec2 uv;

@@ -10,7 +10,6 @@ layout(std140, set = 0, binding = 0) uniform FrameConstants {
     vec4 ray_forward;         // xyz: unit view direction
     vec4 environment;         // xyz: radiance [W/(m² sr)]
     uvec4 size_px;            // xy: image size [px]; z: number of lights; w: number of light views
-    vec4 grid_origin_ws;      // xyz: smallest corner of the voxel grid [m]; w: voxel size [m]
 } frame;
 
 layout(set = 0, binding = 1) uniform sampler linear_clamp;
@@ -18,8 +17,10 @@ layout(set = 0, binding = 2) uniform sampler nearest_clamp;
 layout(set = 0, binding = 3) uniform sampler linear_repeat;
 
 struct Vertex {
-    vec4 position_u;          // xyz: position [m]; w: u
-    vec4 normal_v;            // xyz: unit shading normal; w: v, upwards
+    vec3 position;            // [m]
+    float u;
+    vec3 normal;              // unit shading normal
+    float v;                  // upwards
 };
 
 struct Material {
@@ -45,7 +46,7 @@ const float PI = 3.14159265358979;
 
 // Texture coordinates of a vertex in Vulkan's orientation: v downwards.
 vec2 texture_uv(Vertex vertex) {
-    return vec2(vertex.position_u.w, 1.0 - vertex.normal_v.w);
+    return vec2(vertex.u, 1.0 - vertex.v);
 }
 
 // Position [m] of the surface at view depth `depth_m` through the centre of a pixel.

@@ -8,7 +8,8 @@ use lumivox::reference::guide;
 use lumivox::scene::{LoadOptions, Scene};
 
 use super::CliError;
-use super::reference::{say, write_report};
+use super::common::say;
+use super::reference::write_report;
 
 /// Compare an image with a reference, both linear EXR.
 #[derive(clap::Args)]

@@ -1,9 +1,12 @@
 //! The command line: one file per subcommand; argument parsing and printing only.
 
+mod common;
 mod compare;
 mod devices;
 mod reference;
+mod render;
 mod scene;
+mod techniques;
 
 use std::process::ExitCode;
 
@@ -45,7 +48,9 @@ struct Cli {
 
 #[derive(clap::Subcommand)]
 enum Command {
+    Render(Box<render::Args>),
     Scene(scene::Args),
+    Techniques(techniques::Args),
     Reference(reference::Args),
     Compare(compare::Args),
     Devices(devices::Args),
@@ -57,7 +62,9 @@ pub(crate) fn run() -> ExitCode {
     let level = if cli.quiet { log::LevelFilter::Error } else { log::LevelFilter::Warn };
     env_logger::Builder::new().filter_level(level).format_timestamp(None).format_target(false).init();
     let result = match cli.command {
+        Command::Render(args) => render::run(&args, cli.quiet),
         Command::Scene(args) => scene::run(&args),
+        Command::Techniques(args) => techniques::run(&args),
         Command::Reference(args) => reference::run(&args, cli.quiet),
         Command::Compare(args) => compare::run(&args),
         Command::Devices(args) => devices::run(&args),

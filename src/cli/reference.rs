@@ -1,6 +1,5 @@
 //! `lumivox reference`: renders the path-traced reference.
 
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -10,6 +9,7 @@ use lumivox::reference::{Bounces, Filter, ReferenceError, ReferenceImage, Sampli
 use lumivox::scene::{LoadOptions, Scene};
 
 use super::CliError;
+use super::common::{is_exr, parse_size, say};
 
 /// Render the path-traced reference of a scene on the CPU.
 #[derive(clap::Args)]
@@ -151,28 +151,9 @@ fn report(args: &Args, scene: &Scene, image: &ReferenceImage, wall_s: f64) -> se
     })
 }
 
-/// Prints a line. That nobody reads it any more is no failure of the work.
-pub(super) fn say(line: &str) {
-    let _ = writeln!(std::io::stdout(), "{line}");
-}
-
 /// Writes a report as one JSON object.
 pub(super) fn write_report(path: &Path, report: &serde_json::Value) -> Result<(), CliError> {
     std::fs::write(path, format!("{report:#}\n")).map_err(|error| CliError::failed(format!("cannot write the report {}: {error}", path.display())))
-}
-
-/// Whether a file is to be EXR rather than PNG, by its extension.
-fn is_exr(path: &Path) -> Result<bool, CliError> {
-    match path.extension().and_then(|extension| extension.to_str()).map(str::to_ascii_lowercase).as_deref() {
-        Some("exr") => Ok(true),
-        Some("png") => Ok(false),
-        _ => Err(CliError::input(format!("{}: the name must end in .exr or .png", path.display()))),
-    }
-}
-
-fn parse_size(text: &str) -> Result<(u32, u32), String> {
-    let parts = text.split_once('x').and_then(|(width, height)| Some((width.parse().ok()?, height.parse().ok()?)));
-    parts.ok_or_else(|| String::from("write WIDTHxHEIGHT, as in 1280x720"))
 }
 
 fn parse_bounces(text: &str) -> Result<Bounces, String> {

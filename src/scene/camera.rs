@@ -1,6 +1,6 @@
 //! The pinhole camera.
 
-use glam::{Mat4, Vec3};
+use glam::{Mat4, Vec3, Vec4};
 
 /// A pinhole camera; right-handed, looking along −z of its view space.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,9 +39,15 @@ impl Camera {
         (forward + right * (x * tan_x) + up * (y * tan_y)).normalize()
     }
 
-    /// World space to Vulkan clip space (y down, depth 0 at `near_m` to 1 at `far_m`).
-    pub fn clip_from_world(&self, aspect: f32, near_m: f32, far_m: f32) -> Mat4 {
-        glam::camera::rh::proj::vulkan::perspective(self.vfov_deg.to_radians(), aspect, near_m, far_m)
-            * glam::camera::rh::view::look_at_mat4(self.eye, self.target, self.up)
+    /// World space to Vulkan clip space: y down, depth reversed with an infinite far plane (1 at `near_m`, 0 infinitely far).
+    pub fn clip_from_world(&self, aspect: f32, near_m: f32) -> Mat4 {
+        let scale_y = 1.0 / (0.5 * self.vfov_deg.to_radians()).tan();
+        let clip_from_view = Mat4::from_cols(
+            Vec4::new(scale_y / aspect, 0.0, 0.0, 0.0),
+            Vec4::new(0.0, -scale_y, 0.0, 0.0),
+            Vec4::new(0.0, 0.0, 0.0, -1.0),
+            Vec4::new(0.0, 0.0, near_m, 0.0),
+        );
+        clip_from_view * glam::camera::rh::view::look_at_mat4(self.eye, self.target, self.up)
     }
 }

@@ -20,6 +20,13 @@ pub enum DeviceChoice {
     Name(String),
 }
 
+impl From<&str> for DeviceChoice {
+    /// A number is an index, anything else a name.
+    fn from(text: &str) -> Self {
+        text.parse().map_or_else(|_| DeviceChoice::Name(text.to_owned()), DeviceChoice::Index)
+    }
+}
+
 /// A logical device with one queue for everything.
 pub struct Device {
     raw: ash::Device,

@@ -9,7 +9,8 @@ layout(set = 1, binding = 2) uniform texture3D voxels;
 layout(std430, set = 1, binding = 3) readonly buffer Cones { vec4 cones[]; };   // sin²θ, φ [rad], tan(γ/2), weight; weights sum to 1
 layout(set = 1, binding = 4, rgba32f) uniform restrict writeonly image2D indirect_diffuse;
 
-layout(push_constant) uniform Params {
+layout(push_constant) uniform ConeParams {
+    vec4 grid;             // xyz: smallest corner of the grid [m]; w: voxel size [m]
     float resolution;
     float step_factor;
     float opacity_exponent;
@@ -34,8 +35,8 @@ void main() {
         imageStore(indirect_diffuse, pixel, vec4(0.0));
         return;
     }
-    MarchSettings settings = MarchSettings(params.resolution, params.step_factor, params.opacity_exponent, params.height_clamp, params.max_distance, params.ao_falloff);
-    vec3 origin = (surface.position_ws - frame.grid_origin_ws.xyz) / frame.grid_origin_ws.w + params.start_offset * surface.geometric_normal;
+    MarchSettings settings = MarchSettings(params.resolution, params.step_factor, params.opacity_exponent, params.height_clamp, params.max_distance, params.grid.w, params.ao_falloff);
+    vec3 origin = (surface.position_ws - params.grid.xyz) / params.grid.w + params.start_offset * surface.geometric_normal;
     mat3 around = frame_around(surface.shading_normal);
     vec2 offset = params.interleave > 1u ? interleaved_offset(pixel, params.interleave) : vec2(0.5, 0.0);
     vec4 sum = vec4(0.0);

@@ -11,6 +11,7 @@ struct MarchSettings {
     float opacity_exponent;  // g: 1 is the textbook; above it makes up for what trilinear sampling lets through
     float height_clamp;      // k: a sample's diameter is at most its height over the receiver's tangent plane / k; 0: off
     float max_distance;      // [voxels]
+    float voxel_size_m;
     float ao_falloff;        // λ of the ambient visibility's 1 / (1 + λ r) [1/m]
 };
 
@@ -45,7 +46,7 @@ ConeResult march_cone(vec3 origin, vec3 direction, float tan_half, float height,
         if (texel.a > 0.0) {
             float opacity = 1.0 - pow(max(1.0 - texel.a, 0.0), m.opacity_exponent * m.step_factor);
             radiance += through * opacity / texel.a * texel.rgb;
-            occlusion += through * opacity / (1.0 + m.ao_falloff * centre * frame.grid_origin_ws.w);
+            occlusion += through * opacity / (1.0 + m.ao_falloff * centre * m.voxel_size_m);
             through *= 1.0 - opacity;
         }
         t += stride;

@@ -11,7 +11,8 @@ layout(set = 1, binding = 3) uniform texture2D specular;
 layout(set = 1, binding = 4) uniform texture3D voxels;
 layout(set = 1, binding = 5, rgba32f) uniform restrict writeonly image2D indirect_specular;
 
-layout(push_constant) uniform Params {
+layout(push_constant) uniform SpecularParams {
+    vec4 grid;             // xyz: smallest corner of the grid [m]; w: voxel size [m]
     float resolution;
     float step_factor;
     float opacity_exponent;
@@ -37,8 +38,8 @@ void main() {
         float below = min(dot(direction, surface.geometric_normal) - 0.02, 0.0);
         direction = normalize(direction - below * surface.geometric_normal);
         float tan_half = tan(min(2.0 * atan(0.57735 * ggx_alpha(roughness)), 1.0));
-        MarchSettings settings = MarchSettings(params.resolution, params.step_factor, params.opacity_exponent, params.height_clamp, params.max_distance, 0.0);
-        vec3 origin = (surface.position_ws - frame.grid_origin_ws.xyz) / frame.grid_origin_ws.w + params.start_offset * surface.geometric_normal;
+        MarchSettings settings = MarchSettings(params.resolution, params.step_factor, params.opacity_exponent, params.height_clamp, params.max_distance, params.grid.w, 0.0);
+        vec3 origin = (surface.position_ws - params.grid.xyz) / params.grid.w + params.start_offset * surface.geometric_normal;
         float cosine = max(dot(direction, surface.geometric_normal), 0.0);
         vec3 f0 = texelFetch(sampler2D(specular, nearest_clamp), pixel, 0).rgb;
         result = ggx_albedo(f0, roughness, max(dot(surface.shading_normal, to_eye), 0.0))

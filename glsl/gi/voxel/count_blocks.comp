@@ -8,7 +8,7 @@ layout(local_size_x = 256) in;
 layout(std430, set = 1, binding = 0) restrict readonly buffer Occupancy { uvec2 occupancy[]; };
 layout(std430, set = 1, binding = 1) restrict writeonly buffer GroupSums { uint group_sums[]; };
 
-layout(push_constant) uniform Params { uint block_count; } params;
+layout(push_constant) uniform CountParams { uint block_count; } params;
 
 void main() {
     uint count = 0u;

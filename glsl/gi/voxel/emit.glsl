@@ -1,52 +1,19 @@
-// What every voxelization method does with a triangle: fetch it, walk a column, append a fragment for each touched voxel.
+// What every voxelization method does with a triangle: walk a column, append a fragment for each touched voxel.
 #ifndef LUMIVOX_EMIT
 #define LUMIVOX_EMIT
 
-#include "shared/frame.glsl"
 #include "shared/material.glsl"
 #include "gi/voxel/grid.glsl"
 #include "gi/voxel/records.glsl"
-#include "gi/voxel/triangle_box.glsl"
+#include "gi/voxel/fetch.glsl"
 
 layout(constant_id = 0) const uint EMISSIVE = 0;      // 1: store emission
 layout(constant_id = 1) const uint MASKED = 0;        // 1: the material may have a mask
 
 layout(std430, set = 1, binding = 0) restrict buffer Occupancy { uint occupancy[]; };
-layout(std430, set = 1, binding = 1) restrict writeonly buffer Fragments { Fragment fragments[]; };
-layout(std430, set = 1, binding = 2) restrict writeonly buffer FragmentEmission { uvec2 fragment_emission[]; };
+layout(std430, set = 1, binding = 1) restrict buffer Fragments { Fragment fragments[]; };
+layout(std430, set = 1, binding = 2) restrict buffer FragmentEmission { uvec2 fragment_emission[]; };
 layout(std430, set = 1, binding = 3) restrict buffer Counters { uint fragment_count; uint voxel_count; };
-
-layout(push_constant) uniform Params {
-    vec4 origin_inverse_size;   // xyz: smallest corner of the grid [m]; w: 1 / voxel size [1/m]
-    uint resolution;            // voxels along an edge of the grid
-    uint first_triangle;
-    uint triangle_count;
-    uint capacity;              // fragments that fit; further ones are counted only
-    float emission_unit;        // radiance of the largest stored value, 2²¹ − 1 [W/(m² sr)]
-} params;
-
-struct Attributes {
-    uint material;
-    vec2 uv0, uv1, uv2;
-    float lod_area;             // area in texture coordinates per voxel face of surface
-};
-
-vec3 grid_position(uint vertex) {
-    precise vec3 p = (vertices[vertex].position_u.xyz - params.origin_inverse_size.xyz) * params.origin_inverse_size.w;
-    return p;
-}
-
-bool fetch_triangle(uint index, out TriangleSetup setup, out Attributes attributes) {
-    uvec4 triangle = triangles[index];
-    attributes.material = triangle.w;
-    attributes.uv0 = texture_uv(vertices[triangle.x]);
-    attributes.uv1 = texture_uv(vertices[triangle.y]);
-    attributes.uv2 = texture_uv(vertices[triangle.z]);
-    bool some = setup_triangle(grid_position(triangle.x), grid_position(triangle.y), grid_position(triangle.z), int(params.resolution), setup);
-    vec2 e1 = attributes.uv1 - attributes.uv0, e2 = attributes.uv2 - attributes.uv0;
-    attributes.lod_area = abs(e1.x * e2.y - e1.y * e2.x) / max(length(setup.normal), 1e-20);
-    return some;
-}
 
 // Mip level at which one texel covers one voxel face.
 float voxel_lod(Attributes attributes, ivec2 texture_size) {
@@ -58,7 +25,20 @@ uvec2 pack_emission(vec3 radiance) {
     return uvec2(q.x | q.z << 21, q.y | (q.z >> 11) << 21);
 }
 
+// Marks the voxel as occupied and counts the fragment; its place in the list.
+uint append(uvec3 voxel) {
+    uint bit = block_bit(voxel);
+    atomicOr(occupancy[2u * block_index(voxel, params.resolution) + (bit >> 5)], 1u << (bit & 31u));
+    return atomicAdd(fragment_count, 1u);
+}
+
 void emit_fragment(TriangleSetup s, ivec3 local_voxel, Attributes attributes) {
+    uvec3 voxel = uvec3(unpermute(s.base + local_voxel, s.axis));
+    uint slot;
+    if (MASKED == 0u) {
+        slot = append(voxel);
+        if (slot >= params.capacity) return;
+    }
     vec3 mean_position;
     float projected_area = area_inside(s, local_voxel, mean_position);
     // Barycentric coordinates of the mean_position, in the dominant projection.
@@ -70,16 +50,12 @@ void emit_fragment(TriangleSetup s, ivec3 local_voxel, Attributes attributes) {
     if (MASKED != 0u) {
         covered = textureLod(sampler2D(mask_texture, linear_repeat), uv, voxel_lod(attributes, textureSize(sampler2D(mask_texture, linear_repeat), 0))).r;
         if (covered < 0.5) return;
+        slot = append(voxel);
+        if (slot >= params.capacity) return;
     }
     vec3 albedo = material.albedo.rgb * textureLod(sampler2D(albedo_texture, linear_repeat), uv, voxel_lod(attributes, textureSize(sampler2D(albedo_texture, linear_repeat), 0))).rgb;
-    uvec3 voxel = uvec3(unpermute(s.base + local_voxel, s.axis));
     vec3 unit_normal = normalize(s.normal);
     uint area = clamp(uint(round(covered * projected_area / abs(unit_normal.z) * AREA_UNIT)), 1u, 65535u);
-
-    uint word = 2u * block_index(voxel, params.resolution) + (block_bit(voxel) >> 5);
-    atomicOr(occupancy[word], 1u << (block_bit(voxel) & 31u));
-    uint slot = atomicAdd(fragment_count, 1u);
-    if (slot >= params.capacity) return;
     fragments[slot] = Fragment(voxel.x | voxel.y << 16, voxel.z | area << 16, pack_unit(unpermute(unit_normal, s.axis)), pack_unorm10(sqrt(albedo)),
                                pack_unorm10(unpermute(mean_position, s.axis)), 0u);
     if (EMISSIVE != 0u) {

@@ -15,7 +15,8 @@ layout(std430, set = 1, binding = 4) restrict readonly buffer VoxelRecords { Vox
 layout(std430, set = 1, binding = 5) restrict readonly buffer VoxelRadiance { uvec2 voxel_radiance[]; };
 layout(set = 1, binding = 6, rgba32f) uniform restrict writeonly image2D indirect_diffuse;
 
-layout(push_constant) uniform Params {
+layout(push_constant) uniform RayParams {
+    vec4 grid;             // xyz: smallest corner of the grid [m]; w: voxel size [m]
     uint resolution;
     uint ray_count;
     uint interleave;
@@ -40,7 +41,7 @@ void main() {
         return;
     }
     TraceSettings settings = TraceSettings(params.resolution, params.self_height, params.contour_slack);
-    vec3 receiver = (surface.position_ws - frame.grid_origin_ws.xyz) / frame.grid_origin_ws.w;
+    vec3 receiver = (surface.position_ws - params.grid.xyz) / params.grid.w;
     vec3 origin = receiver + params.start_offset * surface.geometric_normal;
     mat3 around = frame_around(surface.shading_normal);
     vec2 offset = params.interleave > 1u ? interleaved_offset(pixel, params.interleave) : vec2(0.5, 0.0);
@@ -57,7 +58,7 @@ void main() {
         } else {
             uvec2 packed = voxel_radiance[slot];
             radiance += vec3(unpackHalf2x16(packed.x), unpackHalf2x16(packed.y).x);
-            occlusion += 1.0 / (1.0 + params.ao_falloff * distance * frame.grid_origin_ws.w);
+            occlusion += 1.0 / (1.0 + params.ao_falloff * distance * params.grid.w);
         }
     }
     float n = float(params.ray_count);

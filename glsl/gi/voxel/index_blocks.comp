@@ -9,7 +9,7 @@ layout(std430, set = 1, binding = 0) restrict readonly buffer Occupancy { uvec2 
 layout(std430, set = 1, binding = 1) restrict readonly buffer GroupSums { uint group_sums[]; };
 layout(std430, set = 1, binding = 2) restrict writeonly buffer BlockBases { uint block_bases[]; };
 
-layout(push_constant) uniform Params { uint block_count; } params;
+layout(push_constant) uniform CountParams { uint block_count; } params;
 
 void main() {
     uint first = gl_GlobalInvocationID.x * 4u;

@@ -19,7 +19,8 @@ layout(std430, set = 1, binding = 5) restrict readonly buffer BlockBases { uint 
 layout(std430, set = 1, binding = 6) restrict buffer Flux { uint flux[]; };   // a voxel: r, g, b, area; each low word, high word
 layout(std430, set = 1, binding = 7) restrict buffer LightCounters { uint lost_texels; uint filled_voxels; };
 
-layout(push_constant) uniform Params {
+layout(push_constant) uniform InjectParams {
+    vec4 grid;             // xyz: smallest corner of the grid [m]; w: voxel size [m]
     uint resolution;
     float flux_unit;   // of one integer step, for r, g, b [W/(m² sr)]
     float area_unit;   // of one integer step [voxel faces]
@@ -67,8 +68,8 @@ void main() {
     float cosine = max(abs(dot(normal, ray)) * inversesqrt(squared), 0.02);
     float area = extent / cosine * (parallel ? 1.0 : depth_m * depth_m * squared);
 
-    float voxel_size = frame.grid_origin_ws.w;
-    vec3 grid = (position - frame.grid_origin_ws.xyz) / voxel_size;
+    float voxel_size = params.grid.w;
+    vec3 grid = (position - params.grid.xyz) / voxel_size;
     int slot = voxel_at(grid);
     // The surface may lie in the neighbour by a rounding error, or by the map's depth error at a grazing angle.
     if (slot < 0) slot = voxel_at(grid + 0.05 * normal);

@@ -10,7 +10,6 @@ layout(local_size_x = 64) in;
 
 layout(constant_id = 0) const uint INJECTION_VOXEL = 0;
 layout(constant_id = 1) const uint EMISSIVE = 0;
-layout(constant_id = 2) const uint DENSE = 1;          // write mip 0 of the dense texture
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer LightViews { LightView light_views[]; };
 layout(set = 1, binding = 1) uniform texture2DArray shadow_maps;
@@ -19,9 +18,13 @@ layout(std430, set = 1, binding = 3) restrict readonly buffer VoxelEmission { ve
 layout(std430, set = 1, binding = 4) restrict readonly buffer Flux { uint flux[]; };
 layout(std430, set = 1, binding = 5) restrict writeonly buffer VoxelRadiance { uvec2 voxel_radiance[]; };   // half floats r, g, b, opacity
 layout(std430, set = 1, binding = 6) restrict buffer LightCounters { uint lost_texels; uint filled_voxels; };
+#ifdef DENSE
 layout(set = 1, binding = 7, rgba16f) uniform restrict writeonly image3D dense_radiance;
+#endif
 
-layout(push_constant) uniform Params { uint voxel_count; float flux_unit; float area_unit; } params;
+layout(push_constant) uniform LightParams {
+    vec4 grid;             // xyz: smallest corner of the grid [m]; w: voxel size [m]
+    uint voxel_count; float flux_unit; float area_unit; } params;
 
 #include "shared/visibility.glsl"
 
@@ -36,8 +39,8 @@ float injected(uint slot, uint channel) {
 
 // ρ/π Σ E |n·ω| V at the voxel's mean position.
 vec3 shade(Voxel voxel, vec3 normal) {
-    float size = frame.grid_origin_ws.w;
-    vec3 position = frame.grid_origin_ws.xyz + size * (voxel_coordinates(voxel.xy, voxel.z_area) + unpack_unorm10(voxel.mean_position));
+    float size = params.grid.w;
+    vec3 position = params.grid.xyz + size * (voxel_coordinates(voxel.xy, voxel.z_area) + unpack_unorm10(voxel.mean_position));
     vec3 irradiance = vec3(0.0);
     for (uint i = 0u; i < frame.size_px.z; ++i) {
         vec3 to_light;
@@ -71,7 +74,7 @@ void main() {
     radiance = min(radiance, vec3(LARGEST_HALF));
     float opacity = float(voxel.coverage) / 65535.0;
     voxel_radiance[index] = uvec2(packHalf2x16(radiance.rg), packHalf2x16(vec2(radiance.b, opacity)));
-    if (DENSE != 0u) {
-        imageStore(dense_radiance, ivec3(voxel_coordinates(voxel.xy, voxel.z_area)), vec4(radiance * opacity, opacity));
-    }
+#ifdef DENSE
+    imageStore(dense_radiance, ivec3(voxel_coordinates(voxel.xy, voxel.z_area)), vec4(radiance * opacity, opacity));
+#endif
 }

@@ -11,7 +11,7 @@ layout(std430, set = 1, binding = 1) restrict readonly buffer BlockBases { uint 
 layout(std430, set = 1, binding = 2) restrict buffer Fragments { Fragment fragments[]; };
 layout(std430, set = 1, binding = 3) restrict buffer Heads { uint heads[]; };
 
-layout(push_constant) uniform Params { uint resolution; uint fragment_count; } params;
+layout(push_constant) uniform LinkParams { uint resolution; uint fragment_count; } params;
 
 void main() {
     uint index = gl_GlobalInvocationID.x + gl_GlobalInvocationID.y * 4194240u;

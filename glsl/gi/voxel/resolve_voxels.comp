@@ -8,14 +8,16 @@ layout(local_size_x = 64) in;
 
 layout(constant_id = 0) const uint EMISSIVE = 0;
 layout(constant_id = 1) const uint COVERAGE = 0;   // 0: a touched voxel is opaque; 1: opacity is the covered fraction of its face
+layout(constant_id = 2) const uint RUNNING = 0;    // 1: albedo is the running average
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer Fragments { Fragment fragments[]; };
 layout(std430, set = 1, binding = 1) restrict readonly buffer FragmentEmission { uvec2 fragment_emission[]; };
 layout(std430, set = 1, binding = 2) restrict readonly buffer Heads { uint heads[]; };
 layout(std430, set = 1, binding = 3) restrict writeonly buffer Voxels { Voxel voxels[]; };
 layout(std430, set = 1, binding = 4) restrict writeonly buffer VoxelEmission { vec4 voxel_emission[]; };
+layout(set = 1, binding = 5, r32ui) uniform restrict readonly uimage3D averages;
 
-layout(push_constant) uniform Params { uint voxel_count; float emission_unit; } params;
+layout(push_constant) uniform ResolveParams { uint voxel_count; float emission_unit; } params;
 
 struct Sum { uvec3 low, high; };
 
@@ -55,7 +57,9 @@ void main() {
     vec3 faces = mean(face, 1u) / (65535.0 * AREA_UNIT);
     float covered = COVERAGE != 0u ? clamp(max(faces.x, max(faces.y, faces.z)), 1.0 / 255.0, 1.0) : 1.0;
     vec3 mean_normal = mean(normal, area) / 32767.0 - 1.0;
+    vec3 albedo_root = sqrt(mean(albedo, area)) / 1023.0;
+    if (RUNNING != 0u) albedo_root = sqrt(unpackUnorm4x8(imageLoad(averages, ivec3(xy & 0xffffu, xy >> 16, z)).r).rgb);
     voxels[index] = Voxel(xy, z | packHalf2x16(vec2(float(area) / AREA_UNIT, 0.0)) << 16, pack_unorm10(mean_normal * 0.5 + 0.5),
-                          pack_unorm10(sqrt(mean(albedo, area)) / 1023.0), pack_unorm10(mean(position, area) / 1023.0), uint(round(covered * 65535.0)));
+                          pack_unorm10(albedo_root), pack_unorm10(mean(position, area) / 1023.0), uint(round(covered * 65535.0)));
     if (EMISSIVE != 0u) voxel_emission[index] = vec4(mean(emission, area) * (params.emission_unit / 2097151.0), 0.0);
 }

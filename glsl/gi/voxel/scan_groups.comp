@@ -8,7 +8,7 @@ layout(local_size_x = 256) in;
 layout(std430, set = 1, binding = 0) restrict buffer GroupSums { uint group_sums[]; };
 layout(std430, set = 1, binding = 1) restrict buffer Counters { uint fragment_count; uint voxel_count; };
 
-layout(push_constant) uniform Params { uint group_count; } params;
+layout(push_constant) uniform ScanParams { uint group_count; } params;
 
 void main() {
     uint base = 0u;

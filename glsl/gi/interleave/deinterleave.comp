@@ -9,7 +9,7 @@ layout(set = 1, binding = 1) uniform utexture2D normals;
 layout(set = 1, binding = 2) uniform texture2D interleaved;
 layout(set = 1, binding = 3, rgba32f) uniform restrict writeonly image2D indirect_diffuse;
 
-layout(push_constant) uniform Params { uint interleave; } params;
+layout(push_constant) uniform DeinterleaveParams { uint interleave; } params;
 
 #include "shared/gbuffer.glsl"
 

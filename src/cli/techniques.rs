@@ -1,0 +1,40 @@
+//! `lumivox techniques`.
+
+use lumivox::gi::registry::{Entry, TECHNIQUES, find};
+
+use super::CliError;
+use super::common::say;
+
+/// List the techniques, their presets and their settings with units, ranges and defaults.
+#[derive(clap::Args)]
+pub(crate) struct Args {
+    /// Only this one.
+    technique: Option<String>,
+}
+
+/// Prints them.
+pub(crate) fn run(args: &Args) -> Result<(), CliError> {
+    match &args.technique {
+        Some(name) => describe(find(name).map_err(CliError::input)?),
+        None => TECHNIQUES.iter().for_each(|entry| describe(entry)),
+    }
+    Ok(())
+}
+
+fn describe(entry: &Entry) {
+    let bounces = match entry.bounces {
+        0 => "no indirect bounce",
+        1 => "one indirect bounce",
+        _ => "several indirect bounces",
+    };
+    say(&format!("{}: {} ({bounces})", entry.name, entry.summary));
+    for (index, preset) in entry.presets.iter().enumerate() {
+        let default = if index == 0 { ", the default" } else { "" };
+        let values: Vec<String> = preset.values.iter().map(|(name, value)| format!("{name}={value}")).collect();
+        say(&format!("  --preset {}{default}: {}{}{}", preset.name, preset.help, if values.is_empty() { "" } else { "; " }, values.join(" ")));
+    }
+    for setting in entry.settings.iter().copied().flatten() {
+        let unit = if setting.unit.is_empty() { String::new() } else { format!(" [{}]", setting.unit) };
+        say(&format!("  --set {}={}{unit}: {}; {}", setting.name, setting.default, setting.help, setting.domain));
+    }
+}

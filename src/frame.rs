@@ -1,0 +1,75 @@
+//! The frame, top to bottom.
+
+use crate::gi::registry::Entry;
+use crate::gi::{Context, IndirectLight, Settings, Technique};
+use crate::graph::{Error, Frame, FrameStats, Gpu};
+use crate::image::{Aov, Image};
+use crate::render::{GBuffer, GpuScene, LightMaps, Output, read_aov};
+use crate::scene::{Camera, Scene};
+
+/// What all techniques share.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FrameSettings {
+    /// Width and height of the pictures (px).
+    pub size: [u32; 2],
+    /// Width and height of each shadow map and reflective shadow map (texels).
+    pub shadow_resolution: u32,
+}
+
+/// One scene, one technique, one size: renders frames.
+pub struct Renderer<'g> {
+    gpu: &'g Gpu,
+    scene: GpuScene,
+    maps: LightMaps,
+    gbuffer: GBuffer,
+    output: Output,
+    technique: Box<dyn Technique>,
+    settings: FrameSettings,
+    /// The last frame's answer.
+    light: Option<IndirectLight>,
+}
+
+impl<'g> Renderer<'g> {
+    /// Uploads the scene and builds the technique's static structure; returns what building cost.
+    pub fn new(gpu: &'g Gpu, scene: &Scene, entry: &Entry, settings: &Settings, frame: FrameSettings) -> Result<(Self, FrameStats), Error> {
+        let scene = GpuScene::new(gpu, scene)?;
+        let context = Context { gpu, scene: &scene, size: frame.size };
+        let mut technique = (entry.make)(&context, settings)?;
+        let build = technique.build(&context)?;
+        let maps = LightMaps::new(gpu, &scene, frame.shadow_resolution, technique.needs_rsm())?;
+        let gbuffer = GBuffer::new(gpu, &scene, frame.size)?;
+        let output = Output::new(gpu, frame.size)?;
+        Ok((Renderer { gpu, scene, maps, gbuffer, output, technique, settings: frame, light: None }, build))
+    }
+
+    /// Builds the technique's static structure again.
+    pub fn rebuild(&mut self) -> Result<FrameStats, Error> {
+        self.technique.build(&Context { gpu: self.gpu, scene: &self.scene, size: self.settings.size })
+    }
+
+    /// Renders one frame: lights, visible surfaces, world-space store, indirect light, direct light, composite.
+    pub fn render(&mut self, camera: &Camera) -> Result<FrameStats, Error> {
+        self.scene.set_frame(self.gpu, &self.scene.frame_constants(camera, self.settings.size))?;
+        let mut frame = Frame::new();
+        frame.set_scene(&self.scene.set, &self.scene.materials);
+        self.maps.draw(&mut frame, &self.scene);
+        self.gbuffer.draw(&mut frame, &self.scene);
+        self.technique.update(&mut frame, &self.scene, &self.maps);
+        let light = self.technique.gather(&mut frame, &self.scene, &self.gbuffer);
+        self.output.draw_direct(&mut frame, &self.scene, &self.maps, &self.gbuffer);
+        self.output.draw_composite(&mut frame, &self.gbuffer, &light);
+        self.light = Some(light);
+        self.gpu.submit(frame)
+    }
+
+    /// One of the last frame's images.
+    pub fn aov(&self, aov: Aov) -> Result<Image, Error> {
+        let Some(light) = &self.light else { return Ok(Image::new(self.settings.size[0], self.settings.size[1])) };
+        read_aov(self.gpu, &self.gbuffer, &self.output, light, aov)
+    }
+
+    /// Counts of the last frame, by name.
+    pub fn counts(&self) -> Result<Vec<(&'static str, u64)>, Error> {
+        self.technique.counts(self.gpu)
+    }
+}

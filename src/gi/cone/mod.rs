@@ -1,0 +1,269 @@
+//! Cone sets and cone marching, shared by the voxel techniques.
+
+mod sets;
+
+use std::sync::Arc;
+
+pub use sets::{Cone, ConeSet, cone_set};
+
+use crate::gi::Settings;
+use crate::gi::settings::{Domain, Setting};
+use crate::gi::voxel::VoxelGrid;
+use crate::gpu_struct;
+use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu, Image, Pass, Sets, Shaders};
+use crate::render::{GBuffer, screen_groups, storage};
+use crate::shader::{Field, GpuStruct};
+
+gpu_struct! {
+    /// Parameters of `cone.gather`.
+    pub struct ConeParams {
+        /// xyz: smallest corner of the grid (m); w: voxel size (m).
+        pub grid: [f32; 4],
+        /// Voxels along an edge of the grid.
+        pub resolution: f32,
+        /// β.
+        pub step_factor: f32,
+        /// g.
+        pub opacity_exponent: f32,
+        /// k; 0: off.
+        pub height_clamp: f32,
+        /// Longest distance (voxels).
+        pub max_distance: f32,
+        /// λ (1/m).
+        pub ao_falloff: f32,
+        /// Start along the geometric normal (voxels).
+        pub start_offset: f32,
+        /// Cones in the set.
+        pub cone_count: u32,
+        /// n of the n×n interleaving tile.
+        pub interleave: u32,
+        /// Width of a stratum of sin²θ; 0 where elevations are fixed.
+        pub jitter: f32,
+    }
+}
+
+gpu_struct! {
+    /// Parameters of `cone.specular`.
+    pub struct SpecularParams {
+        /// xyz: smallest corner of the grid (m); w: voxel size (m).
+        pub grid: [f32; 4],
+        /// Voxels along an edge of the grid.
+        pub resolution: f32,
+        /// β.
+        pub step_factor: f32,
+        /// g.
+        pub opacity_exponent: f32,
+        /// k; 0: off.
+        pub height_clamp: f32,
+        /// Longest distance (voxels).
+        pub max_distance: f32,
+        /// Start along the geometric normal (voxels).
+        pub start_offset: f32,
+    }
+}
+
+/// E = π Σ w L over a set of cones. Reads the G-buffer and a dense radiance volume with mips, writes RGBA32F (irradiance, ambient visibility).
+pub static GATHER: Pass = Pass {
+    name: "cone.gather",
+    shaders: Shaders::Compute("gi/cone/gather.comp"),
+    bindings: &[
+        Binding::sampled("view_depth", Access::ComputeSampled),
+        Binding::sampled("normals", Access::ComputeSampled),
+        Binding::sampled("voxels", Access::ComputeSampled),
+        Binding::buffer("cones", Access::ComputeRead),
+        Binding::image("indirect_diffuse", Access::ComputeWrite),
+    ],
+    push_bytes: size_of::<ConeParams>() as u32,
+    sets: Sets::Scene,
+};
+
+/// L_s by one cone along the mirror direction. Reads as [`GATHER`] and the specular lobe, writes RGBA32F.
+pub static SPECULAR: Pass = Pass {
+    name: "cone.specular",
+    shaders: Shaders::Compute("gi/cone/specular.comp"),
+    bindings: &[
+        Binding::sampled("view_depth", Access::ComputeSampled),
+        Binding::sampled("normals", Access::ComputeSampled),
+        Binding::sampled("albedo", Access::ComputeSampled),
+        Binding::sampled("specular", Access::ComputeSampled),
+        Binding::sampled("voxels", Access::ComputeSampled),
+        Binding::image("indirect_specular", Access::ComputeWrite),
+    ],
+    push_bytes: size_of::<SpecularParams>() as u32,
+    sets: Sets::Scene,
+};
+
+/// All passes of this module.
+pub static PASSES: &[&Pass] = &[&GATHER, &SPECULAR];
+
+/// All structs that this module shares with shaders.
+pub static STRUCTS: &[(&str, &[Field])] = &[(ConeParams::NAME, ConeParams::FIELDS), (SpecularParams::NAME, SpecularParams::FIELDS)];
+
+/// Settings of cones.
+pub static SETTINGS: &[Setting] = &[
+    Setting { name: "cones", help: "diffuse cones a pixel", unit: "", domain: Domain::OneOf(&[1, 5, 6, 9, 16, 25, 32]), default: "6" },
+    Setting {
+        name: "cone_set",
+        help: "directions: papers (1, 5, 6 and 9 as published; 16 and more on a disc) or disc (equal shares of the cosine-weighted disc)",
+        unit: "",
+        domain: Domain::Choice(&["papers", "disc"]),
+        default: "disc",
+    },
+    Setting {
+        name: "aperture_scale",
+        help: "factor on tan(γ/2) of every diffuse cone; 1: the set covers the hemisphere once",
+        unit: "",
+        domain: Domain::Number { min: 0.05, max: 2.0 },
+        default: "1",
+    },
+    Setting { name: "step_factor", help: "β: step in sample diameters", unit: "diameters", domain: Domain::Number { min: 0.1, max: 2.0 }, default: "1" },
+    Setting {
+        name: "opacity_exponent",
+        help: "g in α' = 1 − (1 − α)^(g β); above 1 it makes up for what trilinear sampling lets through",
+        unit: "",
+        domain: Domain::Number { min: 0.1, max: 8.0 },
+        default: "1.5",
+    },
+    Setting {
+        name: "height_clamp",
+        help: "k: a sample is no wider than its height over the receiver's tangent plane / k; 0: off",
+        unit: "",
+        domain: Domain::Number { min: 0.0, max: 16.0 },
+        default: "3",
+    },
+    Setting {
+        name: "start_offset",
+        help: "start of a cone over the surface, along its normal",
+        unit: "voxels",
+        domain: Domain::Number { min: 0.0, max: 16.0 },
+        default: "1.5",
+    },
+    Setting {
+        name: "max_distance",
+        help: "longest reach of a cone; 0: to the end of the grid",
+        unit: "m",
+        domain: Domain::Number { min: 0.0, max: 1e6 },
+        default: "0",
+    },
+    Setting {
+        name: "interleave",
+        help: "n: each pixel of an n×n tile gathers in its own directions, then neighbours on one surface are averaged; 1: off",
+        unit: "px",
+        domain: Domain::OneOf(&[1, 2, 4, 8]),
+        default: "4",
+    },
+    Setting {
+        name: "ao_falloff",
+        help: "λ in the ambient visibility's weight 1 / (1 + λ r)",
+        unit: "1/m",
+        domain: Domain::Number { min: 0.0, max: 1e4 },
+        default: "0",
+    },
+    Setting {
+        name: "specular",
+        help: "glossy reflections by one cone, in a scene with glossy surfaces",
+        unit: "",
+        domain: Domain::Choice(&["on", "off"]),
+        default: "on",
+    },
+];
+
+/// How cones are traced.
+#[derive(Clone, Copy, Debug)]
+pub struct ConeSettings {
+    /// n of the interleaving tile.
+    pub interleave: u32,
+    step_factor: f32,
+    opacity_exponent: f32,
+    height_clamp: f32,
+    start_offset: f32,
+    max_distance_m: f32,
+    ao_falloff: f32,
+}
+
+/// A cone set on the device, and how it is traced.
+pub struct ConeTracer {
+    settings: ConeSettings,
+    cones: Arc<Buffer>,
+    cone_count: u32,
+    jitter: f32,
+}
+
+impl ConeTracer {
+    /// From a technique's settings.
+    pub fn new(gpu: &Gpu, settings: &Settings) -> Result<Self, Error> {
+        let set = cone_set(settings.count("cones"), settings.is("cone_set", "disc"), settings.number("aperture_scale"));
+        let rows: Vec<[f32; 4]> = set.cones.iter().map(|cone| [cone.sin2_theta, cone.phi_rad, cone.tan_half_aperture, cone.weight]).collect();
+        Ok(ConeTracer {
+            settings: ConeSettings {
+                interleave: settings.count("interleave"),
+                step_factor: settings.number("step_factor"),
+                opacity_exponent: settings.number("opacity_exponent"),
+                height_clamp: settings.number("height_clamp"),
+                start_offset: settings.number("start_offset"),
+                max_distance_m: settings.number("max_distance"),
+                ao_falloff: settings.number("ao_falloff"),
+            },
+            cones: storage(gpu, "cone.set", bytemuck::cast_slice(&rows))?,
+            cone_count: rows.len() as u32,
+            jitter: set.stratum,
+        })
+    }
+
+    /// Adds the diffuse gather.
+    pub fn gather(&self, frame: &mut Frame, gbuffer: &GBuffer, grid: &VoxelGrid, volume: &Arc<Image>, result: &Arc<Image>) {
+        let s = &self.settings;
+        let params = ConeParams {
+            grid: grid.row(),
+            resolution: grid.resolution as f32,
+            step_factor: s.step_factor,
+            opacity_exponent: s.opacity_exponent,
+            height_clamp: s.height_clamp,
+            max_distance: self.max_distance(grid),
+            ao_falloff: s.ao_falloff,
+            start_offset: s.start_offset,
+            cone_count: self.cone_count,
+            interleave: s.interleave,
+            jitter: self.jitter,
+        };
+        frame
+            .pass(&GATHER)
+            .bind(&gbuffer.view_depth)
+            .bind(&gbuffer.normals)
+            .bind(volume)
+            .bind(&self.cones)
+            .bind(result)
+            .push(&params)
+            .dispatch(screen_groups(gbuffer.size));
+    }
+
+    /// Adds the specular cone; nothing in a scene without glossy surfaces.
+    pub fn specular(&self, frame: &mut Frame, gbuffer: &GBuffer, grid: &VoxelGrid, volume: &Arc<Image>, result: &Arc<Image>) {
+        let Some(specular) = &gbuffer.specular else { return };
+        let s = &self.settings;
+        let params = SpecularParams {
+            grid: grid.row(),
+            resolution: grid.resolution as f32,
+            step_factor: s.step_factor,
+            opacity_exponent: s.opacity_exponent,
+            height_clamp: s.height_clamp,
+            max_distance: self.max_distance(grid),
+            start_offset: s.start_offset,
+        };
+        frame
+            .pass(&SPECULAR)
+            .bind(&gbuffer.view_depth)
+            .bind(&gbuffer.normals)
+            .bind(&gbuffer.albedo)
+            .bind(specular)
+            .bind(volume)
+            .bind(result)
+            .push(&params)
+            .dispatch(screen_groups(gbuffer.size));
+    }
+
+    /// Longest distance (voxels).
+    fn max_distance(&self, grid: &VoxelGrid) -> f32 {
+        if self.settings.max_distance_m > 0.0 { self.settings.max_distance_m / grid.voxel_size } else { 4.0 * grid.resolution as f32 }
+    }
+}

@@ -1,0 +1,48 @@
+//! Global illumination: the seam that every technique stands behind.
+//!
+//! A technique answers one question: given the G-buffer, what are, at each pixel, the indirect diffuse irradiance, the indirect specular radiance and the
+//! ambient visibility ([`IndirectLight`])? It keeps its own world-space store between frames. All techniques are rows of [`registry::TECHNIQUES`].
+
+pub mod cone;
+pub mod interleave;
+pub mod none;
+pub mod registry;
+pub mod settings;
+pub mod voxel;
+pub mod voxel_mips;
+
+pub use crate::render::IndirectLight;
+pub use settings::{SettingError, Settings};
+
+use crate::graph::{Error, Frame, FrameStats, Gpu};
+use crate::render::{GBuffer, GpuScene, LightMaps};
+
+/// What a technique is made for.
+#[derive(Clone, Copy)]
+pub struct Context<'c> {
+    /// The device.
+    pub gpu: &'c Gpu,
+    /// The scene.
+    pub scene: &'c GpuScene,
+    /// Width and height of the pictures (px).
+    pub size: [u32; 2],
+}
+
+/// One complete way to compute indirect light.
+pub trait Technique {
+    /// Builds what does not change between frames (for example the voxels of static geometry). Called once before the first frame, and again by
+    /// benchmarks; what it allocates is sized by what it counts.
+    fn build(&mut self, context: &Context<'_>) -> Result<FrameStats, Error>;
+
+    /// Whether `update` reads reflective shadow maps, or shadow maps suffice.
+    fn needs_rsm(&self) -> bool;
+
+    /// Adds the passes that bring the world-space store up to this frame's light.
+    fn update(&mut self, frame: &mut Frame, scene: &GpuScene, maps: &LightMaps);
+
+    /// Adds the passes that answer for each pixel of the G-buffer.
+    fn gather(&mut self, frame: &mut Frame, scene: &GpuScene, gbuffer: &GBuffer) -> IndirectLight;
+
+    /// Counts for the report, by name; some are read back from the device.
+    fn counts(&self, gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error>;
+}

@@ -1,0 +1,50 @@
+//! The list of techniques. Everything that enumerates techniques runs over it.
+
+use super::settings::{Preset, Setting, SettingError, Settings};
+use super::{Context, Technique, none, voxel_mips};
+use crate::graph::{Error, Pass};
+use crate::shader::Field;
+
+/// One technique.
+pub struct Entry {
+    /// Name on the command line.
+    pub name: &'static str,
+    /// What it is, in one line.
+    pub summary: &'static str,
+    /// Number of indirect bounces that it computes; it is compared with the reference at this count.
+    pub bounces: u32,
+    /// Its settings, in groups.
+    pub settings: &'static [&'static [Setting]],
+    /// Its presets; the first is the default.
+    pub presets: &'static [Preset],
+    /// The passes that it may run, in groups.
+    pub passes: &'static [&'static [&'static Pass]],
+    /// The structs that it shares with shaders, in groups.
+    pub structs: &'static [&'static [(&'static str, &'static [Field])]],
+    /// Makes it.
+    pub make: fn(&Context<'_>, &Settings) -> Result<Box<dyn Technique>, Error>,
+}
+
+/// All techniques.
+pub static TECHNIQUES: &[&Entry] = &[&none::ENTRY, &voxel_mips::ENTRY];
+
+/// There is no technique of this name.
+#[derive(Debug, PartialEq, Eq, thiserror::Error)]
+#[error("there is no technique {name}; there are: {known}")]
+pub struct UnknownTechnique {
+    name: String,
+    known: String,
+}
+
+/// The technique of a name.
+pub fn find(name: &str) -> Result<&'static Entry, UnknownTechnique> {
+    let known = || TECHNIQUES.iter().map(|entry| entry.name).collect::<Vec<_>>().join(", ");
+    TECHNIQUES.iter().copied().find(|entry| entry.name == name).ok_or_else(|| UnknownTechnique { name: name.to_owned(), known: known() })
+}
+
+impl Entry {
+    /// The default preset, or the named one, with `KEY=VALUE` pairs on top.
+    pub fn settings<S: AsRef<str>>(&self, preset: Option<&str>, pairs: &[S]) -> Result<Settings, SettingError> {
+        Settings::new(self.settings, self.presets, preset.or(self.presets.first().map(|preset| preset.name)), pairs)
+    }
+}

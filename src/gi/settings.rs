@@ -1,0 +1,191 @@
+//! Settings of techniques: named values with units, ranges and defaults.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+/// What values a setting takes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Domain {
+    /// A whole number in a closed range.
+    Count {
+        /// Smallest.
+        min: u32,
+        /// Largest.
+        max: u32,
+    },
+    /// One of some whole numbers.
+    OneOf(&'static [u32]),
+    /// A real number in a closed range.
+    Number {
+        /// Smallest.
+        min: f32,
+        /// Largest.
+        max: f32,
+    },
+    /// One of some words.
+    Choice(&'static [&'static str]),
+}
+
+/// One setting.
+#[derive(Clone, Copy, Debug)]
+pub struct Setting {
+    /// Name on the command line.
+    pub name: &'static str,
+    /// What it does, in one line.
+    pub help: &'static str,
+    /// Unit; empty for none.
+    pub unit: &'static str,
+    /// Possible values.
+    pub domain: Domain,
+    /// Default, as it would be written on the command line.
+    pub default: &'static str,
+}
+
+/// Named values for some settings; the others keep their defaults.
+#[derive(Clone, Copy, Debug)]
+pub struct Preset {
+    /// Name on the command line.
+    pub name: &'static str,
+    /// What it is for, in one line.
+    pub help: &'static str,
+    /// Names and values.
+    pub values: &'static [(&'static str, &'static str)],
+}
+
+/// The value of a setting.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+#[serde(untagged)]
+pub enum Value {
+    /// A whole number.
+    Count(u32),
+    /// A real number.
+    Number(f32),
+    /// A word.
+    Choice(&'static str),
+}
+
+/// A setting or preset that cannot be used as given.
+#[derive(Debug, PartialEq, Eq, thiserror::Error)]
+pub enum SettingError {
+    /// The text is not KEY=VALUE.
+    #[error("--set {0}: write it as KEY=VALUE")]
+    NotAPair(String),
+    /// There is no such setting.
+    #[error("there is no setting {name}; there are: {known}")]
+    Unknown {
+        /// What was given.
+        name: String,
+        /// What there is.
+        known: String,
+    },
+    /// The value is outside the setting's domain.
+    #[error("setting {name}: {value} is not {domain}")]
+    Value {
+        /// Name of the setting.
+        name: String,
+        /// What was given.
+        value: String,
+        /// What is possible.
+        domain: String,
+    },
+    /// There is no such preset.
+    #[error("there is no preset {name}; there are: {known}")]
+    Preset {
+        /// What was given.
+        name: String,
+        /// What there is.
+        known: String,
+    },
+}
+
+impl fmt::Display for Domain {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Domain::Count { min, max } => write!(f, "a whole number from {min} to {max}"),
+            Domain::OneOf(values) => write!(f, "one of {}", values.iter().map(u32::to_string).collect::<Vec<_>>().join(", ")),
+            Domain::Number { min, max } => write!(f, "a number from {min} to {max}"),
+            Domain::Choice(words) => write!(f, "one of {}", words.join(", ")),
+        }
+    }
+}
+
+impl Domain {
+    fn parse(&self, text: &str) -> Option<Value> {
+        match self {
+            Domain::Count { min, max } => text.parse().ok().filter(|value| (min..=max).contains(&value)).map(Value::Count),
+            Domain::OneOf(values) => text.parse().ok().filter(|value| values.contains(value)).map(Value::Count),
+            Domain::Number { min, max } => text.parse().ok().filter(|value| (min..=max).contains(&value)).map(Value::Number),
+            Domain::Choice(words) => words.iter().find(|word| **word == text).map(|word| Value::Choice(word)),
+        }
+    }
+}
+
+/// The values of all settings of one technique.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    values: BTreeMap<&'static str, Value>,
+}
+
+impl Settings {
+    /// All defaults, then those of the preset, then the given `KEY=VALUE` pairs.
+    pub fn new<S: AsRef<str>>(table: &[&[Setting]], presets: &[Preset], preset: Option<&str>, pairs: &[S]) -> Result<Self, SettingError> {
+        let mut settings = Settings { values: BTreeMap::new() };
+        for setting in table.iter().copied().flatten() {
+            settings.set(table, setting.name, setting.default)?;
+        }
+        if let Some(name) = preset {
+            let known = || presets.iter().map(|preset| preset.name).collect::<Vec<_>>().join(", ");
+            let preset = presets.iter().find(|preset| preset.name == name).ok_or_else(|| SettingError::Preset { name: name.to_owned(), known: known() })?;
+            for (name, value) in preset.values {
+                settings.set(table, name, value)?;
+            }
+        }
+        for pair in pairs {
+            let (name, value) = pair.as_ref().split_once('=').ok_or_else(|| SettingError::NotAPair(pair.as_ref().to_owned()))?;
+            settings.set(table, name.trim(), value.trim())?;
+        }
+        Ok(settings)
+    }
+
+    fn set(&mut self, table: &[&[Setting]], name: &str, value: &str) -> Result<(), SettingError> {
+        let all = || table.iter().copied().flatten();
+        let known = || all().map(|setting| setting.name).collect::<Vec<_>>().join(", ");
+        let setting = all().find(|setting| setting.name == name).ok_or_else(|| SettingError::Unknown { name: name.to_owned(), known: known() })?;
+        let parsed = setting.domain.parse(value).ok_or_else(|| SettingError::Value {
+            name: name.to_owned(),
+            value: value.to_owned(),
+            domain: setting.domain.to_string(),
+        })?;
+        self.values.insert(setting.name, parsed);
+        Ok(())
+    }
+
+    /// All names and values, sorted by name.
+    pub fn iter(&self) -> impl Iterator<Item = (&'static str, Value)> {
+        self.values.iter().map(|(name, value)| (*name, *value))
+    }
+
+    /// The value of a whole-number setting that the technique has.
+    pub fn count(&self, name: &str) -> u32 {
+        match self.values.get(name) {
+            Some(Value::Count(value)) => *value,
+            other => unreachable!("setting {name} is {other:?}, not a whole number"),
+        }
+    }
+
+    /// The value of a real-number setting that the technique has.
+    pub fn number(&self, name: &str) -> f32 {
+        match self.values.get(name) {
+            Some(Value::Number(value)) => *value,
+            other => unreachable!("setting {name} is {other:?}, not a number"),
+        }
+    }
+
+    /// Whether a word setting that the technique has is `word`.
+    pub fn is(&self, name: &str, word: &str) -> bool {
+        match self.values.get(name) {
+            Some(Value::Choice(value)) => *value == word,
+            other => unreachable!("setting {name} is {other:?}, not a word"),
+        }
+    }
+}

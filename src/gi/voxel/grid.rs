@@ -1,0 +1,35 @@
+//! The voxel grid: a cube of n³ voxels around the scene.
+
+use glam::Vec3;
+
+/// Where the voxels are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VoxelGrid {
+    /// Smallest corner (m).
+    pub origin: Vec3,
+    /// Edge of a voxel (m).
+    pub voxel_size: f32,
+    /// Voxels along an edge of the cube, a power of two of at least 8.
+    pub resolution: u32,
+}
+
+impl VoxelGrid {
+    /// A cube around a bounding box: its largest extent and 2% more on each side, but at least two voxels, so that no surface lies on the border and
+    /// filtering at the border sees emptiness.
+    pub fn around((low, high): (Vec3, Vec3), resolution: u32) -> Self {
+        let extent = (high - low).max_element().max(f32::MIN_POSITIVE * 1e6);
+        let voxel_size = (1.04 * extent / resolution as f32).max(extent / (resolution as f32 - 4.0));
+        let origin = 0.5 * (low + high) - Vec3::splat(0.5 * voxel_size * resolution as f32);
+        VoxelGrid { origin, voxel_size, resolution }
+    }
+
+    /// Origin and voxel size in one row, as the shaders take them.
+    pub fn row(&self) -> [f32; 4] {
+        self.origin.extend(self.voxel_size).to_array()
+    }
+
+    /// Number of blocks of 4×4×4 voxels.
+    pub fn block_count(&self) -> u32 {
+        (self.resolution / 4).pow(3)
+    }
+}

@@ -1,0 +1,190 @@
+//! Direct light into voxels: injection of reflective shadow maps, or shading of each voxel, and emission.
+
+use std::sync::Arc;
+
+use super::Voxels;
+use super::voxelize::{buffer, linear_groups};
+use crate::gi::Settings;
+use crate::gpu_struct;
+use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu, Image, Pass, Sets, Shaders};
+use crate::render::{GpuScene, LightMaps};
+use crate::scene::Light;
+
+gpu_struct! {
+    /// Parameters of `voxel.inject_rsm`.
+    pub struct InjectParams {
+        /// xyz: smallest corner of the grid (m); w: voxel size (m).
+        pub grid: [f32; 4],
+        /// Voxels along an edge of the grid.
+        pub resolution: u32,
+        /// One integer step of r, g, b (W/(m² sr)).
+        pub flux_unit: f32,
+        /// One integer step of lit area (voxel faces).
+        pub area_unit: f32,
+    }
+}
+
+gpu_struct! {
+    /// Parameters of `voxel.light`.
+    pub struct LightParams {
+        /// xyz: smallest corner of the grid (m); w: voxel size (m).
+        pub grid: [f32; 4],
+        /// Number of occupied voxels.
+        pub voxel_count: u32,
+        /// One integer step of r, g, b (W/(m² sr)).
+        pub flux_unit: f32,
+        /// One integer step of lit area (voxel faces).
+        pub area_unit: f32,
+    }
+}
+
+/// Name of the fills before injection.
+pub static CLEAR_LIGHT: &str = "voxel.clear_light";
+
+/// Every RSM texel adds its flux to the voxel that it lies in. A thread a texel; 64-bit integer sums, the same in every run.
+pub static INJECT_RSM: Pass = Pass {
+    name: "voxel.inject_rsm",
+    shaders: Shaders::Compute("gi/voxel/inject_rsm.comp"),
+    bindings: &[
+        Binding::buffer("light_views", Access::ComputeRead),
+        Binding::sampled("shadow_maps", Access::ComputeSampled),
+        Binding::sampled("rsm_normal", Access::ComputeSampled),
+        Binding::sampled("rsm_reflected", Access::ComputeSampled),
+        Binding::buffer("occupancy", Access::ComputeRead),
+        Binding::buffer("block_bases", Access::ComputeRead),
+        Binding::buffer("flux", Access::ComputeReadWrite),
+        Binding::buffer("lost_texels", Access::ComputeReadWrite),
+    ],
+    push_bytes: size_of::<InjectParams>() as u32,
+    sets: Sets::Scene,
+};
+
+const LIGHT_BINDINGS: [Binding; 7] = [
+    Binding::buffer("light_views", Access::ComputeRead),
+    Binding::sampled("shadow_maps", Access::ComputeSampled),
+    Binding::buffer("voxels", Access::ComputeRead),
+    Binding::buffer("voxel_emission", Access::ComputeRead),
+    Binding::buffer("flux", Access::ComputeRead),
+    Binding::buffer("voxel_radiance", Access::ComputeWrite),
+    Binding::buffer("lost_texels", Access::ComputeReadWrite),
+];
+
+/// Radiance of each occupied voxel, in compact order. A thread a voxel.
+pub static LIGHT: Pass = Pass {
+    name: "voxel.light",
+    shaders: Shaders::Compute("gi/voxel/light_voxels.comp"),
+    bindings: &LIGHT_BINDINGS,
+    push_bytes: size_of::<LightParams>() as u32,
+    sets: Sets::Scene,
+};
+
+/// As [`LIGHT`], and into mip 0 of a dense RGBA16F texture, premultiplied by opacity.
+pub static LIGHT_DENSE: Pass = Pass {
+    name: "voxel.light",
+    shaders: Shaders::Compute("gi/voxel/light_voxels_dense.comp"),
+    bindings: &{
+        let [a, b, c, d, e, f, g] = LIGHT_BINDINGS;
+        [a, b, c, d, e, f, g, Binding::image("dense_radiance", Access::ComputeWrite)]
+    },
+    push_bytes: size_of::<LightParams>() as u32,
+    sets: Sets::Scene,
+};
+
+/// Where the direct light of voxels comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Injection {
+    /// Flux of reflective shadow maps.
+    Rsm,
+    /// Each voxel's own albedo and normal, and the shadow maps.
+    Voxel,
+}
+
+impl Injection {
+    /// From a technique's settings.
+    pub fn new(settings: &Settings) -> Self {
+        if settings.is("injection", "rsm") { Injection::Rsm } else { Injection::Voxel }
+    }
+}
+
+/// Light counters on the device.
+const COUNTERS_BYTES: u64 = 8;
+
+/// The light of the occupied voxels.
+pub struct VoxelLight {
+    injection: Injection,
+    /// Radiance (W/(m² sr)) and opacity, four half floats a voxel in compact order.
+    pub radiance: Arc<Buffer>,
+    flux: Arc<Buffer>,
+    counters: Arc<Buffer>,
+    flux_unit: f32,
+}
+
+impl VoxelLight {
+    /// Allocates for these voxels.
+    pub fn new(gpu: &Gpu, scene: &GpuScene, voxels: &Voxels, injection: Injection) -> Result<Self, Error> {
+        let count = u64::from(voxels.voxel_count);
+        Ok(VoxelLight {
+            injection,
+            radiance: buffer(gpu, "voxel.radiance", 8 * count)?,
+            flux: buffer(gpu, "voxel.flux", if injection == Injection::Rsm { 32 * count } else { 0 })?,
+            counters: buffer(gpu, "voxel.light_counters", COUNTERS_BYTES)?,
+            flux_unit: flux_unit(scene),
+        })
+    }
+
+    /// Adds the passes that light the voxels; with `dense` also mip 0 of a dense texture.
+    pub fn update(&self, frame: &mut Frame, voxels: &Voxels, maps: &LightMaps, dense: Option<&Arc<Image>>) {
+        let area_unit = 0.5f32.powi(24);
+        frame.fill(CLEAR_LIGHT, &self.counters, 0);
+        if let (Injection::Rsm, Some([normal, reflected])) = (self.injection, &maps.rsm) {
+            frame.fill(CLEAR_LIGHT, &self.flux, 0);
+            let params = InjectParams { grid: voxels.grid.row(), resolution: voxels.grid.resolution, flux_unit: self.flux_unit, area_unit };
+            if maps.view_count > 0 {
+                frame
+                    .pass(&INJECT_RSM)
+                    .bind(&maps.views)
+                    .bind(&maps.depth)
+                    .bind(normal)
+                    .bind(reflected)
+                    .bind(&voxels.occupancy)
+                    .bind(&voxels.block_bases)
+                    .bind(&self.flux)
+                    .bind(&self.counters)
+                    .push(&params)
+                    .dispatch([maps.size.div_ceil(8), maps.size.div_ceil(8), maps.view_count]);
+            }
+        }
+        let params = LightParams { grid: voxels.grid.row(), voxel_count: voxels.voxel_count, flux_unit: self.flux_unit, area_unit };
+        let pass = frame
+            .pass(if dense.is_some() { &LIGHT_DENSE } else { &LIGHT })
+            .bind(&maps.views)
+            .bind(&maps.depth)
+            .bind(&voxels.records)
+            .bind(voxels.emission.as_ref().unwrap_or(&voxels.records))
+            .bind(&self.flux)
+            .bind(&self.radiance)
+            .bind(&self.counters);
+        let pass = if let Some(image) = dense { pass.bind(image) } else { pass };
+        pass.constants(&[u32::from(self.injection == Injection::Voxel), u32::from(voxels.emission.is_some())])
+            .push(&params)
+            .dispatch(linear_groups(voxels.voxel_count));
+    }
+
+    /// RSM texels that lay in no occupied voxel, and lit voxels that no texel fell into, in the last frame.
+    pub fn counts(&self, gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {
+        let counts: Vec<u32> = bytemuck::pod_collect_to_vec(&gpu.read_buffer(&self.counters)?);
+        Ok(vec![("rsm_texels_lost", u64::from(counts[0])), ("rsm_holes_filled", u64::from(counts[1]))])
+    }
+}
+
+/// One integer step of injected radiance: 2⁻²⁶ of what the strongest light makes of a white surface one scene diagonal away, as a power of two.
+/// The 64-bit sums hold 2³⁸ times that radiance.
+fn flux_unit(scene: &GpuScene) -> f32 {
+    let size_m = (scene.bounds.1 - scene.bounds.0).length().max(f32::MIN_POSITIVE);
+    let strength = |light: &Light| match *light {
+        Light::Directional { irradiance, .. } => irradiance.max_element(),
+        Light::Point { intensity, .. } | Light::Spot { intensity, .. } => intensity.max_element() / (size_m * size_m),
+    };
+    let strongest = scene.lights.iter().map(strength).fold(0.0, f32::max);
+    if strongest > 0.0 { (strongest.log2().floor() - 26.0).exp2() } else { 1.0 }
+}

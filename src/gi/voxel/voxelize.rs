@@ -1,0 +1,480 @@
+//! One-pass voxelization: triangles to fragments, fragments to voxels.
+
+use std::sync::Arc;
+
+use super::VoxelGrid;
+use crate::gi::Settings;
+use crate::gpu_struct;
+use crate::graph::{
+    Access, BatchDispatch, Binding, Buffer, BufferDesc, BufferUsage, DrawBatch, Error, Frame, FrameStats, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Pass,
+    RasterState, Sets, Shaders, Targets, vk,
+};
+use crate::render::GpuScene;
+
+gpu_struct! {
+    /// Parameters of `voxel.fragments`.
+    pub struct FragmentParams {
+        /// xyz: smallest corner of the grid (m); w: 1 / voxel size (1/m).
+        pub origin_inverse_size: [f32; 4],
+        /// Voxels along an edge of the grid.
+        pub resolution: u32,
+        /// First triangle of the batch.
+        pub first_triangle: u32,
+        /// Triangles of the batch.
+        pub triangle_count: u32,
+        /// Fragments that fit; further ones are counted only.
+        pub capacity: u32,
+        /// Largest emission that can be stored (W/(m² sr)).
+        pub emission_unit: f32,
+    }
+}
+
+gpu_struct! {
+    /// One triangle in one voxel (`gi/voxel/records.glsl`).
+    pub struct Fragment {
+        /// x and y of the voxel, 16 bits each.
+        pub xy: u32,
+        /// z of the voxel and area of the triangle inside it (1/16384 voxel face), 16 bits each.
+        pub z_area: u32,
+        /// Unit normal, octahedral 2×16 bits.
+        pub normal: u32,
+        /// Square roots of the linear albedo, 3×10 bits.
+        pub albedo: u32,
+        /// Centroid of the part inside, 3×10 bits.
+        pub mean_position: u32,
+        /// Index + 1 of the voxel's next fragment.
+        pub next: u32,
+    }
+}
+
+gpu_struct! {
+    /// All fragments of one voxel (`gi/voxel/records.glsl`).
+    pub struct Voxel {
+        /// x and y, 16 bits each.
+        pub xy: u32,
+        /// z (16 bits) and area (half float, voxel faces).
+        pub z_area: u32,
+        /// Mean normal, (n + 1) / 2 in 3×10 bits.
+        pub normal: u32,
+        /// Square roots of the mean linear albedo, 3×10 bits.
+        pub albedo: u32,
+        /// Mean position, 3×10 bits.
+        pub mean_position: u32,
+        /// Opacity, 16-bit unorm.
+        pub coverage: u32,
+    }
+}
+
+gpu_struct! {
+    /// Parameters of `voxel.count_blocks` and `voxel.index_blocks`.
+    pub struct CountParams {
+        /// Number of blocks.
+        pub block_count: u32,
+    }
+}
+
+gpu_struct! {
+    /// Parameters of `voxel.scan_groups`.
+    pub struct ScanParams {
+        /// Number of groups of 1,024 blocks.
+        pub group_count: u32,
+    }
+}
+
+gpu_struct! {
+    /// Parameters of `voxel.link_fragments` and `voxel.running_average`.
+    pub struct LinkParams {
+        /// Voxels along an edge of the grid.
+        pub resolution: u32,
+        /// Number of fragments.
+        pub fragment_count: u32,
+    }
+}
+
+gpu_struct! {
+    /// Parameters of `voxel.resolve`.
+    pub struct ResolveParams {
+        /// Number of occupied voxels.
+        pub voxel_count: u32,
+        /// Largest emission that can be stored (W/(m² sr)).
+        pub emission_unit: f32,
+    }
+}
+
+const fn fragment_bindings(access: Access) -> [Binding; 4] {
+    [
+        Binding::buffer("occupancy", access),
+        Binding::buffer("fragments", access),
+        Binding::buffer("fragment_emission", access),
+        Binding::buffer("fragment_count", access),
+    ]
+}
+
+static COMPUTE_BINDINGS: [Binding; 4] = fragment_bindings(Access::ComputeReadWrite);
+static RASTER_BINDINGS: [Binding; 4] = fragment_bindings(Access::RasterReadWrite);
+
+/// Method `compute`: 64 triangles a workgroup, their columns spread over its threads.
+pub static FRAGMENTS_COMPUTE: Pass = Pass {
+    name: "voxel.fragments",
+    shaders: Shaders::Compute("gi/voxel/fragments_compute.comp"),
+    bindings: &COMPUTE_BINDINGS,
+    push_bytes: size_of::<FragmentParams>() as u32,
+    sets: Sets::SceneAndMaterials,
+};
+
+const fn raster_pass(geometry: &'static str, conservative: bool) -> Pass {
+    Pass {
+        name: "voxel.fragments",
+        shaders: Shaders::Raster {
+            vertex: "gi/voxel/fragments.vert",
+            geometry: Some(geometry),
+            fragment: Some("gi/voxel/fragments.frag"),
+            state: RasterState { conservative, ..RasterState::NO_TARGETS },
+        },
+        bindings: &RASTER_BINDINGS,
+        push_bytes: size_of::<FragmentParams>() as u32,
+        sets: Sets::SceneAndMaterials,
+    }
+}
+
+/// Method `raster`: software conservative rasterization along the dominant axis.
+pub static FRAGMENTS_RASTER: Pass = raster_pass("gi/voxel/fragments.geom", false);
+/// Method `raster-hw`: the same with hardware conservative rasterization (`VK_EXT_conservative_rasterization`, overestimating).
+pub static FRAGMENTS_RASTER_HW: Pass = raster_pass("gi/voxel/fragments_hw.geom", true);
+
+/// Occupied voxels in each group of 1,024 blocks.
+pub static COUNT_BLOCKS: Pass = Pass {
+    name: "voxel.count_blocks",
+    shaders: Shaders::Compute("gi/voxel/count_blocks.comp"),
+    bindings: &[Binding::buffer("occupancy", Access::ComputeRead), Binding::buffer("group_sums", Access::ComputeWrite)],
+    push_bytes: size_of::<CountParams>() as u32,
+    sets: Sets::None,
+};
+
+/// Group sums to group bases, and the number of occupied voxels.
+pub static SCAN_GROUPS: Pass = Pass {
+    name: "voxel.scan_groups",
+    shaders: Shaders::Compute("gi/voxel/scan_groups.comp"),
+    bindings: &[Binding::buffer("group_sums", Access::ComputeReadWrite), Binding::buffer("voxel_count", Access::ComputeReadWrite)],
+    push_bytes: size_of::<ScanParams>() as u32,
+    sets: Sets::None,
+};
+
+/// Compact index of each block's first occupied voxel.
+pub static INDEX_BLOCKS: Pass = Pass {
+    name: "voxel.index_blocks",
+    shaders: Shaders::Compute("gi/voxel/index_blocks.comp"),
+    bindings: &[
+        Binding::buffer("occupancy", Access::ComputeRead),
+        Binding::buffer("group_sums", Access::ComputeRead),
+        Binding::buffer("block_bases", Access::ComputeWrite),
+    ],
+    push_bytes: size_of::<CountParams>() as u32,
+    sets: Sets::None,
+};
+
+/// One linked list of fragments a voxel.
+pub static LINK_FRAGMENTS: Pass = Pass {
+    name: "voxel.link_fragments",
+    shaders: Shaders::Compute("gi/voxel/link_fragments.comp"),
+    bindings: &[
+        Binding::buffer("occupancy", Access::ComputeRead),
+        Binding::buffer("block_bases", Access::ComputeRead),
+        Binding::buffer("fragments", Access::ComputeReadWrite),
+        Binding::buffer("heads", Access::ComputeReadWrite),
+    ],
+    push_bytes: size_of::<LinkParams>() as u32,
+    sets: Sets::None,
+};
+
+/// The papers' moving average of albedo in an RGBA8 image by compare-and-swap (Crassin & Green 2012, section 22.4.2).
+pub static RUNNING_AVERAGE: Pass = Pass {
+    name: "voxel.running_average",
+    shaders: Shaders::Compute("gi/voxel/running_average.comp"),
+    bindings: &[Binding::buffer("fragments", Access::ComputeRead), Binding::image("averages", Access::ComputeReadWrite)],
+    push_bytes: size_of::<LinkParams>() as u32,
+    sets: Sets::None,
+};
+
+/// Fragments of each voxel to its record.
+pub static RESOLVE_VOXELS: Pass = Pass {
+    name: "voxel.resolve",
+    shaders: Shaders::Compute("gi/voxel/resolve_voxels.comp"),
+    bindings: &[
+        Binding::buffer("fragments", Access::ComputeRead),
+        Binding::buffer("fragment_emission", Access::ComputeRead),
+        Binding::buffer("heads", Access::ComputeRead),
+        Binding::buffer("voxels", Access::ComputeWrite),
+        Binding::buffer("voxel_emission", Access::ComputeWrite),
+        Binding::image("averages", Access::ComputeRead),
+    ],
+    push_bytes: size_of::<ResolveParams>() as u32,
+    sets: Sets::None,
+};
+
+/// How triangles become fragments.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Method {
+    /// A compute shader.
+    Compute,
+    /// Rasterization with triangles enlarged by the geometry shader.
+    Raster,
+    /// Rasterization with hardware conservative rasterization.
+    RasterHw,
+}
+
+/// How the albedo of a voxel is averaged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Accumulation {
+    /// Integer sums: independent of thread order.
+    Exact,
+    /// Compare-and-swap moving average: depends on thread order.
+    RunningAverage,
+}
+
+/// What to voxelize into, and how.
+#[derive(Clone, Copy, Debug)]
+pub struct VoxelSettings {
+    /// Voxels along an edge.
+    pub resolution: u32,
+    /// How triangles become fragments.
+    pub method: Method,
+    /// How albedo is averaged.
+    pub accumulation: Accumulation,
+    /// Opacity is the covered fraction of the voxel's face, not 1.
+    pub coverage: bool,
+}
+
+impl VoxelSettings {
+    /// From a technique's settings.
+    pub fn new(settings: &Settings) -> Self {
+        let method = if settings.is("voxelization", "compute") {
+            Method::Compute
+        } else if settings.is("voxelization", "raster") {
+            Method::Raster
+        } else {
+            Method::RasterHw
+        };
+        VoxelSettings {
+            resolution: settings.count("resolution"),
+            method,
+            accumulation: if settings.is("accumulation", "exact") { Accumulation::Exact } else { Accumulation::RunningAverage },
+            coverage: settings.is("opacity", "coverage"),
+        }
+    }
+}
+
+/// The occupied voxels of a scene.
+pub struct Voxels {
+    /// Where they are.
+    pub grid: VoxelGrid,
+    /// One bit a voxel.
+    pub occupancy: Arc<Buffer>,
+    /// Compact index of each block's first voxel.
+    pub block_bases: Arc<Buffer>,
+    /// One [`Voxel`] each, in compact order.
+    pub records: Arc<Buffer>,
+    /// Emitted radiance (W/(m² sr)), 16 bytes each; only in an emissive scene.
+    pub emission: Option<Arc<Buffer>>,
+    /// Occupied voxels.
+    pub voxel_count: u32,
+    /// Triangle–voxel pairs.
+    pub fragment_count: u32,
+}
+
+/// Voxelizes a scene; keeps what it learnt about sizes for the next time.
+pub struct Voxelizer {
+    settings: VoxelSettings,
+    grid: VoxelGrid,
+    occupancy: Arc<Buffer>,
+    block_bases: Arc<Buffer>,
+    group_sums: Arc<Buffer>,
+    counters: Arc<Buffer>,
+    /// Bound where a pass is compiled for something that this scene or these settings do not have.
+    nothing: Arc<Buffer>,
+    no_image: Arc<Image>,
+    fragment_capacity: u32,
+}
+
+impl Voxelizer {
+    /// Allocates what depends on the grid alone.
+    pub fn new(gpu: &Gpu, scene: &GpuScene, settings: VoxelSettings) -> Result<Self, Error> {
+        require(gpu, settings.method)?;
+        let grid = VoxelGrid::around(scene.bounds, settings.resolution);
+        let blocks = u64::from(grid.block_count());
+        let no_image = average_image(gpu, 1)?;
+        Ok(Voxelizer {
+            settings,
+            grid,
+            occupancy: buffer(gpu, "voxel.occupancy", 8 * blocks)?,
+            block_bases: buffer(gpu, "voxel.block_bases", 4 * blocks)?,
+            group_sums: buffer(gpu, "voxel.group_sums", 4 * blocks.div_ceil(1024))?,
+            counters: buffer(gpu, "voxel.counters", 8)?,
+            nothing: buffer(gpu, "voxel.nothing", 0)?,
+            no_image,
+            fragment_capacity: 0,
+        })
+    }
+
+    /// Voxelizes. The first time, fragments are counted before they are stored, so that their buffer is exact; later, a buffer that proves too small is
+    /// made larger and the pass repeated.
+    pub fn run(&mut self, gpu: &Gpu, scene: &GpuScene) -> Result<(Voxels, FrameStats), Error> {
+        loop {
+            let fragments = buffer(gpu, "voxel.fragments", size_of::<Fragment>() as u64 * u64::from(self.fragment_capacity))?;
+            let emission_bytes = if scene.is_emissive { 8 * u64::from(self.fragment_capacity) } else { 0 };
+            let emission = buffer(gpu, "voxel.fragment_emission", emission_bytes)?;
+            let mut frame = Frame::new();
+            frame.set_scene(&scene.set, &scene.materials);
+            self.add_fragments(&mut frame, scene, [&fragments, &emission]);
+            self.add_index(&mut frame);
+            let first = gpu.submit(frame)?;
+            let counts: Vec<u32> = bytemuck::pod_collect_to_vec(&gpu.read_buffer(&self.counters)?);
+            let (fragment_count, voxel_count) = (counts[0], counts[1]);
+            if fragment_count > self.fragment_capacity {
+                self.fragment_capacity = fragment_count;
+                continue;
+            }
+            let (voxels, second) = self.resolve(gpu, scene, [&fragments, &emission], fragment_count, voxel_count)?;
+            return Ok((voxels, FrameStats { passes: [first.passes, second.passes].concat() }));
+        }
+    }
+
+    fn add_fragments(&self, frame: &mut Frame, scene: &GpuScene, [fragments, emission]: [&Arc<Buffer>; 2]) {
+        frame.fill("voxel.clear", &self.occupancy, 0);
+        frame.fill("voxel.clear", &self.counters, 0);
+        let origin = self.grid.origin;
+        let params = |batch: &crate::scene::Batch| FragmentParams {
+            origin_inverse_size: origin.extend(1.0 / self.grid.voxel_size).to_array(),
+            resolution: self.grid.resolution,
+            first_triangle: batch.first_triangle,
+            triangle_count: batch.triangle_count,
+            capacity: self.fragment_capacity,
+            emission_unit: scene.largest_emission.max(f32::MIN_POSITIVE),
+        };
+        // Masks cost a texture fetch before a fragment is known to exist: two variants, so that only masked materials pay.
+        for masked in [false, true] {
+            let batches: Vec<_> = scene.batches.iter().filter(|batch| scene.masked[batch.material as usize] == masked).collect();
+            if batches.is_empty() {
+                continue;
+            }
+            let pass = match self.settings.method {
+                Method::Compute => &FRAGMENTS_COMPUTE,
+                Method::Raster => &FRAGMENTS_RASTER,
+                Method::RasterHw => &FRAGMENTS_RASTER_HW,
+            };
+            let builder = frame.pass(pass).bind(&self.occupancy).bind(fragments).bind(emission).bind(&self.counters);
+            let builder = builder.constants(&[u32::from(scene.is_emissive), u32::from(masked)]);
+            if self.settings.method == Method::Compute {
+                let dispatch = |batch: &&crate::scene::Batch| BatchDispatch {
+                    material: batch.material,
+                    push: bytemuck::bytes_of(&params(batch)).to_vec(),
+                    groups: self.triangle_groups(batch.triangle_count),
+                };
+                builder.dispatch_batches(batches.iter().map(dispatch).collect());
+            } else {
+                let draw = |batch: &&crate::scene::Batch| DrawBatch {
+                    material: batch.material,
+                    push: bytemuck::bytes_of(&params(batch)).to_vec(),
+                    first_vertex: 0,
+                    vertex_count: 3 * batch.triangle_count,
+                };
+                builder.draw(Targets::none([self.grid.resolution; 2]), batches.iter().map(draw).collect());
+            }
+        }
+    }
+
+    /// Workgroups of 64 triangles, and how many share the columns of the same triangles where there are few.
+    fn triangle_groups(&self, triangle_count: u32) -> [u32; 3] {
+        let groups = triangle_count.div_ceil(64);
+        let sharing = (64 / groups).clamp(1, (self.grid.resolution.pow(2) / 256).max(1));
+        [groups, sharing, 1]
+    }
+
+    fn add_index(&self, frame: &mut Frame) {
+        let block_count = self.grid.block_count();
+        let groups = block_count.div_ceil(1024);
+        let params = CountParams { block_count };
+        frame.pass(&COUNT_BLOCKS).bind(&self.occupancy).bind(&self.group_sums).push(&params).dispatch([groups, 1, 1]);
+        frame.pass(&SCAN_GROUPS).bind(&self.group_sums).bind(&self.counters).push(&ScanParams { group_count: groups }).dispatch([1, 1, 1]);
+        frame.pass(&INDEX_BLOCKS).bind(&self.occupancy).bind(&self.group_sums).bind(&self.block_bases).push(&params).dispatch([groups, 1, 1]);
+    }
+
+    fn resolve(
+        &self,
+        gpu: &Gpu,
+        scene: &GpuScene,
+        [fragments, emission]: [&Arc<Buffer>; 2],
+        fragment_count: u32,
+        voxel_count: u32,
+    ) -> Result<(Voxels, FrameStats), Error> {
+        let heads = buffer(gpu, "voxel.heads", 4 * u64::from(voxel_count))?;
+        let records = buffer(gpu, "voxel.records", size_of::<Voxel>() as u64 * u64::from(voxel_count))?;
+        let voxel_emission = scene.is_emissive.then(|| buffer(gpu, "voxel.emission", 16 * u64::from(voxel_count))).transpose()?;
+        let running = self.settings.accumulation == Accumulation::RunningAverage;
+        let averages = if running { average_image(gpu, self.grid.resolution)? } else { Arc::clone(&self.no_image) };
+        let mut frame = Frame::new();
+        frame.fill("voxel.clear", &heads, 0);
+        let link = LinkParams { resolution: self.grid.resolution, fragment_count };
+        if running {
+            frame.clear_image("voxel.clear", &averages, 0);
+            frame.pass(&RUNNING_AVERAGE).bind(fragments).bind(&averages).push(&link).dispatch(linear_groups(fragment_count));
+        }
+        frame
+            .pass(&LINK_FRAGMENTS)
+            .bind(&self.occupancy)
+            .bind(&self.block_bases)
+            .bind(fragments)
+            .bind(&heads)
+            .push(&link)
+            .dispatch(linear_groups(fragment_count));
+        frame
+            .pass(&RESOLVE_VOXELS)
+            .bind(fragments)
+            .bind(emission)
+            .bind(&heads)
+            .bind(&records)
+            .bind(voxel_emission.as_ref().unwrap_or(&self.nothing))
+            .bind(&averages)
+            .constants(&[u32::from(scene.is_emissive), u32::from(self.settings.coverage), u32::from(running)])
+            .push(&ResolveParams { voxel_count, emission_unit: scene.largest_emission.max(f32::MIN_POSITIVE) })
+            .dispatch(linear_groups(voxel_count));
+        let stats = gpu.submit(frame)?;
+        let (occupancy, block_bases) = (Arc::clone(&self.occupancy), Arc::clone(&self.block_bases));
+        Ok((Voxels { grid: self.grid, occupancy, block_bases, records, emission: voxel_emission, voxel_count, fragment_count }, stats))
+    }
+}
+
+fn require(gpu: &Gpu, method: Method) -> Result<(), Error> {
+    let features = gpu.features();
+    let missing = |what: &str, feature| Err(Error::FeatureMissing { what: what.into(), feature });
+    match method {
+        Method::Raster if !features.geometry_shader => missing("voxelization=raster (compute does without)", "geometryShader"),
+        Method::RasterHw if !(features.geometry_shader && features.conservative_rasterization) => {
+            missing("voxelization=raster-hw (raster and compute do without)", "VK_EXT_conservative_rasterization")
+        }
+        _ => Ok(()),
+    }
+}
+
+/// A storage buffer of at least 16 bytes.
+pub(crate) fn buffer(gpu: &Gpu, name: &str, size_bytes: u64) -> Result<Arc<Buffer>, Error> {
+    gpu.create_buffer(&BufferDesc { name: name.into(), size_bytes: size_bytes.max(16), usage: BufferUsage::Storage })
+}
+
+fn average_image(gpu: &Gpu, resolution: u32) -> Result<Arc<Image>, Error> {
+    gpu.create_image(&ImageDesc {
+        name: "voxel.averages".into(),
+        extent: [resolution; 3],
+        kind: ImageKind::D3,
+        format: vk::Format::R32_UINT,
+        mips: 1,
+        layers: 1,
+        usage: ImageUsage::STORAGE,
+    })
+}
+
+/// Workgroups of 64 threads for a linear index; beyond the limit of one dimension they go on in the second (`y × 65,535 × 64`).
+pub(crate) fn linear_groups(count: u32) -> [u32; 3] {
+    let groups = count.div_ceil(64);
+    [groups.min(65_535), groups.div_ceil(65_535).max(1), 1]
+}

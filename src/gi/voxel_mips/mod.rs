@@ -1,0 +1,209 @@
+//! Technique `voxel-mips`: dense 3D textures with a full mip chain (Hong 2015, section 4.1), cone-traced.
+
+use std::sync::Arc;
+
+use super::cone::{self, ConeTracer};
+use super::interleave::{self, deinterleave};
+use super::registry::Entry;
+use super::settings::{Domain, Preset, Setting, Settings};
+use super::voxel::{self, Injection, RAY_SETTINGS, RaySettings, VoxelLight, VoxelSettings, Voxelizer, Voxels, gather_rays};
+use super::{Context, IndirectLight, Technique};
+use crate::graph::{Access, Binding, Error, Frame, FrameStats, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Pass, Sets, Shaders, vk};
+use crate::render::{GBuffer, GpuScene, LightMaps, screen_image};
+
+/// One mip from the next finer one. Reads and writes RGBA16F, radiance premultiplied by opacity; a thread a texel.
+pub static FILTER: Pass = Pass {
+    name: "voxel_mips.filter",
+    shaders: Shaders::Compute("gi/voxel_mips/filter.comp"),
+    bindings: &[Binding::image("finer", Access::ComputeRead), Binding::image("coarser", Access::ComputeWrite)],
+    push_bytes: 0,
+    sets: Sets::None,
+};
+
+static SETTINGS: &[Setting] = &[
+    Setting {
+        name: "gather",
+        help: "cones through the mips, or exact rays through the finest level (no mips are made then)",
+        unit: "",
+        domain: Domain::Choice(&["cones", "rays"]),
+        default: "cones",
+    },
+    Setting {
+        name: "mip_filter",
+        help: "box (mean of eight) or directional (composited along six directions, then averaged: thin walls stay opaque)",
+        unit: "",
+        domain: Domain::Choice(&["directional", "box"]),
+        default: "directional",
+    },
+    Setting {
+        name: "mip_method",
+        help: "of the box filter: compute, or blit (the hardware's linear filter)",
+        unit: "",
+        domain: Domain::Choice(&["compute", "blit"]),
+        default: "compute",
+    },
+];
+
+static PRESETS: &[Preset] = &[
+    Preset { name: "accurate", help: "the best measured error per millisecond", values: &[] },
+    Preset {
+        name: "textbook",
+        help: "as the papers have it: box-filtered mips, six cones of 60°",
+        values: &[
+            ("mip_filter", "box"),
+            ("cone_set", "papers"),
+            ("cones", "6"),
+            ("step_factor", "0.5"),
+            ("opacity_exponent", "1"),
+            ("height_clamp", "0"),
+            ("start_offset", "1.5"),
+            ("interleave", "1"),
+        ],
+    },
+];
+
+/// The row of the registry.
+pub static ENTRY: Entry = Entry {
+    name: "voxel-mips",
+    summary: "dense voxel mips, cone-traced",
+    bounces: 1,
+    settings: &[voxel::SETTINGS, SETTINGS, cone::SETTINGS, RAY_SETTINGS],
+    presets: PRESETS,
+    passes: &[voxel::PASSES, &[&FILTER], cone::PASSES, interleave::PASSES],
+    structs: &[voxel::STRUCTS, cone::STRUCTS, interleave::STRUCTS],
+    make,
+};
+
+/// The technique and what it keeps.
+struct VoxelMips {
+    mip_method: MipMethod,
+    injection: Injection,
+    rays: Option<RaySettings>,
+    cones: ConeTracer,
+    interleave: u32,
+    voxelizer: Voxelizer,
+    /// RGBA16F, radiance premultiplied by opacity; absent where nothing traces cones.
+    volume: Option<Arc<Image>>,
+    store: Option<(Voxels, VoxelLight)>,
+    light: IndirectLight,
+    /// The gather's result before the tile's patterns are averaged; absent without interleaving.
+    interleaved: Option<Arc<Image>>,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum MipMethod {
+    Box,
+    Directional,
+    Blit,
+}
+
+fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>, Error> {
+    let Context { gpu, scene, size } = *context;
+    let voxel_settings = VoxelSettings::new(settings);
+    let rays = settings.is("gather", "rays").then(|| RaySettings::new(settings));
+    let specular = scene.is_glossy && settings.is("specular", "on");
+    let interleave = settings.count("interleave");
+    let mip_method = match (settings.is("mip_filter", "directional"), settings.is("mip_method", "blit")) {
+        (true, _) => MipMethod::Directional,
+        (false, true) => MipMethod::Blit,
+        (false, false) => MipMethod::Box,
+    };
+    Ok(Box::new(VoxelMips {
+        mip_method,
+        injection: Injection::new(settings),
+        volume: (rays.is_none() || specular).then(|| volume(gpu, voxel_settings.resolution)).transpose()?,
+        rays,
+        cones: ConeTracer::new(gpu, settings)?,
+        interleave,
+        voxelizer: Voxelizer::new(gpu, scene, voxel_settings)?,
+        store: None,
+        light: IndirectLight {
+            diffuse: screen_image(gpu, "voxel_mips.diffuse", size)?,
+            specular: specular.then(|| screen_image(gpu, "voxel_mips.specular", size)).transpose()?,
+        },
+        interleaved: (interleave > 1).then(|| screen_image(gpu, "voxel_mips.interleaved", size)).transpose()?,
+    }))
+}
+
+/// The dense radiance volume with its mips; 9.14 bytes a voxel.
+fn volume(gpu: &Gpu, resolution: u32) -> Result<Arc<Image>, Error> {
+    gpu.create_image(&ImageDesc {
+        name: "voxel_mips.radiance".into(),
+        extent: [resolution; 3],
+        kind: ImageKind::D3,
+        format: vk::Format::R16G16B16A16_SFLOAT,
+        mips: ImageDesc::full_mips([resolution; 3]),
+        layers: 1,
+        usage: ImageUsage::STORAGE | ImageUsage::SAMPLED,
+    })
+}
+
+impl VoxelMips {
+    fn add_mips(&self, frame: &mut Frame, volume: &Arc<Image>) {
+        if self.mip_method == MipMethod::Blit {
+            frame.blit_mips("voxel_mips.blit", volume);
+            return;
+        }
+        for mip in 1..volume.mips() {
+            let groups = volume.extent(mip)[0].div_ceil(4);
+            frame
+                .pass(&FILTER)
+                .bind_mip(volume, mip - 1)
+                .bind_mip(volume, mip)
+                .constants(&[u32::from(self.mip_method == MipMethod::Directional)])
+                .dispatch([groups; 3]);
+        }
+    }
+}
+
+impl Technique for VoxelMips {
+    fn build(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
+        // The old store goes first, so that rebuilding needs no more memory than building.
+        self.store = None;
+        let (voxels, mut stats) = self.voxelizer.run(context.gpu, context.scene)?;
+        if let Some(volume) = &self.volume {
+            let mut frame = Frame::new();
+            frame.clear_image("voxel_mips.clear", volume, [0.0; 4]);
+            stats.passes.extend(context.gpu.submit(frame)?.passes);
+        }
+        let light = VoxelLight::new(context.gpu, context.scene, &voxels, self.injection)?;
+        self.store = Some((voxels, light));
+        Ok(stats)
+    }
+
+    fn needs_rsm(&self) -> bool {
+        self.injection == Injection::Rsm
+    }
+
+    fn update(&mut self, frame: &mut Frame, _scene: &GpuScene, maps: &LightMaps) {
+        let Some((voxels, light)) = &self.store else { return };
+        light.update(frame, voxels, maps, self.volume.as_ref());
+        if let Some(volume) = &self.volume {
+            self.add_mips(frame, volume);
+        }
+    }
+
+    fn gather(&mut self, frame: &mut Frame, _scene: &GpuScene, gbuffer: &GBuffer) -> IndirectLight {
+        let Some((voxels, light)) = &self.store else { return self.light.clone() };
+        let target = self.interleaved.as_ref().unwrap_or(&self.light.diffuse);
+        match (&self.rays, &self.volume) {
+            (Some(rays), _) => gather_rays(frame, gbuffer, voxels, light, rays, target),
+            (None, Some(volume)) => self.cones.gather(frame, gbuffer, &voxels.grid, volume, target),
+            (None, None) => unreachable!("cones have a volume to march through"),
+        }
+        if let Some(interleaved) = &self.interleaved {
+            deinterleave(frame, gbuffer, interleaved, &self.light.diffuse, self.interleave);
+        }
+        if let (Some(specular), Some(volume)) = (&self.light.specular, &self.volume) {
+            self.cones.specular(frame, gbuffer, &voxels.grid, volume, specular);
+        }
+        self.light.clone()
+    }
+
+    fn counts(&self, gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {
+        let Some((voxels, light)) = &self.store else { return Ok(Vec::new()) };
+        let mut counts = vec![("fragments", u64::from(voxels.fragment_count)), ("voxels", u64::from(voxels.voxel_count))];
+        counts.extend(light.counts(gpu)?);
+        Ok(counts)
+    }
+}

@@ -1,0 +1,3 @@
+//! Measuring: reports of runs.
+
+pub mod report;

@@ -1,0 +1,116 @@
+//! Direct light and the composite: the passes between the G-buffer and the picture.
+
+use std::sync::Arc;
+
+use super::{GBuffer, GpuScene, LightMaps};
+use crate::graph::{Access, Binding, Error, Frame, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Pass, Sets, Shaders, vk};
+
+/// Light reflected once.
+pub static DIRECT: Pass = Pass {
+    name: "render.direct",
+    shaders: Shaders::Compute("render/direct.comp"),
+    bindings: &[
+        Binding::buffer("light_views", Access::ComputeRead),
+        Binding::sampled("shadow_maps", Access::ComputeSampled),
+        Binding::sampled("view_depth", Access::ComputeSampled),
+        Binding::sampled("normals", Access::ComputeSampled),
+        Binding::sampled("albedo", Access::ComputeSampled),
+        Binding::sampled("specular", Access::ComputeSampled),
+        Binding::image("direct", Access::ComputeWrite),
+    ],
+    push_bytes: 0,
+    sets: Sets::Scene,
+};
+
+/// L = L_e + L_direct + ρ/π · E_i + L_s.
+pub static COMPOSITE: Pass = Pass {
+    name: "render.composite",
+    shaders: Shaders::Compute("render/composite.comp"),
+    bindings: &[
+        Binding::sampled("direct", Access::ComputeSampled),
+        Binding::sampled("albedo", Access::ComputeSampled),
+        Binding::sampled("indirect_diffuse", Access::ComputeSampled),
+        Binding::sampled("indirect_specular", Access::ComputeSampled),
+        Binding::sampled("emission", Access::ComputeSampled),
+        Binding::image("indirect", Access::ComputeWrite),
+        Binding::image("radiance", Access::ComputeWrite),
+    ],
+    push_bytes: 0,
+    sets: Sets::Scene,
+};
+
+/// What every technique answers: the light that reaches each pixel's surface after at least one reflection. Alpha channels and pixels without a surface
+/// are as stated.
+#[derive(Clone)]
+pub struct IndirectLight {
+    /// RGBA32F. rgb: indirect diffuse irradiance E_i (W/m²); a: ambient visibility, 0 to 1. 0 where there is no surface.
+    pub diffuse: Arc<Image>,
+    /// RGBA32F. rgb: indirect specular radiance L_s (W/(m² sr)); only where the scene is glossy and the technique traces it.
+    pub specular: Option<Arc<Image>>,
+}
+
+/// The pictures of a frame, RGBA32F; alpha is 1 where there is a surface.
+pub struct Output {
+    /// L_direct: light reflected once (W/(m² sr)).
+    pub direct: Arc<Image>,
+    /// ρ/π · E_i + L_s (W/(m² sr)).
+    pub indirect: Arc<Image>,
+    /// L = L_e + L_direct + ρ/π · E_i + L_s, and the environment where there is no surface (W/(m² sr)).
+    pub radiance: Arc<Image>,
+}
+
+impl Output {
+    /// Allocates the pictures.
+    pub fn new(gpu: &Gpu, size: [u32; 2]) -> Result<Self, Error> {
+        let image = |name: &str| screen_image(gpu, name, size);
+        Ok(Output { direct: image("output.direct")?, indirect: image("output.indirect")?, radiance: image("output.radiance")? })
+    }
+
+    /// Adds the direct light of all lights.
+    pub fn draw_direct(&self, frame: &mut Frame, scene: &GpuScene, maps: &LightMaps, gbuffer: &GBuffer) {
+        frame
+            .pass(&DIRECT)
+            .bind(&maps.views)
+            .bind(&maps.depth)
+            .bind(&gbuffer.view_depth)
+            .bind(&gbuffer.normals)
+            .bind(&gbuffer.albedo)
+            .bind(gbuffer.specular.as_ref().unwrap_or(&gbuffer.albedo))
+            .bind(&self.direct)
+            .constants(&[u32::from(scene.is_glossy)])
+            .dispatch(screen_groups(gbuffer.size));
+    }
+
+    /// Composites direct and indirect light.
+    pub fn draw_composite(&self, frame: &mut Frame, gbuffer: &GBuffer, light: &IndirectLight) {
+        frame
+            .pass(&COMPOSITE)
+            .bind(&self.direct)
+            .bind(&gbuffer.albedo)
+            .bind(&light.diffuse)
+            .bind(light.specular.as_ref().unwrap_or(&gbuffer.albedo))
+            .bind(gbuffer.emission.as_ref().unwrap_or(&gbuffer.albedo))
+            .bind(&self.indirect)
+            .bind(&self.radiance)
+            .constants(&[u32::from(light.specular.is_some()), u32::from(gbuffer.emission.is_some())])
+            .dispatch(screen_groups(gbuffer.size));
+    }
+}
+
+/// An RGBA32F image of the size of the screen.
+pub(crate) fn screen_image(gpu: &Gpu, name: &str, size: [u32; 2]) -> Result<Arc<Image>, Error> {
+    gpu.create_image(&ImageDesc {
+        name: name.into(),
+        extent: [size[0], size[1], 1],
+        kind: ImageKind::D2,
+        format: vk::Format::R32G32B32A32_SFLOAT,
+        mips: 1,
+        layers: 1,
+        usage: ImageUsage::STORAGE | ImageUsage::SAMPLED,
+    })
+}
+
+/// Workgroups of 8×8 threads that cover the screen.
+pub(crate) fn screen_groups([width, height]: [u32; 2]) -> [u32; 3] {
+    [width.div_ceil(8), height.div_ceil(8), 1]
+}

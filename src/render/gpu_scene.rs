@@ -1,0 +1,218 @@
+//! The scene on the GPU: set 0 and one set 2 a material.
+
+use std::sync::Arc;
+
+use glam::Vec3;
+
+use crate::gpu_struct;
+use crate::graph::{Buffer, BufferDesc, BufferUsage, Error, Frame, Gpu, Image, ImageDesc, ImageKind, ImageUsage, MaterialSets, SceneBindings, SceneSet, vk};
+use crate::scene::{Batch, Camera, Light, Material, Scene, Texture, TextureKind};
+
+gpu_struct! {
+    /// What a frame is seen with; binding 0 of set 0 (`shared/frame.glsl`).
+    pub struct FrameConstants {
+        /// World to clip space; depth is reversed, with an infinite far plane.
+        pub clip_from_world: [[f32; 4]; 4],
+        /// xyz: camera position (m).
+        pub eye_ws: [f32; 4],
+        /// xyz: from the image's centre to its right edge at view depth 1.
+        pub ray_right: [f32; 4],
+        /// xyz: from the image's centre to its top edge at view depth 1.
+        pub ray_up: [f32; 4],
+        /// xyz: unit view direction.
+        pub ray_forward: [f32; 4],
+        /// xyz: radiance of the environment (W/(m² sr)).
+        pub environment: [f32; 4],
+        /// xy: image size (px); z: number of lights; w: number of light views.
+        pub size_px: [u32; 4],
+    }
+}
+
+gpu_struct! {
+    /// A material as the shaders read it (`Material` in `shared/frame.glsl`).
+    pub struct GpuMaterial {
+        /// rgb: diffuse albedo; w: 1 where there is a mask texture.
+        pub albedo: [f32; 4],
+        /// rgb: emitted radiance (W/(m² sr)); w: 1 where there is a normal map.
+        pub emission: [f32; 4],
+        /// rgb: F0; w: roughness, −1 where there is no lobe.
+        pub specular: [f32; 4],
+        /// x: metalness.
+        pub metalness: [f32; 4],
+    }
+}
+
+gpu_struct! {
+    /// A light as the shaders read it (`Light` in `shared/frame.glsl`).
+    pub struct GpuLight {
+        /// xyz: position (m); w: 0 directional, 1 point, 2 spot.
+        pub position_kind: [f32; 4],
+        /// xyz: unit direction of travel; w: inner half angle (rad).
+        pub direction_inner: [f32; 4],
+        /// rgb: irradiance (W/m²) or intensity (W/sr); w: outer half angle (rad).
+        pub power_outer: [f32; 4],
+        /// x: first light view; y: number of light views.
+        pub views: [u32; 4],
+    }
+}
+
+/// A scene's buffers and textures on the device.
+pub struct GpuScene {
+    /// Set 0.
+    pub set: Arc<SceneSet>,
+    /// Set 2 of each material.
+    pub materials: MaterialSets,
+    /// Triangle ranges by material.
+    pub batches: Vec<Batch>,
+    /// Whether each material has a mask.
+    pub masked: Vec<bool>,
+    /// Some surface emits.
+    pub is_emissive: bool,
+    /// Some surface has a specular lobe.
+    pub is_glossy: bool,
+    /// The largest emitted radiance of any channel (W/(m² sr)).
+    pub largest_emission: f32,
+    /// Smallest and largest corner of the scene (m).
+    pub bounds: (Vec3, Vec3),
+    /// The lights.
+    pub lights: Vec<Light>,
+    /// Radiance of the environment (W/(m² sr)).
+    pub environment: Vec3,
+    frame_uniform: Arc<Buffer>,
+}
+
+impl GpuScene {
+    /// Uploads a scene.
+    pub fn new(gpu: &Gpu, scene: &Scene) -> Result<Self, Error> {
+        let frame_uniform =
+            gpu.create_buffer(&BufferDesc { name: "frame.constants".into(), size_bytes: size_of::<FrameConstants>() as u64, usage: BufferUsage::Uniform })?;
+        let vertices = storage(gpu, "scene.vertices", bytemuck::cast_slice(&scene.vertices))?;
+        let triangles = storage(gpu, "scene.triangles", bytemuck::cast_slice(&scene.triangles))?;
+        let gpu_materials: Vec<GpuMaterial> = scene.materials.iter().map(gpu_material).collect();
+        let materials = storage(gpu, "scene.materials", bytemuck::cast_slice(&gpu_materials))?;
+        let lights = storage(gpu, "scene.lights", bytemuck::cast_slice(&gpu_lights(&scene.lights)))?;
+        let bindings = SceneBindings { frame_uniform: &frame_uniform, vertices: &vertices, triangles: &triangles, materials: &materials, lights: &lights };
+        let set = gpu.create_scene_set(&bindings)?;
+        let largest_emission = scene.materials.iter().map(|material| material.emission.max_element()).fold(0.0, f32::max);
+        Ok(GpuScene {
+            set,
+            materials: material_sets(gpu, scene)?,
+            batches: scene.batches(),
+            masked: scene.materials.iter().map(|material| material.mask_texture.is_some()).collect(),
+            is_emissive: scene.is_emissive(),
+            is_glossy: scene.is_glossy(),
+            largest_emission,
+            bounds: scene.bounds().unwrap_or((Vec3::ZERO, Vec3::ONE)),
+            lights: scene.lights.clone(),
+            environment: scene.environment,
+            frame_uniform,
+        })
+    }
+
+    /// Sets what the next frame is seen with.
+    pub fn set_frame(&self, gpu: &Gpu, constants: &FrameConstants) -> Result<(), Error> {
+        gpu.upload_buffer(&self.frame_uniform, bytemuck::bytes_of(constants))
+    }
+
+    /// Constants for a camera.
+    pub fn frame_constants(&self, camera: &Camera, [width, height]: [u32; 2]) -> FrameConstants {
+        let [right, up, forward] = camera.basis();
+        let tan_y = (0.5 * camera.vfov_deg.to_radians()).tan();
+        let aspect = width as f32 / height as f32;
+        let size_m = (self.bounds.1 - self.bounds.0).length().max(1e-6);
+        let wide = |vector: Vec3| vector.extend(0.0).to_array();
+        FrameConstants {
+            clip_from_world: camera.clip_from_world(aspect, 1e-4 * size_m).to_cols_array_2d(),
+            eye_ws: wide(camera.eye),
+            ray_right: wide(right * tan_y * aspect),
+            ray_up: wide(up * tan_y),
+            ray_forward: wide(forward),
+            environment: wide(self.environment),
+            size_px: [width, height, self.lights.len() as u32, light_view_count(&self.lights)],
+        }
+    }
+}
+
+/// Number of light views of all lights: six of a point light, one of any other.
+pub(super) fn light_view_count(lights: &[Light]) -> u32 {
+    lights.iter().map(|light| if matches!(light, Light::Point { .. }) { 6 } else { 1 }).sum()
+}
+
+/// A storage buffer with contents; at least 16 bytes, so that it can be bound.
+pub(crate) fn storage(gpu: &Gpu, name: &str, bytes: &[u8]) -> Result<Arc<Buffer>, Error> {
+    let buffer = gpu.create_buffer(&BufferDesc { name: name.into(), size_bytes: (bytes.len() as u64).max(16), usage: BufferUsage::Storage })?;
+    if !bytes.is_empty() {
+        gpu.upload_buffer(&buffer, bytes)?;
+    }
+    Ok(buffer)
+}
+
+fn gpu_material(material: &Material) -> GpuMaterial {
+    let flag = |texture: Option<u32>| if texture.is_some() { 1.0 } else { 0.0 };
+    let (f0, roughness, metalness) = material.specular.map_or((Vec3::ZERO, -1.0, 0.0), |lobe| (lobe.f0, lobe.roughness, lobe.metalness));
+    GpuMaterial {
+        albedo: material.albedo.extend(flag(material.mask_texture)).to_array(),
+        emission: material.emission.extend(flag(material.normal_texture)).to_array(),
+        specular: f0.extend(roughness).to_array(),
+        metalness: [metalness, 0.0, 0.0, 0.0],
+    }
+}
+
+fn gpu_lights(lights: &[Light]) -> Vec<GpuLight> {
+    let mut first_view = 0;
+    let mut all = Vec::with_capacity(lights.len());
+    for light in lights {
+        let view_count = light_view_count(std::slice::from_ref(light));
+        let (kind, position, direction, power, inner_deg, outer_deg) = match *light {
+            Light::Directional { direction, irradiance } => (0.0, Vec3::ZERO, direction, irradiance, 0.0, 0.0),
+            Light::Point { position, intensity } => (1.0, position, Vec3::ZERO, intensity, 0.0, 0.0),
+            Light::Spot { position, direction, intensity, inner_deg, outer_deg } => (2.0, position, direction, intensity, inner_deg, outer_deg),
+        };
+        all.push(GpuLight {
+            position_kind: position.extend(kind).to_array(),
+            direction_inner: direction.extend(inner_deg.to_radians()).to_array(),
+            power_outer: power.extend(outer_deg.to_radians()).to_array(),
+            views: [first_view, view_count, 0, 0],
+        });
+        first_view += view_count;
+    }
+    all
+}
+
+fn material_sets(gpu: &Gpu, scene: &Scene) -> Result<MaterialSets, Error> {
+    let white = upload_texture(gpu, &Texture { name: "white".into(), kind: TextureKind::Mask, width: 1, height: 1, texels: vec![[255; 4]] })?;
+    let textures = scene.textures.iter().map(|texture| upload_texture(gpu, texture)).collect::<Result<Vec<_>, _>>()?;
+    let image = |index: Option<u32>| index.map_or(&white, |index| &textures[index as usize]);
+    let sets = scene.materials.iter().map(|material| {
+        gpu.create_material_set([
+            image(material.albedo_texture),
+            image(material.emission_texture),
+            image(material.normal_texture),
+            image(material.mask_texture),
+        ])
+    });
+    Ok(sets.collect::<Result<Vec<_>, _>>()?.into())
+}
+
+/// A texture with its whole mip chain; colours are filtered in linear light.
+fn upload_texture(gpu: &Gpu, texture: &Texture) -> Result<Arc<Image>, Error> {
+    let format = match texture.kind {
+        TextureKind::Color => vk::Format::R8G8B8A8_SRGB,
+        TextureKind::Mask | TextureKind::Normal => vk::Format::R8G8B8A8_UNORM,
+    };
+    let extent = [texture.width, texture.height, 1];
+    let image = gpu.create_image(&ImageDesc {
+        name: format!("texture {}", texture.name),
+        extent,
+        kind: ImageKind::D2,
+        format,
+        mips: ImageDesc::full_mips(extent),
+        layers: 1,
+        usage: ImageUsage::SAMPLED,
+    })?;
+    gpu.upload_image(&image, 0, 0, bytemuck::cast_slice(&texture.texels))?;
+    let mut frame = Frame::new();
+    frame.blit_mips("scene.texture_mips", &image);
+    gpu.submit(frame)?;
+    Ok(image)
+}
