@@ -183,8 +183,13 @@ impl Settings {
 
     /// Whether a word setting that the technique has is `word`.
     pub fn is(&self, name: &str, word: &str) -> bool {
+        self.choice(name) == word
+    }
+
+    /// The value of a word setting that the technique has.
+    pub fn choice(&self, name: &str) -> &'static str {
         match self.values.get(name) {
-            Some(Value::Choice(value)) => *value == word,
+            Some(Value::Choice(value)) => value,
             other => unreachable!("setting {name} is {other:?}, not a word"),
         }
     }

@@ -7,7 +7,7 @@
 // one voxel thick stays opaque along its normal, which the box lets fade by half at every level.
 layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
 
-layout(constant_id = 0) const uint DIRECTIONAL = 1;
+layout(constant_id = 0) const uint FILTER = 1;   // 0 box, 1 directional, 2 directional with the opacity of the most opaque axis
 
 layout(set = 1, binding = 0, rgba16f) uniform restrict readonly image3D finer;
 layout(set = 1, binding = 1, rgba16f) uniform restrict writeonly image3D coarser;
@@ -27,11 +27,12 @@ void main() {
         sum += c[i];
     }
     vec4 result = sum * 0.125;
-    if (DIRECTIONAL != 0u && sum.a > 0.0) {
+    if (FILTER != 0u && sum.a > 0.0) {
         vec4 x = composite_pair(c[0], c[1]) + composite_pair(c[2], c[3]) + composite_pair(c[4], c[5]) + composite_pair(c[6], c[7]);
         vec4 y = composite_pair(c[0], c[2]) + composite_pair(c[1], c[3]) + composite_pair(c[4], c[6]) + composite_pair(c[5], c[7]);
         vec4 z = composite_pair(c[0], c[4]) + composite_pair(c[1], c[5]) + composite_pair(c[2], c[6]) + composite_pair(c[3], c[7]);
         result = (x + y + z) / 12.0;
+        if (FILTER == 2u) result *= max(x.a, max(y.a, z.a)) * 0.25 / result.a;
     }
     imageStore(coarser, texel, result);
 }

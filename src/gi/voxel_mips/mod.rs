@@ -32,7 +32,7 @@ static SETTINGS: &[Setting] = &[
         name: "mip_filter",
         help: "box (mean of eight) or directional (composited along six directions, then averaged: thin walls stay opaque)",
         unit: "",
-        domain: Domain::Choice(&["directional", "box"]),
+        domain: Domain::Choice(&["directional", "directional-max", "box"]),
         default: "directional",
     },
     Setting {
@@ -94,6 +94,7 @@ struct VoxelMips {
 enum MipMethod {
     Box,
     Directional,
+    DirectionalMax,
     Blit,
 }
 
@@ -103,10 +104,11 @@ fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>
     let rays = settings.is("gather", "rays").then(|| RaySettings::new(settings));
     let specular = scene.is_glossy && settings.is("specular", "on");
     let interleave = settings.count("interleave");
-    let mip_method = match (settings.is("mip_filter", "directional"), settings.is("mip_method", "blit")) {
-        (true, _) => MipMethod::Directional,
-        (false, true) => MipMethod::Blit,
-        (false, false) => MipMethod::Box,
+    let mip_method = match settings.choice("mip_filter") {
+        "directional" => MipMethod::Directional,
+        "directional-max" => MipMethod::DirectionalMax,
+        _ if settings.is("mip_method", "blit") => MipMethod::Blit,
+        _ => MipMethod::Box,
     };
     Ok(Box::new(VoxelMips {
         mip_method,
@@ -150,7 +152,7 @@ impl VoxelMips {
                 .pass(&FILTER)
                 .bind_mip(volume, mip - 1)
                 .bind_mip(volume, mip)
-                .constants(&[u32::from(self.mip_method == MipMethod::Directional)])
+                .constants(&[self.mip_method as u32])
                 .dispatch([groups; 3]);
         }
     }
