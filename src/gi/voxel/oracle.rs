@@ -1021,6 +1021,28 @@ mod tests {
         assert!((flux - 16.0).abs().max_element() < 1e-5);
         let collected = voxel_flux(&voxelize(&scene, &grid), &radiance, &grid);
         assert!((collected / flux - 1.0).abs().max_element() < 1e-3);
+        // The other side reflects as well.
+        scene.lights = vec![Light::Directional { direction: -direction, irradiance: Vec3::splat(4.0) }];
+        assert!((reflected_flux(&scene, 4) - 16.0).abs().max_element() < 1e-5);
+    }
+
+    #[test]
+    fn nothing_behind_a_light_occludes() {
+        let ceiling = floor(4.0, 3.75, 0.5).map(|(triangle, _)| (triangle, 0.0));
+        let mut scene = scene_of(&[floor(4.0, 1.25, 0.5), ceiling].concat());
+        let lamp = |z: f32| vec![Light::Point { position: Vec3::new(2.0, 1.0, z), intensity: Vec3::ONE }];
+        scene.lights = lamp(3.5);
+        assert!(inject(&scene, &UNIT_GRID, 4)[&[1, 1, 1]].x > 0.0);
+        scene.lights = lamp(4.0);
+        assert_eq!(inject(&scene, &UNIT_GRID, 4)[&[1, 1, 1]], DVec3::ZERO);
+    }
+
+    /// The normals of a thin sheet's two sides cancel; what the sheet covers does not.
+    #[test]
+    fn both_sides_of_a_sheet_cover() {
+        let front = [[0.0, 0.0, 0.5], [0.5, 0.0, 0.5], [0.0, 0.5, 0.5]];
+        let sum = voxelize(&scene_of(&[(front, 0.5), ([front[0], front[2], front[1]], 0.5)]), &UNIT_GRID)[&[0, 0, 0]];
+        assert!(near(sum.normal, DVec3::ZERO) && close(sum.coverage, 0.25));
     }
 
     /// A lamp above a corner of a floor; beyond a wall the floor lies in its shadow.
