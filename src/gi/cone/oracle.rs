@@ -1,0 +1,324 @@
+//! CPU twin of `cone.gather`: cones through a dense, prefiltered volume of premultiplied radiance, in f64.
+//!
+//! A cone of aperture γ has the diameter d = 2 t tan(γ/2) at distance t and samples the mip log₂ d (Crassin et al. 2011, section 5.3). A step of β d
+//! through texels of opacity α has the opacity α' = 1 − (1 − α)^(g β). Lengths are voxels of the finest level.
+
+use std::f64::consts::PI;
+
+use glam::{DVec2, DVec3, DVec4, UVec3};
+
+use crate::gi::voxel::oracle::{Gathered, Receiver, hemisphere_direction};
+
+/// One level of a dense volume: rgb is radiance [W/(m² sr)] times opacity, a is opacity.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Volume {
+    /// Texels along an edge.
+    pub resolution: u32,
+    /// All texels, x fastest, then y.
+    pub texels: Vec<DVec4>,
+}
+
+impl Volume {
+    /// The volume whose texels a function gives.
+    pub fn new(resolution: u32, texel: impl Fn([u32; 3]) -> DVec4) -> Volume {
+        let n = resolution as usize;
+        let texels = (0..n * n * n).map(|index| texel([index % n, index / n % n, index / (n * n)].map(|at| at as u32))).collect();
+        Volume { resolution, texels }
+    }
+
+    /// One texel; the nearest one for coordinates past the last.
+    pub fn texel(&self, texel: [u32; 3]) -> DVec4 {
+        let [x, y, z] = UVec3::from(texel).min(UVec3::splat(self.resolution - 1)).to_array().map(|at| at as usize);
+        let n = self.resolution as usize;
+        self.texels[x + n * (y + n * z)]
+    }
+
+    /// Trilinear sample, clamped to the edge; `uvw` is 0 to 1 over the volume.
+    pub fn sample(&self, uvw: DVec3) -> DVec4 {
+        let at = uvw * f64::from(self.resolution) - 0.5;
+        let (low, weight) = (at.floor(), at - at.floor());
+        let mut sum = DVec4::ZERO;
+        for corner in (0..8u32).map(|index| UVec3::new(index & 1, index >> 1 & 1, index >> 2).as_dvec3()) {
+            let share = corner * weight + (1.0 - corner) * (1.0 - weight);
+            let texel = (low + corner).clamp(DVec3::ZERO, DVec3::splat(f64::from(self.resolution - 1)));
+            sum += share.x * share.y * share.z * self.texel(texel.as_uvec3().to_array());
+        }
+        sum
+    }
+}
+
+/// Sample of a mip chain, finest level first: trilinear in each of two levels, linear between them.
+pub fn sample_chain(chain: &[Volume], uvw: DVec3, level: f64) -> DVec4 {
+    let level = level.clamp(0.0, chain.len() as f64 - 1.0);
+    let finer = level.floor() as usize;
+    let coarser = (finer + 1).min(chain.len() - 1);
+    chain[finer].sample(uvw).lerp(chain[coarser].sample(uvw), level - level.floor())
+}
+
+/// Settings of a march.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MarchSettings {
+    /// β: a step in sample diameters.
+    pub step_factor: f64,
+    /// g: 1 is the textbook; above it makes up for what trilinear sampling lets through.
+    pub opacity_exponent: f64,
+    /// k: a sample's diameter is at most its height over the receiver's tangent plane / k; 0: off.
+    pub height_clamp: f64,
+    /// Where cones end \[voxels\].
+    pub max_distance: f64,
+    /// λ of the ambient visibility's 1 / (1 + λ r), for distances in voxels [1/voxel].
+    pub ao_falloff: f64,
+    /// Constant radiance of the environment [W/(m² sr)].
+    pub environment: DVec3,
+}
+
+/// One cone. It starts inside the grid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cone {
+    /// Apex, grid space \[voxels\].
+    pub origin: DVec3,
+    /// Unit direction of the axis.
+    pub direction: DVec3,
+    /// tan(γ/2).
+    pub tan_half: f64,
+    /// Height of the apex over the receiver's tangent plane \[voxels\].
+    pub height: f64,
+    /// Cosine between the axis and the plane's normal.
+    pub cosine: f64,
+}
+
+/// What a cone sees.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ConeResult {
+    /// Radiance, with the environment behind what is not covered [W/(m² sr)].
+    pub radiance: DVec3,
+    /// 1 − occlusion, an occluder at distance r counting 1 / (1 + λ r).
+    pub visibility: f64,
+    /// Samples taken.
+    pub step_count: u32,
+}
+
+/// A cone ends where less than this passes through.
+const LEAST_TRANSMITTANCE: f64 = 0.005;
+
+/// β tan(γ/2) counts as at most 1 less this, so that steps stay finite however wide the cone is.
+const LEAST_STEP_DENOMINATOR: f64 = 0.25;
+
+/// Marches one cone front to back until it leaves the grid, reaches its end or is covered. The midpoint rule: each step is centred on its sample.
+pub fn march(chain: &[Volume], cone: &Cone, settings: &MarchSettings) -> ConeResult {
+    let resolution = f64::from(chain[0].resolution);
+    let end = exit_distance(cone.origin, cone.direction, resolution).min(settings.max_distance);
+    let mut result = ConeResult { radiance: DVec3::ZERO, visibility: 1.0, step_count: 0 };
+    let (mut distance, mut through) = (0.0, 1.0);
+    while distance < end && through > LEAST_TRANSMITTANCE {
+        let diameter = sample_diameter(cone, distance, settings);
+        let step = settings.step_factor * diameter;
+        let centre = distance + step / 2.0;
+        let texel = sample_chain(chain, (cone.origin + centre * cone.direction) / resolution, diameter.log2());
+        if texel.w > 0.0 {
+            let opacity = 1.0 - (1.0 - texel.w).max(0.0).powf(settings.opacity_exponent * settings.step_factor);
+            result.radiance += through * opacity * texel.truncate() / texel.w;
+            result.visibility -= through * opacity / (1.0 + settings.ao_falloff * centre);
+            through *= 1.0 - opacity;
+        }
+        distance += step;
+        result.step_count += 1;
+    }
+    result.radiance += through * settings.environment;
+    result
+}
+
+/// Diameter d(c) of the sample in the middle, c, of the step that begins at `distance`: c = distance + β d(c) / 2 with d(c) = max(1, 2 c tan(γ/2)),
+/// solved for c in both cases. At c the height clamp then applies; no sample is smaller than a voxel.
+fn sample_diameter(cone: &Cone, distance: f64, settings: &MarchSettings) -> f64 {
+    let wide = distance / (1.0 - settings.step_factor * cone.tan_half).max(LEAST_STEP_DENOMINATOR);
+    let narrow = distance + settings.step_factor / 2.0;
+    let centre = wide.max(narrow);
+    let diameter = 2.0 * centre * cone.tan_half;
+    let height = cone.height + centre * cone.cosine;
+    let clamped = if settings.height_clamp > 0.0 { diameter.min(height / settings.height_clamp) } else { diameter };
+    clamped.max(1.0)
+}
+
+/// Distance at which a ray from inside the grid leaves it \[voxels\].
+fn exit_distance(origin: DVec3, direction: DVec3, resolution: f64) -> f64 {
+    let along = |axis: usize| match direction[axis] {
+        d if d > 0.0 => (resolution - origin[axis]) / d,
+        d if d < 0.0 => -origin[axis] / d,
+        _ => f64::INFINITY,
+    };
+    along(0).min(along(1)).min(along(2))
+}
+
+/// One cone of a set, about the shading normal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SetCone {
+    /// sin²θ of the axis, 0 to 1 with all jitter.
+    pub sin_squared: f64,
+    /// φ of the axis \[rad\].
+    pub azimuth_rad: f64,
+    /// tan(γ/2).
+    pub tan_half: f64,
+    /// Share of the cosine-weighted hemisphere; a set's shares sum to 1.
+    pub weight: f64,
+}
+
+/// How a set is placed at a surface point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Placement {
+    /// Distance of the cones' apex from the surface along the geometric normal \[voxels\].
+    pub start_offset: f64,
+    /// Two numbers of [0, 1): ½ and 0 leave the set as it is, others shift sin²θ within its stratum and turn the set.
+    pub pattern: DVec2,
+    /// Width of a stratum of sin²θ; 0 where elevations are fixed.
+    pub jitter: f64,
+}
+
+/// E = π Σ w L over a set of cones, and the mean visibility.
+pub fn gather(chain: &[Volume], receiver: &Receiver, cones: &[SetCone], placement: &Placement, settings: &MarchSettings) -> Gathered {
+    let origin = receiver.position + placement.start_offset * receiver.geometric_normal;
+    let mut gathered = Gathered { irradiance: DVec3::ZERO, visibility: 0.0 };
+    for cone in cones {
+        let sin_squared = cone.sin_squared + (placement.pattern.x - 0.5) * placement.jitter;
+        let direction = hemisphere_direction(receiver.shading_normal, sin_squared, cone.azimuth_rad + placement.pattern.y * 2.0 * PI);
+        let cosine = direction.dot(receiver.geometric_normal).max(0.0);
+        let result = march(chain, &Cone { origin, direction, tan_half: cone.tan_half, height: placement.start_offset, cosine }, settings);
+        gathered.irradiance += PI * cone.weight * result.radiance;
+        gathered.visibility += cone.weight * result.visibility;
+    }
+    gathered
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ENVIRONMENT: DVec3 = DVec3::new(1.0, 2.0, 3.0);
+    const TEXTBOOK: MarchSettings =
+        MarchSettings { step_factor: 1.0, opacity_exponent: 1.0, height_clamp: 0.0, max_distance: 1e9, ao_falloff: 0.0, environment: ENVIRONMENT };
+
+    /// Levels of 8, 4, 2 and 1 texels, each of one value.
+    fn levels(values: [DVec4; 4]) -> Vec<Volume> {
+        [8, 4, 2, 1].into_iter().zip(values).map(|(resolution, value)| Volume::new(resolution, |_| value)).collect()
+    }
+
+    /// A wall of one layer, z = 5, of opacity ½ and radiance (2, 0, 0).
+    fn wall() -> Vec<Volume> {
+        vec![Volume::new(8, |[_, _, z]| if z == 5 { DVec4::new(1.0, 0.0, 0.0, 0.5) } else { DVec4::ZERO })]
+    }
+
+    fn up(tan_half: f64) -> Cone {
+        Cone { origin: DVec3::new(4.5, 4.5, 0.0), direction: DVec3::Z, tan_half, height: 0.0, cosine: 1.0 }
+    }
+
+    /// One cone along the normal of weight ¼ and five at 60° of weight 0.15 (Crassin et al. 2011).
+    fn six_cones() -> Vec<SetCone> {
+        let side = |index: u32| SetCone { sin_squared: 0.75, azimuth_rad: f64::from(index) * PI * 0.4, tan_half: (PI / 6.0).tan(), weight: 0.15 };
+        (0..5).map(side).chain([SetCone { sin_squared: 0.0, azimuth_rad: 0.0, tan_half: (PI / 6.0).tan(), weight: 0.25 }]).collect()
+    }
+
+    fn receiver() -> Receiver {
+        let normal = DVec3::new(0.6, 0.0, 0.8);
+        Receiver { position: DVec3::new(4.0, 4.0, 1.0), geometric_normal: normal, shading_normal: normal }
+    }
+
+    fn near(a: DVec3, b: DVec3) -> bool {
+        (a - b).abs().max_element() < 1e-12
+    }
+
+    #[test]
+    fn volume_is_indexed_x_first_and_interpolated() {
+        let volume = Volume::new(4, |[x, y, z]| DVec4::new(f64::from(x), f64::from(y), f64::from(z), 1.0));
+        assert_eq!(volume.texels[1 + 4 * (2 + 4 * 3)], DVec4::new(1.0, 2.0, 3.0, 1.0));
+        // Linear between the centres (i + ½) / n, constant beyond the outermost.
+        assert!(near(volume.sample(DVec3::new(0.25, 0.5, 0.625)).truncate(), DVec3::new(0.5, 1.5, 2.0)));
+        assert!(near(volume.sample(DVec3::new(-1.0, 0.05, 0.99)).truncate(), DVec3::new(0.0, 0.0, 3.0)));
+    }
+
+    #[test]
+    fn levels_are_interpolated_and_clamped() {
+        let chain = levels([1.0, 2.0, 4.0, 8.0].map(DVec4::splat));
+        for (level, expected) in [(-1.0, 1.0), (0.0, 1.0), (0.5, 1.5), (1.75, 3.5), (3.0, 8.0), (9.0, 8.0)] {
+            assert!((sample_chain(&chain, DVec3::splat(0.3), level).x - expected).abs() < 1e-12, "level {level}");
+        }
+    }
+
+    #[test]
+    fn empty_grid_shows_the_environment() {
+        let gathered = gather(
+            &levels([DVec4::ZERO; 4]),
+            &receiver(),
+            &six_cones(),
+            &Placement { start_offset: 1.0, pattern: DVec2::new(0.5, 0.0), jitter: 0.0 },
+            &TEXTBOOK,
+        );
+        assert!(near(gathered.irradiance, PI * ENVIRONMENT));
+        assert!((gathered.visibility - 1.0).abs() < 1e-12);
+    }
+
+    /// Any set, pattern and filter: E = π L inside opaque matter of radiance L.
+    #[test]
+    fn opaque_grid_shows_itself() {
+        let settings = MarchSettings { step_factor: 0.5, opacity_exponent: 1.5, height_clamp: 2.0, ..TEXTBOOK };
+        let placement = Placement { start_offset: 1.5, pattern: DVec2::new(0.7, 0.3), jitter: 0.1 };
+        let gathered = gather(&levels([DVec4::new(0.5, 1.0, 4.0, 1.0); 4]), &receiver(), &six_cones(), &placement, &settings);
+        // Texels' shares sum to 1 give or take rounding, which the exponent g β = ¾ enlarges.
+        assert!((gathered.irradiance - PI * DVec3::new(0.5, 1.0, 4.0)).abs().max_element() < 1e-9);
+        assert!(gathered.visibility.abs() < 1e-9);
+    }
+
+    /// A thin ray whose steps are centred on the texels meets the wall's texel once.
+    #[test]
+    fn thin_ray_composites_a_wall() {
+        let seen = march(&wall(), &up(0.0), &TEXTBOOK);
+        assert!(near(seen.radiance, 0.5 * DVec3::new(2.0, 0.0, 0.0) + 0.5 * ENVIRONMENT));
+        assert_eq!(seen.step_count, 8);
+        assert!((seen.visibility - 0.5).abs() < 1e-12);
+        let gain = march(&wall(), &up(0.0), &MarchSettings { opacity_exponent: 2.0, ao_falloff: 1.0, ..TEXTBOOK });
+        assert!(near(gain.radiance, 0.75 * DVec3::new(2.0, 0.0, 0.0) + 0.25 * ENVIRONMENT));
+        assert!((gain.visibility - (1.0 - 0.75 / 6.5)).abs() < 1e-12);
+    }
+
+    /// Half steps are centred on the quarters of the texels: α = ¾·½ twice and ¼·½ twice, each to the power ½.
+    #[test]
+    fn half_steps_interpolate_a_wall() {
+        let seen = march(&wall(), &up(0.0), &MarchSettings { step_factor: 0.5, ..TEXTBOOK });
+        let through = (1.0 - 0.375) * (1.0 - 0.125);
+        assert!(near(seen.radiance, (1.0 - through) * DVec3::new(2.0, 0.0, 0.0) + through * ENVIRONMENT));
+        assert_eq!(seen.step_count, 16);
+    }
+
+    #[test]
+    fn a_cone_ends_at_its_distance_and_when_covered() {
+        let short = march(&wall(), &up(0.0), &MarchSettings { max_distance: 5.0, ..TEXTBOOK });
+        assert!(near(short.radiance, ENVIRONMENT));
+        assert_eq!(short.step_count, 5);
+        assert_eq!(march(&levels([DVec4::ONE; 4]), &up(0.0), &TEXTBOOK).step_count, 1);
+    }
+
+    /// tan(γ/2) = ½, β = 1: c = 2 t, so steps begin at 0, 1, 3, … with d = max(1, c): 1, 2, 6.
+    #[test]
+    fn steps_are_centred_on_their_samples() {
+        for (distance, expected) in [(0.0, 1.0), (1.0, 2.0), (3.0, 6.0)] {
+            assert_eq!(sample_diameter(&up(0.5), distance, &TEXTBOOK), expected, "distance {distance}");
+        }
+        assert_eq!(march(&levels([DVec4::ZERO; 4]), &up(0.5), &TEXTBOOK).step_count, 3);
+    }
+
+    /// Level 0 is empty, all others are opaque: an unclamped cone is covered; one whose samples are kept to a voxel sees the environment.
+    #[test]
+    fn height_clamp_keeps_samples_small() {
+        let chain = levels([DVec4::ZERO, DVec4::ONE, DVec4::ONE, DVec4::ONE]);
+        assert!(near(march(&chain, &up(0.5), &TEXTBOOK).radiance, DVec3::ONE));
+        assert!(near(march(&chain, &up(0.5), &MarchSettings { height_clamp: 100.0, ..TEXTBOOK }).radiance, ENVIRONMENT));
+        // At c = 6, height 6: k = 3 allows a diameter of 2.
+        assert_eq!(sample_diameter(&up(0.5), 3.0, &MarchSettings { height_clamp: 3.0, ..TEXTBOOK }), 2.0);
+    }
+
+    #[test]
+    fn distances_to_the_grids_sides() {
+        assert_eq!(exit_distance(DVec3::new(1.0, 2.0, 3.0), DVec3::X, 8.0), 7.0);
+        assert_eq!(exit_distance(DVec3::new(1.0, 2.0, 3.0), DVec3::NEG_Y, 8.0), 2.0);
+        assert_eq!(exit_distance(DVec3::new(4.0, 4.0, 4.0), DVec3::new(0.6, 0.0, -0.8), 8.0), 5.0);
+    }
+}
