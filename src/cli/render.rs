@@ -66,13 +66,17 @@ pub(crate) struct TechniqueArgs {
     /// Print every barrier of every frame, with the two passes and the hazard that it is for.
     #[arg(long)]
     trace_barriers: bool,
+    /// Submit every pass by itself and time it on the host: for software drivers, whose timestamps charge one pass with another's work.
+    #[arg(long)]
+    isolate_passes: bool,
 }
 
 impl TechniqueArgs {
     /// Opens the device.
     pub(super) fn gpu(&self) -> Result<Gpu, CliError> {
         let device = self.device.as_deref().map(DeviceChoice::from).unwrap_or_default();
-        Gpu::new(&GpuOptions { device, validate: self.validate, trace_barriers: self.trace_barriers }).map_err(CliError::failed)
+        Gpu::new(&GpuOptions { device, validate: self.validate, trace_barriers: self.trace_barriers, isolate_passes: self.isolate_passes })
+            .map_err(CliError::failed)
     }
 }
 

@@ -1,6 +1,8 @@
 //! The context that everything uses: one device, its resources, and frames run on it.
 
+use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Instant;
 
 use super::frame::{Frame, Resource, Work};
 use super::plan::{State, plan};
@@ -22,6 +24,9 @@ pub struct GpuOptions {
     pub validate: bool,
     /// Print every barrier to stderr, with the two passes and the hazard that it is for.
     pub trace_barriers: bool,
+    /// Submit every pass by itself and take its time on the host: for drivers whose timestamps do not follow their execution (lavapipe runs compute at
+    /// once but queues rasterization, so that its timestamps charge one pass with another's work).
+    pub isolate_passes: bool,
 }
 
 /// One device and all that runs on it.
@@ -30,6 +35,7 @@ pub struct Gpu {
     shared: Arc<SharedSets>,
     device: Arc<Device>,
     trace: bool,
+    isolate: bool,
 }
 
 /// What one frame at a time needs.
@@ -47,7 +53,7 @@ impl Gpu {
         let device = Device::new(&instance, &options.device)?;
         let runner =
             Runner { commands: Commands::new(&device)?, timestamps: Timestamps::new(&device, 128)?, pipelines: Pipelines::default(), state: State::default() };
-        Ok(Gpu { runner: Mutex::new(runner), shared: SharedSets::new(&device)?, device, trace: options.trace_barriers })
+        Ok(Gpu { runner: Mutex::new(runner), shared: SharedSets::new(&device)?, device, trace: options.trace_barriers, isolate: options.isolate_passes })
     }
 
     /// Makes a buffer. Its contents are undefined.
@@ -147,26 +153,31 @@ impl Gpu {
             pipelines: &mut runner.pipelines,
             trace: self.trace,
         };
-        let pool = recorder.record(frame, &barriers)?;
-        let done = runner.commands.submit_and_wait();
-        let ticks = runner.timestamps.read(count);
-        done.map_err(|result| failure(frame, &ticks, result))?;
-        drop(pool);
+        let parts: Vec<Range<usize>> = if self.isolate { (0..frame.steps.len()).map(|step| step..step + 1).collect() } else { vec![0..frame.steps.len()] };
+        let mut host_ms = Vec::with_capacity(parts.len());
+        for part in parts {
+            let pool = recorder.record(frame, &barriers, part)?;
+            let start = Instant::now();
+            let done = recorder.commands.submit_and_wait();
+            host_ms.push(start.elapsed().as_secs_f64() * 1e3);
+            done.map_err(|result| failure(frame, &recorder.timestamps.read(count), result))?;
+            drop(pool);
+        }
+        let gpu_ms = if self.isolate { host_ms } else { self.pass_ms(&runner.timestamps.read(count)) };
         runner.state = state;
-        Ok(self.stats(frame, &ticks))
+        let mut stats = FrameStats::default();
+        frame.steps.iter().zip(gpu_ms).for_each(|(step, ms)| stats.add(&step.name, ms));
+        Ok(stats)
     }
 
-    fn stats(&self, frame: &Frame, ticks: &[Option<u64>]) -> FrameStats {
+    /// Milliseconds between the two timestamps of each step.
+    fn pass_ms(&self, ticks: &[Option<u64>]) -> Vec<f64> {
         let ms_per_tick = f64::from(self.device.adapter().limits.timestamp_period_ns) * 1e-6;
-        let mut stats = FrameStats::default();
-        for (step, pair) in frame.steps.iter().zip(ticks.chunks_exact(2)) {
-            let gpu_ticks = match pair {
-                [Some(start), Some(end)] => end.saturating_sub(*start),
-                _ => 0,
-            };
-            stats.add(&step.name, gpu_ticks as f64 * ms_per_tick);
-        }
-        stats
+        let elapsed = |pair: &[Option<u64>]| match pair {
+            [Some(start), Some(end)] => end.saturating_sub(*start) as f64 * ms_per_tick,
+            _ => 0.0,
+        };
+        ticks.chunks_exact(2).map(elapsed).collect()
     }
 }
 

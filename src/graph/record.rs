@@ -1,6 +1,7 @@
 //! From a planned frame to commands: the only place that issues barriers, labels, timers and dispatches.
 
 use std::collections::HashMap;
+use std::ops::Range;
 use std::sync::Arc;
 
 use ash::vk;
@@ -15,26 +16,27 @@ use crate::vulkan::{
     Attachment, Commands, Descriptor, DescriptorPool, Device, Error, GraphicsDesc, Image, Pipeline, PipelineLayout, Rendering, SetLayout, Timestamps,
 };
 
-/// Pipelines by pass and specialization constants, made when first used.
+/// Pipelines by pass (its address: passes of one name may differ in shaders or targets) and specialization constants, made when first used.
 #[derive(Default)]
 pub(super) struct Pipelines {
-    layouts: HashMap<&'static str, (Arc<SetLayout>, Arc<PipelineLayout>)>,
-    pipelines: HashMap<(&'static str, Vec<u32>), Arc<Pipeline>>,
+    layouts: HashMap<*const Pass, (Arc<SetLayout>, Arc<PipelineLayout>)>,
+    pipelines: HashMap<(*const Pass, Vec<u32>), Arc<Pipeline>>,
 }
 
 impl Pipelines {
     fn layout(&mut self, device: &Arc<Device>, shared: &SharedSets, pass: &'static Pass) -> Result<&(Arc<SetLayout>, Arc<PipelineLayout>), Error> {
-        if !self.layouts.contains_key(pass.name) {
+        let key = std::ptr::from_ref(pass);
+        if !self.layouts.contains_key(&key) {
             let kinds: Vec<_> = pass.bindings.iter().map(|binding| binding.descriptor_type()).collect();
             let set = SetLayout::new(device, pass.name, &kinds)?;
             let layout = PipelineLayout::new(device, pass.name, &[&shared.scene, &set, &shared.material], pass.push_bytes)?;
-            self.layouts.insert(pass.name, (set, layout));
+            self.layouts.insert(key, (set, layout));
         }
-        Ok(&self.layouts[pass.name])
+        Ok(&self.layouts[&key])
     }
 
     fn pipeline(&mut self, device: &Arc<Device>, shared: &SharedSets, call: &PassCall) -> Result<Arc<Pipeline>, Error> {
-        let key = (call.pass.name, call.constants.clone());
+        let key = (std::ptr::from_ref(call.pass), call.constants.clone());
         if let Some(pipeline) = self.pipelines.get(&key) {
             return Ok(Arc::clone(pipeline));
         }
@@ -83,17 +85,17 @@ pub(super) struct Recorder<'r> {
 }
 
 impl Recorder<'_> {
-    /// Records all steps with the barriers before each; the pool returned has to live until the commands have run.
-    pub(super) fn record(&mut self, frame: &Frame, barriers: &[Vec<Barrier>]) -> Result<DescriptorPool, Error> {
+    /// Records some steps with the barriers before each; the pool returned has to live until the commands have run.
+    pub(super) fn record(&mut self, frame: &Frame, barriers: &[Vec<Barrier>], steps: Range<usize>) -> Result<DescriptorPool, Error> {
         let mut layouts = Vec::new();
-        for step in &frame.steps {
+        for step in &frame.steps[steps.clone()] {
             if let Work::Pass(call) = &step.work {
                 layouts.push(Arc::clone(&self.pipelines.layout(self.device, self.shared, call.pass)?.0));
             }
         }
         let pool = DescriptorPool::new(self.device, layouts.iter().map(|layout| &**layout))?;
         self.commands.begin()?;
-        for ((index, step), barriers) in (0u32..).zip(&frame.steps).zip(barriers) {
+        for ((index, step), barriers) in (0u32..).zip(&frame.steps).zip(barriers).take(steps.end).skip(steps.start) {
             if self.trace {
                 barriers.iter().for_each(|barrier| trace(frame, step, barrier));
             }

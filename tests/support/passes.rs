@@ -1,18 +1,34 @@
 //! Every pass there is: those of the library, which each module lists, and those of the tests.
 
+use lumivox::gi::registry::TECHNIQUES;
 use lumivox::gpu_struct;
 use lumivox::graph::pass::{Binding, Pass, RasterState, Sets, Shaders};
 use lumivox::graph::{Access, vk};
+use lumivox::render;
 use lumivox::shader::{Field, GpuStruct};
 
 /// All passes. A module that declares passes adds its list here.
 pub fn all_passes() -> Vec<&'static Pass> {
-    [TEST_PASSES].concat()
+    let techniques = TECHNIQUES.iter().flat_map(|entry| entry.passes.iter().copied().flatten().copied());
+    let mut all: Vec<&'static Pass> = Vec::new();
+    for pass in TEST_PASSES.iter().copied().chain(render::PASSES.iter().copied()).chain(techniques) {
+        if !all.iter().any(|known| std::ptr::eq(*known, pass)) {
+            all.push(pass);
+        }
+    }
+    all
 }
 
 /// Every struct that Rust and GLSL share, by name. A module that declares some adds them here.
 pub fn all_structs() -> Vec<(&'static str, &'static [Field])> {
-    vec![(ColorParams::NAME, ColorParams::FIELDS)]
+    let techniques = TECHNIQUES.iter().flat_map(|entry| entry.structs.iter().copied().flatten().copied());
+    let mut all = vec![(ColorParams::NAME, ColorParams::FIELDS)];
+    for (name, fields) in render::STRUCTS.iter().copied().chain(techniques) {
+        if !all.iter().any(|(known, _)| *known == name) {
+            all.push((name, fields));
+        }
+    }
+    all
 }
 
 gpu_struct! {

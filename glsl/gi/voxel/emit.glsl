@@ -53,7 +53,7 @@ void emit_fragment(TriangleSetup s, ivec3 local_voxel, Attributes attributes) {
         slot = append(voxel);
         if (slot >= params.capacity) return;
     }
-    vec3 albedo = material.albedo.rgb * textureLod(sampler2D(albedo_texture, linear_repeat), uv, voxel_lod(attributes, textureSize(sampler2D(albedo_texture, linear_repeat), 0))).rgb;
+    vec3 albedo = material.albedo.rgb * (1.0 - material.metalness.x) * textureLod(sampler2D(albedo_texture, linear_repeat), uv, voxel_lod(attributes, textureSize(sampler2D(albedo_texture, linear_repeat), 0))).rgb;
     vec3 unit_normal = normalize(s.normal);
     uint area = clamp(uint(round(covered * projected_area / abs(unit_normal.z) * AREA_UNIT)), 1u, 65535u);
     fragments[slot] = Fragment(voxel.x | voxel.y << 16, voxel.z | area << 16, pack_unit(unpermute(unit_normal, s.axis)), pack_unorm10(sqrt(albedo)),

@@ -21,7 +21,7 @@ struct Fragment {
 };
 
 // As Fragment, summed over the voxel's fragments and divided once by the total area. The mean normal is not of unit length.
-// area (16 bits) is a half float [voxel faces]; the largest |sum of area · normal| over the three axes is the coverage.
+// area (16 bits) is a half float [voxel faces]; the largest sum of area · |normal| over the three axes is the coverage.
 struct Voxel {
     uint xy;
     uint z_area;

@@ -1,5 +1,6 @@
 //! Cone sets and cone marching, shared by the voxel techniques.
 
+pub mod oracle;
 mod sets;
 
 use std::sync::Arc;
@@ -101,7 +102,7 @@ pub static STRUCTS: &[(&str, &[Field])] = &[(ConeParams::NAME, ConeParams::FIELD
 
 /// Settings of cones.
 pub static SETTINGS: &[Setting] = &[
-    Setting { name: "cones", help: "diffuse cones a pixel", unit: "", domain: Domain::OneOf(&[1, 5, 6, 9, 16, 25, 32]), default: "6" },
+    Setting { name: "cones", help: "diffuse cones a pixel", unit: "", domain: Domain::OneOf(&[1, 5, 6, 9, 16, 25, 32]), default: "16" },
     Setting {
         name: "cone_set",
         help: "directions: papers (1, 5, 6 and 9 as published; 16 and more on a disc) or disc (equal shares of the cosine-weighted disc)",
@@ -114,7 +115,7 @@ pub static SETTINGS: &[Setting] = &[
         help: "factor on tan(γ/2) of every diffuse cone; 1: the set covers the hemisphere once",
         unit: "",
         domain: Domain::Number { min: 0.05, max: 2.0 },
-        default: "1",
+        default: "0.15",
     },
     Setting { name: "step_factor", help: "β: step in sample diameters", unit: "diameters", domain: Domain::Number { min: 0.1, max: 2.0 }, default: "1" },
     Setting {
@@ -122,14 +123,14 @@ pub static SETTINGS: &[Setting] = &[
         help: "g in α' = 1 − (1 − α)^(g β); above 1 it makes up for what trilinear sampling lets through",
         unit: "",
         domain: Domain::Number { min: 0.1, max: 8.0 },
-        default: "1.5",
+        default: "2.5",
     },
     Setting {
         name: "height_clamp",
         help: "k: a sample is no wider than its height over the receiver's tangent plane / k; 0: off",
         unit: "",
         domain: Domain::Number { min: 0.0, max: 16.0 },
-        default: "3",
+        default: "5",
     },
     Setting {
         name: "start_offset",

@@ -5,6 +5,7 @@
 
 mod grid;
 pub mod light;
+pub mod oracle;
 pub mod rays;
 pub mod voxelize;
 

@@ -50,7 +50,7 @@ pub static GATHER_RAYS: Pass = Pass {
 
 /// Settings of the gather by rays.
 pub static RAY_SETTINGS: &[Setting] = &[
-    Setting { name: "rays", help: "directions a pixel, with gather = rays", unit: "", domain: Domain::Count { min: 1, max: 4096 }, default: "64" },
+    Setting { name: "rays", help: "directions a pixel, with gather = rays", unit: "", domain: Domain::Count { min: 1, max: 4096 }, default: "16" },
     Setting {
         name: "ray_start",
         help: "start of a ray over the surface, along its normal",

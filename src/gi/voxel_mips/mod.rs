@@ -1,5 +1,7 @@
 //! Technique `voxel-mips`: dense 3D textures with a full mip chain (Hong 2015, section 4.1), cone-traced.
 
+pub mod oracle;
+
 use std::sync::Arc;
 
 use super::cone::{self, ConeTracer};
@@ -45,7 +47,12 @@ static SETTINGS: &[Setting] = &[
 ];
 
 static PRESETS: &[Preset] = &[
-    Preset { name: "accurate", help: "the best measured error per millisecond", values: &[] },
+    Preset { name: "accurate", help: "the best measured error per millisecond: exact rays, interleaved over 4×4 pixels", values: &[("gather", "rays")] },
+    Preset {
+        name: "cones",
+        help: "cones as they converge best: narrow, interleaved, kept off the receiver's plane, through mips that stay opaque",
+        values: &[],
+    },
     Preset {
         name: "textbook",
         help: "as the papers have it: box-filtered mips, six cones of 60°",
@@ -53,6 +60,7 @@ static PRESETS: &[Preset] = &[
             ("mip_filter", "box"),
             ("cone_set", "papers"),
             ("cones", "6"),
+            ("aperture_scale", "1"),
             ("step_factor", "0.5"),
             ("opacity_exponent", "1"),
             ("height_clamp", "0"),
@@ -148,12 +156,7 @@ impl VoxelMips {
         }
         for mip in 1..volume.mips() {
             let groups = volume.extent(mip)[0].div_ceil(4);
-            frame
-                .pass(&FILTER)
-                .bind_mip(volume, mip - 1)
-                .bind_mip(volume, mip)
-                .constants(&[self.mip_method as u32])
-                .dispatch([groups; 3]);
+            frame.pass(&FILTER).bind_mip(volume, mip - 1).bind_mip(volume, mip).constants(&[self.mip_method as u32]).dispatch([groups; 3]);
         }
     }
 }
