@@ -65,4 +65,13 @@ void emit_fragment(TriangleSetup s, ivec3 local_voxel, Attributes attributes) {
     }
 }
 
+// Appends a fragment for every touched voxel of one column along the dominant axis; `column` is relative to s.base.
+void voxelize_column(TriangleSetup s, ivec2 column, Attributes attributes) {
+    if (!touches_column(s, column)) return;
+    ivec2 range = depth_range(s, column);
+    for (int z = range.x; z <= range.y; ++z) {
+        if (touches(s, ivec3(column, z))) emit_fragment(s, ivec3(column, z), attributes);
+    }
+}
+
 #endif

@@ -11,9 +11,5 @@ void main() {
     if (!fetch_triangle(triangle_index, s, attributes)) return;
     ivec2 column = ivec2(gl_FragCoord.xy) - s.base.xy;
     if (any(lessThan(column, s.low.xy)) || any(greaterThan(column, s.high.xy))) return;
-    if (!touches_column(s, column)) return;
-    ivec2 range = depth_range(s, column);
-    for (int z = range.x; z <= range.y; ++z) {
-        if (touches(s, ivec3(column, z))) emit_fragment(s, ivec3(column, z), attributes);
-    }
+    voxelize_column(s, column, attributes);
 }

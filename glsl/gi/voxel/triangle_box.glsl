@@ -81,6 +81,20 @@ bool touches_column(TriangleSetup s, ivec2 column) {
     return inside_interval(s.xy[0], centre) && inside_interval(s.xy[1], centre) && inside_interval(s.xy[2], centre);
 }
 
+// First and last column of a row that the edge tests can leave, with a margin for rounding; `touches_column` decides.
+ivec2 row_range(TriangleSetup s, int row) {
+    vec2 range = vec2(s.low.x, s.high.x) + vec2(0.5);
+    for (int i = 0; i < 3; ++i) {
+        vec4 axis = s.xy[i];
+        vec2 bounds = (axis.zw - axis.y * (float(row) + 0.5)) / axis.x;
+        bool level = abs(axis.x) < 1e-6;
+        float margin = 0.01 + 1e-5 * (abs(axis.z) + abs(axis.w) + abs(axis.y) * (abs(float(row)) + 1.0)) / abs(axis.x);
+        range.x = level ? range.x : max(range.x, min(bounds.x, bounds.y) - margin);
+        range.y = level ? range.y : min(range.y, max(bounds.x, bounds.y) + margin);
+    }
+    return ivec2(ceil(range.x - 0.5), floor(range.y - 0.5));
+}
+
 // The rest of the test, for one voxel of a touched column.
 bool touches(TriangleSetup s, ivec3 voxel) {
     vec3 centre = vec3(voxel) + 0.5;
