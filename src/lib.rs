@@ -15,7 +15,7 @@
 //! Every technique answers one question: given the G-buffer, what are, at each pixel, the indirect diffuse irradiance E_i, the indirect specular
 //! radiance L_s and the ambient visibility ([`gi::IndirectLight`])? One shared pass composites L = L_e + L_direct + ρ/π · E_i + L_s, so techniques
 //! differ in nothing else. A technique states its number of bounces ([`gi::registry::Entry::bounces`]) and is compared with the
-//! [`reference`] at that number. Images are linear; exposure and sRGB are for looking only.
+//! [`mod@reference`] at that number. Images are linear; exposure and sRGB are for looking only.
 //!
 //! # Words
 //!
@@ -64,19 +64,21 @@
 //!
 //! # The modules
 //!
-//! Each uses only those above it; [`reference`], [`image`] and [`metrics`] stand apart and know of [`scene`] alone.
+//! Each uses only those above it; [`mod@reference`], [`mod@image`] and [`metrics`] stand apart and know of [`scene`] alone.
 //!
-//! - [`vulkan`]: the only unsafe code: instance, device, memory, resources, pipelines, commands
-//! - [`shader`]: the embedded SPIR-V, and the structs that Rust and GLSL share
-//! - [`graph`]: passes as data, the pure barrier planner, recording, timing
-//! - [`scene`]: the scene on the CPU: OBJ, TOML, textures, bundled scenes
-//! - [`render`]: the passes that all techniques share
-//! - [`gi`]: the techniques
-//! - [`frame`]: the frame, top to bottom
-//! - [`measure`]: reports
-//! - [`mod@reference`]: the CPU path tracer, ground truth
-//! - [`mod@image`]: linear float images, EXR and PNG
-//! - [`metrics`]: error and stability
+//! | module | holds |
+//! | --- | --- |
+//! | [`vulkan`] | the only unsafe code: instance, device, memory, resources, pipelines, commands |
+//! | [`shader`] | the embedded SPIR-V, and the structs that Rust and GLSL share |
+//! | [`graph`] | passes as data, the pure barrier planner, recording, timing |
+//! | [`scene`] | the scene on the CPU: OBJ, TOML, textures, bundled scenes |
+//! | [`render`] | the passes that all techniques share |
+//! | [`gi`] | the techniques |
+//! | [`frame`] | the frame, top to bottom |
+//! | [`measure`] | times, memory, counts and error of a run, as JSON |
+//! | [`mod@reference`] | the CPU path tracer, ground truth |
+//! | [`mod@image`] | linear float images, EXR and PNG |
+//! | [`metrics`] | error and stability |
 
 pub mod frame;
 pub mod gi;
