@@ -49,7 +49,7 @@ pub struct Report {
     pub passes: Vec<PassTimes>,
     /// Every buffer and image on the device, in order of creation; those of one name are summed.
     pub memory: Vec<MemoryRow>,
-    /// Their sum.
+    /// Their sum, as the allocator counts it.
     pub memory_bytes: u64,
     /// Counts, by name.
     pub counts: BTreeMap<&'static str, u64>,
@@ -94,7 +94,7 @@ impl Report {
             settings: settings.iter().collect(),
             build: Vec::new(),
             passes: Vec::new(),
-            memory_bytes: memory.iter().map(|row| row.bytes).sum(),
+            memory_bytes: gpu.memory_total(),
             memory,
             counts: BTreeMap::new(),
             error: None,

@@ -88,6 +88,11 @@ impl Memory {
         self.ledger().values().map(|entry| (entry.name.clone(), entry.bytes)).collect()
     }
 
+    /// Bytes in use as the allocator counts them, which is not how [`Memory::list`] does.
+    pub(super) fn allocated_bytes(&self) -> u64 {
+        self.allocator().as_ref().map_or(0, |allocator| allocator.generate_report().total_allocated_bytes)
+    }
+
     /// Gives all memory back; right before the device is destroyed.
     pub(super) fn close(&self) {
         drop(self.allocator().take());
