@@ -65,7 +65,7 @@ pub struct ReportError {
     source: std::io::Error,
 }
 
-/// Memory in use, by name.
+/// Memory in use, by name; the last row is what the allocator spends on alignment, so that the sum is the allocator's own.
 pub fn memory_rows(gpu: &Gpu) -> Vec<MemoryRow> {
     let mut rows: Vec<MemoryRow> = Vec::new();
     for (name, bytes) in gpu.memory() {
@@ -73,6 +73,11 @@ pub fn memory_rows(gpu: &Gpu) -> Vec<MemoryRow> {
             Some(row) => row.bytes += bytes,
             None => rows.push(MemoryRow { name, bytes }),
         }
+    }
+    let known: u64 = rows.iter().map(|row| row.bytes).sum();
+    match gpu.memory_total().saturating_sub(known) {
+        0 => {}
+        bytes => rows.push(MemoryRow { name: "allocator.alignment".into(), bytes }),
     }
     rows
 }

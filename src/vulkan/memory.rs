@@ -58,7 +58,7 @@ impl Memory {
         };
         match result {
             Ok(allocation) => {
-                self.ledger().insert(id, Entry { name: name.to_owned(), bytes: requirements.size });
+                self.ledger().insert(id, Entry { name: name.to_owned(), bytes: allocation.size() });
                 Ok(allocation)
             }
             Err(AllocationError::OutOfMemory) => Err(self.out_of_memory(name, requirements.size)),
