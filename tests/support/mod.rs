@@ -2,7 +2,9 @@
 #![allow(dead_code, unreachable_pub, clippy::unwrap_used, clippy::expect_used)]
 
 pub mod passes;
+pub mod scenes;
 pub mod sha256;
+pub mod voxels;
 
 use std::ops::Deref;
 
