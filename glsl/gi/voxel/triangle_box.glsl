@@ -22,13 +22,17 @@ vec3 permute(vec3 p, uint axis) { return axis == 0u ? p.yzx : axis == 1u ? p.zxy
 vec3 unpermute(vec3 p, uint axis) { return axis == 0u ? p.zxy : axis == 1u ? p.yzx : p; }
 ivec3 unpermute(ivec3 p, uint axis) { return axis == 0u ? p.zxy : axis == 1u ? p.yzx : p; }
 
+// How much larger than a voxel the tested box is, relative to the coordinates: a few roundings of f32, so that what touches in a point or along an edge
+// is not lost to them.
+const float ROUNDING = 1.0 / 4194304.0;
+
 // The axis perpendicular to edge a→b in one projection, and where the centre of a touched box may lie along it; `c` is the opposite vertex.
-vec4 edge_axis(vec2 a, vec2 b, vec2 c) {
+vec4 edge_axis(vec2 a, vec2 b, vec2 c, vec2 half_size) {
     precise vec2 edge = b - a;
     vec2 perpendicular = vec2(-edge.y, edge.x);
     precise float on_edge = perpendicular.x * a.x + perpendicular.y * a.y;
     precise float opposite = perpendicular.x * c.x + perpendicular.y * c.y;
-    precise float radius = 0.5 * (abs(perpendicular.x) + abs(perpendicular.y));
+    precise float radius = half_size.x * abs(perpendicular.x) + half_size.y * abs(perpendicular.y);
     precise float low = min(on_edge, opposite) - radius;
     precise float high = max(on_edge, opposite) + radius;
     return vec4(perpendicular, low, high);
@@ -69,13 +73,14 @@ bool setup_triangle(vec3 a, vec3 b, vec3 c, int resolution, out TriangleSetup s)
     precise float along0 = s.normal.x * v0.x + s.normal.y * v0.y + s.normal.z * v0.z;
     precise float along1 = s.normal.x * v1.x + s.normal.y * v1.y + s.normal.z * v1.z;
     precise float along2 = s.normal.x * v2.x + s.normal.y * v2.y + s.normal.z * v2.z;
-    precise float radius = 0.5 * (abs(s.normal.x) + abs(s.normal.y) + abs(s.normal.z));
+    precise vec3 half_size = 0.5 + ROUNDING * (max(abs(v0), max(abs(v1), abs(v2))) + 1.0);
+    precise float radius = half_size.x * abs(s.normal.x) + half_size.y * abs(s.normal.y) + half_size.z * abs(s.normal.z);
     precise float plane_low = min(along0, min(along1, along2)) - radius, plane_high = max(along0, max(along1, along2)) + radius;
     s.plane_low = plane_low;
     s.plane_high = plane_high;
-    s.xy = vec4[3](edge_axis(v0.xy, v1.xy, v2.xy), edge_axis(v1.xy, v2.xy, v0.xy), edge_axis(v2.xy, v0.xy, v1.xy));
-    s.yz = vec4[3](edge_axis(v0.yz, v1.yz, v2.yz), edge_axis(v1.yz, v2.yz, v0.yz), edge_axis(v2.yz, v0.yz, v1.yz));
-    s.zx = vec4[3](edge_axis(v0.zx, v1.zx, v2.zx), edge_axis(v1.zx, v2.zx, v0.zx), edge_axis(v2.zx, v0.zx, v1.zx));
+    s.xy = vec4[3](edge_axis(v0.xy, v1.xy, v2.xy, half_size.xy), edge_axis(v1.xy, v2.xy, v0.xy, half_size.xy), edge_axis(v2.xy, v0.xy, v1.xy, half_size.xy));
+    s.yz = vec4[3](edge_axis(v0.yz, v1.yz, v2.yz, half_size.yz), edge_axis(v1.yz, v2.yz, v0.yz, half_size.yz), edge_axis(v2.yz, v0.yz, v1.yz, half_size.yz));
+    s.zx = vec4[3](edge_axis(v0.zx, v1.zx, v2.zx, half_size.zx), edge_axis(v1.zx, v2.zx, v0.zx, half_size.zx), edge_axis(v2.zx, v0.zx, v1.zx, half_size.zx));
     return true;
 }
 
