@@ -1,6 +1,7 @@
 //! What the tests share: a validated device that must be there, the passes of the tests, and random numbers.
 #![allow(dead_code, unreachable_pub, clippy::unwrap_used, clippy::expect_used)]
 
+pub mod gather;
 pub mod passes;
 pub mod scenes;
 pub mod sha256;

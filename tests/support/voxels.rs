@@ -118,6 +118,8 @@ pub struct SetDifference {
     pub oracle: usize,
     /// Voxels that one has and the other has not, all of them within rounding of touching.
     pub rounding: usize,
+    /// Those of them that only the oracle has.
+    pub missing: usize,
     /// The largest distance from touching among those (voxels).
     pub worst: f64,
 }
@@ -137,6 +139,7 @@ pub fn compare_sets(occupied: &BTreeSet<VoxelIndex>, scene: &Scene, grid: &Grid)
             return Err(format!("{voxel:?} {what}: separation {separation}"));
         }
         difference.rounding += 1;
+        difference.missing += usize::from(oracle.contains(voxel));
         difference.worst = difference.worst.max(separation.abs());
     }
     Ok(difference)

@@ -122,16 +122,19 @@ fn clip_to_voxel(polygon: &[DVec3], voxel: VoxelIndex) -> Vec<DVec3> {
     polygon
 }
 
+/// Distance from a plane that counts as in it \[voxels\]: a corner made by one face of a voxel is off another by f64 rounding.
+const IN_PLANE: f64 = 1e-9;
+
 /// The part of a convex polygon where `inside` (linear) is not negative.
 fn clip(polygon: &[DVec3], inside: impl Fn(DVec3) -> f64) -> Vec<DVec3> {
     let mut kept = Vec::new();
     for (index, &point) in polygon.iter().enumerate() {
         let next = polygon[(index + 1) % polygon.len()];
         let (here, there) = (inside(point), inside(next));
-        if here >= 0.0 {
+        if here >= -IN_PLANE {
             kept.push(point);
         }
-        if (here > 0.0 && there < 0.0) || (here < 0.0 && there > 0.0) {
+        if (here > IN_PLANE && there < -IN_PLANE) || (here < -IN_PLANE && there > IN_PLANE) {
             kept.push(point.lerp(next, here / (here - there)));
         }
     }

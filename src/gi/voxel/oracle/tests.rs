@@ -146,6 +146,16 @@ fn a_common_face_counts_in_both_voxels() {
     assert!(close(voxels[&[0, 0, 0]].mean_position.z, 1.0) && close(voxels[&[0, 0, 1]].mean_position.z, 0.0));
 }
 
+/// A triangle in a plane between voxels whose corners lie anywhere fills the face of every voxel inside it, however its outline is rounded.
+#[test]
+fn a_common_face_is_whole_whatever_the_outline() {
+    let triangle = [[10.261913, 38.0, 12.524603], [15.524603, 38.0, 29.738089], [32.73809, 38.0, 24.475399]];
+    let voxels = voxelize(&scene_of(&[(triangle, 0.5)]), &Grid { resolution: 64, ..UNIT_GRID });
+    for y in [37, 38] {
+        assert!(close(voxels[&[16, y, 28]].area, 1.0), "{}", voxels[&[16, y, 28]].area);
+    }
+}
+
 /// A voxel touched in one point has the least weight; its mean position is that point.
 #[test]
 fn slivers_have_the_least_weight() {
