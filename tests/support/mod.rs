@@ -1,8 +1,10 @@
 //! What the tests share: a validated device that must be there, the passes of the tests, and random numbers.
 #![allow(dead_code, unreachable_pub, clippy::unwrap_used, clippy::expect_used)]
 
+pub mod hazards;
 pub mod passes;
 pub mod sha256;
+pub mod technique;
 
 use std::ops::Deref;
 
