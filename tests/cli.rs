@@ -95,7 +95,7 @@ const BAD_ARGUMENTS: &[(&str, i32, &[&str])] = &[
     ("bundled:cornell --device 99 --size 8x8 -o a.png", 1, &["99", "there are"]),
     ("bundled:cornell -o a.jpg", 2, &["a.jpg", ".exr", ".png"]),
     ("bundled:cornell -o a", 2, &[".exr", ".png"]),
-    ("bundled:cornell", 2, &["--output"]),
+    ("bundled:cornell", 2, &["required"]),
     ("bundled:nosuch -o a.png", 2, &["nosuch", "cornell"]),
     ("bundled:cornell,width=3 -o a.png", 2, &["width"]),
     ("bundled:furnace,albedo=7 -o a.png", 2, &["albedo", "0.99"]),
