@@ -24,8 +24,9 @@ struct Bounds {
 
 /// Measured (lavapipe) in the comments, as bias and RMSE in the same order. The first three are at 64³, the plates at 128³.
 const BOUNDS: &[Bounds] = &[
-    // +0.001 0.003; 0 0; -0.000 0.000; +0.011 0.105, which is the noise of 256 directions on a small bright source
-    Bounds { name: "voxel-mips.accurate", lit_sphere: [0.005, 0.01], sky: [0.001, 0.001], furnace: [0.001, 0.001], plates: [0.03, 0.13] },
+    // +0.001 0.003; 0 0; -0.000 0.000; +0.031 0.119: touched voxels and their slack make the lamp 2% larger, the rest is the noise of
+    // 256 directions on a small bright source (+0.011 0.105 with other patterns)
+    Bounds { name: "voxel-mips.accurate", lit_sphere: [0.005, 0.01], sky: [0.001, 0.001], furnace: [0.001, 0.001], plates: [0.05, 0.15] },
     // -0.040 0.040; 0 0; -0.014 0.014; -0.024 0.115
     Bounds { name: "voxel-mips.cones", lit_sphere: [0.05, 0.05], sky: [0.001, 0.001], furnace: [0.02, 0.02], plates: [0.05, 0.15] },
     // -0.781 0.781; -0.224 0.224; -0.276 0.280; -0.984 1.063: box-filtered mips dissolve thin walls, and wide cones meet their own plane
