@@ -59,7 +59,7 @@ pub struct Report {
 
 /// A report that could not be written.
 #[derive(Debug, thiserror::Error)]
-#[error("cannot write the report {}: {source}", path.display())]
+#[error("cannot write the report {}: {source}; check that the folder exists, is writable and has space", path.display())]
 pub struct ReportError {
     path: PathBuf,
     source: std::io::Error,
