@@ -138,11 +138,14 @@ fn bad_arguments_elsewhere() {
 
 const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
 
-/// Files that are no scene: the scene's name, its files, and what the error must say.
+/// A scene's name, its files, and what the error must say.
+type BadScene<'a> = (&'a str, &'a [(&'a str, &'a str)], &'a [&'a str]);
+
+/// Files that are no scene.
 #[test]
 fn bad_scenes() {
     let with_texture = "mtllib a.mtl\nusemtl m\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\n";
-    let cases: &[(&str, &[(&str, &str)], &[&str])] = &[
+    let cases: &[BadScene] = &[
         ("gone.obj", &[], &["gone.obj", "check the path"]),
         ("gone.toml", &[], &["gone.toml"]),
         ("a.stl", &[("a.stl", "solid")], &["a.stl", ".obj"]),
