@@ -155,8 +155,23 @@ impl Run<'_> {
 
 fn rows(stats: &[FrameStats]) -> Vec<PassTimes> {
     let mut times = TimesAccumulator::default();
-    stats.iter().for_each(|stats| times.add(stats));
+    stats.iter().map(summed).for_each(|stats| times.add(&stats));
     times.rows()
+}
+
+/// One row for each pass. A build of several frames may list a pass more than once.
+fn summed(stats: &FrameStats) -> FrameStats {
+    let mut sum = FrameStats::default();
+    for pass in &stats.passes {
+        match sum.passes.iter_mut().find(|known| known.name == pass.name) {
+            Some(known) => {
+                known.gpu_ms += pass.gpu_ms;
+                known.runs += pass.runs;
+            }
+            None => sum.passes.push(pass.clone()),
+        }
+    }
+    sum
 }
 
 /// A sum over some passes, of builds or of frames.
@@ -239,6 +254,12 @@ mod tests {
         assert_eq!(median("gather"), Some(9.0));
         assert_eq!(median("mips"), Some(1.0));
         assert_eq!(median("maps"), None);
+    }
+
+    #[test]
+    fn a_pass_listed_twice_is_one_measurement() {
+        let rows = rows(&[stats(&[("voxel.clear", 1.0), ("voxel.resolve", 4.0), ("voxel.clear", 2.0)])]);
+        assert_eq!(rows.iter().map(|row| (row.name.as_str(), row.gpu_ms.median, row.gpu_ms.n)).collect::<Vec<_>>(), [("voxel.clear", 3.0, 1), ("voxel.resolve", 4.0, 1)]);
     }
 
     #[test]

@@ -281,14 +281,14 @@ fn draw_lines<DB: DrawingBackend>(area: &DrawingArea<DB, Shift>, x_label: &str, 
     let y = range(points().map(|point| point.1).chain(floor.clone()), panel.y_scale);
     let mut builder = ChartBuilder::on(area);
     builder.margin(MARGIN_PX).margin_top(4).x_label_area_size(44).y_label_area_size(70);
-    let ticks = (x.end.floor() - x.start.ceil()).max(0.0) as usize + 1;
-    let whole = |exponent: &f64| if (exponent - exponent.round()).abs() < 1e-6 { format!("{}", exponent.exp2().round()) } else { String::new() };
+    let x_ticks: Vec<f64> = (x.start.ceil() as i32..=x.end.floor() as i32).map(f64::from).collect();
     // The two scales are of different types; what is drawn is the same.
     macro_rules! draw_on {
         ($y:expr) => {{
-            let mut chart = builder.build_cartesian_2d(x.clone(), $y)?;
+            let mut chart = builder.build_cartesian_2d(x.clone().with_key_points(x_ticks.clone()), $y)?;
             let mut mesh = chart.configure_mesh();
-            mesh.disable_x_mesh().x_labels(ticks + 1).x_label_formatter(&whole).y_label_formatter(&|y| short(*y));
+            mesh.disable_x_mesh().x_labels(x_ticks.len()).x_label_formatter(&|exponent| format!("{}", exponent.exp2().round()));
+            mesh.y_labels(10).max_light_lines(0).y_label_formatter(&|y| short(*y));
             mesh.x_desc(x_label).y_desc(panel.y_label.as_str()).label_style(("sans-serif", TEXT_PX)).light_line_style(RGBColor(235, 235, 235)).draw()?;
             if let (Some((_, what)), Some(y)) = (&panel.floor, floor.last()) {
                 let grey = RGBColor(120, 120, 120);
@@ -296,19 +296,29 @@ fn draw_lines<DB: DrawingBackend>(area: &DrawingArea<DB, Shift>, x_label: &str, 
                 let style = ("sans-serif", 12).into_font().color(&grey);
                 chart.draw_series([EmptyElement::at((x.start, y)) + Text::new(what.clone(), (6, -15), style)])?;
             }
-            for series in &panel.series {
+            for (index, series) in panel.series.iter().enumerate() {
+                // Later lines are thinner, so that one that lies under another can be seen.
+                let wider = (panel.series.len() - 1 - index).min(4) as u32;
                 let color = color(names.iter().position(|name| *name == series.name).unwrap_or(0));
                 let points: Vec<(f64, f64)> = series.points.iter().filter(|point| usable(point.1)).map(|(x, y)| (x.log2(), *y)).collect();
-                chart.draw_series(LineSeries::new(points.iter().copied(), color.stroke_width(2)))?;
-                chart.draw_series(points.iter().map(|point| Circle::new(*point, 4, color.filled())))?;
+                chart.draw_series(LineSeries::new(points.iter().copied(), color.stroke_width(2 + 2 * wider)))?;
+                chart.draw_series(points.iter().map(|point| Circle::new(*point, 4 + wider, color.filled())))?;
             }
         }};
     }
     match panel.y_scale {
         Scale::Linear => draw_on!(y),
-        Scale::Log => draw_on!(y.log_scale()),
+        Scale::Log => draw_on!(y.clone().log_scale().with_key_points(log_ticks(&y))),
     }
     Ok(())
+}
+
+/// Round numbers in a range of positive ones, few of them.
+fn log_ticks(range: &std::ops::Range<f64>) -> Vec<f64> {
+    let decades = (range.end / range.start).log10();
+    let digits: &[f64] = if decades < 1.0 { &[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0] } else { &[1.0, 2.0, 5.0] };
+    let powers = range.start.log10().floor() as i32..=range.end.log10().ceil() as i32;
+    powers.flat_map(|power| digits.iter().map(move |digit| digit * 10.0f64.powi(power))).filter(|tick| range.contains(tick)).collect()
 }
 
 fn draw_bars<DB: DrawingBackend>(area: &DrawingArea<DB, Shift>, panel: &BarPanel, names: &[&str]) -> Drawn<DB> {
@@ -318,19 +328,20 @@ fn draw_bars<DB: DrawingBackend>(area: &DrawingArea<DB, Shift>, panel: &BarPanel
     let widest = panel.bars.iter().map(|bar| bar.label.chars().count()).max().unwrap_or(0) as u32;
     let mut builder = ChartBuilder::on(area);
     builder.margin(MARGIN_PX).margin_top(4).margin_right(40).x_label_area_size(44).y_label_area_size(30 + 8 * widest);
-    let mut chart = builder.build_cartesian_2d(0.0..1.12 * longest, (0..count).into_segmented())?;
+    let mut chart = builder.build_cartesian_2d(0.0..1.12 * longest, (0..count - 1).into_segmented())?;
     let name = |segment: &SegmentValue<usize>| match segment {
         SegmentValue::CenterOf(index) => panel.bars.iter().rev().nth(*index).map(|bar| bar.label.clone()).unwrap_or_default(),
         _ => String::new(),
     };
     let mut mesh = chart.configure_mesh();
-    mesh.disable_y_mesh().y_labels(count + 1).y_label_formatter(&name).x_label_formatter(&|x| short(*x));
+    mesh.disable_y_mesh().max_light_lines(0).y_labels(count + 1).y_label_formatter(&name).x_label_formatter(&|x| short(*x));
     mesh.x_desc(panel.x_label.as_str()).label_style(("sans-serif", TEXT_PX)).light_line_style(RGBColor(235, 235, 235)).draw()?;
     for (index, bar) in panel.bars.iter().rev().enumerate() {
         let mut start = 0.0;
         for (part, value) in &bar.parts {
             let color = color(names.iter().position(|name| name == part).unwrap_or(0));
-            let mut rectangle = Rectangle::new([(start, SegmentValue::Exact(index)), (start + value, SegmentValue::Exact(index + 1))], color.filled());
+            let above = if index + 1 == count { SegmentValue::Last } else { SegmentValue::Exact(index + 1) };
+            let mut rectangle = Rectangle::new([(start, SegmentValue::Exact(index)), (start + value, above)], color.filled());
             rectangle.set_margin(4, 4, 0, 0);
             chart.draw_series([rectangle])?;
             start += value;
@@ -343,8 +354,8 @@ fn draw_bars<DB: DrawingBackend>(area: &DrawingArea<DB, Shift>, panel: &BarPanel
 
 /// A number with three digits that count.
 fn short(value: f64) -> String {
-    if value == 0.0 || !value.is_finite() {
-        return format!("{value}");
+    if value.abs() < 1e-12 || !value.is_finite() {
+        return if value.is_finite() { "0".to_owned() } else { format!("{value}") };
     }
     let digits = (2 - value.abs().log10().floor() as i32).clamp(0, 6) as usize;
     let text = format!("{value:.digits$}");
@@ -366,8 +377,14 @@ mod tests {
     }
 
     #[test]
+    fn ticks_are_few_and_inside() {
+        assert_eq!(log_ticks(&(0.015..1.1)), [0.02, 0.05, 0.1, 0.2, 0.5, 1.0]);
+        assert_eq!(log_ticks(&(11.0..45.0)), [15.0, 20.0, 30.0, 40.0]);
+    }
+
+    #[test]
     fn short_numbers() {
-        let cases = [(0.0, "0"), (0.0213, "0.0213"), (1.5, "1.5"), (12.345, "12.3"), (1234.5, "1234"), (-0.25, "-0.25"), (100.0, "100")];
+        let cases = [(0.0, "0"), (-1e-17, "0"), (0.0213, "0.0213"), (1.5, "1.5"), (12.345, "12.3"), (1234.5, "1234"), (-0.25, "-0.25"), (100.0, "100")];
         cases.iter().for_each(|(value, text)| assert_eq!(short(*value), *text));
     }
 
