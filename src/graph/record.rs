@@ -26,11 +26,11 @@ pub(super) struct Pipelines {
 impl Pipelines {
     fn layout(&mut self, device: &Arc<Device>, shared: &SharedSets, pass: &'static Pass) -> Result<&(Arc<SetLayout>, Arc<PipelineLayout>), Error> {
         let key = std::ptr::from_ref(pass);
-        if !self.layouts.contains_key(&key) {
+        if let std::collections::hash_map::Entry::Vacant(e) = self.layouts.entry(key) {
             let kinds: Vec<_> = pass.bindings.iter().map(|binding| binding.descriptor_type()).collect();
             let set = SetLayout::new(device, pass.name, &kinds)?;
             let layout = PipelineLayout::new(device, pass.name, &[&shared.scene, &set, &shared.material], pass.push_bytes)?;
-            self.layouts.insert(key, (set, layout));
+            e.insert((set, layout));
         }
         Ok(&self.layouts[&key])
     }

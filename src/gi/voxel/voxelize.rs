@@ -386,7 +386,7 @@ impl Voxelizer {
     /// Workgroups of 64 triangles, and how many share the columns of the same triangles where there are few.
     fn triangle_groups(&self, triangle_count: u32) -> [u32; 3] {
         let groups = triangle_count.div_ceil(64);
-        let sharing = (64 / groups).clamp(1, (self.grid.resolution.pow(2) / 256).max(1));
+        let sharing = (64 / groups).clamp(1, self.grid.resolution.pow(2).div_ceil(256));
         [groups, sharing, 1]
     }
 
