@@ -259,7 +259,10 @@ mod tests {
     #[test]
     fn a_pass_listed_twice_is_one_measurement() {
         let rows = rows(&[stats(&[("voxel.clear", 1.0), ("voxel.resolve", 4.0), ("voxel.clear", 2.0)])]);
-        assert_eq!(rows.iter().map(|row| (row.name.as_str(), row.gpu_ms.median, row.gpu_ms.n)).collect::<Vec<_>>(), [("voxel.clear", 3.0, 1), ("voxel.resolve", 4.0, 1)]);
+        assert_eq!(
+            rows.iter().map(|row| (row.name.as_str(), row.gpu_ms.median, row.gpu_ms.n)).collect::<Vec<_>>(),
+            [("voxel.clear", 3.0, 1), ("voxel.resolve", 4.0, 1)]
+        );
     }
 
     #[test]
