@@ -16,7 +16,7 @@ use super::common::{is_exr, parse_size, say};
 pub(crate) struct Args {
     /// `bundled:NAME`, or the path of a .toml or .obj file.
     scene: String,
-    /// Width and height [px].
+    /// Width and height (px).
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse_size)]
     size: (u32, u32),
     /// Indirect bounces: a number (0 is direct light only), or `full` for all.

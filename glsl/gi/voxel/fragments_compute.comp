@@ -19,8 +19,7 @@ ivec2 runs(TriangleSetup s) {
 
 uint run_count(uint triangle) {
     TriangleSetup s;
-    Attributes attributes;
-    if (triangle >= params.triangle_count || !fetch_triangle(params.first_triangle + triangle, s, attributes)) return 0u;
+    if (triangle >= params.triangle_count || !fetch_triangle(params.first_triangle + triangle, s)) return 0u;
     ivec2 count = runs(s);
     return uint(count.x * count.y);
 }
@@ -43,12 +42,11 @@ void voxelize_run(uint first, uint item) {
     }
     int index = int(triangle == 0u ? item : item - run_ends[triangle - 1u]);
     TriangleSetup s;
-    Attributes attributes;
-    if (!fetch_triangle(params.first_triangle + first + triangle, s, attributes)) return;
+    if (!fetch_triangle(params.first_triangle + first + triangle, s)) return;
     int in_row = runs(s).x;
     int row = s.low.y + index / in_row, start = s.low.x + index % in_row * RUN;
     ivec2 columns = clamp(row_range(s, row), ivec2(start, start - 1), ivec2(start + RUN, start + RUN - 1));
-    for (int x = columns.x; x <= columns.y; ++x) voxelize_column(s, ivec2(x, row), attributes);
+    for (int x = columns.x; x <= columns.y; ++x) voxelize_column(s, params.first_triangle + first + triangle, ivec2(x, row));
 }
 
 void main() {
