@@ -98,8 +98,8 @@ pub enum ChartError {
     },
 }
 
-/// Colours that also differ for the colour-blind (Okabe & Ito 2008), then darker ones of the same hues.
-const COLORS: [RGBColor; 14] = [
+/// Colours that also differ for the colour-blind (Okabe & Ito 2008), then darker and lighter ones of the same hues.
+const COLORS: [RGBColor; 20] = [
     RGBColor(0, 114, 178),
     RGBColor(230, 159, 0),
     RGBColor(0, 158, 115),
@@ -114,6 +114,12 @@ const COLORS: [RGBColor; 14] = [
     RGBColor(110, 48, 0),
     RGBColor(102, 60, 84),
     RGBColor(170, 170, 170),
+    RGBColor(150, 200, 230),
+    RGBColor(250, 210, 140),
+    RGBColor(140, 210, 190),
+    RGBColor(240, 180, 140),
+    RGBColor(230, 190, 215),
+    RGBColor(150, 145, 40),
 ];
 
 const WIDTH_PX: u32 = 1000;
@@ -300,7 +306,7 @@ fn draw_lines<DB: DrawingBackend>(area: &DrawingArea<DB, Shift>, x_label: &str, 
         let wider = (panel.series.len() - 1 - index).min(4) as u32;
         let color = color(names.iter().position(|name| *name == series.name).unwrap_or(0));
         let points: Vec<(f64, f64)> = series.points.iter().filter(|point| usable(point.1)).map(|(x, y)| (x.log2(), *y)).collect();
-        chart.draw_series(LineSeries::new(points.iter().copied(), color.stroke_width(2 + 2 * wider)))?;
+        chart.draw_series(LineSeries::new(points.iter().copied(), color.stroke_width(2 + wider)))?;
         chart.draw_series(points.iter().map(|point| Circle::new(*point, 4 + wider, color.filled())))?;
     }
     Ok(())
