@@ -295,7 +295,7 @@ fn draw_lines<DB: DrawingBackend>(area: &DrawingArea<DB, Shift>, x_label: &str, 
     let mut mesh = chart.configure_mesh();
     mesh.disable_x_mesh().max_light_lines(0).x_label_formatter(&|exponent| format!("{}", exponent.exp2().round())).y_label_formatter(&|y| short(*y));
     mesh.x_desc(x_label).y_desc(panel.y_label.as_str()).label_style(("sans-serif", TEXT_PX)).bold_line_style(RGBColor(225, 225, 225)).draw()?;
-    if let (Some((_, what)), Some(y)) = (&panel.floor, floor.last()) {
+    if let (Some((_, what)), Some(y)) = (&panel.floor, floor.clone().next()) {
         let grey = RGBColor(120, 120, 120);
         chart.draw_series(DashedLineSeries::new([(x.start, y), (x.end, y)], 5, 4, grey.stroke_width(1)))?;
         let style = ("sans-serif", 12).into_font().color(&grey);
