@@ -98,9 +98,9 @@ impl Gpu {
         self.device.memory_in_use()
     }
 
-    /// Bytes of all living resources.
+    /// Bytes of all living resources, as the allocator counts them.
     pub fn memory_total(&self) -> u64 {
-        self.memory().iter().map(|(_, bytes)| bytes).sum()
+        self.device.memory_allocated_bytes()
     }
 
     /// All validation warnings and errors so far.

@@ -132,7 +132,7 @@ pub struct Report {
     pub directions: Vec<DirectionCost>,
     /// Every buffer and image on the device, in order of creation; those of one name are summed.
     pub memory: Vec<MemoryRow>,
-    /// Their sum.
+    /// Their sum, as the allocator counts it.
     pub memory_bytes: u64,
     /// Counts, by name.
     pub counts: BTreeMap<&'static str, u64>,
@@ -150,7 +150,7 @@ pub struct WriteError {
     source: std::io::Error,
 }
 
-/// Memory in use, by name.
+/// Memory in use, by name; the last row is what the allocator spends on alignment, so that the sum is the allocator's own.
 pub fn memory_rows(gpu: &Gpu) -> Vec<MemoryRow> {
     let mut rows: Vec<MemoryRow> = Vec::new();
     for (name, bytes) in gpu.memory() {
@@ -158,6 +158,11 @@ pub fn memory_rows(gpu: &Gpu) -> Vec<MemoryRow> {
             Some(row) => row.bytes += bytes,
             None => rows.push(MemoryRow { name, bytes }),
         }
+    }
+    let known: u64 = rows.iter().map(|row| row.bytes).sum();
+    match gpu.memory_total().saturating_sub(known) {
+        0 => {}
+        bytes => rows.push(MemoryRow { name: "allocator.alignment".into(), bytes }),
     }
     rows
 }
@@ -186,7 +191,7 @@ impl Report {
             passes: Vec::new(),
             totals: Vec::new(),
             directions: Vec::new(),
-            memory_bytes: memory.iter().map(|row| row.bytes).sum(),
+            memory_bytes: gpu.memory_total(),
             memory,
             counts: BTreeMap::new(),
             reference: None,
