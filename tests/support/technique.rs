@@ -231,7 +231,7 @@ pub fn small_room(surfaces: Surfaces, lights: Vec<Light>) -> Scene {
         Surfaces::Glossy => special.specular = Some(Specular { f0: Vec3::splat(0.5), roughness: 0.3, metalness: 0.0 }),
         Surfaces::Emissive => special.emission = Vec3::new(1.0, 2.0, 4.0),
         Surfaces::Masked => {
-            let holes = |x: u32, y: u32| if (x / 4 + y / 4) % 2 == 0 { [255; 4] } else { [0; 4] };
+            let holes = |x: u32, y: u32| if (x / 4 + y / 4).is_multiple_of(2) { [255; 4] } else { [0; 4] };
             let texels = (0..16 * 16).map(|i| holes(i % 16, i / 16)).collect();
             builder.scene.textures.push(Texture { name: "holes".into(), kind: TextureKind::Mask, width: 16, height: 16, texels });
             special.mask_texture = Some(0);
