@@ -80,7 +80,10 @@ pub(crate) fn run() -> ExitCode {
                 CliError::Input(inner) | CliError::Failed(inner) => inner.source(),
             };
             while let Some(inner) = cause {
-                eprintln!("  caused by: {inner}");
+                // Some messages quote their cause.
+                if !error.to_string().contains(&inner.to_string()) {
+                    eprintln!("  caused by: {inner}");
+                }
                 cause = inner.source();
             }
             ExitCode::from(if matches!(error, CliError::Input(_)) { 2 } else { 1 })
