@@ -8,7 +8,7 @@ use super::plan::{State, plan};
 use super::record::{Pipelines, Recorder};
 use super::sets::{MaterialSet, SceneBindings, SceneSet, SharedSets};
 use super::stats::FrameStats;
-use super::{Access, plan::Barrier};
+use super::{Access, plan::Barrier, plan::Use};
 use crate::vulkan::{
     Buffer, BufferDesc, Commands, Device, DeviceChoice, DeviceInfo, Error, Features, Image, ImageDesc, Instance, InstanceOptions, Limits, Messages, Timestamps,
     vk,
@@ -43,6 +43,19 @@ struct Runner {
     timestamps: Timestamps,
     pipelines: Pipelines,
     state: State,
+    journal: Option<Vec<PlannedFrame>>,
+}
+
+/// A frame as it was planned and run: for tests that check every plan of a real run.
+#[doc(hidden)]
+#[derive(Clone, Debug, Default)]
+pub struct PlannedFrame {
+    /// Name of each step.
+    pub names: Vec<String>,
+    /// What each step uses.
+    pub uses: Vec<Vec<Use>>,
+    /// The barriers before each step.
+    pub barriers: Vec<Vec<Barrier>>,
 }
 
 impl Gpu {
@@ -50,8 +63,13 @@ impl Gpu {
     pub fn new(options: &GpuOptions) -> Result<Self, Error> {
         let instance = Instance::new(&InstanceOptions { validate: options.validate })?;
         let device = Device::new(&instance, &options.device)?;
-        let runner =
-            Runner { commands: Commands::new(&device)?, timestamps: Timestamps::new(&device, 128)?, pipelines: Pipelines::default(), state: State::default() };
+        let runner = Runner {
+            commands: Commands::new(&device)?,
+            timestamps: Timestamps::new(&device, 128)?,
+            pipelines: Pipelines::default(),
+            state: State::default(),
+            journal: None,
+        };
         Ok(Gpu { runner: Mutex::new(runner), shared: SharedSets::new(&device)?, device, trace: options.trace_barriers, isolate: options.isolate_passes })
     }
 
@@ -91,6 +109,13 @@ impl Gpu {
     #[doc(hidden)]
     pub fn submit_with_barriers(&self, frame: Frame, keep: impl Fn(&Barrier) -> bool) -> Result<FrameStats, Error> {
         self.run(&frame, keep)
+    }
+
+    /// Keeps the plans of all frames from now on, and returns those kept so far.
+    #[doc(hidden)]
+    pub fn take_journal(&self) -> Vec<PlannedFrame> {
+        let mut runner = self.runner.lock().unwrap_or_else(PoisonError::into_inner);
+        runner.journal.replace(Vec::new()).unwrap_or_default()
     }
 
     /// Name and bytes of every living resource, in order of creation.
@@ -139,6 +164,10 @@ impl Gpu {
         }
         let (mut barriers, state) = plan(&frame.uses(), &runner.state);
         barriers.iter_mut().for_each(|barriers| barriers.retain(&keep));
+        if let Some(journal) = &mut runner.journal {
+            let names = frame.names().iter().map(|name| (*name).to_owned()).collect();
+            journal.push(PlannedFrame { names, uses: frame.uses(), barriers: barriers.clone() });
+        }
         let count = u32::try_from(2 * frame.steps.len()).unwrap_or(u32::MAX);
         if runner.timestamps.count() < count {
             runner.timestamps = Timestamps::new(&self.device, count.next_power_of_two())?;

@@ -1,8 +1,13 @@
 //! What the tests share: a validated device that must be there, the passes of the tests, and random numbers.
 #![allow(dead_code, unreachable_pub, clippy::unwrap_used, clippy::expect_used)]
 
+pub mod gather;
+pub mod hazards;
 pub mod passes;
+pub mod scenes;
 pub mod sha256;
+pub mod technique;
+pub mod voxels;
 
 use std::ops::Deref;
 

@@ -13,7 +13,7 @@ struct TriangleSetup {
     vec3 v0, v1, v2;          // permuted vertices relative to base
     vec3 normal;              // (v1 - v0) × (v2 - v0), permuted
     ivec3 low, high;          // first and last voxel of the bounding box, relative to base, cut to the grid
-    float plane_low, plane_high;
+    float plane_low, plane_high;   // interval that normal · box centre must lie in
     vec4 xy[3], yz[3], zx[3]; // each edge in each projection: axis (xy), and the interval (zw) that the box centre must lie in
 };
 
@@ -22,13 +22,17 @@ vec3 permute(vec3 p, uint axis) { return axis == 0u ? p.yzx : axis == 1u ? p.zxy
 vec3 unpermute(vec3 p, uint axis) { return axis == 0u ? p.zxy : axis == 1u ? p.yzx : p; }
 ivec3 unpermute(ivec3 p, uint axis) { return axis == 0u ? p.zxy : axis == 1u ? p.yzx : p; }
 
+// How much larger than a voxel the tested box is, relative to the coordinates: a few roundings of f32, so that what touches in a point or along an edge
+// is not lost to them.
+const float ROUNDING = 1.0 / 4194304.0;
+
 // The axis perpendicular to edge a→b in one projection, and where the centre of a touched box may lie along it; `c` is the opposite vertex.
-vec4 edge_axis(vec2 a, vec2 b, vec2 c) {
+vec4 edge_axis(vec2 a, vec2 b, vec2 c, vec2 half_size) {
     precise vec2 edge = b - a;
     vec2 perpendicular = vec2(-edge.y, edge.x);
     precise float on_edge = perpendicular.x * a.x + perpendicular.y * a.y;
     precise float opposite = perpendicular.x * c.x + perpendicular.y * c.y;
-    precise float radius = 0.5 * (abs(perpendicular.x) + abs(perpendicular.y));
+    precise float radius = half_size.x * abs(perpendicular.x) + half_size.y * abs(perpendicular.y);
     precise float low = min(on_edge, opposite) - radius;
     precise float high = max(on_edge, opposite) + radius;
     return vec4(perpendicular, low, high);
@@ -64,14 +68,19 @@ bool setup_triangle(vec3 a, vec3 b, vec3 c, int resolution, out TriangleSetup s)
     // A closed box [i, i + 1] meets [low, high] where i ≥ ceil(low) - 1 and i ≤ floor(high).
     s.low = max(ivec3(ceil(low)) - 1, ivec3(0)) - s.base;
     s.high = min(ivec3(floor(high)), ivec3(resolution - 1)) - s.base;
-    precise float offset = s.normal.x * v0.x + s.normal.y * v0.y + s.normal.z * v0.z;
-    precise float radius = 0.5 * (abs(s.normal.x) + abs(s.normal.y) + abs(s.normal.z));
-    precise float plane_low = offset - radius, plane_high = offset + radius;
+    // A needle's normal is inexact and its vertices do not lie in one plane across it: with all three projected, the axis still separates nothing
+    // that touches.
+    precise float along0 = s.normal.x * v0.x + s.normal.y * v0.y + s.normal.z * v0.z;
+    precise float along1 = s.normal.x * v1.x + s.normal.y * v1.y + s.normal.z * v1.z;
+    precise float along2 = s.normal.x * v2.x + s.normal.y * v2.y + s.normal.z * v2.z;
+    precise vec3 half_size = 0.5 + ROUNDING * (max(abs(v0), max(abs(v1), abs(v2))) + 1.0);
+    precise float radius = half_size.x * abs(s.normal.x) + half_size.y * abs(s.normal.y) + half_size.z * abs(s.normal.z);
+    precise float plane_low = min(along0, min(along1, along2)) - radius, plane_high = max(along0, max(along1, along2)) + radius;
     s.plane_low = plane_low;
     s.plane_high = plane_high;
-    s.xy = vec4[3](edge_axis(v0.xy, v1.xy, v2.xy), edge_axis(v1.xy, v2.xy, v0.xy), edge_axis(v2.xy, v0.xy, v1.xy));
-    s.yz = vec4[3](edge_axis(v0.yz, v1.yz, v2.yz), edge_axis(v1.yz, v2.yz, v0.yz), edge_axis(v2.yz, v0.yz, v1.yz));
-    s.zx = vec4[3](edge_axis(v0.zx, v1.zx, v2.zx), edge_axis(v1.zx, v2.zx, v0.zx), edge_axis(v2.zx, v0.zx, v1.zx));
+    s.xy = vec4[3](edge_axis(v0.xy, v1.xy, v2.xy, half_size.xy), edge_axis(v1.xy, v2.xy, v0.xy, half_size.xy), edge_axis(v2.xy, v0.xy, v1.xy, half_size.xy));
+    s.yz = vec4[3](edge_axis(v0.yz, v1.yz, v2.yz, half_size.yz), edge_axis(v1.yz, v2.yz, v0.yz, half_size.yz), edge_axis(v2.yz, v0.yz, v1.yz, half_size.yz));
+    s.zx = vec4[3](edge_axis(v0.zx, v1.zx, v2.zx, half_size.zx), edge_axis(v1.zx, v2.zx, v0.zx, half_size.zx), edge_axis(v2.zx, v0.zx, v1.zx, half_size.zx));
     return true;
 }
 
@@ -106,10 +115,10 @@ bool touches(TriangleSetup s, ivec3 voxel) {
 
 // First and last voxel of a column that the triangle's plane can reach, with a margin for rounding; `touches` decides.
 ivec2 depth_range(TriangleSetup s, ivec2 column) {
-    vec2 slope = -s.normal.xy / s.normal.z;
-    float centre = s.v0.z + dot(slope, vec2(column) + 0.5 - s.v0.xy);
-    float reach = 0.5 * (abs(slope.x) + abs(slope.y)) + 0.01;
-    ivec2 range = ivec2(ceil(centre - reach) - 1.0, floor(centre + reach));
+    vec2 ends = (vec2(s.plane_low, s.plane_high) - dot(s.normal.xy, vec2(column) + 0.5)) / s.normal.z;
+    // Of the lowest and the highest box centre; kept where an int can hold them.
+    ends = clamp(vec2(min(ends.x, ends.y), max(ends.x, ends.y)), vec2(s.low.z) - 4.0, vec2(s.high.z) + 4.0);
+    ivec2 range = ivec2(ceil(ends.x - 0.51), floor(ends.y - 0.49));
     return clamp(range, ivec2(s.low.z, s.low.z - 1), ivec2(s.high.z + 1, s.high.z));
 }
 

@@ -1,0 +1,195 @@
+//! Rays through the voxels.
+
+use std::collections::BTreeMap;
+use std::f64::consts::PI;
+
+use glam::{DVec2, DVec3};
+
+use super::{VoxelIndex, corner_of};
+
+/// What a ray needs to know of an occupied voxel.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TraceVoxel {
+    /// Centroid of the surface from the voxel's smallest corner \[voxels\].
+    pub mean_position: DVec3,
+    /// Mean normal, not of unit length.
+    pub mean_normal: DVec3,
+    /// Radiance [W/(m² sr)].
+    pub radiance: DVec3,
+}
+
+/// The occupied voxels that rays can hit.
+#[derive(Clone, Debug, Default)]
+pub struct TraceGrid {
+    /// Voxels along an edge of the grid.
+    pub resolution: u32,
+    /// The occupied voxels.
+    pub voxels: BTreeMap<VoxelIndex, TraceVoxel>,
+}
+
+/// A surface point that looks at the voxels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Receiver {
+    /// Grid position \[voxels\].
+    pub position: DVec3,
+    /// Unit normal of the surface, towards the viewer.
+    pub geometric_normal: DVec3,
+    /// Unit normal about which directions are distributed.
+    pub shading_normal: DVec3,
+}
+
+/// What counts as a hit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TraceSettings {
+    /// A voxel whose mean position lies lower than this over the receiver's tangent plane is the receiver itself \[voxels\].
+    pub self_height: f64,
+    /// A ray must meet the voxel's own plane within the voxel enlarged by this \[voxels\]; negative: every voxel that it passes through is hit.
+    pub contour_slack: f64,
+}
+
+/// A ray's way through one occupied voxel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Crossing {
+    /// The voxel.
+    pub voxel: VoxelIndex,
+    /// Distance at which the ray enters it, 0 where it starts inside \[voxels\].
+    pub entry: f64,
+    /// Distance at which the ray leaves it \[voxels\]: where exit − entry is within rounding, the ray only grazes the voxel.
+    pub exit: f64,
+    /// How far the ray is from the other decision \[voxels\]: not negative is a hit, negative a miss.
+    pub margin: f64,
+}
+
+/// The end of a ray.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum TraceEnd {
+    /// The first voxel hit.
+    Hit(Crossing),
+    /// Nothing: the ray leaves the grid at this distance \[voxels\], 0 where it starts outside.
+    Miss(f64),
+}
+
+/// Every occupied voxel whose inside a ray from inside the grid passes through, by distance of entry.
+pub fn crossings(grid: &TraceGrid, origin: DVec3, direction: DVec3, receiver: &Receiver, settings: &TraceSettings) -> Vec<Crossing> {
+    let crossing = |(&voxel, surface): (&VoxelIndex, &TraceVoxel)| {
+        let (entry, exit) = box_interval(origin, direction, corner_of(voxel), 1.0)?;
+        (exit > entry).then(|| Crossing { voxel, entry, exit, margin: hit_margin(voxel, surface, origin, direction, receiver, settings) })
+    };
+    let starts_inside = origin.cmpge(DVec3::ZERO).all() && origin.cmplt(DVec3::splat(f64::from(grid.resolution))).all();
+    let mut found: Vec<Crossing> = grid.voxels.iter().filter(|_| starts_inside).filter_map(crossing).collect();
+    found.sort_by(|a, b| a.entry.total_cmp(&b.entry));
+    found
+}
+
+/// The first hit of a ray.
+pub fn trace(grid: &TraceGrid, origin: DVec3, direction: DVec3, receiver: &Receiver, settings: &TraceSettings) -> TraceEnd {
+    let leaves = || box_interval(origin, direction, DVec3::ZERO, f64::from(grid.resolution)).map_or(0.0, |(entry, exit)| if entry > 0.0 { 0.0 } else { exit });
+    let first = crossings(grid, origin, direction, receiver, settings).into_iter().find(|crossing| crossing.margin >= 0.0);
+    first.map_or_else(|| TraceEnd::Miss(leaves()), TraceEnd::Hit)
+}
+
+/// Distances, not negative, between which a ray is inside a closed cube.
+fn box_interval(origin: DVec3, direction: DVec3, corner: DVec3, edge: f64) -> Option<(f64, f64)> {
+    let (mut entry, mut exit) = (0.0f64, f64::INFINITY);
+    for axis in 0..3 {
+        let (low, high) = (corner[axis] - origin[axis], corner[axis] + edge - origin[axis]);
+        if direction[axis] == 0.0 {
+            if low > 0.0 || high < 0.0 {
+                return None;
+            }
+            continue;
+        }
+        let (first, second) = (low / direction[axis], high / direction[axis]);
+        entry = entry.max(first.min(second));
+        exit = exit.min(first.max(second));
+    }
+    (entry <= exit).then_some((entry, exit))
+}
+
+/// Below this squared length of the mean normal a voxel holds several planes, and the whole of it is hit.
+const ONE_PLANE: f64 = 0.9;
+
+/// Below this cosine a ray runs along the voxel's plane, and the whole voxel is hit.
+const ALONG_PLANE: f64 = 1e-3;
+
+/// Margin of the two rules: the surface is not the receiver itself, and the ray meets the voxel's plane within the enlarged voxel.
+fn hit_margin(voxel: VoxelIndex, surface: &TraceVoxel, origin: DVec3, direction: DVec3, receiver: &Receiver, settings: &TraceSettings) -> f64 {
+    let position = corner_of(voxel) + surface.mean_position;
+    let height = (position - receiver.position).dot(receiver.geometric_normal) - settings.self_height;
+    let normal = surface.mean_normal;
+    let cosine = normal.dot(direction);
+    if settings.contour_slack < 0.0 || normal.length_squared() < ONE_PLANE || cosine.abs() < ALONG_PLANE {
+        return height;
+    }
+    let met = origin + direction * (normal.dot(position - origin) / cosine) - corner_of(voxel);
+    let inside = met.min(1.0 - met) + settings.contour_slack;
+    height.min(inside.min_element())
+}
+
+/// Settings of a gather by rays.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GatherSettings {
+    /// Number of rays.
+    pub ray_count: u32,
+    /// Distance of the rays' origin from the surface along the geometric normal \[voxels\].
+    pub start_offset: f64,
+    /// What counts as a hit.
+    pub trace: TraceSettings,
+    /// λ of the ambient visibility's 1 / (1 + λ r), for distances in voxels [1/voxel].
+    pub ao_falloff: f64,
+    /// Two numbers of [0, 1) that shift sin²θ by a part of a stratum and the azimuth by a part of a turn ([`interleaved_offset`]).
+    pub pattern: DVec2,
+    /// Constant radiance of the environment [W/(m² sr)].
+    pub environment: DVec3,
+}
+
+/// What reaches a surface point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gathered {
+    /// Indirect diffuse irradiance E [W/m²].
+    pub irradiance: DVec3,
+    /// 1 − occlusion, an occluder at distance r counting 1 / (1 + λ r).
+    pub visibility: f64,
+}
+
+/// E = π / n Σ L_i over n cosine-distributed directions: sin²θ is stratified and azimuths are golden angles apart (Vogel 1979). A direction below the
+/// geometric surface sees nothing.
+pub fn gather_rays(grid: &TraceGrid, receiver: &Receiver, settings: &GatherSettings) -> Gathered {
+    let golden_angle = PI * (3.0 - 5f64.sqrt());
+    let count = f64::from(settings.ray_count);
+    let origin = receiver.position + settings.start_offset * receiver.geometric_normal;
+    let (mut radiance, mut occlusion) = (DVec3::ZERO, 0.0);
+    for ray in (0..settings.ray_count).map(f64::from) {
+        let direction = hemisphere_direction(receiver.shading_normal, (ray + settings.pattern.x) / count, ray * golden_angle + settings.pattern.y * 2.0 * PI);
+        if direction.dot(receiver.geometric_normal) <= 0.0 {
+            continue;
+        }
+        match trace(grid, origin, direction, receiver, &settings.trace) {
+            TraceEnd::Miss(_) => radiance += settings.environment,
+            TraceEnd::Hit(hit) => {
+                radiance += grid.voxels[&hit.voxel].radiance;
+                occlusion += 1.0 / (1.0 + settings.ao_falloff * hit.entry);
+            }
+        }
+    }
+    Gathered { irradiance: PI / count * radiance, visibility: 1.0 - occlusion / count }
+}
+
+/// Direction at sin²θ and azimuth φ \[rad\] about a unit normal, in the tangent frame of Duff et al. 2017 ("Building an orthonormal basis, revisited").
+pub fn hemisphere_direction(normal: DVec3, sin_squared: f64, azimuth_rad: f64) -> DVec3 {
+    let sign = if normal.z >= 0.0 { 1.0 } else { -1.0 };
+    let a = -1.0 / (sign + normal.z);
+    let b = normal.x * normal.y * a;
+    let tangent = DVec3::new(1.0 + sign * normal.x * normal.x * a, sign * b, -sign * normal.x);
+    let bitangent = DVec3::new(b, sign + normal.y * normal.y * a, -normal.y);
+    let sine = sin_squared.clamp(0.0, 1.0).sqrt();
+    sine * azimuth_rad.cos() * tangent + sine * azimuth_rad.sin() * bitangent + (1.0 - sin_squared).max(0.0).sqrt() * normal
+}
+
+/// The pattern of a pixel: points of an n²-point Hammersley set, repeated every n×n pixels; consecutive points lie 1/7 of a turn through the tile apart.
+pub fn interleaved_offset(pixel: [u32; 2], n: u32) -> DVec2 {
+    let count = n * n;
+    let index = (pixel[0] % n + n * (pixel[1] % n)) * 7 % count;
+    let radical_inverse = (0..32).filter(|bit| index >> bit & 1 == 1).map(|bit| 0.5f64.powi(bit + 1)).sum();
+    DVec2::new((f64::from(index) + 0.5) / f64::from(count), radical_inverse)
+}

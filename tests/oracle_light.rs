@@ -1,0 +1,216 @@
+//! `voxel.inject_rsm` and `voxel.light` on the device against the CPU oracle.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+mod support;
+
+use std::collections::BTreeMap;
+use std::f64::consts::PI;
+
+use glam::{DVec3, Vec3};
+use lumivox::gi::voxel::oracle::{self, VoxelIndex, inject, reflected_flux, shade_voxel};
+use lumivox::gi::voxel::{Injection, Method, VoxelLight};
+use lumivox::graph::{Frame, Gpu};
+use lumivox::render::{GpuScene, LightMaps};
+use lumivox::scene::{Light, Scene};
+use support::gpu;
+use support::scenes::bundled;
+use support::voxels::{Read, area, coordinates, half, oracle_grid, voxel_settings, voxelize};
+
+/// Voxels with their light.
+struct Lit {
+    read: Read,
+    radiance: Vec<DVec3>,
+    bytes: Vec<u8>,
+    lost: u64,
+    filled: u64,
+}
+
+/// Voxelizes and lights a scene. The grid is in general position: no surface of the scene lies between two voxels.
+fn light(gpu: &Gpu, scene: &Scene, resolution: u32, map_size: u32, injection: Injection) -> Lit {
+    let mut gpu_scene = GpuScene::new(gpu, scene).unwrap();
+    let (low, high) = gpu_scene.bounds;
+    let size = (high - low).max_element();
+    gpu_scene.bounds = (low - size * Vec3::new(0.0213, 0.0137, 0.0171), high + size * Vec3::new(0.0119, 0.0271, 0.0193));
+    gpu_scene.set_frame(gpu, &gpu_scene.frame_constants(&scene.camera, [8, 8])).unwrap();
+    let read = voxelize(gpu, &gpu_scene, voxel_settings(resolution, Method::Compute));
+    let maps = LightMaps::new(gpu, &gpu_scene, map_size, injection == Injection::Rsm).unwrap();
+    let voxel_light = VoxelLight::new(gpu, &gpu_scene, &read.voxels, injection).unwrap();
+    let mut frame = Frame::new();
+    frame.set_scene(&gpu_scene.set, &gpu_scene.materials);
+    maps.draw(&mut frame, &gpu_scene);
+    voxel_light.update(&mut frame, &read.voxels, &maps, None);
+    gpu.submit(frame).unwrap();
+    let counts = voxel_light.counts(gpu).unwrap();
+    let mut bytes = gpu.read_buffer(&voxel_light.radiance).unwrap();
+    bytes.truncate(8 * read.records.len());
+    let halves: Vec<[u16; 4]> = bytemuck::pod_collect_to_vec(&bytes);
+    let radiance = halves.iter().map(|texel| DVec3::new(half(texel[0]), half(texel[1]), half(texel[2]))).collect();
+    Lit { read, radiance, bytes, lost: counts[0].1, filled: counts[1].1 }
+}
+
+impl Lit {
+    /// Σ π L A h² (W).
+    fn flux(&self) -> DVec3 {
+        let face_m2 = f64::from(self.read.voxels.grid.voxel_size).powi(2);
+        self.radiance.iter().zip(&self.read.records).map(|(radiance, record)| PI * face_m2 * area(record) * *radiance).sum()
+    }
+
+    /// Root of the area-weighted mean square difference, in area-weighted mean radiances; and the relative bias.
+    fn difference(&self, expected: &BTreeMap<VoxelIndex, DVec3>) -> (f64, f64) {
+        let (mut squares, mut expected_sum, mut sum, mut weight) = (0.0, 0.0, 0.0, 0.0);
+        for (radiance, record) in self.radiance.iter().zip(&self.read.records) {
+            let (expected, own) = (expected.get(&coordinates(record)).copied().unwrap_or_default(), area(record));
+            squares += own * (*radiance - expected).length_squared() / 3.0;
+            expected_sum += own * expected.element_sum() / 3.0;
+            sum += own * radiance.element_sum() / 3.0;
+            weight += own;
+        }
+        ((squares / weight).sqrt() / (expected_sum / weight), sum / expected_sum - 1.0)
+    }
+}
+
+/// The Cornell box under each kind of light.
+fn lights() -> Vec<(&'static str, Scene)> {
+    let scene = bundled("cornell");
+    let position = scene.lights.iter().find_map(|light| if let Light::Point { position, .. } = light { Some(*position) } else { None }).unwrap();
+    let with = |light: Light| Scene { lights: vec![light], ..scene.clone() };
+    let towards = (scene.camera.target - scene.camera.eye + Vec3::new(0.31, -0.53, 0.0)).normalize();
+    let spot =
+        Light::Spot { position, direction: Vec3::new(0.2, -1.0, -0.1).normalize(), intensity: Vec3::new(9.0, 8.0, 7.0), inner_deg: 25.0, outer_deg: 40.0 };
+    let two = Scene { lights: vec![scene.lights[0], spot], ..scene.clone() };
+    vec![
+        ("directional", with(Light::Directional { direction: towards, irradiance: Vec3::new(3.0, 2.0, 1.0) })),
+        ("spot", with(spot)),
+        ("point and spot", two),
+        ("point", scene),
+    ]
+}
+
+#[test]
+fn injected_flux_is_what_surfaces_reflect() {
+    let gpu = gpu();
+    for (name, scene) in lights() {
+        let lit = light(&gpu, &scene, 32, 512, Injection::Rsm);
+        let expected = reflected_flux(&scene, 4096);
+        let error = (lit.flux() / expected - 1.0).abs().max_element();
+        let (rms, bias) = lit.difference(&inject(&scene, &oracle_grid(&lit.read.voxels.grid), 32));
+        let texels = 512u64 * 512 * scene.lights.iter().map(|light| if matches!(light, Light::Point { .. }) { 6 } else { 1 }).sum::<u64>();
+        println!(
+            "{name}: flux {:.4}, oracle {expected:.4}, error {error:.5}; per voxel rms {rms:.4}, bias {bias:+.4}; {} lost, {} filled",
+            lit.flux(),
+            lit.lost,
+            lit.filled
+        );
+        assert!(error <= 0.02 && rms <= 0.1 && bias.abs() <= 0.02, "{name}");
+        assert!(lit.lost <= texels / 10_000, "{name}: {} of {texels} texels are lost", lit.lost);
+    }
+}
+
+#[test]
+fn injection_converges_with_the_maps() {
+    let (gpu, scene) = (gpu(), bundled("cornell"));
+    let mut errors = Vec::new();
+    let mut expected = None;
+    for map_size in [256, 512, 1024] {
+        let lit = light(&gpu, &scene, 32, map_size, Injection::Rsm);
+        let expected = expected.get_or_insert_with(|| inject(&scene, &oracle_grid(&lit.read.voxels.grid), 128));
+        let (rms, bias) = lit.difference(expected);
+        println!("maps of {map_size}: per voxel rms {rms:.5}, bias {bias:+.5}");
+        errors.push(rms);
+    }
+    assert!(errors.is_sorted_by(|a, b| a > b), "{errors:?}");
+}
+
+#[test]
+fn shaded_voxels_are_the_oracles() {
+    let gpu = gpu();
+    for (name, scene) in lights() {
+        let lit = light(&gpu, &scene, 32, 512, Injection::Voxel);
+        let grid = oracle_grid(&lit.read.voxels.grid);
+        let expected: BTreeMap<_, _> =
+            oracle::voxelize(&scene, &grid).iter().map(|(voxel, sum)| (*voxel, shade_voxel(&scene, &grid, *voxel, sum, 0.25))).collect();
+        let (rms, bias) = lit.difference(&expected);
+        let mut errors: Vec<f64> = lit
+            .radiance
+            .iter()
+            .zip(&lit.read.records)
+            .map(|(radiance, record)| {
+                let expected = expected[&coordinates(record)];
+                (*radiance - expected).abs().max_element() / expected.max_element().max(1e-3)
+            })
+            .collect();
+        errors.sort_by(f64::total_cmp);
+        let (median, most) = (errors[errors.len() / 2], errors[errors.len() * 9 / 10]);
+        println!("{name}, voxels shaded: rms {rms:.4}, bias {bias:+.4}, relative error median {median:.4}, of 90% {most:.4}");
+        assert!(median <= 0.01 && bias.abs() <= 0.02, "{name}");
+    }
+}
+
+#[test]
+fn light_is_linear_and_repeats_bit_for_bit() {
+    let gpu = gpu();
+    for injection in [Injection::Rsm, Injection::Voxel] {
+        for (name, scene) in lights() {
+            let mut double = scene.clone();
+            double.lights.iter_mut().for_each(|light| match light {
+                Light::Directional { irradiance, .. } => *irradiance *= 2.0,
+                Light::Point { intensity, .. } | Light::Spot { intensity, .. } => *intensity *= 2.0,
+            });
+            let once = light(&gpu, &scene, 32, 256, injection);
+            assert!(once.bytes == light(&gpu, &scene, 32, 256, injection).bytes, "{name}: two runs differ");
+            let twice = light(&gpu, &double, 32, 256, injection);
+            // Half floats below 2⁻¹⁴ lose bits.
+            let worst = once.radiance.iter().zip(&twice.radiance).filter(|(once, _)| once.max_element() > 1e-3);
+            let worst = worst.map(|(once, twice)| (*twice - 2.0 * *once).abs().max_element() / once.max_element()).fold(0.0, f64::max);
+            assert!(worst <= 1e-3, "{name}: doubling is off by {worst}");
+        }
+    }
+}
+
+/// Fewer texels than voxels: holes are filled and counted, and what the light reaches is not dark.
+#[test]
+fn coarse_maps_leave_no_lit_voxel_dark() {
+    let (gpu, scene) = (gpu(), bundled("cornell"));
+    let lit = light(&gpu, &scene, 128, 64, Injection::Rsm);
+    let expected = inject(&scene, &oracle_grid(&lit.read.voxels.grid), 4);
+    let mean = expected.values().map(|radiance| radiance.max_element()).sum::<f64>() / expected.len() as f64;
+    let is_lit = |record| expected[&coordinates(record)].max_element() > 0.2 * mean;
+    let lit_voxels: Vec<_> = lit.radiance.iter().zip(&lit.read.records).filter(|(_, record)| is_lit(record)).collect();
+    let dark = lit_voxels.iter().filter(|(radiance, _)| radiance.max_element() <= 0.0).count();
+    println!("maps of 64 for 128³: {} holes filled, {dark} of {} lit voxels dark, {} texels lost", lit.filled, lit_voxels.len(), lit.lost);
+    assert!(lit.filled > 0);
+    assert!(dark as f64 <= 0.005 * lit_voxels.len() as f64, "{dark} of {} lit voxels are dark", lit_voxels.len());
+}
+
+/// Emission alone: a scene without lights.
+#[test]
+fn emission_is_radiance() {
+    let gpu = gpu();
+    let scene = Scene { lights: Vec::new(), ..bundled("cornell-lamp") };
+    let lit = light(&gpu, &scene, 32, 64, Injection::Rsm);
+    let sums = oracle::voxelize(&scene, &oracle_grid(&lit.read.voxels.grid));
+    let mut glowing = 0;
+    for (radiance, record) in lit.radiance.iter().zip(&lit.read.records) {
+        let sum = &sums[&coordinates(record)];
+        // As in the attributes' test: what a fragment's area is rounded by.
+        let weight = (2.0 * f64::from(sum.fragment_count + 2) / 16384.0 / sum.area).min(1.0);
+        let allowed = 1e-3 * sum.emission.max_element() + weight * 100.0 + 1e-5;
+        assert!((*radiance - sum.emission).abs().max_element() <= allowed, "{radiance} for {sum:?}");
+        glowing += usize::from(radiance.max_element() > 0.0);
+    }
+    assert!(glowing > 0);
+}
+
+#[test]
+fn comparators_notice_planted_errors() {
+    let (gpu, scene) = (gpu(), bundled("cornell"));
+    let mut lit = light(&gpu, &scene, 32, 512, Injection::Rsm);
+    let expected = inject(&scene, &oracle_grid(&lit.read.voxels.grid), 32);
+    let (flux, good) = (lit.flux(), lit.difference(&expected).0);
+    // The inverse square law forgotten by a tenth, one surface twice as bright, the image of the light moved by a voxel.
+    lit.radiance.iter_mut().for_each(|radiance| *radiance *= 1.03);
+    assert!((lit.flux() / flux - 1.0).abs().max_element() > 0.02 && lit.difference(&expected).1 > 0.02);
+    lit.radiance.iter_mut().for_each(|radiance| *radiance /= 1.03);
+    lit.radiance.rotate_right(1);
+    assert!(lit.difference(&expected).0 > 0.1 && good < 0.1);
+}

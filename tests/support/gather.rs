@@ -1,0 +1,133 @@
+//! Small G-buffers, volumes and what else the gather tests need.
+
+use std::sync::Arc;
+
+use glam::{DVec2, DVec3, DVec4, Vec3};
+use lumivox::gi::cone::oracle::Volume;
+use lumivox::gi::voxel::VoxelGrid;
+use lumivox::gi::voxel::oracle::Receiver;
+use lumivox::gi::voxel_mips::FILTER;
+use lumivox::graph::{Frame, Gpu, Image, ImageDesc, ImageKind, ImageUsage, vk};
+use lumivox::render::{FrameConstants, GBuffer, GpuScene};
+use lumivox::scene::Camera;
+
+use super::Random;
+use super::voxels::{half, to_half};
+
+/// A G-buffer that is drawn, and the receiver of each pixel that sees a surface.
+pub struct View {
+    /// The images.
+    pub gbuffer: GBuffer,
+    /// Result of a gather, RGBA32F.
+    pub result: Arc<Image>,
+    /// Pixel and receiver.
+    pub receivers: Vec<([u32; 2], Receiver)>,
+}
+
+impl View {
+    /// Draws the scene and makes receivers in the grid.
+    pub fn new(gpu: &Gpu, scene: &GpuScene, camera: &Camera, size: [u32; 2], grid: &VoxelGrid) -> View {
+        let constants = scene.frame_constants(camera, size);
+        scene.set_frame(gpu, &constants).unwrap();
+        let gbuffer = GBuffer::new(gpu, scene, size).unwrap();
+        let mut frame = Frame::new();
+        frame.set_scene(&scene.set, &scene.materials);
+        gbuffer.draw(&mut frame, scene);
+        gpu.submit(frame).unwrap();
+        let desc = ImageDesc {
+            name: "result".into(),
+            extent: [size[0], size[1], 1],
+            kind: ImageKind::D2,
+            format: vk::Format::R32G32B32A32_SFLOAT,
+            mips: 1,
+            layers: 1,
+            usage: ImageUsage::STORAGE,
+        };
+        let receivers = receivers(gpu, &gbuffer, &constants, grid);
+        View { gbuffer, result: gpu.create_image(&desc).unwrap(), receivers }
+    }
+
+    /// One pixel's result: irradiance and ambient visibility.
+    pub fn results(&self, gpu: &Gpu) -> Vec<DVec4> {
+        let texels: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&gpu.read_image(&self.result, 0, 0).unwrap());
+        let of = |[x, y]: [u32; 2]| DVec4::from(texels[(x + self.gbuffer.size[0] * y) as usize].map(f64::from));
+        self.receivers.iter().map(|(pixel, _)| of(*pixel)).collect()
+    }
+}
+
+fn receivers(gpu: &Gpu, gbuffer: &GBuffer, constants: &FrameConstants, grid: &VoxelGrid) -> Vec<([u32; 2], Receiver)> {
+    let depth: Vec<f32> = bytemuck::pod_collect_to_vec(&gpu.read_image(&gbuffer.view_depth, 0, 0).unwrap());
+    let normals: Vec<[u32; 2]> = bytemuck::pod_collect_to_vec(&gpu.read_image(&gbuffer.normals, 0, 0).unwrap());
+    let xyz = |row: [f32; 4]| Vec3::new(row[0], row[1], row[2]).as_dvec3();
+    let [width, height] = gbuffer.size;
+    let of = |index: u32| {
+        let (pixel, at) = ([index % width, index / width], index as usize);
+        let ndc = (DVec2::from(pixel.map(f64::from)) + 0.5) / DVec2::new(f64::from(width), f64::from(height)) * 2.0 - 1.0;
+        let ray = xyz(constants.ray_forward) + ndc.x * xyz(constants.ray_right) - ndc.y * xyz(constants.ray_up);
+        let position = xyz(constants.eye_ws) + f64::from(depth[at]) * ray;
+        let receiver = Receiver {
+            position: (position - grid.origin.as_dvec3()) / f64::from(grid.voxel_size),
+            geometric_normal: octahedral(normals[at][0]),
+            shading_normal: octahedral(normals[at][1]),
+        };
+        (depth[at] > 0.0).then_some((pixel, receiver))
+    };
+    (0..width * height).filter_map(of).collect()
+}
+
+/// A unit vector of 2×16 bits.
+pub fn octahedral(packed: u32) -> DVec3 {
+    let snorm = |bits: u32| (f64::from(bits as u16 as i16) / 32767.0).max(-1.0);
+    let p = DVec2::new(snorm(packed), snorm(packed >> 16));
+    let z = 1.0 - p.x.abs() - p.y.abs();
+    let fold = (-z).max(0.0);
+    let folded = |at: f64| if at >= 0.0 { at - fold } else { at + fold };
+    DVec3::new(folded(p.x), folded(p.y), z).normalize()
+}
+
+/// A volume of RGBA16F with all mips; mip 0 is uploaded.
+pub fn volume(gpu: &Gpu, finest: &Volume) -> Arc<Image> {
+    let extent = [finest.resolution; 3];
+    let desc = ImageDesc {
+        name: "volume".into(),
+        extent,
+        kind: ImageKind::D3,
+        format: vk::Format::R16G16B16A16_SFLOAT,
+        mips: ImageDesc::full_mips(extent),
+        layers: 1,
+        usage: ImageUsage::STORAGE | ImageUsage::SAMPLED,
+    };
+    let image = gpu.create_image(&desc).unwrap();
+    let halves: Vec<u16> = finest.texels.iter().flat_map(|texel| texel.to_array().map(to_half)).collect();
+    gpu.upload_image(&image, 0, 0, bytemuck::cast_slice(&halves)).unwrap();
+    image
+}
+
+/// Adds `voxel_mips.filter` for all mips; `filter` is its specialization constant.
+pub fn filter(frame: &mut Frame, volume: &Arc<Image>, filter: u32) {
+    for mip in 1..volume.mips() {
+        let groups = volume.extent(mip)[0].div_ceil(4);
+        frame.pass(&FILTER).bind_mip(volume, mip - 1).bind_mip(volume, mip).constants(&[filter]).dispatch([groups; 3]);
+    }
+}
+
+/// All mips, as the oracle has them.
+pub fn read_chain(gpu: &Gpu, volume: &Arc<Image>) -> Vec<Volume> {
+    let read = |mip| {
+        let halves: Vec<[u16; 4]> = bytemuck::pod_collect_to_vec(&gpu.read_image(volume, mip, 0).unwrap());
+        Volume { resolution: volume.extent(mip)[0], texels: halves.into_iter().map(|texel| DVec4::from(texel.map(half))).collect() }
+    };
+    (0..volume.mips()).map(read).collect()
+}
+
+/// Random matter: mostly empty, some of it opaque, some thin; radiance up to 4.
+pub fn random_volume(resolution: u32, filled: f32, random: &mut Random) -> Volume {
+    let mut texels = Vec::new();
+    for _ in 0..resolution.pow(3) {
+        let opacity = if random.unit() < 0.5 { 1.0 } else { f64::from(random.unit()) };
+        let color = DVec3::from([0; 3].map(|_: u32| 4.0 * f64::from(random.unit())));
+        let there = random.unit() < filled;
+        texels.push(if there { (opacity * color).extend(opacity) } else { DVec4::ZERO });
+    }
+    Volume { resolution, texels }
+}

@@ -1,0 +1,161 @@
+//! Voxels read back, and what compares them with the oracle.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use glam::DVec3;
+use lumivox::gi::voxel::oracle::{Grid, VoxelIndex, candidates};
+use lumivox::gi::voxel::voxelize::Voxel;
+use lumivox::gi::voxel::{Accumulation, Method, VoxelGrid, VoxelSettings, Voxelizer, Voxels};
+use lumivox::graph::Gpu;
+use lumivox::render::GpuScene;
+use lumivox::scene::Scene;
+use rayon::prelude::*;
+
+use super::read_words;
+
+/// Exact accumulation, coverage as opacity.
+pub fn voxel_settings(resolution: u32, method: Method) -> VoxelSettings {
+    VoxelSettings { resolution, method, accumulation: Accumulation::Exact, coverage: true }
+}
+
+/// The contents of [`Voxels`].
+pub struct Read {
+    /// The buffers themselves.
+    pub voxels: Voxels,
+    /// Occupancy.
+    pub occupancy: Vec<u32>,
+    /// Compact index of each block's first voxel.
+    pub bases: Vec<u32>,
+    /// Records in compact order.
+    pub records: Vec<Voxel>,
+    /// Emission in compact order, in an emissive scene.
+    pub emission: Vec<[f32; 4]>,
+}
+
+/// Voxelizes once with a new voxelizer and reads all of it.
+pub fn voxelize(gpu: &Gpu, scene: &GpuScene, settings: VoxelSettings) -> Read {
+    read(gpu, Voxelizer::new(gpu, scene, settings).unwrap().run(gpu, scene).unwrap().0)
+}
+
+/// Reads all of it.
+pub fn read(gpu: &Gpu, voxels: Voxels) -> Read {
+    let count = voxels.voxel_count as usize;
+    let mut records: Vec<Voxel> = bytemuck::pod_collect_to_vec(&gpu.read_buffer(&voxels.records).unwrap()[..count * size_of::<Voxel>()]);
+    records.truncate(count);
+    let emission = voxels.emission.as_ref().map_or_else(Vec::new, |buffer| bytemuck::pod_collect_to_vec(&gpu.read_buffer(buffer).unwrap()[..16 * count]));
+    let blocks = voxels.grid.block_count() as usize;
+    let mut occupancy = read_words(gpu, &voxels.occupancy);
+    let mut bases = read_words(gpu, &voxels.block_bases);
+    occupancy.truncate(2 * blocks);
+    bases.truncate(blocks);
+    Read { voxels, occupancy, bases, records, emission }
+}
+
+impl Read {
+    /// Coordinates of the occupied voxels, from the occupancy bits.
+    pub fn occupied(&self) -> BTreeSet<VoxelIndex> {
+        occupied(&self.occupancy, self.voxels.grid.resolution)
+    }
+}
+
+/// Coordinates of the set bits.
+pub fn occupied(words: &[u32], resolution: u32) -> BTreeSet<VoxelIndex> {
+    let blocks = resolution / 4;
+    let coordinates = |(index, word): (usize, &u32)| {
+        let (block, base, word) = (index as u32 / 2, 32 * (index as u32 % 2), *word);
+        let corner = [block % blocks, block / blocks % blocks, block / (blocks * blocks)];
+        (0..32).filter(move |bit| word >> bit & 1 == 1).map(move |bit| {
+            let bit = base + bit;
+            [4 * corner[0] + bit % 4, 4 * corner[1] + bit / 4 % 4, 4 * corner[2] + bit / 16]
+        })
+    };
+    words.iter().enumerate().flat_map(coordinates).collect()
+}
+
+/// Coordinates of a record.
+pub fn coordinates(voxel: &Voxel) -> VoxelIndex {
+    [voxel.xy & 0xffff, voxel.xy >> 16, voxel.z_area & 0xffff]
+}
+
+/// Area of a record (voxel faces).
+pub fn area(voxel: &Voxel) -> f64 {
+    half((voxel.z_area >> 16) as u16)
+}
+
+/// Mean normal of a record.
+pub fn mean_normal(voxel: &Voxel) -> DVec3 {
+    unorm10(voxel.normal) * 2.0 - 1.0
+}
+
+/// Three numbers of 10 bits.
+pub fn unorm10(packed: u32) -> DVec3 {
+    DVec3::from([packed, packed >> 10, packed >> 20].map(|bits| f64::from(bits & 1023) / 1023.0))
+}
+
+/// A half float.
+pub fn half(bits: u16) -> f64 {
+    let (exponent, mantissa) = (i32::from(bits >> 10 & 31), f64::from(bits & 1023));
+    let magnitude = if exponent == 0 { mantissa * 0.5f64.powi(24) } else { (1024.0 + mantissa) * 2f64.powi(exponent - 25) };
+    if bits >> 15 == 0 { magnitude } else { -magnitude }
+}
+
+/// Nearest half float of a number from 0 to 65504.
+pub fn to_half(value: f64) -> u16 {
+    let exponent = (value.max(0.5f64.powi(14)).log2().floor() as i32).clamp(-14, 15);
+    let steps = (value / 2f64.powi(exponent - 10)).round() as u32;
+    (((exponent + 14) as u32 * 1024) + steps) as u16
+}
+
+/// The oracle's grid.
+pub fn oracle_grid(grid: &VoxelGrid) -> Grid {
+    Grid { origin: grid.origin, voxel_size: grid.voxel_size, resolution: grid.resolution }
+}
+
+/// How a voxel set differs from the oracle's.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct SetDifference {
+    /// The oracle's voxels.
+    pub oracle: usize,
+    /// Voxels that one has and the other has not, all of them within rounding of touching.
+    pub rounding: usize,
+    /// Those of them that only the oracle has.
+    pub missing: usize,
+    /// The largest distance from touching among those (voxels).
+    pub worst: f64,
+}
+
+/// Distance from touching that counts as rounding (voxels): f32 has 24 bits, coordinates are below 128, and the test's dot products cancel.
+pub const ROUNDING: f64 = 1e-3;
+
+/// Compares occupied voxels with the oracle's; an error names a voxel that is missing or too many beyond rounding.
+pub fn compare_sets(occupied: &BTreeSet<VoxelIndex>, scene: &Scene, grid: &Grid) -> Result<SetDifference, String> {
+    let separations = separations(scene, grid);
+    let oracle: BTreeSet<VoxelIndex> = separations.iter().filter(|(_, separation)| **separation <= 0.0).map(|(voxel, _)| *voxel).collect();
+    let mut difference = SetDifference { oracle: oracle.len(), ..SetDifference::default() };
+    for voxel in occupied.symmetric_difference(&oracle) {
+        let separation = separations.get(voxel).copied().unwrap_or(f64::INFINITY);
+        if separation.abs() > ROUNDING {
+            let what = if oracle.contains(voxel) { "is missing" } else { "is too many" };
+            return Err(format!("{voxel:?} {what}: separation {separation}"));
+        }
+        difference.rounding += 1;
+        difference.missing += usize::from(oracle.contains(voxel));
+        difference.worst = difference.worst.max(separation.abs());
+    }
+    Ok(difference)
+}
+
+/// The least separation of each voxel near a triangle from any triangle.
+pub fn separations(scene: &Scene, grid: &Grid) -> BTreeMap<VoxelIndex, f64> {
+    let of = |index: usize| {
+        let corners = scene.triangles[index].vertices.map(|vertex| grid.position(scene.vertices[vertex as usize].position));
+        candidates(corners, grid.resolution, ROUNDING).into_iter().filter(|near| near.separation <= ROUNDING).collect::<Vec<_>>()
+    };
+    let all: Vec<_> = (0..scene.triangles.len()).into_par_iter().flat_map_iter(of).collect();
+    let mut least = BTreeMap::new();
+    for near in all {
+        let entry = least.entry(near.voxel).or_insert(f64::INFINITY);
+        *entry = entry.min(near.separation);
+    }
+    least
+}
