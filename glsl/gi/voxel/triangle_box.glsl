@@ -114,8 +114,9 @@ void cut(inout vec2 t, vec2 p, vec2 d, vec3 own, vec3 line, bool own_first) {
     float rate = dot(line.xy, d);
     float value = dot(line.xy, p) + line.z;
     if (abs(rate) < 1e-6) {
+        // Either line comes to the same decision about the other, so that the outline stays closed.
         bool beaten = dot(own.xy, line.xy) > 0.0 && (line.z < own.z || (line.z == own.z && !own_first));
-        bool outside = dot(own.xy, line.xy) < 0.0 && value < 0.0;
+        bool outside = dot(own.xy, line.xy) < 0.0 && own.z + line.z <= 0.0;
         t = beaten || outside ? vec2(1.0, 0.0) : t;
     } else if (rate > 0.0) {
         t.x = max(t.x, -value / rate);
@@ -126,7 +127,8 @@ void cut(inout vec2 t, vec2 p, vec2 d, vec3 own, vec3 line, bool own_first) {
 
 // Area of the triangle inside the voxel, projected along the dominant axis [voxel faces, 0 to 1], and the mean_position of that part relative to the
 // voxel's smallest corner. The region is the set of points inside nine half-planes (three edges, four sides of the column, the voxel's floor and
-// ceiling); its area and first moment are sums over the boundary segment of each (Green's theorem).
+// ceiling); its area and first moment are sums over the boundary segment of each (Green's theorem), about a corner of the region: lines that are nearly
+// parallel, as a needle's edges are, meet at points that are inexact along them, which costs what the lines are away from the origin of the sums.
 float area_inside(TriangleSetup s, ivec3 voxel, out vec3 mean_position) {
     vec3 corner = vec3(voxel);
     vec2 a = s.v0.xy - corner.xy, b = s.v1.xy - corner.xy, c = s.v2.xy - corner.xy;
@@ -150,7 +152,8 @@ float area_inside(TriangleSetup s, ivec3 voxel, out vec3 mean_position) {
     lines[7] = level ? vec3(1.0, 0.0, 2.0) : vec3(slope, height) / steepness;
     lines[8] = level ? vec3(1.0, 0.0, 2.0) : vec3(-slope, 1.0 - height) / steepness;
     float area = 0.0;
-    vec2 moment = vec2(0.0);
+    vec2 moment = vec2(0.0), middle = (a + b + c) / 3.0;
+    bool found = false;
     for (int i = 0; i < 9; ++i) {
         vec2 d = vec2(lines[i].y, -lines[i].x);
         vec2 p = -lines[i].xy * lines[i].z;
@@ -159,14 +162,16 @@ float area_inside(TriangleSetup s, ivec3 voxel, out vec3 mean_position) {
             if (j != i) cut(t, p, d, lines[i], lines[j], i < j);
         }
         if (t.y > t.x) {
-            vec2 q0 = p + t.x * d, q1 = p + t.y * d;
+            if (!found) middle = p + t.x * d;
+            found = true;
+            vec2 q0 = p + t.x * d - middle, q1 = p + t.y * d - middle;
             float doubled = q0.x * q1.y - q0.y * q1.x;
             area += doubled;
             moment += doubled * (q0 + q1);
         }
     }
     area = clamp(0.5 * area, 0.0, 1.0);
-    vec2 middle = area > 1e-6 ? moment / (6.0 * area) : (a + b + c) / 3.0;
+    if (area > 1e-6) middle += moment / (6.0 * area);
     middle = clamp(middle, vec2(0.0), vec2(1.0));
     mean_position = clamp(vec3(middle, height + dot(slope, middle)), vec3(0.0), vec3(1.0));
     return area;
