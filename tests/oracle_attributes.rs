@@ -111,9 +111,7 @@ fn attributes_of_matt_scenes_are_the_oracles() {
     }
     check(&gpu, &scene_of(&lump(48, 64), 0.0, &mut Random::new(3)), 64, true, true, "lump").print("lump 64");
     check(&gpu, &scene_of(&lump(48, 64), 40.0, &mut Random::new(3)), 16, false, false, "lump").print("glowing lump 16, binary");
-    for name in ["cornell-lamp", "emissive-gallery"] {
-        check(&gpu, &bundled(name), 32, false, true, name).print(&format!("{name} 32"));
-    }
+    check(&gpu, &bundled("cornell-lamp"), 32, false, true, "cornell-lamp").print("cornell-lamp 32");
 }
 
 #[test]
@@ -157,6 +155,25 @@ fn textured_and_masked_attributes_are_near_the_oracles() {
     assert!(only_gpu + only_oracle <= read.records.len() / 50, "masks differ in {} voxels", only_gpu + only_oracle);
     assert!(at(0.5) <= 0.02 && at(0.95) <= 0.1 && bias <= 0.02);
     assert!((total_area[0] / total_area[1] - 1.0).abs() <= 0.01);
+}
+
+/// Textured emission: one trilinear sample a fragment for a voxel's mean.
+#[test]
+fn textured_emission_is_near_the_oracles() {
+    let (gpu, scene) = (gpu(), bundled("emissive-gallery"));
+    let read = voxelize(&gpu, &GpuScene::new(&gpu, &scene).unwrap(), voxel_settings(32, Method::Compute));
+    let sums = oracle::voxelize(&scene, &oracle_grid(&read.voxels.grid));
+    let (mut emitted, mut expected, mut difference) = (DVec3::ZERO, DVec3::ZERO, 0.0);
+    for (record, emission) in read.records.iter().zip(&read.emission) {
+        let sum = &sums[&coordinates(record)];
+        let own = DVec3::new(f64::from(emission[0]), f64::from(emission[1]), f64::from(emission[2]));
+        emitted += area(record) * own;
+        expected += sum.area * sum.emission;
+        difference += sum.area * (own - sum.emission).abs().element_sum();
+    }
+    let (bias, mean_error) = ((emitted.element_sum() / expected.element_sum() - 1.0).abs(), difference / expected.element_sum());
+    println!("emissive-gallery 32: emitted flux off by {bias:.4}, mean error of a voxel {mean_error:.4} of the mean");
+    assert!(bias <= 0.02 && mean_error <= 0.1);
 }
 
 #[test]
