@@ -1,4 +1,6 @@
-//! The `lumivox` program; everything it can do is in the library and in `cli/`.
+//! The `lumivox` program. All that it can do is in the library; `cli/` has one file per subcommand, for arguments and printing only.
+//!
+//! Exit codes: 0 done, 1 the work failed, 2 bad arguments or input.
 
 mod cli;
 

@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 
 use glam::{DVec3, Vec3};
 use lumivox::gi::voxel::oracle::{self, VoxelIndex, VoxelSum};
+use lumivox::gi::voxel::voxelize::Voxel;
 use lumivox::gi::voxel::{Accumulation, Method, VoxelSettings, Voxelizer};
 use lumivox::graph::Gpu;
 use lumivox::render::GpuScene;
@@ -36,7 +37,7 @@ impl Comparison {
     fn see(&mut self, name: &'static str, difference: f64, allowed: f64) {
         let worst = self.worst.entry(name).or_default();
         worst.difference = worst.difference.max(difference);
-        if difference / allowed > worst.share || difference.is_nan() {
+        if difference / allowed > worst.share || (difference / allowed).is_nan() {
             worst.share = difference / allowed;
             worst.voxel = self.at;
         }
@@ -48,7 +49,7 @@ impl Comparison {
     }
 
     fn verdict(&self) -> Result<(), String> {
-        let bad = self.worst.iter().find(|(_, worst)| !(worst.share <= 1.0));
+        let bad = self.worst.iter().find(|(_, worst)| worst.share.is_nan() || worst.share > 1.0);
         bad.map_or(Ok(()), |(name, worst)| Err(format!("{name} is off by {}, {} times the tolerance, in {:?}", worst.difference, worst.share, worst.voxel)))
     }
 }
@@ -243,7 +244,8 @@ fn comparators_notice_planted_errors() {
     assert_eq!(compare(&read, &sums, true).verdict(), Ok(()));
     let good = read.records.clone();
     let index = good.iter().position(|record| area(record) > 0.5).unwrap();
-    let plants: [(&str, fn(&mut lumivox::gi::voxel::voxelize::Voxel)); 5] = [
+    type Plant = fn(&mut Voxel);
+    let plants: [(&str, Plant); 5] = [
         ("area", |record| record.z_area += 4 << 16),
         ("normal", |record| record.normal = record.normal & !1023 | (record.normal + 4) & 1023),
         ("albedo root", |record| record.albedo = record.albedo & !1023 | (record.albedo ^ 4) & 1023),

@@ -22,7 +22,10 @@ vec2 interleaved_offset(ivec2 pixel, uint n) {
     // Consecutive numbers lie far apart in the tile: a fixed odd stride through it.
     uint index = (uint(pixel.x) % n + n * (uint(pixel.y) % n)) * 7u % count;
     float inverse = float(bitfieldReverse(index)) * 2.3283064365386963e-10;
-    return vec2((float(index) + 0.5) / float(count), inverse);
+    // Azimuths differ between tiles, so that what the patterns miss is noise rather than bands.
+    uint tile = (uint(pixel.x) / n) * 0x9e3779b1u ^ (uint(pixel.y) / n) * 0x85ebca77u;
+    tile = (tile ^ tile >> 15) * 0x2c1b3c6du;
+    return vec2((float(index) + 0.5) / float(count), fract(inverse + float(tile >> 8) * (1.0 / 16777216.0)));
 }
 
 #endif

@@ -1,5 +1,6 @@
 //! The command line: one file per subcommand; argument parsing and printing only.
 
+mod bench;
 mod common;
 mod compare;
 mod devices;
@@ -49,6 +50,7 @@ struct Cli {
 #[derive(clap::Subcommand)]
 enum Command {
     Render(Box<render::Args>),
+    Bench(Box<bench::Args>),
     Scene(scene::Args),
     Techniques(techniques::Args),
     Reference(reference::Args),
@@ -63,6 +65,7 @@ pub(crate) fn run() -> ExitCode {
     env_logger::Builder::new().filter_level(level).format_timestamp(None).format_target(false).init();
     let result = match cli.command {
         Command::Render(args) => render::run(&args, cli.quiet),
+        Command::Bench(args) => bench::run(&args, cli.quiet),
         Command::Scene(args) => scene::run(&args),
         Command::Techniques(args) => techniques::run(&args),
         Command::Reference(args) => reference::run(&args, cli.quiet),
@@ -77,7 +80,10 @@ pub(crate) fn run() -> ExitCode {
                 CliError::Input(inner) | CliError::Failed(inner) => inner.source(),
             };
             while let Some(inner) = cause {
-                eprintln!("  caused by: {inner}");
+                // Some messages quote their cause.
+                if !error.to_string().contains(&inner.to_string()) {
+                    eprintln!("  caused by: {inner}");
+                }
                 cause = inner.source();
             }
             ExitCode::from(if matches!(error, CliError::Input(_)) { 2 } else { 1 })

@@ -1,5 +1,6 @@
 //! `lumivox reference`: renders the path-traced reference.
 
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -15,8 +16,8 @@ use super::common::{is_exr, parse_size, say};
 #[derive(clap::Args)]
 pub(crate) struct Args {
     /// `bundled:NAME`, or the path of a .toml or .obj file.
-    scene: String,
-    /// Width and height [px].
+    scene: OsString,
+    /// Width and height (px).
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse_size)]
     size: (u32, u32),
     /// Indirect bounces: a number (0 is direct light only), or `full` for all.
@@ -153,7 +154,9 @@ fn report(args: &Args, scene: &Scene, image: &ReferenceImage, wall_s: f64) -> se
 
 /// Writes a report as one JSON object.
 pub(super) fn write_report(path: &Path, report: &serde_json::Value) -> Result<(), CliError> {
-    std::fs::write(path, format!("{report:#}\n")).map_err(|error| CliError::failed(format!("cannot write the report {}: {error}", path.display())))
+    std::fs::write(path, format!("{report:#}\n")).map_err(|error| {
+        CliError::failed(format!("cannot write the report {}: {error}; check that the folder exists, is writable and has space", path.display()))
+    })
 }
 
 fn parse_bounces(text: &str) -> Result<Bounces, String> {

@@ -1,5 +1,6 @@
 //! `lumivox render`: one picture by one technique.
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 
 use lumivox::frame::{FrameSettings, Renderer};
@@ -16,7 +17,7 @@ use super::common::{is_exr, parse_size, say};
 #[derive(clap::Args)]
 pub(crate) struct Args {
     /// `bundled:NAME`, or the path of a .toml or .obj file.
-    scene: String,
+    scene: OsString,
     #[command(flatten)]
     pub(super) technique: TechniqueArgs,
     /// What to write: full, direct, indirect, diffuse, specular, visibility, emission, albedo, normal, depth.

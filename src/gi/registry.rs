@@ -22,8 +22,11 @@ pub struct Entry {
     /// The structs that it shares with shaders, in groups.
     pub structs: &'static [&'static [(&'static str, &'static [Field])]],
     /// Makes it.
-    pub make: fn(&Context<'_>, &Settings) -> Result<Box<dyn Technique>, Error>,
+    pub make: Make,
 }
+
+/// Makes a technique with these settings.
+pub type Make = fn(&Context<'_>, &Settings) -> Result<Box<dyn Technique>, Error>;
 
 /// All techniques.
 pub static TECHNIQUES: &[&Entry] = &[&none::ENTRY, &voxel_mips::ENTRY];

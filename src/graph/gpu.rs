@@ -1,6 +1,5 @@
 //! The context that everything uses: one device, its resources, and frames run on it.
 
-use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
@@ -9,7 +8,7 @@ use super::plan::{State, plan};
 use super::record::{Pipelines, Recorder};
 use super::sets::{MaterialSet, SceneBindings, SceneSet, SharedSets};
 use super::stats::FrameStats;
-use super::{Access, plan::Barrier};
+use super::{Access, plan::Barrier, plan::Use};
 use crate::vulkan::{
     Buffer, BufferDesc, Commands, Device, DeviceChoice, DeviceInfo, Error, Features, Image, ImageDesc, Instance, InstanceOptions, Limits, Messages, Timestamps,
     vk,
@@ -44,6 +43,19 @@ struct Runner {
     timestamps: Timestamps,
     pipelines: Pipelines,
     state: State,
+    journal: Option<Vec<PlannedFrame>>,
+}
+
+/// A frame as it was planned and run: for tests that check every plan of a real run.
+#[doc(hidden)]
+#[derive(Clone, Debug, Default)]
+pub struct PlannedFrame {
+    /// Name of each step.
+    pub names: Vec<String>,
+    /// What each step uses.
+    pub uses: Vec<Vec<Use>>,
+    /// The barriers before each step.
+    pub barriers: Vec<Vec<Barrier>>,
 }
 
 impl Gpu {
@@ -51,8 +63,13 @@ impl Gpu {
     pub fn new(options: &GpuOptions) -> Result<Self, Error> {
         let instance = Instance::new(&InstanceOptions { validate: options.validate })?;
         let device = Device::new(&instance, &options.device)?;
-        let runner =
-            Runner { commands: Commands::new(&device)?, timestamps: Timestamps::new(&device, 128)?, pipelines: Pipelines::default(), state: State::default() };
+        let runner = Runner {
+            commands: Commands::new(&device)?,
+            timestamps: Timestamps::new(&device, 128)?,
+            pipelines: Pipelines::default(),
+            state: State::default(),
+            journal: None,
+        };
         Ok(Gpu { runner: Mutex::new(runner), shared: SharedSets::new(&device)?, device, trace: options.trace_barriers, isolate: options.isolate_passes })
     }
 
@@ -94,14 +111,21 @@ impl Gpu {
         self.run(&frame, keep)
     }
 
+    /// Keeps the plans of all frames from now on, and returns those kept so far.
+    #[doc(hidden)]
+    pub fn take_journal(&self) -> Vec<PlannedFrame> {
+        let mut runner = self.runner.lock().unwrap_or_else(PoisonError::into_inner);
+        runner.journal.replace(Vec::new()).unwrap_or_default()
+    }
+
     /// Name and bytes of every living resource, in order of creation.
     pub fn memory(&self) -> Vec<(String, u64)> {
         self.device.memory_in_use()
     }
 
-    /// Bytes of all living resources.
+    /// Bytes of all living resources, as the allocator counts them.
     pub fn memory_total(&self) -> u64 {
-        self.memory().iter().map(|(_, bytes)| bytes).sum()
+        self.device.memory_allocated_bytes()
     }
 
     /// All validation warnings and errors so far.
@@ -140,6 +164,10 @@ impl Gpu {
         }
         let (mut barriers, state) = plan(&frame.uses(), &runner.state);
         barriers.iter_mut().for_each(|barriers| barriers.retain(&keep));
+        if let Some(journal) = &mut runner.journal {
+            let names = frame.names().iter().map(|name| (*name).to_owned()).collect();
+            journal.push(PlannedFrame { names, uses: frame.uses(), barriers: barriers.clone() });
+        }
         let count = u32::try_from(2 * frame.steps.len()).unwrap_or(u32::MAX);
         if runner.timestamps.count() < count {
             runner.timestamps = Timestamps::new(&self.device, count.next_power_of_two())?;
@@ -153,10 +181,12 @@ impl Gpu {
             pipelines: &mut runner.pipelines,
             trace: self.trace,
         };
-        let parts: Vec<Range<usize>> = if self.isolate { (0..frame.steps.len()).map(|step| step..step + 1).collect() } else { vec![0..frame.steps.len()] };
-        let mut host_ms = Vec::with_capacity(parts.len());
-        for part in parts {
-            let pool = recorder.record(frame, &barriers, part)?;
+        let part_len = if self.isolate { 1 } else { frame.steps.len().max(1) };
+        // A frame without steps is still one, empty, submission.
+        let starts = (0..frame.steps.len().max(1)).step_by(part_len);
+        let mut host_ms = Vec::with_capacity(starts.len());
+        for start in starts {
+            let pool = recorder.record(frame, &barriers, start..(start + part_len).min(frame.steps.len()))?;
             let start = Instant::now();
             let done = recorder.commands.submit_and_wait();
             host_ms.push(start.elapsed().as_secs_f64() * 1e3);

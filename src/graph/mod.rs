@@ -39,7 +39,7 @@ mod transfer;
 pub use access::{Access, Sync};
 pub use builder::{BatchDispatch, ClearOrLoad, DrawBatch, PassBuilder, Targets};
 pub use frame::{ClearValue, Frame, Resource};
-pub use gpu::{Gpu, GpuOptions};
+pub use gpu::{Gpu, GpuOptions, PlannedFrame};
 pub use pass::{Binding, BindingKind, DepthBias, Pass, RasterState, Sets, Shaders};
 pub use sets::{MaterialSet, MaterialSets, SceneBindings, SceneSet};
 pub use stats::{FrameStats, PassTime, PassTimes, Spread, TimesAccumulator};

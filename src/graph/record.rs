@@ -1,6 +1,7 @@
 //! From a planned frame to commands: the only place that issues barriers, labels, timers and dispatches.
 
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -26,13 +27,15 @@ pub(super) struct Pipelines {
 impl Pipelines {
     fn layout(&mut self, device: &Arc<Device>, shared: &SharedSets, pass: &'static Pass) -> Result<&(Arc<SetLayout>, Arc<PipelineLayout>), Error> {
         let key = std::ptr::from_ref(pass);
-        if !self.layouts.contains_key(&key) {
-            let kinds: Vec<_> = pass.bindings.iter().map(|binding| binding.descriptor_type()).collect();
-            let set = SetLayout::new(device, pass.name, &kinds)?;
-            let layout = PipelineLayout::new(device, pass.name, &[&shared.scene, &set, &shared.material], pass.push_bytes)?;
-            self.layouts.insert(key, (set, layout));
+        match self.layouts.entry(key) {
+            Entry::Occupied(known) => Ok(known.into_mut()),
+            Entry::Vacant(new) => {
+                let kinds: Vec<_> = pass.bindings.iter().map(|binding| binding.descriptor_type()).collect();
+                let set = SetLayout::new(device, pass.name, &kinds)?;
+                let layout = PipelineLayout::new(device, pass.name, &[&shared.scene, &set, &shared.material], pass.push_bytes)?;
+                Ok(new.insert((set, layout)))
+            }
         }
-        Ok(&self.layouts[&key])
     }
 
     fn pipeline(&mut self, device: &Arc<Device>, shared: &SharedSets, call: &PassCall) -> Result<Arc<Pipeline>, Error> {

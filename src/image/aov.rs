@@ -24,7 +24,7 @@ pub enum Aov {
     Albedo,
     /// Shading normal, world space, each component −1 to 1.
     Normal,
-    /// Distance along the view axis [m]; 0 where nothing is seen.
+    /// Distance along the view axis (m); 0 where nothing is seen.
     Depth,
 }
 

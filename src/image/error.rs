@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, thiserror::Error)]
 pub enum ImageError {
     /// The file could not be read as OpenEXR.
-    #[error("cannot read the image {path}")]
+    #[error("cannot read the image {}; give an OpenEXR file", path.display())]
     Read {
         /// The file.
         path: PathBuf,
@@ -14,7 +14,7 @@ pub enum ImageError {
         source: Box<dyn std::error::Error + Send + Sync>,
     },
     /// The file could not be written.
-    #[error("cannot write the image {path}")]
+    #[error("cannot write the image {}; check that the folder exists, is writable and has space", path.display())]
     Write {
         /// The file.
         path: PathBuf,
@@ -22,7 +22,7 @@ pub enum ImageError {
         source: Box<dyn std::error::Error + Send + Sync>,
     },
     /// The file holds an image, but not the channels asked for.
-    #[error("{path} has no channels R, G, B nor Y; it has {found}")]
+    #[error("{} has no channels R, G, B nor Y; it has {found}", path.display())]
     NoColor {
         /// The file.
         path: PathBuf,

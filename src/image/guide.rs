@@ -8,15 +8,15 @@ pub const NO_SURFACE: u32 = u32::MAX;
 /// Geometry at the pixel centres, row 0 at the top; every vector has `width × height` entries.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GuideImage {
-    /// Width [px].
+    /// Width (px).
     pub width: u32,
-    /// Height [px].
+    /// Height (px).
     pub height: u32,
-    /// World-space position [m]; zero where nothing is seen.
+    /// World-space position (m); zero where nothing is seen.
     pub position: Vec<Vec3>,
     /// Unit geometric normal on the camera's side; zero where nothing is seen.
     pub normal: Vec<Vec3>,
-    /// Distance along the view axis [m]; zero where nothing is seen.
+    /// Distance along the view axis (m); zero where nothing is seen.
     pub depth_m: Vec<f32>,
     /// Index into the scene's materials, or [`NO_SURFACE`].
     pub material: Vec<u32>,

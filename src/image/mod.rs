@@ -20,9 +20,9 @@ use glam::Vec3;
 /// A linear RGB image, row 0 at the top.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Image {
-    /// Width [px].
+    /// Width (px).
     pub width: u32,
-    /// Height [px].
+    /// Height (px).
     pub height: u32,
     /// `width × height` pixels.
     pub pixels: Vec<Vec3>,
@@ -39,7 +39,7 @@ impl Image {
         Image { width, height, pixels: (0..width as usize * height as usize).map(f).collect() }
     }
 
-    /// Width and height [px].
+    /// Width and height (px).
     pub fn size(&self) -> (u32, u32) {
         (self.width, self.height)
     }

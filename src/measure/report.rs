@@ -8,7 +8,8 @@ use serde::Serialize;
 use crate::gi::Settings;
 use crate::gi::settings::Value;
 use crate::graph::{Gpu, PassTimes};
-use crate::metrics::Comparison;
+use crate::metrics::{Channel, Comparison, Errors};
+use crate::scene::Scene;
 
 /// Version of the report's form; a change of meaning raises it.
 pub const SCHEMA_VERSION: u32 = 1;
@@ -20,6 +21,74 @@ pub struct MemoryRow {
     pub name: String,
     /// Bytes that it needs on the device.
     pub bytes: u64,
+}
+
+/// Where pass times come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Timing {
+    /// Every pass submitted by itself and timed on the host, its submission included.
+    Host,
+    /// The device's timestamps around each pass.
+    Timestamps,
+}
+
+/// Error on the surfaces of one material.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct MaterialError {
+    /// Name of the material.
+    pub material: String,
+    /// Over its pixels.
+    pub pixel: Errors,
+    /// Over its blocks, where it has any.
+    pub block: Option<Errors>,
+}
+
+/// Error of the indirect light against a reference.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ReportError {
+    /// What was compared.
+    pub channel: Channel,
+    /// Over all pixels that see a surface.
+    pub pixel: Errors,
+    /// Over block means, where there are blocks.
+    pub block: Option<Errors>,
+    /// The same by material, most pixels first.
+    pub materials: Vec<MaterialError>,
+}
+
+impl ReportError {
+    /// A comparison with the scene's material names.
+    pub fn new(comparison: Comparison, scene: &Scene) -> Self {
+        let Comparison { channel, pixel, block, materials } = comparison;
+        let name = |index: u32| scene.materials.get(index as usize).map_or_else(|| index.to_string(), |material| material.name.clone());
+        let materials = materials.into_iter().map(|errors| MaterialError { material: name(errors.material), pixel: errors.pixel, block: errors.block });
+        ReportError { channel, pixel, block, materials: materials.collect() }
+    }
+}
+
+/// The reference that an error was taken against, and its own noise: no error below that noise means anything.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ReferenceInfo {
+    /// Indirect bounces.
+    pub bounces: u32,
+    /// Mean number of samples per pixel.
+    pub samples_per_pixel: f64,
+    /// Standard error of the indirect radiance of a pixel, relative to the image's mean.
+    pub pixel_noise: f64,
+}
+
+/// What one direction of a gather costs.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct DirectionCost {
+    /// Name of the pass.
+    pub pass: String,
+    /// Cones or rays a pixel.
+    pub directions: u32,
+    /// Pixels that gather.
+    pub pixels: usize,
+    /// Median time of the pass / (pixels × directions) (µs).
+    pub us_per_direction: f64,
 }
 
 /// One run.
@@ -39,33 +108,49 @@ pub struct Report {
     pub scene: String,
     /// Width and height (px).
     pub size: [u32; 2],
+    /// Width and height of each shadow map (texels), where it is known.
+    pub shadow_resolution: Option<u32>,
     /// Technique.
     pub technique: &'static str,
+    /// Preset that the settings started from, where it is known.
+    pub preset: Option<String>,
     /// All its settings.
     pub settings: BTreeMap<&'static str, Value>,
+    /// Where the times come from, where it is known.
+    pub timing: Option<Timing>,
+    /// Why there is nothing below: what the device refused.
+    pub failure: Option<String>,
+    /// Building for the first time, with pipelines compiled and sizes counted; empty where it was not told apart.
+    pub first_build: Vec<PassTimes>,
     /// Building the static structure: GPU time of each pass.
     pub build: Vec<PassTimes>,
     /// Each pass of a frame, in order.
     pub passes: Vec<PassTimes>,
+    /// Sums over passes, by name.
+    pub totals: Vec<PassTimes>,
+    /// What one cone or ray costs.
+    pub directions: Vec<DirectionCost>,
     /// Every buffer and image on the device, in order of creation; those of one name are summed.
     pub memory: Vec<MemoryRow>,
-    /// Their sum.
+    /// Their sum, as the allocator counts it.
     pub memory_bytes: u64,
     /// Counts, by name.
     pub counts: BTreeMap<&'static str, u64>,
-    /// Error against a reference, where there was one.
-    pub error: Option<Comparison>,
+    /// The reference, where there was one.
+    pub reference: Option<ReferenceInfo>,
+    /// Error of the indirect light against it.
+    pub error: Option<ReportError>,
 }
 
 /// A report that could not be written.
 #[derive(Debug, thiserror::Error)]
-#[error("cannot write the report {}: {source}", path.display())]
-pub struct ReportError {
+#[error("cannot write the report {}: {source}; check that the folder exists, is writable and has space", path.display())]
+pub struct WriteError {
     path: PathBuf,
     source: std::io::Error,
 }
 
-/// Memory in use, by name.
+/// Memory in use, by name; the last row is what the allocator spends on alignment, so that the sum is the allocator's own.
 pub fn memory_rows(gpu: &Gpu) -> Vec<MemoryRow> {
     let mut rows: Vec<MemoryRow> = Vec::new();
     for (name, bytes) in gpu.memory() {
@@ -73,6 +158,11 @@ pub fn memory_rows(gpu: &Gpu) -> Vec<MemoryRow> {
             Some(row) => row.bytes += bytes,
             None => rows.push(MemoryRow { name, bytes }),
         }
+    }
+    let known: u64 = rows.iter().map(|row| row.bytes).sum();
+    match gpu.memory_total().saturating_sub(known) {
+        0 => {}
+        bytes => rows.push(MemoryRow { name: "allocator.alignment".into(), bytes }),
     }
     rows
 }
@@ -90,20 +180,28 @@ impl Report {
             driver: info.driver.clone(),
             scene: scene.to_owned(),
             size,
+            shadow_resolution: None,
             technique,
+            preset: None,
             settings: settings.iter().collect(),
+            timing: None,
+            failure: None,
+            first_build: Vec::new(),
             build: Vec::new(),
             passes: Vec::new(),
-            memory_bytes: memory.iter().map(|row| row.bytes).sum(),
+            totals: Vec::new(),
+            directions: Vec::new(),
+            memory_bytes: gpu.memory_total(),
             memory,
             counts: BTreeMap::new(),
+            reference: None,
             error: None,
         }
     }
 
     /// Writes it as JSON.
-    pub fn write(&self, path: &Path) -> Result<(), ReportError> {
+    pub fn write(&self, path: &Path) -> Result<(), WriteError> {
         let text = serde_json::to_string_pretty(self).map_err(std::io::Error::other);
-        text.and_then(|text| std::fs::write(path, text + "\n")).map_err(|source| ReportError { path: path.to_owned(), source })
+        text.and_then(|text| std::fs::write(path, text + "\n")).map_err(|source| WriteError { path: path.to_owned(), source })
     }
 }

@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use crate::image::{GuideImage, Image};
 
-/// Side of a block [px].
+/// Side of a block (px).
 pub const BLOCK_PX: u32 = 8;
 
 /// Normals of one plane differ by less than this (1 − cosine; 0.8°).
@@ -16,16 +16,16 @@ const PLANE_TOLERANCE: f32 = 1e-3;
 /// A block of [`BLOCK_PX`]² pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Block {
-    /// Left column [px].
+    /// Left column (px).
     pub x_px: u32,
-    /// Top row [px].
+    /// Top row (px).
     pub y_px: u32,
     /// Index of the material that it shows.
     pub material: u32,
 }
 
 impl Block {
-    /// Row-major indices of its pixels in an image of that width [px].
+    /// Row-major indices of its pixels in an image of that width (px).
     pub fn pixels(self, width: u32) -> impl Iterator<Item = usize> {
         (0..BLOCK_PX * BLOCK_PX).map(move |i| ((self.y_px + i / BLOCK_PX) * width + self.x_px + i % BLOCK_PX) as usize)
     }

@@ -52,13 +52,13 @@ pub enum MetricError {
     Size {
         /// Which image is wrong.
         what: &'static str,
-        /// Its width [px].
+        /// Its width (px).
         found_width: u32,
-        /// Its height [px].
+        /// Its height (px).
         found_height: u32,
-        /// The reference's width [px].
+        /// The reference's width (px).
         width: u32,
-        /// The reference's height [px].
+        /// The reference's height (px).
         height: u32,
     },
     /// A pixel is not a number or not finite.
@@ -66,9 +66,9 @@ pub enum MetricError {
     NotFinite {
         /// Which image.
         what: &'static str,
-        /// Column [px].
+        /// Column (px).
         x: u32,
-        /// Row [px], 0 at the top.
+        /// Row (px), 0 at the top.
         y: u32,
     },
     /// There is nothing to compare.

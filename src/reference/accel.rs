@@ -22,7 +22,7 @@ const LARGEST_COORDINATE: f32 = 32.0;
 /// A ray that leaves a surface or the camera.
 #[derive(Clone, Copy)]
 pub(super) struct Ray {
-    /// Start [m].
+    /// Start (m).
     pub(super) origin: Vec3,
     /// Unit direction.
     pub(super) direction: Vec3,
@@ -86,7 +86,7 @@ pub(super) fn texture_coordinates(scene: &Scene, triangle: &Triangle, u: f32, v:
     [w * a.u + u * b.u + v * c.u, w * a.v + u * b.v + v * c.v]
 }
 
-/// World-space corners of a triangle [m].
+/// World-space corners of a triangle (m).
 pub(super) fn corners(scene: &Scene, triangle: &Triangle) -> [Vec3; 3] {
     triangle.vertices.map(|index| Vec3::from(scene.vertices[index as usize].position))
 }

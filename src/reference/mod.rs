@@ -54,7 +54,7 @@ pub enum Filter {
 /// How many samples to take.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Sampling {
-    /// The same number for each pixel [samples], rounded up to whole batches.
+    /// The same number for each pixel (samples), rounded up to whole batches.
     Fixed {
         /// Samples per pixel.
         spp: u32,
@@ -72,9 +72,9 @@ pub enum Sampling {
 /// What to render.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// Width [px], 1 to [`MAX_SIZE_PX`].
+    /// Width (px), 1 to [`MAX_SIZE_PX`].
     pub width: u32,
-    /// Height [px], 1 to [`MAX_SIZE_PX`].
+    /// Height (px), 1 to [`MAX_SIZE_PX`].
     pub height: u32,
     /// Indirect bounces.
     pub bounces: Bounces,
@@ -99,7 +99,7 @@ impl Default for Settings {
     }
 }
 
-/// Largest width and height [px].
+/// Largest width and height (px).
 pub const MAX_SIZE_PX: u32 = 16_384;
 
 /// Largest number of samples per pixel.

@@ -14,7 +14,7 @@ use super::{Filter, ReferenceError, Sampling, Settings, validate_scene};
 use crate::image::{GuideImage, luminance};
 use crate::scene::Scene;
 
-/// Side of the blocks that are rendered by one thread and judged by adaptive sampling [px].
+/// Side of the blocks that are rendered by one thread and judged by adaptive sampling (px).
 const BLOCK_PX: u32 = 8;
 
 /// Batches that a variance is estimated from, at least (where there are as many samples).

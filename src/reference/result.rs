@@ -127,7 +127,7 @@ impl ReferenceImage {
         self.guide.material[slot] = surface.material;
     }
 
-    /// Width and height [px].
+    /// Width and height (px).
     pub fn size(&self) -> (u32, u32) {
         self.direct.size()
     }

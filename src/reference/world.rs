@@ -25,7 +25,7 @@ pub(super) struct World<'a> {
 /// A point on a surface, seen from somewhere.
 #[derive(Clone, Copy)]
 pub(super) struct Surface {
-    /// World-space position [m].
+    /// World-space position (m).
     pub(super) position: Vec3,
     /// Unit geometric normal on the viewer's side.
     pub(super) geometric_normal: Vec3,
@@ -43,7 +43,7 @@ pub(super) struct Surface {
     pub(super) triangle: u32,
     /// Index into the scene's materials.
     pub(super) material: u32,
-    /// How far off the surface rays start [m].
+    /// How far off the surface rays start (m).
     offset_m: f32,
 }
 
@@ -143,7 +143,7 @@ impl Surface {
         Ray { origin: self.origin(), direction, leaves: self.triangle }
     }
 
-    /// Where rays start [m].
+    /// Where rays start (m).
     pub(super) fn origin(&self) -> Vec3 {
         self.position + self.geometric_normal * self.offset_m
     }

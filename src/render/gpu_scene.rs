@@ -56,6 +56,27 @@ gpu_struct! {
     }
 }
 
+/// Which textures a material has, as far as voxelization cares.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TextureUse {
+    /// None.
+    None,
+    /// Albedo or emission.
+    Textured,
+    /// A mask, and perhaps others.
+    Masked,
+}
+
+impl TextureUse {
+    fn of(material: &Material) -> Self {
+        match (material.mask_texture, material.albedo_texture.or(material.emission_texture)) {
+            (Some(_), _) => TextureUse::Masked,
+            (None, Some(_)) => TextureUse::Textured,
+            (None, None) => TextureUse::None,
+        }
+    }
+}
+
 /// A scene's buffers and textures on the device.
 pub struct GpuScene {
     /// Set 0.
@@ -64,8 +85,8 @@ pub struct GpuScene {
     pub materials: MaterialSets,
     /// Triangle ranges by material.
     pub batches: Vec<Batch>,
-    /// Whether each material has a mask.
-    pub masked: Vec<bool>,
+    /// Which textures each material has.
+    pub texture_use: Vec<TextureUse>,
     /// Some surface emits.
     pub is_emissive: bool,
     /// Some surface has a specular lobe.
@@ -98,7 +119,7 @@ impl GpuScene {
             set,
             materials: material_sets(gpu, scene)?,
             batches: scene.batches(),
-            masked: scene.materials.iter().map(|material| material.mask_texture.is_some()).collect(),
+            texture_use: scene.materials.iter().map(TextureUse::of).collect(),
             is_emissive: scene.is_emissive(),
             is_glossy: scene.is_glossy(),
             largest_emission,

@@ -10,7 +10,7 @@ use super::{SceneError, Texture, TextureKind};
 /// Largest width and height of a texture \[texels\].
 const SIZE_MAX: u32 = 16_384;
 
-/// Memory that decoding one picture may take [bytes].
+/// Memory that decoding one picture may take (bytes).
 const DECODE_BYTES_MAX: u64 = 4 << 30;
 
 /// Height of a full-scale bump map with `-bm 1` \[texels\].

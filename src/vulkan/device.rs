@@ -70,6 +70,11 @@ impl Device {
         &self.instance
     }
 
+    /// Bytes in use as the allocator counts them.
+    pub fn memory_allocated_bytes(&self) -> u64 {
+        self.memory.allocated_bytes()
+    }
+
     /// Memory in use: name and bytes of every living resource.
     pub fn memory_in_use(&self) -> Vec<(String, u64)> {
         self.memory.list()

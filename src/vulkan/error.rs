@@ -34,7 +34,7 @@ pub enum Error {
         missing: String,
     },
     /// A resource is larger than a limit of the device.
-    #[error("{resource}: {wanted} bytes wanted, but {limit} of this device is {available} bytes")]
+    #[error("{resource}: {wanted} bytes wanted, but {limit} of this device is {available} bytes; lower the resolution or the size")]
     TooLarge {
         /// Name of the resource.
         resource: String,
@@ -46,7 +46,7 @@ pub enum Error {
         limit: &'static str,
     },
     /// An image has too many texels along an axis, too many mips or too many layers.
-    #[error("{resource}: {wanted} wanted, but this device allows {available}")]
+    #[error("{resource}: {wanted} wanted, but this device allows {available}; lower the resolution or the size")]
     ImageTooLarge {
         /// Name of the resource.
         resource: String,
@@ -56,7 +56,7 @@ pub enum Error {
         available: String,
     },
     /// The memory heap is full.
-    #[error("{resource}: out of memory: {wanted} bytes wanted, {available} bytes available")]
+    #[error("{resource}: out of memory: {wanted} bytes wanted, {available} bytes available; lower the resolution or the size")]
     OutOfMemory {
         /// Name of the resource.
         resource: String,

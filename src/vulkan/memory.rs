@@ -58,7 +58,7 @@ impl Memory {
         };
         match result {
             Ok(allocation) => {
-                self.ledger().insert(id, Entry { name: name.to_owned(), bytes: requirements.size });
+                self.ledger().insert(id, Entry { name: name.to_owned(), bytes: allocation.size() });
                 Ok(allocation)
             }
             Err(AllocationError::OutOfMemory) => Err(self.out_of_memory(name, requirements.size)),
@@ -86,6 +86,11 @@ impl Memory {
     /// Name and bytes of everything alive, in order of creation.
     pub(super) fn list(&self) -> Vec<(String, u64)> {
         self.ledger().values().map(|entry| (entry.name.clone(), entry.bytes)).collect()
+    }
+
+    /// Bytes in use as the allocator counts them, which is not how [`Memory::list`] does.
+    pub(super) fn allocated_bytes(&self) -> u64 {
+        self.allocator().as_ref().map_or(0, |allocator| allocator.generate_report().total_allocated_bytes)
     }
 
     /// Gives all memory back; right before the device is destroyed.

@@ -2,9 +2,11 @@
 #![allow(dead_code, unreachable_pub, clippy::unwrap_used, clippy::expect_used)]
 
 pub mod gather;
+pub mod hazards;
 pub mod passes;
 pub mod scenes;
 pub mod sha256;
+pub mod technique;
 pub mod voxels;
 
 use std::ops::Deref;

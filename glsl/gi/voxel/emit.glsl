@@ -8,16 +8,33 @@
 #include "gi/voxel/fetch.glsl"
 
 layout(constant_id = 0) const uint EMISSIVE = 0;      // 1: store emission
-layout(constant_id = 1) const uint MASKED = 0;        // 1: the material may have a mask
+layout(constant_id = 1) const uint MASKED = 0;        // 1: the material has a mask
+layout(constant_id = 2) const uint TEXTURED = 0;      // 1: the material has a texture of any kind
 
 layout(std430, set = 1, binding = 0) restrict buffer Occupancy { uint occupancy[]; };
 layout(std430, set = 1, binding = 1) restrict buffer Fragments { Fragment fragments[]; };
 layout(std430, set = 1, binding = 2) restrict buffer FragmentEmission { uvec2 fragment_emission[]; };
 layout(std430, set = 1, binding = 3) restrict buffer Counters { uint fragment_count; uint voxel_count; };
 
-// Mip level at which one texel covers one voxel face.
-float voxel_lod(Attributes attributes, ivec2 texture_size) {
-    return 0.5 * log2(max(attributes.lod_area * float(texture_size.x) * float(texture_size.y), 1e-20));
+// Texture coordinates at the fragment's centroid, and the area in texture coordinates of one voxel face of surface.
+struct TexturePosition {
+    vec2 uv;
+    float face_area;
+};
+
+// `position` in the dominant projection.
+TexturePosition texture_position(TriangleSetup s, uint triangle, vec2 position) {
+    uvec4 corners = triangles[triangle];
+    vec2 uv0 = texture_uv(vertices[corners.x]), uv1 = texture_uv(vertices[corners.y]) - uv0, uv2 = texture_uv(vertices[corners.z]) - uv0;
+    vec2 p = position - s.v0.xy, e1 = s.v1.xy - s.v0.xy, e2 = s.v2.xy - s.v0.xy;
+    vec2 b = clamp(vec2(p.x * e2.y - p.y * e2.x, e1.x * p.y - e1.y * p.x) / s.normal.z, 0.0, 1.0);
+    return TexturePosition(uv0 + b.x * uv1 + b.y * uv2, abs(uv1.x * uv2.y - uv1.y * uv2.x) / max(length(s.normal), 1e-20));
+}
+
+// Samples at the mip whose texel covers one voxel face.
+vec4 sample_texture(texture2D image, TexturePosition at) {
+    vec2 size = vec2(textureSize(sampler2D(image, linear_repeat), 0));
+    return textureLod(sampler2D(image, linear_repeat), at.uv, 0.5 * log2(max(at.face_area * size.x * size.y, 1e-20)));
 }
 
 uvec2 pack_emission(vec3 radiance) {
@@ -32,7 +49,8 @@ uint append(uvec3 voxel) {
     return atomicAdd(fragment_count, 1u);
 }
 
-void emit_fragment(TriangleSetup s, ivec3 local_voxel, Attributes attributes) {
+// Stores one touched voxel of triangle number `triangle`.
+void emit_fragment(TriangleSetup s, uint triangle, ivec3 local_voxel) {
     uvec3 voxel = uvec3(unpermute(s.base + local_voxel, s.axis));
     uint slot;
     if (MASKED == 0u) {
@@ -41,36 +59,38 @@ void emit_fragment(TriangleSetup s, ivec3 local_voxel, Attributes attributes) {
     }
     vec3 mean_position;
     float projected_area = area_inside(s, local_voxel, mean_position);
-    // Barycentric coordinates of the mean_position, in the dominant projection.
-    vec2 p = vec2(local_voxel.xy) + mean_position.xy - s.v0.xy, e1 = s.v1.xy - s.v0.xy, e2 = s.v2.xy - s.v0.xy;
-    vec2 b = clamp(vec2(p.x * e2.y - p.y * e2.x, e1.x * p.y - e1.y * p.x) / s.normal.z, 0.0, 1.0);
-    vec2 uv = attributes.uv0 + b.x * (attributes.uv1 - attributes.uv0) + b.y * (attributes.uv2 - attributes.uv0);
-    Material material = materials[attributes.material];
+    TexturePosition at;
+    if (TEXTURED != 0u) at = texture_position(s, triangle, vec2(local_voxel.xy) + mean_position.xy);
     float covered = 1.0;
     if (MASKED != 0u) {
-        covered = textureLod(sampler2D(mask_texture, linear_repeat), uv, voxel_lod(attributes, textureSize(sampler2D(mask_texture, linear_repeat), 0))).r;
+        covered = sample_texture(mask_texture, at).r;
         if (covered < 0.5) return;
         slot = append(voxel);
         if (slot >= params.capacity) return;
     }
-    vec3 albedo = material.albedo.rgb * (1.0 - material.metalness.x) * textureLod(sampler2D(albedo_texture, linear_repeat), uv, voxel_lod(attributes, textureSize(sampler2D(albedo_texture, linear_repeat), 0))).rgb;
+    Material material = materials[params.material];
+    vec3 albedo = material.albedo.rgb * (1.0 - material.metalness.x);
+    if (TEXTURED != 0u) albedo *= sample_texture(albedo_texture, at).rgb;
     vec3 unit_normal = normalize(s.normal);
     uint area = clamp(uint(round(covered * projected_area / abs(unit_normal.z) * AREA_UNIT)), 1u, 65535u);
-    fragments[slot] = Fragment(voxel.x | voxel.y << 16, voxel.z | area << 16, pack_unit(unpermute(unit_normal, s.axis)), pack_unorm10(sqrt(albedo)),
-                               pack_unorm10(unpermute(mean_position, s.axis)), 0u);
+    fragments[slot].xy = voxel.x | voxel.y << 16;
+    fragments[slot].z_area = voxel.z | area << 16;
+    fragments[slot].normal = pack_unit(unpermute(unit_normal, s.axis));
+    fragments[slot].albedo = pack_unorm10(sqrt(albedo));
+    fragments[slot].mean_position = pack_unorm10(unpermute(mean_position, s.axis));
     if (EMISSIVE != 0u) {
         vec3 emission = material.emission.rgb;
-        emission *= textureLod(sampler2D(emission_texture, linear_repeat), uv, voxel_lod(attributes, textureSize(sampler2D(emission_texture, linear_repeat), 0))).rgb;
+        if (TEXTURED != 0u) emission *= sample_texture(emission_texture, at).rgb;
         fragment_emission[slot] = pack_emission(emission);
     }
 }
 
 // Appends a fragment for every touched voxel of one column along the dominant axis; `column` is relative to s.base.
-void voxelize_column(TriangleSetup s, ivec2 column, Attributes attributes) {
+void voxelize_column(TriangleSetup s, uint triangle, ivec2 column) {
     if (!touches_column(s, column)) return;
     ivec2 range = depth_range(s, column);
     for (int z = range.x; z <= range.y; ++z) {
-        if (touches(s, ivec3(column, z))) emit_fragment(s, ivec3(column, z), attributes);
+        if (touches(s, ivec3(column, z))) emit_fragment(s, triangle, ivec3(column, z));
     }
 }
 

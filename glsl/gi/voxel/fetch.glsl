@@ -10,31 +10,20 @@ layout(push_constant) uniform FragmentParams {
     uint resolution;            // voxels along an edge of the grid
     uint first_triangle;
     uint triangle_count;
+    uint material;              // of all triangles of the batch
     uint capacity;              // fragments that fit; further ones are counted only
     float emission_unit;        // radiance of the largest stored value, 2²¹ − 1 [W/(m² sr)]
 } params;
-
-struct Attributes {
-    uint material;
-    vec2 uv0, uv1, uv2;
-    float lod_area;             // area in texture coordinates per voxel face of surface
-};
 
 vec3 grid_position(uint vertex) {
     precise vec3 p = (vertices[vertex].position - params.origin_inverse_size.xyz) * params.origin_inverse_size.w;
     return p;
 }
 
-bool fetch_triangle(uint index, out TriangleSetup setup, out Attributes attributes) {
+// False where the triangle touches nothing.
+bool fetch_triangle(uint index, out TriangleSetup setup) {
     uvec4 triangle = triangles[index];
-    attributes.material = triangle.w;
-    attributes.uv0 = texture_uv(vertices[triangle.x]);
-    attributes.uv1 = texture_uv(vertices[triangle.y]);
-    attributes.uv2 = texture_uv(vertices[triangle.z]);
-    bool some = setup_triangle(grid_position(triangle.x), grid_position(triangle.y), grid_position(triangle.z), int(params.resolution), setup);
-    vec2 e1 = attributes.uv1 - attributes.uv0, e2 = attributes.uv2 - attributes.uv0;
-    attributes.lod_area = abs(e1.x * e2.y - e1.y * e2.x) / max(length(setup.normal), 1e-20);
-    return some;
+    return setup_triangle(grid_position(triangle.x), grid_position(triangle.y), grid_position(triangle.z), int(params.resolution), setup);
 }
 
 #endif

@@ -7,9 +7,8 @@ layout(location = 0) flat in uint triangle_index;
 
 void main() {
     TriangleSetup s;
-    Attributes attributes;
-    if (!fetch_triangle(triangle_index, s, attributes)) return;
+    if (!fetch_triangle(triangle_index, s)) return;
     ivec2 column = ivec2(gl_FragCoord.xy) - s.base.xy;
     if (any(lessThan(column, s.low.xy)) || any(greaterThan(column, s.high.xy))) return;
-    voxelize_column(s, column, attributes);
+    voxelize_column(s, triangle_index, column);
 }

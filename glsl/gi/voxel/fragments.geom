@@ -37,8 +37,7 @@ vec2 corner(vec3 first, vec3 second, out float sine) {
 void main() {
     uint triangle = params.first_triangle + vertex_index[0] / 3u;
     TriangleSetup s;
-    Attributes attributes;
-    if (!fetch_triangle(triangle, s, attributes)) return;
+    if (!fetch_triangle(triangle, s)) return;
 #ifdef HARDWARE
     emit_corner(triangle, s.base, s.v0.xy);
     emit_corner(triangle, s.base, s.v1.xy);

@@ -90,6 +90,20 @@ bool touches_column(TriangleSetup s, ivec2 column) {
     return inside_interval(s.xy[0], centre) && inside_interval(s.xy[1], centre) && inside_interval(s.xy[2], centre);
 }
 
+// First and last column of a row that the edge tests can leave, with a margin for rounding; `touches_column` decides.
+ivec2 row_range(TriangleSetup s, int row) {
+    vec2 range = vec2(s.low.x, s.high.x) + vec2(0.5);
+    for (int i = 0; i < 3; ++i) {
+        vec4 axis = s.xy[i];
+        vec2 bounds = (axis.zw - axis.y * (float(row) + 0.5)) / axis.x;
+        bool level = abs(axis.x) < 1e-6;
+        float margin = 0.01 + 1e-5 * (abs(axis.z) + abs(axis.w) + abs(axis.y) * (abs(float(row)) + 1.0)) / abs(axis.x);
+        range.x = level ? range.x : max(range.x, min(bounds.x, bounds.y) - margin);
+        range.y = level ? range.y : min(range.y, max(bounds.x, bounds.y) + margin);
+    }
+    return ivec2(ceil(range.x - 0.5), floor(range.y - 0.5));
+}
+
 // The rest of the test, for one voxel of a touched column.
 bool touches(TriangleSetup s, ivec3 voxel) {
     vec3 centre = vec3(voxel) + 0.5;
@@ -108,21 +122,61 @@ ivec2 depth_range(TriangleSetup s, ivec2 column) {
     return clamp(range, ivec2(s.low.z, s.low.z - 1), ivec2(s.high.z + 1, s.high.z));
 }
 
-// Cuts the part [t.x, t.y] of the line p + t d to the half-plane n·q + c ≥ 0. Lines are (n, c) with |n| = 1. Of two lines that coincide,
-// the one with the smaller index is kept.
+// Cuts the part [t.x, t.y] of the line `own` = (n, c), n·q + c = 0 with |n| = 1 and the inside on the left of d, to the half-plane of `line`.
+// Of two lines that coincide, the one with the smaller index is kept.
 void cut(inout vec2 t, vec2 p, vec2 d, vec3 own, vec3 line, bool own_first) {
     float rate = dot(line.xy, d);
     float value = dot(line.xy, p) + line.z;
-    if (abs(rate) < 1e-6) {
-        // Either line comes to the same decision about the other, so that the outline stays closed.
-        bool beaten = dot(own.xy, line.xy) > 0.0 && (line.z < own.z || (line.z == own.z && !own_first));
-        bool outside = dot(own.xy, line.xy) < 0.0 && own.z + line.z <= 0.0;
-        t = beaten || outside ? vec2(1.0, 0.0) : t;
-    } else if (rate > 0.0) {
-        t.x = max(t.x, -value / rate);
-    } else {
-        t.y = min(t.y, -value / rate);
-    }
+    float at = -value / rate;
+    bool parallel = abs(rate) < 1e-6, alike = dot(own.xy, line.xy) > 0.0;
+    // Either line comes to the same decision about the other, so that the outline stays closed.
+    bool beaten = alike ? line.z < own.z || (line.z == own.z && !own_first) : own.z + line.z <= 0.0;
+    t.x = !parallel && rate > 0.0 ? max(t.x, at) : t.x;
+    t.y = parallel ? (beaten ? -8.0 : t.y) : rate < 0.0 ? min(t.y, at) : t.y;
+}
+
+// The nine half-planes that a triangle's part inside a voxel lies in, in the dominant projection. Separate members, not an array: drivers keep these in
+// registers when `boundary` is unrolled.
+struct HalfPlanes {
+    vec3 left, right, near, far;   // sides of the column
+    vec3 ab, bc, ca;               // edges of the triangle
+    vec3 above, below;             // the voxel's floor and ceiling
+};
+
+struct Outline {
+    bool some;         // there is a segment
+    vec2 reference;    // a corner of the region where there is one: the origin of the sums
+    vec2 moment;       // times 6
+    float doubled;     // area times 2
+};
+
+// Adds the segment that line `index` adds to the boundary. `index` is a constant in every call.
+void boundary(int index, vec3 own, HalfPlanes h, inout Outline outline) {
+    vec2 d = vec2(own.y, -own.x);
+    vec2 p = -own.xy * own.z;
+    vec2 t = vec2(-4.0, 4.0);
+    if (index != 0) cut(t, p, d, own, h.left, index < 0);
+    if (index != 1) cut(t, p, d, own, h.right, index < 1);
+    if (index != 2) cut(t, p, d, own, h.near, index < 2);
+    if (index != 3) cut(t, p, d, own, h.far, index < 3);
+    if (index != 4) cut(t, p, d, own, h.ab, index < 4);
+    if (index != 5) cut(t, p, d, own, h.bc, index < 5);
+    if (index != 6) cut(t, p, d, own, h.ca, index < 6);
+    if (index != 7) cut(t, p, d, own, h.above, index < 7);
+    if (index != 8) cut(t, p, d, own, h.below, index < 8);
+    bool adds = t.y > t.x;
+    outline.reference = adds && !outline.some ? p + t.x * d : outline.reference;
+    outline.some = outline.some || adds;
+    vec2 q0 = p + t.x * d - outline.reference, q1 = p + t.y * d - outline.reference;
+    float doubled = adds ? q0.x * q1.y - q0.y * q1.x : 0.0;
+    outline.moment += doubled * (q0 + q1);
+    outline.doubled += doubled;
+}
+
+// The line of edge a→b with the triangle's inside on its positive side.
+vec3 inner_edge(vec2 a, vec2 b, float side) {
+    vec2 n = side * vec2(a.y - b.y, b.x - a.x) / max(length(b - a), 1e-20);
+    return vec3(n, -dot(n, a));
 }
 
 // Area of the triangle inside the voxel, projected along the dominant axis [voxel faces, 0 to 1], and the mean_position of that part relative to the
@@ -135,43 +189,31 @@ float area_inside(TriangleSetup s, ivec3 voxel, out vec3 mean_position) {
     vec2 slope = -s.normal.xy / s.normal.z;
     float height = s.v0.z - corner.z - dot(slope, a);      // z of the plane at the column's corner
     float side = s.normal.z > 0.0 ? 1.0 : -1.0;
-    vec3 lines[9];
-    lines[0] = vec3(1.0, 0.0, 0.0);
-    lines[1] = vec3(-1.0, 0.0, 1.0);
-    lines[2] = vec3(0.0, 1.0, 0.0);
-    lines[3] = vec3(0.0, -1.0, 1.0);
-    vec2 n = side * vec2(a.y - b.y, b.x - a.x) / max(length(b - a), 1e-20);
-    lines[4] = vec3(n, -dot(n, a));
-    n = side * vec2(b.y - c.y, c.x - b.x) / max(length(c - b), 1e-20);
-    lines[5] = vec3(n, -dot(n, b));
-    n = side * vec2(c.y - a.y, a.x - c.x) / max(length(a - c), 1e-20);
-    lines[6] = vec3(n, -dot(n, c));
+    HalfPlanes h;
+    h.left = vec3(1.0, 0.0, 0.0);
+    h.right = vec3(-1.0, 0.0, 1.0);
+    h.near = vec3(0.0, 1.0, 0.0);
+    h.far = vec3(0.0, -1.0, 1.0);
+    h.ab = inner_edge(a, b, side);
+    h.bc = inner_edge(b, c, side);
+    h.ca = inner_edge(c, a, side);
     // A plane that is nearly level crosses the voxel's floor or ceiling nowhere in the column, or everywhere: no line then.
     float steepness = length(slope);
     bool level = steepness < 1e-5;
-    lines[7] = level ? vec3(1.0, 0.0, 2.0) : vec3(slope, height) / steepness;
-    lines[8] = level ? vec3(1.0, 0.0, 2.0) : vec3(-slope, 1.0 - height) / steepness;
-    float area = 0.0;
-    vec2 moment = vec2(0.0), middle = (a + b + c) / 3.0;
-    bool found = false;
-    for (int i = 0; i < 9; ++i) {
-        vec2 d = vec2(lines[i].y, -lines[i].x);
-        vec2 p = -lines[i].xy * lines[i].z;
-        vec2 t = vec2(-4.0, 4.0);
-        for (int j = 0; j < 9; ++j) {
-            if (j != i) cut(t, p, d, lines[i], lines[j], i < j);
-        }
-        if (t.y > t.x) {
-            if (!found) middle = p + t.x * d;
-            found = true;
-            vec2 q0 = p + t.x * d - middle, q1 = p + t.y * d - middle;
-            float doubled = q0.x * q1.y - q0.y * q1.x;
-            area += doubled;
-            moment += doubled * (q0 + q1);
-        }
-    }
-    area = clamp(0.5 * area, 0.0, 1.0);
-    if (area > 1e-6) middle += moment / (6.0 * area);
+    h.above = level ? vec3(1.0, 0.0, 2.0) : vec3(slope, height) / steepness;
+    h.below = level ? vec3(1.0, 0.0, 2.0) : vec3(-slope, 1.0 - height) / steepness;
+    Outline outline = Outline(false, (a + b + c) / 3.0, vec2(0.0), 0.0);
+    boundary(0, h.left, h, outline);
+    boundary(1, h.right, h, outline);
+    boundary(2, h.near, h, outline);
+    boundary(3, h.far, h, outline);
+    boundary(4, h.ab, h, outline);
+    boundary(5, h.bc, h, outline);
+    boundary(6, h.ca, h, outline);
+    boundary(7, h.above, h, outline);
+    boundary(8, h.below, h, outline);
+    float area = clamp(0.5 * outline.doubled, 0.0, 1.0);
+    vec2 middle = outline.reference + (area > 1e-6 ? outline.moment / (6.0 * area) : vec2(0.0));
     middle = clamp(middle, vec2(0.0), vec2(1.0));
     mean_position = clamp(vec3(middle, height + dot(slope, middle)), vec3(0.0), vec3(1.0));
     return area;

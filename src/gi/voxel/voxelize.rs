@@ -9,7 +9,7 @@ use crate::graph::{
     Access, BatchDispatch, Binding, Buffer, BufferDesc, BufferUsage, DrawBatch, Error, Frame, FrameStats, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Pass,
     RasterState, Sets, Shaders, Targets, vk,
 };
-use crate::render::GpuScene;
+use crate::render::{GpuScene, TextureUse};
 
 gpu_struct! {
     /// Parameters of `voxel.fragments`.
@@ -22,6 +22,8 @@ gpu_struct! {
         pub first_triangle: u32,
         /// Triangles of the batch.
         pub triangle_count: u32,
+        /// Material of the batch.
+        pub material: u32,
         /// Fragments that fit; further ones are counted only.
         pub capacity: u32,
         /// Largest emission that can be stored (W/(m² sr)).
@@ -348,12 +350,13 @@ impl Voxelizer {
             resolution: self.grid.resolution,
             first_triangle: batch.first_triangle,
             triangle_count: batch.triangle_count,
+            material: batch.material,
             capacity: self.fragment_capacity,
             emission_unit: scene.largest_emission.max(f32::MIN_POSITIVE),
         };
-        // Masks cost a texture fetch before a fragment is known to exist: two variants, so that only masked materials pay.
-        for masked in [false, true] {
-            let batches: Vec<_> = scene.batches.iter().filter(|batch| scene.masked[batch.material as usize] == masked).collect();
+        // A material pays for the textures that it has: one variant for each kind.
+        for kind in [TextureUse::None, TextureUse::Textured, TextureUse::Masked] {
+            let batches: Vec<_> = scene.batches.iter().filter(|batch| scene.texture_use[batch.material as usize] == kind).collect();
             if batches.is_empty() {
                 continue;
             }
@@ -363,7 +366,7 @@ impl Voxelizer {
                 Method::RasterHw => &FRAGMENTS_RASTER_HW,
             };
             let builder = frame.pass(pass).bind(&self.occupancy).bind(fragments).bind(emission).bind(&self.counters);
-            let builder = builder.constants(&[u32::from(scene.is_emissive), u32::from(masked)]);
+            let builder = builder.constants(&[u32::from(scene.is_emissive), u32::from(kind == TextureUse::Masked), u32::from(kind != TextureUse::None)]);
             if self.settings.method == Method::Compute {
                 let dispatch = |batch: &&crate::scene::Batch| BatchDispatch {
                     material: batch.material,
@@ -386,7 +389,7 @@ impl Voxelizer {
     /// Workgroups of 64 triangles, and how many share the columns of the same triangles where there are few.
     fn triangle_groups(&self, triangle_count: u32) -> [u32; 3] {
         let groups = triangle_count.div_ceil(64);
-        let sharing = (64 / groups).clamp(1, (self.grid.resolution.pow(2) / 256).max(1));
+        let sharing = (64 / groups).clamp(1, self.grid.resolution.pow(2).div_ceil(256));
         [groups, sharing, 1]
     }
 

@@ -1,0 +1,189 @@
+//! `lumivox bench`: time, memory and error of techniques, presets and resolutions.
+
+use std::fs::File;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+use indicatif::{ProgressBar, ProgressStyle};
+use lumivox::frame::FrameSettings;
+use lumivox::gi::registry::{Entry, find};
+use lumivox::graph::DeviceChoice;
+use lumivox::measure::bench::{BenchError, BenchSettings, Case, Truth, cases, choose_timing, measure};
+use lumivox::measure::report::{ReferenceInfo, Report, Timing};
+use lumivox::measure::{error_chart, memory_chart, passes_chart, table};
+use lumivox::metrics::Channel;
+use lumivox::reference::{Bounces, Filter, ReferenceError, Sampling, Settings, cache_dir, cached, guide};
+use lumivox::scene::{LoadOptions, Scene};
+
+use super::CliError;
+use super::common::{parse_size, say};
+
+/// Measure techniques, presets and resolutions: time per pass, memory, error against the path-traced reference.
+#[derive(clap::Args)]
+pub(crate) struct Args {
+    /// `bundled:NAME`, or the path of a .toml or .obj file.
+    #[arg(required = true)]
+    scene: Vec<String>,
+    /// Techniques; `lumivox techniques` lists them.
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',', default_value = "voxel-mips")]
+    technique: Vec<String>,
+    /// Presets of each technique [default: its default preset].
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
+    preset: Vec<String>,
+    /// Values of the setting `resolution` (voxels) [default: each preset's own].
+    #[arg(long, value_name = "N,…", value_delimiter = ',')]
+    resolution: Vec<u32>,
+    /// One setting, on top of every preset; may be repeated.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Frames to measure, after one that warms up.
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    frames: u32,
+    /// Builds of the static structure to measure, after the first.
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    rebuilds: u32,
+    /// Width and height (px).
+    #[arg(long, value_name = "WxH", default_value = "256x256", value_parser = parse_size)]
+    size: (u32, u32),
+    /// Width and height of each shadow map and reflective shadow map (texels).
+    #[arg(long, value_name = "N", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(16..=8192))]
+    shadow_resolution: u32,
+    /// Do without the reference: no errors.
+    #[arg(long)]
+    no_reference: bool,
+    /// Sample the reference until the standard error of 8x8-pixel means is below this, relative to the mean.
+    #[arg(long, value_name = "X", default_value_t = 0.01, conflicts_with = "no_reference")]
+    max_error: f64,
+    /// Compare luminance, or red, green and blue.
+    #[arg(long, value_name = "luminance|rgb", default_value = "luminance", value_parser = parse_channel)]
+    channel: Channel,
+    /// Device, by index or part of its name; `lumivox devices` lists them.
+    #[arg(long, value_name = "INDEX|NAME")]
+    device: Option<String>,
+    /// Where times come from: timestamps, or host (every pass by itself) [default: host on a CPU device, timestamps elsewhere].
+    #[arg(long, value_name = "host|timestamps", value_parser = parse_timing)]
+    timing: Option<Timing>,
+    /// Render missing textures mid-grey instead of failing.
+    #[arg(long)]
+    allow_missing_textures: bool,
+    /// The folder for NAME.jsonl, NAME.csv and the charts NAME-*.svg and NAME-*.png of each scene.
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+}
+
+/// Loads everything, then measures case by case.
+pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
+    if !(args.max_error.is_finite() && args.max_error > 0.0) {
+        return Err(CliError::input(format!("--max-error is {}; it must be above 0", args.max_error)));
+    }
+    let techniques: Vec<&'static Entry> = args.technique.iter().map(|name| find(name)).collect::<Result<_, _>>().map_err(CliError::input)?;
+    let cases = cases(&techniques, &args.preset, &args.resolution, &args.set).map_err(CliError::input)?;
+    let options = LoadOptions { allow_missing_textures: args.allow_missing_textures };
+    let scenes: Vec<Scene> = args.scene.iter().map(|scene| Scene::open(scene, &options)).collect::<Result<_, _>>().map_err(CliError::input)?;
+    let device = args.device.as_deref().map(DeviceChoice::from).unwrap_or_default();
+    let timing = args.timing.map_or_else(|| choose_timing(&device), Ok).map_err(CliError::failed)?;
+    let frame = FrameSettings { size: [args.size.0, args.size.1], shadow_resolution: args.shadow_resolution };
+    let settings = BenchSettings { device, timing, frame, frames: args.frames, rebuilds: args.rebuilds, channel: args.channel };
+    std::fs::create_dir_all(&args.output)
+        .map_err(|error| CliError::failed(format!("cannot make the folder {}: {error}; name another with -o", args.output.display())))?;
+    let mut stems: Vec<String> = Vec::new();
+    for scene in &scenes {
+        let stem = unused_stem(&scene.name, &stems);
+        bench_scene(args, scene, &cases, &settings, &args.output.join(&stem), quiet)?;
+        stems.push(stem);
+    }
+    Ok(())
+}
+
+/// A file name for a scene that no scene before it has.
+fn unused_stem(name: &str, used: &[String]) -> String {
+    let safe: String = name.chars().map(|c| if c.is_alphanumeric() || "-_".contains(c) { c } else { '_' }).collect();
+    let numbered = (2..).map(|number| format!("{safe}_{number}"));
+    std::iter::once(safe.clone()).chain(numbered).find(|stem| !used.contains(stem)).unwrap_or(safe)
+}
+
+fn bench_scene(args: &Args, scene: &Scene, cases: &[Case], settings: &BenchSettings, stem: &Path, quiet: bool) -> Result<(), CliError> {
+    let records = stem.with_extension("jsonl");
+    let unwritten = |path: &Path, error: std::io::Error| CliError::failed(format!("cannot write {}: {error}", path.display()));
+    let mut file = File::create(&records).map_err(|error| unwritten(&records, error))?;
+    let bar = progress_bar(quiet, cases.len());
+    if !quiet {
+        say(&format!("{}: {}", scene.name, table::LEGEND));
+        say(&table::heading());
+    }
+    let mut truths: Vec<(u32, Truth)> = Vec::new();
+    let mut reports: Vec<Report> = Vec::new();
+    for case in cases {
+        let bounces = case.entry.bounces;
+        if !truths.iter().any(|(known, _)| *known == bounces) {
+            bar.set_message("reference");
+            truths.push((bounces, truth(args, scene, bounces)?));
+        }
+        bar.set_message(case.entry.name);
+        let Some((_, truth)) = truths.iter().find(|(known, _)| *known == bounces) else { continue };
+        let report = measure(scene, case, settings, truth).map_err(|error| match error {
+            BenchError::Device(_) | BenchError::Compare { .. } => CliError::failed(error),
+        })?;
+        // One line at a time, so that a run that is stopped keeps what it has.
+        let line = serde_json::to_string(&report).map_err(CliError::failed)?;
+        writeln!(file, "{line}").map_err(|error| unwritten(&records, error))?;
+        if !quiet {
+            bar.suspend(|| say(&table::row(&report)));
+        }
+        bar.inc(1);
+        reports.push(report);
+    }
+    bar.finish_and_clear();
+    let csv = stem.with_extension("csv");
+    std::fs::write(&csv, table::csv(&reports)).map_err(|error| unwritten(&csv, error))?;
+    let charts = [("error", error_chart(&reports)), ("passes", passes_chart(&reports)), ("memory", memory_chart(&reports))];
+    for (what, chart) in charts {
+        let Some(chart) = chart else { continue };
+        let mut name = stem.file_name().unwrap_or_default().to_owned();
+        name.push(format!("-{what}"));
+        chart.write(&stem.with_file_name(name)).map_err(CliError::failed)?;
+    }
+    Ok(())
+}
+
+/// The reference, or what is seen alone.
+fn truth(args: &Args, scene: &Scene, bounces: u32) -> Result<Truth, CliError> {
+    let failed = |error: ReferenceError| match error {
+        ReferenceError::CacheDir { .. } => CliError::failed(error),
+        ReferenceError::Setting { .. } | ReferenceError::Scene { .. } => CliError::input(error),
+    };
+    let (width, height) = args.size;
+    if args.no_reference {
+        return Ok(Truth { guide: guide(scene, width, height).map_err(failed)?, indirect: None });
+    }
+    let sampling = Sampling::Adaptive { max_error: args.max_error as f32, max_spp: 4096 };
+    let settings = Settings { width, height, bounces: Bounces::Count(bounces), filter: Filter::Center, sampling, seed: 0 };
+    let image = cached(scene, &settings, &cache_dir(), &|_| {}).map_err(failed)?;
+    let info = ReferenceInfo { bounces, samples_per_pixel: image.mean_samples(), pixel_noise: f64::from(image.indirect_error().pixel) };
+    Ok(Truth { indirect: Some((image.indirect(), info)), guide: image.guide })
+}
+
+/// A bar on stderr, where that is a terminal.
+fn progress_bar(quiet: bool, cases: usize) -> ProgressBar {
+    if quiet {
+        return ProgressBar::hidden();
+    }
+    let style = ProgressStyle::with_template("{msg:12} {bar:40} {pos}/{len} {elapsed} (about {eta} left)").unwrap_or_else(|_| ProgressStyle::default_bar());
+    ProgressBar::new(cases as u64).with_style(style)
+}
+
+fn parse_timing(text: &str) -> Result<Timing, String> {
+    match text {
+        "host" => Ok(Timing::Host),
+        "timestamps" => Ok(Timing::Timestamps),
+        _ => Err(String::from("write host or timestamps")),
+    }
+}
+
+fn parse_channel(text: &str) -> Result<Channel, String> {
+    match text {
+        "luminance" => Ok(Channel::Luminance),
+        "rgb" => Ok(Channel::Rgb),
+        _ => Err(String::from("write luminance or rgb")),
+    }
+}

@@ -1,0 +1,282 @@
+//! Benchmarks: cases, and one report for each.
+
+use crate::frame::{FrameSettings, Renderer};
+use crate::gi::Settings;
+use crate::gi::registry::Entry;
+use crate::gi::settings::{SettingError, Value};
+use crate::graph::{DeviceChoice, Error, FrameStats, Gpu, GpuOptions, PassTimes, Spread, TimesAccumulator};
+use crate::image::{Aov, GuideImage, Image};
+use crate::metrics::{Channel, MetricError, compare};
+use crate::scene::Scene;
+use crate::vulkan::DeviceKind;
+
+use super::report::{DirectionCost, ReferenceInfo, Report, ReportError, Timing};
+
+/// What is measured: one technique with all its settings.
+#[derive(Clone)]
+pub struct Case {
+    /// The technique.
+    pub entry: &'static Entry,
+    /// The preset that the settings started from.
+    pub preset: Option<String>,
+    /// The settings.
+    pub settings: Settings,
+}
+
+/// Every technique with each preset at each resolution, `pairs` on top of all. A technique without presets or without a setting `resolution` has one
+/// case instead of several; no presets at all stand for each technique's default.
+pub fn cases(techniques: &[&'static Entry], presets: &[String], resolutions: &[u32], pairs: &[String]) -> Result<Vec<Case>, SettingError> {
+    let mut cases = Vec::new();
+    for &entry in techniques {
+        let default = entry.presets.first().map(|preset| preset.name.to_owned());
+        let presets: Vec<Option<String>> = if presets.is_empty() || default.is_none() { vec![default] } else { presets.iter().cloned().map(Some).collect() };
+        let has_resolution = entry.settings.iter().copied().flatten().any(|setting| setting.name == "resolution");
+        let resolutions: Vec<Option<u32>> =
+            if resolutions.is_empty() || !has_resolution { vec![None] } else { resolutions.iter().copied().map(Some).collect() };
+        for preset in &presets {
+            for resolution in &resolutions {
+                let all: Vec<String> = resolution.iter().map(|resolution| format!("resolution={resolution}")).chain(pairs.iter().cloned()).collect();
+                cases.push(Case { entry, preset: preset.clone(), settings: entry.settings(preset.as_deref(), &all)? });
+            }
+        }
+    }
+    Ok(cases)
+}
+
+/// How to measure.
+#[derive(Clone, Debug)]
+pub struct BenchSettings {
+    /// Which device.
+    pub device: DeviceChoice,
+    /// Where times come from.
+    pub timing: Timing,
+    /// What all techniques share.
+    pub frame: FrameSettings,
+    /// Frames after the one that warms up.
+    pub frames: u32,
+    /// Builds after the first.
+    pub rebuilds: u32,
+    /// What of a colour is compared.
+    pub channel: Channel,
+}
+
+/// What a scene looks like, and what its indirect light ought to be.
+#[derive(Clone, Debug)]
+pub struct Truth {
+    /// What each pixel sees.
+    pub guide: GuideImage,
+    /// The indirect radiance, and where it is from; `None` where no error is wanted.
+    pub indirect: Option<(Image, ReferenceInfo)>,
+}
+
+/// Why a benchmark cannot go on.
+#[derive(Debug, thiserror::Error)]
+pub enum BenchError {
+    /// There is no device.
+    #[error(transparent)]
+    Device(Error),
+    /// A picture cannot be compared.
+    #[error("{technique} cannot be compared with the reference: {source}")]
+    Compare {
+        /// The technique.
+        technique: &'static str,
+        /// Why.
+        source: MetricError,
+    },
+}
+
+/// How a device is best timed: by its timestamps, unless it runs on the CPU. Lavapipe's do not follow what it executes.
+pub fn choose_timing(device: &DeviceChoice) -> Result<Timing, Error> {
+    let gpu = Gpu::new(&GpuOptions { device: device.clone(), ..GpuOptions::default() })?;
+    Ok(if gpu.info().kind == DeviceKind::Cpu { Timing::Host } else { Timing::Timestamps })
+}
+
+/// Measures one case on a device of its own, so that every first build compiles its pipelines. What the device refuses is told in the report.
+pub fn measure(scene: &Scene, case: &Case, settings: &BenchSettings, truth: &Truth) -> Result<Report, BenchError> {
+    let options = GpuOptions { device: settings.device.clone(), isolate_passes: settings.timing == Timing::Host, ..GpuOptions::default() };
+    let gpu = Gpu::new(&options).map_err(BenchError::Device)?;
+    let run = run(&gpu, scene, case, settings);
+    let mut report = match &run {
+        Ok(run) => run.report(&gpu, scene, case, settings, truth),
+        Err(failure) => Report { failure: Some(failure.to_string()), ..empty_report(&gpu, scene, case, settings) },
+    };
+    if let (Ok(run), Some((reference, info))) = (&run, &truth.indirect) {
+        let comparison = compare(&run.indirect, reference, Some(&truth.guide), settings.channel);
+        let comparison = comparison.map_err(|source| BenchError::Compare { technique: case.entry.name, source })?;
+        report.error = Some(ReportError::new(comparison, scene));
+        report.reference = Some(*info);
+    }
+    Ok(report)
+}
+
+fn empty_report(gpu: &Gpu, scene: &Scene, case: &Case, settings: &BenchSettings) -> Report {
+    Report {
+        preset: case.preset.clone(),
+        timing: Some(settings.timing),
+        shadow_resolution: Some(settings.frame.shadow_resolution),
+        ..Report::new(gpu, &scene.name, settings.frame.size, case.entry.name, &case.settings)
+    }
+}
+
+/// What a case gave before it is summed up.
+struct Run<'g> {
+    first_build: FrameStats,
+    builds: Vec<FrameStats>,
+    frames: Vec<FrameStats>,
+    indirect: Image,
+    counts: Vec<(&'static str, u64)>,
+    /// Alive until memory has been listed.
+    _renderer: Renderer<'g>,
+}
+
+fn run<'g>(gpu: &'g Gpu, scene: &Scene, case: &Case, settings: &BenchSettings) -> Result<Run<'g>, Error> {
+    let (mut renderer, first_build) = Renderer::new(gpu, scene, case.entry, &case.settings, settings.frame)?;
+    let builds = (0..settings.rebuilds).map(|_| renderer.rebuild()).collect::<Result<_, _>>()?;
+    renderer.render(&scene.camera)?;
+    let frames = (0..settings.frames).map(|_| renderer.render(&scene.camera)).collect::<Result<_, _>>()?;
+    let (indirect, counts) = (renderer.aov(Aov::Indirect)?, renderer.counts()?);
+    Ok(Run { first_build, builds, frames, indirect, counts, _renderer: renderer })
+}
+
+impl Run<'_> {
+    fn report(&self, gpu: &Gpu, scene: &Scene, case: &Case, settings: &BenchSettings, truth: &Truth) -> Report {
+        let passes = rows(&self.frames);
+        Report {
+            first_build: rows(std::slice::from_ref(&self.first_build)),
+            build: rows(&self.builds),
+            directions: direction_costs(&passes, case, scene, &truth.guide),
+            passes,
+            totals: totals(&self.builds, &self.frames),
+            counts: self.counts.iter().copied().collect(),
+            ..empty_report(gpu, scene, case, settings)
+        }
+    }
+}
+
+fn rows(stats: &[FrameStats]) -> Vec<PassTimes> {
+    let mut times = TimesAccumulator::default();
+    stats.iter().map(summed).for_each(|stats| times.add(&stats));
+    times.rows()
+}
+
+/// One row for each pass. A build of several frames may list a pass more than once.
+fn summed(stats: &FrameStats) -> FrameStats {
+    let mut sum = FrameStats::default();
+    for pass in &stats.passes {
+        match sum.passes.iter_mut().find(|known| known.name == pass.name) {
+            Some(known) => {
+                known.gpu_ms += pass.gpu_ms;
+                known.runs += pass.runs;
+            }
+            None => sum.passes.push(pass.clone()),
+        }
+    }
+    sum
+}
+
+/// A sum over some passes, of builds or of frames.
+struct Total {
+    name: &'static str,
+    of_builds: bool,
+    has: fn(&str) -> bool,
+}
+
+/// Sums that a report gives, where any of their passes ran.
+static TOTALS: &[Total] = &[
+    Total { name: "build", of_builds: true, has: |_| true },
+    Total { name: "voxelization", of_builds: true, has: |pass| pass.starts_with("voxel.") },
+    Total { name: "frame", of_builds: false, has: |_| true },
+    Total { name: "maps", of_builds: false, has: |pass| ["render.shadow_maps", "render.rsm"].contains(&pass) },
+    Total { name: "light", of_builds: false, has: |pass| pass.starts_with("voxel.") && direction_setting(pass).is_none() },
+    Total { name: "mips", of_builds: false, has: |pass| ["voxel_mips.filter", "voxel_mips.blit"].contains(&pass) },
+    Total { name: "gather", of_builds: false, has: |pass| pass == "gi.deinterleave" || direction_setting(pass).is_some() },
+];
+
+fn totals(builds: &[FrameStats], frames: &[FrameStats]) -> Vec<PassTimes> {
+    let total = |total: &Total| {
+        let runs = if total.of_builds { builds } else { frames };
+        let sum = |stats: &FrameStats| stats.passes.iter().filter(|pass| (total.has)(&pass.name)).map(|pass| pass.gpu_ms).sum();
+        let ran = runs.iter().any(|stats| stats.passes.iter().any(|pass| (total.has)(&pass.name)));
+        let gpu_ms = Spread::of(&runs.iter().map(sum).collect::<Vec<f64>>()).filter(|_| ran)?;
+        Some(PassTimes { name: total.name.to_owned(), gpu_ms })
+    };
+    TOTALS.iter().filter_map(total).collect()
+}
+
+/// The passes that gather along directions, and the setting that says how many a pixel; none for the single specular cone.
+static GATHERS: &[(&str, Option<&str>)] = &[("cone.gather", Some("cones")), ("voxel.gather_rays", Some("rays")), ("cone.specular", None)];
+
+fn direction_setting(pass: &str) -> Option<Option<&'static str>> {
+    GATHERS.iter().find(|(name, _)| *name == pass).map(|(_, setting)| *setting)
+}
+
+fn direction_costs(passes: &[PassTimes], case: &Case, scene: &Scene, guide: &GuideImage) -> Vec<DirectionCost> {
+    let surfaces: Vec<usize> = (0..guide.material.len()).filter(|&index| guide.is_surface(index)).collect();
+    let is_glossy = |index: &&usize| scene.materials.get(guide.material[**index] as usize).is_some_and(|material| material.specular.is_some());
+    let cost = |pass: &PassTimes| {
+        let (directions, pixels) = match direction_setting(&pass.name)? {
+            Some(setting) => (count(&case.settings, setting)?, surfaces.len()),
+            None => (1, surfaces.iter().filter(is_glossy).count()),
+        };
+        let us_per_direction = pass.gpu_ms.median * 1e3 / (f64::from(directions) * pixels as f64);
+        (pixels > 0).then(|| DirectionCost { pass: pass.name.clone(), directions, pixels, us_per_direction })
+    };
+    passes.iter().filter_map(cost).collect()
+}
+
+/// A whole-number setting; `None` where the technique has none of this name.
+pub(super) fn count(settings: &Settings, name: &str) -> Option<u32> {
+    settings.iter().find_map(|(key, value)| match value {
+        Value::Count(count) if key == name => Some(count),
+        _ => None,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gi::registry::{TECHNIQUES, find};
+    use crate::graph::PassTime;
+
+    fn stats(passes: &[(&str, f64)]) -> FrameStats {
+        FrameStats { passes: passes.iter().map(|(name, gpu_ms)| PassTime { name: (*name).to_owned(), gpu_ms: *gpu_ms, runs: 1 }).collect() }
+    }
+
+    #[test]
+    fn totals_add_the_passes_that_they_name() {
+        let builds = [stats(&[("voxel.clear", 1.0), ("voxel.fragments", 4.0), ("voxel_mips.clear", 7.0)])];
+        let frames = [stats(&[("voxel.light", 1.0), ("voxel_mips.filter", 2.0), ("cone.gather", 8.0)]), stats(&[("cone.gather", 10.0)])];
+        let totals = totals(&builds, &frames);
+        let median = |name: &str| totals.iter().find(|total| total.name == name).map(|total| total.gpu_ms.median);
+        assert_eq!(median("voxelization"), Some(5.0));
+        assert_eq!(median("build"), Some(12.0));
+        assert_eq!(median("frame"), Some(10.5));
+        assert_eq!(median("gather"), Some(9.0));
+        assert_eq!(median("mips"), Some(1.0));
+        assert_eq!(median("maps"), None);
+    }
+
+    #[test]
+    fn a_pass_listed_twice_is_one_measurement() {
+        let rows = rows(&[stats(&[("voxel.clear", 1.0), ("voxel.resolve", 4.0), ("voxel.clear", 2.0)])]);
+        assert_eq!(
+            rows.iter().map(|row| (row.name.as_str(), row.gpu_ms.median, row.gpu_ms.n)).collect::<Vec<_>>(),
+            [("voxel.clear", 3.0, 1), ("voxel.resolve", 4.0, 1)]
+        );
+    }
+
+    #[test]
+    fn every_technique_has_a_default_case() {
+        assert!(cases(TECHNIQUES, &[], &[], &[]).is_ok_and(|cases| cases.len() == TECHNIQUES.len()));
+    }
+
+    #[test]
+    fn cases_are_the_product() -> Result<(), Box<dyn std::error::Error>> {
+        let presets = ["cones".to_owned(), "textbook".to_owned()];
+        let all = cases(&[find("voxel-mips")?, find("none")?], &presets, &[16, 32, 64], &[])?;
+        assert_eq!(all.len(), 7);
+        assert_eq!(count(&all[4].settings, "resolution"), Some(32));
+        assert_eq!(all[4].preset.as_deref(), Some("textbook"));
+        Ok(())
+    }
+}

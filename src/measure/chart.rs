@@ -1,0 +1,470 @@
+//! Charts: lines and stacked bars, drawn once for SVG and for PNG.
+
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::sync::Once;
+
+use plotters::coord::Shift;
+use plotters::coord::ranged1d::{DefaultFormatting, KeyPointHint, Ranged, SegmentValue};
+use plotters::prelude::*;
+
+/// Named points.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Series {
+    /// What they are.
+    pub name: String,
+    /// x and y.
+    pub points: Vec<(f64, f64)>,
+}
+
+/// How the values of an axis are spread.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scale {
+    /// Evenly.
+    Linear,
+    /// By their logarithm; values must be above 0.
+    Log,
+}
+
+/// One pair of axes with lines.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LinePanel {
+    /// What y is, with its unit.
+    pub y_label: String,
+    /// How y is spread.
+    pub y_scale: Scale,
+    /// The lines. Those of one name have one colour in all panels.
+    pub series: Vec<Series>,
+    /// A grey line at this y, and what it is.
+    pub floor: Option<(f64, String)>,
+}
+
+/// Parts on top of each other.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Bar {
+    /// What the bar is.
+    pub label: String,
+    /// Names and lengths. Those of one name have one colour in all panels.
+    pub parts: Vec<(String, f64)>,
+}
+
+/// One axis with horizontal bars, the first on top.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BarPanel {
+    /// What the length is, with its unit.
+    pub x_label: String,
+    /// The bars.
+    pub bars: Vec<Bar>,
+}
+
+/// The panels of a chart.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Panels {
+    /// Lines over a whole number that doubles, side by side; and what that number is.
+    Lines(String, Vec<LinePanel>),
+    /// Stacked bars, one panel above the other.
+    Bars(Vec<BarPanel>),
+}
+
+/// One picture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Chart {
+    /// What it shows.
+    pub title: String,
+    /// Where it is from: device, driver, commit, scene, settings; a line each.
+    pub notes: Vec<String>,
+    /// The panels.
+    pub panels: Panels,
+}
+
+/// A chart that could not be drawn or written.
+#[derive(Debug, thiserror::Error)]
+pub enum ChartError {
+    /// The drawing failed.
+    #[error("cannot draw the chart {title:?}: {problem}")]
+    Draw {
+        /// The chart.
+        title: String,
+        /// Why.
+        problem: String,
+    },
+    /// The file cannot be written.
+    #[error("cannot write the chart {}: {problem}", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        problem: String,
+    },
+}
+
+/// Colours that also differ for the colour-blind (Okabe & Ito 2008), then darker and lighter ones of the same hues.
+const COLORS: [RGBColor; 20] = [
+    RGBColor(0, 114, 178),
+    RGBColor(230, 159, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(213, 94, 0),
+    RGBColor(86, 180, 233),
+    RGBColor(204, 121, 167),
+    RGBColor(240, 228, 66),
+    RGBColor(90, 90, 90),
+    RGBColor(0, 57, 89),
+    RGBColor(128, 88, 0),
+    RGBColor(0, 79, 58),
+    RGBColor(110, 48, 0),
+    RGBColor(102, 60, 84),
+    RGBColor(170, 170, 170),
+    RGBColor(150, 200, 230),
+    RGBColor(250, 210, 140),
+    RGBColor(140, 210, 190),
+    RGBColor(240, 180, 140),
+    RGBColor(230, 190, 215),
+    RGBColor(150, 145, 40),
+];
+
+const WIDTH_PX: u32 = 1000;
+const TEXT_PX: i32 = 14;
+const LINE_PX: i32 = 20;
+const MARGIN_PX: i32 = 14;
+
+fn color(index: usize) -> RGBColor {
+    COLORS[index % COLORS.len()]
+}
+
+type Drawn<DB> = Result<(), DrawingAreaErrorKind<<DB as DrawingBackend>::ErrorType>>;
+
+impl Chart {
+    /// Writes `STEM.svg` and `STEM.png`.
+    pub fn write(&self, stem: &Path) -> Result<[PathBuf; 2], ChartError> {
+        let [svg, png] = ["svg", "png"].map(|extension| stem.with_extension(extension));
+        let failed = |path: &Path, problem: String| ChartError::Write { path: path.to_owned(), problem };
+        std::fs::write(&svg, self.svg()?).map_err(|error| failed(&svg, error.to_string()))?;
+        let (width, height) = self.size();
+        let pixels = self.pixels()?;
+        let saved = image::save_buffer_with_format(&png, &pixels, width, height, image::ColorType::Rgb8, image::ImageFormat::Png);
+        saved.map_err(|error| failed(&png, error.to_string()))?;
+        Ok([svg, png])
+    }
+
+    /// As an SVG document.
+    pub fn svg(&self) -> Result<String, ChartError> {
+        let mut text = String::new();
+        let area = SVGBackend::with_string(&mut text, self.size()).into_drawing_area();
+        self.draw(&area).map_err(|error| self.failed(&error))?;
+        drop(area);
+        Ok(text)
+    }
+
+    /// As 8-bit RGB pixels, row 0 at the top.
+    pub fn pixels(&self) -> Result<Vec<u8>, ChartError> {
+        let (width, height) = self.size();
+        let mut pixels = vec![255; 3 * width as usize * height as usize];
+        let area = BitMapBackend::with_buffer(&mut pixels, (width, height)).into_drawing_area();
+        self.draw(&area).map_err(|error| self.failed(&error))?;
+        drop(area);
+        Ok(pixels)
+    }
+
+    fn failed(&self, problem: &dyn std::fmt::Display) -> ChartError {
+        ChartError::Draw { title: self.title.clone(), problem: problem.to_string() }
+    }
+
+    /// Width and height (px).
+    pub fn size(&self) -> (u32, u32) {
+        let panels: u32 = match &self.panels {
+            Panels::Lines(..) => 430,
+            Panels::Bars(panels) => panels.iter().map(bar_panel_height).sum(),
+        };
+        (WIDTH_PX, panels + self.header_height() as u32 + MARGIN_PX as u32)
+    }
+
+    fn header_height(&self) -> i32 {
+        let legend = legend_places(&self.names()).last().map_or(0, |place| place.1 + LINE_PX);
+        MARGIN_PX + 30 + LINE_PX * self.notes.len() as i32 + legend + 8
+    }
+
+    /// Names of series or parts, each once.
+    fn names(&self) -> Vec<&str> {
+        let mut names: Vec<&str> = Vec::new();
+        let mut add = |name| {
+            if !names.contains(&name) {
+                names.push(name);
+            }
+        };
+        match &self.panels {
+            Panels::Lines(_, panels) => panels.iter().flat_map(|panel| &panel.series).for_each(|series| add(series.name.as_str())),
+            Panels::Bars(panels) => {
+                panels.iter().flat_map(|panel| &panel.bars).flat_map(|bar| &bar.parts).for_each(|(name, _)| add(name.as_str()));
+            }
+        }
+        names
+    }
+
+    fn draw<DB: DrawingBackend>(&self, area: &DrawingArea<DB, Shift>) -> Drawn<DB> {
+        register_font();
+        area.fill(&WHITE)?;
+        let names = self.names();
+        area.draw(&Text::new(self.title.clone(), (MARGIN_PX, MARGIN_PX), ("sans-serif", 20)))?;
+        for (line, note) in self.notes.iter().enumerate() {
+            let at = (MARGIN_PX, MARGIN_PX + 30 + LINE_PX * line as i32);
+            area.draw(&Text::new(note.clone(), at, ("sans-serif", TEXT_PX).into_font().color(&RGBColor(90, 90, 90))))?;
+        }
+        let top = MARGIN_PX + 30 + LINE_PX * self.notes.len() as i32 + 4;
+        for (index, (name, (x, y))) in names.iter().zip(legend_places(&names)).enumerate() {
+            let (x, y) = (x + MARGIN_PX, y + top);
+            area.draw(&Rectangle::new([(x, y + 1), (x + 12, y + 13)], color(index).filled()))?;
+            area.draw(&Text::new((*name).to_owned(), (x + 18, y), ("sans-serif", TEXT_PX)))?;
+        }
+        let (_, below) = area.split_vertically(self.header_height());
+        match &self.panels {
+            Panels::Lines(x_label, panels) => {
+                for (panel, area) in panels.iter().zip(below.split_evenly((1, panels.len().max(1)))) {
+                    draw_lines(&area, x_label, panel, &names)?;
+                }
+            }
+            Panels::Bars(panels) => {
+                let mut rest = below;
+                for panel in panels {
+                    let (area, after) = rest.split_vertically(bar_panel_height(panel));
+                    draw_bars(&area, panel, &names)?;
+                    rest = after;
+                }
+            }
+        }
+        area.present()
+    }
+}
+
+/// The bundled font; drawing text fails without one.
+fn register_font() {
+    static ONCE: Once = Once::new();
+    ONCE.call_once(|| {
+        if plotters::style::register_font("sans-serif", FontStyle::Normal, dejavu::sans::regular()).is_err() {
+            log::error!("the font of the charts cannot be read");
+        }
+    });
+}
+
+/// Where each name of the legend goes, left to right and down; widths are generous, because every viewer has its own font.
+fn legend_places(names: &[&str]) -> Vec<(i32, i32)> {
+    let (mut x, mut y) = (0, 0);
+    let place = |name: &&str| {
+        let width = 40 + 9 * name.chars().count() as i32;
+        if x > 0 && x + width > WIDTH_PX as i32 - 2 * MARGIN_PX {
+            (x, y) = (0, y + LINE_PX);
+        }
+        let place = (x, y);
+        x += width;
+        place
+    };
+    names.iter().map(place).collect()
+}
+
+fn bar_panel_height(panel: &BarPanel) -> u32 {
+    26 * panel.bars.len().max(1) as u32 + 70
+}
+
+/// Smallest and largest of what `values` gives; a little more on each side.
+fn range(values: impl Iterator<Item = f64>, scale: Scale) -> Range<f64> {
+    let (low, high) = values.filter(|value| value.is_finite()).fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
+    if low > high {
+        return 0.5..1.5;
+    }
+    match scale {
+        Scale::Log => low / 1.3..high * 1.3,
+        Scale::Linear => {
+            let pad = 0.08 * (high - low).max(1e-3 * high.abs()).max(1e-6);
+            low - pad..high + pad
+        }
+    }
+}
+
+fn draw_lines<DB: DrawingBackend>(area: &DrawingArea<DB, Shift>, x_label: &str, panel: &LinePanel, names: &[&str]) -> Drawn<DB> {
+    let usable = |y: f64| y.is_finite() && (panel.y_scale == Scale::Linear || y > 0.0);
+    let points = || panel.series.iter().flat_map(|series| &series.points).copied().filter(|point| usable(point.1));
+    let floor = panel.floor.iter().map(|floor| floor.0).filter(|y| usable(*y));
+    let exponents = range(points().map(|point| point.0.log2()), Scale::Linear);
+    let x = exponents.start.min(exponents.start.round() - 0.15)..exponents.end.max(exponents.end.round() + 0.15);
+    let y = range(points().map(|point| point.1).chain(floor.clone()), panel.y_scale);
+    let x_ticks = (x.start.ceil() as i32..=x.end.floor() as i32).map(f64::from).collect();
+    let y_ticks = if panel.y_scale == Scale::Log { log_ticks(&y) } else { linear_ticks(&y) };
+    let mut builder = ChartBuilder::on(area);
+    builder.margin(MARGIN_PX).margin_top(4).x_label_area_size(44).y_label_area_size(70);
+    let mut chart =
+        builder.build_cartesian_2d(Axis { range: x.clone(), scale: Scale::Linear, ticks: x_ticks }, Axis { range: y, scale: panel.y_scale, ticks: y_ticks })?;
+    let mut mesh = chart.configure_mesh();
+    mesh.disable_x_mesh().max_light_lines(0).x_label_formatter(&|exponent| format!("{}", exponent.exp2().round())).y_label_formatter(&|y| short(*y));
+    mesh.x_desc(x_label).y_desc(panel.y_label.as_str()).label_style(("sans-serif", TEXT_PX)).bold_line_style(RGBColor(225, 225, 225)).draw()?;
+    if let (Some((_, what)), Some(y)) = (&panel.floor, floor.clone().next()) {
+        let grey = RGBColor(120, 120, 120);
+        chart.draw_series(DashedLineSeries::new([(x.start, y), (x.end, y)], 5, 4, grey.stroke_width(1)))?;
+        let style = ("sans-serif", 12).into_font().color(&grey);
+        chart.draw_series([EmptyElement::at((x.start, y)) + Text::new(what.clone(), (6, -15), style)])?;
+    }
+    for (index, series) in panel.series.iter().enumerate() {
+        // Later lines are thinner, so that one that lies under another can be seen.
+        let wider = (panel.series.len() - 1 - index).min(4) as u32;
+        let color = color(names.iter().position(|name| *name == series.name).unwrap_or(0));
+        let points: Vec<(f64, f64)> = series.points.iter().filter(|point| usable(point.1)).map(|(x, y)| (x.log2(), *y)).collect();
+        chart.draw_series(LineSeries::new(points.iter().copied(), color.stroke_width(2 + wider)))?;
+        chart.draw_series(points.iter().map(|point| Circle::new(*point, 4 + wider, color.filled())))?;
+    }
+    Ok(())
+}
+
+/// An axis with ticks of our choice.
+#[derive(Clone)]
+struct Axis {
+    range: Range<f64>,
+    scale: Scale,
+    ticks: Vec<f64>,
+}
+
+impl Ranged for Axis {
+    type FormatOption = DefaultFormatting;
+    type ValueType = f64;
+
+    fn map(&self, value: &f64, (low, high): (i32, i32)) -> i32 {
+        let share = match self.scale {
+            Scale::Linear => (value - self.range.start) / (self.range.end - self.range.start),
+            Scale::Log => (value / self.range.start).ln() / (self.range.end / self.range.start).ln(),
+        };
+        low + (share * f64::from(high - low)).round() as i32
+    }
+
+    fn key_points<Hint: KeyPointHint>(&self, hint: Hint) -> Vec<f64> {
+        // Light lines are asked for in a second turn; there are none.
+        if hint.weight().allow_light_points() { Vec::new() } else { self.ticks.clone() }
+    }
+
+    fn range(&self) -> Range<f64> {
+        self.range.clone()
+    }
+}
+
+impl From<Axis> for Range<f64> {
+    fn from(axis: Axis) -> Self {
+        axis.range
+    }
+}
+
+/// Multiples of 1, 2 or 5 times a power of ten, about eight of them.
+fn linear_ticks(range: &Range<f64>) -> Vec<f64> {
+    let raw = (range.end - range.start) / 8.0;
+    let power = 10.0f64.powf(raw.log10().floor());
+    let step = power * [1.0, 2.0, 5.0, 10.0].into_iter().find(|digit| digit * power >= raw).unwrap_or(10.0);
+    let indices = (range.start / step).ceil() as i64..=(range.end / step).floor() as i64;
+    indices.map(|index| index as f64 * step).collect()
+}
+
+/// Round numbers in a range of positive ones, few of them.
+fn log_ticks(range: &Range<f64>) -> Vec<f64> {
+    let decades = (range.end / range.start).log10();
+    let digits: &[f64] = if decades < 1.0 { &[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0] } else { &[1.0, 2.0, 5.0] };
+    let powers = range.start.log10().floor() as i32..=range.end.log10().ceil() as i32;
+    powers.flat_map(|power| digits.iter().map(move |digit| digit * 10.0f64.powi(power))).filter(|tick| range.contains(tick)).collect()
+}
+
+fn draw_bars<DB: DrawingBackend>(area: &DrawingArea<DB, Shift>, panel: &BarPanel, names: &[&str]) -> Drawn<DB> {
+    let length = |bar: &Bar| bar.parts.iter().map(|part| part.1).sum::<f64>();
+    let longest = panel.bars.iter().map(length).fold(0.0, f64::max).max(1e-9);
+    let lengths = Axis { range: 0.0..1.12 * longest, scale: Scale::Linear, ticks: linear_ticks(&(0.0..1.12 * longest)) };
+    let count = panel.bars.len().max(1);
+    let widest = panel.bars.iter().map(|bar| bar.label.chars().count()).max().unwrap_or(0) as u32;
+    let mut builder = ChartBuilder::on(area);
+    builder.margin(MARGIN_PX).margin_top(4).margin_right(40).x_label_area_size(44).y_label_area_size(30 + 8 * widest);
+    let mut chart = builder.build_cartesian_2d(lengths, (0..count - 1).into_segmented())?;
+    let name = |segment: &SegmentValue<usize>| match segment {
+        SegmentValue::CenterOf(index) => panel.bars.iter().rev().nth(*index).map(|bar| bar.label.clone()).unwrap_or_default(),
+        _ => String::new(),
+    };
+    let mut mesh = chart.configure_mesh();
+    mesh.disable_y_mesh().y_labels(count + 1).y_label_formatter(&name).x_label_formatter(&|x| short(*x));
+    mesh.x_desc(panel.x_label.as_str()).label_style(("sans-serif", TEXT_PX)).bold_line_style(RGBColor(225, 225, 225)).draw()?;
+    for (index, bar) in panel.bars.iter().rev().enumerate() {
+        let mut start = 0.0;
+        for (part, value) in &bar.parts {
+            let color = color(names.iter().position(|name| name == part).unwrap_or(0));
+            let above = if index + 1 == count { SegmentValue::Last } else { SegmentValue::Exact(index + 1) };
+            let mut rectangle = Rectangle::new([(start, SegmentValue::Exact(index)), (start + value, above)], color.filled());
+            rectangle.set_margin(4, 4, 0, 0);
+            chart.draw_series([rectangle])?;
+            start += value;
+        }
+        let end = EmptyElement::at((start, SegmentValue::CenterOf(index))) + Text::new(short(start), (5, -7), ("sans-serif", 12));
+        chart.draw_series([end])?;
+    }
+    Ok(())
+}
+
+/// A number with three digits that count.
+fn short(value: f64) -> String {
+    if value.abs() < 1e-12 || !value.is_finite() {
+        return if value.is_finite() { "0".to_owned() } else { format!("{value}") };
+    }
+    let digits = (2 - value.abs().log10().floor() as i32).clamp(0, 6) as usize;
+    let text = format!("{value:.digits$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lines(points: Vec<(f64, f64)>) -> Chart {
+        let panel = |y_scale| LinePanel {
+            y_label: "error".into(),
+            y_scale,
+            series: vec![Series { name: "a".into(), points: points.clone() }],
+            floor: Some((0.01, "noise".into())),
+        };
+        Chart { title: "t".into(), notes: vec!["n".into()], panels: Panels::Lines("x".into(), vec![panel(Scale::Log), panel(Scale::Linear)]) }
+    }
+
+    #[test]
+    fn ticks_are_few_and_inside() {
+        assert_eq!(log_ticks(&(0.015..1.1)), [0.02, 0.05, 0.1, 0.2, 0.5, 1.0]);
+        assert_eq!(linear_ticks(&(-0.7..0.11)), [-0.6000000000000001, -0.4, -0.2, 0.0]);
+        assert_eq!(log_ticks(&(11.0..45.0)), [15.0, 20.0, 30.0, 40.0]);
+    }
+
+    #[test]
+    fn short_numbers() {
+        let cases = [(0.0, "0"), (-1e-17, "0"), (0.0213, "0.0213"), (1.5, "1.5"), (12.345, "12.3"), (1234.5, "1234"), (-0.25, "-0.25"), (100.0, "100")];
+        cases.iter().for_each(|(value, text)| assert_eq!(short(*value), *text));
+    }
+
+    /// No points, one point, zeros on a logarithmic axis: a picture all the same.
+    #[test]
+    fn little_data_is_drawn() -> Result<(), ChartError> {
+        for points in [vec![], vec![(64.0, 0.2)], vec![(64.0, 0.0), (128.0, f64::NAN), (256.0, 0.1)]] {
+            let chart = lines(points);
+            let (width, height) = chart.size();
+            assert!(chart.svg()?.contains("</svg>"));
+            assert_eq!(chart.pixels()?.len(), 3 * (width * height) as usize);
+        }
+        Ok(())
+    }
+
+    /// A part that is there can be seen, in its own colour.
+    #[test]
+    fn bars_show_their_parts() -> Result<(), ChartError> {
+        let bar = |parts: &[(&str, f64)]| Bar { label: "case".into(), parts: parts.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect() };
+        let chart = |bar| Chart { title: "t".into(), notes: vec![], panels: Panels::Bars(vec![BarPanel { x_label: "ms".into(), bars: vec![bar] }]) };
+        let area = |pixels: &[u8], RGBColor(r, g, b): RGBColor| pixels.as_chunks().0.iter().filter(|pixel| **pixel == [r, g, b]).count();
+        let both = chart(bar(&[("a", 3.0), ("b", 1.0)])).pixels()?;
+        let (a, b) = (area(&both, color(0)), area(&both, color(1)));
+        assert!(a > 2 * b && a < 4 * b && b > 100, "{a} and {b} pixels");
+        assert_eq!(area(&chart(bar(&[("a", 3.0)])).pixels()?, color(1)), 0);
+        Ok(())
+    }
+
+    /// Text is drawn too: without a font the title would leave no dark pixel.
+    #[test]
+    fn text_is_drawn() -> Result<(), ChartError> {
+        let pixels = lines(vec![]).pixels()?;
+        let title_rows = 3 * WIDTH_PX as usize * 40;
+        assert!(pixels[..title_rows].iter().any(|value| *value < 128));
+        Ok(())
+    }
+}

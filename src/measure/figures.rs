@@ -1,0 +1,138 @@
+//! The charts of a benchmark.
+
+use crate::graph::PassTimes;
+
+use super::chart::{Bar, BarPanel, Chart, LinePanel, Panels, Scale, Series};
+use super::report::{Report, Timing};
+use super::table::{case_name, resolution};
+
+/// Error of the indirect light against resolution, a series a technique and preset; `None` where no report has an error.
+pub fn error_chart(reports: &[Report]) -> Option<Chart> {
+    let block = |report: &Report| report.error.as_ref().map(|error| error.block.unwrap_or(error.pixel));
+    let noise = reports.iter().find_map(|report| report.reference.as_ref()).map(|reference| (reference.pixel_noise / 8.0, "the reference's noise".to_owned()));
+    let panels = vec![
+        LinePanel {
+            y_label: "rel_rmse of indirect light".into(),
+            y_scale: Scale::Log,
+            series: series(reports, |report| Some(block(report)?.rel_rmse)),
+            floor: noise,
+        },
+        LinePanel {
+            y_label: "bias of indirect light".into(),
+            y_scale: Scale::Linear,
+            series: series(reports, |report| Some(block(report)?.bias)),
+            floor: Some((0.0, "no bias".into())),
+        },
+    ];
+    lines("Error against resolution", "8×8-pixel blocks against the path-traced reference", reports, panels)
+}
+
+/// Memory and bytes a voxel of the grid against resolution; `None` where nothing ran.
+pub fn memory_chart(reports: &[Report]) -> Option<Chart> {
+    let mib = |bytes: u64| bytes as f64 / f64::from(1 << 20);
+    let per_voxel = |report: &Report| Some(structure_bytes(report)? as f64 / f64::from(resolution(report)?).powi(3));
+    let panels = vec![
+        LinePanel {
+            y_label: "technique's memory [MiB]".into(),
+            y_scale: Scale::Log,
+            series: series(reports, |report| structure_bytes(report).map(mib)),
+            floor: None,
+        },
+        LinePanel { y_label: "bytes per voxel of the grid".into(), y_scale: Scale::Log, series: series(reports, per_voxel), floor: None },
+    ];
+    lines("Memory against resolution", "world-space structure; screen images, maps and scene left out", reports, panels)
+}
+
+/// Bytes of what a technique keeps in the world: all but what the frame shares and what has the picture's size.
+fn structure_bytes(report: &Report) -> Option<u64> {
+    let screen = ["diffuse", "specular", "interleaved", "set"];
+    let is_structure = |name: &str| {
+        let (owner, what) = name.split_once('.').unwrap_or((name, ""));
+        !["frame", "scene", "gbuffer", "light", "output"].contains(&owner) && name.contains('.') && !screen.contains(&what)
+    };
+    let bytes: u64 = report.memory.iter().filter(|row| is_structure(&row.name)).map(|row| row.bytes).sum();
+    (bytes > 0).then_some(bytes)
+}
+
+/// Median time of each pass, stacked: builds above, frames below; `None` where nothing ran.
+pub fn passes_chart(reports: &[Report]) -> Option<Chart> {
+    let ran: Vec<&Report> = reports.iter().filter(|report| report.failure.is_none()).collect();
+    let first = ran.first()?;
+    let panel = |x_label: &str, rows: fn(&Report) -> &[PassTimes]| {
+        let bars: Vec<Bar> = ran.iter().map(|report| Bar { label: case_name(report), parts: parts(rows(report)) }).collect();
+        BarPanel { x_label: x_label.into(), bars: merge_small(bars) }
+    };
+    let panels = vec![panel("build, once [ms]", |report| &report.build), panel("frame [ms]", |report| &report.passes)];
+    let panels: Vec<BarPanel> = panels.into_iter().filter(|panel| panel.bars.iter().any(|bar| !bar.parts.is_empty())).collect();
+    let count = |rows: &[PassTimes]| rows.first().map_or(0, |row| row.gpu_ms.n);
+    let what = format!("medians of {} builds and {} frames, {}x{} px", count(&first.build), count(&first.passes), first.size[0], first.size[1]);
+    Some(Chart { title: format!("Time per pass: {}", first.scene), notes: notes(first, &what), panels: Panels::Bars(panels) })
+}
+
+fn parts(rows: &[PassTimes]) -> Vec<(String, f64)> {
+    rows.iter().map(|row| (row.name.clone(), row.gpu_ms.median)).collect()
+}
+
+/// Passes that are nowhere more than 1% of the longest bar become one part.
+fn merge_small(bars: Vec<Bar>) -> Vec<Bar> {
+    let longest = bars.iter().map(|bar| bar.parts.iter().map(|part| part.1).sum::<f64>()).fold(0.0, f64::max);
+    let all: Vec<(String, f64)> = bars.iter().flat_map(|bar| bar.parts.iter().cloned()).collect();
+    let is_small = |name: &str| all.iter().filter(|part| part.0 == name).all(|part| part.1 < 0.01 * longest);
+    let merge = |bar: Bar| {
+        let (small, mut parts): (Vec<_>, Vec<_>) = bar.parts.into_iter().partition(|part| is_small(&part.0));
+        if !small.is_empty() {
+            parts.push(("other".into(), small.iter().map(|part| part.1).sum()));
+        }
+        Bar { label: bar.label, parts }
+    };
+    bars.into_iter().map(merge).collect()
+}
+
+/// A value against resolution, a series for each technique and preset.
+fn series(reports: &[Report], value: impl Fn(&Report) -> Option<f64>) -> Vec<Series> {
+    let mut all: Vec<Series> = Vec::new();
+    for report in reports.iter().filter(|report| report.failure.is_none()) {
+        let (Some(resolution), Some(value)) = (resolution(report), value(report)) else { continue };
+        let name = [Some(report.technique), report.preset.as_deref()].into_iter().flatten().collect::<Vec<_>>().join(" ");
+        let point = (f64::from(resolution), value);
+        match all.iter_mut().find(|series| series.name == name) {
+            Some(series) => series.points.push(point),
+            None => all.push(Series { name, points: vec![point] }),
+        }
+    }
+    all.iter_mut().for_each(|series| series.points.sort_by(|a, b| a.0.total_cmp(&b.0)));
+    all
+}
+
+fn lines(title: &str, what: &str, reports: &[Report], panels: Vec<LinePanel>) -> Option<Chart> {
+    let first = reports.iter().find(|report| report.failure.is_none())?;
+    if panels.iter().all(|panel| panel.series.is_empty()) {
+        return None;
+    }
+    let what = format!("{what}, {}x{} px", first.size[0], first.size[1]);
+    Some(Chart { title: format!("{title}: {}", first.scene), notes: notes(first, &what), panels: Panels::Lines("resolution [voxels]".into(), panels) })
+}
+
+/// Where the numbers are from.
+fn notes(report: &Report, what: &str) -> Vec<String> {
+    let timing = match report.timing {
+        Some(Timing::Host) => ", passes timed on the host",
+        Some(Timing::Timestamps) => ", passes timed by timestamps",
+        None => "",
+    };
+    let commit = report.commit.map(|commit| format!(" ({commit})")).unwrap_or_default();
+    vec![what.to_owned(), format!("{}, {}{timing}; lumivox {}{commit}", report.device, report.driver, report.version)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn small_parts_are_merged_but_not_lost() {
+        let bar = |parts: &[(&str, f64)]| Bar { label: String::new(), parts: parts.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect() };
+        let merged = merge_small(vec![bar(&[("a", 99.0), ("b", 0.5), ("c", 0.25)]), bar(&[("b", 10.0)])]);
+        assert_eq!(merged[0].parts, [("a".to_owned(), 99.0), ("b".to_owned(), 0.5), ("other".to_owned(), 0.25)]);
+        assert_eq!(merged[1].parts, [("b".to_owned(), 10.0)]);
+    }
+}

@@ -1,0 +1,155 @@
+//! Reports as a table to read, and as comma-separated values.
+
+use std::fmt::Write as _;
+
+use crate::gi::settings::Value;
+use crate::graph::PassTimes;
+
+use super::report::Report;
+
+/// The median of a row of this name (ms).
+pub fn median_ms(rows: &[PassTimes], name: &str) -> Option<f64> {
+    rows.iter().find(|row| row.name == name).map(|row| row.gpu_ms.median)
+}
+
+/// A case's name: technique, preset and resolution, as far as it has them.
+pub fn case_name(report: &Report) -> String {
+    let mut name = report.technique.to_owned();
+    report.preset.iter().for_each(|preset| name.extend([" ", preset]));
+    if let Some(resolution) = resolution(report) {
+        // Writing to a string cannot fail.
+        let _ = write!(name, " {resolution}");
+    }
+    name
+}
+
+/// The setting `resolution` (voxels), where the technique has it.
+pub fn resolution(report: &Report) -> Option<u32> {
+    match report.settings.get("resolution") {
+        Some(Value::Count(resolution)) => Some(*resolution),
+        _ => None,
+    }
+}
+
+/// Voxelization (a build) and mips (a frame) together (ms), where there are both.
+pub fn voxelization_and_mips_ms(report: &Report) -> Option<f64> {
+    Some(median_ms(&report.totals, "voxelization")? + median_ms(&report.totals, "mips")?)
+}
+
+/// The table's heading.
+pub fn heading() -> String {
+    format!(
+        "{:<30} {:>9} {:>9} {:>9} {:>9} {:>9} {:>8} {:>8} {:>9} {:>9}",
+        "case", "voxelize", "+ mips", "light", "gather", "frame", "µs/dir", "MiB", "bias", "rel_rmse"
+    )
+}
+
+/// What the columns are.
+pub const LEGEND: &str = "medians in ms; voxelize: a build's voxel.* passes; + mips: and the mips; light: voxel.* passes of a frame; \
+                          µs/dir: gather per pixel with a surface and cone or ray; bias and rel_rmse: of indirect light, over blocks";
+
+/// One row of the table.
+pub fn row(report: &Report) -> String {
+    let name = case_name(report);
+    if let Some(failure) = &report.failure {
+        return format!("{name:<30} {failure}");
+    }
+    let total = |name: &str| number(median_ms(&report.totals, name), 2);
+    let block = report.error.as_ref().map(|error| error.block.unwrap_or(error.pixel));
+    format!(
+        "{name:<30} {:>9} {:>9} {:>9} {:>9} {:>9} {:>8} {:>8.1} {:>9} {:>9}",
+        total("voxelization"),
+        number(voxelization_and_mips_ms(report), 2),
+        total("light"),
+        total("gather"),
+        total("frame"),
+        number(report.directions.first().map(|cost| cost.us_per_direction), 3),
+        report.memory_bytes as f64 / f64::from(1 << 20),
+        block.map_or("-".to_owned(), |block| format!("{:+.4}", block.bias)),
+        number(block.map(|block| block.rel_rmse), 4),
+    )
+}
+
+fn number(value: Option<f64>, digits: usize) -> String {
+    value.map_or_else(|| "-".to_owned(), |value| format!("{value:.digits$}"))
+}
+
+/// All reports as comma-separated values (RFC 4180): a row a case, its medians in the columns; a column for each name that any report has.
+pub fn csv(reports: &[Report]) -> String {
+    let rows: Vec<Vec<(String, String)>> = reports.iter().map(columns).collect();
+    let mut names: Vec<&str> = Vec::new();
+    for (name, _) in rows.iter().flatten() {
+        if !names.contains(&name.as_str()) {
+            names.push(name);
+        }
+    }
+    let mut text = line(names.iter().copied());
+    for row in &rows {
+        text += &line(names.iter().map(|name| row.iter().find(|(key, _)| key == name).map_or("", |(_, value)| value.as_str())));
+    }
+    text
+}
+
+fn line<'f>(fields: impl Iterator<Item = &'f str>) -> String {
+    let quoted = fields.map(|field| if field.contains([',', '"', '\n', '\r']) { format!("\"{}\"", field.replace('"', "\"\"")) } else { field.to_owned() });
+    quoted.collect::<Vec<_>>().join(",") + "\n"
+}
+
+/// Names and values of one row.
+fn columns(report: &Report) -> Vec<(String, String)> {
+    let mut columns: Vec<(String, String)> = Vec::new();
+    let mut add = |name: String, value: String| columns.push((name, value));
+    add("scene".into(), report.scene.clone());
+    add("technique".into(), report.technique.into());
+    add("preset".into(), report.preset.clone().unwrap_or_default());
+    add("width_px".into(), report.size[0].to_string());
+    add("height_px".into(), report.size[1].to_string());
+    add("device".into(), report.device.clone());
+    add("driver".into(), report.driver.clone());
+    add("commit".into(), report.commit.unwrap_or_default().into());
+    add("timing".into(), report.timing.map_or("", |timing| if timing == super::report::Timing::Host { "host" } else { "timestamps" }).into());
+    add("failure".into(), report.failure.clone().unwrap_or_default());
+    for (name, value) in &report.settings {
+        let value = match value {
+            Value::Count(value) => value.to_string(),
+            Value::Number(value) => value.to_string(),
+            Value::Choice(value) => (*value).to_owned(),
+        };
+        add(format!("set {name}"), value);
+    }
+    if report.failure.is_some() {
+        return columns;
+    }
+    add("memory_bytes".into(), report.memory_bytes.to_string());
+    if let Some(error) = &report.error {
+        let named = [("pixel".to_owned(), Some(&error.pixel)), ("block".to_owned(), error.block.as_ref())].into_iter();
+        let materials = error.materials.iter().map(|errors| (errors.material.clone(), errors.block.as_ref()));
+        for (name, errors) in named.chain(materials) {
+            let Some(errors) = errors else { continue };
+            add(format!("{name} bias"), errors.bias.to_string());
+            add(format!("{name} rel_rmse"), errors.rel_rmse.to_string());
+        }
+    }
+    report.directions.iter().for_each(|cost| add(format!("{} us_per_direction", cost.pass), cost.us_per_direction.to_string()));
+    for (kind, rows) in [("total", &report.totals), ("build", &report.build), ("frame", &report.passes)] {
+        rows.iter().for_each(|row| add(format!("{kind} {} ms", row.name), row.gpu_ms.median.to_string()));
+    }
+    report.counts.iter().for_each(|(name, count)| add(format!("count {name}"), count.to_string()));
+    columns
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn fields_are_quoted_where_they_must_be() {
+        assert_eq!(line(["a", "b,c", "say \"d\""].into_iter()), "a,\"b,c\",\"say \"\"d\"\"\"\n");
+    }
+
+    #[test]
+    fn missing_numbers_are_dashes() {
+        assert_eq!(number(None, 2), "-");
+        assert_eq!(number(Some(1.236), 2), "1.24");
+    }
+}

@@ -1,0 +1,321 @@
+//! Bad input through the real program: each is one line that says what, where and what to do, and an exit code; or a correct picture.
+//! Never a panic, never a hang.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+mod support;
+
+use std::ffi::{OsStr, OsString};
+use std::io::Read;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use lumivox::image::{Image, luminance, read_exr};
+use support::technique::is_sound;
+
+/// Nothing here takes a tenth of it.
+const TIMEOUT: Duration = Duration::from_secs(120);
+
+/// What a run of the program gave.
+struct Ran {
+    code: Option<i32>,
+    stderr: String,
+}
+
+fn lumivox(folder: &Path, arguments: &[OsString], environment: &[(&str, &str)]) -> Ran {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_lumivox"));
+    command.args(arguments).current_dir(folder).envs(environment.iter().copied()).stdout(Stdio::null()).stderr(Stdio::piped());
+    let mut child = command.spawn().unwrap();
+    let mut pipe = child.stderr.take().unwrap();
+    let reader = std::thread::spawn(move || {
+        let mut bytes = Vec::new();
+        pipe.read_to_end(&mut bytes).map(|_| String::from_utf8_lossy(&bytes).into_owned())
+    });
+    let start = Instant::now();
+    let code = loop {
+        if let Some(status) = child.try_wait().unwrap() {
+            break status.code();
+        }
+        if start.elapsed() > TIMEOUT {
+            child.kill().unwrap();
+            child.wait().unwrap();
+            panic!("{arguments:?} hangs");
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    };
+    let stderr = reader.join().unwrap().unwrap();
+    assert!(!stderr.contains("panicked"), "{arguments:?} panics: {stderr}");
+    Ran { code, stderr }
+}
+
+fn words(line: &str) -> Vec<OsString> {
+    line.split_whitespace().map(OsString::from).collect()
+}
+
+/// One line (and its causes) that begins with `error:` and says all of `says`.
+fn check_error(name: &str, ran: &Ran, code: i32, says: &[&str]) {
+    let Ran { code: found, stderr } = ran;
+    assert_eq!(*found, Some(code), "{name}: {stderr}");
+    let errors: Vec<&str> = stderr.lines().filter(|line| line.starts_with("error: ")).collect();
+    assert_eq!(errors.len(), 1, "{name}: not one line: {stderr}");
+    let usage = |line: &str| line.is_empty() || line.starts_with("Usage:") || line.starts_with("For more information") || line.starts_with("  ");
+    let rest: Vec<&str> = stderr.lines().filter(|line| !line.starts_with("error: ") && !usage(line)).collect();
+    assert!(rest.iter().all(|line| line.starts_with('[')), "{name}: more than an error, causes and warnings: {stderr}");
+    says.iter().for_each(|part| assert!(errors[0].contains(part), "{name}: `{part}` is not in: {}", errors[0]));
+}
+
+/// Arguments after `render`, the exit code, and what the error must say.
+const BAD_ARGUMENTS: &[(&str, i32, &[&str])] = &[
+    ("bundled:cornell --size 0x0 -o a.png", 2, &["--size", "0x0", "1 to 16384"]),
+    ("bundled:cornell --size 8x0 -o a.png", 2, &["--size", "8x0"]),
+    ("bundled:cornell --size 100000x100000 -o a.png", 2, &["--size", "100000x100000", "16384"]),
+    ("bundled:cornell --size 99999999999x1 -o a.png", 2, &["--size", "WIDTHxHEIGHT"]),
+    ("bundled:cornell --size 64 -o a.png", 2, &["--size", "WIDTHxHEIGHT"]),
+    ("bundled:cornell --size -4x4 -o a.png", 2, &["-4"]),
+    ("bundled:cornell --size 16384x16384 -o a.png", 1, &["bytes wanted", "lower"]),
+    ("bundled:cornell --size 16x16 --set resolution=1024 -o a.png", 1, &["bytes wanted", "bytes", "lower"]),
+    ("bundled:cornell --size 16x16 --preset cones --set resolution=1024 -o a.png", 1, &["voxel_mips.radiance", "9817069312 bytes wanted", "lower"]),
+    ("bundled:cornell --set resolution=999 -o a.png", 2, &["resolution", "999", "256"]),
+    ("bundled:cornell --set resolution=-1 -o a.png", 2, &["resolution", "-1"]),
+    ("bundled:cornell --set resolution=1e30 -o a.png", 2, &["resolution", "1e30"]),
+    ("bundled:cornell --set opacity_exponent=nan -o a.png", 2, &["opacity_exponent", "nan"]),
+    ("bundled:cornell --set opacity_exponent=inf -o a.png", 2, &["opacity_exponent", "inf"]),
+    ("bundled:cornell --set gather=magic -o a.png", 2, &["gather", "magic", "cones, rays"]),
+    ("bundled:cornell --set resolution -o a.png", 2, &["resolution", "KEY=VALUE"]),
+    ("bundled:cornell --set nosuch=1 -o a.png", 2, &["nosuch", "resolution"]),
+    ("bundled:cornell --technique nosuch -o a.png", 2, &["nosuch", "voxel-mips"]),
+    ("bundled:cornell --preset nosuch -o a.png", 2, &["nosuch", "textbook"]),
+    ("bundled:cornell --technique none --preset accurate -o a.png", 2, &["accurate"]),
+    ("bundled:cornell --aov nosuch -o a.png", 2, &["--aov", "nosuch", "indirect"]),
+    ("bundled:cornell --exposure nan -o a.png", 2, &["--exposure", "above 0"]),
+    ("bundled:cornell --exposure 0 -o a.png", 2, &["--exposure", "above 0"]),
+    ("bundled:cornell --frames 0 -o a.png", 2, &["--frames", "1.."]),
+    ("bundled:cornell --shadow-resolution 100000 -o a.png", 2, &["--shadow-resolution", "8192"]),
+    ("bundled:cornell --device nosuch --size 8x8 -o a.png", 1, &["nosuch", "there are"]),
+    ("bundled:cornell --device 99 --size 8x8 -o a.png", 1, &["99", "there are"]),
+    ("bundled:cornell -o a.jpg", 2, &["a.jpg", ".exr", ".png"]),
+    ("bundled:cornell -o a", 2, &[".exr", ".png"]),
+    ("bundled:cornell", 2, &["required"]),
+    ("bundled:nosuch -o a.png", 2, &["nosuch", "cornell"]),
+    ("bundled:cornell,width=3 -o a.png", 2, &["width"]),
+    ("bundled:furnace,albedo=7 -o a.png", 2, &["albedo", "0.99"]),
+    ("bundled:cornell --size 8x8 --set resolution=8 -o gone/a.png", 1, &["gone/a.png", "folder"]),
+    ("bundled:cornell --size 8x8 --set resolution=8 -o gone/a.exr", 1, &["gone/a.exr", "folder"]),
+    ("bundled:cornell --size 8x8 --set resolution=8 -o a.png --report gone/a.json", 1, &["gone/a.json", "folder"]),
+];
+
+#[test]
+fn bad_arguments() {
+    let folder = tempfile::tempdir().unwrap();
+    for (line, code, says) in BAD_ARGUMENTS {
+        let ran = lumivox(folder.path(), &words(&format!("render {line}")), &[]);
+        check_error(line, &ran, *code, says);
+    }
+}
+
+/// A subcommand that does not exist, and other subcommands' own.
+#[test]
+fn bad_arguments_elsewhere() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("text.exr"), "no image").unwrap();
+    let cases: &[(&str, i32, &[&str])] = &[
+        ("nosuch", 2, &["nosuch"]),
+        ("techniques nosuch", 2, &["nosuch", "voxel-mips"]),
+        ("scene nosuch", 2, &["nosuch", "cornell"]),
+        ("reference bundled:cornell --size 0x0 -o a.png", 2, &["--size", "0x0", "16384"]),
+        ("reference bundled:cornell --size 100000x1 -o a.png", 2, &["--size", "16384"]),
+        ("reference bundled:cornell --size 8x8 --max-error nan -o a.png", 2, &["max_error"]),
+        ("reference bundled:cornell --size 8x8 --spp 0 -o a.png", 2, &["spp"]),
+        ("reference bundled:cornell --size 8x8 --bounces -1 -o a.png", 2, &["-1"]),
+        ("reference bundled:cornell --size 8x8 --spp 1 --no-cache -o gone/a.exr", 1, &["gone/a.exr", "folder"]),
+        ("compare gone.exr gone.exr", 2, &["gone.exr"]),
+        ("compare text.exr text.exr", 2, &["text.exr"]),
+    ];
+    for (line, code, says) in cases {
+        check_error(line, &lumivox(folder.path(), &words(line), &[]), *code, says);
+    }
+}
+
+const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+
+/// Files that are no scene: the scene's name, its files, and what the error must say.
+#[test]
+fn bad_scenes() {
+    let with_texture = "mtllib a.mtl\nusemtl m\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\n";
+    let cases: &[(&str, &[(&str, &str)], &[&str])] = &[
+        ("gone.obj", &[], &["gone.obj", "check the path"]),
+        ("gone.toml", &[], &["gone.toml"]),
+        ("a.stl", &[("a.stl", "solid")], &["a.stl", ".obj"]),
+        ("a.toml", &[("a.toml", "[[model]\n")], &["a.toml:1"]),
+        ("a.toml", &[("a.toml", "[[model]]\npath = 'gone.obj'\n")], &["a.toml:2", "gone.obj"]),
+        ("a.obj", &[("a.obj", "v 0 0 0\nv 1 nan 0\n")], &["a.obj:2", "nan", "not finite"]),
+        ("a.obj", &[("a.obj", "v 0 0 inf\n")], &["a.obj:1", "not finite"]),
+        ("a.obj", &[("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n")], &["a.obj:4", "number 9"]),
+        ("a.obj", &[("a.obj", "v 0 0 0\n")], &["a.obj", "no faces"]),
+        ("a.obj", &[("a.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n")], &["a.obj", "no area"]),
+        ("a.obj", &[("a.obj", "nonsense \u{7}\nv one two three\n")], &["a.obj"]),
+        ("a.obj", &[("a.obj", with_texture), ("a.mtl", "newmtl m\nmap_Kd gone.png\n")], &["missing texture", "gone.png", "--allow-missing-textures"]),
+        ("a.obj", &[("a.obj", with_texture), ("a.mtl", "newmtl m\nmap_Kd cut.png\n"), ("cut.png", "\u{89}PNG\r\n")], &["cut.png"]),
+        ("a.obj", &[("a.obj", with_texture), ("a.mtl", "newmtl m\nmap_Kd wide.png\n")], &["wide.png", "20000", "scale it down"]),
+    ];
+    for (scene, files, says) in cases {
+        let folder = tempfile::tempdir().unwrap();
+        let wide = image::GrayImage::new(20_000, 1);
+        wide.save(folder.path().join("wide.png")).unwrap();
+        files.iter().for_each(|(name, text)| std::fs::write(folder.path().join(name), text).unwrap());
+        for command in ["render", "reference"] {
+            let ran = lumivox(folder.path(), &words(&format!("{command} {scene} --size 8x8 -o a.png")), &[]);
+            check_error(&format!("{command} {scene} {files:?}"), &ran, 2, says);
+            assert!(!folder.path().join("a.png").exists(), "{scene}: a picture in spite of the error");
+        }
+    }
+}
+
+/// Renders a scene of the folder to a picture.
+fn picture(folder: &Path, scene: impl AsRef<OsStr>, more: &str) -> (Image, String) {
+    let mut arguments = vec![OsString::from("render"), scene.as_ref().to_owned()];
+    arguments.extend(words(&format!("--size 48x32 --set resolution=32 -o out.exr {more}")));
+    let ran = lumivox(folder, &arguments, &[]);
+    assert_eq!(ran.code, Some(0), "{:?}: {}", scene.as_ref(), ran.stderr);
+    let image = read_exr(&folder.join("out.exr")).unwrap();
+    assert!(is_sound(&image), "{:?}: a pixel is negative or not finite", scene.as_ref());
+    (image, ran.stderr)
+}
+
+fn mean(image: &Image) -> f32 {
+    image.pixels.iter().map(|&pixel| luminance(pixel)).sum::<f32>() / image.pixels.len() as f32
+}
+
+/// A lit corner of floor and wall of a given extent, as TOML and OBJ.
+fn write_corner(folder: &Path, extent_m: f64, lights: bool) {
+    let e = extent_m;
+    let obj =
+        format!("v 0 0 0\nv {e:e} 0 0\nv {e:e} 0 {e:e}\nv 0 0 {e:e}\nv {e:e} {e:e} 0\nv 0 {e:e} 0\nf 1 4 3\nf 1 3 2\nf 1 2 5\nf 1 5 6\nf 1 1 2\nf 2 2 2\n");
+    std::fs::write(folder.join("corner.obj"), obj).unwrap();
+    let light =
+        format!("[[light]]\nkind = 'point'\nposition = [{:?}, {:?}, {:?}]\nintensity = [{:?}, {:?}, {:?}]\n", 0.5 * e, 0.6 * e, 0.5 * e, e * e, e * e, e * e);
+    let camera = format!("[camera]\neye = [{:?}, {:?}, {:?}]\ntarget = [{:?}, {:?}, 0.0]\nvfov_deg = 50.0\n", 0.5 * e, 0.7 * e, 2.2 * e, 0.5 * e, 0.4 * e);
+    let toml = format!("[[model]]\npath = 'corner.obj'\n{camera}{}", if lights { &light } else { "" });
+    std::fs::write(folder.join("corner.toml"), toml).unwrap();
+}
+
+/// Light scales with the square of lengths, so that corners of all extents, with zero-area triangles among them, look the same.
+#[test]
+fn extents_and_zero_area_triangles() {
+    let folder = tempfile::tempdir().unwrap();
+    write_corner(folder.path(), 1.0, true);
+    let (expected, stderr) = picture(folder.path(), "corner.toml", "");
+    assert!(stderr.contains("without area"), "dropped triangles are not mentioned: {stderr}");
+    let (expected_indirect, _) = picture(folder.path(), "corner.toml", "--aov indirect");
+    assert!(mean(&expected) > 0.05 && mean(&expected_indirect) > 0.005, "{} {}", mean(&expected), mean(&expected_indirect));
+    for extent_m in [1e-4, 1e5] {
+        write_corner(folder.path(), extent_m, true);
+        for (more, expected) in [("", &expected), ("--aov indirect", &expected_indirect)] {
+            let (image, _) = picture(folder.path(), "corner.toml", more);
+            let error = (mean(&image) / mean(expected) - 1.0).abs();
+            println!("extent {extent_m} m {more}: the mean differs by {error:.5}");
+            // Measured at 1e-4 m: 0.001 of the whole, 0.017 of the indirect light.
+            assert!(error < 0.03, "extent {extent_m} m {more}: mean {} instead of {}", mean(&image), mean(expected));
+        }
+    }
+}
+
+#[test]
+fn no_lights_is_black_and_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    write_corner(folder.path(), 1.0, false);
+    let (image, stderr) = picture(folder.path(), "corner.toml", "");
+    assert!(mean(&image) == 0.0, "light from nowhere: {}", mean(&image));
+    assert!(stderr.contains("no light") && stderr.contains("black"), "no warning: {stderr}");
+    assert!(!picture(folder.path(), "corner.toml", "--quiet").1.contains("black"), "--quiet does not silence warnings");
+}
+
+#[test]
+fn odd_sizes_and_odd_cameras() {
+    let folder = tempfile::tempdir().unwrap();
+    for size in ["1x1", "1x200", "200x1", "7x13"] {
+        let ran = lumivox(folder.path(), &words(&format!("render bundled:cornell --set resolution=8 --size {size} -o a.exr")), &[]);
+        assert_eq!(ran.code, Some(0), "{size}: {}", ran.stderr);
+        assert!(is_sound(&read_exr(&folder.path().join("a.exr")).unwrap()), "{size}");
+    }
+    write_corner(folder.path(), 1.0, true);
+    let toml = std::fs::read_to_string(folder.path().join("corner.toml")).unwrap();
+    // In the wall's plane, and behind it.
+    for eye in ["[0.5, 0.5, 0.0]", "[0.5, 0.5, -0.01]"] {
+        let eye = toml.lines().map(|line| if line.starts_with("eye") { format!("eye = {eye}\n") } else { format!("{line}\n") }).collect::<String>();
+        let eye = eye.replace("0.4, 0.0]", "0.4, 1.0]");
+        std::fs::write(folder.path().join("wall.toml"), eye).unwrap();
+        picture(folder.path(), "wall.toml", "");
+    }
+}
+
+#[test]
+fn a_missing_texture_can_be_allowed() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("a.obj"), format!("mtllib a.mtl\nusemtl m\n{TRIANGLE}vt 0 0\nf 1/1 2/1 3/1\n")).unwrap();
+    std::fs::write(folder.path().join("a.mtl"), "newmtl m\nmap_Kd gone.png\n").unwrap();
+    let (image, stderr) = picture(folder.path(), "a.obj", "--allow-missing-textures");
+    assert!(mean(&image) > 0.0 && stderr.contains("gone.png"), "{stderr}");
+}
+
+#[cfg(unix)]
+#[test]
+fn paths_that_are_not_utf8() {
+    use std::os::unix::ffi::OsStrExt;
+    let folder = tempfile::tempdir().unwrap();
+    let odd = folder.path().join(OsStr::from_bytes(b"caf\xe9"));
+    std::fs::create_dir(&odd).unwrap();
+    write_corner(&odd, 1.0, true);
+    let scene = odd.join("corner.toml");
+    let output = odd.join(OsStr::from_bytes(b"\xff.exr"));
+    for command in ["render", "reference"] {
+        let mut arguments = vec![OsString::from(command), scene.clone().into_os_string(), "-o".into(), output.clone().into_os_string()];
+        arguments.extend(words(if command == "render" { "--size 8x8 --set resolution=8" } else { "--size 8x8 --spp 1 --no-cache" }));
+        let ran = lumivox(folder.path(), &arguments, &[]);
+        assert_eq!(ran.code, Some(0), "{command}: {}", ran.stderr);
+        std::fs::remove_file(&output).unwrap();
+    }
+    check_error(
+        "no such file",
+        &lumivox(folder.path(), &["render".into(), OsString::from(OsStr::from_bytes(b"\xff.obj")), "-o".into(), "a.png".into()], &[]),
+        2,
+        &["check the path"],
+    );
+}
+
+/// A folder that nobody can write into. Root can write anywhere, so that a file takes the folder's place there.
+#[test]
+fn an_output_folder_that_cannot_be_written() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("file"), "").unwrap();
+    let locked = folder.path().join("locked");
+    std::fs::create_dir(&locked).unwrap();
+    let mut permissions = std::fs::metadata(&locked).unwrap().permissions();
+    permissions.set_readonly(true);
+    std::fs::set_permissions(&locked, permissions).unwrap();
+    let is_root = std::fs::write(locked.join("probe"), "").is_ok();
+    for place in ["file", "locked"] {
+        if place == "locked" && is_root {
+            continue;
+        }
+        for extension in ["png", "exr"] {
+            let ran = lumivox(folder.path(), &words(&format!("render bundled:cornell --size 8x8 --set resolution=8 -o {place}/a.{extension}")), &[]);
+            check_error(place, &ran, 1, &[&format!("{place}/a.{extension}"), "folder"]);
+        }
+    }
+}
+
+/// A loader that finds no driver, and no loader at all.
+#[test]
+fn no_device() {
+    let folder = tempfile::tempdir().unwrap();
+    let nothing = [("VK_ICD_FILENAMES", "/gone.json"), ("VK_DRIVER_FILES", "/gone.json")];
+    for line in ["devices", "render bundled:cornell --size 8x8 -o a.png", "render bundled:cornell --size 8x8 --validate -o a.png"] {
+        check_error(line, &lumivox(folder.path(), &words(line), &nothing), 1, &["no Vulkan device", "install a driver"]);
+    }
+    // What needs no device does without.
+    for line in ["techniques", "scene --list", "reference bundled:cornell --size 4x4 --spp 1 --no-cache -o a.exr"] {
+        let ran = lumivox(folder.path(), &words(line), &nothing);
+        assert_eq!(ran.code, Some(0), "{line}: {}", ran.stderr);
+    }
+}
