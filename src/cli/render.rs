@@ -105,6 +105,7 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     let image = renderer.aov(args.aov).map_err(CliError::failed)?;
     if is_exr { write_exr(&args.output, &image) } else { write_png(&args.output, &image, args.exposure) }.map_err(CliError::failed)?;
     let mut report = Report::new(&gpu, &scene.name, size, entry.name, &settings);
+    report.preset = choice.preset.clone().or_else(|| entry.presets.first().map(|preset| preset.name.to_owned()));
     let mut build_times = TimesAccumulator::default();
     build_times.add(&build);
     report.build = build_times.rows();

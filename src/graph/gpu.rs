@@ -148,6 +148,11 @@ impl Gpu {
         &self.device.adapter().info
     }
 
+    /// Whether pass times are taken on the host, pass by pass, and not from timestamps.
+    pub fn isolates_passes(&self) -> bool {
+        self.isolate
+    }
+
     /// The optional features that the device has.
     pub fn features(&self) -> &Features {
         &self.device.adapter().features

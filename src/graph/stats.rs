@@ -31,14 +31,21 @@ impl FrameStats {
         self.passes.iter().find(|pass| pass.name == name).map(|pass| pass.gpu_ms)
     }
 
-    pub(crate) fn add(&mut self, name: &str, gpu_ms: f64) {
-        match self.passes.iter_mut().find(|pass| pass.name == name) {
-            Some(pass) => {
-                pass.gpu_ms += gpu_ms;
-                pass.runs += 1;
+    /// Adds what another submission cost; passes of one name are summed.
+    pub fn append(&mut self, other: FrameStats) {
+        for pass in other.passes {
+            match self.passes.iter_mut().find(|known| known.name == pass.name) {
+                Some(known) => {
+                    known.gpu_ms += pass.gpu_ms;
+                    known.runs += pass.runs;
+                }
+                None => self.passes.push(pass),
             }
-            None => self.passes.push(PassTime { name: name.to_owned(), gpu_ms, runs: 1 }),
         }
+    }
+
+    pub(crate) fn add(&mut self, name: &str, gpu_ms: f64) {
+        self.append(FrameStats { passes: vec![PassTime { name: name.to_owned(), gpu_ms, runs: 1 }] });
     }
 }
 

@@ -112,7 +112,6 @@ pub fn measure(scene: &Scene, case: &Case, settings: &BenchSettings, truth: &Tru
 fn empty_report(gpu: &Gpu, scene: &Scene, case: &Case, settings: &BenchSettings) -> Report {
     Report {
         preset: case.preset.clone(),
-        timing: Some(settings.timing),
         shadow_resolution: Some(settings.frame.shadow_resolution),
         ..Report::new(gpu, &scene.name, settings.frame.size, case.entry.name, &case.settings)
     }

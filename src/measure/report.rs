@@ -184,7 +184,7 @@ impl Report {
             technique,
             preset: None,
             settings: settings.iter().collect(),
-            timing: None,
+            timing: Some(if gpu.isolates_passes() { Timing::Host } else { Timing::Timestamps }),
             failure: None,
             first_build: Vec::new(),
             build: Vec::new(),

@@ -329,15 +329,16 @@ impl Voxelizer {
             frame.set_scene(&scene.set, &scene.materials);
             self.add_fragments(&mut frame, scene, [&fragments, &emission]);
             self.add_index(&mut frame);
-            let first = gpu.submit(frame)?;
+            let mut stats = gpu.submit(frame)?;
             let counts: Vec<u32> = bytemuck::pod_collect_to_vec(&gpu.read_buffer(&self.counters)?);
             let (fragment_count, voxel_count) = (counts[0], counts[1]);
             if fragment_count > self.fragment_capacity {
                 self.fragment_capacity = fragment_count;
                 continue;
             }
-            let (voxels, second) = self.resolve(gpu, scene, [&fragments, &emission], fragment_count, voxel_count)?;
-            return Ok((voxels, FrameStats { passes: [first.passes, second.passes].concat() }));
+            let (voxels, resolved) = self.resolve(gpu, scene, [&fragments, &emission], fragment_count, voxel_count)?;
+            stats.append(resolved);
+            return Ok((voxels, stats));
         }
     }
 

@@ -169,7 +169,7 @@ impl Technique for VoxelMips {
         if let Some(volume) = &self.volume {
             let mut frame = Frame::new();
             frame.clear_image("voxel_mips.clear", volume, [0.0; 4]);
-            stats.passes.extend(context.gpu.submit(frame)?.passes);
+            stats.append(context.gpu.submit(frame)?);
         }
         let light = VoxelLight::new(context.gpu, context.scene, &voxels, self.injection)?;
         self.store = Some((voxels, light));
