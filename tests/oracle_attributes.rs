@@ -48,7 +48,7 @@ impl Comparison {
     }
 
     fn verdict(&self) -> Result<(), String> {
-        let bad = self.worst.iter().find(|(_, worst)| !(worst.share <= 1.0));
+        let bad = self.worst.iter().find(|(_, worst)| worst.share.is_nan() || worst.share > 1.0);
         bad.map_or(Ok(()), |(name, worst)| Err(format!("{name} is off by {}, {} times the tolerance, in {:?}", worst.difference, worst.share, worst.voxel)))
     }
 }
@@ -223,7 +223,8 @@ fn comparators_notice_planted_errors() {
     assert_eq!(compare(&read, &sums, true).verdict(), Ok(()));
     let good = read.records.clone();
     let index = good.iter().position(|record| area(record) > 0.5).unwrap();
-    let plants: [(&str, fn(&mut lumivox::gi::voxel::voxelize::Voxel)); 5] = [
+    type Plant = fn(&mut lumivox::gi::voxel::voxelize::Voxel);
+    let plants: [(&str, Plant); 5] = [
         ("area", |record| record.z_area += 4 << 16),
         ("normal", |record| record.normal = record.normal & !1023 | (record.normal + 4) & 1023),
         ("albedo root", |record| record.albedo = record.albedo & !1023 | (record.albedo ^ 4) & 1023),
