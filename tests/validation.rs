@@ -104,15 +104,15 @@ fn the_planner_covers_every_hazard_of_every_frame() {
 /// Removing any one barrier leaves a hazard.
 fn assert_no_spare_barrier(what: &str, names: &[&String], uses: &[Vec<Use>], barriers: &[Vec<Barrier>]) {
     for (pass, of_pass) in barriers.iter().enumerate() {
-        for (index, removed) in of_pass.iter().enumerate() {
+        for (index, barrier) in of_pass.iter().enumerate() {
             // The model tells resources apart, so only those that the barrier is for need to be played again.
-            let resource = removed.resource;
-            let only = |barriers: &Vec<Barrier>| barriers.iter().copied().filter(|barrier| barrier.resource == resource).collect::<Vec<_>>();
+            let resource = barrier.resource;
+            let only = |barriers: &Vec<Barrier>| barriers.iter().copied().filter(|other| other.resource == resource).collect::<Vec<_>>();
             let mut fewer = barriers.to_vec();
             fewer[pass].remove(index);
             let fewer: Vec<Vec<Barrier>> = fewer.iter().map(only).collect();
             let uses: Vec<Vec<Use>> = uses.iter().map(|uses| uses.iter().copied().filter(|used| used.resource == resource).collect()).collect();
-            assert!(verify(&uses, &fewer).is_err(), "{what}: the barrier {removed:?} before {} is not needed", names[pass]);
+            assert!(verify(&uses, &fewer).is_err(), "{what}: the barrier {barrier:?} before {} is not needed", names[pass]);
         }
     }
 }

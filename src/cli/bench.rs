@@ -1,5 +1,6 @@
 //! `lumivox bench`: time, memory and error of techniques, presets and resolutions.
 
+use std::ffi::OsString;
 use std::fs::File;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -23,7 +24,7 @@ use super::common::{parse_size, say};
 pub(crate) struct Args {
     /// `bundled:NAME`, or the path of a .toml or .obj file.
     #[arg(required = true)]
-    scene: Vec<String>,
+    scene: Vec<OsString>,
     /// Techniques; `lumivox techniques` lists them.
     #[arg(long, value_name = "NAME,…", value_delimiter = ',', default_value = "voxel-mips")]
     technique: Vec<String>,

@@ -10,7 +10,7 @@ use crate::metrics::{Channel, MetricError, compare};
 use crate::scene::Scene;
 use crate::vulkan::DeviceKind;
 
-use super::report::{DirectionCost, ReferenceInfo, Report, ReportError, Timing};
+use super::report::{DirectionCost, ErrorReport, ReferenceInfo, Report, Timing};
 
 /// What is measured: one technique with all its settings.
 #[derive(Clone)]
@@ -103,7 +103,7 @@ pub fn measure(scene: &Scene, case: &Case, settings: &BenchSettings, truth: &Tru
     if let (Ok(run), Some((reference, info))) = (&run, &truth.indirect) {
         let comparison = compare(&run.indirect, reference, Some(&truth.guide), settings.channel);
         let comparison = comparison.map_err(|source| BenchError::Compare { technique: case.entry.name, source })?;
-        report.error = Some(ReportError::new(comparison, scene));
+        report.error = Some(ErrorReport::new(comparison, scene));
         report.reference = Some(*info);
     }
     Ok(report)

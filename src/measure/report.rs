@@ -46,7 +46,7 @@ pub struct MaterialError {
 
 /// Error of the indirect light against a reference.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct ReportError {
+pub struct ErrorReport {
     /// What was compared.
     pub channel: Channel,
     /// Over all pixels that see a surface.
@@ -57,13 +57,13 @@ pub struct ReportError {
     pub materials: Vec<MaterialError>,
 }
 
-impl ReportError {
+impl ErrorReport {
     /// A comparison with the scene's material names.
     pub fn new(comparison: Comparison, scene: &Scene) -> Self {
         let Comparison { channel, pixel, block, materials } = comparison;
         let name = |index: u32| scene.materials.get(index as usize).map_or_else(|| index.to_string(), |material| material.name.clone());
         let materials = materials.into_iter().map(|errors| MaterialError { material: name(errors.material), pixel: errors.pixel, block: errors.block });
-        ReportError { channel, pixel, block, materials: materials.collect() }
+        ErrorReport { channel, pixel, block, materials: materials.collect() }
     }
 }
 
@@ -139,13 +139,13 @@ pub struct Report {
     /// The reference, where there was one.
     pub reference: Option<ReferenceInfo>,
     /// Error of the indirect light against it.
-    pub error: Option<ReportError>,
+    pub error: Option<ErrorReport>,
 }
 
 /// A report that could not be written.
 #[derive(Debug, thiserror::Error)]
 #[error("cannot write the report {}: {source}; check that the folder exists, is writable and has space", path.display())]
-pub struct WriteError {
+pub struct ReportError {
     path: PathBuf,
     source: std::io::Error,
 }
@@ -200,8 +200,8 @@ impl Report {
     }
 
     /// Writes it as JSON.
-    pub fn write(&self, path: &Path) -> Result<(), WriteError> {
+    pub fn write(&self, path: &Path) -> Result<(), ReportError> {
         let text = serde_json::to_string_pretty(self).map_err(std::io::Error::other);
-        text.and_then(|text| std::fs::write(path, text + "\n")).map_err(|source| WriteError { path: path.to_owned(), source })
+        text.and_then(|text| std::fs::write(path, text + "\n")).map_err(|source| ReportError { path: path.to_owned(), source })
     }
 }
