@@ -5,8 +5,9 @@ mod support;
 
 use std::collections::BTreeMap;
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use lumivox::gi::voxel::oracle::{self, VoxelIndex, VoxelSum};
+use lumivox::gi::voxel::voxelize::Voxel;
 use lumivox::gi::voxel::{Accumulation, Method, VoxelSettings, Voxelizer};
 use lumivox::graph::Gpu;
 use lumivox::render::GpuScene;
@@ -36,7 +37,7 @@ impl Comparison {
     fn see(&mut self, name: &'static str, difference: f64, allowed: f64) {
         let worst = self.worst.entry(name).or_default();
         worst.difference = worst.difference.max(difference);
-        if difference / allowed > worst.share || difference.is_nan() {
+        if difference / allowed > worst.share || (difference / allowed).is_nan() {
             worst.share = difference / allowed;
             worst.voxel = self.at;
         }
@@ -111,9 +112,7 @@ fn attributes_of_matt_scenes_are_the_oracles() {
     }
     check(&gpu, &scene_of(&lump(48, 64), 0.0, &mut Random::new(3)), 64, true, true, "lump").print("lump 64");
     check(&gpu, &scene_of(&lump(48, 64), 40.0, &mut Random::new(3)), 16, false, false, "lump").print("glowing lump 16, binary");
-    for name in ["cornell-lamp", "emissive-gallery"] {
-        check(&gpu, &bundled(name), 32, false, true, name).print(&format!("{name} 32"));
-    }
+    check(&gpu, &bundled("cornell-lamp"), 32, false, true, "cornell-lamp").print("cornell-lamp 32");
 }
 
 #[test]
@@ -159,6 +158,25 @@ fn textured_and_masked_attributes_are_near_the_oracles() {
     assert!((total_area[0] / total_area[1] - 1.0).abs() <= 0.01);
 }
 
+/// Textured emission: one trilinear sample a fragment for a voxel's mean.
+#[test]
+fn textured_emission_is_near_the_oracles() {
+    let (gpu, scene) = (gpu(), bundled("emissive-gallery"));
+    let read = voxelize(&gpu, &GpuScene::new(&gpu, &scene).unwrap(), voxel_settings(32, Method::Compute));
+    let sums = oracle::voxelize(&scene, &oracle_grid(&read.voxels.grid));
+    let (mut emitted, mut expected, mut difference) = (DVec3::ZERO, DVec3::ZERO, 0.0);
+    for (record, emission) in read.records.iter().zip(&read.emission) {
+        let sum = &sums[&coordinates(record)];
+        let own = DVec3::new(f64::from(emission[0]), f64::from(emission[1]), f64::from(emission[2]));
+        emitted += area(record) * own;
+        expected += sum.area * sum.emission;
+        difference += sum.area * (own - sum.emission).abs().element_sum();
+    }
+    let (bias, mean_error) = ((emitted.element_sum() / expected.element_sum() - 1.0).abs(), difference / expected.element_sum());
+    println!("emissive-gallery 32: emitted flux off by {bias:.4}, mean error of a voxel {mean_error:.4} of the mean");
+    assert!(bias <= 0.02 && mean_error <= 0.1);
+}
+
 #[test]
 fn two_runs_are_the_same_bits() {
     let gpu = gpu();
@@ -177,7 +195,10 @@ fn two_runs_are_the_same_bits() {
 #[test]
 fn running_average_stays_within_its_bits() {
     let gpu = gpu();
-    let scene = scene_of(&lump(40, 32), 0.0, &mut Random::new(8));
+    // Off the lattice: a triangle that only touches a voxel would count as much as one that fills it.
+    let mut triangles = lump(40, 32);
+    triangles.iter_mut().flatten().for_each(|corner| *corner += Vec3::new(0.137, 0.291, 0.413));
+    let scene = scene_of(&triangles, 0.0, &mut Random::new(8));
     let mut gpu_scene = GpuScene::new(&gpu, &scene).unwrap();
     in_unit_grid(&mut gpu_scene, 32);
     let settings = VoxelSettings { accumulation: Accumulation::RunningAverage, ..voxel_settings(32, Method::Compute) };
@@ -223,7 +244,7 @@ fn comparators_notice_planted_errors() {
     assert_eq!(compare(&read, &sums, true).verdict(), Ok(()));
     let good = read.records.clone();
     let index = good.iter().position(|record| area(record) > 0.5).unwrap();
-    type Plant = fn(&mut lumivox::gi::voxel::voxelize::Voxel);
+    type Plant = fn(&mut Voxel);
     let plants: [(&str, Plant); 5] = [
         ("area", |record| record.z_area += 4 << 16),
         ("normal", |record| record.normal = record.normal & !1023 | (record.normal + 4) & 1023),

@@ -55,8 +55,8 @@ fn mips_are_the_oracles() {
         let blit = read_chain(&gpu, &image);
         let errors = [filter_error(&chains[0], Filter::Box), filter_error(&chains[1], Filter::Directional), filter_error(&blit, Filter::Box)];
         println!("mips of {resolution}³: half-float steps off the oracle: box {:.2}, directional {:.2}, blit {:.2}", errors[0], errors[1], errors[2]);
-        // Half a step is what rounding to nearest gives, one what truncation gives.
-        assert!(errors[0] <= 1.05 * 2.0 && errors[1] <= 1.05 * 2.0 && errors[2] <= 4.0, "{errors:?}");
+        // One step is what rounding to nearest gives, two what truncation gives.
+        assert!(errors.iter().all(|error| *error <= 2.1), "{errors:?}");
         let apart = |(a, b): (&DVec4, &DVec4)| (*a - *b).abs().max_element() / (a.max_element() + 1e-3);
         let apart = chains[0].iter().zip(&blit).flat_map(|(a, b)| a.texels.iter().zip(&b.texels).map(apart)).fold(0.0, f64::max);
         println!("    compute and blit differ by {apart:.1e} of the value");

@@ -7,7 +7,7 @@ layout(set = 1, binding = 0) uniform texture2D view_depth;
 layout(set = 1, binding = 1) uniform utexture2D normals;
 layout(set = 1, binding = 2) uniform texture3D voxels;
 layout(std430, set = 1, binding = 3) readonly buffer Cones { vec4 cones[]; };   // sin²θ, φ [rad], tan(γ/2), weight; weights sum to 1
-layout(set = 1, binding = 4, rgba32f) uniform restrict writeonly image2D indirect_diffuse;
+layout(set = 1, binding = 4, rgba32f) uniform restrict image2D indirect_diffuse;
 
 layout(push_constant) uniform ConeParams {
     vec4 grid;             // xyz: smallest corner of the grid [m]; w: voxel size [m]
@@ -18,7 +18,8 @@ layout(push_constant) uniform ConeParams {
     float max_distance;
     float ao_falloff;
     float start_offset;   // of the cones' origin along the geometric normal [voxels]
-    uint cone_count;
+    uint first_cone;      // of this dispatch, which adds to what those before it left
+    uint end_cone;
     uint interleave;      // n: the set is rotated differently in each pixel of an n×n tile
     float jitter;         // width of a stratum of sin²θ; 0 where the set has fixed elevations
 } params;
@@ -39,13 +40,13 @@ void main() {
     vec3 origin = (surface.position_ws - params.grid.xyz) / params.grid.w + params.start_offset * surface.geometric_normal;
     mat3 around = frame_around(surface.shading_normal);
     vec2 offset = params.interleave > 1u ? interleaved_offset(pixel, params.interleave) : vec2(0.5, 0.0);
-    vec4 sum = vec4(0.0);
-    for (uint i = 0u; i < params.cone_count; ++i) {
+    vec4 sum = params.first_cone == 0u ? vec4(0.0) : imageLoad(indirect_diffuse, pixel);
+    for (uint i = params.first_cone; i < params.end_cone; ++i) {
         vec4 cone = cones[i];
         vec3 direction = hemisphere_direction(around, cone.x + (offset.x - 0.5) * params.jitter, cone.y + offset.y * 2.0 * PI);
         float cosine = max(dot(direction, surface.geometric_normal), 0.0);
         ConeResult result = march_cone(origin, direction, cone.z, params.start_offset, cosine, settings);
-        sum += cone.w * vec4(result.radiance, result.visibility);
+        sum += cone.w * vec4(PI * result.radiance, result.visibility);
     }
-    imageStore(indirect_diffuse, pixel, vec4(PI * sum.rgb, sum.a));
+    imageStore(indirect_diffuse, pixel, sum);
 }

@@ -13,12 +13,14 @@ layout(std430, set = 1, binding = 3) restrict readonly buffer BlockBases { uint 
 
 layout(std430, set = 1, binding = 4) restrict readonly buffer VoxelRecords { Voxel voxel_records[]; };
 layout(std430, set = 1, binding = 5) restrict readonly buffer VoxelRadiance { uvec2 voxel_radiance[]; };
-layout(set = 1, binding = 6, rgba32f) uniform restrict writeonly image2D indirect_diffuse;
+layout(set = 1, binding = 6, rgba32f) uniform restrict image2D indirect_diffuse;
 
 layout(push_constant) uniform RayParams {
     vec4 grid;             // xyz: smallest corner of the grid [m]; w: voxel size [m]
     uint resolution;
-    uint ray_count;
+    uint ray_count;        // of all dispatches
+    uint first_ray;        // of this dispatch, which adds to what those before it left
+    uint end_ray;
     uint interleave;
     float start_offset;    // [voxels]
     float self_height;     // [voxels]
@@ -47,7 +49,7 @@ void main() {
     vec2 offset = params.interleave > 1u ? interleaved_offset(pixel, params.interleave) : vec2(0.5, 0.0);
     vec3 radiance = vec3(0.0);
     float occlusion = 0.0;
-    for (uint i = 0u; i < params.ray_count; ++i) {
+    for (uint i = params.first_ray; i < params.end_ray; ++i) {
         float u = (float(i) + offset.x) / float(params.ray_count);
         vec3 direction = hemisphere_direction(around, u, float(i) * GOLDEN_ANGLE + offset.y * 2.0 * PI);
         if (dot(direction, surface.geometric_normal) <= 0.0) continue;
@@ -61,6 +63,6 @@ void main() {
             occlusion += 1.0 / (1.0 + params.ao_falloff * distance * params.grid.w);
         }
     }
-    float n = float(params.ray_count);
-    imageStore(indirect_diffuse, pixel, vec4(PI / n * radiance, 1.0 - occlusion / n));
+    vec4 before = params.first_ray == 0u ? vec4(0.0, 0.0, 0.0, 1.0) : imageLoad(indirect_diffuse, pixel);
+    imageStore(indirect_diffuse, pixel, before + vec4(PI * radiance, -occlusion) / float(params.ray_count));
 }

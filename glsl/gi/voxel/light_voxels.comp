@@ -37,8 +37,17 @@ float injected(uint slot, uint channel) {
     return float(flux[at + 1u]) * 4294967296.0 + float(flux[at]);
 }
 
+// Depth differences that still count as lit [m]. A voxel of several planes has no tangent plane that its neighbours in the map lie on: in a corner of a
+// room they are nearer to the light by about a texel.
+float visibility_slack(Light light, vec3 position, bool one_plane) {
+    LightView view = light_views[light.views.x];
+    float distance_m = view.origin_kind.w == 0.0 ? 1.0 : length(position - view.origin_kind.xyz);
+    float texel_m = 2.0 * length(view.right.xyz) * distance_m / float(view.light.y);
+    return max(0.25 * params.grid.w, one_plane ? 0.0 : 2.0 * texel_m);
+}
+
 // ρ/π Σ E |n·ω| V at the voxel's mean position.
-vec3 shade(Voxel voxel, vec3 normal) {
+vec3 shade(Voxel voxel, vec3 normal, bool one_plane) {
     float size = params.grid.w;
     vec3 position = params.grid.xyz + size * (voxel_coordinates(voxel.xy, voxel.z_area) + unpack_unorm10(voxel.mean_position));
     vec3 irradiance = vec3(0.0);
@@ -47,7 +56,7 @@ vec3 shade(Voxel voxel, vec3 normal) {
         vec3 arriving = light_irradiance(lights[i], position, to_light);
         float cosine = dot(normal, to_light);
         vec3 lit_side = cosine < 0.0 ? -normal : normal;
-        irradiance += arriving * abs(cosine) * light_visibility(lights[i], position, lit_side, 0.25 * size);
+        irradiance += arriving * abs(cosine) * light_visibility(lights[i], position, lit_side, visibility_slack(lights[i], position, one_plane));
     }
     return unpack_albedo(voxel.albedo) / PI * irradiance;
 }
@@ -58,15 +67,16 @@ void main() {
     Voxel voxel = voxels[index];
     vec3 mean_normal = unpack_mean_normal(voxel.normal);
     vec3 normal = mean_normal / max(length(mean_normal), 1e-6);
+    bool one_plane = dot(mean_normal, mean_normal) >= 0.9;
     vec3 radiance;
     if (INJECTION_VOXEL != 0u) {
-        radiance = shade(voxel, normal);
+        radiance = shade(voxel, normal, one_plane);
     } else {
         float area = unpackHalf2x16(voxel.z_area >> 16).x;
         float lit = injected(index, 3u) * params.area_unit;
         radiance = vec3(injected(index, 0u), injected(index, 1u), injected(index, 2u)) * params.flux_unit / (area > SLIVER ? area : max(area, lit));
         if (lit == 0.0) {
-            radiance = shade(voxel, normal);
+            radiance = shade(voxel, normal, one_plane);
             if (any(greaterThan(radiance, vec3(0.0)))) atomicAdd(filled_voxels, 1u);
         }
     }

@@ -129,7 +129,8 @@ void cut(inout vec2 t, vec2 p, vec2 d, vec3 own, vec3 line, bool own_first) {
     float value = dot(line.xy, p) + line.z;
     float at = -value / rate;
     bool parallel = abs(rate) < 1e-6, alike = dot(own.xy, line.xy) > 0.0;
-    bool beaten = alike ? line.z < own.z || (line.z == own.z && !own_first) : value < 0.0;
+    // Either line comes to the same decision about the other, so that the outline stays closed.
+    bool beaten = alike ? line.z < own.z || (line.z == own.z && !own_first) : own.z + line.z <= 0.0;
     t.x = !parallel && rate > 0.0 ? max(t.x, at) : t.x;
     t.y = parallel ? (beaten ? -8.0 : t.y) : rate < 0.0 ? min(t.y, at) : t.y;
 }
@@ -142,8 +143,15 @@ struct HalfPlanes {
     vec3 above, below;             // the voxel's floor and ceiling
 };
 
-// Twice the area between the origin and the segment that line `index` adds to the boundary; adds its moment. `index` is a constant in every call.
-float boundary(int index, vec3 own, HalfPlanes h, inout vec2 moment) {
+struct Outline {
+    bool some;         // there is a segment
+    vec2 reference;    // a corner of the region where there is one: the origin of the sums
+    vec2 moment;       // times 6
+    float doubled;     // area times 2
+};
+
+// Adds the segment that line `index` adds to the boundary. `index` is a constant in every call.
+void boundary(int index, vec3 own, HalfPlanes h, inout Outline outline) {
     vec2 d = vec2(own.y, -own.x);
     vec2 p = -own.xy * own.z;
     vec2 t = vec2(-4.0, 4.0);
@@ -156,10 +164,13 @@ float boundary(int index, vec3 own, HalfPlanes h, inout vec2 moment) {
     if (index != 6) cut(t, p, d, own, h.ca, index < 6);
     if (index != 7) cut(t, p, d, own, h.above, index < 7);
     if (index != 8) cut(t, p, d, own, h.below, index < 8);
-    vec2 q0 = p + t.x * d, q1 = p + t.y * d;
-    float doubled = t.y > t.x ? q0.x * q1.y - q0.y * q1.x : 0.0;
-    moment += doubled * (q0 + q1);
-    return doubled;
+    bool adds = t.y > t.x;
+    outline.reference = adds && !outline.some ? p + t.x * d : outline.reference;
+    outline.some = outline.some || adds;
+    vec2 q0 = p + t.x * d - outline.reference, q1 = p + t.y * d - outline.reference;
+    float doubled = adds ? q0.x * q1.y - q0.y * q1.x : 0.0;
+    outline.moment += doubled * (q0 + q1);
+    outline.doubled += doubled;
 }
 
 // The line of edge a→b with the triangle's inside on its positive side.
@@ -170,7 +181,8 @@ vec3 inner_edge(vec2 a, vec2 b, float side) {
 
 // Area of the triangle inside the voxel, projected along the dominant axis [voxel faces, 0 to 1], and the mean_position of that part relative to the
 // voxel's smallest corner. The region is the set of points inside nine half-planes (three edges, four sides of the column, the voxel's floor and
-// ceiling); its area and first moment are sums over the boundary segment of each (Green's theorem).
+// ceiling); its area and first moment are sums over the boundary segment of each (Green's theorem), about a corner of the region: lines that are nearly
+// parallel, as a needle's edges are, meet at points that are inexact along them, which costs what the lines are away from the origin of the sums.
 float area_inside(TriangleSetup s, ivec3 voxel, out vec3 mean_position) {
     vec3 corner = vec3(voxel);
     vec2 a = s.v0.xy - corner.xy, b = s.v1.xy - corner.xy, c = s.v2.xy - corner.xy;
@@ -190,12 +202,18 @@ float area_inside(TriangleSetup s, ivec3 voxel, out vec3 mean_position) {
     bool level = steepness < 1e-5;
     h.above = level ? vec3(1.0, 0.0, 2.0) : vec3(slope, height) / steepness;
     h.below = level ? vec3(1.0, 0.0, 2.0) : vec3(-slope, 1.0 - height) / steepness;
-    vec2 moment = vec2(0.0);
-    float area = boundary(0, h.left, h, moment) + boundary(1, h.right, h, moment) + boundary(2, h.near, h, moment) + boundary(3, h.far, h, moment)
-        + boundary(4, h.ab, h, moment) + boundary(5, h.bc, h, moment) + boundary(6, h.ca, h, moment)
-        + boundary(7, h.above, h, moment) + boundary(8, h.below, h, moment);
-    area = clamp(0.5 * area, 0.0, 1.0);
-    vec2 middle = area > 1e-6 ? moment / (6.0 * area) : (a + b + c) / 3.0;
+    Outline outline = Outline(false, (a + b + c) / 3.0, vec2(0.0), 0.0);
+    boundary(0, h.left, h, outline);
+    boundary(1, h.right, h, outline);
+    boundary(2, h.near, h, outline);
+    boundary(3, h.far, h, outline);
+    boundary(4, h.ab, h, outline);
+    boundary(5, h.bc, h, outline);
+    boundary(6, h.ca, h, outline);
+    boundary(7, h.above, h, outline);
+    boundary(8, h.below, h, outline);
+    float area = clamp(0.5 * outline.doubled, 0.0, 1.0);
+    vec2 middle = outline.reference + (area > 1e-6 ? outline.moment / (6.0 * area) : vec2(0.0));
     middle = clamp(middle, vec2(0.0), vec2(1.0));
     mean_position = clamp(vec3(middle, height + dot(slope, middle)), vec3(0.0), vec3(1.0));
     return area;

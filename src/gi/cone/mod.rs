@@ -10,6 +10,7 @@ pub use sets::{Cone, ConeSet, cone_set};
 use crate::gi::Settings;
 use crate::gi::settings::{Domain, Setting};
 use crate::gi::voxel::VoxelGrid;
+use crate::gi::voxel::rays::LOOP_BUDGET;
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu, Image, Pass, Sets, Shaders};
 use crate::render::{GBuffer, screen_groups, storage};
@@ -34,8 +35,10 @@ gpu_struct! {
         pub ao_falloff: f32,
         /// Start along the geometric normal (voxels).
         pub start_offset: f32,
-        /// Cones in the set.
-        pub cone_count: u32,
+        /// First cone of this dispatch.
+        pub first_cone: u32,
+        /// One beyond its last cone.
+        pub end_cone: u32,
         /// n of the n×n interleaving tile.
         pub interleave: u32,
         /// Width of a stratum of sin²θ; 0 where elevations are fixed.
@@ -72,7 +75,7 @@ pub static GATHER: Pass = Pass {
         Binding::sampled("normals", Access::ComputeSampled),
         Binding::sampled("voxels", Access::ComputeSampled),
         Binding::buffer("cones", Access::ComputeRead),
-        Binding::image("indirect_diffuse", Access::ComputeWrite),
+        Binding::image("indirect_diffuse", Access::ComputeReadWrite),
     ],
     push_bytes: size_of::<ConeParams>() as u32,
     sets: Sets::Scene,
@@ -211,31 +214,37 @@ impl ConeTracer {
         })
     }
 
-    /// Adds the diffuse gather.
+    /// Adds the diffuse gather, in as many dispatches as keep the steps of one pixel's cones within [`LOOP_BUDGET`].
     pub fn gather(&self, frame: &mut Frame, gbuffer: &GBuffer, grid: &VoxelGrid, volume: &Arc<Image>, result: &Arc<Image>) {
         let s = &self.settings;
-        let params = ConeParams {
-            grid: grid.row(),
-            resolution: grid.resolution as f32,
-            step_factor: s.step_factor,
-            opacity_exponent: s.opacity_exponent,
-            height_clamp: s.height_clamp,
-            max_distance: self.max_distance(grid),
-            ao_falloff: s.ao_falloff,
-            start_offset: s.start_offset,
-            cone_count: self.cone_count,
-            interleave: s.interleave,
-            jitter: self.jitter,
-        };
-        frame
-            .pass(&GATHER)
-            .bind(&gbuffer.view_depth)
-            .bind(&gbuffer.normals)
-            .bind(volume)
-            .bind(&self.cones)
-            .bind(result)
-            .push(&params)
-            .dispatch(screen_groups(gbuffer.size));
+        // A cone is longest across the cube's diagonal, √3 n voxels, in steps of no less than β voxels.
+        let steps = (1.8 * grid.resolution as f32 / s.step_factor).ceil() as u32 + 1;
+        let cones_a_dispatch = (LOOP_BUDGET / steps).max(1);
+        for first_cone in (0..self.cone_count).step_by(cones_a_dispatch as usize) {
+            let params = ConeParams {
+                grid: grid.row(),
+                resolution: grid.resolution as f32,
+                step_factor: s.step_factor,
+                opacity_exponent: s.opacity_exponent,
+                height_clamp: s.height_clamp,
+                max_distance: self.max_distance(grid),
+                ao_falloff: s.ao_falloff,
+                start_offset: s.start_offset,
+                first_cone,
+                end_cone: (first_cone + cones_a_dispatch).min(self.cone_count),
+                interleave: s.interleave,
+                jitter: self.jitter,
+            };
+            frame
+                .pass(&GATHER)
+                .bind(&gbuffer.view_depth)
+                .bind(&gbuffer.normals)
+                .bind(volume)
+                .bind(&self.cones)
+                .bind(result)
+                .push(&params)
+                .dispatch(screen_groups(gbuffer.size));
+        }
     }
 
     /// Adds the specular cone; nothing in a scene without glossy surfaces.

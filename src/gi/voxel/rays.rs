@@ -16,8 +16,12 @@ gpu_struct! {
         pub grid: [f32; 4],
         /// Voxels along an edge of the grid.
         pub resolution: u32,
-        /// Rays a pixel.
+        /// Rays a pixel, of all dispatches.
         pub ray_count: u32,
+        /// First ray of this dispatch.
+        pub first_ray: u32,
+        /// One beyond its last ray.
+        pub end_ray: u32,
         /// n of the n×n interleaving tile.
         pub interleave: u32,
         /// Start along the geometric normal (voxels).
@@ -42,7 +46,7 @@ pub static GATHER_RAYS: Pass = Pass {
         Binding::buffer("block_bases", Access::ComputeRead),
         Binding::buffer("voxel_records", Access::ComputeRead),
         Binding::buffer("voxel_radiance", Access::ComputeRead),
-        Binding::image("indirect_diffuse", Access::ComputeWrite),
+        Binding::image("indirect_diffuse", Access::ComputeReadWrite),
     ],
     push_bytes: size_of::<RayParams>() as u32,
     sets: Sets::Scene,
@@ -99,27 +103,37 @@ impl RaySettings {
     }
 }
 
-/// Adds the pass.
+/// Loop iterations that one shader invocation is trusted with; llvmpipe ends its loops, without a word, after 65,535.
+pub(crate) const LOOP_BUDGET: u32 = 65_535;
+
+/// Adds the pass, in as many dispatches as keep a ray's worst walk through the grid within [`LOOP_BUDGET`].
 pub fn gather_rays(frame: &mut Frame, gbuffer: &GBuffer, voxels: &Voxels, light: &VoxelLight, settings: &RaySettings, result: &Arc<Image>) {
-    let params = RayParams {
-        grid: voxels.grid.row(),
-        resolution: voxels.grid.resolution,
-        ray_count: settings.count,
-        interleave: settings.interleave,
-        start_offset: settings.start_offset,
-        self_height: settings.self_height,
-        contour_slack: settings.contour_slack,
-        ao_falloff: settings.ao_falloff,
-    };
-    frame
-        .pass(&GATHER_RAYS)
-        .bind(&gbuffer.view_depth)
-        .bind(&gbuffer.normals)
-        .bind(&voxels.occupancy)
-        .bind(&voxels.block_bases)
-        .bind(&voxels.records)
-        .bind(&light.radiance)
-        .bind(result)
-        .push(&params)
-        .dispatch(screen_groups(gbuffer.size));
+    let resolution = voxels.grid.resolution;
+    // A line crosses at most 3 n voxels of an n³ grid, and each is a turn of the loop.
+    let rays_a_dispatch = (LOOP_BUDGET / (3 * resolution + 1)).max(1);
+    for first_ray in (0..settings.count).step_by(rays_a_dispatch as usize) {
+        let params = RayParams {
+            grid: voxels.grid.row(),
+            resolution,
+            ray_count: settings.count,
+            first_ray,
+            end_ray: (first_ray + rays_a_dispatch).min(settings.count),
+            interleave: settings.interleave,
+            start_offset: settings.start_offset,
+            self_height: settings.self_height,
+            contour_slack: settings.contour_slack,
+            ao_falloff: settings.ao_falloff,
+        };
+        frame
+            .pass(&GATHER_RAYS)
+            .bind(&gbuffer.view_depth)
+            .bind(&gbuffer.normals)
+            .bind(&voxels.occupancy)
+            .bind(&voxels.block_bases)
+            .bind(&voxels.records)
+            .bind(&light.radiance)
+            .bind(result)
+            .push(&params)
+            .dispatch(screen_groups(gbuffer.size));
+    }
 }
