@@ -214,7 +214,7 @@ impl ConeTracer {
         })
     }
 
-    /// Adds the diffuse gather, in as many dispatches as keep the steps of one pixel's cones within [`LOOP_BUDGET`].
+    /// Adds the diffuse gather, in as many dispatches as keep the steps of one pixel's cones within `LOOP_BUDGET`.
     pub fn gather(&self, frame: &mut Frame, gbuffer: &GBuffer, grid: &VoxelGrid, volume: &Arc<Image>, result: &Arc<Image>) {
         let s = &self.settings;
         // A cone is longest across the cube's diagonal, √3 n voxels, in steps of no less than β voxels.

@@ -106,7 +106,7 @@ impl RaySettings {
 /// Loop iterations that one shader invocation is trusted with; llvmpipe ends its loops, without a word, after 65,535.
 pub(crate) const LOOP_BUDGET: u32 = 65_535;
 
-/// Adds the pass, in as many dispatches as keep a ray's worst walk through the grid within [`LOOP_BUDGET`].
+/// Adds the pass, in as many dispatches as keep a ray's worst walk through the grid within `LOOP_BUDGET`.
 pub fn gather_rays(frame: &mut Frame, gbuffer: &GBuffer, voxels: &Voxels, light: &VoxelLight, settings: &RaySettings, result: &Arc<Image>) {
     let resolution = voxels.grid.resolution;
     // A line crosses at most 3 n voxels of an n³ grid, and each is a turn of the loop.
