@@ -62,7 +62,7 @@ gpu_struct! {
         pub albedo: u32,
         /// Mean position, 3×10 bits.
         pub mean_position: u32,
-        /// Opacity, 16-bit unorm.
+        /// Opacity (12 bits), shares of the surface seen from one side (9) and from both (8), whether it is opposed (1), along which axis (2).
         pub coverage: u32,
     }
 }
@@ -276,7 +276,7 @@ pub struct Voxels {
     pub block_bases: Arc<Buffer>,
     /// One [`Voxel`] each, in compact order.
     pub records: Arc<Buffer>,
-    /// Emitted radiance (W/(m² sr)), 16 bytes each; only in an emissive scene.
+    /// Mean emitted radiance (W/(m² sr)) and the share of it that leaves the front, 16 bytes each; only in an emissive scene.
     pub emission: Option<Arc<Buffer>>,
     /// Occupied voxels.
     pub voxel_count: u32,
