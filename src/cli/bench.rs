@@ -8,7 +8,6 @@ use std::path::{Path, PathBuf};
 use indicatif::{ProgressBar, ProgressStyle};
 use lumivox::frame::FrameSettings;
 use lumivox::gi::registry::{Entry, find};
-use lumivox::graph::DeviceChoice;
 use lumivox::measure::bench::{BenchError, BenchSettings, Case, Truth, cases, choose_timing, measure};
 use lumivox::measure::report::{ReferenceInfo, Report, Timing};
 use lumivox::measure::{error_chart, memory_chart, passes_chart, table};
@@ -17,7 +16,7 @@ use lumivox::reference::{Bounces, Filter, ReferenceError, Sampling, Settings, ca
 use lumivox::scene::{LoadOptions, Scene};
 
 use super::CliError;
-use super::common::{parse_size, say};
+use super::common::{DeviceArgs, ShadowArgs, parse_channel, parse_size, say};
 
 /// Measure techniques, presets and resolutions: time per pass, memory, error against the path-traced reference.
 #[derive(clap::Args)]
@@ -46,9 +45,8 @@ pub(crate) struct Args {
     /// Width and height (px).
     #[arg(long, value_name = "WxH", default_value = "256x256", value_parser = parse_size)]
     size: (u32, u32),
-    /// Width and height of each shadow map and reflective shadow map (texels).
-    #[arg(long, value_name = "N", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(16..=8192))]
-    shadow_resolution: u32,
+    #[command(flatten)]
+    shadow: ShadowArgs,
     /// Do without the reference: no errors.
     #[arg(long)]
     no_reference: bool,
@@ -58,9 +56,8 @@ pub(crate) struct Args {
     /// Compare luminance, or red, green and blue.
     #[arg(long, value_name = "luminance|rgb", default_value = "luminance", value_parser = parse_channel)]
     channel: Channel,
-    /// Device, by index or part of its name; `lumivox devices` lists them.
-    #[arg(long, value_name = "INDEX|NAME")]
-    device: Option<String>,
+    #[command(flatten)]
+    device: DeviceArgs,
     /// Where times come from: timestamps, or host (every pass by itself) [default: host on a CPU device, timestamps elsewhere].
     #[arg(long, value_name = "host|timestamps", value_parser = parse_timing)]
     timing: Option<Timing>,
@@ -81,9 +78,9 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     let cases = cases(&techniques, &args.preset, &args.resolution, &args.set).map_err(CliError::input)?;
     let options = LoadOptions { allow_missing_textures: args.allow_missing_textures };
     let scenes: Vec<Scene> = args.scene.iter().map(|scene| Scene::open(scene, &options)).collect::<Result<_, _>>().map_err(CliError::input)?;
-    let device = args.device.as_deref().map(DeviceChoice::from).unwrap_or_default();
+    let device = args.device.choice();
     let timing = args.timing.map_or_else(|| choose_timing(&device), Ok).map_err(CliError::failed)?;
-    let frame = FrameSettings { size: [args.size.0, args.size.1], shadow_resolution: args.shadow_resolution };
+    let frame = FrameSettings { size: [args.size.0, args.size.1], shadow_resolution: args.shadow.shadow_resolution };
     let settings = BenchSettings { device, timing, frame, frames: args.frames, rebuilds: args.rebuilds, channel: args.channel };
     std::fs::create_dir_all(&args.output)
         .map_err(|error| CliError::failed(format!("cannot make the folder {}: {error}; name another with -o", args.output.display())))?;
@@ -178,13 +175,5 @@ fn parse_timing(text: &str) -> Result<Timing, String> {
         "host" => Ok(Timing::Host),
         "timestamps" => Ok(Timing::Timestamps),
         _ => Err(String::from("write host or timestamps")),
-    }
-}
-
-fn parse_channel(text: &str) -> Result<Channel, String> {
-    match text {
-        "luminance" => Ok(Channel::Luminance),
-        "rgb" => Ok(Channel::Rgb),
-        _ => Err(String::from("write luminance or rgb")),
     }
 }

@@ -8,8 +8,7 @@ use lumivox::reference::guide;
 use lumivox::scene::{LoadOptions, Scene};
 
 use super::CliError;
-use super::common::say;
-use super::reference::write_report;
+use super::common::{check_positive, parse_channel, say, write_report};
 
 /// Compare an image with a reference, both linear EXR.
 #[derive(clap::Args)]
@@ -43,11 +42,8 @@ pub(crate) struct Args {
 
 /// Reads, compares, prints.
 pub(crate) fn run(args: &Args) -> Result<(), CliError> {
-    for (name, value) in [("--exposure", args.exposure), ("--heatmap-scale", args.heatmap_scale)] {
-        if let Some(value) = value.filter(|value| !(value.is_finite() && *value > 0.0)) {
-            return Err(CliError::input(format!("{name} is {value}; it must be above 0")));
-        }
-    }
+    check_positive("--exposure", args.exposure)?;
+    check_positive("--heatmap-scale", args.heatmap_scale)?;
     let image = read_exr(&args.image).map_err(CliError::input)?;
     let reference = read_exr(&args.reference).map_err(CliError::input)?;
     let options = LoadOptions { allow_missing_textures: args.allow_missing_textures };
@@ -112,12 +108,4 @@ fn report(args: &Args, comparison: &Comparison, flip: &Flip, names: &[&str]) -> 
             "materials": materials,
         },
     })
-}
-
-fn parse_channel(text: &str) -> Result<Channel, String> {
-    match text {
-        "luminance" => Ok(Channel::Luminance),
-        "rgb" => Ok(Channel::Rgb),
-        _ => Err(String::from("write luminance or rgb")),
-    }
 }

@@ -1,66 +1,28 @@
 //! `lumivox render`: one picture by one technique.
 
-use std::ffi::OsString;
-use std::path::PathBuf;
-
 use lumivox::frame::{FrameSettings, Renderer};
-use lumivox::gi::registry::find;
-use lumivox::graph::{DeviceChoice, Gpu, GpuOptions, PassTimes, TimesAccumulator};
-use lumivox::image::{Aov, write_exr, write_png};
+use lumivox::graph::{Gpu, GpuOptions, PassTimes, TimesAccumulator};
 use lumivox::measure::report::Report;
-use lumivox::scene::{LoadOptions, Scene};
 
 use super::CliError;
-use super::common::{is_exr, parse_size, say};
+use super::common::{DeviceArgs, PictureArgs, SceneArgs, ShadowArgs, TechniqueArgs, say};
 
 /// Render a scene with one technique.
 #[derive(clap::Args)]
 pub(crate) struct Args {
-    /// `bundled:NAME`, or the path of a .toml or .obj file.
-    scene: OsString,
     #[command(flatten)]
-    pub(super) technique: TechniqueArgs,
-    /// What to write: full, direct, indirect, diffuse, specular, visibility, emission, albedo, normal, depth.
-    #[arg(long, default_value = "full")]
-    aov: Aov,
-    /// The image: .exr (linear, 32-bit float) or .png (sRGB).
-    #[arg(short, long, value_name = "FILE")]
-    output: PathBuf,
-    /// Factor applied before the clamp of a .png.
-    #[arg(long, value_name = "X", default_value_t = 1.0)]
-    exposure: f32,
-    /// Write times, memory and counts as JSON.
-    #[arg(long, value_name = "FILE.json")]
-    report: Option<PathBuf>,
+    scene: SceneArgs,
+    #[command(flatten)]
+    technique: TechniqueArgs,
+    #[command(flatten)]
+    picture: PictureArgs,
+    #[command(flatten)]
+    shadow: ShadowArgs,
+    #[command(flatten)]
+    device: DeviceArgs,
     /// Frames to render; times are the medians over all but the first.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     frames: u32,
-    /// Render missing textures mid-grey instead of failing.
-    #[arg(long)]
-    allow_missing_textures: bool,
-}
-
-/// Which technique, on which device.
-#[derive(clap::Args)]
-pub(crate) struct TechniqueArgs {
-    /// Technique; `lumivox techniques` lists them.
-    #[arg(long, default_value = "voxel-mips")]
-    technique: String,
-    /// Preset of the technique.
-    #[arg(long)]
-    preset: Option<String>,
-    /// One setting of the technique, on top of the preset; may be repeated.
-    #[arg(long = "set", value_name = "KEY=VALUE")]
-    set: Vec<String>,
-    /// Width and height (px).
-    #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse_size)]
-    size: (u32, u32),
-    /// Width and height of each shadow map and reflective shadow map (texels).
-    #[arg(long, value_name = "N", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(16..=8192))]
-    shadow_resolution: u32,
-    /// Device, by index or part of its name; `lumivox devices` lists them.
-    #[arg(long, value_name = "INDEX|NAME")]
-    device: Option<String>,
     /// Run with the Vulkan validation layer and synchronization validation; any message is a failure.
     #[arg(long)]
     validate: bool,
@@ -72,28 +34,21 @@ pub(crate) struct TechniqueArgs {
     isolate_passes: bool,
 }
 
-impl TechniqueArgs {
-    /// Opens the device.
-    pub(super) fn gpu(&self) -> Result<Gpu, CliError> {
-        let device = self.device.as_deref().map(DeviceChoice::from).unwrap_or_default();
-        Gpu::new(&GpuOptions { device, validate: self.validate, trace_barriers: self.trace_barriers, isolate_passes: self.isolate_passes })
-            .map_err(CliError::failed)
+impl Args {
+    fn gpu(&self) -> Result<Gpu, CliError> {
+        let Args { validate, trace_barriers, isolate_passes, .. } = *self;
+        Gpu::new(&GpuOptions { device: self.device.choice(), validate, trace_barriers, isolate_passes }).map_err(CliError::failed)
     }
 }
 
 /// Loads, renders, writes.
 pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
-    let is_exr = is_exr(&args.output)?;
-    if !(args.exposure.is_finite() && args.exposure > 0.0) {
-        return Err(CliError::input(format!("--exposure is {}; it must be above 0", args.exposure)));
-    }
-    let choice = &args.technique;
-    let entry = find(&choice.technique).map_err(CliError::input)?;
-    let settings = entry.settings(choice.preset.as_deref(), &choice.set).map_err(CliError::input)?;
-    let scene = Scene::open(&args.scene, &LoadOptions { allow_missing_textures: args.allow_missing_textures }).map_err(CliError::input)?;
-    let gpu = choice.gpu()?;
-    let size = [choice.size.0, choice.size.1];
-    let frame = FrameSettings { size, shadow_resolution: choice.shadow_resolution };
+    args.picture.check()?;
+    let (entry, settings) = args.technique.choose()?;
+    let scene = args.scene.open()?;
+    let gpu = args.gpu()?;
+    let size = args.picture.size.into();
+    let frame = FrameSettings { size, shadow_resolution: args.shadow.shadow_resolution };
     let (mut renderer, build) = Renderer::new(&gpu, &scene, entry, &settings, frame).map_err(CliError::failed)?;
     let mut times = TimesAccumulator::default();
     for index in 0..args.frames {
@@ -102,16 +57,16 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
             times.add(&stats);
         }
     }
-    let image = renderer.aov(args.aov).map_err(CliError::failed)?;
-    if is_exr { write_exr(&args.output, &image) } else { write_png(&args.output, &image, args.exposure) }.map_err(CliError::failed)?;
+    let image = renderer.aov(args.picture.aov).map_err(CliError::failed)?;
+    args.picture.write(&image)?;
     let mut report = Report::new(&gpu, &scene.name, size, entry.name, &settings);
-    report.preset = choice.preset.clone().or_else(|| entry.presets.first().map(|preset| preset.name.to_owned()));
+    report.preset = args.technique.preset(entry);
     let mut build_times = TimesAccumulator::default();
     build_times.add(&build);
     report.build = build_times.rows();
     report.passes = times.rows();
     report.counts = renderer.counts().map_err(CliError::failed)?.into_iter().collect();
-    if let Some(path) = &args.report {
+    if let Some(path) = &args.picture.report {
         report.write(path).map_err(CliError::failed)?;
     }
     if !quiet {
@@ -127,7 +82,7 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
 }
 
 /// Prints passes, memory and counts.
-pub(super) fn print_report(report: &Report) {
+fn print_report(report: &Report) {
     let row = |pass: &PassTimes| say(&format!("  {:<28} {:>10.3} ms", pass.name, pass.gpu_ms.median));
     let total = |passes: &[PassTimes]| passes.iter().map(|pass| pass.gpu_ms.median).sum::<f64>();
     say(&format!("{} on {}", report.technique, report.device));
