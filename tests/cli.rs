@@ -5,64 +5,11 @@
 mod support;
 
 use std::ffi::{OsStr, OsString};
-use std::io::Read;
 use std::path::Path;
-use std::process::{Command, Stdio};
-use std::time::{Duration, Instant};
 
 use lumivox::image::{Image, luminance, read_exr};
+use support::program::{check_error, lumivox, words};
 use support::technique::is_sound;
-
-/// Nothing here takes a tenth of it.
-const TIMEOUT: Duration = Duration::from_secs(120);
-
-/// What a run of the program gave.
-struct Ran {
-    code: Option<i32>,
-    stderr: String,
-}
-
-fn lumivox(folder: &Path, arguments: &[OsString], environment: &[(&str, &str)]) -> Ran {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_lumivox"));
-    command.args(arguments).current_dir(folder).envs(environment.iter().copied()).stdout(Stdio::null()).stderr(Stdio::piped());
-    let mut child = command.spawn().unwrap();
-    let mut pipe = child.stderr.take().unwrap();
-    let reader = std::thread::spawn(move || {
-        let mut bytes = Vec::new();
-        pipe.read_to_end(&mut bytes).map(|_| String::from_utf8_lossy(&bytes).into_owned())
-    });
-    let start = Instant::now();
-    let code = loop {
-        if let Some(status) = child.try_wait().unwrap() {
-            break status.code();
-        }
-        if start.elapsed() > TIMEOUT {
-            child.kill().unwrap();
-            child.wait().unwrap();
-            panic!("{arguments:?} hangs");
-        }
-        std::thread::sleep(Duration::from_millis(5));
-    };
-    let stderr = reader.join().unwrap().unwrap();
-    assert!(!stderr.contains("panicked"), "{arguments:?} panics: {stderr}");
-    Ran { code, stderr }
-}
-
-fn words(line: &str) -> Vec<OsString> {
-    line.split_whitespace().map(OsString::from).collect()
-}
-
-/// One line (and its causes) that begins with `error:` and says all of `says`.
-fn check_error(name: &str, ran: &Ran, code: i32, says: &[&str]) {
-    let Ran { code: found, stderr } = ran;
-    assert_eq!(*found, Some(code), "{name}: {stderr}");
-    let errors: Vec<&str> = stderr.lines().filter(|line| line.starts_with("error: ")).collect();
-    assert_eq!(errors.len(), 1, "{name}: not one line: {stderr}");
-    let usage = |line: &str| line.is_empty() || line.starts_with("Usage:") || line.starts_with("For more information") || line.starts_with("  ");
-    let rest: Vec<&str> = stderr.lines().filter(|line| !line.starts_with("error: ") && !usage(line)).collect();
-    assert!(rest.iter().all(|line| line.starts_with('[')), "{name}: more than an error, causes and warnings: {stderr}");
-    says.iter().for_each(|part| assert!(errors[0].contains(part), "{name}: `{part}` is not in: {}", errors[0]));
-}
 
 /// Arguments after `render`, the exit code, and what the error must say.
 const BAD_ARGUMENTS: &[(&str, i32, &[&str])] = &[
@@ -271,41 +218,41 @@ fn paths_that_are_not_utf8() {
     write_corner(&odd, 1.0, true);
     let scene = odd.join("corner.toml");
     let output = odd.join(OsStr::from_bytes(b"\xff.exr"));
-    for command in ["render", "reference"] {
-        let mut arguments = vec![OsString::from(command), scene.clone().into_os_string(), "-o".into(), output.clone().into_os_string()];
-        arguments.extend(words(if command == "render" { "--size 8x8 --set resolution=8" } else { "--size 8x8 --spp 1 --no-cache" }));
+    let copy = odd.join("copy");
+    let report = odd.join(OsStr::from_bytes(b"\xff.json"));
+    let heatmap = odd.join(OsStr::from_bytes(b"\xff.png"));
+    let path = |path: &Path| path.as_os_str().to_owned();
+    let cases: &[(&str, Vec<OsString>, &[&Path])] = &[
+        ("render --size 8x8 --set resolution=8", vec![path(&scene), "-o".into(), path(&output), "--report".into(), path(&report)], &[&output, &report]),
+        ("reference --size 8x8 --spp 1 --no-cache", vec![path(&scene), "-o".into(), path(&output), "--report".into(), path(&report)], &[&report]),
+        ("scene", vec![path(&scene), "-o".into(), path(&copy)], &[&copy]),
+        (
+            "compare",
+            [&output, Path::new("--scene"), &scene, Path::new("--heatmap"), &heatmap, Path::new("--report"), &report].map(path).into(),
+            &[&output, &heatmap, &report],
+        ),
+    ];
+    for (line, paths, written) in cases {
+        let mut arguments = words(line);
+        if *line == "compare" {
+            arguments.push(path(&output));
+        }
+        arguments.extend(paths.iter().cloned());
         let ran = lumivox(folder.path(), &arguments, &[]);
-        assert_eq!(ran.code, Some(0), "{command}: {}", ran.stderr);
-        std::fs::remove_file(&output).unwrap();
-    }
-    check_error(
-        "no such file",
-        &lumivox(folder.path(), &["render".into(), OsString::from(OsStr::from_bytes(b"\xff.obj")), "-o".into(), "a.png".into()], &[]),
-        2,
-        &["check the path"],
-    );
-}
-
-/// A folder that nobody can write into. Root can write anywhere, so that a file takes the folder's place there.
-#[test]
-fn an_output_folder_that_cannot_be_written() {
-    let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("file"), "").unwrap();
-    let locked = folder.path().join("locked");
-    std::fs::create_dir(&locked).unwrap();
-    let mut permissions = std::fs::metadata(&locked).unwrap().permissions();
-    permissions.set_readonly(true);
-    std::fs::set_permissions(&locked, permissions).unwrap();
-    let is_root = std::fs::write(locked.join("probe"), "").is_ok();
-    for place in ["file", "locked"] {
-        if place == "locked" && is_root {
-            continue;
-        }
-        for extension in ["png", "exr"] {
-            let ran = lumivox(folder.path(), &words(&format!("render bundled:cornell --size 8x8 --set resolution=8 -o {place}/a.{extension}")), &[]);
-            check_error(place, &ran, 1, &[&format!("{place}/a.{extension}"), "folder"]);
+        assert_eq!(ran.code, Some(0), "{line}: {}", ran.stderr);
+        for file in *written {
+            assert!(file.exists(), "{line}: {} is not written", file.display());
+            if file.is_file() { std::fs::remove_file(file).unwrap() } else { std::fs::remove_dir_all(file).unwrap() }
         }
     }
+    let nothing = OsString::from(OsStr::from_bytes(b"\xff.obj"));
+    for line in ["render -o a.png", "reference -o a.png", "scene", "compare a.exr a.exr --scene", "bench -o out"] {
+        let ran = lumivox(folder.path(), &[words(line), vec![nothing.clone()]].concat(), &[]);
+        check_error(line, &ran, 2, &[if line.starts_with("compare") { "a.exr" } else { "check the path" }]);
+    }
+    // No bundled scene and no path.
+    let ran = lumivox(folder.path(), &["scene".into(), OsString::from(OsStr::from_bytes(b"\xff")), "--set".into(), "a=1".into()], &[]);
+    check_error("not a name", &ran, 2, &["no bundled scene"]);
 }
 
 /// A loader that finds no driver, and no loader at all.

@@ -1,7 +1,8 @@
 //! What several subcommands need.
 
 use std::ffi::OsString;
-use std::io::Write as _;
+use std::fs::OpenOptions;
+use std::io::{ErrorKind, Write as _};
 use std::path::{Path, PathBuf};
 
 use lumivox::gi::Settings;
@@ -55,7 +56,9 @@ impl PictureArgs {
     /// Sees, before any work, that it can be done.
     pub(super) fn check(&self) -> Result<(), CliError> {
         self.is_exr()?;
-        check_positive("--exposure", Some(self.exposure))
+        check_positive("--exposure", Some(self.exposure))?;
+        check_output(&self.output)?;
+        self.report.iter().try_for_each(|path| check_output(path))
     }
 
     /// Whether the image is to be EXR rather than PNG, by its extension.
@@ -136,6 +139,39 @@ pub(super) fn check_positive(option: &str, value: Option<f32>) -> Result<(), Cli
         Some(value) => Err(CliError::input(format!("{option} is {value}; it must be above 0"))),
         None => Ok(()),
     }
+}
+
+/// Sees that a file can be written before the work that fills it: opens it, changes nothing in it, and removes it where it was not there before.
+pub(super) fn check_output(path: &Path) -> Result<(), CliError> {
+    let probe = match std::fs::metadata(path) {
+        Ok(found) if found.is_dir() => return Err(CliError::failed(format!("cannot write {}: it is a folder; name a file in it", path.display()))),
+        // A pipe would wait for its reader here.
+        Ok(found) if !found.is_file() => return Ok(()),
+        Ok(_) => OpenOptions::new().write(true).open(path).map(drop),
+        // A link to a file that is still to be made.
+        Err(_) if path.is_symlink() => return Ok(()),
+        Err(_) => make_and_remove(path),
+    };
+    probe.map_err(|error| CliError::failed(format!("cannot write {}: {error}; check that the folder exists, is writable and has space", path.display())))
+}
+
+/// Sees that files can be written into a folder, which is made later where it does not exist.
+pub(super) fn check_output_folder(path: &Path) -> Result<(), CliError> {
+    let above = path.ancestors().map(|folder| if folder.as_os_str().is_empty() { Path::new(".") } else { folder });
+    let existing = above.into_iter().find(|folder| folder.exists()).unwrap_or(path);
+    let probe = match existing.is_dir() {
+        true => make_and_remove(&existing.join(format!(".lumivox-{}", std::process::id()))),
+        false => Err(ErrorKind::NotADirectory.into()),
+    };
+    probe.map_err(|error| {
+        let (path, existing) = (path.display(), existing.display());
+        CliError::failed(format!("cannot write into the folder {path}: {existing}: {error}; make it a writable folder, or name another with -o"))
+    })
+}
+
+fn make_and_remove(path: &Path) -> std::io::Result<()> {
+    OpenOptions::new().write(true).create_new(true).open(path)?;
+    std::fs::remove_file(path)
 }
 
 /// Writes a report as one JSON object.
