@@ -63,7 +63,7 @@ pub(super) fn load(path: &Path, placement: &Placement, dynamic: bool, requests: 
         builder.add(index as u32, corners, *name);
     }
     let Builder { mut part, counts, .. } = builder;
-    warn(path, &counts);
+    warn(path, &obj, &counts);
     if part.triangles.is_empty() {
         return Err(SceneError::file(path, "all of its triangles have no area or are removed by `d`", "check the model's scale and materials"));
     }
@@ -74,8 +74,11 @@ pub(super) fn load(path: &Path, placement: &Placement, dynamic: bool, requests: 
     Ok(part)
 }
 
-fn warn(path: &Path, counts: &Counts) {
+fn warn(path: &Path, obj: &Obj, counts: &Counts) {
     let path = path.display();
+    if let (count @ 1.., line) = obj.crossing {
+        log::warn!("{path}:{line}: {count} faces cross themselves, this one first; they are split into triangles as well as can be");
+    }
     if counts.zero_area > 0 {
         log::warn!("{path}: dropped {} triangles without area", counts.zero_area);
     }
