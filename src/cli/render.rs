@@ -54,16 +54,15 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     for index in 0..args.frames {
         let stats = renderer.render(&scene.camera).map_err(CliError::failed)?;
         if index > 0 || args.frames == 1 {
-            times.add(&stats);
+            times.add(&stats.passes);
         }
     }
     let image = renderer.aov(args.picture.aov).map_err(CliError::failed)?;
     args.picture.write(&image)?;
     let mut report = Report::new(&gpu, &scene.name, size, entry.name, &settings);
     report.preset = args.technique.preset(entry);
-    let mut build_times = TimesAccumulator::default();
-    build_times.add(&build);
-    report.build = build_times.rows();
+    report.counting = PassTimes::once(&build.counting);
+    report.build = PassTimes::once(&build.passes);
     report.passes = times.rows();
     report.counts = renderer.counts().map_err(CliError::failed)?.into_iter().collect();
     if let Some(path) = &args.picture.report {
@@ -86,12 +85,14 @@ fn print_report(report: &Report) {
     let row = |pass: &PassTimes| say(&format!("  {:<28} {:>10.3} ms", pass.name, pass.gpu_ms.median));
     let total = |passes: &[PassTimes]| passes.iter().map(|pass| pass.gpu_ms.median).sum::<f64>();
     say(&format!("{} on {}", report.technique, report.device));
-    say("build");
-    report.build.iter().for_each(row);
-    say(&format!("  {:<28} {:>10.3} ms", "total", total(&report.build)));
-    say("frame");
-    report.passes.iter().for_each(row);
-    say(&format!("  {:<28} {:>10.3} ms", "total", total(&report.passes)));
+    for (title, passes) in [("counting, before the first build", &report.counting), ("build", &report.build), ("frame", &report.passes)] {
+        if passes.is_empty() {
+            continue;
+        }
+        say(title);
+        passes.iter().for_each(row);
+        say(&format!("  {:<28} {:>10.3} ms", "total", total(passes)));
+    }
     say(&format!("memory {:.1} MiB", report.memory_bytes as f64 / f64::from(1 << 20)));
     report.counts.iter().for_each(|(name, count)| say(&format!("  {name:<28} {count:>10}")));
 }

@@ -21,8 +21,18 @@ pub struct Entry {
     pub passes: &'static [&'static [&'static Pass]],
     /// The structs that it shares with shaders, in groups.
     pub structs: &'static [&'static [(&'static str, &'static [Field])]],
+    /// The passes that gather along directions.
+    pub directions: &'static [Directions],
     /// Makes it.
     pub make: Make,
+}
+
+/// How many directions a pass gathers along, so that its time can be told by the direction.
+pub struct Directions {
+    /// The pass.
+    pub pass: &'static Pass,
+    /// The whole-number setting that says how many at each pixel with a surface; `None` is one at each pixel with a glossy surface.
+    pub setting: Option<&'static str>,
 }
 
 /// Makes a technique with these settings.

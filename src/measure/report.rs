@@ -120,7 +120,9 @@ pub struct Report {
     pub timing: Option<Timing>,
     /// Why there is nothing below: what the device refused.
     pub failure: Option<String>,
-    /// Building for the first time, with pipelines compiled and sizes counted; empty where it was not told apart.
+    /// The counting runs of the first build, whose only result is how large its buffers have to be; with their pipelines compiled, and in no other row.
+    pub counting: Vec<PassTimes>,
+    /// Building for the first time, with the other pipelines compiled; empty where it was not told apart.
     pub first_build: Vec<PassTimes>,
     /// Building the static structure: GPU time of each pass.
     pub build: Vec<PassTimes>,
@@ -186,6 +188,7 @@ impl Report {
             settings: settings.iter().collect(),
             timing: Some(if gpu.isolates_passes() { Timing::Host } else { Timing::Timestamps }),
             failure: None,
+            counting: Vec::new(),
             first_build: Vec::new(),
             build: Vec::new(),
             passes: Vec::new(),

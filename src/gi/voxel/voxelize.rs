@@ -118,8 +118,9 @@ impl Voxelizer {
     }
 
     /// Voxelizes. The first time, fragments are counted before they are stored, so that their buffer is exact; later, a buffer that proves too small is
-    /// made larger and the pass repeated.
+    /// made larger and the pass repeated. Runs that only counted are told apart in [`FrameStats::counting`].
     pub fn run(&mut self, gpu: &Gpu, scene: &GpuScene) -> Result<(Voxels, FrameStats), Error> {
+        let mut stats = FrameStats::default();
         loop {
             let fragments = buffer(gpu, "voxel.fragments", size_of::<Fragment>() as u64 * u64::from(self.fragment_capacity))?;
             let emission_bytes = if scene.is_emissive { 8 * u64::from(self.fragment_capacity) } else { 0 };
@@ -128,14 +129,16 @@ impl Voxelizer {
             frame.set_scene(&scene.set, &scene.materials);
             self.add_fragments(&mut frame, scene, [&fragments, &emission]);
             self.add_index(&mut frame);
-            let mut stats = gpu.submit(frame)?;
+            let run = gpu.submit(frame)?;
             let counts: Vec<u32> = bytemuck::pod_collect_to_vec(&gpu.read_buffer(&self.counters)?);
             let (fragment_count, voxel_count) = (counts[0], counts[1]);
             if fragment_count > self.fragment_capacity {
                 self.fragment_capacity = fragment_count;
+                stats.append(run.into_counting());
                 continue;
             }
             let (voxels, resolved) = self.resolve(gpu, scene, [&fragments, &emission], fragment_count, voxel_count)?;
+            stats.append(run);
             stats.append(resolved);
             return Ok((voxels, stats));
         }
