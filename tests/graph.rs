@@ -4,7 +4,7 @@
 mod support;
 
 use lumivox::graph::plan::{Barrier, Hazard, Span, State, Use, plan};
-use lumivox::graph::{Access, FrameStats, PassTime, Spread, TimesAccumulator, vk};
+use lumivox::graph::{Access, PassTime, Spread, TimesAccumulator, vk};
 use support::Random;
 use support::hazards::verify;
 

@@ -106,8 +106,10 @@ fn outputs(stem: &Path) -> Vec<PathBuf> {
     ["jsonl", "csv"].map(|extension| stem.with_extension(extension)).into_iter().chain(charts).collect()
 }
 
-/// The charts: what follows the scene's name, and what draws them.
-static CHARTS: &[(&str, fn(&[Report]) -> Option<Chart>)] = &[("error", error_chart), ("passes", passes_chart), ("memory", memory_chart)];
+/// What follows the scene's name in a chart's file name, and what draws it.
+type NamedChart = (&'static str, fn(&[Report]) -> Option<Chart>);
+
+static CHARTS: &[NamedChart] = &[("error", error_chart), ("passes", passes_chart), ("memory", memory_chart)];
 
 fn chart_stem(stem: &Path, what: &str) -> PathBuf {
     let mut name = stem.file_name().unwrap_or_default().to_owned();

@@ -92,10 +92,11 @@ pub(super) struct TechniqueArgs {
 }
 
 impl TechniqueArgs {
-    /// The technique and all its settings.
-    pub(super) fn choose(&self) -> Result<(&'static Entry, Settings), CliError> {
+    /// The technique and all its settings, `more` on top of those that are set here.
+    pub(super) fn choose(&self, more: impl IntoIterator<Item = String>) -> Result<(&'static Entry, Settings), CliError> {
         let entry = find(&self.technique).map_err(CliError::input)?;
-        let settings = entry.settings(self.preset.as_deref(), &self.set).map_err(CliError::input)?;
+        let set: Vec<String> = self.set.iter().cloned().chain(more).collect();
+        let settings = entry.settings(self.preset.as_deref(), &set).map_err(CliError::input)?;
         Ok((entry, settings))
     }
 

@@ -1,8 +1,14 @@
 //! `lumivox render`: one picture by one technique.
 
+use std::path::{Path, PathBuf};
+
 use lumivox::frame::{FrameSettings, Renderer};
 use lumivox::graph::{Gpu, GpuOptions, PassTimes, TimesAccumulator};
-use lumivox::measure::report::Report;
+use lumivox::image::{GuideImage, Image, read_aov};
+use lumivox::measure::report::{ErrorReport, Report};
+use lumivox::metrics::{Channel, Errors};
+use lumivox::reference::guide;
+use lumivox::scene::Scene;
 
 use super::CliError;
 use super::common::{DeviceArgs, PictureArgs, SceneArgs, ShadowArgs, TechniqueArgs, say};
@@ -23,6 +29,9 @@ pub(crate) struct Args {
     /// Frames to render; times are the medians over all but the first.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     frames: u32,
+    /// The reference's image of the same output, or all outputs as `reference --layers` writes them: the report gets the error against it.
+    #[arg(long, value_name = "FILE.exr")]
+    reference: Option<PathBuf>,
     /// Run with the Vulkan validation layer and synchronization validation; any message is a failure.
     #[arg(long)]
     validate: bool,
@@ -44,8 +53,9 @@ impl Args {
 /// Loads, renders, writes.
 pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     args.picture.check()?;
-    let (entry, settings) = args.technique.choose()?;
+    let (entry, settings) = args.technique.choose([])?;
     let scene = args.scene.open()?;
+    let truth = args.reference.as_ref().map(|path| Truth::read(path, &scene, &args.picture)).transpose()?;
     let gpu = args.gpu()?;
     let size = args.picture.size.into();
     let frame = FrameSettings { size, shadow_resolution: args.shadow.shadow_resolution };
@@ -65,6 +75,11 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     report.build = PassTimes::once(&build.passes);
     report.passes = times.rows();
     report.counts = renderer.counts().map_err(CliError::failed)?.into_iter().collect();
+    if let (Some(Truth { reference, guide }), Some(path)) = (&truth, &args.reference) {
+        let error = ErrorReport::of(args.picture.aov, [&image, reference], &scene, guide, Channel::Luminance).map_err(CliError::failed)?;
+        report.error = Some(error);
+        report.reference_file = Some(path.to_string_lossy().into_owned());
+    }
     if let Some(path) = &args.picture.report {
         report.write(path).map_err(CliError::failed)?;
     }
@@ -80,7 +95,28 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     }
 }
 
-/// Prints passes, memory and counts.
+/// What the image ought to be, and what each of its pixels sees.
+struct Truth {
+    reference: Image,
+    guide: GuideImage,
+}
+
+impl Truth {
+    fn read(path: &Path, scene: &Scene, picture: &PictureArgs) -> Result<Truth, CliError> {
+        let reference = read_aov(path, picture.aov).map_err(CliError::input)?;
+        let ((width, height), (wanted_width, wanted_height)) = (reference.size(), picture.size);
+        if reference.size() != picture.size {
+            let problem = format!("the reference {} is {width}x{height}, the image {wanted_width}x{wanted_height}", path.display());
+            return Err(CliError::input(format!("{problem}; render it with --size {width}x{height}")));
+        }
+        if !reference.pixels.iter().all(|pixel| pixel.is_finite()) {
+            return Err(CliError::input(format!("the reference {} has pixels that are not finite; render it again", path.display())));
+        }
+        Ok(Truth { reference, guide: guide(scene, width, height).map_err(CliError::input)? })
+    }
+}
+
+/// Prints passes, memory, counts and error.
 fn print_report(report: &Report) {
     let row = |pass: &PassTimes| say(&format!("  {:<28} {:>10.3} ms", pass.name, pass.gpu_ms.median));
     let total = |passes: &[PassTimes]| passes.iter().map(|pass| pass.gpu_ms.median).sum::<f64>();
@@ -95,4 +131,10 @@ fn print_report(report: &Report) {
     }
     say(&format!("memory {:.1} MiB", report.memory_bytes as f64 / f64::from(1 << 20)));
     report.counts.iter().for_each(|(name, count)| say(&format!("  {name:<28} {count:>10}")));
+    if let Some(error) = &report.error {
+        let row = |of: &str, errors: &Errors| say(&format!("error of {}, {of}: bias {:+.4}, rel_rmse {:.4}", error.aov, errors.bias, errors.rel_rmse));
+        row("pixels", &error.pixel);
+        error.block.iter().for_each(|block| row("blocks", block));
+        say(&format!("error of {}, flip: mean {:.4}", error.aov, error.flip.mean));
+    }
 }

@@ -6,7 +6,7 @@ use crate::gi::registry::{Directions, Entry};
 use crate::gi::settings::{SettingError, Value};
 use crate::graph::{DeviceChoice, Error, FrameStats, Gpu, GpuOptions, PassTimes, Spread, TimesAccumulator};
 use crate::image::{Aov, GuideImage, Image};
-use crate::metrics::{Channel, MetricError, compare};
+use crate::metrics::{Channel, MetricError};
 use crate::scene::Scene;
 use crate::vulkan::DeviceKind;
 
@@ -101,9 +101,8 @@ pub fn measure(scene: &Scene, case: &Case, settings: &BenchSettings, truth: &Tru
         Err(failure) => Report { failure: Some(failure.to_string()), ..empty_report(&gpu, scene, case, settings) },
     };
     if let (Ok(run), Some((reference, info))) = (&run, &truth.indirect) {
-        let comparison = compare(&run.indirect, reference, Some(&truth.guide), settings.channel);
-        let comparison = comparison.map_err(|source| BenchError::Compare { technique: case.entry.name, source })?;
-        report.error = Some(ErrorReport::new(comparison, scene));
+        let error = ErrorReport::of(Aov::Indirect, [&run.indirect, reference], scene, &truth.guide, settings.channel);
+        report.error = Some(error.map_err(|source| BenchError::Compare { technique: case.entry.name, source })?);
         report.reference = Some(*info);
     }
     Ok(report)

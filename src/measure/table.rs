@@ -128,6 +128,7 @@ fn columns(report: &Report) -> Vec<(String, String)> {
     }
     add("memory_bytes".into(), report.memory_bytes.to_string());
     if let Some(error) = &report.error {
+        add("flip mean".into(), error.flip.mean.to_string());
         let named = [("pixel".to_owned(), Some(&error.pixel)), ("block".to_owned(), error.block.as_ref())].into_iter();
         let materials = error.materials.iter().map(|errors| (errors.material.clone(), errors.block.as_ref()));
         for (name, errors) in named.chain(materials) {
