@@ -77,6 +77,16 @@ fn bad_arguments_elsewhere() {
         ("reference bundled:cornell --size 8x8 --spp 1 --no-cache -o gone/a.exr", 1, &["gone/a.exr", "folder"]),
         ("compare gone.exr gone.exr", 2, &["gone.exr"]),
         ("compare text.exr text.exr", 2, &["text.exr"]),
+        ("voxelize bundled:cornell -o a.obj", 2, &["a.obj", ".vox, .ply or .json"]),
+        ("voxelize bundled:cornell -o vox", 2, &[".vox, .ply or .json"]),
+        ("voxelize bundled:cornell", 2, &["required"]),
+        ("voxelize gone.obj -o a.vox", 2, &["gone.obj", "check the path"]),
+        ("voxelize bundled:cornell --resolution 65 -o a.vox", 2, &["resolution", "65", "64, 128"]),
+        ("voxelize bundled:cornell --resolution 4096 -o a.vox", 2, &["resolution", "4096", "1024"]),
+        ("voxelize bundled:cornell --resolution -8 -o a.vox", 2, &["-8"]),
+        ("voxelize bundled:cornell --technique none -o a.vox", 2, &["none", "voxel-mips"]),
+        ("voxelize bundled:cornell --technique nosuch -o a.vox", 2, &["nosuch", "voxel-mips"]),
+        ("voxelize bundled:cornell --device nosuch -o a.vox", 1, &["nosuch", "there are"]),
     ];
     for (line, code, says) in cases {
         check_error(line, &lumivox(folder.path(), &words(line), &[]), *code, says);
@@ -221,11 +231,13 @@ fn paths_that_are_not_utf8() {
     let copy = odd.join("copy");
     let report = odd.join(OsStr::from_bytes(b"\xff.json"));
     let heatmap = odd.join(OsStr::from_bytes(b"\xff.png"));
+    let voxels = odd.join(OsStr::from_bytes(b"\xff.ply"));
     let path = |path: &Path| path.as_os_str().to_owned();
     let cases: &[(&str, Vec<OsString>, &[&Path])] = &[
         ("render --size 8x8 --set resolution=8", vec![path(&scene), "-o".into(), path(&output), "--report".into(), path(&report)], &[&output, &report]),
         ("reference --size 8x8 --spp 1 --no-cache", vec![path(&scene), "-o".into(), path(&output), "--report".into(), path(&report)], &[&report]),
         ("scene", vec![path(&scene), "-o".into(), path(&copy)], &[&copy]),
+        ("voxelize --resolution 8", vec![path(&scene), "-o".into(), path(&voxels)], &[&voxels]),
         (
             "compare",
             [&output, Path::new("--scene"), &scene, Path::new("--heatmap"), &heatmap, Path::new("--report"), &report].map(path).into(),
@@ -260,7 +272,9 @@ fn paths_that_are_not_utf8() {
 fn no_device() {
     let folder = tempfile::tempdir().unwrap();
     let nothing = [("VK_ICD_FILENAMES", "/gone.json"), ("VK_DRIVER_FILES", "/gone.json")];
-    for line in ["devices", "render bundled:cornell --size 8x8 -o a.png", "render bundled:cornell --size 8x8 --validate -o a.png"] {
+    for line in
+        ["devices", "voxelize bundled:cornell -o a.vox", "render bundled:cornell --size 8x8 -o a.png", "render bundled:cornell --size 8x8 --validate -o a.png"]
+    {
         check_error(line, &lumivox(folder.path(), &words(line), &nothing), 1, &["no Vulkan device", "install a driver"]);
     }
     // What needs no device does without.
@@ -268,4 +282,46 @@ fn no_device() {
         let ran = lumivox(folder.path(), &words(line), &nothing);
         assert_eq!(ran.code, Some(0), "{line}: {}", ran.stderr);
     }
+}
+
+fn json(path: &Path) -> serde_json::Value {
+    serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
+}
+
+/// The report's error is what `compare` finds, whether the reference is one image or all layers.
+#[test]
+fn render_reports_the_error_against_a_reference() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |line: &str| {
+        let ran = lumivox(folder.path(), &words(line), &[]);
+        assert_eq!(ran.code, Some(0), "{line}: {}", ran.stderr);
+    };
+    run("reference bundled:cornell --size 48x32 --spp 4 --bounces 1 --no-cache --layers -o layers.exr");
+    run("reference bundled:cornell --size 48x32 --spp 4 --bounces 1 --no-cache --aov indirect -o indirect.exr");
+    for reference in ["layers.exr", "indirect.exr"] {
+        run(&format!("render bundled:cornell --size 48x32 --set resolution=16 --aov indirect -o t.exr --report t.json --reference {reference}"));
+        run("compare t.exr indirect.exr --scene bundled:cornell --report c.json");
+        let (report, compared) = (json(&folder.path().join("t.json")), json(&folder.path().join("c.json")));
+        assert_eq!(report["reference_file"], reference);
+        assert_eq!(report["error"]["aov"], "indirect");
+        assert!(report["error"]["pixel"]["rel_rmse"].as_f64().unwrap() > 0.0);
+        // 32-bit numbers are written with fewer digits in one than in the other.
+        let flip = |json: &serde_json::Value| json["error"]["flip"]["mean"].as_f64().unwrap() as f32;
+        assert_eq!(flip(&report), flip(&compared));
+        for key in ["channel", "pixel", "block", "materials"] {
+            assert_eq!(report["error"][key], compared["error"][key], "{reference}: {key}");
+        }
+    }
+    std::fs::write(folder.path().join("text.exr"), "no image").unwrap();
+    let errors: &[(&str, &[&str])] = &[
+        ("--size 8x8 --reference gone.exr", &["gone.exr"]),
+        ("--size 8x8 --reference text.exr", &["text.exr", "OpenEXR"]),
+        ("--size 8x8 --reference indirect.exr", &["indirect.exr", "48x32", "8x8", "--size 48x32"]),
+    ];
+    for (line, says) in errors {
+        let line = format!("render bundled:cornell {line} --frames 100000 -o new.exr");
+        check_error(&line, &lumivox(folder.path(), &words(&line), &[]), 2, says);
+    }
+    run("render bundled:cornell --size 48x32 --set resolution=16 -o t.exr --report t.json");
+    assert!(json(&folder.path().join("t.json"))["error"].is_null());
 }

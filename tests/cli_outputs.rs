@@ -16,6 +16,7 @@ const WORK: &[(&str, &str)] = &[
     ("reference bundled:cornell --size 4096x4096 --spp 1000000 --no-cache -o OUT", ".exr"),
     ("reference bundled:cornell --size 4096x4096 --spp 1000000 --no-cache --layers -o OUT", ".exr"),
     ("reference bundled:cornell --size 4096x4096 --spp 1000000 --no-cache -o fine.exr --report OUT", ".json"),
+    ("voxelize gone.obj --resolution 1024 -o OUT", ".json"),
     ("compare gone.exr gone.exr --heatmap OUT", ".png"),
     ("compare gone.exr gone.exr --report OUT", ".json"),
 ];

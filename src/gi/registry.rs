@@ -1,6 +1,7 @@
 //! The list of techniques. Everything that enumerates techniques runs over it.
 
 use super::settings::{Preset, Setting, SettingError, Settings};
+use super::voxel::VoxelList;
 use super::{Context, Technique, none, voxel_mips};
 use crate::graph::{Error, Pass};
 use crate::shader::Field;
@@ -23,6 +24,8 @@ pub struct Entry {
     pub structs: &'static [&'static [(&'static str, &'static [Field])]],
     /// The passes that gather along directions.
     pub directions: &'static [Directions],
+    /// Lists the voxels that it makes of a scene; `None` where it has none.
+    pub voxels: Option<ListVoxels>,
     /// Makes it.
     pub make: Make,
 }
@@ -37,6 +40,9 @@ pub struct Directions {
 
 /// Makes a technique with these settings.
 pub type Make = fn(&Context<'_>, &Settings) -> Result<Box<dyn Technique>, Error>;
+
+/// Lists the voxels that a technique with these settings makes of a scene.
+pub type ListVoxels = fn(&Context<'_>, &Settings) -> Result<VoxelList, Error>;
 
 /// All techniques.
 pub static TECHNIQUES: &[&Entry] = &[&none::ENTRY, &voxel_mips::ENTRY];

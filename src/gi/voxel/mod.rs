@@ -3,8 +3,10 @@
 //! Triangles become fragments (one a touched voxel) in one pass; fragments of one voxel become one voxel record. Occupied voxels have compact indices in
 //! a fixed order (`gi/voxel/grid.glsl`), so that only they are stored, lit and cleared. `oracle` is the CPU twin.
 
+pub mod export;
 mod grid;
 pub mod light;
+mod list;
 pub mod oracle;
 pub mod passes;
 pub mod rays;
@@ -12,6 +14,7 @@ pub mod voxelize;
 
 pub use grid::VoxelGrid;
 pub use light::{CLEAR_LIGHT, INJECT_RSM, Injection, LIGHT, LIGHT_DENSE, VoxelLight};
+pub use list::{OccupiedVoxel, VoxelList, list_voxels};
 pub use passes::{FRAGMENTS_COMPUTE, FRAGMENTS_RASTER, FRAGMENTS_RASTER_HW};
 pub use rays::{GATHER_RAYS, RAY_SETTINGS, RaySettings, gather_rays};
 pub use voxelize::{Accumulation, Method, VoxelSettings, Voxelizer, Voxels};

@@ -84,6 +84,7 @@ pub static ENTRY: Entry = Entry {
         Directions { pass: &voxel::GATHER_RAYS, setting: Some("rays") },
         Directions { pass: &cone::SPECULAR, setting: None },
     ],
+    voxels: Some(voxel::list_voxels),
     make,
 };
 
