@@ -18,7 +18,7 @@ pub struct PassTime {
 pub struct FrameStats {
     /// The passes, in the order of their first run.
     pub passes: Vec<PassTime>,
-    /// The passes of counting runs, whose only result is how large something has to be; not among `passes`.
+    /// The passes of counting runs, whose only result is how large something has to be or how work has to be split; not among `passes`.
     pub counting: Vec<PassTime>,
 }
 

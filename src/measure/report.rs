@@ -126,7 +126,8 @@ pub struct Report {
     pub timing: Option<Timing>,
     /// Why there is nothing below: what the device refused.
     pub failure: Option<String>,
-    /// The counting runs of the first build, whose only result is how large its buffers have to be; with their pipelines compiled, and in no other row.
+    /// The counting runs of the first build, whose only result is how large its buffers have to be (and how
+    /// its work has to be split); with their pipelines compiled, and in no other row.
     pub counting: Vec<PassTimes>,
     /// Building for the first time, with the other pipelines compiled; empty where it was not told apart.
     pub first_build: Vec<PassTimes>,

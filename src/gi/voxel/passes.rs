@@ -107,7 +107,7 @@ const fn fragment_bindings(access: Access) -> [Binding; 4] {
 static COMPUTE_BINDINGS: [Binding; 4] = fragment_bindings(Access::ComputeReadWrite);
 static RASTER_BINDINGS: [Binding; 4] = fragment_bindings(Access::RasterReadWrite);
 
-/// Method `compute`: 64 triangles a workgroup, their columns spread over its threads.
+/// Method `compute`: 64 triangles a workgroup, tiles of their columns spread over its threads.
 pub static FRAGMENTS_COMPUTE: Pass = Pass {
     name: "voxel.fragments",
     shaders: Shaders::Compute("gi/voxel/fragments_compute.comp"),

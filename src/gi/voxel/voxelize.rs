@@ -95,6 +95,8 @@ pub struct Voxelizer {
     nothing: Arc<Buffer>,
     no_image: Arc<Image>,
     fragment_capacity: u32,
+    /// Workgroups that share the same triangles, at least.
+    sharing: u32,
 }
 
 impl Voxelizer {
@@ -110,15 +112,17 @@ impl Voxelizer {
             occupancy: buffer(gpu, "voxel.occupancy", 8 * blocks)?,
             block_bases: buffer(gpu, "voxel.block_bases", 4 * blocks)?,
             group_sums: buffer(gpu, "voxel.group_sums", 4 * blocks.div_ceil(1024))?,
-            counters: buffer(gpu, "voxel.counters", 8)?,
+            counters: buffer(gpu, "voxel.counters", 12)?,
             nothing: buffer(gpu, "voxel.nothing", 0)?,
             no_image,
             fragment_capacity: 0,
+            sharing: 1,
         })
     }
 
     /// Voxelizes. The first time, fragments are counted before they are stored, so that their buffer is exact; later, a buffer that proves too small is
-    /// made larger and the pass repeated. Runs that only counted are told apart in [`FrameStats::counting`].
+    /// made larger and the pass repeated, as it is where a driver ended threads with too much to do. The cost of runs that had to be repeated is told
+    /// apart, in [`FrameStats::counting`].
     pub fn run(&mut self, gpu: &Gpu, scene: &GpuScene) -> Result<(Voxels, FrameStats), Error> {
         let mut stats = FrameStats::default();
         loop {
@@ -131,7 +135,15 @@ impl Voxelizer {
             self.add_index(&mut frame);
             let run = gpu.submit(frame)?;
             let counts: Vec<u32> = bytemuck::pod_collect_to_vec(&gpu.read_buffer(&self.counters)?);
-            let (fragment_count, voxel_count) = (counts[0], counts[1]);
+            let (fragment_count, voxel_count, unfinished_count) = (counts[0], counts[1], counts[2]);
+            if unfinished_count > 0 {
+                if self.sharing >= MOST_SHARING {
+                    return Err(Error::Unfinished { pass: "voxel.fragments", thread_count: unfinished_count });
+                }
+                self.sharing *= 4;
+                stats.append(run.into_counting());
+                continue;
+            }
             if fragment_count > self.fragment_capacity {
                 self.fragment_capacity = fragment_count;
                 stats.append(run.into_counting());
@@ -193,7 +205,7 @@ impl Voxelizer {
     fn triangle_groups(&self, triangle_count: u32) -> [u32; 3] {
         let groups = triangle_count.div_ceil(64);
         let sharing = (64 / groups).clamp(1, self.grid.resolution.pow(2).div_ceil(256));
-        [groups, sharing, 1]
+        [groups, sharing.max(self.sharing), 1]
     }
 
     fn add_index(&self, frame: &mut Frame) {
@@ -278,6 +290,9 @@ fn average_image(gpu: &Gpu, resolution: u32) -> Result<Arc<Image>, Error> {
         usage: ImageUsage::STORAGE,
     })
 }
+
+/// Most workgroups that share the same triangles: at the highest resolution, each thread then has a few tiles of 64 full-sized triangles.
+const MOST_SHARING: u32 = 1 << 14;
 
 /// Workgroups of 64 threads for a linear index; beyond the limit of one dimension they go on in the second (`y × 65,535 × 64`).
 pub(crate) fn linear_groups(count: u32) -> [u32; 3] {
