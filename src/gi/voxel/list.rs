@@ -52,7 +52,7 @@ fn unpack(record: &Voxel) -> OccupiedVoxel {
         index: [record.xy & 0xffff, record.xy >> 16, record.z_area & 0xffff],
         albedo: albedo_root * albedo_root,
         normal: unpack_unorm10(record.normal) * 2.0 - 1.0,
-        opacity: record.coverage as f32 / 65535.0,
+        opacity: (record.coverage & 0xffff) as f32 / 65535.0,
     }
 }
 

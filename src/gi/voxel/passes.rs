@@ -54,7 +54,7 @@ gpu_struct! {
         pub albedo: u32,
         /// Mean position, 3×10 bits.
         pub mean_position: u32,
-        /// Opacity, 16-bit unorm.
+        /// Opacity (16-bit unorm), one-sided share (13), whether opposed (1) and along which axis (2).
         pub coverage: u32,
     }
 }
