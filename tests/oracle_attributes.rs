@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use glam::{DVec2, DVec3, Vec3};
 use lumivox::gi::voxel::oracle::{self, OPPOSED, VoxelIndex, VoxelSum};
-use lumivox::gi::voxel::voxelize::Voxel;
+use lumivox::gi::voxel::passes::Voxel;
 use lumivox::gi::voxel::{Accumulation, Method, VoxelSettings, Voxelizer};
 use lumivox::graph::Gpu;
 use lumivox::render::GpuScene;

@@ -4,6 +4,7 @@
 pub mod gather;
 pub mod hazards;
 pub mod passes;
+pub mod program;
 pub mod scenes;
 pub mod sha256;
 pub mod technique;

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use glam::{DVec2, DVec3};
 use lumivox::gi::voxel::oracle::{Grid, VoxelIndex, candidates};
-use lumivox::gi::voxel::voxelize::Voxel;
+use lumivox::gi::voxel::passes::Voxel;
 use lumivox::gi::voxel::{Accumulation, Method, VoxelGrid, VoxelSettings, Voxelizer, Voxels};
 use lumivox::graph::Gpu;
 use lumivox::render::GpuScene;
