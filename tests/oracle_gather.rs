@@ -21,7 +21,7 @@ use lumivox::scene::Scene;
 use rayon::prelude::*;
 use support::gather::{View, filter, random_volume, read_chain, volume};
 use support::scenes::bundled;
-use support::voxels::{Read, coordinates, front, mean_normal, to_half, unorm10, voxel_settings, voxelize};
+use support::voxels::{Read, coordinates, mean_normal, opposed_axis, to_half, unorm10, voxel_settings, voxelize};
 use support::{Random, gpu};
 
 const SIZE: [u32; 2] = [32, 24];
@@ -234,7 +234,8 @@ impl RayScene {
         let voxel = |(slot, record)| {
             let sides = self.light.sides as usize;
             let radiance = [sides * slot, sides * slot + sides - 1].map(|side| DVec3::from(radiance(side)));
-            let surface = TraceVoxel { mean_position: unorm10_position(record), mean_normal: mean_normal(record), front: front(record), radiance };
+            let surface =
+                TraceVoxel { mean_position: unorm10_position(record), mean_normal: mean_normal(record), opposed_axis: opposed_axis(record), radiance };
             (coordinates(record), surface)
         };
         TraceGrid { resolution: self.read.voxels.grid.resolution, voxels: self.read.records.iter().enumerate().map(voxel).collect() }

@@ -97,9 +97,9 @@ pub fn is_opposed(voxel: &Voxel) -> bool {
     voxel.coverage >> 29 & 1 == 1
 }
 
-/// The direction that parts the two sides of a record's surface.
-pub fn front(voxel: &Voxel) -> DVec3 {
-    if is_opposed(voxel) { DVec3::AXES[(voxel.coverage >> 30) as usize] } else { mean_normal(voxel).normalize() }
+/// Axis along which a record's surface is opposed.
+pub fn opposed_axis(voxel: &Voxel) -> Option<usize> {
+    is_opposed(voxel).then_some((voxel.coverage >> 30) as usize)
 }
 
 /// Three numbers of 10 bits.

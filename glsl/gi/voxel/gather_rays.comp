@@ -61,7 +61,7 @@ void main() {
             radiance += frame.environment.rgb;
         } else {
             uint side = uint(slot);
-            if (SIDES == 2u) side = 2u * side + uint(dot(direction, front_of(voxel_records[slot])) > 0.0);
+            if (SIDES == 2u) side = 2u * side + uint(sees_back(voxel_records[slot], direction));
             uvec2 packed = voxel_radiance[side];
             radiance += vec3(unpackHalf2x16(packed.x), unpackHalf2x16(packed.y).x);
             occlusion += 1.0 / (1.0 + params.ao_falloff * distance * params.grid.w);

@@ -63,6 +63,13 @@ vec3 front_of(Voxel voxel) {
     return normalize(unpack_mean_normal(voxel.normal));
 }
 
+// Whether a ray that hits the voxel sees its back. Of several planes that are not opposed, a corner's, it sees the front if it meets that of any.
+bool sees_back(Voxel voxel, vec3 direction) {
+    vec3 n = unpack_mean_normal(voxel.normal);
+    if (is_opposed(voxel) || dot(n, n) >= 0.9) return dot(direction, front_of(voxel)) > 0.0;
+    return all(greaterThan(direction * n, vec3(-0.05)));
+}
+
 vec3 unpack_albedo(uint packed) {
     vec3 root = unpack_unorm10(packed);
     return root * root;

@@ -10,7 +10,7 @@
 struct TraceSettings {
     uint resolution;
     float self_height;     // a voxel whose surface lies lower than this over the receiver's tangent plane is the receiver itself [voxels]
-    float contour_slack;   // a hit must meet the voxel's own plane within the voxel enlarged by this [voxels]; negative: any touched voxel is hit
+    float contour_slack;   // a hit must meet the voxel's own plane ahead, within the voxel enlarged by this [voxels]; negative: any touched voxel is hit
 };
 
 // Whether a ray that passes through the voxel hits the surface inside it.
@@ -20,11 +20,18 @@ bool hits_surface(uint slot, vec3 cell, vec3 origin, vec3 direction, vec3 receiv
     if (dot(surface - receiver, receiver_normal) < s.self_height) return false;
     if (s.contour_slack < 0.0) return true;
     vec3 normal = unpack_mean_normal(voxel.normal);
-    // Several planes in one voxel are no plane: the whole voxel is hit.
-    if (dot(normal, normal) < 0.9) return true;
+    if (dot(normal, normal) < 0.9) {
+        // Several planes in one voxel are no plane: the whole voxel is hit, but by a ray that leaves a corner from within the layers of its planes.
+        vec3 off = mix(vec3(0.0), abs(origin - cell - 0.5), greaterThan(abs(normal), vec3(0.1)));
+        bool outside = any(greaterThan(off, vec3(0.5 + s.contour_slack)));
+        return outside || is_opposed(voxel) || !sees_back(voxel, direction);
+    }
     float rate = dot(normal, direction);
     if (abs(rate) < 1e-3) return true;
-    vec3 met = origin + direction * (dot(normal, surface - origin) / rate) - cell;
+    float along = dot(normal, surface - origin) / rate;
+    // A ray that starts on the plane is in front of it.
+    if (along < (rate > 0.0 ? s.contour_slack : -s.contour_slack)) return false;
+    vec3 met = origin + direction * along - cell;
     return all(greaterThanEqual(met, vec3(-s.contour_slack))) && all(lessThanEqual(met, vec3(1.0 + s.contour_slack)));
 }
 

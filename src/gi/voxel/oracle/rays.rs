@@ -14,8 +14,8 @@ pub struct TraceVoxel {
     pub mean_position: DVec3,
     /// Mean normal, not of unit length.
     pub mean_normal: DVec3,
-    /// The direction that parts its two sides ([`super::VoxelSum::front`]).
-    pub front: DVec3,
+    /// Axis along which its surface is opposed.
+    pub opposed_axis: Option<usize>,
     /// Radiance of the front and of the back [W/(m² sr)].
     pub radiance: [DVec3; 2],
 }
@@ -45,7 +45,7 @@ pub struct Receiver {
 pub struct TraceSettings {
     /// A voxel whose mean position lies lower than this over the receiver's tangent plane is the receiver itself \[voxels\].
     pub self_height: f64,
-    /// A ray must meet the voxel's own plane within the voxel enlarged by this \[voxels\]; negative: every voxel that it passes through is hit.
+    /// A ray must meet the voxel's own plane ahead, within the voxel enlarged by this \[voxels\]; negative: every voxel that it passes through is hit.
     pub contour_slack: f64,
 }
 
@@ -114,18 +114,36 @@ const ONE_PLANE: f64 = 0.9;
 /// Below this cosine a ray runs along the voxel's plane, and the whole voxel is hit.
 const ALONG_PLANE: f64 = 1e-3;
 
-/// Margin of the two rules: the surface is not the receiver itself, and the ray meets the voxel's plane within the enlarged voxel.
+/// Margin of the two rules: the surface is not the receiver itself, and the ray meets the voxel's plane ahead, within the enlarged voxel. A corner is
+/// hit whole, but by a ray that leaves it from within the layers of its planes.
 fn hit_margin(voxel: VoxelIndex, surface: &TraceVoxel, origin: DVec3, direction: DVec3, receiver: &Receiver, settings: &TraceSettings) -> f64 {
     let position = corner_of(voxel) + surface.mean_position;
     let height = (position - receiver.position).dot(receiver.geometric_normal) - settings.self_height;
     let normal = surface.mean_normal;
     let cosine = normal.dot(direction);
+    if settings.contour_slack >= 0.0 && normal.length_squared() < ONE_PLANE && surface.opposed_axis.is_none() && sees_back(surface, direction) {
+        let off = (origin - corner_of(voxel) - 0.5).abs();
+        let outside = DVec3::select(normal.abs().cmpgt(DVec3::splat(0.1)), off, DVec3::ZERO).max_element() - 0.5;
+        return height.min(outside - settings.contour_slack);
+    }
     if settings.contour_slack < 0.0 || normal.length_squared() < ONE_PLANE || cosine.abs() < ALONG_PLANE {
         return height;
     }
-    let met = origin + direction * (normal.dot(position - origin) / cosine) - corner_of(voxel);
-    let inside = met.min(1.0 - met) + settings.contour_slack;
-    height.min(inside.min_element())
+    let along = normal.dot(position - origin) / cosine;
+    let met = origin + direction * along - corner_of(voxel);
+    let inside = met.min(1.0 - met).min_element() + settings.contour_slack;
+    // A ray that starts on the plane is in front of it.
+    let ahead = along - settings.contour_slack * cosine.signum();
+    height.min(inside).min(ahead)
+}
+
+/// Whether a ray sees the back of a voxel that it hits. Of several planes that are not opposed, a corner's, it sees the front if it meets that of any.
+fn sees_back(voxel: &TraceVoxel, direction: DVec3) -> bool {
+    match voxel.opposed_axis {
+        Some(axis) => direction[axis] > 0.0,
+        None if voxel.mean_normal.length_squared() >= ONE_PLANE => direction.dot(voxel.mean_normal) > 0.0,
+        None => (direction * voxel.mean_normal).min_element() > -0.05,
+    }
 }
 
 /// Settings of a gather by rays.
@@ -170,7 +188,7 @@ pub fn gather_rays(grid: &TraceGrid, receiver: &Receiver, settings: &GatherSetti
             TraceEnd::Miss(_) => radiance += settings.environment,
             TraceEnd::Hit(hit) => {
                 let voxel = &grid.voxels[&hit.voxel];
-                radiance += voxel.radiance[usize::from(direction.dot(voxel.front) > 0.0)];
+                radiance += voxel.radiance[usize::from(sees_back(voxel, direction))];
                 occlusion += 1.0 / (1.0 + settings.ao_falloff * hit.entry);
             }
         }

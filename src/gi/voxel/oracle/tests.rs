@@ -218,7 +218,7 @@ fn compact_index_follows_the_blocks() {
 /// A wall of voxels at x = 5, one in front of it at (2, 3, 3), facing −x.
 fn walled() -> TraceGrid {
     let voxel =
-        |radiance: f64| TraceVoxel { mean_position: DVec3::splat(0.5), mean_normal: DVec3::NEG_X, front: DVec3::NEG_X, radiance: [DVec3::splat(radiance); 2] };
+        |radiance: f64| TraceVoxel { mean_position: DVec3::splat(0.5), mean_normal: DVec3::NEG_X, opposed_axis: None, radiance: [DVec3::splat(radiance); 2] };
     let wall = (0..64).map(|index| ([5, index / 8, index % 8], voxel(1.0)));
     TraceGrid { resolution: 8, voxels: wall.chain([([2, 3, 3], voxel(4.0))]).collect() }
 }
@@ -268,7 +268,7 @@ fn contours_cut_the_corners_of_voxels() {
 fn rays_gather_a_furnace_and_the_environment() {
     let inside = |index: u32| [index % 8, index / 8 % 8, index / 64];
     let shell = (0..512).map(inside).filter(|voxel| voxel.iter().any(|at| *at == 0 || *at == 7));
-    let voxel = TraceVoxel { mean_position: DVec3::splat(0.5), mean_normal: DVec3::ZERO, front: DVec3::Z, radiance: [DVec3::new(1.0, 2.0, 3.0); 2] };
+    let voxel = TraceVoxel { mean_position: DVec3::splat(0.5), mean_normal: DVec3::ZERO, opposed_axis: None, radiance: [DVec3::new(1.0, 2.0, 3.0); 2] };
     let furnace = TraceGrid { resolution: 8, voxels: shell.map(|at| (at, voxel)).collect() };
     let receiver = Receiver { position: DVec3::new(4.0, 4.0, 2.0), ..FLOOR };
     let settings =
