@@ -1,7 +1,7 @@
 //! The list of techniques. Everything that enumerates techniques runs over it.
 
 use super::settings::{Preset, Setting, SettingError, Settings};
-use super::{Context, Technique, none, voxel_mips};
+use super::{Context, Technique, none, svo, voxel_mips};
 use crate::graph::{Error, Pass};
 use crate::shader::Field;
 
@@ -29,7 +29,7 @@ pub struct Entry {
 pub type Make = fn(&Context<'_>, &Settings) -> Result<Box<dyn Technique>, Error>;
 
 /// All techniques.
-pub static TECHNIQUES: &[&Entry] = &[&none::ENTRY, &voxel_mips::ENTRY];
+pub static TECHNIQUES: &[&Entry] = &[&none::ENTRY, &voxel_mips::ENTRY, &svo::ENTRY];
 
 /// There is no technique of this name.
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]

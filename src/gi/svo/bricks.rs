@@ -1,0 +1,144 @@
+//! The brick pool: 3³ texels a tile in one 3D texture, and the passes that fill it.
+
+use std::sync::Arc;
+
+use super::nodes::{LevelRange, NodePool};
+use crate::gi::voxel::voxelize::linear_groups;
+use crate::gpu_struct;
+use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Pass, Sets, Shaders, vk};
+
+gpu_struct! {
+    /// Parameters of `svo.write_leaves` and `svo.filter`.
+    pub struct BrickParams {
+        /// First tile of the level.
+        pub first: u32,
+        /// Tiles of the level.
+        pub count: u32,
+    }
+}
+
+gpu_struct! {
+    /// Parameters of `svo.transfer_borders`.
+    pub struct TransferParams {
+        /// First tile of the level.
+        pub first: u32,
+        /// Tiles of the level.
+        pub count: u32,
+        /// 0 to 2: towards +x, +y, +z.
+        pub axis: u32,
+    }
+}
+
+/// Radiance of the voxels of each leaf tile into its own brick. A thread a texel.
+pub static WRITE_LEAVES: Pass = Pass {
+    name: "svo.write_leaves",
+    shaders: Shaders::Compute("gi/svo/write_leaves.comp"),
+    bindings: &[
+        Binding::buffer("nodes", Access::ComputeRead),
+        Binding::buffer("voxel_radiance", Access::ComputeRead),
+        Binding::image("bricks", Access::ComputeWrite),
+    ],
+    push_bytes: size_of::<BrickParams>() as u32,
+    sets: Sets::None,
+};
+
+/// Sums of the shared texels of neighbouring bricks, along one axis. A thread a pair of texels.
+pub static TRANSFER_BORDERS: Pass = Pass {
+    name: "svo.transfer_borders",
+    shaders: Shaders::Compute("gi/svo/transfer_borders.comp"),
+    bindings: &[Binding::buffer("neighbours", Access::ComputeRead), Binding::image("bricks", Access::ComputeReadWrite)],
+    push_bytes: size_of::<TransferParams>() as u32,
+    sets: Sets::None,
+};
+
+/// Bricks of a level from those of the next finer one. A thread a texel.
+pub static FILTER: Pass = Pass {
+    name: "svo.filter",
+    shaders: Shaders::Compute("gi/svo/filter.comp"),
+    bindings: &[Binding::buffer("nodes", Access::ComputeRead), Binding::image("bricks", Access::ComputeReadWrite)],
+    push_bytes: size_of::<BrickParams>() as u32,
+    sets: Sets::None,
+};
+
+/// How bricks are made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BrickSettings {
+    /// Lattice points are voxel corners, to which the voxels spread; otherwise they are voxel centres.
+    pub spread: bool,
+    /// `mode` of `filter_eight` (`gi/voxel/prefilter.glsl`).
+    pub filter: u32,
+    /// The filter runs apart for centres, for faces and edges, and for corners.
+    pub is_split: bool,
+}
+
+/// All bricks of an octree; brick and tile have the same index.
+pub struct BrickPool {
+    /// RGBA16F: radiance (W/(m² sr)) premultiplied by opacity, opacity.
+    pub image: Arc<Image>,
+    settings: BrickSettings,
+}
+
+impl BrickPool {
+    /// Allocates a brick for each tile.
+    pub fn new(gpu: &Gpu, nodes: &NodePool, settings: BrickSettings) -> Result<Self, Error> {
+        let count = nodes.levels[0].first + nodes.levels[0].count;
+        let image = gpu.create_image(&ImageDesc {
+            name: "svo.bricks".into(),
+            extent: pool_extent(count).map(|bricks| 3 * bricks),
+            kind: ImageKind::D3,
+            format: vk::Format::R16G16B16A16_SFLOAT,
+            mips: 1,
+            layers: 1,
+            usage: ImageUsage::STORAGE | ImageUsage::SAMPLED,
+        })?;
+        Ok(BrickPool { image, settings })
+    }
+
+    /// Adds the passes from the voxels' light to all levels.
+    pub fn update(&self, frame: &mut Frame, nodes: &NodePool, radiance: &Arc<Buffer>) {
+        let leaves = nodes.levels[0];
+        frame
+            .pass(&WRITE_LEAVES)
+            .bind(&nodes.nodes)
+            .bind(radiance)
+            .bind(&self.image)
+            .constants(&[u32::from(self.settings.spread)])
+            .push(&BrickParams { first: leaves.first, count: leaves.count })
+            .dispatch(linear_groups(27 * leaves.count));
+        self.transfer(frame, nodes, leaves);
+        for level in &nodes.levels[1..] {
+            let parts: &[(u32, u32)] = if self.settings.is_split { &[(1, 1), (2, 18), (3, 8)] } else { &[(0, 27)] };
+            for (part, texels) in parts {
+                frame
+                    .pass(&FILTER)
+                    .bind(&nodes.nodes)
+                    .bind(&self.image)
+                    .constants(&[self.settings.filter, *part])
+                    .push(&BrickParams { first: level.first, count: level.count })
+                    .dispatch(linear_groups(texels * level.count));
+            }
+            self.transfer(frame, nodes, *level);
+        }
+    }
+
+    fn transfer(&self, frame: &mut Frame, nodes: &NodePool, level: LevelRange) {
+        for axis in 0..3 {
+            frame
+                .pass(&TRANSFER_BORDERS)
+                .bind(&nodes.neighbours)
+                .bind(&self.image)
+                .push(&TransferParams { first: level.first, count: level.count, axis })
+                .dispatch(linear_groups(9 * level.count));
+        }
+    }
+}
+
+/// Bricks along each axis of a pool of `count`: near to a cube, with the least left over.
+pub fn pool_extent(count: u32) -> [u32; 3] {
+    let edge = f64::from(count).cbrt().ceil() as u32;
+    let depth = |[x, y]: [u32; 2]| count.div_ceil(x * y).max(1);
+    let near = edge.div_ceil(2).max(1)..=edge.max(1);
+    let shapes = near.clone().flat_map(|x| near.clone().map(move |y| [x, y]));
+    let best = shapes.min_by_key(|&[x, y]| (x * y * depth([x, y]), x.abs_diff(edge) + y.abs_diff(edge))).unwrap_or([1, 1]);
+    [best[0], best[1], depth(best)]
+}

@@ -1,0 +1,198 @@
+//! Technique `svo`: a sparse voxel octree with bricks (Crassin et al. 2011; Crassin & Green 2012), cone-traced.
+
+pub mod bricks;
+pub mod nodes;
+
+use std::sync::Arc;
+
+pub use bricks::{BrickPool, BrickSettings};
+pub use nodes::NodePool;
+
+use super::cone::{self, ConeTracer, Volume};
+use super::interleave::{self, deinterleave};
+use super::registry::Entry;
+use super::settings::{Domain, Preset, Setting, Settings};
+use super::voxel::{self, Injection, VoxelLight, VoxelSettings, Voxelizer, Voxels};
+use super::{Context, IndirectLight, Technique};
+use crate::graph::{Error, Frame, FrameStats, Gpu, Image, Pass};
+use crate::render::{GBuffer, GpuScene, LightMaps, screen_image};
+use crate::shader::{Field, GpuStruct};
+
+static SETTINGS: &[Setting] = &[
+    Setting {
+        name: "voxel_centres",
+        help: "where the bricks' texels are: nodes (node corners are voxel centres: sampled as a dense grid is) or corners (of voxels, which spread to them: \
+               blurs by half a voxel)",
+        unit: "",
+        domain: Domain::Choice(&["nodes", "corners"]),
+        default: "nodes",
+    },
+    Setting {
+        name: "brick_filter",
+        help: "box (27-tap Gaussian) or directional (the same cubes, each composited along six directions, then averaged: thin walls stay opaque)",
+        unit: "",
+        domain: Domain::Choice(&["directional", "directional-max", "box"]),
+        default: "directional",
+    },
+    Setting {
+        name: "filter_split",
+        help: "the filter of a level in one pass, or in three: centres, faces and edges, corners, whose threads have equal work",
+        unit: "",
+        domain: Domain::Choice(&["one", "three"]),
+        default: "one",
+    },
+];
+
+static PRESETS: &[Preset] = &[
+    Preset {
+        name: "accurate",
+        help: "cones as they converge best: narrow, interleaved, kept off the receiver's plane, through bricks that stay opaque",
+        values: &[],
+    },
+    Preset {
+        name: "textbook",
+        help: "as the papers have it: voxels spread to corners, Gaussian bricks, six cones of 60°",
+        values: &[
+            ("voxel_centres", "corners"),
+            ("brick_filter", "box"),
+            ("filter_split", "three"),
+            ("cone_set", "papers"),
+            ("cones", "6"),
+            ("aperture_scale", "1"),
+            ("step_factor", "0.5"),
+            ("opacity_exponent", "1"),
+            ("height_clamp", "0"),
+            ("start_offset", "1.5"),
+            ("interleave", "1"),
+        ],
+    },
+];
+
+/// The passes of this module.
+pub static PASSES: &[&Pass] = &[
+    &nodes::REDUCE_POINTS,
+    &nodes::FLAG_NODES,
+    &nodes::SCAN_NODES,
+    &nodes::ALLOCATE_TILES,
+    &nodes::LINK_LEAVES,
+    &nodes::LINK_NEIGHBOURS,
+    &bricks::WRITE_LEAVES,
+    &bricks::TRANSFER_BORDERS,
+    &bricks::FILTER,
+];
+
+/// The structs that this module shares with shaders.
+pub static STRUCTS: &[(&str, &[Field])] = &[
+    (nodes::Level::NAME, nodes::Level::FIELDS),
+    (nodes::ReduceParams::NAME, nodes::ReduceParams::FIELDS),
+    (nodes::FlagParams::NAME, nodes::FlagParams::FIELDS),
+    (nodes::LevelParams::NAME, nodes::LevelParams::FIELDS),
+    (nodes::LeafParams::NAME, nodes::LeafParams::FIELDS),
+    (nodes::NeighbourParams::NAME, nodes::NeighbourParams::FIELDS),
+    (bricks::BrickParams::NAME, bricks::BrickParams::FIELDS),
+    (bricks::TransferParams::NAME, bricks::TransferParams::FIELDS),
+];
+
+/// The row of the registry.
+pub static ENTRY: Entry = Entry {
+    name: "svo",
+    summary: "sparse voxel octree with bricks, cone-traced",
+    bounces: 1,
+    settings: &[voxel::SETTINGS, SETTINGS, cone::SETTINGS],
+    presets: PRESETS,
+    passes: &[voxel::PASSES, PASSES, cone::SPARSE_PASSES, interleave::PASSES],
+    structs: &[voxel::STRUCTS, STRUCTS, cone::STRUCTS, interleave::STRUCTS],
+    make,
+};
+
+/// What is built from the scene.
+struct Store {
+    voxels: Voxels,
+    light: VoxelLight,
+    nodes: NodePool,
+    bricks: BrickPool,
+}
+
+/// The technique and what it keeps.
+struct Svo {
+    injection: Injection,
+    bricks: BrickSettings,
+    cones: ConeTracer,
+    interleave: u32,
+    voxelizer: Voxelizer,
+    store: Option<Store>,
+    light: IndirectLight,
+    /// The gather's result before the tile's patterns are averaged; absent without interleaving.
+    interleaved: Option<Arc<Image>>,
+}
+
+fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>, Error> {
+    let Context { gpu, scene, size } = *context;
+    let specular = scene.is_glossy && settings.is("specular", "on");
+    let interleave = settings.count("interleave");
+    let filter = match settings.choice("brick_filter") {
+        "box" => 0,
+        "directional" => 1,
+        _ => 2,
+    };
+    Ok(Box::new(Svo {
+        injection: Injection::new(settings),
+        bricks: BrickSettings { spread: settings.is("voxel_centres", "corners"), filter, is_split: settings.is("filter_split", "three") },
+        cones: ConeTracer::new(gpu, settings)?,
+        interleave,
+        voxelizer: Voxelizer::new(gpu, scene, VoxelSettings::new(settings))?,
+        store: None,
+        light: IndirectLight {
+            diffuse: screen_image(gpu, "svo.diffuse", size)?,
+            specular: specular.then(|| screen_image(gpu, "svo.specular", size)).transpose()?,
+        },
+        interleaved: (interleave > 1).then(|| screen_image(gpu, "svo.interleaved", size)).transpose()?,
+    }))
+}
+
+impl Technique for Svo {
+    fn build(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
+        // The old store goes first, so that rebuilding needs no more memory than building.
+        self.store = None;
+        let (voxels, mut stats) = self.voxelizer.run(context.gpu, context.scene)?;
+        let (nodes, built) = NodePool::build(context.gpu, &voxels, self.bricks.spread)?;
+        stats.append(built);
+        let bricks = BrickPool::new(context.gpu, &nodes, self.bricks)?;
+        let light = VoxelLight::new(context.gpu, context.scene, &voxels, self.injection)?;
+        self.store = Some(Store { voxels, light, nodes, bricks });
+        Ok(stats)
+    }
+
+    fn needs_rsm(&self) -> bool {
+        self.injection == Injection::Rsm
+    }
+
+    fn update(&mut self, frame: &mut Frame, _scene: &GpuScene, maps: &LightMaps) {
+        let Some(store) = &self.store else { return };
+        store.light.update(frame, &store.voxels, maps, None);
+        store.bricks.update(frame, &store.nodes, &store.light.radiance);
+    }
+
+    fn gather(&mut self, frame: &mut Frame, _scene: &GpuScene, gbuffer: &GBuffer) -> IndirectLight {
+        let Some(store) = &self.store else { return self.light.clone() };
+        let volume = Volume::Sparse { nodes: &store.nodes.nodes, bricks: &store.bricks.image, spread: self.bricks.spread };
+        let target = self.interleaved.as_ref().unwrap_or(&self.light.diffuse);
+        self.cones.gather(frame, gbuffer, &store.voxels.grid, volume, target);
+        if let Some(interleaved) = &self.interleaved {
+            deinterleave(frame, gbuffer, interleaved, &self.light.diffuse, self.interleave);
+        }
+        if let Some(specular) = &self.light.specular {
+            self.cones.specular(frame, gbuffer, &store.voxels.grid, volume, specular);
+        }
+        self.light.clone()
+    }
+
+    fn counts(&self, gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {
+        let Some(Store { voxels, light, nodes, .. }) = &self.store else { return Ok(Vec::new()) };
+        let tiles = u64::from(nodes.levels[0].first + nodes.levels[0].count);
+        let mut counts = vec![("fragments", u64::from(voxels.fragment_count)), ("voxels", u64::from(voxels.voxel_count))];
+        counts.extend([("nodes", 8 * tiles), ("tiles", tiles), ("bricks", tiles)]);
+        counts.extend(light.counts(gpu)?);
+        Ok(counts)
+    }
+}
