@@ -2,16 +2,17 @@
 #extension GL_GOOGLE_include_directive : require
 // svo.filter: the bricks of a level from their tiles' child bricks.
 //
-// Lattice point q of a level is the mean over the eight cubes of 2³ finer lattice points that meet at its place 2q, each filtered to one texel; with the
-// box filter that is the 27-tap Gaussian (¼, ½, ¼)³. A tile adds the cubes inside it: eight for the brick's centre, four for the middle of a face, two
-// for that of an edge, one for a corner; other tiles' shares come by svo.transfer_borders. A thread a texel.
+// Lattice point q of a level is the cube of 2³ finer points from 2q on, filtered to one texel. With CORNERS it is the mean over the eight cubes that meet
+// at 2q: with the box filter the 27-tap Gaussian (¼, ½, ¼)³ of Crassin et al. 2011. A tile adds the cubes inside it: then eight for the brick's centre,
+// four for the middle of a face, two for that of an edge, one for a corner; other tiles' shares come by svo.transfer_borders. A thread a texel.
 layout(local_size_x = 64) in;
 
 #include "gi/svo/pool.glsl"
 #include "gi/voxel/prefilter.glsl"
 
 layout(constant_id = 0) const uint FILTER = 1;
-layout(constant_id = 1) const uint PART = 0;    // 0 all texels, 1 the centre, 2 faces and edges, 3 corners
+layout(constant_id = 1) const uint CORNERS = 0;
+layout(constant_id = 2) const uint PART = 0;    // 0 all texels, 1 the centre, 2 faces and edges, 3 corners
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer Nodes { uint nodes[]; };
 layout(set = 1, binding = 1, rgba16f) uniform restrict image3D bricks;
@@ -19,7 +20,11 @@ layout(set = 1, binding = 1, rgba16f) uniform restrict image3D bricks;
 layout(push_constant) uniform BrickParams { uint first; uint count; } params;
 
 uint texels_of_part() {
-    return PART == 0u ? 27u : PART == 1u ? 1u : PART == 2u ? 18u : 8u;
+    uint count = 27u;
+    if (PART == 1u) count = 1u;
+    if (PART == 2u) count = 18u;
+    if (PART == 3u) count = 8u;
+    return count;
 }
 
 // The texel of the brick that is number `index` of the part.
@@ -43,7 +48,12 @@ void main() {
     ivec3 size = imageSize(bricks);
     vec4 sum = vec4(0.0);
     // Cubes are numbered 0 to 3 along an axis: 0 and 1 in the lower child.
-    uvec3 low = uvec3(max(2 * ivec3(at) - 1, 0)), high = min(2u * at, uvec3(3u));
+    uvec3 low = 2u * at, high = min(low, uvec3(3u));
+    float share = 1.0;
+    if (CORNERS != 0u) {
+        low = uvec3(max(2 * ivec3(at) - 1, 0));
+        share = 0.125;
+    }
     for (uint z = low.z; z <= high.z; ++z) {
         for (uint y = low.y; y <= high.y; ++y) {
             for (uint x = low.x; x <= high.x; ++x) {
@@ -53,7 +63,7 @@ void main() {
                 ivec3 corner = brick_texel(node & NODE_INDEX, size) + ivec3(cube & 1u);
                 vec4 c[8];
                 for (int i = 0; i < 8; ++i) c[i] = imageLoad(bricks, corner + ivec3(i & 1, i >> 1 & 1, i >> 2));
-                sum += 0.125 * filter_eight(c, FILTER);
+                sum += share * filter_eight(c, FILTER);
             }
         }
     }

@@ -1,7 +1,8 @@
 // The node pool and the brick pool of the sparse voxel octree.
 //
-// A level's lattice has its texels at whole numbers; node c spans the cell from lattice point c to c + 1, tile T the nodes 2T and 2T + 1 along each axis,
-// and its brick holds the 3³ lattice points 2T, 2T + 1, 2T + 2. Tile index and brick index are the same.
+// A level's texels are lattice points at whole numbers; node c spans the cell from point c to c + 1, tile T the nodes 2T and 2T + 1 along each axis, and
+// its brick holds the 3³ points 2T, 2T + 1, 2T + 2. Tile index and brick index are the same. Point q of level l, in voxels, is at 2^l (q + ½), the centre
+// of a texel of a dense mip, or with CORNERS at 2^l q, a corner of voxels.
 #ifndef LUMIVOX_POOL
 #define LUMIVOX_POOL
 

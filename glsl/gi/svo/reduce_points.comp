@@ -2,8 +2,8 @@
 #extension GL_GOOGLE_include_directive : require
 // svo.reduce_points: which points of the next coarser lattice, and which tiles of this level, have something to hold.
 //
-// Point q of the coarser lattice is the filter of the finer points 2q − 1 … 2q + 1, tile T holds the points 2T … 2T + 2: each is there where any of those
-// is. So every texel that is not zero has a brick, in every tile that it borders on. A thread makes 4×4×4 points and tiles.
+// Point q of the coarser lattice is made of the finer ones 2q and 2q + 1 (of corners: 2q − 1 to 2q + 1), tile T holds the points 2T to 2T + 2: each is
+// there where any of those is. So a texel that is not zero has a brick in every tile that it borders on. A thread makes 4×4×4 points and tiles.
 layout(local_size_x = 64) in;
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer FinerPoints { uvec2 finer_points[]; };
@@ -16,7 +16,8 @@ layout(push_constant) uniform ReduceParams {
     uint coarser_blocks;
     uint tile_limit;
     uint level;
-    uint spread;           // 1: the finer bits are voxels whose values go to the lattice points v and v + 1; 0: they are the lattice points
+    int point_reach;       // how far below 2q a coarser point reaches, along each axis
+    int tile_reach;        // likewise a tile below 2T: 1 where the finer bits are voxels that spread to the points v and v + 1
 } params;
 
 uint range_bits(int low, int high) {
@@ -53,14 +54,13 @@ void main() {
     uint blocks = params.coarser_blocks;
     if (index >= blocks * blocks * blocks) return;
     ivec3 block = ivec3(index % blocks, index / blocks % blocks, index / (blocks * blocks));
-    int reach = int(params.spread);
     uvec2 points = uvec2(0u), tiles = uvec2(0u);
-    if (any_point(8 * block - 1 - reach, 8 * block + 8)) {
+    if (any_point(8 * block - params.point_reach, 8 * block + 8)) {
         for (uint bit = 0u; bit < 64u; ++bit) {
             ivec3 at = 4 * block + ivec3(bit & 3u, bit >> 2 & 3u, bit >> 4);
             uvec2 mask = bit < 32u ? uvec2(1u << bit, 0u) : uvec2(0u, 1u << (bit - 32u));
-            if (any_point(2 * at - 1 - reach, 2 * at + 1)) points |= mask;
-            if (all(lessThan(at, ivec3(params.tile_limit))) && any_point(2 * at - reach, 2 * at + 2)) tiles |= mask;
+            if (any_point(2 * at - params.point_reach, 2 * at + 1)) points |= mask;
+            if (all(lessThan(at, ivec3(params.tile_limit))) && any_point(2 * at - params.tile_reach, 2 * at + 2)) tiles |= mask;
         }
     }
     coarser_points[index] = points;

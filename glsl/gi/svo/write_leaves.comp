@@ -2,13 +2,13 @@
 #extension GL_GOOGLE_include_directive : require
 // svo.write_leaves: what the voxels of a leaf tile put into its brick: radiance premultiplied by opacity.
 //
-// With voxel centres at node corners a voxel is one lattice point, and its own tile writes it; with SPREAD a lattice point is a corner of eight voxels, and
-// a tile adds an eighth of each of its own. Other tiles' shares come by svo.transfer_borders. A thread a texel.
+// A voxel is one lattice point, and its own tile writes it; with CORNERS a lattice point is a corner of eight voxels, and a tile adds an eighth of each
+// of its own. Other tiles' shares come by svo.transfer_borders. A thread a texel.
 layout(local_size_x = 64) in;
 
 #include "gi/svo/pool.glsl"
 
-layout(constant_id = 0) const uint SPREAD = 0;
+layout(constant_id = 0) const uint CORNERS = 0;
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer Nodes { uint nodes[]; };
 layout(std430, set = 1, binding = 1) restrict readonly buffer VoxelRadiance { uvec2 voxel_radiance[]; };
@@ -30,7 +30,7 @@ void main() {
     uint tile = params.first + thread / 27u, texel = thread % 27u;
     uvec3 at = uvec3(texel % 3u, texel / 3u % 3u, texel / 9u);
     vec4 value = vec4(0.0);
-    if (SPREAD == 0u) {
+    if (CORNERS == 0u) {
         if (all(lessThan(at, uvec3(2u)))) value = leaf(tile, at);
     } else {
         uvec3 low = uvec3(max(ivec3(at) - 1, 0)), high = min(at, uvec3(1u));

@@ -141,8 +141,8 @@ pub enum Volume<'v> {
         nodes: &'v Arc<Buffer>,
         /// Brick pool.
         bricks: &'v Arc<Image>,
-        /// Whether lattice points are voxel corners, not voxel centres.
-        spread: bool,
+        /// Whether its texels are at corners of voxels, not where those of dense mips are.
+        corners: bool,
     },
 }
 
@@ -157,7 +157,7 @@ impl Volume<'_> {
     fn bind<'f>(&self, pass: PassBuilder<'f>) -> PassBuilder<'f> {
         match *self {
             Volume::Dense(image) => pass.bind(image),
-            Volume::Sparse { nodes, bricks, spread } => pass.bind(nodes).bind(bricks).constants(&[u32::from(spread)]),
+            Volume::Sparse { nodes, bricks, corners } => pass.bind(nodes).bind(bricks).constants(&[u32::from(corners)]),
         }
     }
 }

@@ -63,8 +63,8 @@ pub static FILTER: Pass = Pass {
 /// How bricks are made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BrickSettings {
-    /// Lattice points are voxel corners, to which the voxels spread; otherwise they are voxel centres.
-    pub spread: bool,
+    /// Lattice points are corners of voxels, to which these spread; otherwise they are the centres of the texels of dense mips.
+    pub corners: bool,
     /// `mode` of `filter_eight` (`gi/voxel/prefilter.glsl`).
     pub filter: u32,
     /// The filter runs apart for centres, for faces and edges, and for corners.
@@ -102,7 +102,7 @@ impl BrickPool {
             .bind(&nodes.nodes)
             .bind(radiance)
             .bind(&self.image)
-            .constants(&[u32::from(self.settings.spread)])
+            .constants(&[u32::from(self.settings.corners)])
             .push(&BrickParams { first: leaves.first, count: leaves.count })
             .dispatch(linear_groups(27 * leaves.count));
         self.transfer(frame, nodes, leaves);
@@ -113,7 +113,7 @@ impl BrickPool {
                     .pass(&FILTER)
                     .bind(&nodes.nodes)
                     .bind(&self.image)
-                    .constants(&[self.settings.filter, *part])
+                    .constants(&[self.settings.filter, u32::from(self.settings.corners), *part])
                     .push(&BrickParams { first: level.first, count: level.count })
                     .dispatch(linear_groups(texels * level.count));
             }

@@ -20,23 +20,23 @@ use crate::shader::{Field, GpuStruct};
 
 static SETTINGS: &[Setting] = &[
     Setting {
-        name: "voxel_centres",
-        help: "where the bricks' texels are: nodes (node corners are voxel centres: sampled as a dense grid is) or corners (of voxels, which spread to them: \
-               blurs by half a voxel)",
+        name: "lattice",
+        help: "where the bricks' texels are: centres (those of the dense mips' texels; a level is made of 2³ finer texels) or corners (of voxels, as \
+               published: voxels spread to eight corners, a level is the 27-tap Gaussian of the finer one)",
         unit: "",
-        domain: Domain::Choice(&["nodes", "corners"]),
-        default: "nodes",
+        domain: Domain::Choice(&["centres", "corners"]),
+        default: "centres",
     },
     Setting {
-        name: "brick_filter",
-        help: "box (27-tap Gaussian) or directional (the same cubes, each composited along six directions, then averaged: thin walls stay opaque)",
+        name: "mip_filter",
+        help: "each 2³ finer texels to one: box (their mean) or directional (composited along six directions, then averaged: thin walls stay opaque)",
         unit: "",
         domain: Domain::Choice(&["directional", "directional-max", "box"]),
         default: "directional",
     },
     Setting {
         name: "filter_split",
-        help: "the filter of a level in one pass, or in three: centres, faces and edges, corners, whose threads have equal work",
+        help: "the filter of a level in one pass, or in three: centres, faces and edges, corners of bricks, whose threads then have equal work",
         unit: "",
         domain: Domain::Choice(&["one", "three"]),
         default: "one",
@@ -53,8 +53,8 @@ static PRESETS: &[Preset] = &[
         name: "textbook",
         help: "as the papers have it: voxels spread to corners, Gaussian bricks, six cones of 60°",
         values: &[
-            ("voxel_centres", "corners"),
-            ("brick_filter", "box"),
+            ("lattice", "corners"),
+            ("mip_filter", "box"),
             ("filter_split", "three"),
             ("cone_set", "papers"),
             ("cones", "6"),
@@ -130,14 +130,14 @@ fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>
     let Context { gpu, scene, size } = *context;
     let specular = scene.is_glossy && settings.is("specular", "on");
     let interleave = settings.count("interleave");
-    let filter = match settings.choice("brick_filter") {
+    let filter = match settings.choice("mip_filter") {
         "box" => 0,
         "directional" => 1,
         _ => 2,
     };
     Ok(Box::new(Svo {
         injection: Injection::new(settings),
-        bricks: BrickSettings { spread: settings.is("voxel_centres", "corners"), filter, is_split: settings.is("filter_split", "three") },
+        bricks: BrickSettings { corners: settings.is("lattice", "corners"), filter, is_split: settings.is("filter_split", "three") },
         cones: ConeTracer::new(gpu, settings)?,
         interleave,
         voxelizer: Voxelizer::new(gpu, scene, VoxelSettings::new(settings))?,
@@ -155,7 +155,7 @@ impl Technique for Svo {
         // The old store goes first, so that rebuilding needs no more memory than building.
         self.store = None;
         let (voxels, mut stats) = self.voxelizer.run(context.gpu, context.scene)?;
-        let (nodes, built) = NodePool::build(context.gpu, &voxels, self.bricks.spread)?;
+        let (nodes, built) = NodePool::build(context.gpu, &voxels, self.bricks.corners)?;
         stats.append(built);
         let bricks = BrickPool::new(context.gpu, &nodes, self.bricks)?;
         let light = VoxelLight::new(context.gpu, context.scene, &voxels, self.injection)?;
@@ -175,7 +175,7 @@ impl Technique for Svo {
 
     fn gather(&mut self, frame: &mut Frame, _scene: &GpuScene, gbuffer: &GBuffer) -> IndirectLight {
         let Some(store) = &self.store else { return self.light.clone() };
-        let volume = Volume::Sparse { nodes: &store.nodes.nodes, bricks: &store.bricks.image, spread: self.bricks.spread };
+        let volume = Volume::Sparse { nodes: &store.nodes.nodes, bricks: &store.bricks.image, corners: self.bricks.corners };
         let target = self.interleaved.as_ref().unwrap_or(&self.light.diffuse);
         self.cones.gather(frame, gbuffer, &store.voxels.grid, volume, target);
         if let Some(interleaved) = &self.interleaved {

@@ -34,8 +34,10 @@ gpu_struct! {
         pub tile_limit: u32,
         /// The level, 0 the finest.
         pub level: u32,
-        /// 1: the finer bits are voxels that spread to their corners.
-        pub spread: u32,
+        /// How far below 2q a coarser point reaches.
+        pub point_reach: i32,
+        /// How far below 2T a tile reaches.
+        pub tile_reach: i32,
     }
 }
 
@@ -174,7 +176,7 @@ impl Pyramid {
         Ok(Pyramid { levels, counts, resolution })
     }
 
-    fn add(&self, frame: &mut Frame, voxels: &Voxels, spread: bool) {
+    fn add(&self, frame: &mut Frame, voxels: &Voxels, corners: bool) {
         frame.fill("svo.clear", &self.counts, 0);
         for (level, [points, tiles]) in (0u32..).zip(&self.levels) {
             let finer = if level == 0 { &voxels.occupancy } else { &self.levels[level as usize - 1][0] };
@@ -183,7 +185,8 @@ impl Pyramid {
                 coarser_blocks: coarser_blocks(self.resolution, level),
                 tile_limit: self.resolution >> (level + 1),
                 level,
-                spread: u32::from(spread && level == 0),
+                point_reach: i32::from(corners) + i32::from(corners && level == 0),
+                tile_reach: i32::from(corners && level == 0),
             };
             let groups = params.coarser_blocks.pow(3).div_ceil(64);
             frame.pass(&REDUCE_POINTS).bind(finer).bind(points).bind(tiles).bind(&self.counts).push(&params).dispatch([groups, 1, 1]);
@@ -220,10 +223,10 @@ fn coarser_blocks(resolution: u32, level: u32) -> u32 {
 
 impl NodePool {
     /// Builds the octree over these voxels. The tiles are counted first, and the count is read back once, so that the pool is exact.
-    pub fn build(gpu: &Gpu, voxels: &Voxels, spread: bool) -> Result<(Self, FrameStats), Error> {
+    pub fn build(gpu: &Gpu, voxels: &Voxels, corners: bool) -> Result<(Self, FrameStats), Error> {
         let pyramid = Pyramid::new(gpu, voxels.grid.resolution)?;
         let mut frame = Frame::new();
-        pyramid.add(&mut frame, voxels, spread);
+        pyramid.add(&mut frame, voxels, corners);
         let mut stats = gpu.submit(frame)?;
         let levels = pyramid.read_levels(gpu)?;
         let tiles = u64::from(levels[0].first + levels[0].count);
