@@ -2,6 +2,7 @@
 
 pub mod bricks;
 pub mod nodes;
+pub mod oracle;
 
 use std::sync::Arc;
 
