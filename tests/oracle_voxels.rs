@@ -230,6 +230,23 @@ fn fragments_that_do_not_fit_are_not_lost() {
     }
 }
 
+/// llvmpipe ends loops after 65,535 turns: what a workgroup cannot finish, more workgroups share.
+#[test]
+fn a_group_of_large_triangles_loses_no_fragment() {
+    let gpu = gpu();
+    let resolution = 256;
+    let level = |k: u32| 4.0 * k as f32 / 256.0;
+    let large = |k: u32| [Vec3::new(0.0, level(k), 0.0), Vec3::new(0.0, level(k), 1.0), Vec3::new(1.0, level(k), 0.0)];
+    let small = [Vec3::new(0.5, 0.5, 0.5), Vec3::new(0.5, 0.5, 0.501), Vec3::new(0.501, 0.5, 0.5)];
+    let triangles: Vec<Corners> = (0..64).map(large).chain(std::iter::repeat_n(small, 65 * 64)).collect();
+    let mut scene = scene_of(&triangles, 0.0, &mut Random::new(5));
+    for triangle in &mut scene.triangles {
+        triangle.material = 0;
+    }
+    let scene = GpuScene::new(&gpu, &scene).unwrap();
+    by_all_methods(&gpu, &scene, resolution, "large triangles");
+}
+
 #[test]
 fn hardware_conservative_rasterization_is_refused_where_it_is_absent() {
     let gpu = gpu();

@@ -83,6 +83,14 @@ pub enum Error {
         /// The feature.
         feature: &'static str,
     },
+    /// The driver ended threads of a pass before their work was done, however little each had.
+    #[error("{pass}: the driver ended {thread_count} threads before they were done; use a lower resolution, or report the driver")]
+    Unfinished {
+        /// The pass.
+        pass: &'static str,
+        /// Threads that were not done.
+        thread_count: u32,
+    },
     /// A shader module is not among those embedded.
     #[error("no shader module {0}; run tools/shaders and build again")]
     ModuleMissing(String),

@@ -1,4 +1,4 @@
-// What every voxelization method does with a triangle: walk a column, append a fragment for each touched voxel.
+// What every voxelization method does with a touched voxel: mark it, and append a fragment.
 #ifndef LUMIVOX_EMIT
 #define LUMIVOX_EMIT
 
@@ -14,7 +14,7 @@ layout(constant_id = 2) const uint TEXTURED = 0;      // 1: the material has a t
 layout(std430, set = 1, binding = 0) restrict buffer Occupancy { uint occupancy[]; };
 layout(std430, set = 1, binding = 1) restrict buffer Fragments { Fragment fragments[]; };
 layout(std430, set = 1, binding = 2) restrict buffer FragmentEmission { uvec2 fragment_emission[]; };
-layout(std430, set = 1, binding = 3) restrict buffer Counters { uint fragment_count; uint voxel_count; };
+layout(std430, set = 1, binding = 3) restrict buffer Counters { uint fragment_count; uint voxel_count; uint unfinished_count; };
 
 // Texture coordinates at the fragment's centroid, and the area in texture coordinates of one voxel face of surface.
 struct TexturePosition {
@@ -42,19 +42,21 @@ uvec2 pack_emission(vec3 radiance) {
     return uvec2(q.x | q.z << 21, q.y | (q.z >> 11) << 21);
 }
 
-// Marks the voxel as occupied and counts the fragment; its place in the list.
-uint append(uvec3 voxel) {
+void mark(uvec3 voxel) {
     uint bit = block_bit(voxel);
     atomicOr(occupancy[2u * block_index(voxel, params.resolution) + (bit >> 5)], 1u << (bit & 31u));
-    return atomicAdd(fragment_count, 1u);
 }
 
-// Stores one touched voxel of triangle number `triangle`.
-void emit_fragment(TriangleSetup s, uint triangle, ivec3 local_voxel) {
+// First of `count` consecutive places in the list. What a mask leaves is not known yet: masked fragments find their places one by one.
+uint reserve(uint count) {
+    return MASKED != 0u ? 0u : atomicAdd(fragment_count, count);
+}
+
+// Marks one touched voxel of triangle number `triangle` as occupied, and stores the fragment in its place.
+void emit_fragment(TriangleSetup s, uint triangle, ivec3 local_voxel, uint slot) {
     uvec3 voxel = uvec3(unpermute(s.base + local_voxel, s.axis));
-    uint slot;
     if (MASKED == 0u) {
-        slot = append(voxel);
+        mark(voxel);
         if (slot >= params.capacity) return;
     }
     vec3 mean_position;
@@ -65,7 +67,8 @@ void emit_fragment(TriangleSetup s, uint triangle, ivec3 local_voxel) {
     if (MASKED != 0u) {
         covered = sample_texture(mask_texture, at).r;
         if (covered < 0.5) return;
-        slot = append(voxel);
+        mark(voxel);
+        slot = atomicAdd(fragment_count, 1u);
         if (slot >= params.capacity) return;
     }
     Material material = materials[params.material];
@@ -82,15 +85,6 @@ void emit_fragment(TriangleSetup s, uint triangle, ivec3 local_voxel) {
         vec3 emission = material.emission.rgb;
         if (TEXTURED != 0u) emission *= sample_texture(emission_texture, at).rgb;
         fragment_emission[slot] = pack_emission(emission);
-    }
-}
-
-// Appends a fragment for every touched voxel of one column along the dominant axis; `column` is relative to s.base.
-void voxelize_column(TriangleSetup s, uint triangle, ivec2 column) {
-    if (!touches_column(s, column)) return;
-    ivec2 range = depth_range(s, column);
-    for (int z = range.x; z <= range.y; ++z) {
-        if (touches(s, ivec3(column, z))) emit_fragment(s, triangle, ivec3(column, z));
     }
 }
 

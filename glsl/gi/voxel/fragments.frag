@@ -5,6 +5,15 @@
 
 layout(location = 0) flat in uint triangle_index;
 
+// Appends a fragment for every touched voxel of one column along the dominant axis; `column` is relative to s.base.
+void voxelize_column(TriangleSetup s, uint triangle, ivec2 column) {
+    if (!touches_column(s, column)) return;
+    ivec2 range = depth_range(s, column);
+    for (int z = range.x; z <= range.y; ++z) {
+        if (touches(s, ivec3(column, z))) emit_fragment(s, triangle, ivec3(column, z), reserve(1u));
+    }
+}
+
 void main() {
     TriangleSetup s;
     if (!fetch_triangle(triangle_index, s)) return;

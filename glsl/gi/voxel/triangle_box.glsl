@@ -122,26 +122,32 @@ ivec2 depth_range(TriangleSetup s, ivec2 column) {
     return clamp(range, ivec2(s.low.z, s.low.z - 1), ivec2(s.high.z + 1, s.high.z));
 }
 
-// Cuts the part [t.x, t.y] of the line `own` = (n, c), n·q + c = 0 with |n| = 1 and the inside on the left of d, to the half-plane of `line`.
-// Of two lines that coincide, the one with the smaller index is kept.
-void cut(inout vec2 t, vec2 p, vec2 d, vec3 own, vec3 line, bool own_first) {
-    float rate = dot(line.xy, d);
-    float value = dot(line.xy, p) + line.z;
-    float at = -value / rate;
-    bool parallel = abs(rate) < 1e-6, alike = dot(own.xy, line.xy) > 0.0;
-    // Either line comes to the same decision about the other, so that the outline stays closed.
-    bool beaten = alike ? line.z < own.z || (line.z == own.z && !own_first) : own.z + line.z <= 0.0;
-    t.x = !parallel && rate > 0.0 ? max(t.x, at) : t.x;
-    t.y = parallel ? (beaten ? -8.0 : t.y) : rate < 0.0 ? min(t.y, at) : t.y;
-}
-
-// The nine half-planes that a triangle's part inside a voxel lies in, in the dominant projection. Separate members, not an array: drivers keep these in
-// registers when `boundary` is unrolled.
-struct HalfPlanes {
-    vec3 left, right, near, far;   // sides of the column
-    vec3 ab, bc, ca;               // edges of the triangle
-    vec3 above, below;             // the voxel's floor and ceiling
+// The boundary segment that a line, n·q + c = 0 with |n| = 1 and the inside at n·q + c > 0, adds to a region: the points −c n + t (n.y, −n.x), t from
+// x to y; none where x ≥ y.
+struct Side {
+    vec3 line;   // n, c
+    vec2 t;
 };
+
+Side whole(vec3 line) { return Side(line, vec2(-4.0, 4.0)); }
+
+// Cuts two lines' segments to each other's half-plane. Of two lines that coincide, `first` is kept.
+void meet(inout Side first, inout Side second) {
+    float sine = second.line.x * first.line.y - second.line.y * first.line.x;
+    float cosine = dot(first.line.xy, second.line.xy);
+    float inverse = 1.0 / sine;
+    float on_first = (cosine * first.line.z - second.line.z) * inverse;
+    float on_second = (first.line.z - cosine * second.line.z) * inverse;
+    bool parallel = abs(sine) < 1e-6, rising = sine > 0.0;
+    // Either line comes to the same decision about the other, so that the outline stays closed.
+    bool outside = first.line.z + second.line.z <= 0.0;
+    bool first_beaten = cosine > 0.0 ? second.line.z < first.line.z : outside;
+    bool second_beaten = cosine > 0.0 ? first.line.z <= second.line.z : outside;
+    vec2 cut_first = rising ? vec2(max(first.t.x, on_first), first.t.y) : vec2(first.t.x, min(first.t.y, on_first));
+    vec2 cut_second = rising ? vec2(second.t.x, min(second.t.y, on_second)) : vec2(max(second.t.x, on_second), second.t.y);
+    first.t = parallel ? vec2(first.t.x, first_beaten ? -8.0 : first.t.y) : cut_first;
+    second.t = parallel ? vec2(second.t.x, second_beaten ? -8.0 : second.t.y) : cut_second;
+}
 
 struct Outline {
     bool some;         // there is a segment
@@ -150,24 +156,12 @@ struct Outline {
     float doubled;     // area times 2
 };
 
-// Adds the segment that line `index` adds to the boundary. `index` is a constant in every call.
-void boundary(int index, vec3 own, HalfPlanes h, inout Outline outline) {
-    vec2 d = vec2(own.y, -own.x);
-    vec2 p = -own.xy * own.z;
-    vec2 t = vec2(-4.0, 4.0);
-    if (index != 0) cut(t, p, d, own, h.left, index < 0);
-    if (index != 1) cut(t, p, d, own, h.right, index < 1);
-    if (index != 2) cut(t, p, d, own, h.near, index < 2);
-    if (index != 3) cut(t, p, d, own, h.far, index < 3);
-    if (index != 4) cut(t, p, d, own, h.ab, index < 4);
-    if (index != 5) cut(t, p, d, own, h.bc, index < 5);
-    if (index != 6) cut(t, p, d, own, h.ca, index < 6);
-    if (index != 7) cut(t, p, d, own, h.above, index < 7);
-    if (index != 8) cut(t, p, d, own, h.below, index < 8);
-    bool adds = t.y > t.x;
-    outline.reference = adds && !outline.some ? p + t.x * d : outline.reference;
+void add_segment(Side side, inout Outline outline) {
+    vec2 p = -side.line.xy * side.line.z, d = vec2(side.line.y, -side.line.x);
+    bool adds = side.t.y > side.t.x;
+    outline.reference = adds && !outline.some ? p + side.t.x * d : outline.reference;
     outline.some = outline.some || adds;
-    vec2 q0 = p + t.x * d - outline.reference, q1 = p + t.y * d - outline.reference;
+    vec2 q0 = p + side.t.x * d - outline.reference, q1 = p + side.t.y * d - outline.reference;
     float doubled = adds ? q0.x * q1.y - q0.y * q1.x : 0.0;
     outline.moment += doubled * (q0 + q1);
     outline.doubled += doubled;
@@ -189,29 +183,25 @@ float area_inside(TriangleSetup s, ivec3 voxel, out vec3 mean_position) {
     vec2 slope = -s.normal.xy / s.normal.z;
     float height = s.v0.z - corner.z - dot(slope, a);      // z of the plane at the column's corner
     float side = s.normal.z > 0.0 ? 1.0 : -1.0;
-    HalfPlanes h;
-    h.left = vec3(1.0, 0.0, 0.0);
-    h.right = vec3(-1.0, 0.0, 1.0);
-    h.near = vec3(0.0, 1.0, 0.0);
-    h.far = vec3(0.0, -1.0, 1.0);
-    h.ab = inner_edge(a, b, side);
-    h.bc = inner_edge(b, c, side);
-    h.ca = inner_edge(c, a, side);
+    Side left = whole(vec3(1.0, 0.0, 0.0)), right = whole(vec3(-1.0, 0.0, 1.0)), near = whole(vec3(0.0, 1.0, 0.0)), far = whole(vec3(0.0, -1.0, 1.0));
+    Side ab = whole(inner_edge(a, b, side)), bc = whole(inner_edge(b, c, side)), ca = whole(inner_edge(c, a, side));
     // A plane that is nearly level crosses the voxel's floor or ceiling nowhere in the column, or everywhere: no line then.
     float steepness = length(slope);
     bool level = steepness < 1e-5;
-    h.above = level ? vec3(1.0, 0.0, 2.0) : vec3(slope, height) / steepness;
-    h.below = level ? vec3(1.0, 0.0, 2.0) : vec3(-slope, 1.0 - height) / steepness;
+    Side above = whole(level ? vec3(1.0, 0.0, 2.0) : vec3(slope, height) / steepness);
+    Side below = whole(level ? vec3(1.0, 0.0, 2.0) : vec3(-slope, 1.0 - height) / steepness);
+    // Every pair, spelled out: drivers keep separate variables in registers, and an indexed array in memory.
+    meet(left, right); meet(left, near); meet(left, far); meet(left, ab); meet(left, bc); meet(left, ca); meet(left, above); meet(left, below);
+    meet(right, near); meet(right, far); meet(right, ab); meet(right, bc); meet(right, ca); meet(right, above); meet(right, below);
+    meet(near, far); meet(near, ab); meet(near, bc); meet(near, ca); meet(near, above); meet(near, below);
+    meet(far, ab); meet(far, bc); meet(far, ca); meet(far, above); meet(far, below);
+    meet(ab, bc); meet(ab, ca); meet(ab, above); meet(ab, below);
+    meet(bc, ca); meet(bc, above); meet(bc, below);
+    meet(ca, above); meet(ca, below);
+    meet(above, below);
     Outline outline = Outline(false, (a + b + c) / 3.0, vec2(0.0), 0.0);
-    boundary(0, h.left, h, outline);
-    boundary(1, h.right, h, outline);
-    boundary(2, h.near, h, outline);
-    boundary(3, h.far, h, outline);
-    boundary(4, h.ab, h, outline);
-    boundary(5, h.bc, h, outline);
-    boundary(6, h.ca, h, outline);
-    boundary(7, h.above, h, outline);
-    boundary(8, h.below, h, outline);
+    add_segment(left, outline); add_segment(right, outline); add_segment(near, outline); add_segment(far, outline); add_segment(ab, outline);
+    add_segment(bc, outline); add_segment(ca, outline); add_segment(above, outline); add_segment(below, outline);
     float area = clamp(0.5 * outline.doubled, 0.0, 1.0);
     vec2 middle = outline.reference + (area > 1e-6 ? outline.moment / (6.0 * area) : vec2(0.0));
     middle = clamp(middle, vec2(0.0), vec2(1.0));

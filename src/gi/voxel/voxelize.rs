@@ -115,7 +115,7 @@ const fn fragment_bindings(access: Access) -> [Binding; 4] {
 static COMPUTE_BINDINGS: [Binding; 4] = fragment_bindings(Access::ComputeReadWrite);
 static RASTER_BINDINGS: [Binding; 4] = fragment_bindings(Access::RasterReadWrite);
 
-/// Method `compute`: 64 triangles a workgroup, their columns spread over its threads.
+/// Method `compute`: 64 triangles a workgroup, tiles of their columns spread over its threads.
 pub static FRAGMENTS_COMPUTE: Pass = Pass {
     name: "voxel.fragments",
     shaders: Shaders::Compute("gi/voxel/fragments_compute.comp"),
@@ -296,6 +296,8 @@ pub struct Voxelizer {
     nothing: Arc<Buffer>,
     no_image: Arc<Image>,
     fragment_capacity: u32,
+    /// Workgroups that share the same triangles, at least.
+    sharing: u32,
 }
 
 impl Voxelizer {
@@ -311,15 +313,16 @@ impl Voxelizer {
             occupancy: buffer(gpu, "voxel.occupancy", 8 * blocks)?,
             block_bases: buffer(gpu, "voxel.block_bases", 4 * blocks)?,
             group_sums: buffer(gpu, "voxel.group_sums", 4 * blocks.div_ceil(1024))?,
-            counters: buffer(gpu, "voxel.counters", 8)?,
+            counters: buffer(gpu, "voxel.counters", 12)?,
             nothing: buffer(gpu, "voxel.nothing", 0)?,
             no_image,
             fragment_capacity: 0,
+            sharing: 1,
         })
     }
 
     /// Voxelizes. The first time, fragments are counted before they are stored, so that their buffer is exact; later, a buffer that proves too small is
-    /// made larger and the pass repeated.
+    /// made larger and the pass repeated, as it is where a driver ended threads with too much to do.
     pub fn run(&mut self, gpu: &Gpu, scene: &GpuScene) -> Result<(Voxels, FrameStats), Error> {
         loop {
             let fragments = buffer(gpu, "voxel.fragments", size_of::<Fragment>() as u64 * u64::from(self.fragment_capacity))?;
@@ -331,7 +334,14 @@ impl Voxelizer {
             self.add_index(&mut frame);
             let mut stats = gpu.submit(frame)?;
             let counts: Vec<u32> = bytemuck::pod_collect_to_vec(&gpu.read_buffer(&self.counters)?);
-            let (fragment_count, voxel_count) = (counts[0], counts[1]);
+            let (fragment_count, voxel_count, unfinished_count) = (counts[0], counts[1], counts[2]);
+            if unfinished_count > 0 {
+                if self.sharing >= MOST_SHARING {
+                    return Err(Error::Unfinished { pass: "voxel.fragments", thread_count: unfinished_count });
+                }
+                self.sharing *= 4;
+                continue;
+            }
             if fragment_count > self.fragment_capacity {
                 self.fragment_capacity = fragment_count;
                 continue;
@@ -391,7 +401,7 @@ impl Voxelizer {
     fn triangle_groups(&self, triangle_count: u32) -> [u32; 3] {
         let groups = triangle_count.div_ceil(64);
         let sharing = (64 / groups).clamp(1, self.grid.resolution.pow(2).div_ceil(256));
-        [groups, sharing, 1]
+        [groups, sharing.max(self.sharing), 1]
     }
 
     fn add_index(&self, frame: &mut Frame) {
@@ -476,6 +486,9 @@ fn average_image(gpu: &Gpu, resolution: u32) -> Result<Arc<Image>, Error> {
         usage: ImageUsage::STORAGE,
     })
 }
+
+/// Most workgroups that share the same triangles: at the highest resolution, each thread then has a few tiles of 64 full-sized triangles.
+const MOST_SHARING: u32 = 1 << 14;
 
 /// Workgroups of 64 threads for a linear index; beyond the limit of one dimension they go on in the second (`y × 65,535 × 64`).
 pub(crate) fn linear_groups(count: u32) -> [u32; 3] {
