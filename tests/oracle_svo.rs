@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 use glam::DVec4;
 use lumivox::gi::svo::bricks::pool_extent;
 use lumivox::gi::svo::oracle::{Filter, Lattice, Octree, Texels, coarser, leaves, octree};
-use lumivox::gi::svo::{BrickSettings, NodePool};
+use lumivox::gi::svo::{BrickSettings, NodePool, Occupancy};
 use lumivox::gi::voxel::Method;
 use lumivox::gi::voxel::oracle::VoxelIndex;
 use lumivox::graph::Gpu;
@@ -50,7 +50,7 @@ fn check_scene(gpu: &Gpu, scene: &GpuScene, resolution: u32, what: &str) {
     let read = voxelize(gpu, scene, voxel_settings(resolution, Method::Compute));
     let occupied = read.occupied();
     for (corners, lattice) in [(false, Lattice::Centres), (true, Lattice::Corners)] {
-        let (pool, _) = NodePool::build(gpu, &read.voxels, corners).unwrap();
+        let (pool, _) = NodePool::build(gpu, &Occupancy::from(&read.voxels), corners).unwrap();
         let tree = read_nodes(gpu, &pool).unwrap();
         compare(&tree, &occupied, resolution, lattice).unwrap_or_else(|error| panic!("{what} at {resolution}, {lattice:?}: {error}"));
         println!("{what} at {resolution}, {lattice:?}: {} voxels, {} tiles", occupied.len(), tree.tiles.len());

@@ -2,28 +2,19 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use glam::{DVec4, Vec3};
+use glam::DVec4;
 use lumivox::gi::svo::oracle::{Lattice, Octree, Texels, Tile};
-use lumivox::gi::svo::{BrickPool, BrickSettings, NodePool};
+use lumivox::gi::svo::{BrickPool, BrickSettings, NodePool, Occupancy};
 use lumivox::gi::voxel::oracle::{VoxelIndex, block_bases, compact_order, occupancy_words};
-use lumivox::gi::voxel::{VoxelGrid, Voxels};
 use lumivox::graph::{Frame, Gpu};
 
 use super::voxels::{half, to_half};
 use super::{Random, words};
 
-/// Voxels as the voxelizer would leave them, without attributes.
-pub fn plant(gpu: &Gpu, voxels: &BTreeSet<VoxelIndex>, resolution: u32) -> Voxels {
+/// Occupancy as the voxelizer would leave it.
+pub fn plant(gpu: &Gpu, voxels: &BTreeSet<VoxelIndex>, resolution: u32) -> Occupancy {
     let occupancy = occupancy_words(voxels.iter().copied(), resolution);
-    Voxels {
-        grid: VoxelGrid { origin: Vec3::ZERO, voxel_size: 1.0, resolution },
-        block_bases: words(gpu, "block_bases", &block_bases(&occupancy)),
-        occupancy: words(gpu, "occupancy", &occupancy),
-        records: words(gpu, "records", &[0; 6]),
-        emission: None,
-        voxel_count: voxels.len() as u32,
-        fragment_count: 0,
-    }
+    Occupancy { resolution, block_bases: words(gpu, "block_bases", &block_bases(&occupancy)), occupancy: words(gpu, "occupancy", &occupancy) }
 }
 
 /// The node pool as the oracle has it; an error names a word that cannot be read so.

@@ -3,17 +3,19 @@
 pub mod bricks;
 pub mod nodes;
 pub mod oracle;
+pub mod pieces;
 
 use std::sync::Arc;
 
 pub use bricks::{BrickPool, BrickSettings};
 pub use nodes::NodePool;
+pub use pieces::{Occupancy, PieceVoxelizer, Pieces};
 
 use super::cone::{self, ConeTracer, Volume};
 use super::interleave::{self, deinterleave};
 use super::registry::Entry;
 use super::settings::{Domain, Preset, Setting, Settings};
-use super::voxel::{self, Injection, VoxelLight, VoxelSettings, Voxelizer, Voxels};
+use super::voxel::{self, Injection, VoxelSettings};
 use super::{Context, IndirectLight, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image, Pass};
 use crate::render::{GBuffer, GpuScene, LightMaps, screen_image};
@@ -71,6 +73,7 @@ static PRESETS: &[Preset] = &[
 
 /// The passes of this module.
 pub static PASSES: &[&Pass] = &[
+    &pieces::MERGE_OCCUPANCY,
     &nodes::REDUCE_POINTS,
     &nodes::FLAG_NODES,
     &nodes::SCAN_NODES,
@@ -84,6 +87,7 @@ pub static PASSES: &[&Pass] = &[
 
 /// The structs that this module shares with shaders.
 pub static STRUCTS: &[(&str, &[Field])] = &[
+    (pieces::MergeParams::NAME, pieces::MergeParams::FIELDS),
     (nodes::Level::NAME, nodes::Level::FIELDS),
     (nodes::ReduceParams::NAME, nodes::ReduceParams::FIELDS),
     (nodes::FlagParams::NAME, nodes::FlagParams::FIELDS),
@@ -108,8 +112,7 @@ pub static ENTRY: Entry = Entry {
 
 /// What is built from the scene.
 struct Store {
-    voxels: Voxels,
-    light: VoxelLight,
+    voxels: Pieces,
     nodes: NodePool,
     bricks: BrickPool,
 }
@@ -120,7 +123,7 @@ struct Svo {
     bricks: BrickSettings,
     cones: ConeTracer,
     interleave: u32,
-    voxelizer: Voxelizer,
+    voxelizer: PieceVoxelizer,
     store: Option<Store>,
     light: IndirectLight,
     /// The gather's result before the tile's patterns are averaged; absent without interleaving.
@@ -141,7 +144,7 @@ fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>
         bricks: BrickSettings { corners: settings.is("lattice", "corners"), filter, is_split: settings.is("filter_split", "three") },
         cones: ConeTracer::new(gpu, settings)?,
         interleave,
-        voxelizer: Voxelizer::new(gpu, scene, VoxelSettings::new(settings))?,
+        voxelizer: PieceVoxelizer::new(gpu, scene, VoxelSettings::new(settings))?,
         store: None,
         light: IndirectLight {
             diffuse: screen_image(gpu, "svo.diffuse", size)?,
@@ -155,12 +158,13 @@ impl Technique for Svo {
     fn build(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
         // The old store goes first, so that rebuilding needs no more memory than building.
         self.store = None;
-        let (voxels, mut stats) = self.voxelizer.run(context.gpu, context.scene)?;
-        let (nodes, built) = NodePool::build(context.gpu, &voxels, self.bricks.corners)?;
+        let (voxels, occupancy, mut stats) = self.voxelizer.run(context.gpu, context.scene, self.injection)?;
+        let (nodes, built) = NodePool::build(context.gpu, &occupancy, self.bricks.corners)?;
         stats.append(built);
+        // Needed no more, and the bricks are the largest of all.
+        drop(occupancy);
         let bricks = BrickPool::new(context.gpu, &nodes, self.bricks)?;
-        let light = VoxelLight::new(context.gpu, context.scene, &voxels, self.injection)?;
-        self.store = Some(Store { voxels, light, nodes, bricks });
+        self.store = Some(Store { voxels, nodes, bricks });
         Ok(stats)
     }
 
@@ -170,8 +174,8 @@ impl Technique for Svo {
 
     fn update(&mut self, frame: &mut Frame, _scene: &GpuScene, maps: &LightMaps) {
         let Some(store) = &self.store else { return };
-        store.light.update(frame, &store.voxels, maps, None);
-        store.bricks.update(frame, &store.nodes, &store.light.radiance);
+        store.voxels.update(frame, maps);
+        store.bricks.update(frame, &store.nodes, &store.voxels.radiance);
     }
 
     fn gather(&mut self, frame: &mut Frame, _scene: &GpuScene, gbuffer: &GBuffer) -> IndirectLight {
@@ -189,11 +193,10 @@ impl Technique for Svo {
     }
 
     fn counts(&self, gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {
-        let Some(Store { voxels, light, nodes, .. }) = &self.store else { return Ok(Vec::new()) };
+        let Some(Store { voxels, nodes, .. }) = &self.store else { return Ok(Vec::new()) };
         let tiles = u64::from(nodes.levels[0].first + nodes.levels[0].count);
-        let mut counts = vec![("fragments", u64::from(voxels.fragment_count)), ("voxels", u64::from(voxels.voxel_count))];
+        let mut counts = voxels.counts(gpu)?;
         counts.extend([("nodes", 8 * tiles), ("tiles", tiles), ("bricks", tiles)]);
-        counts.extend(light.counts(gpu)?);
         Ok(counts)
     }
 }

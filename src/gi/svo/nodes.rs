@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::gi::voxel::Voxels;
+use super::pieces::Occupancy;
 use crate::gi::voxel::voxelize::buffer;
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Buffer, Error, Frame, FrameStats, Gpu, Pass, Sets, Shaders};
@@ -176,7 +176,7 @@ impl Pyramid {
         Ok(Pyramid { levels, counts, resolution })
     }
 
-    fn add(&self, frame: &mut Frame, voxels: &Voxels, corners: bool) {
+    fn add(&self, frame: &mut Frame, voxels: &Occupancy, corners: bool) {
         frame.fill("svo.clear", &self.counts, 0);
         for (level, [points, tiles]) in (0u32..).zip(&self.levels) {
             let finer = if level == 0 { &voxels.occupancy } else { &self.levels[level as usize - 1][0] };
@@ -223,8 +223,8 @@ fn coarser_blocks(resolution: u32, level: u32) -> u32 {
 
 impl NodePool {
     /// Builds the octree over these voxels. The tiles are counted first, and the count is read back once, so that the pool is exact.
-    pub fn build(gpu: &Gpu, voxels: &Voxels, corners: bool) -> Result<(Self, FrameStats), Error> {
-        let pyramid = Pyramid::new(gpu, voxels.grid.resolution)?;
+    pub fn build(gpu: &Gpu, voxels: &Occupancy, corners: bool) -> Result<(Self, FrameStats), Error> {
+        let pyramid = Pyramid::new(gpu, voxels.resolution)?;
         let mut frame = Frame::new();
         pyramid.add(&mut frame, voxels, corners);
         let mut stats = gpu.submit(frame)?;
@@ -240,7 +240,7 @@ impl NodePool {
         Ok((pool, stats))
     }
 
-    fn fill(&self, gpu: &Gpu, voxels: &Voxels, pyramid: &Pyramid) -> Result<FrameStats, Error> {
+    fn fill(&self, gpu: &Gpu, voxels: &Occupancy, pyramid: &Pyramid) -> Result<FrameStats, Error> {
         let root = self.levels.len() as u32 - 1;
         let device_levels = buffer(gpu, "svo.levels", size_of::<Level>() as u64 * self.levels.len() as u64)?;
         let mut first = vec![Level { first: 0, count: 0, groups_x: 0, groups_y: 0, groups_z: 0 }; self.levels.len()];

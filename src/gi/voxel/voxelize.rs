@@ -301,10 +301,14 @@ pub struct Voxelizer {
 }
 
 impl Voxelizer {
-    /// Allocates what depends on the grid alone.
+    /// In a grid around the scene. Allocates what depends on the grid alone.
     pub fn new(gpu: &Gpu, scene: &GpuScene, settings: VoxelSettings) -> Result<Self, Error> {
+        Self::in_grid(gpu, settings, VoxelGrid::around(scene.bounds, settings.resolution))
+    }
+
+    /// In a given grid; what lies outside of it is left out.
+    pub fn in_grid(gpu: &Gpu, settings: VoxelSettings, grid: VoxelGrid) -> Result<Self, Error> {
         require(gpu, settings.method)?;
-        let grid = VoxelGrid::around(scene.bounds, settings.resolution);
         let blocks = u64::from(grid.block_count());
         let no_image = average_image(gpu, 1)?;
         Ok(Voxelizer {
