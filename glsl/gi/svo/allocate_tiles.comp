@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// svo.allocate_tiles: every flagged node of a level gets the next tile, in the order of the nodes, and the tile its place.
+// svo.allocate_tiles: every flagged node of a level gets the next tile, in the order of the nodes, and the tile its place. A thread a tile.
 layout(local_size_x = 256) in;
 
 #include "shared/prefix_sum.glsl"
@@ -16,13 +16,16 @@ layout(push_constant) uniform LevelParams { uint level; } params;
 void main() {
     Level level = levels[params.level];
     uint group = linear_group(gl_WorkGroupID);
-    uint node = group * 256u + gl_LocalInvocationIndex;
-    uint tile = level.first + node / 8u;
-    bool is_flagged = node < 8u * level.count && nodes[8u * tile + (node & 7u)] != 0u;
+    uint index = group * 256u + gl_LocalInvocationIndex;
+    uint tile = level.first + index;
+    uint flags = index < level.count ? nodes[8u * tile] : 0u;
     uint total;
-    uint rank = workgroup_prefix_sum(uint(is_flagged), total);
-    if (!is_flagged) return;
-    uint child = level.first + level.count + group_sums[group] + rank;
-    nodes[8u * tile + (node & 7u)] = NODE_FLAG | child;
-    tiles[child] = pack_tile(2u * unpack_tile(tiles[tile]) + child_offset(node & 7u));
+    uint child = level.first + level.count + group_sums[group] + workgroup_prefix_sum(uint(bitCount(flags)), total);
+    if (index >= level.count) return;
+    uvec3 first = 2u * unpack_tile(tiles[tile]);
+    for (uint node = 0u; node < 8u; ++node) {
+        bool is_flagged = (flags >> node & 1u) != 0u;
+        nodes[8u * tile + node] = is_flagged ? NODE_FLAG | child : 0u;
+        if (is_flagged) tiles[child++] = pack_tile(first + child_offset(node));
+    }
 }

@@ -1,6 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// svo.flag_nodes: which nodes of a level have children (Crassin & Green 2012, section 22.5.1), and how many of each 256.
+// svo.flag_nodes: which nodes of a level have children (Crassin & Green 2012, section 22.5.1), as eight bits in the first word of their tile, and how many
+// of each 256 tiles. A thread a tile.
 layout(local_size_x = 256) in;
 
 #include "shared/prefix_sum.glsl"
@@ -18,15 +19,15 @@ layout(push_constant) uniform FlagParams { uint level; uint child_blocks; } para
 void main() {
     Level level = levels[params.level];
     uint group = linear_group(gl_WorkGroupID);
-    uint node = group * 256u + gl_LocalInvocationIndex;
-    uint flag = 0u;
-    if (node < 8u * level.count) {
-        uint tile = level.first + node / 8u;
-        uvec3 child = 2u * unpack_tile(tiles[tile]) + child_offset(node & 7u);
-        flag = uint(block_has(child_bits[block_index(child, 4u * params.child_blocks)], block_bit(child)));
-        nodes[8u * tile + (node & 7u)] = flag * NODE_FLAG;
+    uint index = group * 256u + gl_LocalInvocationIndex;
+    uint flags = 0u;
+    if (index < level.count) {
+        // The children lie in one block of 4×4×4.
+        uvec3 first = 2u * unpack_tile(tiles[level.first + index]);
+        flags = tile_bits(child_bits[block_index(first, 4u * params.child_blocks)], block_bit(first));
+        nodes[8u * (level.first + index)] = flags;
     }
     uint total;
-    workgroup_prefix_sum(flag, total);
+    workgroup_prefix_sum(uint(bitCount(flags)), total);
     if (gl_LocalInvocationIndex == 0u) group_sums[group] = total;
 }

@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// svo.link_leaves: every leaf node that is an occupied voxel gets that voxel's compact index.
+// svo.link_leaves: every leaf node that is an occupied voxel gets that voxel's compact index. A thread a tile.
 layout(local_size_x = 256) in;
 
 #include "gi/voxel/grid.glsl"
@@ -16,11 +16,16 @@ layout(push_constant) uniform LeafParams { uint resolution; } params;
 
 void main() {
     Level level = levels[0];
-    uint node = linear_group(gl_WorkGroupID) * 256u + gl_LocalInvocationIndex;
-    if (node >= 8u * level.count) return;
-    uint tile = level.first + node / 8u;
-    uvec3 voxel = 2u * unpack_tile(tiles[tile]) + child_offset(node & 7u);
-    uint block = block_index(voxel, params.resolution), bit = block_bit(voxel);
+    uint index = linear_group(gl_WorkGroupID) * 256u + gl_LocalInvocationIndex;
+    if (index >= level.count) return;
+    uint tile = level.first + index;
+    // The voxels of a tile lie in one block.
+    uvec3 first = 2u * unpack_tile(tiles[tile]);
+    uint block = block_index(first, params.resolution);
     uvec2 words = occupancy[block];
-    nodes[8u * tile + (node & 7u)] = block_has(words, bit) ? NODE_FLAG | (block_bases[block] + set_bits_below(words, bit)) : 0u;
+    uint base = block_bases[block], flags = tile_bits(words, block_bit(first));
+    for (uint node = 0u; node < 8u; ++node) {
+        uint compact = base + set_bits_below(words, block_bit(first + child_offset(node)));
+        nodes[8u * tile + node] = (flags >> node & 1u) != 0u ? NODE_FLAG | compact : 0u;
+    }
 }

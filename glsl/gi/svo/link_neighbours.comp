@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // svo.link_neighbours: index + 1 of each tile's neighbour towards +x, +y and +z on its level, 0 where there is none; found by descent from the root.
-// Eight threads a tile, three of which work.
+// A thread a tile.
 layout(local_size_x = 256) in;
 
 #include "gi/svo/pool.glsl"
@@ -27,11 +27,11 @@ uint find_tile(uvec3 position) {
 
 void main() {
     Level level = levels[params.level];
-    uint node = linear_group(gl_WorkGroupID) * 256u + gl_LocalInvocationIndex;
-    uint axis = node & 7u;
-    if (node >= 8u * level.count || axis >= 3u) return;
-    uint tile = level.first + node / 8u;
+    uint index = linear_group(gl_WorkGroupID) * 256u + gl_LocalInvocationIndex;
+    if (index >= level.count) return;
+    uint tile = level.first + index;
     uvec3 position = unpack_tile(tiles[tile]);
-    position[axis] += 1u;
-    neighbours[3u * tile + axis] = find_tile(position);
+    neighbours[3u * tile] = find_tile(position + uvec3(1u, 0u, 0u));
+    neighbours[3u * tile + 1u] = find_tile(position + uvec3(0u, 1u, 0u));
+    neighbours[3u * tile + 2u] = find_tile(position + uvec3(0u, 0u, 1u));
 }

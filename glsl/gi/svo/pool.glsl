@@ -11,7 +11,7 @@
 const uint NODE_FLAG = 0x80000000u;
 const uint NODE_INDEX = 0x7fffffffu;
 
-// One level of the pool; the last three words are the arguments of an indirect dispatch of a thread a node, in groups of 256.
+// One level of the pool; the last three words are the arguments of an indirect dispatch of a thread a tile, in groups of 256.
 struct Level {
     uint first;      // index of its first tile
     uint count;      // its tiles
@@ -39,10 +39,17 @@ uvec3 child_offset(uint child) {
     return uvec3(child & 1u, child >> 1 & 1u, child >> 2);
 }
 
-// First texel of a brick in a pool of this many texels.
+// The eight bits of a block of 4×4×4 from bit `first` on, which is even along each axis: those of a tile's nodes.
+uint tile_bits(uvec2 block, uint first) {
+    uint low = (first < 32u ? block.x : block.y) >> (first & 31u);
+    uint high = low >> 16;
+    return low & 3u | (low >> 2) & 12u | (high & 3u) << 4 | (high & 48u) << 2;
+}
+
+// First texel of a brick in a pool of this many texels, whose width and height in bricks are powers of two.
 ivec3 brick_texel(uint brick, ivec3 pool_texels) {
-    uvec2 row = uvec2(pool_texels.xy) / 3u;
-    return 3 * ivec3(brick % row.x, brick / row.x % row.y, brick / (row.x * row.y));
+    uvec2 bits = uvec2(findMSB(uvec2(pool_texels.xy) / 3u));
+    return 3 * ivec3(brick & (1u << bits.x) - 1u, brick >> bits.x & (1u << bits.y) - 1u, brick >> bits.x + bits.y);
 }
 
 // Workgroup of a dispatch that goes on in y after 65,535.

@@ -3,7 +3,7 @@
 // svo.write_leaves: what the voxels of a leaf tile put into its brick: radiance premultiplied by opacity.
 //
 // A voxel is one lattice point, and its own tile writes it; with CORNERS a lattice point is a corner of eight voxels, and a tile adds an eighth of each
-// of its own. Other tiles' shares come by svo.transfer_borders. A thread a texel.
+// of its own. The rest comes by svo.transfer_borders. A thread a texel: of the 2³ first of a brick, or with CORNERS of all 3³.
 layout(local_size_x = 64) in;
 
 #include "gi/svo/pool.glsl"
@@ -25,13 +25,16 @@ vec4 leaf(uint tile, uvec3 at) {
 }
 
 void main() {
+    uint edge = 2u;
+    if (CORNERS != 0u) edge = 3u;
+    uint texels = edge * edge * edge;
     uint thread = linear_group(gl_WorkGroupID) * 64u + gl_LocalInvocationIndex;
-    if (thread >= 27u * params.count) return;
-    uint tile = params.first + thread / 27u, texel = thread % 27u;
-    uvec3 at = uvec3(texel % 3u, texel / 3u % 3u, texel / 9u);
+    if (thread >= texels * params.count) return;
+    uint tile = params.first + thread / texels, texel = thread % texels;
+    uvec3 at = uvec3(texel % edge, texel / edge % edge, texel / (edge * edge));
     vec4 value = vec4(0.0);
     if (CORNERS == 0u) {
-        if (all(lessThan(at, uvec3(2u)))) value = leaf(tile, at);
+        value = leaf(tile, at);
     } else {
         uvec3 low = uvec3(max(ivec3(at) - 1, 0)), high = min(at, uvec3(1u));
         for (uint z = low.z; z <= high.z; ++z) {

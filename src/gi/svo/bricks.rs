@@ -42,7 +42,7 @@ pub static WRITE_LEAVES: Pass = Pass {
     sets: Sets::None,
 };
 
-/// Sums of the shared texels of neighbouring bricks, along one axis. A thread a pair of texels.
+/// The texels that neighbouring bricks share, along one axis. A thread a tile.
 pub static TRANSFER_BORDERS: Pass = Pass {
     name: "svo.transfer_borders",
     shaders: Shaders::Compute("gi/svo/transfer_borders.comp"),
@@ -104,10 +104,15 @@ impl BrickPool {
             .bind(&self.image)
             .constants(&[u32::from(self.settings.corners)])
             .push(&BrickParams { first: leaves.first, count: leaves.count })
-            .dispatch(linear_groups(27 * leaves.count));
+            .dispatch(linear_groups(if self.settings.corners { 27 } else { 8 } * leaves.count));
         self.transfer(frame, nodes, leaves);
         for level in &nodes.levels[1..] {
-            let parts: &[(u32, u32)] = if self.settings.is_split { &[(1, 1), (2, 18), (3, 8)] } else { &[(0, 27)] };
+            // Number of the part, and its texels.
+            let parts: &[(u32, u32)] = match self.settings {
+                BrickSettings { corners: false, .. } => &[(0, 8)],
+                BrickSettings { is_split: true, .. } => &[(1, 1), (2, 18), (3, 8)],
+                _ => &[(0, 27)],
+            };
             for (part, texels) in parts {
                 frame
                     .pass(&FILTER)
@@ -127,18 +132,17 @@ impl BrickPool {
                 .pass(&TRANSFER_BORDERS)
                 .bind(&nodes.neighbours)
                 .bind(&self.image)
+                .constants(&[u32::from(self.settings.corners)])
                 .push(&TransferParams { first: level.first, count: level.count, axis })
-                .dispatch(linear_groups(9 * level.count));
+                .dispatch(linear_groups(level.count));
         }
     }
 }
 
-/// Bricks along each axis of a pool of `count`: near to a cube, with the least left over.
+/// Bricks along each axis of a pool of `count`: near to a cube, width and height powers of two, at most 10% left over (or three bricks).
 pub fn pool_extent(count: u32) -> [u32; 3] {
-    let edge = f64::from(count).cbrt().ceil() as u32;
-    let depth = |[x, y]: [u32; 2]| count.div_ceil(x * y).max(1);
-    let near = edge.div_ceil(2).max(1)..=edge.max(1);
-    let shapes = near.clone().flat_map(|x| near.clone().map(move |y| [x, y]));
-    let best = shapes.min_by_key(|&[x, y]| (x * y * depth([x, y]), x.abs_diff(edge) + y.abs_diff(edge))).unwrap_or([1, 1]);
-    [best[0], best[1], depth(best)]
+    let count = count.max(1);
+    let slice_bits = (count.ilog2() * 2 / 3).min((count / 10).max(1).ilog2());
+    let (width, height) = (1 << slice_bits.div_ceil(2), 1 << (slice_bits / 2));
+    [width, height, count.div_ceil(width * height)]
 }

@@ -39,7 +39,7 @@ static SETTINGS: &[Setting] = &[
     },
     Setting {
         name: "filter_split",
-        help: "the filter of a level in one pass, or in three: centres, faces and edges, corners of bricks, whose threads then have equal work",
+        help: "on corners, the filter of a level in one pass, or in three: centres, faces and edges, corners of bricks, whose threads then have equal work",
         unit: "",
         domain: Domain::Choice(&["one", "three"]),
         default: "one",

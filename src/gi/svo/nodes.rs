@@ -14,7 +14,7 @@ gpu_struct! {
         pub first: u32,
         /// Its tiles.
         pub count: u32,
-        /// Workgroups of a thread a node.
+        /// Workgroups of a thread a tile.
         pub groups_x: u32,
         /// Likewise.
         pub groups_y: u32,
@@ -101,7 +101,7 @@ pub static REDUCE_POINTS: Pass = pass(
     size_of::<ReduceParams>(),
 );
 
-/// Which nodes of a level have children. A thread a node, as many as the device says.
+/// Which nodes of a level have children. A thread a tile, as many as the device says.
 pub static FLAG_NODES: Pass = pass(
     "svo.flag_nodes",
     "gi/svo/flag_nodes.comp",
@@ -109,10 +109,10 @@ pub static FLAG_NODES: Pass = pass(
     size_of::<FlagParams>(),
 );
 
-/// Prefix sum over groups of nodes; the next finer level. One workgroup.
+/// Prefix sum over groups of tiles; the next finer level. One workgroup.
 pub static SCAN_NODES: Pass = pass("svo.scan_nodes", "gi/svo/scan_nodes.comp", &[read_write("group_sums"), read_write("levels")], size_of::<LevelParams>());
 
-/// Child pointers, and the places of the child tiles. A thread a node, as many as the device says.
+/// Child pointers, and the places of the child tiles. A thread a tile, as many as the device says.
 pub static ALLOCATE_TILES: Pass = pass(
     "svo.allocate_tiles",
     "gi/svo/allocate_tiles.comp",
@@ -120,7 +120,7 @@ pub static ALLOCATE_TILES: Pass = pass(
     size_of::<LevelParams>(),
 );
 
-/// Compact indices of voxels into leaf nodes. A thread a node, as many as the device says.
+/// Compact indices of voxels into leaf nodes. A thread a tile, as many as the device says.
 pub static LINK_LEAVES: Pass = pass(
     "svo.link_leaves",
     "gi/svo/link_leaves.comp",
@@ -128,7 +128,7 @@ pub static LINK_LEAVES: Pass = pass(
     size_of::<LeafParams>(),
 );
 
-/// Each tile's neighbours on its level. As many threads as the device says.
+/// Each tile's neighbours on its level. A thread a tile, as many as the device says.
 pub static LINK_NEIGHBOURS: Pass = pass(
     "svo.link_neighbours",
     "gi/svo/link_neighbours.comp",
@@ -247,7 +247,7 @@ impl NodePool {
         first[root as usize] = Level { first: 0, count: 1, groups_x: 1, groups_y: 1, groups_z: 1 };
         gpu.upload_buffer(&device_levels, bytemuck::cast_slice(&first))?;
         let most = self.levels.iter().map(|level| level.count).max().unwrap_or(1);
-        let group_sums = buffer(gpu, "svo.group_sums", 4 * u64::from(most.div_ceil(32)))?;
+        let group_sums = buffer(gpu, "svo.group_sums", 4 * u64::from(most.div_ceil(256)))?;
         let arguments = |level: u32| size_of::<Level>() as u64 * u64::from(level) + 8;
         let mut frame = Frame::new();
         frame.fill("svo.clear", &self.tiles, 0);
