@@ -6,19 +6,21 @@ mod support;
 use std::collections::BTreeSet;
 
 use glam::DVec4;
+use lumivox::gi::registry::find;
 use lumivox::gi::svo::bricks::pool_extent;
 use lumivox::gi::svo::oracle::{Filter, Lattice, Octree, Texels, coarser, leaves, octree};
-use lumivox::gi::svo::{BrickSettings, NodePool, Occupancy};
-use lumivox::gi::voxel::Method;
+use lumivox::gi::svo::{BrickSettings, NodePool, Occupancy, PieceVoxelizer};
 use lumivox::gi::voxel::oracle::VoxelIndex;
-use lumivox::graph::Gpu;
-use lumivox::render::GpuScene;
+use lumivox::gi::voxel::{Injection, Method};
+use lumivox::graph::{Frame, Gpu};
+use lumivox::metrics::{Channel, compare as compare_images};
+use lumivox::render::{GpuScene, LightMaps};
 use lumivox::scene::Scene;
 use support::octree::{grow, lattice, matter, plant, read_bricks, read_nodes};
 use support::scenes::{bundled, in_unit_grid, scene_of, soup};
-use support::technique::shared_scene;
-use support::voxels::{voxel_settings, voxelize};
-use support::{Random, gpu};
+use support::technique::{Case, frame, shared_scene, shoot};
+use support::voxels::{half, voxel_settings, voxelize};
+use support::{Random, gpu, read_words};
 
 /// What is wrong with an octree, if anything: every node and pointer is the oracle's, and the leaf nodes are the occupied voxels.
 fn compare(tree: &Octree, voxels: &BTreeSet<VoxelIndex>, resolution: u32, lattice: Lattice) -> Result<(), String> {
@@ -170,6 +172,72 @@ fn pools_are_hardly_larger_than_what_they_hold() {
         assert!(total >= count, "{count}: {extent:?}");
         assert!(f64::from(total) <= 1.1 * f64::from(count) + 4.0, "{count}: {extent:?}");
     }
+}
+
+/// At equal settings the picture is that of voxel-mips: by 0.0004 on Cornell and 0.0006 on the atrium.
+#[test]
+fn picture_is_that_of_voxel_mips() {
+    let gpu = gpu();
+    for name in ["cornell", "atrium"] {
+        let scene = bundled(name);
+        let indirect = |technique: &str| {
+            let case = Case { entry: find(technique).unwrap(), preset: Some("cones") };
+            shoot(&gpu, &scene, &case, &[("resolution", "64")], frame(96, 64, 512)).unwrap().indirect
+        };
+        let errors = compare_images(&indirect("svo"), &indirect("voxel-mips"), None, Channel::Rgb).unwrap().pixel;
+        println!("{name}: rel_rmse {:.5}, bias {:+.5}", errors.rel_rmse, errors.bias);
+        assert!(errors.rel_rmse <= 0.01, "{name}: {errors:?}");
+    }
+}
+
+/// Eight pieces are the whole: the same tree, but for the compact order of the voxels, and the same light.
+#[test]
+fn pieces_are_the_whole() {
+    let gpu = gpu();
+    let scene = bundled("cornell");
+    let gpu_scene = GpuScene::new(&gpu, &scene).unwrap();
+    let settings = voxel_settings(64, Method::Compute);
+    let mut voxelizer = PieceVoxelizer::new(&gpu, &gpu_scene, settings).unwrap();
+    let (whole, occupancy, _) = voxelizer.run(&gpu, &gpu_scene, Injection::Voxel).unwrap();
+    let bits = read_words(&gpu, &occupancy.occupancy);
+    voxelizer.cut(&gpu, 2).unwrap();
+    let (pieces, occupancy, _) = voxelizer.run(&gpu, &gpu_scene, Injection::Voxel).unwrap();
+    let differing: u32 = bits.iter().zip(read_words(&gpu, &occupancy.occupancy)).map(|(a, b)| (a ^ b).count_ones()).sum();
+    println!("{} and {} voxels, {differing} within rounding", whole.voxel_count, pieces.voxel_count);
+    assert!(f64::from(differing) <= 1e-4 * f64::from(whole.voxel_count), "{differing} voxels differ");
+    let bases = read_words(&gpu, &occupancy.block_bases);
+    let (pool, _) = NodePool::build(&gpu, &occupancy, false).unwrap();
+    let mut voxels: Vec<u32> = Vec::new();
+    let tree = read_nodes(&gpu, &pool).unwrap();
+    tree.tiles[tree.tiles.len() - tree.counts[0] as usize..].iter().for_each(|tile| voxels.extend(tile.nodes.iter().flatten()));
+    voxels.sort_unstable();
+    assert!(voxels.into_iter().eq(0..pieces.voxel_count), "a compact index is missing or there twice");
+    assert_eq!(bases[0], 0);
+}
+
+/// The picture of a grid in pieces is that of the whole.
+#[test]
+fn light_of_pieces_is_that_of_the_whole() {
+    let gpu = gpu();
+    let scene = bundled("cornell");
+    let gpu_scene = GpuScene::new(&gpu, &scene).unwrap();
+    let light = |along: u32| {
+        let mut voxelizer = PieceVoxelizer::new(&gpu, &gpu_scene, voxel_settings(32, Method::Compute)).unwrap();
+        voxelizer.cut(&gpu, along).unwrap();
+        let (pieces, _, _) = voxelizer.run(&gpu, &gpu_scene, Injection::Rsm).unwrap();
+        let maps = LightMaps::new(&gpu, &gpu_scene, 512, true).unwrap();
+        gpu_scene.set_frame(&gpu, &gpu_scene.frame_constants(&scene.camera, [8, 8])).unwrap();
+        let mut frame = Frame::new();
+        frame.set_scene(&gpu_scene.set, &gpu_scene.materials);
+        maps.draw(&mut frame, &gpu_scene);
+        pieces.update(&mut frame, &maps);
+        gpu.submit(frame).unwrap();
+        let halves: Vec<[u16; 4]> = bytemuck::pod_collect_to_vec(&gpu.read_buffer(&pieces.radiance).unwrap());
+        halves.iter().take(pieces.voxel_count as usize).map(|voxel| f64::from(half(voxel[0]) as f32)).sum::<f64>()
+    };
+    let (whole, pieces) = (light(1), light(4));
+    println!("sum of red radiance: {whole:.3} of the whole, {pieces:.3} of 64 pieces");
+    assert!((pieces / whole - 1.0).abs() < 0.01, "{pieces} and {whole}");
 }
 
 #[test]

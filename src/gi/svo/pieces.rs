@@ -103,8 +103,7 @@ impl PieceVoxelizer {
         let resolution = self.grid.resolution / along;
         for index in 0..along.pow(3) {
             let first = resolution * piece_place(index, along);
-            let origin = self.grid.origin + self.grid.voxel_size * first.as_vec3();
-            self.voxelizers.push(Voxelizer::in_grid(gpu, self.settings, VoxelGrid { origin, resolution, ..self.grid })?);
+            self.voxelizers.push(Voxelizer::of_piece(gpu, self.settings, self.grid, first, resolution)?);
         }
         Ok(())
     }

@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use glam::{UVec3, Vec3};
+
 use super::VoxelGrid;
 use crate::gi::Settings;
 use crate::gpu_struct;
@@ -14,9 +16,11 @@ use crate::render::{GpuScene, TextureUse};
 gpu_struct! {
     /// Parameters of `voxel.fragments`.
     pub struct FragmentParams {
-        /// xyz: smallest corner of the grid (m); w: 1 / voxel size (1/m).
+        /// xyz: smallest corner of the whole grid (m); w: 1 / voxel size (1/m).
         pub origin_inverse_size: [f32; 4],
-        /// Voxels along an edge of the grid.
+        /// First voxel of the piece of it that is voxelized.
+        pub first_voxel: [f32; 4],
+        /// Voxels along an edge of the piece.
         pub resolution: u32,
         /// First triangle of the batch.
         pub first_triangle: u32,
@@ -287,6 +291,9 @@ pub struct Voxels {
 /// Voxelizes a scene; keeps what it learnt about sizes for the next time.
 pub struct Voxelizer {
     settings: VoxelSettings,
+    whole_origin: Vec3,
+    first_voxel: UVec3,
+    /// The piece of the whole grid.
     grid: VoxelGrid,
     occupancy: Arc<Buffer>,
     block_bases: Arc<Buffer>,
@@ -303,16 +310,20 @@ pub struct Voxelizer {
 impl Voxelizer {
     /// In a grid around the scene. Allocates what depends on the grid alone.
     pub fn new(gpu: &Gpu, scene: &GpuScene, settings: VoxelSettings) -> Result<Self, Error> {
-        Self::in_grid(gpu, settings, VoxelGrid::around(scene.bounds, settings.resolution))
+        let whole = VoxelGrid::around(scene.bounds, settings.resolution);
+        Self::of_piece(gpu, settings, whole, UVec3::ZERO, whole.resolution)
     }
 
-    /// In a given grid; what lies outside of it is left out.
-    pub fn in_grid(gpu: &Gpu, settings: VoxelSettings, grid: VoxelGrid) -> Result<Self, Error> {
+    /// Of a cube of a grid, `resolution` voxels wide; what lies outside of it is left out. Positions are rounded as in the whole grid.
+    pub fn of_piece(gpu: &Gpu, settings: VoxelSettings, whole: VoxelGrid, first: UVec3, resolution: u32) -> Result<Self, Error> {
         require(gpu, settings.method)?;
+        let grid = VoxelGrid { origin: whole.origin + whole.voxel_size * first.as_vec3(), voxel_size: whole.voxel_size, resolution };
         let blocks = u64::from(grid.block_count());
         let no_image = average_image(gpu, 1)?;
         Ok(Voxelizer {
             settings,
+            whole_origin: whole.origin,
+            first_voxel: first,
             grid,
             occupancy: buffer(gpu, "voxel.occupancy", 8 * blocks)?,
             block_bases: buffer(gpu, "voxel.block_bases", 4 * blocks)?,
@@ -359,9 +370,9 @@ impl Voxelizer {
     fn add_fragments(&self, frame: &mut Frame, scene: &GpuScene, [fragments, emission]: [&Arc<Buffer>; 2]) {
         frame.fill("voxel.clear", &self.occupancy, 0);
         frame.fill("voxel.clear", &self.counters, 0);
-        let origin = self.grid.origin;
         let params = |batch: &crate::scene::Batch| FragmentParams {
-            origin_inverse_size: origin.extend(1.0 / self.grid.voxel_size).to_array(),
+            origin_inverse_size: self.whole_origin.extend(1.0 / self.grid.voxel_size).to_array(),
+            first_voxel: self.first_voxel.as_vec3().extend(0.0).to_array(),
             resolution: self.grid.resolution,
             first_triangle: batch.first_triangle,
             triangle_count: batch.triangle_count,
