@@ -7,8 +7,8 @@ use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3};
-use lumivox::gi::voxel::oracle::{self, VoxelIndex, inject, reflected_flux, shade_voxel};
-use lumivox::gi::voxel::{Injection, Method, VoxelLight};
+use lumivox::gi::voxel::oracle::{self, VoxelIndex, inject, inject_sides, reflected_flux, shade_voxel};
+use lumivox::gi::voxel::{Injection, Method, Sides, VoxelLight};
 use lumivox::graph::{Frame, Gpu};
 use lumivox::render::{GpuScene, LightMaps};
 use lumivox::scene::{Light, Scene};
@@ -27,6 +27,11 @@ struct Lit {
 
 /// Voxelizes and lights a scene. The grid is in general position: no surface of the scene lies between two voxels.
 fn light(gpu: &Gpu, scene: &Scene, resolution: u32, map_size: u32, injection: Injection) -> Lit {
+    light_sides(gpu, scene, resolution, map_size, injection, Sides::One)
+}
+
+/// As [`light`]; with [`Sides::Two`], a radiance for each side.
+fn light_sides(gpu: &Gpu, scene: &Scene, resolution: u32, map_size: u32, injection: Injection, sides: Sides) -> Lit {
     let mut gpu_scene = GpuScene::new(gpu, scene).unwrap();
     let (low, high) = gpu_scene.bounds;
     let size = (high - low).max_element();
@@ -34,7 +39,7 @@ fn light(gpu: &Gpu, scene: &Scene, resolution: u32, map_size: u32, injection: In
     gpu_scene.set_frame(gpu, &gpu_scene.frame_constants(&scene.camera, [8, 8])).unwrap();
     let read = voxelize(gpu, &gpu_scene, voxel_settings(resolution, Method::Compute));
     let maps = LightMaps::new(gpu, &gpu_scene, map_size, injection == Injection::Rsm).unwrap();
-    let voxel_light = VoxelLight::new(gpu, &gpu_scene, &read.voxels, injection).unwrap();
+    let voxel_light = VoxelLight::new(gpu, &gpu_scene, &read.voxels, injection, sides).unwrap();
     let mut frame = Frame::new();
     frame.set_scene(&gpu_scene.set, &gpu_scene.materials);
     maps.draw(&mut frame, &gpu_scene);
@@ -42,7 +47,7 @@ fn light(gpu: &Gpu, scene: &Scene, resolution: u32, map_size: u32, injection: In
     gpu.submit(frame).unwrap();
     let counts = voxel_light.counts(gpu).unwrap();
     let mut bytes = gpu.read_buffer(&voxel_light.radiance).unwrap();
-    bytes.truncate(8 * read.records.len());
+    bytes.truncate(8 * sides as usize * read.records.len());
     let halves: Vec<[u16; 4]> = bytemuck::pod_collect_to_vec(&bytes);
     let radiance = halves.iter().map(|texel| DVec3::new(half(texel[0]), half(texel[1]), half(texel[2]))).collect();
     Lit { read, radiance, bytes, lost: counts[0].1, filled: counts[1].1 }
@@ -143,6 +148,34 @@ fn shaded_voxels_are_the_oracles() {
         let (median, most) = (errors[errors.len() / 2], errors[errors.len() * 9 / 10]);
         println!("{name}, voxels shaded: rms {rms:.4}, bias {bias:+.4}, relative error median {median:.4}, of 90% {most:.4}");
         assert!(median <= 0.01 && bias.abs() <= 0.02, "{name}");
+    }
+}
+
+/// Each side against the oracle: in the Cornell box, of which walls are lit on one side, and in two rooms with a thin wall between them.
+#[test]
+fn light_of_each_side_is_the_oracles() {
+    let gpu = gpu();
+    for (name, injection) in ["cornell", "two-rooms"].into_iter().flat_map(|name| [(name, Injection::Rsm), (name, Injection::Voxel)]) {
+        let scene = bundled(name);
+        let lit = light_sides(&gpu, &scene, 32, 1024, injection, Sides::Two);
+        let expected = inject_sides(&scene, &oracle_grid(&lit.read.voxels.grid), 32);
+        let (mut squares, mut weight, mut sums, mut expected_sums) = (0.0, 0.0, [0.0; 2], [0.0; 2]);
+        for (index, record) in lit.read.records.iter().enumerate() {
+            let Some(expected) = expected.get(&coordinates(record)) else { continue };
+            for side in 0..2 {
+                let radiance = lit.radiance[2 * index + side];
+                squares += area(record) * (radiance - expected[side]).length_squared() / 3.0;
+                sums[side] += area(record) * radiance.element_sum() / 3.0;
+                expected_sums[side] += area(record) * expected[side].element_sum() / 3.0;
+                weight += area(record);
+            }
+        }
+        let mean = (expected_sums[0] + expected_sums[1]) / weight;
+        let rms = (squares / weight).sqrt() / mean;
+        let bias = [0, 1].map(|side| (sums[side] - expected_sums[side]) / (expected_sums[0] + expected_sums[1]));
+        println!("{name}, {injection:?}: sides {expected_sums:.2?}, rms {rms:.4}, bias of each {bias:+.4?}");
+        let bound = if injection == Injection::Rsm { [0.1, 0.01] } else { [0.5, 0.06] };
+        assert!(rms <= bound[0] && bias.iter().all(|bias| bias.abs() <= bound[1]), "{name}, {injection:?}");
     }
 }
 

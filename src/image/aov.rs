@@ -8,11 +8,11 @@ use std::str::FromStr;
 pub enum Aov {
     /// Outgoing radiance L = L_e + L_direct + ρ/π · E_i + L_s [W/(m² sr)].
     Full,
-    /// Radiance of light reflected exactly once [W/(m² sr)].
+    /// Radiance of the analytic lights' light, reflected exactly once [W/(m² sr)].
     Direct,
     /// Indirect radiance ρ/π · E_i + L_s [W/(m² sr)].
     Indirect,
-    /// Indirect diffuse irradiance E_i [W/m²].
+    /// Indirect diffuse irradiance E_i, from surfaces (what they emit included) and the environment [W/m²].
     Diffuse,
     /// Indirect specular radiance L_s [W/(m² sr)].
     Specular,

@@ -9,7 +9,7 @@ use crate::image::{GuideImage, Image, NO_SURFACE, Planes, read_planes, write_pla
 use crate::scene::Scene;
 
 /// Part of every key; raised when the path tracer's results change.
-const FORMAT: &str = "lumivox reference 1";
+const FORMAT: &str = "lumivox reference 2";
 
 /// The folder of the cache: `LUMIVOX_CACHE`, else `lumivox` in `XDG_CACHE_HOME`, else `~/.cache/lumivox`, else a folder among the temporary files.
 pub fn cache_dir() -> PathBuf {

@@ -33,10 +33,11 @@ pub use self::render::{guide, render};
 pub use self::result::{ReferenceImage, StandardError};
 use crate::scene::Scene;
 
-/// How many indirect bounces light makes between the surface that emitted light first falls on and the one that is seen.
+/// How many times light goes from surface to surface (or from the environment to one), the last time to the one that is seen. Light of the analytic
+/// lights reaches its first surface without such a bounce; light of an emitter makes its first one on leaving it, as a technique gathers it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Bounces {
-    /// This many: 0 is direct light only.
+    /// At most this many: 0 is direct light only.
     Count(u32),
     /// All of them, by unbiased Russian roulette.
     Full,

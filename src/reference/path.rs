@@ -10,6 +10,7 @@ use glam::Vec3;
 
 use super::accel::Ray;
 use super::bsdf::{Scatter, cosine_density, sample_cosine};
+use super::emitters::EmitterSample;
 use super::sampler::Sampler;
 use super::world::{Surface, World};
 use super::{Bounces, bsdf::Lobe};
@@ -22,7 +23,7 @@ const ROULETTE_FROM_BOUNCE: u32 = 3;
 pub(super) struct Terms {
     /// L_e seen directly [W/(m² sr)].
     pub(super) emission: Vec3,
-    /// Light reflected once [W/(m² sr)].
+    /// Light of the analytic lights, reflected once [W/(m² sr)].
     pub(super) direct: Vec3,
     /// E_i [W/m²].
     pub(super) irradiance: Vec3,
@@ -62,10 +63,8 @@ impl Terms {
 /// Light found along a scattered ray.
 #[derive(Default)]
 struct Gathered {
-    /// From emitters and the environment, weighted against emitter sampling.
-    emitted: Vec3,
-    /// Reflected at what the ray met.
-    reflected: Vec3,
+    /// What surfaces reflect, and what emitters (weighted against emitter sampling) and the environment send [W/(m² sr)].
+    radiance: Vec3,
     /// Whether the ray met nothing.
     escaped: bool,
 }
@@ -87,48 +86,58 @@ impl World<'_> {
         let direction = sample_cosine(surface.normal, point);
         let mut terms = Terms { emission: surface.emission, ..Terms::default() };
         terms.direct = lights.unwrap_or_else(|| self.light_from_lights(surface, sampler));
-        if let Some(sample) = self.sample_emitter(surface, sampler) {
-            let diffuse_density = cosine_density(surface.normal.dot(sample.wi));
-            let diffuse = surface.albedo * (diffuse_density * power_heuristic(sample.density, diffuse_density));
-            let specular = surface.lobe.map_or(Vec3::ZERO, |lobe| {
-                let (value, density) = lobe.evaluate(surface.normal, surface.wo, sample.wi);
-                value * power_heuristic(sample.density, density)
-            });
-            terms.direct += sample.radiance * (diffuse + specular) / sample.density;
-        }
+        let emitter = self.sample_emitter(surface, sampler).filter(|_| bounces != Bounces::Count(0));
         let specular_point = surface.lobe.map(|lobe| (lobe, sampler.next_2d()));
+        // ρ/π E_i is ρ times this, and E_i is π times it.
+        let mut mean_radiance = Vec3::ZERO;
+        if let Some(sample) = &emitter {
+            let density = cosine_density(surface.normal.dot(sample.wi));
+            mean_radiance += sample.radiance * (density * power_heuristic(sample.density, density) / sample.density);
+        }
         if surface.is_above(direction) {
             let density = cosine_density(surface.normal.dot(direction));
             let gathered = self.gather(surface, direction, density, bounces, sampler);
-            terms.direct += surface.albedo * gathered.emitted;
-            terms.irradiance = gathered.reflected * PI;
-            terms.diffuse = surface.albedo * gathered.reflected;
+            mean_radiance += gathered.radiance;
             terms.visibility = if gathered.escaped { 1.0 } else { 0.0 };
         }
+        terms.irradiance = mean_radiance * PI;
+        terms.diffuse = surface.albedo * mean_radiance;
         if let Some((lobe, point)) = specular_point {
-            self.shade_specular(surface, &lobe, point, bounces, sampler, &mut terms);
+            terms.specular = self.shade_specular(surface, &lobe, point, emitter.as_ref(), bounces, sampler);
         }
         terms
     }
 
-    fn shade_specular(&self, surface: &Surface, lobe: &Lobe, point: [f32; 2], bounces: Bounces, sampler: &mut Sampler, terms: &mut Terms) {
-        let Some(Scatter { direction, weight, density }) = lobe.sample(surface.normal, surface.wo, point) else { return };
-        if surface.is_above(direction) {
-            let gathered = self.gather(surface, direction, density, bounces, sampler);
-            terms.direct += weight * gathered.emitted;
-            terms.specular = weight * gathered.reflected;
-        }
+    /// L_s, from a sampled emitter and from a ray scattered by the lobe.
+    fn shade_specular(
+        &self,
+        surface: &Surface,
+        lobe: &Lobe,
+        point: [f32; 2],
+        emitter: Option<&EmitterSample>,
+        bounces: Bounces,
+        sampler: &mut Sampler,
+    ) -> Vec3 {
+        let from_emitter = emitter.map_or(Vec3::ZERO, |sample| {
+            let (value, density) = lobe.evaluate(surface.normal, surface.wo, sample.wi);
+            sample.radiance * value * (power_heuristic(sample.density, density) / sample.density)
+        });
+        let scatter = lobe.sample(surface.normal, surface.wo, point).filter(|scatter| surface.is_above(scatter.direction));
+        let Some(Scatter { direction, weight, density }) = scatter else { return from_emitter };
+        from_emitter + weight * self.gather(surface, direction, density, bounces, sampler).radiance
     }
 
-    /// What a ray scattered off the first surface brings back.
+    /// What a ray scattered off the first surface brings back: nothing without a bounce, as a technique's gather is its first.
     fn gather(&self, surface: &Surface, direction: Vec3, density: f32, bounces: Bounces, sampler: &mut Sampler) -> Gathered {
         let ray = surface.ray(direction);
-        let Some(next) = self.trace(&ray) else {
-            return Gathered { emitted: self.scene.environment, escaped: true, ..Gathered::default() };
+        let next = self.trace(&ray);
+        let escaped = next.is_none();
+        let radiance = match next {
+            _ if bounces == Bounces::Count(0) => Vec3::ZERO,
+            None => self.scene.environment,
+            Some(next) => self.weighted_emission(&ray, &next, density) + self.reflected(next, bounces, sampler),
         };
-        let emitted = self.weighted_emission(&ray, &next, density);
-        let reflected = if bounces == Bounces::Count(0) { Vec3::ZERO } else { self.reflected(next, bounces, sampler) };
-        Gathered { emitted, reflected, escaped: false }
+        Gathered { radiance, escaped }
     }
 
     /// Emission met by scattering with `density`, weighted against emitter sampling.
@@ -139,21 +148,23 @@ impl World<'_> {
         emitter.emission * power_heuristic(density, self.emitters.density(ray.origin, emitter))
     }
 
-    /// Radiance that leaves the second vertex of a path towards the first, emission excluded [W/(m² sr)].
+    /// Radiance that leaves the second vertex of a path towards the first, its own emission excluded [W/(m² sr)].
     fn reflected(&self, mut surface: Surface, bounces: Bounces, sampler: &mut Sampler) -> Vec3 {
-        let has_area_light = !self.emitters.is_empty() || self.scene.environment != Vec3::ZERO;
         let mut throughput = Vec3::ONE;
         let mut radiance = Vec3::ZERO;
         for bounce in 1u32.. {
             sampler.start_vertex(bounce + 1);
             let scatter = surface.scatter(sampler);
             radiance += throughput * self.light_from_lights(&surface, sampler);
+            // What emitters and the environment send here is one gather more.
+            if bounces == Bounces::Count(bounce) {
+                break;
+            }
             if let Some(sample) = self.sample_emitter(&surface, sampler) {
                 let weight = power_heuristic(sample.density, surface.density(sample.wi));
                 radiance += throughput * surface.reflect(sample.wi) * sample.radiance * (weight / sample.density);
             }
-            let is_last = bounces == Bounces::Count(bounce);
-            let Some(scatter) = scatter.filter(|_| has_area_light || !is_last) else { break };
+            let Some(scatter) = scatter else { break };
             throughput *= scatter.weight;
             let ray = surface.ray(scatter.direction);
             let Some(next) = self.trace(&ray) else {
@@ -161,9 +172,6 @@ impl World<'_> {
                 break;
             };
             radiance += throughput * self.weighted_emission(&ray, &next, scatter.density);
-            if is_last {
-                break;
-            }
             if bounces == Bounces::Full && bounce >= ROULETTE_FROM_BOUNCE {
                 let survival = throughput.max_element().min(0.95);
                 if sampler.next_1d() >= survival {

@@ -61,9 +61,9 @@ pub struct StandardError {
 pub struct ReferenceImage {
     /// Emitted radiance seen directly, the environment's included [W/(m² sr)].
     pub emission: Image,
-    /// Radiance of light reflected once: of lights, emitters and the environment [W/(m² sr)].
+    /// Radiance of the analytic lights' light, reflected once [W/(m² sr)].
     pub direct: Image,
-    /// Indirect diffuse irradiance E_i [W/m²].
+    /// Indirect diffuse irradiance E_i, from surfaces (what they emit included) and the environment [W/m²].
     pub irradiance: Image,
     /// Indirect diffuse radiance ρ/π E_i, averaged over the pixel as a product [W/(m² sr)].
     pub diffuse: Image,

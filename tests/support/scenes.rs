@@ -37,7 +37,7 @@ pub fn scene_of(triangles: &[Corners], emission: f32, random: &mut Random) -> Sc
 /// Sets the bounds by which [`lumivox::gi::voxel::VoxelGrid::around`] makes a grid with origin 0 and voxels of 1 m, whatever the triangles are.
 pub fn in_unit_grid(scene: &mut GpuScene, resolution: u32) {
     assert!(resolution <= LARGEST_UNIT_GRID);
-    scene.bounds = (Vec3::splat(2.0), Vec3::splat(resolution as f32 - 2.0));
+    scene.bounds = (Vec3::splat(2.25), Vec3::splat(resolution as f32 - 2.25));
 }
 
 /// Random triangles, a few of each kind that has broken a voxelizer before: ordinary, tiny, needles, much larger than the grid, with corners on voxel

@@ -61,6 +61,7 @@ pub fn frame(width: u32, height: u32, shadow_resolution: u32) -> FrameSettings {
 /// What one frame gave.
 pub struct Shot {
     pub full: Image,
+    pub direct: Image,
     pub indirect: Image,
     pub irradiance: Image,
 }
@@ -69,7 +70,8 @@ pub struct Shot {
 pub fn shoot(gpu: &Gpu, scene: &Scene, case: &Case, pairs: &[(&str, &str)], frame: FrameSettings) -> Result<Shot, Error> {
     let (mut renderer, _) = Renderer::new(gpu, scene, case.entry, &case.settings(pairs), frame)?;
     renderer.render(&scene.camera)?;
-    Ok(Shot { full: renderer.aov(Aov::Full)?, indirect: renderer.aov(Aov::Indirect)?, irradiance: renderer.aov(Aov::Diffuse)? })
+    let [full, direct, indirect, irradiance] = [Aov::Full, Aov::Direct, Aov::Indirect, Aov::Diffuse].map(|aov| renderer.aov(aov));
+    Ok(Shot { full: full?, direct: direct?, indirect: indirect?, irradiance: irradiance? })
 }
 
 /// Errors over block means (8×8 px on one plane and material), over R, G and B.

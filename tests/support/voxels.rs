@@ -87,6 +87,21 @@ pub fn mean_normal(voxel: &Voxel) -> DVec3 {
     unorm10(voxel.normal) * 2.0 - 1.0
 }
 
+/// Share of a record's surface that is seen from one side.
+pub fn one_sided_share(voxel: &Voxel) -> f64 {
+    f64::from(voxel.coverage >> 16 & 0x1fff) / 8191.0
+}
+
+/// Whether a record's surface is opposed.
+pub fn is_opposed(voxel: &Voxel) -> bool {
+    voxel.coverage >> 29 & 1 == 1
+}
+
+/// The direction that parts the two sides of a record's surface.
+pub fn front(voxel: &Voxel) -> DVec3 {
+    if is_opposed(voxel) { DVec3::AXES[(voxel.coverage >> 30) as usize] } else { mean_normal(voxel).normalize() }
+}
+
 /// Three numbers of 10 bits.
 pub fn unorm10(packed: u32) -> DVec3 {
     DVec3::from([packed, packed >> 10, packed >> 20].map(|bits| f64::from(bits & 1023) / 1023.0))

@@ -4,6 +4,8 @@
 // what the voxels themselves can give, without filtering.
 layout(local_size_x = 8, local_size_y = 8) in;
 
+layout(constant_id = 0) const uint SIDES = 1;   // 2: a radiance for each side of a voxel
+
 layout(set = 1, binding = 0) uniform texture2D view_depth;
 layout(set = 1, binding = 1) uniform utexture2D normals;
 layout(std430, set = 1, binding = 2) restrict readonly buffer Occupancy { uvec2 occupancy[]; };
@@ -58,7 +60,9 @@ void main() {
         if (slot < 0) {
             radiance += frame.environment.rgb;
         } else {
-            uvec2 packed = voxel_radiance[slot];
+            uint side = uint(slot);
+            if (SIDES == 2u) side = 2u * side + uint(dot(direction, front_of(voxel_records[slot])) > 0.0);
+            uvec2 packed = voxel_radiance[side];
             radiance += vec3(unpackHalf2x16(packed.x), unpackHalf2x16(packed.y).x);
             occlusion += 1.0 / (1.0 + params.ao_falloff * distance * params.grid.w);
         }

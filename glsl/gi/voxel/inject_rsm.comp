@@ -3,12 +3,14 @@
 // voxel.inject_rsm: every texel of the reflective shadow maps adds its reflected flux to the voxel that it lies in (Hong 2015, section 4.1).
 //
 // Φ = ρ E A for a parallel light (A: area of a texel across the beam), Φ = ρ I Ω for a perspective map (Ω: solid angle of the texel, Olovsson 2012,
-// section 3.3). Sums are 64-bit integers, the same in every run. Per voxel: Φ / (π h²) for r, g, b [W/(m² sr)], and lit surface in voxel faces.
+// section 3.3). Sums are 64-bit integers, the same in every run. Per voxel, or per side: Φ / (π h²) for r, g, b [W/(m² sr)], and lit surface in voxel faces.
 layout(local_size_x = 8, local_size_y = 8) in;
 
 #include "shared/light_view.glsl"
-#include "shared/packing.glsl"
 #include "gi/voxel/grid.glsl"
+#include "gi/voxel/records.glsl"
+
+layout(constant_id = 0) const uint SIDES = 1;   // 2: the flux of each side of a voxel apart
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer LightViews { LightView light_views[]; };
 layout(set = 1, binding = 1) uniform texture2DArray shadow_maps;
@@ -16,8 +18,9 @@ layout(set = 1, binding = 2) uniform utexture2DArray rsm_normal;
 layout(set = 1, binding = 3) uniform texture2DArray rsm_reflected;
 layout(std430, set = 1, binding = 4) restrict readonly buffer Occupancy { uvec2 occupancy[]; };
 layout(std430, set = 1, binding = 5) restrict readonly buffer BlockBases { uint block_bases[]; };
-layout(std430, set = 1, binding = 6) restrict buffer Flux { uint flux[]; };   // a voxel: r, g, b, area; each low word, high word
+layout(std430, set = 1, binding = 6) restrict buffer Flux { uint flux[]; };   // a side of a voxel: r, g, b, area; each low word, high word
 layout(std430, set = 1, binding = 7) restrict buffer LightCounters { uint lost_texels; uint filled_voxels; };
+layout(std430, set = 1, binding = 8) restrict readonly buffer Voxels { Voxel voxels[]; };
 
 layout(push_constant) uniform InjectParams {
     vec4 grid;             // xyz: smallest corner of the grid [m]; w: voxel size [m]
@@ -26,12 +29,12 @@ layout(push_constant) uniform InjectParams {
     float area_unit;   // of one integer step [voxel faces]
 } params;
 
-void add(uint slot, uint channel, float value) {
+void add(uint side, uint channel, float value) {
     if (value < 1.0) value = floor(value + 0.5);
     if (value <= 0.0) return;
     float high_part = floor(value * (1.0 / 4294967296.0));
     uint low = uint(value - high_part * 4294967296.0), high = uint(high_part);
-    uint at = slot * 8u + channel * 2u;
+    uint at = side * 8u + channel * 2u;
     uint before = atomicAdd(flux[at], low);
     if (before + low < before) high += 1u;
     if (high != 0u) atomicAdd(flux[at + 1u], high);
@@ -82,9 +85,14 @@ void main() {
         atomicAdd(lost_texels, 1u);
         return;
     }
+    uint side = uint(slot);
+    if (SIDES == 2u) {
+        vec3 lit_side = dot(normal, ray) < 0.0 ? normal : -normal;
+        side = 2u * side + uint(dot(lit_side, front_of(voxels[slot])) < 0.0);
+    }
     float per_voxel = 1.0 / (PI * voxel_size * voxel_size * params.flux_unit);
-    add(uint(slot), 0u, flux_w.r * per_voxel);
-    add(uint(slot), 1u, flux_w.g * per_voxel);
-    add(uint(slot), 2u, flux_w.b * per_voxel);
-    add(uint(slot), 3u, area / (voxel_size * voxel_size * params.area_unit));
+    add(side, 0u, flux_w.r * per_voxel);
+    add(side, 1u, flux_w.g * per_voxel);
+    add(side, 2u, flux_w.b * per_voxel);
+    add(side, 3u, area / (voxel_size * voxel_size * params.area_unit));
 }

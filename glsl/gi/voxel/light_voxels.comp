@@ -10,13 +10,14 @@ layout(local_size_x = 64) in;
 
 layout(constant_id = 0) const uint INJECTION_VOXEL = 0;
 layout(constant_id = 1) const uint EMISSIVE = 0;
+layout(constant_id = 2) const uint SIDES = 1;   // 2: a radiance for each side of a voxel, front first
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer LightViews { LightView light_views[]; };
 layout(set = 1, binding = 1) uniform texture2DArray shadow_maps;
 layout(std430, set = 1, binding = 2) restrict readonly buffer Voxels { Voxel voxels[]; };
 layout(std430, set = 1, binding = 3) restrict readonly buffer VoxelEmission { vec4 voxel_emission[]; };
 layout(std430, set = 1, binding = 4) restrict readonly buffer Flux { uint flux[]; };
-layout(std430, set = 1, binding = 5) restrict writeonly buffer VoxelRadiance { uvec2 voxel_radiance[]; };   // half floats r, g, b, opacity
+layout(std430, set = 1, binding = 5) restrict writeonly buffer VoxelRadiance { uvec2 voxel_radiance[]; };   // a side: half floats r, g, b, opacity
 layout(std430, set = 1, binding = 6) restrict buffer LightCounters { uint lost_texels; uint filled_voxels; };
 #ifdef DENSE
 layout(set = 1, binding = 7, rgba16f) uniform restrict writeonly image3D dense_radiance;
@@ -32,8 +33,8 @@ const float LARGEST_HALF = 65504.0;
 // Below this much surface in a voxel [faces], which texels fall into it is mere chance.
 const float SLIVER = 0.1;
 
-float injected(uint slot, uint channel) {
-    uint at = slot * 8u + channel * 2u;
+float injected(uint side, uint channel) {
+    uint at = side * 8u + channel * 2u;
     return float(flux[at + 1u]) * 4294967296.0 + float(flux[at]);
 }
 
@@ -46,7 +47,7 @@ float visibility_slack(Light light, vec3 position, bool one_plane) {
     return max(0.25 * params.grid.w, one_plane ? 0.0 : 2.0 * texel_m);
 }
 
-// ρ/π Σ E |n·ω| V at the voxel's mean position.
+// ρ/π Σ E |n·ω| V at the voxel's mean position; with two sides, of the light on the side that `normal` points to.
 vec3 shade(Voxel voxel, vec3 normal, bool one_plane) {
     float size = params.grid.w;
     vec3 position = params.grid.xyz + size * (voxel_coordinates(voxel.xy, voxel.z_area) + unpack_unorm10(voxel.mean_position));
@@ -55,10 +56,25 @@ vec3 shade(Voxel voxel, vec3 normal, bool one_plane) {
         vec3 to_light;
         vec3 arriving = light_irradiance(lights[i], position, to_light);
         float cosine = dot(normal, to_light);
+        if (SIDES == 2u) cosine = max(cosine, 0.0);
         vec3 lit_side = cosine < 0.0 ? -normal : normal;
         irradiance += arriving * abs(cosine) * light_visibility(lights[i], position, lit_side, visibility_slack(lights[i], position, one_plane));
     }
     return unpack_albedo(voxel.albedo) / PI * irradiance;
+}
+
+// Radiance of a voxel, or of one side of it; `normal` points to that side.
+vec3 reflected(Voxel voxel, uint side, vec3 normal, bool one_plane) {
+    if (INJECTION_VOXEL != 0u) return shade(voxel, normal, one_plane);
+    float lit = injected(side, 3u) * params.area_unit;
+    if (lit == 0.0) {
+        vec3 radiance = shade(voxel, normal, one_plane);
+        if (any(greaterThan(radiance, vec3(0.0)))) atomicAdd(filled_voxels, 1u);
+        return radiance;
+    }
+    float area = unpackHalf2x16(voxel.z_area >> 16).x;
+    if (SIDES == 2u) area *= unpack_one_sided_share(voxel.coverage);
+    return vec3(injected(side, 0u), injected(side, 1u), injected(side, 2u)) * params.flux_unit / (area > SLIVER ? area : max(area, lit));
 }
 
 void main() {
@@ -66,25 +82,21 @@ void main() {
     if (index >= params.voxel_count) return;
     Voxel voxel = voxels[index];
     vec3 mean_normal = unpack_mean_normal(voxel.normal);
-    vec3 normal = mean_normal / max(length(mean_normal), 1e-6);
     bool one_plane = dot(mean_normal, mean_normal) >= 0.9;
-    vec3 radiance;
-    if (INJECTION_VOXEL != 0u) {
-        radiance = shade(voxel, normal, one_plane);
-    } else {
-        float area = unpackHalf2x16(voxel.z_area >> 16).x;
-        float lit = injected(index, 3u) * params.area_unit;
-        radiance = vec3(injected(index, 0u), injected(index, 1u), injected(index, 2u)) * params.flux_unit / (area > SLIVER ? area : max(area, lit));
-        if (lit == 0.0) {
-            radiance = shade(voxel, normal, one_plane);
-            if (any(greaterThan(radiance, vec3(0.0)))) atomicAdd(filled_voxels, 1u);
-        }
+    float opacity = unpack_coverage(voxel.coverage);
+    vec3 normal = SIDES == 2u ? front_of(voxel) : mean_normal / max(length(mean_normal), 1e-6);
+    // Emission leaves the front of a surface; which side that is, surfaces that are opposed do not tell.
+    bool both_emit = SIDES == 1u || is_opposed(voxel);
+    vec3 mean_radiance = vec3(0.0);
+    for (uint side = 0u; side < SIDES; ++side) {
+        vec3 radiance = reflected(voxel, SIDES * index + side, side == 0u ? normal : -normal, one_plane);
+        if (EMISSIVE != 0u && (side == 0u || both_emit)) radiance += voxel_emission[index].rgb;
+        radiance = min(radiance, vec3(LARGEST_HALF));
+        voxel_radiance[SIDES * index + side] = uvec2(packHalf2x16(radiance.rg), packHalf2x16(vec2(radiance.b, opacity)));
+        mean_radiance += radiance;
     }
-    if (EMISSIVE != 0u) radiance += voxel_emission[index].rgb;
-    radiance = min(radiance, vec3(LARGEST_HALF));
-    float opacity = float(voxel.coverage) / 65535.0;
-    voxel_radiance[index] = uvec2(packHalf2x16(radiance.rg), packHalf2x16(vec2(radiance.b, opacity)));
 #ifdef DENSE
-    imageStore(dense_radiance, ivec3(voxel_coordinates(voxel.xy, voxel.z_area)), vec4(radiance * opacity, opacity));
+    if (SIDES == 2u) mean_radiance *= unpack_one_sided_share(voxel.coverage);
+    imageStore(dense_radiance, ivec3(voxel_coordinates(voxel.xy, voxel.z_area)), vec4(mean_radiance * opacity, opacity));
 #endif
 }

@@ -28,8 +28,10 @@ struct Voxel {
     uint normal;              // 3×10 bits, (n + 1) / 2
     uint albedo;
     uint mean_position;       // area-weighted centroid, as in Fragment
-    uint coverage;            // fraction of the face seen along the dominant axis, 16-bit unorm
+    uint coverage;            // | coverage 16 | one-sided share 13 | opposed 1 | axis 2 |
 };
+// coverage: fraction of the face seen along the dominant axis, unorm. One-sided share, unorm: of the voxel's surface, as much as can be seen from one
+// side of it; 1 for a sheet or a corner, ½ for a thin wall whose two faces lie in one voxel. Such surfaces are opposed, along `axis` most of all.
 
 const float AREA_UNIT = 16384.0;
 
@@ -39,6 +41,24 @@ vec3 voxel_coordinates(uint xy, uint z_area) {
 
 vec3 unpack_mean_normal(uint packed) {
     return unpack_unorm10(packed) * 2.0 - 1.0;
+}
+
+float unpack_coverage(uint packed) {
+    return float(packed & 0xffffu) / 65535.0;
+}
+
+float unpack_one_sided_share(uint packed) {
+    return float(packed >> 16 & 0x1fffu) / 8191.0;
+}
+
+bool is_opposed(Voxel voxel) {
+    return (voxel.coverage >> 29 & 1u) != 0u;
+}
+
+// The direction that parts the two sides of a voxel's surface: its mean normal, or the axis along which surfaces are opposed.
+vec3 front_of(Voxel voxel) {
+    if (is_opposed(voxel)) return vec3(equal(uvec3(voxel.coverage >> 30), uvec3(0u, 1u, 2u)));
+    return normalize(unpack_mean_normal(voxel.normal));
 }
 
 vec3 unpack_albedo(uint packed) {

@@ -19,6 +19,17 @@ layout(set = 1, binding = 5, r32ui) uniform restrict readonly uimage3D averages;
 
 layout(push_constant) uniform ResolveParams { uint voxel_count; float emission_unit; } params;
 
+// Below this share of it in sight from one side, a voxel's surface counts as opposed.
+const float OPPOSED = 0.75;
+
+// Voxel.coverage; `across`: area across each axis, `net`: the same with the normals' signs, that is how much more faces one way than the other.
+uint pack_coverage(float covered, vec3 across, vec3 net) {
+    vec3 hidden = max(across - abs(net), vec3(0.0)) * 0.5;
+    float share = clamp(1.0 - (hidden.x + hidden.y + hidden.z) / (across.x + across.y + across.z), 0.5, 1.0);
+    uint axis = hidden.x > hidden.y && hidden.x > hidden.z ? 0u : hidden.y > hidden.z ? 1u : 2u;
+    return uint(round(covered * 65535.0)) | uint(round(share * 8191.0)) << 16 | (share < OPPOSED ? 1u << 29 : 0u) | axis << 30;
+}
+
 struct Sum { uvec3 low, high; };
 
 void add_product(inout Sum sum, uint weight, uvec3 value) {
@@ -60,6 +71,6 @@ void main() {
     vec3 albedo_root = sqrt(mean(albedo, area)) / 1023.0;
     if (RUNNING != 0u) albedo_root = sqrt(unpackUnorm4x8(imageLoad(averages, ivec3(xy & 0xffffu, xy >> 16, z)).r).rgb);
     voxels[index] = Voxel(xy, z | packHalf2x16(vec2(float(area) / AREA_UNIT, 0.0)) << 16, pack_unorm10(mean_normal * 0.5 + 0.5),
-                          pack_unorm10(albedo_root), pack_unorm10(mean(position, area) / 1023.0), uint(round(covered * 65535.0)));
+                          pack_unorm10(albedo_root), pack_unorm10(mean(position, area) / 1023.0), pack_coverage(covered, faces, mean_normal * float(area) / AREA_UNIT));
     if (EMISSIVE != 0u) voxel_emission[index] = vec4(mean(emission, area) * (params.emission_unit / 2097151.0), 0.0);
 }

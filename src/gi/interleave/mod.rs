@@ -1,5 +1,7 @@
 //! Interleaved sampling (Keller & Heidrich 2001; Hong 2015, section 3): each pixel of an n×n tile gathers over its own directions, then the results are
-//! averaged over the neighbours on the same surface.
+//! averaged over the neighbours on the same surface. `oracle` is the CPU twin.
+
+pub mod oracle;
 
 use std::sync::Arc;
 
@@ -11,12 +13,12 @@ use crate::shader::{Field, GpuStruct};
 gpu_struct! {
     /// Parameters of `gi.deinterleave`.
     pub struct DeinterleaveParams {
-        /// n.
+        /// n, even.
         pub interleave: u32,
     }
 }
 
-/// Mean over the n×n neighbours on the pixel's own surface. Reads the G-buffer and an RGBA32F image, writes an RGBA32F image; a thread a pixel.
+/// Mean over a window n pixels wide around the pixel, on its own surface. Reads the G-buffer and an RGBA32F image, writes an RGBA32F image; a thread a pixel.
 pub static DEINTERLEAVE: Pass = Pass {
     name: "gi.deinterleave",
     shaders: Shaders::Compute("gi/interleave/deinterleave.comp"),

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::UVec3;
 
 use crate::gi::voxel::voxelize::{buffer, linear_groups};
-use crate::gi::voxel::{Injection, VoxelGrid, VoxelLight, VoxelSettings, Voxelizer, Voxels};
+use crate::gi::voxel::{Injection, Sides, VoxelGrid, VoxelLight, VoxelSettings, Voxelizer, Voxels};
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Buffer, Error, Frame, FrameStats, Gpu, Pass, Sets, Shaders};
 use crate::render::{GpuScene, LightMaps};
@@ -125,7 +125,7 @@ impl PieceVoxelizer {
         for voxelizer in &mut self.voxelizers {
             let (voxels, cost) = voxelizer.run(gpu, scene)?;
             stats.append(cost);
-            let light = VoxelLight::new(gpu, scene, &voxels, injection)?;
+            let light = VoxelLight::new(gpu, scene, &voxels, injection, Sides::One)?;
             pieces.push(Piece { voxels, light });
         }
         let voxel_count = pieces.iter().map(|piece| piece.voxels.voxel_count).sum();

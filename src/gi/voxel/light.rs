@@ -54,6 +54,7 @@ pub static INJECT_RSM: Pass = Pass {
         Binding::buffer("block_bases", Access::ComputeRead),
         Binding::buffer("flux", Access::ComputeReadWrite),
         Binding::buffer("lost_texels", Access::ComputeReadWrite),
+        Binding::buffer("voxels", Access::ComputeRead),
     ],
     push_bytes: size_of::<InjectParams>() as u32,
     sets: Sets::Scene,
@@ -106,13 +107,24 @@ impl Injection {
     }
 }
 
+/// How the radiance of a voxel depends on the direction that it is seen from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sides {
+    /// Not at all: the mean over its surface.
+    One = 1,
+    /// One radiance for each side of its surface, front first.
+    Two = 2,
+}
+
 /// Light counters on the device.
 const COUNTERS_BYTES: u64 = 8;
 
 /// The light of the occupied voxels.
 pub struct VoxelLight {
     injection: Injection,
-    /// Radiance (W/(m² sr)) and opacity, four half floats a voxel in compact order.
+    /// Radiances of a voxel.
+    pub sides: Sides,
+    /// Radiance (W/(m² sr)) and opacity, four half floats a side of a voxel in compact order.
     pub radiance: Arc<Buffer>,
     flux: Arc<Buffer>,
     counters: Arc<Buffer>,
@@ -121,10 +133,11 @@ pub struct VoxelLight {
 
 impl VoxelLight {
     /// Allocates for these voxels.
-    pub fn new(gpu: &Gpu, scene: &GpuScene, voxels: &Voxels, injection: Injection) -> Result<Self, Error> {
-        let count = u64::from(voxels.voxel_count);
+    pub fn new(gpu: &Gpu, scene: &GpuScene, voxels: &Voxels, injection: Injection, sides: Sides) -> Result<Self, Error> {
+        let count = sides as u64 * u64::from(voxels.voxel_count);
         Ok(VoxelLight {
             injection,
+            sides,
             radiance: buffer(gpu, "voxel.radiance", 8 * count)?,
             flux: buffer(gpu, "voxel.flux", if injection == Injection::Rsm { 32 * count } else { 0 })?,
             counters: buffer(gpu, "voxel.light_counters", COUNTERS_BYTES)?,
@@ -150,6 +163,8 @@ impl VoxelLight {
                     .bind(&voxels.block_bases)
                     .bind(&self.flux)
                     .bind(&self.counters)
+                    .bind(&voxels.records)
+                    .constants(&[self.sides as u32])
                     .push(&params)
                     .dispatch([maps.size.div_ceil(8), maps.size.div_ceil(8), maps.view_count]);
             }
@@ -165,7 +180,7 @@ impl VoxelLight {
             .bind(&self.radiance)
             .bind(&self.counters);
         let pass = if let Some(image) = dense { pass.bind(image) } else { pass };
-        pass.constants(&[u32::from(self.injection == Injection::Voxel), u32::from(voxels.emission.is_some())])
+        pass.constants(&[u32::from(self.injection == Injection::Voxel), u32::from(voxels.emission.is_some()), self.sides as u32])
             .push(&params)
             .dispatch(linear_groups(voxels.voxel_count));
     }

@@ -10,7 +10,7 @@ pub mod rays;
 pub mod voxelize;
 
 pub use grid::VoxelGrid;
-pub use light::{CLEAR_LIGHT, INJECT_RSM, Injection, LIGHT, LIGHT_DENSE, VoxelLight};
+pub use light::{CLEAR_LIGHT, INJECT_RSM, Injection, LIGHT, LIGHT_DENSE, Sides, VoxelLight};
 pub use rays::{GATHER_RAYS, RAY_SETTINGS, RaySettings, gather_rays};
 pub use voxelize::{Accumulation, FRAGMENTS_COMPUTE, FRAGMENTS_RASTER, FRAGMENTS_RASTER_HW, Method, VoxelSettings, Voxelizer, Voxels};
 

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{VoxelLight, Voxels};
+use super::{Sides, VoxelLight, Voxels};
 use crate::gi::Settings;
 use crate::gi::settings::{Domain, Setting};
 use crate::gpu_struct;
@@ -56,6 +56,13 @@ pub static GATHER_RAYS: Pass = Pass {
 pub static RAY_SETTINGS: &[Setting] = &[
     Setting { name: "rays", help: "directions a pixel, with gather = rays", unit: "", domain: Domain::Count { min: 1, max: 4096 }, default: "16" },
     Setting {
+        name: "radiance",
+        help: "of a voxel that a ray hits: isotropic (the mean over its surface) or two-sided (one for each side of it: walls thinner than a voxel do not glow through)",
+        unit: "",
+        domain: Domain::Choice(&["isotropic", "two-sided"]),
+        default: "two-sided",
+    },
+    Setting {
         name: "ray_start",
         help: "start of a ray over the surface, along its normal",
         unit: "voxels",
@@ -82,6 +89,8 @@ pub static RAY_SETTINGS: &[Setting] = &[
 #[derive(Clone, Copy, Debug)]
 pub struct RaySettings {
     count: u32,
+    /// Radiances of a voxel.
+    pub sides: Sides,
     interleave: u32,
     start_offset: f32,
     self_height: f32,
@@ -94,6 +103,7 @@ impl RaySettings {
     pub fn new(settings: &Settings) -> Self {
         RaySettings {
             count: settings.count("rays"),
+            sides: if settings.is("radiance", "two-sided") { Sides::Two } else { Sides::One },
             interleave: settings.count("interleave"),
             start_offset: settings.number("ray_start"),
             self_height: settings.number("self_height"),
@@ -133,6 +143,7 @@ pub fn gather_rays(frame: &mut Frame, gbuffer: &GBuffer, voxels: &Voxels, light:
             .bind(&voxels.records)
             .bind(&light.radiance)
             .bind(result)
+            .constants(&[light.sides as u32])
             .push(&params)
             .dispatch(screen_groups(gbuffer.size));
     }

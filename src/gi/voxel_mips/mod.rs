@@ -8,7 +8,7 @@ use super::cone::{self, ConeTracer};
 use super::interleave::{self, deinterleave};
 use super::registry::Entry;
 use super::settings::{Domain, Preset, Setting, Settings};
-use super::voxel::{self, Injection, RAY_SETTINGS, RaySettings, VoxelLight, VoxelSettings, Voxelizer, Voxels, gather_rays};
+use super::voxel::{self, Injection, RAY_SETTINGS, RaySettings, Sides, VoxelLight, VoxelSettings, Voxelizer, Voxels, gather_rays};
 use super::{Context, IndirectLight, Technique};
 use crate::graph::{Access, Binding, Error, Frame, FrameStats, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Pass, Sets, Shaders, vk};
 use crate::render::{GBuffer, GpuScene, LightMaps, screen_image};
@@ -171,7 +171,7 @@ impl Technique for VoxelMips {
             frame.clear_image("voxel_mips.clear", volume, [0.0; 4]);
             stats.append(context.gpu.submit(frame)?);
         }
-        let light = VoxelLight::new(context.gpu, context.scene, &voxels, self.injection)?;
+        let light = VoxelLight::new(context.gpu, context.scene, &voxels, self.injection, self.rays.map_or(Sides::One, |rays| rays.sides))?;
         self.store = Some((voxels, light));
         Ok(stats)
     }

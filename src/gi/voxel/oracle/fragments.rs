@@ -52,7 +52,22 @@ pub struct VoxelSum {
     pub emission: DVec3,
     /// Largest of Σ weight · |normal| over the three axes, [`LEAST_COVERAGE`] to 1: the opacity where coverage is asked for.
     pub coverage: f64,
+    /// As much of the surface as is seen from one side, ½ to 1: Σ over the axes of the larger of the areas that face along and against it, over the sum of
+    /// both. 1 for a sheet or a corner, ½ for a wall with both faces in the voxel.
+    pub one_sided_share: f64,
+    /// Axis along which most surface is opposed, where the share is below [`OPPOSED`].
+    pub opposed_axis: Option<usize>,
 }
+
+impl VoxelSum {
+    /// The direction that parts the two sides of the surface.
+    pub fn front(&self) -> DVec3 {
+        self.opposed_axis.map_or_else(|| self.normal.normalize_or_zero(), |axis| DVec3::AXES[axis])
+    }
+}
+
+/// Below this one-sided share a voxel's surface counts as opposed.
+pub const OPPOSED: f64 = 0.75;
 
 /// The fragments of a scene, by triangle and then by voxel.
 pub fn fragments(scene: &Scene, grid: &Grid) -> Vec<Fragment> {
@@ -77,6 +92,9 @@ pub fn voxelize(scene: &Scene, grid: &Grid) -> BTreeMap<VoxelIndex, VoxelSum> {
 pub fn resolve(parts: &[Fragment]) -> VoxelSum {
     let area: f64 = parts.iter().map(Fragment::weight).sum();
     let mean = |value: fn(&Fragment) -> DVec3| parts.iter().map(|part| part.weight() * value(part)).sum::<DVec3>() / area;
+    let across = mean(|part| part.normal.abs());
+    let hidden = (across - mean(|part| part.normal).abs()) * 0.5;
+    let one_sided_share = 1.0 - hidden.element_sum() / across.element_sum();
     VoxelSum {
         fragment_count: parts.len() as u32,
         area,
@@ -84,7 +102,9 @@ pub fn resolve(parts: &[Fragment]) -> VoxelSum {
         albedo: mean(|part| part.albedo),
         mean_position: mean(|part| part.mean_position),
         emission: mean(|part| part.emission),
-        coverage: (area * mean(|part| part.normal.abs())).max_element().clamp(LEAST_COVERAGE, 1.0),
+        coverage: (area * across).max_element().clamp(LEAST_COVERAGE, 1.0),
+        one_sided_share,
+        opposed_axis: (one_sided_share < OPPOSED).then(|| hidden.max_position()),
     }
 }
 

@@ -6,22 +6,32 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use super::fragments::{barycentric, diffuse_albedo, fan, mean_texture, triangle_area, uv_at};
-use super::{Fragment, Grid, VoxelIndex, VoxelSum, corner_of, doubles, fragments, material_of, world_triangle};
+use super::{Fragment, Grid, VoxelIndex, VoxelSum, corner_of, doubles, fragments, material_of, voxelize, world_triangle};
 use crate::scene::{Light, Scene};
 
 /// Expected reflected radiance of each voxel [W/(m² sr)]: the mean of ρ/π Σ E |n·ω| V over the surface in it, by brute-force shadow rays from
 /// `samples` points of each fragment. Emission ([`VoxelSum::emission`]) comes on top. An injection through shadow maps agrees statistically.
 pub fn inject(scene: &Scene, grid: &Grid, samples: u32) -> BTreeMap<VoxelIndex, DVec3> {
-    let mut sums: BTreeMap<VoxelIndex, (DVec3, f64)> = BTreeMap::new();
+    let voxels = voxelize(scene, grid);
+    let mean = |(voxel, [front, back]): (VoxelIndex, [DVec3; 2])| (voxel, voxels[&voxel].one_sided_share * (front + back));
+    inject_sides(scene, grid, samples).into_iter().map(mean).collect()
+}
+
+/// As [`inject`], of the light that leaves each side of a voxel's surface ([`VoxelSum::front`] first), the area being that seen from one side.
+pub fn inject_sides(scene: &Scene, grid: &Grid, samples: u32) -> BTreeMap<VoxelIndex, [DVec3; 2]> {
+    let mut radiance: BTreeMap<VoxelIndex, [DVec3; 2]> = BTreeMap::new();
+    let voxels = voxelize(scene, grid);
     for fragment in fragments(scene, grid) {
         let index = fragment.triangle as usize;
         let triangle = doubles(grid.triangle(scene, index));
-        let mean = mean_reflected(scene, index, samples, |sample| barycentric(triangle, point_of(&fragment, sample)));
-        let (sum, weight) = sums.entry(fragment.voxel).or_default();
-        *sum += fragment.weight() * mean;
-        *weight += fragment.weight();
+        let sum = &voxels[&fragment.voxel];
+        let mean = mean_reflected(scene, index, samples, sum.front(), |sample| barycentric(triangle, point_of(&fragment, sample)));
+        let sides = radiance.entry(fragment.voxel).or_default();
+        for (side, mean) in sides.iter_mut().zip(mean) {
+            *side += fragment.weight() / (sum.area * sum.one_sided_share) * mean;
+        }
     }
-    sums.into_iter().map(|(voxel, (sum, weight))| (voxel, sum / weight)).collect()
+    radiance
 }
 
 /// Reflected radiance [W/(m² sr)] of a voxel lit as one point: ρ/π Σ E |n·ω| V at its mean position, by its mean normal and albedo. Occluders nearer
@@ -29,7 +39,9 @@ pub fn inject(scene: &Scene, grid: &Grid, samples: u32) -> BTreeMap<VoxelIndex, 
 pub fn shade_voxel(scene: &Scene, grid: &Grid, voxel: VoxelIndex, sum: &VoxelSum, slack: f64) -> DVec3 {
     let size_m = f64::from(grid.voxel_size);
     let point = grid.origin.as_dvec3() + size_m * (corner_of(voxel) + sum.mean_position);
-    reflected(scene, point, sum.normal.normalize_or_zero(), sum.albedo, |light| is_lit(scene, light, point, slack * size_m, None))
+    let normal = sum.normal.normalize_or_zero();
+    let [front, back] = reflected(scene, point, normal, sum.albedo, normal, |light| is_lit(scene, light, point, slack * size_m, None));
+    front + back
 }
 
 /// Flux that all surfaces of the scene reflect, Σ ∫ ρ E |n·ω| V dA \[W\], from `samples` points of each triangle: what injection must conserve.
@@ -38,7 +50,8 @@ pub fn reflected_flux(scene: &Scene, samples: u32) -> DVec3 {
         let [a, b, c] = world_triangle(scene, index);
         // The mean is over what the mask leaves, and so is the area.
         let kept = (0..samples).filter(|sample| is_kept(scene, index, sample_weights(*sample))).count() as f64 / f64::from(samples);
-        PI * triangle_area(a, b, c) * kept * mean_reflected(scene, index, samples, sample_weights)
+        let [front, back] = mean_reflected(scene, index, samples, DVec3::Z, sample_weights);
+        PI * triangle_area(a, b, c) * kept * (front + back)
     };
     (0..scene.triangles.len()).map(flux).sum()
 }
@@ -49,28 +62,33 @@ pub fn voxel_flux(voxels: &BTreeMap<VoxelIndex, VoxelSum>, radiance: &BTreeMap<V
     radiance.iter().filter_map(|(voxel, radiance)| voxels.get(voxel).map(|sum| PI * face_m2 * sum.area * *radiance)).sum()
 }
 
-/// Mean radiance that a triangle reflects over those of its points, given as barycentric weights by sample number, that the mask leaves.
-fn mean_reflected(scene: &Scene, index: usize, samples: u32, weights_of: impl Fn(u32) -> DVec3) -> DVec3 {
+/// Mean radiance that a triangle reflects to the side of `front` and to the other, over those of its points, given as barycentric weights by sample
+/// number, that the mask leaves.
+fn mean_reflected(scene: &Scene, index: usize, samples: u32, front: DVec3, weights_of: impl Fn(u32) -> DVec3) -> [DVec3; 2] {
     let triangle = world_triangle(scene, index);
     let normal = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]).normalize();
     let material = material_of(scene, index);
-    let (mut sum, mut count) = (DVec3::ZERO, 0.0);
+    let (mut sum, mut count) = ([DVec3::ZERO; 2], 0.0f64);
     for weights in (0..samples).map(weights_of).filter(|weights| is_kept(scene, index, *weights)) {
         let point = at_weights(triangle, weights);
         let texture = mean_texture(scene, material.albedo_texture, &[uv_at(scene, index, weights)]);
-        sum += reflected(scene, point, normal, diffuse_albedo(material) * texture, |light| is_lit(scene, light, point, 0.0, Some(index)));
+        let sides = reflected(scene, point, normal, diffuse_albedo(material) * texture, front, |light| is_lit(scene, light, point, 0.0, Some(index)));
+        sum = [sum[0] + sides[0], sum[1] + sides[1]];
         count += 1.0;
     }
-    if count > 0.0 { sum / count } else { DVec3::ZERO }
+    sum.map(|side| side / count.max(1.0))
 }
 
-/// ρ/π Σ E |n·ω| V: both sides of a surface reflect.
-fn reflected(scene: &Scene, point: DVec3, normal: DVec3, albedo: DVec3, is_lit: impl Fn(&Light) -> bool) -> DVec3 {
-    let arriving = |light: &Light| {
+/// ρ/π Σ E |n·ω| V, of the light that meets the surface on the side of `front`, and on the other: both sides of a surface reflect.
+fn reflected(scene: &Scene, point: DVec3, normal: DVec3, albedo: DVec3, front: DVec3, is_lit: impl Fn(&Light) -> bool) -> [DVec3; 2] {
+    let mut sides = [DVec3::ZERO; 2];
+    for light in scene.lights.iter().filter(|light| is_lit(light)) {
         let (to_light, _, irradiance) = arriving_light(light, point);
-        irradiance * normal.dot(to_light).abs()
-    };
-    albedo / PI * scene.lights.iter().filter(|light| is_lit(light)).map(arriving).sum::<DVec3>()
+        let cosine = normal.dot(to_light);
+        let lit_side = if cosine < 0.0 { -normal } else { normal };
+        sides[usize::from(lit_side.dot(front) < 0.0)] += albedo / PI * irradiance * cosine.abs();
+    }
+    sides
 }
 
 /// Unit direction towards a light, distance \[m\] (infinite where parallel), and irradiance on a plane that faces it [W/m²].

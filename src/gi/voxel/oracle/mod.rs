@@ -12,9 +12,9 @@ mod rays;
 mod tests;
 mod touching;
 
-pub use fragments::{Fragment, VoxelSum, fragments, resolve, voxelize};
+pub use fragments::{Fragment, OPPOSED, VoxelSum, fragments, resolve, voxelize};
 pub use index::{block_bases, compact_order, occupancy_words};
-pub use light::{inject, reflected_flux, shade_voxel, voxel_flux};
+pub use light::{inject, inject_sides, reflected_flux, shade_voxel, voxel_flux};
 pub use rays::{
     Crossing, GatherSettings, Gathered, Receiver, TraceEnd, TraceGrid, TraceSettings, TraceVoxel, crossings, gather_rays, hemisphere_direction,
     interleaved_offset, trace,

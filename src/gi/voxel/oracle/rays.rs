@@ -14,8 +14,10 @@ pub struct TraceVoxel {
     pub mean_position: DVec3,
     /// Mean normal, not of unit length.
     pub mean_normal: DVec3,
-    /// Radiance [W/(m² sr)].
-    pub radiance: DVec3,
+    /// The direction that parts its two sides ([`super::VoxelSum::front`]).
+    pub front: DVec3,
+    /// Radiance of the front and of the back [W/(m² sr)].
+    pub radiance: [DVec3; 2],
 }
 
 /// The occupied voxels that rays can hit.
@@ -167,7 +169,8 @@ pub fn gather_rays(grid: &TraceGrid, receiver: &Receiver, settings: &GatherSetti
         match trace(grid, origin, direction, receiver, &settings.trace) {
             TraceEnd::Miss(_) => radiance += settings.environment,
             TraceEnd::Hit(hit) => {
-                radiance += grid.voxels[&hit.voxel].radiance;
+                let voxel = &grid.voxels[&hit.voxel];
+                radiance += voxel.radiance[usize::from(direction.dot(voxel.front) > 0.0)];
                 occlusion += 1.0 / (1.0 + settings.ao_falloff * hit.entry);
             }
         }

@@ -217,7 +217,8 @@ fn compact_index_follows_the_blocks() {
 
 /// A wall of voxels at x = 5, one in front of it at (2, 3, 3), facing −x.
 fn walled() -> TraceGrid {
-    let voxel = |radiance: f64| TraceVoxel { mean_position: DVec3::splat(0.5), mean_normal: DVec3::NEG_X, radiance: DVec3::splat(radiance) };
+    let voxel =
+        |radiance: f64| TraceVoxel { mean_position: DVec3::splat(0.5), mean_normal: DVec3::NEG_X, front: DVec3::NEG_X, radiance: [DVec3::splat(radiance); 2] };
     let wall = (0..64).map(|index| ([5, index / 8, index % 8], voxel(1.0)));
     TraceGrid { resolution: 8, voxels: wall.chain([([2, 3, 3], voxel(4.0))]).collect() }
 }
@@ -267,13 +268,13 @@ fn contours_cut_the_corners_of_voxels() {
 fn rays_gather_a_furnace_and_the_environment() {
     let inside = |index: u32| [index % 8, index / 8 % 8, index / 64];
     let shell = (0..512).map(inside).filter(|voxel| voxel.iter().any(|at| *at == 0 || *at == 7));
-    let voxel = TraceVoxel { mean_position: DVec3::splat(0.5), mean_normal: DVec3::ZERO, radiance: DVec3::new(1.0, 2.0, 3.0) };
+    let voxel = TraceVoxel { mean_position: DVec3::splat(0.5), mean_normal: DVec3::ZERO, front: DVec3::Z, radiance: [DVec3::new(1.0, 2.0, 3.0); 2] };
     let furnace = TraceGrid { resolution: 8, voxels: shell.map(|at| (at, voxel)).collect() };
     let receiver = Receiver { position: DVec3::new(4.0, 4.0, 2.0), ..FLOOR };
     let settings =
         GatherSettings { ray_count: 64, start_offset: 0.5, trace: ANY_TOUCH, ao_falloff: 0.0, pattern: DVec2::new(0.5, 0.0), environment: DVec3::splat(0.5) };
     let gathered = gather_rays(&furnace, &receiver, &settings);
-    assert!(near(gathered.irradiance, PI * voxel.radiance) && close(gathered.visibility, 0.0));
+    assert!(near(gathered.irradiance, PI * voxel.radiance[0]) && close(gathered.visibility, 0.0));
     let open = gather_rays(&TraceGrid { resolution: 8, ..TraceGrid::default() }, &receiver, &settings);
     assert!(near(open.irradiance, DVec3::splat(0.5 * PI)) && close(open.visibility, 1.0));
 }
@@ -337,6 +338,38 @@ fn both_sides_of_a_sheet_cover() {
     let front = [[0.0, 0.0, 0.5], [0.5, 0.0, 0.5], [0.0, 0.5, 0.5]];
     let sum = voxelize(&scene_of(&[(front, 0.5), ([front[0], front[2], front[1]], 0.5)]), &UNIT_GRID)[&[0, 0, 0]];
     assert!(near(sum.normal, DVec3::ZERO) && close(sum.coverage, 0.25));
+    assert!(close(sum.one_sided_share, 0.5) && sum.opposed_axis == Some(2));
+}
+
+/// Light from above leaves the upper side of a sheet, whichever way its normal points; of a wall of two sheets each side keeps its own, undiminished.
+#[test]
+fn sides_keep_their_own_light() {
+    let front = [[0.0, 0.0, 0.5], [1.0, 0.0, 0.5], [0.0, 1.0, 0.5]];
+    let lower = front.map(|[x, y, z]| [x, y, z - 0.25]);
+    let down = |irradiance: f32, z: f32| Light::Directional { direction: Vec3::new(0.0, 0.0, z), irradiance: Vec3::splat(irradiance) };
+    for (triangles, expected) in [
+        (vec![(front, 0.5)], [3.0, 1.0]),
+        (vec![([front[0], front[2], front[1]], 0.5)], [1.0, 3.0]),
+        (vec![(front, 0.5), ([lower[0], lower[2], lower[1]], 0.5)], [3.0, 1.0]),
+    ] {
+        let mut scene = scene_of(&triangles);
+        scene.lights = vec![down(3.0, -1.0), down(1.0, 1.0)];
+        let sides = inject_sides(&scene, &UNIT_GRID, 16)[&[0, 0, 0]];
+        for (side, expected) in sides.iter().zip(expected) {
+            assert!(close(side.x, 0.5 / PI * expected), "{sides:?}");
+        }
+        let mean = inject(&scene, &UNIT_GRID, 16)[&[0, 0, 0]].x;
+        assert!(close(mean, 0.5 / PI * 4.0 / triangles.len() as f64), "{mean}");
+    }
+}
+
+/// A floor and a wall that face the same corner of the voxel are opposed nowhere.
+#[test]
+fn corners_are_seen_whole_from_their_front() {
+    let floor = [[0.0, 0.0, 0.25], [1.0, 0.0, 0.25], [0.0, 1.0, 0.25]];
+    let wall = [[0.25, 0.0, 0.0], [0.25, 1.0, 0.0], [0.25, 0.0, 1.0]];
+    let sum = voxelize(&scene_of(&[(floor, 0.5), (wall, 0.5)]), &UNIT_GRID)[&[0, 0, 0]];
+    assert!(close(sum.one_sided_share, 1.0) && sum.opposed_axis.is_none() && sum.front().x > 0.5 && sum.front().z > 0.5);
 }
 
 /// A lamp above a corner of a floor; beyond a wall the floor lies in its shadow.
