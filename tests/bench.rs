@@ -33,13 +33,21 @@ fn writes_records_tables_and_charts() {
         assert_eq!(record["passes"][0]["gpu_ms"]["n"], 2);
         assert!(record["build"].as_array().unwrap().iter().all(|pass| pass["gpu_ms"]["n"] == 5));
         assert!(!record["first_build"].as_array().unwrap().is_empty());
+        // Counted once, and not again in any build.
+        let counted = record["counting"].as_array().unwrap().iter().find(|pass| pass["name"] == "voxel.fragments").unwrap();
+        assert!(counted["gpu_ms"]["n"] == 1 && counted["gpu_ms"]["median"].as_f64().unwrap() > 0.0, "{counted}");
+        assert!(record["counting"].as_array().unwrap().iter().all(|pass| pass["name"] != "voxel.resolve"));
         let bytes: u64 = record["memory"].as_array().unwrap().iter().map(|row| row["bytes"].as_u64().unwrap()).sum();
         assert_eq!(record["memory_bytes"], bytes);
     }
     let csv = std::fs::read_to_string(out.join("cornell.csv")).unwrap();
     let lines: Vec<&str> = csv.lines().collect();
     assert_eq!(lines.len(), 5);
-    assert!(lines[0].contains("total voxelization ms") && lines[0].contains("block rel_rmse"), "{}", lines[0]);
+    assert!(
+        lines[0].contains("total voxelization ms") && lines[0].contains("counting voxel.fragments ms") && lines[0].contains("block rel_rmse"),
+        "{}",
+        lines[0]
+    );
     for name in ["error", "passes", "memory"] {
         let svg = std::fs::read_to_string(out.join(format!("cornell-{name}.svg"))).unwrap();
         assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>") && svg.contains("voxel-mips cones"));

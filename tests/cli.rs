@@ -5,64 +5,11 @@
 mod support;
 
 use std::ffi::{OsStr, OsString};
-use std::io::Read;
 use std::path::Path;
-use std::process::{Command, Stdio};
-use std::time::{Duration, Instant};
 
 use lumivox::image::{Image, luminance, read_exr};
+use support::program::{check_error, lumivox, words};
 use support::technique::is_sound;
-
-/// Nothing here takes a tenth of it.
-const TIMEOUT: Duration = Duration::from_secs(120);
-
-/// What a run of the program gave.
-struct Ran {
-    code: Option<i32>,
-    stderr: String,
-}
-
-fn lumivox(folder: &Path, arguments: &[OsString], environment: &[(&str, &str)]) -> Ran {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_lumivox"));
-    command.args(arguments).current_dir(folder).envs(environment.iter().copied()).stdout(Stdio::null()).stderr(Stdio::piped());
-    let mut child = command.spawn().unwrap();
-    let mut pipe = child.stderr.take().unwrap();
-    let reader = std::thread::spawn(move || {
-        let mut bytes = Vec::new();
-        pipe.read_to_end(&mut bytes).map(|_| String::from_utf8_lossy(&bytes).into_owned())
-    });
-    let start = Instant::now();
-    let code = loop {
-        if let Some(status) = child.try_wait().unwrap() {
-            break status.code();
-        }
-        if start.elapsed() > TIMEOUT {
-            child.kill().unwrap();
-            child.wait().unwrap();
-            panic!("{arguments:?} hangs");
-        }
-        std::thread::sleep(Duration::from_millis(5));
-    };
-    let stderr = reader.join().unwrap().unwrap();
-    assert!(!stderr.contains("panicked"), "{arguments:?} panics: {stderr}");
-    Ran { code, stderr }
-}
-
-fn words(line: &str) -> Vec<OsString> {
-    line.split_whitespace().map(OsString::from).collect()
-}
-
-/// One line (and its causes) that begins with `error:` and says all of `says`.
-fn check_error(name: &str, ran: &Ran, code: i32, says: &[&str]) {
-    let Ran { code: found, stderr } = ran;
-    assert_eq!(*found, Some(code), "{name}: {stderr}");
-    let errors: Vec<&str> = stderr.lines().filter(|line| line.starts_with("error: ")).collect();
-    assert_eq!(errors.len(), 1, "{name}: not one line: {stderr}");
-    let usage = |line: &str| line.is_empty() || line.starts_with("Usage:") || line.starts_with("For more information") || line.starts_with("  ");
-    let rest: Vec<&str> = stderr.lines().filter(|line| !line.starts_with("error: ") && !usage(line)).collect();
-    assert!(rest.iter().all(|line| line.starts_with('[')), "{name}: more than an error, causes and warnings: {stderr}");
-    says.iter().for_each(|part| assert!(errors[0].contains(part), "{name}: `{part}` is not in: {}", errors[0]));
-}
 
 /// Arguments after `render`, the exit code, and what the error must say.
 const BAD_ARGUMENTS: &[(&str, i32, &[&str])] = &[
@@ -130,6 +77,16 @@ fn bad_arguments_elsewhere() {
         ("reference bundled:cornell --size 8x8 --spp 1 --no-cache -o gone/a.exr", 1, &["gone/a.exr", "folder"]),
         ("compare gone.exr gone.exr", 2, &["gone.exr"]),
         ("compare text.exr text.exr", 2, &["text.exr"]),
+        ("voxelize bundled:cornell -o a.obj", 2, &["a.obj", ".vox, .ply or .json"]),
+        ("voxelize bundled:cornell -o vox", 2, &[".vox, .ply or .json"]),
+        ("voxelize bundled:cornell", 2, &["required"]),
+        ("voxelize gone.obj -o a.vox", 2, &["gone.obj", "check the path"]),
+        ("voxelize bundled:cornell --resolution 65 -o a.vox", 2, &["resolution", "65", "64, 128"]),
+        ("voxelize bundled:cornell --resolution 4096 -o a.vox", 2, &["resolution", "4096", "1024"]),
+        ("voxelize bundled:cornell --resolution -8 -o a.vox", 2, &["-8"]),
+        ("voxelize bundled:cornell --technique none -o a.vox", 2, &["none", "voxel-mips"]),
+        ("voxelize bundled:cornell --technique nosuch -o a.vox", 2, &["nosuch", "voxel-mips"]),
+        ("voxelize bundled:cornell --device nosuch -o a.vox", 1, &["nosuch", "there are"]),
     ];
     for (line, code, says) in cases {
         check_error(line, &lumivox(folder.path(), &words(line), &[]), *code, says);
@@ -271,41 +228,43 @@ fn paths_that_are_not_utf8() {
     write_corner(&odd, 1.0, true);
     let scene = odd.join("corner.toml");
     let output = odd.join(OsStr::from_bytes(b"\xff.exr"));
-    for command in ["render", "reference"] {
-        let mut arguments = vec![OsString::from(command), scene.clone().into_os_string(), "-o".into(), output.clone().into_os_string()];
-        arguments.extend(words(if command == "render" { "--size 8x8 --set resolution=8" } else { "--size 8x8 --spp 1 --no-cache" }));
+    let copy = odd.join("copy");
+    let report = odd.join(OsStr::from_bytes(b"\xff.json"));
+    let heatmap = odd.join(OsStr::from_bytes(b"\xff.png"));
+    let voxels = odd.join(OsStr::from_bytes(b"\xff.ply"));
+    let path = |path: &Path| path.as_os_str().to_owned();
+    let cases: &[(&str, Vec<OsString>, &[&Path])] = &[
+        ("render --size 8x8 --set resolution=8", vec![path(&scene), "-o".into(), path(&output), "--report".into(), path(&report)], &[&output, &report]),
+        ("reference --size 8x8 --spp 1 --no-cache", vec![path(&scene), "-o".into(), path(&output), "--report".into(), path(&report)], &[&report]),
+        ("scene", vec![path(&scene), "-o".into(), path(&copy)], &[&copy]),
+        ("voxelize --resolution 8", vec![path(&scene), "-o".into(), path(&voxels)], &[&voxels]),
+        (
+            "compare",
+            [&output, Path::new("--scene"), &scene, Path::new("--heatmap"), &heatmap, Path::new("--report"), &report].map(path).into(),
+            &[&output, &heatmap, &report],
+        ),
+    ];
+    for (line, paths, written) in cases {
+        let mut arguments = words(line);
+        if *line == "compare" {
+            arguments.push(path(&output));
+        }
+        arguments.extend(paths.iter().cloned());
         let ran = lumivox(folder.path(), &arguments, &[]);
-        assert_eq!(ran.code, Some(0), "{command}: {}", ran.stderr);
-        std::fs::remove_file(&output).unwrap();
-    }
-    check_error(
-        "no such file",
-        &lumivox(folder.path(), &["render".into(), OsString::from(OsStr::from_bytes(b"\xff.obj")), "-o".into(), "a.png".into()], &[]),
-        2,
-        &["check the path"],
-    );
-}
-
-/// A folder that nobody can write into. Root can write anywhere, so that a file takes the folder's place there.
-#[test]
-fn an_output_folder_that_cannot_be_written() {
-    let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("file"), "").unwrap();
-    let locked = folder.path().join("locked");
-    std::fs::create_dir(&locked).unwrap();
-    let mut permissions = std::fs::metadata(&locked).unwrap().permissions();
-    permissions.set_readonly(true);
-    std::fs::set_permissions(&locked, permissions).unwrap();
-    let is_root = std::fs::write(locked.join("probe"), "").is_ok();
-    for place in ["file", "locked"] {
-        if place == "locked" && is_root {
-            continue;
-        }
-        for extension in ["png", "exr"] {
-            let ran = lumivox(folder.path(), &words(&format!("render bundled:cornell --size 8x8 --set resolution=8 -o {place}/a.{extension}")), &[]);
-            check_error(place, &ran, 1, &[&format!("{place}/a.{extension}"), "folder"]);
+        assert_eq!(ran.code, Some(0), "{line}: {}", ran.stderr);
+        for file in *written {
+            assert!(file.exists(), "{line}: {} is not written", file.display());
+            if file.is_file() { std::fs::remove_file(file).unwrap() } else { std::fs::remove_dir_all(file).unwrap() }
         }
     }
+    let nothing = OsString::from(OsStr::from_bytes(b"\xff.obj"));
+    for line in ["render -o a.png", "reference -o a.png", "scene", "compare a.exr a.exr --scene", "bench -o out"] {
+        let ran = lumivox(folder.path(), &[words(line), vec![nothing.clone()]].concat(), &[]);
+        check_error(line, &ran, 2, &[if line.starts_with("compare") { "a.exr" } else { "check the path" }]);
+    }
+    // No bundled scene and no path.
+    let ran = lumivox(folder.path(), &["scene".into(), OsString::from(OsStr::from_bytes(b"\xff")), "--set".into(), "a=1".into()], &[]);
+    check_error("not a name", &ran, 2, &["no bundled scene"]);
 }
 
 /// A loader that finds no driver, and no loader at all.
@@ -313,7 +272,9 @@ fn an_output_folder_that_cannot_be_written() {
 fn no_device() {
     let folder = tempfile::tempdir().unwrap();
     let nothing = [("VK_ICD_FILENAMES", "/gone.json"), ("VK_DRIVER_FILES", "/gone.json")];
-    for line in ["devices", "render bundled:cornell --size 8x8 -o a.png", "render bundled:cornell --size 8x8 --validate -o a.png"] {
+    for line in
+        ["devices", "voxelize bundled:cornell -o a.vox", "render bundled:cornell --size 8x8 -o a.png", "render bundled:cornell --size 8x8 --validate -o a.png"]
+    {
         check_error(line, &lumivox(folder.path(), &words(line), &nothing), 1, &["no Vulkan device", "install a driver"]);
     }
     // What needs no device does without.
@@ -321,4 +282,46 @@ fn no_device() {
         let ran = lumivox(folder.path(), &words(line), &nothing);
         assert_eq!(ran.code, Some(0), "{line}: {}", ran.stderr);
     }
+}
+
+fn json(path: &Path) -> serde_json::Value {
+    serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
+}
+
+/// The report's error is what `compare` finds, whether the reference is one image or all layers.
+#[test]
+fn render_reports_the_error_against_a_reference() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |line: &str| {
+        let ran = lumivox(folder.path(), &words(line), &[]);
+        assert_eq!(ran.code, Some(0), "{line}: {}", ran.stderr);
+    };
+    run("reference bundled:cornell --size 48x32 --spp 4 --bounces 1 --no-cache --layers -o layers.exr");
+    run("reference bundled:cornell --size 48x32 --spp 4 --bounces 1 --no-cache --aov indirect -o indirect.exr");
+    for reference in ["layers.exr", "indirect.exr"] {
+        run(&format!("render bundled:cornell --size 48x32 --set resolution=16 --aov indirect -o t.exr --report t.json --reference {reference}"));
+        run("compare t.exr indirect.exr --scene bundled:cornell --report c.json");
+        let (report, compared) = (json(&folder.path().join("t.json")), json(&folder.path().join("c.json")));
+        assert_eq!(report["reference_file"], reference);
+        assert_eq!(report["error"]["aov"], "indirect");
+        assert!(report["error"]["pixel"]["rel_rmse"].as_f64().unwrap() > 0.0);
+        // 32-bit numbers are written with fewer digits in one than in the other.
+        let flip = |json: &serde_json::Value| json["error"]["flip"]["mean"].as_f64().unwrap() as f32;
+        assert_eq!(flip(&report), flip(&compared));
+        for key in ["channel", "pixel", "block", "materials"] {
+            assert_eq!(report["error"][key], compared["error"][key], "{reference}: {key}");
+        }
+    }
+    std::fs::write(folder.path().join("text.exr"), "no image").unwrap();
+    let errors: &[(&str, &[&str])] = &[
+        ("--size 8x8 --reference gone.exr", &["gone.exr"]),
+        ("--size 8x8 --reference text.exr", &["text.exr", "OpenEXR"]),
+        ("--size 8x8 --reference indirect.exr", &["indirect.exr", "48x32", "8x8", "--size 48x32"]),
+    ];
+    for (line, says) in errors {
+        let line = format!("render bundled:cornell {line} --frames 100000 -o new.exr");
+        check_error(&line, &lumivox(folder.path(), &words(&line), &[]), 2, says);
+    }
+    run("render bundled:cornell --size 48x32 --set resolution=16 -o t.exr --report t.json");
+    assert!(json(&folder.path().join("t.json"))["error"].is_null());
 }

@@ -4,7 +4,7 @@
 mod support;
 
 use lumivox::graph::plan::{Barrier, Hazard, Span, State, Use, plan};
-use lumivox::graph::{Access, FrameStats, PassTime, Spread, TimesAccumulator, vk};
+use lumivox::graph::{Access, PassTime, Spread, TimesAccumulator, vk};
 use support::Random;
 use support::hazards::verify;
 
@@ -158,7 +158,7 @@ fn spread_and_accumulator() {
     assert_eq!(Spread::of(&[4.0, 1.0]), Some(Spread { median: 2.5, min: 1.0, max: 4.0, n: 2 }));
     let mut times = TimesAccumulator::default();
     for gpu_ms in [1.0, 5.0] {
-        times.add(&FrameStats { passes: vec![PassTime { name: "a".into(), gpu_ms, runs: 1 }] });
+        times.add(&[PassTime { name: "a".into(), gpu_ms, runs: 1 }]);
     }
     let rows = times.rows();
     assert_eq!((rows.len(), rows[0].gpu_ms.median, rows[0].gpu_ms.n), (1, 3.0, 2));

@@ -5,15 +5,15 @@ mod support;
 
 use std::collections::BTreeMap;
 
-use glam::{DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 use lumivox::gi::voxel::oracle::{self, OPPOSED, VoxelIndex, VoxelSum};
-use lumivox::gi::voxel::voxelize::Voxel;
+use lumivox::gi::voxel::passes::Voxel;
 use lumivox::gi::voxel::{Accumulation, Method, VoxelSettings, Voxelizer};
 use lumivox::graph::Gpu;
 use lumivox::render::GpuScene;
 use lumivox::scene::Scene;
 use support::scenes::{bundled, in_unit_grid, lump, scene_of, soup};
-use support::voxels::{Read, area, coordinates, is_opposed, mean_normal, one_sided_share, oracle_grid, unorm10, voxel_settings, voxelize};
+use support::voxels::{Read, area, coordinates, is_opposed, mean_normal, oracle_grid, seen, unorm10, voxel_settings, voxelize};
 use support::{Random, gpu};
 
 /// One attribute: the largest difference, and the largest as a share of what is allowed.
@@ -78,14 +78,18 @@ fn compare(read: &Read, sums: &BTreeMap<VoxelIndex, VoxelSum>, coverage: bool) -
         comparison.see("albedo root", root, TEN_BITS + (weight / sum.albedo.min_element().sqrt().max(1e-3)).min(weight.sqrt()));
         comparison.see("mean position", (unorm10(record.mean_position) - sum.mean_position).abs().max_element(), TEN_BITS + weight);
         let opacity = if coverage { sum.coverage } else { 1.0 };
-        comparison.see("coverage", (f64::from(record.coverage & 0xffff) / 65535.0 - opacity).abs(), area_error + 1e-4);
-        comparison.see("one-sided share", (one_sided_share(record) - sum.one_sided_share).abs(), 1e-4 + 2.0 * weight);
-        // Where the share decides clearly, so must the record; which of two axes has more is told by what it leaves.
-        if (sum.one_sided_share - OPPOSED).abs() > 1e-3 + 2.0 * weight {
+        comparison.see("coverage", (f64::from(record.coverage & 0xfff) / 4095.0 - opacity).abs(), area_error + 2e-4);
+        let seen = (seen(record) - DVec2::new(sum.seen_from_one, sum.seen_from_both)).abs().max_element();
+        comparison.see("seen share", seen, 0.5 / 255.0 + 2.0 * weight);
+        if (sum.opposed - OPPOSED).abs() > 1e-3 + 2.0 * weight {
             comparison.see("opposed", f64::from(u8::from(is_opposed(record) != sum.opposed_axis.is_some())), 0.5);
         }
         if let Some(emission) = read.emission.get(index) {
             let emitted = DVec3::new(f64::from(emission[0]), f64::from(emission[1]), f64::from(emission[2]));
+            if sum.emission.max_element() > 1e-3 * largest_emission(sums) && sum.opposed > OPPOSED + 0.1 || sum.opposed < 0.01 {
+                let error = (f64::from(emission[3]) - sum.emission_ahead).abs() * sum.emission.max_element();
+                comparison.see("emission ahead", error, 1e-5 + 2.0 * weight * largest_emission(sums));
+            }
             comparison.see("emission", (emitted - sum.emission).abs().max_element(), 1e-5 + weight * largest_emission(sums));
         }
     }
@@ -255,8 +259,8 @@ fn comparators_notice_planted_errors() {
         ("normal", |record| record.normal = record.normal & !1023 | (record.normal + 4) & 1023),
         ("albedo root", |record| record.albedo = record.albedo & !1023 | (record.albedo ^ 4) & 1023),
         ("mean position", |record| record.mean_position ^= 4 << 20),
-        ("coverage", |record| record.coverage = record.coverage & !0xffff | record.coverage.wrapping_sub(80) & 0xffff),
-        ("one-sided share", |record| record.coverage -= 80 << 16),
+        ("coverage", |record| record.coverage = record.coverage & !0xfff | record.coverage.wrapping_sub(20) & 0xfff),
+        ("seen share", |record| record.coverage ^= 16 << 12),
         ("opposed", |record| record.coverage ^= 1 << 29),
     ];
     for (name, plant) in plants {

@@ -241,7 +241,7 @@ impl RayScene {
     }
 }
 
-fn unorm10_position(record: &lumivox::gi::voxel::voxelize::Voxel) -> DVec3 {
+fn unorm10_position(record: &lumivox::gi::voxel::passes::Voxel) -> DVec3 {
     unorm10(record.mean_position)
 }
 

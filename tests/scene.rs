@@ -346,3 +346,41 @@ fn missing_textures_are_mid_grey_on_request() {
     assert!((scene.textures[0].texel(0, 0).x - 0.5).abs() < 0.005);
     assert_eq!(scene.textures[1].texel(0, 0).x, 1.0);
 }
+
+/// Area of the triangles, each counted as it faces `towards` [m²]; the most that is turned away.
+fn facing_area(scene: &Scene, towards: Vec3) -> (f32, f32) {
+    let area = |triangle| {
+        let [a, b, c] = corners(scene, triangle);
+        0.5 * (b - a).cross(c - a).dot(towards)
+    };
+    (0..scene.triangles.len()).map(area).fold((0.0, 0.0), |(sum, least): (f32, f32), area| (sum + area, least.min(area)))
+}
+
+/// An L in the wall x = 1, from every first corner: three squares and nothing outside, each corner with its own texture coordinate.
+#[test]
+fn concave_faces_are_covered_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let outline = [(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)];
+    let head: String = outline.iter().map(|(y, z)| format!("v 1 {y} {z}\nvt {y} {z}\n")).collect();
+    for first in 0..6 {
+        let order = (0..6).map(|i| 1 + (first + i) % 6).map(|i| format!(" {i}/{i}")).collect::<String>();
+        let scene = load_obj(folder.path(), &format!("{head}f{order}\n"), "");
+        assert_eq!(scene.triangles.len(), 4);
+        let (area, turned) = facing_area(&scene, Vec3::X);
+        assert!((area - 3.0).abs() < 1e-5 && turned >= 0.0, "from corner {first}: area {area}, turned {turned}");
+        assert!(scene.vertices.iter().all(|vertex| [vertex.u, vertex.v] == vertex.position[1..]), "texture coordinates are mixed up");
+    }
+}
+
+/// A face that winds back on itself, one without area beside a good one, and one that crosses itself: what can be covered is.
+#[test]
+fn degenerate_faces_leave_the_others() {
+    let folder = tempfile::tempdir().unwrap();
+    let points = "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 3 0 0\nv 0 2 0\nv 2 2 0\nv 0 1 0\n";
+    let scene = load_obj(folder.path(), &format!("{points}f 1 2 3 4\nf 1 3 6 5\n"), "");
+    assert_eq!(facing_area(&scene, Vec3::Z), (4.0, 0.0));
+    let scene = load_obj(folder.path(), &format!("{points}f 1 1 2 3 3 6 6 5 5\n"), "");
+    assert_eq!(facing_area(&scene, Vec3::Z), (4.0, 0.0));
+    let crossing = load_obj(folder.path(), &format!("{points}f 1 6 3 7\n"), "");
+    assert!(!crossing.triangles.is_empty());
+}

@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 use indicatif::{ProgressBar, ProgressStyle};
 use lumivox::frame::FrameSettings;
 use lumivox::gi::registry::{Entry, find};
-use lumivox::graph::DeviceChoice;
 use lumivox::measure::bench::{BenchError, BenchSettings, Case, Truth, cases, choose_timing, measure};
+use lumivox::measure::chart::Chart;
 use lumivox::measure::report::{ReferenceInfo, Report, Timing};
 use lumivox::measure::{error_chart, memory_chart, passes_chart, table};
 use lumivox::metrics::Channel;
@@ -17,7 +17,7 @@ use lumivox::reference::{Bounces, Filter, ReferenceError, Sampling, Settings, ca
 use lumivox::scene::{LoadOptions, Scene};
 
 use super::CliError;
-use super::common::{parse_size, say};
+use super::common::{DeviceArgs, ShadowArgs, check_output, check_output_folder, parse_channel, parse_size, say};
 
 /// Measure techniques, presets and resolutions: time per pass, memory, error against the path-traced reference.
 #[derive(clap::Args)]
@@ -46,9 +46,8 @@ pub(crate) struct Args {
     /// Width and height (px).
     #[arg(long, value_name = "WxH", default_value = "256x256", value_parser = parse_size)]
     size: (u32, u32),
-    /// Width and height of each shadow map and reflective shadow map (texels).
-    #[arg(long, value_name = "N", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(16..=8192))]
-    shadow_resolution: u32,
+    #[command(flatten)]
+    shadow: ShadowArgs,
     /// Do without the reference: no errors.
     #[arg(long)]
     no_reference: bool,
@@ -58,9 +57,8 @@ pub(crate) struct Args {
     /// Compare luminance, or red, green and blue.
     #[arg(long, value_name = "luminance|rgb", default_value = "luminance", value_parser = parse_channel)]
     channel: Channel,
-    /// Device, by index or part of its name; `lumivox devices` lists them.
-    #[arg(long, value_name = "INDEX|NAME")]
-    device: Option<String>,
+    #[command(flatten)]
+    device: DeviceArgs,
     /// Where times come from: timestamps, or host (every pass by itself) [default: host on a CPU device, timestamps elsewhere].
     #[arg(long, value_name = "host|timestamps", value_parser = parse_timing)]
     timing: Option<Timing>,
@@ -79,21 +77,44 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     }
     let techniques: Vec<&'static Entry> = args.technique.iter().map(|name| find(name)).collect::<Result<_, _>>().map_err(CliError::input)?;
     let cases = cases(&techniques, &args.preset, &args.resolution, &args.set).map_err(CliError::input)?;
+    check_output_folder(&args.output)?;
     let options = LoadOptions { allow_missing_textures: args.allow_missing_textures };
     let scenes: Vec<Scene> = args.scene.iter().map(|scene| Scene::open(scene, &options)).collect::<Result<_, _>>().map_err(CliError::input)?;
-    let device = args.device.as_deref().map(DeviceChoice::from).unwrap_or_default();
+    let stems = stems(&scenes, &args.output);
+    stems.iter().flat_map(|stem| outputs(stem)).filter(|path| path.exists()).try_for_each(|path| check_output(&path))?;
+    let device = args.device.choice();
     let timing = args.timing.map_or_else(|| choose_timing(&device), Ok).map_err(CliError::failed)?;
-    let frame = FrameSettings { size: [args.size.0, args.size.1], shadow_resolution: args.shadow_resolution };
+    let frame = FrameSettings { size: [args.size.0, args.size.1], shadow_resolution: args.shadow.shadow_resolution };
     let settings = BenchSettings { device, timing, frame, frames: args.frames, rebuilds: args.rebuilds, channel: args.channel };
     std::fs::create_dir_all(&args.output)
         .map_err(|error| CliError::failed(format!("cannot make the folder {}: {error}; name another with -o", args.output.display())))?;
-    let mut stems: Vec<String> = Vec::new();
-    for scene in &scenes {
-        let stem = unused_stem(&scene.name, &stems);
-        bench_scene(args, scene, &cases, &settings, &args.output.join(&stem), quiet)?;
-        stems.push(stem);
+    scenes.iter().zip(&stems).try_for_each(|(scene, stem)| bench_scene(args, scene, &cases, &settings, stem, quiet))
+}
+
+/// Where the files of each scene go, without what follows the scene's name.
+fn stems(scenes: &[Scene], folder: &Path) -> Vec<PathBuf> {
+    let mut names: Vec<String> = Vec::new();
+    for scene in scenes {
+        names.push(unused_stem(&scene.name, &names));
     }
-    Ok(())
+    names.iter().map(|name| folder.join(name)).collect()
+}
+
+/// Every file that a scene's benchmark may write.
+fn outputs(stem: &Path) -> Vec<PathBuf> {
+    let charts = CHARTS.iter().flat_map(|(what, _)| ["svg", "png"].map(|extension| chart_stem(stem, what).with_extension(extension)));
+    ["jsonl", "csv"].map(|extension| stem.with_extension(extension)).into_iter().chain(charts).collect()
+}
+
+/// What follows the scene's name in a chart's file name, and what draws it.
+type NamedChart = (&'static str, fn(&[Report]) -> Option<Chart>);
+
+static CHARTS: &[NamedChart] = &[("error", error_chart), ("passes", passes_chart), ("memory", memory_chart)];
+
+fn chart_stem(stem: &Path, what: &str) -> PathBuf {
+    let mut name = stem.file_name().unwrap_or_default().to_owned();
+    name.push(format!("-{what}"));
+    stem.with_file_name(name)
 }
 
 /// A file name for a scene that no scene before it has.
@@ -137,12 +158,10 @@ fn bench_scene(args: &Args, scene: &Scene, cases: &[Case], settings: &BenchSetti
     bar.finish_and_clear();
     let csv = stem.with_extension("csv");
     std::fs::write(&csv, table::csv(&reports)).map_err(|error| unwritten(&csv, error))?;
-    let charts = [("error", error_chart(&reports)), ("passes", passes_chart(&reports)), ("memory", memory_chart(&reports))];
-    for (what, chart) in charts {
-        let Some(chart) = chart else { continue };
-        let mut name = stem.file_name().unwrap_or_default().to_owned();
-        name.push(format!("-{what}"));
-        chart.write(&stem.with_file_name(name)).map_err(CliError::failed)?;
+    for (what, chart) in CHARTS {
+        if let Some(chart) = chart(&reports) {
+            chart.write(&chart_stem(stem, what)).map_err(CliError::failed)?;
+        }
     }
     Ok(())
 }
@@ -178,13 +197,5 @@ fn parse_timing(text: &str) -> Result<Timing, String> {
         "host" => Ok(Timing::Host),
         "timestamps" => Ok(Timing::Timestamps),
         _ => Err(String::from("write host or timestamps")),
-    }
-}
-
-fn parse_channel(text: &str) -> Result<Channel, String> {
-    match text {
-        "luminance" => Ok(Channel::Luminance),
-        "rgb" => Ok(Channel::Rgb),
-        _ => Err(String::from("write luminance or rgb")),
     }
 }

@@ -1,24 +1,185 @@
 //! What several subcommands need.
 
-use std::io::Write as _;
-use std::path::Path;
+use std::ffi::OsString;
+use std::fs::OpenOptions;
+use std::io::{ErrorKind, Write as _};
+use std::path::{Path, PathBuf};
 
+use lumivox::gi::Settings;
+use lumivox::gi::registry::{Entry, find};
+use lumivox::graph::DeviceChoice;
+use lumivox::image::{Aov, Image, write_exr, write_png};
+use lumivox::metrics::Channel;
 use lumivox::reference::MAX_SIZE_PX;
+use lumivox::scene::{LoadOptions, Scene};
 
 use super::CliError;
+
+/// Which scene.
+#[derive(clap::Args)]
+pub(super) struct SceneArgs {
+    /// `bundled:NAME`, or the path of a .toml or .obj file.
+    scene: OsString,
+    /// Render missing textures mid-grey instead of failing.
+    #[arg(long)]
+    allow_missing_textures: bool,
+}
+
+impl SceneArgs {
+    /// Loads it.
+    pub(super) fn open(&self) -> Result<Scene, CliError> {
+        Scene::open(&self.scene, &LoadOptions { allow_missing_textures: self.allow_missing_textures }).map_err(CliError::input)
+    }
+}
+
+/// Which picture of a scene, and where it goes.
+#[derive(clap::Args)]
+pub(super) struct PictureArgs {
+    /// Width and height (px).
+    #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse_size)]
+    pub(super) size: (u32, u32),
+    /// What to write: full, direct, indirect, diffuse, specular, visibility, emission, albedo, normal, depth.
+    #[arg(long, default_value = "full")]
+    pub(super) aov: Aov,
+    /// The image: .exr (linear, 32-bit float) or .png (sRGB).
+    #[arg(short, long, value_name = "FILE")]
+    pub(super) output: PathBuf,
+    /// Factor applied before the clamp of a .png.
+    #[arg(long, value_name = "X", default_value_t = 1.0)]
+    exposure: f32,
+    /// Write settings and what was measured as JSON.
+    #[arg(long, value_name = "FILE.json")]
+    pub(super) report: Option<PathBuf>,
+}
+
+impl PictureArgs {
+    /// Sees, before any work, that it can be done.
+    pub(super) fn check(&self) -> Result<(), CliError> {
+        self.is_exr()?;
+        check_positive("--exposure", Some(self.exposure))?;
+        check_output(&self.output)?;
+        self.report.iter().try_for_each(|path| check_output(path))
+    }
+
+    /// Whether the image is to be EXR rather than PNG, by its extension.
+    pub(super) fn is_exr(&self) -> Result<bool, CliError> {
+        match self.output.extension().and_then(|extension| extension.to_str()).map(str::to_ascii_lowercase).as_deref() {
+            Some("exr") => Ok(true),
+            Some("png") => Ok(false),
+            _ => Err(CliError::input(format!("{}: the name must end in .exr or .png", self.output.display()))),
+        }
+    }
+
+    /// Writes the image.
+    pub(super) fn write(&self, image: &Image) -> Result<(), CliError> {
+        let written = if self.is_exr()? { write_exr(&self.output, image) } else { write_png(&self.output, image, self.exposure) };
+        written.map_err(CliError::failed)
+    }
+}
+
+/// Which technique, with which settings.
+#[derive(clap::Args)]
+pub(super) struct TechniqueArgs {
+    /// Technique; `lumivox techniques` lists them.
+    #[arg(long, default_value = "voxel-mips")]
+    technique: String,
+    /// Preset of the technique.
+    #[arg(long)]
+    preset: Option<String>,
+    /// One setting of the technique, on top of the preset; may be repeated.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    set: Vec<String>,
+}
+
+impl TechniqueArgs {
+    /// The technique and all its settings, `more` on top of those that are set here.
+    pub(super) fn choose(&self, more: impl IntoIterator<Item = String>) -> Result<(&'static Entry, Settings), CliError> {
+        let entry = find(&self.technique).map_err(CliError::input)?;
+        let set: Vec<String> = self.set.iter().cloned().chain(more).collect();
+        let settings = entry.settings(self.preset.as_deref(), &set).map_err(CliError::input)?;
+        Ok((entry, settings))
+    }
+
+    /// The preset that the settings started from.
+    pub(super) fn preset(&self, entry: &Entry) -> Option<String> {
+        self.preset.clone().or_else(|| entry.presets.first().map(|preset| preset.name.to_owned()))
+    }
+}
+
+/// Which device.
+#[derive(clap::Args)]
+pub(super) struct DeviceArgs {
+    /// Device, by index or part of its name; `lumivox devices` lists them.
+    #[arg(long, value_name = "INDEX|NAME")]
+    device: Option<String>,
+}
+
+impl DeviceArgs {
+    /// The choice; without one, the best device.
+    pub(super) fn choice(&self) -> DeviceChoice {
+        self.device.as_deref().map(DeviceChoice::from).unwrap_or_default()
+    }
+}
+
+/// Shadow maps of the frame.
+#[derive(clap::Args)]
+pub(super) struct ShadowArgs {
+    /// Width and height of each shadow map and reflective shadow map (texels).
+    #[arg(long, value_name = "N", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(16..=8192))]
+    pub(super) shadow_resolution: u32,
+}
 
 /// Prints a line. That nobody reads it any more is no failure of the work.
 pub(super) fn say(line: &str) {
     let _ = writeln!(std::io::stdout(), "{line}");
 }
 
-/// Whether a file is to be EXR rather than PNG, by its extension.
-pub(super) fn is_exr(path: &Path) -> Result<bool, CliError> {
-    match path.extension().and_then(|extension| extension.to_str()).map(str::to_ascii_lowercase).as_deref() {
-        Some("exr") => Ok(true),
-        Some("png") => Ok(false),
-        _ => Err(CliError::input(format!("{}: the name must end in .exr or .png", path.display()))),
+/// An error unless the value of an option is finite and above 0.
+pub(super) fn check_positive(option: &str, value: Option<f32>) -> Result<(), CliError> {
+    match value.filter(|value| !(value.is_finite() && *value > 0.0)) {
+        Some(value) => Err(CliError::input(format!("{option} is {value}; it must be above 0"))),
+        None => Ok(()),
     }
+}
+
+/// Sees that a file can be written before the work that fills it: opens it, changes nothing in it, and removes it where it was not there before.
+pub(super) fn check_output(path: &Path) -> Result<(), CliError> {
+    let probe = match std::fs::metadata(path) {
+        Ok(found) if found.is_dir() => return Err(CliError::failed(format!("cannot write {}: it is a folder; name a file in it", path.display()))),
+        // A pipe would wait for its reader here.
+        Ok(found) if !found.is_file() => return Ok(()),
+        Ok(_) => OpenOptions::new().write(true).open(path).map(drop),
+        // A link to a file that is still to be made.
+        Err(_) if path.is_symlink() => return Ok(()),
+        Err(_) => make_and_remove(path),
+    };
+    probe.map_err(|error| CliError::failed(format!("cannot write {}: {error}; check that the folder exists, is writable and has space", path.display())))
+}
+
+/// Sees that files can be written into a folder, which is made later where it does not exist.
+pub(super) fn check_output_folder(path: &Path) -> Result<(), CliError> {
+    let above = path.ancestors().map(|folder| if folder.as_os_str().is_empty() { Path::new(".") } else { folder });
+    let existing = above.into_iter().find(|folder| folder.exists()).unwrap_or(path);
+    let probe = match existing.is_dir() {
+        true => make_and_remove(&existing.join(format!(".lumivox-{}", std::process::id()))),
+        false => Err(ErrorKind::NotADirectory.into()),
+    };
+    probe.map_err(|error| {
+        let (path, existing) = (path.display(), existing.display());
+        CliError::failed(format!("cannot write into the folder {path}: {existing}: {error}; make it a writable folder, or name another with -o"))
+    })
+}
+
+fn make_and_remove(path: &Path) -> std::io::Result<()> {
+    OpenOptions::new().write(true).create_new(true).open(path)?;
+    std::fs::remove_file(path)
+}
+
+/// Writes a report as one JSON object.
+pub(super) fn write_report(path: &Path, report: &serde_json::Value) -> Result<(), CliError> {
+    std::fs::write(path, format!("{report:#}\n")).map_err(|error| {
+        CliError::failed(format!("cannot write the report {}: {error}; check that the folder exists, is writable and has space", path.display()))
+    })
 }
 
 /// A size written as WIDTHxHEIGHT.
@@ -27,4 +188,13 @@ pub(super) fn parse_size(text: &str) -> Result<(u32, u32), String> {
     let (width, height) = parts.ok_or_else(|| String::from("write WIDTHxHEIGHT, as in 1280x720"))?;
     let is_possible = |size: &u32| (1..=MAX_SIZE_PX).contains(size);
     if is_possible(&width) && is_possible(&height) { Ok((width, height)) } else { Err(format!("width and height must be 1 to {MAX_SIZE_PX} px")) }
+}
+
+/// A channel by its name.
+pub(super) fn parse_channel(text: &str) -> Result<Channel, String> {
+    match text {
+        "luminance" => Ok(Channel::Luminance),
+        "rgb" => Ok(Channel::Rgb),
+        _ => Err(String::from("write luminance or rgb")),
+    }
 }

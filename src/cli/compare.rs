@@ -1,5 +1,6 @@
 //! `lumivox compare`: how far one image is from another.
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 
 use lumivox::image::{Image, luminance, read_exr, write_heatmap};
@@ -8,8 +9,7 @@ use lumivox::reference::guide;
 use lumivox::scene::{LoadOptions, Scene};
 
 use super::CliError;
-use super::common::say;
-use super::reference::write_report;
+use super::common::{check_output, check_positive, parse_channel, say, write_report};
 
 /// Compare an image with a reference, both linear EXR.
 #[derive(clap::Args)]
@@ -23,7 +23,7 @@ pub(crate) struct Args {
     channel: Channel,
     /// The scene that both show from its camera: leaves out pixels without a surface, adds blocks and materials.
     #[arg(long)]
-    scene: Option<String>,
+    scene: Option<OsString>,
     /// Render missing textures mid-grey instead of failing.
     #[arg(long, requires = "scene")]
     allow_missing_textures: bool,
@@ -36,18 +36,16 @@ pub(crate) struct Args {
     /// The difference shown brightest [default: the mean luminance of the reference].
     #[arg(long, value_name = "X", requires = "heatmap")]
     heatmap_scale: Option<f32>,
-    /// Write the metrics as JSON (a metric that is not finite is null).
+    /// Write the metrics as JSON (a metric that is not finite is null, and what in a path is not UTF-8 is U+FFFD).
     #[arg(long, value_name = "FILE.json")]
     report: Option<PathBuf>,
 }
 
 /// Reads, compares, prints.
 pub(crate) fn run(args: &Args) -> Result<(), CliError> {
-    for (name, value) in [("--exposure", args.exposure), ("--heatmap-scale", args.heatmap_scale)] {
-        if let Some(value) = value.filter(|value| !(value.is_finite() && *value > 0.0)) {
-            return Err(CliError::input(format!("{name} is {value}; it must be above 0")));
-        }
-    }
+    check_positive("--exposure", args.exposure)?;
+    check_positive("--heatmap-scale", args.heatmap_scale)?;
+    [&args.heatmap, &args.report].into_iter().flatten().try_for_each(|path| check_output(path))?;
     let image = read_exr(&args.image).map_err(CliError::input)?;
     let reference = read_exr(&args.reference).map_err(CliError::input)?;
     let options = LoadOptions { allow_missing_textures: args.allow_missing_textures };
@@ -101,9 +99,9 @@ fn report(args: &Args, comparison: &Comparison, flip: &Flip, names: &[&str]) -> 
     serde_json::json!({
         "schema_version": 1,
         "version": env!("CARGO_PKG_VERSION"),
-        "image": args.image,
-        "reference": args.reference,
-        "scene": args.scene,
+        "image": args.image.to_string_lossy(),
+        "reference": args.reference.to_string_lossy(),
+        "scene": args.scene.as_ref().map(|scene| scene.to_string_lossy()),
         "error": {
             "channel": comparison.channel,
             "pixel": comparison.pixel,
@@ -112,12 +110,4 @@ fn report(args: &Args, comparison: &Comparison, flip: &Flip, names: &[&str]) -> 
             "materials": materials,
         },
     })
-}
-
-fn parse_channel(text: &str) -> Result<Channel, String> {
-    match text {
-        "luminance" => Ok(Channel::Luminance),
-        "rgb" => Ok(Channel::Rgb),
-        _ => Err(String::from("write luminance or rgb")),
-    }
 }

@@ -8,6 +8,7 @@ mod reference;
 mod render;
 mod scene;
 mod techniques;
+mod voxelize;
 
 use std::process::ExitCode;
 
@@ -55,6 +56,7 @@ enum Command {
     Techniques(techniques::Args),
     Reference(reference::Args),
     Compare(compare::Args),
+    Voxelize(voxelize::Args),
     Devices(devices::Args),
 }
 
@@ -70,6 +72,7 @@ pub(crate) fn run() -> ExitCode {
         Command::Techniques(args) => techniques::run(&args),
         Command::Reference(args) => reference::run(&args, cli.quiet),
         Command::Compare(args) => compare::run(&args),
+        Command::Voxelize(args) => voxelize::run(&args, cli.quiet),
         Command::Devices(args) => devices::run(&args),
     };
     match result {

@@ -1,31 +1,25 @@
 //! `lumivox reference`: renders the path-traced reference.
 
-use std::ffi::OsString;
-use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use indicatif::{ProgressBar, ProgressStyle};
-use lumivox::image::{Aov, write_exr, write_planes, write_png};
+use lumivox::image::write_planes;
 use lumivox::reference::{Bounces, Filter, ReferenceError, ReferenceImage, Sampling, Settings, cache_dir, cached, render};
-use lumivox::scene::{LoadOptions, Scene};
+use lumivox::scene::Scene;
 
 use super::CliError;
-use super::common::{is_exr, parse_size, say};
+use super::common::{PictureArgs, SceneArgs, say, write_report};
 
 /// Render the path-traced reference of a scene on the CPU.
 #[derive(clap::Args)]
 pub(crate) struct Args {
-    /// `bundled:NAME`, or the path of a .toml or .obj file.
-    scene: OsString,
-    /// Width and height (px).
-    #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse_size)]
-    size: (u32, u32),
+    #[command(flatten)]
+    scene: SceneArgs,
+    #[command(flatten)]
+    picture: PictureArgs,
     /// Indirect bounces: a number (0 is direct light only), or `full` for all.
     #[arg(long, value_name = "N|full", default_value = "full", value_parser = parse_bounces)]
     bounces: Bounces,
-    /// What to write: full, direct, indirect, diffuse, specular, visibility, emission, albedo, normal, depth.
-    #[arg(long, default_value = "full")]
-    aov: Aov,
     /// Write every output as a layer of one EXR, with `full` as R, G, B.
     #[arg(long, conflicts_with = "aov")]
     layers: bool,
@@ -44,34 +38,19 @@ pub(crate) struct Args {
     /// Seed of the random numbers.
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
-    /// The image: .exr (linear, 32-bit float) or .png (sRGB).
-    #[arg(short, long, value_name = "FILE")]
-    output: PathBuf,
-    /// Factor applied before the clamp of a .png.
-    #[arg(long, value_name = "X", default_value_t = 1.0)]
-    exposure: f32,
-    /// Write settings, noise and time as JSON.
-    #[arg(long, value_name = "FILE.json")]
-    report: Option<PathBuf>,
     /// Render even where the cache has the result, and keep nothing.
     #[arg(long)]
     no_cache: bool,
-    /// Render missing textures mid-grey instead of failing.
-    #[arg(long)]
-    allow_missing_textures: bool,
 }
 
 /// Loads, renders or finds in the cache, writes.
 pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
-    let is_exr = is_exr(&args.output)?;
-    if args.layers && !is_exr {
-        return Err(CliError::input(format!("--layers needs an .exr, not {}", args.output.display())));
+    let picture = &args.picture;
+    picture.check()?;
+    if args.layers && !picture.is_exr()? {
+        return Err(CliError::input(format!("--layers needs an .exr, not {}", picture.output.display())));
     }
-    if !(args.exposure.is_finite() && args.exposure > 0.0) {
-        return Err(CliError::input(format!("--exposure is {}; it must be above 0", args.exposure)));
-    }
-    let options = LoadOptions { allow_missing_textures: args.allow_missing_textures };
-    let scene = Scene::open(&args.scene, &options).map_err(CliError::input)?;
+    let scene = args.scene.open()?;
     let settings = settings(args);
     let start = Instant::now();
     let bar = progress_bar(quiet);
@@ -86,18 +65,13 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     })?;
     bar.finish_and_clear();
     let wall_s = start.elapsed().as_secs_f64();
-    match (is_exr, args.layers) {
-        (true, true) => write_planes(&args.output, &image.aov_planes()),
-        (true, false) => write_exr(&args.output, &image.aov(args.aov)),
-        (false, _) => write_png(&args.output, &image.aov(args.aov), args.exposure),
-    }
-    .map_err(CliError::failed)?;
-    if let Some(path) = &args.report {
+    if args.layers { write_planes(&picture.output, &image.aov_planes()).map_err(CliError::failed) } else { picture.write(&image.aov(picture.aov)) }?;
+    if let Some(path) = &picture.report {
         write_report(path, &report(args, &scene, &image, wall_s))?;
     }
     if !quiet {
         let error = image.radiance_error();
-        let (path, samples) = (args.output.display(), image.mean_samples());
+        let (path, samples) = (picture.output.display(), image.mean_samples());
         say(&format!(
             "{path}: {samples:.0} samples per pixel, standard error {:.2}% per pixel, {:.4}% of the image mean, {wall_s:.1} s",
             error.pixel * 100.0,
@@ -108,7 +82,7 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
 }
 
 fn settings(args: &Args) -> Settings {
-    let (width, height) = args.size;
+    let (width, height) = args.picture.size;
     let sampling = match args.spp {
         Some(spp) => Sampling::Fixed { spp },
         None => Sampling::Adaptive { max_error: args.max_error as f32, max_spp: args.max_spp },
@@ -136,8 +110,8 @@ fn report(args: &Args, scene: &Scene, image: &ReferenceImage, wall_s: f64) -> se
         "scene": scene.name,
         "technique": "reference",
         "settings": {
-            "width": args.size.0,
-            "height": args.size.1,
+            "width": args.picture.size.0,
+            "height": args.picture.size.1,
             "bounces": bounces,
             "filter": match args.filter { Filter::Center => "center", Filter::Box => "box" },
             "spp": args.spp,
@@ -145,17 +119,10 @@ fn report(args: &Args, scene: &Scene, image: &ReferenceImage, wall_s: f64) -> se
             "max_spp": args.spp.is_none().then_some(args.max_spp),
             "seed": args.seed,
         },
-        "aov": args.aov.name(),
+        "aov": args.picture.aov.name(),
         "samples_per_pixel": image.mean_samples(),
         "standard_error": { "full": image.radiance_error(), "indirect": image.indirect_error() },
         "wall_s": wall_s,
-    })
-}
-
-/// Writes a report as one JSON object.
-pub(super) fn write_report(path: &Path, report: &serde_json::Value) -> Result<(), CliError> {
-    std::fs::write(path, format!("{report:#}\n")).map_err(|error| {
-        CliError::failed(format!("cannot write the report {}: {error}; check that the folder exists, is writable and has space", path.display()))
     })
 }
 

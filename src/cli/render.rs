@@ -1,66 +1,37 @@
 //! `lumivox render`: one picture by one technique.
 
-use std::ffi::OsString;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use lumivox::frame::{FrameSettings, Renderer};
-use lumivox::gi::registry::find;
-use lumivox::graph::{DeviceChoice, Gpu, GpuOptions, PassTimes, TimesAccumulator};
-use lumivox::image::{Aov, write_exr, write_png};
-use lumivox::measure::report::Report;
-use lumivox::scene::{LoadOptions, Scene};
+use lumivox::graph::{Gpu, GpuOptions, PassTimes, TimesAccumulator};
+use lumivox::image::{GuideImage, Image, read_aov};
+use lumivox::measure::report::{ErrorReport, Report};
+use lumivox::metrics::{Channel, Errors};
+use lumivox::reference::guide;
+use lumivox::scene::Scene;
 
 use super::CliError;
-use super::common::{is_exr, parse_size, say};
+use super::common::{DeviceArgs, PictureArgs, SceneArgs, ShadowArgs, TechniqueArgs, say};
 
 /// Render a scene with one technique.
 #[derive(clap::Args)]
 pub(crate) struct Args {
-    /// `bundled:NAME`, or the path of a .toml or .obj file.
-    scene: OsString,
     #[command(flatten)]
-    pub(super) technique: TechniqueArgs,
-    /// What to write: full, direct, indirect, diffuse, specular, visibility, emission, albedo, normal, depth.
-    #[arg(long, default_value = "full")]
-    aov: Aov,
-    /// The image: .exr (linear, 32-bit float) or .png (sRGB).
-    #[arg(short, long, value_name = "FILE")]
-    output: PathBuf,
-    /// Factor applied before the clamp of a .png.
-    #[arg(long, value_name = "X", default_value_t = 1.0)]
-    exposure: f32,
-    /// Write times, memory and counts as JSON.
-    #[arg(long, value_name = "FILE.json")]
-    report: Option<PathBuf>,
+    scene: SceneArgs,
+    #[command(flatten)]
+    technique: TechniqueArgs,
+    #[command(flatten)]
+    picture: PictureArgs,
+    #[command(flatten)]
+    shadow: ShadowArgs,
+    #[command(flatten)]
+    device: DeviceArgs,
     /// Frames to render; times are the medians over all but the first.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     frames: u32,
-    /// Render missing textures mid-grey instead of failing.
-    #[arg(long)]
-    allow_missing_textures: bool,
-}
-
-/// Which technique, on which device.
-#[derive(clap::Args)]
-pub(crate) struct TechniqueArgs {
-    /// Technique; `lumivox techniques` lists them.
-    #[arg(long, default_value = "voxel-mips")]
-    technique: String,
-    /// Preset of the technique.
-    #[arg(long)]
-    preset: Option<String>,
-    /// One setting of the technique, on top of the preset; may be repeated.
-    #[arg(long = "set", value_name = "KEY=VALUE")]
-    set: Vec<String>,
-    /// Width and height (px).
-    #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse_size)]
-    size: (u32, u32),
-    /// Width and height of each shadow map and reflective shadow map (texels).
-    #[arg(long, value_name = "N", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(16..=8192))]
-    shadow_resolution: u32,
-    /// Device, by index or part of its name; `lumivox devices` lists them.
-    #[arg(long, value_name = "INDEX|NAME")]
-    device: Option<String>,
+    /// The reference's image of the same output, or all outputs as `reference --layers` writes them: the report gets the error against it.
+    #[arg(long, value_name = "FILE.exr")]
+    reference: Option<PathBuf>,
     /// Run with the Vulkan validation layer and synchronization validation; any message is a failure.
     #[arg(long)]
     validate: bool,
@@ -72,46 +43,44 @@ pub(crate) struct TechniqueArgs {
     isolate_passes: bool,
 }
 
-impl TechniqueArgs {
-    /// Opens the device.
-    pub(super) fn gpu(&self) -> Result<Gpu, CliError> {
-        let device = self.device.as_deref().map(DeviceChoice::from).unwrap_or_default();
-        Gpu::new(&GpuOptions { device, validate: self.validate, trace_barriers: self.trace_barriers, isolate_passes: self.isolate_passes })
-            .map_err(CliError::failed)
+impl Args {
+    fn gpu(&self) -> Result<Gpu, CliError> {
+        let Args { validate, trace_barriers, isolate_passes, .. } = *self;
+        Gpu::new(&GpuOptions { device: self.device.choice(), validate, trace_barriers, isolate_passes }).map_err(CliError::failed)
     }
 }
 
 /// Loads, renders, writes.
 pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
-    let is_exr = is_exr(&args.output)?;
-    if !(args.exposure.is_finite() && args.exposure > 0.0) {
-        return Err(CliError::input(format!("--exposure is {}; it must be above 0", args.exposure)));
-    }
-    let choice = &args.technique;
-    let entry = find(&choice.technique).map_err(CliError::input)?;
-    let settings = entry.settings(choice.preset.as_deref(), &choice.set).map_err(CliError::input)?;
-    let scene = Scene::open(&args.scene, &LoadOptions { allow_missing_textures: args.allow_missing_textures }).map_err(CliError::input)?;
-    let gpu = choice.gpu()?;
-    let size = [choice.size.0, choice.size.1];
-    let frame = FrameSettings { size, shadow_resolution: choice.shadow_resolution };
+    args.picture.check()?;
+    let (entry, settings) = args.technique.choose([])?;
+    let scene = args.scene.open()?;
+    let truth = args.reference.as_ref().map(|path| Truth::read(path, &scene, &args.picture)).transpose()?;
+    let gpu = args.gpu()?;
+    let size = args.picture.size.into();
+    let frame = FrameSettings { size, shadow_resolution: args.shadow.shadow_resolution };
     let (mut renderer, build) = Renderer::new(&gpu, &scene, entry, &settings, frame).map_err(CliError::failed)?;
     let mut times = TimesAccumulator::default();
     for index in 0..args.frames {
         let stats = renderer.render(&scene.camera).map_err(CliError::failed)?;
         if index > 0 || args.frames == 1 {
-            times.add(&stats);
+            times.add(&stats.passes);
         }
     }
-    let image = renderer.aov(args.aov).map_err(CliError::failed)?;
-    if is_exr { write_exr(&args.output, &image) } else { write_png(&args.output, &image, args.exposure) }.map_err(CliError::failed)?;
+    let image = renderer.aov(args.picture.aov).map_err(CliError::failed)?;
+    args.picture.write(&image)?;
     let mut report = Report::new(&gpu, &scene.name, size, entry.name, &settings);
-    report.preset = choice.preset.clone().or_else(|| entry.presets.first().map(|preset| preset.name.to_owned()));
-    let mut build_times = TimesAccumulator::default();
-    build_times.add(&build);
-    report.build = build_times.rows();
+    report.preset = args.technique.preset(entry);
+    report.counting = PassTimes::once(&build.counting);
+    report.build = PassTimes::once(&build.passes);
     report.passes = times.rows();
     report.counts = renderer.counts().map_err(CliError::failed)?.into_iter().collect();
-    if let Some(path) = &args.report {
+    if let (Some(Truth { reference, guide }), Some(path)) = (&truth, &args.reference) {
+        let error = ErrorReport::of(args.picture.aov, [&image, reference], &scene, guide, Channel::Luminance).map_err(CliError::failed)?;
+        report.error = Some(error);
+        report.reference_file = Some(path.to_string_lossy().into_owned());
+    }
+    if let Some(path) = &args.picture.report {
         report.write(path).map_err(CliError::failed)?;
     }
     if !quiet {
@@ -126,17 +95,46 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     }
 }
 
-/// Prints passes, memory and counts.
-pub(super) fn print_report(report: &Report) {
+/// What the image ought to be, and what each of its pixels sees.
+struct Truth {
+    reference: Image,
+    guide: GuideImage,
+}
+
+impl Truth {
+    fn read(path: &Path, scene: &Scene, picture: &PictureArgs) -> Result<Truth, CliError> {
+        let reference = read_aov(path, picture.aov).map_err(CliError::input)?;
+        let ((width, height), (wanted_width, wanted_height)) = (reference.size(), picture.size);
+        if reference.size() != picture.size {
+            let problem = format!("the reference {} is {width}x{height}, the image {wanted_width}x{wanted_height}", path.display());
+            return Err(CliError::input(format!("{problem}; render it with --size {width}x{height}")));
+        }
+        if !reference.pixels.iter().all(|pixel| pixel.is_finite()) {
+            return Err(CliError::input(format!("the reference {} has pixels that are not finite; render it again", path.display())));
+        }
+        Ok(Truth { reference, guide: guide(scene, width, height).map_err(CliError::input)? })
+    }
+}
+
+/// Prints passes, memory, counts and error.
+fn print_report(report: &Report) {
     let row = |pass: &PassTimes| say(&format!("  {:<28} {:>10.3} ms", pass.name, pass.gpu_ms.median));
     let total = |passes: &[PassTimes]| passes.iter().map(|pass| pass.gpu_ms.median).sum::<f64>();
     say(&format!("{} on {}", report.technique, report.device));
-    say("build");
-    report.build.iter().for_each(row);
-    say(&format!("  {:<28} {:>10.3} ms", "total", total(&report.build)));
-    say("frame");
-    report.passes.iter().for_each(row);
-    say(&format!("  {:<28} {:>10.3} ms", "total", total(&report.passes)));
+    for (title, passes) in [("counting, before the first build", &report.counting), ("build", &report.build), ("frame", &report.passes)] {
+        if passes.is_empty() {
+            continue;
+        }
+        say(title);
+        passes.iter().for_each(row);
+        say(&format!("  {:<28} {:>10.3} ms", "total", total(passes)));
+    }
     say(&format!("memory {:.1} MiB", report.memory_bytes as f64 / f64::from(1 << 20)));
     report.counts.iter().for_each(|(name, count)| say(&format!("  {name:<28} {count:>10}")));
+    if let Some(error) = &report.error {
+        let row = |of: &str, errors: &Errors| say(&format!("error of {}, {of}: bias {:+.4}, rel_rmse {:.4}", error.aov, errors.bias, errors.rel_rmse));
+        row("pixels", &error.pixel);
+        error.block.iter().for_each(|block| row("blocks", block));
+        say(&format!("error of {}, flip: mean {:.4}", error.aov, error.flip.mean));
+    }
 }

@@ -1,17 +1,19 @@
 //! `lumivox scene`: lists the bundled scenes and writes one to files.
 
+use std::ffi::{OsStr, OsString};
 use std::path::PathBuf;
 
 use lumivox::scene::{LoadOptions, Scene, SceneError, bundled};
 
 use super::CliError;
+use super::common::{check_output_folder, say};
 
 /// List the bundled scenes, or write one (or a copy of any scene) as TOML, OBJ, MTL and PNG files.
 #[derive(clap::Args)]
 pub(crate) struct Args {
     /// A bundled scene's name, or the path of a .toml or .obj file.
     #[arg(required_unless_present = "list")]
-    scene: Option<String>,
+    scene: Option<OsString>,
     /// List the bundled scenes with their parameters.
     #[arg(long, conflicts_with_all = ["scene", "output", "set"])]
     list: bool,
@@ -32,39 +34,44 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
         print_list();
         return Ok(());
     };
+    if let Some(folder) = &args.output {
+        check_output_folder(folder)?;
+    }
     let scene = open(name, args).map_err(CliError::input)?;
     print_summary(&scene);
     if let Some(folder) = &args.output {
         let path = scene.write(folder).map_err(CliError::failed)?;
-        println!("written to {}", path.display());
+        say(&format!("written to {}", path.display()));
     }
     Ok(())
 }
 
-fn open(name: &str, args: &Args) -> Result<Scene, SceneError> {
+fn open(source: &OsStr, args: &Args) -> Result<Scene, SceneError> {
+    // What is not UTF-8 is no bundled scene's name, but may well be a path.
+    let name = source.to_string_lossy();
     let is_bundled = bundled::TABLE.iter().any(|row| row.name == name);
-    let looks_like_path = name.contains(['/', '\\', '.', ':']);
+    let looks_like_path = source.to_str().is_none() || name.contains(['/', '\\', '.', ':']);
     if looks_like_path && !is_bundled && args.set.is_empty() {
-        return Scene::open(name, &LoadOptions { allow_missing_textures: args.allow_missing_textures });
+        return Scene::open(source, &LoadOptions { allow_missing_textures: args.allow_missing_textures });
     }
-    let name = name.strip_prefix("bundled:").unwrap_or(name);
+    let name = name.strip_prefix("bundled:").unwrap_or(&name);
     let parameters = args.set.iter().map(|text| bundled::parse_parameter(name, text)).collect::<Result<Vec<_>, _>>()?;
     Scene::bundled(name, &parameters)
 }
 
 fn print_list() {
     for row in bundled::TABLE {
-        println!("{:18}{}", row.name, row.description);
+        say(&format!("{:18}{}", row.name, row.description));
         for parameter in row.parameters {
             let unit = if parameter.unit.is_empty() { String::new() } else { format!(" [{}]", parameter.unit) };
             let range = format!("{} to {}, default {}", parameter.min, parameter.max, parameter.default);
-            println!("{:18}  {}{unit}: {}; {range}", "", parameter.name, parameter.description);
+            say(&format!("{:18}  {}{unit}: {}; {range}", "", parameter.name, parameter.description));
         }
     }
 }
 
 fn print_summary(scene: &Scene) {
-    println!(
+    say(&format!(
         "{}: {} triangles, {} vertices, {} materials, {} textures, {} lights",
         scene.name,
         scene.triangles.len(),
@@ -72,8 +79,8 @@ fn print_summary(scene: &Scene) {
         scene.materials.len(),
         scene.textures.len(),
         scene.lights.len()
-    );
+    ));
     if let Some((low, high)) = scene.bounds() {
-        println!("bounds: {:?} to {:?} m", low.to_array(), high.to_array());
+        say(&format!("bounds: {:?} to {:?} m", low.to_array(), high.to_array()));
     }
 }

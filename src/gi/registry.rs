@@ -1,6 +1,7 @@
 //! The list of techniques. Everything that enumerates techniques runs over it.
 
 use super::settings::{Preset, Setting, SettingError, Settings};
+use super::voxel::VoxelList;
 use super::{Context, Technique, none, svo, voxel_mips};
 use crate::graph::{Error, Pass};
 use crate::shader::Field;
@@ -21,12 +22,27 @@ pub struct Entry {
     pub passes: &'static [&'static [&'static Pass]],
     /// The structs that it shares with shaders, in groups.
     pub structs: &'static [&'static [(&'static str, &'static [Field])]],
+    /// The passes that gather along directions.
+    pub directions: &'static [Directions],
+    /// Lists the voxels that it makes of a scene; `None` where it has none.
+    pub voxels: Option<ListVoxels>,
     /// Makes it.
     pub make: Make,
 }
 
+/// How many directions a pass gathers along, so that its time can be told by the direction.
+pub struct Directions {
+    /// The pass.
+    pub pass: &'static Pass,
+    /// The whole-number setting that says how many at each pixel with a surface; `None` is one at each pixel with a glossy surface.
+    pub setting: Option<&'static str>,
+}
+
 /// Makes a technique with these settings.
 pub type Make = fn(&Context<'_>, &Settings) -> Result<Box<dyn Technique>, Error>;
+
+/// Lists the voxels that a technique with these settings makes of a scene.
+pub type ListVoxels = fn(&Context<'_>, &Settings) -> Result<VoxelList, Error>;
 
 /// All techniques.
 pub static TECHNIQUES: &[&Entry] = &[&none::ENTRY, &voxel_mips::ENTRY, &svo::ENTRY];

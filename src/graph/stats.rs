@@ -18,6 +18,8 @@ pub struct PassTime {
 pub struct FrameStats {
     /// The passes, in the order of their first run.
     pub passes: Vec<PassTime>,
+    /// The passes of counting runs, whose only result is how large something has to be or how work has to be split; not among `passes`.
+    pub counting: Vec<PassTime>,
 }
 
 impl FrameStats {
@@ -33,19 +35,30 @@ impl FrameStats {
 
     /// Adds what another submission cost; passes of one name are summed.
     pub fn append(&mut self, other: FrameStats) {
-        for pass in other.passes {
-            match self.passes.iter_mut().find(|known| known.name == pass.name) {
-                Some(known) => {
-                    known.gpu_ms += pass.gpu_ms;
-                    known.runs += pass.runs;
-                }
-                None => self.passes.push(pass),
-            }
-        }
+        sum(&mut self.passes, other.passes);
+        sum(&mut self.counting, other.counting);
+    }
+
+    /// The same cost as that of a counting run.
+    pub fn into_counting(mut self) -> Self {
+        sum(&mut self.counting, std::mem::take(&mut self.passes));
+        self
     }
 
     pub(crate) fn add(&mut self, name: &str, gpu_ms: f64) {
-        self.append(FrameStats { passes: vec![PassTime { name: name.to_owned(), gpu_ms, runs: 1 }] });
+        sum(&mut self.passes, vec![PassTime { name: name.to_owned(), gpu_ms, runs: 1 }]);
+    }
+}
+
+fn sum(passes: &mut Vec<PassTime>, others: Vec<PassTime>) {
+    for pass in others {
+        match passes.iter_mut().find(|known| known.name == pass.name) {
+            Some(known) => {
+                known.gpu_ms += pass.gpu_ms;
+                known.runs += pass.runs;
+            }
+            None => passes.push(pass),
+        }
     }
 }
 
@@ -82,6 +95,15 @@ pub struct PassTimes {
     pub gpu_ms: Spread,
 }
 
+impl PassTimes {
+    /// Rows of passes that were measured once.
+    pub fn once(passes: &[PassTime]) -> Vec<PassTimes> {
+        let mut times = TimesAccumulator::default();
+        times.add(passes);
+        times.rows()
+    }
+}
+
 /// Collects the pass times of many frames.
 #[derive(Clone, Debug, Default)]
 pub struct TimesAccumulator {
@@ -89,9 +111,9 @@ pub struct TimesAccumulator {
 }
 
 impl TimesAccumulator {
-    /// Adds one frame.
-    pub fn add(&mut self, stats: &FrameStats) {
-        for pass in &stats.passes {
+    /// Adds the passes of one frame.
+    pub fn add(&mut self, passes: &[PassTime]) {
+        for pass in passes {
             match self.passes.iter_mut().find(|(name, _)| *name == pass.name) {
                 Some((_, values)) => values.push(pass.gpu_ms),
                 None => self.passes.push((pass.name.clone(), vec![pass.gpu_ms])),

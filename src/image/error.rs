@@ -29,6 +29,16 @@ pub enum ImageError {
         /// The channels that it has.
         found: String,
     },
+    /// The file has layers, but not the one asked for.
+    #[error("{} has no layer {layer}; it has the channels {found}", path.display())]
+    NoLayer {
+        /// The file.
+        path: PathBuf,
+        /// The layer.
+        layer: &'static str,
+        /// The channels that it has.
+        found: String,
+    },
 }
 
 impl ImageError {

@@ -7,7 +7,7 @@ use exr::prelude::{
 };
 use glam::Vec3;
 
-use super::{Image, ImageError};
+use super::{Aov, Image, ImageError};
 
 /// Named channels of one size, as an EXR file holds them.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -79,17 +79,31 @@ pub fn read_planes(path: &Path) -> Result<Planes, ImageError> {
 
 /// Reads the colours of an EXR file: its channels R, G and B, or Y as grey.
 pub fn read_exr(path: &Path) -> Result<Image, ImageError> {
+    colors(path, &read_planes(path)?)
+}
+
+fn colors(path: &Path, planes: &Planes) -> Result<Image, ImageError> {
+    let grey = || Some(Image::from_grey(planes.width, planes.height, planes.plane("Y")?));
+    planes.image("").or_else(grey).ok_or_else(|| ImageError::NoColor { path: path.to_owned(), found: names(planes) })
+}
+
+fn names(planes: &Planes) -> String {
+    planes.planes.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>().join(", ")
+}
+
+/// Reads one output of an EXR file: its layer of that name where the file has layers (as `lumivox reference --layers` writes them), else its colours.
+pub fn read_aov(path: &Path, aov: Aov) -> Result<Image, ImageError> {
     let planes = read_planes(path)?;
-    if let Some(image) = planes.image("") {
-        return Ok(image);
+    let has_layers = planes.planes.iter().any(|(name, _)| name.contains('.'));
+    if !has_layers || aov == Aov::Full {
+        return colors(path, &planes);
     }
-    match planes.plane("Y") {
-        Some(grey) => Ok(Image::from_fn(planes.width, planes.height, |i| Vec3::splat(grey[i]))),
-        None => {
-            let found = planes.planes.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>().join(", ");
-            Err(ImageError::NoColor { path: path.to_owned(), found })
-        }
-    }
+    let grey = |channel| Some(Image::from_grey(planes.width, planes.height, planes.plane(&channel_name(aov.name(), channel))?));
+    planes.image(aov.name()).or_else(|| grey("Y")).or_else(|| grey("Z")).ok_or_else(|| ImageError::NoLayer {
+        path: path.to_owned(),
+        layer: aov.name(),
+        found: names(&planes),
+    })
 }
 
 /// Writes channels as 32-bit floats, losslessly compressed.

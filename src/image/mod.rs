@@ -11,7 +11,7 @@ mod png;
 
 pub use self::aov::{Aov, UnknownAov};
 pub use self::error::ImageError;
-pub use self::exr::{Planes, read_exr, read_planes, write_exr, write_planes};
+pub use self::exr::{Planes, read_aov, read_exr, read_planes, write_exr, write_planes};
 pub use self::guide::{GuideImage, NO_SURFACE};
 pub use self::png::{heat_color, srgb_from_linear, write_heatmap, write_png};
 
@@ -37,6 +37,11 @@ impl Image {
     /// The image whose pixel at row-major index i is `f(i)`.
     pub fn from_fn(width: u32, height: u32, f: impl FnMut(usize) -> Vec3) -> Self {
         Image { width, height, pixels: (0..width as usize * height as usize).map(f).collect() }
+    }
+
+    /// The grey image of these `width × height` values.
+    pub fn from_grey(width: u32, height: u32, values: &[f32]) -> Self {
+        Image::from_fn(width, height, |i| Vec3::splat(values[i]))
     }
 
     /// Width and height (px).

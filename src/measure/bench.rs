@@ -2,11 +2,11 @@
 
 use crate::frame::{FrameSettings, Renderer};
 use crate::gi::Settings;
-use crate::gi::registry::Entry;
+use crate::gi::registry::{Directions, Entry};
 use crate::gi::settings::{SettingError, Value};
 use crate::graph::{DeviceChoice, Error, FrameStats, Gpu, GpuOptions, PassTimes, Spread, TimesAccumulator};
 use crate::image::{Aov, GuideImage, Image};
-use crate::metrics::{Channel, MetricError, compare};
+use crate::metrics::{Channel, MetricError};
 use crate::scene::Scene;
 use crate::vulkan::DeviceKind;
 
@@ -101,9 +101,8 @@ pub fn measure(scene: &Scene, case: &Case, settings: &BenchSettings, truth: &Tru
         Err(failure) => Report { failure: Some(failure.to_string()), ..empty_report(&gpu, scene, case, settings) },
     };
     if let (Ok(run), Some((reference, info))) = (&run, &truth.indirect) {
-        let comparison = compare(&run.indirect, reference, Some(&truth.guide), settings.channel);
-        let comparison = comparison.map_err(|source| BenchError::Compare { technique: case.entry.name, source })?;
-        report.error = Some(ErrorReport::new(comparison, scene));
+        let error = ErrorReport::of(Aov::Indirect, [&run.indirect, reference], scene, &truth.guide, settings.channel);
+        report.error = Some(error.map_err(|source| BenchError::Compare { technique: case.entry.name, source })?);
         report.reference = Some(*info);
     }
     Ok(report)
@@ -141,11 +140,12 @@ impl Run<'_> {
     fn report(&self, gpu: &Gpu, scene: &Scene, case: &Case, settings: &BenchSettings, truth: &Truth) -> Report {
         let passes = rows(&self.frames);
         Report {
-            first_build: rows(std::slice::from_ref(&self.first_build)),
+            counting: PassTimes::once(&self.first_build.counting),
+            first_build: PassTimes::once(&self.first_build.passes),
             build: rows(&self.builds),
             directions: direction_costs(&passes, case, scene, &truth.guide),
             passes,
-            totals: totals(&self.builds, &self.frames),
+            totals: totals(case.entry, &self.builds, &self.frames),
             counts: self.counts.iter().copied().collect(),
             ..empty_report(gpu, scene, case, settings)
         }
@@ -154,66 +154,48 @@ impl Run<'_> {
 
 fn rows(stats: &[FrameStats]) -> Vec<PassTimes> {
     let mut times = TimesAccumulator::default();
-    stats.iter().map(summed).for_each(|stats| times.add(&stats));
+    stats.iter().for_each(|stats| times.add(&stats.passes));
     times.rows()
-}
-
-/// One row for each pass. A build of several frames may list a pass more than once.
-fn summed(stats: &FrameStats) -> FrameStats {
-    let mut sum = FrameStats::default();
-    for pass in &stats.passes {
-        match sum.passes.iter_mut().find(|known| known.name == pass.name) {
-            Some(known) => {
-                known.gpu_ms += pass.gpu_ms;
-                known.runs += pass.runs;
-            }
-            None => sum.passes.push(pass.clone()),
-        }
-    }
-    sum
 }
 
 /// A sum over some passes, of builds or of frames.
 struct Total {
     name: &'static str,
     of_builds: bool,
-    has: fn(&str) -> bool,
+    has: fn(&Entry, &str) -> bool,
 }
 
 /// Sums that a report gives, where any of their passes ran.
 static TOTALS: &[Total] = &[
-    Total { name: "build", of_builds: true, has: |_| true },
-    Total { name: "voxelization", of_builds: true, has: |pass| pass.starts_with("voxel.") },
-    Total { name: "frame", of_builds: false, has: |_| true },
-    Total { name: "maps", of_builds: false, has: |pass| ["render.shadow_maps", "render.rsm"].contains(&pass) },
-    Total { name: "light", of_builds: false, has: |pass| pass.starts_with("voxel.") && direction_setting(pass).is_none() },
-    Total { name: "mips", of_builds: false, has: |pass| ["voxel_mips.filter", "voxel_mips.blit"].contains(&pass) },
-    Total { name: "gather", of_builds: false, has: |pass| pass == "gi.deinterleave" || direction_setting(pass).is_some() },
+    Total { name: "build", of_builds: true, has: |_, _| true },
+    Total { name: "voxelization", of_builds: true, has: |_, pass| pass.starts_with("voxel.") },
+    Total { name: "frame", of_builds: false, has: |_, _| true },
+    Total { name: "maps", of_builds: false, has: |_, pass| ["render.shadow_maps", "render.rsm"].contains(&pass) },
+    Total { name: "light", of_builds: false, has: |entry, pass| pass.starts_with("voxel.") && directions_of(entry, pass).is_none() },
+    Total { name: "mips", of_builds: false, has: |_, pass| ["voxel_mips.filter", "voxel_mips.blit"].contains(&pass) },
+    Total { name: "gather", of_builds: false, has: |entry, pass| pass == "gi.deinterleave" || directions_of(entry, pass).is_some() },
 ];
 
-fn totals(builds: &[FrameStats], frames: &[FrameStats]) -> Vec<PassTimes> {
+fn totals(entry: &Entry, builds: &[FrameStats], frames: &[FrameStats]) -> Vec<PassTimes> {
     let total = |total: &Total| {
         let runs = if total.of_builds { builds } else { frames };
-        let sum = |stats: &FrameStats| stats.passes.iter().filter(|pass| (total.has)(&pass.name)).map(|pass| pass.gpu_ms).sum();
-        let ran = runs.iter().any(|stats| stats.passes.iter().any(|pass| (total.has)(&pass.name)));
+        let sum = |stats: &FrameStats| stats.passes.iter().filter(|pass| (total.has)(entry, &pass.name)).map(|pass| pass.gpu_ms).sum();
+        let ran = runs.iter().any(|stats| stats.passes.iter().any(|pass| (total.has)(entry, &pass.name)));
         let gpu_ms = Spread::of(&runs.iter().map(sum).collect::<Vec<f64>>()).filter(|_| ran)?;
         Some(PassTimes { name: total.name.to_owned(), gpu_ms })
     };
     TOTALS.iter().filter_map(total).collect()
 }
 
-/// The passes that gather along directions, and the setting that says how many a pixel; none for the single specular cone.
-static GATHERS: &[(&str, Option<&str>)] = &[("cone.gather", Some("cones")), ("voxel.gather_rays", Some("rays")), ("cone.specular", None)];
-
-fn direction_setting(pass: &str) -> Option<Option<&'static str>> {
-    GATHERS.iter().find(|(name, _)| *name == pass).map(|(_, setting)| *setting)
+fn directions_of(entry: &Entry, pass: &str) -> Option<&'static Directions> {
+    entry.directions.iter().find(|directions| directions.pass.name == pass)
 }
 
 fn direction_costs(passes: &[PassTimes], case: &Case, scene: &Scene, guide: &GuideImage) -> Vec<DirectionCost> {
     let surfaces: Vec<usize> = (0..guide.material.len()).filter(|&index| guide.is_surface(index)).collect();
     let is_glossy = |index: &&usize| scene.materials.get(guide.material[**index] as usize).is_some_and(|material| material.specular.is_some());
     let cost = |pass: &PassTimes| {
-        let (directions, pixels) = match direction_setting(&pass.name)? {
+        let (directions, pixels) = match directions_of(case.entry, &pass.name)?.setting {
             Some(setting) => (count(&case.settings, setting)?, surfaces.len()),
             None => (1, surfaces.iter().filter(is_glossy).count()),
         };
@@ -238,14 +220,15 @@ mod tests {
     use crate::graph::PassTime;
 
     fn stats(passes: &[(&str, f64)]) -> FrameStats {
-        FrameStats { passes: passes.iter().map(|(name, gpu_ms)| PassTime { name: (*name).to_owned(), gpu_ms: *gpu_ms, runs: 1 }).collect() }
+        let pass = |(name, gpu_ms): &(&str, f64)| PassTime { name: (*name).to_owned(), gpu_ms: *gpu_ms, runs: 1 };
+        FrameStats { passes: passes.iter().map(pass).collect(), ..FrameStats::default() }
     }
 
     #[test]
-    fn totals_add_the_passes_that_they_name() {
+    fn totals_add_the_passes_that_they_name() -> Result<(), Box<dyn std::error::Error>> {
         let builds = [stats(&[("voxel.clear", 1.0), ("voxel.fragments", 4.0), ("voxel_mips.clear", 7.0)])];
         let frames = [stats(&[("voxel.light", 1.0), ("voxel_mips.filter", 2.0), ("cone.gather", 8.0)]), stats(&[("cone.gather", 10.0)])];
-        let totals = totals(&builds, &frames);
+        let totals = totals(find("voxel-mips")?, &builds, &frames);
         let median = |name: &str| totals.iter().find(|total| total.name == name).map(|total| total.gpu_ms.median);
         assert_eq!(median("voxelization"), Some(5.0));
         assert_eq!(median("build"), Some(12.0));
@@ -253,15 +236,18 @@ mod tests {
         assert_eq!(median("gather"), Some(9.0));
         assert_eq!(median("mips"), Some(1.0));
         assert_eq!(median("maps"), None);
+        Ok(())
     }
 
     #[test]
-    fn a_pass_listed_twice_is_one_measurement() {
-        let rows = rows(&[stats(&[("voxel.clear", 1.0), ("voxel.resolve", 4.0), ("voxel.clear", 2.0)])]);
-        assert_eq!(
-            rows.iter().map(|row| (row.name.as_str(), row.gpu_ms.median, row.gpu_ms.n)).collect::<Vec<_>>(),
-            [("voxel.clear", 3.0, 1), ("voxel.resolve", 4.0, 1)]
-        );
+    fn directions_are_of_a_techniques_own_passes_and_settings() {
+        for entry in TECHNIQUES {
+            for directions in entry.directions {
+                assert!(entry.passes.iter().copied().flatten().any(|pass| std::ptr::eq(*pass, directions.pass)), "{}", directions.pass.name);
+                let settings = entry.settings::<&str>(None, &[]);
+                assert!(directions.setting.is_none_or(|name| settings.is_ok_and(|settings| count(&settings, name).is_some())), "{:?}", directions.setting);
+            }
+        }
     }
 
     #[test]

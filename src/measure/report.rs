@@ -8,7 +8,8 @@ use serde::Serialize;
 use crate::gi::Settings;
 use crate::gi::settings::Value;
 use crate::graph::{Gpu, PassTimes};
-use crate::metrics::{Channel, Comparison, Errors};
+use crate::image::{Aov, GuideImage, Image};
+use crate::metrics::{Channel, Comparison, Errors, Flip, MetricError, compare, exposure_of, flip};
 use crate::scene::Scene;
 
 /// Version of the report's form; a change of meaning raises it.
@@ -44,26 +45,31 @@ pub struct MaterialError {
     pub block: Option<Errors>,
 }
 
-/// Error of the indirect light against a reference.
+/// Error of one output against a reference.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ErrorReport {
-    /// What was compared.
+    /// Name of the output that was compared, such as `indirect`.
+    pub aov: &'static str,
+    /// What of its colours.
     pub channel: Channel,
     /// Over all pixels that see a surface.
     pub pixel: Errors,
     /// Over block means, where there are blocks.
     pub block: Option<Errors>,
-    /// The same by material, most pixels first.
+    /// Of the whole image, tone-mapped.
+    pub flip: Flip,
+    /// `pixel` and `block` by material, most pixels first.
     pub materials: Vec<MaterialError>,
 }
 
 impl ErrorReport {
-    /// A comparison with the scene's material names.
-    pub fn new(comparison: Comparison, scene: &Scene) -> Self {
-        let Comparison { channel, pixel, block, materials } = comparison;
+    /// Compares an image of a scene with its reference; `guide` says what each pixel sees.
+    pub fn of(aov: Aov, [image, reference]: [&Image; 2], scene: &Scene, guide: &GuideImage, channel: Channel) -> Result<Self, MetricError> {
+        let Comparison { channel, pixel, block, materials } = compare(image, reference, Some(guide), channel)?;
+        let flip = flip(image, reference, exposure_of(reference))?;
         let name = |index: u32| scene.materials.get(index as usize).map_or_else(|| index.to_string(), |material| material.name.clone());
         let materials = materials.into_iter().map(|errors| MaterialError { material: name(errors.material), pixel: errors.pixel, block: errors.block });
-        ErrorReport { channel, pixel, block, materials: materials.collect() }
+        Ok(ErrorReport { aov: aov.name(), channel, pixel, block, flip, materials: materials.collect() })
     }
 }
 
@@ -120,7 +126,10 @@ pub struct Report {
     pub timing: Option<Timing>,
     /// Why there is nothing below: what the device refused.
     pub failure: Option<String>,
-    /// Building for the first time, with pipelines compiled and sizes counted; empty where it was not told apart.
+    /// The counting runs of the first build, whose only result is how large its buffers have to be (and how
+    /// its work has to be split); with their pipelines compiled, and in no other row.
+    pub counting: Vec<PassTimes>,
+    /// Building for the first time, with the other pipelines compiled; empty where it was not told apart.
     pub first_build: Vec<PassTimes>,
     /// Building the static structure: GPU time of each pass.
     pub build: Vec<PassTimes>,
@@ -136,9 +145,11 @@ pub struct Report {
     pub memory_bytes: u64,
     /// Counts, by name.
     pub counts: BTreeMap<&'static str, u64>,
-    /// The reference, where there was one.
+    /// The reference, where it was rendered for this.
     pub reference: Option<ReferenceInfo>,
-    /// Error of the indirect light against it.
+    /// The reference's file, where it was given; what in its path is not UTF-8 is U+FFFD.
+    pub reference_file: Option<String>,
+    /// Error against the reference, where there was one.
     pub error: Option<ErrorReport>,
 }
 
@@ -186,6 +197,7 @@ impl Report {
             settings: settings.iter().collect(),
             timing: Some(if gpu.isolates_passes() { Timing::Host } else { Timing::Timestamps }),
             failure: None,
+            counting: Vec::new(),
             first_build: Vec::new(),
             build: Vec::new(),
             passes: Vec::new(),
@@ -195,6 +207,7 @@ impl Report {
             memory,
             counts: BTreeMap::new(),
             reference: None,
+            reference_file: None,
             error: None,
         }
     }

@@ -36,16 +36,21 @@ pub fn voxelization_and_mips_ms(report: &Report) -> Option<f64> {
     Some(median_ms(&report.totals, "voxelization")? + median_ms(&report.totals, "mips")?)
 }
 
+/// The counting runs of the first build together (ms), where there were any.
+pub fn counting_ms(report: &Report) -> Option<f64> {
+    (!report.counting.is_empty()).then(|| report.counting.iter().map(|row| row.gpu_ms.median).sum())
+}
+
 /// The table's heading.
 pub fn heading() -> String {
     format!(
-        "{:<30} {:>9} {:>9} {:>9} {:>9} {:>9} {:>8} {:>8} {:>9} {:>9}",
-        "case", "voxelize", "+ mips", "light", "gather", "frame", "µs/dir", "MiB", "bias", "rel_rmse"
+        "{:<30} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>8} {:>8} {:>9} {:>9}",
+        "case", "count", "voxelize", "+ mips", "light", "gather", "frame", "µs/dir", "MiB", "bias", "rel_rmse"
     )
 }
 
 /// What the columns are.
-pub const LEGEND: &str = "medians in ms; voxelize: a build's voxel.* passes; + mips: and the mips; light: voxel.* passes of a frame; \
+pub const LEGEND: &str = "medians in ms; count: the first build's counting run, once; voxelize: a build's voxel.* passes; + mips: and the mips; light: voxel.* passes of a frame; \
                           µs/dir: gather per pixel with a surface and cone or ray; bias and rel_rmse: of indirect light, over blocks";
 
 /// One row of the table.
@@ -57,7 +62,8 @@ pub fn row(report: &Report) -> String {
     let total = |name: &str| number(median_ms(&report.totals, name), 2);
     let block = report.error.as_ref().map(|error| error.block.unwrap_or(error.pixel));
     format!(
-        "{name:<30} {:>9} {:>9} {:>9} {:>9} {:>9} {:>8} {:>8.1} {:>9} {:>9}",
+        "{name:<30} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>8} {:>8.1} {:>9} {:>9}",
+        number(counting_ms(report), 2),
         total("voxelization"),
         number(voxelization_and_mips_ms(report), 2),
         total("light"),
@@ -122,6 +128,7 @@ fn columns(report: &Report) -> Vec<(String, String)> {
     }
     add("memory_bytes".into(), report.memory_bytes.to_string());
     if let Some(error) = &report.error {
+        add("flip mean".into(), error.flip.mean.to_string());
         let named = [("pixel".to_owned(), Some(&error.pixel)), ("block".to_owned(), error.block.as_ref())].into_iter();
         let materials = error.materials.iter().map(|errors| (errors.material.clone(), errors.block.as_ref()));
         for (name, errors) in named.chain(materials) {
@@ -131,7 +138,7 @@ fn columns(report: &Report) -> Vec<(String, String)> {
         }
     }
     report.directions.iter().for_each(|cost| add(format!("{} us_per_direction", cost.pass), cost.us_per_direction.to_string()));
-    for (kind, rows) in [("total", &report.totals), ("build", &report.build), ("frame", &report.passes)] {
+    for (kind, rows) in [("total", &report.totals), ("counting", &report.counting), ("build", &report.build), ("frame", &report.passes)] {
         rows.iter().for_each(|row| add(format!("{kind} {} ms", row.name), row.gpu_ms.median.to_string()));
     }
     report.counts.iter().for_each(|(name, count)| add(format!("count {name}"), count.to_string()));

@@ -15,6 +15,7 @@ mod mtl;
 mod obj;
 mod paths;
 mod picture;
+mod polygon;
 mod texture;
 mod textures;
 mod toml;

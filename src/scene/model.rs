@@ -57,25 +57,28 @@ pub(super) fn load(path: &Path, placement: &Placement, dynamic: bool, requests: 
         return Err(SceneError::file(path, "there are no faces in it", "give an OBJ file with `f` lines"));
     }
     Scene::check_counts(path, 3 * obj.triangles.len(), obj.triangles.len())?;
-    let library = Library::load(path, &obj, requests)?;
-    let mut builder = Builder { obj: &obj, library: &library, part: Part::default(), index_from_corner: HashMap::new(), counts: Counts::default() };
+    let materials = Materials::load(path, &obj, requests)?;
+    let mut builder = Builder { obj: &obj, materials: &materials, part: Part::default(), index_from_corner: HashMap::new(), counts: Counts::default() };
     for (index, (corners, name)) in obj.triangles.iter().enumerate() {
         builder.add(index as u32, corners, *name);
     }
     let Builder { mut part, counts, .. } = builder;
-    warn(path, &counts);
+    warn(path, &obj, &counts);
     if part.triangles.is_empty() {
         return Err(SceneError::file(path, "all of its triangles have no area or are removed by `d`", "check the model's scale and materials"));
     }
     place(path, &mut part, placement)?;
     part.name = paths::stem_of(path);
     part.dynamic = dynamic;
-    part.materials = library.materials;
+    part.materials = materials.list;
     Ok(part)
 }
 
-fn warn(path: &Path, counts: &Counts) {
+fn warn(path: &Path, obj: &Obj, counts: &Counts) {
     let path = path.display();
+    if let (count @ 1.., line) = obj.crossing {
+        log::warn!("{path}:{line}: {count} faces cross themselves, this one first; they are split into triangles as well as can be");
+    }
     if counts.zero_area > 0 {
         log::warn!("{path}: dropped {} triangles without area", counts.zero_area);
     }
@@ -105,43 +108,43 @@ fn place(path: &Path, part: &mut Part, placement: &Placement) -> Result<(), Scen
 }
 
 /// The materials of an OBJ: those that its `usemtl` lines name, in that order, then the default material.
-struct Library {
-    materials: Vec<Material>,
+struct Materials {
+    list: Vec<Material>,
     removed: Vec<bool>,
     known: Vec<bool>,
 }
 
-impl Library {
-    fn load(path: &Path, obj: &Obj, requests: &mut TextureRequests) -> Result<Library, SceneError> {
+impl Materials {
+    fn load(path: &Path, obj: &Obj, requests: &mut TextureRequests) -> Result<Materials, SceneError> {
         let mut from_name: HashMap<String, (PathBuf, MtlMaterial)> = HashMap::new();
         for file in library_files(path, obj)? {
             for material in mtl::parse(&file, &paths::read_text(&file)?)? {
                 from_name.entry(material.name.clone()).or_insert_with(|| (file.clone(), material));
             }
         }
-        let mut library = Library { materials: Vec::new(), removed: Vec::new(), known: Vec::new() };
+        let mut materials = Materials { list: Vec::new(), removed: Vec::new(), known: Vec::new() };
         let mut matt = Vec::new();
         for (name, line) in &obj.material_names {
             let Some((file, material)) = from_name.get(name) else {
                 log::warn!("{}:{line}: no material is called `{name}`; a grey one stands in", path.display());
-                library.push(Material { name: name.clone(), ..Material::default() }, false, false);
+                materials.push(Material { name: name.clone(), ..Material::default() }, false, false);
                 continue;
             };
             let (converted, specular_ignored) = material.to_material();
             if specular_ignored {
                 matt.push(format!("`{name}`"));
             }
-            library.push(requests.texture(file, material, converted), material.is_removed(), true);
+            materials.push(requests.texture(file, material, converted), material.is_removed(), true);
         }
-        library.push(Material::default(), false, false);
+        materials.push(Material::default(), false, false);
         if !matt.is_empty() {
             log::warn!("{}: `Ks` without `Pr` or `Ns` does not say how rough it is and is ignored: {}", path.display(), matt.join(", "));
         }
-        Ok(library)
+        Ok(materials)
     }
 
     fn push(&mut self, material: Material, removed: bool, known: bool) {
-        self.materials.push(material);
+        self.list.push(material);
         self.removed.push(removed);
         self.known.push(known);
     }
@@ -168,7 +171,7 @@ fn library_files(path: &Path, obj: &Obj) -> Result<Vec<PathBuf>, SceneError> {
 /// Turns OBJ corners into vertices; equal corners share one.
 struct Builder<'a> {
     obj: &'a Obj,
-    library: &'a Library,
+    materials: &'a Materials,
     part: Part,
     index_from_corner: HashMap<(Corner, u32), u32>,
     counts: Counts,
@@ -176,8 +179,8 @@ struct Builder<'a> {
 
 impl Builder<'_> {
     fn add(&mut self, triangle: u32, corners: &[Corner; 3], name: u32) {
-        let material = if name == NONE { self.library.materials.len() as u32 - 1 } else { name };
-        if self.library.removed[material as usize] {
+        let material = if name == NONE { self.materials.list.len() as u32 - 1 } else { name };
+        if self.materials.removed[material as usize] {
             self.counts.removed += 1;
             return;
         }
@@ -185,7 +188,7 @@ impl Builder<'_> {
             self.counts.zero_area += 1;
             return;
         };
-        self.counts.without_material += usize::from(!self.library.known[material as usize]);
+        self.counts.without_material += usize::from(!self.materials.known[material as usize]);
         let normals = corners.map(|corner| self.corner_normal(corner));
         self.counts.without_normal += usize::from(normals.contains(&None));
         let mut vertices = [0; 3];

@@ -1,14 +1,15 @@
 //! OBJ geometry, parsed line by line so that every error has its line.
 //!
 //! Read: `v`, `vt`, `vn`, `f` (any number of corners, negative indices), `usemtl`, `mtllib`; everything else (groups, smoothing, lines, points,
-//! free-form surfaces) is passed over. Extra numbers on `v` and `vt` (w, vertex colours) are ignored. Polygons are split as fans.
+//! free-form surfaces) is passed over. Extra numbers on `v` and `vt` (w, vertex colours) are ignored. Polygons become triangles ([`super::polygon`]).
 
 use std::collections::HashMap;
 use std::path::Path;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use super::SceneError;
+use super::polygon::Splitter;
 
 /// Stands for "no texture coordinate", "no normal" or "no material".
 pub(super) const NONE: u32 = u32::MAX;
@@ -39,6 +40,8 @@ pub(super) struct Obj {
     pub(super) material_names: Vec<(String, usize)>,
     /// `mtllib` arguments with their lines.
     pub(super) libraries: Vec<(String, usize)>,
+    /// Faces that cross themselves, and the line of the first.
+    pub(super) crossing: (usize, usize),
 }
 
 /// Parser state: what is read so far, and where we are.
@@ -49,12 +52,14 @@ struct Parser<'a> {
     materials: HashMap<String, u32>,
     material: u32,
     polygon: Vec<Corner>,
+    splitter: Splitter,
 }
 
 impl Obj {
     /// Parses the text of an OBJ file; `path` is for messages only.
     pub(super) fn parse(path: &Path, text: &str) -> Result<Obj, SceneError> {
-        let mut parser = Parser { path, line: 0, obj: Obj::default(), materials: HashMap::new(), material: NONE, polygon: Vec::new() };
+        let mut parser =
+            Parser { path, line: 0, obj: Obj::default(), materials: HashMap::new(), material: NONE, polygon: Vec::new(), splitter: Splitter::default() };
         for line in text.lines() {
             parser.line += 1;
             parser.read_line(line)?;
@@ -127,11 +132,23 @@ impl Parser<'_> {
         if polygon.len() < 3 {
             return Err(self.error(format!("`f` has {} corners where at least 3 are needed", polygon.len()), "remove the face, or complete it"));
         }
-        for pair in polygon[1..].windows(2) {
-            self.obj.triangles.push(([polygon[0], pair[0], pair[1]], self.material));
+        match polygon[..] {
+            [a, b, c] => self.obj.triangles.push(([a, b, c], self.material)),
+            _ => self.split(&polygon),
         }
         self.polygon = polygon;
         Ok(())
+    }
+
+    fn split(&mut self, polygon: &[Corner]) {
+        let corners: Vec<DVec3> = polygon.iter().map(|corner| self.obj.positions[corner.position as usize].as_dvec3()).collect();
+        let split = self.splitter.split(&corners);
+        let corner = |index: u32| polygon[index as usize];
+        self.obj.triangles.extend(split.triangles.iter().map(|triangle| (triangle.map(corner), self.material)));
+        if split.crosses_itself {
+            let (count, first) = self.obj.crossing;
+            self.obj.crossing = (count + 1, if count == 0 { self.line } else { first });
+        }
     }
 
     fn corner(&self, word: &str) -> Result<Corner, SceneError> {

@@ -5,6 +5,7 @@ pub mod gather;
 pub mod hazards;
 pub mod octree;
 pub mod passes;
+pub mod program;
 pub mod scenes;
 pub mod sha256;
 pub mod technique;

@@ -2,9 +2,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use lumivox::gi::voxel::oracle::{Grid, VoxelIndex, candidates};
-use lumivox::gi::voxel::voxelize::Voxel;
+use lumivox::gi::voxel::passes::Voxel;
 use lumivox::gi::voxel::{Accumulation, Method, VoxelGrid, VoxelSettings, Voxelizer, Voxels};
 use lumivox::graph::Gpu;
 use lumivox::render::GpuScene;
@@ -87,9 +87,9 @@ pub fn mean_normal(voxel: &Voxel) -> DVec3 {
     unorm10(voxel.normal) * 2.0 - 1.0
 }
 
-/// Share of a record's surface that is seen from one side.
-pub fn one_sided_share(voxel: &Voxel) -> f64 {
-    f64::from(voxel.coverage >> 16 & 0x1fff) / 8191.0
+/// Shares of a record's surface that are seen from one side, and from both.
+pub fn seen(voxel: &Voxel) -> DVec2 {
+    DVec2::new(f64::from(voxel.coverage >> 12 & 0x1ff) / 511.0, f64::from(voxel.coverage >> 21 & 0xff) / 255.0)
 }
 
 /// Whether a record's surface is opposed.

@@ -15,7 +15,7 @@ layout(constant_id = 2) const uint SIDES = 1;   // 2: a radiance for each side o
 layout(std430, set = 1, binding = 0) restrict readonly buffer LightViews { LightView light_views[]; };
 layout(set = 1, binding = 1) uniform texture2DArray shadow_maps;
 layout(std430, set = 1, binding = 2) restrict readonly buffer Voxels { Voxel voxels[]; };
-layout(std430, set = 1, binding = 3) restrict readonly buffer VoxelEmission { vec4 voxel_emission[]; };
+layout(std430, set = 1, binding = 3) restrict readonly buffer VoxelEmission { vec4 voxel_emission[]; };   // mean; w: share that leaves the front
 layout(std430, set = 1, binding = 4) restrict readonly buffer Flux { uint flux[]; };
 layout(std430, set = 1, binding = 5) restrict writeonly buffer VoxelRadiance { uvec2 voxel_radiance[]; };   // a side: half floats r, g, b, opacity
 layout(std430, set = 1, binding = 6) restrict buffer LightCounters { uint lost_texels; uint filled_voxels; };
@@ -63,6 +63,12 @@ vec3 shade(Voxel voxel, vec3 normal, bool one_plane) {
     return unpack_albedo(voxel.albedo) / PI * irradiance;
 }
 
+// Share of the voxel's surface that its radiance, or that of one side of it, is the mean of.
+float seen_share(Voxel voxel) {
+    vec2 seen = unpack_seen(voxel.coverage);
+    return SIDES == 2u ? seen.x : seen.y;
+}
+
 // Radiance of a voxel, or of one side of it; `normal` points to that side.
 vec3 reflected(Voxel voxel, uint side, vec3 normal, bool one_plane) {
     if (INJECTION_VOXEL != 0u) return shade(voxel, normal, one_plane);
@@ -73,7 +79,7 @@ vec3 reflected(Voxel voxel, uint side, vec3 normal, bool one_plane) {
         return radiance;
     }
     float area = unpackHalf2x16(voxel.z_area >> 16).x;
-    if (SIDES == 2u) area *= unpack_one_sided_share(voxel.coverage);
+    area *= seen_share(voxel);
     return vec3(injected(side, 0u), injected(side, 1u), injected(side, 2u)) * params.flux_unit / (area > SLIVER ? area : max(area, lit));
 }
 
@@ -85,18 +91,19 @@ void main() {
     bool one_plane = dot(mean_normal, mean_normal) >= 0.9;
     float opacity = unpack_coverage(voxel.coverage);
     vec3 normal = SIDES == 2u ? front_of(voxel) : mean_normal / max(length(mean_normal), 1e-6);
-    // Emission leaves the front of a surface; which side that is, surfaces that are opposed do not tell.
-    bool both_emit = SIDES == 1u || is_opposed(voxel);
+    vec4 emission = EMISSIVE != 0u ? voxel_emission[index] : vec4(0.0);
+    emission.rgb /= seen_share(voxel);
     vec3 mean_radiance = vec3(0.0);
     for (uint side = 0u; side < SIDES; ++side) {
         vec3 radiance = reflected(voxel, SIDES * index + side, side == 0u ? normal : -normal, one_plane);
-        if (EMISSIVE != 0u && (side == 0u || both_emit)) radiance += voxel_emission[index].rgb;
+        radiance += emission.rgb * (SIDES == 1u ? 1.0 : side == 0u ? emission.w : 1.0 - emission.w);
         radiance = min(radiance, vec3(LARGEST_HALF));
         voxel_radiance[SIDES * index + side] = uvec2(packHalf2x16(radiance.rg), packHalf2x16(vec2(radiance.b, opacity)));
         mean_radiance += radiance;
     }
 #ifdef DENSE
-    if (SIDES == 2u) mean_radiance *= unpack_one_sided_share(voxel.coverage);
+    vec2 seen = unpack_seen(voxel.coverage);
+    if (SIDES == 2u) mean_radiance *= seen.x / seen.y;
     imageStore(dense_radiance, ivec3(voxel_coordinates(voxel.xy, voxel.z_area)), vec4(mean_radiance * opacity, opacity));
 #endif
 }

@@ -28,10 +28,11 @@ struct Voxel {
     uint normal;              // 3×10 bits, (n + 1) / 2
     uint albedo;
     uint mean_position;       // area-weighted centroid, as in Fragment
-    uint coverage;            // | coverage 16 | one-sided share 13 | opposed 1 | axis 2 |
+    uint coverage;            // | coverage 12 | seen from one side 9 | seen from both sides 8 | opposed 1 | axis 2 |
 };
-// coverage: fraction of the face seen along the dominant axis, unorm. One-sided share, unorm: of the voxel's surface, as much as can be seen from one
-// side of it; 1 for a sheet or a corner, ½ for a thin wall whose two faces lie in one voxel. Such surfaces are opposed, along `axis` most of all.
+// coverage: fraction of the face seen along the dominant axis, unorm. Seen, unorm: share of the voxel's surface that is seen from outside, from one side
+// of it or from both; from one side 1 for a sheet or a corner, ½ for a thin wall whose two faces lie in one voxel. Such surfaces are opposed, along
+// `axis` most of all.
 
 const float AREA_UNIT = 16384.0;
 
@@ -44,11 +45,12 @@ vec3 unpack_mean_normal(uint packed) {
 }
 
 float unpack_coverage(uint packed) {
-    return float(packed & 0xffffu) / 65535.0;
+    return float(packed & 0xfffu) / 4095.0;
 }
 
-float unpack_one_sided_share(uint packed) {
-    return float(packed >> 16 & 0x1fffu) / 8191.0;
+// x: seen from one side, y: from both.
+vec2 unpack_seen(uint packed) {
+    return vec2(float(packed >> 12 & 0x1ffu) / 511.0, float(packed >> 21 & 0xffu) / 255.0);
 }
 
 bool is_opposed(Voxel voxel) {

@@ -19,15 +19,19 @@ layout(set = 1, binding = 5, r32ui) uniform restrict readonly uimage3D averages;
 
 layout(push_constant) uniform ResolveParams { uint voxel_count; float emission_unit; } params;
 
-// Below this share of it in sight from one side, a voxel's surface counts as opposed.
-const float OPPOSED = 0.75;
+// Where more than this share of a voxel's surface faces against the rest, it counts as opposed.
+const float OPPOSED = 0.25;
 
-// Voxel.coverage; `across`: area across each axis, `net`: the same with the normals' signs, that is how much more faces one way than the other.
+// Voxel.coverage; `across`: area across each axis, `net`: the same with the normals' signs, that is how much more faces one way than the other. Of what
+// faces one way, no more than one voxel face is seen.
 uint pack_coverage(float covered, vec3 across, vec3 net) {
-    vec3 hidden = max(across - abs(net), vec3(0.0)) * 0.5;
-    float share = clamp(1.0 - (hidden.x + hidden.y + hidden.z) / (across.x + across.y + across.z), 0.5, 1.0);
+    vec3 along = max(across + net, vec3(0.0)) * 0.5, against = max(across - net, vec3(0.0)) * 0.5;
+    vec3 seen_along = min(along, vec3(1.0)), seen_against = min(against, vec3(1.0)), hidden = min(along, against);
+    vec3 total = vec3(across.x + across.y + across.z);
+    vec2 seen = clamp(vec2(dot(max(seen_along, seen_against), 1.0 / total), dot(seen_along + seen_against, 1.0 / total)), vec2(1.0 / 255.0), vec2(1.0));
+    bool opposed = dot(hidden, 1.0 / total) > OPPOSED;
     uint axis = hidden.x > hidden.y && hidden.x > hidden.z ? 0u : hidden.y > hidden.z ? 1u : 2u;
-    return uint(round(covered * 65535.0)) | uint(round(share * 8191.0)) << 16 | (share < OPPOSED ? 1u << 29 : 0u) | axis << 30;
+    return uint(round(covered * 4095.0)) | uint(round(seen.x * 511.0)) << 12 | uint(round(seen.y * 255.0)) << 21 | uint(opposed) << 29 | axis << 30;
 }
 
 struct Sum { uvec3 low, high; };
@@ -41,6 +45,21 @@ void add_product(inout Sum sum, uint weight, uvec3 value) {
 
 vec3 mean(Sum sum, uint weight) {
     return (vec3(sum.high) * 4294967296.0 + vec3(sum.low)) / float(weight);
+}
+
+uvec3 unpack_emission(uvec2 e) {
+    return uvec3(e.x & 0x1fffffu, e.y & 0x1fffffu, e.x >> 21 | (e.y >> 21) << 11);
+}
+
+// Of the list's fragments that face the front: emission leaves a surface that way.
+Sum emission_ahead(uint at, vec3 front) {
+    Sum ahead = Sum(uvec3(0u), uvec3(0u));
+    while (at != 0u) {
+        Fragment fragment = fragments[at - 1u];
+        if (dot(unpack_unit(fragment.normal), front) >= 0.0) add_product(ahead, fragment.z_area >> 16, unpack_emission(fragment_emission[at - 1u]));
+        at = fragment.next;
+    }
+    return ahead;
 }
 
 void main() {
@@ -59,10 +78,7 @@ void main() {
         add_product(normal, weight, uvec3(round((n + 1.0) * 32767.0)));
         add_product(face, weight, uvec3(round(abs(n) * 65535.0)));
         add_product(position, weight, unpack_uint10(fragment.mean_position));
-        if (EMISSIVE != 0u) {
-            uvec2 e = fragment_emission[at - 1u];
-            add_product(emission, weight, uvec3(e.x & 0x1fffffu, e.y & 0x1fffffu, e.x >> 21 | (e.y >> 21) << 11));
-        }
+        if (EMISSIVE != 0u) add_product(emission, weight, unpack_emission(fragment_emission[at - 1u]));
         at = fragment.next;
     }
     vec3 faces = mean(face, 1u) / (65535.0 * AREA_UNIT);
@@ -70,7 +86,12 @@ void main() {
     vec3 mean_normal = mean(normal, area) / 32767.0 - 1.0;
     vec3 albedo_root = sqrt(mean(albedo, area)) / 1023.0;
     if (RUNNING != 0u) albedo_root = sqrt(unpackUnorm4x8(imageLoad(averages, ivec3(xy & 0xffffu, xy >> 16, z)).r).rgb);
-    voxels[index] = Voxel(xy, z | packHalf2x16(vec2(float(area) / AREA_UNIT, 0.0)) << 16, pack_unorm10(mean_normal * 0.5 + 0.5),
+    Voxel voxel = Voxel(xy, z | packHalf2x16(vec2(float(area) / AREA_UNIT, 0.0)) << 16, pack_unorm10(mean_normal * 0.5 + 0.5),
                           pack_unorm10(albedo_root), pack_unorm10(mean(position, area) / 1023.0), pack_coverage(covered, faces, mean_normal * float(area) / AREA_UNIT));
-    if (EMISSIVE != 0u) voxel_emission[index] = vec4(mean(emission, area) * (params.emission_unit / 2097151.0), 0.0);
+    voxels[index] = voxel;
+    if (EMISSIVE != 0u) {
+        vec3 all = mean(emission, area), ahead = mean(emission_ahead(heads[index], front_of(voxel)), area);
+        float total = all.r + all.g + all.b;
+        voxel_emission[index] = vec4(all * (params.emission_unit / 2097151.0), total > 0.0 ? (ahead.r + ahead.g + ahead.b) / total : 0.0);
+    }
 }

@@ -7,7 +7,18 @@ use crate::graph::{Error, Frame, FrameStats, Gpu};
 use crate::render::{GBuffer, GpuScene, LightMaps, screen_image};
 
 /// The row of the registry.
-pub static ENTRY: Entry = Entry { name: "none", summary: "no indirect light", bounces: 0, settings: &[], presets: &[], passes: &[], structs: &[], make };
+pub static ENTRY: Entry = Entry {
+    name: "none",
+    summary: "no indirect light",
+    bounces: 0,
+    settings: &[],
+    presets: &[],
+    passes: &[],
+    structs: &[],
+    directions: &[],
+    voxels: Option::None,
+    make,
+};
 
 fn make(context: &Context<'_>, _settings: &Settings) -> Result<Box<dyn Technique>, Error> {
     Ok(Box::new(None { light: IndirectLight { diffuse: screen_image(context.gpu, "none.diffuse", context.size)?, specular: Option::None } }))

@@ -13,7 +13,7 @@ pub use pieces::{Occupancy, PieceVoxelizer, Pieces};
 
 use super::cone::{self, ConeTracer, Volume};
 use super::interleave::{self, deinterleave};
-use super::registry::Entry;
+use super::registry::{Directions, Entry};
 use super::settings::{Domain, Preset, Setting, Settings};
 use super::voxel::{self, Injection, VoxelSettings};
 use super::{Context, IndirectLight, Technique};
@@ -112,6 +112,8 @@ pub static ENTRY: Entry = Entry {
     presets: PRESETS,
     passes: &[voxel::PASSES, PASSES, cone::SPARSE_PASSES, interleave::PASSES],
     structs: &[voxel::STRUCTS, STRUCTS, cone::STRUCTS, interleave::STRUCTS],
+    directions: &[Directions { pass: &cone::GATHER_SPARSE, setting: Some("cones") }, Directions { pass: &cone::SPECULAR_SPARSE, setting: None }],
+    voxels: Some(voxel::list_voxels),
     make,
 };
 

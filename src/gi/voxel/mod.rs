@@ -3,16 +3,21 @@
 //! Triangles become fragments (one a touched voxel) in one pass; fragments of one voxel become one voxel record. Occupied voxels have compact indices in
 //! a fixed order (`gi/voxel/grid.glsl`), so that only they are stored, lit and cleared. `oracle` is the CPU twin.
 
+pub mod export;
 mod grid;
 pub mod light;
+mod list;
 pub mod oracle;
+pub mod passes;
 pub mod rays;
 pub mod voxelize;
 
 pub use grid::VoxelGrid;
 pub use light::{CLEAR_LIGHT, INJECT_RSM, Injection, LIGHT, LIGHT_DENSE, Sides, VoxelLight};
+pub use list::{OccupiedVoxel, VoxelList, list_voxels};
+pub use passes::{FRAGMENTS_COMPUTE, FRAGMENTS_RASTER, FRAGMENTS_RASTER_HW};
 pub use rays::{GATHER_RAYS, RAY_SETTINGS, RaySettings, gather_rays};
-pub use voxelize::{Accumulation, FRAGMENTS_COMPUTE, FRAGMENTS_RASTER, FRAGMENTS_RASTER_HW, Method, VoxelSettings, Voxelizer, Voxels};
+pub use voxelize::{Accumulation, Method, VoxelSettings, Voxelizer, Voxels};
 
 use crate::gi::settings::{Domain, Setting};
 use crate::graph::Pass;
@@ -62,12 +67,12 @@ pub static PASSES: &[&Pass] = &[
     &FRAGMENTS_COMPUTE,
     &FRAGMENTS_RASTER,
     &FRAGMENTS_RASTER_HW,
-    &voxelize::COUNT_BLOCKS,
-    &voxelize::SCAN_GROUPS,
-    &voxelize::INDEX_BLOCKS,
-    &voxelize::LINK_FRAGMENTS,
-    &voxelize::RUNNING_AVERAGE,
-    &voxelize::RESOLVE_VOXELS,
+    &passes::COUNT_BLOCKS,
+    &passes::SCAN_GROUPS,
+    &passes::INDEX_BLOCKS,
+    &passes::LINK_FRAGMENTS,
+    &passes::RUNNING_AVERAGE,
+    &passes::RESOLVE_VOXELS,
     &INJECT_RSM,
     &LIGHT,
     &LIGHT_DENSE,
@@ -76,13 +81,13 @@ pub static PASSES: &[&Pass] = &[
 
 /// All structs that this module shares with shaders.
 pub static STRUCTS: &[(&str, &[Field])] = &[
-    (voxelize::FragmentParams::NAME, voxelize::FragmentParams::FIELDS),
-    (voxelize::Fragment::NAME, voxelize::Fragment::FIELDS),
-    (voxelize::Voxel::NAME, voxelize::Voxel::FIELDS),
-    (voxelize::CountParams::NAME, voxelize::CountParams::FIELDS),
-    (voxelize::ScanParams::NAME, voxelize::ScanParams::FIELDS),
-    (voxelize::LinkParams::NAME, voxelize::LinkParams::FIELDS),
-    (voxelize::ResolveParams::NAME, voxelize::ResolveParams::FIELDS),
+    (passes::FragmentParams::NAME, passes::FragmentParams::FIELDS),
+    (passes::Fragment::NAME, passes::Fragment::FIELDS),
+    (passes::Voxel::NAME, passes::Voxel::FIELDS),
+    (passes::CountParams::NAME, passes::CountParams::FIELDS),
+    (passes::ScanParams::NAME, passes::ScanParams::FIELDS),
+    (passes::LinkParams::NAME, passes::LinkParams::FIELDS),
+    (passes::ResolveParams::NAME, passes::ResolveParams::FIELDS),
     (light::InjectParams::NAME, light::InjectParams::FIELDS),
     (light::LightParams::NAME, light::LightParams::FIELDS),
     (rays::RayParams::NAME, rays::RayParams::FIELDS),

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::cone::{self, ConeTracer};
 use super::interleave::{self, deinterleave};
-use super::registry::Entry;
+use super::registry::{Directions, Entry};
 use super::settings::{Domain, Preset, Setting, Settings};
 use super::voxel::{self, Injection, RAY_SETTINGS, RaySettings, Sides, VoxelLight, VoxelSettings, Voxelizer, Voxels, gather_rays};
 use super::{Context, IndirectLight, Technique};
@@ -79,6 +79,12 @@ pub static ENTRY: Entry = Entry {
     presets: PRESETS,
     passes: &[voxel::PASSES, &[&FILTER], cone::PASSES, interleave::PASSES],
     structs: &[voxel::STRUCTS, cone::STRUCTS, interleave::STRUCTS],
+    directions: &[
+        Directions { pass: &cone::GATHER, setting: Some("cones") },
+        Directions { pass: &voxel::GATHER_RAYS, setting: Some("rays") },
+        Directions { pass: &cone::SPECULAR, setting: None },
+    ],
+    voxels: Some(voxel::list_voxels),
     make,
 };
 

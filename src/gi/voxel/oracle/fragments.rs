@@ -52,10 +52,16 @@ pub struct VoxelSum {
     pub emission: DVec3,
     /// Largest of Σ weight · |normal| over the three axes, [`LEAST_COVERAGE`] to 1: the opacity where coverage is asked for.
     pub coverage: f64,
-    /// As much of the surface as is seen from one side, ½ to 1: Σ over the axes of the larger of the areas that face along and against it, over the sum of
-    /// both. 1 for a sheet or a corner, ½ for a wall with both faces in the voxel.
-    pub one_sided_share: f64,
-    /// Axis along which most surface is opposed, where the share is below [`OPPOSED`].
+    /// Share of the emission (sum of red, green and blue) that leaves the front: that of the fragments that face it.
+    pub emission_ahead: f64,
+    /// Share of the surface that is seen from one side: Σ over the axes of the larger of the areas that face along and against it, each at most one face,
+    /// over the sum of both. 1 for a sheet or a corner, ½ for a wall with both faces in the voxel.
+    pub seen_from_one: f64,
+    /// As `seen_from_one` with both areas: the share seen from both sides.
+    pub seen_from_both: f64,
+    /// Share of the surface that faces against the rest, 0 to ½.
+    pub opposed: f64,
+    /// Axis along which most surface is opposed, where that share is above [`OPPOSED`].
     pub opposed_axis: Option<usize>,
 }
 
@@ -66,8 +72,8 @@ impl VoxelSum {
     }
 }
 
-/// Below this one-sided share a voxel's surface counts as opposed.
-pub const OPPOSED: f64 = 0.75;
+/// Above this share of surface that faces against the rest, a voxel counts as opposed.
+pub const OPPOSED: f64 = 0.25;
 
 /// The fragments of a scene, by triangle and then by voxel.
 pub fn fragments(scene: &Scene, grid: &Grid) -> Vec<Fragment> {
@@ -92,20 +98,31 @@ pub fn voxelize(scene: &Scene, grid: &Grid) -> BTreeMap<VoxelIndex, VoxelSum> {
 pub fn resolve(parts: &[Fragment]) -> VoxelSum {
     let area: f64 = parts.iter().map(Fragment::weight).sum();
     let mean = |value: fn(&Fragment) -> DVec3| parts.iter().map(|part| part.weight() * value(part)).sum::<DVec3>() / area;
-    let across = mean(|part| part.normal.abs());
-    let hidden = (across - mean(|part| part.normal).abs()) * 0.5;
-    let one_sided_share = 1.0 - hidden.element_sum() / across.element_sum();
-    VoxelSum {
+    let across = area * mean(|part| part.normal.abs());
+    let net = area * mean(|part| part.normal);
+    let (along, against) = (0.5 * (across + net), 0.5 * (across - net));
+    let (seen_along, seen_against, hidden) = (along.min(DVec3::ONE), against.min(DVec3::ONE), along.min(against));
+    let share = |part: DVec3| part.element_sum() / across.element_sum();
+    let mut sum = VoxelSum {
         fragment_count: parts.len() as u32,
         area,
         normal: mean(|part| part.normal),
         albedo: mean(|part| part.albedo),
         mean_position: mean(|part| part.mean_position),
         emission: mean(|part| part.emission),
-        coverage: (area * across).max_element().clamp(LEAST_COVERAGE, 1.0),
-        one_sided_share,
-        opposed_axis: (one_sided_share < OPPOSED).then(|| hidden.max_position()),
+        coverage: across.max_element().clamp(LEAST_COVERAGE, 1.0),
+        emission_ahead: 0.0,
+        seen_from_one: share(seen_along.max(seen_against)),
+        seen_from_both: share(seen_along + seen_against),
+        opposed: share(hidden),
+        opposed_axis: (share(hidden) > OPPOSED).then(|| hidden.max_position()),
+    };
+    let emission = |parts: &mut dyn Iterator<Item = &Fragment>| parts.map(|part| part.weight() * part.emission.element_sum()).sum::<f64>();
+    let (total, front) = (emission(&mut parts.iter()), sum.front());
+    if total > 0.0 {
+        sum.emission_ahead = emission(&mut parts.iter().filter(|part| part.normal.dot(front) >= 0.0)) / total;
     }
+    sum
 }
 
 /// The fragment of a touched voxel; `None` where the mask leaves less than half of it.

@@ -9,11 +9,12 @@ use super::fragments::{barycentric, diffuse_albedo, fan, mean_texture, triangle_
 use super::{Fragment, Grid, VoxelIndex, VoxelSum, corner_of, doubles, fragments, material_of, voxelize, world_triangle};
 use crate::scene::{Light, Scene};
 
-/// Expected reflected radiance of each voxel [W/(m² sr)]: the mean of ρ/π Σ E |n·ω| V over the surface in it, by brute-force shadow rays from
+/// Expected reflected radiance of each voxel [W/(m² sr)]: the mean of ρ/π Σ E |n·ω| V over the surface in it that is seen from outside, by brute-force shadow rays from
 /// `samples` points of each fragment. Emission ([`VoxelSum::emission`]) comes on top. An injection through shadow maps agrees statistically.
 pub fn inject(scene: &Scene, grid: &Grid, samples: u32) -> BTreeMap<VoxelIndex, DVec3> {
     let voxels = voxelize(scene, grid);
-    let mean = |(voxel, [front, back]): (VoxelIndex, [DVec3; 2])| (voxel, voxels[&voxel].one_sided_share * (front + back));
+    let of = |voxel: &VoxelIndex| voxels[voxel].seen_from_one / voxels[voxel].seen_from_both;
+    let mean = |(voxel, [front, back]): (VoxelIndex, [DVec3; 2])| (voxel, of(&voxel) * (front + back));
     inject_sides(scene, grid, samples).into_iter().map(mean).collect()
 }
 
@@ -28,7 +29,7 @@ pub fn inject_sides(scene: &Scene, grid: &Grid, samples: u32) -> BTreeMap<VoxelI
         let mean = mean_reflected(scene, index, samples, sum.front(), |sample| barycentric(triangle, point_of(&fragment, sample)));
         let sides = radiance.entry(fragment.voxel).or_default();
         for (side, mean) in sides.iter_mut().zip(mean) {
-            *side += fragment.weight() / (sum.area * sum.one_sided_share) * mean;
+            *side += fragment.weight() / (sum.area * sum.seen_from_one) * mean;
         }
     }
     radiance
@@ -56,10 +57,10 @@ pub fn reflected_flux(scene: &Scene, samples: u32) -> DVec3 {
     (0..scene.triangles.len()).map(flux).sum()
 }
 
-/// Flux that voxels reflect, Σ π L A h² \[W\], given the radiance [W/(m² sr)] of each.
+/// Flux that voxels reflect, Σ π L A h² \[W\] with A the area seen from both sides, given the radiance [W/(m² sr)] of each.
 pub fn voxel_flux(voxels: &BTreeMap<VoxelIndex, VoxelSum>, radiance: &BTreeMap<VoxelIndex, DVec3>, grid: &Grid) -> DVec3 {
     let face_m2 = f64::from(grid.voxel_size).powi(2);
-    radiance.iter().filter_map(|(voxel, radiance)| voxels.get(voxel).map(|sum| PI * face_m2 * sum.area * *radiance)).sum()
+    radiance.iter().filter_map(|(voxel, radiance)| voxels.get(voxel).map(|sum| PI * face_m2 * sum.area * sum.seen_from_both * *radiance)).sum()
 }
 
 /// Mean radiance that a triangle reflects to the side of `front` and to the other, over those of its points, given as barycentric weights by sample

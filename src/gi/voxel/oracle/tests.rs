@@ -311,7 +311,8 @@ fn floor_reflects_a_beam() {
     let grid = Grid { voxel_size: 0.5, resolution: 8, ..UNIT_GRID };
     let radiance = inject(&scene, &grid, 4);
     assert_eq!(radiance.len(), 64);
-    assert!(radiance.values().all(|value| (*value - 1.0 / PI).abs().max_element() < 1e-6));
+    // Triangles that only touch a full voxel have a least weight, and so it has a little more than one face.
+    assert!(radiance.values().all(|value| (*value - 1.0 / PI).abs().max_element() < 3.0 * LEAST_WEIGHT));
     let flux = reflected_flux(&scene, 4);
     assert!((flux - 16.0).abs().max_element() < 1e-5);
     let collected = voxel_flux(&voxelize(&scene, &grid), &radiance, &grid);
@@ -338,7 +339,7 @@ fn both_sides_of_a_sheet_cover() {
     let front = [[0.0, 0.0, 0.5], [0.5, 0.0, 0.5], [0.0, 0.5, 0.5]];
     let sum = voxelize(&scene_of(&[(front, 0.5), ([front[0], front[2], front[1]], 0.5)]), &UNIT_GRID)[&[0, 0, 0]];
     assert!(near(sum.normal, DVec3::ZERO) && close(sum.coverage, 0.25));
-    assert!(close(sum.one_sided_share, 0.5) && sum.opposed_axis == Some(2));
+    assert!(close(sum.seen_from_one, 0.5) && close(sum.seen_from_both, 1.0) && sum.opposed_axis == Some(2));
 }
 
 /// Light from above leaves the upper side of a sheet, whichever way its normal points; of a wall of two sheets each side keeps its own, undiminished.
@@ -363,13 +364,26 @@ fn sides_keep_their_own_light() {
     }
 }
 
+/// Of two panels that fill a voxel's face one before the other only one is seen: it glows as it does alone, and to its front only.
+#[test]
+fn stacked_panels_glow_as_one() {
+    let corners = [[-4.0, -4.0, 0.5], [4.0, -4.0, 0.5], [0.0, 4.0, 0.5]];
+    let behind = corners.map(|[x, y, z]| [x, y, z - 0.25]);
+    let mut scene = scene_of(&[(corners, 0.5), (behind, 0.5)]);
+    scene.materials[0].emission = Vec3::splat(8.0);
+    scene.triangles[1].material = 1;
+    scene.materials.push(crate::scene::Material::default());
+    let sum = voxelize(&scene, &UNIT_GRID)[&[0, 0, 0]];
+    assert!(close(sum.seen_from_one, 0.5) && close(sum.emission_ahead, 1.0) && near(sum.emission / sum.seen_from_one, DVec3::splat(8.0)), "{sum:?}");
+}
+
 /// A floor and a wall that face the same corner of the voxel are opposed nowhere.
 #[test]
 fn corners_are_seen_whole_from_their_front() {
     let floor = [[0.0, 0.0, 0.25], [1.0, 0.0, 0.25], [0.0, 1.0, 0.25]];
     let wall = [[0.25, 0.0, 0.0], [0.25, 1.0, 0.0], [0.25, 0.0, 1.0]];
     let sum = voxelize(&scene_of(&[(floor, 0.5), (wall, 0.5)]), &UNIT_GRID)[&[0, 0, 0]];
-    assert!(close(sum.one_sided_share, 1.0) && sum.opposed_axis.is_none() && sum.front().x > 0.5 && sum.front().z > 0.5);
+    assert!(close(sum.seen_from_one, 1.0) && sum.opposed_axis.is_none() && sum.front().x > 0.5 && sum.front().z > 0.5);
 }
 
 /// A lamp above a corner of a floor; beyond a wall the floor lies in its shadow.

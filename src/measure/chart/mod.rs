@@ -1,12 +1,15 @@
 //! Charts: lines and stacked bars, drawn once for SVG and for PNG.
 
-use std::ops::Range;
+mod axis;
+mod draw;
+
 use std::path::{Path, PathBuf};
 use std::sync::Once;
 
 use plotters::coord::Shift;
-use plotters::coord::ranged1d::{DefaultFormatting, KeyPointHint, Ranged, SegmentValue};
 use plotters::prelude::*;
+
+use draw::{draw_bars, draw_lines};
 
 /// Named points.
 #[derive(Clone, Debug, PartialEq)]
@@ -264,149 +267,6 @@ fn bar_panel_height(panel: &BarPanel) -> u32 {
     26 * panel.bars.len().max(1) as u32 + 70
 }
 
-/// Smallest and largest of what `values` gives; a little more on each side.
-fn range(values: impl Iterator<Item = f64>, scale: Scale) -> Range<f64> {
-    let (low, high) = values.filter(|value| value.is_finite()).fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
-    if low > high {
-        return 0.5..1.5;
-    }
-    match scale {
-        Scale::Log => low / 1.3..high * 1.3,
-        Scale::Linear => {
-            let pad = 0.08 * (high - low).max(1e-3 * high.abs()).max(1e-6);
-            low - pad..high + pad
-        }
-    }
-}
-
-fn draw_lines<DB: DrawingBackend>(area: &DrawingArea<DB, Shift>, x_label: &str, panel: &LinePanel, names: &[&str]) -> Drawn<DB> {
-    let usable = |y: f64| y.is_finite() && (panel.y_scale == Scale::Linear || y > 0.0);
-    let points = || panel.series.iter().flat_map(|series| &series.points).copied().filter(|point| usable(point.1));
-    let floor = panel.floor.iter().map(|floor| floor.0).filter(|y| usable(*y));
-    let exponents = range(points().map(|point| point.0.log2()), Scale::Linear);
-    let x = exponents.start.min(exponents.start.round() - 0.15)..exponents.end.max(exponents.end.round() + 0.15);
-    let y = range(points().map(|point| point.1).chain(floor.clone()), panel.y_scale);
-    let x_ticks = (x.start.ceil() as i32..=x.end.floor() as i32).map(f64::from).collect();
-    let y_ticks = if panel.y_scale == Scale::Log { log_ticks(&y) } else { linear_ticks(&y) };
-    let mut builder = ChartBuilder::on(area);
-    builder.margin(MARGIN_PX).margin_top(4).x_label_area_size(44).y_label_area_size(70);
-    let mut chart =
-        builder.build_cartesian_2d(Axis { range: x.clone(), scale: Scale::Linear, ticks: x_ticks }, Axis { range: y, scale: panel.y_scale, ticks: y_ticks })?;
-    let mut mesh = chart.configure_mesh();
-    mesh.disable_x_mesh().max_light_lines(0).x_label_formatter(&|exponent| format!("{}", exponent.exp2().round())).y_label_formatter(&|y| short(*y));
-    mesh.x_desc(x_label).y_desc(panel.y_label.as_str()).label_style(("sans-serif", TEXT_PX)).bold_line_style(RGBColor(225, 225, 225)).draw()?;
-    if let (Some((_, what)), Some(y)) = (&panel.floor, floor.clone().next()) {
-        let grey = RGBColor(120, 120, 120);
-        chart.draw_series(DashedLineSeries::new([(x.start, y), (x.end, y)], 5, 4, grey.stroke_width(1)))?;
-        let style = ("sans-serif", 12).into_font().color(&grey);
-        chart.draw_series([EmptyElement::at((x.start, y)) + Text::new(what.clone(), (6, -15), style)])?;
-    }
-    for (index, series) in panel.series.iter().enumerate() {
-        // Later lines are thinner, so that one that lies under another can be seen.
-        let wider = (panel.series.len() - 1 - index).min(4) as u32;
-        let color = color(names.iter().position(|name| *name == series.name).unwrap_or(0));
-        let points: Vec<(f64, f64)> = series.points.iter().filter(|point| usable(point.1)).map(|(x, y)| (x.log2(), *y)).collect();
-        chart.draw_series(LineSeries::new(points.iter().copied(), color.stroke_width(2 + wider)))?;
-        chart.draw_series(points.iter().map(|point| Circle::new(*point, 4 + wider, color.filled())))?;
-    }
-    Ok(())
-}
-
-/// An axis with ticks of our choice.
-#[derive(Clone)]
-struct Axis {
-    range: Range<f64>,
-    scale: Scale,
-    ticks: Vec<f64>,
-}
-
-impl Ranged for Axis {
-    type FormatOption = DefaultFormatting;
-    type ValueType = f64;
-
-    fn map(&self, value: &f64, (low, high): (i32, i32)) -> i32 {
-        let share = match self.scale {
-            Scale::Linear => (value - self.range.start) / (self.range.end - self.range.start),
-            Scale::Log => (value / self.range.start).ln() / (self.range.end / self.range.start).ln(),
-        };
-        low + (share * f64::from(high - low)).round() as i32
-    }
-
-    fn key_points<Hint: KeyPointHint>(&self, hint: Hint) -> Vec<f64> {
-        // Light lines are asked for in a second turn; there are none.
-        if hint.weight().allow_light_points() { Vec::new() } else { self.ticks.clone() }
-    }
-
-    fn range(&self) -> Range<f64> {
-        self.range.clone()
-    }
-}
-
-impl From<Axis> for Range<f64> {
-    fn from(axis: Axis) -> Self {
-        axis.range
-    }
-}
-
-/// Multiples of 1, 2 or 5 times a power of ten, about eight of them.
-fn linear_ticks(range: &Range<f64>) -> Vec<f64> {
-    let raw = (range.end - range.start) / 8.0;
-    let power = 10.0f64.powf(raw.log10().floor());
-    let step = power * [1.0, 2.0, 5.0, 10.0].into_iter().find(|digit| digit * power >= raw).unwrap_or(10.0);
-    let indices = (range.start / step).ceil() as i64..=(range.end / step).floor() as i64;
-    indices.map(|index| index as f64 * step).collect()
-}
-
-/// Round numbers in a range of positive ones, few of them.
-fn log_ticks(range: &Range<f64>) -> Vec<f64> {
-    let decades = (range.end / range.start).log10();
-    let digits: &[f64] = if decades < 1.0 { &[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0] } else { &[1.0, 2.0, 5.0] };
-    let powers = range.start.log10().floor() as i32..=range.end.log10().ceil() as i32;
-    powers.flat_map(|power| digits.iter().map(move |digit| digit * 10.0f64.powi(power))).filter(|tick| range.contains(tick)).collect()
-}
-
-fn draw_bars<DB: DrawingBackend>(area: &DrawingArea<DB, Shift>, panel: &BarPanel, names: &[&str]) -> Drawn<DB> {
-    let length = |bar: &Bar| bar.parts.iter().map(|part| part.1).sum::<f64>();
-    let longest = panel.bars.iter().map(length).fold(0.0, f64::max).max(1e-9);
-    let lengths = Axis { range: 0.0..1.12 * longest, scale: Scale::Linear, ticks: linear_ticks(&(0.0..1.12 * longest)) };
-    let count = panel.bars.len().max(1);
-    let widest = panel.bars.iter().map(|bar| bar.label.chars().count()).max().unwrap_or(0) as u32;
-    let mut builder = ChartBuilder::on(area);
-    builder.margin(MARGIN_PX).margin_top(4).margin_right(40).x_label_area_size(44).y_label_area_size(30 + 8 * widest);
-    let mut chart = builder.build_cartesian_2d(lengths, (0..count - 1).into_segmented())?;
-    let name = |segment: &SegmentValue<usize>| match segment {
-        SegmentValue::CenterOf(index) => panel.bars.iter().rev().nth(*index).map(|bar| bar.label.clone()).unwrap_or_default(),
-        _ => String::new(),
-    };
-    let mut mesh = chart.configure_mesh();
-    mesh.disable_y_mesh().y_labels(count + 1).y_label_formatter(&name).x_label_formatter(&|x| short(*x));
-    mesh.x_desc(panel.x_label.as_str()).label_style(("sans-serif", TEXT_PX)).bold_line_style(RGBColor(225, 225, 225)).draw()?;
-    for (index, bar) in panel.bars.iter().rev().enumerate() {
-        let mut start = 0.0;
-        for (part, value) in &bar.parts {
-            let color = color(names.iter().position(|name| name == part).unwrap_or(0));
-            let above = if index + 1 == count { SegmentValue::Last } else { SegmentValue::Exact(index + 1) };
-            let mut rectangle = Rectangle::new([(start, SegmentValue::Exact(index)), (start + value, above)], color.filled());
-            rectangle.set_margin(4, 4, 0, 0);
-            chart.draw_series([rectangle])?;
-            start += value;
-        }
-        let end = EmptyElement::at((start, SegmentValue::CenterOf(index))) + Text::new(short(start), (5, -7), ("sans-serif", 12));
-        chart.draw_series([end])?;
-    }
-    Ok(())
-}
-
-/// A number with three digits that count.
-fn short(value: f64) -> String {
-    if value.abs() < 1e-12 || !value.is_finite() {
-        return if value.is_finite() { "0".to_owned() } else { format!("{value}") };
-    }
-    let digits = (2 - value.abs().log10().floor() as i32).clamp(0, 6) as usize;
-    let text = format!("{value:.digits$}");
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -419,19 +279,6 @@ mod tests {
             floor: Some((0.01, "noise".into())),
         };
         Chart { title: "t".into(), notes: vec!["n".into()], panels: Panels::Lines("x".into(), vec![panel(Scale::Log), panel(Scale::Linear)]) }
-    }
-
-    #[test]
-    fn ticks_are_few_and_inside() {
-        assert_eq!(log_ticks(&(0.015..1.1)), [0.02, 0.05, 0.1, 0.2, 0.5, 1.0]);
-        assert_eq!(linear_ticks(&(-0.7..0.11)), [-0.6000000000000001, -0.4, -0.2, 0.0]);
-        assert_eq!(log_ticks(&(11.0..45.0)), [15.0, 20.0, 30.0, 40.0]);
-    }
-
-    #[test]
-    fn short_numbers() {
-        let cases = [(0.0, "0"), (-1e-17, "0"), (0.0213, "0.0213"), (1.5, "1.5"), (12.345, "12.3"), (1234.5, "1234"), (-0.25, "-0.25"), (100.0, "100")];
-        cases.iter().for_each(|(value, text)| assert_eq!(short(*value), *text));
     }
 
     /// No points, one point, zeros on a logarithmic axis: a picture all the same.

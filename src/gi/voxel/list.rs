@@ -1,0 +1,62 @@
+//! Occupied voxels on the host.
+
+use glam::Vec3;
+
+use super::passes::Voxel;
+use super::{VoxelGrid, VoxelSettings, Voxelizer};
+use crate::gi::Context;
+use crate::gi::Settings;
+use crate::graph::Error;
+
+/// One occupied voxel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OccupiedVoxel {
+    /// Coordinates along x, y and z, 0 to resolution − 1.
+    pub index: [u32; 3],
+    /// Diffuse albedo, linear, 0 to 1.
+    pub albedo: Vec3,
+    /// Mean of the geometric normals, world space; shorter than 1 where they differ.
+    pub normal: Vec3,
+    /// 0 to 1.
+    pub opacity: f32,
+}
+
+/// The occupied voxels of a scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct VoxelList {
+    /// Where the voxels are.
+    pub grid: VoxelGrid,
+    /// The voxels, each once.
+    pub voxels: Vec<OccupiedVoxel>,
+}
+
+impl VoxelList {
+    /// Centre of a voxel, world space (m).
+    pub fn centre_ws(&self, index: [u32; 3]) -> Vec3 {
+        self.grid.origin + self.grid.voxel_size * (Vec3::from(index.map(|i| i as f32)) + 0.5)
+    }
+}
+
+/// Voxelizes a scene, with the settings of [`super::SETTINGS`] among others, and reads the voxels back.
+pub fn list_voxels(context: &Context<'_>, settings: &Settings) -> Result<VoxelList, Error> {
+    let Context { gpu, scene, .. } = *context;
+    let (voxels, _) = Voxelizer::new(gpu, scene, VoxelSettings::new(settings))?.run(gpu, scene)?;
+    let bytes = gpu.read_buffer(&voxels.records)?;
+    let records: Vec<Voxel> = bytes.chunks_exact(size_of::<Voxel>()).take(voxels.voxel_count as usize).map(bytemuck::pod_read_unaligned).collect();
+    Ok(VoxelList { grid: voxels.grid, voxels: records.iter().map(unpack).collect() })
+}
+
+fn unpack(record: &Voxel) -> OccupiedVoxel {
+    let albedo_root = unpack_unorm10(record.albedo);
+    OccupiedVoxel {
+        index: [record.xy & 0xffff, record.xy >> 16, record.z_area & 0xffff],
+        albedo: albedo_root * albedo_root,
+        normal: unpack_unorm10(record.normal) * 2.0 - 1.0,
+        opacity: (record.coverage & 0xfff) as f32 / 4095.0,
+    }
+}
+
+/// Three numbers of 10 bits (`glsl/shared/packing.glsl`).
+fn unpack_unorm10(packed: u32) -> Vec3 {
+    Vec3::from([packed, packed >> 10, packed >> 20].map(|bits| (bits & 1023) as f32 / 1023.0))
+}
