@@ -26,8 +26,8 @@ const SCENES: &[(&str, &str, [u32; 2])] = &[
 
 const SETTINGS: &[(&str, &str)] = &[("resolution", "64")];
 
-/// Measured between two runs: 0 in all three.
-const FLIP_MEAN: f32 = 0.004;
+/// Measured between two runs: 0 in all three; between two processors (llvmpipe compiles for each): up to 0.0057, 0.035 and 0.007, in the atrium.
+const FLIP_MEAN: f32 = 0.008;
 const FLIP_P99: f32 = 0.05;
 const REL_RMSE: f64 = 0.02;
 
