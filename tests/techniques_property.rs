@@ -109,9 +109,8 @@ fn moving_everything_by_whole_voxels_changes_nothing() {
         let (expected, image) = (shot(&scene), shot(&moved));
         let errors = block_errors(&image, &expected, &seen);
         println!("{}: moved, rel_rmse {:.5}, bias {:+.5}", case.name(), errors.rel_rmse, errors.bias);
-        // Rounding of positions tips voxels that are only touched, and shadow edges; measured 0.003 to 0.010, svo.textbook, where a voxel reaches
-        // further, 0.021.
-        if errors.rel_rmse > 0.03 {
+        // Rounding of positions tips voxels that are only touched, and shadow edges; measured 0.003 to 0.010.
+        if errors.rel_rmse > 0.02 {
             write_failure(&format!("move.{}", case.name()), &image, Some(&expected), 1.0, &format!("{errors:?}"));
             panic!("{}: {errors:?}", case.name());
         }
