@@ -8,6 +8,7 @@ pub mod interleave;
 pub mod none;
 pub mod registry;
 pub mod settings;
+pub mod svo;
 pub mod voxel;
 pub mod voxel_mips;
 

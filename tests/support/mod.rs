@@ -3,6 +3,7 @@
 
 pub mod gather;
 pub mod hazards;
+pub mod octree;
 pub mod passes;
 pub mod program;
 pub mod scenes;

@@ -5,9 +5,14 @@ layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(set = 1, binding = 0) uniform texture2D view_depth;
 layout(set = 1, binding = 1) uniform utexture2D normals;
-layout(set = 1, binding = 2) uniform texture3D voxels;
-layout(std430, set = 1, binding = 3) readonly buffer Cones { vec4 cones[]; };   // sin²θ, φ [rad], tan(γ/2), weight; weights sum to 1
-layout(set = 1, binding = 4, rgba32f) uniform restrict image2D indirect_diffuse;
+layout(std430, set = 1, binding = 2) readonly buffer Cones { vec4 cones[]; };   // sin²θ, φ [rad], tan(γ/2), weight; weights sum to 1
+layout(set = 1, binding = 3, rgba32f) uniform restrict image2D indirect_diffuse;
+#ifdef SVO
+layout(std430, set = 1, binding = 4) restrict readonly buffer Nodes { uint nodes[]; };
+layout(set = 1, binding = 5) uniform texture3D bricks;
+#else
+layout(set = 1, binding = 4) uniform texture3D voxels;
+#endif
 
 layout(push_constant) uniform ConeParams {
     vec4 grid;             // xyz: smallest corner of the grid [m]; w: voxel size [m]

@@ -1,10 +1,15 @@
-// Cone marching through the dense, prefiltered radiance volume.
+// Cone marching through a prefiltered radiance volume, dense or (SVO) sparse.
 #ifndef LUMIVOX_MARCH
 #define LUMIVOX_MARCH
 
 #include "shared/frame.glsl"
+#ifdef SVO
+#include "gi/svo/sample.glsl"
+#else
+#include "gi/cone/dense.glsl"
+#endif
 
-// The including pass declares `voxels` (texture3D, radiance premultiplied by opacity) and has these parameters.
+// The including pass declares what the volume is sampled from, and has these parameters.
 struct MarchSettings {
     float resolution;        // voxels along an edge of the grid
     float step_factor;       // β: step in sample diameters
@@ -42,7 +47,7 @@ ConeResult march_cone(vec3 origin, vec3 direction, float tan_half, float height,
         diameter = max(diameter, 1.0);
         float stride = m.step_factor * diameter;
         centre = t + 0.5 * stride;
-        vec4 texel = textureLod(sampler3D(voxels, linear_clamp), (origin + centre * direction) / m.resolution, log2(diameter));
+        vec4 texel = sample_volume(origin + centre * direction, m.resolution, log2(diameter));
         if (texel.a > 0.0) {
             float opacity = 1.0 - pow(max(1.0 - texel.a, 0.0), m.opacity_exponent * m.step_factor);
             radiance += through * opacity / texel.a * texel.rgb;

@@ -8,8 +8,13 @@ layout(set = 1, binding = 0) uniform texture2D view_depth;
 layout(set = 1, binding = 1) uniform utexture2D normals;
 layout(set = 1, binding = 2) uniform texture2D albedo;
 layout(set = 1, binding = 3) uniform texture2D specular;
-layout(set = 1, binding = 4) uniform texture3D voxels;
-layout(set = 1, binding = 5, rgba32f) uniform restrict writeonly image2D indirect_specular;
+layout(set = 1, binding = 4, rgba32f) uniform restrict writeonly image2D indirect_specular;
+#ifdef SVO
+layout(std430, set = 1, binding = 5) restrict readonly buffer Nodes { uint nodes[]; };
+layout(set = 1, binding = 6) uniform texture3D bricks;
+#else
+layout(set = 1, binding = 5) uniform texture3D voxels;
+#endif
 
 layout(push_constant) uniform SpecularParams {
     vec4 grid;             // xyz: smallest corner of the grid [m]; w: voxel size [m]

@@ -6,8 +6,9 @@
 #include "gi/voxel/triangle_box.glsl"
 
 layout(push_constant) uniform FragmentParams {
-    vec4 origin_inverse_size;   // xyz: smallest corner of the grid [m]; w: 1 / voxel size [1/m]
-    uint resolution;            // voxels along an edge of the grid
+    vec4 origin_inverse_size;   // xyz: smallest corner of the whole grid [m]; w: 1 / voxel size [1/m]
+    vec4 first_voxel;           // xyz: of the piece of it that is voxelized
+    uint resolution;            // voxels along an edge of the piece
     uint first_triangle;
     uint triangle_count;
     uint material;              // of all triangles of the batch
@@ -17,7 +18,7 @@ layout(push_constant) uniform FragmentParams {
 
 vec3 grid_position(uint vertex) {
     precise vec3 p = (vertices[vertex].position - params.origin_inverse_size.xyz) * params.origin_inverse_size.w;
-    return p;
+    return p - params.first_voxel.xyz;
 }
 
 // False where the triangle touches nothing.

@@ -73,6 +73,8 @@ void main() {
 
     float voxel_size = params.grid.w;
     vec3 grid = (position - params.grid.xyz) / voxel_size;
+    // It lies in another piece of the grid.
+    if (any(lessThan(grid, vec3(0.0))) || any(greaterThanEqual(grid, vec3(params.resolution)))) return;
     int slot = voxel_at(grid);
     // The surface may lie in the neighbour by a rounding error, or by the map's depth error at a grazing angle.
     if (slot < 0) slot = voxel_at(grid + 0.05 * normal);

@@ -1,38 +1,19 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // voxel_mips.filter: one mip of radiance premultiplied by opacity from the next finer one.
-//
-// Box: the mean of the eight texels. Directional: along each axis the two texels of each of the four pairs are composited front to back, seen from
-// either side, and the twelve results are averaged (the six-direction pre-integration of Crassin et al. 2011, section 5.2, kept in one texel); a wall
-// one voxel thick stays opaque along its normal, which the box lets fade by half at every level.
 layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
 
-layout(constant_id = 0) const uint FILTER = 1;   // 0 box, 1 directional, 2 directional with the opacity of the most opaque axis
+#include "gi/voxel/prefilter.glsl"
+
+layout(constant_id = 0) const uint FILTER = 1;   // as `mode` of filter_eight
 
 layout(set = 1, binding = 0, rgba16f) uniform restrict readonly image3D finer;
 layout(set = 1, binding = 1, rgba16f) uniform restrict writeonly image3D coarser;
-
-// Mean over both directions of a composited over b: colour a + (1 − α_a) b, opacity α_a + α_b − α_a α_b.
-vec4 composite_pair(vec4 a, vec4 b) {
-    return a + b - 0.5 * (a.a * b + b.a * a);
-}
 
 void main() {
     ivec3 texel = ivec3(gl_GlobalInvocationID);
     if (any(greaterThanEqual(texel, imageSize(coarser)))) return;
     vec4 c[8];
-    vec4 sum = vec4(0.0);
-    for (int i = 0; i < 8; ++i) {
-        c[i] = imageLoad(finer, 2 * texel + ivec3(i & 1, i >> 1 & 1, i >> 2));
-        sum += c[i];
-    }
-    vec4 result = sum * 0.125;
-    if (FILTER != 0u && sum.a > 0.0) {
-        vec4 x = composite_pair(c[0], c[1]) + composite_pair(c[2], c[3]) + composite_pair(c[4], c[5]) + composite_pair(c[6], c[7]);
-        vec4 y = composite_pair(c[0], c[2]) + composite_pair(c[1], c[3]) + composite_pair(c[4], c[6]) + composite_pair(c[5], c[7]);
-        vec4 z = composite_pair(c[0], c[4]) + composite_pair(c[1], c[5]) + composite_pair(c[2], c[6]) + composite_pair(c[3], c[7]);
-        result = (x + y + z) / 12.0;
-        if (FILTER == 2u) result *= max(x.a, max(y.a, z.a)) * 0.25 / result.a;
-    }
-    imageStore(coarser, texel, result);
+    for (int i = 0; i < 8; ++i) c[i] = imageLoad(finer, 2 * texel + ivec3(i & 1, i >> 1 & 1, i >> 2));
+    imageStore(coarser, texel, filter_eight(c, FILTER));
 }

@@ -12,7 +12,7 @@ use crate::gi::settings::{Domain, Setting};
 use crate::gi::voxel::VoxelGrid;
 use crate::gi::voxel::rays::LOOP_BUDGET;
 use crate::gpu_struct;
-use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu, Image, Pass, Sets, Shaders};
+use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu, Image, Pass, PassBuilder, Sets, Shaders};
 use crate::render::{GBuffer, screen_groups, storage};
 use crate::shader::{Field, GpuStruct};
 
@@ -66,39 +66,101 @@ gpu_struct! {
     }
 }
 
-/// E = π Σ w L over a set of cones. Reads the G-buffer and a dense radiance volume with mips, writes RGBA32F (irradiance, ambient visibility).
-pub static GATHER: Pass = Pass {
-    name: "cone.gather",
-    shaders: Shaders::Compute("gi/cone/gather.comp"),
-    bindings: &[
-        Binding::sampled("view_depth", Access::ComputeSampled),
-        Binding::sampled("normals", Access::ComputeSampled),
-        Binding::sampled("voxels", Access::ComputeSampled),
-        Binding::buffer("cones", Access::ComputeRead),
-        Binding::image("indirect_diffuse", Access::ComputeReadWrite),
-    ],
-    push_bytes: size_of::<ConeParams>() as u32,
-    sets: Sets::Scene,
+const GATHER_BINDINGS: [Binding; 4] = [
+    Binding::sampled("view_depth", Access::ComputeSampled),
+    Binding::sampled("normals", Access::ComputeSampled),
+    Binding::buffer("cones", Access::ComputeRead),
+    Binding::image("indirect_diffuse", Access::ComputeReadWrite),
+];
+
+const SPECULAR_BINDINGS: [Binding; 5] = [
+    Binding::sampled("view_depth", Access::ComputeSampled),
+    Binding::sampled("normals", Access::ComputeSampled),
+    Binding::sampled("albedo", Access::ComputeSampled),
+    Binding::sampled("specular", Access::ComputeSampled),
+    Binding::image("indirect_specular", Access::ComputeWrite),
+];
+
+const DENSE: Binding = Binding::sampled("voxels", Access::ComputeSampled);
+const SPARSE: [Binding; 2] = [Binding::buffer("nodes", Access::ComputeRead), Binding::sampled("bricks", Access::ComputeSampled)];
+
+static GATHER_DENSE_BINDINGS: [Binding; 5] = {
+    let [a, b, c, d] = GATHER_BINDINGS;
+    [a, b, c, d, DENSE]
 };
+
+static GATHER_SPARSE_BINDINGS: [Binding; 6] = {
+    let ([a, b, c, d], [nodes, bricks]) = (GATHER_BINDINGS, SPARSE);
+    [a, b, c, d, nodes, bricks]
+};
+
+static SPECULAR_DENSE_BINDINGS: [Binding; 6] = {
+    let [a, b, c, d, e] = SPECULAR_BINDINGS;
+    [a, b, c, d, e, DENSE]
+};
+
+static SPECULAR_SPARSE_BINDINGS: [Binding; 7] = {
+    let ([a, b, c, d, e], [nodes, bricks]) = (SPECULAR_BINDINGS, SPARSE);
+    [a, b, c, d, e, nodes, bricks]
+};
+
+const fn gather_pass(shader: &'static str, bindings: &'static [Binding]) -> Pass {
+    Pass { name: "cone.gather", shaders: Shaders::Compute(shader), bindings, push_bytes: size_of::<ConeParams>() as u32, sets: Sets::Scene }
+}
+
+const fn specular_pass(shader: &'static str, bindings: &'static [Binding]) -> Pass {
+    Pass { name: "cone.specular", shaders: Shaders::Compute(shader), bindings, push_bytes: size_of::<SpecularParams>() as u32, sets: Sets::Scene }
+}
+
+/// E = π Σ w L over a set of cones. Reads the G-buffer and a dense radiance volume with mips, writes RGBA32F (irradiance, ambient visibility).
+pub static GATHER: Pass = gather_pass("gi/cone/gather.comp", &GATHER_DENSE_BINDINGS);
+
+/// As [`GATHER`], through the node pool and the brick pool of a sparse voxel octree.
+pub static GATHER_SPARSE: Pass = gather_pass("gi/cone/gather_svo.comp", &GATHER_SPARSE_BINDINGS);
 
 /// L_s by one cone along the mirror direction. Reads as [`GATHER`] and the specular lobe, writes RGBA32F.
-pub static SPECULAR: Pass = Pass {
-    name: "cone.specular",
-    shaders: Shaders::Compute("gi/cone/specular.comp"),
-    bindings: &[
-        Binding::sampled("view_depth", Access::ComputeSampled),
-        Binding::sampled("normals", Access::ComputeSampled),
-        Binding::sampled("albedo", Access::ComputeSampled),
-        Binding::sampled("specular", Access::ComputeSampled),
-        Binding::sampled("voxels", Access::ComputeSampled),
-        Binding::image("indirect_specular", Access::ComputeWrite),
-    ],
-    push_bytes: size_of::<SpecularParams>() as u32,
-    sets: Sets::Scene,
-};
+pub static SPECULAR: Pass = specular_pass("gi/cone/specular.comp", &SPECULAR_DENSE_BINDINGS);
 
-/// All passes of this module.
+/// As [`SPECULAR`], through a sparse voxel octree.
+pub static SPECULAR_SPARSE: Pass = specular_pass("gi/cone/specular_svo.comp", &SPECULAR_SPARSE_BINDINGS);
+
+/// The passes through a dense volume.
 pub static PASSES: &[&Pass] = &[&GATHER, &SPECULAR];
+
+/// The passes through a sparse volume.
+pub static SPARSE_PASSES: &[&Pass] = &[&GATHER_SPARSE, &SPECULAR_SPARSE];
+
+/// What cones march through.
+#[derive(Clone, Copy)]
+pub enum Volume<'v> {
+    /// A 3D texture with all mips.
+    Dense(&'v Arc<Image>),
+    /// A sparse voxel octree.
+    Sparse {
+        /// Node pool.
+        nodes: &'v Arc<Buffer>,
+        /// Brick pool.
+        bricks: &'v Arc<Image>,
+        /// Whether its texels are at corners of voxels, not where those of dense mips are.
+        corners: bool,
+    },
+}
+
+impl<'v> From<&'v Arc<Image>> for Volume<'v> {
+    fn from(image: &'v Arc<Image>) -> Self {
+        Volume::Dense(image)
+    }
+}
+
+impl Volume<'_> {
+    /// Binds it as the last bindings of a pass.
+    fn bind<'f>(&self, pass: PassBuilder<'f>) -> PassBuilder<'f> {
+        match *self {
+            Volume::Dense(image) => pass.bind(image),
+            Volume::Sparse { nodes, bricks, corners } => pass.bind(nodes).bind(bricks).constants(&[u32::from(corners)]),
+        }
+    }
+}
 
 /// All structs that this module shares with shaders.
 pub static STRUCTS: &[(&str, &[Field])] = &[(ConeParams::NAME, ConeParams::FIELDS), (SpecularParams::NAME, SpecularParams::FIELDS)];
@@ -215,7 +277,9 @@ impl ConeTracer {
     }
 
     /// Adds the diffuse gather, in as many dispatches as keep the steps of one pixel's cones within `LOOP_BUDGET`.
-    pub fn gather(&self, frame: &mut Frame, gbuffer: &GBuffer, grid: &VoxelGrid, volume: &Arc<Image>, result: &Arc<Image>) {
+    pub fn gather<'v>(&self, frame: &mut Frame, gbuffer: &GBuffer, grid: &VoxelGrid, volume: impl Into<Volume<'v>>, result: &Arc<Image>) {
+        let volume = volume.into();
+        let pass = if matches!(volume, Volume::Dense(_)) { &GATHER } else { &GATHER_SPARSE };
         let s = &self.settings;
         // A cone is longest across the cube's diagonal, √3 n voxels, in steps of no less than β voxels.
         let steps = (1.8 * grid.resolution as f32 / s.step_factor).ceil() as u32 + 1;
@@ -235,20 +299,14 @@ impl ConeTracer {
                 interleave: s.interleave,
                 jitter: self.jitter,
             };
-            frame
-                .pass(&GATHER)
-                .bind(&gbuffer.view_depth)
-                .bind(&gbuffer.normals)
-                .bind(volume)
-                .bind(&self.cones)
-                .bind(result)
-                .push(&params)
-                .dispatch(screen_groups(gbuffer.size));
+            let builder = frame.pass(pass).bind(&gbuffer.view_depth).bind(&gbuffer.normals).bind(&self.cones).bind(result);
+            volume.bind(builder).push(&params).dispatch(screen_groups(gbuffer.size));
         }
     }
 
     /// Adds the specular cone; nothing in a scene without glossy surfaces.
-    pub fn specular(&self, frame: &mut Frame, gbuffer: &GBuffer, grid: &VoxelGrid, volume: &Arc<Image>, result: &Arc<Image>) {
+    pub fn specular<'v>(&self, frame: &mut Frame, gbuffer: &GBuffer, grid: &VoxelGrid, volume: impl Into<Volume<'v>>, result: &Arc<Image>) {
+        let volume = volume.into();
         let Some(specular) = &gbuffer.specular else { return };
         let s = &self.settings;
         let params = SpecularParams {
@@ -260,16 +318,9 @@ impl ConeTracer {
             max_distance: self.max_distance(grid),
             start_offset: s.start_offset,
         };
-        frame
-            .pass(&SPECULAR)
-            .bind(&gbuffer.view_depth)
-            .bind(&gbuffer.normals)
-            .bind(&gbuffer.albedo)
-            .bind(specular)
-            .bind(volume)
-            .bind(result)
-            .push(&params)
-            .dispatch(screen_groups(gbuffer.size));
+        let pass = if matches!(volume, Volume::Dense(_)) { &SPECULAR } else { &SPECULAR_SPARSE };
+        let builder = frame.pass(pass).bind(&gbuffer.view_depth).bind(&gbuffer.normals).bind(&gbuffer.albedo).bind(specular).bind(result);
+        volume.bind(builder).push(&params).dispatch(screen_groups(gbuffer.size));
     }
 
     /// Longest distance (voxels).

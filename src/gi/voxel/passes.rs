@@ -6,9 +6,11 @@ use crate::graph::{Access, Binding, Pass, RasterState, Sets, Shaders};
 gpu_struct! {
     /// Parameters of `voxel.fragments`.
     pub struct FragmentParams {
-        /// xyz: smallest corner of the grid (m); w: 1 / voxel size (1/m).
+        /// xyz: smallest corner of the whole grid (m); w: 1 / voxel size (1/m).
         pub origin_inverse_size: [f32; 4],
-        /// Voxels along an edge of the grid.
+        /// First voxel of the piece of it that is voxelized.
+        pub first_voxel: [f32; 4],
+        /// Voxels along an edge of the piece.
         pub resolution: u32,
         /// First triangle of the batch.
         pub first_triangle: u32,

@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use glam::{UVec3, Vec3};
+
 use super::VoxelGrid;
 use super::passes::{
     COUNT_BLOCKS, CountParams, FRAGMENTS_COMPUTE, FRAGMENTS_RASTER, FRAGMENTS_RASTER_HW, Fragment, FragmentParams, INDEX_BLOCKS, LINK_FRAGMENTS, LinkParams,
@@ -86,6 +88,9 @@ pub struct Voxels {
 /// Voxelizes a scene; keeps what it learnt about sizes for the next time.
 pub struct Voxelizer {
     settings: VoxelSettings,
+    whole_origin: Vec3,
+    first_voxel: UVec3,
+    /// The piece of the whole grid.
     grid: VoxelGrid,
     occupancy: Arc<Buffer>,
     block_bases: Arc<Buffer>,
@@ -100,14 +105,22 @@ pub struct Voxelizer {
 }
 
 impl Voxelizer {
-    /// Allocates what depends on the grid alone.
+    /// In a grid around the scene. Allocates what depends on the grid alone.
     pub fn new(gpu: &Gpu, scene: &GpuScene, settings: VoxelSettings) -> Result<Self, Error> {
+        let whole = VoxelGrid::around(scene.bounds, settings.resolution);
+        Self::of_piece(gpu, settings, whole, UVec3::ZERO, whole.resolution)
+    }
+
+    /// Of a cube of a grid, `resolution` voxels wide; what lies outside of it is left out. Positions are rounded as in the whole grid.
+    pub fn of_piece(gpu: &Gpu, settings: VoxelSettings, whole: VoxelGrid, first: UVec3, resolution: u32) -> Result<Self, Error> {
         require(gpu, settings.method)?;
-        let grid = VoxelGrid::around(scene.bounds, settings.resolution);
+        let grid = VoxelGrid { origin: whole.origin + whole.voxel_size * first.as_vec3(), voxel_size: whole.voxel_size, resolution };
         let blocks = u64::from(grid.block_count());
         let no_image = average_image(gpu, 1)?;
         Ok(Voxelizer {
             settings,
+            whole_origin: whole.origin,
+            first_voxel: first,
             grid,
             occupancy: buffer(gpu, "voxel.occupancy", 8 * blocks)?,
             block_bases: buffer(gpu, "voxel.block_bases", 4 * blocks)?,
@@ -159,9 +172,9 @@ impl Voxelizer {
     fn add_fragments(&self, frame: &mut Frame, scene: &GpuScene, [fragments, emission]: [&Arc<Buffer>; 2]) {
         frame.fill("voxel.clear", &self.occupancy, 0);
         frame.fill("voxel.clear", &self.counters, 0);
-        let origin = self.grid.origin;
         let params = |batch: &crate::scene::Batch| FragmentParams {
-            origin_inverse_size: origin.extend(1.0 / self.grid.voxel_size).to_array(),
+            origin_inverse_size: self.whole_origin.extend(1.0 / self.grid.voxel_size).to_array(),
+            first_voxel: self.first_voxel.as_vec3().extend(0.0).to_array(),
             resolution: self.grid.resolution,
             first_triangle: batch.first_triangle,
             triangle_count: batch.triangle_count,

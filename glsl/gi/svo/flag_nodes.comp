@@ -1,0 +1,33 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// svo.flag_nodes: which nodes of a level have children (Crassin & Green 2012, section 22.5.1), as eight bits in the first word of their tile, and how many
+// of each 256 tiles. A thread a tile.
+layout(local_size_x = 256) in;
+
+#include "shared/prefix_sum.glsl"
+#include "gi/voxel/grid.glsl"
+#include "gi/svo/pool.glsl"
+
+layout(std430, set = 1, binding = 0) restrict readonly buffer Levels { Level levels[]; };
+layout(std430, set = 1, binding = 1) restrict readonly buffer Tiles { uint tiles[]; };
+layout(std430, set = 1, binding = 2) restrict readonly buffer ChildBits { uvec2 child_bits[]; };
+layout(std430, set = 1, binding = 3) restrict writeonly buffer Nodes { uint nodes[]; };
+layout(std430, set = 1, binding = 4) restrict writeonly buffer GroupSums { uint group_sums[]; };
+
+layout(push_constant) uniform FlagParams { uint level; uint child_blocks; } params;
+
+void main() {
+    Level level = levels[params.level];
+    uint group = linear_group(gl_WorkGroupID);
+    uint index = group * 256u + gl_LocalInvocationIndex;
+    uint flags = 0u;
+    if (index < level.count) {
+        // The children lie in one block of 4×4×4.
+        uvec3 first = 2u * unpack_tile(tiles[level.first + index]);
+        flags = tile_bits(child_bits[block_index(first, 4u * params.child_blocks)], block_bit(first));
+        nodes[8u * (level.first + index)] = flags;
+    }
+    uint total;
+    workgroup_prefix_sum(uint(bitCount(flags)), total);
+    if (gl_LocalInvocationIndex == 0u) group_sums[group] = total;
+}

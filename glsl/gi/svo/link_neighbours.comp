@@ -1,0 +1,37 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// svo.link_neighbours: index + 1 of each tile's neighbour towards +x, +y and +z on its level, 0 where there is none; found by descent from the root.
+// A thread a tile.
+layout(local_size_x = 256) in;
+
+#include "gi/svo/pool.glsl"
+
+layout(std430, set = 1, binding = 0) restrict readonly buffer Levels { Level levels[]; };
+layout(std430, set = 1, binding = 1) restrict readonly buffer Tiles { uint tiles[]; };
+layout(std430, set = 1, binding = 2) restrict readonly buffer Nodes { uint nodes[]; };
+layout(std430, set = 1, binding = 3) restrict writeonly buffer Neighbours { uint neighbours[]; };
+
+layout(push_constant) uniform NeighbourParams { uint level; uint root; } params;
+
+// Index + 1 of the tile at `position` of the level, or 0.
+uint find_tile(uvec3 position) {
+    if (any(greaterThanEqual(position, uvec3(1u << (params.root - params.level))))) return 0u;
+    uint tile = 0u;
+    for (uint above = params.root - params.level; above > 0u; --above) {
+        uint node = nodes[8u * tile + child_index(position >> (above - 1u))];
+        if (node == 0u) return 0u;
+        tile = node & NODE_INDEX;
+    }
+    return tile + 1u;
+}
+
+void main() {
+    Level level = levels[params.level];
+    uint index = linear_group(gl_WorkGroupID) * 256u + gl_LocalInvocationIndex;
+    if (index >= level.count) return;
+    uint tile = level.first + index;
+    uvec3 position = unpack_tile(tiles[tile]);
+    neighbours[3u * tile] = find_tile(position + uvec3(1u, 0u, 0u));
+    neighbours[3u * tile + 1u] = find_tile(position + uvec3(0u, 1u, 0u));
+    neighbours[3u * tile + 2u] = find_tile(position + uvec3(0u, 0u, 1u));
+}

@@ -1,0 +1,209 @@
+//! Technique `svo`: a sparse voxel octree with bricks (Crassin et al. 2011; Crassin & Green 2012), cone-traced.
+
+pub mod bricks;
+pub mod nodes;
+pub mod oracle;
+pub mod pieces;
+
+use std::sync::Arc;
+
+pub use bricks::{BrickPool, BrickSettings};
+pub use nodes::NodePool;
+pub use pieces::{Occupancy, PieceVoxelizer, Pieces};
+
+use super::cone::{self, ConeTracer, Volume};
+use super::interleave::{self, deinterleave};
+use super::registry::{Directions, Entry};
+use super::settings::{Domain, Preset, Setting, Settings};
+use super::voxel::{self, Injection, VoxelSettings};
+use super::{Context, IndirectLight, Technique};
+use crate::graph::{Error, Frame, FrameStats, Gpu, Image, Pass};
+use crate::render::{GBuffer, GpuScene, LightMaps, screen_image};
+use crate::shader::{Field, GpuStruct};
+
+static SETTINGS: &[Setting] = &[
+    Setting {
+        name: "lattice",
+        help: "where the bricks' texels are: centres (those of the dense mips' texels; a level is made of 2³ finer texels) or corners (of voxels, as \
+               published: voxels spread to eight corners, a level is the 27-tap Gaussian of the finer one)",
+        unit: "",
+        domain: Domain::Choice(&["centres", "corners"]),
+        default: "centres",
+    },
+    Setting {
+        name: "mip_filter",
+        help: "each 2³ finer texels to one: box (their mean) or directional (composited along six directions, then averaged: thin walls stay opaque)",
+        unit: "",
+        domain: Domain::Choice(&["directional", "directional-max", "box"]),
+        default: "directional",
+    },
+    Setting {
+        name: "filter_split",
+        help: "on corners, the filter of a level in one pass, or in three: centres, faces and edges, corners of bricks, whose threads then have equal work",
+        unit: "",
+        domain: Domain::Choice(&["one", "three"]),
+        default: "one",
+    },
+];
+
+static PRESETS: &[Preset] = &[
+    Preset {
+        name: "accurate",
+        help: "the least error: as cones, but 32 of them and so narrow that they read the finest levels",
+        values: &[("cones", "32"), ("aperture_scale", "0.05")],
+    },
+    Preset {
+        name: "cones",
+        help: "cones as they converge best for their time: narrow, interleaved, kept off the receiver's plane, through bricks that stay opaque",
+        values: &[],
+    },
+    Preset {
+        name: "textbook",
+        help: "as the papers have it: voxels spread to corners, Gaussian bricks, six cones of 60°",
+        values: &[
+            ("lattice", "corners"),
+            ("mip_filter", "box"),
+            ("filter_split", "three"),
+            ("cone_set", "papers"),
+            ("cones", "6"),
+            ("aperture_scale", "1"),
+            ("step_factor", "0.5"),
+            ("opacity_exponent", "1"),
+            ("height_clamp", "0"),
+            ("start_offset", "1.5"),
+            ("interleave", "1"),
+        ],
+    },
+];
+
+/// The passes of this module.
+pub static PASSES: &[&Pass] = &[
+    &pieces::MERGE_OCCUPANCY,
+    &nodes::REDUCE_POINTS,
+    &nodes::FLAG_NODES,
+    &nodes::SCAN_NODES,
+    &nodes::ALLOCATE_TILES,
+    &nodes::LINK_LEAVES,
+    &nodes::LINK_NEIGHBOURS,
+    &bricks::WRITE_LEAVES,
+    &bricks::TRANSFER_BORDERS,
+    &bricks::FILTER,
+];
+
+/// The structs that this module shares with shaders.
+pub static STRUCTS: &[(&str, &[Field])] = &[
+    (pieces::MergeParams::NAME, pieces::MergeParams::FIELDS),
+    (nodes::Level::NAME, nodes::Level::FIELDS),
+    (nodes::ReduceParams::NAME, nodes::ReduceParams::FIELDS),
+    (nodes::FlagParams::NAME, nodes::FlagParams::FIELDS),
+    (nodes::LevelParams::NAME, nodes::LevelParams::FIELDS),
+    (nodes::LeafParams::NAME, nodes::LeafParams::FIELDS),
+    (nodes::NeighbourParams::NAME, nodes::NeighbourParams::FIELDS),
+    (bricks::BrickParams::NAME, bricks::BrickParams::FIELDS),
+    (bricks::TransferParams::NAME, bricks::TransferParams::FIELDS),
+];
+
+/// The row of the registry.
+pub static ENTRY: Entry = Entry {
+    name: "svo",
+    summary: "sparse voxel octree with bricks, cone-traced",
+    bounces: 1,
+    settings: &[voxel::SETTINGS, SETTINGS, cone::SETTINGS],
+    presets: PRESETS,
+    passes: &[voxel::PASSES, PASSES, cone::SPARSE_PASSES, interleave::PASSES],
+    structs: &[voxel::STRUCTS, STRUCTS, cone::STRUCTS, interleave::STRUCTS],
+    directions: &[Directions { pass: &cone::GATHER_SPARSE, setting: Some("cones") }, Directions { pass: &cone::SPECULAR_SPARSE, setting: None }],
+    voxels: Some(voxel::list_voxels),
+    make,
+};
+
+/// What is built from the scene.
+struct Store {
+    voxels: Pieces,
+    nodes: NodePool,
+    bricks: BrickPool,
+}
+
+/// The technique and what it keeps.
+struct Svo {
+    injection: Injection,
+    bricks: BrickSettings,
+    cones: ConeTracer,
+    interleave: u32,
+    voxelizer: PieceVoxelizer,
+    store: Option<Store>,
+    light: IndirectLight,
+    /// The gather's result before the tile's patterns are averaged; absent without interleaving.
+    interleaved: Option<Arc<Image>>,
+}
+
+fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>, Error> {
+    let Context { gpu, scene, size } = *context;
+    let specular = scene.is_glossy && settings.is("specular", "on");
+    let interleave = settings.count("interleave");
+    let filter = match settings.choice("mip_filter") {
+        "box" => 0,
+        "directional" => 1,
+        _ => 2,
+    };
+    Ok(Box::new(Svo {
+        injection: Injection::new(settings),
+        bricks: BrickSettings { corners: settings.is("lattice", "corners"), filter, is_split: settings.is("filter_split", "three") },
+        cones: ConeTracer::new(gpu, settings)?,
+        interleave,
+        voxelizer: PieceVoxelizer::new(gpu, scene, VoxelSettings::new(settings))?,
+        store: None,
+        light: IndirectLight {
+            diffuse: screen_image(gpu, "svo.diffuse", size)?,
+            specular: specular.then(|| screen_image(gpu, "svo.specular", size)).transpose()?,
+        },
+        interleaved: (interleave > 1).then(|| screen_image(gpu, "svo.interleaved", size)).transpose()?,
+    }))
+}
+
+impl Technique for Svo {
+    fn build(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
+        // The old store goes first, so that rebuilding needs no more memory than building.
+        self.store = None;
+        let (voxels, occupancy, mut stats) = self.voxelizer.run(context.gpu, context.scene, self.injection)?;
+        let (nodes, built) = NodePool::build(context.gpu, &occupancy, self.bricks.corners)?;
+        stats.append(built);
+        // Needed no more, and the bricks are the largest of all.
+        drop(occupancy);
+        let bricks = BrickPool::new(context.gpu, &nodes, self.bricks)?;
+        self.store = Some(Store { voxels, nodes, bricks });
+        Ok(stats)
+    }
+
+    fn needs_rsm(&self) -> bool {
+        self.injection == Injection::Rsm
+    }
+
+    fn update(&mut self, frame: &mut Frame, _scene: &GpuScene, maps: &LightMaps) {
+        let Some(store) = &self.store else { return };
+        store.voxels.update(frame, maps);
+        store.bricks.update(frame, &store.nodes, &store.voxels.radiance);
+    }
+
+    fn gather(&mut self, frame: &mut Frame, _scene: &GpuScene, gbuffer: &GBuffer) -> IndirectLight {
+        let Some(store) = &self.store else { return self.light.clone() };
+        let volume = Volume::Sparse { nodes: &store.nodes.nodes, bricks: &store.bricks.image, corners: self.bricks.corners };
+        let target = self.interleaved.as_ref().unwrap_or(&self.light.diffuse);
+        self.cones.gather(frame, gbuffer, &store.voxels.grid, volume, target);
+        if let Some(interleaved) = &self.interleaved {
+            deinterleave(frame, gbuffer, interleaved, &self.light.diffuse, self.interleave);
+        }
+        if let Some(specular) = &self.light.specular {
+            self.cones.specular(frame, gbuffer, &store.voxels.grid, volume, specular);
+        }
+        self.light.clone()
+    }
+
+    fn counts(&self, gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {
+        let Some(Store { voxels, nodes, .. }) = &self.store else { return Ok(Vec::new()) };
+        let tiles = u64::from(nodes.levels[0].first + nodes.levels[0].count);
+        let mut counts = voxels.counts(gpu)?;
+        counts.extend([("nodes", 8 * tiles), ("tiles", tiles), ("bricks", tiles)]);
+        Ok(counts)
+    }
+}

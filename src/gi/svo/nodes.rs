@@ -1,0 +1,298 @@
+//! The node pool: 2³ node tiles behind one child pointer, built level by level from the root.
+
+use std::sync::Arc;
+
+use super::pieces::Occupancy;
+use crate::gi::voxel::voxelize::buffer;
+use crate::gpu_struct;
+use crate::graph::{Access, Binding, Buffer, Error, Frame, FrameStats, Gpu, Pass, Sets, Shaders};
+
+gpu_struct! {
+    /// One level of the pool on the device (`gi/svo/pool.glsl`).
+    pub struct Level {
+        /// Index of its first tile.
+        pub first: u32,
+        /// Its tiles.
+        pub count: u32,
+        /// Workgroups of a thread a tile.
+        pub groups_x: u32,
+        /// Likewise.
+        pub groups_y: u32,
+        /// Likewise.
+        pub groups_z: u32,
+    }
+}
+
+gpu_struct! {
+    /// Parameters of `svo.reduce_points`.
+    pub struct ReduceParams {
+        /// Blocks of the finer points along an axis.
+        pub finer_blocks: u32,
+        /// Blocks of the coarser points, and of tiles.
+        pub coarser_blocks: u32,
+        /// Tiles of the level along an axis.
+        pub tile_limit: u32,
+        /// The level, 0 the finest.
+        pub level: u32,
+        /// How far below 2q a coarser point reaches.
+        pub point_reach: i32,
+        /// How far below 2T a tile reaches.
+        pub tile_reach: i32,
+    }
+}
+
+gpu_struct! {
+    /// Parameters of `svo.flag_nodes`.
+    pub struct FlagParams {
+        /// The level whose nodes are flagged.
+        pub level: u32,
+        /// Blocks of the children's tile bits along an axis.
+        pub child_blocks: u32,
+    }
+}
+
+gpu_struct! {
+    /// Parameters of `svo.scan_nodes` and `svo.allocate_tiles`.
+    pub struct LevelParams {
+        /// The level whose nodes get children.
+        pub level: u32,
+    }
+}
+
+gpu_struct! {
+    /// Parameters of `svo.link_leaves`.
+    pub struct LeafParams {
+        /// Voxels along an edge of the grid.
+        pub resolution: u32,
+    }
+}
+
+gpu_struct! {
+    /// Parameters of `svo.link_neighbours`.
+    pub struct NeighbourParams {
+        /// The level whose tiles are linked.
+        pub level: u32,
+        /// The coarsest level.
+        pub root: u32,
+    }
+}
+
+const fn pass(name: &'static str, shader: &'static str, bindings: &'static [Binding], push_bytes: usize) -> Pass {
+    Pass { name, shaders: Shaders::Compute(shader), bindings, push_bytes: push_bytes as u32, sets: Sets::None }
+}
+
+const fn read(name: &'static str) -> Binding {
+    Binding::buffer(name, Access::ComputeRead)
+}
+
+const fn write(name: &'static str) -> Binding {
+    Binding::buffer(name, Access::ComputeWrite)
+}
+
+const fn read_write(name: &'static str) -> Binding {
+    Binding::buffer(name, Access::ComputeReadWrite)
+}
+
+/// Points of the next coarser lattice, and tiles of this level, that hold something. A thread 4³ of each.
+pub static REDUCE_POINTS: Pass = pass(
+    "svo.reduce_points",
+    "gi/svo/reduce_points.comp",
+    &[read("finer_points"), write("coarser_points"), write("tile_bits"), read_write("tile_counts")],
+    size_of::<ReduceParams>(),
+);
+
+/// Which nodes of a level have children. A thread a tile, as many as the device says.
+pub static FLAG_NODES: Pass = pass(
+    "svo.flag_nodes",
+    "gi/svo/flag_nodes.comp",
+    &[read("levels"), read("tiles"), read("child_bits"), write("nodes"), write("group_sums")],
+    size_of::<FlagParams>(),
+);
+
+/// Prefix sum over groups of tiles; the next finer level. One workgroup.
+pub static SCAN_NODES: Pass = pass("svo.scan_nodes", "gi/svo/scan_nodes.comp", &[read_write("group_sums"), read_write("levels")], size_of::<LevelParams>());
+
+/// Child pointers, and the places of the child tiles. A thread a tile, as many as the device says.
+pub static ALLOCATE_TILES: Pass = pass(
+    "svo.allocate_tiles",
+    "gi/svo/allocate_tiles.comp",
+    &[read("levels"), read("group_sums"), read_write("nodes"), read_write("tiles")],
+    size_of::<LevelParams>(),
+);
+
+/// Compact indices of voxels into leaf nodes. A thread a tile, as many as the device says.
+pub static LINK_LEAVES: Pass = pass(
+    "svo.link_leaves",
+    "gi/svo/link_leaves.comp",
+    &[read("levels"), read("tiles"), read("occupancy"), read("block_bases"), write("nodes")],
+    size_of::<LeafParams>(),
+);
+
+/// Each tile's neighbours on its level. A thread a tile, as many as the device says.
+pub static LINK_NEIGHBOURS: Pass = pass(
+    "svo.link_neighbours",
+    "gi/svo/link_neighbours.comp",
+    &[read("levels"), read("tiles"), read("nodes"), write("neighbours")],
+    size_of::<NeighbourParams>(),
+);
+
+/// Where the tiles of a level are in the pool.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LevelRange {
+    /// Index of the first tile.
+    pub first: u32,
+    /// Number of tiles.
+    pub count: u32,
+}
+
+/// The octree's nodes.
+pub struct NodePool {
+    /// Eight words a tile.
+    pub nodes: Arc<Buffer>,
+    /// Place of each tile on its level, 3×10 bits.
+    pub tiles: Arc<Buffer>,
+    /// Three words a tile: index + 1 of the neighbour towards +x, +y, +z, or 0.
+    pub neighbours: Arc<Buffer>,
+    /// The levels, finest first; tiles of a level are in the order of their parents' nodes, and coarser levels come first in the pool.
+    pub levels: Vec<LevelRange>,
+}
+
+/// Which points and tiles there are, on every level; needed during the build only.
+struct Pyramid {
+    /// By level: points of the next coarser lattice, tiles of the level.
+    levels: Vec<[Arc<Buffer>; 2]>,
+    counts: Arc<Buffer>,
+    resolution: u32,
+}
+
+impl Pyramid {
+    fn new(gpu: &Gpu, resolution: u32) -> Result<Self, Error> {
+        let bits = |level| -> Result<[Arc<Buffer>; 2], Error> {
+            let bytes = 8 * u64::from(coarser_blocks(resolution, level)).pow(3);
+            Ok([buffer(gpu, "svo.points", bytes)?, buffer(gpu, "svo.tile_bits", bytes)?])
+        };
+        let levels = (0..=root(resolution)).map(bits).collect::<Result<Vec<_>, _>>()?;
+        let counts = buffer(gpu, "svo.tile_counts", 4 * levels.len() as u64)?;
+        Ok(Pyramid { levels, counts, resolution })
+    }
+
+    fn add(&self, frame: &mut Frame, voxels: &Occupancy, corners: bool) {
+        frame.fill("svo.clear", &self.counts, 0);
+        for (level, [points, tiles]) in (0u32..).zip(&self.levels) {
+            let finer = if level == 0 { &voxels.occupancy } else { &self.levels[level as usize - 1][0] };
+            let params = ReduceParams {
+                finer_blocks: if level == 0 { self.resolution / 4 } else { coarser_blocks(self.resolution, level - 1) },
+                coarser_blocks: coarser_blocks(self.resolution, level),
+                tile_limit: self.resolution >> (level + 1),
+                level,
+                point_reach: i32::from(corners) + i32::from(corners && level == 0),
+                tile_reach: i32::from(corners && level == 0),
+            };
+            let groups = params.coarser_blocks.pow(3).div_ceil(64);
+            frame.pass(&REDUCE_POINTS).bind(finer).bind(points).bind(tiles).bind(&self.counts).push(&params).dispatch([groups, 1, 1]);
+        }
+    }
+
+    /// Tiles of each level, finest first. There is always a root.
+    fn read_levels(&self, gpu: &Gpu) -> Result<Vec<LevelRange>, Error> {
+        let counts: Vec<u32> = bytemuck::pod_collect_to_vec(&gpu.read_buffer(&self.counts)?);
+        let mut first = 0;
+        let mut levels: Vec<LevelRange> = (0..self.levels.len())
+            .rev()
+            .map(|level| {
+                let count = if level + 1 == self.levels.len() { 1 } else { counts[level] };
+                let range = LevelRange { first, count };
+                first += count;
+                range
+            })
+            .collect();
+        levels.reverse();
+        Ok(levels)
+    }
+}
+
+/// The coarsest level: two nodes along an axis.
+pub fn root(resolution: u32) -> u32 {
+    resolution.ilog2() - 1
+}
+
+/// Blocks of 4³ along an axis that hold the points 0 to n / 2^(level + 1) of the lattice above `level`.
+fn coarser_blocks(resolution: u32, level: u32) -> u32 {
+    (resolution >> (level + 1)) / 4 + 1
+}
+
+impl NodePool {
+    /// Builds the octree over these voxels. The tiles are counted first, and the count is read back once, so that the pool is exact.
+    pub fn build(gpu: &Gpu, voxels: &Occupancy, corners: bool) -> Result<(Self, FrameStats), Error> {
+        let pyramid = Pyramid::new(gpu, voxels.resolution)?;
+        let mut frame = Frame::new();
+        pyramid.add(&mut frame, voxels, corners);
+        let mut stats = gpu.submit(frame)?;
+        let levels = pyramid.read_levels(gpu)?;
+        let tiles = u64::from(levels[0].first + levels[0].count);
+        let pool = NodePool {
+            nodes: buffer(gpu, "svo.nodes", 32 * tiles)?,
+            tiles: buffer(gpu, "svo.tiles", 4 * tiles)?,
+            neighbours: buffer(gpu, "svo.neighbours", 12 * tiles)?,
+            levels,
+        };
+        stats.append(pool.fill(gpu, voxels, &pyramid)?);
+        Ok((pool, stats))
+    }
+
+    fn fill(&self, gpu: &Gpu, voxels: &Occupancy, pyramid: &Pyramid) -> Result<FrameStats, Error> {
+        let root = self.levels.len() as u32 - 1;
+        let device_levels = buffer(gpu, "svo.levels", size_of::<Level>() as u64 * self.levels.len() as u64)?;
+        let mut first = vec![Level { first: 0, count: 0, groups_x: 0, groups_y: 0, groups_z: 0 }; self.levels.len()];
+        first[root as usize] = Level { first: 0, count: 1, groups_x: 1, groups_y: 1, groups_z: 1 };
+        gpu.upload_buffer(&device_levels, bytemuck::cast_slice(&first))?;
+        let most = self.levels.iter().map(|level| level.count).max().unwrap_or(1);
+        let group_sums = buffer(gpu, "svo.group_sums", 4 * u64::from(most.div_ceil(256)))?;
+        let arguments = |level: u32| size_of::<Level>() as u64 * u64::from(level) + 8;
+        let mut frame = Frame::new();
+        frame.fill("svo.clear", &self.tiles, 0);
+        for level in (1..=root).rev() {
+            let params = LevelParams { level };
+            let flag = FlagParams { level, child_blocks: coarser_blocks(pyramid.resolution, level - 1) };
+            let child_bits = &pyramid.levels[level as usize - 1][1];
+            frame
+                .pass(&FLAG_NODES)
+                .bind(&device_levels)
+                .bind(&self.tiles)
+                .bind(child_bits)
+                .bind(&self.nodes)
+                .bind(&group_sums)
+                .push(&flag)
+                .dispatch_indirect(&device_levels, arguments(level));
+            frame.pass(&SCAN_NODES).bind(&group_sums).bind(&device_levels).push(&params).dispatch([1, 1, 1]);
+            frame
+                .pass(&ALLOCATE_TILES)
+                .bind(&device_levels)
+                .bind(&group_sums)
+                .bind(&self.nodes)
+                .bind(&self.tiles)
+                .push(&params)
+                .dispatch_indirect(&device_levels, arguments(level));
+        }
+        frame
+            .pass(&LINK_LEAVES)
+            .bind(&device_levels)
+            .bind(&self.tiles)
+            .bind(&voxels.occupancy)
+            .bind(&voxels.block_bases)
+            .bind(&self.nodes)
+            .push(&LeafParams { resolution: pyramid.resolution })
+            .dispatch_indirect(&device_levels, arguments(0));
+        for level in 0..=root {
+            frame
+                .pass(&LINK_NEIGHBOURS)
+                .bind(&device_levels)
+                .bind(&self.tiles)
+                .bind(&self.nodes)
+                .bind(&self.neighbours)
+                .push(&NeighbourParams { level, root })
+                .dispatch_indirect(&device_levels, arguments(level));
+        }
+        gpu.submit(frame)
+    }
+}

@@ -1,0 +1,200 @@
+//! The voxels and their light: of the whole grid, or, where one of its buffers would be larger than the device can bind, of pieces voxelized one after another.
+
+use std::sync::Arc;
+
+use glam::UVec3;
+
+use crate::gi::voxel::voxelize::{buffer, linear_groups};
+use crate::gi::voxel::{Injection, Sides, VoxelGrid, VoxelLight, VoxelSettings, Voxelizer, Voxels};
+use crate::gpu_struct;
+use crate::graph::{Access, Binding, Buffer, Error, Frame, FrameStats, Gpu, Pass, Sets, Shaders};
+use crate::render::{GpuScene, LightMaps};
+
+gpu_struct! {
+    /// Parameters of `svo.merge_occupancy`.
+    pub struct MergeParams {
+        /// Blocks of the piece along an axis.
+        pub piece_blocks: u32,
+        /// Blocks of the whole grid along an axis.
+        pub blocks: u32,
+        /// First block of the piece in the whole grid.
+        pub first_x: u32,
+        /// Likewise.
+        pub first_y: u32,
+        /// Likewise.
+        pub first_z: u32,
+        /// Voxels of the pieces before it.
+        pub first_voxel: u32,
+    }
+}
+
+/// Occupancy and block bases of a piece into those of the whole grid. A thread a block.
+pub static MERGE_OCCUPANCY: Pass = Pass {
+    name: "svo.merge_occupancy",
+    shaders: Shaders::Compute("gi/svo/merge_occupancy.comp"),
+    bindings: &[
+        Binding::buffer("piece_occupancy", Access::ComputeRead),
+        Binding::buffer("piece_bases", Access::ComputeRead),
+        Binding::buffer("occupancy", Access::ComputeWrite),
+        Binding::buffer("block_bases", Access::ComputeWrite),
+    ],
+    push_bytes: size_of::<MergeParams>() as u32,
+    sets: Sets::None,
+};
+
+/// No piece is smaller than this along an edge (voxels).
+const SMALLEST_PIECE: u32 = 64;
+
+/// A piece and its light.
+struct Piece {
+    voxels: Voxels,
+    light: VoxelLight,
+}
+
+/// Voxelizes the grid, in as few pieces as the device's limits allow.
+pub struct PieceVoxelizer {
+    settings: VoxelSettings,
+    grid: VoxelGrid,
+    /// One a piece, x fastest; a cube of pieces.
+    voxelizers: Vec<Voxelizer>,
+}
+
+/// All voxels and their light. Compact indices go through the pieces in order.
+pub struct Pieces {
+    /// The whole grid.
+    pub grid: VoxelGrid,
+    /// Occupied voxels.
+    pub voxel_count: u32,
+    /// Triangle–voxel pairs.
+    pub fragment_count: u32,
+    /// Radiance and opacity of each voxel.
+    pub radiance: Arc<Buffer>,
+    pieces: Vec<Piece>,
+}
+
+/// What the octree is built over; needed during the build only.
+pub struct Occupancy {
+    /// Voxels along an edge of the grid.
+    pub resolution: u32,
+    /// One bit a voxel.
+    pub occupancy: Arc<Buffer>,
+    /// Compact index of each block's first voxel.
+    pub block_bases: Arc<Buffer>,
+}
+
+impl From<&Voxels> for Occupancy {
+    fn from(voxels: &Voxels) -> Self {
+        Occupancy { resolution: voxels.grid.resolution, occupancy: Arc::clone(&voxels.occupancy), block_bases: Arc::clone(&voxels.block_bases) }
+    }
+}
+
+impl PieceVoxelizer {
+    /// For a grid around the scene.
+    pub fn new(gpu: &Gpu, scene: &GpuScene, settings: VoxelSettings) -> Result<Self, Error> {
+        let grid = VoxelGrid::around(scene.bounds, settings.resolution);
+        let mut made = PieceVoxelizer { settings, grid, voxelizers: Vec::new() };
+        made.cut(gpu, 1)?;
+        Ok(made)
+    }
+
+    /// Cuts the grid into a cube of pieces, so many along an edge.
+    pub fn cut(&mut self, gpu: &Gpu, along: u32) -> Result<(), Error> {
+        self.voxelizers.clear();
+        let resolution = self.grid.resolution / along;
+        for index in 0..along.pow(3) {
+            let first = resolution * piece_place(index, along);
+            self.voxelizers.push(Voxelizer::of_piece(gpu, self.settings, self.grid, first, resolution)?);
+        }
+        Ok(())
+    }
+
+    /// Voxelizes. What is too large to bind is tried again in smaller pieces.
+    pub fn run(&mut self, gpu: &Gpu, scene: &GpuScene, injection: Injection) -> Result<(Pieces, Occupancy, FrameStats), Error> {
+        loop {
+            let along = (self.voxelizers.len() as f64).cbrt().round() as u32;
+            match self.attempt(gpu, scene, injection, along) {
+                Err(Error::TooLarge { .. }) if self.grid.resolution / along > SMALLEST_PIECE => self.cut(gpu, 2 * along)?,
+                result => return result,
+            }
+        }
+    }
+
+    fn attempt(&mut self, gpu: &Gpu, scene: &GpuScene, injection: Injection, along: u32) -> Result<(Pieces, Occupancy, FrameStats), Error> {
+        let mut stats = FrameStats::default();
+        let mut pieces = Vec::with_capacity(self.voxelizers.len());
+        for voxelizer in &mut self.voxelizers {
+            let (voxels, cost) = voxelizer.run(gpu, scene)?;
+            stats.append(cost);
+            let light = VoxelLight::new(gpu, scene, &voxels, injection, Sides::One)?;
+            pieces.push(Piece { voxels, light });
+        }
+        let voxel_count = pieces.iter().map(|piece| piece.voxels.voxel_count).sum();
+        let fragment_count = pieces.iter().map(|piece| piece.voxels.fragment_count).sum();
+        let (occupancy, radiance) = match pieces.as_slice() {
+            [whole] => (Occupancy::from(&whole.voxels), Arc::clone(&whole.light.radiance)),
+            _ => {
+                let (occupancy, cost) = merge(gpu, self.grid, &pieces, along)?;
+                stats.append(cost);
+                (occupancy, buffer(gpu, "svo.radiance", 8 * u64::from(voxel_count))?)
+            }
+        };
+        Ok((Pieces { grid: self.grid, voxel_count, fragment_count, radiance, pieces }, occupancy, stats))
+    }
+}
+
+/// Where a piece is, in pieces.
+fn piece_place(index: u32, along: u32) -> UVec3 {
+    UVec3::new(index % along, index / along % along, index / (along * along))
+}
+
+fn merge(gpu: &Gpu, grid: VoxelGrid, pieces: &[Piece], along: u32) -> Result<(Occupancy, FrameStats), Error> {
+    let blocks = u64::from(grid.block_count());
+    let occupancy = buffer(gpu, "svo.occupancy", 8 * blocks)?;
+    let block_bases = buffer(gpu, "svo.block_bases", 4 * blocks)?;
+    let mut frame = Frame::new();
+    let mut first_voxel = 0;
+    for (index, piece) in (0u32..).zip(pieces) {
+        let piece_blocks = piece.voxels.grid.resolution / 4;
+        let [first_x, first_y, first_z] = (piece_blocks * piece_place(index, along)).to_array();
+        frame
+            .pass(&MERGE_OCCUPANCY)
+            .bind(&piece.voxels.occupancy)
+            .bind(&piece.voxels.block_bases)
+            .bind(&occupancy)
+            .bind(&block_bases)
+            .push(&MergeParams { piece_blocks, blocks: grid.resolution / 4, first_x, first_y, first_z, first_voxel })
+            .dispatch(linear_groups(piece_blocks.pow(3)));
+        first_voxel += piece.voxels.voxel_count;
+    }
+    let stats = gpu.submit(frame)?;
+    Ok((Occupancy { resolution: grid.resolution, occupancy, block_bases }, stats))
+}
+
+impl Pieces {
+    /// Adds the passes that light the voxels.
+    pub fn update(&self, frame: &mut Frame, maps: &LightMaps) {
+        let mut first_voxel = 0;
+        for Piece { voxels, light } in &self.pieces {
+            light.update(frame, voxels, maps, None);
+            let bytes = 8 * u64::from(voxels.voxel_count);
+            if self.pieces.len() > 1 && bytes > 0 {
+                frame.copy_buffer("svo.merge_radiance", (&light.radiance, 0), (&self.radiance, 8 * first_voxel), bytes);
+            }
+            first_voxel += u64::from(voxels.voxel_count);
+        }
+    }
+
+    /// Counts of fragments, voxels, pieces and light, for the report.
+    pub fn counts(&self, gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {
+        let mut counts = vec![("fragments", u64::from(self.fragment_count)), ("voxels", u64::from(self.voxel_count)), ("pieces", self.pieces.len() as u64)];
+        for piece in &self.pieces {
+            for (name, count) in piece.light.counts(gpu)? {
+                match counts.iter_mut().find(|(known, _)| *known == name) {
+                    Some((_, sum)) => *sum += count,
+                    None => counts.push((name, count)),
+                }
+            }
+        }
+        Ok(counts)
+    }
+}

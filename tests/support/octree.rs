@@ -1,0 +1,116 @@
+//! Octrees on the device from voxels that a test chooses, read back as the oracle has them.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use glam::DVec4;
+use lumivox::gi::svo::oracle::{Lattice, Octree, Texels, Tile};
+use lumivox::gi::svo::{BrickPool, BrickSettings, NodePool, Occupancy};
+use lumivox::gi::voxel::oracle::{VoxelIndex, block_bases, compact_order, occupancy_words};
+use lumivox::graph::{Frame, Gpu};
+
+use super::voxels::{half, to_half};
+use super::{Random, words};
+
+/// Occupancy as the voxelizer would leave it.
+pub fn plant(gpu: &Gpu, voxels: &BTreeSet<VoxelIndex>, resolution: u32) -> Occupancy {
+    let occupancy = occupancy_words(voxels.iter().copied(), resolution);
+    Occupancy { resolution, block_bases: words(gpu, "block_bases", &block_bases(&occupancy)), occupancy: words(gpu, "occupancy", &occupancy) }
+}
+
+/// The node pool as the oracle has it; an error names a word that cannot be read so.
+pub fn read_nodes(gpu: &Gpu, pool: &NodePool) -> Result<Octree, String> {
+    let count = (pool.levels[0].first + pool.levels[0].count) as usize;
+    let read = |buffer, each: usize| super::read_words(gpu, buffer)[..each * count].to_vec();
+    let (nodes, tiles, neighbours) = (read(&pool.nodes, 8), read(&pool.tiles, 1), read(&pool.neighbours, 3));
+    let node = |word: u32| match word {
+        0 => Ok(None),
+        word if word >> 31 == 1 => Ok(Some(word & 0x7fff_ffff)),
+        word => Err(format!("node {word:x}")),
+    };
+    let tile = |index: usize| -> Result<Tile, String> {
+        let mut own = [None; 8];
+        for (own, word) in own.iter_mut().zip(&nodes[8 * index..]) {
+            *own = node(*word)?;
+        }
+        let position = [tiles[index] & 1023, tiles[index] >> 10 & 1023, tiles[index] >> 20];
+        let neighbours = [0, 1, 2].map(|axis| neighbours[3 * index + axis].checked_sub(1));
+        Ok(Tile { position, nodes: own, neighbours })
+    };
+    Ok(Octree { tiles: (0..count).map(tile).collect::<Result<_, _>>()?, counts: pool.levels.iter().map(|level| level.count).collect() })
+}
+
+/// The texels of each level, finest first; an error names one whose copies in several bricks are not equal, bit for bit.
+pub fn read_bricks(gpu: &Gpu, tree: &Octree, pool: &BrickPool) -> Result<Vec<Texels>, String> {
+    let halves: Vec<[u16; 4]> = bytemuck::pod_collect_to_vec(&gpu.read_image(&pool.image, 0, 0).unwrap());
+    let [width, height, _] = pool.image.extent(0);
+    let (row, column) = (width / 3, height / 3);
+    let mut levels = Vec::new();
+    let mut end = tree.tiles.len() as u32;
+    for count in &tree.counts {
+        let mut texels: BTreeMap<VoxelIndex, [u16; 4]> = BTreeMap::new();
+        for brick in end - count..end {
+            let corner = [brick % row, brick / row % column, brick / (row * column)].map(|at| 3 * at);
+            for texel in 0..27 {
+                let offset = [texel % 3, texel / 3 % 3, texel / 9];
+                let at: [u32; 3] = std::array::from_fn(|axis| corner[axis] + offset[axis]);
+                let value = halves[(at[0] + width * (at[1] + height * at[2])) as usize];
+                let place = std::array::from_fn(|axis| 2 * tree.tiles[brick as usize].position[axis] + offset[axis]);
+                let known = *texels.entry(place).or_insert(value);
+                if known != value {
+                    return Err(format!("level {}: texel {place:?} is {known:?} in one brick, {value:?} in another", levels.len()));
+                }
+            }
+        }
+        levels.push(texels.into_iter().map(|(at, value)| (at, DVec4::from(value.map(half)))).collect());
+        end -= count;
+    }
+    Ok(levels)
+}
+
+/// Builds and fills an octree over voxels of these values.
+pub fn grow(gpu: &Gpu, voxels: &Texels, resolution: u32, settings: BrickSettings) -> (NodePool, BrickPool) {
+    let occupied: BTreeSet<VoxelIndex> = voxels.keys().copied().collect();
+    let (nodes, _) = NodePool::build(gpu, &plant(gpu, &occupied, resolution), settings.corners).unwrap();
+    let bricks = BrickPool::new(gpu, &nodes, settings).unwrap();
+    let packed = |voxel: VoxelIndex| {
+        let value = voxels[&voxel];
+        let [r, g, b, a] = (value.truncate() / value.w).extend(value.w).to_array().map(|value| u32::from(to_half(value)));
+        [r | g << 16, b | a << 16]
+    };
+    let mut radiance: Vec<u32> = compact_order(occupied).into_iter().flat_map(packed).collect();
+    radiance.resize(radiance.len().max(4), 0);
+    let mut frame = Frame::new();
+    bricks.update(&mut frame, &nodes, &words(gpu, "radiance", &radiance));
+    gpu.submit(frame).unwrap();
+    (nodes, bricks)
+}
+
+/// Random matter: single voxels, walls and a lump; half of it opaque, radiance up to 4 in steps that half floats hold.
+pub fn matter(random: &mut Random, resolution: u32) -> Texels {
+    let mut voxels = BTreeSet::new();
+    for _ in 0..random.below(60) {
+        voxels.insert([0; 3].map(|_: u32| random.below(resolution)));
+    }
+    let span = |random: &mut Random| 1 + random.below((resolution / 4).min(24));
+    for _ in 0..random.below(5) {
+        let corner = [0; 3].map(|_: u32| random.below(resolution));
+        let mut size = [0; 3].map(|_: u32| span(random));
+        size[random.below(3) as usize] = 1 + random.below(2);
+        let inside = |at: u32, axis: usize| (corner[axis] + at).min(resolution - 1);
+        for index in 0..size[0] * size[1] * size[2] {
+            let at = [index % size[0], index / size[0] % size[1], index / (size[0] * size[1])];
+            voxels.insert([inside(at[0], 0), inside(at[1], 1), inside(at[2], 2)]);
+        }
+    }
+    let value = |random: &mut Random| {
+        let opacity = if random.below(2) == 0 { 1.0 } else { f64::from(1 + random.below(16)) / 16.0 };
+        let color = [0; 3].map(|_: u32| f64::from(random.below(65)) / 16.0);
+        DVec4::new(color[0] * opacity, color[1] * opacity, color[2] * opacity, opacity)
+    };
+    voxels.into_iter().map(|voxel| (voxel, value(random))).collect()
+}
+
+/// The lattice of some settings.
+pub fn lattice(settings: BrickSettings) -> Lattice {
+    if settings.corners { Lattice::Corners } else { Lattice::Centres }
+}
