@@ -56,7 +56,8 @@ pub(super) fn structure_bytes(report: &Report) -> Option<u64> {
     let screen = ["diffuse", "specular", "interleaved", "set"];
     let is_structure = |name: &str| {
         let (owner, what) = name.split_once('.').unwrap_or((name, ""));
-        !["frame", "scene", "gbuffer", "light", "output"].contains(&owner) && name.contains('.') && !screen.contains(&what)
+        let shared = ["frame", "scene", "gbuffer", "light", "output", "allocator"];
+        !shared.contains(&owner) && !name.starts_with("texture ") && name.contains('.') && !screen.contains(&what)
     };
     let bytes: u64 = report.memory.iter().filter(|row| is_structure(&row.name)).map(|row| row.bytes).sum();
     (bytes > 0).then_some(bytes)
