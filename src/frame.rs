@@ -1,6 +1,6 @@
 //! The frame, top to bottom.
 
-use crate::gi::registry::Entry;
+use crate::gi::registry::{Entry, Part, Stage};
 use crate::gi::{Context, IndirectLight, Settings, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu};
 use crate::image::{Aov, Image};
@@ -15,6 +15,12 @@ pub struct FrameSettings {
     /// Width and height of each shadow map and reflective shadow map (texels).
     pub shadow_resolution: u32,
 }
+
+/// The stages of a frame that all techniques share.
+pub static STAGES: &[&Stage] = &[
+    &Stage { name: "light maps", part: Part::Shared, passes: &["render.shadow_maps", "render.rsm"] },
+    &Stage { name: "surfaces and composite", part: Part::Shared, passes: &["render.gbuffer", "render.direct", "render.composite"] },
+];
 
 /// One scene, one technique, one size: renders frames.
 pub struct Renderer<'g> {

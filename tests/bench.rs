@@ -4,6 +4,9 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
+use lumivox::gi::registry::TECHNIQUES;
+use lumivox::measure::stages::UNSTAGED;
+
 fn bench(folder: &Path, arguments: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_lumivox"));
     command.arg("bench").args(arguments).arg("-o").arg(folder.join("out")).env("LUMIVOX_CACHE", folder.join("cache"));
@@ -44,15 +47,64 @@ fn writes_records_tables_and_charts() {
     let lines: Vec<&str> = csv.lines().collect();
     assert_eq!(lines.len(), 5);
     assert!(
-        lines[0].contains("total voxelization ms") && lines[0].contains("counting voxel.fragments ms") && lines[0].contains("block rel_rmse"),
+        lines[0].contains("stage build voxelization min ms")
+            && lines[0].contains("total update ms")
+            && lines[0].contains("counting voxel.fragments ms")
+            && lines[0].contains("block rel_rmse"),
         "{}",
         lines[0]
     );
-    for name in ["error", "passes", "memory"] {
+    for name in ["error", "passes", "memory", "stages", "structures", "directions"] {
         let svg = std::fs::read_to_string(out.join(format!("cornell-{name}.svg"))).unwrap();
         assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>") && svg.contains("voxel-mips cones"));
+        assert!(svg.contains("shadow_resolution=64") && svg.contains("cone_set=") && svg.contains(records[0]["device"].as_str().unwrap()));
         let png = image::open(out.join(format!("cornell-{name}.png"))).unwrap();
         assert_eq!(png.width(), 1000);
+    }
+}
+
+/// Every pass that any technique runs is in a stage, and stages add up to their passes.
+#[test]
+fn stages_have_every_timed_pass_of_every_technique() {
+    let folder = tempfile::tempdir().unwrap();
+    let techniques = TECHNIQUES.iter().map(|entry| entry.name).collect::<Vec<_>>().join(",");
+    let mut runs = vec![vec!["--technique", techniques.as_str(), "--no-reference"]];
+    let presets: Vec<(&str, &str)> = TECHNIQUES.iter().flat_map(|entry| entry.presets.iter().map(|preset| (entry.name, preset.name))).collect();
+    runs.extend(presets.iter().map(|(technique, preset)| vec!["--technique", *technique, "--preset", *preset, "--no-reference"]));
+    runs.push(vec!["--technique", "voxel-mips", "--preset", "textbook", "--set", "mip_method=blit", "--no-reference"]);
+    for (index, run) in runs.iter().enumerate() {
+        let folder = folder.path().join(index.to_string());
+        let common = ["bundled:glossy", "--size", "16x16", "--frames", "1", "--rebuilds", "1", "--shadow-resolution", "16"];
+        let few: &[&str] = if run[1] == "none" { &[] } else { &["--resolution", "16"] };
+        let output = bench(&folder, &[&common[..], run, few].concat());
+        assert!(output.status.success(), "{run:?}: {}", String::from_utf8_lossy(&output.stderr));
+        for record in records(&folder.join("out/glossy.jsonl")) {
+            assert!(record["failure"].is_null(), "{run:?}: {}", record["failure"]);
+            let median = |rows: &str, keep: &dyn Fn(&serde_json::Value) -> bool| -> f64 {
+                record[rows].as_array().unwrap().iter().filter(|row| keep(row)).map(|row| row["gpu_ms"]["median"].as_f64().unwrap()).sum()
+            };
+            assert!(record["stages"].as_array().unwrap().iter().all(|stage| stage["name"] != UNSTAGED), "{run:?}: {}", record["stages"]);
+            for (rows, when) in [("build", "build"), ("passes", "frame")] {
+                let (stages, passes) = (median("stages", &|row| row["when"] == when), median(rows, &|_| true));
+                assert!((stages - passes).abs() <= 1e-9 * passes, "{run:?} {when}: {stages} ms in stages, {passes} ms in passes");
+            }
+        }
+    }
+}
+
+/// One command draws two structures side by side, with every stage of either.
+#[test]
+fn techniques_are_set_side_by_side() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = ["--technique", "voxel-mips,svo", "--preset", "cones", "--resolution", "8,16", "--no-reference"];
+    let output = bench(folder.path(), &[&TINY[..7], &arguments].concat());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let records = records(&folder.path().join("out/cornell.jsonl"));
+    assert_eq!(records.iter().map(|row| row["technique"].as_str().unwrap()).collect::<Vec<_>>(), ["voxel-mips", "voxel-mips", "svo", "svo"]);
+    let svg = std::fs::read_to_string(folder.path().join("out/cornell-structures.svg")).unwrap();
+    let stages = ["voxelization", "node flagging and allocation", "leaf writing", "border transfer", "light injection", "mip filtering"];
+    for name in ["voxel-mips cones", "svo cones", "16³ voxels"].iter().chain(&stages) {
+        assert!(svg.contains(name), "{name} is not in the chart");
     }
 }
 
@@ -60,13 +112,20 @@ fn writes_records_tables_and_charts() {
 #[test]
 fn a_refused_case_is_a_row() {
     let folder = tempfile::tempdir().unwrap();
-    let arguments = ["--device", "llvmpipe", "--preset", "cones", "--resolution", "1024,8", "--no-reference"];
+    let arguments = ["--device", "llvmpipe", "--technique", "voxel-mips,none", "--preset", "cones", "--resolution", "1024,8", "--no-reference"];
     let output = bench(folder.path(), &[&TINY[..7], &arguments].concat());
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let records = records(&folder.path().join("out/cornell.jsonl"));
     assert!(records[0]["failure"].as_str().unwrap().contains("voxel_mips.radiance"), "{}", records[0]["failure"]);
+    assert_eq!(records[0]["refused"]["name"], "voxel_mips.radiance");
+    assert!(records[0]["refused"]["bytes"].as_u64().unwrap() >= 8 * 1024u64.pow(3) * 8 / 7);
+    assert!(records[0]["stages"].as_array().unwrap().is_empty());
+    let csv = std::fs::read_to_string(folder.path().join("out/cornell.csv")).unwrap();
+    assert!(csv.lines().next().unwrap().contains("failure,refused_bytes") && csv.contains(&records[0]["refused"]["bytes"].to_string()), "{csv}");
     assert!(records[1]["failure"].is_null() && records[1]["error"].is_null());
     assert!(String::from_utf8_lossy(&output.stdout).contains("voxel-mips cones 1024"));
+    assert!(records[2]["technique"] == "none" && records[2]["failure"].is_null());
+    assert!(std::fs::read_to_string(folder.path().join("out/cornell-memory.svg")).unwrap().contains("voxel-mips cones, refused"));
 }
 
 #[test]

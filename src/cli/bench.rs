@@ -8,10 +8,10 @@ use std::path::{Path, PathBuf};
 use indicatif::{ProgressBar, ProgressStyle};
 use lumivox::frame::FrameSettings;
 use lumivox::gi::registry::{Entry, find};
-use lumivox::measure::bench::{BenchError, BenchSettings, Case, Truth, cases, choose_timing, measure};
+use lumivox::measure::bench::{BenchSettings, Case, Truth, cases, choose_timing, measure};
 use lumivox::measure::chart::Chart;
 use lumivox::measure::report::{ReferenceInfo, Report, Timing};
-use lumivox::measure::{error_chart, memory_chart, passes_chart, table};
+use lumivox::measure::{directions_chart, error_chart, memory_chart, passes_chart, stages_chart, structures_chart, table};
 use lumivox::metrics::Channel;
 use lumivox::reference::{Bounces, Filter, ReferenceError, Sampling, Settings, cache_dir, cached, guide};
 use lumivox::scene::{LoadOptions, Scene};
@@ -109,7 +109,14 @@ fn outputs(stem: &Path) -> Vec<PathBuf> {
 /// What follows the scene's name in a chart's file name, and what draws it.
 type NamedChart = (&'static str, fn(&[Report]) -> Option<Chart>);
 
-static CHARTS: &[NamedChart] = &[("error", error_chart), ("passes", passes_chart), ("memory", memory_chart)];
+static CHARTS: &[NamedChart] = &[
+    ("error", error_chart),
+    ("passes", passes_chart),
+    ("memory", memory_chart),
+    ("stages", stages_chart),
+    ("structures", structures_chart),
+    ("directions", directions_chart),
+];
 
 fn chart_stem(stem: &Path, what: &str) -> PathBuf {
     let mut name = stem.file_name().unwrap_or_default().to_owned();
@@ -143,9 +150,7 @@ fn bench_scene(args: &Args, scene: &Scene, cases: &[Case], settings: &BenchSetti
         }
         bar.set_message(case.entry.name);
         let Some((_, truth)) = truths.iter().find(|(known, _)| *known == bounces) else { continue };
-        let report = measure(scene, case, settings, truth).map_err(|error| match error {
-            BenchError::Device(_) | BenchError::Compare { .. } => CliError::failed(error),
-        })?;
+        let report = measure(scene, case, settings, truth).map_err(CliError::failed)?;
         // One line at a time, so that a run that is stopped keeps what it has.
         let line = serde_json::to_string(&report).map_err(CliError::failed)?;
         writeln!(file, "{line}").map_err(|error| unwritten(&records, error))?;

@@ -22,12 +22,37 @@ pub struct Entry {
     pub passes: &'static [&'static [&'static Pass]],
     /// The structs that it shares with shaders, in groups.
     pub structs: &'static [&'static [(&'static str, &'static [Field])]],
+    /// What its passes do, as the literature tells it; every pass that it runs is in one stage.
+    pub stages: &'static [&'static Stage],
     /// The passes that gather along directions.
     pub directions: &'static [Directions],
     /// Lists the voxels that it makes of a scene; `None` where it has none.
     pub voxels: Option<ListVoxels>,
     /// Makes it.
     pub make: Make,
+}
+
+/// What a stage makes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Part {
+    /// The world-space store: what a technique builds, and what it updates for the light.
+    Store,
+    /// The picture of the indirect light.
+    Picture,
+    /// What all techniques share.
+    Shared,
+}
+
+/// A step of a technique, and the passes that it is made of.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Stage {
+    /// What it is called; stages that techniques share have one name.
+    pub name: &'static str,
+    /// What it makes.
+    pub part: Part,
+    /// Names of its passes, clears and copies too.
+    pub passes: &'static [&'static str],
 }
 
 /// How many directions a pass gathers along, so that its time can be told by the direction.

@@ -2,15 +2,16 @@
 
 use crate::frame::{FrameSettings, Renderer};
 use crate::gi::Settings;
-use crate::gi::registry::{Directions, Entry};
+use crate::gi::registry::{Directions, Entry, Part};
 use crate::gi::settings::{SettingError, Value};
 use crate::graph::{DeviceChoice, Error, FrameStats, Gpu, GpuOptions, PassTimes, Spread, TimesAccumulator};
 use crate::image::{Aov, GuideImage, Image};
-use crate::metrics::{Channel, MetricError};
+use crate::metrics::Channel;
 use crate::scene::Scene;
 use crate::vulkan::DeviceKind;
 
-use super::report::{DirectionCost, ErrorReport, ReferenceInfo, Report, Timing};
+use super::report::{DirectionCost, ErrorReport, MemoryRow, ReferenceInfo, Report, Timing};
+use super::stages::{StageTimes, When, part_ms, stage_times};
 
 /// What is measured: one technique with all its settings.
 #[derive(Clone)]
@@ -69,43 +70,38 @@ pub struct Truth {
     pub indirect: Option<(Image, ReferenceInfo)>,
 }
 
-/// Why a benchmark cannot go on.
-#[derive(Debug, thiserror::Error)]
-pub enum BenchError {
-    /// There is no device.
-    #[error(transparent)]
-    Device(Error),
-    /// A picture cannot be compared.
-    #[error("{technique} cannot be compared with the reference: {source}")]
-    Compare {
-        /// The technique.
-        technique: &'static str,
-        /// Why.
-        source: MetricError,
-    },
-}
-
 /// How a device is best timed: by its timestamps, unless it runs on the CPU. Lavapipe's do not follow what it executes.
 pub fn choose_timing(device: &DeviceChoice) -> Result<Timing, Error> {
     let gpu = Gpu::new(&GpuOptions { device: device.clone(), ..GpuOptions::default() })?;
     Ok(if gpu.info().kind == DeviceKind::Cpu { Timing::Host } else { Timing::Timestamps })
 }
 
-/// Measures one case on a device of its own, so that every first build compiles its pipelines. What the device refuses is told in the report.
-pub fn measure(scene: &Scene, case: &Case, settings: &BenchSettings, truth: &Truth) -> Result<Report, BenchError> {
+/// Measures one case on a device of its own, so that every first build compiles its pipelines. What the device refuses is told in
+/// the report; an error is that there is no device.
+pub fn measure(scene: &Scene, case: &Case, settings: &BenchSettings, truth: &Truth) -> Result<Report, Error> {
     let options = GpuOptions { device: settings.device.clone(), isolate_passes: settings.timing == Timing::Host, ..GpuOptions::default() };
-    let gpu = Gpu::new(&options).map_err(BenchError::Device)?;
+    let gpu = Gpu::new(&options)?;
     let run = run(&gpu, scene, case, settings);
     let mut report = match &run {
         Ok(run) => run.report(&gpu, scene, case, settings, truth),
-        Err(failure) => Report { failure: Some(failure.to_string()), ..empty_report(&gpu, scene, case, settings) },
+        Err(failure) => Report { failure: Some(failure.to_string()), refused: refused(failure), ..empty_report(&gpu, scene, case, settings) },
     };
     if let (Ok(run), Some((reference, info))) = (&run, &truth.indirect) {
         let error = ErrorReport::of(Aov::Indirect, [&run.indirect, reference], scene, &truth.guide, settings.channel);
-        report.error = Some(error.map_err(|source| BenchError::Compare { technique: case.entry.name, source })?);
-        report.reference = Some(*info);
+        match error {
+            Ok(error) => (report.error, report.reference) = (Some(error), Some(*info)),
+            Err(source) => report.failure = Some(format!("{} cannot be compared with the reference: {source}", case.entry.name)),
+        }
     }
     Ok(report)
+}
+
+/// What was too large, and its bytes.
+fn refused(failure: &Error) -> Option<MemoryRow> {
+    match failure {
+        Error::TooLarge { resource, wanted, .. } | Error::OutOfMemory { resource, wanted, .. } => Some(MemoryRow { name: resource.clone(), bytes: *wanted }),
+        _ => None,
+    }
 }
 
 fn empty_report(gpu: &Gpu, scene: &Scene, case: &Case, settings: &BenchSettings) -> Report {
@@ -139,13 +135,16 @@ fn run<'g>(gpu: &'g Gpu, scene: &Scene, case: &Case, settings: &BenchSettings) -
 impl Run<'_> {
     fn report(&self, gpu: &Gpu, scene: &Scene, case: &Case, settings: &BenchSettings, truth: &Truth) -> Report {
         let passes = rows(&self.frames);
+        let stages: Vec<StageTimes> =
+            [(When::Build, &self.builds), (When::Frame, &self.frames)].into_iter().flat_map(|(when, runs)| stage_times(case.entry, when, runs)).collect();
         Report {
             counting: PassTimes::once(&self.first_build.counting),
             first_build: PassTimes::once(&self.first_build.passes),
             build: rows(&self.builds),
             directions: direction_costs(&passes, case, scene, &truth.guide),
             passes,
-            totals: totals(case.entry, &self.builds, &self.frames),
+            totals: totals(&stages, &self.builds, &self.frames, case.entry),
+            stages,
             counts: self.counts.iter().copied().collect(),
             ..empty_report(gpu, scene, case, settings)
         }
@@ -158,33 +157,18 @@ fn rows(stats: &[FrameStats]) -> Vec<PassTimes> {
     times.rows()
 }
 
-/// A sum over some passes, of builds or of frames.
-struct Total {
-    name: &'static str,
-    of_builds: bool,
-    has: fn(&Entry, &str) -> bool,
-}
-
-/// Sums that a report gives, where any of their passes ran.
-static TOTALS: &[Total] = &[
-    Total { name: "build", of_builds: true, has: |_, _| true },
-    Total { name: "voxelization", of_builds: true, has: |_, pass| pass.starts_with("voxel.") },
-    Total { name: "frame", of_builds: false, has: |_, _| true },
-    Total { name: "maps", of_builds: false, has: |_, pass| ["render.shadow_maps", "render.rsm"].contains(&pass) },
-    Total { name: "light", of_builds: false, has: |entry, pass| pass.starts_with("voxel.") && directions_of(entry, pass).is_none() },
-    Total { name: "mips", of_builds: false, has: |_, pass| ["voxel_mips.filter", "voxel_mips.blit"].contains(&pass) },
-    Total { name: "gather", of_builds: false, has: |entry, pass| pass == "gi.deinterleave" || directions_of(entry, pass).is_some() },
-];
-
-fn totals(entry: &Entry, builds: &[FrameStats], frames: &[FrameStats]) -> Vec<PassTimes> {
-    let total = |total: &Total| {
-        let runs = if total.of_builds { builds } else { frames };
-        let sum = |stats: &FrameStats| stats.passes.iter().filter(|pass| (total.has)(entry, &pass.name)).map(|pass| pass.gpu_ms).sum();
-        let ran = runs.iter().any(|stats| stats.passes.iter().any(|pass| (total.has)(entry, &pass.name)));
-        let gpu_ms = Spread::of(&runs.iter().map(sum).collect::<Vec<f64>>()).filter(|_| ran)?;
-        Some(PassTimes { name: total.name.to_owned(), gpu_ms })
+fn totals(stages: &[StageTimes], builds: &[FrameStats], frames: &[FrameStats], entry: &Entry) -> Vec<PassTimes> {
+    let all = |name: &str, runs: &[FrameStats]| {
+        let gpu_ms = Spread::of(&runs.iter().map(FrameStats::total_ms).collect::<Vec<f64>>()).filter(|_| runs.iter().any(|run| !run.passes.is_empty()))?;
+        Some(PassTimes { name: name.to_owned(), gpu_ms })
     };
-    TOTALS.iter().filter_map(total).collect()
+    let part = |name: &str, part: Part| {
+        let ran = stages.iter().any(|stage| stage.part == Some(part) && stage.when == When::Frame);
+        let gpu_ms = Spread::of(&frames.iter().map(|frame| part_ms(entry, frame, part)).collect::<Vec<f64>>()).filter(|_| ran)?;
+        Some(PassTimes { name: name.to_owned(), gpu_ms })
+    };
+    let totals = [all("build", builds), part("update", Part::Store), part("gather", Part::Picture), part("shared", Part::Shared), all("frame", frames)];
+    totals.into_iter().flatten().collect()
 }
 
 fn directions_of(entry: &Entry, pass: &str) -> Option<&'static Directions> {
@@ -225,17 +209,13 @@ mod tests {
     }
 
     #[test]
-    fn totals_add_the_passes_that_they_name() -> Result<(), Box<dyn std::error::Error>> {
+    fn totals_add_the_parts() -> Result<(), Box<dyn std::error::Error>> {
         let builds = [stats(&[("voxel.clear", 1.0), ("voxel.fragments", 4.0), ("voxel_mips.clear", 7.0)])];
         let frames = [stats(&[("voxel.light", 1.0), ("voxel_mips.filter", 2.0), ("cone.gather", 8.0)]), stats(&[("cone.gather", 10.0)])];
-        let totals = totals(find("voxel-mips")?, &builds, &frames);
+        let entry = find("voxel-mips")?;
+        let totals = totals(&stage_times(entry, When::Frame, &frames), &builds, &frames, entry);
         let median = |name: &str| totals.iter().find(|total| total.name == name).map(|total| total.gpu_ms.median);
-        assert_eq!(median("voxelization"), Some(5.0));
-        assert_eq!(median("build"), Some(12.0));
-        assert_eq!(median("frame"), Some(10.5));
-        assert_eq!(median("gather"), Some(9.0));
-        assert_eq!(median("mips"), Some(1.0));
-        assert_eq!(median("maps"), None);
+        assert_eq!(["build", "update", "gather", "shared", "frame"].map(median), [Some(12.0), Some(1.5), Some(9.0), None, Some(10.5)]);
         Ok(())
     }
 

@@ -4,7 +4,7 @@ use crate::graph::PassTimes;
 
 use super::chart::{Bar, BarPanel, Chart, LinePanel, Panels, Scale, Series};
 use super::report::{Report, Timing};
-use super::table::{case_name, resolution};
+use super::table::{case_name, resolution, value_text};
 
 /// Error of the indirect light against resolution, a series a technique and preset; `None` where no report has an error.
 pub fn error_chart(reports: &[Report]) -> Option<Chart> {
@@ -30,12 +30,13 @@ pub fn error_chart(reports: &[Report]) -> Option<Chart> {
 /// Memory and bytes a voxel of the grid against resolution; `None` where nothing ran.
 pub fn memory_chart(reports: &[Report]) -> Option<Chart> {
     let mib = |bytes: u64| bytes as f64 / f64::from(1 << 20);
+    let refused = |report: &Report| report.refused.as_ref().map(|refused| mib(refused.bytes));
     let per_voxel = |report: &Report| Some(structure_bytes(report)? as f64 / f64::from(resolution(report)?).powi(3));
     let panels = vec![
         LinePanel {
             y_label: "technique's memory [MiB]".into(),
             y_scale: Scale::Log,
-            series: series(reports, |report| structure_bytes(report).map(mib)),
+            series: [series(reports, |report| structure_bytes(report).map(mib)), refused_series(reports, refused)].concat(),
             floor: None,
         },
         LinePanel { y_label: "bytes per voxel of the grid".into(), y_scale: Scale::Log, series: series(reports, per_voxel), floor: None },
@@ -43,12 +44,20 @@ pub fn memory_chart(reports: &[Report]) -> Option<Chart> {
     lines("Memory against resolution", "world-space structure; screen images, maps and scene left out", reports, panels)
 }
 
+/// What the device refused to allocate, against resolution.
+fn refused_series(reports: &[Report], value: impl Fn(&Report) -> Option<f64>) -> Vec<Series> {
+    let mut all = series_of(reports.iter().filter(|report| report.failure.is_some()), value);
+    all.iter_mut().for_each(|series| series.name += ", refused");
+    all
+}
+
 /// Bytes of what a technique keeps in the world: all but what the frame shares and what has the picture's size.
-fn structure_bytes(report: &Report) -> Option<u64> {
+pub(super) fn structure_bytes(report: &Report) -> Option<u64> {
     let screen = ["diffuse", "specular", "interleaved", "set"];
     let is_structure = |name: &str| {
         let (owner, what) = name.split_once('.').unwrap_or((name, ""));
-        !["frame", "scene", "gbuffer", "light", "output"].contains(&owner) && name.contains('.') && !screen.contains(&what)
+        let shared = ["frame", "scene", "gbuffer", "light", "output", "allocator"];
+        !shared.contains(&owner) && !name.starts_with("texture ") && name.contains('.') && !screen.contains(&what)
     };
     let bytes: u64 = report.memory.iter().filter(|row| is_structure(&row.name)).map(|row| row.bytes).sum();
     (bytes > 0).then_some(bytes)
@@ -66,7 +75,7 @@ pub fn passes_chart(reports: &[Report]) -> Option<Chart> {
     let panels: Vec<BarPanel> = panels.into_iter().filter(|panel| panel.bars.iter().any(|bar| !bar.parts.is_empty())).collect();
     let count = |rows: &[PassTimes]| rows.first().map_or(0, |row| row.gpu_ms.n);
     let what = format!("medians of {} builds and {} frames, {}x{} px", count(&first.build), count(&first.passes), first.size[0], first.size[1]);
-    Some(Chart { title: format!("Time per pass: {}", first.scene), notes: notes(first, &what), panels: Panels::Bars(panels) })
+    Some(Chart { title: format!("Time per pass: {}", first.scene), notes: notes(reports, first, &what), panels: Panels::Bars(panels) })
 }
 
 fn parts(rows: &[PassTimes]) -> Vec<(String, f64)> {
@@ -89,11 +98,20 @@ fn merge_small(bars: Vec<Bar>) -> Vec<Bar> {
 }
 
 /// A value against resolution, a series for each technique and preset.
-fn series(reports: &[Report], value: impl Fn(&Report) -> Option<f64>) -> Vec<Series> {
+pub(super) fn series(reports: &[Report], value: impl Fn(&Report) -> Option<f64>) -> Vec<Series> {
+    series_of(reports.iter().filter(|report| report.failure.is_none()), value)
+}
+
+/// Technique and preset.
+pub(super) fn series_name(report: &Report) -> String {
+    [Some(report.technique), report.preset.as_deref()].into_iter().flatten().collect::<Vec<_>>().join(" ")
+}
+
+fn series_of<'r>(reports: impl Iterator<Item = &'r Report>, value: impl Fn(&Report) -> Option<f64>) -> Vec<Series> {
     let mut all: Vec<Series> = Vec::new();
-    for report in reports.iter().filter(|report| report.failure.is_none()) {
+    for report in reports {
         let (Some(resolution), Some(value)) = (resolution(report), value(report)) else { continue };
-        let name = [Some(report.technique), report.preset.as_deref()].into_iter().flatten().collect::<Vec<_>>().join(" ");
+        let name = series_name(report);
         let point = (f64::from(resolution), value);
         match all.iter_mut().find(|series| series.name == name) {
             Some(series) => series.points.push(point),
@@ -104,24 +122,40 @@ fn series(reports: &[Report], value: impl Fn(&Report) -> Option<f64>) -> Vec<Ser
     all
 }
 
-fn lines(title: &str, what: &str, reports: &[Report], panels: Vec<LinePanel>) -> Option<Chart> {
+pub(super) fn lines(title: &str, what: &str, reports: &[Report], panels: Vec<LinePanel>) -> Option<Chart> {
     let first = reports.iter().find(|report| report.failure.is_none())?;
     if panels.iter().all(|panel| panel.series.is_empty()) {
         return None;
     }
     let what = format!("{what}, {}x{} px", first.size[0], first.size[1]);
-    Some(Chart { title: format!("{title}: {}", first.scene), notes: notes(first, &what), panels: Panels::Lines("resolution [voxels]".into(), panels) })
+    Some(Chart { title: format!("{title}: {}", first.scene), notes: notes(reports, first, &what), panels: Panels::Lines("resolution [voxels]".into(), panels) })
 }
 
-/// Where the numbers are from.
-fn notes(report: &Report, what: &str) -> Vec<String> {
+/// Characters on a line of a chart's notes.
+const NOTE_CHARS: usize = 120;
+
+/// Where the numbers are from: one report's device, driver and commit, and the settings that all reports have alike.
+pub(super) fn notes(reports: &[Report], report: &Report, what: &str) -> Vec<String> {
     let timing = match report.timing {
         Some(Timing::Host) => ", passes timed on the host",
         Some(Timing::Timestamps) => ", passes timed by timestamps",
         None => "",
     };
     let commit = report.commit.map(|commit| format!(" ({commit})")).unwrap_or_default();
-    vec![what.to_owned(), format!("{}, {}{timing}; lumivox {}{commit}", report.device, report.driver, report.version)]
+    let mut lines = vec![what.to_owned(), format!("{}, {}{timing}; lumivox {}{commit}", report.device, report.driver, report.version)];
+    let is_common = |(name, value): &(&&str, &_)| reports.iter().all(|report| report.settings.get(**name).is_none_or(|own| own == *value));
+    let all: std::collections::BTreeMap<_, _> = reports.iter().flat_map(|report| &report.settings).collect();
+    let settings = all.into_iter().filter(is_common).map(|(name, value)| format!("{name}={}", value_text(value)));
+    let shadow = report.shadow_resolution.map(|texels| format!("shadow_resolution={texels}"));
+    let mut line = "settings:".to_owned();
+    for setting in shadow.into_iter().chain(settings) {
+        if line.chars().count() + setting.len() > NOTE_CHARS {
+            lines.push(std::mem::take(&mut line));
+        }
+        line += &format!(" {setting}");
+    }
+    lines.push(line);
+    lines
 }
 
 #[cfg(test)]

@@ -3,7 +3,10 @@
 pub mod bench;
 pub mod chart;
 mod figures;
+mod profile;
 pub mod report;
+pub mod stages;
 pub mod table;
 
 pub use figures::{error_chart, memory_chart, passes_chart};
+pub use profile::{directions_chart, stages_chart, structures_chart};

@@ -12,6 +12,8 @@ use crate::image::{Aov, GuideImage, Image};
 use crate::metrics::{Channel, Comparison, Errors, Flip, MetricError, compare, exposure_of, flip};
 use crate::scene::Scene;
 
+use super::stages::StageTimes;
+
 /// Version of the report's form; a change of meaning raises it.
 pub const SCHEMA_VERSION: u32 = 1;
 
@@ -126,6 +128,8 @@ pub struct Report {
     pub timing: Option<Timing>,
     /// Why there is nothing below: what the device refused.
     pub failure: Option<String>,
+    /// Of a failure for want of space: what was too large, and its bytes.
+    pub refused: Option<MemoryRow>,
     /// The counting runs of the first build, whose only result is how large its buffers have to be (and how
     /// its work has to be split); with their pipelines compiled, and in no other row.
     pub counting: Vec<PassTimes>,
@@ -135,7 +139,9 @@ pub struct Report {
     pub build: Vec<PassTimes>,
     /// Each pass of a frame, in order.
     pub passes: Vec<PassTimes>,
-    /// Sums over passes, by name.
+    /// Each stage of a build, then of a frame, in the technique's order.
+    pub stages: Vec<StageTimes>,
+    /// Sums over passes: `build`, all of a build; of a frame `update` (the store), `gather` (the picture), `shared`, and `frame`, all of it.
     pub totals: Vec<PassTimes>,
     /// What one cone or ray costs.
     pub directions: Vec<DirectionCost>,
@@ -197,10 +203,12 @@ impl Report {
             settings: settings.iter().collect(),
             timing: Some(if gpu.isolates_passes() { Timing::Host } else { Timing::Timestamps }),
             failure: None,
+            refused: None,
             counting: Vec::new(),
             first_build: Vec::new(),
             build: Vec::new(),
             passes: Vec::new(),
+            stages: Vec::new(),
             totals: Vec::new(),
             directions: Vec::new(),
             memory_bytes: gpu.memory_total(),

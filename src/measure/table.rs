@@ -3,9 +3,11 @@
 use std::fmt::Write as _;
 
 use crate::gi::settings::Value;
-use crate::graph::PassTimes;
+use crate::graph::{PassTimes, Spread};
 
+use super::figures::structure_bytes;
 use super::report::Report;
+use super::stages::When;
 
 /// The median of a row of this name (ms).
 pub fn median_ms(rows: &[PassTimes], name: &str) -> Option<f64> {
@@ -31,9 +33,13 @@ pub fn resolution(report: &Report) -> Option<u32> {
     }
 }
 
-/// Voxelization (a build) and mips (a frame) together (ms), where there are both.
-pub fn voxelization_and_mips_ms(report: &Report) -> Option<f64> {
-    Some(median_ms(&report.totals, "voxelization")? + median_ms(&report.totals, "mips")?)
+/// A setting's value.
+pub fn value_text(value: &Value) -> String {
+    match value {
+        Value::Count(value) => value.to_string(),
+        Value::Number(value) => value.to_string(),
+        Value::Choice(value) => (*value).to_owned(),
+    }
 }
 
 /// The counting runs of the first build together (ms), where there were any.
@@ -44,14 +50,14 @@ pub fn counting_ms(report: &Report) -> Option<f64> {
 /// The table's heading.
 pub fn heading() -> String {
     format!(
-        "{:<30} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>8} {:>8} {:>9} {:>9}",
-        "case", "count", "voxelize", "+ mips", "light", "gather", "frame", "µs/dir", "MiB", "bias", "rel_rmse"
+        "{:<30} {:>9} {:>9} {:>9} {:>9} {:>9} {:>8} {:>8} {:>9} {:>9}",
+        "case", "count", "build", "update", "gather", "frame", "µs/dir", "MiB", "bias", "rel_rmse"
     )
 }
 
 /// What the columns are.
-pub const LEGEND: &str = "medians in ms; count: the first build's counting run, once; voxelize: a build's voxel.* passes; + mips: and the mips; light: voxel.* passes of a frame; \
-                          µs/dir: gather per pixel with a surface and cone or ray; bias and rel_rmse: of indirect light, over blocks";
+pub const LEGEND: &str = "medians in ms; count: the first build's counting run, once; build: the store, once for static geometry; update: its light, every \
+                          frame; µs/dir: gather per pixel with a surface and cone or ray; bias and rel_rmse: of indirect light, over blocks";
 
 /// One row of the table.
 pub fn row(report: &Report) -> String {
@@ -62,11 +68,10 @@ pub fn row(report: &Report) -> String {
     let total = |name: &str| number(median_ms(&report.totals, name), 2);
     let block = report.error.as_ref().map(|error| error.block.unwrap_or(error.pixel));
     format!(
-        "{name:<30} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>8} {:>8.1} {:>9} {:>9}",
+        "{name:<30} {:>9} {:>9} {:>9} {:>9} {:>9} {:>8} {:>8.1} {:>9} {:>9}",
         number(counting_ms(report), 2),
-        total("voxelization"),
-        number(voxelization_and_mips_ms(report), 2),
-        total("light"),
+        total("build"),
+        total("update"),
         total("gather"),
         total("frame"),
         number(report.directions.first().map(|cost| cost.us_per_direction), 3),
@@ -115,18 +120,15 @@ fn columns(report: &Report) -> Vec<(String, String)> {
     add("commit".into(), report.commit.unwrap_or_default().into());
     add("timing".into(), report.timing.map_or("", |timing| if timing == super::report::Timing::Host { "host" } else { "timestamps" }).into());
     add("failure".into(), report.failure.clone().unwrap_or_default());
+    add("refused_bytes".into(), report.refused.as_ref().map(|refused| refused.bytes.to_string()).unwrap_or_default());
     for (name, value) in &report.settings {
-        let value = match value {
-            Value::Count(value) => value.to_string(),
-            Value::Number(value) => value.to_string(),
-            Value::Choice(value) => (*value).to_owned(),
-        };
-        add(format!("set {name}"), value);
+        add(format!("set {name}"), value_text(value));
     }
     if report.failure.is_some() {
         return columns;
     }
     add("memory_bytes".into(), report.memory_bytes.to_string());
+    add("structure_bytes".into(), structure_bytes(report).map(|bytes| bytes.to_string()).unwrap_or_default());
     if let Some(error) = &report.error {
         add("flip mean".into(), error.flip.mean.to_string());
         let named = [("pixel".to_owned(), Some(&error.pixel)), ("block".to_owned(), error.block.as_ref())].into_iter();
@@ -138,6 +140,11 @@ fn columns(report: &Report) -> Vec<(String, String)> {
         }
     }
     report.directions.iter().for_each(|cost| add(format!("{} us_per_direction", cost.pass), cost.us_per_direction.to_string()));
+    for stage in &report.stages {
+        let name = format!("stage {} {}", if stage.when == When::Build { "build" } else { "frame" }, stage.name);
+        let Spread { median, min, max, .. } = stage.gpu_ms;
+        [("ms", median), ("min ms", min), ("max ms", max)].iter().for_each(|(unit, ms)| add(format!("{name} {unit}"), ms.to_string()));
+    }
     for (kind, rows) in [("total", &report.totals), ("counting", &report.counting), ("build", &report.build), ("frame", &report.passes)] {
         rows.iter().for_each(|row| add(format!("{kind} {} ms", row.name), row.gpu_ms.median.to_string()));
     }

@@ -1,6 +1,6 @@
 //! No indirect light: direct light alone, and the skeleton of a technique.
 
-use super::registry::Entry;
+use super::registry::{Entry, Part, Stage};
 use super::settings::Settings;
 use super::{Context, IndirectLight, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu};
@@ -15,6 +15,7 @@ pub static ENTRY: Entry = Entry {
     presets: &[],
     passes: &[],
     structs: &[],
+    stages: &[&Stage { name: "gather", part: Part::Picture, passes: &["none.clear"] }],
     directions: &[],
     voxels: Option::None,
     make,

@@ -13,7 +13,7 @@ pub use pieces::{Occupancy, PieceVoxelizer, Pieces};
 
 use super::cone::{self, ConeTracer, Volume};
 use super::interleave::{self, deinterleave};
-use super::registry::{Directions, Entry};
+use super::registry::{Directions, Entry, Part, Stage};
 use super::settings::{Domain, Preset, Setting, Settings};
 use super::voxel::{self, Injection, VoxelSettings};
 use super::{Context, IndirectLight, Technique};
@@ -112,6 +112,29 @@ pub static ENTRY: Entry = Entry {
     presets: PRESETS,
     passes: &[voxel::PASSES, PASSES, cone::SPARSE_PASSES, interleave::PASSES],
     structs: &[voxel::STRUCTS, STRUCTS, cone::STRUCTS, interleave::STRUCTS],
+    stages: &[
+        &voxel::VOXELIZATION,
+        &Stage {
+            name: "node flagging and allocation",
+            part: Part::Store,
+            passes: &[
+                "svo.merge_occupancy",
+                "svo.clear",
+                "svo.reduce_points",
+                "svo.flag_nodes",
+                "svo.scan_nodes",
+                "svo.allocate_tiles",
+                "svo.link_leaves",
+                "svo.link_neighbours",
+            ],
+        },
+        &voxel::LIGHT_INJECTION,
+        &Stage { name: "leaf writing", part: Part::Store, passes: &["svo.merge_radiance", "svo.write_leaves"] },
+        &Stage { name: "border transfer", part: Part::Store, passes: &["svo.transfer_borders"] },
+        &Stage { name: "mip filtering", part: Part::Store, passes: &["svo.filter"] },
+        &Stage { name: "gather", part: Part::Picture, passes: &["cone.gather", "gi.deinterleave"] },
+        &Stage { name: "specular", part: Part::Picture, passes: &["cone.specular"] },
+    ],
     directions: &[Directions { pass: &cone::GATHER_SPARSE, setting: Some("cones") }, Directions { pass: &cone::SPECULAR_SPARSE, setting: None }],
     voxels: Some(voxel::list_voxels),
     make,

@@ -19,6 +19,7 @@ pub use passes::{FRAGMENTS_COMPUTE, FRAGMENTS_RASTER, FRAGMENTS_RASTER_HW};
 pub use rays::{GATHER_RAYS, RAY_SETTINGS, RaySettings, gather_rays};
 pub use voxelize::{Accumulation, Method, VoxelSettings, Voxelizer, Voxels};
 
+use crate::gi::registry::{Part, Stage};
 use crate::gi::settings::{Domain, Setting};
 use crate::graph::Pass;
 use crate::shader::{Field, GpuStruct};
@@ -78,6 +79,25 @@ pub static PASSES: &[&Pass] = &[
     &LIGHT_DENSE,
     &GATHER_RAYS,
 ];
+
+/// Triangles to voxels.
+pub static VOXELIZATION: Stage = Stage {
+    name: "voxelization",
+    part: Part::Store,
+    passes: &[
+        "voxel.clear",
+        "voxel.fragments",
+        "voxel.count_blocks",
+        "voxel.scan_groups",
+        "voxel.index_blocks",
+        "voxel.link_fragments",
+        "voxel.running_average",
+        "voxel.resolve",
+    ],
+};
+
+/// Direct light into voxels.
+pub static LIGHT_INJECTION: Stage = Stage { name: "light injection", part: Part::Store, passes: &["voxel.clear_light", "voxel.inject_rsm", "voxel.light"] };
 
 /// All structs that this module shares with shaders.
 pub static STRUCTS: &[(&str, &[Field])] = &[

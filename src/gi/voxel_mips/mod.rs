@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::cone::{self, ConeTracer};
 use super::interleave::{self, deinterleave};
-use super::registry::{Directions, Entry};
+use super::registry::{Directions, Entry, Part, Stage};
 use super::settings::{Domain, Preset, Setting, Settings};
 use super::voxel::{self, Injection, RAY_SETTINGS, RaySettings, Sides, VoxelLight, VoxelSettings, Voxelizer, Voxels, gather_rays};
 use super::{Context, IndirectLight, Technique};
@@ -79,6 +79,14 @@ pub static ENTRY: Entry = Entry {
     presets: PRESETS,
     passes: &[voxel::PASSES, &[&FILTER], cone::PASSES, interleave::PASSES],
     structs: &[voxel::STRUCTS, cone::STRUCTS, interleave::STRUCTS],
+    stages: &[
+        &voxel::VOXELIZATION,
+        &Stage { name: "clearing", part: Part::Store, passes: &["voxel_mips.clear"] },
+        &voxel::LIGHT_INJECTION,
+        &Stage { name: "mip filtering", part: Part::Store, passes: &["voxel_mips.filter", "voxel_mips.blit"] },
+        &Stage { name: "gather", part: Part::Picture, passes: &["cone.gather", "voxel.gather_rays", "gi.deinterleave"] },
+        &Stage { name: "specular", part: Part::Picture, passes: &["cone.specular"] },
+    ],
     directions: &[
         Directions { pass: &cone::GATHER, setting: Some("cones") },
         Directions { pass: &voxel::GATHER_RAYS, setting: Some("rays") },
