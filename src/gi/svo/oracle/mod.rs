@@ -1,5 +1,5 @@
 //! CPU twins of the octree's passes: `reduce_points`, `flag_nodes`, `scan_nodes`, `allocate_tiles`, `link_leaves` and `link_neighbours` in [`octree`];
-//! `write_leaves`, `transfer_borders` and `filter` in [`texels`]. Sets and maps from the definitions, in f64; nothing knows how the device goes about it.
+//! `write_leaves`, `transfer_borders` and `filter` in `texels`. Sets and maps from the definitions, in f64; nothing knows how the device goes about it.
 
 mod octree;
 mod texels;
