@@ -41,7 +41,7 @@ gpu_struct! {
 /// Name of the fills before injection.
 pub static CLEAR_LIGHT: &str = "voxel.clear_light";
 
-/// Every RSM texel adds its flux to the voxel that it lies in. A thread a texel; 64-bit integer sums, the same in every run.
+/// Every RSM texel adds its flux to the voxels that its footprint lies in. A thread a block of texels; 64-bit integer sums, the same in every run.
 pub static INJECT_RSM: Pass = Pass {
     name: "voxel.inject_rsm",
     shaders: Shaders::Compute("gi/voxel/inject_rsm.comp"),
@@ -153,6 +153,8 @@ impl VoxelLight {
             frame.fill(CLEAR_LIGHT, &self.flux, 0);
             let params = InjectParams { grid: voxels.grid.row(), resolution: voxels.grid.resolution, flux_unit: self.flux_unit, area_unit };
             if maps.view_count > 0 {
+                let block = texel_block(maps.size, voxels.grid.resolution);
+                let groups = maps.size.div_ceil(8 * block);
                 frame
                     .pass(&INJECT_RSM)
                     .bind(&maps.views)
@@ -164,9 +166,9 @@ impl VoxelLight {
                     .bind(&self.flux)
                     .bind(&self.counters)
                     .bind(&voxels.records)
-                    .constants(&[self.sides as u32])
+                    .constants(&[self.sides as u32, block])
                     .push(&params)
-                    .dispatch([maps.size.div_ceil(8), maps.size.div_ceil(8), maps.view_count]);
+                    .dispatch([groups, groups, maps.view_count]);
             }
         }
         let params = LightParams { grid: voxels.grid.row(), voxel_count: voxels.voxel_count, flux_unit: self.flux_unit, area_unit };
@@ -190,6 +192,13 @@ impl VoxelLight {
         let counts: Vec<u32> = bytemuck::pod_collect_to_vec(&gpu.read_buffer(&self.counters)?);
         Ok(vec![("rsm_texels_lost", u64::from(counts[0])), ("rsm_holes_filled", u64::from(counts[1]))])
     }
+}
+
+/// Edge of the blocks of texels that a thread adds: a voxel, were the map as wide as the grid.
+fn texel_block(map_size: u32, resolution: u32) -> u32 {
+    let most = (map_size / resolution).clamp(1, 8);
+    // The largest power of two that divides the map into whole blocks.
+    1 << most.ilog2().min(map_size.trailing_zeros())
 }
 
 /// One integer step of injected radiance: 2⁻²⁶ of what the strongest light makes of a white surface one scene diagonal away, as a power of two.
