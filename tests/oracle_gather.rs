@@ -13,7 +13,7 @@ use lumivox::gi::registry::find;
 use lumivox::gi::voxel::oracle::{
     Crossing, GatherSettings, TraceGrid, TraceSettings, TraceVoxel, VoxelIndex, crossings, gather_rays as oracle_rays, hemisphere_direction, interleaved_offset,
 };
-use lumivox::gi::voxel::{Injection, Method, RaySettings, Sides, VoxelGrid, VoxelLight, gather_rays};
+use lumivox::gi::voxel::{Injection, LightSettings, Method, RaySettings, Sides, VoxelGrid, VoxelLight, gather_rays};
 use lumivox::gi::voxel_mips::oracle::{Filter, coarser};
 use lumivox::graph::{Frame, Gpu};
 use lumivox::render::GpuScene;
@@ -208,14 +208,14 @@ impl RayScene {
         scene.environment = environment;
         let gpu_scene = GpuScene::new(gpu, &scene).unwrap();
         let read = voxelize(gpu, &gpu_scene, voxel_settings(resolution, Method::Compute));
-        let light = VoxelLight::new(gpu, &gpu_scene, &read.voxels, Injection::Voxel, sides).unwrap();
+        let light = VoxelLight::new(gpu, &gpu_scene, &read.voxels, LightSettings::direct(Injection::Voxel, sides)).unwrap();
         let view = View::new(gpu, &gpu_scene, &scene.camera, SIZE, &read.voxels.grid);
         RayScene { scene, gpu_scene, read, light, view }
     }
 
     /// Gives each side of a voxel, or each voxel, a radiance and gathers.
     fn gather(&self, gpu: &Gpu, radiance: impl Fn(usize) -> [f64; 3], settings: &Settings) -> Vec<DVec4> {
-        let halves: Vec<u16> = (0..self.light.sides as usize * self.read.records.len())
+        let halves: Vec<u16> = (0..self.light.settings.sides as usize * self.read.records.len())
             .flat_map(|slot| {
                 let [r, g, b] = radiance(slot);
                 [r, g, b, 1.0].map(to_half)
@@ -232,7 +232,7 @@ impl RayScene {
     /// The oracle's grid, from the records, so that only the tracing differs.
     fn trace_grid(&self, radiance: impl Fn(usize) -> [f64; 3]) -> TraceGrid {
         let voxel = |(slot, record)| {
-            let sides = self.light.sides as usize;
+            let sides = self.light.settings.sides as usize;
             let radiance = [sides * slot, sides * slot + sides - 1].map(|side| DVec3::from(radiance(side)));
             let surface =
                 TraceVoxel { mean_position: unorm10_position(record), mean_normal: mean_normal(record), opposed_axis: opposed_axis(record), radiance };

@@ -8,7 +8,7 @@ use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3};
 use lumivox::gi::voxel::oracle::{self, VoxelIndex, inject, inject_sides, reflected_flux, shade_voxel};
-use lumivox::gi::voxel::{Injection, Method, Sides, VoxelLight};
+use lumivox::gi::voxel::{Injection, LightSettings, Method, Sides, VoxelLight};
 use lumivox::graph::{Frame, Gpu};
 use lumivox::render::{GpuScene, LightMaps};
 use lumivox::scene::{Light, Scene};
@@ -39,7 +39,7 @@ fn light_sides(gpu: &Gpu, scene: &Scene, resolution: u32, map_size: u32, injecti
     gpu_scene.set_frame(gpu, &gpu_scene.frame_constants(&scene.camera, [8, 8])).unwrap();
     let read = voxelize(gpu, &gpu_scene, voxel_settings(resolution, Method::Compute));
     let maps = LightMaps::new(gpu, &gpu_scene, map_size, injection == Injection::Rsm).unwrap();
-    let voxel_light = VoxelLight::new(gpu, &gpu_scene, &read.voxels, injection, sides).unwrap();
+    let voxel_light = VoxelLight::new(gpu, &gpu_scene, &read.voxels, LightSettings::direct(injection, sides)).unwrap();
     let mut frame = Frame::new();
     frame.set_scene(&gpu_scene.set, &gpu_scene.materials);
     maps.draw(&mut frame, &gpu_scene);

@@ -11,7 +11,7 @@ use lumivox::gi::svo::bricks::pool_extent;
 use lumivox::gi::svo::oracle::{Filter, Lattice, Octree, Texels, coarser, leaves, octree};
 use lumivox::gi::svo::{BrickSettings, NodePool, Occupancy, PieceVoxelizer};
 use lumivox::gi::voxel::oracle::VoxelIndex;
-use lumivox::gi::voxel::{Injection, Method};
+use lumivox::gi::voxel::{Injection, LightSettings, Method};
 use lumivox::graph::{Frame, Gpu};
 use lumivox::metrics::{Channel, compare as compare_images};
 use lumivox::render::{GpuScene, LightMaps};
@@ -198,10 +198,10 @@ fn pieces_are_the_whole() {
     let gpu_scene = GpuScene::new(&gpu, &scene).unwrap();
     let settings = voxel_settings(64, Method::Compute);
     let mut voxelizer = PieceVoxelizer::new(&gpu, &gpu_scene, settings).unwrap();
-    let (whole, occupancy, _) = voxelizer.run(&gpu, &gpu_scene, Injection::Voxel).unwrap();
+    let (whole, occupancy, _) = voxelizer.run(&gpu, &gpu_scene, LightSettings::direct(Injection::Voxel, Sides::One)).unwrap();
     let bits = read_words(&gpu, &occupancy.occupancy);
     voxelizer.cut(&gpu, 2).unwrap();
-    let (pieces, occupancy, _) = voxelizer.run(&gpu, &gpu_scene, Injection::Voxel).unwrap();
+    let (pieces, occupancy, _) = voxelizer.run(&gpu, &gpu_scene, LightSettings::direct(Injection::Voxel, Sides::One)).unwrap();
     let differing: u32 = bits.iter().zip(read_words(&gpu, &occupancy.occupancy)).map(|(a, b)| (a ^ b).count_ones()).sum();
     println!("{} and {} voxels, {differing} within rounding", whole.voxel_count, pieces.voxel_count);
     assert!(f64::from(differing) <= 1e-4 * f64::from(whole.voxel_count), "{differing} voxels differ");
@@ -224,7 +224,7 @@ fn light_of_pieces_is_that_of_the_whole() {
     let light = |along: u32| {
         let mut voxelizer = PieceVoxelizer::new(&gpu, &gpu_scene, voxel_settings(32, Method::Compute)).unwrap();
         voxelizer.cut(&gpu, along).unwrap();
-        let (pieces, _, _) = voxelizer.run(&gpu, &gpu_scene, Injection::Rsm).unwrap();
+        let (pieces, _, _) = voxelizer.run(&gpu, &gpu_scene, LightSettings::direct(Injection::Rsm, Sides::One)).unwrap();
         let maps = LightMaps::new(&gpu, &gpu_scene, 512, true).unwrap();
         gpu_scene.set_frame(&gpu, &gpu_scene.frame_constants(&scene.camera, [8, 8])).unwrap();
         let mut frame = Frame::new();

@@ -81,7 +81,7 @@ fn lit_sphere() {
     let seen = guide(&scene, 64, 64).unwrap();
     for case in bounce_cases() {
         let indirect = shoot(&gpu, &scene, &case, AT_64, frame(64, 64, 512)).unwrap().indirect;
-        let expected: f64 = (1..=case.entry.bounces).map(|bounce| 0.5f64.powi(bounce as i32 + 1)).sum();
+        let expected: f64 = (1..=case.bounces()).map(|bounce| 0.5f64.powi(bounce as i32 + 1)).sum();
         check("lit-sphere", &case, &indirect, errors(&indirect, &seen, |_| Some(expected)), bounds(&case).lit_sphere);
     }
 }
@@ -111,7 +111,7 @@ fn furnace() {
     let seen = guide(&scene, 64, 64).unwrap();
     for case in bounce_cases() {
         let full = shoot(&gpu, &scene, &case, AT_64, frame(64, 64, 64)).unwrap().full;
-        let expected: f64 = (0..=case.entry.bounces).map(|bounce| emission * albedo.powi(bounce as i32)).sum();
+        let expected: f64 = (0..=case.bounces()).map(|bounce| emission * albedo.powi(bounce as i32)).sum();
         check("furnace", &case, &full, errors(&full, &seen, |_| Some(expected)), bounds(&case).furnace);
     }
 }
@@ -173,7 +173,7 @@ fn emission_and_sky_are_indirect_light() {
         let settings = Settings {
             width: 64,
             height: 64,
-            bounces: Bounces::Count(case.entry.bounces),
+            bounces: Bounces::Count(case.bounces()),
             filter: Filter::Center,
             sampling: Sampling::Fixed { spp: 256 },
             seed: 1,

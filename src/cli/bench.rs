@@ -37,7 +37,7 @@ pub(crate) struct Args {
     /// One setting, on top of every preset; may be repeated.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// Frames to measure, after one that warms up.
+    /// Frames to measure, after one that warms up (16 with `bounces=feedback`).
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     frames: u32,
     /// Builds of the static structure to measure, after the first.
@@ -139,10 +139,10 @@ fn bench_scene(args: &Args, scene: &Scene, cases: &[Case], settings: &BenchSetti
         say(&format!("{}: {}", scene.name, table::LEGEND));
         say(&table::heading());
     }
-    let mut truths: Vec<(u32, Truth)> = Vec::new();
+    let mut truths: Vec<(Bounces, Truth)> = Vec::new();
     let mut reports: Vec<Report> = Vec::new();
     for case in cases {
-        let bounces = case.entry.bounces;
+        let bounces = (case.entry.bounces)(&case.settings).map_or(Bounces::Full, Bounces::Count);
         if !truths.iter().any(|(known, _)| *known == bounces) {
             bar.set_message("reference");
             truths.push((bounces, truth(args, scene, bounces)?));
@@ -171,7 +171,7 @@ fn bench_scene(args: &Args, scene: &Scene, cases: &[Case], settings: &BenchSetti
 }
 
 /// The reference, or what is seen alone.
-fn truth(args: &Args, scene: &Scene, bounces: u32) -> Result<Truth, CliError> {
+fn truth(args: &Args, scene: &Scene, bounces: Bounces) -> Result<Truth, CliError> {
     let failed = |error: ReferenceError| match error {
         ReferenceError::CacheDir { .. } => CliError::failed(error),
         ReferenceError::Setting { .. } | ReferenceError::Scene { .. } => CliError::input(error),
@@ -181,7 +181,7 @@ fn truth(args: &Args, scene: &Scene, bounces: u32) -> Result<Truth, CliError> {
         return Ok(Truth { guide: guide(scene, width, height).map_err(failed)?, indirect: None });
     }
     let sampling = Sampling::Adaptive { max_error: args.max_error as f32, max_spp: 4096 };
-    let settings = Settings { width, height, bounces: Bounces::Count(bounces), filter: Filter::Center, sampling, seed: 0 };
+    let settings = Settings { width, height, bounces, filter: Filter::Center, sampling, seed: 0 };
     let image = cached(scene, &settings, &cache_dir(), &|_| {}).map_err(failed)?;
     let info = ReferenceInfo { bounces, samples_per_pixel: image.mean_samples(), pixel_noise: f64::from(image.indirect_error().pixel) };
     Ok(Truth { indirect: Some((image.indirect(), info)), guide: image.guide })

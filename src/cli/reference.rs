@@ -100,10 +100,6 @@ fn progress_bar(quiet: bool) -> ProgressBar {
 }
 
 fn report(args: &Args, scene: &Scene, image: &ReferenceImage, wall_s: f64) -> serde_json::Value {
-    let bounces = match args.bounces {
-        Bounces::Count(count) => serde_json::json!(count),
-        Bounces::Full => serde_json::json!("full"),
-    };
     serde_json::json!({
         "schema_version": 1,
         "version": env!("CARGO_PKG_VERSION"),
@@ -112,7 +108,7 @@ fn report(args: &Args, scene: &Scene, image: &ReferenceImage, wall_s: f64) -> se
         "settings": {
             "width": args.picture.size.0,
             "height": args.picture.size.1,
-            "bounces": bounces,
+            "bounces": args.bounces,
             "filter": match args.filter { Filter::Center => "center", Filter::Box => "box" },
             "spp": args.spp,
             "max_error": args.spp.is_none().then_some(args.max_error),

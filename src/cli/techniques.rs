@@ -16,16 +16,16 @@ pub(crate) struct Args {
 pub(crate) fn run(args: &Args) -> Result<(), CliError> {
     match &args.technique {
         Some(name) => describe(find(name).map_err(CliError::input)?),
-        None => TECHNIQUES.iter().for_each(|entry| describe(entry)),
+        None => TECHNIQUES.iter().try_for_each(|entry| describe(entry)),
     }
-    Ok(())
 }
 
-fn describe(entry: &Entry) {
-    let bounces = match entry.bounces {
-        0 => "no indirect bounce",
-        1 => "one indirect bounce",
-        _ => "several indirect bounces",
+fn describe(entry: &Entry) -> Result<(), CliError> {
+    let default = entry.settings::<&str>(None, &[]).map_err(CliError::failed)?;
+    let bounces = match (entry.bounces)(&default) {
+        Some(0) => "no indirect bounce",
+        Some(1) => "one indirect bounce by default",
+        _ => "several indirect bounces by default",
     };
     say(&format!("{}: {} ({bounces})", entry.name, entry.summary));
     for (index, preset) in entry.presets.iter().enumerate() {
@@ -37,4 +37,5 @@ fn describe(entry: &Entry) {
         let unit = if setting.unit.is_empty() { String::new() } else { format!(" [{}]", setting.unit) };
         say(&format!("  --set {}={}{unit}: {}; {}", setting.name, setting.default, setting.help, setting.domain));
     }
+    Ok(())
 }

@@ -12,8 +12,8 @@ pub struct Entry {
     pub name: &'static str,
     /// What it is, in one line.
     pub summary: &'static str,
-    /// Number of indirect bounces that it computes; it is compared with the reference at this count.
-    pub bounces: u32,
+    /// Number of indirect bounces that it computes with these settings, `None` for all of them; it is compared with the reference at this count.
+    pub bounces: fn(&Settings) -> Option<u32>,
     /// Its settings, in groups.
     pub settings: &'static [&'static [Setting]],
     /// Its presets; the first is the default.

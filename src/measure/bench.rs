@@ -126,10 +126,15 @@ struct Run<'g> {
 fn run<'g>(gpu: &'g Gpu, scene: &Scene, case: &Case, settings: &BenchSettings) -> Result<Run<'g>, Error> {
     let (mut renderer, first_build) = Renderer::new(gpu, scene, case.entry, &case.settings, settings.frame)?;
     let builds = (0..settings.rebuilds).map(|_| renderer.rebuild()).collect::<Result<_, _>>()?;
-    renderer.render(&scene.camera)?;
+    (0..warm_up_frames(case)).try_for_each(|_| renderer.render(&scene.camera).map(drop))?;
     let frames = (0..settings.frames).map(|_| renderer.render(&scene.camera)).collect::<Result<_, _>>()?;
     let (indirect, counts) = (renderer.aov(Aov::Indirect)?, renderer.counts()?);
     Ok(Run { first_build, builds, frames, indirect, counts, _renderer: renderer })
+}
+
+/// Frames before those that are measured: one, but where each frame adds a bounce so many that ¾ to this power, 1% of the light, is left.
+fn warm_up_frames(case: &Case) -> u32 {
+    if (case.entry.bounces)(&case.settings).is_some() { 1 } else { 16 }
 }
 
 impl Run<'_> {

@@ -10,6 +10,7 @@ use crate::gi::settings::Value;
 use crate::graph::{Gpu, PassTimes};
 use crate::image::{Aov, GuideImage, Image};
 use crate::metrics::{Channel, Comparison, Errors, Flip, MetricError, compare, exposure_of, flip};
+use crate::reference::Bounces;
 use crate::scene::Scene;
 
 use super::stages::StageTimes;
@@ -78,8 +79,8 @@ impl ErrorReport {
 /// The reference that an error was taken against, and its own noise: no error below that noise means anything.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ReferenceInfo {
-    /// Indirect bounces.
-    pub bounces: u32,
+    /// Indirect bounces; `full` for all of them.
+    pub bounces: Bounces,
     /// Mean number of samples per pixel.
     pub samples_per_pixel: f64,
     /// Standard error of the indirect radiance of a pixel, relative to the image's mean.

@@ -43,6 +43,15 @@ pub enum Bounces {
     Full,
 }
 
+impl serde::Serialize for Bounces {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Bounces::Count(count) => serializer.serialize_u32(*count),
+            Bounces::Full => serializer.serialize_str("full"),
+        }
+    }
+}
+
 /// Where in a pixel the camera looks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Filter {

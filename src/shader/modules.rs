@@ -3,6 +3,8 @@
 /// Stem and SPIR-V.
 #[rustfmt::skip]
 pub(super) static MODULES: &[(&str, &[u8])] = &[
+    ("gi/cone/bounce.comp", include_bytes!("../../spirv/gi/cone/bounce.comp.spv")),
+    ("gi/cone/bounce_svo.comp", include_bytes!("../../spirv/gi/cone/bounce_svo.comp.spv")),
     ("gi/cone/gather.comp", include_bytes!("../../spirv/gi/cone/gather.comp.spv")),
     ("gi/cone/gather_svo.comp", include_bytes!("../../spirv/gi/cone/gather_svo.comp.spv")),
     ("gi/cone/specular.comp", include_bytes!("../../spirv/gi/cone/specular.comp.spv")),
@@ -18,6 +20,7 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     ("gi/svo/scan_nodes.comp", include_bytes!("../../spirv/gi/svo/scan_nodes.comp.spv")),
     ("gi/svo/transfer_borders.comp", include_bytes!("../../spirv/gi/svo/transfer_borders.comp.spv")),
     ("gi/svo/write_leaves.comp", include_bytes!("../../spirv/gi/svo/write_leaves.comp.spv")),
+    ("gi/voxel/bounce_rays.comp", include_bytes!("../../spirv/gi/voxel/bounce_rays.comp.spv")),
     ("gi/voxel/count_blocks.comp", include_bytes!("../../spirv/gi/voxel/count_blocks.comp.spv")),
     ("gi/voxel/fragments.frag", include_bytes!("../../spirv/gi/voxel/fragments.frag.spv")),
     ("gi/voxel/fragments.geom", include_bytes!("../../spirv/gi/voxel/fragments.geom.spv")),

@@ -31,18 +31,24 @@ pub fn cases() -> Vec<Case> {
 
 /// Every preset of every technique that computes a bounce.
 pub fn bounce_cases() -> Vec<Case> {
-    cases().into_iter().filter(|case| case.entry.bounces > 0).collect()
+    cases().into_iter().filter(|case| case.bounces() > 0).collect()
 }
 
 /// The default preset of every technique that computes a bounce.
 pub fn default_cases() -> Vec<Case> {
-    TECHNIQUES.iter().filter(|entry| entry.bounces > 0).map(|entry| Case { entry, preset: entry.presets.first().map(|preset| preset.name) }).collect()
+    let default = |entry: &&'static Entry| Case { entry, preset: entry.presets.first().map(|preset| preset.name) };
+    TECHNIQUES.iter().map(default).filter(|case| case.bounces() > 0).collect()
 }
 
 impl Case {
     /// `technique` or `technique.preset`.
     pub fn name(&self) -> String {
         self.preset.map_or(self.entry.name.to_owned(), |preset| format!("{}.{preset}", self.entry.name))
+    }
+
+    /// Number of indirect bounces of the preset.
+    pub fn bounces(&self) -> u32 {
+        (self.entry.bounces)(&self.settings(&[])).expect("presets have a fixed number of bounces")
     }
 
     /// The preset's settings, and those of `pairs` that the technique has.

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // voxel.light: the radiance of each occupied voxel, from the flux injected into it (or, with INJECTION_VOXEL, from its own albedo, normal and the
-// shadow maps), plus what it emits. A voxel that no texel fell into although the light reaches it is a hole of the sampling: it is lit from its own
+// shadow maps), plus what it emits, plus what it reflects of the light that voxel.bounce gathered. A voxel that no texel fell into although the light reaches it is a hole of the sampling: it is lit from its own
 // attributes and counted.
 layout(local_size_x = 64) in;
 
@@ -11,6 +11,8 @@ layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint INJECTION_VOXEL = 0;
 layout(constant_id = 1) const uint EMISSIVE = 0;
 layout(constant_id = 2) const uint SIDES = 1;   // 2: a radiance for each side of a voxel, front first
+layout(constant_id = 3) const uint INDIRECT = 0;   // with what voxel.bounce gathered
+layout(constant_id = 4) const uint COUNTING = 1;   // holes are counted; not when the same voxels are lit again in one frame
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer LightViews { LightView light_views[]; };
 layout(set = 1, binding = 1) uniform texture2DArray shadow_maps;
@@ -19,8 +21,9 @@ layout(std430, set = 1, binding = 3) restrict readonly buffer VoxelEmission { ve
 layout(std430, set = 1, binding = 4) restrict readonly buffer Flux { uint flux[]; };
 layout(std430, set = 1, binding = 5) restrict writeonly buffer VoxelRadiance { uvec2 voxel_radiance[]; };   // a side: half floats r, g, b, opacity
 layout(std430, set = 1, binding = 6) restrict buffer LightCounters { uint lost_texels; uint filled_voxels; };
+layout(std430, set = 1, binding = 7) restrict readonly buffer VoxelIrradiance { uvec2 voxel_irradiance[]; };   // a side: E/π of the bounces, half floats
 #ifdef DENSE
-layout(set = 1, binding = 7, rgba16f) uniform restrict writeonly image3D dense_radiance;
+layout(set = 1, binding = 8, rgba16f) uniform restrict writeonly image3D dense_radiance;
 #endif
 
 layout(push_constant) uniform LightParams {
@@ -75,12 +78,19 @@ vec3 reflected(Voxel voxel, uint side, vec3 normal, bool one_plane) {
     float lit = injected(side, 3u) * params.area_unit;
     if (lit == 0.0) {
         vec3 radiance = shade(voxel, normal, one_plane);
-        if (any(greaterThan(radiance, vec3(0.0)))) atomicAdd(filled_voxels, 1u);
+        if (COUNTING != 0u && any(greaterThan(radiance, vec3(0.0)))) atomicAdd(filled_voxels, 1u);
         return radiance;
     }
     float area = unpackHalf2x16(voxel.z_area >> 16).x;
     area *= seen_share(voxel);
     return vec3(injected(side, 0u), injected(side, 1u), injected(side, 2u)) * params.flux_unit / (area > SLIVER ? area : max(area, lit));
+}
+
+// ρ/π E of the light that reaches a voxel, or one side of it, from other voxels.
+vec3 indirect(Voxel voxel, uint side) {
+    if (INDIRECT == 0u) return vec3(0.0);
+    uvec2 packed = voxel_irradiance[side];
+    return unpack_albedo(voxel.albedo) * vec3(unpackHalf2x16(packed.x), unpackHalf2x16(packed.y).x);
 }
 
 void main() {
@@ -93,17 +103,21 @@ void main() {
     vec3 normal = SIDES == 2u ? front_of(voxel) : mean_normal / max(length(mean_normal), 1e-6);
     vec4 emission = EMISSIVE != 0u ? voxel_emission[index] : vec4(0.0);
     emission.rgb /= seen_share(voxel);
-    vec3 mean_radiance = vec3(0.0);
+    vec3 mean_radiance = vec3(0.0), mean_indirect = vec3(0.0);
     for (uint side = 0u; side < SIDES; ++side) {
         vec3 radiance = reflected(voxel, SIDES * index + side, side == 0u ? normal : -normal, one_plane);
         radiance += emission.rgb * (SIDES == 1u ? 1.0 : side == 0u ? emission.w : 1.0 - emission.w);
-        radiance = min(radiance, vec3(LARGEST_HALF));
+        mean_radiance += min(radiance, vec3(LARGEST_HALF));
+        vec3 bounced = indirect(voxel, SIDES * index + side);
+        // Isotropic, it is what the front reflects, but the mean of opposed sides: as voxel.bounce has it for a voxel of one radiance.
+        mean_indirect += bounced * (SIDES == 1u ? 1.0 : is_opposed(voxel) ? 0.5 : side == 0u ? 1.0 : 0.0);
+        radiance = min(radiance + bounced, vec3(LARGEST_HALF));
         voxel_radiance[SIDES * index + side] = uvec2(packHalf2x16(radiance.rg), packHalf2x16(vec2(radiance.b, opacity)));
-        mean_radiance += radiance;
     }
 #ifdef DENSE
     vec2 seen = unpack_seen(voxel.coverage);
     if (SIDES == 2u) mean_radiance *= seen.x / seen.y;
+    mean_radiance = min(mean_radiance + mean_indirect, vec3(LARGEST_HALF));
     imageStore(dense_radiance, ivec3(voxel_coordinates(voxel.xy, voxel.z_area)), vec4(mean_radiance * opacity, opacity));
 #endif
 }

@@ -9,8 +9,9 @@ pub use sets::{Cone, ConeSet, cone_set};
 
 use crate::gi::Settings;
 use crate::gi::settings::{Domain, Setting};
-use crate::gi::voxel::VoxelGrid;
 use crate::gi::voxel::rays::LOOP_BUDGET;
+use crate::gi::voxel::voxelize::linear_groups;
+use crate::gi::voxel::{Bounces, VoxelGrid, Voxels};
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu, Image, Pass, PassBuilder, Sets, Shaders};
 use crate::render::{GBuffer, screen_groups, storage};
@@ -66,6 +67,32 @@ gpu_struct! {
     }
 }
 
+gpu_struct! {
+    /// Parameters of `voxel.bounce` by cones.
+    pub struct BounceConeParams {
+        /// xyz: first voxel of the piece of the grid that the voxels are of; w: voxels along an edge of the grid.
+        pub first_voxel: [f32; 4],
+        /// Number of occupied voxels.
+        pub voxel_count: u32,
+        /// β.
+        pub step_factor: f32,
+        /// g.
+        pub opacity_exponent: f32,
+        /// k; 0: off.
+        pub height_clamp: f32,
+        /// Longest distance (voxels).
+        pub max_distance: f32,
+        /// Start along the normal (voxels).
+        pub start_offset: f32,
+        /// First cone of this dispatch.
+        pub first_cone: u32,
+        /// One beyond its last cone.
+        pub end_cone: u32,
+        /// Width of a stratum of sin²θ.
+        pub jitter: f32,
+    }
+}
+
 const GATHER_BINDINGS: [Binding; 4] = [
     Binding::sampled("view_depth", Access::ComputeSampled),
     Binding::sampled("normals", Access::ComputeSampled),
@@ -79,6 +106,12 @@ const SPECULAR_BINDINGS: [Binding; 5] = [
     Binding::sampled("albedo", Access::ComputeSampled),
     Binding::sampled("specular", Access::ComputeSampled),
     Binding::image("indirect_specular", Access::ComputeWrite),
+];
+
+const BOUNCE_BINDINGS: [Binding; 3] = [
+    Binding::buffer("voxel_records", Access::ComputeRead),
+    Binding::buffer("cones", Access::ComputeRead),
+    Binding::buffer("voxel_irradiance", Access::ComputeReadWrite),
 ];
 
 const DENSE: Binding = Binding::sampled("voxels", Access::ComputeSampled);
@@ -104,12 +137,26 @@ static SPECULAR_SPARSE_BINDINGS: [Binding; 7] = {
     [a, b, c, d, e, nodes, bricks]
 };
 
+static BOUNCE_DENSE_BINDINGS: [Binding; 4] = {
+    let [a, b, c] = BOUNCE_BINDINGS;
+    [a, b, c, DENSE]
+};
+
+static BOUNCE_SPARSE_BINDINGS: [Binding; 5] = {
+    let ([a, b, c], [nodes, bricks]) = (BOUNCE_BINDINGS, SPARSE);
+    [a, b, c, nodes, bricks]
+};
+
 const fn gather_pass(shader: &'static str, bindings: &'static [Binding]) -> Pass {
     Pass { name: "cone.gather", shaders: Shaders::Compute(shader), bindings, push_bytes: size_of::<ConeParams>() as u32, sets: Sets::Scene }
 }
 
 const fn specular_pass(shader: &'static str, bindings: &'static [Binding]) -> Pass {
     Pass { name: "cone.specular", shaders: Shaders::Compute(shader), bindings, push_bytes: size_of::<SpecularParams>() as u32, sets: Sets::Scene }
+}
+
+const fn bounce_pass(shader: &'static str, bindings: &'static [Binding]) -> Pass {
+    Pass { name: "voxel.bounce", shaders: Shaders::Compute(shader), bindings, push_bytes: size_of::<BounceConeParams>() as u32, sets: Sets::Scene }
 }
 
 /// E = π Σ w L over a set of cones. Reads the G-buffer and a dense radiance volume with mips, writes RGBA32F (irradiance, ambient visibility).
@@ -124,11 +171,17 @@ pub static SPECULAR: Pass = specular_pass("gi/cone/specular.comp", &SPECULAR_DEN
 /// As [`SPECULAR`], through a sparse voxel octree.
 pub static SPECULAR_SPARSE: Pass = specular_pass("gi/cone/specular_svo.comp", &SPECULAR_SPARSE_BINDINGS);
 
+/// E/π = Σ w L over a set of cones from each voxel. Reads voxels and a dense radiance volume with mips, writes half floats; a thread a voxel.
+pub static BOUNCE: Pass = bounce_pass("gi/cone/bounce.comp", &BOUNCE_DENSE_BINDINGS);
+
+/// As [`BOUNCE`], through a sparse voxel octree.
+pub static BOUNCE_SPARSE: Pass = bounce_pass("gi/cone/bounce_svo.comp", &BOUNCE_SPARSE_BINDINGS);
+
 /// The passes through a dense volume.
-pub static PASSES: &[&Pass] = &[&GATHER, &SPECULAR];
+pub static PASSES: &[&Pass] = &[&GATHER, &SPECULAR, &BOUNCE];
 
 /// The passes through a sparse volume.
-pub static SPARSE_PASSES: &[&Pass] = &[&GATHER_SPARSE, &SPECULAR_SPARSE];
+pub static SPARSE_PASSES: &[&Pass] = &[&GATHER_SPARSE, &SPECULAR_SPARSE, &BOUNCE_SPARSE];
 
 /// What cones march through.
 #[derive(Clone, Copy)]
@@ -163,7 +216,8 @@ impl Volume<'_> {
 }
 
 /// All structs that this module shares with shaders.
-pub static STRUCTS: &[(&str, &[Field])] = &[(ConeParams::NAME, ConeParams::FIELDS), (SpecularParams::NAME, SpecularParams::FIELDS)];
+pub static STRUCTS: &[(&str, &[Field])] =
+    &[(ConeParams::NAME, ConeParams::FIELDS), (SpecularParams::NAME, SpecularParams::FIELDS), (BounceConeParams::NAME, BounceConeParams::FIELDS)];
 
 /// Settings of cones.
 pub static SETTINGS: &[Setting] = &[
@@ -247,19 +301,35 @@ pub struct ConeSettings {
     ao_falloff: f32,
 }
 
-/// A cone set on the device, and how it is traced.
+/// A cone set on the device.
+struct DeviceSet {
+    cones: Arc<Buffer>,
+    count: u32,
+    jitter: f32,
+}
+
+impl DeviceSet {
+    fn new(gpu: &Gpu, name: &str, set: &ConeSet) -> Result<Self, Error> {
+        let rows: Vec<[f32; 4]> = set.cones.iter().map(|cone| [cone.sin2_theta, cone.phi_rad, cone.tan_half_aperture, cone.weight]).collect();
+        Ok(DeviceSet { cones: storage(gpu, name, bytemuck::cast_slice(&rows))?, count: rows.len() as u32, jitter: set.stratum })
+    }
+}
+
+/// Cone sets on the device, and how they are traced.
 pub struct ConeTracer {
     settings: ConeSettings,
-    cones: Arc<Buffer>,
-    cone_count: u32,
-    jitter: f32,
+    /// Of a pixel.
+    set: DeviceSet,
+    /// Of a voxel, where voxels gather.
+    bounce_set: Option<DeviceSet>,
 }
 
 impl ConeTracer {
     /// From a technique's settings.
     pub fn new(gpu: &Gpu, settings: &Settings) -> Result<Self, Error> {
-        let set = cone_set(settings.count("cones"), settings.is("cone_set", "disc"), settings.number("aperture_scale"));
-        let rows: Vec<[f32; 4]> = set.cones.iter().map(|cone| [cone.sin2_theta, cone.phi_rad, cone.tan_half_aperture, cone.weight]).collect();
+        let aperture_scale = settings.number("aperture_scale");
+        let set = cone_set(settings.count("cones"), settings.is("cone_set", "disc"), aperture_scale);
+        let bounce_set = cone_set(settings.count("bounce_directions"), true, aperture_scale);
         Ok(ConeTracer {
             settings: ConeSettings {
                 interleave: settings.count("interleave"),
@@ -270,21 +340,17 @@ impl ConeTracer {
                 max_distance_m: settings.number("max_distance"),
                 ao_falloff: settings.number("ao_falloff"),
             },
-            cones: storage(gpu, "cone.set", bytemuck::cast_slice(&rows))?,
-            cone_count: rows.len() as u32,
-            jitter: set.stratum,
+            set: DeviceSet::new(gpu, "cone.set", &set)?,
+            bounce_set: Bounces::new(settings).any().then(|| DeviceSet::new(gpu, "cone.bounce_set", &bounce_set)).transpose()?,
         })
     }
 
-    /// Adds the diffuse gather, in as many dispatches as keep the steps of one pixel's cones within `LOOP_BUDGET`.
+    /// Adds the diffuse gather.
     pub fn gather<'v>(&self, frame: &mut Frame, gbuffer: &GBuffer, grid: &VoxelGrid, volume: impl Into<Volume<'v>>, result: &Arc<Image>) {
         let volume = volume.into();
         let pass = if matches!(volume, Volume::Dense(_)) { &GATHER } else { &GATHER_SPARSE };
         let s = &self.settings;
-        // A cone is longest across the cube's diagonal, √3 n voxels, in steps of no less than β voxels.
-        let steps = (1.8 * grid.resolution as f32 / s.step_factor).ceil() as u32 + 1;
-        let cones_a_dispatch = (LOOP_BUDGET / steps).max(1);
-        for first_cone in (0..self.cone_count).step_by(cones_a_dispatch as usize) {
+        for [first_cone, end_cone] in self.dispatches(grid, &self.set) {
             let params = ConeParams {
                 grid: grid.row(),
                 resolution: grid.resolution as f32,
@@ -295,13 +361,47 @@ impl ConeTracer {
                 ao_falloff: s.ao_falloff,
                 start_offset: s.start_offset,
                 first_cone,
-                end_cone: (first_cone + cones_a_dispatch).min(self.cone_count),
+                end_cone,
                 interleave: s.interleave,
-                jitter: self.jitter,
+                jitter: self.set.jitter,
             };
-            let builder = frame.pass(pass).bind(&gbuffer.view_depth).bind(&gbuffer.normals).bind(&self.cones).bind(result);
+            let builder = frame.pass(pass).bind(&gbuffer.view_depth).bind(&gbuffer.normals).bind(&self.set.cones).bind(result);
             volume.bind(builder).push(&params).dispatch(screen_groups(gbuffer.size));
         }
+    }
+
+    /// Adds `voxel.bounce` for the voxels of a grid, or of a piece of it: what reaches each, E/π, into `irradiance`. Nothing where the settings have one
+    /// bounce.
+    pub fn bounce<'v>(&self, frame: &mut Frame, grid: &VoxelGrid, voxels: &Voxels, volume: impl Into<Volume<'v>>, irradiance: &Arc<Buffer>) {
+        let volume = volume.into();
+        let Some(set) = &self.bounce_set else { return };
+        let pass = if matches!(volume, Volume::Dense(_)) { &BOUNCE } else { &BOUNCE_SPARSE };
+        let s = &self.settings;
+        let first_voxel = ((voxels.grid.origin - grid.origin) / grid.voxel_size).round();
+        for [first_cone, end_cone] in self.dispatches(grid, set) {
+            let params = BounceConeParams {
+                first_voxel: first_voxel.extend(grid.resolution as f32).to_array(),
+                voxel_count: voxels.voxel_count,
+                step_factor: s.step_factor,
+                opacity_exponent: s.opacity_exponent,
+                height_clamp: s.height_clamp,
+                max_distance: self.max_distance(grid),
+                start_offset: s.start_offset,
+                first_cone,
+                end_cone,
+                jitter: set.jitter,
+            };
+            let builder = frame.pass(pass).bind(&voxels.records).bind(&set.cones).bind(irradiance);
+            volume.bind(builder).push(&params).dispatch(linear_groups(voxels.voxel_count));
+        }
+    }
+
+    /// First cone, and one beyond the last, of as many dispatches as keep the steps of one thread's cones within `LOOP_BUDGET`.
+    fn dispatches(&self, grid: &VoxelGrid, set: &DeviceSet) -> Vec<[u32; 2]> {
+        // A cone is longest across the cube's diagonal, √3 n voxels, in steps of no less than β voxels.
+        let steps = (1.8 * grid.resolution as f32 / self.settings.step_factor).ceil() as u32 + 1;
+        let cones_a_dispatch = (LOOP_BUDGET / steps).max(1);
+        (0..set.count).step_by(cones_a_dispatch as usize).map(|first| [first, (first + cones_a_dispatch).min(set.count)]).collect()
     }
 
     /// Adds the specular cone; nothing in a scene without glossy surfaces.

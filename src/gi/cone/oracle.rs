@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3, DVec4, UVec3};
 
-use crate::gi::voxel::oracle::{Gathered, Receiver, hemisphere_direction};
+use crate::gi::voxel::oracle::{Gathered, Receiver, TraceVoxel, VoxelIndex, bounce_receiver, hemisphere_direction, voxel_pattern};
 
 /// One level of a dense volume: rgb is radiance [W/(m² sr)] times opacity, a is opacity.
 #[derive(Clone, Debug, PartialEq)]
@@ -187,6 +187,17 @@ pub fn gather(chain: &[Volume], receiver: &Receiver, cones: &[SetCone], placemen
         gathered.visibility += cone.weight * result.visibility;
     }
     gathered
+}
+
+/// E/π \[W/(m² sr)\] at a voxel by a set of cones, neighbours taking different patterns ([`voxel_pattern`]; that of `placement` is not used).
+pub fn bounce(chain: &[Volume], voxel: VoxelIndex, surface: &TraceVoxel, cones: &[SetCone], placement: &Placement, settings: &MarchSettings) -> DVec3 {
+    let pattern = voxel_pattern(voxel);
+    let seen = |(cone, number): (&SetCone, u32)| {
+        let receiver = bounce_receiver(voxel, surface, None, number);
+        let whole = gather(chain, &receiver, &[SetCone { weight: 1.0, ..*cone }], &Placement { pattern, ..*placement }, settings);
+        cone.weight / PI * whole.irradiance
+    };
+    cones.iter().zip(0..).map(seen).sum()
 }
 
 #[cfg(test)]

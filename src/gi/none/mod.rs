@@ -10,7 +10,7 @@ use crate::render::{GBuffer, GpuScene, LightMaps, screen_image};
 pub static ENTRY: Entry = Entry {
     name: "none",
     summary: "no indirect light",
-    bounces: 0,
+    bounces: |_| Some(0),
     settings: &[],
     presets: &[],
     passes: &[],

@@ -15,7 +15,7 @@ use super::cone::{self, ConeTracer, Volume};
 use super::interleave::{self, deinterleave};
 use super::registry::{Directions, Entry, Part, Stage};
 use super::settings::{Domain, Preset, Setting, Settings};
-use super::voxel::{self, Injection, VoxelSettings};
+use super::voxel::{self, Bounces, Injection, LightSettings, Sides, VoxelSettings};
 use super::{Context, IndirectLight, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image, Pass};
 use crate::render::{GBuffer, GpuScene, LightMaps, screen_image};
@@ -107,7 +107,7 @@ pub static STRUCTS: &[(&str, &[Field])] = &[
 pub static ENTRY: Entry = Entry {
     name: "svo",
     summary: "sparse voxel octree with bricks, cone-traced",
-    bounces: 1,
+    bounces: |settings| Bounces::new(settings).count(),
     settings: &[voxel::SETTINGS, SETTINGS, cone::SETTINGS],
     presets: PRESETS,
     passes: &[voxel::PASSES, PASSES, cone::SPARSE_PASSES, interleave::PASSES],
@@ -132,6 +132,7 @@ pub static ENTRY: Entry = Entry {
         &Stage { name: "leaf writing", part: Part::Store, passes: &["svo.merge_radiance", "svo.write_leaves"] },
         &Stage { name: "border transfer", part: Part::Store, passes: &["svo.transfer_borders"] },
         &Stage { name: "mip filtering", part: Part::Store, passes: &["svo.filter"] },
+        &voxel::BOUNCES,
         &Stage { name: "gather", part: Part::Picture, passes: &["cone.gather", "gi.deinterleave"] },
         &Stage { name: "specular", part: Part::Picture, passes: &["cone.specular"] },
     ],
@@ -149,7 +150,7 @@ struct Store {
 
 /// The technique and what it keeps.
 struct Svo {
-    injection: Injection,
+    light_settings: LightSettings,
     bricks: BrickSettings,
     cones: ConeTracer,
     interleave: u32,
@@ -170,7 +171,7 @@ fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>
         _ => 2,
     };
     Ok(Box::new(Svo {
-        injection: Injection::new(settings),
+        light_settings: LightSettings::new(settings, Sides::One),
         bricks: BrickSettings { corners: settings.is("lattice", "corners"), filter, is_split: settings.is("filter_split", "three") },
         cones: ConeTracer::new(gpu, settings)?,
         interleave,
@@ -184,11 +185,17 @@ fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>
     }))
 }
 
+impl Svo {
+    fn volume<'s>(&self, store: &'s Store) -> Volume<'s> {
+        Volume::Sparse { nodes: &store.nodes.nodes, bricks: &store.bricks.image, corners: self.bricks.corners }
+    }
+}
+
 impl Technique for Svo {
     fn build(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
         // The old store goes first, so that rebuilding needs no more memory than building.
         self.store = None;
-        let (voxels, occupancy, mut stats) = self.voxelizer.run(context.gpu, context.scene, self.injection)?;
+        let (voxels, occupancy, mut stats) = self.voxelizer.run(context.gpu, context.scene, self.light_settings)?;
         let (nodes, built) = NodePool::build(context.gpu, &occupancy, self.bricks.corners)?;
         stats.append(built);
         // Needed no more, and the bricks are the largest of all.
@@ -199,18 +206,28 @@ impl Technique for Svo {
     }
 
     fn needs_rsm(&self) -> bool {
-        self.injection == Injection::Rsm
+        self.light_settings.injection == Injection::Rsm
     }
 
     fn update(&mut self, frame: &mut Frame, _scene: &GpuScene, maps: &LightMaps) {
         let Some(store) = &self.store else { return };
+        let volume = self.volume(store);
+        let filter = |frame: &mut Frame| store.bricks.update(frame, &store.nodes, &store.voxels.radiance);
         store.voxels.update(frame, maps);
-        store.bricks.update(frame, &store.nodes, &store.voxels.radiance);
+        filter(frame);
+        for _ in 0..self.light_settings.bounces.before_the_picture() {
+            store.voxels.bounce(frame, &self.cones, volume);
+            store.voxels.relight(frame, maps);
+            filter(frame);
+        }
+        if self.light_settings.bounces == Bounces::Feedback {
+            store.voxels.bounce(frame, &self.cones, volume);
+        }
     }
 
     fn gather(&mut self, frame: &mut Frame, _scene: &GpuScene, gbuffer: &GBuffer) -> IndirectLight {
         let Some(store) = &self.store else { return self.light.clone() };
-        let volume = Volume::Sparse { nodes: &store.nodes.nodes, bricks: &store.bricks.image, corners: self.bricks.corners };
+        let volume = self.volume(store);
         let target = self.interleaved.as_ref().unwrap_or(&self.light.diffuse);
         self.cones.gather(frame, gbuffer, &store.voxels.grid, volume, target);
         if let Some(interleaved) = &self.interleaved {

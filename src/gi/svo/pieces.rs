@@ -4,8 +4,9 @@ use std::sync::Arc;
 
 use glam::UVec3;
 
+use crate::gi::cone::{ConeTracer, Volume};
 use crate::gi::voxel::voxelize::{buffer, linear_groups};
-use crate::gi::voxel::{Injection, Sides, VoxelGrid, VoxelLight, VoxelSettings, Voxelizer, Voxels};
+use crate::gi::voxel::{LightSettings, VoxelGrid, VoxelLight, VoxelSettings, Voxelizer, Voxels};
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Buffer, Error, Frame, FrameStats, Gpu, Pass, Sets, Shaders};
 use crate::render::{GpuScene, LightMaps};
@@ -109,23 +110,23 @@ impl PieceVoxelizer {
     }
 
     /// Voxelizes. What is too large to bind is tried again in smaller pieces.
-    pub fn run(&mut self, gpu: &Gpu, scene: &GpuScene, injection: Injection) -> Result<(Pieces, Occupancy, FrameStats), Error> {
+    pub fn run(&mut self, gpu: &Gpu, scene: &GpuScene, light: LightSettings) -> Result<(Pieces, Occupancy, FrameStats), Error> {
         loop {
             let along = (self.voxelizers.len() as f64).cbrt().round() as u32;
-            match self.attempt(gpu, scene, injection, along) {
+            match self.attempt(gpu, scene, light, along) {
                 Err(Error::TooLarge { .. }) if self.grid.resolution / along > SMALLEST_PIECE => self.cut(gpu, 2 * along)?,
                 result => return result,
             }
         }
     }
 
-    fn attempt(&mut self, gpu: &Gpu, scene: &GpuScene, injection: Injection, along: u32) -> Result<(Pieces, Occupancy, FrameStats), Error> {
+    fn attempt(&mut self, gpu: &Gpu, scene: &GpuScene, settings: LightSettings, along: u32) -> Result<(Pieces, Occupancy, FrameStats), Error> {
         let mut stats = FrameStats::default();
         let mut pieces = Vec::with_capacity(self.voxelizers.len());
         for voxelizer in &mut self.voxelizers {
             let (voxels, cost) = voxelizer.run(gpu, scene)?;
             stats.append(cost);
-            let light = VoxelLight::new(gpu, scene, &voxels, injection, Sides::One)?;
+            let light = VoxelLight::new(gpu, scene, &voxels, settings)?;
             pieces.push(Piece { voxels, light });
         }
         let voxel_count = pieces.iter().map(|piece| piece.voxels.voxel_count).sum();
@@ -173,9 +174,28 @@ fn merge(gpu: &Gpu, grid: VoxelGrid, pieces: &[Piece], along: u32) -> Result<(Oc
 impl Pieces {
     /// Adds the passes that light the voxels.
     pub fn update(&self, frame: &mut Frame, maps: &LightMaps) {
-        let mut first_voxel = 0;
+        self.add_light(frame, |frame, piece| piece.light.update(frame, &piece.voxels, maps, None));
+    }
+
+    /// Adds the passes that light the voxels once more in the same frame, with what they gathered.
+    pub fn relight(&self, frame: &mut Frame, maps: &LightMaps) {
+        self.add_light(frame, |frame, piece| piece.light.relight(frame, &piece.voxels, maps, None));
+    }
+
+    /// Adds the passes by which the voxels gather.
+    pub fn bounce(&self, frame: &mut Frame, cones: &ConeTracer, volume: Volume<'_>) {
         for Piece { voxels, light } in &self.pieces {
-            light.update(frame, voxels, maps, None);
+            if let Some(irradiance) = &light.irradiance {
+                cones.bounce(frame, &self.grid, voxels, volume, irradiance);
+            }
+        }
+    }
+
+    fn add_light(&self, frame: &mut Frame, add: impl Fn(&mut Frame, &Piece)) {
+        let mut first_voxel = 0;
+        for piece in &self.pieces {
+            add(frame, piece);
+            let Piece { voxels, light } = piece;
             let bytes = 8 * u64::from(voxels.voxel_count);
             if self.pieces.len() > 1 && bytes > 0 {
                 frame.copy_buffer("svo.merge_radiance", (&light.radiance, 0), (&self.radiance, 8 * first_voxel), bytes);

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use super::Voxels;
 use super::voxelize::{buffer, linear_groups};
+use super::{Bounces, Voxels};
 use crate::gi::Settings;
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu, Image, Pass, Sets, Shaders};
@@ -60,7 +60,7 @@ pub static INJECT_RSM: Pass = Pass {
     sets: Sets::Scene,
 };
 
-const LIGHT_BINDINGS: [Binding; 7] = [
+const LIGHT_BINDINGS: [Binding; 8] = [
     Binding::buffer("light_views", Access::ComputeRead),
     Binding::sampled("shadow_maps", Access::ComputeSampled),
     Binding::buffer("voxels", Access::ComputeRead),
@@ -68,6 +68,7 @@ const LIGHT_BINDINGS: [Binding; 7] = [
     Binding::buffer("flux", Access::ComputeRead),
     Binding::buffer("voxel_radiance", Access::ComputeWrite),
     Binding::buffer("lost_texels", Access::ComputeReadWrite),
+    Binding::buffer("voxel_irradiance", Access::ComputeRead),
 ];
 
 /// Radiance of each occupied voxel, in compact order. A thread a voxel.
@@ -84,8 +85,8 @@ pub static LIGHT_DENSE: Pass = Pass {
     name: "voxel.light",
     shaders: Shaders::Compute("gi/voxel/light_voxels_dense.comp"),
     bindings: &{
-        let [a, b, c, d, e, f, g] = LIGHT_BINDINGS;
-        [a, b, c, d, e, f, g, Binding::image("dense_radiance", Access::ComputeWrite)]
+        let [a, b, c, d, e, f, g, h] = LIGHT_BINDINGS;
+        [a, b, c, d, e, f, g, h, Binding::image("dense_radiance", Access::ComputeWrite)]
     },
     push_bytes: size_of::<LightParams>() as u32,
     sets: Sets::Scene,
@@ -100,13 +101,6 @@ pub enum Injection {
     Voxel,
 }
 
-impl Injection {
-    /// From a technique's settings.
-    pub fn new(settings: &Settings) -> Self {
-        if settings.is("injection", "rsm") { Injection::Rsm } else { Injection::Voxel }
-    }
-}
-
 /// How the radiance of a voxel depends on the direction that it is seen from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sides {
@@ -116,16 +110,44 @@ pub enum Sides {
     Two = 2,
 }
 
+/// How voxels are lit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LightSettings {
+    /// Where their direct light comes from.
+    pub injection: Injection,
+    /// Radiances of a voxel.
+    pub sides: Sides,
+    /// Indirect bounces.
+    pub bounces: Bounces,
+}
+
+impl LightSettings {
+    /// From a technique's settings.
+    pub fn new(settings: &Settings, sides: Sides) -> Self {
+        let injection = if settings.is("injection", "rsm") { Injection::Rsm } else { Injection::Voxel };
+        LightSettings { injection, sides, bounces: Bounces::new(settings) }
+    }
+
+    /// One bounce of direct light.
+    pub fn direct(injection: Injection, sides: Sides) -> Self {
+        LightSettings { injection, sides, bounces: Bounces::Count(1) }
+    }
+}
+
+/// One integer step of lit area (voxel faces): 2⁻²⁴.
+const AREA_UNIT: f32 = 1.0 / 16_777_216.0;
+
 /// Light counters on the device.
 const COUNTERS_BYTES: u64 = 8;
 
 /// The light of the occupied voxels.
 pub struct VoxelLight {
-    injection: Injection,
-    /// Radiances of a voxel.
-    pub sides: Sides,
+    /// How they are lit.
+    pub settings: LightSettings,
     /// Radiance (W/(m² sr)) and opacity, four half floats a side of a voxel in compact order.
     pub radiance: Arc<Buffer>,
+    /// What the voxels gathered from each other, E/π (W/(m² sr)), as `radiance`; absent with one bounce.
+    pub irradiance: Option<Arc<Buffer>>,
     flux: Arc<Buffer>,
     counters: Arc<Buffer>,
     flux_unit: f32,
@@ -133,25 +155,32 @@ pub struct VoxelLight {
 
 impl VoxelLight {
     /// Allocates for these voxels.
-    pub fn new(gpu: &Gpu, scene: &GpuScene, voxels: &Voxels, injection: Injection, sides: Sides) -> Result<Self, Error> {
+    pub fn new(gpu: &Gpu, scene: &GpuScene, voxels: &Voxels, settings: LightSettings) -> Result<Self, Error> {
+        let LightSettings { injection, sides, bounces } = settings;
         let count = sides as u64 * u64::from(voxels.voxel_count);
+        let irradiance = bounces.any().then(|| buffer(gpu, "voxel.irradiance", 8 * count)).transpose()?;
+        if let (Some(irradiance), Bounces::Feedback) = (&irradiance, bounces) {
+            // The first frame reads what no frame before it has left.
+            let mut frame = Frame::new();
+            frame.fill(CLEAR_LIGHT, irradiance, 0);
+            gpu.submit(frame)?;
+        }
         Ok(VoxelLight {
-            injection,
-            sides,
+            settings,
             radiance: buffer(gpu, "voxel.radiance", 8 * count)?,
+            irradiance,
             flux: buffer(gpu, "voxel.flux", if injection == Injection::Rsm { 32 * count } else { 0 })?,
             counters: buffer(gpu, "voxel.light_counters", COUNTERS_BYTES)?,
             flux_unit: flux_unit(scene),
         })
     }
 
-    /// Adds the passes that light the voxels; with `dense` also mip 0 of a dense texture.
+    /// Adds the passes that light the voxels; with `dense` also mip 0 of a dense texture. With feedback they reflect what the last frame left in `irradiance`.
     pub fn update(&self, frame: &mut Frame, voxels: &Voxels, maps: &LightMaps, dense: Option<&Arc<Image>>) {
-        let area_unit = 0.5f32.powi(24);
         frame.fill(CLEAR_LIGHT, &self.counters, 0);
-        if let (Injection::Rsm, Some([normal, reflected])) = (self.injection, &maps.rsm) {
+        if let (Injection::Rsm, Some([normal, reflected])) = (self.settings.injection, &maps.rsm) {
             frame.fill(CLEAR_LIGHT, &self.flux, 0);
-            let params = InjectParams { grid: voxels.grid.row(), resolution: voxels.grid.resolution, flux_unit: self.flux_unit, area_unit };
+            let params = InjectParams { grid: voxels.grid.row(), resolution: voxels.grid.resolution, flux_unit: self.flux_unit, area_unit: AREA_UNIT };
             if maps.view_count > 0 {
                 let block = texel_block(maps.size, voxels.grid.resolution);
                 let groups = maps.size.div_ceil(8 * block);
@@ -166,12 +195,21 @@ impl VoxelLight {
                     .bind(&self.flux)
                     .bind(&self.counters)
                     .bind(&voxels.records)
-                    .constants(&[self.sides as u32, block])
+                    .constants(&[self.settings.sides as u32, block])
                     .push(&params)
                     .dispatch([groups, groups, maps.view_count]);
             }
         }
-        let params = LightParams { grid: voxels.grid.row(), voxel_count: voxels.voxel_count, flux_unit: self.flux_unit, area_unit };
+        self.add_light(frame, voxels, maps, dense, self.settings.bounces == Bounces::Feedback, true);
+    }
+
+    /// Adds the pass that lights the voxels once more in the same frame, now with what they reflect of `irradiance`.
+    pub fn relight(&self, frame: &mut Frame, voxels: &Voxels, maps: &LightMaps, dense: Option<&Arc<Image>>) {
+        self.add_light(frame, voxels, maps, dense, true, false);
+    }
+
+    fn add_light(&self, frame: &mut Frame, voxels: &Voxels, maps: &LightMaps, dense: Option<&Arc<Image>>, indirect: bool, counting: bool) {
+        let params = LightParams { grid: voxels.grid.row(), voxel_count: voxels.voxel_count, flux_unit: self.flux_unit, area_unit: AREA_UNIT };
         let pass = frame
             .pass(if dense.is_some() { &LIGHT_DENSE } else { &LIGHT })
             .bind(&maps.views)
@@ -180,9 +218,12 @@ impl VoxelLight {
             .bind(voxels.emission.as_ref().unwrap_or(&voxels.records))
             .bind(&self.flux)
             .bind(&self.radiance)
-            .bind(&self.counters);
+            .bind(&self.counters)
+            .bind(self.irradiance.as_ref().unwrap_or(&voxels.records));
         let pass = if let Some(image) = dense { pass.bind(image) } else { pass };
-        pass.constants(&[u32::from(self.injection == Injection::Voxel), u32::from(voxels.emission.is_some()), self.sides as u32])
+        let LightSettings { injection, sides, .. } = self.settings;
+        let is_shaded = injection == Injection::Voxel;
+        pass.constants(&[u32::from(is_shaded), u32::from(voxels.emission.is_some()), sides as u32, u32::from(indirect), u32::from(counting)])
             .push(&params)
             .dispatch(linear_groups(voxels.voxel_count));
     }

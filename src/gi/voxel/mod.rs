@@ -3,6 +3,7 @@
 //! Triangles become fragments (one a touched voxel) in one pass; fragments of one voxel become one voxel record. Occupied voxels have compact indices in
 //! a fixed order (`gi/voxel/grid.glsl`), so that only they are stored, lit and cleared. `oracle` is the CPU twin.
 
+pub mod bounce;
 pub mod export;
 mod grid;
 pub mod light;
@@ -12,8 +13,9 @@ pub mod passes;
 pub mod rays;
 pub mod voxelize;
 
+pub use bounce::{BOUNCE_RAYS, Bounces, bounce_rays};
 pub use grid::VoxelGrid;
-pub use light::{CLEAR_LIGHT, INJECT_RSM, Injection, LIGHT, LIGHT_DENSE, Sides, VoxelLight};
+pub use light::{CLEAR_LIGHT, INJECT_RSM, Injection, LIGHT, LIGHT_DENSE, LightSettings, Sides, VoxelLight};
 pub use list::{OccupiedVoxel, VoxelList, list_voxels};
 pub use passes::{FRAGMENTS_COMPUTE, FRAGMENTS_RASTER, FRAGMENTS_RASTER_HW};
 pub use rays::{GATHER_RAYS, RAY_SETTINGS, RaySettings, gather_rays};
@@ -61,6 +63,21 @@ pub static SETTINGS: &[Setting] = &[
         domain: Domain::Choice(&["rsm", "voxel"]),
         default: "rsm",
     },
+    Setting {
+        name: "bounces",
+        help: "indirect bounces: 1 (what voxels reflect of the lights and emit), 2 to 4 (voxels also reflect what they gather from each other, once more for \
+               each), or feedback (one more with each frame, from the voxels of the last one: all of them after some frames)",
+        unit: "",
+        domain: Domain::Choice(&["1", "2", "3", "4", "feedback"]),
+        default: "1",
+    },
+    Setting {
+        name: "bounce_directions",
+        help: "cones or rays by which each voxel, or each side of it, gathers a bounce; neighbours take different ones",
+        unit: "",
+        domain: Domain::Count { min: 1, max: 256 },
+        default: "8",
+    },
 ];
 
 /// All passes of this module.
@@ -77,6 +94,7 @@ pub static PASSES: &[&Pass] = &[
     &INJECT_RSM,
     &LIGHT,
     &LIGHT_DENSE,
+    &BOUNCE_RAYS,
     &GATHER_RAYS,
 ];
 
@@ -99,6 +117,9 @@ pub static VOXELIZATION: Stage = Stage {
 /// Direct light into voxels.
 pub static LIGHT_INJECTION: Stage = Stage { name: "light injection", part: Part::Store, passes: &["voxel.clear_light", "voxel.inject_rsm", "voxel.light"] };
 
+/// Light from voxel to voxel.
+pub static BOUNCES: Stage = Stage { name: "bounces", part: Part::Store, passes: &["voxel.bounce"] };
+
 /// All structs that this module shares with shaders.
 pub static STRUCTS: &[(&str, &[Field])] = &[
     (passes::FragmentParams::NAME, passes::FragmentParams::FIELDS),
@@ -110,5 +131,6 @@ pub static STRUCTS: &[(&str, &[Field])] = &[
     (passes::ResolveParams::NAME, passes::ResolveParams::FIELDS),
     (light::InjectParams::NAME, light::InjectParams::FIELDS),
     (light::LightParams::NAME, light::LightParams::FIELDS),
+    (bounce::BounceRayParams::NAME, bounce::BounceRayParams::FIELDS),
     (rays::RayParams::NAME, rays::RayParams::FIELDS),
 ];

@@ -92,9 +92,12 @@ pub struct RaySettings {
     /// Radiances of a voxel.
     pub sides: Sides,
     interleave: u32,
-    start_offset: f32,
-    self_height: f32,
-    contour_slack: f32,
+    /// Start along the normal (voxels).
+    pub start_offset: f32,
+    /// Lowest surface over the tangent plane that can be hit (voxels).
+    pub self_height: f32,
+    /// Slack of the contour test (voxels); negative: off.
+    pub contour_slack: f32,
     ao_falloff: f32,
 }
 
@@ -143,7 +146,7 @@ pub fn gather_rays(frame: &mut Frame, gbuffer: &GBuffer, voxels: &Voxels, light:
             .bind(&voxels.records)
             .bind(&light.radiance)
             .bind(result)
-            .constants(&[light.sides as u32])
+            .constants(&[light.settings.sides as u32])
             .push(&params)
             .dispatch(screen_groups(gbuffer.size));
     }

@@ -8,7 +8,9 @@ use super::cone::{self, ConeTracer};
 use super::interleave::{self, deinterleave};
 use super::registry::{Directions, Entry, Part, Stage};
 use super::settings::{Domain, Preset, Setting, Settings};
-use super::voxel::{self, Injection, RAY_SETTINGS, RaySettings, Sides, VoxelLight, VoxelSettings, Voxelizer, Voxels, gather_rays};
+use super::voxel::{
+    self, Bounces, Injection, LightSettings, RAY_SETTINGS, RaySettings, Sides, VoxelLight, VoxelSettings, Voxelizer, Voxels, bounce_rays, gather_rays,
+};
 use super::{Context, IndirectLight, Technique};
 use crate::graph::{Access, Binding, Error, Frame, FrameStats, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Pass, Sets, Shaders, vk};
 use crate::render::{GBuffer, GpuScene, LightMaps, screen_image};
@@ -74,7 +76,7 @@ static PRESETS: &[Preset] = &[
 pub static ENTRY: Entry = Entry {
     name: "voxel-mips",
     summary: "dense voxel mips, cone-traced",
-    bounces: 1,
+    bounces: |settings| Bounces::new(settings).count(),
     settings: &[voxel::SETTINGS, SETTINGS, cone::SETTINGS, RAY_SETTINGS],
     presets: PRESETS,
     passes: &[voxel::PASSES, &[&FILTER], cone::PASSES, interleave::PASSES],
@@ -84,6 +86,7 @@ pub static ENTRY: Entry = Entry {
         &Stage { name: "clearing", part: Part::Store, passes: &["voxel_mips.clear"] },
         &voxel::LIGHT_INJECTION,
         &Stage { name: "mip filtering", part: Part::Store, passes: &["voxel_mips.filter", "voxel_mips.blit"] },
+        &voxel::BOUNCES,
         &Stage { name: "gather", part: Part::Picture, passes: &["cone.gather", "voxel.gather_rays", "gi.deinterleave"] },
         &Stage { name: "specular", part: Part::Picture, passes: &["cone.specular"] },
     ],
@@ -99,7 +102,8 @@ pub static ENTRY: Entry = Entry {
 /// The technique and what it keeps.
 struct VoxelMips {
     mip_method: MipMethod,
-    injection: Injection,
+    light_settings: LightSettings,
+    bounce_directions: u32,
     rays: Option<RaySettings>,
     cones: ConeTracer,
     interleave: u32,
@@ -134,7 +138,8 @@ fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>
     };
     Ok(Box::new(VoxelMips {
         mip_method,
-        injection: Injection::new(settings),
+        light_settings: LightSettings::new(settings, rays.map_or(Sides::One, |rays| rays.sides)),
+        bounce_directions: settings.count("bounce_directions"),
         volume: (rays.is_none() || specular).then(|| volume(gpu, voxel_settings.resolution)).transpose()?,
         rays,
         cones: ConeTracer::new(gpu, settings)?,
@@ -163,6 +168,15 @@ fn volume(gpu: &Gpu, resolution: u32) -> Result<Arc<Image>, Error> {
 }
 
 impl VoxelMips {
+    fn add_bounce(&self, frame: &mut Frame, voxels: &Voxels, light: &VoxelLight) {
+        let Some(irradiance) = &light.irradiance else { return };
+        match (&self.rays, &self.volume) {
+            (Some(rays), _) => bounce_rays(frame, voxels, &light.radiance, irradiance, rays, self.bounce_directions),
+            (None, Some(volume)) => self.cones.bounce(frame, &voxels.grid, voxels, volume, irradiance),
+            (None, None) => unreachable!("cones have a volume to march through"),
+        }
+    }
+
     fn add_mips(&self, frame: &mut Frame, volume: &Arc<Image>) {
         if self.mip_method == MipMethod::Blit {
             frame.blit_mips("voxel_mips.blit", volume);
@@ -185,20 +199,32 @@ impl Technique for VoxelMips {
             frame.clear_image("voxel_mips.clear", volume, [0.0; 4]);
             stats.append(context.gpu.submit(frame)?);
         }
-        let light = VoxelLight::new(context.gpu, context.scene, &voxels, self.injection, self.rays.map_or(Sides::One, |rays| rays.sides))?;
+        let light = VoxelLight::new(context.gpu, context.scene, &voxels, self.light_settings)?;
         self.store = Some((voxels, light));
         Ok(stats)
     }
 
     fn needs_rsm(&self) -> bool {
-        self.injection == Injection::Rsm
+        self.light_settings.injection == Injection::Rsm
     }
 
     fn update(&mut self, frame: &mut Frame, _scene: &GpuScene, maps: &LightMaps) {
         let Some((voxels, light)) = &self.store else { return };
-        light.update(frame, voxels, maps, self.volume.as_ref());
-        if let Some(volume) = &self.volume {
+        let volume = self.volume.as_ref();
+        light.update(frame, voxels, maps, volume);
+        for _ in 0..self.light_settings.bounces.before_the_picture() {
+            // Rays see the finest level alone, so mips are for the picture only.
+            if let (None, Some(volume)) = (&self.rays, volume) {
+                self.add_mips(frame, volume);
+            }
+            self.add_bounce(frame, voxels, light);
+            light.relight(frame, voxels, maps, volume);
+        }
+        if let Some(volume) = volume {
             self.add_mips(frame, volume);
+        }
+        if self.light_settings.bounces == Bounces::Feedback {
+            self.add_bounce(frame, voxels, light);
         }
     }
 

@@ -1,9 +1,10 @@
-//! CPU twins of the voxel passes: what `voxel.fragments`, `voxel.resolve`, the compact index, `voxel.light` and `voxel.gather_rays` must give.
+//! CPU twins of the voxel passes: what `voxel.fragments`, `voxel.resolve`, the compact index, `voxel.light`, `voxel.gather_rays` and `voxel.bounce` must give.
 //!
 //! Everything is naive: every voxel against every triangle, every ray against every voxel, every shadow ray against every triangle, in f64. The one
 //! thing in f32 is the position of a vertex in the grid ([`Grid::position`]), because that rounding *defines* the surface that is voxelized.
 //! Lengths are voxels (grid space) unless a name ends in `_m`; areas are voxel faces, h² each; light is in the units of the radiometric contract.
 
+mod bounce;
 mod fragments;
 mod index;
 mod light;
@@ -12,6 +13,7 @@ mod rays;
 mod tests;
 mod touching;
 
+pub use bounce::{bounce_rays, bounce_receiver, voxel_pattern};
 pub use fragments::{Fragment, OPPOSED, VoxelSum, fragments, resolve, voxelize};
 pub use index::{block_bases, compact_order, occupancy_words};
 pub use light::{inject, inject_sides, reflected_flux, shade_voxel, voxel_flux};

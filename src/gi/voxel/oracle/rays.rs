@@ -138,7 +138,7 @@ fn hit_margin(voxel: VoxelIndex, surface: &TraceVoxel, origin: DVec3, direction:
 }
 
 /// Whether a ray sees the back of a voxel that it hits. Of several planes that are not opposed, a corner's, it sees the front if it meets that of any.
-fn sees_back(voxel: &TraceVoxel, direction: DVec3) -> bool {
+pub(super) fn sees_back(voxel: &TraceVoxel, direction: DVec3) -> bool {
     match voxel.opposed_axis {
         Some(axis) => direction[axis] > 0.0,
         None if voxel.mean_normal.length_squared() >= ONE_PLANE => direction.dot(voxel.mean_normal) > 0.0,
