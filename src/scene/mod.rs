@@ -27,6 +27,7 @@ pub use error::SceneError;
 pub use light::Light;
 pub use load::LoadOptions;
 pub use material::{Material, Specular};
+pub(crate) use motion::union;
 pub use motion::{Keyframe, Motion, Pose};
 pub use texture::{Texture, TextureKind};
 

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use super::Voxels;
 use super::voxelize::{buffer, linear_groups};
+use super::{VoxelGrid, Voxels};
 use crate::gi::Settings;
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu, Image, Pass, Sets, Shaders};
@@ -29,12 +29,14 @@ gpu_struct! {
     pub struct LightParams {
         /// xyz: smallest corner of the grid (m); w: voxel size (m).
         pub grid: [f32; 4],
-        /// Number of occupied voxels.
+        /// Number of records.
         pub voxel_count: u32,
         /// One integer step of r, g, b (W/(m² sr)).
         pub flux_unit: f32,
         /// One integer step of lit area (voxel faces).
         pub area_unit: f32,
+        /// Voxels along an edge of the grid.
+        pub resolution: u32,
     }
 }
 
@@ -60,7 +62,7 @@ pub static INJECT_RSM: Pass = Pass {
     sets: Sets::Scene,
 };
 
-const LIGHT_BINDINGS: [Binding; 7] = [
+const LIGHT_BINDINGS: [Binding; 9] = [
     Binding::buffer("light_views", Access::ComputeRead),
     Binding::sampled("shadow_maps", Access::ComputeSampled),
     Binding::buffer("voxels", Access::ComputeRead),
@@ -68,6 +70,8 @@ const LIGHT_BINDINGS: [Binding; 7] = [
     Binding::buffer("flux", Access::ComputeRead),
     Binding::buffer("voxel_radiance", Access::ComputeWrite),
     Binding::buffer("lost_texels", Access::ComputeReadWrite),
+    Binding::buffer("occupancy", Access::ComputeRead),
+    Binding::buffer("block_bases", Access::ComputeRead),
 ];
 
 /// Radiance of each occupied voxel, in compact order. A thread a voxel.
@@ -84,8 +88,8 @@ pub static LIGHT_DENSE: Pass = Pass {
     name: "voxel.light",
     shaders: Shaders::Compute("gi/voxel/light_voxels_dense.comp"),
     bindings: &{
-        let [a, b, c, d, e, f, g] = LIGHT_BINDINGS;
-        [a, b, c, d, e, f, g, Binding::image("dense_radiance", Access::ComputeWrite)]
+        let [a, b, c, d, e, f, g, h, i] = LIGHT_BINDINGS;
+        [a, b, c, d, e, f, g, h, i, Binding::image("dense_radiance", Access::ComputeWrite)]
     },
     push_bytes: size_of::<LightParams>() as u32,
     sets: Sets::Scene,
@@ -124,6 +128,8 @@ pub struct VoxelLight {
     injection: Injection,
     /// Radiances of a voxel.
     pub sides: Sides,
+    /// Voxels that there is room for.
+    pub capacity: u32,
     /// Radiance (W/(m² sr)) and opacity, four half floats a side of a voxel in compact order.
     pub radiance: Arc<Buffer>,
     flux: Arc<Buffer>,
@@ -132,10 +138,12 @@ pub struct VoxelLight {
 }
 
 impl VoxelLight {
-    /// Allocates for these voxels.
+    /// Allocates for as many voxels as these have room for.
     pub fn new(gpu: &Gpu, scene: &GpuScene, voxels: &Voxels, injection: Injection, sides: Sides) -> Result<Self, Error> {
-        let count = sides as u64 * u64::from(voxels.voxel_count);
+        let capacity = voxels.capacity();
+        let count = sides as u64 * u64::from(capacity);
         Ok(VoxelLight {
+            capacity,
             injection,
             sides,
             radiance: buffer(gpu, "voxel.radiance", 8 * count)?,
@@ -169,7 +177,8 @@ impl VoxelLight {
                     .dispatch([maps.size.div_ceil(8), maps.size.div_ceil(8), maps.view_count]);
             }
         }
-        let params = LightParams { grid: voxels.grid.row(), voxel_count: voxels.voxel_count, flux_unit: self.flux_unit, area_unit };
+        let VoxelGrid { resolution, .. } = voxels.grid;
+        let params = LightParams { grid: voxels.grid.row(), voxel_count: voxels.voxel_count, flux_unit: self.flux_unit, area_unit, resolution };
         let pass = frame
             .pass(if dense.is_some() { &LIGHT_DENSE } else { &LIGHT })
             .bind(&maps.views)
@@ -178,9 +187,12 @@ impl VoxelLight {
             .bind(voxels.emission.as_ref().unwrap_or(&voxels.records))
             .bind(&self.flux)
             .bind(&self.radiance)
-            .bind(&self.counters);
+            .bind(&self.counters)
+            .bind(&voxels.occupancy)
+            .bind(&voxels.block_bases);
         let pass = if let Some(image) = dense { pass.bind(image) } else { pass };
-        pass.constants(&[u32::from(self.injection == Injection::Voxel), u32::from(voxels.emission.is_some()), self.sides as u32])
+        let is_shaded = u32::from(self.injection == Injection::Voxel);
+        pass.constants(&[is_shaded, u32::from(voxels.emission.is_some()), self.sides as u32, u32::from(voxels.is_dynamic)])
             .push(&params)
             .dispatch(linear_groups(voxels.voxel_count));
     }

@@ -3,6 +3,7 @@
 //! Triangles become fragments (one a touched voxel) in one pass; fragments of one voxel become one voxel record. Occupied voxels have compact indices in
 //! a fixed order (`gi/voxel/grid.glsl`), so that only they are stored, lit and cleared. `oracle` is the CPU twin.
 
+pub mod dynamic;
 pub mod export;
 mod grid;
 pub mod light;
@@ -12,6 +13,7 @@ pub mod passes;
 pub mod rays;
 pub mod voxelize;
 
+pub use dynamic::DynamicVoxels;
 pub use grid::VoxelGrid;
 pub use light::{CLEAR_LIGHT, INJECT_RSM, Injection, LIGHT, LIGHT_DENSE, Sides, VoxelLight};
 pub use list::{OccupiedVoxel, VoxelList, list_voxels};
@@ -74,6 +76,11 @@ pub static PASSES: &[&Pass] = &[
     &passes::LINK_FRAGMENTS,
     &passes::RUNNING_AVERAGE,
     &passes::RESOLVE_VOXELS,
+    &dynamic::RESTORE_BLOCKS,
+    &dynamic::COUNT_TOUCHED,
+    &dynamic::SCAN_TOUCHED,
+    &dynamic::INDEX_TOUCHED,
+    &dynamic::CONTINUE_LISTS,
     &INJECT_RSM,
     &LIGHT,
     &LIGHT_DENSE,
@@ -93,6 +100,12 @@ pub static VOXELIZATION: Stage = Stage {
         "voxel.link_fragments",
         "voxel.running_average",
         "voxel.resolve",
+        "voxel.restore_blocks",
+        "voxel.count_touched",
+        "voxel.scan_touched",
+        "voxel.index_touched",
+        "voxel.continue_lists",
+        "voxel.grow",
     ],
 };
 
@@ -108,6 +121,12 @@ pub static STRUCTS: &[(&str, &[Field])] = &[
     (passes::ScanParams::NAME, passes::ScanParams::FIELDS),
     (passes::LinkParams::NAME, passes::LinkParams::FIELDS),
     (passes::ResolveParams::NAME, passes::ResolveParams::FIELDS),
+    (dynamic::TouchedBlock::NAME, dynamic::TouchedBlock::FIELDS),
+    (dynamic::TouchedCounters::NAME, dynamic::TouchedCounters::FIELDS),
+    (dynamic::TouchedParams::NAME, dynamic::TouchedParams::FIELDS),
+    (dynamic::TouchedScanParams::NAME, dynamic::TouchedScanParams::FIELDS),
+    (dynamic::RestoreParams::NAME, dynamic::RestoreParams::FIELDS),
+    (dynamic::ListParams::NAME, dynamic::ListParams::FIELDS),
     (light::InjectParams::NAME, light::InjectParams::FIELDS),
     (light::LightParams::NAME, light::LightParams::FIELDS),
     (rays::RayParams::NAME, rays::RayParams::FIELDS),
