@@ -4,7 +4,7 @@ use crate::gi::registry::{Entry, Part, Stage};
 use crate::gi::{Context, IndirectLight, Settings, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu};
 use crate::image::{Aov, Image};
-use crate::render::{GBuffer, GpuScene, LightMaps, Output, read_aov};
+use crate::render::{GBuffer, GpuScene, LightMaps, Output, SET_POSE, read_aov};
 use crate::scene::{Camera, Scene};
 
 /// What all techniques share.
@@ -18,6 +18,7 @@ pub struct FrameSettings {
 
 /// The stages of a frame that all techniques share.
 pub static STAGES: &[&Stage] = &[
+    &Stage { name: "moving vertices", part: Part::Shared, passes: &[SET_POSE] },
     &Stage { name: "light maps", part: Part::Shared, passes: &["render.shadow_maps", "render.rsm"] },
     &Stage { name: "surfaces and composite", part: Part::Shared, passes: &["render.gbuffer", "render.direct", "render.composite"] },
 ];
@@ -51,6 +52,13 @@ impl<'g> Renderer<'g> {
     /// Builds the technique's static structure again.
     pub fn rebuild(&mut self) -> Result<FrameStats, Error> {
         self.technique.build(&Context { gpu: self.gpu, scene: &self.scene, size: self.settings.size })
+    }
+
+    /// Moves the dynamic models to where they are in the scene that this was made of, after [`Scene::set_time`], and brings the technique's structure up to it.
+    pub fn set_pose(&mut self, scene: &Scene) -> Result<FrameStats, Error> {
+        let mut stats = self.scene.set_pose(self.gpu, scene)?;
+        stats.append(self.technique.set_pose(&Context { gpu: self.gpu, scene: &self.scene, size: self.settings.size })?);
+        Ok(stats)
     }
 
     /// Renders one frame: lights, visible surfaces, world-space store, indirect light, direct light, composite.

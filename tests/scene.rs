@@ -256,6 +256,41 @@ fn models_are_scaled_then_rotated_then_moved() {
     assert!(scene.models[0].dynamic && scene.models[0].name == "scene");
 }
 
+/// A keyframe has what it does not say from its model; the scale is the model's.
+#[test]
+fn models_move_by_keyframes() {
+    let folder = tempfile::tempdir().unwrap();
+    load_obj(folder.path(), &format!("{SQUARE}f 1 2 3 4\n"), "");
+    std::fs::write(folder.path().join("mover.obj"), format!("{SQUARE}f 1 2 3 4\n")).unwrap();
+    let still = "[[model]]\npath = 'scene.obj'\n";
+    let moving = "[[model]]\npath = 'mover.obj'\nscale = 2\ntranslate = [0, 0, 5]\ndynamic = true\n[[model.keyframe]]\ntime_s = 1\n\
+                  [[model.keyframe]]\ntime_s = 2\nrotate_deg = [90, 0, 0]\ntranslate = [4, 0, 5]\n[environment]\nradiance = [1, 1, 1]";
+    std::fs::write(folder.path().join("s.toml"), format!("{still}{moving}")).unwrap();
+    let mut scene = load(&folder.path().join("s.toml"));
+    assert!(scene.moves() && !scene.models[0].dynamic && scene.models[1].dynamic);
+    let static_bounds = (Vec3::ZERO, Vec3::new(1.0, 1.0, 0.0));
+    let at = |scene: &Scene| [corners(scene, 2)[0], scene.bounds().unwrap().0, scene.bounds().unwrap().1];
+    let near = |a: [Vec3; 3], b: [[f32; 3]; 3]| a.iter().zip(b).all(|(a, b)| a.distance(b.into()) < 1e-5);
+    assert!(near(at(&scene), [[0.0, 0.0, 5.0], [0.0; 3], [2.0, 2.0, 5.0]]), "before the first keyframe: {:?}", at(&scene));
+    round_trip(&scene);
+    let at_start = scene.clone();
+    scene.set_time(3.0);
+    assert!(near(at(&scene), [[4.0, 0.0, 5.0], [0.0; 3], [6.0, 1.0, 7.0]]), "after the last: {:?}", at(&scene));
+    assert!(Vec3::from(scene.vertices[7].normal).distance(Vec3::NEG_Y) < 1e-6);
+    scene.set_time(1.5);
+    let half = std::f32::consts::FRAC_1_SQRT_2;
+    assert!(near(at(&scene), [[2.0, 0.0, 5.0], [0.0; 3], [4.0, 2.0 * half, 5.0 + 2.0 * half]]), "between: {:?}", at(&scene));
+    assert_eq!(scene.static_bounds(), Some(static_bounds));
+    let (low, high) = scene.dynamic_bounds().unwrap();
+    assert!(low.cmple(Vec3::new(0.0, 0.0, 5.0)).all() && high.cmpge(Vec3::new(6.0, 2.0, 7.0)).all());
+    scene.set_time(0.0);
+    assert_eq!(scene, at_start);
+    // It is written as it is, whatever the time.
+    scene.set_time(1.5);
+    let again = load(&scene.write(folder.path().join("again").as_path()).unwrap());
+    assert_eq!(Scene { name: again.name.clone(), ..at_start }, again);
+}
+
 #[test]
 fn extents_from_a_tenth_of_a_millimetre_to_a_hundred_kilometres() {
     let folder = tempfile::tempdir().unwrap();

@@ -82,6 +82,36 @@ fn bad_toml() {
             files: &[("a.toml", "[[model]]\npath = 'good.obj'\n[camera]\neye = [0,5,0]\ntarget = [0,0,0]\nup = [0,1,0]\n")],
             says: &["a.toml:6", "camera.up", "parallel"],
         },
+        Case {
+            name: "keyframe of a static model",
+            files: &[("a.toml", "[[model]]\npath = 'good.obj'\n[[model.keyframe]]\ntime_s = 0\n")],
+            says: &["a.toml:4", "model[0]", "not dynamic", "dynamic = true"],
+        },
+        Case {
+            name: "times that do not rise",
+            files: &[("a.toml", "[[model]]\npath = 'good.obj'\ndynamic = true\n[[model.keyframe]]\ntime_s = 2\n[[model.keyframe]]\ntime_s = 2.0\n")],
+            says: &["a.toml:7", "`model[0].keyframe[1].time_s` is 2, not after 2", "order"],
+        },
+        Case {
+            name: "time",
+            files: &[("a.toml", "[[model]]\npath = 'good.obj'\ndynamic = true\n[[model.keyframe]]\ntime_s = inf\n")],
+            says: &["a.toml:5", "model[0].keyframe[0].time_s", "inf", "between"],
+        },
+        Case {
+            name: "no time",
+            files: &[("a.toml", "[[model]]\npath = 'good.obj'\ndynamic = true\n[[model.keyframe]]\ntranslate = [0, 0, 0]\n")],
+            says: &["a.toml:4", "time_s"],
+        },
+        Case {
+            name: "keyframe's key",
+            files: &[("a.toml", "[[model]]\npath = 'good.obj'\ndynamic = true\n[[model.keyframe]]\ntime_s = 0\nscale = 2\n")],
+            says: &["a.toml:6", "scale", "expected"],
+        },
+        Case {
+            name: "keyframe's rotation",
+            files: &[("a.toml", "[[model]]\npath = 'good.obj'\ndynamic = true\n[[model.keyframe]]\ntime_s = 0\nrotate_deg = [0, 400, 0]\n")],
+            says: &["a.toml:6", "model[0].keyframe[0].rotate_deg", "400", "360"],
+        },
         Case { name: "camera without eye", files: &[("a.toml", "[[model]]\npath = 'good.obj'\n[camera]\ntarget = [0,0,0]\n")], says: &["a.toml:3", "eye"] },
     ]);
 }

@@ -25,12 +25,44 @@ pub(super) struct SceneArgs {
     /// Render missing textures mid-grey instead of failing.
     #[arg(long)]
     allow_missing_textures: bool,
+    #[command(flatten)]
+    time: TimeArgs,
 }
 
 impl SceneArgs {
-    /// Loads it.
+    /// Loads it, at the time asked for.
     pub(super) fn open(&self) -> Result<Scene, CliError> {
-        Scene::open(&self.scene, &LoadOptions { allow_missing_textures: self.allow_missing_textures }).map_err(CliError::input)
+        let mut scene = Scene::open(&self.scene, &LoadOptions { allow_missing_textures: self.allow_missing_textures }).map_err(CliError::input)?;
+        self.time.apply(&mut scene)?;
+        Ok(scene)
+    }
+
+    /// The time \[s\], where one is asked for.
+    pub(super) fn time_s(&self) -> Option<f32> {
+        self.time.time
+    }
+}
+
+/// When.
+#[derive(clap::Args)]
+pub(super) struct TimeArgs {
+    /// Seconds at which the models with keyframes are shown [default: 0].
+    #[arg(long, value_name = "T", allow_negative_numbers = true)]
+    time: Option<f32>,
+}
+
+impl TimeArgs {
+    /// Moves the scene's models.
+    pub(super) fn apply(&self, scene: &mut Scene) -> Result<(), CliError> {
+        let Some(time_s) = self.time else { return Ok(()) };
+        if !time_s.is_finite() {
+            return Err(CliError::input(format!("--time is {time_s}; it must be a number of seconds")));
+        }
+        if !scene.moves() {
+            log::warn!("{}: no model has keyframes; --time changes nothing", scene.name);
+        }
+        scene.set_time(time_s);
+        Ok(())
     }
 }
 

@@ -9,7 +9,7 @@ use lumivox::reference::guide;
 use lumivox::scene::{LoadOptions, Scene};
 
 use super::CliError;
-use super::common::{check_output, check_positive, parse_channel, say, write_report};
+use super::common::{TimeArgs, check_output, check_positive, parse_channel, say, write_report};
 
 /// Compare an image with a reference, both linear EXR.
 #[derive(clap::Args)]
@@ -27,6 +27,8 @@ pub(crate) struct Args {
     /// Render missing textures mid-grey instead of failing.
     #[arg(long, requires = "scene")]
     allow_missing_textures: bool,
+    #[command(flatten)]
+    time: TimeArgs,
     /// Factor applied to both images before the clamp that FLIP sees [default: mean luminance of the reference to 0.18].
     #[arg(long, value_name = "X")]
     exposure: Option<f32>,
@@ -49,7 +51,8 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
     let image = read_exr(&args.image).map_err(CliError::input)?;
     let reference = read_exr(&args.reference).map_err(CliError::input)?;
     let options = LoadOptions { allow_missing_textures: args.allow_missing_textures };
-    let scene = args.scene.as_ref().map(|name| Scene::open(name, &options)).transpose().map_err(CliError::input)?;
+    let mut scene = args.scene.as_ref().map(|name| Scene::open(name, &options)).transpose().map_err(CliError::input)?;
+    scene.iter_mut().try_for_each(|scene| args.time.apply(scene))?;
     let guide = scene.as_ref().map(|scene| guide(scene, reference.width, reference.height)).transpose().map_err(CliError::input)?;
     let comparison = compare(&image, &reference, guide.as_ref(), args.channel).map_err(CliError::input)?;
     let flip = flip(&image, &reference, args.exposure.unwrap_or_else(|| exposure_of(&reference))).map_err(CliError::input)?;

@@ -104,6 +104,7 @@ fn report(args: &Args, scene: &Scene, image: &ReferenceImage, wall_s: f64) -> se
         "schema_version": 1,
         "version": env!("CARGO_PKG_VERSION"),
         "scene": scene.name,
+        "time_s": args.scene.time_s(),
         "technique": "reference",
         "settings": {
             "width": args.picture.size.0,

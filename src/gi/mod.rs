@@ -31,9 +31,14 @@ pub struct Context<'c> {
 
 /// One complete way to compute indirect light.
 pub trait Technique {
-    /// Builds what does not change between frames (for example the voxels of static geometry). Called once before the first frame, and again by
+    /// Builds what does not change between frames (for example the voxels of static geometry), with the dynamic models where they are. Called once before the first frame, and again by
     /// benchmarks; what it allocates is sized by what it counts.
     fn build(&mut self, context: &Context<'_>) -> Result<FrameStats, Error>;
+
+    /// Brings what was built up to the dynamic models of the scene, after they have moved; in a scene without any, there is nothing to do.
+    fn set_pose(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
+        if context.scene.dynamic.is_some() { self.build(context) } else { Ok(FrameStats::default()) }
+    }
 
     /// Whether `update` reads reflective shadow maps, or shadow maps suffice.
     fn needs_rsm(&self) -> bool;

@@ -115,6 +115,8 @@ pub struct Report {
     pub driver: String,
     /// Scene.
     pub scene: String,
+    /// Time at which it is shown (s), where one was asked for.
+    pub time_s: Option<f32>,
     /// Width and height (px).
     pub size: [u32; 2],
     /// Width and height of each shadow map (texels), where it is known.
@@ -197,6 +199,7 @@ impl Report {
             device: info.name.clone(),
             driver: info.driver.clone(),
             scene: scene.to_owned(),
+            time_s: None,
             size,
             shadow_resolution: None,
             technique,

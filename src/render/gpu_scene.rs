@@ -1,12 +1,15 @@
 //! The scene on the GPU: set 0 and one set 2 a material.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use glam::Vec3;
 
 use crate::gpu_struct;
-use crate::graph::{Buffer, BufferDesc, BufferUsage, Error, Frame, Gpu, Image, ImageDesc, ImageKind, ImageUsage, MaterialSets, SceneBindings, SceneSet, vk};
-use crate::scene::{Batch, Camera, Light, Material, Scene, Texture, TextureKind};
+use crate::graph::{
+    Buffer, BufferDesc, BufferUsage, Error, Frame, FrameStats, Gpu, Image, ImageDesc, ImageKind, ImageUsage, MaterialSets, SceneBindings, SceneSet, vk,
+};
+use crate::scene::{Batch, Camera, Light, Material, Scene, Texture, TextureKind, Vertex, union};
 
 gpu_struct! {
     /// What a frame is seen with; binding 0 of set 0 (`shared/frame.glsl`).
@@ -93,14 +96,62 @@ pub struct GpuScene {
     pub is_glossy: bool,
     /// The largest emitted radiance of any channel (W/(m² sr)).
     pub largest_emission: f32,
-    /// Smallest and largest corner of the scene (m).
+    /// Smallest and largest corner (m) of the static geometry; where there is none, of all places that dynamic geometry comes to.
     pub bounds: (Vec3, Vec3),
+    /// Dynamic geometry, where there is any.
+    pub dynamic: Option<DynamicGeometry>,
     /// The lights.
     pub lights: Vec<Light>,
     /// Radiance of the environment (W/(m² sr)).
     pub environment: Vec3,
     frame_uniform: Arc<Buffer>,
 }
+
+/// The models of a scene that may move.
+pub struct DynamicGeometry {
+    /// By material: whether its triangles are of a dynamic model.
+    pub materials: Vec<bool>,
+    /// Smallest and largest corner of where it is (m).
+    pub bounds: (Vec3, Vec3),
+    /// Likewise, of all places that it comes to.
+    pub motion_bounds: (Vec3, Vec3),
+    vertices: Arc<Buffer>,
+    /// Ranges of vertices, one a model.
+    ranges: Vec<Range<usize>>,
+    /// Vertices on their way to the device.
+    staging: Arc<Buffer>,
+}
+
+impl DynamicGeometry {
+    fn new(gpu: &Gpu, scene: &Scene, vertices: &Arc<Buffer>) -> Result<Option<Self>, Error> {
+        let Some(motion_bounds) = scene.dynamic_bounds() else { return Ok(None) };
+        let mut materials = vec![false; scene.materials.len()];
+        let mut ranges = Vec::new();
+        for model in scene.models.iter().filter(|model| model.dynamic) {
+            let triangles = &scene.triangles[model.first_triangle as usize..][..model.triangle_count as usize];
+            triangles.iter().for_each(|triangle| materials[triangle.material as usize] = true);
+            let indices = || triangles.iter().flat_map(|triangle| triangle.vertices);
+            ranges.push(indices().min().unwrap_or(0) as usize..indices().max().map_or(0, |last| last as usize + 1));
+        }
+        let size_bytes = (size_of::<Vertex>() * ranges.iter().map(Range::len).sum::<usize>()) as u64;
+        let staging = gpu.create_buffer(&BufferDesc { name: "scene.dynamic_vertices".into(), size_bytes, usage: BufferUsage::Staging })?;
+        let mut made = DynamicGeometry { materials, bounds: motion_bounds, motion_bounds, vertices: Arc::clone(vertices), ranges, staging };
+        made.bounds = made.bounds_in(scene);
+        Ok(Some(made))
+    }
+
+    fn vertices_in<'s>(&'s self, scene: &'s Scene) -> impl Iterator<Item = &'s Vertex> {
+        self.ranges.iter().flat_map(|range| &scene.vertices[range.clone()])
+    }
+
+    fn bounds_in(&self, scene: &Scene) -> (Vec3, Vec3) {
+        let positions = self.vertices_in(scene).map(|vertex| Vec3::from(vertex.position));
+        positions.map(|position| (position, position)).reduce(union).unwrap_or(self.motion_bounds)
+    }
+}
+
+/// Name of the copy of vertices that have moved.
+pub static SET_POSE: &str = "scene.set_pose";
 
 impl GpuScene {
     /// Uploads a scene.
@@ -114,6 +165,8 @@ impl GpuScene {
         let lights = storage(gpu, "scene.lights", bytemuck::cast_slice(&gpu_lights(&scene.lights)))?;
         let bindings = SceneBindings { frame_uniform: &frame_uniform, vertices: &vertices, triangles: &triangles, materials: &materials, lights: &lights };
         let set = gpu.create_scene_set(&bindings)?;
+        let dynamic = DynamicGeometry::new(gpu, scene, &vertices)?;
+        let motion_bounds = dynamic.as_ref().map(|dynamic| dynamic.motion_bounds);
         let largest_emission = scene.materials.iter().map(|material| material.emission.max_element()).fold(0.0, f32::max);
         Ok(GpuScene {
             set,
@@ -123,11 +176,38 @@ impl GpuScene {
             is_emissive: scene.is_emissive(),
             is_glossy: scene.is_glossy(),
             largest_emission,
-            bounds: scene.bounds().unwrap_or((Vec3::ZERO, Vec3::ONE)),
+            bounds: scene.static_bounds().or(motion_bounds).unwrap_or((Vec3::ZERO, Vec3::ONE)),
+            dynamic,
             lights: scene.lights.clone(),
             environment: scene.environment,
             frame_uniform,
         })
+    }
+
+    /// Brings the vertices of dynamic models up to the scene that this was made of, after [`Scene::set_time`]; what does not move is left as it is.
+    pub fn set_pose(&mut self, gpu: &Gpu, scene: &Scene) -> Result<FrameStats, Error> {
+        let Some(dynamic) = &mut self.dynamic else { return Ok(FrameStats::default()) };
+        dynamic.bounds = dynamic.bounds_in(scene);
+        let moved: Vec<Vertex> = dynamic.vertices_in(scene).copied().collect();
+        gpu.upload_buffer(&dynamic.staging, bytemuck::cast_slice(&moved))?;
+        let mut frame = Frame::new();
+        let bytes = |count: usize| (size_of::<Vertex>() * count) as u64;
+        let mut first = 0;
+        for range in &dynamic.ranges {
+            frame.copy_buffer(SET_POSE, (&dynamic.staging, bytes(first)), (&dynamic.vertices, bytes(range.start)), bytes(range.len()));
+            first += range.len();
+        }
+        gpu.submit(frame)
+    }
+
+    /// Whether the triangles of a material are of a dynamic model.
+    pub fn is_dynamic(&self, material: u32) -> bool {
+        self.dynamic.as_ref().is_some_and(|dynamic| dynamic.materials[material as usize])
+    }
+
+    /// Smallest and largest corner (m) of all that light can fall on, at any time.
+    pub(super) fn lit_bounds(&self) -> (Vec3, Vec3) {
+        self.dynamic.as_ref().map_or(self.bounds, |dynamic| union(self.bounds, dynamic.motion_bounds))
     }
 
     /// Sets what the next frame is seen with.
@@ -140,7 +220,8 @@ impl GpuScene {
         let [right, up, forward] = camera.basis();
         let tan_y = (0.5 * camera.vfov_deg.to_radians()).tan();
         let aspect = width as f32 / height as f32;
-        let size_m = (self.bounds.1 - self.bounds.0).length().max(1e-6);
+        let (low, high) = self.lit_bounds();
+        let size_m = (high - low).length().max(1e-6);
         let wide = |vector: Vec3| vector.extend(0.0).to_array();
         FrameConstants {
             clip_from_world: camera.clip_from_world(aspect, 1e-4 * size_m).to_cols_array_2d(),

@@ -92,7 +92,7 @@ impl LightMaps {
     /// Allocates the maps of a scene's lights; with `with_rsm` also what injection reads.
     pub fn new(gpu: &Gpu, scene: &GpuScene, size: u32, with_rsm: bool) -> Result<Self, Error> {
         let view_count = light_view_count(&scene.lights);
-        let views = light_views(&scene.lights, scene.bounds, size);
+        let views = light_views(&scene.lights, scene.lit_bounds(), size);
         let image = |name: &str, format, usage| {
             let extent = if view_count == 0 { [1, 1, 1] } else { [size, size, 1] };
             gpu.create_image(&ImageDesc { name: name.into(), extent, kind: ImageKind::D2Array, format, mips: 1, layers: view_count.max(1), usage })

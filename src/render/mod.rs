@@ -11,7 +11,7 @@ pub use direct::{COMPOSITE, DIRECT, IndirectLight, Output};
 pub(crate) use direct::{screen_groups, screen_image};
 pub use gbuffer::{GBUFFER_DIFFUSE, GBUFFER_EMISSIVE, GBUFFER_GLOSSY, GBUFFER_GLOSSY_EMISSIVE, GBuffer};
 pub(crate) use gpu_scene::storage;
-pub use gpu_scene::{FrameConstants, GpuLight, GpuMaterial, GpuScene, TextureUse};
+pub use gpu_scene::{DynamicGeometry, FrameConstants, GpuLight, GpuMaterial, GpuScene, SET_POSE, TextureUse};
 pub use light_views::{GpuLightView, LightMaps, RSM, SHADOW_MAPS};
 
 use crate::graph::Pass;

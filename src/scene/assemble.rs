@@ -5,7 +5,7 @@
 
 use std::path::Path;
 
-use super::{Material, Model, Scene, SceneError, Triangle, Vertex};
+use super::{Keyframe, Material, Model, Motion, Scene, SceneError, Triangle, Vertex};
 
 /// The geometry of one model; `triangles` index its own `vertices` and `materials`, materials index textures that all parts share.
 #[derive(Clone, Debug, Default)]
@@ -14,7 +14,9 @@ pub(super) struct Part {
     pub(super) name: String,
     /// Whether the model may move.
     pub(super) dynamic: bool,
-    /// Vertices in world space.
+    /// Where it stands at which time; empty where it does not move.
+    pub(super) keyframes: Vec<Keyframe>,
+    /// Vertices in world space, or, of a model with keyframes, before any of them is applied.
     pub(super) vertices: Vec<Vertex>,
     /// Triangles in any order.
     pub(super) triangles: Vec<Triangle>,
@@ -59,14 +61,17 @@ impl Scene {
         for triangle in &mut part.triangles {
             triangle.vertices = triangle.vertices.map(|old| vertices.number(old));
         }
+        let first_vertex = self.vertices.len() as u32;
+        self.vertices.extend(vertices.old_from_new.iter().map(|old| part.vertices[*old as usize]));
+        let motion = || Motion { first_vertex, rest: self.vertices[first_vertex as usize..].to_vec(), keyframes: part.keyframes.clone() };
         self.models.push(Model {
             name: part.name,
             dynamic: part.dynamic,
             first_triangle: self.triangles.len() as u32,
             triangle_count: part.triangles.len() as u32,
+            motion: (!part.keyframes.is_empty()).then(motion),
         });
         self.triangles.extend(part.triangles);
-        self.vertices.extend(vertices.old_from_new.iter().map(|old| part.vertices[*old as usize]));
         self.materials.extend(materials.old_from_new.iter().map(|old| part.materials[*old as usize].clone()));
     }
 

@@ -48,7 +48,7 @@ impl Scene {
                 Scene::from_file(path, toml::parse(path, &text)?, options)
             }
             "obj" => {
-                let entry = ModelEntry { path: path.to_owned(), placement: model::Placement::default(), dynamic: false };
+                let entry = ModelEntry { path: path.to_owned(), model: model::Use::default() };
                 let file = SceneFile { models: vec![entry], camera: None, lights: Vec::new(), environment: Vec3::ZERO };
                 let mut scene = Scene::from_parts(path, &file, options)?;
                 scene.choose_camera();
@@ -78,12 +78,13 @@ impl Scene {
         let mut requests = TextureRequests::default();
         let mut scene = Scene { name: paths::stem_of(path), ..Scene::default() };
         for entry in &file.models {
-            let part = model::load(&entry.path, &entry.placement, entry.dynamic, &mut requests)?;
+            let part = model::load(&entry.path, &entry.model, &mut requests)?;
             Scene::check_counts(path, scene.vertices.len() + part.vertices.len(), scene.triangles.len() + part.triangles.len())?;
             scene.add_part(part);
         }
         scene.textures = requests.read(options)?;
         scene.finish_textures();
+        scene.set_time(0.0);
         Ok(scene)
     }
 

@@ -11,6 +11,7 @@ mod light;
 mod load;
 mod material;
 mod model;
+mod motion;
 mod mtl;
 mod obj;
 mod paths;
@@ -26,6 +27,8 @@ pub use error::SceneError;
 pub use light::Light;
 pub use load::LoadOptions;
 pub use material::{Material, Specular};
+pub(crate) use motion::union;
+pub use motion::{Keyframe, Motion, Pose};
 pub use texture::{Texture, TextureKind};
 
 use glam::Vec3;
@@ -68,7 +71,7 @@ pub struct Batch {
 }
 
 /// One model of a scene: a contiguous range of its triangles, whose vertices and materials belong to no other model.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Model {
     /// The OBJ file's stem or the bundled scene's name.
     pub name: String,
@@ -78,9 +81,11 @@ pub struct Model {
     pub first_triangle: u32,
     /// Number of triangles in the range, at least one.
     pub triangle_count: u32,
+    /// How it moves; `None` where nothing says so. Only dynamic models have one.
+    pub motion: Option<Motion>,
 }
 
-/// A whole scene, in world space.
+/// A whole scene, in world space, at one time: that of the last [`Scene::set_time`], or 0 s after loading.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Scene {
     /// Name for reports: the file's stem or the bundled scene's name.
@@ -106,9 +111,7 @@ pub struct Scene {
 impl Scene {
     /// Smallest and largest corner of the bounding box \[m\]; `None` without triangles.
     pub fn bounds(&self) -> Option<(Vec3, Vec3)> {
-        let mut corners = self.triangles.iter().flat_map(|triangle| triangle.vertices).map(|index| Vec3::from(self.vertices[index as usize].position));
-        let first = corners.next()?;
-        Some(corners.fold((first, first), |(low, high), corner| (low.min(corner), high.max(corner))))
+        self.bounds_of(0..self.triangles.len())
     }
 
     /// The triangle ranges of the materials, in order.

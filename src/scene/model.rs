@@ -3,40 +3,37 @@
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-use glam::{Affine3A, DVec3, Mat3, Quat, Vec3};
+use glam::{Affine3A, DVec3, Mat3, Vec3};
 
 use super::assemble::Part;
 use super::mtl::{self, MtlMaterial};
 use super::obj::{Corner, NONE, Obj};
 use super::textures::TextureRequests;
-use super::{Material, Scene, SceneError, Triangle, Vertex, paths};
+use super::{Keyframe, Material, Pose, Scene, SceneError, Triangle, Vertex, paths};
 
 /// Normals whose squared length is this close to 1 stay as they are, so that loading what was written changes no bit.
 const UNIT_TOLERANCE: f32 = 1e-6;
 
-/// Where a model stands: scaled, then rotated about x, y and z in this order, then moved.
+/// Where a model stands: scaled, then posed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Placement {
     /// Uniform scale, positive.
     pub(super) scale: f32,
-    /// Rotation about x, then y, then z \[degrees\].
-    pub(super) rotate_deg: Vec3,
-    /// Translation \[m\].
-    pub(super) translate: Vec3,
+    /// Rotation and translation.
+    pub(super) pose: Pose,
 }
 
 impl Default for Placement {
     fn default() -> Self {
-        Placement { scale: 1.0, rotate_deg: Vec3::ZERO, translate: Vec3::ZERO }
+        Placement { scale: 1.0, pose: Pose::default() }
     }
 }
 
 impl Placement {
     /// The transform, or `None` where it changes nothing.
     fn world_from_model(&self) -> Option<Affine3A> {
-        let [x, y, z] = self.rotate_deg.to_array().map(f32::to_radians);
-        let rotation = Quat::from_rotation_z(z) * Quat::from_rotation_y(y) * Quat::from_rotation_x(x);
-        (*self != Placement::default()).then(|| Affine3A::from_scale_rotation_translation(Vec3::splat(self.scale), rotation, self.translate))
+        let Pose { translate, .. } = self.pose;
+        (*self != Placement::default()).then(|| Affine3A::from_scale_rotation_translation(Vec3::splat(self.scale), self.pose.rotation(), translate))
     }
 }
 
@@ -49,8 +46,19 @@ struct Counts {
     without_normal: usize,
 }
 
+/// What a scene says about a model.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Use {
+    /// Where it stands.
+    pub(super) placement: Placement,
+    /// Whether it may move.
+    pub(super) dynamic: bool,
+    /// Where it stands at which time, in place of the placement's pose.
+    pub(super) keyframes: Vec<Keyframe>,
+}
+
 /// Loads one OBJ.
-pub(super) fn load(path: &Path, placement: &Placement, dynamic: bool, requests: &mut TextureRequests) -> Result<Part, SceneError> {
+pub(super) fn load(path: &Path, model: &Use, requests: &mut TextureRequests) -> Result<Part, SceneError> {
     let text = paths::read_text(path)?;
     let obj = Obj::parse(path, &text)?;
     if obj.triangles.is_empty() {
@@ -67,9 +75,14 @@ pub(super) fn load(path: &Path, placement: &Placement, dynamic: bool, requests: 
     if part.triangles.is_empty() {
         return Err(SceneError::file(path, "all of its triangles have no area or are removed by `d`", "check the model's scale and materials"));
     }
-    place(path, &mut part, placement)?;
+    for keyframe in &model.keyframes {
+        place(path, &mut part.clone(), &Placement { pose: keyframe.pose, ..model.placement })?;
+    }
+    let rest = Placement { pose: Pose::default(), ..model.placement };
+    place(path, &mut part, if model.keyframes.is_empty() { &model.placement } else { &rest })?;
     part.name = paths::stem_of(path);
-    part.dynamic = dynamic;
+    part.dynamic = model.dynamic;
+    part.keyframes.clone_from(&model.keyframes);
     part.materials = materials.list;
     Ok(part)
 }

@@ -7,13 +7,15 @@ use glam::Vec3;
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::model::Placement;
-use super::{Camera, Light, SceneError, paths};
+use super::model::{Placement, Use};
+use super::{Camera, Keyframe, Light, Pose, SceneError, paths};
 
 /// Largest light value [W/m², W/sr, W/(m² sr)]: beyond it 32-bit sums lose meaning.
 const LIGHT_MAX: f32 = 1e12;
 /// Largest coordinate \[m\].
 const COORDINATE_MAX: f32 = 1e9;
+/// Largest time of a keyframe \[s\].
+const TIME_MAX: f32 = 1e6;
 
 type Number = Spanned<f32>;
 type Vector = Spanned<[f32; 3]>;
@@ -38,6 +40,16 @@ struct ModelToml {
     translate: Option<Vector>,
     #[serde(default)]
     dynamic: bool,
+    #[serde(default)]
+    keyframe: Vec<KeyframeToml>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct KeyframeToml {
+    time_s: Number,
+    rotate_deg: Option<Vector>,
+    translate: Option<Vector>,
 }
 
 #[derive(Deserialize)]
@@ -71,10 +83,8 @@ struct EnvironmentToml {
 pub(super) struct ModelEntry {
     /// The OBJ file.
     pub(super) path: PathBuf,
-    /// Where it stands.
-    pub(super) placement: Placement,
-    /// Whether it may move.
-    pub(super) dynamic: bool,
+    /// Where and when it stands.
+    pub(super) model: Use,
 }
 
 /// A checked scene file.
@@ -168,13 +178,30 @@ impl Source<'_> {
         if let Some(scale) = &model.scale {
             placement.scale = self.number(&field("scale"), scale, 1e-6..1e6)?;
         }
-        if let Some(rotate_deg) = &model.rotate_deg {
-            placement.rotate_deg = self.vector(&field("rotate_deg"), rotate_deg, -360.0..360.0)?;
+        placement.pose = self.pose(&field(""), [&model.rotate_deg, &model.translate], Pose::default())?;
+        let mut keyframes: Vec<Keyframe> = Vec::new();
+        for (number, keyframe) in model.keyframe.iter().enumerate() {
+            let field = |name: &str| field(&format!("keyframe[{number}].{name}"));
+            if !model.dynamic {
+                let problem = format!("`model[{index}]` has a keyframe but is not dynamic");
+                return Err(self.error(&keyframe.time_s.span(), problem, "add `dynamic = true` to the model, above its keyframes"));
+            }
+            let time_s = self.number(&field("time_s"), &keyframe.time_s, -TIME_MAX..TIME_MAX)?;
+            if let Some(before) = keyframes.last().filter(|before| before.time_s >= time_s) {
+                let problem = format!("`{}` is {time_s}, not after {}", field("time_s"), before.time_s);
+                return Err(self.error(&keyframe.time_s.span(), problem, "keyframes are in the order of their times, no two at the same"));
+            }
+            let pose = self.pose(&field(""), [&keyframe.rotate_deg, &keyframe.translate], placement.pose)?;
+            keyframes.push(Keyframe { time_s, pose });
         }
-        if let Some(translate) = &model.translate {
-            placement.translate = self.point(&field("translate"), translate)?;
-        }
-        Ok(ModelEntry { path, placement, dynamic: model.dynamic })
+        Ok(ModelEntry { path, model: Use { placement, dynamic: model.dynamic, keyframes } })
+    }
+
+    /// `rotate_deg` and `translate` of the table that `prefix` names; what it does not have is that of `otherwise`.
+    fn pose(&self, prefix: &str, [rotate_deg, translate]: [&Option<Vector>; 2], otherwise: Pose) -> Result<Pose, SceneError> {
+        let rotate_deg = rotate_deg.as_ref().map(|vector| self.vector(&format!("{prefix}rotate_deg"), vector, -360.0..360.0)).transpose()?;
+        let translate = translate.as_ref().map(|vector| self.point(&format!("{prefix}translate"), vector)).transpose()?;
+        Ok(Pose { rotate_deg: rotate_deg.unwrap_or(otherwise.rotate_deg), translate: translate.unwrap_or(otherwise.translate) })
     }
 
     fn camera(&self, camera: &CameraToml) -> Result<Camera, SceneError> {

@@ -1,7 +1,7 @@
 //! Writing a scene as TOML, OBJ, MTL and PNG files that load back to the same scene, to the bit.
 //!
-//! Numbers are written with the fewest digits that read back to the same 32-bit value. Not kept are the names of textures (they become PNG files in
-//! `textures/`) and characters in model names that are not fit for a file name.
+//! Numbers are written with the fewest digits that read back to the same 32-bit value. Not kept are the time (what is loaded is at 0 s),
+//! the names of textures (they become PNG files in `textures/`) and characters in model names that are not fit for a file name.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 use glam::Vec3;
 
-use super::{Light, Material, Model, Scene, SceneError, Texture, Triangle};
+use super::{Keyframe, Light, Material, Model, Scene, SceneError, Texture, Triangle};
 
 impl Scene {
     /// Writes the scene into `folder`, which is made where it does not exist, and answers the path of the `.toml` file in it.
@@ -23,7 +23,7 @@ impl Scene {
             let name = names.unique(&model.name);
             write_file(&folder.join(format!("{name}.mtl")), &self.mtl(model, &textures))?;
             write_file(&folder.join(format!("{name}.obj")), &self.obj(model, &name))?;
-            models.push((name, model.dynamic));
+            models.push((name, model));
         }
         let path = folder.join(format!("{}.toml", file_name(&self.name)));
         write_file(&path, &self.toml(&models))?;
@@ -73,7 +73,8 @@ impl Scene {
         let triangles = self.triangles_of(model);
         let indices = || triangles.iter().flat_map(|triangle| triangle.vertices);
         let (first, last) = (indices().min().unwrap_or(0), indices().max().unwrap_or(0));
-        for vertex in &self.vertices[first as usize..=last as usize] {
+        let posed = || &self.vertices[first as usize..=last as usize];
+        for vertex in model.motion.as_ref().map_or_else(posed, |motion| &motion.rest) {
             let ([x, y, z], [nx, ny, nz]) = (vertex.position, vertex.normal);
             // Writing to a String cannot fail.
             let _ = writeln!(text, "v {x} {y} {z}\nvt {} {}\nvn {nx} {ny} {nz}", vertex.u, vertex.v);
@@ -92,11 +93,15 @@ impl Scene {
         text
     }
 
-    fn toml(&self, models: &[(String, bool)]) -> String {
+    fn toml(&self, models: &[(String, &Model)]) -> String {
         let mut text = String::new();
-        for (name, dynamic) in models {
-            let dynamic = if *dynamic { "dynamic = true\n" } else { "" };
+        for (name, model) in models {
+            let dynamic = if model.dynamic { "dynamic = true\n" } else { "" };
             let _ = writeln!(text, "[[model]]\npath = {:?}\n{dynamic}", format!("{name}.obj"));
+            for Keyframe { time_s, pose } in model.motion.iter().flat_map(|motion| &motion.keyframes) {
+                let (translate, rotate_deg) = (vector(pose.translate), vector(pose.rotate_deg));
+                let _ = writeln!(text, "[[model.keyframe]]\ntime_s = {time_s:?}\ntranslate = {translate}\nrotate_deg = {rotate_deg}\n");
+            }
         }
         let camera = &self.camera;
         let (eye, target, up) = (vector(camera.eye), vector(camera.target), vector(camera.up));

@@ -197,7 +197,7 @@ impl Builder {
     pub fn finish(mut self, name: &str, lights: Vec<Light>, environment: Vec3, camera: Camera) -> Scene {
         self.scene.triangles.sort_by_key(|triangle| triangle.material);
         let triangle_count = self.scene.triangles.len() as u32;
-        self.scene.models = vec![Model { name: name.into(), dynamic: false, first_triangle: 0, triangle_count }];
+        self.scene.models = vec![Model { name: name.into(), dynamic: false, first_triangle: 0, triangle_count, motion: None }];
         Scene { name: name.into(), lights, environment, camera, ..self.scene }
     }
 }

@@ -13,6 +13,7 @@ layout(constant_id = 1) const uint EMISSIVE = 0;
 layout(constant_id = 2) const uint SIDES = 1;   // 2: a radiance for each side of a voxel, front first
 layout(constant_id = 3) const uint INDIRECT = 0;   // with what voxel.bounce gathered
 layout(constant_id = 4) const uint COUNTING = 1;   // holes are counted; not when the same voxels are lit again in one frame
+layout(constant_id = 5) const uint DYNAMIC = 0;   // 1: a voxel's record may stand back for one behind it, which is of dynamic geometry too
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer LightViews { LightView light_views[]; };
 layout(set = 1, binding = 1) uniform texture2DArray shadow_maps;
@@ -22,15 +23,18 @@ layout(std430, set = 1, binding = 4) restrict readonly buffer Flux { uint flux[]
 layout(std430, set = 1, binding = 5) restrict writeonly buffer VoxelRadiance { uvec2 voxel_radiance[]; };   // a side: half floats r, g, b, opacity
 layout(std430, set = 1, binding = 6) restrict buffer LightCounters { uint lost_texels; uint filled_voxels; };
 layout(std430, set = 1, binding = 7) restrict readonly buffer VoxelIrradiance { uvec2 voxel_irradiance[]; };   // a side: E/π of the bounces, half floats
+layout(std430, set = 1, binding = 8) restrict readonly buffer Occupancy { uvec2 occupancy[]; };
+layout(std430, set = 1, binding = 9) restrict readonly buffer BlockBases { uint block_bases[]; };
 #ifdef DENSE
-layout(set = 1, binding = 8, rgba16f) uniform restrict writeonly image3D dense_radiance;
+layout(set = 1, binding = 10, rgba16f) uniform restrict writeonly image3D dense_radiance;
 #endif
 
 layout(push_constant) uniform LightParams {
     vec4 grid;             // xyz: smallest corner of the grid [m]; w: voxel size [m]
-    uint voxel_count; float flux_unit; float area_unit; } params;
+    uint voxel_count; float flux_unit; float area_unit; uint resolution; } params;
 
 #include "shared/visibility.glsl"
+#include "gi/voxel/grid.glsl"
 
 const float LARGEST_HALF = 65504.0;
 // Below this much surface in a voxel [faces], which texels fall into it is mere chance.
@@ -93,10 +97,18 @@ vec3 indirect(Voxel voxel, uint side) {
     return unpack_albedo(voxel.albedo) * vec3(unpackHalf2x16(packed.x), unpackHalf2x16(packed.y).x);
 }
 
+// Whether the voxel's compact index is that of this record.
+bool is_current(uint index, Voxel voxel) {
+    uvec3 at = uvec3(voxel_coordinates(voxel.xy, voxel.z_area));
+    uint block = block_index(at, params.resolution);
+    return block_bases[block] + set_bits_below(occupancy[block], block_bit(at)) == index;
+}
+
 void main() {
     uint index = gl_GlobalInvocationID.x + gl_GlobalInvocationID.y * 4194240u;
     if (index >= params.voxel_count) return;
     Voxel voxel = voxels[index];
+    if (DYNAMIC != 0u && !is_current(index, voxel)) return;
     vec3 mean_normal = unpack_mean_normal(voxel.normal);
     bool one_plane = dot(mean_normal, mean_normal) >= 0.9;
     float opacity = unpack_coverage(voxel.coverage);

@@ -11,11 +11,12 @@ layout(std430, set = 1, binding = 1) restrict readonly buffer BlockBases { uint 
 layout(std430, set = 1, binding = 2) restrict buffer Fragments { Fragment fragments[]; };
 layout(std430, set = 1, binding = 3) restrict buffer Heads { uint heads[]; };
 
-layout(push_constant) uniform LinkParams { uint resolution; uint fragment_count; } params;
+layout(push_constant) uniform LinkParams { uint resolution; uint fragment_count; uint first_fragment; } params;
 
 void main() {
     uint index = gl_GlobalInvocationID.x + gl_GlobalInvocationID.y * 4194240u;
     if (index >= params.fragment_count) return;
+    index += params.first_fragment;
     uvec3 voxel = uvec3(voxel_coordinates(fragments[index].xy, fragments[index].z_area));
     uint block = block_index(voxel, params.resolution);
     uint slot = block_bases[block] + set_bits_below(occupancy[block], block_bit(voxel));

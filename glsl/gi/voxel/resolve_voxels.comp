@@ -17,7 +17,7 @@ layout(std430, set = 1, binding = 3) restrict writeonly buffer Voxels { Voxel vo
 layout(std430, set = 1, binding = 4) restrict writeonly buffer VoxelEmission { vec4 voxel_emission[]; };
 layout(set = 1, binding = 5, r32ui) uniform restrict readonly uimage3D averages;
 
-layout(push_constant) uniform ResolveParams { uint voxel_count; float emission_unit; } params;
+layout(push_constant) uniform ResolveParams { uint voxel_count; float emission_unit; uint first_voxel; } params;
 
 // Where more than this share of a voxel's surface faces against the rest, it counts as opposed.
 const float OPPOSED = 0.25;
@@ -78,6 +78,7 @@ Sum emission_ahead(uint at, vec3 front) {
 void main() {
     uint index = gl_GlobalInvocationID.x + gl_GlobalInvocationID.y * 4194240u;
     if (index >= params.voxel_count) return;
+    index += params.first_voxel;
     Sum albedo = Sum(uvec3(0u), uvec3(0u)), emission = albedo;
     SmallSum normal = SmallSum(uvec3(0u), uvec3(0u)), face = normal, position = normal;
     uint area = 0u, at = heads[index];

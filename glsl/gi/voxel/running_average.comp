@@ -9,7 +9,7 @@ layout(local_size_x = 64) in;
 layout(std430, set = 1, binding = 0) restrict readonly buffer Fragments { Fragment fragments[]; };
 layout(set = 1, binding = 1, r32ui) uniform coherent uimage3D averages;   // rgb: average, a: count / 255
 
-layout(push_constant) uniform LinkParams { uint resolution; uint fragment_count; } params;
+layout(push_constant) uniform LinkParams { uint resolution; uint fragment_count; uint first_fragment; } params;
 
 void main() {
     uint index = gl_GlobalInvocationID.x + gl_GlobalInvocationID.y * 4194240u;

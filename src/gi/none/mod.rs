@@ -34,6 +34,10 @@ impl Technique for None {
         Ok(FrameStats::default())
     }
 
+    fn set_pose(&mut self, _context: &Context<'_>) -> Result<FrameStats, Error> {
+        Ok(FrameStats::default())
+    }
+
     fn needs_rsm(&self) -> bool {
         false
     }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::voxelize::{buffer, linear_groups};
-use super::{Bounces, Voxels};
+use super::{Bounces, VoxelGrid, Voxels};
 use crate::gi::Settings;
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu, Image, Pass, Sets, Shaders};
@@ -29,12 +29,14 @@ gpu_struct! {
     pub struct LightParams {
         /// xyz: smallest corner of the grid (m); w: voxel size (m).
         pub grid: [f32; 4],
-        /// Number of occupied voxels.
+        /// Number of records.
         pub voxel_count: u32,
         /// One integer step of r, g, b (W/(m² sr)).
         pub flux_unit: f32,
         /// One integer step of lit area (voxel faces).
         pub area_unit: f32,
+        /// Voxels along an edge of the grid.
+        pub resolution: u32,
     }
 }
 
@@ -60,7 +62,7 @@ pub static INJECT_RSM: Pass = Pass {
     sets: Sets::Scene,
 };
 
-const LIGHT_BINDINGS: [Binding; 8] = [
+const LIGHT_BINDINGS: [Binding; 10] = [
     Binding::buffer("light_views", Access::ComputeRead),
     Binding::sampled("shadow_maps", Access::ComputeSampled),
     Binding::buffer("voxels", Access::ComputeRead),
@@ -69,6 +71,8 @@ const LIGHT_BINDINGS: [Binding; 8] = [
     Binding::buffer("voxel_radiance", Access::ComputeWrite),
     Binding::buffer("lost_texels", Access::ComputeReadWrite),
     Binding::buffer("voxel_irradiance", Access::ComputeRead),
+    Binding::buffer("occupancy", Access::ComputeRead),
+    Binding::buffer("block_bases", Access::ComputeRead),
 ];
 
 /// Radiance of each occupied voxel, in compact order. A thread a voxel.
@@ -85,8 +89,8 @@ pub static LIGHT_DENSE: Pass = Pass {
     name: "voxel.light",
     shaders: Shaders::Compute("gi/voxel/light_voxels_dense.comp"),
     bindings: &{
-        let [a, b, c, d, e, f, g, h] = LIGHT_BINDINGS;
-        [a, b, c, d, e, f, g, h, Binding::image("dense_radiance", Access::ComputeWrite)]
+        let [a, b, c, d, e, f, g, h, i, j] = LIGHT_BINDINGS;
+        [a, b, c, d, e, f, g, h, i, j, Binding::image("dense_radiance", Access::ComputeWrite)]
     },
     push_bytes: size_of::<LightParams>() as u32,
     sets: Sets::Scene,
@@ -144,6 +148,8 @@ const COUNTERS_BYTES: u64 = 8;
 pub struct VoxelLight {
     /// How they are lit.
     pub settings: LightSettings,
+    /// Voxels that there is room for.
+    pub capacity: u32,
     /// Radiance (W/(m² sr)) and opacity, four half floats a side of a voxel in compact order.
     pub radiance: Arc<Buffer>,
     /// What the voxels gathered from each other, E/π (W/(m² sr)), as `radiance`; absent with one bounce.
@@ -154,10 +160,11 @@ pub struct VoxelLight {
 }
 
 impl VoxelLight {
-    /// Allocates for these voxels.
+    /// Allocates for as many voxels as these have room for.
     pub fn new(gpu: &Gpu, scene: &GpuScene, voxels: &Voxels, settings: LightSettings) -> Result<Self, Error> {
         let LightSettings { injection, sides, bounces } = settings;
-        let count = sides as u64 * u64::from(voxels.voxel_count);
+        let capacity = voxels.capacity();
+        let count = sides as u64 * u64::from(capacity);
         let irradiance = bounces.any().then(|| buffer(gpu, "voxel.irradiance", 8 * count)).transpose()?;
         if let (Some(irradiance), Bounces::Feedback) = (&irradiance, bounces) {
             // The first frame reads what no frame before it has left.
@@ -167,6 +174,7 @@ impl VoxelLight {
         }
         Ok(VoxelLight {
             settings,
+            capacity,
             radiance: buffer(gpu, "voxel.radiance", 8 * count)?,
             irradiance,
             flux: buffer(gpu, "voxel.flux", if injection == Injection::Rsm { 32 * count } else { 0 })?,
@@ -209,7 +217,8 @@ impl VoxelLight {
     }
 
     fn add_light(&self, frame: &mut Frame, voxels: &Voxels, maps: &LightMaps, dense: Option<&Arc<Image>>, indirect: bool, counting: bool) {
-        let params = LightParams { grid: voxels.grid.row(), voxel_count: voxels.voxel_count, flux_unit: self.flux_unit, area_unit: AREA_UNIT };
+        let VoxelGrid { resolution, .. } = voxels.grid;
+        let params = LightParams { grid: voxels.grid.row(), voxel_count: voxels.voxel_count, flux_unit: self.flux_unit, area_unit: AREA_UNIT, resolution };
         let pass = frame
             .pass(if dense.is_some() { &LIGHT_DENSE } else { &LIGHT })
             .bind(&maps.views)
@@ -219,11 +228,14 @@ impl VoxelLight {
             .bind(&self.flux)
             .bind(&self.radiance)
             .bind(&self.counters)
-            .bind(self.irradiance.as_ref().unwrap_or(&voxels.records));
+            .bind(self.irradiance.as_ref().unwrap_or(&voxels.records))
+            .bind(&voxels.occupancy)
+            .bind(&voxels.block_bases);
         let pass = if let Some(image) = dense { pass.bind(image) } else { pass };
         let LightSettings { injection, sides, .. } = self.settings;
-        let is_shaded = injection == Injection::Voxel;
-        pass.constants(&[u32::from(is_shaded), u32::from(voxels.emission.is_some()), sides as u32, u32::from(indirect), u32::from(counting)])
+        let flags = [injection == Injection::Voxel, voxels.emission.is_some()].map(u32::from);
+        let last_flags = [indirect, counting, voxels.is_dynamic].map(u32::from);
+        pass.constants(&[&flags[..], &[sides as u32], &last_flags].concat())
             .push(&params)
             .dispatch(linear_groups(voxels.voxel_count));
     }

@@ -4,6 +4,7 @@
 //! a fixed order (`gi/voxel/grid.glsl`), so that only they are stored, lit and cleared. `oracle` is the CPU twin.
 
 pub mod bounce;
+pub mod dynamic;
 pub mod export;
 mod grid;
 pub mod light;
@@ -14,6 +15,7 @@ pub mod rays;
 pub mod voxelize;
 
 pub use bounce::{BOUNCE_RAYS, Bounces, bounce_rays};
+pub use dynamic::DynamicVoxels;
 pub use grid::VoxelGrid;
 pub use light::{CLEAR_LIGHT, INJECT_RSM, Injection, LIGHT, LIGHT_DENSE, LightSettings, Sides, VoxelLight};
 pub use list::{OccupiedVoxel, VoxelList, list_voxels};
@@ -91,6 +93,11 @@ pub static PASSES: &[&Pass] = &[
     &passes::LINK_FRAGMENTS,
     &passes::RUNNING_AVERAGE,
     &passes::RESOLVE_VOXELS,
+    &dynamic::RESTORE_BLOCKS,
+    &dynamic::COUNT_TOUCHED,
+    &dynamic::SCAN_TOUCHED,
+    &dynamic::INDEX_TOUCHED,
+    &dynamic::CONTINUE_LISTS,
     &INJECT_RSM,
     &LIGHT,
     &LIGHT_DENSE,
@@ -111,6 +118,12 @@ pub static VOXELIZATION: Stage = Stage {
         "voxel.link_fragments",
         "voxel.running_average",
         "voxel.resolve",
+        "voxel.restore_blocks",
+        "voxel.count_touched",
+        "voxel.scan_touched",
+        "voxel.index_touched",
+        "voxel.continue_lists",
+        "voxel.grow",
     ],
 };
 
@@ -129,6 +142,12 @@ pub static STRUCTS: &[(&str, &[Field])] = &[
     (passes::ScanParams::NAME, passes::ScanParams::FIELDS),
     (passes::LinkParams::NAME, passes::LinkParams::FIELDS),
     (passes::ResolveParams::NAME, passes::ResolveParams::FIELDS),
+    (dynamic::TouchedBlock::NAME, dynamic::TouchedBlock::FIELDS),
+    (dynamic::TouchedCounters::NAME, dynamic::TouchedCounters::FIELDS),
+    (dynamic::TouchedParams::NAME, dynamic::TouchedParams::FIELDS),
+    (dynamic::TouchedScanParams::NAME, dynamic::TouchedScanParams::FIELDS),
+    (dynamic::RestoreParams::NAME, dynamic::RestoreParams::FIELDS),
+    (dynamic::ListParams::NAME, dynamic::ListParams::FIELDS),
     (light::InjectParams::NAME, light::InjectParams::FIELDS),
     (light::LightParams::NAME, light::LightParams::FIELDS),
     (bounce::BounceRayParams::NAME, bounce::BounceRayParams::FIELDS),

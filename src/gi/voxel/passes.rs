@@ -84,16 +84,20 @@ gpu_struct! {
         pub resolution: u32,
         /// Number of fragments.
         pub fragment_count: u32,
+        /// Index of the first of them.
+        pub first_fragment: u32,
     }
 }
 
 gpu_struct! {
     /// Parameters of `voxel.resolve`.
     pub struct ResolveParams {
-        /// Number of occupied voxels.
+        /// Number of voxels.
         pub voxel_count: u32,
         /// Largest emission that can be stored (W/(m² sr)).
         pub emission_unit: f32,
+        /// Index of the first of them.
+        pub first_voxel: u32,
     }
 }
 

@@ -1,19 +1,21 @@
 //! One-pass voxelization: triangles to fragments, fragments to voxels.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use glam::{UVec3, Vec3};
 
-use super::VoxelGrid;
 use super::passes::{
     COUNT_BLOCKS, CountParams, FRAGMENTS_COMPUTE, FRAGMENTS_RASTER, FRAGMENTS_RASTER_HW, Fragment, FragmentParams, INDEX_BLOCKS, LINK_FRAGMENTS, LinkParams,
     RESOLVE_VOXELS, RUNNING_AVERAGE, ResolveParams, SCAN_GROUPS, ScanParams, Voxel,
 };
+use super::{DynamicVoxels, VoxelGrid};
 use crate::gi::Settings;
 use crate::graph::{
-    BatchDispatch, Buffer, BufferDesc, BufferUsage, DrawBatch, Error, Frame, FrameStats, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Targets, vk,
+    BatchDispatch, Buffer, BufferDesc, BufferUsage, DrawBatch, Error, Frame, FrameStats, Gpu, Image, ImageDesc, ImageKind, ImageUsage, PassBuilder, Targets, vk,
 };
 use crate::render::{GpuScene, TextureUse};
+use crate::scene::Batch;
 
 /// How triangles become fragments.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -68,6 +70,7 @@ impl VoxelSettings {
 }
 
 /// The occupied voxels of a scene.
+#[derive(Clone)]
 pub struct Voxels {
     /// Where they are.
     pub grid: VoxelGrid,
@@ -79,10 +82,42 @@ pub struct Voxels {
     pub records: Arc<Buffer>,
     /// Mean emitted radiance (W/(m² sr)) and the share of it that leaves the front, 16 bytes each; only in an emissive scene.
     pub emission: Option<Arc<Buffer>>,
-    /// Occupied voxels.
+    /// Records: one an occupied voxel; with dynamic geometry also one each of the voxels in `hidden_count`.
     pub voxel_count: u32,
+    /// Static voxels whose record stands back for one of dynamic geometry, which has the voxel's compact index.
+    pub hidden_count: u32,
     /// Triangle–voxel pairs.
     pub fragment_count: u32,
+    /// There may be records of dynamic geometry.
+    pub is_dynamic: bool,
+}
+
+impl Voxels {
+    /// Voxels that there is room for.
+    pub fn capacity(&self) -> u32 {
+        (self.records.size_bytes() / size_of::<Voxel>() as u64) as u32
+    }
+}
+
+/// Fragments, and the first of each voxel's list.
+pub(super) struct FragmentLists {
+    pub(super) fragments: Arc<Buffer>,
+    pub(super) emission: Arc<Buffer>,
+    pub(super) heads: Arc<Buffer>,
+}
+
+/// Which triangles are voxelized.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Triangles {
+    All,
+    Static,
+    Dynamic,
+}
+
+impl Triangles {
+    fn has(self, scene: &GpuScene, material: u32) -> bool {
+        self == Triangles::All || scene.is_dynamic(material) == (self == Triangles::Dynamic)
+    }
 }
 
 /// Voxelizes a scene; keeps what it learnt about sizes for the next time.
@@ -100,6 +135,8 @@ pub struct Voxelizer {
     nothing: Arc<Buffer>,
     no_image: Arc<Image>,
     fragment_capacity: u32,
+    /// Fragments and records that dynamic geometry has needed so far.
+    pub(super) dynamic_room: [u32; 2],
     /// Workgroups that share the same triangles, at least.
     sharing: u32,
 }
@@ -129,31 +166,45 @@ impl Voxelizer {
             nothing: buffer(gpu, "voxel.nothing", 0)?,
             no_image,
             fragment_capacity: 0,
+            dynamic_room: [0; 2],
             sharing: 1,
         })
     }
 
-    /// Voxelizes. The first time, fragments are counted before they are stored, so that their buffer is exact; later, a buffer that proves too small is
+    /// Voxelizes all triangles, static and dynamic alike. The first time, fragments are counted before they are stored, so that their buffer is exact; later, a buffer that proves too small is
     /// made larger and the pass repeated, as it is where a driver ended threads with too much to do. The cost of runs that had to be repeated is told
     /// apart, in [`FrameStats::counting`].
     pub fn run(&mut self, gpu: &Gpu, scene: &GpuScene) -> Result<(Voxels, FrameStats), Error> {
+        let (voxels, _, stats) = self.voxelize(gpu, scene, Triangles::All)?;
+        Ok((voxels, stats))
+    }
+
+    /// Voxelizes the static triangles, and then the dynamic ones where they are; [`DynamicVoxels::update`] follows them from there.
+    pub fn run_dynamic(&mut self, gpu: &Gpu, scene: &GpuScene) -> Result<(Voxels, DynamicVoxels, FrameStats), Error> {
+        let (mut voxels, lists, mut stats) = self.voxelize(gpu, scene, Triangles::Static)?;
+        let (mut dynamic, cleared) = DynamicVoxels::new(gpu, &voxels, lists)?;
+        stats.append(cleared);
+        stats.append(dynamic.update(gpu, scene, self, &mut voxels)?);
+        Ok((voxels, dynamic, stats))
+    }
+
+    fn voxelize(&mut self, gpu: &Gpu, scene: &GpuScene, which: Triangles) -> Result<(Voxels, FragmentLists, FrameStats), Error> {
         let mut stats = FrameStats::default();
+        let [fragment_room, _] = if which == Triangles::Static { self.dynamic_room } else { [0; 2] };
         loop {
-            let fragments = buffer(gpu, "voxel.fragments", size_of::<Fragment>() as u64 * u64::from(self.fragment_capacity))?;
-            let emission_bytes = if scene.is_emissive { 8 * u64::from(self.fragment_capacity) } else { 0 };
-            let emission = buffer(gpu, "voxel.fragment_emission", emission_bytes)?;
+            let capacity = u64::from(self.fragment_capacity) + u64::from(fragment_room);
+            let fragments = buffer(gpu, "voxel.fragments", size_of::<Fragment>() as u64 * capacity)?;
+            let emission = buffer(gpu, "voxel.fragment_emission", if scene.is_emissive { 8 * capacity } else { 0 })?;
             let mut frame = Frame::new();
             frame.set_scene(&scene.set, &scene.materials);
-            self.add_fragments(&mut frame, scene, [&fragments, &emission]);
+            frame.fill("voxel.clear", &self.occupancy, 0);
+            frame.fill("voxel.clear", &self.counters, 0);
+            self.add_fragments(&mut frame, scene, which, [&self.occupancy, &fragments, &emission, &self.counters], self.fragment_capacity);
             self.add_index(&mut frame);
             let run = gpu.submit(frame)?;
             let counts: Vec<u32> = bytemuck::pod_collect_to_vec(&gpu.read_buffer(&self.counters)?);
             let (fragment_count, voxel_count, unfinished_count) = (counts[0], counts[1], counts[2]);
-            if unfinished_count > 0 {
-                if self.sharing >= MOST_SHARING {
-                    return Err(Error::Unfinished { pass: "voxel.fragments", thread_count: unfinished_count });
-                }
-                self.sharing *= 4;
+            if self.shares_more(unfinished_count)? {
                 stats.append(run.into_counting());
                 continue;
             }
@@ -162,29 +213,38 @@ impl Voxelizer {
                 stats.append(run.into_counting());
                 continue;
             }
-            let (voxels, resolved) = self.resolve(gpu, scene, [&fragments, &emission], fragment_count, voxel_count)?;
+            let (voxels, lists, resolved) = self.resolve(gpu, scene, which, [fragments, emission], fragment_count, voxel_count)?;
             stats.append(run);
             stats.append(resolved);
-            return Ok((voxels, stats));
+            return Ok((voxels, lists, stats));
         }
     }
 
-    fn add_fragments(&self, frame: &mut Frame, scene: &GpuScene, [fragments, emission]: [&Arc<Buffer>; 2]) {
-        frame.fill("voxel.clear", &self.occupancy, 0);
-        frame.fill("voxel.clear", &self.counters, 0);
-        let params = |batch: &crate::scene::Batch| FragmentParams {
+    /// Whether the pass has to be run again, because a driver ended so many of its threads; then with more workgroups to share the work.
+    pub(super) fn shares_more(&mut self, unfinished_count: u32) -> Result<bool, Error> {
+        if unfinished_count > 0 && self.sharing >= MOST_SHARING {
+            return Err(Error::Unfinished { pass: "voxel.fragments", thread_count: unfinished_count });
+        }
+        self.sharing *= if unfinished_count > 0 { 4 } else { 1 };
+        Ok(unfinished_count > 0)
+    }
+
+    /// Fragments into `[occupancy, fragments, emission, counters]`, those beyond `capacity` counted only.
+    pub(super) fn add_fragments(&self, frame: &mut Frame, scene: &GpuScene, which: Triangles, buffers: [&Arc<Buffer>; 4], capacity: u32) {
+        let params = |batch: &Batch| FragmentParams {
             origin_inverse_size: self.whole_origin.extend(1.0 / self.grid.voxel_size).to_array(),
             first_voxel: self.first_voxel.as_vec3().extend(0.0).to_array(),
             resolution: self.grid.resolution,
             first_triangle: batch.first_triangle,
             triangle_count: batch.triangle_count,
             material: batch.material,
-            capacity: self.fragment_capacity,
+            capacity,
             emission_unit: scene.largest_emission.max(f32::MIN_POSITIVE),
         };
         // A material pays for the textures that it has: one variant for each kind.
         for kind in [TextureUse::None, TextureUse::Textured, TextureUse::Masked] {
-            let batches: Vec<_> = scene.batches.iter().filter(|batch| scene.texture_use[batch.material as usize] == kind).collect();
+            let is_of = |batch: &&Batch| scene.texture_use[batch.material as usize] == kind && which.has(scene, batch.material);
+            let batches: Vec<_> = scene.batches.iter().filter(is_of).collect();
             if batches.is_empty() {
                 continue;
             }
@@ -193,17 +253,17 @@ impl Voxelizer {
                 Method::Raster => &FRAGMENTS_RASTER,
                 Method::RasterHw => &FRAGMENTS_RASTER_HW,
             };
-            let builder = frame.pass(pass).bind(&self.occupancy).bind(fragments).bind(emission).bind(&self.counters);
+            let builder = buffers.into_iter().fold(frame.pass(pass), PassBuilder::bind);
             let builder = builder.constants(&[u32::from(scene.is_emissive), u32::from(kind == TextureUse::Masked), u32::from(kind != TextureUse::None)]);
             if self.settings.method == Method::Compute {
-                let dispatch = |batch: &&crate::scene::Batch| BatchDispatch {
+                let dispatch = |batch: &&Batch| BatchDispatch {
                     material: batch.material,
                     push: bytemuck::bytes_of(&params(batch)).to_vec(),
                     groups: self.triangle_groups(batch.triangle_count),
                 };
                 builder.dispatch_batches(batches.iter().map(dispatch).collect());
             } else {
-                let draw = |batch: &&crate::scene::Batch| DrawBatch {
+                let draw = |batch: &&Batch| DrawBatch {
                     material: batch.material,
                     push: bytemuck::bytes_of(&params(batch)).to_vec(),
                     first_vertex: 0,
@@ -234,44 +294,70 @@ impl Voxelizer {
         &self,
         gpu: &Gpu,
         scene: &GpuScene,
-        [fragments, emission]: [&Arc<Buffer>; 2],
+        which: Triangles,
+        [fragments, emission]: [Arc<Buffer>; 2],
         fragment_count: u32,
         voxel_count: u32,
-    ) -> Result<(Voxels, FrameStats), Error> {
-        let heads = buffer(gpu, "voxel.heads", 4 * u64::from(voxel_count))?;
-        let records = buffer(gpu, "voxel.records", size_of::<Voxel>() as u64 * u64::from(voxel_count))?;
-        let voxel_emission = scene.is_emissive.then(|| buffer(gpu, "voxel.emission", 16 * u64::from(voxel_count))).transpose()?;
+    ) -> Result<(Voxels, FragmentLists, FrameStats), Error> {
+        let is_dynamic = which == Triangles::Static;
+        let capacity = u64::from(voxel_count) + if is_dynamic { u64::from(self.dynamic_room[1]) } else { 0 };
+        let heads = buffer(gpu, "voxel.heads", 4 * capacity)?;
+        let records = buffer(gpu, "voxel.records", size_of::<Voxel>() as u64 * capacity)?;
+        let voxel_emission = scene.is_emissive.then(|| buffer(gpu, "voxel.emission", 16 * capacity)).transpose()?;
         let running = self.settings.accumulation == Accumulation::RunningAverage;
         let averages = if running { average_image(gpu, self.grid.resolution)? } else { Arc::clone(&self.no_image) };
         let mut frame = Frame::new();
         frame.fill("voxel.clear", &heads, 0);
-        let link = LinkParams { resolution: self.grid.resolution, fragment_count };
         if running {
+            let link = LinkParams { resolution: self.grid.resolution, fragment_count, first_fragment: 0 };
             frame.clear_image("voxel.clear", &averages, 0);
-            frame.pass(&RUNNING_AVERAGE).bind(fragments).bind(&averages).push(&link).dispatch(linear_groups(fragment_count));
+            frame.pass(&RUNNING_AVERAGE).bind(&fragments).bind(&averages).push(&link).dispatch(linear_groups(fragment_count));
         }
+        let (occupancy, block_bases) = (Arc::clone(&self.occupancy), Arc::clone(&self.block_bases));
+        let lists = FragmentLists { fragments, emission, heads };
+        let (grid, emission, hidden_count) = (self.grid, voxel_emission, 0);
+        let voxels = Voxels { grid, occupancy, block_bases, records, emission, voxel_count, hidden_count, fragment_count, is_dynamic };
+        self.add_resolve(&mut frame, scene, &voxels, &lists, &averages, [0..fragment_count, 0..voxel_count]);
+        let stats = gpu.submit(frame)?;
+        Ok((voxels, lists, stats))
+    }
+
+    /// A range of fragments into lists, and a range of voxels from their lists to records.
+    fn add_resolve(
+        &self,
+        frame: &mut Frame,
+        scene: &GpuScene,
+        voxels: &Voxels,
+        lists: &FragmentLists,
+        averages: &Arc<Image>,
+        [fragments, slots]: [Range<u32>; 2],
+    ) {
+        let running = self.settings.accumulation == Accumulation::RunningAverage;
+        let (fragment_count, voxel_count) = (fragments.len() as u32, slots.len() as u32);
         frame
             .pass(&LINK_FRAGMENTS)
-            .bind(&self.occupancy)
-            .bind(&self.block_bases)
-            .bind(fragments)
-            .bind(&heads)
-            .push(&link)
+            .bind(&voxels.occupancy)
+            .bind(&voxels.block_bases)
+            .bind(&lists.fragments)
+            .bind(&lists.heads)
+            .push(&LinkParams { resolution: self.grid.resolution, fragment_count, first_fragment: fragments.start })
             .dispatch(linear_groups(fragment_count));
         frame
             .pass(&RESOLVE_VOXELS)
-            .bind(fragments)
-            .bind(emission)
-            .bind(&heads)
-            .bind(&records)
-            .bind(voxel_emission.as_ref().unwrap_or(&self.nothing))
-            .bind(&averages)
+            .bind(&lists.fragments)
+            .bind(&lists.emission)
+            .bind(&lists.heads)
+            .bind(&voxels.records)
+            .bind(voxels.emission.as_ref().unwrap_or(&self.nothing))
+            .bind(averages)
             .constants(&[u32::from(scene.is_emissive), u32::from(self.settings.coverage), u32::from(running)])
-            .push(&ResolveParams { voxel_count, emission_unit: scene.largest_emission.max(f32::MIN_POSITIVE) })
+            .push(&ResolveParams { voxel_count, emission_unit: scene.largest_emission.max(f32::MIN_POSITIVE), first_voxel: slots.start })
             .dispatch(linear_groups(voxel_count));
-        let stats = gpu.submit(frame)?;
-        let (occupancy, block_bases) = (Arc::clone(&self.occupancy), Arc::clone(&self.block_bases));
-        Ok((Voxels { grid: self.grid, occupancy, block_bases, records, emission: voxel_emission, voxel_count, fragment_count }, stats))
+    }
+
+    /// Likewise, of dynamic geometry.
+    pub(super) fn add_dynamic_resolve(&self, frame: &mut Frame, scene: &GpuScene, voxels: &Voxels, lists: &FragmentLists, ranges: [Range<u32>; 2]) {
+        self.add_resolve(frame, scene, voxels, lists, &self.no_image, ranges);
     }
 }
 

@@ -1,6 +1,8 @@
 //! Technique `voxel-mips`: dense 3D textures with a full mip chain (Hong 2015, section 4.1), cone-traced.
 
 pub mod oracle;
+#[cfg(test)]
+mod tests;
 
 use std::sync::Arc;
 
@@ -8,12 +10,16 @@ use super::cone::{self, ConeTracer};
 use super::interleave::{self, deinterleave};
 use super::registry::{Directions, Entry, Part, Stage};
 use super::settings::{Domain, Preset, Setting, Settings};
+use super::voxel::voxelize::linear_groups;
 use super::voxel::{
-    self, Bounces, Injection, LightSettings, RAY_SETTINGS, RaySettings, Sides, VoxelLight, VoxelSettings, Voxelizer, Voxels, bounce_rays, gather_rays,
+    self, Accumulation, Bounces, DynamicVoxels, Injection, LightSettings, RAY_SETTINGS, RaySettings, Sides, VoxelLight, VoxelSettings, Voxelizer, Voxels,
+    bounce_rays, gather_rays,
 };
 use super::{Context, IndirectLight, Technique};
+use crate::gpu_struct;
 use crate::graph::{Access, Binding, Error, Frame, FrameStats, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Pass, Sets, Shaders, vk};
 use crate::render::{GBuffer, GpuScene, LightMaps, screen_image};
+use crate::shader::GpuStruct;
 
 /// One mip from the next finer one. Reads and writes RGBA16F, radiance premultiplied by opacity; a thread a texel.
 pub static FILTER: Pass = Pass {
@@ -21,6 +27,25 @@ pub static FILTER: Pass = Pass {
     shaders: Shaders::Compute("gi/voxel_mips/filter.comp"),
     bindings: &[Binding::image("finer", Access::ComputeRead), Binding::image("coarser", Access::ComputeWrite)],
     push_bytes: 0,
+    sets: Sets::None,
+};
+
+gpu_struct! {
+    /// Parameters of `voxel_mips.clear_dynamic`.
+    pub struct ClearParams {
+        /// First record.
+        pub first_voxel: u32,
+        /// Number of records.
+        pub voxel_count: u32,
+    }
+}
+
+/// The texels of the voxels in touched blocks become empty. Reads records, writes RGBA16F; a thread a voxel.
+pub static CLEAR_DYNAMIC: Pass = Pass {
+    name: "voxel_mips.clear_dynamic",
+    shaders: Shaders::Compute("gi/voxel_mips/clear_dynamic.comp"),
+    bindings: &[Binding::buffer("voxels", Access::ComputeRead), Binding::image("dense_radiance", Access::ComputeWrite)],
+    push_bytes: size_of::<ClearParams>() as u32,
     sets: Sets::None,
 };
 
@@ -79,11 +104,11 @@ pub static ENTRY: Entry = Entry {
     bounces: |settings| Bounces::new(settings).count(),
     settings: &[voxel::SETTINGS, SETTINGS, cone::SETTINGS, RAY_SETTINGS],
     presets: PRESETS,
-    passes: &[voxel::PASSES, &[&FILTER], cone::PASSES, interleave::PASSES],
-    structs: &[voxel::STRUCTS, cone::STRUCTS, interleave::STRUCTS],
+    passes: &[voxel::PASSES, &[&CLEAR_DYNAMIC, &FILTER], cone::PASSES, interleave::PASSES],
+    structs: &[voxel::STRUCTS, &[(ClearParams::NAME, ClearParams::FIELDS)], cone::STRUCTS, interleave::STRUCTS],
     stages: &[
         &voxel::VOXELIZATION,
-        &Stage { name: "clearing", part: Part::Store, passes: &["voxel_mips.clear"] },
+        &Stage { name: "clearing", part: Part::Store, passes: &["voxel_mips.clear", "voxel_mips.clear_dynamic"] },
         &voxel::LIGHT_INJECTION,
         &Stage { name: "mip filtering", part: Part::Store, passes: &["voxel_mips.filter", "voxel_mips.blit"] },
         &voxel::BOUNCES,
@@ -104,6 +129,8 @@ struct VoxelMips {
     mip_method: MipMethod,
     light_settings: LightSettings,
     bounce_directions: u32,
+    /// Fragments can be added to a voxel and taken away again.
+    is_exact: bool,
     rays: Option<RaySettings>,
     cones: ConeTracer,
     interleave: u32,
@@ -111,6 +138,8 @@ struct VoxelMips {
     /// RGBA16F, radiance premultiplied by opacity; absent where nothing traces cones.
     volume: Option<Arc<Image>>,
     store: Option<(Voxels, VoxelLight)>,
+    /// Only in a scene with dynamic models.
+    dynamic: Option<DynamicVoxels>,
     light: IndirectLight,
     /// The gather's result before the tile's patterns are averaged; absent without interleaving.
     interleaved: Option<Arc<Image>>,
@@ -125,6 +154,10 @@ enum MipMethod {
 }
 
 fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>, Error> {
+    Ok(Box::new(new(context, settings)?))
+}
+
+fn new(context: &Context<'_>, settings: &Settings) -> Result<VoxelMips, Error> {
     let Context { gpu, scene, size } = *context;
     let voxel_settings = VoxelSettings::new(settings);
     let rays = settings.is("gather", "rays").then(|| RaySettings::new(settings));
@@ -136,22 +169,24 @@ fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>
         _ if settings.is("mip_method", "blit") => MipMethod::Blit,
         _ => MipMethod::Box,
     };
-    Ok(Box::new(VoxelMips {
+    Ok(VoxelMips {
         mip_method,
-        light_settings: LightSettings::new(settings, rays.map_or(Sides::One, |rays| rays.sides)),
-        bounce_directions: settings.count("bounce_directions"),
+            light_settings: LightSettings::new(settings, rays.map_or(Sides::One, |rays| rays.sides)),
+            bounce_directions: settings.count("bounce_directions"),
+            is_exact: voxel_settings.accumulation == Accumulation::Exact,
         volume: (rays.is_none() || specular).then(|| volume(gpu, voxel_settings.resolution)).transpose()?,
         rays,
         cones: ConeTracer::new(gpu, settings)?,
         interleave,
         voxelizer: Voxelizer::new(gpu, scene, voxel_settings)?,
         store: None,
+        dynamic: None,
         light: IndirectLight {
             diffuse: screen_image(gpu, "voxel_mips.diffuse", size)?,
             specular: specular.then(|| screen_image(gpu, "voxel_mips.specular", size)).transpose()?,
         },
         interleaved: (interleave > 1).then(|| screen_image(gpu, "voxel_mips.interleaved", size)).transpose()?,
-    }))
+    })
 }
 
 /// The dense radiance volume with its mips; 9.14 bytes a voxel.
@@ -192,8 +227,14 @@ impl VoxelMips {
 impl Technique for VoxelMips {
     fn build(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
         // The old store goes first, so that rebuilding needs no more memory than building.
-        self.store = None;
-        let (voxels, mut stats) = self.voxelizer.run(context.gpu, context.scene)?;
+        (self.store, self.dynamic) = (None, None);
+        let (voxels, mut stats) = if context.scene.dynamic.is_some() && self.is_exact {
+            let (voxels, dynamic, stats) = self.voxelizer.run_dynamic(context.gpu, context.scene)?;
+            self.dynamic = Some(dynamic);
+            (voxels, stats)
+        } else {
+            self.voxelizer.run(context.gpu, context.scene)?
+        };
         if let Some(volume) = &self.volume {
             let mut frame = Frame::new();
             frame.clear_image("voxel_mips.clear", volume, [0.0; 4]);
@@ -201,6 +242,25 @@ impl Technique for VoxelMips {
         }
         let light = VoxelLight::new(context.gpu, context.scene, &voxels, self.light_settings)?;
         self.store = Some((voxels, light));
+        Ok(stats)
+    }
+
+    fn set_pose(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
+        let (Some(dynamic), Some((voxels, light))) = (&mut self.dynamic, &mut self.store) else {
+            return if context.scene.dynamic.is_some() { self.build(context) } else { Ok(FrameStats::default()) };
+        };
+        let mut stats = FrameStats::default();
+        if let Some(volume) = &self.volume {
+            let slots = dynamic.slots(voxels);
+            let params = ClearParams { first_voxel: slots.start, voxel_count: slots.len() as u32 };
+            let mut frame = Frame::new();
+            frame.pass(&CLEAR_DYNAMIC).bind(&voxels.records).bind_mip(volume, 0).push(&params).dispatch(linear_groups(params.voxel_count));
+            stats.append(context.gpu.submit(frame)?);
+        }
+        stats.append(dynamic.update(context.gpu, context.scene, &mut self.voxelizer, voxels)?);
+        if voxels.capacity() > light.capacity {
+            *light = VoxelLight::new(context.gpu, context.scene, voxels, self.light_settings)?;
+        }
         Ok(stats)
     }
 
@@ -247,7 +307,8 @@ impl Technique for VoxelMips {
 
     fn counts(&self, gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {
         let Some((voxels, light)) = &self.store else { return Ok(Vec::new()) };
-        let mut counts = vec![("fragments", u64::from(voxels.fragment_count)), ("voxels", u64::from(voxels.voxel_count))];
+        let mut counts = vec![("fragments", u64::from(voxels.fragment_count)), ("voxels", u64::from(voxels.voxel_count - voxels.hidden_count))];
+        counts.extend(self.dynamic.as_ref().map(|dynamic| ("dynamic_voxels", u64::from(dynamic.voxel_count))));
         counts.extend(light.counts(gpu)?);
         Ok(counts)
     }

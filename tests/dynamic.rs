@@ -1,0 +1,405 @@
+//! Dynamic geometry: static voxels with moving models among them against a voxelization of everything at once, and against the CPU oracle.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+mod support;
+
+use std::collections::BTreeMap;
+
+use glam::{DVec3, Vec3};
+use lumivox::frame::Renderer;
+use lumivox::gi::voxel::oracle::{self, VoxelIndex};
+use lumivox::gi::voxel::passes::Voxel;
+use lumivox::gi::voxel::{DynamicVoxels, Method, Voxelizer, Voxels};
+use lumivox::graph::{FrameStats, Gpu};
+use lumivox::image::{Aov, Image};
+use lumivox::render::GpuScene;
+use lumivox::scene::{Keyframe, Light, Model, Motion, Pose, Scene};
+use support::scenes::{Corners, in_unit_grid, lump, scene_of, soup};
+use support::technique::{Case, Surfaces, cases, frame, small_lights, small_room};
+use support::voxels::{Read, area, compare_sets, coordinates, mean_normal, oracle_grid, read, unorm10, voxel_settings, voxelize};
+use support::{Random, gpu};
+
+/// Appends the triangles of another scene as a dynamic model that is at one pose each second.
+fn add_model(scene: &mut Scene, model: Scene, poses: &[Pose]) {
+    let (first_vertex, first_material) = (scene.vertices.len() as u32, scene.materials.len() as u32);
+    let (first_triangle, triangle_count) = (scene.triangles.len() as u32, model.triangles.len() as u32);
+    let keyframes = (0u16..).zip(poses).map(|(second, pose)| Keyframe { time_s: f32::from(second), pose: *pose }).collect();
+    let motion = Some(Motion { first_vertex, rest: model.vertices.clone(), keyframes });
+    scene.models.push(Model { name: format!("model {first_triangle}"), dynamic: true, first_triangle, triangle_count, motion });
+    scene.vertices.extend(model.vertices);
+    scene.materials.extend(model.materials);
+    for mut triangle in model.triangles {
+        triangle.vertices = triangle.vertices.map(|vertex| vertex + first_vertex);
+        triangle.material += first_material;
+        scene.triangles.push(triangle);
+    }
+    scene.set_time(0.0);
+}
+
+fn still(translate: Vec3) -> Pose {
+    Pose { rotate_deg: Vec3::ZERO, translate }
+}
+
+fn random_pose(random: &mut Random, reach: f32) -> Pose {
+    let mut unit3 = |scale: f32| Vec3::from([0; 3].map(|_: u32| scale * (2.0 * random.unit() - 1.0)));
+    Pose { rotate_deg: unit3(180.0), translate: unit3(reach) }
+}
+
+/// The voxels that a scene has by compact index: whose places in memory differ, but not what they hold.
+#[derive(Debug, PartialEq)]
+struct ByVoxel {
+    occupancy: Vec<u32>,
+    records: BTreeMap<VoxelIndex, (Voxel, Option<[u32; 4]>)>,
+}
+
+fn by_voxel(read: &Read) -> ByVoxel {
+    let resolution = read.voxels.grid.resolution;
+    let blocks = resolution / 4;
+    let of = |voxel: VoxelIndex| {
+        let [x, y, z] = voxel;
+        let block = (x / 4 + blocks * (y / 4 + blocks * (z / 4))) as usize;
+        let bit = x % 4 + 4 * (y % 4) + 16 * (z % 4);
+        let words = u64::from(read.occupancy[2 * block]) | u64::from(read.occupancy[2 * block + 1]) << 32;
+        let index = (read.bases[block] + (words & ((1u64 << bit) - 1)).count_ones()) as usize;
+        (voxel, (read.records[index], read.emission.get(index).map(|emission| emission.map(f32::to_bits))))
+    };
+    ByVoxel { occupancy: read.occupancy.clone(), records: read.occupied().into_iter().map(of).collect() }
+}
+
+/// What is wrong, in a line.
+fn compare(found: &Read, expected: &Read) -> Result<(), String> {
+    let (found, expected) = (by_voxel(found), by_voxel(expected));
+    if let Some(word) = (0..expected.occupancy.len()).find(|word| found.occupancy[*word] != expected.occupancy[*word]) {
+        return Err(format!("occupancy of block {}: {:x}, not {:x}", word / 2, found.occupancy[word], expected.occupancy[word]));
+    }
+    for (voxel, record) in &expected.records {
+        let other = &found.records[voxel];
+        if coordinates(&other.0) != *voxel {
+            return Err(format!("the index of {voxel:?} leads to {:?}", coordinates(&other.0)));
+        }
+        if other != record {
+            return Err(format!("{voxel:?}: {other:?}, not {record:?}"));
+        }
+    }
+    Ok(())
+}
+
+/// Static voxels with dynamic ones among them, followed through time.
+struct Follower<'g> {
+    gpu: &'g Gpu,
+    scene: Scene,
+    gpu_scene: GpuScene,
+    voxelizer: Voxelizer,
+    voxels: Voxels,
+    dynamic: DynamicVoxels,
+    resolution: u32,
+}
+
+impl<'g> Follower<'g> {
+    fn new(gpu: &'g Gpu, scene: &Scene, resolution: u32) -> Self {
+        let mut gpu_scene = GpuScene::new(gpu, scene).unwrap();
+        in_unit_grid(&mut gpu_scene, resolution);
+        let mut voxelizer = Voxelizer::new(gpu, &gpu_scene, voxel_settings(resolution, Method::Compute)).unwrap();
+        let (voxels, dynamic, _) = voxelizer.run_dynamic(gpu, &gpu_scene).unwrap();
+        Follower { gpu, scene: scene.clone(), gpu_scene, voxelizer, voxels, dynamic, resolution }
+    }
+
+    fn go_to(&mut self, time_s: f32) -> FrameStats {
+        self.scene.set_time(time_s);
+        self.gpu_scene.set_pose(self.gpu, &self.scene).unwrap();
+        self.dynamic.update(self.gpu, &self.gpu_scene, &mut self.voxelizer, &mut self.voxels).unwrap()
+    }
+
+    /// Everything on the device now.
+    fn read(&self) -> Read {
+        read(self.gpu, self.voxels.clone())
+    }
+
+    /// The scene as it is now, voxelized at once.
+    fn from_scratch(&self) -> Read {
+        let mut gpu_scene = GpuScene::new(self.gpu, &self.scene).unwrap();
+        in_unit_grid(&mut gpu_scene, self.resolution);
+        voxelize(self.gpu, &gpu_scene, voxel_settings(self.resolution, Method::Compute))
+    }
+
+    fn check(&self, what: &str) -> Read {
+        let (found, expected) = (self.read(), self.from_scratch());
+        compare(&found, &expected).unwrap_or_else(|error| panic!("{what}: {error}"));
+        assert_eq!(found.voxels.fragment_count, expected.voxels.fragment_count, "{what}");
+        assert_eq!(found.voxels.voxel_count - found.voxels.hidden_count, expected.voxels.voxel_count, "{what}");
+        found
+    }
+}
+
+/// Random triangles, in the middle of which is the origin.
+fn centred_soup(random: &mut Random, resolution: u32, count: usize) -> Vec<Corners> {
+    let mut triangles = soup(random, resolution);
+    triangles.truncate(count);
+    triangles.iter_mut().flatten().for_each(|corner| *corner -= 0.5 * resolution as f32);
+    triangles
+}
+
+/// Static soups, up to two dynamic ones at random poses in, half out of and outside of the grid: as voxelized at once, bit by bit, and as the oracle has it.
+#[test]
+fn random_models_at_random_poses_are_as_if_voxelized_at_once() {
+    let gpu = gpu();
+    let (mut shared, mut moved, mut outside) = (0, 0, 0);
+    for seed in 0..24u64 {
+        let mut random = Random::new(7000 + seed);
+        let resolution = if seed % 3 == 0 { 64 } else { 32 };
+        let emission = if seed % 2 == 0 { 5.0 } else { 0.0 };
+        let static_count = [0, 1, 60][seed as usize % 3];
+        let static_triangles: Vec<Corners> = soup(&mut random, resolution).into_iter().take(static_count).collect();
+        let mut scene = scene_of(&static_triangles, emission, &mut random);
+        let middle = 0.5 * resolution as f32;
+        for _ in 0..=seed % 2 {
+            let triangles = centred_soup(&mut random, resolution, 40);
+            let model = scene_of(&triangles, emission, &mut random);
+            let poses: Vec<Pose> = (0..4)
+                .map(|second| {
+                    let mut pose = random_pose(&mut random, if second == 2 { 40.0 * middle } else { 1.2 * middle });
+                    pose.translate += middle;
+                    pose
+                })
+                .collect();
+            add_model(&mut scene, model, &poses);
+        }
+        let mut follower = Follower::new(&gpu, &scene, resolution);
+        follower.check(&format!("seed {seed}, first"));
+        for time_s in [0.5, 1.0, 2.0, 2.3, 3.0, 0.0] {
+            follower.go_to(time_s);
+            let what = format!("seed {seed}, {time_s} s");
+            let found = follower.check(&what);
+            let difference =
+                compare_sets(&found.occupied(), &follower.scene, &oracle_grid(&found.voxels.grid)).unwrap_or_else(|error| panic!("{what}: {error}"));
+            assert!(difference.rounding <= 2 + difference.oracle / 1000, "{what}: {difference:?}");
+            shared += u64::from(found.voxels.hidden_count);
+            moved += u64::from(follower.dynamic.voxel_count);
+            outside += u32::from(follower.dynamic.voxel_count == 0);
+        }
+    }
+    println!("{moved} voxels of dynamic geometry, {shared} static ones in the blocks that it touched; {outside} times it was outside of the grid");
+    assert!(shared > 1000 && moved > 10_000, "the scenes have to overlap");
+}
+
+/// Means over both kinds of fragments against the oracle's, in f64.
+#[test]
+fn shared_voxels_hold_the_oracles_means() {
+    let gpu = gpu();
+    let mut random = Random::new(3);
+    let mut scene = scene_of(&lump(24, 32), 3.0, &mut random);
+    let mut triangles = lump(20, 32);
+    triangles.iter_mut().flatten().for_each(|corner| *corner = 0.9 * (*corner - 16.0));
+    add_model(
+        &mut scene,
+        scene_of(&triangles, 3.0, &mut random),
+        &[still(Vec3::splat(60.0)), Pose { rotate_deg: Vec3::new(20.0, 30.0, 0.0), translate: Vec3::splat(16.3) }],
+    );
+    let mut follower = Follower::new(&gpu, &scene, 32);
+    follower.go_to(1.0);
+    let found = follower.check("lumps");
+    let sums = oracle::voxelize(&follower.scene, &oracle_grid(&found.voxels.grid));
+    let static_sums = oracle::voxelize(
+        &Scene { triangles: follower.scene.triangles[..follower.scene.models[0].first_triangle as usize].to_vec(), ..follower.scene.clone() },
+        &oracle_grid(&found.voxels.grid),
+    );
+    let (mut compared, mut worst) = (0, [0.0f64; 3]);
+    for (voxel, (record, _)) in by_voxel(&found).records {
+        let (Some(sum), Some(before)) = (sums.get(&voxel), static_sums.get(&voxel)) else { continue };
+        if sum.fragment_count == before.fragment_count || sum.area < 0.05 {
+            continue;
+        }
+        compared += 1;
+        let off = [
+            (area(&record) - sum.area).abs() / sum.area,
+            (unorm10(record.albedo).powf(2.0) - sum.albedo).abs().max_element(),
+            (mean_normal(&record) - sum.normal).length(),
+        ];
+        worst = [0, 1, 2].map(|i| worst[i].max(off[i]));
+        assert!((mean_normal(&record) - DVec3::ZERO).is_finite());
+    }
+    println!("{compared} shared voxels: area {:.4} (relative), albedo {:.4}, normal {:.4} off at most", worst[0], worst[1], worst[2]);
+    assert!(compared > 300 && worst[0] < 0.02 && worst[1] < 0.01 && worst[2] < 0.02, "{compared} voxels, {worst:?}");
+}
+
+/// After a visit, and after having left, everything static is what it was: every bit of occupancy, bases and records.
+#[test]
+fn what_was_visited_is_as_if_never_visited() {
+    let gpu = gpu();
+    let mut random = Random::new(11);
+    let mut scene = scene_of(&lump(40, 64), 3.0, &mut random);
+    let triangles = lump(30, 64).into_iter().map(|corners| corners.map(|corner| 0.4 * (corner - 32.0))).collect::<Vec<_>>();
+    let away = still(Vec3::new(500.0, 0.0, 0.0));
+    let visits: Vec<Pose> = (0..6).map(|_| random_pose(&mut random, 20.0)).map(|pose| Pose { translate: pose.translate + 32.0, ..pose }).collect();
+    let model = scene_of(&triangles, 3.0, &mut random);
+    let poses: Vec<Pose> = std::iter::once(away).chain(visits).chain([away]).collect();
+    add_model(&mut scene, model, &poses);
+    let mut follower = Follower::new(&gpu, &scene, 64);
+    let before = follower.read();
+    let still_only = |read: &Read| (read.occupancy.clone(), read.bases.clone(), read.records.clone(), read.emission.clone(), read.voxels.hidden_count);
+    let mut static_scene = scene.clone();
+    static_scene.triangles.truncate(scene.models[0].first_triangle as usize);
+    static_scene.models.clear();
+    let mut static_gpu = GpuScene::new(&gpu, &static_scene).unwrap();
+    in_unit_grid(&mut static_gpu, 64);
+    static_gpu.largest_emission = follower.gpu_scene.largest_emission;
+    let without = voxelize(&gpu, &static_gpu, voxel_settings(64, Method::Compute));
+    assert!(still_only(&before) == still_only(&without), "a scene without the model");
+    for second in 1..=6u16 {
+        follower.go_to(f32::from(second));
+        let visited = follower.read();
+        assert!(follower.dynamic.voxel_count > 100 && visited.voxels.hidden_count > 0, "{second} s: {} voxels", follower.dynamic.voxel_count);
+        assert!(visited.records[..before.records.len()] == before.records[..], "{second} s: a static record has changed");
+        assert!(visited.occupancy != before.occupancy);
+    }
+    follower.go_to(7.0);
+    let after = follower.read();
+    assert!(still_only(&after) == still_only(&before));
+    assert_eq!((after.voxels.voxel_count, after.voxels.fragment_count), (before.voxels.voxel_count, before.voxels.fragment_count));
+}
+
+/// By rasterization too.
+#[test]
+fn methods_agree_on_dynamic_geometry() {
+    let gpu = gpu();
+    let mut random = Random::new(21);
+    let mut scene = scene_of(&soup(&mut random, 32), 2.0, &mut random);
+    let model = scene_of(&centred_soup(&mut random, 32, 50), 2.0, &mut random);
+    add_model(&mut scene, model, &[still(Vec3::splat(16.0)), Pose { rotate_deg: Vec3::splat(40.0), translate: Vec3::splat(14.0) }]);
+    let mut follower = Follower::new(&gpu, &scene, 32);
+    follower.voxelizer = Voxelizer::new(&gpu, &follower.gpu_scene, voxel_settings(32, Method::Raster)).unwrap();
+    for time_s in [0.3, 1.0] {
+        follower.go_to(time_s);
+        follower.check(&format!("raster, {time_s} s"));
+    }
+}
+
+#[test]
+fn comparator_notices_planted_errors() {
+    let gpu = gpu();
+    let mut random = Random::new(5);
+    let mut scene = scene_of(&soup(&mut random, 32), 2.0, &mut random);
+    let model = scene_of(&centred_soup(&mut random, 32, 30), 2.0, &mut random);
+    add_model(&mut scene, model, &[still(Vec3::splat(16.0))]);
+    let mut follower = Follower::new(&gpu, &scene, 32);
+    let expected = follower.from_scratch();
+    let mut planted = follower.read();
+    assert_eq!(compare(&planted, &expected), Ok(()));
+    let last = planted.records.len() - 1;
+    planted.records[last].albedo ^= 1;
+    assert!(compare(&planted, &expected).is_err(), "a record");
+    let mut planted = follower.read();
+    planted.emission[last][0] += 1.0;
+    assert!(compare(&planted, &expected).is_err(), "emission");
+    let mut planted = follower.read();
+    let block = (0..planted.bases.len()).find(|block| planted.occupancy[2 * block] != 0).unwrap();
+    planted.bases[block] += 1;
+    assert!(compare(&planted, &expected).is_err(), "a base");
+    let mut planted = follower.read();
+    planted.occupancy[9] ^= 1;
+    assert!(compare(&planted, &expected).is_err(), "occupancy");
+    follower.go_to(0.0);
+    assert_eq!(compare(&follower.read(), &expected), Ok(()));
+}
+
+/// A room with a block that moves through its wall and out of it.
+fn moving_room(surfaces: Surfaces, light: Light) -> Scene {
+    let mut scene = small_room(surfaces, vec![light]);
+    let mut random = Random::new(1);
+    let triangles: Vec<Corners> = lump(8, 1).into_iter().map(|corners| corners.map(|corner| corner - 0.5)).collect();
+    let mut model = scene_of(&triangles, 2.0, &mut random);
+    if surfaces != Surfaces::Emissive {
+        model.materials.iter_mut().for_each(|material| material.emission = Vec3::ZERO);
+    }
+    let turned = Pose { rotate_deg: Vec3::new(10.0, 80.0, 0.0), translate: Vec3::new(0.5, 1.2, 0.4) };
+    add_model(&mut scene, model, &[still(Vec3::new(0.9, 0.5, 0.3)), turned, still(Vec3::new(0.0, 90.0, 0.0))]);
+    scene
+}
+
+fn pictures(renderer: &Renderer<'_>) -> Vec<Image> {
+    [Aov::Full, Aov::Direct, Aov::Indirect, Aov::Diffuse, Aov::Specular, Aov::Visibility].map(|aov| renderer.aov(aov).unwrap()).to_vec()
+}
+
+/// A renderer that followed a model gives, bit by bit, the pictures of one that was made with the model there: every technique, preset, surface and light.
+#[test]
+fn followed_pictures_are_those_of_a_new_renderer() {
+    let gpu = gpu();
+    for case in cases() {
+        for (surfaces, (name, light)) in Surfaces::ALL.into_iter().zip(small_lights().into_iter().cycle()) {
+            follow(&gpu, &case, surfaces, light, &format!("{}, {surfaces:?}, {name}", case.name()), &[("resolution", "32")]);
+        }
+    }
+}
+
+/// Likewise with an average that nothing can be taken away from.
+#[test]
+fn running_averages_are_made_anew() {
+    let gpu = gpu();
+    let (name, light) = small_lights()[0];
+    let case = cases().into_iter().find(|case| case.entry.name == "voxel-mips").unwrap();
+    let mut scene = moving_room(Surfaces::Diffuse, light);
+    let pairs = [("resolution", "32"), ("accumulation", "running-average")];
+    let (mut renderer, _) = Renderer::new(&gpu, &scene, case.entry, &case.settings(&pairs), frame(24, 16, 64)).unwrap();
+    scene.set_time(1.0);
+    let stats = renderer.set_pose(&scene).unwrap();
+    assert!(stats.passes.iter().any(|pass| pass.name == "voxel.running_average"), "{name}");
+    renderer.render(&scene.camera).unwrap();
+}
+
+fn follow(gpu: &Gpu, case: &Case, surfaces: Surfaces, light: Light, what: &str, pairs: &[(&str, &str)]) {
+    let mut scene = moving_room(surfaces, light);
+    let settings = case.settings(pairs);
+    let (mut follower, _) = Renderer::new(gpu, &scene, case.entry, &settings, frame(24, 16, 64)).unwrap();
+    let mut visited = Vec::new();
+    for time_s in [0.0, 0.4, 1.0, 2.0, 0.4] {
+        scene.set_time(time_s);
+        follower.set_pose(&scene).unwrap();
+        follower.render(&scene.camera).unwrap();
+        let (mut fresh, _) = Renderer::new(gpu, &scene, case.entry, &settings, frame(24, 16, 64)).unwrap();
+        fresh.render(&scene.camera).unwrap();
+        let (followed, expected) = (pictures(&follower), pictures(&fresh));
+        let (mut counts, mut fresh_counts) = (follower.counts().unwrap(), fresh.counts().unwrap());
+        counts.sort_unstable();
+        fresh_counts.sort_unstable();
+        assert_eq!(counts, fresh_counts, "{what}, {time_s} s");
+        for (index, (followed, expected)) in followed.iter().zip(&expected).enumerate() {
+            assert!(followed.pixels == expected.pixels, "{what}, {time_s} s: picture {index} differs");
+        }
+        visited.push(followed);
+    }
+    assert!(case.entry.name == "none" || visited[0][2].pixels != visited[2][2].pixels, "{what}: the model has to change the light");
+    assert!(visited[1].iter().zip(&visited[4]).all(|(first, again)| first.pixels == again.pixels), "{what}: the second visit");
+}
+
+/// A scene without dynamic models has no pass and no byte for them.
+#[test]
+fn static_scenes_pay_nothing() {
+    let gpu = gpu();
+    let names = ["voxel.dynamic_occupancy", "voxel.touched", "voxel.fragments", "voxel.fragment_emission", "voxel.heads", "scene.dynamic_vertices"];
+    let passes = [
+        "voxel.restore_blocks",
+        "voxel.count_touched",
+        "voxel.scan_touched",
+        "voxel.index_touched",
+        "voxel.continue_lists",
+        "voxel_mips.clear_dynamic",
+        "scene.set_pose",
+    ];
+    let (_, light) = small_lights()[0];
+    for (scene, pays) in [(small_room(Surfaces::Emissive, vec![light]), false), (moving_room(Surfaces::Emissive, light), true)] {
+        for case in cases().iter().filter(|case| case.entry.name == "voxel-mips") {
+            gpu.take_journal();
+            let (mut renderer, _) = Renderer::new(&gpu, &scene, case.entry, &case.settings(&[("resolution", "16")]), frame(16, 8, 32)).unwrap();
+            renderer.set_pose(&scene).unwrap();
+            renderer.render(&scene.camera).unwrap();
+            let ran: Vec<String> = gpu.take_journal().into_iter().flat_map(|frame| frame.names).collect();
+            let memory: Vec<String> = gpu.memory().into_iter().map(|row| row.0).collect();
+            for name in names {
+                assert_eq!(memory.iter().any(|row| row.starts_with(name)), pays, "{}: {name}", case.name());
+            }
+            for pass in passes.iter().filter(|pass| **pass != "voxel_mips.clear_dynamic" || case.preset != Some("accurate")) {
+                assert_eq!(ran.iter().any(|name| name == pass), pays, "{}: {pass}", case.name());
+            }
+        }
+    }
+}
