@@ -36,6 +36,8 @@ const BAD_ARGUMENTS: &[(&str, i32, &[&str])] = &[
     ("bundled:cornell --aov nosuch -o a.png", 2, &["--aov", "nosuch", "indirect"]),
     ("bundled:cornell --exposure nan -o a.png", 2, &["--exposure", "above 0"]),
     ("bundled:cornell --exposure 0 -o a.png", 2, &["--exposure", "above 0"]),
+    ("bundled:cornell --time nan -o a.png", 2, &["--time", "seconds"]),
+    ("bundled:cornell --time soon -o a.png", 2, &["--time", "soon"]),
     ("bundled:cornell --frames 0 -o a.png", 2, &["--frames", "1.."]),
     ("bundled:cornell --shadow-resolution 100000 -o a.png", 2, &["--shadow-resolution", "8192"]),
     ("bundled:cornell --device nosuch --size 8x8 -o a.png", 1, &["nosuch", "there are"]),
@@ -75,6 +77,7 @@ fn bad_arguments_elsewhere() {
         ("reference bundled:cornell --size 8x8 --spp 0 -o a.png", 2, &["spp"]),
         ("reference bundled:cornell --size 8x8 --bounces -1 -o a.png", 2, &["-1"]),
         ("reference bundled:cornell --size 8x8 --spp 1 --no-cache -o gone/a.exr", 1, &["gone/a.exr", "folder"]),
+        ("bench bundled:cornell --times 0,inf -o b", 2, &["--times", "seconds"]),
         ("compare gone.exr gone.exr", 2, &["gone.exr"]),
         ("compare text.exr text.exr", 2, &["text.exr"]),
         ("voxelize bundled:cornell -o a.obj", 2, &["a.obj", ".vox, .ply or .json"]),
@@ -178,6 +181,30 @@ fn extents_and_zero_area_triangles() {
             assert!(error < 0.001, "extent {extent_m} m {more}: mean {} instead of {}", mean(&image), mean(expected));
         }
     }
+}
+
+/// A sheet that comes into the picture: `render --time` shows it where `reference --time` does; without models that move, `--time` says that it does nothing.
+#[test]
+fn models_move_with_time() {
+    let folder = tempfile::tempdir().unwrap();
+    write_corner(folder.path(), 1.0, true);
+    let (still, stderr) = picture(folder.path(), "corner.toml", "--time 3");
+    assert!(stderr.contains("--time changes nothing"), "{stderr}");
+    let moving = "[[model]]\npath = 'sheet.obj'\ndynamic = true\n[[model.keyframe]]\ntime_s = 1.0\ntranslate = [0.0, 9.0, 0.0]\n\
+                  [[model.keyframe]]\ntime_s = 2.0\ntranslate = [0.5, 0.3, 0.2]\nrotate_deg = [-20.0, 0.0, 0.0]\n";
+    std::fs::write(folder.path().join("sheet.obj"), "v -0.2 -0.2 0\nv 0.2 -0.2 0\nv 0.2 0.2 0\nv -0.2 0.2 0\nf 1 2 3 4\n").unwrap();
+    let toml = std::fs::read_to_string(folder.path().join("corner.toml")).unwrap();
+    std::fs::write(folder.path().join("moving.toml"), toml + moving).unwrap();
+    let (before, _) = picture(folder.path(), "moving.toml", "");
+    assert_eq!(before.pixels, still.pixels, "the sheet is far from everything");
+    let (after, _) = picture(folder.path(), "moving.toml", "--time 2 --report r.json");
+    assert_eq!(json(&folder.path().join("r.json"))["time_s"], 2.0);
+    let ran = lumivox(folder.path(), &words("reference moving.toml --time 2 --size 48x32 --bounces 1 --spp 64 --no-cache -o out.exr"), &[]);
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    let reference = read_exr(&folder.path().join("out.exr")).unwrap();
+    let off = |image: &Image| image.pixels.iter().zip(&reference.pixels).map(|(a, b)| (*a - *b).abs().max_element()).sum::<f32>() / image.pixels.len() as f32;
+    println!("mean difference from the reference: {} with the sheet, {} without", off(&after), off(&before));
+    assert!(off(&after) < 0.3 * off(&before));
 }
 
 #[test]

@@ -11,7 +11,7 @@ use lumivox::gi::registry::{Entry, find};
 use lumivox::measure::bench::{BenchSettings, Case, Truth, cases, measure};
 use lumivox::measure::chart::Chart;
 use lumivox::measure::report::{ReferenceInfo, Report};
-use lumivox::measure::{directions_chart, error_chart, memory_chart, passes_chart, stages_chart, structures_chart, table};
+use lumivox::measure::{directions_chart, error_chart, memory_chart, motion_chart, passes_chart, stages_chart, structures_chart, table};
 use lumivox::metrics::Channel;
 use lumivox::reference::{Bounces, Filter, ReferenceError, Sampling, Settings, cache_dir, cached, guide};
 use lumivox::scene::{LoadOptions, Scene};
@@ -43,6 +43,9 @@ pub(crate) struct Args {
     /// Builds of the static structure to measure, after the first.
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     rebuilds: u32,
+    /// Seconds at which the models with keyframes are put, to measure bringing the structure up to them (as often as --rebuilds).
+    #[arg(long, value_name = "T,…", value_delimiter = ',', allow_negative_numbers = true)]
+    times: Vec<f32>,
     /// Width and height (px).
     #[arg(long, value_name = "WxH", default_value = "256x256", value_parser = parse_size)]
     size: (u32, u32),
@@ -74,6 +77,9 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     if !(args.max_error.is_finite() && args.max_error > 0.0) {
         return Err(CliError::input(format!("--max-error is {}; it must be above 0", args.max_error)));
     }
+    if let Some(time_s) = args.times.iter().find(|time_s| !time_s.is_finite()) {
+        return Err(CliError::input(format!("--times has {time_s}; it must be a number of seconds")));
+    }
     let techniques: Vec<&'static Entry> = args.technique.iter().map(|name| find(name)).collect::<Result<_, _>>().map_err(CliError::input)?;
     let cases = cases(&techniques, &args.preset, &args.resolution, &args.set).map_err(CliError::input)?;
     check_output_folder(&args.output)?;
@@ -84,7 +90,8 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     let device = args.device.choice();
     let timing = args.timing.choice(&device)?;
     let frame = FrameSettings { size: [args.size.0, args.size.1], shadow_resolution: args.shadow.shadow_resolution };
-    let settings = BenchSettings { device, timing, frame, frames: args.frames, rebuilds: args.rebuilds, channel: args.channel };
+    let times = args.times.clone();
+    let settings = BenchSettings { device, timing, frame, frames: args.frames, rebuilds: args.rebuilds, times, channel: args.channel };
     std::fs::create_dir_all(&args.output)
         .map_err(|error| CliError::failed(format!("cannot make the folder {}: {error}; name another with -o", args.output.display())))?;
     scenes.iter().zip(&stems).try_for_each(|(scene, stem)| bench_scene(args, scene, &cases, &settings, stem, quiet))
@@ -115,6 +122,7 @@ static CHARTS: &[NamedChart] = &[
     ("stages", stages_chart),
     ("structures", structures_chart),
     ("directions", directions_chart),
+    ("motion", motion_chart),
 ];
 
 fn chart_stem(stem: &Path, what: &str) -> PathBuf {

@@ -10,7 +10,7 @@ use crate::metrics::Channel;
 use crate::scene::Scene;
 use crate::vulkan::DeviceKind;
 
-use super::report::{DirectionCost, ErrorReport, MemoryRow, ReferenceInfo, Report, Timing};
+use super::report::{DirectionCost, ErrorReport, MemoryRow, MotionTimes, ReferenceInfo, Report, Timing};
 use super::stages::{StageTimes, When, part_ms, stage_times};
 
 /// What is measured: one technique with all its settings.
@@ -57,6 +57,8 @@ pub struct BenchSettings {
     pub frames: u32,
     /// Builds after the first.
     pub rebuilds: u32,
+    /// Times (s) at which dynamic models are put, so often as there are builds.
+    pub times: Vec<f32>,
     /// What of a colour is compared.
     pub channel: Channel,
 }
@@ -117,6 +119,7 @@ struct Run<'g> {
     first_build: FrameStats,
     builds: Vec<FrameStats>,
     frames: Vec<FrameStats>,
+    motion: Vec<MotionTimes>,
     indirect: Image,
     counts: Vec<(&'static str, u64)>,
     /// Alive until memory has been listed.
@@ -129,7 +132,23 @@ fn run<'g>(gpu: &'g Gpu, scene: &Scene, case: &Case, settings: &BenchSettings) -
     (0..warm_up_frames(case)).try_for_each(|_| renderer.render(&scene.camera).map(drop))?;
     let frames = (0..settings.frames).map(|_| renderer.render(&scene.camera)).collect::<Result<_, _>>()?;
     let (indirect, counts) = (renderer.aov(Aov::Indirect)?, renderer.counts()?);
-    Ok(Run { first_build, builds, frames, indirect, counts, _renderer: renderer })
+    let motion = motion(&mut renderer, scene, settings)?;
+    Ok(Run { first_build, builds, frames, motion, indirect, counts, _renderer: renderer })
+}
+
+/// Puts the scene's models where they are at each time, several times; the first may have to make buffers larger and is not counted.
+fn motion(renderer: &mut Renderer<'_>, scene: &Scene, settings: &BenchSettings) -> Result<Vec<MotionTimes>, Error> {
+    let mut moved = scene.clone();
+    let mut rows = Vec::new();
+    for &time_s in &settings.times {
+        moved.set_time(time_s);
+        renderer.set_pose(&moved)?;
+        let runs = (0..settings.rebuilds).map(|_| renderer.set_pose(&moved)).collect::<Result<Vec<FrameStats>, _>>()?;
+        let Some(gpu_ms) = Spread::of(&runs.iter().map(FrameStats::total_ms).collect::<Vec<f64>>()) else { continue };
+        let dynamic_voxels = renderer.counts()?.into_iter().find(|(name, _)| *name == "dynamic_voxels").map(|(_, count)| count);
+        rows.push(MotionTimes { time_s, dynamic_voxels, gpu_ms, passes: self::rows(&runs) });
+    }
+    Ok(rows)
 }
 
 /// Frames before those that are measured: one, but where each frame adds a bounce so many that ¾ to this power, 1% of the light, is left.
@@ -147,6 +166,7 @@ impl Run<'_> {
             first_build: PassTimes::once(&self.first_build.passes),
             build: rows(&self.builds),
             directions: direction_costs(&passes, case, scene, &truth.guide),
+            motion: self.motion.clone(),
             passes,
             totals: totals(&stages, &self.builds, &self.frames, case.entry),
             stages,

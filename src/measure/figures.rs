@@ -4,7 +4,7 @@ use crate::graph::PassTimes;
 
 use super::chart::{Bar, BarPanel, Chart, LinePanel, Panels, Scale, Series};
 use super::report::{Report, Timing};
-use super::table::{case_name, resolution, value_text};
+use super::table::{case_name, median_ms, resolution, value_text};
 
 /// Error of the indirect light against resolution, a series a technique and preset; `None` where no report has an error.
 pub fn error_chart(reports: &[Report]) -> Option<Chart> {
@@ -76,6 +76,29 @@ pub fn passes_chart(reports: &[Report]) -> Option<Chart> {
     let count = |rows: &[PassTimes]| rows.first().map_or(0, |row| row.gpu_ms.n);
     let what = format!("medians of {} builds and {} frames, {}x{} px", count(&first.build), count(&first.passes), first.size[0], first.size[1]);
     Some(Chart { title: format!("Time per pass: {}", first.scene), notes: notes(reports, first, &what), panels: Panels::Bars(panels) })
+}
+
+/// Time to bring the structure up to the dynamic models, against the voxels that they touch, beside the time of building all of it; `None` where nothing
+/// moved among voxels.
+pub fn motion_chart(reports: &[Report]) -> Option<Chart> {
+    let moved: Vec<&Report> = reports.iter().filter(|report| report.motion.iter().any(|row| row.dynamic_voxels > Some(0))).collect();
+    let first = moved.first()?;
+    let points = |report: &Report| {
+        let mut points: Vec<(f64, f64)> = report.motion.iter().filter_map(|row| Some((row.dynamic_voxels? as f64, row.gpu_ms.median))).collect();
+        points.retain(|point| point.0 > 0.0);
+        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        points
+    };
+    let series = moved.iter().map(|report| Series { name: case_name(report), points: points(report) }).collect();
+    let build = median_ms(&first.totals, "build").map(|ms| (ms, format!("building all of {}", case_name(first))));
+    let panel = LinePanel { y_label: "time of an update [ms]".into(), y_scale: Scale::Linear, series, floor: build };
+    let count = first.motion.first().map_or(0, |row| row.gpu_ms.n);
+    let notes = notes(reports, first, &format!("medians of {count} updates a point"));
+    Some(Chart {
+        title: format!("Time of dynamic models: {}", first.scene),
+        notes,
+        panels: Panels::Lines("voxels that dynamic models touch".into(), vec![panel]),
+    })
 }
 
 fn parts(rows: &[PassTimes]) -> Vec<(String, f64)> {

@@ -8,5 +8,5 @@ pub mod report;
 pub mod stages;
 pub mod table;
 
-pub use figures::{error_chart, memory_chart, passes_chart};
+pub use figures::{error_chart, memory_chart, motion_chart, passes_chart};
 pub use profile::{directions_chart, stages_chart, structures_chart};

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use crate::gi::Settings;
 use crate::gi::settings::Value;
-use crate::graph::{Gpu, PassTimes};
+use crate::graph::{Gpu, PassTimes, Spread};
 use crate::image::{Aov, GuideImage, Image};
 use crate::metrics::{Channel, Comparison, Errors, Flip, MetricError, compare, exposure_of, flip};
 use crate::reference::Bounces;
@@ -100,6 +100,19 @@ pub struct DirectionCost {
     pub us_per_direction: f64,
 }
 
+/// What it costs to bring the structure up to the dynamic models at one time.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct MotionTimes {
+    /// The time (s).
+    pub time_s: f32,
+    /// Voxels that dynamic models touch then, where the technique counts them.
+    pub dynamic_voxels: Option<u64>,
+    /// All passes, from the vertices on.
+    pub gpu_ms: Spread,
+    /// Each pass.
+    pub passes: Vec<PassTimes>,
+}
+
 /// One run.
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
@@ -148,6 +161,8 @@ pub struct Report {
     pub totals: Vec<PassTimes>,
     /// What one cone or ray costs.
     pub directions: Vec<DirectionCost>,
+    /// What dynamic models cost, by time.
+    pub motion: Vec<MotionTimes>,
     /// Every buffer and image on the device, in order of creation; those of one name are summed.
     pub memory: Vec<MemoryRow>,
     /// Their sum, as the allocator counts it.
@@ -215,6 +230,7 @@ impl Report {
             stages: Vec::new(),
             totals: Vec::new(),
             directions: Vec::new(),
+            motion: Vec::new(),
             memory_bytes: gpu.memory_total(),
             memory,
             counts: BTreeMap::new(),

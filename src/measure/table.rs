@@ -148,6 +148,10 @@ fn columns(report: &Report) -> Vec<(String, String)> {
     for (kind, rows) in [("total", &report.totals), ("counting", &report.counting), ("build", &report.build), ("frame", &report.passes)] {
         rows.iter().for_each(|row| add(format!("{kind} {} ms", row.name), row.gpu_ms.median.to_string()));
     }
+    for row in &report.motion {
+        add(format!("motion {} s ms", row.time_s), row.gpu_ms.median.to_string());
+        add(format!("motion {} s dynamic_voxels", row.time_s), row.dynamic_voxels.map(|count| count.to_string()).unwrap_or_default());
+    }
     report.counts.iter().for_each(|(name, count)| add(format!("count {name}"), count.to_string()));
     columns
 }

@@ -189,13 +189,9 @@ impl Svo {
     fn volume<'s>(&self, store: &'s Store) -> Volume<'s> {
         Volume::Sparse { nodes: &store.nodes.nodes, bricks: &store.bricks.image, corners: self.bricks.corners }
     }
-}
 
-impl Technique for Svo {
-    fn build(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
-        // The old store goes first, so that rebuilding needs no more memory than building.
-        self.store = None;
-        let (voxels, occupancy, mut stats) = self.voxelizer.run(context.gpu, context.scene, self.light_settings)?;
+    /// The octree over these voxels, and its bricks.
+    fn build_octree(&mut self, context: &Context<'_>, voxels: Pieces, occupancy: Occupancy, mut stats: FrameStats) -> Result<FrameStats, Error> {
         let (nodes, built) = NodePool::build(context.gpu, &occupancy, self.bricks.corners)?;
         stats.append(built);
         // Needed no more, and the bricks are the largest of all.
@@ -203,6 +199,29 @@ impl Technique for Svo {
         let bricks = BrickPool::new(context.gpu, &nodes, self.bricks)?;
         self.store = Some(Store { voxels, nodes, bricks });
         Ok(stats)
+    }
+}
+
+impl Technique for Svo {
+    fn build(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
+        // The old store goes first, so that rebuilding needs no more memory than building.
+        self.store = None;
+        let (voxels, occupancy, stats) = self.voxelizer.run(context.gpu, context.scene, self.light_settings)?;
+        self.build_octree(context, voxels, occupancy, stats)
+    }
+
+    fn set_pose(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
+        if context.scene.dynamic.is_none() {
+            return Ok(FrameStats::default());
+        }
+        let Some(Store { mut voxels, .. }) = self.store.take() else { return self.build(context) };
+        match voxels.set_pose(context.gpu, context.scene, &mut self.voxelizer, self.light_settings)? {
+            Some((occupancy, stats)) => self.build_octree(context, voxels, occupancy, stats),
+            None => {
+                drop(voxels);
+                self.build(context)
+            }
+        }
     }
 
     fn needs_rsm(&self) -> bool {

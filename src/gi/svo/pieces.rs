@@ -6,7 +6,7 @@ use glam::UVec3;
 
 use crate::gi::cone::{ConeTracer, Volume};
 use crate::gi::voxel::voxelize::{buffer, linear_groups};
-use crate::gi::voxel::{LightSettings, VoxelGrid, VoxelLight, VoxelSettings, Voxelizer, Voxels};
+use crate::gi::voxel::{Accumulation, DynamicVoxels, LightSettings, VoxelGrid, VoxelLight, VoxelSettings, Voxelizer, Voxels};
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Buffer, Error, Frame, FrameStats, Gpu, Pass, Sets, Shaders};
 use crate::render::{GpuScene, LightMaps};
@@ -50,6 +50,8 @@ const SMALLEST_PIECE: u32 = 64;
 struct Piece {
     voxels: Voxels,
     light: VoxelLight,
+    /// Where there are dynamic models, and the grid is in one piece.
+    dynamic: Option<DynamicVoxels>,
 }
 
 /// Voxelizes the grid, in as few pieces as the device's limits allow.
@@ -124,12 +126,19 @@ impl PieceVoxelizer {
         let mut stats = FrameStats::default();
         let mut pieces = Vec::with_capacity(self.voxelizers.len());
         for voxelizer in &mut self.voxelizers {
-            let (voxels, cost) = voxelizer.run(gpu, scene)?;
-            stats.append(cost);
+            let (voxels, dynamic) = if scene.dynamic.is_some() && along == 1 && self.settings.accumulation == Accumulation::Exact {
+                let (voxels, dynamic, cost) = voxelizer.run_dynamic(gpu, scene)?;
+                stats.append(cost);
+                (voxels, Some(dynamic))
+            } else {
+                let (voxels, cost) = voxelizer.run(gpu, scene)?;
+                stats.append(cost);
+                (voxels, None)
+            };
             let light = VoxelLight::new(gpu, scene, &voxels, settings)?;
-            pieces.push(Piece { voxels, light });
+            pieces.push(Piece { voxels, light, dynamic });
         }
-        let voxel_count = pieces.iter().map(|piece| piece.voxels.voxel_count).sum();
+        let voxel_count = pieces.iter().map(|piece| piece.voxels.voxel_count - piece.voxels.hidden_count).sum();
         let fragment_count = pieces.iter().map(|piece| piece.voxels.fragment_count).sum();
         let (occupancy, radiance) = match pieces.as_slice() {
             [whole] => (Occupancy::from(&whole.voxels), Arc::clone(&whole.light.radiance)),
@@ -172,6 +181,33 @@ fn merge(gpu: &Gpu, grid: VoxelGrid, pieces: &[Piece], along: u32) -> Result<(Oc
 }
 
 impl Pieces {
+    /// Brings the voxels up to the dynamic models after they have moved; `None` where everything has to be voxelized anew.
+    pub fn set_pose(
+        &mut self,
+        gpu: &Gpu,
+        scene: &GpuScene,
+        voxelizer: &mut PieceVoxelizer,
+        settings: LightSettings,
+    ) -> Result<Option<(Occupancy, FrameStats)>, Error> {
+        let ([Piece { voxels, light, dynamic: Some(dynamic) }], [voxelizer]) = (self.pieces.as_mut_slice(), voxelizer.voxelizers.as_mut_slice()) else {
+            return Ok(None);
+        };
+        let stats = match dynamic.update(gpu, scene, voxelizer, voxels) {
+            Err(Error::TooLarge { .. }) => return Ok(None),
+            updated => updated?,
+        };
+        if voxels.capacity() > light.capacity {
+            *light = match VoxelLight::new(gpu, scene, voxels, settings) {
+                Err(Error::TooLarge { .. }) => return Ok(None),
+                made => made?,
+            };
+            self.radiance = Arc::clone(&light.radiance);
+        }
+        self.voxel_count = voxels.voxel_count - voxels.hidden_count;
+        self.fragment_count = voxels.fragment_count;
+        Ok(Some((Occupancy::from(&*voxels), stats)))
+    }
+
     /// Adds the passes that light the voxels.
     pub fn update(&self, frame: &mut Frame, maps: &LightMaps) {
         self.add_light(frame, |frame, piece| piece.light.update(frame, &piece.voxels, maps, None));
@@ -184,7 +220,7 @@ impl Pieces {
 
     /// Adds the passes by which the voxels gather.
     pub fn bounce(&self, frame: &mut Frame, cones: &ConeTracer, volume: Volume<'_>) {
-        for Piece { voxels, light } in &self.pieces {
+        for Piece { voxels, light, .. } in &self.pieces {
             if let Some(irradiance) = &light.irradiance {
                 cones.bounce(frame, &self.grid, voxels, volume, irradiance);
             }
@@ -195,7 +231,7 @@ impl Pieces {
         let mut first_voxel = 0;
         for piece in &self.pieces {
             add(frame, piece);
-            let Piece { voxels, light } = piece;
+            let Piece { voxels, light, .. } = piece;
             let bytes = 8 * u64::from(voxels.voxel_count);
             if self.pieces.len() > 1 && bytes > 0 {
                 frame.copy_buffer("svo.merge_radiance", (&light.radiance, 0), (&self.radiance, 8 * first_voxel), bytes);
@@ -208,6 +244,7 @@ impl Pieces {
     pub fn counts(&self, gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {
         let mut counts = vec![("fragments", u64::from(self.fragment_count)), ("voxels", u64::from(self.voxel_count)), ("pieces", self.pieces.len() as u64)];
         for piece in &self.pieces {
+            counts.extend(piece.dynamic.as_ref().map(|dynamic| ("dynamic_voxels", u64::from(dynamic.voxel_count))));
             for (name, count) in piece.light.counts(gpu)? {
                 match counts.iter_mut().find(|(known, _)| *known == name) {
                     Some((_, sum)) => *sum += count,

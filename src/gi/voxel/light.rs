@@ -235,9 +235,7 @@ impl VoxelLight {
         let LightSettings { injection, sides, .. } = self.settings;
         let flags = [injection == Injection::Voxel, voxels.emission.is_some()].map(u32::from);
         let last_flags = [indirect, counting, voxels.is_dynamic].map(u32::from);
-        pass.constants(&[&flags[..], &[sides as u32], &last_flags].concat())
-            .push(&params)
-            .dispatch(linear_groups(voxels.voxel_count));
+        pass.constants(&[&flags[..], &[sides as u32], &last_flags].concat()).push(&params).dispatch(linear_groups(voxels.voxel_count));
     }
 
     /// RSM texels that lay in no occupied voxel, and lit voxels that no texel fell into, in the last frame.

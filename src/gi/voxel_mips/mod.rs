@@ -171,9 +171,9 @@ fn new(context: &Context<'_>, settings: &Settings) -> Result<VoxelMips, Error> {
     };
     Ok(VoxelMips {
         mip_method,
-            light_settings: LightSettings::new(settings, rays.map_or(Sides::One, |rays| rays.sides)),
-            bounce_directions: settings.count("bounce_directions"),
-            is_exact: voxel_settings.accumulation == Accumulation::Exact,
+        light_settings: LightSettings::new(settings, rays.map_or(Sides::One, |rays| rays.sides)),
+        bounce_directions: settings.count("bounce_directions"),
+        is_exact: voxel_settings.accumulation == Accumulation::Exact,
         volume: (rays.is_none() || specular).then(|| volume(gpu, voxel_settings.resolution)).transpose()?,
         rays,
         cones: ConeTracer::new(gpu, settings)?,
