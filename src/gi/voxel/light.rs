@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::rays::LOOP_BUDGET;
 use super::voxelize::{buffer, linear_groups};
 use super::{Bounces, Voxels};
 use crate::gi::Settings;
@@ -35,6 +36,10 @@ gpu_struct! {
         pub flux_unit: f32,
         /// One integer step of lit area (voxel faces).
         pub area_unit: f32,
+        /// Voxels along an edge of the grid.
+        pub resolution: u32,
+        /// κ of soft occlusion (voxels).
+        pub kappa: f32,
     }
 }
 
@@ -60,7 +65,7 @@ pub static INJECT_RSM: Pass = Pass {
     sets: Sets::Scene,
 };
 
-const LIGHT_BINDINGS: [Binding; 8] = [
+const LIGHT_BINDINGS: [Binding; 10] = [
     Binding::buffer("light_views", Access::ComputeRead),
     Binding::sampled("shadow_maps", Access::ComputeSampled),
     Binding::buffer("voxels", Access::ComputeRead),
@@ -69,6 +74,8 @@ const LIGHT_BINDINGS: [Binding; 8] = [
     Binding::buffer("voxel_radiance", Access::ComputeWrite),
     Binding::buffer("lost_texels", Access::ComputeReadWrite),
     Binding::buffer("voxel_irradiance", Access::ComputeRead),
+    Binding::buffer("occupancy", Access::ComputeRead),
+    Binding::buffer("block_bases", Access::ComputeRead),
 ];
 
 /// Radiance of each occupied voxel, in compact order. A thread a voxel.
@@ -85,8 +92,8 @@ pub static LIGHT_DENSE: Pass = Pass {
     name: "voxel.light",
     shaders: Shaders::Compute("gi/voxel/light_voxels_dense.comp"),
     bindings: &{
-        let [a, b, c, d, e, f, g, h] = LIGHT_BINDINGS;
-        [a, b, c, d, e, f, g, h, Binding::image("dense_radiance", Access::ComputeWrite)]
+        let [a, b, c, d, e, f, g, h, i, j] = LIGHT_BINDINGS;
+        [a, b, c, d, e, f, g, h, i, j, Binding::image("dense_radiance", Access::ComputeWrite)]
     },
     push_bytes: size_of::<LightParams>() as u32,
     sets: Sets::Scene,
@@ -110,8 +117,30 @@ pub enum Sides {
     Two = 2,
 }
 
-/// How voxels are lit.
+/// How light falls on a voxel that is shaded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Attenuation {
+    /// By the cosine to its mean normal, or to the axis that parts its sides.
+    Standard,
+    /// By the cosines to the faces on the side of its mean normal, weighted with the squares of the normal's components.
+    NormalWeighted,
+}
+
+/// What hides a light from a voxel that is shaded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Occlusion {
+    /// The shadow map, at its mean position.
+    ShadowMap = 0,
+    /// The shadow map, half a voxel off along its normal.
+    ShadowMapMoved = 1,
+    /// The first voxel that a ray hits.
+    RaysHard = 2,
+    /// All voxels that a ray hits, the nearer the more.
+    RaysSoft = 3,
+}
+
+/// How voxels are lit.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightSettings {
     /// Where their direct light comes from.
     pub injection: Injection,
@@ -119,18 +148,36 @@ pub struct LightSettings {
     pub sides: Sides,
     /// Indirect bounces.
     pub bounces: Bounces,
+    /// Of light on shaded voxels.
+    pub attenuation: Attenuation,
+    /// Of lights from shaded voxels.
+    pub occlusion: Occlusion,
+    /// κ of soft occlusion (voxels).
+    pub kappa: f32,
 }
 
 impl LightSettings {
     /// From a technique's settings.
     pub fn new(settings: &Settings, sides: Sides) -> Self {
         let injection = if settings.is("injection", "rsm") { Injection::Rsm } else { Injection::Voxel };
-        LightSettings { injection, sides, bounces: Bounces::new(settings) }
+        let attenuation = if settings.is("attenuation", "standard") { Attenuation::Standard } else { Attenuation::NormalWeighted };
+        let occlusion = match settings.choice("voxel_occlusion") {
+            "shadow-map" => Occlusion::ShadowMap,
+            "shadow-map-moved" => Occlusion::ShadowMapMoved,
+            "rays-hard" => Occlusion::RaysHard,
+            _ => Occlusion::RaysSoft,
+        };
+        LightSettings { injection, sides, bounces: Bounces::new(settings), attenuation, occlusion, kappa: settings.number("occlusion_kappa") }
     }
 
-    /// One bounce of direct light.
+    /// Everything but these as it is by default.
     pub fn direct(injection: Injection, sides: Sides) -> Self {
-        LightSettings { injection, sides, bounces: Bounces::Count(1) }
+        LightSettings { injection, sides, bounces: Bounces::Count(1), attenuation: Attenuation::Standard, occlusion: Occlusion::ShadowMap, kappa: 1.0 }
+    }
+
+    /// Whether voxels see lights by rays, for which the grid has to be whole.
+    pub fn traces(&self) -> bool {
+        matches!(self.occlusion, Occlusion::RaysHard | Occlusion::RaysSoft)
     }
 }
 
@@ -156,7 +203,12 @@ pub struct VoxelLight {
 impl VoxelLight {
     /// Allocates for these voxels.
     pub fn new(gpu: &Gpu, scene: &GpuScene, voxels: &Voxels, settings: LightSettings) -> Result<Self, Error> {
-        let LightSettings { injection, sides, bounces } = settings;
+        let LightSettings { injection, sides, bounces, .. } = settings;
+        let turns = sides as u64 * scene.lights.len() as u64 * u64::from(3 * voxels.grid.resolution + 1);
+        if settings.traces() && turns > u64::from(LOOP_BUDGET) {
+            let what = format!("voxel_occlusion by rays towards {} lights at resolution {}", scene.lights.len(), voxels.grid.resolution);
+            return Err(Error::FeatureMissing { what, feature: "more than 65,535 turns of a shader's loops" });
+        }
         let count = sides as u64 * u64::from(voxels.voxel_count);
         let irradiance = bounces.any().then(|| buffer(gpu, "voxel.irradiance", 8 * count)).transpose()?;
         if let (Some(irradiance), Bounces::Feedback) = (&irradiance, bounces) {
@@ -207,7 +259,14 @@ impl VoxelLight {
     }
 
     fn add_light(&self, frame: &mut Frame, voxels: &Voxels, maps: &LightMaps, dense: Option<&Arc<Image>>, indirect: bool, counting: bool) {
-        let params = LightParams { grid: voxels.grid.row(), voxel_count: voxels.voxel_count, flux_unit: self.flux_unit, area_unit: AREA_UNIT };
+        let params = LightParams {
+            grid: voxels.grid.row(),
+            voxel_count: voxels.voxel_count,
+            flux_unit: self.flux_unit,
+            area_unit: AREA_UNIT,
+            resolution: voxels.grid.resolution,
+            kappa: self.settings.kappa,
+        };
         let pass = frame
             .pass(if dense.is_some() { &LIGHT_DENSE } else { &LIGHT })
             .bind(&maps.views)
@@ -217,11 +276,14 @@ impl VoxelLight {
             .bind(&self.flux)
             .bind(&self.radiance)
             .bind(&self.counters)
-            .bind(self.irradiance.as_ref().unwrap_or(&voxels.records));
+            .bind(self.irradiance.as_ref().unwrap_or(&voxels.records))
+            .bind(&voxels.occupancy)
+            .bind(&voxels.block_bases);
         let pass = if let Some(image) = dense { pass.bind(image) } else { pass };
-        let LightSettings { injection, sides, .. } = self.settings;
-        let is_shaded = injection == Injection::Voxel;
-        pass.constants(&[u32::from(is_shaded), u32::from(voxels.emission.is_some()), sides as u32, u32::from(indirect), u32::from(counting)])
+        let LightSettings { injection, sides, attenuation, occlusion, .. } = self.settings;
+        let [is_shaded, is_weighted] = [injection == Injection::Voxel, attenuation == Attenuation::NormalWeighted];
+        let flags = [is_shaded, voxels.emission.is_some(), indirect, counting, is_weighted].map(u32::from);
+        pass.constants(&[flags[0], flags[1], sides as u32, flags[2], flags[3], flags[4], occlusion as u32])
             .push(&params)
             .dispatch(linear_groups(voxels.voxel_count));
     }
