@@ -13,7 +13,9 @@ layout(constant_id = 1) const uint EMISSIVE = 0;
 layout(constant_id = 2) const uint SIDES = 1;   // 2: a radiance for each side of a voxel, front first
 layout(constant_id = 3) const uint INDIRECT = 0;   // with what voxel.bounce gathered
 layout(constant_id = 4) const uint COUNTING = 1;   // holes are counted; not when the same voxels are lit again in one frame
-layout(constant_id = 5) const uint DYNAMIC = 0;   // 1: a voxel's record may stand back for one behind it, which is of dynamic geometry too
+layout(constant_id = 5) const uint NORMAL_WEIGHTED = 0;
+layout(constant_id = 6) const uint OCCLUSION = 0;   // by shadow maps (0), from half a voxel off the surface (1), by rays: hard (2), soft (3)
+layout(constant_id = 7) const uint DYNAMIC = 0;   // 1: a voxel's record may stand back for one behind it, which is of dynamic geometry too
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer LightViews { LightView light_views[]; };
 layout(set = 1, binding = 1) uniform texture2DArray shadow_maps;
@@ -31,10 +33,16 @@ layout(set = 1, binding = 10, rgba16f) uniform restrict writeonly image3D dense_
 
 layout(push_constant) uniform LightParams {
     vec4 grid;             // xyz: smallest corner of the grid [m]; w: voxel size [m]
-    uint voxel_count; float flux_unit; float area_unit; uint resolution; } params;
+    uint voxel_count;
+    float flux_unit;
+    float area_unit;
+    uint resolution;       // voxels along an edge of the grid
+    float kappa;           // κ of soft occlusion [voxels]
+} params;
 
 #include "shared/visibility.glsl"
-#include "gi/voxel/grid.glsl"
+#define voxel_records voxels
+#include "gi/voxel/trace.glsl"
 
 const float LARGEST_HALF = 65504.0;
 // Below this much surface in a voxel [faces], which texels fall into it is mere chance.
@@ -54,6 +62,36 @@ float visibility_slack(Light light, vec3 position, bool one_plane) {
     return max(0.25 * params.grid.w, one_plane ? 0.0 : 2.0 * texel_m);
 }
 
+// |n·ω|, or max(n·ω, 0) of the side that `normal` points to. Normal-weighted: Σ N_k² D_k over the faces of the voxel that its mean normal N is on the side
+// of, D_k = max(±ω_k, 0) (Villegas & Ramírez, equations 3 to 5).
+float attenuation(Voxel voxel, vec3 normal, vec3 to_light) {
+    if (NORMAL_WEIGHTED == 0u) {
+        float cosine = dot(normal, to_light);
+        return SIDES == 2u ? max(cosine, 0.0) : abs(cosine);
+    }
+    vec3 mean_normal = normalize(unpack_mean_normal(voxel.normal));
+    vec3 side = dot(mean_normal, normal) < 0.0 ? -sign(mean_normal) : sign(mean_normal);
+    return dot(mean_normal * mean_normal, SIDES == 2u ? max(side * to_light, vec3(0.0)) : abs(to_light));
+}
+
+const float RAY_START = 0.05, SELF_HEIGHT = 0.1, CONTOUR_SLACK = 0.1;   // as the defaults of voxel.gather_rays [voxels]
+
+// Fraction of a light that reaches a voxel's surface.
+float unoccluded(Light light, vec3 position, vec3 to_light, vec3 lit_side, bool one_plane) {
+    float size = params.grid.w;
+    vec3 receiver = (position - params.grid.xyz) / size, origin = receiver + RAY_START * lit_side;
+    float reach = light.position_kind.w == LIGHT_DIRECTIONAL ? 1e30 : length(light.position_kind.xyz - position) / size;
+    TraceSettings settings = TraceSettings(params.resolution, SELF_HEIGHT, CONTOUR_SLACK);
+    if (OCCLUSION == 2u) {
+        float distance;
+        int hit = trace(origin, to_light, receiver, lit_side, settings, distance);
+        return hit >= 0 && distance < reach ? 0.0 : 1.0;
+    }
+    if (OCCLUSION == 3u) return 1.0 - soft_occlusion(origin, to_light, receiver, lit_side, settings, reach, params.kappa);
+    vec3 from = OCCLUSION == 1u ? position + 0.5 * size * lit_side : position;
+    return light_visibility(light, from, lit_side, visibility_slack(light, position, one_plane));
+}
+
 // ρ/π Σ E |n·ω| V at the voxel's mean position; with two sides, of the light on the side that `normal` points to.
 vec3 shade(Voxel voxel, vec3 normal, bool one_plane) {
     float size = params.grid.w;
@@ -62,10 +100,8 @@ vec3 shade(Voxel voxel, vec3 normal, bool one_plane) {
     for (uint i = 0u; i < frame.size_px.z; ++i) {
         vec3 to_light;
         vec3 arriving = light_irradiance(lights[i], position, to_light);
-        float cosine = dot(normal, to_light);
-        if (SIDES == 2u) cosine = max(cosine, 0.0);
-        vec3 lit_side = cosine < 0.0 ? -normal : normal;
-        irradiance += arriving * abs(cosine) * light_visibility(lights[i], position, lit_side, visibility_slack(lights[i], position, one_plane));
+        vec3 lit_side = SIDES == 1u && dot(normal, to_light) < 0.0 ? -normal : normal;
+        irradiance += arriving * attenuation(voxel, normal, to_light) * unoccluded(lights[i], position, to_light, lit_side, one_plane);
     }
     return unpack_albedo(voxel.albedo) / PI * irradiance;
 }

@@ -66,4 +66,33 @@ int trace(vec3 origin, vec3 direction, vec3 receiver, vec3 receiver_normal, Trac
     return -1;
 }
 
+// ν of a ray up to a distance: ν ← ν + (1 − ν) κ/t at each voxel that it hits, t being where it enters the voxel (Villegas & Ramírez, section VI-C).
+// κ [voxels]; one hit nearer than κ is enough for ν = 1.
+float soft_occlusion(vec3 origin, vec3 direction, vec3 receiver, vec3 receiver_normal, TraceSettings s, float reach, float kappa) {
+    direction = mix(direction, vec3(1e-20), lessThan(abs(direction), vec3(1e-20)));
+    vec3 inverse = 1.0 / direction;
+    ivec3 ahead = ivec3(greaterThan(direction, vec3(0.0)));
+    ivec3 cell = ivec3(floor(origin));
+    float distance = 0.0, occlusion = 0.0;
+    for (uint turn = 0u; turn < 4u * s.resolution && distance < reach && occlusion < 1.0; ++turn) {
+        if (any(lessThan(cell, ivec3(0))) || any(greaterThanEqual(cell, ivec3(s.resolution)))) break;
+        uint block = block_index(uvec3(cell), s.resolution);
+        uvec2 words = occupancy[block];
+        int size = (words.x | words.y) == 0u ? 4 : 1;
+        uint bit = block_bit(uvec3(cell));
+        if (block_has(words, bit)) {
+            uint slot = block_bases[block] + set_bits_below(words, bit);
+            bool hit = hits_surface(slot, vec3(cell), origin, direction, receiver, receiver_normal, s);
+            if (hit) occlusion += (1.0 - occlusion) * min(kappa / max(distance, 1e-6), 1.0);
+        }
+        ivec3 low = cell & ivec3(-size);
+        vec3 leave = (vec3(low + ahead * size) - origin) * inverse;
+        distance = min(leave.x, min(leave.y, leave.z));
+        bvec3 crossed = lessThanEqual(leave, vec3(distance));
+        ivec3 along = clamp(ivec3(floor(origin + direction * distance)), low, low + size - 1);
+        cell = mix(along, mix(low - 1, low + size, greaterThan(ahead, ivec3(0))), crossed);
+    }
+    return occlusion;
+}
+
 #endif

@@ -111,12 +111,12 @@ impl PieceVoxelizer {
         Ok(())
     }
 
-    /// Voxelizes. What is too large to bind is tried again in smaller pieces.
+    /// Voxelizes. What is too large to bind is tried again in smaller pieces, but where voxels see lights by rays: a piece does not know the others.
     pub fn run(&mut self, gpu: &Gpu, scene: &GpuScene, light: LightSettings) -> Result<(Pieces, Occupancy, FrameStats), Error> {
         loop {
             let along = (self.voxelizers.len() as f64).cbrt().round() as u32;
             match self.attempt(gpu, scene, light, along) {
-                Err(Error::TooLarge { .. }) if self.grid.resolution / along > SMALLEST_PIECE => self.cut(gpu, 2 * along)?,
+                Err(Error::TooLarge { .. }) if self.grid.resolution / along > SMALLEST_PIECE && !light.traces() => self.cut(gpu, 2 * along)?,
                 result => return result,
             }
         }

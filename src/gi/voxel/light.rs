@@ -2,8 +2,9 @@
 
 use std::sync::Arc;
 
+use super::rays::LOOP_BUDGET;
 use super::voxelize::{buffer, linear_groups};
-use super::{Bounces, VoxelGrid, Voxels};
+use super::{Bounces, Voxels};
 use crate::gi::Settings;
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu, Image, Pass, Sets, Shaders};
@@ -37,6 +38,8 @@ gpu_struct! {
         pub area_unit: f32,
         /// Voxels along an edge of the grid.
         pub resolution: u32,
+        /// κ of soft occlusion (voxels).
+        pub kappa: f32,
     }
 }
 
@@ -114,8 +117,30 @@ pub enum Sides {
     Two = 2,
 }
 
-/// How voxels are lit.
+/// How light falls on a voxel that is shaded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Attenuation {
+    /// By the cosine to its mean normal, or to the axis that parts its sides.
+    Standard,
+    /// By the cosines to the faces on the side of its mean normal, weighted with the squares of the normal's components.
+    NormalWeighted,
+}
+
+/// What hides a light from a voxel that is shaded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Occlusion {
+    /// The shadow map, at its mean position.
+    ShadowMap = 0,
+    /// The shadow map, half a voxel off along its normal.
+    ShadowMapMoved = 1,
+    /// The first voxel that a ray hits.
+    RaysHard = 2,
+    /// All voxels that a ray hits, the nearer the more.
+    RaysSoft = 3,
+}
+
+/// How voxels are lit.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightSettings {
     /// Where their direct light comes from.
     pub injection: Injection,
@@ -123,18 +148,36 @@ pub struct LightSettings {
     pub sides: Sides,
     /// Indirect bounces.
     pub bounces: Bounces,
+    /// Of light on shaded voxels.
+    pub attenuation: Attenuation,
+    /// Of lights from shaded voxels.
+    pub occlusion: Occlusion,
+    /// κ of soft occlusion (voxels).
+    pub kappa: f32,
 }
 
 impl LightSettings {
     /// From a technique's settings.
     pub fn new(settings: &Settings, sides: Sides) -> Self {
         let injection = if settings.is("injection", "rsm") { Injection::Rsm } else { Injection::Voxel };
-        LightSettings { injection, sides, bounces: Bounces::new(settings) }
+        let attenuation = if settings.is("attenuation", "standard") { Attenuation::Standard } else { Attenuation::NormalWeighted };
+        let occlusion = match settings.choice("voxel_occlusion") {
+            "shadow-map" => Occlusion::ShadowMap,
+            "shadow-map-moved" => Occlusion::ShadowMapMoved,
+            "rays-hard" => Occlusion::RaysHard,
+            _ => Occlusion::RaysSoft,
+        };
+        LightSettings { injection, sides, bounces: Bounces::new(settings), attenuation, occlusion, kappa: settings.number("occlusion_kappa") }
     }
 
-    /// One bounce of direct light.
+    /// Everything but these as it is by default.
     pub fn direct(injection: Injection, sides: Sides) -> Self {
-        LightSettings { injection, sides, bounces: Bounces::Count(1) }
+        LightSettings { injection, sides, bounces: Bounces::Count(1), attenuation: Attenuation::Standard, occlusion: Occlusion::ShadowMap, kappa: 1.0 }
+    }
+
+    /// Whether voxels see lights by rays, for which the grid has to be whole.
+    pub fn traces(&self) -> bool {
+        matches!(self.occlusion, Occlusion::RaysHard | Occlusion::RaysSoft)
     }
 }
 
@@ -162,7 +205,12 @@ pub struct VoxelLight {
 impl VoxelLight {
     /// Allocates for as many voxels as these have room for.
     pub fn new(gpu: &Gpu, scene: &GpuScene, voxels: &Voxels, settings: LightSettings) -> Result<Self, Error> {
-        let LightSettings { injection, sides, bounces } = settings;
+        let LightSettings { injection, sides, bounces, .. } = settings;
+        let turns = sides as u64 * scene.lights.len() as u64 * u64::from(3 * voxels.grid.resolution + 1);
+        if settings.traces() && turns > u64::from(LOOP_BUDGET) {
+            let what = format!("voxel_occlusion by rays towards {} lights at resolution {}", scene.lights.len(), voxels.grid.resolution);
+            return Err(Error::FeatureMissing { what, feature: "more than 65,535 turns of a shader's loops" });
+        }
         let capacity = voxels.capacity();
         let count = sides as u64 * u64::from(capacity);
         let irradiance = bounces.any().then(|| buffer(gpu, "voxel.irradiance", 8 * count)).transpose()?;
@@ -217,8 +265,14 @@ impl VoxelLight {
     }
 
     fn add_light(&self, frame: &mut Frame, voxels: &Voxels, maps: &LightMaps, dense: Option<&Arc<Image>>, indirect: bool, counting: bool) {
-        let VoxelGrid { resolution, .. } = voxels.grid;
-        let params = LightParams { grid: voxels.grid.row(), voxel_count: voxels.voxel_count, flux_unit: self.flux_unit, area_unit: AREA_UNIT, resolution };
+        let params = LightParams {
+            grid: voxels.grid.row(),
+            voxel_count: voxels.voxel_count,
+            flux_unit: self.flux_unit,
+            area_unit: AREA_UNIT,
+            resolution: voxels.grid.resolution,
+            kappa: self.settings.kappa,
+        };
         let pass = frame
             .pass(if dense.is_some() { &LIGHT_DENSE } else { &LIGHT })
             .bind(&maps.views)
@@ -232,10 +286,12 @@ impl VoxelLight {
             .bind(&voxels.occupancy)
             .bind(&voxels.block_bases);
         let pass = if let Some(image) = dense { pass.bind(image) } else { pass };
-        let LightSettings { injection, sides, .. } = self.settings;
-        let flags = [injection == Injection::Voxel, voxels.emission.is_some()].map(u32::from);
-        let last_flags = [indirect, counting, voxels.is_dynamic].map(u32::from);
-        pass.constants(&[&flags[..], &[sides as u32], &last_flags].concat()).push(&params).dispatch(linear_groups(voxels.voxel_count));
+        let LightSettings { injection, sides, attenuation, occlusion, .. } = self.settings;
+        let [is_shaded, is_weighted] = [injection == Injection::Voxel, attenuation == Attenuation::NormalWeighted];
+        let flags = [is_shaded, voxels.emission.is_some(), indirect, counting, is_weighted, voxels.is_dynamic].map(u32::from);
+        pass.constants(&[flags[0], flags[1], sides as u32, flags[2], flags[3], flags[4], occlusion as u32, flags[5]])
+            .push(&params)
+            .dispatch(linear_groups(voxels.voxel_count));
     }
 
     /// RSM texels that lay in no occupied voxel, and lit voxels that no texel fell into, in the last frame.

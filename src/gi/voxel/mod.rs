@@ -17,7 +17,7 @@ pub mod voxelize;
 pub use bounce::{BOUNCE_RAYS, Bounces, bounce_rays};
 pub use dynamic::DynamicVoxels;
 pub use grid::VoxelGrid;
-pub use light::{CLEAR_LIGHT, INJECT_RSM, Injection, LIGHT, LIGHT_DENSE, LightSettings, Sides, VoxelLight};
+pub use light::{Attenuation, CLEAR_LIGHT, INJECT_RSM, Injection, LIGHT, LIGHT_DENSE, LightSettings, Occlusion, Sides, VoxelLight};
 pub use list::{OccupiedVoxel, VoxelList, list_voxels};
 pub use passes::{FRAGMENTS_COMPUTE, FRAGMENTS_RASTER, FRAGMENTS_RASTER_HW};
 pub use rays::{GATHER_RAYS, RAY_SETTINGS, RaySettings, gather_rays};
@@ -64,6 +64,29 @@ pub static SETTINGS: &[Setting] = &[
         unit: "",
         domain: Domain::Choice(&["rsm", "voxel"]),
         default: "rsm",
+    },
+    Setting {
+        name: "attenuation",
+        help: "of light on voxels that are shaded (injection = voxel, and holes of rsm): standard (cosine to the mean normal) or normal-weighted (cosines to \
+               the faces on the mean normal's side, weighted with the squares of its components)",
+        unit: "",
+        domain: Domain::Choice(&["standard", "normal-weighted"]),
+        default: "standard",
+    },
+    Setting {
+        name: "voxel_occlusion",
+        help: "what hides a light from voxels that are shaded: the shadow map (at their mean position), the shadow map moved half a voxel off along the \
+               normal, rays-hard (the first voxel that a ray to the light hits) or rays-soft (all that it hits, nearer ones more)",
+        unit: "",
+        domain: Domain::Choice(&["shadow-map", "shadow-map-moved", "rays-hard", "rays-soft"]),
+        default: "shadow-map",
+    },
+    Setting {
+        name: "occlusion_kappa",
+        help: "κ of rays-soft: a voxel hit at a distance t hides κ/t of what is left of the light",
+        unit: "voxels",
+        domain: Domain::Number { min: 0.0, max: 1e4 },
+        default: "8",
     },
     Setting {
         name: "bounces",

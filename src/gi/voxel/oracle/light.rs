@@ -45,6 +45,14 @@ pub fn shade_voxel(scene: &Scene, grid: &Grid, voxel: VoxelIndex, sum: &VoxelSum
     front + back
 }
 
+/// Normal-weighted attenuation Σ N_k² D_k of light from the unit direction `to_light` (Villegas & Ramírez, equations 3 to 5): D_k = max(±ω_k, 0) for the
+/// faces on the side of the mean normal N, turned to the side of `front` where there is one; |ω_k| where both sides count.
+pub fn normal_weighted(mean_normal: DVec3, front: Option<DVec3>, to_light: DVec3) -> f64 {
+    let normal = mean_normal.normalize();
+    let facing = |axis: usize, front: DVec3| (to_light[axis] * normal[axis].signum() * normal.dot(front).signum()).max(0.0);
+    (0..3).map(|axis| normal[axis].powi(2) * front.map_or(to_light[axis].abs(), |front| facing(axis, front))).sum()
+}
+
 /// Flux that all surfaces of the scene reflect, Σ ∫ ρ E |n·ω| V dA \[W\], from `samples` points of each triangle: what injection must conserve.
 pub fn reflected_flux(scene: &Scene, samples: u32) -> DVec3 {
     let flux = |index: usize| {

@@ -16,10 +16,10 @@ mod touching;
 pub use bounce::{bounce_rays, bounce_receiver, voxel_pattern};
 pub use fragments::{Fragment, OPPOSED, VoxelSum, fragments, resolve, voxelize};
 pub use index::{block_bases, compact_order, occupancy_words};
-pub use light::{inject, inject_sides, reflected_flux, shade_voxel, voxel_flux};
+pub use light::{inject, inject_sides, normal_weighted, reflected_flux, shade_voxel, voxel_flux};
 pub use rays::{
     Crossing, GatherSettings, Gathered, Receiver, TraceEnd, TraceGrid, TraceSettings, TraceVoxel, crossings, gather_rays, hemisphere_direction,
-    interleaved_offset, trace,
+    interleaved_offset, occlusion, trace,
 };
 pub use touching::{Candidate, candidates, is_degenerate, touched_voxels};
 

@@ -90,6 +90,16 @@ pub fn trace(grid: &TraceGrid, origin: DVec3, direction: DVec3, receiver: &Recei
     first.map_or_else(|| TraceEnd::Miss(leaves()), TraceEnd::Hit)
 }
 
+/// Share of a light at a distance `reach` \[voxels\] in the given direction that voxels hide: all of it where any is hit, or with κ = `kappa` \[voxels\]
+/// ν ← ν + (1 − ν) κ/t at each that is hit at a distance t (Villegas & Ramírez, section VI-C).
+pub fn occlusion(grid: &TraceGrid, receiver: &Receiver, start_offset: f64, direction: DVec3, reach: f64, settings: &TraceSettings, kappa: Option<f64>) -> f64 {
+    let origin = receiver.position + start_offset * receiver.geometric_normal;
+    let all = crossings(grid, origin, direction, receiver, settings);
+    let hits = all.iter().filter(|crossing| crossing.margin >= 0.0 && crossing.entry < reach);
+    let hides = |crossing: &Crossing| kappa.map_or(1.0, |kappa| (kappa / crossing.entry.max(1e-6)).min(1.0));
+    hits.fold(0.0, |hidden, crossing| hidden + (1.0 - hidden) * hides(crossing))
+}
+
 /// Distances, not negative, between which a ray is inside a closed cube.
 fn box_interval(origin: DVec3, direction: DVec3, corner: DVec3, edge: f64) -> Option<(f64, f64)> {
     let (mut entry, mut exit) = (0.0f64, f64::INFINITY);
