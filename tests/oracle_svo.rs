@@ -11,7 +11,7 @@ use lumivox::gi::svo::bricks::pool_extent;
 use lumivox::gi::svo::oracle::{Filter, Lattice, Octree, Texels, coarser, leaves, octree};
 use lumivox::gi::svo::{BrickSettings, NodePool, Occupancy, PieceVoxelizer};
 use lumivox::gi::voxel::oracle::VoxelIndex;
-use lumivox::gi::voxel::{Injection, LightSettings, Method};
+use lumivox::gi::voxel::{Injection, LightSettings, Method, Sides};
 use lumivox::graph::{Frame, Gpu};
 use lumivox::metrics::{Channel, compare as compare_images};
 use lumivox::render::{GpuScene, LightMaps};
