@@ -118,14 +118,14 @@ impl<'g> Follower<'g> {
     }
 
     /// The scene as it is now, voxelized at once.
-    fn from_scratch(&self) -> Read {
+    fn voxelized_at_once(&self) -> Read {
         let mut gpu_scene = GpuScene::new(self.gpu, &self.scene).unwrap();
         in_unit_grid(&mut gpu_scene, self.resolution);
         voxelize(self.gpu, &gpu_scene, voxel_settings(self.resolution, Method::Compute))
     }
 
     fn check(&self, what: &str) -> Read {
-        let (found, expected) = (self.read(), self.from_scratch());
+        let (found, expected) = (self.read(), self.voxelized_at_once());
         compare(&found, &expected).unwrap_or_else(|error| panic!("{what}: {error}"));
         assert_eq!(found.voxels.fragment_count, expected.voxels.fragment_count, "{what}");
         assert_eq!(found.voxels.voxel_count - found.voxels.hidden_count, expected.voxels.voxel_count, "{what}");
@@ -284,7 +284,7 @@ fn comparator_notices_planted_errors() {
     let model = scene_of(&centred_soup(&mut random, 32, 30), 2.0, &mut random);
     add_model(&mut scene, model, &[still(Vec3::splat(16.0))]);
     let mut follower = Follower::new(&gpu, &scene, 32);
-    let expected = follower.from_scratch();
+    let expected = follower.voxelized_at_once();
     let mut planted = follower.read();
     assert_eq!(compare(&planted, &expected), Ok(()));
     let last = planted.records.len() - 1;
