@@ -119,6 +119,8 @@ struct Run<'g> {
     frames: Vec<FrameStats>,
     indirect: Image,
     counts: Vec<(&'static str, u64)>,
+    /// Samples of cones, by pass.
+    samples: Vec<(&'static str, u64)>,
     /// Alive until memory has been listed.
     _renderer: Renderer<'g>,
 }
@@ -129,7 +131,8 @@ fn run<'g>(gpu: &'g Gpu, scene: &Scene, case: &Case, settings: &BenchSettings) -
     renderer.render(&scene.camera)?;
     let frames = (0..settings.frames).map(|_| renderer.render(&scene.camera)).collect::<Result<_, _>>()?;
     let (indirect, counts) = (renderer.aov(Aov::Indirect)?, renderer.counts()?);
-    Ok(Run { first_build, builds, frames, indirect, counts, _renderer: renderer })
+    let samples = renderer.count_samples()?;
+    Ok(Run { first_build, builds, frames, indirect, counts, samples, _renderer: renderer })
 }
 
 impl Run<'_> {
@@ -141,7 +144,7 @@ impl Run<'_> {
             counting: PassTimes::once(&self.first_build.counting),
             first_build: PassTimes::once(&self.first_build.passes),
             build: rows(&self.builds),
-            directions: direction_costs(&passes, case, scene, &truth.guide),
+            directions: direction_costs(&passes, case, scene, &truth.guide, &self.samples),
             passes,
             totals: totals(&stages, &self.builds, &self.frames, case.entry),
             stages,
@@ -175,7 +178,7 @@ fn directions_of(entry: &Entry, pass: &str) -> Option<&'static Directions> {
     entry.directions.iter().find(|directions| directions.pass.name == pass)
 }
 
-fn direction_costs(passes: &[PassTimes], case: &Case, scene: &Scene, guide: &GuideImage) -> Vec<DirectionCost> {
+fn direction_costs(passes: &[PassTimes], case: &Case, scene: &Scene, guide: &GuideImage, samples: &[(&str, u64)]) -> Vec<DirectionCost> {
     let surfaces: Vec<usize> = (0..guide.material.len()).filter(|&index| guide.is_surface(index)).collect();
     let is_glossy = |index: &&usize| scene.materials.get(guide.material[**index] as usize).is_some_and(|material| material.specular.is_some());
     let cost = |pass: &PassTimes| {
@@ -183,8 +186,16 @@ fn direction_costs(passes: &[PassTimes], case: &Case, scene: &Scene, guide: &Gui
             Some(setting) => (count(&case.settings, setting)?, surfaces.len()),
             None => (1, surfaces.iter().filter(is_glossy).count()),
         };
-        let us_per_direction = pass.gpu_ms.median * 1e3 / (f64::from(directions) * pixels as f64);
-        (pixels > 0).then(|| DirectionCost { pass: pass.name.clone(), directions, pixels, us_per_direction })
+        let us = pass.gpu_ms.median * 1e3;
+        let samples = samples.iter().find(|(name, _)| *name == pass.name).map(|(_, samples)| *samples).filter(|samples| *samples > 0);
+        (pixels > 0).then(|| DirectionCost {
+            pass: pass.name.clone(),
+            directions,
+            pixels,
+            us_per_direction: us / (f64::from(directions) * pixels as f64),
+            samples,
+            us_per_sample: samples.map(|samples| us / samples as f64),
+        })
     };
     passes.iter().filter_map(cost).collect()
 }

@@ -15,7 +15,7 @@ use super::cone::{self, ConeTracer, Volume};
 use super::interleave::{self, deinterleave};
 use super::registry::{Directions, Entry, Part, Stage};
 use super::settings::{Domain, Preset, Setting, Settings};
-use super::voxel::{self, Injection, VoxelSettings};
+use super::voxel::{self, Injection, MIP_FILTER, Prefilter, VoxelSettings};
 use super::{Context, IndirectLight, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image, Pass};
 use crate::render::{GBuffer, GpuScene, LightMaps, screen_image};
@@ -30,13 +30,7 @@ static SETTINGS: &[Setting] = &[
         domain: Domain::Choice(&["centres", "corners"]),
         default: "centres",
     },
-    Setting {
-        name: "mip_filter",
-        help: "each 2³ finer texels to one: box (their mean) or directional (composited along six directions, then averaged: thin walls stay opaque)",
-        unit: "",
-        domain: Domain::Choice(&["directional", "directional-max", "box"]),
-        default: "directional",
-    },
+    MIP_FILTER,
     Setting {
         name: "filter_split",
         help: "on corners, the filter of a level in one pass, or in three: centres, faces and edges, corners of bricks, whose threads then have equal work",
@@ -164,11 +158,7 @@ fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>
     let Context { gpu, scene, size } = *context;
     let specular = scene.is_glossy && settings.is("specular", "on");
     let interleave = settings.count("interleave");
-    let filter = match settings.choice("mip_filter") {
-        "box" => 0,
-        "directional" => 1,
-        _ => 2,
-    };
+    let filter = Prefilter::new(settings) as u32;
     Ok(Box::new(Svo {
         injection: Injection::new(settings),
         bricks: BrickSettings { corners: settings.is("lattice", "corners"), filter, is_split: settings.is("filter_split", "three") },
@@ -182,6 +172,12 @@ fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>
         },
         interleaved: (interleave > 1).then(|| screen_image(gpu, "svo.interleaved", size)).transpose()?,
     }))
+}
+
+impl Svo {
+    fn volume<'s>(&self, store: &'s Store) -> Volume<'s> {
+        Volume::Sparse { nodes: &store.nodes.nodes, bricks: &store.bricks.image, corners: self.bricks.corners }
+    }
 }
 
 impl Technique for Svo {
@@ -210,7 +206,7 @@ impl Technique for Svo {
 
     fn gather(&mut self, frame: &mut Frame, _scene: &GpuScene, gbuffer: &GBuffer) -> IndirectLight {
         let Some(store) = &self.store else { return self.light.clone() };
-        let volume = Volume::Sparse { nodes: &store.nodes.nodes, bricks: &store.bricks.image, corners: self.bricks.corners };
+        let volume = self.volume(store);
         let target = self.interleaved.as_ref().unwrap_or(&self.light.diffuse);
         self.cones.gather(frame, gbuffer, &store.voxels.grid, volume, target);
         if let Some(interleaved) = &self.interleaved {
@@ -220,6 +216,11 @@ impl Technique for Svo {
             self.cones.specular(frame, gbuffer, &store.voxels.grid, volume, specular);
         }
         self.light.clone()
+    }
+
+    fn count_samples(&self, gpu: &Gpu, scene: &GpuScene, gbuffer: &GBuffer) -> Result<Vec<(&'static str, u64)>, Error> {
+        let Some(store) = &self.store else { return Ok(Vec::new()) };
+        self.cones.count_samples(gpu, scene, gbuffer, &store.voxels.grid, self.volume(store), [true, self.light.specular.is_some()])
     }
 
     fn counts(&self, gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {

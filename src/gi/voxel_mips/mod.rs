@@ -1,17 +1,21 @@
 //! Technique `voxel-mips`: dense 3D textures with a full mip chain (Hong 2015, section 4.1), cone-traced.
 
+pub mod matter;
 pub mod oracle;
 
 use std::sync::Arc;
 
-use super::cone::{self, ConeTracer};
+pub use matter::{MARK_MATTER, MatterParams, REDUCE_MATTER, mark_matter, matter_image};
+
+use super::cone::{self, ConeTracer, Volume};
 use super::interleave::{self, deinterleave};
 use super::registry::{Directions, Entry, Part, Stage};
 use super::settings::{Domain, Preset, Setting, Settings};
-use super::voxel::{self, Injection, RAY_SETTINGS, RaySettings, Sides, VoxelLight, VoxelSettings, Voxelizer, Voxels, gather_rays};
+use super::voxel::{self, Injection, MIP_FILTER, Prefilter, RAY_SETTINGS, RaySettings, Sides, VoxelLight, VoxelSettings, Voxelizer, Voxels, gather_rays};
 use super::{Context, IndirectLight, Technique};
 use crate::graph::{Access, Binding, Error, Frame, FrameStats, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Pass, Sets, Shaders, vk};
 use crate::render::{GBuffer, GpuScene, LightMaps, screen_image};
+use crate::shader::GpuStruct;
 
 /// One mip from the next finer one. Reads and writes RGBA16F, radiance premultiplied by opacity; a thread a texel.
 pub static FILTER: Pass = Pass {
@@ -30,13 +34,7 @@ static SETTINGS: &[Setting] = &[
         domain: Domain::Choice(&["cones", "rays"]),
         default: "cones",
     },
-    Setting {
-        name: "mip_filter",
-        help: "box (mean of eight) or directional (composited along six directions, then averaged: thin walls stay opaque)",
-        unit: "",
-        domain: Domain::Choice(&["directional", "directional-max", "box"]),
-        default: "directional",
-    },
+    MIP_FILTER,
     Setting {
         name: "mip_method",
         help: "of the box filter: compute, or blit (the hardware's linear filter)",
@@ -77,11 +75,12 @@ pub static ENTRY: Entry = Entry {
     bounces: 1,
     settings: &[voxel::SETTINGS, SETTINGS, cone::SETTINGS, RAY_SETTINGS],
     presets: PRESETS,
-    passes: &[voxel::PASSES, &[&FILTER], cone::PASSES, interleave::PASSES],
-    structs: &[voxel::STRUCTS, cone::STRUCTS, interleave::STRUCTS],
+    passes: &[voxel::PASSES, &[&MARK_MATTER, &REDUCE_MATTER, &FILTER], cone::PASSES, interleave::PASSES],
+    structs: &[voxel::STRUCTS, &[(MatterParams::NAME, MatterParams::FIELDS)], cone::STRUCTS, interleave::STRUCTS],
     stages: &[
         &voxel::VOXELIZATION,
         &Stage { name: "clearing", part: Part::Store, passes: &["voxel_mips.clear"] },
+        &Stage { name: "empty space", part: Part::Store, passes: &["voxel_mips.mark_matter", "voxel_mips.reduce_matter"] },
         &voxel::LIGHT_INJECTION,
         &Stage { name: "mip filtering", part: Part::Store, passes: &["voxel_mips.filter", "voxel_mips.blit"] },
         &Stage { name: "gather", part: Part::Picture, passes: &["cone.gather", "voxel.gather_rays", "gi.deinterleave"] },
@@ -96,28 +95,30 @@ pub static ENTRY: Entry = Entry {
     make,
 };
 
+/// What cones march through.
+struct DenseVolume {
+    /// RGBA16F, radiance premultiplied by opacity, n³ texels and all mips.
+    radiance: Arc<Image>,
+    /// Where samples of it may see matter.
+    matter: Arc<Image>,
+}
+
 /// The technique and what it keeps.
 struct VoxelMips {
-    mip_method: MipMethod,
+    filter: Prefilter,
+    /// Whether the hardware's linear filter makes the mips.
+    blits: bool,
     injection: Injection,
     rays: Option<RaySettings>,
     cones: ConeTracer,
     interleave: u32,
     voxelizer: Voxelizer,
-    /// RGBA16F, radiance premultiplied by opacity; absent where nothing traces cones.
-    volume: Option<Arc<Image>>,
+    /// Absent where nothing traces cones.
+    volume: Option<DenseVolume>,
     store: Option<(Voxels, VoxelLight)>,
     light: IndirectLight,
     /// The gather's result before the tile's patterns are averaged; absent without interleaving.
     interleaved: Option<Arc<Image>>,
-}
-
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum MipMethod {
-    Box,
-    Directional,
-    DirectionalMax,
-    Blit,
 }
 
 fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>, Error> {
@@ -126,16 +127,12 @@ fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>
     let rays = settings.is("gather", "rays").then(|| RaySettings::new(settings));
     let specular = scene.is_glossy && settings.is("specular", "on");
     let interleave = settings.count("interleave");
-    let mip_method = match settings.choice("mip_filter") {
-        "directional" => MipMethod::Directional,
-        "directional-max" => MipMethod::DirectionalMax,
-        _ if settings.is("mip_method", "blit") => MipMethod::Blit,
-        _ => MipMethod::Box,
-    };
+    let filter = Prefilter::new(settings);
     Ok(Box::new(VoxelMips {
-        mip_method,
+        filter,
+        blits: filter == Prefilter::Box && settings.is("mip_method", "blit"),
         injection: Injection::new(settings),
-        volume: (rays.is_none() || specular).then(|| volume(gpu, voxel_settings.resolution)).transpose()?,
+        volume: (rays.is_none() || specular).then(|| DenseVolume::new(gpu, voxel_settings.resolution)).transpose()?,
         rays,
         cones: ConeTracer::new(gpu, settings)?,
         interleave,
@@ -149,28 +146,35 @@ fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>
     }))
 }
 
-/// The dense radiance volume with its mips; 9.14 bytes a voxel.
-fn volume(gpu: &Gpu, resolution: u32) -> Result<Arc<Image>, Error> {
-    gpu.create_image(&ImageDesc {
-        name: "voxel_mips.radiance".into(),
-        extent: [resolution; 3],
-        kind: ImageKind::D3,
-        format: vk::Format::R16G16B16A16_SFLOAT,
-        mips: ImageDesc::full_mips([resolution; 3]),
-        layers: 1,
-        usage: ImageUsage::STORAGE | ImageUsage::SAMPLED,
-    })
+impl DenseVolume {
+    fn new(gpu: &Gpu, resolution: u32) -> Result<Self, Error> {
+        let extent = [resolution; 3];
+        let radiance = gpu.create_image(&ImageDesc {
+            name: "voxel_mips.radiance".into(),
+            extent,
+            kind: ImageKind::D3,
+            format: vk::Format::R16G16B16A16_SFLOAT,
+            mips: ImageDesc::full_mips(extent),
+            layers: 1,
+            usage: ImageUsage::STORAGE | ImageUsage::SAMPLED,
+        })?;
+        Ok(DenseVolume { radiance, matter: matter_image(gpu, resolution)? })
+    }
+
+    fn as_volume(&self) -> Volume<'_> {
+        Volume::Dense { radiance: &self.radiance, matter: &self.matter }
+    }
 }
 
 impl VoxelMips {
     fn add_mips(&self, frame: &mut Frame, volume: &Arc<Image>) {
-        if self.mip_method == MipMethod::Blit {
+        if self.blits {
             frame.blit_mips("voxel_mips.blit", volume);
             return;
         }
         for mip in 1..volume.mips() {
             let groups = volume.extent(mip)[0].div_ceil(4);
-            frame.pass(&FILTER).bind_mip(volume, mip - 1).bind_mip(volume, mip).constants(&[self.mip_method as u32]).dispatch([groups; 3]);
+            frame.pass(&FILTER).bind_mip(volume, mip - 1).bind_mip(volume, mip).constants(&[self.filter as u32]).dispatch([groups; 3]);
         }
     }
 }
@@ -182,7 +186,8 @@ impl Technique for VoxelMips {
         let (voxels, mut stats) = self.voxelizer.run(context.gpu, context.scene)?;
         if let Some(volume) = &self.volume {
             let mut frame = Frame::new();
-            frame.clear_image("voxel_mips.clear", volume, [0.0; 4]);
+            frame.clear_image("voxel_mips.clear", &volume.radiance, [0.0; 4]);
+            mark_matter(&mut frame, &voxels.occupancy, &volume.matter);
             stats.append(context.gpu.submit(frame)?);
         }
         let light = VoxelLight::new(context.gpu, context.scene, &voxels, self.injection, self.rays.map_or(Sides::One, |rays| rays.sides))?;
@@ -196,9 +201,10 @@ impl Technique for VoxelMips {
 
     fn update(&mut self, frame: &mut Frame, _scene: &GpuScene, maps: &LightMaps) {
         let Some((voxels, light)) = &self.store else { return };
-        light.update(frame, voxels, maps, self.volume.as_ref());
-        if let Some(volume) = &self.volume {
-            self.add_mips(frame, volume);
+        let radiance = self.volume.as_ref().map(|volume| &volume.radiance);
+        light.update(frame, voxels, maps, radiance);
+        if let Some(radiance) = radiance {
+            self.add_mips(frame, radiance);
         }
     }
 
@@ -207,16 +213,21 @@ impl Technique for VoxelMips {
         let target = self.interleaved.as_ref().unwrap_or(&self.light.diffuse);
         match (&self.rays, &self.volume) {
             (Some(rays), _) => gather_rays(frame, gbuffer, voxels, light, rays, target),
-            (None, Some(volume)) => self.cones.gather(frame, gbuffer, &voxels.grid, volume, target),
+            (None, Some(volume)) => self.cones.gather(frame, gbuffer, &voxels.grid, volume.as_volume(), target),
             (None, None) => unreachable!("cones have a volume to march through"),
         }
         if let Some(interleaved) = &self.interleaved {
             deinterleave(frame, gbuffer, interleaved, &self.light.diffuse, self.interleave);
         }
         if let (Some(specular), Some(volume)) = (&self.light.specular, &self.volume) {
-            self.cones.specular(frame, gbuffer, &voxels.grid, volume, specular);
+            self.cones.specular(frame, gbuffer, &voxels.grid, volume.as_volume(), specular);
         }
         self.light.clone()
+    }
+
+    fn count_samples(&self, gpu: &Gpu, scene: &GpuScene, gbuffer: &GBuffer) -> Result<Vec<(&'static str, u64)>, Error> {
+        let (Some((voxels, _)), Some(volume)) = (&self.store, &self.volume) else { return Ok(Vec::new()) };
+        self.cones.count_samples(gpu, scene, gbuffer, &voxels.grid, volume.as_volume(), [self.rays.is_none(), self.light.specular.is_some()])
     }
 
     fn counts(&self, gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {
