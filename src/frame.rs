@@ -82,6 +82,11 @@ impl<'g> Renderer<'g> {
         read_aov(self.gpu, &self.gbuffer, &self.output, light, aov)
     }
 
+    /// Samples that the cones of the last frame's gather take, by the name of the pass.
+    pub fn count_samples(&self) -> Result<Vec<(&'static str, u64)>, Error> {
+        self.technique.count_samples(self.gpu, &self.scene, &self.gbuffer)
+    }
+
     /// Counts of the last frame, by name.
     pub fn counts(&self) -> Result<Vec<(&'static str, u64)>, Error> {
         self.technique.counts(self.gpu)

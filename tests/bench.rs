@@ -33,6 +33,16 @@ fn writes_records_tables_and_charts() {
         assert!(record["error"]["pixel"]["rel_rmse"].as_f64().unwrap() > 0.0);
         assert!(!record["error"]["materials"].as_array().unwrap().is_empty());
         assert!(record["directions"][0]["us_per_direction"].as_f64().unwrap() > 0.0);
+        // Rays take no samples; a cone takes one at least.
+        let cost = &record["directions"][0];
+        let is_cones = record["preset"] == "cones";
+        assert_eq!(cost["samples"].is_null(), !is_cones, "{cost}");
+        if is_cones {
+            let samples = cost["samples"].as_f64().unwrap();
+            assert!(samples >= cost["pixels"].as_f64().unwrap() * cost["directions"].as_f64().unwrap(), "{cost}");
+            let ms = record["passes"].as_array().unwrap().iter().find(|pass| pass["name"] == "cone.gather").unwrap()["gpu_ms"]["median"].as_f64().unwrap();
+            assert!((cost["us_per_sample"].as_f64().unwrap() * samples / (1e3 * ms) - 1.0).abs() < 1e-9, "{cost}");
+        }
         assert_eq!(record["passes"][0]["gpu_ms"]["n"], 2);
         assert!(record["build"].as_array().unwrap().iter().all(|pass| pass["gpu_ms"]["n"] == 5));
         assert!(!record["first_build"].as_array().unwrap().is_empty());

@@ -22,7 +22,7 @@ use lumivox::reference::guide;
 use lumivox::render::{GpuScene, LightMaps};
 use lumivox::scene::Scene;
 use rayon::prelude::*;
-use support::gather::{filter, random_volume, read_chain, volume};
+use support::gather::{filter, matter, occupied, random_volume, read_chain, volume};
 use support::scenes::bundled;
 use support::technique::{Case, default_cases, frame, mean, shoot};
 use support::voxels::{Read, coordinates, half, mean_normal, opposed_axis, to_half, unorm10, voxel_settings, voxelize};
@@ -145,13 +145,20 @@ fn light_gathered_by_cones_is_the_oracles() {
         [vec!["bounce_directions=5"], vec!["bounce_directions=8", "height_clamp=0", "step_factor=0.5", "aperture_scale=0.8"]].iter().enumerate()
     {
         let lit = Lit::new(&gpu, "two-rooms", Vec3::new(0.3, 0.2, 0.1), 32, Sides::One);
-        let image = volume(&gpu, &random_volume(32, 0.1, &mut Random::new(seed as u64)));
+        let texels = random_volume(32, 0.1, &mut Random::new(seed as u64));
+        let (image, matter) = (volume(&gpu, &texels), matter(&gpu, &occupied(&texels), 32));
         let all: Vec<&str> = pairs.iter().copied().chain(["bounces=2"]).collect();
         let settings = settings("voxel-mips", "cones", &all);
         let mut frame = lit.frame();
         filter(&mut frame, &image, 1);
         let tracer = ConeTracer::new(&gpu, &settings).unwrap();
-        tracer.bounce(&mut frame, &lit.read.voxels.grid, &lit.read.voxels, &image, lit.light.irradiance.as_ref().unwrap());
+        tracer.bounce(
+            &mut frame,
+            &lit.read.voxels.grid,
+            &lit.read.voxels,
+            DeviceVolume::Dense { radiance: &image, matter: &matter },
+            lit.light.irradiance.as_ref().unwrap(),
+        );
         gpu.submit(frame).unwrap();
         let chain = read_chain(&gpu, &image);
         let number = |name: &str| f64::from(settings.number(name));

@@ -3,23 +3,26 @@
 
 mod support;
 
+use std::collections::BTreeSet;
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use glam::{DVec2, DVec3, DVec4, Vec3};
 use lumivox::gi::Settings;
 use lumivox::gi::cone::oracle::{MarchSettings, Placement, SetCone, Volume, gather};
-use lumivox::gi::cone::{ConeTracer, cone_set};
+use lumivox::gi::cone::{self, ConeTracer, cone_set};
 use lumivox::gi::registry::find;
 use lumivox::gi::voxel::oracle::{
-    Crossing, GatherSettings, TraceGrid, TraceSettings, TraceVoxel, VoxelIndex, crossings, gather_rays as oracle_rays, hemisphere_direction, interleaved_offset,
+    Crossing, GatherSettings, Gathered, TraceGrid, TraceSettings, TraceVoxel, VoxelIndex, crossings, gather_rays as oracle_rays, hemisphere_direction,
+    interleaved_offset,
 };
 use lumivox::gi::voxel::{Injection, LightSettings, Method, RaySettings, Sides, VoxelGrid, VoxelLight, gather_rays};
-use lumivox::gi::voxel_mips::oracle::{Filter, coarser};
-use lumivox::graph::{Frame, Gpu};
+use lumivox::gi::voxel_mips::oracle::{Filter, coarser, sees_matter};
+use lumivox::graph::{Frame, Gpu, Image};
 use lumivox::render::GpuScene;
 use lumivox::scene::Scene;
 use rayon::prelude::*;
-use support::gather::{View, filter, random_volume, read_chain, volume};
+use support::gather::{View, filter, matter, occupied, random_volume, read_chain, volume};
 use support::scenes::bundled;
 use support::voxels::{Read, coordinates, mean_normal, opposed_axis, to_half, unorm10, voxel_settings, voxelize};
 use support::{Random, gpu};
@@ -79,17 +82,96 @@ fn cornell(gpu: &Gpu, environment: Vec3, resolution: u32) -> (Scene, GpuScene, V
     (scene, gpu_scene, grid, view)
 }
 
-/// The device's answer at each receiver.
-fn cones_on_gpu(gpu: &Gpu, scene: &GpuScene, grid: &VoxelGrid, view: &View, image: &std::sync::Arc<lumivox::graph::Image>, settings: &Settings) -> Vec<DVec4> {
+/// The device's answer at each receiver, with empty space skipped or not.
+fn gather_cones(gpu: &Gpu, scene: &GpuScene, grid: &VoxelGrid, view: &View, volume: [&Arc<Image>; 2], settings: &Settings, skips_empty: bool) -> Vec<DVec4> {
+    let [radiance, matter] = volume;
+    let mut tracer = ConeTracer::new(gpu, settings).unwrap();
+    tracer.skips_empty = skips_empty;
     let mut frame = Frame::new();
     frame.set_scene(&scene.set, &scene.materials);
-    ConeTracer::new(gpu, settings).unwrap().gather(&mut frame, &view.gbuffer, grid, image, &view.result);
+    tracer.gather(&mut frame, &view.gbuffer, grid, cone::Volume::Dense { radiance, matter }, &view.result);
     gpu.submit(frame).unwrap();
     view.results(gpu)
 }
 
+/// The same, bit for bit, whether empty space is skipped or not.
+fn cones_on_gpu(gpu: &Gpu, scene: &GpuScene, grid: &VoxelGrid, view: &View, volume: [&Arc<Image>; 2], settings: &Settings) -> Vec<DVec4> {
+    let all = gather_cones(gpu, scene, grid, view, volume, settings, false);
+    assert!(gather_cones(gpu, scene, grid, view, volume, settings, true) == all, "skipping empty space changes the picture");
+    all
+}
+
+/// What is wrong with a matter pyramid, if anything: every bit of every mip is the oracle's.
+fn compare_matter(words: &[u32], occupied: &BTreeSet<VoxelIndex>, resolution: u32) -> Result<(), String> {
+    let row = (resolution / 4) as usize;
+    for mip in 0..=resolution.ilog2() {
+        let size = resolution >> mip;
+        for index in 0..size.pow(3) {
+            let stencil @ [x, y, z] = [index % size, index / size % size, index / (size * size)];
+            let word = words[(x / 4) as usize + row * ((y / 4) as usize + row * (z / 2 + resolution - size) as usize)];
+            let seen = word >> (x % 4 + 4 * (y % 4) + 16 * (z % 2)) & 1 == 1;
+            let expected = sees_matter(occupied, resolution, stencil, mip);
+            if seen != expected {
+                return Err(format!("stencil {stencil:?} of mip {mip} is {seen}"));
+            }
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn matter_pyramid_is_the_oracles() {
+    let gpu = gpu();
+    for seed in 0..12u64 {
+        let resolution = [8, 16, 32, 64][seed as usize % 4];
+        let mut random = Random::new(700 + seed);
+        // None, one, a few anywhere up to the border of the grid.
+        let count = [0, 1, 3, 40][seed as usize / 4 + (seed as usize & 1)];
+        let occupied: BTreeSet<VoxelIndex> = (0..count).map(|_| [0; 3].map(|_: u32| random.below(resolution))).collect();
+        let mut words: Vec<u32> = bytemuck::pod_collect_to_vec(&gpu.read_image(&matter(&gpu, &occupied, resolution), 0, 0).unwrap());
+        compare_matter(&words, &occupied, resolution).unwrap_or_else(|error| panic!("seed {seed}, {occupied:?}: {error}"));
+        words[random.below(resolution * resolution / 16 * resolution / 2) as usize] ^= 1 << random.below(32);
+        assert!(compare_matter(&words, &occupied, resolution).is_err(), "a flipped bit goes unnoticed");
+    }
+}
+
+/// Samples that the device counts are those that the oracle takes, but for cones that end within rounding of another sample.
+#[test]
+fn counted_samples_are_the_oracles() {
+    let gpu = gpu();
+    let (scene, gpu_scene, grid, view) = cornell(&gpu, Vec3::ZERO, 32);
+    for (seed, pairs) in [["cones=6", "aperture_scale=1"], ["cones=16", "aperture_scale=0.1"]].into_iter().enumerate() {
+        let finest = random_volume(32, 0.05, &mut Random::new(60 + seed as u64));
+        let image = volume(&gpu, &finest);
+        let mut frame = Frame::new();
+        filter(&mut frame, &image, 1);
+        gpu.submit(frame).unwrap();
+        let matter = matter(&gpu, &occupied(&finest), 32);
+        let settings = settings(&pairs.map(str::to_owned));
+        let cones = cone::Volume::Dense { radiance: &image, matter: &matter };
+        let counted = ConeTracer::new(&gpu, &settings).unwrap().count_samples(&gpu, &gpu_scene, &view.gbuffer, &grid, cones, [true, false]).unwrap();
+        let chain = read_chain(&gpu, &image);
+        let expected: u64 = samples_by_oracle(&chain, &scene, &grid, &view, &settings);
+        println!("{pairs:?}: {counted:?} samples, {expected} by the oracle");
+        let [("cone.gather", samples)] = counted[..] else { panic!("{counted:?}") };
+        assert!((samples as f64 / expected as f64 - 1.0).abs() < 0.002, "{samples} samples, {expected} by the oracle");
+        // Where the pyramid has nothing, cones see nothing: it is this pyramid that they skip by.
+        let nothing = support::gather::matter(&gpu, &BTreeSet::new(), 32);
+        let seen = gather_cones(&gpu, &gpu_scene, &grid, &view, [&image, &nothing], &settings, true);
+        assert!(seen != gather_cones(&gpu, &gpu_scene, &grid, &view, [&image, &matter], &settings, true));
+    }
+}
+
 /// The oracle's answer at each receiver.
 fn cones_by_oracle(chain: &[Volume], scene: &Scene, grid: &VoxelGrid, view: &View, settings: &Settings) -> Vec<DVec4> {
+    by_oracle(chain, scene, grid, view, settings).into_iter().map(|(gathered, _)| gathered.irradiance.extend(gathered.visibility)).collect()
+}
+
+fn samples_by_oracle(chain: &[Volume], scene: &Scene, grid: &VoxelGrid, view: &View, settings: &Settings) -> u64 {
+    by_oracle(chain, scene, grid, view, settings).iter().map(|(_, samples)| u64::from(*samples)).sum()
+}
+
+fn by_oracle(chain: &[Volume], scene: &Scene, grid: &VoxelGrid, view: &View, settings: &Settings) -> Vec<(Gathered, u32)> {
     let number = |name: &str| f64::from(settings.number(name));
     let set = cone_set(settings.count("cones"), settings.is("cone_set", "disc"), settings.number("aperture_scale"));
     let cone = |cone: &lumivox::gi::cone::Cone| SetCone {
@@ -113,8 +195,7 @@ fn cones_by_oracle(chain: &[Volume], scene: &Scene, grid: &VoxelGrid, view: &Vie
     let of = |(pixel, receiver): &([u32; 2], _)| {
         let pattern = if interleave > 1 { interleaved_offset(*pixel, interleave) } else { DVec2::new(0.5, 0.0) };
         let placement = Placement { start_offset: number("start_offset"), pattern, jitter: f64::from(set.stratum) };
-        let gathered = gather(chain, receiver, &cones, &placement, &march);
-        gathered.irradiance.extend(gathered.visibility)
+        gather(chain, receiver, &cones, &placement, &march)
     };
     view.receivers.par_iter().map(of).collect()
 }
@@ -141,7 +222,8 @@ fn cones_are_the_oracles() {
     let (scene, gpu_scene, grid, view) = cornell(&gpu, Vec3::new(0.7, 0.5, 0.3), 32);
     for seed in 0..12 {
         let mut random = Random::new(300 + seed);
-        let image = volume(&gpu, &random_volume(32, [0.02, 0.1, 0.4][seed as usize % 3], &mut random));
+        let finest = random_volume(32, [0.02, 0.1, 0.4][seed as usize % 3], &mut random);
+        let (image, matter) = (volume(&gpu, &finest), matter(&gpu, &occupied(&finest), 32));
         let mut frame = Frame::new();
         filter(&mut frame, &image, random.below(2));
         gpu.submit(frame).unwrap();
@@ -158,7 +240,7 @@ fn cones_are_the_oracles() {
         set("interleave", [1, 2, 4, 8][random.below(4) as usize].to_string());
         set("ao_falloff", (4.0 * random.unit()).to_string());
         let settings = settings(&pairs);
-        let seen = cones_on_gpu(&gpu, &gpu_scene, &grid, &view, &image, &settings);
+        let seen = cones_on_gpu(&gpu, &gpu_scene, &grid, &view, [&image, &matter], &settings);
         let expected = cones_by_oracle(&read_chain(&gpu, &image), &scene, &grid, &view, &settings);
         let result = errors(&seen, &expected);
         let (relative, visibility) = &result;
@@ -173,7 +255,7 @@ fn every_cone_set_sees_a_uniform_environment() {
     let gpu = gpu();
     let environment = Vec3::new(1.0, 2.0, 3.0);
     let (_, gpu_scene, grid, view) = cornell(&gpu, environment, 32);
-    let image = volume(&gpu, &Volume::new(32, |_| DVec4::ZERO));
+    let (image, matter) = (volume(&gpu, &Volume::new(32, |_| DVec4::ZERO)), matter(&gpu, &BTreeSet::new(), 32));
     let mut frame = Frame::new();
     filter(&mut frame, &image, 0);
     gpu.submit(frame).unwrap();
@@ -183,7 +265,7 @@ fn every_cone_set_sees_a_uniform_environment() {
             let weights: f64 = cone_set(count, set == "disc", 1.0).cones.iter().map(|cone| f64::from(cone.weight)).sum();
             assert!((weights - 1.0).abs() < 1e-6, "{count} cones of {set}: weights sum to {weights}");
             let settings = settings(&[format!("cones={count}"), format!("cone_set={set}"), "interleave=4".to_owned()]);
-            for result in cones_on_gpu(&gpu, &gpu_scene, &grid, &view, &image, &settings) {
+            for result in cones_on_gpu(&gpu, &gpu_scene, &grid, &view, [&image, &matter], &settings) {
                 let error = (result.truncate() / (PI * environment.as_dvec3()) - 1.0).abs().max_element();
                 worst = worst.max(error);
                 assert!(error <= 0.005 && (result.w - 1.0).abs() < 1e-5, "{count} cones of {set}: {result}");

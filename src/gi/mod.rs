@@ -49,6 +49,12 @@ pub trait Technique {
     /// Adds the passes that answer for each pixel of the G-buffer.
     fn gather(&mut self, frame: &mut Frame, scene: &GpuScene, gbuffer: &GBuffer) -> IndirectLight;
 
+    /// Samples that the cones of a gather take, by the name of its pass, over the whole picture: counted on the device in a run of its own, after a frame.
+    /// None where nothing traces cones.
+    fn count_samples(&self, _gpu: &Gpu, _scene: &GpuScene, _gbuffer: &GBuffer) -> Result<Vec<(&'static str, u64)>, Error> {
+        Ok(Vec::new())
+    }
+
     /// Counts for the report, by name; some are read back from the device.
     fn counts(&self, gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error>;
 }

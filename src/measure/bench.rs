@@ -122,6 +122,8 @@ struct Run<'g> {
     motion: Vec<MotionTimes>,
     indirect: Image,
     counts: Vec<(&'static str, u64)>,
+    /// Samples of cones, by pass.
+    samples: Vec<(&'static str, u64)>,
     /// Alive until memory has been listed.
     _renderer: Renderer<'g>,
 }
@@ -132,8 +134,9 @@ fn run<'g>(gpu: &'g Gpu, scene: &Scene, case: &Case, settings: &BenchSettings) -
     (0..warm_up_frames(case)).try_for_each(|_| renderer.render(&scene.camera).map(drop))?;
     let frames = (0..settings.frames).map(|_| renderer.render(&scene.camera)).collect::<Result<_, _>>()?;
     let (indirect, counts) = (renderer.aov(Aov::Indirect)?, renderer.counts()?);
+    let samples = renderer.count_samples()?;
     let motion = motion(&mut renderer, scene, settings)?;
-    Ok(Run { first_build, builds, frames, motion, indirect, counts, _renderer: renderer })
+    Ok(Run { first_build, builds, frames, motion, indirect, counts, samples, _renderer: renderer })
 }
 
 /// Puts the scene's models where they are at each time, several times; the first may have to make buffers larger and is not counted.
@@ -165,7 +168,7 @@ impl Run<'_> {
             counting: PassTimes::once(&self.first_build.counting),
             first_build: PassTimes::once(&self.first_build.passes),
             build: rows(&self.builds),
-            directions: direction_costs(&passes, case, scene, &truth.guide),
+            directions: direction_costs(&passes, case, scene, &truth.guide, &self.samples),
             motion: self.motion.clone(),
             passes,
             totals: totals(&stages, &self.builds, &self.frames, case.entry),
@@ -200,7 +203,7 @@ fn directions_of(entry: &Entry, pass: &str) -> Option<&'static Directions> {
     entry.directions.iter().find(|directions| directions.pass.name == pass)
 }
 
-fn direction_costs(passes: &[PassTimes], case: &Case, scene: &Scene, guide: &GuideImage) -> Vec<DirectionCost> {
+fn direction_costs(passes: &[PassTimes], case: &Case, scene: &Scene, guide: &GuideImage, samples: &[(&str, u64)]) -> Vec<DirectionCost> {
     let surfaces: Vec<usize> = (0..guide.material.len()).filter(|&index| guide.is_surface(index)).collect();
     let is_glossy = |index: &&usize| scene.materials.get(guide.material[**index] as usize).is_some_and(|material| material.specular.is_some());
     let cost = |pass: &PassTimes| {
@@ -208,8 +211,16 @@ fn direction_costs(passes: &[PassTimes], case: &Case, scene: &Scene, guide: &Gui
             Some(setting) => (count(&case.settings, setting)?, surfaces.len()),
             None => (1, surfaces.iter().filter(is_glossy).count()),
         };
-        let us_per_direction = pass.gpu_ms.median * 1e3 / (f64::from(directions) * pixels as f64);
-        (pixels > 0).then(|| DirectionCost { pass: pass.name.clone(), directions, pixels, us_per_direction })
+        let us = pass.gpu_ms.median * 1e3;
+        let samples = samples.iter().find(|(name, _)| *name == pass.name).map(|(_, samples)| *samples).filter(|samples| *samples > 0);
+        (pixels > 0).then(|| DirectionCost {
+            pass: pass.name.clone(),
+            directions,
+            pixels,
+            us_per_direction: us / (f64::from(directions) * pixels as f64),
+            samples,
+            us_per_sample: samples.map(|samples| us / samples as f64),
+        })
     };
     passes.iter().filter_map(cost).collect()
 }

@@ -52,7 +52,7 @@ fn stage_names(reports: &[&Report]) -> Vec<&'static str> {
     names
 }
 
-/// Time of one direction at one pixel, and of the whole store, against resolution; `None` where nothing ran.
+/// Time of one direction at one pixel, of one sample of a cone, and of the whole store, against resolution; `None` where nothing ran.
 pub fn directions_chart(reports: &[Report]) -> Option<Chart> {
     let store = |report: &Report| Some(construction(report).iter().map(|part| part.1).sum::<f64>()).filter(|ms| *ms > 0.0);
     let panels = vec![
@@ -62,7 +62,13 @@ pub fn directions_chart(reports: &[Report]) -> Option<Chart> {
             series: series(reports, |report| report.directions.first().map(|cost| cost.us_per_direction)),
             floor: None,
         },
+        LinePanel {
+            y_label: "gather: µs per cone sample".into(),
+            y_scale: Scale::Log,
+            series: series(reports, |report| report.directions.first().and_then(|cost| cost.us_per_sample)),
+            floor: None,
+        },
         LinePanel { y_label: "store: build + update [ms]".into(), y_scale: Scale::Log, series: series(reports, store), floor: None },
     ];
-    lines("Time against resolution", "medians; a direction is a cone or a ray of a pixel that sees a surface", reports, panels)
+    lines("Time against resolution", "medians; a direction is a cone or a ray of a pixel that sees a surface, a sample is a step of a cone", reports, panels)
 }

@@ -98,6 +98,10 @@ pub struct DirectionCost {
     pub pixels: usize,
     /// Median time of the pass / (pixels × directions) (µs).
     pub us_per_direction: f64,
+    /// Samples that its cones take in one picture, those of skipped empty space too; `None` where it traces no cones.
+    pub samples: Option<u64>,
+    /// Median time of the pass / samples (µs).
+    pub us_per_sample: Option<f64>,
 }
 
 /// What it costs to bring the structure up to the dynamic models at one time.

@@ -50,14 +50,14 @@ pub fn counting_ms(report: &Report) -> Option<f64> {
 /// The table's heading.
 pub fn heading() -> String {
     format!(
-        "{:<30} {:>9} {:>9} {:>9} {:>9} {:>9} {:>8} {:>8} {:>9} {:>9}",
-        "case", "count", "build", "update", "gather", "frame", "µs/dir", "MiB", "bias", "rel_rmse"
+        "{:<30} {:>9} {:>9} {:>9} {:>9} {:>9} {:>8} {:>9} {:>8} {:>9} {:>9}",
+        "case", "count", "build", "update", "gather", "frame", "µs/dir", "µs/sample", "MiB", "bias", "rel_rmse"
     )
 }
 
 /// What the columns are.
 pub const LEGEND: &str = "medians in ms; count: the first build's counting run, once; build: the store, once for static geometry; update: its light, every \
-                          frame; µs/dir: gather per pixel with a surface and cone or ray; bias and rel_rmse: of indirect light, over blocks";
+                          frame; µs/dir: gather per pixel with a surface and cone or ray; µs/sample: gather per sample of a cone; bias and rel_rmse: of indirect light, over blocks";
 
 /// One row of the table.
 pub fn row(report: &Report) -> String {
@@ -68,13 +68,14 @@ pub fn row(report: &Report) -> String {
     let total = |name: &str| number(median_ms(&report.totals, name), 2);
     let block = report.error.as_ref().map(|error| error.block.unwrap_or(error.pixel));
     format!(
-        "{name:<30} {:>9} {:>9} {:>9} {:>9} {:>9} {:>8} {:>8.1} {:>9} {:>9}",
+        "{name:<30} {:>9} {:>9} {:>9} {:>9} {:>9} {:>8} {:>9} {:>8.1} {:>9} {:>9}",
         number(counting_ms(report), 2),
         total("build"),
         total("update"),
         total("gather"),
         total("frame"),
         number(report.directions.first().map(|cost| cost.us_per_direction), 3),
+        number(report.directions.first().and_then(|cost| cost.us_per_sample), 4),
         report.memory_bytes as f64 / f64::from(1 << 20),
         block.map_or("-".to_owned(), |block| format!("{:+.4}", block.bias)),
         number(block.map(|block| block.rel_rmse), 4),
@@ -139,7 +140,11 @@ fn columns(report: &Report) -> Vec<(String, String)> {
             add(format!("{name} rel_rmse"), errors.rel_rmse.to_string());
         }
     }
-    report.directions.iter().for_each(|cost| add(format!("{} us_per_direction", cost.pass), cost.us_per_direction.to_string()));
+    for cost in &report.directions {
+        add(format!("{} us_per_direction", cost.pass), cost.us_per_direction.to_string());
+        cost.samples.iter().for_each(|samples| add(format!("{} samples", cost.pass), samples.to_string()));
+        cost.us_per_sample.iter().for_each(|us| add(format!("{} us_per_sample", cost.pass), us.to_string()));
+    }
     for stage in &report.stages {
         let name = format!("stage {} {}", if stage.when == When::Build { "build" } else { "frame" }, stage.name);
         let Spread { median, min, max, .. } = stage.gpu_ms;

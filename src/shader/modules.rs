@@ -43,6 +43,8 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     ("gi/voxel/scan_touched.comp", include_bytes!("../../spirv/gi/voxel/scan_touched.comp.spv")),
     ("gi/voxel_mips/clear_dynamic.comp", include_bytes!("../../spirv/gi/voxel_mips/clear_dynamic.comp.spv")),
     ("gi/voxel_mips/filter.comp", include_bytes!("../../spirv/gi/voxel_mips/filter.comp.spv")),
+    ("gi/voxel_mips/mark_matter.comp", include_bytes!("../../spirv/gi/voxel_mips/mark_matter.comp.spv")),
+    ("gi/voxel_mips/reduce_matter.comp", include_bytes!("../../spirv/gi/voxel_mips/reduce_matter.comp.spv")),
     ("render/composite.comp", include_bytes!("../../spirv/render/composite.comp.spv")),
     ("render/direct.comp", include_bytes!("../../spirv/render/direct.comp.spv")),
     ("render/gbuffer.frag", include_bytes!("../../spirv/render/gbuffer.frag.spv")),

@@ -1,18 +1,19 @@
 //! Small G-buffers, volumes and what else the gather tests need.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3, DVec4, Vec3};
 use lumivox::gi::cone::oracle::Volume;
 use lumivox::gi::voxel::VoxelGrid;
-use lumivox::gi::voxel::oracle::Receiver;
-use lumivox::gi::voxel_mips::FILTER;
+use lumivox::gi::voxel::oracle::{Receiver, VoxelIndex, occupancy_words};
+use lumivox::gi::voxel_mips::{FILTER, mark_matter, matter_image};
 use lumivox::graph::{Frame, Gpu, Image, ImageDesc, ImageKind, ImageUsage, vk};
 use lumivox::render::{FrameConstants, GBuffer, GpuScene};
 use lumivox::scene::Camera;
 
-use super::Random;
 use super::voxels::{half, to_half};
+use super::{Random, words};
 
 /// A G-buffer that is drawn, and the receiver of each pixel that sees a surface.
 pub struct View {
@@ -109,6 +110,23 @@ pub fn filter(frame: &mut Frame, volume: &Arc<Image>, filter: u32) {
         let groups = volume.extent(mip)[0].div_ceil(4);
         frame.pass(&FILTER).bind_mip(volume, mip - 1).bind_mip(volume, mip).constants(&[filter]).dispatch([groups; 3]);
     }
+}
+
+/// The matter pyramid of these voxels.
+pub fn matter(gpu: &Gpu, occupied: &BTreeSet<VoxelIndex>, resolution: u32) -> Arc<Image> {
+    let occupancy = words(gpu, "occupancy", &occupancy_words(occupied.iter().copied(), resolution));
+    let image = matter_image(gpu, resolution).unwrap();
+    let mut frame = Frame::new();
+    mark_matter(&mut frame, &occupancy, &image);
+    gpu.submit(frame).unwrap();
+    image
+}
+
+/// The texels of a volume that are not empty.
+pub fn occupied(finest: &Volume) -> BTreeSet<VoxelIndex> {
+    let n = finest.resolution as usize;
+    let index = |at: usize| [at % n, at / n % n, at / (n * n)].map(|at| at as u32);
+    (0..finest.texels.len()).filter(|at| finest.texels[*at].w > 0.0).map(index).collect()
 }
 
 /// All mips, as the oracle has them.

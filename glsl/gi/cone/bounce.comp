@@ -14,6 +14,7 @@ layout(std430, set = 1, binding = 3) restrict readonly buffer Nodes { uint nodes
 layout(set = 1, binding = 4) uniform texture3D bricks;
 #else
 layout(set = 1, binding = 3) uniform texture3D voxels;
+layout(set = 1, binding = 4) uniform utexture3D matter;
 #endif
 
 layout(push_constant) uniform BounceConeParams {

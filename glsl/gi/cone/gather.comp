@@ -12,7 +12,11 @@ layout(std430, set = 1, binding = 4) restrict readonly buffer Nodes { uint nodes
 layout(set = 1, binding = 5) uniform texture3D bricks;
 #else
 layout(set = 1, binding = 4) uniform texture3D voxels;
+layout(set = 1, binding = 5) uniform utexture3D matter;
 #endif
+
+// Instead of light, x is the number of samples.
+layout(constant_id = 1) const bool COUNT_SAMPLES = false;
 
 layout(push_constant) uniform ConeParams {
     vec4 grid;             // xyz: smallest corner of the grid [m]; w: voxel size [m]
@@ -51,7 +55,7 @@ void main() {
         vec3 direction = hemisphere_direction(around, cone.x + (offset.x - 0.5) * params.jitter, cone.y + offset.y * 2.0 * PI);
         float cosine = max(dot(direction, surface.geometric_normal), 0.0);
         ConeResult result = march_cone(origin, direction, cone.z, params.start_offset, cosine, settings);
-        sum += cone.w * vec4(PI * result.radiance, result.visibility);
+        sum += COUNT_SAMPLES ? vec4(result.samples, 0.0, 0.0, 0.0) : cone.w * vec4(PI * result.radiance, result.visibility);
     }
     imageStore(indirect_diffuse, pixel, sum);
 }

@@ -23,6 +23,7 @@ struct MarchSettings {
 struct ConeResult {
     vec3 radiance;           // [W/(m² sr)]
     float visibility;        // 1 − occlusion, weighted by distance
+    float samples;           // taken or known to be empty
 };
 
 // Distance [voxels] at which a ray from `origin` inside the grid leaves it.
@@ -32,31 +33,59 @@ float exit_distance(vec3 origin, vec3 direction, float resolution) {
     return min(far.x, min(far.y, far.z));
 }
 
+// A cone, as far as its steps depend on it alone.
+struct Cone {
+    float spread;            // 1 / (1 − β tan(γ/2))
+    float widening;          // 2 tan(γ/2): diameter for each voxel of distance
+    float least_width;       // of the height clamp at the apex [voxels]
+    float width_rate;        // and for each voxel of distance
+};
+
+// One step of a cone: where its sample is, how wide, and how long the step.
+struct Step {
+    float centre;            // distance of the sample [voxels]
+    float diameter;          // of the sample [voxels]
+    float stride;            // [voxels]
+};
+
+// The step that begins at distance t. It is centred on its sample, whose diameter belongs to the sample's own distance: d/2 β further on.
+Step step_at(float t, Cone cone, float step_factor) {
+    float centre = max(t * cone.spread, t + 0.5 * step_factor);
+    float diameter = max(min(centre * cone.widening, cone.least_width + centre * cone.width_rate), 1.0);
+    float stride = step_factor * diameter;
+    return Step(t + 0.5 * stride, diameter, stride);
+}
+
 // One cone, front to back. At distance t its diameter is d = 2 t tan(γ/2) and it samples mip log2(d / voxel); a step of β d through texels of opacity α
 // has opacity α' = 1 − (1 − α)^(g β). What is not covered at the end sees the environment.
 // `origin` [voxels], `height` its height over the tangent plane [voxels], `cosine` between direction and the plane's normal.
 ConeResult march_cone(vec3 origin, vec3 direction, float tan_half, float height, float cosine, MarchSettings m) {
     float end = min(exit_distance(origin, direction, m.resolution), m.max_distance);
+    bool is_clamped = m.height_clamp > 0.0;
+    float least_width = is_clamped ? height / m.height_clamp : 1e9, width_rate = is_clamped ? cosine / m.height_clamp : 0.0;
+    Cone cone = Cone(1.0 / max(1.0 - m.step_factor * tan_half, 0.25), 2.0 * tan_half, least_width, width_rate);
     vec3 radiance = vec3(0.0);
-    float through = 1.0, occlusion = 0.0, t = 0.0;
+    float through = 1.0, occlusion = 0.0, t = 0.0, samples = 0.0;
     while (t < end && through > 0.005) {
-        // The step is centred on its sample, whose diameter belongs to the sample's own distance: d/2 β further on.
-        float centre = max(t / max(1.0 - m.step_factor * tan_half, 0.25), t + 0.5 * m.step_factor);
-        float diameter = 2.0 * centre * tan_half;
-        if (m.height_clamp > 0.0) diameter = min(diameter, (height + centre * cosine) / m.height_clamp);
-        diameter = max(diameter, 1.0);
-        float stride = m.step_factor * diameter;
-        centre = t + 0.5 * stride;
-        vec4 texel = sample_volume(origin + centre * direction, m.resolution, log2(diameter));
+        Step at = step_at(t, cone, m.step_factor);
+        // Samples of empty space add nothing. They have a loop of their own, so that lanes wait for each other and then sample matter together.
+        for (;;) {
+            samples += 1.0;
+            bool may_see = may_see_matter(origin + at.centre * direction, m.resolution, at.diameter);
+            t += at.stride;
+            bool is_last = t >= end;
+            if (may_see || is_last) break;
+            at = step_at(t, cone, m.step_factor);
+        }
+        vec4 texel = sample_volume(origin + at.centre * direction, m.resolution, log2(at.diameter));
         if (texel.a > 0.0) {
             float opacity = 1.0 - pow(max(1.0 - texel.a, 0.0), m.opacity_exponent * m.step_factor);
             radiance += through * opacity / texel.a * texel.rgb;
-            occlusion += through * opacity / (1.0 + m.ao_falloff * centre * m.voxel_size_m);
+            occlusion += through * opacity / (1.0 + m.ao_falloff * at.centre * m.voxel_size_m);
             through *= 1.0 - opacity;
         }
-        t += stride;
     }
-    return ConeResult(radiance + through * frame.environment.rgb, 1.0 - occlusion);
+    return ConeResult(radiance + through * frame.environment.rgb, 1.0 - occlusion, samples);
 }
 
 #endif

@@ -14,7 +14,11 @@ layout(std430, set = 1, binding = 5) restrict readonly buffer Nodes { uint nodes
 layout(set = 1, binding = 6) uniform texture3D bricks;
 #else
 layout(set = 1, binding = 5) uniform texture3D voxels;
+layout(set = 1, binding = 6) uniform utexture3D matter;
 #endif
+
+// Instead of light, x is the number of samples.
+layout(constant_id = 1) const bool COUNT_SAMPLES = false;
 
 layout(push_constant) uniform SpecularParams {
     vec4 grid;             // xyz: smallest corner of the grid [m]; w: voxel size [m]
@@ -47,8 +51,9 @@ void main() {
         vec3 origin = (surface.position_ws - params.grid.xyz) / params.grid.w + params.start_offset * surface.geometric_normal;
         float cosine = max(dot(direction, surface.geometric_normal), 0.0);
         vec3 f0 = texelFetch(sampler2D(specular, nearest_clamp), pixel, 0).rgb;
-        result = ggx_albedo(f0, roughness, max(dot(surface.shading_normal, to_eye), 0.0))
-            * march_cone(origin, direction, tan_half, params.start_offset, cosine, settings).radiance;
+        ConeResult cone = march_cone(origin, direction, tan_half, params.start_offset, cosine, settings);
+        vec3 albedo_ggx = ggx_albedo(f0, roughness, max(dot(surface.shading_normal, to_eye), 0.0));
+        result = COUNT_SAMPLES ? vec3(cone.samples, 0.0, 0.0) : albedo_ggx * cone.radiance;
     }
     imageStore(indirect_specular, pixel, vec4(result, 0.0));
 }

@@ -14,7 +14,7 @@ use crate::gi::voxel::voxelize::linear_groups;
 use crate::gi::voxel::{Bounces, VoxelGrid, Voxels};
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu, Image, Pass, PassBuilder, Sets, Shaders};
-use crate::render::{GBuffer, screen_groups, storage};
+use crate::render::{GBuffer, GpuScene, screen_groups, screen_image, storage};
 use crate::shader::{Field, GpuStruct};
 
 gpu_struct! {
@@ -114,12 +114,12 @@ const BOUNCE_BINDINGS: [Binding; 3] = [
     Binding::buffer("voxel_irradiance", Access::ComputeReadWrite),
 ];
 
-const DENSE: Binding = Binding::sampled("voxels", Access::ComputeSampled);
+const DENSE: [Binding; 2] = [Binding::sampled("voxels", Access::ComputeSampled), Binding::sampled("matter", Access::ComputeSampled)];
 const SPARSE: [Binding; 2] = [Binding::buffer("nodes", Access::ComputeRead), Binding::sampled("bricks", Access::ComputeSampled)];
 
-static GATHER_DENSE_BINDINGS: [Binding; 5] = {
-    let [a, b, c, d] = GATHER_BINDINGS;
-    [a, b, c, d, DENSE]
+static GATHER_DENSE_BINDINGS: [Binding; 6] = {
+    let ([a, b, c, d], [voxels, matter]) = (GATHER_BINDINGS, DENSE);
+    [a, b, c, d, voxels, matter]
 };
 
 static GATHER_SPARSE_BINDINGS: [Binding; 6] = {
@@ -127,9 +127,9 @@ static GATHER_SPARSE_BINDINGS: [Binding; 6] = {
     [a, b, c, d, nodes, bricks]
 };
 
-static SPECULAR_DENSE_BINDINGS: [Binding; 6] = {
-    let [a, b, c, d, e] = SPECULAR_BINDINGS;
-    [a, b, c, d, e, DENSE]
+static SPECULAR_DENSE_BINDINGS: [Binding; 7] = {
+    let ([a, b, c, d, e], [voxels, matter]) = (SPECULAR_BINDINGS, DENSE);
+    [a, b, c, d, e, voxels, matter]
 };
 
 static SPECULAR_SPARSE_BINDINGS: [Binding; 7] = {
@@ -137,9 +137,9 @@ static SPECULAR_SPARSE_BINDINGS: [Binding; 7] = {
     [a, b, c, d, e, nodes, bricks]
 };
 
-static BOUNCE_DENSE_BINDINGS: [Binding; 4] = {
-    let [a, b, c] = BOUNCE_BINDINGS;
-    [a, b, c, DENSE]
+static BOUNCE_DENSE_BINDINGS: [Binding; 5] = {
+    let ([a, b, c], [voxels, matter]) = (BOUNCE_BINDINGS, DENSE);
+    [a, b, c, voxels, matter]
 };
 
 static BOUNCE_SPARSE_BINDINGS: [Binding; 5] = {
@@ -183,11 +183,25 @@ pub static PASSES: &[&Pass] = &[&GATHER, &SPECULAR, &BOUNCE];
 /// The passes through a sparse volume.
 pub static SPARSE_PASSES: &[&Pass] = &[&GATHER_SPARSE, &SPECULAR_SPARSE, &BOUNCE_SPARSE];
 
+/// What a pass of cones writes.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Output {
+    /// What the cones see.
+    Light,
+    /// In x, how many samples they take.
+    Samples,
+}
+
 /// What cones march through.
 #[derive(Clone, Copy)]
 pub enum Volume<'v> {
     /// A 3D texture with all mips.
-    Dense(&'v Arc<Image>),
+    Dense {
+        /// Radiance premultiplied by opacity.
+        radiance: &'v Arc<Image>,
+        /// Where samples of it may be other than zero: the matter pyramid.
+        matter: &'v Arc<Image>,
+    },
     /// A sparse voxel octree.
     Sparse {
         /// Node pool.
@@ -199,18 +213,13 @@ pub enum Volume<'v> {
     },
 }
 
-impl<'v> From<&'v Arc<Image>> for Volume<'v> {
-    fn from(image: &'v Arc<Image>) -> Self {
-        Volume::Dense(image)
-    }
-}
-
 impl Volume<'_> {
-    /// Binds it as the last bindings of a pass.
-    fn bind<'f>(&self, pass: PassBuilder<'f>) -> PassBuilder<'f> {
+    /// Binds it as the last bindings of a pass, with the constants of the pass.
+    fn bind<'f>(&self, pass: PassBuilder<'f>, skips_empty: bool, output: Output) -> PassBuilder<'f> {
+        let output = u32::from(output == Output::Samples);
         match *self {
-            Volume::Dense(image) => pass.bind(image),
-            Volume::Sparse { nodes, bricks, corners } => pass.bind(nodes).bind(bricks).constants(&[u32::from(corners)]),
+            Volume::Dense { radiance, matter } => pass.bind(radiance).bind(matter).constants(&[u32::from(skips_empty), output]),
+            Volume::Sparse { nodes, bricks, corners } => pass.bind(nodes).bind(bricks).constants(&[u32::from(corners), output]),
         }
     }
 }
@@ -322,7 +331,15 @@ pub struct ConeTracer {
     set: DeviceSet,
     /// Of a voxel, where voxels gather.
     bounce_set: Option<DeviceSet>,
+    /// Whether diffuse cones skip samples of a dense volume's empty space. The picture is the same, bit by bit.
+    pub skips_empty: bool,
 }
+
+/// Cones of at most this tan(γ/2) skip empty space: wider ones leave it within a few samples, of which most see matter.
+const NARROW: f32 = 0.3;
+
+/// Lanes of the widest vector in which a software device runs invocations; a loop turns for all of them until the last has ended.
+const VECTOR_LANES: u32 = 8;
 
 impl ConeTracer {
     /// From a technique's settings.
@@ -342,13 +359,17 @@ impl ConeTracer {
             },
             set: DeviceSet::new(gpu, "cone.set", &set)?,
             bounce_set: Bounces::new(settings).any().then(|| DeviceSet::new(gpu, "cone.bounce_set", &bounce_set)).transpose()?,
+            skips_empty: set.cones.iter().all(|cone| cone.tan_half_aperture <= NARROW),
         })
     }
 
     /// Adds the diffuse gather.
-    pub fn gather<'v>(&self, frame: &mut Frame, gbuffer: &GBuffer, grid: &VoxelGrid, volume: impl Into<Volume<'v>>, result: &Arc<Image>) {
-        let volume = volume.into();
-        let pass = if matches!(volume, Volume::Dense(_)) { &GATHER } else { &GATHER_SPARSE };
+    pub fn gather(&self, frame: &mut Frame, gbuffer: &GBuffer, grid: &VoxelGrid, volume: Volume<'_>, result: &Arc<Image>) {
+        self.add_gather(frame, gbuffer, grid, volume, result, Output::Light);
+    }
+
+    fn add_gather(&self, frame: &mut Frame, gbuffer: &GBuffer, grid: &VoxelGrid, volume: Volume<'_>, result: &Arc<Image>, output: Output) {
+        let pass = if matches!(volume, Volume::Dense { .. }) { &GATHER } else { &GATHER_SPARSE };
         let s = &self.settings;
         for [first_cone, end_cone] in self.dispatches(grid, &self.set) {
             let params = ConeParams {
@@ -366,16 +387,15 @@ impl ConeTracer {
                 jitter: self.set.jitter,
             };
             let builder = frame.pass(pass).bind(&gbuffer.view_depth).bind(&gbuffer.normals).bind(&self.set.cones).bind(result);
-            volume.bind(builder).push(&params).dispatch(screen_groups(gbuffer.size));
+            volume.bind(builder, self.skips_empty, output).push(&params).dispatch(screen_groups(gbuffer.size));
         }
     }
 
     /// Adds `voxel.bounce` for the voxels of a grid, or of a piece of it: what reaches each, E/π, into `irradiance`. Nothing where the settings have one
     /// bounce.
-    pub fn bounce<'v>(&self, frame: &mut Frame, grid: &VoxelGrid, voxels: &Voxels, volume: impl Into<Volume<'v>>, irradiance: &Arc<Buffer>) {
-        let volume = volume.into();
+    pub fn bounce(&self, frame: &mut Frame, grid: &VoxelGrid, voxels: &Voxels, volume: Volume<'_>, irradiance: &Arc<Buffer>) {
         let Some(set) = &self.bounce_set else { return };
-        let pass = if matches!(volume, Volume::Dense(_)) { &BOUNCE } else { &BOUNCE_SPARSE };
+        let pass = if matches!(volume, Volume::Dense { .. }) { &BOUNCE } else { &BOUNCE_SPARSE };
         let s = &self.settings;
         let first_voxel = ((voxels.grid.origin - grid.origin) / grid.voxel_size).round();
         for [first_cone, end_cone] in self.dispatches(grid, set) {
@@ -392,21 +412,25 @@ impl ConeTracer {
                 jitter: set.jitter,
             };
             let builder = frame.pass(pass).bind(&voxels.records).bind(&set.cones).bind(irradiance);
-            volume.bind(builder).push(&params).dispatch(linear_groups(voxels.voxel_count));
+            volume.bind(builder, self.skips_empty, Output::Light).push(&params).dispatch(linear_groups(voxels.voxel_count));
         }
     }
 
-    /// First cone, and one beyond the last, of as many dispatches as keep the steps of one thread's cones within `LOOP_BUDGET`.
+    /// First cone, and one beyond the last, of as many dispatches as keep the loops of one thread's cones within `LOOP_BUDGET`.
     fn dispatches(&self, grid: &VoxelGrid, set: &DeviceSet) -> Vec<[u32; 2]> {
-        // A cone is longest across the cube's diagonal, √3 n voxels, in steps of no less than β voxels.
+        // A cone is longest across the cube's diagonal, √3 n voxels, in steps of no less than β voxels. A sample that is taken costs a turn of both loops;
+        // one that is skipped costs a turn of the inner one, which at worst no two lanes of a vector take together.
         let steps = (1.8 * grid.resolution as f32 / self.settings.step_factor).ceil() as u32 + 1;
-        let cones_a_dispatch = (LOOP_BUDGET / steps).max(1);
+        let cones_a_dispatch = (LOOP_BUDGET / ((2 + VECTOR_LANES) * steps)).max(1);
         (0..set.count).step_by(cones_a_dispatch as usize).map(|first| [first, (first + cones_a_dispatch).min(set.count)]).collect()
     }
 
     /// Adds the specular cone; nothing in a scene without glossy surfaces.
-    pub fn specular<'v>(&self, frame: &mut Frame, gbuffer: &GBuffer, grid: &VoxelGrid, volume: impl Into<Volume<'v>>, result: &Arc<Image>) {
-        let volume = volume.into();
+    pub fn specular(&self, frame: &mut Frame, gbuffer: &GBuffer, grid: &VoxelGrid, volume: Volume<'_>, result: &Arc<Image>) {
+        self.add_specular(frame, gbuffer, grid, volume, result, Output::Light);
+    }
+
+    fn add_specular(&self, frame: &mut Frame, gbuffer: &GBuffer, grid: &VoxelGrid, volume: Volume<'_>, result: &Arc<Image>, output: Output) {
         let Some(specular) = &gbuffer.specular else { return };
         let s = &self.settings;
         let params = SpecularParams {
@@ -418,9 +442,40 @@ impl ConeTracer {
             max_distance: self.max_distance(grid),
             start_offset: s.start_offset,
         };
-        let pass = if matches!(volume, Volume::Dense(_)) { &SPECULAR } else { &SPECULAR_SPARSE };
+        let pass = if matches!(volume, Volume::Dense { .. }) { &SPECULAR } else { &SPECULAR_SPARSE };
         let builder = frame.pass(pass).bind(&gbuffer.view_depth).bind(&gbuffer.normals).bind(&gbuffer.albedo).bind(specular).bind(result);
-        volume.bind(builder).push(&params).dispatch(screen_groups(gbuffer.size));
+        volume.bind(builder, true, output).push(&params).dispatch(screen_groups(gbuffer.size));
+    }
+
+    /// Samples that all cones of a picture take, skipped ones too, by pass: counted by the passes themselves, in a run without light. `counted`: whether to
+    /// count the diffuse gather, and the specular cone. The scene's frame constants are those of the picture.
+    pub fn count_samples(
+        &self,
+        gpu: &Gpu,
+        scene: &GpuScene,
+        gbuffer: &GBuffer,
+        grid: &VoxelGrid,
+        volume: Volume<'_>,
+        counted: [bool; 2],
+    ) -> Result<Vec<(&'static str, u64)>, Error> {
+        let result = screen_image(gpu, "cone.samples", gbuffer.size)?;
+        let mut counts = Vec::new();
+        for (pass, is_counted) in [&GATHER, &SPECULAR].into_iter().zip(counted) {
+            if !is_counted {
+                continue;
+            }
+            let mut frame = Frame::new();
+            frame.set_scene(&scene.set, &scene.materials);
+            if std::ptr::eq(pass, &GATHER) {
+                self.add_gather(&mut frame, gbuffer, grid, volume, &result, Output::Samples);
+            } else {
+                self.add_specular(&mut frame, gbuffer, grid, volume, &result, Output::Samples);
+            }
+            gpu.submit(frame)?;
+            let texels: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&gpu.read_image(&result, 0, 0)?);
+            counts.push((pass.name, texels.iter().map(|texel| texel[0] as u64).sum()));
+        }
+        Ok(counts)
     }
 
     /// Longest distance (voxels).

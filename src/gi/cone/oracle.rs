@@ -174,10 +174,11 @@ pub struct Placement {
     pub jitter: f64,
 }
 
-/// E = π Σ w L over a set of cones, and the mean visibility.
-pub fn gather(chain: &[Volume], receiver: &Receiver, cones: &[SetCone], placement: &Placement, settings: &MarchSettings) -> Gathered {
+/// E = π Σ w L over a set of cones, and the mean visibility; and the samples that all of them take.
+pub fn gather(chain: &[Volume], receiver: &Receiver, cones: &[SetCone], placement: &Placement, settings: &MarchSettings) -> (Gathered, u32) {
     let origin = receiver.position + placement.start_offset * receiver.geometric_normal;
     let mut gathered = Gathered { irradiance: DVec3::ZERO, visibility: 0.0 };
+    let mut samples = 0;
     for cone in cones {
         let sin_squared = cone.sin_squared + (placement.pattern.x - 0.5) * placement.jitter;
         let direction = hemisphere_direction(receiver.shading_normal, sin_squared, cone.azimuth_rad + placement.pattern.y * 2.0 * PI);
@@ -185,8 +186,9 @@ pub fn gather(chain: &[Volume], receiver: &Receiver, cones: &[SetCone], placemen
         let result = march(chain, &Cone { origin, direction, tan_half: cone.tan_half, height: placement.start_offset, cosine }, settings);
         gathered.irradiance += PI * cone.weight * result.radiance;
         gathered.visibility += cone.weight * result.visibility;
+        samples += result.step_count;
     }
-    gathered
+    (gathered, samples)
 }
 
 /// E/π \[W/(m² sr)\] at a voxel by a set of cones, neighbours taking different patterns ([`voxel_pattern`]; that of `placement` is not used).
@@ -195,7 +197,7 @@ pub fn bounce(chain: &[Volume], voxel: VoxelIndex, surface: &TraceVoxel, cones: 
     let seen = |(cone, number): (&SetCone, u32)| {
         let receiver = bounce_receiver(voxel, surface, None, number);
         let whole = gather(chain, &receiver, &[SetCone { weight: 1.0, ..*cone }], &Placement { pattern, ..*placement }, settings);
-        cone.weight / PI * whole.irradiance
+        cone.weight / PI * whole.0.irradiance
     };
     cones.iter().zip(0..).map(seen).sum()
 }
@@ -256,7 +258,7 @@ mod tests {
 
     #[test]
     fn empty_grid_shows_the_environment() {
-        let gathered = gather(
+        let (gathered, _) = gather(
             &levels([DVec4::ZERO; 4]),
             &receiver(),
             &six_cones(),
@@ -272,7 +274,7 @@ mod tests {
     fn opaque_grid_shows_itself() {
         let settings = MarchSettings { step_factor: 0.5, opacity_exponent: 1.5, height_clamp: 2.0, ..TEXTBOOK };
         let placement = Placement { start_offset: 1.5, pattern: DVec2::new(0.7, 0.3), jitter: 0.1 };
-        let gathered = gather(&levels([DVec4::new(0.5, 1.0, 4.0, 1.0); 4]), &receiver(), &six_cones(), &placement, &settings);
+        let (gathered, _) = gather(&levels([DVec4::new(0.5, 1.0, 4.0, 1.0); 4]), &receiver(), &six_cones(), &placement, &settings);
         // Texels' shares sum to 1 give or take rounding, which the exponent g β = ¾ enlarges.
         assert!((gathered.irradiance - PI * DVec3::new(0.5, 1.0, 4.0)).abs().max_element() < 1e-9);
         assert!(gathered.visibility.abs() < 1e-9);

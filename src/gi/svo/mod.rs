@@ -15,7 +15,7 @@ use super::cone::{self, ConeTracer, Volume};
 use super::interleave::{self, deinterleave};
 use super::registry::{Directions, Entry, Part, Stage};
 use super::settings::{Domain, Preset, Setting, Settings};
-use super::voxel::{self, Bounces, Injection, LightSettings, Sides, VoxelSettings};
+use super::voxel::{self, Bounces, Injection, LightSettings, MIP_FILTER, Prefilter, Sides, VoxelSettings};
 use super::{Context, IndirectLight, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image, Pass};
 use crate::render::{GBuffer, GpuScene, LightMaps, screen_image};
@@ -30,13 +30,7 @@ static SETTINGS: &[Setting] = &[
         domain: Domain::Choice(&["centres", "corners"]),
         default: "centres",
     },
-    Setting {
-        name: "mip_filter",
-        help: "each 2³ finer texels to one: box (their mean) or directional (composited along six directions, then averaged: thin walls stay opaque)",
-        unit: "",
-        domain: Domain::Choice(&["directional", "directional-max", "box"]),
-        default: "directional",
-    },
+    MIP_FILTER,
     Setting {
         name: "filter_split",
         help: "on corners, the filter of a level in one pass, or in three: centres, faces and edges, corners of bricks, whose threads then have equal work",
@@ -165,11 +159,7 @@ fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>
     let Context { gpu, scene, size } = *context;
     let specular = scene.is_glossy && settings.is("specular", "on");
     let interleave = settings.count("interleave");
-    let filter = match settings.choice("mip_filter") {
-        "box" => 0,
-        "directional" => 1,
-        _ => 2,
-    };
+    let filter = Prefilter::new(settings) as u32;
     Ok(Box::new(Svo {
         light_settings: LightSettings::new(settings, Sides::One),
         bricks: BrickSettings { corners: settings.is("lattice", "corners"), filter, is_split: settings.is("filter_split", "three") },
@@ -256,6 +246,11 @@ impl Technique for Svo {
             self.cones.specular(frame, gbuffer, &store.voxels.grid, volume, specular);
         }
         self.light.clone()
+    }
+
+    fn count_samples(&self, gpu: &Gpu, scene: &GpuScene, gbuffer: &GBuffer) -> Result<Vec<(&'static str, u64)>, Error> {
+        let Some(store) = &self.store else { return Ok(Vec::new()) };
+        self.cones.count_samples(gpu, scene, gbuffer, &store.voxels.grid, self.volume(store), [true, self.light.specular.is_some()])
     }
 
     fn counts(&self, gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {

@@ -11,6 +11,7 @@ pub mod light;
 mod list;
 pub mod oracle;
 pub mod passes;
+mod prefilter;
 pub mod rays;
 pub mod voxelize;
 
@@ -20,6 +21,7 @@ pub use grid::VoxelGrid;
 pub use light::{Attenuation, CLEAR_LIGHT, INJECT_RSM, Injection, LIGHT, LIGHT_DENSE, LightSettings, Occlusion, Sides, VoxelLight};
 pub use list::{OccupiedVoxel, VoxelList, list_voxels};
 pub use passes::{FRAGMENTS_COMPUTE, FRAGMENTS_RASTER, FRAGMENTS_RASTER_HW};
+pub use prefilter::{MIP_FILTER, Prefilter};
 pub use rays::{GATHER_RAYS, RAY_SETTINGS, RaySettings, gather_rays};
 pub use voxelize::{Accumulation, Method, VoxelSettings, Voxelizer, Voxels};
 

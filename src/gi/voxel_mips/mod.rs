@@ -1,19 +1,22 @@
 //! Technique `voxel-mips`: dense 3D textures with a full mip chain (Hong 2015, section 4.1), cone-traced.
 
+pub mod matter;
 pub mod oracle;
 #[cfg(test)]
 mod tests;
 
 use std::sync::Arc;
 
-use super::cone::{self, ConeTracer};
+pub use matter::{MARK_MATTER, MatterParams, REDUCE_MATTER, mark_matter, matter_image};
+
+use super::cone::{self, ConeTracer, Volume};
 use super::interleave::{self, deinterleave};
 use super::registry::{Directions, Entry, Part, Stage};
 use super::settings::{Domain, Preset, Setting, Settings};
 use super::voxel::voxelize::linear_groups;
 use super::voxel::{
-    self, Accumulation, Bounces, DynamicVoxels, Injection, LightSettings, RAY_SETTINGS, RaySettings, Sides, VoxelLight, VoxelSettings, Voxelizer, Voxels,
-    bounce_rays, gather_rays,
+    self, Accumulation, Bounces, DynamicVoxels, Injection, LightSettings, MIP_FILTER, Prefilter, RAY_SETTINGS, RaySettings, Sides, VoxelLight, VoxelSettings,
+    Voxelizer, Voxels, bounce_rays, gather_rays,
 };
 use super::{Context, IndirectLight, Technique};
 use crate::gpu_struct;
@@ -57,13 +60,7 @@ static SETTINGS: &[Setting] = &[
         domain: Domain::Choice(&["cones", "rays"]),
         default: "cones",
     },
-    Setting {
-        name: "mip_filter",
-        help: "box (mean of eight) or directional (composited along six directions, then averaged: thin walls stay opaque)",
-        unit: "",
-        domain: Domain::Choice(&["directional", "directional-max", "box"]),
-        default: "directional",
-    },
+    MIP_FILTER,
     Setting {
         name: "mip_method",
         help: "of the box filter: compute, or blit (the hardware's linear filter)",
@@ -104,11 +101,12 @@ pub static ENTRY: Entry = Entry {
     bounces: |settings| Bounces::new(settings).count(),
     settings: &[voxel::SETTINGS, SETTINGS, cone::SETTINGS, RAY_SETTINGS],
     presets: PRESETS,
-    passes: &[voxel::PASSES, &[&CLEAR_DYNAMIC, &FILTER], cone::PASSES, interleave::PASSES],
-    structs: &[voxel::STRUCTS, &[(ClearParams::NAME, ClearParams::FIELDS)], cone::STRUCTS, interleave::STRUCTS],
+    passes: &[voxel::PASSES, &[&CLEAR_DYNAMIC, &MARK_MATTER, &REDUCE_MATTER, &FILTER], cone::PASSES, interleave::PASSES],
+    structs: &[voxel::STRUCTS, &[(ClearParams::NAME, ClearParams::FIELDS), (MatterParams::NAME, MatterParams::FIELDS)], cone::STRUCTS, interleave::STRUCTS],
     stages: &[
         &voxel::VOXELIZATION,
         &Stage { name: "clearing", part: Part::Store, passes: &["voxel_mips.clear", "voxel_mips.clear_dynamic"] },
+        &Stage { name: "empty space", part: Part::Store, passes: &["voxel_mips.mark_matter", "voxel_mips.reduce_matter"] },
         &voxel::LIGHT_INJECTION,
         &Stage { name: "mip filtering", part: Part::Store, passes: &["voxel_mips.filter", "voxel_mips.blit"] },
         &voxel::BOUNCES,
@@ -124,9 +122,19 @@ pub static ENTRY: Entry = Entry {
     make,
 };
 
+/// What cones march through.
+struct DenseVolume {
+    /// RGBA16F, radiance premultiplied by opacity, n³ texels and all mips.
+    radiance: Arc<Image>,
+    /// Where samples of it may see matter.
+    matter: Arc<Image>,
+}
+
 /// The technique and what it keeps.
 struct VoxelMips {
-    mip_method: MipMethod,
+    filter: Prefilter,
+    /// Whether the hardware's linear filter makes the mips.
+    blits: bool,
     light_settings: LightSettings,
     bounce_directions: u32,
     /// Fragments can be added to a voxel and taken away again.
@@ -135,22 +143,14 @@ struct VoxelMips {
     cones: ConeTracer,
     interleave: u32,
     voxelizer: Voxelizer,
-    /// RGBA16F, radiance premultiplied by opacity; absent where nothing traces cones.
-    volume: Option<Arc<Image>>,
+    /// Absent where nothing traces cones.
+    volume: Option<DenseVolume>,
     store: Option<(Voxels, VoxelLight)>,
     /// Only in a scene with dynamic models.
     dynamic: Option<DynamicVoxels>,
     light: IndirectLight,
     /// The gather's result before the tile's patterns are averaged; absent without interleaving.
     interleaved: Option<Arc<Image>>,
-}
-
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum MipMethod {
-    Box,
-    Directional,
-    DirectionalMax,
-    Blit,
 }
 
 fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>, Error> {
@@ -163,18 +163,14 @@ fn new(context: &Context<'_>, settings: &Settings) -> Result<VoxelMips, Error> {
     let rays = settings.is("gather", "rays").then(|| RaySettings::new(settings));
     let specular = scene.is_glossy && settings.is("specular", "on");
     let interleave = settings.count("interleave");
-    let mip_method = match settings.choice("mip_filter") {
-        "directional" => MipMethod::Directional,
-        "directional-max" => MipMethod::DirectionalMax,
-        _ if settings.is("mip_method", "blit") => MipMethod::Blit,
-        _ => MipMethod::Box,
-    };
+    let filter = Prefilter::new(settings);
     Ok(VoxelMips {
-        mip_method,
+        filter,
+        blits: filter == Prefilter::Box && settings.is("mip_method", "blit"),
         light_settings: LightSettings::new(settings, rays.map_or(Sides::One, |rays| rays.sides)),
         bounce_directions: settings.count("bounce_directions"),
         is_exact: voxel_settings.accumulation == Accumulation::Exact,
-        volume: (rays.is_none() || specular).then(|| volume(gpu, voxel_settings.resolution)).transpose()?,
+        volume: (rays.is_none() || specular).then(|| DenseVolume::new(gpu, voxel_settings.resolution)).transpose()?,
         rays,
         cones: ConeTracer::new(gpu, settings)?,
         interleave,
@@ -189,17 +185,24 @@ fn new(context: &Context<'_>, settings: &Settings) -> Result<VoxelMips, Error> {
     })
 }
 
-/// The dense radiance volume with its mips; 9.14 bytes a voxel.
-fn volume(gpu: &Gpu, resolution: u32) -> Result<Arc<Image>, Error> {
-    gpu.create_image(&ImageDesc {
-        name: "voxel_mips.radiance".into(),
-        extent: [resolution; 3],
-        kind: ImageKind::D3,
-        format: vk::Format::R16G16B16A16_SFLOAT,
-        mips: ImageDesc::full_mips([resolution; 3]),
-        layers: 1,
-        usage: ImageUsage::STORAGE | ImageUsage::SAMPLED,
-    })
+impl DenseVolume {
+    fn new(gpu: &Gpu, resolution: u32) -> Result<Self, Error> {
+        let extent = [resolution; 3];
+        let radiance = gpu.create_image(&ImageDesc {
+            name: "voxel_mips.radiance".into(),
+            extent,
+            kind: ImageKind::D3,
+            format: vk::Format::R16G16B16A16_SFLOAT,
+            mips: ImageDesc::full_mips(extent),
+            layers: 1,
+            usage: ImageUsage::STORAGE | ImageUsage::SAMPLED,
+        })?;
+        Ok(DenseVolume { radiance, matter: matter_image(gpu, resolution)? })
+    }
+
+    fn as_volume(&self) -> Volume<'_> {
+        Volume::Dense { radiance: &self.radiance, matter: &self.matter }
+    }
 }
 
 impl VoxelMips {
@@ -207,19 +210,19 @@ impl VoxelMips {
         let Some(irradiance) = &light.irradiance else { return };
         match (&self.rays, &self.volume) {
             (Some(rays), _) => bounce_rays(frame, voxels, &light.radiance, irradiance, rays, self.bounce_directions),
-            (None, Some(volume)) => self.cones.bounce(frame, &voxels.grid, voxels, volume, irradiance),
+            (None, Some(volume)) => self.cones.bounce(frame, &voxels.grid, voxels, volume.as_volume(), irradiance),
             (None, None) => unreachable!("cones have a volume to march through"),
         }
     }
 
     fn add_mips(&self, frame: &mut Frame, volume: &Arc<Image>) {
-        if self.mip_method == MipMethod::Blit {
+        if self.blits {
             frame.blit_mips("voxel_mips.blit", volume);
             return;
         }
         for mip in 1..volume.mips() {
             let groups = volume.extent(mip)[0].div_ceil(4);
-            frame.pass(&FILTER).bind_mip(volume, mip - 1).bind_mip(volume, mip).constants(&[self.mip_method as u32]).dispatch([groups; 3]);
+            frame.pass(&FILTER).bind_mip(volume, mip - 1).bind_mip(volume, mip).constants(&[self.filter as u32]).dispatch([groups; 3]);
         }
     }
 }
@@ -237,7 +240,8 @@ impl Technique for VoxelMips {
         };
         if let Some(volume) = &self.volume {
             let mut frame = Frame::new();
-            frame.clear_image("voxel_mips.clear", volume, [0.0; 4]);
+            frame.clear_image("voxel_mips.clear", &volume.radiance, [0.0; 4]);
+            mark_matter(&mut frame, &voxels.occupancy, &volume.matter);
             stats.append(context.gpu.submit(frame)?);
         }
         let light = VoxelLight::new(context.gpu, context.scene, &voxels, self.light_settings)?;
@@ -254,10 +258,15 @@ impl Technique for VoxelMips {
             let slots = dynamic.slots(voxels);
             let params = ClearParams { first_voxel: slots.start, voxel_count: slots.len() as u32 };
             let mut frame = Frame::new();
-            frame.pass(&CLEAR_DYNAMIC).bind(&voxels.records).bind_mip(volume, 0).push(&params).dispatch(linear_groups(params.voxel_count));
+            frame.pass(&CLEAR_DYNAMIC).bind(&voxels.records).bind_mip(&volume.radiance, 0).push(&params).dispatch(linear_groups(params.voxel_count));
             stats.append(context.gpu.submit(frame)?);
         }
         stats.append(dynamic.update(context.gpu, context.scene, &mut self.voxelizer, voxels)?);
+        if let Some(volume) = &self.volume {
+            let mut frame = Frame::new();
+            mark_matter(&mut frame, &voxels.occupancy, &volume.matter);
+            stats.append(context.gpu.submit(frame)?);
+        }
         if voxels.capacity() > light.capacity {
             *light = VoxelLight::new(context.gpu, context.scene, voxels, self.light_settings)?;
         }
@@ -270,18 +279,18 @@ impl Technique for VoxelMips {
 
     fn update(&mut self, frame: &mut Frame, _scene: &GpuScene, maps: &LightMaps) {
         let Some((voxels, light)) = &self.store else { return };
-        let volume = self.volume.as_ref();
-        light.update(frame, voxels, maps, volume);
+        let radiance = self.volume.as_ref().map(|volume| &volume.radiance);
+        light.update(frame, voxels, maps, radiance);
         for _ in 0..self.light_settings.bounces.before_the_picture() {
             // Rays see the finest level alone, so mips are for the picture only.
-            if let (None, Some(volume)) = (&self.rays, volume) {
-                self.add_mips(frame, volume);
+            if let (None, Some(radiance)) = (&self.rays, radiance) {
+                self.add_mips(frame, radiance);
             }
             self.add_bounce(frame, voxels, light);
-            light.relight(frame, voxels, maps, volume);
+            light.relight(frame, voxels, maps, radiance);
         }
-        if let Some(volume) = volume {
-            self.add_mips(frame, volume);
+        if let Some(radiance) = radiance {
+            self.add_mips(frame, radiance);
         }
         if self.light_settings.bounces == Bounces::Feedback {
             self.add_bounce(frame, voxels, light);
@@ -293,16 +302,21 @@ impl Technique for VoxelMips {
         let target = self.interleaved.as_ref().unwrap_or(&self.light.diffuse);
         match (&self.rays, &self.volume) {
             (Some(rays), _) => gather_rays(frame, gbuffer, voxels, light, rays, target),
-            (None, Some(volume)) => self.cones.gather(frame, gbuffer, &voxels.grid, volume, target),
+            (None, Some(volume)) => self.cones.gather(frame, gbuffer, &voxels.grid, volume.as_volume(), target),
             (None, None) => unreachable!("cones have a volume to march through"),
         }
         if let Some(interleaved) = &self.interleaved {
             deinterleave(frame, gbuffer, interleaved, &self.light.diffuse, self.interleave);
         }
         if let (Some(specular), Some(volume)) = (&self.light.specular, &self.volume) {
-            self.cones.specular(frame, gbuffer, &voxels.grid, volume, specular);
+            self.cones.specular(frame, gbuffer, &voxels.grid, volume.as_volume(), specular);
         }
         self.light.clone()
+    }
+
+    fn count_samples(&self, gpu: &Gpu, scene: &GpuScene, gbuffer: &GBuffer) -> Result<Vec<(&'static str, u64)>, Error> {
+        let (Some((voxels, _)), Some(volume)) = (&self.store, &self.volume) else { return Ok(Vec::new()) };
+        self.cones.count_samples(gpu, scene, gbuffer, &voxels.grid, volume.as_volume(), [self.rays.is_none(), self.light.specular.is_some()])
     }
 
     fn counts(&self, gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {

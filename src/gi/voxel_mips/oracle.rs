@@ -1,8 +1,11 @@
-//! CPU twin of `voxel_mips.filter`: each mip of premultiplied radiance from the next finer one, in f64.
+//! CPU twins of `voxel_mips.filter`, each mip of premultiplied radiance from the next finer one, in f64, and of the matter pyramid.
+
+use std::collections::BTreeSet;
 
 use glam::{DVec4, UVec3};
 
 use crate::gi::cone::oracle::Volume;
+use crate::gi::voxel::oracle::VoxelIndex;
 
 /// How eight texels become one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,6 +68,14 @@ fn directional_mean(child: impl Fn(u32, u32, u32) -> DVec4) -> DVec4 {
 /// Premultiplied `front` composited over `back` (Porter & Duff 1984).
 fn over(front: DVec4, back: DVec4) -> DVec4 {
     front + (1.0 - front.w) * back
+}
+
+/// Whether one of the texels `stencil` and `stencil` + 1 along each axis of mip `mip` of a grid of n³ voxels holds an occupied voxel: what
+/// `voxel_mips.mark_matter` and `reduce_matter` tell.
+pub fn sees_matter(occupied: &BTreeSet<VoxelIndex>, resolution: u32, stencil: [u32; 3], mip: u32) -> bool {
+    let range = |axis: usize| stencil[axis] << mip..((stencil[axis] + 2) << mip).min(resolution);
+    let (x, y, z) = (range(0), range(1), range(2));
+    occupied.range([x.start, 0, 0]..[x.end, 0, 0]).any(|voxel| y.contains(&voxel[1]) && z.contains(&voxel[2]))
 }
 
 #[cfg(test)]

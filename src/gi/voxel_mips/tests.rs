@@ -67,7 +67,7 @@ impl<'g> Setup<'g> {
         self.technique.update(&mut frame, &self.scene, &self.maps);
         self.gpu.submit(frame).unwrap();
         let volume = self.technique.volume.as_ref().unwrap();
-        (0..volume.mips()).map(|mip| self.gpu.read_image(volume, mip, 0).unwrap()).collect()
+        (0..volume.radiance.mips()).map(|mip| self.gpu.read_image(&volume.radiance, mip, 0).unwrap()).collect()
     }
 }
 
