@@ -1,9 +1,11 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// voxel.inject_rsm: every texel of the reflective shadow maps adds its reflected flux to the voxel that it lies in (Hong 2015, section 4.1).
+// voxel.inject_rsm: every texel of the reflective shadow maps adds its reflected flux to the voxels that its footprint lies in (Hong 2015, section 4.1,
+// where it is the voxel of its centre: then a voxel four texels wide has three or five of them by chance).
 //
 // Φ = ρ E A for a parallel light (A: area of a texel across the beam), Φ = ρ I Ω for a perspective map (Ω: solid angle of the texel, Olovsson 2012,
 // section 3.3). Sums are 64-bit integers, the same in every run. Per voxel, or per side: Φ / (π h²) for r, g, b [W/(m² sr)], and lit surface in voxel faces.
+// Voxels are found through the occupancy of the dense grid, or with SVO by descent from the octree's root (Crassin et al. 2011, section 6).
 layout(local_size_x = 8, local_size_y = 8) in;
 
 #include "shared/light_view.glsl"
@@ -11,20 +13,28 @@ layout(local_size_x = 8, local_size_y = 8) in;
 #include "gi/voxel/records.glsl"
 
 layout(constant_id = 0) const uint SIDES = 1;   // 2: the flux of each side of a voxel apart
+layout(constant_id = 1) const int BLOCK = 1;     // edge of the block of texels that a thread adds as one where it can [texels]
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer LightViews { LightView light_views[]; };
 layout(set = 1, binding = 1) uniform texture2DArray shadow_maps;
 layout(set = 1, binding = 2) uniform utexture2DArray rsm_normal;
 layout(set = 1, binding = 3) uniform texture2DArray rsm_reflected;
-layout(std430, set = 1, binding = 4) restrict readonly buffer Occupancy { uvec2 occupancy[]; };
-layout(std430, set = 1, binding = 5) restrict readonly buffer BlockBases { uint block_bases[]; };
-layout(std430, set = 1, binding = 6) restrict buffer Flux { uint flux[]; };   // a side of a voxel: r, g, b, area; each low word, high word
-layout(std430, set = 1, binding = 7) restrict buffer LightCounters { uint lost_texels; uint filled_voxels; };
-layout(std430, set = 1, binding = 8) restrict readonly buffer Voxels { Voxel voxels[]; };
+layout(std430, set = 1, binding = 4) restrict buffer Flux { uint flux[]; };   // a side of a voxel: r, g, b, area; each low word, high word
+layout(std430, set = 1, binding = 5) restrict buffer LightCounters { uint lost_texels; uint filled_voxels; };
+layout(std430, set = 1, binding = 6) restrict readonly buffer Voxels { Voxel voxels[]; };
+#ifdef SVO
+#include "gi/svo/pool.glsl"
+layout(std430, set = 1, binding = 7) restrict readonly buffer Nodes { uint nodes[]; };
+#else
+layout(std430, set = 1, binding = 7) restrict readonly buffer Occupancy { uvec2 occupancy[]; };
+layout(std430, set = 1, binding = 8) restrict readonly buffer BlockBases { uint block_bases[]; };
+#endif
 
 layout(push_constant) uniform InjectParams {
     vec4 grid;             // xyz: smallest corner of the grid [m]; w: voxel size [m]
     uint resolution;
+    uint first_voxel;  // of those that this dispatch adds to; their records and sums start with it
+    uint voxel_count;
     float flux_unit;   // of one integer step, for r, g, b [W/(m² sr)]
     float area_unit;   // of one integer step [voxel faces]
 } params;
@@ -44,19 +54,80 @@ void add(uint side, uint channel, float value) {
 int voxel_at(vec3 position) {
     if (any(lessThan(position, vec3(0.0))) || any(greaterThanEqual(position, vec3(params.resolution)))) return -1;
     uvec3 voxel = uvec3(position);
+#ifdef SVO
+    uint child = 0u;
+    for (int above = findMSB(params.resolution) - 1; above >= 0; --above) {
+        uint tile = nodes[child], node = child_index(voxel >> above);
+        if (!has_child(tile, node)) return -1;
+        child = child_of(tile, node);
+    }
+    return int(child);
+#else
     uint block = block_index(voxel, params.resolution), bit = block_bit(voxel);
     uvec2 words = occupancy[block];
     return block_has(words, bit) ? int(block_bases[block] + set_bits_below(words, bit)) : -1;
+#endif
 }
 
-void main() {
-    ivec3 texel = ivec3(gl_GlobalInvocationID);
-    LightView view = light_views[texel.z];
-    if (any(greaterThanEqual(texel.xy, ivec2(view.light.y)))) return;
+// Adds r, g, b and area to the lit side of a voxel, if it is one of this dispatch's.
+void inject(int slot, vec3 lit_side, vec4 values) {
+    uint side = uint(slot) - params.first_voxel;
+    if (side >= params.voxel_count) return;
+    if (SIDES == 2u) side = 2u * side + uint(dot(lit_side, front_of(voxels[side])) < 0.0);
+    for (uint channel = 0u; channel < 4u; ++channel) add(side, channel, values[channel]);
+}
+
+// What texels of a map light: a piece of a plane.
+struct Footprint {
+    vec3 centre;     // [voxels]
+    vec3 reach;      // half its extent along each axis [voxels]
+    vec3 normal;
+    vec3 ray;        // from the light, not of unit length
+    vec4 values;     // r, g, b, area, in integer steps
+};
+
+// The surface may lie in the neighbour by a rounding error, or by the map's depth error at a grazing angle.
+int nearby_voxel(Footprint footprint) {
+    int slot = voxel_at(footprint.centre + 0.05 * footprint.normal);
+    if (slot < 0) slot = voxel_at(footprint.centre - 0.05 * footprint.normal);
+    if (slot < 0) slot = voxel_at(footprint.centre + 0.5 * normalize(footprint.ray));
+    if (slot < 0) slot = voxel_at(footprint.centre - 0.5 * normalize(footprint.ray));
+    return slot;
+}
+
+// Spreads a footprint over the voxels that the box around it overlaps, in proportion to the overlap. What would fall on empty ones stays with the voxel
+// of its centre. A footprint wider than a voxel counts as one voxel wide.
+void spread(Footprint footprint) {
+    vec3 lit_side = dot(footprint.normal, footprint.ray) < 0.0 ? footprint.normal : -footprint.normal;
+    vec3 within = fract(footprint.centre), reach = clamp(footprint.reach, vec3(1e-4), vec3(0.5));
+    vec3 nearest = min(within, 1.0 - within), share = max(reach - nearest, 0.0) / (2.0 * reach);   // of the neighbour on the nearer side, by axis
+    // A flat footprint reaches along two axes at most: the loop has the third last.
+    ivec3 axes = share.x <= min(share.y, share.z) ? ivec3(1, 2, 0) : share.y <= share.z ? ivec3(2, 0, 1) : ivec3(0, 1, 2);
+    int last = share[axes.z] > 0.0 ? 7 : 3;
+    float left = 1.0;
+    for (int i = 1; i <= last; ++i) {
+        vec3 corner;
+        corner[axes.x] = float(i & 1);
+        corner[axes.y] = float(i >> 1 & 1);
+        corner[axes.z] = float(i >> 2);
+        vec3 along = mix(1.0 - share, share, corner), position = floor(footprint.centre) + corner * (2.0 * step(0.5, within) - 1.0);
+        float weight = along.x * along.y * along.z;
+        int slot = weight > 0.0 ? voxel_at(position) : -1;
+        if (slot < 0) continue;
+        inject(slot, lit_side, footprint.values * weight);
+        left -= weight;
+    }
+    int slot = voxel_at(footprint.centre);
+    if (slot < 0) slot = nearby_voxel(footprint);
+    if (slot >= 0) inject(slot, lit_side, footprint.values * left);
+    else if (params.first_voxel == 0u) atomicAdd(lost_texels, 1u);
+}
+
+// Of one texel; false where the light meets nothing.
+bool read_texel(ivec3 texel, LightView view, out Footprint footprint) {
     float stored = texelFetch(sampler2DArray(shadow_maps, nearest_clamp), texel, 0).r;
-    if (stored == 0.0) return;
-    float depth_m = map_depth(view, stored, view.right.w);
-    vec2 map = (vec2(texel.xy) + 0.5) / float(view.light.y) * 2.0 - 1.0;
+    float depth_m = map_depth(view, stored, view.right.w), size = float(view.light.y);
+    vec2 map = (vec2(texel.xy) + 0.5) / size * 2.0 - 1.0;
     vec3 across = map.x * view.right.xyz + map.y * view.down.xyz;
     bool parallel = view.origin_kind.w == 0.0;
     vec3 ray = parallel ? view.forward.xyz : view.forward.xyz + across;
@@ -65,34 +136,49 @@ void main() {
     vec3 root = texelFetch(sampler2DArray(rsm_reflected, nearest_clamp), texel, 0).rgb;
 
     float squared = dot(ray, ray);   // 1 for a parallel light
-    float texel_size = 4.0 * length(view.right.xyz) * length(view.down.xyz) / (float(view.light.y) * float(view.light.y));
+    float texel_size = 4.0 * length(view.right.xyz) * length(view.down.xyz) / (size * size);
     float extent = parallel ? texel_size : texel_size / (squared * sqrt(squared));   // A [m²], or Ω [sr]
     vec3 flux_w = root * root * lights[view.light.x].power_outer.rgb * extent;
-    float cosine = max(abs(dot(normal, ray)) * inversesqrt(squared), 0.02);
-    float area = extent / cosine * (parallel ? 1.0 : depth_m * depth_m * squared);
+    float along = dot(normal, ray), scale_m = parallel ? 1.0 : depth_m;
+    float area = extent / max(abs(along) * inversesqrt(squared), 0.02) * scale_m * scale_m * (parallel ? 1.0 : squared);
+    along = along < 0.0 ? min(along, -1e-3) : max(along, 1e-3);
+    vec3 right = view.right.xyz - ray * (dot(normal, view.right.xyz) / along), down = view.down.xyz - ray * (dot(normal, view.down.xyz) / along);
 
-    float voxel_size = params.grid.w;
-    vec3 grid = (position - params.grid.xyz) / voxel_size;
-    // It lies in another piece of the grid.
-    if (any(lessThan(grid, vec3(0.0))) || any(greaterThanEqual(grid, vec3(params.resolution)))) return;
-    int slot = voxel_at(grid);
-    // The surface may lie in the neighbour by a rounding error, or by the map's depth error at a grazing angle.
-    if (slot < 0) slot = voxel_at(grid + 0.05 * normal);
-    if (slot < 0) slot = voxel_at(grid - 0.05 * normal);
-    if (slot < 0) slot = voxel_at(grid + 0.5 * normalize(ray));
-    if (slot < 0) slot = voxel_at(grid - 0.5 * normalize(ray));
-    if (slot < 0) {
-        atomicAdd(lost_texels, 1u);
-        return;
+    float voxel_size = params.grid.w, face = voxel_size * voxel_size;
+    vec4 values = vec4(flux_w / (PI * face * params.flux_unit), area / (face * params.area_unit));
+    footprint = Footprint((position - params.grid.xyz) / voxel_size, (abs(right) + abs(down)) * (scale_m / (size * voxel_size)), normal, ray, values);
+    return stored != 0.0;
+}
+
+void main() {
+    ivec3 first = ivec3(gl_GlobalInvocationID) * ivec3(BLOCK, BLOCK, 1);
+    LightView view = light_views[first.z];
+    if (any(greaterThanEqual(first.xy, ivec2(view.light.y)))) return;
+    // Texels of one plane and small together against a voxel are added as one.
+    uvec2 added = uvec2(0u);
+    int seed = 0;
+    while (seed < BLOCK * BLOCK) {
+        Footprint group, texel;
+        bool is_lit = read_texel(first + ivec3(seed % BLOCK, seed / BLOCK, 0), view, group);
+        vec3 centre = group.centre, low = centre, high = centre;
+        int next = BLOCK * BLOCK;
+        for (int i = seed + 1; i < BLOCK * BLOCK; ++i) {
+            if ((added[i >> 5] >> (i & 31) & 1u) != 0u) continue;
+            bool is_texel_lit = read_texel(first + ivec3(i % BLOCK, i / BLOCK, 0), view, texel);
+            vec3 offset = texel.centre - centre;
+            bool is_alike = is_lit && dot(texel.normal, group.normal) > 0.999 && abs(dot(offset, group.normal)) < 0.02;
+            is_alike = is_alike && all(lessThan(abs(offset), vec3(0.5)));
+            if (is_texel_lit && is_alike) {
+                low = min(low, texel.centre);
+                high = max(high, texel.centre);
+                group.values += texel.values;
+            }
+            if (!is_texel_lit || is_alike) added[i >> 5] |= 1u << (i & 31);
+            else if (next == BLOCK * BLOCK) next = i;
+        }
+        group.centre = 0.5 * (low + high);
+        group.reach += 0.5 * (high - low);
+        if (is_lit) spread(group);
+        seed = next;
     }
-    uint side = uint(slot);
-    if (SIDES == 2u) {
-        vec3 lit_side = dot(normal, ray) < 0.0 ? normal : -normal;
-        side = 2u * side + uint(dot(lit_side, front_of(voxels[slot])) < 0.0);
-    }
-    float per_voxel = 1.0 / (PI * voxel_size * voxel_size * params.flux_unit);
-    add(side, 0u, flux_w.r * per_voxel);
-    add(side, 1u, flux_w.g * per_voxel);
-    add(side, 2u, flux_w.b * per_voxel);
-    add(side, 3u, area / (voxel_size * voxel_size * params.area_unit));
 }

@@ -4,6 +4,7 @@ pub mod bricks;
 pub mod nodes;
 pub mod oracle;
 pub mod pieces;
+pub mod touched;
 
 use std::sync::Arc;
 
@@ -43,6 +44,13 @@ static SETTINGS: &[Setting] = &[
         unit: "",
         domain: Domain::Choice(&["one", "three"]),
         default: "one",
+    },
+    Setting {
+        name: "filter",
+        help: "tiles whose bricks an update makes anew: touched (those that hold light, or did in the last update; on corners all) or all; the bits are the same",
+        unit: "",
+        domain: Domain::Choice(&["touched", "all"]),
+        default: "touched",
     },
 ];
 
@@ -88,6 +96,9 @@ pub static PASSES: &[&Pass] = &[
     &bricks::WRITE_LEAVES,
     &bricks::TRANSFER_BORDERS,
     &bricks::FILTER,
+    &touched::FLAG_TOUCHED,
+    &touched::LIST_TOUCHED,
+    &voxel::INJECT_RSM_SPARSE,
 ];
 
 /// The structs that this module shares with shaders.
@@ -101,6 +112,9 @@ pub static STRUCTS: &[(&str, &[Field])] = &[
     (nodes::NeighbourParams::NAME, nodes::NeighbourParams::FIELDS),
     (bricks::BrickParams::NAME, bricks::BrickParams::FIELDS),
     (bricks::TransferParams::NAME, bricks::TransferParams::FIELDS),
+    (touched::Touched::NAME, touched::Touched::FIELDS),
+    (touched::TouchParams::NAME, touched::TouchParams::FIELDS),
+    (touched::ListParams::NAME, touched::ListParams::FIELDS),
 ];
 
 /// The row of the registry.
@@ -129,6 +143,7 @@ pub static ENTRY: Entry = Entry {
             ],
         },
         &voxel::LIGHT_INJECTION,
+        &Stage { name: "touched tiles", part: Part::Store, passes: &["svo.clear_touched", "svo.flag_touched", "svo.list_touched"] },
         &Stage { name: "leaf writing", part: Part::Store, passes: &["svo.merge_radiance", "svo.write_leaves"] },
         &Stage { name: "border transfer", part: Part::Store, passes: &["svo.transfer_borders"] },
         &Stage { name: "mip filtering", part: Part::Store, passes: &["svo.filter"] },
@@ -171,7 +186,7 @@ fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>
     };
     Ok(Box::new(Svo {
         injection: Injection::new(settings),
-        bricks: BrickSettings { corners: settings.is("lattice", "corners"), filter, is_split: settings.is("filter_split", "three") },
+        bricks: BrickSettings { corners: settings.is("lattice", "corners"), filter, is_split: settings.is("filter_split", "three"), touched: settings.is("filter", "touched") },
         cones: ConeTracer::new(gpu, settings)?,
         interleave,
         voxelizer: PieceVoxelizer::new(gpu, scene, VoxelSettings::new(settings))?,
@@ -193,7 +208,8 @@ impl Technique for Svo {
         stats.append(built);
         // Needed no more, and the bricks are the largest of all.
         drop(occupancy);
-        let bricks = BrickPool::new(context.gpu, &nodes, self.bricks)?;
+        let (bricks, cleared) = BrickPool::new(context.gpu, &nodes, self.bricks)?;
+        stats.append(cleared);
         self.store = Some(Store { voxels, nodes, bricks });
         Ok(stats)
     }
@@ -203,8 +219,8 @@ impl Technique for Svo {
     }
 
     fn update(&mut self, frame: &mut Frame, _scene: &GpuScene, maps: &LightMaps) {
-        let Some(store) = &self.store else { return };
-        store.voxels.update(frame, maps);
+        let Some(store) = &mut self.store else { return };
+        store.voxels.update(frame, maps, &store.nodes.nodes);
         store.bricks.update(frame, &store.nodes, &store.voxels.radiance);
     }
 
@@ -223,10 +239,11 @@ impl Technique for Svo {
     }
 
     fn counts(&self, gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {
-        let Some(Store { voxels, nodes, .. }) = &self.store else { return Ok(Vec::new()) };
-        let tiles = u64::from(nodes.levels[0].first + nodes.levels[0].count);
+        let Some(Store { voxels, nodes, bricks }) = &self.store else { return Ok(Vec::new()) };
+        let tiles = u64::from(nodes.tile_count());
         let mut counts = voxels.counts(gpu)?;
         counts.extend([("nodes", 8 * tiles), ("tiles", tiles), ("bricks", tiles)]);
+        counts.extend(bricks.touched_count(gpu)?.map(|touched| ("touched_tiles", touched)));
         Ok(counts)
     }
 }

@@ -5,7 +5,8 @@ use std::sync::Arc;
 use glam::UVec3;
 
 use crate::gi::voxel::voxelize::{buffer, linear_groups};
-use crate::gi::voxel::{Injection, Sides, VoxelGrid, VoxelLight, VoxelSettings, Voxelizer, Voxels};
+use super::nodes::require_pointers;
+use crate::gi::voxel::{Injection, Sides, VoxelGrid, VoxelLight, VoxelLookup, VoxelRecords, VoxelSettings, Voxelizer, Voxels};
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Buffer, Error, Frame, FrameStats, Gpu, Pass, Sets, Shaders};
 use crate::render::{GpuScene, LightMaps};
@@ -47,7 +48,7 @@ const SMALLEST_PIECE: u32 = 64;
 
 /// A piece and its light.
 struct Piece {
-    voxels: Voxels,
+    voxels: VoxelRecords,
     light: VoxelLight,
 }
 
@@ -121,19 +122,24 @@ impl PieceVoxelizer {
 
     fn attempt(&mut self, gpu: &Gpu, scene: &GpuScene, injection: Injection, along: u32) -> Result<(Pieces, Occupancy, FrameStats), Error> {
         let mut stats = FrameStats::default();
+        let mut found = Vec::with_capacity(self.voxelizers.len());
         let mut pieces = Vec::with_capacity(self.voxelizers.len());
         for voxelizer in &mut self.voxelizers {
             let (voxels, cost) = voxelizer.run(gpu, scene)?;
             stats.append(cost);
             let light = VoxelLight::new(gpu, scene, &voxels, injection, Sides::One)?;
-            pieces.push(Piece { voxels, light });
+            pieces.push(Piece { voxels: VoxelRecords::from(&voxels), light });
+            found.push(voxels);
         }
-        let voxel_count = pieces.iter().map(|piece| piece.voxels.voxel_count).sum();
-        let fragment_count = pieces.iter().map(|piece| piece.voxels.fragment_count).sum();
-        let (occupancy, radiance) = match pieces.as_slice() {
-            [whole] => (Occupancy::from(&whole.voxels), Arc::clone(&whole.light.radiance)),
+        // Light finds its voxels in the octree: the dense grid goes with `occupancy`.
+        self.voxelizers.iter_mut().for_each(Voxelizer::release);
+        let voxel_count = found.iter().map(|voxels| voxels.voxel_count).sum();
+        require_pointers("voxel.records", u64::from(voxel_count))?;
+        let fragment_count = found.iter().map(|voxels| voxels.fragment_count).sum();
+        let (occupancy, radiance) = match (found.as_slice(), pieces.as_slice()) {
+            ([voxels], [whole]) => (Occupancy::from(voxels), Arc::clone(&whole.light.radiance)),
             _ => {
-                let (occupancy, cost) = merge(gpu, self.grid, &pieces, along)?;
+                let (occupancy, cost) = merge(gpu, self.grid, &found, along)?;
                 stats.append(cost);
                 (occupancy, buffer(gpu, "svo.radiance", 8 * u64::from(voxel_count))?)
             }
@@ -147,40 +153,40 @@ fn piece_place(index: u32, along: u32) -> UVec3 {
     UVec3::new(index % along, index / along % along, index / (along * along))
 }
 
-fn merge(gpu: &Gpu, grid: VoxelGrid, pieces: &[Piece], along: u32) -> Result<(Occupancy, FrameStats), Error> {
+fn merge(gpu: &Gpu, grid: VoxelGrid, pieces: &[Voxels], along: u32) -> Result<(Occupancy, FrameStats), Error> {
     let blocks = u64::from(grid.block_count());
     let occupancy = buffer(gpu, "svo.occupancy", 8 * blocks)?;
     let block_bases = buffer(gpu, "svo.block_bases", 4 * blocks)?;
     let mut frame = Frame::new();
     let mut first_voxel = 0;
     for (index, piece) in (0u32..).zip(pieces) {
-        let piece_blocks = piece.voxels.grid.resolution / 4;
+        let piece_blocks = piece.grid.resolution / 4;
         let [first_x, first_y, first_z] = (piece_blocks * piece_place(index, along)).to_array();
         frame
             .pass(&MERGE_OCCUPANCY)
-            .bind(&piece.voxels.occupancy)
-            .bind(&piece.voxels.block_bases)
+            .bind(&piece.occupancy)
+            .bind(&piece.block_bases)
             .bind(&occupancy)
             .bind(&block_bases)
             .push(&MergeParams { piece_blocks, blocks: grid.resolution / 4, first_x, first_y, first_z, first_voxel })
             .dispatch(linear_groups(piece_blocks.pow(3)));
-        first_voxel += piece.voxels.voxel_count;
+        first_voxel += piece.voxel_count;
     }
     let stats = gpu.submit(frame)?;
     Ok((Occupancy { resolution: grid.resolution, occupancy, block_bases }, stats))
 }
 
 impl Pieces {
-    /// Adds the passes that light the voxels.
-    pub fn update(&self, frame: &mut Frame, maps: &LightMaps) {
+    /// Adds the passes that light the voxels, which are found in the octree of these nodes.
+    pub fn update(&self, frame: &mut Frame, maps: &LightMaps, nodes: &Arc<Buffer>) {
         let mut first_voxel = 0;
         for Piece { voxels, light } in &self.pieces {
-            light.update(frame, voxels, maps, None);
+            light.update_records(frame, voxels, VoxelLookup::Sparse { nodes, grid: self.grid, first_voxel }, maps, None);
             let bytes = 8 * u64::from(voxels.voxel_count);
             if self.pieces.len() > 1 && bytes > 0 {
-                frame.copy_buffer("svo.merge_radiance", (&light.radiance, 0), (&self.radiance, 8 * first_voxel), bytes);
+                frame.copy_buffer("svo.merge_radiance", (&light.radiance, 0), (&self.radiance, 8 * u64::from(first_voxel)), bytes);
             }
-            first_voxel += u64::from(voxels.voxel_count);
+            first_voxel += voxels.voxel_count;
         }
     }
 

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::Voxels;
+use super::{VoxelGrid, Voxels};
 use super::voxelize::{buffer, linear_groups};
 use crate::gi::Settings;
 use crate::gpu_struct;
@@ -17,6 +17,10 @@ gpu_struct! {
         pub grid: [f32; 4],
         /// Voxels along an edge of the grid.
         pub resolution: u32,
+        /// First of the voxels that are added to; their records and sums start with it.
+        pub first_voxel: u32,
+        /// How many voxels are added to.
+        pub voxel_count: u32,
         /// One integer step of r, g, b (W/(m² sr)).
         pub flux_unit: f32,
         /// One integer step of lit area (voxel faces).
@@ -41,21 +45,36 @@ gpu_struct! {
 /// Name of the fills before injection.
 pub static CLEAR_LIGHT: &str = "voxel.clear_light";
 
-/// Every RSM texel adds its flux to the voxel that it lies in. A thread a texel; 64-bit integer sums, the same in every run.
+const INJECT_BINDINGS: [Binding; 7] = [
+    Binding::buffer("light_views", Access::ComputeRead),
+    Binding::sampled("shadow_maps", Access::ComputeSampled),
+    Binding::sampled("rsm_normal", Access::ComputeSampled),
+    Binding::sampled("rsm_reflected", Access::ComputeSampled),
+    Binding::buffer("flux", Access::ComputeReadWrite),
+    Binding::buffer("lost_texels", Access::ComputeReadWrite),
+    Binding::buffer("voxels", Access::ComputeRead),
+];
+
+/// Every RSM texel adds its flux to the voxels that its footprint lies in. A thread a block of texels; 64-bit integer sums, the same in every run.
 pub static INJECT_RSM: Pass = Pass {
     name: "voxel.inject_rsm",
     shaders: Shaders::Compute("gi/voxel/inject_rsm.comp"),
-    bindings: &[
-        Binding::buffer("light_views", Access::ComputeRead),
-        Binding::sampled("shadow_maps", Access::ComputeSampled),
-        Binding::sampled("rsm_normal", Access::ComputeSampled),
-        Binding::sampled("rsm_reflected", Access::ComputeSampled),
-        Binding::buffer("occupancy", Access::ComputeRead),
-        Binding::buffer("block_bases", Access::ComputeRead),
-        Binding::buffer("flux", Access::ComputeReadWrite),
-        Binding::buffer("lost_texels", Access::ComputeReadWrite),
-        Binding::buffer("voxels", Access::ComputeRead),
-    ],
+    bindings: &{
+        let [a, b, c, d, e, f, g] = INJECT_BINDINGS;
+        [a, b, c, d, e, f, g, Binding::buffer("occupancy", Access::ComputeRead), Binding::buffer("block_bases", Access::ComputeRead)]
+    },
+    push_bytes: size_of::<InjectParams>() as u32,
+    sets: Sets::Scene,
+};
+
+/// As [`INJECT_RSM`]; voxels are found by descent from the root of an octree.
+pub static INJECT_RSM_SPARSE: Pass = Pass {
+    name: "voxel.inject_rsm",
+    shaders: Shaders::Compute("gi/voxel/inject_rsm_svo.comp"),
+    bindings: &{
+        let [a, b, c, d, e, f, g] = INJECT_BINDINGS;
+        [a, b, c, d, e, f, g, Binding::buffer("nodes", Access::ComputeRead)]
+    },
     push_bytes: size_of::<InjectParams>() as u32,
     sets: Sets::Scene,
 };
@@ -116,6 +135,42 @@ pub enum Sides {
     Two = 2,
 }
 
+/// The voxels that are lit.
+#[derive(Clone)]
+pub struct VoxelRecords {
+    /// The grid that their coordinates are in.
+    pub grid: VoxelGrid,
+    /// One [`super::passes::Voxel`] each, in compact order.
+    pub records: Arc<Buffer>,
+    /// As [`Voxels::emission`].
+    pub emission: Option<Arc<Buffer>>,
+    /// How many.
+    pub voxel_count: u32,
+}
+
+impl From<&Voxels> for VoxelRecords {
+    fn from(voxels: &Voxels) -> Self {
+        let Voxels { grid, records, emission, voxel_count, .. } = voxels;
+        VoxelRecords { grid: *grid, records: Arc::clone(records), emission: emission.as_ref().map(Arc::clone), voxel_count: *voxel_count }
+    }
+}
+
+/// How the voxel at a place is found.
+#[derive(Clone, Copy)]
+pub enum VoxelLookup<'v> {
+    /// By the occupancy of a dense grid.
+    Dense(&'v Voxels),
+    /// By descent in an octree.
+    Sparse {
+        /// Node pool.
+        nodes: &'v Arc<Buffer>,
+        /// Grid of the octree.
+        grid: VoxelGrid,
+        /// Compact index in the octree of the first voxel that is lit.
+        first_voxel: u32,
+    },
+}
+
 /// Light counters on the device.
 const COUNTERS_BYTES: u64 = 8;
 
@@ -147,26 +202,17 @@ impl VoxelLight {
 
     /// Adds the passes that light the voxels; with `dense` also mip 0 of a dense texture.
     pub fn update(&self, frame: &mut Frame, voxels: &Voxels, maps: &LightMaps, dense: Option<&Arc<Image>>) {
+        self.update_records(frame, &VoxelRecords::from(voxels), VoxelLookup::Dense(voxels), maps, dense);
+    }
+
+    /// As [`VoxelLight::update`], of voxels that may be found in another way.
+    pub fn update_records(&self, frame: &mut Frame, voxels: &VoxelRecords, lookup: VoxelLookup<'_>, maps: &LightMaps, dense: Option<&Arc<Image>>) {
         let area_unit = 0.5f32.powi(24);
         frame.fill(CLEAR_LIGHT, &self.counters, 0);
-        if let (Injection::Rsm, Some([normal, reflected])) = (self.injection, &maps.rsm) {
+        if let (Injection::Rsm, Some(rsm)) = (self.injection, &maps.rsm) {
             frame.fill(CLEAR_LIGHT, &self.flux, 0);
-            let params = InjectParams { grid: voxels.grid.row(), resolution: voxels.grid.resolution, flux_unit: self.flux_unit, area_unit };
-            if maps.view_count > 0 {
-                frame
-                    .pass(&INJECT_RSM)
-                    .bind(&maps.views)
-                    .bind(&maps.depth)
-                    .bind(normal)
-                    .bind(reflected)
-                    .bind(&voxels.occupancy)
-                    .bind(&voxels.block_bases)
-                    .bind(&self.flux)
-                    .bind(&self.counters)
-                    .bind(&voxels.records)
-                    .constants(&[self.sides as u32])
-                    .push(&params)
-                    .dispatch([maps.size.div_ceil(8), maps.size.div_ceil(8), maps.view_count]);
+            if maps.view_count > 0 && voxels.voxel_count > 0 {
+                self.inject(frame, voxels, lookup, maps, rsm, area_unit);
             }
         }
         let params = LightParams { grid: voxels.grid.row(), voxel_count: voxels.voxel_count, flux_unit: self.flux_unit, area_unit };
@@ -185,11 +231,41 @@ impl VoxelLight {
             .dispatch(linear_groups(voxels.voxel_count));
     }
 
+    fn inject(&self, frame: &mut Frame, voxels: &VoxelRecords, lookup: VoxelLookup<'_>, maps: &LightMaps, [normal, reflected]: &[Arc<Image>; 2], area_unit: f32) {
+        let (pass, grid, first_voxel) = match lookup {
+            VoxelLookup::Dense(_) => (&INJECT_RSM, voxels.grid, 0),
+            VoxelLookup::Sparse { grid, first_voxel, .. } => (&INJECT_RSM_SPARSE, grid, first_voxel),
+        };
+        let params = InjectParams {
+            grid: grid.row(),
+            resolution: grid.resolution,
+            first_voxel,
+            voxel_count: voxels.voxel_count,
+            flux_unit: self.flux_unit,
+            area_unit,
+        };
+        let block = texel_block(maps.size, grid.resolution);
+        let groups = maps.size.div_ceil(8 * block);
+        let pass = frame.pass(pass).bind(&maps.views).bind(&maps.depth).bind(normal).bind(reflected).bind(&self.flux).bind(&self.counters).bind(&voxels.records);
+        let pass = match lookup {
+            VoxelLookup::Dense(voxels) => pass.bind(&voxels.occupancy).bind(&voxels.block_bases),
+            VoxelLookup::Sparse { nodes, .. } => pass.bind(nodes),
+        };
+        pass.constants(&[self.sides as u32, block]).push(&params).dispatch([groups, groups, maps.view_count]);
+    }
+
     /// RSM texels that lay in no occupied voxel, and lit voxels that no texel fell into, in the last frame.
     pub fn counts(&self, gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {
         let counts: Vec<u32> = bytemuck::pod_collect_to_vec(&gpu.read_buffer(&self.counters)?);
         Ok(vec![("rsm_texels_lost", u64::from(counts[0])), ("rsm_holes_filled", u64::from(counts[1]))])
     }
+}
+
+/// Edge of the blocks of texels that are added as one where they light one plane: half a voxel, for a map as wide as the grid.
+fn texel_block(map_size: u32, resolution: u32) -> u32 {
+    let most = (map_size / (2 * resolution)).clamp(1, 8);
+    // The largest power of two that divides the map into whole blocks.
+    1 << most.ilog2().min(map_size.trailing_zeros())
 }
 
 /// One integer step of injected radiance: 2⁻²⁶ of what the strongest light makes of a white surface one scene diagonal away, as a power of two.

@@ -13,7 +13,7 @@ pub mod rays;
 pub mod voxelize;
 
 pub use grid::VoxelGrid;
-pub use light::{CLEAR_LIGHT, INJECT_RSM, Injection, LIGHT, LIGHT_DENSE, Sides, VoxelLight};
+pub use light::{CLEAR_LIGHT, INJECT_RSM, INJECT_RSM_SPARSE, Injection, LIGHT, LIGHT_DENSE, Sides, VoxelLight, VoxelLookup, VoxelRecords};
 pub use list::{OccupiedVoxel, VoxelList, list_voxels};
 pub use passes::{FRAGMENTS_COMPUTE, FRAGMENTS_RASTER, FRAGMENTS_RASTER_HW};
 pub use rays::{GATHER_RAYS, RAY_SETTINGS, RaySettings, gather_rays};

@@ -85,6 +85,27 @@ pub struct Voxels {
     pub fragment_count: u32,
 }
 
+/// What depends on the grid alone.
+#[derive(Clone)]
+struct GridBuffers {
+    occupancy: Arc<Buffer>,
+    block_bases: Arc<Buffer>,
+    group_sums: Arc<Buffer>,
+    counters: Arc<Buffer>,
+}
+
+impl GridBuffers {
+    fn new(gpu: &Gpu, grid: VoxelGrid) -> Result<Self, Error> {
+        let blocks = u64::from(grid.block_count());
+        Ok(GridBuffers {
+            occupancy: buffer(gpu, "voxel.occupancy", 8 * blocks)?,
+            block_bases: buffer(gpu, "voxel.block_bases", 4 * blocks)?,
+            group_sums: buffer(gpu, "voxel.group_sums", 4 * blocks.div_ceil(1024))?,
+            counters: buffer(gpu, "voxel.counters", 12)?,
+        })
+    }
+}
+
 /// Voxelizes a scene; keeps what it learnt about sizes for the next time.
 pub struct Voxelizer {
     settings: VoxelSettings,
@@ -92,10 +113,8 @@ pub struct Voxelizer {
     first_voxel: UVec3,
     /// The piece of the whole grid.
     grid: VoxelGrid,
-    occupancy: Arc<Buffer>,
-    block_bases: Arc<Buffer>,
-    group_sums: Arc<Buffer>,
-    counters: Arc<Buffer>,
+    /// Absent after [`Voxelizer::release`].
+    buffers: Option<GridBuffers>,
     /// Bound where a pass is compiled for something that this scene or these settings do not have.
     nothing: Arc<Buffer>,
     no_image: Arc<Image>,
@@ -115,17 +134,13 @@ impl Voxelizer {
     pub fn of_piece(gpu: &Gpu, settings: VoxelSettings, whole: VoxelGrid, first: UVec3, resolution: u32) -> Result<Self, Error> {
         require(gpu, settings.method)?;
         let grid = VoxelGrid { origin: whole.origin + whole.voxel_size * first.as_vec3(), voxel_size: whole.voxel_size, resolution };
-        let blocks = u64::from(grid.block_count());
         let no_image = average_image(gpu, 1)?;
         Ok(Voxelizer {
             settings,
             whole_origin: whole.origin,
             first_voxel: first,
             grid,
-            occupancy: buffer(gpu, "voxel.occupancy", 8 * blocks)?,
-            block_bases: buffer(gpu, "voxel.block_bases", 4 * blocks)?,
-            group_sums: buffer(gpu, "voxel.group_sums", 4 * blocks.div_ceil(1024))?,
-            counters: buffer(gpu, "voxel.counters", 12)?,
+            buffers: Some(GridBuffers::new(gpu, grid)?),
             nothing: buffer(gpu, "voxel.nothing", 0)?,
             no_image,
             fragment_capacity: 0,
@@ -137,6 +152,11 @@ impl Voxelizer {
     /// made larger and the pass repeated, as it is where a driver ended threads with too much to do. The cost of runs that had to be repeated is told
     /// apart, in [`FrameStats::counting`].
     pub fn run(&mut self, gpu: &Gpu, scene: &GpuScene) -> Result<(Voxels, FrameStats), Error> {
+        let grid_buffers = match self.buffers.take() {
+            Some(buffers) => buffers,
+            None => GridBuffers::new(gpu, self.grid)?,
+        };
+        self.buffers = Some(grid_buffers.clone());
         let mut stats = FrameStats::default();
         loop {
             let fragments = buffer(gpu, "voxel.fragments", size_of::<Fragment>() as u64 * u64::from(self.fragment_capacity))?;
@@ -144,10 +164,10 @@ impl Voxelizer {
             let emission = buffer(gpu, "voxel.fragment_emission", emission_bytes)?;
             let mut frame = Frame::new();
             frame.set_scene(&scene.set, &scene.materials);
-            self.add_fragments(&mut frame, scene, [&fragments, &emission]);
-            self.add_index(&mut frame);
+            self.add_fragments(&mut frame, scene, &grid_buffers, [&fragments, &emission]);
+            add_index(&mut frame, self.grid, &grid_buffers);
             let run = gpu.submit(frame)?;
-            let counts: Vec<u32> = bytemuck::pod_collect_to_vec(&gpu.read_buffer(&self.counters)?);
+            let counts: Vec<u32> = bytemuck::pod_collect_to_vec(&gpu.read_buffer(&grid_buffers.counters)?);
             let (fragment_count, voxel_count, unfinished_count) = (counts[0], counts[1], counts[2]);
             if unfinished_count > 0 {
                 if self.sharing >= MOST_SHARING {
@@ -162,16 +182,22 @@ impl Voxelizer {
                 stats.append(run.into_counting());
                 continue;
             }
-            let (voxels, resolved) = self.resolve(gpu, scene, [&fragments, &emission], fragment_count, voxel_count)?;
+            let (voxels, resolved) = self.resolve(gpu, scene, &grid_buffers, [&fragments, &emission], [fragment_count, voxel_count])?;
             stats.append(run);
             stats.append(resolved);
             return Ok((voxels, stats));
         }
     }
 
-    fn add_fragments(&self, frame: &mut Frame, scene: &GpuScene, [fragments, emission]: [&Arc<Buffer>; 2]) {
-        frame.fill("voxel.clear", &self.occupancy, 0);
-        frame.fill("voxel.clear", &self.counters, 0);
+    /// Frees what depends on the grid alone, until the next run.
+    pub fn release(&mut self) {
+        self.buffers = None;
+    }
+
+    fn add_fragments(&self, frame: &mut Frame, scene: &GpuScene, grid_buffers: &GridBuffers, [fragments, emission]: [&Arc<Buffer>; 2]) {
+        let GridBuffers { occupancy, counters, .. } = grid_buffers;
+        frame.fill("voxel.clear", occupancy, 0);
+        frame.fill("voxel.clear", counters, 0);
         let params = |batch: &crate::scene::Batch| FragmentParams {
             origin_inverse_size: self.whole_origin.extend(1.0 / self.grid.voxel_size).to_array(),
             first_voxel: self.first_voxel.as_vec3().extend(0.0).to_array(),
@@ -193,7 +219,7 @@ impl Voxelizer {
                 Method::Raster => &FRAGMENTS_RASTER,
                 Method::RasterHw => &FRAGMENTS_RASTER_HW,
             };
-            let builder = frame.pass(pass).bind(&self.occupancy).bind(fragments).bind(emission).bind(&self.counters);
+            let builder = frame.pass(pass).bind(occupancy).bind(fragments).bind(emission).bind(counters);
             let builder = builder.constants(&[u32::from(scene.is_emissive), u32::from(kind == TextureUse::Masked), u32::from(kind != TextureUse::None)]);
             if self.settings.method == Method::Compute {
                 let dispatch = |batch: &&crate::scene::Batch| BatchDispatch {
@@ -221,22 +247,13 @@ impl Voxelizer {
         [groups, sharing.max(self.sharing), 1]
     }
 
-    fn add_index(&self, frame: &mut Frame) {
-        let block_count = self.grid.block_count();
-        let groups = block_count.div_ceil(1024);
-        let params = CountParams { block_count };
-        frame.pass(&COUNT_BLOCKS).bind(&self.occupancy).bind(&self.group_sums).push(&params).dispatch([groups, 1, 1]);
-        frame.pass(&SCAN_GROUPS).bind(&self.group_sums).bind(&self.counters).push(&ScanParams { group_count: groups }).dispatch([1, 1, 1]);
-        frame.pass(&INDEX_BLOCKS).bind(&self.occupancy).bind(&self.group_sums).bind(&self.block_bases).push(&params).dispatch([groups, 1, 1]);
-    }
-
     fn resolve(
         &self,
         gpu: &Gpu,
         scene: &GpuScene,
+        GridBuffers { occupancy, block_bases, .. }: &GridBuffers,
         [fragments, emission]: [&Arc<Buffer>; 2],
-        fragment_count: u32,
-        voxel_count: u32,
+        [fragment_count, voxel_count]: [u32; 2],
     ) -> Result<(Voxels, FrameStats), Error> {
         let heads = buffer(gpu, "voxel.heads", 4 * u64::from(voxel_count))?;
         let records = buffer(gpu, "voxel.records", size_of::<Voxel>() as u64 * u64::from(voxel_count))?;
@@ -252,8 +269,8 @@ impl Voxelizer {
         }
         frame
             .pass(&LINK_FRAGMENTS)
-            .bind(&self.occupancy)
-            .bind(&self.block_bases)
+            .bind(occupancy)
+            .bind(block_bases)
             .bind(fragments)
             .bind(&heads)
             .push(&link)
@@ -270,9 +287,19 @@ impl Voxelizer {
             .push(&ResolveParams { voxel_count, emission_unit: scene.largest_emission.max(f32::MIN_POSITIVE) })
             .dispatch(linear_groups(voxel_count));
         let stats = gpu.submit(frame)?;
-        let (occupancy, block_bases) = (Arc::clone(&self.occupancy), Arc::clone(&self.block_bases));
+        let (occupancy, block_bases) = (Arc::clone(occupancy), Arc::clone(block_bases));
         Ok((Voxels { grid: self.grid, occupancy, block_bases, records, emission: voxel_emission, voxel_count, fragment_count }, stats))
     }
+}
+
+/// Compact indices from occupancy.
+fn add_index(frame: &mut Frame, grid: VoxelGrid, GridBuffers { occupancy, block_bases, group_sums, counters }: &GridBuffers) {
+    let block_count = grid.block_count();
+    let groups = block_count.div_ceil(1024);
+    let params = CountParams { block_count };
+    frame.pass(&COUNT_BLOCKS).bind(occupancy).bind(group_sums).push(&params).dispatch([groups, 1, 1]);
+    frame.pass(&SCAN_GROUPS).bind(group_sums).bind(counters).push(&ScanParams { group_count: groups }).dispatch([1, 1, 1]);
+    frame.pass(&INDEX_BLOCKS).bind(occupancy).bind(group_sums).bind(block_bases).push(&params).dispatch([groups, 1, 1]);
 }
 
 fn require(gpu: &Gpu, method: Method) -> Result<(), Error> {
