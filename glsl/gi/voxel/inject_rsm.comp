@@ -4,11 +4,12 @@
 // where it is the voxel of its centre: then a voxel four texels wide has three or five of them by chance).
 //
 // Φ = ρ E A for a parallel light (A: area of a texel across the beam), Φ = ρ I Ω for a perspective map (Ω: solid angle of the texel, Olovsson 2012,
-// section 3.3). Sums are 64-bit integers, the same in every run. Per voxel, or per side: Φ / (π h²) for r, g, b [W/(m² sr)], and lit surface in voxel faces.
+// section 3.3). Sums are 40-bit integers, the same in every run. Per voxel, or per side: Φ / (π h²) for r, g, b [W/(m² sr)], and lit surface in voxel faces.
 // Voxels are found through the occupancy of the dense grid, or with SVO by descent from the octree's root (Crassin et al. 2011, section 6).
 layout(local_size_x = 8, local_size_y = 8) in;
 
 #include "shared/light_view.glsl"
+#include "gi/voxel/flux.glsl"
 #include "gi/voxel/grid.glsl"
 #include "gi/voxel/records.glsl"
 
@@ -19,7 +20,7 @@ layout(std430, set = 1, binding = 0) restrict readonly buffer LightViews { Light
 layout(set = 1, binding = 1) uniform texture2DArray shadow_maps;
 layout(set = 1, binding = 2) uniform utexture2DArray rsm_normal;
 layout(set = 1, binding = 3) uniform texture2DArray rsm_reflected;
-layout(std430, set = 1, binding = 4) restrict buffer Flux { uint flux[]; };   // a side of a voxel: r, g, b, area; each low word, high word
+layout(std430, set = 1, binding = 4) restrict buffer Flux { uint flux[]; };   // a side of a voxel: gi/voxel/flux.glsl
 layout(std430, set = 1, binding = 5) restrict buffer LightCounters { uint lost_texels; uint filled_voxels; };
 layout(std430, set = 1, binding = 6) restrict readonly buffer Voxels { Voxel voxels[]; };
 #ifdef SVO
@@ -40,14 +41,21 @@ layout(push_constant) uniform InjectParams {
 } params;
 
 void add(uint side, uint channel, float value) {
-    if (value < 1.0) value = floor(value + 0.5);
+    value = min(floor(value + 0.5), LARGEST_FLUX);
     if (value <= 0.0) return;
     float high_part = floor(value * (1.0 / 4294967296.0));
     uint low = uint(value - high_part * 4294967296.0), high = uint(high_part);
-    uint at = side * 8u + channel * 2u;
+    uint at = FLUX_WORDS * side + channel;
     uint before = atomicAdd(flux[at], low);
     if (before + low < before) high += 1u;
-    if (high != 0u) atomicAdd(flux[at + 1u], high);
+    // Only very bright voxels come here, most of them once; a full byte stays full.
+    at = FLUX_WORDS * side + 4u;
+    for (uint known = 0u; high != 0u;) {
+        uint sum = min((known >> 8u * channel & 255u) + high, 255u);
+        uint found = atomicCompSwap(flux[at], known, bitfieldInsert(known, sum, int(8u * channel), 8));
+        if (found == known) high = 0u;
+        known = found;
+    }
 }
 
 // Compact index of the occupied voxel at a grid position, or −1.

@@ -55,7 +55,7 @@ const INJECT_BINDINGS: [Binding; 7] = [
     Binding::buffer("voxels", Access::ComputeRead),
 ];
 
-/// Every RSM texel adds its flux to the voxels that its footprint lies in. A thread a block of texels; 64-bit integer sums, the same in every run.
+/// Every RSM texel adds its flux to the voxels that its footprint lies in. A thread a block of texels; 40-bit integer sums, the same in every run.
 pub static INJECT_RSM: Pass = Pass {
     name: "voxel.inject_rsm",
     shaders: Shaders::Compute("gi/voxel/inject_rsm.comp"),
@@ -171,6 +171,9 @@ pub enum VoxelLookup<'v> {
     },
 }
 
+/// Injected light of a side of a voxel (`gi/voxel/flux.glsl`).
+const FLUX_BYTES: u64 = 20;
+
 /// Light counters on the device.
 const COUNTERS_BYTES: u64 = 8;
 
@@ -194,7 +197,7 @@ impl VoxelLight {
             injection,
             sides,
             radiance: buffer(gpu, "voxel.radiance", 8 * count)?,
-            flux: buffer(gpu, "voxel.flux", if injection == Injection::Rsm { 32 * count } else { 0 })?,
+            flux: buffer(gpu, "voxel.flux", if injection == Injection::Rsm { FLUX_BYTES * count } else { 0 })?,
             counters: buffer(gpu, "voxel.light_counters", COUNTERS_BYTES)?,
             flux_unit: flux_unit(scene),
         })
@@ -268,8 +271,8 @@ fn texel_block(map_size: u32, resolution: u32) -> u32 {
     1 << most.ilog2().min(map_size.trailing_zeros())
 }
 
-/// One integer step of injected radiance: 2⁻²⁶ of what the strongest light makes of a white surface one scene diagonal away, as a power of two.
-/// The 64-bit sums hold 2³⁸ times that radiance.
+/// One integer step of injected radiance: 2⁻²⁰ of what the strongest light makes of a white surface one scene diagonal away, as a power of two.
+/// The 40-bit sums hold 2²⁰ times that radiance, which a light has 2⁻¹⁰ of the diagonal away.
 fn flux_unit(scene: &GpuScene) -> f32 {
     let size_m = (scene.bounds.1 - scene.bounds.0).length().max(f32::MIN_POSITIVE);
     let strength = |light: &Light| match *light {
@@ -277,5 +280,5 @@ fn flux_unit(scene: &GpuScene) -> f32 {
         Light::Point { intensity, .. } | Light::Spot { intensity, .. } => intensity.max_element() / (size_m * size_m),
     };
     let strongest = scene.lights.iter().map(strength).fold(0.0, f32::max);
-    if strongest > 0.0 { (strongest.log2().floor() - 26.0).exp2() } else { 1.0 }
+    if strongest > 0.0 { (strongest.log2().floor() - 20.0).exp2() } else { 1.0 }
 }
