@@ -8,16 +8,16 @@ use std::path::{Path, PathBuf};
 use indicatif::{ProgressBar, ProgressStyle};
 use lumivox::frame::FrameSettings;
 use lumivox::gi::registry::{Entry, find};
-use lumivox::measure::bench::{BenchSettings, Case, Truth, cases, choose_timing, measure};
+use lumivox::measure::bench::{BenchSettings, Case, Truth, cases, measure};
 use lumivox::measure::chart::Chart;
-use lumivox::measure::report::{ReferenceInfo, Report, Timing};
+use lumivox::measure::report::{ReferenceInfo, Report};
 use lumivox::measure::{directions_chart, error_chart, memory_chart, passes_chart, stages_chart, structures_chart, table};
 use lumivox::metrics::Channel;
 use lumivox::reference::{Bounces, Filter, ReferenceError, Sampling, Settings, cache_dir, cached, guide};
 use lumivox::scene::{LoadOptions, Scene};
 
 use super::CliError;
-use super::common::{DeviceArgs, ShadowArgs, check_output, check_output_folder, parse_channel, parse_size, say};
+use super::common::{DeviceArgs, ShadowArgs, TimingArgs, check_output, check_output_folder, parse_channel, parse_size, say};
 
 /// Measure techniques, presets and resolutions: time per pass, memory, error against the path-traced reference.
 #[derive(clap::Args)]
@@ -59,9 +59,8 @@ pub(crate) struct Args {
     channel: Channel,
     #[command(flatten)]
     device: DeviceArgs,
-    /// Where times come from: timestamps, or host (every pass by itself) [default: host on a CPU device, timestamps elsewhere].
-    #[arg(long, value_name = "host|timestamps", value_parser = parse_timing)]
-    timing: Option<Timing>,
+    #[command(flatten)]
+    timing: TimingArgs,
     /// Render missing textures mid-grey instead of failing.
     #[arg(long)]
     allow_missing_textures: bool,
@@ -83,7 +82,7 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     let stems = stems(&scenes, &args.output);
     stems.iter().flat_map(|stem| outputs(stem)).filter(|path| path.exists()).try_for_each(|path| check_output(&path))?;
     let device = args.device.choice();
-    let timing = args.timing.map_or_else(|| choose_timing(&device), Ok).map_err(CliError::failed)?;
+    let timing = args.timing.choice(&device)?;
     let frame = FrameSettings { size: [args.size.0, args.size.1], shadow_resolution: args.shadow.shadow_resolution };
     let settings = BenchSettings { device, timing, frame, frames: args.frames, rebuilds: args.rebuilds, channel: args.channel };
     std::fs::create_dir_all(&args.output)
@@ -195,12 +194,4 @@ fn progress_bar(quiet: bool, cases: usize) -> ProgressBar {
     }
     let style = ProgressStyle::with_template("{msg:12} {bar:40} {pos}/{len} {elapsed} (about {eta} left)").unwrap_or_else(|_| ProgressStyle::default_bar());
     ProgressBar::new(cases as u64).with_style(style)
-}
-
-fn parse_timing(text: &str) -> Result<Timing, String> {
-    match text {
-        "host" => Ok(Timing::Host),
-        "timestamps" => Ok(Timing::Timestamps),
-        _ => Err(String::from("write host or timestamps")),
-    }
 }

@@ -9,6 +9,8 @@ use lumivox::gi::Settings;
 use lumivox::gi::registry::{Entry, find};
 use lumivox::graph::DeviceChoice;
 use lumivox::image::{Aov, Image, write_exr, write_png};
+use lumivox::measure::bench::choose_timing;
+use lumivox::measure::report::Timing;
 use lumivox::metrics::Channel;
 use lumivox::reference::MAX_SIZE_PX;
 use lumivox::scene::{LoadOptions, Scene};
@@ -118,6 +120,29 @@ impl DeviceArgs {
     /// The choice; without one, the best device.
     pub(super) fn choice(&self) -> DeviceChoice {
         self.device.as_deref().map(DeviceChoice::from).unwrap_or_default()
+    }
+}
+
+/// How passes are timed.
+#[derive(clap::Args)]
+pub(super) struct TimingArgs {
+    /// Where times come from: timestamps, or host (every pass by itself) [default: host on a CPU device, timestamps elsewhere].
+    #[arg(long, value_name = "host|timestamps", value_parser = parse_timing)]
+    timing: Option<Timing>,
+}
+
+impl TimingArgs {
+    /// The choice; without one, what suits the device.
+    pub(super) fn choice(&self, device: &DeviceChoice) -> Result<Timing, CliError> {
+        self.timing.map_or_else(|| choose_timing(device), Ok).map_err(CliError::failed)
+    }
+}
+
+fn parse_timing(text: &str) -> Result<Timing, String> {
+    match text {
+        "host" => Ok(Timing::Host),
+        "timestamps" => Ok(Timing::Timestamps),
+        _ => Err(String::from("write host or timestamps")),
     }
 }
 

@@ -5,13 +5,13 @@ use std::path::{Path, PathBuf};
 use lumivox::frame::{FrameSettings, Renderer};
 use lumivox::graph::{Gpu, GpuOptions, PassTimes, TimesAccumulator};
 use lumivox::image::{GuideImage, Image, read_aov};
-use lumivox::measure::report::{ErrorReport, Report};
+use lumivox::measure::report::{ErrorReport, Report, Timing};
 use lumivox::metrics::{Channel, Errors};
 use lumivox::reference::guide;
 use lumivox::scene::Scene;
 
 use super::CliError;
-use super::common::{DeviceArgs, PictureArgs, SceneArgs, ShadowArgs, TechniqueArgs, say};
+use super::common::{DeviceArgs, PictureArgs, SceneArgs, ShadowArgs, TechniqueArgs, TimingArgs, say};
 
 /// Render a scene with one technique.
 #[derive(clap::Args)]
@@ -38,15 +38,16 @@ pub(crate) struct Args {
     /// Print every barrier of every frame, with the two passes and the hazard that it is for.
     #[arg(long)]
     trace_barriers: bool,
-    /// Submit every pass by itself and time it on the host: for software drivers, whose timestamps charge one pass with another's work.
-    #[arg(long)]
-    isolate_passes: bool,
+    #[command(flatten)]
+    timing: TimingArgs,
 }
 
 impl Args {
     fn gpu(&self) -> Result<Gpu, CliError> {
-        let Args { validate, trace_barriers, isolate_passes, .. } = *self;
-        Gpu::new(&GpuOptions { device: self.device.choice(), validate, trace_barriers, isolate_passes }).map_err(CliError::failed)
+        let Args { validate, trace_barriers, .. } = *self;
+        let device = self.device.choice();
+        let isolate_passes = self.timing.choice(&device)? == Timing::Host;
+        Gpu::new(&GpuOptions { device, validate, trace_barriers, isolate_passes }).map_err(CliError::failed)
     }
 }
 

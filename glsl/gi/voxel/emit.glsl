@@ -52,37 +52,48 @@ uint reserve(uint count) {
     return MASKED != 0u ? 0u : atomicAdd(fragment_count, count);
 }
 
+// What all fragments of a triangle share.
+struct Surface {
+    uint normal;          // packed
+    float area_steps;     // steps of stored area in a voxel face, seen along the dominant axis
+    vec3 albedo;
+    vec3 emission;        // [W/(m² sr)]
+};
+
+Surface surface_of(TriangleSetup s) {
+    Material material = materials[params.material];
+    vec3 normal = normalize(s.normal);
+    return Surface(pack_unit(unpermute(normal, s.axis)), AREA_UNIT / abs(normal.z), material.albedo.rgb * (1.0 - material.metalness.x), material.emission.rgb);
+}
+
 // Marks one touched voxel of triangle number `triangle` as occupied, and stores the fragment in its place.
-void emit_fragment(TriangleSetup s, uint triangle, ivec3 local_voxel, uint slot) {
+void emit_fragment(TriangleSetup s, Surface surface, uint triangle, ivec3 local_voxel, uint slot) {
     uvec3 voxel = uvec3(unpermute(s.base + local_voxel, s.axis));
     if (MASKED == 0u) {
         mark(voxel);
         if (slot >= params.capacity) return;
     }
     vec3 mean_position;
-    float projected_area = area_inside(s, local_voxel, mean_position);
+    float area = area_inside(s, local_voxel, mean_position) * surface.area_steps;
     TexturePosition at;
     if (TEXTURED != 0u) at = texture_position(s, triangle, vec2(local_voxel.xy) + mean_position.xy);
-    float covered = 1.0;
     if (MASKED != 0u) {
-        covered = sample_texture(mask_texture, at).r;
+        float covered = sample_texture(mask_texture, at).r;
         if (covered < 0.5) return;
+        area *= covered;
         mark(voxel);
         slot = atomicAdd(fragment_count, 1u);
         if (slot >= params.capacity) return;
     }
-    Material material = materials[params.material];
-    vec3 albedo = material.albedo.rgb * (1.0 - material.metalness.x);
+    vec3 albedo = surface.albedo;
     if (TEXTURED != 0u) albedo *= sample_texture(albedo_texture, at).rgb;
-    vec3 unit_normal = normalize(s.normal);
-    uint area = clamp(uint(round(covered * projected_area / abs(unit_normal.z) * AREA_UNIT)), 1u, 65535u);
     fragments[slot].xy = voxel.x | voxel.y << 16;
-    fragments[slot].z_area = voxel.z | area << 16;
-    fragments[slot].normal = pack_unit(unpermute(unit_normal, s.axis));
+    fragments[slot].z_area = voxel.z | clamp(uint(round(area)), 1u, 65535u) << 16;
+    fragments[slot].normal = surface.normal;
     fragments[slot].albedo = pack_unorm10(sqrt(albedo));
     fragments[slot].mean_position = pack_unorm10(unpermute(mean_position, s.axis));
     if (EMISSIVE != 0u) {
-        vec3 emission = material.emission.rgb;
+        vec3 emission = surface.emission;
         if (TEXTURED != 0u) emission *= sample_texture(emission_texture, at).rgb;
         fragment_emission[slot] = pack_emission(emission);
     }

@@ -9,8 +9,9 @@ layout(location = 0) flat in uint triangle_index;
 void voxelize_column(TriangleSetup s, uint triangle, ivec2 column) {
     if (!touches_column(s, column)) return;
     ivec2 range = depth_range(s, column);
+    Surface surface = surface_of(s);
     for (int z = range.x; z <= range.y; ++z) {
-        if (touches(s, ivec3(column, z))) emit_fragment(s, triangle, ivec3(column, z), reserve(1u));
+        if (touches(s, ivec3(column, z))) emit_fragment(s, surface, triangle, ivec3(column, z), reserve(1u));
     }
 }
 

@@ -71,6 +71,7 @@ bool voxelize_tile(uint thread, uint first, uint item) {
     triangle += params.first_triangle + first;
     TriangleSetup s;
     fetch_triangle(triangle, s);
+    Surface surface = surface_of(s);
     int in_row = tiles(s).x;
     ivec2 low = s.low.xy + TILE * ivec2(index % in_row, index / in_row);
     ivec2 high = min(low + TILE - 1, s.high.xy);
@@ -89,7 +90,7 @@ bool voxelize_tile(uint thread, uint first, uint item) {
         uint slot = reserve(count), i;
         for (i = 0u; i < count; ++i) {
             uint entry = queue[thread * QUEUE + i];
-            emit_fragment(s, triangle, ivec3(low + ivec2(entry & 7u, entry >> 3 & 7u), int(entry >> 6) - DEPTH_BIAS), slot + i);
+            emit_fragment(s, surface, triangle, ivec3(low + ivec2(entry & 7u, entry >> 3 & 7u), int(entry >> 6) - DEPTH_BIAS), slot + i);
         }
         if (i < count) return false;
     }

@@ -16,6 +16,8 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(constant_id = 0) const uint SIDES = 1;   // 2: the flux of each side of a voxel apart
 layout(constant_id = 1) const int BLOCK = 1;     // edge of the block of texels that a thread adds as one where it can [texels]
 
+const int SPLIT = 3;
+
 layout(std430, set = 1, binding = 0) restrict readonly buffer LightViews { LightView light_views[]; };
 layout(set = 1, binding = 1) uniform texture2DArray shadow_maps;
 layout(set = 1, binding = 2) uniform utexture2DArray rsm_normal;
@@ -85,13 +87,13 @@ void inject(int slot, vec3 lit_side, vec4 values) {
     for (uint channel = 0u; channel < 4u; ++channel) add(side, channel, values[channel]);
 }
 
-// What texels of a map light: a piece of a plane.
+// What texels of a map light: a parallelogram of surface.
 struct Footprint {
-    vec3 centre;     // [voxels]
-    vec3 reach;      // half its extent along each axis [voxels]
+    vec3 centre;          // [voxels]
+    vec3 right, down;     // its edges [voxels]
     vec3 normal;
-    vec3 ray;        // from the light, not of unit length
-    vec4 values;     // r, g, b, area, in integer steps
+    vec3 ray;             // from the light, not of unit length
+    vec4 values;          // r, g, b, area, in integer steps
 };
 
 // The surface may lie in the neighbour by a rounding error, or by the map's depth error at a grazing angle.
@@ -103,23 +105,35 @@ int nearby_voxel(Footprint footprint) {
     return slot;
 }
 
-// Spreads a footprint over the voxels that the box around it overlaps, in proportion to the overlap. What would fall on empty ones stays with the voxel
-// of its centre. A footprint wider than a voxel counts as one voxel wide.
+vec3 permute(vec3 p, uint last) { return last == 0u ? p.yzx : last == 1u ? p.zxy : p; }
+vec3 unpermute(vec3 p, uint last) { return last == 0u ? p.zxy : last == 1u ? p.yzx : p; }
+
+// Spreads a footprint over the voxels that it lies in: that of its centre and, along each axis, the nearer neighbour. It is cut into SPLIT² parts, each
+// of which counts as the box around it. What would fall on empty voxels stays with that of the centre.
 void spread(Footprint footprint) {
     vec3 lit_side = dot(footprint.normal, footprint.ray) < 0.0 ? footprint.normal : -footprint.normal;
-    vec3 within = fract(footprint.centre), reach = clamp(footprint.reach, vec3(1e-4), vec3(0.5));
-    vec3 nearest = min(within, 1.0 - within), share = max(reach - nearest, 0.0) / (2.0 * reach);   // of the neighbour on the nearer side, by axis
-    // A flat footprint reaches along two axes at most: the loop has the third last.
-    ivec3 axes = share.x <= min(share.y, share.z) ? ivec3(1, 2, 0) : share.y <= share.z ? ivec3(2, 0, 1) : ivec3(0, 1, 2);
-    int last = share[axes.z] > 0.0 ? 7 : 3;
+    // The axis across the surface comes last: few footprints reach along it, and the loop below is then short.
+    vec3 steepness = abs(footprint.normal);
+    uint last = steepness.x > steepness.y && steepness.x > steepness.z ? 0u : steepness.y > steepness.z ? 1u : 2u;
+    vec3 centre = permute(footprint.centre, last), right = permute(footprint.right, last), down = permute(footprint.down, last);
+    vec3 home = floor(centre), towards = 2.0 * step(0.5, centre - home) - 1.0;
+    vec3 past = abs(centre - home - 0.5) - 0.5;   // of the border to the nearer neighbour
+    right *= towards;
+    down *= towards;
+    vec3 reach = max(0.5 * (abs(right) + abs(down)) / float(SPLIT), vec3(1e-4));
+    vec4 in_home = vec4(0.0), in_next = vec4(0.0);   // along the last axis; along the others: 00, 10, 01, 11
+    for (int i = 0; i < SPLIT * SPLIT; ++i) {
+        vec2 at = (vec2(i % SPLIT, i / SPLIT) + 0.5) / float(SPLIT) - 0.5;
+        vec3 share = clamp((past + at.x * right + at.y * down + reach) / (2.0 * reach), 0.0, 1.0);
+        vec4 across = vec4(1.0 - share.x, share.x, 1.0 - share.x, share.x) * vec4(1.0 - share.yy, share.yy);
+        in_home += across * (1.0 - share.z);
+        in_next += across * share.z;
+    }
     float left = 1.0;
-    for (int i = 1; i <= last; ++i) {
-        vec3 corner;
-        corner[axes.x] = float(i & 1);
-        corner[axes.y] = float(i >> 1 & 1);
-        corner[axes.z] = float(i >> 2);
-        vec3 along = mix(1.0 - share, share, corner), position = floor(footprint.centre) + corner * (2.0 * step(0.5, within) - 1.0);
-        float weight = along.x * along.y * along.z;
+    int count = in_next == vec4(0.0) ? 4 : 8;
+    for (int i = 1; i < count; ++i) {
+        float weight = (i < 4 ? in_home : in_next)[i & 3] / float(SPLIT * SPLIT);
+        vec3 position = unpermute(home + vec3(i & 1, i >> 1 & 1, i >> 2) * towards, last);
         int slot = weight > 0.0 ? voxel_at(position) : -1;
         if (slot < 0) continue;
         inject(slot, lit_side, footprint.values * weight);
@@ -154,7 +168,8 @@ bool read_texel(ivec3 texel, LightView view, out Footprint footprint) {
 
     float voxel_size = params.grid.w, face = voxel_size * voxel_size;
     vec4 values = vec4(flux_w / (PI * face * params.flux_unit), area / (face * params.area_unit));
-    footprint = Footprint((position - params.grid.xyz) / voxel_size, (abs(right) + abs(down)) * (scale_m / (size * voxel_size)), normal, ray, values);
+    float edge = 2.0 * scale_m / (size * voxel_size);
+    footprint = Footprint((position - params.grid.xyz) / voxel_size, edge * right, edge * down, normal, ray, values);
     return stored != 0.0;
 }
 
@@ -167,25 +182,28 @@ void main() {
     int seed = 0;
     while (seed < BLOCK * BLOCK) {
         Footprint group, texel;
-        bool is_lit = read_texel(first + ivec3(seed % BLOCK, seed / BLOCK, 0), view, group);
-        vec3 centre = group.centre, low = centre, high = centre;
+        ivec2 start = ivec2(seed % BLOCK, seed / BLOCK), low = start, high = start;
+        bool is_lit = read_texel(first + ivec3(start, 0), view, group);
         int next = BLOCK * BLOCK;
         for (int i = seed + 1; i < BLOCK * BLOCK; ++i) {
             if ((added[i >> 5] >> (i & 31) & 1u) != 0u) continue;
-            bool is_texel_lit = read_texel(first + ivec3(i % BLOCK, i / BLOCK, 0), view, texel);
-            vec3 offset = texel.centre - centre;
+            ivec2 at = ivec2(i % BLOCK, i / BLOCK);
+            bool is_texel_lit = read_texel(first + ivec3(at, 0), view, texel);
+            vec3 offset = texel.centre - group.centre;
             bool is_alike = is_lit && dot(texel.normal, group.normal) > 0.999 && abs(dot(offset, group.normal)) < 0.02;
             is_alike = is_alike && all(lessThan(abs(offset), vec3(0.5)));
             if (is_texel_lit && is_alike) {
-                low = min(low, texel.centre);
-                high = max(high, texel.centre);
+                low = min(low, at);
+                high = max(high, at);
                 group.values += texel.values;
             }
             if (!is_texel_lit || is_alike) added[i >> 5] |= 1u << (i & 31);
             else if (next == BLOCK * BLOCK) next = i;
         }
-        group.centre = 0.5 * (low + high);
-        group.reach += 0.5 * (high - low);
+        vec2 middle = 0.5 * vec2(low + high - 2 * start);
+        group.centre += middle.x * group.right + middle.y * group.down;
+        group.right *= float(high.x - low.x + 1);
+        group.down *= float(high.y - low.y + 1);
         if (is_lit) spread(group);
         seed = next;
     }

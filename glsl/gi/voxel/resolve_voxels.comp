@@ -34,6 +34,19 @@ uint pack_coverage(float covered, vec3 across, vec3 net) {
     return uint(round(covered * 4095.0)) | uint(round(seen.x * 511.0)) << 12 | uint(round(seen.y * 255.0)) << 21 | uint(opposed) << 29 | axis << 30;
 }
 
+// Of products of 32 bits, each in two halves: no carry, as long as the sum of all weights fits in 32 bits.
+struct SmallSum { uvec3 low, high; };
+
+void add_small(inout SmallSum sum, uint weight, uvec3 value) {
+    uvec3 product = weight * value;
+    sum.low += product & 0xffffu;
+    sum.high += product >> 16;
+}
+
+vec3 mean(SmallSum sum, uint weight) {
+    return (vec3(sum.high) * 65536.0 + vec3(sum.low)) / float(weight);
+}
+
 struct Sum { uvec3 low, high; };
 
 void add_product(inout Sum sum, uint weight, uvec3 value) {
@@ -65,7 +78,8 @@ Sum emission_ahead(uint at, vec3 front) {
 void main() {
     uint index = gl_GlobalInvocationID.x + gl_GlobalInvocationID.y * 4194240u;
     if (index >= params.voxel_count) return;
-    Sum albedo = Sum(uvec3(0u), uvec3(0u)), normal = albedo, face = albedo, position = albedo, emission = albedo;
+    Sum albedo = Sum(uvec3(0u), uvec3(0u)), emission = albedo;
+    SmallSum normal = SmallSum(uvec3(0u), uvec3(0u)), face = normal, position = normal;
     uint area = 0u, at = heads[index];
     uint xy = fragments[at - 1u].xy, z = fragments[at - 1u].z_area & 0xffffu;
     while (at != 0u) {
@@ -75,9 +89,9 @@ void main() {
         uvec3 root = unpack_uint10(fragment.albedo);
         area += weight;
         add_product(albedo, weight, root * root);
-        add_product(normal, weight, uvec3(round((n + 1.0) * 32767.0)));
-        add_product(face, weight, uvec3(round(abs(n) * 65535.0)));
-        add_product(position, weight, unpack_uint10(fragment.mean_position));
+        add_small(normal, weight, uvec3(round((n + 1.0) * 32767.0)));
+        add_small(face, weight, uvec3(round(abs(n) * 65535.0)));
+        add_small(position, weight, unpack_uint10(fragment.mean_position));
         if (EMISSIVE != 0u) add_product(emission, weight, unpack_emission(fragment_emission[at - 1u]));
         at = fragment.next;
     }

@@ -149,6 +149,23 @@ void meet(inout Side first, inout Side second) {
     second.t = parallel ? vec2(second.t.x, second_beaten ? -8.0 : second.t.y) : cut_second;
 }
 
+// `meet` of a line with two that face each other, as the two ends of a band.
+void meet_band(inout Side low, inout Side high, inout Side line) {
+    float sine = line.line.x * low.line.y - line.line.y * low.line.x, cosine = dot(low.line.xy, line.line.xy), c = line.line.z;
+    float inverse = 1.0 / sine;
+    float on_low = (cosine * low.line.z - c) * inverse, on_high = (cosine * high.line.z + c) * inverse;
+    float leaves_low = (low.line.z - cosine * c) * inverse, leaves_high = -(high.line.z + cosine * c) * inverse;
+    bool low_beaten = cosine > 0.0 ? c < low.line.z : low.line.z + c <= 0.0, high_beaten = cosine < 0.0 ? c < high.line.z : high.line.z + c <= 0.0;
+    bool line_beaten = (cosine > 0.0 ? low.line.z <= c : low.line.z + c <= 0.0) || (cosine < 0.0 ? high.line.z <= c : high.line.z + c <= 0.0);
+    bool parallel = abs(sine) < 1e-6, rising = sine > 0.0;
+    vec2 cut_low = rising ? vec2(max(low.t.x, on_low), low.t.y) : vec2(low.t.x, min(low.t.y, on_low));
+    vec2 cut_high = rising ? vec2(high.t.x, min(high.t.y, on_high)) : vec2(max(high.t.x, on_high), high.t.y);
+    vec2 cut_line = vec2(max(line.t.x, min(leaves_low, leaves_high)), min(line.t.y, max(leaves_low, leaves_high)));
+    low.t = parallel ? vec2(low.t.x, low_beaten ? -8.0 : low.t.y) : cut_low;
+    high.t = parallel ? vec2(high.t.x, high_beaten ? -8.0 : high.t.y) : cut_high;
+    line.t = parallel ? vec2(line.t.x, line_beaten ? -8.0 : line.t.y) : cut_line;
+}
+
 struct Outline {
     bool some;         // there is a segment
     vec2 reference;    // a corner of the region where there is one: the origin of the sums
@@ -183,22 +200,20 @@ float area_inside(TriangleSetup s, ivec3 voxel, out vec3 mean_position) {
     vec2 slope = -s.normal.xy / s.normal.z;
     float height = s.v0.z - corner.z - dot(slope, a);      // z of the plane at the column's corner
     float side = s.normal.z > 0.0 ? 1.0 : -1.0;
-    Side left = whole(vec3(1.0, 0.0, 0.0)), right = whole(vec3(-1.0, 0.0, 1.0)), near = whole(vec3(0.0, 1.0, 0.0)), far = whole(vec3(0.0, -1.0, 1.0));
+    // Sides of the column, cut to each other.
+    Side left = Side(vec3(1.0, 0.0, 0.0), vec2(-1.0, 0.0)), right = Side(vec3(-1.0, 0.0, 1.0), vec2(0.0, 1.0));
+    Side near = Side(vec3(0.0, 1.0, 0.0), vec2(0.0, 1.0)), far = Side(vec3(0.0, -1.0, 1.0), vec2(-1.0, 0.0));
     Side ab = whole(inner_edge(a, b, side)), bc = whole(inner_edge(b, c, side)), ca = whole(inner_edge(c, a, side));
     // A plane that is nearly level crosses the voxel's floor or ceiling nowhere in the column, or everywhere: no line then.
     float steepness = length(slope);
     bool level = steepness < 1e-5;
     Side above = whole(level ? vec3(1.0, 0.0, 2.0) : vec3(slope, height) / steepness);
-    Side below = whole(level ? vec3(1.0, 0.0, 2.0) : vec3(-slope, 1.0 - height) / steepness);
-    // Every pair, spelled out: drivers keep separate variables in registers, and an indexed array in memory.
-    meet(left, right); meet(left, near); meet(left, far); meet(left, ab); meet(left, bc); meet(left, ca); meet(left, above); meet(left, below);
-    meet(right, near); meet(right, far); meet(right, ab); meet(right, bc); meet(right, ca); meet(right, above); meet(right, below);
-    meet(near, far); meet(near, ab); meet(near, bc); meet(near, ca); meet(near, above); meet(near, below);
-    meet(far, ab); meet(far, bc); meet(far, ca); meet(far, above); meet(far, below);
-    meet(ab, bc); meet(ab, ca); meet(ab, above); meet(ab, below);
-    meet(bc, ca); meet(bc, above); meet(bc, below);
-    meet(ca, above); meet(ca, below);
-    meet(above, below);
+    Side below = whole(level ? vec3(-1.0, 0.0, 2.0) : vec3(-slope, 1.0 - height) / steepness);
+    // Every pair but floor and ceiling, which never meet, spelled out: drivers keep separate variables in registers, and an indexed array in memory.
+    meet_band(left, right, ab); meet_band(left, right, bc); meet_band(left, right, ca); meet_band(left, right, above); meet_band(left, right, below);
+    meet_band(near, far, ab); meet_band(near, far, bc); meet_band(near, far, ca); meet_band(near, far, above); meet_band(near, far, below);
+    meet_band(above, below, ab); meet_band(above, below, bc); meet_band(above, below, ca);
+    meet(ab, bc); meet(ab, ca); meet(bc, ca);
     Outline outline = Outline(false, (a + b + c) / 3.0, vec2(0.0), 0.0);
     add_segment(left, outline); add_segment(right, outline); add_segment(near, outline); add_segment(far, outline); add_segment(ab, outline);
     add_segment(bc, outline); add_segment(ca, outline); add_segment(above, outline); add_segment(below, outline);

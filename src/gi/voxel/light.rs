@@ -264,9 +264,9 @@ impl VoxelLight {
     }
 }
 
-/// Edge of the blocks of texels that are added as one where they light one plane: half a voxel, for a map as wide as the grid.
+/// Edge of the blocks of texels that a thread adds: a voxel, were the map as wide as the grid.
 fn texel_block(map_size: u32, resolution: u32) -> u32 {
-    let most = (map_size / (2 * resolution)).clamp(1, 8);
+    let most = (map_size / resolution).clamp(1, 8);
     // The largest power of two that divides the map into whole blocks.
     1 << most.ilog2().min(map_size.trailing_zeros())
 }
