@@ -111,6 +111,23 @@ fn injected_flux_is_what_surfaces_reflect() {
     }
 }
 
+/// A light a two-hundredth of the diagonal off the floor: its voxels need the high bytes of the sums.
+#[test]
+fn sums_hold_a_light_next_to_a_wall() {
+    let gpu = gpu();
+    let mut scene = bundled("cornell");
+    let (low, high) = GpuScene::new(&gpu, &scene).unwrap().bounds;
+    let position = Vec3::new(0.5 * (low.x + high.x), low.y + 0.005 * (high - low).length(), low.z + 0.9 * (high.z - low.z));
+    scene.lights = vec![Light::Point { position, intensity: Vec3::new(1.0, 0.5, 0.25) }];
+    let lit = light(&gpu, &scene, 64, 1024, Injection::Rsm);
+    let brightest = lit.radiance.iter().map(|radiance| radiance.max_element()).fold(0.0, f64::max);
+    // The sums' low words reach to 2¹² times the radiance of a white surface a diagonal away.
+    let low_words = 4096.0 / PI / f64::from((high - low).length_squared());
+    let error = (lit.flux() / reflected_flux(&scene, 4096) - 1.0).abs().max_element();
+    println!("brightest {brightest:.1} W/(m² sr), low words to {low_words:.1}; flux off by {error:.5}");
+    assert!(brightest > low_words && error <= 0.02);
+}
+
 #[test]
 fn injection_converges_with_the_maps() {
     let (gpu, scene) = (gpu(), bundled("cornell"));

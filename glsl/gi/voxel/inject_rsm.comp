@@ -60,13 +60,24 @@ void add(uint side, uint channel, float value) {
     }
 }
 
+#ifdef SVO
+// Tile of 8³ voxels that the last descent came through: the next starts there if it can.
+uint last_tile = 0u;
+uvec3 last_place = uvec3(0xffffffffu);
+#endif
+
 // Compact index of the occupied voxel at a grid position, or −1.
 int voxel_at(vec3 position) {
     if (any(lessThan(position, vec3(0.0))) || any(greaterThanEqual(position, vec3(params.resolution)))) return -1;
     uvec3 voxel = uvec3(position);
 #ifdef SVO
-    uint child = 0u;
-    for (int above = findMSB(params.resolution) - 1; above >= 0; --above) {
+    bool is_near = voxel >> 3 == last_place;
+    uint child = is_near ? last_tile : 0u;
+    for (int above = is_near ? 2 : findMSB(params.resolution) - 1; above >= 0; --above) {
+        if (above == 2) {
+            last_tile = child;
+            last_place = voxel >> 3;
+        }
         uint tile = nodes[child], node = child_index(voxel >> above);
         if (!has_child(tile, node)) return -1;
         child = child_of(tile, node);

@@ -47,7 +47,7 @@ static SETTINGS: &[Setting] = &[
     },
     Setting {
         name: "filter",
-        help: "tiles whose bricks an update makes anew: touched (those that hold light, or did in the last update; on corners all) or all; the bits are the same",
+        help: "tiles whose bricks an update makes anew: touched (that hold light, or did in the last update; on corners all) or all; the bits are the same",
         unit: "",
         domain: Domain::Choice(&["touched", "all"]),
         default: "touched",
@@ -186,7 +186,12 @@ fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>
     };
     Ok(Box::new(Svo {
         injection: Injection::new(settings),
-        bricks: BrickSettings { corners: settings.is("lattice", "corners"), filter, is_split: settings.is("filter_split", "three"), touched: settings.is("filter", "touched") },
+        bricks: BrickSettings {
+            corners: settings.is("lattice", "corners"),
+            filter,
+            is_split: settings.is("filter_split", "three"),
+            touched: settings.is("filter", "touched"),
+        },
         cones: ConeTracer::new(gpu, settings)?,
         interleave,
         voxelizer: PieceVoxelizer::new(gpu, scene, VoxelSettings::new(settings))?,

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use glam::UVec3;
 
-use crate::gi::voxel::voxelize::{buffer, linear_groups};
 use super::nodes::require_pointers;
+use crate::gi::voxel::voxelize::{buffer, linear_groups};
 use crate::gi::voxel::{Injection, Sides, VoxelGrid, VoxelLight, VoxelLookup, VoxelRecords, VoxelSettings, Voxelizer, Voxels};
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Buffer, Error, Frame, FrameStats, Gpu, Pass, Sets, Shaders};

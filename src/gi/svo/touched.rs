@@ -131,13 +131,9 @@ impl TouchedTiles {
             .constants(&[u32::from(level == 0)])
             .push(&TouchParams { first, count, first_child: first + count })
             .dispatch(linear_groups(count));
-        frame
-            .pass(&LIST_TOUCHED)
-            .bind(own)
-            .bind(&self.levels)
-            .bind(&self.list)
-            .push(&ListParams { first, count, level: level as u32 })
-            .dispatch([count.div_ceil(32 * 256), 1, 1]);
+        let params = ListParams { first, count, level: level as u32 };
+        let groups = count.div_ceil(32 * 256);
+        frame.pass(&LIST_TOUCHED).bind(own).bind(&self.levels).bind(&self.list).push(&params).dispatch([groups, 1, 1]);
         Tiles { range, level: level as u32, lists: [&self.levels, &self.list], is_listed: true }
     }
 

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use super::{VoxelGrid, Voxels};
 use super::voxelize::{buffer, linear_groups};
+use super::{VoxelGrid, Voxels};
 use crate::gi::Settings;
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu, Image, Pass, Sets, Shaders};
@@ -174,6 +174,9 @@ pub enum VoxelLookup<'v> {
 /// Injected light of a side of a voxel (`gi/voxel/flux.glsl`).
 const FLUX_BYTES: u64 = 20;
 
+/// One integer step of lit area (voxel faces).
+const AREA_UNIT: f32 = 1.0 / 16_777_216.0;
+
 /// Light counters on the device.
 const COUNTERS_BYTES: u64 = 8;
 
@@ -210,15 +213,14 @@ impl VoxelLight {
 
     /// As [`VoxelLight::update`], of voxels that may be found in another way.
     pub fn update_records(&self, frame: &mut Frame, voxels: &VoxelRecords, lookup: VoxelLookup<'_>, maps: &LightMaps, dense: Option<&Arc<Image>>) {
-        let area_unit = 0.5f32.powi(24);
         frame.fill(CLEAR_LIGHT, &self.counters, 0);
         if let (Injection::Rsm, Some(rsm)) = (self.injection, &maps.rsm) {
             frame.fill(CLEAR_LIGHT, &self.flux, 0);
             if maps.view_count > 0 && voxels.voxel_count > 0 {
-                self.inject(frame, voxels, lookup, maps, rsm, area_unit);
+                self.inject(frame, voxels, lookup, maps, rsm);
             }
         }
-        let params = LightParams { grid: voxels.grid.row(), voxel_count: voxels.voxel_count, flux_unit: self.flux_unit, area_unit };
+        let params = LightParams { grid: voxels.grid.row(), voxel_count: voxels.voxel_count, flux_unit: self.flux_unit, area_unit: AREA_UNIT };
         let pass = frame
             .pass(if dense.is_some() { &LIGHT_DENSE } else { &LIGHT })
             .bind(&maps.views)
@@ -234,7 +236,7 @@ impl VoxelLight {
             .dispatch(linear_groups(voxels.voxel_count));
     }
 
-    fn inject(&self, frame: &mut Frame, voxels: &VoxelRecords, lookup: VoxelLookup<'_>, maps: &LightMaps, [normal, reflected]: &[Arc<Image>; 2], area_unit: f32) {
+    fn inject(&self, frame: &mut Frame, voxels: &VoxelRecords, lookup: VoxelLookup<'_>, maps: &LightMaps, [normal, reflected]: &[Arc<Image>; 2]) {
         let (pass, grid, first_voxel) = match lookup {
             VoxelLookup::Dense(_) => (&INJECT_RSM, voxels.grid, 0),
             VoxelLookup::Sparse { grid, first_voxel, .. } => (&INJECT_RSM_SPARSE, grid, first_voxel),
@@ -245,11 +247,12 @@ impl VoxelLight {
             first_voxel,
             voxel_count: voxels.voxel_count,
             flux_unit: self.flux_unit,
-            area_unit,
+            area_unit: AREA_UNIT,
         };
         let block = texel_block(maps.size, grid.resolution);
         let groups = maps.size.div_ceil(8 * block);
-        let pass = frame.pass(pass).bind(&maps.views).bind(&maps.depth).bind(normal).bind(reflected).bind(&self.flux).bind(&self.counters).bind(&voxels.records);
+        let pass = frame.pass(pass).bind(&maps.views).bind(&maps.depth).bind(normal).bind(reflected);
+        let pass = pass.bind(&self.flux).bind(&self.counters).bind(&voxels.records);
         let pass = match lookup {
             VoxelLookup::Dense(voxels) => pass.bind(&voxels.occupancy).bind(&voxels.block_bases),
             VoxelLookup::Sparse { nodes, .. } => pass.bind(nodes),

@@ -267,14 +267,7 @@ impl Voxelizer {
             frame.clear_image("voxel.clear", &averages, 0);
             frame.pass(&RUNNING_AVERAGE).bind(fragments).bind(&averages).push(&link).dispatch(linear_groups(fragment_count));
         }
-        frame
-            .pass(&LINK_FRAGMENTS)
-            .bind(occupancy)
-            .bind(block_bases)
-            .bind(fragments)
-            .bind(&heads)
-            .push(&link)
-            .dispatch(linear_groups(fragment_count));
+        frame.pass(&LINK_FRAGMENTS).bind(occupancy).bind(block_bases).bind(fragments).bind(&heads).push(&link).dispatch(linear_groups(fragment_count));
         frame
             .pass(&RESOLVE_VOXELS)
             .bind(fragments)
