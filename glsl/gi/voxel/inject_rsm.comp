@@ -36,8 +36,12 @@ layout(std430, set = 1, binding = 8) restrict readonly buffer BlockBases { uint 
 layout(push_constant) uniform InjectParams {
     vec4 grid;             // xyz: smallest corner of the grid [m]; w: voxel size [m]
     uint resolution;
-    uint first_voxel;  // of those that this dispatch adds to; their records and sums start with it
+    uint first_voxel;  // of those that this dispatch adds to, a piece of the grid; their records and sums start with it
     uint voxel_count;
+    uint piece_x;      // its smallest corner [voxels]
+    uint piece_y;
+    uint piece_z;
+    uint piece_size;   // its edge [voxels]
     float flux_unit;   // of one integer step, for r, g, b [W/(m² sr)]
     float area_unit;   // of one integer step [voxel faces]
 } params;
@@ -65,6 +69,12 @@ void add(uint side, uint channel, float value) {
 uint last_tile = 0u;
 uvec3 last_place = uvec3(0xffffffffu);
 #endif
+
+// How far a position is outside of the piece along an axis, at most [voxels]; below 0 inside.
+float distance_from_piece(vec3 position) {
+    vec3 beyond = abs(position - vec3(params.piece_x, params.piece_y, params.piece_z) - 0.5 * float(params.piece_size)) - 0.5 * float(params.piece_size);
+    return max(beyond.x, max(beyond.y, beyond.z));
+}
 
 // Compact index of the occupied voxel at a grid position, or −1.
 int voxel_at(vec3 position) {
@@ -153,7 +163,7 @@ void spread(Footprint footprint) {
     int slot = voxel_at(footprint.centre);
     if (slot < 0) slot = nearby_voxel(footprint);
     if (slot >= 0) inject(slot, lit_side, footprint.values * left);
-    else if (params.first_voxel == 0u) atomicAdd(lost_texels, 1u);
+    else if (distance_from_piece(footprint.centre) < 0.0) atomicAdd(lost_texels, 1u);
 }
 
 // Of one texel; false where the light meets nothing.
@@ -215,7 +225,8 @@ void main() {
         group.centre += middle.x * group.right + middle.y * group.down;
         group.right *= float(high.x - low.x + 1);
         group.down *= float(high.y - low.y + 1);
-        if (is_lit) spread(group);
+        // Light reaches a voxel's width around it.
+        for (int turn = int(is_lit && distance_from_piece(group.centre) < 1.5); turn > 0; --turn) spread(group);
         seed = next;
     }
 }

@@ -21,6 +21,14 @@ gpu_struct! {
         pub first_voxel: u32,
         /// How many voxels are added to.
         pub voxel_count: u32,
+        /// Smallest corner of the piece of the grid that they are in (voxels).
+        pub piece_x: u32,
+        /// Likewise.
+        pub piece_y: u32,
+        /// Likewise.
+        pub piece_z: u32,
+        /// Edge of the piece (voxels).
+        pub piece_size: u32,
         /// One integer step of r, g, b (W/(m² sr)).
         pub flux_unit: f32,
         /// One integer step of lit area (voxel faces).
@@ -216,7 +224,7 @@ impl VoxelLight {
         frame.fill(CLEAR_LIGHT, &self.counters, 0);
         if let (Injection::Rsm, Some(rsm)) = (self.injection, &maps.rsm) {
             frame.fill(CLEAR_LIGHT, &self.flux, 0);
-            if maps.view_count > 0 && voxels.voxel_count > 0 {
+            if maps.view_count > 0 {
                 self.inject(frame, voxels, lookup, maps, rsm);
             }
         }
@@ -241,11 +249,16 @@ impl VoxelLight {
             VoxelLookup::Dense(_) => (&INJECT_RSM, voxels.grid, 0),
             VoxelLookup::Sparse { grid, first_voxel, .. } => (&INJECT_RSM_SPARSE, grid, first_voxel),
         };
+        let [piece_x, piece_y, piece_z] = ((voxels.grid.origin - grid.origin) / grid.voxel_size).round().as_uvec3().to_array();
         let params = InjectParams {
             grid: grid.row(),
             resolution: grid.resolution,
             first_voxel,
             voxel_count: voxels.voxel_count,
+            piece_x,
+            piece_y,
+            piece_z,
+            piece_size: voxels.grid.resolution,
             flux_unit: self.flux_unit,
             area_unit: AREA_UNIT,
         };
