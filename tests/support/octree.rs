@@ -28,15 +28,14 @@ pub fn read_nodes(gpu: &Gpu, pool: &NodePool) -> Result<Octree, String> {
     let mut tiles = Vec::new();
     for index in 0..count {
         let position = positions[index].ok_or_else(|| format!("tile {index} has no parent before it"))?;
-        let mut child = nodes[index] >> 8;
         let mut own = [None; 8];
-        for (node, own) in own.iter_mut().enumerate().filter(|(node, _)| nodes[index] >> node & 1 == 1) {
+        let flagged = own.iter_mut().enumerate().filter(|(node, _)| nodes[index] >> node & 1 == 1);
+        for ((node, own), child) in flagged.zip(nodes[index] >> 8..) {
             *own = Some(child);
             if index < inner {
                 let place = positions.get_mut(child as usize).ok_or_else(|| format!("tile {index} has child {child} of {count}"))?;
                 *place = Some([0, 1, 2].map(|axis| 2 * position[axis] + (node as u32 >> axis & 1)));
             }
-            child += 1;
         }
         let neighbours = [0, 1, 2].map(|axis| neighbours[3 * index + axis].checked_sub(1));
         tiles.push(Tile { position, nodes: own, neighbours });
