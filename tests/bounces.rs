@@ -14,7 +14,7 @@ use lumivox::gi::registry::find;
 use lumivox::gi::settings::Settings;
 use lumivox::gi::svo::{BrickPool, BrickSettings, NodePool, PieceVoxelizer};
 use lumivox::gi::voxel::oracle::{self, TraceGrid, TraceSettings, TraceVoxel, VoxelIndex};
-use lumivox::gi::voxel::{Bounces, Injection, LightSettings, Method, RaySettings, Sides, VoxelLight, bounce_rays};
+use lumivox::gi::voxel::{Bounces, Injection, LightSettings, Method, RaySettings, Sides, VoxelLight, VoxelRecords, bounce_rays};
 use lumivox::graph::{Frame, Gpu};
 use lumivox::image::Aov;
 use lumivox::metrics::{Channel, compare};
@@ -155,7 +155,7 @@ fn light_gathered_by_cones_is_the_oracles() {
         tracer.bounce(
             &mut frame,
             &lit.read.voxels.grid,
-            &lit.read.voxels,
+            &VoxelRecords::from(&lit.read.voxels),
             DeviceVolume::Dense { radiance: &image, matter: &matter },
             lit.light.irradiance.as_ref().unwrap(),
         );
@@ -209,7 +209,7 @@ fn voxels_reflect_what_they_gathered() {
         let irradiance = random_colors(direct.len(), &mut Random::new(5));
         upload(&gpu, lit.light.irradiance.as_ref().unwrap(), &irradiance);
         let mut frame = lit.frame();
-        lit.light.relight(&mut frame, &lit.read.voxels, &maps, None);
+        lit.light.relight(&mut frame, &VoxelRecords::from(&lit.read.voxels), &maps, None);
         gpu.submit(frame).unwrap();
         let albedo = |slot: usize| unorm10(lit.read.records[slot / lit.sides()].albedo).powf(2.0);
         let expected: Vec<DVec3> = (0..direct.len()).map(|slot| direct[slot] + albedo(slot) * irradiance[slot]).collect();
@@ -234,7 +234,8 @@ fn bounces_of_pieces_are_those_of_the_whole() {
         voxelizer.cut(&gpu, along).unwrap();
         let (pieces, occupancy, _) = voxelizer.run(&gpu, &gpu_scene, light_settings).unwrap();
         let (nodes, _) = NodePool::build(&gpu, &occupancy, false).unwrap();
-        let bricks = BrickPool::new(&gpu, &nodes, BrickSettings { corners: false, filter: 1, is_split: false }).unwrap();
+        let settings = BrickSettings { corners: false, filter: 1, is_split: false, touched: false };
+        let (mut bricks, _) = BrickPool::new(&gpu, &nodes, settings).unwrap();
         let maps = LightMaps::new(&gpu, &gpu_scene, 512, false).unwrap();
         let sum = || {
             let halves: Vec<[u16; 4]> = bytemuck::pod_collect_to_vec(&gpu.read_buffer(&pieces.radiance).unwrap());
@@ -243,7 +244,7 @@ fn bounces_of_pieces_are_those_of_the_whole() {
         let mut frame = Frame::new();
         frame.set_scene(&gpu_scene.set, &gpu_scene.materials);
         maps.draw(&mut frame, &gpu_scene);
-        pieces.update(&mut frame, &maps);
+        pieces.update(&mut frame, &maps, &nodes.nodes);
         bricks.update(&mut frame, &nodes, &pieces.radiance);
         gpu.submit(frame).unwrap();
         let direct = sum();

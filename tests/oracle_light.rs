@@ -111,6 +111,28 @@ fn injected_flux_is_what_surfaces_reflect() {
     }
 }
 
+/// A light next to the floor: its brightest voxels need the high bytes of the sums. With a second light that is 1,024 times as strong, but shines away from
+/// everything, steps are 1,024 times as large and the low words are enough: the light is the same.
+#[test]
+fn sums_hold_a_light_next_to_a_wall() {
+    let gpu = gpu();
+    let mut scene = bundled("cornell");
+    let (low, high) = GpuScene::new(&gpu, &scene).unwrap().bounds;
+    let size = (high - low).length();
+    let near = Light::Point { position: Vec3::new(0.5 * (low.x + high.x), low.y + 0.004 * size, low.z + 0.9 * (high.z - low.z)), intensity: Vec3::ONE };
+    let away = Light::Spot { position: high + size, direction: Vec3::Y, intensity: Vec3::splat(1024.0), inner_deg: 1.0, outer_deg: 2.0 };
+    scene.lights = vec![near];
+    let fine = light(&gpu, &scene, 128, 512, Injection::Rsm);
+    scene.lights.push(away);
+    let coarse = light(&gpu, &scene, 128, 512, Injection::Rsm);
+    // Low words hold 2³² steps; a step is 2⁻²⁰ of the intensity over the squared diagonal, or less.
+    let low_words = 4096.0 / f64::from(size * size);
+    let bright: Vec<_> = fine.radiance.iter().zip(&coarse.radiance).filter(|(fine, _)| fine.max_element() > low_words).collect();
+    let worst = bright.iter().map(|(fine, coarse)| (*fine - *coarse).abs().max_element() / fine.max_element()).fold(0.0, f64::max);
+    println!("{} voxels beyond {low_words:.1} W/(m² sr), off by up to {worst:.5}", bright.len());
+    assert!(!bright.is_empty() && worst <= 2e-3);
+}
+
 #[test]
 fn injection_converges_with_the_maps() {
     let (gpu, scene) = (gpu(), bundled("cornell"));

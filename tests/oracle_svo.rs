@@ -5,18 +5,18 @@ mod support;
 
 use std::collections::BTreeSet;
 
-use glam::DVec4;
+use glam::{DVec4, Vec3};
 use lumivox::gi::registry::find;
 use lumivox::gi::svo::bricks::pool_extent;
 use lumivox::gi::svo::oracle::{Filter, Lattice, Octree, Texels, coarser, leaves, octree};
-use lumivox::gi::svo::{BrickSettings, NodePool, Occupancy, PieceVoxelizer};
+use lumivox::gi::svo::{BrickPool, BrickSettings, NodePool, Occupancy, PieceVoxelizer, Pieces};
 use lumivox::gi::voxel::oracle::VoxelIndex;
-use lumivox::gi::voxel::{Injection, LightSettings, Method, Sides};
+use lumivox::gi::voxel::{Injection, LightSettings, Method, Sides, VoxelLight};
 use lumivox::graph::{Frame, Gpu};
 use lumivox::metrics::{Channel, compare as compare_images};
 use lumivox::render::{GpuScene, LightMaps};
-use lumivox::scene::Scene;
-use support::octree::{grow, lattice, matter, plant, read_bricks, read_nodes};
+use lumivox::scene::{Light, Scene};
+use support::octree::{grow, lattice, matter, plant, read_bricks, read_nodes, shine};
 use support::scenes::{bundled, in_unit_grid, scene_of, soup};
 use support::technique::{Case, frame, shared_scene, shoot};
 use support::voxels::{half, voxel_settings, voxelize};
@@ -128,7 +128,7 @@ fn bricks_are_the_oracles() {
     let gpu = gpu();
     for seed in 0..24u64 {
         let resolution = [8, 16, 32, 64][seed as usize % 4];
-        let settings = BrickSettings { corners: seed % 2 == 1, filter: seed as u32 / 2 % 3, is_split: seed / 3 % 2 == 1 };
+        let settings = BrickSettings { corners: seed % 2 == 1, filter: seed as u32 / 2 % 3, is_split: seed / 3 % 2 == 1, touched: false };
         let (lattice, filter) = (lattice(settings), FILTERS[settings.filter as usize]);
         let voxels = matter(&mut Random::new(40 + seed), resolution);
         let (nodes, pool) = grow(&gpu, &voxels, resolution, settings);
@@ -154,8 +154,8 @@ fn split_filter_and_repeats_give_the_same_bits() {
     let voxels = matter(&mut Random::new(5), 32);
     for corners in [false, true] {
         let bits = |is_split| {
-            let (_, pool) = grow(&gpu, &voxels, 32, BrickSettings { corners, filter: 1, is_split });
-            let (nodes, _) = grow(&gpu, &voxels, 32, BrickSettings { corners, filter: 1, is_split });
+            let (_, pool) = grow(&gpu, &voxels, 32, BrickSettings { corners, filter: 1, is_split, touched: false });
+            let (nodes, _) = grow(&gpu, &voxels, 32, BrickSettings { corners, filter: 1, is_split, touched: false });
             read_bricks(&gpu, &read_nodes(&gpu, &nodes).unwrap(), &pool).unwrap()
         };
         let first = bits(false);
@@ -215,29 +215,141 @@ fn pieces_are_the_whole() {
     assert_eq!(bases[0], 0);
 }
 
-/// The picture of a grid in pieces is that of the whole.
+/// A grid's voxels in an octree, and light maps of scenes with the same geometry.
+struct Stand<'s> {
+    gpu: &'s Gpu,
+    pieces: Pieces,
+    nodes: NodePool,
+    bricks: BrickPool,
+}
+
+impl<'s> Stand<'s> {
+    fn new(gpu: &'s Gpu, scene: &GpuScene, along: u32, settings: BrickSettings) -> Self {
+        let mut voxelizer = PieceVoxelizer::new(gpu, scene, voxel_settings(32, Method::Compute)).unwrap();
+        voxelizer.cut(gpu, along).unwrap();
+        let (pieces, occupancy, _) = voxelizer.run(gpu, scene, LightSettings::direct(Injection::Rsm, Sides::One)).unwrap();
+        let (nodes, _) = NodePool::build(gpu, &occupancy, settings.corners).unwrap();
+        let (bricks, _) = BrickPool::new(gpu, &nodes, settings).unwrap();
+        Stand { gpu, pieces, nodes, bricks }
+    }
+
+    /// One update from the lights of this scene; the bricks.
+    fn update(&mut self, scene: &Scene, gpu_scene: &GpuScene) -> Vec<u8> {
+        let maps = LightMaps::new(self.gpu, gpu_scene, 512, true).unwrap();
+        gpu_scene.set_frame(self.gpu, &gpu_scene.frame_constants(&scene.camera, [8, 8])).unwrap();
+        let mut frame = Frame::new();
+        frame.set_scene(&gpu_scene.set, &gpu_scene.materials);
+        maps.draw(&mut frame, gpu_scene);
+        self.pieces.update(&mut frame, &maps, &self.nodes.nodes);
+        self.bricks.update(&mut frame, &self.nodes, &self.pieces.radiance);
+        self.gpu.submit(frame).unwrap();
+        self.gpu.read_image(&self.bricks.image, 0, 0).unwrap()
+    }
+
+    /// Radiance and opacity of each voxel.
+    fn radiance(&self) -> Vec<[u16; 4]> {
+        let halves: Vec<[u16; 4]> = bytemuck::pod_collect_to_vec(&self.gpu.read_buffer(&self.pieces.radiance).unwrap());
+        halves[..self.pieces.voxel_count as usize].to_vec()
+    }
+}
+
+const TOUCHED: BrickSettings = BrickSettings { corners: false, filter: 1, is_split: false, touched: true };
+const ALL: BrickSettings = BrickSettings { touched: false, ..TOUCHED };
+
+/// The picture of a grid in pieces is that of the whole, and no texel is lost or counted twice.
 #[test]
 fn light_of_pieces_is_that_of_the_whole() {
     let gpu = gpu();
     let scene = bundled("cornell");
     let gpu_scene = GpuScene::new(&gpu, &scene).unwrap();
     let light = |along: u32| {
-        let mut voxelizer = PieceVoxelizer::new(&gpu, &gpu_scene, voxel_settings(32, Method::Compute)).unwrap();
-        voxelizer.cut(&gpu, along).unwrap();
-        let (pieces, _, _) = voxelizer.run(&gpu, &gpu_scene, LightSettings::direct(Injection::Rsm, Sides::One)).unwrap();
+        let mut stand = Stand::new(&gpu, &gpu_scene, along, ALL);
+        stand.update(&scene, &gpu_scene);
+        let red = stand.radiance().iter().map(|voxel| half(voxel[0])).sum::<f64>();
+        (red, stand.pieces.counts(&gpu).unwrap().into_iter().find(|(name, _)| *name == "rsm_texels_lost").unwrap().1)
+    };
+    let (whole, pieces) = (light(1), light(4));
+    println!("sum of red radiance, lost texels: {whole:?} of the whole, {pieces:?} of 64 pieces");
+    assert!((pieces.0 / whole.0 - 1.0).abs() < 1e-4 && pieces.1 == whole.1, "{pieces:?} and {whole:?}");
+}
+
+/// By descent in the octree the same voxels are found as in the dense grid: the light is the same, bit for bit.
+#[test]
+fn light_by_descent_is_that_of_the_dense_grid() {
+    let gpu = gpu();
+    for name in ["cornell", "atrium", "two-rooms"] {
+        let scene = bundled(name);
+        let gpu_scene = GpuScene::new(&gpu, &scene).unwrap();
+        let mut stand = Stand::new(&gpu, &gpu_scene, 1, ALL);
+        stand.update(&scene, &gpu_scene);
+        let read = voxelize(&gpu, &gpu_scene, voxel_settings(32, Method::Compute));
+        let light = VoxelLight::new(&gpu, &gpu_scene, &read.voxels, LightSettings::direct(Injection::Rsm, Sides::One)).unwrap();
         let maps = LightMaps::new(&gpu, &gpu_scene, 512, true).unwrap();
-        gpu_scene.set_frame(&gpu, &gpu_scene.frame_constants(&scene.camera, [8, 8])).unwrap();
         let mut frame = Frame::new();
         frame.set_scene(&gpu_scene.set, &gpu_scene.materials);
         maps.draw(&mut frame, &gpu_scene);
-        pieces.update(&mut frame, &maps);
+        light.update(&mut frame, &read.voxels, &maps, None);
         gpu.submit(frame).unwrap();
-        let halves: Vec<[u16; 4]> = bytemuck::pod_collect_to_vec(&gpu.read_buffer(&pieces.radiance).unwrap());
-        halves.iter().take(pieces.voxel_count as usize).map(|voxel| f64::from(half(voxel[0]) as f32)).sum::<f64>()
-    };
-    let (whole, pieces) = (light(1), light(4));
-    println!("sum of red radiance: {whole:.3} of the whole, {pieces:.3} of 64 pieces");
-    assert!((pieces / whole - 1.0).abs() < 0.01, "{pieces} and {whole}");
+        let dense: Vec<[u16; 4]> = bytemuck::pod_collect_to_vec(&gpu.read_buffer(&light.radiance).unwrap());
+        let sparse = stand.radiance();
+        assert!(sparse.iter().any(|voxel| voxel[0] != 0), "{name} is dark");
+        assert!(sparse == dense[..sparse.len()], "{name}: the light differs");
+    }
+}
+
+/// Lights that move, go out and come back, voxel by voxel: an update of the touched tiles leaves the bricks as one of all tiles does.
+#[test]
+fn touched_tiles_are_enough() {
+    let gpu = gpu();
+    for seed in 0..16u64 {
+        let resolution = [8, 16, 32, 64][seed as usize % 4];
+        let mut random = Random::new(70 + seed);
+        let voxels = matter(&mut random, resolution);
+        let lit_by = |limit: [u32; 3]| -> Texels {
+            let is_lit = |at: &VoxelIndex| (0..3).all(|axis| at[axis] < limit[axis]);
+            voxels.iter().map(|(at, value)| (*at, if is_lit(at) { *value } else { DVec4::new(0.0, 0.0, 0.0, value.w) })).collect()
+        };
+        let (nodes, mut touched) = grow(&gpu, &lit_by([resolution / 2; 3]), resolution, TOUCHED);
+        for step in 0..6 {
+            let limit = if step == 2 { [0; 3] } else { [0; 3].map(|_| random.below(resolution)) };
+            shine(&gpu, &nodes, &mut touched, &lit_by(limit));
+            let (_, all) = grow(&gpu, &lit_by(limit), resolution, ALL);
+            let count = touched.touched_count(&gpu).unwrap().unwrap();
+            assert!(count <= u64::from(nodes.tile_count()));
+            let same = gpu.read_image(&touched.image, 0, 0).unwrap() == gpu.read_image(&all.image, 0, 0).unwrap();
+            assert!(same, "set {seed}, step {step}: {count} of {} tiles are not enough", nodes.tile_count());
+        }
+        // Dark twice: nothing is touched any more.
+        for _ in 0..2 {
+            shine(&gpu, &nodes, &mut touched, &lit_by([0; 3]));
+        }
+        assert_eq!(touched.touched_count(&gpu).unwrap(), Some(0));
+        // One whose touched tiles are not those of its light is found out.
+        let (_, stale) = grow(&gpu, &lit_by([resolution; 3]), resolution, ALL);
+        assert!(gpu.read_image(&touched.image, 0, 0).unwrap() != gpu.read_image(&stale.image, 0, 0).unwrap() || voxels.is_empty());
+    }
+}
+
+/// A light that moves between two updates leaves the bricks as if it had always been there.
+#[test]
+fn a_moved_light_is_as_a_new_one() {
+    let gpu = gpu();
+    let before = bundled("cornell");
+    let mut after = before.clone();
+    after.lights.iter_mut().for_each(|light| {
+        if let Light::Point { position, .. } = light {
+            *position += Vec3::new(0.21, -0.4, 0.13);
+        }
+    });
+    assert_ne!(before.lights, after.lights);
+    let [gpu_before, gpu_after] = [&before, &after].map(|scene| GpuScene::new(&gpu, scene).unwrap());
+    let mut moved = Stand::new(&gpu, &gpu_before, 1, TOUCHED);
+    let first = moved.update(&before, &gpu_before);
+    let second = moved.update(&after, &gpu_after);
+    let fresh = Stand::new(&gpu, &gpu_after, 1, ALL).update(&after, &gpu_after);
+    assert!(second == fresh, "the moved light left something behind");
+    assert!(first != second, "the light did not move");
+    assert!(moved.update(&before, &gpu_before) == first, "the light did not come back");
 }
 
 #[test]
@@ -245,7 +357,7 @@ fn comparators_notice_planted_errors() {
     let gpu = gpu();
     let voxels = matter(&mut Random::new(11), 32);
     let occupied: BTreeSet<VoxelIndex> = voxels.keys().copied().collect();
-    let settings = BrickSettings { corners: false, filter: 1, is_split: false };
+    let settings = BrickSettings { corners: false, filter: 1, is_split: false, touched: false };
     let (nodes, pool) = grow(&gpu, &voxels, 32, settings);
     let tree = read_nodes(&gpu, &nodes).unwrap();
     assert!(compare(&tree, &occupied, 32, Lattice::Centres).is_ok());

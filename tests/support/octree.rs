@@ -17,26 +17,30 @@ pub fn plant(gpu: &Gpu, voxels: &BTreeSet<VoxelIndex>, resolution: u32) -> Occup
     Occupancy { resolution, block_bases: words(gpu, "block_bases", &block_bases(&occupancy)), occupancy: words(gpu, "occupancy", &occupancy) }
 }
 
-/// The node pool as the oracle has it; an error names a word that cannot be read so.
+/// The node pool as the oracle has it; an error names a tile that cannot be read so.
 pub fn read_nodes(gpu: &Gpu, pool: &NodePool) -> Result<Octree, String> {
-    let count = (pool.levels[0].first + pool.levels[0].count) as usize;
+    let count = pool.tile_count() as usize;
     let read = |buffer, each: usize| super::read_words(gpu, buffer)[..each * count].to_vec();
-    let (nodes, tiles, neighbours) = (read(&pool.nodes, 8), read(&pool.tiles, 1), read(&pool.neighbours, 3));
-    let node = |word: u32| match word {
-        0 => Ok(None),
-        word if word >> 31 == 1 => Ok(Some(word & 0x7fff_ffff)),
-        word => Err(format!("node {word:x}")),
-    };
-    let tile = |index: usize| -> Result<Tile, String> {
+    let (nodes, neighbours) = (read(&pool.nodes, 1), read(&pool.neighbours, 3));
+    let inner = count - pool.levels[0].count as usize;
+    let mut positions: Vec<Option<[u32; 3]>> = vec![None; count];
+    positions[0] = Some([0; 3]);
+    let mut tiles = Vec::new();
+    for index in 0..count {
+        let position = positions[index].ok_or_else(|| format!("tile {index} has no parent before it"))?;
         let mut own = [None; 8];
-        for (own, word) in own.iter_mut().zip(&nodes[8 * index..]) {
-            *own = node(*word)?;
+        let flagged = own.iter_mut().enumerate().filter(|(node, _)| nodes[index] >> node & 1 == 1);
+        for ((node, own), child) in flagged.zip(nodes[index] >> 8..) {
+            *own = Some(child);
+            if index < inner {
+                let place = positions.get_mut(child as usize).ok_or_else(|| format!("tile {index} has child {child} of {count}"))?;
+                *place = Some([0, 1, 2].map(|axis| 2 * position[axis] + (node as u32 >> axis & 1)));
+            }
         }
-        let position = [tiles[index] & 1023, tiles[index] >> 10 & 1023, tiles[index] >> 20];
         let neighbours = [0, 1, 2].map(|axis| neighbours[3 * index + axis].checked_sub(1));
-        Ok(Tile { position, nodes: own, neighbours })
-    };
-    Ok(Octree { tiles: (0..count).map(tile).collect::<Result<_, _>>()?, counts: pool.levels.iter().map(|level| level.count).collect() })
+        tiles.push(Tile { position, nodes: own, neighbours });
+    }
+    Ok(Octree { tiles, counts: pool.levels.iter().map(|level| level.count).collect() })
 }
 
 /// The texels of each level, finest first; an error names one whose copies in several bricks are not equal, bit for bit.
@@ -71,18 +75,23 @@ pub fn read_bricks(gpu: &Gpu, tree: &Octree, pool: &BrickPool) -> Result<Vec<Tex
 pub fn grow(gpu: &Gpu, voxels: &Texels, resolution: u32, settings: BrickSettings) -> (NodePool, BrickPool) {
     let occupied: BTreeSet<VoxelIndex> = voxels.keys().copied().collect();
     let (nodes, _) = NodePool::build(gpu, &plant(gpu, &occupied, resolution), settings.corners).unwrap();
-    let bricks = BrickPool::new(gpu, &nodes, settings).unwrap();
+    let (mut bricks, _) = BrickPool::new(gpu, &nodes, settings).unwrap();
+    shine(gpu, &nodes, &mut bricks, voxels);
+    (nodes, bricks)
+}
+
+/// Fills the bricks of an octree over voxels of these values.
+pub fn shine(gpu: &Gpu, nodes: &NodePool, bricks: &mut BrickPool, voxels: &Texels) {
     let packed = |voxel: VoxelIndex| {
         let value = voxels[&voxel];
         let [r, g, b, a] = (value.truncate() / value.w).extend(value.w).to_array().map(|value| u32::from(to_half(value)));
         [r | g << 16, b | a << 16]
     };
-    let mut radiance: Vec<u32> = compact_order(occupied).into_iter().flat_map(packed).collect();
+    let mut radiance: Vec<u32> = compact_order(voxels.keys().copied()).into_iter().flat_map(packed).collect();
     radiance.resize(radiance.len().max(4), 0);
     let mut frame = Frame::new();
-    bricks.update(&mut frame, &nodes, &words(gpu, "radiance", &radiance));
+    bricks.update(&mut frame, nodes, &words(gpu, "radiance", &radiance));
     gpu.submit(frame).unwrap();
-    (nodes, bricks)
 }
 
 /// Random matter: single voxels, walls and a lump; half of it opaque, radiance up to 4 in steps that half floats hold.

@@ -66,7 +66,7 @@ pub fn occupied(words: &[u32], resolution: u32) -> BTreeSet<VoxelIndex> {
         let corner = [block % blocks, block / blocks % blocks, block / (blocks * blocks)];
         (0..32).filter(move |bit| word >> bit & 1 == 1).map(move |bit| {
             let bit = base + bit;
-            [4 * corner[0] + bit % 4, 4 * corner[1] + bit / 4 % 4, 4 * corner[2] + bit / 16]
+            [0, 1, 2].map(|axis| 4 * corner[axis] + (bit >> axis & 1) + 2 * (bit >> (axis + 3) & 1))
         })
     };
     words.iter().enumerate().flat_map(coordinates).collect()

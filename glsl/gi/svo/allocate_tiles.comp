@@ -18,14 +18,13 @@ void main() {
     uint group = linear_group(gl_WorkGroupID);
     uint index = group * 256u + gl_LocalInvocationIndex;
     uint tile = level.first + index;
-    uint flags = index < level.count ? nodes[8u * tile] : 0u;
+    uint flags = index < level.count ? nodes[tile] : 0u;
     uint total;
     uint child = level.first + level.count + group_sums[group] + workgroup_prefix_sum(uint(bitCount(flags)), total);
     if (index >= level.count) return;
     uvec3 first = 2u * unpack_tile(tiles[tile]);
+    nodes[tile] = child << 8 | flags;
     for (uint node = 0u; node < 8u; ++node) {
-        bool is_flagged = (flags >> node & 1u) != 0u;
-        nodes[8u * tile + node] = is_flagged ? NODE_FLAG | child : 0u;
-        if (is_flagged) tiles[child++] = pack_tile(first + child_offset(node));
+        if (has_child(flags, node)) tiles[child++] = pack_tile(first + child_offset(node));
     }
 }

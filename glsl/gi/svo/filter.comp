@@ -9,16 +9,21 @@
 layout(local_size_x = 64) in;
 
 #include "gi/svo/pool.glsl"
+#include "gi/svo/touched.glsl"
 #include "gi/voxel/prefilter.glsl"
 
 layout(constant_id = 0) const uint FILTER = 1;
 layout(constant_id = 1) const uint CORNERS = 0;
 layout(constant_id = 2) const uint PART = 0;    // 0 all texels, 1 the centre, 2 faces and edges, 3 corners
+layout(constant_id = 3) const uint TOUCHED = 0; // 1: of the touched tiles, 0: of all
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer Nodes { uint nodes[]; };
 layout(set = 1, binding = 1, rgba16f) uniform restrict image3D bricks;
 
-layout(push_constant) uniform BrickParams { uint first; uint count; } params;
+layout(std430, set = 1, binding = 2) restrict readonly buffer TouchedLevels { Touched touched_levels[]; };
+layout(std430, set = 1, binding = 3) restrict readonly buffer TouchedTiles { uint touched_tiles[]; };
+
+layout(push_constant) uniform BrickParams { uint first; uint count; uint level; } params;
 
 uint texels_of_part() {
     uint count = 27u;
@@ -45,10 +50,10 @@ uvec3 texel_of_part(uint index) {
 
 // One of the 4³ cubes of finer texels inside a tile.
 vec4 filtered_cube(uint tile, uvec3 cube, ivec3 size) {
-    uint node = nodes[8u * tile + child_index(cube >> 1)];
+    uint node = child_index(cube >> 1);
     vec4 result = vec4(0.0);
-    for (int turn = int(node != 0u); turn > 0; --turn) {
-        ivec3 corner = brick_texel(node & NODE_INDEX, size) + ivec3(cube & 1u);
+    for (int turn = int(has_child(tile, node)); turn > 0; --turn) {
+        ivec3 corner = brick_texel(child_of(tile, node), size) + ivec3(cube & 1u);
         vec4 c[8];
         for (int i = 0; i < 8; ++i) c[i] = imageLoad(bricks, corner + ivec3(i & 1, i >> 1 & 1, i >> 2));
         result = filter_eight(c, FILTER);
@@ -58,8 +63,9 @@ vec4 filtered_cube(uint tile, uvec3 cube, ivec3 size) {
 
 void main() {
     uint thread = linear_group(gl_WorkGroupID) * 64u + gl_LocalInvocationIndex;
-    if (thread >= texels_of_part() * params.count) return;
-    uint tile = params.first + thread / texels_of_part();
+    uint count = TOUCHED != 0u ? touched_levels[params.level].count : params.count, index = thread / texels_of_part();
+    if (index >= count) return;
+    uint brick = TOUCHED != 0u ? touched_tiles[index] : params.first + index, tile = nodes[brick];
     uvec3 at = texel_of_part(thread % texels_of_part());
     ivec3 size = imageSize(bricks);
     vec4 sum = vec4(0.0);
@@ -74,5 +80,5 @@ void main() {
             }
         }
     }
-    imageStore(bricks, brick_texel(tile, size) + ivec3(at), sum);
+    imageStore(bricks, brick_texel(brick, size) + ivec3(at), sum);
 }

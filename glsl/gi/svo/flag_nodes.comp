@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// svo.flag_nodes: which nodes of a level have children (Crassin & Green 2012, section 22.5.1), as eight bits in the first word of their tile, and how many
+// svo.flag_nodes: which nodes of a level have children (Crassin & Green 2012, section 22.5.1), as eight bits in the word of their tile, and how many
 // of each 256 tiles. A thread a tile.
 layout(local_size_x = 256) in;
 
@@ -25,7 +25,7 @@ void main() {
         // The children lie in one block of 4×4×4.
         uvec3 first = 2u * unpack_tile(tiles[level.first + index]);
         flags = tile_bits(child_bits[block_index(first, 4u * params.child_blocks)], block_bit(first));
-        nodes[8u * (level.first + index)] = flags;
+        nodes[level.first + index] = flags;
     }
     uint total;
     workgroup_prefix_sum(uint(bitCount(flags)), total);

@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// svo.link_leaves: every leaf node that is an occupied voxel gets that voxel's compact index. A thread a tile.
+// svo.link_leaves: which nodes of a leaf tile are occupied voxels, and the compact index of the first. A thread a tile.
 layout(local_size_x = 256) in;
 
 #include "gi/voxel/grid.glsl"
@@ -23,9 +23,6 @@ void main() {
     uvec3 first = 2u * unpack_tile(tiles[tile]);
     uint block = block_index(first, params.resolution);
     uvec2 words = occupancy[block];
-    uint base = block_bases[block], flags = tile_bits(words, block_bit(first));
-    for (uint node = 0u; node < 8u; ++node) {
-        uint compact = base + set_bits_below(words, block_bit(first + child_offset(node)));
-        nodes[8u * tile + node] = (flags >> node & 1u) != 0u ? NODE_FLAG | compact : 0u;
-    }
+    uint bit = block_bit(first);
+    nodes[tile] = block_bases[block] + set_bits_below(words, bit) << 8 | tile_bits(words, bit);
 }

@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// svo.link_neighbours: index + 1 of each tile's neighbour towards +x, +y and +z on its level, 0 where there is none; found by descent from the root.
+// svo.link_neighbours: index + 1 of each tile's neighbour towards −x, −y and −z on its level, 0 where there is none; found by descent from the root.
 // A thread a tile.
 layout(local_size_x = 256) in;
 
@@ -15,12 +15,12 @@ layout(push_constant) uniform NeighbourParams { uint level; uint root; } params;
 
 // Index + 1 of the tile at `position` of the level, or 0.
 uint find_tile(uvec3 position) {
-    if (any(greaterThanEqual(position, uvec3(1u << (params.root - params.level))))) return 0u;
+    if (any(greaterThanEqual(position, uvec3(1u << (params.root - params.level))))) return 0u;   // also below 0
     uint tile = 0u;
     for (uint above = params.root - params.level; above > 0u; --above) {
-        uint node = nodes[8u * tile + child_index(position >> (above - 1u))];
-        if (node == 0u) return 0u;
-        tile = node & NODE_INDEX;
+        uint word = nodes[tile], node = child_index(position >> (above - 1u));
+        if (!has_child(word, node)) return 0u;
+        tile = child_of(word, node);
     }
     return tile + 1u;
 }
@@ -31,7 +31,7 @@ void main() {
     if (index >= level.count) return;
     uint tile = level.first + index;
     uvec3 position = unpack_tile(tiles[tile]);
-    neighbours[3u * tile] = find_tile(position + uvec3(1u, 0u, 0u));
-    neighbours[3u * tile + 1u] = find_tile(position + uvec3(0u, 1u, 0u));
-    neighbours[3u * tile + 2u] = find_tile(position + uvec3(0u, 0u, 1u));
+    neighbours[3u * tile] = find_tile(position - uvec3(1u, 0u, 0u));
+    neighbours[3u * tile + 1u] = find_tile(position - uvec3(0u, 1u, 0u));
+    neighbours[3u * tile + 2u] = find_tile(position - uvec3(0u, 0u, 1u));
 }

@@ -6,10 +6,17 @@
 #ifndef LUMIVOX_POOL
 #define LUMIVOX_POOL
 
-// bit     31     | 30 … 0
-// node    | flag | inner level: index of the child tile; leaf level: compact index of the voxel |
-const uint NODE_FLAG = 0x80000000u;
-const uint NODE_INDEX = 0x7fffffffu;
+// bits  0          8                       32
+// tile  | children | first child            |   which of the eight nodes have a child, x fastest; the children follow each other in the pool, and those of
+//                                               a leaf tile are voxels, by compact index
+bool has_child(uint tile, uint node) {
+    return (tile >> node & 1u) != 0u;
+}
+
+// The child of a node that has one.
+uint child_of(uint tile, uint node) {
+    return (tile >> 8) + uint(bitCount(tile & (1u << node) - 1u));
+}
 
 // One level of the pool; the last three words are the arguments of an indirect dispatch of a thread a tile, in groups of 256.
 struct Level {
@@ -21,7 +28,7 @@ struct Level {
 };
 
 // bits 0       10      20      30
-// tile | x     | y     | z     |    in tiles of its level
+// place | x    | y     | z     |    in tiles of its level
 uint pack_tile(uvec3 tile) {
     return tile.x | tile.y << 10 | tile.z << 20;
 }
@@ -39,11 +46,9 @@ uvec3 child_offset(uint child) {
     return uvec3(child & 1u, child >> 1 & 1u, child >> 2);
 }
 
-// The eight bits of a block of 4×4×4 from bit `first` on, which is even along each axis: those of a tile's nodes.
+// The eight bits of a block of 4×4×4 (gi/voxel/grid.glsl) from bit `first` on: those of a tile's nodes.
 uint tile_bits(uvec2 block, uint first) {
-    uint low = (first < 32u ? block.x : block.y) >> (first & 31u);
-    uint high = low >> 16;
-    return low & 3u | (low >> 2) & 12u | (high & 3u) << 4 | (high & 48u) << 2;
+    return (first < 32u ? block.x : block.y) >> (first & 31u) & 255u;
 }
 
 // First texel of a brick in a pool of this many texels, whose width and height in bricks are powers of two.

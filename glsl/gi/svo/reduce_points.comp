@@ -8,8 +8,10 @@ layout(local_size_x = 64) in;
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer FinerPoints { uvec2 finer_points[]; };
 layout(std430, set = 1, binding = 1) restrict writeonly buffer CoarserPoints { uvec2 coarser_points[]; };
-layout(std430, set = 1, binding = 2) restrict writeonly buffer TileBits { uvec2 tile_bits[]; };
+layout(std430, set = 1, binding = 2) restrict writeonly buffer TileBits { uvec2 level_tiles[]; };
 layout(std430, set = 1, binding = 3) restrict buffer TileCounts { uint tile_counts[]; };
+
+#include "gi/svo/pool.glsl"
 
 layout(push_constant) uniform ReduceParams {
     uint finer_blocks;     // along an axis, as are the next two
@@ -24,10 +26,13 @@ uint range_bits(int low, int high) {
     return ((2u << min(high, 3)) - 1u) & ~((1u << max(low, 0)) - 1u);
 }
 
+// The bits of a block (gi/voxel/grid.glsl) in a box: along each axis the planes 0 to 3, as far as they are in it.
 uvec2 box_bits(ivec3 low, ivec3 high) {
-    uint y = range_bits(low.y, high.y), z = range_bits(low.z, high.z);
-    uint plane = range_bits(low.x, high.x) * (y & 1u | (y & 2u) << 3 | (y & 4u) << 6 | (y & 8u) << 9);
-    return uvec2(plane * (z & 1u | (z & 2u) << 15), plane * (z >> 2 & 1u | (z & 8u) << 13));
+    uint x = range_bits(low.x, high.x), y = range_bits(low.y, high.y), z = range_bits(low.z, high.z);
+    uint along_x = (x & 1u) * 0x00550055u | (x >> 1 & 1u) * 0x00aa00aau | (x >> 2 & 1u) * 0x55005500u | (x >> 3) * 0xaa00aa00u;
+    uint along_y = (y & 1u) * 0x00003333u | (y >> 1 & 1u) * 0x0000ccccu | (y >> 2 & 1u) * 0x33330000u | (y >> 3) * 0xcccc0000u;
+    uvec2 along_z = uvec2(z & 1u, z >> 2 & 1u) * 0x0f0f0f0fu | uvec2(z >> 1 & 1u, z >> 3) * 0xf0f0f0f0u;
+    return along_z & (along_x & along_y);
 }
 
 uvec2 finer_block(ivec3 block) {
@@ -57,14 +62,14 @@ void main() {
     uvec2 points = uvec2(0u), tiles = uvec2(0u);
     if (any_point(8 * block - params.point_reach, 8 * block + 8)) {
         for (uint bit = 0u; bit < 64u; ++bit) {
-            ivec3 at = 4 * block + ivec3(bit & 3u, bit >> 2 & 3u, bit >> 4);
+            ivec3 at = 4 * block + ivec3(child_offset(bit & 7u) + 2u * child_offset(bit >> 3));
             uvec2 mask = bit < 32u ? uvec2(1u << bit, 0u) : uvec2(0u, 1u << (bit - 32u));
             if (any_point(2 * at - params.point_reach, 2 * at + 1)) points |= mask;
             if (all(lessThan(at, ivec3(params.tile_limit))) && any_point(2 * at - params.tile_reach, 2 * at + 2)) tiles |= mask;
         }
     }
     coarser_points[index] = points;
-    tile_bits[index] = tiles;
+    level_tiles[index] = tiles;
     uint count = uint(bitCount(tiles.x) + bitCount(tiles.y));
     if (count != 0u) atomicAdd(tile_counts[params.level], count);
 }

@@ -24,9 +24,9 @@ vec4 sample_level(vec3 position, float resolution, int level, int root) {
     uint tile = 0u;
     int above = root - level;
     while (above > 0) {
-        uint node = nodes[8u * tile + child_index(uvec3(cell >> above))];
-        if (node == 0u) break;
-        tile = node & NODE_INDEX;
+        uint word = nodes[tile], node = child_index(uvec3(cell >> above));
+        if (!has_child(word, node)) break;
+        tile = child_of(word, node);
         --above;
     }
     vec4 texel = vec4(0.0);

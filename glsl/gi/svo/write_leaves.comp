@@ -7,19 +7,24 @@
 layout(local_size_x = 64) in;
 
 #include "gi/svo/pool.glsl"
+#include "gi/svo/touched.glsl"
 
 layout(constant_id = 0) const uint CORNERS = 0;
+layout(constant_id = 1) const uint TOUCHED = 0;   // 1: of the touched tiles, 0: of all
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer Nodes { uint nodes[]; };
 layout(std430, set = 1, binding = 1) restrict readonly buffer VoxelRadiance { uvec2 voxel_radiance[]; };
 layout(set = 1, binding = 2, rgba16f) uniform restrict writeonly image3D bricks;
 
-layout(push_constant) uniform BrickParams { uint first; uint count; } params;
+layout(std430, set = 1, binding = 3) restrict readonly buffer TouchedLevels { Touched touched_levels[]; };
+layout(std430, set = 1, binding = 4) restrict readonly buffer TouchedTiles { uint touched_tiles[]; };
+
+layout(push_constant) uniform BrickParams { uint first; uint count; uint level; } params;
 
 vec4 leaf(uint tile, uvec3 at) {
-    uint node = nodes[8u * tile + child_index(at)];
-    if (node == 0u) return vec4(0.0);
-    uvec2 packed = voxel_radiance[node & NODE_INDEX];
+    uint node = child_index(at);
+    if (!has_child(tile, node)) return vec4(0.0);
+    uvec2 packed = voxel_radiance[child_of(tile, node)];
     vec2 blue_opacity = unpackHalf2x16(packed.y);
     return vec4(vec3(unpackHalf2x16(packed.x), blue_opacity.x) * blue_opacity.y, blue_opacity.y);
 }
@@ -29,8 +34,10 @@ void main() {
     if (CORNERS != 0u) edge = 3u;
     uint texels = edge * edge * edge;
     uint thread = linear_group(gl_WorkGroupID) * 64u + gl_LocalInvocationIndex;
-    if (thread >= texels * params.count) return;
-    uint tile = params.first + thread / texels, texel = thread % texels;
+    uint count = TOUCHED != 0u ? touched_levels[params.level].count : params.count;
+    if (thread >= texels * count) return;
+    uint brick = TOUCHED != 0u ? touched_tiles[thread / texels] : params.first + thread / texels, texel = thread % texels;
+    uint tile = nodes[brick];
     uvec3 at = uvec3(texel % edge, texel / edge % edge, texel / (edge * edge));
     vec4 value = vec4(0.0);
     if (CORNERS == 0u) {
@@ -43,5 +50,5 @@ void main() {
             }
         }
     }
-    imageStore(bricks, brick_texel(tile, imageSize(bricks)) + ivec3(at), value);
+    imageStore(bricks, brick_texel(brick, imageSize(bricks)) + ivec3(at), value);
 }

@@ -2,6 +2,7 @@
 //
 // Occupancy is one bit a voxel. 4×4×4 voxels are a block, two 32-bit words; a block's base is the number of occupied voxels in all blocks before it,
 // so that the index of an occupied voxel is its block's base plus the set bits below its own. The order is that of the blocks: the same in every run.
+// Within a block it is Morton order, so that the voxels of a 2×2×2 have consecutive bits and indices.
 #ifndef LUMIVOX_GRID
 #define LUMIVOX_GRID
 
@@ -12,8 +13,8 @@ uint block_index(uvec3 voxel, uint resolution) {
 }
 
 uint block_bit(uvec3 voxel) {
-    uvec3 local = voxel & 3u;
-    return local.x | local.y << 2 | local.z << 4;
+    uvec3 low = voxel & 1u, high = voxel >> 1 & 1u;
+    return low.x | low.y << 1 | low.z << 2 | high.x << 3 | high.y << 4 | high.z << 5;
 }
 
 // Number of set bits of the block below `bit` (0 to 63).

@@ -4,10 +4,12 @@
 // where it is the voxel of its centre: then a voxel four texels wide has three or five of them by chance).
 //
 // Φ = ρ E A for a parallel light (A: area of a texel across the beam), Φ = ρ I Ω for a perspective map (Ω: solid angle of the texel, Olovsson 2012,
-// section 3.3). Sums are 64-bit integers, the same in every run. Per voxel, or per side: Φ / (π h²) for r, g, b [W/(m² sr)], and lit surface in voxel faces.
+// section 3.3). Sums are 40-bit integers, the same in every run. Per voxel, or per side: Φ / (π h²) for r, g, b [W/(m² sr)], and lit surface in voxel faces.
+// Voxels are found through the occupancy of the dense grid, or with SVO by descent from the octree's root (Crassin et al. 2011, section 6).
 layout(local_size_x = 8, local_size_y = 8) in;
 
 #include "shared/light_view.glsl"
+#include "gi/voxel/flux.glsl"
 #include "gi/voxel/grid.glsl"
 #include "gi/voxel/records.glsl"
 
@@ -20,47 +22,89 @@ layout(std430, set = 1, binding = 0) restrict readonly buffer LightViews { Light
 layout(set = 1, binding = 1) uniform texture2DArray shadow_maps;
 layout(set = 1, binding = 2) uniform utexture2DArray rsm_normal;
 layout(set = 1, binding = 3) uniform texture2DArray rsm_reflected;
-layout(std430, set = 1, binding = 4) restrict readonly buffer Occupancy { uvec2 occupancy[]; };
-layout(std430, set = 1, binding = 5) restrict readonly buffer BlockBases { uint block_bases[]; };
-layout(std430, set = 1, binding = 6) restrict buffer Flux { uint flux[]; };   // a side of a voxel: r, g, b, area; each low word, high word
-layout(std430, set = 1, binding = 7) restrict buffer LightCounters { uint lost_texels; uint filled_voxels; };
-layout(std430, set = 1, binding = 8) restrict readonly buffer Voxels { Voxel voxels[]; };
+layout(std430, set = 1, binding = 4) restrict buffer Flux { uint flux[]; };   // a side of a voxel: gi/voxel/flux.glsl
+layout(std430, set = 1, binding = 5) restrict buffer LightCounters { uint lost_texels; uint filled_voxels; };
+layout(std430, set = 1, binding = 6) restrict readonly buffer Voxels { Voxel voxels[]; };
+#ifdef SVO
+#include "gi/svo/pool.glsl"
+layout(std430, set = 1, binding = 7) restrict readonly buffer Nodes { uint nodes[]; };
+#else
+layout(std430, set = 1, binding = 7) restrict readonly buffer Occupancy { uvec2 occupancy[]; };
+layout(std430, set = 1, binding = 8) restrict readonly buffer BlockBases { uint block_bases[]; };
+#endif
 
 layout(push_constant) uniform InjectParams {
     vec4 grid;             // xyz: smallest corner of the grid [m]; w: voxel size [m]
     uint resolution;
+    uint first_voxel;  // of those that this dispatch adds to, a piece of the grid; their records and sums start with it
+    uint voxel_count;
+    uint piece_x;      // its smallest corner [voxels]
+    uint piece_y;
+    uint piece_z;
+    uint piece_size;   // its edge [voxels]
     float flux_unit;   // of one integer step, for r, g, b [W/(m² sr)]
     float area_unit;   // of one integer step [voxel faces]
 } params;
 
 void add(uint side, uint channel, float value) {
-    if (value < 1.0) value = floor(value + 0.5);
+    value = min(floor(value + 0.5), LARGEST_FLUX);
     if (value <= 0.0) return;
     float high_part = floor(value * (1.0 / 4294967296.0));
     uint low = uint(value - high_part * 4294967296.0), high = uint(high_part);
-    uint at = side * 8u + channel * 2u;
+    uint at = FLUX_WORDS * side + channel;
     uint before = atomicAdd(flux[at], low);
     if (before + low < before) high += 1u;
-    if (high != 0u) atomicAdd(flux[at + 1u], high);
+    // Only very bright voxels come here, most of them once; a full byte stays full.
+    at = FLUX_WORDS * side + 4u;
+    for (uint known = 0u; high != 0u;) {
+        uint sum = min((known >> 8u * channel & 255u) + high, 255u);
+        uint found = atomicCompSwap(flux[at], known, bitfieldInsert(known, sum, int(8u * channel), 8));
+        if (found == known) high = 0u;
+        known = found;
+    }
 }
 
-bool is_outside(vec3 position) {
-    return any(lessThan(position, vec3(0.0))) || any(greaterThanEqual(position, vec3(params.resolution)));
+#ifdef SVO
+// Tile of 8³ voxels that the last descent came through: the next starts there if it can.
+uint last_tile = 0u;
+uvec3 last_place = uvec3(0xffffffffu);
+#endif
+
+// How far a position is outside of the piece along an axis, at most [voxels]; below 0 inside.
+float distance_from_piece(vec3 position) {
+    vec3 beyond = abs(position - vec3(params.piece_x, params.piece_y, params.piece_z) - 0.5 * float(params.piece_size)) - 0.5 * float(params.piece_size);
+    return max(beyond.x, max(beyond.y, beyond.z));
 }
 
 // Compact index of the occupied voxel at a grid position, or −1.
 int voxel_at(vec3 position) {
-    if (is_outside(position)) return -1;
+    if (any(lessThan(position, vec3(0.0))) || any(greaterThanEqual(position, vec3(params.resolution)))) return -1;
     uvec3 voxel = uvec3(position);
+#ifdef SVO
+    bool is_near = voxel >> 3 == last_place;
+    uint child = is_near ? last_tile : 0u;
+    for (int above = is_near ? 2 : findMSB(params.resolution) - 1; above >= 0; --above) {
+        if (above == 2) {
+            last_tile = child;
+            last_place = voxel >> 3;
+        }
+        uint tile = nodes[child], node = child_index(voxel >> above);
+        if (!has_child(tile, node)) return -1;
+        child = child_of(tile, node);
+    }
+    return int(child);
+#else
     uint block = block_index(voxel, params.resolution), bit = block_bit(voxel);
     uvec2 words = occupancy[block];
     return block_has(words, bit) ? int(block_bases[block] + set_bits_below(words, bit)) : -1;
+#endif
 }
 
-// Adds r, g, b and area to the lit side of a voxel.
+// Adds r, g, b and area to the lit side of a voxel, if it is one of this dispatch's.
 void inject(int slot, vec3 lit_side, vec4 values) {
-    uint side = uint(slot);
-    if (SIDES == 2u) side = 2u * side + uint(dot(lit_side, front_of(voxels[slot])) < 0.0);
+    uint side = uint(slot) - params.first_voxel;
+    if (side >= params.voxel_count) return;
+    if (SIDES == 2u) side = 2u * side + uint(dot(lit_side, front_of(voxels[side])) < 0.0);
     for (uint channel = 0u; channel < 4u; ++channel) add(side, channel, values[channel]);
 }
 
@@ -86,7 +130,7 @@ vec3 permute(vec3 p, uint last) { return last == 0u ? p.yzx : last == 1u ? p.zxy
 vec3 unpermute(vec3 p, uint last) { return last == 0u ? p.zxy : last == 1u ? p.yzx : p; }
 
 // Spreads a footprint over the voxels that it lies in: that of its centre and, along each axis, the nearer neighbour. It is cut into SPLIT² parts, each
-// of which counts as the box around it. What would fall on empty voxels stays with that of the centre; what reaches into another piece of the grid is added there.
+// of which counts as the box around it. What would fall on empty voxels stays with that of the centre.
 void spread(Footprint footprint) {
     vec3 lit_side = dot(footprint.normal, footprint.ray) < 0.0 ? footprint.normal : -footprint.normal;
     // The axis across the surface comes last: few footprints reach along it, and the loop below is then short.
@@ -112,14 +156,14 @@ void spread(Footprint footprint) {
         float weight = (i < 4 ? in_home : in_next)[i & 3] / float(SPLIT * SPLIT);
         vec3 position = unpermute(home + vec3(i & 1, i >> 1 & 1, i >> 2) * towards, last);
         int slot = weight > 0.0 ? voxel_at(position) : -1;
-        if (slot >= 0) inject(slot, lit_side, footprint.values * weight);
-        if (slot >= 0 || is_outside(position)) left -= weight;
+        if (slot < 0) continue;
+        inject(slot, lit_side, footprint.values * weight);
+        left -= weight;
     }
-    if (is_outside(footprint.centre)) return;
     int slot = voxel_at(footprint.centre);
     if (slot < 0) slot = nearby_voxel(footprint);
     if (slot >= 0) inject(slot, lit_side, footprint.values * left);
-    else atomicAdd(lost_texels, 1u);
+    else if (distance_from_piece(footprint.centre) < 0.0) atomicAdd(lost_texels, 1u);
 }
 
 // Of one texel; false where the light meets nothing.
@@ -181,7 +225,8 @@ void main() {
         group.centre += middle.x * group.right + middle.y * group.down;
         group.right *= float(high.x - low.x + 1);
         group.down *= float(high.y - low.y + 1);
-        if (is_lit) spread(group);
+        // Light reaches a voxel's width around it.
+        for (int turn = int(is_lit && distance_from_piece(group.centre) < 1.5); turn > 0; --turn) spread(group);
         seed = next;
     }
 }

@@ -6,6 +6,7 @@
 layout(local_size_x = 64) in;
 
 #include "shared/light_view.glsl"
+#include "gi/voxel/flux.glsl"
 #include "gi/voxel/records.glsl"
 
 layout(constant_id = 0) const uint INJECTION_VOXEL = 0;
@@ -49,8 +50,8 @@ const float LARGEST_HALF = 65504.0;
 const float SLIVER = 0.1;
 
 float injected(uint side, uint channel) {
-    uint at = side * 8u + channel * 2u;
-    return float(flux[at + 1u]) * 4294967296.0 + float(flux[at]);
+    uint at = FLUX_WORDS * side;
+    return float(flux[at + 4u] >> 8u * channel & 255u) * 4294967296.0 + float(flux[at + channel]);
 }
 
 // Depth differences that still count as lit [m]. A voxel of several planes has no tangent plane that its neighbours in the map lie on: in a corner of a

@@ -11,7 +11,7 @@ use crate::gi::Settings;
 use crate::gi::settings::{Domain, Setting};
 use crate::gi::voxel::rays::LOOP_BUDGET;
 use crate::gi::voxel::voxelize::linear_groups;
-use crate::gi::voxel::{Bounces, VoxelGrid, Voxels};
+use crate::gi::voxel::{Bounces, VoxelGrid, VoxelRecords};
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu, Image, Pass, PassBuilder, Sets, Shaders};
 use crate::render::{GBuffer, GpuScene, screen_groups, screen_image, storage};
@@ -393,7 +393,7 @@ impl ConeTracer {
 
     /// Adds `voxel.bounce` for the voxels of a grid, or of a piece of it: what reaches each, E/π, into `irradiance`. Nothing where the settings have one
     /// bounce.
-    pub fn bounce(&self, frame: &mut Frame, grid: &VoxelGrid, voxels: &Voxels, volume: Volume<'_>, irradiance: &Arc<Buffer>) {
+    pub fn bounce(&self, frame: &mut Frame, grid: &VoxelGrid, voxels: &VoxelRecords, volume: Volume<'_>, irradiance: &Arc<Buffer>) {
         let Some(set) = &self.bounce_set else { return };
         let pass = if matches!(volume, Volume::Dense { .. }) { &BOUNCE } else { &BOUNCE_SPARSE };
         let s = &self.settings;

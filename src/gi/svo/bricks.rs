@@ -2,10 +2,11 @@
 
 use std::sync::Arc;
 
-use super::nodes::{LevelRange, NodePool};
-use crate::gi::voxel::voxelize::linear_groups;
+use super::nodes::NodePool;
+use super::touched::{Tiles, TouchedTiles};
+use crate::gi::voxel::voxelize::buffer;
 use crate::gpu_struct;
-use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Pass, Sets, Shaders, vk};
+use crate::graph::{Access, Binding, Buffer, Error, Frame, FrameStats, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Pass, Sets, Shaders, vk};
 
 gpu_struct! {
     /// Parameters of `svo.write_leaves` and `svo.filter`.
@@ -14,6 +15,8 @@ gpu_struct! {
         pub first: u32,
         /// Tiles of the level.
         pub count: u32,
+        /// The level, 0 the finest.
+        pub level: u32,
     }
 }
 
@@ -24,10 +27,15 @@ gpu_struct! {
         pub first: u32,
         /// Tiles of the level.
         pub count: u32,
-        /// 0 to 2: towards +x, +y, +z.
+        /// The level, 0 the finest.
+        pub level: u32,
+        /// 0 to 2: x, y, z.
         pub axis: u32,
     }
 }
+
+const LEVELS: Binding = Binding::buffer("touched_levels", Access::ComputeRead);
+const LIST: Binding = Binding::buffer("touched_tiles", Access::ComputeRead);
 
 /// Radiance of the voxels of each leaf tile into its own brick. A thread a texel.
 pub static WRITE_LEAVES: Pass = Pass {
@@ -37,6 +45,8 @@ pub static WRITE_LEAVES: Pass = Pass {
         Binding::buffer("nodes", Access::ComputeRead),
         Binding::buffer("voxel_radiance", Access::ComputeRead),
         Binding::image("bricks", Access::ComputeWrite),
+        LEVELS,
+        LIST,
     ],
     push_bytes: size_of::<BrickParams>() as u32,
     sets: Sets::None,
@@ -46,7 +56,7 @@ pub static WRITE_LEAVES: Pass = Pass {
 pub static TRANSFER_BORDERS: Pass = Pass {
     name: "svo.transfer_borders",
     shaders: Shaders::Compute("gi/svo/transfer_borders.comp"),
-    bindings: &[Binding::buffer("neighbours", Access::ComputeRead), Binding::image("bricks", Access::ComputeReadWrite)],
+    bindings: &[Binding::buffer("neighbours", Access::ComputeRead), Binding::image("bricks", Access::ComputeReadWrite), LEVELS, LIST],
     push_bytes: size_of::<TransferParams>() as u32,
     sets: Sets::None,
 };
@@ -55,7 +65,7 @@ pub static TRANSFER_BORDERS: Pass = Pass {
 pub static FILTER: Pass = Pass {
     name: "svo.filter",
     shaders: Shaders::Compute("gi/svo/filter.comp"),
-    bindings: &[Binding::buffer("nodes", Access::ComputeRead), Binding::image("bricks", Access::ComputeReadWrite)],
+    bindings: &[Binding::buffer("nodes", Access::ComputeRead), Binding::image("bricks", Access::ComputeReadWrite), LEVELS, LIST],
     push_bytes: size_of::<BrickParams>() as u32,
     sets: Sets::None,
 };
@@ -69,6 +79,8 @@ pub struct BrickSettings {
     pub filter: u32,
     /// The filter runs apart for centres, for faces and edges, and for corners.
     pub is_split: bool,
+    /// Once all bricks are filled, an update runs on those that light has touched; on centres only.
+    pub touched: bool,
 }
 
 /// All bricks of an octree; brick and tile have the same index.
@@ -76,73 +88,87 @@ pub struct BrickPool {
     /// RGBA16F: radiance (W/(m² sr)) premultiplied by opacity, opacity.
     pub image: Arc<Image>,
     settings: BrickSettings,
+    touched: Option<TouchedTiles>,
+    /// Bound where nothing is read.
+    nothing: Arc<Buffer>,
+    is_filled: bool,
 }
 
 impl BrickPool {
-    /// Allocates a brick for each tile.
-    pub fn new(gpu: &Gpu, nodes: &NodePool, settings: BrickSettings) -> Result<Self, Error> {
-        let count = nodes.levels[0].first + nodes.levels[0].count;
+    /// Allocates a brick for each tile, all zero.
+    pub fn new(gpu: &Gpu, nodes: &NodePool, settings: BrickSettings) -> Result<(Self, FrameStats), Error> {
         let image = gpu.create_image(&ImageDesc {
             name: "svo.bricks".into(),
-            extent: pool_extent(count).map(|bricks| 3 * bricks),
+            extent: pool_extent(nodes.tile_count()).map(|bricks| 3 * bricks),
             kind: ImageKind::D3,
             format: vk::Format::R16G16B16A16_SFLOAT,
             mips: 1,
             layers: 1,
             usage: ImageUsage::STORAGE | ImageUsage::SAMPLED,
         })?;
-        Ok(BrickPool { image, settings })
+        let mut frame = Frame::new();
+        let touched = (settings.touched && !settings.corners).then(|| TouchedTiles::new(gpu, nodes, &mut frame)).transpose()?;
+        // What no tile writes, a brick's last texels without a neighbour, stays zero.
+        frame.clear_image("svo.clear", &image, [0.0; 4]);
+        let stats = gpu.submit(frame)?;
+        Ok((BrickPool { image, settings, touched, nothing: buffer(gpu, "svo.nothing", 0)?, is_filled: false }, stats))
     }
 
     /// Adds the passes from the voxels' light to all levels.
-    pub fn update(&self, frame: &mut Frame, nodes: &NodePool, radiance: &Arc<Buffer>) {
-        let leaves = nodes.levels[0];
-        frame
-            .pass(&WRITE_LEAVES)
-            .bind(&nodes.nodes)
-            .bind(radiance)
-            .bind(&self.image)
-            .constants(&[u32::from(self.settings.corners)])
-            .push(&BrickParams { first: leaves.first, count: leaves.count })
-            .dispatch(linear_groups(if self.settings.corners { 27 } else { 8 } * leaves.count));
-        self.transfer(frame, nodes, leaves);
-        for level in &nodes.levels[1..] {
-            // Number of the part, and its texels.
-            let parts: &[(u32, u32)] = match self.settings {
-                BrickSettings { corners: false, .. } => &[(0, 8)],
-                BrickSettings { is_split: true, .. } => &[(1, 1), (2, 18), (3, 8)],
-                _ => &[(0, 27)],
+    pub fn update(&mut self, frame: &mut Frame, nodes: &NodePool, radiance: &Arc<Buffer>) {
+        let is_filled = std::mem::replace(&mut self.is_filled, true);
+        for level in 0..nodes.levels.len() {
+            let tiles = match &self.touched {
+                Some(touched) if is_filled => touched.find(frame, nodes, radiance, level),
+                _ => Tiles::all(nodes, level, &self.nothing),
             };
-            for (part, texels) in parts {
-                frame
-                    .pass(&FILTER)
-                    .bind(&nodes.nodes)
-                    .bind(&self.image)
-                    .constants(&[self.settings.filter, u32::from(self.settings.corners), *part])
-                    .push(&BrickParams { first: level.first, count: level.count })
-                    .dispatch(linear_groups(texels * level.count));
+            if level == 0 {
+                self.write_leaves(frame, nodes, radiance, &tiles);
+            } else {
+                self.filter(frame, nodes, &tiles);
             }
-            self.transfer(frame, nodes, *level);
+            for axis in 0..3 {
+                let pass = frame.pass(&TRANSFER_BORDERS).bind(&nodes.neighbours).bind(&self.image);
+                let params = TransferParams { first: tiles.range.first, count: tiles.range.count, level: level as u32, axis };
+                tiles.dispatch(pass, &[u32::from(self.settings.corners)], &params, 1);
+            }
+        }
+        if let (Some(touched), false) = (&self.touched, is_filled) {
+            for level in 0..nodes.levels.len() {
+                touched.find(frame, nodes, radiance, level);
+            }
         }
     }
 
-    fn transfer(&self, frame: &mut Frame, nodes: &NodePool, level: LevelRange) {
-        for axis in 0..3 {
-            frame
-                .pass(&TRANSFER_BORDERS)
-                .bind(&nodes.neighbours)
-                .bind(&self.image)
-                .constants(&[u32::from(self.settings.corners)])
-                .push(&TransferParams { first: level.first, count: level.count, axis })
-                .dispatch(linear_groups(level.count));
+    fn write_leaves(&self, frame: &mut Frame, nodes: &NodePool, radiance: &Arc<Buffer>, tiles: &Tiles) {
+        let pass = frame.pass(&WRITE_LEAVES).bind(&nodes.nodes).bind(radiance).bind(&self.image);
+        let texels = if self.settings.corners { 27 } else { 8 };
+        tiles.dispatch(pass, &[u32::from(self.settings.corners)], &tiles.params(), texels);
+    }
+
+    fn filter(&self, frame: &mut Frame, nodes: &NodePool, tiles: &Tiles) {
+        // Number of the part, and its texels.
+        let parts: &[(u32, u32)] = match self.settings {
+            BrickSettings { corners: false, .. } => &[(0, 8)],
+            BrickSettings { is_split: true, .. } => &[(1, 1), (2, 18), (3, 8)],
+            _ => &[(0, 27)],
+        };
+        for (part, texels) in parts {
+            let pass = frame.pass(&FILTER).bind(&nodes.nodes).bind(&self.image);
+            tiles.dispatch(pass, &[self.settings.filter, u32::from(self.settings.corners), *part], &tiles.params(), *texels);
         }
+    }
+
+    /// Tiles that the last update ran on, where it ran on some only.
+    pub fn touched_count(&self, gpu: &Gpu) -> Result<Option<u64>, Error> {
+        self.touched.as_ref().map(|touched| touched.count(gpu)).transpose()
     }
 }
 
-/// Bricks along each axis of a pool of `count`: near to a cube, width and height powers of two, at most 10% left over (or three bricks).
+/// Bricks along each axis of a pool of `count`: near to a cube, width and height powers of two, at most 2% left over (or three bricks).
 pub fn pool_extent(count: u32) -> [u32; 3] {
     let count = count.max(1);
-    let slice_bits = (count.ilog2() * 2 / 3).min((count / 10).max(1).ilog2());
+    let slice_bits = (count.ilog2() * 2 / 3).min((count / 50).max(1).ilog2());
     let (width, height) = (1 << slice_bits.div_ceil(2), 1 << (slice_bits / 2));
     [width, height, count.div_ceil(width * height)]
 }

@@ -4,6 +4,7 @@ pub mod bricks;
 pub mod nodes;
 pub mod oracle;
 pub mod pieces;
+pub mod touched;
 
 use std::sync::Arc;
 
@@ -37,6 +38,13 @@ static SETTINGS: &[Setting] = &[
         unit: "",
         domain: Domain::Choice(&["one", "three"]),
         default: "one",
+    },
+    Setting {
+        name: "filter",
+        help: "tiles whose bricks an update makes anew: touched (that hold light, or did in the last update; on corners all) or all; the bits are the same",
+        unit: "",
+        domain: Domain::Choice(&["touched", "all"]),
+        default: "touched",
     },
 ];
 
@@ -82,6 +90,9 @@ pub static PASSES: &[&Pass] = &[
     &bricks::WRITE_LEAVES,
     &bricks::TRANSFER_BORDERS,
     &bricks::FILTER,
+    &touched::FLAG_TOUCHED,
+    &touched::LIST_TOUCHED,
+    &voxel::INJECT_RSM_SPARSE,
 ];
 
 /// The structs that this module shares with shaders.
@@ -95,6 +106,9 @@ pub static STRUCTS: &[(&str, &[Field])] = &[
     (nodes::NeighbourParams::NAME, nodes::NeighbourParams::FIELDS),
     (bricks::BrickParams::NAME, bricks::BrickParams::FIELDS),
     (bricks::TransferParams::NAME, bricks::TransferParams::FIELDS),
+    (touched::Touched::NAME, touched::Touched::FIELDS),
+    (touched::TouchParams::NAME, touched::TouchParams::FIELDS),
+    (touched::ListParams::NAME, touched::ListParams::FIELDS),
 ];
 
 /// The row of the registry.
@@ -123,6 +137,7 @@ pub static ENTRY: Entry = Entry {
             ],
         },
         &voxel::LIGHT_INJECTION,
+        &Stage { name: "touched tiles", part: Part::Store, passes: &["svo.clear_touched", "svo.flag_touched", "svo.list_touched"] },
         &Stage { name: "leaf writing", part: Part::Store, passes: &["svo.merge_radiance", "svo.write_leaves"] },
         &Stage { name: "border transfer", part: Part::Store, passes: &["svo.transfer_borders"] },
         &Stage { name: "mip filtering", part: Part::Store, passes: &["svo.filter"] },
@@ -140,6 +155,12 @@ struct Store {
     voxels: Pieces,
     nodes: NodePool,
     bricks: BrickPool,
+}
+
+impl Store {
+    fn volume(&self, corners: bool) -> Volume<'_> {
+        Volume::Sparse { nodes: &self.nodes.nodes, bricks: &self.bricks.image, corners }
+    }
 }
 
 /// The technique and what it keeps.
@@ -162,7 +183,12 @@ fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>
     let filter = Prefilter::new(settings) as u32;
     Ok(Box::new(Svo {
         light_settings: LightSettings::new(settings, Sides::One),
-        bricks: BrickSettings { corners: settings.is("lattice", "corners"), filter, is_split: settings.is("filter_split", "three") },
+        bricks: BrickSettings {
+            corners: settings.is("lattice", "corners"),
+            filter,
+            is_split: settings.is("filter_split", "three"),
+            touched: settings.is("filter", "touched"),
+        },
         cones: ConeTracer::new(gpu, settings)?,
         interleave,
         voxelizer: PieceVoxelizer::new(gpu, scene, VoxelSettings::new(settings))?,
@@ -176,17 +202,14 @@ fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>
 }
 
 impl Svo {
-    fn volume<'s>(&self, store: &'s Store) -> Volume<'s> {
-        Volume::Sparse { nodes: &store.nodes.nodes, bricks: &store.bricks.image, corners: self.bricks.corners }
-    }
-
     /// The octree over these voxels, and its bricks.
     fn build_octree(&mut self, context: &Context<'_>, voxels: Pieces, occupancy: Occupancy, mut stats: FrameStats) -> Result<FrameStats, Error> {
         let (nodes, built) = NodePool::build(context.gpu, &occupancy, self.bricks.corners)?;
         stats.append(built);
         // Needed no more, and the bricks are the largest of all.
         drop(occupancy);
-        let bricks = BrickPool::new(context.gpu, &nodes, self.bricks)?;
+        let (bricks, cleared) = BrickPool::new(context.gpu, &nodes, self.bricks)?;
+        stats.append(cleared);
         self.store = Some(Store { voxels, nodes, bricks });
         Ok(stats)
     }
@@ -219,24 +242,22 @@ impl Technique for Svo {
     }
 
     fn update(&mut self, frame: &mut Frame, _scene: &GpuScene, maps: &LightMaps) {
-        let Some(store) = &self.store else { return };
-        let volume = self.volume(store);
-        let filter = |frame: &mut Frame| store.bricks.update(frame, &store.nodes, &store.voxels.radiance);
-        store.voxels.update(frame, maps);
-        filter(frame);
+        let Some(store) = &mut self.store else { return };
+        store.voxels.update(frame, maps, &store.nodes.nodes);
+        store.bricks.update(frame, &store.nodes, &store.voxels.radiance);
         for _ in 0..self.light_settings.bounces.before_the_picture() {
-            store.voxels.bounce(frame, &self.cones, volume);
+            store.voxels.bounce(frame, &self.cones, store.volume(self.bricks.corners));
             store.voxels.relight(frame, maps);
-            filter(frame);
+            store.bricks.update(frame, &store.nodes, &store.voxels.radiance);
         }
         if self.light_settings.bounces == Bounces::Feedback {
-            store.voxels.bounce(frame, &self.cones, volume);
+            store.voxels.bounce(frame, &self.cones, store.volume(self.bricks.corners));
         }
     }
 
     fn gather(&mut self, frame: &mut Frame, _scene: &GpuScene, gbuffer: &GBuffer) -> IndirectLight {
         let Some(store) = &self.store else { return self.light.clone() };
-        let volume = self.volume(store);
+        let volume = store.volume(self.bricks.corners);
         let target = self.interleaved.as_ref().unwrap_or(&self.light.diffuse);
         self.cones.gather(frame, gbuffer, &store.voxels.grid, volume, target);
         if let Some(interleaved) = &self.interleaved {
@@ -250,14 +271,15 @@ impl Technique for Svo {
 
     fn count_samples(&self, gpu: &Gpu, scene: &GpuScene, gbuffer: &GBuffer) -> Result<Vec<(&'static str, u64)>, Error> {
         let Some(store) = &self.store else { return Ok(Vec::new()) };
-        self.cones.count_samples(gpu, scene, gbuffer, &store.voxels.grid, self.volume(store), [true, self.light.specular.is_some()])
+        self.cones.count_samples(gpu, scene, gbuffer, &store.voxels.grid, store.volume(self.bricks.corners), [true, self.light.specular.is_some()])
     }
 
     fn counts(&self, gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {
-        let Some(Store { voxels, nodes, .. }) = &self.store else { return Ok(Vec::new()) };
-        let tiles = u64::from(nodes.levels[0].first + nodes.levels[0].count);
+        let Some(Store { voxels, nodes, bricks }) = &self.store else { return Ok(Vec::new()) };
+        let tiles = u64::from(nodes.tile_count());
         let mut counts = voxels.counts(gpu)?;
         counts.extend([("nodes", 8 * tiles), ("tiles", tiles), ("bricks", tiles)]);
+        counts.extend(bricks.touched_count(gpu)?.map(|touched| ("touched_tiles", touched)));
         Ok(counts)
     }
 }

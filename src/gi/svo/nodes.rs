@@ -97,7 +97,7 @@ const fn read_write(name: &'static str) -> Binding {
 pub static REDUCE_POINTS: Pass = pass(
     "svo.reduce_points",
     "gi/svo/reduce_points.comp",
-    &[read("finer_points"), write("coarser_points"), write("tile_bits"), read_write("tile_counts")],
+    &[read("finer_points"), write("coarser_points"), write("level_tiles"), read_write("tile_counts")],
     size_of::<ReduceParams>(),
 );
 
@@ -120,7 +120,7 @@ pub static ALLOCATE_TILES: Pass = pass(
     size_of::<LevelParams>(),
 );
 
-/// Compact indices of voxels into leaf nodes. A thread a tile, as many as the device says.
+/// Voxels of leaf tiles. A thread a tile, as many as the device says.
 pub static LINK_LEAVES: Pass = pass(
     "svo.link_leaves",
     "gi/svo/link_leaves.comp",
@@ -128,13 +128,22 @@ pub static LINK_LEAVES: Pass = pass(
     size_of::<LeafParams>(),
 );
 
-/// Each tile's neighbours on its level. A thread a tile, as many as the device says.
+/// Each tile's neighbours before it on its level. A thread a tile, as many as the device says.
 pub static LINK_NEIGHBOURS: Pass = pass(
     "svo.link_neighbours",
     "gi/svo/link_neighbours.comp",
     &[read("levels"), read("tiles"), read("nodes"), write("neighbours")],
     size_of::<NeighbourParams>(),
 );
+
+/// An error where there are more tiles, or voxels, than the 24 bits of a child pointer tell apart.
+pub(super) fn require_pointers(resource: &str, count: u64) -> Result<(), Error> {
+    let most = 1 << 24;
+    if count <= most {
+        return Ok(());
+    }
+    Err(Error::ImageTooLarge { resource: resource.to_owned(), wanted: count.to_string(), available: format!("{most} (24-bit pointers)") })
+}
 
 /// Where the tiles of a level are in the pool.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -147,11 +156,9 @@ pub struct LevelRange {
 
 /// The octree's nodes.
 pub struct NodePool {
-    /// Eight words a tile.
+    /// A word a tile: which of its eight nodes have a child, and the first child (`gi/svo/pool.glsl`).
     pub nodes: Arc<Buffer>,
-    /// Place of each tile on its level, 3×10 bits.
-    pub tiles: Arc<Buffer>,
-    /// Three words a tile: index + 1 of the neighbour towards +x, +y, +z, or 0.
+    /// Three words a tile: index + 1 of the neighbour towards −x, −y, −z, or 0.
     pub neighbours: Arc<Buffer>,
     /// The levels, finest first; tiles of a level are in the order of their parents' nodes, and coarser levels come first in the pool.
     pub levels: Vec<LevelRange>,
@@ -230,14 +237,15 @@ impl NodePool {
         let mut stats = gpu.submit(frame)?;
         let levels = pyramid.read_levels(gpu)?;
         let tiles = u64::from(levels[0].first + levels[0].count);
-        let pool = NodePool {
-            nodes: buffer(gpu, "svo.nodes", 32 * tiles)?,
-            tiles: buffer(gpu, "svo.tiles", 4 * tiles)?,
-            neighbours: buffer(gpu, "svo.neighbours", 12 * tiles)?,
-            levels,
-        };
+        require_pointers("svo.nodes", tiles)?;
+        let pool = NodePool { nodes: buffer(gpu, "svo.nodes", 4 * tiles)?, neighbours: buffer(gpu, "svo.neighbours", 12 * tiles)?, levels };
         stats.append(pool.fill(gpu, voxels, &pyramid)?);
         Ok((pool, stats))
+    }
+
+    /// Tiles of all levels.
+    pub fn tile_count(&self) -> u32 {
+        self.levels[0].first + self.levels[0].count
     }
 
     fn fill(&self, gpu: &Gpu, voxels: &Occupancy, pyramid: &Pyramid) -> Result<FrameStats, Error> {
@@ -246,11 +254,13 @@ impl NodePool {
         let mut first = vec![Level { first: 0, count: 0, groups_x: 0, groups_y: 0, groups_z: 0 }; self.levels.len()];
         first[root as usize] = Level { first: 0, count: 1, groups_x: 1, groups_y: 1, groups_z: 1 };
         gpu.upload_buffer(&device_levels, bytemuck::cast_slice(&first))?;
+        // Place of each tile on its level, 3×10 bits.
+        let tiles = buffer(gpu, "svo.tiles", 4 * u64::from(self.tile_count()))?;
         let most = self.levels.iter().map(|level| level.count).max().unwrap_or(1);
         let group_sums = buffer(gpu, "svo.group_sums", 4 * u64::from(most.div_ceil(256)))?;
         let arguments = |level: u32| size_of::<Level>() as u64 * u64::from(level) + 8;
         let mut frame = Frame::new();
-        frame.fill("svo.clear", &self.tiles, 0);
+        frame.fill("svo.clear", &tiles, 0);
         for level in (1..=root).rev() {
             let params = LevelParams { level };
             let flag = FlagParams { level, child_blocks: coarser_blocks(pyramid.resolution, level - 1) };
@@ -258,7 +268,7 @@ impl NodePool {
             frame
                 .pass(&FLAG_NODES)
                 .bind(&device_levels)
-                .bind(&self.tiles)
+                .bind(&tiles)
                 .bind(child_bits)
                 .bind(&self.nodes)
                 .bind(&group_sums)
@@ -270,14 +280,14 @@ impl NodePool {
                 .bind(&device_levels)
                 .bind(&group_sums)
                 .bind(&self.nodes)
-                .bind(&self.tiles)
+                .bind(&tiles)
                 .push(&params)
                 .dispatch_indirect(&device_levels, arguments(level));
         }
         frame
             .pass(&LINK_LEAVES)
             .bind(&device_levels)
-            .bind(&self.tiles)
+            .bind(&tiles)
             .bind(&voxels.occupancy)
             .bind(&voxels.block_bases)
             .bind(&self.nodes)
@@ -287,7 +297,7 @@ impl NodePool {
             frame
                 .pass(&LINK_NEIGHBOURS)
                 .bind(&device_levels)
-                .bind(&self.tiles)
+                .bind(&tiles)
                 .bind(&self.nodes)
                 .bind(&self.neighbours)
                 .push(&NeighbourParams { level, root })

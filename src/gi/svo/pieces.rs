@@ -4,9 +4,10 @@ use std::sync::Arc;
 
 use glam::UVec3;
 
+use super::nodes::require_pointers;
 use crate::gi::cone::{ConeTracer, Volume};
 use crate::gi::voxel::voxelize::{buffer, linear_groups};
-use crate::gi::voxel::{Accumulation, DynamicVoxels, LightSettings, VoxelGrid, VoxelLight, VoxelSettings, Voxelizer, Voxels};
+use crate::gi::voxel::{Accumulation, DynamicVoxels, LightSettings, VoxelGrid, VoxelLight, VoxelLookup, VoxelRecords, VoxelSettings, Voxelizer, Voxels};
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Buffer, Error, Frame, FrameStats, Gpu, Pass, Sets, Shaders};
 use crate::render::{GpuScene, LightMaps};
@@ -48,10 +49,10 @@ const SMALLEST_PIECE: u32 = 64;
 
 /// A piece and its light.
 struct Piece {
-    voxels: Voxels,
+    voxels: VoxelRecords,
     light: VoxelLight,
     /// Where there are dynamic models, and the grid is in one piece.
-    dynamic: Option<DynamicVoxels>,
+    dynamic: Option<(Voxels, DynamicVoxels)>,
 }
 
 /// Voxelizes the grid, in as few pieces as the device's limits allow.
@@ -124,6 +125,7 @@ impl PieceVoxelizer {
 
     fn attempt(&mut self, gpu: &Gpu, scene: &GpuScene, settings: LightSettings, along: u32) -> Result<(Pieces, Occupancy, FrameStats), Error> {
         let mut stats = FrameStats::default();
+        let mut found = Vec::with_capacity(self.voxelizers.len());
         let mut pieces = Vec::with_capacity(self.voxelizers.len());
         for voxelizer in &mut self.voxelizers {
             let (voxels, dynamic) = if scene.dynamic.is_some() && along == 1 && self.settings.accumulation == Accumulation::Exact {
@@ -136,14 +138,22 @@ impl PieceVoxelizer {
                 (voxels, None)
             };
             let light = VoxelLight::new(gpu, scene, &voxels, settings)?;
-            pieces.push(Piece { voxels, light, dynamic });
+            let mut records = VoxelRecords::from(&voxels);
+            if dynamic.is_none() && !settings.traces() {
+                // Light finds its voxels in the octree: the dense grid goes with `occupancy`.
+                records.dense = None;
+            }
+            pieces.push(Piece { voxels: records, light, dynamic: dynamic.map(|dynamic| (voxels.clone(), dynamic)) });
+            found.push(voxels);
         }
-        let voxel_count = pieces.iter().map(|piece| piece.voxels.voxel_count - piece.voxels.hidden_count).sum();
-        let fragment_count = pieces.iter().map(|piece| piece.voxels.fragment_count).sum();
-        let (occupancy, radiance) = match pieces.as_slice() {
-            [whole] => (Occupancy::from(&whole.voxels), Arc::clone(&whole.light.radiance)),
+        self.voxelizers.iter_mut().for_each(Voxelizer::release);
+        require_pointers("voxel.records", found.iter().map(|voxels| u64::from(voxels.voxel_count)).sum())?;
+        let voxel_count = found.iter().map(|voxels| voxels.voxel_count - voxels.hidden_count).sum();
+        let fragment_count = found.iter().map(|voxels| voxels.fragment_count).sum();
+        let (occupancy, radiance) = match (found.as_slice(), pieces.as_slice()) {
+            ([voxels], [whole]) => (Occupancy::from(voxels), Arc::clone(&whole.light.radiance)),
             _ => {
-                let (occupancy, cost) = merge(gpu, self.grid, &pieces, along)?;
+                let (occupancy, cost) = merge(gpu, self.grid, &found, along)?;
                 stats.append(cost);
                 (occupancy, buffer(gpu, "svo.radiance", 8 * u64::from(voxel_count))?)
             }
@@ -157,24 +167,24 @@ fn piece_place(index: u32, along: u32) -> UVec3 {
     UVec3::new(index % along, index / along % along, index / (along * along))
 }
 
-fn merge(gpu: &Gpu, grid: VoxelGrid, pieces: &[Piece], along: u32) -> Result<(Occupancy, FrameStats), Error> {
+fn merge(gpu: &Gpu, grid: VoxelGrid, pieces: &[Voxels], along: u32) -> Result<(Occupancy, FrameStats), Error> {
     let blocks = u64::from(grid.block_count());
     let occupancy = buffer(gpu, "svo.occupancy", 8 * blocks)?;
     let block_bases = buffer(gpu, "svo.block_bases", 4 * blocks)?;
     let mut frame = Frame::new();
     let mut first_voxel = 0;
     for (index, piece) in (0u32..).zip(pieces) {
-        let piece_blocks = piece.voxels.grid.resolution / 4;
+        let piece_blocks = piece.grid.resolution / 4;
         let [first_x, first_y, first_z] = (piece_blocks * piece_place(index, along)).to_array();
         frame
             .pass(&MERGE_OCCUPANCY)
-            .bind(&piece.voxels.occupancy)
-            .bind(&piece.voxels.block_bases)
+            .bind(&piece.occupancy)
+            .bind(&piece.block_bases)
             .bind(&occupancy)
             .bind(&block_bases)
             .push(&MergeParams { piece_blocks, blocks: grid.resolution / 4, first_x, first_y, first_z, first_voxel })
             .dispatch(linear_groups(piece_blocks.pow(3)));
-        first_voxel += piece.voxels.voxel_count;
+        first_voxel += piece.voxel_count;
     }
     let stats = gpu.submit(frame)?;
     Ok((Occupancy { resolution: grid.resolution, occupancy, block_bases }, stats))
@@ -189,7 +199,9 @@ impl Pieces {
         voxelizer: &mut PieceVoxelizer,
         settings: LightSettings,
     ) -> Result<Option<(Occupancy, FrameStats)>, Error> {
-        let ([Piece { voxels, light, dynamic: Some(dynamic) }], [voxelizer]) = (self.pieces.as_mut_slice(), voxelizer.voxelizers.as_mut_slice()) else {
+        let ([Piece { voxels: records, light, dynamic: Some((voxels, dynamic)) }], [voxelizer]) =
+            (self.pieces.as_mut_slice(), voxelizer.voxelizers.as_mut_slice())
+        else {
             return Ok(None);
         };
         let stats = match dynamic.update(gpu, scene, voxelizer, voxels) {
@@ -203,19 +215,22 @@ impl Pieces {
             };
             self.radiance = Arc::clone(&light.radiance);
         }
+        *records = VoxelRecords::from(&*voxels);
         self.voxel_count = voxels.voxel_count - voxels.hidden_count;
         self.fragment_count = voxels.fragment_count;
         Ok(Some((Occupancy::from(&*voxels), stats)))
     }
 
-    /// Adds the passes that light the voxels.
-    pub fn update(&self, frame: &mut Frame, maps: &LightMaps) {
-        self.add_light(frame, |frame, piece| piece.light.update(frame, &piece.voxels, maps, None));
+    /// Adds the passes that light the voxels, which are found in the octree of these nodes.
+    pub fn update(&self, frame: &mut Frame, maps: &LightMaps, nodes: &Arc<Buffer>) {
+        self.add_light(frame, |frame, Piece { voxels, light, .. }, first_voxel| {
+            light.update_records(frame, voxels, VoxelLookup::Sparse { nodes, grid: self.grid, first_voxel }, maps, None);
+        });
     }
 
     /// Adds the passes that light the voxels once more in the same frame, with what they gathered.
     pub fn relight(&self, frame: &mut Frame, maps: &LightMaps) {
-        self.add_light(frame, |frame, piece| piece.light.relight(frame, &piece.voxels, maps, None));
+        self.add_light(frame, |frame, Piece { voxels, light, .. }, _| light.relight(frame, voxels, maps, None));
     }
 
     /// Adds the passes by which the voxels gather.
@@ -227,16 +242,17 @@ impl Pieces {
         }
     }
 
-    fn add_light(&self, frame: &mut Frame, add: impl Fn(&mut Frame, &Piece)) {
+    /// Adds passes of each piece, given its first voxel, and puts the radiances together.
+    fn add_light(&self, frame: &mut Frame, add: impl Fn(&mut Frame, &Piece, u32)) {
         let mut first_voxel = 0;
         for piece in &self.pieces {
-            add(frame, piece);
+            add(frame, piece, first_voxel);
             let Piece { voxels, light, .. } = piece;
             let bytes = 8 * u64::from(voxels.voxel_count);
             if self.pieces.len() > 1 && bytes > 0 {
-                frame.copy_buffer("svo.merge_radiance", (&light.radiance, 0), (&self.radiance, 8 * first_voxel), bytes);
+                frame.copy_buffer("svo.merge_radiance", (&light.radiance, 0), (&self.radiance, 8 * u64::from(first_voxel)), bytes);
             }
-            first_voxel += u64::from(voxels.voxel_count);
+            first_voxel += voxels.voxel_count;
         }
     }
 
@@ -244,7 +260,7 @@ impl Pieces {
     pub fn counts(&self, gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {
         let mut counts = vec![("fragments", u64::from(self.fragment_count)), ("voxels", u64::from(self.voxel_count)), ("pieces", self.pieces.len() as u64)];
         for piece in &self.pieces {
-            counts.extend(piece.dynamic.as_ref().map(|dynamic| ("dynamic_voxels", u64::from(dynamic.voxel_count))));
+            counts.extend(piece.dynamic.as_ref().map(|(_, dynamic)| ("dynamic_voxels", u64::from(dynamic.voxel_count))));
             for (name, count) in piece.light.counts(gpu)? {
                 match counts.iter_mut().find(|(known, _)| *known == name) {
                     Some((_, sum)) => *sum += count,

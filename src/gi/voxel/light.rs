@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::rays::LOOP_BUDGET;
 use super::voxelize::{buffer, linear_groups};
-use super::{Bounces, Voxels};
+use super::{Bounces, VoxelGrid, Voxels};
 use crate::gi::Settings;
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu, Image, Pass, Sets, Shaders};
@@ -18,6 +18,18 @@ gpu_struct! {
         pub grid: [f32; 4],
         /// Voxels along an edge of the grid.
         pub resolution: u32,
+        /// First of the voxels that are added to; their records and sums start with it.
+        pub first_voxel: u32,
+        /// How many voxels are added to.
+        pub voxel_count: u32,
+        /// Smallest corner of the piece of the grid that they are in (voxels).
+        pub piece_x: u32,
+        /// Likewise.
+        pub piece_y: u32,
+        /// Likewise.
+        pub piece_z: u32,
+        /// Edge of the piece (voxels).
+        pub piece_size: u32,
         /// One integer step of r, g, b (W/(m² sr)).
         pub flux_unit: f32,
         /// One integer step of lit area (voxel faces).
@@ -46,21 +58,36 @@ gpu_struct! {
 /// Name of the fills before injection.
 pub static CLEAR_LIGHT: &str = "voxel.clear_light";
 
-/// Every RSM texel adds its flux to the voxels that its footprint lies in. A thread a block of texels; 64-bit integer sums, the same in every run.
+const INJECT_BINDINGS: [Binding; 7] = [
+    Binding::buffer("light_views", Access::ComputeRead),
+    Binding::sampled("shadow_maps", Access::ComputeSampled),
+    Binding::sampled("rsm_normal", Access::ComputeSampled),
+    Binding::sampled("rsm_reflected", Access::ComputeSampled),
+    Binding::buffer("flux", Access::ComputeReadWrite),
+    Binding::buffer("lost_texels", Access::ComputeReadWrite),
+    Binding::buffer("voxels", Access::ComputeRead),
+];
+
+/// Every RSM texel adds its flux to the voxels that its footprint lies in. A thread a block of texels; 40-bit integer sums, the same in every run.
 pub static INJECT_RSM: Pass = Pass {
     name: "voxel.inject_rsm",
     shaders: Shaders::Compute("gi/voxel/inject_rsm.comp"),
-    bindings: &[
-        Binding::buffer("light_views", Access::ComputeRead),
-        Binding::sampled("shadow_maps", Access::ComputeSampled),
-        Binding::sampled("rsm_normal", Access::ComputeSampled),
-        Binding::sampled("rsm_reflected", Access::ComputeSampled),
-        Binding::buffer("occupancy", Access::ComputeRead),
-        Binding::buffer("block_bases", Access::ComputeRead),
-        Binding::buffer("flux", Access::ComputeReadWrite),
-        Binding::buffer("lost_texels", Access::ComputeReadWrite),
-        Binding::buffer("voxels", Access::ComputeRead),
-    ],
+    bindings: &{
+        let [a, b, c, d, e, f, g] = INJECT_BINDINGS;
+        [a, b, c, d, e, f, g, Binding::buffer("occupancy", Access::ComputeRead), Binding::buffer("block_bases", Access::ComputeRead)]
+    },
+    push_bytes: size_of::<InjectParams>() as u32,
+    sets: Sets::Scene,
+};
+
+/// As [`INJECT_RSM`]; voxels are found by descent from the root of an octree.
+pub static INJECT_RSM_SPARSE: Pass = Pass {
+    name: "voxel.inject_rsm",
+    shaders: Shaders::Compute("gi/voxel/inject_rsm_svo.comp"),
+    bindings: &{
+        let [a, b, c, d, e, f, g] = INJECT_BINDINGS;
+        [a, b, c, d, e, f, g, Binding::buffer("nodes", Access::ComputeRead)]
+    },
     push_bytes: size_of::<InjectParams>() as u32,
     sets: Sets::Scene,
 };
@@ -181,7 +208,52 @@ impl LightSettings {
     }
 }
 
-/// One integer step of lit area (voxel faces): 2⁻²⁴.
+/// The voxels that are lit.
+#[derive(Clone)]
+pub struct VoxelRecords {
+    /// The grid that their coordinates are in.
+    pub grid: VoxelGrid,
+    /// One [`super::passes::Voxel`] each, in compact order.
+    pub records: Arc<Buffer>,
+    /// As [`Voxels::emission`].
+    pub emission: Option<Arc<Buffer>>,
+    /// How many.
+    pub voxel_count: u32,
+    /// As [`Voxels::is_dynamic`].
+    pub is_dynamic: bool,
+    /// Occupancy and block bases, where they are kept.
+    pub dense: Option<[Arc<Buffer>; 2]>,
+}
+
+impl From<&Voxels> for VoxelRecords {
+    fn from(voxels: &Voxels) -> Self {
+        let Voxels { grid, voxel_count, is_dynamic, .. } = *voxels;
+        let (records, emission) = (Arc::clone(&voxels.records), voxels.emission.as_ref().map(Arc::clone));
+        let dense = Some([Arc::clone(&voxels.occupancy), Arc::clone(&voxels.block_bases)]);
+        VoxelRecords { grid, records, emission, voxel_count, is_dynamic, dense }
+    }
+}
+
+/// How the voxel at a place is found.
+#[derive(Clone, Copy)]
+pub enum VoxelLookup<'v> {
+    /// By the occupancy of a dense grid.
+    Dense(&'v Voxels),
+    /// By descent in an octree.
+    Sparse {
+        /// Node pool.
+        nodes: &'v Arc<Buffer>,
+        /// Grid of the octree.
+        grid: VoxelGrid,
+        /// Compact index in the octree of the first voxel that is lit.
+        first_voxel: u32,
+    },
+}
+
+/// Injected light of a side of a voxel (`gi/voxel/flux.glsl`).
+const FLUX_BYTES: u64 = 20;
+
+/// One integer step of lit area (voxel faces).
 const AREA_UNIT: f32 = 1.0 / 16_777_216.0;
 
 /// Light counters on the device.
@@ -225,7 +297,7 @@ impl VoxelLight {
             capacity,
             radiance: buffer(gpu, "voxel.radiance", 8 * count)?,
             irradiance,
-            flux: buffer(gpu, "voxel.flux", if injection == Injection::Rsm { 32 * count } else { 0 })?,
+            flux: buffer(gpu, "voxel.flux", if injection == Injection::Rsm { FLUX_BYTES * count } else { 0 })?,
             counters: buffer(gpu, "voxel.light_counters", COUNTERS_BYTES)?,
             flux_unit: flux_unit(scene),
         })
@@ -233,38 +305,27 @@ impl VoxelLight {
 
     /// Adds the passes that light the voxels; with `dense` also mip 0 of a dense texture. With feedback they reflect what the last frame left in `irradiance`.
     pub fn update(&self, frame: &mut Frame, voxels: &Voxels, maps: &LightMaps, dense: Option<&Arc<Image>>) {
+        self.update_records(frame, &VoxelRecords::from(voxels), VoxelLookup::Dense(voxels), maps, dense);
+    }
+
+    /// As [`VoxelLight::update`], of voxels that may be found in another way.
+    pub fn update_records(&self, frame: &mut Frame, voxels: &VoxelRecords, lookup: VoxelLookup<'_>, maps: &LightMaps, dense: Option<&Arc<Image>>) {
         frame.fill(CLEAR_LIGHT, &self.counters, 0);
-        if let (Injection::Rsm, Some([normal, reflected])) = (self.settings.injection, &maps.rsm) {
+        if let (Injection::Rsm, Some(rsm)) = (self.settings.injection, &maps.rsm) {
             frame.fill(CLEAR_LIGHT, &self.flux, 0);
-            let params = InjectParams { grid: voxels.grid.row(), resolution: voxels.grid.resolution, flux_unit: self.flux_unit, area_unit: AREA_UNIT };
             if maps.view_count > 0 {
-                let block = texel_block(maps.size, voxels.grid.resolution);
-                let groups = maps.size.div_ceil(8 * block);
-                frame
-                    .pass(&INJECT_RSM)
-                    .bind(&maps.views)
-                    .bind(&maps.depth)
-                    .bind(normal)
-                    .bind(reflected)
-                    .bind(&voxels.occupancy)
-                    .bind(&voxels.block_bases)
-                    .bind(&self.flux)
-                    .bind(&self.counters)
-                    .bind(&voxels.records)
-                    .constants(&[self.settings.sides as u32, block])
-                    .push(&params)
-                    .dispatch([groups, groups, maps.view_count]);
+                self.inject(frame, voxels, lookup, maps, rsm);
             }
         }
         self.add_light(frame, voxels, maps, dense, self.settings.bounces == Bounces::Feedback, true);
     }
 
     /// Adds the pass that lights the voxels once more in the same frame, now with what they reflect of `irradiance`.
-    pub fn relight(&self, frame: &mut Frame, voxels: &Voxels, maps: &LightMaps, dense: Option<&Arc<Image>>) {
+    pub fn relight(&self, frame: &mut Frame, voxels: &VoxelRecords, maps: &LightMaps, dense: Option<&Arc<Image>>) {
         self.add_light(frame, voxels, maps, dense, true, false);
     }
 
-    fn add_light(&self, frame: &mut Frame, voxels: &Voxels, maps: &LightMaps, dense: Option<&Arc<Image>>, indirect: bool, counting: bool) {
+    fn add_light(&self, frame: &mut Frame, voxels: &VoxelRecords, maps: &LightMaps, dense: Option<&Arc<Image>>, indirect: bool, counting: bool) {
         let params = LightParams {
             grid: voxels.grid.row(),
             voxel_count: voxels.voxel_count,
@@ -273,6 +334,7 @@ impl VoxelLight {
             resolution: voxels.grid.resolution,
             kappa: self.settings.kappa,
         };
+        let [occupancy, block_bases] = voxels.dense.as_ref().map_or([&voxels.records; 2], |dense| dense.each_ref());
         let pass = frame
             .pass(if dense.is_some() { &LIGHT_DENSE } else { &LIGHT })
             .bind(&maps.views)
@@ -283,8 +345,8 @@ impl VoxelLight {
             .bind(&self.radiance)
             .bind(&self.counters)
             .bind(self.irradiance.as_ref().unwrap_or(&voxels.records))
-            .bind(&voxels.occupancy)
-            .bind(&voxels.block_bases);
+            .bind(occupancy)
+            .bind(block_bases);
         let pass = if let Some(image) = dense { pass.bind(image) } else { pass };
         let LightSettings { injection, sides, attenuation, occlusion, .. } = self.settings;
         let [is_shaded, is_weighted] = [injection == Injection::Voxel, attenuation == Attenuation::NormalWeighted];
@@ -292,6 +354,35 @@ impl VoxelLight {
         pass.constants(&[flags[0], flags[1], sides as u32, flags[2], flags[3], flags[4], occlusion as u32, flags[5]])
             .push(&params)
             .dispatch(linear_groups(voxels.voxel_count));
+    }
+
+    fn inject(&self, frame: &mut Frame, voxels: &VoxelRecords, lookup: VoxelLookup<'_>, maps: &LightMaps, [normal, reflected]: &[Arc<Image>; 2]) {
+        let (pass, grid, first_voxel) = match lookup {
+            VoxelLookup::Dense(_) => (&INJECT_RSM, voxels.grid, 0),
+            VoxelLookup::Sparse { grid, first_voxel, .. } => (&INJECT_RSM_SPARSE, grid, first_voxel),
+        };
+        let [piece_x, piece_y, piece_z] = ((voxels.grid.origin - grid.origin) / grid.voxel_size).round().as_uvec3().to_array();
+        let params = InjectParams {
+            grid: grid.row(),
+            resolution: grid.resolution,
+            first_voxel,
+            voxel_count: voxels.voxel_count,
+            piece_x,
+            piece_y,
+            piece_z,
+            piece_size: voxels.grid.resolution,
+            flux_unit: self.flux_unit,
+            area_unit: AREA_UNIT,
+        };
+        let block = texel_block(maps.size, grid.resolution);
+        let groups = maps.size.div_ceil(8 * block);
+        let pass = frame.pass(pass).bind(&maps.views).bind(&maps.depth).bind(normal).bind(reflected);
+        let pass = pass.bind(&self.flux).bind(&self.counters).bind(&voxels.records);
+        let pass = match lookup {
+            VoxelLookup::Dense(voxels) => pass.bind(&voxels.occupancy).bind(&voxels.block_bases),
+            VoxelLookup::Sparse { nodes, .. } => pass.bind(nodes),
+        };
+        pass.constants(&[self.settings.sides as u32, block]).push(&params).dispatch([groups, groups, maps.view_count]);
     }
 
     /// RSM texels that lay in no occupied voxel, and lit voxels that no texel fell into, in the last frame.
@@ -308,8 +399,8 @@ fn texel_block(map_size: u32, resolution: u32) -> u32 {
     1 << most.ilog2().min(map_size.trailing_zeros())
 }
 
-/// One integer step of injected radiance: 2⁻²⁶ of what the strongest light makes of a white surface one scene diagonal away, as a power of two.
-/// The 64-bit sums hold 2³⁸ times that radiance.
+/// One integer step of injected radiance: 2⁻²⁰ of what the strongest light makes of a white surface one scene diagonal away, as a power of two.
+/// The 40-bit sums hold 2²⁰ times that radiance, which a light has 2⁻¹⁰ of the diagonal away.
 fn flux_unit(scene: &GpuScene) -> f32 {
     let size_m = (scene.bounds.1 - scene.bounds.0).length().max(f32::MIN_POSITIVE);
     let strength = |light: &Light| match *light {
@@ -317,5 +408,5 @@ fn flux_unit(scene: &GpuScene) -> f32 {
         Light::Point { intensity, .. } | Light::Spot { intensity, .. } => intensity.max_element() / (size_m * size_m),
     };
     let strongest = scene.lights.iter().map(strength).fold(0.0, f32::max);
-    if strongest > 0.0 { (strongest.log2().floor() - 26.0).exp2() } else { 1.0 }
+    if strongest > 0.0 { (strongest.log2().floor() - 20.0).exp2() } else { 1.0 }
 }

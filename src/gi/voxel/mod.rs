@@ -18,7 +18,10 @@ pub mod voxelize;
 pub use bounce::{BOUNCE_RAYS, Bounces, bounce_rays};
 pub use dynamic::DynamicVoxels;
 pub use grid::VoxelGrid;
-pub use light::{Attenuation, CLEAR_LIGHT, INJECT_RSM, Injection, LIGHT, LIGHT_DENSE, LightSettings, Occlusion, Sides, VoxelLight};
+pub use light::{
+    Attenuation, CLEAR_LIGHT, INJECT_RSM, INJECT_RSM_SPARSE, Injection, LIGHT, LIGHT_DENSE, LightSettings, Occlusion, Sides, VoxelLight, VoxelLookup,
+    VoxelRecords,
+};
 pub use list::{OccupiedVoxel, VoxelList, list_voxels};
 pub use passes::{FRAGMENTS_COMPUTE, FRAGMENTS_RASTER, FRAGMENTS_RASTER_HW};
 pub use prefilter::{MIP_FILTER, Prefilter};

@@ -120,6 +120,27 @@ impl Triangles {
     }
 }
 
+/// What depends on the grid alone.
+#[derive(Clone)]
+struct GridBuffers {
+    occupancy: Arc<Buffer>,
+    block_bases: Arc<Buffer>,
+    group_sums: Arc<Buffer>,
+    counters: Arc<Buffer>,
+}
+
+impl GridBuffers {
+    fn new(gpu: &Gpu, grid: VoxelGrid) -> Result<Self, Error> {
+        let blocks = u64::from(grid.block_count());
+        Ok(GridBuffers {
+            occupancy: buffer(gpu, "voxel.occupancy", 8 * blocks)?,
+            block_bases: buffer(gpu, "voxel.block_bases", 4 * blocks)?,
+            group_sums: buffer(gpu, "voxel.group_sums", 4 * blocks.div_ceil(1024))?,
+            counters: buffer(gpu, "voxel.counters", 12)?,
+        })
+    }
+}
+
 /// Voxelizes a scene; keeps what it learnt about sizes for the next time.
 pub struct Voxelizer {
     settings: VoxelSettings,
@@ -127,10 +148,8 @@ pub struct Voxelizer {
     first_voxel: UVec3,
     /// The piece of the whole grid.
     grid: VoxelGrid,
-    occupancy: Arc<Buffer>,
-    block_bases: Arc<Buffer>,
-    group_sums: Arc<Buffer>,
-    counters: Arc<Buffer>,
+    /// Absent after [`Voxelizer::release`].
+    buffers: Option<GridBuffers>,
     /// Bound where a pass is compiled for something that this scene or these settings do not have.
     nothing: Arc<Buffer>,
     no_image: Arc<Image>,
@@ -152,17 +171,13 @@ impl Voxelizer {
     pub fn of_piece(gpu: &Gpu, settings: VoxelSettings, whole: VoxelGrid, first: UVec3, resolution: u32) -> Result<Self, Error> {
         require(gpu, settings.method)?;
         let grid = VoxelGrid { origin: whole.origin + whole.voxel_size * first.as_vec3(), voxel_size: whole.voxel_size, resolution };
-        let blocks = u64::from(grid.block_count());
         let no_image = average_image(gpu, 1)?;
         Ok(Voxelizer {
             settings,
             whole_origin: whole.origin,
             first_voxel: first,
             grid,
-            occupancy: buffer(gpu, "voxel.occupancy", 8 * blocks)?,
-            block_bases: buffer(gpu, "voxel.block_bases", 4 * blocks)?,
-            group_sums: buffer(gpu, "voxel.group_sums", 4 * blocks.div_ceil(1024))?,
-            counters: buffer(gpu, "voxel.counters", 12)?,
+            buffers: Some(GridBuffers::new(gpu, grid)?),
             nothing: buffer(gpu, "voxel.nothing", 0)?,
             no_image,
             fragment_capacity: 0,
@@ -189,6 +204,11 @@ impl Voxelizer {
     }
 
     fn voxelize(&mut self, gpu: &Gpu, scene: &GpuScene, which: Triangles) -> Result<(Voxels, FragmentLists, FrameStats), Error> {
+        let grid_buffers = match self.buffers.take() {
+            Some(buffers) => buffers,
+            None => GridBuffers::new(gpu, self.grid)?,
+        };
+        self.buffers = Some(grid_buffers.clone());
         let mut stats = FrameStats::default();
         let [fragment_room, _] = if which == Triangles::Static { self.dynamic_room } else { [0; 2] };
         loop {
@@ -197,12 +217,13 @@ impl Voxelizer {
             let emission = buffer(gpu, "voxel.fragment_emission", if scene.is_emissive { 8 * capacity } else { 0 })?;
             let mut frame = Frame::new();
             frame.set_scene(&scene.set, &scene.materials);
-            frame.fill("voxel.clear", &self.occupancy, 0);
-            frame.fill("voxel.clear", &self.counters, 0);
-            self.add_fragments(&mut frame, scene, which, [&self.occupancy, &fragments, &emission, &self.counters], self.fragment_capacity);
-            self.add_index(&mut frame);
+            frame.fill("voxel.clear", &grid_buffers.occupancy, 0);
+            frame.fill("voxel.clear", &grid_buffers.counters, 0);
+            let buffers = [&grid_buffers.occupancy, &fragments, &emission, &grid_buffers.counters];
+            self.add_fragments(&mut frame, scene, which, buffers, self.fragment_capacity);
+            add_index(&mut frame, self.grid, &grid_buffers);
             let run = gpu.submit(frame)?;
-            let counts: Vec<u32> = bytemuck::pod_collect_to_vec(&gpu.read_buffer(&self.counters)?);
+            let counts: Vec<u32> = bytemuck::pod_collect_to_vec(&gpu.read_buffer(&grid_buffers.counters)?);
             let (fragment_count, voxel_count, unfinished_count) = (counts[0], counts[1], counts[2]);
             if self.shares_more(unfinished_count)? {
                 stats.append(run.into_counting());
@@ -213,11 +234,16 @@ impl Voxelizer {
                 stats.append(run.into_counting());
                 continue;
             }
-            let (voxels, lists, resolved) = self.resolve(gpu, scene, which, [fragments, emission], fragment_count, voxel_count)?;
+            let (voxels, lists, resolved) = self.resolve(gpu, scene, which, &grid_buffers, [fragments, emission], [fragment_count, voxel_count])?;
             stats.append(run);
             stats.append(resolved);
             return Ok((voxels, lists, stats));
         }
+    }
+
+    /// Frees what depends on the grid alone, until the next run.
+    pub fn release(&mut self) {
+        self.buffers = None;
     }
 
     /// Whether the pass has to be run again, because a driver ended so many of its threads; then with more workgroups to share the work.
@@ -281,23 +307,14 @@ impl Voxelizer {
         [groups, sharing.max(self.sharing), 1]
     }
 
-    fn add_index(&self, frame: &mut Frame) {
-        let block_count = self.grid.block_count();
-        let groups = block_count.div_ceil(1024);
-        let params = CountParams { block_count };
-        frame.pass(&COUNT_BLOCKS).bind(&self.occupancy).bind(&self.group_sums).push(&params).dispatch([groups, 1, 1]);
-        frame.pass(&SCAN_GROUPS).bind(&self.group_sums).bind(&self.counters).push(&ScanParams { group_count: groups }).dispatch([1, 1, 1]);
-        frame.pass(&INDEX_BLOCKS).bind(&self.occupancy).bind(&self.group_sums).bind(&self.block_bases).push(&params).dispatch([groups, 1, 1]);
-    }
-
     fn resolve(
         &self,
         gpu: &Gpu,
         scene: &GpuScene,
         which: Triangles,
+        GridBuffers { occupancy, block_bases, .. }: &GridBuffers,
         [fragments, emission]: [Arc<Buffer>; 2],
-        fragment_count: u32,
-        voxel_count: u32,
+        [fragment_count, voxel_count]: [u32; 2],
     ) -> Result<(Voxels, FragmentLists, FrameStats), Error> {
         let is_dynamic = which == Triangles::Static;
         let capacity = u64::from(voxel_count) + if is_dynamic { u64::from(self.dynamic_room[1]) } else { 0 };
@@ -313,7 +330,7 @@ impl Voxelizer {
             frame.clear_image("voxel.clear", &averages, 0);
             frame.pass(&RUNNING_AVERAGE).bind(&fragments).bind(&averages).push(&link).dispatch(linear_groups(fragment_count));
         }
-        let (occupancy, block_bases) = (Arc::clone(&self.occupancy), Arc::clone(&self.block_bases));
+        let (occupancy, block_bases) = (Arc::clone(occupancy), Arc::clone(block_bases));
         let lists = FragmentLists { fragments, emission, heads };
         let (grid, emission, hidden_count) = (self.grid, voxel_emission, 0);
         let voxels = Voxels { grid, occupancy, block_bases, records, emission, voxel_count, hidden_count, fragment_count, is_dynamic };
@@ -359,6 +376,16 @@ impl Voxelizer {
     pub(super) fn add_dynamic_resolve(&self, frame: &mut Frame, scene: &GpuScene, voxels: &Voxels, lists: &FragmentLists, ranges: [Range<u32>; 2]) {
         self.add_resolve(frame, scene, voxels, lists, &self.no_image, ranges);
     }
+}
+
+/// Compact indices from occupancy.
+fn add_index(frame: &mut Frame, grid: VoxelGrid, GridBuffers { occupancy, block_bases, group_sums, counters }: &GridBuffers) {
+    let block_count = grid.block_count();
+    let groups = block_count.div_ceil(1024);
+    let params = CountParams { block_count };
+    frame.pass(&COUNT_BLOCKS).bind(occupancy).bind(group_sums).push(&params).dispatch([groups, 1, 1]);
+    frame.pass(&SCAN_GROUPS).bind(group_sums).bind(counters).push(&ScanParams { group_count: groups }).dispatch([1, 1, 1]);
+    frame.pass(&INDEX_BLOCKS).bind(occupancy).bind(group_sums).bind(block_bases).push(&params).dispatch([groups, 1, 1]);
 }
 
 fn require(gpu: &Gpu, method: Method) -> Result<(), Error> {

@@ -15,8 +15,8 @@ use super::registry::{Directions, Entry, Part, Stage};
 use super::settings::{Domain, Preset, Setting, Settings};
 use super::voxel::voxelize::linear_groups;
 use super::voxel::{
-    self, Accumulation, Bounces, DynamicVoxels, Injection, LightSettings, MIP_FILTER, Prefilter, RAY_SETTINGS, RaySettings, Sides, VoxelLight, VoxelSettings,
-    Voxelizer, Voxels, bounce_rays, gather_rays,
+    self, Accumulation, Bounces, DynamicVoxels, Injection, LightSettings, MIP_FILTER, Prefilter, RAY_SETTINGS, RaySettings, Sides, VoxelLight, VoxelRecords,
+    VoxelSettings, Voxelizer, Voxels, bounce_rays, gather_rays,
 };
 use super::{Context, IndirectLight, Technique};
 use crate::gpu_struct;
@@ -210,7 +210,7 @@ impl VoxelMips {
         let Some(irradiance) = &light.irradiance else { return };
         match (&self.rays, &self.volume) {
             (Some(rays), _) => bounce_rays(frame, voxels, &light.radiance, irradiance, rays, self.bounce_directions),
-            (None, Some(volume)) => self.cones.bounce(frame, &voxels.grid, voxels, volume.as_volume(), irradiance),
+            (None, Some(volume)) => self.cones.bounce(frame, &voxels.grid, &VoxelRecords::from(voxels), volume.as_volume(), irradiance),
             (None, None) => unreachable!("cones have a volume to march through"),
         }
     }
@@ -287,7 +287,7 @@ impl Technique for VoxelMips {
                 self.add_mips(frame, radiance);
             }
             self.add_bounce(frame, voxels, light);
-            light.relight(frame, voxels, maps, radiance);
+            light.relight(frame, &VoxelRecords::from(voxels), maps, radiance);
         }
         if let Some(radiance) = radiance {
             self.add_mips(frame, radiance);

@@ -12,7 +12,7 @@ pub struct Tile {
     pub position: [u32; 3],
     /// Of each node, x fastest: index of the child tile; on the finest level, compact index of the voxel.
     pub nodes: [Option<u32>; 8],
-    /// Index of the neighbour towards +x, +y and +z on the same level.
+    /// Index of the neighbour towards −x, −y and −z on the same level.
     pub neighbours: [Option<u32>; 3],
 }
 
@@ -36,7 +36,7 @@ pub fn octree(voxels: &BTreeSet<VoxelIndex>, resolution: u32, lattice: Lattice) 
         let own: BTreeMap<[u32; 3], u32> = level_tiles.iter().zip(first..).map(|(position, index)| (*position, index)).collect();
         let neighbour = |position: [u32; 3], axis: usize| {
             let mut beside = position;
-            beside[axis] += 1;
+            beside[axis] = beside[axis].wrapping_sub(1);
             own.get(&beside).copied()
         };
         let mut children = Vec::new();
@@ -114,7 +114,8 @@ mod tests {
         assert_eq!(leaves.iter().flat_map(|tile| tile.nodes).flatten().collect::<Vec<_>>(), [0]);
         assert!(leaves.iter().any(|tile| tile.position == [2, 1, 1] && tile.nodes[0] == Some(0)));
         assert_eq!(even.tiles[0].nodes[..2], [Some(1), Some(2)]);
-        assert_eq!(even.tiles[1].neighbours, [Some(2), None, None]);
+        assert_eq!(even.tiles[1].neighbours, [None; 3]);
+        assert_eq!(even.tiles[2].neighbours, [Some(1), None, None]);
     }
 
     #[test]

@@ -4,22 +4,27 @@ use std::collections::BTreeSet;
 
 use super::VoxelIndex;
 
-/// Occupied voxels in the order of their compact index: by block of 4×4×4 (z, then y, then x), within a block likewise.
+/// Place of a voxel within its block of 4×4×4, 0 to 63: Morton order.
+pub fn block_bit([x, y, z]: VoxelIndex) -> u32 {
+    let cube = |shift: u32| (x >> shift & 1) | (y >> shift & 1) << 1 | (z >> shift & 1) << 2;
+    cube(0) | cube(1) << 3
+}
+
+/// Occupied voxels in the order of their compact index: by block of 4×4×4 (z, then y, then x), within a block in Morton order.
 pub fn compact_order(voxels: impl IntoIterator<Item = VoxelIndex>) -> Vec<VoxelIndex> {
-    let key = |[x, y, z]: &VoxelIndex| [z / 4, y / 4, x / 4, z % 4, y % 4, x % 4];
+    let key = |voxel: &VoxelIndex| [voxel[2] / 4, voxel[1] / 4, voxel[0] / 4, block_bit(*voxel)];
     let mut ordered = voxels.into_iter().collect::<BTreeSet<_>>().into_iter().collect::<Vec<_>>();
     ordered.sort_by_key(key);
     ordered
 }
 
-/// Occupancy as stored: for each block, x fastest, two words of 32 bits; bit x + 4 y + 16 z of a block is its voxel (x, y, z). `resolution` is a
-/// multiple of 4.
+/// Occupancy as stored: for each block, x fastest, two words of 32 bits, a bit a voxel ([`block_bit`]). `resolution` is a multiple of 4.
 pub fn occupancy_words(voxels: impl IntoIterator<Item = VoxelIndex>, resolution: u32) -> Vec<u32> {
     let blocks = resolution / 4;
     let mut words = vec![0; 2 * (blocks as usize).pow(3)];
     for [x, y, z] in voxels {
         let block = x / 4 + blocks * (y / 4) + blocks * blocks * (z / 4);
-        let bit = x % 4 + 4 * (y % 4) + 16 * (z % 4);
+        let bit = block_bit([x, y, z]);
         words[(2 * block + bit / 32) as usize] |= 1 << (bit % 32);
     }
     words

@@ -1,0 +1,180 @@
+//! The tiles that light has touched, level by level, so that an update can leave the others alone.
+//!
+//! An untouched brick holds opacity and no radiance, and did so after the last update: all that is in it was written when all bricks were filled. So an update
+//! of the touched ones gives the same bits as one of all.
+
+use std::sync::Arc;
+
+use super::bricks::BrickParams;
+use super::nodes::{LevelRange, NodePool};
+use crate::gi::voxel::voxelize::{buffer, linear_groups};
+use crate::gpu_struct;
+use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu, Pass, PassBuilder, Sets, Shaders};
+
+gpu_struct! {
+    /// The touched tiles of a level on the device (`gi/svo/touched.glsl`).
+    pub struct Touched {
+        /// How many.
+        pub count: u32,
+        /// Workgroups of 64 threads, eight a tile.
+        pub texel_groups_x: u32,
+        /// Likewise.
+        pub texel_groups_y: u32,
+        /// Likewise.
+        pub texel_groups_z: u32,
+        /// Workgroups of 64 threads, one a tile.
+        pub tile_groups_x: u32,
+        /// Likewise.
+        pub tile_groups_y: u32,
+        /// Likewise.
+        pub tile_groups_z: u32,
+    }
+}
+
+gpu_struct! {
+    /// Parameters of `svo.flag_touched`.
+    pub struct TouchParams {
+        /// First tile of the level.
+        pub first: u32,
+        /// Tiles of the level.
+        pub count: u32,
+        /// First tile of the next finer level.
+        pub first_child: u32,
+    }
+}
+
+gpu_struct! {
+    /// Parameters of `svo.list_touched`.
+    pub struct ListParams {
+        /// First tile of the level.
+        pub first: u32,
+        /// Tiles of the level.
+        pub count: u32,
+        /// The level, 0 the finest.
+        pub level: u32,
+    }
+}
+
+/// Which tiles of a level light has touched. A thread a tile.
+pub static FLAG_TOUCHED: Pass = Pass {
+    name: "svo.flag_touched",
+    shaders: Shaders::Compute("gi/svo/flag_touched.comp"),
+    bindings: &[
+        Binding::buffer("nodes", Access::ComputeRead),
+        Binding::buffer("neighbours", Access::ComputeRead),
+        Binding::buffer("voxel_radiance", Access::ComputeRead),
+        Binding::buffer("touched_children", Access::ComputeRead),
+        Binding::buffer("touched_bits", Access::ComputeReadWrite),
+        Binding::buffer("lit_leaves", Access::ComputeReadWrite),
+    ],
+    push_bytes: size_of::<TouchParams>() as u32,
+    sets: Sets::None,
+};
+
+/// The touched tiles of a level as a list. A thread 32 tiles.
+pub static LIST_TOUCHED: Pass = Pass {
+    name: "svo.list_touched",
+    shaders: Shaders::Compute("gi/svo/list_touched.comp"),
+    bindings: &[
+        Binding::buffer("touched_bits", Access::ComputeRead),
+        Binding::buffer("touched_levels", Access::ComputeReadWrite),
+        Binding::buffer("touched_tiles", Access::ComputeWrite),
+    ],
+    push_bytes: size_of::<ListParams>() as u32,
+    sets: Sets::None,
+};
+
+/// Finds the touched tiles.
+pub(super) struct TouchedTiles {
+    /// A bit a tile of an even and of an odd level.
+    bits: [Arc<Buffer>; 2],
+    /// A bit a leaf tile that held light in the last update.
+    lit_leaves: Arc<Buffer>,
+    /// A [`Touched`] a level.
+    levels: Arc<Buffer>,
+    /// The touched tiles of one level.
+    list: Arc<Buffer>,
+}
+
+impl TouchedTiles {
+    /// For these nodes, without light; `frame` runs before all others that use it.
+    pub(super) fn new(gpu: &Gpu, nodes: &NodePool, frame: &mut Frame) -> Result<Self, Error> {
+        let most = nodes.levels.iter().map(|level| u64::from(level.count)).max().unwrap_or(1);
+        let bits = || buffer(gpu, "svo.touched_bits", 4 * most.div_ceil(32));
+        let made = TouchedTiles {
+            bits: [bits()?, bits()?],
+            lit_leaves: buffer(gpu, "svo.lit_leaves", 4 * u64::from(nodes.levels[0].count.div_ceil(32)))?,
+            levels: buffer(gpu, "svo.touched_levels", (size_of::<Touched>() * nodes.levels.len()) as u64)?,
+            list: buffer(gpu, "svo.touched_tiles", 4 * most)?,
+        };
+        frame.fill("svo.clear", &made.lit_leaves, 0);
+        Ok(made)
+    }
+
+    /// Adds the passes that find the touched tiles of a level. Levels come in order, finest first, and the tiles hold until the next is asked for.
+    pub(super) fn find<'t>(&'t self, frame: &mut Frame, nodes: &NodePool, radiance: &Arc<Buffer>, level: usize) -> Tiles<'t> {
+        let range = nodes.levels[level];
+        let LevelRange { first, count } = range;
+        let (own, children) = (&self.bits[level % 2], &self.bits[1 - level % 2]);
+        if level == 0 {
+            frame.fill("svo.clear_touched", &self.levels, 0);
+        }
+        frame.fill("svo.clear_touched", own, 0);
+        frame
+            .pass(&FLAG_TOUCHED)
+            .bind(&nodes.nodes)
+            .bind(&nodes.neighbours)
+            .bind(radiance)
+            .bind(children)
+            .bind(own)
+            .bind(&self.lit_leaves)
+            .constants(&[u32::from(level == 0)])
+            .push(&TouchParams { first, count, first_child: first + count })
+            .dispatch(linear_groups(count));
+        let params = ListParams { first, count, level: level as u32 };
+        let groups = count.div_ceil(32 * 256);
+        frame.pass(&LIST_TOUCHED).bind(own).bind(&self.levels).bind(&self.list).push(&params).dispatch([groups, 1, 1]);
+        Tiles { range, level: level as u32, lists: [&self.levels, &self.list], is_listed: true }
+    }
+
+    /// Touched tiles of all levels, in the last update.
+    pub(super) fn count(&self, gpu: &Gpu) -> Result<u64, Error> {
+        let levels: Vec<u32> = bytemuck::pod_collect_to_vec(&gpu.read_buffer(&self.levels)?);
+        Ok(levels.chunks_exact(size_of::<Touched>() / 4).map(|level| u64::from(level[0])).sum())
+    }
+}
+
+/// Tiles of a level that passes over bricks run on.
+pub(super) struct Tiles<'t> {
+    pub(super) range: LevelRange,
+    pub(super) level: u32,
+    /// The touched tiles by level, and one by one.
+    lists: [&'t Arc<Buffer>; 2],
+    is_listed: bool,
+}
+
+impl<'t> Tiles<'t> {
+    /// All tiles; `nothing` is bound in place of a list.
+    pub(super) fn all(nodes: &NodePool, level: usize, nothing: &'t Arc<Buffer>) -> Self {
+        Tiles { range: nodes.levels[level], level: level as u32, lists: [nothing; 2], is_listed: false }
+    }
+
+    /// The parameters of a pass over these tiles.
+    pub(super) fn params(&self) -> BrickParams {
+        BrickParams { first: self.range.first, count: self.range.count, level: self.level }
+    }
+
+    /// Runs a pass with `threads` a tile: eight or one, or any number where no list is followed. The lists are its last bindings, whether it follows them its
+    /// last constant.
+    pub(super) fn dispatch<T: bytemuck::Pod>(&self, pass: PassBuilder<'_>, constants: &[u32], params: &T, threads: u32) {
+        let [levels, list] = self.lists;
+        let constants: Vec<u32> = constants.iter().copied().chain([u32::from(self.is_listed)]).collect();
+        let pass = pass.bind(levels).bind(list).constants(&constants).push(params);
+        if self.is_listed {
+            let arguments = if threads == 8 { 4 } else { 16 };
+            pass.dispatch_indirect(levels, (size_of::<Touched>() * self.level as usize) as u64 + arguments);
+        } else {
+            pass.dispatch(linear_groups(threads * self.range.count));
+        }
+    }
+}
