@@ -41,7 +41,8 @@ void main() {
     vec3 cell = params.first_voxel.xyz + voxel_coordinates(voxel.xy, voxel.z_area);
     vec3 receiver = cell + unpack_unorm10(voxel.mean_position);
     vec2 pattern = voxel_pattern(uvec3(cell));
-    MarchSettings settings = MarchSettings(params.first_voxel.w, params.step_factor, params.opacity_exponent, params.height_clamp, params.max_distance, 1.0, 0.0);
+    MarchSettings settings =
+        MarchSettings(params.first_voxel.w, params.step_factor, params.opacity_exponent, params.height_clamp, params.max_distance, 1.0, 0.0);
     uvec2 before = voxel_irradiance[index];
     vec3 sum = params.first_cone == 0u ? vec3(0.0) : vec3(unpackHalf2x16(before.x), unpackHalf2x16(before.y).x);
     for (uint i = params.first_cone; i < params.end_cone; ++i) {

@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // voxel.light: the radiance of each occupied voxel, from the flux injected into it (or, with INJECTION_VOXEL, from its own albedo, normal and the
-// shadow maps), plus what it emits, plus what it reflects of the light that voxel.bounce gathered. A voxel that no texel fell into although the light reaches it is a hole of the sampling: it is lit from its own
-// attributes and counted.
+// shadow maps or rays), plus what it emits, plus what it reflects of the light that voxel.bounce gathered. A voxel that no texel fell into although the
+// light reaches it is a hole of the sampling: it is lit from its own attributes and counted.
 layout(local_size_x = 64) in;
 
 #include "shared/light_view.glsl"
