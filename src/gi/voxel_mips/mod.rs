@@ -126,8 +126,9 @@ pub static ENTRY: Entry = Entry {
 struct DenseVolume {
     /// RGBA16F, radiance premultiplied by opacity, n³ texels and all mips.
     radiance: Arc<Image>,
-    /// Where samples of it may see matter.
+    /// Where samples of it may see matter; one word without contents where no cones skip what is empty.
     matter: Arc<Image>,
+    skips_empty: bool,
 }
 
 /// The technique and what it keeps.
@@ -164,15 +165,17 @@ fn new(context: &Context<'_>, settings: &Settings) -> Result<VoxelMips, Error> {
     let specular = scene.is_glossy && settings.is("specular", "on");
     let interleave = settings.count("interleave");
     let filter = Prefilter::new(settings);
+    let cones = ConeTracer::new(gpu, settings)?;
+    let skips_empty = specular || cones.skips_empty;
     Ok(VoxelMips {
         filter,
         blits: filter == Prefilter::Box && settings.is("mip_method", "blit"),
         light_settings: LightSettings::new(settings, rays.map_or(Sides::One, |rays| rays.sides)),
         bounce_directions: settings.count("bounce_directions"),
         is_exact: voxel_settings.accumulation == Accumulation::Exact,
-        volume: (rays.is_none() || specular).then(|| DenseVolume::new(gpu, voxel_settings.resolution)).transpose()?,
+        volume: (rays.is_none() || specular).then(|| DenseVolume::new(gpu, voxel_settings.resolution, skips_empty)).transpose()?,
         rays,
-        cones: ConeTracer::new(gpu, settings)?,
+        cones,
         interleave,
         voxelizer: Voxelizer::new(gpu, scene, voxel_settings)?,
         store: None,
@@ -186,7 +189,7 @@ fn new(context: &Context<'_>, settings: &Settings) -> Result<VoxelMips, Error> {
 }
 
 impl DenseVolume {
-    fn new(gpu: &Gpu, resolution: u32) -> Result<Self, Error> {
+    fn new(gpu: &Gpu, resolution: u32, skips_empty: bool) -> Result<Self, Error> {
         let extent = [resolution; 3];
         let radiance = gpu.create_image(&ImageDesc {
             name: "voxel_mips.radiance".into(),
@@ -197,7 +200,14 @@ impl DenseVolume {
             layers: 1,
             usage: ImageUsage::STORAGE | ImageUsage::SAMPLED,
         })?;
-        Ok(DenseVolume { radiance, matter: matter_image(gpu, resolution)? })
+        Ok(DenseVolume { radiance, matter: matter_image(gpu, if skips_empty { resolution } else { 4 })?, skips_empty })
+    }
+
+    /// Adds the passes that mark where these voxels are.
+    fn mark_matter(&self, frame: &mut Frame, voxels: &Voxels) {
+        if self.skips_empty {
+            mark_matter(frame, &voxels.occupancy, &self.matter);
+        }
     }
 
     fn as_volume(&self) -> Volume<'_> {
@@ -241,7 +251,7 @@ impl Technique for VoxelMips {
         if let Some(volume) = &self.volume {
             let mut frame = Frame::new();
             frame.clear_image("voxel_mips.clear", &volume.radiance, [0.0; 4]);
-            mark_matter(&mut frame, &voxels.occupancy, &volume.matter);
+            volume.mark_matter(&mut frame, &voxels);
             stats.append(context.gpu.submit(frame)?);
         }
         let light = VoxelLight::new(context.gpu, context.scene, &voxels, self.light_settings)?;
@@ -264,7 +274,7 @@ impl Technique for VoxelMips {
         stats.append(dynamic.update(context.gpu, context.scene, &mut self.voxelizer, voxels)?);
         if let Some(volume) = &self.volume {
             let mut frame = Frame::new();
-            mark_matter(&mut frame, &voxels.occupancy, &volume.matter);
+            volume.mark_matter(&mut frame, voxels);
             stats.append(context.gpu.submit(frame)?);
         }
         if voxels.capacity() > light.capacity {
