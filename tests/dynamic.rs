@@ -58,9 +58,9 @@ fn by_voxel(read: &Read) -> ByVoxel {
     let resolution = read.voxels.grid.resolution;
     let blocks = resolution / 4;
     let of = |voxel: VoxelIndex| {
-        let [x, y, z] = voxel;
-        let block = (x / 4 + blocks * (y / 4 + blocks * (z / 4))) as usize;
-        let bit = x % 4 + 4 * (y % 4) + 16 * (z % 4);
+        let [x, y, z] = voxel.map(|at| at / 4);
+        let block = (x + blocks * (y + blocks * z)) as usize;
+        let bit = oracle::block_bit(voxel);
         let words = u64::from(read.occupancy[2 * block]) | u64::from(read.occupancy[2 * block + 1]) << 32;
         let index = (read.bases[block] + (words & ((1u64 << bit) - 1)).count_ones()) as usize;
         (voxel, (read.records[index], read.emission.get(index).map(|emission| emission.map(f32::to_bits))))

@@ -11,7 +11,7 @@ layout(std430, set = 1, binding = 0) restrict readonly buffer TouchedBits { uint
 layout(std430, set = 1, binding = 1) restrict buffer TouchedLevels { Touched touched_levels[]; };
 layout(std430, set = 1, binding = 2) restrict writeonly buffer TouchedTiles { uint touched_tiles[]; };
 
-layout(push_constant) uniform ListParams { uint first; uint count; uint level; } params;
+layout(push_constant) uniform ListTouchedParams { uint first; uint count; uint level; } params;
 
 shared uint list_start;
 

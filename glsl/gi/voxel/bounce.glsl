@@ -10,7 +10,8 @@ const float GOLDEN_ANGLE = 2.399963229728653;
 
 // Two numbers of [0, 1) for a voxel: one of the 64 patterns of a block, the points of a Hammersley set (as interleaved_offset has them for pixels).
 vec2 voxel_pattern(uvec3 voxel) {
-    uint index = block_bit(voxel) * 19u & 63u;
+    uvec3 local = voxel & 3u;
+    uint index = (local.x | local.y << 2 | local.z << 4) * 19u & 63u;
     float inverse = float(bitfieldReverse(index)) * 2.3283064365386963e-10;
     uvec3 block = voxel >> 2;
     uint turn = block.x * 0x9e3779b1u ^ block.y * 0x85ebca77u ^ block.z * 0xc2b2ae3du;

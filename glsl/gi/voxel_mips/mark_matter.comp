@@ -5,8 +5,19 @@ layout(local_size_x = 64) in;
 layout(std430, set = 1, binding = 0) restrict readonly buffer Occupancy { uvec2 occupancy[]; };
 layout(set = 1, binding = 1, r32ui) uniform restrict writeonly uimage3D matter;
 
+// Swaps the bits that `mask` names with those `distance` higher.
+uvec2 swap_bits(uvec2 words, uint mask, uint distance) {
+    uvec2 differing = (words >> distance ^ words) & mask;
+    return words ^ differing ^ differing << distance;
+}
+
+// From the Morton order of a block (gi/voxel/grid.glsl) to rows along x, then y, then z.
+uvec2 rows(uvec2 words) {
+    return swap_bits(swap_bits(swap_bits(words, 0x00cc00ccu, 6u), 0x00f000f0u, 4u), 0x0000ff00u, 8u);
+}
+
 uvec2 block_at(uvec3 block, uint blocks) {
-    return any(greaterThanEqual(block, uvec3(blocks))) ? uvec2(0u) : occupancy[block.x + blocks * (block.y + blocks * block.z)];
+    return any(greaterThanEqual(block, uvec3(blocks))) ? uvec2(0u) : rows(occupancy[block.x + blocks * (block.y + blocks * block.z)]);
 }
 
 // Each voxel of a block, or the next one along x.

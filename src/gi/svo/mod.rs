@@ -108,7 +108,7 @@ pub static STRUCTS: &[(&str, &[Field])] = &[
     (bricks::TransferParams::NAME, bricks::TransferParams::FIELDS),
     (touched::Touched::NAME, touched::Touched::FIELDS),
     (touched::TouchParams::NAME, touched::TouchParams::FIELDS),
-    (touched::ListParams::NAME, touched::ListParams::FIELDS),
+    (touched::ListTouchedParams::NAME, touched::ListTouchedParams::FIELDS),
 ];
 
 /// The row of the registry.

@@ -45,7 +45,7 @@ gpu_struct! {
 
 gpu_struct! {
     /// Parameters of `svo.list_touched`.
-    pub struct ListParams {
+    pub struct ListTouchedParams {
         /// First tile of the level.
         pub first: u32,
         /// Tiles of the level.
@@ -80,7 +80,7 @@ pub static LIST_TOUCHED: Pass = Pass {
         Binding::buffer("touched_levels", Access::ComputeReadWrite),
         Binding::buffer("touched_tiles", Access::ComputeWrite),
     ],
-    push_bytes: size_of::<ListParams>() as u32,
+    push_bytes: size_of::<ListTouchedParams>() as u32,
     sets: Sets::None,
 };
 
@@ -131,7 +131,7 @@ impl TouchedTiles {
             .constants(&[u32::from(level == 0)])
             .push(&TouchParams { first, count, first_child: first + count })
             .dispatch(linear_groups(count));
-        let params = ListParams { first, count, level: level as u32 };
+        let params = ListTouchedParams { first, count, level: level as u32 };
         let groups = count.div_ceil(32 * 256);
         frame.pass(&LIST_TOUCHED).bind(own).bind(&self.levels).bind(&self.list).push(&params).dispatch([groups, 1, 1]);
         Tiles { range, level: level as u32, lists: [&self.levels, &self.list], is_listed: true }
