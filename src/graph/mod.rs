@@ -27,6 +27,7 @@
 
 mod access;
 mod builder;
+pub mod compute;
 mod frame;
 mod gpu;
 pub mod pass;

@@ -35,6 +35,17 @@ bool hits_surface(uint slot, vec3 cell, vec3 origin, vec3 direction, vec3 receiv
     return all(greaterThanEqual(met, vec3(-s.contour_slack))) && all(lessThanEqual(met, vec3(1.0 + s.contour_slack)));
 }
 
+// The cell after `cell` on a ray, whose direction has the reciprocal `inverse` and points up where `ahead` is 1; an empty block of 4³ is left as a whole
+// (`size` 4). `distance` is where the ray leaves the cell [voxels].
+ivec3 next_cell(ivec3 cell, int size, vec3 origin, vec3 direction, vec3 inverse, ivec3 ahead, out float distance) {
+    ivec3 low = cell & ivec3(-size);
+    vec3 leave = (vec3(low + ahead * size) - origin) * inverse;
+    distance = min(leave.x, min(leave.y, leave.z));
+    bvec3 crossed = lessThanEqual(leave, vec3(distance));
+    ivec3 along = clamp(ivec3(floor(origin + direction * distance)), low, low + size - 1);
+    return mix(along, mix(low - 1, low + size, greaterThan(ahead, ivec3(0))), crossed);
+}
+
 // Compact index of the first voxel hit, or −1; `distance` is where the ray enters it, or leaves the grid [voxels].
 int trace(vec3 origin, vec3 direction, vec3 receiver, vec3 receiver_normal, TraceSettings s, out float distance) {
     direction = mix(direction, vec3(1e-20), lessThan(abs(direction), vec3(1e-20)));
@@ -56,12 +67,7 @@ int trace(vec3 origin, vec3 direction, vec3 receiver, vec3 receiver_normal, Trac
                 if (hits_surface(slot, vec3(cell), origin, direction, receiver, receiver_normal, s)) return int(slot);
             }
         }
-        ivec3 low = cell & ivec3(-size);
-        vec3 leave = (vec3(low + ahead * size) - origin) * inverse;
-        distance = min(leave.x, min(leave.y, leave.z));
-        bvec3 crossed = lessThanEqual(leave, vec3(distance));
-        ivec3 along = clamp(ivec3(floor(origin + direction * distance)), low, low + size - 1);
-        cell = mix(along, mix(low - 1, low + size, greaterThan(ahead, ivec3(0))), crossed);
+        cell = next_cell(cell, size, origin, direction, inverse, ahead, distance);
     }
     return -1;
 }
@@ -85,12 +91,7 @@ float soft_occlusion(vec3 origin, vec3 direction, vec3 receiver, vec3 receiver_n
             bool hit = hits_surface(slot, vec3(cell), origin, direction, receiver, receiver_normal, s);
             if (hit) occlusion += (1.0 - occlusion) * min(kappa / max(distance, 1e-6), 1.0);
         }
-        ivec3 low = cell & ivec3(-size);
-        vec3 leave = (vec3(low + ahead * size) - origin) * inverse;
-        distance = min(leave.x, min(leave.y, leave.z));
-        bvec3 crossed = lessThanEqual(leave, vec3(distance));
-        ivec3 along = clamp(ivec3(floor(origin + direction * distance)), low, low + size - 1);
-        cell = mix(along, mix(low - 1, low + size, greaterThan(ahead, ivec3(0))), crossed);
+        cell = next_cell(cell, size, origin, direction, inverse, ahead, distance);
     }
     return occlusion;
 }

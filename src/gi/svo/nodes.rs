@@ -5,7 +5,8 @@ use std::sync::Arc;
 use super::pieces::Occupancy;
 use crate::gi::voxel::voxelize::buffer;
 use crate::gpu_struct;
-use crate::graph::{Access, Binding, Buffer, Error, Frame, FrameStats, Gpu, Pass, Sets, Shaders};
+use crate::graph::compute::{pass, read, read_write, write};
+use crate::graph::{Buffer, Error, Frame, FrameStats, Gpu, Pass};
 
 gpu_struct! {
     /// One level of the pool on the device (`gi/svo/pool.glsl`).
@@ -75,22 +76,6 @@ gpu_struct! {
         /// The coarsest level.
         pub root: u32,
     }
-}
-
-const fn pass(name: &'static str, shader: &'static str, bindings: &'static [Binding], push_bytes: usize) -> Pass {
-    Pass { name, shaders: Shaders::Compute(shader), bindings, push_bytes: push_bytes as u32, sets: Sets::None }
-}
-
-const fn read(name: &'static str) -> Binding {
-    Binding::buffer(name, Access::ComputeRead)
-}
-
-const fn write(name: &'static str) -> Binding {
-    Binding::buffer(name, Access::ComputeWrite)
-}
-
-const fn read_write(name: &'static str) -> Binding {
-    Binding::buffer(name, Access::ComputeReadWrite)
 }
 
 /// Points of the next coarser lattice, and tiles of this level, that hold something. A thread 4³ of each.

@@ -14,7 +14,8 @@ use super::passes::{Fragment, Voxel};
 use super::voxelize::{FragmentLists, Triangles, buffer, linear_groups};
 use super::{VoxelGrid, Voxelizer, Voxels};
 use crate::gpu_struct;
-use crate::graph::{Access, Binding, Buffer, Error, Frame, FrameStats, Gpu, Pass, Sets, Shaders};
+use crate::graph::compute::{pass, read, read_write, write};
+use crate::graph::{Buffer, Error, Frame, FrameStats, Gpu, Pass};
 use crate::render::GpuScene;
 
 gpu_struct! {
@@ -95,22 +96,6 @@ gpu_struct! {
         /// Touched blocks.
         pub touched_count: u32,
     }
-}
-
-const fn pass(name: &'static str, shader: &'static str, bindings: &'static [Binding], push_bytes: usize) -> Pass {
-    Pass { name, shaders: Shaders::Compute(shader), bindings, push_bytes: push_bytes as u32, sets: Sets::None }
-}
-
-const fn read(name: &'static str) -> Binding {
-    Binding::buffer(name, Access::ComputeRead)
-}
-
-const fn write(name: &'static str) -> Binding {
-    Binding::buffer(name, Access::ComputeWrite)
-}
-
-const fn read_write(name: &'static str) -> Binding {
-    Binding::buffer(name, Access::ComputeReadWrite)
 }
 
 /// Touched blocks become again what they are without dynamic geometry. A thread a touched block.
