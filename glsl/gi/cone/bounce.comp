@@ -1,21 +1,24 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // voxel.bounce by cones: the light that reaches each voxel, E/π = Σ w_i L_i over a set of cones from its mean position, which voxel.light then reflects.
-// The same march as cone.gather's. A thread a voxel, which has one radiance for all directions.
+// The same march as cone.gather's. A thread a voxel, or a side of one.
 layout(local_size_x = 64) in;
 
 #include "gi/voxel/records.glsl"
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer VoxelRecords { Voxel voxel_records[]; };
 layout(std430, set = 1, binding = 1) readonly buffer Cones { vec4 cones[]; };   // sin²θ, φ [rad], tan(γ/2), weight; weights sum to 1
-layout(std430, set = 1, binding = 2) restrict buffer VoxelIrradiance { uvec2 voxel_irradiance[]; };   // E/π, half floats
+layout(std430, set = 1, binding = 2) restrict buffer VoxelIrradiance { uvec2 voxel_irradiance[]; };   // a side: E/π, half floats
 #ifdef SVO
 layout(std430, set = 1, binding = 3) restrict readonly buffer Nodes { uint nodes[]; };
 layout(set = 1, binding = 4) uniform texture3D bricks;
 #else
 layout(set = 1, binding = 3) uniform texture3D voxels;
 layout(set = 1, binding = 4) uniform utexture3D matter;
+layout(set = 1, binding = 5) uniform texture3D faces;
 #endif
+
+layout(constant_id = 4) const uint SIDES = 1;   // 2: a voxel has a radiance for each side, front first
 
 layout(push_constant) uniform BounceConeParams {
     vec4 first_voxel;      // xyz: of the piece of the grid that the voxels are of; w: voxels along an edge of the grid
@@ -28,6 +31,7 @@ layout(push_constant) uniform BounceConeParams {
     uint first_cone;      // of this dispatch, which adds to what those before it left
     uint end_cone;
     float jitter;         // width of a stratum of sin²θ
+    uint face_stride;     // bricks of a sparse volume from a face of a tile to the next
 } params;
 
 #include "shared/frame.glsl"
@@ -36,8 +40,8 @@ layout(push_constant) uniform BounceConeParams {
 
 void main() {
     uint index = gl_GlobalInvocationID.x + gl_GlobalInvocationID.y * 4194240u;
-    if (index >= params.voxel_count) return;
-    Voxel voxel = voxel_records[index];
+    if (index >= SIDES * params.voxel_count) return;
+    Voxel voxel = voxel_records[index / SIDES];
     vec3 cell = params.first_voxel.xyz + voxel_coordinates(voxel.xy, voxel.z_area);
     vec3 receiver = cell + unpack_unorm10(voxel.mean_position);
     vec2 pattern = voxel_pattern(uvec3(cell));
@@ -47,7 +51,7 @@ void main() {
     vec3 sum = params.first_cone == 0u ? vec3(0.0) : vec3(unpackHalf2x16(before.x), unpackHalf2x16(before.y).x);
     for (uint i = params.first_cone; i < params.end_cone; ++i) {
         vec4 cone = cones[i];
-        vec3 normal = looking_normal(voxel, 1u, 0u, i);
+        vec3 normal = looking_normal(voxel, SIDES, index % SIDES, i);
         vec3 direction = hemisphere_direction(frame_around(normal), cone.x + (pattern.x - 0.5) * params.jitter, cone.y + pattern.y * 2.0 * PI);
         float cosine = max(dot(direction, normal), 0.0);
         sum += cone.w * march_cone(receiver + params.start_offset * normal, direction, cone.z, params.start_offset, cosine, settings).radiance;

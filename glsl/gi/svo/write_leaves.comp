@@ -10,7 +10,8 @@ layout(local_size_x = 64) in;
 #include "gi/svo/touched.glsl"
 
 layout(constant_id = 0) const uint CORNERS = 0;
-layout(constant_id = 1) const uint TOUCHED = 0;   // 1: of the touched tiles, 0: of all
+layout(constant_id = 1) const uint FACES = 1;     // bricks of a tile: 1, or 6, one a face, and as many radiances of a voxel
+layout(constant_id = 2) const uint TOUCHED = 0;   // 1: of the touched tiles, 0: of all
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer Nodes { uint nodes[]; };
 layout(std430, set = 1, binding = 1) restrict readonly buffer VoxelRadiance { uvec2 voxel_radiance[]; };
@@ -19,12 +20,12 @@ layout(set = 1, binding = 2, rgba16f) uniform restrict writeonly image3D bricks;
 layout(std430, set = 1, binding = 3) restrict readonly buffer TouchedLevels { Touched touched_levels[]; };
 layout(std430, set = 1, binding = 4) restrict readonly buffer TouchedTiles { uint touched_tiles[]; };
 
-layout(push_constant) uniform BrickParams { uint first; uint count; uint level; } params;
+layout(push_constant) uniform BrickParams { uint first; uint count; uint level; uint shift; uint stride; uint child_shift; uint child_stride; } params;
 
-vec4 leaf(uint tile, uvec3 at) {
+vec4 leaf(uint tile, uvec3 at, uint face) {
     uint node = child_index(at);
     if (!has_child(tile, node)) return vec4(0.0);
-    uvec2 packed = voxel_radiance[child_of(tile, node)];
+    uvec2 packed = voxel_radiance[FACES * child_of(tile, node) + face];
     vec2 blue_opacity = unpackHalf2x16(packed.y);
     return vec4(vec3(unpackHalf2x16(packed.x), blue_opacity.x) * blue_opacity.y, blue_opacity.y);
 }
@@ -39,16 +40,19 @@ void main() {
     uint brick = TOUCHED != 0u ? touched_tiles[thread / texels] : params.first + thread / texels, texel = thread % texels;
     uint tile = nodes[brick];
     uvec3 at = uvec3(texel % edge, texel / edge % edge, texel / (edge * edge));
-    vec4 value = vec4(0.0);
-    if (CORNERS == 0u) {
-        value = leaf(tile, at);
-    } else {
-        uvec3 low = uvec3(max(ivec3(at) - 1, 0)), high = min(at, uvec3(1u));
-        for (uint z = low.z; z <= high.z; ++z) {
-            for (uint y = low.y; y <= high.y; ++y) {
-                for (uint x = low.x; x <= high.x; ++x) value += 0.125 * leaf(tile, uvec3(x, y, z));
+    ivec3 size = imageSize(bricks);
+    for (uint face = 0u; face < FACES; ++face) {
+        vec4 value = vec4(0.0);
+        if (CORNERS == 0u) {
+            value = leaf(tile, at, face);
+        } else {
+            uvec3 low = uvec3(max(ivec3(at) - 1, 0)), high = min(at, uvec3(1u));
+            for (uint z = low.z; z <= high.z; ++z) {
+                for (uint y = low.y; y <= high.y; ++y) {
+                    for (uint x = low.x; x <= high.x; ++x) value += 0.125 * leaf(tile, uvec3(x, y, z), face);
+                }
             }
         }
+        imageStore(bricks, brick_texel(brick + params.shift + face * params.stride, size) + ivec3(at), value);
     }
-    imageStore(bricks, brick_texel(brick, imageSize(bricks)) + ivec3(at), value);
 }

@@ -11,7 +11,7 @@ use crate::gi::Settings;
 use crate::gi::settings::{Domain, Setting};
 use crate::gi::voxel::rays::LOOP_BUDGET;
 use crate::gi::voxel::voxelize::linear_groups;
-use crate::gi::voxel::{Bounces, VoxelGrid, VoxelRecords};
+use crate::gi::voxel::{Bounces, Directionality, Sides, VoxelGrid, VoxelLight, VoxelRecords};
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu, Image, Pass, PassBuilder, Sets, Shaders};
 use crate::render::{GBuffer, GpuScene, screen_groups, screen_image, storage};
@@ -44,6 +44,8 @@ gpu_struct! {
         pub interleave: u32,
         /// Width of a stratum of sin²θ; 0 where elevations are fixed.
         pub jitter: f32,
+        /// Bricks of a sparse volume from a face of a tile to the next.
+        pub face_stride: u32,
     }
 }
 
@@ -64,6 +66,8 @@ gpu_struct! {
         pub max_distance: f32,
         /// Start along the geometric normal (voxels).
         pub start_offset: f32,
+        /// As in [`ConeParams`].
+        pub face_stride: u32,
     }
 }
 
@@ -90,6 +94,8 @@ gpu_struct! {
         pub end_cone: u32,
         /// Width of a stratum of sin²θ.
         pub jitter: f32,
+        /// As in [`ConeParams`].
+        pub face_stride: u32,
     }
 }
 
@@ -114,12 +120,13 @@ const BOUNCE_BINDINGS: [Binding; 3] = [
     Binding::buffer("voxel_irradiance", Access::ComputeReadWrite),
 ];
 
-const DENSE: [Binding; 2] = [Binding::sampled("voxels", Access::ComputeSampled), Binding::sampled("matter", Access::ComputeSampled)];
+const DENSE: [Binding; 3] =
+    [Binding::sampled("voxels", Access::ComputeSampled), Binding::sampled("matter", Access::ComputeSampled), Binding::sampled("faces", Access::ComputeSampled)];
 const SPARSE: [Binding; 2] = [Binding::buffer("nodes", Access::ComputeRead), Binding::sampled("bricks", Access::ComputeSampled)];
 
-static GATHER_DENSE_BINDINGS: [Binding; 6] = {
-    let ([a, b, c, d], [voxels, matter]) = (GATHER_BINDINGS, DENSE);
-    [a, b, c, d, voxels, matter]
+static GATHER_DENSE_BINDINGS: [Binding; 7] = {
+    let ([a, b, c, d], [voxels, matter, faces]) = (GATHER_BINDINGS, DENSE);
+    [a, b, c, d, voxels, matter, faces]
 };
 
 static GATHER_SPARSE_BINDINGS: [Binding; 6] = {
@@ -127,9 +134,9 @@ static GATHER_SPARSE_BINDINGS: [Binding; 6] = {
     [a, b, c, d, nodes, bricks]
 };
 
-static SPECULAR_DENSE_BINDINGS: [Binding; 7] = {
-    let ([a, b, c, d, e], [voxels, matter]) = (SPECULAR_BINDINGS, DENSE);
-    [a, b, c, d, e, voxels, matter]
+static SPECULAR_DENSE_BINDINGS: [Binding; 8] = {
+    let ([a, b, c, d, e], [voxels, matter, faces]) = (SPECULAR_BINDINGS, DENSE);
+    [a, b, c, d, e, voxels, matter, faces]
 };
 
 static SPECULAR_SPARSE_BINDINGS: [Binding; 7] = {
@@ -137,9 +144,9 @@ static SPECULAR_SPARSE_BINDINGS: [Binding; 7] = {
     [a, b, c, d, e, nodes, bricks]
 };
 
-static BOUNCE_DENSE_BINDINGS: [Binding; 5] = {
-    let ([a, b, c], [voxels, matter]) = (BOUNCE_BINDINGS, DENSE);
-    [a, b, c, voxels, matter]
+static BOUNCE_DENSE_BINDINGS: [Binding; 6] = {
+    let ([a, b, c], [voxels, matter, faces]) = (BOUNCE_BINDINGS, DENSE);
+    [a, b, c, voxels, matter, faces]
 };
 
 static BOUNCE_SPARSE_BINDINGS: [Binding; 5] = {
@@ -171,7 +178,7 @@ pub static SPECULAR: Pass = specular_pass("gi/cone/specular.comp", &SPECULAR_DEN
 /// As [`SPECULAR`], through a sparse voxel octree.
 pub static SPECULAR_SPARSE: Pass = specular_pass("gi/cone/specular_svo.comp", &SPECULAR_SPARSE_BINDINGS);
 
-/// E/π = Σ w L over a set of cones from each voxel. Reads voxels and a dense radiance volume with mips, writes half floats; a thread a voxel.
+/// E/π = Σ w L over a set of cones from each voxel. Reads voxels and a dense radiance volume with mips, writes half floats; a thread a side of a voxel.
 pub static BOUNCE: Pass = bounce_pass("gi/cone/bounce.comp", &BOUNCE_DENSE_BINDINGS);
 
 /// As [`BOUNCE`], through a sparse voxel octree.
@@ -192,15 +199,26 @@ enum Output {
     Samples,
 }
 
+/// How the three faces that a cone meets make one opacity.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FaceWeights {
+    /// By their optical depths along the direction.
+    Extinction,
+    /// With the squares of the direction's components as weights.
+    Squared,
+}
+
 /// What cones march through.
 #[derive(Clone, Copy)]
 pub enum Volume<'v> {
     /// A 3D texture with all mips.
     Dense {
-        /// Radiance premultiplied by opacity.
+        /// Radiance premultiplied by opacity; of anisotropic voxels the finest level alone.
         radiance: &'v Arc<Image>,
         /// Where samples of it may be other than zero: the matter pyramid.
         matter: &'v Arc<Image>,
+        /// The levels with six faces, side by side along x, and which these are.
+        faces: Option<(&'v Arc<Image>, Directionality)>,
     },
     /// A sparse voxel octree.
     Sparse {
@@ -210,17 +228,30 @@ pub enum Volume<'v> {
         bricks: &'v Arc<Image>,
         /// Whether its texels are at corners of voxels, not where those of dense mips are.
         corners: bool,
+        /// The levels with six faces.
+        directionality: Directionality,
+        /// Bricks from a face of a tile to the next.
+        face_stride: u32,
     },
 }
 
 impl Volume<'_> {
     /// Binds it as the last bindings of a pass, with the constants of the pass.
-    fn bind<'f>(&self, pass: PassBuilder<'f>, skips_empty: bool, output: Output) -> PassBuilder<'f> {
-        let output = u32::from(output == Output::Samples);
-        match *self {
-            Volume::Dense { radiance, matter } => pass.bind(radiance).bind(matter).constants(&[u32::from(skips_empty), output]),
-            Volume::Sparse { nodes, bricks, corners } => pass.bind(nodes).bind(bricks).constants(&[u32::from(corners), output]),
-        }
+    fn bind<'f>(&self, pass: PassBuilder<'f>, skips_empty: bool, output: Output, weights: FaceWeights, sides: Sides) -> PassBuilder<'f> {
+        let (pass, first, directionality) = match *self {
+            Volume::Dense { radiance, matter, faces } => {
+                let (faces, directionality) = faces.unwrap_or((radiance, Directionality::Isotropic));
+                (pass.bind(radiance).bind(matter).bind(faces), skips_empty, directionality)
+            }
+            Volume::Sparse { nodes, bricks, corners, directionality, .. } => (pass.bind(nodes).bind(bricks), corners, directionality),
+        };
+        let flags = [first, output == Output::Samples, weights == FaceWeights::Extinction].map(u32::from);
+        pass.constants(&[flags[0], flags[1], directionality.constant(), flags[2], sides as u32])
+    }
+
+    /// Bricks from a face of a tile to the next, where there are bricks and faces.
+    fn face_stride(&self) -> u32 {
+        if let Volume::Sparse { face_stride, .. } = *self { face_stride } else { 0 }
     }
 }
 
@@ -308,6 +339,7 @@ pub struct ConeSettings {
     start_offset: f32,
     max_distance_m: f32,
     ao_falloff: f32,
+    face_weights: FaceWeights,
 }
 
 /// A cone set on the device.
@@ -356,6 +388,7 @@ impl ConeTracer {
                 start_offset: settings.number("start_offset"),
                 max_distance_m: settings.number("max_distance"),
                 ao_falloff: settings.number("ao_falloff"),
+                face_weights: if settings.is("face_weights", "squared") { FaceWeights::Squared } else { FaceWeights::Extinction },
             },
             set: DeviceSet::new(gpu, "cone.set", &set)?,
             bounce_set: Bounces::new(settings).any().then(|| DeviceSet::new(gpu, "cone.bounce_set", &bounce_set)).transpose()?,
@@ -385,16 +418,18 @@ impl ConeTracer {
                 end_cone,
                 interleave: s.interleave,
                 jitter: self.set.jitter,
+                face_stride: volume.face_stride(),
             };
             let builder = frame.pass(pass).bind(&gbuffer.view_depth).bind(&gbuffer.normals).bind(&self.set.cones).bind(result);
-            volume.bind(builder, self.skips_empty, output).push(&params).dispatch(screen_groups(gbuffer.size));
+            volume.bind(builder, self.skips_empty, output, s.face_weights, Sides::One).push(&params).dispatch(screen_groups(gbuffer.size));
         }
     }
 
-    /// Adds `voxel.bounce` for the voxels of a grid, or of a piece of it: what reaches each, E/π, into `irradiance`. Nothing where the settings have one
-    /// bounce.
-    pub fn bounce(&self, frame: &mut Frame, grid: &VoxelGrid, voxels: &VoxelRecords, volume: Volume<'_>, irradiance: &Arc<Buffer>) {
-        let Some(set) = &self.bounce_set else { return };
+    /// Adds `voxel.bounce` for the voxels of a grid, or of a piece of it: what reaches each, or each side of it, E/π, into the irradiance of `light`. Nothing where the
+    /// settings have one bounce.
+    pub fn bounce(&self, frame: &mut Frame, grid: &VoxelGrid, voxels: &VoxelRecords, volume: Volume<'_>, light: &VoxelLight) {
+        let (Some(set), Some(irradiance)) = (&self.bounce_set, &light.irradiance) else { return };
+        let sides = light.settings.sides;
         let pass = if matches!(volume, Volume::Dense { .. }) { &BOUNCE } else { &BOUNCE_SPARSE };
         let s = &self.settings;
         let first_voxel = ((voxels.grid.origin - grid.origin) / grid.voxel_size).round();
@@ -410,9 +445,11 @@ impl ConeTracer {
                 first_cone,
                 end_cone,
                 jitter: set.jitter,
+                face_stride: volume.face_stride(),
             };
             let builder = frame.pass(pass).bind(&voxels.records).bind(&set.cones).bind(irradiance);
-            volume.bind(builder, self.skips_empty, Output::Light).push(&params).dispatch(linear_groups(voxels.voxel_count));
+            let builder = volume.bind(builder, self.skips_empty, Output::Light, s.face_weights, sides);
+            builder.push(&params).dispatch(linear_groups(sides as u32 * voxels.voxel_count));
         }
     }
 
@@ -441,10 +478,11 @@ impl ConeTracer {
             height_clamp: s.height_clamp,
             max_distance: self.max_distance(grid),
             start_offset: s.start_offset,
+            face_stride: volume.face_stride(),
         };
         let pass = if matches!(volume, Volume::Dense { .. }) { &SPECULAR } else { &SPECULAR_SPARSE };
         let builder = frame.pass(pass).bind(&gbuffer.view_depth).bind(&gbuffer.normals).bind(&gbuffer.albedo).bind(specular).bind(result);
-        volume.bind(builder, true, output).push(&params).dispatch(screen_groups(gbuffer.size));
+        volume.bind(builder, true, output, s.face_weights, Sides::One).push(&params).dispatch(screen_groups(gbuffer.size));
     }
 
     /// Samples that all cones of a picture take, skipped ones too, by pass: counted by the passes themselves, in a run without light. `counted`: whether to

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::nodes::NodePool;
 use super::touched::{Tiles, TouchedTiles};
+use crate::gi::voxel::Directionality;
 use crate::gi::voxel::voxelize::buffer;
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Buffer, Error, Frame, FrameStats, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Pass, Sets, Shaders, vk};
@@ -17,6 +18,14 @@ gpu_struct! {
         pub count: u32,
         /// The level, 0 the finest.
         pub level: u32,
+        /// Bricks from a tile's index to that of its first brick.
+        pub shift: u32,
+        /// Bricks from a face to the next.
+        pub stride: u32,
+        /// Likewise on the next finer level.
+        pub child_shift: u32,
+        /// Likewise.
+        pub child_stride: u32,
     }
 }
 
@@ -31,6 +40,10 @@ gpu_struct! {
         pub level: u32,
         /// 0 to 2: x, y, z.
         pub axis: u32,
+        /// Bricks from a tile's index to that of its first brick.
+        pub shift: u32,
+        /// Bricks from a face to the next.
+        pub stride: u32,
     }
 }
 
@@ -81,9 +94,22 @@ pub struct BrickSettings {
     pub is_split: bool,
     /// Once all bricks are filled, an update runs on those that light has touched; on centres only.
     pub touched: bool,
+    /// The levels with a brick for each of six faces.
+    pub directionality: Directionality,
 }
 
-/// All bricks of an octree; brick and tile have the same index.
+/// The bricks of the tiles of a level.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LevelBricks {
+    /// From a tile's index to that of its first brick.
+    pub shift: u32,
+    /// From a face to the next.
+    pub stride: u32,
+    /// 1 or 6.
+    pub faces: u32,
+}
+
+/// All bricks of an octree. Where a tile has one, it has the tile's index.
 pub struct BrickPool {
     /// RGBA16F: radiance (W/(m² sr)) premultiplied by opacity, opacity.
     pub image: Arc<Image>,
@@ -99,7 +125,7 @@ impl BrickPool {
     pub fn new(gpu: &Gpu, nodes: &NodePool, settings: BrickSettings) -> Result<(Self, FrameStats), Error> {
         let image = gpu.create_image(&ImageDesc {
             name: "svo.bricks".into(),
-            extent: pool_extent(nodes.tile_count()).map(|bricks| 3 * bricks),
+            extent: pool_extent(brick_count(nodes, settings.directionality)).map(|bricks| 3 * bricks),
             kind: ImageKind::D3,
             format: vk::Format::R16G16B16A16_SFLOAT,
             mips: 1,
@@ -107,7 +133,8 @@ impl BrickPool {
             usage: ImageUsage::STORAGE | ImageUsage::SAMPLED,
         })?;
         let mut frame = Frame::new();
-        let touched = (settings.touched && !settings.corners).then(|| TouchedTiles::new(gpu, nodes, &mut frame)).transpose()?;
+        let radiances = if settings.directionality.faces().is_some() { 6 } else { 1 };
+        let touched = (settings.touched && !settings.corners).then(|| TouchedTiles::new(gpu, nodes, &mut frame, radiances)).transpose()?;
         // What no tile writes, a brick's last texels without a neighbour, stays zero.
         frame.clear_image("svo.clear", &image, [0.0; 4]);
         let stats = gpu.submit(frame)?;
@@ -129,8 +156,9 @@ impl BrickPool {
             }
             for axis in 0..3 {
                 let pass = frame.pass(&TRANSFER_BORDERS).bind(&nodes.neighbours).bind(&self.image);
-                let params = TransferParams { first: tiles.range.first, count: tiles.range.count, level: level as u32, axis };
-                tiles.dispatch(pass, &[u32::from(self.settings.corners)], &params, 1);
+                let LevelBricks { shift, stride, faces } = level_bricks(nodes, self.settings.directionality, level);
+                let params = TransferParams { first: tiles.range.first, count: tiles.range.count, level: level as u32, axis, shift, stride };
+                tiles.dispatch(pass, &[u32::from(self.settings.corners), faces], &params, 1);
             }
         }
         if let (Some(touched), false) = (&self.touched, is_filled) {
@@ -143,10 +171,13 @@ impl BrickPool {
     fn write_leaves(&self, frame: &mut Frame, nodes: &NodePool, radiance: &Arc<Buffer>, tiles: &Tiles) {
         let pass = frame.pass(&WRITE_LEAVES).bind(&nodes.nodes).bind(radiance).bind(&self.image);
         let texels = if self.settings.corners { 27 } else { 8 };
-        tiles.dispatch(pass, &[u32::from(self.settings.corners)], &tiles.params(), texels);
+        let bricks = level_bricks(nodes, self.settings.directionality, 0);
+        tiles.dispatch(pass, &[u32::from(self.settings.corners), bricks.faces], &tiles.params([bricks; 2]), texels);
     }
 
     fn filter(&self, frame: &mut Frame, nodes: &NodePool, tiles: &Tiles) {
+        let level = tiles.level as usize;
+        let bricks = [level, level - 1].map(|level| level_bricks(nodes, self.settings.directionality, level));
         // Number of the part, and its texels.
         let parts: &[(u32, u32)] = match self.settings {
             BrickSettings { corners: false, .. } => &[(0, 8)],
@@ -155,13 +186,37 @@ impl BrickPool {
         };
         for (part, texels) in parts {
             let pass = frame.pass(&FILTER).bind(&nodes.nodes).bind(&self.image);
-            tiles.dispatch(pass, &[self.settings.filter, u32::from(self.settings.corners), *part], &tiles.params(), *texels);
+            tiles.dispatch(pass, &[self.settings.filter, u32::from(self.settings.corners), *part, bricks[0].faces], &tiles.params(bricks), *texels);
         }
     }
 
     /// Tiles that the last update ran on, where it ran on some only.
     pub fn touched_count(&self, gpu: &Gpu) -> Result<Option<u64>, Error> {
         self.touched.as_ref().map(|touched| touched.count(gpu)).transpose()
+    }
+}
+
+/// Tiles that have a brick for each face: all, or, as the finest level comes last, the first so many.
+pub fn face_stride(nodes: &NodePool, directionality: Directionality) -> u32 {
+    match directionality {
+        Directionality::Isotropic => 0,
+        Directionality::Anisotropic => nodes.levels[0].first,
+        Directionality::Directional(_) => nodes.tile_count(),
+    }
+}
+
+/// Bricks of all tiles.
+fn brick_count(nodes: &NodePool, directionality: Directionality) -> u32 {
+    nodes.tile_count() + 5 * face_stride(nodes, directionality)
+}
+
+/// Where the bricks of a level are.
+pub fn level_bricks(nodes: &NodePool, directionality: Directionality, level: usize) -> LevelBricks {
+    let stride = face_stride(nodes, directionality);
+    match directionality {
+        Directionality::Isotropic => LevelBricks { shift: 0, stride: 0, faces: 1 },
+        Directionality::Anisotropic if level == 0 => LevelBricks { shift: 5 * stride, stride: 0, faces: 1 },
+        _ => LevelBricks { shift: 0, stride, faces: 6 },
     }
 }
 

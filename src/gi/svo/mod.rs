@@ -8,7 +8,7 @@ pub mod touched;
 
 use std::sync::Arc;
 
-pub use bricks::{BrickPool, BrickSettings};
+pub use bricks::{BrickPool, BrickSettings, face_stride};
 pub use nodes::NodePool;
 pub use pieces::{Occupancy, PieceVoxelizer, Pieces};
 
@@ -16,7 +16,7 @@ use super::cone::{self, ConeTracer, Volume};
 use super::interleave::{self, deinterleave};
 use super::registry::{Directions, Entry, Part, Stage};
 use super::settings::{Domain, Preset, Setting, Settings};
-use super::voxel::{self, Bounces, Injection, LightSettings, MIP_FILTER, Prefilter, Sides, VoxelSettings};
+use super::voxel::{self, Bounces, Directionality, FACE_SETTINGS, Injection, LightSettings, MIP_FILTER, Prefilter, Sides, VoxelSettings};
 use super::{Context, IndirectLight, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image, Pass};
 use crate::render::{GBuffer, GpuScene, LightMaps, screen_image};
@@ -116,7 +116,7 @@ pub static ENTRY: Entry = Entry {
     name: "svo",
     summary: "sparse voxel octree with bricks, cone-traced",
     bounces: |settings| Bounces::new(settings).count(),
-    settings: &[voxel::SETTINGS, SETTINGS, cone::SETTINGS],
+    settings: &[voxel::SETTINGS, SETTINGS, FACE_SETTINGS, cone::SETTINGS],
     presets: PRESETS,
     passes: &[voxel::PASSES, PASSES, cone::SPARSE_PASSES, interleave::PASSES],
     structs: &[voxel::STRUCTS, STRUCTS, cone::STRUCTS, interleave::STRUCTS],
@@ -158,8 +158,9 @@ struct Store {
 }
 
 impl Store {
-    fn volume(&self, corners: bool) -> Volume<'_> {
-        Volume::Sparse { nodes: &self.nodes.nodes, bricks: &self.bricks.image, corners }
+    fn volume(&self, BrickSettings { corners, directionality, .. }: BrickSettings) -> Volume<'_> {
+        let face_stride = face_stride(&self.nodes, directionality);
+        Volume::Sparse { nodes: &self.nodes.nodes, bricks: &self.bricks.image, corners, directionality, face_stride }
     }
 }
 
@@ -181,17 +182,21 @@ fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>
     let specular = scene.is_glossy && settings.is("specular", "on");
     let interleave = settings.count("interleave");
     let filter = Prefilter::new(settings) as u32;
+    let directionality = Directionality::new(settings);
+    let faces = directionality.faces();
+    let sides = if faces.is_some() { Sides::Two } else { Sides::One };
     Ok(Box::new(Svo {
-        light_settings: LightSettings::new(settings, Sides::One),
+        light_settings: LightSettings { stores_faces: faces.is_some(), ..LightSettings::new(settings, sides) },
         bricks: BrickSettings {
             corners: settings.is("lattice", "corners"),
             filter,
             is_split: settings.is("filter_split", "three"),
             touched: settings.is("filter", "touched"),
+            directionality,
         },
         cones: ConeTracer::new(gpu, settings)?,
         interleave,
-        voxelizer: PieceVoxelizer::new(gpu, scene, VoxelSettings::new(settings))?,
+        voxelizer: PieceVoxelizer::new(gpu, scene, VoxelSettings { faces, ..VoxelSettings::new(settings) })?,
         store: None,
         light: IndirectLight {
             diffuse: screen_image(gpu, "svo.diffuse", size)?,
@@ -246,18 +251,18 @@ impl Technique for Svo {
         store.voxels.update(frame, maps, &store.nodes.nodes);
         store.bricks.update(frame, &store.nodes, &store.voxels.radiance);
         for _ in 0..self.light_settings.bounces.before_the_picture() {
-            store.voxels.bounce(frame, &self.cones, store.volume(self.bricks.corners));
+            store.voxels.bounce(frame, &self.cones, store.volume(self.bricks));
             store.voxels.relight(frame, maps);
             store.bricks.update(frame, &store.nodes, &store.voxels.radiance);
         }
         if self.light_settings.bounces == Bounces::Feedback {
-            store.voxels.bounce(frame, &self.cones, store.volume(self.bricks.corners));
+            store.voxels.bounce(frame, &self.cones, store.volume(self.bricks));
         }
     }
 
     fn gather(&mut self, frame: &mut Frame, _scene: &GpuScene, gbuffer: &GBuffer) -> IndirectLight {
         let Some(store) = &self.store else { return self.light.clone() };
-        let volume = store.volume(self.bricks.corners);
+        let volume = store.volume(self.bricks);
         let target = self.interleaved.as_ref().unwrap_or(&self.light.diffuse);
         self.cones.gather(frame, gbuffer, &store.voxels.grid, volume, target);
         if let Some(interleaved) = &self.interleaved {
@@ -271,7 +276,7 @@ impl Technique for Svo {
 
     fn count_samples(&self, gpu: &Gpu, scene: &GpuScene, gbuffer: &GBuffer) -> Result<Vec<(&'static str, u64)>, Error> {
         let Some(store) = &self.store else { return Ok(Vec::new()) };
-        self.cones.count_samples(gpu, scene, gbuffer, &store.voxels.grid, store.volume(self.bricks.corners), [true, self.light.specular.is_some()])
+        self.cones.count_samples(gpu, scene, gbuffer, &store.voxels.grid, store.volume(self.bricks), [true, self.light.specular.is_some()])
     }
 
     fn counts(&self, gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {

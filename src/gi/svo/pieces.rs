@@ -155,7 +155,7 @@ impl PieceVoxelizer {
             _ => {
                 let (occupancy, cost) = merge(gpu, self.grid, &found, along)?;
                 stats.append(cost);
-                (occupancy, buffer(gpu, "svo.radiance", 8 * u64::from(voxel_count))?)
+                (occupancy, buffer(gpu, "svo.radiance", 8 * u64::from(settings.radiances()) * u64::from(voxel_count))?)
             }
         };
         Ok((Pieces { grid: self.grid, voxel_count, fragment_count, radiance, pieces }, occupancy, stats))
@@ -236,9 +236,7 @@ impl Pieces {
     /// Adds the passes by which the voxels gather.
     pub fn bounce(&self, frame: &mut Frame, cones: &ConeTracer, volume: Volume<'_>) {
         for Piece { voxels, light, .. } in &self.pieces {
-            if let Some(irradiance) = &light.irradiance {
-                cones.bounce(frame, &self.grid, voxels, volume, irradiance);
-            }
+            cones.bounce(frame, &self.grid, voxels, volume, light);
         }
     }
 
@@ -248,9 +246,10 @@ impl Pieces {
         for piece in &self.pieces {
             add(frame, piece, first_voxel);
             let Piece { voxels, light, .. } = piece;
-            let bytes = 8 * u64::from(voxels.voxel_count);
+            let voxel_bytes = 8 * u64::from(light.settings.radiances());
+            let bytes = voxel_bytes * u64::from(voxels.voxel_count);
             if self.pieces.len() > 1 && bytes > 0 {
-                frame.copy_buffer("svo.merge_radiance", (&light.radiance, 0), (&self.radiance, 8 * u64::from(first_voxel)), bytes);
+                frame.copy_buffer("svo.merge_radiance", (&light.radiance, 0), (&self.radiance, voxel_bytes * u64::from(first_voxel)), bytes);
             }
             first_voxel += voxels.voxel_count;
         }

@@ -5,7 +5,7 @@
 
 use std::sync::Arc;
 
-use super::bricks::BrickParams;
+use super::bricks::{BrickParams, LevelBricks};
 use super::nodes::{LevelRange, NodePool};
 use crate::gi::voxel::voxelize::{buffer, linear_groups};
 use crate::gpu_struct;
@@ -94,11 +94,13 @@ pub(super) struct TouchedTiles {
     levels: Arc<Buffer>,
     /// The touched tiles of one level.
     list: Arc<Buffer>,
+    /// Radiances of a voxel.
+    radiances: u32,
 }
 
 impl TouchedTiles {
-    /// For these nodes, without light; `frame` runs before all others that use it.
-    pub(super) fn new(gpu: &Gpu, nodes: &NodePool, frame: &mut Frame) -> Result<Self, Error> {
+    /// For these nodes, without light, and voxels with so many radiances each; `frame` runs before all others that use it.
+    pub(super) fn new(gpu: &Gpu, nodes: &NodePool, frame: &mut Frame, radiances: u32) -> Result<Self, Error> {
         let most = nodes.levels.iter().map(|level| u64::from(level.count)).max().unwrap_or(1);
         let bits = || buffer(gpu, "svo.touched_bits", 4 * most.div_ceil(32));
         let made = TouchedTiles {
@@ -106,6 +108,7 @@ impl TouchedTiles {
             lit_leaves: buffer(gpu, "svo.lit_leaves", 4 * u64::from(nodes.levels[0].count.div_ceil(32)))?,
             levels: buffer(gpu, "svo.touched_levels", (size_of::<Touched>() * nodes.levels.len()) as u64)?,
             list: buffer(gpu, "svo.touched_tiles", 4 * most)?,
+            radiances,
         };
         frame.fill("svo.clear", &made.lit_leaves, 0);
         Ok(made)
@@ -128,7 +131,7 @@ impl TouchedTiles {
             .bind(children)
             .bind(own)
             .bind(&self.lit_leaves)
-            .constants(&[u32::from(level == 0)])
+            .constants(&[u32::from(level == 0), self.radiances])
             .push(&TouchParams { first, count, first_child: first + count })
             .dispatch(linear_groups(count));
         let params = ListTouchedParams { first, count, level: level as u32 };
@@ -159,9 +162,11 @@ impl<'t> Tiles<'t> {
         Tiles { range: nodes.levels[level], level: level as u32, lists: [nothing; 2], is_listed: false }
     }
 
-    /// The parameters of a pass over these tiles.
-    pub(super) fn params(&self) -> BrickParams {
-        BrickParams { first: self.range.first, count: self.range.count, level: self.level }
+    /// The parameters of a pass over these tiles, whose bricks and those of their children are there.
+    pub(super) fn params(&self, [own, children]: [LevelBricks; 2]) -> BrickParams {
+        let LevelRange { first, count } = self.range;
+        let LevelBricks { shift, stride, .. } = own;
+        BrickParams { first, count, level: self.level, shift, stride, child_shift: children.shift, child_stride: children.stride }
     }
 
     /// Runs a pass with `threads` a tile: eight or one, or any number where no list is followed. The lists are its last bindings, whether it follows them its
