@@ -14,7 +14,7 @@ use lumivox::gi::registry::find;
 use lumivox::gi::settings::Settings;
 use lumivox::gi::svo::{BrickPool, BrickSettings, NodePool, PieceVoxelizer};
 use lumivox::gi::voxel::oracle::{self, TraceGrid, TraceSettings, TraceVoxel, VoxelIndex};
-use lumivox::gi::voxel::{Bounces, Injection, LightSettings, Method, RaySettings, Sides, VoxelLight, VoxelRecords, bounce_rays};
+use lumivox::gi::voxel::{Bounces, Directionality, Injection, LightSettings, Method, RaySettings, Sides, VoxelLight, VoxelRecords, bounce_rays};
 use lumivox::graph::{Frame, Gpu};
 use lumivox::image::Aov;
 use lumivox::metrics::{Channel, compare};
@@ -141,10 +141,9 @@ fn light_gathered_by_rays_is_the_oracles() {
 #[test]
 fn light_gathered_by_cones_is_the_oracles() {
     let gpu = gpu();
-    for (seed, pairs) in
-        [vec!["bounce_directions=5"], vec!["bounce_directions=8", "height_clamp=0", "step_factor=0.5", "aperture_scale=0.8"]].iter().enumerate()
-    {
-        let lit = Lit::new(&gpu, "two-rooms", Vec3::new(0.3, 0.2, 0.1), 32, Sides::One);
+    let wide = ["bounce_directions=8", "height_clamp=0", "step_factor=0.5", "aperture_scale=0.8"];
+    for (seed, (pairs, sides)) in [(vec!["bounce_directions=5"], Sides::One), (wide.to_vec(), Sides::One), (wide.to_vec(), Sides::Two)].iter().enumerate() {
+        let lit = Lit::new(&gpu, "two-rooms", Vec3::new(0.3, 0.2, 0.1), 32, *sides);
         let texels = random_volume(32, 0.1, &mut Random::new(seed as u64));
         let (image, matter) = (volume(&gpu, &texels), matter(&gpu, &occupied(&texels), 32));
         let all: Vec<&str> = pairs.iter().copied().chain(["bounces=2"]).collect();
@@ -156,8 +155,8 @@ fn light_gathered_by_cones_is_the_oracles() {
             &mut frame,
             &lit.read.voxels.grid,
             &VoxelRecords::from(&lit.read.voxels),
-            DeviceVolume::Dense { radiance: &image, matter: &matter },
-            lit.light.irradiance.as_ref().unwrap(),
+            DeviceVolume::Dense { radiance: &image, matter: &matter, faces: None },
+            &lit.light,
         );
         gpu.submit(frame).unwrap();
         let chain = read_chain(&gpu, &image);
@@ -180,10 +179,11 @@ fn light_gathered_by_cones_is_the_oracles() {
         };
         let placement = Placement { start_offset: number("start_offset"), pattern: glam::DVec2::ZERO, jitter: f64::from(set.stratum) };
         let of = |slot: usize| {
-            let surface = lit.surface(slot, [DVec3::ZERO; 2]);
-            cone_oracle::bounce(&chain, coordinates(&lit.read.records[slot]), &surface, &cones, &placement, &march)
+            let (record, side) = (slot / lit.sides(), (*sides == Sides::Two).then_some(slot % 2));
+            let surface = lit.surface(record, [DVec3::ZERO; 2]);
+            cone_oracle::bounce(&chain, coordinates(&lit.read.records[record]), side, &surface, &cones, &placement, &march)
         };
-        let expected: Vec<DVec3> = (0..lit.read.records.len()).into_par_iter().map(of).collect();
+        let expected: Vec<DVec3> = (0..lit.sides() * lit.read.records.len()).into_par_iter().map(of).collect();
         let mut seen = lit.irradiance(&gpu);
         let agreed = agreement(&seen, &expected);
         println!("cones {pairs:?}: {} voxels, {:.2}% the same, mean off by {:.1e}", seen.len(), 100.0 * agreed.0, agreed.1);
@@ -234,7 +234,7 @@ fn bounces_of_pieces_are_those_of_the_whole() {
         voxelizer.cut(&gpu, along).unwrap();
         let (pieces, occupancy, _) = voxelizer.run(&gpu, &gpu_scene, light_settings).unwrap();
         let (nodes, _) = NodePool::build(&gpu, &occupancy, false).unwrap();
-        let settings = BrickSettings { corners: false, filter: 1, is_split: false, touched: false };
+        let settings = BrickSettings { corners: false, filter: 1, is_split: false, touched: false, directionality: Directionality::Isotropic };
         let (mut bricks, _) = BrickPool::new(&gpu, &nodes, settings).unwrap();
         let maps = LightMaps::new(&gpu, &gpu_scene, 512, false).unwrap();
         let sum = || {
@@ -250,7 +250,11 @@ fn bounces_of_pieces_are_those_of_the_whole() {
         let direct = sum();
         let mut frame = Frame::new();
         frame.set_scene(&gpu_scene.set, &gpu_scene.materials);
-        pieces.bounce(&mut frame, &tracer, DeviceVolume::Sparse { nodes: &nodes.nodes, bricks: &bricks.image, corners: false });
+        pieces.bounce(
+            &mut frame,
+            &tracer,
+            DeviceVolume::Sparse { nodes: &nodes.nodes, bricks: &bricks.image, corners: false, directionality: Directionality::Isotropic, face_stride: 0 },
+        );
         pieces.relight(&mut frame, &maps);
         gpu.submit(frame).unwrap();
         [direct, sum()]

@@ -9,12 +9,11 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3, DVec4, Vec3};
 use lumivox::gi::Settings;
-use lumivox::gi::cone::oracle::{MarchSettings, Placement, SetCone, Volume, gather};
+use lumivox::gi::cone::oracle::Volume;
 use lumivox::gi::cone::{self, ConeTracer, cone_set};
 use lumivox::gi::registry::find;
 use lumivox::gi::voxel::oracle::{
-    Crossing, GatherSettings, Gathered, TraceGrid, TraceSettings, TraceVoxel, VoxelIndex, crossings, gather_rays as oracle_rays, hemisphere_direction,
-    interleaved_offset,
+    Crossing, GatherSettings, TraceGrid, TraceSettings, TraceVoxel, VoxelIndex, crossings, gather_rays as oracle_rays, hemisphere_direction, interleaved_offset,
 };
 use lumivox::gi::voxel::{Injection, LightSettings, Method, RaySettings, Sides, VoxelGrid, VoxelLight, gather_rays};
 use lumivox::gi::voxel_mips::oracle::{Filter, coarser, sees_matter};
@@ -22,7 +21,7 @@ use lumivox::graph::{Frame, Gpu, Image};
 use lumivox::render::GpuScene;
 use lumivox::scene::Scene;
 use rayon::prelude::*;
-use support::gather::{View, filter, matter, occupied, random_volume, read_chain, volume};
+use support::gather::{View, cones_by_oracle, errors, filter, matter, occupied, random_volume, read_chain, samples_by_oracle, verdict, volume};
 use support::scenes::bundled;
 use support::voxels::{Read, coordinates, mean_normal, opposed_axis, to_half, unorm10, voxel_settings, voxelize};
 use support::{Random, gpu};
@@ -89,7 +88,7 @@ fn gather_cones(gpu: &Gpu, scene: &GpuScene, grid: &VoxelGrid, view: &View, volu
     tracer.skips_empty = skips_empty;
     let mut frame = Frame::new();
     frame.set_scene(&scene.set, &scene.materials);
-    tracer.gather(&mut frame, &view.gbuffer, grid, cone::Volume::Dense { radiance, matter }, &view.result);
+    tracer.gather(&mut frame, &view.gbuffer, grid, cone::Volume::Dense { radiance, matter, faces: None }, &view.result);
     gpu.submit(frame).unwrap();
     view.results(gpu)
 }
@@ -148,10 +147,10 @@ fn counted_samples_are_the_oracles() {
         gpu.submit(frame).unwrap();
         let matter = matter(&gpu, &occupied(&finest), 32);
         let settings = settings(&pairs.map(str::to_owned));
-        let cones = cone::Volume::Dense { radiance: &image, matter: &matter };
+        let cones = cone::Volume::Dense { radiance: &image, matter: &matter, faces: None };
         let counted = ConeTracer::new(&gpu, &settings).unwrap().count_samples(&gpu, &gpu_scene, &view.gbuffer, &grid, cones, [true, false]).unwrap();
         let chain = read_chain(&gpu, &image);
-        let expected: u64 = samples_by_oracle(&chain, &scene, &grid, &view, &settings);
+        let expected: u64 = samples_by_oracle(&chain, scene.environment, &grid, &view, &settings);
         println!("{pairs:?}: {counted:?} samples, {expected} by the oracle");
         let [("cone.gather", samples)] = counted[..] else { panic!("{counted:?}") };
         assert!((samples as f64 / expected as f64 - 1.0).abs() < 0.002, "{samples} samples, {expected} by the oracle");
@@ -160,60 +159,6 @@ fn counted_samples_are_the_oracles() {
         let seen = gather_cones(&gpu, &gpu_scene, &grid, &view, [&image, &nothing], &settings, true);
         assert!(seen != gather_cones(&gpu, &gpu_scene, &grid, &view, [&image, &matter], &settings, true));
     }
-}
-
-/// The oracle's answer at each receiver.
-fn cones_by_oracle(chain: &[Volume], scene: &Scene, grid: &VoxelGrid, view: &View, settings: &Settings) -> Vec<DVec4> {
-    by_oracle(chain, scene, grid, view, settings).into_iter().map(|(gathered, _)| gathered.irradiance.extend(gathered.visibility)).collect()
-}
-
-fn samples_by_oracle(chain: &[Volume], scene: &Scene, grid: &VoxelGrid, view: &View, settings: &Settings) -> u64 {
-    by_oracle(chain, scene, grid, view, settings).iter().map(|(_, samples)| u64::from(*samples)).sum()
-}
-
-fn by_oracle(chain: &[Volume], scene: &Scene, grid: &VoxelGrid, view: &View, settings: &Settings) -> Vec<(Gathered, u32)> {
-    let number = |name: &str| f64::from(settings.number(name));
-    let set = cone_set(settings.count("cones"), settings.is("cone_set", "disc"), settings.number("aperture_scale"));
-    let cone = |cone: &lumivox::gi::cone::Cone| SetCone {
-        sin_squared: f64::from(cone.sin2_theta),
-        azimuth_rad: f64::from(cone.phi_rad),
-        tan_half: f64::from(cone.tan_half_aperture),
-        weight: f64::from(cone.weight),
-    };
-    let cones: Vec<SetCone> = set.cones.iter().map(cone).collect();
-    let voxel_size = f64::from(grid.voxel_size);
-    let reach = number("max_distance");
-    let march = MarchSettings {
-        step_factor: number("step_factor"),
-        opacity_exponent: number("opacity_exponent"),
-        height_clamp: number("height_clamp"),
-        max_distance: if reach > 0.0 { reach / voxel_size } else { 4.0 * f64::from(grid.resolution) },
-        ao_falloff: number("ao_falloff") * voxel_size,
-        environment: scene.environment.as_dvec3(),
-    };
-    let interleave = settings.count("interleave");
-    let of = |(pixel, receiver): &([u32; 2], _)| {
-        let pattern = if interleave > 1 { interleaved_offset(*pixel, interleave) } else { DVec2::new(0.5, 0.0) };
-        let placement = Placement { start_offset: number("start_offset"), pattern, jitter: f64::from(set.stratum) };
-        gather(chain, receiver, &cones, &placement, &march)
-    };
-    view.receivers.par_iter().map(of).collect()
-}
-
-/// Relative errors of irradiance, by pixel, ascending; and the largest error of visibility.
-fn errors(seen: &[DVec4], expected: &[DVec4]) -> (Vec<f64>, f64) {
-    let mean = expected.iter().map(|pixel| pixel.truncate().max_element()).sum::<f64>() / expected.len() as f64;
-    let relative = |(seen, expected): (&DVec4, &DVec4)| (*seen - *expected).truncate().abs().max_element() / expected.truncate().max_element().max(0.1 * mean);
-    let mut relative: Vec<f64> = seen.iter().zip(expected).map(relative).collect();
-    relative.sort_by(f64::total_cmp);
-    let visibility = seen.iter().zip(expected).map(|(seen, expected)| (seen.w - expected.w).abs()).fold(0.0, f64::max);
-    (relative, visibility)
-}
-
-/// At most 1% in every pixel.
-fn verdict((relative, visibility): &(Vec<f64>, f64)) -> Result<(), String> {
-    let worst = relative.last().copied().unwrap_or(f64::NAN);
-    if worst <= 0.01 && *visibility <= 0.01 { Ok(()) } else { Err(format!("off by {worst}, visibility by {visibility}")) }
 }
 
 #[test]
@@ -241,7 +186,7 @@ fn cones_are_the_oracles() {
         set("ao_falloff", (4.0 * random.unit()).to_string());
         let settings = settings(&pairs);
         let seen = cones_on_gpu(&gpu, &gpu_scene, &grid, &view, [&image, &matter], &settings);
-        let expected = cones_by_oracle(&read_chain(&gpu, &image), &scene, &grid, &view, &settings);
+        let expected = cones_by_oracle(&read_chain(&gpu, &image), scene.environment, &grid, &view, &settings);
         let result = errors(&seen, &expected);
         let (relative, visibility) = &result;
         let at = |share: f64| relative[((relative.len() - 1) as f64 * share) as usize];

@@ -238,15 +238,19 @@ pub enum Volume<'v> {
 impl Volume<'_> {
     /// Binds it as the last bindings of a pass, with the constants of the pass.
     fn bind<'f>(&self, pass: PassBuilder<'f>, skips_empty: bool, output: Output, weights: FaceWeights, sides: Sides) -> PassBuilder<'f> {
-        let (pass, first, directionality) = match *self {
-            Volume::Dense { radiance, matter, faces } => {
-                let (faces, directionality) = faces.unwrap_or((radiance, Directionality::Isotropic));
-                (pass.bind(radiance).bind(matter).bind(faces), skips_empty, directionality)
-            }
-            Volume::Sparse { nodes, bricks, corners, directionality, .. } => (pass.bind(nodes).bind(bricks), corners, directionality),
+        let (pass, first) = match *self {
+            Volume::Dense { radiance, matter, faces } => (pass.bind(radiance).bind(matter).bind(faces.map_or(radiance, |(faces, _)| faces)), skips_empty),
+            Volume::Sparse { nodes, bricks, corners, .. } => (pass.bind(nodes).bind(bricks), corners),
         };
         let flags = [first, output == Output::Samples, weights == FaceWeights::Extinction].map(u32::from);
-        pass.constants(&[flags[0], flags[1], directionality.constant(), flags[2], sides as u32])
+        pass.constants(&[flags[0], flags[1], self.directionality().constant(), flags[2], sides as u32])
+    }
+
+    fn directionality(&self) -> Directionality {
+        match *self {
+            Volume::Dense { faces, .. } => faces.map_or(Directionality::Isotropic, |(_, directionality)| directionality),
+            Volume::Sparse { directionality, .. } => directionality,
+        }
     }
 
     /// Bricks from a face of a tile to the next, where there are bricks and faces.
@@ -373,6 +377,9 @@ const NARROW: f32 = 0.3;
 /// Lanes of the widest vector in which a software device runs invocations; a loop turns for all of them until the last has ended.
 const VECTOR_LANES: u32 = 8;
 
+/// Turns of a sample's loops where lanes differ in whether a level has faces.
+const FACE_TURNS: u32 = 5;
+
 impl ConeTracer {
     /// From a technique's settings.
     pub fn new(gpu: &Gpu, settings: &Settings) -> Result<Self, Error> {
@@ -404,7 +411,7 @@ impl ConeTracer {
     fn add_gather(&self, frame: &mut Frame, gbuffer: &GBuffer, grid: &VoxelGrid, volume: Volume<'_>, result: &Arc<Image>, output: Output) {
         let pass = if matches!(volume, Volume::Dense { .. }) { &GATHER } else { &GATHER_SPARSE };
         let s = &self.settings;
-        for [first_cone, end_cone] in self.dispatches(grid, &self.set) {
+        for [first_cone, end_cone] in self.dispatches(grid, volume, &self.set) {
             let params = ConeParams {
                 grid: grid.row(),
                 resolution: grid.resolution as f32,
@@ -433,7 +440,7 @@ impl ConeTracer {
         let pass = if matches!(volume, Volume::Dense { .. }) { &BOUNCE } else { &BOUNCE_SPARSE };
         let s = &self.settings;
         let first_voxel = ((voxels.grid.origin - grid.origin) / grid.voxel_size).round();
-        for [first_cone, end_cone] in self.dispatches(grid, set) {
+        for [first_cone, end_cone] in self.dispatches(grid, volume, set) {
             let params = BounceConeParams {
                 first_voxel: first_voxel.extend(grid.resolution as f32).to_array(),
                 voxel_count: voxels.voxel_count,
@@ -454,11 +461,12 @@ impl ConeTracer {
     }
 
     /// First cone, and one beyond the last, of as many dispatches as keep the loops of one thread's cones within `LOOP_BUDGET`.
-    fn dispatches(&self, grid: &VoxelGrid, set: &DeviceSet) -> Vec<[u32; 2]> {
+    fn dispatches(&self, grid: &VoxelGrid, volume: Volume<'_>, set: &DeviceSet) -> Vec<[u32; 2]> {
         // A cone is longest across the cube's diagonal, √3 n voxels, in steps of no less than β voxels. A sample that is taken costs a turn of both loops;
         // one that is skipped costs a turn of the inner one, which at worst no two lanes of a vector take together.
         let steps = (1.8 * grid.resolution as f32 / self.settings.step_factor).ceil() as u32 + 1;
-        let cones_a_dispatch = (LOOP_BUDGET / ((2 + VECTOR_LANES) * steps)).max(1);
+        let face_turns = if volume.directionality() == Directionality::Isotropic { 0 } else { FACE_TURNS };
+        let cones_a_dispatch = (LOOP_BUDGET / ((2 + VECTOR_LANES + face_turns) * steps)).max(1);
         (0..set.count).step_by(cones_a_dispatch as usize).map(|first| [first, (first + cones_a_dispatch).min(set.count)]).collect()
     }
 

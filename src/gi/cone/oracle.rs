@@ -1,4 +1,4 @@
-//! CPU twin of `cone.gather`: cones through a dense, prefiltered volume of premultiplied radiance, in f64.
+//! CPU twin of `cone.gather`: cones through a prefiltered volume of premultiplied radiance, in f64.
 //!
 //! A cone of aperture γ has the diameter d = 2 t tan(γ/2) at distance t and samples the mip log₂ d (Crassin et al. 2011, section 5.3). A step of β d
 //! through texels of opacity α has the opacity α' = 1 − (1 − α)^(g β). Lengths are voxels of the finest level.
@@ -7,6 +7,7 @@ use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3, DVec4, UVec3};
 
+use super::FaceWeights;
 use crate::gi::voxel::oracle::{Gathered, Receiver, TraceVoxel, VoxelIndex, bounce_receiver, hemisphere_direction, voxel_pattern};
 
 /// One level of a dense volume: rgb is radiance [W/(m² sr)] times opacity, a is opacity.
@@ -53,6 +54,82 @@ pub fn sample_chain(chain: &[Volume], uvw: DVec3, level: f64) -> DVec4 {
     let finer = level.floor() as usize;
     let coarser = (finer + 1).min(chain.len() - 1);
     chain[finer].sample(uvw).lerp(chain[coarser].sample(uvw), level - level.floor())
+}
+
+/// What cones march through.
+pub trait Prefiltered: Sync {
+    /// Voxels along an edge.
+    fn resolution(&self) -> u32;
+
+    /// What is seen in a unit direction at a place (0 to 1 over the volume), at a level: radiance times opacity, and opacity.
+    fn seen(&self, uvw: DVec3, direction: DVec3, level: f64) -> DVec4;
+}
+
+impl<C: AsRef<[Volume]> + Sync + ?Sized> Prefiltered for C {
+    fn resolution(&self) -> u32 {
+        self.as_ref()[0].resolution
+    }
+
+    fn seen(&self, uvw: DVec3, _direction: DVec3, level: f64) -> DVec4 {
+        sample_chain(self.as_ref(), uvw, level)
+    }
+}
+
+/// A volume whose texels look different along each axis from either side.
+pub struct FaceChain {
+    /// The finest level, where that has no faces.
+    pub finest: Option<Volume>,
+    /// All other levels, finer ones first: the faces +x, −x, +y, −y, +z and −z.
+    pub levels: Vec<[Volume; 6]>,
+    /// How three faces make one texel.
+    pub weights: FaceWeights,
+}
+
+impl FaceChain {
+    fn level(&self, uvw: DVec3, direction: DVec3, level: usize) -> DVec4 {
+        match (&self.finest, level) {
+            (Some(finest), 0) => finest.sample(uvw),
+            _ => {
+                let faces = &self.levels[level - usize::from(self.finest.is_some())];
+                // A ray along +x meets the face −x.
+                let met = [0, 1, 2].map(|axis| faces[2 * axis + usize::from(direction[axis] > 0.0)].sample(uvw));
+                combine_faces(met, direction, self.weights)
+            }
+        }
+    }
+}
+
+impl Prefiltered for FaceChain {
+    fn resolution(&self) -> u32 {
+        self.finest.as_ref().map_or_else(|| self.levels[0][0].resolution, |finest| finest.resolution)
+    }
+
+    fn seen(&self, uvw: DVec3, direction: DVec3, level: f64) -> DVec4 {
+        let coarsest = self.resolution().ilog2() as usize;
+        let level = level.clamp(0.0, coarsest as f64);
+        let finer = level.floor() as usize;
+        let [a, b] = [finer, (finer + 1).min(coarsest)].map(|level| self.level(uvw, direction, level));
+        a.lerp(b, level - level.floor())
+    }
+}
+
+/// 1 − α of opaque matter, whose optical depth would be infinite.
+const OPAQUE: f64 = 1.0 / 65536.0;
+
+/// The faces of each axis that a ray in a unit direction ω meets as one texel. By extinction, with τ_k = −ln(1 − α_k): α = 1 − exp(−Σ |ω_k| τ_k), and the
+/// radiance is the mean weighted with |ω_k| τ_k; else the mean of all weighted with ω_k².
+pub fn combine_faces(met: [DVec4; 3], direction: DVec3, weights: FaceWeights) -> DVec4 {
+    let axes = met.into_iter().zip(direction.to_array());
+    if weights == FaceWeights::Squared {
+        return axes.map(|(face, along)| along * along * face).sum();
+    }
+    let (mut depth, mut radiance) = (0.0, DVec3::ZERO);
+    for (face, along) in axes.filter(|(face, _)| face.w > 0.0) {
+        let own = -along.abs() * (1.0 - face.w).max(OPAQUE).ln();
+        depth += own;
+        radiance += own * face.truncate() / face.w;
+    }
+    if depth > 0.0 { -(-depth).exp_m1() * (radiance / depth).extend(1.0) } else { DVec4::ZERO }
 }
 
 /// Settings of a march.
@@ -105,8 +182,8 @@ const LEAST_TRANSMITTANCE: f64 = 0.005;
 const LEAST_STEP_DENOMINATOR: f64 = 0.25;
 
 /// Marches one cone front to back until it leaves the grid, reaches its end or is covered. The midpoint rule: each step is centred on its sample.
-pub fn march(chain: &[Volume], cone: &Cone, settings: &MarchSettings) -> ConeResult {
-    let resolution = f64::from(chain[0].resolution);
+pub fn march(volume: &(impl Prefiltered + ?Sized), cone: &Cone, settings: &MarchSettings) -> ConeResult {
+    let resolution = f64::from(volume.resolution());
     let end = exit_distance(cone.origin, cone.direction, resolution).min(settings.max_distance);
     let mut result = ConeResult { radiance: DVec3::ZERO, visibility: 1.0, step_count: 0 };
     let (mut distance, mut through) = (0.0, 1.0);
@@ -114,7 +191,7 @@ pub fn march(chain: &[Volume], cone: &Cone, settings: &MarchSettings) -> ConeRes
         let diameter = sample_diameter(cone, distance, settings);
         let step = settings.step_factor * diameter;
         let centre = distance + step / 2.0;
-        let texel = sample_chain(chain, (cone.origin + centre * cone.direction) / resolution, diameter.log2());
+        let texel = volume.seen((cone.origin + centre * cone.direction) / resolution, cone.direction, diameter.log2());
         if texel.w > 0.0 {
             let opacity = 1.0 - (1.0 - texel.w).max(0.0).powf(settings.opacity_exponent * settings.step_factor);
             result.radiance += through * opacity * texel.truncate() / texel.w;
@@ -175,7 +252,13 @@ pub struct Placement {
 }
 
 /// E = π Σ w L over a set of cones, and the mean visibility; and the samples that all of them take.
-pub fn gather(chain: &[Volume], receiver: &Receiver, cones: &[SetCone], placement: &Placement, settings: &MarchSettings) -> (Gathered, u32) {
+pub fn gather(
+    volume: &(impl Prefiltered + ?Sized),
+    receiver: &Receiver,
+    cones: &[SetCone],
+    placement: &Placement,
+    settings: &MarchSettings,
+) -> (Gathered, u32) {
     let origin = receiver.position + placement.start_offset * receiver.geometric_normal;
     let mut gathered = Gathered { irradiance: DVec3::ZERO, visibility: 0.0 };
     let mut samples = 0;
@@ -183,7 +266,7 @@ pub fn gather(chain: &[Volume], receiver: &Receiver, cones: &[SetCone], placemen
         let sin_squared = cone.sin_squared + (placement.pattern.x - 0.5) * placement.jitter;
         let direction = hemisphere_direction(receiver.shading_normal, sin_squared, cone.azimuth_rad + placement.pattern.y * 2.0 * PI);
         let cosine = direction.dot(receiver.geometric_normal).max(0.0);
-        let result = march(chain, &Cone { origin, direction, tan_half: cone.tan_half, height: placement.start_offset, cosine }, settings);
+        let result = march(volume, &Cone { origin, direction, tan_half: cone.tan_half, height: placement.start_offset, cosine }, settings);
         gathered.irradiance += PI * cone.weight * result.radiance;
         gathered.visibility += cone.weight * result.visibility;
         samples += result.step_count;
@@ -191,12 +274,21 @@ pub fn gather(chain: &[Volume], receiver: &Receiver, cones: &[SetCone], placemen
     (gathered, samples)
 }
 
-/// E/π \[W/(m² sr)\] at a voxel by a set of cones, neighbours taking different patterns ([`voxel_pattern`]; that of `placement` is not used).
-pub fn bounce(chain: &[Volume], voxel: VoxelIndex, surface: &TraceVoxel, cones: &[SetCone], placement: &Placement, settings: &MarchSettings) -> DVec3 {
+/// E/π \[W/(m² sr)\] at a voxel, or one side of it, by a set of cones, neighbours taking different patterns ([`voxel_pattern`]; that of `placement` is not
+/// used).
+pub fn bounce(
+    volume: &(impl Prefiltered + ?Sized),
+    voxel: VoxelIndex,
+    side: Option<usize>,
+    surface: &TraceVoxel,
+    cones: &[SetCone],
+    placement: &Placement,
+    settings: &MarchSettings,
+) -> DVec3 {
     let pattern = voxel_pattern(voxel);
     let seen = |(cone, number): (&SetCone, u32)| {
-        let receiver = bounce_receiver(voxel, surface, None, number);
-        let whole = gather(chain, &receiver, &[SetCone { weight: 1.0, ..*cone }], &Placement { pattern, ..*placement }, settings);
+        let receiver = bounce_receiver(voxel, surface, side, number);
+        let whole = gather(volume, &receiver, &[SetCone { weight: 1.0, ..*cone }], &Placement { pattern, ..*placement }, settings);
         cone.weight / PI * whole.0.irradiance
     };
     cones.iter().zip(0..).map(seen).sum()
@@ -326,6 +418,34 @@ mod tests {
         assert!(near(march(&chain, &up(0.5), &MarchSettings { height_clamp: 100.0, ..TEXTBOOK }).radiance, ENVIRONMENT));
         // At c = 6, height 6: k = 3 allows a diameter of 2.
         assert_eq!(sample_diameter(&up(0.5), 3.0, &MarchSettings { height_clamp: 3.0, ..TEXTBOOK }), 2.0);
+    }
+
+    /// A ray sees of each axis the face that looks back at it: along x alone that face as it is, whichever the weights.
+    #[test]
+    fn a_ray_along_an_axis_sees_one_face() {
+        let faces = [0, 1, 2, 3, 4, 5].map(|face| Volume::new(4, |_| DVec4::new(f64::from(face + 1), 0.0, 0.0, 0.5)));
+        for weights in [FaceWeights::Extinction, FaceWeights::Squared] {
+            let level = |resolution| faces.clone().map(|face| Volume::new(resolution, |_| face.texels[0]));
+            let chain = FaceChain { finest: None, levels: [4, 2, 1].map(level).into(), weights };
+            for (direction, red) in [(DVec3::X, 2.0), (DVec3::NEG_X, 1.0), (DVec3::Y, 4.0), (DVec3::NEG_Y, 3.0), (DVec3::Z, 6.0), (DVec3::NEG_Z, 5.0)] {
+                let seen = chain.seen(DVec3::splat(0.4), direction, 1.3);
+                assert!((seen - DVec4::new(red, 0.0, 0.0, 0.5)).abs().max_element() < 1e-12, "{weights:?} {direction}: {seen}");
+            }
+        }
+    }
+
+    /// Half a layer of z = const, seen at 60°: extinction makes it 1 − ½^½, the squares an eighth; and three equal faces are that one where the squares sum to 1.
+    #[test]
+    fn weights_of_faces() {
+        let direction = DVec3::new(0.75f64.sqrt(), 0.0, 0.5);
+        let met = [DVec4::ZERO, DVec4::ZERO, DVec4::new(0.5, 0.0, 0.0, 0.5)];
+        let [extinction, squared] = [FaceWeights::Extinction, FaceWeights::Squared].map(|weights| combine_faces(met, direction, weights));
+        assert!((extinction.w - (1.0 - 0.5f64.sqrt())).abs() < 1e-12 && (extinction.x - extinction.w).abs() < 1e-12);
+        assert!((squared - DVec4::new(0.125, 0.0, 0.0, 0.125)).abs().max_element() < 1e-12);
+        let opaque = [DVec4::new(2.0, 1.0, 0.5, 1.0); 3];
+        assert!((combine_faces(opaque, direction, FaceWeights::Squared) - opaque[0]).abs().max_element() < 1e-12);
+        assert!((combine_faces(opaque, direction, FaceWeights::Extinction) - opaque[0]).abs().max_element() < 1e-4);
+        assert_eq!(combine_faces([DVec4::ZERO; 3], direction, FaceWeights::Extinction), DVec4::ZERO);
     }
 
     #[test]

@@ -60,6 +60,16 @@ static PRESETS: &[Preset] = &[
         values: &[],
     },
     Preset {
+        name: "anisotropic",
+        help: "as cones, through mips that look different along each axis from either side",
+        values: &[("anisotropic", "on"), ("face_weights", "squared"), ("opacity_exponent", "1.25")],
+    },
+    Preset {
+        name: "directional",
+        help: "as cones, through voxels of six faces on all levels, either side of which blocks",
+        values: &[("faces", "both"), ("opacity_exponent", "1")],
+    },
+    Preset {
         name: "textbook",
         help: "as the papers have it: voxels spread to corners, Gaussian bricks, six cones of 60°",
         values: &[

@@ -370,8 +370,9 @@ impl VoxelLight {
         let pass = if let Some(image) = dense { pass.bind(image) } else { pass };
         let LightSettings { injection, sides, attenuation, occlusion, .. } = self.settings;
         let [is_shaded, is_weighted] = [injection == Injection::Voxel, attenuation == Attenuation::NormalWeighted];
-        let flags = [is_shaded, voxels.emission.is_some(), indirect, counting, is_weighted, voxels.is_dynamic].map(u32::from);
-        pass.constants(&[flags[0], flags[1], sides as u32, flags[2], flags[3], flags[4], occlusion as u32, flags[5], u32::from(voxels.faces.is_some())])
+        let has_faces = voxels.faces.is_some() && (dense.is_some() || self.settings.stores_faces);
+        let flags = [is_shaded, voxels.emission.is_some(), indirect, counting, is_weighted, voxels.is_dynamic, has_faces].map(u32::from);
+        pass.constants(&[flags[0], flags[1], sides as u32, flags[2], flags[3], flags[4], occlusion as u32, flags[5], flags[6]])
             .push(&params)
             .dispatch(linear_groups(voxels.voxel_count));
     }

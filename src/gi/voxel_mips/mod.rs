@@ -78,6 +78,16 @@ static PRESETS: &[Preset] = &[
         values: &[],
     },
     Preset {
+        name: "anisotropic",
+        help: "as cones, through mips that look different along each axis from either side",
+        values: &[("anisotropic", "on"), ("face_weights", "squared"), ("opacity_exponent", "1.25")],
+    },
+    Preset {
+        name: "directional",
+        help: "as cones, through voxels of six faces on all levels, either side of which blocks",
+        values: &[("faces", "both"), ("opacity_exponent", "1")],
+    },
+    Preset {
         name: "textbook",
         help: "as the papers have it: box-filtered mips, six cones of 60°",
         values: &[
@@ -241,18 +251,15 @@ pub fn radiance_image(gpu: &Gpu, name: &str, resolution: u32, cubes: u32, mips: 
 
 /// Adds `voxel_mips.filter` for the mips of a volume from its finest one on, and for those of `coarser`, which has the six faces of all other levels.
 pub fn filter_mips(frame: &mut Frame, volume: &Arc<Image>, coarser: Option<&Arc<Image>>, filter: Prefilter) {
-    let [width, height, _] = volume.extent(0);
-    let has_faces = width > height;
-    let mut add = |[finer, mip]: [(&Arc<Image>, u32); 2], faces: [bool; 2]| {
-        let [along, across, _] = mip.0.extent(mip.1);
-        let constants = [filter as u32, u32::from(faces[0]), u32::from(faces[1])];
-        let pass = frame.pass(&FILTER).bind_mip(finer.0, finer.1).bind_mip(mip.0, mip.1).constants(&constants);
-        pass.dispatch([along.div_ceil(4), across.div_ceil(4), across.div_ceil(4)]);
+    let has_faces = |image: &Image| u32::from(image.extent(0)[0] > image.extent(0)[1]);
+    let mut add = |finer: (&Arc<Image>, u32), mip: (&Arc<Image>, u32)| {
+        let pass = frame.pass(&FILTER).bind_mip(finer.0, finer.1).bind_mip(mip.0, mip.1);
+        pass.constants(&[filter as u32, has_faces(mip.0), has_faces(finer.0)]).dispatch(mip.0.extent(mip.1).map(|texels| texels.div_ceil(4)));
     };
-    (1..volume.mips()).for_each(|mip| add([(volume, mip - 1), (volume, mip)], [has_faces; 2]));
+    (1..volume.mips()).for_each(|mip| add((volume, mip - 1), (volume, mip)));
     if let Some(coarser) = coarser {
-        add([(volume, 0), (coarser, 0)], [true, false]);
-        (1..coarser.mips()).for_each(|mip| add([(coarser, mip - 1), (coarser, mip)], [true; 2]));
+        add((volume, 0), (coarser, 0));
+        (1..coarser.mips()).for_each(|mip| add((coarser, mip - 1), (coarser, mip)));
     }
 }
 
