@@ -305,8 +305,8 @@ fn energy_of_a_furnace() {
     let gpu = gpu();
     let scene = Scene::bundled("furnace", &[("albedo".into(), 0.5), ("emission".into(), 1.0)]).unwrap();
     let seen = guide(&scene, 32, 32).unwrap();
-    let cases: Vec<Case> = default_cases().into_iter().chain([Case { entry: find("voxel-mips").unwrap(), preset: Some("cones") }]).collect();
-    for case in cases {
+    let cones = ["cones", "anisotropic", "directional"].map(|preset| Case { entry: find("voxel-mips").unwrap(), preset: Some(preset) });
+    for case in default_cases().into_iter().chain(cones) {
         for count in [2, 3, 4] {
             let pairs = [("resolution", "32"), ("bounces", ["2", "3", "4"][count - 2])];
             let shot = shoot(&gpu, &scene, &case, &pairs, frame(32, 32, 16)).unwrap();

@@ -18,7 +18,7 @@ layout(set = 1, binding = 4) uniform utexture3D matter;
 layout(set = 1, binding = 5) uniform texture3D faces;
 #endif
 
-layout(constant_id = 4) const uint SIDES = 1;   // 2: a voxel has a radiance for each side, front first
+layout(constant_id = 5) const uint SIDES = 1;   // 2: a voxel has a radiance for each side, front first
 
 layout(push_constant) uniform BounceConeParams {
     vec4 first_voxel;      // xyz: of the piece of the grid that the voxels are of; w: voxels along an edge of the grid

@@ -8,7 +8,7 @@
 // Whether empty samples are looked up in the matter pyramid and skipped.
 layout(constant_id = 0) const bool SKIP_EMPTY = true;
 
-// The including pass declares `voxels` (texture3D, radiance premultiplied by opacity; with FACES = 1 its level 0 alone), `faces` (texture3D: the levels with six
+// The including pass declares `voxels` (texture3D, radiance premultiplied by opacity; with faces on coarser levels its level 0 alone), `faces` (texture3D: the levels with six
 // faces, one cube beside the other along x) and `matter` (utexture3D, the matter pyramid).
 
 // Trilinear sample of the three faces that a ray meets on a level, as one texel. Each cube is clamped to its own edge.
@@ -16,7 +16,7 @@ vec4 sample_faces(vec3 position, vec3 direction, float resolution, int level) {
     float half_texel = exp2(float(level) - 1.0);
     vec3 along = (clamp(position.x, half_texel, resolution - half_texel) / resolution + vec3(faces_met(direction))) / 6.0;
     vec2 across = position.yz / resolution;
-    float mip = float(level + int(FACES) - 2);
+    float mip = float(FINEST_FACES ? level : level - 1);
     vec4 x = textureLod(sampler3D(faces, linear_clamp), vec3(along.x, across), mip);
     vec4 y = textureLod(sampler3D(faces, linear_clamp), vec3(along.y, across), mip);
     vec4 z = textureLod(sampler3D(faces, linear_clamp), vec3(along.z, across), mip);
@@ -31,15 +31,19 @@ vec4 sample_level(vec3 position, vec3 direction, float resolution, int level) {
     return texel;
 }
 
-// What is seen in a direction at a position [voxels]: linear between the two levels next to `level`.
-vec4 sample_volume(vec3 position, vec3 direction, float resolution, float level) {
-    if (FACES == 0u) return textureLod(sampler3D(voxels, linear_clamp), position / resolution, level);
-    level = clamp(level, 0.0, log2(resolution));
+// Linear between the two levels next to `level`.
+vec4 sample_levels(vec3 position, vec3 direction, float resolution, float level) {
     int finer = int(level);
     float coarser_share = level - float(finer);
     vec4 texel = (1.0 - coarser_share) * sample_level(position, direction, resolution, finer);
     for (int turn = int(coarser_share > 0.0); turn > 0; --turn) texel += coarser_share * sample_level(position, direction, resolution, finer + 1);
     return texel;
+}
+
+// What is seen in a direction at a position [voxels].
+vec4 sample_volume(vec3 position, vec3 direction, float resolution, float level) {
+    if (FACES) return sample_levels(position, direction, resolution, clamp(level, 0.0, log2(resolution)));
+    return textureLod(sampler3D(voxels, linear_clamp), position / resolution, level);
 }
 
 // False only where a sample of this diameter [voxels, at least 1] is zero. Between two mips the coarser one's stencil holds the finer one's.

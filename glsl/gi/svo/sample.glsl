@@ -23,12 +23,15 @@ vec4 sample_brick(uint brick, vec3 local, ivec3 size) {
 
 // Likewise, of a tile of a level: of the three faces that a ray meets, or of the one brick of a level without faces (gi/svo/pool.glsl).
 vec4 sample_tile(uint tile, int level, vec3 local, vec3 direction, ivec3 size) {
-    if (FACES == 0u) return sample_brick(tile, local, size);
     vec4 texel = vec4(0.0);
-    for (int turn = int(!has_faces(level)); turn > 0; --turn) texel = sample_brick(tile + 5u * params.face_stride, local, size);
-    for (int turn = int(has_faces(level)); turn > 0; --turn) {
-        uvec3 brick = tile + params.face_stride * uvec3(faces_met(direction));
-        texel = combine_faces(sample_brick(brick.x, local, size), sample_brick(brick.y, local, size), sample_brick(brick.z, local, size), direction);
+    if (FACES) {
+        for (int turn = int(!has_faces(level)); turn > 0; --turn) texel = sample_brick(tile + 5u * params.face_stride, local, size);
+        for (int turn = int(has_faces(level)); turn > 0; --turn) {
+            uvec3 brick = tile + params.face_stride * uvec3(faces_met(direction));
+            texel = combine_faces(sample_brick(brick.x, local, size), sample_brick(brick.y, local, size), sample_brick(brick.z, local, size), direction);
+        }
+    } else {
+        texel = sample_brick(tile, local, size);
     }
     return texel;
 }

@@ -178,7 +178,8 @@ void main() {
 #endif
         voxel_radiance[SIDES * index + side] = uvec2(packHalf2x16(radiance.rg), packHalf2x16(vec2(radiance.b, opacity)));
     }
-    for (uint face = 0u; face < FACES * 6u; ++face) {
+    uint faces = FACES != 0u ? 6u : 0u;
+    for (uint face = 0u; face < faces; ++face) {
         vec4 seen = face_radiance(index, face, normal, sides);
 #ifdef DENSE
         ivec3 cube = ivec3(int(face) * imageSize(dense_radiance).y, 0, 0);

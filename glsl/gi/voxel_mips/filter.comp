@@ -17,7 +17,7 @@ void main() {
     if (any(greaterThanEqual(texel, size))) return;
     int face = FACES ? texel.x / size.y : 0;
     ivec3 first = 2 * texel;
-    if (FACES && !FINER_FACES) first.x -= 2 * face * size.y;
+    first.x -= FINER_FACES ? 0 : 2 * face * size.y;
     vec4 c[8];
     for (int i = 0; i < 8; ++i) c[i] = imageLoad(finer, first + (FACES ? face_child(i, face) : ivec3(i & 1, i >> 1 & 1, i >> 2)));
     vec4 result;

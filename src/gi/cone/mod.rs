@@ -242,8 +242,10 @@ impl Volume<'_> {
             Volume::Dense { radiance, matter, faces } => (pass.bind(radiance).bind(matter).bind(faces.map_or(radiance, |(faces, _)| faces)), skips_empty),
             Volume::Sparse { nodes, bricks, corners, .. } => (pass.bind(nodes).bind(bricks), corners),
         };
-        let flags = [first, output == Output::Samples, weights == FaceWeights::Extinction].map(u32::from);
-        pass.constants(&[flags[0], flags[1], self.directionality().constant(), flags[2], sides as u32])
+        let directionality = self.directionality();
+        let has_faces = [directionality != Directionality::Isotropic, directionality.faces().is_some()];
+        let flags = [first, output == Output::Samples, has_faces[0], has_faces[1], weights == FaceWeights::Extinction].map(u32::from);
+        pass.constants(&[flags[0], flags[1], flags[2], flags[3], flags[4], sides as u32])
     }
 
     fn directionality(&self) -> Directionality {

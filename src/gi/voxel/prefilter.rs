@@ -86,15 +86,6 @@ impl Directionality {
     pub fn faces(self) -> Option<Faces> {
         if let Directionality::Directional(faces) = self { Some(faces) } else { None }
     }
-
-    /// `FACES` of the shaders: how many sorts of levels have faces.
-    pub fn constant(self) -> u32 {
-        match self {
-            Directionality::Isotropic => 0,
-            Directionality::Anisotropic => 1,
-            Directionality::Directional(_) => 2,
-        }
-    }
 }
 
 impl Prefilter {
