@@ -3,7 +3,7 @@
 
 mod support;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use glam::{DVec4, Vec3};
 use lumivox::gi::registry::find;
@@ -20,7 +20,7 @@ use support::octree::{grow, lattice, matter, plant, read_bricks, read_nodes, shi
 use support::scenes::{bundled, in_unit_grid, scene_of, soup};
 use support::technique::{Case, frame, shared_scene, shoot};
 use support::voxels::{half, voxel_settings, voxelize};
-use support::{Random, gpu, read_words};
+use support::{Random, gpu};
 
 /// What is wrong with an octree, if anything: every node and pointer is the oracle's, and the leaf nodes are the occupied voxels.
 fn compare(tree: &Octree, voxels: &BTreeSet<VoxelIndex>, resolution: u32, lattice: Lattice) -> Result<(), String> {
@@ -32,14 +32,17 @@ fn compare(tree: &Octree, voxels: &BTreeSet<VoxelIndex>, resolution: u32, lattic
         return Err(format!("tile {index} is {:?}, {:?} expected", tree.tiles[index], expected.tiles[index]));
     }
     let is_reached = reached_tiles(tree) == tree.tiles.len();
-    let leaves = &tree.tiles[tree.tiles.len() - tree.counts[0] as usize..];
-    let place = |tile: &[u32; 3], node: usize| [2 * tile[0] + (node as u32 & 1), 2 * tile[1] + (node as u32 >> 1 & 1), 2 * tile[2] + (node as u32 >> 2)];
-    let found: BTreeSet<VoxelIndex> =
-        leaves.iter().flat_map(|tile| (0..8).filter(|node| tile.nodes[*node].is_some()).map(|node| place(&tile.position, node))).collect();
-    if found != *voxels {
+    if !leaf_voxels(tree).keys().eq(voxels) {
         return Err("the leaf nodes are not the occupied voxels".to_owned());
     }
     is_reached.then_some(()).ok_or_else(|| "a tile has no parent, or two".to_owned())
+}
+
+/// Place and compact index of each voxel that a leaf node is.
+fn leaf_voxels(tree: &Octree) -> BTreeMap<VoxelIndex, u32> {
+    let leaves = &tree.tiles[tree.tiles.len() - tree.counts[0] as usize..];
+    let place = |tile: &[u32; 3], node: u32| [2 * tile[0] + (node & 1), 2 * tile[1] + (node >> 1 & 1), 2 * tile[2] + (node >> 2)];
+    leaves.iter().flat_map(|tile| (0..).zip(tile.nodes).filter_map(|(node, voxel)| Some((place(&tile.position, node), voxel?)))).collect()
 }
 
 /// Tiles that the root leads to, counted once for each way.
@@ -199,21 +202,27 @@ fn pieces_are_the_whole() {
     let gpu_scene = GpuScene::new(&gpu, &scene).unwrap();
     let settings = voxel_settings(64, Method::Compute);
     let mut voxelizer = PieceVoxelizer::new(&gpu, &gpu_scene, settings).unwrap();
-    let (whole, occupancy, _) = voxelizer.run(&gpu, &gpu_scene, LightSettings::direct(Injection::Voxel, Sides::One)).unwrap();
-    let bits = read_words(&gpu, &occupancy.occupancy);
-    voxelizer.cut(&gpu, 2).unwrap();
-    let (pieces, occupancy, _) = voxelizer.run(&gpu, &gpu_scene, LightSettings::direct(Injection::Voxel, Sides::One)).unwrap();
-    let differing: u32 = bits.iter().zip(read_words(&gpu, &occupancy.occupancy)).map(|(a, b)| (a ^ b).count_ones()).sum();
-    println!("{} and {} voxels, {differing} within rounding", whole.voxel_count, pieces.voxel_count);
-    assert!(f64::from(differing) <= 1e-4 * f64::from(whole.voxel_count), "{differing} voxels differ");
-    let bases = read_words(&gpu, &occupancy.block_bases);
-    let (pool, _) = NodePool::build(&gpu, &occupancy, false).unwrap();
-    let mut voxels: Vec<u32> = Vec::new();
-    let tree = read_nodes(&gpu, &pool).unwrap();
-    tree.tiles[tree.tiles.len() - tree.counts[0] as usize..].iter().for_each(|tile| voxels.extend(tile.nodes.iter().flatten()));
+    let mut grow_of = |along: u32| {
+        voxelizer.cut(along);
+        let (pieces, occupancy, _) = voxelizer.run(&gpu, &gpu_scene, LightSettings::direct(Injection::Voxel, Sides::One)).unwrap();
+        let (pool, _) = NodePool::build(&gpu, &occupancy, false).unwrap();
+        (pieces.voxel_count, occupancy.cubes.len(), read_nodes(&gpu, &pool).unwrap())
+    };
+    let (whole_count, _, whole) = grow_of(1);
+    let (count, cubes, tree) = grow_of(4);
+    let (of_whole, of_pieces) = (leaf_voxels(&whole), leaf_voxels(&tree));
+    let differing =
+        of_whole.keys().filter(|place| !of_pieces.contains_key(*place)).count() + of_pieces.keys().filter(|place| !of_whole.contains_key(*place)).count();
+    println!("{whole_count} and {count} voxels in {cubes} pieces, {differing} within rounding");
+    // The inside of the box is empty, and has no pieces.
+    assert!(cubes > 1 && cubes < 64, "{cubes} pieces");
+    assert!(differing as f64 <= 1e-4 * f64::from(whole_count), "{differing} voxels differ");
+    // Only the compact order differs.
+    let shape = |tree: &Octree| tree.tiles.iter().map(|tile| (tile.position, tile.nodes.map(|node| node.is_some()), tile.neighbours)).collect::<Vec<_>>();
+    assert!(shape(&tree) == shape(&octree(&of_pieces.keys().copied().collect(), 64, Lattice::Centres)), "the tree of the pieces is another");
+    let mut voxels: Vec<u32> = of_pieces.into_values().collect();
     voxels.sort_unstable();
-    assert!(voxels.into_iter().eq(0..pieces.voxel_count), "a compact index is missing or there twice");
-    assert_eq!(bases[0], 0);
+    assert!(voxels.into_iter().eq(0..count), "a compact index is missing or there twice");
 }
 
 /// A grid's voxels in an octree, and light maps of scenes with the same geometry.
@@ -227,7 +236,7 @@ struct Stand<'s> {
 impl<'s> Stand<'s> {
     fn new(gpu: &'s Gpu, scene: &GpuScene, along: u32, settings: BrickSettings) -> Self {
         let mut voxelizer = PieceVoxelizer::new(gpu, scene, voxel_settings(32, Method::Compute)).unwrap();
-        voxelizer.cut(gpu, along).unwrap();
+        voxelizer.cut(along);
         let (pieces, occupancy, _) = voxelizer.run(gpu, scene, LightSettings::direct(Injection::Rsm, Sides::One)).unwrap();
         let (nodes, _) = NodePool::build(gpu, &occupancy, settings.corners).unwrap();
         let (bricks, _) = BrickPool::new(gpu, &nodes, settings).unwrap();

@@ -17,7 +17,6 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     ("gi/svo/link_leaves.comp", include_bytes!("../../spirv/gi/svo/link_leaves.comp.spv")),
     ("gi/svo/link_neighbours.comp", include_bytes!("../../spirv/gi/svo/link_neighbours.comp.spv")),
     ("gi/svo/list_touched.comp", include_bytes!("../../spirv/gi/svo/list_touched.comp.spv")),
-    ("gi/svo/merge_occupancy.comp", include_bytes!("../../spirv/gi/svo/merge_occupancy.comp.spv")),
     ("gi/svo/reduce_points.comp", include_bytes!("../../spirv/gi/svo/reduce_points.comp.spv")),
     ("gi/svo/scan_nodes.comp", include_bytes!("../../spirv/gi/svo/scan_nodes.comp.spv")),
     ("gi/svo/transfer_borders.comp", include_bytes!("../../spirv/gi/svo/transfer_borders.comp.spv")),

@@ -2,9 +2,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use glam::DVec4;
+use glam::{DVec4, UVec3};
 use lumivox::gi::svo::oracle::{Lattice, Octree, Texels, Tile};
-use lumivox::gi::svo::{BrickPool, BrickSettings, NodePool, Occupancy};
+use lumivox::gi::svo::{BrickPool, BrickSettings, NodePool, Occupancy, OccupiedCube};
 use lumivox::gi::voxel::oracle::{VoxelIndex, block_bases, compact_order, occupancy_words};
 use lumivox::graph::{Frame, Gpu};
 
@@ -14,7 +14,8 @@ use super::{Random, words};
 /// Occupancy as the voxelizer would leave it.
 pub fn plant(gpu: &Gpu, voxels: &BTreeSet<VoxelIndex>, resolution: u32) -> Occupancy {
     let occupancy = occupancy_words(voxels.iter().copied(), resolution);
-    Occupancy { resolution, block_bases: words(gpu, "block_bases", &block_bases(&occupancy)), occupancy: words(gpu, "occupancy", &occupancy) }
+    let (block_bases, occupancy) = (words(gpu, "block_bases", &block_bases(&occupancy)), words(gpu, "occupancy", &occupancy));
+    Occupancy { resolution, cubes: vec![OccupiedCube { first: UVec3::ZERO, resolution, occupancy, block_bases, first_voxel: 0 }] }
 }
 
 /// The node pool as the oracle has it; an error names a tile that cannot be read so.

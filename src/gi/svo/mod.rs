@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 pub use bricks::{BrickPool, BrickSettings};
 pub use nodes::NodePool;
-pub use pieces::{Occupancy, PieceVoxelizer, Pieces};
+pub use pieces::{Occupancy, OccupiedCube, PieceVoxelizer, Pieces};
 
 use super::cone::{self, ConeTracer, Volume};
 use super::interleave::{self, deinterleave};
@@ -80,7 +80,6 @@ static PRESETS: &[Preset] = &[
 
 /// The passes of this module.
 pub static PASSES: &[&Pass] = &[
-    &pieces::MERGE_OCCUPANCY,
     &nodes::REDUCE_POINTS,
     &nodes::FLAG_NODES,
     &nodes::SCAN_NODES,
@@ -97,13 +96,11 @@ pub static PASSES: &[&Pass] = &[
 
 /// The structs that this module shares with shaders.
 pub static STRUCTS: &[(&str, &[Field])] = &[
-    (pieces::MergeParams::NAME, pieces::MergeParams::FIELDS),
     (nodes::Level::NAME, nodes::Level::FIELDS),
     (nodes::ReduceParams::NAME, nodes::ReduceParams::FIELDS),
     (nodes::FlagParams::NAME, nodes::FlagParams::FIELDS),
     (nodes::LevelParams::NAME, nodes::LevelParams::FIELDS),
     (nodes::LeafParams::NAME, nodes::LeafParams::FIELDS),
-    (nodes::NeighbourParams::NAME, nodes::NeighbourParams::FIELDS),
     (bricks::BrickParams::NAME, bricks::BrickParams::FIELDS),
     (bricks::TransferParams::NAME, bricks::TransferParams::FIELDS),
     (touched::Touched::NAME, touched::Touched::FIELDS),
@@ -125,16 +122,7 @@ pub static ENTRY: Entry = Entry {
         &Stage {
             name: "node flagging and allocation",
             part: Part::Store,
-            passes: &[
-                "svo.merge_occupancy",
-                "svo.clear",
-                "svo.reduce_points",
-                "svo.flag_nodes",
-                "svo.scan_nodes",
-                "svo.allocate_tiles",
-                "svo.link_leaves",
-                "svo.link_neighbours",
-            ],
+            passes: &["svo.clear", "svo.reduce_points", "svo.flag_nodes", "svo.scan_nodes", "svo.allocate_tiles", "svo.link_leaves", "svo.link_neighbours"],
         },
         &voxel::LIGHT_INJECTION,
         &Stage { name: "touched tiles", part: Part::Store, passes: &["svo.clear_touched", "svo.flag_touched", "svo.list_touched"] },
