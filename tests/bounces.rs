@@ -250,7 +250,7 @@ fn bounces_of_pieces_are_those_of_the_whole() {
         let direct = sum();
         let mut frame = Frame::new();
         frame.set_scene(&gpu_scene.set, &gpu_scene.materials);
-        pieces.bounce(&mut frame, &tracer, DeviceVolume::Sparse { nodes: &nodes.nodes, bricks: &bricks.image, corners: false });
+        pieces.bounce(&mut frame, &tracer, DeviceVolume::Sparse { nodes: &nodes.nodes, bricks: &bricks.image, normals: None, corners: false });
         pieces.relight(&mut frame, &maps);
         gpu.submit(frame).unwrap();
         [direct, sum()]

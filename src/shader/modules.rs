@@ -21,6 +21,7 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     ("gi/svo/scan_nodes.comp", include_bytes!("../../spirv/gi/svo/scan_nodes.comp.spv")),
     ("gi/svo/transfer_borders.comp", include_bytes!("../../spirv/gi/svo/transfer_borders.comp.spv")),
     ("gi/svo/write_leaves.comp", include_bytes!("../../spirv/gi/svo/write_leaves.comp.spv")),
+    ("gi/svo/write_normals.comp", include_bytes!("../../spirv/gi/svo/write_normals.comp.spv")),
     ("gi/voxel/bounce_rays.comp", include_bytes!("../../spirv/gi/voxel/bounce_rays.comp.spv")),
     ("gi/voxel/continue_lists.comp", include_bytes!("../../spirv/gi/voxel/continue_lists.comp.spv")),
     ("gi/voxel/count_blocks.comp", include_bytes!("../../spirv/gi/voxel/count_blocks.comp.spv")),

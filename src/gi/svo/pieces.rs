@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use glam::UVec3;
 
+use super::bricks::RecordRange;
 use super::nodes::require_pointers;
 use crate::gi::cone::{ConeTracer, Volume};
 use crate::gi::voxel::voxelize::buffer;
@@ -36,7 +37,7 @@ pub struct Pieces {
     pub voxel_count: u32,
     /// Triangle–voxel pairs.
     pub fragment_count: u32,
-    /// Radiance and opacity of each voxel.
+    /// Radiance and opacity of each voxel, or of each side of it.
     pub radiance: Arc<Buffer>,
     /// Those that are not empty, or the whole.
     pieces: Vec<Piece>,
@@ -139,7 +140,7 @@ fn attempt(
     }
     let radiance = match pieces.as_slice() {
         [whole] => Arc::clone(&whole.light.radiance),
-        _ => buffer(gpu, "svo.radiance", 8 * u64::from(voxel_count))?,
+        _ => buffer(gpu, "svo.radiance", light_settings.sides.radiance_bytes(voxel_count))?,
     };
     Ok((Pieces { grid, voxel_count, fragment_count, radiance, pieces }, occupancy, stats))
 }
@@ -202,12 +203,23 @@ impl Pieces {
         for piece in &self.pieces {
             add(frame, piece, first_voxel);
             let Piece { voxels, light, .. } = piece;
-            let bytes = 8 * u64::from(voxels.voxel_count);
+            let bytes = light.settings.sides.radiance_bytes(voxels.voxel_count);
             if self.pieces.len() > 1 && bytes > 0 {
-                frame.copy_buffer("svo.merge_radiance", (&light.radiance, 0), (&self.radiance, 8 * u64::from(first_voxel)), bytes);
+                frame.copy_buffer("svo.merge_radiance", (&light.radiance, 0), (&self.radiance, light.settings.sides.radiance_bytes(first_voxel)), bytes);
             }
             first_voxel += voxels.voxel_count;
         }
+    }
+
+    /// The records of all voxels.
+    pub fn records(&self) -> Vec<RecordRange> {
+        let mut first_voxel = 0;
+        let range = |Piece { voxels, .. }: &Piece| {
+            let range = RecordRange { first_voxel, voxel_count: voxels.voxel_count, records: Arc::clone(&voxels.records) };
+            first_voxel += voxels.voxel_count;
+            range
+        };
+        self.pieces.iter().map(range).collect()
     }
 
     /// Counts of fragments, voxels, pieces and light, for the report.
