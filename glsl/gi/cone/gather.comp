@@ -1,6 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // cone.gather: indirect diffuse irradiance E = π Σ w_i L_i and ambient visibility of each pixel, by a set of cones over the hemisphere.
+// cone.occlusion: the ambient visibility alone, by another set; what was gathered stays.
 layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(set = 1, binding = 0) uniform texture2D view_depth;
@@ -15,8 +16,9 @@ layout(set = 1, binding = 4) uniform texture3D voxels;
 layout(set = 1, binding = 5) uniform utexture3D matter;
 #endif
 
-// Instead of light, x is the number of samples.
-layout(constant_id = 1) const bool COUNT_SAMPLES = false;
+// Light and visibility; instead of light, in x, the number of samples; or visibility alone.
+layout(constant_id = 1) const uint OUTPUT = 0;
+const uint SAMPLES = 1, VISIBILITY = 2;
 
 layout(push_constant) uniform ConeParams {
     vec4 grid;             // xyz: smallest corner of the grid [m]; w: voxel size [m]
@@ -49,13 +51,15 @@ void main() {
     vec3 origin = (surface.position_ws - params.grid.xyz) / params.grid.w + params.start_offset * surface.geometric_normal;
     mat3 around = frame_around(surface.shading_normal);
     vec2 offset = params.interleave > 1u ? interleaved_offset(pixel, params.interleave) : vec2(0.5, 0.0);
-    vec4 sum = params.first_cone == 0u ? vec4(0.0) : imageLoad(indirect_diffuse, pixel);
+    bool adds = params.first_cone > 0u;
+    vec4 sum = adds || OUTPUT == VISIBILITY ? imageLoad(indirect_diffuse, pixel) : vec4(0.0);
+    if (!adds) sum.a = 0.0;
     for (uint i = params.first_cone; i < params.end_cone; ++i) {
         vec4 cone = cones[i];
         vec3 direction = hemisphere_direction(around, cone.x + (offset.x - 0.5) * params.jitter, cone.y + offset.y * 2.0 * PI);
         float cosine = max(dot(direction, surface.geometric_normal), 0.0);
         ConeResult result = march_cone(origin, direction, cone.z, params.start_offset, cosine, settings);
-        sum += COUNT_SAMPLES ? vec4(result.samples, 0.0, 0.0, 0.0) : cone.w * vec4(PI * result.radiance, result.visibility);
+        sum += OUTPUT == SAMPLES ? vec4(result.samples, 0.0, 0.0, 0.0) : cone.w * vec4(OUTPUT == VISIBILITY ? vec3(0.0) : PI * result.radiance, result.visibility);
     }
     imageStore(indirect_diffuse, pixel, sum);
 }

@@ -202,6 +202,11 @@ impl LightSettings {
         LightSettings { injection, sides, bounces: Bounces::Count(1), attenuation: Attenuation::Standard, occlusion: Occlusion::ShadowMap, kappa: 1.0 }
     }
 
+    /// Whether maps of the lights say where light reaches voxels.
+    pub fn reads_maps(&self) -> bool {
+        self.injection == Injection::Rsm || !self.traces()
+    }
+
     /// Whether voxels see lights by rays, for which the grid has to be whole.
     pub fn traces(&self) -> bool {
         matches!(self.occlusion, Occlusion::RaysHard | Occlusion::RaysSoft)
