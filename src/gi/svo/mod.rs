@@ -230,7 +230,7 @@ impl Technique for Svo {
             return Ok(FrameStats::default());
         }
         let Some(Store { mut voxels, .. }) = self.store.take() else { return self.build(context) };
-        match voxels.set_pose(context.gpu, context.scene, &mut self.voxelizer, self.light_settings)? {
+        match voxels.set_pose(context.gpu, context.scene, &mut self.voxelizer)? {
             Some((occupancy, stats)) => self.build_octree(context, voxels, occupancy, stats),
             None => {
                 drop(voxels);
