@@ -16,9 +16,8 @@ layout(set = 1, binding = 4) uniform texture3D voxels;
 layout(set = 1, binding = 5) uniform utexture3D matter;
 #endif
 
-// Light and visibility; instead of light, in x, the number of samples; or visibility alone.
-layout(constant_id = 1) const uint OUTPUT = 0;
-const uint SAMPLES = 1, VISIBILITY = 2;
+// Instead of light, x is the number of samples.
+layout(constant_id = 1) const bool COUNT_SAMPLES = false;
 
 layout(push_constant) uniform ConeParams {
     vec4 grid;             // xyz: smallest corner of the grid [m]; w: voxel size [m]
@@ -33,6 +32,7 @@ layout(push_constant) uniform ConeParams {
     uint end_cone;
     uint interleave;      // n: the set is rotated differently in each pixel of an n×n tile
     float jitter;         // width of a stratum of sin²θ; 0 where the set has fixed elevations
+    uint is_occlusion;    // 1: visibility alone
 } params;
 
 #include "shared/gbuffer.glsl"
@@ -52,14 +52,15 @@ void main() {
     mat3 around = frame_around(surface.shading_normal);
     vec2 offset = params.interleave > 1u ? interleaved_offset(pixel, params.interleave) : vec2(0.5, 0.0);
     bool adds = params.first_cone > 0u;
-    vec4 sum = adds || OUTPUT == VISIBILITY ? imageLoad(indirect_diffuse, pixel) : vec4(0.0);
+    vec4 sum = adds || params.is_occlusion != 0u ? imageLoad(indirect_diffuse, pixel) : vec4(0.0);
     if (!adds) sum.a = 0.0;
     for (uint i = params.first_cone; i < params.end_cone; ++i) {
         vec4 cone = cones[i];
         vec3 direction = hemisphere_direction(around, cone.x + (offset.x - 0.5) * params.jitter, cone.y + offset.y * 2.0 * PI);
         float cosine = max(dot(direction, surface.geometric_normal), 0.0);
         ConeResult result = march_cone(origin, direction, cone.z, params.start_offset, cosine, settings);
-        sum += OUTPUT == SAMPLES ? vec4(result.samples, 0.0, 0.0, 0.0) : cone.w * vec4(OUTPUT == VISIBILITY ? vec3(0.0) : PI * result.radiance, result.visibility);
+        vec3 irradiance = params.is_occlusion != 0u ? vec3(0.0) : PI * result.radiance;
+        sum += COUNT_SAMPLES ? vec4(result.samples, 0.0, 0.0, 0.0) : cone.w * vec4(irradiance, result.visibility);
     }
     imageStore(indirect_diffuse, pixel, sum);
 }

@@ -46,6 +46,8 @@ gpu_struct! {
         pub interleave: u32,
         /// Width of a stratum of sin²θ; 0 where elevations are fixed.
         pub jitter: f32,
+        /// 1 for visibility alone.
+        pub is_occlusion: u32,
     }
 }
 
@@ -198,8 +200,6 @@ enum Output {
     Light,
     /// In x, how many samples they take.
     Samples,
-    /// In w, what they do not meet.
-    Visibility,
 }
 
 /// What cones march through.
@@ -459,8 +459,9 @@ impl ConeTracer {
         let settings = ConeSettings { max_distance_m: *reach_m, ao_falloff: *falloff, ..self.settings };
         let pass = if matches!(volume, Volume::Dense { .. }) { &OCCLUSION } else { &OCCLUSION_SPARSE };
         for (params, groups) in gather_params(&settings, set, grid, gbuffer) {
+            let params = ConeParams { is_occlusion: 1, ..params };
             let builder = frame.pass(pass).bind(&gbuffer.view_depth).bind(&gbuffer.normals).bind(&set.cones).bind(result);
-            volume.bind(builder, set.is_narrow, Output::Visibility).push(&params).dispatch(groups);
+            volume.bind(builder, set.is_narrow, Output::Light).push(&params).dispatch(groups);
         }
     }
 
@@ -582,6 +583,7 @@ fn gather_params(s: &ConeSettings, set: &DeviceSet, grid: &VoxelGrid, gbuffer: &
         end_cone,
         interleave: s.interleave,
         jitter: set.jitter,
+        is_occlusion: 0,
     };
     let groups = screen_groups(gbuffer.size);
     s.dispatches(grid, set.count).into_iter().map(move |cones| (params(cones), groups))
