@@ -7,6 +7,8 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     ("gi/cone/bounce_svo.comp", include_bytes!("../../spirv/gi/cone/bounce_svo.comp.spv")),
     ("gi/cone/gather.comp", include_bytes!("../../spirv/gi/cone/gather.comp.spv")),
     ("gi/cone/gather_svo.comp", include_bytes!("../../spirv/gi/cone/gather_svo.comp.spv")),
+    ("gi/cone/shadow.comp", include_bytes!("../../spirv/gi/cone/shadow.comp.spv")),
+    ("gi/cone/shadow_svo.comp", include_bytes!("../../spirv/gi/cone/shadow_svo.comp.spv")),
     ("gi/cone/specular.comp", include_bytes!("../../spirv/gi/cone/specular.comp.spv")),
     ("gi/cone/specular_svo.comp", include_bytes!("../../spirv/gi/cone/specular_svo.comp.spv")),
     ("gi/interleave/deinterleave.comp", include_bytes!("../../spirv/gi/interleave/deinterleave.comp.spv")),
