@@ -74,7 +74,7 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     if !(args.max_error.is_finite() && args.max_error > 0.0) {
         return Err(CliError::input(format!("--max-error is {}; it must be above 0", args.max_error)));
     }
-    let Some(folder) = &args.output else { return list(args) };
+    let Some(folder) = args.output.as_ref().filter(|_| !args.list) else { return list(args) };
     if !args.merge.is_empty() {
         check_output_folder(folder)?;
         return merge(&args.merge, folder, quiet);
@@ -205,7 +205,7 @@ fn write_sections(sections: &[Section], stems: &[PathBuf], folder: &Path, quiet:
         }
         if !quiet {
             let name = section.points.first().map_or("", |point| point.scene.as_str());
-            section.summary().iter().for_each(|line| say(&format!("{name}: {line}")));
+            section.summary().iter().for_each(|advice| say(&format!("{name}: {advice}")));
         }
     }
     let path = folder.join("chart.html");

@@ -87,9 +87,10 @@ pub(super) fn draw_points<DB: DrawingBackend>(area: &DrawingArea<DB, Shift>, pan
     let (columns, rows) = chart.plotting_area().get_pixel_range();
     let frame = Rect { left: columns.start, top: rows.start, right: columns.end, bottom: rows.end };
     for (number, (point, (dx, dy))) in panel.front.iter().zip(number_places(&front, &points, &frame)).enumerate() {
-        let lead = PathElement::new([(0, 0), (dx, dy)], GREY.stroke_width(u32::from(dx.abs().max(dy.abs()) > NEAR_PX)));
+        if dx.abs().max(dy.abs()) > NEAR_PX {
+            chart.draw_series([EmptyElement::at(point.at) + PathElement::new([(0, 0), (dx, dy)], GREY)])?;
+        }
         let text = Text::new((number + 1).to_string(), (dx - number_width(number) / 2, dy - 7), ("sans-serif", TEXT_PX).into_font().color(&BLACK));
-        chart.draw_series([EmptyElement::at(point.at) + lead])?;
         chart.draw_series([EmptyElement::at(point.at) + text])?;
     }
     draw_key(&key, panel)

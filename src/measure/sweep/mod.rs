@@ -17,4 +17,4 @@ pub use page::page;
 pub use point::{Cost, Point, PointError, RECORD_VERSION, Setup, bounces_of, bounces_text};
 pub use records::{PictureFolder, RecordError, Records, read_records};
 pub use run::{Progress, Sweep, SweepError};
-pub use section::{Group, Section, Standing};
+pub use section::{Advice, Group, Section, Standing};

@@ -10,7 +10,7 @@ use std::path::Path;
 
 use super::point::{Cost, Point, bounces_text};
 use super::records::PictureFolder;
-use super::section::{Section, Standing, commit, percent, signed_percent, standing_text};
+use super::section::{Advice, Section, Standing, commit, percent, signed_percent, standing_text};
 use crate::graph::Spread;
 use crate::measure::chart::{ChartError, short};
 use crate::measure::report::Timing;
@@ -70,7 +70,7 @@ fn section(section: &Section, pictures: &PictureFolder) -> Result<Markup, ChartE
     let charts = Cost::ALL.iter().filter_map(|cost| section.chart(*cost)).map(|chart| chart.svg()).collect::<Result<Vec<_>, _>>()?;
     Ok(html! {
         h2 { (first.scene) }
-        ul { @for line in section.summary() { li { (line) } } }
+        (summary(section))
         (setup(first))
         (references(section, first, pictures))
         @for svg in charts { div.chart { (PreEscaped(svg)) } }
@@ -78,6 +78,27 @@ fn section(section: &Section, pictures: &PictureFolder) -> Result<Markup, ChartE
         p.note { "Press a heading to sort. Tinted rows are on a front; " i { "near" } " is a point that the front beats by less than the spread of the times." }
         (table(section, pictures))
     })
+}
+
+/// A row a number of bounces and error, a column a cost.
+fn summary(section: &Section) -> Markup {
+    let advice = section.summary();
+    let rows: Vec<&Advice> = advice.iter().filter(|one| one.cost == Advice::COSTS[0]).collect();
+    let find = |row: &Advice, cost| advice.iter().find(|one| (one.bounces, one.cost) == (row.bounces, cost) && one.bound == row.bound);
+    html! {
+        table.summary {
+            thead { tr { th { "bounces" } th { "error at most" } @for cost in Advice::COSTS { th { (cost.least()) } } } }
+            tbody {
+                @for row in rows {
+                    tr {
+                        td { (bounces_text(row.bounces)) }
+                        td { (percent(row.bound)) }
+                        @for cost in Advice::COSTS { td { @if let Some(one) = find(row, cost) { (one.text) } } }
+                    }
+                }
+            }
+        }
+    }
 }
 
 fn setup(first: &Point) -> Markup {

@@ -248,9 +248,10 @@ impl Point {
         (spread.median > 0.0).then_some(spread)
     }
 
-    /// Its place on a chart; `None` where it has none.
+    /// Its place on a chart; `None` where it has none, as axes are logarithmic.
     pub fn price(&self, cost: Cost) -> Option<Price> {
-        Some(Price { cost: self.cost(cost)?, error: self.error?.rel_rmse })
+        let error = self.error?.rel_rmse;
+        Some(Price { cost: self.cost(cost)?, error }).filter(|_| error > 0.0)
     }
 
     /// `resolution`, where the technique has it.
@@ -291,5 +292,114 @@ pub fn bounces_text(bounces: Bounces) -> String {
         Bounces::Count(1) => "1 bounce".into(),
         Bounces::Count(count) => format!("{count} bounces"),
         Bounces::Full => "all bounces".into(),
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+    use crate::measure::sweep::grid_cases;
+
+    pub(in crate::measure::sweep) fn setup() -> Setup {
+        Setup {
+            scene_hash: "0123".into(),
+            size: [160, 120],
+            shadow_resolution: 1024,
+            frames: 5,
+            rebuilds: 3,
+            max_error: 0.01,
+            channel: Channel::Luminance,
+            timing: Timing::Host,
+            device: "a device".into(),
+            driver: "a driver".into(),
+            version: "1".into(),
+            build: "abc".into(),
+        }
+    }
+
+    fn case(preset: &str, set: &str) -> Case {
+        let text = format!("[[sweep]]\ntechnique = [\"svo\"]\npreset = [\"{preset}\"]\nset = {{ {set} }}");
+        grid_cases("test", &text).map(|mut cases| cases.remove(0)).unwrap_or_else(|error| panic!("{error}"))
+    }
+
+    /// A record is found again only for the same case of the same setup: whatever can change a figure changes the key.
+    #[test]
+    fn keys_tell_everything_apart() {
+        let changes: [fn(&mut Setup); 13] = [
+            |_| {},
+            |setup| setup.scene_hash.push('4'),
+            |setup| setup.size = [120, 160],
+            |setup| setup.shadow_resolution = 512,
+            |setup| setup.frames = 6,
+            |setup| setup.rebuilds = 4,
+            |setup| setup.max_error = 0.02,
+            |setup| setup.channel = Channel::Rgb,
+            |setup| setup.timing = Timing::Timestamps,
+            |setup| setup.device.push('2'),
+            |setup| setup.driver.push('2'),
+            |setup| setup.version.push('2'),
+            |setup| setup.build.push('2'),
+        ];
+        let cases = [case("cones", ""), case("cones", "cones = [9]"), case("cones", "bounces = [2]"), case("accurate", "")];
+        let mut keys: Vec<String> = Vec::new();
+        for change in changes {
+            let mut setup = setup();
+            change(&mut setup);
+            keys.extend(cases.iter().map(|case| setup.key(case)));
+            keys.extend([Bounces::Count(1), Bounces::Full].map(|bounces| setup.reference_key(bounces)));
+        }
+        let count = keys.len();
+        keys.sort();
+        keys.dedup();
+        assert_eq!((keys.len(), count), (13 * 6, 13 * 6));
+        assert_eq!(setup().key(&case("cones", "cones = [32], aperture_scale = [0.05]")), setup().key(&case("accurate", "")), "a preset is a name for settings");
+    }
+
+    /// A point of this name with a time of the gather and a build (ms), bytes and an error.
+    pub(in crate::measure::sweep) fn point(technique: &str, bounces: u32, [gather, build]: [f64; 2], bytes: u64, error: f64) -> Point {
+        let total = |name: &str, ms: f64| PassTimes { name: name.to_owned(), gpu_ms: Spread { median: ms, min: 0.9 * ms, max: 1.2 * ms, n: 3 } };
+        let error = PointError { rel_rmse: error, bias: -0.5 * error };
+        Point {
+            record_version: RECORD_VERSION,
+            key: format!("{technique} {bounces} {gather} {bytes} {}", error.rel_rmse),
+            scene: "room".into(),
+            setup: setup(),
+            technique: technique.into(),
+            preset: Some("cones".into()),
+            changes: BTreeMap::from([("cones".to_owned(), format!("{gather}"))]),
+            settings: BTreeMap::from([("resolution".to_owned(), "64".to_owned())]),
+            bounces: Bounces::Count(bounces),
+            failure: None,
+            refused: None,
+            totals: vec![total("build", build), total("indirect", gather + 1.0)],
+            build: Vec::new(),
+            passes: Vec::new(),
+            memory_bytes: 2 * bytes,
+            structure_bytes: Some(bytes),
+            counts: BTreeMap::new(),
+            error: Some(error),
+            pixel_error: Some(error),
+            flip: Some(0.1),
+            materials: vec![("wall".into(), error), ("lamp".into(), PointError { rel_rmse: 2.0 * error.rel_rmse, bias: error.rel_rmse })],
+            noise: Some(0.002),
+        }
+    }
+
+    #[test]
+    fn costs_add_what_they_say() {
+        let point = point("svo", 1, [9.0, 5.0], 4096, 0.1);
+        let median = |cost| point.cost(cost).map(|spread| spread.median);
+        assert_eq!(Cost::ALL.map(median), [Some(10.0), Some(15.0), Some(4096.0)]);
+        assert!(point.cost(Cost::Rebuild).is_some_and(|spread| (spread.min - 13.5).abs() < 1e-9 && (spread.max - 18.0).abs() < 1e-9));
+        assert_eq!(point.worst_material().map(|worst| worst.0.as_str()), Some("lamp"));
+    }
+
+    #[test]
+    fn records_are_read_as_they_were_written() -> Result<(), serde_json::Error> {
+        let mut point = point("svo", 1, [1.0 / 3.0, 0.1 + 0.2], 4096, 1.0 / 7.0);
+        point.bounces = Bounces::Full;
+        point.setup.max_error = 0.1 + 0.7;
+        assert_eq!(serde_json::from_str::<Point>(&serde_json::to_string(&point)?)?, point);
+        Ok(())
     }
 }

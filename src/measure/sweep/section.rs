@@ -37,6 +37,30 @@ pub enum Standing {
     Beaten,
 }
 
+/// The cheapest point with a small enough error.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Advice {
+    /// Indirect bounces.
+    pub bounces: Bounces,
+    /// The error, at most.
+    pub bound: f64,
+    /// What is to be least.
+    pub cost: Cost,
+    /// The point with its costs and its error, or that there is none.
+    pub text: String,
+}
+
+impl Advice {
+    /// The costs for which there is advice.
+    pub(super) const COSTS: [Cost; 2] = [Cost::Frame, Cost::Memory];
+}
+
+impl std::fmt::Display for Advice {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}, {} with an error of at most {}: {}", bounces_text(self.bounces), self.cost.least(), percent(self.bound), self.text)
+    }
+}
+
 /// Errors for which the summary names the cheapest point.
 const BOUNDS: [f64; 3] = [0.05, 0.1, 0.2];
 
@@ -58,6 +82,15 @@ impl Cost {
             Cost::Frame => "Error against time",
             Cost::Rebuild => "Error against time, structure built anew",
             Cost::Memory => "Error against memory",
+        }
+    }
+
+    /// What is asked for when it is to be small.
+    pub(super) fn least(self) -> &'static str {
+        match self {
+            Cost::Frame => "least time",
+            Cost::Rebuild => "least time with a build",
+            Cost::Memory => "least memory",
         }
     }
 
@@ -192,28 +225,28 @@ impl Section {
         }
     }
 
-    /// What to take, in plain words: for each number of bounces the cheapest points below some errors, by time and by memory.
-    pub fn summary(&self) -> Vec<String> {
-        let mut lines = Vec::new();
-        for (cost, least) in [(Cost::Frame, "least time"), (Cost::Memory, "least memory")] {
+    /// What to take: for each number of bounces and each of some errors, the point of least time and that of least memory.
+    pub fn summary(&self) -> Vec<Advice> {
+        let mut advice: Vec<Advice> = Vec::new();
+        for cost in Advice::COSTS {
             for group in self.groups(cost) {
                 let mut last = None;
                 for bound in BOUNDS {
-                    let start = format!("{}, {least} with an error of at most {}: ", bounces_text(group.bounces), percent(bound));
                     let found = cheapest(&group.prices, bound);
-                    lines.push(match found {
-                        Some(member) if last == Some(member) => start + "the same.",
-                        Some(member) => start + &self.sentence(group.points[member], cost),
+                    let text = match found {
+                        Some(member) if last == found => format!("as above, {}", self.points[group.points[member]].name()),
+                        Some(member) => self.sentence(group.points[member], cost),
                         None => {
-                            let best = group.prices.iter().map(|price| price.error).fold(f64::INFINITY, f64::min);
-                            format!("{start}none of {} points; the least error is {}.", group.points.len(), percent(best))
+                            let least = group.prices.iter().map(|price| price.error).fold(f64::INFINITY, f64::min);
+                            format!("none of {} points; the least error is {}", group.points.len(), percent(least))
                         }
-                    });
+                    };
+                    advice.push(Advice { bounces: group.bounces, bound, cost, text });
                     last = found;
                 }
             }
         }
-        lines
+        advice
     }
 
     fn sentence(&self, index: usize, cost: Cost) -> String {
@@ -223,8 +256,8 @@ impl Section {
         let changes = if point.changes.is_empty() { String::new() } else { format!(" with {}", point.changes_text()) };
         let error = point.error.map(|error| format!(", error {}", percent(error.rel_rmse))).unwrap_or_default();
         let worst = point.worst_material().filter(|_| point.materials.len() > 1);
-        let worst = worst.map(|(name, error)| format!(" (on {name} {})", percent(error.rel_rmse))).unwrap_or_default();
-        format!("{}{changes}: {}{error}{worst}.", point.name(), costs.join(", "))
+        let worst = worst.map(|(name, error)| format!(" (on {name} {}, bias {})", percent(error.rel_rmse), signed_percent(error.bias))).unwrap_or_default();
+        format!("{}{changes}: {}{error}{worst}", point.name(), costs.join(", "))
     }
 
     /// All points as comma-separated values (RFC 4180).
@@ -309,4 +342,84 @@ fn columns(point: &Point) -> Vec<(String, String)> {
     }
     point.settings.iter().for_each(|(name, value)| add(&format!("set {name}"), value.clone()));
     columns
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::point::tests::point;
+    use super::*;
+
+    /// Planted: of one bounce `b` is slower and worse than `a`, `c` better and dearer, and `d` better still but of two bounces.
+    fn section() -> Section {
+        let a = point("a", 1, [9.0, 1.0], 1 << 20, 0.15);
+        let b = point("b", 1, [99.0, 1.0], 2 << 20, 0.16);
+        let c = point("c", 1, [999.0, 1.0], 3 << 20, 0.04);
+        let d = point("d", 2, [4.0, 1.0], 1 << 19, 0.01);
+        Section { points: vec![a, b, c, d] }
+    }
+
+    #[test]
+    fn bounces_have_fronts_of_their_own() {
+        let standings = section().standings(Cost::Frame);
+        assert_eq!(standings, [Some(Standing::Front(1)), Some(Standing::Beaten), Some(Standing::Front(2)), Some(Standing::Front(1))]);
+    }
+
+    /// 90 ms more in a pass of `a` put it behind `b`, whose times overlap with its own then: 100 (90 to 120) against 110 (99 to 132).
+    #[test]
+    fn a_slowed_pass_moves_the_front() {
+        let mut slowed = section();
+        slowed.points[0] = point("a", 1, [109.0, 1.0], 1 << 20, 0.161);
+        assert_eq!(slowed.standings(Cost::Frame)[..3], [Some(Standing::Near), Some(Standing::Front(1)), Some(Standing::Front(2))]);
+        slowed.points[0] = point("a", 1, [9009.0, 1.0], 1 << 20, 0.161);
+        assert_eq!(slowed.standings(Cost::Frame)[..3], [Some(Standing::Beaten), Some(Standing::Front(1)), Some(Standing::Front(2))]);
+        assert_eq!(slowed.standings(Cost::Memory)[0], Some(Standing::Front(1)), "its memory is what it was");
+    }
+
+    #[test]
+    fn the_summary_names_the_cheapest() {
+        let lines: Vec<String> = section().summary().iter().map(ToString::to_string).collect();
+        let one = |bound: &str| lines.iter().find(|line| line.starts_with(&format!("1 bounce, least time with an error of at most {bound}:"))).cloned();
+        assert!(
+            one("5%").is_some_and(|line| line.contains("c cones 64³ with cones=999: 1000 ms (900 to 1200), 3 MiB, error 4% (on lamp 8%, bias +4%)")),
+            "{lines:?}"
+        );
+        assert!(one("10%").is_some_and(|line| line.ends_with("as above, c cones 64³")), "{lines:?}");
+        assert!(one("20%").is_some_and(|line| line.contains(": a cones 64³")), "{lines:?}");
+        let mut worse = section();
+        worse.points.retain(|point| point.technique == "b");
+        assert!(worse.summary()[0].text.contains("none of 1 points; the least error is 16%"), "{:?}", worse.summary());
+    }
+
+    #[test]
+    fn points_of_other_setups_are_not_mixed() {
+        let mut other = point("a", 1, [9.0, 1.0], 1 << 20, 0.15);
+        other.setup.device = "another device".into();
+        let sections = Section::sort(section().points.into_iter().chain([other, section().points.remove(0)]));
+        assert_eq!(sections.iter().map(|section| section.points.len()).collect::<Vec<_>>(), [4, 1]);
+    }
+
+    /// Every point has its mark, the front its steps and labels, and each number of bounces its panel.
+    #[test]
+    fn charts_show_points_and_front() {
+        let Some(chart) = section().chart(Cost::Frame) else { panic!("no chart") };
+        let Panels::Points(panels) = &chart.panels else { panic!("{:?}", chart.panels) };
+        assert_eq!(panels.iter().map(|panel| (panel.front.len(), panel.series.len())).collect::<Vec<_>>(), [(2, 3), (1, 1)]);
+        assert!(panels[0].front[0].at == (10.0, 15.0) && panels[0].front[0].x_range == (9.0, 12.0));
+        assert!(panels[0].floor.as_ref().is_some_and(|floor| floor.0 == 0.2));
+        let with = chart.pixels().unwrap_or_default();
+        let mut without = chart.clone();
+        let Panels::Points(panels) = &mut without.panels else { panic!("{:?}", chart.panels) };
+        panels[0].front.clear();
+        assert!(with != without.pixels().unwrap_or_default());
+        assert!(chart.svg().is_ok_and(|svg| svg.contains("cones=999") && svg.contains("2 bounces: 1 points")));
+    }
+
+    #[test]
+    fn tables_have_a_row_a_point() {
+        let csv = section().csv();
+        let lines: Vec<&str> = csv.lines().collect();
+        assert_eq!(lines.len(), 5);
+        assert!(lines[0].contains("indirect min ms") && lines[0].ends_with("front time,front rebuild-time,front memory"), "{}", lines[0]);
+        assert!(lines[1].ends_with(",1,1,1") && lines[2].ends_with(",,,"), "{csv}");
+    }
 }
