@@ -130,7 +130,7 @@ fn cones_through_faces_are_the_oracles() {
         assert!(all == seen, "seed {seed}: skipping empty space changes the picture");
         let finest = coarser.map(|_| read_chain(&gpu, &radiance).swap_remove(0));
         let mut chain = FaceChain { finest, levels: read_faces(&gpu, &faces), weights };
-        let mut result = errors(&seen, &cones_by_oracle(&chain, scene.environment, &grid, &view, &settings));
+        let mut result = errors(&seen, &cones_by_oracle(&chain, &scene, &grid, &view, &settings));
         let (relative, visibility) = &result;
         println!(
             "{directionality:?}, {weights:?}: relative error median {:.1e}, worst {:.1e}; visibility {visibility:.1e}",
@@ -143,7 +143,7 @@ fn cones_through_faces_are_the_oracles() {
         }
         // Planted: faces seen from behind.
         chain.levels.iter_mut().for_each(|level| (0..3).for_each(|axis| level.swap(2 * axis, 2 * axis + 1)));
-        result = errors(&seen, &cones_by_oracle(&chain, scene.environment, &grid, &view, &settings));
+        result = errors(&seen, &cones_by_oracle(&chain, &scene, &grid, &view, &settings));
         assert!(verdict(&result).is_err(), "seed {seed}: faces in each other's place go unnoticed");
     }
 }

@@ -9,19 +9,23 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3, DVec4, Vec3};
 use lumivox::gi::Settings;
-use lumivox::gi::cone::oracle::Volume;
+use lumivox::gi::cone::oracle::{Levels, Volume};
 use lumivox::gi::cone::{self, ConeTracer, cone_set};
 use lumivox::gi::registry::find;
+use lumivox::gi::svo::BrickSettings;
+use lumivox::gi::svo::oracle::Texels;
 use lumivox::gi::voxel::oracle::{
-    Crossing, GatherSettings, TraceGrid, TraceSettings, TraceVoxel, VoxelIndex, crossings, gather_rays as oracle_rays, hemisphere_direction, interleaved_offset,
+    Crossing, GatherSettings, Gathered, TraceGrid, TraceSettings, TraceVoxel, VoxelIndex, crossings, gather_rays as oracle_rays, hemisphere_direction,
+    interleaved_offset,
 };
-use lumivox::gi::voxel::{Injection, LightSettings, Method, RaySettings, Sides, VoxelGrid, VoxelLight, gather_rays};
+use lumivox::gi::voxel::{Directionality, Injection, LightSettings, Method, RaySettings, Sides, VoxelGrid, VoxelLight, gather_rays};
 use lumivox::gi::voxel_mips::oracle::{Filter, coarser, sees_matter};
 use lumivox::graph::{Frame, Gpu, Image};
 use lumivox::render::GpuScene;
 use lumivox::scene::Scene;
 use rayon::prelude::*;
-use support::gather::{View, cones_by_oracle, errors, filter, matter, occupied, random_volume, read_chain, samples_by_oracle, verdict, volume};
+use support::gather::{View, by_oracle_with, cones_by_oracle, errors, filter, matter, occupied, random_volume, read_chain, samples_by_oracle, verdict, volume};
+use support::octree::{grow_lit, lit_matter, read_nodes, read_texels};
 use support::scenes::bundled;
 use support::voxels::{Read, coordinates, mean_normal, opposed_axis, to_half, unorm10, voxel_settings, voxelize};
 use support::{Random, gpu};
@@ -150,7 +154,7 @@ fn counted_samples_are_the_oracles() {
         let cones = cone::Volume::Dense { radiance: &image, matter: &matter, faces: None };
         let counted = ConeTracer::new(&gpu, &settings).unwrap().count_samples(&gpu, &gpu_scene, &view.gbuffer, &grid, cones, [true, false]).unwrap();
         let chain = read_chain(&gpu, &image);
-        let expected: u64 = samples_by_oracle(&chain, scene.environment, &grid, &view, &settings);
+        let expected: u64 = samples_by_oracle(&chain, &scene, &grid, &view, &settings);
         println!("{pairs:?}: {counted:?} samples, {expected} by the oracle");
         let [("cone.gather", samples)] = counted[..] else { panic!("{counted:?}") };
         assert!((samples as f64 / expected as f64 - 1.0).abs() < 0.002, "{samples} samples, {expected} by the oracle");
@@ -175,7 +179,8 @@ fn cones_are_the_oracles() {
         let mut pairs: Vec<String> = Vec::new();
         let mut set = |name: &str, value: String| pairs.push(format!("{name}={value}"));
         set("cones", [1, 5, 6, 9, 16, 25, 32][seed as usize % 7].to_string());
-        set("cone_set", ["papers", "disc"][random.below(2) as usize].to_owned());
+        set("cone_set", ["papers", "disc", "kahl"][random.below(3) as usize].to_owned());
+        set("kahl_side", ["on", "off"][random.below(2) as usize].to_owned());
         set("aperture_scale", (0.1 + random.unit()).to_string());
         set("step_factor", (0.25 + 1.25 * random.unit()).to_string());
         set("opacity_exponent", (0.5 + 3.0 * random.unit()).to_string());
@@ -186,12 +191,94 @@ fn cones_are_the_oracles() {
         set("ao_falloff", (4.0 * random.unit()).to_string());
         let settings = settings(&pairs);
         let seen = cones_on_gpu(&gpu, &gpu_scene, &grid, &view, [&image, &matter], &settings);
-        let expected = cones_by_oracle(&read_chain(&gpu, &image), scene.environment, &grid, &view, &settings);
+        let expected = cones_by_oracle(&read_chain(&gpu, &image), &scene, &grid, &view, &settings);
         let result = errors(&seen, &expected);
         let (relative, visibility) = &result;
         let at = |share: f64| relative[((relative.len() - 1) as f64 * share) as usize];
         println!("cones {seed}: relative error median {:.1e}, 99% {:.1e}, worst {:.1e}; visibility {visibility:.1e}", at(0.5), at(0.99), at(1.0));
         verdict(&result).unwrap_or_else(|error| panic!("cones {seed}, {pairs:?}: {error}"));
+    }
+}
+
+/// Through an octree, with and without normals. Its descent is exact, so that it samples what a dense volume of the same texels would.
+#[test]
+fn cones_through_bricks_are_the_oracles() {
+    let gpu = gpu();
+    let (scene, gpu_scene, grid, view) = cornell(&gpu, Vec3::new(0.7, 0.5, 0.3), 32);
+    let bricks = BrickSettings { corners: false, filter: 1, is_split: false, touched: false, directionality: Directionality::Isotropic };
+    for seed in 0..4 {
+        let pairs = [["cones=6", "aperture_scale=1"], ["cones=16", "aperture_scale=0.15"]][seed as usize % 2].map(str::to_owned);
+        let settings = settings(&pairs);
+        let (nodes, pool) = grow_lit(&gpu, &lit_matter(&mut Random::new(500 + seed), 32), 32, bricks);
+        let tree = read_nodes(&gpu, &nodes).unwrap();
+        let volumes = |image: &Arc<Image>| -> Vec<Volume> {
+            let level = |(level, texels): (u32, Texels)| Volume::new(32 >> level, |at| texels.get(&at).copied().unwrap_or_default());
+            (0..).zip(read_texels(&gpu, &tree, image).unwrap()).map(level).collect()
+        };
+        let (light, normals) = (volumes(&pool.image), volumes(pool.normals().unwrap()));
+        let seen = |normals: Option<&Arc<Image>>| {
+            let mut frame = Frame::new();
+            frame.set_scene(&gpu_scene.set, &gpu_scene.materials);
+            let volume = cone::Volume::Sparse {
+                nodes: &nodes.nodes,
+                bricks: &pool.image,
+                normals,
+                corners: false,
+                directionality: Directionality::Isotropic,
+                face_stride: 0,
+            };
+            ConeTracer::new(&gpu, &settings).unwrap().gather(&mut frame, &view.gbuffer, &grid, volume, &view.result);
+            gpu.submit(frame).unwrap();
+            view.results(&gpu)
+        };
+        let expected = |normals| cones_by_oracle(Levels { light: &light, normals }, &scene, &grid, &view, &settings);
+        let (with, without) = (errors(&seen(pool.normals()), &expected(&normals)), errors(&seen(None), &expected(&[])));
+        let planted = errors(&seen(pool.normals()), &expected(&[]));
+        println!("bricks {seed}: worst error {:.1e} with normals, {:.1e} without", with.0.last().unwrap(), without.0.last().unwrap());
+        verdict(&without).unwrap_or_else(|error| panic!("bricks {seed}: {error}"));
+        verdict(&with).unwrap_or_else(|error| panic!("bricks {seed}, normals: {error}"));
+        assert!(verdict(&planted).is_err(), "bricks {seed}: normals change nothing");
+    }
+}
+
+/// Visibility by cones of its own replaces that of the gather, and leaves its irradiance as it is, bit by bit.
+#[test]
+fn occlusion_cones_are_the_oracles() {
+    let gpu = gpu();
+    let (scene, gpu_scene, grid, view) = cornell(&gpu, Vec3::new(0.7, 0.5, 0.3), 32);
+    for (seed, pairs) in [
+        ["occlusion_cones=3", "occlusion_distance=0.4", "occlusion_falloff=2", "aperture_scale=1"],
+        ["occlusion_cones=24", "occlusion_distance=0", "occlusion_falloff=0", "aperture_scale=0.2"],
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let finest = random_volume(32, 0.05, &mut Random::new(80 + seed as u64));
+        let (image, matter) = (volume(&gpu, &finest), matter(&gpu, &occupied(&finest), 32));
+        let pairs: Vec<String> = pairs.iter().copied().chain(["interleave=4"]).map(str::to_owned).collect();
+        let settings = settings(&pairs);
+        let tracer = ConeTracer::new(&gpu, &settings).unwrap();
+        let cones = cone::Volume::Dense { radiance: &image, matter: &matter, faces: None };
+        let mut frame = Frame::new();
+        frame.set_scene(&gpu_scene.set, &gpu_scene.materials);
+        filter(&mut frame, &image, 1);
+        tracer.gather(&mut frame, &view.gbuffer, &grid, cones, &view.result);
+        gpu.submit(frame).unwrap();
+        let gathered = view.results(&gpu);
+        let mut frame = Frame::new();
+        frame.set_scene(&gpu_scene.set, &gpu_scene.materials);
+        tracer.occlusion(&mut frame, &view.gbuffer, &grid, cones, &view.result);
+        gpu.submit(frame).unwrap();
+        let seen = view.results(&gpu);
+        assert!(seen.iter().zip(&gathered).all(|(seen, gathered)| seen.truncate() == gathered.truncate()), "{pairs:?}: the irradiance has changed");
+        let set = cone_set(settings.count("occlusion_cones"), true, settings.number("aperture_scale"));
+        let expected =
+            by_oracle_with(read_chain(&gpu, &image).as_slice().into(), &scene, &grid, &view, &settings, &set, ["occlusion_distance", "occlusion_falloff"]);
+        let expected: Vec<DVec4> = gathered.iter().zip(expected).map(|(gathered, (own, _))| gathered.truncate().extend(own.visibility)).collect();
+        let result = errors(&seen, &expected);
+        println!("occlusion {pairs:?}: visibility off by at most {:.1e}", result.1);
+        verdict(&result).unwrap_or_else(|error| panic!("{pairs:?}: {error}"));
+        assert!(verdict(&errors(&gathered, &expected)).is_err(), "{pairs:?}: the gather's own visibility goes unnoticed");
     }
 }
 
@@ -204,20 +291,56 @@ fn every_cone_set_sees_a_uniform_environment() {
     let mut frame = Frame::new();
     filter(&mut frame, &image, 0);
     gpu.submit(frame).unwrap();
+    let counted = [1, 5, 6, 9, 16, 25, 32].into_iter().flat_map(|count| ["papers", "disc"].map(|set| format!("cone_set={set} cones={count}")));
+    let word = |rings: u32, ring: u32| if rings >> ring & 1 == 1 { "on" } else { "off" };
+    let rings = |rings| format!("cone_set=kahl kahl_front={} kahl_intermediate={} kahl_side={}", word(rings, 0), word(rings, 1), word(rings, 2));
     let mut worst = 0.0f64;
-    for count in [1, 5, 6, 9, 16, 25, 32] {
-        for set in ["papers", "disc"] {
-            let weights: f64 = cone_set(count, set == "disc", 1.0).cones.iter().map(|cone| f64::from(cone.weight)).sum();
-            assert!((weights - 1.0).abs() < 1e-6, "{count} cones of {set}: weights sum to {weights}");
-            let settings = settings(&[format!("cones={count}"), format!("cone_set={set}"), "interleave=4".to_owned()]);
-            for result in cones_on_gpu(&gpu, &gpu_scene, &grid, &view, [&image, &matter], &settings) {
-                let error = (result.truncate() / (PI * environment.as_dvec3()) - 1.0).abs().max_element();
-                worst = worst.max(error);
-                assert!(error <= 0.005 && (result.w - 1.0).abs() < 1e-5, "{count} cones of {set}: {result}");
-            }
+    for set in counted.chain((1..8).map(rings)) {
+        let pairs: Vec<String> = set.split(' ').chain(["interleave=4", "aperture_scale=1"]).map(str::to_owned).collect();
+        let settings = settings(&pairs);
+        let weights: f64 = diffuse_set(&settings).cones.iter().map(|cone| f64::from(cone.weight)).sum();
+        assert!((weights - 1.0).abs() < 1e-6, "{set}: weights sum to {weights}");
+        for result in cones_on_gpu(&gpu, &gpu_scene, &grid, &view, [&image, &matter], &settings) {
+            let error = (result.truncate() / (PI * environment.as_dvec3()) - 1.0).abs().max_element();
+            worst = worst.max(error);
+            assert!(error <= 0.005 && (result.w - 1.0).abs() < 1e-5, "{set}: {result}");
         }
     }
     println!("uniform environment: E = π L to {worst:.1e} with every set");
+}
+
+/// Each of Kahl's cones counts as much as it covers of the cosine-weighted hemisphere, which 400,000 directions tell.
+#[test]
+fn weights_of_kahls_cones_are_what_they_cover() {
+    let settings = settings(&["cone_set=kahl".to_owned(), "kahl_side=on".to_owned(), "aperture_scale=1".to_owned()]);
+    let set = diffuse_set(&settings).cones;
+    assert_eq!(set.len(), 9);
+    let cos_half = (0.5f64 * 0.55).cos();
+    let axis = |cone: &lumivox::gi::cone::Cone| hemisphere_direction(DVec3::Z, f64::from(cone.sin2_theta), f64::from(cone.phi_rad));
+    let axes: Vec<DVec3> = set.iter().map(axis).collect();
+    for (i, j, expected) in [(0, 1, 45.0), (1, 2, 60.0), (1, 5, 45.0), (0, 5, 90.0), (5, 6, 90.0)] {
+        assert!((axes[i].dot(axes[j]).clamp(-1.0, 1.0).acos().to_degrees() - expected).abs() < 0.05, "{i} and {j} are not {expected}° apart");
+    }
+    let n = 400_000;
+    let mut covered = [0.0f64; 9];
+    for i in 0..n {
+        let direction = hemisphere_direction(DVec3::Z, (f64::from(i) + 0.5) / f64::from(n), f64::from(i) * PI * (3.0 - 5f64.sqrt()));
+        axes.iter().zip(&mut covered).filter(|(axis, _)| axis.dot(direction) >= cos_half).for_each(|(_, covered)| *covered += 1.0);
+    }
+    let total: f64 = covered.iter().sum();
+    println!("Kahl's nine cones cover {:.4} of the cosine-weighted hemisphere", total / f64::from(n));
+    for (cone, covered) in set.iter().zip(covered) {
+        assert!((f64::from(cone.weight) - covered / total).abs() < 3e-4, "{cone:?} covers {}", covered / total);
+    }
+}
+
+#[test]
+fn a_set_without_cones_is_refused() {
+    for technique in ["voxel-mips", "svo"] {
+        let rings = ["cone_set=kahl", "kahl_front=off", "kahl_intermediate=off"];
+        let error = find(technique).unwrap().settings(Some("textbook"), &rings).unwrap_err();
+        assert!(error.to_string().contains("kahl_front"), "{error}");
+    }
 }
 
 /// Voxels and a light of their own, so that what a ray hits can be told.

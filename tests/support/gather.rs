@@ -5,14 +5,14 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3, DVec4, Vec3};
 use lumivox::gi::Settings;
-use lumivox::gi::cone::cone_set;
-use lumivox::gi::cone::oracle::{MarchSettings, Placement, Prefiltered, SetCone, Volume, gather};
+use lumivox::gi::cone::oracle::{Levels, MarchSettings, Placement, SetCone, Volume, gather};
+use lumivox::gi::cone::{ConeSet, diffuse_set};
 use lumivox::gi::voxel::VoxelGrid;
 use lumivox::gi::voxel::oracle::{Gathered, Receiver, VoxelIndex, interleaved_offset, occupancy_words};
 use lumivox::gi::voxel_mips::{FILTER, mark_matter, matter_image};
 use lumivox::graph::{Frame, Gpu, Image, ImageDesc, ImageKind, ImageUsage, vk};
 use lumivox::render::{FrameConstants, GBuffer, GpuScene};
-use lumivox::scene::Camera;
+use lumivox::scene::{Camera, Scene};
 use rayon::prelude::*;
 
 use super::voxels::{half, to_half};
@@ -153,45 +153,6 @@ pub fn random_volume(resolution: u32, filled: f32, random: &mut Random) -> Volum
     Volume { resolution, texels }
 }
 
-/// The oracle's answer at each receiver.
-pub fn cones_by_oracle(volume: &impl Prefiltered, environment: Vec3, grid: &VoxelGrid, view: &View, settings: &Settings) -> Vec<DVec4> {
-    by_oracle(volume, environment, grid, view, settings).into_iter().map(|(gathered, _)| gathered.irradiance.extend(gathered.visibility)).collect()
-}
-
-/// Samples that the oracle's cones take.
-pub fn samples_by_oracle(volume: &impl Prefiltered, environment: Vec3, grid: &VoxelGrid, view: &View, settings: &Settings) -> u64 {
-    by_oracle(volume, environment, grid, view, settings).iter().map(|(_, samples)| u64::from(*samples)).sum()
-}
-
-fn by_oracle(volume: &impl Prefiltered, environment: Vec3, grid: &VoxelGrid, view: &View, settings: &Settings) -> Vec<(Gathered, u32)> {
-    let number = |name: &str| f64::from(settings.number(name));
-    let set = cone_set(settings.count("cones"), settings.is("cone_set", "disc"), settings.number("aperture_scale"));
-    let cone = |cone: &lumivox::gi::cone::Cone| SetCone {
-        sin_squared: f64::from(cone.sin2_theta),
-        azimuth_rad: f64::from(cone.phi_rad),
-        tan_half: f64::from(cone.tan_half_aperture),
-        weight: f64::from(cone.weight),
-    };
-    let cones: Vec<SetCone> = set.cones.iter().map(cone).collect();
-    let voxel_size = f64::from(grid.voxel_size);
-    let reach = number("max_distance");
-    let march = MarchSettings {
-        step_factor: number("step_factor"),
-        opacity_exponent: number("opacity_exponent"),
-        height_clamp: number("height_clamp"),
-        max_distance: if reach > 0.0 { reach / voxel_size } else { 4.0 * f64::from(grid.resolution) },
-        ao_falloff: number("ao_falloff") * voxel_size,
-        environment: environment.as_dvec3(),
-    };
-    let interleave = settings.count("interleave");
-    let of = |(pixel, receiver): &([u32; 2], _)| {
-        let pattern = if interleave > 1 { interleaved_offset(*pixel, interleave) } else { DVec2::new(0.5, 0.0) };
-        let placement = Placement { start_offset: number("start_offset"), pattern, jitter: f64::from(set.stratum) };
-        gather(volume, receiver, &cones, &placement, &march)
-    };
-    view.receivers.par_iter().map(of).collect()
-}
-
 /// Relative errors of irradiance, by pixel, ascending; and the largest error of visibility.
 pub fn errors(seen: &[DVec4], expected: &[DVec4]) -> (Vec<f64>, f64) {
     let mean = expected.iter().map(|pixel| pixel.truncate().max_element()).sum::<f64>() / expected.len() as f64;
@@ -206,6 +167,58 @@ pub fn errors(seen: &[DVec4], expected: &[DVec4]) -> (Vec<f64>, f64) {
 pub fn verdict((relative, visibility): &(Vec<f64>, f64)) -> Result<(), String> {
     let worst = relative.last().copied().unwrap_or(f64::NAN);
     if worst <= 0.01 && *visibility <= 0.01 { Ok(()) } else { Err(format!("off by {worst}, visibility by {visibility}")) }
+}
+
+/// The oracle's answer at each receiver.
+pub fn cones_by_oracle<'l>(chain: impl Into<Levels<'l>>, scene: &Scene, grid: &VoxelGrid, view: &View, settings: &Settings) -> Vec<DVec4> {
+    by_oracle(chain, scene, grid, view, settings).into_iter().map(|(gathered, _)| gathered.irradiance.extend(gathered.visibility)).collect()
+}
+
+/// Samples that the oracle's cones take.
+pub fn samples_by_oracle(chain: &[Volume], scene: &Scene, grid: &VoxelGrid, view: &View, settings: &Settings) -> u64 {
+    by_oracle(chain, scene, grid, view, settings).iter().map(|(_, samples)| u64::from(*samples)).sum()
+}
+
+/// What the oracle gathers at each receiver.
+pub fn by_oracle<'l>(chain: impl Into<Levels<'l>>, scene: &Scene, grid: &VoxelGrid, view: &View, settings: &Settings) -> Vec<(Gathered, u32)> {
+    by_oracle_with(chain.into(), scene, grid, view, settings, &diffuse_set(settings), ["max_distance", "ao_falloff"])
+}
+
+/// Another set, whose reach and falloff are the settings of these names.
+pub fn by_oracle_with(
+    chain: Levels<'_>,
+    scene: &Scene,
+    grid: &VoxelGrid,
+    view: &View,
+    settings: &Settings,
+    set: &ConeSet,
+    [reach, falloff]: [&str; 2],
+) -> Vec<(Gathered, u32)> {
+    let number = |name: &str| f64::from(settings.number(name));
+    let cone = |cone: &lumivox::gi::cone::Cone| SetCone {
+        sin_squared: f64::from(cone.sin2_theta),
+        azimuth_rad: f64::from(cone.phi_rad),
+        tan_half: f64::from(cone.tan_half_aperture),
+        weight: f64::from(cone.weight),
+    };
+    let cones: Vec<SetCone> = set.cones.iter().map(cone).collect();
+    let voxel_size = f64::from(grid.voxel_size);
+    let reach = number(reach);
+    let march = MarchSettings {
+        step_factor: number("step_factor"),
+        opacity_exponent: number("opacity_exponent"),
+        height_clamp: number("height_clamp"),
+        max_distance: if reach > 0.0 { reach / voxel_size } else { 4.0 * f64::from(grid.resolution) },
+        ao_falloff: number(falloff) * voxel_size,
+        environment: scene.environment.as_dvec3(),
+    };
+    let interleave = settings.count("interleave");
+    let of = |(pixel, receiver): &([u32; 2], _)| {
+        let pattern = if interleave > 1 { interleaved_offset(*pixel, interleave) } else { DVec2::new(0.5, 0.0) };
+        let placement = Placement { start_offset: number("start_offset"), pattern, jitter: f64::from(set.stratum) };
+        gather(chain, receiver, &cones, &placement, &march)
+    };
+    view.receivers.par_iter().map(of).collect()
 }
 
 /// The levels of a volume of six cubes side by side, as the oracle has them.

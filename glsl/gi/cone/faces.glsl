@@ -3,10 +3,10 @@
 #define LUMIVOX_FACES
 
 // Whether levels have six faces, and whether the finest has.
-layout(constant_id = 2) const bool FACES = false;
-layout(constant_id = 3) const bool FINEST_FACES = false;
+layout(constant_id = 3) const bool FACES = false;
+layout(constant_id = 4) const bool FINEST_FACES = false;
 // Whether the opacities of three faces combine by their extinction along the direction, or with the squares of its components as weights.
-layout(constant_id = 4) const bool EXTINCTION = true;
+layout(constant_id = 5) const bool EXTINCTION = true;
 
 // Of opaque matter, 1 − α as it counts for its extinction, which would be infinite.
 const float OPAQUE = 1.52587890625e-5;   // 2⁻¹⁶

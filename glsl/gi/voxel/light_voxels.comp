@@ -178,7 +178,8 @@ void main() {
 #endif
         voxel_radiance[SIDES * index + side] = uvec2(packHalf2x16(radiance.rg), packHalf2x16(vec2(radiance.b, opacity)));
     }
-    uint faces = FACES != 0u ? 6u : 0u;
+    uint faces = 0u;
+    if (FACES != 0u) faces = 6u;
     for (uint face = 0u; face < faces; ++face) {
         vec4 seen = face_radiance(index, face, normal, sides);
 #ifdef DENSE

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::nodes::NodePool;
+use super::nodes::{LevelRange, NodePool};
 use super::touched::{Tiles, TouchedTiles};
 use crate::gi::voxel::Directionality;
 use crate::gi::voxel::voxelize::buffer;
@@ -26,6 +26,22 @@ gpu_struct! {
         pub child_shift: u32,
         /// Likewise.
         pub child_stride: u32,
+    }
+}
+
+gpu_struct! {
+    /// Parameters of `svo.write_normals`.
+    pub struct NormalParams {
+        /// First tile of the level.
+        pub first: u32,
+        /// Tiles of the level.
+        pub count: u32,
+        /// The level, 0.
+        pub level: u32,
+        /// Compact index of the first of the voxels whose records are bound.
+        pub first_voxel: u32,
+        /// How many they are.
+        pub voxel_count: u32,
     }
 }
 
@@ -62,6 +78,22 @@ pub static WRITE_LEAVES: Pass = Pass {
         LIST,
     ],
     push_bytes: size_of::<BrickParams>() as u32,
+    sets: Sets::None,
+};
+
+/// The mean normal of what shines of the voxels of each leaf tile into its own normal brick. A thread a texel.
+pub static WRITE_NORMALS: Pass = Pass {
+    name: "svo.write_normals",
+    shaders: Shaders::Compute("gi/svo/write_normals.comp"),
+    bindings: &[
+        Binding::buffer("nodes", Access::ComputeRead),
+        Binding::buffer("voxel_radiance", Access::ComputeRead),
+        Binding::image("bricks", Access::ComputeWrite),
+        Binding::buffer("voxel_records", Access::ComputeRead),
+        LEVELS,
+        LIST,
+    ],
+    push_bytes: size_of::<NormalParams>() as u32,
     sets: Sets::None,
 };
 
@@ -109,10 +141,27 @@ pub struct LevelBricks {
     pub faces: u32,
 }
 
+/// The records of the voxels with some compact indices.
+pub struct RecordRange {
+    /// The first of them.
+    pub first_voxel: u32,
+    /// How many.
+    pub voxel_count: u32,
+    /// One [`crate::gi::voxel::passes::Voxel`] each.
+    pub records: Arc<Buffer>,
+}
+
+/// Normal bricks, and what they are made of.
+struct NormalBricks {
+    image: Arc<Image>,
+    records: Vec<RecordRange>,
+}
+
 /// All bricks of an octree. Where a tile has one, it has the tile's index.
 pub struct BrickPool {
     /// RGBA16F: radiance (W/(m² sr)) premultiplied by opacity, opacity.
     pub image: Arc<Image>,
+    normals: Option<NormalBricks>,
     settings: BrickSettings,
     touched: Option<TouchedTiles>,
     /// Bound where nothing is read.
@@ -121,24 +170,38 @@ pub struct BrickPool {
 }
 
 impl BrickPool {
-    /// Allocates a brick for each tile, all zero.
+    /// Allocates a brick for each tile, all zero. A voxel has one radiance.
     pub fn new(gpu: &Gpu, nodes: &NodePool, settings: BrickSettings) -> Result<(Self, FrameStats), Error> {
-        let image = gpu.create_image(&ImageDesc {
-            name: "svo.bricks".into(),
-            extent: pool_extent(brick_count(nodes, settings.directionality)).map(|bricks| 3 * bricks),
-            kind: ImageKind::D3,
-            format: vk::Format::R16G16B16A16_SFLOAT,
-            mips: 1,
-            layers: 1,
-            usage: ImageUsage::STORAGE | ImageUsage::SAMPLED,
-        })?;
+        Self::allocate(gpu, nodes, settings, None)
+    }
+
+    /// Likewise, and a normal brick. A voxel has a radiance for each side; all of them have records.
+    pub fn with_normals(gpu: &Gpu, nodes: &NodePool, settings: BrickSettings, records: Vec<RecordRange>) -> Result<(Self, FrameStats), Error> {
+        Self::allocate(gpu, nodes, settings, Some(records))
+    }
+
+    fn allocate(gpu: &Gpu, nodes: &NodePool, settings: BrickSettings, records: Option<Vec<RecordRange>>) -> Result<(Self, FrameStats), Error> {
+        let image = pool_image(gpu, "svo.bricks", brick_count(nodes, settings.directionality))?;
+        let normals =
+            records.map(|records| Ok::<_, Error>(NormalBricks { image: pool_image(gpu, "svo.normals", nodes.tile_count())?, records })).transpose()?;
         let mut frame = Frame::new();
-        let radiances = if settings.directionality.faces().is_some() { 6 } else { 1 };
-        let touched = (settings.touched && !settings.corners).then(|| TouchedTiles::new(gpu, nodes, &mut frame, radiances)).transpose()?;
+        let touched = (settings.touched && !settings.corners).then(|| TouchedTiles::new(gpu, nodes, &mut frame)).transpose()?;
         // What no tile writes, a brick's last texels without a neighbour, stays zero.
-        frame.clear_image("svo.clear", &image, [0.0; 4]);
+        for image in std::iter::once(&image).chain(normals.as_ref().map(|normals| &normals.image)) {
+            frame.clear_image("svo.clear_bricks", image, [0.0; 4]);
+        }
         let stats = gpu.submit(frame)?;
-        Ok((BrickPool { image, settings, touched, nothing: buffer(gpu, "svo.nothing", 0)?, is_filled: false }, stats))
+        Ok((BrickPool { image, normals, settings, touched, nothing: buffer(gpu, "svo.nothing", 0)?, is_filled: false }, stats))
+    }
+
+    /// RGBA16F: mean normal of what shines, times its luminance (W/(m² sr)), premultiplied by opacity; opacity. Where there are normal bricks.
+    pub fn normals(&self) -> Option<&Arc<Image>> {
+        self.normals.as_ref().map(|normals| &normals.image)
+    }
+
+    /// Radiances of a voxel.
+    fn sides(&self) -> u32 {
+        if self.settings.directionality.faces().is_some() { 6 } else { 1 + u32::from(self.normals.is_some()) }
     }
 
     /// Adds the passes from the voxels' light to all levels.
@@ -146,36 +209,46 @@ impl BrickPool {
         let is_filled = std::mem::replace(&mut self.is_filled, true);
         for level in 0..nodes.levels.len() {
             let tiles = match &self.touched {
-                Some(touched) if is_filled => touched.find(frame, nodes, radiance, level),
+                Some(touched) if is_filled => touched.find(frame, nodes, radiance, self.sides(), level),
                 _ => Tiles::all(nodes, level, &self.nothing),
             };
             if level == 0 {
                 self.write_leaves(frame, nodes, radiance, &tiles);
-            } else {
-                self.filter(frame, nodes, &tiles);
             }
-            for axis in 0..3 {
-                let pass = frame.pass(&TRANSFER_BORDERS).bind(&nodes.neighbours).bind(&self.image);
-                let LevelBricks { shift, stride, faces } = level_bricks(nodes, self.settings.directionality, level);
-                let params = TransferParams { first: tiles.range.first, count: tiles.range.count, level: level as u32, axis, shift, stride };
-                tiles.dispatch(pass, &[u32::from(self.settings.corners), faces], &params, 1);
+            for image in std::iter::once(&self.image).chain(self.normals()) {
+                if level > 0 {
+                    self.filter(frame, nodes, image, &tiles);
+                }
+                for axis in 0..3 {
+                    let pass = frame.pass(&TRANSFER_BORDERS).bind(&nodes.neighbours).bind(image);
+                    let LevelBricks { shift, stride, faces } = level_bricks(nodes, self.settings.directionality, level);
+                    let params = TransferParams { first: tiles.range.first, count: tiles.range.count, level: level as u32, axis, shift, stride };
+                    tiles.dispatch(pass, &[u32::from(self.settings.corners), faces], &params, 1);
+                }
             }
         }
         if let (Some(touched), false) = (&self.touched, is_filled) {
             for level in 0..nodes.levels.len() {
-                touched.find(frame, nodes, radiance, level);
+                touched.find(frame, nodes, radiance, self.sides(), level);
             }
         }
     }
 
     fn write_leaves(&self, frame: &mut Frame, nodes: &NodePool, radiance: &Arc<Buffer>, tiles: &Tiles) {
-        let pass = frame.pass(&WRITE_LEAVES).bind(&nodes.nodes).bind(radiance).bind(&self.image);
+        let constants = [u32::from(self.settings.corners), self.sides()];
         let texels = if self.settings.corners { 27 } else { 8 };
+        let pass = frame.pass(&WRITE_LEAVES).bind(&nodes.nodes).bind(radiance).bind(&self.image);
         let bricks = level_bricks(nodes, self.settings.directionality, 0);
-        tiles.dispatch(pass, &[u32::from(self.settings.corners), bricks.faces], &tiles.params([bricks; 2]), texels);
+        tiles.dispatch(pass, &constants, &tiles.params([bricks; 2]), texels);
+        for (image, range) in self.normals.iter().flat_map(|normals| normals.records.iter().map(|range| (&normals.image, range))) {
+            let (LevelRange { first, count }, level) = (tiles.range, tiles.level);
+            let params = NormalParams { first, count, level, first_voxel: range.first_voxel, voxel_count: range.voxel_count };
+            let pass = frame.pass(&WRITE_NORMALS).bind(&nodes.nodes).bind(radiance).bind(image).bind(&range.records);
+            tiles.dispatch(pass, &constants, &params, texels);
+        }
     }
 
-    fn filter(&self, frame: &mut Frame, nodes: &NodePool, tiles: &Tiles) {
+    fn filter(&self, frame: &mut Frame, nodes: &NodePool, image: &Arc<Image>, tiles: &Tiles) {
         let level = tiles.level as usize;
         let bricks = [level, level - 1].map(|level| level_bricks(nodes, self.settings.directionality, level));
         // Number of the part, and its texels.
@@ -185,7 +258,7 @@ impl BrickPool {
             _ => &[(0, 27)],
         };
         for (part, texels) in parts {
-            let pass = frame.pass(&FILTER).bind(&nodes.nodes).bind(&self.image);
+            let pass = frame.pass(&FILTER).bind(&nodes.nodes).bind(image);
             tiles.dispatch(pass, &[self.settings.filter, u32::from(self.settings.corners), *part, bricks[0].faces], &tiles.params(bricks), *texels);
         }
     }
@@ -194,6 +267,19 @@ impl BrickPool {
     pub fn touched_count(&self, gpu: &Gpu) -> Result<Option<u64>, Error> {
         self.touched.as_ref().map(|touched| touched.count(gpu)).transpose()
     }
+}
+
+/// So many bricks.
+fn pool_image(gpu: &Gpu, name: &str, count: u32) -> Result<Arc<Image>, Error> {
+    gpu.create_image(&ImageDesc {
+        name: name.into(),
+        extent: pool_extent(count).map(|bricks| 3 * bricks),
+        kind: ImageKind::D3,
+        format: vk::Format::R16G16B16A16_SFLOAT,
+        mips: 1,
+        layers: 1,
+        usage: ImageUsage::STORAGE | ImageUsage::SAMPLED,
+    })
 }
 
 /// Tiles that have a brick for each face: all, or, as the finest level comes last, the first so many.

@@ -94,13 +94,11 @@ pub(super) struct TouchedTiles {
     levels: Arc<Buffer>,
     /// The touched tiles of one level.
     list: Arc<Buffer>,
-    /// Radiances of a voxel.
-    radiances: u32,
 }
 
 impl TouchedTiles {
-    /// For these nodes, without light, and voxels with so many radiances each; `frame` runs before all others that use it.
-    pub(super) fn new(gpu: &Gpu, nodes: &NodePool, frame: &mut Frame, radiances: u32) -> Result<Self, Error> {
+    /// For these nodes, without light; `frame` runs before all others that use it.
+    pub(super) fn new(gpu: &Gpu, nodes: &NodePool, frame: &mut Frame) -> Result<Self, Error> {
         let most = nodes.levels.iter().map(|level| u64::from(level.count)).max().unwrap_or(1);
         let bits = || buffer(gpu, "svo.touched_bits", 4 * most.div_ceil(32));
         let made = TouchedTiles {
@@ -108,14 +106,14 @@ impl TouchedTiles {
             lit_leaves: buffer(gpu, "svo.lit_leaves", 4 * u64::from(nodes.levels[0].count.div_ceil(32)))?,
             levels: buffer(gpu, "svo.touched_levels", (size_of::<Touched>() * nodes.levels.len()) as u64)?,
             list: buffer(gpu, "svo.touched_tiles", 4 * most)?,
-            radiances,
         };
         frame.fill("svo.clear", &made.lit_leaves, 0);
         Ok(made)
     }
 
-    /// Adds the passes that find the touched tiles of a level. Levels come in order, finest first, and the tiles hold until the next is asked for.
-    pub(super) fn find<'t>(&'t self, frame: &mut Frame, nodes: &NodePool, radiance: &Arc<Buffer>, level: usize) -> Tiles<'t> {
+    /// Adds the passes that find the touched tiles of a level. Levels come in order, finest first, and the tiles hold until the next is
+    /// asked for. `sides`: radiances of a voxel.
+    pub(super) fn find<'t>(&'t self, frame: &mut Frame, nodes: &NodePool, radiance: &Arc<Buffer>, sides: u32, level: usize) -> Tiles<'t> {
         let range = nodes.levels[level];
         let LevelRange { first, count } = range;
         let (own, children) = (&self.bits[level % 2], &self.bits[1 - level % 2]);
@@ -131,7 +129,7 @@ impl TouchedTiles {
             .bind(children)
             .bind(own)
             .bind(&self.lit_leaves)
-            .constants(&[u32::from(level == 0), self.radiances])
+            .constants(&[u32::from(level == 0), sides])
             .push(&TouchParams { first, count, first_child: first + count })
             .dispatch(linear_groups(count));
         let params = ListTouchedParams { first, count, level: level as u32 };

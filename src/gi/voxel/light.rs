@@ -145,6 +145,13 @@ pub enum Sides {
     Two = 2,
 }
 
+impl Sides {
+    /// Bytes of so many voxels' radiances.
+    pub fn radiance_bytes(self, voxel_count: u32) -> u64 {
+        8 * self as u64 * u64::from(voxel_count)
+    }
+}
+
 /// How light falls on a voxel that is shaded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Attenuation {
@@ -214,9 +221,14 @@ impl LightSettings {
         LightSettings { injection, sides, stores_faces: false, bounces: Bounces::Count(1), attenuation, occlusion, kappa: 1.0 }
     }
 
-    /// Radiances, with an opacity each, that are stored for a voxel.
-    pub fn radiances(&self) -> u32 {
-        if self.stores_faces { 6 } else { self.sides as u32 }
+    /// Bytes of so many voxels' radiances, with an opacity each: of their sides, or of their faces.
+    pub fn radiance_bytes(&self, voxel_count: u32) -> u64 {
+        if self.stores_faces { 48 * u64::from(voxel_count) } else { self.sides.radiance_bytes(voxel_count) }
+    }
+
+    /// Whether maps of the lights say where light reaches voxels.
+    pub fn reads_maps(&self) -> bool {
+        self.injection == Injection::Rsm || !self.traces()
     }
 
     /// Whether voxels see lights by rays, for which the grid has to be whole.
@@ -304,7 +316,7 @@ impl VoxelLight {
         }
         let capacity = voxels.capacity();
         let count = sides as u64 * u64::from(capacity);
-        let irradiance = bounces.any().then(|| buffer(gpu, "voxel.irradiance", 8 * count)).transpose()?;
+        let irradiance = bounces.any().then(|| buffer(gpu, "voxel.irradiance", sides.radiance_bytes(capacity))).transpose()?;
         if let (Some(irradiance), Bounces::Feedback) = (&irradiance, bounces) {
             // The first frame reads what no frame before it has left.
             let mut frame = Frame::new();
@@ -314,12 +326,31 @@ impl VoxelLight {
         Ok(VoxelLight {
             settings,
             capacity,
-            radiance: buffer(gpu, "voxel.radiance", 8 * u64::from(settings.radiances()) * u64::from(capacity))?,
+            radiance: buffer(gpu, "voxel.radiance", settings.radiance_bytes(capacity))?,
             irradiance,
             flux: buffer(gpu, "voxel.flux", if injection == Injection::Rsm { FLUX_BYTES * count } else { 0 })?,
             counters: buffer(gpu, "voxel.light_counters", COUNTERS_BYTES)?,
             flux_unit: flux_unit(scene),
         })
+    }
+
+    /// Makes room for voxels of which those from `first_moved` on are not what they were. With feedback, the others keep what they have gathered, and these start
+    /// from nothing.
+    pub fn follow(&mut self, gpu: &Gpu, scene: &GpuScene, voxels: &Voxels, first_moved: u32) -> Result<(), Error> {
+        let before = self.irradiance.as_ref().filter(|_| self.settings.bounces == Bounces::Feedback).map(Arc::clone);
+        let grows = voxels.capacity() > self.capacity;
+        if grows {
+            *self = VoxelLight::new(gpu, scene, voxels, self.settings)?;
+        }
+        let (Some(before), Some(irradiance)) = (before, &self.irradiance) else { return Ok(()) };
+        let kept_bytes = 8 * self.settings.sides as u64 * u64::from(first_moved);
+        let mut frame = Frame::new();
+        if grows && kept_bytes > 0 {
+            frame.copy_buffer(CLEAR_LIGHT, (&before, 0), (irradiance, 0), kept_bytes);
+        } else if !grows && kept_bytes < irradiance.size_bytes() {
+            frame.fill_from(CLEAR_LIGHT, irradiance, kept_bytes, 0);
+        }
+        gpu.submit(frame).map(drop)
     }
 
     /// Adds the passes that light the voxels; with `dense` also mip 0 of a dense texture. With feedback they reflect what the last frame left in `irradiance`.
