@@ -10,13 +10,12 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3, DVec4, Vec3};
 use lumivox::gi::Settings;
 use lumivox::gi::cone::oracle::{Levels, Volume};
-use lumivox::gi::cone::{self, ConeTracer, cone_set};
+use lumivox::gi::cone::{self, ConeTracer, cone_set, diffuse_set};
 use lumivox::gi::registry::find;
 use lumivox::gi::svo::BrickSettings;
 use lumivox::gi::svo::oracle::Texels;
 use lumivox::gi::voxel::oracle::{
-    Crossing, GatherSettings, Gathered, TraceGrid, TraceSettings, TraceVoxel, VoxelIndex, crossings, gather_rays as oracle_rays, hemisphere_direction,
-    interleaved_offset,
+    Crossing, GatherSettings, TraceGrid, TraceSettings, TraceVoxel, VoxelIndex, crossings, gather_rays as oracle_rays, hemisphere_direction, interleaved_offset,
 };
 use lumivox::gi::voxel::{Directionality, Injection, LightSettings, Method, RaySettings, Sides, VoxelGrid, VoxelLight, gather_rays};
 use lumivox::gi::voxel_mips::oracle::{Filter, coarser, sees_matter};
@@ -231,7 +230,7 @@ fn cones_through_bricks_are_the_oracles() {
             gpu.submit(frame).unwrap();
             view.results(&gpu)
         };
-        let expected = |normals| cones_by_oracle(Levels { light: &light, normals }, &scene, &grid, &view, &settings);
+        let expected = |normals| cones_by_oracle(Levels { light: &light, normals, faces: None }, &scene, &grid, &view, &settings);
         let (with, without) = (errors(&seen(pool.normals()), &expected(&normals)), errors(&seen(None), &expected(&[])));
         let planted = errors(&seen(pool.normals()), &expected(&[]));
         println!("bricks {seed}: worst error {:.1e} with normals, {:.1e} without", with.0.last().unwrap(), without.0.last().unwrap());

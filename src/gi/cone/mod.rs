@@ -646,7 +646,8 @@ impl ConeSettings {
 
 /// What `cone.gather` and `cone.occlusion` are told, and their workgroups, dispatch by dispatch.
 fn gather_params(s: &ConeSettings, set: &DeviceSet, grid: &VoxelGrid, volume: Volume<'_>, gbuffer: &GBuffer) -> impl Iterator<Item = (ConeParams, [u32; 3])> {
-    let params = |[first_cone, end_cone]: [u32; 2]| ConeParams {
+    let face_stride = volume.face_stride();
+    let params = move |[first_cone, end_cone]: [u32; 2]| ConeParams {
         grid: grid.row(),
         resolution: grid.resolution as f32,
         step_factor: s.step_factor,
@@ -660,7 +661,7 @@ fn gather_params(s: &ConeSettings, set: &DeviceSet, grid: &VoxelGrid, volume: Vo
         interleave: s.interleave,
         jitter: set.jitter,
         is_occlusion: 0,
-        face_stride: volume.face_stride(),
+        face_stride,
     };
     let groups = screen_groups(gbuffer.size);
     s.dispatches(grid, volume, set.count).into_iter().map(move |cones| (params(cones), groups))

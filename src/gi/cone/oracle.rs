@@ -460,7 +460,7 @@ mod tests {
             assert!(shares.windows(2).all(|pair| pair[0] < pair[1]) && (shares[0] + shares[4] - 1.0).abs() < 1e-12, "{shares:?}");
         }
         let normals = |z: f64| vec![Volume::new(8, |at| if at[2] == 5 { DVec4::new(0.0, 0.0, z * 0.2126, 0.5) } else { DVec4::ZERO })];
-        let seen = |z: f64| march(Levels { light: &wall(), normals: &normals(z) }, &up(0.0), &TEXTBOOK).radiance;
+        let seen = |z: f64| march(Levels { light: &wall(), normals: &normals(z), faces: None }, &up(0.0), &TEXTBOOK).radiance;
         assert!(near(seen(-1.0), march(&wall(), &up(0.0), &TEXTBOOK).radiance));
         assert!(near(seen(1.0), 0.5 * ENVIRONMENT));
     }

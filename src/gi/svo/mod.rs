@@ -70,12 +70,12 @@ static PRESETS: &[Preset] = &[
     Preset {
         name: "anisotropic",
         help: "as cones, through mips that look different along each axis from either side",
-        values: &[("anisotropic", "on"), ("face_weights", "squared"), ("opacity_exponent", "1.25")],
+        values: &[("anisotropic", "on"), ("face_weights", "squared"), ("opacity_exponent", "1.5")],
     },
     Preset {
         name: "directional",
         help: "as cones, through voxels of six faces on all levels, either side of which blocks",
-        values: &[("faces", "both"), ("opacity_exponent", "1")],
+        values: &[("faces", "both"), ("opacity_exponent", "1.5")],
     },
     Preset {
         name: "textbook",
