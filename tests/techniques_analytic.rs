@@ -31,13 +31,17 @@ const BOUNDS: &[Bounds] = &[
     Bounds { name: "voxel-mips.cones", lit_sphere: [0.05, 0.05], sky: [0.001, 0.001], furnace: [0.02, 0.02], plates: [0.05, 0.15] },
     // -0.786 0.786; -0.224 0.224; -0.289 0.292; -0.984 1.063: box-filtered mips dissolve thin walls, and wide cones meet their own plane
     Bounds { name: "voxel-mips.textbook", lit_sphere: [0.8, 0.8], sky: [0.24, 0.24], furnace: [0.3, 0.3], plates: [1.0, 1.1] },
+    // -0.076 0.076; 0 0; -0.016 0.017; +0.006 0.070: faces let more light through the stairs of voxels of a sphere
     Bounds { name: "voxel-mips.anisotropic", lit_sphere: [0.09, 0.09], sky: [0.001, 0.001], furnace: [0.03, 0.03], plates: [0.08, 0.15] },
+    // -0.127 0.128; 0 0; -0.014 0.019; +0.072 0.102
     Bounds { name: "voxel-mips.directional", lit_sphere: [0.15, 0.15], sky: [0.001, 0.001], furnace: [0.04, 0.04], plates: [0.08, 0.15] },
     // The same cones through the same texels as voxel-mips.cones: -0.038 0.038; 0 0; -0.014 0.014; -0.029 0.109
     Bounds { name: "svo.cones", lit_sphere: [0.05, 0.05], sky: [0.001, 0.001], furnace: [0.02, 0.02], plates: [0.05, 0.15] },
     // Narrower ones: -0.006 0.006; 0 0; -0.005 0.005; +0.057 0.090
     Bounds { name: "svo.accurate", lit_sphere: [0.01, 0.01], sky: [0.001, 0.001], furnace: [0.02, 0.02], plates: [0.07, 0.12] },
+    // -0.076 0.076; 0 0; -0.016 0.017; +0.006 0.070: faces let more light through the stairs of voxels of a sphere
     Bounds { name: "svo.anisotropic", lit_sphere: [0.09, 0.09], sky: [0.001, 0.001], furnace: [0.03, 0.03], plates: [0.08, 0.15] },
+    // -0.127 0.128; 0 0; -0.014 0.019; +0.072 0.102
     Bounds { name: "svo.directional", lit_sphere: [0.15, 0.15], sky: [0.001, 0.001], furnace: [0.04, 0.04], plates: [0.08, 0.15] },
     // -0.756 0.757; -0.250 0.250; -0.305 0.308; -0.992 1.072: Gaussian bricks on the corners of voxels are no better than box mips
     Bounds { name: "svo.textbook", lit_sphere: [0.8, 0.8], sky: [0.27, 0.27], furnace: [0.33, 0.33], plates: [1.0, 1.1] },
