@@ -9,10 +9,10 @@ use lumivox::gi::Settings;
 use lumivox::gi::registry::{Entry, find};
 use lumivox::graph::DeviceChoice;
 use lumivox::image::{Aov, Image, write_exr, write_png};
-use lumivox::measure::bench::choose_timing;
-use lumivox::measure::report::Timing;
+use lumivox::measure::bench::{Truth, choose_timing};
+use lumivox::measure::report::{ReferenceInfo, Timing};
 use lumivox::metrics::Channel;
-use lumivox::reference::MAX_SIZE_PX;
+use lumivox::reference::{self, Bounces, Filter, MAX_SIZE_PX, ReferenceError, Sampling, cache_dir, cached};
 use lumivox::scene::{LoadOptions, Scene};
 
 use super::CliError;
@@ -184,6 +184,28 @@ pub(super) struct ShadowArgs {
     /// Width and height of each shadow map and reflective shadow map (texels).
     #[arg(long, value_name = "N", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(16..=8192))]
     pub(super) shadow_resolution: u32,
+}
+
+/// The reference's indirect light, from the cache where it is there.
+pub(super) fn reference(scene: &Scene, (width, height): (u32, u32), bounces: Bounces, max_error: f64) -> Result<Truth, CliError> {
+    let sampling = Sampling::Adaptive { max_error: max_error as f32, max_spp: 4096 };
+    let settings = reference::Settings { width, height, bounces, filter: Filter::Center, sampling, seed: 0 };
+    let image = cached(scene, &settings, &cache_dir(), &|_| {}).map_err(reference_failed)?;
+    let info = ReferenceInfo { bounces, samples_per_pixel: image.mean_samples(), pixel_noise: f64::from(image.indirect_error().pixel) };
+    Ok(Truth { indirect: Some((image.indirect(), info)), guide: image.guide })
+}
+
+/// Whose fault it is that there is no reference.
+pub(super) fn reference_failed(error: ReferenceError) -> CliError {
+    match error {
+        ReferenceError::CacheDir { .. } => CliError::failed(error),
+        ReferenceError::Setting { .. } | ReferenceError::Scene { .. } => CliError::input(error),
+    }
+}
+
+/// An error unless the reference's noise can be brought below this.
+pub(super) fn check_max_error(max_error: f64) -> Result<(), CliError> {
+    check_positive("--max-error", Some(max_error as f32))
 }
 
 /// Prints a line. That nobody reads it any more is no failure of the work.

@@ -4,6 +4,7 @@ mod bench;
 mod common;
 mod compare;
 mod devices;
+mod explain;
 mod reference;
 mod render;
 mod scene;
@@ -56,6 +57,7 @@ enum Command {
     Techniques(techniques::Args),
     Reference(reference::Args),
     Compare(compare::Args),
+    Explain(Box<explain::Args>),
     Voxelize(voxelize::Args),
     Devices(devices::Args),
 }
@@ -72,6 +74,7 @@ pub(crate) fn run() -> ExitCode {
         Command::Techniques(args) => techniques::run(&args),
         Command::Reference(args) => reference::run(&args, cli.quiet),
         Command::Compare(args) => compare::run(&args),
+        Command::Explain(args) => explain::run(&args, cli.quiet),
         Command::Voxelize(args) => voxelize::run(&args, cli.quiet),
         Command::Devices(args) => devices::run(&args),
     };

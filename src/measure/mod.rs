@@ -2,6 +2,7 @@
 
 pub mod bench;
 pub mod chart;
+pub mod explain;
 mod figures;
 mod profile;
 pub mod report;
