@@ -5,7 +5,6 @@ use std::fs::File;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-use indicatif::{ProgressBar, ProgressStyle};
 use lumivox::frame::FrameSettings;
 use lumivox::gi::registry::{Entry, find};
 use lumivox::measure::bench::{BenchSettings, Case, Truth, cases, measure};
@@ -18,7 +17,8 @@ use lumivox::scene::{LoadOptions, Scene};
 
 use super::CliError;
 use super::common::{
-    DeviceArgs, ShadowArgs, TimingArgs, check_max_error, check_output, check_output_folder, parse_channel, parse_size, reference, reference_failed, say,
+    DeviceArgs, ShadowArgs, TimingArgs, check_max_error, check_output, check_output_folder, parse_channel, parse_size, progress_bar, reference,
+    reference_failed, say,
 };
 
 /// Measure techniques, presets and resolutions: time per pass, memory, error against the path-traced reference.
@@ -185,13 +185,4 @@ fn truth(args: &Args, scene: &Scene, bounces: Bounces) -> Result<Truth, CliError
         return Ok(Truth { guide: guide(scene, width, height).map_err(reference_failed)?, indirect: None });
     }
     reference(scene, args.size, bounces, args.max_error)
-}
-
-/// A bar on stderr, where that is a terminal.
-fn progress_bar(quiet: bool, cases: usize) -> ProgressBar {
-    if quiet {
-        return ProgressBar::hidden();
-    }
-    let style = ProgressStyle::with_template("{msg:12} {bar:40} {pos}/{len} {elapsed} (about {eta} left)").unwrap_or_else(|_| ProgressStyle::default_bar());
-    ProgressBar::new(cases as u64).with_style(style)
 }

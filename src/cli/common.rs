@@ -5,6 +5,7 @@ use std::fs::OpenOptions;
 use std::io::{ErrorKind, Write as _};
 use std::path::{Path, PathBuf};
 
+use indicatif::{ProgressBar, ProgressStyle};
 use lumivox::gi::Settings;
 use lumivox::gi::registry::{Entry, find};
 use lumivox::graph::DeviceChoice;
@@ -206,6 +207,15 @@ pub(super) fn reference_failed(error: ReferenceError) -> CliError {
 /// An error unless the reference's noise can be brought below this.
 pub(super) fn check_max_error(max_error: f64) -> Result<(), CliError> {
     check_positive("--max-error", Some(max_error as f32))
+}
+
+/// A bar on stderr, where that is a terminal.
+pub(super) fn progress_bar(quiet: bool, steps: usize) -> ProgressBar {
+    if quiet {
+        return ProgressBar::hidden();
+    }
+    let style = ProgressStyle::with_template("{msg:12} {bar:40} {pos}/{len} {elapsed} (about {eta} left)").unwrap_or_else(|_| ProgressStyle::default_bar());
+    ProgressBar::new(steps as u64).with_style(style)
 }
 
 /// Prints a line. That nobody reads it any more is no failure of the work.

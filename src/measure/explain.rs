@@ -26,7 +26,7 @@ const MOST_POINTS: f64 = 16e6;
 const EXACT_DIRECTIONS: u32 = 256;
 
 /// Shadow maps are made so many times as wide.
-const FINER_MAPS: u32 = 4;
+const FINER_MAPS: u32 = 2;
 
 /// Widest shadow map (texels).
 const WIDEST_MAP: u32 = 8192;
@@ -170,7 +170,7 @@ impl<'s> Subject<'s> {
 }
 
 /// Puts the light of points of the surfaces into voxels: of each side the mean over the points in its voxel. Voxels without a point stay holes.
-fn give_light(gpu: &Gpu, pieces: &mut [LitVoxels<'_>], points: &[LitPoint]) -> Result<(), Error> {
+pub fn give_light(gpu: &Gpu, pieces: &mut [LitVoxels<'_>], points: &[LitPoint]) -> Result<(), Error> {
     let Some(map) = VoxelMap::read(gpu, pieces)? else { return Ok(()) };
     let mut sums = vec![(Vec3::ZERO, 0u32); map.slot_count()];
     for LitPoint { surface, radiance: [front, back] } in points {

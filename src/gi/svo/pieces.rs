@@ -7,7 +7,9 @@ use glam::UVec3;
 use super::nodes::require_pointers;
 use crate::gi::cone::{ConeTracer, Volume};
 use crate::gi::voxel::voxelize::{buffer, linear_groups};
-use crate::gi::voxel::{Accumulation, DynamicVoxels, LightSettings, LitVoxels, VoxelGrid, VoxelLight, VoxelLookup, VoxelRecords, VoxelSettings, Voxelizer, Voxels};
+use crate::gi::voxel::{
+    Accumulation, DynamicVoxels, LightSettings, LitVoxels, VoxelGrid, VoxelLight, VoxelLookup, VoxelRecords, VoxelSettings, Voxelizer, Voxels,
+};
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Buffer, Error, Frame, FrameStats, Gpu, Pass, Sets, Shaders};
 use crate::render::{GpuScene, LightMaps};

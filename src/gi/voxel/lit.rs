@@ -33,8 +33,7 @@ impl VoxelMap {
     pub fn read(gpu: &Gpu, pieces: &[LitVoxels<'_>]) -> Result<Option<Self>, Error> {
         let Some(first) = pieces.first() else { return Ok(None) };
         let (grid, sides) = (first.voxels.grid, first.light.settings.sides as usize);
-        let mut map =
-            VoxelMap { origin: grid.origin, voxel_size: grid.voxel_size, sides, voxels: HashMap::new(), fronts: Vec::new(), areas: Vec::new() };
+        let mut map = VoxelMap { origin: grid.origin, voxel_size: grid.voxel_size, sides, voxels: HashMap::new(), fronts: Vec::new(), areas: Vec::new() };
         for LitVoxels { voxels, .. } in pieces {
             let corner = ((voxels.grid.origin - grid.origin) / grid.voxel_size).round().as_ivec3().to_array();
             let bytes = gpu.read_buffer(&voxels.records)?;
@@ -52,6 +51,11 @@ impl VoxelMap {
     /// Number of slots.
     pub fn slot_count(&self) -> usize {
         self.sides * self.fronts.len()
+    }
+
+    /// Area of the surface in the voxel of a slot (voxel faces).
+    pub fn area(&self, slot: usize) -> f32 {
+        self.areas[slot / self.sides]
     }
 
     /// Edge of a voxel (m).
@@ -88,7 +92,7 @@ impl VoxelMap {
     /// Replaces the direct light of later frames: `reflected` is by slot the diffuse radiance [W/(m² sr)] that leaves the voxel's whole surface on that side, as
     /// a mean over both sides of that surface; `None` leaves a hole.
     pub fn set_direct(&self, gpu: &Gpu, pieces: &mut [LitVoxels<'_>], reflected: &[Option<Vec3>]) -> Result<(), Error> {
-        let flux: Vec<_> = reflected.iter().enumerate().map(|(slot, radiance)| radiance.map(|radiance| radiance * self.areas[slot / self.sides])).collect();
+        let flux: Vec<_> = reflected.iter().enumerate().map(|(slot, radiance)| radiance.map(|radiance| radiance * self.area(slot))).collect();
         let mut first = 0;
         for LitVoxels { voxels, light } in pieces {
             let end = first + self.sides * voxels.voxel_count as usize;

@@ -28,7 +28,7 @@ pub use lit::{LitVoxels, VoxelMap};
 pub use passes::{FRAGMENTS_COMPUTE, FRAGMENTS_RASTER, FRAGMENTS_RASTER_HW};
 pub use prefilter::{MIP_FILTER, Prefilter};
 pub use rays::{GATHER_RAYS, RAY_SETTINGS, RaySettings, gather_rays};
-pub use voxelize::{Accumulation, Method, VoxelSettings, Voxelizer, Voxels};
+pub use voxelize::{Accumulation, Method, Surface, VoxelSettings, Voxelizer, Voxels};
 
 use crate::gi::registry::{Part, Stage, Substitution};
 use crate::gi::settings::{Domain, Setting};
@@ -50,6 +50,14 @@ pub static SETTINGS: &[Setting] = &[
         unit: "",
         domain: Domain::Choice(&["compute", "raster", "raster-hw"]),
         default: "compute",
+    },
+    Setting {
+        name: "surface",
+        help: "voxels that a triangle is in: conservative (all that it touches) or thin (those whose cross of face centres it meets: no path from face to face \
+               leads through)",
+        unit: "",
+        domain: Domain::Choice(&["conservative", "thin"]),
+        default: "conservative",
     },
     Setting {
         name: "accumulation",
