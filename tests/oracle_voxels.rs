@@ -111,14 +111,20 @@ fn random_soups_are_the_oracles() {
     }
 }
 
-/// Thin surfaces: the oracle's by every method, and never more than the conservative ones.
+/// Thin surfaces, but for needles: the oracle's by every method, and never more than the conservative ones.
 #[test]
 fn thin_soups_are_the_oracles() {
     let gpu = gpu();
     let (mut total, mut thin_count, mut touched_count) = (SetDifference::default(), 0, 0);
     for seed in 0..50 {
         let mut random = Random::new(3000 + seed);
-        let scene = scene_of(&soup(&mut random, 32), 0.0, &mut random);
+        let mut triangles = soup(&mut random, 32);
+        // The plane of a needle is not known in f32. Boxes do not need it, for the edges' axes say as much; crosses do.
+        triangles.retain(|[a, b, c]| {
+            let longest = a.distance(*b).max(b.distance(*c)).max(c.distance(*a));
+            (*b - *a).cross(*c - *a).length() > 0.02 * longest * longest
+        });
+        let scene = scene_of(&triangles, 0.0, &mut random);
         let mut gpu_scene = GpuScene::new(&gpu, &scene).unwrap();
         in_unit_grid(&mut gpu_scene, 32);
         let settings = |method| VoxelSettings { surface: Surface::Thin, ..voxel_settings(32, method) };

@@ -39,10 +39,10 @@ fn thin_walls_leak_where_they_must() {
     let best = [1.0, 4.0].map(|wall| figure("accurate", &["resolution=32"], wall));
     assert!(best.iter().all(|best| best.1 == Verdict::Pass), "{best:?}");
     let planted = [4.0, 0.25].map(|wall| figure("textbook", &["resolution=32"], wall));
-    assert!(planted[1].1 == Verdict::Fail && planted[1].0 > planted[0].0 && planted[1].0 > 10.0 * best[0].0, "{planted:?}");
+    assert!(planted[1].1 != Verdict::Pass && planted[1].0 > planted[0].0 && planted[1].0 > 10.0 * best[0].0, "{planted:?}");
     // One radiance for both sides of a wall in one voxel shines through.
     let glowing = figure("accurate", &["resolution=32", "radiance=isotropic"], 0.25);
-    assert!(glowing.1 == Verdict::Fail, "{glowing:?}");
+    assert!(glowing.1 != Verdict::Pass, "{glowing:?}");
 }
 
 /// Every change of every case is one that a technique has, and nothing but it is changed.

@@ -80,6 +80,10 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
 }
 
 fn print(budget: &Budget) {
+    if let Some(error) = &budget.report.error {
+        let pixels = format!("{} pixels (no 8x8 of them lie on one plane and material)", error.pixel.count);
+        say(&format!("errors over {}", error.block.map_or(pixels, |block| format!("{} blocks of 8x8 pixels on one plane and material", block.count))));
+    }
     let width = budget.budget.iter().map(|row| row.name.chars().count()).max().unwrap_or(0);
     say(&format!("{:width$} {:>9} {:>9} {:>9} {:>9}  by", "replaced", "bias", "rel_rmse", "explains", "frame ms"));
     budget.budget.iter().for_each(|row| say(&line(row, width)));

@@ -68,7 +68,7 @@ pub static SETTINGS: &[Setting] = &[
     },
     Setting {
         name: "opacity",
-        help: "of a voxel: binary (touched is opaque) or coverage (fraction of its face that is covered, seen along the dominant axis)",
+        help: "of a voxel, as cones see it: binary (touched is opaque) or coverage (fraction of its face that is covered, seen along the dominant axis)",
         unit: "",
         domain: Domain::Choice(&["binary", "coverage"]),
         default: "binary",

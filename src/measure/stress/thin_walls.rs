@@ -1,7 +1,6 @@
 //! Walls thinner than voxels: light of one room in the next.
 
 use crate::frame::Renderer;
-use crate::gi::Settings;
 use crate::image::{Aov, Image};
 use crate::metrics::stability::leak;
 use crate::reference::{self, Bounces, Filter, Sampling, cache_dir, cached};
@@ -22,7 +21,7 @@ pub(super) static CASE: StressCase = StressCase {
     warn: 0.1,
     changes: &[
         Change { name: "surface", values: &[], needs: None },
-        Change { name: "opacity", values: &[], needs: None },
+        Change { name: "opacity", values: &[], needs: CONES },
         Change { name: "injection", values: &[], needs: None },
         Change { name: "anisotropic", values: &[], needs: None },
         Change { name: "faces", values: &[], needs: None },
@@ -78,17 +77,14 @@ fn leak_of(probe: &Probe<'_>, scene: &Scene) -> Result<f64, StressError> {
         renderer.aov(Aov::Indirect)
     };
     let pictures = both(look(&dark)?, look(&lit)?);
-    let bounces = bounces(probe, probe.settings);
+    // A technique without a bounce is held against one: it leaks nothing.
+    let bounces = (probe.entry.bounces)(probe.settings).map_or(Bounces::Full, |bounces| Bounces::Count(bounces.max(1)));
     let reference = |camera: Camera| -> Result<Image, StressError> {
         let [width, height] = probe.frame.size;
         let settings = reference::Settings { width, height, bounces, filter: Filter::Center, sampling: Sampling::Fixed { spp: 64 }, seed: 0 };
         Ok(cached(&Scene { camera, ..scene.clone() }, &settings, &cache_dir(), &|_| {})?.indirect())
     };
     Ok(leak(&pictures, &both(reference(dark)?, reference(lit)?), None)?)
-}
-
-fn bounces(probe: &Probe<'_>, settings: &Settings) -> Bounces {
-    (probe.entry.bounces)(settings).map_or(Bounces::Full, Bounces::Count)
 }
 
 /// One picture above the other.
