@@ -1,7 +1,7 @@
 //! The frame, top to bottom.
 
 use crate::gi::registry::{Entry, Part, Stage};
-use crate::gi::{Context, IndirectLight, Settings, Technique};
+use crate::gi::{Context, IndirectLight, LitVoxels, Settings, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu};
 use crate::image::{Aov, Image};
 use crate::render::{GBuffer, GpuScene, LightMaps, Output, SET_POSE, read_aov};
@@ -95,6 +95,11 @@ impl<'g> Renderer<'g> {
     /// Samples that the cones of the last frame's gather take, by the name of the pass.
     pub fn count_samples(&self) -> Result<Vec<(&'static str, u64)>, Error> {
         self.technique.count_samples(self.gpu, &self.scene, &self.gbuffer)
+    }
+
+    /// The technique's voxels and their light, a piece of the grid each; what is replaced there shows in the next frame.
+    pub fn lit_voxels(&mut self) -> Vec<LitVoxels<'_>> {
+        self.technique.lit_voxels()
     }
 
     /// Counts of the last frame, by name.

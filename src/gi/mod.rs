@@ -14,6 +14,7 @@ pub mod voxel_mips;
 
 pub use crate::render::IndirectLight;
 pub use settings::{SettingError, Settings};
+pub use voxel::LitVoxels;
 
 use crate::graph::{Error, Frame, FrameStats, Gpu};
 use crate::render::{GBuffer, GpuScene, LightMaps, Output};
@@ -63,6 +64,11 @@ pub trait Technique {
     /// None where nothing traces cones.
     fn count_samples(&self, _gpu: &Gpu, _scene: &GpuScene, _gbuffer: &GBuffer) -> Result<Vec<(&'static str, u64)>, Error> {
         Ok(Vec::new())
+    }
+
+    /// Its voxels and their light, a piece of the grid each, so that an error budget can read and replace them. None where it has no voxels.
+    fn lit_voxels(&mut self) -> Vec<LitVoxels<'_>> {
+        Vec::new()
     }
 
     /// Counts for the report, by name; some are read back from the device.

@@ -28,6 +28,8 @@ pub struct Entry {
     pub stages: &'static [&'static Stage],
     /// The passes that gather along directions.
     pub directions: &'static [Directions],
+    /// What an error budget tries in place of parts of it, in groups.
+    pub substitutions: &'static [&'static [Substitution]],
     /// Lists the voxels that it makes of a scene; `None` where it has none.
     pub voxels: Option<ListVoxels>,
     /// Makes it.
@@ -63,6 +65,16 @@ pub struct Directions {
     pub pass: &'static Pass,
     /// How many at each pixel with a surface; `None` is one at each pixel with a glossy surface.
     pub count: Option<fn(&Settings) -> u32>,
+}
+
+/// An approximation of a technique that its own settings can replace by a better one, so that the error that goes with it can be told apart.
+pub struct Substitution {
+    /// What is replaced.
+    pub name: &'static str,
+    /// By what, in one line.
+    pub help: &'static str,
+    /// `KEY=VALUE` pairs to set on top of these settings; none where it is as good already.
+    pub pairs: fn(&Settings) -> Vec<String>,
 }
 
 /// Makes a technique with these settings.

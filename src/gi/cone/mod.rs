@@ -10,6 +10,7 @@ pub use sets::{Cone, ConeSet, KahlRings, check, cone_set, diffuse_set, kahl_set}
 pub use shadow::{SHADOW, SHADOW_SPARSE, SOFT_SHADOWS, ShadowConeParams};
 
 use crate::gi::Settings;
+use crate::gi::registry::Substitution;
 use crate::gi::settings::{Domain, Setting};
 use crate::gi::voxel::rays::LOOP_BUDGET;
 use crate::gi::voxel::voxelize::linear_groups;
@@ -363,6 +364,21 @@ pub static SETTINGS: &[Setting] = &[
         default: "on",
     },
 ];
+
+/// Substitutions of a technique that gathers by cones alone.
+pub static SUBSTITUTIONS: &[Substitution] = &[
+    Substitution { name: "directions", help: "as many cones as the settings allow, so that no light falls between them", pairs: more_cones },
+    Substitution {
+        name: "filtering",
+        help: "cones so narrow that they read the finest voxels alone",
+        pairs: |settings| if settings.number("aperture_scale") > 0.05 { vec!["aperture_scale=0.05".into()] } else { Vec::new() },
+    },
+];
+
+/// 32 cones of equal shares, turned from pixel to pixel: 2,048 directions in each interleaving window.
+pub fn more_cones(_: &Settings) -> Vec<String> {
+    ["cones=32", "cone_set=disc", "interleave=8"].map(String::from).to_vec()
+}
 
 /// How cones are traced.
 #[derive(Clone, Copy, Debug)]

@@ -9,6 +9,7 @@ pub mod export;
 mod grid;
 pub mod light;
 mod list;
+mod lit;
 pub mod oracle;
 pub mod passes;
 mod prefilter;
@@ -23,12 +24,13 @@ pub use light::{
     VoxelRecords,
 };
 pub use list::{OccupiedVoxel, VoxelList, list_voxels};
+pub use lit::{LitVoxels, VoxelMap};
 pub use passes::{FRAGMENTS_COMPUTE, FRAGMENTS_RASTER, FRAGMENTS_RASTER_HW};
 pub use prefilter::{MIP_FILTER, Prefilter};
 pub use rays::{GATHER_RAYS, RAY_SETTINGS, RaySettings, gather_rays};
-pub use voxelize::{Accumulation, Method, VoxelSettings, Voxelizer, Voxels};
+pub use voxelize::{Accumulation, Method, Surface, VoxelSettings, Voxelizer, Voxels};
 
-use crate::gi::registry::{Part, Stage};
+use crate::gi::registry::{Part, Stage, Substitution};
 use crate::gi::settings::{Domain, Setting};
 use crate::graph::Pass;
 use crate::shader::{Field, GpuStruct};
@@ -50,6 +52,14 @@ pub static SETTINGS: &[Setting] = &[
         default: "compute",
     },
     Setting {
+        name: "surface",
+        help: "voxels that a triangle is in: conservative (all that it touches) or thin (those whose cross of face centres it meets: no path from face to face \
+               leads through)",
+        unit: "",
+        domain: Domain::Choice(&["conservative", "thin"]),
+        default: "conservative",
+    },
+    Setting {
         name: "accumulation",
         help: "albedo of a voxel: exact (independent of thread order) or running-average (the papers' compare-and-swap in RGBA8; differs between runs)",
         unit: "",
@@ -58,7 +68,7 @@ pub static SETTINGS: &[Setting] = &[
     },
     Setting {
         name: "opacity",
-        help: "of a voxel: binary (touched is opaque) or coverage (fraction of its face that is covered, seen along the dominant axis)",
+        help: "of a voxel, as cones see it: binary (touched is opaque) or coverage (fraction of its face that is covered, seen along the dominant axis)",
         unit: "",
         domain: Domain::Choice(&["binary", "coverage"]),
         default: "binary",
@@ -109,6 +119,16 @@ pub static SETTINGS: &[Setting] = &[
         default: "8",
     },
 ];
+
+/// What an error budget tries in place of the settings above.
+pub static SUBSTITUTIONS: &[Substitution] = &[Substitution {
+    name: "bounce directions",
+    help: "64 directions by which each voxel gathers from the others",
+    pairs: |settings| {
+        let is_better = Bounces::new(settings).any() && settings.count("bounce_directions") < 64;
+        if is_better { vec!["bounce_directions=64".into()] } else { Vec::new() }
+    },
+}];
 
 /// All passes of this module.
 pub static PASSES: &[&Pass] = &[

@@ -37,6 +37,15 @@ pub enum Accumulation {
     RunningAverage,
 }
 
+/// Which voxels a triangle is in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Surface {
+    /// All that it touches: 26-separating, and no part of the triangle is outside.
+    Conservative,
+    /// Those whose cross it meets, the three lines between the centres of opposite faces: 6-separating (Schwarz & Seidel 2010).
+    Thin,
+}
+
 /// What to voxelize into, and how.
 #[derive(Clone, Copy, Debug)]
 pub struct VoxelSettings {
@@ -46,6 +55,8 @@ pub struct VoxelSettings {
     pub method: Method,
     /// How albedo is averaged.
     pub accumulation: Accumulation,
+    /// Which voxels a triangle is in.
+    pub surface: Surface,
     /// Opacity is the covered fraction of the voxel's face, not 1.
     pub coverage: bool,
 }
@@ -64,6 +75,7 @@ impl VoxelSettings {
             resolution: settings.count("resolution"),
             method,
             accumulation: if settings.is("accumulation", "exact") { Accumulation::Exact } else { Accumulation::RunningAverage },
+            surface: if settings.is("surface", "thin") { Surface::Thin } else { Surface::Conservative },
             coverage: settings.is("opacity", "coverage"),
         }
     }
@@ -304,7 +316,8 @@ impl Voxelizer {
                 Method::RasterHw => &FRAGMENTS_RASTER_HW,
             };
             let builder = buffers.into_iter().fold(frame.pass(pass), PassBuilder::bind);
-            let builder = builder.constants(&[u32::from(scene.is_emissive), u32::from(kind == TextureUse::Masked), u32::from(kind != TextureUse::None)]);
+            let flags = [scene.is_emissive, kind == TextureUse::Masked, kind != TextureUse::None, self.settings.surface == Surface::Thin];
+            let builder = builder.constants(&flags.map(u32::from));
             if self.settings.method == Method::Compute {
                 let dispatch = |batch: &&Batch| BatchDispatch {
                     material: batch.material,
