@@ -90,6 +90,8 @@ gpu_struct! {
         pub end_cone: u32,
         /// Width of a stratum of sin²θ.
         pub jitter: f32,
+        /// Edge of the voxels that gather (voxels that are gathered from).
+        pub voxel_scale: f32,
     }
 }
 
@@ -116,6 +118,8 @@ const BOUNCE_BINDINGS: [Binding; 3] = [
 
 const DENSE: [Binding; 2] = [Binding::sampled("voxels", Access::ComputeSampled), Binding::sampled("matter", Access::ComputeSampled)];
 const SPARSE: [Binding; 2] = [Binding::buffer("nodes", Access::ComputeRead), Binding::sampled("bricks", Access::ComputeSampled)];
+const CLIPMAP: [Binding; 3] =
+    [Binding::buffer("levels", Access::ComputeRead), Binding::sampled("clipmap", Access::ComputeSampled), Binding::sampled("top", Access::ComputeSampled)];
 
 static GATHER_DENSE_BINDINGS: [Binding; 6] = {
     let ([a, b, c, d], [voxels, matter]) = (GATHER_BINDINGS, DENSE);
@@ -125,6 +129,11 @@ static GATHER_DENSE_BINDINGS: [Binding; 6] = {
 static GATHER_SPARSE_BINDINGS: [Binding; 6] = {
     let ([a, b, c, d], [nodes, bricks]) = (GATHER_BINDINGS, SPARSE);
     [a, b, c, d, nodes, bricks]
+};
+
+static GATHER_CLIPMAP_BINDINGS: [Binding; 7] = {
+    let ([a, b, c, d], [levels, clipmap, top]) = (GATHER_BINDINGS, CLIPMAP);
+    [a, b, c, d, levels, clipmap, top]
 };
 
 static SPECULAR_DENSE_BINDINGS: [Binding; 7] = {
@@ -137,6 +146,11 @@ static SPECULAR_SPARSE_BINDINGS: [Binding; 7] = {
     [a, b, c, d, e, nodes, bricks]
 };
 
+static SPECULAR_CLIPMAP_BINDINGS: [Binding; 8] = {
+    let ([a, b, c, d, e], [levels, clipmap, top]) = (SPECULAR_BINDINGS, CLIPMAP);
+    [a, b, c, d, e, levels, clipmap, top]
+};
+
 static BOUNCE_DENSE_BINDINGS: [Binding; 5] = {
     let ([a, b, c], [voxels, matter]) = (BOUNCE_BINDINGS, DENSE);
     [a, b, c, voxels, matter]
@@ -145,6 +159,11 @@ static BOUNCE_DENSE_BINDINGS: [Binding; 5] = {
 static BOUNCE_SPARSE_BINDINGS: [Binding; 5] = {
     let ([a, b, c], [nodes, bricks]) = (BOUNCE_BINDINGS, SPARSE);
     [a, b, c, nodes, bricks]
+};
+
+static BOUNCE_CLIPMAP_BINDINGS: [Binding; 6] = {
+    let ([a, b, c], [levels, clipmap, top]) = (BOUNCE_BINDINGS, CLIPMAP);
+    [a, b, c, levels, clipmap, top]
 };
 
 const fn gather_pass(shader: &'static str, bindings: &'static [Binding]) -> Pass {
@@ -177,11 +196,23 @@ pub static BOUNCE: Pass = bounce_pass("gi/cone/bounce.comp", &BOUNCE_DENSE_BINDI
 /// As [`BOUNCE`], through a sparse voxel octree.
 pub static BOUNCE_SPARSE: Pass = bounce_pass("gi/cone/bounce_svo.comp", &BOUNCE_SPARSE_BINDINGS);
 
+/// As [`GATHER`], through the levels of a clipmap.
+pub static GATHER_CLIPMAP: Pass = gather_pass("gi/cone/gather_clipmap.comp", &GATHER_CLIPMAP_BINDINGS);
+
+/// As [`SPECULAR`], through the levels of a clipmap.
+pub static SPECULAR_CLIPMAP: Pass = specular_pass("gi/cone/specular_clipmap.comp", &SPECULAR_CLIPMAP_BINDINGS);
+
+/// As [`BOUNCE`], through the levels of a clipmap.
+pub static BOUNCE_CLIPMAP: Pass = bounce_pass("gi/cone/bounce_clipmap.comp", &BOUNCE_CLIPMAP_BINDINGS);
+
 /// The passes through a dense volume.
 pub static PASSES: &[&Pass] = &[&GATHER, &SPECULAR, &BOUNCE];
 
 /// The passes through a sparse volume.
 pub static SPARSE_PASSES: &[&Pass] = &[&GATHER_SPARSE, &SPECULAR_SPARSE, &BOUNCE_SPARSE];
+
+/// The passes through a clipmap.
+pub static CLIPMAP_PASSES: &[&Pass] = &[&GATHER_CLIPMAP, &SPECULAR_CLIPMAP, &BOUNCE_CLIPMAP];
 
 /// What a pass of cones writes.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -211,6 +242,17 @@ pub enum Volume<'v> {
         /// Whether its texels are at corners of voxels, not where those of dense mips are.
         corners: bool,
     },
+    /// A clipmap.
+    Clipmap {
+        /// Where its levels are.
+        levels: &'v Arc<Buffer>,
+        /// Radiance premultiplied by opacity, all levels.
+        clipmap: &'v Arc<Image>,
+        /// Mips of the outermost level.
+        top: &'v Arc<Image>,
+        /// Voxels along an edge of a level, and the number of levels.
+        shape: [u32; 2],
+    },
 }
 
 impl Volume<'_> {
@@ -220,6 +262,24 @@ impl Volume<'_> {
         match *self {
             Volume::Dense { radiance, matter } => pass.bind(radiance).bind(matter).constants(&[u32::from(skips_empty), output]),
             Volume::Sparse { nodes, bricks, corners } => pass.bind(nodes).bind(bricks).constants(&[u32::from(corners), output]),
+            Volume::Clipmap { levels, clipmap, top, shape: [n, count] } => pass.bind(levels).bind(clipmap).bind(top).constants(&[n, output, count]),
+        }
+    }
+
+    /// That one of the same pass through a dense volume, a sparse one and a clipmap which is through this.
+    fn choose(&self, [dense, sparse, clipmap]: [&'static Pass; 3]) -> &'static Pass {
+        match self {
+            Volume::Dense { .. } => dense,
+            Volume::Sparse { .. } => sparse,
+            Volume::Clipmap { .. } => clipmap,
+        }
+    }
+
+    /// Voxels that a cone crosses at most along an axis: in a clipmap they are larger in each level further out.
+    fn longest_march(&self, grid: &VoxelGrid) -> u32 {
+        match *self {
+            Volume::Clipmap { shape: [n, levels], .. } => n * levels,
+            Volume::Dense { .. } | Volume::Sparse { .. } => grid.resolution,
         }
     }
 }
@@ -369,9 +429,9 @@ impl ConeTracer {
     }
 
     fn add_gather(&self, frame: &mut Frame, gbuffer: &GBuffer, grid: &VoxelGrid, volume: Volume<'_>, result: &Arc<Image>, output: Output) {
-        let pass = if matches!(volume, Volume::Dense { .. }) { &GATHER } else { &GATHER_SPARSE };
+        let pass = volume.choose([&GATHER, &GATHER_SPARSE, &GATHER_CLIPMAP]);
         let s = &self.settings;
-        for [first_cone, end_cone] in self.dispatches(grid, &self.set) {
+        for [first_cone, end_cone] in self.dispatches(volume.longest_march(grid), &self.set) {
             let params = ConeParams {
                 grid: grid.row(),
                 resolution: grid.resolution as f32,
@@ -395,10 +455,10 @@ impl ConeTracer {
     /// bounce.
     pub fn bounce(&self, frame: &mut Frame, grid: &VoxelGrid, voxels: &VoxelRecords, volume: Volume<'_>, irradiance: &Arc<Buffer>) {
         let Some(set) = &self.bounce_set else { return };
-        let pass = if matches!(volume, Volume::Dense { .. }) { &BOUNCE } else { &BOUNCE_SPARSE };
+        let pass = volume.choose([&BOUNCE, &BOUNCE_SPARSE, &BOUNCE_CLIPMAP]);
         let s = &self.settings;
-        let first_voxel = ((voxels.grid.origin - grid.origin) / grid.voxel_size).round();
-        for [first_cone, end_cone] in self.dispatches(grid, set) {
+        let first_voxel = ((voxels.grid.origin - grid.origin) / voxels.grid.voxel_size).round();
+        for [first_cone, end_cone] in self.dispatches(volume.longest_march(grid), set) {
             let params = BounceConeParams {
                 first_voxel: first_voxel.extend(grid.resolution as f32).to_array(),
                 voxel_count: voxels.voxel_count,
@@ -410,6 +470,7 @@ impl ConeTracer {
                 first_cone,
                 end_cone,
                 jitter: set.jitter,
+                voxel_scale: voxels.grid.voxel_size / grid.voxel_size,
             };
             let builder = frame.pass(pass).bind(&voxels.records).bind(&set.cones).bind(irradiance);
             volume.bind(builder, self.skips_empty, Output::Light).push(&params).dispatch(linear_groups(voxels.voxel_count));
@@ -417,10 +478,10 @@ impl ConeTracer {
     }
 
     /// First cone, and one beyond the last, of as many dispatches as keep the loops of one thread's cones within `LOOP_BUDGET`.
-    fn dispatches(&self, grid: &VoxelGrid, set: &DeviceSet) -> Vec<[u32; 2]> {
+    fn dispatches(&self, longest_march: u32, set: &DeviceSet) -> Vec<[u32; 2]> {
         // A cone is longest across the cube's diagonal, √3 n voxels, in steps of no less than β voxels. A sample that is taken costs a turn of both loops;
         // one that is skipped costs a turn of the inner one, which at worst no two lanes of a vector take together.
-        let steps = (1.8 * grid.resolution as f32 / self.settings.step_factor).ceil() as u32 + 1;
+        let steps = (1.8 * longest_march as f32 / self.settings.step_factor).ceil() as u32 + 1;
         let cones_a_dispatch = (LOOP_BUDGET / ((2 + VECTOR_LANES) * steps)).max(1);
         (0..set.count).step_by(cones_a_dispatch as usize).map(|first| [first, (first + cones_a_dispatch).min(set.count)]).collect()
     }
@@ -442,7 +503,7 @@ impl ConeTracer {
             max_distance: self.max_distance(grid),
             start_offset: s.start_offset,
         };
-        let pass = if matches!(volume, Volume::Dense { .. }) { &SPECULAR } else { &SPECULAR_SPARSE };
+        let pass = volume.choose([&SPECULAR, &SPECULAR_SPARSE, &SPECULAR_CLIPMAP]);
         let builder = frame.pass(pass).bind(&gbuffer.view_depth).bind(&gbuffer.normals).bind(&gbuffer.albedo).bind(specular).bind(result);
         volume.bind(builder, true, output).push(&params).dispatch(screen_groups(gbuffer.size));
     }

@@ -303,6 +303,21 @@ impl VoxelLight {
         })
     }
 
+    /// Makes room for as many voxels as these have room for; what they gathered stays.
+    pub fn reserve(&mut self, gpu: &Gpu, voxels: &Voxels) -> Result<(), Error> {
+        let LightSettings { injection, sides, .. } = self.settings;
+        self.capacity = voxels.capacity();
+        let count = sides as u64 * u64::from(self.capacity);
+        self.radiance = buffer(gpu, "voxel.radiance", 8 * count)?;
+        self.flux = buffer(gpu, "voxel.flux", if injection == Injection::Rsm { FLUX_BYTES * count } else { 0 })?;
+        if let Some(irradiance) = &mut self.irradiance
+            && irradiance.size_bytes() < 8 * count
+        {
+            *irradiance = buffer(gpu, "voxel.irradiance", 8 * count)?;
+        }
+        Ok(())
+    }
+
     /// Adds the passes that light the voxels; with `dense` also mip 0 of a dense texture. With feedback they reflect what the last frame left in `irradiance`.
     pub fn update(&self, frame: &mut Frame, voxels: &Voxels, maps: &LightMaps, dense: Option<&Arc<Image>>) {
         self.update_records(frame, &VoxelRecords::from(voxels), VoxelLookup::Dense(voxels), maps, dense);
