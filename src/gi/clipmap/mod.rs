@@ -23,13 +23,7 @@ use crate::render::{GBuffer, GpuScene, LightMaps, screen_image};
 use crate::shader::{Field, GpuStruct};
 
 static SETTINGS: &[Setting] = &[
-    Setting {
-        name: "resolution",
-        help: "voxels along an edge of each level",
-        unit: "voxels",
-        domain: Domain::OneOf(&[16, 32, 64, 128, 256]),
-        default: "128",
-    },
+    Setting { name: "resolution", help: "voxels along an edge of each level", unit: "voxels", domain: Domain::OneOf(&[16, 32, 64, 128, 256]), default: "128" },
     Setting {
         name: "levels",
         help: "levels, each twice the extent of the one before; those that the scene does not fill are left out",
@@ -129,14 +123,15 @@ struct Level {
 }
 
 /// The technique and what it keeps.
-struct Clipmap {
+pub struct Clipmap {
     layout: Layout,
     voxel_settings: VoxelSettings,
     light_settings: LightSettings,
     is_staggered: bool,
     cones: ConeTracer,
     interleave: u32,
-    volume: ClipmapVolume,
+    /// The texels of all levels.
+    pub volume: ClipmapVolume,
     levels: Vec<Level>,
     scratch: WindowScratch,
     /// Number of frames since the last build.
@@ -149,31 +144,36 @@ struct Clipmap {
 }
 
 fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>, Error> {
-    let Context { gpu, scene, size, .. } = *context;
-    let specular = scene.is_glossy && settings.is("specular", "on");
-    let interleave = settings.count("interleave");
-    let layout = Layout::new(scene.bounds, settings.count("resolution"), settings.count("levels"), settings.number("voxel_size"));
-    Ok(Box::new(Clipmap {
-        layout,
-        voxel_settings: VoxelSettings::new(settings),
-        light_settings: LightSettings::new(settings, Sides::One),
-        is_staggered: settings.is("level_updates", "staggered"),
-        cones: ConeTracer::new(gpu, settings)?,
-        interleave,
-        volume: ClipmapVolume::new(gpu, layout, Prefilter::new(settings))?,
-        levels: Vec::new(),
-        scratch: WindowScratch::new(gpu, scene)?,
-        frame: 0,
-        pose: None,
-        light: IndirectLight {
-            diffuse: screen_image(gpu, "clipmap.diffuse", size)?,
-            specular: specular.then(|| screen_image(gpu, "clipmap.specular", size)).transpose()?,
-        },
-        interleaved: (interleave > 1).then(|| screen_image(gpu, "clipmap.interleaved", size)).transpose()?,
-    }))
+    Ok(Box::new(Clipmap::new(context, settings)?))
 }
 
 impl Clipmap {
+    /// Nothing is built yet.
+    pub fn new(context: &Context<'_>, settings: &Settings) -> Result<Self, Error> {
+        let Context { gpu, scene, size, .. } = *context;
+        let specular = scene.is_glossy && settings.is("specular", "on");
+        let interleave = settings.count("interleave");
+        let layout = Layout::new(scene.bounds, settings.count("resolution"), settings.count("levels"), settings.number("voxel_size"));
+        Ok(Clipmap {
+            layout,
+            voxel_settings: VoxelSettings::new(settings),
+            light_settings: LightSettings::new(settings, Sides::One),
+            is_staggered: settings.is("level_updates", "staggered"),
+            cones: ConeTracer::new(gpu, settings)?,
+            interleave,
+            volume: ClipmapVolume::new(gpu, layout, Prefilter::new(settings))?,
+            levels: Vec::new(),
+            scratch: WindowScratch::new(gpu, scene)?,
+            frame: 0,
+            pose: None,
+            light: IndirectLight {
+                diffuse: screen_image(gpu, "clipmap.diffuse", size)?,
+                specular: specular.then(|| screen_image(gpu, "clipmap.specular", size)).transpose()?,
+            },
+            interleaved: (interleave > 1).then(|| screen_image(gpu, "clipmap.interleaved", size)).transpose()?,
+        })
+    }
+
     /// Whether a level follows the camera and the lights in this frame.
     fn is_due(&self, level: usize) -> bool {
         !self.is_staggered || self.frame.is_multiple_of(1 << level)

@@ -98,9 +98,9 @@ pub struct ClipmapVolume {
     layout: Layout,
     filter: Prefilter,
     /// RGBA16F, radiance (W/(m² sr)) premultiplied by opacity, and opacity: n × n × levels · (n + 2).
-    clipmap: Arc<Image>,
+    pub clipmap: Arc<Image>,
     /// Mips of the outermost level, (n/2)³ and less.
-    top: Arc<Image>,
+    pub top: Arc<Image>,
     /// A row a level.
     rows: Arc<Buffer>,
 }
@@ -161,13 +161,7 @@ impl ClipmapVolume {
     pub fn write_voxels(&self, frame: &mut Frame, level: u32, first: IVec3, inner: Option<VoxelBox>, voxels: &Voxels, light: &VoxelLight) {
         let inner = inner.map_or([0; 4], |inner| (inner.low - first).extend(inner.end.x - inner.low.x).to_array());
         let params = WriteParams { first: self.wrap(first), inner, voxel_count: voxels.voxel_count, clipmap_level: level as i32 };
-        frame
-            .pass(&WRITE_VOXELS)
-            .bind(&voxels.records)
-            .bind(&light.radiance)
-            .bind(&self.clipmap)
-            .push(&params)
-            .dispatch(linear_groups(voxels.voxel_count));
+        frame.pass(&WRITE_VOXELS).bind(&voxels.records).bind(&light.radiance).bind(&self.clipmap).push(&params).dispatch(linear_groups(voxels.voxel_count));
     }
 
     /// Adds the pass that makes the texels of a level in `inner` from the next finer one.

@@ -272,6 +272,8 @@ pub struct VoxelLight {
     flux: Arc<Buffer>,
     counters: Arc<Buffer>,
     flux_unit: f32,
+    /// Voxels of this size along the largest extent of the scene, to a power of two.
+    scene_resolution: u32,
 }
 
 impl VoxelLight {
@@ -300,6 +302,7 @@ impl VoxelLight {
             flux: buffer(gpu, "voxel.flux", if injection == Injection::Rsm { FLUX_BYTES * count } else { 0 })?,
             counters: buffer(gpu, "voxel.light_counters", COUNTERS_BYTES)?,
             flux_unit: flux_unit(scene),
+            scene_resolution: scene_resolution(scene, voxels.grid.voxel_size),
         })
     }
 
@@ -389,7 +392,7 @@ impl VoxelLight {
             flux_unit: self.flux_unit,
             area_unit: AREA_UNIT,
         };
-        let block = texel_block(maps.size, grid.resolution);
+        let block = texel_block(maps.size, self.scene_resolution);
         let groups = maps.size.div_ceil(8 * block);
         let pass = frame.pass(pass).bind(&maps.views).bind(&maps.depth).bind(normal).bind(reflected);
         let pass = pass.bind(&self.flux).bind(&self.counters).bind(&voxels.records);
@@ -407,7 +410,13 @@ impl VoxelLight {
     }
 }
 
-/// Edge of the blocks of texels that a thread adds: a voxel, were the map as wide as the grid.
+/// Voxels of a size (m) along the largest extent of the scene, to the next power of two.
+fn scene_resolution(scene: &GpuScene, voxel_size: f32) -> u32 {
+    let extent = (scene.bounds.1 - scene.bounds.0).max_element();
+    ((extent / voxel_size).ceil().clamp(1.0, 65536.0) as u32).next_power_of_two()
+}
+
+/// Edge of the blocks of texels that a thread adds: a voxel, were the map as wide as the scene.
 fn texel_block(map_size: u32, resolution: u32) -> u32 {
     let most = (map_size / resolution).clamp(1, 8);
     // The largest power of two that divides the map into whole blocks.

@@ -322,15 +322,7 @@ impl Voxelizer {
     }
 
     /// Fragments of some triangles in some voxels of the grid into `[occupancy, fragments, emission, counters]`, those beyond `capacity` counted only.
-    pub(super) fn add_fragments(
-        &self,
-        frame: &mut Frame,
-        scene: &GpuScene,
-        batches: &[Batch],
-        clip: VoxelBox,
-        buffers: [&Arc<Buffer>; 4],
-        capacity: u32,
-    ) {
+    pub(super) fn add_fragments(&self, frame: &mut Frame, scene: &GpuScene, batches: &[Batch], clip: VoxelBox, buffers: [&Arc<Buffer>; 4], capacity: u32) {
         let [clip_x, clip_y, clip_z] = (clip.low.as_uvec3() | (clip.end - 1).as_uvec3() << 16u32).to_array();
         let params = |batch: &Batch| FragmentParams {
             origin_inverse_size: self.whole_origin.extend(1.0 / self.grid.voxel_size).to_array(),
