@@ -323,6 +323,8 @@ impl Voxelizer {
 
     /// Fragments of some triangles in some voxels of the grid into `[occupancy, fragments, emission, counters]`, those beyond `capacity` counted only.
     pub(super) fn add_fragments(&self, frame: &mut Frame, scene: &GpuScene, batches: &[Batch], clip: VoxelBox, buffers: [&Arc<Buffer>; 4], capacity: u32) {
+        // Of a part of the grid, the triangles are runs of a few.
+        let alike = if clip == self.whole() { 1 } else { batches.iter().map(|batch| batch.triangle_count.div_ceil(64)).sum() };
         let [clip_x, clip_y, clip_z] = (clip.low.as_uvec3() | (clip.end - 1).as_uvec3() << 16u32).to_array();
         let params = |batch: &Batch| FragmentParams {
             origin_inverse_size: self.whole_origin.extend(1.0 / self.grid.voxel_size).to_array(),
@@ -355,7 +357,7 @@ impl Voxelizer {
                 let dispatch = |batch: &&Batch| BatchDispatch {
                     material: batch.material,
                     push: bytemuck::bytes_of(&params(batch)).to_vec(),
-                    groups: self.triangle_groups(batch.triangle_count),
+                    groups: self.triangle_groups(batch.triangle_count, alike),
                 };
                 builder.dispatch_batches(batches.iter().map(dispatch).collect());
             } else {
@@ -370,10 +372,10 @@ impl Voxelizer {
         }
     }
 
-    /// Workgroups of 64 triangles, and how many share the columns of the same triangles where there are few.
-    fn triangle_groups(&self, triangle_count: u32) -> [u32; 3] {
+    /// Workgroups of 64 triangles, and how many share the columns of the same triangles where there are few: of the batch, or of many small ones `alike`.
+    fn triangle_groups(&self, triangle_count: u32, alike: u32) -> [u32; 3] {
         let groups = triangle_count.div_ceil(64);
-        let sharing = (64 / groups).clamp(1, self.grid.resolution.pow(2).div_ceil(256));
+        let sharing = (64 / groups.max(alike)).clamp(1, self.grid.resolution.pow(2).div_ceil(256));
         [groups, sharing.max(self.sharing), 1]
     }
 
