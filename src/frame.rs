@@ -39,7 +39,11 @@ pub struct Renderer<'g> {
 impl<'g> Renderer<'g> {
     /// Uploads the scene and builds the technique's static structure; returns what building cost.
     pub fn new(gpu: &'g Gpu, scene: &Scene, entry: &Entry, settings: &Settings, frame: FrameSettings) -> Result<(Self, FrameStats), Error> {
-        let scene = GpuScene::new(gpu, scene)?;
+        Renderer::of(gpu, GpuScene::new(gpu, scene)?, entry, settings, frame)
+    }
+
+    /// As [`Renderer::new`], of a scene that is on the device already.
+    pub fn of(gpu: &'g Gpu, scene: GpuScene, entry: &Entry, settings: &Settings, frame: FrameSettings) -> Result<(Self, FrameStats), Error> {
         let context = Context { gpu, scene: &scene, size: frame.size };
         let mut technique = (entry.make)(&context, settings)?;
         let build = technique.build(&context)?;
@@ -48,6 +52,11 @@ impl<'g> Renderer<'g> {
         let gbuffer = GBuffer::new(gpu, &scene, frame.size)?;
         let output = Output::new(gpu, frame.size)?;
         Ok((Renderer { gpu, scene, maps, gbuffer, output, technique, settings: frame, light: None }, build))
+    }
+
+    /// The scene on the device, for another renderer.
+    pub fn into_scene(self) -> GpuScene {
+        self.scene
     }
 
     /// Builds the technique's static structure again.

@@ -9,9 +9,11 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3, DVec4, Vec3};
 use lumivox::gi::Settings;
-use lumivox::gi::cone::oracle::{MarchSettings, Placement, SetCone, Volume, gather};
+use lumivox::gi::cone::oracle::{Levels, MarchSettings, Placement, SetCone, Volume, gather};
 use lumivox::gi::cone::{self, ConeSet, ConeTracer, cone_set, diffuse_set};
 use lumivox::gi::registry::find;
+use lumivox::gi::svo::BrickSettings;
+use lumivox::gi::svo::oracle::Texels;
 use lumivox::gi::voxel::oracle::{
     Crossing, GatherSettings, Gathered, TraceGrid, TraceSettings, TraceVoxel, VoxelIndex, crossings, gather_rays as oracle_rays, hemisphere_direction,
     interleaved_offset,
@@ -23,6 +25,7 @@ use lumivox::render::GpuScene;
 use lumivox::scene::Scene;
 use rayon::prelude::*;
 use support::gather::{View, errors, filter, matter, occupied, random_volume, read_chain, verdict, volume};
+use support::octree::{grow_lit, lit_matter, read_nodes, read_texels};
 use support::scenes::bundled;
 use support::voxels::{Read, coordinates, mean_normal, opposed_axis, to_half, unorm10, voxel_settings, voxelize};
 use support::{Random, gpu};
@@ -163,7 +166,7 @@ fn counted_samples_are_the_oracles() {
 }
 
 /// The oracle's answer at each receiver.
-fn cones_by_oracle(chain: &[Volume], scene: &Scene, grid: &VoxelGrid, view: &View, settings: &Settings) -> Vec<DVec4> {
+fn cones_by_oracle<'l>(chain: impl Into<Levels<'l>>, scene: &Scene, grid: &VoxelGrid, view: &View, settings: &Settings) -> Vec<DVec4> {
     by_oracle(chain, scene, grid, view, settings).into_iter().map(|(gathered, _)| gathered.irradiance.extend(gathered.visibility)).collect()
 }
 
@@ -171,13 +174,13 @@ fn samples_by_oracle(chain: &[Volume], scene: &Scene, grid: &VoxelGrid, view: &V
     by_oracle(chain, scene, grid, view, settings).iter().map(|(_, samples)| u64::from(*samples)).sum()
 }
 
-fn by_oracle(chain: &[Volume], scene: &Scene, grid: &VoxelGrid, view: &View, settings: &Settings) -> Vec<(Gathered, u32)> {
-    by_oracle_with(chain, scene, grid, view, settings, &diffuse_set(settings), ["max_distance", "ao_falloff"])
+fn by_oracle<'l>(chain: impl Into<Levels<'l>>, scene: &Scene, grid: &VoxelGrid, view: &View, settings: &Settings) -> Vec<(Gathered, u32)> {
+    by_oracle_with(chain.into(), scene, grid, view, settings, &diffuse_set(settings), ["max_distance", "ao_falloff"])
 }
 
 /// Another set, whose reach and falloff are the settings of these names.
 fn by_oracle_with(
-    chain: &[Volume],
+    chain: Levels<'_>,
     scene: &Scene,
     grid: &VoxelGrid,
     view: &View,
@@ -247,6 +250,40 @@ fn cones_are_the_oracles() {
     }
 }
 
+/// Through an octree, with and without normals. Its descent is exact, so that it samples what a dense volume of the same texels would.
+#[test]
+fn cones_through_bricks_are_the_oracles() {
+    let gpu = gpu();
+    let (scene, gpu_scene, grid, view) = cornell(&gpu, Vec3::new(0.7, 0.5, 0.3), 32);
+    let bricks = BrickSettings { corners: false, filter: 1, is_split: false, touched: false };
+    for seed in 0..4 {
+        let pairs = [["cones=6", "aperture_scale=1"], ["cones=16", "aperture_scale=0.15"]][seed as usize % 2].map(str::to_owned);
+        let settings = settings(&pairs);
+        let (nodes, pool) = grow_lit(&gpu, &lit_matter(&mut Random::new(500 + seed), 32), 32, bricks);
+        let tree = read_nodes(&gpu, &nodes).unwrap();
+        let volumes = |image: &Arc<Image>| -> Vec<Volume> {
+            let level = |(level, texels): (u32, Texels)| Volume::new(32 >> level, |at| texels.get(&at).copied().unwrap_or_default());
+            (0..).zip(read_texels(&gpu, &tree, image).unwrap()).map(level).collect()
+        };
+        let (light, normals) = (volumes(&pool.image), volumes(pool.normals().unwrap()));
+        let seen = |normals: Option<&Arc<Image>>| {
+            let mut frame = Frame::new();
+            frame.set_scene(&gpu_scene.set, &gpu_scene.materials);
+            let volume = cone::Volume::Sparse { nodes: &nodes.nodes, bricks: &pool.image, normals, corners: false };
+            ConeTracer::new(&gpu, &settings).unwrap().gather(&mut frame, &view.gbuffer, &grid, volume, &view.result);
+            gpu.submit(frame).unwrap();
+            view.results(&gpu)
+        };
+        let expected = |normals| cones_by_oracle(Levels { light: &light, normals }, &scene, &grid, &view, &settings);
+        let (with, without) = (errors(&seen(pool.normals()), &expected(&normals)), errors(&seen(None), &expected(&[])));
+        let planted = errors(&seen(pool.normals()), &expected(&[]));
+        println!("bricks {seed}: worst error {:.1e} with normals, {:.1e} without", with.0.last().unwrap(), without.0.last().unwrap());
+        verdict(&without).unwrap_or_else(|error| panic!("bricks {seed}: {error}"));
+        verdict(&with).unwrap_or_else(|error| panic!("bricks {seed}, normals: {error}"));
+        assert!(verdict(&planted).is_err(), "bricks {seed}: normals change nothing");
+    }
+}
+
 /// Visibility by cones of its own replaces that of the gather, and leaves its irradiance as it is, bit by bit.
 #[test]
 fn occlusion_cones_are_the_oracles() {
@@ -278,7 +315,7 @@ fn occlusion_cones_are_the_oracles() {
         let seen = view.results(&gpu);
         assert!(seen.iter().zip(&gathered).all(|(seen, gathered)| seen.truncate() == gathered.truncate()), "{pairs:?}: the irradiance has changed");
         let set = cone_set(settings.count("occlusion_cones"), true, settings.number("aperture_scale"));
-        let expected = by_oracle_with(&read_chain(&gpu, &image), &scene, &grid, &view, &settings, &set, ["occlusion_distance", "occlusion_falloff"]);
+        let expected = by_oracle_with(read_chain(&gpu, &image).as_slice().into(), &scene, &grid, &view, &settings, &set, ["occlusion_distance", "occlusion_falloff"]);
         let expected: Vec<DVec4> = gathered.iter().zip(expected).map(|(gathered, (own, _))| gathered.truncate().extend(own.visibility)).collect();
         let result = errors(&seen, &expected);
         println!("occlusion {pairs:?}: visibility off by at most {:.1e}", result.1);

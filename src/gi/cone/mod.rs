@@ -119,16 +119,20 @@ const BOUNCE_BINDINGS: [Binding; 3] = [
 ];
 
 const DENSE: [Binding; 2] = [Binding::sampled("voxels", Access::ComputeSampled), Binding::sampled("matter", Access::ComputeSampled)];
-const SPARSE: [Binding; 2] = [Binding::buffer("nodes", Access::ComputeRead), Binding::sampled("bricks", Access::ComputeSampled)];
+const SPARSE: [Binding; 3] = [
+    Binding::buffer("nodes", Access::ComputeRead),
+    Binding::sampled("bricks", Access::ComputeSampled),
+    Binding::sampled("normals_of_bricks", Access::ComputeSampled),
+];
 
 static GATHER_DENSE_BINDINGS: [Binding; 6] = {
     let ([a, b, c, d], [voxels, matter]) = (GATHER_BINDINGS, DENSE);
     [a, b, c, d, voxels, matter]
 };
 
-static GATHER_SPARSE_BINDINGS: [Binding; 6] = {
-    let ([a, b, c, d], [nodes, bricks]) = (GATHER_BINDINGS, SPARSE);
-    [a, b, c, d, nodes, bricks]
+static GATHER_SPARSE_BINDINGS: [Binding; 7] = {
+    let ([a, b, c, d], [nodes, bricks, normals]) = (GATHER_BINDINGS, SPARSE);
+    [a, b, c, d, nodes, bricks, normals]
 };
 
 static SPECULAR_DENSE_BINDINGS: [Binding; 7] = {
@@ -136,9 +140,9 @@ static SPECULAR_DENSE_BINDINGS: [Binding; 7] = {
     [a, b, c, d, e, voxels, matter]
 };
 
-static SPECULAR_SPARSE_BINDINGS: [Binding; 7] = {
-    let ([a, b, c, d, e], [nodes, bricks]) = (SPECULAR_BINDINGS, SPARSE);
-    [a, b, c, d, e, nodes, bricks]
+static SPECULAR_SPARSE_BINDINGS: [Binding; 8] = {
+    let ([a, b, c, d, e], [nodes, bricks, normals]) = (SPECULAR_BINDINGS, SPARSE);
+    [a, b, c, d, e, nodes, bricks, normals]
 };
 
 static BOUNCE_DENSE_BINDINGS: [Binding; 5] = {
@@ -146,9 +150,9 @@ static BOUNCE_DENSE_BINDINGS: [Binding; 5] = {
     [a, b, c, voxels, matter]
 };
 
-static BOUNCE_SPARSE_BINDINGS: [Binding; 5] = {
-    let ([a, b, c], [nodes, bricks]) = (BOUNCE_BINDINGS, SPARSE);
-    [a, b, c, nodes, bricks]
+static BOUNCE_SPARSE_BINDINGS: [Binding; 6] = {
+    let ([a, b, c], [nodes, bricks, normals]) = (BOUNCE_BINDINGS, SPARSE);
+    [a, b, c, nodes, bricks, normals]
 };
 
 const fn gather_pass(name: &'static str, shader: &'static str, bindings: &'static [Binding]) -> Pass {
@@ -218,18 +222,28 @@ pub enum Volume<'v> {
         nodes: &'v Arc<Buffer>,
         /// Brick pool.
         bricks: &'v Arc<Image>,
+        /// Normal bricks, where texels shine by their normals.
+        normals: Option<&'v Arc<Image>>,
         /// Whether its texels are at corners of voxels, not where those of dense mips are.
         corners: bool,
     },
 }
 
 impl Volume<'_> {
+    /// Radiances of a voxel.
+    fn sides(&self) -> u32 {
+        1 + u32::from(matches!(self, Volume::Sparse { normals: Some(_), .. }))
+    }
+
     /// Binds it as the last bindings of a pass, with the constants of the pass.
     fn bind<'f>(&self, pass: PassBuilder<'f>, skips_empty: bool, output: Output) -> PassBuilder<'f> {
         let output = output as u32;
         match *self {
             Volume::Dense { radiance, matter } => pass.bind(radiance).bind(matter).constants(&[u32::from(skips_empty), output]),
-            Volume::Sparse { nodes, bricks, corners } => pass.bind(nodes).bind(bricks).constants(&[u32::from(corners), output]),
+            Volume::Sparse { nodes, bricks, normals, corners } => {
+                let constants = [u32::from(corners), output, u32::from(normals.is_some())];
+                pass.bind(nodes).bind(bricks).bind(normals.unwrap_or(bricks)).constants(&constants)
+            }
         }
     }
 }
@@ -405,9 +419,20 @@ const NARROW: f32 = 0.3;
 /// Lanes of the widest vector in which a software device runs invocations; a loop turns for all of them until the last has ended.
 const VECTOR_LANES: u32 = 8;
 
+/// Samples of the longest cone: across the cube's diagonal, √3 n voxels, in steps of no less than β voxels.
+fn longest_march(resolution: u32, step_factor: f32) -> u32 {
+    (1.8 * resolution as f32 / step_factor).ceil() as u32 + 1
+}
+
 impl ConeTracer {
     /// From a technique's settings.
     pub fn new(gpu: &Gpu, settings: &Settings) -> Result<Self, Error> {
+        let (resolution, step_factor) = (settings.count("resolution"), settings.number("step_factor"));
+        // A sample that is taken costs a turn of two loops.
+        if 2 * longest_march(resolution, step_factor) > LOOP_BUDGET {
+            let what = format!("step_factor {step_factor} at resolution {resolution} (take larger steps or fewer voxels)");
+            return Err(Error::FeatureMissing { what, feature: "more than 65,535 turns of a shader's loops" });
+        }
         let aperture_scale = settings.number("aperture_scale");
         let set = DeviceSet::new(gpu, "cone.set", &diffuse_set(settings))?;
         let occlusion = match settings.count("occlusion_cones") {
@@ -494,7 +519,8 @@ impl ConeTracer {
                 jitter: set.jitter,
             };
             let builder = frame.pass(pass).bind(&voxels.records).bind(&set.cones).bind(irradiance);
-            volume.bind(builder, self.skips_empty, Output::Light).push(&params).dispatch(linear_groups(voxels.voxel_count));
+            let threads = volume.sides() * voxels.voxel_count;
+            volume.bind(builder, self.skips_empty, Output::Light).push(&params).dispatch(linear_groups(threads));
         }
     }
 
@@ -555,10 +581,9 @@ impl ConeTracer {
 impl ConeSettings {
     /// First cone, and one beyond the last, of as many dispatches as keep the loops of one thread's cones within `LOOP_BUDGET`.
     fn dispatches(&self, grid: &VoxelGrid, count: u32) -> Vec<[u32; 2]> {
-        // A cone is longest across the cube's diagonal, √3 n voxels, in steps of no less than β voxels. A sample that is taken costs a turn of both loops;
-        // one that is skipped costs a turn of the inner one, which at worst no two lanes of a vector take together.
-        let steps = (1.8 * grid.resolution as f32 / self.step_factor).ceil() as u32 + 1;
-        let cones_a_dispatch = (LOOP_BUDGET / ((2 + VECTOR_LANES) * steps)).max(1);
+        // A sample that is taken costs a turn of both loops; one that is skipped costs a turn of the inner one, which at worst no two lanes of a vector take
+        // together.
+        let cones_a_dispatch = (LOOP_BUDGET / ((2 + VECTOR_LANES) * longest_march(grid.resolution, self.step_factor))).max(1);
         (0..count).step_by(cones_a_dispatch as usize).map(|first| [first, (first + cones_a_dispatch).min(count)]).collect()
     }
 

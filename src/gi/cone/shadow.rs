@@ -49,9 +49,9 @@ static DENSE_BINDINGS: [Binding; 7] = {
     [a, b, c, d, e, voxels, matter]
 };
 
-static SPARSE_BINDINGS: [Binding; 7] = {
-    let ([a, b, c, d, e], [nodes, bricks]) = (BINDINGS, SPARSE);
-    [a, b, c, d, e, nodes, bricks]
+static SPARSE_BINDINGS: [Binding; 8] = {
+    let ([a, b, c, d, e], [nodes, bricks, normals]) = (BINDINGS, SPARSE);
+    [a, b, c, d, e, nodes, bricks, normals]
 };
 
 const fn shadow_pass(shader: &'static str, bindings: &'static [Binding]) -> Pass {

@@ -144,6 +144,13 @@ pub enum Sides {
     Two = 2,
 }
 
+impl Sides {
+    /// Bytes of so many voxels' radiances.
+    pub fn radiance_bytes(self, voxel_count: u32) -> u64 {
+        8 * self as u64 * u64::from(voxel_count)
+    }
+}
+
 /// How light falls on a voxel that is shaded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Attenuation {
@@ -290,7 +297,7 @@ impl VoxelLight {
         }
         let capacity = voxels.capacity();
         let count = sides as u64 * u64::from(capacity);
-        let irradiance = bounces.any().then(|| buffer(gpu, "voxel.irradiance", 8 * count)).transpose()?;
+        let irradiance = bounces.any().then(|| buffer(gpu, "voxel.irradiance", sides.radiance_bytes(capacity))).transpose()?;
         if let (Some(irradiance), Bounces::Feedback) = (&irradiance, bounces) {
             // The first frame reads what no frame before it has left.
             let mut frame = Frame::new();
@@ -300,7 +307,7 @@ impl VoxelLight {
         Ok(VoxelLight {
             settings,
             capacity,
-            radiance: buffer(gpu, "voxel.radiance", 8 * count)?,
+            radiance: buffer(gpu, "voxel.radiance", sides.radiance_bytes(capacity))?,
             irradiance,
             flux: buffer(gpu, "voxel.flux", if injection == Injection::Rsm { FLUX_BYTES * count } else { 0 })?,
             counters: buffer(gpu, "voxel.light_counters", COUNTERS_BYTES)?,
