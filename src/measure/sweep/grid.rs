@@ -184,8 +184,17 @@ mod tests {
 
     #[test]
     fn a_block_is_a_product() -> Result<(), GridError> {
-        let text = "[[sweep]]\ntechnique = [\"svo\", \"voxel-mips\"]\npreset = [\"cones\"]\nset = { resolution = [16, 32], step_factor = [0.5, 1, 2], bounces = [2] }\n\
-                    [[sweep]]\ntechnique = [\"none\"]\n[[sweep]]\ntechnique = [\"svo\"]\npreset = [\"cones\"]\nset = { resolution = [16], step_factor = [2.0], bounces = [\"2\"] }";
+        let text = r#"
+            [[sweep]]
+            technique = ["svo", "voxel-mips"]
+            preset = ["cones"]
+            set = { resolution = [16, 32], step_factor = [0.5, 1, 2], bounces = [2] }
+            [[sweep]]
+            technique = ["none"]
+            [[sweep]]
+            technique = ["svo"]
+            preset = ["cones"]
+            set = { resolution = [16], step_factor = [2.0], bounces = ["2"] }"#;
         let cases = grid_cases("grid.toml", text)?;
         assert_eq!(
             cases.iter().map(|case| case.entry.name).collect::<Vec<_>>(),
