@@ -47,7 +47,8 @@ impl<'g> Renderer<'g> {
         let context = Context { gpu, scene: &scene, size: frame.size };
         let mut technique = (entry.make)(&context, settings)?;
         let build = technique.build(&context)?;
-        let maps = LightMaps::new(gpu, &scene, frame.shadow_resolution, technique.needs_rsm())?;
+        let maps =
+            if technique.needs_light_maps() { LightMaps::new(gpu, &scene, frame.shadow_resolution, technique.needs_rsm())? } else { LightMaps::none(gpu)? };
         let gbuffer = GBuffer::new(gpu, &scene, frame.size)?;
         let output = Output::new(gpu, frame.size)?;
         Ok((Renderer { gpu, scene, maps, gbuffer, output, technique, settings: frame, light: None }, build))
@@ -79,7 +80,7 @@ impl<'g> Renderer<'g> {
         self.gbuffer.draw(&mut frame, &self.scene);
         self.technique.update(&mut frame, &self.scene, &self.maps);
         let light = self.technique.gather(&mut frame, &self.scene, &self.gbuffer);
-        self.output.draw_direct(&mut frame, &self.scene, &self.maps, &self.gbuffer);
+        self.technique.direct(&mut frame, &self.scene, &self.maps, &self.gbuffer, &self.output);
         self.output.draw_composite(&mut frame, &self.gbuffer, &light);
         self.light = Some(light);
         self.gpu.submit(frame)

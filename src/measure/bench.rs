@@ -3,7 +3,7 @@
 use crate::frame::{FrameSettings, Renderer};
 use crate::gi::Settings;
 use crate::gi::registry::{Directions, Entry, Part};
-use crate::gi::settings::{SettingError, Value};
+use crate::gi::settings::SettingError;
 use crate::graph::{DeviceChoice, Error, FrameStats, Gpu, GpuOptions, PassTimes, Spread, TimesAccumulator};
 use crate::image::{Aov, GuideImage, Image};
 use crate::metrics::Channel;
@@ -248,8 +248,8 @@ fn direction_costs(passes: &[PassTimes], case: &Case, scene: &Scene, guide: &Gui
     let surfaces: Vec<usize> = (0..guide.material.len()).filter(|&index| guide.is_surface(index)).collect();
     let is_glossy = |index: &&usize| scene.materials.get(guide.material[**index] as usize).is_some_and(|material| material.specular.is_some());
     let cost = |pass: &PassTimes| {
-        let (directions, pixels) = match directions_of(case.entry, &pass.name)?.setting {
-            Some(setting) => (count(&case.settings, setting)?, surfaces.len()),
+        let (directions, pixels) = match directions_of(case.entry, &pass.name)?.count {
+            Some(count) => (count(&case.settings), surfaces.len()),
             None => (1, surfaces.iter().filter(is_glossy).count()),
         };
         let us = pass.gpu_ms.median * 1e3;
@@ -264,14 +264,6 @@ fn direction_costs(passes: &[PassTimes], case: &Case, scene: &Scene, guide: &Gui
         })
     };
     passes.iter().filter_map(cost).collect()
-}
-
-/// A whole-number setting; `None` where the technique has none of this name.
-pub(super) fn count(settings: &Settings, name: &str) -> Option<u32> {
-    settings.iter().find_map(|(key, value)| match value {
-        Value::Count(count) if key == name => Some(count),
-        _ => None,
-    })
 }
 
 #[cfg(test)]
@@ -303,7 +295,7 @@ mod tests {
             for directions in entry.directions {
                 assert!(entry.passes.iter().copied().flatten().any(|pass| std::ptr::eq(*pass, directions.pass)), "{}", directions.pass.name);
                 let settings = entry.settings::<&str>(None, &[]);
-                assert!(directions.setting.is_none_or(|name| settings.is_ok_and(|settings| count(&settings, name).is_some())), "{:?}", directions.setting);
+                assert!(settings.is_ok_and(|settings| directions.count.is_none_or(|count| count(&settings) > 0)), "{}", directions.pass.name);
             }
         }
     }
@@ -318,7 +310,7 @@ mod tests {
         let presets = ["cones".to_owned(), "textbook".to_owned()];
         let all = cases(&[find("voxel-mips")?, find("none")?], &presets, &[16, 32, 64], &[])?;
         assert_eq!(all.len(), 7);
-        assert_eq!(count(&all[4].settings, "resolution"), Some(32));
+        assert_eq!(all[4].settings.count("resolution"), 32);
         assert_eq!(all[4].preset.as_deref(), Some("textbook"));
         Ok(())
     }
