@@ -315,7 +315,8 @@ fn occlusion_cones_are_the_oracles() {
         let seen = view.results(&gpu);
         assert!(seen.iter().zip(&gathered).all(|(seen, gathered)| seen.truncate() == gathered.truncate()), "{pairs:?}: the irradiance has changed");
         let set = cone_set(settings.count("occlusion_cones"), true, settings.number("aperture_scale"));
-        let expected = by_oracle_with(read_chain(&gpu, &image).as_slice().into(), &scene, &grid, &view, &settings, &set, ["occlusion_distance", "occlusion_falloff"]);
+        let expected =
+            by_oracle_with(read_chain(&gpu, &image).as_slice().into(), &scene, &grid, &view, &settings, &set, ["occlusion_distance", "occlusion_falloff"]);
         let expected: Vec<DVec4> = gathered.iter().zip(expected).map(|(gathered, (own, _))| gathered.truncate().extend(own.visibility)).collect();
         let result = errors(&seen, &expected);
         println!("occlusion {pairs:?}: visibility off by at most {:.1e}", result.1);
