@@ -17,8 +17,8 @@ use lumivox::scene::{LoadOptions, Scene};
 
 use super::CliError;
 use super::common::{
-    DeviceArgs, ShadowArgs, TimingArgs, check_max_error, check_output, check_output_folder, parse_channel, parse_size, progress_bar, reference,
-    reference_failed, say,
+    DeviceArgs, ShadowArgs, TimingArgs, chart_stem, check_max_error, check_output, check_output_folder, parse_channel, parse_size, progress_bar, reference,
+    reference_failed, say, stems,
 };
 
 /// Measure techniques, presets and resolutions: time per pass, memory, error against the path-traced reference.
@@ -85,25 +85,16 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     check_output_folder(&args.output)?;
     let options = LoadOptions { allow_missing_textures: args.allow_missing_textures };
     let scenes: Vec<Scene> = args.scene.iter().map(|scene| Scene::open(scene, &options)).collect::<Result<_, _>>().map_err(CliError::input)?;
-    let stems = stems(&scenes, &args.output);
+    let stems = stems(scenes.iter().map(|scene| scene.name.as_str()), &args.output);
     stems.iter().flat_map(|stem| outputs(stem)).filter(|path| path.exists()).try_for_each(|path| check_output(&path))?;
     let device = args.device.choice();
     let timing = args.timing.choice(&device)?;
     let frame = FrameSettings { size: [args.size.0, args.size.1], shadow_resolution: args.shadow.shadow_resolution };
     let times = args.times.clone();
-    let settings = BenchSettings { device, timing, frame, frames: args.frames, rebuilds: args.rebuilds, times, channel: args.channel };
+    let settings = BenchSettings { device, timing, frame, frames: args.frames, rebuilds: args.rebuilds, times, samples: true, channel: args.channel };
     std::fs::create_dir_all(&args.output)
         .map_err(|error| CliError::failed(format!("cannot make the folder {}: {error}; name another with -o", args.output.display())))?;
     scenes.iter().zip(&stems).try_for_each(|(scene, stem)| bench_scene(args, scene, &cases, &settings, stem, quiet))
-}
-
-/// Where the files of each scene go, without what follows the scene's name.
-fn stems(scenes: &[Scene], folder: &Path) -> Vec<PathBuf> {
-    let mut names: Vec<String> = Vec::new();
-    for scene in scenes {
-        names.push(unused_stem(&scene.name, &names));
-    }
-    names.iter().map(|name| folder.join(name)).collect()
 }
 
 /// Every file that a scene's benchmark may write.
@@ -124,19 +115,6 @@ static CHARTS: &[NamedChart] = &[
     ("directions", directions_chart),
     ("motion", motion_chart),
 ];
-
-fn chart_stem(stem: &Path, what: &str) -> PathBuf {
-    let mut name = stem.file_name().unwrap_or_default().to_owned();
-    name.push(format!("-{what}"));
-    stem.with_file_name(name)
-}
-
-/// A file name for a scene that no scene before it has.
-fn unused_stem(name: &str, used: &[String]) -> String {
-    let safe: String = name.chars().map(|c| if c.is_alphanumeric() || "-_".contains(c) { c } else { '_' }).collect();
-    let numbered = (2..).map(|number| format!("{safe}_{number}"));
-    std::iter::once(safe.clone()).chain(numbered).find(|stem| !used.contains(stem)).unwrap_or(safe)
-}
 
 fn bench_scene(args: &Args, scene: &Scene, cases: &[Case], settings: &BenchSettings, stem: &Path, quiet: bool) -> Result<(), CliError> {
     let records = stem.with_extension("jsonl");

@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// svo.scan_nodes: sums of 256 tiles to the number of flagged nodes before each 256, in one workgroup; the total makes the next finer level.
+// svo.scan_nodes: sums of groups of tiles to the number of flagged nodes before each group, in one workgroup; the total makes the next finer level.
 layout(local_size_x = 256) in;
 
 #include "shared/prefix_sum.glsl"
@@ -13,7 +13,7 @@ layout(push_constant) uniform LevelParams { uint level; } params;
 
 void main() {
     Level level = levels[params.level];
-    uint base = 0u, group_count = (level.count + 255u) / 256u;
+    uint base = 0u, group_count = (level.count + TILES_PER_GROUP - 1u) / TILES_PER_GROUP;
     for (uint first = 0u; first < group_count; first += 256u) {
         uint group = first + gl_LocalInvocationIndex;
         uint total;
@@ -22,7 +22,7 @@ void main() {
         base += total;
     }
     if (gl_LocalInvocationIndex == 0u) {
-        uint groups = (base + 255u) / 256u;
+        uint groups = (base + TILES_PER_GROUP - 1u) / TILES_PER_GROUP;
         levels[params.level - 1u] = Level(level.first + level.count, base, min(groups, 65535u), (groups + 65534u) / 65535u, 1u);
     }
 }

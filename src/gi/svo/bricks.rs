@@ -21,6 +21,22 @@ gpu_struct! {
 }
 
 gpu_struct! {
+    /// Parameters of `svo.write_normals`.
+    pub struct NormalParams {
+        /// First tile of the level.
+        pub first: u32,
+        /// Tiles of the level.
+        pub count: u32,
+        /// The level, 0.
+        pub level: u32,
+        /// Compact index of the first of the voxels whose records are bound.
+        pub first_voxel: u32,
+        /// How many they are.
+        pub voxel_count: u32,
+    }
+}
+
+gpu_struct! {
     /// Parameters of `svo.transfer_borders`.
     pub struct TransferParams {
         /// First tile of the level.
@@ -49,6 +65,22 @@ pub static WRITE_LEAVES: Pass = Pass {
         LIST,
     ],
     push_bytes: size_of::<BrickParams>() as u32,
+    sets: Sets::None,
+};
+
+/// The mean normal of what shines of the voxels of each leaf tile into its own normal brick. A thread a texel.
+pub static WRITE_NORMALS: Pass = Pass {
+    name: "svo.write_normals",
+    shaders: Shaders::Compute("gi/svo/write_normals.comp"),
+    bindings: &[
+        Binding::buffer("nodes", Access::ComputeRead),
+        Binding::buffer("voxel_radiance", Access::ComputeRead),
+        Binding::image("bricks", Access::ComputeWrite),
+        Binding::buffer("voxel_records", Access::ComputeRead),
+        LEVELS,
+        LIST,
+    ],
+    push_bytes: size_of::<NormalParams>() as u32,
     sets: Sets::None,
 };
 
@@ -83,10 +115,27 @@ pub struct BrickSettings {
     pub touched: bool,
 }
 
+/// The records of the voxels with some compact indices.
+pub struct RecordRange {
+    /// The first of them.
+    pub first_voxel: u32,
+    /// How many.
+    pub voxel_count: u32,
+    /// One [`crate::gi::voxel::passes::Voxel`] each.
+    pub records: Arc<Buffer>,
+}
+
+/// Normal bricks, and what they are made of.
+struct NormalBricks {
+    image: Arc<Image>,
+    records: Vec<RecordRange>,
+}
+
 /// All bricks of an octree; brick and tile have the same index.
 pub struct BrickPool {
     /// RGBA16F: radiance (W/(m² sr)) premultiplied by opacity, opacity.
     pub image: Arc<Image>,
+    normals: Option<NormalBricks>,
     settings: BrickSettings,
     touched: Option<TouchedTiles>,
     /// Bound where nothing is read.
@@ -95,23 +144,37 @@ pub struct BrickPool {
 }
 
 impl BrickPool {
-    /// Allocates a brick for each tile, all zero.
+    /// Allocates a brick for each tile, all zero. A voxel has one radiance.
     pub fn new(gpu: &Gpu, nodes: &NodePool, settings: BrickSettings) -> Result<(Self, FrameStats), Error> {
-        let image = gpu.create_image(&ImageDesc {
-            name: "svo.bricks".into(),
-            extent: pool_extent(nodes.tile_count()).map(|bricks| 3 * bricks),
-            kind: ImageKind::D3,
-            format: vk::Format::R16G16B16A16_SFLOAT,
-            mips: 1,
-            layers: 1,
-            usage: ImageUsage::STORAGE | ImageUsage::SAMPLED,
-        })?;
+        Self::allocate(gpu, nodes, settings, None)
+    }
+
+    /// Likewise, and a normal brick. A voxel has a radiance for each side; all of them have records.
+    pub fn with_normals(gpu: &Gpu, nodes: &NodePool, settings: BrickSettings, records: Vec<RecordRange>) -> Result<(Self, FrameStats), Error> {
+        Self::allocate(gpu, nodes, settings, Some(records))
+    }
+
+    fn allocate(gpu: &Gpu, nodes: &NodePool, settings: BrickSettings, records: Option<Vec<RecordRange>>) -> Result<(Self, FrameStats), Error> {
+        let image = pool_image(gpu, "svo.bricks", nodes)?;
+        let normals = records.map(|records| Ok::<_, Error>(NormalBricks { image: pool_image(gpu, "svo.normals", nodes)?, records })).transpose()?;
         let mut frame = Frame::new();
         let touched = (settings.touched && !settings.corners).then(|| TouchedTiles::new(gpu, nodes, &mut frame)).transpose()?;
         // What no tile writes, a brick's last texels without a neighbour, stays zero.
-        frame.clear_image("svo.clear", &image, [0.0; 4]);
+        for image in std::iter::once(&image).chain(normals.as_ref().map(|normals| &normals.image)) {
+            frame.clear_image("svo.clear_bricks", image, [0.0; 4]);
+        }
         let stats = gpu.submit(frame)?;
-        Ok((BrickPool { image, settings, touched, nothing: buffer(gpu, "svo.nothing", 0)?, is_filled: false }, stats))
+        Ok((BrickPool { image, normals, settings, touched, nothing: buffer(gpu, "svo.nothing", 0)?, is_filled: false }, stats))
+    }
+
+    /// RGBA16F: mean normal of what shines, times its luminance (W/(m² sr)), premultiplied by opacity; opacity. Where there are normal bricks.
+    pub fn normals(&self) -> Option<&Arc<Image>> {
+        self.normals.as_ref().map(|normals| &normals.image)
+    }
+
+    /// Radiances of a voxel.
+    fn sides(&self) -> u32 {
+        1 + u32::from(self.normals.is_some())
     }
 
     /// Adds the passes from the voxels' light to all levels.
@@ -119,34 +182,44 @@ impl BrickPool {
         let is_filled = std::mem::replace(&mut self.is_filled, true);
         for level in 0..nodes.levels.len() {
             let tiles = match &self.touched {
-                Some(touched) if is_filled => touched.find(frame, nodes, radiance, level),
+                Some(touched) if is_filled => touched.find(frame, nodes, radiance, self.sides(), level),
                 _ => Tiles::all(nodes, level, &self.nothing),
             };
             if level == 0 {
                 self.write_leaves(frame, nodes, radiance, &tiles);
-            } else {
-                self.filter(frame, nodes, &tiles);
             }
-            for axis in 0..3 {
-                let pass = frame.pass(&TRANSFER_BORDERS).bind(&nodes.neighbours).bind(&self.image);
-                let params = TransferParams { first: tiles.range.first, count: tiles.range.count, level: level as u32, axis };
-                tiles.dispatch(pass, &[u32::from(self.settings.corners)], &params, 1);
+            for image in std::iter::once(&self.image).chain(self.normals()) {
+                if level > 0 {
+                    self.filter(frame, nodes, image, &tiles);
+                }
+                for axis in 0..3 {
+                    let pass = frame.pass(&TRANSFER_BORDERS).bind(&nodes.neighbours).bind(image);
+                    let params = TransferParams { first: tiles.range.first, count: tiles.range.count, level: level as u32, axis };
+                    tiles.dispatch(pass, &[u32::from(self.settings.corners)], &params, 1);
+                }
             }
         }
         if let (Some(touched), false) = (&self.touched, is_filled) {
             for level in 0..nodes.levels.len() {
-                touched.find(frame, nodes, radiance, level);
+                touched.find(frame, nodes, radiance, self.sides(), level);
             }
         }
     }
 
     fn write_leaves(&self, frame: &mut Frame, nodes: &NodePool, radiance: &Arc<Buffer>, tiles: &Tiles) {
-        let pass = frame.pass(&WRITE_LEAVES).bind(&nodes.nodes).bind(radiance).bind(&self.image);
+        let constants = [u32::from(self.settings.corners), self.sides()];
         let texels = if self.settings.corners { 27 } else { 8 };
-        tiles.dispatch(pass, &[u32::from(self.settings.corners)], &tiles.params(), texels);
+        let pass = frame.pass(&WRITE_LEAVES).bind(&nodes.nodes).bind(radiance).bind(&self.image);
+        tiles.dispatch(pass, &constants, &tiles.params(), texels);
+        for (image, range) in self.normals.iter().flat_map(|normals| normals.records.iter().map(|range| (&normals.image, range))) {
+            let BrickParams { first, count, level } = tiles.params();
+            let params = NormalParams { first, count, level, first_voxel: range.first_voxel, voxel_count: range.voxel_count };
+            let pass = frame.pass(&WRITE_NORMALS).bind(&nodes.nodes).bind(radiance).bind(image).bind(&range.records);
+            tiles.dispatch(pass, &constants, &params, texels);
+        }
     }
 
-    fn filter(&self, frame: &mut Frame, nodes: &NodePool, tiles: &Tiles) {
+    fn filter(&self, frame: &mut Frame, nodes: &NodePool, image: &Arc<Image>, tiles: &Tiles) {
         // Number of the part, and its texels.
         let parts: &[(u32, u32)] = match self.settings {
             BrickSettings { corners: false, .. } => &[(0, 8)],
@@ -154,7 +227,7 @@ impl BrickPool {
             _ => &[(0, 27)],
         };
         for (part, texels) in parts {
-            let pass = frame.pass(&FILTER).bind(&nodes.nodes).bind(&self.image);
+            let pass = frame.pass(&FILTER).bind(&nodes.nodes).bind(image);
             tiles.dispatch(pass, &[self.settings.filter, u32::from(self.settings.corners), *part], &tiles.params(), *texels);
         }
     }
@@ -163,6 +236,19 @@ impl BrickPool {
     pub fn touched_count(&self, gpu: &Gpu) -> Result<Option<u64>, Error> {
         self.touched.as_ref().map(|touched| touched.count(gpu)).transpose()
     }
+}
+
+/// A brick for each tile.
+fn pool_image(gpu: &Gpu, name: &str, nodes: &NodePool) -> Result<Arc<Image>, Error> {
+    gpu.create_image(&ImageDesc {
+        name: name.into(),
+        extent: pool_extent(nodes.tile_count()).map(|bricks| 3 * bricks),
+        kind: ImageKind::D3,
+        format: vk::Format::R16G16B16A16_SFLOAT,
+        mips: 1,
+        layers: 1,
+        usage: ImageUsage::STORAGE | ImageUsage::SAMPLED,
+    })
 }
 
 /// Bricks along each axis of a pool of `count`: near to a cube, width and height powers of two, at most 2% left over (or three bricks).

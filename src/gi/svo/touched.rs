@@ -111,8 +111,9 @@ impl TouchedTiles {
         Ok(made)
     }
 
-    /// Adds the passes that find the touched tiles of a level. Levels come in order, finest first, and the tiles hold until the next is asked for.
-    pub(super) fn find<'t>(&'t self, frame: &mut Frame, nodes: &NodePool, radiance: &Arc<Buffer>, level: usize) -> Tiles<'t> {
+    /// Adds the passes that find the touched tiles of a level. Levels come in order, finest first, and the tiles hold until the next is
+    /// asked for. `sides`: radiances of a voxel.
+    pub(super) fn find<'t>(&'t self, frame: &mut Frame, nodes: &NodePool, radiance: &Arc<Buffer>, sides: u32, level: usize) -> Tiles<'t> {
         let range = nodes.levels[level];
         let LevelRange { first, count } = range;
         let (own, children) = (&self.bits[level % 2], &self.bits[1 - level % 2]);
@@ -128,7 +129,7 @@ impl TouchedTiles {
             .bind(children)
             .bind(own)
             .bind(&self.lit_leaves)
-            .constants(&[u32::from(level == 0)])
+            .constants(&[u32::from(level == 0), sides])
             .push(&TouchParams { first, count, first_child: first + count })
             .dispatch(linear_groups(count));
         let params = ListTouchedParams { first, count, level: level as u32 };
