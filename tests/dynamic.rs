@@ -9,43 +9,17 @@ use glam::{DVec3, Vec3};
 use lumivox::frame::Renderer;
 use lumivox::gi::voxel::oracle::{self, VoxelIndex};
 use lumivox::gi::voxel::passes::Voxel;
-use lumivox::gi::voxel::{DynamicVoxels, Method, Voxelizer, Voxels};
+use lumivox::gi::voxel::{Bounces, DynamicVoxels, Injection, LightSettings, Method, Sides, VoxelLight, Voxelizer, Voxels};
 use lumivox::graph::plan::{Barrier, Use};
 use lumivox::graph::{FrameStats, Gpu};
 use lumivox::image::{Aov, Image};
 use lumivox::render::GpuScene;
-use lumivox::scene::{Keyframe, Light, Model, Motion, Pose, Scene};
+use lumivox::scene::{Light, Pose, Scene};
 use support::hazards::verify;
-use support::scenes::{Corners, in_unit_grid, lump, scene_of, soup};
-use support::technique::{Case, Surfaces, cases, frame, small_lights, small_room};
+use support::scenes::{Corners, add_model, in_unit_grid, lump, random_pose, scene_of, soup, still};
+use support::technique::{Case, Surfaces, cases, default_cases, frame, small_lights, small_room};
 use support::voxels::{Read, area, compare_sets, coordinates, mean_normal, oracle_grid, read, unorm10, voxel_settings, voxelize};
-use support::{Random, gpu};
-
-/// Appends the triangles of another scene as a dynamic model that is at one pose each second.
-fn add_model(scene: &mut Scene, model: Scene, poses: &[Pose]) {
-    let (first_vertex, first_material) = (scene.vertices.len() as u32, scene.materials.len() as u32);
-    let (first_triangle, triangle_count) = (scene.triangles.len() as u32, model.triangles.len() as u32);
-    let keyframes = (0u16..).zip(poses).map(|(second, pose)| Keyframe { time_s: f32::from(second), pose: *pose }).collect();
-    let motion = Some(Motion { first_vertex, rest: model.vertices.clone(), keyframes });
-    scene.models.push(Model { name: format!("model {first_triangle}"), dynamic: true, first_triangle, triangle_count, motion });
-    scene.vertices.extend(model.vertices);
-    scene.materials.extend(model.materials);
-    for mut triangle in model.triangles {
-        triangle.vertices = triangle.vertices.map(|vertex| vertex + first_vertex);
-        triangle.material += first_material;
-        scene.triangles.push(triangle);
-    }
-    scene.set_time(0.0);
-}
-
-fn still(translate: Vec3) -> Pose {
-    Pose { rotate_deg: Vec3::ZERO, translate }
-}
-
-fn random_pose(random: &mut Random, reach: f32) -> Pose {
-    let mut unit3 = |scale: f32| Vec3::from([0; 3].map(|_: u32| scale * (2.0 * random.unit() - 1.0)));
-    Pose { rotate_deg: unit3(180.0), translate: unit3(reach) }
-}
+use support::{Random, gpu, read_words};
 
 /// The voxels that a scene has by compact index: whose places in memory differ, but not what they hold.
 #[derive(Debug, PartialEq)]
@@ -371,6 +345,64 @@ fn follow(gpu: &Gpu, case: &Case, surfaces: Surfaces, light: Light, what: &str, 
     }
     assert!(case.entry.name == "none" || visited[0][2].pixels != visited[2][2].pixels, "{what}: the model has to change the light");
     assert!(visited[1].iter().zip(&visited[4]).all(|(first, again)| first.pixels == again.pixels), "{what}: the second visit");
+}
+
+/// With feedback, static voxels keep what they have gathered when models move, bit by bit, and the others start from nothing; whether or not buffers grow.
+#[test]
+fn static_voxels_keep_what_they_gathered() {
+    let gpu = gpu();
+    for (sides, seed) in [(Sides::One, 31), (Sides::Two, 32)] {
+        let mut random = Random::new(seed);
+        let mut scene = scene_of(&lump(20, 32), 0.0, &mut random);
+        let model = scene_of(&centred_soup(&mut random, 32, 40), 0.0, &mut random);
+        let poses = [still(Vec3::splat(900.0)), still(Vec3::splat(16.0)), still(Vec3::splat(17.0)), still(Vec3::splat(900.0))];
+        add_model(&mut scene, model, &poses);
+        let mut follower = Follower::new(&gpu, &scene, 32);
+        let settings = LightSettings { bounces: Bounces::Feedback, ..LightSettings::direct(Injection::Voxel, sides) };
+        let mut light = VoxelLight::new(&gpu, &follower.gpu_scene, &follower.voxels, settings).unwrap();
+        let static_words = 2 * sides as usize * follower.dynamic.slots(&follower.voxels).start as usize;
+        let mut grown = 0;
+        for time_s in [1.0, 2.0, 3.0, 1.0] {
+            let irradiance = light.irradiance.as_ref().unwrap();
+            let gathered: Vec<u32> = (0..irradiance.size_bytes() / 4).map(|_| 1 + random.below(u32::MAX - 1)).collect();
+            gpu.upload_buffer(irradiance, bytemuck::cast_slice(&gathered)).unwrap();
+            follower.go_to(time_s);
+            let capacity = light.capacity;
+            light.follow(&gpu, &follower.gpu_scene, &follower.voxels, follower.dynamic.slots(&follower.voxels).start).unwrap();
+            grown += u32::from(light.capacity > capacity);
+            let kept = read_words(&gpu, light.irradiance.as_ref().unwrap());
+            assert!(kept[..static_words] == gathered[..static_words], "{sides:?}, {time_s} s: static voxels have changed");
+            assert!(kept[static_words..].iter().all(|word| *word == 0), "{sides:?}, {time_s} s: another voxel's light");
+            assert!(kept.len() >= 2 * sides as usize * follower.voxels.voxel_count as usize);
+        }
+        assert!(static_words > 1000 && (1..4).contains(&grown), "{static_words} words, the buffer grew {grown} times");
+    }
+}
+
+/// A model that comes into a room does not take its bounces away: the first frame after is near the converged one, and far from one bounce.
+#[test]
+fn feedback_goes_on_after_a_move() {
+    let gpu = gpu();
+    let (_, light) = small_lights()[0];
+    for case in default_cases() {
+        let mut scene = moving_room(Surfaces::Diffuse, light);
+        let settings = case.settings(&[("resolution", "32"), ("bounces", "feedback")]);
+        scene.set_time(2.0);
+        let (mut renderer, _) = Renderer::new(&gpu, &scene, case.entry, &settings, frame(24, 16, 64)).unwrap();
+        let light_after = |renderer: &mut Renderer<'_>, scene: &Scene, frames: u32| {
+            (0..frames).for_each(|_| drop(renderer.render(&scene.camera).unwrap()));
+            renderer.aov(Aov::Indirect).unwrap().pixels.iter().map(|pixel| f64::from(pixel.y)).sum::<f64>()
+        };
+        light_after(&mut renderer, &scene, 12);
+        scene.set_time(1.0);
+        renderer.set_pose(&scene).unwrap();
+        let first = light_after(&mut renderer, &scene, 1);
+        let converged = light_after(&mut renderer, &scene, 12);
+        let (mut fresh, _) = Renderer::new(&gpu, &scene, case.entry, &settings, frame(24, 16, 64)).unwrap();
+        let one_bounce = light_after(&mut fresh, &scene, 1);
+        println!("{}: {:.3} of the converged light after the move, {:.3} with one bounce", case.name(), first / converged, one_bounce / converged);
+        assert!((first / converged - 1.0).abs() < 0.5 * (1.0 - one_bounce / converged), "{}: {first}, {one_bounce}, {converged}", case.name());
+    }
 }
 
 /// A scene without dynamic models has no pass and no byte for them.

@@ -5,19 +5,21 @@ use std::fs::File;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-use indicatif::{ProgressBar, ProgressStyle};
 use lumivox::frame::FrameSettings;
 use lumivox::gi::registry::{Entry, find};
 use lumivox::measure::bench::{BenchSettings, Case, Truth, cases, measure};
 use lumivox::measure::chart::Chart;
-use lumivox::measure::report::{ReferenceInfo, Report};
+use lumivox::measure::report::Report;
 use lumivox::measure::{directions_chart, error_chart, memory_chart, motion_chart, passes_chart, stages_chart, structures_chart, table};
 use lumivox::metrics::Channel;
-use lumivox::reference::{Bounces, Filter, ReferenceError, Sampling, Settings, cache_dir, cached, guide};
+use lumivox::reference::{Bounces, guide};
 use lumivox::scene::{LoadOptions, Scene};
 
 use super::CliError;
-use super::common::{DeviceArgs, ShadowArgs, TimingArgs, check_output, check_output_folder, parse_channel, parse_size, say};
+use super::common::{
+    DeviceArgs, ShadowArgs, TimingArgs, chart_stem, check_max_error, check_output, check_output_folder, parse_channel, parse_size, progress_bar, reference,
+    reference_failed, say, stems,
+};
 
 /// Measure techniques, presets and resolutions: time per pass, memory, error against the path-traced reference.
 #[derive(clap::Args)]
@@ -74,9 +76,7 @@ pub(crate) struct Args {
 
 /// Loads everything, then measures case by case.
 pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
-    if !(args.max_error.is_finite() && args.max_error > 0.0) {
-        return Err(CliError::input(format!("--max-error is {}; it must be above 0", args.max_error)));
-    }
+    check_max_error(args.max_error)?;
     if let Some(time_s) = args.times.iter().find(|time_s| !time_s.is_finite()) {
         return Err(CliError::input(format!("--times has {time_s}; it must be a number of seconds")));
     }
@@ -85,25 +85,16 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     check_output_folder(&args.output)?;
     let options = LoadOptions { allow_missing_textures: args.allow_missing_textures };
     let scenes: Vec<Scene> = args.scene.iter().map(|scene| Scene::open(scene, &options)).collect::<Result<_, _>>().map_err(CliError::input)?;
-    let stems = stems(&scenes, &args.output);
+    let stems = stems(scenes.iter().map(|scene| scene.name.as_str()), &args.output);
     stems.iter().flat_map(|stem| outputs(stem)).filter(|path| path.exists()).try_for_each(|path| check_output(&path))?;
     let device = args.device.choice();
     let timing = args.timing.choice(&device)?;
     let frame = FrameSettings { size: [args.size.0, args.size.1], shadow_resolution: args.shadow.shadow_resolution };
     let times = args.times.clone();
-    let settings = BenchSettings { device, timing, frame, frames: args.frames, rebuilds: args.rebuilds, times, channel: args.channel };
+    let settings = BenchSettings { device, timing, frame, frames: args.frames, rebuilds: args.rebuilds, times, samples: true, channel: args.channel };
     std::fs::create_dir_all(&args.output)
         .map_err(|error| CliError::failed(format!("cannot make the folder {}: {error}; name another with -o", args.output.display())))?;
     scenes.iter().zip(&stems).try_for_each(|(scene, stem)| bench_scene(args, scene, &cases, &settings, stem, quiet))
-}
-
-/// Where the files of each scene go, without what follows the scene's name.
-fn stems(scenes: &[Scene], folder: &Path) -> Vec<PathBuf> {
-    let mut names: Vec<String> = Vec::new();
-    for scene in scenes {
-        names.push(unused_stem(&scene.name, &names));
-    }
-    names.iter().map(|name| folder.join(name)).collect()
 }
 
 /// Every file that a scene's benchmark may write.
@@ -124,19 +115,6 @@ static CHARTS: &[NamedChart] = &[
     ("directions", directions_chart),
     ("motion", motion_chart),
 ];
-
-fn chart_stem(stem: &Path, what: &str) -> PathBuf {
-    let mut name = stem.file_name().unwrap_or_default().to_owned();
-    name.push(format!("-{what}"));
-    stem.with_file_name(name)
-}
-
-/// A file name for a scene that no scene before it has.
-fn unused_stem(name: &str, used: &[String]) -> String {
-    let safe: String = name.chars().map(|c| if c.is_alphanumeric() || "-_".contains(c) { c } else { '_' }).collect();
-    let numbered = (2..).map(|number| format!("{safe}_{number}"));
-    std::iter::once(safe.clone()).chain(numbered).find(|stem| !used.contains(stem)).unwrap_or(safe)
-}
 
 fn bench_scene(args: &Args, scene: &Scene, cases: &[Case], settings: &BenchSettings, stem: &Path, quiet: bool) -> Result<(), CliError> {
     let records = stem.with_extension("jsonl");
@@ -180,26 +158,9 @@ fn bench_scene(args: &Args, scene: &Scene, cases: &[Case], settings: &BenchSetti
 
 /// The reference, or what is seen alone.
 fn truth(args: &Args, scene: &Scene, bounces: Bounces) -> Result<Truth, CliError> {
-    let failed = |error: ReferenceError| match error {
-        ReferenceError::CacheDir { .. } => CliError::failed(error),
-        ReferenceError::Setting { .. } | ReferenceError::Scene { .. } => CliError::input(error),
-    };
     let (width, height) = args.size;
     if args.no_reference {
-        return Ok(Truth { guide: guide(scene, width, height).map_err(failed)?, indirect: None });
+        return Ok(Truth { guide: guide(scene, width, height).map_err(reference_failed)?, indirect: None });
     }
-    let sampling = Sampling::Adaptive { max_error: args.max_error as f32, max_spp: 4096 };
-    let settings = Settings { width, height, bounces, filter: Filter::Center, sampling, seed: 0 };
-    let image = cached(scene, &settings, &cache_dir(), &|_| {}).map_err(failed)?;
-    let info = ReferenceInfo { bounces, samples_per_pixel: image.mean_samples(), pixel_noise: f64::from(image.indirect_error().pixel) };
-    Ok(Truth { indirect: Some((image.indirect(), info)), guide: image.guide })
-}
-
-/// A bar on stderr, where that is a terminal.
-fn progress_bar(quiet: bool, cases: usize) -> ProgressBar {
-    if quiet {
-        return ProgressBar::hidden();
-    }
-    let style = ProgressStyle::with_template("{msg:12} {bar:40} {pos}/{len} {elapsed} (about {eta} left)").unwrap_or_else(|_| ProgressStyle::default_bar());
-    ProgressBar::new(cases as u64).with_style(style)
+    reference(scene, args.size, bounces, args.max_error)
 }

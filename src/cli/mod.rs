@@ -1,12 +1,15 @@
 //! The command line: one file per subcommand; argument parsing and printing only.
 
 mod bench;
+mod chart;
 mod common;
 mod compare;
 mod devices;
+mod explain;
 mod reference;
 mod render;
 mod scene;
+mod stress;
 mod techniques;
 mod voxelize;
 
@@ -52,10 +55,13 @@ struct Cli {
 enum Command {
     Render(Box<render::Args>),
     Bench(Box<bench::Args>),
+    Chart(Box<chart::Args>),
     Scene(scene::Args),
     Techniques(techniques::Args),
     Reference(reference::Args),
     Compare(compare::Args),
+    Explain(Box<explain::Args>),
+    Stress(Box<stress::Args>),
     Voxelize(voxelize::Args),
     Devices(devices::Args),
 }
@@ -68,10 +74,13 @@ pub(crate) fn run() -> ExitCode {
     let result = match cli.command {
         Command::Render(args) => render::run(&args, cli.quiet),
         Command::Bench(args) => bench::run(&args, cli.quiet),
+        Command::Chart(args) => chart::run(&args, cli.quiet),
         Command::Scene(args) => scene::run(&args),
         Command::Techniques(args) => techniques::run(&args),
         Command::Reference(args) => reference::run(&args, cli.quiet),
         Command::Compare(args) => compare::run(&args),
+        Command::Explain(args) => explain::run(&args, cli.quiet),
+        Command::Stress(args) => stress::run(&args, cli.quiet),
         Command::Voxelize(args) => voxelize::run(&args, cli.quiet),
         Command::Devices(args) => devices::run(&args),
     };

@@ -3,6 +3,7 @@
 //! A technique answers one question: given the G-buffer, what are, at each pixel, the indirect diffuse irradiance, the indirect specular radiance and the
 //! ambient visibility ([`IndirectLight`])? It keeps its own world-space store between frames. All techniques are rows of [`registry::TECHNIQUES`].
 
+pub mod clipmap;
 pub mod cone;
 pub mod interleave;
 pub mod none;
@@ -14,9 +15,12 @@ pub mod voxel_mips;
 
 pub use crate::render::IndirectLight;
 pub use settings::{SettingError, Settings};
+pub use voxel::LitVoxels;
+
+use glam::Vec3;
 
 use crate::graph::{Error, Frame, FrameStats, Gpu};
-use crate::render::{GBuffer, GpuScene, LightMaps};
+use crate::render::{GBuffer, GpuScene, LightMaps, Output};
 
 /// What a technique is made for.
 #[derive(Clone, Copy)]
@@ -27,6 +31,8 @@ pub struct Context<'c> {
     pub scene: &'c GpuScene,
     /// Width and height of the pictures (px).
     pub size: [u32; 2],
+    /// Where the camera is (m).
+    pub eye: Vec3,
 }
 
 /// One complete way to compute indirect light.
@@ -40,8 +46,18 @@ pub trait Technique {
         if context.scene.dynamic.is_some() { self.build(context) } else { Ok(FrameStats::default()) }
     }
 
+    /// Brings what was built up to the camera, before each frame; what does not depend on it has nothing to do.
+    fn set_view(&mut self, _context: &Context<'_>) -> Result<FrameStats, Error> {
+        Ok(FrameStats::default())
+    }
+
     /// Whether `update` reads reflective shadow maps, or shadow maps suffice.
     fn needs_rsm(&self) -> bool;
+
+    /// Whether anything that `update` or `direct` adds reads maps of the lights; without, none are drawn.
+    fn needs_light_maps(&self) -> bool {
+        true
+    }
 
     /// Adds the passes that bring the world-space store up to this frame's light.
     fn update(&mut self, frame: &mut Frame, scene: &GpuScene, maps: &LightMaps);
@@ -49,10 +65,20 @@ pub trait Technique {
     /// Adds the passes that answer for each pixel of the G-buffer.
     fn gather(&mut self, frame: &mut Frame, scene: &GpuScene, gbuffer: &GBuffer) -> IndirectLight;
 
+    /// Adds the direct light, after `gather`: by shadow maps, where a technique has no shadows of its own.
+    fn direct(&self, frame: &mut Frame, scene: &GpuScene, maps: &LightMaps, gbuffer: &GBuffer, output: &Output) {
+        output.draw_direct(frame, scene, maps, gbuffer);
+    }
+
     /// Samples that the cones of a gather take, by the name of its pass, over the whole picture: counted on the device in a run of its own, after a frame.
     /// None where nothing traces cones.
     fn count_samples(&self, _gpu: &Gpu, _scene: &GpuScene, _gbuffer: &GBuffer) -> Result<Vec<(&'static str, u64)>, Error> {
         Ok(Vec::new())
+    }
+
+    /// Its voxels and their light, a piece of the grid each, so that an error budget can read and replace them. None where it has no voxels.
+    fn lit_voxels(&mut self) -> Vec<LitVoxels<'_>> {
+        Vec::new()
     }
 
     /// Counts for the report, by name; some are read back from the device.

@@ -88,6 +88,9 @@ pub enum SettingError {
         /// What is possible.
         domain: String,
     },
+    /// The values are not possible together.
+    #[error("{0}")]
+    Together(String),
     /// There is no such preset.
     #[error("there is no preset {name}; there are: {known}")]
     Preset {
@@ -163,6 +166,14 @@ impl Settings {
     /// All names and values, sorted by name.
     pub fn iter(&self) -> impl Iterator<Item = (&'static str, Value)> {
         self.values.iter().map(|(name, value)| (*name, *value))
+    }
+
+    /// The value of a whole-number setting; `None` where the technique has none of this name.
+    pub fn find_count(&self, name: &str) -> Option<u32> {
+        match self.values.get(name) {
+            Some(Value::Count(value)) => Some(*value),
+            _ => None,
+        }
     }
 
     /// The value of a whole-number setting that the technique has.

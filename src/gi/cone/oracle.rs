@@ -239,6 +239,32 @@ pub fn gather<'l>(levels: impl Into<Levels<'l>>, receiver: &Receiver, cones: &[S
     (gathered, samples)
 }
 
+/// Where a light is, seen from a grid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LightPlace {
+    /// In this direction (a unit vector), behind everything.
+    Direction(DVec3),
+    /// At this position \[voxels\].
+    Position(DVec3),
+}
+
+/// Fraction of a light that a receiver sees: the transmittance of a cone from `start_offset` over its surface to the light. Its last sample stays in front of the
+/// light: with c − β d(c) / 2 where it begins, c + d(c) / 2 is no further than the light, for d(c) = 1 and d(c) = 2 c tan(γ/2) alike.
+pub fn light_visibility(chain: &[Volume], receiver: &Receiver, start_offset: f64, light: LightPlace, tan_half: f64, settings: &MarchSettings) -> f64 {
+    let origin = receiver.position + start_offset * receiver.geometric_normal;
+    let (direction, distance) = match light {
+        LightPlace::Direction(direction) => (direction, f64::INFINITY),
+        LightPlace::Position(position) => ((position - origin).normalize_or_zero(), (position - origin).length()),
+    };
+    let beta = settings.step_factor;
+    let widest = distance / (1.0 + tan_half);
+    let wide_end = widest * (1.0 - beta * tan_half).max(LEAST_STEP_DENOMINATOR);
+    let narrow_end = distance - 0.5 - beta / 2.0;
+    let settings = MarchSettings { max_distance: wide_end.min(narrow_end), ao_falloff: 0.0, ..*settings };
+    let cosine = direction.dot(receiver.geometric_normal).max(0.0);
+    march(chain, &Cone { origin, direction, tan_half, height: start_offset, cosine }, &settings).visibility
+}
+
 /// E/π \[W/(m² sr)\] at a voxel by a set of cones, neighbours taking different patterns ([`voxel_pattern`]; that of `placement` is not used).
 pub fn bounce(chain: &[Volume], voxel: VoxelIndex, surface: &TraceVoxel, cones: &[SetCone], placement: &Placement, settings: &MarchSettings) -> DVec3 {
     let pattern = voxel_pattern(voxel);
@@ -391,6 +417,19 @@ mod tests {
         assert!(near(march(&chain, &up(0.5), &MarchSettings { height_clamp: 100.0, ..TEXTBOOK }).radiance, ENVIRONMENT));
         // At c = 6, height 6: k = 3 allows a diameter of 2.
         assert_eq!(sample_diameter(&up(0.5), 3.0, &MarchSettings { height_clamp: 3.0, ..TEXTBOOK }), 2.0);
+    }
+
+    /// The wall is the layer z = 5, of opacity ½: it hides half of what is behind it, and nothing of what is before it, however wide the cone.
+    #[test]
+    fn a_cone_to_a_light_ends_there() {
+        let normal = DVec3::Z;
+        let receiver = Receiver { position: DVec3::new(4.5, 4.5, 0.0), geometric_normal: normal, shading_normal: normal };
+        let at = |z: f64, tan_half: f64| light_visibility(&wall(), &receiver, 0.0, LightPlace::Position(DVec3::new(4.5, 4.5, z)), tan_half, &TEXTBOOK);
+        for (z, tan_half, expected) in [(4.9, 0.0, 1.0), (6.1, 0.0, 0.5), (100.0, 0.0, 0.5), (5.0, 0.1, 1.0), (0.0, 0.1, 1.0)] {
+            assert_eq!(at(z, tan_half), expected, "a light at {z}, tan(γ/2) = {tan_half}");
+        }
+        let towards = |direction| light_visibility(&wall(), &receiver, 0.0, LightPlace::Direction(direction), 0.0, &TEXTBOOK);
+        assert_eq!([towards(DVec3::Z), towards(DVec3::X)], [0.5, 1.0]);
     }
 
     #[test]

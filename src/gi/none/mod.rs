@@ -12,11 +12,13 @@ pub static ENTRY: Entry = Entry {
     summary: "no indirect light",
     bounces: |_| Some(0),
     settings: &[],
+    check: |_| Ok(()),
     presets: &[],
     passes: &[],
     structs: &[],
     stages: &[&Stage { name: "gather", part: Part::Picture, passes: &["none.clear"] }],
     directions: &[],
+    substitutions: &[],
     voxels: Option::None,
     make,
 };

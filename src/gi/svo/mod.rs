@@ -17,9 +17,9 @@ use super::interleave::{self, deinterleave};
 use super::registry::{Directions, Entry, Part, Stage};
 use super::settings::{Domain, Preset, Setting, Settings};
 use super::voxel::{self, Bounces, Injection, LightSettings, MIP_FILTER, Prefilter, Sides, VoxelSettings};
-use super::{Context, IndirectLight, Technique};
+use super::{Context, IndirectLight, LitVoxels, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image, Pass};
-use crate::render::{GBuffer, GpuScene, LightMaps, screen_image};
+use crate::render::{GBuffer, GpuScene, LightMaps, Output, screen_image};
 use crate::shader::{Field, GpuStruct};
 
 static SETTINGS: &[Setting] = &[
@@ -123,7 +123,8 @@ pub static ENTRY: Entry = Entry {
     name: "svo",
     summary: "sparse voxel octree with bricks, cone-traced",
     bounces: |settings| Bounces::new(settings).count(),
-    settings: &[voxel::SETTINGS, SETTINGS, cone::SETTINGS],
+    settings: &[voxel::RESOLUTION, voxel::SETTINGS, SETTINGS, cone::SETTINGS],
+    check: cone::check,
     presets: PRESETS,
     passes: &[voxel::PASSES, PASSES, cone::SPARSE_PASSES, interleave::PASSES],
     structs: &[voxel::STRUCTS, STRUCTS, cone::STRUCTS, interleave::STRUCTS],
@@ -140,10 +141,12 @@ pub static ENTRY: Entry = Entry {
         &Stage { name: "border transfer", part: Part::Store, passes: &["svo.transfer_borders"] },
         &Stage { name: "mip filtering", part: Part::Store, passes: &["svo.filter"] },
         &voxel::BOUNCES,
-        &Stage { name: "gather", part: Part::Picture, passes: &["cone.gather", "gi.deinterleave"] },
+        &Stage { name: "gather", part: Part::Picture, passes: &["cone.gather", "cone.occlusion", "gi.deinterleave"] },
         &Stage { name: "specular", part: Part::Picture, passes: &["cone.specular"] },
+        &cone::SOFT_SHADOWS,
     ],
-    directions: &[Directions { pass: &cone::GATHER_SPARSE, setting: Some("cones") }, Directions { pass: &cone::SPECULAR_SPARSE, setting: None }],
+    directions: &[Directions { pass: &cone::GATHER_SPARSE, count: Some(cone::diffuse_count) }, Directions { pass: &cone::SPECULAR_SPARSE, count: None }],
+    substitutions: &[cone::SUBSTITUTIONS, voxel::SUBSTITUTIONS],
     voxels: Some(voxel::list_voxels),
     make,
 };
@@ -176,7 +179,7 @@ struct Svo {
 }
 
 fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>, Error> {
-    let Context { gpu, scene, size } = *context;
+    let Context { gpu, scene, size, .. } = *context;
     let specular = scene.is_glossy && settings.is("specular", "on");
     let interleave = settings.count("interleave");
     let filter = Prefilter::new(settings) as u32;
@@ -233,7 +236,7 @@ impl Technique for Svo {
             return Ok(FrameStats::default());
         }
         let Some(Store { mut voxels, .. }) = self.store.take() else { return self.build(context) };
-        match voxels.set_pose(context.gpu, context.scene, &mut self.voxelizer, self.light_settings)? {
+        match voxels.set_pose(context.gpu, context.scene, &mut self.voxelizer)? {
             Some((occupancy, stats)) => self.build_octree(context, voxels, occupancy, stats),
             None => {
                 drop(voxels);
@@ -244,6 +247,10 @@ impl Technique for Svo {
 
     fn needs_rsm(&self) -> bool {
         self.light_settings.injection == Injection::Rsm
+    }
+
+    fn needs_light_maps(&self) -> bool {
+        self.light_settings.reads_maps() || !self.cones.has_shadows()
     }
 
     fn update(&mut self, frame: &mut Frame, _scene: &GpuScene, maps: &LightMaps) {
@@ -265,6 +272,7 @@ impl Technique for Svo {
         let volume = store.volume(self.bricks.corners);
         let target = self.interleaved.as_ref().unwrap_or(&self.light.diffuse);
         self.cones.gather(frame, gbuffer, &store.voxels.grid, volume, target);
+        self.cones.occlusion(frame, gbuffer, &store.voxels.grid, volume, target);
         if let Some(interleaved) = &self.interleaved {
             deinterleave(frame, gbuffer, interleaved, &self.light.diffuse, self.interleave);
         }
@@ -274,9 +282,22 @@ impl Technique for Svo {
         self.light.clone()
     }
 
+    fn direct(&self, frame: &mut Frame, scene: &GpuScene, maps: &LightMaps, gbuffer: &GBuffer, output: &Output) {
+        match &self.store {
+            Some(store) if self.cones.has_shadows() => {
+                self.cones.shadow(frame, scene, gbuffer, &store.voxels.grid, store.volume(self.bricks.corners), &output.direct);
+            }
+            _ => output.draw_direct(frame, scene, maps, gbuffer),
+        }
+    }
+
     fn count_samples(&self, gpu: &Gpu, scene: &GpuScene, gbuffer: &GBuffer) -> Result<Vec<(&'static str, u64)>, Error> {
         let Some(store) = &self.store else { return Ok(Vec::new()) };
         self.cones.count_samples(gpu, scene, gbuffer, &store.voxels.grid, store.volume(self.bricks.corners), [true, self.light.specular.is_some()])
+    }
+
+    fn lit_voxels(&mut self) -> Vec<LitVoxels<'_>> {
+        self.store.iter_mut().flat_map(|store| store.voxels.lit()).collect()
     }
 
     fn counts(&self, gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {

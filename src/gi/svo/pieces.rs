@@ -8,7 +8,9 @@ use super::bricks::RecordRange;
 use super::nodes::require_pointers;
 use crate::gi::cone::{ConeTracer, Volume};
 use crate::gi::voxel::voxelize::buffer;
-use crate::gi::voxel::{Accumulation, DynamicVoxels, LightSettings, VoxelGrid, VoxelLight, VoxelLookup, VoxelRecords, VoxelSettings, Voxelizer, Voxels};
+use crate::gi::voxel::{
+    Accumulation, DynamicVoxels, LightSettings, LitVoxels, VoxelGrid, VoxelLight, VoxelLookup, VoxelRecords, VoxelSettings, Voxelizer, Voxels,
+};
 use crate::graph::{Buffer, Error, Frame, FrameStats, Gpu};
 use crate::render::{GpuScene, LightMaps};
 
@@ -147,13 +149,7 @@ fn attempt(
 
 impl Pieces {
     /// Brings the voxels up to the dynamic models after they have moved; `None` where everything has to be voxelized anew.
-    pub fn set_pose(
-        &mut self,
-        gpu: &Gpu,
-        scene: &GpuScene,
-        voxelizer: &mut PieceVoxelizer,
-        settings: LightSettings,
-    ) -> Result<Option<(Occupancy, FrameStats)>, Error> {
+    pub fn set_pose(&mut self, gpu: &Gpu, scene: &GpuScene, voxelizer: &mut PieceVoxelizer) -> Result<Option<(Occupancy, FrameStats)>, Error> {
         let ([Piece { voxels: records, light, dynamic: Some((voxels, dynamic)) }], [voxelizer]) =
             (self.pieces.as_mut_slice(), voxelizer.voxelizers.as_mut_slice())
         else {
@@ -163,13 +159,11 @@ impl Pieces {
             Err(Error::TooLarge { .. }) => return Ok(None),
             updated => updated?,
         };
-        if voxels.capacity() > light.capacity {
-            *light = match VoxelLight::new(gpu, scene, voxels, settings) {
-                Err(Error::TooLarge { .. }) => return Ok(None),
-                made => made?,
-            };
-            self.radiance = Arc::clone(&light.radiance);
+        match light.follow(gpu, scene, voxels, dynamic.slots(voxels).start) {
+            Err(Error::TooLarge { .. }) => return Ok(None),
+            followed => followed?,
         }
+        self.radiance = Arc::clone(&light.radiance);
         *records = VoxelRecords::from(&*voxels);
         self.voxel_count = voxels.voxel_count - voxels.hidden_count;
         self.fragment_count = voxels.fragment_count;
@@ -220,6 +214,11 @@ impl Pieces {
             range
         };
         self.pieces.iter().map(range).collect()
+    }
+
+    /// The voxels of each piece and their light.
+    pub fn lit(&mut self) -> impl Iterator<Item = LitVoxels<'_>> {
+        self.pieces.iter_mut().map(|Piece { voxels, light, .. }| LitVoxels { voxels: voxels.clone(), light })
     }
 
     /// Counts of fragments, voxels, pieces and light, for the report.

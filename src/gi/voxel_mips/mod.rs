@@ -11,17 +11,17 @@ pub use matter::{MARK_MATTER, MatterParams, REDUCE_MATTER, mark_matter, matter_i
 
 use super::cone::{self, ConeTracer, Volume};
 use super::interleave::{self, deinterleave};
-use super::registry::{Directions, Entry, Part, Stage};
+use super::registry::{Directions, Entry, Part, Stage, Substitution};
 use super::settings::{Domain, Preset, Setting, Settings};
 use super::voxel::voxelize::linear_groups;
 use super::voxel::{
     self, Accumulation, Bounces, DynamicVoxels, Injection, LightSettings, MIP_FILTER, Prefilter, RAY_SETTINGS, RaySettings, Sides, VoxelLight, VoxelRecords,
     VoxelSettings, Voxelizer, Voxels, bounce_rays, gather_rays,
 };
-use super::{Context, IndirectLight, Technique};
+use super::{Context, IndirectLight, LitVoxels, Technique};
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Error, Frame, FrameStats, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Pass, Sets, Shaders, vk};
-use crate::render::{GBuffer, GpuScene, LightMaps, screen_image};
+use crate::render::{GBuffer, GpuScene, LightMaps, Output, screen_image};
 use crate::shader::GpuStruct;
 
 /// One mip from the next finer one. Reads and writes RGBA16F, radiance premultiplied by opacity; a thread a texel.
@@ -94,12 +94,31 @@ static PRESETS: &[Preset] = &[
     },
 ];
 
+static SUBSTITUTIONS: &[Substitution] = &[
+    Substitution {
+        name: "directions",
+        help: "as many directions as the gather's settings allow, so that no light falls between them",
+        pairs: |settings| if settings.is("gather", "rays") { more_rays(settings) } else { cone::more_cones(settings) },
+    },
+    Substitution {
+        name: "filtering",
+        help: "exact rays through the finest voxels, instead of samples of filtered ones",
+        pairs: |settings| if settings.is("gather", "rays") { Vec::new() } else { vec!["gather=rays".into()] },
+    },
+];
+
+/// 4,096 directions in each interleaving window.
+fn more_rays(settings: &Settings) -> Vec<String> {
+    vec![format!("rays={}", (4096 / settings.count("interleave").pow(2)).max(settings.count("rays")))]
+}
+
 /// The row of the registry.
 pub static ENTRY: Entry = Entry {
     name: "voxel-mips",
     summary: "dense voxel mips, cone-traced",
     bounces: |settings| Bounces::new(settings).count(),
-    settings: &[voxel::SETTINGS, SETTINGS, cone::SETTINGS, RAY_SETTINGS],
+    settings: &[voxel::RESOLUTION, voxel::SETTINGS, SETTINGS, cone::SETTINGS, RAY_SETTINGS],
+    check: cone::check,
     presets: PRESETS,
     passes: &[voxel::PASSES, &[&CLEAR_DYNAMIC, &MARK_MATTER, &REDUCE_MATTER, &FILTER], cone::PASSES, interleave::PASSES],
     structs: &[voxel::STRUCTS, &[(ClearParams::NAME, ClearParams::FIELDS), (MatterParams::NAME, MatterParams::FIELDS)], cone::STRUCTS, interleave::STRUCTS],
@@ -110,14 +129,16 @@ pub static ENTRY: Entry = Entry {
         &voxel::LIGHT_INJECTION,
         &Stage { name: "mip filtering", part: Part::Store, passes: &["voxel_mips.filter", "voxel_mips.blit"] },
         &voxel::BOUNCES,
-        &Stage { name: "gather", part: Part::Picture, passes: &["cone.gather", "voxel.gather_rays", "gi.deinterleave"] },
+        &Stage { name: "gather", part: Part::Picture, passes: &["cone.gather", "voxel.gather_rays", "cone.occlusion", "gi.deinterleave"] },
         &Stage { name: "specular", part: Part::Picture, passes: &["cone.specular"] },
+        &cone::SOFT_SHADOWS,
     ],
     directions: &[
-        Directions { pass: &cone::GATHER, setting: Some("cones") },
-        Directions { pass: &voxel::GATHER_RAYS, setting: Some("rays") },
-        Directions { pass: &cone::SPECULAR, setting: None },
+        Directions { pass: &cone::GATHER, count: Some(cone::diffuse_count) },
+        Directions { pass: &voxel::GATHER_RAYS, count: Some(|settings| settings.count("rays")) },
+        Directions { pass: &cone::SPECULAR, count: None },
     ],
+    substitutions: &[SUBSTITUTIONS, voxel::SUBSTITUTIONS],
     voxels: Some(voxel::list_voxels),
     make,
 };
@@ -159,21 +180,21 @@ fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>
 }
 
 fn new(context: &Context<'_>, settings: &Settings) -> Result<VoxelMips, Error> {
-    let Context { gpu, scene, size } = *context;
+    let Context { gpu, scene, size, .. } = *context;
     let voxel_settings = VoxelSettings::new(settings);
     let rays = settings.is("gather", "rays").then(|| RaySettings::new(settings));
     let specular = scene.is_glossy && settings.is("specular", "on");
     let interleave = settings.count("interleave");
     let filter = Prefilter::new(settings);
     let cones = ConeTracer::new(gpu, settings)?;
-    let skips_empty = specular || cones.skips_empty;
+    let skips_empty = specular || cones.needs_matter();
     Ok(VoxelMips {
         filter,
         blits: filter == Prefilter::Box && settings.is("mip_method", "blit"),
         light_settings: LightSettings::new(settings, rays.map_or(Sides::One, |rays| rays.sides)),
         bounce_directions: settings.count("bounce_directions"),
         is_exact: voxel_settings.accumulation == Accumulation::Exact,
-        volume: (rays.is_none() || specular).then(|| DenseVolume::new(gpu, voxel_settings.resolution, skips_empty)).transpose()?,
+        volume: (rays.is_none() || specular || cones.is_beside_gather()).then(|| DenseVolume::new(gpu, voxel_settings.resolution, skips_empty)).transpose()?,
         rays,
         cones,
         interleave,
@@ -277,14 +298,16 @@ impl Technique for VoxelMips {
             volume.mark_matter(&mut frame, voxels);
             stats.append(context.gpu.submit(frame)?);
         }
-        if voxels.capacity() > light.capacity {
-            *light = VoxelLight::new(context.gpu, context.scene, voxels, self.light_settings)?;
-        }
+        light.follow(context.gpu, context.scene, voxels, dynamic.slots(voxels).start)?;
         Ok(stats)
     }
 
     fn needs_rsm(&self) -> bool {
         self.light_settings.injection == Injection::Rsm
+    }
+
+    fn needs_light_maps(&self) -> bool {
+        self.light_settings.reads_maps() || !self.cones.has_shadows()
     }
 
     fn update(&mut self, frame: &mut Frame, _scene: &GpuScene, maps: &LightMaps) {
@@ -315,6 +338,9 @@ impl Technique for VoxelMips {
             (None, Some(volume)) => self.cones.gather(frame, gbuffer, &voxels.grid, volume.as_volume(), target),
             (None, None) => unreachable!("cones have a volume to march through"),
         }
+        if let Some(volume) = &self.volume {
+            self.cones.occlusion(frame, gbuffer, &voxels.grid, volume.as_volume(), target);
+        }
         if let Some(interleaved) = &self.interleaved {
             deinterleave(frame, gbuffer, interleaved, &self.light.diffuse, self.interleave);
         }
@@ -324,9 +350,22 @@ impl Technique for VoxelMips {
         self.light.clone()
     }
 
+    fn direct(&self, frame: &mut Frame, scene: &GpuScene, maps: &LightMaps, gbuffer: &GBuffer, output: &Output) {
+        match (&self.store, &self.volume) {
+            (Some((voxels, _)), Some(volume)) if self.cones.has_shadows() => {
+                self.cones.shadow(frame, scene, gbuffer, &voxels.grid, volume.as_volume(), &output.direct);
+            }
+            _ => output.draw_direct(frame, scene, maps, gbuffer),
+        }
+    }
+
     fn count_samples(&self, gpu: &Gpu, scene: &GpuScene, gbuffer: &GBuffer) -> Result<Vec<(&'static str, u64)>, Error> {
         let (Some((voxels, _)), Some(volume)) = (&self.store, &self.volume) else { return Ok(Vec::new()) };
         self.cones.count_samples(gpu, scene, gbuffer, &voxels.grid, volume.as_volume(), [self.rays.is_none(), self.light.specular.is_some()])
+    }
+
+    fn lit_voxels(&mut self) -> Vec<LitVoxels<'_>> {
+        self.store.iter_mut().map(|(voxels, light)| LitVoxels { voxels: VoxelRecords::from(&*voxels), light }).collect()
     }
 
     fn counts(&self, gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {
