@@ -299,3 +299,12 @@ pub(super) fn chart_stem(stem: &Path, what: &str) -> PathBuf {
     name.push(format!("-{what}"));
     stem.with_file_name(name)
 }
+
+/// A bar on stderr, where that is a terminal.
+pub(super) fn progress_bar(quiet: bool, steps: usize) -> ProgressBar {
+    if quiet {
+        return ProgressBar::hidden();
+    }
+    let style = ProgressStyle::with_template("{msg:12} {bar:40} {pos}/{len} {elapsed} (about {eta} left)").unwrap_or_else(|_| ProgressStyle::default_bar());
+    ProgressBar::new(steps as u64).with_style(style)
+}

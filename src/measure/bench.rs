@@ -3,7 +3,7 @@
 use crate::frame::{FrameSettings, Renderer};
 use crate::gi::Settings;
 use crate::gi::registry::{Directions, Entry, Part};
-use crate::gi::settings::{SettingError, Value};
+use crate::gi::settings::SettingError;
 use crate::graph::{DeviceChoice, Error, FrameStats, Gpu, GpuOptions, PassTimes, Spread, TimesAccumulator};
 use crate::image::{Aov, GuideImage, Image};
 use crate::metrics::Channel;
