@@ -279,15 +279,6 @@ pub(super) fn parse_channel(text: &str) -> Result<Channel, String> {
     }
 }
 
-/// A bar on stderr, where that is a terminal.
-pub(super) fn progress_bar(quiet: bool, steps: usize) -> ProgressBar {
-    if quiet {
-        return ProgressBar::hidden();
-    }
-    let style = ProgressStyle::with_template("{msg:12} {bar:40} {pos}/{len} {elapsed} (about {eta} left)").unwrap_or_else(|_| ProgressStyle::default_bar());
-    ProgressBar::new(steps as u64).with_style(style)
-}
-
 /// Where the files of each scene go, without what follows the scene's name.
 pub(super) fn stems<'n>(scenes: impl Iterator<Item = &'n str>, folder: &Path) -> Vec<PathBuf> {
     let mut names: Vec<String> = Vec::new();
@@ -307,4 +298,13 @@ pub(super) fn chart_stem(stem: &Path, what: &str) -> PathBuf {
     let mut name = stem.file_name().unwrap_or_default().to_owned();
     name.push(format!("-{what}"));
     stem.with_file_name(name)
+}
+
+/// A bar on stderr, where that is a terminal.
+pub(super) fn progress_bar(quiet: bool, steps: usize) -> ProgressBar {
+    if quiet {
+        return ProgressBar::hidden();
+    }
+    let style = ProgressStyle::with_template("{msg:12} {bar:40} {pos}/{len} {elapsed} (about {eta} left)").unwrap_or_else(|_| ProgressStyle::default_bar());
+    ProgressBar::new(steps as u64).with_style(style)
 }

@@ -2,7 +2,7 @@
 
 use super::settings::{Preset, Setting, SettingError, Settings};
 use super::voxel::VoxelList;
-use super::{Context, Technique, none, svo, voxel_mips};
+use super::{Context, Technique, clipmap, none, svo, voxel_mips};
 use crate::graph::{Error, Pass};
 use crate::shader::Field;
 
@@ -84,7 +84,7 @@ pub type Make = fn(&Context<'_>, &Settings) -> Result<Box<dyn Technique>, Error>
 pub type ListVoxels = fn(&Context<'_>, &Settings) -> Result<VoxelList, Error>;
 
 /// All techniques.
-pub static TECHNIQUES: &[&Entry] = &[&none::ENTRY, &voxel_mips::ENTRY, &svo::ENTRY];
+pub static TECHNIQUES: &[&Entry] = &[&none::ENTRY, &voxel_mips::ENTRY, &svo::ENTRY, &clipmap::ENTRY];
 
 /// There is no technique of this name.
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]

@@ -3,7 +3,7 @@
 use crate::frame::{FrameSettings, Renderer};
 use crate::gi::Settings;
 use crate::gi::registry::{Directions, Entry, Part};
-use crate::gi::settings::{SettingError, Value};
+use crate::gi::settings::SettingError;
 use crate::graph::{DeviceChoice, Error, FrameStats, Gpu, GpuOptions, PassTimes, Spread, TimesAccumulator};
 use crate::image::{Aov, GuideImage, Image};
 use crate::metrics::Channel;
@@ -264,14 +264,6 @@ fn direction_costs(passes: &[PassTimes], case: &Case, scene: &Scene, guide: &Gui
         })
     };
     passes.iter().filter_map(cost).collect()
-}
-
-/// The setting `resolution` (voxels), where the technique has it.
-pub(super) fn resolution_of(settings: &Settings) -> Option<u32> {
-    settings.iter().find_map(|(name, value)| match value {
-        Value::Count(count) if name == "resolution" => Some(count),
-        _ => None,
-    })
 }
 
 #[cfg(test)]

@@ -12,7 +12,7 @@ use crate::metrics::{Channel, Errors, MetricError, compare};
 use crate::reference::{LitPoint, ReferenceError, SurfacePoint, gather, light_surfaces, surface_area_m2};
 use crate::scene::Scene;
 
-use super::bench::{Case, Truth, resolution_of, warm_up_frames};
+use super::bench::{Case, Truth, warm_up_frames};
 use super::report::{ErrorReport, Report};
 use super::table::value_text;
 
@@ -253,7 +253,7 @@ impl Table<'_, '_> {
     /// Voxels half as large, and what the two resolutions tell of voxels without size.
     fn add_resolution(&mut self, picture: &Picture) -> Result<(), ExplainError> {
         let subject = self.subject;
-        let Some(resolution) = resolution_of(&subject.case.settings) else { return Ok(()) };
+        let Some(resolution) = subject.case.settings.find_count("resolution") else { return Ok(()) };
         // The finest resolution has no double.
         let Ok(Some((settings, options))) = self.changed("resolution", &[format!("resolution={}", 2 * resolution)]) else { return Ok(()) };
         let mut finer = None;

@@ -54,8 +54,15 @@ bool inside_interval(vec4 axis, vec2 centre) {
     return along >= axis.z && along <= axis.w;
 }
 
-// False where there is nothing to voxelize: no area, or outside the grid.
-bool setup_triangle(vec3 a, vec3 b, vec3 c, int resolution, out TriangleSetup s) {
+// Which voxels of a grid are asked for.
+struct Clip {
+    ivec3 low, high;          // the first and the last
+    int resolution;           // voxels along an edge of the grid
+    bool free_base;           // a triangle's base does not depend on where the grid is, so that neither does any rounding
+};
+
+// False where there is nothing to voxelize: no area, or outside the clip.
+bool setup_triangle(vec3 a, vec3 b, vec3 c, Clip clip, out TriangleSetup s) {
     precise vec3 ab = b - a;
     precise vec3 ac = c - a;
     precise vec3 n = vec3(ab.y * ac.z - ab.z * ac.y, ab.z * ac.x - ab.x * ac.z, ab.x * ac.y - ab.y * ac.x);
@@ -67,18 +74,19 @@ bool setup_triangle(vec3 a, vec3 b, vec3 c, int resolution, out TriangleSetup s)
     s.normal = permute(n, s.axis);
     vec3 low = min(a, min(b, c));
     vec3 high = max(a, max(b, c));
-    if (s.normal.z == 0.0 || any(lessThan(high, vec3(0.0))) || any(greaterThan(low, vec3(resolution)))) {
+    ivec3 clip_low = ivec3(permute(vec3(clip.low), s.axis)), clip_high = ivec3(permute(vec3(clip.high), s.axis));
+    if (s.normal.z == 0.0 || any(lessThan(high, vec3(clip_low))) || any(greaterThan(low, vec3(clip_high + 1)))) {
         return false;
     }
-    vec3 origin = floor(clamp(low, vec3(0.0), vec3(resolution)));
+    vec3 origin = floor(clip.free_base ? low : clamp(low, vec3(0.0), vec3(clip.resolution)));
     s.base = ivec3(origin);
     precise vec3 v0 = a - origin, v1 = b - origin, v2 = c - origin;
     s.v0 = v0;
     s.v1 = v1;
     s.v2 = v2;
     // A closed box [i, i + 1] meets [low, high] where i ≥ ceil(low) - 1 and i ≤ floor(high).
-    s.low = max(ivec3(ceil(low)) - 1, ivec3(0)) - s.base;
-    s.high = min(ivec3(floor(high)), ivec3(resolution - 1)) - s.base;
+    s.low = max(ivec3(ceil(low)) - 1, clip_low) - s.base;
+    s.high = min(ivec3(floor(high)), clip_high) - s.base;
     // A needle's normal is inexact and its vertices do not lie in one plane across it: with all three projected, the axis still separates nothing
     // that touches.
     precise float along0 = s.normal.x * v0.x + s.normal.y * v0.y + s.normal.z * v0.z;

@@ -123,7 +123,7 @@ pub static ENTRY: Entry = Entry {
     name: "svo",
     summary: "sparse voxel octree with bricks, cone-traced",
     bounces: |settings| Bounces::new(settings).count(),
-    settings: &[voxel::SETTINGS, SETTINGS, cone::SETTINGS],
+    settings: &[voxel::RESOLUTION, voxel::SETTINGS, SETTINGS, cone::SETTINGS],
     check: cone::check,
     presets: PRESETS,
     passes: &[voxel::PASSES, PASSES, cone::SPARSE_PASSES, interleave::PASSES],
@@ -179,7 +179,7 @@ struct Svo {
 }
 
 fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>, Error> {
-    let Context { gpu, scene, size } = *context;
+    let Context { gpu, scene, size, .. } = *context;
     let specular = scene.is_glossy && settings.is("specular", "on");
     let interleave = settings.count("interleave");
     let filter = Prefilter::new(settings) as u32;

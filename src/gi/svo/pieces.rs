@@ -205,11 +205,6 @@ impl Pieces {
         }
     }
 
-    /// The voxels of each piece and their light.
-    pub fn lit(&mut self) -> impl Iterator<Item = LitVoxels<'_>> {
-        self.pieces.iter_mut().map(|Piece { voxels, light, .. }| LitVoxels { voxels: voxels.clone(), light })
-    }
-
     /// The records of all voxels.
     pub fn records(&self) -> Vec<RecordRange> {
         let mut first_voxel = 0;
@@ -219,6 +214,11 @@ impl Pieces {
             range
         };
         self.pieces.iter().map(range).collect()
+    }
+
+    /// The voxels of each piece and their light.
+    pub fn lit(&mut self) -> impl Iterator<Item = LitVoxels<'_>> {
+        self.pieces.iter_mut().map(|Piece { voxels, light, .. }| LitVoxels { voxels: voxels.clone(), light })
     }
 
     /// Counts of fragments, voxels, pieces and light, for the report.

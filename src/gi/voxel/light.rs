@@ -288,6 +288,8 @@ pub struct VoxelLight {
     is_given: bool,
     counters: Arc<Buffer>,
     flux_unit: f32,
+    /// Voxels of this size along the largest extent of the scene, to a power of two.
+    scene_resolution: u32,
 }
 
 impl VoxelLight {
@@ -317,6 +319,7 @@ impl VoxelLight {
             is_given: false,
             counters: buffer(gpu, "voxel.light_counters", COUNTERS_BYTES)?,
             flux_unit: flux_unit(scene),
+            scene_resolution: scene_resolution(scene, voxels.grid.voxel_size),
         })
     }
 
@@ -337,6 +340,21 @@ impl VoxelLight {
             frame.fill_from(CLEAR_LIGHT, irradiance, kept_bytes, 0);
         }
         gpu.submit(frame).map(drop)
+    }
+
+    /// Makes room for as many voxels as these have room for; what they gathered stays.
+    pub fn reserve(&mut self, gpu: &Gpu, voxels: &Voxels) -> Result<(), Error> {
+        let LightSettings { injection, sides, .. } = self.settings;
+        self.capacity = voxels.capacity();
+        let count = sides as u64 * u64::from(self.capacity);
+        self.radiance = buffer(gpu, "voxel.radiance", sides.radiance_bytes(self.capacity))?;
+        self.flux = buffer(gpu, "voxel.flux", if injection == Injection::Rsm { FLUX_BYTES * count } else { 0 })?;
+        if let Some(irradiance) = &mut self.irradiance
+            && irradiance.size_bytes() < 8 * count
+        {
+            *irradiance = buffer(gpu, "voxel.irradiance", 8 * count)?;
+        }
+        Ok(())
     }
 
     /// Adds the passes that light the voxels; with `dense` also mip 0 of a dense texture. With feedback they reflect what the last frame left in `irradiance`.
@@ -410,7 +428,7 @@ impl VoxelLight {
             flux_unit: self.flux_unit,
             area_unit: AREA_UNIT,
         };
-        let block = texel_block(maps.size, grid.resolution);
+        let block = texel_block(maps.size, self.scene_resolution);
         let groups = maps.size.div_ceil(8 * block);
         let pass = frame.pass(pass).bind(&maps.views).bind(&maps.depth).bind(normal).bind(reflected);
         let pass = pass.bind(&self.flux).bind(&self.counters).bind(&voxels.records);
@@ -444,7 +462,13 @@ fn flux_words(flux: Vec3, unit: f32) -> [u32; 5] {
     [r as u32, g as u32, b as u32, 1, high(r) | high(g) << 8 | high(b) << 16]
 }
 
-/// Edge of the blocks of texels that a thread adds: a voxel, were the map as wide as the grid.
+/// Voxels of a size (m) along the largest extent of the scene, to the next power of two.
+fn scene_resolution(scene: &GpuScene, voxel_size: f32) -> u32 {
+    let extent = (scene.bounds.1 - scene.bounds.0).max_element();
+    ((extent / voxel_size).ceil().clamp(1.0, 65536.0) as u32).next_power_of_two()
+}
+
+/// Edge of the blocks of texels that a thread adds: a voxel, were the map as wide as the scene.
 fn texel_block(map_size: u32, resolution: u32) -> u32 {
     let most = (map_size / resolution).clamp(1, 8);
     // The largest power of two that divides the map into whole blocks.

@@ -117,7 +117,7 @@ pub static ENTRY: Entry = Entry {
     name: "voxel-mips",
     summary: "dense voxel mips, cone-traced",
     bounces: |settings| Bounces::new(settings).count(),
-    settings: &[voxel::SETTINGS, SETTINGS, cone::SETTINGS, RAY_SETTINGS],
+    settings: &[voxel::RESOLUTION, voxel::SETTINGS, SETTINGS, cone::SETTINGS, RAY_SETTINGS],
     check: cone::check,
     presets: PRESETS,
     passes: &[voxel::PASSES, &[&CLEAR_DYNAMIC, &MARK_MATTER, &REDUCE_MATTER, &FILTER], cone::PASSES, interleave::PASSES],
@@ -180,7 +180,7 @@ fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>
 }
 
 fn new(context: &Context<'_>, settings: &Settings) -> Result<VoxelMips, Error> {
-    let Context { gpu, scene, size } = *context;
+    let Context { gpu, scene, size, .. } = *context;
     let voxel_settings = VoxelSettings::new(settings);
     let rays = settings.is("gather", "rays").then(|| RaySettings::new(settings));
     let specular = scene.is_glossy && settings.is("specular", "on");

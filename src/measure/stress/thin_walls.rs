@@ -9,7 +9,6 @@ use crate::reference::{self, Bounces, Filter, Sampling, cache_dir, cached};
 use crate::scene::{Camera, Scene};
 
 use super::{Change, Probe, StressCase, StressError};
-use crate::measure::bench::resolution_of;
 
 /// The row of the list.
 pub(super) static CASE: StressCase = StressCase {
@@ -53,7 +52,7 @@ const PLACES: [(f64, f64); 3] = [(0.0, 0.0), (0.4, 0.0), (0.0, 27.0)];
 const RESOLUTION: u32 = 64;
 
 fn measure(probe: &Probe<'_>, wall_voxels: f64) -> Result<f64, StressError> {
-    let resolution = resolution_of(probe.settings).unwrap_or(RESOLUTION);
+    let resolution = probe.settings.find_count("resolution").unwrap_or(RESOLUTION);
     let leaks = PLACES.iter().map(|place| leak_of(probe, &two_rooms(resolution, wall_voxels, *place)?));
     leaks.collect::<Result<Vec<f64>, StressError>>().map(|leaks| leaks.into_iter().fold(0.0, f64::max))
 }
