@@ -12,7 +12,7 @@ layout(std430, set = 1, binding = 2) restrict readonly buffer Occupancy { uvec2 
 layout(std430, set = 1, binding = 3) restrict readonly buffer BlockBases { uint block_bases[]; };
 layout(std430, set = 1, binding = 4) restrict writeonly buffer Nodes { uint nodes[]; };
 
-layout(push_constant) uniform LeafParams { uint resolution; } params;
+layout(push_constant) uniform LeafParams { uint resolution; uint first_place; } params;   // first_place: tile whose place comes first
 
 void main() {
     Level level = levels[0];
@@ -20,7 +20,7 @@ void main() {
     if (index >= level.count) return;
     uint tile = level.first + index;
     // The voxels of a tile lie in one block.
-    uvec3 first = 2u * unpack_tile(tiles[tile]);
+    uvec3 first = 2u * unpack_tile(tiles[tile - params.first_place]);
     uint block = block_index(first, params.resolution);
     uvec2 words = occupancy[block];
     uint bit = block_bit(first);

@@ -19,7 +19,7 @@ layout(set = 1, binding = 2, rgba16f) uniform restrict writeonly image3D bricks;
 layout(std430, set = 1, binding = 3) restrict readonly buffer TouchedLevels { Touched touched_levels[]; };
 layout(std430, set = 1, binding = 4) restrict readonly buffer TouchedTiles { uint touched_tiles[]; };
 
-layout(push_constant) uniform BrickParams { uint first; uint count; uint level; } params;
+layout(push_constant) uniform BrickParams { uint first; uint count; uint first_dynamic; uint dynamic_count; uint level; } params;
 
 vec4 leaf(uint tile, uvec3 at) {
     uint node = child_index(at);
@@ -34,10 +34,10 @@ void main() {
     if (CORNERS != 0u) edge = 3u;
     uint texels = edge * edge * edge;
     uint thread = linear_group(gl_WorkGroupID) * 64u + gl_LocalInvocationIndex;
-    uint count = TOUCHED != 0u ? touched_levels[params.level].count : params.count;
+    uint count = TOUCHED != 0u ? touched_levels[params.level].count : params.count + params.dynamic_count;
     if (thread >= texels * count) return;
-    uint brick = TOUCHED != 0u ? touched_tiles[thread / texels] : params.first + thread / texels, texel = thread % texels;
-    uint tile = nodes[brick];
+    uint index = thread / texels, texel = thread % texels;
+    uint brick = TOUCHED != 0u ? touched_tiles[index] : nth_tile(index, params.first, params.count, params.first_dynamic), tile = nodes[brick];
     uvec3 at = uvec3(texel % edge, texel / edge % edge, texel / (edge * edge));
     vec4 value = vec4(0.0);
     if (CORNERS == 0u) {

@@ -4,17 +4,21 @@ use std::sync::Arc;
 
 use super::nodes::NodePool;
 use super::touched::{Tiles, TouchedTiles};
-use crate::gi::voxel::voxelize::buffer;
+use crate::gi::voxel::voxelize::{buffer, linear_groups};
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Buffer, Error, Frame, FrameStats, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Pass, Sets, Shaders, vk};
 
 gpu_struct! {
     /// Parameters of `svo.write_leaves` and `svo.filter`.
     pub struct BrickParams {
-        /// First tile of the level.
+        /// First static tile of the level.
         pub first: u32,
-        /// Tiles of the level.
+        /// Static tiles of the level.
         pub count: u32,
+        /// First dynamic tile of the level.
+        pub first_dynamic: u32,
+        /// Dynamic tiles of the level.
+        pub dynamic_count: u32,
         /// The level, 0 the finest.
         pub level: u32,
     }
@@ -23,14 +27,26 @@ gpu_struct! {
 gpu_struct! {
     /// Parameters of `svo.transfer_borders`.
     pub struct TransferParams {
-        /// First tile of the level.
+        /// First static tile of the level.
         pub first: u32,
-        /// Tiles of the level.
+        /// Static tiles of the level.
         pub count: u32,
+        /// First dynamic tile of the level.
+        pub first_dynamic: u32,
+        /// Dynamic tiles of the level.
+        pub dynamic_count: u32,
         /// The level, 0 the finest.
         pub level: u32,
         /// 0 to 2: x, y, z.
         pub axis: u32,
+    }
+}
+
+gpu_struct! {
+    /// Parameters of `svo.copy_bricks`.
+    pub struct CopyBricksParams {
+        /// How many.
+        pub brick_count: u32,
     }
 }
 
@@ -70,6 +86,15 @@ pub static FILTER: Pass = Pass {
     sets: Sets::None,
 };
 
+/// The first bricks of a pool into another. A thread a texel.
+pub static COPY_BRICKS: Pass = Pass {
+    name: "svo.copy_bricks",
+    shaders: Shaders::Compute("gi/svo/copy_bricks.comp"),
+    bindings: &[Binding::image("bricks", Access::ComputeRead), Binding::image("larger_bricks", Access::ComputeWrite)],
+    push_bytes: size_of::<CopyBricksParams>() as u32,
+    sets: Sets::None,
+};
+
 /// How bricks are made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BrickSettings {
@@ -87,6 +112,8 @@ pub struct BrickSettings {
 pub struct BrickPool {
     /// RGBA16F: radiance (W/(m² sr)) premultiplied by opacity, opacity.
     pub image: Arc<Image>,
+    /// Bricks that there is room for.
+    capacity: u32,
     settings: BrickSettings,
     touched: Option<TouchedTiles>,
     /// Bound where nothing is read.
@@ -97,21 +124,30 @@ pub struct BrickPool {
 impl BrickPool {
     /// Allocates a brick for each tile, all zero.
     pub fn new(gpu: &Gpu, nodes: &NodePool, settings: BrickSettings) -> Result<(Self, FrameStats), Error> {
-        let image = gpu.create_image(&ImageDesc {
-            name: "svo.bricks".into(),
-            extent: pool_extent(nodes.tile_count()).map(|bricks| 3 * bricks),
-            kind: ImageKind::D3,
-            format: vk::Format::R16G16B16A16_SFLOAT,
-            mips: 1,
-            layers: 1,
-            usage: ImageUsage::STORAGE | ImageUsage::SAMPLED,
-        })?;
+        let capacity = nodes.room();
+        let image = pool_image(gpu, capacity)?;
         let mut frame = Frame::new();
         let touched = (settings.touched && !settings.corners).then(|| TouchedTiles::new(gpu, nodes, &mut frame)).transpose()?;
         // What no tile writes, a brick's last texels without a neighbour, stays zero.
         frame.clear_image("svo.clear", &image, [0.0; 4]);
         let stats = gpu.submit(frame)?;
-        Ok((BrickPool { image, settings, touched, nothing: buffer(gpu, "svo.nothing", 0)?, is_filled: false }, stats))
+        Ok((BrickPool { image, capacity, settings, touched, nothing: buffer(gpu, "svo.nothing", 0)?, is_filled: false }, stats))
+    }
+
+    /// Makes room for the bricks of dynamic tiles that have become more; static bricks go along as they are.
+    pub fn reserve(&mut self, gpu: &Gpu, nodes: &NodePool) -> Result<FrameStats, Error> {
+        if let Some(touched) = &mut self.touched {
+            touched.reserve(gpu, nodes)?;
+        }
+        let mut frame = Frame::new();
+        if nodes.room() > self.capacity {
+            let larger = pool_image(gpu, nodes.room())?;
+            let brick_count = nodes.static_end();
+            let pass = frame.pass(&COPY_BRICKS).bind(&self.image).bind(&larger);
+            pass.push(&CopyBricksParams { brick_count }).dispatch(linear_groups(27 * brick_count));
+            (self.image, self.capacity) = (larger, nodes.room());
+        }
+        gpu.submit(frame)
     }
 
     /// Adds the passes from the voxels' light to all levels.
@@ -129,8 +165,12 @@ impl BrickPool {
             }
             for axis in 0..3 {
                 let pass = frame.pass(&TRANSFER_BORDERS).bind(&nodes.neighbours).bind(&self.image);
-                let params = TransferParams { first: tiles.range.first, count: tiles.range.count, level: level as u32, axis };
+                let BrickParams { first, count, first_dynamic, dynamic_count, level } = tiles.params();
+                let params = TransferParams { first, count, first_dynamic, dynamic_count, level, axis };
                 tiles.dispatch(pass, &[u32::from(self.settings.corners)], &params, 1);
+            }
+            if let Some(dynamic) = &nodes.dynamic {
+                dynamic.keep_static(frame, level, &self.image);
             }
         }
         if let (Some(touched), false) = (&self.touched, is_filled) {
@@ -163,6 +203,18 @@ impl BrickPool {
     pub fn touched_count(&self, gpu: &Gpu) -> Result<Option<u64>, Error> {
         self.touched.as_ref().map(|touched| touched.count(gpu)).transpose()
     }
+}
+
+fn pool_image(gpu: &Gpu, count: u32) -> Result<Arc<Image>, Error> {
+    gpu.create_image(&ImageDesc {
+        name: "svo.bricks".into(),
+        extent: pool_extent(count).map(|bricks| 3 * bricks),
+        kind: ImageKind::D3,
+        format: vk::Format::R16G16B16A16_SFLOAT,
+        mips: 1,
+        layers: 1,
+        usage: ImageUsage::STORAGE | ImageUsage::SAMPLED,
+    })
 }
 
 /// Bricks along each axis of a pool of `count`: near to a cube, width and height powers of two, at most 2% left over (or three bricks).

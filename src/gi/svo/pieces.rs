@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use glam::UVec3;
 
+use super::dynamic::TouchedVoxels;
 use super::nodes::require_pointers;
 use crate::gi::cone::{ConeTracer, Volume};
 use crate::gi::voxel::voxelize::{buffer, linear_groups};
@@ -76,7 +77,7 @@ pub struct Pieces {
     pieces: Vec<Piece>,
 }
 
-/// What the octree is built over; needed during the build only.
+/// What the octree is built over: all voxels, or with dynamic models the static ones. Needed during the build only.
 pub struct Occupancy {
     /// Voxels along an edge of the grid.
     pub resolution: u32,
@@ -89,6 +90,22 @@ pub struct Occupancy {
 impl From<&Voxels> for Occupancy {
     fn from(voxels: &Voxels) -> Self {
         Occupancy { resolution: voxels.grid.resolution, occupancy: Arc::clone(&voxels.occupancy), block_bases: Arc::clone(&voxels.block_bases) }
+    }
+}
+
+impl Occupancy {
+    /// That of these voxels as they are now.
+    fn copy(gpu: &Gpu, voxels: &Voxels) -> Result<(Self, FrameStats), Error> {
+        let copied = |frame: &mut Frame, name, source: &Arc<Buffer>| {
+            let target = buffer(gpu, name, source.size_bytes())?;
+            frame.copy_buffer("svo.copy_occupancy", (source, 0), (&target, 0), source.size_bytes());
+            Ok::<_, Error>(target)
+        };
+        let mut frame = Frame::new();
+        let occupancy = copied(&mut frame, "svo.occupancy", &voxels.occupancy)?;
+        let block_bases = copied(&mut frame, "svo.block_bases", &voxels.block_bases)?;
+        let stats = gpu.submit(frame)?;
+        Ok((Occupancy { resolution: voxels.grid.resolution, occupancy, block_bases }, stats))
     }
 }
 
@@ -127,10 +144,15 @@ impl PieceVoxelizer {
         let mut stats = FrameStats::default();
         let mut found = Vec::with_capacity(self.voxelizers.len());
         let mut pieces = Vec::with_capacity(self.voxelizers.len());
+        let mut static_occupancy = None;
         for voxelizer in &mut self.voxelizers {
             let (voxels, dynamic) = if scene.dynamic.is_some() && along == 1 && self.settings.accumulation == Accumulation::Exact {
-                let (voxels, dynamic, cost) = voxelizer.run_dynamic(gpu, scene)?;
+                let (mut voxels, mut dynamic, cost) = voxelizer.run_static(gpu, scene)?;
                 stats.append(cost);
+                let (occupancy, cost) = Occupancy::copy(gpu, &voxels)?;
+                stats.append(cost);
+                static_occupancy = Some(occupancy);
+                stats.append(dynamic.update(gpu, scene, voxelizer, &mut voxels)?);
                 (voxels, Some(dynamic))
             } else {
                 let (voxels, cost) = voxelizer.run(gpu, scene)?;
@@ -151,7 +173,7 @@ impl PieceVoxelizer {
         let voxel_count = found.iter().map(|voxels| voxels.voxel_count - voxels.hidden_count).sum();
         let fragment_count = found.iter().map(|voxels| voxels.fragment_count).sum();
         let (occupancy, radiance) = match (found.as_slice(), pieces.as_slice()) {
-            ([voxels], [whole]) => (Occupancy::from(voxels), Arc::clone(&whole.light.radiance)),
+            ([voxels], [whole]) => (static_occupancy.unwrap_or_else(|| Occupancy::from(voxels)), Arc::clone(&whole.light.radiance)),
             _ => {
                 let (occupancy, cost) = merge(gpu, self.grid, &found, along)?;
                 stats.append(cost);
@@ -198,7 +220,7 @@ impl Pieces {
         scene: &GpuScene,
         voxelizer: &mut PieceVoxelizer,
         settings: LightSettings,
-    ) -> Result<Option<(Occupancy, FrameStats)>, Error> {
+    ) -> Result<Option<FrameStats>, Error> {
         let ([Piece { voxels: records, light, dynamic: Some((voxels, dynamic)) }], [voxelizer]) =
             (self.pieces.as_mut_slice(), voxelizer.voxelizers.as_mut_slice())
         else {
@@ -218,7 +240,15 @@ impl Pieces {
         *records = VoxelRecords::from(&*voxels);
         self.voxel_count = voxels.voxel_count - voxels.hidden_count;
         self.fragment_count = voxels.fragment_count;
-        Ok(Some((Occupancy::from(&*voxels), stats)))
+        require_pointers("voxel.records", u64::from(voxels.voxel_count))?;
+        Ok(Some(stats))
+    }
+
+    /// The voxels, and which of them dynamic geometry touches; `None` where it is not told apart.
+    pub fn touched(&self) -> Option<TouchedVoxels<'_>> {
+        let (voxels, dynamic) = self.pieces.first()?.dynamic.as_ref()?;
+        let (blocks, block_count) = dynamic.touched_blocks();
+        Some(TouchedVoxels { blocks, block_count, occupancy: &voxels.occupancy, block_bases: &voxels.block_bases })
     }
 
     /// Adds the passes that light the voxels, which are found in the octree of these nodes.
