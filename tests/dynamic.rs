@@ -9,7 +9,7 @@ use glam::{DVec3, Vec3};
 use lumivox::frame::Renderer;
 use lumivox::gi::voxel::oracle::{self, VoxelIndex};
 use lumivox::gi::voxel::passes::Voxel;
-use lumivox::gi::voxel::{DynamicVoxels, Method, Voxelizer, Voxels};
+use lumivox::gi::voxel::{Bounces, DynamicVoxels, Injection, LightSettings, Method, Sides, VoxelLight, Voxelizer, Voxels};
 use lumivox::graph::plan::{Barrier, Use};
 use lumivox::graph::{FrameStats, Gpu};
 use lumivox::image::{Aov, Image};
@@ -19,7 +19,7 @@ use support::hazards::verify;
 use support::scenes::{Corners, in_unit_grid, lump, scene_of, soup};
 use support::technique::{Case, Surfaces, cases, frame, small_lights, small_room};
 use support::voxels::{Read, area, compare_sets, coordinates, mean_normal, oracle_grid, read, unorm10, voxel_settings, voxelize};
-use support::{Random, gpu};
+use support::{Random, gpu, read_words};
 
 /// Appends the triangles of another scene as a dynamic model that is at one pose each second.
 fn add_model(scene: &mut Scene, model: Scene, poses: &[Pose]) {
@@ -333,6 +333,49 @@ fn followed_pictures_are_those_of_a_new_renderer() {
     }
 }
 
+/// Likewise where voxels light each other, and where an update of the octree makes all bricks.
+#[test]
+fn followed_bounces_are_those_of_a_new_renderer() {
+    let gpu = gpu();
+    let (name, light) = small_lights()[0];
+    for case in cases().iter().filter(|case| case.entry.name != "none") {
+        let pairs = [("resolution", "32"), ("bounces", "2"), ("filter", "all")];
+        follow(&gpu, case, Surfaces::Diffuse, light, &format!("{}, two bounces, {name}", case.name()), &pairs);
+    }
+}
+
+/// With feedback, static voxels keep what they have gathered, and dynamic ones do not take over what others have, whether there is room for them or not.
+#[test]
+fn feedback_of_moving_models_starts_from_nothing() {
+    let gpu = gpu();
+    let mut random = Random::new(9);
+    let mut scene = scene_of(&lump(24, 32), 0.0, &mut random);
+    let triangles = lump(20, 32).into_iter().map(|corners| corners.map(|corner| 0.4 * (corner - 16.0))).collect::<Vec<_>>();
+    let model = scene_of(&triangles, 0.0, &mut random);
+    add_model(&mut scene, model, &[still(Vec3::splat(200.0)), still(Vec3::splat(14.0)), still(Vec3::splat(18.0)), still(Vec3::splat(200.0))]);
+    for sides in [Sides::One, Sides::Two] {
+        let mut follower = Follower::new(&gpu, &scene, 32);
+        let settings = LightSettings { bounces: Bounces::Feedback, ..LightSettings::direct(Injection::Voxel, sides) };
+        let mut light = VoxelLight::new(&gpu, &follower.gpu_scene, &follower.voxels, settings).unwrap();
+        let still_words = 2 * sides as usize * follower.voxels.voxel_count as usize;
+        let mut has_grown = [false; 2];
+        for second in [1u16, 2, 3, 1] {
+            let irradiance = light.irradiance.clone().unwrap();
+            let gathered: Vec<u32> = (0..irradiance.size_bytes() as u32 / 4).map(|word| word + 1).collect();
+            gpu.upload_buffer(&irradiance, bytemuck::cast_slice(&gathered)).unwrap();
+            follower.go_to(f32::from(second));
+            light.follow(&gpu, &follower.gpu_scene, &follower.voxels, follower.dynamic.slots(&follower.voxels)).unwrap();
+            let kept = read_words(&gpu, light.irradiance.as_ref().unwrap());
+            let end = 2 * sides as usize * follower.voxels.voxel_count as usize;
+            assert!(kept[..still_words] == gathered[..still_words], "{second} s: static voxels");
+            assert!(kept[still_words..end].iter().all(|word| *word == 0), "{second} s: dynamic voxels");
+            assert_eq!(end > still_words, second < 3);
+            has_grown[usize::from(kept.len() > gathered.len())] = true;
+        }
+        assert_eq!(has_grown, [true; 2]);
+    }
+}
+
 /// Likewise with an average that nothing can be taken away from.
 #[test]
 fn running_averages_are_made_anew() {
@@ -360,9 +403,13 @@ fn follow(gpu: &Gpu, case: &Case, surfaces: Surfaces, light: Light, what: &str, 
         let (mut fresh, _) = Renderer::new(gpu, &scene, case.entry, &settings, frame(24, 16, 64)).unwrap();
         fresh.render(&scene.camera).unwrap();
         let (followed, expected) = (pictures(&follower), pictures(&fresh));
-        let (mut counts, mut fresh_counts) = (follower.counts().unwrap(), fresh.counts().unwrap());
-        counts.sort_unstable();
-        fresh_counts.sort_unstable();
+        // Touched tiles are those of the light before, too.
+        let [counts, fresh_counts] = [&follower, &fresh].map(|renderer| {
+            let mut counts = renderer.counts().unwrap();
+            counts.retain(|(name, _)| *name != "touched_tiles");
+            counts.sort_unstable();
+            counts
+        });
         assert_eq!(counts, fresh_counts, "{what}, {time_s} s");
         for (index, (followed, expected)) in followed.iter().zip(&expected).enumerate() {
             assert!(followed.pixels == expected.pixels, "{what}, {time_s} s: picture {index} differs");
@@ -385,8 +432,15 @@ fn static_scenes_pay_nothing() {
         "voxel.index_touched",
         "voxel.continue_lists",
         "voxel_mips.clear_dynamic",
+        "svo.copy_occupancy",
+        "svo.mark_affected",
+        "svo.flag_dynamic",
+        "svo.allocate_dynamic",
+        "svo.flag_texels",
+        "svo.keep_static",
         "scene.set_pose",
     ];
+    let svo_names = ["svo.dynamic_levels", "svo.dynamic_places", "svo.originals", "svo.remade_texels", "svo.affected_tiles"];
     let (_, light) = small_lights()[0];
     for (scene, pays) in [(small_room(Surfaces::Emissive, vec![light]), false), (moving_room(Surfaces::Emissive, light), true)] {
         for case in cases().iter().filter(|case| case.entry.name != "none") {
@@ -399,9 +453,12 @@ fn static_scenes_pay_nothing() {
             for name in names {
                 assert_eq!(memory.iter().any(|row| row.starts_with(name)), pays, "{}: {name}", case.name());
             }
-            let has_volume = case.entry.name == "voxel-mips" && case.preset != Some("accurate");
+            let (has_volume, has_octree) = (case.entry.name == "voxel-mips" && case.preset != Some("accurate"), case.entry.name == "svo");
+            for name in svo_names {
+                assert_eq!(memory.iter().any(|row| row.starts_with(name)), pays && has_octree, "{}: {name}", case.name());
+            }
             for pass in passes {
-                let pays = pays && (has_volume || pass != "voxel_mips.clear_dynamic");
+                let pays = pays && (has_volume || pass != "voxel_mips.clear_dynamic") && (has_octree || !pass.starts_with("svo."));
                 assert_eq!(ran.iter().any(|name| name == pass), pays, "{}: {pass}", case.name());
             }
         }

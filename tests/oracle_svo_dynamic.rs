@@ -123,7 +123,8 @@ fn pose(gpu: &Gpu, still: &Values, moving: &Values, resolution: u32) -> Posed {
         next += all_words[2 * at].count_ones() + all_words[2 * at + 1].count_ones();
     }
     let dark = |value: DVec4| DVec4::new(0.0, 0.0, 0.0, value.w);
-    let of_static = compact_order(still.keys().copied()).into_iter().map(|voxel| if touched.contains(&block_of(&voxel)) { dark(still[&voxel]) } else { still[&voxel] });
+    let of_static =
+        compact_order(still.keys().copied()).into_iter().map(|voxel| if touched.contains(&block_of(&voxel)) { dark(still[&voxel]) } else { still[&voxel] });
     let in_touched = compact_order(all.iter().copied().filter(|voxel| touched.contains(&block_of(voxel))));
     let of_touched = in_touched.into_iter().map(|voxel| moving.get(&voxel).or_else(|| still.get(&voxel)).copied().unwrap());
     let radiance = packed_radiance(of_static.chain(of_touched));
@@ -222,7 +223,8 @@ fn lump(random: &mut Random, resolution: u32) -> Values {
         (DVec4::new(1.0, 0.5, 0.25, 1.0) * f64::from(random.below(3)) * opacity).truncate().extend(opacity)
     };
     let inside = |at: u32, axis: usize| corner[axis] + at;
-    let all = (0..size[0] * size[1] * size[2]).map(|index| [inside(index % size[0], 0), inside(index / size[0] % size[1], 1), inside(index / (size[0] * size[1]), 2)]);
+    let all = (0..size[0] * size[1] * size[2])
+        .map(|index| [inside(index % size[0], 0), inside(index / size[0] % size[1], 1), inside(index / (size[0] * size[1]), 2)]);
     let voxels: Vec<VoxelIndex> = all.filter(|at| at.iter().all(|at| *at < resolution)).collect();
     voxels.into_iter().filter(|_| random.below(3) > 0).collect::<Vec<_>>().into_iter().map(|voxel| (voxel, value(random))).collect()
 }
@@ -267,8 +269,7 @@ fn degenerate_voxels_are_as_if_built_at_once() {
     let wall = |resolution: u32| -> Values { full(resolution).into_iter().filter(|(at, _)| at[1] == resolution / 2).map(|(at, _)| (at, 0.5 * glow)).collect() };
     for settings in all_settings() {
         for resolution in [8, 16] {
-            let corners: Vec<Values> =
-                (0..8u32).map(|index| [([0, 1, 2].map(|axis| (index >> axis & 1) * (resolution - 1)), glow)].into()).collect();
+            let corners: Vec<Values> = (0..8u32).map(|index| [([0, 1, 2].map(|axis| (index >> axis & 1) * (resolution - 1)), glow)].into()).collect();
             for still in [Values::new(), wall(resolution), full(resolution)] {
                 let mut follower = Follower::new(&gpu, still.clone(), resolution, settings);
                 let poses = corners.iter().cloned().chain([full(resolution), still.clone(), Values::new(), wall(resolution), full(resolution), Values::new()]);

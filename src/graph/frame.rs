@@ -94,7 +94,7 @@ pub(super) enum Work {
     /// Only the barriers.
     Nothing,
     Pass(Box<PassCall>),
-    Fill(Arc<Buffer>, u32),
+    Fill(Arc<Buffer>, Range<u64>, u32),
     Clear(Arc<Image>, ClearValue),
     BlitMip(Arc<Image>, u32),
     CopyBuffer {
@@ -141,9 +141,20 @@ impl Frame {
 
     /// Sets every word of a buffer.
     pub fn fill(&mut self, name: impl Into<String>, buffer: &Arc<Buffer>, value: u32) {
+        self.fill_range(name, buffer, 0..buffer.size_bytes(), value);
+    }
+
+    /// Sets every word of a range of bytes of a buffer; an empty one is left out.
+    pub fn fill_range(&mut self, name: impl Into<String>, buffer: &Arc<Buffer>, bytes: Range<u64>, value: u32) {
+        let name = name.into();
+        let is_in_words = bytes.start.is_multiple_of(4) && bytes.end.is_multiple_of(4);
+        assert!(is_in_words && bytes.end <= buffer.size_bytes(), "{name}: bytes {bytes:?} are no words of buffer {}", buffer.name());
+        if bytes.is_empty() {
+            return;
+        }
         let resource = Resource::from(buffer);
         let used = resource.used(Access::TransferWrite);
-        self.push(name.into(), vec![(resource, used)], Work::Fill(Arc::clone(buffer), value));
+        self.push(name, vec![(resource, used)], Work::Fill(Arc::clone(buffer), bytes, value));
     }
 
     /// Sets every texel of every mip and layer of a colour image.

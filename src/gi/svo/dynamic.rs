@@ -6,9 +6,7 @@
 
 use std::sync::Arc;
 
-use super::nodes::{
-    LINK_LEAVES, LINK_NEIGHBOURS, LeafParams, Level, LevelParams, LevelRange, NeighbourParams, NodePool, SCAN_NODES, require_pointers,
-};
+use super::nodes::{LINK_LEAVES, LINK_NEIGHBOURS, LeafParams, Level, LevelParams, LevelRange, NeighbourParams, NodePool, SCAN_NODES, require_pointers};
 use crate::gi::voxel::dynamic::with_slack;
 use crate::gi::voxel::voxelize::{buffer, linear_groups};
 use crate::gpu_struct;
@@ -72,12 +70,8 @@ gpu_struct! {
 }
 
 /// The tiles that hold a texel that voxels of touched blocks reach. 64 threads a touched block.
-pub static MARK_AFFECTED: Pass = pass(
-    "svo.mark_affected",
-    "gi/svo/mark_affected.comp",
-    &[read("touched"), read("occupancy"), read_write("affected_tiles")],
-    size_of::<AffectedParams>(),
-);
+pub static MARK_AFFECTED: Pass =
+    pass("svo.mark_affected", "gi/svo/mark_affected.comp", &[read("touched"), read("occupancy"), read_write("affected_tiles")], size_of::<AffectedParams>());
 
 /// How many dynamic children dynamic tiles have. A thread a tile, as many as the device says.
 pub static FLAG_DYNAMIC: Pass = pass(

@@ -245,7 +245,7 @@ impl Technique for Svo {
             return Ok(FrameStats::default());
         }
         let Some(mut store) = self.store.take() else { return self.build(context) };
-        let Some(mut stats) = store.voxels.set_pose(context.gpu, context.scene, &mut self.voxelizer, self.light_settings)? else {
+        let Some(mut stats) = store.voxels.set_pose(context.gpu, context.scene, &mut self.voxelizer)? else {
             drop(store);
             return self.build(context);
         };

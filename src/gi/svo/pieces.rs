@@ -214,29 +214,21 @@ fn merge(gpu: &Gpu, grid: VoxelGrid, pieces: &[Voxels], along: u32) -> Result<(O
 
 impl Pieces {
     /// Brings the voxels up to the dynamic models after they have moved; `None` where everything has to be voxelized anew.
-    pub fn set_pose(
-        &mut self,
-        gpu: &Gpu,
-        scene: &GpuScene,
-        voxelizer: &mut PieceVoxelizer,
-        settings: LightSettings,
-    ) -> Result<Option<FrameStats>, Error> {
+    pub fn set_pose(&mut self, gpu: &Gpu, scene: &GpuScene, voxelizer: &mut PieceVoxelizer) -> Result<Option<FrameStats>, Error> {
         let ([Piece { voxels: records, light, dynamic: Some((voxels, dynamic)) }], [voxelizer]) =
             (self.pieces.as_mut_slice(), voxelizer.voxelizers.as_mut_slice())
         else {
             return Ok(None);
         };
-        let stats = match dynamic.update(gpu, scene, voxelizer, voxels) {
+        let mut stats = match dynamic.update(gpu, scene, voxelizer, voxels) {
             Err(Error::TooLarge { .. }) => return Ok(None),
             updated => updated?,
         };
-        if voxels.capacity() > light.capacity {
-            *light = match VoxelLight::new(gpu, scene, voxels, settings) {
-                Err(Error::TooLarge { .. }) => return Ok(None),
-                made => made?,
-            };
-            self.radiance = Arc::clone(&light.radiance);
+        match light.follow(gpu, scene, voxels, dynamic.slots(voxels)) {
+            Err(Error::TooLarge { .. }) => return Ok(None),
+            cleared => stats.append(cleared?),
         }
+        self.radiance = Arc::clone(&light.radiance);
         *records = VoxelRecords::from(&*voxels);
         self.voxel_count = voxels.voxel_count - voxels.hidden_count;
         self.fragment_count = voxels.fragment_count;

@@ -1,5 +1,6 @@
 //! Direct light into voxels: injection of reflective shadow maps, or shading of each voxel, and emission.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use super::rays::LOOP_BUDGET;
@@ -7,7 +8,7 @@ use super::voxelize::{buffer, linear_groups};
 use super::{Bounces, VoxelGrid, Voxels};
 use crate::gi::Settings;
 use crate::gpu_struct;
-use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu, Image, Pass, Sets, Shaders};
+use crate::graph::{Access, Binding, Buffer, Error, Frame, FrameStats, Gpu, Image, Pass, Sets, Shaders};
 use crate::render::{GpuScene, LightMaps};
 use crate::scene::Light;
 
@@ -301,6 +302,25 @@ impl VoxelLight {
             counters: buffer(gpu, "voxel.light_counters", COUNTERS_BYTES)?,
             flux_unit: flux_unit(scene),
         })
+    }
+
+    /// Makes room for the voxels of dynamic geometry after it has moved; `slots` are their records. With feedback, what is at their places was gathered by others,
+    /// so that their indirect light starts from nothing; that of static voxels goes on.
+    pub fn follow(&mut self, gpu: &Gpu, scene: &GpuScene, voxels: &Voxels, slots: Range<u32>) -> Result<FrameStats, Error> {
+        let larger = (voxels.capacity() > self.capacity).then(|| VoxelLight::new(gpu, scene, voxels, self.settings)).transpose()?;
+        let slots = [slots.start, slots.end].map(|slot| 8 * self.settings.sides as u64 * u64::from(slot));
+        let mut frame = Frame::new();
+        if let (Bounces::Feedback, Some(irradiance)) = (self.settings.bounces, &self.irradiance) {
+            match larger.as_ref().and_then(|larger| larger.irradiance.as_ref()) {
+                Some(larger) if slots[0] > 0 => frame.copy_buffer("voxel.grow", (irradiance, 0), (larger, 0), slots[0]),
+                Some(_) => {}
+                None => frame.fill_range(CLEAR_LIGHT, irradiance, slots[0]..slots[1], 0),
+            }
+        }
+        if let Some(larger) = larger {
+            *self = larger;
+        }
+        gpu.submit(frame)
     }
 
     /// Adds the passes that light the voxels; with `dense` also mip 0 of a dense texture. With feedback they reflect what the last frame left in `irradiance`.

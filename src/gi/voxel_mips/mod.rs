@@ -277,9 +277,7 @@ impl Technique for VoxelMips {
             volume.mark_matter(&mut frame, voxels);
             stats.append(context.gpu.submit(frame)?);
         }
-        if voxels.capacity() > light.capacity {
-            *light = VoxelLight::new(context.gpu, context.scene, voxels, self.light_settings)?;
-        }
+        stats.append(light.follow(context.gpu, context.scene, voxels, dynamic.slots(voxels))?);
         Ok(stats)
     }
 
