@@ -17,7 +17,7 @@ use lumivox::render::GpuScene;
 use lumivox::scene::{Keyframe, Light, Model, Motion, Pose, Scene};
 use support::hazards::verify;
 use support::scenes::{Corners, in_unit_grid, lump, scene_of, soup};
-use support::technique::{Case, Surfaces, cases, frame, small_lights, small_room};
+use support::technique::{Case, Surfaces, cases, frame, largest_difference, small_lights, small_room};
 use support::voxels::{Read, area, compare_sets, coordinates, mean_normal, oracle_grid, read, unorm10, voxel_settings, voxelize};
 use support::{Random, gpu, read_words};
 
@@ -322,7 +322,7 @@ fn pictures(renderer: &Renderer<'_>) -> Vec<Image> {
     [Aov::Full, Aov::Direct, Aov::Indirect, Aov::Diffuse, Aov::Specular, Aov::Visibility].map(|aov| renderer.aov(aov).unwrap()).to_vec()
 }
 
-/// A renderer that followed a model gives, bit by bit, the pictures of one that was made with the model there: every technique, preset, surface and light.
+/// A renderer that followed a model gives the pictures of one that was made with the model there: every technique, preset, surface and light.
 #[test]
 fn followed_pictures_are_those_of_a_new_renderer() {
     let gpu = gpu();
@@ -391,11 +391,16 @@ fn running_averages_are_made_anew() {
     renderer.render(&scene.camera).unwrap();
 }
 
+/// Largest difference of a pixel, over the mean. Bricks hold the same bits, but lie in pools of different size, in which texture coordinates round differently.
+fn rounding(case: &Case) -> f64 {
+    if case.entry.name == "svo" { 1e-4 } else { 0.0 }
+}
+
 fn follow(gpu: &Gpu, case: &Case, surfaces: Surfaces, light: Light, what: &str, pairs: &[(&str, &str)]) {
     let mut scene = moving_room(surfaces, light);
     let settings = case.settings(pairs);
     let (mut follower, _) = Renderer::new(gpu, &scene, case.entry, &settings, frame(24, 16, 64)).unwrap();
-    let mut visited = Vec::new();
+    let (mut visited, mut worst) = (Vec::new(), 0.0f64);
     for time_s in [0.0, 0.4, 1.0, 2.0, 0.4] {
         scene.set_time(time_s);
         follower.set_pose(&scene).unwrap();
@@ -412,12 +417,15 @@ fn follow(gpu: &Gpu, case: &Case, surfaces: Surfaces, light: Light, what: &str, 
         });
         assert_eq!(counts, fresh_counts, "{what}, {time_s} s");
         for (index, (followed, expected)) in followed.iter().zip(&expected).enumerate() {
-            assert!(followed.pixels == expected.pixels, "{what}, {time_s} s: picture {index} differs");
+            let (difference, allowed) = (largest_difference(followed, expected), rounding(case));
+            assert!(difference <= allowed, "{what}, {time_s} s: picture {index} differs by {difference}");
+            worst = worst.max(difference);
         }
         visited.push(followed);
     }
+    println!("{what}: a pixel differs by {worst:e} of the mean at most");
     assert!(case.entry.name == "none" || visited[0][2].pixels != visited[2][2].pixels, "{what}: the model has to change the light");
-    assert!(visited[1].iter().zip(&visited[4]).all(|(first, again)| first.pixels == again.pixels), "{what}: the second visit");
+    assert!(visited[1].iter().zip(&visited[4]).all(|(first, again)| largest_difference(again, first) <= rounding(case)), "{what}: the second visit");
 }
 
 /// A scene without dynamic models has no pass and no byte for them.
