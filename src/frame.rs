@@ -39,14 +39,24 @@ pub struct Renderer<'g> {
 impl<'g> Renderer<'g> {
     /// Uploads the scene and builds the technique's static structure; returns what building cost.
     pub fn new(gpu: &'g Gpu, scene: &Scene, entry: &Entry, settings: &Settings, frame: FrameSettings) -> Result<(Self, FrameStats), Error> {
-        let scene = GpuScene::new(gpu, scene)?;
+        Renderer::of(gpu, GpuScene::new(gpu, scene)?, entry, settings, frame)
+    }
+
+    /// As [`Renderer::new`], of a scene that is on the device already.
+    pub fn of(gpu: &'g Gpu, scene: GpuScene, entry: &Entry, settings: &Settings, frame: FrameSettings) -> Result<(Self, FrameStats), Error> {
         let context = Context { gpu, scene: &scene, size: frame.size };
         let mut technique = (entry.make)(&context, settings)?;
         let build = technique.build(&context)?;
-        let maps = LightMaps::new(gpu, &scene, frame.shadow_resolution, technique.needs_rsm())?;
+        let maps =
+            if technique.needs_light_maps() { LightMaps::new(gpu, &scene, frame.shadow_resolution, technique.needs_rsm())? } else { LightMaps::none(gpu)? };
         let gbuffer = GBuffer::new(gpu, &scene, frame.size)?;
         let output = Output::new(gpu, frame.size)?;
         Ok((Renderer { gpu, scene, maps, gbuffer, output, technique, settings: frame, light: None }, build))
+    }
+
+    /// The scene on the device, for another renderer.
+    pub fn into_scene(self) -> GpuScene {
+        self.scene
     }
 
     /// Builds the technique's static structure again.
@@ -70,7 +80,7 @@ impl<'g> Renderer<'g> {
         self.gbuffer.draw(&mut frame, &self.scene);
         self.technique.update(&mut frame, &self.scene, &self.maps);
         let light = self.technique.gather(&mut frame, &self.scene, &self.gbuffer);
-        self.output.draw_direct(&mut frame, &self.scene, &self.maps, &self.gbuffer);
+        self.technique.direct(&mut frame, &self.scene, &self.maps, &self.gbuffer, &self.output);
         self.output.draw_composite(&mut frame, &self.gbuffer, &light);
         self.light = Some(light);
         self.gpu.submit(frame)

@@ -231,7 +231,7 @@ fn bounces_of_pieces_are_those_of_the_whole() {
     let tracer = ConeTracer::new(&gpu, &settings("svo", "cones", &["bounces=2"])).unwrap();
     let light = |along: u32| {
         let mut voxelizer = PieceVoxelizer::new(&gpu, &gpu_scene, voxel_settings(32, Method::Compute)).unwrap();
-        voxelizer.cut(&gpu, along).unwrap();
+        voxelizer.cut(along);
         let (pieces, occupancy, _) = voxelizer.run(&gpu, &gpu_scene, light_settings).unwrap();
         let (nodes, _) = NodePool::build(&gpu, &occupancy, false).unwrap();
         let settings = BrickSettings { corners: false, filter: 1, is_split: false, touched: false };
@@ -250,7 +250,7 @@ fn bounces_of_pieces_are_those_of_the_whole() {
         let direct = sum();
         let mut frame = Frame::new();
         frame.set_scene(&gpu_scene.set, &gpu_scene.materials);
-        pieces.bounce(&mut frame, &tracer, DeviceVolume::Sparse { nodes: &nodes.nodes, bricks: &bricks.image, corners: false });
+        pieces.bounce(&mut frame, &tracer, DeviceVolume::Sparse { nodes: &nodes.nodes, bricks: &bricks.image, normals: None, corners: false });
         pieces.relight(&mut frame, &maps);
         gpu.submit(frame).unwrap();
         [direct, sum()]

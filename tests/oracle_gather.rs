@@ -9,9 +9,11 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3, DVec4, Vec3};
 use lumivox::gi::Settings;
-use lumivox::gi::cone::oracle::{MarchSettings, Placement, SetCone, Volume, gather};
-use lumivox::gi::cone::{self, ConeTracer, cone_set};
+use lumivox::gi::cone::oracle::{Levels, MarchSettings, Placement, SetCone, Volume, gather};
+use lumivox::gi::cone::{self, ConeSet, ConeTracer, cone_set, diffuse_set};
 use lumivox::gi::registry::find;
+use lumivox::gi::svo::BrickSettings;
+use lumivox::gi::svo::oracle::Texels;
 use lumivox::gi::voxel::oracle::{
     Crossing, GatherSettings, Gathered, TraceGrid, TraceSettings, TraceVoxel, VoxelIndex, crossings, gather_rays as oracle_rays, hemisphere_direction,
     interleaved_offset,
@@ -22,7 +24,8 @@ use lumivox::graph::{Frame, Gpu, Image};
 use lumivox::render::GpuScene;
 use lumivox::scene::Scene;
 use rayon::prelude::*;
-use support::gather::{View, filter, matter, occupied, random_volume, read_chain, volume};
+use support::gather::{View, errors, filter, matter, occupied, random_volume, read_chain, verdict, volume};
+use support::octree::{grow_lit, lit_matter, read_nodes, read_texels};
 use support::scenes::bundled;
 use support::voxels::{Read, coordinates, mean_normal, opposed_axis, to_half, unorm10, voxel_settings, voxelize};
 use support::{Random, gpu};
@@ -163,7 +166,7 @@ fn counted_samples_are_the_oracles() {
 }
 
 /// The oracle's answer at each receiver.
-fn cones_by_oracle(chain: &[Volume], scene: &Scene, grid: &VoxelGrid, view: &View, settings: &Settings) -> Vec<DVec4> {
+fn cones_by_oracle<'l>(chain: impl Into<Levels<'l>>, scene: &Scene, grid: &VoxelGrid, view: &View, settings: &Settings) -> Vec<DVec4> {
     by_oracle(chain, scene, grid, view, settings).into_iter().map(|(gathered, _)| gathered.irradiance.extend(gathered.visibility)).collect()
 }
 
@@ -171,9 +174,21 @@ fn samples_by_oracle(chain: &[Volume], scene: &Scene, grid: &VoxelGrid, view: &V
     by_oracle(chain, scene, grid, view, settings).iter().map(|(_, samples)| u64::from(*samples)).sum()
 }
 
-fn by_oracle(chain: &[Volume], scene: &Scene, grid: &VoxelGrid, view: &View, settings: &Settings) -> Vec<(Gathered, u32)> {
+fn by_oracle<'l>(chain: impl Into<Levels<'l>>, scene: &Scene, grid: &VoxelGrid, view: &View, settings: &Settings) -> Vec<(Gathered, u32)> {
+    by_oracle_with(chain.into(), scene, grid, view, settings, &diffuse_set(settings), ["max_distance", "ao_falloff"])
+}
+
+/// Another set, whose reach and falloff are the settings of these names.
+fn by_oracle_with(
+    chain: Levels<'_>,
+    scene: &Scene,
+    grid: &VoxelGrid,
+    view: &View,
+    settings: &Settings,
+    set: &ConeSet,
+    [reach, falloff]: [&str; 2],
+) -> Vec<(Gathered, u32)> {
     let number = |name: &str| f64::from(settings.number(name));
-    let set = cone_set(settings.count("cones"), settings.is("cone_set", "disc"), settings.number("aperture_scale"));
     let cone = |cone: &lumivox::gi::cone::Cone| SetCone {
         sin_squared: f64::from(cone.sin2_theta),
         azimuth_rad: f64::from(cone.phi_rad),
@@ -182,13 +197,13 @@ fn by_oracle(chain: &[Volume], scene: &Scene, grid: &VoxelGrid, view: &View, set
     };
     let cones: Vec<SetCone> = set.cones.iter().map(cone).collect();
     let voxel_size = f64::from(grid.voxel_size);
-    let reach = number("max_distance");
+    let reach = number(reach);
     let march = MarchSettings {
         step_factor: number("step_factor"),
         opacity_exponent: number("opacity_exponent"),
         height_clamp: number("height_clamp"),
         max_distance: if reach > 0.0 { reach / voxel_size } else { 4.0 * f64::from(grid.resolution) },
-        ao_falloff: number("ao_falloff") * voxel_size,
+        ao_falloff: number(falloff) * voxel_size,
         environment: scene.environment.as_dvec3(),
     };
     let interleave = settings.count("interleave");
@@ -198,22 +213,6 @@ fn by_oracle(chain: &[Volume], scene: &Scene, grid: &VoxelGrid, view: &View, set
         gather(chain, receiver, &cones, &placement, &march)
     };
     view.receivers.par_iter().map(of).collect()
-}
-
-/// Relative errors of irradiance, by pixel, ascending; and the largest error of visibility.
-fn errors(seen: &[DVec4], expected: &[DVec4]) -> (Vec<f64>, f64) {
-    let mean = expected.iter().map(|pixel| pixel.truncate().max_element()).sum::<f64>() / expected.len() as f64;
-    let relative = |(seen, expected): (&DVec4, &DVec4)| (*seen - *expected).truncate().abs().max_element() / expected.truncate().max_element().max(0.1 * mean);
-    let mut relative: Vec<f64> = seen.iter().zip(expected).map(relative).collect();
-    relative.sort_by(f64::total_cmp);
-    let visibility = seen.iter().zip(expected).map(|(seen, expected)| (seen.w - expected.w).abs()).fold(0.0, f64::max);
-    (relative, visibility)
-}
-
-/// At most 1% in every pixel.
-fn verdict((relative, visibility): &(Vec<f64>, f64)) -> Result<(), String> {
-    let worst = relative.last().copied().unwrap_or(f64::NAN);
-    if worst <= 0.01 && *visibility <= 0.01 { Ok(()) } else { Err(format!("off by {worst}, visibility by {visibility}")) }
 }
 
 #[test]
@@ -230,7 +229,8 @@ fn cones_are_the_oracles() {
         let mut pairs: Vec<String> = Vec::new();
         let mut set = |name: &str, value: String| pairs.push(format!("{name}={value}"));
         set("cones", [1, 5, 6, 9, 16, 25, 32][seed as usize % 7].to_string());
-        set("cone_set", ["papers", "disc"][random.below(2) as usize].to_owned());
+        set("cone_set", ["papers", "disc", "kahl"][random.below(3) as usize].to_owned());
+        set("kahl_side", ["on", "off"][random.below(2) as usize].to_owned());
         set("aperture_scale", (0.1 + random.unit()).to_string());
         set("step_factor", (0.25 + 1.25 * random.unit()).to_string());
         set("opacity_exponent", (0.5 + 3.0 * random.unit()).to_string());
@@ -250,6 +250,81 @@ fn cones_are_the_oracles() {
     }
 }
 
+/// Through an octree, with and without normals. Its descent is exact, so that it samples what a dense volume of the same texels would.
+#[test]
+fn cones_through_bricks_are_the_oracles() {
+    let gpu = gpu();
+    let (scene, gpu_scene, grid, view) = cornell(&gpu, Vec3::new(0.7, 0.5, 0.3), 32);
+    let bricks = BrickSettings { corners: false, filter: 1, is_split: false, touched: false };
+    for seed in 0..4 {
+        let pairs = [["cones=6", "aperture_scale=1"], ["cones=16", "aperture_scale=0.15"]][seed as usize % 2].map(str::to_owned);
+        let settings = settings(&pairs);
+        let (nodes, pool) = grow_lit(&gpu, &lit_matter(&mut Random::new(500 + seed), 32), 32, bricks);
+        let tree = read_nodes(&gpu, &nodes).unwrap();
+        let volumes = |image: &Arc<Image>| -> Vec<Volume> {
+            let level = |(level, texels): (u32, Texels)| Volume::new(32 >> level, |at| texels.get(&at).copied().unwrap_or_default());
+            (0..).zip(read_texels(&gpu, &tree, image).unwrap()).map(level).collect()
+        };
+        let (light, normals) = (volumes(&pool.image), volumes(pool.normals().unwrap()));
+        let seen = |normals: Option<&Arc<Image>>| {
+            let mut frame = Frame::new();
+            frame.set_scene(&gpu_scene.set, &gpu_scene.materials);
+            let volume = cone::Volume::Sparse { nodes: &nodes.nodes, bricks: &pool.image, normals, corners: false };
+            ConeTracer::new(&gpu, &settings).unwrap().gather(&mut frame, &view.gbuffer, &grid, volume, &view.result);
+            gpu.submit(frame).unwrap();
+            view.results(&gpu)
+        };
+        let expected = |normals| cones_by_oracle(Levels { light: &light, normals }, &scene, &grid, &view, &settings);
+        let (with, without) = (errors(&seen(pool.normals()), &expected(&normals)), errors(&seen(None), &expected(&[])));
+        let planted = errors(&seen(pool.normals()), &expected(&[]));
+        println!("bricks {seed}: worst error {:.1e} with normals, {:.1e} without", with.0.last().unwrap(), without.0.last().unwrap());
+        verdict(&without).unwrap_or_else(|error| panic!("bricks {seed}: {error}"));
+        verdict(&with).unwrap_or_else(|error| panic!("bricks {seed}, normals: {error}"));
+        assert!(verdict(&planted).is_err(), "bricks {seed}: normals change nothing");
+    }
+}
+
+/// Visibility by cones of its own replaces that of the gather, and leaves its irradiance as it is, bit by bit.
+#[test]
+fn occlusion_cones_are_the_oracles() {
+    let gpu = gpu();
+    let (scene, gpu_scene, grid, view) = cornell(&gpu, Vec3::new(0.7, 0.5, 0.3), 32);
+    for (seed, pairs) in [
+        ["occlusion_cones=3", "occlusion_distance=0.4", "occlusion_falloff=2", "aperture_scale=1"],
+        ["occlusion_cones=24", "occlusion_distance=0", "occlusion_falloff=0", "aperture_scale=0.2"],
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let finest = random_volume(32, 0.05, &mut Random::new(80 + seed as u64));
+        let (image, matter) = (volume(&gpu, &finest), matter(&gpu, &occupied(&finest), 32));
+        let pairs: Vec<String> = pairs.iter().copied().chain(["interleave=4"]).map(str::to_owned).collect();
+        let settings = settings(&pairs);
+        let tracer = ConeTracer::new(&gpu, &settings).unwrap();
+        let cones = cone::Volume::Dense { radiance: &image, matter: &matter };
+        let mut frame = Frame::new();
+        frame.set_scene(&gpu_scene.set, &gpu_scene.materials);
+        filter(&mut frame, &image, 1);
+        tracer.gather(&mut frame, &view.gbuffer, &grid, cones, &view.result);
+        gpu.submit(frame).unwrap();
+        let gathered = view.results(&gpu);
+        let mut frame = Frame::new();
+        frame.set_scene(&gpu_scene.set, &gpu_scene.materials);
+        tracer.occlusion(&mut frame, &view.gbuffer, &grid, cones, &view.result);
+        gpu.submit(frame).unwrap();
+        let seen = view.results(&gpu);
+        assert!(seen.iter().zip(&gathered).all(|(seen, gathered)| seen.truncate() == gathered.truncate()), "{pairs:?}: the irradiance has changed");
+        let set = cone_set(settings.count("occlusion_cones"), true, settings.number("aperture_scale"));
+        let expected =
+            by_oracle_with(read_chain(&gpu, &image).as_slice().into(), &scene, &grid, &view, &settings, &set, ["occlusion_distance", "occlusion_falloff"]);
+        let expected: Vec<DVec4> = gathered.iter().zip(expected).map(|(gathered, (own, _))| gathered.truncate().extend(own.visibility)).collect();
+        let result = errors(&seen, &expected);
+        println!("occlusion {pairs:?}: visibility off by at most {:.1e}", result.1);
+        verdict(&result).unwrap_or_else(|error| panic!("{pairs:?}: {error}"));
+        assert!(verdict(&errors(&gathered, &expected)).is_err(), "{pairs:?}: the gather's own visibility goes unnoticed");
+    }
+}
+
 #[test]
 fn every_cone_set_sees_a_uniform_environment() {
     let gpu = gpu();
@@ -259,20 +334,56 @@ fn every_cone_set_sees_a_uniform_environment() {
     let mut frame = Frame::new();
     filter(&mut frame, &image, 0);
     gpu.submit(frame).unwrap();
+    let counted = [1, 5, 6, 9, 16, 25, 32].into_iter().flat_map(|count| ["papers", "disc"].map(|set| format!("cone_set={set} cones={count}")));
+    let word = |rings: u32, ring: u32| if rings >> ring & 1 == 1 { "on" } else { "off" };
+    let rings = |rings| format!("cone_set=kahl kahl_front={} kahl_intermediate={} kahl_side={}", word(rings, 0), word(rings, 1), word(rings, 2));
     let mut worst = 0.0f64;
-    for count in [1, 5, 6, 9, 16, 25, 32] {
-        for set in ["papers", "disc"] {
-            let weights: f64 = cone_set(count, set == "disc", 1.0).cones.iter().map(|cone| f64::from(cone.weight)).sum();
-            assert!((weights - 1.0).abs() < 1e-6, "{count} cones of {set}: weights sum to {weights}");
-            let settings = settings(&[format!("cones={count}"), format!("cone_set={set}"), "interleave=4".to_owned()]);
-            for result in cones_on_gpu(&gpu, &gpu_scene, &grid, &view, [&image, &matter], &settings) {
-                let error = (result.truncate() / (PI * environment.as_dvec3()) - 1.0).abs().max_element();
-                worst = worst.max(error);
-                assert!(error <= 0.005 && (result.w - 1.0).abs() < 1e-5, "{count} cones of {set}: {result}");
-            }
+    for set in counted.chain((1..8).map(rings)) {
+        let pairs: Vec<String> = set.split(' ').chain(["interleave=4", "aperture_scale=1"]).map(str::to_owned).collect();
+        let settings = settings(&pairs);
+        let weights: f64 = diffuse_set(&settings).cones.iter().map(|cone| f64::from(cone.weight)).sum();
+        assert!((weights - 1.0).abs() < 1e-6, "{set}: weights sum to {weights}");
+        for result in cones_on_gpu(&gpu, &gpu_scene, &grid, &view, [&image, &matter], &settings) {
+            let error = (result.truncate() / (PI * environment.as_dvec3()) - 1.0).abs().max_element();
+            worst = worst.max(error);
+            assert!(error <= 0.005 && (result.w - 1.0).abs() < 1e-5, "{set}: {result}");
         }
     }
     println!("uniform environment: E = π L to {worst:.1e} with every set");
+}
+
+/// Each of Kahl's cones counts as much as it covers of the cosine-weighted hemisphere, which 400,000 directions tell.
+#[test]
+fn weights_of_kahls_cones_are_what_they_cover() {
+    let settings = settings(&["cone_set=kahl".to_owned(), "kahl_side=on".to_owned(), "aperture_scale=1".to_owned()]);
+    let set = diffuse_set(&settings).cones;
+    assert_eq!(set.len(), 9);
+    let cos_half = (0.5f64 * 0.55).cos();
+    let axis = |cone: &lumivox::gi::cone::Cone| hemisphere_direction(DVec3::Z, f64::from(cone.sin2_theta), f64::from(cone.phi_rad));
+    let axes: Vec<DVec3> = set.iter().map(axis).collect();
+    for (i, j, expected) in [(0, 1, 45.0), (1, 2, 60.0), (1, 5, 45.0), (0, 5, 90.0), (5, 6, 90.0)] {
+        assert!((axes[i].dot(axes[j]).clamp(-1.0, 1.0).acos().to_degrees() - expected).abs() < 0.05, "{i} and {j} are not {expected}° apart");
+    }
+    let n = 400_000;
+    let mut covered = [0.0f64; 9];
+    for i in 0..n {
+        let direction = hemisphere_direction(DVec3::Z, (f64::from(i) + 0.5) / f64::from(n), f64::from(i) * PI * (3.0 - 5f64.sqrt()));
+        axes.iter().zip(&mut covered).filter(|(axis, _)| axis.dot(direction) >= cos_half).for_each(|(_, covered)| *covered += 1.0);
+    }
+    let total: f64 = covered.iter().sum();
+    println!("Kahl's nine cones cover {:.4} of the cosine-weighted hemisphere", total / f64::from(n));
+    for (cone, covered) in set.iter().zip(covered) {
+        assert!((f64::from(cone.weight) - covered / total).abs() < 3e-4, "{cone:?} covers {}", covered / total);
+    }
+}
+
+#[test]
+fn a_set_without_cones_is_refused() {
+    for technique in ["voxel-mips", "svo"] {
+        let rings = ["cone_set=kahl", "kahl_front=off", "kahl_intermediate=off"];
+        let error = find(technique).unwrap().settings(Some("textbook"), &rings).unwrap_err();
+        assert!(error.to_string().contains("kahl_front"), "{error}");
+    }
 }
 
 /// Voxels and a light of their own, so that what a ray hits can be told.

@@ -6,9 +6,9 @@ mod support;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use glam::DVec4;
+use glam::{DVec4, UVec3};
 use lumivox::gi::svo::oracle::octree;
-use lumivox::gi::svo::{BrickPool, BrickSettings, NodePool, Occupancy, TouchedVoxels};
+use lumivox::gi::svo::{BrickPool, BrickSettings, NodePool, Occupancy, OccupiedCube, TouchedVoxels};
 use lumivox::gi::voxel::dynamic::TouchedBlock;
 use lumivox::gi::voxel::oracle::{VoxelIndex, block_bases, compact_order, occupancy_words};
 use lumivox::graph::{Buffer, Frame, Gpu};
@@ -128,9 +128,11 @@ fn pose(gpu: &Gpu, still: &Values, moving: &Values, resolution: u32) -> Posed {
     let in_touched = compact_order(all.iter().copied().filter(|voxel| touched.contains(&block_of(voxel))));
     let of_touched = in_touched.into_iter().map(|voxel| moving.get(&voxel).or_else(|| still.get(&voxel)).copied().unwrap());
     let radiance = packed_radiance(of_static.chain(of_touched));
+    let (occupancy, block_bases) = (words(gpu, "occupancy", &all_words), words(gpu, "block_bases", &bases));
+    let cube = OccupiedCube { first: UVec3::ZERO, resolution, occupancy, block_bases, first_voxel: 0 };
     let block_words: Vec<u32> = bytemuck::cast_slice(&list).to_vec();
     Posed {
-        occupancy: Occupancy { resolution, occupancy: words(gpu, "occupancy", &all_words), block_bases: words(gpu, "block_bases", &bases) },
+        occupancy: Occupancy { resolution, cubes: vec![cube] },
         blocks: words(gpu, "touched", if block_words.is_empty() { &[0; 4] } else { &block_words }),
         block_count: list.len() as u32,
         radiance: words(gpu, "radiance", &radiance),
@@ -164,7 +166,7 @@ impl<'g> Follower<'g> {
     fn go_to(&mut self, moving: &Values) -> (Posed, Pools) {
         let posed = pose(self.gpu, &self.still, moving, self.resolution);
         self.nodes.follow(self.gpu, &posed.touched()).unwrap();
-        self.bricks.reserve(self.gpu, &self.nodes).unwrap();
+        self.bricks.follow(self.gpu, &self.nodes, Vec::new()).unwrap();
         update(self.gpu, &self.nodes, &mut self.bricks, &posed);
         let pools = Pools::read(self.gpu, &self.nodes, &self.bricks);
         (posed, pools)
@@ -209,7 +211,7 @@ fn update(gpu: &Gpu, nodes: &NodePool, bricks: &mut BrickPool, posed: &Posed) {
 
 impl Posed {
     fn touched(&self) -> TouchedVoxels<'_> {
-        let Occupancy { occupancy, block_bases, .. } = &self.occupancy;
+        let OccupiedCube { occupancy, block_bases, .. } = &self.occupancy.cubes[0];
         TouchedVoxels { blocks: &self.blocks, block_count: self.block_count, occupancy, block_bases }
     }
 }

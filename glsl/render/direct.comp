@@ -16,30 +16,24 @@ layout(set = 1, binding = 5) uniform texture2D specular;
 layout(set = 1, binding = 6, rgba32f) uniform restrict writeonly image2D direct;
 
 #include "shared/visibility.glsl"
-#include "shared/gbuffer.glsl"
-#include "shared/ggx.glsl"
+#include "shared/direct.glsl"
 
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(pixel, ivec2(frame.size_px.xy)))) return;
-    Surface surface;
-    if (!read_surface(pixel, surface)) {
+    Reflector reflector;
+    if (!read_reflector(pixel, reflector)) {
         imageStore(direct, pixel, vec4(0.0));
         return;
     }
-    vec4 base = texelFetch(sampler2D(albedo, nearest_clamp), pixel, 0);
-    vec3 n = surface.shading_normal, to_eye = normalize(frame.eye_ws.xyz - surface.position_ws);
-    vec3 f0 = GLOSSY != 0u && base.a >= 0.0 ? texelFetch(sampler2D(specular, nearest_clamp), pixel, 0).rgb : vec3(0.0);
     vec3 radiance = vec3(0.0);
     for (uint i = 0u; i < frame.size_px.z; ++i) {
         vec3 to_light;
-        vec3 irradiance = light_irradiance(lights[i], surface.position_ws, to_light);
-        float cosine = dot(n, to_light);
-        if (cosine <= 0.0 || dot(surface.geometric_normal, to_light) <= 0.0) continue;
-        float lit = light_visibility(lights[i], surface.position_ws, surface.geometric_normal, 0.0);
-        vec3 reflected = base.rgb / PI;
-        if (GLOSSY != 0u && base.a >= 0.0) reflected += ggx_brdf(n, to_eye, to_light, f0, base.a);
-        radiance += reflected * irradiance * (cosine * lit);
+        float cosine;
+        vec3 reflected = reflected_light(lights[i], reflector, to_light, cosine);
+        if (cosine <= 0.0) continue;
+        float lit = light_visibility(lights[i], reflector.surface.position_ws, reflector.surface.geometric_normal, 0.0);
+        radiance += reflected * (cosine * lit);
     }
     imageStore(direct, pixel, vec4(radiance, 1.0));
 }

@@ -5,7 +5,6 @@ use std::fs::File;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-use indicatif::{ProgressBar, ProgressStyle};
 use lumivox::frame::FrameSettings;
 use lumivox::gi::registry::{Entry, find};
 use lumivox::measure::bench::{BenchSettings, Case, Truth, cases, measure};
@@ -17,7 +16,7 @@ use lumivox::reference::{Bounces, Filter, ReferenceError, Sampling, Settings, ca
 use lumivox::scene::{LoadOptions, Scene};
 
 use super::CliError;
-use super::common::{DeviceArgs, ShadowArgs, TimingArgs, check_output, check_output_folder, parse_channel, parse_size, say};
+use super::common::{DeviceArgs, ShadowArgs, TimingArgs, chart_stem, check_output, check_output_folder, parse_channel, parse_size, progress_bar, say, stems};
 
 /// Measure techniques, presets and resolutions: time per pass, memory, error against the path-traced reference.
 #[derive(clap::Args)]
@@ -85,25 +84,16 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     check_output_folder(&args.output)?;
     let options = LoadOptions { allow_missing_textures: args.allow_missing_textures };
     let scenes: Vec<Scene> = args.scene.iter().map(|scene| Scene::open(scene, &options)).collect::<Result<_, _>>().map_err(CliError::input)?;
-    let stems = stems(&scenes, &args.output);
+    let stems = stems(scenes.iter().map(|scene| scene.name.as_str()), &args.output);
     stems.iter().flat_map(|stem| outputs(stem)).filter(|path| path.exists()).try_for_each(|path| check_output(&path))?;
     let device = args.device.choice();
     let timing = args.timing.choice(&device)?;
     let frame = FrameSettings { size: [args.size.0, args.size.1], shadow_resolution: args.shadow.shadow_resolution };
     let times = args.times.clone();
-    let settings = BenchSettings { device, timing, frame, frames: args.frames, rebuilds: args.rebuilds, times, channel: args.channel };
+    let settings = BenchSettings { device, timing, frame, frames: args.frames, rebuilds: args.rebuilds, times, samples: true, channel: args.channel };
     std::fs::create_dir_all(&args.output)
         .map_err(|error| CliError::failed(format!("cannot make the folder {}: {error}; name another with -o", args.output.display())))?;
     scenes.iter().zip(&stems).try_for_each(|(scene, stem)| bench_scene(args, scene, &cases, &settings, stem, quiet))
-}
-
-/// Where the files of each scene go, without what follows the scene's name.
-fn stems(scenes: &[Scene], folder: &Path) -> Vec<PathBuf> {
-    let mut names: Vec<String> = Vec::new();
-    for scene in scenes {
-        names.push(unused_stem(&scene.name, &names));
-    }
-    names.iter().map(|name| folder.join(name)).collect()
 }
 
 /// Every file that a scene's benchmark may write.
@@ -124,19 +114,6 @@ static CHARTS: &[NamedChart] = &[
     ("directions", directions_chart),
     ("motion", motion_chart),
 ];
-
-fn chart_stem(stem: &Path, what: &str) -> PathBuf {
-    let mut name = stem.file_name().unwrap_or_default().to_owned();
-    name.push(format!("-{what}"));
-    stem.with_file_name(name)
-}
-
-/// A file name for a scene that no scene before it has.
-fn unused_stem(name: &str, used: &[String]) -> String {
-    let safe: String = name.chars().map(|c| if c.is_alphanumeric() || "-_".contains(c) { c } else { '_' }).collect();
-    let numbered = (2..).map(|number| format!("{safe}_{number}"));
-    std::iter::once(safe.clone()).chain(numbered).find(|stem| !used.contains(stem)).unwrap_or(safe)
-}
 
 fn bench_scene(args: &Args, scene: &Scene, cases: &[Case], settings: &BenchSettings, stem: &Path, quiet: bool) -> Result<(), CliError> {
     let records = stem.with_extension("jsonl");
@@ -193,13 +170,4 @@ fn truth(args: &Args, scene: &Scene, bounces: Bounces) -> Result<Truth, CliError
     let image = cached(scene, &settings, &cache_dir(), &|_| {}).map_err(failed)?;
     let info = ReferenceInfo { bounces, samples_per_pixel: image.mean_samples(), pixel_noise: f64::from(image.indirect_error().pixel) };
     Ok(Truth { indirect: Some((image.indirect(), info)), guide: image.guide })
-}
-
-/// A bar on stderr, where that is a terminal.
-fn progress_bar(quiet: bool, cases: usize) -> ProgressBar {
-    if quiet {
-        return ProgressBar::hidden();
-    }
-    let style = ProgressStyle::with_template("{msg:12} {bar:40} {pos}/{len} {elapsed} (about {eta} left)").unwrap_or_else(|_| ProgressStyle::default_bar());
-    ProgressBar::new(cases as u64).with_style(style)
 }

@@ -5,6 +5,7 @@ use std::fs::OpenOptions;
 use std::io::{ErrorKind, Write as _};
 use std::path::{Path, PathBuf};
 
+use indicatif::{ProgressBar, ProgressStyle};
 use lumivox::gi::Settings;
 use lumivox::gi::registry::{Entry, find};
 use lumivox::graph::DeviceChoice;
@@ -254,4 +255,34 @@ pub(super) fn parse_channel(text: &str) -> Result<Channel, String> {
         "rgb" => Ok(Channel::Rgb),
         _ => Err(String::from("write luminance or rgb")),
     }
+}
+
+/// A bar on stderr, where that is a terminal.
+pub(super) fn progress_bar(quiet: bool, steps: usize) -> ProgressBar {
+    if quiet {
+        return ProgressBar::hidden();
+    }
+    let style = ProgressStyle::with_template("{msg:12} {bar:40} {pos}/{len} {elapsed} (about {eta} left)").unwrap_or_else(|_| ProgressStyle::default_bar());
+    ProgressBar::new(steps as u64).with_style(style)
+}
+
+/// Where the files of each scene go, without what follows the scene's name.
+pub(super) fn stems<'n>(scenes: impl Iterator<Item = &'n str>, folder: &Path) -> Vec<PathBuf> {
+    let mut names: Vec<String> = Vec::new();
+    scenes.for_each(|scene| names.push(unused_stem(scene, &names)));
+    names.iter().map(|name| folder.join(name)).collect()
+}
+
+/// A file name for a scene that no scene before it has.
+fn unused_stem(name: &str, used: &[String]) -> String {
+    let safe: String = name.chars().map(|c| if c.is_alphanumeric() || "-_".contains(c) { c } else { '_' }).collect();
+    let numbered = (2..).map(|number| format!("{safe}_{number}"));
+    std::iter::once(safe.clone()).chain(numbered).find(|stem| !used.contains(stem)).unwrap_or(safe)
+}
+
+/// `NAME-WHAT` beside `NAME`.
+pub(super) fn chart_stem(stem: &Path, what: &str) -> PathBuf {
+    let mut name = stem.file_name().unwrap_or_default().to_owned();
+    name.push(format!("-{what}"));
+    stem.with_file_name(name)
 }

@@ -1,6 +1,7 @@
 //! The command line: one file per subcommand; argument parsing and printing only.
 
 mod bench;
+mod chart;
 mod common;
 mod compare;
 mod devices;
@@ -52,6 +53,7 @@ struct Cli {
 enum Command {
     Render(Box<render::Args>),
     Bench(Box<bench::Args>),
+    Chart(Box<chart::Args>),
     Scene(scene::Args),
     Techniques(techniques::Args),
     Reference(reference::Args),
@@ -68,6 +70,7 @@ pub(crate) fn run() -> ExitCode {
     let result = match cli.command {
         Command::Render(args) => render::run(&args, cli.quiet),
         Command::Bench(args) => bench::run(&args, cli.quiet),
+        Command::Chart(args) => chart::run(&args, cli.quiet),
         Command::Scene(args) => scene::run(&args),
         Command::Techniques(args) => techniques::run(&args),
         Command::Reference(args) => reference::run(&args, cli.quiet),

@@ -16,7 +16,7 @@ pub use crate::render::IndirectLight;
 pub use settings::{SettingError, Settings};
 
 use crate::graph::{Error, Frame, FrameStats, Gpu};
-use crate::render::{GBuffer, GpuScene, LightMaps};
+use crate::render::{GBuffer, GpuScene, LightMaps, Output};
 
 /// What a technique is made for.
 #[derive(Clone, Copy)]
@@ -43,11 +43,21 @@ pub trait Technique {
     /// Whether `update` reads reflective shadow maps, or shadow maps suffice.
     fn needs_rsm(&self) -> bool;
 
+    /// Whether anything that `update` or `direct` adds reads maps of the lights; without, none are drawn.
+    fn needs_light_maps(&self) -> bool {
+        true
+    }
+
     /// Adds the passes that bring the world-space store up to this frame's light.
     fn update(&mut self, frame: &mut Frame, scene: &GpuScene, maps: &LightMaps);
 
     /// Adds the passes that answer for each pixel of the G-buffer.
     fn gather(&mut self, frame: &mut Frame, scene: &GpuScene, gbuffer: &GBuffer) -> IndirectLight;
+
+    /// Adds the direct light, after `gather`: by shadow maps, where a technique has no shadows of its own.
+    fn direct(&self, frame: &mut Frame, scene: &GpuScene, maps: &LightMaps, gbuffer: &GBuffer, output: &Output) {
+        output.draw_direct(frame, scene, maps, gbuffer);
+    }
 
     /// Samples that the cones of a gather take, by the name of its pass, over the whole picture: counted on the device in a run of its own, after a frame.
     /// None where nothing traces cones.

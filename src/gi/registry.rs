@@ -16,6 +16,8 @@ pub struct Entry {
     pub bounces: fn(&Settings) -> Option<u32>,
     /// Its settings, in groups.
     pub settings: &'static [&'static [Setting]],
+    /// Whether values of settings are possible together.
+    pub check: fn(&Settings) -> Result<(), SettingError>,
     /// Its presets; the first is the default.
     pub presets: &'static [Preset],
     /// The passes that it may run, in groups.
@@ -59,8 +61,8 @@ pub struct Stage {
 pub struct Directions {
     /// The pass.
     pub pass: &'static Pass,
-    /// The whole-number setting that says how many at each pixel with a surface; `None` is one at each pixel with a glossy surface.
-    pub setting: Option<&'static str>,
+    /// How many at each pixel with a surface; `None` is one at each pixel with a glossy surface.
+    pub count: Option<fn(&Settings) -> u32>,
 }
 
 /// Makes a technique with these settings.
@@ -89,6 +91,7 @@ pub fn find(name: &str) -> Result<&'static Entry, UnknownTechnique> {
 impl Entry {
     /// The default preset, or the named one, with `KEY=VALUE` pairs on top.
     pub fn settings<S: AsRef<str>>(&self, preset: Option<&str>, pairs: &[S]) -> Result<Settings, SettingError> {
-        Settings::new(self.settings, self.presets, preset.or(self.presets.first().map(|preset| preset.name)), pairs)
+        let settings = Settings::new(self.settings, self.presets, preset.or(self.presets.first().map(|preset| preset.name)), pairs)?;
+        (self.check)(&settings).map(|()| settings)
     }
 }

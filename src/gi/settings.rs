@@ -88,6 +88,9 @@ pub enum SettingError {
         /// What is possible.
         domain: String,
     },
+    /// The values are not possible together.
+    #[error("{0}")]
+    Together(String),
     /// There is no such preset.
     #[error("there is no preset {name}; there are: {known}")]
     Preset {

@@ -94,7 +94,7 @@ pub(super) enum Work {
     /// Only the barriers.
     Nothing,
     Pass(Box<PassCall>),
-    Fill(Arc<Buffer>, Range<u64>, u32),
+    Fill(Arc<Buffer>, u64, u32),
     Clear(Arc<Image>, ClearValue),
     BlitMip(Arc<Image>, u32),
     CopyBuffer {
@@ -141,20 +141,15 @@ impl Frame {
 
     /// Sets every word of a buffer.
     pub fn fill(&mut self, name: impl Into<String>, buffer: &Arc<Buffer>, value: u32) {
-        self.fill_range(name, buffer, 0..buffer.size_bytes(), value);
+        self.fill_from(name, buffer, 0, value);
     }
 
-    /// Sets every word of a range of bytes of a buffer; an empty one is left out.
-    pub fn fill_range(&mut self, name: impl Into<String>, buffer: &Arc<Buffer>, bytes: Range<u64>, value: u32) {
-        let name = name.into();
-        let is_in_words = bytes.start.is_multiple_of(4) && bytes.end.is_multiple_of(4);
-        assert!(is_in_words && bytes.end <= buffer.size_bytes(), "{name}: bytes {bytes:?} are no words of buffer {}", buffer.name());
-        if bytes.is_empty() {
-            return;
-        }
+    /// Sets every word of a buffer from one of its bytes on, which is the first of a word.
+    pub fn fill_from(&mut self, name: impl Into<String>, buffer: &Arc<Buffer>, first_byte: u64, value: u32) {
+        assert!(first_byte.is_multiple_of(4) && first_byte < buffer.size_bytes(), "byte {first_byte} is none of a word of buffer {}", buffer.name());
         let resource = Resource::from(buffer);
         let used = resource.used(Access::TransferWrite);
-        self.push(name, vec![(resource, used)], Work::Fill(Arc::clone(buffer), bytes, value));
+        self.push(name.into(), vec![(resource, used)], Work::Fill(Arc::clone(buffer), first_byte, value));
     }
 
     /// Sets every texel of every mip and layer of a colour image.

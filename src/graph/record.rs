@@ -141,7 +141,7 @@ impl Recorder<'_> {
         match &step.work {
             Work::Nothing => {}
             Work::Pass(call) => self.pass(call, pool)?,
-            Work::Fill(buffer, bytes, value) => commands.fill(buffer, bytes, *value),
+            Work::Fill(buffer, first_byte, value) => commands.fill(buffer, *first_byte, *value),
             Work::Clear(image, value) => commands.clear(image, value.raw()),
             Work::BlitMip(image, source) => commands.blit_mip(image, *source),
             Work::CopyBuffer { source, target, size } => commands.copy_buffer((&source.0, source.1), (&target.0, target.1), *size),

@@ -1,6 +1,6 @@
 //! What a frame cost, and the median over many.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// The GPU time of one pass in one frame.
 #[derive(Clone, Debug, PartialEq)]
@@ -63,7 +63,7 @@ fn sum(passes: &mut Vec<PassTime>, others: Vec<PassTime>) {
 }
 
 /// Median, smallest and largest of several measurements (ms).
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Spread {
     /// Median; the mean of the middle two for an even number.
     pub median: f64,
@@ -87,7 +87,7 @@ impl Spread {
 }
 
 /// One row of a report: a pass over many frames.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PassTimes {
     /// Name of the pass.
     pub name: String,

@@ -3,10 +3,11 @@
 use crate::frame::{FrameSettings, Renderer};
 use crate::gi::Settings;
 use crate::gi::registry::{Directions, Entry, Part};
-use crate::gi::settings::{SettingError, Value};
+use crate::gi::settings::SettingError;
 use crate::graph::{DeviceChoice, Error, FrameStats, Gpu, GpuOptions, PassTimes, Spread, TimesAccumulator};
 use crate::image::{Aov, GuideImage, Image};
 use crate::metrics::Channel;
+use crate::render::GpuScene;
 use crate::scene::Scene;
 use crate::vulkan::DeviceKind;
 
@@ -59,6 +60,8 @@ pub struct BenchSettings {
     pub rebuilds: u32,
     /// Times (s) at which dynamic models are put, so often as there are builds.
     pub times: Vec<f32>,
+    /// Whether the samples of cones are counted, which takes a run of its own.
+    pub samples: bool,
     /// What of a colour is compared.
     pub channel: Channel,
 }
@@ -72,6 +75,15 @@ pub struct Truth {
     pub indirect: Option<(Image, ReferenceInfo)>,
 }
 
+/// The last frame of a case.
+#[derive(Clone, Debug)]
+pub struct Pictures {
+    /// Outgoing radiance [W/(m² sr)].
+    pub full: Image,
+    /// Indirect radiance [W/(m² sr)].
+    pub indirect: Image,
+}
+
 /// How a device is best timed: by its timestamps, unless it runs on the CPU. Lavapipe's do not follow what it executes.
 pub fn choose_timing(device: &DeviceChoice) -> Result<Timing, Error> {
     let gpu = Gpu::new(&GpuOptions { device: device.clone(), ..GpuOptions::default() })?;
@@ -81,21 +93,40 @@ pub fn choose_timing(device: &DeviceChoice) -> Result<Timing, Error> {
 /// Measures one case on a device of its own, so that every first build compiles its pipelines. What the device refuses is told in
 /// the report; an error is that there is no device.
 pub fn measure(scene: &Scene, case: &Case, settings: &BenchSettings, truth: &Truth) -> Result<Report, Error> {
-    let options = GpuOptions { device: settings.device.clone(), isolate_passes: settings.timing == Timing::Host, ..GpuOptions::default() };
-    let gpu = Gpu::new(&options)?;
-    let run = run(&gpu, scene, case, settings);
-    let mut report = match &run {
-        Ok(run) => run.report(&gpu, scene, case, settings, truth),
-        Err(failure) => Report { failure: Some(failure.to_string()), refused: refused(failure), ..empty_report(&gpu, scene, case, settings) },
+    Ok(measure_on(&open(&settings.device, settings.timing)?, &mut None, scene, case, settings, truth).0)
+}
+
+/// Opens a device, for times of this kind.
+pub fn open(device: &DeviceChoice, timing: Timing) -> Result<Gpu, Error> {
+    Gpu::new(&GpuOptions { device: device.clone(), isolate_passes: timing == Timing::Host, ..GpuOptions::default() })
+}
+
+/// As [`measure`], on a device that is open: its pipelines may be compiled already. `uploaded` keeps the scene on the device from case to case, and is
+/// empty at first. Beside the report, which tells a failure too, there are the pictures or the failure itself.
+pub fn measure_on(
+    gpu: &Gpu,
+    uploaded: &mut Option<GpuScene>,
+    scene: &Scene,
+    case: &Case,
+    settings: &BenchSettings,
+    truth: &Truth,
+) -> (Report, Result<Pictures, Error>) {
+    let run = match run(gpu, uploaded.take(), scene, case, settings) {
+        Ok(run) => run,
+        Err(failure) => {
+            let report = Report { failure: Some(failure.to_string()), refused: refused(&failure), ..empty_report(gpu, scene, case, settings) };
+            return (report, Err(failure));
+        }
     };
-    if let (Ok(run), Some((reference, info))) = (&run, &truth.indirect) {
-        let error = ErrorReport::of(Aov::Indirect, [&run.indirect, reference], scene, &truth.guide, settings.channel);
-        match error {
+    let mut report = run.report(gpu, scene, case, settings, truth);
+    if let Some((reference, info)) = &truth.indirect {
+        match ErrorReport::of(Aov::Indirect, [&run.pictures.indirect, reference], scene, &truth.guide, settings.channel) {
             Ok(error) => (report.error, report.reference) = (Some(error), Some(*info)),
             Err(source) => report.failure = Some(format!("{} cannot be compared with the reference: {source}", case.entry.name)),
         }
     }
-    Ok(report)
+    *uploaded = Some(run.renderer.into_scene());
+    (report, Ok(run.pictures))
 }
 
 /// What was too large, and its bytes.
@@ -120,23 +151,25 @@ struct Run<'g> {
     builds: Vec<FrameStats>,
     frames: Vec<FrameStats>,
     motion: Vec<MotionTimes>,
-    indirect: Image,
+    pictures: Pictures,
     counts: Vec<(&'static str, u64)>,
     /// Samples of cones, by pass.
     samples: Vec<(&'static str, u64)>,
     /// Alive until memory has been listed.
-    _renderer: Renderer<'g>,
+    renderer: Renderer<'g>,
 }
 
-fn run<'g>(gpu: &'g Gpu, scene: &Scene, case: &Case, settings: &BenchSettings) -> Result<Run<'g>, Error> {
-    let (mut renderer, first_build) = Renderer::new(gpu, scene, case.entry, &case.settings, settings.frame)?;
+fn run<'g>(gpu: &'g Gpu, uploaded: Option<GpuScene>, scene: &Scene, case: &Case, settings: &BenchSettings) -> Result<Run<'g>, Error> {
+    let uploaded = uploaded.map_or_else(|| GpuScene::new(gpu, scene), Ok)?;
+    let (mut renderer, first_build) = Renderer::of(gpu, uploaded, case.entry, &case.settings, settings.frame)?;
     let builds = (0..settings.rebuilds).map(|_| renderer.rebuild()).collect::<Result<_, _>>()?;
     (0..warm_up_frames(case)).try_for_each(|_| renderer.render(&scene.camera).map(drop))?;
     let frames = (0..settings.frames).map(|_| renderer.render(&scene.camera)).collect::<Result<_, _>>()?;
-    let (indirect, counts) = (renderer.aov(Aov::Indirect)?, renderer.counts()?);
-    let samples = renderer.count_samples()?;
+    let pictures = Pictures { full: renderer.aov(Aov::Full)?, indirect: renderer.aov(Aov::Indirect)? };
+    let counts = renderer.counts()?;
+    let samples = if settings.samples { renderer.count_samples()? } else { Vec::new() };
     let motion = motion(&mut renderer, scene, settings)?;
-    Ok(Run { first_build, builds, frames, motion, indirect, counts, samples, _renderer: renderer })
+    Ok(Run { first_build, builds, frames, motion, pictures, counts, samples, renderer })
 }
 
 /// Puts the scene's models where they are at each time, several times; the first may have to make buffers larger and is not counted.
@@ -190,12 +223,20 @@ fn totals(stages: &[StageTimes], builds: &[FrameStats], frames: &[FrameStats], e
         let gpu_ms = Spread::of(&runs.iter().map(FrameStats::total_ms).collect::<Vec<f64>>()).filter(|_| runs.iter().any(|run| !run.passes.is_empty()))?;
         Some(PassTimes { name: name.to_owned(), gpu_ms })
     };
-    let part = |name: &str, part: Part| {
-        let ran = stages.iter().any(|stage| stage.part == Some(part) && stage.when == When::Frame);
-        let gpu_ms = Spread::of(&frames.iter().map(|frame| part_ms(entry, frame, part)).collect::<Vec<f64>>()).filter(|_| ran)?;
+    let parts = |name: &str, parts: &[Part]| {
+        let ran = stages.iter().any(|stage| stage.part.is_some_and(|part| parts.contains(&part)) && stage.when == When::Frame);
+        let sum = |frame: &FrameStats| parts.iter().map(|part| part_ms(entry, frame, *part)).sum();
+        let gpu_ms = Spread::of(&frames.iter().map(sum).collect::<Vec<f64>>()).filter(|_| ran)?;
         Some(PassTimes { name: name.to_owned(), gpu_ms })
     };
-    let totals = [all("build", builds), part("update", Part::Store), part("gather", Part::Picture), part("shared", Part::Shared), all("frame", frames)];
+    let totals = [
+        all("build", builds),
+        parts("update", &[Part::Store]),
+        parts("gather", &[Part::Picture]),
+        parts("indirect", &[Part::Store, Part::Picture]),
+        parts("shared", &[Part::Shared]),
+        all("frame", frames),
+    ];
     totals.into_iter().flatten().collect()
 }
 
@@ -207,8 +248,8 @@ fn direction_costs(passes: &[PassTimes], case: &Case, scene: &Scene, guide: &Gui
     let surfaces: Vec<usize> = (0..guide.material.len()).filter(|&index| guide.is_surface(index)).collect();
     let is_glossy = |index: &&usize| scene.materials.get(guide.material[**index] as usize).is_some_and(|material| material.specular.is_some());
     let cost = |pass: &PassTimes| {
-        let (directions, pixels) = match directions_of(case.entry, &pass.name)?.setting {
-            Some(setting) => (count(&case.settings, setting)?, surfaces.len()),
+        let (directions, pixels) = match directions_of(case.entry, &pass.name)?.count {
+            Some(count) => (count(&case.settings), surfaces.len()),
             None => (1, surfaces.iter().filter(is_glossy).count()),
         };
         let us = pass.gpu_ms.median * 1e3;
@@ -225,14 +266,6 @@ fn direction_costs(passes: &[PassTimes], case: &Case, scene: &Scene, guide: &Gui
     passes.iter().filter_map(cost).collect()
 }
 
-/// A whole-number setting; `None` where the technique has none of this name.
-pub(super) fn count(settings: &Settings, name: &str) -> Option<u32> {
-    settings.iter().find_map(|(key, value)| match value {
-        Value::Count(count) if key == name => Some(count),
-        _ => None,
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -247,11 +280,12 @@ mod tests {
     #[test]
     fn totals_add_the_parts() -> Result<(), Box<dyn std::error::Error>> {
         let builds = [stats(&[("voxel.clear", 1.0), ("voxel.fragments", 4.0), ("voxel_mips.clear", 7.0)])];
-        let frames = [stats(&[("voxel.light", 1.0), ("voxel_mips.filter", 2.0), ("cone.gather", 8.0)]), stats(&[("cone.gather", 10.0)])];
+        let frames = [stats(&[("voxel.light", 1.0), ("voxel_mips.filter", 2.0), ("cone.gather", 8.0), ("render.rsm", 50.0)]), stats(&[("cone.gather", 10.0)])];
         let entry = find("voxel-mips")?;
         let totals = totals(&stage_times(entry, When::Frame, &frames), &builds, &frames, entry);
         let median = |name: &str| totals.iter().find(|total| total.name == name).map(|total| total.gpu_ms.median);
-        assert_eq!(["build", "update", "gather", "shared", "frame"].map(median), [Some(12.0), Some(1.5), Some(9.0), None, Some(10.5)]);
+        let names = ["build", "update", "gather", "indirect", "shared", "frame"];
+        assert_eq!(names.map(median), [Some(12.0), Some(1.5), Some(9.0), Some(10.5), Some(25.0), Some(35.5)]);
         Ok(())
     }
 
@@ -261,7 +295,7 @@ mod tests {
             for directions in entry.directions {
                 assert!(entry.passes.iter().copied().flatten().any(|pass| std::ptr::eq(*pass, directions.pass)), "{}", directions.pass.name);
                 let settings = entry.settings::<&str>(None, &[]);
-                assert!(directions.setting.is_none_or(|name| settings.is_ok_and(|settings| count(&settings, name).is_some())), "{:?}", directions.setting);
+                assert!(settings.is_ok_and(|settings| directions.count.is_none_or(|count| count(&settings) > 0)), "{}", directions.pass.name);
             }
         }
     }
@@ -276,7 +310,7 @@ mod tests {
         let presets = ["cones".to_owned(), "textbook".to_owned()];
         let all = cases(&[find("voxel-mips")?, find("none")?], &presets, &[16, 32, 64], &[])?;
         assert_eq!(all.len(), 7);
-        assert_eq!(count(&all[4].settings, "resolution"), Some(32));
+        assert_eq!(all[4].settings.count("resolution"), 32);
         assert_eq!(all[4].preset.as_deref(), Some("textbook"));
         Ok(())
     }

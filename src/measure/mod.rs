@@ -6,6 +6,7 @@ mod figures;
 mod profile;
 pub mod report;
 pub mod stages;
+pub mod sweep;
 pub mod table;
 
 pub use figures::{error_chart, memory_chart, motion_chart, passes_chart};

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::gi::Settings;
 use crate::gi::settings::Value;
@@ -19,7 +19,7 @@ use super::stages::StageTimes;
 pub const SCHEMA_VERSION: u32 = 1;
 
 /// Bytes of one resource.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct MemoryRow {
     /// Name of the buffer or image.
     pub name: String,
@@ -28,7 +28,7 @@ pub struct MemoryRow {
 }
 
 /// Where pass times come from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Timing {
     /// Every pass submitted by itself and timed on the host, its submission included.
@@ -161,7 +161,8 @@ pub struct Report {
     pub passes: Vec<PassTimes>,
     /// Each stage of a build, then of a frame, in the technique's order.
     pub stages: Vec<StageTimes>,
-    /// Sums over passes: `build`, all of a build; of a frame `update` (the store), `gather` (the picture), `shared`, and `frame`, all of it.
+    /// Sums over passes: `build`, all of a build; of a frame `update` (the store), `gather` (the picture),
+    /// `indirect` (both), `shared`, and `frame`, all of it.
     pub totals: Vec<PassTimes>,
     /// What one cone or ray costs.
     pub directions: Vec<DirectionCost>,

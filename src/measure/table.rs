@@ -88,7 +88,11 @@ fn number(value: Option<f64>, digits: usize) -> String {
 
 /// All reports as comma-separated values (RFC 4180): a row a case, its medians in the columns; a column for each name that any report has.
 pub fn csv(reports: &[Report]) -> String {
-    let rows: Vec<Vec<(String, String)>> = reports.iter().map(columns).collect();
+    csv_of(&reports.iter().map(columns).collect::<Vec<_>>())
+}
+
+/// Rows of names and values: a column for each name that any row has, in the order in which they come.
+pub(super) fn csv_of(rows: &[Vec<(String, String)>]) -> String {
     let mut names: Vec<&str> = Vec::new();
     for (name, _) in rows.iter().flatten() {
         if !names.contains(&name.as_str()) {
@@ -96,7 +100,7 @@ pub fn csv(reports: &[Report]) -> String {
         }
     }
     let mut text = line(names.iter().copied());
-    for row in &rows {
+    for row in rows {
         text += &line(names.iter().map(|name| row.iter().find(|(key, _)| key == name).map_or("", |(_, value)| value.as_str())));
     }
     text

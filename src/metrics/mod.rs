@@ -24,7 +24,7 @@ use glam::Vec3;
 use crate::image::{Image, luminance};
 
 /// What of a colour is compared.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Channel {
     /// Rec. 709 luminance.

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use super::result::ReferenceImage;
 use super::{ReferenceError, Settings, render};
 use crate::image::{GuideImage, Image, NO_SURFACE, Planes, read_planes, write_planes};
-use crate::scene::Scene;
+use crate::scene::{Fnv, Scene};
 
 /// Part of every key; raised when the path tracer's results change.
 const FORMAT: &str = "lumivox reference 2";
@@ -47,36 +47,14 @@ fn store(image: &ReferenceImage, key: u128, dir: &Path, path: &Path) -> Result<(
     Ok(std::fs::rename(&unfinished, path)?)
 }
 
-/// 128-bit FNV-1a (G. Fowler, L. C. Noll, K.-P. Vo, 1991): stable across builds and machines.
-struct Fnv(u128);
-
-impl Fnv {
-    fn bytes(&mut self, bytes: &[u8]) {
-        let fold = |hash: u128, &byte: &u8| (hash ^ u128::from(byte)).wrapping_mul(0x0000_0000_0100_0000_0000_0000_0000_013b);
-        self.0 = bytes.iter().fold(self.0, fold);
-    }
-}
-
-impl std::fmt::Write for Fnv {
-    fn write_str(&mut self, text: &str) -> std::fmt::Result {
-        self.bytes(text.as_bytes());
-        Ok(())
-    }
-}
-
-/// The hash of everything that the image depends on. Small things are hashed as their debug text, which spells floats exactly.
+/// The hash of everything that the image depends on.
 fn key(scene: &Scene, settings: &Settings) -> u128 {
-    let mut hash = Fnv(0x6c62_272e_07bb_0142_62b8_2175_6295_c58d);
-    hash.bytes(bytemuck::cast_slice(&scene.vertices));
-    hash.bytes(bytemuck::cast_slice(&scene.triangles));
-    for texture in &scene.textures {
-        hash.bytes(bytemuck::cast_slice(&texture.texels));
-        // Writing to a hash cannot fail.
-        let _ = write!(hash, "{:?} {} {}", texture.kind, texture.width, texture.height);
-    }
-    let _ = write!(hash, "{FORMAT} {:?} {:?} {:?} {:?} {settings:?}", scene.materials, scene.lights, scene.environment, scene.camera);
+    let mut hash = Fnv::default();
+    scene.hash_geometry(&mut hash);
+    // Writing to a hash cannot fail.
+    let _ = write!(hash, "{FORMAT} {} {settings:?}", scene.small_content());
     let _ = write!(hash, "{} {}", scene.vertices.len(), scene.triangles.len());
-    hash.0
+    hash.value()
 }
 
 fn to_planes(image: &ReferenceImage) -> Planes {

@@ -35,7 +35,7 @@ use crate::scene::Scene;
 
 /// How many times light goes from surface to surface (or from the environment to one), the last time to the one that is seen. Light of the analytic
 /// lights reaches its first surface without such a bounce; light of an emitter makes its first one on leaving it, as a technique gathers it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Bounces {
     /// At most this many: 0 is direct light only.
     Count(u32),
@@ -49,6 +49,15 @@ impl serde::Serialize for Bounces {
             Bounces::Count(count) => serializer.serialize_u32(*count),
             Bounces::Full => serializer.serialize_str("full"),
         }
+    }
+}
+
+impl<'de> serde::Deserialize<'de> for Bounces {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let value = serde_json::Value::deserialize(deserializer)?;
+        let count = || value.as_u64().and_then(|count| u32::try_from(count).ok()).map(Bounces::Count);
+        let bounces = if value == "full" { Some(Bounces::Full) } else { count() };
+        bounces.ok_or_else(|| serde::de::Error::custom("bounces are a whole number, or \"full\""))
     }
 }
 

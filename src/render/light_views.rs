@@ -6,7 +6,7 @@ use glam::{Mat4, Vec3, Vec4};
 
 use super::GpuScene;
 use super::gbuffer::material_draws;
-use super::gpu_scene::{light_view_count, storage};
+use super::gpu_scene::storage;
 use crate::gpu_struct;
 use crate::graph::{
     Access, Binding, Buffer, ClearOrLoad, DrawBatch, Error, Frame, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Pass, RasterState, Sets, Shaders, Targets, vk,
@@ -91,8 +91,16 @@ pub struct LightMaps {
 impl LightMaps {
     /// Allocates the maps of a scene's lights; with `with_rsm` also what injection reads.
     pub fn new(gpu: &Gpu, scene: &GpuScene, size: u32, with_rsm: bool) -> Result<Self, Error> {
-        let view_count = light_view_count(&scene.lights);
-        let views = light_views(&scene.lights, scene.lit_bounds(), size);
+        Self::of_views(gpu, &light_views(&scene.lights, scene.lit_bounds(), size), size, with_rsm)
+    }
+
+    /// No maps, for frames that read none.
+    pub fn none(gpu: &Gpu) -> Result<Self, Error> {
+        Self::of_views(gpu, &[], 1, false)
+    }
+
+    fn of_views(gpu: &Gpu, views: &[GpuLightView], size: u32, with_rsm: bool) -> Result<Self, Error> {
+        let view_count = views.len() as u32;
         let image = |name: &str, format, usage| {
             let extent = if view_count == 0 { [1, 1, 1] } else { [size, size, 1] };
             gpu.create_image(&ImageDesc { name: name.into(), extent, kind: ImageKind::D2Array, format, mips: 1, layers: view_count.max(1), usage })
@@ -100,7 +108,7 @@ impl LightMaps {
         let color = ImageUsage::COLOR | ImageUsage::SAMPLED;
         let rsm = || Ok([image("light.rsm_normal", vk::Format::R32_UINT, color)?, image("light.rsm_reflected", vk::Format::A2B10G10R10_UNORM_PACK32, color)?]);
         Ok(LightMaps {
-            views: storage(gpu, "light.views", bytemuck::cast_slice(&views))?,
+            views: storage(gpu, "light.views", bytemuck::cast_slice(views))?,
             depth: image("light.depth", DEPTH, ImageUsage::DEPTH | ImageUsage::SAMPLED)?,
             rsm: with_rsm.then(rsm).transpose()?,
             view_count,

@@ -7,6 +7,7 @@ mod assemble;
 pub mod bundled;
 mod camera;
 mod error;
+mod hash;
 mod light;
 mod load;
 mod material;
@@ -24,6 +25,7 @@ mod write;
 
 pub use camera::Camera;
 pub use error::SceneError;
+pub use hash::Fnv;
 pub use light::Light;
 pub use load::LoadOptions;
 pub use material::{Material, Specular};

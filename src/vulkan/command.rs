@@ -1,6 +1,5 @@
 //! One command buffer, recorded, submitted and waited for, again and again.
 
-use std::ops::Range;
 use std::sync::Arc;
 
 use ash::vk;
@@ -163,9 +162,9 @@ impl Commands {
         unsafe { self.device.raw().cmd_end_rendering(self.raw) };
     }
 
-    pub(crate) fn fill(&self, buffer: &Buffer, bytes: &Range<u64>, value: u32) {
-        // SAFETY: as for `barriers`; the range is inside the buffer, not empty, and in whole words (`Frame::fill_range`).
-        unsafe { self.device.raw().cmd_fill_buffer(self.raw, buffer.raw(), bytes.start, bytes.end - bytes.start, value) };
+    pub(crate) fn fill(&self, buffer: &Buffer, first_byte: u64, value: u32) {
+        // SAFETY: as for `barriers`; buffers are whole words long, and the graph checks that the first byte is that of a word.
+        unsafe { self.device.raw().cmd_fill_buffer(self.raw, buffer.raw(), first_byte, vk::WHOLE_SIZE, value) };
     }
 
     pub(crate) fn clear(&self, image: &Image, value: vk::ClearColorValue) {

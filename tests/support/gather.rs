@@ -149,3 +149,19 @@ pub fn random_volume(resolution: u32, filled: f32, random: &mut Random) -> Volum
     }
     Volume { resolution, texels }
 }
+
+/// Relative errors of irradiance, by pixel, ascending; and the largest error of visibility.
+pub fn errors(seen: &[DVec4], expected: &[DVec4]) -> (Vec<f64>, f64) {
+    let mean = expected.iter().map(|pixel| pixel.truncate().max_element()).sum::<f64>() / expected.len() as f64;
+    let relative = |(seen, expected): (&DVec4, &DVec4)| (*seen - *expected).truncate().abs().max_element() / expected.truncate().max_element().max(0.1 * mean);
+    let mut relative: Vec<f64> = seen.iter().zip(expected).map(relative).collect();
+    relative.sort_by(f64::total_cmp);
+    let visibility = seen.iter().zip(expected).map(|(seen, expected)| (seen.w - expected.w).abs()).fold(0.0, f64::max);
+    (relative, visibility)
+}
+
+/// At most 1% in every pixel.
+pub fn verdict((relative, visibility): &(Vec<f64>, f64)) -> Result<(), String> {
+    let worst = relative.last().copied().unwrap_or(f64::NAN);
+    if worst <= 0.01 && *visibility <= 0.01 { Ok(()) } else { Err(format!("off by {worst}, visibility by {visibility}")) }
+}

@@ -1,12 +1,13 @@
 //! Octrees on the device from voxels that a test chooses, read back as the oracle has them.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
-use glam::DVec4;
-use lumivox::gi::svo::oracle::{Lattice, Octree, Texels, Tile};
-use lumivox::gi::svo::{BrickPool, BrickSettings, NodePool, Occupancy};
+use glam::{DVec3, DVec4, UVec3};
+use lumivox::gi::svo::oracle::{Lattice, LitVoxel, Octree, Texels, Tile};
+use lumivox::gi::svo::{BrickPool, BrickSettings, NodePool, Occupancy, OccupiedCube, RecordRange};
 use lumivox::gi::voxel::oracle::{VoxelIndex, block_bases, compact_order, occupancy_words};
-use lumivox::graph::{Frame, Gpu};
+use lumivox::graph::{Frame, Gpu, Image};
 
 use super::voxels::{half, to_half};
 use super::{Random, words};
@@ -14,7 +15,8 @@ use super::{Random, words};
 /// Occupancy as the voxelizer would leave it.
 pub fn plant(gpu: &Gpu, voxels: &BTreeSet<VoxelIndex>, resolution: u32) -> Occupancy {
     let occupancy = occupancy_words(voxels.iter().copied(), resolution);
-    Occupancy { resolution, block_bases: words(gpu, "block_bases", &block_bases(&occupancy)), occupancy: words(gpu, "occupancy", &occupancy) }
+    let (block_bases, occupancy) = (words(gpu, "block_bases", &block_bases(&occupancy)), words(gpu, "occupancy", &occupancy));
+    Occupancy { resolution, cubes: vec![OccupiedCube { first: UVec3::ZERO, resolution, occupancy, block_bases, first_voxel: 0 }] }
 }
 
 /// The node pool as the oracle has it; an error names a tile that cannot be read so.
@@ -45,8 +47,13 @@ pub fn read_nodes(gpu: &Gpu, pool: &NodePool) -> Result<Octree, String> {
 
 /// The texels of each level, finest first; an error names one whose copies in several bricks are not equal, bit for bit.
 pub fn read_bricks(gpu: &Gpu, tree: &Octree, pool: &BrickPool) -> Result<Vec<Texels>, String> {
-    let halves: Vec<[u16; 4]> = bytemuck::pod_collect_to_vec(&gpu.read_image(&pool.image, 0, 0).unwrap());
-    let [width, height, _] = pool.image.extent(0);
+    read_texels(gpu, tree, &pool.image)
+}
+
+/// Likewise of any image with a brick for each tile.
+pub fn read_texels(gpu: &Gpu, tree: &Octree, image: &Arc<Image>) -> Result<Vec<Texels>, String> {
+    let halves: Vec<[u16; 4]> = bytemuck::pod_collect_to_vec(&gpu.read_image(image, 0, 0).unwrap());
+    let [width, height, _] = image.extent(0);
     let (row, column) = (width / 3, height / 3);
     let mut levels = Vec::new();
     let mut end = tree.tiles.len() as u32;
@@ -97,6 +104,64 @@ pub fn shine(gpu: &Gpu, nodes: &NodePool, bricks: &mut BrickPool, voxels: &Texel
     let mut frame = Frame::new();
     bricks.update(&mut frame, nodes, &words(gpu, "radiance", &radiance));
     gpu.submit(frame).unwrap();
+}
+
+/// Builds and fills an octree with normal bricks, over voxels of these sides.
+pub fn grow_lit(gpu: &Gpu, voxels: &BTreeMap<VoxelIndex, LitVoxel>, resolution: u32, settings: BrickSettings) -> (NodePool, BrickPool) {
+    let (nodes, _) = NodePool::build(gpu, &plant(gpu, &voxels.keys().copied().collect(), resolution), settings.corners).unwrap();
+    let ordered = compact_order(voxels.keys().copied());
+    // Two pieces, of whole blocks.
+    let block = |index: usize| ordered[index].map(|at| at / 4);
+    let middle = (ordered.len() / 2..ordered.len()).find(|index| *index > 0 && block(*index) != block(index - 1)).unwrap_or(ordered.len());
+    let (first, second) = ordered.split_at(middle);
+    let range = |first_voxel: usize, part: &[VoxelIndex]| {
+        let mut records: Vec<u32> = part.iter().flat_map(|at| record(&voxels[at])).collect();
+        records.resize(records.len().max(6), 0);
+        RecordRange { first_voxel: first_voxel as u32, voxel_count: part.len() as u32, records: words(gpu, "records", &records) }
+    };
+    let (mut bricks, _) = BrickPool::with_normals(gpu, &nodes, settings, vec![range(0, first), range(first.len(), second)]).unwrap();
+    shine_lit(gpu, &nodes, &mut bricks, voxels);
+    (nodes, bricks)
+}
+
+/// Fills the bricks, with normals, of an octree over voxels of these sides.
+pub fn shine_lit(gpu: &Gpu, nodes: &NodePool, bricks: &mut BrickPool, voxels: &BTreeMap<VoxelIndex, LitVoxel>) {
+    let packed = |voxel: VoxelIndex| {
+        let LitVoxel { front, back, opacity, .. } = voxels[&voxel];
+        [front, back].into_iter().flat_map(move |side| {
+            let [r, g, b, a] = side.extend(opacity).to_array().map(|value| u32::from(to_half(value)));
+            [r | g << 16, b | a << 16]
+        })
+    };
+    let mut radiance: Vec<u32> = compact_order(voxels.keys().copied()).into_iter().flat_map(packed).collect();
+    radiance.resize(radiance.len().max(4), 0);
+    let mut frame = Frame::new();
+    bricks.update(&mut frame, nodes, &words(gpu, "radiance", &radiance));
+    gpu.submit(frame).unwrap();
+}
+
+/// The record of a voxel, as far as its normal goes: an axis is that of opposed surfaces.
+fn record(voxel: &LitVoxel) -> [u32; 6] {
+    let bits = ((voxel.normal + 1.0) / 2.0 * 1023.0).round().as_uvec3();
+    let axis = voxel.normal.to_array().iter().position(|component| *component == 1.0);
+    let coverage = axis.map_or(0, |axis| 1 << 29 | (axis as u32) << 30);
+    [0, 0, bits.x | bits.y << 10 | bits.z << 20, 0, 0, coverage]
+}
+
+/// Random matter of two sides, of which one or both may be dark: normals of any length as records hold them, and opposed surfaces.
+pub fn lit_matter(random: &mut Random, resolution: u32) -> BTreeMap<VoxelIndex, LitVoxel> {
+    let side = |random: &mut Random| if random.below(3) == 0 { DVec3::ZERO } else { DVec3::from([0; 3].map(|_: u32| f64::from(random.below(65)) / 16.0)) };
+    let normal = |random: &mut Random| {
+        if random.below(4) == 0 {
+            return DVec3::AXES[random.below(3) as usize];
+        }
+        let bits = || DVec3::from([0; 3].map(|_: u32| f64::from(random.below(1024)))) / 1023.0 * 2.0 - 1.0;
+        std::iter::repeat_with(bits).find(|normal| normal.length() <= 1.0).unwrap()
+    };
+    let of = |(at, value): (VoxelIndex, DVec4), random: &mut Random| {
+        (at, LitVoxel { front: side(random), back: side(random), normal: normal(random), opacity: value.w })
+    };
+    matter(random, resolution).into_iter().map(|voxel| of(voxel, random)).collect()
 }
 
 /// Random matter: single voxels, walls and a lump; half of it opaque, radiance up to 4 in steps that half floats hold.

@@ -1,17 +1,18 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // voxel.bounce by cones: the light that reaches each voxel, E/π = Σ w_i L_i over a set of cones from its mean position, which voxel.light then reflects.
-// The same march as cone.gather's. A thread a voxel, which has one radiance for all directions.
+// The same march as cone.gather's. A thread a side of a voxel; most have one radiance for all directions, and one side.
 layout(local_size_x = 64) in;
 
 #include "gi/voxel/records.glsl"
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer VoxelRecords { Voxel voxel_records[]; };
 layout(std430, set = 1, binding = 1) readonly buffer Cones { vec4 cones[]; };   // sin²θ, φ [rad], tan(γ/2), weight; weights sum to 1
-layout(std430, set = 1, binding = 2) restrict buffer VoxelIrradiance { uvec2 voxel_irradiance[]; };   // E/π, half floats
+layout(std430, set = 1, binding = 2) restrict buffer VoxelIrradiance { uvec2 voxel_irradiance[]; };   // a side: E/π, half floats
 #ifdef SVO
 layout(std430, set = 1, binding = 3) restrict readonly buffer Nodes { uint nodes[]; };
 layout(set = 1, binding = 4) uniform texture3D bricks;
+layout(set = 1, binding = 5) uniform texture3D normals_of_bricks;
 #else
 layout(set = 1, binding = 3) uniform texture3D voxels;
 layout(set = 1, binding = 4) uniform utexture3D matter;
@@ -35,9 +36,13 @@ layout(push_constant) uniform BounceConeParams {
 #include "gi/cone/march.glsl"
 
 void main() {
+    uint sides = 1u;
+#ifdef SVO
+    sides += NORMALS;
+#endif
     uint index = gl_GlobalInvocationID.x + gl_GlobalInvocationID.y * 4194240u;
-    if (index >= params.voxel_count) return;
-    Voxel voxel = voxel_records[index];
+    if (index >= sides * params.voxel_count) return;
+    Voxel voxel = voxel_records[index / sides];
     vec3 cell = params.first_voxel.xyz + voxel_coordinates(voxel.xy, voxel.z_area);
     vec3 receiver = cell + unpack_unorm10(voxel.mean_position);
     vec2 pattern = voxel_pattern(uvec3(cell));
@@ -47,7 +52,7 @@ void main() {
     vec3 sum = params.first_cone == 0u ? vec3(0.0) : vec3(unpackHalf2x16(before.x), unpackHalf2x16(before.y).x);
     for (uint i = params.first_cone; i < params.end_cone; ++i) {
         vec4 cone = cones[i];
-        vec3 normal = looking_normal(voxel, 1u, 0u, i);
+        vec3 normal = looking_normal(voxel, sides, index % sides, i);
         vec3 direction = hemisphere_direction(frame_around(normal), cone.x + (pattern.x - 0.5) * params.jitter, cone.y + pattern.y * 2.0 * PI);
         float cosine = max(dot(direction, normal), 0.0);
         sum += cone.w * march_cone(receiver + params.start_offset * normal, direction, cone.z, params.start_offset, cosine, settings).radiance;

@@ -7,8 +7,8 @@
 // Whether empty samples are looked up in the matter pyramid and skipped.
 layout(constant_id = 0) const bool SKIP_EMPTY = true;
 
-// The including pass declares `voxels` (texture3D, radiance premultiplied by opacity) and `matter` (utexture3D, the matter pyramid).
-vec4 sample_volume(vec3 position, float resolution, float level) {
+// Its light is the same in all directions. The including pass declares `voxels` (texture3D, radiance premultiplied by opacity) and `matter` (utexture3D, the matter pyramid).
+vec4 sample_volume(vec3 position, float resolution, float level, vec3 direction) {
     return textureLod(sampler3D(voxels, linear_clamp), position / resolution, level);
 }
 

@@ -1,6 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // cone.gather: indirect diffuse irradiance E = π Σ w_i L_i and ambient visibility of each pixel, by a set of cones over the hemisphere.
+// cone.occlusion: the ambient visibility alone, by another set; what was gathered stays.
 layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(set = 1, binding = 0) uniform texture2D view_depth;
@@ -10,6 +11,7 @@ layout(set = 1, binding = 3, rgba32f) uniform restrict image2D indirect_diffuse;
 #ifdef SVO
 layout(std430, set = 1, binding = 4) restrict readonly buffer Nodes { uint nodes[]; };
 layout(set = 1, binding = 5) uniform texture3D bricks;
+layout(set = 1, binding = 6) uniform texture3D normals_of_bricks;
 #else
 layout(set = 1, binding = 4) uniform texture3D voxels;
 layout(set = 1, binding = 5) uniform utexture3D matter;
@@ -31,6 +33,7 @@ layout(push_constant) uniform ConeParams {
     uint end_cone;
     uint interleave;      // n: the set is rotated differently in each pixel of an n×n tile
     float jitter;         // width of a stratum of sin²θ; 0 where the set has fixed elevations
+    uint is_occlusion;    // 1: visibility alone
 } params;
 
 #include "shared/gbuffer.glsl"
@@ -49,13 +52,16 @@ void main() {
     vec3 origin = (surface.position_ws - params.grid.xyz) / params.grid.w + params.start_offset * surface.geometric_normal;
     mat3 around = frame_around(surface.shading_normal);
     vec2 offset = params.interleave > 1u ? interleaved_offset(pixel, params.interleave) : vec2(0.5, 0.0);
-    vec4 sum = params.first_cone == 0u ? vec4(0.0) : imageLoad(indirect_diffuse, pixel);
+    bool adds = params.first_cone > 0u;
+    vec4 sum = adds || params.is_occlusion != 0u ? imageLoad(indirect_diffuse, pixel) : vec4(0.0);
+    if (!adds) sum.a = 0.0;
     for (uint i = params.first_cone; i < params.end_cone; ++i) {
         vec4 cone = cones[i];
         vec3 direction = hemisphere_direction(around, cone.x + (offset.x - 0.5) * params.jitter, cone.y + offset.y * 2.0 * PI);
         float cosine = max(dot(direction, surface.geometric_normal), 0.0);
         ConeResult result = march_cone(origin, direction, cone.z, params.start_offset, cosine, settings);
-        sum += COUNT_SAMPLES ? vec4(result.samples, 0.0, 0.0, 0.0) : cone.w * vec4(PI * result.radiance, result.visibility);
+        vec3 irradiance = params.is_occlusion != 0u ? vec3(0.0) : PI * result.radiance;
+        sum += COUNT_SAMPLES ? vec4(result.samples, 0.0, 0.0, 0.0) : cone.w * vec4(irradiance, result.visibility);
     }
     imageStore(indirect_diffuse, pixel, sum);
 }

@@ -77,7 +77,7 @@ ConeResult march_cone(vec3 origin, vec3 direction, float tan_half, float height,
             if (may_see || is_last) break;
             at = step_at(t, cone, m.step_factor);
         }
-        vec4 texel = sample_volume(origin + at.centre * direction, m.resolution, log2(at.diameter));
+        vec4 texel = sample_volume(origin + at.centre * direction, m.resolution, log2(at.diameter), direction);
         if (texel.a > 0.0) {
             float opacity = 1.0 - pow(max(1.0 - texel.a, 0.0), m.opacity_exponent * m.step_factor);
             radiance += through * opacity / texel.a * texel.rgb;

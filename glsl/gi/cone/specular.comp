@@ -12,6 +12,7 @@ layout(set = 1, binding = 4, rgba32f) uniform restrict writeonly image2D indirec
 #ifdef SVO
 layout(std430, set = 1, binding = 5) restrict readonly buffer Nodes { uint nodes[]; };
 layout(set = 1, binding = 6) uniform texture3D bricks;
+layout(set = 1, binding = 7) uniform texture3D normals_of_bricks;
 #else
 layout(set = 1, binding = 5) uniform texture3D voxels;
 layout(set = 1, binding = 6) uniform utexture3D matter;

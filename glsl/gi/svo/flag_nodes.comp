@@ -1,10 +1,9 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // svo.flag_nodes: which nodes of a level have children (Crassin & Green 2012, section 22.5.1), as eight bits in the word of their tile, and how many
-// of each 256 tiles. A thread a tile.
-layout(local_size_x = 256) in;
+// of each group of tiles. A thread 16 tiles.
+layout(local_size_x = 64) in;
 
-#include "shared/prefix_sum.glsl"
 #include "gi/voxel/grid.glsl"
 #include "gi/svo/pool.glsl"
 
@@ -16,18 +15,24 @@ layout(std430, set = 1, binding = 4) restrict writeonly buffer GroupSums { uint 
 
 layout(push_constant) uniform FlagParams { uint level; uint child_blocks; } params;
 
+shared uint total;
+
 void main() {
+    if (gl_LocalInvocationIndex == 0u) total = 0u;
+    barrier();
     Level level = levels[params.level];
-    uint group = linear_group(gl_WorkGroupID);
-    uint index = group * 256u + gl_LocalInvocationIndex;
-    uint flags = 0u;
-    if (index < level.count) {
-        // The children lie in one block of 4×4×4.
-        uvec3 first = 2u * unpack_tile(tiles[level.first + index]);
-        flags = tile_bits(child_bits[block_index(first, 4u * params.child_blocks)], block_bit(first));
-        nodes[level.first + index] = flags;
+    uint group = linear_group(gl_WorkGroupID), count = 0u;
+    for (uint i = 0u; i < TILES_PER_THREAD; ++i) {
+        uint index = TILES_PER_GROUP * group + 64u * i + gl_LocalInvocationIndex;
+        if (index < level.count) {
+            // The children lie in one block of 4×4×4.
+            uvec3 first = 2u * unpack_tile(tiles[level.first + index]);
+            uint flags = tile_bits(child_bits[block_index(first, 4u * params.child_blocks)], block_bit(first));
+            nodes[level.first + index] = flags;
+            count += uint(bitCount(flags));
+        }
     }
-    uint total;
-    workgroup_prefix_sum(uint(bitCount(flags)), total);
-    if (gl_LocalInvocationIndex == 0u) group_sums[group] = total;
+    atomicAdd(total, count);
+    barrier();
+    if (gl_LocalInvocationIndex == 0u && TILES_PER_GROUP * group < level.count) group_sums[group] = total;
 }

@@ -2,7 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 // svo.flag_texels: which texels of a dynamic tile's brick are made anew: those whose holders, the tiles of the level that share them, are all affected and
 // so are dynamic. One that has another holder no touched block reaches, and it is what the static tile has. A thread a tile.
-layout(local_size_x = 256) in;
+layout(local_size_x = 64) in;
 
 #include "gi/voxel/grid.glsl"
 #include "gi/svo/dynamic.glsl"
@@ -10,17 +10,17 @@ layout(local_size_x = 256) in;
 
 layout(constant_id = 0) const uint CORNERS = 0;
 
-layout(std430, set = 1, binding = 0) restrict readonly buffer Levels { Level levels[]; };
-layout(std430, set = 1, binding = 1) restrict readonly buffer Places { uint places[]; };
-layout(std430, set = 1, binding = 2) restrict readonly buffer AffectedTiles { uvec2 affected_tiles[]; };
-layout(std430, set = 1, binding = 3) restrict writeonly buffer RemadeTexels { uint remade_texels[]; };   // 27 bits, x fastest
+layout(std430, set = 1, binding = 0) restrict readonly buffer Places { uint places[]; };
+layout(std430, set = 1, binding = 1) restrict readonly buffer AffectedTiles { uvec2 affected_tiles[]; };
+layout(std430, set = 1, binding = 2) restrict writeonly buffer RemadeTexels { uint remade_texels[]; };   // 27 bits, x fastest
 
 layout(push_constant) uniform TexelParams {
-    uint level;
-    uint first_dynamic;
-    uint first_block;   // of the level in `affected_tiles`
-    uint blocks;        // of the level along an axis
-    uint tiles;         // likewise
+    uint first;           // first dynamic tile of the level
+    uint count;           // its dynamic tiles
+    uint first_dynamic;   // of all levels
+    uint first_block;     // of the level in `affected_tiles`
+    uint blocks;          // of the level along an axis
+    uint tiles;           // likewise
 } params;
 
 // Beyond the grid nothing holds a texel; on centres its last texels are no voxels either, and stay what they are: zero.
@@ -37,10 +37,9 @@ uint held_along(uint affected, uint middle, uint step) {
 }
 
 void main() {
-    Level level = levels[params.level];
-    uint index = linear_group(gl_WorkGroupID) * 256u + gl_LocalInvocationIndex;
-    if (index >= level.count) return;
-    uint slot = dynamic_slot(level.first + index, params.first_dynamic);
+    uint index = linear_group(gl_WorkGroupID) * 64u + gl_LocalInvocationIndex;
+    if (index >= params.count) return;
+    uint slot = dynamic_slot(params.first + index, params.first_dynamic);
     ivec3 place = ivec3(unpack_tile(places[slot]));
     uint affected = 0u;
     for (int i = 0; i < 27; ++i) affected |= uint(is_affected(place + ivec3(i % 3, i / 3 % 3, i / 9) - 1)) << i;

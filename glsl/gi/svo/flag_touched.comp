@@ -7,6 +7,7 @@ layout(local_size_x = 64) in;
 #include "gi/svo/pool.glsl"
 
 layout(constant_id = 0) const uint LEAVES = 0;
+layout(constant_id = 1) const uint SIDES = 1;   // radiances of a voxel
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer Nodes { uint nodes[]; };
 layout(std430, set = 1, binding = 1) restrict readonly buffer Neighbours { uint neighbours[]; };
@@ -20,8 +21,8 @@ layout(push_constant) uniform TouchParams { uint first; uint count; uint first_c
 bool is_lit(uint tile) {
     uint all = 0u;
     uint end = (tile >> 8) + uint(bitCount(tile & 255u));
-    for (uint voxel = tile >> 8; voxel < end; ++voxel) {
-        uvec2 packed = voxel_radiance[voxel];
+    for (uint side = SIDES * (tile >> 8); side < SIDES * end; ++side) {
+        uvec2 packed = voxel_radiance[side];
         all |= packed.x | packed.y & 0xffffu;   // r, g, b, without opacity
     }
     return all != 0u;

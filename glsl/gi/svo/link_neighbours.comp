@@ -1,43 +1,53 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// svo.link_neighbours: index + 1 of each tile's neighbour towards −x, −y and −z on its level, 0 where there is none; found by descent from the root.
-// A thread a tile.
-layout(local_size_x = 256) in;
+// svo.link_neighbours: index + 1 of the neighbours towards −x, −y and −z of the tiles that a level's nodes lead to, 0 where there is none. A neighbour hangs
+// on the same tile, or on that tile's own neighbour, which the level before has found. A thread 16 tiles.
+layout(local_size_x = 64) in;
 
 #include "gi/svo/pool.glsl"
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer Levels { Level levels[]; };
-layout(std430, set = 1, binding = 1) restrict readonly buffer Tiles { uint tiles[]; };
-layout(std430, set = 1, binding = 2) restrict readonly buffer Nodes { uint nodes[]; };
-layout(std430, set = 1, binding = 3) restrict writeonly buffer Neighbours { uint neighbours[]; };
+layout(std430, set = 1, binding = 1) restrict readonly buffer Nodes { uint nodes[]; };
+layout(std430, set = 1, binding = 2) restrict buffer Neighbours { uint neighbours[]; };
 
-layout(push_constant) uniform NeighbourParams {
-    uint level;
-    uint root;           // the coarsest level
-    uint root_tile;
-    uint first_place;    // tile whose place comes first in `tiles`
-    uint first_linked;   // a neighbour before it in the pool counts for none
-} params;
+layout(push_constant) uniform LevelParams { uint level; uint first_child; } params;
 
-// Index + 1 of the tile at `position` of the level, or 0.
-uint find_tile(uvec3 position) {
-    if (any(greaterThanEqual(position, uvec3(1u << (params.root - params.level))))) return 0u;   // also below 0
-    uint tile = params.root_tile;
-    for (uint above = params.root - params.level; above > 0u; --above) {
-        uint word = nodes[tile], node = child_index(position >> (above - 1u));
-        if (!has_child(word, node)) return 0u;
-        tile = child_of(word, node);
+// The word of a tile; that of one without children where they come before `first_child` in the pool.
+uint word_of(uint tile) {
+    uint word = nodes[tile];
+    return word >> 8 < params.first_child ? 0u : word;
+}
+
+// The word of the neighbour along an axis of a tile; that of a tile without children where there is none.
+uint word_before(uint tile, uint axis) {
+    uint before = neighbours[3u * tile + axis];
+    return before == 0u ? 0u : word_of(before - 1u);
+}
+
+void link(uint tile) {
+    uint own = word_of(tile), child = own >> 8;
+    uvec3 before = uvec3(0u);
+    if (tile == 0u) {
+        // The root has none.
+        for (uint axis = 0u; axis < 3u; ++axis) neighbours[axis] = 0u;
+    } else {
+        before = uvec3(word_before(tile, 0u), word_before(tile, 1u), word_before(tile, 2u));
     }
-    return tile < params.first_linked ? 0u : tile + 1u;
+    for (uint node = 0u; node < 8u; ++node) {
+        if (!has_child(own, node)) continue;
+        for (uint axis = 0u; axis < 3u; ++axis) {
+            uint word = (node >> axis & 1u) != 0u ? own : before[axis], beside = node ^ 1u << axis;
+            neighbours[3u * child + axis] = has_child(word, beside) ? child_of(word, beside) + 1u : 0u;
+        }
+        ++child;
+    }
 }
 
 void main() {
     Level level = levels[params.level];
-    uint index = linear_group(gl_WorkGroupID) * 256u + gl_LocalInvocationIndex;
-    if (index >= level.count) return;
-    uint tile = level.first + index;
-    uvec3 position = unpack_tile(tiles[tile - params.first_place]);
-    neighbours[3u * tile] = find_tile(position - uvec3(1u, 0u, 0u));
-    neighbours[3u * tile + 1u] = find_tile(position - uvec3(0u, 1u, 0u));
-    neighbours[3u * tile + 2u] = find_tile(position - uvec3(0u, 0u, 1u));
+    uint group = linear_group(gl_WorkGroupID);
+    for (uint i = 0u; i < TILES_PER_THREAD; ++i) {
+        uint index = TILES_PER_GROUP * group + 64u * i + gl_LocalInvocationIndex;
+        if (index < level.count) link(level.first + index);
+    }
 }

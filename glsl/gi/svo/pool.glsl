@@ -18,7 +18,10 @@ uint child_of(uint tile, uint node) {
     return (tile >> 8) + uint(bitCount(tile & (1u << node) - 1u));
 }
 
-// One level of the pool; the last three words are the arguments of an indirect dispatch of a thread a tile, in groups of 256.
+// Tiles of a workgroup of 64 threads, in the passes that build the pool.
+const uint TILES_PER_THREAD = 16u, TILES_PER_GROUP = 64u * TILES_PER_THREAD;
+
+// One level of the pool; the last three words are the arguments of an indirect dispatch over its tiles.
 struct Level {
     uint first;      // index of its first tile
     uint count;      // its tiles

@@ -16,11 +16,11 @@ uint voxels_in(uint block) {
 }
 
 void main() {
-    uint first = gl_GlobalInvocationID.x * 16u;
-    uint count = 0u;
+    uint group = gl_WorkGroupID.x + gl_WorkGroupID.y * 65535u, first = group * 1024u + gl_LocalInvocationIndex * 16u, count = 0u;
     for (uint i = 0u; i < 16u; ++i) count += voxels_in(first + i);
-    uint total;
-    uint base = group_sums[gl_WorkGroupID.x] + workgroup_prefix_sum(count, total);
+    uint total, base = workgroup_prefix_sum(count, total);
+    if (first >= params.block_count) return;
+    base += group_sums[group];
     for (uint i = 0u; i < 16u; ++i) {
         if (first + i < params.block_count) block_bases[first + i] = base;
         base += voxels_in(first + i);

@@ -2,10 +2,12 @@
 
 pub mod oracle;
 mod sets;
+mod shadow;
 
 use std::sync::Arc;
 
-pub use sets::{Cone, ConeSet, cone_set};
+pub use sets::{Cone, ConeSet, KahlRings, check, cone_set, diffuse_set, kahl_set};
+pub use shadow::{SHADOW, SHADOW_SPARSE, SOFT_SHADOWS, ShadowConeParams};
 
 use crate::gi::Settings;
 use crate::gi::settings::{Domain, Setting};
@@ -44,6 +46,8 @@ gpu_struct! {
         pub interleave: u32,
         /// Width of a stratum of sin²θ; 0 where elevations are fixed.
         pub jitter: f32,
+        /// 1 for visibility alone.
+        pub is_occlusion: u32,
     }
 }
 
@@ -115,16 +119,20 @@ const BOUNCE_BINDINGS: [Binding; 3] = [
 ];
 
 const DENSE: [Binding; 2] = [Binding::sampled("voxels", Access::ComputeSampled), Binding::sampled("matter", Access::ComputeSampled)];
-const SPARSE: [Binding; 2] = [Binding::buffer("nodes", Access::ComputeRead), Binding::sampled("bricks", Access::ComputeSampled)];
+const SPARSE: [Binding; 3] = [
+    Binding::buffer("nodes", Access::ComputeRead),
+    Binding::sampled("bricks", Access::ComputeSampled),
+    Binding::sampled("normals_of_bricks", Access::ComputeSampled),
+];
 
 static GATHER_DENSE_BINDINGS: [Binding; 6] = {
     let ([a, b, c, d], [voxels, matter]) = (GATHER_BINDINGS, DENSE);
     [a, b, c, d, voxels, matter]
 };
 
-static GATHER_SPARSE_BINDINGS: [Binding; 6] = {
-    let ([a, b, c, d], [nodes, bricks]) = (GATHER_BINDINGS, SPARSE);
-    [a, b, c, d, nodes, bricks]
+static GATHER_SPARSE_BINDINGS: [Binding; 7] = {
+    let ([a, b, c, d], [nodes, bricks, normals]) = (GATHER_BINDINGS, SPARSE);
+    [a, b, c, d, nodes, bricks, normals]
 };
 
 static SPECULAR_DENSE_BINDINGS: [Binding; 7] = {
@@ -132,9 +140,9 @@ static SPECULAR_DENSE_BINDINGS: [Binding; 7] = {
     [a, b, c, d, e, voxels, matter]
 };
 
-static SPECULAR_SPARSE_BINDINGS: [Binding; 7] = {
-    let ([a, b, c, d, e], [nodes, bricks]) = (SPECULAR_BINDINGS, SPARSE);
-    [a, b, c, d, e, nodes, bricks]
+static SPECULAR_SPARSE_BINDINGS: [Binding; 8] = {
+    let ([a, b, c, d, e], [nodes, bricks, normals]) = (SPECULAR_BINDINGS, SPARSE);
+    [a, b, c, d, e, nodes, bricks, normals]
 };
 
 static BOUNCE_DENSE_BINDINGS: [Binding; 5] = {
@@ -142,13 +150,13 @@ static BOUNCE_DENSE_BINDINGS: [Binding; 5] = {
     [a, b, c, voxels, matter]
 };
 
-static BOUNCE_SPARSE_BINDINGS: [Binding; 5] = {
-    let ([a, b, c], [nodes, bricks]) = (BOUNCE_BINDINGS, SPARSE);
-    [a, b, c, nodes, bricks]
+static BOUNCE_SPARSE_BINDINGS: [Binding; 6] = {
+    let ([a, b, c], [nodes, bricks, normals]) = (BOUNCE_BINDINGS, SPARSE);
+    [a, b, c, nodes, bricks, normals]
 };
 
-const fn gather_pass(shader: &'static str, bindings: &'static [Binding]) -> Pass {
-    Pass { name: "cone.gather", shaders: Shaders::Compute(shader), bindings, push_bytes: size_of::<ConeParams>() as u32, sets: Sets::Scene }
+const fn gather_pass(name: &'static str, shader: &'static str, bindings: &'static [Binding]) -> Pass {
+    Pass { name, shaders: Shaders::Compute(shader), bindings, push_bytes: size_of::<ConeParams>() as u32, sets: Sets::Scene }
 }
 
 const fn specular_pass(shader: &'static str, bindings: &'static [Binding]) -> Pass {
@@ -160,10 +168,16 @@ const fn bounce_pass(shader: &'static str, bindings: &'static [Binding]) -> Pass
 }
 
 /// E = π Σ w L over a set of cones. Reads the G-buffer and a dense radiance volume with mips, writes RGBA32F (irradiance, ambient visibility).
-pub static GATHER: Pass = gather_pass("gi/cone/gather.comp", &GATHER_DENSE_BINDINGS);
+pub static GATHER: Pass = gather_pass("cone.gather", "gi/cone/gather.comp", &GATHER_DENSE_BINDINGS);
 
 /// As [`GATHER`], through the node pool and the brick pool of a sparse voxel octree.
-pub static GATHER_SPARSE: Pass = gather_pass("gi/cone/gather_svo.comp", &GATHER_SPARSE_BINDINGS);
+pub static GATHER_SPARSE: Pass = gather_pass("cone.gather", "gi/cone/gather_svo.comp", &GATHER_SPARSE_BINDINGS);
+
+/// Ambient visibility by a set of its own, in place of that of [`GATHER`]; what that gathered stays.
+pub static OCCLUSION: Pass = gather_pass("cone.occlusion", "gi/cone/gather.comp", &GATHER_DENSE_BINDINGS);
+
+/// As [`OCCLUSION`], through a sparse voxel octree.
+pub static OCCLUSION_SPARSE: Pass = gather_pass("cone.occlusion", "gi/cone/gather_svo.comp", &GATHER_SPARSE_BINDINGS);
 
 /// L_s by one cone along the mirror direction. Reads as [`GATHER`] and the specular lobe, writes RGBA32F.
 pub static SPECULAR: Pass = specular_pass("gi/cone/specular.comp", &SPECULAR_DENSE_BINDINGS);
@@ -178,10 +192,10 @@ pub static BOUNCE: Pass = bounce_pass("gi/cone/bounce.comp", &BOUNCE_DENSE_BINDI
 pub static BOUNCE_SPARSE: Pass = bounce_pass("gi/cone/bounce_svo.comp", &BOUNCE_SPARSE_BINDINGS);
 
 /// The passes through a dense volume.
-pub static PASSES: &[&Pass] = &[&GATHER, &SPECULAR, &BOUNCE];
+pub static PASSES: &[&Pass] = &[&GATHER, &OCCLUSION, &SPECULAR, &SHADOW, &BOUNCE];
 
 /// The passes through a sparse volume.
-pub static SPARSE_PASSES: &[&Pass] = &[&GATHER_SPARSE, &SPECULAR_SPARSE, &BOUNCE_SPARSE];
+pub static SPARSE_PASSES: &[&Pass] = &[&GATHER_SPARSE, &OCCLUSION_SPARSE, &SPECULAR_SPARSE, &SHADOW_SPARSE, &BOUNCE_SPARSE];
 
 /// What a pass of cones writes.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -208,36 +222,54 @@ pub enum Volume<'v> {
         nodes: &'v Arc<Buffer>,
         /// Brick pool.
         bricks: &'v Arc<Image>,
+        /// Normal bricks, where texels shine by their normals.
+        normals: Option<&'v Arc<Image>>,
         /// Whether its texels are at corners of voxels, not where those of dense mips are.
         corners: bool,
     },
 }
 
 impl Volume<'_> {
+    /// Radiances of a voxel.
+    fn sides(&self) -> u32 {
+        1 + u32::from(matches!(self, Volume::Sparse { normals: Some(_), .. }))
+    }
+
     /// Binds it as the last bindings of a pass, with the constants of the pass.
     fn bind<'f>(&self, pass: PassBuilder<'f>, skips_empty: bool, output: Output) -> PassBuilder<'f> {
-        let output = u32::from(output == Output::Samples);
+        let output = output as u32;
         match *self {
             Volume::Dense { radiance, matter } => pass.bind(radiance).bind(matter).constants(&[u32::from(skips_empty), output]),
-            Volume::Sparse { nodes, bricks, corners } => pass.bind(nodes).bind(bricks).constants(&[u32::from(corners), output]),
+            Volume::Sparse { nodes, bricks, normals, corners } => {
+                let constants = [u32::from(corners), output, u32::from(normals.is_some())];
+                pass.bind(nodes).bind(bricks).bind(normals.unwrap_or(bricks)).constants(&constants)
+            }
         }
     }
 }
 
 /// All structs that this module shares with shaders.
-pub static STRUCTS: &[(&str, &[Field])] =
-    &[(ConeParams::NAME, ConeParams::FIELDS), (SpecularParams::NAME, SpecularParams::FIELDS), (BounceConeParams::NAME, BounceConeParams::FIELDS)];
+pub static STRUCTS: &[(&str, &[Field])] = &[
+    (ConeParams::NAME, ConeParams::FIELDS),
+    (SpecularParams::NAME, SpecularParams::FIELDS),
+    (ShadowConeParams::NAME, ShadowConeParams::FIELDS),
+    (BounceConeParams::NAME, BounceConeParams::FIELDS),
+];
 
 /// Settings of cones.
 pub static SETTINGS: &[Setting] = &[
     Setting { name: "cones", help: "diffuse cones a pixel", unit: "", domain: Domain::OneOf(&[1, 5, 6, 9, 16, 25, 32]), default: "16" },
     Setting {
         name: "cone_set",
-        help: "directions: papers (1, 5, 6 and 9 as published; 16 and more on a disc) or disc (equal shares of the cosine-weighted disc)",
+        help: "directions: papers (1, 5, 6 and 9 as published; 16 and more on a disc), disc (equal shares of the cosine-weighted disc) or kahl (the rings of \
+               kahl_*, whatever cones says)",
         unit: "",
-        domain: Domain::Choice(&["papers", "disc"]),
+        domain: Domain::Choice(&["papers", "disc", "kahl"]),
         default: "disc",
     },
+    Setting { name: "kahl_front", help: "the cone along the normal of cone_set = kahl", unit: "", domain: Domain::Choice(&["on", "off"]), default: "on" },
+    Setting { name: "kahl_intermediate", help: "its four cones at 45°", unit: "", domain: Domain::Choice(&["on", "off"]), default: "on" },
+    Setting { name: "kahl_side", help: "its four cones along the surface", unit: "", domain: Domain::Choice(&["on", "off"]), default: "off" },
     Setting {
         name: "aperture_scale",
         help: "factor on tan(γ/2) of every diffuse cone; 1: the set covers the hemisphere once",
@@ -289,6 +321,41 @@ pub static SETTINGS: &[Setting] = &[
         default: "0",
     },
     Setting {
+        name: "occlusion_cones",
+        help: "cones of the ambient visibility alone, on a disc; 0: those of the gather give it, with ao_falloff and max_distance",
+        unit: "",
+        domain: Domain::Count { min: 0, max: 64 },
+        default: "0",
+    },
+    Setting {
+        name: "occlusion_distance",
+        help: "longest reach of occlusion_cones; 0: to the end of the grid",
+        unit: "m",
+        domain: Domain::Number { min: 0.0, max: 1e6 },
+        default: "0",
+    },
+    Setting {
+        name: "occlusion_falloff",
+        help: "λ of occlusion_cones in the weight 1 / (1 + λ r)",
+        unit: "1/m",
+        domain: Domain::Number { min: 0.0, max: 1e4 },
+        default: "0",
+    },
+    Setting {
+        name: "shadows",
+        help: "of the lights on what is seen: maps, or cones from the surface to each light through the voxels (soft; without maps where nothing else reads them)",
+        unit: "",
+        domain: Domain::Choice(&["maps", "cones"]),
+        default: "maps",
+    },
+    Setting {
+        name: "shadow_aperture",
+        help: "full angle of shadows = cones: a light is as soft as a sphere that is seen so large",
+        unit: "degrees",
+        domain: Domain::Number { min: 1.0, max: 25.0 },
+        default: "5",
+    },
+    Setting {
         name: "specular",
         help: "glossy reflections by one cone, in a scene with glossy surfaces",
         unit: "",
@@ -310,17 +377,24 @@ pub struct ConeSettings {
     ao_falloff: f32,
 }
 
+/// Number of a pixel's diffuse cones.
+pub fn diffuse_count(settings: &Settings) -> u32 {
+    diffuse_set(settings).cones.len() as u32
+}
+
 /// A cone set on the device.
 struct DeviceSet {
     cones: Arc<Buffer>,
     count: u32,
     jitter: f32,
+    is_narrow: bool,
 }
 
 impl DeviceSet {
     fn new(gpu: &Gpu, name: &str, set: &ConeSet) -> Result<Self, Error> {
+        let is_narrow = set.cones.iter().all(|cone| cone.tan_half_aperture <= NARROW);
         let rows: Vec<[f32; 4]> = set.cones.iter().map(|cone| [cone.sin2_theta, cone.phi_rad, cone.tan_half_aperture, cone.weight]).collect();
-        Ok(DeviceSet { cones: storage(gpu, name, bytemuck::cast_slice(&rows))?, count: rows.len() as u32, jitter: set.stratum })
+        Ok(DeviceSet { cones: storage(gpu, name, bytemuck::cast_slice(&rows))?, count: rows.len() as u32, jitter: set.stratum, is_narrow })
     }
 }
 
@@ -331,6 +405,10 @@ pub struct ConeTracer {
     set: DeviceSet,
     /// Of a voxel, where voxels gather.
     bounce_set: Option<DeviceSet>,
+    /// Of a pixel's ambient visibility, where it has cones of its own; their longest reach (m), 0 for the end of the grid, and λ (1/m).
+    occlusion: Option<(DeviceSet, f32, f32)>,
+    /// tan(γ/2) of the cone to a light; absent where shadow maps say what hides it.
+    shadow_tan_half: Option<f32>,
     /// Whether diffuse cones skip samples of a dense volume's empty space. The picture is the same, bit by bit.
     pub skips_empty: bool,
 }
@@ -341,11 +419,26 @@ const NARROW: f32 = 0.3;
 /// Lanes of the widest vector in which a software device runs invocations; a loop turns for all of them until the last has ended.
 const VECTOR_LANES: u32 = 8;
 
+/// Samples of the longest cone: across the cube's diagonal, √3 n voxels, in steps of no less than β voxels.
+fn longest_march(resolution: u32, step_factor: f32) -> u32 {
+    (1.8 * resolution as f32 / step_factor).ceil() as u32 + 1
+}
+
 impl ConeTracer {
     /// From a technique's settings.
     pub fn new(gpu: &Gpu, settings: &Settings) -> Result<Self, Error> {
+        let (resolution, step_factor) = (settings.count("resolution"), settings.number("step_factor"));
+        // A sample that is taken costs a turn of two loops.
+        if 2 * longest_march(resolution, step_factor) > LOOP_BUDGET {
+            let what = format!("step_factor {step_factor} at resolution {resolution} (take larger steps or fewer voxels)");
+            return Err(Error::FeatureMissing { what, feature: "more than 65,535 turns of a shader's loops" });
+        }
         let aperture_scale = settings.number("aperture_scale");
-        let set = cone_set(settings.count("cones"), settings.is("cone_set", "disc"), aperture_scale);
+        let set = DeviceSet::new(gpu, "cone.set", &diffuse_set(settings))?;
+        let occlusion = match settings.count("occlusion_cones") {
+            0 => None,
+            count => Some(DeviceSet::new(gpu, "cone.occlusion_set", &cone_set(count, true, aperture_scale))?),
+        };
         let bounce_set = cone_set(settings.count("bounce_directions"), true, aperture_scale);
         Ok(ConeTracer {
             settings: ConeSettings {
@@ -357,10 +450,27 @@ impl ConeTracer {
                 max_distance_m: settings.number("max_distance"),
                 ao_falloff: settings.number("ao_falloff"),
             },
-            set: DeviceSet::new(gpu, "cone.set", &set)?,
             bounce_set: Bounces::new(settings).any().then(|| DeviceSet::new(gpu, "cone.bounce_set", &bounce_set)).transpose()?,
-            skips_empty: set.cones.iter().all(|cone| cone.tan_half_aperture <= NARROW),
+            occlusion: occlusion.map(|set| (set, settings.number("occlusion_distance"), settings.number("occlusion_falloff"))),
+            shadow_tan_half: settings.is("shadows", "cones").then(|| (0.5 * settings.number("shadow_aperture").to_radians()).tan()),
+            skips_empty: set.is_narrow,
+            set,
         })
+    }
+
+    /// Whether lights have shadows by cones.
+    pub fn has_shadows(&self) -> bool {
+        self.shadow_tan_half.is_some()
+    }
+
+    /// Whether there are cones even where something else gathers the diffuse light.
+    pub fn is_beside_gather(&self) -> bool {
+        self.has_shadows() || self.occlusion.is_some()
+    }
+
+    /// Whether some cones, the specular one aside, skip empty space, and so need the matter pyramid of a dense volume.
+    pub fn needs_matter(&self) -> bool {
+        self.skips_empty || self.has_shadows() || self.occlusion.as_ref().is_some_and(|(set, ..)| set.is_narrow)
     }
 
     /// Adds the diffuse gather.
@@ -368,26 +478,23 @@ impl ConeTracer {
         self.add_gather(frame, gbuffer, grid, volume, result, Output::Light);
     }
 
+    /// Adds the ambient visibility by cones of its own to what was gathered; nothing where the settings have none.
+    pub fn occlusion(&self, frame: &mut Frame, gbuffer: &GBuffer, grid: &VoxelGrid, volume: Volume<'_>, result: &Arc<Image>) {
+        let Some((set, reach_m, falloff)) = &self.occlusion else { return };
+        let settings = ConeSettings { max_distance_m: *reach_m, ao_falloff: *falloff, ..self.settings };
+        let pass = if matches!(volume, Volume::Dense { .. }) { &OCCLUSION } else { &OCCLUSION_SPARSE };
+        for (params, groups) in gather_params(&settings, set, grid, gbuffer) {
+            let params = ConeParams { is_occlusion: 1, ..params };
+            let builder = frame.pass(pass).bind(&gbuffer.view_depth).bind(&gbuffer.normals).bind(&set.cones).bind(result);
+            volume.bind(builder, set.is_narrow, Output::Light).push(&params).dispatch(groups);
+        }
+    }
+
     fn add_gather(&self, frame: &mut Frame, gbuffer: &GBuffer, grid: &VoxelGrid, volume: Volume<'_>, result: &Arc<Image>, output: Output) {
         let pass = if matches!(volume, Volume::Dense { .. }) { &GATHER } else { &GATHER_SPARSE };
-        let s = &self.settings;
-        for [first_cone, end_cone] in self.dispatches(grid, &self.set) {
-            let params = ConeParams {
-                grid: grid.row(),
-                resolution: grid.resolution as f32,
-                step_factor: s.step_factor,
-                opacity_exponent: s.opacity_exponent,
-                height_clamp: s.height_clamp,
-                max_distance: self.max_distance(grid),
-                ao_falloff: s.ao_falloff,
-                start_offset: s.start_offset,
-                first_cone,
-                end_cone,
-                interleave: s.interleave,
-                jitter: self.set.jitter,
-            };
+        for (params, groups) in gather_params(&self.settings, &self.set, grid, gbuffer) {
             let builder = frame.pass(pass).bind(&gbuffer.view_depth).bind(&gbuffer.normals).bind(&self.set.cones).bind(result);
-            volume.bind(builder, self.skips_empty, output).push(&params).dispatch(screen_groups(gbuffer.size));
+            volume.bind(builder, self.skips_empty, output).push(&params).dispatch(groups);
         }
     }
 
@@ -398,31 +505,23 @@ impl ConeTracer {
         let pass = if matches!(volume, Volume::Dense { .. }) { &BOUNCE } else { &BOUNCE_SPARSE };
         let s = &self.settings;
         let first_voxel = ((voxels.grid.origin - grid.origin) / grid.voxel_size).round();
-        for [first_cone, end_cone] in self.dispatches(grid, set) {
+        for [first_cone, end_cone] in s.dispatches(grid, set.count) {
             let params = BounceConeParams {
                 first_voxel: first_voxel.extend(grid.resolution as f32).to_array(),
                 voxel_count: voxels.voxel_count,
                 step_factor: s.step_factor,
                 opacity_exponent: s.opacity_exponent,
                 height_clamp: s.height_clamp,
-                max_distance: self.max_distance(grid),
+                max_distance: s.max_distance(grid),
                 start_offset: s.start_offset,
                 first_cone,
                 end_cone,
                 jitter: set.jitter,
             };
             let builder = frame.pass(pass).bind(&voxels.records).bind(&set.cones).bind(irradiance);
-            volume.bind(builder, self.skips_empty, Output::Light).push(&params).dispatch(linear_groups(voxels.voxel_count));
+            let threads = volume.sides() * voxels.voxel_count;
+            volume.bind(builder, self.skips_empty, Output::Light).push(&params).dispatch(linear_groups(threads));
         }
-    }
-
-    /// First cone, and one beyond the last, of as many dispatches as keep the loops of one thread's cones within `LOOP_BUDGET`.
-    fn dispatches(&self, grid: &VoxelGrid, set: &DeviceSet) -> Vec<[u32; 2]> {
-        // A cone is longest across the cube's diagonal, √3 n voxels, in steps of no less than β voxels. A sample that is taken costs a turn of both loops;
-        // one that is skipped costs a turn of the inner one, which at worst no two lanes of a vector take together.
-        let steps = (1.8 * grid.resolution as f32 / self.settings.step_factor).ceil() as u32 + 1;
-        let cones_a_dispatch = (LOOP_BUDGET / ((2 + VECTOR_LANES) * steps)).max(1);
-        (0..set.count).step_by(cones_a_dispatch as usize).map(|first| [first, (first + cones_a_dispatch).min(set.count)]).collect()
     }
 
     /// Adds the specular cone; nothing in a scene without glossy surfaces.
@@ -439,7 +538,7 @@ impl ConeTracer {
             step_factor: s.step_factor,
             opacity_exponent: s.opacity_exponent,
             height_clamp: s.height_clamp,
-            max_distance: self.max_distance(grid),
+            max_distance: s.max_distance(grid),
             start_offset: s.start_offset,
         };
         let pass = if matches!(volume, Volume::Dense { .. }) { &SPECULAR } else { &SPECULAR_SPARSE };
@@ -477,9 +576,40 @@ impl ConeTracer {
         }
         Ok(counts)
     }
+}
+
+impl ConeSettings {
+    /// First cone, and one beyond the last, of as many dispatches as keep the loops of one thread's cones within `LOOP_BUDGET`.
+    fn dispatches(&self, grid: &VoxelGrid, count: u32) -> Vec<[u32; 2]> {
+        // A sample that is taken costs a turn of both loops; one that is skipped costs a turn of the inner one, which at worst no two lanes of a vector take
+        // together.
+        let cones_a_dispatch = (LOOP_BUDGET / ((2 + VECTOR_LANES) * longest_march(grid.resolution, self.step_factor))).max(1);
+        (0..count).step_by(cones_a_dispatch as usize).map(|first| [first, (first + cones_a_dispatch).min(count)]).collect()
+    }
 
     /// Longest distance (voxels).
     fn max_distance(&self, grid: &VoxelGrid) -> f32 {
-        if self.settings.max_distance_m > 0.0 { self.settings.max_distance_m / grid.voxel_size } else { 4.0 * grid.resolution as f32 }
+        if self.max_distance_m > 0.0 { self.max_distance_m / grid.voxel_size } else { 4.0 * grid.resolution as f32 }
     }
+}
+
+/// What `cone.gather` and `cone.occlusion` are told, and their workgroups, dispatch by dispatch.
+fn gather_params(s: &ConeSettings, set: &DeviceSet, grid: &VoxelGrid, gbuffer: &GBuffer) -> impl Iterator<Item = (ConeParams, [u32; 3])> {
+    let params = |[first_cone, end_cone]: [u32; 2]| ConeParams {
+        grid: grid.row(),
+        resolution: grid.resolution as f32,
+        step_factor: s.step_factor,
+        opacity_exponent: s.opacity_exponent,
+        height_clamp: s.height_clamp,
+        max_distance: s.max_distance(grid),
+        ao_falloff: s.ao_falloff,
+        start_offset: s.start_offset,
+        first_cone,
+        end_cone,
+        interleave: s.interleave,
+        jitter: set.jitter,
+        is_occlusion: 0,
+    };
+    let groups = screen_groups(gbuffer.size);
+    s.dispatches(grid, set.count).into_iter().map(move |cones| (params(cones), groups))
 }

@@ -55,6 +55,52 @@ pub fn sample_chain(chain: &[Volume], uvw: DVec3, level: f64) -> DVec4 {
     chain[finer].sample(uvw).lerp(chain[coarser].sample(uvw), level - level.floor())
 }
 
+/// What cones march through, finest level first.
+#[derive(Clone, Copy)]
+pub struct Levels<'l> {
+    /// Radiance premultiplied by opacity, and opacity; with normals that of both sides together.
+    pub light: &'l [Volume],
+    /// Mean normal of what shines, times its luminance, premultiplied by opacity, and opacity. None where texels shine alike to all sides.
+    pub normals: &'l [Volume],
+}
+
+impl<'l> From<&'l [Volume]> for Levels<'l> {
+    fn from(light: &'l [Volume]) -> Self {
+        Levels { light, normals: &[] }
+    }
+}
+
+impl<'l> From<&'l Vec<Volume>> for Levels<'l> {
+    fn from(light: &'l Vec<Volume>) -> Self {
+        Levels { light, normals: &[] }
+    }
+}
+
+impl Levels<'_> {
+    /// Light and opacity as seen along `direction`.
+    fn sample(&self, uvw: DVec3, level: f64, direction: DVec3) -> DVec4 {
+        let texel = sample_chain(self.light, uvw, level);
+        let luminance = luminance(texel.truncate());
+        if self.normals.is_empty() || luminance <= 0.0 {
+            return texel;
+        }
+        let normal = sample_chain(self.normals, uvw, level).truncate() / luminance;
+        (facing_share(normal, direction) * texel.truncate()).extend(texel.w)
+    }
+}
+
+/// Of linear red, green and blue.
+pub fn luminance(color: DVec3) -> f64 {
+    color.dot(DVec3::new(0.2126, 0.7152, 0.0722))
+}
+
+/// Share of a texel's light that leaves towards a viewer who looks along `direction`, `m` being the mean normal of what shines, no longer than 1: n·ω is
+/// normally distributed around m·ω / |m| with Toksvig's variance (1 − |m|) / |m|; the distribution function is a logistic one, 0.0095 off at most.
+pub fn facing_share(m: DVec3, direction: DVec3) -> f64 {
+    let concentration = m.length().clamp(1e-4, 0.999);
+    1.0 / (1.0 + (1.702 * m.dot(direction) / (concentration * (1.0 - concentration)).sqrt()).exp())
+}
+
 /// Settings of a march.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MarchSettings {
@@ -105,8 +151,9 @@ const LEAST_TRANSMITTANCE: f64 = 0.005;
 const LEAST_STEP_DENOMINATOR: f64 = 0.25;
 
 /// Marches one cone front to back until it leaves the grid, reaches its end or is covered. The midpoint rule: each step is centred on its sample.
-pub fn march(chain: &[Volume], cone: &Cone, settings: &MarchSettings) -> ConeResult {
-    let resolution = f64::from(chain[0].resolution);
+pub fn march<'l>(levels: impl Into<Levels<'l>>, cone: &Cone, settings: &MarchSettings) -> ConeResult {
+    let levels = levels.into();
+    let resolution = f64::from(levels.light[0].resolution);
     let end = exit_distance(cone.origin, cone.direction, resolution).min(settings.max_distance);
     let mut result = ConeResult { radiance: DVec3::ZERO, visibility: 1.0, step_count: 0 };
     let (mut distance, mut through) = (0.0, 1.0);
@@ -114,7 +161,7 @@ pub fn march(chain: &[Volume], cone: &Cone, settings: &MarchSettings) -> ConeRes
         let diameter = sample_diameter(cone, distance, settings);
         let step = settings.step_factor * diameter;
         let centre = distance + step / 2.0;
-        let texel = sample_chain(chain, (cone.origin + centre * cone.direction) / resolution, diameter.log2());
+        let texel = levels.sample((cone.origin + centre * cone.direction) / resolution, diameter.log2(), cone.direction);
         if texel.w > 0.0 {
             let opacity = 1.0 - (1.0 - texel.w).max(0.0).powf(settings.opacity_exponent * settings.step_factor);
             result.radiance += through * opacity * texel.truncate() / texel.w;
@@ -175,7 +222,8 @@ pub struct Placement {
 }
 
 /// E = π Σ w L over a set of cones, and the mean visibility; and the samples that all of them take.
-pub fn gather(chain: &[Volume], receiver: &Receiver, cones: &[SetCone], placement: &Placement, settings: &MarchSettings) -> (Gathered, u32) {
+pub fn gather<'l>(levels: impl Into<Levels<'l>>, receiver: &Receiver, cones: &[SetCone], placement: &Placement, settings: &MarchSettings) -> (Gathered, u32) {
+    let levels = levels.into();
     let origin = receiver.position + placement.start_offset * receiver.geometric_normal;
     let mut gathered = Gathered { irradiance: DVec3::ZERO, visibility: 0.0 };
     let mut samples = 0;
@@ -183,12 +231,38 @@ pub fn gather(chain: &[Volume], receiver: &Receiver, cones: &[SetCone], placemen
         let sin_squared = cone.sin_squared + (placement.pattern.x - 0.5) * placement.jitter;
         let direction = hemisphere_direction(receiver.shading_normal, sin_squared, cone.azimuth_rad + placement.pattern.y * 2.0 * PI);
         let cosine = direction.dot(receiver.geometric_normal).max(0.0);
-        let result = march(chain, &Cone { origin, direction, tan_half: cone.tan_half, height: placement.start_offset, cosine }, settings);
+        let result = march(levels, &Cone { origin, direction, tan_half: cone.tan_half, height: placement.start_offset, cosine }, settings);
         gathered.irradiance += PI * cone.weight * result.radiance;
         gathered.visibility += cone.weight * result.visibility;
         samples += result.step_count;
     }
     (gathered, samples)
+}
+
+/// Where a light is, seen from a grid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LightPlace {
+    /// In this direction (a unit vector), behind everything.
+    Direction(DVec3),
+    /// At this position \[voxels\].
+    Position(DVec3),
+}
+
+/// Fraction of a light that a receiver sees: the transmittance of a cone from `start_offset` over its surface to the light. Its last sample stays in front of the
+/// light: with c − β d(c) / 2 where it begins, c + d(c) / 2 is no further than the light, for d(c) = 1 and d(c) = 2 c tan(γ/2) alike.
+pub fn light_visibility(chain: &[Volume], receiver: &Receiver, start_offset: f64, light: LightPlace, tan_half: f64, settings: &MarchSettings) -> f64 {
+    let origin = receiver.position + start_offset * receiver.geometric_normal;
+    let (direction, distance) = match light {
+        LightPlace::Direction(direction) => (direction, f64::INFINITY),
+        LightPlace::Position(position) => ((position - origin).normalize_or_zero(), (position - origin).length()),
+    };
+    let beta = settings.step_factor;
+    let widest = distance / (1.0 + tan_half);
+    let wide_end = widest * (1.0 - beta * tan_half).max(LEAST_STEP_DENOMINATOR);
+    let narrow_end = distance - 0.5 - beta / 2.0;
+    let settings = MarchSettings { max_distance: wide_end.min(narrow_end), ao_falloff: 0.0, ..*settings };
+    let cosine = direction.dot(receiver.geometric_normal).max(0.0);
+    march(chain, &Cone { origin, direction, tan_half, height: start_offset, cosine }, &settings).visibility
 }
 
 /// E/π \[W/(m² sr)\] at a voxel by a set of cones, neighbours taking different patterns ([`voxel_pattern`]; that of `placement` is not used).
@@ -292,6 +366,23 @@ mod tests {
         assert!((gain.visibility - (1.0 - 0.75 / 6.5)).abs() < 1e-12);
     }
 
+    /// A flat surface is seen from its front alone, one that shines to both sides from either side alike, and what is curved fades over.
+    #[test]
+    fn light_leaves_by_the_normals() {
+        assert!(facing_share(DVec3::Z, -DVec3::Z) > 1.0 - 1e-9 && facing_share(DVec3::Z, DVec3::Z) < 1e-9);
+        assert!((facing_share(DVec3::ZERO, DVec3::X) - 0.5).abs() < 1e-12);
+        // |m| = ½ has σ = 1; 0.8413 is the normal distribution function at 1.
+        assert!((facing_share(0.5 * DVec3::Z, -DVec3::Z) - 0.8413).abs() < 0.0095);
+        for m in [0.1, 0.4, 0.9] {
+            let shares = [0.9, 0.5, 0.0, -0.5, -0.9].map(|cosine: f64| facing_share(m * DVec3::Z, DVec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine)));
+            assert!(shares.windows(2).all(|pair| pair[0] < pair[1]) && (shares[0] + shares[4] - 1.0).abs() < 1e-12, "{shares:?}");
+        }
+        let normals = |z: f64| vec![Volume::new(8, |at| if at[2] == 5 { DVec4::new(0.0, 0.0, z * 0.2126, 0.5) } else { DVec4::ZERO })];
+        let seen = |z: f64| march(Levels { light: &wall(), normals: &normals(z) }, &up(0.0), &TEXTBOOK).radiance;
+        assert!(near(seen(-1.0), march(&wall(), &up(0.0), &TEXTBOOK).radiance));
+        assert!(near(seen(1.0), 0.5 * ENVIRONMENT));
+    }
+
     /// Half steps are centred on the quarters of the texels: α = ¾·½ twice and ¼·½ twice, each to the power ½.
     #[test]
     fn half_steps_interpolate_a_wall() {
@@ -326,6 +417,19 @@ mod tests {
         assert!(near(march(&chain, &up(0.5), &MarchSettings { height_clamp: 100.0, ..TEXTBOOK }).radiance, ENVIRONMENT));
         // At c = 6, height 6: k = 3 allows a diameter of 2.
         assert_eq!(sample_diameter(&up(0.5), 3.0, &MarchSettings { height_clamp: 3.0, ..TEXTBOOK }), 2.0);
+    }
+
+    /// The wall is the layer z = 5, of opacity ½: it hides half of what is behind it, and nothing of what is before it, however wide the cone.
+    #[test]
+    fn a_cone_to_a_light_ends_there() {
+        let normal = DVec3::Z;
+        let receiver = Receiver { position: DVec3::new(4.5, 4.5, 0.0), geometric_normal: normal, shading_normal: normal };
+        let at = |z: f64, tan_half: f64| light_visibility(&wall(), &receiver, 0.0, LightPlace::Position(DVec3::new(4.5, 4.5, z)), tan_half, &TEXTBOOK);
+        for (z, tan_half, expected) in [(4.9, 0.0, 1.0), (6.1, 0.0, 0.5), (100.0, 0.0, 0.5), (5.0, 0.1, 1.0), (0.0, 0.1, 1.0)] {
+            assert_eq!(at(z, tan_half), expected, "a light at {z}, tan(γ/2) = {tan_half}");
+        }
+        let towards = |direction| light_visibility(&wall(), &receiver, 0.0, LightPlace::Direction(direction), 0.0, &TEXTBOOK);
+        assert_eq!([towards(DVec3::Z), towards(DVec3::X)], [0.5, 1.0]);
     }
 
     #[test]

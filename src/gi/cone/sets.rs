@@ -2,7 +2,10 @@
 //!
 //! A weight is the cone's share of E/π, so weights sum to 1 and a uniform environment gives E = π L with every set.
 
-use std::f32::consts::{FRAC_PI_3, FRAC_PI_4, PI, TAU};
+use std::f32::consts::{FRAC_PI_2, FRAC_PI_3, FRAC_PI_4, PI, TAU};
+
+use crate::gi::Settings;
+use crate::gi::settings::SettingError;
 
 /// One cone around the surface normal.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,17 +31,74 @@ pub struct ConeSet {
 
 const GOLDEN_ANGLE_RAD: f32 = 2.399_963_2;
 
+/// γ of all cones of [`kahl_set`] (rad).
+const KAHL_APERTURE_RAD: f32 = 0.55;
+
+/// Which rings of [`kahl_set`] are traced.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct KahlRings {
+    /// The cone along the normal.
+    pub front: bool,
+    /// Four at 45° to it.
+    pub intermediate: bool,
+    /// Four in the tangent plane, each 45° from an intermediate one.
+    pub side: bool,
+}
+
+impl KahlRings {
+    fn new(settings: &Settings) -> Self {
+        let is_on = |name: &str| settings.is(name, "on");
+        KahlRings { front: is_on("kahl_front"), intermediate: is_on("kahl_intermediate"), side: is_on("kahl_side") }
+    }
+}
+
+/// Whether the settings of cones are possible together.
+pub fn check(settings: &Settings) -> Result<(), SettingError> {
+    if settings.is("cone_set", "kahl") && diffuse_set(settings).cones.is_empty() {
+        return Err(SettingError::Together("cone_set = kahl needs one of kahl_front, kahl_intermediate and kahl_side to be on".into()));
+    }
+    Ok(())
+}
+
+/// The set of a pixel's diffuse cones.
+pub fn diffuse_set(settings: &Settings) -> ConeSet {
+    let aperture_scale = settings.number("aperture_scale");
+    match settings.choice("cone_set") {
+        "kahl" => kahl_set(KahlRings::new(settings), aperture_scale),
+        set => cone_set(settings.count("cones"), set == "disc", aperture_scale),
+    }
+}
+
+/// The rings of Kahl 2019, section 5.4.4, all of 0.55 rad. Their weights are not stated; here they are each cone's share of the cosine-weighted hemisphere,
+/// ∫ cos θ dω / π = sin²(γ/2) cos θ, and (γ/2 − sin(γ/2) cos(γ/2)) / π of a cone that the horizon halves, divided by the sum over the rings that are traced.
+pub fn kahl_set(rings: KahlRings, aperture_scale: f32) -> ConeSet {
+    let half = 0.5 * KAHL_APERTURE_RAD;
+    let above = half.sin().powi(2);
+    let all = [
+        (rings.front, 1, 0.0, above),
+        (rings.intermediate, 4, FRAC_PI_4, above * FRAC_PI_4.cos()),
+        (rings.side, 4, FRAC_PI_2, (half - half.sin() * half.cos()) / PI),
+    ];
+    let traced = || all.into_iter().filter(|(is_traced, ..)| *is_traced);
+    let total: f32 = traced().map(|(_, count, _, share)| count as f32 * share).sum();
+    let tan_half_aperture = half.tan() * aperture_scale;
+    let cones = traced().flat_map(|(_, count, theta, share)| ring(count, theta, 0.0, tan_half_aperture, share / total)).collect();
+    ConeSet { cones, stratum: 0.0 }
+}
+
+/// Cones evenly around the normal, the first at the azimuth `turn`.
+fn ring(count: u32, theta: f32, turn: f32, tan_half_aperture: f32, weight: f32) -> impl Iterator<Item = Cone> {
+    (0..count).map(move |i| Cone { sin2_theta: theta.sin().powi(2), phi_rad: turn + TAU * i as f32 / count as f32, tan_half_aperture, weight })
+}
+
 /// The set of `count` cones.
 ///
 /// With `disc`, or for more than nine cones, directions are a Vogel spiral on the unit disc lifted to the hemisphere (Malley), each of weight 1/n and of
 /// the solid angle of its share, π / (n cos θ). Otherwise those of the papers, all of 60° aperture or less:
-/// 1: the normal, 120°. 5: the normal and four at 45° (Kahl 2019, 60°). 6: the normal and five at 60° (Crassin et al. 2011; weights 1/4 and 3/20).
-/// 9: the normal, four at 45° and four at 60° turned by 45° (Kahl 2019's front, intermediate and side cones, 40°). The weights of 5 and 9 are
-/// proportional to cos θ times the cone's solid angle.
+/// 1: the normal, 120°. 5: the normal and four at 45°, 60°. 6: the normal and five at 60° (Crassin et al. 2011; weights 1/4 and 3/20).
+/// 9: the normal, four at 45° and four at 60° turned by 45°, 40°. The weights of 5 and 9 are proportional to cos θ times the cone's solid angle.
 pub fn cone_set(count: u32, disc: bool, aperture_scale: f32) -> ConeSet {
-    let ring = |n: u32, theta: f32, turn: f32, half: f32, weight: f32| {
-        (0..n).map(move |i| Cone { sin2_theta: theta.sin().powi(2), phi_rad: turn + TAU * i as f32 / n as f32, tan_half_aperture: half.tan(), weight })
-    };
+    let ring = |n: u32, theta: f32, turn: f32, half: f32, weight: f32| ring(n, theta, turn, half.tan(), weight);
     let (mut cones, stratum): (Vec<Cone>, f32) = match count {
         _ if disc || count > 9 => (disc_cones(count), 1.0 / count as f32),
         1 => (ring(1, 0.0, 0.0, FRAC_PI_3, 1.0).collect(), 0.0),

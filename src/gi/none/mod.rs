@@ -12,6 +12,7 @@ pub static ENTRY: Entry = Entry {
     summary: "no indirect light",
     bounces: |_| Some(0),
     settings: &[],
+    check: |_| Ok(()),
     presets: &[],
     passes: &[],
     structs: &[],

@@ -25,6 +25,26 @@ gpu_struct! {
 }
 
 gpu_struct! {
+    /// Parameters of `svo.write_normals`.
+    pub struct NormalParams {
+        /// First static tile of the level.
+        pub first: u32,
+        /// Static tiles of the level.
+        pub count: u32,
+        /// First dynamic tile of the level.
+        pub first_dynamic: u32,
+        /// Dynamic tiles of the level.
+        pub dynamic_count: u32,
+        /// The level, 0.
+        pub level: u32,
+        /// Compact index of the first of the voxels whose records are bound.
+        pub first_voxel: u32,
+        /// How many they are.
+        pub voxel_count: u32,
+    }
+}
+
+gpu_struct! {
     /// Parameters of `svo.transfer_borders`.
     pub struct TransferParams {
         /// First static tile of the level.
@@ -68,6 +88,22 @@ pub static WRITE_LEAVES: Pass = Pass {
     sets: Sets::None,
 };
 
+/// The mean normal of what shines of the voxels of each leaf tile into its own normal brick. A thread a texel.
+pub static WRITE_NORMALS: Pass = Pass {
+    name: "svo.write_normals",
+    shaders: Shaders::Compute("gi/svo/write_normals.comp"),
+    bindings: &[
+        Binding::buffer("nodes", Access::ComputeRead),
+        Binding::buffer("voxel_radiance", Access::ComputeRead),
+        Binding::image("bricks", Access::ComputeWrite),
+        Binding::buffer("voxel_records", Access::ComputeRead),
+        LEVELS,
+        LIST,
+    ],
+    push_bytes: size_of::<NormalParams>() as u32,
+    sets: Sets::None,
+};
+
 /// The texels that neighbouring bricks share, along one axis. A thread a tile.
 pub static TRANSFER_BORDERS: Pass = Pass {
     name: "svo.transfer_borders",
@@ -108,10 +144,27 @@ pub struct BrickSettings {
     pub touched: bool,
 }
 
+/// The records of the voxels with some compact indices.
+pub struct RecordRange {
+    /// The first of them.
+    pub first_voxel: u32,
+    /// How many.
+    pub voxel_count: u32,
+    /// One [`crate::gi::voxel::passes::Voxel`] each.
+    pub records: Arc<Buffer>,
+}
+
+/// Normal bricks, and what they are made of.
+struct NormalBricks {
+    image: Arc<Image>,
+    records: Vec<RecordRange>,
+}
+
 /// All bricks of an octree; brick and tile have the same index.
 pub struct BrickPool {
     /// RGBA16F: radiance (W/(m² sr)) premultiplied by opacity, opacity.
     pub image: Arc<Image>,
+    normals: Option<NormalBricks>,
     /// Bricks that there is room for.
     capacity: u32,
     settings: BrickSettings,
@@ -122,32 +175,62 @@ pub struct BrickPool {
 }
 
 impl BrickPool {
-    /// Allocates a brick for each tile, all zero.
+    /// Allocates a brick for each tile, all zero. A voxel has one radiance.
     pub fn new(gpu: &Gpu, nodes: &NodePool, settings: BrickSettings) -> Result<(Self, FrameStats), Error> {
+        Self::allocate(gpu, nodes, settings, None)
+    }
+
+    /// Likewise, and a normal brick. A voxel has a radiance for each side; all of them have records.
+    pub fn with_normals(gpu: &Gpu, nodes: &NodePool, settings: BrickSettings, records: Vec<RecordRange>) -> Result<(Self, FrameStats), Error> {
+        Self::allocate(gpu, nodes, settings, Some(records))
+    }
+
+    fn allocate(gpu: &Gpu, nodes: &NodePool, settings: BrickSettings, records: Option<Vec<RecordRange>>) -> Result<(Self, FrameStats), Error> {
         let capacity = nodes.room();
-        let image = pool_image(gpu, capacity)?;
+        let image = pool_image(gpu, "svo.bricks", capacity)?;
+        let normals = records.map(|records| Ok::<_, Error>(NormalBricks { image: pool_image(gpu, "svo.normals", capacity)?, records })).transpose()?;
         let mut frame = Frame::new();
         let touched = (settings.touched && !settings.corners).then(|| TouchedTiles::new(gpu, nodes, &mut frame)).transpose()?;
         // What no tile writes, a brick's last texels without a neighbour, stays zero.
-        frame.clear_image("svo.clear", &image, [0.0; 4]);
+        for image in std::iter::once(&image).chain(normals.as_ref().map(|normals| &normals.image)) {
+            frame.clear_image("svo.clear_bricks", image, [0.0; 4]);
+        }
         let stats = gpu.submit(frame)?;
-        Ok((BrickPool { image, capacity, settings, touched, nothing: buffer(gpu, "svo.nothing", 0)?, is_filled: false }, stats))
+        Ok((BrickPool { image, normals, capacity, settings, touched, nothing: buffer(gpu, "svo.nothing", 0)?, is_filled: false }, stats))
     }
 
-    /// Makes room for the bricks of dynamic tiles that have become more; static bricks go along as they are.
-    pub fn reserve(&mut self, gpu: &Gpu, nodes: &NodePool) -> Result<FrameStats, Error> {
+    /// Brings the pool up to dynamic tiles and voxels that have changed: these are the records now. Where there is no room for the dynamic bricks, the static ones
+    /// go into a larger pool as they are.
+    pub fn follow(&mut self, gpu: &Gpu, nodes: &NodePool, records: Vec<RecordRange>) -> Result<FrameStats, Error> {
         if let Some(touched) = &mut self.touched {
             touched.reserve(gpu, nodes)?;
         }
+        if let Some(normals) = &mut self.normals {
+            normals.records = records;
+        }
         let mut frame = Frame::new();
-        if nodes.room() > self.capacity {
-            let larger = pool_image(gpu, nodes.room())?;
-            let brick_count = nodes.static_end();
-            let pass = frame.pass(&COPY_BRICKS).bind(&self.image).bind(&larger);
-            pass.push(&CopyBricksParams { brick_count }).dispatch(linear_groups(27 * brick_count));
-            (self.image, self.capacity) = (larger, nodes.room());
+        let room = nodes.room();
+        if room > self.capacity {
+            for image in std::iter::once(&mut self.image).chain(self.normals.as_mut().map(|normals| &mut normals.image)) {
+                let larger = pool_image(gpu, image.name(), room)?;
+                let brick_count = nodes.static_end();
+                let pass = frame.pass(&COPY_BRICKS).bind(&*image).bind(&larger).push(&CopyBricksParams { brick_count });
+                pass.dispatch(linear_groups(27 * brick_count));
+                *image = larger;
+            }
+            self.capacity = room;
         }
         gpu.submit(frame)
+    }
+
+    /// RGBA16F: mean normal of what shines, times its luminance (W/(m² sr)), premultiplied by opacity; opacity. Where there are normal bricks.
+    pub fn normals(&self) -> Option<&Arc<Image>> {
+        self.normals.as_ref().map(|normals| &normals.image)
+    }
+
+    /// Radiances of a voxel.
+    fn sides(&self) -> u32 {
+        1 + u32::from(self.normals.is_some())
     }
 
     /// Adds the passes from the voxels' light to all levels.
@@ -155,38 +238,49 @@ impl BrickPool {
         let is_filled = std::mem::replace(&mut self.is_filled, true);
         for level in 0..nodes.levels.len() {
             let tiles = match &self.touched {
-                Some(touched) if is_filled => touched.find(frame, nodes, radiance, level),
+                Some(touched) if is_filled => touched.find(frame, nodes, radiance, self.sides(), level),
                 _ => Tiles::all(nodes, level, &self.nothing),
             };
             if level == 0 {
                 self.write_leaves(frame, nodes, radiance, &tiles);
-            } else {
-                self.filter(frame, nodes, &tiles);
             }
-            for axis in 0..3 {
-                let pass = frame.pass(&TRANSFER_BORDERS).bind(&nodes.neighbours).bind(&self.image);
-                let BrickParams { first, count, first_dynamic, dynamic_count, level } = tiles.params();
-                let params = TransferParams { first, count, first_dynamic, dynamic_count, level, axis };
-                tiles.dispatch(pass, &[u32::from(self.settings.corners)], &params, 1);
-            }
-            if let Some(dynamic) = &nodes.dynamic {
-                dynamic.keep_static(frame, level, &self.image);
+            for image in std::iter::once(&self.image).chain(self.normals()) {
+                if level > 0 {
+                    self.filter(frame, nodes, image, &tiles);
+                }
+                for axis in 0..3 {
+                    let pass = frame.pass(&TRANSFER_BORDERS).bind(&nodes.neighbours).bind(image);
+                    let BrickParams { first, count, first_dynamic, dynamic_count, level } = tiles.params();
+                    let params = TransferParams { first, count, first_dynamic, dynamic_count, level, axis };
+                    tiles.dispatch(pass, &[u32::from(self.settings.corners)], &params, 1);
+                }
+                if let Some(dynamic) = &nodes.dynamic {
+                    dynamic.keep_static(frame, level, image);
+                }
             }
         }
         if let (Some(touched), false) = (&self.touched, is_filled) {
             for level in 0..nodes.levels.len() {
-                touched.find(frame, nodes, radiance, level);
+                touched.find(frame, nodes, radiance, self.sides(), level);
             }
         }
     }
 
     fn write_leaves(&self, frame: &mut Frame, nodes: &NodePool, radiance: &Arc<Buffer>, tiles: &Tiles) {
-        let pass = frame.pass(&WRITE_LEAVES).bind(&nodes.nodes).bind(radiance).bind(&self.image);
+        let constants = [u32::from(self.settings.corners), self.sides()];
         let texels = if self.settings.corners { 27 } else { 8 };
-        tiles.dispatch(pass, &[u32::from(self.settings.corners)], &tiles.params(), texels);
+        let pass = frame.pass(&WRITE_LEAVES).bind(&nodes.nodes).bind(radiance).bind(&self.image);
+        tiles.dispatch(pass, &constants, &tiles.params(), texels);
+        for (image, range) in self.normals.iter().flat_map(|normals| normals.records.iter().map(|range| (&normals.image, range))) {
+            let BrickParams { first, count, first_dynamic, dynamic_count, level } = tiles.params();
+            let &RecordRange { first_voxel, voxel_count, .. } = range;
+            let params = NormalParams { first, count, first_dynamic, dynamic_count, level, first_voxel, voxel_count };
+            let pass = frame.pass(&WRITE_NORMALS).bind(&nodes.nodes).bind(radiance).bind(image).bind(&range.records);
+            tiles.dispatch(pass, &constants, &params, texels);
+        }
     }
 
-    fn filter(&self, frame: &mut Frame, nodes: &NodePool, tiles: &Tiles) {
+    fn filter(&self, frame: &mut Frame, nodes: &NodePool, image: &Arc<Image>, tiles: &Tiles) {
         // Number of the part, and its texels.
         let parts: &[(u32, u32)] = match self.settings {
             BrickSettings { corners: false, .. } => &[(0, 8)],
@@ -194,7 +288,7 @@ impl BrickPool {
             _ => &[(0, 27)],
         };
         for (part, texels) in parts {
-            let pass = frame.pass(&FILTER).bind(&nodes.nodes).bind(&self.image);
+            let pass = frame.pass(&FILTER).bind(&nodes.nodes).bind(image);
             tiles.dispatch(pass, &[self.settings.filter, u32::from(self.settings.corners), *part], &tiles.params(), *texels);
         }
     }
@@ -205,9 +299,10 @@ impl BrickPool {
     }
 }
 
-fn pool_image(gpu: &Gpu, count: u32) -> Result<Arc<Image>, Error> {
+/// Room for so many bricks.
+fn pool_image(gpu: &Gpu, name: &str, count: u32) -> Result<Arc<Image>, Error> {
     gpu.create_image(&ImageDesc {
-        name: "svo.bricks".into(),
+        name: name.into(),
         extent: pool_extent(count).map(|bricks| 3 * bricks),
         kind: ImageKind::D3,
         format: vk::Format::R16G16B16A16_SFLOAT,

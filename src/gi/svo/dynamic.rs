@@ -6,7 +6,9 @@
 
 use std::sync::Arc;
 
-use super::nodes::{LINK_LEAVES, LINK_NEIGHBOURS, LeafParams, Level, LevelParams, LevelRange, NeighbourParams, NodePool, SCAN_NODES, require_pointers};
+use super::nodes::{
+    LINK_LEAVES, LINK_NEIGHBOURS, LeafParams, Level, LevelParams, LevelRange, NodePool, SCAN_NODES, TILES_PER_GROUP, require_pointers, tile_blocks,
+};
 use crate::gi::voxel::dynamic::with_slack;
 use crate::gi::voxel::voxelize::{buffer, linear_groups};
 use crate::gpu_struct;
@@ -44,8 +46,10 @@ gpu_struct! {
 gpu_struct! {
     /// Parameters of `svo.flag_texels`.
     pub struct TexelParams {
-        /// The level.
-        pub level: u32,
+        /// First dynamic tile of the level.
+        pub first: u32,
+        /// Dynamic tiles of the level.
+        pub count: u32,
         /// First tile behind the static ones.
         pub first_dynamic: u32,
         /// First block of the level among the affected tiles.
@@ -73,7 +77,7 @@ gpu_struct! {
 pub static MARK_AFFECTED: Pass =
     pass("svo.mark_affected", "gi/svo/mark_affected.comp", &[read("touched"), read("occupancy"), read_write("affected_tiles")], size_of::<AffectedParams>());
 
-/// How many dynamic children dynamic tiles have. A thread a tile, as many as the device says.
+/// How many dynamic children dynamic tiles have. A thread 16 tiles, as many as the device says.
 pub static FLAG_DYNAMIC: Pass = pass(
     "svo.flag_dynamic",
     "gi/svo/flag_dynamic.comp",
@@ -81,7 +85,7 @@ pub static FLAG_DYNAMIC: Pass = pass(
     size_of::<DynamicParams>(),
 );
 
-/// Words of dynamic tiles, places and static tiles of their children. A thread a tile, as many as the device says.
+/// Words of dynamic tiles, places and static tiles of their children. A thread 16 tiles, as many as the device says.
 pub static ALLOCATE_DYNAMIC: Pass = pass(
     "svo.allocate_dynamic",
     "gi/svo/allocate_dynamic.comp",
@@ -89,13 +93,9 @@ pub static ALLOCATE_DYNAMIC: Pass = pass(
     size_of::<DynamicParams>(),
 );
 
-/// Which texels of a dynamic tile's brick are made anew. A thread a tile, as many as the device says.
-pub static FLAG_TEXELS: Pass = pass(
-    "svo.flag_texels",
-    "gi/svo/flag_texels.comp",
-    &[read("levels"), read("places"), read("affected_tiles"), write("remade_texels")],
-    size_of::<TexelParams>(),
-);
+/// Which texels of a dynamic tile's brick are made anew. A thread a tile.
+pub static FLAG_TEXELS: Pass =
+    pass("svo.flag_texels", "gi/svo/flag_texels.comp", &[read("places"), read("affected_tiles"), write("remade_texels")], size_of::<TexelParams>());
 
 /// All other texels of it become those of the static tile. A thread a texel.
 pub static KEEP_STATIC: Pass = Pass {
@@ -139,7 +139,7 @@ impl Slots {
             places: array("svo.dynamic_places", capacity)?,
             originals: array("svo.originals", capacity)?,
             remade: array("svo.remade_texels", capacity)?,
-            group_sums: array("svo.group_sums", capacity.div_ceil(256))?,
+            group_sums: array("svo.group_sums", capacity.div_ceil(TILES_PER_GROUP))?,
         };
         // The entry is at the place of the static root, tile 1.
         gpu.upload_buffer(&slots.places, bytemuck::bytes_of(&0u32))?;
@@ -164,17 +164,12 @@ pub struct DynamicTiles {
     first_levels: Arc<Buffer>,
 }
 
-/// Blocks of 4³ tiles along an axis of a level.
-fn tile_blocks(resolution: u32, level: u32) -> u32 {
-    (resolution >> (level + 3)).max(1)
-}
-
-/// Those of all levels before a level.
+/// Blocks of 4³ tiles of all levels before a level.
 fn blocks_before(resolution: u32, level: u32) -> u32 {
     (0..level).map(|level| tile_blocks(resolution, level).pow(3)).sum()
 }
 
-/// Arguments of an indirect dispatch of a thread a tile.
+/// Arguments of an indirect dispatch over the tiles of a level.
 fn arguments(level: u32) -> u64 {
     size_of::<Level>() as u64 * u64::from(level) + 8
 }
@@ -285,7 +280,7 @@ impl DynamicTiles {
                 .bind(group_sums)
                 .push(&params)
                 .dispatch_indirect(&self.device_levels, arguments(level));
-            let scan = LevelParams { level, first_free: self.first };
+            let scan = LevelParams { level, first_child: self.first };
             frame.pass(&SCAN_NODES).bind(group_sums).bind(&self.device_levels).push(&scan).dispatch([1, 1, 1]);
             frame
                 .pass(&ALLOCATE_DYNAMIC)
@@ -302,46 +297,44 @@ impl DynamicTiles {
 
     /// Adds the passes that link dynamic leaves to voxels, and dynamic neighbours to each other, and tell texels that are made anew from those that are not.
     fn add_links(&self, frame: &mut Frame, nodes: &NodePool, touched: &TouchedVoxels<'_>) {
-        let (root, resolution) = (self.root(), self.resolution());
+        let (root, resolution, first_child) = (self.root(), self.resolution(), self.first);
         let Slots { places, remade, .. } = &self.slots;
-        let first_place = self.first - 1;
-        for level in (0..=root).filter(|level| self.levels[*level as usize].count > 0) {
-            if level == 0 {
-                frame
-                    .pass(&LINK_LEAVES)
-                    .bind(&self.device_levels)
-                    .bind(places)
-                    .bind(touched.occupancy)
-                    .bind(touched.block_bases)
-                    .bind(&nodes.nodes)
-                    .push(&LeafParams { resolution, first_place })
-                    .dispatch_indirect(&self.device_levels, arguments(level));
-            }
-            if level < root {
+        let blocks = resolution / 4;
+        frame
+            .pass(&LINK_LEAVES)
+            .bind(&self.device_levels)
+            .bind(places)
+            .bind(touched.occupancy)
+            .bind(touched.block_bases)
+            .bind(&nodes.nodes)
+            .push(&LeafParams { blocks, first_x: 0, first_y: 0, first_z: 0, first_voxel: 0, first_place: self.first - 1, first_child })
+            .dispatch_indirect(&self.device_levels, arguments(1));
+        for level in (0..=root).rev().filter(|level| self.levels[*level as usize].count > 0) {
+            if level > 0 {
                 frame
                     .pass(&LINK_NEIGHBOURS)
                     .bind(&self.device_levels)
-                    .bind(places)
                     .bind(&nodes.nodes)
                     .bind(&nodes.neighbours)
-                    .push(&NeighbourParams { level, root, root_tile: 0, first_place, first_linked: self.first })
+                    .push(&LevelParams { level, first_child })
                     .dispatch_indirect(&self.device_levels, arguments(level));
             }
+            let LevelRange { first, count } = self.levels[level as usize];
             frame
                 .pass(&FLAG_TEXELS)
-                .bind(&self.device_levels)
                 .bind(places)
                 .bind(&self.affected)
                 .bind(remade)
                 .constants(&[u32::from(self.corners)])
                 .push(&TexelParams {
-                    level,
+                    first,
+                    count,
                     first_dynamic: self.first,
                     first_block: blocks_before(resolution, level),
                     blocks: tile_blocks(resolution, level),
                     tiles: resolution >> (level + 1),
                 })
-                .dispatch_indirect(&self.device_levels, arguments(level));
+                .dispatch(linear_groups(count));
         }
     }
 

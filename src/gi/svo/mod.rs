@@ -9,10 +9,10 @@ pub mod touched;
 
 use std::sync::Arc;
 
-pub use bricks::{BrickPool, BrickSettings};
+pub use bricks::{BrickPool, BrickSettings, RecordRange};
 pub use dynamic::TouchedVoxels;
 pub use nodes::NodePool;
-pub use pieces::{Occupancy, PieceVoxelizer, Pieces};
+pub use pieces::{Occupancy, OccupiedCube, PieceVoxelizer, Pieces};
 
 use super::cone::{self, ConeTracer, Volume};
 use super::interleave::{self, deinterleave};
@@ -21,7 +21,7 @@ use super::settings::{Domain, Preset, Setting, Settings};
 use super::voxel::{self, Bounces, Injection, LightSettings, MIP_FILTER, Prefilter, Sides, VoxelSettings};
 use super::{Context, IndirectLight, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image, Pass};
-use crate::render::{GBuffer, GpuScene, LightMaps, screen_image};
+use crate::render::{GBuffer, GpuScene, LightMaps, Output, screen_image};
 use crate::shader::{Field, GpuStruct};
 
 static SETTINGS: &[Setting] = &[
@@ -47,6 +47,14 @@ static SETTINGS: &[Setting] = &[
         unit: "",
         domain: Domain::Choice(&["touched", "all"]),
         default: "touched",
+    },
+    Setting {
+        name: "normals",
+        help: "which way the light of a texel leaves it: off (all ways alike) or toksvig (bricks also hold the mean normal of what shines, and a cone sees the \
+               share that faces it, of normals that are spread by Toksvig's variance)",
+        unit: "",
+        domain: Domain::Choice(&["off", "toksvig"]),
+        default: "off",
     },
 ];
 
@@ -82,7 +90,6 @@ static PRESETS: &[Preset] = &[
 
 /// The passes of this module.
 pub static PASSES: &[&Pass] = &[
-    &pieces::MERGE_OCCUPANCY,
     &nodes::REDUCE_POINTS,
     &nodes::FLAG_NODES,
     &nodes::SCAN_NODES,
@@ -90,6 +97,7 @@ pub static PASSES: &[&Pass] = &[
     &nodes::LINK_LEAVES,
     &nodes::LINK_NEIGHBOURS,
     &bricks::WRITE_LEAVES,
+    &bricks::WRITE_NORMALS,
     &bricks::TRANSFER_BORDERS,
     &bricks::FILTER,
     &bricks::COPY_BRICKS,
@@ -105,14 +113,13 @@ pub static PASSES: &[&Pass] = &[
 
 /// The structs that this module shares with shaders.
 pub static STRUCTS: &[(&str, &[Field])] = &[
-    (pieces::MergeParams::NAME, pieces::MergeParams::FIELDS),
     (nodes::Level::NAME, nodes::Level::FIELDS),
     (nodes::ReduceParams::NAME, nodes::ReduceParams::FIELDS),
     (nodes::FlagParams::NAME, nodes::FlagParams::FIELDS),
     (nodes::LevelParams::NAME, nodes::LevelParams::FIELDS),
     (nodes::LeafParams::NAME, nodes::LeafParams::FIELDS),
-    (nodes::NeighbourParams::NAME, nodes::NeighbourParams::FIELDS),
     (bricks::BrickParams::NAME, bricks::BrickParams::FIELDS),
+    (bricks::NormalParams::NAME, bricks::NormalParams::FIELDS),
     (bricks::TransferParams::NAME, bricks::TransferParams::FIELDS),
     (bricks::CopyBricksParams::NAME, bricks::CopyBricksParams::FIELDS),
     (dynamic::AffectedParams::NAME, dynamic::AffectedParams::FIELDS),
@@ -130,6 +137,7 @@ pub static ENTRY: Entry = Entry {
     summary: "sparse voxel octree with bricks, cone-traced",
     bounces: |settings| Bounces::new(settings).count(),
     settings: &[voxel::SETTINGS, SETTINGS, cone::SETTINGS],
+    check: cone::check,
     presets: PRESETS,
     passes: &[voxel::PASSES, PASSES, cone::SPARSE_PASSES, interleave::PASSES],
     structs: &[voxel::STRUCTS, STRUCTS, cone::STRUCTS, interleave::STRUCTS],
@@ -139,7 +147,6 @@ pub static ENTRY: Entry = Entry {
             name: "node flagging and allocation",
             part: Part::Store,
             passes: &[
-                "svo.merge_occupancy",
                 "svo.copy_occupancy",
                 "svo.clear",
                 "svo.reduce_points",
@@ -158,14 +165,15 @@ pub static ENTRY: Entry = Entry {
         },
         &voxel::LIGHT_INJECTION,
         &Stage { name: "touched tiles", part: Part::Store, passes: &["svo.clear_touched", "svo.flag_touched", "svo.list_touched"] },
-        &Stage { name: "leaf writing", part: Part::Store, passes: &["svo.merge_radiance", "svo.write_leaves"] },
+        &Stage { name: "leaf writing", part: Part::Store, passes: &["svo.clear_bricks", "svo.merge_radiance", "svo.write_leaves", "svo.write_normals"] },
         &Stage { name: "border transfer", part: Part::Store, passes: &["svo.transfer_borders", "svo.keep_static"] },
         &Stage { name: "mip filtering", part: Part::Store, passes: &["svo.filter"] },
         &voxel::BOUNCES,
-        &Stage { name: "gather", part: Part::Picture, passes: &["cone.gather", "gi.deinterleave"] },
+        &Stage { name: "gather", part: Part::Picture, passes: &["cone.gather", "cone.occlusion", "gi.deinterleave"] },
         &Stage { name: "specular", part: Part::Picture, passes: &["cone.specular"] },
+        &cone::SOFT_SHADOWS,
     ],
-    directions: &[Directions { pass: &cone::GATHER_SPARSE, setting: Some("cones") }, Directions { pass: &cone::SPECULAR_SPARSE, setting: None }],
+    directions: &[Directions { pass: &cone::GATHER_SPARSE, count: Some(cone::diffuse_count) }, Directions { pass: &cone::SPECULAR_SPARSE, count: None }],
     voxels: Some(voxel::list_voxels),
     make,
 };
@@ -179,7 +187,7 @@ struct Store {
 
 impl Store {
     fn volume(&self, corners: bool) -> Volume<'_> {
-        Volume::Sparse { nodes: &self.nodes.nodes, bricks: &self.bricks.image, corners }
+        Volume::Sparse { nodes: &self.nodes.nodes, bricks: &self.bricks.image, normals: self.bricks.normals(), corners }
     }
 }
 
@@ -187,6 +195,7 @@ impl Store {
 struct Svo {
     light_settings: LightSettings,
     bricks: BrickSettings,
+    has_normals: bool,
     cones: ConeTracer,
     interleave: u32,
     voxelizer: PieceVoxelizer,
@@ -201,8 +210,10 @@ fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>
     let specular = scene.is_glossy && settings.is("specular", "on");
     let interleave = settings.count("interleave");
     let filter = Prefilter::new(settings) as u32;
+    let has_normals = settings.is("normals", "toksvig");
     Ok(Box::new(Svo {
-        light_settings: LightSettings::new(settings, Sides::One),
+        light_settings: LightSettings::new(settings, if has_normals { Sides::Two } else { Sides::One }),
+        has_normals,
         bricks: BrickSettings {
             corners: settings.is("lattice", "corners"),
             filter,
@@ -234,7 +245,11 @@ impl Technique for Svo {
         if let Some(touched) = voxels.touched() {
             stats.append(nodes.follow(context.gpu, &touched)?);
         }
-        let (bricks, cleared) = BrickPool::new(context.gpu, &nodes, self.bricks)?;
+        let (bricks, cleared) = if self.has_normals {
+            BrickPool::with_normals(context.gpu, &nodes, self.bricks, voxels.records())?
+        } else {
+            BrickPool::new(context.gpu, &nodes, self.bricks)?
+        };
         stats.append(cleared);
         self.store = Some(Store { voxels, nodes, bricks });
         Ok(stats)
@@ -252,13 +267,17 @@ impl Technique for Svo {
         if let Some(touched) = store.voxels.touched() {
             stats.append(store.nodes.follow(context.gpu, &touched)?);
         }
-        stats.append(store.bricks.reserve(context.gpu, &store.nodes)?);
+        stats.append(store.bricks.follow(context.gpu, &store.nodes, store.voxels.records())?);
         self.store = Some(store);
         Ok(stats)
     }
 
     fn needs_rsm(&self) -> bool {
         self.light_settings.injection == Injection::Rsm
+    }
+
+    fn needs_light_maps(&self) -> bool {
+        self.light_settings.reads_maps() || !self.cones.has_shadows()
     }
 
     fn update(&mut self, frame: &mut Frame, _scene: &GpuScene, maps: &LightMaps) {
@@ -280,6 +299,7 @@ impl Technique for Svo {
         let volume = store.volume(self.bricks.corners);
         let target = self.interleaved.as_ref().unwrap_or(&self.light.diffuse);
         self.cones.gather(frame, gbuffer, &store.voxels.grid, volume, target);
+        self.cones.occlusion(frame, gbuffer, &store.voxels.grid, volume, target);
         if let Some(interleaved) = &self.interleaved {
             deinterleave(frame, gbuffer, interleaved, &self.light.diffuse, self.interleave);
         }
@@ -287,6 +307,15 @@ impl Technique for Svo {
             self.cones.specular(frame, gbuffer, &store.voxels.grid, volume, specular);
         }
         self.light.clone()
+    }
+
+    fn direct(&self, frame: &mut Frame, scene: &GpuScene, maps: &LightMaps, gbuffer: &GBuffer, output: &Output) {
+        match &self.store {
+            Some(store) if self.cones.has_shadows() => {
+                self.cones.shadow(frame, scene, gbuffer, &store.voxels.grid, store.volume(self.bricks.corners), &output.direct);
+            }
+            _ => output.draw_direct(frame, scene, maps, gbuffer),
+        }
     }
 
     fn count_samples(&self, gpu: &Gpu, scene: &GpuScene, gbuffer: &GBuffer) -> Result<Vec<(&'static str, u64)>, Error> {

@@ -2,9 +2,11 @@
 
 use std::sync::Arc;
 
+use glam::UVec3;
+
 use super::dynamic::{DynamicTiles, TouchedVoxels};
 use super::pieces::Occupancy;
-use crate::gi::voxel::voxelize::buffer;
+use crate::gi::voxel::voxelize::{buffer, linear_groups};
 use crate::gpu_struct;
 use crate::graph::compute::{pass, read, read_write, write};
 use crate::graph::{Buffer, Error, Frame, FrameStats, Gpu, Pass};
@@ -16,7 +18,7 @@ gpu_struct! {
         pub first: u32,
         /// Its tiles.
         pub count: u32,
-        /// Workgroups of a thread a tile.
+        /// Workgroups over its tiles.
         pub groups_x: u32,
         /// Likewise.
         pub groups_y: u32,
@@ -30,16 +32,20 @@ gpu_struct! {
     pub struct ReduceParams {
         /// Blocks of the finer points along an axis.
         pub finer_blocks: u32,
-        /// Blocks of the coarser points, and of tiles.
-        pub coarser_blocks: u32,
+        /// First of them in the whole lattice.
+        pub first_x: i32,
+        /// Likewise.
+        pub first_y: i32,
+        /// Likewise.
+        pub first_z: i32,
+        /// Blocks of the coarser points along an axis.
+        pub point_blocks: u32,
+        /// Blocks of tiles along an axis.
+        pub tile_blocks: u32,
         /// Tiles of the level along an axis.
         pub tile_limit: u32,
         /// The level, 0 the finest.
         pub level: u32,
-        /// How far below 2q a coarser point reaches.
-        pub point_reach: i32,
-        /// How far below 2T a tile reaches.
-        pub tile_reach: i32,
     }
 }
 
@@ -54,50 +60,44 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// Parameters of `svo.scan_nodes` and `svo.allocate_tiles`.
+    /// Parameters of `svo.scan_nodes`, `svo.allocate_tiles` and `svo.link_neighbours`.
     pub struct LevelParams {
-        /// The level whose nodes get children.
+        /// The level of the nodes that lead to others.
         pub level: u32,
-        /// No tile before this one is given away.
-        pub first_free: u32,
+        /// No tile before this one is given away, or linked.
+        pub first_child: u32,
     }
 }
 
 gpu_struct! {
     /// Parameters of `svo.link_leaves`.
     pub struct LeafParams {
-        /// Voxels along an edge of the grid.
-        pub resolution: u32,
+        /// Blocks along an edge of the cube whose voxels are linked.
+        pub blocks: u32,
+        /// Its first block in the whole grid.
+        pub first_x: u32,
+        /// Likewise.
+        pub first_y: u32,
+        /// Likewise.
+        pub first_z: u32,
+        /// Its first compact index.
+        pub first_voxel: u32,
         /// The tile whose place comes first.
         pub first_place: u32,
+        /// Leaf tiles before this one are left as they are.
+        pub first_child: u32,
     }
 }
 
-gpu_struct! {
-    /// Parameters of `svo.link_neighbours`.
-    pub struct NeighbourParams {
-        /// The level whose tiles are linked.
-        pub level: u32,
-        /// The coarsest level.
-        pub root: u32,
-        /// Its tile.
-        pub root_tile: u32,
-        /// The tile whose place comes first.
-        pub first_place: u32,
-        /// A neighbour before this one in the pool counts for none.
-        pub first_linked: u32,
-    }
-}
-
-/// Points of the next coarser lattice, and tiles of this level, that hold something. A thread 4³ of each.
+/// Points of the next coarser lattice, and tiles of this level, that hold something. A thread 4³ of the finer points.
 pub static REDUCE_POINTS: Pass = pass(
     "svo.reduce_points",
     "gi/svo/reduce_points.comp",
-    &[read("finer_points"), write("coarser_points"), write("level_tiles"), read_write("tile_counts")],
+    &[read("finer_points"), read_write("coarser_points"), read_write("level_tiles"), read_write("tile_counts")],
     size_of::<ReduceParams>(),
 );
 
-/// Which nodes of a level have children. A thread a tile, as many as the device says.
+/// Which nodes of a level have children. A thread 16 tiles, as many as the device says.
 pub static FLAG_NODES: Pass = pass(
     "svo.flag_nodes",
     "gi/svo/flag_nodes.comp",
@@ -108,7 +108,7 @@ pub static FLAG_NODES: Pass = pass(
 /// Prefix sum over groups of tiles; the next finer level. One workgroup.
 pub static SCAN_NODES: Pass = pass("svo.scan_nodes", "gi/svo/scan_nodes.comp", &[read_write("group_sums"), read_write("levels")], size_of::<LevelParams>());
 
-/// Child pointers, and the places of the child tiles. A thread a tile, as many as the device says.
+/// Child pointers, and the places of the child tiles. A thread 16 tiles, as many as the device says.
 pub static ALLOCATE_TILES: Pass = pass(
     "svo.allocate_tiles",
     "gi/svo/allocate_tiles.comp",
@@ -116,21 +116,17 @@ pub static ALLOCATE_TILES: Pass = pass(
     size_of::<LevelParams>(),
 );
 
-/// Voxels of leaf tiles. A thread a tile, as many as the device says.
+/// Voxels of leaf tiles. A thread 16 tiles of the level above, as many as the device says.
 pub static LINK_LEAVES: Pass = pass(
     "svo.link_leaves",
     "gi/svo/link_leaves.comp",
-    &[read("levels"), read("tiles"), read("occupancy"), read("block_bases"), write("nodes")],
+    &[read("levels"), read("tiles"), read("occupancy"), read("block_bases"), read_write("nodes")],
     size_of::<LeafParams>(),
 );
 
-/// Each tile's neighbours before it on its level. A thread a tile, as many as the device says.
-pub static LINK_NEIGHBOURS: Pass = pass(
-    "svo.link_neighbours",
-    "gi/svo/link_neighbours.comp",
-    &[read("levels"), read("tiles"), read("nodes"), write("neighbours")],
-    size_of::<NeighbourParams>(),
-);
+/// The neighbours before each tile that a level's nodes lead to. A thread 16 tiles, as many as the device says.
+pub static LINK_NEIGHBOURS: Pass =
+    pass("svo.link_neighbours", "gi/svo/link_neighbours.comp", &[read("levels"), read("nodes"), read_write("neighbours")], size_of::<LevelParams>());
 
 /// An error where there are more tiles, or voxels, than the 24 bits of a child pointer tell apart.
 pub(super) fn require_pointers(resource: &str, count: u64) -> Result<(), Error> {
@@ -140,6 +136,9 @@ pub(super) fn require_pointers(resource: &str, count: u64) -> Result<(), Error> 
     }
     Err(Error::ImageTooLarge { resource: resource.to_owned(), wanted: count.to_string(), available: format!("{most} (24-bit pointers)") })
 }
+
+/// Tiles of a workgroup, as in `gi/svo/pool.glsl`.
+pub(super) const TILES_PER_GROUP: u32 = 1024;
 
 /// Where the tiles of a level are in the pool.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -168,34 +167,59 @@ struct Pyramid {
     levels: Vec<[Arc<Buffer>; 2]>,
     counts: Arc<Buffer>,
     resolution: u32,
+    corners: bool,
 }
 
 impl Pyramid {
-    fn new(gpu: &Gpu, resolution: u32) -> Result<Self, Error> {
+    fn new(gpu: &Gpu, resolution: u32, corners: bool) -> Result<Self, Error> {
         let bits = |level| -> Result<[Arc<Buffer>; 2], Error> {
-            let bytes = 8 * u64::from(coarser_blocks(resolution, level)).pow(3);
-            Ok([buffer(gpu, "svo.points", bytes)?, buffer(gpu, "svo.tile_bits", bytes)?])
+            let bytes = |blocks: u32| 8 * u64::from(blocks).pow(3);
+            let [points, tiles] = [point_blocks(resolution, level, corners), tile_blocks(resolution, level)].map(bytes);
+            Ok([buffer(gpu, "svo.points", points)?, buffer(gpu, "svo.tile_bits", tiles)?])
         };
         let levels = (0..=root(resolution)).map(bits).collect::<Result<Vec<_>, _>>()?;
         let counts = buffer(gpu, "svo.tile_counts", 4 * levels.len() as u64)?;
-        Ok(Pyramid { levels, counts, resolution })
+        Ok(Pyramid { levels, counts, resolution, corners })
     }
 
-    fn add(&self, frame: &mut Frame, voxels: &Occupancy, corners: bool) {
+    fn add(&self, frame: &mut Frame, voxels: &Occupancy) {
         frame.fill("svo.clear", &self.counts, 0);
-        for (level, [points, tiles]) in (0u32..).zip(&self.levels) {
-            let finer = if level == 0 { &voxels.occupancy } else { &self.levels[level as usize - 1][0] };
-            let params = ReduceParams {
-                finer_blocks: if level == 0 { self.resolution / 4 } else { coarser_blocks(self.resolution, level - 1) },
-                coarser_blocks: coarser_blocks(self.resolution, level),
-                tile_limit: self.resolution >> (level + 1),
-                level,
-                point_reach: i32::from(corners) + i32::from(corners && level == 0),
-                tile_reach: i32::from(corners && level == 0),
-            };
-            let groups = params.coarser_blocks.pow(3).div_ceil(64);
-            frame.pass(&REDUCE_POINTS).bind(finer).bind(points).bind(tiles).bind(&self.counts).push(&params).dispatch([groups, 1, 1]);
+        for bits in self.levels.iter().flatten() {
+            frame.fill("svo.clear", bits, 0);
         }
+        for cube in &voxels.cubes {
+            self.reduce(frame, 0, &cube.occupancy, cube.resolution / 4, cube.first / 4);
+        }
+        for level in 1..self.levels.len() as u32 {
+            self.reduce(frame, level, &self.levels[level as usize - 1][0], point_blocks(self.resolution, level - 1, self.corners), UVec3::ZERO);
+        }
+    }
+
+    /// From so many blocks of finer points along an axis, `first` of them in the whole lattice.
+    fn reduce(&self, frame: &mut Frame, level: u32, finer: &Arc<Buffer>, finer_blocks: u32, first: UVec3) {
+        let [first_x, first_y, first_z] = first.as_ivec3().to_array();
+        let params = ReduceParams {
+            finer_blocks,
+            first_x,
+            first_y,
+            first_z,
+            point_blocks: point_blocks(self.resolution, level, self.corners),
+            tile_blocks: tile_blocks(self.resolution, level),
+            tile_limit: self.resolution >> (level + 1),
+            level,
+        };
+        // Voxels spread to corners by one point.
+        let spread = u32::from(self.corners && level == 0);
+        let [points, tiles] = &self.levels[level as usize];
+        frame
+            .pass(&REDUCE_POINTS)
+            .bind(finer)
+            .bind(points)
+            .bind(tiles)
+            .bind(&self.counts)
+            .constants(&[u32::from(self.corners) + spread, spread])
+            .push(&params)
+            .dispatch(linear_groups(finer_blocks.pow(3)));
     }
 
     /// Tiles of each level, finest first, from tile `first` on. There is always a root.
@@ -220,9 +244,14 @@ pub fn root(resolution: u32) -> u32 {
     resolution.ilog2() - 1
 }
 
-/// Blocks of 4³ along an axis that hold the points 0 to n / 2^(level + 1) of the lattice above `level`.
-fn coarser_blocks(resolution: u32, level: u32) -> u32 {
-    (resolution >> (level + 1)) / 4 + 1
+/// Blocks of 4³ along an axis that hold the tiles of a level.
+pub(super) fn tile_blocks(resolution: u32, level: u32) -> u32 {
+    (resolution >> (level + 3)).max(1)
+}
+
+/// Blocks of 4³ along an axis that hold the points of the lattice above `level`: as many as there are tiles, and on corners one more.
+fn point_blocks(resolution: u32, level: u32, corners: bool) -> u32 {
+    if corners { (resolution >> (level + 3)) + 1 } else { tile_blocks(resolution, level) }
 }
 
 impl NodePool {
@@ -239,9 +268,9 @@ impl NodePool {
     }
 
     fn build_from(gpu: &Gpu, voxels: &Occupancy, corners: bool, first: u32) -> Result<(Self, FrameStats), Error> {
-        let pyramid = Pyramid::new(gpu, voxels.resolution)?;
+        let pyramid = Pyramid::new(gpu, voxels.resolution, corners)?;
         let mut frame = Frame::new();
-        pyramid.add(&mut frame, voxels, corners);
+        pyramid.add(&mut frame, voxels);
         let mut stats = gpu.submit(frame)?;
         let levels = pyramid.read_levels(gpu, first)?;
         let tiles = u64::from(levels[0].first + levels[0].count);
@@ -296,17 +325,17 @@ impl NodePool {
         // Place of each tile on its level, 3×10 bits.
         let tiles = buffer(gpu, "svo.tiles", 4 * u64::from(self.static_end()))?;
         let most = self.levels.iter().map(|level| level.count).max().unwrap_or(1);
-        let group_sums = buffer(gpu, "svo.group_sums", 4 * u64::from(most.div_ceil(256)))?;
+        let group_sums = buffer(gpu, "svo.group_sums", 4 * u64::from(most.div_ceil(TILES_PER_GROUP)))?;
         let arguments = |level: u32| size_of::<Level>() as u64 * u64::from(level) + 8;
         let mut frame = Frame::new();
         frame.fill("svo.clear", &tiles, 0);
         if root_tile > 0 {
-            // The root of static and dynamic tiles has no neighbours.
+            // Neither the static root nor tile 0 has neighbours.
             frame.fill("svo.clear", &self.neighbours, 0);
         }
         for level in (1..=root).rev() {
-            let params = LevelParams { level, first_free: 0 };
-            let flag = FlagParams { level, child_blocks: coarser_blocks(pyramid.resolution, level - 1) };
+            let params = LevelParams { level, first_child: 0 };
+            let flag = FlagParams { level, child_blocks: tile_blocks(pyramid.resolution, level - 1) };
             let child_bits = &pyramid.levels[level as usize - 1][1];
             frame
                 .pass(&FLAG_NODES)
@@ -327,23 +356,26 @@ impl NodePool {
                 .push(&params)
                 .dispatch_indirect(&device_levels, arguments(level));
         }
-        frame
-            .pass(&LINK_LEAVES)
-            .bind(&device_levels)
-            .bind(&tiles)
-            .bind(&voxels.occupancy)
-            .bind(&voxels.block_bases)
-            .bind(&self.nodes)
-            .push(&LeafParams { resolution: pyramid.resolution, first_place: 0 })
-            .dispatch_indirect(&device_levels, arguments(0));
-        for level in 0..=root {
+        for cube in &voxels.cubes {
+            let [first_x, first_y, first_z] = (cube.first / 4).to_array();
+            let (blocks, first_voxel) = (cube.resolution / 4, cube.first_voxel);
+            frame
+                .pass(&LINK_LEAVES)
+                .bind(&device_levels)
+                .bind(&tiles)
+                .bind(&cube.occupancy)
+                .bind(&cube.block_bases)
+                .bind(&self.nodes)
+                .push(&LeafParams { blocks, first_x, first_y, first_z, first_voxel, first_place: 0, first_child: 0 })
+                .dispatch_indirect(&device_levels, arguments(1));
+        }
+        for level in (1..=root).rev() {
             frame
                 .pass(&LINK_NEIGHBOURS)
                 .bind(&device_levels)
-                .bind(&tiles)
                 .bind(&self.nodes)
                 .bind(&self.neighbours)
-                .push(&NeighbourParams { level, root, root_tile, first_place: 0, first_linked: 0 })
+                .push(&LevelParams { level, first_child: 0 })
                 .dispatch_indirect(&device_levels, arguments(level));
         }
         gpu.submit(frame)

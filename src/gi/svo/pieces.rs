@@ -4,49 +4,14 @@ use std::sync::Arc;
 
 use glam::UVec3;
 
+use super::bricks::RecordRange;
 use super::dynamic::TouchedVoxels;
 use super::nodes::require_pointers;
 use crate::gi::cone::{ConeTracer, Volume};
-use crate::gi::voxel::voxelize::{buffer, linear_groups};
+use crate::gi::voxel::voxelize::buffer;
 use crate::gi::voxel::{Accumulation, DynamicVoxels, LightSettings, VoxelGrid, VoxelLight, VoxelLookup, VoxelRecords, VoxelSettings, Voxelizer, Voxels};
-use crate::gpu_struct;
-use crate::graph::{Access, Binding, Buffer, Error, Frame, FrameStats, Gpu, Pass, Sets, Shaders};
+use crate::graph::{Buffer, Error, Frame, FrameStats, Gpu};
 use crate::render::{GpuScene, LightMaps};
-
-gpu_struct! {
-    /// Parameters of `svo.merge_occupancy`.
-    pub struct MergeParams {
-        /// Blocks of the piece along an axis.
-        pub piece_blocks: u32,
-        /// Blocks of the whole grid along an axis.
-        pub blocks: u32,
-        /// First block of the piece in the whole grid.
-        pub first_x: u32,
-        /// Likewise.
-        pub first_y: u32,
-        /// Likewise.
-        pub first_z: u32,
-        /// Voxels of the pieces before it.
-        pub first_voxel: u32,
-    }
-}
-
-/// Occupancy and block bases of a piece into those of the whole grid. A thread a block.
-pub static MERGE_OCCUPANCY: Pass = Pass {
-    name: "svo.merge_occupancy",
-    shaders: Shaders::Compute("gi/svo/merge_occupancy.comp"),
-    bindings: &[
-        Binding::buffer("piece_occupancy", Access::ComputeRead),
-        Binding::buffer("piece_bases", Access::ComputeRead),
-        Binding::buffer("occupancy", Access::ComputeWrite),
-        Binding::buffer("block_bases", Access::ComputeWrite),
-    ],
-    push_bytes: size_of::<MergeParams>() as u32,
-    sets: Sets::None,
-};
-
-/// No piece is smaller than this along an edge (voxels).
-const SMALLEST_PIECE: u32 = 64;
 
 /// A piece and its light.
 struct Piece {
@@ -60,7 +25,8 @@ struct Piece {
 pub struct PieceVoxelizer {
     settings: VoxelSettings,
     grid: VoxelGrid,
-    /// One a piece, x fastest; a cube of pieces.
+    whole: Voxelizer,
+    /// One a piece.
     voxelizers: Vec<Voxelizer>,
 }
 
@@ -72,8 +38,9 @@ pub struct Pieces {
     pub voxel_count: u32,
     /// Triangle–voxel pairs.
     pub fragment_count: u32,
-    /// Radiance and opacity of each voxel.
+    /// Radiance and opacity of each voxel, or of each side of it.
     pub radiance: Arc<Buffer>,
+    /// Those that are not empty, or the whole.
     pieces: Vec<Piece>,
 }
 
@@ -81,20 +48,31 @@ pub struct Pieces {
 pub struct Occupancy {
     /// Voxels along an edge of the grid.
     pub resolution: u32,
+    /// Cubes of the grid that have all voxels in them.
+    pub cubes: Vec<OccupiedCube>,
+}
+
+/// The voxels of a cube of the grid.
+pub struct OccupiedCube {
+    /// Its smallest corner (voxels).
+    pub first: UVec3,
+    /// Voxels along its edge.
+    pub resolution: u32,
     /// One bit a voxel.
     pub occupancy: Arc<Buffer>,
-    /// Compact index of each block's first voxel.
+    /// Of each block, voxels of the cube before its first one.
     pub block_bases: Arc<Buffer>,
+    /// Compact index of the cube's first voxel.
+    pub first_voxel: u32,
 }
 
-impl From<&Voxels> for Occupancy {
-    fn from(voxels: &Voxels) -> Self {
-        Occupancy { resolution: voxels.grid.resolution, occupancy: Arc::clone(&voxels.occupancy), block_bases: Arc::clone(&voxels.block_bases) }
+impl OccupiedCube {
+    fn new(voxels: &Voxels, first: UVec3, first_voxel: u32) -> Self {
+        let (occupancy, block_bases) = (Arc::clone(&voxels.occupancy), Arc::clone(&voxels.block_bases));
+        OccupiedCube { first, resolution: voxels.grid.resolution, occupancy, block_bases, first_voxel }
     }
-}
 
-impl Occupancy {
-    /// That of these voxels as they are now.
+    /// A whole grid, as it is now.
     fn copy(gpu: &Gpu, voxels: &Voxels) -> Result<(Self, FrameStats), Error> {
         let copied = |frame: &mut Frame, name, source: &Arc<Buffer>| {
             let target = buffer(gpu, name, source.size_bytes())?;
@@ -105,111 +83,86 @@ impl Occupancy {
         let occupancy = copied(&mut frame, "svo.occupancy", &voxels.occupancy)?;
         let block_bases = copied(&mut frame, "svo.block_bases", &voxels.block_bases)?;
         let stats = gpu.submit(frame)?;
-        Ok((Occupancy { resolution: voxels.grid.resolution, occupancy, block_bases }, stats))
+        Ok((OccupiedCube { occupancy, block_bases, ..OccupiedCube::new(voxels, UVec3::ZERO, 0) }, stats))
+    }
+}
+
+impl From<&Voxels> for Occupancy {
+    fn from(voxels: &Voxels) -> Self {
+        Occupancy { resolution: voxels.grid.resolution, cubes: vec![OccupiedCube::new(voxels, UVec3::ZERO, 0)] }
     }
 }
 
 impl PieceVoxelizer {
     /// For a grid around the scene.
     pub fn new(gpu: &Gpu, scene: &GpuScene, settings: VoxelSettings) -> Result<Self, Error> {
-        let grid = VoxelGrid::around(scene.bounds, settings.resolution);
-        let mut made = PieceVoxelizer { settings, grid, voxelizers: Vec::new() };
-        made.cut(gpu, 1)?;
-        Ok(made)
+        let whole = Voxelizer::new(gpu, scene, settings)?;
+        Ok(PieceVoxelizer { settings, grid: VoxelGrid::around(scene.bounds, settings.resolution), voxelizers: whole.cut(1), whole })
     }
 
     /// Cuts the grid into a cube of pieces, so many along an edge.
-    pub fn cut(&mut self, gpu: &Gpu, along: u32) -> Result<(), Error> {
-        self.voxelizers.clear();
-        let resolution = self.grid.resolution / along;
-        for index in 0..along.pow(3) {
-            let first = resolution * piece_place(index, along);
-            self.voxelizers.push(Voxelizer::of_piece(gpu, self.settings, self.grid, first, resolution)?);
-        }
-        Ok(())
+    pub fn cut(&mut self, along: u32) {
+        self.voxelizers = self.whole.cut(along);
     }
 
     /// Voxelizes. What is too large to bind is tried again in smaller pieces, but where voxels see lights by rays: a piece does not know the others.
     pub fn run(&mut self, gpu: &Gpu, scene: &GpuScene, light: LightSettings) -> Result<(Pieces, Occupancy, FrameStats), Error> {
-        loop {
-            let along = (self.voxelizers.len() as f64).cbrt().round() as u32;
-            match self.attempt(gpu, scene, light, along) {
-                Err(Error::TooLarge { .. }) if self.grid.resolution / along > SMALLEST_PIECE && !light.traces() => self.cut(gpu, 2 * along)?,
-                result => return result,
-            }
-        }
+        let Self { settings, grid, ref whole, ref mut voxelizers } = *self;
+        let attempt = |voxelizers: &mut [Voxelizer]| attempt(gpu, scene, settings, grid, light, voxelizers);
+        if light.traces() { attempt(voxelizers) } else { whole.run_in_pieces(voxelizers, attempt) }
     }
+}
 
-    fn attempt(&mut self, gpu: &Gpu, scene: &GpuScene, settings: LightSettings, along: u32) -> Result<(Pieces, Occupancy, FrameStats), Error> {
-        let mut stats = FrameStats::default();
-        let mut found = Vec::with_capacity(self.voxelizers.len());
-        let mut pieces = Vec::with_capacity(self.voxelizers.len());
-        let mut static_occupancy = None;
-        for voxelizer in &mut self.voxelizers {
-            let (voxels, dynamic) = if scene.dynamic.is_some() && along == 1 && self.settings.accumulation == Accumulation::Exact {
-                let (mut voxels, mut dynamic, cost) = voxelizer.run_static(gpu, scene)?;
-                stats.append(cost);
-                let (occupancy, cost) = Occupancy::copy(gpu, &voxels)?;
-                stats.append(cost);
-                static_occupancy = Some(occupancy);
-                stats.append(dynamic.update(gpu, scene, voxelizer, &mut voxels)?);
-                (voxels, Some(dynamic))
-            } else {
-                let (voxels, cost) = voxelizer.run(gpu, scene)?;
-                stats.append(cost);
-                (voxels, None)
-            };
-            let light = VoxelLight::new(gpu, scene, &voxels, settings)?;
-            let mut records = VoxelRecords::from(&voxels);
-            if dynamic.is_none() && !settings.traces() {
-                // Light finds its voxels in the octree: the dense grid goes with `occupancy`.
-                records.dense = None;
-            }
-            pieces.push(Piece { voxels: records, light, dynamic: dynamic.map(|dynamic| (voxels.clone(), dynamic)) });
-            found.push(voxels);
-        }
-        self.voxelizers.iter_mut().for_each(Voxelizer::release);
-        require_pointers("voxel.records", found.iter().map(|voxels| u64::from(voxels.voxel_count)).sum())?;
-        let voxel_count = found.iter().map(|voxels| voxels.voxel_count - voxels.hidden_count).sum();
-        let fragment_count = found.iter().map(|voxels| voxels.fragment_count).sum();
-        let (occupancy, radiance) = match (found.as_slice(), pieces.as_slice()) {
-            ([voxels], [whole]) => (static_occupancy.unwrap_or_else(|| Occupancy::from(voxels)), Arc::clone(&whole.light.radiance)),
-            _ => {
-                let (occupancy, cost) = merge(gpu, self.grid, &found, along)?;
-                stats.append(cost);
-                (occupancy, buffer(gpu, "svo.radiance", 8 * u64::from(voxel_count))?)
-            }
+fn attempt(
+    gpu: &Gpu,
+    scene: &GpuScene,
+    settings: VoxelSettings,
+    grid: VoxelGrid,
+    light_settings: LightSettings,
+    voxelizers: &mut [Voxelizer],
+) -> Result<(Pieces, Occupancy, FrameStats), Error> {
+    let is_whole = voxelizers.len() == 1;
+    let mut stats = FrameStats::default();
+    let mut occupancy = Occupancy { resolution: grid.resolution, cubes: Vec::new() };
+    let mut pieces = Vec::new();
+    let (mut voxel_count, mut fragment_count, mut first_voxel) = (0, 0, 0);
+    for voxelizer in voxelizers.iter_mut() {
+        let (voxels, dynamic) = if scene.dynamic.is_some() && is_whole && settings.accumulation == Accumulation::Exact {
+            let (mut voxels, mut dynamic, cost) = voxelizer.run_static(gpu, scene)?;
+            stats.append(cost);
+            let (cube, cost) = OccupiedCube::copy(gpu, &voxels)?;
+            stats.append(cost);
+            occupancy.cubes.push(cube);
+            stats.append(dynamic.update(gpu, scene, voxelizer, &mut voxels)?);
+            (voxels, Some(dynamic))
+        } else {
+            let (voxels, cost) = voxelizer.run(gpu, scene)?;
+            stats.append(cost);
+            occupancy.cubes.push(OccupiedCube::new(&voxels, voxelizer.first_voxel(), first_voxel));
+            (voxels, None)
         };
-        Ok((Pieces { grid: self.grid, voxel_count, fragment_count, radiance, pieces }, occupancy, stats))
+        voxelizer.release();
+        if voxels.voxel_count == 0 && !is_whole {
+            occupancy.cubes.pop();
+            continue;
+        }
+        require_pointers("voxel.records", u64::from(first_voxel) + u64::from(voxels.voxel_count))?;
+        let light = VoxelLight::new(gpu, scene, &voxels, light_settings)?;
+        let mut records = VoxelRecords::from(&voxels);
+        if dynamic.is_none() && !light_settings.traces() {
+            // Light finds its voxels in the octree: the dense grid goes with `occupancy`.
+            records.dense = None;
+        }
+        voxel_count += voxels.voxel_count - voxels.hidden_count;
+        fragment_count += voxels.fragment_count;
+        first_voxel += voxels.voxel_count;
+        pieces.push(Piece { voxels: records, light, dynamic: dynamic.map(|dynamic| (voxels, dynamic)) });
     }
-}
-
-/// Where a piece is, in pieces.
-fn piece_place(index: u32, along: u32) -> UVec3 {
-    UVec3::new(index % along, index / along % along, index / (along * along))
-}
-
-fn merge(gpu: &Gpu, grid: VoxelGrid, pieces: &[Voxels], along: u32) -> Result<(Occupancy, FrameStats), Error> {
-    let blocks = u64::from(grid.block_count());
-    let occupancy = buffer(gpu, "svo.occupancy", 8 * blocks)?;
-    let block_bases = buffer(gpu, "svo.block_bases", 4 * blocks)?;
-    let mut frame = Frame::new();
-    let mut first_voxel = 0;
-    for (index, piece) in (0u32..).zip(pieces) {
-        let piece_blocks = piece.grid.resolution / 4;
-        let [first_x, first_y, first_z] = (piece_blocks * piece_place(index, along)).to_array();
-        frame
-            .pass(&MERGE_OCCUPANCY)
-            .bind(&piece.occupancy)
-            .bind(&piece.block_bases)
-            .bind(&occupancy)
-            .bind(&block_bases)
-            .push(&MergeParams { piece_blocks, blocks: grid.resolution / 4, first_x, first_y, first_z, first_voxel })
-            .dispatch(linear_groups(piece_blocks.pow(3)));
-        first_voxel += piece.voxel_count;
-    }
-    let stats = gpu.submit(frame)?;
-    Ok((Occupancy { resolution: grid.resolution, occupancy, block_bases }, stats))
+    let radiance = match pieces.as_slice() {
+        [whole] => Arc::clone(&whole.light.radiance),
+        _ => buffer(gpu, "svo.radiance", light_settings.sides.radiance_bytes(voxel_count))?,
+    };
+    Ok((Pieces { grid, voxel_count, fragment_count, radiance, pieces }, occupancy, stats))
 }
 
 impl Pieces {
@@ -220,13 +173,13 @@ impl Pieces {
         else {
             return Ok(None);
         };
-        let mut stats = match dynamic.update(gpu, scene, voxelizer, voxels) {
+        let stats = match dynamic.update(gpu, scene, voxelizer, voxels) {
             Err(Error::TooLarge { .. }) => return Ok(None),
             updated => updated?,
         };
-        match light.follow(gpu, scene, voxels, dynamic.slots(voxels)) {
+        match light.follow(gpu, scene, voxels, dynamic.slots(voxels).start) {
             Err(Error::TooLarge { .. }) => return Ok(None),
-            cleared => stats.append(cleared?),
+            followed => followed?,
         }
         self.radiance = Arc::clone(&light.radiance);
         *records = VoxelRecords::from(&*voxels);
@@ -270,12 +223,23 @@ impl Pieces {
         for piece in &self.pieces {
             add(frame, piece, first_voxel);
             let Piece { voxels, light, .. } = piece;
-            let bytes = 8 * u64::from(voxels.voxel_count);
+            let bytes = light.settings.sides.radiance_bytes(voxels.voxel_count);
             if self.pieces.len() > 1 && bytes > 0 {
-                frame.copy_buffer("svo.merge_radiance", (&light.radiance, 0), (&self.radiance, 8 * u64::from(first_voxel)), bytes);
+                frame.copy_buffer("svo.merge_radiance", (&light.radiance, 0), (&self.radiance, light.settings.sides.radiance_bytes(first_voxel)), bytes);
             }
             first_voxel += voxels.voxel_count;
         }
+    }
+
+    /// The records of all voxels.
+    pub fn records(&self) -> Vec<RecordRange> {
+        let mut first_voxel = 0;
+        let range = |Piece { voxels, .. }: &Piece| {
+            let range = RecordRange { first_voxel, voxel_count: voxels.voxel_count, records: Arc::clone(&voxels.records) };
+            first_voxel += voxels.voxel_count;
+            range
+        };
+        self.pieces.iter().map(range).collect()
     }
 
     /// Counts of fragments, voxels, pieces and light, for the report.

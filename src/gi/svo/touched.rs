@@ -123,8 +123,9 @@ impl TouchedTiles {
         Ok(())
     }
 
-    /// Adds the passes that find the touched tiles of a level. Levels come in order, finest first, and the tiles hold until the next is asked for.
-    pub(super) fn find<'t>(&'t self, frame: &mut Frame, nodes: &NodePool, radiance: &Arc<Buffer>, level: usize) -> Tiles<'t> {
+    /// Adds the passes that find the touched tiles of a level. Levels come in order, finest first, and the tiles hold until the next is
+    /// asked for. `sides`: radiances of a voxel.
+    pub(super) fn find<'t>(&'t self, frame: &mut Frame, nodes: &NodePool, radiance: &Arc<Buffer>, sides: u32, level: usize) -> Tiles<'t> {
         let ranges = nodes.ranges(level);
         let [LevelRange { first, count }, LevelRange { first: first_dynamic, count: dynamic_count }] = ranges;
         let (own, children) = (&self.bits[level % 2], &self.bits[1 - level % 2]);
@@ -140,7 +141,7 @@ impl TouchedTiles {
             .bind(children)
             .bind(own)
             .bind(&self.lit_leaves)
-            .constants(&[u32::from(level == 0)])
+            .constants(&[u32::from(level == 0), sides])
             .push(&TouchParams { first, count, first_child: first + count })
             .dispatch(linear_groups(count));
         let params = ListTouchedParams { first, count, first_dynamic, dynamic_count, level: level as u32 };
@@ -163,8 +164,8 @@ fn list_buffer(gpu: &Gpu, nodes: &NodePool) -> Result<Arc<Buffer>, Error> {
 /// Tiles of a level that passes over bricks run on.
 pub(super) struct Tiles<'t> {
     /// Static and dynamic ones.
-    pub(super) ranges: [LevelRange; 2],
-    pub(super) level: u32,
+    ranges: [LevelRange; 2],
+    level: u32,
     /// The touched tiles by level, and one by one.
     lists: [&'t Arc<Buffer>; 2],
     is_listed: bool,

@@ -1,6 +1,5 @@
 //! Direct light into voxels: injection of reflective shadow maps, or shading of each voxel, and emission.
 
-use std::ops::Range;
 use std::sync::Arc;
 
 use super::rays::LOOP_BUDGET;
@@ -8,7 +7,7 @@ use super::voxelize::{buffer, linear_groups};
 use super::{Bounces, VoxelGrid, Voxels};
 use crate::gi::Settings;
 use crate::gpu_struct;
-use crate::graph::{Access, Binding, Buffer, Error, Frame, FrameStats, Gpu, Image, Pass, Sets, Shaders};
+use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu, Image, Pass, Sets, Shaders};
 use crate::render::{GpuScene, LightMaps};
 use crate::scene::Light;
 
@@ -145,6 +144,13 @@ pub enum Sides {
     Two = 2,
 }
 
+impl Sides {
+    /// Bytes of so many voxels' radiances.
+    pub fn radiance_bytes(self, voxel_count: u32) -> u64 {
+        8 * self as u64 * u64::from(voxel_count)
+    }
+}
+
 /// How light falls on a voxel that is shaded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Attenuation {
@@ -201,6 +207,11 @@ impl LightSettings {
     /// Everything but these as it is by default.
     pub fn direct(injection: Injection, sides: Sides) -> Self {
         LightSettings { injection, sides, bounces: Bounces::Count(1), attenuation: Attenuation::Standard, occlusion: Occlusion::ShadowMap, kappa: 1.0 }
+    }
+
+    /// Whether maps of the lights say where light reaches voxels.
+    pub fn reads_maps(&self) -> bool {
+        self.injection == Injection::Rsm || !self.traces()
     }
 
     /// Whether voxels see lights by rays, for which the grid has to be whole.
@@ -286,7 +297,7 @@ impl VoxelLight {
         }
         let capacity = voxels.capacity();
         let count = sides as u64 * u64::from(capacity);
-        let irradiance = bounces.any().then(|| buffer(gpu, "voxel.irradiance", 8 * count)).transpose()?;
+        let irradiance = bounces.any().then(|| buffer(gpu, "voxel.irradiance", sides.radiance_bytes(capacity))).transpose()?;
         if let (Some(irradiance), Bounces::Feedback) = (&irradiance, bounces) {
             // The first frame reads what no frame before it has left.
             let mut frame = Frame::new();
@@ -296,7 +307,7 @@ impl VoxelLight {
         Ok(VoxelLight {
             settings,
             capacity,
-            radiance: buffer(gpu, "voxel.radiance", 8 * count)?,
+            radiance: buffer(gpu, "voxel.radiance", sides.radiance_bytes(capacity))?,
             irradiance,
             flux: buffer(gpu, "voxel.flux", if injection == Injection::Rsm { FLUX_BYTES * count } else { 0 })?,
             counters: buffer(gpu, "voxel.light_counters", COUNTERS_BYTES)?,
@@ -304,23 +315,23 @@ impl VoxelLight {
         })
     }
 
-    /// Makes room for the voxels of dynamic geometry after it has moved; `slots` are their records. With feedback, what is at their places was gathered by others,
-    /// so that their indirect light starts from nothing; that of static voxels goes on.
-    pub fn follow(&mut self, gpu: &Gpu, scene: &GpuScene, voxels: &Voxels, slots: Range<u32>) -> Result<FrameStats, Error> {
-        let larger = (voxels.capacity() > self.capacity).then(|| VoxelLight::new(gpu, scene, voxels, self.settings)).transpose()?;
-        let slots = [slots.start, slots.end].map(|slot| 8 * self.settings.sides as u64 * u64::from(slot));
+    /// Makes room for voxels of which those from `first_moved` on are not what they were. With feedback, the others keep what they have gathered, and these start
+    /// from nothing.
+    pub fn follow(&mut self, gpu: &Gpu, scene: &GpuScene, voxels: &Voxels, first_moved: u32) -> Result<(), Error> {
+        let before = self.irradiance.as_ref().filter(|_| self.settings.bounces == Bounces::Feedback).map(Arc::clone);
+        let grows = voxels.capacity() > self.capacity;
+        if grows {
+            *self = VoxelLight::new(gpu, scene, voxels, self.settings)?;
+        }
+        let (Some(before), Some(irradiance)) = (before, &self.irradiance) else { return Ok(()) };
+        let kept_bytes = 8 * self.settings.sides as u64 * u64::from(first_moved);
         let mut frame = Frame::new();
-        if let (Bounces::Feedback, Some(irradiance)) = (self.settings.bounces, &self.irradiance) {
-            match larger.as_ref().and_then(|larger| larger.irradiance.as_ref()) {
-                Some(larger) if slots[0] > 0 => frame.copy_buffer("voxel.grow", (irradiance, 0), (larger, 0), slots[0]),
-                Some(_) => {}
-                None => frame.fill_range(CLEAR_LIGHT, irradiance, slots[0]..slots[1], 0),
-            }
+        if grows && kept_bytes > 0 {
+            frame.copy_buffer(CLEAR_LIGHT, (&before, 0), (irradiance, 0), kept_bytes);
+        } else if !grows && kept_bytes < irradiance.size_bytes() {
+            frame.fill_from(CLEAR_LIGHT, irradiance, kept_bytes, 0);
         }
-        if let Some(larger) = larger {
-            *self = larger;
-        }
-        gpu.submit(frame)
+        gpu.submit(frame).map(drop)
     }
 
     /// Adds the passes that light the voxels; with `dense` also mip 0 of a dense texture. With feedback they reflect what the last frame left in `irradiance`.

@@ -1,6 +1,6 @@
 //! Occupied voxels on the host.
 
-use glam::Vec3;
+use glam::{UVec3, Vec3};
 
 use super::passes::Voxel;
 use super::{VoxelGrid, VoxelSettings, Voxelizer};
@@ -37,19 +37,29 @@ impl VoxelList {
     }
 }
 
-/// Voxelizes a scene, with the settings of [`super::SETTINGS`] among others, and reads the voxels back.
+/// Voxelizes a scene, with the settings of [`super::SETTINGS`] among others, and reads the voxels back; in pieces where the grid is too large to bind.
 pub fn list_voxels(context: &Context<'_>, settings: &Settings) -> Result<VoxelList, Error> {
     let Context { gpu, scene, .. } = *context;
-    let (voxels, _) = Voxelizer::new(gpu, scene, VoxelSettings::new(settings))?.run(gpu, scene)?;
-    let bytes = gpu.read_buffer(&voxels.records)?;
-    let records: Vec<Voxel> = bytes.chunks_exact(size_of::<Voxel>()).take(voxels.voxel_count as usize).map(bytemuck::pod_read_unaligned).collect();
-    Ok(VoxelList { grid: voxels.grid, voxels: records.iter().map(unpack).collect() })
+    let settings = VoxelSettings::new(settings);
+    let whole = Voxelizer::new(gpu, scene, settings)?;
+    let voxels = whole.run_in_pieces(&mut whole.cut(1), |pieces| {
+        let mut all = Vec::new();
+        for piece in pieces {
+            let (voxels, _) = piece.run(gpu, scene)?;
+            piece.release();
+            let bytes = gpu.read_buffer(&voxels.records)?;
+            let records = bytes.chunks_exact(size_of::<Voxel>()).take(voxels.voxel_count as usize).map(bytemuck::pod_read_unaligned);
+            all.extend(records.map(|record| unpack(&record, piece.first_voxel())));
+        }
+        Ok(all)
+    })?;
+    Ok(VoxelList { grid: VoxelGrid::around(scene.bounds, settings.resolution), voxels })
 }
 
-fn unpack(record: &Voxel) -> OccupiedVoxel {
+fn unpack(record: &Voxel, first: UVec3) -> OccupiedVoxel {
     let albedo_root = unpack_unorm10(record.albedo);
     OccupiedVoxel {
-        index: [record.xy & 0xffff, record.xy >> 16, record.z_area & 0xffff],
+        index: (first + UVec3::new(record.xy & 0xffff, record.xy >> 16, record.z_area & 0xffff)).to_array(),
         albedo: albedo_root * albedo_root,
         normal: unpack_unorm10(record.normal) * 2.0 - 1.0,
         opacity: (record.coverage & 0xfff) as f32 / 4095.0,

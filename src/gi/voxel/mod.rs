@@ -39,7 +39,7 @@ pub static SETTINGS: &[Setting] = &[
         name: "resolution",
         help: "voxels along the largest extent of the scene",
         unit: "voxels",
-        domain: Domain::OneOf(&[8, 16, 32, 64, 128, 256, 512, 1024]),
+        domain: Domain::OneOf(&[8, 16, 32, 64, 128, 256, 512, 1024, 2048]),
         default: "128",
     },
     Setting {

@@ -148,7 +148,7 @@ pub struct Voxelizer {
     first_voxel: UVec3,
     /// The piece of the whole grid.
     grid: VoxelGrid,
-    /// Absent after [`Voxelizer::release`].
+    /// Absent before the first run and after [`Voxelizer::release`].
     buffers: Option<GridBuffers>,
     /// Bound where a pass is compiled for something that this scene or these settings do not have.
     nothing: Arc<Buffer>,
@@ -161,29 +161,53 @@ pub struct Voxelizer {
 }
 
 impl Voxelizer {
-    /// In a grid around the scene. Allocates what depends on the grid alone.
+    /// In a grid around the scene.
     pub fn new(gpu: &Gpu, scene: &GpuScene, settings: VoxelSettings) -> Result<Self, Error> {
-        let whole = VoxelGrid::around(scene.bounds, settings.resolution);
-        Self::of_piece(gpu, settings, whole, UVec3::ZERO, whole.resolution)
-    }
-
-    /// Of a cube of a grid, `resolution` voxels wide; what lies outside of it is left out. Positions are rounded as in the whole grid.
-    pub fn of_piece(gpu: &Gpu, settings: VoxelSettings, whole: VoxelGrid, first: UVec3, resolution: u32) -> Result<Self, Error> {
         require(gpu, settings.method)?;
-        let grid = VoxelGrid { origin: whole.origin + whole.voxel_size * first.as_vec3(), voxel_size: whole.voxel_size, resolution };
-        let no_image = average_image(gpu, 1)?;
+        let grid = VoxelGrid::around(scene.bounds, settings.resolution);
         Ok(Voxelizer {
             settings,
-            whole_origin: whole.origin,
-            first_voxel: first,
+            whole_origin: grid.origin,
+            first_voxel: UVec3::ZERO,
             grid,
-            buffers: Some(GridBuffers::new(gpu, grid)?),
+            buffers: None,
             nothing: buffer(gpu, "voxel.nothing", 0)?,
-            no_image,
+            no_image: average_image(gpu, 1)?,
             fragment_capacity: 0,
             dynamic_room: [0; 2],
             sharing: 1,
         })
+    }
+
+    /// One for each piece of this one's grid, `along` of them along an axis, x fastest. Each leaves out what lies outside of its piece; positions are rounded
+    /// as in the whole grid.
+    pub fn cut(&self, along: u32) -> Vec<Self> {
+        let resolution = self.grid.resolution / along;
+        let piece = |index: u32| {
+            let first_voxel = resolution * UVec3::new(index % along, index / along % along, index / (along * along));
+            let grid = VoxelGrid { origin: self.grid.origin + self.grid.voxel_size * first_voxel.as_vec3(), resolution, ..self.grid };
+            let (nothing, no_image) = (Arc::clone(&self.nothing), Arc::clone(&self.no_image));
+            Voxelizer { first_voxel, grid, buffers: None, nothing, no_image, ..*self }
+        };
+        (0..along.pow(3)).map(piece).collect()
+    }
+
+    /// Runs an attempt at all pieces of the grid, which may be one. What is too large to bind is tried again in smaller pieces.
+    pub fn run_in_pieces<T>(&self, pieces: &mut Vec<Self>, mut attempt: impl FnMut(&mut [Self]) -> Result<T, Error>) -> Result<T, Error> {
+        loop {
+            match attempt(pieces) {
+                Err(Error::TooLarge { .. }) if pieces[0].grid.resolution > SMALLEST_PIECE => {
+                    let next = (pieces[0].grid.resolution / 2).min(LARGEST_PIECE);
+                    *pieces = self.cut(self.grid.resolution / next);
+                }
+                result => return result,
+            }
+        }
+    }
+
+    /// Smallest corner of the piece in the whole grid (voxels).
+    pub fn first_voxel(&self) -> UVec3 {
+        self.first_voxel
     }
 
     /// Voxelizes all triangles, static and dynamic alike. The first time, fragments are counted before they are stored, so that their buffer is exact; later, a buffer that proves too small is
@@ -387,11 +411,11 @@ impl Voxelizer {
 /// Compact indices from occupancy.
 fn add_index(frame: &mut Frame, grid: VoxelGrid, GridBuffers { occupancy, block_bases, group_sums, counters }: &GridBuffers) {
     let block_count = grid.block_count();
-    let groups = block_count.div_ceil(1024);
+    let (groups, group_count) = (linear_groups(block_count.div_ceil(16)), block_count.div_ceil(1024));
     let params = CountParams { block_count };
-    frame.pass(&COUNT_BLOCKS).bind(occupancy).bind(group_sums).push(&params).dispatch([groups, 1, 1]);
-    frame.pass(&SCAN_GROUPS).bind(group_sums).bind(counters).push(&ScanParams { group_count: groups }).dispatch([1, 1, 1]);
-    frame.pass(&INDEX_BLOCKS).bind(occupancy).bind(group_sums).bind(block_bases).push(&params).dispatch([groups, 1, 1]);
+    frame.pass(&COUNT_BLOCKS).bind(occupancy).bind(group_sums).push(&params).dispatch(groups);
+    frame.pass(&SCAN_GROUPS).bind(group_sums).bind(counters).push(&ScanParams { group_count }).dispatch([1, 1, 1]);
+    frame.pass(&INDEX_BLOCKS).bind(occupancy).bind(group_sums).bind(block_bases).push(&params).dispatch(groups);
 }
 
 fn require(gpu: &Gpu, method: Method) -> Result<(), Error> {
@@ -405,6 +429,12 @@ fn require(gpu: &Gpu, method: Method) -> Result<(), Error> {
         _ => Ok(()),
     }
 }
+
+/// Where a grid is in pieces, none is smaller along an edge (voxels).
+const SMALLEST_PIECE: u32 = 64;
+
+/// And none is larger, so that much of a nearly empty grid is in pieces that are empty and need not be kept.
+const LARGEST_PIECE: u32 = 512;
 
 /// A storage buffer of at least 16 bytes.
 pub(crate) fn buffer(gpu: &Gpu, name: &str, size_bytes: u64) -> Result<Arc<Buffer>, Error> {

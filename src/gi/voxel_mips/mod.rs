@@ -21,7 +21,7 @@ use super::voxel::{
 use super::{Context, IndirectLight, Technique};
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Error, Frame, FrameStats, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Pass, Sets, Shaders, vk};
-use crate::render::{GBuffer, GpuScene, LightMaps, screen_image};
+use crate::render::{GBuffer, GpuScene, LightMaps, Output, screen_image};
 use crate::shader::GpuStruct;
 
 /// One mip from the next finer one. Reads and writes RGBA16F, radiance premultiplied by opacity; a thread a texel.
@@ -100,6 +100,7 @@ pub static ENTRY: Entry = Entry {
     summary: "dense voxel mips, cone-traced",
     bounces: |settings| Bounces::new(settings).count(),
     settings: &[voxel::SETTINGS, SETTINGS, cone::SETTINGS, RAY_SETTINGS],
+    check: cone::check,
     presets: PRESETS,
     passes: &[voxel::PASSES, &[&CLEAR_DYNAMIC, &MARK_MATTER, &REDUCE_MATTER, &FILTER], cone::PASSES, interleave::PASSES],
     structs: &[voxel::STRUCTS, &[(ClearParams::NAME, ClearParams::FIELDS), (MatterParams::NAME, MatterParams::FIELDS)], cone::STRUCTS, interleave::STRUCTS],
@@ -110,13 +111,14 @@ pub static ENTRY: Entry = Entry {
         &voxel::LIGHT_INJECTION,
         &Stage { name: "mip filtering", part: Part::Store, passes: &["voxel_mips.filter", "voxel_mips.blit"] },
         &voxel::BOUNCES,
-        &Stage { name: "gather", part: Part::Picture, passes: &["cone.gather", "voxel.gather_rays", "gi.deinterleave"] },
+        &Stage { name: "gather", part: Part::Picture, passes: &["cone.gather", "voxel.gather_rays", "cone.occlusion", "gi.deinterleave"] },
         &Stage { name: "specular", part: Part::Picture, passes: &["cone.specular"] },
+        &cone::SOFT_SHADOWS,
     ],
     directions: &[
-        Directions { pass: &cone::GATHER, setting: Some("cones") },
-        Directions { pass: &voxel::GATHER_RAYS, setting: Some("rays") },
-        Directions { pass: &cone::SPECULAR, setting: None },
+        Directions { pass: &cone::GATHER, count: Some(cone::diffuse_count) },
+        Directions { pass: &voxel::GATHER_RAYS, count: Some(|settings| settings.count("rays")) },
+        Directions { pass: &cone::SPECULAR, count: None },
     ],
     voxels: Some(voxel::list_voxels),
     make,
@@ -166,14 +168,14 @@ fn new(context: &Context<'_>, settings: &Settings) -> Result<VoxelMips, Error> {
     let interleave = settings.count("interleave");
     let filter = Prefilter::new(settings);
     let cones = ConeTracer::new(gpu, settings)?;
-    let skips_empty = specular || cones.skips_empty;
+    let skips_empty = specular || cones.needs_matter();
     Ok(VoxelMips {
         filter,
         blits: filter == Prefilter::Box && settings.is("mip_method", "blit"),
         light_settings: LightSettings::new(settings, rays.map_or(Sides::One, |rays| rays.sides)),
         bounce_directions: settings.count("bounce_directions"),
         is_exact: voxel_settings.accumulation == Accumulation::Exact,
-        volume: (rays.is_none() || specular).then(|| DenseVolume::new(gpu, voxel_settings.resolution, skips_empty)).transpose()?,
+        volume: (rays.is_none() || specular || cones.is_beside_gather()).then(|| DenseVolume::new(gpu, voxel_settings.resolution, skips_empty)).transpose()?,
         rays,
         cones,
         interleave,
@@ -277,12 +279,16 @@ impl Technique for VoxelMips {
             volume.mark_matter(&mut frame, voxels);
             stats.append(context.gpu.submit(frame)?);
         }
-        stats.append(light.follow(context.gpu, context.scene, voxels, dynamic.slots(voxels))?);
+        light.follow(context.gpu, context.scene, voxels, dynamic.slots(voxels).start)?;
         Ok(stats)
     }
 
     fn needs_rsm(&self) -> bool {
         self.light_settings.injection == Injection::Rsm
+    }
+
+    fn needs_light_maps(&self) -> bool {
+        self.light_settings.reads_maps() || !self.cones.has_shadows()
     }
 
     fn update(&mut self, frame: &mut Frame, _scene: &GpuScene, maps: &LightMaps) {
@@ -313,6 +319,9 @@ impl Technique for VoxelMips {
             (None, Some(volume)) => self.cones.gather(frame, gbuffer, &voxels.grid, volume.as_volume(), target),
             (None, None) => unreachable!("cones have a volume to march through"),
         }
+        if let Some(volume) = &self.volume {
+            self.cones.occlusion(frame, gbuffer, &voxels.grid, volume.as_volume(), target);
+        }
         if let Some(interleaved) = &self.interleaved {
             deinterleave(frame, gbuffer, interleaved, &self.light.diffuse, self.interleave);
         }
@@ -320,6 +329,15 @@ impl Technique for VoxelMips {
             self.cones.specular(frame, gbuffer, &voxels.grid, volume.as_volume(), specular);
         }
         self.light.clone()
+    }
+
+    fn direct(&self, frame: &mut Frame, scene: &GpuScene, maps: &LightMaps, gbuffer: &GBuffer, output: &Output) {
+        match (&self.store, &self.volume) {
+            (Some((voxels, _)), Some(volume)) if self.cones.has_shadows() => {
+                self.cones.shadow(frame, scene, gbuffer, &voxels.grid, volume.as_volume(), &output.direct);
+            }
+            _ => output.draw_direct(frame, scene, maps, gbuffer),
+        }
     }
 
     fn count_samples(&self, gpu: &Gpu, scene: &GpuScene, gbuffer: &GBuffer) -> Result<Vec<(&'static str, u64)>, Error> {

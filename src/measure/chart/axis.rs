@@ -78,7 +78,7 @@ pub(super) fn log_ticks(range: &Range<f64>) -> Vec<f64> {
 }
 
 /// A number with three digits that count.
-pub(super) fn short(value: f64) -> String {
+pub(in crate::measure) fn short(value: f64) -> String {
     if value.abs() < 1e-12 || !value.is_finite() {
         return if value.is_finite() { "0".to_owned() } else { format!("{value}") };
     }

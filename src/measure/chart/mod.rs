@@ -1,7 +1,8 @@
-//! Charts: lines and stacked bars, drawn once for SVG and for PNG.
+//! Charts: lines, stacked bars and points with their Pareto front, drawn once for SVG and for PNG.
 
 mod axis;
 mod draw;
+mod points;
 
 use std::path::{Path, PathBuf};
 use std::sync::Once;
@@ -9,7 +10,9 @@ use std::sync::Once;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 
+pub(in crate::measure) use axis::short;
 use draw::{draw_bars, draw_lines};
+use points::{draw_marker, draw_points, point_panel_height};
 
 /// Named points.
 #[derive(Clone, Debug, PartialEq)]
@@ -60,6 +63,34 @@ pub struct BarPanel {
     pub bars: Vec<Bar>,
 }
 
+/// A point of a Pareto front.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FrontPoint {
+    /// x and y.
+    pub at: (f64, f64),
+    /// Smallest and largest x that was measured.
+    pub x_range: (f64, f64),
+    /// What it is: the lines of its entry in the key beside the axes.
+    pub label: Vec<String>,
+}
+
+/// One pair of logarithmic axes with points; values must be above 0.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PointPanel {
+    /// What the points have alike.
+    pub title: String,
+    /// What x is, with its unit.
+    pub x_label: String,
+    /// What y is, with its unit.
+    pub y_label: String,
+    /// The points. Those of one name have one colour and one shape in all panels.
+    pub series: Vec<Series>,
+    /// The points that no other beats, by rising x: joined by steps, numbered from 1.
+    pub front: Vec<FrontPoint>,
+    /// A grey line at this y, and what it is.
+    pub floor: Option<(f64, String)>,
+}
+
 /// The panels of a chart.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Panels {
@@ -67,6 +98,8 @@ pub enum Panels {
     Lines(String, Vec<LinePanel>),
     /// Stacked bars, one panel above the other.
     Bars(Vec<BarPanel>),
+    /// Points, one panel above the other, over the same ranges.
+    Points(Vec<PointPanel>),
 }
 
 /// One picture.
@@ -177,6 +210,7 @@ impl Chart {
         let panels: u32 = match &self.panels {
             Panels::Lines(..) => 430,
             Panels::Bars(panels) => panels.iter().map(bar_panel_height).sum(),
+            Panels::Points(panels) => panels.iter().map(point_panel_height).sum(),
         };
         (WIDTH_PX, panels + self.header_height() as u32 + MARGIN_PX as u32)
     }
@@ -199,6 +233,7 @@ impl Chart {
             Panels::Bars(panels) => {
                 panels.iter().flat_map(|panel| &panel.bars).flat_map(|bar| &bar.parts).for_each(|(name, _)| add(name.as_str()));
             }
+            Panels::Points(panels) => panels.iter().flat_map(|panel| &panel.series).for_each(|series| add(series.name.as_str())),
         }
         names
     }
@@ -215,7 +250,10 @@ impl Chart {
         let top = MARGIN_PX + 30 + LINE_PX * self.notes.len() as i32 + 4;
         for (index, (name, (x, y))) in names.iter().zip(legend_places(&names)).enumerate() {
             let (x, y) = (x + MARGIN_PX, y + top);
-            area.draw(&Rectangle::new([(x, y + 1), (x + 12, y + 13)], color(index).filled()))?;
+            match &self.panels {
+                Panels::Points(_) => draw_marker(area, (x + 6, y + 7), index)?,
+                _ => area.draw(&Rectangle::new([(x, y + 1), (x + 12, y + 13)], color(index).filled()))?,
+            }
             area.draw(&Text::new((*name).to_owned(), (x + 18, y), ("sans-serif", TEXT_PX)))?;
         }
         let (_, below) = area.split_vertically(self.header_height());
@@ -230,6 +268,14 @@ impl Chart {
                 for panel in panels {
                     let (area, after) = rest.split_vertically(bar_panel_height(panel));
                     draw_bars(&area, panel, &names)?;
+                    rest = after;
+                }
+            }
+            Panels::Points(panels) => {
+                let mut rest = below;
+                for panel in panels {
+                    let (area, after) = rest.split_vertically(point_panel_height(panel));
+                    draw_points(&area, panel, panels, &names)?;
                     rest = after;
                 }
             }

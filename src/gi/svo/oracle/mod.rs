@@ -1,11 +1,11 @@
 //! CPU twins of the octree's passes: `reduce_points`, `flag_nodes`, `scan_nodes`, `allocate_tiles`, `link_leaves` and `link_neighbours` in [`octree`];
-//! `write_leaves`, `transfer_borders` and `filter` in `texels`. Sets and maps from the definitions, in f64; nothing knows how the device goes about it.
+//! `write_leaves`, `write_normals`, `transfer_borders` and `filter` in `texels`. Sets and maps from the definitions, in f64; nothing knows how the device goes about it.
 
 mod octree;
 mod texels;
 
 pub use octree::{Octree, Tile, octree};
-pub use texels::{Filter, Texels, coarser, leaves};
+pub use texels::{Filter, LitVoxel, Texels, coarser, leaves};
 
 use crate::gi::voxel::oracle::VoxelIndex;
 

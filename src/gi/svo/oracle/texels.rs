@@ -2,13 +2,39 @@
 
 use std::collections::BTreeMap;
 
-use glam::DVec4;
+use glam::{DVec3, DVec4};
 
 use super::{Lattice, add, cube};
+use crate::gi::cone::oracle::luminance;
 use crate::gi::voxel::oracle::VoxelIndex;
 
 /// Texels of a level that are not nothing: radiance [W/(m² sr)] premultiplied by opacity, and opacity.
 pub type Texels = BTreeMap<VoxelIndex, DVec4>;
+
+/// A voxel that shines from two sides.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LitVoxel {
+    /// Radiance of its front [W/(m² sr)].
+    pub front: DVec3,
+    /// Radiance of its back [W/(m² sr)].
+    pub back: DVec3,
+    /// Mean normal of its front, no longer than 1; of opposed surfaces the axis that parts them.
+    pub normal: DVec3,
+    /// 0 to 1.
+    pub opacity: f64,
+}
+
+impl LitVoxel {
+    /// Its light: that of both sides together, premultiplied by opacity, and opacity.
+    pub fn light(&self) -> DVec4 {
+        (self.opacity * (self.front + self.back)).extend(self.opacity)
+    }
+
+    /// Mean normal of what shines, the sides weighted with their luminance, times the luminance of both; premultiplied by opacity, and opacity.
+    pub fn lit_normal(&self) -> DVec4 {
+        (self.opacity * luminance(self.front - self.back) * self.normal).extend(self.opacity)
+    }
+}
 
 /// How 2³ texels become one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,0 +1,37 @@
+// What the surface of a pixel reflects of a light that nothing hides. The including pass declares the G-buffer with `albedo` and `specular`, and defines
+// GLOSSY: whether the scene has specular lobes.
+#ifndef LUMIVOX_DIRECT
+#define LUMIVOX_DIRECT
+
+#include "shared/light_view.glsl"
+#include "shared/gbuffer.glsl"
+#include "shared/ggx.glsl"
+
+struct Reflector {
+    Surface surface;
+    vec3 to_eye;
+    vec4 base;   // diffuse albedo; roughness, negative where there is no lobe
+    vec3 f0;
+};
+
+// False where the pixel sees no surface.
+bool read_reflector(ivec2 pixel, out Reflector r) {
+    bool is_surface = read_surface(pixel, r.surface);
+    r.to_eye = normalize(frame.eye_ws.xyz - r.surface.position_ws);
+    r.base = texelFetch(sampler2D(albedo, nearest_clamp), pixel, 0);
+    r.f0 = GLOSSY != 0u && r.base.a >= 0.0 ? texelFetch(sampler2D(specular, nearest_clamp), pixel, 0).rgb : vec3(0.0);
+    return is_surface;
+}
+
+// (ρ/π + f_s) E, to be multiplied by n·ω, which is 0 where the light is behind the surface.
+vec3 reflected_light(Light light, Reflector r, out vec3 to_light, out float cosine) {
+    vec3 irradiance = light_irradiance(light, r.surface.position_ws, to_light);
+    bool is_front = dot(r.surface.geometric_normal, to_light) > 0.0;
+    cosine = is_front ? max(dot(r.surface.shading_normal, to_light), 0.0) : 0.0;
+    if (cosine == 0.0) return vec3(0.0);
+    vec3 reflected = r.base.rgb / PI;
+    if (GLOSSY != 0u && r.base.a >= 0.0) reflected += ggx_brdf(r.surface.shading_normal, r.to_eye, to_light, r.f0, r.base.a);
+    return reflected * irradiance;
+}
+
+#endif

@@ -1,0 +1,222 @@
+//! `lumivox chart`: speed and memory against error, over a grid of techniques and settings.
+
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+
+use lumivox::frame::FrameSettings;
+use lumivox::measure::bench::{BenchSettings, Case, open};
+use lumivox::measure::sweep::{
+    Cost, DEFAULT_GRID, PictureFolder, Point, Progress, Records, Section, Sweep, SweepError, bounces_text, grid_cases, page, read_records,
+};
+use lumivox::metrics::Channel;
+use lumivox::reference::{ReferenceError, cache_dir};
+use lumivox::scene::{LoadOptions, Scene};
+
+use super::CliError;
+use super::common::{DeviceArgs, ShadowArgs, TimingArgs, chart_stem, check_output_folder, parse_channel, parse_size, progress_bar, say, stems};
+
+/// Chart speed and memory against error: every technique with many settings, the Pareto front, one page to read.
+#[derive(clap::Args)]
+pub(crate) struct Args {
+    /// `bundled:NAME`, or the path of a .toml or .obj file.
+    #[arg(required_unless_present_any = ["merge", "list"])]
+    scene: Vec<OsString>,
+    /// Which techniques with which settings (docs/chart.md) [default: a grid of all techniques].
+    #[arg(long, value_name = "FILE.toml")]
+    grid: Option<PathBuf>,
+    /// Only print the points of the grid.
+    #[arg(long, conflicts_with_all = ["merge", "shard"])]
+    list: bool,
+    /// Frames to measure, after one that warms up (16 with `bounces=feedback`).
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    frames: u32,
+    /// Builds of the static structure to measure, after the first.
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    rebuilds: u32,
+    /// Width and height (px).
+    #[arg(long, value_name = "WxH", default_value = "160x120", value_parser = parse_size)]
+    size: (u32, u32),
+    #[command(flatten)]
+    shadow: ShadowArgs,
+    /// Sample the reference until the standard error of 8x8-pixel means is below this, relative to the mean.
+    #[arg(long, value_name = "X", default_value_t = 0.01)]
+    max_error: f64,
+    /// Compare luminance, or red, green and blue.
+    #[arg(long, value_name = "luminance|rgb", default_value = "luminance", value_parser = parse_channel)]
+    channel: Channel,
+    #[command(flatten)]
+    device: DeviceArgs,
+    #[command(flatten)]
+    timing: TimingArgs,
+    /// Render missing textures mid-grey instead of failing.
+    #[arg(long)]
+    allow_missing_textures: bool,
+    /// Measure every n-th point only, from the i-th, and write nothing but its records, as NAME-shard-i-of-n.jsonl.
+    #[arg(long, value_name = "i/n", value_parser = parse_shard)]
+    shard: Option<Shard>,
+    /// Measure nothing: gather the records of these folders, such as those of shards.
+    #[arg(long, value_name = "DIR", num_args = 1.., conflicts_with_all = ["scene", "grid", "shard"])]
+    merge: Vec<PathBuf>,
+    /// The folder for chart.html and each scene's NAME.jsonl, NAME.csv, NAME-*.svg and NAME-*.png. Points that have a record there are not measured again.
+    #[arg(short, long, value_name = "DIR", required_unless_present = "list")]
+    output: Option<PathBuf>,
+}
+
+/// The part of a sweep that one process measures: every `count`-th point, from the `index`-th, counted from 1.
+#[derive(Clone, Copy)]
+struct Shard {
+    index: usize,
+    count: usize,
+}
+
+/// Measures what has no record, or gathers records; then writes what they say.
+pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
+    if !(args.max_error.is_finite() && args.max_error > 0.0) {
+        return Err(CliError::input(format!("--max-error is {}; it must be above 0", args.max_error)));
+    }
+    let Some(folder) = args.output.as_ref().filter(|_| !args.list) else { return list(args) };
+    if !args.merge.is_empty() {
+        check_output_folder(folder)?;
+        return merge(&args.merge, folder, quiet);
+    }
+    let cases = cases(args)?;
+    check_output_folder(folder)?;
+    let options = LoadOptions { allow_missing_textures: args.allow_missing_textures };
+    let scenes: Vec<Scene> = args.scene.iter().map(|scene| Scene::open(scene, &options)).collect::<Result<_, _>>().map_err(CliError::input)?;
+    let device = args.device.choice();
+    let settings = BenchSettings {
+        timing: args.timing.choice(&device)?,
+        device,
+        frame: FrameSettings { size: [args.size.0, args.size.1], shadow_resolution: args.shadow.shadow_resolution },
+        frames: args.frames,
+        rebuilds: args.rebuilds,
+        times: Vec::new(),
+        samples: false,
+        channel: args.channel,
+    };
+    let gpu = open(&settings.device, settings.timing).map_err(CliError::failed)?;
+    make_folder(folder)?;
+    let stems = stems(scenes.iter().map(|scene| scene.name.as_str()), folder);
+    let mut sections = Vec::new();
+    for (scene, stem) in scenes.iter().zip(&stems) {
+        let sweep = Sweep::new(&gpu, scene, &settings, args.max_error);
+        sections.push(Section { points: sweep_scene(&sweep, &scene.name, &cases, args.shard, stem, quiet)? });
+    }
+    if args.shard.is_some() { Ok(()) } else { write_sections(&sections, &stems, folder, quiet) }
+}
+
+fn list(args: &Args) -> Result<(), CliError> {
+    for case in cases(args)? {
+        let settings: Vec<String> = case.settings.iter().map(|(name, value)| format!("{name}={}", lumivox::measure::table::value_text(&value))).collect();
+        let preset = case.preset.map(|preset| format!(" {preset}")).unwrap_or_default();
+        say(&format!("{}{preset}: {}", case.entry.name, settings.join(" ")));
+    }
+    Ok(())
+}
+
+fn cases(args: &Args) -> Result<Vec<Case>, CliError> {
+    let Some(path) = &args.grid else { return grid_cases("the default grid", DEFAULT_GRID).map_err(CliError::failed) };
+    let text = std::fs::read_to_string(path)
+        .map_err(|error| CliError::input(format!("cannot read the grid {}: {error}; name a file as docs/chart.md describes it", path.display())))?;
+    grid_cases(&path.display().to_string(), &text).map_err(CliError::input)
+}
+
+fn make_folder(folder: &Path) -> Result<(), CliError> {
+    std::fs::create_dir_all(folder).map_err(|error| CliError::failed(format!("cannot make the folder {}: {error}; name another with -o", folder.display())))
+}
+
+/// Measures the cases of a scene (or of its shard) that have no record, and returns the points of all.
+fn sweep_scene(sweep: &Sweep<'_>, name: &str, cases: &[Case], shard: Option<Shard>, stem: &Path, quiet: bool) -> Result<Vec<Point>, CliError> {
+    let (cases, stem): (Vec<Case>, PathBuf) = match shard {
+        None => (cases.to_vec(), stem.to_owned()),
+        Some(Shard { index, count }) => {
+            (cases.iter().skip(index - 1).step_by(count).cloned().collect(), chart_stem(stem, &format!("shard-{index}-of-{count}")))
+        }
+    };
+    let mut records = Records::open(&stem.with_extension("jsonl")).map_err(CliError::failed)?;
+    let missing = sweep.missing(&cases, &records);
+    if !quiet {
+        say(&format!("{name}: {} points, {} to measure, {} from the records", cases.len(), missing.len(), cases.len() - missing.len()));
+    }
+    let bar = progress_bar(quiet, missing.len());
+    let mut progress = |step: Progress<'_>| match step {
+        Progress::Reference(bounces) => bar.set_message(format!("reference, {}", bounces_text(bounces))),
+        Progress::Case(case) => bar.set_message(case.entry.name),
+        Progress::Done(point) => {
+            point.failure.iter().for_each(|failure| bar.suspend(|| log::warn!("{} {}: {failure}", point.name(), point.changes_text())));
+            bar.inc(1);
+        }
+    };
+    let folder = stem.parent().unwrap_or(Path::new("."));
+    sweep.measure(&missing, &cache_dir(), &mut records, &PictureFolder::of(folder), &mut progress).map_err(|error| match error {
+        SweepError::Reference(ReferenceError::Setting { .. } | ReferenceError::Scene { .. }) => CliError::input(error),
+        _ => CliError::failed(error),
+    })?;
+    bar.finish_and_clear();
+    Ok(sweep.points(&cases, &records))
+}
+
+/// Gathers the records and pictures of folders in one.
+fn merge(folders: &[PathBuf], output: &Path, quiet: bool) -> Result<(), CliError> {
+    let mut points: Vec<(Point, &PathBuf)> = Vec::new();
+    for folder in folders {
+        let unread = |error| CliError::input(format!("cannot read the folder {}: {error}; name a folder with records", folder.display()));
+        let entries = std::fs::read_dir(folder).map_err(unread)?;
+        let mut files: Vec<PathBuf> = entries.map(|entry| entry.map(|entry| entry.path())).collect::<Result<_, _>>().map_err(unread)?;
+        files.retain(|path| path.extension().is_some_and(|extension| extension == "jsonl"));
+        files.sort();
+        for file in files {
+            points.extend(read_records(&file).map_err(CliError::input)?.into_iter().map(|point| (point, folder)));
+        }
+    }
+    if points.is_empty() {
+        return Err(CliError::input("there are no records (*.jsonl) in the folders of --merge"));
+    }
+    make_folder(output)?;
+    let pictures = PictureFolder::of(output);
+    for (point, folder) in &points {
+        for key in [&point.key, &point.setup.reference_key(point.bounces)] {
+            pictures.copy(&PictureFolder::of(folder), key).map_err(CliError::failed)?;
+        }
+    }
+    let sections = Section::sort(points.into_iter().map(|(point, _)| point));
+    let stems = stems(sections.iter().flat_map(|section| section.points.first()).map(|point| point.scene.as_str()), output);
+    for (section, stem) in sections.iter().zip(&stems) {
+        let mut records = Records::open(&stem.with_extension("jsonl")).map_err(CliError::failed)?;
+        let is_new = |point: &&Point| records.find(&point.key).is_none();
+        let new: Vec<&Point> = section.points.iter().filter(is_new).collect();
+        new.into_iter().try_for_each(|point| records.add(point)).map_err(CliError::failed)?;
+    }
+    write_sections(&sections, &stems, output, quiet)
+}
+
+/// Tables and charts of each section, the page of all, and the summary on the terminal.
+fn write_sections(sections: &[Section], stems: &[PathBuf], folder: &Path, quiet: bool) -> Result<(), CliError> {
+    let write = |path: &Path, text: String| {
+        std::fs::write(path, text)
+            .map_err(|error| CliError::failed(format!("cannot write {}: {error}; check that it is writable and has space", path.display())))
+    };
+    for (section, stem) in sections.iter().zip(stems) {
+        write(&stem.with_extension("csv"), section.csv())?;
+        for cost in Cost::ALL {
+            if let Some(chart) = section.chart(cost) {
+                chart.write(&chart_stem(stem, cost.file_suffix())).map_err(CliError::failed)?;
+            }
+        }
+        if !quiet {
+            let name = section.points.first().map_or("", |point| point.scene.as_str());
+            section.summary().iter().for_each(|advice| say(&format!("{name}: {advice}")));
+        }
+    }
+    let path = folder.join("chart.html");
+    write(&path, page(sections, &PictureFolder::of(folder)).map_err(CliError::failed)?)?;
+    if !quiet {
+        say(&format!("{}: charts, pictures and all points; open it in a browser", path.display()));
+    }
+    Ok(())
+}
+
+fn parse_shard(text: &str) -> Result<Shard, String> {
+    let parts = text.split_once('/').and_then(|(index, count)| Some(Shard { index: index.parse().ok()?, count: count.parse().ok()? }));
+    parts.filter(|shard| (1..=shard.count).contains(&shard.index)).ok_or_else(|| String::from("write i/n, with i from 1 to n, as in 2/4"))
+}

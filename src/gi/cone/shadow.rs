@@ -1,0 +1,100 @@
+//! Direct light with soft shadows: a cone from the surface to each light, whose aperture is the light's apparent size (Crassin et al. 2011; Kahl 2019,
+//! section 4.2).
+
+use std::sync::Arc;
+
+use super::{ConeTracer, DENSE, Output, SPARSE, Volume};
+use crate::gi::registry::{Part, Stage};
+use crate::gi::voxel::VoxelGrid;
+use crate::gpu_struct;
+use crate::graph::{Access, Binding, Frame, Image, Pass, Sets, Shaders};
+use crate::render::{GBuffer, GpuScene, screen_groups};
+
+gpu_struct! {
+    /// Parameters of `cone.shadow`.
+    pub struct ShadowConeParams {
+        /// xyz: smallest corner of the grid (m); w: voxel size (m).
+        pub grid: [f32; 4],
+        /// Voxels along an edge of the grid.
+        pub resolution: f32,
+        /// β.
+        pub step_factor: f32,
+        /// g.
+        pub opacity_exponent: f32,
+        /// k; 0: off.
+        pub height_clamp: f32,
+        /// Start along the geometric normal (voxels).
+        pub start_offset: f32,
+        /// tan(γ/2).
+        pub tan_half: f32,
+        /// 1 in a scene with specular lobes.
+        pub is_glossy: u32,
+        /// First light of this dispatch.
+        pub first_light: u32,
+        /// One beyond its last light.
+        pub end_light: u32,
+    }
+}
+
+const BINDINGS: [Binding; 5] = [
+    Binding::sampled("view_depth", Access::ComputeSampled),
+    Binding::sampled("normals", Access::ComputeSampled),
+    Binding::sampled("albedo", Access::ComputeSampled),
+    Binding::sampled("specular", Access::ComputeSampled),
+    Binding::image("direct", Access::ComputeReadWrite),
+];
+
+static DENSE_BINDINGS: [Binding; 7] = {
+    let ([a, b, c, d, e], [voxels, matter]) = (BINDINGS, DENSE);
+    [a, b, c, d, e, voxels, matter]
+};
+
+static SPARSE_BINDINGS: [Binding; 8] = {
+    let ([a, b, c, d, e], [nodes, bricks, normals]) = (BINDINGS, SPARSE);
+    [a, b, c, d, e, nodes, bricks, normals]
+};
+
+const fn shadow_pass(shader: &'static str, bindings: &'static [Binding]) -> Pass {
+    Pass { name: "cone.shadow", shaders: Shaders::Compute(shader), bindings, push_bytes: size_of::<ShadowConeParams>() as u32, sets: Sets::Scene }
+}
+
+/// L = Σ (ρ/π + f_s) E (n·ω) V over the lights. Reads the G-buffer and a dense radiance volume with mips, writes RGBA32F as `render.direct` does; a thread a
+/// pixel.
+pub static SHADOW: Pass = shadow_pass("gi/cone/shadow.comp", &DENSE_BINDINGS);
+
+/// As [`SHADOW`], through a sparse voxel octree.
+pub static SHADOW_SPARSE: Pass = shadow_pass("gi/cone/shadow_svo.comp", &SPARSE_BINDINGS);
+
+/// Direct light by cones.
+pub static SOFT_SHADOWS: Stage = Stage { name: "soft shadows", part: Part::Picture, passes: &["cone.shadow"] };
+
+impl ConeTracer {
+    /// Adds the direct light of all lights, each seen by a cone; nothing where the settings leave shadows to maps.
+    pub fn shadow(&self, frame: &mut Frame, scene: &GpuScene, gbuffer: &GBuffer, grid: &VoxelGrid, volume: Volume<'_>, direct: &Arc<Image>) {
+        let Some(tan_half) = self.shadow_tan_half else { return };
+        let s = &self.settings;
+        let pass = if matches!(volume, Volume::Dense { .. }) { &SHADOW } else { &SHADOW_SPARSE };
+        let specular = gbuffer.specular.as_ref().unwrap_or(&gbuffer.albedo);
+        let mut dispatches = s.dispatches(grid, scene.lights.len() as u32);
+        if dispatches.is_empty() {
+            // Without lights, the picture is black.
+            dispatches.push([0, 0]);
+        }
+        for [first_light, end_light] in dispatches {
+            let params = ShadowConeParams {
+                grid: grid.row(),
+                resolution: grid.resolution as f32,
+                step_factor: s.step_factor,
+                opacity_exponent: s.opacity_exponent,
+                height_clamp: s.height_clamp,
+                start_offset: s.start_offset,
+                tan_half,
+                is_glossy: u32::from(scene.is_glossy),
+                first_light,
+                end_light,
+            };
+            let builder = frame.pass(pass).bind(&gbuffer.view_depth).bind(&gbuffer.normals).bind(&gbuffer.albedo).bind(specular).bind(direct);
+            volume.bind(builder, true, Output::Light).push(&params).dispatch(screen_groups(gbuffer.size));
+        }
+    }
+}

@@ -1,0 +1,20 @@
+//! Sweeps: many techniques and settings on one scene, what each costs and how wrong it is, and which of them nothing else beats.
+//!
+//! A [grid](grid_cases) names the cases. A [`Sweep`] measures those without a record and appends a [`Point`] each to [`Records`]. [`Section`]s are points that
+//! can be compared; from them come charts, CSV, a summary in words, and a [page](page()).
+
+mod front;
+mod grid;
+mod page;
+mod point;
+mod records;
+mod run;
+mod section;
+
+pub use front::{Price, cheapest, front, near_front};
+pub use grid::{DEFAULT_GRID, GridError, grid_cases};
+pub use page::page;
+pub use point::{Cost, Point, PointError, RECORD_VERSION, Setup, bounces_of, bounces_text};
+pub use records::{PictureFolder, RecordError, Records, read_records};
+pub use run::{Progress, Sweep, SweepError};
+pub use section::{Advice, Group, Section, Standing};

@@ -1,0 +1,159 @@
+//! Records on disk: a line of JSON a point, written as soon as the point is measured, so that a run that is stopped goes on where it was.
+
+use std::fs::{File, OpenOptions, TryLockError};
+use std::io::{Read as _, Seek as _, SeekFrom, Write as _};
+use std::path::{Path, PathBuf};
+
+use super::point::{Point, RECORD_VERSION};
+use crate::image::{Image, ImageError, write_heatmap, write_png};
+
+/// Records that cannot be read or written.
+#[derive(Debug, thiserror::Error)]
+pub enum RecordError {
+    /// The file or folder cannot be used.
+    #[error("cannot {what} {}: {source}; check that it exists, is readable and writable, and has space", path.display())]
+    File {
+        /// What was being done.
+        what: &'static str,
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// Another process has it open.
+    #[error("another lumivox writes {}; let it end, or name another folder with -o", path.display())]
+    InUse {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A line is no record.
+    #[error("{}:{line}: this is no record of lumivox chart: {problem}; remove the line, or name another folder with -o", path.display())]
+    Line {
+        /// The file.
+        path: PathBuf,
+        /// Line, from 1.
+        line: usize,
+        /// Why.
+        problem: String,
+    },
+    /// A picture cannot be written.
+    #[error(transparent)]
+    Picture(#[from] ImageError),
+}
+
+/// An open file of records, which no other process can open meanwhile.
+#[derive(Debug)]
+pub struct Records {
+    path: PathBuf,
+    file: File,
+    points: Vec<Point>,
+}
+
+impl Records {
+    /// Opens or makes a file. A last line that was not written to its end is cut off, with a warning.
+    pub fn open(path: &Path) -> Result<Self, RecordError> {
+        let failed = |what| move |source| RecordError::File { what, path: path.to_owned(), source };
+        let mut file = OpenOptions::new().read(true).append(true).create(true).open(path).map_err(failed("open"))?;
+        match file.try_lock() {
+            Ok(()) => {}
+            Err(TryLockError::WouldBlock) => return Err(RecordError::InUse { path: path.to_owned() }),
+            // Some network file systems have no locks; records are whole lines even so.
+            Err(TryLockError::Error(problem)) => log::warn!("{} cannot be locked ({problem}); let no other lumivox write it", path.display()),
+        }
+        let mut bytes = Vec::new();
+        file.read_to_end(&mut bytes).map_err(failed("read"))?;
+        let (points, whole) = parse(path, &bytes)?;
+        if whole < bytes.len() {
+            log::warn!("{}: the last record was cut off and is measured again", path.display());
+            file.set_len(whole as u64).and_then(|()| file.seek(SeekFrom::End(0))).map_err(failed("write"))?;
+        }
+        Ok(Records { path: path.to_owned(), file, points })
+    }
+
+    /// The record of a key.
+    pub fn find(&self, key: &str) -> Option<&Point> {
+        self.points.iter().find(|point| point.key == key)
+    }
+
+    /// Appends a record that is not there yet.
+    pub fn add(&mut self, point: &Point) -> Result<(), RecordError> {
+        let failed = |source| RecordError::File { what: "write", path: self.path.clone(), source };
+        let line = serde_json::to_string(point).map_err(|error| failed(error.into()))? + "\n";
+        self.file.write_all(line.as_bytes()).map_err(failed)?;
+        self.points.push(point.clone());
+        Ok(())
+    }
+}
+
+/// All records of a file that is not to be changed; a last line that was not written to its end is left out, with a warning.
+pub fn read_records(path: &Path) -> Result<Vec<Point>, RecordError> {
+    let bytes = std::fs::read(path).map_err(|source| RecordError::File { what: "read", path: path.to_owned(), source })?;
+    let (points, whole) = parse(path, &bytes)?;
+    if whole < bytes.len() {
+        log::warn!("{}: the last record was cut off and is left out", path.display());
+    }
+    Ok(points)
+}
+
+/// The records, and the number of bytes that they take; what is beyond is a line without an end.
+fn parse(path: &Path, bytes: &[u8]) -> Result<(Vec<Point>, usize), RecordError> {
+    let whole = bytes.iter().rposition(|byte| *byte == b'\n').map_or(0, |end| end + 1);
+    let wrong = |index: usize, problem: String| RecordError::Line { path: path.to_owned(), line: index + 1, problem };
+    let point = |(index, line): (usize, &[u8])| {
+        let point: Point = serde_json::from_slice(line).map_err(|error| wrong(index, error.to_string()))?;
+        match point.record_version {
+            RECORD_VERSION => Ok(point),
+            other => Err(wrong(index, format!("it is of version {other}, not {RECORD_VERSION}"))),
+        }
+    };
+    let lines = bytes[..whole].split(|byte| *byte == b'\n').enumerate().filter(|(_, line)| !line.is_empty());
+    Ok((lines.map(point).collect::<Result<_, _>>()?, whole))
+}
+
+/// The folder of pictures beside the records: `KEY.png`, what a point looks like, and `KEY-error.png`, where it is wrong.
+#[derive(Clone, Debug)]
+pub struct PictureFolder(PathBuf);
+
+impl PictureFolder {
+    /// The folder `pictures` of a folder of records; it is made with the first picture.
+    pub fn of(records: &Path) -> Self {
+        PictureFolder(records.join("pictures"))
+    }
+
+    /// The picture of a key.
+    pub fn picture(&self, key: &str) -> PathBuf {
+        self.0.join(format!("{key}.png"))
+    }
+
+    /// The heat map of a key.
+    pub fn error(&self, key: &str) -> PathBuf {
+        self.0.join(format!("{key}-error.png"))
+    }
+
+    /// Writes the radiance of a key at an exposure.
+    pub fn write_picture(&self, key: &str, radiance: &Image, exposure: f32) -> Result<(), RecordError> {
+        self.make()?;
+        Ok(write_png(&self.picture(key), radiance, exposure)?)
+    }
+
+    /// Writes the absolute error of a key; `scale` is shown brightest.
+    pub fn write_error(&self, key: &str, error: &Image, scale: f32) -> Result<(), RecordError> {
+        self.make()?;
+        Ok(write_heatmap(&self.error(key), error, scale)?)
+    }
+
+    /// Copies from another folder what it has of a key and this one lacks.
+    pub fn copy(&self, other: &PictureFolder, key: &str) -> Result<(), RecordError> {
+        for (from, to) in [(other.picture(key), self.picture(key)), (other.error(key), self.error(key))] {
+            if from.is_file() && !to.exists() {
+                self.make()?;
+                std::fs::copy(&from, &to).map_err(|source| RecordError::File { what: "write", path: to, source })?;
+            }
+        }
+        Ok(())
+    }
+
+    fn make(&self) -> Result<(), RecordError> {
+        std::fs::create_dir_all(&self.0).map_err(|source| RecordError::File { what: "make the folder", path: self.0.clone(), source })
+    }
+}

@@ -1,0 +1,136 @@
+//! Measuring the points of a sweep that have no record yet.
+
+use std::path::Path;
+
+use super::point::{Point, Setup, bounces_of};
+use super::records::{PictureFolder, RecordError, Records};
+use crate::graph::{Error, Gpu};
+use crate::image::Image;
+use crate::measure::bench::{BenchSettings, Case, Pictures, Truth, measure_on};
+use crate::measure::report::{ReferenceInfo, Report};
+use crate::metrics::{MetricError, error_image, exposure_of};
+use crate::reference::{self, Bounces, Filter, ReferenceError, Sampling, cached};
+use crate::render::GpuScene;
+use crate::scene::Scene;
+
+/// A sweep that cannot go on. What was measured has its records.
+#[derive(Debug, thiserror::Error)]
+pub enum SweepError {
+    /// The reference cannot be rendered.
+    #[error(transparent)]
+    Reference(#[from] ReferenceError),
+    /// A record or picture cannot be written.
+    #[error(transparent)]
+    Record(#[from] RecordError),
+    /// The device is gone.
+    #[error("{point}: {source}; this point has no record: start again to go on with it, or leave it out with --grid")]
+    Lost {
+        /// The point.
+        point: String,
+        /// What the driver said.
+        source: Error,
+    },
+    /// Images that cannot be compared.
+    #[error(transparent)]
+    Metric(#[from] MetricError),
+}
+
+/// What a sweep is doing.
+#[derive(Clone, Copy)]
+pub enum Progress<'p> {
+    /// It takes the reference of so many bounces from the cache, or renders it.
+    Reference(Bounces),
+    /// It measures a case.
+    Case(&'p Case),
+    /// It has measured a point.
+    Done(&'p Point),
+}
+
+/// One scene on one device.
+pub struct Sweep<'s> {
+    gpu: &'s Gpu,
+    scene: &'s Scene,
+    settings: &'s BenchSettings,
+    setup: Setup,
+}
+
+struct Reference {
+    bounces: Bounces,
+    full: Image,
+    exposure: f32,
+    truth: Truth,
+}
+
+impl<'s> Sweep<'s> {
+    /// `max_error` is that of the reference (relative standard error of 8×8-pixel means).
+    pub fn new(gpu: &'s Gpu, scene: &'s Scene, settings: &'s BenchSettings, max_error: f64) -> Self {
+        Sweep { gpu, scene, settings, setup: Setup::new(gpu, scene, settings, max_error) }
+    }
+
+    /// The cases that have no record.
+    pub fn missing<'c>(&self, cases: &'c [Case], records: &Records) -> Vec<&'c Case> {
+        cases.iter().filter(|case| records.find(&self.setup.key(case)).is_none()).collect()
+    }
+
+    /// The records of the cases that have one, in the order of the cases.
+    pub fn points(&self, cases: &[Case], records: &Records) -> Vec<Point> {
+        cases.iter().filter_map(|case| records.find(&self.setup.key(case)).cloned()).collect()
+    }
+
+    /// Measures cases, writes their pictures, then their records. `cache` is the folder of references.
+    pub fn measure(
+        &self,
+        cases: &[&Case],
+        cache: &Path,
+        records: &mut Records,
+        pictures: &PictureFolder,
+        progress: &mut dyn FnMut(Progress<'_>),
+    ) -> Result<(), SweepError> {
+        let mut uploaded: Option<GpuScene> = None;
+        let mut references: Vec<Reference> = Vec::new();
+        for case in cases {
+            let bounces = bounces_of(case);
+            if !references.iter().any(|reference| reference.bounces == bounces) {
+                progress(Progress::Reference(bounces));
+                let reference = self.reference(bounces, cache)?;
+                pictures.write_picture(&self.setup.reference_key(bounces), &reference.full, reference.exposure)?;
+                references.push(reference);
+            }
+            let Some(reference) = references.iter().find(|reference| reference.bounces == bounces) else { continue };
+            progress(Progress::Case(case));
+            let (report, taken) = measure_on(self.gpu, &mut uploaded, self.scene, case, self.settings, &reference.truth);
+            let point = Point::new(&self.setup, case, &report);
+            match taken {
+                Ok(taken) => write_pictures(pictures, &point.key, &taken, reference, &report)?,
+                Err(source @ (Error::DeviceLost { .. } | Error::Vulkan { .. })) => return Err(SweepError::Lost { point: point.name(), source }),
+                // What the device refuses once it refuses always: the point's record says so.
+                Err(_) => {}
+            }
+            records.add(&point)?;
+            progress(Progress::Done(&point));
+        }
+        Ok(())
+    }
+
+    fn reference(&self, bounces: Bounces, cache: &Path) -> Result<Reference, SweepError> {
+        let [width, height] = self.setup.size;
+        let sampling = Sampling::Adaptive { max_error: self.setup.max_error as f32, max_spp: MAX_SPP };
+        let settings = reference::Settings { width, height, bounces, filter: Filter::Center, sampling, seed: 0 };
+        let image = cached(self.scene, &settings, cache, &|_| {})?;
+        let info = ReferenceInfo { bounces, samples_per_pixel: image.mean_samples(), pixel_noise: f64::from(image.indirect_error().pixel) };
+        let (full, indirect) = (image.radiance(), image.indirect());
+        Ok(Reference { bounces, exposure: exposure_of(&full), full, truth: Truth { guide: image.guide, indirect: Some((indirect, info)) } })
+    }
+}
+
+/// Samples per pixel at which the reference is done in any case.
+const MAX_SPP: u32 = 4096;
+
+fn write_pictures(folder: &PictureFolder, key: &str, taken: &Pictures, reference: &Reference, report: &Report) -> Result<(), SweepError> {
+    folder.write_picture(key, &taken.full, reference.exposure)?;
+    if let (Some((indirect, _)), Some(error)) = (&reference.truth.indirect, &report.error) {
+        let scale = (error.pixel.mean_reference as f32).max(f32::MIN_POSITIVE);
+        folder.write_error(key, &error_image(&taken.indirect, indirect)?, scale)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,425 @@
+//! Points that can be compared with each other, and what they say.
+
+use super::front::{Price, cheapest, front, near_front};
+use super::point::{Cost, Point, bounces_text};
+use crate::graph::Spread;
+use crate::measure::chart::{Chart, FrontPoint, Panels, PointPanel, Series, short};
+use crate::measure::report::Timing;
+use crate::measure::table::csv_of;
+use crate::reference::Bounces;
+
+/// Points of one scene with one setup.
+#[derive(Clone, Debug)]
+pub struct Section {
+    /// The points; all have the scene and the setup of the first.
+    pub points: Vec<Point>,
+}
+
+/// The points of one number of bounces that have a price, by index, and their prices.
+#[derive(Clone, Debug)]
+pub struct Group {
+    /// Bounces of the techniques and of their reference.
+    pub bounces: Bounces,
+    /// Indices into the section's points.
+    pub points: Vec<usize>,
+    /// Their prices.
+    pub prices: Vec<Price>,
+}
+
+/// Where a point stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Standing {
+    /// On the front: its number on the chart.
+    Front(usize),
+    /// Beaten by less than the spread of the times.
+    Near,
+    /// Beaten.
+    Beaten,
+}
+
+/// The cheapest point with a small enough error.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Advice {
+    /// Indirect bounces.
+    pub bounces: Bounces,
+    /// The error, at most.
+    pub bound: f64,
+    /// What is to be least.
+    pub cost: Cost,
+    /// The point with its costs and its error, or that there is none.
+    pub text: String,
+}
+
+impl Advice {
+    /// The costs for which there is advice.
+    pub(super) const COSTS: [Cost; 2] = [Cost::Frame, Cost::Memory];
+}
+
+impl std::fmt::Display for Advice {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}, {} with an error of at most {}: {}", bounces_text(self.bounces), self.cost.least(), percent(self.bound), self.text)
+    }
+}
+
+/// Errors for which the summary names the cheapest point.
+const BOUNDS: [f64; 3] = [0.05, 0.1, 0.2];
+
+const MIB: f64 = (1 << 20) as f64;
+
+impl Cost {
+    /// What follows the scene's name in file names.
+    pub fn file_suffix(self) -> &'static str {
+        match self {
+            Cost::Frame => "time",
+            Cost::Rebuild => "rebuild-time",
+            Cost::Memory => "memory",
+        }
+    }
+
+    /// What it is, in words.
+    pub fn title(self) -> &'static str {
+        match self {
+            Cost::Frame => "Error against time",
+            Cost::Rebuild => "Error against time, structure built anew",
+            Cost::Memory => "Error against memory",
+        }
+    }
+
+    /// What is asked for when it is to be small.
+    pub(super) fn least(self) -> &'static str {
+        match self {
+            Cost::Frame => "least time",
+            Cost::Rebuild => "least time with a build",
+            Cost::Memory => "least memory",
+        }
+    }
+
+    fn axis(self) -> &'static str {
+        match self {
+            Cost::Frame => "time of indirect light in a frame [ms]",
+            Cost::Rebuild => "time of a build and of indirect light in a frame [ms]",
+            Cost::Memory => "memory of the technique's structure [MiB]",
+        }
+    }
+
+    fn what(self) -> &'static str {
+        match self {
+            Cost::Frame => "update + gather: geometry stands still, light and camera move",
+            Cost::Rebuild => "build + update + gather: geometry is new in each frame",
+            Cost::Memory => "what is kept in the world; images of the screen's size, light maps and scene left out",
+        }
+    }
+
+    /// A value in the unit of the charts.
+    fn in_unit(self, value: f64) -> f64 {
+        if self == Cost::Memory { value / MIB } else { value }
+    }
+
+    /// A spread in words, such as `12.5 ms (12.1 to 13)`.
+    pub fn text(self, spread: Spread) -> String {
+        let value = |value| short(self.in_unit(value));
+        match self {
+            Cost::Memory => format!("{} MiB", value(spread.median)),
+            _ => format!("{} ms ({} to {})", value(spread.median), value(spread.min), value(spread.max)),
+        }
+    }
+}
+
+/// A share in per cent, such as `4.25%`.
+pub(super) fn percent(share: f64) -> String {
+    format!("{}%", short(100.0 * share))
+}
+
+/// A signed share in per cent.
+pub(super) fn signed_percent(share: f64) -> String {
+    format!("{}{}", if share > 0.0 { "+" } else { "" }, percent(share))
+}
+
+impl Section {
+    /// Points of any scenes and setups, sorted into sections in the order in which they come; of points with one key the first is kept.
+    pub fn sort(points: impl IntoIterator<Item = Point>) -> Vec<Section> {
+        let mut sections: Vec<Section> = Vec::new();
+        for point in points {
+            match sections.iter_mut().find(|section| section.fits(&point)) {
+                Some(section) if section.points.iter().any(|known| known.key == point.key) => {}
+                Some(section) => section.points.push(point),
+                None => sections.push(Section { points: vec![point] }),
+            }
+        }
+        sections
+    }
+
+    fn fits(&self, point: &Point) -> bool {
+        self.points.first().is_some_and(|first| first.scene == point.scene && first.setup == point.setup)
+    }
+
+    /// The points with a price, by bounces: techniques that compute different light are not compared.
+    pub fn groups(&self, cost: Cost) -> Vec<Group> {
+        let mut groups: Vec<Group> = Vec::new();
+        for (index, point) in self.points.iter().enumerate() {
+            let Some(price) = point.price(cost) else { continue };
+            match groups.iter_mut().find(|group| group.bounces == point.bounces) {
+                Some(group) => {
+                    group.points.push(index);
+                    group.prices.push(price);
+                }
+                None => groups.push(Group { bounces: point.bounces, points: vec![index], prices: vec![price] }),
+            }
+        }
+        groups.sort_by_key(|group| group.bounces);
+        groups
+    }
+
+    /// Where each point stands among those of as many bounces; `None` where it has no price.
+    pub fn standings(&self, cost: Cost) -> Vec<Option<Standing>> {
+        let mut standings = vec![None; self.points.len()];
+        for group in self.groups(cost) {
+            for (&index, near) in group.points.iter().zip(near_front(&group.prices)) {
+                standings[index] = Some(if near { Standing::Near } else { Standing::Beaten });
+            }
+            for (number, member) in front(&group.prices).into_iter().enumerate() {
+                standings[group.points[member]] = Some(Standing::Front(number + 1));
+            }
+        }
+        standings
+    }
+
+    /// The error against a cost, a panel a number of bounces; `None` where nothing has a price.
+    pub fn chart(&self, cost: Cost) -> Option<Chart> {
+        let first = self.points.first()?;
+        let panels: Vec<PointPanel> = self.groups(cost).iter().map(|group| self.panel(cost, group)).collect();
+        let setup = &first.setup;
+        let timing = if setup.timing == Timing::Host { "passes timed on the host" } else { "passes timed by timestamps" };
+        let medians = format!("medians of {} frames and {} builds; bars: smallest and largest", setup.frames, setup.rebuilds);
+        let notes = vec![
+            cost.what().to_owned(),
+            format!("{}x{} px, shadow maps {}; {medians}", setup.size[0], setup.size[1], setup.shadow_resolution),
+            format!("{}, {}, {timing}; lumivox {}{}", setup.device, setup.driver, setup.version, commit(&setup.build)),
+        ];
+        (!panels.is_empty()).then(|| Chart { title: format!("{}: {}", cost.title(), first.scene), notes, panels: Panels::Points(panels) })
+    }
+
+    fn panel(&self, cost: Cost, group: &Group) -> PointPanel {
+        let at = |price: &Price| (cost.in_unit(price.cost.median), 100.0 * price.error);
+        let mut series: Vec<Series> = Vec::new();
+        for (&index, price) in group.points.iter().zip(&group.prices) {
+            let name = &self.points[index].technique;
+            match series.iter_mut().find(|series| series.name == *name) {
+                Some(series) => series.points.push(at(price)),
+                None => series.push(Series { name: name.clone(), points: vec![at(price)] }),
+            }
+        }
+        let front_point = |member: usize| {
+            let price = &group.prices[member];
+            let x_range = (cost.in_unit(price.cost.min), cost.in_unit(price.cost.max));
+            FrontPoint { at: at(price), x_range, label: label(&self.points[group.points[member]], cost, price) }
+        };
+        let noise = group.points.iter().find_map(|&index| self.points[index].noise).filter(|noise| *noise > 0.0);
+        PointPanel {
+            title: format!("{}: {} points, the numbered ones are the Pareto front", bounces_text(group.bounces), group.points.len()),
+            x_label: cost.axis().to_owned(),
+            y_label: "rel_rmse of indirect light [%]".to_owned(),
+            series,
+            front: front(&group.prices).into_iter().map(front_point).collect(),
+            floor: noise.map(|noise| (100.0 * noise, "the reference's own noise".to_owned())),
+        }
+    }
+
+    /// What to take: for each number of bounces and each of some errors, the point of least time and that of least memory.
+    pub fn summary(&self) -> Vec<Advice> {
+        let mut advice: Vec<Advice> = Vec::new();
+        for cost in Advice::COSTS {
+            for group in self.groups(cost) {
+                let mut last = None;
+                for bound in BOUNDS {
+                    let found = cheapest(&group.prices, bound);
+                    let text = match found {
+                        Some(member) if last == found => format!("as above, {}", self.points[group.points[member]].name()),
+                        Some(member) => self.sentence(group.points[member], cost),
+                        None => {
+                            let least = group.prices.iter().map(|price| price.error).fold(f64::INFINITY, f64::min);
+                            format!("none of {} points; the least error is {}", group.points.len(), percent(least))
+                        }
+                    };
+                    advice.push(Advice { bounces: group.bounces, bound, cost, text });
+                    last = found;
+                }
+            }
+        }
+        advice
+    }
+
+    fn sentence(&self, index: usize, cost: Cost) -> String {
+        let point = &self.points[index];
+        let other = if cost == Cost::Memory { Cost::Frame } else { Cost::Memory };
+        let costs: Vec<String> = [cost, other].into_iter().filter_map(|cost| Some(cost.text(point.cost(cost)?))).collect();
+        let changes = if point.changes.is_empty() { String::new() } else { format!(" with {}", point.changes_text()) };
+        let error = point.error.map(|error| format!(", error {}", percent(error.rel_rmse))).unwrap_or_default();
+        let worst = point.worst_material().filter(|_| point.materials.len() > 1);
+        let worst = worst.map(|(name, error)| format!(" (on {name} {}, bias {})", percent(error.rel_rmse), signed_percent(error.bias))).unwrap_or_default();
+        format!("{}{changes}: {}{error}{worst}", point.name(), costs.join(", "))
+    }
+
+    /// All points as comma-separated values (RFC 4180).
+    pub fn csv(&self) -> String {
+        let standings = Cost::ALL.map(|cost| self.standings(cost));
+        let row = |(index, point): (usize, &Point)| {
+            let mut row = columns(point);
+            row.extend(Cost::ALL.iter().zip(&standings).map(|(cost, standings)| (format!("front {}", cost.file_suffix()), standing_text(standings[index]))));
+            row
+        };
+        csv_of(&self.points.iter().enumerate().map(row).collect::<Vec<_>>())
+    }
+}
+
+/// The number on the chart, `near`, or nothing.
+pub(super) fn standing_text(standing: Option<Standing>) -> String {
+    match standing {
+        Some(Standing::Front(number)) => number.to_string(),
+        Some(Standing::Near) => "near".to_owned(),
+        Some(Standing::Beaten) | None => String::new(),
+    }
+}
+
+/// The commit in brackets; nothing for one that is not known.
+pub(super) fn commit(build: &str) -> String {
+    if build.starts_with("executable ") { String::new() } else { format!(" ({build})") }
+}
+
+/// Characters on a line of the key.
+const KEY_CHARS: usize = 46;
+
+/// Name, settings that differ from the preset, cost and error.
+fn label(point: &Point, cost: Cost, price: &Price) -> Vec<String> {
+    let mut lines = vec![point.name()];
+    let mut line = String::new();
+    let changes = point.changes.iter().map(|(name, value)| format!("{name}={value}"));
+    for word in changes.chain([format!("{}, error {}", cost.text(price.cost), percent(price.error))]) {
+        if !line.is_empty() && line.chars().count() + 2 + word.chars().count() > KEY_CHARS {
+            lines.push(std::mem::take(&mut line));
+        }
+        line += if line.is_empty() { "" } else { "  " };
+        line += &word;
+    }
+    lines.push(line);
+    lines
+}
+
+/// Names and values of a row.
+fn columns(point: &Point) -> Vec<(String, String)> {
+    let number = |value: Option<f64>| value.map(|value| value.to_string()).unwrap_or_default();
+    let setup = &point.setup;
+    let mut columns: Vec<(String, String)> = Vec::new();
+    let mut add = |name: &str, value: String| columns.push((name.to_owned(), value));
+    add("key", point.key.clone());
+    add("scene", point.scene.clone());
+    add("technique", point.technique.clone());
+    add("preset", point.preset.clone().unwrap_or_default());
+    add("changes", point.changes_text());
+    add("bounces", if let Bounces::Count(count) = point.bounces { count.to_string() } else { "full".to_owned() });
+    add("width_px", setup.size[0].to_string());
+    add("height_px", setup.size[1].to_string());
+    add("device", setup.device.clone());
+    add("driver", setup.driver.clone());
+    add("version", setup.version.clone());
+    add("build", setup.build.clone());
+    add("failure", point.failure.clone().unwrap_or_default());
+    add("refused_bytes", point.refused.as_ref().map(|refused| refused.bytes.to_string()).unwrap_or_default());
+    add("rel_rmse", number(point.error.map(|error| error.rel_rmse)));
+    add("bias", number(point.error.map(|error| error.bias)));
+    add("pixel rel_rmse", number(point.pixel_error.map(|error| error.rel_rmse)));
+    add("flip", number(point.flip));
+    add("reference noise", number(point.noise));
+    add("structure_bytes", point.structure_bytes.map(|bytes| bytes.to_string()).unwrap_or_default());
+    add("memory_bytes", if point.totals.is_empty() { String::new() } else { point.memory_bytes.to_string() });
+    for total in &point.totals {
+        let Spread { median, min, max, .. } = total.gpu_ms;
+        [("ms", median), ("min ms", min), ("max ms", max)].iter().for_each(|(unit, ms)| add(&format!("{} {unit}", total.name), ms.to_string()));
+    }
+    for (material, error) in &point.materials {
+        add(&format!("{material} rel_rmse"), error.rel_rmse.to_string());
+        add(&format!("{material} bias"), error.bias.to_string());
+    }
+    point.settings.iter().for_each(|(name, value)| add(&format!("set {name}"), value.clone()));
+    columns
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::point::tests::point;
+    use super::*;
+
+    /// Planted: of one bounce `b` is slower and worse than `a`, `c` better and dearer, and `d` better still but of two bounces.
+    fn section() -> Section {
+        let a = point("a", 1, [9.0, 1.0], 1 << 20, 0.15);
+        let b = point("b", 1, [99.0, 1.0], 2 << 20, 0.16);
+        let c = point("c", 1, [999.0, 1.0], 3 << 20, 0.04);
+        let d = point("d", 2, [4.0, 1.0], 1 << 19, 0.01);
+        Section { points: vec![a, b, c, d] }
+    }
+
+    #[test]
+    fn bounces_have_fronts_of_their_own() {
+        let standings = section().standings(Cost::Frame);
+        assert_eq!(standings, [Some(Standing::Front(1)), Some(Standing::Beaten), Some(Standing::Front(2)), Some(Standing::Front(1))]);
+    }
+
+    /// 90 ms more in a pass of `a` put it behind `b`, whose times overlap with its own then: 100 (90 to 120) against 110 (99 to 132).
+    #[test]
+    fn a_slowed_pass_moves_the_front() {
+        let mut slowed = section();
+        slowed.points[0] = point("a", 1, [109.0, 1.0], 1 << 20, 0.161);
+        assert_eq!(slowed.standings(Cost::Frame)[..3], [Some(Standing::Near), Some(Standing::Front(1)), Some(Standing::Front(2))]);
+        slowed.points[0] = point("a", 1, [9009.0, 1.0], 1 << 20, 0.161);
+        assert_eq!(slowed.standings(Cost::Frame)[..3], [Some(Standing::Beaten), Some(Standing::Front(1)), Some(Standing::Front(2))]);
+        assert_eq!(slowed.standings(Cost::Memory)[0], Some(Standing::Front(1)), "its memory is what it was");
+    }
+
+    #[test]
+    fn the_summary_names_the_cheapest() {
+        let lines: Vec<String> = section().summary().iter().map(ToString::to_string).collect();
+        let one = |bound: &str| lines.iter().find(|line| line.starts_with(&format!("1 bounce, least time with an error of at most {bound}:"))).cloned();
+        assert!(
+            one("5%").is_some_and(|line| line.contains("c cones 64³ with cones=999: 1000 ms (900 to 1200), 3 MiB, error 4% (on lamp 8%, bias +4%)")),
+            "{lines:?}"
+        );
+        assert!(one("10%").is_some_and(|line| line.ends_with("as above, c cones 64³")), "{lines:?}");
+        assert!(one("20%").is_some_and(|line| line.contains(": a cones 64³")), "{lines:?}");
+        let mut worse = section();
+        worse.points.retain(|point| point.technique == "b");
+        assert!(worse.summary()[0].text.contains("none of 1 points; the least error is 16%"), "{:?}", worse.summary());
+    }
+
+    #[test]
+    fn points_of_other_setups_are_not_mixed() {
+        let mut other = point("a", 1, [9.0, 1.0], 1 << 20, 0.15);
+        other.setup.device = "another device".into();
+        let sections = Section::sort(section().points.into_iter().chain([other, section().points.remove(0)]));
+        assert_eq!(sections.iter().map(|section| section.points.len()).collect::<Vec<_>>(), [4, 1]);
+    }
+
+    /// Every point has its mark, the front its steps and labels, and each number of bounces its panel.
+    #[test]
+    fn charts_show_points_and_front() {
+        let Some(chart) = section().chart(Cost::Frame) else { panic!("no chart") };
+        let Panels::Points(panels) = &chart.panels else { panic!("{:?}", chart.panels) };
+        assert_eq!(panels.iter().map(|panel| (panel.front.len(), panel.series.len())).collect::<Vec<_>>(), [(2, 3), (1, 1)]);
+        assert!(panels[0].front[0].at == (10.0, 15.0) && panels[0].front[0].x_range == (9.0, 12.0));
+        assert!(panels[0].floor.as_ref().is_some_and(|floor| floor.0 == 0.2));
+        let with = chart.pixels().unwrap_or_default();
+        let mut without = chart.clone();
+        let Panels::Points(panels) = &mut without.panels else { panic!("{:?}", chart.panels) };
+        panels[0].front.clear();
+        assert!(with != without.pixels().unwrap_or_default());
+        assert!(chart.svg().is_ok_and(|svg| svg.contains("cones=999") && svg.contains("2 bounces: 1 points")));
+    }
+
+    #[test]
+    fn tables_have_a_row_a_point() {
+        let csv = section().csv();
+        let lines: Vec<&str> = csv.lines().collect();
+        assert_eq!(lines.len(), 5);
+        assert!(lines[0].contains("indirect min ms") && lines[0].ends_with("front time,front rebuild-time,front memory"), "{}", lines[0]);
+        assert!(lines[1].ends_with(",1,1,1") && lines[2].ends_with(",,,"), "{csv}");
+    }
+}
