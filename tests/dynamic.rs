@@ -14,38 +14,12 @@ use lumivox::graph::plan::{Barrier, Use};
 use lumivox::graph::{FrameStats, Gpu};
 use lumivox::image::{Aov, Image};
 use lumivox::render::GpuScene;
-use lumivox::scene::{Keyframe, Light, Model, Motion, Pose, Scene};
+use lumivox::scene::{Light, Pose, Scene};
 use support::hazards::verify;
-use support::scenes::{Corners, in_unit_grid, lump, scene_of, soup};
+use support::scenes::{Corners, add_model, in_unit_grid, lump, random_pose, scene_of, soup, still};
 use support::technique::{Case, Surfaces, cases, default_cases, frame, largest_difference, small_lights, small_room};
 use support::voxels::{Read, area, compare_sets, coordinates, mean_normal, oracle_grid, read, unorm10, voxel_settings, voxelize};
 use support::{Random, gpu, read_words};
-
-/// Appends the triangles of another scene as a dynamic model that is at one pose each second.
-fn add_model(scene: &mut Scene, model: Scene, poses: &[Pose]) {
-    let (first_vertex, first_material) = (scene.vertices.len() as u32, scene.materials.len() as u32);
-    let (first_triangle, triangle_count) = (scene.triangles.len() as u32, model.triangles.len() as u32);
-    let keyframes = (0u16..).zip(poses).map(|(second, pose)| Keyframe { time_s: f32::from(second), pose: *pose }).collect();
-    let motion = Some(Motion { first_vertex, rest: model.vertices.clone(), keyframes });
-    scene.models.push(Model { name: format!("model {first_triangle}"), dynamic: true, first_triangle, triangle_count, motion });
-    scene.vertices.extend(model.vertices);
-    scene.materials.extend(model.materials);
-    for mut triangle in model.triangles {
-        triangle.vertices = triangle.vertices.map(|vertex| vertex + first_vertex);
-        triangle.material += first_material;
-        scene.triangles.push(triangle);
-    }
-    scene.set_time(0.0);
-}
-
-fn still(translate: Vec3) -> Pose {
-    Pose { rotate_deg: Vec3::ZERO, translate }
-}
-
-fn random_pose(random: &mut Random, reach: f32) -> Pose {
-    let mut unit3 = |scale: f32| Vec3::from([0; 3].map(|_: u32| scale * (2.0 * random.unit() - 1.0)));
-    Pose { rotate_deg: unit3(180.0), translate: unit3(reach) }
-}
 
 /// The voxels that a scene has by compact index: whose places in memory differ, but not what they hold.
 #[derive(Debug, PartialEq)]

@@ -54,13 +54,21 @@ float injected(uint side, uint channel) {
     return float(flux[at + 4u] >> 8u * channel & 255u) * 4294967296.0 + float(flux[at + channel]);
 }
 
+// From a position to where a line leaves its voxel [m].
+float way_out(vec3 position, vec3 direction) {
+    vec3 within = fract((position - params.grid.xyz) / params.grid.w);
+    vec3 ways = mix(within, 1.0 - within, greaterThan(direction, vec3(0.0))) / max(abs(direction), vec3(1e-6));
+    return params.grid.w * min(ways.x, min(ways.y, ways.z));
+}
+
 // Depth differences that still count as lit [m]. A voxel of several planes has no tangent plane that its neighbours in the map lie on: in a corner of a
-// room they are nearer to the light by about a texel.
-float visibility_slack(Light light, vec3 position, bool one_plane) {
+// room they are nearer to the light by about a texel. Where it is all that is shaded, what lies in it (a fold) does not hide its mean position.
+float visibility_slack(Light light, vec3 position, vec3 to_light, bool one_plane) {
     LightView view = light_views[light.views.x];
     float distance_m = view.origin_kind.w == 0.0 ? 1.0 : length(position - view.origin_kind.xyz);
     float texel_m = 2.0 * length(view.right.xyz) * distance_m / float(view.light.y);
-    return max(0.25 * params.grid.w, one_plane ? 0.0 : 2.0 * texel_m);
+    float inside_m = INJECTION_VOXEL != 0u ? way_out(position, to_light) : 0.0;
+    return max(0.25 * params.grid.w, one_plane ? 0.0 : max(2.0 * texel_m, inside_m));
 }
 
 // |n·ω|, or max(n·ω, 0) of the side that `normal` points to. Normal-weighted: Σ N_k² D_k over the faces of the voxel that its mean normal N is on the side
@@ -90,7 +98,7 @@ float unoccluded(Light light, vec3 position, vec3 to_light, vec3 lit_side, bool 
     }
     if (OCCLUSION == 3u) return 1.0 - soft_occlusion(origin, to_light, receiver, lit_side, settings, reach, params.kappa);
     vec3 from = OCCLUSION == 1u ? position + 0.5 * size * lit_side : position;
-    return light_visibility(light, from, lit_side, visibility_slack(light, position, one_plane));
+    return light_visibility(light, from, lit_side, visibility_slack(light, position, to_light, one_plane));
 }
 
 // ρ/π Σ E |n·ω| V at the voxel's mean position; with two sides, of the light on the side that `normal` points to.

@@ -7,9 +7,10 @@ mod shadow;
 use std::sync::Arc;
 
 pub use sets::{Cone, ConeSet, KahlRings, check, cone_set, diffuse_set, kahl_set};
-pub use shadow::{SHADOW, SHADOW_SPARSE, SOFT_SHADOWS, ShadowConeParams};
+pub use shadow::{SHADOW, SHADOW_CLIPMAP, SHADOW_SPARSE, SOFT_SHADOWS, ShadowConeParams};
 
 use crate::gi::Settings;
+use crate::gi::registry::Substitution;
 use crate::gi::settings::{Domain, Setting};
 use crate::gi::voxel::rays::LOOP_BUDGET;
 use crate::gi::voxel::voxelize::linear_groups;
@@ -94,6 +95,8 @@ gpu_struct! {
         pub end_cone: u32,
         /// Width of a stratum of sin²θ.
         pub jitter: f32,
+        /// Edge of the voxels that gather (voxels that are gathered from).
+        pub voxel_scale: f32,
     }
 }
 
@@ -124,6 +127,8 @@ const SPARSE: [Binding; 3] = [
     Binding::sampled("bricks", Access::ComputeSampled),
     Binding::sampled("normals_of_bricks", Access::ComputeSampled),
 ];
+const CLIPMAP: [Binding; 3] =
+    [Binding::buffer("levels", Access::ComputeRead), Binding::sampled("clipmap", Access::ComputeSampled), Binding::sampled("top", Access::ComputeSampled)];
 
 static GATHER_DENSE_BINDINGS: [Binding; 6] = {
     let ([a, b, c, d], [voxels, matter]) = (GATHER_BINDINGS, DENSE);
@@ -133,6 +138,11 @@ static GATHER_DENSE_BINDINGS: [Binding; 6] = {
 static GATHER_SPARSE_BINDINGS: [Binding; 7] = {
     let ([a, b, c, d], [nodes, bricks, normals]) = (GATHER_BINDINGS, SPARSE);
     [a, b, c, d, nodes, bricks, normals]
+};
+
+static GATHER_CLIPMAP_BINDINGS: [Binding; 7] = {
+    let ([a, b, c, d], [levels, clipmap, top]) = (GATHER_BINDINGS, CLIPMAP);
+    [a, b, c, d, levels, clipmap, top]
 };
 
 static SPECULAR_DENSE_BINDINGS: [Binding; 7] = {
@@ -145,6 +155,11 @@ static SPECULAR_SPARSE_BINDINGS: [Binding; 8] = {
     [a, b, c, d, e, nodes, bricks, normals]
 };
 
+static SPECULAR_CLIPMAP_BINDINGS: [Binding; 8] = {
+    let ([a, b, c, d, e], [levels, clipmap, top]) = (SPECULAR_BINDINGS, CLIPMAP);
+    [a, b, c, d, e, levels, clipmap, top]
+};
+
 static BOUNCE_DENSE_BINDINGS: [Binding; 5] = {
     let ([a, b, c], [voxels, matter]) = (BOUNCE_BINDINGS, DENSE);
     [a, b, c, voxels, matter]
@@ -153,6 +168,11 @@ static BOUNCE_DENSE_BINDINGS: [Binding; 5] = {
 static BOUNCE_SPARSE_BINDINGS: [Binding; 6] = {
     let ([a, b, c], [nodes, bricks, normals]) = (BOUNCE_BINDINGS, SPARSE);
     [a, b, c, nodes, bricks, normals]
+};
+
+static BOUNCE_CLIPMAP_BINDINGS: [Binding; 6] = {
+    let ([a, b, c], [levels, clipmap, top]) = (BOUNCE_BINDINGS, CLIPMAP);
+    [a, b, c, levels, clipmap, top]
 };
 
 const fn gather_pass(name: &'static str, shader: &'static str, bindings: &'static [Binding]) -> Pass {
@@ -191,11 +211,26 @@ pub static BOUNCE: Pass = bounce_pass("gi/cone/bounce.comp", &BOUNCE_DENSE_BINDI
 /// As [`BOUNCE`], through a sparse voxel octree.
 pub static BOUNCE_SPARSE: Pass = bounce_pass("gi/cone/bounce_svo.comp", &BOUNCE_SPARSE_BINDINGS);
 
+/// As [`OCCLUSION`], through the levels of a clipmap.
+pub static OCCLUSION_CLIPMAP: Pass = gather_pass("cone.occlusion", "gi/cone/gather_clipmap.comp", &GATHER_CLIPMAP_BINDINGS);
+
+/// As [`GATHER`], through the levels of a clipmap.
+pub static GATHER_CLIPMAP: Pass = gather_pass("cone.gather", "gi/cone/gather_clipmap.comp", &GATHER_CLIPMAP_BINDINGS);
+
+/// As [`SPECULAR`], through the levels of a clipmap.
+pub static SPECULAR_CLIPMAP: Pass = specular_pass("gi/cone/specular_clipmap.comp", &SPECULAR_CLIPMAP_BINDINGS);
+
+/// As [`BOUNCE`], through the levels of a clipmap.
+pub static BOUNCE_CLIPMAP: Pass = bounce_pass("gi/cone/bounce_clipmap.comp", &BOUNCE_CLIPMAP_BINDINGS);
+
 /// The passes through a dense volume.
 pub static PASSES: &[&Pass] = &[&GATHER, &OCCLUSION, &SPECULAR, &SHADOW, &BOUNCE];
 
 /// The passes through a sparse volume.
 pub static SPARSE_PASSES: &[&Pass] = &[&GATHER_SPARSE, &OCCLUSION_SPARSE, &SPECULAR_SPARSE, &SHADOW_SPARSE, &BOUNCE_SPARSE];
+
+/// The passes through a clipmap.
+pub static CLIPMAP_PASSES: &[&Pass] = &[&GATHER_CLIPMAP, &OCCLUSION_CLIPMAP, &SPECULAR_CLIPMAP, &SHADOW_CLIPMAP, &BOUNCE_CLIPMAP];
 
 /// What a pass of cones writes.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -227,6 +262,17 @@ pub enum Volume<'v> {
         /// Whether its texels are at corners of voxels, not where those of dense mips are.
         corners: bool,
     },
+    /// A clipmap.
+    Clipmap {
+        /// Where its levels are.
+        levels: &'v Arc<Buffer>,
+        /// Radiance premultiplied by opacity, all levels.
+        clipmap: &'v Arc<Image>,
+        /// Mips of the outermost level.
+        top: &'v Arc<Image>,
+        /// Voxels along an edge of a level, and the number of levels.
+        shape: [u32; 2],
+    },
 }
 
 impl Volume<'_> {
@@ -244,6 +290,24 @@ impl Volume<'_> {
                 let constants = [u32::from(corners), output, u32::from(normals.is_some())];
                 pass.bind(nodes).bind(bricks).bind(normals.unwrap_or(bricks)).constants(&constants)
             }
+            Volume::Clipmap { levels, clipmap, top, shape: [n, count] } => pass.bind(levels).bind(clipmap).bind(top).constants(&[n, output, count]),
+        }
+    }
+
+    /// That one of the same pass through a dense volume, a sparse one and a clipmap which is through this.
+    fn choose(&self, [dense, sparse, clipmap]: [&'static Pass; 3]) -> &'static Pass {
+        match self {
+            Volume::Dense { .. } => dense,
+            Volume::Sparse { .. } => sparse,
+            Volume::Clipmap { .. } => clipmap,
+        }
+    }
+
+    /// Voxels that a cone crosses at most along an axis: in a clipmap they are larger in each level further out.
+    fn voxels_across(&self, grid: &VoxelGrid) -> u32 {
+        match *self {
+            Volume::Clipmap { shape: [n, levels], .. } => n * levels,
+            Volume::Dense { .. } | Volume::Sparse { .. } => grid.resolution,
         }
     }
 }
@@ -364,6 +428,21 @@ pub static SETTINGS: &[Setting] = &[
     },
 ];
 
+/// Substitutions of a technique that gathers by cones alone.
+pub static SUBSTITUTIONS: &[Substitution] = &[
+    Substitution { name: "directions", help: "as many cones as the settings allow, so that no light falls between them", pairs: more_cones },
+    Substitution {
+        name: "filtering",
+        help: "cones so narrow that they read the finest voxels alone",
+        pairs: |settings| if settings.number("aperture_scale") > 0.05 { vec!["aperture_scale=0.05".into()] } else { Vec::new() },
+    },
+];
+
+/// 32 cones of equal shares, turned from pixel to pixel: 2,048 directions in each interleaving window.
+pub fn more_cones(_: &Settings) -> Vec<String> {
+    ["cones=32", "cone_set=disc", "interleave=8"].map(String::from).to_vec()
+}
+
 /// How cones are traced.
 #[derive(Clone, Copy, Debug)]
 pub struct ConeSettings {
@@ -482,8 +561,8 @@ impl ConeTracer {
     pub fn occlusion(&self, frame: &mut Frame, gbuffer: &GBuffer, grid: &VoxelGrid, volume: Volume<'_>, result: &Arc<Image>) {
         let Some((set, reach_m, falloff)) = &self.occlusion else { return };
         let settings = ConeSettings { max_distance_m: *reach_m, ao_falloff: *falloff, ..self.settings };
-        let pass = if matches!(volume, Volume::Dense { .. }) { &OCCLUSION } else { &OCCLUSION_SPARSE };
-        for (params, groups) in gather_params(&settings, set, grid, gbuffer) {
+        let pass = volume.choose([&OCCLUSION, &OCCLUSION_SPARSE, &OCCLUSION_CLIPMAP]);
+        for (params, groups) in gather_params(&settings, set, grid, volume, gbuffer) {
             let params = ConeParams { is_occlusion: 1, ..params };
             let builder = frame.pass(pass).bind(&gbuffer.view_depth).bind(&gbuffer.normals).bind(&set.cones).bind(result);
             volume.bind(builder, set.is_narrow, Output::Light).push(&params).dispatch(groups);
@@ -491,8 +570,8 @@ impl ConeTracer {
     }
 
     fn add_gather(&self, frame: &mut Frame, gbuffer: &GBuffer, grid: &VoxelGrid, volume: Volume<'_>, result: &Arc<Image>, output: Output) {
-        let pass = if matches!(volume, Volume::Dense { .. }) { &GATHER } else { &GATHER_SPARSE };
-        for (params, groups) in gather_params(&self.settings, &self.set, grid, gbuffer) {
+        let pass = volume.choose([&GATHER, &GATHER_SPARSE, &GATHER_CLIPMAP]);
+        for (params, groups) in gather_params(&self.settings, &self.set, grid, volume, gbuffer) {
             let builder = frame.pass(pass).bind(&gbuffer.view_depth).bind(&gbuffer.normals).bind(&self.set.cones).bind(result);
             volume.bind(builder, self.skips_empty, output).push(&params).dispatch(groups);
         }
@@ -502,10 +581,10 @@ impl ConeTracer {
     /// bounce.
     pub fn bounce(&self, frame: &mut Frame, grid: &VoxelGrid, voxels: &VoxelRecords, volume: Volume<'_>, irradiance: &Arc<Buffer>) {
         let Some(set) = &self.bounce_set else { return };
-        let pass = if matches!(volume, Volume::Dense { .. }) { &BOUNCE } else { &BOUNCE_SPARSE };
+        let pass = volume.choose([&BOUNCE, &BOUNCE_SPARSE, &BOUNCE_CLIPMAP]);
         let s = &self.settings;
-        let first_voxel = ((voxels.grid.origin - grid.origin) / grid.voxel_size).round();
-        for [first_cone, end_cone] in s.dispatches(grid, set.count) {
+        let first_voxel = ((voxels.grid.origin - grid.origin) / voxels.grid.voxel_size).round();
+        for [first_cone, end_cone] in s.dispatches(volume.voxels_across(grid), set.count) {
             let params = BounceConeParams {
                 first_voxel: first_voxel.extend(grid.resolution as f32).to_array(),
                 voxel_count: voxels.voxel_count,
@@ -517,6 +596,7 @@ impl ConeTracer {
                 first_cone,
                 end_cone,
                 jitter: set.jitter,
+                voxel_scale: voxels.grid.voxel_size / grid.voxel_size,
             };
             let builder = frame.pass(pass).bind(&voxels.records).bind(&set.cones).bind(irradiance);
             let threads = volume.sides() * voxels.voxel_count;
@@ -541,7 +621,7 @@ impl ConeTracer {
             max_distance: s.max_distance(grid),
             start_offset: s.start_offset,
         };
-        let pass = if matches!(volume, Volume::Dense { .. }) { &SPECULAR } else { &SPECULAR_SPARSE };
+        let pass = volume.choose([&SPECULAR, &SPECULAR_SPARSE, &SPECULAR_CLIPMAP]);
         let builder = frame.pass(pass).bind(&gbuffer.view_depth).bind(&gbuffer.normals).bind(&gbuffer.albedo).bind(specular).bind(result);
         volume.bind(builder, true, output).push(&params).dispatch(screen_groups(gbuffer.size));
     }
@@ -579,11 +659,11 @@ impl ConeTracer {
 }
 
 impl ConeSettings {
-    /// First cone, and one beyond the last, of as many dispatches as keep the loops of one thread's cones within `LOOP_BUDGET`.
-    fn dispatches(&self, grid: &VoxelGrid, count: u32) -> Vec<[u32; 2]> {
+    /// First cone, and one beyond the last, of as many dispatches, through a cube of so many voxels along an edge, as keep the loops of one thread's cones within `LOOP_BUDGET`.
+    fn dispatches(&self, voxels: u32, count: u32) -> Vec<[u32; 2]> {
         // A sample that is taken costs a turn of both loops; one that is skipped costs a turn of the inner one, which at worst no two lanes of a vector take
         // together.
-        let cones_a_dispatch = (LOOP_BUDGET / ((2 + VECTOR_LANES) * longest_march(grid.resolution, self.step_factor))).max(1);
+        let cones_a_dispatch = (LOOP_BUDGET / ((2 + VECTOR_LANES) * longest_march(voxels, self.step_factor))).max(1);
         (0..count).step_by(cones_a_dispatch as usize).map(|first| [first, (first + cones_a_dispatch).min(count)]).collect()
     }
 
@@ -594,7 +674,7 @@ impl ConeSettings {
 }
 
 /// What `cone.gather` and `cone.occlusion` are told, and their workgroups, dispatch by dispatch.
-fn gather_params(s: &ConeSettings, set: &DeviceSet, grid: &VoxelGrid, gbuffer: &GBuffer) -> impl Iterator<Item = (ConeParams, [u32; 3])> {
+fn gather_params(s: &ConeSettings, set: &DeviceSet, grid: &VoxelGrid, volume: Volume<'_>, gbuffer: &GBuffer) -> impl Iterator<Item = (ConeParams, [u32; 3])> {
     let params = |[first_cone, end_cone]: [u32; 2]| ConeParams {
         grid: grid.row(),
         resolution: grid.resolution as f32,
@@ -611,5 +691,5 @@ fn gather_params(s: &ConeSettings, set: &DeviceSet, grid: &VoxelGrid, gbuffer: &
         is_occlusion: 0,
     };
     let groups = screen_groups(gbuffer.size);
-    s.dispatches(grid, set.count).into_iter().map(move |cones| (params(cones), groups))
+    s.dispatches(volume.voxels_across(grid), set.count).into_iter().map(move |cones| (params(cones), groups))
 }

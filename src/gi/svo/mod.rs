@@ -19,7 +19,7 @@ use super::interleave::{self, deinterleave};
 use super::registry::{Directions, Entry, Part, Stage};
 use super::settings::{Domain, Preset, Setting, Settings};
 use super::voxel::{self, Bounces, Injection, LightSettings, MIP_FILTER, Prefilter, Sides, VoxelSettings};
-use super::{Context, IndirectLight, Technique};
+use super::{Context, IndirectLight, LitVoxels, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image, Pass};
 use crate::render::{GBuffer, GpuScene, LightMaps, Output, screen_image};
 use crate::shader::{Field, GpuStruct};
@@ -136,7 +136,7 @@ pub static ENTRY: Entry = Entry {
     name: "svo",
     summary: "sparse voxel octree with bricks, cone-traced",
     bounces: |settings| Bounces::new(settings).count(),
-    settings: &[voxel::SETTINGS, SETTINGS, cone::SETTINGS],
+    settings: &[voxel::RESOLUTION, voxel::SETTINGS, SETTINGS, cone::SETTINGS],
     check: cone::check,
     presets: PRESETS,
     passes: &[voxel::PASSES, PASSES, cone::SPARSE_PASSES, interleave::PASSES],
@@ -174,6 +174,7 @@ pub static ENTRY: Entry = Entry {
         &cone::SOFT_SHADOWS,
     ],
     directions: &[Directions { pass: &cone::GATHER_SPARSE, count: Some(cone::diffuse_count) }, Directions { pass: &cone::SPECULAR_SPARSE, count: None }],
+    substitutions: &[cone::SUBSTITUTIONS, voxel::SUBSTITUTIONS],
     voxels: Some(voxel::list_voxels),
     make,
 };
@@ -206,7 +207,7 @@ struct Svo {
 }
 
 fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>, Error> {
-    let Context { gpu, scene, size } = *context;
+    let Context { gpu, scene, size, .. } = *context;
     let specular = scene.is_glossy && settings.is("specular", "on");
     let interleave = settings.count("interleave");
     let filter = Prefilter::new(settings) as u32;
@@ -321,6 +322,10 @@ impl Technique for Svo {
     fn count_samples(&self, gpu: &Gpu, scene: &GpuScene, gbuffer: &GBuffer) -> Result<Vec<(&'static str, u64)>, Error> {
         let Some(store) = &self.store else { return Ok(Vec::new()) };
         self.cones.count_samples(gpu, scene, gbuffer, &store.voxels.grid, store.volume(self.bricks.corners), [true, self.light.specular.is_some()])
+    }
+
+    fn lit_voxels(&mut self) -> Vec<LitVoxels<'_>> {
+        self.store.iter_mut().flat_map(|store| store.voxels.lit()).collect()
     }
 
     fn counts(&self, gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {

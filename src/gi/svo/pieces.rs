@@ -9,7 +9,9 @@ use super::dynamic::TouchedVoxels;
 use super::nodes::require_pointers;
 use crate::gi::cone::{ConeTracer, Volume};
 use crate::gi::voxel::voxelize::buffer;
-use crate::gi::voxel::{Accumulation, DynamicVoxels, LightSettings, VoxelGrid, VoxelLight, VoxelLookup, VoxelRecords, VoxelSettings, Voxelizer, Voxels};
+use crate::gi::voxel::{
+    Accumulation, DynamicVoxels, LightSettings, LitVoxels, VoxelGrid, VoxelLight, VoxelLookup, VoxelRecords, VoxelSettings, Voxelizer, Voxels,
+};
 use crate::graph::{Buffer, Error, Frame, FrameStats, Gpu};
 use crate::render::{GpuScene, LightMaps};
 
@@ -240,6 +242,11 @@ impl Pieces {
             range
         };
         self.pieces.iter().map(range).collect()
+    }
+
+    /// The voxels of each piece and their light.
+    pub fn lit(&mut self) -> impl Iterator<Item = LitVoxels<'_>> {
+        self.pieces.iter_mut().map(|Piece { voxels, light, .. }| LitVoxels { voxels: voxels.clone(), light })
     }
 
     /// Counts of fragments, voxels, pieces and light, for the report.

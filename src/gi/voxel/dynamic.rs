@@ -209,7 +209,7 @@ impl DynamicVoxels {
             frame.set_scene(&scene.set, &scene.materials);
             frame.copy_buffer("voxel.clear", (&self.first_counts, 0), (&self.counts, 0), size_of::<TouchedCounters>() as u64);
             let buffers = [&self.occupancy, &self.lists.fragments, &self.lists.emission, &self.counts];
-            voxelizer.add_fragments(&mut frame, scene, Triangles::Dynamic, buffers, capacity);
+            voxelizer.add_fragments(&mut frame, scene, &Triangles::Dynamic.batches(scene), voxelizer.whole(), buffers, capacity);
             self.add_count(&mut frame, voxels, &params);
             let run = gpu.submit(std::mem::take(&mut frame))?;
             self.touched_count = 0;

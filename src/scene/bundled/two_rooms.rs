@@ -11,12 +11,13 @@ pub(super) const ROW: BundledScene = BundledScene {
     description: "light in one room, camera in the dark one behind a thin wall: shows leaks",
     parameters: &[
         Parameter { name: "thickness_m", description: "thickness of the wall between the rooms", unit: "m", min: 0.001, max: 2.0, default: 0.1 },
+        Parameter { name: "lit_length_m", description: "length of the lit room", unit: "m", min: 3.0, max: 16.0, default: LENGTH_M as f64 },
         Parameter { name: "door", description: "whether the wall has an open door, 1 m wide and 2 m high", unit: SWITCH, min: 0.0, max: 1.0, default: 0.0 },
     ],
     build,
 };
 
-/// Each room is 4 m long, 3 m high and 4 m wide; y and z are cut where the door is.
+/// Each room is 4 m long unless told otherwise, 3 m high and 4 m wide; y and z are cut where the door is.
 const LENGTH_M: f32 = 4.0;
 const CUTS_Y: [f32; 3] = [0.0, 2.0, 3.0];
 const CUTS_Z: [f32; 4] = [-2.0, -0.5, 0.5, 2.0];
@@ -29,7 +30,7 @@ fn build(values: &Values) -> Scene {
     let dark = mesh.matte("dark_room", [0.7, 0.7, 0.7]);
     let floor = mesh.matte("floor", [0.5, 0.5, 0.5]);
     let wall = mesh.matte("wall", [0.6, 0.6, 0.6]);
-    for (x, paint, wall_face) in [([-half_m - LENGTH_M, -half_m], lit, HIGH_X), ([half_m, half_m + LENGTH_M], dark, LOW_X)] {
+    for (x, paint, wall_face) in [([-half_m - values.number("lit_length_m"), -half_m], lit, HIGH_X), ([half_m, half_m + LENGTH_M], dark, LOW_X)] {
         mesh.room([&x, &CUTS_Y, &CUTS_Z], |face, middle| match face {
             _ if face == wall_face => (!(has_door && middle.z == 0.0 && middle.y < 2.0)).then_some(wall),
             LOW_Y => Some(floor),
