@@ -451,7 +451,8 @@ fn static_scenes_pay_nothing() {
     let svo_names = ["svo.dynamic_levels", "svo.dynamic_places", "svo.originals", "svo.remade_texels", "svo.affected_tiles"];
     let (_, light) = small_lights()[0];
     for (scene, pays) in [(small_room(Surfaces::Emissive, vec![light]), false), (moving_room(Surfaces::Emissive, light), true)] {
-        for case in cases().iter().filter(|case| case.entry.name != "none") {
+        // A clipmap voxelizes whatever comes into its windows, static or not, and keeps what it needs for that.
+        for case in cases().iter().filter(|case| !["none", "clipmap"].contains(&case.entry.name)) {
             gpu.take_journal();
             let (mut renderer, _) = Renderer::new(&gpu, &scene, case.entry, &case.settings(&[("resolution", "16")]), frame(16, 8, 32)).unwrap();
             renderer.set_pose(&scene).unwrap();
@@ -481,7 +482,7 @@ fn the_planner_covers_every_hazard_of_moving_models() {
     for case in cases() {
         gpu.take_journal();
         let mut scene = moving_room(Surfaces::Emissive, light);
-        let (mut renderer, _) = Renderer::new(&gpu, &scene, case.entry, &case.settings(&[("resolution", "8")]), frame(16, 8, 32)).unwrap();
+        let (mut renderer, _) = Renderer::new(&gpu, &scene, case.entry, &case.settings(&[("resolution", "16")]), frame(16, 8, 32)).unwrap();
         for time_s in [1.0, 2.0, 0.5] {
             scene.set_time(time_s);
             renderer.set_pose(&scene).unwrap();

@@ -209,15 +209,6 @@ pub(super) fn check_max_error(max_error: f64) -> Result<(), CliError> {
     check_positive("--max-error", Some(max_error as f32))
 }
 
-/// A bar on stderr, where that is a terminal.
-pub(super) fn progress_bar(quiet: bool, steps: usize) -> ProgressBar {
-    if quiet {
-        return ProgressBar::hidden();
-    }
-    let style = ProgressStyle::with_template("{msg:12} {bar:40} {pos}/{len} {elapsed} (about {eta} left)").unwrap_or_else(|_| ProgressStyle::default_bar());
-    ProgressBar::new(steps as u64).with_style(style)
-}
-
 /// Prints a line. That nobody reads it any more is no failure of the work.
 pub(super) fn say(line: &str) {
     let _ = writeln!(std::io::stdout(), "{line}");
@@ -307,4 +298,13 @@ pub(super) fn chart_stem(stem: &Path, what: &str) -> PathBuf {
     let mut name = stem.file_name().unwrap_or_default().to_owned();
     name.push(format!("-{what}"));
     stem.with_file_name(name)
+}
+
+/// A bar on stderr, where that is a terminal.
+pub(super) fn progress_bar(quiet: bool, steps: usize) -> ProgressBar {
+    if quiet {
+        return ProgressBar::hidden();
+    }
+    let style = ProgressStyle::with_template("{msg:12} {bar:40} {pos}/{len} {elapsed} (about {eta} left)").unwrap_or_else(|_| ProgressStyle::default_bar());
+    ProgressBar::new(steps as u64).with_style(style)
 }

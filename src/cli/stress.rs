@@ -5,7 +5,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use lumivox::frame::FrameSettings;
-use lumivox::gi::registry::{Entry, find};
+use lumivox::gi::registry::{Entry, TECHNIQUES, find};
 use lumivox::graph::{Gpu, GpuOptions};
 use lumivox::measure::bench::{Case, cases};
 use lumivox::measure::stress::{CASES, Record, StressCase};
@@ -22,14 +22,17 @@ pub(crate) struct Args {
     /// List the failure modes and do nothing else.
     #[arg(long)]
     list: bool,
-    /// Techniques; `lumivox techniques` lists them.
-    #[arg(long, value_name = "NAME,…", value_delimiter = ',', default_value = "voxel-mips,svo")]
+    /// Techniques [default: all]; `lumivox techniques` lists them.
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
     technique: Vec<String>,
     /// Presets of each technique [default: its default preset].
     #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
     preset: Vec<String>,
+    /// The setting `resolution` of techniques that have it (voxels).
+    #[arg(long, value_name = "N", default_value_t = 64)]
+    resolution: u32,
     /// One setting, on top of every preset; may be repeated.
-    #[arg(long = "set", value_name = "KEY=VALUE", default_value = "resolution=64")]
+    #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
     /// The presets alone, without one change of a setting each.
     #[arg(long)]
@@ -53,8 +56,9 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
         return Ok(());
     };
     let chosen = chosen(&args.case)?;
-    let techniques: Vec<&'static Entry> = args.technique.iter().map(|name| find(name)).collect::<Result<_, _>>().map_err(CliError::input)?;
-    let presets = cases(&techniques, &args.preset, &[], &args.set).map_err(CliError::input)?;
+    let named: Vec<&'static Entry> = args.technique.iter().map(|name| find(name)).collect::<Result<_, _>>().map_err(CliError::input)?;
+    let techniques = if named.is_empty() { TECHNIQUES } else { named.as_slice() };
+    let presets = cases(techniques, &args.preset, &[args.resolution], &args.set).map_err(CliError::input)?;
     check_output_folder(output)?;
     std::fs::create_dir_all(output).map_err(|error| CliError::failed(format!("cannot make the folder {}: {error}; name another with -o", output.display())))?;
     let gpu = Gpu::new(&GpuOptions { device: args.device.choice(), ..GpuOptions::default() }).map_err(CliError::failed)?;

@@ -36,13 +36,21 @@ pub fn inject_sides(scene: &Scene, grid: &Grid, samples: u32) -> BTreeMap<VoxelI
 }
 
 /// Reflected radiance [W/(m² sr)] of a voxel lit as one point: ρ/π Σ E |n·ω| V at its mean position, by its mean normal and albedo. Occluders nearer
-/// than `slack` \[voxels\] do not count.
+/// than `slack` \[voxels\] do not count, nor what lies in a voxel of several planes itself.
 pub fn shade_voxel(scene: &Scene, grid: &Grid, voxel: VoxelIndex, sum: &VoxelSum, slack: f64) -> DVec3 {
     let size_m = f64::from(grid.voxel_size);
     let point = grid.origin.as_dvec3() + size_m * (corner_of(voxel) + sum.mean_position);
     let normal = sum.normal.normalize_or_zero();
-    let [front, back] = reflected(scene, point, normal, sum.albedo, normal, |light| is_lit(scene, light, point, slack * size_m, None));
+    let nearest =
+        |light: &Light| if sum.normal.length_squared() >= 0.9 { slack } else { slack.max(way_out(sum.mean_position, arriving_light(light, point).0)) };
+    let [front, back] = reflected(scene, point, normal, sum.albedo, normal, |light| is_lit(scene, light, point, nearest(light) * size_m, None));
     front + back
+}
+
+/// From a point of the unit cube to where a line leaves it.
+fn way_out(point: DVec3, direction: DVec3) -> f64 {
+    let way = |axis: usize| (if direction[axis] > 0.0 { 1.0 - point[axis] } else { point[axis] }) / direction[axis].abs();
+    [0, 1, 2].map(way).into_iter().filter(|way| way.is_finite()).fold(f64::INFINITY, f64::min)
 }
 
 /// Normal-weighted attenuation Σ N_k² D_k of light from the unit direction `to_light` (Villegas & Ramírez, equations 3 to 5): D_k = max(±ω_k, 0) for the
