@@ -23,7 +23,7 @@ layout(set = 1, binding = 1, rgba16f) uniform restrict image3D bricks;
 layout(std430, set = 1, binding = 2) restrict readonly buffer TouchedLevels { Touched touched_levels[]; };
 layout(std430, set = 1, binding = 3) restrict readonly buffer TouchedTiles { uint touched_tiles[]; };
 
-layout(push_constant) uniform BrickParams { uint first; uint count; uint level; } params;
+layout(push_constant) uniform BrickParams { uint first; uint count; uint first_dynamic; uint dynamic_count; uint level; } params;
 
 uint texels_of_part() {
     uint count = 27u;
@@ -63,9 +63,9 @@ vec4 filtered_cube(uint tile, uvec3 cube, ivec3 size) {
 
 void main() {
     uint thread = linear_group(gl_WorkGroupID) * 64u + gl_LocalInvocationIndex;
-    uint count = TOUCHED != 0u ? touched_levels[params.level].count : params.count, index = thread / texels_of_part();
+    uint count = TOUCHED != 0u ? touched_levels[params.level].count : params.count + params.dynamic_count, index = thread / texels_of_part();
     if (index >= count) return;
-    uint brick = TOUCHED != 0u ? touched_tiles[index] : params.first + index, tile = nodes[brick];
+    uint brick = TOUCHED != 0u ? touched_tiles[index] : nth_tile(index, params.first, params.count, params.first_dynamic), tile = nodes[brick];
     uvec3 at = texel_of_part(thread % texels_of_part());
     ivec3 size = imageSize(bricks);
     vec4 sum = vec4(0.0);

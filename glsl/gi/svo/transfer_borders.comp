@@ -18,7 +18,7 @@ layout(set = 1, binding = 1, rgba16f) uniform restrict image3D bricks;
 layout(std430, set = 1, binding = 2) restrict readonly buffer TouchedLevels { Touched touched_levels[]; };
 layout(std430, set = 1, binding = 3) restrict readonly buffer TouchedTiles { uint touched_tiles[]; };
 
-layout(push_constant) uniform TransferParams { uint first; uint count; uint level; uint axis; } params;
+layout(push_constant) uniform TransferParams { uint first; uint count; uint first_dynamic; uint dynamic_count; uint level; uint axis; } params;
 
 void transfer(ivec3 low, ivec3 high) {
     vec4 texel = imageLoad(bricks, high);
@@ -37,9 +37,10 @@ void main() {
         column = params.axis == 0u ? 2u : 3u;
     }
     uint index = linear_group(gl_WorkGroupID) * 64u + gl_LocalInvocationIndex;
-    uint count = TOUCHED != 0u ? touched_levels[params.level].count : params.count;
+    uint count = TOUCHED != 0u ? touched_levels[params.level].count : params.count + params.dynamic_count;
     if (index >= count) return;
-    uint tile = TOUCHED != 0u ? touched_tiles[index] : params.first + index, neighbour = neighbours[3u * tile + params.axis];
+    uint tile = TOUCHED != 0u ? touched_tiles[index] : nth_tile(index, params.first, params.count, params.first_dynamic);
+    uint neighbour = neighbours[3u * tile + params.axis];
     if (neighbour == 0u) return;
     ivec3 size = imageSize(bricks), first_high = brick_texel(tile, size), first_low = brick_texel(neighbour - 1u, size);
     first_low[params.axis] += 2;

@@ -38,12 +38,14 @@ layout(std430, set = 1, binding = LISTS + 1) restrict readonly buffer TouchedTil
 layout(push_constant) uniform NormalParams {
     uint first;         // tile of the level
     uint count;
+    uint first_dynamic;
+    uint dynamic_count;
     uint level;
     uint first_voxel;   // of the piece
     uint voxel_count;
 } params;
 #else
-layout(push_constant) uniform BrickParams { uint first; uint count; uint level; } params;
+layout(push_constant) uniform BrickParams { uint first; uint count; uint first_dynamic; uint dynamic_count; uint level; } params;
 #endif
 
 // Radiance and opacity.
@@ -60,9 +62,9 @@ vec4 voxel_texel(uint voxel) {
     return vec4(luminance(front.rgb - back.rgb) * front.a * normal, front.a);
 }
 
-// The voxels of a tile lie in one block, and so in one piece.
+// The voxels of a tile lie in one block, and so in one piece; one without voxels is of all.
 bool is_of_piece(uint tile) {
-    return (tile >> 8) - params.first_voxel < params.voxel_count;   // also below 0
+    return (tile & 255u) == 0u || (tile >> 8) - params.first_voxel < params.voxel_count;   // also below 0
 }
 #else
 vec4 voxel_texel(uint voxel) {
@@ -86,10 +88,10 @@ void main() {
     if (CORNERS != 0u) edge = 3u;
     uint texels = edge * edge * edge;
     uint thread = linear_group(gl_WorkGroupID) * 64u + gl_LocalInvocationIndex;
-    uint count = TOUCHED != 0u ? touched_levels[params.level].count : params.count;
+    uint count = TOUCHED != 0u ? touched_levels[params.level].count : params.count + params.dynamic_count;
     if (thread >= texels * count) return;
-    uint brick = TOUCHED != 0u ? touched_tiles[thread / texels] : params.first + thread / texels, texel = thread % texels;
-    uint tile = nodes[brick];
+    uint index = thread / texels, texel = thread % texels;
+    uint brick = TOUCHED != 0u ? touched_tiles[index] : nth_tile(index, params.first, params.count, params.first_dynamic), tile = nodes[brick];
     if (!is_of_piece(tile)) return;
     uvec3 at = uvec3(texel % edge, texel / edge % edge, texel / (edge * edge));
     vec4 value = vec4(0.0);

@@ -4,17 +4,21 @@ use std::sync::Arc;
 
 use super::nodes::NodePool;
 use super::touched::{Tiles, TouchedTiles};
-use crate::gi::voxel::voxelize::buffer;
+use crate::gi::voxel::voxelize::{buffer, linear_groups};
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Buffer, Error, Frame, FrameStats, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Pass, Sets, Shaders, vk};
 
 gpu_struct! {
     /// Parameters of `svo.write_leaves` and `svo.filter`.
     pub struct BrickParams {
-        /// First tile of the level.
+        /// First static tile of the level.
         pub first: u32,
-        /// Tiles of the level.
+        /// Static tiles of the level.
         pub count: u32,
+        /// First dynamic tile of the level.
+        pub first_dynamic: u32,
+        /// Dynamic tiles of the level.
+        pub dynamic_count: u32,
         /// The level, 0 the finest.
         pub level: u32,
     }
@@ -23,10 +27,14 @@ gpu_struct! {
 gpu_struct! {
     /// Parameters of `svo.write_normals`.
     pub struct NormalParams {
-        /// First tile of the level.
+        /// First static tile of the level.
         pub first: u32,
-        /// Tiles of the level.
+        /// Static tiles of the level.
         pub count: u32,
+        /// First dynamic tile of the level.
+        pub first_dynamic: u32,
+        /// Dynamic tiles of the level.
+        pub dynamic_count: u32,
         /// The level, 0.
         pub level: u32,
         /// Compact index of the first of the voxels whose records are bound.
@@ -39,14 +47,26 @@ gpu_struct! {
 gpu_struct! {
     /// Parameters of `svo.transfer_borders`.
     pub struct TransferParams {
-        /// First tile of the level.
+        /// First static tile of the level.
         pub first: u32,
-        /// Tiles of the level.
+        /// Static tiles of the level.
         pub count: u32,
+        /// First dynamic tile of the level.
+        pub first_dynamic: u32,
+        /// Dynamic tiles of the level.
+        pub dynamic_count: u32,
         /// The level, 0 the finest.
         pub level: u32,
         /// 0 to 2: x, y, z.
         pub axis: u32,
+    }
+}
+
+gpu_struct! {
+    /// Parameters of `svo.copy_bricks`.
+    pub struct CopyBricksParams {
+        /// How many.
+        pub brick_count: u32,
     }
 }
 
@@ -102,6 +122,15 @@ pub static FILTER: Pass = Pass {
     sets: Sets::None,
 };
 
+/// The first bricks of a pool into another. A thread a texel.
+pub static COPY_BRICKS: Pass = Pass {
+    name: "svo.copy_bricks",
+    shaders: Shaders::Compute("gi/svo/copy_bricks.comp"),
+    bindings: &[Binding::image("bricks", Access::ComputeRead), Binding::image("larger_bricks", Access::ComputeWrite)],
+    push_bytes: size_of::<CopyBricksParams>() as u32,
+    sets: Sets::None,
+};
+
 /// How bricks are made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BrickSettings {
@@ -136,6 +165,8 @@ pub struct BrickPool {
     /// RGBA16F: radiance (W/(m² sr)) premultiplied by opacity, opacity.
     pub image: Arc<Image>,
     normals: Option<NormalBricks>,
+    /// Bricks that there is room for.
+    capacity: u32,
     settings: BrickSettings,
     touched: Option<TouchedTiles>,
     /// Bound where nothing is read.
@@ -155,8 +186,9 @@ impl BrickPool {
     }
 
     fn allocate(gpu: &Gpu, nodes: &NodePool, settings: BrickSettings, records: Option<Vec<RecordRange>>) -> Result<(Self, FrameStats), Error> {
-        let image = pool_image(gpu, "svo.bricks", nodes)?;
-        let normals = records.map(|records| Ok::<_, Error>(NormalBricks { image: pool_image(gpu, "svo.normals", nodes)?, records })).transpose()?;
+        let capacity = nodes.room();
+        let image = pool_image(gpu, "svo.bricks", capacity)?;
+        let normals = records.map(|records| Ok::<_, Error>(NormalBricks { image: pool_image(gpu, "svo.normals", capacity)?, records })).transpose()?;
         let mut frame = Frame::new();
         let touched = (settings.touched && !settings.corners).then(|| TouchedTiles::new(gpu, nodes, &mut frame)).transpose()?;
         // What no tile writes, a brick's last texels without a neighbour, stays zero.
@@ -164,7 +196,31 @@ impl BrickPool {
             frame.clear_image("svo.clear_bricks", image, [0.0; 4]);
         }
         let stats = gpu.submit(frame)?;
-        Ok((BrickPool { image, normals, settings, touched, nothing: buffer(gpu, "svo.nothing", 0)?, is_filled: false }, stats))
+        Ok((BrickPool { image, normals, capacity, settings, touched, nothing: buffer(gpu, "svo.nothing", 0)?, is_filled: false }, stats))
+    }
+
+    /// Brings the pool up to dynamic tiles and voxels that have changed: these are the records now. Where there is no room for the dynamic bricks, the static ones
+    /// go into a larger pool as they are.
+    pub fn follow(&mut self, gpu: &Gpu, nodes: &NodePool, records: Vec<RecordRange>) -> Result<FrameStats, Error> {
+        if let Some(touched) = &mut self.touched {
+            touched.reserve(gpu, nodes)?;
+        }
+        if let Some(normals) = &mut self.normals {
+            normals.records = records;
+        }
+        let mut frame = Frame::new();
+        let room = nodes.room();
+        if room > self.capacity {
+            for image in std::iter::once(&mut self.image).chain(self.normals.as_mut().map(|normals| &mut normals.image)) {
+                let larger = pool_image(gpu, image.name(), room)?;
+                let brick_count = nodes.static_end();
+                let pass = frame.pass(&COPY_BRICKS).bind(&*image).bind(&larger).push(&CopyBricksParams { brick_count });
+                pass.dispatch(linear_groups(27 * brick_count));
+                *image = larger;
+            }
+            self.capacity = room;
+        }
+        gpu.submit(frame)
     }
 
     /// RGBA16F: mean normal of what shines, times its luminance (W/(m² sr)), premultiplied by opacity; opacity. Where there are normal bricks.
@@ -194,8 +250,12 @@ impl BrickPool {
                 }
                 for axis in 0..3 {
                     let pass = frame.pass(&TRANSFER_BORDERS).bind(&nodes.neighbours).bind(image);
-                    let params = TransferParams { first: tiles.range.first, count: tiles.range.count, level: level as u32, axis };
+                    let BrickParams { first, count, first_dynamic, dynamic_count, level } = tiles.params();
+                    let params = TransferParams { first, count, first_dynamic, dynamic_count, level, axis };
                     tiles.dispatch(pass, &[u32::from(self.settings.corners)], &params, 1);
+                }
+                if let Some(dynamic) = &nodes.dynamic {
+                    dynamic.keep_static(frame, level, image);
                 }
             }
         }
@@ -212,8 +272,9 @@ impl BrickPool {
         let pass = frame.pass(&WRITE_LEAVES).bind(&nodes.nodes).bind(radiance).bind(&self.image);
         tiles.dispatch(pass, &constants, &tiles.params(), texels);
         for (image, range) in self.normals.iter().flat_map(|normals| normals.records.iter().map(|range| (&normals.image, range))) {
-            let BrickParams { first, count, level } = tiles.params();
-            let params = NormalParams { first, count, level, first_voxel: range.first_voxel, voxel_count: range.voxel_count };
+            let BrickParams { first, count, first_dynamic, dynamic_count, level } = tiles.params();
+            let &RecordRange { first_voxel, voxel_count, .. } = range;
+            let params = NormalParams { first, count, first_dynamic, dynamic_count, level, first_voxel, voxel_count };
             let pass = frame.pass(&WRITE_NORMALS).bind(&nodes.nodes).bind(radiance).bind(image).bind(&range.records);
             tiles.dispatch(pass, &constants, &params, texels);
         }
@@ -238,11 +299,11 @@ impl BrickPool {
     }
 }
 
-/// A brick for each tile.
-fn pool_image(gpu: &Gpu, name: &str, nodes: &NodePool) -> Result<Arc<Image>, Error> {
+/// Room for so many bricks.
+fn pool_image(gpu: &Gpu, name: &str, count: u32) -> Result<Arc<Image>, Error> {
     gpu.create_image(&ImageDesc {
         name: name.into(),
-        extent: pool_extent(nodes.tile_count()).map(|bricks| 3 * bricks),
+        extent: pool_extent(count).map(|bricks| 3 * bricks),
         kind: ImageKind::D3,
         format: vk::Format::R16G16B16A16_SFLOAT,
         mips: 1,

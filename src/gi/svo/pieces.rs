@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::UVec3;
 
 use super::bricks::RecordRange;
+use super::dynamic::TouchedVoxels;
 use super::nodes::require_pointers;
 use crate::gi::cone::{ConeTracer, Volume};
 use crate::gi::voxel::voxelize::buffer;
@@ -45,7 +46,7 @@ pub struct Pieces {
     pieces: Vec<Piece>,
 }
 
-/// What the octree is built over; needed during the build only.
+/// What the octree is built over: all voxels, or with dynamic models the static ones. Needed during the build only.
 pub struct Occupancy {
     /// Voxels along an edge of the grid.
     pub resolution: u32,
@@ -71,6 +72,20 @@ impl OccupiedCube {
     fn new(voxels: &Voxels, first: UVec3, first_voxel: u32) -> Self {
         let (occupancy, block_bases) = (Arc::clone(&voxels.occupancy), Arc::clone(&voxels.block_bases));
         OccupiedCube { first, resolution: voxels.grid.resolution, occupancy, block_bases, first_voxel }
+    }
+
+    /// A whole grid, as it is now.
+    fn copy(gpu: &Gpu, voxels: &Voxels) -> Result<(Self, FrameStats), Error> {
+        let copied = |frame: &mut Frame, name, source: &Arc<Buffer>| {
+            let target = buffer(gpu, name, source.size_bytes())?;
+            frame.copy_buffer("svo.copy_occupancy", (source, 0), (&target, 0), source.size_bytes());
+            Ok::<_, Error>(target)
+        };
+        let mut frame = Frame::new();
+        let occupancy = copied(&mut frame, "svo.occupancy", &voxels.occupancy)?;
+        let block_bases = copied(&mut frame, "svo.block_bases", &voxels.block_bases)?;
+        let stats = gpu.submit(frame)?;
+        Ok((OccupiedCube { occupancy, block_bases, ..OccupiedCube::new(voxels, UVec3::ZERO, 0) }, stats))
     }
 }
 
@@ -115,16 +130,22 @@ fn attempt(
     let (mut voxel_count, mut fragment_count, mut first_voxel) = (0, 0, 0);
     for voxelizer in voxelizers.iter_mut() {
         let (voxels, dynamic) = if scene.dynamic.is_some() && is_whole && settings.accumulation == Accumulation::Exact {
-            let (voxels, dynamic, cost) = voxelizer.run_dynamic(gpu, scene)?;
+            let (mut voxels, mut dynamic, cost) = voxelizer.run_static(gpu, scene)?;
             stats.append(cost);
+            let (cube, cost) = OccupiedCube::copy(gpu, &voxels)?;
+            stats.append(cost);
+            occupancy.cubes.push(cube);
+            stats.append(dynamic.update(gpu, scene, voxelizer, &mut voxels)?);
             (voxels, Some(dynamic))
         } else {
             let (voxels, cost) = voxelizer.run(gpu, scene)?;
             stats.append(cost);
+            occupancy.cubes.push(OccupiedCube::new(&voxels, voxelizer.first_voxel(), first_voxel));
             (voxels, None)
         };
         voxelizer.release();
         if voxels.voxel_count == 0 && !is_whole {
+            occupancy.cubes.pop();
             continue;
         }
         require_pointers("voxel.records", u64::from(first_voxel) + u64::from(voxels.voxel_count))?;
@@ -134,7 +155,6 @@ fn attempt(
             // Light finds its voxels in the octree: the dense grid goes with `occupancy`.
             records.dense = None;
         }
-        occupancy.cubes.push(OccupiedCube::new(&voxels, voxelizer.first_voxel(), first_voxel));
         voxel_count += voxels.voxel_count - voxels.hidden_count;
         fragment_count += voxels.fragment_count;
         first_voxel += voxels.voxel_count;
@@ -149,7 +169,7 @@ fn attempt(
 
 impl Pieces {
     /// Brings the voxels up to the dynamic models after they have moved; `None` where everything has to be voxelized anew.
-    pub fn set_pose(&mut self, gpu: &Gpu, scene: &GpuScene, voxelizer: &mut PieceVoxelizer) -> Result<Option<(Occupancy, FrameStats)>, Error> {
+    pub fn set_pose(&mut self, gpu: &Gpu, scene: &GpuScene, voxelizer: &mut PieceVoxelizer) -> Result<Option<FrameStats>, Error> {
         let ([Piece { voxels: records, light, dynamic: Some((voxels, dynamic)) }], [voxelizer]) =
             (self.pieces.as_mut_slice(), voxelizer.voxelizers.as_mut_slice())
         else {
@@ -167,7 +187,15 @@ impl Pieces {
         *records = VoxelRecords::from(&*voxels);
         self.voxel_count = voxels.voxel_count - voxels.hidden_count;
         self.fragment_count = voxels.fragment_count;
-        Ok(Some((Occupancy::from(&*voxels), stats)))
+        require_pointers("voxel.records", u64::from(voxels.voxel_count))?;
+        Ok(Some(stats))
+    }
+
+    /// The voxels, and which of them dynamic geometry touches; `None` where it is not told apart.
+    pub fn touched(&self) -> Option<TouchedVoxels<'_>> {
+        let (voxels, dynamic) = self.pieces.first()?.dynamic.as_ref()?;
+        let (blocks, block_count) = dynamic.touched_blocks();
+        Some(TouchedVoxels { blocks, block_count, occupancy: &voxels.occupancy, block_bases: &voxels.block_bases })
     }
 
     /// Adds the passes that light the voxels, which are found in the octree of these nodes.

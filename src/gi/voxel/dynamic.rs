@@ -191,6 +191,11 @@ impl DynamicVoxels {
         self.static_voxels..voxels.voxel_count
     }
 
+    /// The [`TouchedBlock`]s of the last update, and how many.
+    pub fn touched_blocks(&self) -> (&Arc<Buffer>, u32) {
+        (&self.touched, self.touched_count)
+    }
+
     /// Takes the dynamic geometry of the last update away, and puts it where it is now. Buffers that prove too small are made larger, and what filled them
     /// is run again.
     pub fn update(&mut self, gpu: &Gpu, scene: &GpuScene, voxelizer: &mut Voxelizer, voxels: &mut Voxels) -> Result<FrameStats, Error> {
@@ -305,7 +310,7 @@ impl DynamicVoxels {
 }
 
 /// An eighth more than was counted, so that a model that grows and shrinks as it turns does not make its buffers grow every time.
-fn with_slack(count: u32) -> u32 {
+pub(crate) fn with_slack(count: u32) -> u32 {
     count.saturating_add(count / 8)
 }
 
