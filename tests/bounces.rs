@@ -7,14 +7,16 @@ use std::collections::BTreeMap;
 
 use glam::{DVec3, Vec3};
 use lumivox::frame::Renderer;
-use lumivox::gi::cone::ConeTracer;
-use lumivox::gi::cone::oracle::{self as cone_oracle, MarchSettings, Placement, SetCone};
-use lumivox::gi::cone::{Volume as DeviceVolume, cone_set};
+use lumivox::gi::cone::oracle::{self as cone_oracle, FaceChain, Levels, MarchSettings, Placement, SetCone};
+use lumivox::gi::cone::{ConeTracer, FaceWeights, Volume as DeviceVolume, cone_set};
 use lumivox::gi::registry::find;
 use lumivox::gi::settings::Settings;
 use lumivox::gi::svo::{BrickPool, BrickSettings, NodePool, PieceVoxelizer};
 use lumivox::gi::voxel::oracle::{self, TraceGrid, TraceSettings, TraceVoxel, VoxelIndex};
-use lumivox::gi::voxel::{Bounces, Injection, LightSettings, Method, RaySettings, Sides, VoxelLight, VoxelRecords, bounce_rays};
+use lumivox::gi::voxel::{
+    Bounces, Directionality, Faces, Injection, LightSettings, Method, Prefilter, RaySettings, Sides, VoxelLight, VoxelRecords, bounce_rays,
+};
+use lumivox::gi::voxel_mips::{filter_mips, radiance_image};
 use lumivox::graph::{Frame, Gpu};
 use lumivox::image::Aov;
 use lumivox::metrics::{Channel, compare};
@@ -22,7 +24,7 @@ use lumivox::reference::guide;
 use lumivox::render::{GpuScene, LightMaps};
 use lumivox::scene::Scene;
 use rayon::prelude::*;
-use support::gather::{filter, matter, occupied, random_volume, read_chain, volume};
+use support::gather::{matter, occupied, random_volume, read_chain, read_faces, upload_faces, volume};
 use support::scenes::bundled;
 use support::technique::{Case, default_cases, frame, mean, shoot};
 use support::voxels::{Read, coordinates, half, mean_normal, opposed_axis, to_half, unorm10, voxel_settings, voxelize};
@@ -141,26 +143,33 @@ fn light_gathered_by_rays_is_the_oracles() {
 #[test]
 fn light_gathered_by_cones_is_the_oracles() {
     let gpu = gpu();
-    for (seed, pairs) in
-        [vec!["bounce_directions=5"], vec!["bounce_directions=8", "height_clamp=0", "step_factor=0.5", "aperture_scale=0.8"]].iter().enumerate()
-    {
-        let lit = Lit::new(&gpu, "two-rooms", Vec3::new(0.3, 0.2, 0.1), 32, Sides::One);
-        let texels = random_volume(32, 0.1, &mut Random::new(seed as u64));
-        let (image, matter) = (volume(&gpu, &texels), matter(&gpu, &occupied(&texels), 32));
+    let wide = ["bounce_directions=8", "height_clamp=0", "step_factor=0.5", "aperture_scale=0.8"];
+    for (seed, (pairs, sides)) in [(vec!["bounce_directions=5"], Sides::One), (wide.to_vec(), Sides::One), (wide.to_vec(), Sides::Two)].iter().enumerate() {
+        let lit = Lit::new(&gpu, "two-rooms", Vec3::new(0.3, 0.2, 0.1), 32, *sides);
+        // Voxels of six faces gather on each side.
+        let mut random = Random::new(seed as u64);
+        let texels = [0; 6].map(|_| random_volume(32, 0.05, &mut random));
+        let has_faces = *sides == Sides::Two;
+        let image = if has_faces { radiance_image(&gpu, "faces", 32, 6, 6).unwrap() } else { volume(&gpu, &texels[0]) };
+        let matter = matter(&gpu, &texels.iter().flat_map(occupied).collect(), 32);
+        if has_faces {
+            upload_faces(&gpu, &image, &texels);
+        }
         let all: Vec<&str> = pairs.iter().copied().chain(["bounces=2"]).collect();
         let settings = settings("voxel-mips", "cones", &all);
         let mut frame = lit.frame();
-        filter(&mut frame, &image, 1);
+        filter_mips(&mut frame, &image, None, Prefilter::Directional);
         let tracer = ConeTracer::new(&gpu, &settings).unwrap();
         tracer.bounce(
             &mut frame,
             &lit.read.voxels.grid,
             &VoxelRecords::from(&lit.read.voxels),
-            DeviceVolume::Dense { radiance: &image, matter: &matter },
+            DeviceVolume::Dense { radiance: &image, matter: &matter, faces: has_faces.then_some((&image, Directionality::Directional(Faces::Both))) },
             lit.light.irradiance.as_ref().unwrap(),
         );
         gpu.submit(frame).unwrap();
-        let chain = read_chain(&gpu, &image);
+        let chain = if has_faces { Vec::new() } else { read_chain(&gpu, &image) };
+        let faces = has_faces.then(|| FaceChain { finest: None, levels: read_faces(&gpu, &image), weights: FaceWeights::Extinction });
         let number = |name: &str| f64::from(settings.number(name));
         let set = cone_set(settings.count("bounce_directions"), true, settings.number("aperture_scale"));
         let cone = |cone: &lumivox::gi::cone::Cone| SetCone {
@@ -180,10 +189,12 @@ fn light_gathered_by_cones_is_the_oracles() {
         };
         let placement = Placement { start_offset: number("start_offset"), pattern: glam::DVec2::ZERO, jitter: f64::from(set.stratum) };
         let of = |slot: usize| {
-            let surface = lit.surface(slot, [DVec3::ZERO; 2]);
-            cone_oracle::bounce(&chain, coordinates(&lit.read.records[slot]), &surface, &cones, &placement, &march)
+            let (record, side) = (slot / lit.sides(), has_faces.then_some(slot % 2));
+            let surface = lit.surface(record, [DVec3::ZERO; 2]);
+            let levels = faces.as_ref().map_or_else(|| Levels::from(&chain), Levels::from);
+            cone_oracle::bounce(levels, coordinates(&lit.read.records[record]), side, &surface, &cones, &placement, &march)
         };
-        let expected: Vec<DVec3> = (0..lit.read.records.len()).into_par_iter().map(of).collect();
+        let expected: Vec<DVec3> = (0..lit.sides() * lit.read.records.len()).into_par_iter().map(of).collect();
         let mut seen = lit.irradiance(&gpu);
         let agreed = agreement(&seen, &expected);
         println!("cones {pairs:?}: {} voxels, {:.2}% the same, mean off by {:.1e}", seen.len(), 100.0 * agreed.0, agreed.1);
@@ -234,7 +245,7 @@ fn bounces_of_pieces_are_those_of_the_whole() {
         voxelizer.cut(along);
         let (pieces, occupancy, _) = voxelizer.run(&gpu, &gpu_scene, light_settings).unwrap();
         let (nodes, _) = NodePool::build(&gpu, &occupancy, false).unwrap();
-        let settings = BrickSettings { corners: false, filter: 1, is_split: false, touched: false };
+        let settings = BrickSettings { corners: false, filter: 1, is_split: false, touched: false, directionality: Directionality::Isotropic };
         let (mut bricks, _) = BrickPool::new(&gpu, &nodes, settings).unwrap();
         let maps = LightMaps::new(&gpu, &gpu_scene, 512, false).unwrap();
         let sum = || {
@@ -250,7 +261,18 @@ fn bounces_of_pieces_are_those_of_the_whole() {
         let direct = sum();
         let mut frame = Frame::new();
         frame.set_scene(&gpu_scene.set, &gpu_scene.materials);
-        pieces.bounce(&mut frame, &tracer, DeviceVolume::Sparse { nodes: &nodes.nodes, bricks: &bricks.image, normals: None, corners: false });
+        pieces.bounce(
+            &mut frame,
+            &tracer,
+            DeviceVolume::Sparse {
+                nodes: &nodes.nodes,
+                bricks: &bricks.image,
+                normals: None,
+                corners: false,
+                directionality: Directionality::Isotropic,
+                face_stride: 0,
+            },
+        );
         pieces.relight(&mut frame, &maps);
         gpu.submit(frame).unwrap();
         [direct, sum()]
@@ -301,8 +323,8 @@ fn energy_of_a_furnace() {
     let gpu = gpu();
     let scene = Scene::bundled("furnace", &[("albedo".into(), 0.5), ("emission".into(), 1.0)]).unwrap();
     let seen = guide(&scene, 32, 32).unwrap();
-    let cases: Vec<Case> = default_cases().into_iter().chain([Case { entry: find("voxel-mips").unwrap(), preset: Some("cones") }]).collect();
-    for case in cases {
+    let cones = ["cones", "anisotropic", "directional"].map(|preset| Case { entry: find("voxel-mips").unwrap(), preset: Some(preset) });
+    for case in default_cases().into_iter().chain(cones) {
         for count in [2, 3, 4] {
             let pairs = [("resolution", "32"), ("bounces", ["2", "3", "4"][count - 2])];
             let shot = shoot(&gpu, &scene, &case, &pairs, frame(32, 32, 16)).unwrap();

@@ -9,22 +9,21 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3, DVec4, Vec3};
 use lumivox::gi::Settings;
-use lumivox::gi::cone::oracle::{Levels, MarchSettings, Placement, SetCone, Volume, gather};
-use lumivox::gi::cone::{self, ConeSet, ConeTracer, cone_set, diffuse_set};
+use lumivox::gi::cone::oracle::{Levels, Volume};
+use lumivox::gi::cone::{self, ConeTracer, cone_set, diffuse_set};
 use lumivox::gi::registry::find;
 use lumivox::gi::svo::BrickSettings;
 use lumivox::gi::svo::oracle::Texels;
 use lumivox::gi::voxel::oracle::{
-    Crossing, GatherSettings, Gathered, TraceGrid, TraceSettings, TraceVoxel, VoxelIndex, crossings, gather_rays as oracle_rays, hemisphere_direction,
-    interleaved_offset,
+    Crossing, GatherSettings, TraceGrid, TraceSettings, TraceVoxel, VoxelIndex, crossings, gather_rays as oracle_rays, hemisphere_direction, interleaved_offset,
 };
-use lumivox::gi::voxel::{Injection, LightSettings, Method, RaySettings, Sides, VoxelGrid, VoxelLight, gather_rays};
+use lumivox::gi::voxel::{Directionality, Injection, LightSettings, Method, RaySettings, Sides, VoxelGrid, VoxelLight, gather_rays};
 use lumivox::gi::voxel_mips::oracle::{Filter, coarser, sees_matter};
 use lumivox::graph::{Frame, Gpu, Image};
 use lumivox::render::GpuScene;
 use lumivox::scene::Scene;
 use rayon::prelude::*;
-use support::gather::{View, errors, filter, matter, occupied, random_volume, read_chain, verdict, volume};
+use support::gather::{View, by_oracle_with, cones_by_oracle, errors, filter, matter, occupied, random_volume, read_chain, samples_by_oracle, verdict, volume};
 use support::octree::{grow_lit, lit_matter, read_nodes, read_texels};
 use support::scenes::bundled;
 use support::voxels::{Read, coordinates, mean_normal, opposed_axis, to_half, unorm10, voxel_settings, voxelize};
@@ -92,7 +91,7 @@ fn gather_cones(gpu: &Gpu, scene: &GpuScene, grid: &VoxelGrid, view: &View, volu
     tracer.skips_empty = skips_empty;
     let mut frame = Frame::new();
     frame.set_scene(&scene.set, &scene.materials);
-    tracer.gather(&mut frame, &view.gbuffer, grid, cone::Volume::Dense { radiance, matter }, &view.result);
+    tracer.gather(&mut frame, &view.gbuffer, grid, cone::Volume::Dense { radiance, matter, faces: None }, &view.result);
     gpu.submit(frame).unwrap();
     view.results(gpu)
 }
@@ -151,7 +150,7 @@ fn counted_samples_are_the_oracles() {
         gpu.submit(frame).unwrap();
         let matter = matter(&gpu, &occupied(&finest), 32);
         let settings = settings(&pairs.map(str::to_owned));
-        let cones = cone::Volume::Dense { radiance: &image, matter: &matter };
+        let cones = cone::Volume::Dense { radiance: &image, matter: &matter, faces: None };
         let counted = ConeTracer::new(&gpu, &settings).unwrap().count_samples(&gpu, &gpu_scene, &view.gbuffer, &grid, cones, [true, false]).unwrap();
         let chain = read_chain(&gpu, &image);
         let expected: u64 = samples_by_oracle(&chain, &scene, &grid, &view, &settings);
@@ -163,56 +162,6 @@ fn counted_samples_are_the_oracles() {
         let seen = gather_cones(&gpu, &gpu_scene, &grid, &view, [&image, &nothing], &settings, true);
         assert!(seen != gather_cones(&gpu, &gpu_scene, &grid, &view, [&image, &matter], &settings, true));
     }
-}
-
-/// The oracle's answer at each receiver.
-fn cones_by_oracle<'l>(chain: impl Into<Levels<'l>>, scene: &Scene, grid: &VoxelGrid, view: &View, settings: &Settings) -> Vec<DVec4> {
-    by_oracle(chain, scene, grid, view, settings).into_iter().map(|(gathered, _)| gathered.irradiance.extend(gathered.visibility)).collect()
-}
-
-fn samples_by_oracle(chain: &[Volume], scene: &Scene, grid: &VoxelGrid, view: &View, settings: &Settings) -> u64 {
-    by_oracle(chain, scene, grid, view, settings).iter().map(|(_, samples)| u64::from(*samples)).sum()
-}
-
-fn by_oracle<'l>(chain: impl Into<Levels<'l>>, scene: &Scene, grid: &VoxelGrid, view: &View, settings: &Settings) -> Vec<(Gathered, u32)> {
-    by_oracle_with(chain.into(), scene, grid, view, settings, &diffuse_set(settings), ["max_distance", "ao_falloff"])
-}
-
-/// Another set, whose reach and falloff are the settings of these names.
-fn by_oracle_with(
-    chain: Levels<'_>,
-    scene: &Scene,
-    grid: &VoxelGrid,
-    view: &View,
-    settings: &Settings,
-    set: &ConeSet,
-    [reach, falloff]: [&str; 2],
-) -> Vec<(Gathered, u32)> {
-    let number = |name: &str| f64::from(settings.number(name));
-    let cone = |cone: &lumivox::gi::cone::Cone| SetCone {
-        sin_squared: f64::from(cone.sin2_theta),
-        azimuth_rad: f64::from(cone.phi_rad),
-        tan_half: f64::from(cone.tan_half_aperture),
-        weight: f64::from(cone.weight),
-    };
-    let cones: Vec<SetCone> = set.cones.iter().map(cone).collect();
-    let voxel_size = f64::from(grid.voxel_size);
-    let reach = number(reach);
-    let march = MarchSettings {
-        step_factor: number("step_factor"),
-        opacity_exponent: number("opacity_exponent"),
-        height_clamp: number("height_clamp"),
-        max_distance: if reach > 0.0 { reach / voxel_size } else { 4.0 * f64::from(grid.resolution) },
-        ao_falloff: number(falloff) * voxel_size,
-        environment: scene.environment.as_dvec3(),
-    };
-    let interleave = settings.count("interleave");
-    let of = |(pixel, receiver): &([u32; 2], _)| {
-        let pattern = if interleave > 1 { interleaved_offset(*pixel, interleave) } else { DVec2::new(0.5, 0.0) };
-        let placement = Placement { start_offset: number("start_offset"), pattern, jitter: f64::from(set.stratum) };
-        gather(chain, receiver, &cones, &placement, &march)
-    };
-    view.receivers.par_iter().map(of).collect()
 }
 
 #[test]
@@ -255,7 +204,7 @@ fn cones_are_the_oracles() {
 fn cones_through_bricks_are_the_oracles() {
     let gpu = gpu();
     let (scene, gpu_scene, grid, view) = cornell(&gpu, Vec3::new(0.7, 0.5, 0.3), 32);
-    let bricks = BrickSettings { corners: false, filter: 1, is_split: false, touched: false };
+    let bricks = BrickSettings { corners: false, filter: 1, is_split: false, touched: false, directionality: Directionality::Isotropic };
     for seed in 0..4 {
         let pairs = [["cones=6", "aperture_scale=1"], ["cones=16", "aperture_scale=0.15"]][seed as usize % 2].map(str::to_owned);
         let settings = settings(&pairs);
@@ -269,12 +218,19 @@ fn cones_through_bricks_are_the_oracles() {
         let seen = |normals: Option<&Arc<Image>>| {
             let mut frame = Frame::new();
             frame.set_scene(&gpu_scene.set, &gpu_scene.materials);
-            let volume = cone::Volume::Sparse { nodes: &nodes.nodes, bricks: &pool.image, normals, corners: false };
+            let volume = cone::Volume::Sparse {
+                nodes: &nodes.nodes,
+                bricks: &pool.image,
+                normals,
+                corners: false,
+                directionality: Directionality::Isotropic,
+                face_stride: 0,
+            };
             ConeTracer::new(&gpu, &settings).unwrap().gather(&mut frame, &view.gbuffer, &grid, volume, &view.result);
             gpu.submit(frame).unwrap();
             view.results(&gpu)
         };
-        let expected = |normals| cones_by_oracle(Levels { light: &light, normals }, &scene, &grid, &view, &settings);
+        let expected = |normals| cones_by_oracle(Levels { light: &light, normals, faces: None }, &scene, &grid, &view, &settings);
         let (with, without) = (errors(&seen(pool.normals()), &expected(&normals)), errors(&seen(None), &expected(&[])));
         let planted = errors(&seen(pool.normals()), &expected(&[]));
         println!("bricks {seed}: worst error {:.1e} with normals, {:.1e} without", with.0.last().unwrap(), without.0.last().unwrap());
@@ -301,7 +257,7 @@ fn occlusion_cones_are_the_oracles() {
         let pairs: Vec<String> = pairs.iter().copied().chain(["interleave=4"]).map(str::to_owned).collect();
         let settings = settings(&pairs);
         let tracer = ConeTracer::new(&gpu, &settings).unwrap();
-        let cones = cone::Volume::Dense { radiance: &image, matter: &matter };
+        let cones = cone::Volume::Dense { radiance: &image, matter: &matter, faces: None };
         let mut frame = Frame::new();
         frame.set_scene(&gpu_scene.set, &gpu_scene.materials);
         filter(&mut frame, &image, 1);

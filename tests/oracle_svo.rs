@@ -12,7 +12,7 @@ use lumivox::gi::svo::bricks::pool_extent;
 use lumivox::gi::svo::oracle::{Filter, Lattice, LitVoxel, Octree, Texels, coarser, leaves, octree};
 use lumivox::gi::svo::{BrickPool, BrickSettings, NodePool, Occupancy, PieceVoxelizer, Pieces};
 use lumivox::gi::voxel::oracle::VoxelIndex;
-use lumivox::gi::voxel::{Injection, LightSettings, Method, Sides, VoxelLight};
+use lumivox::gi::voxel::{Directionality, Injection, LightSettings, Method, Sides, VoxelLight};
 use lumivox::graph::{Error, Frame, Gpu, Image};
 use lumivox::image::luminance;
 use lumivox::metrics::{Channel, compare as compare_images};
@@ -134,7 +134,13 @@ fn bricks_are_the_oracles() {
     let gpu = gpu();
     for seed in 0..24u64 {
         let resolution = [8, 16, 32, 64][seed as usize % 4];
-        let settings = BrickSettings { corners: seed % 2 == 1, filter: seed as u32 / 2 % 3, is_split: seed / 3 % 2 == 1, touched: false };
+        let settings = BrickSettings {
+            corners: seed % 2 == 1,
+            filter: seed as u32 / 2 % 3,
+            is_split: seed / 3 % 2 == 1,
+            touched: false,
+            directionality: Directionality::Isotropic,
+        };
         let (lattice, filter) = (lattice(settings), FILTERS[settings.filter as usize]);
         let voxels = matter(&mut Random::new(40 + seed), resolution);
         let (nodes, pool) = grow(&gpu, &voxels, resolution, settings);
@@ -159,7 +165,13 @@ fn normal_bricks_are_the_oracles() {
     let gpu = gpu();
     for seed in 0..12u64 {
         let resolution = [8, 16, 32, 64][seed as usize % 4];
-        let settings = BrickSettings { corners: seed % 2 == 1, filter: seed as u32 / 2 % 3, is_split: seed / 3 % 2 == 1, touched: false };
+        let settings = BrickSettings {
+            corners: seed % 2 == 1,
+            filter: seed as u32 / 2 % 3,
+            is_split: seed / 3 % 2 == 1,
+            touched: false,
+            directionality: Directionality::Isotropic,
+        };
         let (lattice, filter) = (lattice(settings), FILTERS[settings.filter as usize]);
         let voxels = lit_matter(&mut Random::new(80 + seed), resolution);
         let (nodes, pool) = grow_lit(&gpu, &voxels, resolution, settings);
@@ -227,8 +239,8 @@ fn split_filter_and_repeats_give_the_same_bits() {
     let voxels = matter(&mut Random::new(5), 32);
     for corners in [false, true] {
         let bits = |is_split| {
-            let (_, pool) = grow(&gpu, &voxels, 32, BrickSettings { corners, filter: 1, is_split, touched: false });
-            let (nodes, _) = grow(&gpu, &voxels, 32, BrickSettings { corners, filter: 1, is_split, touched: false });
+            let (_, pool) = grow(&gpu, &voxels, 32, BrickSettings { corners, filter: 1, is_split, touched: false, directionality: Directionality::Isotropic });
+            let (nodes, _) = grow(&gpu, &voxels, 32, BrickSettings { corners, filter: 1, is_split, touched: false, directionality: Directionality::Isotropic });
             read_bricks(&gpu, &read_nodes(&gpu, &nodes).unwrap(), &pool).unwrap()
         };
         let first = bits(false);
@@ -358,7 +370,7 @@ impl<'s> Stand<'s> {
     }
 }
 
-const TOUCHED: BrickSettings = BrickSettings { corners: false, filter: 1, is_split: false, touched: true };
+const TOUCHED: BrickSettings = BrickSettings { corners: false, filter: 1, is_split: false, touched: true, directionality: Directionality::Isotropic };
 const ALL: BrickSettings = BrickSettings { touched: false, ..TOUCHED };
 
 /// The picture of a grid in pieces is that of the whole, and no texel is lost or counted twice.
@@ -462,7 +474,7 @@ fn comparators_notice_planted_errors() {
     let gpu = gpu();
     let voxels = matter(&mut Random::new(11), 32);
     let occupied: BTreeSet<VoxelIndex> = voxels.keys().copied().collect();
-    let settings = BrickSettings { corners: false, filter: 1, is_split: false, touched: false };
+    let settings = BrickSettings { corners: false, filter: 1, is_split: false, touched: false, directionality: Directionality::Isotropic };
     let (nodes, pool) = grow(&gpu, &voxels, 32, settings);
     let tree = read_nodes(&gpu, &nodes).unwrap();
     assert!(compare(&tree, &occupied, 32, Lattice::Centres).is_ok());

@@ -9,6 +9,7 @@ use std::sync::Arc;
 use glam::{DVec4, UVec3};
 use lumivox::gi::svo::oracle::octree;
 use lumivox::gi::svo::{BrickPool, BrickSettings, NodePool, Occupancy, OccupiedCube, TouchedVoxels};
+use lumivox::gi::voxel::Directionality;
 use lumivox::gi::voxel::dynamic::TouchedBlock;
 use lumivox::gi::voxel::oracle::{VoxelIndex, block_bases, compact_order, occupancy_words};
 use lumivox::graph::{Buffer, Frame, Gpu};
@@ -232,8 +233,8 @@ fn lump(random: &mut Random, resolution: u32) -> Values {
 }
 
 fn all_settings() -> Vec<BrickSettings> {
-    let centres = BrickSettings { corners: false, filter: 1, is_split: false, touched: true };
-    let corners = BrickSettings { corners: true, filter: 0, is_split: true, touched: true };
+    let centres = BrickSettings { corners: false, filter: 1, is_split: false, touched: true, directionality: Directionality::Isotropic };
+    let corners = BrickSettings { corners: true, filter: 0, is_split: true, touched: true, directionality: Directionality::Isotropic };
     vec![centres, BrickSettings { touched: false, filter: 2, ..centres }, corners, BrickSettings { is_split: false, filter: 1, ..corners }]
 }
 

@@ -91,7 +91,7 @@ fn shadows_by_cones_are_the_oracles() {
         let mut frame = Frame::new();
         frame.set_scene(&gpu_scene.set, &gpu_scene.materials);
         filter(&mut frame, &image, random.below(2));
-        let volume = cone::Volume::Dense { radiance: &image, matter: &matter };
+        let volume = cone::Volume::Dense { radiance: &image, matter: &matter, faces: None };
         ConeTracer::new(&gpu, &settings).unwrap().shadow(&mut frame, &gpu_scene, &view.gbuffer, &grid, volume, &view.result);
         gpu.submit(frame).unwrap();
         let mut seen = view.results(&gpu);

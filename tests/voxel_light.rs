@@ -22,6 +22,7 @@ use support::voxels::{Read, coordinates, half, mean_normal, opposed_axis, oracle
 const DEFAULT: LightSettings = LightSettings {
     injection: Injection::Voxel,
     sides: Sides::One,
+    stores_faces: false,
     bounces: lumivox::gi::voxel::Bounces::Count(1),
     attenuation: Attenuation::Standard,
     occlusion: Occlusion::RaysSoft,

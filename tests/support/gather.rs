@@ -4,13 +4,16 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3, DVec4, Vec3};
-use lumivox::gi::cone::oracle::Volume;
+use lumivox::gi::Settings;
+use lumivox::gi::cone::oracle::{Levels, MarchSettings, Placement, SetCone, Volume, gather};
+use lumivox::gi::cone::{ConeSet, diffuse_set};
 use lumivox::gi::voxel::VoxelGrid;
-use lumivox::gi::voxel::oracle::{Receiver, VoxelIndex, occupancy_words};
+use lumivox::gi::voxel::oracle::{Gathered, Receiver, VoxelIndex, interleaved_offset, occupancy_words};
 use lumivox::gi::voxel_mips::{FILTER, mark_matter, matter_image};
 use lumivox::graph::{Frame, Gpu, Image, ImageDesc, ImageKind, ImageUsage, vk};
 use lumivox::render::{FrameConstants, GBuffer, GpuScene};
-use lumivox::scene::Camera;
+use lumivox::scene::{Camera, Scene};
+use rayon::prelude::*;
 
 use super::voxels::{half, to_half};
 use super::{Random, words};
@@ -164,4 +167,75 @@ pub fn errors(seen: &[DVec4], expected: &[DVec4]) -> (Vec<f64>, f64) {
 pub fn verdict((relative, visibility): &(Vec<f64>, f64)) -> Result<(), String> {
     let worst = relative.last().copied().unwrap_or(f64::NAN);
     if worst <= 0.01 && *visibility <= 0.01 { Ok(()) } else { Err(format!("off by {worst}, visibility by {visibility}")) }
+}
+
+/// The oracle's answer at each receiver.
+pub fn cones_by_oracle<'l>(chain: impl Into<Levels<'l>>, scene: &Scene, grid: &VoxelGrid, view: &View, settings: &Settings) -> Vec<DVec4> {
+    by_oracle(chain, scene, grid, view, settings).into_iter().map(|(gathered, _)| gathered.irradiance.extend(gathered.visibility)).collect()
+}
+
+/// Samples that the oracle's cones take.
+pub fn samples_by_oracle(chain: &[Volume], scene: &Scene, grid: &VoxelGrid, view: &View, settings: &Settings) -> u64 {
+    by_oracle(chain, scene, grid, view, settings).iter().map(|(_, samples)| u64::from(*samples)).sum()
+}
+
+/// What the oracle gathers at each receiver.
+pub fn by_oracle<'l>(chain: impl Into<Levels<'l>>, scene: &Scene, grid: &VoxelGrid, view: &View, settings: &Settings) -> Vec<(Gathered, u32)> {
+    by_oracle_with(chain.into(), scene, grid, view, settings, &diffuse_set(settings), ["max_distance", "ao_falloff"])
+}
+
+/// Another set, whose reach and falloff are the settings of these names.
+pub fn by_oracle_with(
+    chain: Levels<'_>,
+    scene: &Scene,
+    grid: &VoxelGrid,
+    view: &View,
+    settings: &Settings,
+    set: &ConeSet,
+    [reach, falloff]: [&str; 2],
+) -> Vec<(Gathered, u32)> {
+    let number = |name: &str| f64::from(settings.number(name));
+    let cone = |cone: &lumivox::gi::cone::Cone| SetCone {
+        sin_squared: f64::from(cone.sin2_theta),
+        azimuth_rad: f64::from(cone.phi_rad),
+        tan_half: f64::from(cone.tan_half_aperture),
+        weight: f64::from(cone.weight),
+    };
+    let cones: Vec<SetCone> = set.cones.iter().map(cone).collect();
+    let voxel_size = f64::from(grid.voxel_size);
+    let reach = number(reach);
+    let march = MarchSettings {
+        step_factor: number("step_factor"),
+        opacity_exponent: number("opacity_exponent"),
+        height_clamp: number("height_clamp"),
+        max_distance: if reach > 0.0 { reach / voxel_size } else { 4.0 * f64::from(grid.resolution) },
+        ao_falloff: number(falloff) * voxel_size,
+        environment: scene.environment.as_dvec3(),
+    };
+    let interleave = settings.count("interleave");
+    let of = |(pixel, receiver): &([u32; 2], _)| {
+        let pattern = if interleave > 1 { interleaved_offset(*pixel, interleave) } else { DVec2::new(0.5, 0.0) };
+        let placement = Placement { start_offset: number("start_offset"), pattern, jitter: f64::from(set.stratum) };
+        gather(chain, receiver, &cones, &placement, &march)
+    };
+    view.receivers.par_iter().map(of).collect()
+}
+
+/// The levels of a volume of six cubes side by side, as the oracle has them.
+pub fn read_faces(gpu: &Gpu, volume: &Arc<Image>) -> Vec<[Volume; 6]> {
+    let read = |mip| {
+        let halves: Vec<[u16; 4]> = bytemuck::pod_collect_to_vec(&gpu.read_image(volume, mip, 0).unwrap());
+        let resolution = volume.extent(mip)[1];
+        let texel = |face: u32, [x, y, z]: [u32; 3]| halves[(x + face * resolution + 6 * resolution * (y + resolution * z)) as usize];
+        [0, 1, 2, 3, 4, 5].map(|face| Volume::new(resolution, |at| DVec4::from(texel(face, at).map(half))))
+    };
+    (0..volume.mips()).map(read).collect()
+}
+
+/// Uploads mip 0 of such a volume.
+pub fn upload_faces(gpu: &Gpu, volume: &Arc<Image>, faces: &[Volume; 6]) {
+    let n = faces[0].resolution;
+    let rows = (0..n * n).flat_map(|row| (0..6 * n).map(move |x| (x / n, [x % n, row % n, row / n])));
+    let halves: Vec<u16> = rows.flat_map(|(face, at)| faces[face as usize].texel(at).to_array().map(to_half)).collect();
+    gpu.upload_image(volume, 0, 0, bytemuck::cast_slice(&halves)).unwrap();
 }

@@ -15,7 +15,7 @@ use super::read_words;
 
 /// Exact accumulation, coverage as opacity.
 pub fn voxel_settings(resolution: u32, method: Method) -> VoxelSettings {
-    VoxelSettings { resolution, method, accumulation: Accumulation::Exact, surface: Surface::Conservative, coverage: true }
+    VoxelSettings { resolution, method, accumulation: Accumulation::Exact, surface: Surface::Conservative, coverage: true, faces: None }
 }
 
 /// The contents of [`Voxels`].

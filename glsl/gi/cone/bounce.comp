@@ -20,6 +20,7 @@ layout(set = 1, binding = 5) uniform texture3D top;
 #else
 layout(set = 1, binding = 3) uniform texture3D voxels;
 layout(set = 1, binding = 4) uniform utexture3D matter;
+layout(set = 1, binding = 5) uniform texture3D faces;
 #endif
 
 layout(push_constant) uniform BounceConeParams {
@@ -34,6 +35,7 @@ layout(push_constant) uniform BounceConeParams {
     uint end_cone;
     float jitter;         // width of a stratum of sin²θ
     float voxel_scale;    // edge of the voxels that gather [voxels that are gathered from]
+    uint face_stride;     // bricks of a sparse volume from a face of a tile to the next
 } params;
 
 #include "shared/frame.glsl"
@@ -42,6 +44,9 @@ layout(push_constant) uniform BounceConeParams {
 
 void main() {
     uint sides = 1u;
+#ifndef CLIPMAP
+    if (FINEST_FACES) sides = 2u;
+#endif
 #ifdef SVO
     sides += NORMALS;
 #endif

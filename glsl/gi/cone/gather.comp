@@ -19,6 +19,7 @@ layout(set = 1, binding = 6) uniform texture3D top;
 #else
 layout(set = 1, binding = 4) uniform texture3D voxels;
 layout(set = 1, binding = 5) uniform utexture3D matter;
+layout(set = 1, binding = 6) uniform texture3D faces;
 #endif
 
 // Instead of light, x is the number of samples.
@@ -38,6 +39,7 @@ layout(push_constant) uniform ConeParams {
     uint interleave;      // n: the set is rotated differently in each pixel of an n×n tile
     float jitter;         // width of a stratum of sin²θ; 0 where the set has fixed elevations
     uint is_occlusion;    // 1: visibility alone
+    uint face_stride;     // bricks of a sparse volume from a face of a tile to the next
 } params;
 
 #include "shared/gbuffer.glsl"

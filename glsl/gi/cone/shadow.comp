@@ -19,6 +19,7 @@ layout(set = 1, binding = 7) uniform texture3D top;
 #else
 layout(set = 1, binding = 5) uniform texture3D voxels;
 layout(set = 1, binding = 6) uniform utexture3D matter;
+layout(set = 1, binding = 7) uniform texture3D faces;
 #endif
 
 layout(push_constant) uniform ShadowConeParams {
@@ -32,6 +33,7 @@ layout(push_constant) uniform ShadowConeParams {
     uint is_glossy;
     uint first_light;     // of this dispatch, which adds to what those before it left
     uint end_light;
+    uint face_stride;     // bricks of a sparse volume from a face of a tile to the next
 } params;
 
 #define GLOSSY params.is_glossy

@@ -20,6 +20,7 @@ layout(set = 1, binding = 7) uniform texture3D top;
 #else
 layout(set = 1, binding = 5) uniform texture3D voxels;
 layout(set = 1, binding = 6) uniform utexture3D matter;
+layout(set = 1, binding = 7) uniform texture3D faces;
 #endif
 
 // Instead of light, x is the number of samples.
@@ -33,6 +34,7 @@ layout(push_constant) uniform SpecularParams {
     float height_clamp;
     float max_distance;
     float start_offset;
+    uint face_stride;      // bricks of a sparse volume from a face of a tile to the next
 } params;
 
 #include "shared/gbuffer.glsl"

@@ -15,7 +15,8 @@ layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint FILTER = 1;
 layout(constant_id = 1) const uint CORNERS = 0;
 layout(constant_id = 2) const uint PART = 0;    // 0 all texels, 1 the centre, 2 faces and edges, 3 corners
-layout(constant_id = 3) const uint TOUCHED = 0; // 1: of the touched tiles, 0: of all
+layout(constant_id = 3) const uint FACES = 1;   // bricks of a tile: 1, or 6, one a face
+layout(constant_id = 4) const uint TOUCHED = 0; // 1: of the touched tiles, 0: of all
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer Nodes { uint nodes[]; };
 layout(set = 1, binding = 1, rgba16f) uniform restrict image3D bricks;
@@ -23,7 +24,17 @@ layout(set = 1, binding = 1, rgba16f) uniform restrict image3D bricks;
 layout(std430, set = 1, binding = 2) restrict readonly buffer TouchedLevels { Touched touched_levels[]; };
 layout(std430, set = 1, binding = 3) restrict readonly buffer TouchedTiles { uint touched_tiles[]; };
 
-layout(push_constant) uniform BrickParams { uint first; uint count; uint first_dynamic; uint dynamic_count; uint level; } params;
+layout(push_constant) uniform BrickParams {
+    uint first;            // static tile of the level
+    uint count;
+    uint first_dynamic;
+    uint dynamic_count;
+    uint level;
+    uint shift;            // bricks from a tile's index to that of its first brick
+    uint stride;           // from a face to the next
+    uint child_shift;      // likewise on the next finer level
+    uint child_stride;
+} params;
 
 uint texels_of_part() {
     uint count = 27u;
@@ -49,14 +60,18 @@ uvec3 texel_of_part(uint index) {
 }
 
 // One of the 4³ cubes of finer texels inside a tile.
-vec4 filtered_cube(uint tile, uvec3 cube, ivec3 size) {
+vec4 filtered_cube(uint tile, uvec3 cube, uint face, ivec3 size) {
     uint node = child_index(cube >> 1);
     vec4 result = vec4(0.0);
     for (int turn = int(has_child(tile, node)); turn > 0; --turn) {
-        ivec3 corner = brick_texel(child_of(tile, node), size) + ivec3(cube & 1u);
+        ivec3 corner = brick_texel(child_of(tile, node) + params.child_shift + face * params.child_stride, size) + ivec3(cube & 1u);
         vec4 c[8];
-        for (int i = 0; i < 8; ++i) c[i] = imageLoad(bricks, corner + ivec3(i & 1, i >> 1 & 1, i >> 2));
-        result = filter_eight(c, FILTER);
+        for (int i = 0; i < 8; ++i) c[i] = imageLoad(bricks, corner + (FACES == 6u ? face_child(i, int(face)) : ivec3(i & 1, i >> 1 & 1, i >> 2)));
+        if (FACES == 6u) {
+            result = filter_face(c);
+        } else {
+            result = filter_eight(c, FILTER);
+        }
     }
     return result;
 }
@@ -68,17 +83,19 @@ void main() {
     uint brick = TOUCHED != 0u ? touched_tiles[index] : nth_tile(index, params.first, params.count, params.first_dynamic), tile = nodes[brick];
     uvec3 at = texel_of_part(thread % texels_of_part());
     ivec3 size = imageSize(bricks);
-    vec4 sum = vec4(0.0);
-    if (CORNERS == 0u) {
-        sum = filtered_cube(tile, 2u * at, size);
-    } else {
-        // Cubes are numbered 0 to 3 along an axis: 0 and 1 in the lower child.
-        uvec3 low = uvec3(max(2 * ivec3(at) - 1, 0)), high = min(2u * at, uvec3(3u));
-        for (uint z = low.z; z <= high.z; ++z) {
-            for (uint y = low.y; y <= high.y; ++y) {
-                for (uint x = low.x; x <= high.x; ++x) sum += 0.125 * filtered_cube(tile, uvec3(x, y, z), size);
+    for (uint face = 0u; face < FACES; ++face) {
+        vec4 sum = vec4(0.0);
+        if (CORNERS == 0u) {
+            sum = filtered_cube(tile, 2u * at, face, size);
+        } else {
+            // Cubes are numbered 0 to 3 along an axis: 0 and 1 in the lower child.
+            uvec3 low = uvec3(max(2 * ivec3(at) - 1, 0)), high = min(2u * at, uvec3(3u));
+            for (uint z = low.z; z <= high.z; ++z) {
+                for (uint y = low.y; y <= high.y; ++y) {
+                    for (uint x = low.x; x <= high.x; ++x) sum += 0.125 * filtered_cube(tile, uvec3(x, y, z), face, size);
+                }
             }
         }
+        imageStore(bricks, brick_texel(brick + params.shift + face * params.stride, size) + ivec3(at), sum);
     }
-    imageStore(bricks, brick_texel(brick, size) + ivec3(at), sum);
 }

@@ -17,19 +17,21 @@ layout(constant_id = 4) const uint COUNTING = 1;   // holes are counted; not whe
 layout(constant_id = 5) const uint NORMAL_WEIGHTED = 0;
 layout(constant_id = 6) const uint OCCLUSION = 0;   // by shadow maps (0), from half a voxel off the surface (1), by rays: hard (2), soft (3)
 layout(constant_id = 7) const uint DYNAMIC = 0;   // 1: a voxel's record may stand back for one behind it, which is of dynamic geometry too
+layout(constant_id = 8) const uint FACES = 0;   // 1: into six faces; of a voxel without a dense texel its radiances are those of the faces
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer LightViews { LightView light_views[]; };
 layout(set = 1, binding = 1) uniform texture2DArray shadow_maps;
 layout(std430, set = 1, binding = 2) restrict readonly buffer Voxels { Voxel voxels[]; };
 layout(std430, set = 1, binding = 3) restrict readonly buffer VoxelEmission { vec4 voxel_emission[]; };   // mean; w: share that leaves the front
 layout(std430, set = 1, binding = 4) restrict readonly buffer Flux { uint flux[]; };
-layout(std430, set = 1, binding = 5) restrict writeonly buffer VoxelRadiance { uvec2 voxel_radiance[]; };   // a side: half floats r, g, b, opacity
+layout(std430, set = 1, binding = 5) restrict writeonly buffer VoxelRadiance { uvec2 voxel_radiance[]; };   // a side or face: half floats r, g, b, opacity
 layout(std430, set = 1, binding = 6) restrict buffer LightCounters { uint lost_texels; uint filled_voxels; };
 layout(std430, set = 1, binding = 7) restrict readonly buffer VoxelIrradiance { uvec2 voxel_irradiance[]; };   // a side: E/π of the bounces, half floats
 layout(std430, set = 1, binding = 8) restrict readonly buffer Occupancy { uvec2 occupancy[]; };
 layout(std430, set = 1, binding = 9) restrict readonly buffer BlockBases { uint block_bases[]; };
+layout(std430, set = 1, binding = 10) restrict readonly buffer VoxelFaces { uvec2 voxel_faces[]; };   // opacity of +x, +y, +z and of −x, −y, −z, 3×10 bits
 #ifdef DENSE
-layout(set = 1, binding = 10, rgba16f) uniform restrict writeonly image3D dense_radiance;
+layout(set = 1, binding = 11, rgba16f) uniform restrict writeonly image3D dense_radiance;
 #endif
 
 layout(push_constant) uniform LightParams {
@@ -141,6 +143,15 @@ bool is_current(uint index, Voxel voxel) {
     return block_bases[block] + set_bits_below(occupancy[block], block_bit(at)) == index;
 }
 
+// Radiance, and opacity in w, of a face (+x, −x, +y, −y, +z, −z) of a voxel with these radiances of its sides: that of the side which the face is on, or of the
+// same share of both.
+vec4 face_radiance(uint index, uint face, vec3 normal, vec3 sides[2]) {
+    uint axis = face >> 1;
+    float opacity = unpack_unorm10(voxel_faces[index][face & 1u])[axis];
+    float towards = (face & 1u) == 0u ? normal[axis] : -normal[axis];
+    return vec4(SIDES == 1u ? sides[0] : mix(sides[1], sides[0], 0.5 + 0.5 * sign(towards)), opacity);
+}
+
 void main() {
     uint index = gl_GlobalInvocationID.x + gl_GlobalInvocationID.y * 4194240u;
     if (index >= params.voxel_count) return;
@@ -157,7 +168,7 @@ void main() {
     vec3 normal = SIDES == 2u ? front_of(voxel) : mean_normal / max(length(mean_normal), 1e-6);
     vec4 emission = EMISSIVE != 0u ? voxel_emission[index] : vec4(0.0);
     emission.rgb /= seen_share(voxel);
-    vec3 mean_radiance = vec3(0.0), mean_indirect = vec3(0.0);
+    vec3 mean_radiance = vec3(0.0), mean_indirect = vec3(0.0), sides[2];
     for (uint side = 0u; side < SIDES; ++side) {
         vec3 radiance = reflected(voxel, SIDES * index + side, side == 0u ? normal : -normal, one_plane);
         radiance += emission.rgb * (SIDES == 1u ? 1.0 : side == 0u ? emission.w : 1.0 - emission.w);
@@ -166,9 +177,25 @@ void main() {
         // Isotropic, it is what the front reflects, but the mean of opposed sides: as voxel.bounce has it for a voxel of one radiance.
         mean_indirect += bounced * (SIDES == 1u ? 1.0 : is_opposed(voxel) ? 0.5 : side == 0u ? 1.0 : 0.0);
         radiance = min(radiance + bounced, vec3(LARGEST_HALF));
+        sides[side] = radiance;
+#ifndef DENSE
+        if (FACES != 0u) continue;
+#endif
         voxel_radiance[SIDES * index + side] = uvec2(packHalf2x16(radiance.rg), packHalf2x16(vec2(radiance.b, opacity)));
     }
+    uint faces = 0u;
+    if (FACES != 0u) faces = 6u;
+    for (uint face = 0u; face < faces; ++face) {
+        vec4 seen = face_radiance(index, face, normal, sides);
 #ifdef DENSE
+        ivec3 cube = ivec3(int(face) * imageSize(dense_radiance).y, 0, 0);
+        imageStore(dense_radiance, ivec3(voxel_coordinates(voxel.xy, voxel.z_area)) + cube, vec4(seen.rgb * seen.a, seen.a));
+#else
+        voxel_radiance[6u * index + face] = uvec2(packHalf2x16(seen.rg), packHalf2x16(seen.ba));
+#endif
+    }
+#ifdef DENSE
+    if (FACES != 0u) return;
     vec2 seen = unpack_seen(voxel.coverage);
     if (SIDES == 2u) mean_radiance *= seen.x / seen.y;
     mean_radiance = min(mean_radiance + mean_indirect, vec3(LARGEST_HALF));

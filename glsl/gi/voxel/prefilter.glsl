@@ -26,4 +26,18 @@ vec4 filter_eight(vec4 c[8], uint mode) {
     return result;
 }
 
+// Place of texel `i` of the eight for filter_face. `face`: of +x, −x, +y, −y, +z, −z, from where a ray in the opposite direction comes.
+ivec3 face_child(int i, int face) {
+    ivec3 at = ivec3((i & 1) ^ (~face & 1), i >> 1 & 1, i >> 2);
+    return face < 2 ? at : face < 4 ? at.zxy : at.yzx;
+}
+
+// Eight texels of one face to one of twice their size: along the face's axis the nearer texel of each pair, the even one, over the farther one, and the mean of
+// the four (Crassin et al. 2011, section 5.2).
+vec4 filter_face(vec4 c[8]) {
+    vec4 sum = vec4(0.0);
+    for (int i = 0; i < 8; i += 2) sum += c[i] + (1.0 - c[i].a) * c[i + 1];
+    return 0.25 * sum;
+}
+
 #endif

@@ -9,6 +9,7 @@ layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint EMISSIVE = 0;
 layout(constant_id = 1) const uint COVERAGE = 0;   // 0: a touched voxel is opaque; 1: opacity is the covered fraction of its face
 layout(constant_id = 2) const uint RUNNING = 0;    // 1: albedo is the running average
+layout(constant_id = 3) const uint FACES = 0;      // opacities of faces: none (0), by the surface that looks their way (1), by all across their axis (2)
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer Fragments { Fragment fragments[]; };
 layout(std430, set = 1, binding = 1) restrict readonly buffer FragmentEmission { uvec2 fragment_emission[]; };
@@ -16,6 +17,7 @@ layout(std430, set = 1, binding = 2) restrict readonly buffer Heads { uint heads
 layout(std430, set = 1, binding = 3) restrict writeonly buffer Voxels { Voxel voxels[]; };
 layout(std430, set = 1, binding = 4) restrict writeonly buffer VoxelEmission { vec4 voxel_emission[]; };
 layout(set = 1, binding = 5, r32ui) uniform restrict readonly uimage3D averages;
+layout(std430, set = 1, binding = 6) restrict writeonly buffer VoxelFaces { uvec2 voxel_faces[]; };   // opacity of +x, +y, +z and of −x, −y, −z, 3×10 bits
 
 layout(push_constant) uniform ResolveParams { uint voxel_count; float emission_unit; uint first_voxel; } params;
 
@@ -32,6 +34,15 @@ uint pack_coverage(float covered, vec3 across, vec3 net) {
     bool opposed = dot(hidden, 1.0 / total) > OPPOSED;
     uint axis = hidden.x > hidden.y && hidden.x > hidden.z ? 0u : hidden.y > hidden.z ? 1u : 2u;
     return uint(round(covered * 4095.0)) | uint(round(seen.x * 511.0)) << 12 | uint(round(seen.y * 255.0)) << 21 | uint(opposed) << 29 | axis << 30;
+}
+
+// VoxelFaces; `across` and `net` as above. A touched voxel is as opaque as can be on the face that most of its surface looks towards, or as covered as that is.
+uvec2 pack_faces(vec3 across, vec3 net) {
+    vec3 along = max(across + net, vec3(0.0)) * 0.5, against = max(across - net, vec3(0.0)) * 0.5;
+    if (FACES == 2u) along = against = across;
+    vec3 most = max(along, against);
+    float scale = COVERAGE != 0u ? 1.0 : 1.0 / max(most.x, max(most.y, most.z));
+    return uvec2(pack_unorm10(min(scale * along, vec3(1.0))), pack_unorm10(min(scale * against, vec3(1.0))));
 }
 
 // Of products of 32 bits, each in two halves: no carry, as long as the sum of all weights fits in 32 bits.
@@ -102,9 +113,11 @@ void main() {
     vec3 mean_normal = mean(normal, area) / 32767.0 - 1.0;
     vec3 albedo_root = sqrt(mean(albedo, area)) / 1023.0;
     if (RUNNING != 0u) albedo_root = sqrt(unpackUnorm4x8(imageLoad(averages, ivec3(xy & 0xffffu, xy >> 16, z)).r).rgb);
+    vec3 net = mean_normal * float(area) / AREA_UNIT;
     Voxel voxel = Voxel(xy, z | packHalf2x16(vec2(float(area) / AREA_UNIT, 0.0)) << 16, pack_unorm10(mean_normal * 0.5 + 0.5),
-                          pack_unorm10(albedo_root), pack_unorm10(mean(position, area) / 1023.0), pack_coverage(covered, faces, mean_normal * float(area) / AREA_UNIT));
+                          pack_unorm10(albedo_root), pack_unorm10(mean(position, area) / 1023.0), pack_coverage(covered, faces, net));
     voxels[index] = voxel;
+    if (FACES != 0u) voxel_faces[index] = pack_faces(faces, net);
     if (EMISSIVE != 0u) {
         vec3 all = mean(emission, area), ahead = mean(emission_ahead(heads[index], front_of(voxel)), area);
         float total = all.r + all.g + all.b;

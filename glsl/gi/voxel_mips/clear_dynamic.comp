@@ -14,5 +14,7 @@ void main() {
     uint index = gl_GlobalInvocationID.x + gl_GlobalInvocationID.y * 4194240u;
     if (index >= params.voxel_count) return;
     Voxel voxel = voxels[params.first_voxel + index];
-    imageStore(dense_radiance, ivec3(voxel_coordinates(voxel.xy, voxel.z_area)), vec4(0.0));
+    // One cube, or those of six faces side by side.
+    ivec3 size = imageSize(dense_radiance), texel = ivec3(voxel_coordinates(voxel.xy, voxel.z_area));
+    for (; texel.x < size.x; texel.x += size.y) imageStore(dense_radiance, texel, vec4(0.0));
 }

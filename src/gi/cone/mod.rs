@@ -14,7 +14,7 @@ use crate::gi::registry::Substitution;
 use crate::gi::settings::{Domain, Setting};
 use crate::gi::voxel::rays::LOOP_BUDGET;
 use crate::gi::voxel::voxelize::linear_groups;
-use crate::gi::voxel::{Bounces, VoxelGrid, VoxelRecords};
+use crate::gi::voxel::{Bounces, Directionality, VoxelGrid, VoxelRecords};
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu, Image, Pass, PassBuilder, Sets, Shaders};
 use crate::render::{GBuffer, GpuScene, screen_groups, screen_image, storage};
@@ -49,6 +49,8 @@ gpu_struct! {
         pub jitter: f32,
         /// 1 for visibility alone.
         pub is_occlusion: u32,
+        /// Bricks of a sparse volume from a face of a tile to the next.
+        pub face_stride: u32,
     }
 }
 
@@ -69,6 +71,8 @@ gpu_struct! {
         pub max_distance: f32,
         /// Start along the geometric normal (voxels).
         pub start_offset: f32,
+        /// As in [`ConeParams`].
+        pub face_stride: u32,
     }
 }
 
@@ -97,6 +101,8 @@ gpu_struct! {
         pub jitter: f32,
         /// Edge of the voxels that gather (voxels that are gathered from).
         pub voxel_scale: f32,
+        /// As in [`ConeParams`].
+        pub face_stride: u32,
     }
 }
 
@@ -121,7 +127,8 @@ const BOUNCE_BINDINGS: [Binding; 3] = [
     Binding::buffer("voxel_irradiance", Access::ComputeReadWrite),
 ];
 
-const DENSE: [Binding; 2] = [Binding::sampled("voxels", Access::ComputeSampled), Binding::sampled("matter", Access::ComputeSampled)];
+const DENSE: [Binding; 3] =
+    [Binding::sampled("voxels", Access::ComputeSampled), Binding::sampled("matter", Access::ComputeSampled), Binding::sampled("faces", Access::ComputeSampled)];
 const SPARSE: [Binding; 3] = [
     Binding::buffer("nodes", Access::ComputeRead),
     Binding::sampled("bricks", Access::ComputeSampled),
@@ -130,9 +137,9 @@ const SPARSE: [Binding; 3] = [
 const CLIPMAP: [Binding; 3] =
     [Binding::buffer("levels", Access::ComputeRead), Binding::sampled("clipmap", Access::ComputeSampled), Binding::sampled("top", Access::ComputeSampled)];
 
-static GATHER_DENSE_BINDINGS: [Binding; 6] = {
-    let ([a, b, c, d], [voxels, matter]) = (GATHER_BINDINGS, DENSE);
-    [a, b, c, d, voxels, matter]
+static GATHER_DENSE_BINDINGS: [Binding; 7] = {
+    let ([a, b, c, d], [voxels, matter, faces]) = (GATHER_BINDINGS, DENSE);
+    [a, b, c, d, voxels, matter, faces]
 };
 
 static GATHER_SPARSE_BINDINGS: [Binding; 7] = {
@@ -145,9 +152,9 @@ static GATHER_CLIPMAP_BINDINGS: [Binding; 7] = {
     [a, b, c, d, levels, clipmap, top]
 };
 
-static SPECULAR_DENSE_BINDINGS: [Binding; 7] = {
-    let ([a, b, c, d, e], [voxels, matter]) = (SPECULAR_BINDINGS, DENSE);
-    [a, b, c, d, e, voxels, matter]
+static SPECULAR_DENSE_BINDINGS: [Binding; 8] = {
+    let ([a, b, c, d, e], [voxels, matter, faces]) = (SPECULAR_BINDINGS, DENSE);
+    [a, b, c, d, e, voxels, matter, faces]
 };
 
 static SPECULAR_SPARSE_BINDINGS: [Binding; 8] = {
@@ -160,9 +167,9 @@ static SPECULAR_CLIPMAP_BINDINGS: [Binding; 8] = {
     [a, b, c, d, e, levels, clipmap, top]
 };
 
-static BOUNCE_DENSE_BINDINGS: [Binding; 5] = {
-    let ([a, b, c], [voxels, matter]) = (BOUNCE_BINDINGS, DENSE);
-    [a, b, c, voxels, matter]
+static BOUNCE_DENSE_BINDINGS: [Binding; 6] = {
+    let ([a, b, c], [voxels, matter, faces]) = (BOUNCE_BINDINGS, DENSE);
+    [a, b, c, voxels, matter, faces]
 };
 
 static BOUNCE_SPARSE_BINDINGS: [Binding; 6] = {
@@ -241,15 +248,26 @@ enum Output {
     Samples,
 }
 
+/// How the three faces that a cone meets make one opacity.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FaceWeights {
+    /// By their optical depths along the direction.
+    Extinction,
+    /// With the squares of the direction's components as weights.
+    Squared,
+}
+
 /// What cones march through.
 #[derive(Clone, Copy)]
 pub enum Volume<'v> {
     /// A 3D texture with all mips.
     Dense {
-        /// Radiance premultiplied by opacity.
+        /// Radiance premultiplied by opacity; of anisotropic voxels the finest level alone.
         radiance: &'v Arc<Image>,
         /// Where samples of it may be other than zero: the matter pyramid.
         matter: &'v Arc<Image>,
+        /// The levels with six faces, side by side along x, and which these are.
+        faces: Option<(&'v Arc<Image>, Directionality)>,
     },
     /// A sparse voxel octree.
     Sparse {
@@ -261,6 +279,10 @@ pub enum Volume<'v> {
         normals: Option<&'v Arc<Image>>,
         /// Whether its texels are at corners of voxels, not where those of dense mips are.
         corners: bool,
+        /// The levels with six faces; without normal bricks.
+        directionality: Directionality,
+        /// Bricks from a face of a tile to the next.
+        face_stride: u32,
     },
     /// A clipmap.
     Clipmap {
@@ -278,20 +300,26 @@ pub enum Volume<'v> {
 impl Volume<'_> {
     /// Radiances of a voxel.
     fn sides(&self) -> u32 {
-        1 + u32::from(matches!(self, Volume::Sparse { normals: Some(_), .. }))
+        1 + u32::from(matches!(self, Volume::Sparse { normals: Some(_), .. }) || self.directionality().faces().is_some())
     }
 
     /// Binds it as the last bindings of a pass, with the constants of the pass.
-    fn bind<'f>(&self, pass: PassBuilder<'f>, skips_empty: bool, output: Output) -> PassBuilder<'f> {
-        let output = output as u32;
-        match *self {
-            Volume::Dense { radiance, matter } => pass.bind(radiance).bind(matter).constants(&[u32::from(skips_empty), output]),
-            Volume::Sparse { nodes, bricks, normals, corners } => {
-                let constants = [u32::from(corners), output, u32::from(normals.is_some())];
-                pass.bind(nodes).bind(bricks).bind(normals.unwrap_or(bricks)).constants(&constants)
+    fn bind<'f>(&self, pass: PassBuilder<'f>, skips_empty: bool, output: Output, weights: FaceWeights) -> PassBuilder<'f> {
+        let (pass, first, has_normals) = match *self {
+            Volume::Dense { radiance, matter, faces } => {
+                let faces = faces.map_or(radiance, |(faces, _)| faces);
+                (pass.bind(radiance).bind(matter).bind(faces), skips_empty, false)
             }
-            Volume::Clipmap { levels, clipmap, top, shape: [n, count] } => pass.bind(levels).bind(clipmap).bind(top).constants(&[n, output, count]),
-        }
+            Volume::Sparse { nodes, bricks, normals, corners, .. } => {
+                (pass.bind(nodes).bind(bricks).bind(normals.unwrap_or(bricks)), corners, normals.is_some())
+            }
+            Volume::Clipmap { levels, clipmap, top, shape: [n, count] } => {
+                return pass.bind(levels).bind(clipmap).bind(top).constants(&[n, output as u32, count]);
+            }
+        };
+        let directionality = self.directionality();
+        let [has_faces, has_finest] = [directionality != Directionality::Isotropic, directionality.faces().is_some()];
+        pass.constants(&[first, output == Output::Samples, has_normals, has_faces, has_finest, weights == FaceWeights::Extinction].map(u32::from))
     }
 
     /// That one of the same pass through a dense volume, a sparse one and a clipmap which is through this.
@@ -309,6 +337,19 @@ impl Volume<'_> {
             Volume::Clipmap { shape: [n, levels], .. } => n * levels,
             Volume::Dense { .. } | Volume::Sparse { .. } => grid.resolution,
         }
+    }
+
+    fn directionality(&self) -> Directionality {
+        match *self {
+            Volume::Dense { faces, .. } => faces.map_or(Directionality::Isotropic, |(_, directionality)| directionality),
+            Volume::Sparse { directionality, .. } => directionality,
+            Volume::Clipmap { .. } => Directionality::Isotropic,
+        }
+    }
+
+    /// Bricks from a face of a tile to the next, where there are bricks and faces.
+    fn face_stride(&self) -> u32 {
+        if let Volume::Sparse { face_stride, .. } = *self { face_stride } else { 0 }
     }
 }
 
@@ -454,6 +495,7 @@ pub struct ConeSettings {
     start_offset: f32,
     max_distance_m: f32,
     ao_falloff: f32,
+    face_weights: FaceWeights,
 }
 
 /// Number of a pixel's diffuse cones.
@@ -498,9 +540,16 @@ const NARROW: f32 = 0.3;
 /// Lanes of the widest vector in which a software device runs invocations; a loop turns for all of them until the last has ended.
 const VECTOR_LANES: u32 = 8;
 
+/// Turns of a sample's loops where lanes differ in whether a level has faces.
+const FACE_TURNS: u32 = 5;
+
 /// Samples of the longest cone: across the cube's diagonal, √3 n voxels, in steps of no less than β voxels.
 fn longest_march(resolution: u32, step_factor: f32) -> u32 {
     (1.8 * resolution as f32 / step_factor).ceil() as u32 + 1
+}
+
+fn face_turns(directionality: Directionality) -> u32 {
+    if directionality == Directionality::Isotropic { 0 } else { FACE_TURNS }
 }
 
 impl ConeTracer {
@@ -508,7 +557,8 @@ impl ConeTracer {
     pub fn new(gpu: &Gpu, settings: &Settings) -> Result<Self, Error> {
         let (resolution, step_factor) = (settings.count("resolution"), settings.number("step_factor"));
         // A sample that is taken costs a turn of two loops.
-        if 2 * longest_march(resolution, step_factor) > LOOP_BUDGET {
+        let turns = 2 + face_turns(Directionality::new(settings));
+        if turns * longest_march(resolution, step_factor) > LOOP_BUDGET {
             let what = format!("step_factor {step_factor} at resolution {resolution} (take larger steps or fewer voxels)");
             return Err(Error::FeatureMissing { what, feature: "more than 65,535 turns of a shader's loops" });
         }
@@ -528,6 +578,7 @@ impl ConeTracer {
                 start_offset: settings.number("start_offset"),
                 max_distance_m: settings.number("max_distance"),
                 ao_falloff: settings.number("ao_falloff"),
+                face_weights: if settings.is("face_weights", "squared") { FaceWeights::Squared } else { FaceWeights::Extinction },
             },
             bounce_set: Bounces::new(settings).any().then(|| DeviceSet::new(gpu, "cone.bounce_set", &bounce_set)).transpose()?,
             occlusion: occlusion.map(|set| (set, settings.number("occlusion_distance"), settings.number("occlusion_falloff"))),
@@ -565,7 +616,7 @@ impl ConeTracer {
         for (params, groups) in gather_params(&settings, set, grid, volume, gbuffer) {
             let params = ConeParams { is_occlusion: 1, ..params };
             let builder = frame.pass(pass).bind(&gbuffer.view_depth).bind(&gbuffer.normals).bind(&set.cones).bind(result);
-            volume.bind(builder, set.is_narrow, Output::Light).push(&params).dispatch(groups);
+            volume.bind(builder, set.is_narrow, Output::Light, settings.face_weights).push(&params).dispatch(groups);
         }
     }
 
@@ -573,7 +624,7 @@ impl ConeTracer {
         let pass = volume.choose([&GATHER, &GATHER_SPARSE, &GATHER_CLIPMAP]);
         for (params, groups) in gather_params(&self.settings, &self.set, grid, volume, gbuffer) {
             let builder = frame.pass(pass).bind(&gbuffer.view_depth).bind(&gbuffer.normals).bind(&self.set.cones).bind(result);
-            volume.bind(builder, self.skips_empty, output).push(&params).dispatch(groups);
+            volume.bind(builder, self.skips_empty, output, self.settings.face_weights).push(&params).dispatch(groups);
         }
     }
 
@@ -584,7 +635,7 @@ impl ConeTracer {
         let pass = volume.choose([&BOUNCE, &BOUNCE_SPARSE, &BOUNCE_CLIPMAP]);
         let s = &self.settings;
         let first_voxel = ((voxels.grid.origin - grid.origin) / voxels.grid.voxel_size).round();
-        for [first_cone, end_cone] in s.dispatches(volume.voxels_across(grid), set.count) {
+        for [first_cone, end_cone] in s.dispatches(grid, volume, set.count) {
             let params = BounceConeParams {
                 first_voxel: first_voxel.extend(grid.resolution as f32).to_array(),
                 voxel_count: voxels.voxel_count,
@@ -597,10 +648,11 @@ impl ConeTracer {
                 end_cone,
                 jitter: set.jitter,
                 voxel_scale: voxels.grid.voxel_size / grid.voxel_size,
+                face_stride: volume.face_stride(),
             };
             let builder = frame.pass(pass).bind(&voxels.records).bind(&set.cones).bind(irradiance);
             let threads = volume.sides() * voxels.voxel_count;
-            volume.bind(builder, self.skips_empty, Output::Light).push(&params).dispatch(linear_groups(threads));
+            volume.bind(builder, self.skips_empty, Output::Light, s.face_weights).push(&params).dispatch(linear_groups(threads));
         }
     }
 
@@ -620,10 +672,11 @@ impl ConeTracer {
             height_clamp: s.height_clamp,
             max_distance: s.max_distance(grid),
             start_offset: s.start_offset,
+            face_stride: volume.face_stride(),
         };
         let pass = volume.choose([&SPECULAR, &SPECULAR_SPARSE, &SPECULAR_CLIPMAP]);
         let builder = frame.pass(pass).bind(&gbuffer.view_depth).bind(&gbuffer.normals).bind(&gbuffer.albedo).bind(specular).bind(result);
-        volume.bind(builder, true, output).push(&params).dispatch(screen_groups(gbuffer.size));
+        volume.bind(builder, true, output, s.face_weights).push(&params).dispatch(screen_groups(gbuffer.size));
     }
 
     /// Samples that all cones of a picture take, skipped ones too, by pass: counted by the passes themselves, in a run without light. `counted`: whether to
@@ -659,11 +712,12 @@ impl ConeTracer {
 }
 
 impl ConeSettings {
-    /// First cone, and one beyond the last, of as many dispatches, through a cube of so many voxels along an edge, as keep the loops of one thread's cones within `LOOP_BUDGET`.
-    fn dispatches(&self, voxels: u32, count: u32) -> Vec<[u32; 2]> {
+    /// First cone, and one beyond the last, of as many dispatches as keep the loops of one thread's cones within `LOOP_BUDGET`.
+    fn dispatches(&self, grid: &VoxelGrid, volume: Volume<'_>, count: u32) -> Vec<[u32; 2]> {
         // A sample that is taken costs a turn of both loops; one that is skipped costs a turn of the inner one, which at worst no two lanes of a vector take
         // together.
-        let cones_a_dispatch = (LOOP_BUDGET / ((2 + VECTOR_LANES) * longest_march(voxels, self.step_factor))).max(1);
+        let turns = 2 + VECTOR_LANES + face_turns(volume.directionality());
+        let cones_a_dispatch = (LOOP_BUDGET / (turns * longest_march(volume.voxels_across(grid), self.step_factor))).max(1);
         (0..count).step_by(cones_a_dispatch as usize).map(|first| [first, (first + cones_a_dispatch).min(count)]).collect()
     }
 
@@ -675,7 +729,8 @@ impl ConeSettings {
 
 /// What `cone.gather` and `cone.occlusion` are told, and their workgroups, dispatch by dispatch.
 fn gather_params(s: &ConeSettings, set: &DeviceSet, grid: &VoxelGrid, volume: Volume<'_>, gbuffer: &GBuffer) -> impl Iterator<Item = (ConeParams, [u32; 3])> {
-    let params = |[first_cone, end_cone]: [u32; 2]| ConeParams {
+    let face_stride = volume.face_stride();
+    let params = move |[first_cone, end_cone]: [u32; 2]| ConeParams {
         grid: grid.row(),
         resolution: grid.resolution as f32,
         step_factor: s.step_factor,
@@ -689,7 +744,8 @@ fn gather_params(s: &ConeSettings, set: &DeviceSet, grid: &VoxelGrid, volume: Vo
         interleave: s.interleave,
         jitter: set.jitter,
         is_occlusion: 0,
+        face_stride,
     };
     let groups = screen_groups(gbuffer.size);
-    s.dispatches(volume.voxels_across(grid), set.count).into_iter().map(move |cones| (params(cones), groups))
+    s.dispatches(grid, volume, set.count).into_iter().map(move |cones| (params(cones), groups))
 }

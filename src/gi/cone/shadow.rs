@@ -33,6 +33,8 @@ gpu_struct! {
         pub first_light: u32,
         /// One beyond its last light.
         pub end_light: u32,
+        /// Bricks of a sparse volume from a face of a tile to the next.
+        pub face_stride: u32,
     }
 }
 
@@ -44,9 +46,9 @@ const BINDINGS: [Binding; 5] = [
     Binding::image("direct", Access::ComputeReadWrite),
 ];
 
-static DENSE_BINDINGS: [Binding; 7] = {
-    let ([a, b, c, d, e], [voxels, matter]) = (BINDINGS, DENSE);
-    [a, b, c, d, e, voxels, matter]
+static DENSE_BINDINGS: [Binding; 8] = {
+    let ([a, b, c, d, e], [voxels, matter, faces]) = (BINDINGS, DENSE);
+    [a, b, c, d, e, voxels, matter, faces]
 };
 
 static SPARSE_BINDINGS: [Binding; 8] = {
@@ -83,7 +85,7 @@ impl ConeTracer {
         let s = &self.settings;
         let pass = volume.choose([&SHADOW, &SHADOW_SPARSE, &SHADOW_CLIPMAP]);
         let specular = gbuffer.specular.as_ref().unwrap_or(&gbuffer.albedo);
-        let mut dispatches = s.dispatches(volume.voxels_across(grid), scene.lights.len() as u32);
+        let mut dispatches = s.dispatches(grid, volume, scene.lights.len() as u32);
         if dispatches.is_empty() {
             // Without lights, the picture is black.
             dispatches.push([0, 0]);
@@ -100,9 +102,10 @@ impl ConeTracer {
                 is_glossy: u32::from(scene.is_glossy),
                 first_light,
                 end_light,
+                face_stride: volume.face_stride(),
             };
             let builder = frame.pass(pass).bind(&gbuffer.view_depth).bind(&gbuffer.normals).bind(&gbuffer.albedo).bind(specular).bind(direct);
-            volume.bind(builder, true, Output::Light).push(&params).dispatch(screen_groups(gbuffer.size));
+            volume.bind(builder, true, Output::Light, s.face_weights).push(&params).dispatch(screen_groups(gbuffer.size));
         }
     }
 }

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::nodes::NodePool;
 use super::touched::{Tiles, TouchedTiles};
+use crate::gi::voxel::Directionality;
 use crate::gi::voxel::voxelize::{buffer, linear_groups};
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Buffer, Error, Frame, FrameStats, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Pass, Sets, Shaders, vk};
@@ -21,6 +22,14 @@ gpu_struct! {
         pub dynamic_count: u32,
         /// The level, 0 the finest.
         pub level: u32,
+        /// Bricks from a tile's index to that of its first brick.
+        pub shift: u32,
+        /// Bricks from a face to the next.
+        pub stride: u32,
+        /// Likewise on the next finer level.
+        pub child_shift: u32,
+        /// Likewise.
+        pub child_stride: u32,
     }
 }
 
@@ -59,6 +68,10 @@ gpu_struct! {
         pub level: u32,
         /// 0 to 2: x, y, z.
         pub axis: u32,
+        /// Bricks from a tile's index to that of its first brick.
+        pub shift: u32,
+        /// Bricks from a face to the next.
+        pub stride: u32,
     }
 }
 
@@ -142,6 +155,19 @@ pub struct BrickSettings {
     pub is_split: bool,
     /// Once all bricks are filled, an update runs on those that light has touched; on centres only.
     pub touched: bool,
+    /// The levels with a brick for each of six faces.
+    pub directionality: Directionality,
+}
+
+/// The bricks of the tiles of a level.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LevelBricks {
+    /// From a tile's index to that of its first brick.
+    pub shift: u32,
+    /// From a face to the next.
+    pub stride: u32,
+    /// 1 or 6.
+    pub faces: u32,
 }
 
 /// The records of the voxels with some compact indices.
@@ -160,7 +186,7 @@ struct NormalBricks {
     records: Vec<RecordRange>,
 }
 
-/// All bricks of an octree; brick and tile have the same index.
+/// All bricks of an octree. Where a tile has one, it has the tile's index.
 pub struct BrickPool {
     /// RGBA16F: radiance (W/(m² sr)) premultiplied by opacity, opacity.
     pub image: Arc<Image>,
@@ -187,7 +213,7 @@ impl BrickPool {
 
     fn allocate(gpu: &Gpu, nodes: &NodePool, settings: BrickSettings, records: Option<Vec<RecordRange>>) -> Result<(Self, FrameStats), Error> {
         let capacity = nodes.room();
-        let image = pool_image(gpu, "svo.bricks", capacity)?;
+        let image = pool_image(gpu, "svo.bricks", brick_count(nodes, settings.directionality))?;
         let normals = records.map(|records| Ok::<_, Error>(NormalBricks { image: pool_image(gpu, "svo.normals", capacity)?, records })).transpose()?;
         let mut frame = Frame::new();
         let touched = (settings.touched && !settings.corners).then(|| TouchedTiles::new(gpu, nodes, &mut frame)).transpose()?;
@@ -230,7 +256,7 @@ impl BrickPool {
 
     /// Radiances of a voxel.
     fn sides(&self) -> u32 {
-        1 + u32::from(self.normals.is_some())
+        if self.settings.directionality.faces().is_some() { 6 } else { 1 + u32::from(self.normals.is_some()) }
     }
 
     /// Adds the passes from the voxels' light to all levels.
@@ -250,9 +276,10 @@ impl BrickPool {
                 }
                 for axis in 0..3 {
                     let pass = frame.pass(&TRANSFER_BORDERS).bind(&nodes.neighbours).bind(image);
-                    let BrickParams { first, count, first_dynamic, dynamic_count, level } = tiles.params();
-                    let params = TransferParams { first, count, first_dynamic, dynamic_count, level, axis };
-                    tiles.dispatch(pass, &[u32::from(self.settings.corners)], &params, 1);
+                    let own = level_bricks(nodes, self.settings.directionality, level);
+                    let BrickParams { first, count, first_dynamic, dynamic_count, level, shift, stride, .. } = tiles.params([own; 2]);
+                    let params = TransferParams { first, count, first_dynamic, dynamic_count, level, axis, shift, stride };
+                    tiles.dispatch(pass, &[u32::from(self.settings.corners), own.faces], &params, 1);
                 }
                 if let Some(dynamic) = &nodes.dynamic {
                     dynamic.keep_static(frame, level, image);
@@ -270,9 +297,10 @@ impl BrickPool {
         let constants = [u32::from(self.settings.corners), self.sides()];
         let texels = if self.settings.corners { 27 } else { 8 };
         let pass = frame.pass(&WRITE_LEAVES).bind(&nodes.nodes).bind(radiance).bind(&self.image);
-        tiles.dispatch(pass, &constants, &tiles.params(), texels);
+        let bricks = level_bricks(nodes, self.settings.directionality, 0);
+        tiles.dispatch(pass, &constants, &tiles.params([bricks; 2]), texels);
         for (image, range) in self.normals.iter().flat_map(|normals| normals.records.iter().map(|range| (&normals.image, range))) {
-            let BrickParams { first, count, first_dynamic, dynamic_count, level } = tiles.params();
+            let BrickParams { first, count, first_dynamic, dynamic_count, level, .. } = tiles.params([bricks; 2]);
             let &RecordRange { first_voxel, voxel_count, .. } = range;
             let params = NormalParams { first, count, first_dynamic, dynamic_count, level, first_voxel, voxel_count };
             let pass = frame.pass(&WRITE_NORMALS).bind(&nodes.nodes).bind(radiance).bind(image).bind(&range.records);
@@ -281,6 +309,8 @@ impl BrickPool {
     }
 
     fn filter(&self, frame: &mut Frame, nodes: &NodePool, image: &Arc<Image>, tiles: &Tiles) {
+        let level = tiles.level as usize;
+        let bricks = [level, level - 1].map(|level| level_bricks(nodes, self.settings.directionality, level));
         // Number of the part, and its texels.
         let parts: &[(u32, u32)] = match self.settings {
             BrickSettings { corners: false, .. } => &[(0, 8)],
@@ -289,7 +319,7 @@ impl BrickPool {
         };
         for (part, texels) in parts {
             let pass = frame.pass(&FILTER).bind(&nodes.nodes).bind(image);
-            tiles.dispatch(pass, &[self.settings.filter, u32::from(self.settings.corners), *part], &tiles.params(), *texels);
+            tiles.dispatch(pass, &[self.settings.filter, u32::from(self.settings.corners), *part, bricks[0].faces], &tiles.params(bricks), *texels);
         }
     }
 
@@ -310,6 +340,30 @@ fn pool_image(gpu: &Gpu, name: &str, count: u32) -> Result<Arc<Image>, Error> {
         layers: 1,
         usage: ImageUsage::STORAGE | ImageUsage::SAMPLED,
     })
+}
+
+/// Tiles that have a brick for each face: all, or, as the finest level comes last, the first so many.
+pub fn face_stride(nodes: &NodePool, directionality: Directionality) -> u32 {
+    match directionality {
+        Directionality::Isotropic => 0,
+        Directionality::Anisotropic => nodes.levels[0].first,
+        Directionality::Directional(_) => nodes.tile_count(),
+    }
+}
+
+/// Bricks of all tiles.
+fn brick_count(nodes: &NodePool, directionality: Directionality) -> u32 {
+    nodes.room() + 5 * face_stride(nodes, directionality)
+}
+
+/// Where the bricks of a level are.
+pub fn level_bricks(nodes: &NodePool, directionality: Directionality, level: usize) -> LevelBricks {
+    let stride = face_stride(nodes, directionality);
+    match directionality {
+        Directionality::Isotropic => LevelBricks { shift: 0, stride: 0, faces: 1 },
+        Directionality::Anisotropic if level == 0 => LevelBricks { shift: 5 * stride, stride: 0, faces: 1 },
+        _ => LevelBricks { shift: 0, stride, faces: 6 },
+    }
 }
 
 /// Bricks along each axis of a pool of `count`: near to a cube, width and height powers of two, at most 2% left over (or three bricks).

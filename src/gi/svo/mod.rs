@@ -9,7 +9,7 @@ pub mod touched;
 
 use std::sync::Arc;
 
-pub use bricks::{BrickPool, BrickSettings, RecordRange};
+pub use bricks::{BrickPool, BrickSettings, RecordRange, face_stride};
 pub use dynamic::TouchedVoxels;
 pub use nodes::NodePool;
 pub use pieces::{Occupancy, OccupiedCube, PieceVoxelizer, Pieces};
@@ -17,8 +17,8 @@ pub use pieces::{Occupancy, OccupiedCube, PieceVoxelizer, Pieces};
 use super::cone::{self, ConeTracer, Volume};
 use super::interleave::{self, deinterleave};
 use super::registry::{Directions, Entry, Part, Stage};
-use super::settings::{Domain, Preset, Setting, Settings};
-use super::voxel::{self, Bounces, Injection, LightSettings, MIP_FILTER, Prefilter, Sides, VoxelSettings};
+use super::settings::{Domain, Preset, Setting, SettingError, Settings};
+use super::voxel::{self, Bounces, Directionality, FACE_SETTINGS, Injection, LightSettings, MIP_FILTER, Prefilter, Sides, VoxelSettings};
 use super::{Context, IndirectLight, LitVoxels, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image, Pass};
 use crate::render::{GBuffer, GpuScene, LightMaps, Output, screen_image};
@@ -68,6 +68,16 @@ static PRESETS: &[Preset] = &[
         name: "cones",
         help: "cones as they converge best for their time: narrow, interleaved, kept off the receiver's plane, through bricks that stay opaque",
         values: &[],
+    },
+    Preset {
+        name: "anisotropic",
+        help: "as cones, through mips that look different along each axis from either side",
+        values: &[("anisotropic", "on"), ("face_weights", "squared"), ("opacity_exponent", "1.5")],
+    },
+    Preset {
+        name: "directional",
+        help: "as cones, through voxels of six faces on all levels, either side of which blocks",
+        values: &[("faces", "both"), ("opacity_exponent", "1.5")],
     },
     Preset {
         name: "textbook",
@@ -136,8 +146,8 @@ pub static ENTRY: Entry = Entry {
     name: "svo",
     summary: "sparse voxel octree with bricks, cone-traced",
     bounces: |settings| Bounces::new(settings).count(),
-    settings: &[voxel::RESOLUTION, voxel::SETTINGS, SETTINGS, cone::SETTINGS],
-    check: cone::check,
+    settings: &[voxel::RESOLUTION, voxel::SETTINGS, SETTINGS, FACE_SETTINGS, cone::SETTINGS],
+    check,
     presets: PRESETS,
     passes: &[voxel::PASSES, PASSES, cone::SPARSE_PASSES, interleave::PASSES],
     structs: &[voxel::STRUCTS, STRUCTS, cone::STRUCTS, interleave::STRUCTS],
@@ -187,8 +197,9 @@ struct Store {
 }
 
 impl Store {
-    fn volume(&self, corners: bool) -> Volume<'_> {
-        Volume::Sparse { nodes: &self.nodes.nodes, bricks: &self.bricks.image, normals: self.bricks.normals(), corners }
+    fn volume(&self, BrickSettings { corners, directionality, .. }: BrickSettings) -> Volume<'_> {
+        let face_stride = face_stride(&self.nodes, directionality);
+        Volume::Sparse { nodes: &self.nodes.nodes, bricks: &self.bricks.image, normals: self.bricks.normals(), corners, directionality, face_stride }
     }
 }
 
@@ -206,24 +217,39 @@ struct Svo {
     interleaved: Option<Arc<Image>>,
 }
 
+/// Whether the settings are possible together.
+fn check(settings: &Settings) -> Result<(), SettingError> {
+    if settings.is("normals", "toksvig") && Directionality::new(settings) != Directionality::Isotropic {
+        return Err(SettingError::Together("normals = toksvig needs anisotropic = off and faces = one: faces know which way their light leaves them".into()));
+    }
+    cone::check(settings)
+}
+
 fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>, Error> {
     let Context { gpu, scene, size, .. } = *context;
     let specular = scene.is_glossy && settings.is("specular", "on");
     let interleave = settings.count("interleave");
     let filter = Prefilter::new(settings) as u32;
     let has_normals = settings.is("normals", "toksvig");
+    let directionality = Directionality::new(settings);
+    let faces = directionality.faces();
+    let sides = if has_normals || faces.is_some() { Sides::Two } else { Sides::One };
+    let mut voxelizer = PieceVoxelizer::new(gpu, scene, VoxelSettings { faces, ..VoxelSettings::new(settings) })?;
+    // The bricks of a tile's faces are counted from the end of the pool, which dynamic tiles would move.
+    voxelizer.follows = directionality == Directionality::Isotropic;
     Ok(Box::new(Svo {
-        light_settings: LightSettings::new(settings, if has_normals { Sides::Two } else { Sides::One }),
+        light_settings: LightSettings { stores_faces: faces.is_some(), ..LightSettings::new(settings, sides) },
         has_normals,
         bricks: BrickSettings {
             corners: settings.is("lattice", "corners"),
             filter,
             is_split: settings.is("filter_split", "three"),
             touched: settings.is("filter", "touched"),
+            directionality,
         },
         cones: ConeTracer::new(gpu, settings)?,
         interleave,
-        voxelizer: PieceVoxelizer::new(gpu, scene, VoxelSettings::new(settings))?,
+        voxelizer,
         store: None,
         light: IndirectLight {
             diffuse: screen_image(gpu, "svo.diffuse", size)?,
@@ -286,18 +312,18 @@ impl Technique for Svo {
         store.voxels.update(frame, maps, &store.nodes.nodes);
         store.bricks.update(frame, &store.nodes, &store.voxels.radiance);
         for _ in 0..self.light_settings.bounces.before_the_picture() {
-            store.voxels.bounce(frame, &self.cones, store.volume(self.bricks.corners));
+            store.voxels.bounce(frame, &self.cones, store.volume(self.bricks));
             store.voxels.relight(frame, maps);
             store.bricks.update(frame, &store.nodes, &store.voxels.radiance);
         }
         if self.light_settings.bounces == Bounces::Feedback {
-            store.voxels.bounce(frame, &self.cones, store.volume(self.bricks.corners));
+            store.voxels.bounce(frame, &self.cones, store.volume(self.bricks));
         }
     }
 
     fn gather(&mut self, frame: &mut Frame, _scene: &GpuScene, gbuffer: &GBuffer) -> IndirectLight {
         let Some(store) = &self.store else { return self.light.clone() };
-        let volume = store.volume(self.bricks.corners);
+        let volume = store.volume(self.bricks);
         let target = self.interleaved.as_ref().unwrap_or(&self.light.diffuse);
         self.cones.gather(frame, gbuffer, &store.voxels.grid, volume, target);
         self.cones.occlusion(frame, gbuffer, &store.voxels.grid, volume, target);
@@ -313,7 +339,7 @@ impl Technique for Svo {
     fn direct(&self, frame: &mut Frame, scene: &GpuScene, maps: &LightMaps, gbuffer: &GBuffer, output: &Output) {
         match &self.store {
             Some(store) if self.cones.has_shadows() => {
-                self.cones.shadow(frame, scene, gbuffer, &store.voxels.grid, store.volume(self.bricks.corners), &output.direct);
+                self.cones.shadow(frame, scene, gbuffer, &store.voxels.grid, store.volume(self.bricks), &output.direct);
             }
             _ => output.draw_direct(frame, scene, maps, gbuffer),
         }
@@ -321,7 +347,7 @@ impl Technique for Svo {
 
     fn count_samples(&self, gpu: &Gpu, scene: &GpuScene, gbuffer: &GBuffer) -> Result<Vec<(&'static str, u64)>, Error> {
         let Some(store) = &self.store else { return Ok(Vec::new()) };
-        self.cones.count_samples(gpu, scene, gbuffer, &store.voxels.grid, store.volume(self.bricks.corners), [true, self.light.specular.is_some()])
+        self.cones.count_samples(gpu, scene, gbuffer, &store.voxels.grid, store.volume(self.bricks), [true, self.light.specular.is_some()])
     }
 
     fn lit_voxels(&mut self) -> Vec<LitVoxels<'_>> {

@@ -30,6 +30,8 @@ pub struct PieceVoxelizer {
     whole: Voxelizer,
     /// One a piece.
     voxelizers: Vec<Voxelizer>,
+    /// Whether dynamic geometry has voxels of its own, which follow it; otherwise all is voxelized at once.
+    pub follows: bool,
 }
 
 /// All voxels and their light. Compact indices go through the pieces in order.
@@ -99,7 +101,7 @@ impl PieceVoxelizer {
     /// For a grid around the scene.
     pub fn new(gpu: &Gpu, scene: &GpuScene, settings: VoxelSettings) -> Result<Self, Error> {
         let whole = Voxelizer::new(gpu, scene, settings)?;
-        Ok(PieceVoxelizer { settings, grid: VoxelGrid::around(scene.bounds, settings.resolution), voxelizers: whole.cut(1), whole })
+        Ok(PieceVoxelizer { settings, grid: VoxelGrid::around(scene.bounds, settings.resolution), voxelizers: whole.cut(1), whole, follows: true })
     }
 
     /// Cuts the grid into a cube of pieces, so many along an edge.
@@ -109,8 +111,9 @@ impl PieceVoxelizer {
 
     /// Voxelizes. What is too large to bind is tried again in smaller pieces, but where voxels see lights by rays: a piece does not know the others.
     pub fn run(&mut self, gpu: &Gpu, scene: &GpuScene, light: LightSettings) -> Result<(Pieces, Occupancy, FrameStats), Error> {
-        let Self { settings, grid, ref whole, ref mut voxelizers } = *self;
-        let attempt = |voxelizers: &mut [Voxelizer]| attempt(gpu, scene, settings, grid, light, voxelizers);
+        let Self { settings, grid, ref whole, ref mut voxelizers, follows } = *self;
+        let follows = follows && scene.dynamic.is_some() && settings.accumulation == Accumulation::Exact;
+        let attempt = |voxelizers: &mut [Voxelizer]| attempt(gpu, scene, follows, grid, light, voxelizers);
         if light.traces() { attempt(voxelizers) } else { whole.run_in_pieces(voxelizers, attempt) }
     }
 }
@@ -118,7 +121,7 @@ impl PieceVoxelizer {
 fn attempt(
     gpu: &Gpu,
     scene: &GpuScene,
-    settings: VoxelSettings,
+    follows: bool,
     grid: VoxelGrid,
     light_settings: LightSettings,
     voxelizers: &mut [Voxelizer],
@@ -129,7 +132,7 @@ fn attempt(
     let mut pieces = Vec::new();
     let (mut voxel_count, mut fragment_count, mut first_voxel) = (0, 0, 0);
     for voxelizer in voxelizers.iter_mut() {
-        let (voxels, dynamic) = if scene.dynamic.is_some() && is_whole && settings.accumulation == Accumulation::Exact {
+        let (voxels, dynamic) = if follows && is_whole {
             let (mut voxels, mut dynamic, cost) = voxelizer.run_static(gpu, scene)?;
             stats.append(cost);
             let (cube, cost) = OccupiedCube::copy(gpu, &voxels)?;
@@ -162,7 +165,7 @@ fn attempt(
     }
     let radiance = match pieces.as_slice() {
         [whole] => Arc::clone(&whole.light.radiance),
-        _ => buffer(gpu, "svo.radiance", light_settings.sides.radiance_bytes(voxel_count))?,
+        _ => buffer(gpu, "svo.radiance", light_settings.radiance_bytes(voxel_count))?,
     };
     Ok((Pieces { grid, voxel_count, fragment_count, radiance, pieces }, occupancy, stats))
 }
@@ -225,9 +228,9 @@ impl Pieces {
         for piece in &self.pieces {
             add(frame, piece, first_voxel);
             let Piece { voxels, light, .. } = piece;
-            let bytes = light.settings.sides.radiance_bytes(voxels.voxel_count);
+            let bytes = light.settings.radiance_bytes(voxels.voxel_count);
             if self.pieces.len() > 1 && bytes > 0 {
-                frame.copy_buffer("svo.merge_radiance", (&light.radiance, 0), (&self.radiance, light.settings.sides.radiance_bytes(first_voxel)), bytes);
+                frame.copy_buffer("svo.merge_radiance", (&light.radiance, 0), (&self.radiance, light.settings.radiance_bytes(first_voxel)), bytes);
             }
             first_voxel += voxels.voxel_count;
         }

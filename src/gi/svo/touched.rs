@@ -5,7 +5,7 @@
 
 use std::sync::Arc;
 
-use super::bricks::BrickParams;
+use super::bricks::{BrickParams, LevelBricks};
 use super::nodes::{LevelRange, NodePool};
 use crate::gi::voxel::voxelize::{buffer, linear_groups};
 use crate::gpu_struct;
@@ -165,7 +165,7 @@ fn list_buffer(gpu: &Gpu, nodes: &NodePool) -> Result<Arc<Buffer>, Error> {
 pub(super) struct Tiles<'t> {
     /// Static and dynamic ones.
     ranges: [LevelRange; 2],
-    level: u32,
+    pub(super) level: u32,
     /// The touched tiles by level, and one by one.
     lists: [&'t Arc<Buffer>; 2],
     is_listed: bool,
@@ -177,10 +177,12 @@ impl<'t> Tiles<'t> {
         Tiles { ranges: nodes.ranges(level), level: level as u32, lists: [nothing; 2], is_listed: false }
     }
 
-    /// The parameters of a pass over these tiles.
-    pub(super) fn params(&self) -> BrickParams {
+    /// The parameters of a pass over these tiles, whose bricks and those of their children are there.
+    pub(super) fn params(&self, [own, children]: [LevelBricks; 2]) -> BrickParams {
         let [LevelRange { first, count }, LevelRange { first: first_dynamic, count: dynamic_count }] = self.ranges;
-        BrickParams { first, count, first_dynamic, dynamic_count, level: self.level }
+        let LevelBricks { shift, stride, .. } = own;
+        let (child_shift, child_stride) = (children.shift, children.stride);
+        BrickParams { first, count, first_dynamic, dynamic_count, level: self.level, shift, stride, child_shift, child_stride }
     }
 
     /// Runs a pass with `threads` a tile: eight or one, or any number where no list is followed. The lists are its last bindings, whether it follows them its

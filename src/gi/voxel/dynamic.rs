@@ -305,6 +305,9 @@ impl DynamicVoxels {
         if let Some(emission) = &mut voxels.emission {
             reserve(gpu, frame, emission, 16, kept, needed)?;
         }
+        if let Some(faces) = &mut voxels.faces {
+            reserve(gpu, frame, faces, 8, kept, needed)?;
+        }
         Ok(())
     }
 }

@@ -94,7 +94,7 @@ pub static INJECT_RSM_SPARSE: Pass = Pass {
     sets: Sets::Scene,
 };
 
-const LIGHT_BINDINGS: [Binding; 10] = [
+const LIGHT_BINDINGS: [Binding; 11] = [
     Binding::buffer("light_views", Access::ComputeRead),
     Binding::sampled("shadow_maps", Access::ComputeSampled),
     Binding::buffer("voxels", Access::ComputeRead),
@@ -105,6 +105,7 @@ const LIGHT_BINDINGS: [Binding; 10] = [
     Binding::buffer("voxel_irradiance", Access::ComputeRead),
     Binding::buffer("occupancy", Access::ComputeRead),
     Binding::buffer("block_bases", Access::ComputeRead),
+    Binding::buffer("voxel_faces", Access::ComputeRead),
 ];
 
 /// Radiance of each occupied voxel, in compact order. A thread a voxel.
@@ -116,13 +117,13 @@ pub static LIGHT: Pass = Pass {
     sets: Sets::Scene,
 };
 
-/// As [`LIGHT`], and into mip 0 of a dense RGBA16F texture, premultiplied by opacity.
+/// As [`LIGHT`], and into mip 0 of a dense RGBA16F texture, premultiplied by opacity; of directional voxels, six faces side by side along x.
 pub static LIGHT_DENSE: Pass = Pass {
     name: "voxel.light",
     shaders: Shaders::Compute("gi/voxel/light_voxels_dense.comp"),
     bindings: &{
-        let [a, b, c, d, e, f, g, h, i, j] = LIGHT_BINDINGS;
-        [a, b, c, d, e, f, g, h, i, j, Binding::image("dense_radiance", Access::ComputeWrite)]
+        let [a, b, c, d, e, f, g, h, i, j, k] = LIGHT_BINDINGS;
+        [a, b, c, d, e, f, g, h, i, j, k, Binding::image("dense_radiance", Access::ComputeWrite)]
     },
     push_bytes: size_of::<LightParams>() as u32,
     sets: Sets::Scene,
@@ -182,6 +183,8 @@ pub struct LightSettings {
     pub injection: Injection,
     /// Radiances of a voxel.
     pub sides: Sides,
+    /// Directional voxels are stored face by face, and not side by side: where no dense volume holds the faces.
+    pub stores_faces: bool,
     /// Indirect bounces.
     pub bounces: Bounces,
     /// Of light on shaded voxels.
@@ -203,12 +206,26 @@ impl LightSettings {
             "rays-hard" => Occlusion::RaysHard,
             _ => Occlusion::RaysSoft,
         };
-        LightSettings { injection, sides, bounces: Bounces::new(settings), attenuation, occlusion, kappa: settings.number("occlusion_kappa") }
+        LightSettings {
+            injection,
+            sides,
+            stores_faces: false,
+            bounces: Bounces::new(settings),
+            attenuation,
+            occlusion,
+            kappa: settings.number("occlusion_kappa"),
+        }
     }
 
     /// Everything but these as it is by default.
     pub fn direct(injection: Injection, sides: Sides) -> Self {
-        LightSettings { injection, sides, bounces: Bounces::Count(1), attenuation: Attenuation::Standard, occlusion: Occlusion::ShadowMap, kappa: 1.0 }
+        let (attenuation, occlusion) = (Attenuation::Standard, Occlusion::ShadowMap);
+        LightSettings { injection, sides, stores_faces: false, bounces: Bounces::Count(1), attenuation, occlusion, kappa: 1.0 }
+    }
+
+    /// Bytes of so many voxels' radiances, with an opacity each: of their sides, or of their faces.
+    pub fn radiance_bytes(&self, voxel_count: u32) -> u64 {
+        if self.stores_faces { 48 * u64::from(voxel_count) } else { self.sides.radiance_bytes(voxel_count) }
     }
 
     /// Whether maps of the lights say where light reaches voxels.
@@ -231,6 +248,8 @@ pub struct VoxelRecords {
     pub records: Arc<Buffer>,
     /// As [`Voxels::emission`].
     pub emission: Option<Arc<Buffer>>,
+    /// As [`Voxels::faces`].
+    pub faces: Option<Arc<Buffer>>,
     /// How many.
     pub voxel_count: u32,
     /// As [`Voxels::is_dynamic`].
@@ -242,9 +261,9 @@ pub struct VoxelRecords {
 impl From<&Voxels> for VoxelRecords {
     fn from(voxels: &Voxels) -> Self {
         let Voxels { grid, voxel_count, is_dynamic, .. } = *voxels;
-        let (records, emission) = (Arc::clone(&voxels.records), voxels.emission.as_ref().map(Arc::clone));
+        let (records, emission, faces) = (Arc::clone(&voxels.records), voxels.emission.clone(), voxels.faces.clone());
         let dense = Some([Arc::clone(&voxels.occupancy), Arc::clone(&voxels.block_bases)]);
-        VoxelRecords { grid, records, emission, voxel_count, is_dynamic, dense }
+        VoxelRecords { grid, records, emission, faces, voxel_count, is_dynamic, dense }
     }
 }
 
@@ -279,9 +298,9 @@ pub struct VoxelLight {
     pub settings: LightSettings,
     /// Voxels that there is room for.
     pub capacity: u32,
-    /// Radiance (W/(m² sr)) and opacity, four half floats a side of a voxel in compact order.
+    /// Radiance (W/(m² sr)) and opacity, four half floats a side, or a face, of a voxel in compact order.
     pub radiance: Arc<Buffer>,
-    /// What the voxels gathered from each other, E/π (W/(m² sr)), as `radiance`; absent with one bounce.
+    /// What the voxels gathered from each other, E/π (W/(m² sr)), four half floats a side; absent with one bounce.
     pub irradiance: Option<Arc<Buffer>>,
     flux: Arc<Buffer>,
     /// The flux came from the host and stays.
@@ -313,7 +332,7 @@ impl VoxelLight {
         Ok(VoxelLight {
             settings,
             capacity,
-            radiance: buffer(gpu, "voxel.radiance", sides.radiance_bytes(capacity))?,
+            radiance: buffer(gpu, "voxel.radiance", settings.radiance_bytes(capacity))?,
             irradiance,
             flux: buffer(gpu, "voxel.flux", if injection == Injection::Rsm { FLUX_BYTES * count } else { 0 })?,
             is_given: false,
@@ -400,12 +419,14 @@ impl VoxelLight {
             .bind(&self.counters)
             .bind(self.irradiance.as_ref().unwrap_or(&voxels.records))
             .bind(occupancy)
-            .bind(block_bases);
+            .bind(block_bases)
+            .bind(voxels.faces.as_ref().unwrap_or(&voxels.records));
         let pass = if let Some(image) = dense { pass.bind(image) } else { pass };
         let LightSettings { injection, sides, attenuation, occlusion, .. } = self.settings;
         let [is_shaded, is_weighted] = [injection == Injection::Voxel && !self.is_given, attenuation == Attenuation::NormalWeighted];
-        let flags = [is_shaded, voxels.emission.is_some(), indirect, counting, is_weighted, voxels.is_dynamic].map(u32::from);
-        pass.constants(&[flags[0], flags[1], sides as u32, flags[2], flags[3], flags[4], occlusion as u32, flags[5]])
+        let has_faces = voxels.faces.is_some() && (dense.is_some() || self.settings.stores_faces);
+        let flags = [is_shaded, voxels.emission.is_some(), indirect, counting, is_weighted, voxels.is_dynamic, has_faces].map(u32::from);
+        pass.constants(&[flags[0], flags[1], sides as u32, flags[2], flags[3], flags[4], occlusion as u32, flags[5], flags[6]])
             .push(&params)
             .dispatch(linear_groups(voxels.voxel_count));
     }

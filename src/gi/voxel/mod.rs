@@ -27,7 +27,7 @@ pub use light::{
 pub use list::{OccupiedVoxel, VoxelList, list_voxels};
 pub use lit::{LitVoxels, VoxelMap};
 pub use passes::{FRAGMENTS_COMPUTE, FRAGMENTS_RASTER, FRAGMENTS_RASTER_HW};
-pub use prefilter::{MIP_FILTER, Prefilter};
+pub use prefilter::{Directionality, FACE_SETTINGS, Faces, MIP_FILTER, Prefilter};
 pub use rays::{GATHER_RAYS, RAY_SETTINGS, RaySettings, gather_rays};
 pub use voxelize::{Accumulation, Method, Surface, VoxelBox, VoxelSettings, Voxelizer, Voxels};
 pub use window::{VoxelWindow, WindowScratch};

@@ -213,6 +213,7 @@ pub static RESOLVE_VOXELS: Pass = Pass {
         Binding::buffer("voxels", Access::ComputeWrite),
         Binding::buffer("voxel_emission", Access::ComputeWrite),
         Binding::image("averages", Access::ComputeRead),
+        Binding::buffer("voxel_faces", Access::ComputeWrite),
     ],
     push_bytes: size_of::<ResolveParams>() as u32,
     sets: Sets::None,

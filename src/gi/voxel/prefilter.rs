@@ -1,4 +1,4 @@
-//! How eight texels of premultiplied radiance become one, in dense mips and in bricks (`gi/voxel/prefilter.glsl`).
+//! How eight texels of premultiplied radiance become one, in dense mips and in bricks (`gi/voxel/prefilter.glsl`), and which of them depend on the direction.
 
 use crate::gi::Settings;
 use crate::gi::settings::{Domain, Setting};
@@ -22,6 +22,70 @@ pub enum Prefilter {
     Directional = 1,
     /// Likewise, with the opacity of the most opaque axis.
     DirectionalMax = 2,
+}
+
+/// The settings that choose [`Directionality`], and how three faces make one texel.
+pub static FACE_SETTINGS: &[Setting] = &[
+    Setting {
+        name: "anisotropic",
+        help: "from level 1 on, a texel for each of six directions, composited front to back along its axis; mip_filter is not used then",
+        unit: "",
+        domain: Domain::Choice(&["off", "on"]),
+        default: "off",
+    },
+    Setting {
+        name: "faces",
+        help: "directional voxels: radiance and opacity on all levels one for all directions, or of six faces, each of the surface that looks its way (front: \
+               from behind it is transparent) or of all across its axis (both: either side blocks)",
+        unit: "",
+        domain: Domain::Choice(&["one", "front", "both"]),
+        default: "one",
+    },
+    Setting {
+        name: "face_weights",
+        help: "how the three faces that a cone meets make one opacity: extinction (their optical depths along the direction) or squared (of the direction's \
+               components, as weights)",
+        unit: "",
+        domain: Domain::Choice(&["extinction", "squared"]),
+        default: "extinction",
+    },
+];
+
+/// Whose surface a face of a directional voxel shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Faces {
+    /// That which looks the face's way.
+    Front = 1,
+    /// All across its axis: either side blocks.
+    Both = 2,
+}
+
+/// On which levels a texel has six faces.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Directionality {
+    /// On none.
+    Isotropic,
+    /// On all but the finest: anisotropic voxels (Crassin et al. 2011; Villegas & Ramírez).
+    Anisotropic,
+    /// On all: directional voxels.
+    Directional(Faces),
+}
+
+impl Directionality {
+    /// From a technique's settings; faces on all levels include those of the coarser ones.
+    pub fn new(settings: &Settings) -> Self {
+        match (settings.choice("faces"), settings.is("anisotropic", "on")) {
+            ("front", _) => Directionality::Directional(Faces::Front),
+            ("both", _) => Directionality::Directional(Faces::Both),
+            (_, true) => Directionality::Anisotropic,
+            (_, false) => Directionality::Isotropic,
+        }
+    }
+
+    /// The faces of the finest level.
+    pub fn faces(self) -> Option<Faces> {
+        if let Directionality::Directional(faces) = self { Some(faces) } else { None }
+    }
 }
 
 impl Prefilter {

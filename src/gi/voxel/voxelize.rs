@@ -9,7 +9,7 @@ use super::passes::{
     COUNT_BLOCKS, CountParams, FRAGMENTS_COMPUTE, FRAGMENTS_RASTER, FRAGMENTS_RASTER_HW, Fragment, FragmentParams, INDEX_BLOCKS, LINK_FRAGMENTS, LinkParams,
     RESOLVE_VOXELS, RUNNING_AVERAGE, ResolveParams, SCAN_GROUPS, ScanParams, Voxel,
 };
-use super::{DynamicVoxels, VoxelGrid};
+use super::{DynamicVoxels, Faces, VoxelGrid};
 use crate::gi::Settings;
 use crate::graph::{
     BatchDispatch, Buffer, BufferDesc, BufferUsage, DrawBatch, Error, Frame, FrameStats, Gpu, Image, ImageDesc, ImageKind, ImageUsage, PassBuilder, Targets, vk,
@@ -59,10 +59,12 @@ pub struct VoxelSettings {
     pub surface: Surface,
     /// Opacity is the covered fraction of the voxel's face, not 1.
     pub coverage: bool,
+    /// Opacities of the faces of directional voxels, where those are wanted.
+    pub faces: Option<Faces>,
 }
 
 impl VoxelSettings {
-    /// From a technique's settings.
+    /// From a technique's settings, without faces.
     pub fn new(settings: &Settings) -> Self {
         let method = if settings.is("voxelization", "compute") {
             Method::Compute
@@ -77,6 +79,7 @@ impl VoxelSettings {
             accumulation: if settings.is("accumulation", "exact") { Accumulation::Exact } else { Accumulation::RunningAverage },
             surface: if settings.is("surface", "thin") { Surface::Thin } else { Surface::Conservative },
             coverage: settings.is("opacity", "coverage"),
+            faces: None,
         }
     }
 }
@@ -94,6 +97,8 @@ pub struct Voxels {
     pub records: Arc<Buffer>,
     /// Mean emitted radiance (W/(m² sr)) and the share of it that leaves the front, 16 bytes each; only in an emissive scene.
     pub emission: Option<Arc<Buffer>>,
+    /// Opacities of the faces +x, +y, +z and −x, −y, −z, 3×10 bits each; only of directional voxels.
+    pub faces: Option<Arc<Buffer>>,
     /// Records: one an occupied voxel; with dynamic geometry also one each of the voxels in `hidden_count`.
     pub voxel_count: u32,
     /// Static voxels whose record stands back for one of dynamic geometry, which has the voxel's compact index.
@@ -446,6 +451,7 @@ impl Voxelizer {
         let heads = buffer(gpu, "voxel.heads", 4 * capacity)?;
         let records = buffer(gpu, "voxel.records", size_of::<Voxel>() as u64 * capacity)?;
         let voxel_emission = scene.is_emissive.then(|| buffer(gpu, "voxel.emission", 16 * capacity)).transpose()?;
+        let faces = self.settings.faces.map(|_| buffer(gpu, "voxel.faces", 8 * capacity)).transpose()?;
         let running = self.settings.accumulation == Accumulation::RunningAverage;
         let averages = if running { average_image(gpu, self.grid.resolution)? } else { Arc::clone(&self.no_image) };
         let mut frame = Frame::new();
@@ -458,7 +464,7 @@ impl Voxelizer {
         let (occupancy, block_bases) = (Arc::clone(occupancy), Arc::clone(block_bases));
         let lists = FragmentLists { fragments, emission, heads };
         let (grid, emission, hidden_count) = (self.grid, voxel_emission, 0);
-        let voxels = Voxels { grid, occupancy, block_bases, records, emission, voxel_count, hidden_count, fragment_count, is_dynamic };
+        let voxels = Voxels { grid, occupancy, block_bases, records, emission, faces, voxel_count, hidden_count, fragment_count, is_dynamic };
         self.add_resolve(&mut frame, scene, &voxels, &lists, &averages, [0..fragment_count, 0..voxel_count]);
         let stats = gpu.submit(frame)?;
         Ok((voxels, lists, stats))
@@ -492,7 +498,13 @@ impl Voxelizer {
             .bind(&voxels.records)
             .bind(voxels.emission.as_ref().unwrap_or(&self.nothing))
             .bind(averages)
-            .constants(&[u32::from(scene.is_emissive), u32::from(self.settings.coverage), u32::from(running)])
+            .bind(voxels.faces.as_ref().unwrap_or(&self.nothing))
+            .constants(&[
+                u32::from(scene.is_emissive),
+                u32::from(self.settings.coverage),
+                u32::from(running),
+                self.settings.faces.map_or(0, |faces| faces as u32),
+            ])
             .push(&ResolveParams { voxel_count, emission_unit: scene.largest_emission.max(f32::MIN_POSITIVE), first_voxel: slots.start })
             .dispatch(linear_groups(voxel_count));
     }

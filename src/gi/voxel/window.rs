@@ -173,6 +173,7 @@ impl VoxelWindow {
             block_bases: Arc::clone(&grids[0].block_bases),
             records: buffer(gpu, "voxel.records", 0)?,
             emission: scene.is_emissive.then(|| buffer(gpu, "voxel.emission", 0)).transpose()?,
+            faces: None,
             voxel_count: 0,
             hidden_count: 0,
             fragment_count: 0,

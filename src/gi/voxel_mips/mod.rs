@@ -15,8 +15,8 @@ use super::registry::{Directions, Entry, Part, Stage, Substitution};
 use super::settings::{Domain, Preset, Setting, Settings};
 use super::voxel::voxelize::linear_groups;
 use super::voxel::{
-    self, Accumulation, Bounces, DynamicVoxels, Injection, LightSettings, MIP_FILTER, Prefilter, RAY_SETTINGS, RaySettings, Sides, VoxelLight, VoxelRecords,
-    VoxelSettings, Voxelizer, Voxels, bounce_rays, gather_rays,
+    self, Accumulation, Bounces, Directionality, DynamicVoxels, FACE_SETTINGS, Injection, LightSettings, MIP_FILTER, Prefilter, RAY_SETTINGS, RaySettings,
+    Sides, VoxelLight, VoxelRecords, VoxelSettings, Voxelizer, Voxels, bounce_rays, gather_rays,
 };
 use super::{Context, IndirectLight, LitVoxels, Technique};
 use crate::gpu_struct;
@@ -24,7 +24,7 @@ use crate::graph::{Access, Binding, Error, Frame, FrameStats, Gpu, Image, ImageD
 use crate::render::{GBuffer, GpuScene, LightMaps, Output, screen_image};
 use crate::shader::GpuStruct;
 
-/// One mip from the next finer one. Reads and writes RGBA16F, radiance premultiplied by opacity; a thread a texel.
+/// One mip, or its six faces, from the next finer one. Reads and writes RGBA16F, radiance premultiplied by opacity; a thread a texel.
 pub static FILTER: Pass = Pass {
     name: "voxel_mips.filter",
     shaders: Shaders::Compute("gi/voxel_mips/filter.comp"),
@@ -78,6 +78,16 @@ static PRESETS: &[Preset] = &[
         values: &[],
     },
     Preset {
+        name: "anisotropic",
+        help: "as cones, through mips that look different along each axis from either side",
+        values: &[("anisotropic", "on"), ("face_weights", "squared"), ("opacity_exponent", "1.5")],
+    },
+    Preset {
+        name: "directional",
+        help: "as cones, through voxels of six faces on all levels, either side of which blocks",
+        values: &[("faces", "both"), ("opacity_exponent", "1.5")],
+    },
+    Preset {
         name: "textbook",
         help: "as the papers have it: box-filtered mips, six cones of 60°",
         values: &[
@@ -117,7 +127,7 @@ pub static ENTRY: Entry = Entry {
     name: "voxel-mips",
     summary: "dense voxel mips, cone-traced",
     bounces: |settings| Bounces::new(settings).count(),
-    settings: &[voxel::RESOLUTION, voxel::SETTINGS, SETTINGS, cone::SETTINGS, RAY_SETTINGS],
+    settings: &[voxel::RESOLUTION, voxel::SETTINGS, SETTINGS, FACE_SETTINGS, cone::SETTINGS, RAY_SETTINGS],
     check: cone::check,
     presets: PRESETS,
     passes: &[voxel::PASSES, &[&CLEAR_DYNAMIC, &MARK_MATTER, &REDUCE_MATTER, &FILTER], cone::PASSES, interleave::PASSES],
@@ -145,8 +155,12 @@ pub static ENTRY: Entry = Entry {
 
 /// What cones march through.
 struct DenseVolume {
-    /// RGBA16F, radiance premultiplied by opacity, n³ texels and all mips.
+    /// RGBA16F, radiance premultiplied by opacity, n³ texels and all mips. Of anisotropic voxels there is no mip but the finest; of directional ones there are six
+    /// faces, side by side along x.
     radiance: Arc<Image>,
+    /// Likewise, all but the finest mip of anisotropic voxels, with six faces.
+    coarser: Option<Arc<Image>>,
+    directionality: Directionality,
     /// Where samples of it may see matter; one word without contents where no cones skip what is empty.
     matter: Arc<Image>,
     skips_empty: bool,
@@ -181,20 +195,23 @@ fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>
 
 fn new(context: &Context<'_>, settings: &Settings) -> Result<VoxelMips, Error> {
     let Context { gpu, scene, size, .. } = *context;
-    let voxel_settings = VoxelSettings::new(settings);
+    let directionality = Directionality::new(settings);
     let rays = settings.is("gather", "rays").then(|| RaySettings::new(settings));
     let specular = scene.is_glossy && settings.is("specular", "on");
     let interleave = settings.count("interleave");
     let filter = Prefilter::new(settings);
     let cones = ConeTracer::new(gpu, settings)?;
     let skips_empty = specular || cones.needs_matter();
+    let has_volume = rays.is_none() || specular || cones.is_beside_gather();
+    let voxel_settings = VoxelSettings { faces: directionality.faces().filter(|_| has_volume), ..VoxelSettings::new(settings) };
+    let sides = if voxel_settings.faces.is_some() { Sides::Two } else { Sides::One };
     Ok(VoxelMips {
         filter,
-        blits: filter == Prefilter::Box && settings.is("mip_method", "blit"),
-        light_settings: LightSettings::new(settings, rays.map_or(Sides::One, |rays| rays.sides)),
+        blits: directionality == Directionality::Isotropic && filter == Prefilter::Box && settings.is("mip_method", "blit"),
+        light_settings: LightSettings::new(settings, rays.map_or(sides, |rays| rays.sides)),
         bounce_directions: settings.count("bounce_directions"),
         is_exact: voxel_settings.accumulation == Accumulation::Exact,
-        volume: (rays.is_none() || specular || cones.is_beside_gather()).then(|| DenseVolume::new(gpu, voxel_settings.resolution, skips_empty)).transpose()?,
+        volume: has_volume.then(|| DenseVolume::new(gpu, voxel_settings.resolution, directionality, skips_empty)).transpose()?,
         rays,
         cones,
         interleave,
@@ -210,18 +227,21 @@ fn new(context: &Context<'_>, settings: &Settings) -> Result<VoxelMips, Error> {
 }
 
 impl DenseVolume {
-    fn new(gpu: &Gpu, resolution: u32, skips_empty: bool) -> Result<Self, Error> {
-        let extent = [resolution; 3];
-        let radiance = gpu.create_image(&ImageDesc {
-            name: "voxel_mips.radiance".into(),
-            extent,
-            kind: ImageKind::D3,
-            format: vk::Format::R16G16B16A16_SFLOAT,
-            mips: ImageDesc::full_mips(extent),
-            layers: 1,
-            usage: ImageUsage::STORAGE | ImageUsage::SAMPLED,
-        })?;
-        Ok(DenseVolume { radiance, matter: matter_image(gpu, if skips_empty { resolution } else { 4 })?, skips_empty })
+    fn new(gpu: &Gpu, resolution: u32, directionality: Directionality, skips_empty: bool) -> Result<Self, Error> {
+        let all = resolution.ilog2() + 1;
+        let [cubes, mips] = match directionality {
+            Directionality::Isotropic => [1, all],
+            Directionality::Anisotropic => [1, 1],
+            Directionality::Directional(_) => [6, all],
+        };
+        let has_coarser = directionality == Directionality::Anisotropic;
+        Ok(DenseVolume {
+            radiance: radiance_image(gpu, "voxel_mips.radiance", resolution, cubes, mips)?,
+            coarser: has_coarser.then(|| radiance_image(gpu, "voxel_mips.faces", resolution / 2, 6, all - 1)).transpose()?,
+            directionality,
+            matter: matter_image(gpu, if skips_empty { resolution } else { 4 })?,
+            skips_empty,
+        })
     }
 
     /// Adds the passes that mark where these voxels are.
@@ -232,7 +252,35 @@ impl DenseVolume {
     }
 
     fn as_volume(&self) -> Volume<'_> {
-        Volume::Dense { radiance: &self.radiance, matter: &self.matter }
+        let faces = (self.directionality != Directionality::Isotropic).then(|| (self.coarser.as_ref().unwrap_or(&self.radiance), self.directionality));
+        Volume::Dense { radiance: &self.radiance, matter: &self.matter, faces }
+    }
+}
+
+/// RGBA16F for the mips of so many cubes, side by side along x.
+pub fn radiance_image(gpu: &Gpu, name: &str, resolution: u32, cubes: u32, mips: u32) -> Result<Arc<Image>, Error> {
+    gpu.create_image(&ImageDesc {
+        name: name.into(),
+        extent: [cubes * resolution, resolution, resolution],
+        kind: ImageKind::D3,
+        format: vk::Format::R16G16B16A16_SFLOAT,
+        mips,
+        layers: 1,
+        usage: ImageUsage::STORAGE | ImageUsage::SAMPLED,
+    })
+}
+
+/// Adds `voxel_mips.filter` for the mips of a volume from its finest one on, and for those of `coarser`, which has the six faces of all other levels.
+pub fn filter_mips(frame: &mut Frame, volume: &Arc<Image>, coarser: Option<&Arc<Image>>, filter: Prefilter) {
+    let has_faces = |image: &Image| u32::from(image.extent(0)[0] > image.extent(0)[1]);
+    let mut add = |finer: (&Arc<Image>, u32), mip: (&Arc<Image>, u32)| {
+        let pass = frame.pass(&FILTER).bind_mip(finer.0, finer.1).bind_mip(mip.0, mip.1);
+        pass.constants(&[filter as u32, has_faces(mip.0), has_faces(finer.0)]).dispatch(mip.0.extent(mip.1).map(|texels| texels.div_ceil(4)));
+    };
+    (1..volume.mips()).for_each(|mip| add((volume, mip - 1), (volume, mip)));
+    if let Some(coarser) = coarser {
+        add((volume, 0), (coarser, 0));
+        (1..coarser.mips()).for_each(|mip| add((coarser, mip - 1), (coarser, mip)));
     }
 }
 
@@ -246,14 +294,11 @@ impl VoxelMips {
         }
     }
 
-    fn add_mips(&self, frame: &mut Frame, volume: &Arc<Image>) {
+    fn add_mips(&self, frame: &mut Frame, volume: &DenseVolume) {
         if self.blits {
-            frame.blit_mips("voxel_mips.blit", volume);
-            return;
-        }
-        for mip in 1..volume.mips() {
-            let groups = volume.extent(mip)[0].div_ceil(4);
-            frame.pass(&FILTER).bind_mip(volume, mip - 1).bind_mip(volume, mip).constants(&[self.filter as u32]).dispatch([groups; 3]);
+            frame.blit_mips("voxel_mips.blit", &volume.radiance);
+        } else {
+            filter_mips(frame, &volume.radiance, volume.coarser.as_ref(), self.filter);
         }
     }
 }
@@ -312,18 +357,19 @@ impl Technique for VoxelMips {
 
     fn update(&mut self, frame: &mut Frame, _scene: &GpuScene, maps: &LightMaps) {
         let Some((voxels, light)) = &self.store else { return };
-        let radiance = self.volume.as_ref().map(|volume| &volume.radiance);
+        let volume = self.volume.as_ref();
+        let radiance = volume.map(|volume| &volume.radiance);
         light.update(frame, voxels, maps, radiance);
         for _ in 0..self.light_settings.bounces.before_the_picture() {
             // Rays see the finest level alone, so mips are for the picture only.
-            if let (None, Some(radiance)) = (&self.rays, radiance) {
-                self.add_mips(frame, radiance);
+            if let (None, Some(volume)) = (&self.rays, volume) {
+                self.add_mips(frame, volume);
             }
             self.add_bounce(frame, voxels, light);
             light.relight(frame, &VoxelRecords::from(voxels), maps, radiance);
         }
-        if let Some(radiance) = radiance {
-            self.add_mips(frame, radiance);
+        if let Some(volume) = volume {
+            self.add_mips(frame, volume);
         }
         if self.light_settings.bounces == Bounces::Feedback {
             self.add_bounce(frame, voxels, light);

@@ -38,6 +38,42 @@ pub fn coarser(finer: &Volume, filter: Filter) -> Volume {
     })
 }
 
+/// All levels down to one texel per face (+x, −x, +y, −y, +z, −z), `finest` first.
+pub fn face_chain(finest: [Volume; 6]) -> Vec<[Volume; 6]> {
+    let mut levels = vec![finest];
+    while let Some(finer) = levels.last().filter(|level| level[0].resolution > 1) {
+        let coarser = coarser_faces(finer.each_ref());
+        levels.push(coarser);
+    }
+    levels
+}
+
+/// The six faces of the next coarser level: of each pair of texels along the face's axis the one that is nearer to who looks at the face, over the other; the mean
+/// of the four (Crassin et al. 2011, section 5.2). Of a level without faces all six are the same.
+pub fn coarser_faces(finer: [&Volume; 6]) -> [Volume; 6] {
+    [0, 1, 2, 3, 4, 5].map(|face| {
+        let (axis, nearer) = (face / 2, 1 - face as u32 % 2);
+        Volume::new((finer[face].resolution / 2).max(1), |texel| {
+            let child = |x, y, z| finer[face].texel((2 * UVec3::from(texel) + UVec3::new(x, y, z)).to_array());
+            columns().map(|[a, b]| over(at_depth(&child, axis, nearer, a, b), at_depth(&child, axis, 1 - nearer, a, b))).into_iter().sum::<DVec4>() / 4.0
+        })
+    })
+}
+
+/// The four columns of the eight children along an axis.
+fn columns() -> [[u32; 2]; 4] {
+    [[0, 0], [1, 0], [0, 1], [1, 1]]
+}
+
+/// The child at a depth along an axis, in column (a, b).
+fn at_depth(child: &impl Fn(u32, u32, u32) -> DVec4, axis: usize, depth: u32, a: u32, b: u32) -> DVec4 {
+    match axis {
+        0 => child(depth, a, b),
+        1 => child(a, depth, b),
+        _ => child(a, b, depth),
+    }
+}
+
 fn box_mean(child: impl Fn(u32, u32, u32) -> DVec4) -> DVec4 {
     pairs().map(|[x, y, z]| child(x, y, z)).into_iter().sum::<DVec4>() / 8.0
 }
@@ -51,14 +87,8 @@ fn directional_mean(child: impl Fn(u32, u32, u32) -> DVec4) -> DVec4 {
     let mut sum = DVec4::ZERO;
     for axis in 0..3 {
         for front in [0, 1] {
-            for [a, b] in [[0, 0], [1, 0], [0, 1], [1, 1]] {
-                // The texel of the pair at depth `depth` along the axis, in column (a, b).
-                let at = |depth: u32| match axis {
-                    0 => child(depth, a, b),
-                    1 => child(a, depth, b),
-                    _ => child(a, b, depth),
-                };
-                sum += over(at(front), at(1 - front));
+            for [a, b] in columns() {
+                sum += over(at_depth(&child, axis, front, a, b), at_depth(&child, axis, 1 - front, a, b));
             }
         }
     }
@@ -116,6 +146,22 @@ mod tests {
         // Along x: 2/3 with nothing; along y and z: two equal layers of 2/3, or nothing.
         let twice = 1.0 - (1.0 / 3.0f64).powi(2);
         assert!(near(levels[2].texel([0, 0, 1]), GLOW * (2.0 / 3.0 + 2.0 * 0.5 * twice) / 3.0));
+    }
+
+    /// A wall of two layers, glowing on the side of −x, stays opaque along its normal and glows to that side alone; across, half of the pairs are opaque.
+    #[test]
+    fn faces_keep_a_wall_and_its_sides() {
+        let (glow, black) = (GLOW, DVec4::new(0.0, 0.0, 0.0, 1.0));
+        let wall = Volume::new(8, |[x, _, _]| [glow, black].get(x.wrapping_sub(4) as usize).copied().unwrap_or_default());
+        let levels = face_chain(std::array::from_fn(|_| wall.clone()));
+        assert_eq!(levels.iter().map(|level| level[0].resolution).collect::<Vec<_>>(), [8, 4, 2, 1]);
+        for (level, texel) in [(1, [2, 1, 1]), (2, [1, 0, 1]), (3, [0; 3])] {
+            let seen = |face: usize| levels[level][face].texel(texel);
+            assert!(near(seen(1), glow) && near(seen(0), black), "level {level}: {} from −x, {} from +x", seen(1), seen(0));
+            assert!(near(levels[1][2].texel([2, 1, 1]), (glow + black) / 2.0) && seen(4).w == seen(2).w);
+        }
+        let thin = face_chain(std::array::from_fn(|_| self::wall(8)));
+        assert!(near(thin[1][0].texel([1, 1, 1]), GLOW) && near(thin[2][1].texel([0, 1, 1]), GLOW) && near(thin[1][2].texel([1, 1, 1]), GLOW / 2.0));
     }
 
     #[test]

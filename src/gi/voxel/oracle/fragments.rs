@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use glam::{DVec2, DVec3};
 
 use super::{Grid, LEAST_COVERAGE, LEAST_WEIGHT, VoxelIndex, corner_of, corners, doubles, material_of, touched_voxels};
+use crate::gi::voxel::Faces;
 use crate::scene::{Material, Scene, Texture};
 
 /// One triangle's part of one voxel.
@@ -54,6 +55,8 @@ pub struct VoxelSum {
     pub coverage: f64,
     /// Share of the emission (sum of red, green and blue) that leaves the front: that of the fragments that face it.
     pub emission_ahead: f64,
+    /// Areas that face along each axis and against it [voxel faces].
+    pub facing: [DVec3; 2],
     /// Share of the surface that is seen from one side: Σ over the axes of the larger of the areas that face along and against it, each at most one face,
     /// over the sum of both. 1 for a sheet or a corner, ½ for a wall with both faces in the voxel.
     pub seen_from_one: f64,
@@ -69,6 +72,15 @@ impl VoxelSum {
     /// The direction that parts the two sides of the surface.
     pub fn front(&self) -> DVec3 {
         self.opposed_axis.map_or_else(|| self.normal.normalize_or_zero(), |axis| DVec3::AXES[axis])
+    }
+
+    /// Opacities of the faces along each axis and against it, 0 to 1: how much of the face is covered by what looks its way, or by all across its axis. With
+    /// `is_binary` that of the most covered one is 1, and the others are in proportion.
+    pub fn face_opacities(&self, faces: Faces, is_binary: bool) -> [DVec3; 2] {
+        let [along, against] = self.facing;
+        let areas = if faces == Faces::Both { [along + against; 2] } else { [along, against] };
+        let most = areas[0].max(areas[1]).max_element();
+        areas.map(|area| (area / if is_binary { most } else { 1.0 }).min(DVec3::ONE))
     }
 }
 
@@ -112,6 +124,7 @@ pub fn resolve(parts: &[Fragment]) -> VoxelSum {
         emission: mean(|part| part.emission),
         coverage: across.max_element().clamp(LEAST_COVERAGE, 1.0),
         emission_ahead: 0.0,
+        facing: [along, against],
         seen_from_one: share(seen_along.max(seen_against)),
         seen_from_both: share(seen_along + seen_against),
         opposed: share(hidden),
