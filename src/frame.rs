@@ -1,7 +1,9 @@
 //! The frame, top to bottom.
 
+use glam::Vec3;
+
 use crate::gi::registry::{Entry, Part, Stage};
-use crate::gi::{Context, IndirectLight, Settings, Technique};
+use crate::gi::{Context, IndirectLight, LitVoxels, Settings, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu};
 use crate::image::{Aov, Image};
 use crate::render::{GBuffer, GpuScene, LightMaps, Output, SET_POSE, read_aov};
@@ -32,6 +34,8 @@ pub struct Renderer<'g> {
     output: Output,
     technique: Box<dyn Technique>,
     settings: FrameSettings,
+    /// Where the camera was last (m).
+    eye: Vec3,
     /// The last frame's answer.
     light: Option<IndirectLight>,
 }
@@ -44,14 +48,15 @@ impl<'g> Renderer<'g> {
 
     /// As [`Renderer::new`], of a scene that is on the device already.
     pub fn of(gpu: &'g Gpu, scene: GpuScene, entry: &Entry, settings: &Settings, frame: FrameSettings) -> Result<(Self, FrameStats), Error> {
-        let context = Context { gpu, scene: &scene, size: frame.size };
+        let eye = scene.eye;
+        let context = Context { gpu, scene: &scene, size: frame.size, eye };
         let mut technique = (entry.make)(&context, settings)?;
         let build = technique.build(&context)?;
         let maps =
             if technique.needs_light_maps() { LightMaps::new(gpu, &scene, frame.shadow_resolution, technique.needs_rsm())? } else { LightMaps::none(gpu)? };
         let gbuffer = GBuffer::new(gpu, &scene, frame.size)?;
         let output = Output::new(gpu, frame.size)?;
-        Ok((Renderer { gpu, scene, maps, gbuffer, output, technique, settings: frame, light: None }, build))
+        Ok((Renderer { gpu, scene, maps, gbuffer, output, technique, settings: frame, eye, light: None }, build))
     }
 
     /// The scene on the device, for another renderer.
@@ -61,19 +66,21 @@ impl<'g> Renderer<'g> {
 
     /// Builds the technique's static structure again.
     pub fn rebuild(&mut self) -> Result<FrameStats, Error> {
-        self.technique.build(&Context { gpu: self.gpu, scene: &self.scene, size: self.settings.size })
+        self.technique.build(&Context { gpu: self.gpu, scene: &self.scene, size: self.settings.size, eye: self.eye })
     }
 
     /// Moves the dynamic models to where they are in the scene that this was made of, after [`Scene::set_time`], and brings the technique's structure up to it.
     pub fn set_pose(&mut self, scene: &Scene) -> Result<FrameStats, Error> {
         let mut stats = self.scene.set_pose(self.gpu, scene)?;
-        stats.append(self.technique.set_pose(&Context { gpu: self.gpu, scene: &self.scene, size: self.settings.size })?);
+        stats.append(self.technique.set_pose(&Context { gpu: self.gpu, scene: &self.scene, size: self.settings.size, eye: self.eye })?);
         Ok(stats)
     }
 
     /// Renders one frame: lights, visible surfaces, world-space store, indirect light, direct light, composite.
     pub fn render(&mut self, camera: &Camera) -> Result<FrameStats, Error> {
         self.scene.set_frame(self.gpu, &self.scene.frame_constants(camera, self.settings.size))?;
+        self.eye = camera.eye;
+        let mut stats = self.technique.set_view(&Context { gpu: self.gpu, scene: &self.scene, size: self.settings.size, eye: self.eye })?;
         let mut frame = Frame::new();
         frame.set_scene(&self.scene.set, &self.scene.materials);
         self.maps.draw(&mut frame, &self.scene);
@@ -83,7 +90,8 @@ impl<'g> Renderer<'g> {
         self.technique.direct(&mut frame, &self.scene, &self.maps, &self.gbuffer, &self.output);
         self.output.draw_composite(&mut frame, &self.gbuffer, &light);
         self.light = Some(light);
-        self.gpu.submit(frame)
+        stats.append(self.gpu.submit(frame)?);
+        Ok(stats)
     }
 
     /// One of the last frame's images.
@@ -95,6 +103,11 @@ impl<'g> Renderer<'g> {
     /// Samples that the cones of the last frame's gather take, by the name of the pass.
     pub fn count_samples(&self) -> Result<Vec<(&'static str, u64)>, Error> {
         self.technique.count_samples(self.gpu, &self.scene, &self.gbuffer)
+    }
+
+    /// The technique's voxels and their light, a piece of the grid each; what is replaced there shows in the next frame.
+    pub fn lit_voxels(&mut self) -> Vec<LitVoxels<'_>> {
+        self.technique.lit_voxels()
     }
 
     /// Counts of the last frame, by name.

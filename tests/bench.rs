@@ -82,6 +82,7 @@ fn stages_have_every_timed_pass_of_every_technique() {
     let presets: Vec<(&str, &str)> = TECHNIQUES.iter().flat_map(|entry| entry.presets.iter().map(|preset| (entry.name, preset.name))).collect();
     runs.extend(presets.iter().map(|(technique, preset)| vec!["--technique", *technique, "--preset", *preset, "--no-reference"]));
     runs.push(vec!["--technique", "voxel-mips", "--preset", "textbook", "--set", "mip_method=blit", "--no-reference"]);
+    runs.push(vec!["--technique", "svo", "--preset", "cones", "--set", "normals=toksvig", "--no-reference"]);
     for (index, run) in runs.iter().enumerate() {
         let folder = folder.path().join(index.to_string());
         let common = ["bundled:glossy", "--size", "16x16", "--frames", "1", "--rebuilds", "1", "--shadow-resolution", "16"];

@@ -352,6 +352,24 @@ fn energy_of_a_furnace() {
     }
 }
 
+/// By normals, a side of a voxel gathers and reflects for itself. Walls that emit from their front alone are seen as bright as they are.
+#[test]
+fn energy_of_a_furnace_by_normals() {
+    let gpu = gpu();
+    let scene = Scene::bundled("furnace", &[("albedo".into(), 0.5), ("emission".into(), 1.0)]).unwrap();
+    let seen = guide(&scene, 32, 32).unwrap();
+    let case = Case { entry: find("svo").unwrap(), preset: Some("cones") };
+    for count in [1, 2, 4] {
+        let pairs = [("resolution", "32"), ("normals", "toksvig"), ("bounces", ["1", "2", "", "4"][count - 1])];
+        let full = shoot(&gpu, &scene, &case, &pairs, frame(32, 32, 16)).unwrap().full;
+        let expected = 2.0 - 0.5f64.powi(count as i32);
+        let most = f64::from(full.pixels.iter().map(|pixel| pixel.max_element()).fold(0.0, f32::max)) / expected;
+        let found = mean(&full, &seen) / expected;
+        println!("{count} bounces by normals: {found:.4} of the closed form, at most {most:.4} of it in a pixel");
+        assert!((found - 1.0).abs() <= 0.1 && most <= 1.02, "{count} bounces: {found}, at most {most}");
+    }
+}
+
 /// The octree's bounces are those of the mips.
 #[test]
 fn bounces_through_the_octree_are_those_through_mips() {

@@ -14,38 +14,12 @@ use lumivox::graph::plan::{Barrier, Use};
 use lumivox::graph::{FrameStats, Gpu};
 use lumivox::image::{Aov, Image};
 use lumivox::render::GpuScene;
-use lumivox::scene::{Keyframe, Light, Model, Motion, Pose, Scene};
+use lumivox::scene::{Light, Pose, Scene};
 use support::hazards::verify;
-use support::scenes::{Corners, in_unit_grid, lump, scene_of, soup};
-use support::technique::{Case, Surfaces, cases, default_cases, frame, small_lights, small_room};
+use support::scenes::{Corners, add_model, in_unit_grid, lump, random_pose, scene_of, soup, still};
+use support::technique::{Case, Surfaces, cases, default_cases, frame, largest_difference, small_lights, small_room};
 use support::voxels::{Read, area, compare_sets, coordinates, mean_normal, oracle_grid, read, unorm10, voxel_settings, voxelize};
 use support::{Random, gpu, read_words};
-
-/// Appends the triangles of another scene as a dynamic model that is at one pose each second.
-fn add_model(scene: &mut Scene, model: Scene, poses: &[Pose]) {
-    let (first_vertex, first_material) = (scene.vertices.len() as u32, scene.materials.len() as u32);
-    let (first_triangle, triangle_count) = (scene.triangles.len() as u32, model.triangles.len() as u32);
-    let keyframes = (0u16..).zip(poses).map(|(second, pose)| Keyframe { time_s: f32::from(second), pose: *pose }).collect();
-    let motion = Some(Motion { first_vertex, rest: model.vertices.clone(), keyframes });
-    scene.models.push(Model { name: format!("model {first_triangle}"), dynamic: true, first_triangle, triangle_count, motion });
-    scene.vertices.extend(model.vertices);
-    scene.materials.extend(model.materials);
-    for mut triangle in model.triangles {
-        triangle.vertices = triangle.vertices.map(|vertex| vertex + first_vertex);
-        triangle.material += first_material;
-        scene.triangles.push(triangle);
-    }
-    scene.set_time(0.0);
-}
-
-fn still(translate: Vec3) -> Pose {
-    Pose { rotate_deg: Vec3::ZERO, translate }
-}
-
-fn random_pose(random: &mut Random, reach: f32) -> Pose {
-    let mut unit3 = |scale: f32| Vec3::from([0; 3].map(|_: u32| scale * (2.0 * random.unit() - 1.0)));
-    Pose { rotate_deg: unit3(180.0), translate: unit3(reach) }
-}
 
 /// The voxels that a scene has by compact index: whose places in memory differ, but not what they hold.
 #[derive(Debug, PartialEq)]
@@ -322,7 +296,7 @@ fn pictures(renderer: &Renderer<'_>) -> Vec<Image> {
     [Aov::Full, Aov::Direct, Aov::Indirect, Aov::Diffuse, Aov::Specular, Aov::Visibility].map(|aov| renderer.aov(aov).unwrap()).to_vec()
 }
 
-/// A renderer that followed a model gives, bit by bit, the pictures of one that was made with the model there: every technique, preset, surface and light.
+/// A renderer that followed a model gives the pictures of one that was made with the model there: every technique, preset, surface and light.
 #[test]
 fn followed_pictures_are_those_of_a_new_renderer() {
     let gpu = gpu();
@@ -330,6 +304,17 @@ fn followed_pictures_are_those_of_a_new_renderer() {
         for (surfaces, (name, light)) in Surfaces::ALL.into_iter().zip(small_lights().into_iter().cycle()) {
             follow(&gpu, &case, surfaces, light, &format!("{}, {surfaces:?}, {name}", case.name()), &[("resolution", "32")]);
         }
+    }
+}
+
+/// Likewise where voxels light each other, and where an update of the octree makes all bricks, those of normals too.
+#[test]
+fn followed_bounces_are_those_of_a_new_renderer() {
+    let gpu = gpu();
+    let (name, light) = small_lights()[0];
+    for case in cases().iter().filter(|case| case.entry.name != "none") {
+        let pairs = [("resolution", "32"), ("bounces", "2"), ("filter", "all"), ("normals", "toksvig")];
+        follow(&gpu, case, Surfaces::Diffuse, light, &format!("{}, two bounces, {name}", case.name()), &pairs);
     }
 }
 
@@ -348,11 +333,16 @@ fn running_averages_are_made_anew() {
     renderer.render(&scene.camera).unwrap();
 }
 
+/// Largest difference of a pixel, over the mean. Bricks hold the same bits, but lie in pools of different size, in which texture coordinates round differently.
+fn rounding(case: &Case) -> f64 {
+    if case.entry.name == "svo" { 1e-4 } else { 0.0 }
+}
+
 fn follow(gpu: &Gpu, case: &Case, surfaces: Surfaces, light: Light, what: &str, pairs: &[(&str, &str)]) {
     let mut scene = moving_room(surfaces, light);
     let settings = case.settings(pairs);
     let (mut follower, _) = Renderer::new(gpu, &scene, case.entry, &settings, frame(24, 16, 64)).unwrap();
-    let mut visited = Vec::new();
+    let (mut visited, mut worst) = (Vec::new(), 0.0f64);
     for time_s in [0.0, 0.4, 1.0, 2.0, 0.4] {
         scene.set_time(time_s);
         follower.set_pose(&scene).unwrap();
@@ -360,17 +350,24 @@ fn follow(gpu: &Gpu, case: &Case, surfaces: Surfaces, light: Light, what: &str, 
         let (mut fresh, _) = Renderer::new(gpu, &scene, case.entry, &settings, frame(24, 16, 64)).unwrap();
         fresh.render(&scene.camera).unwrap();
         let (followed, expected) = (pictures(&follower), pictures(&fresh));
-        let (mut counts, mut fresh_counts) = (follower.counts().unwrap(), fresh.counts().unwrap());
-        counts.sort_unstable();
-        fresh_counts.sort_unstable();
+        // Touched tiles are those of the light before, too.
+        let [counts, fresh_counts] = [&follower, &fresh].map(|renderer| {
+            let mut counts = renderer.counts().unwrap();
+            counts.retain(|(name, _)| *name != "touched_tiles");
+            counts.sort_unstable();
+            counts
+        });
         assert_eq!(counts, fresh_counts, "{what}, {time_s} s");
         for (index, (followed, expected)) in followed.iter().zip(&expected).enumerate() {
-            assert!(followed.pixels == expected.pixels, "{what}, {time_s} s: picture {index} differs");
+            let (difference, allowed) = (largest_difference(followed, expected), rounding(case));
+            assert!(difference <= allowed, "{what}, {time_s} s: picture {index} differs by {difference}");
+            worst = worst.max(difference);
         }
         visited.push(followed);
     }
+    println!("{what}: a pixel differs by {worst:e} of the mean at most");
     assert!(case.entry.name == "none" || visited[0][2].pixels != visited[2][2].pixels, "{what}: the model has to change the light");
-    assert!(visited[1].iter().zip(&visited[4]).all(|(first, again)| first.pixels == again.pixels), "{what}: the second visit");
+    assert!(visited[1].iter().zip(&visited[4]).all(|(first, again)| largest_difference(again, first) <= rounding(case)), "{what}: the second visit");
 }
 
 /// With feedback, static voxels keep what they have gathered when models move, bit by bit, and the others start from nothing; whether or not buffers grow.
@@ -443,11 +440,19 @@ fn static_scenes_pay_nothing() {
         "voxel.index_touched",
         "voxel.continue_lists",
         "voxel_mips.clear_dynamic",
+        "svo.copy_occupancy",
+        "svo.mark_affected",
+        "svo.flag_dynamic",
+        "svo.allocate_dynamic",
+        "svo.flag_texels",
+        "svo.keep_static",
         "scene.set_pose",
     ];
+    let svo_names = ["svo.dynamic_levels", "svo.dynamic_places", "svo.originals", "svo.remade_texels", "svo.affected_tiles"];
     let (_, light) = small_lights()[0];
     for (scene, pays) in [(small_room(Surfaces::Emissive, vec![light]), false), (moving_room(Surfaces::Emissive, light), true)] {
-        for case in cases().iter().filter(|case| case.entry.name != "none") {
+        // A clipmap voxelizes whatever comes into its windows, static or not, and keeps what it needs for that.
+        for case in cases().iter().filter(|case| !["none", "clipmap"].contains(&case.entry.name)) {
             gpu.take_journal();
             let (mut renderer, _) = Renderer::new(&gpu, &scene, case.entry, &case.settings(&[("resolution", "16")]), frame(16, 8, 32)).unwrap();
             renderer.set_pose(&scene).unwrap();
@@ -457,9 +462,12 @@ fn static_scenes_pay_nothing() {
             for name in names {
                 assert_eq!(memory.iter().any(|row| row.starts_with(name)), pays, "{}: {name}", case.name());
             }
-            let has_volume = case.entry.name == "voxel-mips" && case.preset != Some("accurate");
+            let (has_volume, has_octree) = (case.entry.name == "voxel-mips" && case.preset != Some("accurate"), case.entry.name == "svo");
+            for name in svo_names {
+                assert_eq!(memory.iter().any(|row| row.starts_with(name)), pays && has_octree, "{}: {name}", case.name());
+            }
             for pass in passes {
-                let pays = pays && (has_volume || pass != "voxel_mips.clear_dynamic");
+                let pays = pays && (has_volume || pass != "voxel_mips.clear_dynamic") && (has_octree || !pass.starts_with("svo."));
                 assert_eq!(ran.iter().any(|name| name == pass), pays, "{}: {pass}", case.name());
             }
         }
@@ -474,7 +482,7 @@ fn the_planner_covers_every_hazard_of_moving_models() {
     for case in cases() {
         gpu.take_journal();
         let mut scene = moving_room(Surfaces::Emissive, light);
-        let (mut renderer, _) = Renderer::new(&gpu, &scene, case.entry, &case.settings(&[("resolution", "8")]), frame(16, 8, 32)).unwrap();
+        let (mut renderer, _) = Renderer::new(&gpu, &scene, case.entry, &case.settings(&[("resolution", "16")]), frame(16, 8, 32)).unwrap();
         for time_s in [1.0, 2.0, 0.5] {
             scene.set_time(time_s);
             renderer.set_pose(&scene).unwrap();

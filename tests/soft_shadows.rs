@@ -209,6 +209,17 @@ fn crossing(profile: &[f64], share: f64) -> f64 {
     (at as f64 + (share - profile[at]) / (profile[at + 1] - profile[at])) * 2.0 * SEEN_HALF_WIDTH_M / profile.len() as f64
 }
 
+/// Radius of a disc at the light's height that is seen as large from the floor below.
+fn lamp_radius_m(aperture_deg: f32) -> f32 {
+    LIGHT_HEIGHT_M * (0.5 * aperture_deg.to_radians()).tan()
+}
+
+fn traced_profile(scene: &Scene, (width, height): (u32, u32)) -> Vec<f64> {
+    let sampling = Sampling::Fixed { spp: 256 };
+    let settings = reference::Settings { width, height, bounces: Bounces::Count(1), filter: Filter::Center, sampling, seed: 1 };
+    profile(&reference::render(scene, &settings, &|_| {}).unwrap().aov(Aov::Indirect), 4)
+}
+
 /// A cone's penumbra against that of a disc which is seen as large: how far the places of 10% and 90% light are apart, and where there is half. Touched voxels,
 /// the filter's texels and g make the slab larger by up to 2 voxels of 0.033 m, whose shadow is twice as wide.
 #[test]
@@ -216,17 +227,7 @@ fn penumbra_is_that_of_a_light_so_large() {
     let gpu = gpu();
     let size = (COLUMNS, 8);
     for aperture_deg in [5.0f32, 10.0, 20.0] {
-        let tan_half = (0.5 * aperture_deg.to_radians()).tan();
-        let traced = reference::Settings {
-            width: size.0,
-            height: size.1,
-            bounces: Bounces::Count(1),
-            filter: Filter::Center,
-            sampling: Sampling::Fixed { spp: 256 },
-            seed: 1,
-        };
-        let traced = reference::render(&slab_and_floor(None, LIGHT_HEIGHT_M * tan_half), &traced, &|_| {}).unwrap().aov(Aov::Indirect);
-        let traced = profile(&traced, 4);
+        let traced = traced_profile(&slab_and_floor(None, lamp_radius_m(aperture_deg)), size);
         let light = Light::Point { position: Vec3::Y * LIGHT_HEIGHT_M, intensity: Vec3::splat(5.0) };
         for technique in ["voxel-mips", "svo"] {
             let case = Case { entry: find(technique).unwrap(), preset: Some("cones") };
@@ -241,6 +242,24 @@ fn penumbra_is_that_of_a_light_so_large() {
                 panic!("{technique}, {aperture_deg}°: {width} m for {expected} m, half light {middle} m apart");
             }
         }
+    }
+}
+
+/// The shadow of a disc that emits is the gather's: its penumbra against the path-traced one.
+#[test]
+fn penumbra_of_an_emitting_disc_is_the_gathers() {
+    let gpu = gpu();
+    let size = (COLUMNS, 8);
+    let scene = slab_and_floor(None, lamp_radius_m(20.0));
+    let traced = traced_profile(&scene, size);
+    for (technique, preset) in [("voxel-mips", "accurate"), ("voxel-mips", "cones"), ("svo", "accurate")] {
+        let case = Case { entry: find(technique).unwrap(), preset: Some(preset) };
+        let strip = shoot(&gpu, &scene, &case, &[("resolution", "128")], frame(size.0, size.1, 64)).unwrap().indirect;
+        let gathered = profile(&strip, 4);
+        let [width, expected] = [&gathered, &traced].map(|profile| crossing(profile, 0.9) - crossing(profile, 0.1));
+        let middle = crossing(&gathered, 0.5) - crossing(&traced, 0.5);
+        println!("{}: 10% to 90% in {width:.3} m, path-traced {expected:.3} m; half light {middle:+.3} m apart", case.name());
+        assert!((width / expected - 1.0).abs() <= 0.6 && middle.abs() <= 0.15, "{}: {gathered:.3?}\n{traced:.3?}", case.name());
     }
 }
 

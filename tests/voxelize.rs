@@ -147,7 +147,7 @@ fn techniques_agree() {
     for entry in TECHNIQUES {
         let Some(list_voxels) = entry.voxels else { continue };
         let settings = entry.settings(None, &["resolution=32"]).unwrap();
-        lists.push((entry.name, list_voxels(&Context { gpu: &gpu, scene: &gpu_scene, size: [1; 2] }, &settings).unwrap()));
+        lists.push((entry.name, list_voxels(&Context { gpu: &gpu, scene: &gpu_scene, size: [1; 2], eye: glam::Vec3::ZERO }, &settings).unwrap()));
     }
     assert!(!lists.is_empty());
     let set = |list: &VoxelList| list.voxels.iter().map(|voxel| voxel.index).collect::<BTreeSet<_>>();

@@ -9,14 +9,17 @@ use lumivox::frame::FrameSettings;
 use lumivox::gi::registry::{Entry, find};
 use lumivox::measure::bench::{BenchSettings, Case, Truth, cases, measure};
 use lumivox::measure::chart::Chart;
-use lumivox::measure::report::{ReferenceInfo, Report};
+use lumivox::measure::report::Report;
 use lumivox::measure::{directions_chart, error_chart, memory_chart, motion_chart, passes_chart, stages_chart, structures_chart, table};
 use lumivox::metrics::Channel;
-use lumivox::reference::{Bounces, Filter, ReferenceError, Sampling, Settings, cache_dir, cached, guide};
+use lumivox::reference::{Bounces, guide};
 use lumivox::scene::{LoadOptions, Scene};
 
 use super::CliError;
-use super::common::{DeviceArgs, ShadowArgs, TimingArgs, chart_stem, check_output, check_output_folder, parse_channel, parse_size, progress_bar, say, stems};
+use super::common::{
+    DeviceArgs, ShadowArgs, TimingArgs, chart_stem, check_max_error, check_output, check_output_folder, parse_channel, parse_size, progress_bar, reference,
+    reference_failed, say, stems,
+};
 
 /// Measure techniques, presets and resolutions: time per pass, memory, error against the path-traced reference.
 #[derive(clap::Args)]
@@ -73,9 +76,7 @@ pub(crate) struct Args {
 
 /// Loads everything, then measures case by case.
 pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
-    if !(args.max_error.is_finite() && args.max_error > 0.0) {
-        return Err(CliError::input(format!("--max-error is {}; it must be above 0", args.max_error)));
-    }
+    check_max_error(args.max_error)?;
     if let Some(time_s) = args.times.iter().find(|time_s| !time_s.is_finite()) {
         return Err(CliError::input(format!("--times has {time_s}; it must be a number of seconds")));
     }
@@ -157,17 +158,9 @@ fn bench_scene(args: &Args, scene: &Scene, cases: &[Case], settings: &BenchSetti
 
 /// The reference, or what is seen alone.
 fn truth(args: &Args, scene: &Scene, bounces: Bounces) -> Result<Truth, CliError> {
-    let failed = |error: ReferenceError| match error {
-        ReferenceError::CacheDir { .. } => CliError::failed(error),
-        ReferenceError::Setting { .. } | ReferenceError::Scene { .. } => CliError::input(error),
-    };
     let (width, height) = args.size;
     if args.no_reference {
-        return Ok(Truth { guide: guide(scene, width, height).map_err(failed)?, indirect: None });
+        return Ok(Truth { guide: guide(scene, width, height).map_err(reference_failed)?, indirect: None });
     }
-    let sampling = Sampling::Adaptive { max_error: args.max_error as f32, max_spp: 4096 };
-    let settings = Settings { width, height, bounces, filter: Filter::Center, sampling, seed: 0 };
-    let image = cached(scene, &settings, &cache_dir(), &|_| {}).map_err(failed)?;
-    let info = ReferenceInfo { bounces, samples_per_pixel: image.mean_samples(), pixel_noise: f64::from(image.indirect_error().pixel) };
-    Ok(Truth { indirect: Some((image.indirect(), info)), guide: image.guide })
+    reference(scene, args.size, bounces, args.max_error)
 }

@@ -10,10 +10,10 @@ use lumivox::gi::Settings;
 use lumivox::gi::registry::{Entry, find};
 use lumivox::graph::DeviceChoice;
 use lumivox::image::{Aov, Image, write_exr, write_png};
-use lumivox::measure::bench::choose_timing;
-use lumivox::measure::report::Timing;
+use lumivox::measure::bench::{Truth, choose_timing};
+use lumivox::measure::report::{ReferenceInfo, Timing};
 use lumivox::metrics::Channel;
-use lumivox::reference::MAX_SIZE_PX;
+use lumivox::reference::{self, Bounces, Filter, MAX_SIZE_PX, ReferenceError, Sampling, cache_dir, cached};
 use lumivox::scene::{LoadOptions, Scene};
 
 use super::CliError;
@@ -187,6 +187,28 @@ pub(super) struct ShadowArgs {
     pub(super) shadow_resolution: u32,
 }
 
+/// The reference's indirect light, from the cache where it is there.
+pub(super) fn reference(scene: &Scene, (width, height): (u32, u32), bounces: Bounces, max_error: f64) -> Result<Truth, CliError> {
+    let sampling = Sampling::Adaptive { max_error: max_error as f32, max_spp: 4096 };
+    let settings = reference::Settings { width, height, bounces, filter: Filter::Center, sampling, seed: 0 };
+    let image = cached(scene, &settings, &cache_dir(), &|_| {}).map_err(reference_failed)?;
+    let info = ReferenceInfo { bounces, samples_per_pixel: image.mean_samples(), pixel_noise: f64::from(image.indirect_error().pixel) };
+    Ok(Truth { indirect: Some((image.indirect(), info)), guide: image.guide })
+}
+
+/// Whose fault it is that there is no reference.
+pub(super) fn reference_failed(error: ReferenceError) -> CliError {
+    match error {
+        ReferenceError::CacheDir { .. } => CliError::failed(error),
+        ReferenceError::Setting { .. } | ReferenceError::Scene { .. } => CliError::input(error),
+    }
+}
+
+/// An error unless the reference's noise can be brought below this.
+pub(super) fn check_max_error(max_error: f64) -> Result<(), CliError> {
+    check_positive("--max-error", Some(max_error as f32))
+}
+
 /// Prints a line. That nobody reads it any more is no failure of the work.
 pub(super) fn say(line: &str) {
     let _ = writeln!(std::io::stdout(), "{line}");
@@ -257,15 +279,6 @@ pub(super) fn parse_channel(text: &str) -> Result<Channel, String> {
     }
 }
 
-/// A bar on stderr, where that is a terminal.
-pub(super) fn progress_bar(quiet: bool, steps: usize) -> ProgressBar {
-    if quiet {
-        return ProgressBar::hidden();
-    }
-    let style = ProgressStyle::with_template("{msg:12} {bar:40} {pos}/{len} {elapsed} (about {eta} left)").unwrap_or_else(|_| ProgressStyle::default_bar());
-    ProgressBar::new(steps as u64).with_style(style)
-}
-
 /// Where the files of each scene go, without what follows the scene's name.
 pub(super) fn stems<'n>(scenes: impl Iterator<Item = &'n str>, folder: &Path) -> Vec<PathBuf> {
     let mut names: Vec<String> = Vec::new();
@@ -285,4 +298,13 @@ pub(super) fn chart_stem(stem: &Path, what: &str) -> PathBuf {
     let mut name = stem.file_name().unwrap_or_default().to_owned();
     name.push(format!("-{what}"));
     stem.with_file_name(name)
+}
+
+/// A bar on stderr, where that is a terminal.
+pub(super) fn progress_bar(quiet: bool, steps: usize) -> ProgressBar {
+    if quiet {
+        return ProgressBar::hidden();
+    }
+    let style = ProgressStyle::with_template("{msg:12} {bar:40} {pos}/{len} {elapsed} (about {eta} left)").unwrap_or_else(|_| ProgressStyle::default_bar());
+    ProgressBar::new(steps as u64).with_style(style)
 }

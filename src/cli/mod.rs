@@ -5,9 +5,11 @@ mod chart;
 mod common;
 mod compare;
 mod devices;
+mod explain;
 mod reference;
 mod render;
 mod scene;
+mod stress;
 mod techniques;
 mod voxelize;
 
@@ -58,6 +60,8 @@ enum Command {
     Techniques(techniques::Args),
     Reference(reference::Args),
     Compare(compare::Args),
+    Explain(Box<explain::Args>),
+    Stress(Box<stress::Args>),
     Voxelize(voxelize::Args),
     Devices(devices::Args),
 }
@@ -75,6 +79,8 @@ pub(crate) fn run() -> ExitCode {
         Command::Techniques(args) => techniques::run(&args),
         Command::Reference(args) => reference::run(&args, cli.quiet),
         Command::Compare(args) => compare::run(&args),
+        Command::Explain(args) => explain::run(&args, cli.quiet),
+        Command::Stress(args) => stress::run(&args, cli.quiet),
         Command::Voxelize(args) => voxelize::run(&args, cli.quiet),
         Command::Devices(args) => devices::run(&args),
     };

@@ -41,7 +41,7 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     let scene = args.scene.open()?;
     let gpu = Gpu::new(&GpuOptions { device: args.device.choice(), ..GpuOptions::default() }).map_err(CliError::failed)?;
     let gpu_scene = GpuScene::new(&gpu, &scene).map_err(CliError::failed)?;
-    let voxels = list_voxels(&Context { gpu: &gpu, scene: &gpu_scene, size: [1; 2] }, &settings).map_err(CliError::failed)?;
+    let voxels = list_voxels(&Context { gpu: &gpu, scene: &gpu_scene, size: [1; 2], eye: glam::Vec3::ZERO }, &settings).map_err(CliError::failed)?;
     voxels.write(&args.output, &scene.name, entry.name).map_err(CliError::failed)?;
     if !quiet {
         let (grid, origin) = (&voxels.grid, voxels.grid.origin.to_array());

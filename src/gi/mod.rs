@@ -3,6 +3,7 @@
 //! A technique answers one question: given the G-buffer, what are, at each pixel, the indirect diffuse irradiance, the indirect specular radiance and the
 //! ambient visibility ([`IndirectLight`])? It keeps its own world-space store between frames. All techniques are rows of [`registry::TECHNIQUES`].
 
+pub mod clipmap;
 pub mod cone;
 pub mod interleave;
 pub mod none;
@@ -14,6 +15,9 @@ pub mod voxel_mips;
 
 pub use crate::render::IndirectLight;
 pub use settings::{SettingError, Settings};
+pub use voxel::LitVoxels;
+
+use glam::Vec3;
 
 use crate::graph::{Error, Frame, FrameStats, Gpu};
 use crate::render::{GBuffer, GpuScene, LightMaps, Output};
@@ -27,6 +31,8 @@ pub struct Context<'c> {
     pub scene: &'c GpuScene,
     /// Width and height of the pictures (px).
     pub size: [u32; 2],
+    /// Where the camera is (m).
+    pub eye: Vec3,
 }
 
 /// One complete way to compute indirect light.
@@ -38,6 +44,11 @@ pub trait Technique {
     /// Brings what was built up to the dynamic models of the scene, after they have moved; in a scene without any, there is nothing to do.
     fn set_pose(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
         if context.scene.dynamic.is_some() { self.build(context) } else { Ok(FrameStats::default()) }
+    }
+
+    /// Brings what was built up to the camera, before each frame; what does not depend on it has nothing to do.
+    fn set_view(&mut self, _context: &Context<'_>) -> Result<FrameStats, Error> {
+        Ok(FrameStats::default())
     }
 
     /// Whether `update` reads reflective shadow maps, or shadow maps suffice.
@@ -63,6 +74,11 @@ pub trait Technique {
     /// None where nothing traces cones.
     fn count_samples(&self, _gpu: &Gpu, _scene: &GpuScene, _gbuffer: &GBuffer) -> Result<Vec<(&'static str, u64)>, Error> {
         Ok(Vec::new())
+    }
+
+    /// Its voxels and their light, a piece of the grid each, so that an error budget can read and replace them. None where it has no voxels.
+    fn lit_voxels(&mut self) -> Vec<LitVoxels<'_>> {
+        Vec::new()
     }
 
     /// Counts for the report, by name; some are read back from the device.

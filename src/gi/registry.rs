@@ -2,7 +2,7 @@
 
 use super::settings::{Preset, Setting, SettingError, Settings};
 use super::voxel::VoxelList;
-use super::{Context, Technique, none, svo, voxel_mips};
+use super::{Context, Technique, clipmap, none, svo, voxel_mips};
 use crate::graph::{Error, Pass};
 use crate::shader::Field;
 
@@ -28,6 +28,8 @@ pub struct Entry {
     pub stages: &'static [&'static Stage],
     /// The passes that gather along directions.
     pub directions: &'static [Directions],
+    /// What an error budget tries in place of parts of it, in groups.
+    pub substitutions: &'static [&'static [Substitution]],
     /// Lists the voxels that it makes of a scene; `None` where it has none.
     pub voxels: Option<ListVoxels>,
     /// Makes it.
@@ -65,6 +67,16 @@ pub struct Directions {
     pub count: Option<fn(&Settings) -> u32>,
 }
 
+/// An approximation of a technique that its own settings can replace by a better one, so that the error that goes with it can be told apart.
+pub struct Substitution {
+    /// What is replaced.
+    pub name: &'static str,
+    /// By what, in one line.
+    pub help: &'static str,
+    /// `KEY=VALUE` pairs to set on top of these settings; none where it is as good already.
+    pub pairs: fn(&Settings) -> Vec<String>,
+}
+
 /// Makes a technique with these settings.
 pub type Make = fn(&Context<'_>, &Settings) -> Result<Box<dyn Technique>, Error>;
 
@@ -72,7 +84,7 @@ pub type Make = fn(&Context<'_>, &Settings) -> Result<Box<dyn Technique>, Error>
 pub type ListVoxels = fn(&Context<'_>, &Settings) -> Result<VoxelList, Error>;
 
 /// All techniques.
-pub static TECHNIQUES: &[&Entry] = &[&none::ENTRY, &voxel_mips::ENTRY, &svo::ENTRY];
+pub static TECHNIQUES: &[&Entry] = &[&none::ENTRY, &voxel_mips::ENTRY, &svo::ENTRY, &clipmap::ENTRY];
 
 /// There is no technique of this name.
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]

@@ -168,6 +168,14 @@ impl Settings {
         self.values.iter().map(|(name, value)| (*name, *value))
     }
 
+    /// The value of a whole-number setting; `None` where the technique has none of this name.
+    pub fn find_count(&self, name: &str) -> Option<u32> {
+        match self.values.get(name) {
+            Some(Value::Count(value)) => Some(*value),
+            _ => None,
+        }
+    }
+
     /// The value of a whole-number setting that the technique has.
     pub fn count(&self, name: &str) -> u32 {
         match self.values.get(name) {

@@ -188,7 +188,7 @@ fn motion(renderer: &mut Renderer<'_>, scene: &Scene, settings: &BenchSettings) 
 }
 
 /// Frames before those that are measured: one, but where each frame adds a bounce so many that ¾ to this power, 1% of the light, is left.
-fn warm_up_frames(case: &Case) -> u32 {
+pub(super) fn warm_up_frames(case: &Case) -> u32 {
     if (case.entry.bounces)(&case.settings).is_some() { 1 } else { 16 }
 }
 

@@ -2,10 +2,12 @@
 
 pub mod bench;
 pub mod chart;
+pub mod explain;
 mod figures;
 mod profile;
 pub mod report;
 pub mod stages;
+pub mod stress;
 pub mod sweep;
 pub mod table;
 

@@ -23,6 +23,7 @@ mod path;
 mod render;
 mod result;
 mod sampler;
+mod substitute;
 mod texture;
 mod world;
 
@@ -31,6 +32,7 @@ use std::path::PathBuf;
 pub use self::cache::{cache_dir, cached};
 pub use self::render::{guide, render};
 pub use self::result::{ReferenceImage, StandardError};
+pub use self::substitute::{LitPoint, SurfacePoint, gather, light_surfaces, surface_area_m2};
 use crate::scene::Scene;
 
 /// How many times light goes from surface to surface (or from the environment to one), the last time to the one that is seen. Light of the analytic

@@ -71,7 +71,7 @@ fn batch_spp(sampling: Sampling) -> u32 {
 }
 
 /// The camera with its basis worked out: [`crate::scene::Camera::ray_direction`] for many rays.
-struct PixelCamera {
+pub(super) struct PixelCamera {
     eye: Vec3,
     corner: Vec3,
     per_x_px: Vec3,
@@ -80,7 +80,7 @@ struct PixelCamera {
 }
 
 impl PixelCamera {
-    fn new(scene: &Scene, settings: &Settings) -> Self {
+    pub(super) fn new(scene: &Scene, settings: &Settings) -> Self {
         let camera = &scene.camera;
         let [right, up, forward] = camera.basis();
         let tan_y = (0.5 * camera.vfov_deg.to_radians()).tan();
@@ -94,7 +94,7 @@ impl PixelCamera {
         }
     }
 
-    fn ray(&self, x_px: f32, y_px: f32) -> Ray {
+    pub(super) fn ray(&self, x_px: f32, y_px: f32) -> Ray {
         let direction = (self.corner + self.per_x_px * x_px + self.per_y_px * y_px).normalize();
         Ray { origin: self.eye, direction, leaves: NO_TRIANGLE }
     }

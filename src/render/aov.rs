@@ -50,7 +50,7 @@ fn image_of(gbuffer: &GBuffer, pixels: impl Iterator<Item = Vec3>) -> Image {
 }
 
 /// IEEE 754 binary16 to binary32.
-fn float_from_half(half: u16) -> f32 {
+pub(crate) fn float_from_half(half: u16) -> f32 {
     let magnitude = i32::from(half & 0x7fff);
     let value = match magnitude >> 10 {
         0 => magnitude as f32 * 0.5f32.powi(24),

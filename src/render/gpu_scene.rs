@@ -80,6 +80,30 @@ impl TextureUse {
     }
 }
 
+/// At most [`CLUSTER`] consecutive triangles of one material.
+struct Cluster {
+    triangles: Batch,
+    /// Smallest and largest corner (m) of the box around them.
+    bounds: (Vec3, Vec3),
+}
+
+/// Triangles of a cluster.
+const CLUSTER: usize = 64;
+
+fn clusters(scene: &Scene) -> Vec<Cluster> {
+    let of_batch = |batch: Batch| {
+        let first = batch.first_triangle as usize;
+        let triangles = scene.triangles[first..][..batch.triangle_count as usize].chunks(CLUSTER);
+        triangles.enumerate().map(move |(index, triangles)| {
+            let corners = triangles.iter().flat_map(|triangle| triangle.vertices).map(|vertex| Vec3::from(scene.vertices[vertex as usize].position));
+            let bounds = corners.map(|corner| (corner, corner)).reduce(union).unwrap_or_default();
+            let first_triangle = (first + CLUSTER * index) as u32;
+            Cluster { triangles: Batch { material: batch.material, first_triangle, triangle_count: triangles.len() as u32 }, bounds }
+        })
+    };
+    scene.batches().into_iter().flat_map(of_batch).collect()
+}
+
 /// A scene's buffers and textures on the device.
 pub struct GpuScene {
     /// Set 0.
@@ -88,6 +112,8 @@ pub struct GpuScene {
     pub materials: MaterialSets,
     /// Triangle ranges by material.
     pub batches: Vec<Batch>,
+    /// Runs of triangles, and where they are.
+    clusters: Vec<Cluster>,
     /// Which textures each material has.
     pub texture_use: Vec<TextureUse>,
     /// Some surface emits.
@@ -100,6 +126,8 @@ pub struct GpuScene {
     pub bounds: (Vec3, Vec3),
     /// Dynamic geometry, where there is any.
     pub dynamic: Option<DynamicGeometry>,
+    /// Where its own camera is (m).
+    pub eye: Vec3,
     /// The lights.
     pub lights: Vec<Light>,
     /// Radiance of the environment (W/(m² sr)).
@@ -172,12 +200,14 @@ impl GpuScene {
             set,
             materials: material_sets(gpu, scene)?,
             batches: scene.batches(),
+            clusters: clusters(scene),
             texture_use: scene.materials.iter().map(TextureUse::of).collect(),
             is_emissive: scene.is_emissive(),
             is_glossy: scene.is_glossy(),
             largest_emission,
             bounds: scene.static_bounds().or(motion_bounds).unwrap_or((Vec3::ZERO, Vec3::ONE)),
             dynamic,
+            eye: scene.camera.eye,
             lights: scene.lights.clone(),
             environment: scene.environment,
             frame_uniform,
@@ -203,6 +233,25 @@ impl GpuScene {
     /// Whether the triangles of a material are of a dynamic model.
     pub fn is_dynamic(&self, material: u32) -> bool {
         self.dynamic.as_ref().is_some_and(|dynamic| dynamic.materials[material as usize])
+    }
+
+    /// The triangles that can touch a box (m), by runs of one material; some others are among them.
+    pub fn triangles_in(&self, low: Vec3, high: Vec3) -> Vec<Batch> {
+        let mut found: Vec<Batch> = Vec::new();
+        for Cluster { triangles, bounds } in &self.clusters {
+            let moving = self.dynamic.as_ref().filter(|_| self.is_dynamic(triangles.material));
+            let (cluster_low, cluster_high) = moving.map_or(*bounds, |dynamic| dynamic.bounds);
+            if cluster_low.cmpgt(high).any() || cluster_high.cmplt(low).any() {
+                continue;
+            }
+            match found.last_mut() {
+                Some(run) if run.material == triangles.material && run.first_triangle + run.triangle_count == triangles.first_triangle => {
+                    run.triangle_count += triangles.triangle_count;
+                }
+                _ => found.push(*triangles),
+            }
+        }
+        found
     }
 
     /// Smallest and largest corner (m) of all that light can fall on, at any time.

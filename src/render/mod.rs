@@ -6,6 +6,7 @@ mod gbuffer;
 mod gpu_scene;
 pub mod light_views;
 
+pub(crate) use aov::float_from_half;
 pub use aov::read_aov;
 pub use direct::{COMPOSITE, DIRECT, IndirectLight, Output};
 pub(crate) use direct::{screen_groups, screen_image};

@@ -87,15 +87,20 @@ pub fn grow(gpu: &Gpu, voxels: &Texels, resolution: u32, settings: BrickSettings
     (nodes, bricks)
 }
 
-/// Fills the bricks of an octree over voxels of these values.
-pub fn shine(gpu: &Gpu, nodes: &NodePool, bricks: &mut BrickPool, voxels: &Texels) {
-    let packed = |voxel: VoxelIndex| {
-        let value = voxels[&voxel];
+/// Radiance and opacity of voxels of these values, as half floats; two words each, at least four.
+pub fn packed_radiance(values: impl Iterator<Item = DVec4>) -> Vec<u32> {
+    let packed = |value: DVec4| {
         let [r, g, b, a] = (value.truncate() / value.w).extend(value.w).to_array().map(|value| u32::from(to_half(value)));
         [r | g << 16, b | a << 16]
     };
-    let mut radiance: Vec<u32> = compact_order(voxels.keys().copied()).into_iter().flat_map(packed).collect();
+    let mut radiance: Vec<u32> = values.flat_map(packed).collect();
     radiance.resize(radiance.len().max(4), 0);
+    radiance
+}
+
+/// Fills the bricks of an octree over voxels of these values.
+pub fn shine(gpu: &Gpu, nodes: &NodePool, bricks: &mut BrickPool, voxels: &Texels) {
+    let radiance = packed_radiance(compact_order(voxels.keys().copied()).into_iter().map(|voxel| voxels[&voxel]));
     let mut frame = Frame::new();
     bricks.update(&mut frame, nodes, &words(gpu, "radiance", &radiance));
     gpu.submit(frame).unwrap();

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 use lumivox::render::GpuScene;
-use lumivox::scene::{LoadOptions, Material, Scene, Triangle, Vertex};
+use lumivox::scene::{Keyframe, LoadOptions, Material, Model, Motion, Pose, Scene, Triangle, Vertex};
 
 use super::Random;
 
@@ -90,4 +90,32 @@ pub fn lump(count: u32, resolution: u32) -> Vec<Corners> {
     };
     let quad = |(i, j)| [[point(i, j), point(i + 1, j), point(i + 1, j + 1)], [point(i, j), point(i + 1, j + 1), point(i, j + 1)]];
     (0..count).flat_map(|i| (0..2 * count).map(move |j| (i, j))).flat_map(quad).collect()
+}
+
+/// Appends the triangles of another scene as a dynamic model that is at one pose each second.
+pub fn add_model(scene: &mut Scene, model: Scene, poses: &[Pose]) {
+    let (first_vertex, first_material) = (scene.vertices.len() as u32, scene.materials.len() as u32);
+    let (first_triangle, triangle_count) = (scene.triangles.len() as u32, model.triangles.len() as u32);
+    let keyframes = (0u16..).zip(poses).map(|(second, pose)| Keyframe { time_s: f32::from(second), pose: *pose }).collect();
+    let motion = Some(Motion { first_vertex, rest: model.vertices.clone(), keyframes });
+    scene.models.push(Model { name: format!("model {first_triangle}"), dynamic: true, first_triangle, triangle_count, motion });
+    scene.vertices.extend(model.vertices);
+    scene.materials.extend(model.materials);
+    for mut triangle in model.triangles {
+        triangle.vertices = triangle.vertices.map(|vertex| vertex + first_vertex);
+        triangle.material += first_material;
+        scene.triangles.push(triangle);
+    }
+    scene.set_time(0.0);
+}
+
+/// The model as it is made, moved.
+pub fn still(translate: Vec3) -> Pose {
+    Pose { rotate_deg: Vec3::ZERO, translate }
+}
+
+/// Turned in any way, and up to `reach` away along each axis.
+pub fn random_pose(random: &mut Random, reach: f32) -> Pose {
+    let mut unit3 = |scale: f32| Vec3::from([0; 3].map(|_: u32| scale * (2.0 * random.unit() - 1.0)));
+    Pose { rotate_deg: unit3(180.0), translate: unit3(reach) }
 }

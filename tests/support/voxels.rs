@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use glam::{DVec2, DVec3};
 use lumivox::gi::voxel::oracle::{Grid, VoxelIndex, candidates};
 use lumivox::gi::voxel::passes::Voxel;
-use lumivox::gi::voxel::{Accumulation, Method, VoxelGrid, VoxelSettings, Voxelizer, Voxels};
+use lumivox::gi::voxel::{Accumulation, Method, Surface, VoxelGrid, VoxelSettings, Voxelizer, Voxels};
 use lumivox::graph::Gpu;
 use lumivox::render::GpuScene;
 use lumivox::scene::Scene;
@@ -15,7 +15,7 @@ use super::read_words;
 
 /// Exact accumulation, coverage as opacity.
 pub fn voxel_settings(resolution: u32, method: Method) -> VoxelSettings {
-    VoxelSettings { resolution, method, accumulation: Accumulation::Exact, coverage: true, faces: None }
+    VoxelSettings { resolution, method, accumulation: Accumulation::Exact, surface: Surface::Conservative, coverage: true, faces: None }
 }
 
 /// The contents of [`Voxels`].
@@ -144,7 +144,12 @@ pub const ROUNDING: f64 = 1e-3;
 
 /// Compares occupied voxels with the oracle's; an error names a voxel that is missing or too many beyond rounding.
 pub fn compare_sets(occupied: &BTreeSet<VoxelIndex>, scene: &Scene, grid: &Grid) -> Result<SetDifference, String> {
-    let separations = separations(scene, grid);
+    compare_surfaces(occupied, scene, grid, Surface::Conservative)
+}
+
+/// The same of either kind of surface.
+pub fn compare_surfaces(occupied: &BTreeSet<VoxelIndex>, scene: &Scene, grid: &Grid, surface: Surface) -> Result<SetDifference, String> {
+    let separations = separations(scene, grid, surface);
     let oracle: BTreeSet<VoxelIndex> = separations.iter().filter(|(_, separation)| **separation <= 0.0).map(|(voxel, _)| *voxel).collect();
     let mut difference = SetDifference { oracle: oracle.len(), ..SetDifference::default() };
     for voxel in occupied.symmetric_difference(&oracle) {
@@ -161,10 +166,10 @@ pub fn compare_sets(occupied: &BTreeSet<VoxelIndex>, scene: &Scene, grid: &Grid)
 }
 
 /// The least separation of each voxel near a triangle from any triangle.
-pub fn separations(scene: &Scene, grid: &Grid) -> BTreeMap<VoxelIndex, f64> {
+pub fn separations(scene: &Scene, grid: &Grid, surface: Surface) -> BTreeMap<VoxelIndex, f64> {
     let of = |index: usize| {
         let corners = scene.triangles[index].vertices.map(|vertex| grid.position(scene.vertices[vertex as usize].position));
-        candidates(corners, grid.resolution, ROUNDING).into_iter().filter(|near| near.separation <= ROUNDING).collect::<Vec<_>>()
+        candidates(corners, grid.resolution, ROUNDING, surface).into_iter().filter(|near| near.separation <= ROUNDING).collect::<Vec<_>>()
     };
     let all: Vec<_> = (0..scene.triangles.len()).into_par_iter().flat_map_iter(of).collect();
     let mut least = BTreeMap::new();

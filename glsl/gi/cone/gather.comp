@@ -8,10 +8,14 @@ layout(set = 1, binding = 0) uniform texture2D view_depth;
 layout(set = 1, binding = 1) uniform utexture2D normals;
 layout(std430, set = 1, binding = 2) readonly buffer Cones { vec4 cones[]; };   // sin²θ, φ [rad], tan(γ/2), weight; weights sum to 1
 layout(set = 1, binding = 3, rgba32f) uniform restrict image2D indirect_diffuse;
-#ifdef SVO
+#if defined(SVO)
 layout(std430, set = 1, binding = 4) restrict readonly buffer Nodes { uint nodes[]; };
 layout(set = 1, binding = 5) uniform texture3D bricks;
 layout(set = 1, binding = 6) uniform texture3D normals_of_bricks;
+#elif defined(CLIPMAP)
+layout(std430, set = 1, binding = 4) restrict readonly buffer Levels { vec4 levels[]; };
+layout(set = 1, binding = 5) uniform texture3D clipmap;
+layout(set = 1, binding = 6) uniform texture3D top;
 #else
 layout(set = 1, binding = 4) uniform texture3D voxels;
 layout(set = 1, binding = 5) uniform utexture3D matter;
@@ -29,7 +33,7 @@ layout(push_constant) uniform ConeParams {
     float height_clamp;
     float max_distance;
     float ao_falloff;
-    float start_offset;   // of the cones' origin along the geometric normal [voxels]
+    float start_offset;   // of the cones' origin along the geometric normal [voxels of the finest level there]
     uint first_cone;      // of this dispatch, which adds to what those before it left
     uint end_cone;
     uint interleave;      // n: the set is rotated differently in each pixel of an n×n tile
@@ -51,7 +55,9 @@ void main() {
         return;
     }
     MarchSettings settings = MarchSettings(params.resolution, params.step_factor, params.opacity_exponent, params.height_clamp, params.max_distance, params.grid.w, params.ao_falloff);
-    vec3 origin = (surface.position_ws - params.grid.xyz) / params.grid.w + params.start_offset * surface.geometric_normal;
+    vec3 receiver = (surface.position_ws - params.grid.xyz) / params.grid.w;
+    float start_offset = params.start_offset * least_diameter(receiver);
+    vec3 origin = receiver + start_offset * surface.geometric_normal;
     mat3 around = frame_around(surface.shading_normal);
     vec2 offset = params.interleave > 1u ? interleaved_offset(pixel, params.interleave) : vec2(0.5, 0.0);
     bool adds = params.first_cone > 0u;
@@ -61,7 +67,7 @@ void main() {
         vec4 cone = cones[i];
         vec3 direction = hemisphere_direction(around, cone.x + (offset.x - 0.5) * params.jitter, cone.y + offset.y * 2.0 * PI);
         float cosine = max(dot(direction, surface.geometric_normal), 0.0);
-        ConeResult result = march_cone(origin, direction, cone.z, params.start_offset, cosine, settings);
+        ConeResult result = march_cone(origin, direction, cone.z, start_offset, cosine, settings);
         vec3 irradiance = params.is_occlusion != 0u ? vec3(0.0) : PI * result.radiance;
         sum += COUNT_SAMPLES ? vec4(result.samples, 0.0, 0.0, 0.0) : cone.w * vec4(irradiance, result.visibility);
     }

@@ -3,8 +3,10 @@
 #define LUMIVOX_MARCH
 
 #include "shared/frame.glsl"
-#ifdef SVO
+#if defined(SVO)
 #include "gi/svo/sample.glsl"
+#elif defined(CLIPMAP)
+#include "gi/clipmap/sample.glsl"
 #else
 #include "gi/cone/dense.glsl"
 #endif
@@ -48,10 +50,11 @@ struct Step {
     float stride;            // [voxels]
 };
 
-// The step that begins at distance t. It is centred on its sample, whose diameter belongs to the sample's own distance: d/2 β further on.
-Step step_at(float t, Cone cone, float step_factor) {
-    float centre = max(t * cone.spread, t + 0.5 * step_factor);
-    float diameter = max(min(centre * cone.widening, cone.least_width + centre * cone.width_rate), 1.0);
+// The step that begins at distance t, where samples have at least a diameter `least`. It is centred on its sample, whose diameter belongs to the sample's own
+// distance: d/2 β further on.
+Step step_at(float t, Cone cone, float step_factor, float least) {
+    float centre = max(t * cone.spread, t + 0.5 * step_factor * least);
+    float diameter = max(min(centre * cone.widening, cone.least_width + centre * cone.width_rate), least);
     float stride = step_factor * diameter;
     return Step(t + 0.5 * stride, diameter, stride);
 }
@@ -67,7 +70,7 @@ ConeResult march_cone(vec3 origin, vec3 direction, float tan_half, float height,
     vec3 radiance = vec3(0.0);
     float through = 1.0, occlusion = 0.0, t = 0.0, samples = 0.0;
     while (t < end && through > 0.005) {
-        Step at = step_at(t, cone, m.step_factor);
+        Step at = step_at(t, cone, m.step_factor, least_diameter(origin + t * direction));
         // Samples of empty space add nothing. They have a loop of their own, so that lanes wait for each other and then sample matter together.
         for (;;) {
             samples += 1.0;
@@ -75,7 +78,7 @@ ConeResult march_cone(vec3 origin, vec3 direction, float tan_half, float height,
             t += at.stride;
             bool is_last = t >= end;
             if (may_see || is_last) break;
-            at = step_at(t, cone, m.step_factor);
+            at = step_at(t, cone, m.step_factor, least_diameter(origin + t * direction));
         }
         vec4 texel = sample_volume(origin + at.centre * direction, m.resolution, log2(at.diameter), direction);
         if (texel.a > 0.0) {

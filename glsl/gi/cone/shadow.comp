@@ -8,10 +8,14 @@ layout(set = 1, binding = 1) uniform utexture2D normals;
 layout(set = 1, binding = 2) uniform texture2D albedo;
 layout(set = 1, binding = 3) uniform texture2D specular;
 layout(set = 1, binding = 4, rgba32f) uniform restrict image2D direct;
-#ifdef SVO
+#if defined(SVO)
 layout(std430, set = 1, binding = 5) restrict readonly buffer Nodes { uint nodes[]; };
 layout(set = 1, binding = 6) uniform texture3D bricks;
 layout(set = 1, binding = 7) uniform texture3D normals_of_bricks;
+#elif defined(CLIPMAP)
+layout(std430, set = 1, binding = 5) restrict readonly buffer Levels { vec4 levels[]; };
+layout(set = 1, binding = 6) uniform texture3D clipmap;
+layout(set = 1, binding = 7) uniform texture3D top;
 #else
 layout(set = 1, binding = 5) uniform texture3D voxels;
 layout(set = 1, binding = 6) uniform utexture3D matter;
@@ -24,7 +28,7 @@ layout(push_constant) uniform ShadowConeParams {
     float step_factor;
     float opacity_exponent;
     float height_clamp;
-    float start_offset;   // of the cones' origin along the geometric normal [voxels]
+    float start_offset;   // of the cones' origin along the geometric normal [voxels of the finest level there]
     float tan_half;       // tan(γ/2)
     uint is_glossy;
     uint first_light;     // of this dispatch, which adds to what those before it left
@@ -46,7 +50,9 @@ void main() {
     }
     MarchSettings settings = MarchSettings(params.resolution, params.step_factor, params.opacity_exponent, params.height_clamp, 0.0, params.grid.w, 0.0);
     vec3 normal = reflector.surface.geometric_normal;
-    vec3 origin = (reflector.surface.position_ws - params.grid.xyz) / params.grid.w + params.start_offset * normal;
+    vec3 receiver = (reflector.surface.position_ws - params.grid.xyz) / params.grid.w;
+    float start_offset = params.start_offset * least_diameter(receiver);
+    vec3 origin = receiver + start_offset * normal;
     vec3 radiance = params.first_light == 0u ? vec3(0.0) : imageLoad(direct, pixel).rgb;
     for (uint i = params.first_light; i < params.end_light; ++i) {
         vec3 to_light;
@@ -58,7 +64,7 @@ void main() {
             distance = length(offset);
             to_light = offset / max(distance, 1e-6);
         }
-        radiance += reflected * (cosine * cone_visibility(origin, normal, params.start_offset, to_light, distance, params.tan_half, settings));
+        radiance += reflected * (cosine * cone_visibility(origin, normal, start_offset, to_light, distance, params.tan_half, settings));
     }
     imageStore(direct, pixel, vec4(radiance, 1.0));
 }

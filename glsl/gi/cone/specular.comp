@@ -9,10 +9,14 @@ layout(set = 1, binding = 1) uniform utexture2D normals;
 layout(set = 1, binding = 2) uniform texture2D albedo;
 layout(set = 1, binding = 3) uniform texture2D specular;
 layout(set = 1, binding = 4, rgba32f) uniform restrict writeonly image2D indirect_specular;
-#ifdef SVO
+#if defined(SVO)
 layout(std430, set = 1, binding = 5) restrict readonly buffer Nodes { uint nodes[]; };
 layout(set = 1, binding = 6) uniform texture3D bricks;
 layout(set = 1, binding = 7) uniform texture3D normals_of_bricks;
+#elif defined(CLIPMAP)
+layout(std430, set = 1, binding = 5) restrict readonly buffer Levels { vec4 levels[]; };
+layout(set = 1, binding = 6) uniform texture3D clipmap;
+layout(set = 1, binding = 7) uniform texture3D top;
 #else
 layout(set = 1, binding = 5) uniform texture3D voxels;
 layout(set = 1, binding = 6) uniform utexture3D matter;
@@ -51,10 +55,12 @@ void main() {
         direction = normalize(direction - below * surface.geometric_normal);
         float tan_half = tan(min(2.0 * atan(0.57735 * ggx_alpha(roughness)), 1.0));
         MarchSettings settings = MarchSettings(params.resolution, params.step_factor, params.opacity_exponent, params.height_clamp, params.max_distance, params.grid.w, 0.0);
-        vec3 origin = (surface.position_ws - params.grid.xyz) / params.grid.w + params.start_offset * surface.geometric_normal;
+        vec3 receiver = (surface.position_ws - params.grid.xyz) / params.grid.w;
+        float start_offset = params.start_offset * least_diameter(receiver);
+        vec3 origin = receiver + start_offset * surface.geometric_normal;
         float cosine = max(dot(direction, surface.geometric_normal), 0.0);
         vec3 f0 = texelFetch(sampler2D(specular, nearest_clamp), pixel, 0).rgb;
-        ConeResult cone = march_cone(origin, direction, tan_half, params.start_offset, cosine, settings);
+        ConeResult cone = march_cone(origin, direction, tan_half, start_offset, cosine, settings);
         vec3 albedo_ggx = ggx_albedo(f0, roughness, max(dot(surface.shading_normal, to_eye), 0.0));
         result = COUNT_SAMPLES ? vec3(cone.samples, 0.0, 0.0) : albedo_ggx * cone.radiance;
     }

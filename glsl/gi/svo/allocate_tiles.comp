@@ -12,7 +12,7 @@ layout(std430, set = 1, binding = 1) restrict readonly buffer GroupSums { uint g
 layout(std430, set = 1, binding = 2) restrict buffer Nodes { uint nodes[]; };
 layout(std430, set = 1, binding = 3) restrict buffer Tiles { uint tiles[]; };
 
-layout(push_constant) uniform LevelParams { uint level; } params;
+layout(push_constant) uniform LevelParams { uint level; uint first_child; } params;
 
 void main() {
     Level level = levels[params.level];

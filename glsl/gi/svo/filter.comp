@@ -24,7 +24,17 @@ layout(set = 1, binding = 1, rgba16f) uniform restrict image3D bricks;
 layout(std430, set = 1, binding = 2) restrict readonly buffer TouchedLevels { Touched touched_levels[]; };
 layout(std430, set = 1, binding = 3) restrict readonly buffer TouchedTiles { uint touched_tiles[]; };
 
-layout(push_constant) uniform BrickParams { uint first; uint count; uint level; uint shift; uint stride; uint child_shift; uint child_stride; } params;
+layout(push_constant) uniform BrickParams {
+    uint first;            // static tile of the level
+    uint count;
+    uint first_dynamic;
+    uint dynamic_count;
+    uint level;
+    uint shift;            // bricks from a tile's index to that of its first brick
+    uint stride;           // from a face to the next
+    uint child_shift;      // likewise on the next finer level
+    uint child_stride;
+} params;
 
 uint texels_of_part() {
     uint count = 27u;
@@ -68,9 +78,9 @@ vec4 filtered_cube(uint tile, uvec3 cube, uint face, ivec3 size) {
 
 void main() {
     uint thread = linear_group(gl_WorkGroupID) * 64u + gl_LocalInvocationIndex;
-    uint count = TOUCHED != 0u ? touched_levels[params.level].count : params.count, index = thread / texels_of_part();
+    uint count = TOUCHED != 0u ? touched_levels[params.level].count : params.count + params.dynamic_count, index = thread / texels_of_part();
     if (index >= count) return;
-    uint brick = TOUCHED != 0u ? touched_tiles[index] : params.first + index, tile = nodes[brick];
+    uint brick = TOUCHED != 0u ? touched_tiles[index] : nth_tile(index, params.first, params.count, params.first_dynamic), tile = nodes[brick];
     uvec3 at = texel_of_part(thread % texels_of_part());
     ivec3 size = imageSize(bricks);
     for (uint face = 0u; face < FACES; ++face) {

@@ -19,12 +19,15 @@ layout(push_constant) uniform LeafParams {
     uint first_y;
     uint first_z;
     uint first_voxel;    // its first compact index
+    uint first_place;    // tile whose place comes first in `tiles`
+    uint first_child;    // leaf tiles before it in the pool are left as they are
 } params;
 
 void link(uint tile) {
-    uvec3 block = unpack_tile(tiles[tile]) - uvec3(params.first_x, params.first_y, params.first_z);
+    uvec3 block = unpack_tile(tiles[tile - params.first_place]) - uvec3(params.first_x, params.first_y, params.first_z);
     if (any(greaterThanEqual(block, uvec3(params.blocks)))) return;   // also below 0
     uint index = block.x + params.blocks * (block.y + params.blocks * block.z), own = nodes[tile], leaf = own >> 8;
+    if (leaf < params.first_child) return;
     uvec2 words = occupancy[index];
     uint voxel = params.first_voxel + block_bases[index];
     for (uint node = 0u; node < 8u; ++node) {

@@ -10,16 +10,22 @@ layout(std430, set = 1, binding = 0) restrict readonly buffer Levels { Level lev
 layout(std430, set = 1, binding = 1) restrict readonly buffer Nodes { uint nodes[]; };
 layout(std430, set = 1, binding = 2) restrict buffer Neighbours { uint neighbours[]; };
 
-layout(push_constant) uniform LevelParams { uint level; } params;
+layout(push_constant) uniform LevelParams { uint level; uint first_child; } params;
+
+// The word of a tile; that of one without children where they come before `first_child` in the pool.
+uint word_of(uint tile) {
+    uint word = nodes[tile];
+    return word >> 8 < params.first_child ? 0u : word;
+}
 
 // The word of the neighbour along an axis of a tile; that of a tile without children where there is none.
 uint word_before(uint tile, uint axis) {
     uint before = neighbours[3u * tile + axis];
-    return before == 0u ? 0u : nodes[before - 1u];
+    return before == 0u ? 0u : word_of(before - 1u);
 }
 
 void link(uint tile) {
-    uint own = nodes[tile], child = own >> 8;
+    uint own = word_of(tile), child = own >> 8;
     uvec3 before = uvec3(0u);
     if (tile == 0u) {
         // The root has none.

@@ -97,4 +97,9 @@ bool may_see_matter(vec3 position, float resolution, float diameter) {
     return true;
 }
 
+// Smallest diameter that a sample can have [voxels].
+float least_diameter(vec3 position) {
+    return 1.0;
+}
+
 #endif

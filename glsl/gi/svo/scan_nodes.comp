@@ -9,11 +9,11 @@ layout(local_size_x = 256) in;
 layout(std430, set = 1, binding = 0) restrict buffer GroupSums { uint group_sums[]; };
 layout(std430, set = 1, binding = 1) restrict buffer Levels { Level levels[]; };
 
-layout(push_constant) uniform LevelParams { uint level; } params;
+layout(push_constant) uniform LevelParams { uint level; uint first_child; } params;   // no tile before first_child is given away
 
 void main() {
     Level level = levels[params.level];
-    uint base = 0u, group_count = (level.count + TILES_PER_GROUP - 1u) / TILES_PER_GROUP;
+    uint base = 0u, group_count = min((level.count + TILES_PER_GROUP - 1u) / TILES_PER_GROUP, uint(group_sums.length()));
     for (uint first = 0u; first < group_count; first += 256u) {
         uint group = first + gl_LocalInvocationIndex;
         uint total;
@@ -23,6 +23,7 @@ void main() {
     }
     if (gl_LocalInvocationIndex == 0u) {
         uint groups = (base + TILES_PER_GROUP - 1u) / TILES_PER_GROUP;
-        levels[params.level - 1u] = Level(level.first + level.count, base, min(groups, 65535u), (groups + 65534u) / 65535u, 1u);
+        uint first = max(level.first + level.count, params.first_child);
+        levels[params.level - 1u] = Level(first, base, min(groups, 65535u), (groups + 65534u) / 65535u, 1u);
     }
 }

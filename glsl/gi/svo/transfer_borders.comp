@@ -19,7 +19,16 @@ layout(set = 1, binding = 1, rgba16f) uniform restrict image3D bricks;
 layout(std430, set = 1, binding = 2) restrict readonly buffer TouchedLevels { Touched touched_levels[]; };
 layout(std430, set = 1, binding = 3) restrict readonly buffer TouchedTiles { uint touched_tiles[]; };
 
-layout(push_constant) uniform TransferParams { uint first; uint count; uint level; uint axis; uint shift; uint stride; } params;
+layout(push_constant) uniform TransferParams {
+    uint first;
+    uint count;
+    uint first_dynamic;
+    uint dynamic_count;
+    uint level;
+    uint axis;
+    uint shift;            // bricks from a tile's index to that of its first brick
+    uint stride;           // from a face to the next
+} params;
 
 void transfer(ivec3 low, ivec3 high) {
     vec4 texel = imageLoad(bricks, high);
@@ -38,9 +47,10 @@ void main() {
         column = params.axis == 0u ? 2u : 3u;
     }
     uint index = linear_group(gl_WorkGroupID) * 64u + gl_LocalInvocationIndex;
-    uint count = TOUCHED != 0u ? touched_levels[params.level].count : params.count;
+    uint count = TOUCHED != 0u ? touched_levels[params.level].count : params.count + params.dynamic_count;
     if (index >= count) return;
-    uint tile = TOUCHED != 0u ? touched_tiles[index] : params.first + index, neighbour = neighbours[3u * tile + params.axis];
+    uint tile = TOUCHED != 0u ? touched_tiles[index] : nth_tile(index, params.first, params.count, params.first_dynamic);
+    uint neighbour = neighbours[3u * tile + params.axis];
     if (neighbour == 0u) return;
     ivec3 size = imageSize(bricks);
     for (uint face = 0u; face < FACES; ++face) {

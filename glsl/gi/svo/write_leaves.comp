@@ -38,12 +38,24 @@ layout(std430, set = 1, binding = LISTS + 1) restrict readonly buffer TouchedTil
 layout(push_constant) uniform NormalParams {
     uint first;         // tile of the level
     uint count;
+    uint first_dynamic;
+    uint dynamic_count;
     uint level;
     uint first_voxel;   // of the piece
     uint voxel_count;
 } params;
 #else
-layout(push_constant) uniform BrickParams { uint first; uint count; uint level; uint shift; uint stride; uint child_shift; uint child_stride; } params;
+layout(push_constant) uniform BrickParams {
+    uint first;            // static tile of the level
+    uint count;
+    uint first_dynamic;
+    uint dynamic_count;
+    uint level;
+    uint shift;            // bricks from a tile's index to that of its first brick
+    uint stride;           // from a face to the next
+    uint child_shift;
+    uint child_stride;
+} params;
 #endif
 
 // Radiance and opacity.
@@ -64,9 +76,9 @@ uint brick_of(uint tile, uint face) {
     return tile;
 }
 
-// The voxels of a tile lie in one block, and so in one piece.
+// The voxels of a tile lie in one block, and so in one piece; one without voxels is of all.
 bool is_of_piece(uint tile) {
-    return (tile >> 8) - params.first_voxel < params.voxel_count;   // also below 0
+    return (tile & 255u) == 0u || (tile >> 8) - params.first_voxel < params.voxel_count;   // also below 0
 }
 #else
 vec4 voxel_texel(uint voxel, uint face) {
@@ -94,10 +106,10 @@ void main() {
     if (CORNERS != 0u) edge = 3u;
     uint texels = edge * edge * edge;
     uint thread = linear_group(gl_WorkGroupID) * 64u + gl_LocalInvocationIndex;
-    uint count = TOUCHED != 0u ? touched_levels[params.level].count : params.count;
+    uint count = TOUCHED != 0u ? touched_levels[params.level].count : params.count + params.dynamic_count;
     if (thread >= texels * count) return;
-    uint brick = TOUCHED != 0u ? touched_tiles[thread / texels] : params.first + thread / texels, texel = thread % texels;
-    uint tile = nodes[brick];
+    uint index = thread / texels, texel = thread % texels;
+    uint brick = TOUCHED != 0u ? touched_tiles[index] : nth_tile(index, params.first, params.count, params.first_dynamic), tile = nodes[brick];
     if (!is_of_piece(tile)) return;
     uvec3 at = uvec3(texel % edge, texel / edge % edge, texel / (edge * edge));
     ivec3 size = imageSize(bricks);

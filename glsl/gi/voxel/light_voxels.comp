@@ -156,7 +156,12 @@ void main() {
     uint index = gl_GlobalInvocationID.x + gl_GlobalInvocationID.y * 4194240u;
     if (index >= params.voxel_count) return;
     Voxel voxel = voxels[index];
-    if (DYNAMIC != 0u && !is_current(index, voxel)) return;
+    if (DYNAMIC != 0u && !is_current(index, voxel)) {
+        // Nothing looks for it, but the octree's static bricks hold it: dark, as long as it stands back.
+        uvec2 dark = uvec2(0u, packHalf2x16(vec2(0.0, unpack_coverage(voxel.coverage))));
+        for (uint side = 0u; side < SIDES; ++side) voxel_radiance[SIDES * index + side] = dark;
+        return;
+    }
     vec3 mean_normal = unpack_mean_normal(voxel.normal);
     bool one_plane = dot(mean_normal, mean_normal) >= 0.9;
     float opacity = unpack_coverage(voxel.coverage);

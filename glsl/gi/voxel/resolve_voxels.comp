@@ -93,6 +93,7 @@ void main() {
     Sum albedo = Sum(uvec3(0u), uvec3(0u)), emission = albedo;
     SmallSum normal = SmallSum(uvec3(0u), uvec3(0u)), face = normal, position = normal;
     uint area = 0u, at = heads[index];
+    if (at == 0u) return;   // nothing new in it
     uint xy = fragments[at - 1u].xy, z = fragments[at - 1u].z_area & 0xffffu;
     while (at != 0u) {
         Fragment fragment = fragments[at - 1u];

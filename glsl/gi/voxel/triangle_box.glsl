@@ -3,9 +3,12 @@
 // The test is the separating axis theorem for a closed triangle and a closed unit box (Akenine-Möller 2001), arranged as in Schwarz & Seidel 2010,
 // section 3: a plane test and nine edge tests in the three coordinate projections. Every voxelization method ends in `touches`, so that all methods
 // give the same voxels bit for bit; `precise` keeps compilers from contracting one method's arithmetic and not another's.
+// A thin surface (THIN) is 6-separating (Schwarz & Seidel 2010): of a voxel, its cross is tested, the three lines from face centre to face centre.
 // Coordinates are voxels, with the axes permuted so that z is the triangle's dominant axis, relative to `base`.
 #ifndef LUMIVOX_TRIANGLE_BOX
 #define LUMIVOX_TRIANGLE_BOX
+
+layout(constant_id = 3) const uint THIN = 0;          // 1: a voxel's cross is tested, not the voxel
 
 struct TriangleSetup {
     uint axis;                // dominant axis: 0 x, 1 y, 2 z
@@ -26,13 +29,21 @@ ivec3 unpermute(ivec3 p, uint axis) { return axis == 0u ? p.zxy : axis == 1u ? p
 // is not lost to them.
 const float ROUNDING = 1.0 / 4194304.0;
 
+// Half the extent of a voxel, or of its cross, along an axis.
+float radius_along(vec3 axis, vec3 half_size) {
+    vec3 along = abs(axis);
+    precise float voxel = half_size.x * along.x + half_size.y * along.y + half_size.z * along.z;
+    precise float cross = max(half_size.x * along.x, max(half_size.y * along.y, half_size.z * along.z));
+    return THIN != 0u ? cross : voxel;
+}
+
 // The axis perpendicular to edge a→b in one projection, and where the centre of a touched box may lie along it; `c` is the opposite vertex.
 vec4 edge_axis(vec2 a, vec2 b, vec2 c, vec2 half_size) {
     precise vec2 edge = b - a;
     vec2 perpendicular = vec2(-edge.y, edge.x);
     precise float on_edge = perpendicular.x * a.x + perpendicular.y * a.y;
     precise float opposite = perpendicular.x * c.x + perpendicular.y * c.y;
-    precise float radius = half_size.x * abs(perpendicular.x) + half_size.y * abs(perpendicular.y);
+    float radius = radius_along(vec3(perpendicular, 0.0), vec3(half_size, 0.0));
     precise float low = min(on_edge, opposite) - radius;
     precise float high = max(on_edge, opposite) + radius;
     return vec4(perpendicular, low, high);
@@ -43,8 +54,15 @@ bool inside_interval(vec4 axis, vec2 centre) {
     return along >= axis.z && along <= axis.w;
 }
 
-// False where there is nothing to voxelize: no area, or outside the grid.
-bool setup_triangle(vec3 a, vec3 b, vec3 c, int resolution, out TriangleSetup s) {
+// Which voxels of a grid are asked for.
+struct Clip {
+    ivec3 low, high;          // the first and the last
+    int resolution;           // voxels along an edge of the grid
+    bool free_base;           // a triangle's base does not depend on where the grid is, so that neither does any rounding
+};
+
+// False where there is nothing to voxelize: no area, or outside the clip.
+bool setup_triangle(vec3 a, vec3 b, vec3 c, Clip clip, out TriangleSetup s) {
     precise vec3 ab = b - a;
     precise vec3 ac = c - a;
     precise vec3 n = vec3(ab.y * ac.z - ab.z * ac.y, ab.z * ac.x - ab.x * ac.z, ab.x * ac.y - ab.y * ac.x);
@@ -56,25 +74,26 @@ bool setup_triangle(vec3 a, vec3 b, vec3 c, int resolution, out TriangleSetup s)
     s.normal = permute(n, s.axis);
     vec3 low = min(a, min(b, c));
     vec3 high = max(a, max(b, c));
-    if (s.normal.z == 0.0 || any(lessThan(high, vec3(0.0))) || any(greaterThan(low, vec3(resolution)))) {
+    ivec3 clip_low = ivec3(permute(vec3(clip.low), s.axis)), clip_high = ivec3(permute(vec3(clip.high), s.axis));
+    if (s.normal.z == 0.0 || any(lessThan(high, vec3(clip_low))) || any(greaterThan(low, vec3(clip_high + 1)))) {
         return false;
     }
-    vec3 origin = floor(clamp(low, vec3(0.0), vec3(resolution)));
+    vec3 origin = floor(clip.free_base ? low : clamp(low, vec3(0.0), vec3(clip.resolution)));
     s.base = ivec3(origin);
     precise vec3 v0 = a - origin, v1 = b - origin, v2 = c - origin;
     s.v0 = v0;
     s.v1 = v1;
     s.v2 = v2;
     // A closed box [i, i + 1] meets [low, high] where i ≥ ceil(low) - 1 and i ≤ floor(high).
-    s.low = max(ivec3(ceil(low)) - 1, ivec3(0)) - s.base;
-    s.high = min(ivec3(floor(high)), ivec3(resolution - 1)) - s.base;
+    s.low = max(ivec3(ceil(low)) - 1, clip_low) - s.base;
+    s.high = min(ivec3(floor(high)), clip_high) - s.base;
     // A needle's normal is inexact and its vertices do not lie in one plane across it: with all three projected, the axis still separates nothing
     // that touches.
     precise float along0 = s.normal.x * v0.x + s.normal.y * v0.y + s.normal.z * v0.z;
     precise float along1 = s.normal.x * v1.x + s.normal.y * v1.y + s.normal.z * v1.z;
     precise float along2 = s.normal.x * v2.x + s.normal.y * v2.y + s.normal.z * v2.z;
     precise vec3 half_size = 0.5 + ROUNDING * (max(abs(v0), max(abs(v1), abs(v2))) + 1.0);
-    precise float radius = half_size.x * abs(s.normal.x) + half_size.y * abs(s.normal.y) + half_size.z * abs(s.normal.z);
+    float radius = radius_along(s.normal, half_size);
     precise float plane_low = min(along0, min(along1, along2)) - radius, plane_high = max(along0, max(along1, along2)) + radius;
     s.plane_low = plane_low;
     s.plane_high = plane_high;

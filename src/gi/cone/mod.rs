@@ -7,9 +7,10 @@ mod shadow;
 use std::sync::Arc;
 
 pub use sets::{Cone, ConeSet, KahlRings, check, cone_set, diffuse_set, kahl_set};
-pub use shadow::{SHADOW, SHADOW_SPARSE, SOFT_SHADOWS, ShadowConeParams};
+pub use shadow::{SHADOW, SHADOW_CLIPMAP, SHADOW_SPARSE, SOFT_SHADOWS, ShadowConeParams};
 
 use crate::gi::Settings;
+use crate::gi::registry::Substitution;
 use crate::gi::settings::{Domain, Setting};
 use crate::gi::voxel::rays::LOOP_BUDGET;
 use crate::gi::voxel::voxelize::linear_groups;
@@ -98,6 +99,8 @@ gpu_struct! {
         pub end_cone: u32,
         /// Width of a stratum of sin²θ.
         pub jitter: f32,
+        /// Edge of the voxels that gather (voxels that are gathered from).
+        pub voxel_scale: f32,
         /// As in [`ConeParams`].
         pub face_stride: u32,
     }
@@ -131,6 +134,8 @@ const SPARSE: [Binding; 3] = [
     Binding::sampled("bricks", Access::ComputeSampled),
     Binding::sampled("normals_of_bricks", Access::ComputeSampled),
 ];
+const CLIPMAP: [Binding; 3] =
+    [Binding::buffer("levels", Access::ComputeRead), Binding::sampled("clipmap", Access::ComputeSampled), Binding::sampled("top", Access::ComputeSampled)];
 
 static GATHER_DENSE_BINDINGS: [Binding; 7] = {
     let ([a, b, c, d], [voxels, matter, faces]) = (GATHER_BINDINGS, DENSE);
@@ -140,6 +145,11 @@ static GATHER_DENSE_BINDINGS: [Binding; 7] = {
 static GATHER_SPARSE_BINDINGS: [Binding; 7] = {
     let ([a, b, c, d], [nodes, bricks, normals]) = (GATHER_BINDINGS, SPARSE);
     [a, b, c, d, nodes, bricks, normals]
+};
+
+static GATHER_CLIPMAP_BINDINGS: [Binding; 7] = {
+    let ([a, b, c, d], [levels, clipmap, top]) = (GATHER_BINDINGS, CLIPMAP);
+    [a, b, c, d, levels, clipmap, top]
 };
 
 static SPECULAR_DENSE_BINDINGS: [Binding; 8] = {
@@ -152,6 +162,11 @@ static SPECULAR_SPARSE_BINDINGS: [Binding; 8] = {
     [a, b, c, d, e, nodes, bricks, normals]
 };
 
+static SPECULAR_CLIPMAP_BINDINGS: [Binding; 8] = {
+    let ([a, b, c, d, e], [levels, clipmap, top]) = (SPECULAR_BINDINGS, CLIPMAP);
+    [a, b, c, d, e, levels, clipmap, top]
+};
+
 static BOUNCE_DENSE_BINDINGS: [Binding; 6] = {
     let ([a, b, c], [voxels, matter, faces]) = (BOUNCE_BINDINGS, DENSE);
     [a, b, c, voxels, matter, faces]
@@ -160,6 +175,11 @@ static BOUNCE_DENSE_BINDINGS: [Binding; 6] = {
 static BOUNCE_SPARSE_BINDINGS: [Binding; 6] = {
     let ([a, b, c], [nodes, bricks, normals]) = (BOUNCE_BINDINGS, SPARSE);
     [a, b, c, nodes, bricks, normals]
+};
+
+static BOUNCE_CLIPMAP_BINDINGS: [Binding; 6] = {
+    let ([a, b, c], [levels, clipmap, top]) = (BOUNCE_BINDINGS, CLIPMAP);
+    [a, b, c, levels, clipmap, top]
 };
 
 const fn gather_pass(name: &'static str, shader: &'static str, bindings: &'static [Binding]) -> Pass {
@@ -198,11 +218,26 @@ pub static BOUNCE: Pass = bounce_pass("gi/cone/bounce.comp", &BOUNCE_DENSE_BINDI
 /// As [`BOUNCE`], through a sparse voxel octree.
 pub static BOUNCE_SPARSE: Pass = bounce_pass("gi/cone/bounce_svo.comp", &BOUNCE_SPARSE_BINDINGS);
 
+/// As [`OCCLUSION`], through the levels of a clipmap.
+pub static OCCLUSION_CLIPMAP: Pass = gather_pass("cone.occlusion", "gi/cone/gather_clipmap.comp", &GATHER_CLIPMAP_BINDINGS);
+
+/// As [`GATHER`], through the levels of a clipmap.
+pub static GATHER_CLIPMAP: Pass = gather_pass("cone.gather", "gi/cone/gather_clipmap.comp", &GATHER_CLIPMAP_BINDINGS);
+
+/// As [`SPECULAR`], through the levels of a clipmap.
+pub static SPECULAR_CLIPMAP: Pass = specular_pass("gi/cone/specular_clipmap.comp", &SPECULAR_CLIPMAP_BINDINGS);
+
+/// As [`BOUNCE`], through the levels of a clipmap.
+pub static BOUNCE_CLIPMAP: Pass = bounce_pass("gi/cone/bounce_clipmap.comp", &BOUNCE_CLIPMAP_BINDINGS);
+
 /// The passes through a dense volume.
 pub static PASSES: &[&Pass] = &[&GATHER, &OCCLUSION, &SPECULAR, &SHADOW, &BOUNCE];
 
 /// The passes through a sparse volume.
 pub static SPARSE_PASSES: &[&Pass] = &[&GATHER_SPARSE, &OCCLUSION_SPARSE, &SPECULAR_SPARSE, &SHADOW_SPARSE, &BOUNCE_SPARSE];
+
+/// The passes through a clipmap.
+pub static CLIPMAP_PASSES: &[&Pass] = &[&GATHER_CLIPMAP, &OCCLUSION_CLIPMAP, &SPECULAR_CLIPMAP, &SHADOW_CLIPMAP, &BOUNCE_CLIPMAP];
 
 /// What a pass of cones writes.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -249,6 +284,17 @@ pub enum Volume<'v> {
         /// Bricks from a face of a tile to the next.
         face_stride: u32,
     },
+    /// A clipmap.
+    Clipmap {
+        /// Where its levels are.
+        levels: &'v Arc<Buffer>,
+        /// Radiance premultiplied by opacity, all levels.
+        clipmap: &'v Arc<Image>,
+        /// Mips of the outermost level.
+        top: &'v Arc<Image>,
+        /// Voxels along an edge of a level, and the number of levels.
+        shape: [u32; 2],
+    },
 }
 
 impl Volume<'_> {
@@ -267,16 +313,37 @@ impl Volume<'_> {
             Volume::Sparse { nodes, bricks, normals, corners, .. } => {
                 (pass.bind(nodes).bind(bricks).bind(normals.unwrap_or(bricks)), corners, normals.is_some())
             }
+            Volume::Clipmap { levels, clipmap, top, shape: [n, count] } => {
+                return pass.bind(levels).bind(clipmap).bind(top).constants(&[n, output as u32, count]);
+            }
         };
         let directionality = self.directionality();
         let [has_faces, has_finest] = [directionality != Directionality::Isotropic, directionality.faces().is_some()];
         pass.constants(&[first, output == Output::Samples, has_normals, has_faces, has_finest, weights == FaceWeights::Extinction].map(u32::from))
     }
 
+    /// That one of the same pass through a dense volume, a sparse one and a clipmap which is through this.
+    fn choose(&self, [dense, sparse, clipmap]: [&'static Pass; 3]) -> &'static Pass {
+        match self {
+            Volume::Dense { .. } => dense,
+            Volume::Sparse { .. } => sparse,
+            Volume::Clipmap { .. } => clipmap,
+        }
+    }
+
+    /// Voxels that a cone crosses at most along an axis: in a clipmap they are larger in each level further out.
+    fn voxels_across(&self, grid: &VoxelGrid) -> u32 {
+        match *self {
+            Volume::Clipmap { shape: [n, levels], .. } => n * levels,
+            Volume::Dense { .. } | Volume::Sparse { .. } => grid.resolution,
+        }
+    }
+
     fn directionality(&self) -> Directionality {
         match *self {
             Volume::Dense { faces, .. } => faces.map_or(Directionality::Isotropic, |(_, directionality)| directionality),
             Volume::Sparse { directionality, .. } => directionality,
+            Volume::Clipmap { .. } => Directionality::Isotropic,
         }
     }
 
@@ -401,6 +468,21 @@ pub static SETTINGS: &[Setting] = &[
         default: "on",
     },
 ];
+
+/// Substitutions of a technique that gathers by cones alone.
+pub static SUBSTITUTIONS: &[Substitution] = &[
+    Substitution { name: "directions", help: "as many cones as the settings allow, so that no light falls between them", pairs: more_cones },
+    Substitution {
+        name: "filtering",
+        help: "cones so narrow that they read the finest voxels alone",
+        pairs: |settings| if settings.number("aperture_scale") > 0.05 { vec!["aperture_scale=0.05".into()] } else { Vec::new() },
+    },
+];
+
+/// 32 cones of equal shares, turned from pixel to pixel: 2,048 directions in each interleaving window.
+pub fn more_cones(_: &Settings) -> Vec<String> {
+    ["cones=32", "cone_set=disc", "interleave=8"].map(String::from).to_vec()
+}
 
 /// How cones are traced.
 #[derive(Clone, Copy, Debug)]
@@ -530,7 +612,7 @@ impl ConeTracer {
     pub fn occlusion(&self, frame: &mut Frame, gbuffer: &GBuffer, grid: &VoxelGrid, volume: Volume<'_>, result: &Arc<Image>) {
         let Some((set, reach_m, falloff)) = &self.occlusion else { return };
         let settings = ConeSettings { max_distance_m: *reach_m, ao_falloff: *falloff, ..self.settings };
-        let pass = if matches!(volume, Volume::Dense { .. }) { &OCCLUSION } else { &OCCLUSION_SPARSE };
+        let pass = volume.choose([&OCCLUSION, &OCCLUSION_SPARSE, &OCCLUSION_CLIPMAP]);
         for (params, groups) in gather_params(&settings, set, grid, volume, gbuffer) {
             let params = ConeParams { is_occlusion: 1, ..params };
             let builder = frame.pass(pass).bind(&gbuffer.view_depth).bind(&gbuffer.normals).bind(&set.cones).bind(result);
@@ -539,7 +621,7 @@ impl ConeTracer {
     }
 
     fn add_gather(&self, frame: &mut Frame, gbuffer: &GBuffer, grid: &VoxelGrid, volume: Volume<'_>, result: &Arc<Image>, output: Output) {
-        let pass = if matches!(volume, Volume::Dense { .. }) { &GATHER } else { &GATHER_SPARSE };
+        let pass = volume.choose([&GATHER, &GATHER_SPARSE, &GATHER_CLIPMAP]);
         for (params, groups) in gather_params(&self.settings, &self.set, grid, volume, gbuffer) {
             let builder = frame.pass(pass).bind(&gbuffer.view_depth).bind(&gbuffer.normals).bind(&self.set.cones).bind(result);
             volume.bind(builder, self.skips_empty, output, self.settings.face_weights).push(&params).dispatch(groups);
@@ -550,9 +632,9 @@ impl ConeTracer {
     /// bounce.
     pub fn bounce(&self, frame: &mut Frame, grid: &VoxelGrid, voxels: &VoxelRecords, volume: Volume<'_>, irradiance: &Arc<Buffer>) {
         let Some(set) = &self.bounce_set else { return };
-        let pass = if matches!(volume, Volume::Dense { .. }) { &BOUNCE } else { &BOUNCE_SPARSE };
+        let pass = volume.choose([&BOUNCE, &BOUNCE_SPARSE, &BOUNCE_CLIPMAP]);
         let s = &self.settings;
-        let first_voxel = ((voxels.grid.origin - grid.origin) / grid.voxel_size).round();
+        let first_voxel = ((voxels.grid.origin - grid.origin) / voxels.grid.voxel_size).round();
         for [first_cone, end_cone] in s.dispatches(grid, volume, set.count) {
             let params = BounceConeParams {
                 first_voxel: first_voxel.extend(grid.resolution as f32).to_array(),
@@ -565,6 +647,7 @@ impl ConeTracer {
                 first_cone,
                 end_cone,
                 jitter: set.jitter,
+                voxel_scale: voxels.grid.voxel_size / grid.voxel_size,
                 face_stride: volume.face_stride(),
             };
             let builder = frame.pass(pass).bind(&voxels.records).bind(&set.cones).bind(irradiance);
@@ -591,7 +674,7 @@ impl ConeTracer {
             start_offset: s.start_offset,
             face_stride: volume.face_stride(),
         };
-        let pass = if matches!(volume, Volume::Dense { .. }) { &SPECULAR } else { &SPECULAR_SPARSE };
+        let pass = volume.choose([&SPECULAR, &SPECULAR_SPARSE, &SPECULAR_CLIPMAP]);
         let builder = frame.pass(pass).bind(&gbuffer.view_depth).bind(&gbuffer.normals).bind(&gbuffer.albedo).bind(specular).bind(result);
         volume.bind(builder, true, output, s.face_weights).push(&params).dispatch(screen_groups(gbuffer.size));
     }
@@ -634,7 +717,7 @@ impl ConeSettings {
         // A sample that is taken costs a turn of both loops; one that is skipped costs a turn of the inner one, which at worst no two lanes of a vector take
         // together.
         let turns = 2 + VECTOR_LANES + face_turns(volume.directionality());
-        let cones_a_dispatch = (LOOP_BUDGET / (turns * longest_march(grid.resolution, self.step_factor))).max(1);
+        let cones_a_dispatch = (LOOP_BUDGET / (turns * longest_march(volume.voxels_across(grid), self.step_factor))).max(1);
         (0..count).step_by(cones_a_dispatch as usize).map(|first| [first, (first + cones_a_dispatch).min(count)]).collect()
     }
 

@@ -74,21 +74,16 @@ pub fn diffuse_set(settings: &Settings) -> ConeSet {
 pub fn kahl_set(rings: KahlRings, aperture_scale: f32) -> ConeSet {
     let half = 0.5 * KAHL_APERTURE_RAD;
     let above = half.sin().powi(2);
-    let all = [
-        (rings.front, 1, 0.0, above),
-        (rings.intermediate, 4, FRAC_PI_4, above * FRAC_PI_4.cos()),
-        (rings.side, 4, FRAC_PI_2, (half - half.sin() * half.cos()) / PI),
-    ];
+    let all =
+        [(rings.front, 1, 0.0, above), (rings.intermediate, 4, 0.5, above * FRAC_PI_4.cos()), (rings.side, 4, 1.0, (half - half.sin() * half.cos()) / PI)];
     let traced = || all.into_iter().filter(|(is_traced, ..)| *is_traced);
-    let total: f32 = traced().map(|(_, count, _, share)| count as f32 * share).sum();
+    let total: f32 = traced().map(|(_, count, _, share)| f32::from(count) * share).sum();
     let tan_half_aperture = half.tan() * aperture_scale;
-    let cones = traced().flat_map(|(_, count, theta, share)| ring(count, theta, 0.0, tan_half_aperture, share / total)).collect();
+    let ring = |(_, count, sin2_theta, share): (bool, u8, f32, f32)| {
+        (0..count).map(move |i| Cone { sin2_theta, phi_rad: FRAC_PI_2 * f32::from(i), tan_half_aperture, weight: share / total })
+    };
+    let cones = traced().flat_map(ring).collect();
     ConeSet { cones, stratum: 0.0 }
-}
-
-/// Cones evenly around the normal, the first at the azimuth `turn`.
-fn ring(count: u32, theta: f32, turn: f32, tan_half_aperture: f32, weight: f32) -> impl Iterator<Item = Cone> {
-    (0..count).map(move |i| Cone { sin2_theta: theta.sin().powi(2), phi_rad: turn + TAU * i as f32 / count as f32, tan_half_aperture, weight })
 }
 
 /// The set of `count` cones.
@@ -98,7 +93,9 @@ fn ring(count: u32, theta: f32, turn: f32, tan_half_aperture: f32, weight: f32) 
 /// 1: the normal, 120°. 5: the normal and four at 45°, 60°. 6: the normal and five at 60° (Crassin et al. 2011; weights 1/4 and 3/20).
 /// 9: the normal, four at 45° and four at 60° turned by 45°, 40°. The weights of 5 and 9 are proportional to cos θ times the cone's solid angle.
 pub fn cone_set(count: u32, disc: bool, aperture_scale: f32) -> ConeSet {
-    let ring = |n: u32, theta: f32, turn: f32, half: f32, weight: f32| ring(n, theta, turn, half.tan(), weight);
+    let ring = |n: u32, theta: f32, turn: f32, half: f32, weight: f32| {
+        (0..n).map(move |i| Cone { sin2_theta: theta.sin().powi(2), phi_rad: turn + TAU * i as f32 / n as f32, tan_half_aperture: half.tan(), weight })
+    };
     let (mut cones, stratum): (Vec<Cone>, f32) = match count {
         _ if disc || count > 9 => (disc_cones(count), 1.0 / count as f32),
         1 => (ring(1, 0.0, 0.0, FRAC_PI_3, 1.0).collect(), 0.0),

@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use super::{ConeTracer, DENSE, Output, SPARSE, Volume};
+use super::{CLIPMAP, ConeTracer, DENSE, Output, SPARSE, Volume};
 use crate::gi::registry::{Part, Stage};
 use crate::gi::voxel::VoxelGrid;
 use crate::gpu_struct;
@@ -56,6 +56,11 @@ static SPARSE_BINDINGS: [Binding; 8] = {
     [a, b, c, d, e, nodes, bricks, normals]
 };
 
+static CLIPMAP_BINDINGS: [Binding; 8] = {
+    let ([a, b, c, d, e], [levels, clipmap, top]) = (BINDINGS, CLIPMAP);
+    [a, b, c, d, e, levels, clipmap, top]
+};
+
 const fn shadow_pass(shader: &'static str, bindings: &'static [Binding]) -> Pass {
     Pass { name: "cone.shadow", shaders: Shaders::Compute(shader), bindings, push_bytes: size_of::<ShadowConeParams>() as u32, sets: Sets::Scene }
 }
@@ -67,6 +72,9 @@ pub static SHADOW: Pass = shadow_pass("gi/cone/shadow.comp", &DENSE_BINDINGS);
 /// As [`SHADOW`], through a sparse voxel octree.
 pub static SHADOW_SPARSE: Pass = shadow_pass("gi/cone/shadow_svo.comp", &SPARSE_BINDINGS);
 
+/// As [`SHADOW`], through the levels of a clipmap.
+pub static SHADOW_CLIPMAP: Pass = shadow_pass("gi/cone/shadow_clipmap.comp", &CLIPMAP_BINDINGS);
+
 /// Direct light by cones.
 pub static SOFT_SHADOWS: Stage = Stage { name: "soft shadows", part: Part::Picture, passes: &["cone.shadow"] };
 
@@ -75,7 +83,7 @@ impl ConeTracer {
     pub fn shadow(&self, frame: &mut Frame, scene: &GpuScene, gbuffer: &GBuffer, grid: &VoxelGrid, volume: Volume<'_>, direct: &Arc<Image>) {
         let Some(tan_half) = self.shadow_tan_half else { return };
         let s = &self.settings;
-        let pass = if matches!(volume, Volume::Dense { .. }) { &SHADOW } else { &SHADOW_SPARSE };
+        let pass = volume.choose([&SHADOW, &SHADOW_SPARSE, &SHADOW_CLIPMAP]);
         let specular = gbuffer.specular.as_ref().unwrap_or(&gbuffer.albedo);
         let mut dispatches = s.dispatches(grid, volume, scene.lights.len() as u32);
         if dispatches.is_empty() {

@@ -18,6 +18,7 @@ pub static ENTRY: Entry = Entry {
     structs: &[],
     stages: &[&Stage { name: "gather", part: Part::Picture, passes: &["none.clear"] }],
     directions: &[],
+    substitutions: &[],
     voxels: Option::None,
     make,
 };

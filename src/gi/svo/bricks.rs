@@ -2,20 +2,24 @@
 
 use std::sync::Arc;
 
-use super::nodes::{LevelRange, NodePool};
+use super::nodes::NodePool;
 use super::touched::{Tiles, TouchedTiles};
 use crate::gi::voxel::Directionality;
-use crate::gi::voxel::voxelize::buffer;
+use crate::gi::voxel::voxelize::{buffer, linear_groups};
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Buffer, Error, Frame, FrameStats, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Pass, Sets, Shaders, vk};
 
 gpu_struct! {
     /// Parameters of `svo.write_leaves` and `svo.filter`.
     pub struct BrickParams {
-        /// First tile of the level.
+        /// First static tile of the level.
         pub first: u32,
-        /// Tiles of the level.
+        /// Static tiles of the level.
         pub count: u32,
+        /// First dynamic tile of the level.
+        pub first_dynamic: u32,
+        /// Dynamic tiles of the level.
+        pub dynamic_count: u32,
         /// The level, 0 the finest.
         pub level: u32,
         /// Bricks from a tile's index to that of its first brick.
@@ -32,10 +36,14 @@ gpu_struct! {
 gpu_struct! {
     /// Parameters of `svo.write_normals`.
     pub struct NormalParams {
-        /// First tile of the level.
+        /// First static tile of the level.
         pub first: u32,
-        /// Tiles of the level.
+        /// Static tiles of the level.
         pub count: u32,
+        /// First dynamic tile of the level.
+        pub first_dynamic: u32,
+        /// Dynamic tiles of the level.
+        pub dynamic_count: u32,
         /// The level, 0.
         pub level: u32,
         /// Compact index of the first of the voxels whose records are bound.
@@ -48,10 +56,14 @@ gpu_struct! {
 gpu_struct! {
     /// Parameters of `svo.transfer_borders`.
     pub struct TransferParams {
-        /// First tile of the level.
+        /// First static tile of the level.
         pub first: u32,
-        /// Tiles of the level.
+        /// Static tiles of the level.
         pub count: u32,
+        /// First dynamic tile of the level.
+        pub first_dynamic: u32,
+        /// Dynamic tiles of the level.
+        pub dynamic_count: u32,
         /// The level, 0 the finest.
         pub level: u32,
         /// 0 to 2: x, y, z.
@@ -60,6 +72,14 @@ gpu_struct! {
         pub shift: u32,
         /// Bricks from a face to the next.
         pub stride: u32,
+    }
+}
+
+gpu_struct! {
+    /// Parameters of `svo.copy_bricks`.
+    pub struct CopyBricksParams {
+        /// How many.
+        pub brick_count: u32,
     }
 }
 
@@ -115,6 +135,15 @@ pub static FILTER: Pass = Pass {
     sets: Sets::None,
 };
 
+/// The first bricks of a pool into another. A thread a texel.
+pub static COPY_BRICKS: Pass = Pass {
+    name: "svo.copy_bricks",
+    shaders: Shaders::Compute("gi/svo/copy_bricks.comp"),
+    bindings: &[Binding::image("bricks", Access::ComputeRead), Binding::image("larger_bricks", Access::ComputeWrite)],
+    push_bytes: size_of::<CopyBricksParams>() as u32,
+    sets: Sets::None,
+};
+
 /// How bricks are made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BrickSettings {
@@ -162,6 +191,8 @@ pub struct BrickPool {
     /// RGBA16F: radiance (W/(m² sr)) premultiplied by opacity, opacity.
     pub image: Arc<Image>,
     normals: Option<NormalBricks>,
+    /// Bricks that there is room for.
+    capacity: u32,
     settings: BrickSettings,
     touched: Option<TouchedTiles>,
     /// Bound where nothing is read.
@@ -181,9 +212,9 @@ impl BrickPool {
     }
 
     fn allocate(gpu: &Gpu, nodes: &NodePool, settings: BrickSettings, records: Option<Vec<RecordRange>>) -> Result<(Self, FrameStats), Error> {
+        let capacity = nodes.room();
         let image = pool_image(gpu, "svo.bricks", brick_count(nodes, settings.directionality))?;
-        let normals =
-            records.map(|records| Ok::<_, Error>(NormalBricks { image: pool_image(gpu, "svo.normals", nodes.tile_count())?, records })).transpose()?;
+        let normals = records.map(|records| Ok::<_, Error>(NormalBricks { image: pool_image(gpu, "svo.normals", capacity)?, records })).transpose()?;
         let mut frame = Frame::new();
         let touched = (settings.touched && !settings.corners).then(|| TouchedTiles::new(gpu, nodes, &mut frame)).transpose()?;
         // What no tile writes, a brick's last texels without a neighbour, stays zero.
@@ -191,7 +222,31 @@ impl BrickPool {
             frame.clear_image("svo.clear_bricks", image, [0.0; 4]);
         }
         let stats = gpu.submit(frame)?;
-        Ok((BrickPool { image, normals, settings, touched, nothing: buffer(gpu, "svo.nothing", 0)?, is_filled: false }, stats))
+        Ok((BrickPool { image, normals, capacity, settings, touched, nothing: buffer(gpu, "svo.nothing", 0)?, is_filled: false }, stats))
+    }
+
+    /// Brings the pool up to dynamic tiles and voxels that have changed: these are the records now. Where there is no room for the dynamic bricks, the static ones
+    /// go into a larger pool as they are.
+    pub fn follow(&mut self, gpu: &Gpu, nodes: &NodePool, records: Vec<RecordRange>) -> Result<FrameStats, Error> {
+        if let Some(touched) = &mut self.touched {
+            touched.reserve(gpu, nodes)?;
+        }
+        if let Some(normals) = &mut self.normals {
+            normals.records = records;
+        }
+        let mut frame = Frame::new();
+        let room = nodes.room();
+        if room > self.capacity {
+            for image in std::iter::once(&mut self.image).chain(self.normals.as_mut().map(|normals| &mut normals.image)) {
+                let larger = pool_image(gpu, image.name(), room)?;
+                let brick_count = nodes.static_end();
+                let pass = frame.pass(&COPY_BRICKS).bind(&*image).bind(&larger).push(&CopyBricksParams { brick_count });
+                pass.dispatch(linear_groups(27 * brick_count));
+                *image = larger;
+            }
+            self.capacity = room;
+        }
+        gpu.submit(frame)
     }
 
     /// RGBA16F: mean normal of what shines, times its luminance (W/(m² sr)), premultiplied by opacity; opacity. Where there are normal bricks.
@@ -221,9 +276,13 @@ impl BrickPool {
                 }
                 for axis in 0..3 {
                     let pass = frame.pass(&TRANSFER_BORDERS).bind(&nodes.neighbours).bind(image);
-                    let LevelBricks { shift, stride, faces } = level_bricks(nodes, self.settings.directionality, level);
-                    let params = TransferParams { first: tiles.range.first, count: tiles.range.count, level: level as u32, axis, shift, stride };
-                    tiles.dispatch(pass, &[u32::from(self.settings.corners), faces], &params, 1);
+                    let own = level_bricks(nodes, self.settings.directionality, level);
+                    let BrickParams { first, count, first_dynamic, dynamic_count, level, shift, stride, .. } = tiles.params([own; 2]);
+                    let params = TransferParams { first, count, first_dynamic, dynamic_count, level, axis, shift, stride };
+                    tiles.dispatch(pass, &[u32::from(self.settings.corners), own.faces], &params, 1);
+                }
+                if let Some(dynamic) = &nodes.dynamic {
+                    dynamic.keep_static(frame, level, image);
                 }
             }
         }
@@ -241,8 +300,9 @@ impl BrickPool {
         let bricks = level_bricks(nodes, self.settings.directionality, 0);
         tiles.dispatch(pass, &constants, &tiles.params([bricks; 2]), texels);
         for (image, range) in self.normals.iter().flat_map(|normals| normals.records.iter().map(|range| (&normals.image, range))) {
-            let (LevelRange { first, count }, level) = (tiles.range, tiles.level);
-            let params = NormalParams { first, count, level, first_voxel: range.first_voxel, voxel_count: range.voxel_count };
+            let BrickParams { first, count, first_dynamic, dynamic_count, level, .. } = tiles.params([bricks; 2]);
+            let &RecordRange { first_voxel, voxel_count, .. } = range;
+            let params = NormalParams { first, count, first_dynamic, dynamic_count, level, first_voxel, voxel_count };
             let pass = frame.pass(&WRITE_NORMALS).bind(&nodes.nodes).bind(radiance).bind(image).bind(&range.records);
             tiles.dispatch(pass, &constants, &params, texels);
         }
@@ -269,7 +329,7 @@ impl BrickPool {
     }
 }
 
-/// So many bricks.
+/// Room for so many bricks.
 fn pool_image(gpu: &Gpu, name: &str, count: u32) -> Result<Arc<Image>, Error> {
     gpu.create_image(&ImageDesc {
         name: name.into(),
@@ -293,7 +353,7 @@ pub fn face_stride(nodes: &NodePool, directionality: Directionality) -> u32 {
 
 /// Bricks of all tiles.
 fn brick_count(nodes: &NodePool, directionality: Directionality) -> u32 {
-    nodes.tile_count() + 5 * face_stride(nodes, directionality)
+    nodes.room() + 5 * face_stride(nodes, directionality)
 }
 
 /// Where the bricks of a level are.

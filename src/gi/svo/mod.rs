@@ -1,6 +1,7 @@
 //! Technique `svo`: a sparse voxel octree with bricks (Crassin et al. 2011; Crassin & Green 2012), cone-traced.
 
 pub mod bricks;
+pub mod dynamic;
 pub mod nodes;
 pub mod oracle;
 pub mod pieces;
@@ -9,6 +10,7 @@ pub mod touched;
 use std::sync::Arc;
 
 pub use bricks::{BrickPool, BrickSettings, RecordRange, face_stride};
+pub use dynamic::TouchedVoxels;
 pub use nodes::NodePool;
 pub use pieces::{Occupancy, OccupiedCube, PieceVoxelizer, Pieces};
 
@@ -17,7 +19,7 @@ use super::interleave::{self, deinterleave};
 use super::registry::{Directions, Entry, Part, Stage};
 use super::settings::{Domain, Preset, Setting, SettingError, Settings};
 use super::voxel::{self, Bounces, Directionality, FACE_SETTINGS, Injection, LightSettings, MIP_FILTER, Prefilter, Sides, VoxelSettings};
-use super::{Context, IndirectLight, Technique};
+use super::{Context, IndirectLight, LitVoxels, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image, Pass};
 use crate::render::{GBuffer, GpuScene, LightMaps, Output, screen_image};
 use crate::shader::{Field, GpuStruct};
@@ -108,6 +110,12 @@ pub static PASSES: &[&Pass] = &[
     &bricks::WRITE_NORMALS,
     &bricks::TRANSFER_BORDERS,
     &bricks::FILTER,
+    &bricks::COPY_BRICKS,
+    &dynamic::MARK_AFFECTED,
+    &dynamic::FLAG_DYNAMIC,
+    &dynamic::ALLOCATE_DYNAMIC,
+    &dynamic::FLAG_TEXELS,
+    &dynamic::KEEP_STATIC,
     &touched::FLAG_TOUCHED,
     &touched::LIST_TOUCHED,
     &voxel::INJECT_RSM_SPARSE,
@@ -123,6 +131,11 @@ pub static STRUCTS: &[(&str, &[Field])] = &[
     (bricks::BrickParams::NAME, bricks::BrickParams::FIELDS),
     (bricks::NormalParams::NAME, bricks::NormalParams::FIELDS),
     (bricks::TransferParams::NAME, bricks::TransferParams::FIELDS),
+    (bricks::CopyBricksParams::NAME, bricks::CopyBricksParams::FIELDS),
+    (dynamic::AffectedParams::NAME, dynamic::AffectedParams::FIELDS),
+    (dynamic::DynamicParams::NAME, dynamic::DynamicParams::FIELDS),
+    (dynamic::TexelParams::NAME, dynamic::TexelParams::FIELDS),
+    (dynamic::KeepParams::NAME, dynamic::KeepParams::FIELDS),
     (touched::Touched::NAME, touched::Touched::FIELDS),
     (touched::TouchParams::NAME, touched::TouchParams::FIELDS),
     (touched::ListTouchedParams::NAME, touched::ListTouchedParams::FIELDS),
@@ -133,7 +146,7 @@ pub static ENTRY: Entry = Entry {
     name: "svo",
     summary: "sparse voxel octree with bricks, cone-traced",
     bounces: |settings| Bounces::new(settings).count(),
-    settings: &[voxel::SETTINGS, SETTINGS, FACE_SETTINGS, cone::SETTINGS],
+    settings: &[voxel::RESOLUTION, voxel::SETTINGS, SETTINGS, FACE_SETTINGS, cone::SETTINGS],
     check,
     presets: PRESETS,
     passes: &[voxel::PASSES, PASSES, cone::SPARSE_PASSES, interleave::PASSES],
@@ -143,12 +156,27 @@ pub static ENTRY: Entry = Entry {
         &Stage {
             name: "node flagging and allocation",
             part: Part::Store,
-            passes: &["svo.clear", "svo.reduce_points", "svo.flag_nodes", "svo.scan_nodes", "svo.allocate_tiles", "svo.link_leaves", "svo.link_neighbours"],
+            passes: &[
+                "svo.copy_occupancy",
+                "svo.clear",
+                "svo.reduce_points",
+                "svo.flag_nodes",
+                "svo.scan_nodes",
+                "svo.allocate_tiles",
+                "svo.link_leaves",
+                "svo.link_neighbours",
+                "svo.mark_affected",
+                "svo.flag_dynamic",
+                "svo.allocate_dynamic",
+                "svo.flag_texels",
+                "svo.grow",
+                "svo.copy_bricks",
+            ],
         },
         &voxel::LIGHT_INJECTION,
         &Stage { name: "touched tiles", part: Part::Store, passes: &["svo.clear_touched", "svo.flag_touched", "svo.list_touched"] },
         &Stage { name: "leaf writing", part: Part::Store, passes: &["svo.clear_bricks", "svo.merge_radiance", "svo.write_leaves", "svo.write_normals"] },
-        &Stage { name: "border transfer", part: Part::Store, passes: &["svo.transfer_borders"] },
+        &Stage { name: "border transfer", part: Part::Store, passes: &["svo.transfer_borders", "svo.keep_static"] },
         &Stage { name: "mip filtering", part: Part::Store, passes: &["svo.filter"] },
         &voxel::BOUNCES,
         &Stage { name: "gather", part: Part::Picture, passes: &["cone.gather", "cone.occlusion", "gi.deinterleave"] },
@@ -156,6 +184,7 @@ pub static ENTRY: Entry = Entry {
         &cone::SOFT_SHADOWS,
     ],
     directions: &[Directions { pass: &cone::GATHER_SPARSE, count: Some(cone::diffuse_count) }, Directions { pass: &cone::SPECULAR_SPARSE, count: None }],
+    substitutions: &[cone::SUBSTITUTIONS, voxel::SUBSTITUTIONS],
     voxels: Some(voxel::list_voxels),
     make,
 };
@@ -197,7 +226,7 @@ fn check(settings: &Settings) -> Result<(), SettingError> {
 }
 
 fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>, Error> {
-    let Context { gpu, scene, size } = *context;
+    let Context { gpu, scene, size, .. } = *context;
     let specular = scene.is_glossy && settings.is("specular", "on");
     let interleave = settings.count("interleave");
     let filter = Prefilter::new(settings) as u32;
@@ -205,6 +234,9 @@ fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>
     let directionality = Directionality::new(settings);
     let faces = directionality.faces();
     let sides = if has_normals || faces.is_some() { Sides::Two } else { Sides::One };
+    let mut voxelizer = PieceVoxelizer::new(gpu, scene, VoxelSettings { faces, ..VoxelSettings::new(settings) })?;
+    // The bricks of a tile's faces are counted from the end of the pool, which dynamic tiles would move.
+    voxelizer.follows = directionality == Directionality::Isotropic;
     Ok(Box::new(Svo {
         light_settings: LightSettings { stores_faces: faces.is_some(), ..LightSettings::new(settings, sides) },
         has_normals,
@@ -217,7 +249,7 @@ fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>
         },
         cones: ConeTracer::new(gpu, settings)?,
         interleave,
-        voxelizer: PieceVoxelizer::new(gpu, scene, VoxelSettings { faces, ..VoxelSettings::new(settings) })?,
+        voxelizer,
         store: None,
         light: IndirectLight {
             diffuse: screen_image(gpu, "svo.diffuse", size)?,
@@ -227,13 +259,19 @@ fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>
     }))
 }
 
-impl Svo {
-    /// The octree over these voxels, and its bricks.
-    fn build_octree(&mut self, context: &Context<'_>, voxels: Pieces, occupancy: Occupancy, mut stats: FrameStats) -> Result<FrameStats, Error> {
-        let (nodes, built) = NodePool::build(context.gpu, &occupancy, self.bricks.corners)?;
+impl Technique for Svo {
+    fn build(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
+        // The old store goes first, so that rebuilding needs no more memory than building.
+        self.store = None;
+        let (voxels, occupancy, mut stats) = self.voxelizer.run(context.gpu, context.scene, self.light_settings)?;
+        let build = if voxels.touched().is_some() { NodePool::build_static } else { NodePool::build };
+        let (mut nodes, built) = build(context.gpu, &occupancy, self.bricks.corners)?;
         stats.append(built);
         // Needed no more, and the bricks are the largest of all.
         drop(occupancy);
+        if let Some(touched) = voxels.touched() {
+            stats.append(nodes.follow(context.gpu, &touched)?);
+        }
         let (bricks, cleared) = if self.has_normals {
             BrickPool::with_normals(context.gpu, &nodes, self.bricks, voxels.records())?
         } else {
@@ -243,28 +281,22 @@ impl Svo {
         self.store = Some(Store { voxels, nodes, bricks });
         Ok(stats)
     }
-}
-
-impl Technique for Svo {
-    fn build(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
-        // The old store goes first, so that rebuilding needs no more memory than building.
-        self.store = None;
-        let (voxels, occupancy, stats) = self.voxelizer.run(context.gpu, context.scene, self.light_settings)?;
-        self.build_octree(context, voxels, occupancy, stats)
-    }
 
     fn set_pose(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
         if context.scene.dynamic.is_none() {
             return Ok(FrameStats::default());
         }
-        let Some(Store { mut voxels, .. }) = self.store.take() else { return self.build(context) };
-        match voxels.set_pose(context.gpu, context.scene, &mut self.voxelizer)? {
-            Some((occupancy, stats)) => self.build_octree(context, voxels, occupancy, stats),
-            None => {
-                drop(voxels);
-                self.build(context)
-            }
+        let Some(mut store) = self.store.take() else { return self.build(context) };
+        let Some(mut stats) = store.voxels.set_pose(context.gpu, context.scene, &mut self.voxelizer)? else {
+            drop(store);
+            return self.build(context);
+        };
+        if let Some(touched) = store.voxels.touched() {
+            stats.append(store.nodes.follow(context.gpu, &touched)?);
         }
+        stats.append(store.bricks.follow(context.gpu, &store.nodes, store.voxels.records())?);
+        self.store = Some(store);
+        Ok(stats)
     }
 
     fn needs_rsm(&self) -> bool {
@@ -316,6 +348,10 @@ impl Technique for Svo {
     fn count_samples(&self, gpu: &Gpu, scene: &GpuScene, gbuffer: &GBuffer) -> Result<Vec<(&'static str, u64)>, Error> {
         let Some(store) = &self.store else { return Ok(Vec::new()) };
         self.cones.count_samples(gpu, scene, gbuffer, &store.voxels.grid, store.volume(self.bricks), [true, self.light.specular.is_some()])
+    }
+
+    fn lit_voxels(&mut self) -> Vec<LitVoxels<'_>> {
+        self.store.iter_mut().flat_map(|store| store.voxels.lit()).collect()
     }
 
     fn counts(&self, gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use glam::UVec3;
 
+use super::dynamic::{DynamicTiles, TouchedVoxels};
 use super::pieces::Occupancy;
 use crate::gi::voxel::voxelize::{buffer, linear_groups};
 use crate::gpu_struct;
@@ -63,6 +64,8 @@ gpu_struct! {
     pub struct LevelParams {
         /// The level of the nodes that lead to others.
         pub level: u32,
+        /// No tile before this one is given away, or linked.
+        pub first_child: u32,
     }
 }
 
@@ -79,6 +82,10 @@ gpu_struct! {
         pub first_z: u32,
         /// Its first compact index.
         pub first_voxel: u32,
+        /// The tile whose place comes first.
+        pub first_place: u32,
+        /// Leaf tiles before this one are left as they are.
+        pub first_child: u32,
     }
 }
 
@@ -131,7 +138,7 @@ pub(super) fn require_pointers(resource: &str, count: u64) -> Result<(), Error> 
 }
 
 /// Tiles of a workgroup, as in `gi/svo/pool.glsl`.
-const TILES_PER_GROUP: u32 = 1024;
+pub(super) const TILES_PER_GROUP: u32 = 1024;
 
 /// Where the tiles of a level are in the pool.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -148,8 +155,10 @@ pub struct NodePool {
     pub nodes: Arc<Buffer>,
     /// Three words a tile: index + 1 of the neighbour towards −x, −y, −z, or 0.
     pub neighbours: Arc<Buffer>,
-    /// The levels, finest first; tiles of a level are in the order of their parents' nodes, and coarser levels come first in the pool.
+    /// The static levels, finest first; tiles of a level are in the order of their parents' nodes, and coarser levels come first in the pool.
     pub levels: Vec<LevelRange>,
+    /// What is behind them where there are dynamic models: then tile 0 is the root of both, and the static root tile 1.
+    pub dynamic: Option<DynamicTiles>,
 }
 
 /// Which points and tiles there are, on every level; needed during the build only.
@@ -213,10 +222,9 @@ impl Pyramid {
             .dispatch(linear_groups(finer_blocks.pow(3)));
     }
 
-    /// Tiles of each level, finest first. There is always a root.
-    fn read_levels(&self, gpu: &Gpu) -> Result<Vec<LevelRange>, Error> {
+    /// Tiles of each level, finest first, from tile `first` on. There is always a root.
+    fn read_levels(&self, gpu: &Gpu, mut first: u32) -> Result<Vec<LevelRange>, Error> {
         let counts: Vec<u32> = bytemuck::pod_collect_to_vec(&gpu.read_buffer(&self.counts)?);
-        let mut first = 0;
         let mut levels: Vec<LevelRange> = (0..self.levels.len())
             .rev()
             .map(|level| {
@@ -237,7 +245,7 @@ pub fn root(resolution: u32) -> u32 {
 }
 
 /// Blocks of 4³ along an axis that hold the tiles of a level.
-fn tile_blocks(resolution: u32, level: u32) -> u32 {
+pub(super) fn tile_blocks(resolution: u32, level: u32) -> u32 {
     (resolution >> (level + 3)).max(1)
 }
 
@@ -249,38 +257,84 @@ fn point_blocks(resolution: u32, level: u32, corners: bool) -> u32 {
 impl NodePool {
     /// Builds the octree over these voxels. The tiles are counted first, and the count is read back once, so that the pool is exact.
     pub fn build(gpu: &Gpu, voxels: &Occupancy, corners: bool) -> Result<(Self, FrameStats), Error> {
+        Self::build_from(gpu, voxels, corners, 0)
+    }
+
+    /// Builds the octree over static voxels, among which [`NodePool::follow`] then puts dynamic ones; until it has, there is nothing to be found.
+    pub fn build_static(gpu: &Gpu, voxels: &Occupancy, corners: bool) -> Result<(Self, FrameStats), Error> {
+        let (mut pool, stats) = Self::build_from(gpu, voxels, corners, 1)?;
+        pool.dynamic = Some(DynamicTiles::new(gpu, &pool, corners)?);
+        Ok((pool, stats))
+    }
+
+    fn build_from(gpu: &Gpu, voxels: &Occupancy, corners: bool, first: u32) -> Result<(Self, FrameStats), Error> {
         let pyramid = Pyramid::new(gpu, voxels.resolution, corners)?;
         let mut frame = Frame::new();
         pyramid.add(&mut frame, voxels);
         let mut stats = gpu.submit(frame)?;
-        let levels = pyramid.read_levels(gpu)?;
+        let levels = pyramid.read_levels(gpu, first)?;
         let tiles = u64::from(levels[0].first + levels[0].count);
         require_pointers("svo.nodes", tiles)?;
-        let pool = NodePool { nodes: buffer(gpu, "svo.nodes", 4 * tiles)?, neighbours: buffer(gpu, "svo.neighbours", 12 * tiles)?, levels };
+        let (nodes, neighbours) = (buffer(gpu, "svo.nodes", 4 * tiles)?, buffer(gpu, "svo.neighbours", 12 * tiles)?);
+        let pool = NodePool { nodes, neighbours, levels, dynamic: None };
         stats.append(pool.fill(gpu, voxels, &pyramid)?);
         Ok((pool, stats))
     }
 
-    /// Tiles of all levels.
-    pub fn tile_count(&self) -> u32 {
+    /// Brings the dynamic tiles up to the blocks that dynamic geometry touches now.
+    pub fn follow(&mut self, gpu: &Gpu, touched: &TouchedVoxels<'_>) -> Result<FrameStats, Error> {
+        let Some(mut dynamic) = self.dynamic.take() else { return Ok(FrameStats::default()) };
+        let stats = dynamic.update(gpu, self, touched);
+        self.dynamic = Some(dynamic);
+        stats
+    }
+
+    /// One beyond the last static tile.
+    pub fn static_end(&self) -> u32 {
         self.levels[0].first + self.levels[0].count
+    }
+
+    /// Tiles of all levels, dynamic ones too.
+    pub fn tile_count(&self) -> u32 {
+        self.static_end() + self.dynamic.as_ref().map_or(0, DynamicTiles::tail_count)
+    }
+
+    /// Tiles that there is room for.
+    pub(super) fn room(&self) -> u32 {
+        self.static_end() + self.dynamic.as_ref().map_or(0, DynamicTiles::tail_room)
+    }
+
+    /// The static and the dynamic tiles of a level.
+    pub(super) fn ranges(&self, level: usize) -> [LevelRange; 2] {
+        let dynamic = self.dynamic.as_ref().map_or(LevelRange { first: 0, count: 0 }, |dynamic| dynamic.levels[level]);
+        [self.levels[level], dynamic]
+    }
+
+    /// Tiles of the level that has the most.
+    pub(super) fn largest_level(&self) -> u32 {
+        (0..self.levels.len()).map(|level| self.ranges(level).iter().map(|range| range.count).sum()).max().unwrap_or(1)
     }
 
     fn fill(&self, gpu: &Gpu, voxels: &Occupancy, pyramid: &Pyramid) -> Result<FrameStats, Error> {
         let root = self.levels.len() as u32 - 1;
         let device_levels = buffer(gpu, "svo.levels", size_of::<Level>() as u64 * self.levels.len() as u64)?;
         let mut first = vec![Level { first: 0, count: 0, groups_x: 0, groups_y: 0, groups_z: 0 }; self.levels.len()];
-        first[root as usize] = Level { first: 0, count: 1, groups_x: 1, groups_y: 1, groups_z: 1 };
+        let root_tile = self.levels[root as usize].first;
+        first[root as usize] = Level { first: root_tile, count: 1, groups_x: 1, groups_y: 1, groups_z: 1 };
         gpu.upload_buffer(&device_levels, bytemuck::cast_slice(&first))?;
         // Place of each tile on its level, 3×10 bits.
-        let tiles = buffer(gpu, "svo.tiles", 4 * u64::from(self.tile_count()))?;
+        let tiles = buffer(gpu, "svo.tiles", 4 * u64::from(self.static_end()))?;
         let most = self.levels.iter().map(|level| level.count).max().unwrap_or(1);
         let group_sums = buffer(gpu, "svo.group_sums", 4 * u64::from(most.div_ceil(TILES_PER_GROUP)))?;
         let arguments = |level: u32| size_of::<Level>() as u64 * u64::from(level) + 8;
         let mut frame = Frame::new();
         frame.fill("svo.clear", &tiles, 0);
+        if root_tile > 0 {
+            // Neither the static root nor tile 0 has neighbours.
+            frame.fill("svo.clear", &self.neighbours, 0);
+        }
         for level in (1..=root).rev() {
-            let params = LevelParams { level };
+            let params = LevelParams { level, first_child: 0 };
             let flag = FlagParams { level, child_blocks: tile_blocks(pyramid.resolution, level - 1) };
             let child_bits = &pyramid.levels[level as usize - 1][1];
             frame
@@ -304,6 +358,7 @@ impl NodePool {
         }
         for cube in &voxels.cubes {
             let [first_x, first_y, first_z] = (cube.first / 4).to_array();
+            let (blocks, first_voxel) = (cube.resolution / 4, cube.first_voxel);
             frame
                 .pass(&LINK_LEAVES)
                 .bind(&device_levels)
@@ -311,7 +366,7 @@ impl NodePool {
                 .bind(&cube.occupancy)
                 .bind(&cube.block_bases)
                 .bind(&self.nodes)
-                .push(&LeafParams { blocks: cube.resolution / 4, first_x, first_y, first_z, first_voxel: cube.first_voxel })
+                .push(&LeafParams { blocks, first_x, first_y, first_z, first_voxel, first_place: 0, first_child: 0 })
                 .dispatch_indirect(&device_levels, arguments(1));
         }
         for level in (1..=root).rev() {
@@ -320,7 +375,7 @@ impl NodePool {
                 .bind(&device_levels)
                 .bind(&self.nodes)
                 .bind(&self.neighbours)
-                .push(&LevelParams { level })
+                .push(&LevelParams { level, first_child: 0 })
                 .dispatch_indirect(&device_levels, arguments(level));
         }
         gpu.submit(frame)

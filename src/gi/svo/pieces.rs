@@ -5,10 +5,13 @@ use std::sync::Arc;
 use glam::UVec3;
 
 use super::bricks::RecordRange;
+use super::dynamic::TouchedVoxels;
 use super::nodes::require_pointers;
 use crate::gi::cone::{ConeTracer, Volume};
 use crate::gi::voxel::voxelize::buffer;
-use crate::gi::voxel::{Accumulation, DynamicVoxels, LightSettings, VoxelGrid, VoxelLight, VoxelLookup, VoxelRecords, VoxelSettings, Voxelizer, Voxels};
+use crate::gi::voxel::{
+    Accumulation, DynamicVoxels, LightSettings, LitVoxels, VoxelGrid, VoxelLight, VoxelLookup, VoxelRecords, VoxelSettings, Voxelizer, Voxels,
+};
 use crate::graph::{Buffer, Error, Frame, FrameStats, Gpu};
 use crate::render::{GpuScene, LightMaps};
 
@@ -27,6 +30,8 @@ pub struct PieceVoxelizer {
     whole: Voxelizer,
     /// One a piece.
     voxelizers: Vec<Voxelizer>,
+    /// Whether dynamic geometry has voxels of its own, which follow it; otherwise all is voxelized at once.
+    pub follows: bool,
 }
 
 /// All voxels and their light. Compact indices go through the pieces in order.
@@ -43,7 +48,7 @@ pub struct Pieces {
     pieces: Vec<Piece>,
 }
 
-/// What the octree is built over; needed during the build only.
+/// What the octree is built over: all voxels, or with dynamic models the static ones. Needed during the build only.
 pub struct Occupancy {
     /// Voxels along an edge of the grid.
     pub resolution: u32,
@@ -70,6 +75,20 @@ impl OccupiedCube {
         let (occupancy, block_bases) = (Arc::clone(&voxels.occupancy), Arc::clone(&voxels.block_bases));
         OccupiedCube { first, resolution: voxels.grid.resolution, occupancy, block_bases, first_voxel }
     }
+
+    /// A whole grid, as it is now.
+    fn copy(gpu: &Gpu, voxels: &Voxels) -> Result<(Self, FrameStats), Error> {
+        let copied = |frame: &mut Frame, name, source: &Arc<Buffer>| {
+            let target = buffer(gpu, name, source.size_bytes())?;
+            frame.copy_buffer("svo.copy_occupancy", (source, 0), (&target, 0), source.size_bytes());
+            Ok::<_, Error>(target)
+        };
+        let mut frame = Frame::new();
+        let occupancy = copied(&mut frame, "svo.occupancy", &voxels.occupancy)?;
+        let block_bases = copied(&mut frame, "svo.block_bases", &voxels.block_bases)?;
+        let stats = gpu.submit(frame)?;
+        Ok((OccupiedCube { occupancy, block_bases, ..OccupiedCube::new(voxels, UVec3::ZERO, 0) }, stats))
+    }
 }
 
 impl From<&Voxels> for Occupancy {
@@ -82,7 +101,7 @@ impl PieceVoxelizer {
     /// For a grid around the scene.
     pub fn new(gpu: &Gpu, scene: &GpuScene, settings: VoxelSettings) -> Result<Self, Error> {
         let whole = Voxelizer::new(gpu, scene, settings)?;
-        Ok(PieceVoxelizer { settings, grid: VoxelGrid::around(scene.bounds, settings.resolution), voxelizers: whole.cut(1), whole })
+        Ok(PieceVoxelizer { settings, grid: VoxelGrid::around(scene.bounds, settings.resolution), voxelizers: whole.cut(1), whole, follows: true })
     }
 
     /// Cuts the grid into a cube of pieces, so many along an edge.
@@ -92,8 +111,9 @@ impl PieceVoxelizer {
 
     /// Voxelizes. What is too large to bind is tried again in smaller pieces, but where voxels see lights by rays: a piece does not know the others.
     pub fn run(&mut self, gpu: &Gpu, scene: &GpuScene, light: LightSettings) -> Result<(Pieces, Occupancy, FrameStats), Error> {
-        let Self { settings, grid, ref whole, ref mut voxelizers } = *self;
-        let attempt = |voxelizers: &mut [Voxelizer]| attempt(gpu, scene, settings, grid, light, voxelizers);
+        let Self { settings, grid, ref whole, ref mut voxelizers, follows } = *self;
+        let follows = follows && scene.dynamic.is_some() && settings.accumulation == Accumulation::Exact;
+        let attempt = |voxelizers: &mut [Voxelizer]| attempt(gpu, scene, follows, grid, light, voxelizers);
         if light.traces() { attempt(voxelizers) } else { whole.run_in_pieces(voxelizers, attempt) }
     }
 }
@@ -101,7 +121,7 @@ impl PieceVoxelizer {
 fn attempt(
     gpu: &Gpu,
     scene: &GpuScene,
-    settings: VoxelSettings,
+    follows: bool,
     grid: VoxelGrid,
     light_settings: LightSettings,
     voxelizers: &mut [Voxelizer],
@@ -112,17 +132,23 @@ fn attempt(
     let mut pieces = Vec::new();
     let (mut voxel_count, mut fragment_count, mut first_voxel) = (0, 0, 0);
     for voxelizer in voxelizers.iter_mut() {
-        let (voxels, dynamic) = if scene.dynamic.is_some() && is_whole && settings.accumulation == Accumulation::Exact {
-            let (voxels, dynamic, cost) = voxelizer.run_dynamic(gpu, scene)?;
+        let (voxels, dynamic) = if follows && is_whole {
+            let (mut voxels, mut dynamic, cost) = voxelizer.run_static(gpu, scene)?;
             stats.append(cost);
+            let (cube, cost) = OccupiedCube::copy(gpu, &voxels)?;
+            stats.append(cost);
+            occupancy.cubes.push(cube);
+            stats.append(dynamic.update(gpu, scene, voxelizer, &mut voxels)?);
             (voxels, Some(dynamic))
         } else {
             let (voxels, cost) = voxelizer.run(gpu, scene)?;
             stats.append(cost);
+            occupancy.cubes.push(OccupiedCube::new(&voxels, voxelizer.first_voxel(), first_voxel));
             (voxels, None)
         };
         voxelizer.release();
         if voxels.voxel_count == 0 && !is_whole {
+            occupancy.cubes.pop();
             continue;
         }
         require_pointers("voxel.records", u64::from(first_voxel) + u64::from(voxels.voxel_count))?;
@@ -132,7 +158,6 @@ fn attempt(
             // Light finds its voxels in the octree: the dense grid goes with `occupancy`.
             records.dense = None;
         }
-        occupancy.cubes.push(OccupiedCube::new(&voxels, voxelizer.first_voxel(), first_voxel));
         voxel_count += voxels.voxel_count - voxels.hidden_count;
         fragment_count += voxels.fragment_count;
         first_voxel += voxels.voxel_count;
@@ -147,7 +172,7 @@ fn attempt(
 
 impl Pieces {
     /// Brings the voxels up to the dynamic models after they have moved; `None` where everything has to be voxelized anew.
-    pub fn set_pose(&mut self, gpu: &Gpu, scene: &GpuScene, voxelizer: &mut PieceVoxelizer) -> Result<Option<(Occupancy, FrameStats)>, Error> {
+    pub fn set_pose(&mut self, gpu: &Gpu, scene: &GpuScene, voxelizer: &mut PieceVoxelizer) -> Result<Option<FrameStats>, Error> {
         let ([Piece { voxels: records, light, dynamic: Some((voxels, dynamic)) }], [voxelizer]) =
             (self.pieces.as_mut_slice(), voxelizer.voxelizers.as_mut_slice())
         else {
@@ -165,7 +190,15 @@ impl Pieces {
         *records = VoxelRecords::from(&*voxels);
         self.voxel_count = voxels.voxel_count - voxels.hidden_count;
         self.fragment_count = voxels.fragment_count;
-        Ok(Some((Occupancy::from(&*voxels), stats)))
+        require_pointers("voxel.records", u64::from(voxels.voxel_count))?;
+        Ok(Some(stats))
+    }
+
+    /// The voxels, and which of them dynamic geometry touches; `None` where it is not told apart.
+    pub fn touched(&self) -> Option<TouchedVoxels<'_>> {
+        let (voxels, dynamic) = self.pieces.first()?.dynamic.as_ref()?;
+        let (blocks, block_count) = dynamic.touched_blocks();
+        Some(TouchedVoxels { blocks, block_count, occupancy: &voxels.occupancy, block_bases: &voxels.block_bases })
     }
 
     /// Adds the passes that light the voxels, which are found in the octree of these nodes.
@@ -212,6 +245,11 @@ impl Pieces {
             range
         };
         self.pieces.iter().map(range).collect()
+    }
+
+    /// The voxels of each piece and their light.
+    pub fn lit(&mut self) -> impl Iterator<Item = LitVoxels<'_>> {
+        self.pieces.iter_mut().map(|Piece { voxels, light, .. }| LitVoxels { voxels: voxels.clone(), light })
     }
 
     /// Counts of fragments, voxels, pieces and light, for the report.

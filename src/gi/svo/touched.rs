@@ -1,7 +1,7 @@
 //! The tiles that light has touched, level by level, so that an update can leave the others alone.
 //!
 //! An untouched brick holds opacity and no radiance, and did so after the last update: all that is in it was written when all bricks were filled. So an update
-//! of the touched ones gives the same bits as one of all.
+//! of the touched ones gives the same bits as one of all. Dynamic tiles are made anew in each update.
 
 use std::sync::Arc;
 
@@ -46,10 +46,14 @@ gpu_struct! {
 gpu_struct! {
     /// Parameters of `svo.list_touched`.
     pub struct ListTouchedParams {
-        /// First tile of the level.
+        /// First static tile of the level.
         pub first: u32,
-        /// Tiles of the level.
+        /// Static tiles of the level.
         pub count: u32,
+        /// First dynamic tile of the level.
+        pub first_dynamic: u32,
+        /// Dynamic tiles of the level.
+        pub dynamic_count: u32,
         /// The level, 0 the finest.
         pub level: u32,
     }
@@ -71,7 +75,7 @@ pub static FLAG_TOUCHED: Pass = Pass {
     sets: Sets::None,
 };
 
-/// The touched tiles of a level as a list. A thread 32 tiles.
+/// The touched tiles of a level, and all dynamic ones, as a list. A thread 32 tiles.
 pub static LIST_TOUCHED: Pass = Pass {
     name: "svo.list_touched",
     shaders: Shaders::Compute("gi/svo/list_touched.comp"),
@@ -105,17 +109,25 @@ impl TouchedTiles {
             bits: [bits()?, bits()?],
             lit_leaves: buffer(gpu, "svo.lit_leaves", 4 * u64::from(nodes.levels[0].count.div_ceil(32)))?,
             levels: buffer(gpu, "svo.touched_levels", (size_of::<Touched>() * nodes.levels.len()) as u64)?,
-            list: buffer(gpu, "svo.touched_tiles", 4 * most)?,
+            list: list_buffer(gpu, nodes)?,
         };
         frame.fill("svo.clear", &made.lit_leaves, 0);
         Ok(made)
     }
 
+    /// Makes room for these nodes, whose dynamic tiles are others than before.
+    pub(super) fn reserve(&mut self, gpu: &Gpu, nodes: &NodePool) -> Result<(), Error> {
+        if self.list.size_bytes() < 4 * u64::from(nodes.largest_level()) {
+            self.list = list_buffer(gpu, nodes)?;
+        }
+        Ok(())
+    }
+
     /// Adds the passes that find the touched tiles of a level. Levels come in order, finest first, and the tiles hold until the next is
     /// asked for. `sides`: radiances of a voxel.
     pub(super) fn find<'t>(&'t self, frame: &mut Frame, nodes: &NodePool, radiance: &Arc<Buffer>, sides: u32, level: usize) -> Tiles<'t> {
-        let range = nodes.levels[level];
-        let LevelRange { first, count } = range;
+        let ranges = nodes.ranges(level);
+        let [LevelRange { first, count }, LevelRange { first: first_dynamic, count: dynamic_count }] = ranges;
         let (own, children) = (&self.bits[level % 2], &self.bits[1 - level % 2]);
         if level == 0 {
             frame.fill("svo.clear_touched", &self.levels, 0);
@@ -132,10 +144,10 @@ impl TouchedTiles {
             .constants(&[u32::from(level == 0), sides])
             .push(&TouchParams { first, count, first_child: first + count })
             .dispatch(linear_groups(count));
-        let params = ListTouchedParams { first, count, level: level as u32 };
-        let groups = count.div_ceil(32 * 256);
+        let params = ListTouchedParams { first, count, first_dynamic, dynamic_count, level: level as u32 };
+        let groups = (count.div_ceil(32) + dynamic_count.div_ceil(32)).div_ceil(256);
         frame.pass(&LIST_TOUCHED).bind(own).bind(&self.levels).bind(&self.list).push(&params).dispatch([groups, 1, 1]);
-        Tiles { range, level: level as u32, lists: [&self.levels, &self.list], is_listed: true }
+        Tiles { ranges, level: level as u32, lists: [&self.levels, &self.list], is_listed: true }
     }
 
     /// Touched tiles of all levels, in the last update.
@@ -145,9 +157,14 @@ impl TouchedTiles {
     }
 }
 
+fn list_buffer(gpu: &Gpu, nodes: &NodePool) -> Result<Arc<Buffer>, Error> {
+    buffer(gpu, "svo.touched_tiles", 4 * u64::from(nodes.largest_level()))
+}
+
 /// Tiles of a level that passes over bricks run on.
 pub(super) struct Tiles<'t> {
-    pub(super) range: LevelRange,
+    /// Static and dynamic ones.
+    ranges: [LevelRange; 2],
     pub(super) level: u32,
     /// The touched tiles by level, and one by one.
     lists: [&'t Arc<Buffer>; 2],
@@ -157,14 +174,15 @@ pub(super) struct Tiles<'t> {
 impl<'t> Tiles<'t> {
     /// All tiles; `nothing` is bound in place of a list.
     pub(super) fn all(nodes: &NodePool, level: usize, nothing: &'t Arc<Buffer>) -> Self {
-        Tiles { range: nodes.levels[level], level: level as u32, lists: [nothing; 2], is_listed: false }
+        Tiles { ranges: nodes.ranges(level), level: level as u32, lists: [nothing; 2], is_listed: false }
     }
 
     /// The parameters of a pass over these tiles, whose bricks and those of their children are there.
     pub(super) fn params(&self, [own, children]: [LevelBricks; 2]) -> BrickParams {
-        let LevelRange { first, count } = self.range;
+        let [LevelRange { first, count }, LevelRange { first: first_dynamic, count: dynamic_count }] = self.ranges;
         let LevelBricks { shift, stride, .. } = own;
-        BrickParams { first, count, level: self.level, shift, stride, child_shift: children.shift, child_stride: children.stride }
+        let (child_shift, child_stride) = (children.shift, children.stride);
+        BrickParams { first, count, first_dynamic, dynamic_count, level: self.level, shift, stride, child_shift, child_stride }
     }
 
     /// Runs a pass with `threads` a tile: eight or one, or any number where no list is followed. The lists are its last bindings, whether it follows them its
@@ -177,7 +195,7 @@ impl<'t> Tiles<'t> {
             let arguments = if threads == 8 { 4 } else { 16 };
             pass.dispatch_indirect(levels, (size_of::<Touched>() * self.level as usize) as u64 + arguments);
         } else {
-            pass.dispatch(linear_groups(threads * self.range.count));
+            pass.dispatch(linear_groups(threads * self.ranges.iter().map(|range| range.count).sum::<u32>()));
         }
     }
 }

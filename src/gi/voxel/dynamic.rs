@@ -191,6 +191,11 @@ impl DynamicVoxels {
         self.static_voxels..voxels.voxel_count
     }
 
+    /// The [`TouchedBlock`]s of the last update, and how many.
+    pub fn touched_blocks(&self) -> (&Arc<Buffer>, u32) {
+        (&self.touched, self.touched_count)
+    }
+
     /// Takes the dynamic geometry of the last update away, and puts it where it is now. Buffers that prove too small are made larger, and what filled them
     /// is run again.
     pub fn update(&mut self, gpu: &Gpu, scene: &GpuScene, voxelizer: &mut Voxelizer, voxels: &mut Voxels) -> Result<FrameStats, Error> {
@@ -204,7 +209,7 @@ impl DynamicVoxels {
             frame.set_scene(&scene.set, &scene.materials);
             frame.copy_buffer("voxel.clear", (&self.first_counts, 0), (&self.counts, 0), size_of::<TouchedCounters>() as u64);
             let buffers = [&self.occupancy, &self.lists.fragments, &self.lists.emission, &self.counts];
-            voxelizer.add_fragments(&mut frame, scene, Triangles::Dynamic, buffers, capacity);
+            voxelizer.add_fragments(&mut frame, scene, &Triangles::Dynamic.batches(scene), voxelizer.whole(), buffers, capacity);
             self.add_count(&mut frame, voxels, &params);
             let run = gpu.submit(std::mem::take(&mut frame))?;
             self.touched_count = 0;
@@ -308,7 +313,7 @@ impl DynamicVoxels {
 }
 
 /// An eighth more than was counted, so that a model that grows and shrinks as it turns does not make its buffers grow every time.
-fn with_slack(count: u32) -> u32 {
+pub(crate) fn with_slack(count: u32) -> u32 {
     count.saturating_add(count / 8)
 }
 

@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use glam::Vec3;
+
 use super::rays::LOOP_BUDGET;
 use super::voxelize::{buffer, linear_groups};
 use super::{Bounces, VoxelGrid, Voxels};
@@ -301,8 +303,12 @@ pub struct VoxelLight {
     /// What the voxels gathered from each other, E/π (W/(m² sr)), four half floats a side; absent with one bounce.
     pub irradiance: Option<Arc<Buffer>>,
     flux: Arc<Buffer>,
+    /// The flux came from the host and stays.
+    is_given: bool,
     counters: Arc<Buffer>,
     flux_unit: f32,
+    /// Voxels of this size along the largest extent of the scene, to a power of two.
+    scene_resolution: u32,
 }
 
 impl VoxelLight {
@@ -329,8 +335,10 @@ impl VoxelLight {
             radiance: buffer(gpu, "voxel.radiance", settings.radiance_bytes(capacity))?,
             irradiance,
             flux: buffer(gpu, "voxel.flux", if injection == Injection::Rsm { FLUX_BYTES * count } else { 0 })?,
+            is_given: false,
             counters: buffer(gpu, "voxel.light_counters", COUNTERS_BYTES)?,
             flux_unit: flux_unit(scene),
+            scene_resolution: scene_resolution(scene, voxels.grid.voxel_size),
         })
     }
 
@@ -353,6 +361,21 @@ impl VoxelLight {
         gpu.submit(frame).map(drop)
     }
 
+    /// Makes room for as many voxels as these have room for; what they gathered stays.
+    pub fn reserve(&mut self, gpu: &Gpu, voxels: &Voxels) -> Result<(), Error> {
+        let LightSettings { injection, sides, .. } = self.settings;
+        self.capacity = voxels.capacity();
+        let count = sides as u64 * u64::from(self.capacity);
+        self.radiance = buffer(gpu, "voxel.radiance", sides.radiance_bytes(self.capacity))?;
+        self.flux = buffer(gpu, "voxel.flux", if injection == Injection::Rsm { FLUX_BYTES * count } else { 0 })?;
+        if let Some(irradiance) = &mut self.irradiance
+            && irradiance.size_bytes() < 8 * count
+        {
+            *irradiance = buffer(gpu, "voxel.irradiance", 8 * count)?;
+        }
+        Ok(())
+    }
+
     /// Adds the passes that light the voxels; with `dense` also mip 0 of a dense texture. With feedback they reflect what the last frame left in `irradiance`.
     pub fn update(&self, frame: &mut Frame, voxels: &Voxels, maps: &LightMaps, dense: Option<&Arc<Image>>) {
         self.update_records(frame, &VoxelRecords::from(voxels), VoxelLookup::Dense(voxels), maps, dense);
@@ -361,7 +384,7 @@ impl VoxelLight {
     /// As [`VoxelLight::update`], of voxels that may be found in another way.
     pub fn update_records(&self, frame: &mut Frame, voxels: &VoxelRecords, lookup: VoxelLookup<'_>, maps: &LightMaps, dense: Option<&Arc<Image>>) {
         frame.fill(CLEAR_LIGHT, &self.counters, 0);
-        if let (Injection::Rsm, Some(rsm)) = (self.settings.injection, &maps.rsm) {
+        if let (Injection::Rsm, Some(rsm), false) = (self.settings.injection, &maps.rsm, self.is_given) {
             frame.fill(CLEAR_LIGHT, &self.flux, 0);
             if maps.view_count > 0 {
                 self.inject(frame, voxels, lookup, maps, rsm);
@@ -400,7 +423,7 @@ impl VoxelLight {
             .bind(voxels.faces.as_ref().unwrap_or(&voxels.records));
         let pass = if let Some(image) = dense { pass.bind(image) } else { pass };
         let LightSettings { injection, sides, attenuation, occlusion, .. } = self.settings;
-        let [is_shaded, is_weighted] = [injection == Injection::Voxel, attenuation == Attenuation::NormalWeighted];
+        let [is_shaded, is_weighted] = [injection == Injection::Voxel && !self.is_given, attenuation == Attenuation::NormalWeighted];
         let has_faces = voxels.faces.is_some() && (dense.is_some() || self.settings.stores_faces);
         let flags = [is_shaded, voxels.emission.is_some(), indirect, counting, is_weighted, voxels.is_dynamic, has_faces].map(u32::from);
         pass.constants(&[flags[0], flags[1], sides as u32, flags[2], flags[3], flags[4], occlusion as u32, flags[5], flags[6]])
@@ -426,7 +449,7 @@ impl VoxelLight {
             flux_unit: self.flux_unit,
             area_unit: AREA_UNIT,
         };
-        let block = texel_block(maps.size, grid.resolution);
+        let block = texel_block(maps.size, self.scene_resolution);
         let groups = maps.size.div_ceil(8 * block);
         let pass = frame.pass(pass).bind(&maps.views).bind(&maps.depth).bind(normal).bind(reflected);
         let pass = pass.bind(&self.flux).bind(&self.counters).bind(&voxels.records);
@@ -437,6 +460,15 @@ impl VoxelLight {
         pass.constants(&[self.settings.sides as u32, block]).push(&params).dispatch([groups, groups, maps.view_count]);
     }
 
+    /// Replaces the injection of later frames: `flux` is Φ / (π h²) [W/(m² sr)] of each side of each voxel; `None` leaves a hole.
+    pub fn give_flux(&mut self, gpu: &Gpu, flux: &[Option<Vec3>]) -> Result<(), Error> {
+        let words: Vec<[u32; 5]> = flux.iter().map(|side| side.map_or([0; 5], |flux| flux_words(flux, self.flux_unit))).collect();
+        self.flux = buffer(gpu, "voxel.flux", FLUX_BYTES * flux.len() as u64)?;
+        gpu.upload_buffer(&self.flux, bytemuck::cast_slice(&words))?;
+        self.is_given = true;
+        Ok(())
+    }
+
     /// RSM texels that lay in no occupied voxel, and lit voxels that no texel fell into, in the last frame.
     pub fn counts(&self, gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {
         let counts: Vec<u32> = bytemuck::pod_collect_to_vec(&gpu.read_buffer(&self.counters)?);
@@ -444,7 +476,20 @@ impl VoxelLight {
     }
 }
 
-/// Edge of the blocks of texels that a thread adds: a voxel, were the map as wide as the grid.
+/// Four sums of 40 bits as the shaders have them (`gi/voxel/flux.glsl`), the lit area being the smallest that is not a hole.
+fn flux_words(flux: Vec3, unit: f32) -> [u32; 5] {
+    let [r, g, b] = flux.to_array().map(|value| ((f64::from(value) / f64::from(unit)).round() as u64).min((1 << 40) - 1));
+    let high = |value: u64| (value >> 32) as u32;
+    [r as u32, g as u32, b as u32, 1, high(r) | high(g) << 8 | high(b) << 16]
+}
+
+/// Voxels of a size (m) along the largest extent of the scene, to the next power of two.
+fn scene_resolution(scene: &GpuScene, voxel_size: f32) -> u32 {
+    let extent = (scene.bounds.1 - scene.bounds.0).max_element();
+    ((extent / voxel_size).ceil().clamp(1.0, 65536.0) as u32).next_power_of_two()
+}
+
+/// Edge of the blocks of texels that a thread adds: a voxel, were the map as wide as the scene.
 fn texel_block(map_size: u32, resolution: u32) -> u32 {
     let most = (map_size / resolution).clamp(1, 8);
     // The largest power of two that divides the map into whole blocks.

@@ -7,6 +7,7 @@ use super::{VoxelGrid, VoxelSettings, Voxelizer};
 use crate::gi::Context;
 use crate::gi::Settings;
 use crate::graph::Error;
+use crate::render::float_from_half;
 
 /// One occupied voxel.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,12 +59,28 @@ pub fn list_voxels(context: &Context<'_>, settings: &Settings) -> Result<VoxelLi
 
 fn unpack(record: &Voxel, first: UVec3) -> OccupiedVoxel {
     let albedo_root = unpack_unorm10(record.albedo);
-    OccupiedVoxel {
-        index: (first + UVec3::new(record.xy & 0xffff, record.xy >> 16, record.z_area & 0xffff)).to_array(),
-        albedo: albedo_root * albedo_root,
-        normal: unpack_unorm10(record.normal) * 2.0 - 1.0,
-        opacity: (record.coverage & 0xfff) as f32 / 4095.0,
-    }
+    let opacity = (record.coverage & 0xfff) as f32 / 4095.0;
+    OccupiedVoxel { index: (first + UVec3::from(index(record))).to_array(), albedo: albedo_root * albedo_root, normal: mean_normal(record), opacity }
+}
+
+/// Coordinates along x, y and z.
+pub(super) fn index(record: &Voxel) -> [u32; 3] {
+    [record.xy & 0xffff, record.xy >> 16, record.z_area & 0xffff]
+}
+
+/// Area of the surface inside the voxel (voxel faces).
+pub(super) fn area(record: &Voxel) -> f32 {
+    float_from_half((record.z_area >> 16) as u16)
+}
+
+fn mean_normal(record: &Voxel) -> Vec3 {
+    unpack_unorm10(record.normal) * 2.0 - 1.0
+}
+
+/// The direction that parts the two sides of the surface: its mean normal, or the axis along which surfaces are opposed.
+pub(super) fn front(record: &Voxel) -> Vec3 {
+    let is_opposed = record.coverage >> 29 & 1 != 0;
+    if is_opposed { Vec3::AXES[(record.coverage >> 30).min(2) as usize] } else { mean_normal(record).normalize_or_zero() }
 }
 
 /// Three numbers of 10 bits (`glsl/shared/packing.glsl`).

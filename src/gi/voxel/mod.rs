@@ -9,11 +9,13 @@ pub mod export;
 mod grid;
 pub mod light;
 mod list;
+mod lit;
 pub mod oracle;
 pub mod passes;
 mod prefilter;
 pub mod rays;
 pub mod voxelize;
+pub mod window;
 
 pub use bounce::{BOUNCE_RAYS, Bounces, bounce_rays};
 pub use dynamic::DynamicVoxels;
@@ -23,31 +25,43 @@ pub use light::{
     VoxelRecords,
 };
 pub use list::{OccupiedVoxel, VoxelList, list_voxels};
+pub use lit::{LitVoxels, VoxelMap};
 pub use passes::{FRAGMENTS_COMPUTE, FRAGMENTS_RASTER, FRAGMENTS_RASTER_HW};
 pub use prefilter::{Directionality, FACE_SETTINGS, Faces, MIP_FILTER, Prefilter};
 pub use rays::{GATHER_RAYS, RAY_SETTINGS, RaySettings, gather_rays};
-pub use voxelize::{Accumulation, Method, VoxelSettings, Voxelizer, Voxels};
+pub use voxelize::{Accumulation, Method, Surface, VoxelBox, VoxelSettings, Voxelizer, Voxels};
+pub use window::{VoxelWindow, WindowScratch};
 
-use crate::gi::registry::{Part, Stage};
+use crate::gi::registry::{Part, Stage, Substitution};
 use crate::gi::settings::{Domain, Setting};
 use crate::graph::Pass;
 use crate::shader::{Field, GpuStruct};
 
+/// The setting that says how fine a grid around the scene is.
+pub static RESOLUTION: &[Setting] = &[Setting {
+    name: "resolution",
+    help: "voxels along the largest extent of the scene",
+    unit: "voxels",
+    domain: Domain::OneOf(&[8, 16, 32, 64, 128, 256, 512, 1024, 2048]),
+    default: "128",
+}];
+
 /// Settings of voxelization and voxel light.
 pub static SETTINGS: &[Setting] = &[
-    Setting {
-        name: "resolution",
-        help: "voxels along the largest extent of the scene",
-        unit: "voxels",
-        domain: Domain::OneOf(&[8, 16, 32, 64, 128, 256, 512, 1024, 2048]),
-        default: "128",
-    },
     Setting {
         name: "voxelization",
         help: "triangles to fragments: raster (geometry shader, software conservative), raster-hw (hardware conservative) or compute; all give the same voxels",
         unit: "",
         domain: Domain::Choice(&["compute", "raster", "raster-hw"]),
         default: "compute",
+    },
+    Setting {
+        name: "surface",
+        help: "voxels that a triangle is in: conservative (all that it touches) or thin (those whose cross of face centres it meets: no path from face to face \
+               leads through)",
+        unit: "",
+        domain: Domain::Choice(&["conservative", "thin"]),
+        default: "conservative",
     },
     Setting {
         name: "accumulation",
@@ -58,7 +72,7 @@ pub static SETTINGS: &[Setting] = &[
     },
     Setting {
         name: "opacity",
-        help: "of a voxel: binary (touched is opaque) or coverage (fraction of its face that is covered, seen along the dominant axis)",
+        help: "of a voxel, as cones see it: binary (touched is opaque) or coverage (fraction of its face that is covered, seen along the dominant axis)",
         unit: "",
         domain: Domain::Choice(&["binary", "coverage"]),
         default: "binary",
@@ -110,6 +124,16 @@ pub static SETTINGS: &[Setting] = &[
     },
 ];
 
+/// What an error budget tries in place of the settings above.
+pub static SUBSTITUTIONS: &[Substitution] = &[Substitution {
+    name: "bounce directions",
+    help: "64 directions by which each voxel gathers from the others",
+    pairs: |settings| {
+        let is_better = Bounces::new(settings).any() && settings.count("bounce_directions") < 64;
+        if is_better { vec!["bounce_directions=64".into()] } else { Vec::new() }
+    },
+}];
+
 /// All passes of this module.
 pub static PASSES: &[&Pass] = &[
     &FRAGMENTS_COMPUTE,
@@ -126,6 +150,9 @@ pub static PASSES: &[&Pass] = &[
     &dynamic::SCAN_TOUCHED,
     &dynamic::INDEX_TOUCHED,
     &dynamic::CONTINUE_LISTS,
+    &window::SHIFT_BLOCKS,
+    &window::EMPTY_BLOCKS,
+    &window::MOVE_RECORDS,
     &INJECT_RSM,
     &LIGHT,
     &LIGHT_DENSE,
@@ -152,6 +179,9 @@ pub static VOXELIZATION: Stage = Stage {
         "voxel.index_touched",
         "voxel.continue_lists",
         "voxel.grow",
+        "voxel.shift_blocks",
+        "voxel.empty_blocks",
+        "voxel.move_records",
     ],
 };
 
@@ -176,6 +206,9 @@ pub static STRUCTS: &[(&str, &[Field])] = &[
     (dynamic::TouchedScanParams::NAME, dynamic::TouchedScanParams::FIELDS),
     (dynamic::RestoreParams::NAME, dynamic::RestoreParams::FIELDS),
     (dynamic::ListParams::NAME, dynamic::ListParams::FIELDS),
+    (window::ShiftParams::NAME, window::ShiftParams::FIELDS),
+    (window::EmptyParams::NAME, window::EmptyParams::FIELDS),
+    (window::MoveParams::NAME, window::MoveParams::FIELDS),
     (light::InjectParams::NAME, light::InjectParams::FIELDS),
     (light::LightParams::NAME, light::LightParams::FIELDS),
     (bounce::BounceRayParams::NAME, bounce::BounceRayParams::FIELDS),

@@ -8,7 +8,7 @@ gpu_struct! {
     pub struct FragmentParams {
         /// xyz: smallest corner of the whole grid (m); w: 1 / voxel size (1/m).
         pub origin_inverse_size: [f32; 4],
-        /// First voxel of the piece of it that is voxelized.
+        /// xyz: first voxel of the piece of it that is voxelized; w: grains of a voxel that positions are rounded to, 0: they are not.
         pub first_voxel: [f32; 4],
         /// Voxels along an edge of the piece.
         pub resolution: u32,
@@ -22,6 +22,12 @@ gpu_struct! {
         pub capacity: u32,
         /// Largest emission that can be stored (W/(m² sr)).
         pub emission_unit: f32,
+        /// First and last voxel of the piece that is asked for, 16 bits each, along x.
+        pub clip_x: u32,
+        /// Likewise, along y.
+        pub clip_y: u32,
+        /// Likewise, along z.
+        pub clip_z: u32,
     }
 }
 

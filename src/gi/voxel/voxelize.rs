@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use glam::{UVec3, Vec3};
+use glam::{IVec3, UVec3, Vec3};
 
 use super::passes::{
     COUNT_BLOCKS, CountParams, FRAGMENTS_COMPUTE, FRAGMENTS_RASTER, FRAGMENTS_RASTER_HW, Fragment, FragmentParams, INDEX_BLOCKS, LINK_FRAGMENTS, LinkParams,
@@ -37,6 +37,15 @@ pub enum Accumulation {
     RunningAverage,
 }
 
+/// Which voxels a triangle is in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Surface {
+    /// All that it touches: 26-separating, and no part of the triangle is outside.
+    Conservative,
+    /// Those whose cross it meets, the three lines between the centres of opposite faces: 6-separating (Schwarz & Seidel 2010).
+    Thin,
+}
+
 /// What to voxelize into, and how.
 #[derive(Clone, Copy, Debug)]
 pub struct VoxelSettings {
@@ -46,6 +55,8 @@ pub struct VoxelSettings {
     pub method: Method,
     /// How albedo is averaged.
     pub accumulation: Accumulation,
+    /// Which voxels a triangle is in.
+    pub surface: Surface,
     /// Opacity is the covered fraction of the voxel's face, not 1.
     pub coverage: bool,
     /// Opacities of the faces of directional voxels, where those are wanted.
@@ -66,6 +77,7 @@ impl VoxelSettings {
             resolution: settings.count("resolution"),
             method,
             accumulation: if settings.is("accumulation", "exact") { Accumulation::Exact } else { Accumulation::RunningAverage },
+            surface: if settings.is("surface", "thin") { Surface::Thin } else { Surface::Conservative },
             coverage: settings.is("opacity", "coverage"),
             faces: None,
         }
@@ -120,22 +132,66 @@ pub(super) enum Triangles {
 }
 
 impl Triangles {
-    fn has(self, scene: &GpuScene, material: u32) -> bool {
-        self == Triangles::All || scene.is_dynamic(material) == (self == Triangles::Dynamic)
+    pub(super) fn batches(self, scene: &GpuScene) -> Vec<Batch> {
+        let has = |batch: &&Batch| self == Triangles::All || scene.is_dynamic(batch.material) == (self == Triangles::Dynamic);
+        scene.batches.iter().filter(has).copied().collect()
+    }
+}
+
+/// Voxels of a grid from `low` on, up to but without `end`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct VoxelBox {
+    /// The first.
+    pub low: IVec3,
+    /// One beyond the last.
+    pub end: IVec3,
+}
+
+impl VoxelBox {
+    /// A cube of so many voxels along an edge.
+    pub fn cube(low: IVec3, edge: u32) -> Self {
+        VoxelBox { low, end: low + IVec3::splat(edge as i32) }
+    }
+
+    /// What both have.
+    pub fn cut(self, other: VoxelBox) -> Self {
+        VoxelBox { low: self.low.max(other.low), end: self.end.min(other.end) }
+    }
+
+    /// Whether there is no voxel in it.
+    pub fn is_empty(self) -> bool {
+        self.low.cmpge(self.end).any()
+    }
+
+    /// What of it is not in another: at most six boxes, no two of which share a voxel.
+    pub fn without(self, other: VoxelBox) -> Vec<VoxelBox> {
+        let common = self.cut(other);
+        if common.is_empty() {
+            return if self.is_empty() { Vec::new() } else { vec![self] };
+        }
+        let (mut rest, mut parts) = (self, Vec::new());
+        for axis in 0..3 {
+            let (mut below, mut above) = (rest, rest);
+            below.end[axis] = common.low[axis];
+            above.low[axis] = common.end[axis];
+            (rest.low[axis], rest.end[axis]) = (common.low[axis], common.end[axis]);
+            parts.extend([below, above].into_iter().filter(|part| !part.is_empty()));
+        }
+        parts
     }
 }
 
 /// What depends on the grid alone.
 #[derive(Clone)]
-struct GridBuffers {
-    occupancy: Arc<Buffer>,
-    block_bases: Arc<Buffer>,
+pub(super) struct GridBuffers {
+    pub(super) occupancy: Arc<Buffer>,
+    pub(super) block_bases: Arc<Buffer>,
     group_sums: Arc<Buffer>,
-    counters: Arc<Buffer>,
+    pub(super) counters: Arc<Buffer>,
 }
 
 impl GridBuffers {
-    fn new(gpu: &Gpu, grid: VoxelGrid) -> Result<Self, Error> {
+    pub(super) fn new(gpu: &Gpu, grid: VoxelGrid) -> Result<Self, Error> {
         let blocks = u64::from(grid.block_count());
         Ok(GridBuffers {
             occupancy: buffer(gpu, "voxel.occupancy", 8 * blocks)?,
@@ -150,7 +206,9 @@ impl GridBuffers {
 pub struct Voxelizer {
     settings: VoxelSettings,
     whole_origin: Vec3,
-    first_voxel: UVec3,
+    first_voxel: IVec3,
+    /// Grains of a voxel that positions are rounded to; 0: they are not.
+    grains: f32,
     /// The piece of the whole grid.
     grid: VoxelGrid,
     /// Absent before the first run and after [`Voxelizer::release`].
@@ -173,7 +231,8 @@ impl Voxelizer {
         Ok(Voxelizer {
             settings,
             whole_origin: grid.origin,
-            first_voxel: UVec3::ZERO,
+            first_voxel: IVec3::ZERO,
+            grains: 0.0,
             grid,
             buffers: None,
             nothing: buffer(gpu, "voxel.nothing", 0)?,
@@ -189,7 +248,7 @@ impl Voxelizer {
     pub fn cut(&self, along: u32) -> Vec<Self> {
         let resolution = self.grid.resolution / along;
         let piece = |index: u32| {
-            let first_voxel = resolution * UVec3::new(index % along, index / along % along, index / (along * along));
+            let first_voxel = (resolution * UVec3::new(index % along, index / along % along, index / (along * along))).as_ivec3();
             let grid = VoxelGrid { origin: self.grid.origin + self.grid.voxel_size * first_voxel.as_vec3(), resolution, ..self.grid };
             let (nothing, no_image) = (Arc::clone(&self.nothing), Arc::clone(&self.no_image));
             Voxelizer { first_voxel, grid, buffers: None, nothing, no_image, ..*self }
@@ -212,7 +271,31 @@ impl Voxelizer {
 
     /// Smallest corner of the piece in the whole grid (voxels).
     pub fn first_voxel(&self) -> UVec3 {
-        self.first_voxel
+        self.first_voxel.as_uvec3()
+    }
+
+    /// Of a window of an unbounded grid, with so many grains a voxel.
+    pub(super) fn of_window(gpu: &Gpu, settings: VoxelSettings, grid: VoxelGrid, grains: f32) -> Result<Self, Error> {
+        require(gpu, settings.method)?;
+        Ok(Voxelizer {
+            settings,
+            whole_origin: grid.origin,
+            first_voxel: IVec3::ZERO,
+            grains,
+            grid,
+            buffers: None,
+            nothing: buffer(gpu, "voxel.nothing", 0)?,
+            no_image: average_image(gpu, 1)?,
+            fragment_capacity: 0,
+            dynamic_room: [0; 2],
+            sharing: 1,
+        })
+    }
+
+    /// Moves the window to where it begins at a voxel of the grid that has a corner at `anchor`.
+    pub(super) fn move_to(&mut self, anchor: Vec3, first: IVec3) {
+        self.first_voxel = first;
+        self.grid.origin = anchor + self.grid.voxel_size * first.as_vec3();
     }
 
     /// Voxelizes all triangles, static and dynamic alike. The first time, fragments are counted before they are stored, so that their buffer is exact; later, a buffer that proves too small is
@@ -225,10 +308,16 @@ impl Voxelizer {
 
     /// Voxelizes the static triangles, and then the dynamic ones where they are; [`DynamicVoxels::update`] follows them from there.
     pub fn run_dynamic(&mut self, gpu: &Gpu, scene: &GpuScene) -> Result<(Voxels, DynamicVoxels, FrameStats), Error> {
-        let (mut voxels, lists, mut stats) = self.voxelize(gpu, scene, Triangles::Static)?;
-        let (mut dynamic, cleared) = DynamicVoxels::new(gpu, &voxels, lists)?;
-        stats.append(cleared);
+        let (mut voxels, mut dynamic, mut stats) = self.run_static(gpu, scene)?;
         stats.append(dynamic.update(gpu, scene, self, &mut voxels)?);
+        Ok((voxels, dynamic, stats))
+    }
+
+    /// Voxelizes the static triangles alone; [`DynamicVoxels::update`] puts the dynamic ones among them.
+    pub fn run_static(&mut self, gpu: &Gpu, scene: &GpuScene) -> Result<(Voxels, DynamicVoxels, FrameStats), Error> {
+        let (voxels, lists, mut stats) = self.voxelize(gpu, scene, Triangles::Static)?;
+        let (dynamic, cleared) = DynamicVoxels::new(gpu, &voxels, lists)?;
+        stats.append(cleared);
         Ok((voxels, dynamic, stats))
     }
 
@@ -249,7 +338,7 @@ impl Voxelizer {
             frame.fill("voxel.clear", &grid_buffers.occupancy, 0);
             frame.fill("voxel.clear", &grid_buffers.counters, 0);
             let buffers = [&grid_buffers.occupancy, &fragments, &emission, &grid_buffers.counters];
-            self.add_fragments(&mut frame, scene, which, buffers, self.fragment_capacity);
+            self.add_fragments(&mut frame, scene, &which.batches(scene), self.whole(), buffers, self.fragment_capacity);
             add_index(&mut frame, self.grid, &grid_buffers);
             let run = gpu.submit(frame)?;
             let counts: Vec<u32> = bytemuck::pod_collect_to_vec(&gpu.read_buffer(&grid_buffers.counters)?);
@@ -284,22 +373,33 @@ impl Voxelizer {
         Ok(unfinished_count > 0)
     }
 
-    /// Fragments into `[occupancy, fragments, emission, counters]`, those beyond `capacity` counted only.
-    pub(super) fn add_fragments(&self, frame: &mut Frame, scene: &GpuScene, which: Triangles, buffers: [&Arc<Buffer>; 4], capacity: u32) {
+    /// All voxels of the grid.
+    pub(super) fn whole(&self) -> VoxelBox {
+        VoxelBox::cube(IVec3::ZERO, self.grid.resolution)
+    }
+
+    /// Fragments of some triangles in some voxels of the grid into `[occupancy, fragments, emission, counters]`, those beyond `capacity` counted only.
+    pub(super) fn add_fragments(&self, frame: &mut Frame, scene: &GpuScene, batches: &[Batch], clip: VoxelBox, buffers: [&Arc<Buffer>; 4], capacity: u32) {
+        // Of a part of the grid, the triangles are runs of a few.
+        let alike = if clip == self.whole() { 1 } else { batches.iter().map(|batch| batch.triangle_count.div_ceil(64)).sum() };
+        let [clip_x, clip_y, clip_z] = (clip.low.as_uvec3() | (clip.end - 1).as_uvec3() << 16u32).to_array();
         let params = |batch: &Batch| FragmentParams {
             origin_inverse_size: self.whole_origin.extend(1.0 / self.grid.voxel_size).to_array(),
-            first_voxel: self.first_voxel.as_vec3().extend(0.0).to_array(),
+            first_voxel: self.first_voxel.as_vec3().extend(self.grains).to_array(),
             resolution: self.grid.resolution,
             first_triangle: batch.first_triangle,
             triangle_count: batch.triangle_count,
             material: batch.material,
             capacity,
             emission_unit: scene.largest_emission.max(f32::MIN_POSITIVE),
+            clip_x,
+            clip_y,
+            clip_z,
         };
         // A material pays for the textures that it has: one variant for each kind.
         for kind in [TextureUse::None, TextureUse::Textured, TextureUse::Masked] {
-            let is_of = |batch: &&Batch| scene.texture_use[batch.material as usize] == kind && which.has(scene, batch.material);
-            let batches: Vec<_> = scene.batches.iter().filter(is_of).collect();
+            let is_of = |batch: &&Batch| scene.texture_use[batch.material as usize] == kind;
+            let batches: Vec<_> = batches.iter().filter(is_of).collect();
             if batches.is_empty() {
                 continue;
             }
@@ -309,12 +409,13 @@ impl Voxelizer {
                 Method::RasterHw => &FRAGMENTS_RASTER_HW,
             };
             let builder = buffers.into_iter().fold(frame.pass(pass), PassBuilder::bind);
-            let builder = builder.constants(&[u32::from(scene.is_emissive), u32::from(kind == TextureUse::Masked), u32::from(kind != TextureUse::None)]);
+            let flags = [scene.is_emissive, kind == TextureUse::Masked, kind != TextureUse::None, self.settings.surface == Surface::Thin];
+            let builder = builder.constants(&flags.map(u32::from));
             if self.settings.method == Method::Compute {
                 let dispatch = |batch: &&Batch| BatchDispatch {
                     material: batch.material,
                     push: bytemuck::bytes_of(&params(batch)).to_vec(),
-                    groups: self.triangle_groups(batch.triangle_count),
+                    groups: self.triangle_groups(batch.triangle_count, alike),
                 };
                 builder.dispatch_batches(batches.iter().map(dispatch).collect());
             } else {
@@ -329,10 +430,10 @@ impl Voxelizer {
         }
     }
 
-    /// Workgroups of 64 triangles, and how many share the columns of the same triangles where there are few.
-    fn triangle_groups(&self, triangle_count: u32) -> [u32; 3] {
+    /// Workgroups of 64 triangles, and how many share the columns of the same triangles where there are few: of the batch, or of many small ones `alike`.
+    fn triangle_groups(&self, triangle_count: u32, alike: u32) -> [u32; 3] {
         let groups = triangle_count.div_ceil(64);
-        let sharing = (64 / groups).clamp(1, self.grid.resolution.pow(2).div_ceil(256));
+        let sharing = (64 / groups.max(alike)).clamp(1, self.grid.resolution.pow(2).div_ceil(256));
         [groups, sharing.max(self.sharing), 1]
     }
 
@@ -415,7 +516,7 @@ impl Voxelizer {
 }
 
 /// Compact indices from occupancy.
-fn add_index(frame: &mut Frame, grid: VoxelGrid, GridBuffers { occupancy, block_bases, group_sums, counters }: &GridBuffers) {
+pub(super) fn add_index(frame: &mut Frame, grid: VoxelGrid, GridBuffers { occupancy, block_bases, group_sums, counters }: &GridBuffers) {
     let block_count = grid.block_count();
     let (groups, group_count) = (linear_groups(block_count.div_ceil(16)), block_count.div_ceil(1024));
     let params = CountParams { block_count };

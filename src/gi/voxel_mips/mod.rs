@@ -11,14 +11,14 @@ pub use matter::{MARK_MATTER, MatterParams, REDUCE_MATTER, mark_matter, matter_i
 
 use super::cone::{self, ConeTracer, Volume};
 use super::interleave::{self, deinterleave};
-use super::registry::{Directions, Entry, Part, Stage};
+use super::registry::{Directions, Entry, Part, Stage, Substitution};
 use super::settings::{Domain, Preset, Setting, Settings};
 use super::voxel::voxelize::linear_groups;
 use super::voxel::{
     self, Accumulation, Bounces, Directionality, DynamicVoxels, FACE_SETTINGS, Injection, LightSettings, MIP_FILTER, Prefilter, RAY_SETTINGS, RaySettings,
     Sides, VoxelLight, VoxelRecords, VoxelSettings, Voxelizer, Voxels, bounce_rays, gather_rays,
 };
-use super::{Context, IndirectLight, Technique};
+use super::{Context, IndirectLight, LitVoxels, Technique};
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Error, Frame, FrameStats, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Pass, Sets, Shaders, vk};
 use crate::render::{GBuffer, GpuScene, LightMaps, Output, screen_image};
@@ -104,12 +104,30 @@ static PRESETS: &[Preset] = &[
     },
 ];
 
+static SUBSTITUTIONS: &[Substitution] = &[
+    Substitution {
+        name: "directions",
+        help: "as many directions as the gather's settings allow, so that no light falls between them",
+        pairs: |settings| if settings.is("gather", "rays") { more_rays(settings) } else { cone::more_cones(settings) },
+    },
+    Substitution {
+        name: "filtering",
+        help: "exact rays through the finest voxels, instead of samples of filtered ones",
+        pairs: |settings| if settings.is("gather", "rays") { Vec::new() } else { vec!["gather=rays".into()] },
+    },
+];
+
+/// 4,096 directions in each interleaving window.
+fn more_rays(settings: &Settings) -> Vec<String> {
+    vec![format!("rays={}", (4096 / settings.count("interleave").pow(2)).max(settings.count("rays")))]
+}
+
 /// The row of the registry.
 pub static ENTRY: Entry = Entry {
     name: "voxel-mips",
     summary: "dense voxel mips, cone-traced",
     bounces: |settings| Bounces::new(settings).count(),
-    settings: &[voxel::SETTINGS, SETTINGS, FACE_SETTINGS, cone::SETTINGS, RAY_SETTINGS],
+    settings: &[voxel::RESOLUTION, voxel::SETTINGS, SETTINGS, FACE_SETTINGS, cone::SETTINGS, RAY_SETTINGS],
     check: cone::check,
     presets: PRESETS,
     passes: &[voxel::PASSES, &[&CLEAR_DYNAMIC, &MARK_MATTER, &REDUCE_MATTER, &FILTER], cone::PASSES, interleave::PASSES],
@@ -130,6 +148,7 @@ pub static ENTRY: Entry = Entry {
         Directions { pass: &voxel::GATHER_RAYS, count: Some(|settings| settings.count("rays")) },
         Directions { pass: &cone::SPECULAR, count: None },
     ],
+    substitutions: &[SUBSTITUTIONS, voxel::SUBSTITUTIONS],
     voxels: Some(voxel::list_voxels),
     make,
 };
@@ -175,7 +194,7 @@ fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>
 }
 
 fn new(context: &Context<'_>, settings: &Settings) -> Result<VoxelMips, Error> {
-    let Context { gpu, scene, size } = *context;
+    let Context { gpu, scene, size, .. } = *context;
     let directionality = Directionality::new(settings);
     let rays = settings.is("gather", "rays").then(|| RaySettings::new(settings));
     let specular = scene.is_glossy && settings.is("specular", "on");
@@ -389,6 +408,10 @@ impl Technique for VoxelMips {
     fn count_samples(&self, gpu: &Gpu, scene: &GpuScene, gbuffer: &GBuffer) -> Result<Vec<(&'static str, u64)>, Error> {
         let (Some((voxels, _)), Some(volume)) = (&self.store, &self.volume) else { return Ok(Vec::new()) };
         self.cones.count_samples(gpu, scene, gbuffer, &voxels.grid, volume.as_volume(), [self.rays.is_none(), self.light.specular.is_some()])
+    }
+
+    fn lit_voxels(&mut self) -> Vec<LitVoxels<'_>> {
+        self.store.iter_mut().map(|(voxels, light)| LitVoxels { voxels: VoxelRecords::from(&*voxels), light }).collect()
     }
 
     fn counts(&self, gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {

@@ -45,7 +45,7 @@ const SIZE: [u32; 2] = [8, 8];
 impl<'g> Setup<'g> {
     fn new(gpu: &'g Gpu, scene: &Scene, settings: &Settings) -> Self {
         let gpu_scene = GpuScene::new(gpu, scene).unwrap();
-        let context = Context { gpu, scene: &gpu_scene, size: SIZE };
+        let context = Context { gpu, scene: &gpu_scene, size: SIZE, eye: glam::Vec3::ZERO };
         let mut technique = super::new(&context, settings).unwrap();
         technique.build(&context).unwrap();
         let maps = LightMaps::new(gpu, &gpu_scene, 64, technique.needs_rsm()).unwrap();
@@ -55,7 +55,7 @@ impl<'g> Setup<'g> {
     fn go_to(&mut self, scene: &mut Scene, time_s: f32) {
         scene.set_time(time_s);
         self.scene.set_pose(self.gpu, scene).unwrap();
-        self.technique.set_pose(&Context { gpu: self.gpu, scene: &self.scene, size: SIZE }).unwrap();
+        self.technique.set_pose(&Context { gpu: self.gpu, scene: &self.scene, size: SIZE, eye: glam::Vec3::ZERO }).unwrap();
     }
 
     /// Every texel of every mip, lit.

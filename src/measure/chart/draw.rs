@@ -22,7 +22,7 @@ pub(super) fn draw_lines<DB: DrawingBackend>(area: &DrawingArea<DB, Shift>, x_la
     let mut chart =
         builder.build_cartesian_2d(Axis { range: x.clone(), scale: Scale::Linear, ticks: x_ticks }, Axis { range: y, scale: panel.y_scale, ticks: y_ticks })?;
     let mut mesh = chart.configure_mesh();
-    mesh.disable_x_mesh().max_light_lines(0).x_label_formatter(&|exponent| format!("{}", exponent.exp2().round())).y_label_formatter(&|y| short(*y));
+    mesh.disable_x_mesh().max_light_lines(0).x_label_formatter(&|exponent| short(exponent.exp2())).y_label_formatter(&|y| short(*y));
     mesh.x_desc(x_label).y_desc(panel.y_label.as_str()).label_style(("sans-serif", TEXT_PX)).bold_line_style(RGBColor(225, 225, 225)).draw()?;
     if let (Some((_, what)), Some(y)) = (&panel.floor, floor.clone().next()) {
         let grey = RGBColor(120, 120, 120);

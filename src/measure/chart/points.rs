@@ -165,8 +165,8 @@ fn number_width(number: usize) -> i32 {
     if number + 1 < 10 { 9 } else { 18 }
 }
 
-/// Where the number of each point of the front stands, as the offset of its middle from the point: as near as it can without covering points or other numbers or
-/// leaving the frame, and where that is impossible with the least overlap.
+/// Where the number of each point of the front stands, as the offset of its middle from the point: as near as it can without covering points or other
+/// numbers or leaving the frame, and where that is impossible with the least overlap.
 fn number_places(front: &[(i32, i32)], points: &[(i32, i32)], frame: &Rect) -> Vec<(i32, i32)> {
     let mut taken: Vec<Rect> = points.iter().map(|at| Rect::around(*at, 2 * MARKER_PX + 2, 2 * MARKER_PX + 2)).collect();
     let mut places = Vec::new();

@@ -7,6 +7,7 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use crate::gi::registry::{Entry, TECHNIQUES, find};
+use crate::gi::settings::SettingError;
 use crate::measure::bench::Case;
 
 /// The grid of `lumivox chart` without `--grid`.
@@ -80,7 +81,8 @@ impl Reader<'_> {
             };
             for preset in presets {
                 for pairs in product(&choices) {
-                    let settings = entry.settings(preset, &pairs).map_err(|error| self.error(0..0, error.to_string()))?;
+                    let named = || [&[entry.name], preset.as_slice(), &pairs.iter().map(String::as_str).collect::<Vec<_>>()].concat().join(" ");
+                    let settings = entry.settings(preset, &pairs).map_err(|error| self.error(start(block), format!("{}: {error}", named())))?;
                     cases.push(Case { entry, preset: preset.map(str::to_owned), settings });
                 }
             }
@@ -125,7 +127,11 @@ impl Reader<'_> {
             };
             let pair = format!("{name}={text}");
             for entry in entries {
-                entry.settings(None, &[&pair]).map_err(|error| self.error(value.span(), format!("{}: {error}", entry.name)))?;
+                match entry.settings(None, &[&pair]) {
+                    // Others in the block may make it possible.
+                    Ok(_) | Err(SettingError::Together(_)) => {}
+                    Err(error) => return Err(self.error(value.span(), format!("{}: {error}", entry.name))),
+                }
             }
             Ok(pair)
         };
@@ -143,6 +149,11 @@ fn has_setting(entry: &Entry, name: &str) -> bool {
 
 fn has_preset(entry: &Entry, name: &str) -> bool {
     entry.presets.iter().any(|preset| preset.name == name)
+}
+
+/// Where a block's settings start.
+fn start(block: &BlockToml) -> Range<usize> {
+    block.set.keys().map(Spanned::span).min_by_key(|span| span.start).unwrap_or(0..0)
 }
 
 /// One of each list, in every combination; the last list changes fastest.
@@ -184,8 +195,17 @@ mod tests {
 
     #[test]
     fn a_block_is_a_product() -> Result<(), GridError> {
-        let text = "[[sweep]]\ntechnique = [\"svo\", \"voxel-mips\"]\npreset = [\"cones\"]\nset = { resolution = [16, 32], step_factor = [0.5, 1, 2], bounces = [2] }\n\
-                    [[sweep]]\ntechnique = [\"none\"]\n[[sweep]]\ntechnique = [\"svo\"]\npreset = [\"cones\"]\nset = { resolution = [16], step_factor = [2.0], bounces = [\"2\"] }";
+        let text = r#"
+            [[sweep]]
+            technique = ["svo", "voxel-mips"]
+            preset = ["cones"]
+            set = { resolution = [16, 32], step_factor = [0.5, 1, 2], bounces = [2] }
+            [[sweep]]
+            technique = ["none"]
+            [[sweep]]
+            technique = ["svo"]
+            preset = ["cones"]
+            set = { resolution = [16], step_factor = [2.0], bounces = ["2"] }"#;
         let cases = grid_cases("grid.toml", text)?;
         assert_eq!(
             cases.iter().map(|case| case.entry.name).collect::<Vec<_>>(),
@@ -212,6 +232,10 @@ mod tests {
             ("[[sweep]]\n[sweep.set]\ncones = []", "grid.toml:3: setting cones: the list is empty"),
             ("[[sweep]]\n[sweep.set]\ncones = [true]", "grid.toml:3: setting cones: true is neither"),
             ("[[sweep]]\ncones = [", "grid.toml:2: "),
+            (
+                "[[sweep]]\ntechnique = [\"svo\"]\n[sweep.set]\ncone_set = [\"kahl\"]\nkahl_front = [\"off\"]\nkahl_intermediate = [\"off\"]",
+                "grid.toml:4: svo accurate cone_set=kahl kahl_front=off kahl_intermediate=off: ",
+            ),
         ];
         cases.iter().for_each(|(text, message)| assert!(problem(text).starts_with(message), "{:?} for {text:?}", problem(text)));
     }

@@ -47,20 +47,21 @@ fn how_to_read() -> Markup {
     html! {
         p.note {
             "Each point is one technique of global illumination with one set of settings. " b { "Lower and further left is better." }
-            " The step line is the Pareto front: no other point is both cheaper and closer to the truth than a point on it; its points are numbered, and the key says "
-            "what they are. Take the leftmost number that is low enough for you. Everything above the line pays more for less."
+            " The step line is the Pareto front: no other point is both cheaper and closer to the truth than a point on it; its points are numbered, and "
+            "the key says what they are. Take the leftmost number that is low enough for you. Everything above the line pays more for less."
         }
         p.note {
-            b { "Error" } " is rel_rmse of the indirect light: √mean(T − R)² / mean R over means of 8×8 pixels, T the technique, R the path-traced reference with "
-            "as many bounces; 5% is hard to see, 20% is plain. The dashed line is the reference's own noise: differences below it mean nothing. Points of different "
-            "numbers of bounces compute different light and stand in charts of their own. " b { "Bias" } " is mean(T − R) / mean R: light made up (+) or lost (−). "
-            b { "Time" } " is that of the passes of indirect light, the median over frames, with the smallest and largest; what all techniques share (shadow maps, "
-            "visible surfaces, composite) is in " b { "frame" } " only. " b { "Memory" } " is what the technique keeps in the world."
+            b { "Error" } " is rel_rmse of the indirect light: √mean(T − R)² / mean R over means of 8×8 pixels, T the technique, R the path-traced "
+            "reference with as many bounces; 0% is perfect. The dashed line is the reference's own noise: differences below it mean nothing. Points of "
+            "different numbers of bounces compute different light and stand in charts of their own. "
+            b { "Bias" } " is mean(T − R) / mean R: light made up (+) or lost (−). "
+            b { "Time" } " is that of the passes of indirect light, the median over frames, with the smallest and largest; what all techniques share (shadow "
+            "maps, visible surfaces, composite) is in " b { "frame" } " only. " b { "Memory" } " is what the technique keeps in the world."
         }
         p.note {
-            "What the charts do not show: one figure for the whole picture hides a bad corner, so look at the worst material and at the heat maps (black is right, the "
-            "brightest is wrong by the mean of the reference's light or more). Leaks, flicker and other ways to fail have figures of their own: see "
-            code { "lumivox stress" } ". Times hold for this device and this size of picture."
+            "What the charts do not show: one figure for the whole picture hides a bad corner, so look at the worst material and at the heat maps (black is "
+            "right, the brightest is wrong by the mean of the reference's light or more). Leaks, flicker and other ways to fail have figures of their own: "
+            "see " code { "lumivox stress" } ". Times hold for this device and this size of picture."
         }
     }
 }

@@ -6,11 +6,18 @@ use glam::{Affine3A, Mat3, Quat, Vec2, Vec3};
 
 use super::super::{Camera, Light, Scene};
 use super::atrium_materials::Materials;
-use super::mesh::{HIGH_Y, LOW_Y, Mesh, SurfacePoint};
-use super::{BundledScene, Values};
+use super::mesh::{HIGH_X, HIGH_Y, LOW_X, LOW_Y, Mesh, SurfacePoint};
+use super::{BundledScene, Parameter, Values};
 
 pub(super) const ROW: BundledScene =
     BundledScene { name: "atrium", description: "two-storey courtyard with arcades, hanging cloths, plants and sun (textured)", parameters: &[], build };
+
+pub(super) const STREET_ROW: BundledScene = BundledScene {
+    name: "street",
+    description: "the atrium without its ends, again and again: arcades on both sides of a long street (textured)",
+    parameters: &[Parameter { name: "length_m", description: "length, to whole courts of 22 m", unit: "m", min: 22.0, max: 2200.0, default: 110.0 }],
+    build: build_street,
+};
 
 /// Half the size of the open court \[m\].
 const COURT: Vec2 = Vec2::new(8.0, 4.0);
@@ -37,12 +44,46 @@ const STOREYS: [Storey; 2] = [Storey { floor_m: 0.0, spring_m: 2.7, ceiling_m: 3
 const TOP_M: f32 = 8.3;
 
 fn build(_values: &Values) -> Scene {
+    let camera = Camera { eye: Vec3::new(-7.7, 2.0, 2.3), target: Vec3::new(3.0, 3.0, -1.2), up: Vec3::Y, vfov_deg: 65.0 };
+    court(Ends::Closed).into_scene("atrium", vec![sun()], SKY, camera)
+}
+
+fn build_street(values: &Values) -> Scene {
+    let mut mesh = court(Ends::Open);
+    let pitch_m = 2.0 * (COURT.x + GALLERY_M);
+    mesh.repeat((values.number("length_m") / pitch_m).round() as u32, pitch_m * Vec3::X);
+    let camera = Camera { eye: Vec3::new(-7.7, 2.0, 2.3), target: Vec3::new(30.0, 3.0, -1.0), up: Vec3::Y, vfov_deg: 65.0 };
+    mesh.into_scene("street", vec![sun()], SKY, camera)
+}
+
+/// Radiance of the sky [W/(m² sr)].
+const SKY: Vec3 = Vec3::new(0.16, 0.21, 0.3);
+
+fn sun() -> Light {
+    Light::Directional { direction: Vec3::new(0.32, -1.0, 0.22).normalize(), irradiance: Vec3::new(11.0, 9.8, 8.0) }
+}
+
+/// What a court has towards −x and +x.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Ends {
+    /// Arcades and walls, as on its other sides.
+    Closed,
+    /// Nothing.
+    Open,
+}
+
+/// The sides of a court, the long ones first and third: turn about the vertical, half length, distance from the middle \[m\].
+const SIDES: [(f32, f32, f32); 4] = [(0.0, COURT.x, COURT.y), (FRAC_PI_2, COURT.y, COURT.x), (PI, COURT.x, COURT.y), (-FRAC_PI_2, COURT.y, COURT.x)];
+
+/// One court and what is in it.
+fn court(ends: Ends) -> Mesh {
     let mut mesh = Mesh::default();
     let materials = Materials::new(&mut mesh);
-    shell(&mut mesh, &materials);
+    let sides = if ends == Ends::Closed { 4 } else { 2 };
+    shell(&mut mesh, &materials, sides);
     for storey in &STOREYS {
-        slabs(&mut mesh, &materials, storey);
-        for (turn, length, distance) in [(0.0, COURT.x, COURT.y), (FRAC_PI_2, COURT.y, COURT.x), (PI, COURT.x, COURT.y), (-FRAC_PI_2, COURT.y, COURT.x)] {
+        slabs(&mut mesh, &materials, storey, sides);
+        for (turn, length, distance) in SIDES.into_iter().step_by(4 / sides) {
             let to_side = Affine3A::from_rotation_y(turn) * Affine3A::from_translation(Vec3::new(-length, 0.0, -distance));
             for bay in 0..(2.0 * length / BAY_M) as u32 {
                 mesh.world_from_local = to_side * Affine3A::from_translation(Vec3::new(bay as f32 * BAY_M, 0.0, 0.0));
@@ -58,13 +99,11 @@ fn build(_values: &Values) -> Scene {
     fountain(&mut mesh, &materials);
     cloths(&mut mesh, &materials);
     plants(&mut mesh, &materials);
-    let sun = Light::Directional { direction: Vec3::new(0.32, -1.0, 0.22).normalize(), irradiance: Vec3::new(11.0, 9.8, 8.0) };
-    let camera = Camera { eye: Vec3::new(-7.7, 2.0, 2.3), target: Vec3::new(3.0, 3.0, -1.2), up: Vec3::Y, vfov_deg: 65.0 };
-    mesh.into_scene("atrium", vec![sun], Vec3::new(0.16, 0.21, 0.3), camera)
+    mesh
 }
 
-/// Ground and outer walls.
-fn shell(mesh: &mut Mesh, materials: &Materials) {
+/// Ground and outer walls, those of the first so many sides.
+fn shell(mesh: &mut Mesh, materials: &Materials, sides: usize) {
     let [x, z] = [COURT.x + GALLERY_M, COURT.y + GALLERY_M];
     let cuts_x = [-x, -COURT.x, COURT.x, x];
     let cuts_z = [-z, -COURT.y, COURT.y, z];
@@ -72,15 +111,16 @@ fn shell(mesh: &mut Mesh, materials: &Materials) {
         LOW_Y if middle.x.abs() < COURT.x && middle.z.abs() < COURT.y => Some(materials.court_tiles),
         LOW_Y => Some(materials.gallery_tiles),
         HIGH_Y => None,
+        LOW_X | HIGH_X if sides < 3 => None,
         _ => Some(materials.brick),
     });
     let outer_m = 0.4;
-    for (low, high) in ring(Vec2::new(x, z), outer_m) {
+    for (low, high) in ring(Vec2::new(x, z), outer_m).into_iter().take(sides) {
         mesh.cuboid([materials.cornice; 6], Vec3::new(low.x, -0.1, low.y), Vec3::new(high.x, TOP_M, high.y));
     }
 }
 
-/// The four rectangles of a ring of the given width around a rectangle of half size `inner`, as (low, high) in x and z.
+/// The four rectangles of a ring of the given width around a rectangle of half size `inner`, as (low, high) in x and z: towards −z, +z, −x and +x.
 fn ring(inner: Vec2, width: f32) -> [(Vec2, Vec2); 4] {
     let outer = inner + width;
     [
@@ -92,17 +132,17 @@ fn ring(inner: Vec2, width: f32) -> [(Vec2, Vec2); 4] {
 }
 
 /// The floor above a storey's galleries, with a cornice towards the court.
-fn slabs(mesh: &mut Mesh, materials: &Materials, storey: &Storey) {
+fn slabs(mesh: &mut Mesh, materials: &Materials, storey: &Storey, sides: usize) {
     mesh.world_from_local = Affine3A::IDENTITY;
     let Materials { plaster, cornice, gallery_tiles, .. } = *materials;
     let top_m = storey.ceiling_m + SLAB_M;
     let edge = COURT - 0.5 * WALL_M;
-    for (low, high) in ring(edge, GALLERY_M + 0.5 * WALL_M - 0.001) {
+    for (low, high) in ring(edge, GALLERY_M + 0.5 * WALL_M - 0.001).into_iter().take(sides) {
         mesh.cuboid([cornice, cornice, plaster, gallery_tiles, cornice, cornice], Vec3::new(low.x, storey.ceiling_m, low.y), Vec3::new(high.x, top_m, high.y));
     }
     for (step, (out_m, height_m)) in [(0.06, 0.09), (0.11, 0.09), (0.17, 0.07)].into_iter().enumerate() {
         let low_m = storey.ceiling_m + 0.02 + 0.09 * step as f32;
-        for (low, high) in ring(edge - out_m, out_m + 0.01) {
+        for (low, high) in ring(edge - out_m, out_m + 0.01).into_iter().take(sides) {
             mesh.cuboid([cornice; 6], Vec3::new(low.x, low_m, low.y), Vec3::new(high.x, low_m + height_m, high.y));
         }
     }

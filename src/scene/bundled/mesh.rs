@@ -68,6 +68,16 @@ impl Mesh {
         scene
     }
 
+    /// Adds copies of all there is, each `step` (m) further, so that it is there `count` times.
+    pub(super) fn repeat(&mut self, count: u32, step: Vec3) {
+        let (vertices, triangles) = (self.part.vertices.clone(), self.part.triangles.clone());
+        for copy in 1..count {
+            let (first, offset) = (self.part.vertices.len() as u32, copy as f32 * step);
+            self.part.vertices.extend(vertices.iter().map(|vertex| Vertex { position: (Vec3::from(vertex.position) + offset).to_array(), ..*vertex }));
+            self.part.triangles.extend(triangles.iter().map(|triangle| Triangle { vertices: triangle.vertices.map(|index| first + index), ..*triangle }));
+        }
+    }
+
     fn vertex(&mut self, position: Vec3, normal: Vec3, uv: Vec2) -> u32 {
         let normal = (Mat3::from(self.world_from_local.matrix3) * normal).normalize();
         let position = self.world_from_local.transform_point3(position);

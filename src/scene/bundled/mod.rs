@@ -47,7 +47,7 @@ pub struct BundledScene {
 
 /// All bundled scenes.
 pub const TABLE: &[BundledScene] =
-    &[cornell::ROW, cornell_lamp::ROW, two_rooms::ROW, furnace::ROW, lit_sphere::ROW, atrium::ROW, glossy::ROW, emissive_gallery::ROW];
+    &[cornell::ROW, cornell_lamp::ROW, two_rooms::ROW, furnace::ROW, lit_sphere::ROW, atrium::ROW, atrium::STREET_ROW, glossy::ROW, emissive_gallery::ROW];
 
 const SWITCH: &str = "0 or 1";
 const WHOLE_NUMBER: &str = "whole number";

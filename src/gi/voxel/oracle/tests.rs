@@ -6,6 +6,7 @@ use glam::DVec2;
 
 use super::light::{arriving_light, at_weights, sample_weights};
 use super::*;
+use crate::gi::voxel::Surface;
 use crate::scene::{Light, Specular, Texture, TextureKind, Triangle};
 
 const UNIT_GRID: Grid = Grid { origin: Vec3::ZERO, voxel_size: 1.0, resolution: 4 };
@@ -68,11 +69,23 @@ fn plane_on_a_boundary_touches_both_layers() {
 fn diagonal_triangle_touches_four_voxels() {
     let triangle = [[1.5, 0.0, 0.0], [0.0, 1.5, 0.0], [0.0, 0.0, 1.5]];
     assert_eq!(touched_voxels(triangle, 2), [[0, 0, 0], [0, 0, 1], [0, 1, 0], [1, 0, 0]]);
-    let separation = |voxel: VoxelIndex| candidates(triangle, 2, 0.0).iter().find(|candidate| candidate.voxel == voxel).map(|found| found.separation);
+    let separation =
+        |voxel: VoxelIndex| candidates(triangle, 2, 0.0, Surface::Conservative).iter().find(|candidate| candidate.voxel == voxel).map(|found| found.separation);
     // (1, 1, 0) is nearest to the edge's middle (¾, ¾, 0).
     assert!(separation([1, 1, 0]).is_some_and(|gap| close(gap, 0.5 / 2f64.sqrt())));
     // The corner (1, 1, 1) of the voxel at the origin is 1.5 / √3 beyond the plane; its corner (0, 0, 0) as far before it.
     assert!(separation([0, 0, 0]).is_some_and(|gap| close(gap, -1.5 / 3f64.sqrt())));
+}
+
+/// Of the four voxels the plane x + y + z = 1.5 meets the cross of one alone: the others' centres are 1 / √3 away, their crosses reach ½ / √3.
+#[test]
+fn a_thin_diagonal_triangle_is_in_one_voxel() {
+    let triangle = [[1.5, 0.0, 0.0], [0.0, 1.5, 0.0], [0.0, 0.0, 1.5]];
+    let near = candidates(triangle, 2, 0.0, Surface::Thin);
+    let thin: Vec<VoxelIndex> = near.iter().filter(|near| near.separation <= 0.0).map(|near| near.voxel).collect();
+    assert_eq!(thin, [[0, 0, 0]]);
+    let beside = near.iter().find(|near| near.voxel == [1, 0, 0]);
+    assert!(beside.is_some_and(|near| close(near.separation, 0.5 / 3f64.sqrt())));
 }
 
 /// With vertices on the axes at 1 the neighbours are touched in one point.
@@ -86,7 +99,7 @@ fn touching_in_a_point_counts() {
 fn triangles_without_area_are_skipped() {
     assert!(touched_voxels([[0.5, 0.5, 0.5], [1.5, 1.5, 1.5], [2.5, 2.5, 2.5]], 4).is_empty());
     assert!(touched_voxels([[0.5, 0.5, 0.5]; 3], 4).is_empty());
-    assert!(candidates([[0.5, 0.5, 0.5]; 3], 4, 1.0).is_empty());
+    assert!(candidates([[0.5, 0.5, 0.5]; 3], 4, 1.0, Surface::Conservative).is_empty());
 }
 
 /// The separation of every candidate against the distance found by dense sampling of the triangle.
@@ -94,7 +107,7 @@ fn triangles_without_area_are_skipped() {
 fn separation_agrees_with_sampled_points() {
     let triangle = [[0.3, 0.1, 0.2], [3.7, 1.3, 0.9], [1.1, 3.2, 3.6]];
     let points: Vec<DVec3> = (0..40_000).map(|sample| at_weights(doubles(triangle), sample_weights(sample))).collect();
-    for Candidate { voxel, separation } in candidates(triangle, 4, 1.0) {
+    for Candidate { voxel, separation } in candidates(triangle, 4, 1.0, Surface::Conservative) {
         let corner = corner_of(voxel);
         let inside = points.iter().any(|point| point.cmpge(corner).all() && point.cmple(corner + 1.0).all());
         assert!(!inside || separation <= 0.0, "{voxel:?} holds a point of the triangle but has {separation}");

@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::{GridTriangle, VoxelIndex, corner_of, doubles};
+use crate::gi::voxel::Surface;
 
 /// One separating axis: a direction and the interval that the triangle covers along it.
 struct Axis {
@@ -17,10 +18,13 @@ impl Axis {
         Axis { direction, low: along[0].min(along[1]).min(along[2]), high: along[0].max(along[1]).max(along[2]) }
     }
 
-    /// Gap between triangle and box \[voxels\]; negative is overlap. Divided by the axis' length last, so that exact inputs touch exactly.
-    fn gap(&self, voxel: VoxelIndex) -> f64 {
+    /// Gap between triangle and box, or the box's cross, \[voxels\]; negative is overlap. Divided by the axis' length last, so that exact inputs touch exactly.
+    fn gap(&self, voxel: VoxelIndex, surface: Surface) -> f64 {
         let centre = self.direction.dot(corner_of(voxel) + 0.5);
-        let radius = 0.5 * (self.direction.x.abs() + self.direction.y.abs() + self.direction.z.abs());
+        let radius = match surface {
+            Surface::Conservative => 0.5 * self.direction.abs().element_sum(),
+            Surface::Thin => 0.5 * self.direction.abs().max_element(),
+        };
         (self.low - (centre + radius)).max((centre - radius) - self.high) / self.direction.length()
     }
 }
@@ -49,14 +53,14 @@ pub fn is_degenerate(triangle: GridTriangle) -> bool {
 pub struct Candidate {
     /// The voxel.
     pub voxel: VoxelIndex,
-    /// Largest gap between closed triangle and closed box over the 13 axes, along unit vectors \[voxels\]: touching is ≤ 0. A lower bound of the
-    /// distance where positive, the depth of the overlap where negative.
+    /// Largest gap between closed triangle and closed box (or its cross) over the 13 axes, along unit vectors \[voxels\]: touching is ≤ 0. A lower bound of
+    /// the distance where positive, the depth of the overlap where negative.
     pub separation: f64,
 }
 
-/// All voxels of the grid that meet the triangle's bounding box enlarged by `reach` voxels, each with its separation; none for a degenerate triangle.
+/// All voxels of the grid that meet the triangle's bounding box enlarged by `reach` voxels, each with its separation (of a thin surface, from its cross); none for a degenerate triangle.
 /// Two implementations may disagree only where |separation| is within their rounding.
-pub fn candidates(triangle: GridTriangle, resolution: u32, reach: f64) -> Vec<Candidate> {
+pub fn candidates(triangle: GridTriangle, resolution: u32, reach: f64, surface: Surface) -> Vec<Candidate> {
     let mut found = Vec::new();
     if is_degenerate(triangle) {
         return found;
@@ -73,7 +77,7 @@ pub fn candidates(triangle: GridTriangle, resolution: u32, reach: f64) -> Vec<Ca
         for y in range(1) {
             for z in range(2) {
                 let voxel = [x as u32, y as u32, z as u32];
-                let separation = axes.iter().map(|axis| axis.gap(voxel)).fold(f64::NEG_INFINITY, f64::max);
+                let separation = axes.iter().map(|axis| axis.gap(voxel, surface)).fold(f64::NEG_INFINITY, f64::max);
                 found.push(Candidate { voxel, separation });
             }
         }
@@ -83,5 +87,9 @@ pub fn candidates(triangle: GridTriangle, resolution: u32, reach: f64) -> Vec<Ca
 
 /// The voxels that the closed triangle touches, as closed boxes, in ascending order; none for a degenerate triangle.
 pub fn touched_voxels(triangle: GridTriangle, resolution: u32) -> Vec<VoxelIndex> {
-    candidates(triangle, resolution, 0.0).into_iter().filter(|candidate| candidate.separation <= 0.0).map(|candidate| candidate.voxel).collect()
+    candidates(triangle, resolution, 0.0, Surface::Conservative)
+        .into_iter()
+        .filter(|candidate| candidate.separation <= 0.0)
+        .map(|candidate| candidate.voxel)
+        .collect()
 }

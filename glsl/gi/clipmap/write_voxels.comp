@@ -1,0 +1,28 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// clipmap.write_voxels: the radiance of a level's voxels, premultiplied by opacity, into its texels, but where the next finer level lies. A thread a voxel.
+layout(local_size_x = 64) in;
+
+#include "gi/voxel/records.glsl"
+
+layout(std430, set = 1, binding = 0) restrict readonly buffer Voxels { Voxel voxels[]; };
+layout(std430, set = 1, binding = 1) restrict readonly buffer VoxelRadiance { uvec2 voxel_radiance[]; };
+layout(set = 1, binding = 2, rgba16f) uniform restrict writeonly image3D clipmap;
+
+#include "gi/clipmap/store.glsl"
+
+layout(push_constant) uniform WriteParams {
+    ivec4 first;         // xyz: first voxel of the level modulo n; w: n
+    ivec4 inner;         // xyz: first voxel of the finer level, from the level's own; w: edge of the finer level, in voxels of this one
+    uint voxel_count;
+    int clipmap_level;
+} params;
+
+void main() {
+    uint index = gl_GlobalInvocationID.x + gl_GlobalInvocationID.y * 4194240u;
+    if (index >= params.voxel_count) return;
+    ivec3 voxel = ivec3(voxel_coordinates(voxels[index].xy, voxels[index].z_area));
+    if (all(greaterThanEqual(voxel, params.inner.xyz)) && all(lessThan(voxel, params.inner.xyz + params.inner.w))) return;
+    vec2 rg = unpackHalf2x16(voxel_radiance[index].x), ba = unpackHalf2x16(voxel_radiance[index].y);
+    store_texel(voxel + params.first.xyz & params.first.w - 1, params.clipmap_level, params.first.w, vec4(vec3(rg, ba.x) * ba.y, ba.y));
+}

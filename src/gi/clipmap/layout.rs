@@ -1,0 +1,135 @@
+//! Where the levels of a clipmap are.
+
+use glam::{IVec3, Vec3};
+
+use crate::gi::voxel::{VoxelBox, VoxelGrid};
+
+/// Windows move by whole blocks of voxels.
+const BLOCK: i32 = 4;
+
+/// The nested grids of a clipmap, wherever it is: level l has n³ voxels of size 2^l h, and voxel v of its unbounded grid lies where voxels 2v and 2v + 1 of the
+/// next finer one do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Layout {
+    /// Corner of voxel (0, 0, 0) of every level (m).
+    pub anchor: Vec3,
+    /// Edge of a voxel of level 0, h (m).
+    pub voxel_size: f32,
+    /// Voxels along an edge of a level, n.
+    pub resolution: u32,
+    /// Number of levels.
+    pub levels: u32,
+    bounds: (Vec3, Vec3),
+}
+
+impl Layout {
+    /// For a scene with these bounds (m). Without a voxel size (0), the outermost level just holds the scene. Levels that are larger than the scene takes are
+    /// left out.
+    pub fn new(bounds: (Vec3, Vec3), resolution: u32, levels: u32, voxel_size: f32) -> Self {
+        let whole = VoxelGrid::around(bounds, resolution);
+        let outermost = if voxel_size > 0.0 { (0..levels).find(|level| size_of_level(voxel_size, *level) >= whole.voxel_size) } else { None };
+        let levels = outermost.map_or(levels, |level| level + 1);
+        let voxel_size = if voxel_size > 0.0 { voxel_size } else { whole.voxel_size / (1 << (levels - 1)) as f32 };
+        let extent = size_of_level(voxel_size, levels - 1) * resolution as f32;
+        Layout { anchor: 0.5 * (bounds.0 + bounds.1) - Vec3::splat(0.5 * extent), voxel_size, resolution, levels, bounds }
+    }
+
+    /// Edge of a voxel of a level (m).
+    pub fn size_of(&self, level: u32) -> f32 {
+        size_of_level(self.voxel_size, level)
+    }
+
+    /// Mips above the outermost level: their texels are at most an eighth of its edge.
+    pub fn top_mips(&self) -> u32 {
+        (self.resolution / 8).ilog2()
+    }
+
+    /// The first voxel of each level, in voxels of its unbounded grid, for a camera at `eye` (m): the camera in the middle, as far as the level then does not
+    /// reach beyond the scene; there it stays at the scene's border. Every level lies inside the next.
+    pub fn places(&self, eye: Vec3) -> Vec<IVec3> {
+        let mut places = vec![IVec3::ZERO; self.levels as usize];
+        let mut outer: Option<IVec3> = None;
+        for level in (0..self.levels).rev() {
+            let (size, edge) = (self.size_of(level), self.resolution as i32);
+            // So that the mips above the outermost level begin with a whole texel.
+            let step = if level == self.levels - 1 { BLOCK.max(1 << self.top_mips()) } else { BLOCK };
+            let axis = |eye: f32, low: f32, high: f32, anchor: f32| {
+                let [eye, low, high] = [eye, low, high].map(|position| f64::from(position - anchor) / f64::from(size));
+                let half = 0.5 * f64::from(edge);
+                let (least, most) = (low - f64::from(BLOCK) + half, high + f64::from(BLOCK) - half);
+                let centre = if least >= most { 0.5 * (low + high) } else { eye.clamp(least, most) };
+                step * ((centre - half) / f64::from(step)).round() as i32
+            };
+            let (low, high) = self.bounds;
+            let place = IVec3::from_array(std::array::from_fn(|i| axis(eye[i], low[i], high[i], self.anchor[i])));
+            let place = outer.map_or(place, |outer| place.clamp(2 * outer, 2 * outer + edge));
+            outer = Some(place);
+            places[level as usize] = place;
+        }
+        places
+    }
+
+    /// The outermost level as a grid of voxels of level 0, of which all levels are parts.
+    pub fn grid(&self, outermost: IVec3) -> VoxelGrid {
+        let top = self.levels - 1;
+        let origin = self.anchor + self.size_of(top) * outermost.as_vec3();
+        VoxelGrid { origin, voxel_size: self.voxel_size, resolution: self.resolution << top }
+    }
+
+    /// The row of a level that cones are traced with: its corner from the outermost level's, in voxels of level 0, and where it begins in its slab
+    /// (`gi/clipmap/sample.glsl`).
+    pub fn row(&self, level: u32, first: IVec3, outermost: IVec3) -> [f32; 4] {
+        let corner = (first << level as i32) - (outermost << (self.levels - 1) as i32);
+        let n = self.resolution as i32;
+        let wrap = first.rem_euclid(IVec3::splat(n));
+        corner.as_vec3().extend((wrap.x + n * (wrap.y + n * wrap.z)) as f32).to_array()
+    }
+
+    /// Where a finer level lies, in voxels of the next coarser one.
+    pub fn inner(&self, finer: IVec3) -> VoxelBox {
+        VoxelBox::cube(finer / 2, self.resolution / 2)
+    }
+}
+
+fn size_of_level(voxel_size: f32, level: u32) -> f32 {
+    voxel_size * (1u32 << level) as f32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BOUNDS: (Vec3, Vec3) = (Vec3::new(-7.0, 0.0, -3.0), Vec3::new(12.0, 5.0, 4.0));
+
+    #[test]
+    fn levels_are_nested_and_aligned_wherever_the_camera_is() {
+        for (resolution, levels, voxel_size) in [(16, 4, 0.0), (32, 5, 0.0), (32, 3, 0.05), (64, 1, 0.0), (128, 7, 0.02)] {
+            let layout = Layout::new(BOUNDS, resolution, levels, voxel_size);
+            for step in -40..40 {
+                let eye = Vec3::new(0.7, 0.31, -0.23) * step as f32;
+                let places = layout.places(eye);
+                for (level, first) in places.iter().enumerate() {
+                    assert_eq!(first.rem_euclid(IVec3::splat(BLOCK)), IVec3::ZERO, "{layout:?} {eye} level {level}");
+                    let Some(outer) = places.get(level + 1) else { continue };
+                    let (inner, outer) = (layout.inner(*first), VoxelBox::cube(*outer, resolution));
+                    assert_eq!(inner.cut(outer), inner, "{layout:?} {eye}: level {level} lies inside the next");
+                }
+                let outermost = places[layout.levels as usize - 1];
+                assert_eq!(outermost.rem_euclid(IVec3::splat(1 << layout.top_mips())), IVec3::ZERO);
+            }
+        }
+    }
+
+    #[test]
+    fn the_outermost_level_holds_the_scene_unless_told_otherwise() {
+        for (resolution, levels) in [(16, 5), (32, 3), (128, 5)] {
+            let layout = Layout::new(BOUNDS, resolution, levels, 0.0);
+            let places = layout.places(BOUNDS.1);
+            let grid = layout.grid(places[layout.levels as usize - 1]);
+            let end = grid.origin + grid.voxel_size * grid.resolution as f32;
+            assert!(grid.origin.cmplt(BOUNDS.0).all() && end.cmpgt(BOUNDS.1).all(), "{grid:?}");
+            assert_eq!(layout.levels, levels);
+        }
+        assert_eq!(Layout::new(BOUNDS, 32, 7, 0.5).levels, 2, "two levels of 16 and 32 m hold 19 m");
+    }
+}

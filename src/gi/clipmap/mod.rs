@@ -1,0 +1,367 @@
+//! Technique `clipmap`: nested grids around the camera, each twice the extent of the one before (Panteleev 2014; McLaren 2014), cone-traced.
+
+pub mod layout;
+pub mod volume;
+
+use std::sync::Arc;
+
+use glam::{IVec3, Vec3};
+
+pub use layout::Layout;
+pub use volume::ClipmapVolume;
+
+use super::cone::{self, ConeTracer};
+use super::interleave::{self, deinterleave};
+use super::registry::{Directions, Entry, Part, Stage};
+use super::settings::{Domain, Preset, Setting, Settings};
+use super::voxel::{
+    self, Bounces, Injection, LightSettings, MIP_FILTER, Prefilter, Sides, VoxelBox, VoxelLight, VoxelRecords, VoxelSettings, VoxelWindow, WindowScratch,
+};
+use super::{Context, IndirectLight, LitVoxels, Technique};
+use crate::graph::{Error, Frame, FrameStats, Gpu, Image, Pass};
+use crate::render::{GBuffer, GpuScene, LightMaps, Output, screen_image};
+use crate::shader::{Field, GpuStruct};
+
+static SETTINGS: &[Setting] = &[
+    Setting { name: "resolution", help: "voxels along an edge of each level", unit: "voxels", domain: Domain::OneOf(&[16, 32, 64, 128, 256]), default: "128" },
+    Setting {
+        name: "levels",
+        help: "levels, each twice the extent of the one before; those that the scene does not fill are left out",
+        unit: "",
+        domain: Domain::Count { min: 1, max: 7 },
+        default: "5",
+    },
+    Setting {
+        name: "voxel_size",
+        help: "edge of a voxel of the finest level; 0: such that the outermost level just holds the scene",
+        unit: "m",
+        domain: Domain::Number { min: 0.0, max: 1e6 },
+        default: "0",
+    },
+    Setting {
+        name: "level_updates",
+        help: "when a level follows the camera and the lights: every-frame, or staggered (level l in every 2^l-th frame)",
+        unit: "",
+        domain: Domain::Choice(&["every-frame", "staggered"]),
+        default: "every-frame",
+    },
+    MIP_FILTER,
+];
+
+static PRESETS: &[Preset] = &[
+    Preset {
+        name: "accurate",
+        help: "the least error: as cones, but 32 of them and so narrow that they read the finest levels",
+        values: &[("cones", "32"), ("aperture_scale", "0.05")],
+    },
+    Preset {
+        name: "cones",
+        help: "cones as they converge best for their time: narrow, interleaved, kept off the receiver's plane, through texels that stay opaque",
+        values: &[],
+    },
+    Preset {
+        name: "textbook",
+        help: "as the papers have it: box-filtered levels, six cones of 60°",
+        values: &[
+            ("mip_filter", "box"),
+            ("cone_set", "papers"),
+            ("cones", "6"),
+            ("aperture_scale", "1"),
+            ("step_factor", "0.5"),
+            ("opacity_exponent", "1"),
+            ("height_clamp", "0"),
+            ("start_offset", "1.5"),
+            ("interleave", "1"),
+        ],
+    },
+];
+
+/// The passes of this module.
+pub static PASSES: &[&Pass] = &[&volume::WRITE_VOXELS, &volume::CLEAR_BOX, &volume::FILTER_INNER, &volume::FILTER_TOP];
+
+/// The structs that this module shares with shaders.
+pub static STRUCTS: &[(&str, &[Field])] = &[
+    (volume::WriteParams::NAME, volume::WriteParams::FIELDS),
+    (volume::ClearBoxParams::NAME, volume::ClearBoxParams::FIELDS),
+    (volume::InnerParams::NAME, volume::InnerParams::FIELDS),
+    (volume::TopParams::NAME, volume::TopParams::FIELDS),
+];
+
+/// The row of the registry.
+pub static ENTRY: Entry = Entry {
+    name: "clipmap",
+    summary: "nested voxel grids around the camera, cone-traced",
+    bounces: |settings| Bounces::new(settings).count(),
+    settings: &[SETTINGS, voxel::SETTINGS, cone::SETTINGS],
+    check: cone::check,
+    presets: PRESETS,
+    passes: &[voxel::PASSES, PASSES, cone::CLIPMAP_PASSES, interleave::PASSES],
+    structs: &[voxel::STRUCTS, STRUCTS, cone::STRUCTS, interleave::STRUCTS],
+    stages: &[
+        &voxel::VOXELIZATION,
+        &Stage { name: "clearing", part: Part::Store, passes: &["clipmap.clear", "clipmap.clear_box"] },
+        &voxel::LIGHT_INJECTION,
+        &Stage { name: "leaf writing", part: Part::Store, passes: &["clipmap.write_voxels"] },
+        &Stage { name: "mip filtering", part: Part::Store, passes: &["clipmap.filter_inner", "clipmap.filter_top"] },
+        &voxel::BOUNCES,
+        &Stage { name: "gather", part: Part::Picture, passes: &["cone.gather", "cone.occlusion", "gi.deinterleave"] },
+        &Stage { name: "specular", part: Part::Picture, passes: &["cone.specular"] },
+        &cone::SOFT_SHADOWS,
+    ],
+    directions: &[Directions { pass: &cone::GATHER_CLIPMAP, count: Some(cone::diffuse_count) }, Directions { pass: &cone::SPECULAR_CLIPMAP, count: None }],
+    substitutions: &[cone::SUBSTITUTIONS, voxel::SUBSTITUTIONS],
+    voxels: None,
+    make,
+};
+
+/// One level: its voxels and their light.
+struct Level {
+    window: VoxelWindow,
+    light: VoxelLight,
+    first: IVec3,
+    /// Where the next finer level was when this one's texels were made last, in voxels of this level.
+    inner: Option<VoxelBox>,
+    /// What has become stale in the texture since then, in voxels of the unbounded grid.
+    new: Vec<VoxelBox>,
+}
+
+/// The technique and what it keeps.
+pub struct Clipmap {
+    layout: Layout,
+    voxel_settings: VoxelSettings,
+    light_settings: LightSettings,
+    is_staggered: bool,
+    cones: ConeTracer,
+    interleave: u32,
+    /// The texels of all levels.
+    pub volume: ClipmapVolume,
+    levels: Vec<Level>,
+    scratch: WindowScratch,
+    /// Number of frames since the last build.
+    frame: u32,
+    /// Where dynamic models were at the last update.
+    pose: Option<(Vec3, Vec3)>,
+    light: IndirectLight,
+    /// The gather's result before the tile's patterns are averaged; absent without interleaving.
+    interleaved: Option<Arc<Image>>,
+}
+
+fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>, Error> {
+    Ok(Box::new(Clipmap::new(context, settings)?))
+}
+
+impl Clipmap {
+    /// Nothing is built yet.
+    pub fn new(context: &Context<'_>, settings: &Settings) -> Result<Self, Error> {
+        let Context { gpu, scene, size, .. } = *context;
+        let specular = scene.is_glossy && settings.is("specular", "on");
+        let interleave = settings.count("interleave");
+        let layout = Layout::new(scene.bounds, settings.count("resolution"), settings.count("levels"), settings.number("voxel_size"));
+        Ok(Clipmap {
+            layout,
+            voxel_settings: VoxelSettings::new(settings),
+            light_settings: LightSettings::new(settings, Sides::One),
+            is_staggered: settings.is("level_updates", "staggered"),
+            cones: ConeTracer::new(gpu, settings)?,
+            interleave,
+            volume: ClipmapVolume::new(gpu, layout, Prefilter::new(settings))?,
+            levels: Vec::new(),
+            scratch: WindowScratch::new(gpu, scene)?,
+            frame: 0,
+            pose: None,
+            light: IndirectLight {
+                diffuse: screen_image(gpu, "clipmap.diffuse", size)?,
+                specular: specular.then(|| screen_image(gpu, "clipmap.specular", size)).transpose()?,
+            },
+            interleaved: (interleave > 1).then(|| screen_image(gpu, "clipmap.interleaved", size)).transpose()?,
+        })
+    }
+
+    /// Whether a level follows the camera and the lights in this frame.
+    fn is_due(&self, level: usize) -> bool {
+        !self.is_staggered || self.frame.is_multiple_of(1 << level)
+    }
+
+    /// Where the levels go in this frame: those that are due to their places, and those whose finer level would leave them.
+    fn places(&self, eye: Vec3) -> Vec<IVec3> {
+        let mut places = self.layout.places(eye);
+        for (index, level) in self.levels.iter().enumerate() {
+            let current = VoxelBox::cube(level.first, self.layout.resolution);
+            let holds_finer = index.checked_sub(1).is_none_or(|finer| {
+                let inner = self.layout.inner(places[finer]);
+                inner.cut(current) == inner
+            });
+            if !self.is_due(index) && holds_finer {
+                places[index] = level.first;
+            }
+        }
+        places
+    }
+
+    /// Moves levels to these places, and makes what lies within `stale` (m) anew.
+    fn follow(&mut self, context: &Context<'_>, places: &[IVec3], stale: Option<(Vec3, Vec3)>) -> Result<FrameStats, Error> {
+        let mut stats = FrameStats::default();
+        for (index, first) in places.iter().copied().enumerate() {
+            let Level { window, light, first: old, new, .. } = &mut self.levels[index];
+            let stale: Vec<VoxelBox> = stale.iter().map(|bounds| window.touched(*bounds)).collect();
+            let irradiance = if light.settings.bounces == Bounces::Feedback { light.irradiance.as_mut() } else { None };
+            let (boxes, cost) = window.update(context.gpu, context.scene, &mut self.scratch, first, &stale, irradiance)?;
+            if window.voxels.capacity() > light.capacity {
+                light.reserve(context.gpu, &window.voxels)?;
+            }
+            *old = first;
+            new.extend(boxes);
+            stats.append(cost);
+        }
+        self.volume.set_places(context.gpu, places)?;
+        Ok(stats)
+    }
+
+    /// Where the finer level lies in a level, in its voxels.
+    fn inner(&self, level: usize) -> Option<VoxelBox> {
+        level.checked_sub(1).map(|finer| self.layout.inner(self.levels[finer].first))
+    }
+
+    /// Adds the passes that make the texels of a level from its voxels and the next finer level.
+    fn write_level(&self, frame: &mut Frame, index: usize) {
+        let (level, inner) = (&self.levels[index], self.inner(index));
+        self.volume.write_voxels(frame, index as u32, level.first, inner, &level.window.voxels, &level.light);
+        if let Some(inner) = inner {
+            self.volume.filter_inner(frame, index as u32, inner);
+        }
+    }
+
+    fn bounce(&self, frame: &mut Frame) {
+        let grid = self.layout.grid(self.levels[self.levels.len() - 1].first);
+        for Level { window, light, .. } in &self.levels {
+            if let Some(irradiance) = &light.irradiance {
+                self.cones.bounce(frame, &grid, &VoxelRecords::from(&window.voxels), self.volume.as_volume(), irradiance);
+            }
+        }
+    }
+}
+
+impl Technique for Clipmap {
+    fn build(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
+        let Context { gpu, scene, .. } = *context;
+        self.levels.clear();
+        self.scratch = WindowScratch::new(gpu, scene)?;
+        for level in 0..self.layout.levels {
+            let window = VoxelWindow::new(gpu, scene, self.voxel_settings, self.layout.anchor, self.layout.size_of(level))?;
+            let light = VoxelLight::new(gpu, scene, &window.voxels, self.light_settings)?;
+            self.levels.push(Level { window, light, first: IVec3::ZERO, inner: None, new: Vec::new() });
+        }
+        let mut frame = Frame::new();
+        self.volume.clear(&mut frame);
+        let mut stats = gpu.submit(frame)?;
+        (self.frame, self.pose) = (0, scene.dynamic.as_ref().map(|dynamic| dynamic.bounds));
+        stats.append(self.follow(context, &self.layout.places(context.eye), None)?);
+        // From here on slabs are voxelized, which have few fragments.
+        self.scratch = WindowScratch::new(gpu, scene)?;
+        Ok(stats)
+    }
+
+    fn set_pose(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
+        let Some(dynamic) = &context.scene.dynamic else { return Ok(FrameStats::default()) };
+        if self.levels.is_empty() {
+            return self.build(context);
+        }
+        let mut stats = FrameStats::default();
+        let places: Vec<IVec3> = self.levels.iter().map(|level| level.first).collect();
+        for bounds in [self.pose.replace(dynamic.bounds), Some(dynamic.bounds)] {
+            stats.append(self.follow(context, &places, bounds)?);
+        }
+        Ok(stats)
+    }
+
+    fn set_view(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
+        self.follow(context, &self.places(context.eye), None)
+    }
+
+    fn needs_rsm(&self) -> bool {
+        self.light_settings.injection == Injection::Rsm
+    }
+
+    fn needs_light_maps(&self) -> bool {
+        self.light_settings.reads_maps() || !self.cones.has_shadows()
+    }
+
+    fn update(&mut self, frame: &mut Frame, _scene: &GpuScene, maps: &LightMaps) {
+        // A level that has moved shows nothing of what it held before.
+        let due: Vec<usize> = (0..self.levels.len()).filter(|index| self.is_due(*index) || !self.levels[*index].new.is_empty()).collect();
+        for index in due.iter().copied() {
+            let inner = self.inner(index);
+            let level = &mut self.levels[index];
+            // A voxel that has gone leaves its texel behind, and so does a finer level that has moved away.
+            let left = if level.inner == inner { None } else { level.inner };
+            for cleared in level.new.drain(..).chain(left) {
+                self.volume.clear_box(frame, index as u32, cleared);
+            }
+            level.inner = inner;
+            level.light.update(frame, &level.window.voxels, maps, None);
+            self.write_level(frame, index);
+        }
+        for _ in 0..self.light_settings.bounces.before_the_picture() {
+            self.volume.filter_top(frame);
+            self.bounce(frame);
+            for index in due.iter().copied() {
+                let Level { window, light, .. } = &self.levels[index];
+                light.relight(frame, &VoxelRecords::from(&window.voxels), maps, None);
+                self.write_level(frame, index);
+            }
+        }
+        self.volume.filter_top(frame);
+        if self.light_settings.bounces == Bounces::Feedback {
+            self.bounce(frame);
+        }
+        self.frame += 1;
+    }
+
+    fn gather(&mut self, frame: &mut Frame, _scene: &GpuScene, gbuffer: &GBuffer) -> IndirectLight {
+        let Some(outermost) = self.levels.last() else { return self.light.clone() };
+        let (grid, volume) = (self.layout.grid(outermost.first), self.volume.as_volume());
+        let target = self.interleaved.as_ref().unwrap_or(&self.light.diffuse);
+        self.cones.gather(frame, gbuffer, &grid, volume, target);
+        self.cones.occlusion(frame, gbuffer, &grid, volume, target);
+        if let Some(interleaved) = &self.interleaved {
+            deinterleave(frame, gbuffer, interleaved, &self.light.diffuse, self.interleave);
+        }
+        if let Some(specular) = &self.light.specular {
+            self.cones.specular(frame, gbuffer, &grid, volume, specular);
+        }
+        self.light.clone()
+    }
+
+    fn direct(&self, frame: &mut Frame, scene: &GpuScene, maps: &LightMaps, gbuffer: &GBuffer, output: &Output) {
+        match self.levels.last() {
+            Some(outermost) if self.cones.has_shadows() => {
+                self.cones.shadow(frame, scene, gbuffer, &self.layout.grid(outermost.first), self.volume.as_volume(), &output.direct);
+            }
+            _ => output.draw_direct(frame, scene, maps, gbuffer),
+        }
+    }
+
+    fn count_samples(&self, gpu: &Gpu, scene: &GpuScene, gbuffer: &GBuffer) -> Result<Vec<(&'static str, u64)>, Error> {
+        let Some(outermost) = self.levels.last() else { return Ok(Vec::new()) };
+        let grid = self.layout.grid(outermost.first);
+        self.cones.count_samples(gpu, scene, gbuffer, &grid, self.volume.as_volume(), [true, self.light.specular.is_some()])
+    }
+
+    fn lit_voxels(&mut self) -> Vec<LitVoxels<'_>> {
+        self.levels.iter_mut().map(|Level { window, light, .. }| LitVoxels { voxels: VoxelRecords::from(&window.voxels), light }).collect()
+    }
+
+    fn counts(&self, gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {
+        let mut counts = vec![("voxels", self.levels.iter().map(|level| u64::from(level.window.voxels.voxel_count)).sum())];
+        counts.push(("levels", self.levels.len() as u64));
+        for level in &self.levels {
+            for (name, count) in level.light.counts(gpu)? {
+                match counts.iter_mut().find(|(known, _)| *known == name) {
+                    Some((_, sum)) => *sum += count,
+                    None => counts.push((name, count)),
+                }
+            }
+        }
+        Ok(counts)
+    }
+}

@@ -1,0 +1,194 @@
+//! The texels of a clipmap: one 3D texture for all levels, and the passes that fill it.
+
+use std::sync::Arc;
+
+use glam::IVec3;
+
+use super::layout::Layout;
+use crate::gi::cone::Volume;
+use crate::gi::voxel::voxelize::{buffer, linear_groups};
+use crate::gi::voxel::{Prefilter, VoxelBox, VoxelLight, Voxels};
+use crate::gpu_struct;
+use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Pass, Sets, Shaders, vk};
+
+gpu_struct! {
+    /// Parameters of `clipmap.write_voxels`.
+    pub struct WriteParams {
+        /// xyz: first voxel of the level modulo n; w: n.
+        pub first: [i32; 4],
+        /// xyz: first voxel of the finer level, from the level's own; w: edge of the finer level, in voxels of this one.
+        pub inner: [i32; 4],
+        /// Number of voxels.
+        pub voxel_count: u32,
+        /// The level.
+        pub clipmap_level: i32,
+    }
+}
+
+gpu_struct! {
+    /// Parameters of `clipmap.clear_box`.
+    pub struct ClearBoxParams {
+        /// xyz: first voxel of the box modulo n; w: n.
+        pub first: [i32; 4],
+        /// xyz: size of the box (voxels); w: the level.
+        pub size: [i32; 4],
+    }
+}
+
+gpu_struct! {
+    /// Parameters of `clipmap.filter_inner`.
+    pub struct InnerParams {
+        /// xyz: first voxel of the finer level, in voxels of this one, modulo n; w: n.
+        pub first: [i32; 4],
+        /// The level that is written.
+        pub inner_level: i32,
+    }
+}
+
+gpu_struct! {
+    /// Parameters of `clipmap.filter_top`.
+    pub struct TopParams {
+        /// Layer of the finer texture that holds its layer 0.
+        pub finer_layer: i32,
+    }
+}
+
+/// A level's voxels into its texels, but where the next finer level lies. A thread a voxel.
+pub static WRITE_VOXELS: Pass = Pass {
+    name: "clipmap.write_voxels",
+    shaders: Shaders::Compute("gi/clipmap/write_voxels.comp"),
+    bindings: &[
+        Binding::buffer("voxels", Access::ComputeRead),
+        Binding::buffer("voxel_radiance", Access::ComputeRead),
+        Binding::image("clipmap", Access::ComputeWrite),
+    ],
+    push_bytes: size_of::<WriteParams>() as u32,
+    sets: Sets::None,
+};
+
+/// Texels of a box become empty. A thread a texel.
+pub static CLEAR_BOX: Pass = Pass {
+    name: "clipmap.clear_box",
+    shaders: Shaders::Compute("gi/clipmap/clear_box.comp"),
+    bindings: &[Binding::image("clipmap", Access::ComputeWrite)],
+    push_bytes: size_of::<ClearBoxParams>() as u32,
+    sets: Sets::None,
+};
+
+/// Texels of a level where the next finer one lies, from that one. A thread a texel.
+pub static FILTER_INNER: Pass = Pass {
+    name: "clipmap.filter_inner",
+    shaders: Shaders::Compute("gi/clipmap/filter_inner.comp"),
+    bindings: &[Binding::image("clipmap", Access::ComputeReadWrite)],
+    push_bytes: size_of::<InnerParams>() as u32,
+    sets: Sets::None,
+};
+
+/// A mip above the outermost level. A thread a texel.
+pub static FILTER_TOP: Pass = Pass {
+    name: "clipmap.filter_top",
+    shaders: Shaders::Compute("gi/clipmap/filter_top.comp"),
+    bindings: &[Binding::image("finer", Access::ComputeRead), Binding::image("coarser", Access::ComputeWrite)],
+    push_bytes: size_of::<TopParams>() as u32,
+    sets: Sets::None,
+};
+
+/// The texels of all levels.
+pub struct ClipmapVolume {
+    layout: Layout,
+    filter: Prefilter,
+    /// RGBA16F, radiance (W/(m² sr)) premultiplied by opacity, and opacity: n × n × levels · (n + 2).
+    pub clipmap: Arc<Image>,
+    /// Mips of the outermost level, (n/2)³ and less.
+    pub top: Arc<Image>,
+    /// A row a level.
+    rows: Arc<Buffer>,
+}
+
+impl ClipmapVolume {
+    /// Allocates it; it is empty after the first update.
+    pub fn new(gpu: &Gpu, layout: Layout, filter: Prefilter) -> Result<Self, Error> {
+        let n = layout.resolution;
+        let image = |name: &str, extent, mips| {
+            gpu.create_image(&ImageDesc {
+                name: name.into(),
+                extent,
+                kind: ImageKind::D3,
+                format: vk::Format::R16G16B16A16_SFLOAT,
+                mips,
+                layers: 1,
+                usage: ImageUsage::STORAGE | ImageUsage::SAMPLED,
+            })
+        };
+        Ok(ClipmapVolume {
+            layout,
+            filter,
+            clipmap: image("clipmap.levels", [n, n, layout.levels * (n + 2)], 1)?,
+            top: image("clipmap.top", [n / 2; 3], layout.top_mips())?,
+            rows: buffer(gpu, "clipmap.rows", 16 * u64::from(layout.levels))?,
+        })
+    }
+
+    /// Tells the shaders where the levels are.
+    pub fn set_places(&self, gpu: &Gpu, places: &[IVec3]) -> Result<(), Error> {
+        let outermost = places[places.len() - 1];
+        let rows: Vec<[f32; 4]> = (0u32..).zip(places).map(|(level, first)| self.layout.row(level, *first, outermost)).collect();
+        gpu.upload_buffer(&self.rows, bytemuck::cast_slice(&rows))
+    }
+
+    /// What cones march through.
+    pub fn as_volume(&self) -> Volume<'_> {
+        Volume::Clipmap { levels: &self.rows, clipmap: &self.clipmap, top: &self.top, shape: [self.layout.resolution, self.layout.levels] }
+    }
+
+    /// Adds the pass that empties all texels.
+    pub fn clear(&self, frame: &mut Frame) {
+        frame.clear_image("clipmap.clear", &self.clipmap, [0.0; 4]);
+    }
+
+    /// Adds the pass that empties a box of a level, in voxels of its unbounded grid.
+    pub fn clear_box(&self, frame: &mut Frame, level: u32, cleared: VoxelBox) {
+        let size = cleared.end - cleared.low;
+        let groups = (size.as_uvec3() + 3) / 4;
+        frame
+            .pass(&CLEAR_BOX)
+            .bind(&self.clipmap)
+            .push(&ClearBoxParams { first: self.wrap(cleared.low), size: size.extend(level as i32).to_array() })
+            .dispatch(groups.to_array());
+    }
+
+    /// Adds the pass that writes the voxels of a level that begins at `first`, except those in `inner`.
+    pub fn write_voxels(&self, frame: &mut Frame, level: u32, first: IVec3, inner: Option<VoxelBox>, voxels: &Voxels, light: &VoxelLight) {
+        let inner = inner.map_or([0; 4], |inner| (inner.low - first).extend(inner.end.x - inner.low.x).to_array());
+        let params = WriteParams { first: self.wrap(first), inner, voxel_count: voxels.voxel_count, clipmap_level: level as i32 };
+        frame.pass(&WRITE_VOXELS).bind(&voxels.records).bind(&light.radiance).bind(&self.clipmap).push(&params).dispatch(linear_groups(voxels.voxel_count));
+    }
+
+    /// Adds the pass that makes the texels of a level in `inner` from the next finer one.
+    pub fn filter_inner(&self, frame: &mut Frame, level: u32, inner: VoxelBox) {
+        frame
+            .pass(&FILTER_INNER)
+            .bind(&self.clipmap)
+            .constants(&[self.filter as u32])
+            .push(&InnerParams { first: self.wrap(inner.low), inner_level: level as i32 })
+            .dispatch([(self.layout.resolution / 2).div_ceil(4); 3]);
+    }
+
+    /// Adds the passes that make the mips above the outermost level.
+    pub fn filter_top(&self, frame: &mut Frame) {
+        for mip in 0..self.top.mips() {
+            let n = self.layout.resolution as i32;
+            let pass = frame.pass(&FILTER_TOP);
+            let (pass, finer_layer) =
+                if mip == 0 { (pass.bind(&self.clipmap), (self.layout.levels as i32 - 1) * (n + 2) + 1) } else { (pass.bind_mip(&self.top, mip - 1), 0) };
+            let groups = self.top.extent(mip)[0].div_ceil(4);
+            pass.bind_mip(&self.top, mip).constants(&[self.filter as u32]).push(&TopParams { finer_layer }).dispatch([groups; 3]);
+        }
+    }
+
+    /// Where a voxel is in its slab, and n.
+    fn wrap(&self, voxel: IVec3) -> [i32; 4] {
+        let n = self.layout.resolution as i32;
+        voxel.rem_euclid(IVec3::splat(n)).extend(n).to_array()
+    }
+}

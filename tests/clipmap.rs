@@ -1,0 +1,177 @@
+//! Clipmaps: windows that move over the scene against windows made where they are, and the texels of all levels likewise.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+mod support;
+
+use glam::{IVec3, Vec3};
+use lumivox::gi::clipmap::{self, Clipmap};
+use lumivox::gi::voxel::{Method, VoxelBox, VoxelWindow, WindowScratch};
+use lumivox::gi::{Context, Settings, Technique};
+use lumivox::graph::{Frame, Gpu};
+use lumivox::render::{GpuScene, LightMaps};
+use lumivox::scene::Scene;
+use support::scenes::{add_model, lump, random_pose, scene_of, soup, still};
+use support::technique::{Surfaces, small_lights, small_room};
+use support::voxels::{Read, compare_sets, oracle_grid, read, voxel_settings};
+use support::{Random, gpu};
+
+const EDGE: u32 = 16;
+
+/// Triangles of all kinds over four windows' widths, with corners on whole grains.
+fn wide_soup(random: &mut Random) -> Scene {
+    let grain = |corner: Vec3| (corner * 64.0).round() / 64.0;
+    let triangles: Vec<_> = soup(random, 4 * EDGE).into_iter().chain(lump(10, 4 * EDGE)).map(|corners| corners.map(grain)).collect();
+    scene_of(&triangles, 5.0, random)
+}
+
+/// What differs between two windows at the same place, down to the order of records.
+fn same(a: &Read, b: &Read) -> Result<(), String> {
+    if a.occupancy != b.occupancy || a.bases != b.bases {
+        return Err("occupancy".into());
+    }
+    if let Some(index) = (0..a.records.len()).find(|index| a.records[*index] != b.records[*index]) {
+        return Err(format!("record {index}: {:?} and {:?}", a.records[index], b.records[index]));
+    }
+    (a.emission == b.emission).then_some(()).ok_or_else(|| "emission".into())
+}
+
+/// A walk of 1,000 steps, small ones, long ones and jumps farther than the window's edge: after each, every bit is that of a window voxelized there at once.
+#[test]
+fn windows_are_those_from_scratch_after_any_walk() {
+    let gpu = gpu();
+    let mut random = Random::new(2011);
+    let scene = wide_soup(&mut random);
+    let gpu_scene = GpuScene::new(&gpu, &scene).unwrap();
+    let settings = voxel_settings(EDGE, Method::Compute);
+    let anchor = Vec3::new(8.0, -4.0, 16.0);
+    let window = || VoxelWindow::new(&gpu, &gpu_scene, settings, anchor, 1.0).unwrap();
+    let (mut walker, mut fresh) = (window(), window());
+    let mut scratch = WindowScratch::new(&gpu, &gpu_scene).unwrap();
+    let (mut first, mut voxels, mut moved) = (IVec3::ZERO, 0, 0);
+    for step in 0..1000 {
+        let reach = [0, 1, 1, 2, 4, 20][random.below(6) as usize];
+        let axis = |random: &mut Random| 4 * (random.below(2 * reach + 1) as i32 - reach as i32);
+        first += IVec3::new(axis(&mut random), axis(&mut random), axis(&mut random));
+        first = first.clamp(IVec3::splat(-20), IVec3::splat(48));
+        let (boxes, _) = walker.update(&gpu, &gpu_scene, &mut scratch, first, &[], None).unwrap();
+        moved += u32::from(!boxes.is_empty());
+        let place = VoxelBox::cube(first, EDGE);
+        fresh.update(&gpu, &gpu_scene, &mut scratch, first, &[place], None).unwrap();
+        let (walked, made) = (read(&gpu, walker.voxels.clone()), read(&gpu, fresh.voxels.clone()));
+        same(&walked, &made).unwrap_or_else(|difference| panic!("step {step}, at {first}: {difference}"));
+        voxels += walked.records.len();
+        if step % 50 == 0 {
+            compare_sets(&walked.occupied(), &scene, &oracle_grid(&walked.voxels.grid)).unwrap_or_else(|error| panic!("step {step}, at {first}: {error}"));
+        }
+    }
+    println!("{moved} moves, {} voxels a window", voxels / 1000);
+    assert!(moved > 700 && voxels > 1000 * 50, "the walk sees {moved} moves and {voxels} voxels");
+    // A record that is left as it was, or lost, is noticed.
+    let mut changed = read(&gpu, walker.voxels.clone());
+    changed.records[0].albedo ^= 1;
+    assert!(same(&changed, &read(&gpu, fresh.voxels.clone())).is_err());
+}
+
+/// Two techniques in the same scene, and what lights them.
+struct Walker<'g> {
+    gpu: &'g Gpu,
+    scene: Scene,
+    gpu_scene: GpuScene,
+    maps: LightMaps,
+    technique: Clipmap,
+}
+
+const SIZE: [u32; 2] = [8, 8];
+
+impl<'g> Walker<'g> {
+    fn new(gpu: &'g Gpu, scene: &Scene, settings: &Settings, eye: Vec3) -> Self {
+        let gpu_scene = GpuScene::new(gpu, scene).unwrap();
+        let context = Context { gpu, scene: &gpu_scene, size: SIZE, eye };
+        let mut technique = Clipmap::new(&context, settings).unwrap();
+        technique.build(&context).unwrap();
+        let maps = LightMaps::new(gpu, &gpu_scene, 64, technique.needs_rsm()).unwrap();
+        Walker { gpu, scene: scene.clone(), gpu_scene, maps, technique }
+    }
+
+    fn set_time(&mut self, time_s: f32, eye: Vec3) {
+        self.scene.set_time(time_s);
+        self.gpu_scene.set_pose(self.gpu, &self.scene).unwrap();
+        self.technique.set_pose(&Context { gpu: self.gpu, scene: &self.gpu_scene, size: SIZE, eye }).unwrap();
+    }
+
+    /// Every texel of every level and mip, lit, for a camera at `eye`.
+    fn texels(&mut self, eye: Vec3) -> Vec<Vec<u8>> {
+        let Walker { gpu, scene, gpu_scene, maps, technique } = self;
+        gpu_scene.set_frame(gpu, &gpu_scene.frame_constants(&scene.camera, SIZE)).unwrap();
+        technique.set_view(&Context { gpu, scene: gpu_scene, size: SIZE, eye }).unwrap();
+        let mut frame = Frame::new();
+        frame.set_scene(&gpu_scene.set, &gpu_scene.materials);
+        maps.draw(&mut frame, gpu_scene);
+        technique.update(&mut frame, gpu_scene, maps);
+        gpu.submit(frame).unwrap();
+        let top = &technique.volume.top;
+        let mips = (0..top.mips()).map(|mip| gpu.read_image(top, mip, 0).unwrap());
+        std::iter::once(gpu.read_image(&technique.volume.clipmap, 0, 0).unwrap()).chain(mips).collect()
+    }
+}
+
+fn settings(pairs: &[&str]) -> Settings {
+    clipmap::ENTRY.settings(Some("cones"), pairs).unwrap()
+}
+
+/// Wherever the camera goes and whatever moves, every texel is that of a clipmap built there.
+#[test]
+fn texels_are_those_from_scratch_after_any_walk() {
+    let gpu = gpu();
+    for (case, pairs) in [
+        &["resolution=16", "levels=4"][..],
+        &["resolution=16", "levels=3", "injection=voxel", "bounces=2", "opacity=coverage"],
+        &["resolution=32", "levels=2", "voxel_size=0.03125", "mip_filter=box"],
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let mut random = Random::new(case as u64);
+        let mut scene = small_room(Surfaces::ALL[case + 1], vec![small_lights()[case].1]);
+        let model = scene_of(&[[Vec3::ZERO, 0.4 * Vec3::X, 0.5 * Vec3::Y], [Vec3::ZERO, 0.4 * Vec3::Z, 0.5 * Vec3::Y]], 2.0, &mut random);
+        let poses: Vec<_> = (0..6).map(|_| random_pose(&mut random, 1.0)).chain([still(Vec3::splat(9.0))]).collect();
+        add_model(&mut scene, model, &poses);
+        let settings = settings(pairs);
+        let mut eye = Vec3::new(0.0, 1.0, 0.0);
+        let mut walker = Walker::new(&gpu, &scene, &settings, eye);
+        for step in 0..24u8 {
+            if step % 3 == 2 {
+                walker.set_time(f32::from(step / 3), eye);
+                scene.set_time(f32::from(step / 3));
+            }
+            let reach = if step % 5 == 4 { 3.0 } else { 0.3 };
+            eye = (eye + reach * (Vec3::new(random.unit(), random.unit(), random.unit()) - 0.5)).clamp(Vec3::new(-1.5, -0.5, -1.5), Vec3::new(1.5, 2.5, 1.5));
+            let walked = walker.texels(eye);
+            let fresh = Walker::new(&gpu, &scene, &settings, eye).texels(eye);
+            assert!(walked == fresh, "{pairs:?}, step {step}, at {eye}");
+            assert!(walked[0].iter().any(|byte| *byte != 0), "{pairs:?}: nothing is lit");
+        }
+    }
+}
+
+/// With staggered levels the camera sees no level in two places: after as many frames as the outermost needs, all is as from scratch.
+#[test]
+fn staggered_levels_catch_up() {
+    let gpu = gpu();
+    let scene = small_room(Surfaces::Diffuse, vec![small_lights()[0].1]);
+    let [staggered, every] = ["level_updates=staggered", "level_updates=every-frame"].map(|how| settings(&["resolution=16", "levels=4", how]));
+    let mut walker = Walker::new(&gpu, &scene, &staggered, Vec3::new(0.0, 1.0, 0.0));
+    let mut random = Random::new(5);
+    for walk in 0..4 {
+        for _ in 0..5 {
+            let eye = Vec3::new(2.0 * random.unit() - 1.0, 2.0 * random.unit(), 2.0 * random.unit() - 1.0);
+            walker.texels(eye);
+        }
+        let eye = Vec3::new(0.3 * walk as f32 - 0.4, 1.1, 0.2);
+        let mut last = Vec::new();
+        for _ in 0..8 {
+            last = walker.texels(eye);
+        }
+        assert!(last == Walker::new(&gpu, &scene, &every, eye).texels(eye), "walk {walk}");
+    }
+}
