@@ -277,7 +277,7 @@ fn paths_that_are_not_utf8_work() {
 fn bad_bundled_scenes() {
     let message = |source: &str| Scene::open(source, &LoadOptions::default()).err().unwrap_or_else(|| panic!("{source}: no error")).to_string();
     check_message("name", &message("bundled:cornel"), &["`cornel`", "cornell", "two-rooms"]);
-    check_message("parameter", &message("bundled:two-rooms,width_m=1"), &["two-rooms", "`width_m`", "unknown", "thickness_m, door"]);
+    check_message("parameter", &message("bundled:two-rooms,width_m=1"), &["two-rooms", "`width_m`", "unknown", "thickness_m, lit_length_m"]);
     check_message("no parameters", &message("bundled:cornell,width_m=1"), &["no parameters"]);
     check_message("range", &message("bundled:two-rooms,thickness_m=-1"), &["`thickness_m` is -1", "between 0.001 and 2"]);
     check_message("NaN", &message("bundled:furnace,albedo=nan"), &["`albedo` is NaN"]);

@@ -197,6 +197,14 @@ impl Settings {
         self.choice(name) == word
     }
 
+    /// The value of a word setting; `None` where the technique has none of this name.
+    pub fn find_choice(&self, name: &str) -> Option<&'static str> {
+        match self.values.get(name) {
+            Some(Value::Choice(value)) => Some(value),
+            _ => None,
+        }
+    }
+
     /// The value of a word setting that the technique has.
     pub fn choice(&self, name: &str) -> &'static str {
         match self.values.get(name) {

@@ -46,6 +46,11 @@ impl Case {
         self.preset.map_or(self.entry.name.to_owned(), |preset| format!("{}.{preset}", self.entry.name))
     }
 
+    /// Whether the preset has six faces of texels on some level.
+    pub fn has_faces(&self) -> bool {
+        matches!(self.preset, Some("anisotropic" | "directional"))
+    }
+
     /// Number of indirect bounces of the preset.
     pub fn bounces(&self) -> u32 {
         (self.entry.bounces)(&self.settings(&[])).expect("presets have a fixed number of bounces")

@@ -36,6 +36,11 @@ float least_diameter(vec3 position) {
     return exp2(level_at(position, 0));
 }
 
+// Edge of the largest texel that such a sample reads [voxels of level 0].
+float largest_texel(vec3 position) {
+    return exp2(ceil(level_at(position, 0)));
+}
+
 vec4 sample_level(vec3 position, int level) {
     int stored = min(level, LEVELS - 1), mip = max(level - LEVELS, 0);
     vec4 row = levels[stored];

@@ -56,7 +56,7 @@ void main() {
     vec3 cell = params.first_voxel.xyz + voxel_coordinates(voxel.xy, voxel.z_area);
     vec3 receiver = params.voxel_scale * (cell + unpack_unorm10(voxel.mean_position));
     vec2 pattern = voxel_pattern(uvec3(cell));
-    float start_offset = params.start_offset * least_diameter(receiver);
+    float start_offset = params.start_offset * largest_texel(receiver);
     MarchSettings settings =
         MarchSettings(params.first_voxel.w, params.step_factor, params.opacity_exponent, params.height_clamp, params.max_distance, 1.0, 0.0);
     uvec2 before = voxel_irradiance[index];

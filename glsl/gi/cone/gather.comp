@@ -33,7 +33,7 @@ layout(push_constant) uniform ConeParams {
     float height_clamp;
     float max_distance;
     float ao_falloff;
-    float start_offset;   // of the cones' origin along the geometric normal [voxels of the finest level there]
+    float start_offset;   // of the cones' origin along the geometric normal [texels read there]
     uint first_cone;      // of this dispatch, which adds to what those before it left
     uint end_cone;
     uint interleave;      // n: the set is rotated differently in each pixel of an n×n tile
@@ -56,7 +56,7 @@ void main() {
     }
     MarchSettings settings = MarchSettings(params.resolution, params.step_factor, params.opacity_exponent, params.height_clamp, params.max_distance, params.grid.w, params.ao_falloff);
     vec3 receiver = (surface.position_ws - params.grid.xyz) / params.grid.w;
-    float start_offset = params.start_offset * least_diameter(receiver);
+    float start_offset = params.start_offset * largest_texel(receiver);
     vec3 origin = receiver + start_offset * surface.geometric_normal;
     mat3 around = frame_around(surface.shading_normal);
     vec2 offset = params.interleave > 1u ? interleaved_offset(pixel, params.interleave) : vec2(0.5, 0.0);

@@ -28,7 +28,7 @@ layout(push_constant) uniform ShadowConeParams {
     float step_factor;
     float opacity_exponent;
     float height_clamp;
-    float start_offset;   // of the cones' origin along the geometric normal [voxels of the finest level there]
+    float start_offset;   // of the cones' origin along the geometric normal [texels read there]
     float tan_half;       // tan(γ/2)
     uint is_glossy;
     uint first_light;     // of this dispatch, which adds to what those before it left
@@ -51,7 +51,7 @@ void main() {
     MarchSettings settings = MarchSettings(params.resolution, params.step_factor, params.opacity_exponent, params.height_clamp, 0.0, params.grid.w, 0.0);
     vec3 normal = reflector.surface.geometric_normal;
     vec3 receiver = (reflector.surface.position_ws - params.grid.xyz) / params.grid.w;
-    float start_offset = params.start_offset * least_diameter(receiver);
+    float start_offset = params.start_offset * largest_texel(receiver);
     vec3 origin = receiver + start_offset * normal;
     vec3 radiance = params.first_light == 0u ? vec3(0.0) : imageLoad(direct, pixel).rgb;
     for (uint i = params.first_light; i < params.end_light; ++i) {

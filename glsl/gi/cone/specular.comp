@@ -56,7 +56,7 @@ void main() {
         float tan_half = tan(min(2.0 * atan(0.57735 * ggx_alpha(roughness)), 1.0));
         MarchSettings settings = MarchSettings(params.resolution, params.step_factor, params.opacity_exponent, params.height_clamp, params.max_distance, params.grid.w, 0.0);
         vec3 receiver = (surface.position_ws - params.grid.xyz) / params.grid.w;
-        float start_offset = params.start_offset * least_diameter(receiver);
+        float start_offset = params.start_offset * largest_texel(receiver);
         vec3 origin = receiver + start_offset * surface.geometric_normal;
         float cosine = max(dot(direction, surface.geometric_normal), 0.0);
         vec3 f0 = texelFetch(sampler2D(specular, nearest_clamp), pixel, 0).rgb;

@@ -102,4 +102,9 @@ float least_diameter(vec3 position) {
     return 1.0;
 }
 
+// Edge of the largest texel that such a sample reads [voxels].
+float largest_texel(vec3 position) {
+    return 1.0;
+}
+
 #endif

@@ -17,7 +17,7 @@ use super::settings::{Domain, Preset, Setting, Settings};
 use super::voxel::{
     self, Bounces, Injection, LightSettings, MIP_FILTER, Prefilter, Sides, VoxelBox, VoxelLight, VoxelRecords, VoxelSettings, VoxelWindow, WindowScratch,
 };
-use super::{Context, IndirectLight, LitVoxels, Technique};
+use super::{Context, IndirectLight, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image, Pass};
 use crate::render::{GBuffer, GpuScene, LightMaps, Output, screen_image};
 use crate::shader::{Field, GpuStruct};
@@ -345,10 +345,6 @@ impl Technique for Clipmap {
         let Some(outermost) = self.levels.last() else { return Ok(Vec::new()) };
         let grid = self.layout.grid(outermost.first);
         self.cones.count_samples(gpu, scene, gbuffer, &grid, self.volume.as_volume(), [true, self.light.specular.is_some()])
-    }
-
-    fn lit_voxels(&mut self) -> Vec<LitVoxels<'_>> {
-        self.levels.iter_mut().map(|Level { window, light, .. }| LitVoxels { voxels: VoxelRecords::from(&window.voxels), light }).collect()
     }
 
     fn counts(&self, gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {

@@ -578,7 +578,7 @@ impl ConeTracer {
                 start_offset: settings.number("start_offset"),
                 max_distance_m: settings.number("max_distance"),
                 ao_falloff: settings.number("ao_falloff"),
-                face_weights: if settings.is("face_weights", "squared") { FaceWeights::Squared } else { FaceWeights::Extinction },
+                face_weights: if settings.find_choice("face_weights") == Some("squared") { FaceWeights::Squared } else { FaceWeights::Extinction },
             },
             bounce_set: Bounces::new(settings).any().then(|| DeviceSet::new(gpu, "cone.bounce_set", &bounce_set)).transpose()?,
             occlusion: occlusion.map(|set| (set, settings.number("occlusion_distance"), settings.number("occlusion_falloff"))),

@@ -72,13 +72,13 @@ pub enum Directionality {
 }
 
 impl Directionality {
-    /// From a technique's settings; faces on all levels include those of the coarser ones.
+    /// From a technique's settings; faces on all levels include those of the coarser ones. Isotropic where the technique does not have the settings.
     pub fn new(settings: &Settings) -> Self {
-        match (settings.choice("faces"), settings.is("anisotropic", "on")) {
-            ("front", _) => Directionality::Directional(Faces::Front),
-            ("both", _) => Directionality::Directional(Faces::Both),
-            (_, true) => Directionality::Anisotropic,
-            (_, false) => Directionality::Isotropic,
+        match (settings.find_choice("faces"), settings.find_choice("anisotropic")) {
+            (Some("front"), _) => Directionality::Directional(Faces::Front),
+            (Some("both"), _) => Directionality::Directional(Faces::Both),
+            (_, Some("on")) => Directionality::Anisotropic,
+            _ => Directionality::Isotropic,
         }
     }
 

@@ -110,7 +110,7 @@ impl WindowScratch {
             nothing: buffer(gpu, "voxel.nothing", 0)?,
             lists: FragmentLists {
                 fragments: buffer(gpu, "voxel.fragments", 0)?,
-                emission: buffer(gpu, "voxel.fragment_emission", 0)?,
+                emission: buffer(gpu, if scene.is_emissive { "voxel.fragment_emission" } else { "voxel.nothing" }, 0)?,
                 heads: buffer(gpu, "voxel.heads", 0)?,
             },
             records: buffer(gpu, "voxel.records", 0)?,
