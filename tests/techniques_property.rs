@@ -241,7 +241,7 @@ fn memory_is_counted_and_small() {
     let scene = Scene::bundled("cornell", &[]).unwrap();
     for case in cases() {
         let gpu = gpu();
-        let settings = case.settings(&[("resolution", "256")]);
+        let settings = case.settings(&[("resolution", "256"), ("levels", "2")]);
         let (mut renderer, _) = Renderer::new(&gpu, &scene, case.entry, &settings, frame(640, 360, 1024)).unwrap();
         // The default preset proves it with a whole frame; the others only build, which allocates everything.
         if case.entry.presets.first().map(|preset| preset.name) == case.preset {

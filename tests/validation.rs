@@ -5,7 +5,7 @@
 mod support;
 
 use lumivox::gi::registry::TECHNIQUES;
-use lumivox::gi::settings::Domain;
+use lumivox::gi::settings::{Domain, SettingError};
 use lumivox::graph::Error;
 use lumivox::graph::plan::{Barrier, Use};
 use support::gpu;
@@ -64,7 +64,10 @@ fn every_choice_of_every_setting_is_silent() {
                 for preset in entry.presets {
                     let case = Case { entry, preset: Some(preset.name) };
                     let what = format!("{} --set {}={value}", case.name(), setting.name);
-                    let pairs = [("resolution", "8"), (setting.name, value.as_str())];
+                    let pairs = [("resolution", case.smallest_resolution()), (setting.name, value.as_str())];
+                    if let Err(SettingError::Together(_)) = entry.settings(case.preset, &pairs.map(|(name, value)| format!("{name}={value}"))) {
+                        continue;
+                    }
                     match shoot(&gpu, &small_room(Surfaces::Emissive, vec![point]), &case, &pairs, frame(16, 8, 32)) {
                         Ok(shot) => assert!(is_sound(&shot.full), "{what}: a pixel is negative or not finite"),
                         Err(Error::FeatureMissing { .. }) => eprintln!("{what}: this device lacks a feature that it needs"),
@@ -86,7 +89,9 @@ fn the_planner_covers_every_hazard_of_every_frame() {
         for surfaces in Surfaces::ALL {
             gpu.take_journal();
             let scene = small_room(surfaces, vec![point]);
-            let (mut renderer, _) = lumivox::frame::Renderer::new(&gpu, &scene, case.entry, &case.settings(&[("resolution", "8")]), frame(16, 8, 32)).unwrap();
+            let (mut renderer, _) =
+                lumivox::frame::Renderer::new(&gpu, &scene, case.entry, &case.settings(&[("resolution", case.smallest_resolution())]), frame(16, 8, 32))
+                    .unwrap();
             renderer.render(&scene.camera).unwrap();
             renderer.render(&scene.camera).unwrap();
             let journal = gpu.take_journal();

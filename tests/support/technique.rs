@@ -6,6 +6,7 @@ use glam::{Vec2, Vec3};
 use lumivox::frame::{FrameSettings, Renderer};
 use lumivox::gi::Settings;
 use lumivox::gi::registry::{Entry, TECHNIQUES};
+use lumivox::gi::settings::Domain;
 use lumivox::graph::{Error, Gpu};
 use lumivox::image::{Aov, GuideImage, Image, luminance, write_heatmap, write_png};
 use lumivox::metrics::{Channel, Errors, compare, error_image};
@@ -44,6 +45,15 @@ impl Case {
     /// `technique` or `technique.preset`.
     pub fn name(&self) -> String {
         self.preset.map_or(self.entry.name.to_owned(), |preset| format!("{}.{preset}", self.entry.name))
+    }
+
+    /// The smallest value of the setting `resolution`; 8 where the technique has none.
+    pub fn smallest_resolution(&self) -> &'static str {
+        let setting = self.entry.settings.iter().copied().flatten().find(|setting| setting.name == "resolution");
+        match setting.map(|setting| setting.domain) {
+            Some(Domain::OneOf([16, ..])) => "16",
+            _ => "8",
+        }
     }
 
     /// Whether the preset has six faces of texels on some level.
