@@ -52,6 +52,12 @@ fn writes_records_tables_and_charts() {
         assert!(record["counting"].as_array().unwrap().iter().all(|pass| pass["name"] != "voxel.resolve"));
         let bytes: u64 = record["memory"].as_array().unwrap().iter().map(|row| row["bytes"].as_u64().unwrap()).sum();
         assert_eq!(record["memory_bytes"], bytes);
+        let world = record["bytes_per_occupied_voxel"].as_f64().unwrap() * record["counts"]["voxels"].as_f64().unwrap();
+        let of_voxels = |row: &&serde_json::Value| ["voxel.", "voxel_mips."].iter().any(|owner| row["name"].as_str().unwrap().starts_with(owner));
+        let screen = |row: &&serde_json::Value| ["diffuse", "interleaved"].iter().any(|what| row["name"].as_str().unwrap().ends_with(what));
+        let rows = record["memory"].as_array().unwrap();
+        let expected: u64 = rows.iter().filter(of_voxels).filter(|row| !screen(row)).map(|row| row["bytes"].as_u64().unwrap()).sum();
+        assert!((world - expected as f64).abs() < 1.0, "{world}, not {expected}");
     }
     let csv = std::fs::read_to_string(out.join("cornell.csv")).unwrap();
     let lines: Vec<&str> = csv.lines().collect();

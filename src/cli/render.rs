@@ -76,7 +76,7 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     report.counting = PassTimes::once(&build.counting);
     report.build = PassTimes::once(&build.passes);
     report.passes = times.rows();
-    report.counts = renderer.counts().map_err(CliError::failed)?.into_iter().collect();
+    report.set_counts(&renderer.counts().map_err(CliError::failed)?);
     if let (Some(Truth { reference, guide }), Some(path)) = (&truth, &args.reference) {
         let error = ErrorReport::of(args.picture.aov, [&image, reference], &scene, guide, Channel::Luminance).map_err(CliError::failed)?;
         report.error = Some(error);

@@ -197,7 +197,7 @@ impl Run<'_> {
         let passes = rows(&self.frames);
         let stages: Vec<StageTimes> =
             [(When::Build, &self.builds), (When::Frame, &self.frames)].into_iter().flat_map(|(when, runs)| stage_times(case.entry, when, runs)).collect();
-        Report {
+        let mut report = Report {
             counting: PassTimes::once(&self.first_build.counting),
             first_build: PassTimes::once(&self.first_build.passes),
             build: rows(&self.builds),
@@ -206,9 +206,10 @@ impl Run<'_> {
             passes,
             totals: totals(&stages, &self.builds, &self.frames, case.entry),
             stages,
-            counts: self.counts.iter().copied().collect(),
             ..empty_report(gpu, scene, case, settings)
-        }
+        };
+        report.set_counts(&self.counts);
+        report
     }
 }
 

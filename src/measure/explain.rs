@@ -109,10 +109,10 @@ pub fn explain(subject: &Subject<'_>, all_bounces: Option<&Image>, progress: &dy
     let mut report = Report {
         preset: case.preset.clone(),
         shadow_resolution: Some(frame.shadow_resolution),
-        counts: renderer.counts()?.into_iter().collect(),
         reference: Some(*info),
         ..Report::new(gpu, &scene.name, frame.size, case.entry.name, &case.settings)
     };
+    report.set_counts(&renderer.counts()?);
     report.error = Some(ErrorReport::of(Aov::Indirect, [&picture.indirect, reference], scene, &truth.guide, channel)?);
     let mut table = Table { subject, reference, rows: Vec::new(), progress };
     table.add("as it is", "", Vec::new(), || Ok(picture.clone()))?;

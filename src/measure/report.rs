@@ -13,6 +13,7 @@ use crate::metrics::{Channel, Comparison, Errors, Flip, MetricError, compare, ex
 use crate::reference::Bounces;
 use crate::scene::Scene;
 
+use super::figures::structure_bytes;
 use super::stages::StageTimes;
 
 /// Version of the report's form; a change of meaning raises it.
@@ -172,6 +173,8 @@ pub struct Report {
     pub memory: Vec<MemoryRow>,
     /// Their sum, as the allocator counts it.
     pub memory_bytes: u64,
+    /// What the technique keeps in the world, for each occupied voxel (bytes); where it counts them.
+    pub bytes_per_occupied_voxel: Option<f64>,
     /// Counts, by name.
     pub counts: BTreeMap<&'static str, u64>,
     /// The reference, where it was rendered for this.
@@ -208,6 +211,13 @@ pub fn memory_rows(gpu: &Gpu) -> Vec<MemoryRow> {
 }
 
 impl Report {
+    /// Sets the counts, and what follows from them.
+    pub fn set_counts(&mut self, counts: &[(&'static str, u64)]) {
+        self.counts = counts.iter().copied().collect();
+        let voxels = self.counts.get("voxels").copied().filter(|voxels| *voxels > 0);
+        self.bytes_per_occupied_voxel = voxels.and_then(|voxels| Some(structure_bytes(self)? as f64 / voxels as f64));
+    }
+
     /// A report without times, counts and error.
     pub fn new(gpu: &Gpu, scene: &str, size: [u32; 2], technique: &'static str, settings: &Settings) -> Self {
         let info = gpu.info();
@@ -238,6 +248,7 @@ impl Report {
             motion: Vec::new(),
             memory_bytes: gpu.memory_total(),
             memory,
+            bytes_per_occupied_voxel: None,
             counts: BTreeMap::new(),
             reference: None,
             reference_file: None,

@@ -133,6 +133,7 @@ fn columns(report: &Report) -> Vec<(String, String)> {
         return columns;
     }
     add("memory_bytes".into(), report.memory_bytes.to_string());
+    add("bytes_per_occupied_voxel".into(), report.bytes_per_occupied_voxel.map(|bytes| format!("{bytes:.2}")).unwrap_or_default());
     add("structure_bytes".into(), structure_bytes(report).map(|bytes| bytes.to_string()).unwrap_or_default());
     if let Some(error) = &report.error {
         add("flip mean".into(), error.flip.mean.to_string());
