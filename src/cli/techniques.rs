@@ -30,7 +30,7 @@ fn describe(entry: &Entry) -> Result<(), CliError> {
     say(&format!("{}: {} ({bounces})", entry.name, entry.summary));
     for (index, preset) in entry.presets.iter().enumerate() {
         let default = if index == 0 { ", the default" } else { "" };
-        let values: Vec<String> = preset.values.iter().map(|(name, value)| format!("{name}={value}")).collect();
+        let values: Vec<String> = preset.values.iter().copied().flatten().map(|(name, value)| format!("{name}={value}")).collect();
         say(&format!("  --preset {}{default}: {}{}{}", preset.name, preset.help, if values.is_empty() { "" } else { "; " }, values.join(" ")));
     }
     for setting in entry.settings.iter().copied().flatten() {

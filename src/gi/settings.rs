@@ -41,6 +41,9 @@ pub struct Setting {
     pub default: &'static str,
 }
 
+/// Names of settings, and values as they would be written on the command line.
+pub type PresetValues = &'static [(&'static str, &'static str)];
+
 /// Named values for some settings; the others keep their defaults.
 #[derive(Clone, Copy, Debug)]
 pub struct Preset {
@@ -48,8 +51,8 @@ pub struct Preset {
     pub name: &'static str,
     /// What it is for, in one line.
     pub help: &'static str,
-    /// Names and values.
-    pub values: &'static [(&'static str, &'static str)],
+    /// Names and values, in groups.
+    pub values: &'static [PresetValues],
 }
 
 /// The value of a setting.
@@ -139,7 +142,7 @@ impl Settings {
         if let Some(name) = preset {
             let known = || presets.iter().map(|preset| preset.name).collect::<Vec<_>>().join(", ");
             let preset = presets.iter().find(|preset| preset.name == name).ok_or_else(|| SettingError::Preset { name: name.to_owned(), known: known() })?;
-            for (name, value) in preset.values {
+            for (name, value) in preset.values.iter().copied().flatten() {
                 settings.set(table, name, value)?;
             }
         }

@@ -49,31 +49,13 @@ static SETTINGS: &[Setting] = &[
 ];
 
 static PRESETS: &[Preset] = &[
-    Preset {
-        name: "accurate",
-        help: "the least error: as cones, but 32 of them and so narrow that they read the finest levels",
-        values: &[("cones", "32"), ("aperture_scale", "0.05")],
-    },
+    Preset { name: "accurate", help: "the least error: as cones, but 32 of them and so narrow that they read the finest levels", values: &[cone::NARROWEST] },
     Preset {
         name: "cones",
         help: "cones as they converge best for their time: narrow, interleaved, kept off the receiver's plane, through texels that stay opaque",
         values: &[],
     },
-    Preset {
-        name: "textbook",
-        help: "as the papers have it: box-filtered levels, six cones of 60°",
-        values: &[
-            ("mip_filter", "box"),
-            ("cone_set", "papers"),
-            ("cones", "6"),
-            ("aperture_scale", "1"),
-            ("step_factor", "0.5"),
-            ("opacity_exponent", "1"),
-            ("height_clamp", "0"),
-            ("start_offset", "1.5"),
-            ("interleave", "1"),
-        ],
-    },
+    Preset { name: "textbook", help: "as the papers have it: box-filtered levels, six cones of 60°", values: &[&[("mip_filter", "box")], cone::TEXTBOOK] },
 ];
 
 /// The passes of this module.

@@ -11,7 +11,7 @@ pub use shadow::{SHADOW, SHADOW_CLIPMAP, SHADOW_SPARSE, SOFT_SHADOWS, ShadowCone
 
 use crate::gi::Settings;
 use crate::gi::registry::Substitution;
-use crate::gi::settings::{Domain, Setting};
+use crate::gi::settings::{Domain, PresetValues, Setting};
 use crate::gi::voxel::rays::LOOP_BUDGET;
 use crate::gi::voxel::voxelize::linear_groups;
 use crate::gi::voxel::{Bounces, Directionality, VoxelGrid, VoxelRecords};
@@ -360,6 +360,21 @@ pub static STRUCTS: &[(&str, &[Field])] = &[
     (ShadowConeParams::NAME, ShadowConeParams::FIELDS),
     (BounceConeParams::NAME, BounceConeParams::FIELDS),
 ];
+
+/// Cones as the papers have them: six of 60°, unclamped, the same in every pixel.
+pub const TEXTBOOK: PresetValues = &[
+    ("cone_set", "papers"),
+    ("cones", "6"),
+    ("aperture_scale", "1"),
+    ("step_factor", "0.5"),
+    ("opacity_exponent", "1"),
+    ("height_clamp", "0"),
+    ("start_offset", "1.5"),
+    ("interleave", "1"),
+];
+
+/// As many cones as there are, so narrow that they read the finest levels.
+pub const NARROWEST: PresetValues = &[("cones", "32"), ("aperture_scale", "0.05")];
 
 /// Settings of cones.
 pub static SETTINGS: &[Setting] = &[

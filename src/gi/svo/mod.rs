@@ -59,42 +59,18 @@ static SETTINGS: &[Setting] = &[
 ];
 
 static PRESETS: &[Preset] = &[
-    Preset {
-        name: "accurate",
-        help: "the least error: as cones, but 32 of them and so narrow that they read the finest levels",
-        values: &[("cones", "32"), ("aperture_scale", "0.05")],
-    },
+    Preset { name: "accurate", help: "the least error: as cones, but 32 of them and so narrow that they read the finest levels", values: &[cone::NARROWEST] },
     Preset {
         name: "cones",
         help: "cones as they converge best for their time: narrow, interleaved, kept off the receiver's plane, through bricks that stay opaque",
         values: &[],
     },
-    Preset {
-        name: "anisotropic",
-        help: "as cones, through mips that look different along each axis from either side",
-        values: &[("anisotropic", "on"), ("face_weights", "squared"), ("opacity_exponent", "1.5")],
-    },
-    Preset {
-        name: "directional",
-        help: "as cones, through voxels of six faces on all levels, either side of which blocks",
-        values: &[("faces", "both"), ("opacity_exponent", "1.5")],
-    },
+    Preset { name: "anisotropic", help: "as cones, through mips that look different along each axis from either side", values: &[voxel::ANISOTROPIC] },
+    Preset { name: "directional", help: "as cones, through voxels of six faces on all levels, either side of which blocks", values: &[voxel::DIRECTIONAL] },
     Preset {
         name: "textbook",
         help: "as the papers have it: voxels spread to corners, Gaussian bricks, six cones of 60°",
-        values: &[
-            ("lattice", "corners"),
-            ("mip_filter", "box"),
-            ("filter_split", "three"),
-            ("cone_set", "papers"),
-            ("cones", "6"),
-            ("aperture_scale", "1"),
-            ("step_factor", "0.5"),
-            ("opacity_exponent", "1"),
-            ("height_clamp", "0"),
-            ("start_offset", "1.5"),
-            ("interleave", "1"),
-        ],
+        values: &[&[("lattice", "corners"), ("mip_filter", "box"), ("filter_split", "three")], cone::TEXTBOOK],
     },
 ];
 

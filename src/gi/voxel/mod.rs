@@ -14,6 +14,7 @@ pub mod oracle;
 pub mod passes;
 mod prefilter;
 pub mod rays;
+mod voxel_box;
 pub mod voxelize;
 pub mod window;
 
@@ -27,9 +28,10 @@ pub use light::{
 pub use list::{OccupiedVoxel, VoxelList, list_voxels};
 pub use lit::{LitVoxels, VoxelMap};
 pub use passes::{FRAGMENTS_COMPUTE, FRAGMENTS_RASTER, FRAGMENTS_RASTER_HW};
-pub use prefilter::{Directionality, FACE_SETTINGS, Faces, MIP_FILTER, Prefilter};
+pub use prefilter::{ANISOTROPIC, DIRECTIONAL, Directionality, FACE_SETTINGS, Faces, MIP_FILTER, Prefilter};
 pub use rays::{GATHER_RAYS, RAY_SETTINGS, RaySettings, gather_rays};
-pub use voxelize::{Accumulation, Method, Surface, VoxelBox, VoxelSettings, Voxelizer, Voxels};
+pub use voxel_box::VoxelBox;
+pub use voxelize::{Accumulation, Method, Surface, VoxelSettings, Voxelizer, Voxels};
 pub use window::{VoxelWindow, WindowScratch};
 
 use crate::gi::registry::{Part, Stage, Substitution};

@@ -1,7 +1,7 @@
 //! How eight texels of premultiplied radiance become one, in dense mips and in bricks (`gi/voxel/prefilter.glsl`), and which of them depend on the direction.
 
 use crate::gi::Settings;
-use crate::gi::settings::{Domain, Setting};
+use crate::gi::settings::{Domain, PresetValues, Setting};
 
 /// The setting that chooses a [`Prefilter`].
 pub const MIP_FILTER: Setting = Setting {
@@ -50,6 +50,12 @@ pub static FACE_SETTINGS: &[Setting] = &[
         default: "extinction",
     },
 ];
+
+/// Six directions from level 1 on, with the opacity exponent that holds on curved walls too.
+pub const ANISOTROPIC: PresetValues = &[("anisotropic", "on"), ("face_weights", "squared"), ("opacity_exponent", "1.5")];
+
+/// Six faces on all levels, likewise.
+pub const DIRECTIONAL: PresetValues = &[("faces", "both"), ("opacity_exponent", "1.5")];
 
 /// Whose surface a face of a directional voxel shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -9,7 +9,7 @@ use super::passes::{
     COUNT_BLOCKS, CountParams, FRAGMENTS_COMPUTE, FRAGMENTS_RASTER, FRAGMENTS_RASTER_HW, Fragment, FragmentParams, INDEX_BLOCKS, LINK_FRAGMENTS, LinkParams,
     RESOLVE_VOXELS, RUNNING_AVERAGE, ResolveParams, SCAN_GROUPS, ScanParams, Voxel,
 };
-use super::{DynamicVoxels, Faces, VoxelGrid};
+use super::{DynamicVoxels, Faces, VoxelBox, VoxelGrid};
 use crate::gi::Settings;
 use crate::graph::{
     BatchDispatch, Buffer, BufferDesc, BufferUsage, DrawBatch, Error, Frame, FrameStats, Gpu, Image, ImageDesc, ImageKind, ImageUsage, PassBuilder, Targets, vk,
@@ -135,49 +135,6 @@ impl Triangles {
     pub(super) fn batches(self, scene: &GpuScene) -> Vec<Batch> {
         let has = |batch: &&Batch| self == Triangles::All || scene.is_dynamic(batch.material) == (self == Triangles::Dynamic);
         scene.batches.iter().filter(has).copied().collect()
-    }
-}
-
-/// Voxels of a grid from `low` on, up to but without `end`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct VoxelBox {
-    /// The first.
-    pub low: IVec3,
-    /// One beyond the last.
-    pub end: IVec3,
-}
-
-impl VoxelBox {
-    /// A cube of so many voxels along an edge.
-    pub fn cube(low: IVec3, edge: u32) -> Self {
-        VoxelBox { low, end: low + IVec3::splat(edge as i32) }
-    }
-
-    /// What both have.
-    pub fn cut(self, other: VoxelBox) -> Self {
-        VoxelBox { low: self.low.max(other.low), end: self.end.min(other.end) }
-    }
-
-    /// Whether there is no voxel in it.
-    pub fn is_empty(self) -> bool {
-        self.low.cmpge(self.end).any()
-    }
-
-    /// What of it is not in another: at most six boxes, no two of which share a voxel.
-    pub fn without(self, other: VoxelBox) -> Vec<VoxelBox> {
-        let common = self.cut(other);
-        if common.is_empty() {
-            return if self.is_empty() { Vec::new() } else { vec![self] };
-        }
-        let (mut rest, mut parts) = (self, Vec::new());
-        for axis in 0..3 {
-            let (mut below, mut above) = (rest, rest);
-            below.end[axis] = common.low[axis];
-            above.low[axis] = common.end[axis];
-            (rest.low[axis], rest.end[axis]) = (common.low[axis], common.end[axis]);
-            parts.extend([below, above].into_iter().filter(|part| !part.is_empty()));
-        }
-        parts
     }
 }
 

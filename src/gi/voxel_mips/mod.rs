@@ -71,37 +71,15 @@ static SETTINGS: &[Setting] = &[
 ];
 
 static PRESETS: &[Preset] = &[
-    Preset { name: "accurate", help: "the best measured error per millisecond: exact rays, interleaved over 4×4 pixels", values: &[("gather", "rays")] },
+    Preset { name: "accurate", help: "the best measured error per millisecond: exact rays, interleaved over 4×4 pixels", values: &[&[("gather", "rays")]] },
     Preset {
         name: "cones",
         help: "cones as they converge best: narrow, interleaved, kept off the receiver's plane, through mips that stay opaque",
         values: &[],
     },
-    Preset {
-        name: "anisotropic",
-        help: "as cones, through mips that look different along each axis from either side",
-        values: &[("anisotropic", "on"), ("face_weights", "squared"), ("opacity_exponent", "1.5")],
-    },
-    Preset {
-        name: "directional",
-        help: "as cones, through voxels of six faces on all levels, either side of which blocks",
-        values: &[("faces", "both"), ("opacity_exponent", "1.5")],
-    },
-    Preset {
-        name: "textbook",
-        help: "as the papers have it: box-filtered mips, six cones of 60°",
-        values: &[
-            ("mip_filter", "box"),
-            ("cone_set", "papers"),
-            ("cones", "6"),
-            ("aperture_scale", "1"),
-            ("step_factor", "0.5"),
-            ("opacity_exponent", "1"),
-            ("height_clamp", "0"),
-            ("start_offset", "1.5"),
-            ("interleave", "1"),
-        ],
-    },
+    Preset { name: "anisotropic", help: "as cones, through mips that look different along each axis from either side", values: &[voxel::ANISOTROPIC] },
+    Preset { name: "directional", help: "as cones, through voxels of six faces on all levels, either side of which blocks", values: &[voxel::DIRECTIONAL] },
+    Preset { name: "textbook", help: "as the papers have it: box-filtered mips, six cones of 60°", values: &[&[("mip_filter", "box")], cone::TEXTBOOK] },
 ];
 
 static SUBSTITUTIONS: &[Substitution] = &[

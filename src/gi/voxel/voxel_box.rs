@@ -1,0 +1,69 @@
+//! Boxes of voxels.
+
+use glam::IVec3;
+
+/// Voxels of a grid from `low` on, up to but without `end`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct VoxelBox {
+    /// The first.
+    pub low: IVec3,
+    /// One beyond the last.
+    pub end: IVec3,
+}
+
+impl VoxelBox {
+    /// A cube of so many voxels along an edge.
+    pub fn cube(low: IVec3, edge: u32) -> Self {
+        VoxelBox { low, end: low + IVec3::splat(edge as i32) }
+    }
+
+    /// What both have.
+    pub fn cut(self, other: VoxelBox) -> Self {
+        VoxelBox { low: self.low.max(other.low), end: self.end.min(other.end) }
+    }
+
+    /// Whether there is no voxel in it.
+    pub fn is_empty(self) -> bool {
+        self.low.cmpge(self.end).any()
+    }
+
+    /// What of it is not in another: at most six boxes, no two of which share a voxel.
+    pub fn without(self, other: VoxelBox) -> Vec<VoxelBox> {
+        let common = self.cut(other);
+        if common.is_empty() {
+            return if self.is_empty() { Vec::new() } else { vec![self] };
+        }
+        let (mut rest, mut parts) = (self, Vec::new());
+        for axis in 0..3 {
+            let (mut below, mut above) = (rest, rest);
+            below.end[axis] = common.low[axis];
+            above.low[axis] = common.end[axis];
+            (rest.low[axis], rest.end[axis]) = (common.low[axis], common.end[axis]);
+            parts.extend([below, above].into_iter().filter(|part| !part.is_empty()));
+        }
+        parts
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every voxel of a box is in the other one, or in exactly one of the parts that are left without it.
+    #[test]
+    fn what_is_left_of_a_box_is_disjoint_and_complete() {
+        let whole = VoxelBox::cube(IVec3::ZERO, 4);
+        let corners = [-1, 0, 1, 3, 4, 5];
+        for low in corners.iter().flat_map(|x| corners.map(|y| IVec3::new(*x, y, 1))) {
+            for end in corners.map(|end| low + IVec3::new(end, 2, end.min(3))) {
+                let other = VoxelBox { low, end };
+                let parts = whole.without(other);
+                for index in 0..64 {
+                    let voxel = VoxelBox::cube(IVec3::new(index % 4, index / 4 % 4, index / 16), 1);
+                    let found = parts.iter().filter(|part| !part.cut(voxel).is_empty()).count();
+                    assert_eq!(found, usize::from(other.cut(voxel).is_empty()), "{voxel:?} of {other:?}: {parts:?}");
+                }
+            }
+        }
+    }
+}
