@@ -6,7 +6,7 @@ use crate::gi::registry::{Entry, Part, Stage};
 use crate::gi::{Context, IndirectLight, LitVoxels, Settings, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu};
 use crate::image::{Aov, Image};
-use crate::render::{GBuffer, GpuScene, LightMaps, Output, SET_POSE, read_aov};
+use crate::render::{GBuffer, GpuScene, LightMaps, Output, SET_POSE, read_aov, screen_image};
 use crate::scene::{Camera, Scene};
 
 /// What all techniques share.
@@ -98,6 +98,26 @@ impl<'g> Renderer<'g> {
     pub fn aov(&self, aov: Aov) -> Result<Image, Error> {
         let Some(light) = &self.light else { return Ok(Image::new(self.settings.size[0], self.settings.size[1])) };
         read_aov(self.gpu, &self.gbuffer, &self.output, light, aov)
+    }
+
+    /// Names and numbers of levels of the volumes that the technique keeps, as [`Renderer::view_voxels`] takes them.
+    pub fn volumes(&self) -> Vec<(&'static str, u32)> {
+        self.technique.volumes().iter().map(|volume| (volume.name, volume.levels)).collect()
+    }
+
+    /// A level of one of the technique's volumes as the camera of the last frame sees it, and the opacity of what it sees. `None` where there is no such volume or level.
+    pub fn view_voxels(&self, name: &str, level: u32) -> Result<Option<[Image; 2]>, Error> {
+        let volumes = self.technique.volumes();
+        let Some(volume) = volumes.iter().find(|volume| volume.name == name && level < volume.levels) else { return Ok(None) };
+        let seen = screen_image(self.gpu, "cone.view", self.settings.size)?;
+        let mut frame = Frame::new();
+        frame.set_scene(&self.scene.set, &self.scene.materials);
+        volume.view(&mut frame, level, &seen);
+        self.gpu.submit(frame)?;
+        let texels: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&self.gpu.read_image(&seen, 0, 0)?);
+        let [width, height] = self.settings.size;
+        let of = |value: fn(&[f32; 4]) -> Vec3| Image::from_fn(width, height, |pixel| value(&texels[pixel]));
+        Ok(Some([of(|&[r, g, b, _]| Vec3::new(r, g, b)), of(|&[.., opacity]| Vec3::splat(opacity))]))
     }
 
     /// Samples that the cones of the last frame's gather take, by the name of the pass.

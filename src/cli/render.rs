@@ -32,6 +32,12 @@ pub(crate) struct Args {
     /// The reference's image of the same output, or all outputs as `reference --layers` writes them: the report gets the error against it.
     #[arg(long, value_name = "FILE.exr")]
     reference: Option<PathBuf>,
+    /// In place of the picture, the technique's voxels as the camera sees them: light (radiance), opacity, or, with bricks of them, albedo, normal, emission.
+    #[arg(long, value_name = "WHAT", conflicts_with_all = ["reference", "aov"])]
+    voxels: Option<String>,
+    /// Which level of them, 0 the finest.
+    #[arg(long, value_name = "N", default_value_t = 0, requires = "voxels")]
+    voxel_level: u32,
     /// Run with the Vulkan validation layer and synchronization validation; any message is a failure.
     #[arg(long)]
     validate: bool,
@@ -61,6 +67,7 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     let size = args.picture.size.into();
     let frame = FrameSettings { size, shadow_resolution: args.shadow.shadow_resolution };
     let (mut renderer, build) = Renderer::new(&gpu, &scene, entry, &settings, frame).map_err(CliError::failed)?;
+    let view = args.voxels.as_ref().map(|what| VoxelView::choose(what, args.voxel_level, &renderer.volumes())).transpose()?;
     let mut times = TimesAccumulator::default();
     for index in 0..args.frames {
         let stats = renderer.render(&scene.camera).map_err(CliError::failed)?;
@@ -68,7 +75,10 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
             times.add(&stats.passes);
         }
     }
-    let image = renderer.aov(args.picture.aov).map_err(CliError::failed)?;
+    let image = match &view {
+        Some(view) => view.image(&renderer)?,
+        None => renderer.aov(args.picture.aov).map_err(CliError::failed)?,
+    };
     args.picture.write(&image)?;
     let mut report = Report::new(&gpu, &scene.name, size, entry.name, &settings);
     report.preset = args.technique.preset(entry);
@@ -94,6 +104,38 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     match messages.list().as_slice() {
         [] => Ok(()),
         [first, ..] => Err(CliError::failed(format!("{} validation messages, the first: {first}", messages.list().len()))),
+    }
+}
+
+/// What of the technique's voxels is to be seen.
+struct VoxelView<'a> {
+    volume: &'a str,
+    shows_opacity: bool,
+    level: u32,
+}
+
+impl<'a> VoxelView<'a> {
+    fn choose(what: &'a str, level: u32, volumes: &[(&'static str, u32)]) -> Result<Self, CliError> {
+        let shows_opacity = what == "opacity";
+        let volume = if shows_opacity { "light" } else { what };
+        match volumes.iter().find(|(name, _)| *name == volume) {
+            Some((_, levels)) if level < *levels => Ok(VoxelView { volume, shows_opacity, level }),
+            Some((_, levels)) => Err(CliError::input(format!("--voxel-level {level}: the levels are 0 to {}", levels - 1))),
+            None if volumes.is_empty() => Err(CliError::input("--voxels: with these settings the technique keeps no volume; try --preset cones".to_owned())),
+            None => {
+                let known: Vec<&str> = volumes.iter().map(|(name, _)| *name).chain(["opacity"]).collect();
+                Err(CliError::input(format!(
+                    "--voxels {what}: known here are {}; svo with --set attributes=on keeps albedo, normal and emission",
+                    known.join(", ")
+                )))
+            }
+        }
+    }
+
+    fn image(&self, renderer: &Renderer<'_>) -> Result<Image, CliError> {
+        let seen = renderer.view_voxels(self.volume, self.level).map_err(CliError::failed)?;
+        let [value, opacity] = seen.ok_or_else(|| CliError::failed("the technique has dropped its volume"))?;
+        Ok(if self.shows_opacity { opacity } else { value })
     }
 }
 

@@ -14,6 +14,7 @@ pub mod voxel;
 pub mod voxel_mips;
 
 pub use crate::render::IndirectLight;
+pub use cone::VoxelVolume;
 pub use settings::{SettingError, Settings};
 pub use voxel::LitVoxels;
 
@@ -74,6 +75,11 @@ pub trait Technique {
     /// None where nothing traces cones.
     fn count_samples(&self, _gpu: &Gpu, _scene: &GpuScene, _gbuffer: &GBuffer) -> Result<Vec<(&'static str, u64)>, Error> {
         Ok(Vec::new())
+    }
+
+    /// The volumes that it keeps, the light first, so that they can be looked at. None where it has none.
+    fn volumes(&self) -> Vec<VoxelVolume<'_>> {
+        Vec::new()
     }
 
     /// Its voxels and their light, a piece of the grid each, so that an error budget can read and replace them. None where it has no voxels.

@@ -117,7 +117,7 @@ pub fn grow_lit(gpu: &Gpu, voxels: &BTreeMap<VoxelIndex, LitVoxel>, resolution: 
     let range = |first_voxel: usize, part: &[VoxelIndex]| {
         let mut records: Vec<u32> = part.iter().flat_map(|at| record(&voxels[at])).collect();
         records.resize(records.len().max(6), 0);
-        RecordRange { first_voxel: first_voxel as u32, voxel_count: part.len() as u32, records: words(gpu, "records", &records) }
+        RecordRange { first_voxel: first_voxel as u32, voxel_count: part.len() as u32, records: words(gpu, "records", &records), emission: None }
     };
     let (mut bricks, _) = BrickPool::with_normals(gpu, &nodes, settings, vec![range(0, first), range(first.len(), second)]).unwrap();
     shine_lit(gpu, &nodes, &mut bricks, voxels);

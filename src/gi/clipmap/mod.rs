@@ -17,7 +17,7 @@ use super::settings::{Domain, Preset, Setting, Settings};
 use super::voxel::{
     self, Bounces, Injection, LightSettings, MIP_FILTER, Prefilter, Sides, VoxelBox, VoxelLight, VoxelRecords, VoxelSettings, VoxelWindow, WindowScratch,
 };
-use super::{Context, IndirectLight, Technique};
+use super::{Context, IndirectLight, Technique, VoxelVolume};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image, Pass};
 use crate::render::{GBuffer, GpuScene, LightMaps, Output, screen_image};
 use crate::shader::{Field, GpuStruct};
@@ -327,6 +327,12 @@ impl Technique for Clipmap {
         let Some(outermost) = self.levels.last() else { return Ok(Vec::new()) };
         let grid = self.layout.grid(outermost.first);
         self.cones.count_samples(gpu, scene, gbuffer, &grid, self.volume.as_volume(), [true, self.light.specular.is_some()])
+    }
+
+    fn volumes(&self) -> Vec<VoxelVolume<'_>> {
+        let Some(outermost) = self.levels.last() else { return Vec::new() };
+        let (grid, volume) = (self.layout.grid(outermost.first), self.volume.as_volume());
+        vec![VoxelVolume { name: "light", grid, volume, levels: self.layout.levels + self.volume.top.mips() }]
     }
 
     fn counts(&self, gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {

@@ -3,11 +3,13 @@
 pub mod oracle;
 mod sets;
 mod shadow;
+mod view;
 
 use std::sync::Arc;
 
 pub use sets::{Cone, ConeSet, KahlRings, check, cone_set, diffuse_set, kahl_set};
 pub use shadow::{SHADOW, SHADOW_CLIPMAP, SHADOW_SPARSE, SOFT_SHADOWS, ShadowConeParams};
+pub use view::{VIEW, VIEW_CLIPMAP, VIEW_SPARSE, ViewVoxelsParams, VoxelVolume};
 
 use crate::gi::Settings;
 use crate::gi::registry::Substitution;
@@ -231,13 +233,13 @@ pub static SPECULAR_CLIPMAP: Pass = specular_pass("gi/cone/specular_clipmap.comp
 pub static BOUNCE_CLIPMAP: Pass = bounce_pass("gi/cone/bounce_clipmap.comp", &BOUNCE_CLIPMAP_BINDINGS);
 
 /// The passes through a dense volume.
-pub static PASSES: &[&Pass] = &[&GATHER, &OCCLUSION, &SPECULAR, &SHADOW, &BOUNCE];
+pub static PASSES: &[&Pass] = &[&GATHER, &OCCLUSION, &SPECULAR, &SHADOW, &BOUNCE, &VIEW];
 
 /// The passes through a sparse volume.
-pub static SPARSE_PASSES: &[&Pass] = &[&GATHER_SPARSE, &OCCLUSION_SPARSE, &SPECULAR_SPARSE, &SHADOW_SPARSE, &BOUNCE_SPARSE];
+pub static SPARSE_PASSES: &[&Pass] = &[&GATHER_SPARSE, &OCCLUSION_SPARSE, &SPECULAR_SPARSE, &SHADOW_SPARSE, &BOUNCE_SPARSE, &VIEW_SPARSE];
 
 /// The passes through a clipmap.
-pub static CLIPMAP_PASSES: &[&Pass] = &[&GATHER_CLIPMAP, &OCCLUSION_CLIPMAP, &SPECULAR_CLIPMAP, &SHADOW_CLIPMAP, &BOUNCE_CLIPMAP];
+pub static CLIPMAP_PASSES: &[&Pass] = &[&GATHER_CLIPMAP, &OCCLUSION_CLIPMAP, &SPECULAR_CLIPMAP, &SHADOW_CLIPMAP, &BOUNCE_CLIPMAP, &VIEW_CLIPMAP];
 
 /// What a pass of cones writes.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -359,6 +361,7 @@ pub static STRUCTS: &[(&str, &[Field])] = &[
     (SpecularParams::NAME, SpecularParams::FIELDS),
     (ShadowConeParams::NAME, ShadowConeParams::FIELDS),
     (BounceConeParams::NAME, BounceConeParams::FIELDS),
+    (ViewVoxelsParams::NAME, ViewVoxelsParams::FIELDS),
 ];
 
 /// Cones as the papers have them: six of 60°, unclamped, the same in every pixel.

@@ -260,6 +260,22 @@ fn sample_diameter(cone: &Cone, distance: f64, settings: &MarchSettings) -> f64 
 }
 
 /// Distance at which a ray from inside the grid leaves it \[voxels\].
+/// What a ray sees of the cells of one level (texels), each uniform and with its own opacity, front to back: premultiplied by opacity, opacity. `origin` in voxels; the
+/// grid is `resolution` voxels wide.
+pub fn view_cells(texel: impl Fn([u32; 3]) -> DVec4, resolution: u32, level: u32, origin: DVec3, direction: DVec3) -> DVec4 {
+    let edge = f64::from(1u32 << level);
+    let planes = |forward: f64, back: f64| DVec3::from_array(direction.to_array().map(|d| if d > 0.0 { forward } else { back }));
+    let entry = ((planes(0.0, f64::from(resolution)) - origin) / direction).max_element().max(0.0);
+    let exit = ((planes(f64::from(resolution), 0.0) - origin) / direction).min_element();
+    let (mut seen, mut t) = (DVec4::ZERO, entry);
+    while t < exit && seen.w < 0.995 {
+        let low = ((origin + (t + 1e-3 * edge) * direction) / edge).floor() * edge;
+        seen += (1.0 - seen.w) * texel((low / edge).to_array().map(|at| at as u32));
+        t = ((low + planes(edge, 0.0) - origin) / direction).min_element().max(t + 1e-3 * edge);
+    }
+    seen
+}
+
 fn exit_distance(origin: DVec3, direction: DVec3, resolution: f64) -> f64 {
     let along = |axis: usize| match direction[axis] {
         d if d > 0.0 => (resolution - origin[axis]) / d,

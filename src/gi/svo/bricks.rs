@@ -34,8 +34,8 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// Parameters of `svo.write_normals`.
-    pub struct NormalParams {
+    /// Parameters of the passes that make leaves of records, which are bound piece by piece.
+    pub struct RecordParams {
         /// First static tile of the level.
         pub first: u32,
         /// Static tiles of the level.
@@ -113,7 +113,7 @@ pub static WRITE_NORMALS: Pass = Pass {
         LEVELS,
         LIST,
     ],
-    push_bytes: size_of::<NormalParams>() as u32,
+    push_bytes: size_of::<RecordParams>() as u32,
     sets: Sets::None,
 };
 
@@ -159,6 +159,46 @@ pub struct BrickSettings {
     pub directionality: Directionality,
 }
 
+impl BrickSettings {
+    /// Texels of a leaf tile that its own voxels make.
+    pub(super) fn leaf_texels(&self) -> u32 {
+        if self.corners { 27 } else { 8 }
+    }
+
+    /// Adds the passes that complete the bricks of these tiles: those of the finest level were written from voxels, others come from the finer level.
+    pub(super) fn complete(&self, frame: &mut Frame, nodes: &NodePool, image: &Arc<Image>, tiles: &Tiles) {
+        let level = tiles.level as usize;
+        if level > 0 {
+            self.filter(frame, nodes, image, tiles);
+        }
+        let own = level_bricks(nodes, self.directionality, level);
+        let BrickParams { first, count, first_dynamic, dynamic_count, level, shift, stride, .. } = tiles.params([own; 2]);
+        for axis in 0..3 {
+            let pass = frame.pass(&TRANSFER_BORDERS).bind(&nodes.neighbours).bind(image);
+            let params = TransferParams { first, count, first_dynamic, dynamic_count, level, axis, shift, stride };
+            tiles.dispatch(pass, &[u32::from(self.corners), own.faces], &params, 1);
+        }
+        if let Some(dynamic) = &nodes.dynamic {
+            dynamic.keep_static(frame, level as usize, image);
+        }
+    }
+
+    fn filter(&self, frame: &mut Frame, nodes: &NodePool, image: &Arc<Image>, tiles: &Tiles) {
+        let level = tiles.level as usize;
+        let bricks = [level, level - 1].map(|level| level_bricks(nodes, self.directionality, level));
+        // Number of the part, and its texels.
+        let parts: &[(u32, u32)] = match self {
+            BrickSettings { corners: false, .. } => &[(0, 8)],
+            BrickSettings { is_split: true, .. } => &[(1, 1), (2, 18), (3, 8)],
+            _ => &[(0, 27)],
+        };
+        for (part, texels) in parts {
+            let pass = frame.pass(&FILTER).bind(&nodes.nodes).bind(image);
+            tiles.dispatch(pass, &[self.filter, u32::from(self.corners), *part, bricks[0].faces], &tiles.params(bricks), *texels);
+        }
+    }
+}
+
 /// The bricks of the tiles of a level.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LevelBricks {
@@ -178,6 +218,16 @@ pub struct RecordRange {
     pub voxel_count: u32,
     /// One [`crate::gi::voxel::passes::Voxel`] each.
     pub records: Arc<Buffer>,
+    /// As [`crate::gi::voxel::Voxels::emission`].
+    pub emission: Option<Arc<Buffer>>,
+}
+
+impl RecordRange {
+    /// Parameters of a pass over tiles of the finest level.
+    pub(super) fn params(&self, tiles: &Tiles) -> RecordParams {
+        let BrickParams { first, count, first_dynamic, dynamic_count, level, .. } = tiles.params([LevelBricks { shift: 0, stride: 0, faces: 1 }; 2]);
+        RecordParams { first, count, first_dynamic, dynamic_count, level, first_voxel: self.first_voxel, voxel_count: self.voxel_count }
+    }
 }
 
 /// Normal bricks, and what they are made of.
@@ -238,11 +288,7 @@ impl BrickPool {
         let room = nodes.room();
         if room > self.capacity {
             for image in std::iter::once(&mut self.image).chain(self.normals.as_mut().map(|normals| &mut normals.image)) {
-                let larger = pool_image(gpu, image.name(), room)?;
-                let brick_count = nodes.static_end();
-                let pass = frame.pass(&COPY_BRICKS).bind(&*image).bind(&larger).push(&CopyBricksParams { brick_count });
-                pass.dispatch(linear_groups(27 * brick_count));
-                *image = larger;
+                *image = enlarge(gpu, &mut frame, nodes, image)?;
             }
             self.capacity = room;
         }
@@ -271,19 +317,7 @@ impl BrickPool {
                 self.write_leaves(frame, nodes, radiance, &tiles);
             }
             for image in std::iter::once(&self.image).chain(self.normals()) {
-                if level > 0 {
-                    self.filter(frame, nodes, image, &tiles);
-                }
-                for axis in 0..3 {
-                    let pass = frame.pass(&TRANSFER_BORDERS).bind(&nodes.neighbours).bind(image);
-                    let own = level_bricks(nodes, self.settings.directionality, level);
-                    let BrickParams { first, count, first_dynamic, dynamic_count, level, shift, stride, .. } = tiles.params([own; 2]);
-                    let params = TransferParams { first, count, first_dynamic, dynamic_count, level, axis, shift, stride };
-                    tiles.dispatch(pass, &[u32::from(self.settings.corners), own.faces], &params, 1);
-                }
-                if let Some(dynamic) = &nodes.dynamic {
-                    dynamic.keep_static(frame, level, image);
-                }
+                self.settings.complete(frame, nodes, image, &tiles);
             }
         }
         if let (Some(touched), false) = (&self.touched, is_filled) {
@@ -295,31 +329,15 @@ impl BrickPool {
 
     fn write_leaves(&self, frame: &mut Frame, nodes: &NodePool, radiance: &Arc<Buffer>, tiles: &Tiles) {
         let constants = [u32::from(self.settings.corners), self.sides()];
-        let texels = if self.settings.corners { 27 } else { 8 };
+        let texels = self.settings.leaf_texels();
         let pass = frame.pass(&WRITE_LEAVES).bind(&nodes.nodes).bind(radiance).bind(&self.image);
         let bricks = level_bricks(nodes, self.settings.directionality, 0);
         tiles.dispatch(pass, &constants, &tiles.params([bricks; 2]), texels);
-        for (image, range) in self.normals.iter().flat_map(|normals| normals.records.iter().map(|range| (&normals.image, range))) {
-            let BrickParams { first, count, first_dynamic, dynamic_count, level, .. } = tiles.params([bricks; 2]);
-            let &RecordRange { first_voxel, voxel_count, .. } = range;
-            let params = NormalParams { first, count, first_dynamic, dynamic_count, level, first_voxel, voxel_count };
-            let pass = frame.pass(&WRITE_NORMALS).bind(&nodes.nodes).bind(radiance).bind(image).bind(&range.records);
-            tiles.dispatch(pass, &constants, &params, texels);
-        }
-    }
-
-    fn filter(&self, frame: &mut Frame, nodes: &NodePool, image: &Arc<Image>, tiles: &Tiles) {
-        let level = tiles.level as usize;
-        let bricks = [level, level - 1].map(|level| level_bricks(nodes, self.settings.directionality, level));
-        // Number of the part, and its texels.
-        let parts: &[(u32, u32)] = match self.settings {
-            BrickSettings { corners: false, .. } => &[(0, 8)],
-            BrickSettings { is_split: true, .. } => &[(1, 1), (2, 18), (3, 8)],
-            _ => &[(0, 27)],
-        };
-        for (part, texels) in parts {
-            let pass = frame.pass(&FILTER).bind(&nodes.nodes).bind(image);
-            tiles.dispatch(pass, &[self.settings.filter, u32::from(self.settings.corners), *part, bricks[0].faces], &tiles.params(bricks), *texels);
+        if let Some(NormalBricks { image, records }) = &self.normals {
+            for range in records {
+                let pass = frame.pass(&WRITE_NORMALS).bind(&nodes.nodes).bind(radiance).bind(image).bind(&range.records);
+                tiles.dispatch(pass, &constants, &range.params(tiles), texels);
+            }
         }
     }
 
@@ -329,8 +347,16 @@ impl BrickPool {
     }
 }
 
+/// Adds the pass that copies the static bricks into a pool with room for all.
+pub(super) fn enlarge(gpu: &Gpu, frame: &mut Frame, nodes: &NodePool, image: &Arc<Image>) -> Result<Arc<Image>, Error> {
+    let larger = pool_image(gpu, image.name(), nodes.room())?;
+    let brick_count = nodes.static_end();
+    frame.pass(&COPY_BRICKS).bind(image).bind(&larger).push(&CopyBricksParams { brick_count }).dispatch(linear_groups(27 * brick_count));
+    Ok(larger)
+}
+
 /// Room for so many bricks.
-fn pool_image(gpu: &Gpu, name: &str, count: u32) -> Result<Arc<Image>, Error> {
+pub(super) fn pool_image(gpu: &Gpu, name: &str, count: u32) -> Result<Arc<Image>, Error> {
     gpu.create_image(&ImageDesc {
         name: name.into(),
         extent: pool_extent(count).map(|bricks| 3 * bricks),

@@ -1,5 +1,6 @@
 //! Technique `svo`: a sparse voxel octree with bricks (Crassin et al. 2011; Crassin & Green 2012), cone-traced.
 
+pub mod attributes;
 pub mod bricks;
 pub mod dynamic;
 pub mod nodes;
@@ -9,6 +10,7 @@ pub mod touched;
 
 use std::sync::Arc;
 
+pub use attributes::AttributeBricks;
 pub use bricks::{BrickPool, BrickSettings, RecordRange, face_stride};
 pub use dynamic::TouchedVoxels;
 pub use nodes::NodePool;
@@ -19,7 +21,7 @@ use super::interleave::{self, deinterleave};
 use super::registry::{Directions, Entry, Part, Stage};
 use super::settings::{Domain, Preset, Setting, SettingError, Settings};
 use super::voxel::{self, Bounces, Directionality, FACE_SETTINGS, Injection, LightSettings, MIP_FILTER, Prefilter, Sides, VoxelSettings};
-use super::{Context, IndirectLight, LitVoxels, Technique};
+use super::{Context, IndirectLight, LitVoxels, Technique, VoxelVolume};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image, Pass};
 use crate::render::{GBuffer, GpuScene, LightMaps, Output, screen_image};
 use crate::shader::{Field, GpuStruct};
@@ -56,6 +58,13 @@ static SETTINGS: &[Setting] = &[
         domain: Domain::Choice(&["off", "toksvig"]),
         default: "off",
     },
+    Setting {
+        name: "attributes",
+        help: "bricks of the voxels' albedo, mean normal and, where the scene emits, emission too, so that they can be seen on all levels; no cone reads them",
+        unit: "",
+        domain: Domain::Choice(&["off", "on"]),
+        default: "off",
+    },
 ];
 
 static PRESETS: &[Preset] = &[
@@ -84,6 +93,7 @@ pub static PASSES: &[&Pass] = &[
     &nodes::LINK_NEIGHBOURS,
     &bricks::WRITE_LEAVES,
     &bricks::WRITE_NORMALS,
+    &attributes::WRITE_ATTRIBUTES,
     &bricks::TRANSFER_BORDERS,
     &bricks::FILTER,
     &bricks::COPY_BRICKS,
@@ -105,7 +115,7 @@ pub static STRUCTS: &[(&str, &[Field])] = &[
     (nodes::LevelParams::NAME, nodes::LevelParams::FIELDS),
     (nodes::LeafParams::NAME, nodes::LeafParams::FIELDS),
     (bricks::BrickParams::NAME, bricks::BrickParams::FIELDS),
-    (bricks::NormalParams::NAME, bricks::NormalParams::FIELDS),
+    (bricks::RecordParams::NAME, bricks::RecordParams::FIELDS),
     (bricks::TransferParams::NAME, bricks::TransferParams::FIELDS),
     (bricks::CopyBricksParams::NAME, bricks::CopyBricksParams::FIELDS),
     (dynamic::AffectedParams::NAME, dynamic::AffectedParams::FIELDS),
@@ -151,7 +161,11 @@ pub static ENTRY: Entry = Entry {
         },
         &voxel::LIGHT_INJECTION,
         &Stage { name: "touched tiles", part: Part::Store, passes: &["svo.clear_touched", "svo.flag_touched", "svo.list_touched"] },
-        &Stage { name: "leaf writing", part: Part::Store, passes: &["svo.clear_bricks", "svo.merge_radiance", "svo.write_leaves", "svo.write_normals"] },
+        &Stage {
+            name: "leaf writing",
+            part: Part::Store,
+            passes: &["svo.clear_bricks", "svo.merge_radiance", "svo.write_leaves", "svo.write_normals", "svo.write_attributes"],
+        },
         &Stage { name: "border transfer", part: Part::Store, passes: &["svo.transfer_borders", "svo.keep_static"] },
         &Stage { name: "mip filtering", part: Part::Store, passes: &["svo.filter"] },
         &voxel::BOUNCES,
@@ -170,6 +184,7 @@ struct Store {
     voxels: Pieces,
     nodes: NodePool,
     bricks: BrickPool,
+    attributes: Option<AttributeBricks>,
 }
 
 impl Store {
@@ -184,6 +199,7 @@ struct Svo {
     light_settings: LightSettings,
     bricks: BrickSettings,
     has_normals: bool,
+    has_attributes: bool,
     cones: ConeTracer,
     interleave: u32,
     voxelizer: PieceVoxelizer,
@@ -216,6 +232,7 @@ fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>
     Ok(Box::new(Svo {
         light_settings: LightSettings { stores_faces: faces.is_some(), ..LightSettings::new(settings, sides) },
         has_normals,
+        has_attributes: settings.is("attributes", "on"),
         bricks: BrickSettings {
             corners: settings.is("lattice", "corners"),
             filter,
@@ -254,7 +271,13 @@ impl Technique for Svo {
             BrickPool::new(context.gpu, &nodes, self.bricks)?
         };
         stats.append(cleared);
-        self.store = Some(Store { voxels, nodes, bricks });
+        let mut attributes = None;
+        if self.has_attributes {
+            let (made, written) = AttributeBricks::new(context.gpu, &nodes, self.bricks, &voxels.records())?;
+            stats.append(written);
+            attributes = Some(made);
+        }
+        self.store = Some(Store { voxels, nodes, bricks, attributes });
         Ok(stats)
     }
 
@@ -271,6 +294,9 @@ impl Technique for Svo {
             stats.append(store.nodes.follow(context.gpu, &touched)?);
         }
         stats.append(store.bricks.follow(context.gpu, &store.nodes, store.voxels.records())?);
+        if let Some(attributes) = &mut store.attributes {
+            stats.append(attributes.follow(context.gpu, &store.nodes, &store.voxels.records())?);
+        }
         self.store = Some(store);
         Ok(stats)
     }
@@ -326,12 +352,32 @@ impl Technique for Svo {
         self.cones.count_samples(gpu, scene, gbuffer, &store.voxels.grid, store.volume(self.bricks), [true, self.light.specular.is_some()])
     }
 
+    fn volumes(&self) -> Vec<VoxelVolume<'_>> {
+        let Some(store) = &self.store else { return Vec::new() };
+        let Store { voxels, nodes, attributes, .. } = store;
+        let of = |name, volume| VoxelVolume { name, grid: voxels.grid, volume, levels: nodes.levels.len() as u32 };
+        let mut volumes = vec![of("light", store.volume(self.bricks))];
+        let pools = attributes.iter().flat_map(|attributes| attributes.pools());
+        volumes.extend(["albedo", "normal", "emission"].into_iter().zip(pools).map(|(name, bricks)| {
+            let volume = Volume::Sparse {
+                nodes: &nodes.nodes,
+                bricks,
+                normals: None,
+                corners: self.bricks.corners,
+                directionality: Directionality::Isotropic,
+                face_stride: 0,
+            };
+            of(name, volume)
+        }));
+        volumes
+    }
+
     fn lit_voxels(&mut self) -> Vec<LitVoxels<'_>> {
         self.store.iter_mut().flat_map(|store| store.voxels.lit()).collect()
     }
 
     fn counts(&self, gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {
-        let Some(Store { voxels, nodes, bricks }) = &self.store else { return Ok(Vec::new()) };
+        let Some(Store { voxels, nodes, bricks, .. }) = &self.store else { return Ok(Vec::new()) };
         let tiles = u64::from(nodes.tile_count());
         let mut counts = voxels.counts(gpu)?;
         counts.extend([("nodes", 8 * tiles), ("tiles", tiles), ("bricks", tiles)]);

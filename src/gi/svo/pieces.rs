@@ -240,7 +240,7 @@ impl Pieces {
     pub fn records(&self) -> Vec<RecordRange> {
         let mut first_voxel = 0;
         let range = |Piece { voxels, .. }: &Piece| {
-            let range = RecordRange { first_voxel, voxel_count: voxels.voxel_count, records: Arc::clone(&voxels.records) };
+            let range = RecordRange { first_voxel, voxel_count: voxels.voxel_count, records: Arc::clone(&voxels.records), emission: voxels.emission.clone() };
             first_voxel += voxels.voxel_count;
             range
         };

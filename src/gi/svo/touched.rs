@@ -177,6 +177,12 @@ impl<'t> Tiles<'t> {
         Tiles { ranges: nodes.ranges(level), level: level as u32, lists: [nothing; 2], is_listed: false }
     }
 
+    /// All dynamic tiles.
+    pub(super) fn dynamic(nodes: &NodePool, level: usize, nothing: &'t Arc<Buffer>) -> Self {
+        let [LevelRange { first, .. }, dynamic] = nodes.ranges(level);
+        Tiles { ranges: [LevelRange { first, count: 0 }, dynamic], ..Tiles::all(nodes, level, nothing) }
+    }
+
     /// The parameters of a pass over these tiles, whose bricks and those of their children are there.
     pub(super) fn params(&self, [own, children]: [LevelBricks; 2]) -> BrickParams {
         let [LevelRange { first, count }, LevelRange { first: first_dynamic, count: dynamic_count }] = self.ranges;

@@ -18,7 +18,7 @@ use super::voxel::{
     self, Accumulation, Bounces, Directionality, DynamicVoxels, FACE_SETTINGS, Injection, LightSettings, MIP_FILTER, Prefilter, RAY_SETTINGS, RaySettings,
     Sides, VoxelLight, VoxelRecords, VoxelSettings, Voxelizer, Voxels, bounce_rays, gather_rays,
 };
-use super::{Context, IndirectLight, LitVoxels, Technique};
+use super::{Context, IndirectLight, LitVoxels, Technique, VoxelVolume};
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Error, Frame, FrameStats, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Pass, Sets, Shaders, vk};
 use crate::render::{GBuffer, GpuScene, LightMaps, Output, screen_image};
@@ -386,6 +386,18 @@ impl Technique for VoxelMips {
     fn count_samples(&self, gpu: &Gpu, scene: &GpuScene, gbuffer: &GBuffer) -> Result<Vec<(&'static str, u64)>, Error> {
         let (Some((voxels, _)), Some(volume)) = (&self.store, &self.volume) else { return Ok(Vec::new()) };
         self.cones.count_samples(gpu, scene, gbuffer, &voxels.grid, volume.as_volume(), [self.rays.is_none(), self.light.specular.is_some()])
+    }
+
+    fn volumes(&self) -> Vec<VoxelVolume<'_>> {
+        let volume = self.volume.iter().zip(&self.store);
+        volume
+            .map(|(volume, (voxels, _))| VoxelVolume {
+                name: "light",
+                grid: voxels.grid,
+                volume: volume.as_volume(),
+                levels: voxels.grid.resolution.ilog2() + 1,
+            })
+            .collect()
     }
 
     fn lit_voxels(&mut self) -> Vec<LitVoxels<'_>> {

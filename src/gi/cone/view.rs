@@ -1,0 +1,97 @@
+//! What a volume holds on one of its levels, as the camera sees it: for looking at, and for comparing structures.
+
+use std::sync::Arc;
+
+use super::{CLIPMAP, DENSE, FaceWeights, Output, SPARSE, VECTOR_LANES, Volume, face_turns};
+use crate::gi::voxel::VoxelGrid;
+use crate::gi::voxel::rays::LOOP_BUDGET;
+use crate::gpu_struct;
+use crate::graph::{Access, Binding, Frame, Image, Pass, Sets, Shaders};
+use crate::render::screen_groups;
+
+gpu_struct! {
+    /// Parameters of `cone.view`.
+    pub struct ViewVoxelsParams {
+        /// xyz: smallest corner of the grid (m); w: voxel size (m).
+        pub grid: [f32; 4],
+        /// Voxels along an edge of the grid.
+        pub resolution: f32,
+        /// 0 the finest.
+        pub level: f32,
+        /// Where this dispatch begins, from where a ray enters the grid (voxels).
+        pub begin_distance: f32,
+        /// Where it ends (voxels).
+        pub end_distance: f32,
+        /// Bricks of a sparse volume from a face of a tile to the next.
+        pub face_stride: u32,
+    }
+}
+
+const SEEN: Binding = Binding::image("seen_texels", Access::ComputeReadWrite);
+
+static DENSE_BINDINGS: [Binding; 4] = {
+    let [voxels, matter, faces] = DENSE;
+    [SEEN, voxels, matter, faces]
+};
+
+static SPARSE_BINDINGS: [Binding; 4] = {
+    let [nodes, bricks, normals] = SPARSE;
+    [SEEN, nodes, bricks, normals]
+};
+
+static CLIPMAP_BINDINGS: [Binding; 4] = {
+    let [levels, clipmap, top] = CLIPMAP;
+    [SEEN, levels, clipmap, top]
+};
+
+const fn view_pass(shader: &'static str, bindings: &'static [Binding]) -> Pass {
+    Pass { name: "cone.view", shaders: Shaders::Compute(shader), bindings, push_bytes: size_of::<ViewVoxelsParams>() as u32, sets: Sets::Scene }
+}
+
+/// Texels of a level of a dense volume, front to back along each pixel's ray. Writes RGBA32F, premultiplied by opacity; a thread a pixel.
+pub static VIEW: Pass = view_pass("gi/cone/view.comp", &DENSE_BINDINGS);
+
+/// As [`VIEW`], of a sparse voxel octree.
+pub static VIEW_SPARSE: Pass = view_pass("gi/cone/view_svo.comp", &SPARSE_BINDINGS);
+
+/// As [`VIEW`], of a clipmap; where a level is not there, of the finest one that is.
+pub static VIEW_CLIPMAP: Pass = view_pass("gi/cone/view_clipmap.comp", &CLIPMAP_BINDINGS);
+
+/// A volume that can be looked at.
+pub struct VoxelVolume<'v> {
+    /// What it holds: `light` (radiance, W/(m² sr)), `albedo`, `normal` or `emission`.
+    pub name: &'static str,
+    /// Where it is.
+    pub grid: VoxelGrid,
+    /// Itself.
+    pub volume: Volume<'v>,
+    /// Levels that it has.
+    pub levels: u32,
+}
+
+impl VoxelVolume<'_> {
+    /// Adds the passes that write what the camera of the frame sees of a level into an RGBA32F image of the frame's size: premultiplied by opacity, opacity.
+    pub fn view(&self, frame: &mut Frame, level: u32, seen: &Arc<Image>) {
+        let VoxelVolume { grid, volume, .. } = self;
+        // A cell costs a turn of the march, and a turn a level of the loops that look for its texel.
+        let turns = 2 + VECTOR_LANES + self.levels + face_turns(volume.directionality());
+        let stretch = (LOOP_BUDGET / (3 * turns)) as f32 * 2f32.powi(level as i32);
+        let pass = volume.choose([&VIEW, &VIEW_SPARSE, &VIEW_CLIPMAP]);
+        let [width, height, _] = seen.extent(0);
+        let mut begin_distance = 0.0;
+        while begin_distance < 1.8 * grid.resolution as f32 {
+            let end_distance = begin_distance + stretch;
+            let params = ViewVoxelsParams {
+                grid: grid.row(),
+                resolution: grid.resolution as f32,
+                level: level as f32,
+                begin_distance,
+                end_distance,
+                face_stride: volume.face_stride(),
+            };
+            let builder = frame.pass(pass).bind(seen);
+            volume.bind(builder, false, Output::Light, FaceWeights::Extinction).push(&params).dispatch(screen_groups([width, height]));
+            begin_distance = end_distance;
+        }
+    }
+}

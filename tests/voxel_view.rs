@@ -1,0 +1,224 @@
+//! Looking at voxels: the octree's bricks of albedo, normal and emission, and the volumes that techniques keep as the camera sees them.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+mod support;
+
+use std::sync::Arc;
+
+use glam::{DVec3, DVec4, Vec3};
+use lumivox::frame::Renderer;
+use lumivox::gi::cone::oracle::view_cells;
+use lumivox::gi::cone::{self, VoxelVolume};
+use lumivox::gi::registry::find;
+use lumivox::gi::svo::oracle::{Filter, Texels, coarser, leaves};
+use lumivox::gi::svo::{AttributeBricks, BrickSettings, NodePool, Occupancy, RecordRange};
+use lumivox::gi::voxel::passes::Voxel;
+use lumivox::gi::voxel::{Directionality, Method, VoxelGrid, Voxels};
+use lumivox::graph::{Frame, Gpu};
+use lumivox::image::{Aov, Image};
+use lumivox::render::GpuScene;
+use lumivox::scene::{Camera, Scene};
+use support::gather::{View, matter, occupied, random_volume, read_chain, volume};
+use support::octree::{lattice, read_nodes, read_texels};
+use support::scenes::{add_model, bundled, in_unit_grid, lump, scene_of, soup, still};
+use support::technique::{Case, frame, largest_difference};
+use support::voxels::{coordinates, mean_normal, unorm10, voxel_settings, voxelize};
+use support::{Random, gpu};
+
+const FILTERS: [Filter; 3] = [Filter::Box, Filter::Directional, Filter::DirectionalMax];
+
+/// Albedo, mean normal and emission of voxels as their records have them, premultiplied by opacity.
+fn attributes(gpu: &Gpu, voxels: &Voxels) -> [Texels; 3] {
+    let records: Vec<Voxel> = bytemuck::pod_collect_to_vec(&gpu.read_buffer(&voxels.records).unwrap());
+    let emission: Option<Vec<[f32; 4]>> = voxels.emission.as_ref().map(|emission| bytemuck::pod_collect_to_vec(&gpu.read_buffer(emission).unwrap()));
+    let mut attributes: [Texels; 3] = Default::default();
+    for (index, record) in records[..voxels.voxel_count as usize].iter().enumerate() {
+        let opacity = f64::from(record.coverage & 0xfff) / 4095.0;
+        let root = unorm10(record.albedo);
+        let emitted = emission.as_ref().map_or(DVec3::ZERO, |emission| Vec3::from_slice(&emission[index]).as_dvec3());
+        for (texels, value) in attributes.iter_mut().zip([root * root, mean_normal(record), emitted]) {
+            texels.insert(coordinates(record), (opacity * value).extend(opacity));
+        }
+    }
+    attributes
+}
+
+/// Largest difference of the texels of a level, relative to the largest of them.
+fn level_error(level: &Texels, expected: &Texels) -> f64 {
+    let places = level.keys().chain(expected.keys());
+    let value = |texels: &Texels, at| texels.get(at).copied().unwrap_or_default();
+    let largest = expected.values().map(|texel| texel.abs().max_element()).fold(0.0, f64::max);
+    places.map(|at| (value(level, at) - value(expected, at)).abs().max_element()).fold(0.0, f64::max) / largest.max(1e-9)
+}
+
+/// Every texel of every level of each attribute, on both lattices, with every filter, with and without emission.
+#[test]
+fn attribute_bricks_are_the_oracles() {
+    let gpu = gpu();
+    for seed in 0..12u64 {
+        let mut random = Random::new(400 + seed);
+        let resolution = [8, 16, 32][seed as usize % 3];
+        let emits = seed % 4 < 2;
+        let scene = scene_of(&soup(&mut random, resolution), if emits { 3.0 } else { 0.0 }, &mut random);
+        let mut gpu_scene = GpuScene::new(&gpu, &scene).unwrap();
+        in_unit_grid(&mut gpu_scene, resolution);
+        let read = voxelize(&gpu, &gpu_scene, voxel_settings(resolution, Method::Compute));
+        let settings = BrickSettings {
+            corners: seed % 2 == 1,
+            filter: seed as u32 / 2 % 3,
+            is_split: seed / 3 % 2 == 1,
+            touched: true,
+            directionality: Directionality::Isotropic,
+        };
+        let (lattice, filter) = (lattice(settings), FILTERS[settings.filter as usize]);
+        let (nodes, _) = NodePool::build(&gpu, &Occupancy::from(&read.voxels), settings.corners).unwrap();
+        let (records, emission) = (Arc::clone(&read.voxels.records), read.voxels.emission.clone());
+        let range = RecordRange { first_voxel: 0, voxel_count: read.voxels.voxel_count, records, emission };
+        let (bricks, _) = AttributeBricks::new(&gpu, &nodes, settings, &[range]).unwrap();
+        assert_eq!(bricks.pools().len(), if emits { 3 } else { 2 }, "a scene that does not emit has no bricks of emission");
+        let tree = read_nodes(&gpu, &nodes).unwrap();
+        for (pool, voxels) in bricks.pools().iter().zip(attributes(&gpu, &read.voxels)) {
+            let levels = read_texels(&gpu, &tree, pool).unwrap_or_else(|error| panic!("soup {seed}, {}: {error}", pool.name()));
+            for (index, level) in levels.iter().enumerate() {
+                let expected = if index == 0 { leaves(&voxels, lattice) } else { coarser(&levels[index - 1], resolution >> (index - 1), lattice, filter) };
+                let error = level_error(level, &expected);
+                assert!(error < 2e-3, "soup {seed}, {}, level {index}: {error:.1e} of the largest value", pool.name());
+                let planted: Texels = expected.iter().map(|(at, texel)| (*at, 1.01 * *texel)).collect();
+                assert!(level_error(level, &planted) > 2e-3, "an error of 1% is not noticed");
+            }
+        }
+    }
+}
+
+/// What the camera sees of a volume; RGBA32F.
+fn look(gpu: &Gpu, scene: &GpuScene, view: &View, volume: &VoxelVolume<'_>, level: u32) -> Vec<DVec4> {
+    let mut frame = Frame::new();
+    frame.set_scene(&scene.set, &scene.materials);
+    volume.view(&mut frame, level, &view.result);
+    gpu.submit(frame).unwrap();
+    let texels: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&gpu.read_image(&view.result, 0, 0).unwrap());
+    texels.into_iter().map(|texel| DVec4::from(texel.map(f64::from))).collect()
+}
+
+/// Share of pixels that differ.
+fn differing(seen: &[DVec4], expected: &[DVec4]) -> f64 {
+    let differs = |(seen, expected): &(&DVec4, &DVec4)| (**seen - **expected).abs().max_element() > 0.01 * expected.max_element().max(1.0);
+    seen.iter().zip(expected).filter(differs).count() as f64 / seen.len() as f64
+}
+
+/// Cells of random matter on each level, from outside and from inside of the grid. A ray that grazes a corner may see either cell there.
+#[test]
+fn a_level_looks_as_the_oracle_has_it() {
+    let gpu = gpu();
+    let mut random = Random::new(9);
+    let resolution = 16;
+    let finest = random_volume(resolution, 0.1, &mut random);
+    let image = volume(&gpu, &finest);
+    let mut frame = Frame::new();
+    support::gather::filter(&mut frame, &image, 1);
+    gpu.submit(frame).unwrap();
+    let chain = read_chain(&gpu, &image);
+    let matter = matter(&gpu, &occupied(&finest), resolution);
+    let scene = bundled("cornell");
+    let gpu_scene = GpuScene::new(&gpu, &scene).unwrap();
+    let grid = VoxelGrid::around(gpu_scene.bounds, resolution);
+    let centre = grid.origin + 0.5 * grid.voxel_size * resolution as f32;
+    let size = [48, 40];
+    for (outside, level) in [(false, 0), (true, 0), (true, 1), (false, 2), (true, 3)] {
+        let eye = if outside { centre + Vec3::new(1.1, 1.7, 2.3) } else { centre + Vec3::new(0.13, 0.07, 0.11) };
+        let camera = Camera { eye, target: centre + Vec3::new(0.3, 0.2, -0.1), ..scene.camera };
+        let view = View::new(&gpu, &gpu_scene, &camera, size, &grid);
+        let dense = VoxelVolume { name: "light", grid, volume: cone::Volume::Dense { radiance: &image, matter: &matter, faces: None }, levels: 5 };
+        let seen = look(&gpu, &gpu_scene, &view, &dense, level);
+        let constants = gpu_scene.frame_constants(&camera, size);
+        let row = |row: [f32; 4]| Vec3::new(row[0], row[1], row[2]).as_dvec3();
+        let origin = (row(constants.eye_ws) - grid.origin.as_dvec3()) / f64::from(grid.voxel_size);
+        let ray = |pixel: u32| {
+            let [x, y] = [pixel % size[0], pixel / size[0]].map(|at| f64::from(at) + 0.5);
+            let (x, y) = (2.0 * x / f64::from(size[0]) - 1.0, 2.0 * y / f64::from(size[1]) - 1.0);
+            (row(constants.ray_forward) + x * row(constants.ray_right) - y * row(constants.ray_up)).normalize()
+        };
+        let expected: Vec<DVec4> =
+            (0..size[0] * size[1]).map(|pixel| view_cells(|at| chain[level as usize].texel(at), resolution, level, origin, ray(pixel))).collect();
+        let share = differing(&seen, &expected);
+        println!("level {level}, outside {outside}: {share:.4} of the pixels differ");
+        assert!(share < 0.02, "level {level}, outside {outside}: {share}");
+        let other = look(&gpu, &gpu_scene, &view, &dense, (level + 1) % 4);
+        assert!(differing(&other, &expected) > 0.1, "another level is not noticed");
+    }
+}
+
+fn renderer<'g>(gpu: &'g Gpu, scene: &Scene, technique: &str, pairs: &[(&str, &str)]) -> Renderer<'g> {
+    let case = Case { entry: find(technique).unwrap(), preset: Some("cones") };
+    let (mut renderer, _) = Renderer::new(gpu, scene, case.entry, &case.settings(pairs), frame(64, 48, 128)).unwrap();
+    renderer.render(&scene.camera).unwrap();
+    renderer
+}
+
+/// In every structure the camera sees voxels where it sees surfaces; the octree's and the dense texture's look alike on all levels.
+#[test]
+fn all_structures_show_the_scene() {
+    let gpu = gpu();
+    let scene = bundled("cornell");
+    let technique = |name| renderer(&gpu, &scene, name, &[("resolution", "64")]);
+    let [mips, svo, clipmap] = ["voxel-mips", "svo", "clipmap"].map(technique);
+    for renderer in [&mips, &svo, &clipmap] {
+        let [_, opacity] = renderer.view_voxels("light", 0).unwrap().unwrap();
+        let depth = renderer.aov(Aov::Depth).unwrap();
+        let surfaces = depth.pixels.iter().zip(&opacity.pixels).filter(|(depth, _)| depth.x > 0.0);
+        let covered = surfaces.clone().filter(|(_, opacity)| opacity.x > 0.9).count() as f64 / surfaces.count() as f64;
+        assert!(covered > 0.98, "{covered} of the surfaces are covered by voxels");
+    }
+    for level in 0..5 {
+        let [a, b] = [&mips, &svo].map(|renderer| renderer.view_voxels("light", level).unwrap().unwrap()[0].clone());
+        let texels = |image: &Image| image.pixels.iter().map(|pixel| pixel.as_dvec3().extend(0.0)).collect::<Vec<_>>();
+        let share = differing(&texels(&a), &texels(&b));
+        assert!(share < 0.01, "level {level}: {share} of the pixels differ");
+    }
+}
+
+/// Volumes are those that the settings ask for; names and levels that are not there are no picture.
+#[test]
+fn volumes_are_what_was_asked_for() {
+    let gpu = gpu();
+    let names = |scene: &str, pairs: &[(&str, &str)]| {
+        let volumes = renderer(&gpu, &bundled(scene), "svo", pairs).volumes();
+        volumes.into_iter().map(|(name, _)| name).collect::<Vec<_>>()
+    };
+    let on = [("resolution", "32"), ("attributes", "on")];
+    assert_eq!(names("cornell", &[("resolution", "32")]), ["light"]);
+    assert_eq!(names("cornell", &on), ["light", "albedo", "normal"]);
+    assert_eq!(names("emissive-gallery", &on), ["light", "albedo", "normal", "emission"]);
+    let renderer = renderer(&gpu, &bundled("cornell"), "svo", &on);
+    assert!(renderer.view_voxels("emission", 0).unwrap().is_none() && renderer.view_voxels("albedo", 5).unwrap().is_none());
+    let [albedo, _] = renderer.view_voxels("albedo", 0).unwrap().unwrap();
+    let largest = albedo.pixels.iter().map(|pixel| pixel.max_element()).fold(0.0, f32::max);
+    assert!(largest > 0.5 && largest <= 1.0, "largest albedo {largest}");
+}
+
+/// After a model has moved, bricks of attributes look as those that were made with the model there; also where the pool has grown.
+#[test]
+fn attributes_follow_dynamic_models() {
+    let gpu = gpu();
+    let mut random = Random::new(77);
+    let mut scene = bundled("cornell");
+    let (low, high) = scene.bounds().unwrap();
+    let model = scene_of(&lump(8, 1), 2.0, &mut random);
+    // A lump of 0.7 m, at first far away from the box.
+    let place = |share: f32| still(low + share * (high - low) - Vec3::splat(0.5));
+    add_model(&mut scene, model, &[place(10.0), place(0.3), place(0.6), place(10.0)]);
+    let pairs = [("resolution", "32"), ("attributes", "on")];
+    let mut moved = renderer(&gpu, &scene, "svo", &pairs);
+    for time_s in [1.0, 2.0, 3.0] {
+        scene.set_time(time_s);
+        moved.set_pose(&scene).unwrap();
+        moved.render(&scene.camera).unwrap();
+        let fresh = renderer(&gpu, &scene, "svo", &pairs);
+        for (name, level) in [("albedo", 0), ("normal", 1), ("emission", 0), ("emission", 2)] {
+            let [a, b] = [&moved, &fresh].map(|renderer| renderer.view_voxels(name, level).unwrap().unwrap());
+            // The pools may differ in size, and so does the rounding of a place in them.
+            let difference = (0..2).map(|image| largest_difference(&a[image], &b[image])).fold(0.0, f64::max);
+            assert!(difference < 1e-3, "{name} on level {level} at {time_s} s: {difference}");
+        }
+    }
+}
