@@ -10,6 +10,7 @@ pub mod scenes;
 pub mod sha256;
 pub mod technique;
 pub mod voxels;
+pub mod walker;
 
 use std::ops::Deref;
 

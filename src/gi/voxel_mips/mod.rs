@@ -2,8 +2,6 @@
 
 pub mod matter;
 pub mod oracle;
-#[cfg(test)]
-mod tests;
 
 use std::sync::Arc;
 
@@ -168,10 +166,6 @@ struct VoxelMips {
 }
 
 fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>, Error> {
-    Ok(Box::new(new(context, settings)?))
-}
-
-fn new(context: &Context<'_>, settings: &Settings) -> Result<VoxelMips, Error> {
     let Context { gpu, scene, size, .. } = *context;
     let directionality = Directionality::new(settings);
     let rays = settings.is("gather", "rays").then(|| RaySettings::new(settings));
@@ -183,7 +177,7 @@ fn new(context: &Context<'_>, settings: &Settings) -> Result<VoxelMips, Error> {
     let has_volume = rays.is_none() || specular || cones.is_beside_gather();
     let voxel_settings = VoxelSettings { faces: directionality.faces().filter(|_| has_volume), ..VoxelSettings::new(settings) };
     let sides = if voxel_settings.faces.is_some() { Sides::Two } else { Sides::One };
-    Ok(VoxelMips {
+    Ok(Box::new(VoxelMips {
         filter,
         blits: directionality == Directionality::Isotropic && filter == Prefilter::Box && settings.is("mip_method", "blit"),
         light_settings: LightSettings::new(settings, rays.map_or(sides, |rays| rays.sides)),
@@ -201,7 +195,7 @@ fn new(context: &Context<'_>, settings: &Settings) -> Result<VoxelMips, Error> {
             specular: specular.then(|| screen_image(gpu, "voxel_mips.specular", size)).transpose()?,
         },
         interleaved: (interleave > 1).then(|| screen_image(gpu, "voxel_mips.interleaved", size)).transpose()?,
-    })
+    }))
 }
 
 impl DenseVolume {
