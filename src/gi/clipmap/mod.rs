@@ -329,6 +329,10 @@ impl Technique for Clipmap {
         self.cones.count_samples(gpu, scene, gbuffer, &grid, self.volume.as_volume(), [true, self.light.specular.is_some()])
     }
 
+    fn voxel_size(&self) -> Option<f32> {
+        Some(self.layout.voxel_size)
+    }
+
     fn counts(&self, gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {
         let mut counts = vec![("voxels", self.levels.iter().map(|level| u64::from(level.window.voxels.voxel_count)).sum())];
         counts.push(("levels", self.levels.len() as u64));
