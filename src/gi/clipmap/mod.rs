@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use glam::{IVec3, Vec3};
 
-pub use layout::Layout;
+pub use layout::{Layout, Place};
 pub use volume::ClipmapVolume;
 
 use super::cone::{self, ConeTracer};
@@ -15,7 +15,8 @@ use super::interleave::{self, deinterleave};
 use super::registry::{Directions, Entry, Part, Stage};
 use super::settings::{Domain, Preset, Setting, Settings};
 use super::voxel::{
-    self, Bounces, Injection, LightSettings, MIP_FILTER, Prefilter, Sides, VoxelBox, VoxelLight, VoxelRecords, VoxelSettings, VoxelWindow, WindowScratch,
+    self, Bounces, Directionality, FACE_SETTINGS, Injection, LightSettings, MIP_FILTER, Prefilter, Sides, VoxelBox, VoxelLight, VoxelRecords, VoxelSettings,
+    VoxelWindow, WindowScratch,
 };
 use super::{Context, IndirectLight, Technique, VoxelVolume};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image, Pass};
@@ -45,6 +46,13 @@ static SETTINGS: &[Setting] = &[
         domain: Domain::Choice(&["every-frame", "staggered"]),
         default: "every-frame",
     },
+    Setting {
+        name: "light_updates",
+        help: "when voxels are lit: every-frame (lights may change), or on-change (only in levels that move, and in all when a model does: lights stand still)",
+        unit: "",
+        domain: Domain::Choice(&["every-frame", "on-change"]),
+        default: "every-frame",
+    },
     MIP_FILTER,
 ];
 
@@ -55,6 +63,8 @@ static PRESETS: &[Preset] = &[
         help: "cones as they converge best for their time: narrow, interleaved, kept off the receiver's plane, through texels that stay opaque",
         values: &[],
     },
+    Preset { name: "anisotropic", help: "as cones, through levels that look different along each axis from either side", values: &[voxel::ANISOTROPIC] },
+    Preset { name: "directional", help: "as cones, through voxels of six faces on all levels, either side of which blocks", values: &[voxel::DIRECTIONAL] },
     Preset { name: "textbook", help: "as the papers have it: box-filtered levels, six cones of 60°", values: &[&[("mip_filter", "box")], cone::TEXTBOOK] },
 ];
 
@@ -74,7 +84,7 @@ pub static ENTRY: Entry = Entry {
     name: "clipmap",
     summary: "nested voxel grids around the camera, cone-traced",
     bounces: |settings| Bounces::new(settings).count(),
-    settings: &[SETTINGS, voxel::SETTINGS, cone::SETTINGS],
+    settings: &[SETTINGS, voxel::SETTINGS, FACE_SETTINGS, cone::SETTINGS],
     check: cone::check,
     presets: PRESETS,
     passes: &[voxel::PASSES, PASSES, cone::CLIPMAP_PASSES, interleave::PASSES],
@@ -100,9 +110,13 @@ pub static ENTRY: Entry = Entry {
 struct Level {
     window: VoxelWindow,
     light: VoxelLight,
-    first: IVec3,
+    place: Place,
     /// Where the next finer level was when this one's texels were made last, in voxels of this level.
     inner: Option<VoxelBox>,
+    /// Whether its voxels have the light of this frame.
+    is_lit: bool,
+    /// Whether texels of the next finer level have changed since this one's were made.
+    is_stale: bool,
     /// What has become stale in the texture since then, in voxels of the unbounded grid.
     new: Vec<VoxelBox>,
 }
@@ -113,6 +127,8 @@ pub struct Clipmap {
     voxel_settings: VoxelSettings,
     light_settings: LightSettings,
     is_staggered: bool,
+    /// Lights stand still.
+    keeps_light: bool,
     cones: ConeTracer,
     interleave: u32,
     /// The texels of all levels.
@@ -139,14 +155,18 @@ impl Clipmap {
         let specular = scene.is_glossy && settings.is("specular", "on");
         let interleave = settings.count("interleave");
         let layout = Layout::new(scene.bounds, settings.count("resolution"), settings.count("levels"), settings.number("voxel_size"));
+        let directionality = Directionality::new(settings);
+        let faces = directionality.faces();
+        let sides = if faces.is_some() { Sides::Two } else { Sides::One };
         Ok(Clipmap {
             layout,
-            voxel_settings: VoxelSettings::new(settings),
-            light_settings: LightSettings::new(settings, Sides::One),
+            voxel_settings: VoxelSettings { faces, ..VoxelSettings::new(settings) },
+            light_settings: LightSettings { stores_faces: faces.is_some(), ..LightSettings::new(settings, sides) },
             is_staggered: settings.is("level_updates", "staggered"),
+            keeps_light: settings.is("light_updates", "on-change"),
             cones: ConeTracer::new(gpu, settings)?,
             interleave,
-            volume: ClipmapVolume::new(gpu, layout, Prefilter::new(settings))?,
+            volume: ClipmapVolume::new(gpu, layout, Prefilter::new(settings), directionality)?,
             levels: Vec::new(),
             scratch: WindowScratch::new(gpu, scene)?,
             frame: 0,
@@ -165,33 +185,34 @@ impl Clipmap {
     }
 
     /// Where the levels go in this frame: those that are due to their places, and those whose finer level would leave them.
-    fn places(&self, eye: Vec3) -> Vec<IVec3> {
+    fn places(&self, eye: Vec3) -> Vec<Place> {
         let mut places = self.layout.places(eye);
         for (index, level) in self.levels.iter().enumerate() {
-            let current = VoxelBox::cube(level.first, self.layout.resolution);
+            let current = VoxelBox::cube(level.place.first, self.layout.resolution);
             let holds_finer = index.checked_sub(1).is_none_or(|finer| {
-                let inner = self.layout.inner(places[finer]);
-                inner.cut(current) == inner
+                let extent = self.layout.extent(places[finer].first);
+                extent.cut(current) == extent
             });
             if !self.is_due(index) && holds_finer {
-                places[index] = level.first;
+                places[index] = level.place;
             }
         }
         places
     }
 
     /// Moves levels to these places, and makes what lies within `stale` (m) anew.
-    fn follow(&mut self, context: &Context<'_>, places: &[IVec3], stale: Option<(Vec3, Vec3)>) -> Result<FrameStats, Error> {
+    fn follow(&mut self, context: &Context<'_>, places: &[Place], stale: Option<(Vec3, Vec3)>) -> Result<FrameStats, Error> {
         let mut stats = FrameStats::default();
-        for (index, first) in places.iter().copied().enumerate() {
-            let Level { window, light, first: old, new, .. } = &mut self.levels[index];
+        for (index, place) in places.iter().copied().enumerate() {
+            let Level { window, light, place: old, new, .. } = &mut self.levels[index];
             let stale: Vec<VoxelBox> = stale.iter().map(|bounds| window.touched(*bounds)).collect();
-            let irradiance = if light.settings.bounces == Bounces::Feedback { light.irradiance.as_mut() } else { None };
-            let (boxes, cost) = window.update(context.gpu, context.scene, &mut self.scratch, first, &stale, irradiance)?;
+            let irradiance =
+                light.irradiance.as_mut().filter(|_| light.settings.bounces == Bounces::Feedback).map(|irradiance| (irradiance, light.settings.sides));
+            let (boxes, cost) = window.update(context.gpu, context.scene, &mut self.scratch, place.first, &stale, irradiance)?;
             if window.voxels.capacity() > light.capacity {
                 light.reserve(context.gpu, &window.voxels)?;
             }
-            *old = first;
+            *old = place;
             new.extend(boxes);
             stats.append(cost);
         }
@@ -199,25 +220,53 @@ impl Clipmap {
         Ok(stats)
     }
 
-    /// Where the finer level lies in a level, in its voxels.
+    /// The part of a level whose texels are made from the next finer one, in its voxels.
     fn inner(&self, level: usize) -> Option<VoxelBox> {
-        level.checked_sub(1).map(|finer| self.layout.inner(self.levels[finer].first))
+        level.checked_sub(1).map(|finer| self.layout.inner(self.levels[finer].place.first))
+    }
+
+    /// The levels whose texels are made anew in this frame.
+    fn due(&mut self) -> Vec<usize> {
+        let count = self.levels.len();
+        // A level that has moved shows nothing of what it held before.
+        let follows = |technique: &Self, index: usize| technique.is_due(index) || !technique.levels[index].new.is_empty();
+        let changes = |technique: &Self, index: usize| {
+            let level = &technique.levels[index];
+            !(level.is_lit && level.new.is_empty()) || level.is_stale || level.inner != technique.inner(index)
+        };
+        let bounces = self.light_settings.bounces;
+        if bounces == Bounces::Feedback || (bounces.any() && (0..count).any(|index| changes(self, index))) {
+            // Each voxel gathers from all levels.
+            self.levels.iter_mut().for_each(|level| level.is_lit = false);
+        }
+        let mut due: Vec<usize> = Vec::new();
+        for index in 0..count {
+            let finer_is_due = index.checked_sub(1).is_some_and(|finer| due.last() == Some(&finer));
+            if follows(self, index) && (finer_is_due || changes(self, index)) {
+                due.push(index);
+            }
+        }
+        due
     }
 
     /// Adds the passes that make the texels of a level from its voxels and the next finer level.
     fn write_level(&self, frame: &mut Frame, index: usize) {
         let (level, inner) = (&self.levels[index], self.inner(index));
-        self.volume.write_voxels(frame, index as u32, level.first, inner, &level.window.voxels, &level.light);
+        self.volume.write_voxels(frame, index as u32, level.place.first, inner, &level.window.voxels, &level.light);
         if let Some(inner) = inner {
             self.volume.filter_inner(frame, index as u32, inner);
         }
     }
 
+    fn filter_top(&self, frame: &mut Frame) {
+        self.volume.filter_top(frame, self.levels[self.levels.len() - 1].place.first);
+    }
+
     fn bounce(&self, frame: &mut Frame) {
-        let grid = self.layout.grid(self.levels[self.levels.len() - 1].first);
+        let grid = self.layout.grid(self.levels[self.levels.len() - 1].place.first);
         for Level { window, light, .. } in &self.levels {
             if let Some(irradiance) = &light.irradiance {
-                self.cones.bounce(frame, &grid, &VoxelRecords::from(&window.voxels), self.volume.as_volume(), irradiance);
+                self.cones.bounce(frame, &grid, &VoxelRecords::from(&window.voxels), self.volume.as_seen_by_voxels(), irradiance);
             }
         }
     }
@@ -231,7 +280,15 @@ impl Technique for Clipmap {
         for level in 0..self.layout.levels {
             let window = VoxelWindow::new(gpu, scene, self.voxel_settings, self.layout.anchor, self.layout.size_of(level))?;
             let light = VoxelLight::new(gpu, scene, &window.voxels, self.light_settings)?;
-            self.levels.push(Level { window, light, first: IVec3::ZERO, inner: None, new: Vec::new() });
+            self.levels.push(Level {
+                window,
+                light,
+                place: Place { first: IVec3::ZERO, middle: Vec3::ZERO },
+                inner: None,
+                is_lit: false,
+                is_stale: false,
+                new: Vec::new(),
+            });
         }
         let mut frame = Frame::new();
         self.volume.clear(&mut frame);
@@ -249,7 +306,9 @@ impl Technique for Clipmap {
             return self.build(context);
         }
         let mut stats = FrameStats::default();
-        let places: Vec<IVec3> = self.levels.iter().map(|level| level.first).collect();
+        // What has moved may shadow anything.
+        self.levels.iter_mut().for_each(|level| level.is_lit = false);
+        let places: Vec<Place> = self.levels.iter().map(|level| level.place).collect();
         for bounds in [self.pose.replace(dynamic.bounds), Some(dynamic.bounds)] {
             stats.append(self.follow(context, &places, bounds)?);
         }
@@ -269,22 +328,31 @@ impl Technique for Clipmap {
     }
 
     fn update(&mut self, frame: &mut Frame, _scene: &GpuScene, maps: &LightMaps) {
-        // A level that has moved shows nothing of what it held before.
-        let due: Vec<usize> = (0..self.levels.len()).filter(|index| self.is_due(*index) || !self.levels[*index].new.is_empty()).collect();
+        let due = self.due();
         for index in due.iter().copied() {
             let inner = self.inner(index);
             let level = &mut self.levels[index];
             // A voxel that has gone leaves its texel behind, and so does a finer level that has moved away.
-            let left = if level.inner == inner { None } else { level.inner };
+            let left = level.inner.map_or_else(Vec::new, |old| inner.map_or_else(|| vec![old], |inner| old.without(inner)));
+            level.is_lit &= level.new.is_empty();
             for cleared in level.new.drain(..).chain(left) {
                 self.volume.clear_box(frame, index as u32, cleared);
             }
-            level.inner = inner;
-            level.light.update(frame, &level.window.voxels, maps, None);
+            if !level.is_lit {
+                level.light.update(frame, &level.window.voxels, maps, None);
+            }
+            (level.inner, level.is_lit, level.is_stale) = (inner, self.keeps_light, false);
             self.write_level(frame, index);
+            if let Some(coarser) = self.levels.get_mut(index + 1) {
+                coarser.is_stale = true;
+            }
+        }
+        self.frame += 1;
+        if due.is_empty() {
+            return;
         }
         for _ in 0..self.light_settings.bounces.before_the_picture() {
-            self.volume.filter_top(frame);
+            self.filter_top(frame);
             self.bounce(frame);
             for index in due.iter().copied() {
                 let Level { window, light, .. } = &self.levels[index];
@@ -292,16 +360,15 @@ impl Technique for Clipmap {
                 self.write_level(frame, index);
             }
         }
-        self.volume.filter_top(frame);
+        self.filter_top(frame);
         if self.light_settings.bounces == Bounces::Feedback {
             self.bounce(frame);
         }
-        self.frame += 1;
     }
 
     fn gather(&mut self, frame: &mut Frame, _scene: &GpuScene, gbuffer: &GBuffer) -> IndirectLight {
         let Some(outermost) = self.levels.last() else { return self.light.clone() };
-        let (grid, volume) = (self.layout.grid(outermost.first), self.volume.as_volume());
+        let (grid, volume) = (self.layout.grid(outermost.place.first), self.volume.as_volume());
         let target = self.interleaved.as_ref().unwrap_or(&self.light.diffuse);
         self.cones.gather(frame, gbuffer, &grid, volume, target);
         self.cones.occlusion(frame, gbuffer, &grid, volume, target);
@@ -317,7 +384,7 @@ impl Technique for Clipmap {
     fn direct(&self, frame: &mut Frame, scene: &GpuScene, maps: &LightMaps, gbuffer: &GBuffer, output: &Output) {
         match self.levels.last() {
             Some(outermost) if self.cones.has_shadows() => {
-                self.cones.shadow(frame, scene, gbuffer, &self.layout.grid(outermost.first), self.volume.as_volume(), &output.direct);
+                self.cones.shadow(frame, scene, gbuffer, &self.layout.grid(outermost.place.first), self.volume.as_volume(), &output.direct);
             }
             _ => output.draw_direct(frame, scene, maps, gbuffer),
         }
@@ -325,14 +392,18 @@ impl Technique for Clipmap {
 
     fn count_samples(&self, gpu: &Gpu, scene: &GpuScene, gbuffer: &GBuffer) -> Result<Vec<(&'static str, u64)>, Error> {
         let Some(outermost) = self.levels.last() else { return Ok(Vec::new()) };
-        let grid = self.layout.grid(outermost.first);
+        let grid = self.layout.grid(outermost.place.first);
         self.cones.count_samples(gpu, scene, gbuffer, &grid, self.volume.as_volume(), [true, self.light.specular.is_some()])
     }
 
     fn volumes(&self) -> Vec<VoxelVolume<'_>> {
         let Some(outermost) = self.levels.last() else { return Vec::new() };
-        let (grid, volume) = (self.layout.grid(outermost.first), self.volume.as_volume());
+        let (grid, volume) = (self.layout.grid(outermost.place.first), self.volume.as_volume());
         vec![VoxelVolume { name: "light", grid, volume, levels: self.layout.levels + self.volume.top.mips() }]
+    }
+
+    fn voxel_size(&self) -> Option<f32> {
+        Some(self.layout.voxel_size)
     }
 
     fn counts(&self, gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {
