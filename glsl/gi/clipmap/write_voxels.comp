@@ -28,7 +28,7 @@ void main() {
     ivec3 voxel = ivec3(voxel_coordinates(voxels[index].xy, voxels[index].z_area));
     if (all(greaterThanEqual(voxel, params.inner.xyz)) && all(lessThan(voxel, params.inner.xyz + params.inner.w))) return;
     ivec3 texel = voxel + params.first.xyz & params.first.w - 1;
-    for (int face = 0; face < (FACES ? 6 : 1); ++face) {
+    for (int face = 0; face < face_count(); ++face) {
         uvec2 radiance = voxel_radiance[RADIANCES * index + min(uint(face), RADIANCES - 1u)];
         vec2 rg = unpackHalf2x16(radiance.x), ba = unpackHalf2x16(radiance.y);
         store_texel(texel, face, params.clipmap_level, params.first.w, vec4(vec3(rg, ba.x) * ba.y, ba.y));
