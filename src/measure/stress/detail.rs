@@ -28,13 +28,13 @@ pub(super) static NARROW_GAP: StressCase = StressCase {
 
 pub(super) static DISTANT_GAP: StressCase = StressCase {
     name: "distant_gap",
-    help: "light through a slit of two voxels falls on a wall behind it: the further away, the wider a cone is at the slit",
+    help: "light through a slit of eight voxels falls on a wall behind it: the further away, the wider a cone is at the slit",
     source: "Kahl 2019, section 6.2.2: sizes of samples double from mip to mip",
     severity: "distance of the wall [voxels]",
     severities: &[2.0, 4.0, 8.0, 12.0],
     quick: &[12.0],
     figures: ENERGY,
-    measure: |probe, distance| energy(probe, &gap(probe.voxel_m(), 2.0, Some(distance as f32))),
+    measure: |probe, distance| energy(probe, &gap(probe.voxel_m(), 8.0, Some(distance as f32))),
     ..OWN
 };
 
@@ -43,8 +43,8 @@ pub(super) static SMALL_EMITTER: StressCase = StressCase {
     help: "a room lit by one square lamp of the same power, large or small",
     source: "Villegas & Ramírez 2016, figure 16: light of emissive voxels only",
     severity: "edge of the lamp [voxels]",
-    severities: &[4.0, 2.0, 1.0, 0.5, 0.25],
-    quick: &[4.0, 0.25],
+    severities: &[16.0, 8.0, 4.0, 2.0, 1.0, 0.25],
+    quick: &[16.0, 0.25],
     measure: |probe, edge| error(probe, &lamp_room(probe.voxel_m(), edge as f32), Channel::Luminance),
     ..OWN
 };

@@ -14,7 +14,7 @@ use crate::scene::bundled::mesh::Mesh;
 use crate::scene::{Camera, Keyframe, Light, Pose, Scene};
 
 const FIGURES: &[Figure] =
-    &[Figure { name: "flicker", pass: 0.01, warn: 0.03 }, Figure { name: "popping", pass: 0.03, warn: 0.1 }, Figure { name: "lag", pass: 0.02, warn: 0.1 }];
+    &[Figure { name: "flicker", pass: 0.02, warn: 0.05 }, Figure { name: "popping", pass: 0.05, warn: 0.15 }, Figure { name: "lag", pass: 0.02, warn: 0.1 }];
 
 /// Side of the squares whose means are compared (px): smaller than what one sees flicker, larger than the reference's noise.
 const SQUARE_PX: u32 = 4;
