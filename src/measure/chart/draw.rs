@@ -27,7 +27,9 @@ pub(super) fn draw_lines<DB: DrawingBackend>(area: &DrawingArea<DB, Shift>, axis
     builder.margin(MARGIN_PX).margin_top(4).x_label_area_size(44).y_label_area_size(70);
     let mut chart =
         builder.build_cartesian_2d(Axis { range: x.clone(), scale: Scale::Linear, ticks: x_ticks }, Axis { range: y, scale: panel.y_scale, ticks: y_ticks })?;
-    let x_text = |at: &f64| short(number(*at));
+    // Zeros without end collide.
+    let is_long = |at: f64| axis.ticks == Ticks::Decades && !(-3.5..4.5).contains(&at);
+    let x_text = |at: &f64| if is_long(*at) { format!("1e{at}") } else { short(number(*at)) };
     let mut mesh = chart.configure_mesh();
     mesh.disable_x_mesh().max_light_lines(0).x_label_formatter(&x_text).y_label_formatter(&|y| short(*y));
     mesh.x_desc(axis.label.as_str()).y_desc(panel.y_label.as_str()).label_style(("sans-serif", TEXT_PX)).bold_line_style(RGBColor(225, 225, 225)).draw()?;

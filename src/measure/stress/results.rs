@@ -82,12 +82,14 @@ impl Results<'_> {
 
     fn chart(&self, title: String, lines: &[(String, &Vec<&Record>)]) -> Chart {
         let panel = |(index, figure): (usize, &Figure)| {
+            let values = || lines.iter().flat_map(|(_, row)| row.iter()).filter_map(|record| record.figures.get(index)?.value);
+            let is_little = values().any(|value| value <= LEAST_DRAWN);
             let point = |record: &&Record| Some((record.severity, record.figures.get(index)?.value?.max(LEAST_DRAWN)));
             LinePanel {
-                y_label: format!("{} ({LEAST_DRAWN}: that or less)", figure.name),
+                y_label: if is_little { format!("{} ({LEAST_DRAWN}: that or less)", figure.name) } else { figure.name.to_owned() },
                 y_scale: Scale::Log,
                 series: lines.iter().map(|(name, row)| Series { name: name.clone(), points: row.iter().filter_map(point).collect() }).collect(),
-                floor: (figure.pass > 0.0).then(|| (figure.pass, format!("passes up to {}", figure.pass))),
+                floor: Some(if figure.pass > 0.0 { (figure.pass, format!("passes up to {}", figure.pass)) } else { (figure.warn, format!("warns up to {}", figure.warn)) }),
             }
         };
         let notes = lines.first().and_then(|(_, row)| row.first()).map(|record| {
