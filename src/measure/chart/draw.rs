@@ -13,10 +13,15 @@ pub(super) fn draw_lines<DB: DrawingBackend>(area: &DrawingArea<DB, Shift>, axis
     let points = || panel.series.iter().flat_map(|series| &series.points).copied().filter(|point| usable(point.1));
     let floor = panel.floor.iter().map(|floor| floor.0).filter(|y| usable(*y));
     // Place along the axis, and the number that is there.
-    let (place, number): (fn(f64) -> f64, fn(f64) -> f64) = match axis.ticks {
-        Ticks::Doubling => (f64::log2, f64::exp2),
-        Ticks::Decades => (f64::log10, |exponent| 10f64.powf(exponent)),
-        Ticks::Linear => (|value| value, |value| value),
+    let place = |value: f64| match axis.ticks {
+        Ticks::Doubling => value.log2(),
+        Ticks::Decades => value.log10(),
+        Ticks::Linear => value,
+    };
+    let number = |place: f64| match axis.ticks {
+        Ticks::Doubling => place.exp2(),
+        Ticks::Decades => 10f64.powf(place),
+        Ticks::Linear => place,
     };
     let places = range(points().map(|point| place(point.0)), Scale::Linear);
     let x = if axis.ticks == Ticks::Linear { places } else { places.start.min(places.start.round() - 0.15)..places.end.max(places.end.round() + 0.15) };

@@ -89,7 +89,11 @@ impl Results<'_> {
                 y_label: if is_little { format!("{} ({LEAST_DRAWN}: that or less)", figure.name) } else { figure.name.to_owned() },
                 y_scale: Scale::Log,
                 series: lines.iter().map(|(name, row)| Series { name: name.clone(), points: row.iter().filter_map(point).collect() }).collect(),
-                floor: Some(if figure.pass > 0.0 { (figure.pass, format!("passes up to {}", figure.pass)) } else { (figure.warn, format!("warns up to {}", figure.warn)) }),
+                floor: Some(if figure.pass > 0.0 {
+                    (figure.pass, format!("passes up to {}", figure.pass))
+                } else {
+                    (figure.warn, format!("warns up to {}", figure.warn))
+                }),
             }
         };
         let notes = lines.first().and_then(|(_, row)| row.first()).map(|record| {
