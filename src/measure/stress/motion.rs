@@ -24,7 +24,7 @@ pub(super) static CAMERA_PAN: StressCase = StressCase {
     help: "the camera turns to and fro, 60 frames",
     source: "Hong 2015, section 4.3: trailing and jitter of what is kept from frame to frame",
     severity: "degrees per frame",
-    severities: &[0.05, 0.2, 0.8],
+    severities: &[0.0625, 0.25, 1.0],
     measure: |probe, degrees| {
         let scene = probe.base()?;
         let turned = |at: f32| {
@@ -99,8 +99,8 @@ const MOTION: StressCase = StressCase {
     source: "",
     severity: "voxels per frame",
     ticks: Ticks::Doubling,
-    severities: &[0.05, 0.2, 0.8],
-    quick: &[0.2],
+    severities: &[0.0625, 0.25, 1.0],
+    quick: &[0.25],
     figures: FIGURES,
     any_scene: false,
     changes: &[],
