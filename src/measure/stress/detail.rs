@@ -17,7 +17,7 @@ const GAP_SAMPLES: u32 = 4;
 pub(super) static NARROW_GAP: StressCase = StressCase {
     name: "narrow_gap",
     help: "light of one room comes into the next through a slit",
-    source: "Crassin et al. 2011, section 7.2: cones average what they pass; Hong 2015, section 3.2: wide cones skip thin geometry",
+    source: "Crassin et al. 2011: cones average what they pass; Hong 2015, section 3.2: wide cones skip thin geometry",
     severity: "width of the slit [voxels]",
     severities: &[8.0, 4.0, 2.0, 1.0, 0.5],
     quick: &[8.0, 0.5],
@@ -41,7 +41,7 @@ pub(super) static DISTANT_GAP: StressCase = StressCase {
 pub(super) static SMALL_EMITTER: StressCase = StressCase {
     name: "small_emitter",
     help: "a room lit by one square lamp of the same power, large or small",
-    source: "Villegas & Ramírez 2016, figure 16: light of emissive voxels only",
+    source: "Villegas & Ramírez, figure 16: light of emissive voxels only",
     severity: "edge of the lamp [voxels]",
     severities: &[16.0, 8.0, 4.0, 2.0, 1.0, 0.25],
     quick: &[16.0, 0.25],
@@ -52,7 +52,7 @@ pub(super) static SMALL_EMITTER: StressCase = StressCase {
 pub(super) static THIN_COLUMNS: StressCase = StressCase {
     name: "thin_columns",
     help: "nine columns on a floor under the sky: thinner than a voxel, they still fill one",
-    source: "Villegas & Ramírez 2016, section VI-A: conservative voxelization; Hong 2015, section 3.2",
+    source: "Villegas & Ramírez, section V-A: conservative voxelization; Hong 2015, section 3.2",
     severity: "edge of a column [voxels]",
     severities: &[4.0, 2.0, 1.0, 0.5, 0.25],
     quick: &[4.0, 0.25],
@@ -63,7 +63,7 @@ pub(super) static THIN_COLUMNS: StressCase = StressCase {
 pub(super) static OPPOSED_NORMALS: StressCase = StressCase {
     name: "opposed_normals",
     help: "a partition that is red and lit on one side, green and dark on the other: in one voxel, normals cancel and colours mix",
-    source: "Villegas & Ramírez 2016, section VI-B and figure 3: uneven normals in a voxel; Hong 2015, section 2.1.4: opposite normals",
+    source: "Villegas & Ramírez, section VI-B and figure 3: uneven normals in a voxel; Hong 2015, section 2.4.2: opposite normals",
     severity: "thickness [voxels]",
     severities: &[4.0, 2.0, 1.0, 0.5, 0.1],
     quick: &[4.0, 0.1],

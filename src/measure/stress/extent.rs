@@ -29,7 +29,7 @@ pub(super) static SCENE_SIZE: StressCase = StressCase {
 pub(super) static TRIANGLE_COUNT: StressCase = StressCase {
     name: "triangle_count",
     help: "one flat triangle under sun and sky, cut into many: lists, counters and sums of a voxel overflow",
-    source: "Crassin & Green 2012: fragment lists; Villegas & Ramírez 2016, section VI-A: averages of many fragments",
+    source: "Crassin & Green 2012: fragment lists; Villegas & Ramírez, section V-A: averages of many fragments",
     severity: "triangles",
     ticks: Ticks::Decades,
     severities: &[1.0, 100.0, 1e4, 1e6, 5e6],
@@ -45,7 +45,7 @@ pub(super) static TRIANGLE_COUNT: StressCase = StressCase {
 pub(super) static ONE_VOXEL: StressCase = StressCase {
     name: "one_voxel",
     help: "the grid is fitted to something far larger than what is seen, down to a scene within one voxel",
-    source: "Villegas & Ramírez 2016, section IX; Hong 2015, section 2.4.1: large scenes in one grid",
+    source: "Hong 2015, section 2.5.2.7: one grid is too coarse for a large scene",
     severity: "extent of the scene [voxels]",
     // No whole numbers: walls on borders between voxels would be another failure.
     severities: &[15.5, 7.5, 3.5, 1.5, 0.25],

@@ -17,7 +17,7 @@ const COARSE_TEXELS: u32 = 64;
 pub(super) static GRAZING_LIGHT: StressCase = StressCase {
     name: "grazing_light",
     help: "the sun sinks over a floor, a block and a wall; its map has 64×64 texels",
-    source: "Hong 2015, section 1.4: flaws of shadow maps; Villegas & Ramírez 2016, section VI-C",
+    source: "Hong 2015, section 2.3.2: flaws of shadow maps; Villegas & Ramírez, section VI-C",
     severity: "height of the sun [degrees]",
     severities: &[60.0, 30.0, 10.0, 3.0, 1.0],
     quick: &[60.0, 3.0],
@@ -31,7 +31,7 @@ pub(super) static GRAZING_LIGHT: StressCase = StressCase {
 pub(super) static RSM_UNDERSAMPLING: StressCase = StressCase {
     name: "rsm_undersampling",
     help: "fewer and fewer texels of the light's map stand for the lit surfaces",
-    source: "Dachsbacher & Stamminger 2005, section 4; Olovsson 2012, equation 9: weight of a texel",
+    source: "Dachsbacher & Stamminger 2005; Olovsson 2012, equation 9: weight of a texel",
     severity: "edge of the map [texels]",
     severities: &[512.0, 128.0, 64.0, 32.0, 16.0],
     quick: &[128.0, 16.0],
@@ -46,7 +46,7 @@ pub(super) static RSM_UNDERSAMPLING: StressCase = StressCase {
 pub(super) static LIGHT_LEVEL: StressCase = StressCase {
     name: "light_level",
     help: "all light times a factor: the picture has to be the same times that factor",
-    source: "Hong 2015, section 2.4.1: sums overflow the bits of a texel; Crassin & Green 2012: RGBA8",
+    source: "Hong 2015, section 2.5.3.1.3: sums overflow the bits of a texel; Crassin & Green 2012: RGBA8",
     severity: "factor (harmless at 1)",
     ticks: Ticks::Decades,
     severities: &[1e-4, 1e-2, 1.0, 1e2, 1e4, 1e5],
@@ -64,7 +64,7 @@ pub(super) static LIGHT_LEVEL: StressCase = StressCase {
 pub(super) static CONTRAST: StressCase = StressCase {
     name: "contrast",
     help: "a dim room behind eight voxels of wall, beside one with a brighter lamp: sums with one step for all light lose the dim one",
-    source: "Hong 2015, section 2.4.1: few bits a channel",
+    source: "Hong 2015, section 2.5.3.1.3: few bits a channel",
     severity: "lamp of the bright room over that of the dim one",
     ticks: Ticks::Decades,
     severities: &[1.0, 1e3, 1e6, 1e9],

@@ -41,7 +41,7 @@ pub(super) static CAMERA_PAN: StressCase = StressCase {
 pub(super) static CAMERA_DOLLY: StressCase = StressCase {
     name: "camera_dolly",
     help: "the camera moves ahead and back, 60 frames: grids that follow it must not show it",
-    source: "Hong 2015, section 2.3.5: cascades that snap; Panteleev 2014: clipmaps",
+    source: "Hong 2015, sections 2.3.3 and 2.5.2.7: cascades flicker unless they snap; Panteleev 2014: clipmaps",
     measure: |probe, voxels| {
         let scene = probe.base()?;
         let Camera { eye, target, .. } = scene.camera;
@@ -56,7 +56,7 @@ pub(super) static CAMERA_DOLLY: StressCase = StressCase {
 pub(super) static MOVING_LIGHT: StressCase = StressCase {
     name: "moving_light",
     help: "the first light moves to and fro, 60 frames (a directional light turns)",
-    source: "Villegas & Ramírez 2016, section VI-C: voxels are lit by a shadow map; Dachsbacher & Stamminger 2005: texels that jump",
+    source: "Villegas & Ramírez, section VI-C: voxels are lit by a shadow map; Dachsbacher & Stamminger 2005: texels that jump",
     measure: |probe, voxels| {
         let scene = probe.base()?;
         let voxel_m = extent_m(&scene) * probe.voxel_share();
@@ -80,7 +80,7 @@ pub(super) static MOVING_LIGHT: StressCase = StressCase {
 pub(super) static MOVING_OBJECT: StressCase = StressCase {
     name: "moving_object",
     help: "a block moves to and fro through a room, 60 frames: its voxels jump from one to the next",
-    source: "Crassin et al. 2011, section 4.2: dynamic objects are voxelized anew in each frame",
+    source: "Crassin et al. 2011: dynamic objects are voxelized anew in each frame",
     measure: |probe, voxels| {
         let scene = block_in_room();
         let speed_m = voxels as f32 * probe.voxel_m();

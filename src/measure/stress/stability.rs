@@ -29,7 +29,7 @@ pub(super) static TRANSLATION: StressCase = StressCase {
 pub(super) static ROTATION: StressCase = StressCase {
     name: "rotation",
     help: "scene, lights and camera turn through 90° about the vertical in a grid that stays, in 16 steps",
-    source: "Villegas & Ramírez 2016, section VI-B: attenuation by axes; Kahl 2019, section 6.3.1",
+    source: "Villegas & Ramírez, section VI-B: attenuation by axes; Kahl 2019, section 6.3.1",
     severity: SEVERITY,
     ticks: Ticks::Doubling,
     severities: &[1.5, 3.0, 6.0, 12.0],
@@ -43,7 +43,7 @@ pub(super) static ROTATION: StressCase = StressCase {
 pub(super) static REPEAT_RUNS: StressCase = StressCase {
     name: "repeat_runs",
     help: "the same picture made anew, four times: sums that depend on the order of threads differ",
-    source: "Hong 2015, section 2.4.1: fragments fall into a voxel in arbitrary order; Crassin & Green 2012: running averages",
+    source: "Hong 2015, section 2.5.3.1.3: fragments fall into a voxel in arbitrary order; Crassin & Green 2012: running averages",
     severity: SEVERITY,
     ticks: Ticks::Doubling,
     severities: &[1.5, 6.0, 24.0],
