@@ -133,6 +133,7 @@ pub struct GpuScene {
     /// Radiance of the environment (W/(m² sr)).
     pub environment: Vec3,
     frame_uniform: Arc<Buffer>,
+    light_buffer: Arc<Buffer>,
 }
 
 /// The models of a scene that may move.
@@ -211,6 +212,7 @@ impl GpuScene {
             lights: scene.lights.clone(),
             environment: scene.environment,
             frame_uniform,
+            light_buffer: lights,
         })
     }
 
@@ -228,6 +230,17 @@ impl GpuScene {
             first += range.len();
         }
         gpu.submit(frame)
+    }
+
+    /// Moves, turns or dims the lights. Their number and kinds stay, and with them the number of their views.
+    pub(crate) fn move_lights(&mut self, gpu: &Gpu, lights: &[Light]) -> Result<(), Error> {
+        let kinds = |lights: &[Light]| lights.iter().map(std::mem::discriminant).collect::<Vec<_>>();
+        assert_eq!(kinds(lights), kinds(&self.lights), "lights that move keep their number and kinds");
+        if !lights.is_empty() {
+            gpu.upload_buffer(&self.light_buffer, bytemuck::cast_slice(&gpu_lights(lights)))?;
+        }
+        self.lights = lights.to_vec();
+        Ok(())
     }
 
     /// Whether the triangles of a material are of a dynamic model.
