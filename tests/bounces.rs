@@ -14,7 +14,7 @@ use lumivox::gi::settings::Settings;
 use lumivox::gi::svo::{BrickPool, BrickSettings, NodePool, PieceVoxelizer};
 use lumivox::gi::voxel::oracle::{self, TraceGrid, TraceSettings, TraceVoxel, VoxelIndex};
 use lumivox::gi::voxel::{
-    Bounces, Directionality, Faces, Injection, LightSettings, Method, Prefilter, RaySettings, Sides, VoxelLight, VoxelRecords, bounce_rays,
+    Bounces, Directionality, Faces, Injection, LightSettings, Method, Prefilter, RaySettings, Sides, Viewer, VoxelLight, VoxelRecords, bounce_rays,
 };
 use lumivox::gi::voxel_mips::{filter_mips, radiance_image};
 use lumivox::graph::{Frame, Gpu};
@@ -220,7 +220,7 @@ fn voxels_reflect_what_they_gathered() {
         let irradiance = random_colors(direct.len(), &mut Random::new(5));
         upload(&gpu, lit.light.irradiance.as_ref().unwrap(), &irradiance);
         let mut frame = lit.frame();
-        lit.light.relight(&mut frame, &VoxelRecords::from(&lit.read.voxels), &maps, None);
+        lit.light.relight(&mut frame, &VoxelRecords::from(&lit.read.voxels), &maps, None, Viewer::Picture);
         gpu.submit(frame).unwrap();
         let albedo = |slot: usize| unorm10(lit.read.records[slot / lit.sides()].albedo).powf(2.0);
         let expected: Vec<DVec3> = (0..direct.len()).map(|slot| direct[slot] + albedo(slot) * irradiance[slot]).collect();
@@ -273,7 +273,7 @@ fn bounces_of_pieces_are_those_of_the_whole() {
                 face_stride: 0,
             },
         );
-        pieces.relight(&mut frame, &maps);
+        pieces.relight(&mut frame, &maps, Viewer::Picture);
         gpu.submit(frame).unwrap();
         [direct, sum()]
     };

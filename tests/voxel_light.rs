@@ -27,6 +27,7 @@ const DEFAULT: LightSettings = LightSettings {
     attenuation: Attenuation::Standard,
     occlusion: Occlusion::RaysSoft,
     kappa: 0.0,
+    emission_apart: false,
 };
 
 /// Voxels of a scene that can be lit in several ways. κ = 0 is light without any shadow.

@@ -10,12 +10,13 @@ use glam::{IVec3, Vec3};
 pub use layout::Layout;
 pub use volume::ClipmapVolume;
 
-use super::cone::{self, ConeTracer};
+use super::cone::{self, ConeTracer, EmissivePatches};
 use super::interleave::{self, deinterleave};
 use super::registry::{Directions, Entry, Part, Stage};
 use super::settings::{Domain, Preset, Setting, Settings};
 use super::voxel::{
-    self, Bounces, Injection, LightSettings, MIP_FILTER, Prefilter, Sides, VoxelBox, VoxelLight, VoxelRecords, VoxelSettings, VoxelWindow, WindowScratch,
+    self, Bounces, Injection, LightSettings, MIP_FILTER, Prefilter, Sides, Viewer, VoxelBox, VoxelLight, VoxelRecords, VoxelSettings, VoxelWindow,
+    WindowScratch,
 };
 use super::{Context, IndirectLight, Technique, VoxelVolume};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image, Pass};
@@ -114,6 +115,8 @@ pub struct Clipmap {
     light_settings: LightSettings,
     is_staggered: bool,
     cones: ConeTracer,
+    /// Of surfaces that emit, where cones see them.
+    patches: Option<EmissivePatches>,
     interleave: u32,
     /// The texels of all levels.
     pub volume: ClipmapVolume,
@@ -138,13 +141,15 @@ impl Clipmap {
         let Context { gpu, scene, size, .. } = *context;
         let specular = scene.is_glossy && settings.is("specular", "on");
         let interleave = settings.count("interleave");
+        let patches = EmissivePatches::new(gpu, scene, settings)?;
         let layout = Layout::new(scene.bounds, settings.count("resolution"), settings.count("levels"), settings.number("voxel_size"));
         Ok(Clipmap {
             layout,
             voxel_settings: VoxelSettings::new(settings),
-            light_settings: LightSettings::new(settings, Sides::One),
+            light_settings: LightSettings { emission_apart: patches.is_some(), ..LightSettings::new(settings, Sides::One) },
             is_staggered: settings.is("level_updates", "staggered"),
             cones: ConeTracer::new(gpu, settings)?,
+            patches,
             interleave,
             volume: ClipmapVolume::new(gpu, layout, Prefilter::new(settings))?,
             levels: Vec::new(),
@@ -213,6 +218,15 @@ impl Clipmap {
         }
     }
 
+    /// Lights these levels once more.
+    fn relight(&self, frame: &mut Frame, maps: &LightMaps, levels: &[usize], viewer: Viewer) {
+        for index in levels.iter().copied() {
+            let Level { window, light, .. } = &self.levels[index];
+            light.relight(frame, &VoxelRecords::from(&window.voxels), maps, None, viewer);
+            self.write_level(frame, index);
+        }
+    }
+
     fn bounce(&self, frame: &mut Frame) {
         let grid = self.layout.grid(self.levels[self.levels.len() - 1].first);
         for Level { window, light, .. } in &self.levels {
@@ -245,6 +259,9 @@ impl Technique for Clipmap {
 
     fn set_pose(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
         let Some(dynamic) = &context.scene.dynamic else { return Ok(FrameStats::default()) };
+        if let Some(patches) = &mut self.patches {
+            patches.follow(context.gpu, context.scene)?;
+        }
         if self.levels.is_empty() {
             return self.build(context);
         }
@@ -270,7 +287,9 @@ impl Technique for Clipmap {
 
     fn update(&mut self, frame: &mut Frame, _scene: &GpuScene, maps: &LightMaps) {
         // A level that has moved shows nothing of what it held before.
-        let due: Vec<usize> = (0..self.levels.len()).filter(|index| self.is_due(*index) || !self.levels[*index].new.is_empty()).collect();
+        // And where patches give the emission, all levels show either what voxels see or what the picture sees.
+        let is_lit = |index: &usize| self.patches.is_some() || self.is_due(*index) || !self.levels[*index].new.is_empty();
+        let due: Vec<usize> = (0..self.levels.len()).filter(is_lit).collect();
         for index in due.iter().copied() {
             let inner = self.inner(index);
             let level = &mut self.levels[index];
@@ -283,23 +302,24 @@ impl Technique for Clipmap {
             level.light.update(frame, &level.window.voxels, maps, None);
             self.write_level(frame, index);
         }
-        for _ in 0..self.light_settings.bounces.before_the_picture() {
+        let count = self.light_settings.bounces.before_the_picture();
+        for bounce in 1..=count {
             self.volume.filter_top(frame);
             self.bounce(frame);
-            for index in due.iter().copied() {
-                let Level { window, light, .. } = &self.levels[index];
-                light.relight(frame, &VoxelRecords::from(&window.voxels), maps, None);
-                self.write_level(frame, index);
-            }
+            self.relight(frame, maps, &due, if bounce == count { Viewer::Picture } else { Viewer::Voxels });
         }
         self.volume.filter_top(frame);
         if self.light_settings.bounces == Bounces::Feedback {
             self.bounce(frame);
+            if self.patches.is_some() {
+                self.relight(frame, maps, &due, Viewer::Picture);
+                self.volume.filter_top(frame);
+            }
         }
         self.frame += 1;
     }
 
-    fn gather(&mut self, frame: &mut Frame, _scene: &GpuScene, gbuffer: &GBuffer) -> IndirectLight {
+    fn gather(&mut self, frame: &mut Frame, _scene: &GpuScene, maps: &LightMaps, gbuffer: &GBuffer) -> IndirectLight {
         let Some(outermost) = self.levels.last() else { return self.light.clone() };
         let (grid, volume) = (self.layout.grid(outermost.first), self.volume.as_volume());
         let target = self.interleaved.as_ref().unwrap_or(&self.light.diffuse);
@@ -308,7 +328,14 @@ impl Technique for Clipmap {
         if let Some(interleaved) = &self.interleaved {
             deinterleave(frame, gbuffer, interleaved, &self.light.diffuse, self.interleave);
         }
+        if let Some(patches) = &self.patches {
+            self.cones.patches(frame, gbuffer, &grid, volume, patches, &self.light.diffuse);
+        }
         if let Some(specular) = &self.light.specular {
+            if self.patches.is_some() {
+                self.relight(frame, maps, &(0..self.levels.len()).collect::<Vec<_>>(), Viewer::Voxels);
+                self.volume.filter_top(frame);
+            }
             self.cones.specular(frame, gbuffer, &grid, volume, specular);
         }
         self.light.clone()

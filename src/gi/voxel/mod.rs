@@ -22,7 +22,7 @@ pub use bounce::{BOUNCE_RAYS, Bounces, bounce_rays};
 pub use dynamic::DynamicVoxels;
 pub use grid::VoxelGrid;
 pub use light::{
-    Attenuation, CLEAR_LIGHT, INJECT_RSM, INJECT_RSM_SPARSE, Injection, LIGHT, LIGHT_DENSE, LightSettings, Occlusion, Sides, VoxelLight, VoxelLookup,
+    Attenuation, CLEAR_LIGHT, INJECT_RSM, INJECT_RSM_SPARSE, Injection, LIGHT, LIGHT_DENSE, LightSettings, Occlusion, Sides, Viewer, VoxelLight, VoxelLookup,
     VoxelRecords,
 };
 pub use list::{OccupiedVoxel, VoxelList, list_voxels};
