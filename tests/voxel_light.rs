@@ -240,6 +240,11 @@ fn cloths_shine_as_their_surfaces_do() {
         share
     };
     assert!((of(&[]) - 1.0).abs() < 0.1, "the flux of reflective shadow maps is the surfaces' own");
+    for occlusion in ["shadow-map-area", "shadow-map-moved", "rays-hard"] {
+        for attenuation in ["attenuation=standard", "attenuation=normal-weighted"] {
+            of(&["injection=voxel", attenuation, &format!("voxel_occlusion={occlusion}")]);
+        }
+    }
     for attenuation in ["attenuation=standard", "attenuation=normal-weighted"] {
         let share = of(&["injection=voxel", attenuation]);
         assert!((0.3..0.9).contains(&share), "{attenuation} is no longer a known failure: {share}");

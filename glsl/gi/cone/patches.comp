@@ -41,14 +41,15 @@ layout(push_constant) uniform PatchParams {
 } params;
 
 #include "shared/gbuffer.glsl"
+#define END_PLANE
 #include "gi/cone/march.glsl"
 
-// Where the last step of a cone may begin so that its sample is no wider than it is high over the patch's plane, and no lower than cones start [voxels].
-// `cosine` is that of the patch.
+// Where the last step of a cone may begin so that its sample is no lower over the patch's plane than cones start, and, where no clamp keeps it narrow, no lower
+// than it is wide [voxels]. `cosine` is that of the patch.
 float patch_end(float distance, float cosine, float tan_half, float least) {
-    float wide = distance * cosine / (2.0 * tan_half + cosine) * max(1.0 - params.step_factor * tan_half, 0.25);
     float narrow = distance - params.start_offset * least / cosine - 0.5 * params.step_factor * least;
-    return min(wide, narrow);
+    float wide = distance * cosine / (2.0 * tan_half + cosine) * max(1.0 - params.step_factor * tan_half, 0.25);
+    return params.height_clamp > 0.0 ? narrow : min(wide, narrow);
 }
 
 void main() {
@@ -79,7 +80,8 @@ void main() {
             float tan_half = min(radius / (params.grid.w * max(distance, 1e-6)), 1.0);
             float longest = 1.8 * params.resolution, least = least_diameter(origin + min(distance, longest) * direction);
             settings.max_distance = min(patch_end(distance, leaving, tan_half, least), longest);
-            visibility = march_cone(origin, direction, tan_half, start_offset, max(dot(direction, normal), 0.0), settings).visibility;
+            float rising = max(dot(direction, normal), 0.0);
+            visibility = march_cone(origin, direction, tan_half, start_offset, rising, settings, distance * leaving, leaving).visibility;
         }
         irradiance += seen.radiance.rgb * (arriving * visibility);
     }

@@ -209,10 +209,15 @@ impl EmissivePatches {
         Ok(Some(made))
     }
 
+    /// Those of the scene as it is.
+    pub fn list(&self, scene: &GpuScene) -> Vec<Patch> {
+        let scale_m = SCALE * (scene.bounds.1 - scene.bounds.0).length().max(f32::MIN_POSITIVE);
+        patches(&scene.emitters, self.most as usize, scale_m)
+    }
+
     /// Brings them up to where the scene's models are.
     pub fn follow(&mut self, gpu: &Gpu, scene: &GpuScene) -> Result<(), Error> {
-        let scale_m = SCALE * (scene.bounds.1 - scene.bounds.0).length().max(f32::MIN_POSITIVE);
-        let mut rows: Vec<GpuPatch> = patches(&scene.emitters, self.most as usize, scale_m).iter().map(Patch::row).collect();
+        let mut rows: Vec<GpuPatch> = self.list(scene).iter().map(Patch::row).collect();
         self.count = rows.len() as u32;
         rows.resize(self.most as usize, bytemuck::Zeroable::zeroed());
         gpu.upload_buffer(&self.buffer, bytemuck::cast_slice(&rows))

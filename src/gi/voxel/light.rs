@@ -174,6 +174,8 @@ pub enum Occlusion {
     RaysHard = 2,
     /// All voxels that a ray hits, the nearer the more.
     RaysSoft = 3,
+    /// As `ShadowMap`; of voxels with several planes by the area that the shadow map sees in them.
+    ShadowMapArea = 4,
 }
 
 /// Who sees the voxels next.
@@ -213,6 +215,7 @@ impl LightSettings {
         let attenuation = if settings.is("attenuation", "standard") { Attenuation::Standard } else { Attenuation::NormalWeighted };
         let occlusion = match settings.choice("voxel_occlusion") {
             "shadow-map" => Occlusion::ShadowMap,
+            "shadow-map-area" => Occlusion::ShadowMapArea,
             "shadow-map-moved" => Occlusion::ShadowMapMoved,
             "rays-hard" => Occlusion::RaysHard,
             _ => Occlusion::RaysSoft,

@@ -99,7 +99,7 @@ pub static SETTINGS: &[Setting] = &[
         help: "what hides a light from voxels that are shaded: the shadow map (at their mean position), the shadow map moved half a voxel off along the \
                normal, rays-hard (the first voxel that a ray to the light hits) or rays-soft (all that it hits, nearer ones more)",
         unit: "",
-        domain: Domain::Choice(&["shadow-map", "shadow-map-moved", "rays-hard", "rays-soft"]),
+        domain: Domain::Choice(&["shadow-map", "shadow-map-area", "shadow-map-moved", "rays-hard", "rays-soft"]),
         default: "shadow-map",
     },
     Setting {
