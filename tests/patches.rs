@@ -12,15 +12,15 @@ use lumivox::gi::registry::find;
 use lumivox::gi::voxel::VoxelGrid;
 use lumivox::gi::voxel::oracle::Receiver;
 use lumivox::graph::Frame;
-use lumivox::image::luminance;
+use lumivox::image::{Aov, GuideImage, Image, luminance};
 use lumivox::reference::{self, Bounces, Filter, Sampling};
-use lumivox::render::emitters::{Emitter, emitters};
 use lumivox::render::GpuScene;
+use lumivox::render::emitters::{Emitter, emitters};
 use lumivox::scene::{Camera, Material, Scene};
 use rayon::prelude::*;
 use support::gather::{View, errors, filter, matter, occupied, random_volume, read_chain, verdict, volume};
 use support::scenes::{add_model, bundled, still};
-use support::technique::{Builder, Case, Surfaces, block_errors, default_cases, frame, is_sound, mean, shoot, small_lights, small_room};
+use support::technique::{Builder, Case, Surfaces, block_errors, default_cases, frame, is_sound, largest_difference, mean, shoot, small_lights, small_room};
 use support::{Random, gpu};
 
 fn power(parts: impl Iterator<Item = (f32, Vec3)>) -> Vec3 {
@@ -145,7 +145,9 @@ fn patches_by_cones_are_the_oracles() {
         let discs: Vec<Disc> = made.list(&gpu_scene).iter().map(|patch| disc(patch, &grid)).collect();
         assert_eq!(discs.len(), count as usize);
         let chain = read_chain(&gpu, &image);
-        let light = |(_, receiver): &([u32; 2], Receiver)| irradiance(&chain, &discs, receiver, number("start_offset"), &march).extend(0.5) + DVec4::new(1.0, 2.0, 3.0, 0.0);
+        let light = |(_, receiver): &([u32; 2], Receiver)| {
+            irradiance(&chain, &discs, receiver, number("start_offset"), &march).extend(0.5) + DVec4::new(1.0, 2.0, 3.0, 0.0)
+        };
         let expected: Vec<DVec4> = view.receivers.par_iter().map(light).collect();
         let mut seen = view.results(&gpu);
         let result = errors(&seen, &expected);
@@ -157,12 +159,13 @@ fn patches_by_cones_are_the_oracles() {
     }
 }
 
-fn traced(scene: &Scene, [width, height]: [u32; 2], bounces: Bounces) -> reference::Reference {
+fn traced(scene: &Scene, [width, height]: [u32; 2]) -> (Image, GuideImage) {
     let sampling = Sampling::Fixed { spp: 256 };
-    reference::render(scene, &reference::Settings { width, height, bounces, filter: Filter::Center, sampling, seed: 1 }, &|_| {}).unwrap()
+    let settings = reference::Settings { width, height, bounces: Bounces::Count(1), filter: Filter::Center, sampling, seed: 1 };
+    (reference::render(scene, &settings, &|_| {}).unwrap().aov(Aov::Indirect), reference::guide(scene, width, height).unwrap())
 }
 
-/// A panel that is let into the ceiling of an empty room: nothing hides it, and its own plane does not either.
+/// A panel under the ceiling of an empty room: nothing hides it, and its own plane does not either.
 #[test]
 fn an_open_panel_is_seen_whole() {
     let gpu = gpu();
@@ -172,11 +175,10 @@ fn an_open_panel_is_seen_whole() {
     let lamp = builder.material(Material { name: "lamp".into(), albedo: Vec3::ZERO, emission: Vec3::splat(10.0), ..Material::default() });
     builder.room([black, black, floor, black, black, black], Vec3::new(-1.0, 0.0, -1.0), Vec3::new(1.0, 2.0, 1.0), true);
     builder.quad(lamp, Vec3::new(-0.3, 1.99, -0.3), Vec3::X * 0.6, Vec3::Z * 0.6);
-    let camera = Camera { eye: Vec3::new(0.0, 1.0, 0.9), target: Vec3::new(0.0, 0.0, 0.0), up: Vec3::Y, vfov_deg: 40.0 };
+    let camera = Camera { eye: Vec3::new(0.0, 1.0, 0.9), target: Vec3::ZERO, up: Vec3::Y, vfov_deg: 40.0 };
     let scene = builder.finish("panel", Vec::new(), Vec3::ZERO, camera);
-    let reference = traced(&scene, [32, 24], Bounces::Count(1));
-    let guide = reference.guide();
-    let expected = mean(&reference.aov(lumivox::image::Aov::Indirect), &guide);
+    let (reference, guide) = traced(&scene, [32, 24]);
+    let expected = mean(&reference, &guide);
     for case in default_cases() {
         for count in ["1", "4", "32", "256"] {
             let pairs = [("resolution", "64"), ("shadows", "cones"), ("emissive_patches", count)];
@@ -184,6 +186,122 @@ fn an_open_panel_is_seen_whole() {
             let share = mean(&shot.indirect, &guide) / expected;
             println!("{}, {count} patches: {share:.3}", case.name());
             assert!(is_sound(&shot.indirect) && (share - 1.0).abs() <= 0.05, "{}, {count}: {share}", case.name());
+        }
+    }
+}
+
+/// Nothing is counted twice, and what hides a panel is seen: the error falls where the gather's cones are what is wrong, with one bounce and with two.
+#[test]
+fn patches_reduce_the_error() {
+    let gpu = gpu();
+    for (name, most) in [("cornell-lamp", 0.5), ("emissive-gallery", 0.3)] {
+        let scene = bundled(name);
+        let (reference, guide) = traced(&scene, [96, 72]);
+        for technique in ["voxel-mips", "svo", "clipmap"] {
+            let case = Case { entry: find(technique).unwrap(), preset: Some("cones") };
+            let error = |count| {
+                let pairs = [("resolution", "64"), ("shadows", "cones"), ("emissive_patches", count)];
+                block_errors(&shoot(&gpu, &scene, &case, &pairs, frame(96, 72, 64)).unwrap().indirect, &reference, &guide)
+            };
+            let [without, with] = ["0", "32"].map(error);
+            println!("{name}, {technique}: {:+.3} / {:.3}, with patches {:+.3} / {:.3}", without.bias, without.rel_rmse, with.bias, with.rel_rmse);
+            assert!(with.rel_rmse <= most * without.rel_rmse && with.bias.abs() <= 0.1, "{name}, {technique}: {without:?}, {with:?}");
+        }
+    }
+}
+
+/// With bounces the voxels go on seeing emission: what is left after the first bounce is what it is without patches.
+#[test]
+fn later_bounces_and_reflections_keep_emission() {
+    let gpu = gpu();
+    let scene = bundled("cornell-lamp");
+    let guide = reference::guide(&scene, 24, 18).unwrap();
+    for case in default_cases() {
+        let lit = |bounces: &str, count: &str| {
+            let pairs = [("resolution", "16"), ("shadows", "cones"), ("emissive_patches", count), ("bounces", bounces)];
+            let (mut renderer, _) = Renderer::new(&gpu, &scene, case.entry, &case.settings(&pairs), frame(24, 18, 64)).unwrap();
+            (0..if bounces == "feedback" { 8 } else { 1 }).for_each(|_| drop(renderer.render(&scene.camera).unwrap()));
+            mean(&renderer.aov(Aov::Indirect).unwrap(), &guide)
+        };
+        let [first, patched] = ["0", "32"].map(|count| lit("1", count));
+        for bounces in ["2", "3", "feedback"] {
+            let [all, all_patched] = ["0", "32"].map(|count| lit(bounces, count));
+            let (later, later_patched) = (all - first, all_patched - patched);
+            println!("{}, {bounces}: later bounces {later:.4}, with patches {later_patched:.4}", case.name());
+            // Feedback with patches is one bounce ahead.
+            assert!(later > 0.0 && (later_patched / later - 1.0).abs() <= 0.02, "{}, {bounces}: {later}, {later_patched}", case.name());
+        }
+    }
+}
+
+/// A mirror-like floor shows the lamp, which patches do not.
+#[test]
+fn glossy_surfaces_reflect_what_emits() {
+    let gpu = gpu();
+    let scene = Scene { lights: Vec::new(), ..small_room(Surfaces::Glossy, Vec::new()) };
+    let mut glowing = scene.clone();
+    glowing.materials[3].emission = Vec3::splat(2.0);
+    for case in default_cases() {
+        let reflected = |count| {
+            let pairs = [("resolution", "32"), ("shadows", "cones"), ("emissive_patches", count)];
+            let (mut renderer, _) = Renderer::new(&gpu, &glowing, case.entry, &case.settings(&pairs), frame(32, 24, 64)).unwrap();
+            renderer.render(&glowing.camera).unwrap();
+            renderer.aov(Aov::Specular).unwrap()
+        };
+        let (without, with) = (reflected("0"), reflected("16"));
+        let sum = |image: &Image| image.pixels.iter().map(|pixel| f64::from(luminance(*pixel))).sum::<f64>();
+        assert!(sum(&without) > 0.0 && (sum(&with) / sum(&without) - 1.0).abs() < 1e-4, "{}: {}, {}", case.name(), sum(&with), sum(&without));
+    }
+}
+
+/// A lamp that moves lights what it comes to: as a scene in which it was there from the start.
+#[test]
+fn patches_follow_their_models() {
+    let gpu = gpu();
+    let mut lamp = Builder::default();
+    let glow = lamp.material(Material { name: "lamp".into(), emission: Vec3::splat(8.0), ..Material::default() });
+    lamp.cuboid(glow, Vec3::splat(-0.1), Vec3::splat(0.1));
+    let mut scene = small_room(Surfaces::Diffuse, Vec::new());
+    add_model(&mut scene, lamp.scene, &[still(Vec3::new(-0.3, 0.9, 0.0)), still(Vec3::new(0.4, 0.5, 0.2))]);
+    let mut moved = scene.clone();
+    moved.set_time(1.0);
+    for case in default_cases() {
+        let settings = case.settings(&[("resolution", "32"), ("shadows", "cones"), ("emissive_patches", "12")]);
+        let mut renderer = Renderer::new(&gpu, &scene, case.entry, &settings, frame(32, 24, 64)).unwrap().0;
+        let mut there = Renderer::new(&gpu, &moved, case.entry, &settings, frame(32, 24, 64)).unwrap().0;
+        renderer.render(&scene.camera).unwrap();
+        let before = renderer.aov(Aov::Indirect).unwrap();
+        renderer.set_pose(&moved).unwrap();
+        let [seen, expected] = [&mut renderer, &mut there].map(|renderer| {
+            renderer.render(&scene.camera).unwrap();
+            renderer.aov(Aov::Indirect).unwrap()
+        });
+        let off = largest_difference(&seen, &expected);
+        assert!(off < 1e-3 && largest_difference(&before, &expected) > 0.1, "{}: {off}", case.name());
+    }
+}
+
+/// Without emission, without cones of shadows, or with 0 patches there is no pass and no byte for them.
+#[test]
+fn what_does_not_emit_costs_nothing() {
+    let gpu = gpu();
+    let [(_, light), ..] = small_lights();
+    let dark = small_room(Surfaces::Diffuse, vec![light]);
+    let mut glowing = dark.clone();
+    glowing.materials[0].emission = Vec3::ONE;
+    for case in default_cases() {
+        for (scene, pairs, own) in [
+            (&dark, &[("shadows", "cones")][..], false),
+            (&glowing, &[], false),
+            (&glowing, &[("shadows", "cones"), ("emissive_patches", "0")], false),
+            (&glowing, &[("shadows", "cones")], true),
+        ] {
+            let (mut renderer, _) =
+                Renderer::new(&gpu, scene, case.entry, &case.settings(&[&[("resolution", "16")], pairs].concat()), frame(16, 16, 64)).unwrap();
+            let stats = renderer.render(&scene.camera).unwrap();
+            let runs = stats.passes.iter().any(|pass| pass.name == "cone.patches");
+            let bytes: u64 = gpu.memory().iter().filter(|(name, _)| name == "cone.patches").map(|(_, bytes)| *bytes).sum();
+            assert_eq!([runs, bytes > 0], [own; 2], "{}, {pairs:?}: {bytes} bytes", case.name());
         }
     }
 }

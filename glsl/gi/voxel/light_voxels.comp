@@ -124,15 +124,17 @@ float lit_area(Light light, vec3 corner, vec3 to_light) {
         vec2 on_face = (vec2(i % ALONG, i / ALONG % ALONG) + 0.5) / float(ALONG);
         vec3 entry = axis == 0u ? vec3(0.0, on_face) : axis == 1u ? vec3(on_face.y, 0.0, on_face.x) : vec3(on_face, 0.0);
         entry[axis] = to_light[axis] > 0.0 ? 1.0 : 0.0;
-        vec3 ways = mix(1.0 - entry, entry, greaterThan(to_light, vec3(0.0))) / max(abs(to_light), vec3(1e-6));
-        vec3 leaving = entry - min(ways.x, min(ways.y, ways.z)) * to_light;
-        vec2 depths = mapped_depths(light, corner + params.grid.w * entry, corner + params.grid.w * leaving);
-        if (depths.x >= 0.0 && depths.x < depths.y) area += abs(to_light[axis]);
+        vec3 from = corner + params.grid.w * entry, towards = to_light;
+        if (light.position_kind.w != LIGHT_DIRECTIONAL) towards = normalize(light.position_kind.xyz - from);
+        vec3 ways = mix(1.0 - entry, entry, greaterThan(towards, vec3(0.0))) / max(abs(towards), vec3(1e-6));
+        vec2 depths = mapped_depths(light, from, from - params.grid.w * min(ways.x, min(ways.y, ways.z)) * towards);
+        if (depths.x >= 0.0 && depths.x < depths.y) area += max(towards[axis] * sign(to_light[axis]), 0.0);
     }
     return area / float(ALONG * ALONG);
 }
 
-// ρ/π Σ E |n·ω| V at the voxel's mean position; with two sides, of the light on the side that `normal` points to.
+// ρ/π Σ E |n·ω| V at the voxel's mean position; with two sides, of the light on the side that `normal` points to. By area, |n·ω| V of a voxel of several planes is
+// the share of its surface that the light meets first, as the light sees it; of what the voxel's mean normal lets through, no more.
 vec3 shade(Voxel voxel, vec3 normal, bool one_plane) {
     float size = params.grid.w;
     vec3 position = params.grid.xyz + size * (voxel_coordinates(voxel.xy, voxel.z_area) + unpack_unorm10(voxel.mean_position));
@@ -143,7 +145,7 @@ vec3 shade(Voxel voxel, vec3 normal, bool one_plane) {
         if (OCCLUSION == 4u && !one_plane) {
             float area = unpackHalf2x16(voxel.z_area >> 16).x * seen_share(voxel);
             float lit = SIDES == 2u && dot(normal, to_light) <= 0.0 ? 0.0 : lit_area(lights[i], position - size * unpack_unorm10(voxel.mean_position), to_light);
-            irradiance += arriving * lit / (area > SLIVER ? area : max(area, lit));
+            irradiance += arriving * min(lit / max(area, 1e-6), attenuation(voxel, normal, to_light));
             continue;
         }
         vec3 lit_side = SIDES == 1u && dot(normal, to_light) < 0.0 ? -normal : normal;

@@ -96,8 +96,9 @@ pub static SETTINGS: &[Setting] = &[
     },
     Setting {
         name: "voxel_occlusion",
-        help: "what hides a light from voxels that are shaded: the shadow map (at their mean position), the shadow map moved half a voxel off along the \
-               normal, rays-hard (the first voxel that a ray to the light hits) or rays-soft (all that it hits, nearer ones more)",
+        help: "what hides a light from voxels that are shaded: the shadow map (at their mean position), shadow-map-area (the same, but of a voxel with \
+               several planes the area that the map shows in it), the shadow map moved half a voxel off along the normal, rays-hard (the first voxel that a ray \
+               to the light hits) or rays-soft (all that it hits, nearer ones more)",
         unit: "",
         domain: Domain::Choice(&["shadow-map", "shadow-map-area", "shadow-map-moved", "rays-hard", "rays-soft"]),
         default: "shadow-map",

@@ -45,7 +45,8 @@ pub fn visibility<'l>(levels: impl Into<Levels<'l>>, disc: &Disc, receiver: &Rec
     let beta = settings.step_factor;
     let wide_end = distance * leaving / (2.0 * tan_half + leaving) * (1.0 - beta * tan_half).max(LEAST_STEP_DENOMINATOR);
     let narrow_end = distance - start_offset / leaving - beta / 2.0;
-    let settings = MarchSettings { max_distance: if settings.height_clamp > 0.0 { narrow_end } else { wide_end.min(narrow_end) }, ao_falloff: 0.0, ..*settings };
+    let settings =
+        MarchSettings { max_distance: if settings.height_clamp > 0.0 { narrow_end } else { wide_end.min(narrow_end) }, ao_falloff: 0.0, ..*settings };
     let cosine = direction.dot(receiver.geometric_normal).max(0.0);
     let cone = Cone { origin, direction, tan_half, height: start_offset, cosine };
     march_to(levels.into(), &cone, &settings, Some((distance * leaving, leaving))).visibility
