@@ -222,7 +222,9 @@ impl GpuScene {
     pub fn set_pose(&mut self, gpu: &Gpu, scene: &Scene) -> Result<FrameStats, Error> {
         let Some(dynamic) = &mut self.dynamic else { return Ok(FrameStats::default()) };
         dynamic.bounds = dynamic.bounds_in(scene);
-        self.emitters = emitters(scene);
+        if scene.materials.iter().zip(&dynamic.materials).any(|(material, moves)| *moves && material.emission != Vec3::ZERO) {
+            self.emitters = emitters(scene);
+        }
         let moved: Vec<Vertex> = dynamic.vertices_in(scene).copied().collect();
         gpu.upload_buffer(&dynamic.staging, bytemuck::cast_slice(&moved))?;
         let mut frame = Frame::new();
