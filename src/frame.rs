@@ -92,7 +92,7 @@ impl<'g> Renderer<'g> {
         self.maps.draw(&mut frame, &self.scene);
         self.gbuffer.draw(&mut frame, &self.scene);
         self.technique.update(&mut frame, &self.scene, &self.maps);
-        let light = self.technique.gather(&mut frame, &self.scene, &self.gbuffer);
+        let light = self.technique.gather(&mut frame, &self.scene, &self.maps, &self.gbuffer);
         self.technique.direct(&mut frame, &self.scene, &self.maps, &self.gbuffer, &self.output);
         self.output.draw_composite(&mut frame, &self.gbuffer, &light);
         self.light = Some(light);

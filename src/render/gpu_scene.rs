@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
+use super::emitters::{Emitter, emitters};
 use crate::gpu_struct;
 use crate::graph::{
     Buffer, BufferDesc, BufferUsage, Error, Frame, FrameStats, Gpu, Image, ImageDesc, ImageKind, ImageUsage, MaterialSets, SceneBindings, SceneSet, vk,
@@ -120,6 +121,8 @@ pub struct GpuScene {
     pub is_emissive: bool,
     /// Some surface has a specular lobe.
     pub is_glossy: bool,
+    /// What emits, where it is now, in small parts (on the host alone).
+    pub emitters: Vec<Emitter>,
     /// The largest emitted radiance of any channel (W/(m² sr)).
     pub largest_emission: f32,
     /// Smallest and largest corner (m) of the static geometry; where there is none, of all places that dynamic geometry comes to.
@@ -205,6 +208,7 @@ impl GpuScene {
             texture_use: scene.materials.iter().map(TextureUse::of).collect(),
             is_emissive: scene.is_emissive(),
             is_glossy: scene.is_glossy(),
+            emitters: emitters(scene),
             largest_emission,
             bounds: scene.static_bounds().or(motion_bounds).unwrap_or((Vec3::ZERO, Vec3::ONE)),
             dynamic,
@@ -220,6 +224,9 @@ impl GpuScene {
     pub fn set_pose(&mut self, gpu: &Gpu, scene: &Scene) -> Result<FrameStats, Error> {
         let Some(dynamic) = &mut self.dynamic else { return Ok(FrameStats::default()) };
         dynamic.bounds = dynamic.bounds_in(scene);
+        if scene.materials.iter().zip(&dynamic.materials).any(|(material, moves)| *moves && material.emission != Vec3::ZERO) {
+            self.emitters = emitters(scene);
+        }
         let moved: Vec<Vertex> = dynamic.vertices_in(scene).copied().collect();
         gpu.upload_buffer(&dynamic.staging, bytemuck::cast_slice(&moved))?;
         let mut frame = Frame::new();

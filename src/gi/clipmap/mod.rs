@@ -10,13 +10,13 @@ use glam::{IVec3, Vec3};
 pub use layout::{Layout, Place};
 pub use volume::ClipmapVolume;
 
-use super::cone::{self, ConeTracer};
+use super::cone::{self, ConeTracer, EmissivePatches};
 use super::interleave::{self, deinterleave};
 use super::registry::{Directions, Entry, Part, Stage};
 use super::settings::{Domain, Preset, Setting, Settings};
 use super::voxel::{
-    self, Bounces, Directionality, FACE_SETTINGS, Injection, LightSettings, MIP_FILTER, Prefilter, Sides, VoxelBox, VoxelLight, VoxelRecords, VoxelSettings,
-    VoxelWindow, WindowScratch,
+    self, Bounces, Directionality, FACE_SETTINGS, Injection, LightSettings, MIP_FILTER, Prefilter, Sides, Viewer, VoxelBox, VoxelLight, VoxelRecords,
+    VoxelSettings, VoxelWindow, WindowScratch,
 };
 use super::{Context, IndirectLight, Technique, VoxelVolume};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image, Pass};
@@ -130,6 +130,8 @@ pub struct Clipmap {
     /// Lights stand still.
     keeps_light: bool,
     cones: ConeTracer,
+    /// Of surfaces that emit, where cones see them.
+    patches: Option<EmissivePatches>,
     interleave: u32,
     /// The texels of all levels.
     pub volume: ClipmapVolume,
@@ -154,6 +156,7 @@ impl Clipmap {
         let Context { gpu, scene, size, .. } = *context;
         let specular = scene.is_glossy && settings.is("specular", "on");
         let interleave = settings.count("interleave");
+        let patches = EmissivePatches::new(gpu, scene, settings)?;
         let layout = Layout::new(scene.bounds, settings.count("resolution"), settings.count("levels"), settings.number("voxel_size"));
         let directionality = Directionality::new(settings);
         let faces = directionality.faces();
@@ -161,10 +164,11 @@ impl Clipmap {
         Ok(Clipmap {
             layout,
             voxel_settings: VoxelSettings { faces, ..VoxelSettings::new(settings) },
-            light_settings: LightSettings { stores_faces: faces.is_some(), ..LightSettings::new(settings, sides) },
+            light_settings: LightSettings { stores_faces: faces.is_some(), emission_apart: patches.is_some(), ..LightSettings::new(settings, sides) },
             is_staggered: settings.is("level_updates", "staggered"),
             keeps_light: settings.is("light_updates", "on-change"),
             cones: ConeTracer::new(gpu, settings)?,
+            patches,
             interleave,
             volume: ClipmapVolume::new(gpu, layout, Prefilter::new(settings), directionality)?,
             levels: Vec::new(),
@@ -235,6 +239,11 @@ impl Clipmap {
             !(level.is_lit && level.new.is_empty()) || level.is_stale || level.inner != technique.inner(index)
         };
         let bounces = self.light_settings.bounces;
+        if self.patches.is_some() {
+            // Where patches give the emission, all levels show either what voxels see or what the picture sees.
+            self.levels.iter_mut().for_each(|level| level.is_lit = false);
+            return (0..count).collect();
+        }
         if bounces == Bounces::Feedback || (bounces.any() && (0..count).any(|index| changes(self, index))) {
             // Each voxel gathers from all levels.
             self.levels.iter_mut().for_each(|level| level.is_lit = false);
@@ -260,6 +269,15 @@ impl Clipmap {
 
     fn filter_top(&self, frame: &mut Frame) {
         self.volume.filter_top(frame, self.levels[self.levels.len() - 1].place.first);
+    }
+
+    /// Lights these levels once more.
+    fn relight(&self, frame: &mut Frame, maps: &LightMaps, levels: &[usize], viewer: Viewer) {
+        for index in levels.iter().copied() {
+            let Level { window, light, .. } = &self.levels[index];
+            light.relight(frame, &VoxelRecords::from(&window.voxels), maps, None, viewer);
+            self.write_level(frame, index);
+        }
     }
 
     fn bounce(&self, frame: &mut Frame) {
@@ -302,6 +320,9 @@ impl Technique for Clipmap {
 
     fn set_pose(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
         let Some(dynamic) = &context.scene.dynamic else { return Ok(FrameStats::default()) };
+        if let Some(patches) = &mut self.patches {
+            patches.follow(context.gpu, context.scene)?;
+        }
         if self.levels.is_empty() {
             return self.build(context);
         }
@@ -351,22 +372,23 @@ impl Technique for Clipmap {
         if due.is_empty() {
             return;
         }
-        for _ in 0..self.light_settings.bounces.before_the_picture() {
+        let count = self.light_settings.bounces.before_the_picture();
+        for bounce in 1..=count {
             self.filter_top(frame);
             self.bounce(frame);
-            for index in due.iter().copied() {
-                let Level { window, light, .. } = &self.levels[index];
-                light.relight(frame, &VoxelRecords::from(&window.voxels), maps, None);
-                self.write_level(frame, index);
-            }
+            self.relight(frame, maps, &due, if bounce == count { Viewer::Picture } else { Viewer::Voxels });
         }
         self.filter_top(frame);
         if self.light_settings.bounces == Bounces::Feedback {
             self.bounce(frame);
+            if self.patches.is_some() {
+                self.relight(frame, maps, &due, Viewer::Picture);
+                self.filter_top(frame);
+            }
         }
     }
 
-    fn gather(&mut self, frame: &mut Frame, _scene: &GpuScene, gbuffer: &GBuffer) -> IndirectLight {
+    fn gather(&mut self, frame: &mut Frame, _scene: &GpuScene, maps: &LightMaps, gbuffer: &GBuffer) -> IndirectLight {
         let Some(outermost) = self.levels.last() else { return self.light.clone() };
         let (grid, volume) = (self.layout.grid(outermost.place.first), self.volume.as_volume());
         let target = self.interleaved.as_ref().unwrap_or(&self.light.diffuse);
@@ -375,7 +397,14 @@ impl Technique for Clipmap {
         if let Some(interleaved) = &self.interleaved {
             deinterleave(frame, gbuffer, interleaved, &self.light.diffuse, self.interleave);
         }
+        if let Some(patches) = &self.patches {
+            self.cones.patches(frame, gbuffer, &grid, volume, patches, &self.light.diffuse);
+        }
         if let Some(specular) = &self.light.specular {
+            if self.patches.is_some() {
+                self.relight(frame, maps, &(0..self.levels.len()).collect::<Vec<_>>(), Viewer::Voxels);
+                self.filter_top(frame);
+            }
             self.cones.specular(frame, gbuffer, &grid, volume, specular);
         }
         self.light.clone()
