@@ -6,7 +6,11 @@ use crate::gi::registry::{Entry, Part, Stage};
 use crate::gi::{Context, IndirectLight, LitVoxels, Settings, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu};
 use crate::image::{Aov, Image};
+<<<<<<< HEAD
 use crate::render::{GBuffer, GpuScene, LightMaps, Output, SET_POSE, read_aov, screen_image};
+=======
+use crate::render::{GBuffer, GpuScene, LightMaps, MapChannel, Output, SET_POSE, SurfaceChannel, read_aov, read_light_map, read_surface};
+>>>>>>> 7225ae6 (view: swapchain, egui painter, renderers of several sizes, modules replaced at run time; panels to follow)
 use crate::scene::{Camera, Scene};
 
 /// What all techniques share.
@@ -34,6 +38,8 @@ pub struct Renderer<'g> {
     output: Output,
     technique: Box<dyn Technique>,
     settings: FrameSettings,
+    /// The largest width and height (px): those of the images.
+    capacity: [u32; 2],
     /// Where the camera was last (m).
     eye: Vec3,
     /// The last frame's answer.
@@ -56,12 +62,25 @@ impl<'g> Renderer<'g> {
             if technique.needs_light_maps() { LightMaps::new(gpu, &scene, frame.shadow_resolution, technique.needs_rsm())? } else { LightMaps::none(gpu)? };
         let gbuffer = GBuffer::new(gpu, &scene, frame.size)?;
         let output = Output::new(gpu, frame.size)?;
-        Ok((Renderer { gpu, scene, maps, gbuffer, output, technique, settings: frame, eye, light: None }, build))
+        Ok((Renderer { gpu, scene, maps, gbuffer, output, technique, settings: frame, capacity: frame.size, eye, light: None }, build))
     }
 
     /// The scene on the device, for another renderer.
     pub fn into_scene(self) -> GpuScene {
         self.scene
+    }
+
+    /// From the next frame on, pictures of this width and height (px), at most those that this was made with: the same, bit for bit, as those of a renderer
+    /// that was made with them.
+    pub fn set_size(&mut self, size: [u32; 2]) {
+        let fits = (0..2).all(|axis| (1..=self.capacity[axis]).contains(&size[axis]));
+        assert!(fits, "pictures of {size:?} px do not fit into {:?} px", self.capacity);
+        (self.settings.size, self.gbuffer.size) = (size, size);
+    }
+
+    /// The largest width and height (px).
+    pub fn capacity(&self) -> [u32; 2] {
+        self.capacity
     }
 
     /// Builds the technique's static structure again.
@@ -100,6 +119,7 @@ impl<'g> Renderer<'g> {
         read_aov(self.gpu, &self.gbuffer, &self.output, light, aov)
     }
 
+<<<<<<< HEAD
     /// Names and numbers of levels of the volumes that the technique keeps, as [`Renderer::view_voxels`] takes them.
     pub fn volumes(&self) -> Vec<(&'static str, u32)> {
         self.technique.volumes().iter().map(|volume| (volume.name, volume.levels)).collect()
@@ -118,6 +138,21 @@ impl<'g> Renderer<'g> {
         let [width, height] = self.settings.size;
         let of = |value: fn(&[f32; 4]) -> Vec3| Image::from_fn(width, height, |pixel| value(&texels[pixel]));
         Ok(Some([of(|&[r, g, b, _]| Vec3::new(r, g, b)), of(|&[.., opacity]| Vec3::splat(opacity))]))
+=======
+    /// A channel of the last frame's G-buffer.
+    pub fn surface(&self, channel: SurfaceChannel) -> Result<Image, Error> {
+        read_surface(self.gpu, &self.gbuffer, channel)
+    }
+
+    /// A channel of one of the last frame's light maps; `None` where the technique asks for no such map.
+    pub fn light_map(&self, channel: MapChannel, view: u32) -> Result<Option<Image>, Error> {
+        read_light_map(self.gpu, &self.maps, channel, view)
+    }
+
+    /// How many light maps there are.
+    pub fn light_map_count(&self) -> u32 {
+        self.maps.view_count
+>>>>>>> 7225ae6 (view: swapchain, egui painter, renderers of several sizes, modules replaced at run time; panels to follow)
     }
 
     /// Samples that the cones of the last frame's gather take, by the name of the pass.
