@@ -159,6 +159,11 @@ impl DeviceArgs {
     pub(super) fn choice(&self) -> DeviceChoice {
         self.device.as_deref().map(DeviceChoice::from).unwrap_or_default()
     }
+
+    /// As it was named.
+    pub(super) fn name(&self) -> Option<String> {
+        self.device.clone()
+    }
 }
 
 /// How passes are timed.

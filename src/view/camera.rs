@@ -6,7 +6,7 @@ use crate::scene::Camera;
 
 /// What dragging does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Mode {
+pub(super) enum Mode {
     /// Dragging looks around; keys fly.
     Fly,
     /// Dragging goes around the point looked at.
@@ -14,7 +14,7 @@ pub enum Mode {
 }
 
 /// Bookmarks, by the digit keys 1 to 9.
-pub const BOOKMARKS: usize = 9;
+pub(super) const BOOKMARKS: usize = 9;
 
 /// Degrees that dragging over one point turns.
 const DEG_PER_POINT: f32 = 0.25;
@@ -24,15 +24,15 @@ const STEEPEST_DEG: f32 = 89.0;
 
 /// The camera and what moves it.
 #[derive(Clone, Debug)]
-pub struct Controls {
+pub(super) struct Controls {
     /// The camera.
-    pub camera: Camera,
+    pub(super) camera: Camera,
     /// What dragging does.
-    pub mode: Mode,
+    pub(super) mode: Mode,
     /// Speed of flying (m/s).
-    pub speed: f32,
+    pub(super) speed: f32,
     /// Cameras to come back to.
-    pub bookmarks: [Option<Camera>; BOOKMARKS],
+    pub(super) bookmarks: [Option<Camera>; BOOKMARKS],
     /// What a scene was opened with.
     home: Camera,
     /// Smallest and largest corner of the scene (m).
@@ -41,13 +41,13 @@ pub struct Controls {
 
 impl Controls {
     /// For a scene that was just opened.
-    pub fn new(camera: Camera, bounds: (Vec3, Vec3)) -> Self {
+    pub(super) fn new(camera: Camera, bounds: (Vec3, Vec3)) -> Self {
         let speed = (0.15 * (bounds.1 - bounds.0).length()).max(1e-3);
         Controls { camera, mode: Mode::Fly, speed, bookmarks: [None; BOOKMARKS], home: camera, bounds }
     }
 
     /// Flies along the view's own axes: right, up, forward, −1 to 1 each, for some seconds.
-    pub fn fly(&mut self, along: Vec3, seconds: f32) {
+    pub(super) fn fly(&mut self, along: Vec3, seconds: f32) {
         let [right, up, forward] = self.camera.basis();
         let step = (right * along.x + up * along.y + forward * along.z) * (self.speed * seconds);
         self.camera.eye += step;
@@ -55,7 +55,7 @@ impl Controls {
     }
 
     /// Dragged by so many points to the right and down.
-    pub fn drag(&mut self, [x, y]: [f32; 2]) {
+    pub(super) fn drag(&mut self, [x, y]: [f32; 2]) {
         let Camera { eye, target, up, .. } = self.camera;
         let pivot = if self.mode == Mode::Fly { eye } else { target };
         let view = target - eye;
@@ -75,7 +75,7 @@ impl Controls {
     }
 
     /// Dragged sideways by shares of the picture's height.
-    pub fn pan(&mut self, [x, y]: [f32; 2]) {
+    pub(super) fn pan(&mut self, [x, y]: [f32; 2]) {
         let [right, up, _] = self.camera.basis();
         let height_m = 2.0 * (0.5 * self.camera.vfov_deg.to_radians()).tan() * self.camera.target.distance(self.camera.eye);
         let step = (up * y - right * x) * height_m;
@@ -84,7 +84,7 @@ impl Controls {
     }
 
     /// Nearer (above 0) or farther, by notches of the wheel: the distance when orbiting, the speed when flying.
-    pub fn wheel(&mut self, notches: f32) {
+    pub(super) fn wheel(&mut self, notches: f32) {
         let factor = 1.15f32.powf(notches.clamp(-20.0, 20.0));
         match self.mode {
             Mode::Fly => self.speed = (self.speed * factor).clamp(1e-4, 1e5),
@@ -98,7 +98,7 @@ impl Controls {
     }
 
     /// Looks at the whole scene from where the view points.
-    pub fn frame_scene(&mut self, aspect: f32) {
+    pub(super) fn frame_scene(&mut self, aspect: f32) {
         let (low, high) = self.bounds;
         let (centre, radius_m) = (0.5 * (low + high), (0.5 * (high - low).length()).max(1e-3));
         let tan_y = (0.5 * self.camera.vfov_deg.to_radians()).tan();
@@ -109,7 +109,7 @@ impl Controls {
     }
 
     /// Back to what the scene was opened with.
-    pub fn go_home(&mut self) {
+    pub(super) fn go_home(&mut self) {
         self.camera = self.home;
     }
 }

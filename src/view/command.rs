@@ -12,40 +12,40 @@ use crate::image::Aov;
 use crate::scene::{Camera, Light, Scene, camera_toml, lights_toml};
 
 /// What a command line is made from.
-pub struct Wanted<'w> {
+pub(super) struct Wanted<'w> {
     /// As it was named.
-    pub source: &'w OsStr,
+    pub(super) source: &'w OsStr,
     /// As it was loaded.
-    pub scene: &'w Scene,
+    pub(super) scene: &'w Scene,
     /// Whether textures may be missing.
-    pub allow_missing_textures: bool,
+    pub(super) allow_missing_textures: bool,
     /// The lights as they are now.
-    pub lights: &'w [Light],
+    pub(super) lights: &'w [Light],
     /// The environment as it is now (W/(m² sr)).
-    pub environment: Vec3,
+    pub(super) environment: Vec3,
     /// The camera as it is now.
-    pub camera: Camera,
+    pub(super) camera: Camera,
     /// The technique and what is shown.
-    pub pane: &'w PaneJob,
+    pub(super) pane: &'w PaneJob,
     /// Preset and settings as the user chose them.
-    pub technique: (Option<&'static str>, &'w [String]),
+    pub(super) technique: (Option<&'static str>, &'w [String]),
     /// The view.
-    pub view: &'w View,
+    pub(super) view: &'w View,
     /// Width and height (px).
-    pub size: [u32; 2],
+    pub(super) size: [u32; 2],
     /// Width and height of light maps (texels).
-    pub shadow_resolution: u32,
+    pub(super) shadow_resolution: u32,
     /// Exposure and tone map.
-    pub look: Look,
+    pub(super) look: Look,
     /// The device, where the user named one.
-    pub device: Option<&'w str>,
+    pub(super) device: Option<&'w str>,
     /// The file that is written.
-    pub output: &'w str,
+    pub(super) output: &'w str,
 }
 
 impl Wanted<'_> {
     /// The words after `lumivox`; an error says what of the picture `lumivox render` has no option for.
-    pub fn words(&self) -> Result<Vec<String>, String> {
+    pub(super) fn words(&self) -> Result<Vec<String>, String> {
         let aov = self.aov()?;
         let Some(source) = self.source.to_str() else { return Err("the scene's path is not UTF-8".to_owned()) };
         let mut words = vec!["render".to_owned(), source.to_owned()];
@@ -83,7 +83,7 @@ impl Wanted<'_> {
     }
 
     /// The whole line, quoted for a shell.
-    pub fn line(&self) -> Result<String, String> {
+    pub(super) fn line(&self) -> Result<String, String> {
         Ok(format!("lumivox {}", self.words()?.iter().map(|word| quoted(word)).collect::<Vec<_>>().join(" ")))
     }
 

@@ -11,17 +11,17 @@ use crate::image::{Aov, Image, heat_color, luminance, srgb_from_linear};
 
 /// Which terms of L = L_e + L_direct + ρ/π · E_i + L_s are shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Components {
+pub(super) struct Components {
     /// L_direct.
-    pub direct: bool,
+    pub(super) direct: bool,
     /// ρ/π · E_i.
-    pub diffuse: bool,
+    pub(super) diffuse: bool,
     /// L_s.
-    pub specular: bool,
+    pub(super) specular: bool,
     /// L_e, and the environment where there is no surface.
-    pub emission: bool,
+    pub(super) emission: bool,
     /// Everything times the ambient visibility: for looks only, off in the radiometric contract.
-    pub visibility: bool,
+    pub(super) visibility: bool,
 }
 
 impl Default for Components {
@@ -32,7 +32,7 @@ impl Default for Components {
 
 impl Components {
     /// The output of `lumivox render` that is the same picture; `None` where there is none.
-    pub fn aov(self) -> Option<Aov> {
+    pub(super) fn aov(self) -> Option<Aov> {
         match (self.direct, self.diffuse, self.specular, self.emission, self.visibility) {
             (true, true, true, true, false) => Some(Aov::Full),
             (true, false, false, false, false) => Some(Aov::Direct),
@@ -43,7 +43,7 @@ impl Components {
     }
 
     /// The sum of the terms of the last frame.
-    pub fn read(self, renderer: &Renderer<'_>) -> Result<Image, Error> {
+    pub(super) fn read(self, renderer: &Renderer<'_>) -> Result<Image, Error> {
         if let Some(aov) = self.aov() {
             return renderer.aov(aov);
         }
@@ -74,7 +74,7 @@ impl Components {
 
 /// How light becomes 0 to 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ToneMap {
+pub(super) enum ToneMap {
     /// Times the exposure, clamped: what `lumivox render` writes as PNG.
     Clamp,
     /// L (1 + L/16) / (1 + L), white at 4 (Reinhard et al. 2002, equation 4).
@@ -83,15 +83,15 @@ pub enum ToneMap {
 
 /// How a view is shown.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Look {
+pub(super) struct Look {
     /// Factor before the tone map.
-    pub exposure: f32,
+    pub(super) exposure: f32,
     /// The tone map.
-    pub tone_map: ToneMap,
+    pub(super) tone_map: ToneMap,
 }
 
 /// 8-bit sRGB of a view's picture.
-pub fn develop(image: &Image, view: &View, look: Look) -> Vec<[u8; 3]> {
+pub(super) fn develop(image: &Image, view: &View, look: Look) -> Vec<[u8; 3]> {
     let table = EncodeTable::get();
     let encode = |pixel: Vec3| pixel.to_array().map(|linear| table.encode(linear));
     match view.scale {
@@ -152,7 +152,7 @@ fn reinhard(pixel: Vec3) -> Vec3 {
 }
 
 /// Heat map of the luminance's error against the reference, relative to the reference's mean, `scale` and above brightest; and bias and rel_rmse.
-pub fn difference(image: &Image, reference: &Image, scale: f32) -> Option<(Vec<[u8; 3]>, [f32; 2])> {
+pub(super) fn difference(image: &Image, reference: &Image, scale: f32) -> Option<(Vec<[u8; 3]>, [f32; 2])> {
     if image.size() != reference.size() {
         return None;
     }

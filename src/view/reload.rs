@@ -14,7 +14,7 @@ const COMPILER: &str = "glslangValidator";
 const PERIOD: Duration = Duration::from_millis(300);
 
 /// A module that was compiled, or the compiler's words.
-pub enum Compiled {
+pub(super) enum Compiled {
     /// Stem and SPIR-V.
     Module(String, Vec<u32>),
     /// What is wrong, and where.
@@ -22,7 +22,7 @@ pub enum Compiled {
 }
 
 /// The thread that watches a folder of GLSL.
-pub struct Watcher {
+pub(super) struct Watcher {
     found: Receiver<Compiled>,
     quit: Option<Sender<()>>,
     thread: Option<JoinHandle<()>>,
@@ -30,7 +30,7 @@ pub struct Watcher {
 
 impl Watcher {
     /// Watches `folder`, which is laid out as `glsl/`; `notify` is called after each module, on the thread.
-    pub fn start(folder: PathBuf, notify: Box<dyn Fn() + Send>) -> std::io::Result<Self> {
+    pub(super) fn start(folder: PathBuf, notify: Box<dyn Fn() + Send>) -> std::io::Result<Self> {
         let (send, found) = channel();
         let (quit, quits) = channel();
         // Taken here, so that a change right after the start is not missed.
@@ -53,7 +53,7 @@ impl Watcher {
     }
 
     /// What was compiled since the last call.
-    pub fn take(&self) -> Vec<Compiled> {
+    pub(super) fn take(&self) -> Vec<Compiled> {
         self.found.try_iter().collect()
     }
 }

@@ -180,7 +180,8 @@ impl Session {
         let bounds = scene.bounds().unwrap_or((Vec3::ZERO, Vec3::ONE));
         let mode = self.controls.mode;
         (self.lights, self.environment) = (scene.lights.clone(), scene.environment);
-        self.controls = Controls { mode, ..Controls::new(scene.camera, bounds) };
+        self.controls = Controls::new(scene.camera, bounds);
+        self.controls.mode = mode;
         self.scene = (self.scene.0 + 1, Arc::new(scene));
         (self.source, self.layer, self.problem) = (source, 0, None);
         self.note = format!("opened {}", self.source.to_string_lossy());

@@ -10,17 +10,17 @@ const RECENT: usize = 10;
 /// The remembered state.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
-pub struct Remembered {
+pub(super) struct Remembered {
     /// Width and height of the window (points).
-    pub size: [f64; 2],
+    pub(super) size: [f64; 2],
     /// Whether the window fills the screen.
-    pub fullscreen: bool,
+    pub(super) fullscreen: bool,
     /// Whether pictures wait for the display.
-    pub vsync: bool,
+    pub(super) vsync: bool,
     /// Whether the panels are shown.
-    pub panels: bool,
+    pub(super) panels: bool,
     /// Scenes as they were named, the last one first.
-    pub recent: Vec<String>,
+    pub(super) recent: Vec<String>,
 }
 
 impl Default for Remembered {
@@ -31,14 +31,14 @@ impl Default for Remembered {
 
 impl Remembered {
     /// Where it is kept: `view.toml` in the folder for settings that the system names; `None` where it names none.
-    pub fn path() -> Option<PathBuf> {
+    pub(super) fn path() -> Option<PathBuf> {
         let named = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
         let folder = named("XDG_CONFIG_HOME").or_else(|| named("APPDATA")).or_else(|| Some(named("HOME")?.join(".config")))?;
         Some(folder.join("lumivox").join("view.toml"))
     }
 
     /// Reads it; what cannot be read is as if there were nothing, with a warning.
-    pub fn read(path: &Path) -> Self {
+    pub(super) fn read(path: &Path) -> Self {
         let Ok(text) = std::fs::read_to_string(path) else { return Self::default() };
         let mut found: Self = toml::from_str(&text).unwrap_or_else(|error| {
             log::warn!("{}: {}; the window opens as for the first time", path.display(), error.message());
@@ -53,7 +53,7 @@ impl Remembered {
     }
 
     /// Writes it; a failure is only a warning.
-    pub fn write(&self, path: &Path) {
+    pub(super) fn write(&self, path: &Path) {
         let folder = path.parent().unwrap_or(Path::new("."));
         let text = toml::to_string(self).unwrap_or_default();
         if let Err(error) = std::fs::create_dir_all(folder).and_then(|()| std::fs::write(path, text)) {
@@ -62,7 +62,7 @@ impl Remembered {
     }
 
     /// Puts a scene first.
-    pub fn add_recent(&mut self, source: &str) {
+    pub(super) fn add_recent(&mut self, source: &str) {
         self.recent.retain(|known| known != source);
         self.recent.insert(0, source.to_owned());
         self.recent.truncate(RECENT);

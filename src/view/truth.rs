@@ -11,32 +11,32 @@ use crate::scene::{Camera, Light, Scene};
 
 /// What the reference is to be of.
 #[derive(Clone)]
-pub struct TruthJob {
+pub(super) struct TruthJob {
     /// Grows with every change.
-    pub id: u64,
+    pub(super) id: u64,
     /// The scene.
-    pub scene: Arc<Scene>,
+    pub(super) scene: Arc<Scene>,
     /// The lights in place of the scene's.
-    pub lights: Arc<[Light]>,
+    pub(super) lights: Arc<[Light]>,
     /// The environment in place of the scene's (W/(m² sr)).
-    pub environment: Vec3,
+    pub(super) environment: Vec3,
     /// The camera.
-    pub camera: Camera,
+    pub(super) camera: Camera,
     /// Width and height (px).
-    pub size: [u32; 2],
+    pub(super) size: [u32; 2],
     /// Number of bounces: that of the technique.
-    pub bounces: Bounces,
+    pub(super) bounces: Bounces,
 }
 
 /// What there is of it so far.
 #[derive(Clone)]
-pub struct Truth {
+pub(super) struct Truth {
     /// The job that it is of.
-    pub job: u64,
+    pub(super) job: u64,
     /// Outgoing radiance (W/(m² sr)).
-    pub image: Arc<Image>,
+    pub(super) image: Arc<Image>,
     /// Samples of each pixel.
-    pub samples: u32,
+    pub(super) samples: u32,
 }
 
 /// Samples after which it rests.
@@ -63,14 +63,14 @@ impl Shared {
 }
 
 /// The thread, seen from the window.
-pub struct TruthWorker {
+pub(super) struct TruthWorker {
     shared: Arc<Shared>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl TruthWorker {
     /// Starts the thread; `notify` is called after each round, on that thread.
-    pub fn start(notify: Box<dyn Fn() + Send>) -> std::io::Result<Self> {
+    pub(super) fn start(notify: Box<dyn Fn() + Send>) -> std::io::Result<Self> {
         let shared = Arc::new(Shared::default());
         let inner = Arc::clone(&shared);
         let thread = std::thread::Builder::new().name("reference".to_owned()).spawn(move || work(&inner, &*notify))?;
@@ -78,13 +78,13 @@ impl TruthWorker {
     }
 
     /// Asks for this instead of whatever was asked for before; `None` lets it rest.
-    pub fn ask(&self, job: Option<TruthJob>) {
+    pub(super) fn ask(&self, job: Option<TruthJob>) {
         self.shared.inbox().job = Some(job);
         self.shared.wake.notify_one();
     }
 
     /// What is new since the last call.
-    pub fn take(&self) -> Option<Result<Truth, String>> {
+    pub(super) fn take(&self) -> Option<Result<Truth, String>> {
         self.shared.found.lock().unwrap_or_else(PoisonError::into_inner).take()
     }
 }
@@ -158,8 +158,7 @@ impl Sum {
         let spp = self.samples.clamp(1, 16);
         let [width, height] = self.job.size;
         let sampling = Sampling::Fixed { spp };
-        let settings =
-            reference::Settings { width, height, bounces: self.job.bounces, filter: Filter::Center, sampling, seed: u64::from(self.samples) };
+        let settings = reference::Settings { width, height, bounces: self.job.bounces, filter: Filter::Center, sampling, seed: u64::from(self.samples) };
         let image = reference::render(&self.scene, &settings, &|_| {}).map_err(|error| error.to_string())?.radiance();
         self.sum.iter_mut().zip(&image.pixels).for_each(|(sum, pixel)| *sum += *pixel * spp as f32);
         self.samples += spp;

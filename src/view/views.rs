@@ -7,7 +7,7 @@ use crate::render::{MapChannel, SurfaceChannel};
 
 /// Where a view's picture is from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Source {
+pub(super) enum Source {
     /// An output of `lumivox render`.
     Aov(Aov),
     /// A channel of the G-buffer.
@@ -18,7 +18,7 @@ pub enum Source {
 
 /// How numbers become colours.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Scale {
+pub(super) enum Scale {
     /// Light: by exposure and tone map.
     Light,
     /// 0 to 1 as it is.
@@ -31,21 +31,21 @@ pub enum Scale {
 
 /// One row.
 #[derive(Debug)]
-pub struct View {
+pub(super) struct View {
     /// Name in the list and in scripts.
-    pub name: &'static str,
+    pub(super) name: &'static str,
     /// What it shows, in one line.
-    pub help: &'static str,
+    pub(super) help: &'static str,
     /// Unit of its numbers; empty for none.
-    pub unit: &'static str,
+    pub(super) unit: &'static str,
     /// Where it is from.
-    pub source: Source,
+    pub(super) source: Source,
     /// How it is shown.
-    pub scale: Scale,
+    pub(super) scale: Scale,
 }
 
 /// All views; the first is what a window opens with.
-pub static VIEWS: &[View] = &[
+pub(super) static VIEWS: &[View] = &[
     row("full", "all light that reaches the camera", "W/(m² sr)", Source::Aov(Aov::Full), Scale::Light),
     row("direct", "light of the lights, reflected once", "W/(m² sr)", Source::Aov(Aov::Direct), Scale::Light),
     row("indirect", "what the technique adds: ρ/π · E_i + L_s", "W/(m² sr)", Source::Aov(Aov::Indirect), Scale::Light),
@@ -61,7 +61,13 @@ pub static VIEWS: &[View] = &[
     row("f0", "G-buffer: specular reflectance at normal incidence", "", Source::Surface(SurfaceChannel::F0), Scale::Share),
     row("shadow-map", "depth from a light, white is near (one of its maps)", "", Source::LightMap(MapChannel::Depth), Scale::Range),
     row("rsm-normal", "reflective shadow map: normal (where the technique injects from one)", "", Source::LightMap(MapChannel::Normal), Scale::Signed),
-    row("rsm-reflected", "reflective shadow map: albedo × falloff (where the technique injects from one)", "", Source::LightMap(MapChannel::Reflected), Scale::Share),
+    row(
+        "rsm-reflected",
+        "reflective shadow map: albedo × falloff (where the technique injects from one)",
+        "",
+        Source::LightMap(MapChannel::Reflected),
+        Scale::Share,
+    ),
 ];
 
 const fn row(name: &'static str, help: &'static str, unit: &'static str, source: Source, scale: Scale) -> View {
@@ -69,18 +75,18 @@ const fn row(name: &'static str, help: &'static str, unit: &'static str, source:
 }
 
 /// Position of the view of a name.
-pub fn find(name: &str) -> Option<usize> {
+pub(super) fn find(name: &str) -> Option<usize> {
     VIEWS.iter().position(|view| view.name == name)
 }
 
 impl View {
     /// Whether it shows one light map of several.
-    pub fn has_layers(&self) -> bool {
+    pub(super) fn has_layers(&self) -> bool {
         matches!(self.source, Source::LightMap(_))
     }
 
     /// Reads the last frame's picture; `None` where this technique or scene has none.
-    pub fn read(&self, renderer: &Renderer<'_>, layer: u32) -> Result<Option<Image>, Error> {
+    pub(super) fn read(&self, renderer: &Renderer<'_>, layer: u32) -> Result<Option<Image>, Error> {
         match self.source {
             Source::Aov(aov) => renderer.aov(aov).map(Some),
             Source::Surface(channel) => renderer.surface(channel).map(Some),

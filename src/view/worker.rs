@@ -19,74 +19,74 @@ use crate::scene::{Camera, Light, Scene};
 
 /// What one side of the window is to show.
 #[derive(Clone)]
-pub struct PaneJob {
+pub(super) struct PaneJob {
     /// The technique.
-    pub entry: &'static Entry,
+    pub(super) entry: &'static Entry,
     /// Its settings.
-    pub settings: Settings,
+    pub(super) settings: Settings,
     /// Position in [`super::views::VIEWS`].
-    pub view: usize,
+    pub(super) view: usize,
     /// Which light map, for views of those.
-    pub layer: u32,
+    pub(super) layer: u32,
     /// Terms of the view `full`.
-    pub components: Components,
+    pub(super) components: Components,
 }
 
 /// What the window is to show.
 #[derive(Clone)]
-pub struct Job {
+pub(super) struct Job {
     /// Grows with every change.
-    pub id: u64,
+    pub(super) id: u64,
     /// The scene; another one has another number.
-    pub scene: (u64, Arc<Scene>),
+    pub(super) scene: (u64, Arc<Scene>),
     /// The lights in place of the scene's.
-    pub lights: Arc<[Light]>,
+    pub(super) lights: Arc<[Light]>,
     /// The environment in place of the scene's (W/(m² sr)).
-    pub environment: Vec3,
+    pub(super) environment: Vec3,
     /// The camera.
-    pub camera: Camera,
+    pub(super) camera: Camera,
     /// One or two sides.
-    pub panes: Vec<PaneJob>,
+    pub(super) panes: Vec<PaneJob>,
     /// Width and height (px).
-    pub size: [u32; 2],
+    pub(super) size: [u32; 2],
     /// Width and height of light maps (texels).
-    pub shadow_resolution: u32,
+    pub(super) shadow_resolution: u32,
     /// Whether nothing moves, so that the full picture is wanted.
-    pub rest: bool,
+    pub(super) rest: bool,
     /// Whether frames are wanted even where nothing changes.
-    pub continuous: bool,
+    pub(super) continuous: bool,
 }
 
 /// One side's picture and what it cost.
-pub struct Picture {
+pub(super) struct Picture {
     /// The job that it is of.
-    pub job: u64,
+    pub(super) job: u64,
     /// 0 left, 1 right.
-    pub pane: usize,
+    pub(super) pane: usize,
     /// The view's numbers; `None` where technique or scene have no such picture.
-    pub image: Option<Image>,
+    pub(super) image: Option<Image>,
     /// Position in [`super::views::VIEWS`].
-    pub view: usize,
+    pub(super) view: usize,
     /// Whether it has the size that was asked for.
-    pub is_full: bool,
+    pub(super) is_full: bool,
     /// Frames rendered since the technique was made.
-    pub frames: u32,
+    pub(super) frames: u32,
     /// What the frame cost on the device.
-    pub stats: FrameStats,
+    pub(super) stats: FrameStats,
     /// What the last build cost, where this frame was the first after it.
-    pub build: Option<FrameStats>,
+    pub(super) build: Option<FrameStats>,
     /// The frame with its reading back (ms).
-    pub wall_ms: f64,
+    pub(super) wall_ms: f64,
     /// Counts by name.
-    pub counts: Vec<(&'static str, u64)>,
+    pub(super) counts: Vec<(&'static str, u64)>,
     /// How many light maps there are.
-    pub light_maps: u32,
+    pub(super) light_maps: u32,
     /// Every living resource of the device, by name (bytes).
-    pub memory: Vec<(String, u64)>,
+    pub(super) memory: Vec<(String, u64)>,
 }
 
 /// What the worker says.
-pub enum Event {
+pub(super) enum Event {
     /// The device is open: its name.
     Opened(String),
     /// A picture.
@@ -131,14 +131,14 @@ impl Shared {
 }
 
 /// The thread, seen from the window.
-pub struct Worker {
+pub(super) struct Worker {
     shared: Arc<Shared>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl Worker {
     /// Starts the thread; `notify` is called after each event, on that thread.
-    pub fn start(options: GpuOptions, notify: Box<dyn Fn() + Send>) -> std::io::Result<Self> {
+    pub(super) fn start(options: GpuOptions, notify: Box<dyn Fn() + Send>) -> std::io::Result<Self> {
         let shared = Arc::new(Shared::default());
         let inner = Arc::clone(&shared);
         let thread = std::thread::Builder::new().name("render".to_owned()).spawn(move || work(&inner, &options, &*notify))?;
@@ -146,37 +146,37 @@ impl Worker {
     }
 
     /// Asks for this instead of whatever was asked for before.
-    pub fn ask(&self, job: Job) {
+    pub(super) fn ask(&self, job: Job) {
         self.shared.inbox().job = Some(job);
         self.shared.wake.notify_one();
     }
 
     /// Hands a shader module over, to be taken in place of the embedded one.
-    pub fn replace_module(&self, stem: String, words: Vec<u32>) {
+    pub(super) fn replace_module(&self, stem: String, words: Vec<u32>) {
         self.shared.inbox().modules.push((stem, words));
         self.shared.wake.notify_one();
     }
 
     /// Whether it is at work.
-    pub fn is_busy(&self) -> bool {
+    pub(super) fn is_busy(&self) -> bool {
         let inbox = self.shared.inbox();
         inbox.busy || inbox.job.is_some() || !inbox.modules.is_empty()
     }
 
     /// All events since the last call.
-    pub fn events(&self) -> Vec<Event> {
+    pub(super) fn events(&self) -> Vec<Event> {
         std::mem::take(&mut *self.shared.events.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
     /// As [`Worker::events`], after waiting a little for the first.
-    pub fn events_within(&self, most: Duration) -> Vec<Event> {
+    pub(super) fn events_within(&self, most: Duration) -> Vec<Event> {
         let events = self.shared.events.lock().unwrap_or_else(PoisonError::into_inner);
         let waited = self.shared.answered.wait_timeout_while(events, most, |events| events.is_empty());
         std::mem::take(&mut *waited.unwrap_or_else(PoisonError::into_inner).0)
     }
 
     /// Ends the thread and answers the validation messages of its device, its end included.
-    pub fn finish(mut self) -> Vec<String> {
+    pub(super) fn finish(mut self) -> Vec<String> {
         self.stop();
         let messages = self.shared.messages.lock().unwrap_or_else(PoisonError::into_inner);
         messages.as_ref().map(Messages::list).unwrap_or_default()

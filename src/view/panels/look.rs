@@ -90,7 +90,8 @@ pub(super) fn show_camera(ui: &mut Ui, scope: &mut Scope<'_>) {
         for slot in 0..BOOKMARKS {
             let name = format!("{}", slot + 1);
             let response = ui.selectable_label(controls.bookmarks[slot].is_some(), name);
-            let response = response.on_hover_text("click to go there (or to set it, where it is empty); right click to set it. Keys: the digit, Ctrl and the digit");
+            let response =
+                response.on_hover_text("click to go there (or to set it, where it is empty); right click to set it. Keys: the digit, Ctrl and the digit");
             match controls.bookmarks[slot].filter(|_| !response.secondary_clicked()) {
                 Some(camera) if response.clicked() => controls.camera = camera,
                 None if response.clicked() || response.secondary_clicked() => controls.bookmarks[slot] = Some(controls.camera),

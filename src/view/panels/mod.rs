@@ -85,7 +85,7 @@ pub(super) fn show(ctx: &Context, scope: &mut Scope<'_>, stage: &Stage) {
     scope.panels.held = false;
     input::keys(ctx, scope);
     // What is smaller than this is a thumbnail: the picture alone.
-    let is_roomy = ctx.screen_rect().width() >= 420.0 && ctx.screen_rect().height() >= 200.0;
+    let is_roomy = ctx.content_rect().width() >= 420.0 && ctx.content_rect().height() >= 200.0;
     if scope.remembered.panels && is_roomy {
         TopBottomPanel::bottom("status").show(ctx, |ui| status(ui, scope));
         SidePanel::left("panels").resizable(true).default_width(310.0).width_range(260.0..=460.0).show(ctx, |ui| {
@@ -121,7 +121,7 @@ fn status(ui: &mut Ui, scope: &mut Scope<'_>) {
     let session = &*scope.session;
     ui.horizontal(|ui| {
         if scope.is_busy {
-            ui.spinner();
+            ui.label(RichText::new("◐").color(egui::Color32::from_rgb(255, 170, 60))).on_hover_text("rendering");
         } else {
             ui.label("●").on_hover_text("the picture is at rest");
         }

@@ -92,7 +92,10 @@ fn show_setting(ui: &mut Ui, choice: &mut Choice, setting: &'static Setting, hel
     // A value that the preset has anyway is no change.
     let mut without = choice.clone();
     without.set.remove(setting.name);
-    let same = without.entry.settings(without.preset, &without.pairs()).is_ok_and(|without| choice.entry.settings(choice.preset, &choice.pairs()).is_ok_and(|with| with == without));
+    let same = without
+        .entry
+        .settings(without.preset, &without.pairs())
+        .is_ok_and(|without| choice.entry.settings(choice.preset, &choice.pairs()).is_ok_and(|with| with == without));
     if same {
         choice.set.remove(setting.name);
     }
