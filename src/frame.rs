@@ -40,6 +40,8 @@ pub struct Renderer<'g> {
     settings: FrameSettings,
     /// The largest width and height (px): those of the images.
     capacity: [u32; 2],
+    /// Whether the light maps are drawn and nothing has moved since.
+    has_maps: bool,
     /// Where the camera was last (m).
     eye: Vec3,
     /// The last frame's answer.
@@ -62,7 +64,7 @@ impl<'g> Renderer<'g> {
             if technique.needs_light_maps() { LightMaps::new(gpu, &scene, frame.shadow_resolution, technique.needs_rsm())? } else { LightMaps::none(gpu)? };
         let gbuffer = GBuffer::new(gpu, &scene, frame.size)?;
         let output = Output::new(gpu, frame.size)?;
-        Ok((Renderer { gpu, scene, maps, gbuffer, output, technique, settings: frame, capacity: frame.size, eye, light: None }, build))
+        Ok((Renderer { gpu, scene, maps, gbuffer, output, technique, settings: frame, capacity: frame.size, has_maps: false, eye, light: None }, build))
     }
 
     /// The scene on the device, for another renderer.
@@ -90,6 +92,7 @@ impl<'g> Renderer<'g> {
 
     /// Moves the dynamic models to where they are in the scene that this was made of, after [`Scene::set_time`], and brings the technique's structure up to it.
     pub fn set_pose(&mut self, scene: &Scene) -> Result<FrameStats, Error> {
+        self.has_maps = false;
         let mut stats = self.scene.set_pose(self.gpu, scene)?;
         stats.append(self.technique.set_pose(&Context { gpu: self.gpu, scene: &self.scene, size: self.settings.size, eye: self.eye })?);
         Ok(stats)
@@ -97,12 +100,20 @@ impl<'g> Renderer<'g> {
 
     /// Renders one frame: lights, visible surfaces, world-space store, indirect light, direct light, composite.
     pub fn render(&mut self, camera: &Camera) -> Result<FrameStats, Error> {
+        self.has_maps = false;
+        self.render_again(camera)
+    }
+
+    /// As [`Renderer::render`], with the light maps of the frame before where nothing but the camera has moved since: the same picture in less time.
+    pub fn render_again(&mut self, camera: &Camera) -> Result<FrameStats, Error> {
         self.scene.set_frame(self.gpu, &self.scene.frame_constants(camera, self.settings.size))?;
         self.eye = camera.eye;
         let mut stats = self.technique.set_view(&Context { gpu: self.gpu, scene: &self.scene, size: self.settings.size, eye: self.eye })?;
         let mut frame = Frame::new();
         frame.set_scene(&self.scene.set, &self.scene.materials);
-        self.maps.draw(&mut frame, &self.scene);
+        if !self.has_maps {
+            self.maps.draw(&mut frame, &self.scene);
+        }
         self.gbuffer.draw(&mut frame, &self.scene);
         self.technique.update(&mut frame, &self.scene, &self.maps);
         let light = self.technique.gather(&mut frame, &self.scene, &self.gbuffer);
@@ -110,6 +121,7 @@ impl<'g> Renderer<'g> {
         self.output.draw_composite(&mut frame, &self.gbuffer, &light);
         self.light = Some(light);
         stats.append(self.gpu.submit(frame)?);
+        self.has_maps = true;
         Ok(stats)
     }
 

@@ -68,7 +68,9 @@ impl App {
         let notify = |proxy: &EventLoopProxy<()>| -> Box<dyn Fn() + Send> {
             let proxy = proxy.clone();
             // A loop that is gone needs no waking.
-            Box::new(move || drop(proxy.send_event(())))
+            Box::new(move || {
+                let _ = proxy.send_event(());
+            })
         };
         let choice = Choice::new(options.technique, options.preset.as_deref(), &options.set)?;
         let scene = std::mem::take(&mut options.scene);
@@ -81,7 +83,7 @@ impl App {
         options.source.to_str().into_iter().for_each(|source| remembered.add_recent(source));
         let watcher = options.shaders.clone().map(|folder| Watcher::start(folder, notify(&proxy))).transpose()?;
         let ctx = egui::Context::default();
-        ctx.set_visuals(egui::Visuals::dark());
+        panels::set_style(&ctx, driver.is_some());
         // Ctrl and + − are ours: the scale is the display's, or the option's.
         ctx.options_mut(|options| options.zoom_with_keyboard = false);
         Ok(App {
@@ -219,7 +221,7 @@ impl App {
                     }
                     self.session.receive(*picture);
                 }
-                Event::Failed { pane, problem, .. } => {
+                Event::Failed { pane, problem } => {
                     self.session.newest[pane.min(1)] = None;
                     self.session.problem = Some(problem);
                 }

@@ -17,7 +17,7 @@ use crate::gi::registry::find;
 use crate::scene::Light;
 
 /// How long an action may wait for what it is about.
-const PATIENCE: Duration = Duration::from_secs(60);
+const PATIENCE: Duration = Duration::from_secs(240);
 
 /// How long for a size that no window manager grants.
 const RESIZE_PATIENCE: Duration = Duration::from_secs(10);
@@ -96,6 +96,7 @@ impl App {
         let patience = if matches!(action, Action::Frames(_)) { 10 * PATIENCE } else { PATIENCE };
         match self.act(&action, current).map_err(failed)? {
             Step::Done => {
+                eprintln!("script: {action:?}: {:.2} s", current.at.elapsed().as_secs_f64());
                 if let Some(driver) = &mut self.driver {
                     driver.rest.pop_front();
                     driver.began = None;

@@ -97,6 +97,11 @@ pub enum ViewError {
     },
 }
 
+/// Names of what a side of the window can show.
+pub fn view_names() -> impl Iterator<Item = &'static str> {
+    views::VIEWS.iter().map(|view| view.name)
+}
+
 /// Opens the window and stays until it is closed.
 pub fn run(options: Options) -> Result<(), ViewError> {
     let no_display = |error: &dyn std::fmt::Display| ViewError::NoDisplay(error.to_string());

@@ -1,14 +1,12 @@
 //! One side of the window, on the render thread: a renderer that is kept for as long as it fits.
 
-use std::time::Instant;
-
 use super::views::{Source, VIEWS};
 use super::worker::{Job, PaneJob, Picture};
 use crate::frame::{FrameSettings, Renderer};
 use crate::gi::Settings;
 use crate::graph::{Error, FrameStats, Gpu};
 use crate::image::Aov;
-use crate::render::GpuScene;
+use crate::render::{GpuScene, RSM, SHADOW_MAPS};
 use crate::scene::{Camera, Light};
 
 /// How long a picture may take while something moves (ms).
@@ -16,6 +14,9 @@ const QUICK_MS: f64 = 60.0;
 
 /// Pictures are allocated in steps of so many pixels, so that a window that is drawn larger rarely makes them anew.
 const STEP_PX: u32 = 128;
+
+/// Passes that a quick picture does without, since only the camera moves.
+const LIGHT_MAPS: [&str; 2] = [SHADOW_MAPS.name, RSM.name];
 
 /// Frames of a picture at rest where each frame adds a bounce; `lumivox render --frames` is given the same.
 pub(super) fn rest_frames(job: &PaneJob) -> u32 {
@@ -118,7 +119,7 @@ impl<'g> Pane<'g> {
             return Ok(None);
         }
         let rest_frames = rest_frames(wanted);
-        let is_exact = is_full && job.rest && rest_frames > 1;
+        let is_exact = is_full && job.rest && !job.continuous && rest_frames > 1;
         if is_exact && (self.frames != 0 || self.camera != Some(job.camera)) {
             // Later frames depend on earlier ones: the picture at rest starts over.
             self.build = Some(self.renderer.rebuild()?);
@@ -127,11 +128,10 @@ impl<'g> Pane<'g> {
         self.renderer.set_size(size);
         let mut stats = FrameStats::default();
         for _ in 0..if is_exact { rest_frames } else { 1 } {
-            let started = Instant::now();
-            stats = self.renderer.render(&job.camera)?;
+            stats = if is_full { self.renderer.render(&job.camera)? } else { self.renderer.render_again(&job.camera)? };
             self.frames += 1;
-            // The first frame compiles its pipelines.
-            let ms = started.elapsed().as_secs_f64() * 1e3;
+            let ms: f64 = stats.passes.iter().filter(|pass| !LIGHT_MAPS.contains(&pass.name.as_str())).map(|pass| pass.gpu_ms).sum();
+            // The first frame may have compiled its pipelines.
             self.pixel_ms = if self.frames == 1 { 0.25 * ms } else { ms } / f64::from(size[0] * size[1]);
         }
         self.camera = Some(job.camera);
@@ -145,7 +145,6 @@ impl<'g> Pane<'g> {
             image,
             view: wanted.view,
             is_full,
-            frames: self.frames,
             stats,
             build: self.build.take(),
             wall_ms: 0.0,

@@ -69,8 +69,6 @@ pub(super) struct Picture {
     pub(super) view: usize,
     /// Whether it has the size that was asked for.
     pub(super) is_full: bool,
-    /// Frames rendered since the technique was made.
-    pub(super) frames: u32,
     /// What the frame cost on the device.
     pub(super) stats: FrameStats,
     /// What the last build cost, where this frame was the first after it.
@@ -93,8 +91,6 @@ pub(super) enum Event {
     Picture(Box<Picture>),
     /// What a side asks for cannot be done.
     Failed {
-        /// The job.
-        job: u64,
         /// 0 left, 1 right.
         pane: usize,
         /// Why.
@@ -249,7 +245,9 @@ fn serve<'g>(shared: &Shared, gpu: &'g Gpu, panes: &mut [Option<Pane<'g>>; 2], j
         let inbox = shared.inbox();
         inbox.quit || inbox.job.is_some()
     };
-    for is_full in [false, true] {
+    // Where frames follow each other for their times, quick ones between them would only flicker.
+    let passes: &[bool] = if job.continuous && job.rest { &[true] } else { &[false, true] };
+    for &is_full in passes {
         for index in 0..job.panes.len().min(panes.len()) {
             if is_superseded() {
                 return;
@@ -269,7 +267,7 @@ fn serve<'g>(shared: &Shared, gpu: &'g Gpu, panes: &mut [Option<Pane<'g>>; 2], j
                 Err(error) => {
                     *slot = None;
                     if is_full || !job.rest {
-                        send(Event::Failed { job: job.id, pane: index, problem: error.to_string() });
+                        send(Event::Failed { pane: index, problem: error.to_string() });
                     }
                 }
             }

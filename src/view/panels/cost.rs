@@ -24,7 +24,8 @@ pub(super) fn show(ui: &mut Ui, scope: &mut Scope<'_>) {
         let quality = if picture.is_full { "" } else { " (quick picture)" };
         ui.label(RichText::new(format!("frame {:.2} ms{quality}", picture.stats.total_ms())).strong());
         if let Some(build) = session.builds[index] {
-            ui.label(format!("last build {build:.2} ms"));
+            // A sum of nothing is −0.
+            ui.label(format!("last build {:.2} ms", build.abs()));
         }
         history(ui, &session.history[index]);
         bars(ui, &picture.stats.passes);
@@ -84,9 +85,9 @@ fn history(ui: &mut Ui, times: &VecDeque<f32>) {
     let at = |index: usize, time: f32| pos2(rect.right() - (times.len() - 1 - index) as f32 * step, rect.bottom() - 2.0 - time / most * (rect.height() - 6.0));
     let points: Vec<_> = times.iter().enumerate().map(|(index, time)| at(index, *time)).collect();
     if let [point] = points[..] {
-        ui.painter().circle_filled(point, 2.0, Color32::from_rgb(255, 170, 60));
+        ui.painter().circle_filled(point, 2.0, super::ACCENT);
     }
-    ui.painter().line(points, Stroke::new(1.5, Color32::from_rgb(255, 170, 60)));
+    ui.painter().line(points, Stroke::new(1.5, super::ACCENT));
     response.on_hover_text(format!("time of the last {} full frames on the device; \"frames all the time\" renders without end", times.len()));
 }
 

@@ -13,7 +13,7 @@ pub(super) fn show(ui: &mut Ui, scope: &mut Scope<'_>) {
     ui.label(RichText::new(scope.session.source.to_string_lossy()).strong());
     ui.label(format!("{} triangles, {} materials, {} textures", scene.triangles.len(), scene.materials.len(), scene.textures.len()));
     ui.horizontal(|ui| {
-        let width = ui.available_width() - 100.0;
+        let width = ui.available_width() - 96.0;
         let hint = "scene.toml, model.obj, bundled:NAME";
         let typed = ui.add(TextEdit::singleline(&mut scope.panels.scene_path).hint_text(hint).desired_width(width));
         let entered = typed.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
@@ -30,27 +30,29 @@ pub(super) fn show(ui: &mut Ui, scope: &mut Scope<'_>) {
     if let Some(folder) = scope.panels.browsing.clone() {
         browse(ui, scope, &folder);
     }
-    ui.menu_button("bundled ▾", |ui| {
-        for scene in bundled::TABLE {
-            if ui.button(scene.name).on_hover_text(scene.description).clicked() {
-                scope.requests.push(Request::Open(format!("bundled:{}", scene.name).into()));
-                ui.close();
-            }
-        }
-    });
-    if !scope.remembered.recent.is_empty() {
-        ui.menu_button("recent ▾", |ui| {
-            for source in &scope.remembered.recent {
-                if ui.button(source).clicked() {
-                    scope.requests.push(Request::Open(source.into()));
+    ui.horizontal(|ui| {
+        ui.menu_button("bundled scenes …", |ui| {
+            for scene in bundled::TABLE {
+                if ui.button(scene.name).on_hover_text(scene.description).clicked() {
+                    scope.requests.push(Request::Open(format!("bundled:{}", scene.name).into()));
                     ui.close();
                 }
             }
         });
-    }
+        if !scope.remembered.recent.is_empty() {
+            ui.menu_button("recent scenes …", |ui| {
+                for source in &scope.remembered.recent {
+                    if ui.button(source).clicked() {
+                        scope.requests.push(Request::Open(source.into()));
+                        ui.close();
+                    }
+                }
+            });
+        }
+    });
     ui.separator();
     ui.horizontal(|ui| {
-        let width = ui.available_width() - 100.0;
+        let width = ui.available_width() - 124.0;
         ui.add(TextEdit::singleline(&mut scope.panels.save_path).desired_width(width)).on_hover_text("the left picture: .png as it looks, .exr linear");
         if ui.button("save").clicked() {
             scope.requests.push(Request::Save(scope.panels.save_path.trim().into()));
@@ -91,7 +93,7 @@ fn browse(ui: &mut Ui, scope: &mut Scope<'_>, folder: &Path) {
     }
     entries.sort();
     egui::ScrollArea::vertical().id_salt("browse").max_height(160.0).show(ui, |ui| {
-        if folder.parent().is_some() && ui.selectable_label(false, "⬆ ..").clicked() {
+        if folder.parent().is_some() && ui.selectable_label(false, "..").clicked() {
             scope.panels.browsing = folder.parent().map(Path::to_owned);
         }
         for (is_file, name) in entries {

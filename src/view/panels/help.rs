@@ -5,7 +5,7 @@ use egui::{Align2, Context, Grid, RichText, Window};
 /// Keys and what they do.
 const KEYS: &[(&str, &str)] = &[
     ("F1", "this overview"),
-    ("Tab", "panels on and off"),
+    ("F2", "panels on and off"),
     ("W A S D", "fly forward, left, back, right"),
     ("Q E", "fly down, up"),
     ("Shift", "four times as fast"),
@@ -31,15 +31,22 @@ const KEYS: &[(&str, &str)] = &[
 
 /// Draws it where it is wanted.
 pub(super) fn show(ctx: &Context, open: &mut bool) {
-    Window::new("Keys").open(open).collapsible(false).resizable(false).anchor(Align2::CENTER_CENTER, [0.0, 0.0]).show(ctx, |ui| {
-        Grid::new("keys").num_columns(2).spacing([18.0, 3.0]).show(ui, |ui| {
-            for (key, what) in KEYS {
-                ui.label(RichText::new(*key).strong());
-                ui.label(*what);
-                ui.end_row();
-            }
+    Window::new("Keys")
+        .open(open)
+        .collapsible(false)
+        .resizable(false)
+        .vscroll(true)
+        .max_height(ctx.content_rect().height() - 60.0)
+        .anchor(Align2::CENTER_CENTER, [0.0, 0.0])
+        .show(ctx, |ui| {
+            Grid::new("keys").num_columns(2).spacing([18.0, 3.0]).show(ui, |ui| {
+                for (key, what) in KEYS {
+                    ui.label(RichText::new(*key).strong());
+                    ui.label(*what);
+                    ui.end_row();
+                }
+            });
+            ui.separator();
+            ui.label("Drop an .obj or .toml file on the window to open it.");
         });
-        ui.separator();
-        ui.label("Drop an .obj or .toml file on the window to open it.");
-    });
 }

@@ -81,8 +81,7 @@ fn commands(ctx: &Context, scope: &mut Scope<'_>) {
     if bare(Key::F12) {
         scope.requests.push(Request::Screenshot(window_path()));
     }
-    // Otherwise egui goes from widget to widget with it.
-    if bare(Key::Tab) {
+    if bare(Key::F2) {
         scope.remembered.panels ^= true;
     }
 }

@@ -46,7 +46,7 @@ pub(super) fn show(ui: &mut Ui, scope: &mut Scope<'_>) {
         }
     });
     let environment = &mut scope.session.environment;
-    show_power(ui, "environment [W/(m² sr)]", "constant radiance that comes from everywhere", environment, held);
+    show_power(ui, "environment", "constant radiance that comes from everywhere [W/(m² sr)]", environment, held);
 }
 
 fn kind(light: &Light) -> &'static str {

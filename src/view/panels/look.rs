@@ -86,7 +86,8 @@ pub(super) fn show_camera(ui: &mut Ui, scope: &mut Scope<'_>) {
     row(ui, "speed [m/s]", "of flying; wheel, or + and −", |ui| ui.add(DragValue::new(&mut controls.speed).range(1e-4..=1e5).speed(0.01)));
     scope.panels.held |= held;
     ui.horizontal_wrapped(|ui| {
-        ui.label("bookmarks:");
+        ui.label("bookmarks");
+        ui.spacing_mut().item_spacing.x = 1.0;
         for slot in 0..BOOKMARKS {
             let name = format!("{}", slot + 1);
             let response = ui.selectable_label(controls.bookmarks[slot].is_some(), name);

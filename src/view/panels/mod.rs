@@ -22,6 +22,27 @@ pub(super) use stage::Stage;
 /// Sections of the panels, in their order.
 pub(super) const SECTIONS: [&str; 7] = ["Scene", "Compare", "Technique", "Picture", "Camera", "Lights", "Cost"];
 
+/// Width of the panels (points).
+const WIDTH: f32 = 312.0;
+
+/// What stands out.
+const ACCENT: egui::Color32 = egui::Color32::from_rgb(255, 170, 60);
+
+/// Dark, with text that is read at any scale. Scripts have no use for animations.
+pub(super) fn set_style(ctx: &Context, is_script: bool) {
+    let mut visuals = egui::Visuals::dark();
+    visuals.widgets.noninteractive.fg_stroke.color = egui::Color32::from_gray(205);
+    visuals.widgets.inactive.fg_stroke.color = egui::Color32::from_gray(225);
+    visuals.weak_text_alpha = 0.75;
+    ctx.set_visuals(visuals);
+    ctx.style_mut(|style| {
+        style.spacing.slider_width = 100.0;
+        if is_script {
+            style.animation_time = 0.0;
+        }
+    });
+}
+
 /// The state of the panels themselves.
 pub(super) struct Panels {
     /// Which sections are open.
@@ -88,7 +109,8 @@ pub(super) fn show(ctx: &Context, scope: &mut Scope<'_>, stage: &Stage) {
     let is_roomy = ctx.content_rect().width() >= 420.0 && ctx.content_rect().height() >= 200.0;
     if scope.remembered.panels && is_roomy {
         TopBottomPanel::bottom("status").show(ctx, |ui| status(ui, scope));
-        SidePanel::left("panels").resizable(true).default_width(310.0).width_range(260.0..=460.0).show(ctx, |ui| {
+        // Of one width: what is opened must not move the picture.
+        SidePanel::left("panels").resizable(false).exact_width(WIDTH).show(ctx, |ui| {
             ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
                 for index in 0..SECTIONS.len() {
                     section(ui, scope, index);
@@ -120,11 +142,10 @@ fn section(ui: &mut Ui, scope: &mut Scope<'_>, index: usize) {
 fn status(ui: &mut Ui, scope: &mut Scope<'_>) {
     let session = &*scope.session;
     ui.horizontal(|ui| {
-        if scope.is_busy {
-            ui.label(RichText::new("◐").color(egui::Color32::from_rgb(255, 170, 60))).on_hover_text("rendering");
-        } else {
-            ui.label("●").on_hover_text("the picture is at rest");
-        }
+        let (color, meaning) = if scope.is_busy { (ACCENT, "rendering") } else { (egui::Color32::from_rgb(90, 170, 90), "the picture is at rest") };
+        let (dot, response) = ui.allocate_exact_size(egui::vec2(10.0, 10.0), egui::Sense::hover());
+        ui.painter().circle_filled(dot.center(), 4.0, color);
+        response.on_hover_text(meaning);
         if let Some(newest) = &session.newest[0] {
             let picture = &newest.picture;
             let [width, height] = session.size;
@@ -147,7 +168,7 @@ fn status(ui: &mut Ui, scope: &mut Scope<'_>) {
 /// A row: a name with what it means, and a widget. Widgets end flush with the panel.
 fn row<R>(ui: &mut Ui, name: &str, help: &str, widget: impl FnOnce(&mut Ui) -> R) -> R {
     ui.horizontal(|ui| {
-        let width = 0.45 * ui.available_width();
+        let width = 0.42 * ui.available_width();
         let label = ui.allocate_ui_with_layout(egui::vec2(width, ui.spacing().interact_size.y), egui::Layout::left_to_right(egui::Align::Center), |ui| {
             ui.set_min_width(width);
             ui.add(egui::Label::new(name).truncate())

@@ -84,7 +84,9 @@ fn show_setting(ui: &mut Ui, choice: &mut Choice, setting: &'static Setting, hel
     // What is chosen but not possible is shown all the same, so that it can be changed further.
     let text = choice.set.get(setting.name).cloned().unwrap_or_else(|| text(value));
     let unit = if setting.unit.is_empty() { String::new() } else { format!(" [{}]", setting.unit) };
-    let name = format!("{}{}{unit}", if choice.set.contains_key(setting.name) { "• " } else { "" }, setting.name);
+    let mark = if choice.set.contains_key(setting.name) { "• " } else { "" };
+    // A long name has its unit in the tooltip alone.
+    let name = format!("{mark}{}{}", setting.name, if setting.name.len() + unit.len() > 20 { "" } else { &unit });
     let help = format!("{}{unit}\n{}, {} by default", setting.help, setting.domain, setting.default);
     let new = row(ui, &name, &help, |ui| widget(ui, setting, &text, held));
     let Some(new) = new.filter(|new| *new != text) else { return false };
