@@ -157,7 +157,7 @@ fn copy_folder(from: &Path, to: &Path) {
             let entry = entry.unwrap();
             (entry.path(), to.join(entry.file_name()))
         };
-        if source.is_dir() { copy_folder(&source, &target) } else { drop(std::fs::copy(&source, &target).unwrap()) }
+        if source.is_dir() { copy_folder(&source, &target) } else { assert!(std::fs::copy(&source, &target).is_ok()) }
     }
 }
 

@@ -64,6 +64,10 @@ impl Instance {
         &self.entry
     }
 
+    pub(super) fn is_validated(&self) -> bool {
+        self.messenger.is_some()
+    }
+
     pub(super) fn has_debug_utils(&self) -> bool {
         self.debug_utils
     }
