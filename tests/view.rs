@@ -219,6 +219,16 @@ fn the_window_answers_while_a_frame_takes_long() {
 }
 
 #[test]
+fn a_quick_picture_is_shown_in_the_next_frame() {
+    let Some(display) = Display::start() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    // One, where nothing else runs; a machine that is busy delays the render thread too.
+    let ran = display.view(folder.path(), &["--size", "64x64", "--technique", "none", "--shadow-resolution", "16"], "still\nlatency 4\n");
+    check_done(&ran);
+    println!("{}", ran.stderr.lines().find(|line| line.starts_with("latency:")).unwrap_or_default());
+}
+
+#[test]
 fn without_a_display_the_error_names_render() {
     let folder = tempfile::tempdir().unwrap();
     for display in ["", ":987"] {

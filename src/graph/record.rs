@@ -17,11 +17,14 @@ use crate::vulkan::{
     Attachment, Commands, Descriptor, DescriptorPool, Device, Error, GraphicsDesc, Image, Pipeline, PipelineLayout, Rendering, SetLayout, Timestamps,
 };
 
+/// A pass, and specialization constants.
+type PipelineKey = (*const Pass, Vec<u32>);
+
 /// Pipelines by pass (its address: passes of one name may differ in shaders or targets) and specialization constants, made when first used.
 #[derive(Default)]
 pub(super) struct Pipelines {
     layouts: HashMap<*const Pass, (Arc<SetLayout>, Arc<PipelineLayout>)>,
-    pipelines: HashMap<(*const Pass, Vec<u32>), (&'static Pass, Arc<Pipeline>)>,
+    pipelines: HashMap<PipelineKey, (&'static Pass, Arc<Pipeline>)>,
     /// Modules that stand in for the embedded ones.
     modules: HashMap<String, Vec<u32>>,
 }

@@ -19,6 +19,9 @@ use crate::scene::Light;
 /// How long an action may wait for what it is about.
 const PATIENCE: Duration = Duration::from_secs(240);
 
+/// How often a delay is measured.
+const LATENCIES: usize = 41;
+
 /// How long for a size that no window manager grants.
 const RESIZE_PATIENCE: Duration = Duration::from_secs(10);
 
@@ -31,6 +34,9 @@ pub(super) struct Driver {
     dropped: Vec<std::path::PathBuf>,
     memory: Option<f64>,
     holds: bool,
+    /// When the camera was last turned (frames), and how many frames each picture of it took.
+    turned: Option<u64>,
+    latencies: Vec<u64>,
 }
 
 #[derive(Clone, Copy)]
@@ -53,7 +59,7 @@ enum Step {
 
 impl Driver {
     pub(super) fn new(script: VecDeque<Action>) -> Self {
-        Driver { rest: script, began: None, events: Vec::new(), dropped: Vec::new(), memory: None, holds: false }
+        Driver { rest: script, began: None, events: Vec::new(), dropped: Vec::new(), memory: None, holds: false, turned: None, latencies: Vec::new() }
     }
 
     /// What the script's hands do in this frame.
@@ -113,7 +119,7 @@ impl App {
 
     fn act(&mut self, action: &Action, began: Began) -> Result<Step, String> {
         match action {
-            Action::Frames(_) | Action::Still | Action::Reference(_) | Action::Responsive(..) | Action::Load(_) | Action::Drop(_) => {
+            Action::Frames(_) | Action::Still | Action::Reference(_) | Action::Responsive(..) | Action::Latency(_) | Action::Load(_) | Action::Drop(_) => {
                 self.act_wait(action, began)
             }
             Action::Resize(..) | Action::Minimised(_) | Action::Fullscreen(_) | Action::Vsync(_) | Action::Scale(_) => self.act_window(action, began),
@@ -157,6 +163,7 @@ impl App {
                 }
                 elapsed >= *seconds
             }
+            Action::Latency(most) => return self.act_latency(*most),
             Action::Load(source) => {
                 if began.turn == 0 {
                     self.open(source.into());
@@ -178,6 +185,31 @@ impl App {
             Some(problem) if !done => Err(problem),
             _ => Ok(if done { Step::Done } else { Step::Wait }),
         }
+    }
+
+    fn act_latency(&mut self, most: u32) -> Result<Step, String> {
+        let (is_current, now) = (self.session.is_current(), self.frames);
+        let Some(driver) = &mut self.driver else { return Ok(Step::Done) };
+        driver.holds = true;
+        if let Some(turned) = driver.turned {
+            if !is_current {
+                return Ok(Step::Wait);
+            }
+            // The picture is there before a frame is drawn, and that frame shows it.
+            driver.latencies.push(now - turned);
+        }
+        if driver.latencies.len() < LATENCIES {
+            driver.turned = Some(now);
+            self.session.controls.drag([1.0, 0.0]);
+            return Ok(Step::Wait);
+        }
+        driver.turned = None;
+        let mut latencies = std::mem::take(&mut driver.latencies);
+        latencies.sort_unstable();
+        let (median, worst) = (latencies[LATENCIES / 2], latencies[LATENCIES - 1]);
+        let text = format!("a picture is shown {median} frames after the camera turned (median of {LATENCIES}), {worst} at most");
+        eprintln!("latency: {text}");
+        if worst > u64::from(most) { Err(text) } else { Ok(Step::Done) }
     }
 
     fn act_window(&mut self, action: &Action, began: Began) -> Result<Step, String> {

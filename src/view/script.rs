@@ -70,6 +70,8 @@ pub enum Action {
     MemoryCheck(f64),
     /// `responsive SECONDS RATE`: move the camera all the time; fail where the window is drawn less often than so many times a second.
     Responsive(f64, f64),
+    /// `latency MOST`: turn the camera again and again; fail where a picture of it is shown later than so many frames after.
+    Latency(u32),
     /// `drop FILE`: as if dragged from a file manager.
     Drop(PathBuf),
     /// `close`: as if by the window's own button.
@@ -139,6 +141,7 @@ fn action(text: &str) -> Option<Action> {
         ["memory", "mark"] => Action::MemoryMark,
         ["memory", "check", percent] => Action::MemoryCheck(percent.parse().ok()?),
         ["responsive", seconds, rate] => Action::Responsive(seconds.parse().ok()?, rate.parse().ok()?),
+        ["latency", most] => Action::Latency(most.parse().ok()?),
         ["drop", path] => Action::Drop(path.into()),
         ["close"] => Action::Close,
         _ => return None,

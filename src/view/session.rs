@@ -290,6 +290,12 @@ impl Session {
         self.pictures
     }
 
+    /// Whether the left picture is of what is asked for, in full or not.
+    pub(super) fn is_current(&self) -> bool {
+        let job = self.asked.as_ref().map(|job| job.id);
+        self.newest[0].as_ref().is_some_and(|newest| Some(newest.picture.job) == job)
+    }
+
     /// Whether nothing is left to do: all sides show the full picture of what is asked for, and the settings are possible.
     pub(super) fn is_still(&self) -> bool {
         let Some(asked) = self.asked.as_ref().filter(|job| job.rest) else { return false };
