@@ -6,11 +6,7 @@ use crate::gi::registry::{Entry, Part, Stage};
 use crate::gi::{Context, IndirectLight, LitVoxels, Settings, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu};
 use crate::image::{Aov, Image};
-<<<<<<< HEAD
-use crate::render::{GBuffer, GpuScene, LightMaps, Output, SET_POSE, read_aov, screen_image};
-=======
-use crate::render::{GBuffer, GpuScene, LightMaps, MapChannel, Output, SET_POSE, SurfaceChannel, read_aov, read_light_map, read_surface};
->>>>>>> 7225ae6 (view: swapchain, egui painter, renderers of several sizes, modules replaced at run time; panels to follow)
+use crate::render::{GBuffer, GpuScene, LightMaps, MapChannel, Output, SET_POSE, SurfaceChannel, read_aov, read_light_map, read_surface, screen_image};
 use crate::scene::{Camera, Scene};
 
 /// What all techniques share.
@@ -131,7 +127,6 @@ impl<'g> Renderer<'g> {
         read_aov(self.gpu, &self.gbuffer, &self.output, light, aov)
     }
 
-<<<<<<< HEAD
     /// Names and numbers of levels of the volumes that the technique keeps, as [`Renderer::view_voxels`] takes them.
     pub fn volumes(&self) -> Vec<(&'static str, u32)> {
         self.technique.volumes().iter().map(|volume| (volume.name, volume.levels)).collect()
@@ -150,7 +145,8 @@ impl<'g> Renderer<'g> {
         let [width, height] = self.settings.size;
         let of = |value: fn(&[f32; 4]) -> Vec3| Image::from_fn(width, height, |pixel| value(&texels[pixel]));
         Ok(Some([of(|&[r, g, b, _]| Vec3::new(r, g, b)), of(|&[.., opacity]| Vec3::splat(opacity))]))
-=======
+    }
+
     /// A channel of the last frame's G-buffer.
     pub fn surface(&self, channel: SurfaceChannel) -> Result<Image, Error> {
         read_surface(self.gpu, &self.gbuffer, channel)
@@ -164,7 +160,6 @@ impl<'g> Renderer<'g> {
     /// How many light maps there are.
     pub fn light_map_count(&self) -> u32 {
         self.maps.view_count
->>>>>>> 7225ae6 (view: swapchain, egui painter, renderers of several sizes, modules replaced at run time; panels to follow)
     }
 
     /// Samples that the cones of the last frame's gather take, by the name of the pass.

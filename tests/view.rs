@@ -172,6 +172,8 @@ fn the_picture_at_rest_is_that_of_the_copied_command_line() {
         "technique left svo cones\nset left resolution 32",
         "technique left clipmap\nset left resolution 16\nset left levels 2",
         "view diffuse",
+        "technique left svo cones\nset left resolution 16\nset left attributes on\nview voxel-normal 1",
+        "view voxels 2",
         "view full\ncomponent direct off\ncomponent emission off",
         "load bundled:emissive-gallery\ntechnique left voxel-mips\nset left resolution 32\nset left bounces feedback",
         "resize 90 70\nexposure 1.5\ncomponent direct on\ncomponent emission on",

@@ -46,7 +46,7 @@ pub(super) struct Wanted<'w> {
 impl Wanted<'_> {
     /// The words after `lumivox`; an error says what of the picture `lumivox render` has no option for.
     pub(super) fn words(&self) -> Result<Vec<String>, String> {
-        let aov = self.aov()?;
+        let shown = self.shown()?;
         let Some(source) = self.source.to_str() else { return Err("the scene's path is not UTF-8".to_owned()) };
         let mut words = vec!["render".to_owned(), source.to_owned()];
         let mut add = |option: &str, value: String| words.extend([option.to_owned(), value]);
@@ -65,8 +65,13 @@ impl Wanted<'_> {
         self.technique.1.iter().for_each(|pair| add("--set", pair.clone()));
         add("--size", format!("{}x{}", self.size[0], self.size[1]));
         add("--shadow-resolution", self.shadow_resolution.to_string());
-        if aov != Aov::Full {
-            add("--aov", aov.to_string());
+        match shown {
+            Shown::Aov(Aov::Full) => {}
+            Shown::Aov(aov) => add("--aov", aov.to_string()),
+            Shown::Voxels(what) => {
+                add("--voxels", what.to_owned());
+                add("--voxel-level", self.pane.layer.to_string());
+            }
         }
         if rest_frames(self.pane) > 1 {
             add("--frames", rest_frames(self.pane).to_string());
@@ -87,7 +92,7 @@ impl Wanted<'_> {
         Ok(format!("lumivox {}", self.words()?.iter().map(|word| quoted(word)).collect::<Vec<_>>().join(" ")))
     }
 
-    fn aov(&self) -> Result<Aov, String> {
+    fn shown(&self) -> Result<Shown, String> {
         let is_png = self.output.to_lowercase().ends_with(".png");
         if is_png && self.look.tone_map != ToneMap::Clamp {
             return Err("`lumivox render` has no tone map but the clamp".to_owned());
@@ -95,12 +100,19 @@ impl Wanted<'_> {
         match self.view.source {
             Source::Aov(Aov::Full) => {
                 let components: Components = self.pane.components;
-                components.aov().ok_or_else(|| "`lumivox render` has no output of these components alone; save the picture instead".to_owned())
+                components.aov().map(Shown::Aov).ok_or_else(|| "`lumivox render` has no output of these components alone; save the picture instead".to_owned())
             }
-            Source::Aov(aov) => Ok(aov),
+            Source::Aov(aov) => Ok(Shown::Aov(aov)),
+            Source::Voxels { volume, opacity } => Ok(Shown::Voxels(if opacity { "opacity" } else { volume })),
             _ => Err(format!("`lumivox render` has no output {}; save the picture instead", self.view.name)),
         }
     }
+}
+
+/// What `lumivox render` writes.
+enum Shown {
+    Aov(Aov),
+    Voxels(&'static str),
 }
 
 /// A word as a POSIX shell reads it.

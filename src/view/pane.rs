@@ -1,6 +1,6 @@
 //! One side of the window, on the render thread: a renderer that is kept for as long as it fits.
 
-use super::views::{Source, VIEWS};
+use super::views::{Source, VIEWS, View};
 use super::worker::{Job, PaneJob, Picture};
 use crate::frame::{FrameSettings, Renderer};
 use crate::gi::Settings;
@@ -149,9 +149,18 @@ impl<'g> Pane<'g> {
             build: self.build.take(),
             wall_ms: 0.0,
             counts: self.renderer.counts()?,
-            light_maps: self.renderer.light_map_count(),
+            layers: self.layers(view),
             memory: gpu.memory(),
         }))
+    }
+
+    /// How many light maps or levels a view has.
+    fn layers(&self, view: &View) -> u32 {
+        match view.source {
+            Source::LightMap(_) => self.renderer.light_map_count(),
+            Source::Voxels { volume, .. } => self.renderer.volumes().iter().find(|(name, _)| *name == volume).map_or(0, |(_, levels)| *levels),
+            Source::Aov(_) | Source::Surface(_) => 0,
+        }
     }
 
     /// The size that is quick to render: a half, a quarter or an eighth in each direction where the whole is not.

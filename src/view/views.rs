@@ -14,6 +14,22 @@ pub(super) enum Source {
     Surface(SurfaceChannel),
     /// A channel of the light maps, one map at a time.
     LightMap(MapChannel),
+    /// A level of a volume that the technique keeps, by name: its value, or its opacity.
+    Voxels {
+        /// Name of the volume.
+        volume: &'static str,
+        /// Opacity in place of the value.
+        opacity: bool,
+    },
+}
+
+/// What a view shows one of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Layers {
+    /// Light maps.
+    Maps,
+    /// Levels of voxels, 0 the finest.
+    Levels,
 }
 
 /// How numbers become colours.
@@ -44,6 +60,10 @@ pub(super) struct View {
     pub(super) scale: Scale,
 }
 
+const fn voxels(volume: &'static str, opacity: bool) -> Source {
+    Source::Voxels { volume, opacity }
+}
+
 /// All views; the first is what a window opens with.
 pub(super) static VIEWS: &[View] = &[
     row("full", "all light that reaches the camera", "W/(m² sr)", Source::Aov(Aov::Full), Scale::Light),
@@ -68,6 +88,11 @@ pub(super) static VIEWS: &[View] = &[
         Source::LightMap(MapChannel::Reflected),
         Scale::Share,
     ),
+    row("voxels", "what each voxel sends out (techniques with a volume), on any level", "W/(m² sr)", voxels("light", false), Scale::Light),
+    row("voxel-opacity", "how opaque each voxel is, on any level", "", voxels("light", true), Scale::Share),
+    row("voxel-albedo", "albedo of the bricks (svo with attributes=on), on any level", "", voxels("albedo", false), Scale::Share),
+    row("voxel-normal", "normal of the bricks (svo with attributes=on), on any level", "", voxels("normal", false), Scale::Signed),
+    row("voxel-emission", "emission of the bricks (svo with attributes=on), on any level", "W/(m² sr)", voxels("emission", false), Scale::Light),
 ];
 
 const fn row(name: &'static str, help: &'static str, unit: &'static str, source: Source, scale: Scale) -> View {
@@ -80,9 +105,18 @@ pub(super) fn find(name: &str) -> Option<usize> {
 }
 
 impl View {
-    /// Whether it shows one light map of several.
-    pub(super) fn has_layers(&self) -> bool {
-        matches!(self.source, Source::LightMap(_))
+    /// What it shows one of: light maps, or levels of voxels.
+    pub(super) fn layers(&self) -> Option<Layers> {
+        match self.source {
+            Source::LightMap(_) => Some(Layers::Maps),
+            Source::Voxels { .. } => Some(Layers::Levels),
+            Source::Aov(_) | Source::Surface(_) => None,
+        }
+    }
+
+    /// Whether its picture has the shape of a light map, not that of the window.
+    pub(super) fn is_map(&self) -> bool {
+        self.layers() == Some(Layers::Maps)
     }
 
     /// Reads the last frame's picture; `None` where this technique or scene has none.
@@ -91,6 +125,10 @@ impl View {
             Source::Aov(aov) => renderer.aov(aov).map(Some),
             Source::Surface(channel) => renderer.surface(channel).map(Some),
             Source::LightMap(channel) => renderer.light_map(channel, layer),
+            Source::Voxels { volume, opacity } => {
+                let seen = renderer.view_voxels(volume, layer)?;
+                Ok(seen.map(|[value, opacities]| if opacity { opacities } else { value }))
+            }
         }
     }
 }

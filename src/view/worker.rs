@@ -77,8 +77,8 @@ pub(super) struct Picture {
     pub(super) wall_ms: f64,
     /// Counts by name.
     pub(super) counts: Vec<(&'static str, u64)>,
-    /// How many light maps there are.
-    pub(super) light_maps: u32,
+    /// How many light maps or levels the view has.
+    pub(super) layers: u32,
     /// Every living resource of the device, by name (bytes).
     pub(super) memory: Vec<(String, u64)>,
 }

@@ -6,7 +6,7 @@ use super::{Request, Scope, choose, row};
 use crate::view::camera::{BOOKMARKS, Mode};
 use crate::view::picture::ToneMap;
 use crate::view::session::Compare;
-use crate::view::views::VIEWS;
+use crate::view::views::{Layers, VIEWS};
 
 /// View, components, exposure, tone map.
 pub(super) fn show_picture(ui: &mut Ui, scope: &mut Scope<'_>) {
@@ -17,11 +17,16 @@ pub(super) fn show_picture(ui: &mut Ui, scope: &mut Scope<'_>) {
         let view = &VIEWS[session.view];
         let unit = if view.unit.is_empty() { String::new() } else { format!(" [{}]", view.unit) };
         let chosen = row(ui, "view", &format!("{}{unit}", view.help), |ui| choose(ui, "view", view.name, VIEWS.iter().map(|view| (view.name, view.help))));
-        session.view = chosen.unwrap_or(session.view);
-        if view.has_layers() {
-            let most = session.newest[0].as_ref().map_or(0, |newest| newest.picture.light_maps.saturating_sub(1));
-            let help = "which map: one for a directional or spot light, six for a point light, in the order of the lights";
-            row(ui, "map", help, |ui| ui.add(Slider::new(&mut session.layer, 0..=most)));
+        if let Some(chosen) = chosen {
+            (session.view, session.layer) = (chosen, 0);
+        }
+        if let Some(layers) = view.layers() {
+            let (name, help) = match layers {
+                Layers::Maps => ("map", "which map: one for a directional or spot light, six for a point light, in the order of the lights"),
+                Layers::Levels => ("level", "0 is the finest; each is half as fine as the one before, or twice as wide in a clipmap"),
+            };
+            let most = session.newest[0].as_ref().map_or(0, |newest| newest.picture.layers.saturating_sub(1));
+            row(ui, name, help, |ui| ui.add(Slider::new(&mut session.layer, 0..=most)));
         }
         if session.shows_light() {
             let c = &mut session.components;

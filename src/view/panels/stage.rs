@@ -139,7 +139,7 @@ fn title(session: &Session, index: usize) -> String {
 
 /// The whole picture's rectangle, or for light maps the largest of their shape in it.
 fn fitted(rect: Rect, side: &Side, session: &Session) -> Rect {
-    if !VIEWS[session.view].has_layers() || session.compare == Compare::Difference {
+    if !VIEWS[session.view].is_map() || session.compare == Compare::Difference {
         return rect;
     }
     let size = side.texture.size_vec2();
@@ -190,7 +190,7 @@ fn readout(session: &Session, rect: Rect, at: Pos2) -> Option<String> {
         _ => 0,
     };
     let picture = &session.newest[pane].as_ref()?.picture;
-    let image = picture.image.as_ref().filter(|_| picture.is_full && !VIEWS[picture.view].has_layers())?;
+    let image = picture.image.as_ref().filter(|_| picture.is_full && !VIEWS[picture.view].is_map())?;
     let share = (at - rect.min) / rect.size();
     let (x, y) = ((share.x * image.width as f32) as u32, (share.y * image.height as f32) as u32);
     let pixel = image.pixels.get((y * image.width + x) as usize).filter(|_| x < image.width)?;
