@@ -167,6 +167,7 @@ impl App {
             requests: dropped.into_iter().map(|path| Request::Open(path.into())).collect(),
             is_busy: self.worker.is_busy(),
             window_device: &window_device,
+            window_size: size,
             rate: self.drawn.len() as f32,
         };
         let stage = &self.stage;

@@ -1,6 +1,6 @@
 //! The windowed demo: techniques side by side on a scene, everything changed by hand, and what it costs.
 //!
-//! The window is drawn by egui on a device of its own; techniques are rendered on another thread and device ([`worker`]), so that the window answers while a
+//! The window is drawn by egui on a device of its own; techniques are rendered on another thread and device, so that the window answers while a
 //! frame takes seconds. What is shown at rest is, bit for bit, what `lumivox render` writes.
 
 mod app;

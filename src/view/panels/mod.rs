@@ -97,6 +97,8 @@ pub(super) struct Scope<'s> {
     pub(super) is_busy: bool,
     /// Name of the device that draws the window.
     pub(super) window_device: &'s str,
+    /// Width and height of the window (px).
+    pub(super) window_size: [u32; 2],
     /// Windows frames a second.
     pub(super) rate: f32,
 }

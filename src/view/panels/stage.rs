@@ -71,8 +71,9 @@ impl Stage {
         egui::CentralPanel::default().frame(egui::Frame::NONE.fill(Color32::from_gray(12))).show(ctx, |ui| {
             let scale = ctx.pixels_per_point();
             let outer = ui.max_rect();
-            // Whole pixels, so that one of the picture is one of the window.
-            let size = [outer.width(), outer.height()].map(|points| ((points * scale).round() as u32).min(crate::reference::MAX_SIZE_PX));
+            // Whole pixels, so that one of the picture is one of the window; egui's first frame, and the one after its scale changed, may be of another size.
+            let [width, height] = scope.window_size;
+            let size = [(outer.width(), width), (outer.height(), height)].map(|(points, most)| ((points * scale).round() as u32).min(most));
             let corner = pos2((outer.left() * scale).round() / scale, (outer.top() * scale).round() / scale);
             let rect = Rect::from_min_size(corner, vec2(size[0] as f32 / scale, size[1] as f32 / scale));
             (scope.panels.picture, scope.session.size) = (rect, size);
