@@ -6,7 +6,7 @@ use crate::gi::registry::{Entry, Part, Stage};
 use crate::gi::{Context, IndirectLight, LitVoxels, Settings, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu};
 use crate::image::{Aov, Image};
-use crate::render::{GBuffer, GpuScene, LightMaps, Output, SET_POSE, read_aov, screen_image};
+use crate::render::{GBuffer, GpuScene, LightMaps, MapChannel, Output, SET_POSE, SurfaceChannel, read_aov, read_light_map, read_surface, screen_image};
 use crate::scene::{Camera, Scene};
 
 /// What all techniques share.
@@ -34,6 +34,10 @@ pub struct Renderer<'g> {
     output: Output,
     technique: Box<dyn Technique>,
     settings: FrameSettings,
+    /// The largest width and height (px): those of the images.
+    capacity: [u32; 2],
+    /// Whether the light maps are drawn and nothing has moved since.
+    has_maps: bool,
     /// Where the camera was last (m).
     eye: Vec3,
     /// The last frame's answer.
@@ -56,12 +60,25 @@ impl<'g> Renderer<'g> {
             if technique.needs_light_maps() { LightMaps::new(gpu, &scene, frame.shadow_resolution, technique.needs_rsm())? } else { LightMaps::none(gpu)? };
         let gbuffer = GBuffer::new(gpu, &scene, frame.size)?;
         let output = Output::new(gpu, frame.size)?;
-        Ok((Renderer { gpu, scene, maps, gbuffer, output, technique, settings: frame, eye, light: None }, build))
+        Ok((Renderer { gpu, scene, maps, gbuffer, output, technique, settings: frame, capacity: frame.size, has_maps: false, eye, light: None }, build))
     }
 
     /// The scene on the device, for another renderer.
     pub fn into_scene(self) -> GpuScene {
         self.scene
+    }
+
+    /// From the next frame on, pictures of this width and height (px), at most those that this was made with: the same, bit for bit, as those of a renderer
+    /// that was made with them.
+    pub fn set_size(&mut self, size: [u32; 2]) {
+        let fits = (0..2).all(|axis| (1..=self.capacity[axis]).contains(&size[axis]));
+        assert!(fits, "pictures of {size:?} px do not fit into {:?} px", self.capacity);
+        (self.settings.size, self.gbuffer.size) = (size, size);
+    }
+
+    /// The largest width and height (px).
+    pub fn capacity(&self) -> [u32; 2] {
+        self.capacity
     }
 
     /// Builds the technique's static structure again.
@@ -71,6 +88,7 @@ impl<'g> Renderer<'g> {
 
     /// Moves the dynamic models to where they are in the scene that this was made of, after [`Scene::set_time`], and brings the technique's structure up to it.
     pub fn set_pose(&mut self, scene: &Scene) -> Result<FrameStats, Error> {
+        self.has_maps = false;
         let mut stats = self.scene.set_pose(self.gpu, scene)?;
         stats.append(self.technique.set_pose(&Context { gpu: self.gpu, scene: &self.scene, size: self.settings.size, eye: self.eye })?);
         Ok(stats)
@@ -84,12 +102,20 @@ impl<'g> Renderer<'g> {
 
     /// Renders one frame: lights, visible surfaces, world-space store, indirect light, direct light, composite.
     pub fn render(&mut self, camera: &Camera) -> Result<FrameStats, Error> {
+        self.has_maps = false;
+        self.render_again(camera)
+    }
+
+    /// As [`Renderer::render`], with the light maps of the frame before where nothing but the camera has moved since: the same picture in less time.
+    pub fn render_again(&mut self, camera: &Camera) -> Result<FrameStats, Error> {
         self.scene.set_frame(self.gpu, &self.scene.frame_constants(camera, self.settings.size))?;
         self.eye = camera.eye;
         let mut stats = self.technique.set_view(&Context { gpu: self.gpu, scene: &self.scene, size: self.settings.size, eye: self.eye })?;
         let mut frame = Frame::new();
         frame.set_scene(&self.scene.set, &self.scene.materials);
-        self.maps.draw(&mut frame, &self.scene);
+        if !self.has_maps {
+            self.maps.draw(&mut frame, &self.scene);
+        }
         self.gbuffer.draw(&mut frame, &self.scene);
         self.technique.update(&mut frame, &self.scene, &self.maps);
         let light = self.technique.gather(&mut frame, &self.scene, &self.maps, &self.gbuffer);
@@ -97,6 +123,7 @@ impl<'g> Renderer<'g> {
         self.output.draw_composite(&mut frame, &self.gbuffer, &light);
         self.light = Some(light);
         stats.append(self.gpu.submit(frame)?);
+        self.has_maps = true;
         Ok(stats)
     }
 
@@ -124,6 +151,21 @@ impl<'g> Renderer<'g> {
         let [width, height] = self.settings.size;
         let of = |value: fn(&[f32; 4]) -> Vec3| Image::from_fn(width, height, |pixel| value(&texels[pixel]));
         Ok(Some([of(|&[r, g, b, _]| Vec3::new(r, g, b)), of(|&[.., opacity]| Vec3::splat(opacity))]))
+    }
+
+    /// A channel of the last frame's G-buffer.
+    pub fn surface(&self, channel: SurfaceChannel) -> Result<Image, Error> {
+        read_surface(self.gpu, &self.gbuffer, channel)
+    }
+
+    /// A channel of one of the last frame's light maps; `None` where the technique asks for no such map.
+    pub fn light_map(&self, channel: MapChannel, view: u32) -> Result<Option<Image>, Error> {
+        read_light_map(self.gpu, &self.maps, channel, view)
+    }
+
+    /// How many light maps there are.
+    pub fn light_map_count(&self) -> u32 {
+        self.maps.view_count
     }
 
     /// Samples that the cones of the last frame's gather take, by the name of the pass.

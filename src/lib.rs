@@ -75,6 +75,7 @@
 //! | [`render`] | the passes that all techniques share |
 //! | [`gi`] | the techniques |
 //! | [`frame`] | the frame, top to bottom |
+//! | [`view`] | the windowed demo |
 //! | [`measure`] | times, memory, counts and error of a run, as JSON |
 //! | [`mod@reference`] | the CPU path tracer, ground truth |
 //! | [`mod@image`] | linear float images, EXR and PNG |
@@ -90,4 +91,5 @@ pub mod reference;
 pub mod render;
 pub mod scene;
 pub mod shader;
+pub mod view;
 pub mod vulkan;

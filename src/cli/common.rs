@@ -26,6 +26,10 @@ pub(super) struct SceneArgs {
     /// Render missing textures mid-grey instead of failing.
     #[arg(long)]
     allow_missing_textures: bool,
+    /// TOML in the scene format that replaces the scene's camera, light or environment, as `lumivox view` copies it: 'camera = { eye = [0.0, 1.0, 2.0],
+    /// target = [0.0, 1.0, 0.0] }'; may be repeated.
+    #[arg(long, value_name = "TOML")]
+    with: Vec<String>,
     #[command(flatten)]
     time: TimeArgs,
 }
@@ -35,6 +39,7 @@ impl SceneArgs {
     pub(super) fn open(&self) -> Result<Scene, CliError> {
         let mut scene = Scene::open(&self.scene, &LoadOptions { allow_missing_textures: self.allow_missing_textures }).map_err(CliError::input)?;
         self.time.apply(&mut scene)?;
+        self.with.iter().try_for_each(|text| scene.overlay("--with", text)).map_err(CliError::input)?;
         Ok(scene)
     }
 
@@ -153,6 +158,11 @@ impl DeviceArgs {
     /// The choice; without one, the best device.
     pub(super) fn choice(&self) -> DeviceChoice {
         self.device.as_deref().map(DeviceChoice::from).unwrap_or_default()
+    }
+
+    /// As it was named.
+    pub(super) fn name(&self) -> Option<String> {
+        self.device.clone()
     }
 }
 

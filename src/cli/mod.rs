@@ -11,6 +11,7 @@ mod render;
 mod scene;
 mod stress;
 mod techniques;
+mod view;
 mod voxelize;
 
 use std::process::ExitCode;
@@ -62,6 +63,7 @@ enum Command {
     Compare(compare::Args),
     Explain(Box<explain::Args>),
     Stress(Box<stress::Args>),
+    View(Box<view::Args>),
     Voxelize(voxelize::Args),
     Devices(devices::Args),
 }
@@ -81,6 +83,7 @@ pub(crate) fn run() -> ExitCode {
         Command::Compare(args) => compare::run(&args),
         Command::Explain(args) => explain::run(&args, cli.quiet),
         Command::Stress(args) => stress::run(&args, cli.quiet),
+        Command::View(args) => view::run(&args),
         Command::Voxelize(args) => voxelize::run(&args, cli.quiet),
         Command::Devices(args) => devices::run(&args),
     };

@@ -61,7 +61,7 @@ pub struct PlannedFrame {
 impl Gpu {
     /// Opens a device.
     pub fn new(options: &GpuOptions) -> Result<Self, Error> {
-        let instance = Instance::new(&InstanceOptions { validate: options.validate })?;
+        let instance = Instance::new(&InstanceOptions { validate: options.validate, display: None })?;
         let device = Device::new(&instance, &options.device)?;
         let runner = Runner {
             commands: Commands::new(&device)?,
@@ -116,6 +116,13 @@ impl Gpu {
     pub fn take_journal(&self) -> Vec<PlannedFrame> {
         let mut runner = self.runner.lock().unwrap_or_else(PoisonError::into_inner);
         runner.journal.replace(Vec::new()).unwrap_or_default()
+    }
+
+    /// Takes a shader module, compiled while the program runs, in place of the embedded one of this stem. Where it cannot be, the old one stays and the error
+    /// says why. Answers how many pipelines it was built into.
+    pub fn replace_module(&self, stem: &str, words: Vec<u32>) -> Result<usize, Error> {
+        let mut runner = self.runner.lock().unwrap_or_else(PoisonError::into_inner);
+        runner.pipelines.replace_module(&self.device, stem, words)
     }
 
     /// Name and bytes of every living resource, in order of creation.

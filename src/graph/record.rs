@@ -12,16 +12,21 @@ use super::frame::{Frame, Resource, Step, Work};
 use super::pass::{BindingKind, Pass, Shaders};
 use super::plan::Barrier;
 use super::sets::SharedSets;
-use crate::shader;
+use crate::shader::{self, Interface};
 use crate::vulkan::{
     Attachment, Commands, Descriptor, DescriptorPool, Device, Error, GraphicsDesc, Image, Pipeline, PipelineLayout, Rendering, SetLayout, Timestamps,
 };
+
+/// A pass, and specialization constants.
+type PipelineKey = (*const Pass, Vec<u32>);
 
 /// Pipelines by pass (its address: passes of one name may differ in shaders or targets) and specialization constants, made when first used.
 #[derive(Default)]
 pub(super) struct Pipelines {
     layouts: HashMap<*const Pass, (Arc<SetLayout>, Arc<PipelineLayout>)>,
-    pipelines: HashMap<(*const Pass, Vec<u32>), Arc<Pipeline>>,
+    pipelines: HashMap<PipelineKey, (&'static Pass, Arc<Pipeline>)>,
+    /// Modules that stand in for the embedded ones.
+    modules: HashMap<String, Vec<u32>>,
 }
 
 impl Pipelines {
@@ -40,19 +45,50 @@ impl Pipelines {
 
     fn pipeline(&mut self, device: &Arc<Device>, shared: &SharedSets, call: &PassCall) -> Result<Arc<Pipeline>, Error> {
         let key = (std::ptr::from_ref(call.pass), call.constants.clone());
-        if let Some(pipeline) = self.pipelines.get(&key) {
+        if let Some((_, pipeline)) = self.pipelines.get(&key) {
             return Ok(Arc::clone(pipeline));
         }
         let layout = Arc::clone(&self.layout(device, shared, call.pass)?.1);
-        let pipeline = create_pipeline(device, call.pass, &layout, &call.constants)?;
-        self.pipelines.insert(key, Arc::clone(&pipeline));
+        let pipeline = create_pipeline(device, call.pass, &layout, &self.modules, &call.constants)?;
+        self.pipelines.insert(key, (call.pass, Arc::clone(&pipeline)));
         Ok(pipeline)
+    }
+
+    /// Takes a module in place of the embedded one and makes the pipelines again that have it; on failure, all stays as it was. Answers how many it made.
+    pub(super) fn replace_module(&mut self, device: &Arc<Device>, stem: &str, words: Vec<u32>) -> Result<usize, Error> {
+        let refused = |problem: &str| Error::ModuleRefused { stem: stem.to_owned(), problem: problem.to_owned() };
+        let embedded = Interface::of(&shader::words(stem)?).ok_or_else(|| refused("the embedded module is no SPIR-V"))?;
+        let interface = Interface::of(&words).ok_or_else(|| refused("this is no SPIR-V"))?;
+        if let Some(difference) = embedded.difference(&interface) {
+            return Err(refused(&format!("{difference} changed, which the program declares too: build the program again")));
+        }
+        let mut modules = self.modules.clone();
+        modules.insert(stem.to_owned(), words);
+        let mut made = Vec::new();
+        for (key, (pass, _)) in &self.pipelines {
+            if pass.stages().iter().any(|(_, used)| *used == stem)
+                && let Some((_, layout)) = self.layouts.get(&key.0)
+            {
+                made.push((key.clone(), (*pass, create_pipeline(device, pass, layout, &modules, &key.1)?)));
+            }
+        }
+        let count = made.len();
+        self.pipelines.extend(made);
+        self.modules = modules;
+        Ok(count)
     }
 }
 
-fn create_pipeline(device: &Arc<Device>, pass: &Pass, layout: &Arc<PipelineLayout>, constants: &[u32]) -> Result<Arc<Pipeline>, Error> {
+fn create_pipeline(
+    device: &Arc<Device>,
+    pass: &Pass,
+    layout: &Arc<PipelineLayout>,
+    replaced: &HashMap<String, Vec<u32>>,
+    constants: &[u32],
+) -> Result<Arc<Pipeline>, Error> {
+    let words = |stem: &str| replaced.get(stem).map_or_else(|| shader::words(stem), |words| Ok(words.clone()));
     let modules: Vec<(vk::ShaderStageFlags, Vec<u32>)> =
-        pass.stages().into_iter().map(|(stage, stem)| Ok((stage, shader::words(stem)?))).collect::<Result<_, Error>>()?;
+        pass.stages().into_iter().map(|(stage, stem)| Ok((stage, words(stem)?))).collect::<Result<_, Error>>()?;
     let Shaders::Raster { geometry, state, .. } = &pass.shaders else {
         return Pipeline::compute(device, pass.name, layout, &modules[0].1, constants);
     };

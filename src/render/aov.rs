@@ -4,14 +4,14 @@ use std::sync::Arc;
 
 use glam::{Vec2, Vec3};
 
-use super::{GBuffer, IndirectLight, Output};
+use super::{GBuffer, IndirectLight, LightMaps, Output};
 use crate::graph::{Error, Gpu, Image as GpuImage};
 use crate::image::{Aov, Image};
 
 /// Reads one output of a frame.
 pub fn read_aov(gpu: &Gpu, gbuffer: &GBuffer, output: &Output, light: &IndirectLight, aov: Aov) -> Result<Image, Error> {
     let [width, height] = gbuffer.size;
-    let rgb = |image: &Arc<GpuImage>| Ok(image_of(gbuffer, floats(gpu, image)?.chunks_exact(4).map(|texel| Vec3::new(texel[0], texel[1], texel[2]))));
+    let rgb = |image: &Arc<GpuImage>| read_rgb(gpu, gbuffer, image);
     match aov {
         Aov::Full => rgb(&output.radiance),
         Aov::Direct => rgb(&output.direct),
@@ -32,11 +32,7 @@ pub fn read_aov(gpu: &Gpu, gbuffer: &GBuffer, output: &Output, light: &IndirectL
                 halves.chunks_exact(4).map(|texel| Vec3::new(float_from_half(texel[0]), float_from_half(texel[1]), float_from_half(texel[2]))),
             ))
         }
-        Aov::Normal => {
-            let packed: Vec<[u32; 2]> = bytemuck::pod_collect_to_vec(&gpu.read_image(&gbuffer.normals, 0, 0)?);
-            let depth = floats(gpu, &gbuffer.view_depth)?;
-            Ok(image_of(gbuffer, packed.iter().zip(depth).map(|(packed, depth)| if depth > 0.0 { unit_from_octahedral(packed[1]) } else { Vec3::ZERO })))
-        }
+        Aov::Normal => read_normals(gpu, gbuffer, 1),
         Aov::Depth => Ok(image_of(gbuffer, floats(gpu, &gbuffer.view_depth)?.into_iter().map(Vec3::splat))),
     }
 }
@@ -45,8 +41,82 @@ fn floats(gpu: &Gpu, image: &Arc<GpuImage>) -> Result<Vec<f32>, Error> {
     Ok(bytemuck::pod_collect_to_vec(&gpu.read_image(image, 0, 0)?))
 }
 
+fn read_rgb(gpu: &Gpu, gbuffer: &GBuffer, image: &Arc<GpuImage>) -> Result<Image, Error> {
+    Ok(image_of(gbuffer, floats(gpu, image)?.chunks_exact(4).map(|texel| Vec3::new(texel[0], texel[1], texel[2]))))
+}
+
+/// The part of the images that the frame has drawn.
 fn image_of(gbuffer: &GBuffer, pixels: impl Iterator<Item = Vec3>) -> Image {
-    Image { width: gbuffer.size[0], height: gbuffer.size[1], pixels: pixels.collect() }
+    let [width, height] = gbuffer.size.map(|size| size as usize);
+    let stride = gbuffer.view_depth.extent(0)[0] as usize;
+    let inside = pixels.take(stride * height).enumerate().filter(|(index, _)| index % stride < width);
+    Image { width: gbuffer.size[0], height: gbuffer.size[1], pixels: inside.map(|(_, pixel)| pixel).collect() }
+}
+
+/// A channel of the G-buffer that no technique is compared by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SurfaceChannel {
+    /// Unit geometric normal on the viewer's side.
+    GeometricNormal,
+    /// GGX roughness; 0 where there is no lobe.
+    Roughness,
+    /// Specular reflectance at normal incidence.
+    F0,
+}
+
+/// Reads a channel of the G-buffer; 0 where there is no surface.
+pub fn read_surface(gpu: &Gpu, gbuffer: &GBuffer, channel: SurfaceChannel) -> Result<Image, Error> {
+    let halves = |image: &Arc<GpuImage>| Ok::<Vec<u16>, Error>(bytemuck::pod_collect_to_vec(&gpu.read_image(image, 0, 0)?));
+    match channel {
+        SurfaceChannel::GeometricNormal => read_normals(gpu, gbuffer, 0),
+        SurfaceChannel::Roughness => {
+            Ok(image_of(gbuffer, halves(&gbuffer.albedo)?.chunks_exact(4).map(|texel| Vec3::splat(float_from_half(texel[3]).max(0.0)))))
+        }
+        SurfaceChannel::F0 => match &gbuffer.specular {
+            Some(image) => Ok(image_of(gbuffer, halves(image)?.chunks_exact(4).map(|texel| Vec3::from([0, 1, 2].map(|c| float_from_half(texel[c])))))),
+            None => Ok(Image::new(gbuffer.size[0], gbuffer.size[1])),
+        },
+    }
+}
+
+/// A channel of the light maps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MapChannel {
+    /// Reversed depth of shadow maps, as they hold it: 1 near, 0 far.
+    Depth,
+    /// Unit normal of reflective shadow maps.
+    Normal,
+    /// Reflected share of reflective shadow maps: albedo × falloff.
+    Reflected,
+}
+
+/// Reads one layer of the light maps; `None` where there is no such map.
+pub fn read_light_map(gpu: &Gpu, maps: &LightMaps, channel: MapChannel, view: u32) -> Result<Option<Image>, Error> {
+    let image = match (channel, &maps.rsm) {
+        (MapChannel::Depth, _) => &maps.depth,
+        (MapChannel::Normal, Some([normal, _])) => normal,
+        (MapChannel::Reflected, Some([_, reflected])) => reflected,
+        (_, None) => return Ok(None),
+    };
+    if view >= maps.view_count {
+        return Ok(None);
+    }
+    let words: Vec<u32> = bytemuck::pod_collect_to_vec(&gpu.read_image(image, 0, view)?);
+    // The square root of the share, 10 bits a channel.
+    let share = |word: u32| Vec3::from([0, 10, 20].map(|shift| ((word >> shift & 1023) as f32 / 1023.0).powi(2)));
+    let pixel = |word: u32| match channel {
+        MapChannel::Depth => Vec3::splat(f32::from_bits(word)),
+        MapChannel::Normal => unit_from_octahedral(word),
+        MapChannel::Reflected => share(word),
+    };
+    Ok(Some(Image { width: maps.size, height: maps.size, pixels: words.into_iter().map(pixel).collect() }))
+}
+
+fn read_normals(gpu: &Gpu, gbuffer: &GBuffer, which: usize) -> Result<Image, Error> {
+    let packed: Vec<[u32; 2]> = bytemuck::pod_collect_to_vec(&gpu.read_image(&gbuffer.normals, 0, 0)?);
+    let depth = floats(gpu, &gbuffer.view_depth)?;
+    let normal = |(packed, depth): (&[u32; 2], f32)| if depth > 0.0 { unit_from_octahedral(packed[which]) } else { Vec3::ZERO };
+    Ok(image_of(gbuffer, packed.iter().zip(depth).map(normal)))
 }
 
 /// IEEE 754 binary16 to binary32.

@@ -137,6 +137,8 @@ pub struct GpuScene {
     pub environment: Vec3,
     frame_uniform: Arc<Buffer>,
     light_buffer: Arc<Buffer>,
+    /// Vertices, triangles and materials, for another set 0.
+    geometry: [Arc<Buffer>; 3],
 }
 
 /// The models of a scene that may move.
@@ -193,9 +195,10 @@ impl GpuScene {
         let vertices = storage(gpu, "scene.vertices", bytemuck::cast_slice(&scene.vertices))?;
         let triangles = storage(gpu, "scene.triangles", bytemuck::cast_slice(&scene.triangles))?;
         let gpu_materials: Vec<GpuMaterial> = scene.materials.iter().map(gpu_material).collect();
-        let materials = storage(gpu, "scene.materials", bytemuck::cast_slice(&gpu_materials))?;
+        let materials_buffer = storage(gpu, "scene.materials", bytemuck::cast_slice(&gpu_materials))?;
         let lights = storage(gpu, "scene.lights", bytemuck::cast_slice(&gpu_lights(&scene.lights)))?;
-        let bindings = SceneBindings { frame_uniform: &frame_uniform, vertices: &vertices, triangles: &triangles, materials: &materials, lights: &lights };
+        let bindings =
+            SceneBindings { frame_uniform: &frame_uniform, vertices: &vertices, triangles: &triangles, materials: &materials_buffer, lights: &lights };
         let set = gpu.create_scene_set(&bindings)?;
         let dynamic = DynamicGeometry::new(gpu, scene, &vertices)?;
         let motion_bounds = dynamic.as_ref().map(|dynamic| dynamic.motion_bounds);
@@ -217,7 +220,19 @@ impl GpuScene {
             environment: scene.environment,
             frame_uniform,
             light_buffer: lights,
+            geometry: [vertices, triangles, materials_buffer],
         })
+    }
+
+    /// Replaces the lights. Whatever was made for the lights before, such as light maps and techniques, has to be made again.
+    pub fn set_lights(&mut self, gpu: &Gpu, lights: &[Light], environment: Vec3) -> Result<(), Error> {
+        let [vertices, triangles, materials] = &self.geometry;
+        let buffer = storage(gpu, "scene.lights", bytemuck::cast_slice(&gpu_lights(lights)))?;
+        let frame_uniform = &self.frame_uniform;
+        self.set = gpu.create_scene_set(&SceneBindings { frame_uniform, vertices, triangles, materials, lights: &buffer })?;
+        self.light_buffer = buffer;
+        (self.lights, self.environment) = (lights.to_vec(), environment);
+        Ok(())
     }
 
     /// Brings the vertices of dynamic models up to the scene that this was made of, after [`Scene::set_time`]; what does not move is left as it is.

@@ -8,7 +8,7 @@ mod gpu_scene;
 pub mod light_views;
 
 pub(crate) use aov::float_from_half;
-pub use aov::read_aov;
+pub use aov::{MapChannel, SurfaceChannel, read_aov, read_light_map, read_surface};
 pub use direct::{COMPOSITE, DIRECT, IndirectLight, Output};
 pub(crate) use direct::{screen_groups, screen_image};
 pub use emitters::Emitter;

@@ -60,6 +60,17 @@ impl Scene {
         }
     }
 
+    /// Replaces the camera, the lights or the environment by those of a text in the scene format; what the text does not name stays. `name` is for messages.
+    pub fn overlay(&mut self, name: &str, text: &str) -> Result<(), SceneError> {
+        let overlay = toml::parse_overlay(Path::new(name), text)?;
+        self.camera = overlay.camera.unwrap_or(self.camera);
+        self.environment = overlay.environment.unwrap_or(self.environment);
+        if let Some(lights) = overlay.lights {
+            self.lights = lights;
+        }
+        Ok(())
+    }
+
     fn from_file(path: &Path, file: SceneFile, options: &LoadOptions) -> Result<Scene, SceneError> {
         let mut scene = Scene::from_parts(path, &file, options)?;
         scene.lights = file.lights;

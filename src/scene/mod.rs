@@ -32,6 +32,7 @@ pub use material::{Material, Specular};
 pub(crate) use motion::union;
 pub use motion::{Keyframe, Motion, Pose};
 pub use texture::{Texture, TextureKind};
+pub use write::{camera_toml, lights_toml};
 
 use glam::Vec3;
 

@@ -26,8 +26,7 @@ struct FileToml {
     #[serde(default)]
     model: Vec<ModelToml>,
     camera: Option<CameraToml>,
-    #[serde(default)]
-    light: Vec<LightToml>,
+    light: Option<Vec<LightToml>>,
     environment: Option<EnvironmentToml>,
 }
 
@@ -102,21 +101,40 @@ pub(super) struct SceneFile {
 /// Parses and checks the text of a scene file.
 pub(super) fn parse(path: &Path, text: &str) -> Result<SceneFile, SceneError> {
     let source = Source { path, text };
-    let file: FileToml = toml::from_str(text).map_err(|error| {
-        let problem = error.message().replace('\n', ", ");
-        match error.span() {
-            Some(span) => source.error(&span, problem, "see the scene format in the manual"),
-            None => SceneError::file(path, problem, "see the scene format in the manual"),
-        }
-    })?;
+    let file = source.file()?;
     if file.model.is_empty() {
         return Err(SceneError::file(path, "there is no [[model]] in it", "add `[[model]]` with `path = \"FILE.obj\"`"));
     }
     let models = file.model.iter().enumerate().map(|(index, model)| source.model(index, model)).collect::<Result<_, _>>()?;
-    let lights = file.light.iter().enumerate().map(|(index, light)| source.light(index, light)).collect::<Result<_, _>>()?;
+    let lights = file.light.iter().flatten().enumerate().map(|(index, light)| source.light(index, light)).collect::<Result<_, _>>()?;
     let camera = file.camera.as_ref().map(|camera| source.camera(camera)).transpose()?;
     let environment = file.environment.map_or(Ok(Vec3::ZERO), |environment| source.light_value("environment.radiance", &environment.radiance))?;
     Ok(SceneFile { models, camera, lights, environment })
+}
+
+/// Parts of a scene that stand in for its own.
+pub(super) struct Overlay {
+    /// `None` where the text has no `camera`.
+    pub(super) camera: Option<Camera>,
+    /// `None` where the text has no `light`.
+    pub(super) lights: Option<Vec<Light>>,
+    /// `None` where the text has no `environment`.
+    pub(super) environment: Option<Vec3>,
+}
+
+/// Parses and checks what is to stand in for parts of a scene; `name` is for messages.
+pub(super) fn parse_overlay(name: &Path, text: &str) -> Result<Overlay, SceneError> {
+    let source = Source { path: name, text };
+    let file = source.file()?;
+    if let Some(model) = file.model.first() {
+        return Err(source.error(&model.path.span(), "there is a [[model]] in it", "only camera, light and environment can be replaced"));
+    }
+    let light = |lights: &Vec<LightToml>| lights.iter().enumerate().map(|(index, light)| source.light(index, light)).collect::<Result<_, _>>();
+    Ok(Overlay {
+        camera: file.camera.as_ref().map(|camera| source.camera(camera)).transpose()?,
+        lights: file.light.as_ref().map(light).transpose()?,
+        environment: file.environment.map(|environment| source.light_value("environment.radiance", &environment.radiance)).transpose()?,
+    })
 }
 
 /// The text and its name, for messages.
@@ -126,6 +144,16 @@ struct Source<'a> {
 }
 
 impl Source<'_> {
+    fn file(&self) -> Result<FileToml, SceneError> {
+        toml::from_str(self.text).map_err(|error| {
+            let problem = error.message().replace('\n', ", ");
+            match error.span() {
+                Some(span) => self.error(&span, problem, "see the scene format in the manual"),
+                None => SceneError::file(self.path, problem, "see the scene format in the manual"),
+            }
+        })
+    }
+
     fn error(&self, span: &Range<usize>, problem: impl Into<String>, hint: impl Into<String>) -> SceneError {
         let before = self.text.as_bytes().get(..span.start).unwrap_or_default();
         let line = 1 + before.iter().filter(|byte| **byte == b'\n').count();

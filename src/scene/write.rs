@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 use glam::Vec3;
 
-use super::{Keyframe, Light, Material, Model, Scene, SceneError, Texture, Triangle};
+use super::{Camera, Keyframe, Light, Material, Model, Scene, SceneError, Texture, Triangle};
 
 impl Scene {
     /// Writes the scene into `folder`, which is made where it does not exist, and answers the path of the `.toml` file in it.
@@ -151,6 +151,23 @@ fn push_material(text: &mut String, name: &str, material: &Material, textures: &
         }
     }
     text.push('\n');
+}
+
+/// A camera on one line in the scene format, for [`Scene::overlay`]; reads back to the same camera, to the bit.
+pub fn camera_toml(camera: &Camera) -> String {
+    let Camera { eye, target, up, vfov_deg } = *camera;
+    format!("camera = {{ eye = {}, target = {}, up = {}, vfov_deg = {vfov_deg:?} }}", vector(eye), vector(target), vector(up))
+}
+
+/// Lights on one line in the scene format, likewise.
+pub fn lights_toml(lights: &[Light]) -> String {
+    let inline = |light: &Light| {
+        let mut text = String::new();
+        push_light(&mut text, light);
+        let keys: Vec<&str> = text.lines().filter(|line| line.contains('=')).collect();
+        format!("{{ {} }}", keys.join(", "))
+    };
+    format!("light = [{}]", lights.iter().map(inline).collect::<Vec<_>>().join(", "))
 }
 
 /// A TOML array; `{:?}` keeps the decimal point that makes it a float.

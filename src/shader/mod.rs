@@ -1,8 +1,10 @@
 //! Shader modules, compiled by `tools/shaders` and embedded, and the structs that Rust and GLSL share.
 
+mod interface;
 mod layout;
 mod modules;
 
+pub use interface::Interface;
 pub use layout::{Field, GpuStruct};
 
 use crate::vulkan::Error;

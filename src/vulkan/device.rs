@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use ash::vk;
 
 use super::memory::Memory;
-use super::{Adapter, Context, Error, Instance, debug};
+use super::{Adapter, Context, Error, Instance, Surface, debug};
 
 /// Which device to use.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -42,9 +42,27 @@ pub struct Device {
 impl Device {
     /// Chooses and opens a device.
     pub fn new(instance: &Arc<Instance>, choice: &DeviceChoice) -> Result<Arc<Self>, Error> {
-        let adapter = choose(instance.adapters()?, choice)?;
+        Self::of(instance, choose(instance.adapters()?, choice)?, false)
+    }
+
+    /// Chooses and opens a device that can show pictures on a surface. Where the choice cannot, the best that can.
+    pub fn for_surface(instance: &Arc<Instance>, choice: &DeviceChoice, surface: &Surface) -> Result<Arc<Self>, Error> {
+        let mut fitting = Vec::new();
+        for adapter in instance.adapters()? {
+            if adapter.queue_family.is_some_and(|family| surface.is_supported_by(adapter.raw, family)) {
+                fitting.push(adapter);
+            }
+        }
+        if fitting.is_empty() {
+            return Err(Error::NoPresent);
+        }
+        let adapter = choose(fitting.clone(), choice).or_else(|_| choose(fitting, &DeviceChoice::Best))?;
+        Self::of(instance, adapter, true)
+    }
+
+    fn of(instance: &Arc<Instance>, adapter: Adapter, presents: bool) -> Result<Arc<Self>, Error> {
         let family = adapter.queue_family.unwrap_or(0);
-        let raw = open(instance.raw(), &adapter, family)?;
+        let raw = open(instance.raw(), &adapter, family, presents)?;
         // SAFETY: the device was made with one queue of this family.
         let queue = unsafe { raw.get_device_queue(family, 0) };
         let memory = match Memory::new(instance.raw(), &raw, &adapter) {
@@ -66,7 +84,7 @@ impl Device {
     }
 
     /// The instance behind this device.
-    pub fn instance(&self) -> &Instance {
+    pub fn instance(&self) -> &Arc<Instance> {
         &self.instance
     }
 
@@ -156,7 +174,7 @@ fn choose(adapters: Vec<Adapter>, choice: &DeviceChoice) -> Result<Adapter, Erro
     if missing.is_empty() { Ok(best) } else { Err(Error::DeviceRefused { name: best.info.name, missing: missing.join(", ") }) }
 }
 
-fn open(instance: &ash::Instance, adapter: &Adapter, family: u32) -> Result<ash::Device, Error> {
+fn open(instance: &ash::Instance, adapter: &Adapter, family: u32, presents: bool) -> Result<ash::Device, Error> {
     let found = &adapter.features;
     let base = vk::PhysicalDeviceFeatures::default()
         .fragment_stores_and_atomics(true)
@@ -170,6 +188,9 @@ fn open(instance: &ash::Instance, adapter: &Adapter, family: u32) -> Result<ash:
     let mut extensions = Vec::new();
     if found.conservative_rasterization {
         extensions.push(vk::EXT_CONSERVATIVE_RASTERIZATION_NAME.as_ptr());
+    }
+    if presents {
+        extensions.push(vk::KHR_SWAPCHAIN_NAME.as_ptr());
     }
     let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(family).queue_priorities(&[1.0])];
     let info = vk::DeviceCreateInfo::default().queue_create_infos(&queues).enabled_extension_names(&extensions).push_next(&mut features);

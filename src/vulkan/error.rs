@@ -17,6 +17,9 @@ pub enum Error {
     /// Validation was asked for, and its layer is not installed.
     #[error("the layer VK_LAYER_KHRONOS_validation is not installed; install the Vulkan validation layers or run without validation")]
     LayerMissing,
+    /// No device can show pictures on the window's surface.
+    #[error("no Vulkan device can show pictures in a window of this display; render to a file instead: lumivox render")]
+    NoPresent,
     /// The device choice names nothing.
     #[error("no Vulkan device matches {wanted}; there are: {have}")]
     DeviceNotFound {
@@ -94,6 +97,14 @@ pub enum Error {
     /// A shader module is not among those embedded.
     #[error("no shader module {0}; run tools/shaders and build again")]
     ModuleMissing(String),
+    /// A module that was compiled while the program runs does not fit in place of the embedded one.
+    #[error("{stem}: {problem}; the old shader stays")]
+    ModuleRefused {
+        /// The module.
+        stem: String,
+        /// Why.
+        problem: String,
+    },
     /// The device stopped answering.
     #[error("the device was lost; the last pass that finished is {last_pass}")]
     DeviceLost {

@@ -1,9 +1,10 @@
-//! The Vulkan loader and instance, without any window.
+//! The Vulkan loader and instance.
 
 use std::ffi::CStr;
 use std::sync::Arc;
 
 use ash::vk;
+use raw_window_handle::RawDisplayHandle;
 
 use super::debug::{Messages, Messenger};
 use super::{Adapter, Context, Error};
@@ -15,6 +16,8 @@ const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
 pub struct InstanceOptions {
     /// Load the Khronos validation layer with synchronization validation, and collect what it says.
     pub validate: bool,
+    /// The display whose windows are drawn into; `None` for no window.
+    pub display: Option<RawDisplayHandle>,
 }
 
 /// The loader, opened at run time, and one instance.
@@ -24,7 +27,7 @@ pub struct Instance {
     messages: Messages,
     debug_utils: bool,
     // The loader must stay open for as long as anything above lives.
-    _entry: ash::Entry,
+    entry: ash::Entry,
 }
 
 impl Instance {
@@ -36,9 +39,9 @@ impl Instance {
         }
         let debug_utils = options.validate || has_extension(&entry, vk::EXT_DEBUG_UTILS_NAME)?;
         let messages = Messages::default();
-        let raw = create(&entry, options.validate, debug_utils, &messages)?;
+        let raw = create(&entry, options, debug_utils, &messages)?;
         let messenger = if options.validate { Some(Messenger::new(&entry, &raw, &messages).during("creating the debug messenger")?) } else { None };
-        Ok(Arc::new(Instance { raw, messenger, messages, debug_utils, _entry: entry }))
+        Ok(Arc::new(Instance { raw, messenger, messages, debug_utils, entry }))
     }
 
     /// All devices, in the driver's order, usable or not.
@@ -55,6 +58,14 @@ impl Instance {
 
     pub(super) fn raw(&self) -> &ash::Instance {
         &self.raw
+    }
+
+    pub(super) fn entry(&self) -> &ash::Entry {
+        &self.entry
+    }
+
+    pub(super) fn is_validated(&self) -> bool {
+        self.messenger.is_some()
     }
 
     pub(super) fn has_debug_utils(&self) -> bool {
@@ -95,12 +106,29 @@ fn has_extension(entry: &ash::Entry, name: &CStr) -> Result<bool, Error> {
     Ok(extensions.iter().any(|extension| extension.extension_name_as_c_str() == Ok(name)))
 }
 
-fn create(entry: &ash::Entry, validate: bool, debug_utils: bool, messages: &Messages) -> Result<ash::Instance, Error> {
+/// The extensions that windows of a display need; an error where the loader or its drivers lack one.
+fn surface_extensions(entry: &ash::Entry, display: RawDisplayHandle) -> Result<&'static [*const std::ffi::c_char], Error> {
+    let names = ash_window::enumerate_required_extensions(display).during("asking what windows of this display need")?;
+    for &name in names {
+        // SAFETY: ash-window answers with static C strings.
+        let name = unsafe { CStr::from_ptr(name) };
+        if !has_extension(entry, name)? {
+            return Err(Error::FeatureMissing { what: "a window".to_owned(), feature: "an instance extension for surfaces of this display" });
+        }
+    }
+    Ok(names)
+}
+
+fn create(entry: &ash::Entry, options: &InstanceOptions, debug_utils: bool, messages: &Messages) -> Result<ash::Instance, Error> {
+    let validate = options.validate;
     let application = vk::ApplicationInfo::default().application_name(c"lumivox").api_version(vk::API_VERSION_1_3);
     let mut layers = Vec::new();
     let mut extensions = Vec::new();
     if debug_utils {
         extensions.push(vk::EXT_DEBUG_UTILS_NAME.as_ptr());
+    }
+    if let Some(display) = options.display {
+        extensions.extend(surface_extensions(entry, display)?);
     }
     // Both structs are local: a struct that is pushed onto two chains makes a cycle.
     let enabled = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];

@@ -1,4 +1,4 @@
-//! Vulkan by hand: instance, device, memory, resources, pipelines, commands. The only unsafe code of the crate.
+//! Vulkan by hand: instance, device, memory, resources, pipelines, commands, windows. The only unsafe code of the crate.
 //!
 //! Nothing here knows what a pass, a scene or a voxel is; [`crate::graph`] is the layer that users program against.
 #![allow(unsafe_code)]
@@ -13,8 +13,11 @@ mod error;
 mod image;
 mod instance;
 mod memory;
+mod painter;
 mod pipeline;
 mod query;
+mod surface;
+mod swapchain;
 
 pub use adapter::{Adapter, Check, DeviceInfo, DeviceKind, Features, Limits};
 pub use ash::vk;
@@ -24,6 +27,8 @@ pub use device::{Device, DeviceChoice};
 pub use error::Error;
 pub use image::{Image, ImageDesc, ImageKind, ImageUsage};
 pub use instance::{Instance, InstanceOptions};
+pub use painter::{Capture, Paint, Painter, Shown};
+pub use surface::Surface;
 
 pub(crate) use command::{Attachment, Commands, ImageRegion, Rendering};
 pub(crate) use descriptor::{Descriptor, DescriptorPool, Sampler, SamplerDesc, SetLayout};

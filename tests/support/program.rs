@@ -19,6 +19,11 @@ pub struct Ran {
 
 /// Runs the program in a folder; it neither hangs nor panics.
 pub fn lumivox(folder: &Path, arguments: &[OsString], environment: &[(&str, &str)]) -> Ran {
+    lumivox_within(TIMEOUT, folder, arguments, environment)
+}
+
+/// As [`lumivox`], with another time after which it hangs.
+pub fn lumivox_within(timeout: Duration, folder: &Path, arguments: &[OsString], environment: &[(&str, &str)]) -> Ran {
     let mut command = Command::new(env!("CARGO_BIN_EXE_lumivox"));
     command.args(arguments).current_dir(folder).envs(environment.iter().copied()).stdout(Stdio::null()).stderr(Stdio::piped());
     let mut child = command.spawn().unwrap();
@@ -32,7 +37,7 @@ pub fn lumivox(folder: &Path, arguments: &[OsString], environment: &[(&str, &str
         if let Some(status) = child.try_wait().unwrap() {
             break status.code();
         }
-        if start.elapsed() > TIMEOUT {
+        if start.elapsed() > timeout {
             child.kill().unwrap();
             child.wait().unwrap();
             panic!("{arguments:?} hangs");

@@ -1,0 +1,102 @@
+//! `lumivox view`: the windowed demo.
+
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+
+use lumivox::gi::registry::find;
+use lumivox::graph::GpuOptions;
+use lumivox::measure::report::Timing;
+use lumivox::scene::{LoadOptions, Scene};
+use lumivox::view::{Options, ViewError, parse_script, run as run_view};
+
+use super::CliError;
+use super::common::{DeviceArgs, ShadowArgs, TimingArgs, parse_size};
+
+/// Open a window: techniques side by side, everything changed by hand, and what it costs.
+#[derive(clap::Args)]
+pub(crate) struct Args {
+    /// `bundled:NAME`, or the path of a .toml or .obj file.
+    #[arg(default_value = "bundled:cornell")]
+    scene: OsString,
+    /// Render missing textures mid-grey instead of failing.
+    #[arg(long)]
+    allow_missing_textures: bool,
+    /// Technique; `lumivox techniques` lists them.
+    #[arg(long, default_value = "voxel-mips")]
+    technique: String,
+    /// Preset of the technique.
+    #[arg(long)]
+    preset: Option<String>,
+    /// One setting of the technique, on top of the preset; may be repeated.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Width and height of the window (px) [default: as it was closed].
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    size: Option<(u32, u32)>,
+    /// Pixels of a point [default: what the display says].
+    #[arg(long, value_name = "X", value_parser = parse_scale)]
+    scale: Option<f32>,
+    /// Do not wait for the display.
+    #[arg(long)]
+    no_vsync: bool,
+    #[command(flatten)]
+    shadow: ShadowArgs,
+    #[command(flatten)]
+    device: DeviceArgs,
+    #[command(flatten)]
+    timing: TimingArgs,
+    /// The folder of shaders that are compiled again when they change [default: glsl, where it is in the folder that this runs in].
+    #[arg(long, value_name = "DIR")]
+    glsl: Option<PathBuf>,
+    /// Run with the Vulkan validation layer and synchronization validation; any message is a failure at the end.
+    #[arg(long)]
+    validate: bool,
+    /// Carry out the actions of a file, then close; docs/view.md lists them.
+    #[arg(long, value_name = "FILE", hide = true)]
+    script: Option<PathBuf>,
+}
+
+/// Loads the scene and opens the window.
+pub(crate) fn run(args: &Args) -> Result<(), CliError> {
+    let technique = find(&args.technique).map_err(CliError::input)?;
+    technique.settings(args.preset.as_deref(), &args.set).map_err(CliError::input)?;
+    let unreadable = |path: &Path, error: &dyn std::fmt::Display| CliError::input(format!("{}: {error}", path.display()));
+    let script = match &args.script {
+        Some(path) => {
+            let text = std::fs::read_to_string(path).map_err(|error| unreadable(path, &error))?;
+            Some(parse_script(&text).map_err(|error| unreadable(path, &error))?)
+        }
+        None => None,
+    };
+    if let Some(folder) = args.glsl.as_ref().filter(|folder| !folder.is_dir()) {
+        return Err(CliError::input(format!("--glsl {}: there is no such folder", folder.display())));
+    }
+    let shaders = args.glsl.clone().or_else(|| Some(PathBuf::from("glsl")).filter(|folder| folder.join("render").is_dir()));
+    let scene = Scene::open(&args.scene, &LoadOptions { allow_missing_textures: args.allow_missing_textures }).map_err(CliError::input)?;
+    let device = args.device.choice();
+    let isolate_passes = args.timing.choice(&device)? == Timing::Host;
+    let options = Options {
+        source: args.scene.clone(),
+        scene,
+        allow_missing_textures: args.allow_missing_textures,
+        technique,
+        preset: args.preset.clone(),
+        set: args.set.clone(),
+        shadow_resolution: args.shadow.shadow_resolution,
+        size: args.size.map(Into::into),
+        scale: args.scale,
+        vsync: args.no_vsync.then_some(false),
+        gpu: GpuOptions { device, validate: args.validate, isolate_passes, ..GpuOptions::default() },
+        device: args.device.name(),
+        shaders,
+        script,
+    };
+    run_view(options).map_err(|error| match error {
+        ViewError::Setting(_) => CliError::input(error),
+        error => CliError::failed(error),
+    })
+}
+
+fn parse_scale(text: &str) -> Result<f32, String> {
+    text.parse().ok().filter(|scale| (0.5..=4.0).contains(scale)).ok_or_else(|| String::from("write a number from 0.5 to 4"))
+}

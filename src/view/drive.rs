@@ -1,0 +1,406 @@
+//! Carries out scripts: sets what the panels set, or does with the mouse and the keys what a hand does, one action after the other.
+
+use std::collections::VecDeque;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use egui::{Event, Key, Modifiers, PointerButton, Pos2, RawInput, pos2};
+use glam::Vec3;
+
+use super::ViewError;
+use super::app::App;
+use super::panels::SECTIONS;
+use super::script::Action;
+use super::session::{Choice, Compare};
+use super::views;
+use crate::gi::registry::find;
+use crate::scene::Light;
+
+/// How long an action may wait for what it is about.
+const PATIENCE: Duration = Duration::from_secs(240);
+
+/// How often a delay is measured.
+const LATENCIES: usize = 41;
+
+/// How long for a size that no window manager grants.
+const RESIZE_PATIENCE: Duration = Duration::from_secs(10);
+
+/// A script on its way.
+pub(super) struct Driver {
+    rest: VecDeque<Action>,
+    /// When the action at the front began, and what was so then.
+    began: Option<Began>,
+    events: Vec<Event>,
+    dropped: Vec<std::path::PathBuf>,
+    memory: Option<f64>,
+    holds: bool,
+    /// When the camera was last turned (frames), and how many frames each picture of it took.
+    turned: Option<u64>,
+    latencies: Vec<u64>,
+}
+
+#[derive(Clone, Copy)]
+struct Began {
+    at: Instant,
+    frames: u64,
+    pictures: u64,
+    /// How many frames this action has seen.
+    turn: u32,
+    /// Longest time between two frames.
+    gap: Duration,
+    last: Instant,
+}
+
+/// Whether an action is over.
+enum Step {
+    Done,
+    Wait,
+}
+
+impl Driver {
+    pub(super) fn new(script: VecDeque<Action>) -> Self {
+        Driver { rest: script, began: None, events: Vec::new(), dropped: Vec::new(), memory: None, holds: false, turned: None, latencies: Vec::new() }
+    }
+
+    /// What the script's hands do in this frame.
+    pub(super) fn add_input(&mut self, input: &mut RawInput) {
+        // Only the script moves the mouse.
+        input.events.retain(|event| !matches!(event, Event::PointerMoved(_) | Event::PointerGone | Event::MouseMoved(_)));
+        input.events.append(&mut self.events);
+        input.dropped_files.extend(self.dropped.drain(..).map(|path| egui::DroppedFile { path: Some(path), ..Default::default() }));
+        input.focused = true;
+    }
+
+    /// Whether something is being dragged.
+    pub(super) fn holds(&self) -> bool {
+        self.holds
+    }
+
+    fn button(&mut self, at: Pos2, pressed: bool) {
+        self.events.push(Event::PointerMoved(at));
+        self.events.push(Event::PointerButton { pos: at, button: PointerButton::Primary, pressed, modifiers: Modifiers::NONE });
+    }
+}
+
+impl App {
+    /// One turn of the action at the front; an error ends the script.
+    pub(super) fn drive(&mut self) -> Result<(), ViewError> {
+        let now = Instant::now();
+        let (frames, pictures) = (self.frames, self.session.pictures());
+        let Some(driver) = &mut self.driver else { return Ok(()) };
+        let Some(action) = driver.rest.front().cloned() else {
+            self.closing = true;
+            return Ok(());
+        };
+        let began = driver.began.get_or_insert(Began { at: now, frames, pictures, turn: 0, gap: Duration::ZERO, last: now });
+        began.gap = began.gap.max(now - began.last);
+        began.last = now;
+        let current = *began;
+        began.turn += 1;
+        driver.holds = false;
+        let failed = |problem: String| ViewError::Script { action: format!("{action:?}"), problem };
+        let patience = if matches!(action, Action::Frames(_)) { 10 * PATIENCE } else { PATIENCE };
+        match self.act(&action, current).map_err(failed)? {
+            Step::Done => {
+                eprintln!("script: {action:?}: {:.2} s", current.at.elapsed().as_secs_f64());
+                if let Some(driver) = &mut self.driver {
+                    driver.rest.pop_front();
+                    driver.began = None;
+                }
+            }
+            Step::Wait if current.at.elapsed() > patience => {
+                let why = self.session.problem.clone().unwrap_or_else(|| "what it waits for did not come".to_owned());
+                return Err(failed(why));
+            }
+            Step::Wait => {}
+        }
+        Ok(())
+    }
+
+    fn act(&mut self, action: &Action, began: Began) -> Result<Step, String> {
+        match action {
+            Action::Frames(_) | Action::Still | Action::Reference(_) | Action::Responsive(..) | Action::Latency(_) | Action::Load(_) | Action::Drop(_) => {
+                self.act_wait(action, began)
+            }
+            Action::Resize(..) | Action::Minimised(_) | Action::Fullscreen(_) | Action::Vsync(_) | Action::Scale(_) => self.act_window(action, began),
+            Action::Divider(_) | Action::Drag(_) | Action::Key(_) => self.act_hands(action, began),
+            Action::Copy(..) | Action::Shader(_) | Action::Save(_) | Action::Command(_) | Action::Screenshot(_) => self.act_files(action, began),
+            Action::MemoryMark | Action::MemoryCheck(_) => self.act_memory(action),
+            Action::Close => {
+                self.closing = true;
+                Ok(Step::Done)
+            }
+            other => self.act_session(other).map(|()| Step::Done),
+        }
+    }
+
+    fn act_wait(&mut self, action: &Action, began: Began) -> Result<Step, String> {
+        let done = match action {
+            Action::Frames(count) => {
+                self.session.continuous = self.frames - began.frames < u64::from(*count);
+                // The pictures of the frames are there too: at least one, however slow.
+                !self.session.continuous && self.session.pictures() > began.pictures
+            }
+            Action::Still => {
+                if self.session.has_failed() {
+                    return Err(self.session.problem.clone().unwrap_or_default());
+                }
+                began.turn > 1 && self.session.is_still()
+            }
+            Action::Reference(samples) => self.session.truth.as_ref().is_some_and(|truth| truth.samples >= *samples) && began.turn > 2,
+            Action::Responsive(seconds, rate) => {
+                self.session.controls.drag([1.0, 0.0]);
+                let elapsed = began.at.elapsed().as_secs_f64();
+                let drawn = (self.frames - began.frames) as f64 / elapsed;
+                if elapsed >= *seconds && drawn < *rate {
+                    return Err(format!("{drawn:.1} frames a second, the longest gap {:.0} ms", began.gap.as_secs_f64() * 1e3));
+                }
+                if elapsed >= *seconds {
+                    eprintln!("responsive: {drawn:.1} frames a second, the longest gap {:.0} ms", began.gap.as_secs_f64() * 1e3);
+                }
+                if let Some(driver) = &mut self.driver {
+                    driver.holds = elapsed < *seconds;
+                }
+                elapsed >= *seconds
+            }
+            Action::Latency(most) => return self.act_latency(*most),
+            Action::Load(source) => {
+                if began.turn == 0 {
+                    self.open(source.into());
+                }
+                self.loading.is_none() && self.session.source.to_str() == Some(source)
+            }
+            Action::Drop(path) => {
+                if began.turn == 0
+                    && let Some(driver) = &mut self.driver
+                {
+                    driver.dropped.push(path.clone());
+                }
+                self.loading.is_none() && Path::new(&self.session.source) == path
+            }
+            _ => true,
+        };
+        let problem = self.session.problem.clone().filter(|_| matches!(action, Action::Load(_) | Action::Drop(_)) && self.loading.is_none() && began.turn > 2);
+        match problem {
+            Some(problem) if !done => Err(problem),
+            _ => Ok(if done { Step::Done } else { Step::Wait }),
+        }
+    }
+
+    fn act_latency(&mut self, most: u32) -> Result<Step, String> {
+        let (is_current, now) = (self.session.is_current(), self.frames);
+        let Some(driver) = &mut self.driver else { return Ok(Step::Done) };
+        driver.holds = true;
+        if let Some(turned) = driver.turned {
+            if !is_current {
+                return Ok(Step::Wait);
+            }
+            // The picture is there before a frame is drawn, and that frame shows it.
+            driver.latencies.push(now - turned);
+        }
+        if driver.latencies.len() < LATENCIES {
+            driver.turned = Some(now);
+            self.session.controls.drag([1.0, 0.0]);
+            return Ok(Step::Wait);
+        }
+        driver.turned = None;
+        let mut latencies = std::mem::take(&mut driver.latencies);
+        latencies.sort_unstable();
+        let (median, worst) = (latencies[LATENCIES / 2], latencies[LATENCIES - 1]);
+        let text = format!("a picture is shown {median} frames after the camera turned (median of {LATENCIES}), {worst} at most");
+        eprintln!("latency: {text}");
+        if median > u64::from(most) { Err(text) } else { Ok(Step::Done) }
+    }
+
+    fn act_window(&mut self, action: &Action, began: Began) -> Result<Step, String> {
+        let Some(window) = &mut self.window else { return Ok(Step::Wait) };
+        let is_first = began.turn == 0;
+        let done = match action {
+            Action::Resize(width, height) => {
+                if is_first {
+                    let _ = window.raw.request_inner_size(winit::dpi::PhysicalSize::new(*width, *height));
+                }
+                let [w, h] = window.size();
+                if began.at.elapsed() > RESIZE_PATIENCE {
+                    return Err(format!("the window is {w}x{h} px"));
+                }
+                [w, h] == [*width, *height] && self.frames > began.frames + 1
+            }
+            Action::Minimised(on) => {
+                if is_first {
+                    window.raw.set_minimized(*on);
+                }
+                if began.at.elapsed() > RESIZE_PATIENCE {
+                    return Err(format!("the window manager (is there one?) leaves it as it is; minimised: {:?}", window.raw.is_minimized()));
+                }
+                window.is_minimised() == *on && began.at.elapsed() > Duration::from_millis(200)
+            }
+            Action::Fullscreen(on) => {
+                if is_first {
+                    window.set_fullscreen(*on);
+                }
+                self.frames > began.frames + 3
+            }
+            Action::Vsync(on) => {
+                window.painter.set_vsync(*on);
+                self.remembered.vsync = window.painter.vsync();
+                self.frames > began.frames + 1
+            }
+            Action::Scale(scale) => {
+                window.set_scale(&self.ctx, *scale);
+                self.frames > began.frames + 1
+            }
+            _ => true,
+        };
+        Ok(if done { Step::Done } else { Step::Wait })
+    }
+
+    /// The mouse and the keys, a frame for each of their events.
+    fn act_hands(&mut self, action: &Action, began: Began) -> Result<Step, String> {
+        let picture = self.panels.picture;
+        let at = |x: f32, y: f32| pos2(picture.left() + x * picture.width(), picture.top() + y * picture.height());
+        let divider = self.session.divider;
+        let Some(driver) = &mut self.driver else { return Ok(Step::Done) };
+        let (from, to) = match action {
+            Action::Divider(x) => (at(divider, 0.3), at(*x, 0.3)),
+            Action::Drag([x0, y0, x1, y1]) => (at(*x0, *y0), at(*x1, *y1)),
+            Action::Key(name) => {
+                // A character stands for the key that makes it.
+                let Some(key) = Key::from_name(name) else { return Err("there is no such key".to_owned()) };
+                let event = |pressed| Event::Key { key, physical_key: None, pressed, repeat: false, modifiers: Modifiers::NONE };
+                driver.events.push(event(began.turn == 0));
+                return Ok(if began.turn == 0 { Step::Wait } else { Step::Done });
+            }
+            _ => return Ok(Step::Done),
+        };
+        driver.holds = true;
+        match began.turn {
+            0 => driver.events.push(Event::PointerMoved(from)),
+            1 => driver.button(from, true),
+            turn @ 2..=9 => driver.events.push(Event::PointerMoved(from.lerp(to, (turn - 1) as f32 / 8.0))),
+            10 => driver.button(to, false),
+            _ => {
+                driver.holds = false;
+                driver.events.push(Event::PointerGone);
+                return match action {
+                    Action::Divider(x) if (self.session.divider - x).abs() > 0.02 => Err(format!("the divider is at {}", self.session.divider)),
+                    _ => Ok(Step::Done),
+                };
+            }
+        }
+        Ok(Step::Wait)
+    }
+
+    fn act_files(&mut self, action: &Action, began: Began) -> Result<Step, String> {
+        let failed = |path: &Path, error: std::io::Error| format!("{}: {error}", path.display());
+        match action {
+            Action::Copy(from, to) => {
+                self.session.shader = None;
+                std::fs::copy(from, to).map_err(|error| failed(to, error))?;
+            }
+            Action::Shader(wanted) => match &self.session.shader {
+                Some(Ok(_)) if *wanted => {}
+                Some(Err(_)) if !wanted => {}
+                Some(Err(problem)) => return Err(problem.clone()),
+                Some(Ok(text)) => return Err(text.clone()),
+                None => return Ok(Step::Wait),
+            },
+            Action::Save(path) => self.save(path)?,
+            Action::Command(path) => std::fs::write(path, self.command_words()?.join("\n")).map_err(|error| failed(path, error))?,
+            Action::Screenshot(path) => {
+                // What was just changed is laid out in the first frame and drawn as it will stay in the second.
+                if began.turn == 3 {
+                    self.capture = Some(path.clone());
+                }
+                return Ok(if began.turn > 3 && self.capture.is_none() { Step::Done } else { Step::Wait });
+            }
+            _ => {}
+        }
+        Ok(Step::Done)
+    }
+
+    fn act_memory(&mut self, action: &Action) -> Result<Step, String> {
+        let Some(now) = resident_bytes() else {
+            eprintln!("memory: this system does not tell a process's memory");
+            return Ok(Step::Done);
+        };
+        let Some(driver) = &mut self.driver else { return Ok(Step::Done) };
+        match (action, driver.memory) {
+            (Action::MemoryCheck(percent), Some(before)) => {
+                let growth = (now / before - 1.0) * 100.0;
+                eprintln!("memory: {:.1} MiB before, {:.1} MiB now, {growth:+.2}%", before / 1048576.0, now / 1048576.0);
+                if growth > *percent { Err(format!("it grew by {growth:.2}%")) } else { Ok(Step::Done) }
+            }
+            _ => {
+                driver.memory = Some(now);
+                Ok(Step::Done)
+            }
+        }
+    }
+
+    fn act_session(&mut self, action: &Action) -> Result<(), String> {
+        let session = &mut self.session;
+        match action {
+            Action::Panels(on) => self.remembered.panels = *on,
+            Action::Help(on) => self.panels.help = *on,
+            Action::Section(name) => {
+                let known = SECTIONS.iter().any(|section| section.eq_ignore_ascii_case(name));
+                if !known && name != "none" {
+                    return Err(format!("there is no section {name}; there are: {}", SECTIONS.join(", ")));
+                }
+                self.panels.open = SECTIONS.map(|section| section.eq_ignore_ascii_case(name));
+            }
+            Action::Technique(side, name, preset) => {
+                let entry = find(name).map_err(|error| error.to_string())?;
+                session.choices[*side] = Choice::new(entry, preset.as_deref(), &[]).map_err(|error| error.to_string())?;
+            }
+            Action::Set(side, key, value) => {
+                let choice = &mut session.choices[*side];
+                let setting = choice.entry.settings.iter().copied().flatten().find(|setting| setting.name == key);
+                let setting = setting.ok_or_else(|| format!("{} has no setting {key}", choice.entry.name))?;
+                choice.set.insert(setting.name, value.clone());
+                choice.update();
+                return choice.problem.clone().map_or(Ok(()), Err);
+            }
+            Action::Compare(name) => {
+                session.compare = match name.as_str() {
+                    "single" => Compare::Single,
+                    "split" => Compare::Split,
+                    "difference" => Compare::Difference,
+                    _ => return Err("write single, split or difference".to_owned()),
+                }
+            }
+            Action::View(name, layer) => (session.view, session.layer) = (views::find(name).ok_or_else(|| format!("there is no view {name}"))?, *layer),
+            Action::Exposure(ev) => session.exposure_ev = *ev,
+            Action::Component(name, on) => {
+                let c = &mut session.components;
+                match name.as_str() {
+                    "direct" => c.direct = *on,
+                    "diffuse" => c.diffuse = *on,
+                    "specular" => c.specular = *on,
+                    "emission" => c.emission = *on,
+                    "visibility" => c.visibility = *on,
+                    _ => return Err("write direct, diffuse, specular, emission or visibility".to_owned()),
+                }
+            }
+            Action::MoveLight(index, by) => match session.lights.get_mut(*index) {
+                Some(Light::Point { position, .. } | Light::Spot { position, .. }) => *position += Vec3::from(*by),
+                Some(Light::Directional { direction, .. }) => *direction = (*direction + Vec3::from(*by)).normalize(),
+                None => return Err(format!("there are {} lights", session.lights.len())),
+            },
+            Action::AddLight => {
+                let position = session.controls.camera.eye;
+                session.lights.push(Light::Point { position, intensity: Vec3::ONE });
+            }
+            other => return Err(format!("{other:?} is not carried out here")),
+        }
+        Ok(())
+    }
+}
+
+/// Resident memory of this process (bytes); `None` where the system does not tell.
+fn resident_bytes() -> Option<f64> {
+    let text = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
+    line.split_whitespace().next()?.parse::<f64>().ok().map(|kib| kib * 1024.0)
+}

@@ -1,0 +1,113 @@
+//! The windowed demo: techniques side by side on a scene, everything changed by hand, and what it costs.
+//!
+//! The window is drawn by egui on a device of its own; techniques are rendered on another thread and device, so that the window answers while a
+//! frame takes seconds. What is shown at rest is, bit for bit, what `lumivox render` writes.
+
+mod app;
+mod camera;
+mod command;
+mod drive;
+mod pane;
+mod panels;
+mod picture;
+mod reload;
+mod script;
+mod session;
+mod store;
+mod truth;
+mod views;
+mod window;
+mod worker;
+
+use std::collections::VecDeque;
+use std::ffi::OsString;
+use std::path::PathBuf;
+
+use winit::event_loop::EventLoop;
+
+use crate::gi::SettingError;
+use crate::gi::registry::Entry;
+use crate::graph::{Error, GpuOptions};
+use crate::scene::Scene;
+
+pub use script::{Action, ScriptError, parse as parse_script};
+
+/// What a window opens with.
+pub struct Options {
+    /// The scene as it was named, for recent scenes and command lines.
+    pub source: OsString,
+    /// The scene.
+    pub scene: Scene,
+    /// Whether textures of scenes may be missing.
+    pub allow_missing_textures: bool,
+    /// The technique.
+    pub technique: &'static Entry,
+    /// Its preset; `None` for the default.
+    pub preset: Option<String>,
+    /// `KEY=VALUE` on top of the preset.
+    pub set: Vec<String>,
+    /// Width and height of light maps (texels).
+    pub shadow_resolution: u32,
+    /// Width and height of the window (px); `None` for the remembered one.
+    pub size: Option<[u32; 2]>,
+    /// Pixels of a point; `None` for what the display says.
+    pub scale: Option<f32>,
+    /// Whether pictures wait for the display; `None` for what is remembered.
+    pub vsync: Option<bool>,
+    /// The device, and whether it is validated.
+    pub gpu: GpuOptions,
+    /// The device as the user named it.
+    pub device: Option<String>,
+    /// GLSL that is compiled again when it changes; `None` to watch nothing.
+    pub shaders: Option<PathBuf>,
+    /// Actions that drive the window; with them, nothing is remembered.
+    pub script: Option<VecDeque<Action>>,
+}
+
+/// Why there is no window, or why it closed.
+#[derive(Debug, thiserror::Error)]
+pub enum ViewError {
+    /// There is no display.
+    #[error("no window can be opened ({0}); without a display, render to a file instead: lumivox render SCENE -o FILE.png")]
+    NoDisplay(String),
+    /// A setting cannot be used as given.
+    #[error(transparent)]
+    Setting(#[from] SettingError),
+    /// Vulkan failed.
+    #[error(transparent)]
+    Vulkan(#[from] Error),
+    /// The system has no more threads.
+    #[error("a thread cannot be started: {0}")]
+    Thread(#[from] std::io::Error),
+    /// An action of the script failed.
+    #[error("the script's action {action}: {problem}")]
+    Script {
+        /// The action.
+        action: String,
+        /// Why.
+        problem: String,
+    },
+    /// The validation layer had something to say.
+    #[error("{count} validation messages, the first: {first}")]
+    Validation {
+        /// How many.
+        count: usize,
+        /// The first.
+        first: String,
+    },
+}
+
+/// Names of what a side of the window can show.
+pub fn view_names() -> impl Iterator<Item = &'static str> {
+    views::VIEWS.iter().map(|view| view.name)
+}
+
+/// Opens the window and stays until it is closed.
+pub fn run(options: Options) -> Result<(), ViewError> {
+    let no_display = |error: &dyn std::fmt::Display| ViewError::NoDisplay(error.to_string());
+    let events = EventLoop::<()>::with_user_event().build().map_err(|error| no_display(&error))?;
+    let mut app = app::App::new(options, events.create_proxy())?;
+    let ended = events.run_app(&mut app);
+    app.finish()?;
+    ended.map_err(|error| no_display(&error))
+}

@@ -1,0 +1,172 @@
+//! One side of the window, on the render thread: a renderer that is kept for as long as it fits.
+
+use super::views::{Source, VIEWS, View};
+use super::worker::{Job, PaneJob, Picture};
+use crate::frame::{FrameSettings, Renderer};
+use crate::gi::Settings;
+use crate::graph::{Error, FrameStats, Gpu};
+use crate::image::Aov;
+use crate::render::{GpuScene, RSM, SHADOW_MAPS};
+use crate::scene::{Camera, Light};
+
+/// How long a picture may take while something moves (ms).
+const QUICK_MS: f64 = 60.0;
+
+/// Pictures are allocated in steps of so many pixels, so that a window that is drawn larger rarely makes them anew.
+const STEP_PX: u32 = 128;
+
+/// Passes that a quick picture does without, since only the camera moves.
+const LIGHT_MAPS: [&str; 2] = [SHADOW_MAPS.name, RSM.name];
+
+/// Frames of a picture at rest where each frame adds a bounce; `lumivox render --frames` is given the same.
+pub(super) fn rest_frames(job: &PaneJob) -> u32 {
+    if (job.entry.bounces)(&job.settings).is_some() { 1 } else { 16 }
+}
+
+/// A renderer, what it was made for and what it has done.
+pub(super) struct Pane<'g> {
+    renderer: Renderer<'g>,
+    made_for: MadeFor,
+    build: Option<FrameStats>,
+    /// Frames since it was built.
+    frames: u32,
+    /// Time of one pixel of a frame (ms), as the last one took.
+    pixel_ms: f64,
+    /// What the newest picture was of: job, and whether it was in full.
+    shown: Option<(u64, bool)>,
+    /// Where the camera was in the last frame.
+    camera: Option<Camera>,
+}
+
+struct MadeFor {
+    scene: u64,
+    lights: Vec<Light>,
+    environment: glam::Vec3,
+    technique: &'static str,
+    settings: Settings,
+    shadow_resolution: u32,
+}
+
+impl MadeFor {
+    fn of(job: &Job, pane: &PaneJob) -> Self {
+        MadeFor {
+            scene: job.scene.0,
+            lights: job.lights.to_vec(),
+            environment: job.environment,
+            technique: pane.entry.name,
+            settings: pane.settings.clone(),
+            shadow_resolution: job.shadow_resolution,
+        }
+    }
+
+    fn has_light_of(&self, job: &Job) -> bool {
+        *self.lights == *job.lights && self.environment == job.environment
+    }
+
+    fn fits(&self, job: &Job, pane: &PaneJob) -> bool {
+        let same = self.scene == job.scene.0 && self.technique == pane.entry.name && self.shadow_resolution == job.shadow_resolution;
+        same && self.has_light_of(job) && self.settings == pane.settings
+    }
+}
+
+impl<'g> Pane<'g> {
+    /// Sees that the slot holds a pane that fits; keeps what it can of the one that is there.
+    pub(super) fn follow(slot: &mut Option<Pane<'g>>, gpu: &'g Gpu, job: &Job, index: usize) -> Result<(), Error> {
+        let wanted = &job.panes[index];
+        let is_large_enough = |pane: &Pane<'_>| (0..2).all(|axis| pane.renderer.capacity()[axis] >= job.size[axis]);
+        if slot.as_ref().is_some_and(|pane| pane.made_for.fits(job, wanted) && is_large_enough(pane)) {
+            return Ok(());
+        }
+        // The old one goes first, so that changing needs no more memory than having; the scene on the device stays where only the technique changes.
+        let old = slot.take().filter(|pane| pane.made_for.scene == job.scene.0);
+        let mut uploaded = match old {
+            Some(Pane { renderer, made_for, .. }) => {
+                let mut uploaded = renderer.into_scene();
+                if !made_for.has_light_of(job) {
+                    uploaded.set_lights(gpu, &job.lights, job.environment)?;
+                }
+                uploaded
+            }
+            None => {
+                let mut uploaded = GpuScene::new(gpu, &job.scene.1)?;
+                uploaded.set_lights(gpu, &job.lights, job.environment)?;
+                uploaded
+            }
+        };
+        uploaded.eye = job.camera.eye;
+        let size = job.size.map(|size| size.next_multiple_of(STEP_PX));
+        let frame = FrameSettings { size, shadow_resolution: job.shadow_resolution };
+        let (renderer, build) = Renderer::of(gpu, uploaded, wanted.entry, &wanted.settings, frame)?;
+        let made_for = MadeFor::of(job, wanted);
+        *slot = Some(Pane { renderer, made_for, build: Some(build), frames: 0, pixel_ms: 0.0, shown: None, camera: None });
+        Ok(())
+    }
+
+    /// What was shown is of other shaders.
+    pub(super) fn shaders_changed(&mut self) {
+        (self.shown, self.camera) = (None, None);
+        // The store was built by the old ones; what fails here fails again, and is told, when the picture is asked for.
+        self.build = self.renderer.rebuild().ok();
+        self.frames = 0;
+    }
+
+    /// Renders one picture; `None` where the newest is as good.
+    pub(super) fn render(&mut self, gpu: &Gpu, job: &Job, index: usize, is_full: bool) -> Result<Option<Picture>, Error> {
+        let wanted = &job.panes[index];
+        let size = if is_full { job.size } else { self.quick_size(job) };
+        let is_full = size == job.size;
+        if !job.continuous && self.shown.is_some_and(|(id, was_full)| id == job.id && (was_full || !is_full)) {
+            return Ok(None);
+        }
+        let rest_frames = rest_frames(wanted);
+        let is_exact = is_full && job.rest && !job.continuous && rest_frames > 1;
+        if is_exact && (self.frames != 0 || self.camera != Some(job.camera)) {
+            // Later frames depend on earlier ones: the picture at rest starts over.
+            self.build = Some(self.renderer.rebuild()?);
+            self.frames = 0;
+        }
+        self.renderer.set_size(size);
+        let mut stats = FrameStats::default();
+        for _ in 0..if is_exact { rest_frames } else { 1 } {
+            stats = if is_full { self.renderer.render(&job.camera)? } else { self.renderer.render_again(&job.camera)? };
+            self.frames += 1;
+            let ms: f64 = stats.passes.iter().filter(|pass| !LIGHT_MAPS.contains(&pass.name.as_str())).map(|pass| pass.gpu_ms).sum();
+            // The first frame may have compiled its pipelines.
+            self.pixel_ms = if self.frames == 1 { 0.25 * ms } else { ms } / f64::from(size[0] * size[1]);
+        }
+        self.camera = Some(job.camera);
+        self.shown = Some((job.id, is_full));
+        let view = &VIEWS[wanted.view];
+        let image =
+            if view.source == Source::Aov(Aov::Full) { Some(wanted.components.read(&self.renderer)?) } else { view.read(&self.renderer, wanted.layer)? };
+        Ok(Some(Picture {
+            job: job.id,
+            pane: index,
+            image,
+            view: wanted.view,
+            is_full,
+            stats,
+            build: self.build.take(),
+            wall_ms: 0.0,
+            counts: self.renderer.counts()?,
+            layers: self.layers(view),
+            memory: gpu.memory(),
+        }))
+    }
+
+    /// How many light maps or levels a view has.
+    fn layers(&self, view: &View) -> u32 {
+        match view.source {
+            Source::LightMap(_) => self.renderer.light_map_count(),
+            Source::Voxels { volume, .. } => self.renderer.volumes().iter().find(|(name, _)| *name == volume).map_or(0, |(_, levels)| *levels),
+            Source::Aov(_) | Source::Surface(_) => 0,
+        }
+    }
+
+    /// The size that is quick to render: a half, a quarter or an eighth in each direction where the whole is not.
+    fn quick_size(&self, job: &Job) -> [u32; 2] {
+        let pixels = f64::from(job.size[0] * job.size[1]) * job.panes.len() as f64;
+        let divisor = if self.frames == 0 { 4 } else { [1, 2, 4].into_iter().find(|d| self.pixel_ms * pixels / f64::from(d * d) <= QUICK_MS).unwrap_or(8) };
+        job.size.map(|size| size.div_ceil(divisor))
+    }
+}

@@ -1,0 +1,201 @@
+//! What is drawn in the window: panels at the left, the picture, a status line.
+
+mod cost;
+mod files;
+mod help;
+mod input;
+mod lights;
+mod look;
+mod stage;
+mod technique;
+
+use std::ffi::OsString;
+use std::path::PathBuf;
+
+use egui::{CollapsingHeader, Context, Rect, RichText, ScrollArea, SidePanel, TopBottomPanel, Ui};
+
+use super::session::Session;
+use super::store::Remembered;
+
+pub(super) use stage::Stage;
+
+/// Sections of the panels, in their order.
+pub(super) const SECTIONS: [&str; 7] = ["Scene", "Compare", "Technique", "Picture", "Camera", "Lights", "Cost"];
+
+/// Width of the panels (points).
+const WIDTH: f32 = 312.0;
+
+/// What stands out.
+const ACCENT: egui::Color32 = egui::Color32::from_rgb(255, 170, 60);
+
+/// Dark, with text that is read at any scale. Scripts have no use for animations.
+pub(super) fn set_style(ctx: &Context, is_script: bool) {
+    let mut visuals = egui::Visuals::dark();
+    visuals.widgets.noninteractive.fg_stroke.color = egui::Color32::from_gray(205);
+    visuals.widgets.inactive.fg_stroke.color = egui::Color32::from_gray(225);
+    visuals.weak_text_alpha = 0.75;
+    ctx.set_visuals(visuals);
+    ctx.style_mut(|style| {
+        style.spacing.slider_width = 100.0;
+        if is_script {
+            style.animation_time = 0.0;
+        }
+    });
+}
+
+/// The state of the panels themselves.
+pub(super) struct Panels {
+    /// Which sections are open.
+    pub(super) open: [bool; SECTIONS.len()],
+    pub(super) help: bool,
+    /// Path of the scene to open, as typed.
+    pub(super) scene_path: String,
+    /// Path of the picture to save, as typed.
+    pub(super) save_path: String,
+    /// The folder that is browsed, where one is.
+    pub(super) browsing: Option<PathBuf>,
+    /// Where the picture is (points).
+    pub(super) picture: Rect,
+    /// What is under the pointer.
+    pub(super) readout: String,
+    /// Whether a button or key is held down that changes the picture.
+    pub(super) held: bool,
+}
+
+impl Default for Panels {
+    fn default() -> Self {
+        let open = SECTIONS.map(|section| matches!(section, "Compare" | "Technique" | "Picture"));
+        let (scene_path, save_path) = (String::new(), "lumivox.png".to_owned());
+        Panels { open, help: false, scene_path, save_path, browsing: None, picture: Rect::NOTHING, readout: String::new(), held: false }
+    }
+}
+
+/// What the panels ask of the window.
+pub(super) enum Request {
+    /// Load a scene.
+    Open(OsString),
+    /// Write the left picture.
+    Save(PathBuf),
+    /// Write the window as it is.
+    Screenshot(PathBuf),
+    /// Put the command line into the clipboard.
+    CopyCommand,
+    /// Put the camera into the clipboard.
+    CopyCamera,
+    Fullscreen,
+    Vsync(bool),
+    Quit,
+}
+
+/// What the panels are drawn from.
+pub(super) struct Scope<'s> {
+    pub(super) session: &'s mut Session,
+    pub(super) panels: &'s mut Panels,
+    pub(super) remembered: &'s mut Remembered,
+    pub(super) requests: Vec<Request>,
+    /// Whether the render thread is at work.
+    pub(super) is_busy: bool,
+    /// Name of the device that draws the window.
+    pub(super) window_device: &'s str,
+    /// Width and height of the window (px).
+    pub(super) window_size: [u32; 2],
+    /// Windows frames a second.
+    pub(super) rate: f32,
+}
+
+/// Draws everything.
+pub(super) fn show(ctx: &Context, scope: &mut Scope<'_>, stage: &Stage) {
+    scope.panels.held = false;
+    input::keys(ctx, scope);
+    // What is smaller than this is a thumbnail: the picture alone.
+    let is_roomy = ctx.content_rect().width() >= 420.0 && ctx.content_rect().height() >= 200.0;
+    if scope.remembered.panels && is_roomy {
+        TopBottomPanel::bottom("status").show(ctx, |ui| status(ui, scope));
+        // Of one width: what is opened must not move the picture.
+        SidePanel::left("panels").resizable(false).exact_width(WIDTH).show(ctx, |ui| {
+            ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+                for index in 0..SECTIONS.len() {
+                    section(ui, scope, index);
+                }
+            });
+        });
+    }
+    stage.show(ctx, scope);
+    help::show(ctx, &mut scope.panels.help);
+}
+
+fn section(ui: &mut Ui, scope: &mut Scope<'_>, index: usize) {
+    let header = CollapsingHeader::new(RichText::new(SECTIONS[index]).strong()).open(Some(scope.panels.open[index]));
+    let response = header.show(ui, |ui| match SECTIONS[index] {
+        "Scene" => files::show(ui, scope),
+        "Compare" => technique::show_compare(ui, scope),
+        "Technique" => technique::show(ui, scope),
+        "Picture" => look::show_picture(ui, scope),
+        "Camera" => look::show_camera(ui, scope),
+        "Lights" => lights::show(ui, scope),
+        _ => cost::show(ui, scope),
+    });
+    if response.header_response.clicked() {
+        scope.panels.open[index] ^= true;
+    }
+    ui.add_space(2.0);
+}
+
+fn status(ui: &mut Ui, scope: &mut Scope<'_>) {
+    let session = &*scope.session;
+    ui.horizontal(|ui| {
+        let (color, meaning) = if scope.is_busy { (ACCENT, "rendering") } else { (egui::Color32::from_rgb(90, 170, 90), "the picture is at rest") };
+        let (dot, response) = ui.allocate_exact_size(egui::vec2(10.0, 10.0), egui::Sense::hover());
+        ui.painter().circle_filled(dot.center(), 4.0, color);
+        response.on_hover_text(meaning);
+        if let Some(newest) = &session.newest[0] {
+            let picture = &newest.picture;
+            let [width, height] = session.size;
+            let quality = if picture.is_full { "full" } else { "quick" };
+            ui.label(format!("{width}×{height} {quality}, {:.1} ms", picture.stats.total_ms()));
+        }
+        ui.label(format!("{:.0}/s", scope.rate)).on_hover_text("how often the window was drawn in the last second");
+        ui.separator();
+        match (&session.problem, &session.shader) {
+            (Some(problem), _) => drop(ui.add(egui::Label::new(RichText::new(problem).color(ui.visuals().error_fg_color)).truncate())),
+            (None, Some(Err(error))) => drop(ui.add(egui::Label::new(RichText::new(error).color(ui.visuals().error_fg_color)).truncate())),
+            _ if !scope.panels.readout.is_empty() => drop(ui.add(egui::Label::new(&scope.panels.readout).truncate())),
+            (None, Some(Ok(text))) if session.note.is_empty() => drop(ui.add(egui::Label::new(text).truncate())),
+            _ if session.note.is_empty() => drop(ui.label("F1: keys")),
+            _ => drop(ui.add(egui::Label::new(&session.note).truncate())),
+        }
+    });
+}
+
+/// A row: a name with what it means, and a widget. Widgets end flush with the panel.
+fn row<R>(ui: &mut Ui, name: &str, help: &str, widget: impl FnOnce(&mut Ui) -> R) -> R {
+    ui.horizontal(|ui| {
+        let width = 0.42 * ui.available_width();
+        let label = ui.allocate_ui_with_layout(egui::vec2(width, ui.spacing().interact_size.y), egui::Layout::left_to_right(egui::Align::Center), |ui| {
+            ui.set_min_width(width);
+            ui.add(egui::Label::new(name).truncate())
+        });
+        if !help.is_empty() {
+            label.response.on_hover_text(help);
+            label.inner.on_hover_text(help);
+        }
+        widget(ui)
+    })
+    .inner
+}
+
+/// A list to choose from; as wide as there is room.
+fn choose<'t>(ui: &mut Ui, id: impl std::hash::Hash, current: &str, all: impl Iterator<Item = (&'t str, &'t str)>) -> Option<usize> {
+    let mut chosen = None;
+    let width = ui.available_width() - 8.0;
+    egui::ComboBox::from_id_salt(id).selected_text(current).width(width).truncate().show_ui(ui, |ui| {
+        for (index, (name, help)) in all.enumerate() {
+            let response = ui.selectable_label(name == current, name);
+            let response = if help.is_empty() { response } else { response.on_hover_text(help) };
+            if response.clicked() && name != current {
+                chosen = Some(index);
+            }
+        }
+    });
+    chosen
+}

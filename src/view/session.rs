@@ -1,0 +1,330 @@
+//! What the window is about: scene, camera, lights, techniques, what is shown of them, and what came back from the threads.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::ffi::OsString;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use glam::Vec3;
+
+use super::camera::Controls;
+use super::picture::{Components, Look, ToneMap};
+use super::truth::{Truth, TruthJob};
+use super::views::VIEWS;
+use super::worker::{Job, PaneJob, Picture};
+use crate::gi::registry::Entry;
+use crate::gi::{SettingError, Settings};
+use crate::image::Aov;
+use crate::reference::Bounces;
+use crate::scene::{Light, Scene};
+
+/// How long after the last change the picture counts as at rest.
+const REST: Duration = Duration::from_millis(150);
+
+/// Frames that the history of times keeps.
+pub(super) const HISTORY: usize = 240;
+
+/// What is side by side.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Compare {
+    /// One technique.
+    Single,
+    /// Two techniques or settings, left and right of a divider.
+    Split,
+    /// One technique left of the divider, its difference to the reference right of it.
+    Difference,
+}
+
+/// A technique with its settings, as the user chose them.
+#[derive(Clone)]
+pub(super) struct Choice {
+    pub(super) entry: &'static Entry,
+    pub(super) preset: Option<&'static str>,
+    /// On top of the preset.
+    pub(super) set: BTreeMap<&'static str, String>,
+    /// The last values that are possible together.
+    pub(super) settings: Settings,
+    /// What is wrong with the chosen ones.
+    pub(super) problem: Option<String>,
+}
+
+impl Choice {
+    pub(super) fn new(entry: &'static Entry, preset: Option<&str>, pairs: &[String]) -> Result<Self, SettingError> {
+        let settings = entry.settings(preset, pairs)?;
+        let preset = match preset {
+            Some(name) => entry.presets.iter().find(|preset| preset.name == name),
+            None => entry.presets.first(),
+        };
+        let mut choice = Choice { entry, preset: preset.map(|preset| preset.name), set: BTreeMap::new(), settings, problem: None };
+        for (name, value) in pairs.iter().filter_map(|pair| pair.split_once('=')) {
+            if let Some(setting) = entry.settings.iter().copied().flatten().find(|setting| setting.name == name.trim()) {
+                choice.set.insert(setting.name, value.trim().to_owned());
+            }
+        }
+        Ok(choice)
+    }
+
+    /// `KEY=VALUE` on top of the preset.
+    pub(super) fn pairs(&self) -> Vec<String> {
+        self.set.iter().map(|(name, value)| format!("{name}={value}")).collect()
+    }
+
+    /// Works the settings out after a change.
+    pub(super) fn update(&mut self) {
+        match self.entry.settings(self.preset, &self.pairs()) {
+            Ok(settings) => (self.settings, self.problem) = (settings, None),
+            Err(error) => self.problem = Some(error.to_string()),
+        }
+    }
+
+    /// Another technique, or another preset of it.
+    pub(super) fn choose(&mut self, entry: &'static Entry, preset: Option<&'static str>) {
+        (self.entry, self.preset) = (entry, preset.or(entry.presets.first().map(|preset| preset.name)));
+        self.set.clear();
+        self.update();
+    }
+}
+
+/// The newest picture of a side.
+pub(super) struct Newest {
+    pub(super) picture: Picture,
+    /// Grows with each picture, so that whoever draws it knows whether it has.
+    pub(super) version: u64,
+}
+
+/// Everything but the window itself.
+pub(super) struct Session {
+    /// As it was named.
+    pub(super) source: OsString,
+    pub(super) allow_missing_textures: bool,
+    /// Number and scene, as loaded.
+    pub(super) scene: (u64, Arc<Scene>),
+    pub(super) lights: Vec<Light>,
+    pub(super) environment: Vec3,
+    pub(super) controls: Controls,
+    pub(super) choices: [Choice; 2],
+    pub(super) compare: Compare,
+    /// Where the divider is, 0 left to 1 right.
+    pub(super) divider: f32,
+    pub(super) view: usize,
+    pub(super) layer: u32,
+    pub(super) components: Components,
+    /// Stops.
+    pub(super) exposure_ev: f32,
+    pub(super) tone_map: ToneMap,
+    /// Brightest colour of differences, as a share of the reference's mean.
+    pub(super) difference_scale: f32,
+    pub(super) shadow_resolution: u32,
+    /// Width and height of the picture (px).
+    pub(super) size: [u32; 2],
+    /// Whether frames follow each other although nothing changes.
+    pub(super) continuous: bool,
+    /// Name of the device that renders; empty until it is open.
+    pub(super) device: String,
+    /// What the last thing that went wrong was.
+    pub(super) problem: Option<String>,
+    /// What the last shader that was compiled said.
+    pub(super) shader: Option<Result<String, String>>,
+    /// What was last done, for the status line.
+    pub(super) note: String,
+    pub(super) newest: [Option<Newest>; 2],
+    /// Frame times of each side (ms).
+    pub(super) history: [VecDeque<f32>; 2],
+    pub(super) builds: [Option<f64>; 2],
+    pub(super) truth: Option<Truth>,
+    asked: Option<Job>,
+    truth_asked: Option<u64>,
+    changed_at: Instant,
+    pictures: u64,
+}
+
+impl Session {
+    pub(super) fn new(source: OsString, scene: Scene, choice: Choice, shadow_resolution: u32) -> Self {
+        let bounds = scene.bounds().unwrap_or((Vec3::ZERO, Vec3::ONE));
+        Session {
+            source,
+            allow_missing_textures: false,
+            lights: scene.lights.clone(),
+            environment: scene.environment,
+            controls: Controls::new(scene.camera, bounds),
+            scene: (0, Arc::new(scene)),
+            choices: [choice.clone(), choice],
+            compare: Compare::Single,
+            divider: 0.5,
+            view: 0,
+            layer: 0,
+            components: Components::default(),
+            exposure_ev: 0.0,
+            tone_map: ToneMap::Clamp,
+            difference_scale: 0.5,
+            shadow_resolution,
+            size: [0; 2],
+            continuous: false,
+            device: String::new(),
+            problem: None,
+            shader: None,
+            note: String::new(),
+            newest: [None, None],
+            history: Default::default(),
+            builds: [None; 2],
+            truth: None,
+            asked: None,
+            truth_asked: None,
+            changed_at: Instant::now(),
+            pictures: 0,
+        }
+    }
+
+    /// Another scene; techniques and what is shown of them stay.
+    pub(super) fn open(&mut self, source: OsString, scene: Scene) {
+        let bounds = scene.bounds().unwrap_or((Vec3::ZERO, Vec3::ONE));
+        let mode = self.controls.mode;
+        (self.lights, self.environment) = (scene.lights.clone(), scene.environment);
+        self.controls = Controls::new(scene.camera, bounds);
+        self.controls.mode = mode;
+        self.scene = (self.scene.0 + 1, Arc::new(scene));
+        (self.source, self.layer, self.problem) = (source, 0, None);
+        self.note = format!("opened {}", self.source.to_string_lossy());
+    }
+
+    /// Exposure and tone map.
+    pub(super) fn look(&self) -> Look {
+        Look { exposure: self.exposure_ev.exp2(), tone_map: self.tone_map }
+    }
+
+    /// How many techniques are rendered.
+    pub(super) fn pane_count(&self) -> usize {
+        if self.compare == Compare::Split { 2 } else { 1 }
+    }
+
+    fn pane_job(&self, index: usize) -> PaneJob {
+        let choice = &self.choices[index];
+        // The reference is compared with all light.
+        let (view, components) = if self.compare == Compare::Difference { (0, Components::default()) } else { (self.view, self.components) };
+        PaneJob { entry: choice.entry, settings: choice.settings.clone(), view, layer: self.layer, components }
+    }
+
+    /// What is on the left side.
+    pub(super) fn left_job(&self) -> PaneJob {
+        self.pane_job(0)
+    }
+
+    /// The job to ask for, where there is a new one: in a hurry right after a change, at rest a little later. `held` says that a button or key is held down that
+    /// changes things.
+    pub(super) fn next_job(&mut self, held: bool) -> Option<Job> {
+        if self.size.contains(&0) {
+            return None;
+        }
+        let mut job = Job {
+            id: self.asked.as_ref().map_or(1, |job| job.id),
+            scene: (self.scene.0, Arc::clone(&self.scene.1)),
+            lights: Arc::from(self.lights.as_slice()),
+            environment: self.environment,
+            camera: self.controls.camera,
+            panes: (0..self.pane_count()).map(|index| self.pane_job(index)).collect(),
+            size: self.size,
+            shadow_resolution: self.shadow_resolution,
+            rest: false,
+            continuous: self.continuous,
+        };
+        match &self.asked {
+            Some(asked) if same(asked, &job) => {
+                if asked.rest || held || self.changed_at.elapsed() < REST {
+                    return None;
+                }
+                job.rest = true;
+            }
+            asked => {
+                // What is not dragged is at rest at once: the quick picture comes first anyway.
+                job.rest = !held && asked.as_ref().is_none_or(|asked| asked.camera == job.camera && asked.size == job.size);
+                job.id += u64::from(asked.is_some());
+                self.changed_at = Instant::now();
+            }
+        }
+        self.asked = Some(job.clone());
+        Some(job)
+    }
+
+    /// The reference to ask for, where there is a new one; the inner `None` is that none is wanted any more.
+    pub(super) fn next_truth(&mut self) -> Option<Option<TruthJob>> {
+        let wanted = self.asked.as_ref().filter(|job| job.rest && self.compare == Compare::Difference);
+        if wanted.map(|job| job.id) == self.truth_asked {
+            return None;
+        }
+        self.truth_asked = wanted.map(|job| job.id);
+        let Some(job) = wanted else { return Some(None) };
+        let pane = job.panes.first()?;
+        let bounces = (pane.entry.bounces)(&pane.settings).map_or(Bounces::Full, Bounces::Count);
+        let (scene, lights) = (Arc::clone(&job.scene.1), Arc::clone(&job.lights));
+        Some(Some(TruthJob { id: job.id, scene, lights, environment: job.environment, camera: job.camera, size: job.size, bounces }))
+    }
+
+    /// Asks for everything anew: the shaders changed.
+    pub(super) fn forget_asked(&mut self) {
+        if let Some(asked) = &mut self.asked {
+            // No job has this size, so that the next one counts as new.
+            asked.size = [0; 2];
+        }
+    }
+
+    /// Takes a picture that came back.
+    pub(super) fn receive(&mut self, picture: Picture) {
+        let pane = picture.pane.min(1);
+        if let Some(build) = &picture.build {
+            self.builds[pane] = Some(build.total_ms());
+        }
+        let times = &mut self.history[pane];
+        if picture.is_full {
+            times.push_back(picture.stats.total_ms() as f32);
+            times.drain(..times.len().saturating_sub(HISTORY));
+        }
+        if self.asked.as_ref().is_some_and(|job| job.id == picture.job) {
+            self.problem = None;
+        }
+        self.pictures += 1;
+        self.newest[pane] = Some(Newest { picture, version: self.pictures });
+    }
+
+    /// How many pictures came back.
+    pub(super) fn pictures(&self) -> u64 {
+        self.pictures
+    }
+
+    /// Whether the left picture is of what is asked for, in full or not.
+    pub(super) fn is_current(&self) -> bool {
+        let job = self.asked.as_ref().map(|job| job.id);
+        self.newest[0].as_ref().is_some_and(|newest| Some(newest.picture.job) == job)
+    }
+
+    /// Whether nothing is left to do: all sides show the full picture of what is asked for, and the settings are possible.
+    pub(super) fn is_still(&self) -> bool {
+        let Some(asked) = self.asked.as_ref().filter(|job| job.rest) else { return false };
+        let done = |newest: &Option<Newest>| newest.as_ref().is_some_and(|newest| newest.picture.job == asked.id && newest.picture.is_full);
+        asked.size == self.size && self.newest[..asked.panes.len()].iter().all(done)
+    }
+
+    /// Whether something failed for good.
+    pub(super) fn has_failed(&self) -> bool {
+        self.problem.is_some()
+    }
+
+    /// Whether a picture of the job that is asked for is at rest although its view is not there.
+    pub(super) fn view_name(&self) -> &'static str {
+        VIEWS[self.view].name
+    }
+
+    /// Whether the full light is shown, of which components can be left out.
+    pub(super) fn shows_light(&self) -> bool {
+        VIEWS[self.view].source == super::views::Source::Aov(Aov::Full)
+    }
+}
+
+/// Whether two jobs want the same pictures.
+fn same(a: &Job, b: &Job) -> bool {
+    let same_pane = |(a, b): (&PaneJob, &PaneJob)| {
+        a.entry.name == b.entry.name && a.settings == b.settings && a.view == b.view && a.layer == b.layer && a.components == b.components
+    };
+    let same_scene = a.scene.0 == b.scene.0 && *a.lights == *b.lights && a.environment == b.environment && a.camera == b.camera;
+    let same_size = a.size == b.size && a.shadow_resolution == b.shadow_resolution && a.continuous == b.continuous;
+    same_scene && same_size && a.panes.len() == b.panes.len() && a.panes.iter().zip(&b.panes).all(same_pane)
+}

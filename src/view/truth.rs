@@ -1,0 +1,169 @@
+//! The reference, refined in the background on the CPU: one sample a pixel more with every round, over again when something changes.
+
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
+
+use glam::Vec3;
+
+use crate::image::Image;
+use crate::reference::{self, Bounces, Filter, Sampling};
+use crate::scene::{Camera, Light, Scene};
+
+/// What the reference is to be of.
+#[derive(Clone)]
+pub(super) struct TruthJob {
+    /// Grows with every change.
+    pub(super) id: u64,
+    /// The scene.
+    pub(super) scene: Arc<Scene>,
+    /// The lights in place of the scene's.
+    pub(super) lights: Arc<[Light]>,
+    /// The environment in place of the scene's (W/(m² sr)).
+    pub(super) environment: Vec3,
+    /// The camera.
+    pub(super) camera: Camera,
+    /// Width and height (px).
+    pub(super) size: [u32; 2],
+    /// Number of bounces: that of the technique.
+    pub(super) bounces: Bounces,
+}
+
+/// What there is of it so far.
+#[derive(Clone)]
+pub(super) struct Truth {
+    /// The job that it is of.
+    pub(super) job: u64,
+    /// Outgoing radiance (W/(m² sr)).
+    pub(super) image: Arc<Image>,
+    /// Samples of each pixel.
+    pub(super) samples: u32,
+}
+
+/// Samples after which it rests.
+const MOST_SAMPLES: u32 = 4096;
+
+#[derive(Default)]
+struct Inbox {
+    /// The outer `None` is nothing new, the inner one nothing wanted.
+    job: Option<Option<TruthJob>>,
+    quit: bool,
+}
+
+#[derive(Default)]
+struct Shared {
+    inbox: Mutex<Inbox>,
+    wake: Condvar,
+    found: Mutex<Option<Result<Truth, String>>>,
+}
+
+impl Shared {
+    fn inbox(&self) -> MutexGuard<'_, Inbox> {
+        self.inbox.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// The thread, seen from the window.
+pub(super) struct TruthWorker {
+    shared: Arc<Shared>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl TruthWorker {
+    /// Starts the thread; `notify` is called after each round, on that thread.
+    pub(super) fn start(notify: Box<dyn Fn() + Send>) -> std::io::Result<Self> {
+        let shared = Arc::new(Shared::default());
+        let inner = Arc::clone(&shared);
+        let thread = std::thread::Builder::new().name("reference".to_owned()).spawn(move || work(&inner, &*notify))?;
+        Ok(TruthWorker { shared, thread: Some(thread) })
+    }
+
+    /// Asks for this instead of whatever was asked for before; `None` lets it rest.
+    pub(super) fn ask(&self, job: Option<TruthJob>) {
+        self.shared.inbox().job = Some(job);
+        self.shared.wake.notify_one();
+    }
+
+    /// What is new since the last call.
+    pub(super) fn take(&self) -> Option<Result<Truth, String>> {
+        self.shared.found.lock().unwrap_or_else(PoisonError::into_inner).take()
+    }
+}
+
+impl Drop for TruthWorker {
+    fn drop(&mut self) {
+        self.shared.inbox().quit = true;
+        self.shared.wake.notify_one();
+        if let Some(thread) = self.thread.take()
+            && thread.join().is_err()
+        {
+            log::error!("the reference thread panicked");
+        }
+    }
+}
+
+/// The scene as it is wanted, and the sum of the rounds.
+struct Sum {
+    job: TruthJob,
+    scene: Scene,
+    sum: Vec<Vec3>,
+    samples: u32,
+}
+
+fn work(shared: &Shared, notify: &dyn Fn()) {
+    // One core stays for the window and the device.
+    let threads = std::thread::available_parallelism().map_or(1, |count| count.get().saturating_sub(1).max(1));
+    let pool = match rayon::ThreadPoolBuilder::new().num_threads(threads).build() {
+        Ok(pool) => pool,
+        Err(error) => {
+            *shared.found.lock().unwrap_or_else(PoisonError::into_inner) = Some(Err(error.to_string()));
+            return notify();
+        }
+    };
+    let mut sum: Option<Sum> = None;
+    loop {
+        {
+            let mut inbox = shared.inbox();
+            let rests = |sum: &Option<Sum>| sum.as_ref().is_none_or(|sum| sum.samples >= MOST_SAMPLES);
+            while !inbox.quit && inbox.job.is_none() && rests(&sum) {
+                inbox = shared.wake.wait(inbox).unwrap_or_else(PoisonError::into_inner);
+            }
+            if inbox.quit {
+                return;
+            }
+            if let Some(job) = inbox.job.take() {
+                sum = job.map(|job| Sum::new(job, sum.take()));
+            }
+        }
+        let Some(current) = &mut sum else { continue };
+        let found = pool.install(|| current.refine());
+        if found.is_err() {
+            sum = None;
+        }
+        *shared.found.lock().unwrap_or_else(PoisonError::into_inner) = Some(found);
+        notify();
+    }
+}
+
+impl Sum {
+    fn new(job: TruthJob, old: Option<Sum>) -> Self {
+        let same = |old: &Sum| Arc::ptr_eq(&old.job.scene, &job.scene);
+        let mut scene = old.filter(same).map_or_else(|| (*job.scene).clone(), |old| old.scene);
+        (scene.lights, scene.environment, scene.camera) = (job.lights.to_vec(), job.environment, job.camera);
+        let sum = vec![Vec3::ZERO; (job.size[0] * job.size[1]) as usize];
+        Sum { job, scene, sum, samples: 0 }
+    }
+
+    /// Adds a round, of as many samples as there are, at most 16.
+    fn refine(&mut self) -> Result<Truth, String> {
+        let spp = self.samples.clamp(1, 16);
+        let [width, height] = self.job.size;
+        let sampling = Sampling::Fixed { spp };
+        let settings = reference::Settings { width, height, bounces: self.job.bounces, filter: Filter::Center, sampling, seed: u64::from(self.samples) };
+        let image = reference::render(&self.scene, &settings, &|_| {}).map_err(|error| error.to_string())?.radiance();
+        self.sum.iter_mut().zip(&image.pixels).for_each(|(sum, pixel)| *sum += *pixel * spp as f32);
+        self.samples += spp;
+        let scale = 1.0 / self.samples as f32;
+        let image = Image::from_fn(width, height, |index| self.sum[index] * scale);
+        Ok(Truth { job: self.job.id, image: Arc::new(image), samples: self.samples })
+    }
+}

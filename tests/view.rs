@@ -1,0 +1,255 @@
+//! The real window, driven by scripts on a display without a screen (Xvfb): no validation message, no leak, and the pictures of `lumivox render`.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+mod support;
+
+use std::ffi::OsString;
+use std::fmt::Write as _;
+use std::io::{BufRead as _, BufReader};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::Duration;
+
+use lumivox::gi::registry::TECHNIQUES;
+use lumivox::gi::settings::Domain;
+use lumivox::view::{parse_script, view_names};
+use support::program::{Ran, check_error, lumivox, lumivox_within};
+
+/// Scripts give up by themselves where something does not come.
+const TIMEOUT: Duration = Duration::from_secs(600);
+
+/// A display of its own, with a window manager where one is installed; ended on drop.
+struct Display {
+    name: String,
+    server: Child,
+    manager: Option<Child>,
+}
+
+impl Display {
+    /// `None`, and a word about it, where there is no Xvfb.
+    fn start() -> Option<Display> {
+        let mut command = Command::new("Xvfb");
+        command.args(["-displayfd", "1", "-screen", "0", "1280x800x24", "-nolisten", "tcp"]).stdout(Stdio::piped()).stderr(Stdio::null());
+        let Ok(mut server) = command.spawn() else {
+            eprintln!("SKIPPED: Xvfb is not installed; run tools/setup");
+            return None;
+        };
+        let mut line = String::new();
+        BufReader::new(server.stdout.take().unwrap()).read_line(&mut line).unwrap();
+        let name = format!(":{}", line.trim());
+        let mut manager = Command::new("openbox");
+        manager.args(["--sm-disable"]).env("DISPLAY", &name).stdout(Stdio::null()).stderr(Stdio::null());
+        let manager = manager.spawn().inspect_err(|_| eprintln!("SKIPPED: openbox is not installed, so windows are not minimised; run tools/setup")).ok();
+        // It takes over windows that are there already; only minimising needs it to be.
+        std::thread::sleep(Duration::from_millis(300));
+        Some(Display { name, server, manager })
+    }
+
+    /// Runs a script in a window.
+    fn view(&self, folder: &Path, arguments: &[&str], script: &str) -> Ran {
+        parse_script(script).unwrap();
+        std::fs::write(folder.join("script.txt"), script).unwrap();
+        let mut all: Vec<OsString> = ["--quiet", "view", "--script", "script.txt"].map(OsString::from).to_vec();
+        all.extend(arguments.iter().map(OsString::from));
+        // A minute where nothing else runs.
+        lumivox_within(TIMEOUT, folder, &all, &[("DISPLAY", &self.name), ("WAYLAND_DISPLAY", "")])
+    }
+}
+
+impl Drop for Display {
+    fn drop(&mut self) {
+        for child in [self.manager.as_mut(), Some(&mut self.server)].into_iter().flatten() {
+            let _ = child.kill();
+            let _ = child.wait();
+        }
+    }
+}
+
+fn check_done(ran: &Ran) {
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+}
+
+/// The technique's smallest resolution, where it has one.
+fn smallest(entry: &lumivox::gi::registry::Entry) -> Option<u32> {
+    let setting = entry.settings.iter().copied().flatten().find(|setting| setting.name == "resolution")?;
+    match setting.domain {
+        Domain::OneOf(values) => values.iter().copied().min(),
+        Domain::Count { min, .. } => Some(min),
+        _ => None,
+    }
+}
+
+#[test]
+fn the_window_goes_through_everything_without_a_validation_message_or_a_leak() {
+    let Some(display) = Display::start() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let mut script = String::from("frames 120\n");
+    for size in ["640 360", "1 1", "64 64", "3 200", "500 3", "801 601", "200 100", "320 240"] {
+        writeln!(script, "resize {size}\nframes 2").unwrap();
+    }
+    if display.manager.is_some() {
+        script += "minimise\nrestore\nframes 2\nfullscreen on\nfullscreen off\nframes 2\n";
+    }
+    script += "vsync off\nframes 3\nvsync on\nscale 2\nframes 3\nscale 1\n";
+    for entry in TECHNIQUES {
+        writeln!(script, "technique left {}", entry.name).unwrap();
+        if let Some(resolution) = smallest(entry) {
+            writeln!(script, "set left resolution {resolution}").unwrap();
+        }
+        script += "still\n";
+    }
+    script += "technique left voxel-mips\nset left resolution 16\nset left injection rsm\nresize 200 150\npanels off\n";
+    for view in view_names() {
+        writeln!(script, "view {view}\nstill").unwrap();
+    }
+    script += "view full\ncomponent direct off\nstill\ncomponent visibility on\nstill\ncomponent direct on\ncomponent visibility off\n";
+    script += "compare split\ntechnique right none\nstill\ndivider 0.2\ndivider 0.8\ncompare difference\nreference 3\ncompare single\n";
+    script += "resize 480 360\npanels on\n";
+    for section in ["Scene", "Compare", "Technique", "Picture", "Camera", "Lights", "Cost"] {
+        writeln!(script, "section {section}\nframes 2").unwrap();
+    }
+    script += "key F1\nframes 2\nkey Escape\nkey V\nkey C\nkey O\nkey F\nkey Home\nkey W\nlight add\nlight move 0 0.1 0.1 0.1\nstill\n";
+    script += "load bundled:two-rooms\nstill\ndrop scene/cornell.toml\nstill\nclose\n";
+    // A scene of files, to be dropped on the window.
+    let written = lumivox(folder.path(), &support::program::words("scene cornell -o scene"), &[]);
+    check_done(&written);
+    check_done(&display.view(folder.path(), &["--validate", "--size", "320x240", "--technique", "none", "--shadow-resolution", "256"], &script));
+}
+
+#[test]
+fn shaders_are_reloaded_and_broken_ones_leave_the_picture_as_it_was() {
+    let Some(display) = Display::start() else { return };
+    if Command::new("glslangValidator").arg("--version").output().is_err() {
+        eprintln!("SKIPPED: glslangValidator is not installed; run tools/setup");
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("glsl");
+    copy_folder(&source, &path("glsl"));
+    let composite = std::fs::read_to_string(source.join("render/composite.comp")).unwrap();
+    let changed = |name: &str, from: &str, to: &str| {
+        assert!(composite.contains(from), "the shader has no {from}");
+        std::fs::write(path(name), composite.replace(from, to)).unwrap();
+    };
+    changed("broken.comp", "imageStore(radiance", "imageStoer(radiance");
+    changed("rebound.comp", "layout(set = 1, binding = 0)", "layout(set = 1, binding = 9)");
+    changed("mended.comp", "vec4(emitted + seen.rgb + reflected, seen.a)", "vec4(2.0 * (emitted + seen.rgb + reflected), seen.a)");
+    let to = "glsl/render/composite.comp";
+    let mut script = String::from("panels off\nstill\nsave before.exr\n");
+    for refused in ["broken", "rebound"] {
+        writeln!(script, "copy {refused}.comp {to}\nshader error\nframes 2\nstill\nsave {refused}.exr").unwrap();
+    }
+    writeln!(script, "copy mended.comp {to}\nshader ok\nframes 2\nstill\nsave mended.exr").unwrap();
+    let arguments = ["--validate", "--size", "64x48", "--technique", "none", "--shadow-resolution", "256", "--glsl", "glsl"];
+    check_done(&display.view(folder.path(), &arguments, &script));
+    let read = |name: &str| lumivox::image::read_exr(&path(name)).unwrap();
+    let before = read("before.exr");
+    assert_eq!((&read("broken.exr"), &read("rebound.exr")), (&before, &before));
+    let twice = lumivox::image::Image::from_fn(before.width, before.height, |index| 2.0 * before.pixels[index]);
+    assert_eq!(read("mended.exr"), twice);
+}
+
+fn copy_folder(from: &Path, to: &Path) {
+    std::fs::create_dir_all(to).unwrap();
+    for entry in std::fs::read_dir(from).unwrap() {
+        let (source, target) = {
+            let entry = entry.unwrap();
+            (entry.path(), to.join(entry.file_name()))
+        };
+        if source.is_dir() { copy_folder(&source, &target) } else { assert!(std::fs::copy(&source, &target).is_ok()) }
+    }
+}
+
+#[test]
+fn the_picture_at_rest_is_that_of_the_copied_command_line() {
+    let Some(display) = Display::start() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let steps = [
+        "still",
+        "drag 0.5 0.5 0.7 0.4",
+        "light move 0 0.1 -0.2 0.1\nlight add",
+        "technique left svo cones\nset left resolution 32",
+        "technique left clipmap\nset left resolution 16\nset left levels 2",
+        "view diffuse",
+        "technique left svo cones\nset left resolution 16\nset left attributes on\nview voxel-albedo 1",
+        "view voxels 2",
+        "view full\ncomponent direct off\ncomponent emission off",
+        "load bundled:emissive-gallery\ntechnique left voxel-mips\nset left resolution 32\nset left bounces feedback",
+        "resize 90 70\nexposure 1.5\ncomponent direct on\ncomponent emission on",
+    ];
+    let mut script = String::from("panels off\n");
+    for (index, step) in steps.iter().enumerate() {
+        writeln!(script, "{step}\nstill\nsave {index}.exr\ncommand {index}.txt\nscreenshot {index}.png").unwrap();
+    }
+    let arguments = ["--validate", "--size", "120x80", "--set", "resolution=32", "--shadow-resolution", "256"];
+    check_done(&display.view(folder.path(), &arguments, &script));
+    for (index, step) in steps.iter().enumerate() {
+        let path = |extension: &str| folder.path().join(format!("{index}.{extension}"));
+        let mut words: Vec<OsString> = std::fs::read_to_string(path("txt")).unwrap().lines().map(OsString::from).collect();
+        for name in ["again.exr", "again.png"] {
+            let output = words.iter().position(|word| word == "-o").unwrap() + 1;
+            words[output] = name.into();
+            check_done(&lumivox(folder.path(), &words, &[]));
+        }
+        let again = std::fs::read(folder.path().join("again.exr")).unwrap();
+        assert!(std::fs::read(path("exr")).unwrap() == again, "step {index}, {}: the picture differs from that of {words:?}", step);
+        // And the window shows it, pixel by pixel.
+        let open = |path: &Path| image::open(path).unwrap().to_rgb8();
+        assert!(open(&path("png")) == open(&folder.path().join("again.png")), "step {index}, {}: the window shows another picture", step);
+    }
+}
+
+#[test]
+fn ten_thousand_frames_need_no_more_memory_than_one_hundred() {
+    let Some(display) = Display::start() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    // The first frames compile pipelines and fill the driver's pools.
+    let script = "frames 500\nmemory mark\nframes 10000\nmemory check 1\n";
+    let ran = display.view(folder.path(), &["--size", "64x64", "--technique", "none", "--shadow-resolution", "16", "--no-vsync"], script);
+    check_done(&ran);
+    println!("{}", ran.stderr.lines().find(|line| line.starts_with("memory:")).unwrap_or_default());
+}
+
+#[test]
+fn the_window_answers_while_a_frame_takes_long() {
+    let Some(display) = Display::start() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let ran = display.view(folder.path(), &["--size", "480x360", "--set", "resolution=64"], "frames 5\nresponsive 4 10\n");
+    check_done(&ran);
+    println!("{}", ran.stderr.lines().find(|line| line.starts_with("responsive:")).unwrap_or_default());
+}
+
+#[test]
+fn a_quick_picture_is_shown_in_the_next_frame() {
+    let Some(display) = Display::start() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    // The median: a machine that is busy now and then delays the render thread too.
+    let ran = display.view(folder.path(), &["--size", "64x64", "--technique", "none", "--shadow-resolution", "16"], "still\nlatency 1\n");
+    check_done(&ran);
+    println!("{}", ran.stderr.lines().find(|line| line.starts_with("latency:")).unwrap_or_default());
+}
+
+#[test]
+fn without_a_display_the_error_names_render() {
+    let folder = tempfile::tempdir().unwrap();
+    for display in ["", ":987"] {
+        let ran = lumivox(folder.path(), &support::program::words("view"), &[("DISPLAY", display), ("WAYLAND_DISPLAY", "")]);
+        check_error(&format!("display {display:?}"), &ran, 1, &["no window can be opened", "lumivox render"]);
+    }
+}
+
+#[test]
+fn bad_arguments_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("bad.txt"), "still\nfly 3\n").unwrap();
+    for (line, says) in [
+        ("view --script bad.txt", ["bad.txt", "line 2"]),
+        ("view --script none.txt", ["none.txt", "No such file"]),
+        ("view --set resolution=7", ["resolution", "7"]),
+        ("view --glsl nowhere", ["--glsl nowhere", "no such folder"]),
+        ("view missing.toml", ["missing.toml", ""]),
+    ] {
+        check_error(line, &lumivox(folder.path(), &support::program::words(line), &[]), 2, &says);
+    }
+}
