@@ -185,7 +185,7 @@ mod tests {
         let mean = 4.5;
         let of = |frames: &[Image]| judge(frames, &reference, &frames[7]);
         let wrong = of(&sequence(|frame| 3.0 + frame as f32))?;
-        assert_eq!(wrong, [0.0; 3]);
+        assert!(wrong.iter().all(|figure| *figure < 1e-6), "{wrong:?}");
         let flickering = of(&sequence(|frame| 1.0 + frame as f32 + 0.1 * (frame % 2) as f32))?;
         assert!((flickering[0] - 0.1 / mean).abs() < 1e-6 && (flickering[1] - 0.1 / mean).abs() < 1e-6, "{flickering:?}");
         let jump = of(&sequence(|frame| 1.0 + frame as f32 + if frame >= 4 { 0.7 } else { 0.0 }))?;
