@@ -130,6 +130,11 @@ impl<'g> Renderer<'g> {
         self.technique.lit_voxels()
     }
 
+    /// Edge of the technique's finest voxels (m); `None` where it has none.
+    pub fn voxel_size(&self) -> Option<f32> {
+        self.technique.voxel_size()
+    }
+
     /// Counts of the last frame, by name.
     pub fn counts(&self) -> Result<Vec<(&'static str, u64)>, Error> {
         self.technique.counts(self.gpu)

@@ -10,7 +10,8 @@ use lumivox::gi::registry::{Entry, find};
 use lumivox::measure::bench::{BenchSettings, Case, Truth, cases, measure};
 use lumivox::measure::chart::Chart;
 use lumivox::measure::report::Report;
-use lumivox::measure::{directions_chart, error_chart, memory_chart, motion_chart, passes_chart, stages_chart, structures_chart, table};
+use lumivox::measure::walk::{self, WalkSettings};
+use lumivox::measure::{directions_chart, error_chart, memory_chart, motion_chart, passes_chart, stages_chart, structures_chart, table, walk_chart};
 use lumivox::metrics::Channel;
 use lumivox::reference::{Bounces, guide};
 use lumivox::scene::{LoadOptions, Scene};
@@ -48,6 +49,12 @@ pub(crate) struct Args {
     /// Seconds at which the models with keyframes are put, to measure bringing the structure up to them (as often as --rebuilds).
     #[arg(long, value_name = "T,…", value_delimiter = ',', allow_negative_numbers = true)]
     times: Vec<f32>,
+    /// Let the camera walk along its view, there and back through the scene: so many frames at each speed.
+    #[arg(long, value_name = "FRAMES", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    walk: Option<u32>,
+    /// Speeds of --walk (finest voxels of each technique, a frame).
+    #[arg(long, value_name = "V,…", value_delimiter = ',', default_value = "0,0.25,1,4,16", requires = "walk")]
+    speeds: Vec<f32>,
     /// Width and height (px).
     #[arg(long, value_name = "WxH", default_value = "256x256", value_parser = parse_size)]
     size: (u32, u32),
@@ -80,6 +87,9 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     if let Some(time_s) = args.times.iter().find(|time_s| !time_s.is_finite()) {
         return Err(CliError::input(format!("--times has {time_s}; it must be a number of seconds")));
     }
+    if let Some(speed) = args.speeds.iter().find(|speed| !(speed.is_finite() && **speed >= 0.0)) {
+        return Err(CliError::input(format!("--speeds has {speed}; it must be a number of voxels, 0 or more")));
+    }
     let techniques: Vec<&'static Entry> = args.technique.iter().map(|name| find(name)).collect::<Result<_, _>>().map_err(CliError::input)?;
     let cases = cases(&techniques, &args.preset, &args.resolution, &args.set).map_err(CliError::input)?;
     check_output_folder(&args.output)?;
@@ -91,7 +101,8 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     let timing = args.timing.choice(&device)?;
     let frame = FrameSettings { size: [args.size.0, args.size.1], shadow_resolution: args.shadow.shadow_resolution };
     let times = args.times.clone();
-    let settings = BenchSettings { device, timing, frame, frames: args.frames, rebuilds: args.rebuilds, times, samples: true, channel: args.channel };
+    let walk = args.walk.map(|frames| WalkSettings { speeds: args.speeds.clone(), frames });
+    let settings = BenchSettings { device, timing, frame, frames: args.frames, rebuilds: args.rebuilds, times, walk, samples: true, channel: args.channel };
     std::fs::create_dir_all(&args.output)
         .map_err(|error| CliError::failed(format!("cannot make the folder {}: {error}; name another with -o", args.output.display())))?;
     scenes.iter().zip(&stems).try_for_each(|(scene, stem)| bench_scene(args, scene, &cases, &settings, stem, quiet))
@@ -114,6 +125,7 @@ static CHARTS: &[NamedChart] = &[
     ("structures", structures_chart),
     ("directions", directions_chart),
     ("motion", motion_chart),
+    ("walk", walk_chart),
 ];
 
 fn bench_scene(args: &Args, scene: &Scene, cases: &[Case], settings: &BenchSettings, stem: &Path, quiet: bool) -> Result<(), CliError> {
@@ -140,7 +152,7 @@ fn bench_scene(args: &Args, scene: &Scene, cases: &[Case], settings: &BenchSetti
         let line = serde_json::to_string(&report).map_err(CliError::failed)?;
         writeln!(file, "{line}").map_err(|error| unwritten(&records, error))?;
         if !quiet {
-            bar.suspend(|| say(&table::row(&report)));
+            bar.suspend(|| std::iter::once(table::row(&report)).chain(walk::lines(&report)).for_each(|line| say(&line)));
         }
         bar.inc(1);
         reports.push(report);

@@ -91,6 +91,7 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
         frames: args.frames,
         rebuilds: args.rebuilds,
         times: Vec::new(),
+        walk: None,
         samples: false,
         channel: args.channel,
     };

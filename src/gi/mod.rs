@@ -87,6 +87,11 @@ pub trait Technique {
         Vec::new()
     }
 
+    /// Edge of its finest voxels (m); `None` where it has none.
+    fn voxel_size(&self) -> Option<f32> {
+        None
+    }
+
     /// Counts for the report, by name; some are read back from the device.
     fn counts(&self, gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error>;
 }

@@ -13,6 +13,7 @@ use crate::vulkan::DeviceKind;
 
 use super::report::{DirectionCost, ErrorReport, MemoryRow, MotionTimes, ReferenceInfo, Report, Timing};
 use super::stages::{StageTimes, When, part_ms, stage_times};
+use super::walk::{WalkSettings, WalkTimes, walk};
 
 /// What is measured: one technique with all its settings.
 #[derive(Clone)]
@@ -60,6 +61,8 @@ pub struct BenchSettings {
     pub rebuilds: u32,
     /// Times (s) at which dynamic models are put, so often as there are builds.
     pub times: Vec<f32>,
+    /// How a camera walks, where it does.
+    pub walk: Option<WalkSettings>,
     /// Whether the samples of cones are counted, which takes a run of its own.
     pub samples: bool,
     /// What of a colour is compared.
@@ -151,6 +154,7 @@ struct Run<'g> {
     builds: Vec<FrameStats>,
     frames: Vec<FrameStats>,
     motion: Vec<MotionTimes>,
+    walks: Vec<WalkTimes>,
     pictures: Pictures,
     counts: Vec<(&'static str, u64)>,
     /// Samples of cones, by pass.
@@ -169,7 +173,8 @@ fn run<'g>(gpu: &'g Gpu, uploaded: Option<GpuScene>, scene: &Scene, case: &Case,
     let counts = renderer.counts()?;
     let samples = if settings.samples { renderer.count_samples()? } else { Vec::new() };
     let motion = motion(&mut renderer, scene, settings)?;
-    Ok(Run { first_build, builds, frames, motion, pictures, counts, samples, renderer })
+    let walks = settings.walk.iter().map(|settings| walk(&mut renderer, scene, case.entry, settings)).collect::<Result<Vec<_>, _>>()?.concat();
+    Ok(Run { first_build, builds, frames, motion, walks, pictures, counts, samples, renderer })
 }
 
 /// Puts the scene's models where they are at each time, several times; the first may have to make buffers larger and is not counted.
@@ -203,6 +208,7 @@ impl Run<'_> {
             build: rows(&self.builds),
             directions: direction_costs(&passes, case, scene, &truth.guide, &self.samples),
             motion: self.motion.clone(),
+            walks: self.walks.clone(),
             passes,
             totals: totals(&stages, &self.builds, &self.frames, case.entry),
             stages,

@@ -10,6 +10,8 @@ pub mod stages;
 pub mod stress;
 pub mod sweep;
 pub mod table;
+pub mod walk;
 
 pub use figures::{error_chart, memory_chart, motion_chart, passes_chart};
 pub use profile::{directions_chart, stages_chart, structures_chart};
+pub use walk::walk_chart;

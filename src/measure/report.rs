@@ -15,6 +15,7 @@ use crate::scene::Scene;
 
 use super::figures::structure_bytes;
 use super::stages::StageTimes;
+use super::walk::WalkTimes;
 
 /// Version of the report's form; a change of meaning raises it.
 pub const SCHEMA_VERSION: u32 = 1;
@@ -169,6 +170,8 @@ pub struct Report {
     pub directions: Vec<DirectionCost>,
     /// What dynamic models cost, by time.
     pub motion: Vec<MotionTimes>,
+    /// What a camera that walks costs, by speed.
+    pub walks: Vec<WalkTimes>,
     /// Every buffer and image on the device, in order of creation; those of one name are summed.
     pub memory: Vec<MemoryRow>,
     /// Their sum, as the allocator counts it.
@@ -246,6 +249,7 @@ impl Report {
             totals: Vec::new(),
             directions: Vec::new(),
             motion: Vec::new(),
+            walks: Vec::new(),
             memory_bytes: gpu.memory_total(),
             memory,
             bytes_per_occupied_voxel: None,

@@ -8,6 +8,7 @@ use crate::graph::{PassTimes, Spread};
 use super::figures::structure_bytes;
 use super::report::Report;
 use super::stages::When;
+use super::walk;
 
 /// The median of a row of this name (ms).
 pub fn median_ms(rows: &[PassTimes], name: &str) -> Option<f64> {
@@ -163,6 +164,7 @@ fn columns(report: &Report) -> Vec<(String, String)> {
         add(format!("motion {} s dynamic_voxels", row.time_s), row.dynamic_voxels.map(|count| count.to_string()).unwrap_or_default());
     }
     report.counts.iter().for_each(|(name, count)| add(format!("count {name}"), count.to_string()));
+    columns.extend(walk::columns(report));
     columns
 }
 

@@ -335,6 +335,10 @@ impl Technique for Clipmap {
         vec![VoxelVolume { name: "light", grid, volume, levels: self.layout.levels + self.volume.top.mips() }]
     }
 
+    fn voxel_size(&self) -> Option<f32> {
+        Some(self.layout.voxel_size)
+    }
+
     fn counts(&self, gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {
         let mut counts = vec![("voxels", self.levels.iter().map(|level| u64::from(level.window.voxels.voxel_count)).sum())];
         counts.push(("levels", self.levels.len() as u64));

@@ -376,6 +376,10 @@ impl Technique for Svo {
         self.store.iter_mut().flat_map(|store| store.voxels.lit()).collect()
     }
 
+    fn voxel_size(&self) -> Option<f32> {
+        self.store.as_ref().map(|store| store.voxels.grid.voxel_size)
+    }
+
     fn counts(&self, gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {
         let Some(Store { voxels, nodes, bricks, .. }) = &self.store else { return Ok(Vec::new()) };
         let tiles = u64::from(nodes.tile_count());

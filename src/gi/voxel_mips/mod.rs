@@ -398,6 +398,10 @@ impl Technique for VoxelMips {
         self.store.iter_mut().map(|(voxels, light)| LitVoxels { voxels: VoxelRecords::from(&*voxels), light }).collect()
     }
 
+    fn voxel_size(&self) -> Option<f32> {
+        self.store.as_ref().map(|(voxels, _)| voxels.grid.voxel_size)
+    }
+
     fn counts(&self, gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {
         let Some((voxels, light)) = &self.store else { return Ok(Vec::new()) };
         let mut counts = vec![("fragments", u64::from(voxels.fragment_count)), ("voxels", u64::from(voxels.voxel_count - voxels.hidden_count))];
