@@ -79,6 +79,8 @@ struct Walker<'g> {
     gpu_scene: GpuScene,
     maps: LightMaps,
     technique: Clipmap,
+    /// That the last frame ran of the technique's own.
+    passes: usize,
 }
 
 const SIZE: [u32; 2] = [8, 8];
@@ -90,7 +92,7 @@ impl<'g> Walker<'g> {
         let mut technique = Clipmap::new(&context, settings).unwrap();
         technique.build(&context).unwrap();
         let maps = LightMaps::new(gpu, &gpu_scene, 64, technique.needs_rsm()).unwrap();
-        Walker { gpu, scene: scene.clone(), gpu_scene, maps, technique }
+        Walker { gpu, scene: scene.clone(), gpu_scene, maps, technique, passes: 0 }
     }
 
     fn set_time(&mut self, time_s: f32, eye: Vec3) {
@@ -101,14 +103,15 @@ impl<'g> Walker<'g> {
 
     /// Every texel of every level and mip, lit, for a camera at `eye`.
     fn texels(&mut self, eye: Vec3) -> Vec<Vec<u8>> {
-        let Walker { gpu, scene, gpu_scene, maps, technique } = self;
+        let Walker { gpu, scene, gpu_scene, maps, technique, passes } = self;
         gpu_scene.set_frame(gpu, &gpu_scene.frame_constants(&scene.camera, SIZE)).unwrap();
         technique.set_view(&Context { gpu, scene: gpu_scene, size: SIZE, eye }).unwrap();
         let mut frame = Frame::new();
         frame.set_scene(&gpu_scene.set, &gpu_scene.materials);
         maps.draw(&mut frame, gpu_scene);
         technique.update(&mut frame, gpu_scene, maps);
-        gpu.submit(frame).unwrap();
+        let stats = gpu.submit(frame).unwrap();
+        *passes = stats.passes.iter().filter(|pass| !pass.name.starts_with("render.")).count();
         let top = &technique.volume.top;
         let mips = (0..top.mips()).map(|mip| gpu.read_image(top, mip, 0).unwrap());
         std::iter::once(gpu.read_image(&technique.volume.clipmap, 0, 0).unwrap()).chain(mips).collect()
@@ -127,12 +130,14 @@ fn texels_are_those_from_scratch_after_any_walk() {
         &["resolution=16", "levels=4"][..],
         &["resolution=16", "levels=3", "injection=voxel", "bounces=2", "opacity=coverage"],
         &["resolution=32", "levels=2", "voxel_size=0.03125", "mip_filter=box"],
+        &["resolution=16", "levels=4", "light_updates=on-change"],
+        &["resolution=16", "levels=3", "bounces=2", "light_updates=on-change"],
     ]
     .into_iter()
     .enumerate()
     {
         let mut random = Random::new(case as u64);
-        let mut scene = small_room(Surfaces::ALL[case + 1], vec![small_lights()[case].1]);
+        let mut scene = small_room(Surfaces::ALL[(case + 1) % 4], vec![small_lights()[case % 3].1]);
         let model = scene_of(&[[Vec3::ZERO, 0.4 * Vec3::X, 0.5 * Vec3::Y], [Vec3::ZERO, 0.4 * Vec3::Z, 0.5 * Vec3::Y]], 2.0, &mut random);
         let poses: Vec<_> = (0..6).map(|_| random_pose(&mut random, 1.0)).chain([still(Vec3::splat(9.0))]).collect();
         add_model(&mut scene, model, &poses);
@@ -149,6 +154,10 @@ fn texels_are_those_from_scratch_after_any_walk() {
             let walked = walker.texels(eye);
             let fresh = Walker::new(&gpu, &scene, &settings, eye).texels(eye);
             assert!(walked == fresh, "{pairs:?}, step {step}, at {eye}");
+            if pairs.contains(&"light_updates=on-change") {
+                assert!(walker.texels(eye) == fresh, "{pairs:?}, step {step}, at {eye}, once more");
+                assert!(walker.passes == 0, "{pairs:?}, step {step}: {} passes where nothing has changed", walker.passes);
+            }
             assert!(walked[0].iter().any(|byte| *byte != 0), "{pairs:?}: nothing is lit");
         }
     }
@@ -159,8 +168,14 @@ fn texels_are_those_from_scratch_after_any_walk() {
 fn staggered_levels_catch_up() {
     let gpu = gpu();
     let scene = small_room(Surfaces::Diffuse, vec![small_lights()[0].1]);
-    let [staggered, every] = ["level_updates=staggered", "level_updates=every-frame"].map(|how| settings(&["resolution=16", "levels=4", how]));
-    let mut walker = Walker::new(&gpu, &scene, &staggered, Vec3::new(0.0, 1.0, 0.0));
+    for light in ["light_updates=every-frame", "light_updates=on-change"] {
+        let [staggered, every] = ["level_updates=staggered", "level_updates=every-frame"].map(|how| settings(&["resolution=16", "levels=4", how, light]));
+        catch_up(&gpu, &scene, &staggered, &every);
+    }
+}
+
+fn catch_up(gpu: &Gpu, scene: &Scene, staggered: &Settings, every: &Settings) {
+    let mut walker = Walker::new(gpu, scene, staggered, Vec3::new(0.0, 1.0, 0.0));
     let mut random = Random::new(5);
     for walk in 0..4 {
         for _ in 0..5 {
@@ -172,6 +187,6 @@ fn staggered_levels_catch_up() {
         for _ in 0..8 {
             last = walker.texels(eye);
         }
-        assert!(last == Walker::new(&gpu, &scene, &every, eye).texels(eye), "walk {walk}");
+        assert!(last == Walker::new(gpu, scene, every, eye).texels(eye), "walk {walk}");
     }
 }

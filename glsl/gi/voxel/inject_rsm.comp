@@ -16,6 +16,8 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(constant_id = 0) const uint SIDES = 1;   // 2: the flux of each side of a voxel apart
 layout(constant_id = 1) const int BLOCK = 1;     // edge of the block of texels that a thread adds as one where it can [texels]
 
+layout(constant_id = 2) const bool PART = false;   // the voxels are those of a small part of what the maps show
+
 const int SPLIT = 3;
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer LightViews { LightView light_views[]; };
@@ -194,6 +196,17 @@ bool read_texel(ivec3 texel, LightView view, out Footprint footprint) {
     return stored != 0.0;
 }
 
+// Whether a texel lies so near to the piece that light of its block can fall there. A group's centre is within a voxel of each of its texels.
+bool is_near_piece(ivec3 texel, LightView view) {
+    float stored = texelFetch(sampler2DArray(shadow_maps, nearest_clamp), texel, 0).r;
+    vec2 map = (vec2(texel.xy) + 0.5) / float(view.light.y) * 2.0 - 1.0;
+    vec3 across = map.x * view.right.xyz + map.y * view.down.xyz;
+    bool parallel = view.origin_kind.w == 0.0;
+    float depth_m = map_depth(view, stored, view.right.w);
+    vec3 position = view.origin_kind.xyz + across * (parallel ? 1.0 : depth_m) + view.forward.xyz * depth_m;
+    return stored != 0.0 && distance_from_piece((position - params.grid.xyz) / params.grid.w) < 3.0;
+}
+
 void main() {
     ivec3 first = ivec3(gl_GlobalInvocationID) * ivec3(BLOCK, BLOCK, 1);
     LightView view = light_views[first.z];
@@ -201,6 +214,10 @@ void main() {
     // Texels of one plane and small together against a voxel are added as one.
     uvec2 added = uvec2(0u);
     int seed = 0;
+    if (PART) {
+        seed = BLOCK * BLOCK;
+        for (int i = 0; i < BLOCK * BLOCK && seed > 0; ++i) seed = is_near_piece(first + ivec3(i % BLOCK, i / BLOCK, 0), view) ? 0 : seed;
+    }
     while (seed < BLOCK * BLOCK) {
         Footprint group, texel;
         ivec2 start = ivec2(seed % BLOCK, seed / BLOCK), low = start, high = start;

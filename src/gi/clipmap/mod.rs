@@ -45,6 +45,13 @@ static SETTINGS: &[Setting] = &[
         domain: Domain::Choice(&["every-frame", "staggered"]),
         default: "every-frame",
     },
+    Setting {
+        name: "light_updates",
+        help: "when voxels are lit: every-frame (lights may change), or on-change (only in levels that move, and in all when a model does: lights stand still)",
+        unit: "",
+        domain: Domain::Choice(&["every-frame", "on-change"]),
+        default: "every-frame",
+    },
     MIP_FILTER,
 ];
 
@@ -103,6 +110,10 @@ struct Level {
     first: IVec3,
     /// Where the next finer level was when this one's texels were made last, in voxels of this level.
     inner: Option<VoxelBox>,
+    /// Whether its voxels have the light of this frame.
+    is_lit: bool,
+    /// Whether texels of the next finer level have changed since this one's were made.
+    is_stale: bool,
     /// What has become stale in the texture since then, in voxels of the unbounded grid.
     new: Vec<VoxelBox>,
 }
@@ -113,6 +124,8 @@ pub struct Clipmap {
     voxel_settings: VoxelSettings,
     light_settings: LightSettings,
     is_staggered: bool,
+    /// Lights stand still.
+    keeps_light: bool,
     cones: ConeTracer,
     interleave: u32,
     /// The texels of all levels.
@@ -144,6 +157,7 @@ impl Clipmap {
             voxel_settings: VoxelSettings::new(settings),
             light_settings: LightSettings::new(settings, Sides::One),
             is_staggered: settings.is("level_updates", "staggered"),
+            keeps_light: settings.is("light_updates", "on-change"),
             cones: ConeTracer::new(gpu, settings)?,
             interleave,
             volume: ClipmapVolume::new(gpu, layout, Prefilter::new(settings))?,
@@ -204,6 +218,30 @@ impl Clipmap {
         level.checked_sub(1).map(|finer| self.layout.inner(self.levels[finer].first))
     }
 
+    /// The levels whose texels are made anew in this frame.
+    fn due(&mut self) -> Vec<usize> {
+        let count = self.levels.len();
+        // A level that has moved shows nothing of what it held before.
+        let follows = |technique: &Self, index: usize| technique.is_due(index) || !technique.levels[index].new.is_empty();
+        let changes = |technique: &Self, index: usize| {
+            let level = &technique.levels[index];
+            !(level.is_lit && level.new.is_empty()) || level.is_stale || level.inner != technique.inner(index)
+        };
+        let bounces = self.light_settings.bounces;
+        if bounces == Bounces::Feedback || (bounces.any() && (0..count).any(|index| changes(self, index))) {
+            // Each voxel gathers from all levels.
+            self.levels.iter_mut().for_each(|level| level.is_lit = false);
+        }
+        let mut due: Vec<usize> = Vec::new();
+        for index in 0..count {
+            let finer_is_due = index.checked_sub(1).is_some_and(|finer| due.last() == Some(&finer));
+            if follows(self, index) && (finer_is_due || changes(self, index)) {
+                due.push(index);
+            }
+        }
+        due
+    }
+
     /// Adds the passes that make the texels of a level from its voxels and the next finer level.
     fn write_level(&self, frame: &mut Frame, index: usize) {
         let (level, inner) = (&self.levels[index], self.inner(index));
@@ -231,7 +269,7 @@ impl Technique for Clipmap {
         for level in 0..self.layout.levels {
             let window = VoxelWindow::new(gpu, scene, self.voxel_settings, self.layout.anchor, self.layout.size_of(level))?;
             let light = VoxelLight::new(gpu, scene, &window.voxels, self.light_settings)?;
-            self.levels.push(Level { window, light, first: IVec3::ZERO, inner: None, new: Vec::new() });
+            self.levels.push(Level { window, light, first: IVec3::ZERO, inner: None, is_lit: false, is_stale: false, new: Vec::new() });
         }
         let mut frame = Frame::new();
         self.volume.clear(&mut frame);
@@ -249,6 +287,8 @@ impl Technique for Clipmap {
             return self.build(context);
         }
         let mut stats = FrameStats::default();
+        // What has moved may shadow anything.
+        self.levels.iter_mut().for_each(|level| level.is_lit = false);
         let places: Vec<IVec3> = self.levels.iter().map(|level| level.first).collect();
         for bounds in [self.pose.replace(dynamic.bounds), Some(dynamic.bounds)] {
             stats.append(self.follow(context, &places, bounds)?);
@@ -269,19 +309,28 @@ impl Technique for Clipmap {
     }
 
     fn update(&mut self, frame: &mut Frame, _scene: &GpuScene, maps: &LightMaps) {
-        // A level that has moved shows nothing of what it held before.
-        let due: Vec<usize> = (0..self.levels.len()).filter(|index| self.is_due(*index) || !self.levels[*index].new.is_empty()).collect();
+        let due = self.due();
         for index in due.iter().copied() {
             let inner = self.inner(index);
             let level = &mut self.levels[index];
             // A voxel that has gone leaves its texel behind, and so does a finer level that has moved away.
-            let left = if level.inner == inner { None } else { level.inner };
+            let left = level.inner.map_or_else(Vec::new, |old| inner.map_or_else(|| vec![old], |inner| old.without(inner)));
+            level.is_lit &= level.new.is_empty();
             for cleared in level.new.drain(..).chain(left) {
                 self.volume.clear_box(frame, index as u32, cleared);
             }
-            level.inner = inner;
-            level.light.update(frame, &level.window.voxels, maps, None);
+            if !level.is_lit {
+                level.light.update(frame, &level.window.voxels, maps, None);
+            }
+            (level.inner, level.is_lit, level.is_stale) = (inner, self.keeps_light, false);
             self.write_level(frame, index);
+            if let Some(coarser) = self.levels.get_mut(index + 1) {
+                coarser.is_stale = true;
+            }
+        }
+        self.frame += 1;
+        if due.is_empty() {
+            return;
         }
         for _ in 0..self.light_settings.bounces.before_the_picture() {
             self.volume.filter_top(frame);
@@ -296,7 +345,6 @@ impl Technique for Clipmap {
         if self.light_settings.bounces == Bounces::Feedback {
             self.bounce(frame);
         }
-        self.frame += 1;
     }
 
     fn gather(&mut self, frame: &mut Frame, _scene: &GpuScene, gbuffer: &GBuffer) -> IndirectLight {

@@ -457,7 +457,8 @@ impl VoxelLight {
             VoxelLookup::Dense(voxels) => pass.bind(&voxels.occupancy).bind(&voxels.block_bases),
             VoxelLookup::Sparse { nodes, .. } => pass.bind(nodes),
         };
-        pass.constants(&[self.settings.sides as u32, block]).push(&params).dispatch([groups, groups, maps.view_count]);
+        let is_part = voxels.grid.resolution < self.scene_resolution;
+        pass.constants(&[self.settings.sides as u32, block, u32::from(is_part)]).push(&params).dispatch([groups, groups, maps.view_count]);
     }
 
     /// Replaces the injection of later frames: `flux` is Φ / (π h²) [W/(m² sr)] of each side of each voxel; `None` leaves a hole.
