@@ -104,7 +104,7 @@ fn walk_times(entry: &Entry, voxels_per_frame: f32, metres_per_frame: f32, runs:
         metres_per_frame,
         frames: runs.len(),
         update_ms: Spread::of(&update)?,
-        mean_update_ms: mean(update.iter().sum()),
+        mean_update_ms: mean(update.iter().sum::<f64>() + 0.0),
         stages,
         passes: times.rows(),
     })
@@ -117,7 +117,8 @@ fn built(report: &Report) -> impl Iterator<Item = (&'static str, f64)> {
 
 /// Mean time of a walk's frame in those stages of which a build consists (ms).
 fn geometry_ms(report: &Report, walk: &WalkTimes) -> f64 {
-    built(report).filter_map(|(name, _)| walk.stages.get(name)).sum()
+    // A sum of nothing is −0.
+    built(report).filter_map(|(name, _)| walk.stages.get(name)).sum::<f64>() + 0.0
 }
 
 /// Time of those stages in a build (ms).

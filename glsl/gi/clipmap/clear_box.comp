@@ -3,6 +3,8 @@
 // clipmap.clear_box: the texels of a box of a level become empty. A thread a texel.
 layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
 
+layout(constant_id = 0) const bool FACES = false;
+
 layout(set = 1, binding = 0, rgba16f) uniform restrict writeonly image3D clipmap;
 
 #include "gi/clipmap/store.glsl"
@@ -15,5 +17,6 @@ layout(push_constant) uniform ClearBoxParams {
 void main() {
     ivec3 at = ivec3(gl_GlobalInvocationID);
     if (any(greaterThanEqual(at, params.size.xyz))) return;
-    store_texel(at + params.first.xyz & params.first.w - 1, params.size.w, params.first.w, vec4(0.0));
+    ivec3 texel = at + params.first.xyz & params.first.w - 1;
+    for (int face = 0; face < (FACES ? 6 : 1); ++face) store_texel(texel, face, params.size.w, params.first.w, vec4(0.0));
 }

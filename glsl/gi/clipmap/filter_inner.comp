@@ -5,7 +5,9 @@ layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
 
 #include "gi/voxel/prefilter.glsl"
 
-layout(constant_id = 0) const uint FILTER = 1;   // as `mode` of filter_eight
+layout(constant_id = 0) const uint FILTER = 1;   // as `mode` of filter_eight, of a level without faces
+layout(constant_id = 1) const bool FACES = false;
+layout(constant_id = 2) const bool FINER_FACES = false;   // the finer level has six too, not one for all
 
 layout(set = 1, binding = 0, rgba16f) uniform restrict image3D clipmap;
 
@@ -21,10 +23,18 @@ void main() {
     ivec3 at = ivec3(gl_GlobalInvocationID);
     if (any(greaterThanEqual(at, ivec3(n / 2)))) return;
     ivec3 voxel = params.first.xyz + at;
-    vec4 c[8];
-    for (int i = 0; i < 8; ++i) {
-        ivec3 finer = 2 * voxel + ivec3(i & 1, i >> 1 & 1, i >> 2) & n - 1;
-        c[i] = imageLoad(clipmap, ivec3(finer.xy, slab_layer(params.inner_level - 1, n) + finer.z));
+    for (int face = 0; face < (FACES ? 6 : 1); ++face) {
+        vec4 c[8];
+        for (int i = 0; i < 8; ++i) {
+            ivec3 child = FACES ? face_child(i, face) : ivec3(i & 1, i >> 1 & 1, i >> 2);
+            c[i] = imageLoad(clipmap, level_texel(2 * voxel + child & n - 1, FINER_FACES ? face : 0, params.inner_level - 1, n));
+        }
+        vec4 result;
+        if (FACES) {
+            result = filter_face(c);
+        } else {
+            result = filter_eight(c, FILTER);
+        }
+        store_texel(voxel & n - 1, face, params.inner_level, n, result);
     }
-    store_texel(voxel & n - 1, params.inner_level, n, filter_eight(c, FILTER));
 }

@@ -1,22 +1,46 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// clipmap.filter_top: one mip above the outermost level, from that level or the mip before. The level begins at a multiple of the coarsest mip's texel, so
-// that texels modulo n and modulo n/2 keep together. A thread a texel.
+// clipmap.filter_top: one mip above the outermost level, from that level or the mip before. Mips begin where the level does: their texels are not modulo
+// anything. The six faces of a mip are cubes side by side along x. A thread a texel.
 layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
 
 #include "gi/voxel/prefilter.glsl"
 
-layout(constant_id = 0) const uint FILTER = 1;   // as `mode` of filter_eight
+layout(constant_id = 0) const uint FILTER = 1;   // as `mode` of filter_eight, of a mip without faces
+layout(constant_id = 1) const bool FACES = false;
+layout(constant_id = 2) const bool FINER_FACES = false;
+layout(constant_id = 3) const bool FROM_LEVEL = false;   // `finer` is the texture of the levels
+
+#include "gi/clipmap/atlas.glsl"
 
 layout(set = 1, binding = 0, rgba16f) uniform restrict readonly image3D finer;
 layout(set = 1, binding = 1, rgba16f) uniform restrict writeonly image3D coarser;
 
-layout(push_constant) uniform TopParams { int finer_layer; } params;   // of `finer` that holds its layer 0
+layout(push_constant) uniform TopParams {
+    ivec4 first;         // xyz: first voxel of the outermost level modulo n; w: n
+    int finer_level;     // the outermost
+} params;
 
 void main() {
-    ivec3 texel = ivec3(gl_GlobalInvocationID);
-    if (any(greaterThanEqual(texel, imageSize(coarser)))) return;
+    ivec3 texel = ivec3(gl_GlobalInvocationID), size = imageSize(coarser);
+    if (any(greaterThanEqual(texel, size))) return;
+    int face = FACES ? texel.x / size.y : 0, finer_face = FINER_FACES ? face : 0, n = params.first.w;
+    ivec3 first = 2 * (texel - ivec3(face * size.y, 0, 0));
     vec4 c[8];
-    for (int i = 0; i < 8; ++i) c[i] = imageLoad(finer, 2 * texel + ivec3(i & 1, i >> 1 & 1, i >> 2) + ivec3(0, 0, params.finer_layer));
-    imageStore(coarser, texel, filter_eight(c, FILTER));
+    for (int i = 0; i < 8; ++i) {
+        ivec3 at = first + (FACES ? face_child(i, face) : ivec3(i & 1, i >> 1 & 1, i >> 2));
+        if (FROM_LEVEL) {
+            at = level_texel(at + params.first.xyz & n - 1, finer_face, params.finer_level, n);
+        } else {
+            at.x += finer_face * 2 * size.y;
+        }
+        c[i] = imageLoad(finer, at);
+    }
+    vec4 result;
+    if (FACES) {
+        result = filter_face(c);
+    } else {
+        result = filter_eight(c, FILTER);
+    }
+    imageStore(coarser, texel, result);
 }

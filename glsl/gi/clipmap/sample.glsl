@@ -6,19 +6,21 @@
 #define LUMIVOX_CLIPMAP_SAMPLE
 
 #include "shared/frame.glsl"
+#include "gi/cone/faces.glsl"
 #include "gi/clipmap/atlas.glsl"
 
 layout(constant_id = 0) const int N = 128;        // voxels along an edge of a level
 layout(constant_id = 2) const int LEVELS = 5;
 
-// The including pass declares `levels` (buffer of vec4), `clipmap` and `top` (texture3D, radiance premultiplied by opacity). A level's row is its smallest
-// corner in positions, and x + n y + n² z of its first voxel modulo n, exact in a float.
+// The including pass declares `levels` (buffer of vec4, two a level), `clipmap` and `top` (texture3D, radiance premultiplied by opacity). A level's rows are its smallest
+// corner in positions, with x + n y + n² z of its first voxel modulo n, exact in a float; and the point from which it fades, at most two of its voxels from
+// its middle: a level moves by whole blocks, which is not to be seen.
 
-// 1 inside a level, falling to 0 in a border of n/16 voxels, one voxel off its end.
+// 1 inside a level, falling to 0 in a border of n/16 voxels, one voxel off the nearest that its end can be.
 float share_of_level(vec3 position, int level) {
-    vec3 local = (position - levels[level].xyz) * exp2(-float(level));
-    vec3 inside = min(local, float(N) - local);
-    return clamp((min(inside.x, min(inside.y, inside.z)) - 1.0) * 16.0 / float(N), 0.0, 1.0);
+    vec3 local = abs(position - levels[2 * level + 1].xyz) * exp2(-float(level));
+    float inside = 0.5 * float(N) - 3.0 - max(local.x, max(local.y, local.z));
+    return clamp(inside * 16.0 / float(N), 0.0, 1.0);
 }
 
 // Finest level, from a given one on, that holds a position; with what the next one adds to it in its fading border.
@@ -36,39 +38,69 @@ float least_diameter(vec3 position) {
     return exp2(level_at(position, 0));
 }
 
-// Edge of the largest texel that such a sample reads [voxels of level 0].
+// Edge of the largest texel that such a sample reads [voxels of level 0]; where a level only begins to fade, it grows towards that.
 float largest_texel(vec3 position) {
-    return exp2(ceil(level_at(position, 0)));
+    float level = level_at(position, 0);
+    return exp2(floor(level) + min(4.0 * fract(level), 1.0));
 }
 
-vec4 sample_level(vec3 position, int level) {
+// Trilinear sample of a face of a level; 0 where there is one for all directions. Positions and rows are modulo N.
+vec4 sample_stored(vec3 at, int face, int level) {
+    float rows = float(FACES ? 6 * (N + 2) : N), layers = float(LEVELS * (N + 2));
+    float y = FACES ? (float(face_row(face, N)) + fract(at.y) * float(N)) / rows : at.y;
+    float z = (float(slab_layer(level, N)) + fract(at.z) * float(N)) / layers;
+    return textureLod(sampler3D(clipmap, linear_repeat), vec3(at.x, y, z), 0.0);
+}
+
+// Likewise, of a mip above the outermost level, at a position in its cube.
+vec4 sample_top(vec3 at, int face, int mip) {
+    if (FACES) at.x = (float(face) + at.x) / 6.0;
+    return textureLod(sampler3D(top, linear_clamp), at, float(mip));
+}
+
+// Trilinear sample of one level. One turn or none of each loop, and not branches: a software driver takes every branch, but leaves a loop when it may.
+vec4 sample_level(vec3 position, int level, vec3 direction) {
     int stored = min(level, LEVELS - 1), mip = max(level - LEVELS, 0);
-    vec4 row = levels[stored];
+    vec4 row = levels[2 * stored];
     uint first = uint(row.w);
     vec3 wrap = vec3(first % uint(N), first / uint(N) % uint(N), first / uint(N * N));
     // The mips above have larger texels; none is filtered across the level's border.
     float texel = level < LEVELS ? 1.0 : exp2(float(mip + 1));
     vec3 local = clamp((position - row.xyz) * exp2(-float(stored)), vec3(0.5 * texel), vec3(float(N) - 0.5 * texel));
     vec3 at = (wrap + local) / float(N);
+    bool is_stored = level < LEVELS, six = FACES && has_faces(level);
+    ivec3 met = faces_met(direction);
     vec4 result = vec4(0.0);
-    for (int turn = int(level < LEVELS); turn > 0; --turn) {
-        float layers = float(LEVELS * (N + 2));
-        float layer = float(slab_layer(stored, N)) + fract(at.z) * float(N);
-        result = textureLod(sampler3D(clipmap, linear_repeat), vec3(at.xy, layer / layers), 0.0);
+    for (int turn = int(is_stored && !six); turn > 0; --turn) result = sample_stored(at, 0, stored);
+    if (FACES) {
+        vec4 x, y, z;
+        for (int turn = int(is_stored && six); turn > 0; --turn) {
+            x = sample_stored(at, met.x, stored);
+            y = sample_stored(at, met.y, stored);
+            z = sample_stored(at, met.z, stored);
+            result = combine_faces(x, y, z, direction);
+        }
+        for (int turn = int(!is_stored); turn > 0; --turn) {
+            x = sample_top(local / float(N), met.x, mip);
+            y = sample_top(local / float(N), met.y, mip);
+            z = sample_top(local / float(N), met.z, mip);
+            result = combine_faces(x, y, z, direction);
+        }
+    } else {
+        for (int turn = int(!is_stored); turn > 0; --turn) result = sample_top(local / float(N), 0, mip);
     }
-    for (int turn = int(level >= LEVELS); turn > 0; --turn) result = textureLod(sampler3D(top, linear_repeat), at, float(mip));
     return result;
 }
 
-// `level`: log2 of the sample's diameter [voxels of level 0]. Its light is the same in all directions.
+// `level`: log2 of the sample's diameter [voxels of level 0].
 vec4 sample_volume(vec3 position, float resolution, float level, vec3 direction) {
     float coarsest = float(LEVELS - 1 + findMSB(uint(N) / 8u));
     level = clamp(level, 0.0, coarsest);
     level = max(level, level_at(position, min(int(level), LEVELS - 1)));
     int finer = int(level);
     float coarser_share = level - float(finer);
-    vec4 texel = (1.0 - coarser_share) * sample_level(position, finer);
-    for (int turn = int(coarser_share > 0.0); turn > 0; --turn) texel += coarser_share * sample_level(position, finer + 1);
+    vec4 texel = (1.0 - coarser_share) * sample_level(position, finer, direction);
+    for (int turn = int(coarser_share > 0.0); turn > 0; --turn) texel += coarser_share * sample_level(position, finer + 1, direction);
     return texel;
 }
 

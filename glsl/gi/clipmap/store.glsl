@@ -4,12 +4,22 @@
 
 #include "gi/clipmap/atlas.glsl"
 
+// From a row or layer to its copy beyond the other end; 0 where it has none.
+int copy_offset(int at, int n) {
+    return at == 0 ? n : at == n - 1 ? -n : 0;
+}
+
 // The including pass declares `clipmap` (image3D). `texel` is modulo n.
-void store_texel(ivec3 texel, int level, int n, vec4 value) {
-    int layer = slab_layer(level, n);
-    imageStore(clipmap, ivec3(texel.xy, layer + texel.z), value);
-    for (int turn = int(texel.z == 0); turn > 0; --turn) imageStore(clipmap, ivec3(texel.xy, layer + n), value);
-    for (int turn = int(texel.z == n - 1); turn > 0; --turn) imageStore(clipmap, ivec3(texel.xy, layer - 1), value);
+void store_texel(ivec3 texel, int face, int level, int n, vec4 value) {
+    ivec3 at = level_texel(texel, face, level, n);
+    imageStore(clipmap, at, value);
+    int above = copy_offset(texel.z, n);
+    for (int turn = int(above != 0); turn > 0; --turn) imageStore(clipmap, at + ivec3(0, 0, above), value);
+    if (FACES) {
+        int beside = copy_offset(texel.y, n);
+        for (int turn = int(beside != 0); turn > 0; --turn) imageStore(clipmap, at + ivec3(0, beside, 0), value);
+        for (int turn = int(beside != 0 && above != 0); turn > 0; --turn) imageStore(clipmap, at + ivec3(0, beside, above), value);
+    }
 }
 
 #endif

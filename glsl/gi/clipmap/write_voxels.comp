@@ -5,6 +5,9 @@ layout(local_size_x = 64) in;
 
 #include "gi/voxel/records.glsl"
 
+layout(constant_id = 0) const bool FACES = false;
+layout(constant_id = 1) const uint RADIANCES = 1;   // of a voxel: 6, or one for all faces
+
 layout(std430, set = 1, binding = 0) restrict readonly buffer Voxels { Voxel voxels[]; };
 layout(std430, set = 1, binding = 1) restrict readonly buffer VoxelRadiance { uvec2 voxel_radiance[]; };
 layout(set = 1, binding = 2, rgba16f) uniform restrict writeonly image3D clipmap;
@@ -23,6 +26,10 @@ void main() {
     if (index >= params.voxel_count) return;
     ivec3 voxel = ivec3(voxel_coordinates(voxels[index].xy, voxels[index].z_area));
     if (all(greaterThanEqual(voxel, params.inner.xyz)) && all(lessThan(voxel, params.inner.xyz + params.inner.w))) return;
-    vec2 rg = unpackHalf2x16(voxel_radiance[index].x), ba = unpackHalf2x16(voxel_radiance[index].y);
-    store_texel(voxel + params.first.xyz & params.first.w - 1, params.clipmap_level, params.first.w, vec4(vec3(rg, ba.x) * ba.y, ba.y));
+    ivec3 texel = voxel + params.first.xyz & params.first.w - 1;
+    for (int face = 0; face < (FACES ? 6 : 1); ++face) {
+        uvec2 radiance = voxel_radiance[RADIANCES * index + min(uint(face), RADIANCES - 1u)];
+        vec2 rg = unpackHalf2x16(radiance.x), ba = unpackHalf2x16(radiance.y);
+        store_texel(texel, face, params.clipmap_level, params.first.w, vec4(vec3(rg, ba.x) * ba.y, ba.y));
+    }
 }

@@ -44,9 +44,7 @@ layout(push_constant) uniform BounceConeParams {
 
 void main() {
     uint sides = 1u;
-#ifndef CLIPMAP
     if (FINEST_FACES) sides = 2u;
-#endif
 #ifdef SVO
     sides += NORMALS;
 #endif

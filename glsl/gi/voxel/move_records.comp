@@ -7,7 +7,8 @@ layout(local_size_x = 64) in;
 #include "gi/voxel/records.glsl"
 
 layout(constant_id = 0) const uint EMISSIVE = 0;
-layout(constant_id = 1) const uint IRRADIANCE = 0;   // 1: what the voxels gathered goes along, and is none where they are new
+layout(constant_id = 1) const uint IRRADIANCE = 0;   // so many a voxel: what it gathered, which goes along, and is none where it is new
+layout(constant_id = 2) const bool FACES = false;
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer MovedFrom { uint moved_from[]; };
 layout(std430, set = 1, binding = 1) restrict readonly buffer Occupancy { uvec2 occupancy[]; };
@@ -18,6 +19,9 @@ layout(std430, set = 1, binding = 5) restrict readonly buffer OldEmission { vec4
 layout(std430, set = 1, binding = 6) restrict writeonly buffer VoxelEmission { vec4 voxel_emission[]; };
 layout(std430, set = 1, binding = 7) restrict readonly buffer OldIrradiance { uvec2 old_irradiance[]; };
 layout(std430, set = 1, binding = 8) restrict writeonly buffer VoxelIrradiance { uvec2 voxel_irradiance[]; };
+
+layout(std430, set = 1, binding = 9) restrict readonly buffer OldFaces { uvec2 old_faces[]; };
+layout(std430, set = 1, binding = 10) restrict writeonly buffer VoxelFaces { uvec2 voxel_faces[]; };
 
 layout(push_constant) uniform MoveParams {
     uint block_count;
@@ -38,7 +42,10 @@ void main() {
             voxel.z_area -= params.shift_z;
             voxels[to + i] = voxel;
             if (EMISSIVE != 0u) voxel_emission[to + i] = old_emission[from + i];
+            if (FACES) voxel_faces[to + i] = old_faces[from + i];
         }
-        if (IRRADIANCE != 0u) voxel_irradiance[to + i] = stays ? old_irradiance[from + i] : uvec2(0u);
+        for (uint side = 0u; side < IRRADIANCE; ++side) {
+            voxel_irradiance[IRRADIANCE * (to + i) + side] = stays ? old_irradiance[IRRADIANCE * (from + i) + side] : uvec2(0u);
+        }
     }
 }

@@ -1,11 +1,21 @@
 //! Where the levels of a clipmap are.
 
-use glam::{IVec3, Vec3};
+use glam::{DVec3, IVec3, Vec3};
 
 use crate::gi::voxel::{VoxelBox, VoxelGrid};
 
 /// Windows move by whole blocks of voxels.
 const BLOCK: i32 = 4;
+
+/// Where a level is, in voxels of its unbounded grid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// Its first voxel.
+    pub first: IVec3,
+    /// The point from which it fades to all sides: the camera, or the point next to it that the level can have in its middle; at most two voxels from the
+    /// middle, which moves by whole blocks.
+    pub middle: Vec3,
+}
 
 /// The nested grids of a clipmap, wherever it is: level l has n³ voxels of size 2^l h, and voxel v of its unbounded grid lies where voxels 2v and 2v + 1 of the
 /// next finer one do.
@@ -44,10 +54,10 @@ impl Layout {
         (self.resolution / 8).ilog2()
     }
 
-    /// The first voxel of each level, in voxels of its unbounded grid, for a camera at `eye` (m): the camera in the middle, as far as the level then does not
-    /// reach beyond the scene; there it stays at the scene's border. Every level lies inside the next.
-    pub fn places(&self, eye: Vec3) -> Vec<IVec3> {
-        let mut places = vec![IVec3::ZERO; self.levels as usize];
+    /// Where each level is for a camera at `eye` (m): the camera in the middle, as far as the level then does not reach beyond the scene; there it stays at the
+    /// scene's border. Every level lies inside the next.
+    pub fn places(&self, eye: Vec3) -> Vec<Place> {
+        let mut places = vec![Place { first: IVec3::ZERO, middle: Vec3::ZERO }; self.levels as usize];
         let mut outer: Option<IVec3> = None;
         for level in (0..self.levels).rev() {
             let (size, edge) = (self.size_of(level), self.resolution as i32);
@@ -57,14 +67,16 @@ impl Layout {
                 let [eye, low, high] = [eye, low, high].map(|position| f64::from(position - anchor) / f64::from(size));
                 let half = 0.5 * f64::from(edge);
                 let (least, most) = (low - f64::from(BLOCK) + half, high + f64::from(BLOCK) - half);
-                let centre = if least >= most { 0.5 * (low + high) } else { eye.clamp(least, most) };
-                step * ((centre - half) / f64::from(step)).round() as i32
+                if least >= most { 0.5 * (low + high) } else { eye.clamp(least, most) }
             };
             let (low, high) = self.bounds;
-            let place = IVec3::from_array(std::array::from_fn(|i| axis(eye[i], low[i], high[i], self.anchor[i])));
-            let place = outer.map_or(place, |outer| place.clamp(2 * outer, 2 * outer + edge));
-            outer = Some(place);
-            places[level as usize] = place;
+            let centre = DVec3::from_array(std::array::from_fn(|i| axis(eye[i], low[i], high[i], self.anchor[i])));
+            let half = 0.5 * f64::from(edge);
+            let first = step * ((centre - half) / f64::from(step)).round().as_ivec3();
+            let first = outer.map_or(first, |outer| first.clamp(2 * outer, 2 * outer + edge));
+            outer = Some(first);
+            let (own, slack) = (first.as_dvec3() + half, DVec3::splat(0.5 * f64::from(BLOCK)));
+            places[level as usize] = Place { first, middle: centre.clamp(own - slack, own + slack).as_vec3() };
         }
         places
     }
@@ -76,13 +88,15 @@ impl Layout {
         VoxelGrid { origin, voxel_size: self.voxel_size, resolution: self.resolution << top }
     }
 
-    /// The row of a level that cones are traced with: its corner from the outermost level's, in voxels of level 0, and where it begins in its slab
-    /// (`gi/clipmap/sample.glsl`).
-    pub fn row(&self, level: u32, first: IVec3, outermost: IVec3) -> [f32; 4] {
+    /// The rows of a level that cones are traced with: its corner from the outermost level's, in voxels of level 0, and where it begins in its slab; likewise its
+    /// middle (`gi/clipmap/sample.glsl`).
+    pub fn rows(&self, level: u32, Place { first, middle }: Place, outermost: IVec3) -> [[f32; 4]; 2] {
         let corner = (first << level as i32) - (outermost << (self.levels - 1) as i32);
         let n = self.resolution as i32;
         let wrap = first.rem_euclid(IVec3::splat(n));
-        corner.as_vec3().extend((wrap.x + n * (wrap.y + n * wrap.z)) as f32).to_array()
+        let corner = corner.as_vec3();
+        let from_corner = (middle - first.as_vec3()) * (1 << level) as f32;
+        [corner.extend((wrap.x + n * (wrap.y + n * wrap.z)) as f32).to_array(), (corner + from_corner).extend(0.0).to_array()]
     }
 
     /// Where a finer level lies, in voxels of the next coarser one.
@@ -108,13 +122,15 @@ mod tests {
             for step in -40..40 {
                 let eye = Vec3::new(0.7, 0.31, -0.23) * step as f32;
                 let places = layout.places(eye);
-                for (level, first) in places.iter().enumerate() {
+                for (level, Place { first, middle }) in places.iter().enumerate() {
+                    let off = (*middle - first.as_vec3() - 0.5 * resolution as f32).abs().max_element();
+                    assert!(off <= 2.001, "{layout:?} {eye} level {level}: {off} voxels from its middle");
                     assert_eq!(first.rem_euclid(IVec3::splat(BLOCK)), IVec3::ZERO, "{layout:?} {eye} level {level}");
                     let Some(outer) = places.get(level + 1) else { continue };
-                    let (inner, outer) = (layout.inner(*first), VoxelBox::cube(*outer, resolution));
+                    let (inner, outer) = (layout.inner(*first), VoxelBox::cube(outer.first, resolution));
                     assert_eq!(inner.cut(outer), inner, "{layout:?} {eye}: level {level} lies inside the next");
                 }
-                let outermost = places[layout.levels as usize - 1];
+                let outermost = places[layout.levels as usize - 1].first;
                 assert_eq!(outermost.rem_euclid(IVec3::splat(1 << layout.top_mips())), IVec3::ZERO);
             }
         }
@@ -125,7 +141,7 @@ mod tests {
         for (resolution, levels) in [(16, 5), (32, 3), (128, 5)] {
             let layout = Layout::new(BOUNDS, resolution, levels, 0.0);
             let places = layout.places(BOUNDS.1);
-            let grid = layout.grid(places[layout.levels as usize - 1]);
+            let grid = layout.grid(places[layout.levels as usize - 1].first);
             let end = grid.origin + grid.voxel_size * grid.resolution as f32;
             assert!(grid.origin.cmplt(BOUNDS.0).all() && end.cmpgt(BOUNDS.1).all(), "{grid:?}");
             assert_eq!(layout.levels, levels);

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use glam::{IVec3, Vec3};
 
-pub use layout::Layout;
+pub use layout::{Layout, Place};
 pub use volume::ClipmapVolume;
 
 use super::cone::{self, ConeTracer};
@@ -15,7 +15,8 @@ use super::interleave::{self, deinterleave};
 use super::registry::{Directions, Entry, Part, Stage};
 use super::settings::{Domain, Preset, Setting, Settings};
 use super::voxel::{
-    self, Bounces, Injection, LightSettings, MIP_FILTER, Prefilter, Sides, VoxelBox, VoxelLight, VoxelRecords, VoxelSettings, VoxelWindow, WindowScratch,
+    self, Bounces, Directionality, FACE_SETTINGS, Injection, LightSettings, MIP_FILTER, Prefilter, Sides, VoxelBox, VoxelLight, VoxelRecords, VoxelSettings,
+    VoxelWindow, WindowScratch,
 };
 use super::{Context, IndirectLight, Technique, VoxelVolume};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image, Pass};
@@ -62,6 +63,8 @@ static PRESETS: &[Preset] = &[
         help: "cones as they converge best for their time: narrow, interleaved, kept off the receiver's plane, through texels that stay opaque",
         values: &[],
     },
+    Preset { name: "anisotropic", help: "as cones, through levels that look different along each axis from either side", values: &[voxel::ANISOTROPIC] },
+    Preset { name: "directional", help: "as cones, through voxels of six faces on all levels, either side of which blocks", values: &[voxel::DIRECTIONAL] },
     Preset { name: "textbook", help: "as the papers have it: box-filtered levels, six cones of 60°", values: &[&[("mip_filter", "box")], cone::TEXTBOOK] },
 ];
 
@@ -81,7 +84,7 @@ pub static ENTRY: Entry = Entry {
     name: "clipmap",
     summary: "nested voxel grids around the camera, cone-traced",
     bounces: |settings| Bounces::new(settings).count(),
-    settings: &[SETTINGS, voxel::SETTINGS, cone::SETTINGS],
+    settings: &[SETTINGS, voxel::SETTINGS, FACE_SETTINGS, cone::SETTINGS],
     check: cone::check,
     presets: PRESETS,
     passes: &[voxel::PASSES, PASSES, cone::CLIPMAP_PASSES, interleave::PASSES],
@@ -107,7 +110,7 @@ pub static ENTRY: Entry = Entry {
 struct Level {
     window: VoxelWindow,
     light: VoxelLight,
-    first: IVec3,
+    place: Place,
     /// Where the next finer level was when this one's texels were made last, in voxels of this level.
     inner: Option<VoxelBox>,
     /// Whether its voxels have the light of this frame.
@@ -152,15 +155,18 @@ impl Clipmap {
         let specular = scene.is_glossy && settings.is("specular", "on");
         let interleave = settings.count("interleave");
         let layout = Layout::new(scene.bounds, settings.count("resolution"), settings.count("levels"), settings.number("voxel_size"));
+        let directionality = Directionality::new(settings);
+        let faces = directionality.faces();
+        let sides = if faces.is_some() { Sides::Two } else { Sides::One };
         Ok(Clipmap {
             layout,
-            voxel_settings: VoxelSettings::new(settings),
-            light_settings: LightSettings::new(settings, Sides::One),
+            voxel_settings: VoxelSettings { faces, ..VoxelSettings::new(settings) },
+            light_settings: LightSettings { stores_faces: faces.is_some(), ..LightSettings::new(settings, sides) },
             is_staggered: settings.is("level_updates", "staggered"),
             keeps_light: settings.is("light_updates", "on-change"),
             cones: ConeTracer::new(gpu, settings)?,
             interleave,
-            volume: ClipmapVolume::new(gpu, layout, Prefilter::new(settings))?,
+            volume: ClipmapVolume::new(gpu, layout, Prefilter::new(settings), directionality)?,
             levels: Vec::new(),
             scratch: WindowScratch::new(gpu, scene)?,
             frame: 0,
@@ -179,33 +185,34 @@ impl Clipmap {
     }
 
     /// Where the levels go in this frame: those that are due to their places, and those whose finer level would leave them.
-    fn places(&self, eye: Vec3) -> Vec<IVec3> {
+    fn places(&self, eye: Vec3) -> Vec<Place> {
         let mut places = self.layout.places(eye);
         for (index, level) in self.levels.iter().enumerate() {
-            let current = VoxelBox::cube(level.first, self.layout.resolution);
+            let current = VoxelBox::cube(level.place.first, self.layout.resolution);
             let holds_finer = index.checked_sub(1).is_none_or(|finer| {
-                let inner = self.layout.inner(places[finer]);
+                let inner = self.layout.inner(places[finer].first);
                 inner.cut(current) == inner
             });
             if !self.is_due(index) && holds_finer {
-                places[index] = level.first;
+                places[index] = level.place;
             }
         }
         places
     }
 
     /// Moves levels to these places, and makes what lies within `stale` (m) anew.
-    fn follow(&mut self, context: &Context<'_>, places: &[IVec3], stale: Option<(Vec3, Vec3)>) -> Result<FrameStats, Error> {
+    fn follow(&mut self, context: &Context<'_>, places: &[Place], stale: Option<(Vec3, Vec3)>) -> Result<FrameStats, Error> {
         let mut stats = FrameStats::default();
-        for (index, first) in places.iter().copied().enumerate() {
-            let Level { window, light, first: old, new, .. } = &mut self.levels[index];
+        for (index, place) in places.iter().copied().enumerate() {
+            let Level { window, light, place: old, new, .. } = &mut self.levels[index];
             let stale: Vec<VoxelBox> = stale.iter().map(|bounds| window.touched(*bounds)).collect();
-            let irradiance = if light.settings.bounces == Bounces::Feedback { light.irradiance.as_mut() } else { None };
-            let (boxes, cost) = window.update(context.gpu, context.scene, &mut self.scratch, first, &stale, irradiance)?;
+            let irradiance =
+                light.irradiance.as_mut().filter(|_| light.settings.bounces == Bounces::Feedback).map(|irradiance| (irradiance, light.settings.sides));
+            let (boxes, cost) = window.update(context.gpu, context.scene, &mut self.scratch, place.first, &stale, irradiance)?;
             if window.voxels.capacity() > light.capacity {
                 light.reserve(context.gpu, &window.voxels)?;
             }
-            *old = first;
+            *old = place;
             new.extend(boxes);
             stats.append(cost);
         }
@@ -215,7 +222,7 @@ impl Clipmap {
 
     /// Where the finer level lies in a level, in its voxels.
     fn inner(&self, level: usize) -> Option<VoxelBox> {
-        level.checked_sub(1).map(|finer| self.layout.inner(self.levels[finer].first))
+        level.checked_sub(1).map(|finer| self.layout.inner(self.levels[finer].place.first))
     }
 
     /// The levels whose texels are made anew in this frame.
@@ -245,17 +252,21 @@ impl Clipmap {
     /// Adds the passes that make the texels of a level from its voxels and the next finer level.
     fn write_level(&self, frame: &mut Frame, index: usize) {
         let (level, inner) = (&self.levels[index], self.inner(index));
-        self.volume.write_voxels(frame, index as u32, level.first, inner, &level.window.voxels, &level.light);
+        self.volume.write_voxels(frame, index as u32, level.place.first, inner, &level.window.voxels, &level.light);
         if let Some(inner) = inner {
             self.volume.filter_inner(frame, index as u32, inner);
         }
     }
 
+    fn filter_top(&self, frame: &mut Frame) {
+        self.volume.filter_top(frame, self.levels[self.levels.len() - 1].place.first);
+    }
+
     fn bounce(&self, frame: &mut Frame) {
-        let grid = self.layout.grid(self.levels[self.levels.len() - 1].first);
+        let grid = self.layout.grid(self.levels[self.levels.len() - 1].place.first);
         for Level { window, light, .. } in &self.levels {
             if let Some(irradiance) = &light.irradiance {
-                self.cones.bounce(frame, &grid, &VoxelRecords::from(&window.voxels), self.volume.as_volume(), irradiance);
+                self.cones.bounce(frame, &grid, &VoxelRecords::from(&window.voxels), self.volume.as_seen_by_voxels(), irradiance);
             }
         }
     }
@@ -269,7 +280,15 @@ impl Technique for Clipmap {
         for level in 0..self.layout.levels {
             let window = VoxelWindow::new(gpu, scene, self.voxel_settings, self.layout.anchor, self.layout.size_of(level))?;
             let light = VoxelLight::new(gpu, scene, &window.voxels, self.light_settings)?;
-            self.levels.push(Level { window, light, first: IVec3::ZERO, inner: None, is_lit: false, is_stale: false, new: Vec::new() });
+            self.levels.push(Level {
+                window,
+                light,
+                place: Place { first: IVec3::ZERO, middle: Vec3::ZERO },
+                inner: None,
+                is_lit: false,
+                is_stale: false,
+                new: Vec::new(),
+            });
         }
         let mut frame = Frame::new();
         self.volume.clear(&mut frame);
@@ -289,7 +308,7 @@ impl Technique for Clipmap {
         let mut stats = FrameStats::default();
         // What has moved may shadow anything.
         self.levels.iter_mut().for_each(|level| level.is_lit = false);
-        let places: Vec<IVec3> = self.levels.iter().map(|level| level.first).collect();
+        let places: Vec<Place> = self.levels.iter().map(|level| level.place).collect();
         for bounds in [self.pose.replace(dynamic.bounds), Some(dynamic.bounds)] {
             stats.append(self.follow(context, &places, bounds)?);
         }
@@ -333,7 +352,7 @@ impl Technique for Clipmap {
             return;
         }
         for _ in 0..self.light_settings.bounces.before_the_picture() {
-            self.volume.filter_top(frame);
+            self.filter_top(frame);
             self.bounce(frame);
             for index in due.iter().copied() {
                 let Level { window, light, .. } = &self.levels[index];
@@ -341,7 +360,7 @@ impl Technique for Clipmap {
                 self.write_level(frame, index);
             }
         }
-        self.volume.filter_top(frame);
+        self.filter_top(frame);
         if self.light_settings.bounces == Bounces::Feedback {
             self.bounce(frame);
         }
@@ -349,7 +368,7 @@ impl Technique for Clipmap {
 
     fn gather(&mut self, frame: &mut Frame, _scene: &GpuScene, gbuffer: &GBuffer) -> IndirectLight {
         let Some(outermost) = self.levels.last() else { return self.light.clone() };
-        let (grid, volume) = (self.layout.grid(outermost.first), self.volume.as_volume());
+        let (grid, volume) = (self.layout.grid(outermost.place.first), self.volume.as_volume());
         let target = self.interleaved.as_ref().unwrap_or(&self.light.diffuse);
         self.cones.gather(frame, gbuffer, &grid, volume, target);
         self.cones.occlusion(frame, gbuffer, &grid, volume, target);
@@ -365,7 +384,7 @@ impl Technique for Clipmap {
     fn direct(&self, frame: &mut Frame, scene: &GpuScene, maps: &LightMaps, gbuffer: &GBuffer, output: &Output) {
         match self.levels.last() {
             Some(outermost) if self.cones.has_shadows() => {
-                self.cones.shadow(frame, scene, gbuffer, &self.layout.grid(outermost.first), self.volume.as_volume(), &output.direct);
+                self.cones.shadow(frame, scene, gbuffer, &self.layout.grid(outermost.place.first), self.volume.as_volume(), &output.direct);
             }
             _ => output.draw_direct(frame, scene, maps, gbuffer),
         }
@@ -373,7 +392,7 @@ impl Technique for Clipmap {
 
     fn count_samples(&self, gpu: &Gpu, scene: &GpuScene, gbuffer: &GBuffer) -> Result<Vec<(&'static str, u64)>, Error> {
         let Some(outermost) = self.levels.last() else { return Ok(Vec::new()) };
-        let grid = self.layout.grid(outermost.first);
+        let grid = self.layout.grid(outermost.place.first);
         self.cones.count_samples(gpu, scene, gbuffer, &grid, self.volume.as_volume(), [true, self.light.specular.is_some()])
     }
 

@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use glam::IVec3;
 
-use super::layout::Layout;
+use super::layout::{Layout, Place};
 use crate::gi::cone::Volume;
 use crate::gi::voxel::voxelize::{buffer, linear_groups};
-use crate::gi::voxel::{Prefilter, VoxelBox, VoxelLight, Voxels};
+use crate::gi::voxel::{Directionality, Prefilter, VoxelBox, VoxelLight, Voxels};
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Pass, Sets, Shaders, vk};
 
@@ -48,8 +48,10 @@ gpu_struct! {
 gpu_struct! {
     /// Parameters of `clipmap.filter_top`.
     pub struct TopParams {
-        /// Layer of the finer texture that holds its layer 0.
-        pub finer_layer: i32,
+        /// xyz: first voxel of the outermost level modulo n; w: n.
+        pub first: [i32; 4],
+        /// The outermost level.
+        pub finer_level: i32,
     }
 }
 
@@ -97,18 +99,20 @@ pub static FILTER_TOP: Pass = Pass {
 pub struct ClipmapVolume {
     layout: Layout,
     filter: Prefilter,
-    /// RGBA16F, radiance (W/(m² sr)) premultiplied by opacity, and opacity: n × n × levels · (n + 2).
+    directionality: Directionality,
+    /// RGBA16F, radiance (W/(m² sr)) premultiplied by opacity, and opacity: n × n × levels · (n + 2); with faces n × 6 (n + 2) × levels · (n + 2).
     pub clipmap: Arc<Image>,
-    /// Mips of the outermost level, (n/2)³ and less.
+    /// Mips of the outermost level, (n/2)³ and less; with faces six side by side along x.
     pub top: Arc<Image>,
-    /// A row a level.
-    rows: Arc<Buffer>,
+    /// Two rows a level: for pictures, and for voxels, whose light does not depend on where between two blocks the camera is.
+    rows: [Arc<Buffer>; 2],
 }
 
 impl ClipmapVolume {
     /// Allocates it; it is empty after the first update.
-    pub fn new(gpu: &Gpu, layout: Layout, filter: Prefilter) -> Result<Self, Error> {
+    pub fn new(gpu: &Gpu, layout: Layout, filter: Prefilter, directionality: Directionality) -> Result<Self, Error> {
         let n = layout.resolution;
+        let [height, cubes] = if directionality == Directionality::Isotropic { [n, 1] } else { [6 * (n + 2), 6] };
         let image = |name: &str, extent, mips| {
             gpu.create_image(&ImageDesc {
                 name: name.into(),
@@ -120,25 +124,51 @@ impl ClipmapVolume {
                 usage: ImageUsage::STORAGE | ImageUsage::SAMPLED,
             })
         };
+        let rows = || buffer(gpu, "clipmap.rows", 32 * u64::from(layout.levels));
         Ok(ClipmapVolume {
             layout,
             filter,
-            clipmap: image("clipmap.levels", [n, n, layout.levels * (n + 2)], 1)?,
-            top: image("clipmap.top", [n / 2; 3], layout.top_mips())?,
-            rows: buffer(gpu, "clipmap.rows", 16 * u64::from(layout.levels))?,
+            directionality,
+            clipmap: image("clipmap.levels", [n, height, layout.levels * (n + 2)], 1)?,
+            top: image("clipmap.top", [cubes * (n / 2), n / 2, n / 2], layout.top_mips())?,
+            rows: [rows()?, rows()?],
         })
     }
 
     /// Tells the shaders where the levels are.
-    pub fn set_places(&self, gpu: &Gpu, places: &[IVec3]) -> Result<(), Error> {
-        let outermost = places[places.len() - 1];
-        let rows: Vec<[f32; 4]> = (0u32..).zip(places).map(|(level, first)| self.layout.row(level, *first, outermost)).collect();
-        gpu.upload_buffer(&self.rows, bytemuck::cast_slice(&rows))
+    pub fn set_places(&self, gpu: &Gpu, places: &[Place]) -> Result<(), Error> {
+        let outermost = places[places.len() - 1].first;
+        let rows = |place: &dyn Fn(Place) -> Place| -> Vec<[[f32; 4]; 2]> {
+            (0u32..).zip(places).map(|(level, own)| self.layout.rows(level, place(*own), outermost)).collect()
+        };
+        let half = 0.5 * self.layout.resolution as f32;
+        let own_middle = |Place { first, .. }: Place| Place { first, middle: first.as_vec3() + half };
+        gpu.upload_buffer(&self.rows[0], bytemuck::cast_slice(&rows(&|place| place)))?;
+        gpu.upload_buffer(&self.rows[1], bytemuck::cast_slice(&rows(&own_middle)))
     }
 
-    /// What cones march through.
+    /// What the cones of pictures march through.
     pub fn as_volume(&self) -> Volume<'_> {
-        Volume::Clipmap { levels: &self.rows, clipmap: &self.clipmap, top: &self.top, shape: [self.layout.resolution, self.layout.levels] }
+        self.volume(&self.rows[0])
+    }
+
+    /// What the cones of voxels march through.
+    pub fn as_seen_by_voxels(&self) -> Volume<'_> {
+        self.volume(&self.rows[1])
+    }
+
+    fn volume<'v>(&'v self, levels: &'v Arc<Buffer>) -> Volume<'v> {
+        let shape = [self.layout.resolution, self.layout.levels];
+        Volume::Clipmap { levels, clipmap: &self.clipmap, top: &self.top, shape, directionality: self.directionality }
+    }
+
+    fn has_faces(&self) -> u32 {
+        u32::from(self.directionality != Directionality::Isotropic)
+    }
+
+    /// Whether a level has a texel for each of six faces, and not one for all.
+    fn has_six(&self, level: u32) -> u32 {
+        if level == 0 { u32::from(self.directionality.faces().is_some()) } else { self.has_faces() }
     }
 
     /// Adds the pass that empties all texels.
@@ -153,6 +183,7 @@ impl ClipmapVolume {
         frame
             .pass(&CLEAR_BOX)
             .bind(&self.clipmap)
+            .constants(&[self.has_faces()])
             .push(&ClearBoxParams { first: self.wrap(cleared.low), size: size.extend(level as i32).to_array() })
             .dispatch(groups.to_array());
     }
@@ -161,7 +192,9 @@ impl ClipmapVolume {
     pub fn write_voxels(&self, frame: &mut Frame, level: u32, first: IVec3, inner: Option<VoxelBox>, voxels: &Voxels, light: &VoxelLight) {
         let inner = inner.map_or([0; 4], |inner| (inner.low - first).extend(inner.end.x - inner.low.x).to_array());
         let params = WriteParams { first: self.wrap(first), inner, voxel_count: voxels.voxel_count, clipmap_level: level as i32 };
-        frame.pass(&WRITE_VOXELS).bind(&voxels.records).bind(&light.radiance).bind(&self.clipmap).push(&params).dispatch(linear_groups(voxels.voxel_count));
+        let radiances = if light.settings.stores_faces { 6 } else { 1 };
+        let pass = frame.pass(&WRITE_VOXELS).bind(&voxels.records).bind(&light.radiance).bind(&self.clipmap);
+        pass.constants(&[self.has_faces(), radiances]).push(&params).dispatch(linear_groups(voxels.voxel_count));
     }
 
     /// Adds the pass that makes the texels of a level in `inner` from the next finer one.
@@ -169,20 +202,21 @@ impl ClipmapVolume {
         frame
             .pass(&FILTER_INNER)
             .bind(&self.clipmap)
-            .constants(&[self.filter as u32])
+            .constants(&[self.filter as u32, self.has_faces(), self.has_six(level - 1)])
             .push(&InnerParams { first: self.wrap(inner.low), inner_level: level as i32 })
             .dispatch([(self.layout.resolution / 2).div_ceil(4); 3]);
     }
 
-    /// Adds the passes that make the mips above the outermost level.
-    pub fn filter_top(&self, frame: &mut Frame) {
+    /// Adds the passes that make the mips above the outermost level, which begins at `first`.
+    pub fn filter_top(&self, frame: &mut Frame, first: IVec3) {
+        let outermost = self.layout.levels - 1;
+        let params = TopParams { first: self.wrap(first), finer_level: outermost as i32 };
         for mip in 0..self.top.mips() {
-            let n = self.layout.resolution as i32;
             let pass = frame.pass(&FILTER_TOP);
-            let (pass, finer_layer) =
-                if mip == 0 { (pass.bind(&self.clipmap), (self.layout.levels as i32 - 1) * (n + 2) + 1) } else { (pass.bind_mip(&self.top, mip - 1), 0) };
-            let groups = self.top.extent(mip)[0].div_ceil(4);
-            pass.bind_mip(&self.top, mip).constants(&[self.filter as u32]).push(&TopParams { finer_layer }).dispatch([groups; 3]);
+            let (pass, six) =
+                if mip == 0 { (pass.bind(&self.clipmap), self.has_six(outermost)) } else { (pass.bind_mip(&self.top, mip - 1), self.has_faces()) };
+            let constants = [self.filter as u32, self.has_faces(), six, u32::from(mip == 0)];
+            pass.bind_mip(&self.top, mip).constants(&constants).push(&params).dispatch(self.top.extent(mip).map(|texels| texels.div_ceil(4)));
         }
     }
 

@@ -296,6 +296,8 @@ pub enum Volume<'v> {
         top: &'v Arc<Image>,
         /// Voxels along an edge of a level, and the number of levels.
         shape: [u32; 2],
+        /// The levels with six faces.
+        directionality: Directionality,
     },
 }
 
@@ -307,21 +309,20 @@ impl Volume<'_> {
 
     /// Binds it as the last bindings of a pass, with the constants of the pass.
     fn bind<'f>(&self, pass: PassBuilder<'f>, skips_empty: bool, output: Output, weights: FaceWeights) -> PassBuilder<'f> {
-        let (pass, first, has_normals) = match *self {
-            Volume::Dense { radiance, matter, faces } => {
-                let faces = faces.map_or(radiance, |(faces, _)| faces);
-                (pass.bind(radiance).bind(matter).bind(faces), skips_empty, false)
-            }
-            Volume::Sparse { nodes, bricks, normals, corners, .. } => {
-                (pass.bind(nodes).bind(bricks).bind(normals.unwrap_or(bricks)), corners, normals.is_some())
-            }
-            Volume::Clipmap { levels, clipmap, top, shape: [n, count] } => {
-                return pass.bind(levels).bind(clipmap).bind(top).constants(&[n, output as u32, count]);
-            }
-        };
         let directionality = self.directionality();
         let [has_faces, has_finest] = [directionality != Directionality::Isotropic, directionality.faces().is_some()];
-        pass.constants(&[first, output == Output::Samples, has_normals, has_faces, has_finest, weights == FaceWeights::Extinction].map(u32::from))
+        let (pass, first, third) = match *self {
+            Volume::Dense { radiance, matter, faces } => {
+                let faces = faces.map_or(radiance, |(faces, _)| faces);
+                (pass.bind(radiance).bind(matter).bind(faces), u32::from(skips_empty), 0)
+            }
+            Volume::Sparse { nodes, bricks, normals, corners, .. } => {
+                (pass.bind(nodes).bind(bricks).bind(normals.unwrap_or(bricks)), u32::from(corners), u32::from(normals.is_some()))
+            }
+            Volume::Clipmap { levels, clipmap, top, shape: [n, count], .. } => (pass.bind(levels).bind(clipmap).bind(top), n, count),
+        };
+        let faces = [has_faces, has_finest, weights == FaceWeights::Extinction].map(u32::from);
+        pass.constants(&[first, output as u32, third, faces[0], faces[1], faces[2]])
     }
 
     /// That one of the same pass through a dense volume, a sparse one and a clipmap which is through this.
@@ -344,8 +345,7 @@ impl Volume<'_> {
     fn directionality(&self) -> Directionality {
         match *self {
             Volume::Dense { faces, .. } => faces.map_or(Directionality::Isotropic, |(_, directionality)| directionality),
-            Volume::Sparse { directionality, .. } => directionality,
-            Volume::Clipmap { .. } => Directionality::Isotropic,
+            Volume::Sparse { directionality, .. } | Volume::Clipmap { directionality, .. } => directionality,
         }
     }
 

@@ -366,7 +366,7 @@ impl VoxelLight {
         let LightSettings { injection, sides, .. } = self.settings;
         self.capacity = voxels.capacity();
         let count = sides as u64 * u64::from(self.capacity);
-        self.radiance = buffer(gpu, "voxel.radiance", sides.radiance_bytes(self.capacity))?;
+        self.radiance = buffer(gpu, "voxel.radiance", self.settings.radiance_bytes(self.capacity))?;
         self.flux = buffer(gpu, "voxel.flux", if injection == Injection::Rsm { FLUX_BYTES * count } else { 0 })?;
         if let Some(irradiance) = &mut self.irradiance
             && irradiance.size_bytes() < 8 * count

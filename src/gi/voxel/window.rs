@@ -10,7 +10,7 @@ use glam::{IVec3, Vec3};
 
 use super::passes::{Fragment, Voxel};
 use super::voxelize::{FragmentLists, GridBuffers, add_index, buffer, linear_groups};
-use super::{VoxelBox, VoxelGrid, VoxelSettings, Voxelizer, Voxels};
+use super::{Sides, VoxelBox, VoxelGrid, VoxelSettings, Voxelizer, Voxels};
 use crate::gpu_struct;
 use crate::graph::compute::{pass, read, write};
 use crate::graph::{Buffer, Error, Frame, FrameStats, Gpu, Pass};
@@ -88,6 +88,8 @@ pub static MOVE_RECORDS: Pass = pass(
         write("voxel_emission"),
         read("old_irradiance"),
         write("voxel_irradiance"),
+        read("old_faces"),
+        write("voxel_faces"),
     ],
     size_of::<MoveParams>(),
 );
@@ -101,6 +103,8 @@ pub struct WindowScratch {
     lists: FragmentLists,
     records: Arc<Buffer>,
     emission: Option<Arc<Buffer>>,
+    /// Of windows of directional voxels, from their first update on.
+    faces: Option<Arc<Buffer>>,
 }
 
 impl WindowScratch {
@@ -115,6 +119,7 @@ impl WindowScratch {
             },
             records: buffer(gpu, "voxel.records", 0)?,
             emission: scene.is_emissive.then(|| buffer(gpu, "voxel.emission", 0)).transpose()?,
+            faces: None,
         })
     }
 
@@ -128,7 +133,11 @@ impl WindowScratch {
         if scene.is_emissive { reserve(gpu, &mut self.lists.emission, 8, count) } else { Ok(()) }
     }
 
-    fn reserve_voxels(&mut self, gpu: &Gpu, count: u32) -> Result<(), Error> {
+    fn reserve_voxels(&mut self, gpu: &Gpu, count: u32, has_faces: bool) -> Result<(), Error> {
+        if has_faces {
+            let faces = self.faces.take().map_or_else(|| buffer(gpu, "voxel.faces", 0), Ok)?;
+            reserve(gpu, self.faces.insert(faces), 8, count)?;
+        }
         reserve(gpu, &mut self.lists.heads, 4, count)?;
         reserve(gpu, &mut self.records, size_of::<Voxel>(), count)?;
         self.emission.as_mut().map_or(Ok(()), |emission| reserve(gpu, emission, 16, count))
@@ -173,7 +182,7 @@ impl VoxelWindow {
             block_bases: Arc::clone(&grids[0].block_bases),
             records: buffer(gpu, "voxel.records", 0)?,
             emission: scene.is_emissive.then(|| buffer(gpu, "voxel.emission", 0)).transpose()?,
-            faces: None,
+            faces: settings.faces.map(|_| buffer(gpu, "voxel.faces", 0)).transpose()?,
             voxel_count: 0,
             hidden_count: 0,
             fragment_count: 0,
@@ -210,7 +219,7 @@ impl VoxelWindow {
         scratch: &mut WindowScratch,
         first: IVec3,
         stale: &[VoxelBox],
-        irradiance: Option<&mut Arc<Buffer>>,
+        irradiance: Option<(&mut Arc<Buffer>, Sides)>,
     ) -> Result<(Vec<VoxelBox>, FrameStats), Error> {
         let place = VoxelBox::cube(first, self.voxels.grid.resolution);
         let kept = self.place.map_or(VoxelBox { low: first, end: first }, |before| before.cut(place));
@@ -232,20 +241,25 @@ impl VoxelWindow {
         self.add_shift(&mut frame, shift, &boxes[exposed..], first);
         let mut stats = FrameStats::default();
         let [fragment_count, voxel_count] = self.add_voxels(gpu, scene, scratch, (frame, first, &boxes), &mut stats)?;
-        scratch.reserve_voxels(gpu, voxel_count)?;
+        scratch.reserve_voxels(gpu, voxel_count, self.voxels.faces.is_some())?;
         let records = std::mem::replace(&mut self.voxels.records, Arc::clone(&scratch.records));
         let emission = std::mem::replace(&mut self.voxels.emission, scratch.emission.as_ref().map(Arc::clone));
+        let scratch_faces = scratch.faces.as_ref().map(Arc::clone);
+        let faces = self.voxels.faces.as_mut().zip(scratch_faces).map(|(own, new)| std::mem::replace(own, new));
         self.grids.swap(0, 1);
         self.voxels.grid.origin = self.anchor + self.voxels.grid.voxel_size * first.as_vec3();
         (self.voxels.occupancy, self.voxels.block_bases) = (Arc::clone(&self.grids[0].occupancy), Arc::clone(&self.grids[0].block_bases));
         (self.voxels.voxel_count, self.voxels.fragment_count) = (voxel_count, fragment_count);
         let mut frame = Frame::new();
         frame.set_scene(&scene.set, &scene.materials);
-        self.add_move(gpu, &mut frame, scratch, shift, (&records, emission.as_ref()), irradiance)?;
+        self.add_move(gpu, &mut frame, scratch, shift, [Some(&records), emission.as_ref(), faces.as_ref()], irradiance)?;
         frame.fill("voxel.clear", &scratch.lists.heads, 0);
         self.voxelizer.add_dynamic_resolve(&mut frame, scene, &self.voxels, &scratch.lists, [0..fragment_count, 0..voxel_count]);
         stats.append(gpu.submit(frame)?);
         (scratch.records, scratch.emission) = (records, emission);
+        if faces.is_some() {
+            scratch.faces = faces;
+        }
         self.place = Some(place);
         Ok((boxes, stats))
     }
@@ -314,27 +328,30 @@ impl VoxelWindow {
         frame: &mut Frame,
         scratch: &WindowScratch,
         shift: IVec3,
-        (old_records, old_emission): (&Arc<Buffer>, Option<&Arc<Buffer>>),
-        irradiance: Option<&mut Arc<Buffer>>,
+        old: [Option<&Arc<Buffer>>; 3],
+        irradiance: Option<(&mut Arc<Buffer>, Sides)>,
     ) -> Result<(), Error> {
         let nothing = &scratch.nothing;
-        let flags = [old_emission.is_some(), irradiance.is_some()].map(u32::from);
+        let [old_records, old_emission, old_faces] = old.map(|old| old.unwrap_or(nothing));
+        let [_, has_emission, has_faces] = old.map(|old| u32::from(old.is_some()));
         let moved_irradiance = match &irradiance {
-            Some(old) => buffer(gpu, old.name(), 8 * u64::from(self.voxels.capacity()))?,
+            Some((old, sides)) => buffer(gpu, old.name(), sides.radiance_bytes(self.voxels.capacity()))?,
             None => buffer(gpu, "voxel.nothing", 0)?,
         };
         let block_count = self.voxels.grid.block_count();
         let params = MoveParams { block_count, shift_xy: (shift.x + (shift.y << 16)) as u32, shift_z: shift.z as u32 };
         let pass = frame.pass(&MOVE_RECORDS).bind(&self.moved_from).bind(&self.voxels.occupancy).bind(&self.voxels.block_bases).bind(old_records);
         pass.bind(&self.voxels.records)
-            .bind(old_emission.unwrap_or(nothing))
+            .bind(old_emission)
             .bind(self.voxels.emission.as_ref().unwrap_or(&moved_irradiance))
-            .bind(irradiance.as_deref().unwrap_or(nothing))
+            .bind(irradiance.as_ref().map_or(nothing, |(old, _)| &**old))
             .bind(&moved_irradiance)
-            .constants(&flags)
+            .bind(old_faces)
+            .bind(self.voxels.faces.as_ref().unwrap_or(&moved_irradiance))
+            .constants(&[has_emission, irradiance.as_ref().map_or(0, |(_, sides)| *sides as u32), has_faces])
             .push(&params)
             .dispatch(linear_groups(block_count));
-        if let Some(irradiance) = irradiance {
+        if let Some((irradiance, _)) = irradiance {
             *irradiance = moved_irradiance;
         }
         Ok(())
