@@ -3,16 +3,19 @@
 
 mod support;
 
-use glam::{IVec3, Vec3};
-use lumivox::gi::clipmap::{self, Clipmap};
+use glam::{DVec4, IVec3, Vec3};
+use lumivox::gi::clipmap::{self, Clipmap, Layout};
+use lumivox::gi::cone::oracle::Volume;
 use lumivox::gi::voxel::{Method, VoxelBox, VoxelWindow, WindowScratch};
+use lumivox::gi::voxel_mips::oracle::{Filter, coarser, coarser_faces};
 use lumivox::gi::{Context, Settings, Technique};
 use lumivox::graph::{Frame, Gpu};
 use lumivox::render::{GpuScene, LightMaps};
 use lumivox::scene::Scene;
+use support::gather::read_faces;
 use support::scenes::{add_model, lump, random_pose, scene_of, soup, still};
 use support::technique::{Surfaces, small_lights, small_room};
-use support::voxels::{Read, compare_sets, oracle_grid, read, voxel_settings};
+use support::voxels::{Read, compare_sets, half, oracle_grid, read, voxel_settings};
 use support::{Random, gpu};
 
 const EDGE: u32 = 16;
@@ -132,6 +135,9 @@ fn texels_are_those_from_scratch_after_any_walk() {
         &["resolution=32", "levels=2", "voxel_size=0.03125", "mip_filter=box"],
         &["resolution=16", "levels=4", "light_updates=on-change"],
         &["resolution=16", "levels=3", "bounces=2", "light_updates=on-change"],
+        &["resolution=16", "levels=3", "anisotropic=on", "voxel_size=0.05"],
+        &["resolution=16", "levels=3", "faces=both", "bounces=2"],
+        &["resolution=16", "levels=4", "faces=front", "opacity=coverage", "light_updates=on-change"],
     ]
     .into_iter()
     .enumerate()
@@ -188,5 +194,71 @@ fn catch_up(gpu: &Gpu, scene: &Scene, staggered: &Settings, every: &Settings) {
             last = walker.texels(eye);
         }
         assert!(last == Walker::new(gpu, scene, every, eye).texels(eye), "walk {walk}");
+    }
+}
+
+/// The texels of the levels as they were read back.
+struct Levels {
+    n: u32,
+    /// 1, or 6.
+    faces: u32,
+    halves: Vec<[u16; 4]>,
+}
+
+impl Levels {
+    /// One face of a cube of texels of a level.
+    fn cube(&self, face: u32, level: u32, first: IVec3, edge: u32) -> Volume {
+        let n = self.n;
+        let (height, row) = if self.faces == 6 { (6 * (n + 2), face * (n + 2) + 1) } else { (n, 0) };
+        Volume::new(edge, |at| {
+            let texel = (first + IVec3::from(at.map(|at| at as i32))).rem_euclid(IVec3::splat(n as i32)).as_uvec3();
+            let layer = level * (n + 2) + 1 + texel.z;
+            DVec4::from(self.halves[(texel.x + n * (row + texel.y + height * layer)) as usize].map(half))
+        })
+    }
+}
+
+/// Where a finer level lies, and above the outermost, texels are the oracle's of the finer ones, with faces and without.
+#[test]
+fn coarser_texels_are_the_oracles() {
+    let gpu = gpu();
+    let (n, levels) = (32, 3);
+    let scene = small_room(Surfaces::Emissive, vec![small_lights()[0].1]);
+    for (pairs, first_six) in [(&["mip_filter=box"][..], None), (&["anisotropic=on"], Some(1)), (&["faces=both"], Some(0))] {
+        let pairs = [&["resolution=32", "levels=3", "voxel_size=0.02"][..], pairs].concat();
+        let mut walker = Walker::new(&gpu, &scene, &settings(&pairs), Vec3::ONE);
+        for eye in [Vec3::new(0.0, 1.0, 0.0), Vec3::new(-0.5, 0.7, 0.5)] {
+            let texels = walker.texels(eye);
+            let layout = Layout::new(walker.gpu_scene.bounds, n, levels, 0.02);
+            let places = layout.places(eye);
+            assert_eq!(layout.levels, levels);
+            let read = Levels { n, faces: if first_six.is_some() { 6 } else { 1 }, halves: bytemuck::pod_collect_to_vec(&texels[0]) };
+            let faces = |level: u32, first: IVec3, edge: u32| -> [Volume; 6] {
+                std::array::from_fn(|face| read.cube(if first_six.is_some_and(|six| level >= six) { face as u32 } else { 0 }, level, first, edge))
+            };
+            let top = &walker.technique.volume.top;
+            let (mut worst, mut lit) = (0.0f64, 0);
+            for level in 0..levels {
+                let first = places[level as usize].first;
+                let inner = if level + 1 < levels { layout.inner(first) } else { VoxelBox::cube(first / 2, n / 2) };
+                let edge = (inner.end.x - inner.low.x) as u32;
+                let finer = faces(level, 2 * inner.low, 2 * edge);
+                let expected = if first_six.is_some() { coarser_faces(finer.each_ref()) } else { [0; 6].map(|_: u8| coarser(&finer[0], Filter::Box)) };
+                let seen = if level + 1 < levels {
+                    faces(level + 1, inner.low, edge)
+                } else if first_six.is_some() {
+                    read_faces(&gpu, top).swap_remove(0)
+                } else {
+                    [0; 6].map(|_: u8| support::gather::read_chain(&gpu, top).swap_remove(0))
+                };
+                for (seen, expected) in seen.iter().zip(&expected).flat_map(|(seen, expected)| seen.texels.iter().zip(&expected.texels)) {
+                    let steps = (*seen - *expected).abs() / (expected.abs() * 2f64.powi(-11) + 2f64.powi(-25));
+                    worst = worst.max(steps.max_element());
+                    lit += usize::from(expected.x > 0.0);
+                }
+            }
+            println!("{pairs:?}: {worst:.2} half-float steps off the oracle, {lit} lit texels");
+            assert!(worst <= 2.1 && lit > 200, "{pairs:?}: {worst}, {lit}");
+        }
     }
 }

@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// clipmap.filter_inner: the texels of a level where the next finer one lies, from its texels. A thread a texel.
+// clipmap.filter_inner: the texels of a level where the next finer one is shown whole, from its texels. A thread a texel.
 layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
 
 #include "gi/voxel/prefilter.glsl"
@@ -14,14 +14,15 @@ layout(set = 1, binding = 0, rgba16f) uniform restrict image3D clipmap;
 #include "gi/clipmap/store.glsl"
 
 layout(push_constant) uniform InnerParams {
-    ivec4 first;         // xyz: first voxel of the finer level, in voxels of this one, modulo n; w: n
+    ivec4 first;         // xyz: first voxel of the box, modulo n; w: n
     int inner_level;     // this one
+    int inner_edge;      // of the box [voxels]
 } params;
 
 void main() {
     int n = params.first.w;
     ivec3 at = ivec3(gl_GlobalInvocationID);
-    if (any(greaterThanEqual(at, ivec3(n / 2)))) return;
+    if (any(greaterThanEqual(at, ivec3(params.inner_edge)))) return;
     ivec3 voxel = params.first.xyz + at;
     for (int face = 0; face < (FACES ? 6 : 1); ++face) {
         vec4 c[8];

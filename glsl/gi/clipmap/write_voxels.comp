@@ -1,6 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// clipmap.write_voxels: the radiance of a level's voxels, premultiplied by opacity, into its texels, but where the next finer level lies. A thread a voxel.
+// clipmap.write_voxels: the radiance of a level's voxels, premultiplied by opacity, into its texels, but where the next finer level is shown
+// whole. A thread a voxel.
 layout(local_size_x = 64) in;
 
 #include "gi/voxel/records.glsl"
@@ -16,7 +17,7 @@ layout(set = 1, binding = 2, rgba16f) uniform restrict writeonly image3D clipmap
 
 layout(push_constant) uniform WriteParams {
     ivec4 first;         // xyz: first voxel of the level modulo n; w: n
-    ivec4 inner;         // xyz: first voxel of the finer level, from the level's own; w: edge of the finer level, in voxels of this one
+    ivec4 inner;         // xyz: first voxel of the box that is made from the finer level, from the level's own; w: its edge
     uint voxel_count;
     int clipmap_level;
 } params;

@@ -7,6 +7,9 @@ use crate::gi::voxel::{VoxelBox, VoxelGrid};
 /// Windows move by whole blocks of voxels.
 const BLOCK: i32 = 4;
 
+/// Voxels from a level's end within which it may have faded: it fades from a place up to two voxels from its middle, to three before its end from there.
+const UNSHARED: u32 = 5;
+
 /// Where a level is, in voxels of its unbounded grid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
@@ -100,8 +103,15 @@ impl Layout {
     }
 
     /// Where a finer level lies, in voxels of the next coarser one.
-    pub fn inner(&self, finer: IVec3) -> VoxelBox {
+    pub fn extent(&self, finer: IVec3) -> VoxelBox {
         VoxelBox::cube(finer / 2, self.resolution / 2)
+    }
+
+    /// The part of it that never fades, in voxels of the next coarser one: there that one's texels are made from the finer ones. Where it fades they are those of
+    /// voxels, as they are beyond it, so that nothing changes there when the finer level moves on.
+    pub fn inner(&self, finer: IVec3) -> VoxelBox {
+        let margin = (UNSHARED + self.resolution.div_ceil(16)).div_ceil(2);
+        VoxelBox::cube(finer / 2 + margin as i32, self.resolution / 2 - 2 * margin)
     }
 }
 
@@ -127,8 +137,10 @@ mod tests {
                     assert!(off <= 2.001, "{layout:?} {eye} level {level}: {off} voxels from its middle");
                     assert_eq!(first.rem_euclid(IVec3::splat(BLOCK)), IVec3::ZERO, "{layout:?} {eye} level {level}");
                     let Some(outer) = places.get(level + 1) else { continue };
-                    let (inner, outer) = (layout.inner(*first), VoxelBox::cube(outer.first, resolution));
+                    let (inner, outer) = (layout.extent(*first), VoxelBox::cube(outer.first, resolution));
                     assert_eq!(inner.cut(outer), inner, "{layout:?} {eye}: level {level} lies inside the next");
+                    let filtered = layout.inner(*first);
+                    assert!(!filtered.is_empty() && filtered.cut(inner) == filtered, "{layout:?}");
                 }
                 let outermost = places[layout.levels as usize - 1].first;
                 assert_eq!(outermost.rem_euclid(IVec3::splat(1 << layout.top_mips())), IVec3::ZERO);

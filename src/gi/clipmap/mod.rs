@@ -190,8 +190,8 @@ impl Clipmap {
         for (index, level) in self.levels.iter().enumerate() {
             let current = VoxelBox::cube(level.place.first, self.layout.resolution);
             let holds_finer = index.checked_sub(1).is_none_or(|finer| {
-                let inner = self.layout.inner(places[finer].first);
-                inner.cut(current) == inner
+                let extent = self.layout.extent(places[finer].first);
+                extent.cut(current) == extent
             });
             if !self.is_due(index) && holds_finer {
                 places[index] = level.place;
@@ -220,7 +220,7 @@ impl Clipmap {
         Ok(stats)
     }
 
-    /// Where the finer level lies in a level, in its voxels.
+    /// The part of a level whose texels are made from the next finer one, in its voxels.
     fn inner(&self, level: usize) -> Option<VoxelBox> {
         level.checked_sub(1).map(|finer| self.layout.inner(self.levels[finer].place.first))
     }

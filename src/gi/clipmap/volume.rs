@@ -16,7 +16,7 @@ gpu_struct! {
     pub struct WriteParams {
         /// xyz: first voxel of the level modulo n; w: n.
         pub first: [i32; 4],
-        /// xyz: first voxel of the finer level, from the level's own; w: edge of the finer level, in voxels of this one.
+        /// xyz: first voxel of the box that is made from the finer level, from the level's own; w: its edge.
         pub inner: [i32; 4],
         /// Number of voxels.
         pub voxel_count: u32,
@@ -38,10 +38,12 @@ gpu_struct! {
 gpu_struct! {
     /// Parameters of `clipmap.filter_inner`.
     pub struct InnerParams {
-        /// xyz: first voxel of the finer level, in voxels of this one, modulo n; w: n.
+        /// xyz: first voxel of the box, modulo n; w: n.
         pub first: [i32; 4],
         /// The level that is written.
         pub inner_level: i32,
+        /// Edge of the box (voxels).
+        pub inner_edge: i32,
     }
 }
 
@@ -55,7 +57,7 @@ gpu_struct! {
     }
 }
 
-/// A level's voxels into its texels, but where the next finer level lies. A thread a voxel.
+/// A level's voxels into its texels, but where the next finer level is shown whole. A thread a voxel.
 pub static WRITE_VOXELS: Pass = Pass {
     name: "clipmap.write_voxels",
     shaders: Shaders::Compute("gi/clipmap/write_voxels.comp"),
@@ -77,7 +79,7 @@ pub static CLEAR_BOX: Pass = Pass {
     sets: Sets::None,
 };
 
-/// Texels of a level where the next finer one lies, from that one. A thread a texel.
+/// Texels of a level where the next finer one is shown whole, from that one. A thread a texel.
 pub static FILTER_INNER: Pass = Pass {
     name: "clipmap.filter_inner",
     shaders: Shaders::Compute("gi/clipmap/filter_inner.comp"),
@@ -203,8 +205,8 @@ impl ClipmapVolume {
             .pass(&FILTER_INNER)
             .bind(&self.clipmap)
             .constants(&[self.filter as u32, self.has_faces(), self.has_six(level - 1)])
-            .push(&InnerParams { first: self.wrap(inner.low), inner_level: level as i32 })
-            .dispatch([(self.layout.resolution / 2).div_ceil(4); 3]);
+            .push(&InnerParams { first: self.wrap(inner.low), inner_level: level as i32, inner_edge: inner.end.x - inner.low.x })
+            .dispatch((inner.end - inner.low).as_uvec3().to_array().map(|edge| edge.div_ceil(4)));
     }
 
     /// Adds the passes that make the mips above the outermost level, which begins at `first`.
