@@ -173,9 +173,9 @@ impl<'g> Still<'g> {
 fn levels_move_unseen() {
     let gpu = gpu();
     let scene = bundled("atrium");
-    let settings = clipmap::ENTRY.settings(Some("cones"), &["resolution=64", "levels=3", "light_updates=on-change"]).unwrap();
+    let settings = clipmap::ENTRY.settings(Some("cones"), &["resolution=128", "levels=3", "light_updates=on-change"]).unwrap();
     let mut still = Still::new(&gpu, &scene, &settings);
-    let layout = Layout::new(still.gpu_scene.bounds, 64, 3, 0.0);
+    let layout = Layout::new(still.gpu_scene.bounds, 128, 3, 0.0);
     let firsts = |way: f32| layout.places(walked(&scene.camera, way).eye).iter().map(|place| place.first).collect::<Vec<_>>();
     let (mut way, mut updates, mut changes) = (0.0f32, 0, Vec::new());
     while updates < 8 {
