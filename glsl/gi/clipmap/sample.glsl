@@ -46,8 +46,8 @@ float largest_texel(vec3 position) {
 
 // Trilinear sample of a face of a level; 0 where there is one for all directions. Positions and rows are modulo N.
 vec4 sample_stored(vec3 at, int face, int level) {
-    float rows = float(FACES ? 6 * (N + 2) : N), layers = float(LEVELS * (N + 2));
-    float y = FACES ? (float(face_row(face, N)) + fract(at.y) * float(N)) / rows : at.y;
+    float layers = float(LEVELS * (N + 2)), y = at.y;
+    if (FACES) y = (float(face_row(face, N)) + fract(at.y) * float(N)) / float(6 * (N + 2));
     float z = (float(slab_layer(level, N)) + fract(at.z) * float(N)) / layers;
     return textureLod(sampler3D(clipmap, linear_repeat), vec3(at.x, y, z), 0.0);
 }
