@@ -398,7 +398,7 @@ impl Technique for Clipmap {
 
     fn volumes(&self) -> Vec<VoxelVolume<'_>> {
         let Some(outermost) = self.levels.last() else { return Vec::new() };
-        let (grid, volume) = (self.layout.grid(outermost.first), self.volume.as_volume());
+        let (grid, volume) = (self.layout.grid(outermost.place.first), self.volume.as_volume());
         vec![VoxelVolume { name: "light", grid, volume, levels: self.layout.levels + self.volume.top.mips() }]
     }
 
