@@ -76,6 +76,12 @@ impl<'g> Renderer<'g> {
         Ok(stats)
     }
 
+    /// Moves the lights to where they are in a scene that has as many, of the same kinds; the next frame shows it.
+    pub fn move_lights(&mut self, scene: &Scene) -> Result<(), Error> {
+        self.scene.move_lights(self.gpu, &scene.lights)?;
+        self.maps.move_lights(self.gpu, &self.scene)
+    }
+
     /// Renders one frame: lights, visible surfaces, world-space store, indirect light, direct light, composite.
     pub fn render(&mut self, camera: &Camera) -> Result<FrameStats, Error> {
         self.scene.set_frame(self.gpu, &self.scene.frame_constants(camera, self.settings.size))?;
@@ -86,7 +92,7 @@ impl<'g> Renderer<'g> {
         self.maps.draw(&mut frame, &self.scene);
         self.gbuffer.draw(&mut frame, &self.scene);
         self.technique.update(&mut frame, &self.scene, &self.maps);
-        let light = self.technique.gather(&mut frame, &self.scene, &self.gbuffer);
+        let light = self.technique.gather(&mut frame, &self.scene, &self.maps, &self.gbuffer);
         self.technique.direct(&mut frame, &self.scene, &self.maps, &self.gbuffer, &self.output);
         self.output.draw_composite(&mut frame, &self.gbuffer, &light);
         self.light = Some(light);

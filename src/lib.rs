@@ -33,7 +33,7 @@
 //! maps.draw(frame, scene)                            shadow maps, or reflective shadow maps where the technique reads them
 //! gbuffer.draw(frame, scene)                         depth, normal, albedo, roughness, emission at each pixel
 //! technique.update(frame, scene, maps)               this frame's light into the technique's world-space store
-//! light = technique.gather(frame, scene, gbuffer)    IndirectLight: E, L, ambient visibility at each pixel
+//! light = technique.gather(frame, scene, maps, gbuffer)    IndirectLight: E, L, ambient visibility at each pixel
 //! output.draw_direct(frame, scene, maps, gbuffer)    L_direct
 //! output.draw_composite(frame, gbuffer, light)       L = L_e + L_direct + ρ/π · E_i + L_s
 //! gpu.submit(frame)                                  plan barriers, record, run, time every pass

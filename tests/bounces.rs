@@ -14,7 +14,7 @@ use lumivox::gi::settings::Settings;
 use lumivox::gi::svo::{BrickPool, BrickSettings, NodePool, PieceVoxelizer};
 use lumivox::gi::voxel::oracle::{self, TraceGrid, TraceSettings, TraceVoxel, VoxelIndex};
 use lumivox::gi::voxel::{
-    Bounces, Directionality, Faces, Injection, LightSettings, Method, Prefilter, RaySettings, Sides, VoxelLight, VoxelRecords, bounce_rays,
+    Bounces, Directionality, Faces, Injection, LightSettings, Method, Prefilter, RaySettings, Sides, Viewer, VoxelLight, VoxelRecords, bounce_rays,
 };
 use lumivox::gi::voxel_mips::{filter_mips, radiance_image};
 use lumivox::graph::{Frame, Gpu};
@@ -220,7 +220,7 @@ fn voxels_reflect_what_they_gathered() {
         let irradiance = random_colors(direct.len(), &mut Random::new(5));
         upload(&gpu, lit.light.irradiance.as_ref().unwrap(), &irradiance);
         let mut frame = lit.frame();
-        lit.light.relight(&mut frame, &VoxelRecords::from(&lit.read.voxels), &maps, None);
+        lit.light.relight(&mut frame, &VoxelRecords::from(&lit.read.voxels), &maps, None, Viewer::Picture);
         gpu.submit(frame).unwrap();
         let albedo = |slot: usize| unorm10(lit.read.records[slot / lit.sides()].albedo).powf(2.0);
         let expected: Vec<DVec3> = (0..direct.len()).map(|slot| direct[slot] + albedo(slot) * irradiance[slot]).collect();
@@ -273,7 +273,7 @@ fn bounces_of_pieces_are_those_of_the_whole() {
                 face_stride: 0,
             },
         );
-        pieces.relight(&mut frame, &maps);
+        pieces.relight(&mut frame, &maps, Viewer::Picture);
         gpu.submit(frame).unwrap();
         [direct, sum()]
     };
@@ -317,8 +317,8 @@ fn one_bounce_has_nothing_of_the_others() {
     }
 }
 
-/// A closed box of albedo ½ that emits L_e: L = L_e (1 + ½ + … ½ᵇ), with feedback 2 L_e within 5% after 200 frames and never 5% above it. Directional voxels, where
-/// 16³ of them leave walls and corners coarse, may lose 10% over all bounces.
+/// A closed box of albedo ½ that emits L_e: L = L_e (1 + ½ + … ½ᵇ), with feedback 2 L_e within 5% after 200 frames and never 5% above it. Directional voxels, with
+/// g = 1.5, let some light through a wall wherever samples are one voxel wide, as all are among 16³ voxels: 10% over all bounces there, 5% among 64³.
 #[test]
 fn energy_of_a_furnace() {
     let gpu = gpu();
@@ -349,6 +349,14 @@ fn energy_of_a_furnace() {
         println!("{}, feedback: {found:.4} of the closed form, at most {:.4} of it in a pixel", case.name(), most / 2.0);
         let least = if case.preset == Some("directional") { 0.9 } else { 0.95 };
         assert!(found >= least && most / 2.0 <= 1.05, "{}: {found}, at most {most}", case.name());
+        if case.preset == Some("directional") {
+            let settings = case.settings(&[("resolution", "64"), ("bounces", "feedback")]);
+            let (mut renderer, _) = Renderer::new(&gpu, &scene, case.entry, &settings, frame(16, 16, 16)).unwrap();
+            (0..16).for_each(|_| drop(renderer.render(&scene.camera).unwrap()));
+            let found = mean(&renderer.aov(Aov::Full).unwrap(), &seen) / 2.0;
+            println!("{}, feedback at 64³: {found:.4} of the closed form", case.name());
+            assert!((0.95..=1.05).contains(&found), "{} at 64³: {found}", case.name());
+        }
     }
 }
 

@@ -68,6 +68,21 @@ fn a_planted_error_shows_in_its_row() {
 }
 
 /// Every technique has a budget: exact light through exact rays leaves little error, where there are voxels at all.
+/// What patches give is not in the voxels that the picture sees, but in those that exact rays see.
+#[test]
+fn exact_visibility_sees_what_patches_give() {
+    let (gpu, scene) = (gpu(), bundled("cornell-lamp"));
+    let truth = truth(&scene);
+    for pairs in [&["resolution=32"][..], &["resolution=32", "shadows=cones"]] {
+        let budget = budget(&gpu, &scene, &truth, "voxel-mips", pairs, 64);
+        for name in ["as it is", "visibility", "direct light and visibility"] {
+            share(&budget, name);
+            let error = budget.budget.iter().find(|row| row.name == name).unwrap().error.unwrap();
+            assert!(error.bias.abs() < 0.1, "{pairs:?}, {name}: {error:?}");
+        }
+    }
+}
+
 #[test]
 fn every_technique_has_a_budget() {
     let (gpu, scene) = (gpu(), bundled("cornell"));

@@ -3,7 +3,7 @@
 
 use glam::Vec3;
 use lumivox::image::{GuideImage, Image, Planes, heat_color, read_exr, read_planes, srgb_from_linear, write_exr, write_heatmap, write_planes, write_png};
-use lumivox::metrics::stability::{flicker, leak, rotation_spread, run_spread, translation_spread};
+use lumivox::metrics::stability::{excess_flicker, flicker, lag, leak, popping, rotation_spread, run_spread, translation_spread};
 use lumivox::metrics::{Channel, MetricError, compare, errors_of_values, exposure_of, find_blocks, flip};
 
 fn grey(width: u32, values: &[f32]) -> Image {
@@ -161,6 +161,20 @@ fn flicker_by_hand() {
     let frames = [grey(1, &[1.0]), grey(1, &[3.0]), grey(1, &[2.0])];
     assert_near(flicker(&frames).unwrap(), 0.75);
     assert_eq!(flicker(&[frames[0].clone(), frames[0].clone()]).unwrap(), 0.0);
+}
+
+#[test]
+fn change_beyond_the_references_own_by_hand() {
+    // Reference 1, 3, 2 (mean 2); the picture is off by 1, 1, 0: changes of 0 and 1 beyond the reference's own.
+    let reference = [1.0, 3.0, 2.0].map(|value| grey(1, &[value]));
+    let frames = [2.0, 4.0, 2.0].map(|value| grey(1, &[value]));
+    assert_near(excess_flicker(&frames, &reference).unwrap(), 0.5 / 2.0);
+    assert_near(popping(&frames, &reference).unwrap(), 1.0 / 2.0);
+    assert_eq!((excess_flicker(&reference, &reference).unwrap(), popping(&reference, &reference).unwrap()), (0.0, 0.0));
+    assert!(matches!(popping(&frames[..2], &reference), Err(MetricError::Empty(_))));
+    assert!(matches!(excess_flicker(&[grey(2, &[1.0; 2]), grey(2, &[1.0; 2])], &reference[..2]), Err(MetricError::Size { .. })));
+    assert_near(lag(&grey(2, &[1.0, 4.0]), &grey(2, &[2.0, 3.0])).unwrap(), 2.0 / 5.0);
+    assert_eq!(lag(&reference[0], &reference[0]).unwrap(), 0.0);
 }
 
 #[test]

@@ -6,7 +6,7 @@ mod support;
 use glam::{DVec3, Vec3};
 use lumivox::frame::{FrameSettings, Renderer};
 use lumivox::gi::registry::find;
-use lumivox::gi::voxel::oracle::{Receiver, TraceGrid, TraceSettings, TraceVoxel, fragments, normal_weighted, occlusion};
+use lumivox::gi::voxel::oracle::{Receiver, TraceGrid, TraceSettings, TraceVoxel, fragments, lit_area, normal_weighted, occlusion};
 use lumivox::gi::voxel::{Attenuation, Injection, LightSettings, Method, Occlusion, Sides, VoxelGrid, VoxelLight, VoxelMap};
 use lumivox::graph::{Error, Frame, Gpu};
 use lumivox::image::luminance;
@@ -27,6 +27,7 @@ const DEFAULT: LightSettings = LightSettings {
     attenuation: Attenuation::Standard,
     occlusion: Occlusion::RaysSoft,
     kappa: 0.0,
+    emission_apart: false,
 };
 
 /// Voxels of a scene that can be lit in several ways. κ = 0 is light without any shadow.
@@ -211,36 +212,109 @@ fn cloths_lose_no_light() {
     }
 }
 
-/// The same on the device, shadows and all: what the cloths' voxels send out, over what exact light makes of their surfaces. Injected flux is all of it. Known
-/// failure: shaded at their mean position, which lies in a fold, they lose half.
+/// The share of a light that a voxel of several planes gets by area, over that of one without shadows.
 #[test]
-fn cloths_shine_as_their_surfaces_do() {
-    let (gpu, atrium, entry) = (gpu(), bundled("atrium"), find("voxel-mips").unwrap());
-    let mut cloths = atrium.clone();
-    cloths.triangles.retain(|triangle| atrium.materials[triangle.material as usize].name.contains("cloth"));
-    let spacing_m = VoxelGrid::around(atrium.bounds().unwrap(), 64).voxel_size / 4.0;
-    let [everywhere, on_cloths] = [&atrium, &cloths].map(|scene| light_surfaces(scene, spacing_m).unwrap());
-    let sent = |pairs: &[&str], points: Option<&[LitPoint]>| {
+fn occlusion_by_area_is_the_oracles() {
+    let gpu = gpu();
+    for (name, scene) in scenes() {
+        let voxels = Voxels::new(&gpu, scene, 32);
+        let all = voxels.light(&gpu, DEFAULT);
+        let seen = voxels.light(&gpu, LightSettings { occlusion: Occlusion::ShadowMapArea, ..DEFAULT });
+        let points = voxels.light(&gpu, LightSettings { occlusion: Occlusion::ShadowMap, ..DEFAULT });
+        let grid = oracle_grid(&voxels.read.voxels.grid);
+        let pair = |slot: usize| {
+            let (record, surface) = (&voxels.read.records[slot], voxels.surface(slot));
+            let (to_light, _) = voxels.to_light(slot);
+            let cosine = surface.mean_normal.normalize().dot(to_light).abs();
+            if surface.mean_normal.length_squared() >= 0.9 || all[slot] < 1e-3 || cosine < 0.1 {
+                assert!(surface.mean_normal.length_squared() < 0.9 || seen[slot] == points[slot], "a voxel of one plane");
+                return None;
+            }
+            let seen_share = f64::from(record.coverage >> 21 & 255) / 255.0;
+            let area = half((record.z_area >> 16) as u16) * seen_share;
+            let lit = lit_area(&voxels.scene, &grid, coordinates(record), &voxels.scene.lights[0], to_light, 3);
+            Some([seen[slot] / all[slot], (lit / area).min(cosine) / cosine])
+        };
+        let pairs: Vec<[f64; 2]> = (0..all.len()).into_par_iter().filter_map(pair).collect();
+        let off = |shift: usize| (0..pairs.len()).map(|i| (pairs[i][0] - pairs[(i + shift) % pairs.len()][1]).abs()).sum::<f64>() / pairs.len() as f64;
+        let [sum, expected] = [0, 1].map(|which| pairs.iter().map(|pair| pair[which]).sum::<f64>());
+        println!("{name}: {} voxels of several planes, {:.4} off in the mean, {:.4} of {expected:.1} in all", pairs.len(), off(0), sum / expected - 1.0);
+        // Walls that lie within a texel of where rays enter, as they do along the axes, are met by all rays of a row or by none.
+        assert!(pairs.len() > 50 && off(0) < 0.05 && (sum / expected - 1.0).abs() < 0.1, "{name}");
+        assert!(off(7) > 0.1, "{name}: another voxel's share goes unnoticed");
+    }
+}
+
+/// What the cloths' voxels send out on the device, shadows and all, over what exact light makes of their surfaces.
+struct Cloths {
+    gpu: support::ValidatedGpu,
+    atrium: Scene,
+    everywhere: Vec<LitPoint>,
+    on_cloths: Vec<LitPoint>,
+}
+
+impl Cloths {
+    fn new(atrium: Scene) -> Self {
+        let mut cloths = atrium.clone();
+        cloths.triangles.retain(|triangle| atrium.materials[triangle.material as usize].name.contains("cloth"));
+        let spacing_m = VoxelGrid::around(atrium.bounds().unwrap(), 64).voxel_size / 4.0;
+        let [everywhere, on_cloths] = [&atrium, &cloths].map(|scene| light_surfaces(scene, spacing_m).unwrap());
+        Cloths { gpu: gpu(), atrium, everywhere, on_cloths }
+    }
+
+    fn sent(&self, pairs: &[&str], points: Option<&[LitPoint]>) -> f32 {
+        let entry = find("voxel-mips").unwrap();
         let settings = entry.settings(Some("accurate"), &[&["resolution=64"], pairs].concat()).unwrap();
-        let (mut renderer, _) = Renderer::new(&gpu, &atrium, entry, &settings, FrameSettings { size: [8, 8], shadow_resolution: 1024 }).unwrap();
-        points.iter().for_each(|points| give_light(&gpu, &mut renderer.lit_voxels(), points).unwrap());
-        renderer.render(&atrium.camera).unwrap();
+        let (mut renderer, _) = Renderer::new(&self.gpu, &self.atrium, entry, &settings, FrameSettings { size: [8, 8], shadow_resolution: 1024 }).unwrap();
+        points.iter().for_each(|points| give_light(&self.gpu, &mut renderer.lit_voxels(), points).unwrap());
+        renderer.render(&self.atrium.camera).unwrap();
         let pieces = renderer.lit_voxels();
-        let map = VoxelMap::read(&gpu, &pieces).unwrap().unwrap();
-        let radiance = map.radiance(&gpu, &pieces).unwrap();
-        let slots = on_cloths.iter().filter_map(|point| map.slots(point.surface.position, point.surface.normal)).flatten();
+        let map = VoxelMap::read(&self.gpu, &pieces).unwrap().unwrap();
+        let radiance = map.radiance(&self.gpu, &pieces).unwrap();
+        let slots = self.on_cloths.iter().filter_map(|point| map.slots(point.surface.position, point.surface.normal)).flatten();
         let slots: std::collections::BTreeSet<usize> = slots.collect();
         slots.iter().map(|slot| map.area(*slot) * luminance(radiance[*slot])).sum::<f32>()
-    };
-    let exact = sent(&[], Some(&everywhere));
-    let of = |pairs: &[&str]| {
-        let share = sent(pairs, None) / exact;
-        println!("{pairs:?}: {share:.3}");
-        share
-    };
-    assert!((of(&[]) - 1.0).abs() < 0.1, "the flux of reflective shadow maps is the surfaces' own");
-    for attenuation in ["attenuation=standard", "attenuation=normal-weighted"] {
-        let share = of(&["injection=voxel", attenuation]);
-        assert!((0.3..0.9).contains(&share), "{attenuation} is no longer a known failure: {share}");
     }
+
+    /// Of these settings, over exact light.
+    fn shares(&self, settings: &[&[&str]]) -> Vec<f32> {
+        let exact = self.sent(&[], Some(&self.everywhere));
+        let share = |pairs: &&[&str]| {
+            let share = self.sent(pairs, None) / exact;
+            println!("{pairs:?}: {share:.3}");
+            share
+        };
+        settings.iter().map(share).collect()
+    }
+}
+
+const POINT: [&[&str]; 2] = [&["injection=voxel", "attenuation=standard"], &["injection=voxel", "attenuation=normal-weighted"]];
+const AREA: [&[&str]; 2] = [
+    &["injection=voxel", "attenuation=standard", "voxel_occlusion=shadow-map-area"],
+    &["injection=voxel", "attenuation=normal-weighted", "voxel_occlusion=shadow-map-area"],
+];
+
+/// Injected flux is all the light of the cloths. Shaded at their mean position, which lies in a fold, their voxels lose more than half of it, and of that the area
+/// that the map shows in them brings back at least 80% (all that is the light's: with one albedo everywhere).
+#[test]
+fn cloths_shine_as_their_surfaces_do() {
+    let mut atrium = bundled("atrium");
+    for material in &mut atrium.materials {
+        (material.albedo, material.albedo_texture, material.specular) = (Vec3::splat(0.5), None, None);
+    }
+    let shares = Cloths::new(atrium).shares(&[&[], POINT[0], POINT[1], AREA[0], AREA[1]]);
+    assert!((shares[0] - 1.0).abs() < 0.1, "the flux of reflective shadow maps is the surfaces' own");
+    let lost = 1.0 - shares[1];
+    for (attenuation, share) in [("standard", shares[3]), ("normal-weighted", shares[4])] {
+        println!("{attenuation}: {:.2} of what is lost", (share - shares[1]) / lost);
+        assert!(lost > 0.5 && (1.0 - share).abs() <= 0.2 * lost, "{attenuation}: {shares:?}");
+    }
+}
+
+/// With the cloths' own albedo. Known failure: a voxel that also holds the bright wall behind them, in their shadow, takes the mean of both.
+#[test]
+fn cloths_shine_too_much_where_a_bright_wall_is_near() {
+    let shares = Cloths::new(bundled("atrium")).shares(&[POINT[0], POINT[1], AREA[0], AREA[1]]);
+    assert!(shares[..2].iter().all(|share| *share < 0.6), "no longer a known failure: {shares:?}");
+    assert!(shares[2..].iter().all(|share| (1.1..1.3).contains(share)), "no longer a known failure: {shares:?}");
 }

@@ -13,7 +13,7 @@ use lumivox::reference::{ReferenceError, cache_dir};
 use lumivox::scene::{LoadOptions, Scene};
 
 use super::CliError;
-use super::common::{DeviceArgs, ShadowArgs, TimingArgs, chart_stem, check_output_folder, parse_channel, parse_size, progress_bar, say, stems};
+use super::common::{DeviceArgs, TimingArgs, chart_stem, check_output_folder, parse_channel, parse_size, progress_bar, say, stems};
 
 /// Chart speed and memory against error: every technique with many settings, the Pareto front, one page to read.
 #[derive(clap::Args)]
@@ -36,8 +36,9 @@ pub(crate) struct Args {
     /// Width and height (px).
     #[arg(long, value_name = "WxH", default_value = "160x120", value_parser = parse_size)]
     size: (u32, u32),
-    #[command(flatten)]
-    shadow: ShadowArgs,
+    /// Width and height of each shadow map and reflective shadow map (texels).
+    #[arg(long, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u32).range(16..=8192))]
+    shadow_resolution: u32,
     /// Sample the reference until the standard error of 8x8-pixel means is below this, relative to the mean.
     #[arg(long, value_name = "X", default_value_t = 0.01)]
     max_error: f64,
@@ -87,7 +88,7 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     let settings = BenchSettings {
         timing: args.timing.choice(&device)?,
         device,
-        frame: FrameSettings { size: [args.size.0, args.size.1], shadow_resolution: args.shadow.shadow_resolution },
+        frame: FrameSettings { size: [args.size.0, args.size.1], shadow_resolution: args.shadow_resolution },
         frames: args.frames,
         rebuilds: args.rebuilds,
         times: Vec::new(),

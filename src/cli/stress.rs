@@ -1,21 +1,27 @@
 //! `lumivox stress`: where techniques break.
 
-use std::fs::File;
-use std::io::Write as _;
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
+use indicatif::ProgressBar;
 use lumivox::frame::FrameSettings;
+use lumivox::gi::Settings;
 use lumivox::gi::registry::{Entry, TECHNIQUES, find};
 use lumivox::graph::{Gpu, GpuOptions};
 use lumivox::measure::bench::{Case, cases};
-use lumivox::measure::stress::{CASES, Record, StressCase};
+use lumivox::measure::stress::results::{Results, summary};
+use lumivox::measure::stress::{CASES, Effort, LEAST_RESOLUTION, Memo, Probe, Record, StressCase};
+use lumivox::measure::sweep::Records;
+use lumivox::scene::{LoadOptions, Scene};
 
 use super::CliError;
-use super::common::{DeviceArgs, ShadowArgs, check_output_folder, parse_size, progress_bar, say};
+use super::common::{DeviceArgs, check_output_folder, parse_size, progress_bar, say, stems};
 
 /// Measure failure modes: each a parameter from harmless to fatal, one figure for each technique and each setting that matters.
 #[derive(clap::Args)]
 pub(crate) struct Args {
+    /// `bundled:NAME`, or the path of a .toml or .obj file, for the failure modes that take any scene [default: the suite's own, and all failure modes].
+    scene: Vec<OsString>,
     /// Failure modes [default: all].
     #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
     case: Vec<String>,
@@ -34,79 +40,182 @@ pub(crate) struct Args {
     /// One setting, on top of every preset; may be repeated.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// The presets alone, without one change of a setting each.
+    /// Also measure each preset with one setting changed at a time, where a failure mode names settings that matter to it.
     #[arg(long)]
-    no_changes: bool,
+    changes: bool,
+    /// Fewer severities, steps, frames and samples: a look within a minute or two.
+    #[arg(long)]
+    quick: bool,
     /// Width and height (px).
     #[arg(long, value_name = "WxH", default_value = "64x48", value_parser = parse_size)]
     size: (u32, u32),
-    #[command(flatten)]
-    shadow: ShadowArgs,
+    /// Width and height of each shadow map and reflective shadow map (texels).
+    #[arg(long, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u32).range(16..=8192))]
+    shadow_resolution: u32,
     #[command(flatten)]
     device: DeviceArgs,
-    /// The folder for CASE.jsonl, CASE.csv, CASE.md and the charts CASE-*.svg and CASE-*.png.
+    /// Render missing textures mid-grey instead of failing.
+    #[arg(long)]
+    allow_missing_textures: bool,
+    /// The folder for stress.md and each failure mode's CASE.jsonl, .csv, .md, .svg and .png. What has a record there is not measured again.
     #[arg(short, long, value_name = "DIR", required_unless_present = "list")]
     output: Option<PathBuf>,
 }
 
-/// Measures case by case.
+/// One row of a table: a technique with settings, and the change that was made to its preset's.
+struct Run<'c> {
+    case: &'c Case,
+    change: String,
+    settings: Settings,
+}
+
+/// What all cases of one scene are measured with.
+struct Suite<'a> {
+    args: &'a Args,
+    scene: Option<&'a Scene>,
+    presets: &'a [Case],
+    memo: Memo,
+    bar: ProgressBar,
+}
+
+/// Measures case by case, scene by scene.
 pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
+    let chosen = chosen(args)?;
     let Some(output) = args.output.as_ref().filter(|_| !args.list) else {
-        CASES.iter().for_each(|case| say(&format!("{}: {} [{}; {}]", case.name, case.help, case.severity, case.source)));
+        chosen.iter().for_each(|case| {
+            let scenes = if case.any_scene { "; takes any scene" } else { "" };
+            say(&format!("{}: {} [{}: {:?}; {}{scenes}]", case.name, case.help, case.severity, case.severities, case.source));
+        });
         return Ok(());
     };
-    let chosen = chosen(&args.case)?;
     let named: Vec<&'static Entry> = args.technique.iter().map(|name| find(name)).collect::<Result<_, _>>().map_err(CliError::input)?;
     let techniques = if named.is_empty() { TECHNIQUES } else { named.as_slice() };
     let presets = cases(techniques, &args.preset, &[args.resolution], &args.set).map_err(CliError::input)?;
+    if let Some(coarse) = presets.iter().filter_map(|case| case.settings.find_count("resolution")).find(|resolution| *resolution < LEAST_RESOLUTION) {
+        return Err(CliError::input(format!("--resolution is {coarse}; the scenes of the suite need at least {LEAST_RESOLUTION} voxels")));
+    }
+    let options = LoadOptions { allow_missing_textures: args.allow_missing_textures };
+    let scenes: Vec<Scene> = args.scene.iter().map(|scene| Scene::open(scene, &options)).collect::<Result<_, _>>().map_err(CliError::input)?;
     check_output_folder(output)?;
-    std::fs::create_dir_all(output).map_err(|error| CliError::failed(format!("cannot make the folder {}: {error}; name another with -o", output.display())))?;
-    let gpu = Gpu::new(&GpuOptions { device: args.device.choice(), ..GpuOptions::default() }).map_err(CliError::failed)?;
-    chosen.into_iter().try_for_each(|case| stress(args, case, &presets, &gpu, &output.join(case.name), quiet))
+    let mut gpu = open(args)?;
+    let folders = if scenes.is_empty() { vec![output.clone()] } else { stems(scenes.iter().map(|scene| scene.name.as_str()), output) };
+    let of_scene = if scenes.is_empty() { vec![None] } else { scenes.iter().map(Some).collect() };
+    for (scene, folder) in of_scene.into_iter().zip(&folders) {
+        std::fs::create_dir_all(folder)
+            .map_err(|error| CliError::failed(format!("cannot make the folder {}: {error}; name another with -o", folder.display())))?;
+        let rows: usize = chosen.iter().map(|case| Ok(runs(args, case, &presets)?.len() * severities(args, case).len())).sum::<Result<_, CliError>>()?;
+        let suite = Suite { args, scene, presets: &presets, memo: Memo::default(), bar: progress_bar(quiet, rows) };
+        suite.run(&mut gpu, &chosen, folder, quiet)?;
+    }
+    Ok(())
 }
 
-fn chosen(names: &[String]) -> Result<Vec<&'static StressCase>, CliError> {
-    if names.is_empty() {
-        return Ok(CASES.to_vec());
+fn open(args: &Args) -> Result<Gpu, CliError> {
+    Gpu::new(&GpuOptions { device: args.device.choice(), ..GpuOptions::default() }).map_err(CliError::failed)
+}
+
+/// The cases that are asked for; with scenes, those that take any.
+fn chosen(args: &Args) -> Result<Vec<&'static StressCase>, CliError> {
+    let fits = |case: &&'static StressCase| args.scene.is_empty() || case.any_scene;
+    if args.case.is_empty() {
+        return Ok(CASES.iter().copied().filter(fits).collect());
     }
     let known = || CASES.iter().map(|case| case.name).collect::<Vec<_>>().join(", ");
-    let find = |name: &String| CASES.iter().copied().find(|case| case.name == name);
-    names.iter().map(|name| find(name).ok_or_else(|| CliError::input(format!("there is no failure mode {name}; there are: {}", known())))).collect()
+    let find = |name: &String| {
+        let case = CASES.iter().copied().find(|case| case.name == name);
+        let case = case.ok_or_else(|| CliError::input(format!("there is no failure mode {name}; there are: {}", known())))?;
+        let own = || CliError::input(format!("the failure mode {name} has a scene of its own; leave out the scene, or the failure mode"));
+        Some(case).filter(fits).ok_or_else(own)
+    };
+    args.case.iter().map(find).collect()
 }
 
-fn stress(args: &Args, case: &StressCase, presets: &[Case], gpu: &Gpu, stem: &Path, quiet: bool) -> Result<(), CliError> {
-    let frame = FrameSettings { size: [args.size.0, args.size.1], shadow_resolution: args.shadow.shadow_resolution };
-    let unwritten = |path: &Path, error: std::io::Error| CliError::failed(format!("cannot write {}: {error}", path.display()));
+fn effort(args: &Args) -> &'static Effort {
+    if args.quick { &Effort::QUICK } else { &Effort::FULL }
+}
+
+fn severities(args: &Args, case: &StressCase) -> &'static [f64] {
+    case.severities_at(effort(args))
+}
+
+fn runs<'c>(args: &Args, case: &StressCase, presets: &'c [Case]) -> Result<Vec<Run<'c>>, CliError> {
     let mut runs = Vec::new();
     for preset in presets {
         let variants = case.variants(preset.entry, &preset.settings).map_err(CliError::input)?;
-        runs.extend(variants.into_iter().take(if args.no_changes { 1 } else { usize::MAX }).map(|variant| (preset, variant)));
+        let count = if args.changes { variants.len() } else { 1 };
+        runs.extend(variants.into_iter().take(count).map(|(change, settings)| Run { case: preset, change, settings }));
     }
-    let path = stem.with_extension("jsonl");
-    let mut file = File::create(&path).map_err(|error| unwritten(&path, error))?;
-    let bar = progress_bar(quiet, runs.len() * case.severities.len());
-    let mut records: Vec<Record> = Vec::new();
-    for (preset, variant) in &runs {
-        bar.set_message(if variant.0.is_empty() { preset.entry.name.to_owned() } else { variant.0.clone() });
-        for severity in case.severities {
-            let record = case.record(gpu, preset, variant, frame, *severity).map_err(CliError::failed)?;
-            // One line at a time, so that a run that is stopped keeps what it has.
-            let line = serde_json::to_string(&record).map_err(CliError::failed)?;
-            writeln!(file, "{line}").map_err(|error| unwritten(&path, error))?;
-            records.push(record);
-            bar.inc(1);
+    Ok(runs)
+}
+
+impl Suite<'_> {
+    fn run(&self, gpu: &mut Gpu, chosen: &[&'static StressCase], folder: &Path, quiet: bool) -> Result<(), CliError> {
+        let mut all: Vec<(&'static StressCase, Vec<Record>)> = Vec::new();
+        for &case in chosen {
+            let records = self.measure(gpu, case, &folder.join(case.name))?;
+            write_results(&Results { case, records: &records }, &folder.join(case.name))?;
+            all.push((case, records));
+        }
+        self.bar.finish_and_clear();
+        let results: Vec<Results<'_>> = all.iter().map(|(case, records)| Results { case, records }).collect();
+        let text = summary(&results);
+        write(&folder.join("stress.md"), &format!("# Failure modes\n\n{text}"))?;
+        if !quiet {
+            say(&if let [only] = results.as_slice() { only.table() } else { text });
+        }
+        Ok(())
+    }
+
+    /// Measures what of a case has no record, and returns the records of all.
+    fn measure(&self, gpu: &mut Gpu, case: &'static StressCase, stem: &Path) -> Result<Vec<Record>, CliError> {
+        let mut records: Records<Record> = Records::open(&stem.with_extension("jsonl")).map_err(CliError::failed)?;
+        let mut found = Vec::new();
+        for run in runs(self.args, case, self.presets)? {
+            self.bar.set_message(case.name);
+            for &severity in severities(self.args, case) {
+                let key = Record::key_of(case, &self.probe(gpu, &run), severity);
+                let record = match records.find(&key) {
+                    Some(record) => record.clone(),
+                    None => {
+                        let record = case.record(&self.probe(gpu, &run), run.case, &run.change, severity).map_err(CliError::failed)?;
+                        records.add(&record).map_err(CliError::failed)?;
+                        if record.is_lost {
+                            *gpu = open(self.args)?;
+                        }
+                        record
+                    }
+                };
+                record.failure.iter().for_each(|failure| self.bar.suspend(|| log::warn!("{} of {}: {failure}", case.name, record.case_name())));
+                found.push(record);
+                self.bar.inc(1);
+            }
+        }
+        Ok(found)
+    }
+
+    fn probe<'p>(&'p self, gpu: &'p Gpu, run: &'p Run<'_>) -> Probe<'p> {
+        let Args { size, shadow_resolution, .. } = *self.args;
+        Probe {
+            gpu,
+            entry: run.case.entry,
+            settings: &run.settings,
+            frame: FrameSettings { size: [size.0, size.1], shadow_resolution },
+            effort: effort(self.args),
+            scene: self.scene,
+            memo: &self.memo,
         }
     }
-    bar.finish_and_clear();
-    for (extension, text) in [("csv", case.csv(&records)), ("md", format!("# {}\n\n{}", case.name, case.table(&records)))] {
-        let path = stem.with_extension(extension);
-        std::fs::write(&path, text).map_err(|error| unwritten(&path, error))?;
-    }
-    for (name, chart) in case.charts(&records) {
-        chart.write(&stem.with_file_name(format!("{}-{name}", case.name))).map_err(CliError::failed)?;
-    }
-    if !quiet {
-        say(&case.table(&records));
+}
+
+fn write(path: &Path, text: &str) -> Result<(), CliError> {
+    std::fs::write(path, text).map_err(|error| CliError::failed(format!("cannot write {}: {error}; check that it is writable and has space", path.display())))
+}
+
+fn write_results(results: &Results<'_>, stem: &Path) -> Result<(), CliError> {
+    write(&stem.with_extension("csv"), &results.csv())?;
+    write(&stem.with_extension("md"), &format!("# {}\n\n{}", results.case.name, results.table()))?;
+    for (suffix, chart) in results.charts() {
+        chart.write(&stem.with_file_name(format!("{}{suffix}", results.case.name))).map_err(CliError::failed)?;
     }
     Ok(())
 }

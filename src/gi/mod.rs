@@ -64,7 +64,7 @@ pub trait Technique {
     fn update(&mut self, frame: &mut Frame, scene: &GpuScene, maps: &LightMaps);
 
     /// Adds the passes that answer for each pixel of the G-buffer.
-    fn gather(&mut self, frame: &mut Frame, scene: &GpuScene, gbuffer: &GBuffer) -> IndirectLight;
+    fn gather(&mut self, frame: &mut Frame, scene: &GpuScene, maps: &LightMaps, gbuffer: &GBuffer) -> IndirectLight;
 
     /// Adds the direct light, after `gather`: by shadow maps, where a technique has no shadows of its own.
     fn direct(&self, frame: &mut Frame, scene: &GpuScene, maps: &LightMaps, gbuffer: &GBuffer, output: &Output) {

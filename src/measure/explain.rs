@@ -211,20 +211,32 @@ impl Table<'_, '_> {
         let Some(map) = VoxelMap::read(subject.gpu, &renderer.lit_voxels())? else { return Ok(()) };
         let spacing_m = (map.voxel_size() / POINTS_ALONG).max((surface_area_m2(subject.scene) / MOST_POINTS).sqrt() as f32);
         drop(map);
-        let seen = subject.gather(renderer)?;
+        // Where patches give what surfaces emit, the voxels that the picture sees do not hold it, and those that exact rays see have to.
+        let whole = if self.has_patches() { self.changed("visibility", &["emissive_patches=0".into()])? } else { None };
+        let seen = match &whole {
+            Some((settings, _)) => subject.gather(&mut subject.render(settings, subject.frame, None)?.0)?,
+            None => subject.gather(renderer)?,
+        };
         let points = light_surfaces(subject.scene, spacing_m)?;
         let lit = subject.render(&subject.case.settings, subject.frame, Some(&points));
-        drop(points);
-        let (exact, both) = match lit {
-            Ok((mut renderer, exact)) => (Ok(exact), subject.gather(&mut renderer)),
-            Err(failure) => (Err(failure), Ok(picture.indirect.clone())),
+        let (exact, both) = match (lit, &whole) {
+            (Ok((_, exact)), Some((settings, _))) => (Ok(exact), subject.gather(&mut subject.render(settings, subject.frame, Some(&points))?.0)),
+            (Ok((mut renderer, exact)), None) => (Ok(exact), subject.gather(&mut renderer)),
+            (Err(failure), _) => (Err(failure), Ok(picture.indirect.clone())),
         };
+        drop(points);
         let light = "the lights' light in the voxels is the mean of exact shadow rays from their surfaces";
         self.add("direct light", light, Vec::new(), || Ok(exact?))?;
         let rays = format!("{EXACT_DIRECTIONS} rays a pixel through the scene itself see the voxels' radiance");
         self.add("visibility", &rays, Vec::new(), || Ok(Picture { indirect: seen, frame_ms: None }))?;
         let rest = "both: what is left is one radiance for all surface of a voxel, or of a side of it";
         self.add("direct light and visibility", rest, Vec::new(), || Ok(Picture { indirect: both?, frame_ms: None }))
+    }
+
+    /// Whether surfaces that emit light the picture by patches.
+    fn has_patches(&self) -> bool {
+        let Subject { scene, case: Case { settings, .. }, .. } = self.subject;
+        scene.is_emissive() && settings.find_choice("shadows") == Some("cones") && settings.find_count("emissive_patches").is_some_and(|count| count > 0)
     }
 
     /// Finer shadow maps.

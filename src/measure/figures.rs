@@ -2,7 +2,7 @@
 
 use crate::graph::PassTimes;
 
-use super::chart::{Bar, BarPanel, Chart, LinePanel, Panels, Scale, Series};
+use super::chart::{Bar, BarPanel, Chart, LineAxis, LinePanel, Panels, Scale, Series};
 use super::report::{Report, Timing};
 use super::table::{case_name, median_ms, resolution, value_text};
 
@@ -97,7 +97,7 @@ pub fn motion_chart(reports: &[Report]) -> Option<Chart> {
     Some(Chart {
         title: format!("Time of dynamic models: {}", first.scene),
         notes,
-        panels: Panels::Lines("voxels that dynamic models touch".into(), vec![panel]),
+        panels: Panels::Lines(LineAxis::doubling("voxels that dynamic models touch"), vec![panel]),
     })
 }
 
@@ -151,7 +151,11 @@ pub(super) fn lines(title: &str, what: &str, reports: &[Report], panels: Vec<Lin
         return None;
     }
     let what = format!("{what}, {}x{} px", first.size[0], first.size[1]);
-    Some(Chart { title: format!("{title}: {}", first.scene), notes: notes(reports, first, &what), panels: Panels::Lines("resolution [voxels]".into(), panels) })
+    Some(Chart {
+        title: format!("{title}: {}", first.scene),
+        notes: notes(reports, first, &what),
+        panels: Panels::Lines(LineAxis::doubling("resolution [voxels]"), panels),
+    })
 }
 
 /// Characters on a line of a chart's notes.

@@ -6,7 +6,7 @@
 //!
 //! - [`Errors`]: `rel_rmse`, `bias`, `rel_mse`, `p95`
 //! - [`flip`]: ꟻLIP of the tone-mapped pair
-//! - [`stability`]: `translation_spread`, `rotation_spread`, `flicker`, `leak`, `run_spread`
+//! - [`stability`]: `translation_spread`, `rotation_spread`, `flicker`, `excess_flicker`, `popping`, `lag`, `leak`, `run_spread`
 
 mod blocks;
 mod compare;

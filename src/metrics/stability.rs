@@ -28,6 +28,50 @@ pub fn flicker(frames: &[Image]) -> Result<f64, MetricError> {
     })
 }
 
+/// Flicker of consecutive frames of what moves, beyond the reference's own change: the mean over frames and pixels of |ΔT − ΔR| over the mean of R, where Δ is
+/// the change from one frame to the next. `reference` is the same sequence.
+pub fn excess_flicker(frames: &[Image], reference: &[Image]) -> Result<f64, MetricError> {
+    Ok(mean(&excess_changes(frames, reference)?))
+}
+
+/// The largest single-frame jump of such a sequence: the largest, over frames, of the mean over pixels of |ΔT − ΔR| over the mean of R.
+pub fn popping(frames: &[Image], reference: &[Image]) -> Result<f64, MetricError> {
+    Ok(excess_changes(frames, reference)?.into_iter().fold(0.0, f64::max))
+}
+
+/// How far a frame that has a history is from one that has none: the mean over pixels of |T − C| over the mean of C, the same technique converged.
+pub fn lag(frame: &Image, converged: &Image) -> Result<f64, MetricError> {
+    check("the converged image", converged, converged.size())?;
+    check("the image", frame, converged.size())?;
+    if converged.pixels.is_empty() {
+        return Err(MetricError::Empty("the images have no pixels"));
+    }
+    let (now, then) = (luminances(frame), luminances(converged));
+    Ok(ratio(now.iter().zip(&then).map(|(now, then)| (now - then).abs()).sum::<f64>(), then.iter().sum()))
+}
+
+/// Of each frame but the first: the mean over pixels of |ΔT − ΔR| over the mean of R.
+fn excess_changes(frames: &[Image], reference: &[Image]) -> Result<Vec<f64>, MetricError> {
+    let [first, _, ..] = reference else { return Err(MetricError::Empty("a sequence needs at least two images")) };
+    if frames.len() != reference.len() {
+        return Err(MetricError::Empty("the sequences differ in length"));
+    }
+    reference.iter().try_for_each(|image| check("the reference", image, first.size()))?;
+    frames.iter().try_for_each(|image| check("an image of the sequence", image, first.size()))?;
+    if first.pixels.is_empty() {
+        return Err(MetricError::Empty("the images have no pixels"));
+    }
+    let mean_reference = mean(&reference.iter().map(|image| mean(&luminances(image))).collect::<Vec<_>>());
+    let errors: Vec<Vec<f64>> =
+        frames.iter().zip(reference).map(|(frame, truth)| luminances(frame).iter().zip(luminances(truth)).map(|(t, r)| t - r).collect()).collect();
+    let change = |pair: &[Vec<f64>]| mean(&pair[0].iter().zip(&pair[1]).map(|(before, after)| (after - before).abs()).collect::<Vec<_>>());
+    Ok(errors.windows(2).map(|pair| ratio(change(pair), mean_reference)).collect())
+}
+
+fn luminances(image: &Image) -> Vec<f64> {
+    image.pixels.iter().map(|&pixel| f64::from(luminance(pixel))).collect()
+}
+
 /// Light where there should be none: the mean of T over pixels where the reference is dark (at most 0.1% of the reference's mean over the lit region),
 /// divided by the reference's mean over the lit region, which is the rest. Only pixels that see a surface count, where a guide says which do.
 pub fn leak(technique: &Image, reference: &Image, guide: Option<&GuideImage>) -> Result<f64, MetricError> {

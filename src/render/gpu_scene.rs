@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
+use super::emitters::{Emitter, emitters};
 use crate::gpu_struct;
 use crate::graph::{
     Buffer, BufferDesc, BufferUsage, Error, Frame, FrameStats, Gpu, Image, ImageDesc, ImageKind, ImageUsage, MaterialSets, SceneBindings, SceneSet, vk,
@@ -120,6 +121,8 @@ pub struct GpuScene {
     pub is_emissive: bool,
     /// Some surface has a specular lobe.
     pub is_glossy: bool,
+    /// What emits, where it is now, in small parts (on the host alone).
+    pub emitters: Vec<Emitter>,
     /// The largest emitted radiance of any channel (W/(m² sr)).
     pub largest_emission: f32,
     /// Smallest and largest corner (m) of the static geometry; where there is none, of all places that dynamic geometry comes to.
@@ -133,6 +136,7 @@ pub struct GpuScene {
     /// Radiance of the environment (W/(m² sr)).
     pub environment: Vec3,
     frame_uniform: Arc<Buffer>,
+    light_buffer: Arc<Buffer>,
 }
 
 /// The models of a scene that may move.
@@ -204,6 +208,7 @@ impl GpuScene {
             texture_use: scene.materials.iter().map(TextureUse::of).collect(),
             is_emissive: scene.is_emissive(),
             is_glossy: scene.is_glossy(),
+            emitters: emitters(scene),
             largest_emission,
             bounds: scene.static_bounds().or(motion_bounds).unwrap_or((Vec3::ZERO, Vec3::ONE)),
             dynamic,
@@ -211,6 +216,7 @@ impl GpuScene {
             lights: scene.lights.clone(),
             environment: scene.environment,
             frame_uniform,
+            light_buffer: lights,
         })
     }
 
@@ -218,6 +224,9 @@ impl GpuScene {
     pub fn set_pose(&mut self, gpu: &Gpu, scene: &Scene) -> Result<FrameStats, Error> {
         let Some(dynamic) = &mut self.dynamic else { return Ok(FrameStats::default()) };
         dynamic.bounds = dynamic.bounds_in(scene);
+        if scene.materials.iter().zip(&dynamic.materials).any(|(material, moves)| *moves && material.emission != Vec3::ZERO) {
+            self.emitters = emitters(scene);
+        }
         let moved: Vec<Vertex> = dynamic.vertices_in(scene).copied().collect();
         gpu.upload_buffer(&dynamic.staging, bytemuck::cast_slice(&moved))?;
         let mut frame = Frame::new();
@@ -228,6 +237,17 @@ impl GpuScene {
             first += range.len();
         }
         gpu.submit(frame)
+    }
+
+    /// Moves, turns or dims the lights. Their number and kinds stay, and with them the number of their views.
+    pub(crate) fn move_lights(&mut self, gpu: &Gpu, lights: &[Light]) -> Result<(), Error> {
+        let kinds = |lights: &[Light]| lights.iter().map(std::mem::discriminant).collect::<Vec<_>>();
+        assert_eq!(kinds(lights), kinds(&self.lights), "lights that move keep their number and kinds");
+        if !lights.is_empty() {
+            gpu.upload_buffer(&self.light_buffer, bytemuck::cast_slice(&gpu_lights(lights)))?;
+        }
+        self.lights = lights.to_vec();
+        Ok(())
     }
 
     /// Whether the triangles of a material are of a dynamic model.

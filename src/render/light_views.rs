@@ -116,6 +116,14 @@ impl LightMaps {
         })
     }
 
+    /// Brings the views up to the lights after [`GpuScene::move_lights`].
+    pub(crate) fn move_lights(&self, gpu: &Gpu, scene: &GpuScene) -> Result<(), Error> {
+        if self.view_count == 0 {
+            return Ok(());
+        }
+        gpu.upload_buffer(&self.views, bytemuck::cast_slice(&light_views(&scene.lights, scene.lit_bounds(), self.size)))
+    }
+
     /// Draws every view.
     pub fn draw(&self, frame: &mut Frame, scene: &GpuScene) {
         let clear = ClearOrLoad::Clear([0.0; 4]);

@@ -2,6 +2,7 @@
 
 mod aov;
 mod direct;
+pub mod emitters;
 mod gbuffer;
 mod gpu_scene;
 pub mod light_views;
@@ -10,6 +11,7 @@ pub(crate) use aov::float_from_half;
 pub use aov::read_aov;
 pub use direct::{COMPOSITE, DIRECT, IndirectLight, Output};
 pub(crate) use direct::{screen_groups, screen_image};
+pub use emitters::Emitter;
 pub use gbuffer::{GBUFFER_DIFFUSE, GBUFFER_EMISSIVE, GBUFFER_GLOSSY, GBUFFER_GLOSSY_EMISSIVE, GBuffer};
 pub(crate) use gpu_scene::storage;
 pub use gpu_scene::{DynamicGeometry, FrameConstants, GpuLight, GpuMaterial, GpuScene, SET_POSE, TextureUse};

@@ -41,6 +41,10 @@ struct Cone {
     float widening;          // 2 tan(γ/2): diameter for each voxel of distance
     float least_width;       // of the height clamp at the apex [voxels]
     float width_rate;        // and for each voxel of distance
+#ifdef END_PLANE
+    float end_width;         // of the clamp at the plane that the cone ends at, at the apex [voxels]
+    float end_rate;          // and less for each voxel of distance
+#endif
 };
 
 // One step of a cone: where its sample is, how wide, and how long the step.
@@ -54,19 +58,33 @@ struct Step {
 // distance: d/2 β further on.
 Step step_at(float t, Cone cone, float step_factor, float least) {
     float centre = max(t * cone.spread, t + 0.5 * step_factor * least);
-    float diameter = max(min(centre * cone.widening, cone.least_width + centre * cone.width_rate), least);
+    float widest = min(centre * cone.widening, cone.least_width + centre * cone.width_rate);
+#ifdef END_PLANE
+    widest = min(widest, cone.end_width - centre * cone.end_rate);
+#endif
+    float diameter = max(widest, least);
     float stride = step_factor * diameter;
     return Step(t + 0.5 * stride, diameter, stride);
 }
 
 // One cone, front to back. At distance t its diameter is d = 2 t tan(γ/2) and it samples mip log2(d / voxel); a step of β d through texels of opacity α
 // has opacity α' = 1 − (1 − α)^(g β). What is not covered at the end sees the environment.
-// `origin` [voxels], `height` its height over the tangent plane [voxels], `cosine` between direction and the plane's normal.
-ConeResult march_cone(vec3 origin, vec3 direction, float tan_half, float height, float cosine, MarchSettings m) {
+// `origin` [voxels], `height` its height over the tangent plane [voxels], `cosine` between direction and the plane's normal. With END_PLANE samples are no
+// wider than their height over a second plane / k either: `end_height` that of the apex [voxels], `end_cosine` between the direction and the way down to it.
+ConeResult march_cone(vec3 origin, vec3 direction, float tan_half, float height, float cosine, MarchSettings m
+#ifdef END_PLANE
+    , float end_height, float end_cosine
+#endif
+) {
     float end = min(exit_distance(origin, direction, m.resolution), m.max_distance);
     bool is_clamped = m.height_clamp > 0.0;
     float least_width = is_clamped ? height / m.height_clamp : 1e9, width_rate = is_clamped ? cosine / m.height_clamp : 0.0;
+#ifdef END_PLANE
+    float end_width = is_clamped ? end_height / m.height_clamp : 1e9, end_rate = is_clamped ? end_cosine / m.height_clamp : 0.0;
+    Cone cone = Cone(1.0 / max(1.0 - m.step_factor * tan_half, 0.25), 2.0 * tan_half, least_width, width_rate, end_width, end_rate);
+#else
     Cone cone = Cone(1.0 / max(1.0 - m.step_factor * tan_half, 0.25), 2.0 * tan_half, least_width, width_rate);
+#endif
     vec3 radiance = vec3(0.0);
     float through = 1.0, occlusion = 0.0, t = 0.0, samples = 0.0;
     while (t < end && through > 0.005) {

@@ -15,7 +15,7 @@ layout(constant_id = 2) const uint SIDES = 1;   // 2: a radiance for each side o
 layout(constant_id = 3) const uint INDIRECT = 0;   // with what voxel.bounce gathered
 layout(constant_id = 4) const uint COUNTING = 1;   // holes are counted; not when the same voxels are lit again in one frame
 layout(constant_id = 5) const uint NORMAL_WEIGHTED = 0;
-layout(constant_id = 6) const uint OCCLUSION = 0;   // by shadow maps (0), from half a voxel off the surface (1), by rays: hard (2), soft (3)
+layout(constant_id = 6) const uint OCCLUSION = 0;   // by shadow maps (0), from half a voxel off the surface (1), by rays: hard (2), soft (3), as 0 but of several planes by area (4)
 layout(constant_id = 7) const uint DYNAMIC = 0;   // 1: a voxel's record may stand back for one behind it, which is of dynamic geometry too
 layout(constant_id = 8) const uint FACES = 0;   // 1: into six faces; of a voxel without a dense texel its radiances are those of the faces
 
@@ -79,6 +79,18 @@ float attenuation(Voxel voxel, vec3 normal, vec3 to_light) {
 
 const float RAY_START = 0.05, SELF_HEIGHT = 0.1, CONTOUR_SLACK = 0.1;   // as the defaults of voxel.gather_rays [voxels]
 
+// How far behind `from` the map's surface is, and `to`, along the light [m].
+vec2 mapped_depths(Light light, vec3 from, vec3 to) {
+    uint index = light.views.x;
+    if (light.views.y == 6u) index += cube_face(from - light.position_kind.xyz);
+    LightView view = light_views[index];
+    vec3 map = project(view, from);
+    if (map.z <= 0.0 || any(greaterThan(abs(map.xy), vec2(1.0)))) return vec2(-1.0);
+    vec2 texel = clamp((map.xy * 0.5 + 0.5) * float(view.light.y), vec2(0.0), vec2(float(view.light.y) - 0.5));
+    float stored = map_depth(view, texelFetch(sampler2DArray(shadow_maps, nearest_clamp), ivec3(texel, index), 0).r, view.right.w);
+    return vec2(stored, project(view, to).z) - map.z;
+}
+
 // Fraction of a light that reaches a voxel's surface.
 float unoccluded(Light light, vec3 position, vec3 to_light, vec3 lit_side, bool one_plane) {
     float size = params.grid.w;
@@ -95,7 +107,34 @@ float unoccluded(Light light, vec3 position, vec3 to_light, vec3 lit_side, bool 
     return light_visibility(light, from, lit_side, visibility_slack(light, position, one_plane));
 }
 
-// ρ/π Σ E |n·ω| V at the voxel's mean position; with two sides, of the light on the side that `normal` points to.
+// Share of the voxel's surface that its radiance, or that of one side of it, is the mean of.
+float seen_share(Voxel voxel) {
+    vec2 seen = unpack_seen(voxel.coverage);
+    return SIDES == 2u ? seen.x : seen.y;
+}
+
+const uint ALONG = 3u;   // rays along each edge of a face
+
+// Area that a light meets first in a voxel, as the light sees it [voxel faces]: of 3×3 rays through each face that looks to the light, those which the shadow map
+// ends between where they enter the voxel and where they leave it.
+float lit_area(Light light, vec3 corner, vec3 to_light) {
+    float area = 0.0;
+    for (uint i = 0u; i < 3u * ALONG * ALONG; ++i) {
+        uint axis = i / (ALONG * ALONG);
+        vec2 on_face = (vec2(i % ALONG, i / ALONG % ALONG) + 0.5) / float(ALONG);
+        vec3 entry = axis == 0u ? vec3(0.0, on_face) : axis == 1u ? vec3(on_face.y, 0.0, on_face.x) : vec3(on_face, 0.0);
+        entry[axis] = to_light[axis] > 0.0 ? 1.0 : 0.0;
+        vec3 from = corner + params.grid.w * entry, towards = to_light;
+        if (light.position_kind.w != LIGHT_DIRECTIONAL) towards = normalize(light.position_kind.xyz - from);
+        vec3 ways = mix(1.0 - entry, entry, greaterThan(towards, vec3(0.0))) / max(abs(towards), vec3(1e-6));
+        vec2 depths = mapped_depths(light, from, from - params.grid.w * min(ways.x, min(ways.y, ways.z)) * towards);
+        if (depths.x >= 0.0 && depths.x < depths.y) area += max(towards[axis] * sign(to_light[axis]), 0.0);
+    }
+    return area / float(ALONG * ALONG);
+}
+
+// ρ/π Σ E |n·ω| V at the voxel's mean position; with two sides, of the light on the side that `normal` points to. By area, |n·ω| V of a voxel of several planes is
+// the share of its surface that the light meets first, as the light sees it; of what the voxel's mean normal lets through, no more.
 vec3 shade(Voxel voxel, vec3 normal, bool one_plane) {
     float size = params.grid.w;
     vec3 position = params.grid.xyz + size * (voxel_coordinates(voxel.xy, voxel.z_area) + unpack_unorm10(voxel.mean_position));
@@ -103,16 +142,16 @@ vec3 shade(Voxel voxel, vec3 normal, bool one_plane) {
     for (uint i = 0u; i < frame.size_px.z; ++i) {
         vec3 to_light;
         vec3 arriving = light_irradiance(lights[i], position, to_light);
+        if (OCCLUSION == 4u && !one_plane) {
+            float area = unpackHalf2x16(voxel.z_area >> 16).x * seen_share(voxel);
+            float lit = SIDES == 2u && dot(normal, to_light) <= 0.0 ? 0.0 : lit_area(lights[i], position - size * unpack_unorm10(voxel.mean_position), to_light);
+            irradiance += arriving * min(lit / max(area, 1e-6), attenuation(voxel, normal, to_light));
+            continue;
+        }
         vec3 lit_side = SIDES == 1u && dot(normal, to_light) < 0.0 ? -normal : normal;
         irradiance += arriving * attenuation(voxel, normal, to_light) * unoccluded(lights[i], position, to_light, lit_side, one_plane);
     }
     return unpack_albedo(voxel.albedo) / PI * irradiance;
-}
-
-// Share of the voxel's surface that its radiance, or that of one side of it, is the mean of.
-float seen_share(Voxel voxel) {
-    vec2 seen = unpack_seen(voxel.coverage);
-    return SIDES == 2u ? seen.x : seen.y;
 }
 
 // Radiance of a voxel, or of one side of it; `normal` points to that side.

@@ -10,7 +10,7 @@ use glam::{IVec3, Vec3};
 pub use layout::{Layout, Place};
 pub use volume::ClipmapVolume;
 
-use super::cone::{self, ConeTracer};
+use super::cone::{self, ConeTracer, EmissivePatches};
 use super::interleave::{self, deinterleave};
 use super::registry::{Directions, Entry, Part, Stage};
 use super::settings::{Domain, Preset, Setting, Settings};
@@ -130,6 +130,8 @@ pub struct Clipmap {
     /// Lights stand still.
     keeps_light: bool,
     cones: ConeTracer,
+    /// Of surfaces that emit, where cones see them.
+    patches: Option<EmissivePatches>,
     interleave: u32,
     /// The texels of all levels.
     pub volume: ClipmapVolume,
@@ -154,6 +156,7 @@ impl Clipmap {
         let Context { gpu, scene, size, .. } = *context;
         let specular = scene.is_glossy && settings.is("specular", "on");
         let interleave = settings.count("interleave");
+        let patches = EmissivePatches::new(gpu, scene, settings)?;
         let layout = Layout::new(scene.bounds, settings.count("resolution"), settings.count("levels"), settings.number("voxel_size"));
         let directionality = Directionality::new(settings);
         let faces = directionality.faces();
@@ -165,6 +168,7 @@ impl Clipmap {
             is_staggered: settings.is("level_updates", "staggered"),
             keeps_light: settings.is("light_updates", "on-change"),
             cones: ConeTracer::new(gpu, settings)?,
+            patches,
             interleave,
             volume: ClipmapVolume::new(gpu, layout, Prefilter::new(settings), directionality)?,
             levels: Vec::new(),
@@ -302,6 +306,9 @@ impl Technique for Clipmap {
 
     fn set_pose(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
         let Some(dynamic) = &context.scene.dynamic else { return Ok(FrameStats::default()) };
+        if let Some(patches) = &mut self.patches {
+            patches.follow(context.gpu, context.scene)?;
+        }
         if self.levels.is_empty() {
             return self.build(context);
         }
@@ -363,10 +370,14 @@ impl Technique for Clipmap {
         self.filter_top(frame);
         if self.light_settings.bounces == Bounces::Feedback {
             self.bounce(frame);
+            if self.patches.is_some() {
+                self.relight(frame, maps, &due, Viewer::Picture);
+                self.filter_top(frame);
+            }
         }
     }
 
-    fn gather(&mut self, frame: &mut Frame, _scene: &GpuScene, gbuffer: &GBuffer) -> IndirectLight {
+    fn gather(&mut self, frame: &mut Frame, _scene: &GpuScene, maps: &LightMaps, gbuffer: &GBuffer) -> IndirectLight {
         let Some(outermost) = self.levels.last() else { return self.light.clone() };
         let (grid, volume) = (self.layout.grid(outermost.place.first), self.volume.as_volume());
         let target = self.interleaved.as_ref().unwrap_or(&self.light.diffuse);
@@ -375,7 +386,14 @@ impl Technique for Clipmap {
         if let Some(interleaved) = &self.interleaved {
             deinterleave(frame, gbuffer, interleaved, &self.light.diffuse, self.interleave);
         }
+        if let Some(patches) = &self.patches {
+            self.cones.patches(frame, gbuffer, &grid, volume, patches, &self.light.diffuse);
+        }
         if let Some(specular) = &self.light.specular {
+            if self.patches.is_some() {
+                self.relight(frame, maps, &(0..self.levels.len()).collect::<Vec<_>>(), Viewer::Voxels);
+                self.filter_top(frame);
+            }
             self.cones.specular(frame, gbuffer, &grid, volume, specular);
         }
         self.light.clone()

@@ -1,12 +1,14 @@
 //! Cone sets and cone marching, shared by the voxel techniques.
 
 pub mod oracle;
+mod patches;
 mod sets;
 mod shadow;
 mod view;
 
 use std::sync::Arc;
 
+pub use patches::{EmissivePatches, GpuPatch, PATCHES, PATCHES_CLIPMAP, PATCHES_SPARSE, Patch, PatchParams, patches};
 pub use sets::{Cone, ConeSet, KahlRings, check, cone_set, diffuse_set, kahl_set};
 pub use shadow::{SHADOW, SHADOW_CLIPMAP, SHADOW_SPARSE, SOFT_SHADOWS, ShadowConeParams};
 pub use view::{VIEW, VIEW_CLIPMAP, VIEW_SPARSE, ViewVoxelsParams, VoxelVolume};
@@ -233,13 +235,14 @@ pub static SPECULAR_CLIPMAP: Pass = specular_pass("gi/cone/specular_clipmap.comp
 pub static BOUNCE_CLIPMAP: Pass = bounce_pass("gi/cone/bounce_clipmap.comp", &BOUNCE_CLIPMAP_BINDINGS);
 
 /// The passes through a dense volume.
-pub static PASSES: &[&Pass] = &[&GATHER, &OCCLUSION, &SPECULAR, &SHADOW, &BOUNCE, &VIEW];
+pub static PASSES: &[&Pass] = &[&GATHER, &OCCLUSION, &SPECULAR, &SHADOW, &PATCHES, &BOUNCE, &VIEW];
 
 /// The passes through a sparse volume.
-pub static SPARSE_PASSES: &[&Pass] = &[&GATHER_SPARSE, &OCCLUSION_SPARSE, &SPECULAR_SPARSE, &SHADOW_SPARSE, &BOUNCE_SPARSE, &VIEW_SPARSE];
+pub static SPARSE_PASSES: &[&Pass] = &[&GATHER_SPARSE, &OCCLUSION_SPARSE, &SPECULAR_SPARSE, &SHADOW_SPARSE, &PATCHES_SPARSE, &BOUNCE_SPARSE, &VIEW_SPARSE];
 
 /// The passes through a clipmap.
-pub static CLIPMAP_PASSES: &[&Pass] = &[&GATHER_CLIPMAP, &OCCLUSION_CLIPMAP, &SPECULAR_CLIPMAP, &SHADOW_CLIPMAP, &BOUNCE_CLIPMAP, &VIEW_CLIPMAP];
+pub static CLIPMAP_PASSES: &[&Pass] =
+    &[&GATHER_CLIPMAP, &OCCLUSION_CLIPMAP, &SPECULAR_CLIPMAP, &SHADOW_CLIPMAP, &PATCHES_CLIPMAP, &BOUNCE_CLIPMAP, &VIEW_CLIPMAP];
 
 /// What a pass of cones writes.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -360,6 +363,8 @@ pub static STRUCTS: &[(&str, &[Field])] = &[
     (ConeParams::NAME, ConeParams::FIELDS),
     (SpecularParams::NAME, SpecularParams::FIELDS),
     (ShadowConeParams::NAME, ShadowConeParams::FIELDS),
+    (GpuPatch::NAME, GpuPatch::FIELDS),
+    (PatchParams::NAME, PatchParams::FIELDS),
     (BounceConeParams::NAME, BounceConeParams::FIELDS),
     (ViewVoxelsParams::NAME, ViewVoxelsParams::FIELDS),
 ];
@@ -477,6 +482,13 @@ pub static SETTINGS: &[Setting] = &[
         unit: "degrees",
         domain: Domain::Number { min: 1.0, max: 25.0 },
         default: "5",
+    },
+    Setting {
+        name: "emissive_patches",
+        help: "with shadows = cones: at most so many patches of surface that emits, each seen by a cone; the diffuse gather then sees no emission; 0: it does",
+        unit: "",
+        domain: Domain::Count { min: 0, max: 1024 },
+        default: "32",
     },
     Setting {
         name: "specular",

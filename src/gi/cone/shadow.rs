@@ -75,8 +75,8 @@ pub static SHADOW_SPARSE: Pass = shadow_pass("gi/cone/shadow_svo.comp", &SPARSE_
 /// As [`SHADOW`], through the levels of a clipmap.
 pub static SHADOW_CLIPMAP: Pass = shadow_pass("gi/cone/shadow_clipmap.comp", &CLIPMAP_BINDINGS);
 
-/// Direct light by cones.
-pub static SOFT_SHADOWS: Stage = Stage { name: "soft shadows", part: Part::Picture, passes: &["cone.shadow"] };
+/// Direct light by cones, and that of surfaces that emit.
+pub static SOFT_SHADOWS: Stage = Stage { name: "soft shadows", part: Part::Picture, passes: &["cone.shadow", "cone.patches"] };
 
 impl ConeTracer {
     /// Adds the direct light of all lights, each seen by a cone; nothing where the settings leave shadows to maps.

@@ -46,7 +46,7 @@ impl Technique for None {
 
     fn update(&mut self, _frame: &mut Frame, _scene: &GpuScene, _maps: &LightMaps) {}
 
-    fn gather(&mut self, frame: &mut Frame, _scene: &GpuScene, _gbuffer: &GBuffer) -> IndirectLight {
+    fn gather(&mut self, frame: &mut Frame, _scene: &GpuScene, _maps: &LightMaps, _gbuffer: &GBuffer) -> IndirectLight {
         frame.clear_image("none.clear", &self.light.diffuse, [0.0; 4]);
         self.light.clone()
     }

@@ -16,11 +16,11 @@ pub use dynamic::TouchedVoxels;
 pub use nodes::NodePool;
 pub use pieces::{Occupancy, OccupiedCube, PieceVoxelizer, Pieces};
 
-use super::cone::{self, ConeTracer, Volume};
+use super::cone::{self, ConeTracer, EmissivePatches, Volume};
 use super::interleave::{self, deinterleave};
 use super::registry::{Directions, Entry, Part, Stage};
 use super::settings::{Domain, Preset, Setting, SettingError, Settings};
-use super::voxel::{self, Bounces, Directionality, FACE_SETTINGS, Injection, LightSettings, MIP_FILTER, Prefilter, Sides, VoxelSettings};
+use super::voxel::{self, Bounces, Directionality, FACE_SETTINGS, Injection, LightSettings, MIP_FILTER, Prefilter, Sides, Viewer, VoxelSettings};
 use super::{Context, IndirectLight, LitVoxels, Technique, VoxelVolume};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image, Pass};
 use crate::render::{GBuffer, GpuScene, LightMaps, Output, screen_image};
@@ -201,6 +201,8 @@ struct Svo {
     has_normals: bool,
     has_attributes: bool,
     cones: ConeTracer,
+    /// Of surfaces that emit, where cones see them.
+    patches: Option<EmissivePatches>,
     interleave: u32,
     voxelizer: PieceVoxelizer,
     store: Option<Store>,
@@ -229,8 +231,9 @@ fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>
     let mut voxelizer = PieceVoxelizer::new(gpu, scene, VoxelSettings { faces, ..VoxelSettings::new(settings) })?;
     // The bricks of a tile's faces are counted from the end of the pool, which dynamic tiles would move.
     voxelizer.follows = directionality == Directionality::Isotropic;
+    let patches = EmissivePatches::new(gpu, scene, settings)?;
     Ok(Box::new(Svo {
-        light_settings: LightSettings { stores_faces: faces.is_some(), ..LightSettings::new(settings, sides) },
+        light_settings: LightSettings { stores_faces: faces.is_some(), emission_apart: patches.is_some(), ..LightSettings::new(settings, sides) },
         has_normals,
         has_attributes: settings.is("attributes", "on"),
         bricks: BrickSettings {
@@ -241,6 +244,7 @@ fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>
             directionality,
         },
         cones: ConeTracer::new(gpu, settings)?,
+        patches,
         interleave,
         voxelizer,
         store: None,
@@ -285,6 +289,9 @@ impl Technique for Svo {
         if context.scene.dynamic.is_none() {
             return Ok(FrameStats::default());
         }
+        if let Some(patches) = &mut self.patches {
+            patches.follow(context.gpu, context.scene)?;
+        }
         let Some(mut store) = self.store.take() else { return self.build(context) };
         let Some(mut stats) = store.voxels.set_pose(context.gpu, context.scene, &mut self.voxelizer)? else {
             drop(store);
@@ -313,18 +320,23 @@ impl Technique for Svo {
         let Some(store) = &mut self.store else { return };
         store.voxels.update(frame, maps, &store.nodes.nodes);
         store.bricks.update(frame, &store.nodes, &store.voxels.radiance);
-        for _ in 0..self.light_settings.bounces.before_the_picture() {
+        let count = self.light_settings.bounces.before_the_picture();
+        for bounce in 1..=count {
             store.voxels.bounce(frame, &self.cones, store.volume(self.bricks));
-            store.voxels.relight(frame, maps);
+            store.voxels.relight(frame, maps, if bounce == count { Viewer::Picture } else { Viewer::Voxels });
             store.bricks.update(frame, &store.nodes, &store.voxels.radiance);
         }
         if self.light_settings.bounces == Bounces::Feedback {
             store.voxels.bounce(frame, &self.cones, store.volume(self.bricks));
+            if self.patches.is_some() {
+                store.voxels.relight(frame, maps, Viewer::Picture);
+                store.bricks.update(frame, &store.nodes, &store.voxels.radiance);
+            }
         }
     }
 
-    fn gather(&mut self, frame: &mut Frame, _scene: &GpuScene, gbuffer: &GBuffer) -> IndirectLight {
-        let Some(store) = &self.store else { return self.light.clone() };
+    fn gather(&mut self, frame: &mut Frame, _scene: &GpuScene, maps: &LightMaps, gbuffer: &GBuffer) -> IndirectLight {
+        let Some(store) = &mut self.store else { return self.light.clone() };
         let volume = store.volume(self.bricks);
         let target = self.interleaved.as_ref().unwrap_or(&self.light.diffuse);
         self.cones.gather(frame, gbuffer, &store.voxels.grid, volume, target);
@@ -332,8 +344,15 @@ impl Technique for Svo {
         if let Some(interleaved) = &self.interleaved {
             deinterleave(frame, gbuffer, interleaved, &self.light.diffuse, self.interleave);
         }
+        if let Some(patches) = &self.patches {
+            self.cones.patches(frame, gbuffer, &store.voxels.grid, volume, patches, &self.light.diffuse);
+        }
         if let Some(specular) = &self.light.specular {
-            self.cones.specular(frame, gbuffer, &store.voxels.grid, volume, specular);
+            if self.patches.is_some() {
+                store.voxels.relight(frame, maps, Viewer::Voxels);
+                store.bricks.update(frame, &store.nodes, &store.voxels.radiance);
+            }
+            self.cones.specular(frame, gbuffer, &store.voxels.grid, store.volume(self.bricks), specular);
         }
         self.light.clone()
     }

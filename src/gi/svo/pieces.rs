@@ -10,7 +10,7 @@ use super::nodes::require_pointers;
 use crate::gi::cone::{ConeTracer, Volume};
 use crate::gi::voxel::voxelize::buffer;
 use crate::gi::voxel::{
-    Accumulation, DynamicVoxels, LightSettings, LitVoxels, VoxelGrid, VoxelLight, VoxelLookup, VoxelRecords, VoxelSettings, Voxelizer, Voxels,
+    Accumulation, DynamicVoxels, LightSettings, LitVoxels, Viewer, VoxelGrid, VoxelLight, VoxelLookup, VoxelRecords, VoxelSettings, Voxelizer, Voxels,
 };
 use crate::graph::{Buffer, Error, Frame, FrameStats, Gpu};
 use crate::render::{GpuScene, LightMaps};
@@ -209,8 +209,8 @@ impl Pieces {
     }
 
     /// Adds the passes that light the voxels once more in the same frame, with what they gathered.
-    pub fn relight(&self, frame: &mut Frame, maps: &LightMaps) {
-        self.add_light(frame, |frame, Piece { voxels, light, .. }, _| light.relight(frame, voxels, maps, None));
+    pub fn relight(&self, frame: &mut Frame, maps: &LightMaps, viewer: Viewer) {
+        self.add_light(frame, |frame, Piece { voxels, light, .. }, _| light.relight(frame, voxels, maps, None, viewer));
     }
 
     /// Adds the passes by which the voxels gather.

@@ -174,6 +174,17 @@ pub enum Occlusion {
     RaysHard = 2,
     /// All voxels that a ray hits, the nearer the more.
     RaysSoft = 3,
+    /// As `ShadowMap`; of voxels with several planes by the area that the shadow map sees in them.
+    ShadowMapArea = 4,
+}
+
+/// Who sees the voxels next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Viewer {
+    /// Other voxels, or a specular cone.
+    Voxels,
+    /// The diffuse gather of the picture.
+    Picture,
 }
 
 /// How voxels are lit.
@@ -193,6 +204,8 @@ pub struct LightSettings {
     pub occlusion: Occlusion,
     /// κ of soft occlusion (voxels).
     pub kappa: f32,
+    /// The picture's diffuse gather does not see what surfaces emit, which comes to it in another way.
+    pub emission_apart: bool,
 }
 
 impl LightSettings {
@@ -202,6 +215,7 @@ impl LightSettings {
         let attenuation = if settings.is("attenuation", "standard") { Attenuation::Standard } else { Attenuation::NormalWeighted };
         let occlusion = match settings.choice("voxel_occlusion") {
             "shadow-map" => Occlusion::ShadowMap,
+            "shadow-map-area" => Occlusion::ShadowMapArea,
             "shadow-map-moved" => Occlusion::ShadowMapMoved,
             "rays-hard" => Occlusion::RaysHard,
             _ => Occlusion::RaysSoft,
@@ -214,13 +228,14 @@ impl LightSettings {
             attenuation,
             occlusion,
             kappa: settings.number("occlusion_kappa"),
+            emission_apart: false,
         }
     }
 
     /// Everything but these as it is by default.
     pub fn direct(injection: Injection, sides: Sides) -> Self {
         let (attenuation, occlusion) = (Attenuation::Standard, Occlusion::ShadowMap);
-        LightSettings { injection, sides, stores_faces: false, bounces: Bounces::Count(1), attenuation, occlusion, kappa: 1.0 }
+        LightSettings { injection, sides, stores_faces: false, bounces: Bounces::Count(1), attenuation, occlusion, kappa: 1.0, emission_apart: false }
     }
 
     /// Bytes of so many voxels' radiances, with an opacity each: of their sides, or of their faces.
@@ -390,15 +405,25 @@ impl VoxelLight {
                 self.inject(frame, voxels, lookup, maps, rsm);
             }
         }
-        self.add_light(frame, voxels, maps, dense, self.settings.bounces == Bounces::Feedback, true);
+        let bounces = self.settings.bounces;
+        let viewer = if bounces.any() { Viewer::Voxels } else { Viewer::Picture };
+        self.add_light(frame, voxels, maps, dense, [bounces == Bounces::Feedback, true], viewer);
     }
 
-    /// Adds the pass that lights the voxels once more in the same frame, now with what they reflect of `irradiance`.
-    pub fn relight(&self, frame: &mut Frame, voxels: &VoxelRecords, maps: &LightMaps, dense: Option<&Arc<Image>>) {
-        self.add_light(frame, voxels, maps, dense, true, false);
+    /// Adds the pass that lights the voxels once more in the same frame, now with what they reflect of `irradiance`, where there is any.
+    pub fn relight(&self, frame: &mut Frame, voxels: &VoxelRecords, maps: &LightMaps, dense: Option<&Arc<Image>>, viewer: Viewer) {
+        self.add_light(frame, voxels, maps, dense, [self.irradiance.is_some(), false], viewer);
     }
 
-    fn add_light(&self, frame: &mut Frame, voxels: &VoxelRecords, maps: &LightMaps, dense: Option<&Arc<Image>>, indirect: bool, counting: bool) {
+    fn add_light(
+        &self,
+        frame: &mut Frame,
+        voxels: &VoxelRecords,
+        maps: &LightMaps,
+        dense: Option<&Arc<Image>>,
+        [indirect, counting]: [bool; 2],
+        viewer: Viewer,
+    ) {
         let params = LightParams {
             grid: voxels.grid.row(),
             voxel_count: voxels.voxel_count,
@@ -424,8 +449,9 @@ impl VoxelLight {
         let pass = if let Some(image) = dense { pass.bind(image) } else { pass };
         let LightSettings { injection, sides, attenuation, occlusion, .. } = self.settings;
         let [is_shaded, is_weighted] = [injection == Injection::Voxel && !self.is_given, attenuation == Attenuation::NormalWeighted];
+        let emits = voxels.emission.is_some() && !(self.settings.emission_apart && viewer == Viewer::Picture);
         let has_faces = voxels.faces.is_some() && (dense.is_some() || self.settings.stores_faces);
-        let flags = [is_shaded, voxels.emission.is_some(), indirect, counting, is_weighted, voxels.is_dynamic, has_faces].map(u32::from);
+        let flags = [is_shaded, emits, indirect, counting, is_weighted, voxels.is_dynamic, has_faces].map(u32::from);
         pass.constants(&[flags[0], flags[1], sides as u32, flags[2], flags[3], flags[4], occlusion as u32, flags[5], flags[6]])
             .push(&params)
             .dispatch(linear_groups(voxels.voxel_count));

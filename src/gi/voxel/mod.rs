@@ -22,7 +22,7 @@ pub use bounce::{BOUNCE_RAYS, Bounces, bounce_rays};
 pub use dynamic::DynamicVoxels;
 pub use grid::VoxelGrid;
 pub use light::{
-    Attenuation, CLEAR_LIGHT, INJECT_RSM, INJECT_RSM_SPARSE, Injection, LIGHT, LIGHT_DENSE, LightSettings, Occlusion, Sides, VoxelLight, VoxelLookup,
+    Attenuation, CLEAR_LIGHT, INJECT_RSM, INJECT_RSM_SPARSE, Injection, LIGHT, LIGHT_DENSE, LightSettings, Occlusion, Sides, Viewer, VoxelLight, VoxelLookup,
     VoxelRecords,
 };
 pub use list::{OccupiedVoxel, VoxelList, list_voxels};
@@ -96,10 +96,11 @@ pub static SETTINGS: &[Setting] = &[
     },
     Setting {
         name: "voxel_occlusion",
-        help: "what hides a light from voxels that are shaded: the shadow map (at their mean position), the shadow map moved half a voxel off along the \
-               normal, rays-hard (the first voxel that a ray to the light hits) or rays-soft (all that it hits, nearer ones more)",
+        help: "what hides a light from voxels that are shaded: the shadow map (at their mean position), shadow-map-area (the same, but of a voxel with \
+               several planes the area that the map shows in it), the shadow map moved half a voxel off along the normal, rays-hard (the first voxel that a ray \
+               to the light hits) or rays-soft (all that it hits, nearer ones more)",
         unit: "",
-        domain: Domain::Choice(&["shadow-map", "shadow-map-moved", "rays-hard", "rays-soft"]),
+        domain: Domain::Choice(&["shadow-map", "shadow-map-area", "shadow-map-moved", "rays-hard", "rays-soft"]),
         default: "shadow-map",
     },
     Setting {

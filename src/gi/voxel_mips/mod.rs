@@ -7,14 +7,14 @@ use std::sync::Arc;
 
 pub use matter::{MARK_MATTER, MatterParams, REDUCE_MATTER, mark_matter, matter_image};
 
-use super::cone::{self, ConeTracer, Volume};
+use super::cone::{self, ConeTracer, EmissivePatches, Volume};
 use super::interleave::{self, deinterleave};
 use super::registry::{Directions, Entry, Part, Stage, Substitution};
 use super::settings::{Domain, Preset, Setting, Settings};
 use super::voxel::voxelize::linear_groups;
 use super::voxel::{
     self, Accumulation, Bounces, Directionality, DynamicVoxels, FACE_SETTINGS, Injection, LightSettings, MIP_FILTER, Prefilter, RAY_SETTINGS, RaySettings,
-    Sides, VoxelLight, VoxelRecords, VoxelSettings, Voxelizer, Voxels, bounce_rays, gather_rays,
+    Sides, Viewer, VoxelLight, VoxelRecords, VoxelSettings, Voxelizer, Voxels, bounce_rays, gather_rays,
 };
 use super::{Context, IndirectLight, LitVoxels, Technique, VoxelVolume};
 use crate::gpu_struct;
@@ -153,6 +153,8 @@ struct VoxelMips {
     is_exact: bool,
     rays: Option<RaySettings>,
     cones: ConeTracer,
+    /// Of surfaces that emit, where cones see them.
+    patches: Option<EmissivePatches>,
     interleave: u32,
     voxelizer: Voxelizer,
     /// Absent where nothing traces cones.
@@ -177,15 +179,17 @@ fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>
     let has_volume = rays.is_none() || specular || cones.is_beside_gather();
     let voxel_settings = VoxelSettings { faces: directionality.faces().filter(|_| has_volume), ..VoxelSettings::new(settings) };
     let sides = if voxel_settings.faces.is_some() { Sides::Two } else { Sides::One };
+    let patches = EmissivePatches::new(gpu, scene, settings)?;
     Ok(Box::new(VoxelMips {
         filter,
         blits: directionality == Directionality::Isotropic && filter == Prefilter::Box && settings.is("mip_method", "blit"),
-        light_settings: LightSettings::new(settings, rays.map_or(sides, |rays| rays.sides)),
+        light_settings: LightSettings { emission_apart: patches.is_some(), ..LightSettings::new(settings, rays.map_or(sides, |rays| rays.sides)) },
         bounce_directions: settings.count("bounce_directions"),
         is_exact: voxel_settings.accumulation == Accumulation::Exact,
         volume: has_volume.then(|| DenseVolume::new(gpu, voxel_settings.resolution, directionality, skips_empty)).transpose()?,
         rays,
         cones,
+        patches,
         interleave,
         voxelizer: Voxelizer::new(gpu, scene, voxel_settings)?,
         store: None,
@@ -266,6 +270,15 @@ impl VoxelMips {
         }
     }
 
+    /// Lights the voxels once more, and their mips.
+    fn relight(&self, frame: &mut Frame, maps: &LightMaps, viewer: Viewer) {
+        let Some((voxels, light)) = &self.store else { return };
+        light.relight(frame, &VoxelRecords::from(voxels), maps, self.volume.as_ref().map(|volume| &volume.radiance), viewer);
+        if let Some(volume) = &self.volume {
+            self.add_mips(frame, volume);
+        }
+    }
+
     fn add_mips(&self, frame: &mut Frame, volume: &DenseVolume) {
         if self.blits {
             frame.blit_mips("voxel_mips.blit", &volume.radiance);
@@ -298,6 +311,9 @@ impl Technique for VoxelMips {
     }
 
     fn set_pose(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
+        if let Some(patches) = &mut self.patches {
+            patches.follow(context.gpu, context.scene)?;
+        }
         let (Some(dynamic), Some((voxels, light))) = (&mut self.dynamic, &mut self.store) else {
             return if context.scene.dynamic.is_some() { self.build(context) } else { Ok(FrameStats::default()) };
         };
@@ -332,23 +348,28 @@ impl Technique for VoxelMips {
         let volume = self.volume.as_ref();
         let radiance = volume.map(|volume| &volume.radiance);
         light.update(frame, voxels, maps, radiance);
-        for _ in 0..self.light_settings.bounces.before_the_picture() {
+        let count = self.light_settings.bounces.before_the_picture();
+        for bounce in 1..=count {
             // Rays see the finest level alone, so mips are for the picture only.
             if let (None, Some(volume)) = (&self.rays, volume) {
                 self.add_mips(frame, volume);
             }
             self.add_bounce(frame, voxels, light);
-            light.relight(frame, &VoxelRecords::from(voxels), maps, radiance);
+            let viewer = if bounce == count { Viewer::Picture } else { Viewer::Voxels };
+            light.relight(frame, &VoxelRecords::from(voxels), maps, radiance, viewer);
         }
         if let Some(volume) = volume {
             self.add_mips(frame, volume);
         }
         if self.light_settings.bounces == Bounces::Feedback {
             self.add_bounce(frame, voxels, light);
+            if self.patches.is_some() {
+                self.relight(frame, maps, Viewer::Picture);
+            }
         }
     }
 
-    fn gather(&mut self, frame: &mut Frame, _scene: &GpuScene, gbuffer: &GBuffer) -> IndirectLight {
+    fn gather(&mut self, frame: &mut Frame, _scene: &GpuScene, maps: &LightMaps, gbuffer: &GBuffer) -> IndirectLight {
         let Some((voxels, light)) = &self.store else { return self.light.clone() };
         let target = self.interleaved.as_ref().unwrap_or(&self.light.diffuse);
         match (&self.rays, &self.volume) {
@@ -362,7 +383,13 @@ impl Technique for VoxelMips {
         if let Some(interleaved) = &self.interleaved {
             deinterleave(frame, gbuffer, interleaved, &self.light.diffuse, self.interleave);
         }
+        if let (Some(patches), Some(volume)) = (&self.patches, &self.volume) {
+            self.cones.patches(frame, gbuffer, &voxels.grid, volume.as_volume(), patches, &self.light.diffuse);
+        }
         if let (Some(specular), Some(volume)) = (&self.light.specular, &self.volume) {
+            if self.patches.is_some() {
+                self.relight(frame, maps, Viewer::Voxels);
+            }
             self.cones.specular(frame, gbuffer, &voxels.grid, volume.as_volume(), specular);
         }
         self.light.clone()

@@ -5,25 +5,39 @@ use plotters::coord::ranged1d::SegmentValue;
 use plotters::prelude::*;
 
 use super::axis::{Axis, linear_ticks, log_ticks, range, short};
-use super::{Bar, BarPanel, Drawn, LinePanel, MARGIN_PX, Scale, TEXT_PX, color};
+use super::{Bar, BarPanel, Drawn, LineAxis, LinePanel, MARGIN_PX, Scale, TEXT_PX, Ticks, color};
 
-/// Lines over a number that doubles; `names` gives the colours.
-pub(super) fn draw_lines<DB: DrawingBackend>(area: &DrawingArea<DB, Shift>, x_label: &str, panel: &LinePanel, names: &[&str]) -> Drawn<DB> {
+/// Lines over a number; `names` gives the colours.
+pub(super) fn draw_lines<DB: DrawingBackend>(area: &DrawingArea<DB, Shift>, axis: &LineAxis, panel: &LinePanel, names: &[&str]) -> Drawn<DB> {
     let usable = |y: f64| y.is_finite() && (panel.y_scale == Scale::Linear || y > 0.0);
     let points = || panel.series.iter().flat_map(|series| &series.points).copied().filter(|point| usable(point.1));
     let floor = panel.floor.iter().map(|floor| floor.0).filter(|y| usable(*y));
-    let exponents = range(points().map(|point| point.0.log2()), Scale::Linear);
-    let x = exponents.start.min(exponents.start.round() - 0.15)..exponents.end.max(exponents.end.round() + 0.15);
+    // Place along the axis, and the number that is there.
+    let place = |value: f64| match axis.ticks {
+        Ticks::Doubling => value.log2(),
+        Ticks::Decades => value.log10(),
+        Ticks::Linear => value,
+    };
+    let number = |place: f64| match axis.ticks {
+        Ticks::Doubling => place.exp2(),
+        Ticks::Decades => 10f64.powf(place),
+        Ticks::Linear => place,
+    };
+    let places = range(points().map(|point| place(point.0)), Scale::Linear);
+    let x = if axis.ticks == Ticks::Linear { places } else { places.start.min(places.start.round() - 0.15)..places.end.max(places.end.round() + 0.15) };
     let y = range(points().map(|point| point.1).chain(floor.clone()), panel.y_scale);
-    let x_ticks = (x.start.ceil() as i32..=x.end.floor() as i32).map(f64::from).collect();
+    let x_ticks = if axis.ticks == Ticks::Linear { linear_ticks(&x) } else { (x.start.ceil() as i32..=x.end.floor() as i32).map(f64::from).collect() };
     let y_ticks = if panel.y_scale == Scale::Log { log_ticks(&y) } else { linear_ticks(&y) };
     let mut builder = ChartBuilder::on(area);
     builder.margin(MARGIN_PX).margin_top(4).x_label_area_size(44).y_label_area_size(70);
     let mut chart =
         builder.build_cartesian_2d(Axis { range: x.clone(), scale: Scale::Linear, ticks: x_ticks }, Axis { range: y, scale: panel.y_scale, ticks: y_ticks })?;
+    // Zeros without end collide.
+    let is_long = |at: f64| axis.ticks == Ticks::Decades && !(-3.5..4.5).contains(&at);
+    let x_text = |at: &f64| if is_long(*at) { format!("1e{at}") } else { short(number(*at)) };
     let mut mesh = chart.configure_mesh();
-    mesh.disable_x_mesh().max_light_lines(0).x_label_formatter(&|exponent| short(exponent.exp2())).y_label_formatter(&|y| short(*y));
-    mesh.x_desc(x_label).y_desc(panel.y_label.as_str()).label_style(("sans-serif", TEXT_PX)).bold_line_style(RGBColor(225, 225, 225)).draw()?;
+    mesh.disable_x_mesh().max_light_lines(0).x_label_formatter(&x_text).y_label_formatter(&|y| short(*y));
+    mesh.x_desc(axis.label.as_str()).y_desc(panel.y_label.as_str()).label_style(("sans-serif", TEXT_PX)).bold_line_style(RGBColor(225, 225, 225)).draw()?;
     if let (Some((_, what)), Some(y)) = (&panel.floor, floor.clone().next()) {
         let grey = RGBColor(120, 120, 120);
         chart.draw_series(DashedLineSeries::new([(x.start, y), (x.end, y)], 5, 4, grey.stroke_width(1)))?;
@@ -34,7 +48,7 @@ pub(super) fn draw_lines<DB: DrawingBackend>(area: &DrawingArea<DB, Shift>, x_la
         // Later lines are thinner, so that one that lies under another can be seen.
         let wider = (panel.series.len() - 1 - index).min(4) as u32;
         let color = color(names.iter().position(|name| *name == series.name).unwrap_or(0));
-        let points: Vec<(f64, f64)> = series.points.iter().filter(|point| usable(point.1)).map(|(x, y)| (x.log2(), *y)).collect();
+        let points: Vec<(f64, f64)> = series.points.iter().filter(|point| usable(point.1)).map(|(x, y)| (place(*x), *y)).collect();
         chart.draw_series(LineSeries::new(points.iter().copied(), color.stroke_width(2 + wider)))?;
         chart.draw_series(points.iter().map(|point| Circle::new(*point, 4 + wider, color.filled())))?;
     }

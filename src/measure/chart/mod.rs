@@ -32,6 +32,33 @@ pub enum Scale {
     Log,
 }
 
+/// The axis that lines are drawn over.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LineAxis {
+    /// What it is, with its unit.
+    pub label: String,
+    /// Where its ticks are.
+    pub ticks: Ticks,
+}
+
+/// Where an axis has ticks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ticks {
+    /// At powers of two, all evenly spaced; values must be above 0.
+    Doubling,
+    /// At powers of ten, all evenly spaced; values must be above 0.
+    Decades,
+    /// At round numbers.
+    Linear,
+}
+
+impl LineAxis {
+    /// Of a number that doubles.
+    pub fn doubling(label: impl Into<String>) -> Self {
+        LineAxis { label: label.into(), ticks: Ticks::Doubling }
+    }
+}
+
 /// One pair of axes with lines.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LinePanel {
@@ -94,8 +121,8 @@ pub struct PointPanel {
 /// The panels of a chart.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Panels {
-    /// Lines over a whole number that doubles, side by side; and what that number is.
-    Lines(String, Vec<LinePanel>),
+    /// Lines side by side, and what they are over.
+    Lines(LineAxis, Vec<LinePanel>),
     /// Stacked bars, one panel above the other.
     Bars(Vec<BarPanel>),
     /// Points, one panel above the other, over the same ranges.
@@ -258,9 +285,9 @@ impl Chart {
         }
         let (_, below) = area.split_vertically(self.header_height());
         match &self.panels {
-            Panels::Lines(x_label, panels) => {
+            Panels::Lines(axis, panels) => {
                 for (panel, area) in panels.iter().zip(below.split_evenly((1, panels.len().max(1)))) {
-                    draw_lines(&area, x_label, panel, &names)?;
+                    draw_lines(&area, axis, panel, &names)?;
                 }
             }
             Panels::Bars(panels) => {
@@ -324,7 +351,7 @@ mod tests {
             series: vec![Series { name: "a".into(), points: points.clone() }],
             floor: Some((0.01, "noise".into())),
         };
-        Chart { title: "t".into(), notes: vec!["n".into()], panels: Panels::Lines("x".into(), vec![panel(Scale::Log), panel(Scale::Linear)]) }
+        Chart { title: "t".into(), notes: vec!["n".into()], panels: Panels::Lines(LineAxis::doubling("x"), vec![panel(Scale::Log), panel(Scale::Linear)]) }
     }
 
     /// No points, one point, zeros on a logarithmic axis: a picture all the same.

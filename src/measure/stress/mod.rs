@@ -1,25 +1,62 @@
-//! Failure modes: a parameter that runs from harmless to fatal, and a figure that tells how bad it is, for each technique and each setting that matters.
+//! Failure modes: a parameter that runs from harmless to fatal, and figures that tell how bad it is, for each technique and each setting that matters.
+//!
+//! [`CASES`] lists them, a row each. A case makes its own scenes, or takes any. [`StressCase::record`] measures one technique at one severity; [`results`] are
+//! records as tables and charts.
 
+mod detail;
+mod extent;
+mod light;
+mod motion;
+mod probe;
+mod record;
+pub mod results;
+mod scenes;
+mod stability;
 mod thin_walls;
 
-use std::collections::BTreeMap;
-
-use serde::Serialize;
+pub use probe::{Memo, Probe};
+pub use record::{Figured, Record, Setup, Verdict};
 
 use super::bench::Case;
-use super::chart::{Chart, LinePanel, Panels, Scale, Series};
+use super::chart::Ticks;
 use super::table::value_text;
-use crate::frame::FrameSettings;
 use crate::gi::registry::Entry;
-use crate::gi::settings::{Domain, SettingError, Value};
+use crate::gi::settings::{Domain, SettingError};
 use crate::gi::{Settings, settings::Setting};
-use crate::graph::{Error, Gpu};
+use crate::graph::Error;
 use crate::metrics::MetricError;
 use crate::reference::ReferenceError;
 use crate::scene::SceneError;
 
 /// All failure modes.
-pub static CASES: &[&StressCase] = &[&thin_walls::CASE];
+pub static CASES: &[&StressCase] = &[
+    &thin_walls::CASE,
+    &stability::TRANSLATION,
+    &stability::ROTATION,
+    &motion::CAMERA_PAN,
+    &motion::CAMERA_DOLLY,
+    &motion::MOVING_LIGHT,
+    &motion::MOVING_OBJECT,
+    &stability::REPEAT_RUNS,
+    &detail::NARROW_GAP,
+    &detail::DISTANT_GAP,
+    &detail::SMALL_EMITTER,
+    &detail::THIN_COLUMNS,
+    &detail::OPPOSED_NORMALS,
+    &detail::FACING_SURFACES,
+    &light::GRAZING_LIGHT,
+    &light::RSM_UNDERSAMPLING,
+    &light::LIGHT_LEVEL,
+    &light::CONTRAST,
+    &extent::SCENE_SIZE,
+    &extent::TRIANGLE_COUNT,
+    &extent::ONE_VOXEL,
+    &extent::FAR_CAMERA,
+    &extent::EMPTY,
+];
+
+/// Fewer voxels along an edge than this leave no room for the suite's scenes.
+pub const LEAST_RESOLUTION: u32 = 32;
 
 /// One failure mode.
 pub struct StressCase {
@@ -31,19 +68,53 @@ pub struct StressCase {
     pub source: &'static str,
     /// What gets worse, with its unit.
     pub severity: &'static str,
-    /// How bad it is made, harmless first.
+    /// How charts show it.
+    pub ticks: Ticks,
+    /// How bad it is made, harmless first unless `severity` says what is harmless.
     pub severities: &'static [f64],
-    /// What is measured; 0 is ideal.
-    pub figure: &'static str,
-    /// Up to this figure it passes.
-    pub pass: f64,
-    /// Up to this figure it is a warning; beyond it fails.
-    pub warn: f64,
-    /// Settings whose effect is measured, where a technique has them.
+    /// Those of a quick look.
+    pub quick: &'static [f64],
+    /// What is measured.
+    pub figures: &'static [Figure],
+    /// Whether it takes any scene, rather than having its own.
+    pub any_scene: bool,
+    /// Settings whose effect can be measured, where a technique has them.
     pub changes: &'static [Change],
-    /// Measures the figure.
-    pub measure: fn(&Probe<'_>, f64) -> Result<f64, StressError>,
+    /// Measures the figures, in their order.
+    pub measure: fn(&Probe<'_>, f64) -> Result<Vec<f64>, StressError>,
 }
+
+/// What is measured, and how it is judged; 0 is ideal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Figure {
+    /// Its name.
+    pub name: &'static str,
+    /// Up to this it passes.
+    pub pass: f64,
+    /// Up to this it is a warning; beyond it fails.
+    pub warn: f64,
+}
+
+/// Error of the indirect light over blocks.
+const ERROR: &[Figure] = &[Figure { name: "rel_rmse", pass: 0.2, warn: 0.5 }];
+
+/// |bias| of the indirect light: energy that is lost or made up.
+const ENERGY: &[Figure] = &[Figure { name: "energy_error", pass: 0.2, warn: 0.5 }];
+
+/// What the rows of cases with a scene of their own have in common.
+const OWN: StressCase = StressCase {
+    name: "",
+    help: "",
+    source: "",
+    severity: "",
+    ticks: Ticks::Doubling,
+    severities: &[],
+    quick: &[],
+    figures: ERROR,
+    any_scene: false,
+    changes: &[],
+    measure: |_, _| Ok(Vec::new()),
+};
 
 /// A setting that matters to a failure mode.
 pub struct Change {
@@ -55,16 +126,26 @@ pub struct Change {
     pub needs: Option<(&'static str, &'static str)>,
 }
 
-/// What is measured.
-pub struct Probe<'p> {
-    /// The device.
-    pub gpu: &'p Gpu,
-    /// The technique.
-    pub entry: &'static Entry,
-    /// Its settings.
-    pub settings: &'p Settings,
-    /// What all techniques share.
-    pub frame: FrameSettings,
+/// How much is measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Effort {
+    /// Its name in records.
+    pub name: &'static str,
+    /// Steps through a voxel, or a quarter turn.
+    pub steps: u32,
+    /// Frames of a sequence.
+    pub frames: usize,
+    /// Samples per pixel of the reference of a still picture.
+    pub spp: u32,
+    /// Samples per pixel of the reference of a frame in a sequence.
+    pub frame_spp: u32,
+}
+
+impl Effort {
+    /// What figures are told with.
+    pub const FULL: Effort = Effort { name: "full", steps: 16, frames: 60, spp: 256, frame_spp: 64 };
+    /// A quick look: fewer severities, steps and frames.
+    pub const QUICK: Effort = Effort { name: "quick", steps: 4, frames: 12, spp: 64, frame_spp: 16 };
 }
 
 /// Why there is no figure.
@@ -84,61 +165,10 @@ pub enum StressError {
     Metric(#[from] MetricError),
 }
 
-/// How a figure is judged.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Verdict {
-    /// Good enough.
-    Pass,
-    /// Visible.
-    Warn,
-    /// Broken.
-    Fail,
-}
-
-/// One figure.
-#[derive(Clone, Debug, Serialize)]
-pub struct Record {
-    /// Version of the program.
-    pub version: &'static str,
-    /// Commit that the program was built from, where it is known.
-    pub commit: Option<&'static str>,
-    /// Device.
-    pub device: String,
-    /// Driver and its version.
-    pub driver: String,
-    /// Failure mode.
-    pub case: &'static str,
-    /// Technique.
-    pub technique: &'static str,
-    /// Preset that the settings started from.
-    pub preset: Option<String>,
-    /// The setting that was changed, `KEY=VALUE`; empty for none.
-    pub change: String,
-    /// All settings.
-    pub settings: BTreeMap<&'static str, Value>,
-    /// Width and height of a picture (px).
-    pub size: [u32; 2],
-    /// How bad it was made.
-    pub severity: f64,
-    /// The figure, and what it is.
-    pub figure: Option<f64>,
-    /// Its verdict.
-    pub verdict: Option<Verdict>,
-    /// Why there is no figure.
-    pub failure: Option<String>,
-}
-
 impl StressCase {
-    /// How a figure is judged; what is not a number fails.
-    pub fn verdict(&self, figure: f64) -> Verdict {
-        if figure <= self.pass {
-            Verdict::Pass
-        } else if figure <= self.warn {
-            Verdict::Warn
-        } else {
-            Verdict::Fail
-        }
+    /// How bad it is made at this effort.
+    pub fn severities_at(&self, effort: &Effort) -> &'static [f64] {
+        if *effort == Effort::QUICK { self.quick } else { self.severities }
     }
 
     /// The settings as they are, with the change that is none, and then with one change each.
@@ -159,95 +189,14 @@ impl StressCase {
         Ok(variants)
     }
 
-    /// Measures one technique with one variant of its settings at one severity. What the device refuses is told in the record.
-    pub fn record(&self, gpu: &Gpu, case: &Case, variant: &(String, Settings), frame: FrameSettings, severity: f64) -> Result<Record, StressError> {
-        let (change, settings) = variant;
-        let (figure, failure) = match (self.measure)(&Probe { gpu, entry: case.entry, settings, frame }, severity) {
-            Ok(figure) => (Some(figure), None),
-            Err(StressError::Gpu(failure)) => (None, Some(failure.to_string())),
-            Err(other) => return Err(other),
-        };
-        Ok(Record {
-            version: env!("CARGO_PKG_VERSION"),
-            commit: option_env!("LUMIVOX_COMMIT"),
-            device: gpu.info().name.clone(),
-            driver: gpu.info().driver.clone(),
-            case: self.name,
-            technique: case.entry.name,
-            preset: case.preset.clone(),
-            change: change.clone(),
-            settings: settings.iter().collect(),
-            size: frame.size,
-            severity,
-            figure,
-            verdict: figure.map(|figure| self.verdict(figure)),
-            failure,
-        })
-    }
-
-    /// The figures as a Markdown table: a row for each technique, preset and change, a column for each severity.
-    pub fn table(&self, records: &[Record]) -> String {
-        let StressCase { help, source, severity, severities, figure, pass, warn, .. } = self;
-        let mut text = format!("{help} ({source})\n\n`{figure}`: pass up to {pass}, warn up to {warn}, else fail\n\n| {severity} |");
-        severities.iter().for_each(|severity| text += &format!(" {severity} |"));
-        text += &format!("\n| --- |{}\n", " --- |".repeat(severities.len()));
-        for row in rows(records) {
-            text += &format!("| {} |", row[0].name());
-            for severity in *severities {
-                text += &row.iter().find(|record| record.severity == *severity).map_or_else(|| " – |".to_owned(), |record| format!(" {} |", record.cell()));
-            }
-            text += "\n";
-        }
-        text
-    }
-
-    /// The figures as comma-separated values, a row each.
-    pub fn csv(&self, records: &[Record]) -> String {
-        let line = |record: &Record| {
-            let Record { case, technique, change, severity, .. } = record;
-            let preset = record.preset.as_deref().unwrap_or_default();
-            let figure = record.figure.map(|figure| figure.to_string()).unwrap_or_default();
-            let verdict = record.verdict.map(Verdict::word).unwrap_or_default();
-            format!("{case},{technique},{preset},{change},{severity},{figure},{verdict}\n")
-        };
-        format!("case,technique,preset,change,{},{},verdict\n", self.severity, self.figure) + &records.iter().map(line).collect::<String>()
-    }
-
-    /// Figure against severity, a line for each change: of each technique and preset one chart, with its name.
-    pub fn charts(&self, records: &[Record]) -> Vec<(String, Chart)> {
-        let mut charts: Vec<(String, Chart)> = Vec::new();
-        for row in rows(records) {
-            let first = row[0];
-            let points = row.iter().filter_map(|record| Some((record.severity, record.figure?.max(LEAST_DRAWN)))).collect();
-            let series = Series { name: if first.change.is_empty() { "as it is".into() } else { first.change.clone() }, points };
-            let name = first.case_name().replace(' ', "-");
-            match charts.iter_mut().find(|(known, _)| *known == name) {
-                Some((_, Chart { panels: Panels::Lines(_, panels), .. })) => panels[0].series.push(series),
-                _ => charts.push((name, self.chart(first, series))),
-            }
-        }
-        charts
-    }
-
-    fn chart(&self, first: &Record, series: Series) -> Chart {
-        let commit = first.commit.map(|commit| format!(" ({commit})")).unwrap_or_default();
-        let [width, height] = first.size;
-        let panel = LinePanel {
-            y_label: format!("{} ({LEAST_DRAWN}: that or less)", self.figure),
-            y_scale: Scale::Log,
-            series: vec![series],
-            floor: Some((self.pass, "passes".into())),
-        };
-        Chart {
-            title: format!("{}: {}", self.name, first.case_name()),
-            notes: vec![format!("{}, {}; lumivox {}{commit}; {width}x{height} px", first.device, first.driver, first.version)],
-            panels: Panels::Lines(self.severity.to_owned(), vec![panel]),
+    /// Measures one technique with one variant of its settings at one severity. What the device refuses and what cannot be compared is told in the record.
+    pub fn record(&self, probe: &Probe<'_>, case: &Case, change: &str, severity: f64) -> Result<Record, StressError> {
+        match (self.measure)(probe, severity) {
+            Err(other @ (StressError::Scene(_) | StressError::Reference(_))) => Err(other),
+            measured => Ok(Record::new(self, probe, case, change, severity, measured.as_deref())),
         }
     }
 }
-
-/// Figures below this are drawn here.
-const LEAST_DRAWN: f64 = 1e-4;
 
 fn values(change: &Change, setting: &Setting) -> Vec<&'static str> {
     match setting.domain {
@@ -256,42 +205,15 @@ fn values(change: &Change, setting: &Setting) -> Vec<&'static str> {
     }
 }
 
-/// Records of one technique, preset and change together, in the order of their first.
-fn rows(records: &[Record]) -> Vec<Vec<&Record>> {
-    let mut rows: Vec<Vec<&Record>> = Vec::new();
-    for record in records {
-        match rows.iter_mut().find(|row| row[0].name() == record.name()) {
-            Some(row) => row.push(record),
-            None => rows.push(vec![record]),
-        }
-    }
-    rows
-}
-
-impl Verdict {
-    fn word(self) -> &'static str {
-        match self {
-            Verdict::Pass => "pass",
-            Verdict::Warn => "warn",
-            Verdict::Fail => "fail",
-        }
-    }
-}
-
-impl Record {
-    /// Technique and preset.
-    pub fn case_name(&self) -> String {
-        self.preset.as_ref().map_or_else(|| self.technique.to_owned(), |preset| format!("{} {preset}", self.technique))
-    }
-
-    fn name(&self) -> String {
-        if self.change.is_empty() { self.case_name() } else { format!("{}, `{}`", self.case_name(), self.change) }
-    }
-
-    fn cell(&self) -> String {
-        match (self.figure, self.verdict) {
-            (Some(figure), Some(verdict)) => format!("{figure:.4} {}", verdict.word()),
-            _ => self.failure.clone().unwrap_or_default(),
+impl Figure {
+    /// How a value is judged; what is not a number fails.
+    pub fn verdict(&self, value: f64) -> Verdict {
+        if value <= self.pass {
+            Verdict::Pass
+        } else if value <= self.warn {
+            Verdict::Warn
+        } else {
+            Verdict::Fail
         }
     }
 }

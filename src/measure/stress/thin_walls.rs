@@ -2,13 +2,12 @@
 
 use glam::Vec3;
 
+use super::{Change, Figure, Probe, StressCase, StressError};
 use crate::frame::Renderer;
 use crate::image::{Aov, Image};
+use crate::measure::chart::Ticks;
 use crate::metrics::stability::leak;
-use crate::reference::{self, Bounces, Filter, Sampling, cache_dir, cached};
 use crate::scene::{Camera, Scene};
-
-use super::{Change, Probe, StressCase, StressError};
 
 /// The row of the list.
 pub(super) static CASE: StressCase = StressCase {
@@ -16,10 +15,11 @@ pub(super) static CASE: StressCase = StressCase {
     help: "light leaks through a closed wall into the room behind it: indirect light there over the lit room's mean, with the wall at the worst of two places in the grid and one turned by 27°",
     source: "Crassin et al. 2011; Villegas & Ramírez, section XI",
     severity: "wall [voxels]",
+    ticks: Ticks::Doubling,
     severities: &[4.0, 2.0, 1.0, 0.5, 0.25],
-    figure: "leak",
-    pass: 0.03,
-    warn: 0.1,
+    quick: &[4.0, 0.25],
+    figures: &[Figure { name: "leak", pass: 0.03, warn: 0.1 }],
+    any_scene: false,
     changes: &[
         Change { name: "surface", values: &[], needs: None },
         Change { name: "opacity", values: &[], needs: CONES },
@@ -48,13 +48,9 @@ const CONES: Option<(&str, &str)> = Some(("gather", "cones"));
 /// thin, in one; and how far it is turned about the vertical (degrees), so that it passes through voxels in every way.
 const PLACES: [(f64, f64); 3] = [(0.0, 0.0), (0.4, 0.0), (0.0, 27.0)];
 
-/// Of a technique without a resolution.
-const RESOLUTION: u32 = 64;
-
-fn measure(probe: &Probe<'_>, wall_voxels: f64) -> Result<f64, StressError> {
-    let resolution = probe.settings.find_count("resolution").unwrap_or(RESOLUTION);
-    let leaks = PLACES.iter().map(|place| leak_of(probe, &two_rooms(resolution, wall_voxels, *place)?));
-    leaks.collect::<Result<Vec<f64>, StressError>>().map(|leaks| leaks.into_iter().fold(0.0, f64::max))
+fn measure(probe: &Probe<'_>, wall_voxels: f64) -> Result<Vec<f64>, StressError> {
+    let leaks = PLACES.iter().map(|place| leak_of(probe, &two_rooms(probe.resolution(), wall_voxels, *place)?));
+    leaks.collect::<Result<Vec<f64>, StressError>>().map(|leaks| vec![leaks.into_iter().fold(0.0, f64::max)])
 }
 
 /// Two closed rooms with a wall of this thickness \[voxels\] and place. The grid is centred on the scene: a longer lit room moves the wall off its middle,
@@ -82,13 +78,7 @@ fn leak_of(probe: &Probe<'_>, scene: &Scene) -> Result<f64, StressError> {
         renderer.aov(Aov::Indirect)
     };
     let pictures = both(look(&dark)?, look(&lit)?);
-    // A technique without a bounce is held against one: it leaks nothing.
-    let bounces = (probe.entry.bounces)(probe.settings).map_or(Bounces::Full, |bounces| Bounces::Count(bounces.max(1)));
-    let reference = |camera: Camera| -> Result<Image, StressError> {
-        let [width, height] = probe.frame.size;
-        let settings = reference::Settings { width, height, bounces, filter: Filter::Center, sampling: Sampling::Fixed { spp: 64 }, seed: 0 };
-        Ok(cached(&Scene { camera, ..scene.clone() }, &settings, &cache_dir(), &|_| {})?.indirect())
-    };
+    let reference = |camera: Camera| Ok::<Image, StressError>(probe.reference(&Scene { camera, ..scene.clone() }, 1)?.0);
     Ok(leak(&pictures, &both(reference(dark)?, reference(lit)?), None)?)
 }
 

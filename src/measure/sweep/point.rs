@@ -161,7 +161,7 @@ impl Setup {
 }
 
 /// What the program was built from, as far as it can be told.
-fn build() -> String {
+pub(in crate::measure) fn build() -> String {
     let of_executable = || {
         let mut hash = Fnv::default();
         let bytes = std::env::current_exe().and_then(std::fs::read);

@@ -4,6 +4,9 @@ use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{Read as _, Seek as _, SeekFrom, Write as _};
 use std::path::{Path, PathBuf};
 
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
 use super::point::{Point, RECORD_VERSION};
 use crate::image::{Image, ImageError, write_heatmap, write_png};
 
@@ -27,12 +30,14 @@ pub enum RecordError {
         path: PathBuf,
     },
     /// A line is no record.
-    #[error("{}:{line}: this is no record of lumivox chart: {problem}; remove the line, or name another folder with -o", path.display())]
+    #[error("{}:{line}: this is no record of {command}: {problem}; remove the line, or name another folder with -o", path.display())]
     Line {
         /// The file.
         path: PathBuf,
         /// Line, from 1.
         line: usize,
+        /// Whose record it ought to be.
+        command: &'static str,
         /// Why.
         problem: String,
     },
@@ -41,15 +46,40 @@ pub enum RecordError {
     Picture(#[from] ImageError),
 }
 
-/// An open file of records, which no other process can open meanwhile.
-#[derive(Debug)]
-pub struct Records {
-    path: PathBuf,
-    file: File,
-    points: Vec<Point>,
+/// What is kept, a line each.
+pub trait Record: Clone + Serialize + DeserializeOwned {
+    /// The command that writes it.
+    const COMMAND: &'static str;
+    /// Version of its format.
+    const VERSION: u32;
+    /// The version that it was written with.
+    fn version(&self) -> u32;
+    /// A hash of all that its figures depend on.
+    fn key(&self) -> &str;
 }
 
-impl Records {
+impl Record for Point {
+    const COMMAND: &'static str = "lumivox chart";
+    const VERSION: u32 = RECORD_VERSION;
+
+    fn version(&self) -> u32 {
+        self.record_version
+    }
+
+    fn key(&self) -> &str {
+        &self.key
+    }
+}
+
+/// An open file of records, which no other process can open meanwhile.
+#[derive(Debug)]
+pub struct Records<R = Point> {
+    path: PathBuf,
+    file: File,
+    points: Vec<R>,
+}
+
+impl<R: Record> Records<R> {
     /// Opens or makes a file. A last line that was not written to its end is cut off, with a warning.
     pub fn open(path: &Path) -> Result<Self, RecordError> {
         let failed = |what| move |source| RecordError::File { what, path: path.to_owned(), source };
@@ -71,12 +101,12 @@ impl Records {
     }
 
     /// The record of a key.
-    pub fn find(&self, key: &str) -> Option<&Point> {
-        self.points.iter().find(|point| point.key == key)
+    pub fn find(&self, key: &str) -> Option<&R> {
+        self.points.iter().find(|point| point.key() == key)
     }
 
     /// Appends a record that is not there yet.
-    pub fn add(&mut self, point: &Point) -> Result<(), RecordError> {
+    pub fn add(&mut self, point: &R) -> Result<(), RecordError> {
         let failed = |source| RecordError::File { what: "write", path: self.path.clone(), source };
         let line = serde_json::to_string(point).map_err(|error| failed(error.into()))? + "\n";
         self.file.write_all(line.as_bytes()).map_err(failed)?;
@@ -96,15 +126,13 @@ pub fn read_records(path: &Path) -> Result<Vec<Point>, RecordError> {
 }
 
 /// The records, and the number of bytes that they take; what is beyond is a line without an end.
-fn parse(path: &Path, bytes: &[u8]) -> Result<(Vec<Point>, usize), RecordError> {
+fn parse<R: Record>(path: &Path, bytes: &[u8]) -> Result<(Vec<R>, usize), RecordError> {
     let whole = bytes.iter().rposition(|byte| *byte == b'\n').map_or(0, |end| end + 1);
-    let wrong = |index: usize, problem: String| RecordError::Line { path: path.to_owned(), line: index + 1, problem };
+    let wrong = |index: usize, problem: String| RecordError::Line { path: path.to_owned(), line: index + 1, command: R::COMMAND, problem };
     let point = |(index, line): (usize, &[u8])| {
-        let point: Point = serde_json::from_slice(line).map_err(|error| wrong(index, error.to_string()))?;
-        match point.record_version {
-            RECORD_VERSION => Ok(point),
-            other => Err(wrong(index, format!("it is of version {other}, not {RECORD_VERSION}"))),
-        }
+        let point: R = serde_json::from_slice(line).map_err(|error| wrong(index, error.to_string()))?;
+        let (version, wanted) = (point.version(), R::VERSION);
+        if version == wanted { Ok(point) } else { Err(wrong(index, format!("it is of version {version}, not {wanted}"))) }
     };
     let lines = bytes[..whole].split(|byte| *byte == b'\n').enumerate().filter(|(_, line)| !line.is_empty());
     Ok((lines.map(point).collect::<Result<_, _>>()?, whole))

@@ -5,71 +5,76 @@ use std::collections::HashMap;
 use glam::{Affine3A, Mat3, Vec2, Vec3};
 
 use super::super::assemble::Part;
-use super::super::{Camera, Light, Material, Scene, Texture, Triangle, Vertex};
+use super::super::{Camera, Keyframe, Light, Material, Scene, Texture, Triangle, Vertex};
 
 /// A scene under construction. Everything added is transformed by `world_from_local`.
 #[derive(Default)]
-pub(super) struct Mesh {
+pub(crate) struct Mesh {
     /// Applied to all that is added from now on.
-    pub(super) world_from_local: Affine3A,
+    pub(crate) world_from_local: Affine3A,
     part: Part,
     textures: Vec<Texture>,
     tile_m: Vec<f32>,
 }
 
 /// A point of a parametric surface.
-pub(super) struct SurfacePoint {
+pub(crate) struct SurfacePoint {
     /// Position \[m\].
-    pub(super) position: Vec3,
+    pub(crate) position: Vec3,
     /// Normal, of any length but 0.
-    pub(super) normal: Vec3,
+    pub(crate) normal: Vec3,
     /// Texture coordinate.
-    pub(super) uv: Vec2,
+    pub(crate) uv: Vec2,
 }
 
 /// The six faces of a box or room, in the order of the material lists.
-pub(super) const LOW_X: usize = 0;
+pub(crate) const LOW_X: usize = 0;
 /// The face of largest x.
-pub(super) const HIGH_X: usize = 1;
+pub(crate) const HIGH_X: usize = 1;
 /// The floor of a room, the bottom of a box.
-pub(super) const LOW_Y: usize = 2;
+pub(crate) const LOW_Y: usize = 2;
 /// The ceiling of a room, the top of a box.
-pub(super) const HIGH_Y: usize = 3;
+pub(crate) const HIGH_Y: usize = 3;
 
 impl Mesh {
     /// Adds a material.
-    pub(super) fn material(&mut self, material: Material) -> u32 {
+    pub(crate) fn material(&mut self, material: Material) -> u32 {
         self.tiled_material(material, 1.0)
     }
 
     /// Adds a material whose textures repeat every `tile_m` metres on flat faces.
-    pub(super) fn tiled_material(&mut self, material: Material, tile_m: f32) -> u32 {
+    pub(crate) fn tiled_material(&mut self, material: Material, tile_m: f32) -> u32 {
         self.part.materials.push(material);
         self.tile_m.push(tile_m);
         self.part.materials.len() as u32 - 1
     }
 
     /// Adds an untextured diffuse material.
-    pub(super) fn matte(&mut self, name: &str, albedo: [f32; 3]) -> u32 {
+    pub(crate) fn matte(&mut self, name: &str, albedo: [f32; 3]) -> u32 {
         self.material(Material { name: name.to_owned(), albedo: Vec3::from(albedo), ..Material::default() })
     }
 
     /// Adds a texture.
-    pub(super) fn texture(&mut self, texture: Texture) -> u32 {
+    pub(crate) fn texture(&mut self, texture: Texture) -> u32 {
         self.textures.push(texture);
         self.textures.len() as u32 - 1
     }
 
     /// The finished scene.
-    pub(super) fn into_scene(self, name: &str, lights: Vec<Light>, environment: Vec3, camera: Camera) -> Scene {
+    pub(crate) fn into_scene(self, name: &str, lights: Vec<Light>, environment: Vec3, camera: Camera) -> Scene {
         let mut scene = Scene { name: name.to_owned(), textures: self.textures, lights, environment, camera, ..Scene::default() };
         scene.add_part(Part { name: name.to_owned(), ..self.part });
         scene.finish_textures();
         scene
     }
 
+    /// Adds all there is to a scene, as a model that stands at the keyframes' places at their times.
+    pub(crate) fn add_moving(self, scene: &mut Scene, name: &str, keyframes: Vec<Keyframe>) {
+        scene.add_part(Part { name: name.to_owned(), dynamic: true, keyframes, ..self.part });
+    }
+
     /// Adds copies of all there is, each `step` (m) further, so that it is there `count` times.
-    pub(super) fn repeat(&mut self, count: u32, step: Vec3) {
+    pub(crate) fn repeat(&mut self, count: u32, step: Vec3) {
         let (vertices, triangles) = (self.part.vertices.clone(), self.part.triangles.clone());
         for copy in 1..count {
             let (first, offset) = (self.part.vertices.len() as u32, copy as f32 * step);
@@ -94,7 +99,7 @@ impl Mesh {
     }
 
     /// Adds a flat quad, counter-clockwise from the front; texture coordinates are the metres along the two axes that it spans most, in tiles.
-    pub(super) fn quad(&mut self, material: u32, corners: [Vec3; 4]) {
+    pub(crate) fn quad(&mut self, material: u32, corners: [Vec3; 4]) {
         let normal = (corners[2] - corners[0]).cross(corners[3] - corners[1]);
         let facing = normal.abs();
         let tile_m = self.tile_m[material as usize];
@@ -112,7 +117,7 @@ impl Mesh {
     }
 
     /// Adds a flat quad with texture coordinates.
-    pub(super) fn quad_with_uv(&mut self, material: u32, corners: [Vec3; 4], uv: [Vec2; 4]) {
+    pub(crate) fn quad_with_uv(&mut self, material: u32, corners: [Vec3; 4], uv: [Vec2; 4]) {
         let normal = (corners[2] - corners[0]).cross(corners[3] - corners[1]);
         let mut index = [0; 4];
         for ((index, corner), uv) in index.iter_mut().zip(corners).zip(uv) {
@@ -123,14 +128,14 @@ impl Mesh {
     }
 
     /// Adds a box, seen from outside.
-    pub(super) fn cuboid(&mut self, materials: [u32; 6], low: Vec3, high: Vec3) {
+    pub(crate) fn cuboid(&mut self, materials: [u32; 6], low: Vec3, high: Vec3) {
         let cuts = [[low.x, high.x], [low.y, high.y], [low.z, high.z]];
         self.faces([&cuts[0], &cuts[1], &cuts[2]], false, |face, _| Some(materials[face]));
     }
 
     /// Adds a room, seen from inside: its faces are cut at the given coordinates, so that faces that are cut differently still share their edges.
     /// `material` is given the face and the middle of the cell, and answers `None` for a hole.
-    pub(super) fn room(&mut self, cuts: [&[f32]; 3], material: impl Fn(usize, Vec3) -> Option<u32>) {
+    pub(crate) fn room(&mut self, cuts: [&[f32]; 3], material: impl Fn(usize, Vec3) -> Option<u32>) {
         self.faces(cuts, true, material);
     }
 
@@ -160,7 +165,7 @@ impl Mesh {
     }
 
     /// Adds a parametric surface over (s, t) ∈ [0, 1]², in `columns` × `rows` cells; its front is where ∂s × ∂t points.
-    pub(super) fn surface(&mut self, material: u32, columns: u32, rows: u32, point: impl Fn(f32, f32) -> SurfacePoint) {
+    pub(crate) fn surface(&mut self, material: u32, columns: u32, rows: u32, point: impl Fn(f32, f32) -> SurfacePoint) {
         let first = self.part.vertices.len() as u32;
         for row in 0..=rows {
             for column in 0..=columns {
@@ -179,7 +184,7 @@ impl Mesh {
     }
 
     /// Adds a surface of revolution about y through `foot`: `profile` is (radius, height) from the bottom up, its outside is the front.
-    pub(super) fn lathe(&mut self, material: u32, foot: Vec3, profile: &[(f32, f32)], segments: u32) {
+    pub(crate) fn lathe(&mut self, material: u32, foot: Vec3, profile: &[(f32, f32)], segments: u32) {
         let tile_m = self.tile_m[material as usize];
         for pair in profile.windows(2) {
             let [(r0, y0), (r1, y1)] = [pair[0], pair[1]];
@@ -195,7 +200,7 @@ impl Mesh {
     }
 
     /// Adds a sphere: an icosahedron, each face split in four `subdivisions` times; watertight, vertices on the sphere.
-    pub(super) fn sphere(&mut self, material: u32, centre: Vec3, radius: f32, subdivisions: u32, inwards: bool) {
+    pub(crate) fn sphere(&mut self, material: u32, centre: Vec3, radius: f32, subdivisions: u32, inwards: bool) {
         let sphere = Icosphere::new(subdivisions);
         let sign = if inwards { -1.0 } else { 1.0 };
         let first = self.part.vertices.len() as u32;

@@ -10,7 +10,7 @@ mod emissive_gallery;
 mod furnace;
 mod glossy;
 mod lit_sphere;
-mod mesh;
+pub(crate) mod mesh;
 mod picture;
 mod two_rooms;
 

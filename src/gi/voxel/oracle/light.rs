@@ -53,6 +53,30 @@ pub fn normal_weighted(mean_normal: DVec3, front: Option<DVec3>, to_light: DVec3
     (0..3).map(|axis| normal[axis].powi(2) * front.map_or(to_light[axis].abs(), |front| facing(axis, front))).sum()
 }
 
+/// Area that a light meets first in a voxel, as the light sees it [voxel faces]: of `along`² rays from the light through each face of the voxel that looks to the
+/// unit direction `to_light`, those which nothing hides before the voxel and something ends within it.
+pub fn lit_area(scene: &Scene, grid: &Grid, voxel: VoxelIndex, light: &Light, to_light: DVec3, along: u32) -> f64 {
+    let size_m = f64::from(grid.voxel_size);
+    let corner = grid.origin.as_dvec3() + size_m * corner_of(voxel);
+    let middle = |number: u32| (f64::from(number % along) + 0.5) / f64::from(along);
+    let lit_in = |axis: usize, number: u32| {
+        let mut entry = DVec3::ZERO;
+        entry[(axis + 1) % 3] = middle(number);
+        entry[(axis + 2) % 3] = middle(number / along);
+        entry[axis] = if to_light[axis] > 0.0 { 1.0 } else { 0.0 };
+        let point = corner + size_m * entry;
+        let (towards, ..) = arriving_light(light, point);
+        let left = |axis: usize| if towards[axis] > 0.0 { entry[axis] / towards[axis] } else { (1.0 - entry[axis]) / (-towards[axis]).max(1e-12) };
+        let chord_m = size_m * left(0).min(left(1)).min(left(2));
+        let met = |(at_m, weights): &(f64, DVec3), index| *at_m < chord_m && *at_m >= 0.0 && is_kept(scene, index, *weights);
+        let ends = |index| ray_triangle(point, -towards, world_triangle(scene, index)).is_some_and(|hit| met(&hit, index));
+        let is_lit_in = is_lit(scene, light, point, 0.0, None) && (0..scene.triangles.len()).any(ends);
+        if is_lit_in { (towards[axis] * to_light[axis].signum()).max(0.0) } else { 0.0 }
+    };
+    let face = |axis: usize| (0..along * along).map(|number| lit_in(axis, number)).sum::<f64>();
+    (0..3).map(face).sum::<f64>() / f64::from(along * along)
+}
+
 /// Flux that all surfaces of the scene reflect, Σ ∫ ρ E |n·ω| V dA \[W\], from `samples` points of each triangle: what injection must conserve.
 pub fn reflected_flux(scene: &Scene, samples: u32) -> DVec3 {
     let flux = |index: usize| {

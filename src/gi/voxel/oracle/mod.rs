@@ -16,7 +16,7 @@ mod touching;
 pub use bounce::{bounce_rays, bounce_receiver, voxel_pattern};
 pub use fragments::{Fragment, OPPOSED, VoxelSum, fragments, resolve, voxelize};
 pub use index::{block_bases, block_bit, compact_order, occupancy_words};
-pub use light::{inject, inject_sides, normal_weighted, reflected_flux, shade_voxel, voxel_flux};
+pub use light::{inject, inject_sides, lit_area, normal_weighted, reflected_flux, shade_voxel, voxel_flux};
 pub use rays::{
     Crossing, GatherSettings, Gathered, Receiver, TraceEnd, TraceGrid, TraceSettings, TraceVoxel, crossings, gather_rays, hemisphere_direction,
     interleaved_offset, occlusion, trace,

@@ -3,6 +3,8 @@
 //! A cone of aperture γ has the diameter d = 2 t tan(γ/2) at distance t and samples the mip log₂ d (Crassin et al. 2011, section 5.3). A step of β d
 //! through texels of opacity α has the opacity α' = 1 − (1 − α)^(g β). Lengths are voxels of the finest level.
 
+pub mod patches;
+
 use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3, DVec4, UVec3};
@@ -224,13 +226,18 @@ const LEAST_STEP_DENOMINATOR: f64 = 0.25;
 
 /// Marches one cone front to back until it leaves the grid, reaches its end or is covered. The midpoint rule: each step is centred on its sample.
 pub fn march<'l>(levels: impl Into<Levels<'l>>, cone: &Cone, settings: &MarchSettings) -> ConeResult {
-    let levels = levels.into();
+    march_to(levels.into(), cone, settings, None)
+}
+
+/// As [`march`], towards a second plane that the height clamp keeps samples off too: height of the apex over it \[voxels\], and the cosine between the axis and the
+/// way down.
+pub fn march_to(levels: Levels<'_>, cone: &Cone, settings: &MarchSettings, plane: Option<(f64, f64)>) -> ConeResult {
     let resolution = f64::from(levels.resolution());
     let end = exit_distance(cone.origin, cone.direction, resolution).min(settings.max_distance);
     let mut result = ConeResult { radiance: DVec3::ZERO, visibility: 1.0, step_count: 0 };
     let (mut distance, mut through) = (0.0, 1.0);
     while distance < end && through > LEAST_TRANSMITTANCE {
-        let diameter = sample_diameter(cone, distance, settings);
+        let diameter = sample_diameter(cone, distance, settings, plane);
         let step = settings.step_factor * diameter;
         let centre = distance + step / 2.0;
         let texel = levels.sample((cone.origin + centre * cone.direction) / resolution, diameter.log2(), cone.direction);
@@ -249,12 +256,13 @@ pub fn march<'l>(levels: impl Into<Levels<'l>>, cone: &Cone, settings: &MarchSet
 
 /// Diameter d(c) of the sample in the middle, c, of the step that begins at `distance`: c = distance + β d(c) / 2 with d(c) = max(1, 2 c tan(γ/2)),
 /// solved for c in both cases. At c the height clamp then applies; no sample is smaller than a voxel.
-fn sample_diameter(cone: &Cone, distance: f64, settings: &MarchSettings) -> f64 {
+fn sample_diameter(cone: &Cone, distance: f64, settings: &MarchSettings, plane: Option<(f64, f64)>) -> f64 {
     let wide = distance / (1.0 - settings.step_factor * cone.tan_half).max(LEAST_STEP_DENOMINATOR);
     let narrow = distance + settings.step_factor / 2.0;
     let centre = wide.max(narrow);
     let diameter = 2.0 * centre * cone.tan_half;
-    let height = cone.height + centre * cone.cosine;
+    let over_plane = plane.map_or(f64::INFINITY, |(height, cosine)| height - centre * cosine);
+    let height = (cone.height + centre * cone.cosine).min(over_plane);
     let clamped = if settings.height_clamp > 0.0 { diameter.min(height / settings.height_clamp) } else { diameter };
     clamped.max(1.0)
 }
@@ -502,7 +510,7 @@ mod tests {
     #[test]
     fn steps_are_centred_on_their_samples() {
         for (distance, expected) in [(0.0, 1.0), (1.0, 2.0), (3.0, 6.0)] {
-            assert_eq!(sample_diameter(&up(0.5), distance, &TEXTBOOK), expected, "distance {distance}");
+            assert_eq!(sample_diameter(&up(0.5), distance, &TEXTBOOK, None), expected, "distance {distance}");
         }
         assert_eq!(march(&levels([DVec4::ZERO; 4]), &up(0.5), &TEXTBOOK).step_count, 3);
     }
@@ -514,7 +522,7 @@ mod tests {
         assert!(near(march(&chain, &up(0.5), &TEXTBOOK).radiance, DVec3::ONE));
         assert!(near(march(&chain, &up(0.5), &MarchSettings { height_clamp: 100.0, ..TEXTBOOK }).radiance, ENVIRONMENT));
         // At c = 6, height 6: k = 3 allows a diameter of 2.
-        assert_eq!(sample_diameter(&up(0.5), 3.0, &MarchSettings { height_clamp: 3.0, ..TEXTBOOK }), 2.0);
+        assert_eq!(sample_diameter(&up(0.5), 3.0, &MarchSettings { height_clamp: 3.0, ..TEXTBOOK }, None), 2.0);
     }
 
     /// The wall is the layer z = 5, of opacity ½: it hides half of what is behind it, and nothing of what is before it, however wide the cone.

@@ -1,0 +1,119 @@
+//! What cases measure with: a technique's pictures, and what they ought to be.
+
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+
+use super::{Effort, StressError, scenes};
+use crate::frame::{FrameSettings, Renderer};
+use crate::gi::Settings;
+use crate::gi::registry::Entry;
+use crate::graph::Gpu;
+use crate::image::{Aov, GuideImage, Image};
+use crate::metrics::{Channel, Errors, compare};
+use crate::reference::{self, Bounces, Filter, Sampling, cache_dir, cached};
+use crate::scene::Scene;
+
+/// What is measured.
+pub struct Probe<'p> {
+    /// The device.
+    pub gpu: &'p Gpu,
+    /// The technique.
+    pub entry: &'static Entry,
+    /// Its settings.
+    pub settings: &'p Settings,
+    /// What all techniques share.
+    pub frame: FrameSettings,
+    /// How much is measured.
+    pub effort: &'p Effort,
+    /// The scene of cases that take any; `None` for the suite's own.
+    pub scene: Option<&'p Scene>,
+    /// References of frames that all techniques are compared with.
+    pub memo: &'p Memo,
+}
+
+/// References of frames, kept while the program runs: a sequence is too many files for the cache on disk.
+#[derive(Default)]
+pub struct Memo(RefCell<BTreeMap<(u128, Bounces), Image>>);
+
+/// Frames after which feedback has all but ¾ to this power, 1%, of its light.
+pub(super) const FEEDBACK_FRAMES: usize = 17;
+
+/// Resolution of a technique without that setting (voxels).
+const RESOLUTION: u32 = 64;
+
+/// Fewer blocks than this say little of a picture.
+const FEWEST_BLOCKS: usize = 4;
+
+impl Probe<'_> {
+    /// The scene of a case that takes any, with nothing that moves.
+    pub(super) fn base(&self) -> Result<Scene, StressError> {
+        self.scene.map_or_else(|| Ok(scenes::standard()?), |scene| Ok(scenes::still(scene.clone())))
+    }
+
+    /// Voxels along an edge of the grid.
+    pub(super) fn resolution(&self) -> u32 {
+        self.settings.find_count("resolution").unwrap_or(RESOLUTION)
+    }
+
+    /// Edge of a voxel over the largest extent of what the grid is fitted to.
+    pub(super) fn voxel_share(&self) -> f32 {
+        let n = self.resolution() as f32;
+        (1.04 / n).max(1.0 / (n - 4.5))
+    }
+
+    /// Edge of a voxel in a scene of the suite's own (m).
+    pub(super) fn voxel_m(&self) -> f32 {
+        scenes::ROOM_M * self.voxel_share()
+    }
+
+    /// Bounces that the reference has; a technique without any is held against one.
+    pub(super) fn bounces(&self) -> Bounces {
+        (self.entry.bounces)(self.settings).map_or(Bounces::Full, |bounces| Bounces::Count(bounces.max(1)))
+    }
+
+    /// Frames until a still picture has all its light.
+    pub(super) fn warm_up_frames(&self) -> usize {
+        if (self.entry.bounces)(self.settings).is_some() { 1 } else { FEEDBACK_FRAMES }
+    }
+
+    /// The technique's indirect light in a still scene.
+    pub(super) fn indirect(&self, scene: &Scene) -> Result<Image, StressError> {
+        let (mut renderer, _) = Renderer::new(self.gpu, scene, self.entry, self.settings, self.frame)?;
+        (0..self.warm_up_frames()).try_for_each(|_| renderer.render(&scene.camera).map(drop))?;
+        Ok(renderer.aov(Aov::Indirect)?)
+    }
+
+    /// The reference's indirect light, and what each pixel sees; `times` as many samples as usual.
+    pub(super) fn reference(&self, scene: &Scene, times: u32) -> Result<(Image, GuideImage), StressError> {
+        let image = cached(scene, &self.reference_settings(times * self.effort.spp), &cache_dir(), &|_| {})?;
+        Ok((image.indirect(), image.guide))
+    }
+
+    /// The reference's indirect light in a frame of a sequence: every frame has the same random numbers, so that noise changes as little as it can.
+    pub(super) fn frame_reference(&self, scene: &Scene) -> Result<Image, StressError> {
+        let key = (scene.content_hash(), self.bounces());
+        if let Some(image) = self.memo.0.borrow().get(&key) {
+            return Ok(image.clone());
+        }
+        let image = reference::render(scene, &self.reference_settings(self.effort.frame_spp), &|_| {})?.indirect();
+        self.memo.0.borrow_mut().insert(key, image.clone());
+        Ok(image)
+    }
+
+    fn reference_settings(&self, spp: u32) -> reference::Settings {
+        let [width, height] = self.frame.size;
+        reference::Settings { width, height, bounces: self.bounces(), filter: Filter::Center, sampling: Sampling::Fixed { spp }, seed: 0 }
+    }
+
+    /// Errors of the technique's indirect light in a still scene.
+    pub(super) fn errors(&self, scene: &Scene, channel: Channel, times: u32) -> Result<Errors, StressError> {
+        self.errors_of(&self.indirect(scene)?, scene, channel, times)
+    }
+
+    /// Errors of a picture against the reference of a scene: over blocks, or over pixels where there are too few of them.
+    pub(super) fn errors_of(&self, picture: &Image, scene: &Scene, channel: Channel, times: u32) -> Result<Errors, StressError> {
+        let (reference, guide) = self.reference(scene, times)?;
+        let errors = compare(picture, &reference, Some(&guide), channel)?;
+        Ok(errors.block.filter(|block| block.count >= FEWEST_BLOCKS).unwrap_or(errors.pixel))
+    }
+}

@@ -1,0 +1,186 @@
+//! Records of failure modes: what was measured with what, and how it is judged.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+use serde::{Deserialize, Serialize};
+
+use super::{Probe, StressCase, StressError};
+use crate::graph::{Error, Gpu};
+use crate::measure::bench::Case;
+use crate::measure::sweep;
+use crate::measure::table::value_text;
+use crate::scene::Fnv;
+
+/// Version of the record's format and of what is measured; raised when either changes.
+const RECORD_VERSION: u32 = 1;
+
+/// How a figure is judged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Verdict {
+    /// Good enough.
+    Pass,
+    /// Visible.
+    Warn,
+    /// Broken.
+    Fail,
+}
+
+/// What records of one chart have in common.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Setup {
+    /// Version of the program.
+    pub version: String,
+    /// The commit that it was built from, or a hash of the executable.
+    pub build: String,
+    /// Device.
+    pub device: String,
+    /// Driver and its version.
+    pub driver: String,
+    /// Width and height of a picture (px).
+    pub size: [u32; 2],
+    /// Width and height of each shadow map (texels).
+    pub shadow_resolution: u32,
+    /// `full` or `quick`.
+    pub effort: String,
+}
+
+/// A figure and its verdict.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Figured {
+    /// Name of the figure.
+    pub name: String,
+    /// Its value; `None` where it is no finite number.
+    pub value: Option<f64>,
+    /// Its verdict.
+    pub verdict: Verdict,
+}
+
+/// One technique with one variant of its settings in one failure mode at one severity.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Record {
+    /// Version of its format.
+    pub record_version: u32,
+    /// Hash of all that the figures depend on, in hexadecimal digits.
+    pub key: String,
+    /// What it was measured with.
+    pub setup: Setup,
+    /// Failure mode.
+    pub case: String,
+    /// Name of the scene, where it is not the suite's own.
+    pub scene: Option<String>,
+    /// Technique.
+    pub technique: String,
+    /// Preset that the settings started from.
+    pub preset: Option<String>,
+    /// The setting that was changed, `KEY=VALUE`; empty for none.
+    pub change: String,
+    /// All settings.
+    pub settings: BTreeMap<String, String>,
+    /// How bad it was made.
+    pub severity: f64,
+    /// What was measured; empty where nothing could be.
+    pub figures: Vec<Figured>,
+    /// Why there is no figure: what the device refused, or what is not a number.
+    pub failure: Option<String>,
+    /// Whether the device stopped answering, so that it has to be opened anew.
+    pub is_lost: bool,
+}
+
+impl sweep::Record for Record {
+    const COMMAND: &'static str = "lumivox stress";
+    const VERSION: u32 = RECORD_VERSION;
+
+    fn version(&self) -> u32 {
+        self.record_version
+    }
+
+    fn key(&self) -> &str {
+        &self.key
+    }
+}
+
+impl Setup {
+    fn new(gpu: &Gpu, probe: &Probe<'_>) -> Self {
+        let info = gpu.info();
+        Setup {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            build: sweep::build(),
+            device: info.name.clone(),
+            driver: info.driver.clone(),
+            size: probe.frame.size,
+            shadow_resolution: probe.frame.shadow_resolution,
+            effort: probe.effort.name.to_owned(),
+        }
+    }
+}
+
+impl Record {
+    pub(super) fn new(stress: &StressCase, probe: &Probe<'_>, case: &Case, change: &str, severity: f64, measured: Result<&[f64], &StressError>) -> Self {
+        let setup = Setup::new(probe.gpu, probe);
+        let judged = |(figure, value): (&super::Figure, &f64)| Figured {
+            name: figure.name.to_owned(),
+            value: value.is_finite().then_some(*value),
+            verdict: figure.verdict(*value),
+        };
+        let figures: Vec<Figured> = measured.map(|values| stress.figures.iter().zip(values).map(judged).collect()).unwrap_or_default();
+        let failure = measured.err();
+        let infinite = || figures.iter().find(|figure| figure.value.is_none()).map(|figure| format!("{} is no finite number", figure.name));
+        Record {
+            record_version: RECORD_VERSION,
+            key: key(stress, probe, severity, &setup),
+            setup,
+            case: stress.name.to_owned(),
+            scene: probe.scene.map(|scene| scene.name.clone()),
+            technique: probe.entry.name.to_owned(),
+            preset: case.preset.clone(),
+            change: change.to_owned(),
+            settings: probe.settings.iter().map(|(name, value)| (name.to_owned(), value_text(&value))).collect(),
+            severity,
+            failure: failure.map(ToString::to_string).or_else(infinite),
+            is_lost: matches!(failure, Some(StressError::Gpu(Error::DeviceLost { .. }))),
+            figures,
+        }
+    }
+
+    /// The key of a record that may be there already.
+    pub fn key_of(stress: &StressCase, probe: &Probe<'_>, severity: f64) -> String {
+        key(stress, probe, severity, &Setup::new(probe.gpu, probe))
+    }
+
+    /// Technique and preset.
+    pub fn case_name(&self) -> String {
+        self.preset.as_ref().map_or_else(|| self.technique.clone(), |preset| format!("{} {preset}", self.technique))
+    }
+
+    /// Technique, preset and change.
+    pub(super) fn name(&self) -> String {
+        if self.change.is_empty() { self.case_name() } else { format!("{}, `{}`", self.case_name(), self.change) }
+    }
+
+    /// The worst verdict of all figures; `None` where there is none.
+    pub fn verdict(&self) -> Option<Verdict> {
+        self.figures.iter().map(|figure| figure.verdict).max()
+    }
+}
+
+fn key(stress: &StressCase, probe: &Probe<'_>, severity: f64, setup: &Setup) -> String {
+    let settings: Vec<String> = probe.settings.iter().map(|(name, value)| format!("{name}={}", value_text(&value))).collect();
+    let scene = probe.scene.map(crate::scene::Scene::content_hash);
+    let mut hash = Fnv::default();
+    // Writing to a hash cannot fail.
+    let _ = write!(hash, "{RECORD_VERSION} {setup:?} {} {severity:?} {} {settings:?} {scene:?}", stress.name, probe.entry.name);
+    format!("{:032x}", hash.value())
+}
+
+impl Verdict {
+    /// As it is written in tables.
+    pub fn word(self) -> &'static str {
+        match self {
+            Verdict::Pass => "pass",
+            Verdict::Warn => "warn",
+            Verdict::Fail => "fail",
+        }
+    }
+}

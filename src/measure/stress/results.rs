@@ -1,0 +1,178 @@
+//! Records of failure modes as Markdown, comma-separated values and charts.
+
+use super::{Figure, Record, StressCase, Verdict};
+use crate::measure::chart::{Chart, LineAxis, LinePanel, Panels, Scale, Series};
+
+/// Figures below this are drawn here.
+const LEAST_DRAWN: f64 = 1e-4;
+
+/// One case, and what was measured of it.
+pub struct Results<'r> {
+    /// The case.
+    pub case: &'static StressCase,
+    /// Its records.
+    pub records: &'r [Record],
+}
+
+impl Results<'_> {
+    /// A Markdown table for each figure: a row for each technique, preset and change, a column for each severity.
+    pub fn table(&self) -> String {
+        let StressCase { help, source, .. } = self.case;
+        let mut text = format!("{help} ({source})\n");
+        for (index, figure) in self.case.figures.iter().enumerate() {
+            text += &format!("\n`{}`: pass up to {}, warn up to {}, else fail\n\n", figure.name, figure.pass, figure.warn);
+            text += &self.figure_table(index);
+        }
+        for record in self.records.iter().filter(|record| record.failure.is_some()) {
+            text += &format!("\n- {} at {}: {}", record.name(), record.severity, record.failure.as_deref().unwrap_or_default());
+        }
+        text + "\n"
+    }
+
+    fn figure_table(&self, index: usize) -> String {
+        let severities = self.severities();
+        let mut text = format!("| {} |", self.case.severity);
+        severities.iter().for_each(|severity| text += &format!(" {severity} |"));
+        text += &format!("\n| --- |{}\n", " --- |".repeat(severities.len()));
+        for row in self.rows() {
+            text += &format!("| {} |", row[0].name());
+            for severity in &severities {
+                let cell = row.iter().find(|record| record.severity == *severity).map(|record| cell(record, index));
+                text += &format!(" {} |", cell.as_deref().unwrap_or("–"));
+            }
+            text += "\n";
+        }
+        text
+    }
+
+    /// Comma-separated values: a row for each record.
+    pub fn csv(&self) -> String {
+        let figures: Vec<&str> = self.case.figures.iter().map(|figure| figure.name).collect();
+        let mut text = format!("case,technique,preset,change,severity,{},verdict,failure\n", figures.join(","));
+        for record in self.records {
+            let Record { case, technique, change, severity, .. } = record;
+            let value = |index: usize| record.figures.get(index).and_then(|figure| figure.value).map(|value| value.to_string()).unwrap_or_default();
+            let values: Vec<String> = (0..figures.len()).map(value).collect();
+            let failure = record.failure.as_deref().map(|failure| format!("\"{}\"", failure.replace('"', "\"\""))).unwrap_or_default();
+            let preset = record.preset.as_deref().unwrap_or_default();
+            text += &format!("{case},{technique},{preset},{change},{severity},{},{},{failure}\n", values.join(","), verdict_word(record));
+        }
+        text
+    }
+
+    /// Figures against severity: one chart of all techniques and presets as they are, and where settings were changed one of each technique and preset, a line
+    /// for each change; with the end of its file's name. A case of one severity has none.
+    pub fn charts(&self) -> Vec<(String, Chart)> {
+        if self.severities().len() < 2 {
+            return Vec::new();
+        }
+        let rows = self.rows();
+        let whole: Vec<_> = rows.iter().filter(|row| row[0].change.is_empty()).map(|row| (row[0].case_name(), row)).collect();
+        let mut charts = vec![(String::new(), self.chart(self.case.name.to_owned(), &whole))];
+        for (name, first) in whole.iter().map(|(name, row)| (name, row[0])) {
+            let of_preset: Vec<_> = rows.iter().filter(|row| row[0].case_name() == *name).collect();
+            if of_preset.len() > 1 {
+                let change = |row: &[&Record]| if row[0].change.is_empty() { "as it is".to_owned() } else { row[0].change.clone() };
+                let lines: Vec<_> = of_preset.into_iter().map(|row| (change(row), row)).collect();
+                charts.push((format!("-{}", first.case_name().replace(' ', "-")), self.chart(format!("{}: {name}", self.case.name), &lines)));
+            }
+        }
+        charts
+    }
+
+    fn chart(&self, title: String, lines: &[(String, &Vec<&Record>)]) -> Chart {
+        let panel = |(index, figure): (usize, &Figure)| {
+            let values = || lines.iter().flat_map(|(_, row)| row.iter()).filter_map(|record| record.figures.get(index)?.value);
+            let is_little = values().any(|value| value <= LEAST_DRAWN);
+            let point = |record: &&Record| Some((record.severity, record.figures.get(index)?.value?.max(LEAST_DRAWN)));
+            LinePanel {
+                y_label: if is_little { format!("{} ({LEAST_DRAWN}: that or less)", figure.name) } else { figure.name.to_owned() },
+                y_scale: Scale::Log,
+                series: lines.iter().map(|(name, row)| Series { name: name.clone(), points: row.iter().filter_map(point).collect() }).collect(),
+                floor: Some(if figure.pass > 0.0 {
+                    (figure.pass, format!("passes up to {}", figure.pass))
+                } else {
+                    (figure.warn, format!("warns up to {}", figure.warn))
+                }),
+            }
+        };
+        let notes = lines.first().and_then(|(_, row)| row.first()).map(|record| {
+            let setup = &record.setup;
+            let [width, height] = setup.size;
+            let scene = record.scene.as_ref().map(|scene| format!("scene {scene}; ")).unwrap_or_default();
+            let build = if setup.build.starts_with("executable") { String::new() } else { format!(" ({})", setup.build) };
+            let resolution = record.settings.get("resolution").map(|resolution| format!(", {resolution}³ voxels")).unwrap_or_default();
+            let maps = setup.shadow_resolution;
+            format!("{}; lumivox {}{build}; {scene}{width}×{height} px{resolution}, maps of {maps}² texels", setup.device, setup.version)
+        });
+        Chart {
+            title,
+            notes: notes.into_iter().collect(),
+            panels: Panels::Lines(
+                LineAxis { label: self.case.severity.to_owned(), ticks: self.case.ticks },
+                self.case.figures.iter().enumerate().map(panel).collect(),
+            ),
+        }
+    }
+
+    /// Severities that were measured, in the case's order.
+    fn severities(&self) -> Vec<f64> {
+        self.case.severities.iter().copied().filter(|severity| self.records.iter().any(|record| record.severity == *severity)).collect()
+    }
+
+    /// Records of one technique, preset and change together, in the order of their first.
+    fn rows(&self) -> Vec<Vec<&Record>> {
+        let mut rows: Vec<Vec<&Record>> = Vec::new();
+        for record in self.records {
+            match rows.iter_mut().find(|row| row[0].name() == record.name()) {
+                Some(row) => row.push(record),
+                None => rows.push(vec![record]),
+            }
+        }
+        rows
+    }
+}
+
+/// All cases in one Markdown table: a row for each case, a column for each technique and preset as it is. A cell tells the worst verdict, and the first severity
+/// of the worst, with its largest figure.
+pub fn summary(all: &[Results<'_>]) -> String {
+    let mut names: Vec<String> = Vec::new();
+    for record in all.iter().flat_map(|results| results.records).filter(|record| record.change.is_empty()) {
+        if !names.contains(&record.case_name()) {
+            names.push(record.case_name());
+        }
+    }
+    let mut text = String::from("| case | gets worse with |");
+    names.iter().for_each(|name| text += &format!(" {name} |"));
+    text += &format!("\n| --- | --- |{}\n", " --- |".repeat(names.len()));
+    for results in all {
+        text += &format!("| {} | {} |", results.case.name, results.case.severity);
+        for name in &names {
+            let own = |record: &&Record| record.change.is_empty() && record.case_name() == *name;
+            let mut row: Vec<&Record> = results.records.iter().filter(own).collect();
+            row.sort_by_key(|record| results.case.severities.iter().position(|severity| *severity == record.severity));
+            text += &format!(" {} |", worst(&row));
+        }
+        text += "\n";
+    }
+    text
+}
+
+fn worst(row: &[&Record]) -> String {
+    let refused = row.iter().find(|record| record.figures.is_empty()).map(|record| format!("no figure at {}", record.severity));
+    let Some(verdict) = row.iter().filter_map(|record| record.verdict()).max() else { return refused.unwrap_or_else(|| "–".to_owned()) };
+    let first = row.iter().find(|record| record.verdict() == Some(verdict)).filter(|_| verdict != Verdict::Pass);
+    let told = first.map_or_else(|| verdict.word().to_owned(), |record| format!("{} from {}", verdict.word(), record.severity));
+    refused.map_or(told.clone(), |refused| format!("{told}; {refused}"))
+}
+
+fn cell(record: &Record, index: usize) -> String {
+    match record.figures.get(index) {
+        Some(figure) => format!("{} {}", figure.value.map_or_else(|| "∞".to_owned(), |value| format!("{value:.4}")), figure.verdict.word()),
+        None => "no figure".to_owned(),
+    }
+}
+
+fn verdict_word(record: &Record) -> &'static str {
+    record.verdict().map_or("", Verdict::word)
+}
