@@ -10,7 +10,7 @@ use crate::gi::registry::{Entry, Part};
 use crate::graph::{Error, FrameStats, PassTimes, Spread, TimesAccumulator};
 use crate::scene::{Camera, Scene};
 
-use super::chart::{Chart, LinePanel, Panels, Scale, Series};
+use super::chart::{Chart, LineAxis, LinePanel, Panels, Scale, Series};
 use super::figures::notes;
 use super::report::Report;
 use super::stages::{When, part_ms, stage_times};
@@ -182,7 +182,7 @@ pub fn walk_chart(reports: &[Report]) -> Option<Chart> {
     ];
     let frames = first.walks.first().map_or(0, |walk| walk.frames);
     let notes = notes(reports, first, &format!("means of {frames} frames a point; what costs nothing is left out"));
-    Some(Chart { title: format!("Time of a walk: {}", first.scene), notes, panels: Panels::Lines("speed [finest voxels a frame]".into(), panels) })
+    Some(Chart { title: format!("Time of a walk: {}", first.scene), notes, panels: Panels::Lines(LineAxis::doubling("speed [finest voxels a frame]"), panels) })
 }
 
 #[cfg(test)]

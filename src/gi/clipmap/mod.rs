@@ -15,8 +15,8 @@ use super::interleave::{self, deinterleave};
 use super::registry::{Directions, Entry, Part, Stage};
 use super::settings::{Domain, Preset, Setting, Settings};
 use super::voxel::{
-    self, Bounces, Directionality, FACE_SETTINGS, Injection, LightSettings, MIP_FILTER, Prefilter, Sides, VoxelBox, VoxelLight, VoxelRecords, VoxelSettings,
-    VoxelWindow, WindowScratch,
+    self, Bounces, Directionality, FACE_SETTINGS, Injection, LightSettings, MIP_FILTER, Prefilter, Sides, Viewer, VoxelBox, VoxelLight, VoxelRecords,
+    VoxelSettings, VoxelWindow, WindowScratch,
 };
 use super::{Context, IndirectLight, Technique, VoxelVolume};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image, Pass};
@@ -164,7 +164,7 @@ impl Clipmap {
         Ok(Clipmap {
             layout,
             voxel_settings: VoxelSettings { faces, ..VoxelSettings::new(settings) },
-            light_settings: LightSettings { stores_faces: faces.is_some(), ..LightSettings::new(settings, sides) },
+            light_settings: LightSettings { stores_faces: faces.is_some(), emission_apart: patches.is_some(), ..LightSettings::new(settings, sides) },
             is_staggered: settings.is("level_updates", "staggered"),
             keeps_light: settings.is("light_updates", "on-change"),
             cones: ConeTracer::new(gpu, settings)?,
@@ -239,6 +239,11 @@ impl Clipmap {
             !(level.is_lit && level.new.is_empty()) || level.is_stale || level.inner != technique.inner(index)
         };
         let bounces = self.light_settings.bounces;
+        if self.patches.is_some() {
+            // Where patches give the emission, all levels show either what voxels see or what the picture sees.
+            self.levels.iter_mut().for_each(|level| level.is_lit = false);
+            return (0..count).collect();
+        }
         if bounces == Bounces::Feedback || (bounces.any() && (0..count).any(|index| changes(self, index))) {
             // Each voxel gathers from all levels.
             self.levels.iter_mut().for_each(|level| level.is_lit = false);
@@ -264,6 +269,15 @@ impl Clipmap {
 
     fn filter_top(&self, frame: &mut Frame) {
         self.volume.filter_top(frame, self.levels[self.levels.len() - 1].place.first);
+    }
+
+    /// Lights these levels once more.
+    fn relight(&self, frame: &mut Frame, maps: &LightMaps, levels: &[usize], viewer: Viewer) {
+        for index in levels.iter().copied() {
+            let Level { window, light, .. } = &self.levels[index];
+            light.relight(frame, &VoxelRecords::from(&window.voxels), maps, None, viewer);
+            self.write_level(frame, index);
+        }
     }
 
     fn bounce(&self, frame: &mut Frame) {
@@ -358,14 +372,11 @@ impl Technique for Clipmap {
         if due.is_empty() {
             return;
         }
-        for _ in 0..self.light_settings.bounces.before_the_picture() {
+        let count = self.light_settings.bounces.before_the_picture();
+        for bounce in 1..=count {
             self.filter_top(frame);
             self.bounce(frame);
-            for index in due.iter().copied() {
-                let Level { window, light, .. } = &self.levels[index];
-                light.relight(frame, &VoxelRecords::from(&window.voxels), maps, None);
-                self.write_level(frame, index);
-            }
+            self.relight(frame, maps, &due, if bounce == count { Viewer::Picture } else { Viewer::Voxels });
         }
         self.filter_top(frame);
         if self.light_settings.bounces == Bounces::Feedback {
