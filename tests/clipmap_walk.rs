@@ -161,7 +161,7 @@ impl<'g> Still<'g> {
         maps.draw(&mut frame, gpu_scene);
         gbuffer.draw(&mut frame, gpu_scene);
         technique.update(&mut frame, gpu_scene, maps);
-        let light = technique.gather(&mut frame, gpu_scene, gbuffer);
+        let light = technique.gather(&mut frame, gpu_scene, maps, gbuffer);
         gpu.submit(frame).unwrap();
         bytemuck::pod_collect_to_vec::<u8, [f32; 4]>(&gpu.read_image(&light.diffuse, 0, 0).unwrap()).into_iter().map(|texel| texel[1]).collect()
     }
