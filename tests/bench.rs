@@ -125,6 +125,35 @@ fn techniques_are_set_side_by_side() {
     }
 }
 
+/// A camera that walks: what stands still costs nothing, a clipmap follows, and a dense grid has nothing to follow with.
+#[test]
+fn a_walk_is_measured_by_speed() {
+    let folder = tempfile::tempdir().unwrap();
+    let walk = ["--walk", "4", "--speeds", "0,4"];
+    let arguments = ["--technique", "none,voxel-mips,clipmap", "--no-reference", "--resolution", "16"];
+    let output = bench(folder.path(), &[&TINY[..7], &arguments, &walk].concat());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let out = folder.path().join("out");
+    let records = records(&out.join("cornell.jsonl"));
+    assert!(records[0]["walks"].as_array().unwrap().is_empty(), "there is nothing to walk among");
+    for (record, follows) in [(&records[1], false), (&records[2], true)] {
+        let walks = record["walks"].as_array().unwrap();
+        let speeds: Vec<f64> = walks.iter().map(|walk| walk["voxels_per_frame"].as_f64().unwrap()).collect();
+        assert_eq!(speeds, [0.0, 4.0]);
+        for (walk, moves) in walks.iter().zip([false, follows]) {
+            let ran = walk["passes"].as_array().unwrap().iter().find(|pass| pass["name"] == "voxel.fragments");
+            assert_eq!((ran.is_some(), walk["stages"].get("voxelization").is_some()), (moves, moves), "{walk}");
+            assert!(walk["frames"] == 4 && walk["mean_update_ms"].as_f64().unwrap() > 0.0 && walk["update_ms"]["n"] == 4, "{walk}");
+        }
+    }
+    let csv = std::fs::read_to_string(out.join("cornell.csv")).unwrap();
+    assert!(csv.lines().next().unwrap().contains("walk 4 voxels geometry mean ms"), "{csv}");
+    assert!(String::from_utf8_lossy(&output.stdout).contains("voxels a frame"));
+    assert!(std::fs::read_to_string(out.join("cornell-walk.svg")).unwrap().contains("clipmap accurate 16, all anew"));
+    let output = bench(folder.path(), &[&TINY[..7], &["--walk", "1", "--speeds", "-1"]].concat());
+    assert_eq!(output.status.code(), Some(2));
+}
+
 /// 1,024³ half-float texels and their mips are 9.8 GB: more than lavapipe's heap.
 #[test]
 fn a_refused_case_is_a_row() {

@@ -9,13 +9,6 @@
 
 // The including file declares FACES (bool constant): whether there are six.
 
-// Texels of a voxel. No constant expression, which reflection could not evaluate.
-int face_count() {
-    int count = 1;
-    if (FACES) count = 6;
-    return count;
-}
-
 // Layer of the texture that holds layer 0 of a level's slab.
 int slab_layer(int level, int n) {
     return level * (n + 2) + 1;

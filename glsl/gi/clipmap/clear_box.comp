@@ -18,5 +18,7 @@ void main() {
     ivec3 at = ivec3(gl_GlobalInvocationID);
     if (any(greaterThanEqual(at, params.size.xyz))) return;
     ivec3 texel = at + params.first.xyz & params.first.w - 1;
-    for (int face = 0; face < face_count(); ++face) store_texel(texel, face, params.size.w, params.first.w, vec4(0.0));
+    int faces = 1;
+    if (FACES) faces = 6;
+    for (int face = 0; face < faces; ++face) store_texel(texel, face, params.size.w, params.first.w, vec4(0.0));
 }

@@ -24,7 +24,9 @@ void main() {
     ivec3 at = ivec3(gl_GlobalInvocationID);
     if (any(greaterThanEqual(at, ivec3(params.inner_edge)))) return;
     ivec3 voxel = params.first.xyz + at;
-    for (int face = 0; face < face_count(); ++face) {
+    int faces = 1;
+    if (FACES) faces = 6;
+    for (int face = 0; face < faces; ++face) {
         vec4 c[8];
         for (int i = 0; i < 8; ++i) {
             ivec3 child = FACES ? face_child(i, face) : ivec3(i & 1, i >> 1 & 1, i >> 2);

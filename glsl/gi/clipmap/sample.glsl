@@ -23,8 +23,8 @@ float share_of_level(vec3 position, int level) {
     return clamp(inside * 16.0 / float(N), 0.0, 1.0);
 }
 
-// Finest level, from a given one on, that holds a position; with what the next one adds to it in its fading border.
-float level_at(vec3 position, int level) {
+// Finest level, from a given one on, that holds a position; and in its fading border, how far that has gone.
+float faded_level(vec3 position, int level) {
     float share = share_of_level(position, level);
     while (share <= 0.0 && level < LEVELS - 1) {
         ++level;
@@ -33,15 +33,22 @@ float level_at(vec3 position, int level) {
     return level < LEVELS - 1 ? float(level) + 1.0 - share : float(LEVELS - 1);
 }
 
+// The same, as samples are taken: in the first quarter of the border cones that start there move off their surface, by as much as the next level's texels
+// reach; those come in over the rest.
+float level_at(vec3 position, int level) {
+    float faded = faded_level(position, level);
+    return floor(faded) + max(4.0 * fract(faded) - 1.0, 0.0) / 3.0;
+}
+
 // Smallest diameter that a sample can have [voxels of level 0].
 float least_diameter(vec3 position) {
     return exp2(level_at(position, 0));
 }
 
-// Edge of the largest texel that such a sample reads [voxels of level 0]; where a level only begins to fade, it grows towards that.
+// Edge of the largest texel that such a sample reads, or is about to read [voxels of level 0].
 float largest_texel(vec3 position) {
-    float level = level_at(position, 0);
-    return exp2(floor(level) + min(4.0 * fract(level), 1.0));
+    float faded = faded_level(position, 0);
+    return exp2(floor(faded) + min(4.0 * fract(faded), 1.0));
 }
 
 // Trilinear sample of a face of a level; 0 where there is one for all directions. Positions and rows are modulo N.

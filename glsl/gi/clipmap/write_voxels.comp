@@ -7,7 +7,7 @@ layout(local_size_x = 64) in;
 #include "gi/voxel/records.glsl"
 
 layout(constant_id = 0) const bool FACES = false;
-layout(constant_id = 1) const uint RADIANCES = 1;   // of a voxel: 6, or one for all faces
+layout(constant_id = 1) const bool SIX = false;   // each voxel has six radiances, and not one for all faces
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer Voxels { Voxel voxels[]; };
 layout(std430, set = 1, binding = 1) restrict readonly buffer VoxelRadiance { uvec2 voxel_radiance[]; };
@@ -28,8 +28,12 @@ void main() {
     ivec3 voxel = ivec3(voxel_coordinates(voxels[index].xy, voxels[index].z_area));
     if (all(greaterThanEqual(voxel, params.inner.xyz)) && all(lessThan(voxel, params.inner.xyz + params.inner.w))) return;
     ivec3 texel = voxel + params.first.xyz & params.first.w - 1;
-    for (int face = 0; face < face_count(); ++face) {
-        uvec2 radiance = voxel_radiance[RADIANCES * index + min(uint(face), RADIANCES - 1u)];
+    int faces = 1;
+    if (FACES) faces = 6;
+    for (int face = 0; face < faces; ++face) {
+        uint at = index;
+        if (SIX) at = 6u * index + uint(face);
+        uvec2 radiance = voxel_radiance[at];
         vec2 rg = unpackHalf2x16(radiance.x), ba = unpackHalf2x16(radiance.y);
         store_texel(texel, face, params.clipmap_level, params.first.w, vec4(vec3(rg, ba.x) * ba.y, ba.y));
     }

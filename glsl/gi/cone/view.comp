@@ -48,7 +48,8 @@ void main() {
     float begin = entry + params.begin_distance, t = begin;
     while (t < end && seen.a < 0.995) {
         vec3 position = origin + t * direction;
-        float edge = max(exp2(params.level), largest_texel(position));
+        // Where a level of a clipmap begins to fade, that is no power of two.
+        float edge = max(exp2(params.level), exp2(ceil(log2(largest_texel(position)) - 1e-3)));
         // A little further, inside the cell.
         vec3 low = floor((position + 1e-3 * edge * direction) / edge) * edge;
         vec3 near = (mix(low + edge, low, is_forward) - origin) / direction, far = (mix(low, low + edge, is_forward) - origin) / direction;

@@ -194,9 +194,8 @@ impl ClipmapVolume {
     pub fn write_voxels(&self, frame: &mut Frame, level: u32, first: IVec3, inner: Option<VoxelBox>, voxels: &Voxels, light: &VoxelLight) {
         let inner = inner.map_or([0; 4], |inner| (inner.low - first).extend(inner.end.x - inner.low.x).to_array());
         let params = WriteParams { first: self.wrap(first), inner, voxel_count: voxels.voxel_count, clipmap_level: level as i32 };
-        let radiances = if light.settings.stores_faces { 6 } else { 1 };
         let pass = frame.pass(&WRITE_VOXELS).bind(&voxels.records).bind(&light.radiance).bind(&self.clipmap);
-        pass.constants(&[self.has_faces(), radiances]).push(&params).dispatch(linear_groups(voxels.voxel_count));
+        pass.constants(&[self.has_faces(), u32::from(light.settings.stores_faces)]).push(&params).dispatch(linear_groups(voxels.voxel_count));
     }
 
     /// Adds the pass that makes the texels of a level in `inner` from the next finer one.
