@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use ash::vk;
 
 use super::memory::Memory;
-use super::{Adapter, Context, Error, Instance, Surface, debug};
+use super::{Adapter, Context, DeviceKind, Error, Instance, Surface, debug};
 
 /// Which device to use.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -127,8 +127,9 @@ impl Device {
         &self.memory
     }
 
-    pub(super) fn debug_utils(&self) -> Option<&ash::ext::debug_utils::Device> {
-        self.names.as_ref()
+    /// For labels in command buffers. Not on a device that runs on the CPU, unless it is validated: lavapipe (Mesa 22.3) keeps some memory of each.
+    pub(super) fn labels(&self) -> Option<&ash::ext::debug_utils::Device> {
+        self.names.as_ref().filter(|_| self.adapter.info.kind != DeviceKind::Cpu || self.instance.is_validated())
     }
 
     /// Names an object for validation messages and debuggers.
