@@ -193,10 +193,10 @@ fn the_picture_at_rest_is_that_of_the_copied_command_line() {
             check_done(&lumivox(folder.path(), &words, &[]));
         }
         let again = std::fs::read(folder.path().join("again.exr")).unwrap();
-        assert!(std::fs::read(path("exr")).unwrap() == again, "step {index}, {}: the picture differs from that of {words:?}", step);
+        assert!(std::fs::read(path("exr")).unwrap() == again, "step {index}, {step}: the picture differs from that of {words:?}");
         // And the window shows it, pixel by pixel.
         let open = |path: &Path| image::open(path).unwrap().to_rgb8();
-        assert!(open(&path("png")) == open(&folder.path().join("again.png")), "step {index}, {}: the window shows another picture", step);
+        assert!(open(&path("png")) == open(&folder.path().join("again.png")), "step {index}, {step}: the window shows another picture");
     }
 }
 

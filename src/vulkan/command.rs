@@ -86,7 +86,7 @@ impl Commands {
     }
 
     pub(crate) fn begin_label(&self, name: &str) {
-        if let Some(debug) = self.device.labels() {
+        if let Some(debug) = self.device.debug_utils() {
             let name = c_name(name);
             let label = vk::DebugUtilsLabelEXT::default().label_name(&name);
             // SAFETY: as for `barriers`; the extension is enabled.
@@ -95,7 +95,7 @@ impl Commands {
     }
 
     pub(crate) fn end_label(&self) {
-        if let Some(debug) = self.device.labels() {
+        if let Some(debug) = self.device.debug_utils() {
             // SAFETY: as for `barriers`; a label is open.
             unsafe { debug.cmd_end_debug_utils_label(self.raw) };
         }

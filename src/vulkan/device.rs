@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use ash::vk;
 
 use super::memory::Memory;
-use super::{Adapter, Context, DeviceKind, Error, Instance, Surface, debug};
+use super::{Adapter, Context, Error, Instance, Surface, debug};
 
 /// Which device to use.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -127,9 +127,8 @@ impl Device {
         &self.memory
     }
 
-    /// For labels in command buffers. Not on a device that runs on the CPU, unless it is validated: lavapipe (Mesa 22.3) keeps some memory of each.
-    pub(super) fn labels(&self) -> Option<&ash::ext::debug_utils::Device> {
-        self.names.as_ref().filter(|_| self.adapter.info.kind != DeviceKind::Cpu || self.instance.is_validated())
+    pub(super) fn debug_utils(&self) -> Option<&ash::ext::debug_utils::Device> {
+        self.names.as_ref()
     }
 
     /// Names an object for validation messages and debuggers.

@@ -119,7 +119,9 @@ impl Stage {
             if !names[index].is_empty() && rect.width() > 300.0 {
                 let galley = painter.layout_no_wrap(names[index].clone(), font.clone(), Color32::WHITE);
                 let x = if index == 0 { clip.left() + 8.0 } else { clip.right() - galley.size().x - 8.0 };
-                let at = pos2(x, rect.top() + 6.0);
+                // One above the other, so that they never overlap.
+                let at = pos2(x.max(rect.left() + 8.0), rect.top() + 6.0 + 24.0 * index as f32);
+                let painter = ui.painter();
                 painter.rect_filled(Rect::from_min_size(at, galley.size()).expand(3.0), 3.0, Color32::from_black_alpha(150));
                 painter.galley(at, galley, Color32::WHITE);
             }
