@@ -44,8 +44,10 @@ const BOUNDS: &[Bounds] = &[
     // -0.127 0.128; 0 0; -0.014 0.019; +0.072 0.102
     Bounds { name: "svo.directional", lit_sphere: [0.15, 0.15], sky: [0.001, 0.001], furnace: [0.04, 0.04], plates: [0.08, 0.15] },
     // -0.756 0.757; -0.250 0.250; -0.305 0.308; -0.992 1.072: Gaussian bricks on the corners of voxels are no better than box mips
-    // +0.001 0.003; -0.004 0.007: a cone that skims the plane comes into larger texels; -0.007 0.007; +0.002 0.075
-    Bounds { name: "clipmap.accurate", lit_sphere: [0.005, 0.01], sky: [0.006, 0.01], furnace: [0.02, 0.02], plates: [0.05, 0.12] },
+    // Before levels showed voxels of their own in their fade (now +0.057 over the plates): +0.001 0.003; -0.004 0.007: a cone that skims the plane comes into
+    // larger texels; -0.007 0.007; +0.002 0.075
+    // Where a finer level fades, a coarser one shows voxels of its own, and in these the lamp is larger.
+    Bounds { name: "clipmap.accurate", lit_sphere: [0.005, 0.01], sky: [0.006, 0.01], furnace: [0.02, 0.02], plates: [0.07, 0.12] },
     // -0.031 0.031; -0.003 0.007; -0.016 0.016; -0.088 0.140
     Bounds { name: "clipmap.cones", lit_sphere: [0.05, 0.05], sky: [0.006, 0.01], furnace: [0.02, 0.02], plates: [0.1, 0.17] },
     Bounds { name: "clipmap.anisotropic", lit_sphere: [0.09, 0.09], sky: [0.006, 0.01], furnace: [0.03, 0.03], plates: [0.08, 0.15] },
