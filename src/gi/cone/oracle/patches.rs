@@ -12,7 +12,7 @@ pub struct Disc {
     pub position: DVec3,
     /// Unit normal of the side that emits.
     pub normal: DVec3,
-    /// Area that emits [voxels²].
+    /// Area that emits (voxels²).
     pub area: f64,
     /// Radius \[voxels\].
     pub radius: f64,
