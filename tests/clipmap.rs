@@ -4,18 +4,19 @@
 mod support;
 
 use glam::{DVec4, IVec3, Vec3};
-use lumivox::gi::clipmap::{self, Clipmap, Layout};
+use lumivox::gi::clipmap::{self, Layout};
 use lumivox::gi::cone::oracle::Volume;
 use lumivox::gi::voxel::{Method, VoxelBox, VoxelWindow, WindowScratch};
 use lumivox::gi::voxel_mips::oracle::{Filter, coarser, coarser_faces};
-use lumivox::gi::{Context, Settings, Technique};
-use lumivox::graph::{Frame, Gpu};
-use lumivox::render::{GpuScene, LightMaps};
+use lumivox::gi::Settings;
+use lumivox::graph::Gpu;
+use lumivox::render::GpuScene;
 use lumivox::scene::Scene;
 use support::gather::read_faces;
 use support::scenes::{add_model, lump, random_pose, scene_of, soup, still};
 use support::technique::{Surfaces, small_lights, small_room};
 use support::voxels::{Read, compare_sets, half, oracle_grid, read, voxel_settings};
+use support::walker::Walker;
 use support::{Random, gpu};
 
 const EDGE: u32 = 16;
@@ -75,50 +76,8 @@ fn windows_are_those_from_scratch_after_any_walk() {
     assert!(same(&changed, &read(&gpu, fresh.voxels.clone())).is_err());
 }
 
-/// Two techniques in the same scene, and what lights them.
-struct Walker<'g> {
-    gpu: &'g Gpu,
-    scene: Scene,
-    gpu_scene: GpuScene,
-    maps: LightMaps,
-    technique: Clipmap,
-    /// That the last frame ran of the technique's own.
-    passes: usize,
-}
-
-const SIZE: [u32; 2] = [8, 8];
-
-impl<'g> Walker<'g> {
-    fn new(gpu: &'g Gpu, scene: &Scene, settings: &Settings, eye: Vec3) -> Self {
-        let gpu_scene = GpuScene::new(gpu, scene).unwrap();
-        let context = Context { gpu, scene: &gpu_scene, size: SIZE, eye };
-        let mut technique = Clipmap::new(&context, settings).unwrap();
-        technique.build(&context).unwrap();
-        let maps = LightMaps::new(gpu, &gpu_scene, 64, technique.needs_rsm()).unwrap();
-        Walker { gpu, scene: scene.clone(), gpu_scene, maps, technique, passes: 0 }
-    }
-
-    fn set_time(&mut self, time_s: f32, eye: Vec3) {
-        self.scene.set_time(time_s);
-        self.gpu_scene.set_pose(self.gpu, &self.scene).unwrap();
-        self.technique.set_pose(&Context { gpu: self.gpu, scene: &self.gpu_scene, size: SIZE, eye }).unwrap();
-    }
-
-    /// Every texel of every level and mip, lit, for a camera at `eye`.
-    fn texels(&mut self, eye: Vec3) -> Vec<Vec<u8>> {
-        let Walker { gpu, scene, gpu_scene, maps, technique, passes } = self;
-        gpu_scene.set_frame(gpu, &gpu_scene.frame_constants(&scene.camera, SIZE)).unwrap();
-        technique.set_view(&Context { gpu, scene: gpu_scene, size: SIZE, eye }).unwrap();
-        let mut frame = Frame::new();
-        frame.set_scene(&gpu_scene.set, &gpu_scene.materials);
-        maps.draw(&mut frame, gpu_scene);
-        technique.update(&mut frame, gpu_scene, maps);
-        let stats = gpu.submit(frame).unwrap();
-        *passes = stats.passes.iter().filter(|pass| !pass.name.starts_with("render.")).count();
-        let top = &technique.volume.top;
-        let mips = (0..top.mips()).map(|mip| gpu.read_image(top, mip, 0).unwrap());
-        std::iter::once(gpu.read_image(&technique.volume.clipmap, 0, 0).unwrap()).chain(mips).collect()
-    }
+fn clipmap_in<'g>(gpu: &'g Gpu, scene: &Scene, settings: &Settings, eye: Vec3) -> Walker<'g> {
+    Walker::new(gpu, scene, &clipmap::ENTRY, settings, eye)
 }
 
 fn settings(pairs: &[&str]) -> Settings {
@@ -149,7 +108,7 @@ fn texels_are_those_from_scratch_after_any_walk() {
         add_model(&mut scene, model, &poses);
         let settings = settings(pairs);
         let mut eye = Vec3::new(0.0, 1.0, 0.0);
-        let mut walker = Walker::new(&gpu, &scene, &settings, eye);
+        let mut walker = clipmap_in(&gpu, &scene, &settings, eye);
         for step in 0..24u8 {
             if step % 3 == 2 {
                 walker.set_time(f32::from(step / 3), eye);
@@ -158,7 +117,7 @@ fn texels_are_those_from_scratch_after_any_walk() {
             let reach = if step % 5 == 4 { 3.0 } else { 0.3 };
             eye = (eye + reach * (Vec3::new(random.unit(), random.unit(), random.unit()) - 0.5)).clamp(Vec3::new(-1.5, -0.5, -1.5), Vec3::new(1.5, 2.5, 1.5));
             let walked = walker.texels(eye);
-            let fresh = Walker::new(&gpu, &scene, &settings, eye).texels(eye);
+            let fresh = clipmap_in(&gpu, &scene, &settings, eye).texels(eye);
             assert!(walked == fresh, "{pairs:?}, step {step}, at {eye}");
             if pairs.contains(&"light_updates=on-change") {
                 assert!(walker.texels(eye) == fresh, "{pairs:?}, step {step}, at {eye}, once more");
@@ -181,7 +140,7 @@ fn staggered_levels_catch_up() {
 }
 
 fn catch_up(gpu: &Gpu, scene: &Scene, staggered: &Settings, every: &Settings) {
-    let mut walker = Walker::new(gpu, scene, staggered, Vec3::new(0.0, 1.0, 0.0));
+    let mut walker = clipmap_in(gpu, scene, staggered, Vec3::new(0.0, 1.0, 0.0));
     let mut random = Random::new(5);
     for walk in 0..4 {
         for _ in 0..5 {
@@ -193,7 +152,7 @@ fn catch_up(gpu: &Gpu, scene: &Scene, staggered: &Settings, every: &Settings) {
         for _ in 0..8 {
             last = walker.texels(eye);
         }
-        assert!(last == Walker::new(gpu, scene, every, eye).texels(eye), "walk {walk}");
+        assert!(last == clipmap_in(gpu, scene, every, eye).texels(eye), "walk {walk}");
     }
 }
 
@@ -226,7 +185,7 @@ fn coarser_texels_are_the_oracles() {
     let scene = small_room(Surfaces::Emissive, vec![small_lights()[0].1]);
     for (pairs, first_six) in [(&["mip_filter=box"][..], None), (&["anisotropic=on"], Some(1)), (&["faces=both"], Some(0))] {
         let pairs = [&["resolution=32", "levels=3", "voxel_size=0.02"][..], pairs].concat();
-        let mut walker = Walker::new(&gpu, &scene, &settings(&pairs), Vec3::ONE);
+        let mut walker = clipmap_in(&gpu, &scene, &settings(&pairs), Vec3::ONE);
         for eye in [Vec3::new(0.0, 1.0, 0.0), Vec3::new(-0.5, 0.7, 0.5)] {
             let texels = walker.texels(eye);
             let layout = Layout::new(walker.gpu_scene.bounds, n, levels, 0.02);
@@ -236,7 +195,8 @@ fn coarser_texels_are_the_oracles() {
             let faces = |level: u32, first: IVec3, edge: u32| -> [Volume; 6] {
                 std::array::from_fn(|face| read.cube(if first_six.is_some_and(|six| level >= six) { face as u32 } else { 0 }, level, first, edge))
             };
-            let top = &walker.technique.volume.top;
+            let volumes = walker.technique.volumes();
+            let lumivox::gi::cone::Volume::Clipmap { top, .. } = volumes[0].volume else { panic!("a clipmap's volume is not one") };
             let (mut worst, mut lit) = (0.0f64, 0);
             for level in 0..levels {
                 let first = places[level as usize].first;

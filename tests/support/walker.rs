@@ -16,10 +16,13 @@ const SIZE: [u32; 2] = [8, 8];
 pub struct Walker<'g> {
     gpu: &'g Gpu,
     scene: Scene,
-    gpu_scene: GpuScene,
+    /// The scene on the device.
+    pub gpu_scene: GpuScene,
     maps: LightMaps,
     /// The technique.
     pub technique: Box<dyn Technique>,
+    /// That the last frame ran of the technique's own.
+    pub passes: usize,
 }
 
 impl<'g> Walker<'g> {
@@ -30,7 +33,7 @@ impl<'g> Walker<'g> {
         let mut technique = (entry.make)(&context, settings).unwrap();
         technique.build(&context).unwrap();
         let maps = LightMaps::new(gpu, &gpu_scene, 64, technique.needs_rsm()).unwrap();
-        Walker { gpu, scene: scene.clone(), gpu_scene, maps, technique }
+        Walker { gpu, scene: scene.clone(), gpu_scene, maps, technique, passes: 0 }
     }
 
     /// Moves the models.
@@ -42,14 +45,15 @@ impl<'g> Walker<'g> {
 
     /// Every texel of every level and mip, lit, for a camera at `eye`.
     pub fn texels(&mut self, eye: Vec3) -> Vec<Vec<u8>> {
-        let Walker { gpu, scene, gpu_scene, maps, technique } = self;
+        let Walker { gpu, scene, gpu_scene, maps, technique, passes } = self;
         gpu_scene.set_frame(gpu, &gpu_scene.frame_constants(&scene.camera, SIZE)).unwrap();
         technique.set_view(&Context { gpu, scene: gpu_scene, size: SIZE, eye }).unwrap();
         let mut frame = Frame::new();
         frame.set_scene(&gpu_scene.set, &gpu_scene.materials);
         maps.draw(&mut frame, gpu_scene);
         technique.update(&mut frame, gpu_scene, maps);
-        gpu.submit(frame).unwrap();
+        let stats = gpu.submit(frame).unwrap();
+        *passes = stats.passes.iter().filter(|pass| !pass.name.starts_with("render.")).count();
         technique.volumes().iter().flat_map(|volume| images(volume.volume)).flat_map(|image| read(gpu, image)).collect()
     }
 

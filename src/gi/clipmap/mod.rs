@@ -100,7 +100,7 @@ pub static ENTRY: Entry = Entry {
         &Stage { name: "specular", part: Part::Picture, passes: &["cone.specular"] },
         &cone::SOFT_SHADOWS,
     ],
-    directions: &[Directions { pass: &cone::GATHER_CLIPMAP, count: Some(cone::diffuse_count) }, Directions { pass: &cone::SPECULAR_CLIPMAP, count: None }],
+    directions: &[Directions { pass: &cone::GATHER.clipmap, count: Some(cone::diffuse_count) }, Directions { pass: &cone::SPECULAR.clipmap, count: None }],
     substitutions: &[cone::SUBSTITUTIONS, voxel::SUBSTITUTIONS],
     voxels: None,
     make,

@@ -4,11 +4,12 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 
-use super::{CLIPMAP, ConeTracer, DENSE, Output, SPARSE, Volume};
+use super::tracer::ConeTracer;
+use super::volume::{Output, Volume, VolumePass, volume_pass};
 use crate::gi::Settings;
 use crate::gi::voxel::VoxelGrid;
 use crate::gpu_struct;
-use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu, Image, Pass, Sets, Shaders};
+use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu, Image};
 use crate::render::{Emitter, GBuffer, GpuScene, screen_groups, storage};
 
 gpu_struct! {
@@ -54,34 +55,8 @@ const BINDINGS: [Binding; 4] = [
     Binding::image("indirect_diffuse", Access::ComputeReadWrite),
 ];
 
-static DENSE_BINDINGS: [Binding; 7] = {
-    let ([a, b, c, d], [voxels, matter, faces]) = (BINDINGS, DENSE);
-    [a, b, c, d, voxels, matter, faces]
-};
-
-static SPARSE_BINDINGS: [Binding; 7] = {
-    let ([a, b, c, d], [nodes, bricks, normals]) = (BINDINGS, SPARSE);
-    [a, b, c, d, nodes, bricks, normals]
-};
-
-static CLIPMAP_BINDINGS: [Binding; 7] = {
-    let ([a, b, c, d], [levels, clipmap, top]) = (BINDINGS, CLIPMAP);
-    [a, b, c, d, levels, clipmap, top]
-};
-
-const fn patch_pass(shader: &'static str, bindings: &'static [Binding]) -> Pass {
-    Pass { name: "cone.patches", shaders: Shaders::Compute(shader), bindings, push_bytes: size_of::<PatchParams>() as u32, sets: Sets::Scene }
-}
-
-/// Adds E = Σ L A cos θ cos θ' V / (d² + r²) over the patches to the diffuse gather. Reads the G-buffer, the patches and a dense radiance volume with mips; a
-/// thread a pixel.
-pub static PATCHES: Pass = patch_pass("gi/cone/patches.comp", &DENSE_BINDINGS);
-
-/// As [`PATCHES`], through a sparse voxel octree.
-pub static PATCHES_SPARSE: Pass = patch_pass("gi/cone/patches_svo.comp", &SPARSE_BINDINGS);
-
-/// As [`PATCHES`], through the levels of a clipmap.
-pub static PATCHES_CLIPMAP: Pass = patch_pass("gi/cone/patches_clipmap.comp", &CLIPMAP_BINDINGS);
+/// Adds E = Σ L A cos θ cos θ' V / (d² + r²) over the patches to the diffuse gather. Reads the G-buffer, the patches and a volume; a thread a pixel.
+pub static PATCHES: VolumePass = volume_pass!("cone.patches", "gi/cone/patches", PatchParams, BINDINGS);
 
 /// Part of the surface that emits, as a disc.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -228,7 +203,7 @@ impl ConeTracer {
     /// Adds the light of patches to what was gathered, each seen by a cone.
     pub fn patches(&self, frame: &mut Frame, gbuffer: &GBuffer, grid: &VoxelGrid, volume: Volume<'_>, patches: &EmissivePatches, result: &Arc<Image>) {
         let s = &self.settings;
-        let pass = volume.choose([&PATCHES, &PATCHES_SPARSE, &PATCHES_CLIPMAP]);
+        let pass = volume.choose(&PATCHES);
         for [first_patch, end_patch] in s.dispatches(grid, volume, patches.count) {
             let params = PatchParams {
                 grid: grid.row(),

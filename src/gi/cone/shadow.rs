@@ -3,11 +3,12 @@
 
 use std::sync::Arc;
 
-use super::{CLIPMAP, ConeTracer, DENSE, Output, SPARSE, Volume};
+use super::tracer::ConeTracer;
+use super::volume::{Output, Volume, VolumePass, volume_pass};
 use crate::gi::registry::{Part, Stage};
 use crate::gi::voxel::VoxelGrid;
 use crate::gpu_struct;
-use crate::graph::{Access, Binding, Frame, Image, Pass, Sets, Shaders};
+use crate::graph::{Access, Binding, Frame, Image};
 use crate::render::{GBuffer, GpuScene, screen_groups};
 
 gpu_struct! {
@@ -46,34 +47,8 @@ const BINDINGS: [Binding; 5] = [
     Binding::image("direct", Access::ComputeReadWrite),
 ];
 
-static DENSE_BINDINGS: [Binding; 8] = {
-    let ([a, b, c, d, e], [voxels, matter, faces]) = (BINDINGS, DENSE);
-    [a, b, c, d, e, voxels, matter, faces]
-};
-
-static SPARSE_BINDINGS: [Binding; 8] = {
-    let ([a, b, c, d, e], [nodes, bricks, normals]) = (BINDINGS, SPARSE);
-    [a, b, c, d, e, nodes, bricks, normals]
-};
-
-static CLIPMAP_BINDINGS: [Binding; 8] = {
-    let ([a, b, c, d, e], [levels, clipmap, top]) = (BINDINGS, CLIPMAP);
-    [a, b, c, d, e, levels, clipmap, top]
-};
-
-const fn shadow_pass(shader: &'static str, bindings: &'static [Binding]) -> Pass {
-    Pass { name: "cone.shadow", shaders: Shaders::Compute(shader), bindings, push_bytes: size_of::<ShadowConeParams>() as u32, sets: Sets::Scene }
-}
-
-/// L = Σ (ρ/π + f_s) E (n·ω) V over the lights. Reads the G-buffer and a dense radiance volume with mips, writes RGBA32F as `render.direct` does; a thread a
-/// pixel.
-pub static SHADOW: Pass = shadow_pass("gi/cone/shadow.comp", &DENSE_BINDINGS);
-
-/// As [`SHADOW`], through a sparse voxel octree.
-pub static SHADOW_SPARSE: Pass = shadow_pass("gi/cone/shadow_svo.comp", &SPARSE_BINDINGS);
-
-/// As [`SHADOW`], through the levels of a clipmap.
-pub static SHADOW_CLIPMAP: Pass = shadow_pass("gi/cone/shadow_clipmap.comp", &CLIPMAP_BINDINGS);
+/// L = Σ (ρ/π + f_s) E (n·ω) V over the lights. Reads the G-buffer and a volume, writes RGBA32F as `render.direct` does; a thread a pixel.
+pub static SHADOW: VolumePass = volume_pass!("cone.shadow", "gi/cone/shadow", ShadowConeParams, BINDINGS);
 
 /// Direct light by cones, and that of surfaces that emit.
 pub static SOFT_SHADOWS: Stage = Stage { name: "soft shadows", part: Part::Picture, passes: &["cone.shadow", "cone.patches"] };
@@ -83,7 +58,7 @@ impl ConeTracer {
     pub fn shadow(&self, frame: &mut Frame, scene: &GpuScene, gbuffer: &GBuffer, grid: &VoxelGrid, volume: Volume<'_>, direct: &Arc<Image>) {
         let Some(tan_half) = self.shadow_tan_half else { return };
         let s = &self.settings;
-        let pass = volume.choose([&SHADOW, &SHADOW_SPARSE, &SHADOW_CLIPMAP]);
+        let pass = volume.choose(&SHADOW);
         let specular = gbuffer.specular.as_ref().unwrap_or(&gbuffer.albedo);
         let mut dispatches = s.dispatches(grid, volume, scene.lights.len() as u32);
         if dispatches.is_empty() {

@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
-use super::{CLIPMAP, DENSE, FaceWeights, Output, SPARSE, VECTOR_LANES, Volume, face_turns};
+use super::tracer::{VECTOR_LANES, face_turns};
+use super::volume::{FaceWeights, Output, Volume, VolumePass, volume_pass};
 use crate::gi::voxel::VoxelGrid;
 use crate::gi::voxel::rays::LOOP_BUDGET;
 use crate::gpu_struct;
-use crate::graph::{Access, Binding, Frame, Image, Pass, Sets, Shaders};
+use crate::graph::{Access, Binding, Frame, Image};
 use crate::render::screen_groups;
 
 gpu_struct! {
@@ -27,35 +28,11 @@ gpu_struct! {
     }
 }
 
-const SEEN: Binding = Binding::image("seen_texels", Access::ComputeReadWrite);
+const BINDINGS: [Binding; 1] = [Binding::image("seen_texels", Access::ComputeReadWrite)];
 
-static DENSE_BINDINGS: [Binding; 4] = {
-    let [voxels, matter, faces] = DENSE;
-    [SEEN, voxels, matter, faces]
-};
-
-static SPARSE_BINDINGS: [Binding; 4] = {
-    let [nodes, bricks, normals] = SPARSE;
-    [SEEN, nodes, bricks, normals]
-};
-
-static CLIPMAP_BINDINGS: [Binding; 4] = {
-    let [levels, clipmap, top] = CLIPMAP;
-    [SEEN, levels, clipmap, top]
-};
-
-const fn view_pass(shader: &'static str, bindings: &'static [Binding]) -> Pass {
-    Pass { name: "cone.view", shaders: Shaders::Compute(shader), bindings, push_bytes: size_of::<ViewVoxelsParams>() as u32, sets: Sets::Scene }
-}
-
-/// Texels of a level of a dense volume, front to back along each pixel's ray. Writes RGBA32F, premultiplied by opacity; a thread a pixel.
-pub static VIEW: Pass = view_pass("gi/cone/view.comp", &DENSE_BINDINGS);
-
-/// As [`VIEW`], of a sparse voxel octree.
-pub static VIEW_SPARSE: Pass = view_pass("gi/cone/view_svo.comp", &SPARSE_BINDINGS);
-
-/// As [`VIEW`], of a clipmap; where a level is not there, of the finest one that is.
-pub static VIEW_CLIPMAP: Pass = view_pass("gi/cone/view_clipmap.comp", &CLIPMAP_BINDINGS);
+/// Texels of a level of a volume, front to back along each pixel's ray; where a level of a clipmap is not there, of the finest one that is. Writes RGBA32F,
+/// premultiplied by opacity; a thread a pixel.
+pub static VIEW: VolumePass = volume_pass!("cone.view", "gi/cone/view", ViewVoxelsParams, BINDINGS);
 
 /// A volume that can be looked at.
 pub struct VoxelVolume<'v> {
@@ -76,7 +53,7 @@ impl VoxelVolume<'_> {
         // A cell costs a turn of the march, and a turn a level of the loops that look for its texel.
         let turns = 2 + VECTOR_LANES + self.levels + face_turns(volume.directionality());
         let stretch = (LOOP_BUDGET / (3 * turns)) as f32 * 2f32.powi(level as i32);
-        let pass = volume.choose([&VIEW, &VIEW_SPARSE, &VIEW_CLIPMAP]);
+        let pass = volume.choose(&VIEW);
         let [width, height, _] = seen.extent(0);
         let mut begin_distance = 0.0;
         while begin_distance < 1.8 * grid.resolution as f32 {

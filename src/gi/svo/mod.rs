@@ -173,7 +173,7 @@ pub static ENTRY: Entry = Entry {
         &Stage { name: "specular", part: Part::Picture, passes: &["cone.specular"] },
         &cone::SOFT_SHADOWS,
     ],
-    directions: &[Directions { pass: &cone::GATHER_SPARSE, count: Some(cone::diffuse_count) }, Directions { pass: &cone::SPECULAR_SPARSE, count: None }],
+    directions: &[Directions { pass: &cone::GATHER.sparse, count: Some(cone::diffuse_count) }, Directions { pass: &cone::SPECULAR.sparse, count: None }],
     substitutions: &[cone::SUBSTITUTIONS, voxel::SUBSTITUTIONS],
     voxels: Some(voxel::list_voxels),
     make,

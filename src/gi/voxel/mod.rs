@@ -8,6 +8,7 @@ pub mod dynamic;
 pub mod export;
 mod grid;
 pub mod light;
+mod light_settings;
 mod list;
 mod lit;
 pub mod oracle;
@@ -21,10 +22,8 @@ pub mod window;
 pub use bounce::{BOUNCE_RAYS, Bounces, bounce_rays};
 pub use dynamic::DynamicVoxels;
 pub use grid::VoxelGrid;
-pub use light::{
-    Attenuation, CLEAR_LIGHT, INJECT_RSM, INJECT_RSM_SPARSE, Injection, LIGHT, LIGHT_DENSE, LightSettings, Occlusion, Sides, Viewer, VoxelLight, VoxelLookup,
-    VoxelRecords,
-};
+pub use light::{CLEAR_LIGHT, INJECT_RSM, INJECT_RSM_SPARSE, LIGHT, LIGHT_DENSE, VoxelLight, VoxelLookup, VoxelRecords};
+pub use light_settings::{Attenuation, Injection, LightSettings, Occlusion, Sides, Viewer};
 pub use list::{OccupiedVoxel, VoxelList, list_voxels};
 pub use lit::{LitVoxels, VoxelMap};
 pub use passes::{FRAGMENTS_COMPUTE, FRAGMENTS_RASTER, FRAGMENTS_RASTER_HW};

@@ -120,9 +120,9 @@ pub static ENTRY: Entry = Entry {
         &cone::SOFT_SHADOWS,
     ],
     directions: &[
-        Directions { pass: &cone::GATHER, count: Some(cone::diffuse_count) },
+        Directions { pass: &cone::GATHER.dense, count: Some(cone::diffuse_count) },
         Directions { pass: &voxel::GATHER_RAYS, count: Some(|settings| settings.count("rays")) },
-        Directions { pass: &cone::SPECULAR, count: None },
+        Directions { pass: &cone::SPECULAR.dense, count: None },
     ],
     substitutions: &[SUBSTITUTIONS, voxel::SUBSTITUTIONS],
     voxels: Some(voxel::list_voxels),
