@@ -4,11 +4,11 @@
 mod support;
 
 use glam::{DVec4, IVec3, Vec3};
+use lumivox::gi::Settings;
 use lumivox::gi::clipmap::{self, Layout};
 use lumivox::gi::cone::oracle::Volume;
 use lumivox::gi::voxel::{Method, VoxelBox, VoxelWindow, WindowScratch};
 use lumivox::gi::voxel_mips::oracle::{Filter, coarser, coarser_faces};
-use lumivox::gi::Settings;
 use lumivox::graph::Gpu;
 use lumivox::render::GpuScene;
 use lumivox::scene::Scene;
