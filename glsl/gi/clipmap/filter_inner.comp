@@ -1,6 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// clipmap.filter_inner: the texels of a level where the next finer one is shown whole, from its texels. A thread a texel.
+// clipmap.filter_inner: the texels of a level where the next finer one is shown whole, from its texels; towards the end of that, mixed with those of
+// the level's own voxels, so that little changes when it moves on. A thread a texel.
 layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
 
 #include "gi/voxel/prefilter.glsl"
@@ -17,6 +18,7 @@ layout(push_constant) uniform InnerParams {
     ivec4 first;         // xyz: first voxel of the box, modulo n; w: n
     int inner_level;     // this one
     int inner_edge;      // of the box [voxels]
+    int inner_ramp;      // over which both are mixed [voxels]
 } params;
 
 void main() {
@@ -24,6 +26,9 @@ void main() {
     ivec3 at = ivec3(gl_GlobalInvocationID);
     if (any(greaterThanEqual(at, ivec3(params.inner_edge)))) return;
     ivec3 voxel = params.first.xyz + at;
+    ivec3 inside = min(at, params.inner_edge - 1 - at);
+    float depth = float(min(inside.x, min(inside.y, inside.z))) + 0.5;
+    float own_share = max(1.0 - depth / float(params.inner_ramp), 0.0);
     int faces = 1;
     if (FACES) faces = 6;
     for (int face = 0; face < faces; ++face) {
@@ -38,6 +43,8 @@ void main() {
         } else {
             result = filter_eight(c, FILTER);
         }
-        store_texel(voxel & n - 1, face, params.inner_level, n, result);
+        vec4 own = imageLoad(clipmap, level_texel(voxel & n - 1, face, params.inner_level, n));
+        // What lies deeper has no voxels of its own here.
+        store_texel(voxel & n - 1, face, params.inner_level, n, own_share > 0.0 ? mix(result, own, own_share) : result);
     }
 }

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// clipmap.write_voxels: the radiance of a level's voxels, premultiplied by opacity, into its texels, but where the next finer level is shown
-// whole. A thread a voxel.
+// clipmap.write_voxels: the radiance of a level's voxels, premultiplied by opacity, into its texels, but where those of the next finer
+// level alone are shown. A thread a voxel.
 layout(local_size_x = 64) in;
 
 #include "gi/voxel/records.glsl"
@@ -17,7 +17,7 @@ layout(set = 1, binding = 2, rgba16f) uniform restrict writeonly image3D clipmap
 
 layout(push_constant) uniform WriteParams {
     ivec4 first;         // xyz: first voxel of the level modulo n; w: n
-    ivec4 inner;         // xyz: first voxel of the box that is made from the finer level, from the level's own; w: its edge
+    ivec4 core;          // xyz: first voxel of the box that is made from the finer level alone, from the level's own; w: its edge
     uint voxel_count;
     int clipmap_level;
 } params;
@@ -26,7 +26,7 @@ void main() {
     uint index = gl_GlobalInvocationID.x + gl_GlobalInvocationID.y * 4194240u;
     if (index >= params.voxel_count) return;
     ivec3 voxel = ivec3(voxel_coordinates(voxels[index].xy, voxels[index].z_area));
-    if (all(greaterThanEqual(voxel, params.inner.xyz)) && all(lessThan(voxel, params.inner.xyz + params.inner.w))) return;
+    if (all(greaterThanEqual(voxel, params.core.xyz)) && all(lessThan(voxel, params.core.xyz + params.core.w))) return;
     ivec3 texel = voxel + params.first.xyz & params.first.w - 1;
     int faces = 1;
     if (FACES) faces = 6;

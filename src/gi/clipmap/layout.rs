@@ -108,10 +108,15 @@ impl Layout {
     }
 
     /// The part of it that never fades, in voxels of the next coarser one: there that one's texels are made from the finer ones. Where it fades they are those of
-    /// voxels, as they are beyond it, so that nothing changes there when the finer level moves on.
+    /// voxels, as they are beyond it, so that nothing changes there when the finer level moves on, and over the first voxels inside they are mixed.
     pub fn inner(&self, finer: IVec3) -> VoxelBox {
         let margin = (UNSHARED + self.resolution.div_ceil(16)).div_ceil(2);
         VoxelBox::cube(finer / 2 + margin as i32, self.resolution / 2 - 2 * margin)
+    }
+
+    /// How far from the end of [`inner`](Self::inner) on texels of both levels are mixed (voxels).
+    pub fn ramp(&self) -> i32 {
+        self.resolution.div_ceil(8) as i32
     }
 }
 

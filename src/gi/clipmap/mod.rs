@@ -261,6 +261,10 @@ impl Clipmap {
     /// Adds the passes that make the texels of a level from its voxels and the next finer level.
     fn write_level(&self, frame: &mut Frame, index: usize) {
         let (level, inner) = (&self.levels[index], self.inner(index));
+        if let Some(inner) = inner {
+            // Texels that are mixed begin with those of voxels, where there are any.
+            self.volume.clear_box(frame, index as u32, inner);
+        }
         self.volume.write_voxels(frame, index as u32, level.place.first, inner, &level.window.voxels, &level.light);
         if let Some(inner) = inner {
             self.volume.filter_inner(frame, index as u32, inner);

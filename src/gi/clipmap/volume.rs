@@ -16,8 +16,8 @@ gpu_struct! {
     pub struct WriteParams {
         /// xyz: first voxel of the level modulo n; w: n.
         pub first: [i32; 4],
-        /// xyz: first voxel of the box that is made from the finer level, from the level's own; w: its edge.
-        pub inner: [i32; 4],
+        /// xyz: first voxel of the box that is made from the finer level alone, from the level's own; w: its edge.
+        pub core: [i32; 4],
         /// Number of voxels.
         pub voxel_count: u32,
         /// The level.
@@ -44,6 +44,8 @@ gpu_struct! {
         pub inner_level: i32,
         /// Edge of the box (voxels).
         pub inner_edge: i32,
+        /// Over which the finer level's texels and those of the level's own voxels are mixed (voxels).
+        pub inner_ramp: i32,
     }
 }
 
@@ -57,7 +59,7 @@ gpu_struct! {
     }
 }
 
-/// A level's voxels into its texels, but where the next finer level is shown whole. A thread a voxel.
+/// A level's voxels into its texels, but where those of the next finer level alone are shown. A thread a voxel.
 pub static WRITE_VOXELS: Pass = Pass {
     name: "clipmap.write_voxels",
     shaders: Shaders::Compute("gi/clipmap/write_voxels.comp"),
@@ -79,7 +81,7 @@ pub static CLEAR_BOX: Pass = Pass {
     sets: Sets::None,
 };
 
-/// Texels of a level where the next finer one is shown whole, from that one. A thread a texel.
+/// Texels of a level where the next finer one is shown whole, from that one; towards the end of that, mixed with those that are there. A thread a texel.
 pub static FILTER_INNER: Pass = Pass {
     name: "clipmap.filter_inner",
     shaders: Shaders::Compute("gi/clipmap/filter_inner.comp"),
@@ -190,21 +192,27 @@ impl ClipmapVolume {
             .dispatch(groups.to_array());
     }
 
-    /// Adds the pass that writes the voxels of a level that begins at `first`, except those in `inner`.
+    /// Adds the pass that writes the voxels of a level that begins at `first`, except those of `inner` that the finer level alone gives.
     pub fn write_voxels(&self, frame: &mut Frame, level: u32, first: IVec3, inner: Option<VoxelBox>, voxels: &Voxels, light: &VoxelLight) {
-        let inner = inner.map_or([0; 4], |inner| (inner.low - first).extend(inner.end.x - inner.low.x).to_array());
-        let params = WriteParams { first: self.wrap(first), inner, voxel_count: voxels.voxel_count, clipmap_level: level as i32 };
+        let ramp = self.layout.ramp();
+        let core = inner.map_or([0; 4], |inner| (inner.low - first + ramp).extend(inner.end.x - inner.low.x - 2 * ramp).to_array());
+        let params = WriteParams { first: self.wrap(first), core, voxel_count: voxels.voxel_count, clipmap_level: level as i32 };
         let pass = frame.pass(&WRITE_VOXELS).bind(&voxels.records).bind(&light.radiance).bind(&self.clipmap);
         pass.constants(&[self.has_faces(), u32::from(light.settings.stores_faces)]).push(&params).dispatch(linear_groups(voxels.voxel_count));
     }
 
-    /// Adds the pass that makes the texels of a level in `inner` from the next finer one.
+    /// Adds the pass that makes the texels of a level in `inner` from the next finer one, and from its own.
     pub fn filter_inner(&self, frame: &mut Frame, level: u32, inner: VoxelBox) {
         frame
             .pass(&FILTER_INNER)
             .bind(&self.clipmap)
             .constants(&[self.filter as u32, self.has_faces(), self.has_six(level - 1)])
-            .push(&InnerParams { first: self.wrap(inner.low), inner_level: level as i32, inner_edge: inner.end.x - inner.low.x })
+            .push(&InnerParams {
+                first: self.wrap(inner.low),
+                inner_level: level as i32,
+                inner_edge: inner.end.x - inner.low.x,
+                inner_ramp: self.layout.ramp(),
+            })
             .dispatch((inner.end - inner.low).as_uvec3().to_array().map(|edge| edge.div_ceil(4)));
     }
 
