@@ -34,6 +34,25 @@ fn each_hazard_has_its_barrier() {
 }
 
 #[test]
+fn what_is_known_does_not_grow_with_the_frames() {
+    let mips = Span { first: 0, count: 2 };
+    let image = |access| Use::image(2, mips, Span::one(0), access);
+    let upload = vec![vec![Use::buffer(1, TransferWrite), image(TransferWrite)]];
+    let frame = vec![
+        vec![Use::buffer(1, ComputeRead), image(ComputeSampled)],
+        vec![Use::buffer(1, RasterRead), image(RasterSampled)],
+        vec![Use::buffer(1, ComputeRead)],
+    ];
+    let (_, state) = plan(&upload, &State::default());
+    let (_, mut state) = plan(&frame, &state);
+    let known = format!("{state:?}");
+    for _ in 0..50 {
+        state = plan(&frame, &state).1;
+    }
+    assert_eq!(format!("{state:?}"), known);
+}
+
+#[test]
 fn a_write_after_reads_waits_for_all_of_them_and_flushes_nothing() {
     let barriers = buffer_plan(&[TransferWrite, ComputeRead, IndirectRead, ComputeWrite]);
     let last = barriers[3][0];

@@ -306,7 +306,10 @@ fn advance(slot: &mut Slot, need: &Need, hazard: Option<Hazard>, index: usize) {
         Some(_) => slot.visible.push(need.scope),
         None => {}
     }
-    slot.reads.push(past(need.scope.access));
+    // One read of each kind is enough to wait for, the latest last: what is only ever read would otherwise be known by every read of every frame.
+    let read = past(need.scope.access);
+    slot.reads.retain(|known| known.scope != read.scope);
+    slot.reads.push(read);
 }
 
 /// Joins barriers that are equal but for neighbouring layers, then those equal but for neighbouring mips.
