@@ -36,6 +36,17 @@ const BUSY_PERIOD: Duration = Duration::from_millis(80);
 /// A scene on its way.
 type Loading = (OsString, Receiver<Result<Scene, SceneError>>);
 
+/// What a frame of the window showed.
+#[derive(Clone, Copy)]
+pub(super) struct Seen {
+    /// The job that the picture is of.
+    pub(super) job: u64,
+    /// When the picture was there.
+    pub(super) ready: Instant,
+    /// The frame.
+    pub(super) frame: u64,
+}
+
 /// Everything.
 pub(super) struct App {
     pub(super) options: Options,
@@ -57,6 +68,10 @@ pub(super) struct App {
     /// When frames of the last second were drawn.
     drawn: VecDeque<Instant>,
     pub(super) frames: u64,
+    /// When the frame that is being made began.
+    pub(super) frame_began: Instant,
+    /// The left picture of the last frame that was drawn.
+    pub(super) seen: Option<Seen>,
     redraw_at: Option<Instant>,
     last_quick: Duration,
     pub(super) closing: bool,
@@ -104,6 +119,8 @@ impl App {
             capture: None,
             drawn: VecDeque::new(),
             frames: 0,
+            frame_began: Instant::now(),
+            seen: None,
             redraw_at: None,
             last_quick: Duration::MAX,
             closing: false,
@@ -140,6 +157,7 @@ impl App {
 
     /// One frame of the window.
     fn frame(&mut self, event_loop: &ActiveEventLoop) -> Result<(), ViewError> {
+        self.frame_began = Instant::now();
         self.receive(Duration::ZERO);
         if self.driver.is_some() {
             self.drive()?;
@@ -154,6 +172,8 @@ impl App {
             return Ok(());
         }
         self.stage.update(&self.ctx, &self.session);
+        let newest = self.session.newest[0].as_ref().filter(|newest| self.stage.shows(newest.version));
+        let seen = newest.map(|newest| Seen { job: newest.picture.job, ready: newest.picture.ready, frame: self.frames });
         let mut input = window.egui.take_egui_input(&window.raw);
         if let Some(driver) = &mut self.driver {
             driver.add_input(&mut input);
@@ -185,6 +205,7 @@ impl App {
             Shown::Nothing => self.redraw_at = Some(Instant::now()),
             shown => {
                 self.count_frame();
+                self.seen = seen;
                 if let (Shown::Captured(capture), Some(path)) = (shown, self.capture.take()) {
                     let [width, height] = capture.size;
                     let written = image::save_buffer_with_format(&path, &capture.rgb, width, height, image::ExtendedColorType::Rgb8, image::ImageFormat::Png);
@@ -259,7 +280,7 @@ impl App {
                 source.to_str().into_iter().for_each(|source| self.remembered.add_recent(source));
                 self.session.open(source, scene);
             }
-            Err(error) => self.session.problem = Some(error.to_string()),
+            Err(error) => self.session.scene_problem = Some(error.to_string()),
         }
     }
 
@@ -315,6 +336,7 @@ impl App {
     /// Loads a scene on a thread of its own.
     pub(super) fn open(&mut self, source: OsString) {
         let (send, receiver) = channel();
+        self.session.scene_problem = None;
         let options = LoadOptions { allow_missing_textures: self.session.allow_missing_textures };
         let (name, proxy) = (source.clone(), self.proxy.clone());
         let work = move || {
@@ -327,7 +349,7 @@ impl App {
                 self.session.note = format!("loading {}", source.to_string_lossy());
                 self.loading = Some((source, receiver));
             }
-            Err(error) => self.session.problem = Some(format!("a thread cannot be started: {error}")),
+            Err(error) => self.session.scene_problem = Some(format!("a thread cannot be started: {error}")),
         }
     }
 

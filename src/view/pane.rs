@@ -1,5 +1,7 @@
 //! One side of the window, on the render thread: a renderer that is kept for as long as it fits.
 
+use std::time::Instant;
+
 use super::views::{Source, VIEWS, View};
 use super::worker::{Job, PaneJob, Picture};
 use crate::frame::{FrameSettings, Renderer};
@@ -148,6 +150,7 @@ impl<'g> Pane<'g> {
             stats,
             build: self.build.take(),
             wall_ms: 0.0,
+            ready: Instant::now(),
             counts: self.renderer.counts()?,
             layers: self.layers(view),
             memory: gpu.memory(),

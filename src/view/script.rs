@@ -12,7 +12,7 @@ pub enum Action {
     Frames(u32),
     /// `still`: wait until the full picture is there.
     Still,
-    /// `reference N`: wait until the reference has so many samples a pixel.
+    /// `reference N`: wait until the reference has so many samples a pixel, after which it rests.
     Reference(u32),
     /// `resize W H`: ask for this size of the window (px), and wait for it.
     Resize(u32, u32),
@@ -30,6 +30,8 @@ pub enum Action {
     Section(String),
     /// `help on|off`: the keyboard overview.
     Help(bool),
+    /// `times on|off`: what is different every time, in the status line.
+    Times(bool),
     /// `load SCENE`, and wait for it.
     Load(String),
     /// `technique left|right NAME [PRESET]`.
@@ -50,6 +52,12 @@ pub enum Action {
     Drag([f32; 4]),
     /// `key NAME`: press and release it, as egui names it.
     Key(String),
+    /// `type TEXT`: into what has the focus.
+    Type(String),
+    /// `browse`: open the dialog for scenes.
+    Browse,
+    /// `opened FILE`: wait until that is the scene; its end is enough.
+    Opened(PathBuf),
     /// `light move INDEX DX DY DZ`: (m).
     MoveLight(usize, [f32; 3]),
     /// `light add`.
@@ -118,6 +126,7 @@ fn action(text: &str) -> Option<Action> {
         ["panels", word] => Action::Panels(switch(word)?),
         ["section", name] => Action::Section(name.to_owned()),
         ["help", word] => Action::Help(switch(word)?),
+        ["times", word] => Action::Times(switch(word)?),
         ["load", ..] => Action::Load(text["load".len()..].trim().to_owned()),
         ["technique", which, name] => Action::Technique(side(which)?, name.to_owned(), None),
         ["technique", which, name, preset] => Action::Technique(side(which)?, name.to_owned(), Some(preset.to_owned())),
@@ -130,6 +139,9 @@ fn action(text: &str) -> Option<Action> {
         ["component", name, word] => Action::Component(name.to_owned(), switch(word)?),
         ["drag", a, b, c, d] => Action::Drag([number(a)?, number(b)?, number(c)?, number(d)?]),
         ["key", name] => Action::Key(name.to_owned()),
+        ["type", ..] => Action::Type(text["type".len()..].trim().to_owned()),
+        ["browse"] => Action::Browse,
+        ["opened", ..] => Action::Opened(text["opened".len()..].trim().into()),
         ["light", "move", index, x, y, z] => Action::MoveLight(index.parse().ok()?, [number(x)?, number(y)?, number(z)?]),
         ["light", "add"] => Action::AddLight,
         ["copy", from, to] => Action::Copy(from.into(), to.into()),

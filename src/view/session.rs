@@ -9,7 +9,7 @@ use glam::Vec3;
 
 use super::camera::Controls;
 use super::picture::{Components, Look, ToneMap};
-use super::truth::{Truth, TruthJob};
+use super::truth::{MOST_SAMPLES, Truth, TruthJob};
 use super::views::VIEWS;
 use super::worker::{Job, PaneJob, Picture};
 use crate::gi::registry::Entry;
@@ -125,6 +125,8 @@ pub(super) struct Session {
     pub(super) problem: Option<String>,
     /// What the last shader that was compiled said.
     pub(super) shader: Option<Result<String, String>>,
+    /// Why the scene that was last asked for could not be opened; pictures of the one before do not undo it.
+    pub(super) scene_problem: Option<String>,
     /// What was last done, for the status line.
     pub(super) note: String,
     pub(super) newest: [Option<Newest>; 2],
@@ -134,6 +136,8 @@ pub(super) struct Session {
     pub(super) truth: Option<Truth>,
     asked: Option<Job>,
     truth_asked: Option<u64>,
+    /// Samples after which the reference rests.
+    most_samples: u32,
     changed_at: Instant,
     pictures: u64,
 }
@@ -163,6 +167,7 @@ impl Session {
             device: String::new(),
             problem: None,
             shader: None,
+            scene_problem: None,
             note: String::new(),
             newest: [None, None],
             history: Default::default(),
@@ -170,6 +175,7 @@ impl Session {
             truth: None,
             asked: None,
             truth_asked: None,
+            most_samples: MOST_SAMPLES,
             changed_at: Instant::now(),
             pictures: 0,
         }
@@ -256,7 +262,23 @@ impl Session {
         let pane = job.panes.first()?;
         let bounces = (pane.entry.bounces)(&pane.settings).map_or(Bounces::Full, Bounces::Count);
         let (scene, lights) = (Arc::clone(&job.scene.1), Arc::clone(&job.lights));
-        Some(Some(TruthJob { id: job.id, scene, lights, environment: job.environment, camera: job.camera, size: job.size, bounces }))
+        Some(Some(TruthJob {
+            id: job.id,
+            scene,
+            lights,
+            environment: job.environment,
+            camera: job.camera,
+            size: job.size,
+            bounces,
+            most_samples: self.most_samples,
+        }))
+    }
+
+    /// From now on the reference rests after so many samples; one that has been asked for starts over.
+    pub(super) fn set_most_samples(&mut self, most: u32) {
+        if self.most_samples != most {
+            (self.most_samples, self.truth_asked) = (most, None);
+        }
     }
 
     /// Asks for everything anew: the shaders changed.
@@ -290,10 +312,9 @@ impl Session {
         self.pictures
     }
 
-    /// Whether the left picture is of what is asked for, in full or not.
-    pub(super) fn is_current(&self) -> bool {
-        let job = self.asked.as_ref().map(|job| job.id);
-        self.newest[0].as_ref().is_some_and(|newest| Some(newest.picture.job) == job)
+    /// The number of the job that is asked for; another one with every change.
+    pub(super) fn asked_job(&self) -> Option<u64> {
+        self.asked.as_ref().map(|job| job.id)
     }
 
     /// Whether nothing is left to do: all sides show the full picture of what is asked for, and the settings are possible.
@@ -301,6 +322,11 @@ impl Session {
         let Some(asked) = self.asked.as_ref().filter(|job| job.rest) else { return false };
         let done = |newest: &Option<Newest>| newest.as_ref().is_some_and(|newest| newest.picture.job == asked.id && newest.picture.is_full);
         asked.size == self.size && self.newest[..asked.panes.len()].iter().all(done)
+    }
+
+    /// What is wrong, the scene first.
+    pub(super) fn any_problem(&self) -> Option<&String> {
+        self.scene_problem.as_ref().or(self.problem.as_ref())
     }
 
     /// Whether something failed for good.

@@ -26,6 +26,8 @@ pub(super) struct TruthJob {
     pub(super) size: [u32; 2],
     /// Number of bounces: that of the technique.
     pub(super) bounces: Bounces,
+    /// Samples after which it rests.
+    pub(super) most_samples: u32,
 }
 
 /// What there is of it so far.
@@ -39,8 +41,8 @@ pub(super) struct Truth {
     pub(super) samples: u32,
 }
 
-/// Samples after which it rests.
-const MOST_SAMPLES: u32 = 4096;
+/// Samples after which the reference rests, unless a script says otherwise.
+pub(super) const MOST_SAMPLES: u32 = 4096;
 
 #[derive(Default)]
 struct Inbox {
@@ -123,7 +125,7 @@ fn work(shared: &Shared, notify: &dyn Fn()) {
     loop {
         {
             let mut inbox = shared.inbox();
-            let rests = |sum: &Option<Sum>| sum.as_ref().is_none_or(|sum| sum.samples >= MOST_SAMPLES);
+            let rests = |sum: &Option<Sum>| sum.as_ref().is_none_or(|sum| sum.samples >= sum.job.most_samples);
             while !inbox.quit && inbox.job.is_none() && rests(&sum) {
                 inbox = shared.wake.wait(inbox).unwrap_or_else(PoisonError::into_inner);
             }
@@ -153,9 +155,9 @@ impl Sum {
         Sum { job, scene, sum, samples: 0 }
     }
 
-    /// Adds a round, of as many samples as there are, at most 16.
+    /// Adds a round, of as many samples as there are, at most 16 and as many as are left.
     fn refine(&mut self) -> Result<Truth, String> {
-        let spp = self.samples.clamp(1, 16);
+        let spp = self.samples.clamp(1, 16).min(self.job.most_samples.saturating_sub(self.samples).max(1));
         let [width, height] = self.job.size;
         let sampling = Sampling::Fixed { spp };
         let settings = reference::Settings { width, height, bounces: self.job.bounces, filter: Filter::Center, sampling, seed: u64::from(self.samples) };

@@ -75,6 +75,8 @@ pub(super) struct Picture {
     pub(super) build: Option<FrameStats>,
     /// The frame with its reading back (ms).
     pub(super) wall_ms: f64,
+    /// When the window could first take it.
+    pub(super) ready: Instant,
     /// Counts by name.
     pub(super) counts: Vec<(&'static str, u64)>,
     /// How many light maps or levels the view has.
@@ -196,8 +198,14 @@ impl Drop for Worker {
 }
 
 fn work(shared: &Shared, options: &GpuOptions, notify: &dyn Fn()) {
-    let send = |event: Event| {
-        shared.events.lock().unwrap_or_else(PoisonError::into_inner).push(event);
+    let send = |mut event: Event| {
+        let mut events = shared.events.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Event::Picture(picture) = &mut event {
+            // Under the lock, so that whoever looks later finds it.
+            picture.ready = Instant::now();
+        }
+        events.push(event);
+        drop(events);
         shared.answered.notify_one();
         notify();
     };

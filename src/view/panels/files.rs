@@ -1,8 +1,9 @@
 //! Scenes in, pictures and texts out.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use egui::{RichText, TextEdit, Ui};
+use egui::{Align2, Context, Key, Modifiers, RichText, TextEdit, Ui};
+use egui_file_dialog::{FileDialog, FileDialogKeyBindings, KeyBinding};
 
 use super::{Request, Scope};
 use crate::scene::bundled;
@@ -15,21 +16,18 @@ pub(super) fn show(ui: &mut Ui, scope: &mut Scope<'_>) {
     ui.horizontal(|ui| {
         let width = ui.available_width() - 96.0;
         let hint = "scene.toml, model.obj, bundled:NAME";
-        let typed = ui.add(TextEdit::singleline(&mut scope.panels.scene_path).hint_text(hint).desired_width(width));
-        let entered = typed.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
+        let typed = ui.add(TextEdit::singleline(&mut scope.panels.scene_path).hint_text(hint).desired_width(width)).on_hover_text("Ctrl+L");
+        if std::mem::take(&mut scope.panels.wants_path) {
+            typed.request_focus();
+        }
+        let entered = typed.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
         if (ui.button("open").clicked() || entered) && !scope.panels.scene_path.trim().is_empty() {
             scope.requests.push(Request::Open(scope.panels.scene_path.trim().into()));
         }
-        if ui.button("…").on_hover_text("browse folders; files can also be dropped on the window").clicked() {
-            scope.panels.browsing = match scope.panels.browsing.take() {
-                Some(_) => None,
-                None => std::env::current_dir().ok(),
-            };
+        if ui.button("…").on_hover_text("Ctrl+O: browse; files can also be dropped on the window").clicked() {
+            scope.panels.browse(ui.ctx());
         }
     });
-    if let Some(folder) = scope.panels.browsing.clone() {
-        browse(ui, scope, &folder);
-    }
     ui.horizontal(|ui| {
         ui.menu_button("bundled scenes …", |ui| {
             for scene in bundled::TABLE {
@@ -80,34 +78,31 @@ pub(super) fn window_path() -> PathBuf {
     PathBuf::from("lumivox-window.png")
 }
 
-fn browse(ui: &mut Ui, scope: &mut Scope<'_>, folder: &Path) {
-    ui.label(RichText::new(folder.display().to_string()).weak());
-    let mut entries: Vec<(bool, String)> = Vec::new();
-    for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
-        let name = entry.file_name().to_string_lossy().into_owned();
-        let is_folder = entry.path().is_dir();
-        let lower = name.to_lowercase();
-        if !name.starts_with('.') && (is_folder || lower.ends_with(".toml") || lower.ends_with(".obj")) {
-            entries.push((!is_folder, name));
-        }
+/// The dialog that browses for a scene.
+pub(super) fn dialog() -> FileDialog {
+    let keys = FileDialogKeyBindings {
+        edit_path: vec![KeyBinding::key(Key::Slash), KeyBinding::keyboard_shortcut(Modifiers::COMMAND, Key::L)],
+        new_folder: Vec::new(),
+        ..FileDialogKeyBindings::default()
+    };
+    FileDialog::new()
+        .title("Open a scene")
+        .add_file_filter_extensions(SCENES, vec!["toml", "obj"])
+        .default_file_filter(SCENES)
+        .keybindings(keys)
+        .show_new_folder_button(false)
+        .anchor(Align2::CENTER_CENTER, [0.0, 0.0])
+        .as_modal(true)
+}
+
+/// Name of the dialog's filter.
+const SCENES: &str = "scenes (.toml, .obj)";
+
+/// Draws the dialog where it is open, and opens what was chosen.
+pub(super) fn show_dialog(ctx: &Context, scope: &mut Scope<'_>) {
+    let dialog = &mut scope.panels.dialog;
+    dialog.update(ctx);
+    if let Some(path) = dialog.take_picked() {
+        scope.requests.push(Request::Open(path.into()));
     }
-    entries.sort();
-    egui::ScrollArea::vertical().id_salt("browse").max_height(160.0).show(ui, |ui| {
-        if folder.parent().is_some() && ui.selectable_label(false, "..").clicked() {
-            scope.panels.browsing = folder.parent().map(Path::to_owned);
-        }
-        for (is_file, name) in entries {
-            let text = if is_file { name.clone() } else { format!("{name}/") };
-            if !ui.selectable_label(false, text).clicked() {
-                continue;
-            }
-            let path = folder.join(&name);
-            if is_file {
-                scope.requests.push(Request::Open(path.into()));
-                scope.panels.browsing = None;
-            } else {
-                scope.panels.browsing = Some(path);
-            }
-        }
-    });
 }

@@ -21,6 +21,8 @@ const KEYS: &[(&str, &str)] = &[
     ("< >", "move the divider"),
     ("V, Shift+V", "next view, view before"),
     ("[ ]", "exposure down, up by a quarter stop"),
+    ("Ctrl+O", "browse for a scene (/ types a path there)"),
+    ("Ctrl+L", "type a scene's path or name"),
     ("Ctrl+C", "copy the `lumivox render` command"),
     ("Ctrl+T", "copy the camera as TOML"),
     ("Ctrl+S", "save the picture"),

@@ -26,7 +26,7 @@ pub(super) fn keys(ctx: &Context, scope: &mut Scope<'_>) {
         scope.panels.help ^= true;
     }
     if pressed(Key::Escape) {
-        scope.panels.help = false;
+        (scope.panels.help, session.scene_problem) = (false, None);
     }
     if pressed(Key::C) {
         session.compare = match session.compare {
@@ -64,6 +64,12 @@ fn commands(ctx: &Context, scope: &mut Scope<'_>) {
     }
     if command(Key::S) {
         scope.requests.push(Request::Save(scope.panels.save_path.trim().into()));
+    }
+    if command(Key::O) {
+        scope.panels.browse(ctx);
+    }
+    if command(Key::L) {
+        (scope.remembered.panels, scope.panels.open[0], scope.panels.wants_path) = (true, true, true);
     }
     if command(Key::Q) {
         scope.requests.push(Request::Quit);

@@ -13,6 +13,7 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 
 use egui::{CollapsingHeader, Context, Rect, RichText, ScrollArea, SidePanel, TopBottomPanel, Ui};
+use egui_file_dialog::{DialogState, FileDialog};
 
 use super::session::Session;
 use super::store::Remembered;
@@ -48,12 +49,16 @@ pub(super) struct Panels {
     /// Which sections are open.
     pub(super) open: [bool; SECTIONS.len()],
     pub(super) help: bool,
+    /// Whether the status line tells times and rates.
+    pub(super) times: bool,
     /// Path of the scene to open, as typed.
     pub(super) scene_path: String,
     /// Path of the picture to save, as typed.
     pub(super) save_path: String,
-    /// The folder that is browsed, where one is.
-    pub(super) browsing: Option<PathBuf>,
+    /// Whether that path is about to be typed.
+    pub(super) wants_path: bool,
+    /// Browses for a scene.
+    pub(super) dialog: FileDialog,
     /// Where the picture is (points).
     pub(super) picture: Rect,
     /// What is under the pointer.
@@ -66,7 +71,28 @@ impl Default for Panels {
     fn default() -> Self {
         let open = SECTIONS.map(|section| matches!(section, "Compare" | "Technique" | "Picture"));
         let (scene_path, save_path) = (String::new(), "lumivox.png".to_owned());
-        Panels { open, help: false, scene_path, save_path, browsing: None, picture: Rect::NOTHING, readout: String::new(), held: false }
+        Panels {
+            open,
+            help: false,
+            times: true,
+            scene_path,
+            save_path,
+            wants_path: false,
+            dialog: files::dialog(),
+            picture: Rect::NOTHING,
+            readout: String::new(),
+            held: false,
+        }
+    }
+}
+
+impl Panels {
+    /// Opens the dialog, as large as the window allows.
+    pub(super) fn browse(&mut self, ctx: &Context) {
+        // Its bars and margins are not counted.
+        let most = ctx.content_rect().size() - egui::vec2(40.0, 90.0);
+        self.dialog.config_mut().default_size = most.min(egui::vec2(720.0, 420.0));
+        self.dialog.pick_file();
     }
 }
 
@@ -106,7 +132,10 @@ pub(super) struct Scope<'s> {
 /// Draws everything.
 pub(super) fn show(ctx: &Context, scope: &mut Scope<'_>, stage: &Stage) {
     scope.panels.held = false;
-    input::keys(ctx, scope);
+    // What is typed into the dialog moves no camera.
+    if !matches!(scope.panels.dialog.state(), DialogState::Open) {
+        input::keys(ctx, scope);
+    }
     // What is smaller than this is a thumbnail: the picture alone.
     let is_roomy = ctx.content_rect().width() >= 420.0 && ctx.content_rect().height() >= 200.0;
     if scope.remembered.panels && is_roomy {
@@ -121,7 +150,14 @@ pub(super) fn show(ctx: &Context, scope: &mut Scope<'_>, stage: &Stage) {
         });
     }
     stage.show(ctx, scope);
+    if let Some(problem) = scope.session.any_problem().filter(|_| !(scope.remembered.panels && is_roomy)) {
+        // Where there is no status line to tell it.
+        egui::Area::new("problem".into()).anchor(egui::Align2::LEFT_BOTTOM, [6.0, -6.0]).interactable(false).show(ctx, |ui| {
+            egui::Frame::popup(ui.style()).show(ui, |ui| ui.label(RichText::new(problem).color(ui.visuals().error_fg_color)));
+        });
+    }
     help::show(ctx, &mut scope.panels.help);
+    files::show_dialog(ctx, scope);
 }
 
 fn section(ui: &mut Ui, scope: &mut Scope<'_>, index: usize) {
@@ -152,11 +188,14 @@ fn status(ui: &mut Ui, scope: &mut Scope<'_>) {
             let picture = &newest.picture;
             let [width, height] = session.size;
             let quality = if picture.is_full { "full" } else { "quick" };
-            ui.label(format!("{width}×{height} {quality}, {:.1} ms", picture.stats.total_ms()));
+            let time = if scope.panels.times { format!(", {:.1} ms", picture.stats.total_ms()) } else { String::new() };
+            ui.label(format!("{width}×{height} {quality}{time}"));
         }
-        ui.label(format!("{:.0}/s", scope.rate)).on_hover_text("how often the window was drawn in the last second");
+        if scope.panels.times {
+            ui.label(format!("{:.0}/s", scope.rate)).on_hover_text("how often the window was drawn in the last second");
+        }
         ui.separator();
-        match (&session.problem, &session.shader) {
+        match (session.any_problem(), &session.shader) {
             (Some(problem), _) => drop(ui.add(egui::Label::new(RichText::new(problem).color(ui.visuals().error_fg_color)).truncate())),
             (None, Some(Err(error))) => drop(ui.add(egui::Label::new(RichText::new(error).color(ui.visuals().error_fg_color)).truncate())),
             _ if !scope.panels.readout.is_empty() => drop(ui.add(egui::Label::new(&scope.panels.readout).truncate())),

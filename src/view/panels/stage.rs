@@ -66,6 +66,11 @@ impl Stage {
         }
     }
 
+    /// Whether the left side is the picture of this version.
+    pub(in crate::view) fn shows(&self, version: u64) -> bool {
+        self.sides[0].as_ref().is_some_and(|side| side.of.0 == version)
+    }
+
     /// Draws the picture and lets the mouse act on it.
     pub(super) fn show(&self, ctx: &Context, scope: &mut Scope<'_>) {
         egui::CentralPanel::default().frame(egui::Frame::NONE.fill(Color32::from_gray(12))).show(ctx, |ui| {
