@@ -6,14 +6,14 @@
 
 mod support;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use glam::Vec3;
 use lumivox::image::{Image, write_png};
-use lumivox::metrics::{Flip, exposure_of, flip};
 use lumivox::scene::{LoadOptions, Scene};
+use support::golden::{distance, is_close, is_update, judge, quantized, read_golden};
 use support::gpu;
-use support::technique::{Case, cases, frame, shoot, write_failure};
+use support::technique::{Case, cases, frame, shoot};
 
 /// Scene, and the size of its picture (px).
 const SCENES: &[(&str, &str, [u32; 2])] = &[
@@ -26,27 +26,8 @@ const SCENES: &[(&str, &str, [u32; 2])] = &[
 
 const SETTINGS: &[(&str, &str)] = &[("resolution", "64")];
 
-/// Measured between two runs: 0 in all three; between two processors (llvmpipe compiles for each): up to 0.0057, 0.035 and 0.007, in the atrium.
-const FLIP_MEAN: f32 = 0.008;
-const FLIP_P99: f32 = 0.05;
-const REL_RMSE: f64 = 0.02;
-
 fn golden_path(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests").join("golden").join(format!("{name}.png"))
-}
-
-/// A golden picture is sRGB with 8 bits; this is what it stands for, before exposure.
-fn linear(pixel: [u8; 3], exposure: f32) -> Vec3 {
-    let decode = |value: u8| {
-        let value = f32::from(value) / 255.0;
-        if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
-    };
-    Vec3::from(pixel.map(decode)) / exposure
-}
-
-fn quantized(image: &Image, exposure: f32) -> Image {
-    let encode = |value: f32| lumivox::image::srgb_from_linear(value * exposure);
-    Image::from_fn(image.width, image.height, |i| linear(image.pixels[i].to_array().map(encode), exposure))
+    support::golden::golden_path("golden", name)
 }
 
 /// Exposure is fixed for a scene, so that it is not what changes.
@@ -57,58 +38,20 @@ fn exposure(scene: &str) -> f32 {
     }
 }
 
-/// ꟻLIP and relative RMSE of two pictures that were quantized alike.
-fn distance(image: &Image, golden: &Image) -> (Flip, f64) {
-    let flip = flip(image, golden, exposure_of(golden)).unwrap();
-    let errors = lumivox::metrics::compare(image, golden, None, lumivox::metrics::Channel::Rgb).unwrap();
-    (flip, errors.pixel.rel_rmse)
-}
-
-fn is_close((flip, rel_rmse): &(Flip, f64)) -> bool {
-    flip.mean <= FLIP_MEAN && flip.p99 <= FLIP_P99 && *rel_rmse <= REL_RMSE
-}
-
-fn read_golden(path: &Path, exposure: f32) -> Option<Image> {
-    let picture = image::open(path).ok()?.to_rgb8();
-    let pixels = picture.pixels().map(|pixel| linear(pixel.0, exposure)).collect();
-    Some(Image { width: picture.width(), height: picture.height(), pixels })
-}
-
-/// What is wrong with a picture, if anything.
-fn judge(name: &str, image: &Image, exposure: f32) -> Option<String> {
-    let seen = quantized(image, exposure);
-    let Some(golden) = read_golden(&golden_path(name), exposure) else {
-        write_failure(&format!("golden.{name}"), image, None, exposure, "there is no golden picture");
-        return Some(format!("{name}: there is no golden picture; look at tests/failures, then run tools/golden update"));
-    };
-    if golden.size() != seen.size() {
-        return Some(format!("{name}: the golden picture has another size"));
-    }
-    let found = distance(&seen, &golden);
-    println!("{name}: flip mean {:.5}, p99 {:.5}, rel_rmse {:.5}", found.0.mean, found.0.p99, found.1);
-    if is_close(&found) {
-        return None;
-    }
-    let numbers = format!("flip mean {:.5} (at most {FLIP_MEAN}), p99 {:.5} ({FLIP_P99}), rel_rmse {:.5} ({REL_RMSE})", found.0.mean, found.0.p99, found.1);
-    write_failure(&format!("golden.{name}"), &seen, Some(&golden), exposure, &numbers);
-    Some(format!("{name}: {numbers}"))
-}
-
 #[test]
 fn pictures_are_as_they_were() {
     let gpu = gpu();
-    let update = std::env::var_os("LUMIVOX_GOLDEN").is_some_and(|value| value == "update");
     let mut wrong = Vec::new();
     for (scene_name, source, [width, height]) in SCENES {
         let scene = Scene::open(source, &LoadOptions::default()).unwrap();
         for case in cases() {
             let name = format!("{}.{scene_name}", Case::name(&case));
             let image = shoot(&gpu, &scene, &case, SETTINGS, frame(*width, *height, 512)).unwrap().full;
-            if update {
+            if is_update() {
                 write_png(&golden_path(&name), &image, exposure(scene_name)).unwrap();
                 continue;
             }
-            wrong.extend(judge(&name, &image, exposure(scene_name)));
+            wrong.extend(judge("golden", &name, &image, exposure(scene_name)));
         }
     }
     assert!(wrong.is_empty(), "{}\nsee tests/failures; tools/golden shows and updates", wrong.join("\n"));

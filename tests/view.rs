@@ -5,69 +5,14 @@ mod support;
 
 use std::ffi::OsString;
 use std::fmt::Write as _;
-use std::io::{BufRead as _, BufReader};
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
-use std::time::Duration;
+use std::process::Command;
 
 use lumivox::gi::registry::TECHNIQUES;
 use lumivox::gi::settings::Domain;
-use lumivox::view::{parse_script, view_names};
-use support::program::{Ran, check_error, lumivox, lumivox_within};
-
-/// Scripts give up by themselves where something does not come.
-const TIMEOUT: Duration = Duration::from_secs(600);
-
-/// A display of its own, with a window manager where one is installed; ended on drop.
-struct Display {
-    name: String,
-    server: Child,
-    manager: Option<Child>,
-}
-
-impl Display {
-    /// `None`, and a word about it, where there is no Xvfb.
-    fn start() -> Option<Display> {
-        let mut command = Command::new("Xvfb");
-        command.args(["-displayfd", "1", "-screen", "0", "1280x800x24", "-nolisten", "tcp"]).stdout(Stdio::piped()).stderr(Stdio::null());
-        let Ok(mut server) = command.spawn() else {
-            eprintln!("SKIPPED: Xvfb is not installed; run tools/setup");
-            return None;
-        };
-        let mut line = String::new();
-        BufReader::new(server.stdout.take().unwrap()).read_line(&mut line).unwrap();
-        let name = format!(":{}", line.trim());
-        let mut manager = Command::new("openbox");
-        manager.args(["--sm-disable"]).env("DISPLAY", &name).stdout(Stdio::null()).stderr(Stdio::null());
-        let manager = manager.spawn().inspect_err(|_| eprintln!("SKIPPED: openbox is not installed, so windows are not minimised; run tools/setup")).ok();
-        // It takes over windows that are there already; only minimising needs it to be.
-        std::thread::sleep(Duration::from_millis(300));
-        Some(Display { name, server, manager })
-    }
-
-    /// Runs a script in a window.
-    fn view(&self, folder: &Path, arguments: &[&str], script: &str) -> Ran {
-        parse_script(script).unwrap();
-        std::fs::write(folder.join("script.txt"), script).unwrap();
-        let mut all: Vec<OsString> = ["--quiet", "view", "--script", "script.txt"].map(OsString::from).to_vec();
-        all.extend(arguments.iter().map(OsString::from));
-        // A minute where nothing else runs.
-        lumivox_within(TIMEOUT, folder, &all, &[("DISPLAY", &self.name), ("WAYLAND_DISPLAY", "")])
-    }
-}
-
-impl Drop for Display {
-    fn drop(&mut self) {
-        for child in [self.manager.as_mut(), Some(&mut self.server)].into_iter().flatten() {
-            let _ = child.kill();
-            let _ = child.wait();
-        }
-    }
-}
-
-fn check_done(ran: &Ran) {
-    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
-}
+use lumivox::view::view_names;
+use support::display::{Display, check_done};
+use support::program::{check_error, lumivox};
 
 /// The technique's smallest resolution, where it has one.
 fn smallest(entry: &lumivox::gi::registry::Entry) -> Option<u32> {
@@ -200,17 +145,33 @@ fn the_picture_at_rest_is_that_of_the_copied_command_line() {
     }
 }
 
-/// Memory of the process over 10,000 frames. The aim is a growth of 1%; what is there grows by 6%, all of it in the C library's heap, while no block that is
-/// allocated over some hundred frames stays. This limit notices more than that.
+/// Memory of the process over 10,000 frames: 15 s, without validation, whose layers keep books of their own.
 #[test]
-fn ten_thousand_frames_need_hardly_more_memory() {
+fn ten_thousand_frames_need_no_more_memory() {
     let Some(display) = Display::start() else { return };
     let folder = tempfile::tempdir().unwrap();
-    // The first frames compile pipelines and fill the driver's pools.
-    let script = "frames 500\nmemory mark\nframes 10000\nmemory check 10\n";
+    // The first frames compile pipelines; after some 3,000 the driver replaces its upload buffer of 1 MiB for the first time, from when on the C library keeps
+    // room for it. Until then it is 2.6% more than after 500 frames, and the same from there on, 30,000 frames on too.
+    let script = "frames 4000\nmemory mark\nframes 10000\nmemory check 1\n";
     let ran = display.view(folder.path(), &["--size", "64x64", "--technique", "none", "--shadow-resolution", "16", "--no-vsync"], script);
     check_done(&ran);
     println!("{}", ran.stderr.lines().find(|line| line.starts_with("memory:")).unwrap_or_default());
+}
+
+/// By keys alone: down the list into a folder and to a scene, or by its path. What cannot be read is told.
+#[test]
+fn the_dialog_opens_a_scene_and_tells_what_it_cannot_open() {
+    let Some(display) = Display::start() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    check_done(&lumivox(folder.path(), &support::program::words("scene cornell -o scene"), &[]));
+    std::fs::write(folder.path().join("broken.toml"), "camera = 3\n").unwrap();
+    let arguments = ["--validate", "--size", "640x400", "--technique", "none", "--shadow-resolution", "16"];
+    let by_list = "still\nbrowse\nframes 20\nkey ArrowDown\nkey Enter\nframes 20\nkey ArrowDown\nkey Enter\nopened cornell.obj\nstill\n";
+    let by_path = "browse\nframes 20\nkey Slash\nframes 3\ntype /cornell.toml\nkey Enter\nopened cornell.toml\nstill\n";
+    check_done(&display.view(folder.path(), &arguments, &format!("{by_list}{by_path}")));
+    let broken = "browse\nframes 20\nkey Slash\nframes 3\ntype /broken.toml\nkey Enter\nopened broken.toml\n";
+    let ran = display.view(folder.path(), &arguments, broken);
+    assert!(ran.code == Some(1) && ran.stderr.contains("broken.toml:1"), "{}", ran.stderr);
 }
 
 #[test]
@@ -226,7 +187,7 @@ fn the_window_answers_while_a_frame_takes_long() {
 fn a_quick_picture_is_shown_in_the_next_frame() {
     let Some(display) = Display::start() else { return };
     let folder = tempfile::tempdir().unwrap();
-    // The median: a machine that is busy now and then delays the render thread too.
+    // The pointer is moved, so that all from the event to the picture is in it.
     let ran = display.view(folder.path(), &["--size", "64x64", "--technique", "none", "--shadow-resolution", "16"], "still\nlatency 1\n");
     check_done(&ran);
     println!("{}", ran.stderr.lines().find(|line| line.starts_with("latency:")).unwrap_or_default());

@@ -1,7 +1,9 @@
 //! What the tests share: a validated device that must be there, the passes of the tests, and random numbers.
 #![allow(dead_code, unreachable_pub, clippy::unwrap_used, clippy::expect_used)]
 
+pub mod display;
 pub mod gather;
+pub mod golden;
 pub mod hazards;
 pub mod octree;
 pub mod passes;
