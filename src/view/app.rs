@@ -289,8 +289,9 @@ impl App {
         let held = self.panels.held || self.driver.as_ref().is_some_and(Driver::holds);
         if let Some(job) = self.session.next_job(held) {
             self.worker.ask(job);
-            if self.last_quick < QUICK {
-                self.receive(QUICK);
+            let patience = self.driver.as_ref().and_then(Driver::picture_patience);
+            if self.last_quick < QUICK || patience.is_some() {
+                self.receive(patience.unwrap_or(QUICK));
             }
             self.redraw_at = Some(Instant::now());
         }

@@ -78,7 +78,7 @@ pub enum Action {
     MemoryCheck(f64),
     /// `responsive SECONDS RATE`: move the camera all the time; fail where the window is drawn less often than so many times a second.
     Responsive(f64, f64),
-    /// `latency MOST`: turn the camera again and again; fail where half of the pictures are shown later than so many frames after.
+    /// `latency MOST`: turn the camera by the mouse again and again; fail where a picture is seen later than so many frames after.
     Latency(u32),
     /// `drop FILE`: as if dragged from a file manager.
     Drop(PathBuf),

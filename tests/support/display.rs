@@ -43,12 +43,18 @@ impl Display {
 
     /// Runs a script in a window.
     pub fn view(&self, folder: &Path, arguments: &[&str], script: &str) -> Ran {
+        self.view_in(folder, arguments, script, &[])
+    }
+
+    /// Likewise, with variables of the environment.
+    pub fn view_in(&self, folder: &Path, arguments: &[&str], script: &str, variables: &[(&str, &str)]) -> Ran {
         parse_script(script).unwrap();
         std::fs::write(folder.join("script.txt"), script).unwrap();
         let mut all: Vec<OsString> = ["--quiet", "view", "--script", "script.txt"].map(OsString::from).to_vec();
         all.extend(arguments.iter().map(OsString::from));
         // A minute where nothing else runs.
-        lumivox_within(TIMEOUT, folder, &all, &[("DISPLAY", &self.name), ("WAYLAND_DISPLAY", "")])
+        let variables = [&[("DISPLAY", self.name.as_str()), ("WAYLAND_DISPLAY", "")], variables].concat();
+        lumivox_within(TIMEOUT, folder, &all, &variables)
     }
 }
 
