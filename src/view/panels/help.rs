@@ -20,6 +20,7 @@ const KEYS: &[(&str, &str)] = &[
     ("C", "one picture, split, difference to the reference"),
     ("< >", "move the divider"),
     ("V, Shift+V", "next view, view before"),
+    ("P, Escape", "probe a cone at the pointer, no probe"),
     ("[ ]", "exposure down, up by a quarter stop"),
     ("Ctrl+C", "copy the `lumivox render` command"),
     ("Ctrl+T", "copy the camera as TOML"),
