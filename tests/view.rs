@@ -248,7 +248,7 @@ fn the_probe_lists_what_its_cone_sees() {
             samples += rows.len();
         }
         println!("{technique}: {samples} samples of 16 cones, {irradiance} of {expected} W/m²");
-        assert!(samples > 100 && expected > 0.0 && (irradiance - expected).abs() < 5e-3 * expected, "{technique}: {irradiance}, not {expected}");
+        assert!(samples >= 48 && expected > 0.0 && (irradiance - expected).abs() < 5e-3 * expected, "{technique}: {irradiance}, not {expected}");
     }
     assert!(!columns(&folder.path().join("right.csv")).is_empty());
 }

@@ -71,7 +71,10 @@ vec4 draw_cell(Cell cell, bool is_full, vec3 origin, vec3 direction, vec3 near, 
     float t = max(near.x, max(near.y, near.z));
     vec3 point = origin + t * direction;
     vec3 across = point - cell.low;
-    bvec3 is_entered = equal(near, vec3(t)), is_second = greaterThan(fract(0.5 * floor(cell.low / cell.edge + 0.5)), vec3(0.25));
+    // Through one face, where a ray meets an edge.
+    bvec3 is_entered = equal(near, vec3(t));
+    is_entered.yz = bvec2(is_entered.y && !is_entered.x, is_entered.z && !is_entered.x && !is_entered.y);
+    bvec3 is_second = greaterThan(fract(0.5 * floor(cell.low / cell.edge + 0.5)), vec3(0.25));
     // On a face that is seen at a grazing angle a pixel is long along the ray.
     vec3 slope = direction / dot(vec3(is_entered), direction);
     vec3 pixel = max(t, 1e-6) * 2.0 * length(frame.ray_up.xyz) / float(frame.size_px.y) * sqrt(1.0 + slope * slope);
