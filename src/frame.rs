@@ -1,10 +1,12 @@
 //! The frame, top to bottom.
 
-use glam::Vec3;
+use std::sync::Arc;
+
+use glam::{Vec3, Vec4};
 
 use crate::gi::registry::{Entry, Part, Stage};
-use crate::gi::{Context, IndirectLight, LitVoxels, Settings, Technique};
-use crate::graph::{Error, Frame, FrameStats, Gpu};
+use crate::gi::{Context, IndirectLight, LitVoxels, Probe, ProbeAxis, ProbeSurface, Settings, Technique};
+use crate::graph::{Error, Frame, FrameStats, Gpu, Image as GpuImage};
 use crate::image::{Aov, Image};
 use crate::render::{GBuffer, GpuScene, LightMaps, MapChannel, Output, SET_POSE, SurfaceChannel, read_aov, read_light_map, read_surface, screen_image};
 use crate::scene::{Camera, Scene};
@@ -40,8 +42,21 @@ pub struct Renderer<'g> {
     has_maps: bool,
     /// Where the camera was last (m).
     eye: Vec3,
+    /// The camera of the last frame.
+    camera: Option<Camera>,
     /// The last frame's answer.
     light: Option<IndirectLight>,
+}
+
+/// What a probe of a pixel finds.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Probed {
+    /// A cone.
+    Cone(Probe),
+    /// The pixel sees no surface.
+    NoSurface,
+    /// The technique traces no cones with these settings.
+    NoCones,
 }
 
 impl<'g> Renderer<'g> {
@@ -60,7 +75,10 @@ impl<'g> Renderer<'g> {
             if technique.needs_light_maps() { LightMaps::new(gpu, &scene, frame.shadow_resolution, technique.needs_rsm())? } else { LightMaps::none(gpu)? };
         let gbuffer = GBuffer::new(gpu, &scene, frame.size)?;
         let output = Output::new(gpu, frame.size)?;
-        Ok((Renderer { gpu, scene, maps, gbuffer, output, technique, settings: frame, capacity: frame.size, has_maps: false, eye, light: None }, build))
+        Ok((
+            Renderer { gpu, scene, maps, gbuffer, output, technique, settings: frame, capacity: frame.size, has_maps: false, eye, camera: None, light: None },
+            build,
+        ))
     }
 
     /// The scene on the device, for another renderer.
@@ -109,7 +127,7 @@ impl<'g> Renderer<'g> {
     /// As [`Renderer::render`], with the light maps of the frame before where nothing but the camera has moved since: the same picture in less time.
     pub fn render_again(&mut self, camera: &Camera) -> Result<FrameStats, Error> {
         self.scene.set_frame(self.gpu, &self.scene.frame_constants(camera, self.settings.size))?;
-        self.eye = camera.eye;
+        (self.eye, self.camera) = (camera.eye, Some(*camera));
         let mut stats = self.technique.set_view(&Context { gpu: self.gpu, scene: &self.scene, size: self.settings.size, eye: self.eye })?;
         let mut frame = Frame::new();
         frame.set_scene(&self.scene.set, &self.scene.materials);
@@ -142,15 +160,53 @@ impl<'g> Renderer<'g> {
     pub fn view_voxels(&self, name: &str, level: u32) -> Result<Option<[Image; 2]>, Error> {
         let volumes = self.technique.volumes();
         let Some(volume) = volumes.iter().find(|volume| volume.name == name && level < volume.levels) else { return Ok(None) };
-        let seen = screen_image(self.gpu, "cone.view", self.settings.size)?;
-        let mut frame = Frame::new();
-        frame.set_scene(&self.scene.set, &self.scene.materials);
-        volume.view(&mut frame, level, &seen);
-        self.gpu.submit(frame)?;
-        let texels: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&self.gpu.read_image(&seen, 0, 0)?);
+        let texels = self.view_volume(|frame, seen| volume.view(frame, level, seen))?;
         let [width, height] = self.settings.size;
         let of = |value: fn(&[f32; 4]) -> Vec3| Image::from_fn(width, height, |pixel| value(&texels[pixel]));
         Ok(Some([of(|&[r, g, b, _]| Vec3::new(r, g, b)), of(|&[.., opacity]| Vec3::splat(opacity))]))
+    }
+
+    /// How the technique's first volume divides space on one of its levels, as the camera of the last frame sees it (`cone.view`). `None` where
+    /// there is no volume or no such level.
+    pub fn view_structure(&self, level: u32) -> Result<Option<Image>, Error> {
+        let volumes = self.technique.volumes();
+        let Some(volume) = volumes.first().filter(|volume| level < volume.levels) else { return Ok(None) };
+        let texels = self.view_volume(|frame, seen| volume.view_structure(frame, level, seen))?;
+        let [width, height] = self.settings.size;
+        Ok(Some(Image::from_fn(width, height, |pixel| Vec4::from(texels[pixel]).truncate())))
+    }
+
+    /// Runs passes that write an RGBA32F image of the frame's size, and reads it.
+    fn view_volume(&self, add: impl FnOnce(&mut Frame, &Arc<GpuImage>)) -> Result<Vec<[f32; 4]>, Error> {
+        let seen = screen_image(self.gpu, "cone.view", self.settings.size)?;
+        let mut frame = Frame::new();
+        frame.set_scene(&self.scene.set, &self.scene.materials);
+        add(&mut frame, &seen);
+        self.gpu.submit(frame)?;
+        Ok(bytemuck::pod_collect_to_vec(&self.gpu.read_image(&seen, 0, 0)?))
+    }
+
+    /// One cone from what a pixel of the last frame sees, as the technique's gathers trace it; `aperture_deg` in place of its own (degrees).
+    pub fn probe(&self, pixel: [u32; 2], axis: ProbeAxis, aperture_deg: Option<f32>) -> Result<Probed, Error> {
+        let [width, height] = self.settings.size;
+        let index = (pixel[0] + width * pixel[1]) as usize;
+        let (Some(camera), true) = (&self.camera, pixel[0] < width && pixel[1] < height) else { return Ok(Probed::NoSurface) };
+        let depth_m = self.aov(Aov::Depth)?.pixels[index].x;
+        if depth_m <= 0.0 {
+            return Ok(Probed::NoSurface);
+        }
+        let ray = camera.ray_direction(pixel[0] as f32 + 0.5, pixel[1] as f32 + 0.5, width, height);
+        let [.., forward] = camera.basis();
+        let surface = ProbeSurface {
+            pixel,
+            position: camera.eye + depth_m / ray.dot(forward) * ray,
+            geometric_normal: self.surface(SurfaceChannel::GeometricNormal)?.pixels[index],
+            shading_normal: self.aov(Aov::Normal)?.pixels[index],
+            roughness: self.surface(SurfaceChannel::Roughness)?.pixels[index].x,
+            eye: camera.eye,
+        };
+        let context = Context { gpu: self.gpu, scene: &self.scene, size: self.settings.size, eye: self.eye };
+        Ok(self.technique.probe(&context, &surface, axis, aperture_deg)?.map_or(Probed::NoCones, Probed::Cone))
     }
 
     /// A channel of the last frame's G-buffer.

@@ -3,16 +3,17 @@
 
 mod support;
 
-use glam::{DVec4, IVec3, Vec3};
+use glam::{DVec3, DVec4, IVec3, Vec3};
 use lumivox::gi::Settings;
-use lumivox::gi::clipmap::{self, Layout};
+use lumivox::gi::clipmap::{self, Layout, Place};
 use lumivox::gi::cone::oracle::Volume;
+use lumivox::gi::cone::oracle::structure::{Cell, CellKind, EyeRay, view_structure};
 use lumivox::gi::voxel::{Method, VoxelBox, VoxelWindow, WindowScratch};
 use lumivox::gi::voxel_mips::oracle::{Filter, coarser, coarser_faces};
-use lumivox::graph::Gpu;
+use lumivox::graph::{Frame, Gpu};
 use lumivox::render::GpuScene;
-use lumivox::scene::Scene;
-use support::gather::read_faces;
+use lumivox::scene::{Camera, Scene};
+use support::gather::{View, pixel_rays, read_faces};
 use support::scenes::{add_model, lump, random_pose, scene_of, soup, still};
 use support::technique::{Surfaces, small_lights, small_room};
 use support::voxels::{Read, compare_sets, half, oracle_grid, read, voxel_settings};
@@ -248,5 +249,64 @@ fn coarser_texels_are_the_oracles() {
             println!("{pairs:?}: {worst:.2} half-float steps off the oracle, {lit} lit texels");
             assert!(worst <= 2.1 && lit > 200, "{pairs:?}: {worst}, {lit}");
         }
+    }
+}
+
+/// The level that a position (m) is read from, with how far it has faded into the next.
+fn faded_level(layout: &Layout, places: &[Place], at: DVec3) -> f64 {
+    let n = f64::from(layout.resolution);
+    let share = |level: u32| {
+        let size = f64::from(layout.size_of(level));
+        let from_middle = (at - layout.anchor.as_dvec3()) / size - places[level as usize].middle.as_dvec3();
+        ((n / 2.0 - 3.0 - from_middle.abs().max_element()) * 16.0 / n).clamp(0.0, 1.0)
+    };
+    let coarsest = layout.levels - 1;
+    (0..coarsest).find(|level| share(*level) > 0.0).map_or(f64::from(coarsest), |level| f64::from(level) + 1.0 - share(level))
+}
+
+/// Cells, and the borders in which levels fade, for cameras in several places.
+#[test]
+fn levels_look_as_the_oracle_has_them() {
+    let gpu = gpu();
+    let (n, levels) = (32, 3);
+    let scene = small_room(Surfaces::Emissive, vec![small_lights()[0].1]);
+    let mut walker = Walker::new(&gpu, &scene, &clipmap::ENTRY, &settings(&["resolution=32", "levels=3", "voxel_size=0.02"]), Vec3::ONE);
+    let size = [64, 48];
+    for (eye, level) in [(Vec3::new(0.0, 1.0, 0.0), 0), (Vec3::new(-0.5, 0.7, 0.5), 0), (Vec3::new(-0.5, 0.7, 0.5), 1)] {
+        let texels = walker.texels(eye);
+        let layout = Layout::new(walker.gpu_scene.bounds, n, levels, 0.02);
+        let places = layout.places(eye);
+        let outermost = places[levels as usize - 1].first;
+        let grid = layout.grid(outermost);
+        let read = Levels { n, faces: 1, halves: bytemuck::pod_collect_to_vec(&texels[0]) };
+        let camera = Camera { eye, target: eye + Vec3::new(0.6, -0.4, -0.5), ..scene.camera };
+        let view = View::new(&gpu, &walker.gpu_scene, &camera, size, &grid);
+        let mut frame = Frame::new();
+        frame.set_scene(&walker.gpu_scene.set, &walker.gpu_scene.materials);
+        walker.technique.volumes()[0].view_structure(&mut frame, level, &view.result);
+        gpu.submit(frame).unwrap();
+        let seen: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&gpu.read_image(&view.result, 0, 0).unwrap());
+        let world = |at: DVec3| grid.origin.as_dvec3() + f64::from(grid.voxel_size) * at;
+        let read_at = |at: DVec3| faded_level(&layout, &places, world(at)).max(f64::from(level));
+        let cell_at = |at: DVec3| {
+            let own = read_at(at).ceil() as u32;
+            let first = (at / f64::from(1 << own)).floor().as_ivec3() + (outermost << (levels - 1 - own) as i32);
+            let is_full = read.cube(0, own, first, 1).texels[0].w > 0.0;
+            Cell { edge: f64::from(1 << own), kind: if is_full { CellKind::Solid } else { CellKind::Hollow } }
+        };
+        let constants = walker.gpu_scene.frame_constants(&camera, size);
+        let up = Vec3::new(constants.ray_up[0], constants.ray_up[1], constants.ray_up[2]);
+        let (origin, pixel) = ((eye - grid.origin).as_dvec3() / f64::from(grid.voxel_size), 2.0 * f64::from(up.length()) / f64::from(size[1]));
+        let ray = |direction| EyeRay { origin, direction, pixel };
+        let expected =
+            pixel_rays(&constants, size).map(|direction| view_structure(cell_at, |at, _| read_at(at), f64::from(grid.resolution), level, ray(direction)));
+        let expected: Vec<DVec4> = expected.collect();
+        let differs = |seen: &[f32; 4], expected: &DVec4| (DVec4::from(seen.map(f64::from)) - *expected).abs().max_element() > 0.01;
+        let share = seen.iter().zip(&expected).filter(|(seen, expected)| differs(seen, expected)).count() as f64 / expected.len() as f64;
+        let fading = expected.iter().filter(|texel| texel.truncate().min_element() > 0.2).count();
+        println!("{eye}, level {level}: {share:.4} of the pixels differ, {fading} are where a level fades");
+        assert!(share < 0.03 && fading > 100, "{eye}, level {level}: {share} differ, {fading} fade");
+        let turned = seen.iter().skip(1).zip(&expected).filter(|(seen, expected)| differs(seen, expected)).count() as f64 / expected.len() as f64;
+        assert!(turned > 0.1, "a shift by a pixel is not noticed");
     }
 }

@@ -50,7 +50,7 @@ fn the_window_goes_through_everything_without_a_validation_message_or_a_leak() {
     script += "view full\ncomponent direct off\nstill\ncomponent visibility on\nstill\ncomponent direct on\ncomponent visibility off\n";
     script += "compare split\ntechnique right none\nstill\ndivider 0.2\ndivider 0.8\ncompare difference\nreference 3\ncompare single\n";
     script += "resize 480 360\npanels on\n";
-    for section in ["Scene", "Compare", "Technique", "Picture", "Camera", "Lights", "Cost"] {
+    for section in ["Scene", "Compare", "Technique", "Picture", "Probe", "Camera", "Lights", "Cost"] {
         writeln!(script, "section {section}\nframes 2").unwrap();
     }
     script += "key F1\nframes 2\nkey Escape\nkey V\nkey C\nkey O\nkey F\nkey Home\nkey W\nlight add\nlight move 0 0.1 0.1 0.1\nstill\n";
@@ -119,6 +119,7 @@ fn the_picture_at_rest_is_that_of_the_copied_command_line() {
         "view diffuse",
         "technique left svo cones\nset left resolution 16\nset left attributes on\nview voxel-albedo 1",
         "view voxels 2",
+        "view structure 1",
         "view full\ncomponent direct off\ncomponent emission off",
         "load bundled:emissive-gallery\ntechnique left voxel-mips\nset left resolution 32\nset left bounces feedback",
         "resize 90 70\nexposure 1.5\ncomponent direct on\ncomponent emission on",
@@ -143,6 +144,58 @@ fn the_picture_at_rest_is_that_of_the_copied_command_line() {
         let open = |path: &Path| image::open(path).unwrap().to_rgb8();
         assert!(open(&path("png")) == open(&folder.path().join("again.png")), "step {index}, {step}: the window shows another picture");
     }
+}
+
+/// Columns of a probe's list.
+fn columns(path: &Path) -> Vec<Vec<f64>> {
+    let text = std::fs::read_to_string(path).unwrap();
+    text.lines().skip(1).map(|line| line.split(',').map(|number| number.parse().unwrap()).collect()).collect()
+}
+
+#[test]
+fn the_probe_lists_what_its_cone_sees() {
+    let Some(display) = Display::start() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let mut script = String::from("still\nsection probe\n");
+    for (technique, resolution) in [("voxel-mips", 32), ("svo", 32), ("clipmap", 16)] {
+        writeln!(
+            script,
+            "technique left {technique} cones\nset left resolution {resolution}\nset left interleave 1\nview diffuse\nstill\nsave {technique}.exr"
+        )
+        .unwrap();
+        for cone in 0..16 {
+            writeln!(script, "probe 0.5 0.8 diffuse {cone}\nprobe list {technique}-{cone}.csv").unwrap();
+        }
+        writeln!(script, "view structure\nstill\nprobe 0.5 0.8 mirror\nscreenshot {technique}.png\nprobe off").unwrap();
+    }
+    // Rays, no cones; then by hand, in split view too.
+    script +=
+        "technique left voxel-mips accurate\nview full\nstill\nprobe 0.5 0.8 normal\ntechnique left svo cones\nset left resolution 16\nkey P\nkey P\nstill\n";
+    script +=
+        "compare split\ntechnique right clipmap cones\nset right resolution 16\nstill\nprobe 0.8 0.8 diffuse 3\nprobe list right.csv\nkey Escape\nframes 2\n";
+    check_done(&display.view(folder.path(), &["--validate", "--size", "700x400", "--technique", "none", "--shadow-resolution", "256"], &script));
+    for technique in ["voxel-mips", "svo", "clipmap"] {
+        let image = lumivox::image::read_exr(&folder.path().join(format!("{technique}.exr"))).unwrap();
+        let at = [image.width as f32 * 0.5, image.height as f32 * 0.8].map(|at| at as u32);
+        let expected = f64::from(image.pixels[(at[0] + image.width * at[1]) as usize].y);
+        let (mut irradiance, mut samples) = (0.0, 0);
+        for cone in 0..16 {
+            let rows = columns(&folder.path().join(format!("{technique}-{cone}.csv")));
+            let (mut through, mut gathered) = (1.0, 0.0);
+            for row in &rows {
+                let [.., green, _, opacity, covered, _, sum, _] = row[..] else { panic!("{row:?}") };
+                gathered += through * opacity * green;
+                through *= 1.0 - opacity;
+                assert!((covered - 1.0 + through).abs() < 1e-5 && (sum - gathered).abs() < 1e-4 * gathered.max(1.0), "{row:?}");
+            }
+            // Of equal weights, as those of a disc are.
+            irradiance += std::f64::consts::PI / 16.0 * gathered;
+            samples += rows.len();
+        }
+        println!("{technique}: {samples} samples of 16 cones, {irradiance} of {expected} W/m²");
+        assert!(samples >= 48 && expected > 0.0 && (irradiance - expected).abs() < 5e-3 * expected, "{technique}: {irradiance}, not {expected}");
+    }
+    assert!(!columns(&folder.path().join("right.csv")).is_empty());
 }
 
 /// Memory of the process over 10,000 frames: 15 s; without validation, whose layers keep books of their own.

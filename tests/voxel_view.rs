@@ -3,23 +3,26 @@
 
 mod support;
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use glam::{DVec3, DVec4, Vec3};
 use lumivox::frame::Renderer;
-use lumivox::gi::cone::oracle::view_cells;
+use lumivox::gi::cone::oracle::structure::{Cell, CellKind, EyeRay, view_structure};
+use lumivox::gi::cone::oracle::{self, view_cells};
 use lumivox::gi::cone::{self, VoxelVolume};
 use lumivox::gi::registry::find;
-use lumivox::gi::svo::oracle::{Filter, Texels, coarser, leaves};
+use lumivox::gi::svo::oracle::{Filter, Lattice, Octree, Texels, coarser, leaves, octree};
 use lumivox::gi::svo::{AttributeBricks, BrickSettings, NodePool, Occupancy, RecordRange};
+use lumivox::gi::voxel::oracle::VoxelIndex;
 use lumivox::gi::voxel::passes::Voxel;
 use lumivox::gi::voxel::{Directionality, Method, VoxelGrid, Voxels};
 use lumivox::graph::{Frame, Gpu};
 use lumivox::image::{Aov, Image};
 use lumivox::render::GpuScene;
 use lumivox::scene::{Camera, Scene};
-use support::gather::{View, matter, occupied, random_volume, read_chain, volume};
-use support::octree::{lattice, read_nodes, read_texels};
+use support::gather::{View, matter, occupied, pixel_rays, random_volume, read_chain, volume};
+use support::octree::{grow, lattice, read_nodes, read_texels};
 use support::scenes::{add_model, bundled, in_unit_grid, lump, scene_of, soup, still};
 use support::technique::{Case, frame};
 use support::voxels::{coordinates, mean_normal, unorm10, voxel_settings, voxelize};
@@ -95,6 +98,18 @@ fn look(gpu: &Gpu, scene: &GpuScene, view: &View, volume: &VoxelVolume<'_>, leve
     let mut frame = Frame::new();
     frame.set_scene(&scene.set, &scene.materials);
     volume.view(&mut frame, level, &view.result);
+    finish(gpu, frame, view)
+}
+
+/// How the camera sees a volume divide space; RGBA32F.
+fn look_at_structure(gpu: &Gpu, scene: &GpuScene, view: &View, volume: &VoxelVolume<'_>, level: u32) -> Vec<DVec4> {
+    let mut frame = Frame::new();
+    frame.set_scene(&scene.set, &scene.materials);
+    volume.view_structure(&mut frame, level, &view.result);
+    finish(gpu, frame, view)
+}
+
+fn finish(gpu: &Gpu, frame: Frame, view: &View) -> Vec<DVec4> {
     gpu.submit(frame).unwrap();
     let texels: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&gpu.read_image(&view.result, 0, 0).unwrap());
     texels.into_iter().map(|texel| DVec4::from(texel.map(f64::from))).collect()
@@ -131,21 +146,103 @@ fn a_level_looks_as_the_oracle_has_it() {
         let dense = VoxelVolume { name: "light", grid, volume: cone::Volume::Dense { radiance: &image, matter: &matter, faces: None }, levels: 5 };
         let seen = look(&gpu, &gpu_scene, &view, &dense, level);
         let constants = gpu_scene.frame_constants(&camera, size);
-        let row = |row: [f32; 4]| Vec3::new(row[0], row[1], row[2]).as_dvec3();
-        let origin = (row(constants.eye_ws) - grid.origin.as_dvec3()) / f64::from(grid.voxel_size);
-        let ray = |pixel: u32| {
-            let [x, y] = [pixel % size[0], pixel / size[0]].map(|at| f64::from(at) + 0.5);
-            let (x, y) = (2.0 * x / f64::from(size[0]) - 1.0, 2.0 * y / f64::from(size[1]) - 1.0);
-            (row(constants.ray_forward) + x * row(constants.ray_right) - y * row(constants.ray_up)).normalize()
-        };
+        let origin = (eye.as_dvec3() - grid.origin.as_dvec3()) / f64::from(grid.voxel_size);
         let expected: Vec<DVec4> =
-            (0..size[0] * size[1]).map(|pixel| view_cells(|at| chain[level as usize].texel(at), resolution, level, origin, ray(pixel))).collect();
+            pixel_rays(&constants, size).map(|ray| view_cells(|at| chain[level as usize].texel(at), resolution, level, origin, ray)).collect();
         let share = differing(&seen, &expected);
         println!("level {level}, outside {outside}: {share:.4} of the pixels differ");
         assert!(share < 0.02, "level {level}, outside {outside}: {share}");
         let other = look(&gpu, &gpu_scene, &view, &dense, (level + 1) % 4);
         assert!(differing(&other, &expected) > 0.1, "another level is not noticed");
     }
+}
+
+/// Cells, their edges and the empty nodes of random matter on each level, dense and in both octrees, from outside and from inside of the grid.
+#[test]
+fn structures_look_as_the_oracle_has_them() {
+    let gpu = gpu();
+    let mut random = Random::new(31);
+    let resolution = 32;
+    let scene = bundled("cornell");
+    let gpu_scene = GpuScene::new(&gpu, &scene).unwrap();
+    let grid = VoxelGrid::around(gpu_scene.bounds, resolution);
+    let texels: Texels = (0..12).flat_map(|_| support::octree::matter(&mut random, resolution)).collect();
+    let occupied: BTreeSet<VoxelIndex> = texels.keys().copied().collect();
+    let finest = oracle::Volume::new(resolution, |at| texels.get(&at).copied().unwrap_or_default());
+    let (image, matter) = (volume(&gpu, &finest), matter(&gpu, &occupied, resolution));
+    let mut frame = Frame::new();
+    support::gather::filter(&mut frame, &image, 1);
+    gpu.submit(frame).unwrap();
+    let chain = read_chain(&gpu, &image);
+    let cells = BrickSettings { corners: false, filter: 1, is_split: false, touched: false, directionality: Directionality::Isotropic };
+    let grown = [cells, BrickSettings { corners: true, ..cells }].map(|settings| {
+        let lattice = lattice(settings);
+        let mut levels = vec![leaves(&texels, lattice)];
+        for level in 1..4 {
+            levels.push(coarser(&levels[level - 1], resolution >> (level - 1), lattice, Filter::Directional));
+        }
+        (lattice, grow(&gpu, &texels, resolution, settings), octree(&occupied, resolution, lattice), levels)
+    });
+    let size = [64, 48];
+    let centre = grid.origin + 0.5 * grid.voxel_size * resolution as f32;
+    for (outside, level) in [(true, 0), (false, 0), (true, 1), (false, 2), (true, 3)] {
+        let eye = centre + if outside { Vec3::new(0.9, 1.1, 1.4) } else { Vec3::new(0.13, 0.07, 0.11) };
+        let camera = Camera { eye, target: centre + Vec3::new(0.3, 0.2, -0.1), ..scene.camera };
+        let view = View::new(&gpu, &gpu_scene, &camera, size, &grid);
+        let constants = gpu_scene.frame_constants(&camera, size);
+        let up = Vec3::new(constants.ray_up[0], constants.ray_up[1], constants.ray_up[2]);
+        let origin = (eye.as_dvec3() - grid.origin.as_dvec3()) / f64::from(grid.voxel_size);
+        let pixel = 2.0 * f64::from(up.length()) / f64::from(size[1]);
+        let check = |name: &str, volume: cone::Volume<'_>, cell_at: &dyn Fn(DVec3) -> Cell| {
+            let volume = VoxelVolume { name: "light", grid, volume, levels: 5 };
+            let seen = look_at_structure(&gpu, &gpu_scene, &view, &volume, level);
+            let ray = |direction| EyeRay { origin, direction, pixel };
+            let expected: Vec<DVec4> = pixel_rays(&constants, size)
+                .map(|direction| view_structure(cell_at, |_, cell| cell.edge.log2(), f64::from(resolution), level, ray(direction)))
+                .collect();
+            let share = differing(&seen, &expected);
+            let drawn = expected.iter().filter(|texel| texel.w > 0.0).count() as f64 / expected.len() as f64;
+            println!("{name}, level {level}, outside {outside}: {share:.4} of the pixels differ, {drawn:.2} are drawn");
+            assert!(share < 0.02 && drawn > 0.1, "{name}, level {level}, outside {outside}: {share} differ, {drawn} are drawn");
+            let other = look_at_structure(&gpu, &gpu_scene, &view, &volume, (level + 1) % 4);
+            assert!(differing(&other, &expected) > 0.1, "another level is not noticed");
+        };
+        let dense = cone::Volume::Dense { radiance: &image, matter: &matter, faces: None };
+        let edge = f64::from(1u32 << level);
+        check("dense", dense, &|at: DVec3| {
+            let is_full = chain[level as usize].texel((at / edge).to_array().map(|at| at as u32)).w > 0.0;
+            Cell { edge, kind: if is_full { CellKind::Solid } else { CellKind::Hollow } }
+        });
+        for (lattice, (nodes, bricks), tree, levels) in &grown {
+            let sparse = cone::Volume::Sparse {
+                nodes: &nodes.nodes,
+                bricks: &bricks.image,
+                normals: None,
+                corners: *lattice == Lattice::Corners,
+                directionality: Directionality::Isotropic,
+                face_stride: 0,
+            };
+            check(&format!("octree, {lattice:?}"), sparse, &|at| node_at(tree, levels, *lattice, at, resolution, level));
+        }
+    }
+}
+
+/// The node of a level at a position, or the one above it that has no children. A node spans its texel's voxels, or on corners the eight points around it.
+fn node_at(tree: &Octree, levels: &[Texels], lattice: Lattice, at: DVec3, resolution: u32, level: u32) -> Cell {
+    let (mut tile, mut node_edge) = (&tree.tiles[0], resolution / 2);
+    let node = |edge: u32| at.to_array().map(|at| (at as u32).min(resolution - 1) / edge);
+    while node_edge > 1 << level {
+        let bits = node(node_edge).map(|at| at % 2);
+        match tile.nodes[(bits[0] | bits[1] << 1 | bits[2] << 2) as usize] {
+            Some(index) => (tile, node_edge) = (&tree.tiles[index as usize], node_edge / 2),
+            None => return Cell { edge: f64::from(node_edge), kind: CellKind::EmptyNode },
+        }
+    }
+    let reach = if lattice == Lattice::Corners { 2 } else { 1 };
+    let mut points = (0..reach * reach * reach).map(|index| [index % reach, index / reach % reach, index / (reach * reach)]);
+    let is_full =
+        |offset: [u32; 3]| levels[level as usize].get(&std::array::from_fn(|axis| node(node_edge)[axis] + offset[axis])).is_some_and(|texel| texel.w > 0.0);
+    Cell { edge: f64::from(node_edge), kind: if points.any(is_full) { CellKind::Solid } else { CellKind::Hollow } }
 }
 
 fn renderer<'g>(gpu: &'g Gpu, scene: &Scene, technique: &str, pairs: &[(&str, &str)]) -> Renderer<'g> {
@@ -190,6 +287,7 @@ fn volumes_are_what_was_asked_for() {
     assert_eq!(names("cornell", &on), ["light", "albedo", "normal"]);
     assert_eq!(names("emissive-gallery", &on), ["light", "albedo", "normal", "emission"]);
     let renderer = renderer(&gpu, &bundled("cornell"), "svo", &on);
+    assert!(renderer.view_structure(4).unwrap().is_some() && renderer.view_structure(5).unwrap().is_none());
     assert!(renderer.view_voxels("emission", 0).unwrap().is_none() && renderer.view_voxels("albedo", 5).unwrap().is_none());
     let [albedo, _] = renderer.view_voxels("albedo", 0).unwrap().unwrap();
     let largest = albedo.pixels.iter().map(|pixel| pixel.max_element()).fold(0.0, f32::max);

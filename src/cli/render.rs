@@ -32,7 +32,8 @@ pub(crate) struct Args {
     /// The reference's image of the same output, or all outputs as `reference --layers` writes them: the report gets the error against it.
     #[arg(long, value_name = "FILE.exr")]
     reference: Option<PathBuf>,
-    /// In place of the picture, the technique's voxels as the camera sees them: light (radiance), opacity, or, with bricks of them, albedo, normal, emission.
+    /// In place of the picture, the technique's voxels as the camera sees them: light (radiance), opacity, structure (how space is divided), or, with bricks of
+    /// them, albedo, normal, emission.
     #[arg(long, value_name = "WHAT", conflicts_with_all = ["reference", "aov"])]
     voxels: Option<String>,
     /// Which level of them, 0 the finest.
@@ -110,20 +111,30 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
 /// What of the technique's voxels is to be seen.
 struct VoxelView<'a> {
     volume: &'a str,
-    shows_opacity: bool,
+    aspect: Aspect,
     level: u32,
+}
+
+#[derive(Clone, Copy)]
+enum Aspect {
+    Value,
+    Opacity,
+    Structure,
 }
 
 impl<'a> VoxelView<'a> {
     fn choose(what: &'a str, level: u32, volumes: &[(&'static str, u32)]) -> Result<Self, CliError> {
-        let shows_opacity = what == "opacity";
-        let volume = if shows_opacity { "light" } else { what };
+        let (volume, aspect) = match what {
+            "opacity" => ("light", Aspect::Opacity),
+            "structure" => ("light", Aspect::Structure),
+            _ => (what, Aspect::Value),
+        };
         match volumes.iter().find(|(name, _)| *name == volume) {
-            Some((_, levels)) if level < *levels => Ok(VoxelView { volume, shows_opacity, level }),
+            Some((_, levels)) if level < *levels => Ok(VoxelView { volume, aspect, level }),
             Some((_, levels)) => Err(CliError::input(format!("--voxel-level {level}: the levels are 0 to {}", levels - 1))),
             None if volumes.is_empty() => Err(CliError::input("--voxels: with these settings the technique keeps no volume; try --preset cones".to_owned())),
             None => {
-                let known: Vec<&str> = volumes.iter().map(|(name, _)| *name).chain(["opacity"]).collect();
+                let known: Vec<&str> = volumes.iter().map(|(name, _)| *name).chain(["opacity", "structure"]).collect();
                 Err(CliError::input(format!(
                     "--voxels {what}: known here are {}; svo with --set attributes=on keeps albedo, normal and emission",
                     known.join(", ")
@@ -133,9 +144,12 @@ impl<'a> VoxelView<'a> {
     }
 
     fn image(&self, renderer: &Renderer<'_>) -> Result<Image, CliError> {
-        let seen = renderer.view_voxels(self.volume, self.level).map_err(CliError::failed)?;
-        let [value, opacity] = seen.ok_or_else(|| CliError::failed("the technique has dropped its volume"))?;
-        Ok(if self.shows_opacity { opacity } else { value })
+        let dropped = || CliError::failed("the technique has dropped its volume");
+        if let Aspect::Structure = self.aspect {
+            return renderer.view_structure(self.level).map_err(CliError::failed)?.ok_or_else(dropped);
+        }
+        let [value, opacity] = renderer.view_voxels(self.volume, self.level).map_err(CliError::failed)?.ok_or_else(dropped)?;
+        Ok(if let Aspect::Opacity = self.aspect { opacity } else { value })
     }
 }
 

@@ -14,7 +14,7 @@ pub mod voxel;
 pub mod voxel_mips;
 
 pub use crate::render::IndirectLight;
-pub use cone::VoxelVolume;
+pub use cone::{Probe, ProbeAxis, ProbeSurface, VoxelVolume};
 pub use settings::{SettingError, Settings};
 pub use voxel::LitVoxels;
 
@@ -75,6 +75,11 @@ pub trait Technique {
     /// None where nothing traces cones.
     fn count_samples(&self, _gpu: &Gpu, _scene: &GpuScene, _gbuffer: &GBuffer) -> Result<Vec<(&'static str, u64)>, Error> {
         Ok(Vec::new())
+    }
+
+    /// One cone as its gathers trace them, through what the last frame left, with its samples. `None` where nothing traces cones. `aperture_deg` in place of its own.
+    fn probe(&self, _context: &Context<'_>, _surface: &ProbeSurface, _axis: ProbeAxis, _aperture_deg: Option<f32>) -> Result<Option<Probe>, Error> {
+        Ok(None)
     }
 
     /// The volumes that it keeps, the light first, so that they can be looked at. None where it has none.

@@ -247,6 +247,7 @@ impl App {
                     self.session.newest[pane.min(1)] = None;
                     self.session.problem = Some(problem);
                 }
+                Event::Probed(answer) => self.session.probe.answer = Some(*answer),
                 Event::NoDevice(problem) => self.session.problem = Some(problem),
                 Event::Shader(result) => {
                     if result.is_ok() {
@@ -294,6 +295,9 @@ impl App {
                 self.receive(patience.unwrap_or(QUICK));
             }
             self.redraw_at = Some(Instant::now());
+        }
+        if let Some(probe) = self.session.next_probe() {
+            self.worker.ask_probe(probe);
         }
         if let Some(truth) = self.session.next_truth() {
             if truth.is_some() {

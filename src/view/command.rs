@@ -104,6 +104,7 @@ impl Wanted<'_> {
             }
             Source::Aov(aov) => Ok(Shown::Aov(aov)),
             Source::Voxels { volume, opacity } => Ok(Shown::Voxels(if opacity { "opacity" } else { volume })),
+            Source::Structure => Ok(Shown::Voxels("structure")),
             _ => Err(format!("`lumivox render` has no output {}; save the picture instead", self.view.name)),
         }
     }

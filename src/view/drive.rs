@@ -10,9 +10,11 @@ use glam::Vec3;
 use super::ViewError;
 use super::app::App;
 use super::panels::SECTIONS;
+use super::probe::table;
 use super::script::Action;
 use super::session::{Choice, Compare};
 use super::views;
+use crate::frame::Probed;
 use crate::gi::registry::find;
 use crate::scene::Light;
 
@@ -139,6 +141,7 @@ impl App {
             Action::Divider(_) | Action::Drag(_) | Action::Key(_) | Action::Type(_) => self.act_hands(action, began),
             Action::Copy(..) | Action::Shader(_) | Action::Save(_) | Action::Command(_) | Action::Screenshot(_) => self.act_files(action, began),
             Action::MemoryMark | Action::MemoryCheck(_) => self.act_memory(action),
+            Action::Probe(..) | Action::ProbeList(_) | Action::ProbeOff => self.act_probe(action, began),
             Action::Close => {
                 self.closing = true;
                 Ok(Step::Done)
@@ -366,6 +369,32 @@ impl App {
             _ => {}
         }
         Ok(Step::Done)
+    }
+
+    fn act_probe(&mut self, action: &Action, began: Began) -> Result<Step, String> {
+        let probe = &mut self.session.probe;
+        match action {
+            Action::Probe(place, axis) if began.turn == 0 => {
+                (probe.place, probe.follows, probe.axis, probe.answer) = (Some(*place), false, *axis, None);
+                probe.asked = None;
+                return Ok(Step::Wait);
+            }
+            Action::ProbeOff => {
+                probe.place = None;
+                return Ok(Step::Done);
+            }
+            _ => {}
+        }
+        let Some(answer) = self.session.probed() else { return Ok(Step::Wait) };
+        match (action, &answer.found) {
+            (_, Err(problem)) => Err(problem.clone()),
+            (Action::ProbeList(path), Ok(Probed::Cone(probe))) => {
+                std::fs::write(path, table(probe)).map_err(|error| format!("{}: {error}", path.display()))?;
+                Ok(Step::Done)
+            }
+            (Action::ProbeList(_), Ok(other)) => Err(format!("there is no cone: {other:?}")),
+            _ => Ok(Step::Done),
+        }
     }
 
     fn act_memory(&mut self, action: &Action) -> Result<Step, String> {

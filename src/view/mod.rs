@@ -10,6 +10,7 @@ mod drive;
 mod pane;
 mod panels;
 mod picture;
+mod probe;
 mod reload;
 mod script;
 mod session;

@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use super::probe::{ProbeAnswer, ProbeJob};
 use super::views::{Source, VIEWS, View};
 use super::worker::{Job, PaneJob, Picture};
 use crate::frame::{FrameSettings, Renderer};
@@ -157,11 +158,18 @@ impl<'g> Pane<'g> {
         }))
     }
 
+    /// Traces a cone from the newest picture; `None` where that is not the picture that was meant, or not in full.
+    pub(super) fn probe(&self, job: &ProbeJob) -> Option<ProbeAnswer> {
+        let is_shown = self.shown == Some((job.job, true));
+        is_shown.then(|| ProbeAnswer { of: *job, found: self.renderer.probe(job.pixel, job.axis, job.aperture_deg).map_err(|error| error.to_string()) })
+    }
+
     /// How many light maps or levels a view has.
     fn layers(&self, view: &View) -> u32 {
         match view.source {
             Source::LightMap(_) => self.renderer.light_map_count(),
             Source::Voxels { volume, .. } => self.renderer.volumes().iter().find(|(name, _)| *name == volume).map_or(0, |(_, levels)| *levels),
+            Source::Structure => self.renderer.volumes().first().map_or(0, |(_, levels)| *levels),
             Source::Aov(_) | Source::Surface(_) => 0,
         }
     }

@@ -5,6 +5,8 @@
 use std::collections::VecDeque;
 use std::path::PathBuf;
 
+use crate::gi::ProbeAxis;
+
 /// One action.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Action {
@@ -62,6 +64,12 @@ pub enum Action {
     MoveLight(usize, [f32; 3]),
     /// `light add`.
     AddLight,
+    /// `probe X Y normal|mirror|diffuse N`: a cone from there, shares of the picture; waits for it.
+    Probe([f32; 2], ProbeAxis),
+    /// `probe list FILE`: its samples, as CSV.
+    ProbeList(PathBuf),
+    /// `probe off`.
+    ProbeOff,
     /// `copy FROM TO`: a file.
     Copy(PathBuf, PathBuf),
     /// `shader ok|error`: wait until a shader was taken or refused since the last such action.
@@ -144,6 +152,11 @@ fn action(text: &str) -> Option<Action> {
         ["opened", ..] => Action::Opened(text["opened".len()..].trim().into()),
         ["light", "move", index, x, y, z] => Action::MoveLight(index.parse().ok()?, [number(x)?, number(y)?, number(z)?]),
         ["light", "add"] => Action::AddLight,
+        ["probe", "off"] => Action::ProbeOff,
+        ["probe", "list", path] => Action::ProbeList(path.into()),
+        ["probe", x, y, "normal"] => Action::Probe([number(x)?, number(y)?], ProbeAxis::Normal),
+        ["probe", x, y, "mirror"] => Action::Probe([number(x)?, number(y)?], ProbeAxis::Mirror),
+        ["probe", x, y, "diffuse", index] => Action::Probe([number(x)?, number(y)?], ProbeAxis::Diffuse(index.parse().ok()?)),
         ["copy", from, to] => Action::Copy(from.into(), to.into()),
         ["shader", "ok"] => Action::Shader(true),
         ["shader", "error"] => Action::Shader(false),

@@ -9,6 +9,7 @@ use glam::Vec3;
 
 use super::camera::Controls;
 use super::picture::{Components, Look, ToneMap};
+use super::probe::{ProbeAnswer, ProbeJob, ProbeState};
 use super::truth::{MOST_SAMPLES, Truth, TruthJob};
 use super::views::VIEWS;
 use super::worker::{Job, PaneJob, Picture};
@@ -109,6 +110,7 @@ pub(super) struct Session {
     pub(super) view: usize,
     pub(super) layer: u32,
     pub(super) components: Components,
+    pub(super) probe: ProbeState,
     /// Stops.
     pub(super) exposure_ev: f32,
     pub(super) tone_map: ToneMap,
@@ -158,6 +160,7 @@ impl Session {
             view: 0,
             layer: 0,
             components: Components::default(),
+            probe: ProbeState::default(),
             exposure_ev: 0.0,
             tone_map: ToneMap::Clamp,
             difference_scale: 0.5,
@@ -279,6 +282,23 @@ impl Session {
         if self.most_samples != most {
             (self.most_samples, self.truth_asked) = (most, None);
         }
+    }
+
+    /// The cone to ask for, where there is a new one: from a full picture.
+    pub(super) fn next_probe(&mut self) -> Option<ProbeJob> {
+        let [x, y] = self.probe.place.filter(|_| self.is_still())?;
+        let job = self.asked.as_ref()?.id;
+        let pane = usize::from(self.compare == Compare::Split && x >= self.divider);
+        let at = |share: f32, size: u32| ((share * size as f32) as u32).min(size.saturating_sub(1));
+        let pixel = [at(x, self.size[0]), at(y, self.size[1])];
+        let wanted = ProbeJob { job, pane, pixel, axis: self.probe.axis, aperture_deg: self.probe.aperture_deg };
+        (self.probe.asked.replace(wanted) != Some(wanted)).then_some(wanted)
+    }
+
+    /// The cone that came back, where there is to be one and it is from what is shown.
+    pub(super) fn probed(&self) -> Option<&ProbeAnswer> {
+        let job = self.asked.as_ref()?.id;
+        self.probe.answer.as_ref().filter(|answer| self.probe.place.is_some() && answer.of.job == job)
     }
 
     /// Asks for everything anew: the shaders changed.

@@ -21,6 +21,8 @@ pub(super) enum Source {
         /// Opacity in place of the value.
         opacity: bool,
     },
+    /// How the first of them divides space, on one of its levels.
+    Structure,
 }
 
 /// What a view shows one of.
@@ -93,6 +95,13 @@ pub(super) static VIEWS: &[View] = &[
     row("voxel-albedo", "albedo of the bricks (svo with attributes=on), on any level", "", voxels("albedo", false), Scale::Share),
     row("voxel-normal", "normal of the bricks (svo with attributes=on), on any level", "", voxels("normal", false), Scale::Signed),
     row("voxel-emission", "emission of the bricks (svo with attributes=on), on any level", "W/(m² sr)", voxels("emission", false), Scale::Light),
+    row(
+        "structure",
+        "how the structure divides space, a colour for each level (techniques with a volume): voxels or texels, an octree's nodes, tiles and empty nodes, a clipmap's levels",
+        "",
+        Source::Structure,
+        Scale::Share,
+    ),
 ];
 
 const fn row(name: &'static str, help: &'static str, unit: &'static str, source: Source, scale: Scale) -> View {
@@ -109,7 +118,7 @@ impl View {
     pub(super) fn layers(&self) -> Option<Layers> {
         match self.source {
             Source::LightMap(_) => Some(Layers::Maps),
-            Source::Voxels { .. } => Some(Layers::Levels),
+            Source::Voxels { .. } | Source::Structure => Some(Layers::Levels),
             Source::Aov(_) | Source::Surface(_) => None,
         }
     }
@@ -129,6 +138,7 @@ impl View {
                 let seen = renderer.view_voxels(volume, layer)?;
                 Ok(seen.map(|[value, opacities]| if opacity { opacities } else { value }))
             }
+            Source::Structure => renderer.view_structure(layer),
         }
     }
 }

@@ -11,6 +11,7 @@ use glam::Vec3;
 
 use super::pane::Pane;
 use super::picture::Components;
+use super::probe::{ProbeAnswer, ProbeJob};
 use crate::gi::Settings;
 use crate::gi::registry::Entry;
 use crate::graph::{FrameStats, Gpu, GpuOptions, Messages};
@@ -91,6 +92,8 @@ pub(super) enum Event {
     Opened(String),
     /// A picture.
     Picture(Box<Picture>),
+    /// A cone with its samples.
+    Probed(Box<ProbeAnswer>),
     /// What a side asks for cannot be done.
     Failed {
         /// 0 left, 1 right.
@@ -108,6 +111,7 @@ pub(super) enum Event {
 struct Inbox {
     job: Option<Job>,
     modules: Vec<(String, Vec<u32>)>,
+    probe: Option<ProbeJob>,
     quit: bool,
     /// Whether a job is being worked on.
     busy: bool,
@@ -149,6 +153,12 @@ impl Worker {
         self.shared.wake.notify_one();
     }
 
+    /// Asks for a cone from the picture that was last sent in full.
+    pub(super) fn ask_probe(&self, job: ProbeJob) {
+        self.shared.inbox().probe = Some(job);
+        self.shared.wake.notify_one();
+    }
+
     /// Hands a shader module over, to be taken in place of the embedded one.
     pub(super) fn replace_module(&self, stem: String, words: Vec<u32>) {
         self.shared.inbox().modules.push((stem, words));
@@ -158,7 +168,7 @@ impl Worker {
     /// Whether it is at work.
     pub(super) fn is_busy(&self) -> bool {
         let inbox = self.shared.inbox();
-        inbox.busy || inbox.job.is_some() || !inbox.modules.is_empty()
+        inbox.busy || inbox.job.is_some() || inbox.probe.is_some() || !inbox.modules.is_empty()
     }
 
     /// All events since the last call.
@@ -218,10 +228,10 @@ fn work(shared: &Shared, options: &GpuOptions, notify: &dyn Fn()) {
     let mut panes: [Option<Pane<'_>>; 2] = [None, None];
     let mut last: Option<Job> = None;
     loop {
-        let (job, modules) = {
+        let (job, modules, probe) = {
             let mut inbox = shared.inbox();
             let again = last.as_ref().is_some_and(|job| job.continuous);
-            while !inbox.quit && inbox.job.is_none() && inbox.modules.is_empty() && !again {
+            while !inbox.quit && inbox.job.is_none() && inbox.modules.is_empty() && inbox.probe.is_none() && !again {
                 inbox.busy = false;
                 inbox = shared.wake.wait(inbox).unwrap_or_else(PoisonError::into_inner);
             }
@@ -229,7 +239,7 @@ fn work(shared: &Shared, options: &GpuOptions, notify: &dyn Fn()) {
                 return;
             }
             inbox.busy = true;
-            (inbox.job.take(), std::mem::take(&mut inbox.modules))
+            (inbox.job.take(), std::mem::take(&mut inbox.modules), inbox.probe.take())
         };
         let changed = !modules.is_empty();
         for (stem, words) in modules {
@@ -238,6 +248,13 @@ fn work(shared: &Shared, options: &GpuOptions, notify: &dyn Fn()) {
         }
         if changed {
             panes.iter_mut().flatten().for_each(Pane::shaders_changed);
+        }
+        // The picture that it begins in is there already; one that is not is asked for again.
+        if let Some(answer) = probe.and_then(|probe| panes.get(probe.pane)?.as_ref()?.probe(&probe)) {
+            send(Event::Probed(Box::new(answer)));
+            if job.is_none() && !changed {
+                continue;
+            }
         }
         if let Some(job) = job.or_else(|| last.take()) {
             panes.iter_mut().skip(job.panes.len()).for_each(|pane| *pane = None);

@@ -79,6 +79,17 @@ fn receivers(gpu: &Gpu, gbuffer: &GBuffer, constants: &FrameConstants, grid: &Vo
     (0..width * height).filter_map(of).collect()
 }
 
+/// Directions from the eye through the pixels of a picture, row by row.
+pub fn pixel_rays(constants: &FrameConstants, size: [u32; 2]) -> impl Iterator<Item = DVec3> {
+    let [forward, right, up] = [constants.ray_forward, constants.ray_right, constants.ray_up].map(|row| Vec3::new(row[0], row[1], row[2]).as_dvec3());
+    let [width, height] = size;
+    (0..width * height).map(move |pixel| {
+        let at = DVec2::from([pixel % width, pixel / width].map(f64::from)) + 0.5;
+        let at = 2.0 * at / DVec2::new(f64::from(width), f64::from(height)) - 1.0;
+        (forward + at.x * right - at.y * up).normalize()
+    })
+}
+
 /// A unit vector of 2×16 bits.
 pub fn octahedral(packed: u32) -> DVec3 {
     let snorm = |bits: u32| (f64::from(bits as u16 as i16) / 32767.0).max(-1.0);

@@ -11,7 +11,8 @@
 #include "gi/cone/dense.glsl"
 #endif
 
-// The including pass declares what the volume is sampled from, and has these parameters.
+// The including pass declares what the volume is sampled from, and has these parameters; with PROBE it also has
+//   void record_sample(vec3 position, float centre, float diameter, vec4 texel, float opacity)      of every sample, in order; `opacity` that of its step
 struct MarchSettings {
     float resolution;        // voxels along an edge of the grid
     float step_factor;       // β: step in sample diameters
@@ -96,9 +97,16 @@ ConeResult march_cone(vec3 origin, vec3 direction, float tan_half, float height,
             t += at.stride;
             bool is_last = t >= end;
             if (may_see || is_last) break;
+#ifdef PROBE
+            record_sample(origin + at.centre * direction, at.centre, at.diameter, vec4(0.0), 0.0);
+#endif
             at = step_at(t, cone, m.step_factor, least_diameter(origin + t * direction));
         }
         vec4 texel = sample_volume(origin + at.centre * direction, m.resolution, log2(at.diameter), direction);
+#ifdef PROBE
+        float step_opacity = texel.a > 0.0 ? 1.0 - pow(max(1.0 - texel.a, 0.0), m.opacity_exponent * m.step_factor) : 0.0;
+        record_sample(origin + at.centre * direction, at.centre, at.diameter, texel, step_opacity);
+#endif
         if (texel.a > 0.0) {
             float opacity = 1.0 - pow(max(1.0 - texel.a, 0.0), m.opacity_exponent * m.step_factor);
             radiance += through * opacity / texel.a * texel.rgb;

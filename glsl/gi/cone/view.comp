@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // cone.view: the texels of one level of a volume as the camera sees them. A pixel's ray meets cells of the size of a texel, each of which has the value at its
-// centre throughout, and covers what is behind it by its opacity.
+// centre throughout, and covers what is behind it by its opacity. Or, in place of values, how the volume divides space (gi/cone/structure.glsl).
 layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(set = 1, binding = 0, rgba32f) uniform restrict image2D seen_texels;   // rgb: premultiplied by opacity; a: opacity
@@ -19,6 +19,9 @@ layout(set = 1, binding = 2) uniform utexture3D matter;
 layout(set = 1, binding = 3) uniform texture3D faces;
 #endif
 
+// 2: in place of values, the structure.
+layout(constant_id = 1) const uint SHOWN = 0;
+
 layout(push_constant) uniform ViewVoxelsParams {
     vec4 grid;             // xyz: smallest corner of the grid [m]; w: voxel size [m]
     float resolution;
@@ -29,6 +32,7 @@ layout(push_constant) uniform ViewVoxelsParams {
 } params;
 
 #include "gi/cone/march.glsl"
+#include "gi/cone/structure.glsl"
 
 float largest(vec3 v) {
     return max(v.x, max(v.y, v.z));
@@ -47,18 +51,17 @@ void main() {
     if (params.begin_distance > 0.0) seen = imageLoad(seen_texels, pixel);
     float begin = entry + params.begin_distance, t = begin;
     while (t < end && seen.a < 0.995) {
-        vec3 position = origin + t * direction;
-        // Where a level of a clipmap begins to fade, that is no power of two.
-        float edge = max(exp2(params.level), exp2(ceil(log2(largest_texel(position)) - 1e-3)));
-        // A little further, inside the cell.
-        vec3 low = floor((position + 1e-3 * edge * direction) / edge) * edge;
-        vec3 near = (mix(low + edge, low, is_forward) - origin) / direction, far = (mix(low, low + edge, is_forward) - origin) / direction;
+        Cell cell = cell_at(origin + t * direction, direction, params.resolution, params.level);
+        vec3 high = cell.low + cell.edge;
+        vec3 near = (mix(high, cell.low, is_forward) - origin) / direction, far = (mix(cell.low, high, is_forward) - origin) / direction;
         // One that began before was seen by the dispatch before.
         if (params.begin_distance <= 0.0 || largest(near) >= begin) {
-            vec4 texel = sample_volume(low + 0.5 * edge, params.resolution, max(params.level, log2(edge)), direction);
+            vec4 texel = vec4(0.0);
+            if (!cell.is_empty) texel = sample_volume(cell.low + 0.5 * cell.edge, params.resolution, max(params.level, log2(cell.edge)), direction);
+            if (SHOWN == 2u) texel = draw_cell(cell, texel.a > LEAST_OPACITY, origin, direction, near, params.level);
             seen += (1.0 - seen.a) * texel;
         }
-        t = max(min(far.x, min(far.y, far.z)), t + 1e-3 * edge);
+        t = max(min(far.x, min(far.y, far.z)), t + cell.slack);
     }
     imageStore(seen_texels, pixel, seen);
 }

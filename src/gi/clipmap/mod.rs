@@ -18,7 +18,7 @@ use super::voxel::{
     self, Bounces, Directionality, FACE_SETTINGS, Injection, LightSettings, MIP_FILTER, Prefilter, Sides, Viewer, VoxelBox, VoxelLight, VoxelRecords,
     VoxelSettings, VoxelWindow, WindowScratch,
 };
-use super::{Context, IndirectLight, Technique, VoxelVolume};
+use super::{Context, IndirectLight, Probe, ProbeAxis, ProbeSurface, Technique, VoxelVolume};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image, Pass};
 use crate::render::{GBuffer, GpuScene, LightMaps, Output, screen_image};
 use crate::shader::{Field, GpuStruct};
@@ -427,6 +427,12 @@ impl Technique for Clipmap {
         let Some(outermost) = self.levels.last() else { return Ok(Vec::new()) };
         let grid = self.layout.grid(outermost.place.first);
         self.cones.count_samples(gpu, scene, gbuffer, &grid, self.volume.as_volume(), [true, self.light.specular.is_some()])
+    }
+
+    fn probe(&self, context: &Context<'_>, surface: &ProbeSurface, axis: ProbeAxis, aperture_deg: Option<f32>) -> Result<Option<Probe>, Error> {
+        let Some(outermost) = self.levels.last() else { return Ok(None) };
+        let grid = self.layout.grid(outermost.place.first);
+        self.cones.probe(context, &grid, self.volume.as_volume(), surface, (axis, aperture_deg)).map(Some)
     }
 
     fn volumes(&self) -> Vec<VoxelVolume<'_>> {

@@ -2,6 +2,7 @@
 
 pub mod oracle;
 mod patches;
+mod probe;
 mod sets;
 mod settings;
 mod shadow;
@@ -10,6 +11,7 @@ mod view;
 mod volume;
 
 pub use patches::{EmissivePatches, GpuPatch, PATCHES, Patch, PatchParams, patches};
+pub use probe::{PROBE, Probe, ProbeAxis, ProbeParams, ProbeSample, ProbeSurface};
 pub use sets::{Cone, ConeSet, KahlRings, check, cone_set, diffuse_set, kahl_set};
 pub use settings::{NARROWEST, SETTINGS, SUBSTITUTIONS, TEXTBOOK, diffuse_count, more_cones};
 pub use shadow::{SHADOW, SOFT_SHADOWS, ShadowConeParams};
@@ -21,14 +23,15 @@ use crate::graph::Pass;
 use crate::shader::{Field, GpuStruct};
 
 /// The passes through a dense volume.
-pub static PASSES: &[&Pass] = &[&GATHER.dense, &OCCLUSION.dense, &SPECULAR.dense, &SHADOW.dense, &PATCHES.dense, &BOUNCE.dense, &VIEW.dense];
+pub static PASSES: &[&Pass] = &[&GATHER.dense, &OCCLUSION.dense, &SPECULAR.dense, &SHADOW.dense, &PATCHES.dense, &BOUNCE.dense, &VIEW.dense, &PROBE.dense];
 
 /// The passes through a sparse volume.
-pub static SPARSE_PASSES: &[&Pass] = &[&GATHER.sparse, &OCCLUSION.sparse, &SPECULAR.sparse, &SHADOW.sparse, &PATCHES.sparse, &BOUNCE.sparse, &VIEW.sparse];
+pub static SPARSE_PASSES: &[&Pass] =
+    &[&GATHER.sparse, &OCCLUSION.sparse, &SPECULAR.sparse, &SHADOW.sparse, &PATCHES.sparse, &BOUNCE.sparse, &VIEW.sparse, &PROBE.sparse];
 
 /// The passes through a clipmap.
 pub static CLIPMAP_PASSES: &[&Pass] =
-    &[&GATHER.clipmap, &OCCLUSION.clipmap, &SPECULAR.clipmap, &SHADOW.clipmap, &PATCHES.clipmap, &BOUNCE.clipmap, &VIEW.clipmap];
+    &[&GATHER.clipmap, &OCCLUSION.clipmap, &SPECULAR.clipmap, &SHADOW.clipmap, &PATCHES.clipmap, &BOUNCE.clipmap, &VIEW.clipmap, &PROBE.clipmap];
 
 /// All structs that this module shares with shaders.
 pub static STRUCTS: &[(&str, &[Field])] = &[
@@ -39,4 +42,5 @@ pub static STRUCTS: &[(&str, &[Field])] = &[
     (PatchParams::NAME, PatchParams::FIELDS),
     (BounceConeParams::NAME, BounceConeParams::FIELDS),
     (ViewVoxelsParams::NAME, ViewVoxelsParams::FIELDS),
+    (ProbeParams::NAME, ProbeParams::FIELDS),
 ];

@@ -146,10 +146,10 @@ pub struct ConeSettings {
 }
 
 /// A cone set on the device.
-struct DeviceSet {
-    cones: Arc<Buffer>,
-    count: u32,
-    jitter: f32,
+pub(super) struct DeviceSet {
+    pub(super) cones: Arc<Buffer>,
+    pub(super) count: u32,
+    pub(super) jitter: f32,
     is_narrow: bool,
 }
 
@@ -165,7 +165,7 @@ impl DeviceSet {
 pub struct ConeTracer {
     pub(super) settings: ConeSettings,
     /// Of a pixel.
-    set: DeviceSet,
+    pub(super) set: DeviceSet,
     /// Of a voxel, where voxels gather.
     bounce_set: Option<DeviceSet>,
     /// Of a pixel's ambient visibility, where it has cones of its own; their longest reach (m), 0 for the end of the grid, and λ (1/m).
@@ -186,7 +186,7 @@ pub(super) const VECTOR_LANES: u32 = 8;
 const FACE_TURNS: u32 = 5;
 
 /// Samples of the longest cone: across the cube's diagonal, √3 n voxels, in steps of no less than β voxels.
-fn longest_march(resolution: u32, step_factor: f32) -> u32 {
+pub(super) fn longest_march(resolution: u32, step_factor: f32) -> u32 {
     (1.8 * resolution as f32 / step_factor).ceil() as u32 + 1
 }
 
@@ -364,7 +364,7 @@ impl ConeSettings {
     }
 
     /// Longest distance (voxels).
-    fn max_distance(&self, grid: &VoxelGrid) -> f32 {
+    pub(super) fn max_distance(&self, grid: &VoxelGrid) -> f32 {
         if self.max_distance_m > 0.0 { self.max_distance_m / grid.voxel_size } else { 4.0 * grid.resolution as f32 }
     }
 }

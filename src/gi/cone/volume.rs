@@ -63,6 +63,8 @@ pub(super) enum Output {
     Light,
     /// In x, how many samples they take.
     Samples,
+    /// Of `cone.view`: how the volume divides space.
+    Structure,
 }
 
 /// How the three faces that a cone meets make one opacity.

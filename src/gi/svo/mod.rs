@@ -21,7 +21,7 @@ use super::interleave::{self, deinterleave};
 use super::registry::{Directions, Entry, Part, Stage};
 use super::settings::{Domain, Preset, Setting, SettingError, Settings};
 use super::voxel::{self, Bounces, Directionality, FACE_SETTINGS, Injection, LightSettings, MIP_FILTER, Prefilter, Sides, Viewer, VoxelSettings};
-use super::{Context, IndirectLight, LitVoxels, Technique, VoxelVolume};
+use super::{Context, IndirectLight, LitVoxels, Probe, ProbeAxis, ProbeSurface, Technique, VoxelVolume};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image, Pass};
 use crate::render::{GBuffer, GpuScene, LightMaps, Output, screen_image};
 use crate::shader::{Field, GpuStruct};
@@ -369,6 +369,11 @@ impl Technique for Svo {
     fn count_samples(&self, gpu: &Gpu, scene: &GpuScene, gbuffer: &GBuffer) -> Result<Vec<(&'static str, u64)>, Error> {
         let Some(store) = &self.store else { return Ok(Vec::new()) };
         self.cones.count_samples(gpu, scene, gbuffer, &store.voxels.grid, store.volume(self.bricks), [true, self.light.specular.is_some()])
+    }
+
+    fn probe(&self, context: &Context<'_>, surface: &ProbeSurface, axis: ProbeAxis, aperture_deg: Option<f32>) -> Result<Option<Probe>, Error> {
+        let Some(store) = &self.store else { return Ok(None) };
+        self.cones.probe(context, &store.voxels.grid, store.volume(self.bricks), surface, (axis, aperture_deg)).map(Some)
     }
 
     fn volumes(&self) -> Vec<VoxelVolume<'_>> {

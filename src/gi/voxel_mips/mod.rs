@@ -16,7 +16,7 @@ use super::voxel::{
     self, Accumulation, Bounces, Directionality, DynamicVoxels, FACE_SETTINGS, Injection, LightSettings, MIP_FILTER, Prefilter, RAY_SETTINGS, RaySettings,
     Sides, Viewer, VoxelLight, VoxelRecords, VoxelSettings, Voxelizer, Voxels, bounce_rays, gather_rays,
 };
-use super::{Context, IndirectLight, LitVoxels, Technique, VoxelVolume};
+use super::{Context, IndirectLight, LitVoxels, Probe, ProbeAxis, ProbeSurface, Technique, VoxelVolume};
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Error, Frame, FrameStats, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Pass, Sets, Shaders, vk};
 use crate::render::{GBuffer, GpuScene, LightMaps, Output, screen_image};
@@ -407,6 +407,11 @@ impl Technique for VoxelMips {
     fn count_samples(&self, gpu: &Gpu, scene: &GpuScene, gbuffer: &GBuffer) -> Result<Vec<(&'static str, u64)>, Error> {
         let (Some((voxels, _)), Some(volume)) = (&self.store, &self.volume) else { return Ok(Vec::new()) };
         self.cones.count_samples(gpu, scene, gbuffer, &voxels.grid, volume.as_volume(), [self.rays.is_none(), self.light.specular.is_some()])
+    }
+
+    fn probe(&self, context: &Context<'_>, surface: &ProbeSurface, axis: ProbeAxis, aperture_deg: Option<f32>) -> Result<Option<Probe>, Error> {
+        let (Some((voxels, _)), Some(volume)) = (&self.store, &self.volume) else { return Ok(None) };
+        self.cones.probe(context, &voxels.grid, volume.as_volume(), surface, (axis, aperture_deg)).map(Some)
     }
 
     fn volumes(&self) -> Vec<VoxelVolume<'_>> {

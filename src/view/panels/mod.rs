@@ -6,6 +6,7 @@ mod help;
 mod input;
 mod lights;
 mod look;
+mod probe;
 mod stage;
 mod technique;
 
@@ -21,7 +22,7 @@ use super::store::Remembered;
 pub(super) use stage::Stage;
 
 /// Sections of the panels, in their order.
-pub(super) const SECTIONS: [&str; 7] = ["Scene", "Compare", "Technique", "Picture", "Camera", "Lights", "Cost"];
+pub(super) const SECTIONS: [&str; 8] = ["Scene", "Compare", "Technique", "Picture", "Probe", "Camera", "Lights", "Cost"];
 
 /// Width of the panels (points).
 const WIDTH: f32 = 312.0;
@@ -63,6 +64,8 @@ pub(super) struct Panels {
     pub(super) picture: Rect,
     /// What is under the pointer.
     pub(super) readout: String,
+    /// Where the pointer is over the picture (shares of it).
+    pub(super) pointer: Option<[f32; 2]>,
     /// Whether a button or key is held down that changes the picture.
     pub(super) held: bool,
 }
@@ -81,6 +84,7 @@ impl Default for Panels {
             dialog: files::dialog(),
             picture: Rect::NOTHING,
             readout: String::new(),
+            pointer: None,
             held: false,
         }
     }
@@ -167,6 +171,7 @@ fn section(ui: &mut Ui, scope: &mut Scope<'_>, index: usize) {
         "Compare" => technique::show_compare(ui, scope),
         "Technique" => technique::show(ui, scope),
         "Picture" => look::show_picture(ui, scope),
+        "Probe" => probe::show(ui, scope),
         "Camera" => look::show_camera(ui, scope),
         "Lights" => lights::show(ui, scope),
         _ => cost::show(ui, scope),

@@ -2,7 +2,7 @@
 
 use egui::{Align2, Color32, ColorImage, Context, CursorIcon, FontId, PointerButton, Pos2, Rect, Sense, TextureHandle, TextureOptions, Ui, pos2, vec2};
 
-use super::Scope;
+use super::{Scope, probe};
 use crate::view::picture::{Look, develop, difference};
 use crate::view::session::{Compare, Session};
 use crate::view::views::VIEWS;
@@ -88,6 +88,11 @@ impl Stage {
             if !on_divider {
                 mouse(ui, &response, scope);
             }
+            scope.panels.pointer = response.hover_pos().map(|at| ((at - rect.min) / rect.size()).into());
+            let followed = &mut scope.session.probe;
+            if followed.follows && followed.place.is_some() {
+                followed.place = scope.panels.pointer.or(followed.place);
+            }
             scope.panels.readout = response.hover_pos().and_then(|at| readout(scope.session, rect, at)).unwrap_or_default();
         });
     }
@@ -131,6 +136,7 @@ impl Stage {
                 painter.galley(at, galley, Color32::WHITE);
             }
         }
+        probe::draw(ui, rect, session);
         if session.compare != Compare::Single {
             ui.painter().vline(split_x, rect.y_range(), egui::Stroke::new(1.0, Color32::WHITE));
             ui.painter().circle_filled(pos2(split_x, rect.center().y), 5.0, Color32::WHITE);

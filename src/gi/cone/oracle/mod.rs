@@ -4,6 +4,7 @@
 //! through texels of opacity α has the opacity α' = 1 − (1 − α)^(g β). Lengths are voxels of the finest level.
 
 pub mod patches;
+pub mod structure;
 
 use std::f64::consts::PI;
 
