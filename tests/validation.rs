@@ -47,12 +47,14 @@ fn every_number_of_lights_is_silent() {
     }
 }
 
-/// Each word of each setting, and each end of each number's range (but for resolutions, which are large), on a scene that has everything.
+/// Each word of each setting, and each end of each number's range (but for resolutions, which are large), on a scene that has everything: with the default preset,
+/// and with one of the others in turn.
 #[test]
 fn every_choice_of_every_setting_is_silent() {
     let gpu = gpu();
     let [(_, point), ..] = small_lights();
     for entry in TECHNIQUES.iter().copied() {
+        let mut others = entry.presets.iter().skip(1).cycle();
         for setting in entry.settings.iter().copied().flatten().filter(|setting| setting.name != "resolution") {
             let values: Vec<String> = match setting.domain {
                 Domain::Choice(words) => words.iter().map(|word| (*word).to_owned()).collect(),
@@ -61,7 +63,8 @@ fn every_choice_of_every_setting_is_silent() {
                 Domain::Number { min, max } => vec![min.to_string(), max.to_string()],
             };
             for value in values {
-                for preset in entry.presets {
+                let other = others.next();
+                for preset in entry.presets.first().into_iter().chain(other) {
                     let case = Case { entry, preset: Some(preset.name) };
                     let what = format!("{} --set {}={value}", case.name(), setting.name);
                     let pairs = [("resolution", case.smallest_resolution()), (setting.name, value.as_str())];
