@@ -244,7 +244,7 @@ fn memory_is_counted_and_small() {
         // The default preset proves it at full size and with a whole frame; the others only build, which allocates everything, at an eighth of all of it. Twice
         // the share of the voxels is occupied there: what half of them take is left out.
         let is_default = case.entry.presets.first().map(|preset| preset.name) == case.preset;
-        let (resolution, size) = if is_default { (256, frame(160, 90, 512)) } else { (128, frame(56, 32, 181)) };
+        let (resolution, size) = if is_default { (256, frame(160, 90, 512)) } else { (128, frame(224, 128, 362)) };
         let settings = case.settings(&[("resolution", &resolution.to_string()), ("levels", "2")]);
         let (mut renderer, _) = Renderer::new(&gpu, &scene, case.entry, &settings, size).unwrap();
         if is_default {
