@@ -250,7 +250,7 @@ fn memory_is_counted_and_small() {
         if is_default {
             renderer.render(&scene.camera).unwrap();
         }
-        let report = Report::new(&gpu, &scene.name, [640, 360], case.entry.name, &settings);
+        let report = Report::new(&gpu, &scene.name, size.size, case.entry.name, &settings);
         assert_eq!(report.memory_bytes, gpu.memory_total(), "{}", case.name());
         assert_eq!(report.memory_bytes, report.memory.iter().map(|row| row.bytes).sum::<u64>(), "{}", case.name());
         let of_voxels: u64 = report.memory.iter().filter(|row| row.name.starts_with("voxel.")).map(|row| row.bytes).sum();
