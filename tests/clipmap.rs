@@ -98,6 +98,9 @@ fn texels_are_those_from_scratch_after_any_walk() {
         &["resolution=16", "levels=3", "anisotropic=on", "voxel_size=0.05"],
         &["resolution=16", "levels=3", "faces=both", "bounces=2"],
         &["resolution=16", "levels=4", "faces=front", "opacity=coverage", "light_updates=on-change"],
+        &["resolution=32", "levels=3", "light_updates=on-change"],
+        &["resolution=32", "levels=3", "faces=both", "injection=voxel", "voxel_occlusion=shadow-map-area", "light_updates=on-change"],
+        &["resolution=32", "levels=3", "faces=both", "injection=voxel", "voxel_occlusion=rays-hard", "light_updates=on-change"],
     ]
     .into_iter()
     .enumerate()

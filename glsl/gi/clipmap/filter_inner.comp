@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// clipmap.filter_inner: the texels of a level where the next finer one is shown whole, from its texels; towards the end of that, mixed with those of
+// clipmap.filter_inner: the texels of a level, in some region, where the next finer one is shown whole, from its texels; towards the end of that, mixed with those of
 // the level's own voxels, so that little changes when it moves on. A thread a texel.
 layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
 
@@ -15,7 +15,9 @@ layout(set = 1, binding = 0, rgba16f) uniform restrict image3D clipmap;
 #include "gi/clipmap/store.glsl"
 
 layout(push_constant) uniform InnerParams {
-    ivec4 first;         // xyz: first voxel of the box, modulo n; w: n
+    ivec4 first;         // xyz: first voxel of the box where the finer level is shown whole, modulo n; w: n
+    ivec4 region_low;    // xyz: first voxel that is made, from that one
+    ivec4 region_size;
     int inner_level;     // this one
     int inner_edge;      // of the box [voxels]
     int inner_ramp;      // over which both are mixed [voxels]
@@ -24,7 +26,8 @@ layout(push_constant) uniform InnerParams {
 void main() {
     int n = params.first.w;
     ivec3 at = ivec3(gl_GlobalInvocationID);
-    if (any(greaterThanEqual(at, ivec3(params.inner_edge)))) return;
+    if (any(greaterThanEqual(at, params.region_size.xyz))) return;
+    at += params.region_low.xyz;
     ivec3 voxel = params.first.xyz + at;
     ivec3 inside = min(at, params.inner_edge - 1 - at);
     float depth = float(min(inside.x, min(inside.y, inside.z))) + 0.5;

@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// clipmap.write_voxels: the radiance of a level's voxels, premultiplied by opacity, into its texels, but where those of the next finer
+// clipmap.write_voxels: the radiance of a level's voxels in some region, premultiplied by opacity, into its texels, but where those of the next finer
 // level alone are shown. A thread a voxel.
 layout(local_size_x = 64) in;
 
@@ -18,6 +18,8 @@ layout(set = 1, binding = 2, rgba16f) uniform restrict writeonly image3D clipmap
 layout(push_constant) uniform WriteParams {
     ivec4 first;         // xyz: first voxel of the level modulo n; w: n
     ivec4 core;          // xyz: first voxel of the box that is made from the finer level alone, from the level's own; w: its edge
+    ivec4 region_low;    // xyz: first voxel that is written, from the level's own
+    ivec4 region_end;
     uint voxel_count;
     int clipmap_level;
 } params;
@@ -27,6 +29,7 @@ void main() {
     if (index >= params.voxel_count) return;
     ivec3 voxel = ivec3(voxel_coordinates(voxels[index].xy, voxels[index].z_area));
     if (all(greaterThanEqual(voxel, params.core.xyz)) && all(lessThan(voxel, params.core.xyz + params.core.w))) return;
+    if (any(lessThan(voxel, params.region_low.xyz)) || any(greaterThanEqual(voxel, params.region_end.xyz))) return;
     ivec3 texel = voxel + params.first.xyz & params.first.w - 1;
     int faces = 1;
     if (FACES) faces = 6;

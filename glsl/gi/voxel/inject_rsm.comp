@@ -16,7 +16,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(constant_id = 0) const uint SIDES = 1;   // 2: the flux of each side of a voxel apart
 layout(constant_id = 1) const int BLOCK = 1;     // edge of the block of texels that a thread adds as one where it can [texels]
 
-layout(constant_id = 2) const bool PART = false;   // the voxels are those of a small part of what the maps show
+layout(constant_id = 2) const bool PART = false;   // the voxels that are lit are those of a small part of what the maps show
 
 const int SPLIT = 3;
 
@@ -37,13 +37,12 @@ layout(std430, set = 1, binding = 8) restrict readonly buffer BlockBases { uint 
 
 layout(push_constant) uniform InjectParams {
     vec4 grid;             // xyz: smallest corner of the grid [m]; w: voxel size [m]
+    ivec4 piece;           // of the grid, whose voxels are added to: smallest corner and edge [voxels]
+    ivec4 kept_low;        // box of voxels whose light stays as it is: nothing has to be added to them
+    ivec4 kept_end;
     uint resolution;
-    uint first_voxel;  // of those that this dispatch adds to, a piece of the grid; their records and sums start with it
+    uint first_voxel;  // of the piece's voxels; their records and sums start with it
     uint voxel_count;
-    uint piece_x;      // its smallest corner [voxels]
-    uint piece_y;
-    uint piece_z;
-    uint piece_size;   // its edge [voxels]
     float flux_unit;   // of one integer step, for r, g, b [W/(m² sr)]
     float area_unit;   // of one integer step [voxel faces]
 } params;
@@ -72,17 +71,26 @@ uint last_tile = 0u;
 uvec3 last_place = uvec3(0xffffffffu);
 #endif
 
-// How far a position is outside of the piece along an axis, at most [voxels]; below 0 inside.
-float distance_from_piece(vec3 position) {
-    vec3 beyond = abs(position - vec3(params.piece_x, params.piece_y, params.piece_z) - 0.5 * float(params.piece_size)) - 0.5 * float(params.piece_size);
+// How far a position is outside of a box along an axis, at most [voxels]; below 0 inside.
+float distance_from(vec3 position, vec3 low, vec3 end) {
+    vec3 beyond = abs(position - 0.5 * (low + end)) - 0.5 * (end - low);
     return max(beyond.x, max(beyond.y, beyond.z));
+}
+
+float distance_from_piece(vec3 position) {
+    return distance_from(position, vec3(params.piece.xyz), vec3(params.piece.xyz + params.piece.w));
+}
+
+// Whether voxels that are lit anew lie within some voxels of a position.
+bool may_reach(vec3 position, float voxels) {
+    return distance_from_piece(position) < voxels && distance_from(position, vec3(params.kept_low), vec3(params.kept_end)) > -voxels;
 }
 
 // Compact index of the occupied voxel at a grid position, or −1.
 int voxel_at(vec3 position) {
+#ifdef SVO
     if (any(lessThan(position, vec3(0.0))) || any(greaterThanEqual(position, vec3(params.resolution)))) return -1;
     uvec3 voxel = uvec3(position);
-#ifdef SVO
     bool is_near = voxel >> 3 == last_place;
     uint child = is_near ? last_tile : 0u;
     for (int above = is_near ? 2 : findMSB(params.resolution) - 1; above >= 0; --above) {
@@ -96,7 +104,9 @@ int voxel_at(vec3 position) {
     }
     return int(child);
 #else
-    uint block = block_index(voxel, params.resolution), bit = block_bit(voxel);
+    ivec3 own = ivec3(floor(position)) - params.piece.xyz;
+    if (any(lessThan(own, ivec3(0))) || any(greaterThanEqual(own, ivec3(params.piece.w)))) return -1;
+    uint block = block_index(uvec3(own), uint(params.piece.w)), bit = block_bit(uvec3(own));
     uvec2 words = occupancy[block];
     return block_has(words, bit) ? int(block_bases[block] + set_bits_below(words, bit)) : -1;
 #endif
@@ -196,15 +206,15 @@ bool read_texel(ivec3 texel, LightView view, out Footprint footprint) {
     return stored != 0.0;
 }
 
-// Whether a texel lies so near to the piece that light of its block can fall there. A group's centre is within a voxel of each of its texels.
-bool is_near_piece(ivec3 texel, LightView view) {
+// Whether a texel lies so near to voxels that are lit anew that light of its block can fall there. A group's centre is within a voxel of each of its texels.
+bool is_near(ivec3 texel, LightView view) {
     float stored = texelFetch(sampler2DArray(shadow_maps, nearest_clamp), texel, 0).r;
     vec2 map = (vec2(texel.xy) + 0.5) / float(view.light.y) * 2.0 - 1.0;
     vec3 across = map.x * view.right.xyz + map.y * view.down.xyz;
     bool parallel = view.origin_kind.w == 0.0;
     float depth_m = map_depth(view, stored, view.right.w);
     vec3 position = view.origin_kind.xyz + across * (parallel ? 1.0 : depth_m) + view.forward.xyz * depth_m;
-    return stored != 0.0 && distance_from_piece((position - params.grid.xyz) / params.grid.w) < 3.0;
+    return stored != 0.0 && may_reach((position - params.grid.xyz) / params.grid.w, 3.0);
 }
 
 void main() {
@@ -216,7 +226,7 @@ void main() {
     int seed = 0;
     if (PART) {
         seed = BLOCK * BLOCK;
-        for (int i = 0; i < BLOCK * BLOCK && seed > 0; ++i) seed = is_near_piece(first + ivec3(i % BLOCK, i / BLOCK, 0), view) ? 0 : seed;
+        for (int i = 0; i < BLOCK * BLOCK && seed > 0; ++i) seed = is_near(first + ivec3(i % BLOCK, i / BLOCK, 0), view) ? 0 : seed;
     }
     while (seed < BLOCK * BLOCK) {
         Footprint group, texel;
@@ -243,7 +253,7 @@ void main() {
         group.right *= float(high.x - low.x + 1);
         group.down *= float(high.y - low.y + 1);
         // Light reaches a voxel's width around it.
-        for (int turn = int(is_lit && distance_from_piece(group.centre) < 1.5); turn > 0; --turn) spread(group);
+        for (int turn = int(is_lit && may_reach(group.centre, 1.5)); turn > 0; --turn) spread(group);
         seed = next;
     }
 }

@@ -35,7 +35,10 @@ layout(set = 1, binding = 11, rgba16f) uniform restrict writeonly image3D dense_
 #endif
 
 layout(push_constant) uniform LightParams {
-    vec4 grid;             // xyz: smallest corner of the grid [m]; w: voxel size [m]
+    vec4 grid;             // xyz: corner that places are counted from [m]; w: voxel size [m]
+    ivec4 first;           // xyz: smallest corner of the voxels' grid from there [voxels]
+    ivec4 kept_low;        // box of voxels, counted from there, whose light stays as it is
+    ivec4 kept_end;
     uint voxel_count;
     float flux_unit;
     float area_unit;
@@ -94,7 +97,7 @@ vec2 mapped_depths(Light light, vec3 from, vec3 to) {
 // Fraction of a light that reaches a voxel's surface.
 float unoccluded(Light light, vec3 position, vec3 to_light, vec3 lit_side, bool one_plane) {
     float size = params.grid.w;
-    vec3 receiver = (position - params.grid.xyz) / size, origin = receiver + RAY_START * lit_side;
+    vec3 receiver = (position - params.grid.xyz) / size - vec3(params.first), origin = receiver + RAY_START * lit_side;
     float reach = light.position_kind.w == LIGHT_DIRECTIONAL ? 1e30 : length(light.position_kind.xyz - position) / size;
     TraceSettings settings = TraceSettings(params.resolution, SELF_HEIGHT, CONTOUR_SLACK);
     if (OCCLUSION == 2u) {
@@ -137,7 +140,7 @@ float lit_area(Light light, vec3 corner, vec3 to_light) {
 // the share of its surface that the light meets first, as the light sees it; of what the voxel's mean normal lets through, no more.
 vec3 shade(Voxel voxel, vec3 normal, bool one_plane) {
     float size = params.grid.w;
-    vec3 position = params.grid.xyz + size * (voxel_coordinates(voxel.xy, voxel.z_area) + unpack_unorm10(voxel.mean_position));
+    vec3 position = params.grid.xyz + size * (voxel_coordinates(voxel.xy, voxel.z_area) + vec3(params.first) + unpack_unorm10(voxel.mean_position));
     vec3 irradiance = vec3(0.0);
     for (uint i = 0u; i < frame.size_px.z; ++i) {
         vec3 to_light;
@@ -195,6 +198,8 @@ void main() {
     uint index = gl_GlobalInvocationID.x + gl_GlobalInvocationID.y * 4194240u;
     if (index >= params.voxel_count) return;
     Voxel voxel = voxels[index];
+    ivec3 place = ivec3(voxel_coordinates(voxel.xy, voxel.z_area)) + params.first.xyz;
+    if (all(greaterThanEqual(place, params.kept_low.xyz)) && all(lessThan(place, params.kept_end.xyz))) return;
     if (DYNAMIC != 0u && !is_current(index, voxel)) {
         // Nothing looks for it, but the octree's static bricks hold it: dark, as long as it stands back.
         uvec2 dark = uvec2(0u, packHalf2x16(vec2(0.0, unpack_coverage(voxel.coverage))));

@@ -7,7 +7,7 @@ layout(local_size_x = 64) in;
 #include "gi/voxel/records.glsl"
 
 layout(constant_id = 0) const uint EMISSIVE = 0;
-layout(constant_id = 1) const uint IRRADIANCE = 0;   // so many a voxel: what it gathered, which goes along, and is none where it is new
+layout(constant_id = 1) const uint CARRIED = 0;   // so many a voxel: light that goes along, and is none where it is new
 layout(constant_id = 2) const bool FACES = false;
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer MovedFrom { uint moved_from[]; };
@@ -17,8 +17,8 @@ layout(std430, set = 1, binding = 3) restrict readonly buffer OldVoxels { Voxel 
 layout(std430, set = 1, binding = 4) restrict writeonly buffer Voxels { Voxel voxels[]; };
 layout(std430, set = 1, binding = 5) restrict readonly buffer OldEmission { vec4 old_emission[]; };
 layout(std430, set = 1, binding = 6) restrict writeonly buffer VoxelEmission { vec4 voxel_emission[]; };
-layout(std430, set = 1, binding = 7) restrict readonly buffer OldIrradiance { uvec2 old_irradiance[]; };
-layout(std430, set = 1, binding = 8) restrict writeonly buffer VoxelIrradiance { uvec2 voxel_irradiance[]; };
+layout(std430, set = 1, binding = 7) restrict readonly buffer OldCarried { uvec2 old_carried[]; };
+layout(std430, set = 1, binding = 8) restrict writeonly buffer Carried { uvec2 carried[]; };
 
 layout(std430, set = 1, binding = 9) restrict readonly buffer OldFaces { uvec2 old_faces[]; };
 layout(std430, set = 1, binding = 10) restrict writeonly buffer VoxelFaces { uvec2 voxel_faces[]; };
@@ -44,8 +44,8 @@ void main() {
             if (EMISSIVE != 0u) voxel_emission[to + i] = old_emission[from + i];
             if (FACES) voxel_faces[to + i] = old_faces[from + i];
         }
-        for (uint side = 0u; side < IRRADIANCE; ++side) {
-            voxel_irradiance[IRRADIANCE * (to + i) + side] = stays ? old_irradiance[IRRADIANCE * (from + i) + side] : uvec2(0u);
+        for (uint part = 0u; part < CARRIED; ++part) {
+            carried[CARRIED * (to + i) + part] = stays ? old_carried[CARRIED * (from + i) + part] : uvec2(0u);
         }
     }
 }

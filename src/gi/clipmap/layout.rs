@@ -114,6 +114,13 @@ impl Layout {
         VoxelBox::cube(finer / 2 + margin as i32, self.resolution / 2 - 2 * margin)
     }
 
+    /// Voxels whose light stays when a level moves from `before` to `first`. Light that falls on the border of a level falls otherwise where it goes on.
+    pub fn stays_lit(&self, before: IVec3, first: IVec3) -> VoxelBox {
+        let border = BLOCK * (first - before).signum().abs();
+        let common = VoxelBox::cube(before, self.resolution).cut(VoxelBox::cube(first, self.resolution));
+        VoxelBox { low: common.low + border, end: common.end - border }
+    }
+
     /// How far from the end of [`inner`](Self::inner) on texels of both levels are mixed (voxels).
     pub fn ramp(&self) -> i32 {
         self.resolution.div_ceil(8) as i32

@@ -15,8 +15,8 @@ use super::interleave::{self, deinterleave};
 use super::registry::{Directions, Entry, Part, Stage};
 use super::settings::{Domain, Preset, Setting, Settings};
 use super::voxel::{
-    self, Bounces, Directionality, FACE_SETTINGS, Injection, LightSettings, MIP_FILTER, Prefilter, Sides, Viewer, VoxelBox, VoxelLight, VoxelRecords,
-    VoxelSettings, VoxelWindow, WindowScratch,
+    self, Bounces, Directionality, FACE_SETTINGS, Injection, LightSettings, MIP_FILTER, Prefilter, Sides, Viewer, VoxelBox, VoxelLight, VoxelLookup,
+    VoxelRecords, VoxelSettings, VoxelWindow, WindowScratch,
 };
 use super::{Context, IndirectLight, Probe, ProbeAxis, ProbeSurface, Technique, VoxelVolume};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image, Pass};
@@ -106,19 +106,29 @@ pub static ENTRY: Entry = Entry {
     make,
 };
 
-/// One level: its voxels and their light.
+/// One level: its voxels and their light. Boxes are in voxels of its unbounded grid.
 struct Level {
     window: VoxelWindow,
     light: VoxelLight,
     place: Place,
-    /// Where the next finer level was when this one's texels were made last, in voxels of this level.
-    inner: Option<VoxelBox>,
-    /// Whether its voxels have the light of this frame.
-    is_lit: bool,
-    /// Whether texels of the next finer level have changed since this one's were made.
-    is_stale: bool,
-    /// What has become stale in the texture since then, in voxels of the unbounded grid.
+    /// Where the next finer level was shown whole when this one's texels were made last.
+    inner: VoxelBox,
+    /// The voxels that have the light of this frame.
+    lit: VoxelBox,
+    /// Where texels of the next finer level have changed since this one's were made.
+    stale: VoxelBox,
+    /// Where voxels have.
     new: Vec<VoxelBox>,
+}
+
+impl Level {
+    fn extent(&self) -> VoxelBox {
+        VoxelBox::cube(self.place.first, self.window.voxels.grid.resolution)
+    }
+
+    fn is_lit(&self) -> bool {
+        self.lit == self.extent()
+    }
 }
 
 /// The technique and what it keeps.
@@ -207,14 +217,22 @@ impl Clipmap {
     /// Moves levels to these places, and makes what lies within `stale` (m) anew.
     fn follow(&mut self, context: &Context<'_>, places: &[Place], stale: Option<(Vec3, Vec3)>) -> Result<FrameStats, Error> {
         let mut stats = FrameStats::default();
+        let [carries_gathered, lights_slabs] = [self.light_settings.bounces == Bounces::Feedback, self.lights_slabs()];
         for (index, place) in places.iter().copied().enumerate() {
-            let Level { window, light, place: old, new, .. } = &mut self.levels[index];
+            let Level { window, light, place: old, lit, new, .. } = &mut self.levels[index];
             let stale: Vec<VoxelBox> = stale.iter().map(|bounds| window.touched(*bounds)).collect();
-            let irradiance =
-                light.irradiance.as_mut().filter(|_| light.settings.bounces == Bounces::Feedback).map(|irradiance| (irradiance, light.settings.sides));
-            let (boxes, cost) = window.update(context.gpu, context.scene, &mut self.scratch, place.first, &stale, irradiance)?;
+            let carried = match &mut light.irradiance {
+                Some(irradiance) if carries_gathered => Some((irradiance, light.settings.sides as u32)),
+                _ if lights_slabs => Some((&mut light.radiance, light.settings.radiances())),
+                _ => None,
+            };
+            let (boxes, cost) = window.update(context.gpu, context.scene, &mut self.scratch, place.first, &stale, carried)?;
             if window.voxels.capacity() > light.capacity {
                 light.reserve(context.gpu, &window.voxels)?;
+            }
+            if !boxes.is_empty() {
+                let stays = self.layout.stays_lit(old.first, place.first);
+                *lit = if lights_slabs { lit.cut(stays) } else { VoxelBox::NONE };
             }
             *old = place;
             new.extend(boxes);
@@ -225,8 +243,14 @@ impl Clipmap {
     }
 
     /// The part of a level whose texels are made from the next finer one, in its voxels.
-    fn inner(&self, level: usize) -> Option<VoxelBox> {
-        level.checked_sub(1).map(|finer| self.layout.inner(self.levels[finer].place.first))
+    fn inner(&self, level: usize) -> VoxelBox {
+        level.checked_sub(1).map_or(VoxelBox::NONE, |finer| self.layout.inner(self.levels[finer].place.first))
+    }
+
+    /// Whether voxels that stay in a level keep their light: it depends on nothing but their neighbours and the lights.
+    fn lights_slabs(&self) -> bool {
+        let settings = &self.light_settings;
+        self.keeps_light && !settings.bounces.any() && !settings.traces() && self.patches.is_none()
     }
 
     /// The levels whose texels are made anew in this frame.
@@ -236,17 +260,17 @@ impl Clipmap {
         let follows = |technique: &Self, index: usize| technique.is_due(index) || !technique.levels[index].new.is_empty();
         let changes = |technique: &Self, index: usize| {
             let level = &technique.levels[index];
-            !(level.is_lit && level.new.is_empty()) || level.is_stale || level.inner != technique.inner(index)
+            !level.is_lit() || !level.new.is_empty() || !level.stale.is_empty() || level.inner != technique.inner(index)
         };
         let bounces = self.light_settings.bounces;
         if self.patches.is_some() {
             // Where patches give the emission, all levels show either what voxels see or what the picture sees.
-            self.levels.iter_mut().for_each(|level| level.is_lit = false);
+            self.levels.iter_mut().for_each(|level| level.lit = VoxelBox::NONE);
             return (0..count).collect();
         }
         if bounces == Bounces::Feedback || (bounces.any() && (0..count).any(|index| changes(self, index))) {
             // Each voxel gathers from all levels.
-            self.levels.iter_mut().for_each(|level| level.is_lit = false);
+            self.levels.iter_mut().for_each(|level| level.lit = VoxelBox::NONE);
         }
         let mut due: Vec<usize> = Vec::new();
         for index in 0..count {
@@ -258,21 +282,48 @@ impl Clipmap {
         due
     }
 
-    /// Adds the passes that make the texels of a level from its voxels and the next finer level.
-    fn write_level(&self, frame: &mut Frame, index: usize) {
-        let (level, inner) = (&self.levels[index], self.inner(index));
-        if let Some(inner) = inner {
-            // Texels that are mixed begin with those of voxels, where there are any.
-            self.volume.clear_box(frame, index as u32, inner);
+    /// Adds the passes that light the voxels of a level that are not lit, and make its texels where they are not what they would be; returns where.
+    fn update_level(&mut self, frame: &mut Frame, maps: &LightMaps, index: usize) -> VoxelBox {
+        let (inner, keeps_light) = (self.inner(index), self.keeps_light);
+        let level = &mut self.levels[index];
+        let (extent, inners) = (level.extent(), level.inner.around(inner));
+        let (changed, remade) = if !level.is_lit() {
+            let records = VoxelRecords { kept: level.lit, ..VoxelRecords::from(&level.window.voxels) };
+            level.light.update_records(frame, &records, VoxelLookup::Dense(&level.window.voxels), maps, None);
+            (extent, inners.cut(extent))
+        } else if level.inner != inner {
+            (inners, inners)
+        } else {
+            let changed = level.stale.cut(inner);
+            (changed, changed)
+        };
+        let new = std::mem::take(&mut level.new);
+        (level.inner, level.stale) = (inner, VoxelBox::NONE);
+        level.lit = if keeps_light { extent } else { VoxelBox::NONE };
+        // A voxel that has gone leaves its texel behind, and so does a finer level that has moved away.
+        for cleared in new {
+            self.volume.clear_box(frame, index as u32, cleared);
         }
-        self.volume.write_voxels(frame, index as u32, level.place.first, inner, &level.window.voxels, &level.light);
-        if let Some(inner) = inner {
-            self.volume.filter_inner(frame, index as u32, inner);
-        }
+        self.write_level(frame, index, changed, remade);
+        changed
     }
 
-    fn filter_top(&self, frame: &mut Frame) {
-        self.volume.filter_top(frame, self.levels[self.levels.len() - 1].place.first);
+    /// Adds the passes that make the texels of a level in `region` from its voxels and the next finer level; those in `cleared` are not empty where it has no
+    /// voxels, or are mixed.
+    fn write_level(&self, frame: &mut Frame, index: usize, region: VoxelBox, cleared: VoxelBox) {
+        let (level, number, inner) = (&self.levels[index], index as u32, self.inner(index));
+        self.volume.clear_box(frame, number, cleared);
+        self.volume.write_voxels(frame, number, [region, inner], &level.window.voxels, &level.light);
+        self.volume.filter_inner(frame, number, [region, inner]);
+    }
+
+    /// Adds the passes that make the mips above the outermost level, where its texels in `region` are seen.
+    fn filter_top(&self, frame: &mut Frame, region: VoxelBox) {
+        self.volume.filter_top(frame, self.outermost().place.first, region);
+    }
+
+    fn outermost(&self) -> &Level {
+        &self.levels[self.levels.len() - 1]
     }
 
     /// Lights these levels once more.
@@ -280,12 +331,13 @@ impl Clipmap {
         for index in levels.iter().copied() {
             let Level { window, light, .. } = &self.levels[index];
             light.relight(frame, &VoxelRecords::from(&window.voxels), maps, None, viewer);
-            self.write_level(frame, index);
+            self.write_level(frame, index, self.levels[index].extent(), self.inner(index));
         }
+        self.filter_top(frame, self.outermost().extent());
     }
 
     fn bounce(&self, frame: &mut Frame) {
-        let grid = self.layout.grid(self.levels[self.levels.len() - 1].place.first);
+        let grid = self.layout.grid(self.outermost().place.first);
         for Level { window, light, .. } in &self.levels {
             if let Some(irradiance) = &light.irradiance {
                 self.cones.bounce(frame, &grid, &VoxelRecords::from(&window.voxels), self.volume.as_seen_by_voxels(), irradiance);
@@ -306,9 +358,9 @@ impl Technique for Clipmap {
                 window,
                 light,
                 place: Place { first: IVec3::ZERO, middle: Vec3::ZERO },
-                inner: None,
-                is_lit: false,
-                is_stale: false,
+                inner: VoxelBox::NONE,
+                lit: VoxelBox::NONE,
+                stale: VoxelBox::NONE,
                 new: Vec::new(),
             });
         }
@@ -332,7 +384,7 @@ impl Technique for Clipmap {
         }
         let mut stats = FrameStats::default();
         // What has moved may shadow anything.
-        self.levels.iter_mut().for_each(|level| level.is_lit = false);
+        self.levels.iter_mut().for_each(|level| level.lit = VoxelBox::NONE);
         let places: Vec<Place> = self.levels.iter().map(|level| level.place).collect();
         for bounds in [self.pose.replace(dynamic.bounds), Some(dynamic.bounds)] {
             stats.append(self.follow(context, &places, bounds)?);
@@ -354,40 +406,29 @@ impl Technique for Clipmap {
 
     fn update(&mut self, frame: &mut Frame, _scene: &GpuScene, maps: &LightMaps) {
         let due = self.due();
+        let mut changed = VoxelBox::NONE;
         for index in due.iter().copied() {
-            let inner = self.inner(index);
-            let level = &mut self.levels[index];
-            // A voxel that has gone leaves its texel behind, and so does a finer level that has moved away.
-            let left = level.inner.map_or_else(Vec::new, |old| inner.map_or_else(|| vec![old], |inner| old.without(inner)));
-            level.is_lit &= level.new.is_empty();
-            for cleared in level.new.drain(..).chain(left) {
-                self.volume.clear_box(frame, index as u32, cleared);
-            }
-            if !level.is_lit {
-                level.light.update(frame, &level.window.voxels, maps, None);
-            }
-            (level.inner, level.is_lit, level.is_stale) = (inner, self.keeps_light, false);
-            self.write_level(frame, index);
+            changed = self.update_level(frame, maps, index);
             if let Some(coarser) = self.levels.get_mut(index + 1) {
-                coarser.is_stale = true;
+                coarser.stale = coarser.stale.around(changed.coarser());
             }
         }
         self.frame += 1;
+        if due.last().is_some_and(|last| *last + 1 == self.levels.len()) {
+            self.filter_top(frame, changed);
+        }
         if due.is_empty() {
             return;
         }
         let count = self.light_settings.bounces.before_the_picture();
         for bounce in 1..=count {
-            self.filter_top(frame);
             self.bounce(frame);
             self.relight(frame, maps, &due, if bounce == count { Viewer::Picture } else { Viewer::Voxels });
         }
-        self.filter_top(frame);
         if self.light_settings.bounces == Bounces::Feedback {
             self.bounce(frame);
             if self.patches.is_some() {
                 self.relight(frame, maps, &due, Viewer::Picture);
-                self.filter_top(frame);
             }
         }
     }
@@ -407,7 +448,6 @@ impl Technique for Clipmap {
         if let Some(specular) = &self.light.specular {
             if self.patches.is_some() {
                 self.relight(frame, maps, &(0..self.levels.len()).collect::<Vec<_>>(), Viewer::Voxels);
-                self.filter_top(frame);
             }
             self.cones.specular(frame, gbuffer, &grid, volume, specular);
         }

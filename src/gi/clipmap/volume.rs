@@ -18,6 +18,10 @@ gpu_struct! {
         pub first: [i32; 4],
         /// xyz: first voxel of the box that is made from the finer level alone, from the level's own; w: its edge.
         pub core: [i32; 4],
+        /// xyz: first voxel that is written, from the level's own.
+        pub region_low: [i32; 4],
+        /// xyz: end of those that are written.
+        pub region_end: [i32; 4],
         /// Number of voxels.
         pub voxel_count: u32,
         /// The level.
@@ -38,8 +42,12 @@ gpu_struct! {
 gpu_struct! {
     /// Parameters of `clipmap.filter_inner`.
     pub struct InnerParams {
-        /// xyz: first voxel of the box, modulo n; w: n.
+        /// xyz: first voxel of the box where the finer level is shown whole, modulo n; w: n.
         pub first: [i32; 4],
+        /// xyz: first voxel that is made, from that one.
+        pub region_low: [i32; 4],
+        /// xyz: how many are made.
+        pub region_size: [i32; 4],
         /// The level that is written.
         pub inner_level: i32,
         /// Edge of the box (voxels).
@@ -54,6 +62,10 @@ gpu_struct! {
     pub struct TopParams {
         /// xyz: first voxel of the outermost level modulo n; w: n.
         pub first: [i32; 4],
+        /// xyz: first texel that is made.
+        pub region_low: [i32; 4],
+        /// xyz: how many are made.
+        pub region_size: [i32; 4],
         /// The outermost level.
         pub finer_level: i32,
     }
@@ -182,7 +194,10 @@ impl ClipmapVolume {
 
     /// Adds the pass that empties a box of a level, in voxels of its unbounded grid.
     pub fn clear_box(&self, frame: &mut Frame, level: u32, cleared: VoxelBox) {
-        let size = cleared.end - cleared.low;
+        if cleared.is_empty() {
+            return;
+        }
+        let size = cleared.size();
         let groups = (size.as_uvec3() + 3) / 4;
         frame
             .pass(&CLEAR_BOX)
@@ -192,40 +207,62 @@ impl ClipmapVolume {
             .dispatch(groups.to_array());
     }
 
-    /// Adds the pass that writes the voxels of a level that begins at `first`, except those of `inner` that the finer level alone gives.
-    pub fn write_voxels(&self, frame: &mut Frame, level: u32, first: IVec3, inner: Option<VoxelBox>, voxels: &Voxels, light: &VoxelLight) {
+    /// Adds the pass that writes the voxels of a level that begins at `first`, those in `region`, except those of `inner` that the finer level alone gives.
+    pub fn write_voxels(&self, frame: &mut Frame, level: u32, [region, inner]: [VoxelBox; 2], voxels: &Voxels, light: &VoxelLight) {
+        let first = voxels.lattice.first;
         let ramp = self.layout.ramp();
-        let core = inner.map_or([0; 4], |inner| (inner.low - first + ramp).extend(inner.end.x - inner.low.x - 2 * ramp).to_array());
-        let params = WriteParams { first: self.wrap(first), core, voxel_count: voxels.voxel_count, clipmap_level: level as i32 };
+        let params = WriteParams {
+            first: self.wrap(first),
+            core: (inner.low - first + ramp).extend(inner.size().x - 2 * ramp).to_array(),
+            region_low: (region.low - first).extend(0).to_array(),
+            region_end: (region.end - first).extend(0).to_array(),
+            voxel_count: voxels.voxel_count,
+            clipmap_level: level as i32,
+        };
         let pass = frame.pass(&WRITE_VOXELS).bind(&voxels.records).bind(&light.radiance).bind(&self.clipmap);
         pass.constants(&[self.has_faces(), u32::from(light.settings.stores_faces)]).push(&params).dispatch(linear_groups(voxels.voxel_count));
     }
 
-    /// Adds the pass that makes the texels of a level in `inner` from the next finer one, and from its own.
-    pub fn filter_inner(&self, frame: &mut Frame, level: u32, inner: VoxelBox) {
+    /// Adds the pass that makes the texels of a level, those of `inner` that are in `region`, from the next finer one and from its own.
+    pub fn filter_inner(&self, frame: &mut Frame, level: u32, [region, inner]: [VoxelBox; 2]) {
+        let made = region.cut(inner);
+        if made.is_empty() {
+            return;
+        }
         frame
             .pass(&FILTER_INNER)
             .bind(&self.clipmap)
             .constants(&[self.filter as u32, self.has_faces(), self.has_six(level - 1)])
             .push(&InnerParams {
                 first: self.wrap(inner.low),
+                region_low: (made.low - inner.low).extend(0).to_array(),
+                region_size: made.size().extend(0).to_array(),
                 inner_level: level as i32,
-                inner_edge: inner.end.x - inner.low.x,
+                inner_edge: inner.size().x,
                 inner_ramp: self.layout.ramp(),
             })
-            .dispatch((inner.end - inner.low).as_uvec3().to_array().map(|edge| edge.div_ceil(4)));
+            .dispatch(made.size().as_uvec3().to_array().map(|edge| edge.div_ceil(4)));
     }
 
-    /// Adds the passes that make the mips above the outermost level, which begins at `first`.
-    pub fn filter_top(&self, frame: &mut Frame, first: IVec3) {
+    /// Adds the passes that make the mips above the outermost level, which begins at `first`, where its texels in `region` are seen.
+    pub fn filter_top(&self, frame: &mut Frame, first: IVec3, region: VoxelBox) {
         let outermost = self.layout.levels - 1;
-        let params = TopParams { first: self.wrap(first), finer_level: outermost as i32 };
+        let mut made = VoxelBox { low: region.low - first, end: region.end - first };
         for mip in 0..self.top.mips() {
+            made = made.coarser();
+            let params = TopParams {
+                first: self.wrap(first),
+                region_low: made.low.extend(0).to_array(),
+                region_size: made.size().extend(0).to_array(),
+                finer_level: outermost as i32,
+            };
             let pass = frame.pass(&FILTER_TOP);
             let (pass, six) =
                 if mip == 0 { (pass.bind(&self.clipmap), self.has_six(outermost)) } else { (pass.bind_mip(&self.top, mip - 1), self.has_faces()) };
             let constants = [self.filter as u32, self.has_faces(), six, u32::from(mip == 0)];
-            pass.bind_mip(&self.top, mip).constants(&constants).push(&params).dispatch(self.top.extent(mip).map(|texels| texels.div_ceil(4)));
+            let [x, y, z] = made.size().as_uvec3().to_array();
+            let threads = [x * if self.has_faces() == 0 { 1 } else { 6 }, y, z];
+            pass.bind_mip(&self.top, mip).constants(&constants).push(&params).dispatch(threads.map(|texels| texels.div_ceil(4)));
         }
     }
 

@@ -1,6 +1,6 @@
 //! The voxel grid: a cube of n³ voxels around the scene.
 
-use glam::Vec3;
+use glam::{IVec3, Vec3};
 
 /// Where the voxels are.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,7 +13,21 @@ pub struct VoxelGrid {
     pub resolution: u32,
 }
 
+/// What a grid is a part of. Light on voxels is computed from places in it, and so does not depend, by rounding, on which part the grid is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lattice {
+    /// Corner of its voxel (0, 0, 0) (m).
+    pub anchor: Vec3,
+    /// Its voxel that is the grid's first.
+    pub first: IVec3,
+}
+
 impl VoxelGrid {
+    /// The lattice of a grid that stands alone.
+    pub fn lattice(&self) -> Lattice {
+        Lattice { anchor: self.origin, first: IVec3::ZERO }
+    }
+
     /// A cube around a bounding box: its largest extent and 2% more on each side, but at least two voxels and a quarter, so that filtering at the border sees
     /// emptiness. The quarter keeps the walls of a room off the borders between voxels, where rounding decides whether a wall is one voxel thick or two.
     pub fn around((low, high): (Vec3, Vec3), resolution: u32) -> Self {

@@ -7,7 +7,7 @@ use glam::Vec3;
 use super::light_settings::{Attenuation, Injection, LightSettings, Viewer};
 use super::rays::LOOP_BUDGET;
 use super::voxelize::{buffer, linear_groups};
-use super::{Bounces, VoxelGrid, Voxels};
+use super::{Bounces, Lattice, VoxelBox, VoxelGrid, Voxels};
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu, Image, Pass, Sets, Shaders};
 use crate::render::{GpuScene, LightMaps};
@@ -18,20 +18,18 @@ gpu_struct! {
     pub struct InjectParams {
         /// xyz: smallest corner of the grid (m); w: voxel size (m).
         pub grid: [f32; 4],
+        /// Smallest corner and edge of the piece of the grid whose voxels are added to (voxels).
+        pub piece: [i32; 4],
+        /// xyz: first voxel of the box whose light stays as it is.
+        pub kept_low: [i32; 4],
+        /// xyz: its end.
+        pub kept_end: [i32; 4],
         /// Voxels along an edge of the grid.
         pub resolution: u32,
-        /// First of the voxels that are added to; their records and sums start with it.
+        /// First of the piece's voxels; their records and sums start with it.
         pub first_voxel: u32,
-        /// How many voxels are added to.
+        /// How many voxels it has.
         pub voxel_count: u32,
-        /// Smallest corner of the piece of the grid that they are in (voxels).
-        pub piece_x: u32,
-        /// Likewise.
-        pub piece_y: u32,
-        /// Likewise.
-        pub piece_z: u32,
-        /// Edge of the piece (voxels).
-        pub piece_size: u32,
         /// One integer step of r, g, b (W/(m² sr)).
         pub flux_unit: f32,
         /// One integer step of lit area (voxel faces).
@@ -42,8 +40,14 @@ gpu_struct! {
 gpu_struct! {
     /// Parameters of `voxel.light`.
     pub struct LightParams {
-        /// xyz: smallest corner of the grid (m); w: voxel size (m).
+        /// xyz: corner that places are counted from (m); w: voxel size (m).
         pub grid: [f32; 4],
+        /// xyz: smallest corner of the voxels' grid from there (voxels).
+        pub first: [i32; 4],
+        /// xyz: first voxel of the box whose light stays as it is.
+        pub kept_low: [i32; 4],
+        /// xyz: its end.
+        pub kept_end: [i32; 4],
         /// Number of records.
         pub voxel_count: u32,
         /// One integer step of r, g, b (W/(m² sr)).
@@ -134,6 +138,10 @@ pub static LIGHT_DENSE: Pass = Pass {
 pub struct VoxelRecords {
     /// The grid that their coordinates are in.
     pub grid: VoxelGrid,
+    /// As [`Voxels::lattice`].
+    pub lattice: Lattice,
+    /// Those of which the light stays as it is (voxels of the lattice).
+    pub kept: VoxelBox,
     /// One [`super::passes::Voxel`] each, in compact order.
     pub records: Arc<Buffer>,
     /// As [`Voxels::emission`].
@@ -150,10 +158,10 @@ pub struct VoxelRecords {
 
 impl From<&Voxels> for VoxelRecords {
     fn from(voxels: &Voxels) -> Self {
-        let Voxels { grid, voxel_count, is_dynamic, .. } = *voxels;
+        let Voxels { grid, lattice, voxel_count, is_dynamic, .. } = *voxels;
         let (records, emission, faces) = (Arc::clone(&voxels.records), voxels.emission.clone(), voxels.faces.clone());
         let dense = Some([Arc::clone(&voxels.occupancy), Arc::clone(&voxels.block_bases)]);
-        VoxelRecords { grid, records, emission, faces, voxel_count, is_dynamic, dense }
+        VoxelRecords { grid, lattice, kept: VoxelBox::NONE, records, emission, faces, voxel_count, is_dynamic, dense }
     }
 }
 
@@ -251,12 +259,15 @@ impl VoxelLight {
         gpu.submit(frame).map(drop)
     }
 
-    /// Makes room for as many voxels as these have room for; what they gathered stays.
+    /// Makes room for as many voxels as these have room for; what they gathered stays, and their radiance where it has room.
     pub fn reserve(&mut self, gpu: &Gpu, voxels: &Voxels) -> Result<(), Error> {
         let LightSettings { injection, sides, .. } = self.settings;
         self.capacity = voxels.capacity();
         let count = sides as u64 * u64::from(self.capacity);
-        self.radiance = buffer(gpu, "voxel.radiance", self.settings.radiance_bytes(self.capacity))?;
+        let radiance_bytes = self.settings.radiance_bytes(self.capacity);
+        if self.radiance.size_bytes() < radiance_bytes {
+            self.radiance = buffer(gpu, "voxel.radiance", radiance_bytes)?;
+        }
         self.flux = buffer(gpu, "voxel.flux", if injection == Injection::Rsm { FLUX_BYTES * count } else { 0 })?;
         if let Some(irradiance) = &mut self.irradiance
             && irradiance.size_bytes() < 8 * count
@@ -299,8 +310,12 @@ impl VoxelLight {
         [indirect, counting]: [bool; 2],
         viewer: Viewer,
     ) {
+        let VoxelRecords { lattice, kept, .. } = voxels;
         let params = LightParams {
-            grid: voxels.grid.row(),
+            grid: lattice.anchor.extend(voxels.grid.voxel_size).to_array(),
+            first: lattice.first.extend(0).to_array(),
+            kept_low: kept.low.extend(0).to_array(),
+            kept_end: kept.end.extend(0).to_array(),
             voxel_count: voxels.voxel_count,
             flux_unit: self.flux_unit,
             area_unit: AREA_UNIT,
@@ -333,20 +348,21 @@ impl VoxelLight {
     }
 
     fn inject(&self, frame: &mut Frame, voxels: &VoxelRecords, lookup: VoxelLookup<'_>, maps: &LightMaps, [normal, reflected]: &[Arc<Image>; 2]) {
-        let (pass, grid, first_voxel) = match lookup {
-            VoxelLookup::Dense(_) => (&INJECT_RSM, voxels.grid, 0),
-            VoxelLookup::Sparse { grid, first_voxel, .. } => (&INJECT_RSM_SPARSE, grid, first_voxel),
+        let VoxelRecords { lattice, kept, .. } = voxels;
+        let (pass, grid, piece, first_voxel) = match lookup {
+            VoxelLookup::Dense(_) => (&INJECT_RSM, VoxelGrid { origin: lattice.anchor, ..voxels.grid }, lattice.first, 0),
+            VoxelLookup::Sparse { grid, first_voxel, .. } => {
+                (&INJECT_RSM_SPARSE, grid, ((voxels.grid.origin - grid.origin) / grid.voxel_size).round().as_ivec3(), first_voxel)
+            }
         };
-        let [piece_x, piece_y, piece_z] = ((voxels.grid.origin - grid.origin) / grid.voxel_size).round().as_uvec3().to_array();
         let params = InjectParams {
             grid: grid.row(),
+            piece: piece.extend(voxels.grid.resolution as i32).to_array(),
+            kept_low: kept.low.extend(0).to_array(),
+            kept_end: kept.end.extend(0).to_array(),
             resolution: grid.resolution,
             first_voxel,
             voxel_count: voxels.voxel_count,
-            piece_x,
-            piece_y,
-            piece_z,
-            piece_size: voxels.grid.resolution,
             flux_unit: self.flux_unit,
             area_unit: AREA_UNIT,
         };
@@ -358,7 +374,7 @@ impl VoxelLight {
             VoxelLookup::Dense(voxels) => pass.bind(&voxels.occupancy).bind(&voxels.block_bases),
             VoxelLookup::Sparse { nodes, .. } => pass.bind(nodes),
         };
-        let is_part = voxels.grid.resolution < self.scene_resolution;
+        let is_part = voxels.grid.resolution < self.scene_resolution || !kept.is_empty();
         pass.constants(&[self.settings.sides as u32, block, u32::from(is_part)]).push(&params).dispatch([groups, groups, maps.view_count]);
     }
 

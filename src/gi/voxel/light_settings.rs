@@ -112,9 +112,14 @@ impl LightSettings {
         LightSettings { injection, sides, stores_faces: false, bounces: Bounces::Count(1), attenuation, occlusion, kappa: 1.0, emission_apart: false }
     }
 
-    /// Bytes of so many voxels' radiances, with an opacity each: of their sides, or of their faces.
+    /// Radiances of a voxel, with an opacity each: of its sides, or of its faces.
+    pub fn radiances(&self) -> u32 {
+        if self.stores_faces { 6 } else { self.sides as u32 }
+    }
+
+    /// Bytes of so many voxels' radiances.
     pub fn radiance_bytes(&self, voxel_count: u32) -> u64 {
-        if self.stores_faces { 48 * u64::from(voxel_count) } else { self.sides.radiance_bytes(voxel_count) }
+        8 * u64::from(self.radiances()) * u64::from(voxel_count)
     }
 
     /// Whether maps of the lights say where light reaches voxels.

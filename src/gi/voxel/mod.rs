@@ -21,7 +21,7 @@ pub mod window;
 
 pub use bounce::{BOUNCE_RAYS, Bounces, bounce_rays};
 pub use dynamic::DynamicVoxels;
-pub use grid::VoxelGrid;
+pub use grid::{Lattice, VoxelGrid};
 pub use light::{CLEAR_LIGHT, INJECT_RSM, INJECT_RSM_SPARSE, LIGHT, LIGHT_DENSE, VoxelLight, VoxelLookup, VoxelRecords};
 pub use light_settings::{Attenuation, Injection, LightSettings, Occlusion, Sides, Viewer};
 pub use list::{OccupiedVoxel, VoxelList, list_voxels};

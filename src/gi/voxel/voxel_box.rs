@@ -12,6 +12,9 @@ pub struct VoxelBox {
 }
 
 impl VoxelBox {
+    /// No voxel.
+    pub const NONE: VoxelBox = VoxelBox { low: IVec3::ZERO, end: IVec3::ZERO };
+
     /// A cube of so many voxels along an edge.
     pub fn cube(low: IVec3, edge: u32) -> Self {
         VoxelBox { low, end: low + IVec3::splat(edge as i32) }
@@ -20,6 +23,25 @@ impl VoxelBox {
     /// What both have.
     pub fn cut(self, other: VoxelBox) -> Self {
         VoxelBox { low: self.low.max(other.low), end: self.end.min(other.end) }
+    }
+
+    /// The smallest box that holds both.
+    pub fn around(self, other: VoxelBox) -> Self {
+        match (self.is_empty(), other.is_empty()) {
+            (true, _) => other,
+            (_, true) => self,
+            _ => VoxelBox { low: self.low.min(other.low), end: self.end.max(other.end) },
+        }
+    }
+
+    /// The voxels of twice the size that it touches.
+    pub fn coarser(self) -> Self {
+        VoxelBox { low: self.low >> 1, end: (self.end + 1) >> 1 }
+    }
+
+    /// How many voxels it has along each axis.
+    pub fn size(self) -> IVec3 {
+        self.end - self.low
     }
 
     /// Whether there is no voxel in it.

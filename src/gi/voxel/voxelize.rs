@@ -9,7 +9,7 @@ use super::passes::{
     COUNT_BLOCKS, CountParams, FRAGMENTS_COMPUTE, FRAGMENTS_RASTER, FRAGMENTS_RASTER_HW, Fragment, FragmentParams, INDEX_BLOCKS, LINK_FRAGMENTS, LinkParams,
     RESOLVE_VOXELS, RUNNING_AVERAGE, ResolveParams, SCAN_GROUPS, ScanParams, Voxel,
 };
-use super::{DynamicVoxels, Faces, VoxelBox, VoxelGrid};
+use super::{DynamicVoxels, Faces, Lattice, VoxelBox, VoxelGrid};
 use crate::gi::Settings;
 use crate::graph::{
     BatchDispatch, Buffer, BufferDesc, BufferUsage, DrawBatch, Error, Frame, FrameStats, Gpu, Image, ImageDesc, ImageKind, ImageUsage, PassBuilder, Targets, vk,
@@ -89,6 +89,8 @@ impl VoxelSettings {
 pub struct Voxels {
     /// Where they are.
     pub grid: VoxelGrid,
+    /// What that is a part of.
+    pub lattice: Lattice,
     /// One bit a voxel.
     pub occupancy: Arc<Buffer>,
     /// Compact index of each block's first voxel.
@@ -420,8 +422,8 @@ impl Voxelizer {
         }
         let (occupancy, block_bases) = (Arc::clone(occupancy), Arc::clone(block_bases));
         let lists = FragmentLists { fragments, emission, heads };
-        let (grid, emission, hidden_count) = (self.grid, voxel_emission, 0);
-        let voxels = Voxels { grid, occupancy, block_bases, records, emission, faces, voxel_count, hidden_count, fragment_count, is_dynamic };
+        let (grid, lattice, emission, hidden_count) = (self.grid, self.grid.lattice(), voxel_emission, 0);
+        let voxels = Voxels { grid, lattice, occupancy, block_bases, records, emission, faces, voxel_count, hidden_count, fragment_count, is_dynamic };
         self.add_resolve(&mut frame, scene, &voxels, &lists, &averages, [0..fragment_count, 0..voxel_count]);
         let stats = gpu.submit(frame)?;
         Ok((voxels, lists, stats))

@@ -10,7 +10,7 @@ use glam::{IVec3, Vec3};
 
 use super::passes::{Fragment, Voxel};
 use super::voxelize::{FragmentLists, GridBuffers, add_index, buffer, linear_groups};
-use super::{Sides, VoxelBox, VoxelGrid, VoxelSettings, Voxelizer, Voxels};
+use super::{VoxelBox, VoxelGrid, VoxelSettings, Voxelizer, Voxels};
 use crate::gpu_struct;
 use crate::graph::compute::{pass, read, write};
 use crate::graph::{Buffer, Error, Frame, FrameStats, Gpu, Pass};
@@ -86,8 +86,8 @@ pub static MOVE_RECORDS: Pass = pass(
         write("voxels"),
         read("old_emission"),
         write("voxel_emission"),
-        read("old_irradiance"),
-        write("voxel_irradiance"),
+        read("old_carried"),
+        write("carried"),
         read("old_faces"),
         write("voxel_faces"),
     ],
@@ -178,6 +178,7 @@ impl VoxelWindow {
         gpu.submit(frame)?;
         let voxels = Voxels {
             grid,
+            lattice: grid.lattice(),
             occupancy: Arc::clone(&grids[0].occupancy),
             block_bases: Arc::clone(&grids[0].block_bases),
             records: buffer(gpu, "voxel.records", 0)?,
@@ -211,7 +212,8 @@ impl VoxelWindow {
     }
 
     /// Moves the window so that it begins at the voxel `first`, whose coordinates are multiples of 4, and makes what lies in `stale` (whole blocks) anew.
-    /// Returns the boxes that are new, disjoint, in voxels of the unbounded grid. What voxels have gathered (`irradiance`) goes along with them.
+    /// Returns the boxes that are new, disjoint, in voxels of the unbounded grid. Light of the voxels that stay (`carried`: so many
+    /// times 8 bytes each) goes along with them.
     pub fn update(
         &mut self,
         gpu: &Gpu,
@@ -219,7 +221,7 @@ impl VoxelWindow {
         scratch: &mut WindowScratch,
         first: IVec3,
         stale: &[VoxelBox],
-        irradiance: Option<(&mut Arc<Buffer>, Sides)>,
+        carried: Option<(&mut Arc<Buffer>, u32)>,
     ) -> Result<(Vec<VoxelBox>, FrameStats), Error> {
         let place = VoxelBox::cube(first, self.voxels.grid.resolution);
         let kept = self.place.map_or(VoxelBox { low: first, end: first }, |before| before.cut(place));
@@ -248,11 +250,12 @@ impl VoxelWindow {
         let faces = self.voxels.faces.as_mut().zip(scratch_faces).map(|(own, new)| std::mem::replace(own, new));
         self.grids.swap(0, 1);
         self.voxels.grid.origin = self.anchor + self.voxels.grid.voxel_size * first.as_vec3();
+        self.voxels.lattice.first = first;
         (self.voxels.occupancy, self.voxels.block_bases) = (Arc::clone(&self.grids[0].occupancy), Arc::clone(&self.grids[0].block_bases));
         (self.voxels.voxel_count, self.voxels.fragment_count) = (voxel_count, fragment_count);
         let mut frame = Frame::new();
         frame.set_scene(&scene.set, &scene.materials);
-        self.add_move(gpu, &mut frame, scratch, shift, [Some(&records), emission.as_ref(), faces.as_ref()], irradiance)?;
+        self.add_move(gpu, &mut frame, scratch, shift, [Some(&records), emission.as_ref(), faces.as_ref()], carried)?;
         frame.fill("voxel.clear", &scratch.lists.heads, 0);
         self.voxelizer.add_dynamic_resolve(&mut frame, scene, &self.voxels, &scratch.lists, [0..fragment_count, 0..voxel_count]);
         stats.append(gpu.submit(frame)?);
@@ -329,13 +332,13 @@ impl VoxelWindow {
         scratch: &WindowScratch,
         shift: IVec3,
         old: [Option<&Arc<Buffer>>; 3],
-        irradiance: Option<(&mut Arc<Buffer>, Sides)>,
+        carried: Option<(&mut Arc<Buffer>, u32)>,
     ) -> Result<(), Error> {
         let nothing = &scratch.nothing;
         let [old_records, old_emission, old_faces] = old.map(|old| old.unwrap_or(nothing));
         let [_, has_emission, has_faces] = old.map(|old| u32::from(old.is_some()));
-        let moved_irradiance = match &irradiance {
-            Some((old, sides)) => buffer(gpu, old.name(), sides.radiance_bytes(self.voxels.capacity()))?,
+        let moved_light = match &carried {
+            Some((old, parts)) => buffer(gpu, old.name(), 8 * u64::from(*parts) * u64::from(self.voxels.capacity()))?,
             None => buffer(gpu, "voxel.nothing", 0)?,
         };
         let block_count = self.voxels.grid.block_count();
@@ -343,16 +346,16 @@ impl VoxelWindow {
         let pass = frame.pass(&MOVE_RECORDS).bind(&self.moved_from).bind(&self.voxels.occupancy).bind(&self.voxels.block_bases).bind(old_records);
         pass.bind(&self.voxels.records)
             .bind(old_emission)
-            .bind(self.voxels.emission.as_ref().unwrap_or(&moved_irradiance))
-            .bind(irradiance.as_ref().map_or(nothing, |(old, _)| &**old))
-            .bind(&moved_irradiance)
+            .bind(self.voxels.emission.as_ref().unwrap_or(&moved_light))
+            .bind(carried.as_ref().map_or(nothing, |(old, _)| &**old))
+            .bind(&moved_light)
             .bind(old_faces)
-            .bind(self.voxels.faces.as_ref().unwrap_or(&moved_irradiance))
-            .constants(&[has_emission, irradiance.as_ref().map_or(0, |(_, sides)| *sides as u32), has_faces])
+            .bind(self.voxels.faces.as_ref().unwrap_or(&moved_light))
+            .constants(&[has_emission, carried.as_ref().map_or(0, |(_, parts)| *parts), has_faces])
             .push(&params)
             .dispatch(linear_groups(block_count));
-        if let Some((irradiance, _)) = irradiance {
-            *irradiance = moved_irradiance;
+        if let Some((carried, _)) = carried {
+            *carried = moved_light;
         }
         Ok(())
     }
