@@ -9,7 +9,8 @@ use super::gbuffer::material_draws;
 use super::gpu_scene::storage;
 use crate::gpu_struct;
 use crate::graph::{
-    Access, Binding, Buffer, ClearOrLoad, DrawBatch, Error, Frame, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Pass, RasterState, Sets, Shaders, Targets, vk,
+    Access, Binding, Buffer, BufferDesc, BufferUsage, ClearOrLoad, DrawBatch, Error, Frame, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Pass, RasterState,
+    Sets, Shaders, Targets, vk,
 };
 use crate::scene::Light;
 
@@ -38,6 +39,9 @@ gpu_struct! {
         pub view: u32,
     }
 }
+
+/// Edge of a tile of an RSM (texels).
+pub const TILE: u32 = 8;
 
 const DEPTH: vk::Format = vk::Format::D32_SFLOAT;
 
@@ -82,6 +86,8 @@ pub struct LightMaps {
     pub depth: Arc<Image>,
     /// RSM normal and reflected share, where a technique asked for them.
     pub rsm: Option<[Arc<Image>; 2]>,
+    /// Of each tile of the RSM, [`TILE`] texels wide, what depths it has; and a list of tiles (`gi/voxel/list_tiles.comp`).
+    pub tiles: [Arc<Buffer>; 2],
     /// Number of views.
     pub view_count: u32,
     /// Width and height of each map (texels).
@@ -107,7 +113,10 @@ impl LightMaps {
         };
         let color = ImageUsage::COLOR | ImageUsage::SAMPLED;
         let rsm = || Ok([image("light.rsm_normal", vk::Format::R32_UINT, color)?, image("light.rsm_reflected", vk::Format::A2B10G10R10_UNORM_PACK32, color)?]);
+        let tiles = if with_rsm { u64::from(view_count) * u64::from(size.div_ceil(TILE)).pow(2) } else { 0 };
+        let words = |name: &str, count: u64| gpu.create_buffer(&BufferDesc { name: name.into(), size_bytes: 4 * count.max(4), usage: BufferUsage::Storage });
         Ok(LightMaps {
+            tiles: [words("light.tile_depths", 2 * tiles)?, words("light.listed_tiles", 4 + tiles)?],
             views: storage(gpu, "light.views", bytemuck::cast_slice(views))?,
             depth: image("light.depth", DEPTH, ImageUsage::DEPTH | ImageUsage::SAMPLED)?,
             rsm: with_rsm.then(rsm).transpose()?,

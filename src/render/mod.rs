@@ -15,7 +15,7 @@ pub use emitters::Emitter;
 pub use gbuffer::{GBUFFER_DIFFUSE, GBUFFER_EMISSIVE, GBUFFER_GLOSSY, GBUFFER_GLOSSY_EMISSIVE, GBuffer};
 pub(crate) use gpu_scene::storage;
 pub use gpu_scene::{DynamicGeometry, FrameConstants, GpuLight, GpuMaterial, GpuScene, SET_POSE, TextureUse};
-pub use light_views::{GpuLightView, LightMaps, RSM, SHADOW_MAPS};
+pub use light_views::{GpuLightView, LightMaps, RSM, SHADOW_MAPS, TILE};
 
 use crate::graph::Pass;
 use crate::shader::{Field, GpuStruct};

@@ -11,12 +11,13 @@ layout(local_size_x = 8, local_size_y = 8) in;
 #include "shared/light_view.glsl"
 #include "gi/voxel/flux.glsl"
 #include "gi/voxel/grid.glsl"
+#include "gi/voxel/tiles.glsl"
 #include "gi/voxel/records.glsl"
 
 layout(constant_id = 0) const uint SIDES = 1;   // 2: the flux of each side of a voxel apart
 layout(constant_id = 1) const int BLOCK = 1;     // edge of the block of texels that a thread adds as one where it can [texels]
 
-layout(constant_id = 2) const bool PART = false;   // the voxels that are lit are those of a small part of what the maps show
+layout(constant_id = 2) const bool LISTED = false;   // only texels that voxel.list_tiles has listed
 
 const int SPLIT = 3;
 
@@ -27,12 +28,13 @@ layout(set = 1, binding = 3) uniform texture2DArray rsm_reflected;
 layout(std430, set = 1, binding = 4) restrict buffer Flux { uint flux[]; };   // a side of a voxel: gi/voxel/flux.glsl
 layout(std430, set = 1, binding = 5) restrict buffer LightCounters { uint lost_texels; uint filled_voxels; };
 layout(std430, set = 1, binding = 6) restrict readonly buffer Voxels { Voxel voxels[]; };
+layout(std430, set = 1, binding = 7) restrict readonly buffer ListedTiles { uvec3 list_groups; uint list_count; uint list[]; };
 #ifdef SVO
 #include "gi/svo/pool.glsl"
-layout(std430, set = 1, binding = 7) restrict readonly buffer Nodes { uint nodes[]; };
+layout(std430, set = 1, binding = 8) restrict readonly buffer Nodes { uint nodes[]; };
 #else
-layout(std430, set = 1, binding = 7) restrict readonly buffer Occupancy { uvec2 occupancy[]; };
-layout(std430, set = 1, binding = 8) restrict readonly buffer BlockBases { uint block_bases[]; };
+layout(std430, set = 1, binding = 8) restrict readonly buffer Occupancy { uvec2 occupancy[]; };
+layout(std430, set = 1, binding = 9) restrict readonly buffer BlockBases { uint block_bases[]; };
 #endif
 
 layout(push_constant) uniform InjectParams {
@@ -45,7 +47,23 @@ layout(push_constant) uniform InjectParams {
     uint voxel_count;
     float flux_unit;   // of one integer step, for r, g, b [W/(m² sr)]
     float area_unit;   // of one integer step [voxel faces]
+    uint group_row;    // groups along an edge of a map
 } params;
+
+// How far a position is outside of a box along an axis, at most [voxels]; below 0 inside.
+float distance_from(vec3 position, vec3 low, vec3 end) {
+    vec3 beyond = abs(position - 0.5 * (low + end)) - 0.5 * (end - low);
+    return max(beyond.x, max(beyond.y, beyond.z));
+}
+
+float distance_from_piece(vec3 position) {
+    return distance_from(position, vec3(params.piece.xyz), vec3(params.piece.xyz + params.piece.w));
+}
+
+// Whether light at a position can fall on voxels that are lit anew: it reaches a voxel's width around it.
+bool may_reach(vec3 position) {
+    return distance_from_piece(position) < 1.5 && distance_from(position, vec3(params.kept_low), vec3(params.kept_end)) > -1.5;
+}
 
 void add(uint side, uint channel, float value) {
     value = min(floor(value + 0.5), LARGEST_FLUX);
@@ -70,21 +88,6 @@ void add(uint side, uint channel, float value) {
 uint last_tile = 0u;
 uvec3 last_place = uvec3(0xffffffffu);
 #endif
-
-// How far a position is outside of a box along an axis, at most [voxels]; below 0 inside.
-float distance_from(vec3 position, vec3 low, vec3 end) {
-    vec3 beyond = abs(position - 0.5 * (low + end)) - 0.5 * (end - low);
-    return max(beyond.x, max(beyond.y, beyond.z));
-}
-
-float distance_from_piece(vec3 position) {
-    return distance_from(position, vec3(params.piece.xyz), vec3(params.piece.xyz + params.piece.w));
-}
-
-// Whether voxels that are lit anew lie within some voxels of a position.
-bool may_reach(vec3 position, float voxels) {
-    return distance_from_piece(position) < voxels && distance_from(position, vec3(params.kept_low), vec3(params.kept_end)) > -voxels;
-}
 
 // Compact index of the occupied voxel at a grid position, or −1.
 int voxel_at(vec3 position) {
@@ -206,28 +209,19 @@ bool read_texel(ivec3 texel, LightView view, out Footprint footprint) {
     return stored != 0.0;
 }
 
-// Whether a texel lies so near to voxels that are lit anew that light of its block can fall there. A group's centre is within a voxel of each of its texels.
-bool is_near(ivec3 texel, LightView view) {
-    float stored = texelFetch(sampler2DArray(shadow_maps, nearest_clamp), texel, 0).r;
-    vec2 map = (vec2(texel.xy) + 0.5) / float(view.light.y) * 2.0 - 1.0;
-    vec3 across = map.x * view.right.xyz + map.y * view.down.xyz;
-    bool parallel = view.origin_kind.w == 0.0;
-    float depth_m = map_depth(view, stored, view.right.w);
-    vec3 position = view.origin_kind.xyz + across * (parallel ? 1.0 : depth_m) + view.forward.xyz * depth_m;
-    return stored != 0.0 && may_reach((position - params.grid.xyz) / params.grid.w, 3.0);
-}
-
 void main() {
-    ivec3 first = ivec3(gl_GlobalInvocationID) * ivec3(BLOCK, BLOCK, 1);
+    uvec3 block = gl_GlobalInvocationID;
+    if (LISTED) {
+        uint at = gl_WorkGroupID.x + GROUPS_ALONG * gl_WorkGroupID.y, row = params.group_row;
+        if (at >= list_count) return;
+        block = uvec3(list[at] % row, list[at] / row % row, list[at] / (row * row)) * gl_WorkGroupSize + gl_LocalInvocationID;
+    }
+    ivec3 first = ivec3(block) * ivec3(BLOCK, BLOCK, 1);
     LightView view = light_views[first.z];
     if (any(greaterThanEqual(first.xy, ivec2(view.light.y)))) return;
     // Texels of one plane and small together against a voxel are added as one.
     uvec2 added = uvec2(0u);
     int seed = 0;
-    if (PART) {
-        seed = BLOCK * BLOCK;
-        for (int i = 0; i < BLOCK * BLOCK && seed > 0; ++i) seed = is_near(first + ivec3(i % BLOCK, i / BLOCK, 0), view) ? 0 : seed;
-    }
     while (seed < BLOCK * BLOCK) {
         Footprint group, texel;
         ivec2 start = ivec2(seed % BLOCK, seed / BLOCK), low = start, high = start;
@@ -252,8 +246,7 @@ void main() {
         group.centre += middle.x * group.right + middle.y * group.down;
         group.right *= float(high.x - low.x + 1);
         group.down *= float(high.y - low.y + 1);
-        // Light reaches a voxel's width around it.
-        for (int turn = int(is_lit && may_reach(group.centre, 1.5)); turn > 0; --turn) spread(group);
+        for (int turn = int(is_lit && may_reach(group.centre)); turn > 0; --turn) spread(group);
         seed = next;
     }
 }

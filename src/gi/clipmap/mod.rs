@@ -19,7 +19,7 @@ use super::voxel::{
     VoxelRecords, VoxelSettings, VoxelWindow, WindowScratch,
 };
 use super::{Context, IndirectLight, Probe, ProbeAxis, ProbeSurface, Technique, VoxelVolume};
-use crate::graph::{Error, Frame, FrameStats, Gpu, Image, Pass};
+use crate::graph::{Buffer, Error, Frame, FrameStats, Gpu, Image, Pass};
 use crate::render::{GBuffer, GpuScene, LightMaps, Output, screen_image};
 use crate::shader::{Field, GpuStruct};
 
@@ -147,6 +147,8 @@ pub struct Clipmap {
     pub volume: ClipmapVolume,
     levels: Vec<Level>,
     scratch: WindowScratch,
+    /// The depths of tiles of the maps that have been bound since models moved last.
+    bound: Option<Arc<Buffer>>,
     /// Number of frames since the last build.
     frame: u32,
     /// Where dynamic models were at the last update.
@@ -183,6 +185,7 @@ impl Clipmap {
             volume: ClipmapVolume::new(gpu, layout, Prefilter::new(settings), directionality)?,
             levels: Vec::new(),
             scratch: WindowScratch::new(gpu, scene)?,
+            bound: None,
             frame: 0,
             pose: None,
             light: IndirectLight {
@@ -282,6 +285,15 @@ impl Clipmap {
         due
     }
 
+    /// Adds the pass that injection into levels needs, unless lights stand still and it has run.
+    fn bound_tiles(&mut self, frame: &mut Frame, maps: &LightMaps) {
+        let is_bound = self.bound.as_ref().is_some_and(|bound| Arc::ptr_eq(bound, &maps.tiles[0]));
+        if !(is_bound && self.keeps_light) {
+            voxel::bound_tiles(frame, maps);
+            self.bound = Some(Arc::clone(&maps.tiles[0]));
+        }
+    }
+
     /// Adds the passes that light the voxels of a level that are not lit, and make its texels where they are not what they would be; returns where.
     fn update_level(&mut self, frame: &mut Frame, maps: &LightMaps, index: usize) -> VoxelBox {
         let (inner, keeps_light) = (self.inner(index), self.keeps_light);
@@ -367,6 +379,7 @@ impl Technique for Clipmap {
         let mut frame = Frame::new();
         self.volume.clear(&mut frame);
         let mut stats = gpu.submit(frame)?;
+        self.bound = None;
         (self.frame, self.pose) = (0, scene.dynamic.as_ref().map(|dynamic| dynamic.bounds));
         stats.append(self.follow(context, &self.layout.places(context.eye), None)?);
         // From here on slabs are voxelized, which have few fragments.
@@ -384,6 +397,7 @@ impl Technique for Clipmap {
         }
         let mut stats = FrameStats::default();
         // What has moved may shadow anything.
+        self.bound = None;
         self.levels.iter_mut().for_each(|level| level.lit = VoxelBox::NONE);
         let places: Vec<Place> = self.levels.iter().map(|level| level.place).collect();
         for bounds in [self.pose.replace(dynamic.bounds), Some(dynamic.bounds)] {
@@ -406,6 +420,9 @@ impl Technique for Clipmap {
 
     fn update(&mut self, frame: &mut Frame, _scene: &GpuScene, maps: &LightMaps) {
         let due = self.due();
+        if due.iter().any(|index| !self.levels[*index].is_lit()) {
+            self.bound_tiles(frame, maps);
+        }
         let mut changed = VoxelBox::NONE;
         for index in due.iter().copied() {
             changed = self.update_level(frame, maps, index);

@@ -11,6 +11,7 @@ use crate::gi::cone::{ConeTracer, Volume};
 use crate::gi::voxel::voxelize::buffer;
 use crate::gi::voxel::{
     Accumulation, DynamicVoxels, LightSettings, LitVoxels, Viewer, VoxelGrid, VoxelLight, VoxelLookup, VoxelRecords, VoxelSettings, Voxelizer, Voxels,
+    bound_tiles,
 };
 use crate::graph::{Buffer, Error, Frame, FrameStats, Gpu};
 use crate::render::{GpuScene, LightMaps};
@@ -203,6 +204,9 @@ impl Pieces {
 
     /// Adds the passes that light the voxels, which are found in the octree of these nodes.
     pub fn update(&self, frame: &mut Frame, maps: &LightMaps, nodes: &Arc<Buffer>) {
+        if self.pieces.iter().any(|Piece { voxels, light, .. }| light.is_part(voxels)) {
+            bound_tiles(frame, maps);
+        }
         self.add_light(frame, |frame, Piece { voxels, light, .. }, first_voxel| {
             light.update_records(frame, voxels, VoxelLookup::Sparse { nodes, grid: self.grid, first_voxel }, maps, None);
         });

@@ -14,30 +14,6 @@ use crate::render::{GpuScene, LightMaps};
 use crate::scene::Light;
 
 gpu_struct! {
-    /// Parameters of `voxel.inject_rsm`.
-    pub struct InjectParams {
-        /// xyz: smallest corner of the grid (m); w: voxel size (m).
-        pub grid: [f32; 4],
-        /// Smallest corner and edge of the piece of the grid whose voxels are added to (voxels).
-        pub piece: [i32; 4],
-        /// xyz: first voxel of the box whose light stays as it is.
-        pub kept_low: [i32; 4],
-        /// xyz: its end.
-        pub kept_end: [i32; 4],
-        /// Voxels along an edge of the grid.
-        pub resolution: u32,
-        /// First of the piece's voxels; their records and sums start with it.
-        pub first_voxel: u32,
-        /// How many voxels it has.
-        pub voxel_count: u32,
-        /// One integer step of r, g, b (W/(m² sr)).
-        pub flux_unit: f32,
-        /// One integer step of lit area (voxel faces).
-        pub area_unit: f32,
-    }
-}
-
-gpu_struct! {
     /// Parameters of `voxel.light`.
     pub struct LightParams {
         /// xyz: corner that places are counted from (m); w: voxel size (m).
@@ -63,40 +39,6 @@ gpu_struct! {
 
 /// Name of the fills before injection.
 pub static CLEAR_LIGHT: &str = "voxel.clear_light";
-
-const INJECT_BINDINGS: [Binding; 7] = [
-    Binding::buffer("light_views", Access::ComputeRead),
-    Binding::sampled("shadow_maps", Access::ComputeSampled),
-    Binding::sampled("rsm_normal", Access::ComputeSampled),
-    Binding::sampled("rsm_reflected", Access::ComputeSampled),
-    Binding::buffer("flux", Access::ComputeReadWrite),
-    Binding::buffer("lost_texels", Access::ComputeReadWrite),
-    Binding::buffer("voxels", Access::ComputeRead),
-];
-
-/// Every RSM texel adds its flux to the voxels that its footprint lies in. A thread a block of texels; 40-bit integer sums, the same in every run.
-pub static INJECT_RSM: Pass = Pass {
-    name: "voxel.inject_rsm",
-    shaders: Shaders::Compute("gi/voxel/inject_rsm.comp"),
-    bindings: &{
-        let [a, b, c, d, e, f, g] = INJECT_BINDINGS;
-        [a, b, c, d, e, f, g, Binding::buffer("occupancy", Access::ComputeRead), Binding::buffer("block_bases", Access::ComputeRead)]
-    },
-    push_bytes: size_of::<InjectParams>() as u32,
-    sets: Sets::Scene,
-};
-
-/// As [`INJECT_RSM`]; voxels are found by descent from the root of an octree.
-pub static INJECT_RSM_SPARSE: Pass = Pass {
-    name: "voxel.inject_rsm",
-    shaders: Shaders::Compute("gi/voxel/inject_rsm_svo.comp"),
-    bindings: &{
-        let [a, b, c, d, e, f, g] = INJECT_BINDINGS;
-        [a, b, c, d, e, f, g, Binding::buffer("nodes", Access::ComputeRead)]
-    },
-    push_bytes: size_of::<InjectParams>() as u32,
-    sets: Sets::Scene,
-};
 
 const LIGHT_BINDINGS: [Binding; 11] = [
     Binding::buffer("light_views", Access::ComputeRead),
@@ -185,7 +127,7 @@ pub enum VoxelLookup<'v> {
 const FLUX_BYTES: u64 = 20;
 
 /// One integer step of lit area (voxel faces).
-const AREA_UNIT: f32 = 1.0 / 16_777_216.0;
+pub(super) const AREA_UNIT: f32 = 1.0 / 16_777_216.0;
 
 /// Light counters on the device.
 const COUNTERS_BYTES: u64 = 8;
@@ -200,13 +142,13 @@ pub struct VoxelLight {
     pub radiance: Arc<Buffer>,
     /// What the voxels gathered from each other, E/π (W/(m² sr)), four half floats a side; absent with one bounce.
     pub irradiance: Option<Arc<Buffer>>,
-    flux: Arc<Buffer>,
+    pub(super) flux: Arc<Buffer>,
     /// The flux came from the host and stays.
     is_given: bool,
-    counters: Arc<Buffer>,
-    flux_unit: f32,
+    pub(super) counters: Arc<Buffer>,
+    pub(super) flux_unit: f32,
     /// Voxels of this size along the largest extent of the scene, to a power of two.
-    scene_resolution: u32,
+    pub(super) scene_resolution: u32,
 }
 
 impl VoxelLight {
@@ -347,37 +289,6 @@ impl VoxelLight {
             .dispatch(linear_groups(voxels.voxel_count));
     }
 
-    fn inject(&self, frame: &mut Frame, voxels: &VoxelRecords, lookup: VoxelLookup<'_>, maps: &LightMaps, [normal, reflected]: &[Arc<Image>; 2]) {
-        let VoxelRecords { lattice, kept, .. } = voxels;
-        let (pass, grid, piece, first_voxel) = match lookup {
-            VoxelLookup::Dense(_) => (&INJECT_RSM, VoxelGrid { origin: lattice.anchor, ..voxels.grid }, lattice.first, 0),
-            VoxelLookup::Sparse { grid, first_voxel, .. } => {
-                (&INJECT_RSM_SPARSE, grid, ((voxels.grid.origin - grid.origin) / grid.voxel_size).round().as_ivec3(), first_voxel)
-            }
-        };
-        let params = InjectParams {
-            grid: grid.row(),
-            piece: piece.extend(voxels.grid.resolution as i32).to_array(),
-            kept_low: kept.low.extend(0).to_array(),
-            kept_end: kept.end.extend(0).to_array(),
-            resolution: grid.resolution,
-            first_voxel,
-            voxel_count: voxels.voxel_count,
-            flux_unit: self.flux_unit,
-            area_unit: AREA_UNIT,
-        };
-        let block = texel_block(maps.size, self.scene_resolution);
-        let groups = maps.size.div_ceil(8 * block);
-        let pass = frame.pass(pass).bind(&maps.views).bind(&maps.depth).bind(normal).bind(reflected);
-        let pass = pass.bind(&self.flux).bind(&self.counters).bind(&voxels.records);
-        let pass = match lookup {
-            VoxelLookup::Dense(voxels) => pass.bind(&voxels.occupancy).bind(&voxels.block_bases),
-            VoxelLookup::Sparse { nodes, .. } => pass.bind(nodes),
-        };
-        let is_part = voxels.grid.resolution < self.scene_resolution || !kept.is_empty();
-        pass.constants(&[self.settings.sides as u32, block, u32::from(is_part)]).push(&params).dispatch([groups, groups, maps.view_count]);
-    }
-
     /// Replaces the injection of later frames: `flux` is Φ / (π h²) [W/(m² sr)] of each side of each voxel; `None` leaves a hole.
     pub fn give_flux(&mut self, gpu: &Gpu, flux: &[Option<Vec3>]) -> Result<(), Error> {
         let words: Vec<[u32; 5]> = flux.iter().map(|side| side.map_or([0; 5], |flux| flux_words(flux, self.flux_unit))).collect();
@@ -405,13 +316,6 @@ fn flux_words(flux: Vec3, unit: f32) -> [u32; 5] {
 fn scene_resolution(scene: &GpuScene, voxel_size: f32) -> u32 {
     let extent = (scene.bounds.1 - scene.bounds.0).max_element();
     ((extent / voxel_size).ceil().clamp(1.0, 65536.0) as u32).next_power_of_two()
-}
-
-/// Edge of the blocks of texels that a thread adds: a voxel, were the map as wide as the scene.
-fn texel_block(map_size: u32, resolution: u32) -> u32 {
-    let most = (map_size / resolution).clamp(1, 8);
-    // The largest power of two that divides the map into whole blocks.
-    1 << most.ilog2().min(map_size.trailing_zeros())
 }
 
 /// One integer step of injected radiance: 2⁻²⁰ of what the strongest light makes of a white surface one scene diagonal away, as a power of two.

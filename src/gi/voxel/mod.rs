@@ -7,6 +7,7 @@ pub mod bounce;
 pub mod dynamic;
 pub mod export;
 mod grid;
+pub mod inject;
 pub mod light;
 mod light_settings;
 mod list;
@@ -22,7 +23,8 @@ pub mod window;
 pub use bounce::{BOUNCE_RAYS, Bounces, bounce_rays};
 pub use dynamic::DynamicVoxels;
 pub use grid::{Lattice, VoxelGrid};
-pub use light::{CLEAR_LIGHT, INJECT_RSM, INJECT_RSM_SPARSE, LIGHT, LIGHT_DENSE, VoxelLight, VoxelLookup, VoxelRecords};
+pub use inject::{BOUND_TILES, INJECT_RSM, INJECT_RSM_SPARSE, LIST_TILES, bound_tiles};
+pub use light::{CLEAR_LIGHT, LIGHT, LIGHT_DENSE, VoxelLight, VoxelLookup, VoxelRecords};
 pub use light_settings::{Attenuation, Injection, LightSettings, Occlusion, Sides, Viewer};
 pub use list::{OccupiedVoxel, VoxelList, list_voxels};
 pub use lit::{LitVoxels, VoxelMap};
@@ -155,6 +157,8 @@ pub static PASSES: &[&Pass] = &[
     &window::SHIFT_BLOCKS,
     &window::EMPTY_BLOCKS,
     &window::MOVE_RECORDS,
+    &BOUND_TILES,
+    &LIST_TILES,
     &INJECT_RSM,
     &LIGHT,
     &LIGHT_DENSE,
@@ -188,7 +192,11 @@ pub static VOXELIZATION: Stage = Stage {
 };
 
 /// Direct light into voxels.
-pub static LIGHT_INJECTION: Stage = Stage { name: "light injection", part: Part::Store, passes: &["voxel.clear_light", "voxel.inject_rsm", "voxel.light"] };
+pub static LIGHT_INJECTION: Stage = Stage {
+    name: "light injection",
+    part: Part::Store,
+    passes: &["voxel.clear_light", "voxel.bound_tiles", "voxel.list_tiles", "voxel.inject_rsm", "voxel.light"],
+};
 
 /// Light from voxel to voxel.
 pub static BOUNCES: Stage = Stage { name: "bounces", part: Part::Store, passes: &["voxel.bounce"] };
@@ -211,7 +219,8 @@ pub static STRUCTS: &[(&str, &[Field])] = &[
     (window::ShiftParams::NAME, window::ShiftParams::FIELDS),
     (window::EmptyParams::NAME, window::EmptyParams::FIELDS),
     (window::MoveParams::NAME, window::MoveParams::FIELDS),
-    (light::InjectParams::NAME, light::InjectParams::FIELDS),
+    (inject::TileParams::NAME, inject::TileParams::FIELDS),
+    (inject::InjectParams::NAME, inject::InjectParams::FIELDS),
     (light::LightParams::NAME, light::LightParams::FIELDS),
     (bounce::BounceRayParams::NAME, bounce::BounceRayParams::FIELDS),
     (rays::RayParams::NAME, rays::RayParams::FIELDS),
