@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use lumivox::measure::sweep::{Cost, PictureFolder, Point, Section, Standing, page, read_records};
+use lumivox::measure::sweep::{Cost, PictureFolder, Point, Section, Standing, Troubles, page, read_records};
 
 const GRID: &str = "[[sweep]]\ntechnique = [\"voxel-mips\", \"svo\"]\npreset = [\"cones\", \"textbook\"]\nset = { resolution = [8, 16] }\n";
 /// Points of [`GRID`].
@@ -102,7 +102,7 @@ fn pictures_are_their_points(points: &[Point], pictures: &PictureFolder) {
 }
 
 fn charts_and_tables_are_complete(place: &Place, points: &[Point]) {
-    let section = Section { points: points.to_vec() };
+    let section = Section { points: points.to_vec(), source: None };
     for cost in Cost::ALL {
         let svg = place.text(&format!("out/cornell-{}.svg", cost.file_suffix()));
         assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"));
@@ -242,7 +242,7 @@ fn refusals_and_odd_names_are_shown() {
     assert!(html.contains("voxel_mips.radiance") && points.iter().all(|point| html.contains(&point.key)));
     assert!(succeeded(&place.sweep(&["-o", "out", "--device", "llvmpipe"])).contains("3 points, 0 to measure"));
     points.iter_mut().for_each(|point| point.scene = "<script>alert(1)</script>\"&".to_owned());
-    let html = page(&Section::sort(points), &PictureFolder::of(&place.path("out"))).unwrap();
+    let html = page(&Section::sort(points), &PictureFolder::of(&place.path("out")), &Troubles::default()).unwrap();
     assert!(html.contains("&lt;script&gt;alert(1)") && !html.contains("<script>alert"));
 }
 

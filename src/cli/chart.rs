@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use lumivox::frame::FrameSettings;
 use lumivox::measure::bench::{BenchSettings, Case, open};
 use lumivox::measure::sweep::{
-    Cost, DEFAULT_GRID, PictureFolder, Point, Progress, Records, Section, Sweep, SweepError, bounces_text, grid_cases, page, read_records,
+    Cost, DEFAULT_GRID, PictureFolder, Point, Progress, Records, Section, Sweep, SweepError, Troubles, bounces_text, grid_cases, page, read_records,
 };
 use lumivox::metrics::Channel;
 use lumivox::reference::{ReferenceError, cache_dir};
@@ -58,6 +58,9 @@ pub(crate) struct Args {
     /// Measure nothing: gather the records of these folders, such as those of shards.
     #[arg(long, value_name = "DIR", num_args = 1.., conflicts_with_all = ["scene", "grid", "shard"])]
     merge: Vec<PathBuf>,
+    /// A folder of results of `lumivox stress`, which the page shows beside what it recommends [default: `stress` in the folder of -o, where there is one].
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["list", "shard"])]
+    stress: Option<PathBuf>,
     /// The folder for chart.html and each scene's NAME.jsonl, NAME.csv, NAME-*.svg and NAME-*.png. Points that have a record there are not measured again.
     #[arg(short, long, value_name = "DIR", required_unless_present = "list")]
     output: Option<PathBuf>,
@@ -76,9 +79,10 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
         return Err(CliError::input(format!("--max-error is {}; it must be above 0", args.max_error)));
     }
     let Some(folder) = args.output.as_ref().filter(|_| !args.list) else { return list(args) };
+    let troubles = troubles(args, folder)?;
     if !args.merge.is_empty() {
         check_output_folder(folder)?;
-        return merge(&args.merge, folder, quiet);
+        return merge(&args.merge, &troubles, folder, quiet);
     }
     let cases = cases(args)?;
     check_output_folder(folder)?;
@@ -100,11 +104,22 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     make_folder(folder)?;
     let stems = stems(scenes.iter().map(|scene| scene.name.as_str()), folder);
     let mut sections = Vec::new();
-    for (scene, stem) in scenes.iter().zip(&stems) {
+    for ((scene, source), stem) in scenes.iter().zip(&args.scene).zip(&stems) {
         let sweep = Sweep::new(&gpu, scene, &settings, args.max_error);
-        sections.push(Section { points: sweep_scene(&sweep, &scene.name, &cases, args.shard, stem, quiet)? });
+        let points = sweep_scene(&sweep, &scene.name, &cases, args.shard, stem, quiet)?;
+        sections.push(Section { points, source: Some(source.to_string_lossy().into_owned()) });
     }
-    if args.shard.is_some() { Ok(()) } else { write_sections(&sections, &stems, folder, quiet) }
+    if args.shard.is_some() { Ok(()) } else { write_sections(&sections, &stems, &troubles, folder, quiet) }
+}
+
+/// What `lumivox stress` found.
+fn troubles(args: &Args, output: &Path) -> Result<Troubles, CliError> {
+    let folder = args.stress.clone().unwrap_or_else(|| output.join("stress"));
+    let troubles = Troubles::read(&folder).map_err(CliError::input)?;
+    if args.stress.is_some() && troubles.is_empty() {
+        return Err(CliError::input(format!("there are no records (*.jsonl) of lumivox stress in {}; name the folder of its -o", folder.display())));
+    }
+    Ok(troubles)
 }
 
 fn list(args: &Args) -> Result<(), CliError> {
@@ -159,7 +174,7 @@ fn sweep_scene(sweep: &Sweep<'_>, name: &str, cases: &[Case], shard: Option<Shar
 }
 
 /// Gathers the records and pictures of folders in one.
-fn merge(folders: &[PathBuf], output: &Path, quiet: bool) -> Result<(), CliError> {
+fn merge(folders: &[PathBuf], troubles: &Troubles, output: &Path, quiet: bool) -> Result<(), CliError> {
     let mut points: Vec<(Point, &PathBuf)> = Vec::new();
     for folder in folders {
         let unread = |error| CliError::input(format!("cannot read the folder {}: {error}; name a folder with records", folder.display()));
@@ -168,7 +183,7 @@ fn merge(folders: &[PathBuf], output: &Path, quiet: bool) -> Result<(), CliError
         files.retain(|path| path.extension().is_some_and(|extension| extension == "jsonl"));
         files.sort();
         for file in files {
-            points.extend(read_records(&file).map_err(CliError::input)?.into_iter().map(|point| (point, folder)));
+            points.extend(read_records::<Point>(&file).map_err(CliError::input)?.into_iter().map(|point| (point, folder)));
         }
     }
     if points.is_empty() {
@@ -189,11 +204,11 @@ fn merge(folders: &[PathBuf], output: &Path, quiet: bool) -> Result<(), CliError
         let new: Vec<&Point> = section.points.iter().filter(is_new).collect();
         new.into_iter().try_for_each(|point| records.add(point)).map_err(CliError::failed)?;
     }
-    write_sections(&sections, &stems, output, quiet)
+    write_sections(&sections, &stems, troubles, output, quiet)
 }
 
-/// Tables and charts of each section, the page of all, and the summary on the terminal.
-fn write_sections(sections: &[Section], stems: &[PathBuf], folder: &Path, quiet: bool) -> Result<(), CliError> {
+/// Tables and charts of each section, the page of all, and the answers on the terminal.
+fn write_sections(sections: &[Section], stems: &[PathBuf], troubles: &Troubles, folder: &Path, quiet: bool) -> Result<(), CliError> {
     let write = |path: &Path, text: String| {
         std::fs::write(path, text)
             .map_err(|error| CliError::failed(format!("cannot write {}: {error}; check that it is writable and has space", path.display())))
@@ -207,13 +222,13 @@ fn write_sections(sections: &[Section], stems: &[PathBuf], folder: &Path, quiet:
         }
         if !quiet {
             let name = section.points.first().map_or("", |point| point.scene.as_str());
-            section.summary().iter().for_each(|advice| say(&format!("{name}: {advice}")));
+            section.answers().iter().for_each(|answer| say(&format!("{name}: {}", section.answer_text(answer))));
         }
     }
     let path = folder.join("chart.html");
-    write(&path, page(sections, &PictureFolder::of(folder)).map_err(CliError::failed)?)?;
+    write(&path, page(sections, &PictureFolder::of(folder), troubles).map_err(CliError::failed)?)?;
     if !quiet {
-        say(&format!("{}: charts, pictures and all points; open it in a browser", path.display()));
+        say(&format!("{}: what to take, what will go wrong, charts, pictures and all points; open it in a browser", path.display()));
     }
     Ok(())
 }

@@ -97,6 +97,8 @@ pub struct FrontPoint {
     pub at: (f64, f64),
     /// Smallest and largest x that was measured.
     pub x_range: (f64, f64),
+    /// What stands beside it and before its entry in the key; without one it is grey and has no entry.
+    pub mark: Option<String>,
     /// What it is: the lines of its entry in the key beside the axes.
     pub label: Vec<String>,
 }
@@ -112,7 +114,7 @@ pub struct PointPanel {
     pub y_label: String,
     /// The points. Those of one name have one colour and one shape in all panels.
     pub series: Vec<Series>,
-    /// The points that no other beats, by rising x: joined by steps, numbered from 1.
+    /// The points that no other beats, by rising x: joined by steps.
     pub front: Vec<FrontPoint>,
     /// A grey line at this y, and what it is.
     pub floor: Option<(f64, String)>,

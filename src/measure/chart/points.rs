@@ -20,10 +20,11 @@ const MARKER_PX: i32 = 5;
 
 const DARK: RGBColor = RGBColor(60, 60, 60);
 const GREY: RGBColor = RGBColor(120, 120, 120);
+const PALE: RGBColor = RGBColor(190, 190, 190);
 
 /// Height of a panel: at least that of readable axes, and enough for its key.
 pub(super) fn point_panel_height(panel: &PointPanel) -> u32 {
-    let key: i32 = panel.front.iter().map(entry_height).sum();
+    let key: i32 = panel.front.iter().filter(|point| point.mark.is_some()).map(entry_height).sum();
     (TITLE_PX + (key + 2 * KEY_LINE_PX).max(370)) as u32
 }
 
@@ -80,31 +81,34 @@ pub(super) fn draw_points<DB: DrawingBackend>(area: &DrawingArea<DB, Shift>, pan
         chart.draw_series(marks.map(|at| EmptyElement::at(*at) + Polygon::new(outline((0, 0), index), color(index).mix(0.75).filled())))?;
     }
     let whisker = |point: &FrontPoint| PathElement::new([(point.x_range.0, point.at.1), (point.x_range.1, point.at.1)], DARK.stroke_width(1));
-    chart.draw_series(panel.front.iter().map(whisker))?;
+    chart.draw_series(panel.front.iter().filter(|point| point.mark.is_some()).map(whisker))?;
+    let grey = panel.front.iter().filter(|point| point.mark.is_none());
+    chart.draw_series(grey.map(|point| EmptyElement::at(point.at) + Circle::new((0, 0), MARKER_PX, PALE.filled())))?;
     let pixel = |at: &(f64, f64)| chart.backend_coord(at);
     let points: Vec<(i32, i32)> = panel.series.iter().flat_map(|series| &series.points).map(pixel).collect();
-    let front: Vec<(i32, i32)> = panel.front.iter().map(|point| pixel(&point.at)).collect();
+    let marked: Vec<(&FrontPoint, &str)> = panel.front.iter().filter_map(|point| Some((point, point.mark.as_deref()?))).collect();
+    let front: Vec<((i32, i32), i32)> = marked.iter().map(|(point, mark)| (pixel(&point.at), mark_width(mark))).collect();
     let (columns, rows) = chart.plotting_area().get_pixel_range();
     let frame = Rect { left: columns.start, top: rows.start, right: columns.end, bottom: rows.end };
-    for (number, (point, (dx, dy))) in panel.front.iter().zip(number_places(&front, &points, &frame)).enumerate() {
+    for ((point, mark), (dx, dy)) in marked.iter().zip(mark_places(&front, &points, &frame)) {
         if dx.abs().max(dy.abs()) > NEAR_PX {
             chart.draw_series([EmptyElement::at(point.at) + PathElement::new([(0, 0), (dx, dy)], GREY)])?;
         }
-        let text = Text::new((number + 1).to_string(), (dx - number_width(number) / 2, dy - 7), ("sans-serif", TEXT_PX).into_font().color(&BLACK));
+        let text = Text::new((*mark).to_owned(), (dx - mark_width(mark) / 2, dy - 7), ("sans-serif", TEXT_PX).into_font().color(&BLACK));
         chart.draw_series([EmptyElement::at(point.at) + text])?;
     }
     draw_key(&key, panel)
 }
 
-/// What the numbers of the front are.
+/// What the marks of the front are.
 fn draw_key<DB: DrawingBackend>(area: &DrawingArea<DB, Shift>, panel: &PointPanel) -> Drawn<DB> {
     let mut top = TITLE_PX;
-    for (number, point) in panel.front.iter().enumerate() {
-        area.draw(&Text::new((number + 1).to_string(), (0, top), ("sans-serif", TEXT_PX)))?;
+    for (point, mark) in panel.front.iter().filter_map(|point| Some((point, point.mark.as_ref()?))) {
+        area.draw(&Text::new(mark.clone(), (0, top), ("sans-serif", TEXT_PX)))?;
         for (line, text) in point.label.iter().enumerate() {
             let shade = if line == 0 { BLACK } else { RGBColor(90, 90, 90) };
             let style = ("sans-serif", KEY_TEXT_PX).into_font().color(&shade);
-            area.draw(&Text::new(text.clone(), (24, top + KEY_LINE_PX * line as i32), style))?;
+            area.draw(&Text::new(text.clone(), (32, top + KEY_LINE_PX * line as i32), style))?;
         }
         top += entry_height(point);
     }
@@ -158,23 +162,23 @@ impl Rect {
     }
 }
 
-/// Distance up to which a number needs no line to its point.
+/// Distance up to which a mark needs no line to its point.
 const NEAR_PX: i32 = 16;
 
-fn number_width(number: usize) -> i32 {
-    if number + 1 < 10 { 9 } else { 18 }
+fn mark_width(mark: &str) -> i32 {
+    9 * mark.chars().count() as i32
 }
 
-/// Where the number of each point of the front stands, as the offset of its middle from the point: as near as it can without covering points or other
-/// numbers or leaving the frame, and where that is impossible with the least overlap.
-fn number_places(front: &[(i32, i32)], points: &[(i32, i32)], frame: &Rect) -> Vec<(i32, i32)> {
+/// Where the mark of each point of the front stands, as the offset of its middle from the point: as near as it can without covering points or other
+/// marks or leaving the frame, and where that is impossible with the least overlap. `front` is points and widths of their marks.
+fn mark_places(front: &[((i32, i32), i32)], points: &[(i32, i32)], frame: &Rect) -> Vec<(i32, i32)> {
     let mut taken: Vec<Rect> = points.iter().map(|at| Rect::around(*at, 2 * MARKER_PX + 2, 2 * MARKER_PX + 2)).collect();
     let mut places = Vec::new();
     // Below and left of the front there are no points.
     let directions = [(-1, 1), (-1, 0), (0, 1), (1, 1), (-1, -1), (1, 0), (0, -1), (1, -1)];
-    for (number, at) in front.iter().enumerate() {
+    for (at, width) in front {
         let offsets = [12, 15, 20, 26, 34, 44, 56].into_iter().flat_map(|distance| directions.map(|(dx, dy)| (dx * distance, dy * distance)));
-        let rect = |(dx, dy): (i32, i32)| Rect::around((at.0 + dx, at.1 + dy), number_width(number), 13);
+        let rect = |(dx, dy): (i32, i32)| Rect::around((at.0 + dx, at.1 + dy), *width, 13);
         let covered = |offset: &(i32, i32)| {
             let rect = rect(*offset);
             taken.iter().map(|other| rect.overlap(other)).sum::<i32>() + rect.area() - rect.overlap(frame)
@@ -192,7 +196,7 @@ mod tests {
     use super::*;
 
     fn panel(front: &[(f64, f64)]) -> PointPanel {
-        let point = |at: &(f64, f64)| FrontPoint { at: *at, x_range: *at, label: vec!["a point".into()] };
+        let point = |at: &(f64, f64)| FrontPoint { at: *at, x_range: *at, mark: Some("T1".into()), label: vec!["a point".into()] };
         PointPanel {
             title: String::new(),
             x_label: String::new(),
@@ -210,20 +214,20 @@ mod tests {
         assert!(steps(&[], &(0.5..9.0), &(1.0..10.0)).is_empty());
     }
 
-    /// A crowd of points: numbers cover neither points nor each other, and stay in the frame.
+    /// A crowd of points: marks cover neither points nor each other, and stay in the frame.
     #[test]
-    fn numbers_do_not_collide() {
+    fn marks_do_not_collide() {
         let frame = Rect { left: 0, top: 0, right: 500, bottom: 300 };
         let front: Vec<(i32, i32)> = (0..12).map(|i| (4 + 9 * i, 40 + 11 * i)).collect();
         let others: Vec<(i32, i32)> = (0..40).map(|i| (60 + 10 * i, 40 + (37 * i) % 120)).filter(|at| at.1 < at.0).collect();
         let points = [front.clone(), others].concat();
-        let places = number_places(&front, &points, &frame);
-        let rects: Vec<Rect> =
-            front.iter().zip(&places).enumerate().map(|(number, (at, (dx, dy)))| Rect::around((at.0 + dx, at.1 + dy), number_width(number), 13)).collect();
+        let marked: Vec<_> = front.iter().enumerate().map(|(index, at)| (*at, mark_width(&format!("T{}", index + 1)))).collect();
+        let places = mark_places(&marked, &points, &frame);
+        let rects: Vec<Rect> = marked.iter().zip(&places).map(|((at, width), (dx, dy))| Rect::around((at.0 + dx, at.1 + dy), *width, 13)).collect();
         for (index, rect) in rects.iter().enumerate() {
-            assert_eq!(rect.overlap(&frame), rect.area(), "number {} leaves the frame", index + 1);
-            assert!(points.iter().all(|at| rect.overlap(&Rect::around(*at, 2 * MARKER_PX, 2 * MARKER_PX)) == 0), "number {} covers a point", index + 1);
-            assert!(rects[..index].iter().all(|other| rect.overlap(other) == 0), "number {} covers another", index + 1);
+            assert_eq!(rect.overlap(&frame), rect.area(), "mark {} leaves the frame", index + 1);
+            assert!(points.iter().all(|at| rect.overlap(&Rect::around(*at, 2 * MARKER_PX, 2 * MARKER_PX)) == 0), "mark {} covers a point", index + 1);
+            assert!(rects[..index].iter().all(|other| rect.overlap(other) == 0), "mark {} covers another", index + 1);
         }
     }
 
@@ -232,5 +236,8 @@ mod tests {
         let few = point_panel_height(&panel(&[(1.0, 1.0)]));
         let many = point_panel_height(&panel(&[(1.0, 1.0); 30]));
         assert!(few < 450 && many > 30 * (KEY_LINE_PX + KEY_GAP_PX) as u32);
+        let mut unmarked = panel(&[(1.0, 1.0); 30]);
+        unmarked.front.iter_mut().for_each(|point| point.mark = None);
+        assert_eq!(point_panel_height(&unmarked), few, "what has no mark has no entry in the key");
     }
 }

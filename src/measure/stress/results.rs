@@ -1,6 +1,6 @@
 //! Records of failure modes as Markdown, comma-separated values and charts.
 
-use super::{Figure, Record, StressCase, Verdict};
+use super::{Figure, Figured, Record, StressCase, Verdict};
 use crate::measure::chart::{Chart, LineAxis, LinePanel, Panels, Scale, Series};
 
 /// Figures below this are drawn here.
@@ -149,21 +149,56 @@ pub fn summary(all: &[Results<'_>]) -> String {
         text += &format!("| {} | {} |", results.case.name, results.case.severity);
         for name in &names {
             let own = |record: &&Record| record.change.is_empty() && record.case_name() == *name;
-            let mut row: Vec<&Record> = results.records.iter().filter(own).collect();
-            row.sort_by_key(|record| results.case.severities.iter().position(|severity| *severity == record.severity));
-            text += &format!(" {} |", worst(&row));
+            text += &format!(" {} |", Worst::of(results.case, results.records.iter().filter(own)).map_or_else(|| "–".to_owned(), |worst| worst.to_string()));
         }
         text += "\n";
     }
     text
 }
 
-fn worst(row: &[&Record]) -> String {
-    let refused = row.iter().find(|record| record.figures.is_empty()).map(|record| format!("no figure at {}", record.severity));
-    let Some(verdict) = row.iter().filter_map(|record| record.verdict()).max() else { return refused.unwrap_or_else(|| "–".to_owned()) };
-    let first = row.iter().find(|record| record.verdict() == Some(verdict)).filter(|_| verdict != Verdict::Pass);
-    let told = first.map_or_else(|| verdict.word().to_owned(), |record| format!("{} from {}", verdict.word(), record.severity));
-    refused.map_or(told.clone(), |refused| format!("{told}; {refused}"))
+/// How badly one technique with one set of settings fails in one case.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Worst {
+    /// The worst verdict; `None` where nothing could be measured.
+    pub verdict: Option<Verdict>,
+    /// The first severity with this verdict.
+    pub severity: f64,
+    /// Name of the figure that is furthest beyond what passes there, and its value, `None` where it is no finite number. Of what passes, at any severity.
+    pub figure: (String, Option<f64>),
+    /// The first severity without any figure.
+    pub refused: Option<f64>,
+}
+
+impl Worst {
+    /// Of the records of one technique with one set of settings; `None` where there is none.
+    pub fn of<'r>(case: &StressCase, records: impl IntoIterator<Item = &'r Record>) -> Option<Worst> {
+        let mut row: Vec<&Record> = records.into_iter().collect();
+        row.sort_by_key(|record| case.severities.iter().position(|severity| *severity == record.severity));
+        let refused = row.iter().find(|record| record.figures.is_empty()).map(|record| record.severity);
+        let Some(verdict) = row.iter().filter_map(|record| record.verdict()).max() else {
+            return refused.map(|severity| Worst { verdict: None, severity, figure: (String::new(), None), refused });
+        };
+        let first = row.iter().find(|record| record.verdict() == Some(verdict))?;
+        let told = if verdict == Verdict::Pass { row.as_slice() } else { std::slice::from_ref(first) };
+        // A figure that passes at 0 only is as bad as it is large.
+        let least_pass =
+            |name: &str| case.figures.iter().find(|figure| figure.name == name).map_or(1.0, |figure| if figure.pass > 0.0 { figure.pass } else { 1.0 });
+        let figures = told.iter().flat_map(|record| &record.figures).filter(|figure| figure.verdict == verdict);
+        let badness = |figure: &Figured| figure.value.unwrap_or(f64::INFINITY) / least_pass(&figure.name);
+        let largest = figures.max_by(|a, b| badness(a).total_cmp(&badness(b)))?;
+        Some(Worst { verdict: Some(verdict), severity: first.severity, figure: (largest.name.clone(), largest.value), refused })
+    }
+}
+
+impl std::fmt::Display for Worst {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self.verdict {
+            Some(Verdict::Pass) => write!(f, "{}", Verdict::Pass.word())?,
+            Some(verdict) => write!(f, "{} from {}", verdict.word(), self.severity)?,
+            None => return write!(f, "no figure at {}", self.severity),
+        }
+        self.refused.map_or(Ok(()), |severity| write!(f, "; no figure at {severity}"))
+    }
 }
 
 fn cell(record: &Record, index: usize) -> String {

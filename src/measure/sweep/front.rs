@@ -35,9 +35,28 @@ pub fn near_front(prices: &[Price]) -> Vec<bool> {
     prices.iter().map(|price| !prices.iter().any(|other| beats(other, price))).collect()
 }
 
-/// The cheapest point with an error of at most `bound`.
-pub fn cheapest(prices: &[Price], bound: f64) -> Option<usize> {
-    front(prices).into_iter().find(|&index| prices[index].error <= bound)
+/// Those of the [`front`] that differ for certain, cheapest first: each has an error lower by more than `noise` than the one before it, and had even in its
+/// fastest run a higher cost than that one in its slowest. Of two that do not differ in error the cheaper one is taken, of two that do not differ in cost the
+/// better one.
+pub fn distinct_front(prices: &[Price], noise: f64) -> Vec<usize> {
+    let mut kept: Vec<usize> = Vec::new();
+    for index in front(prices) {
+        let price = &prices[index];
+        if kept.last().is_some_and(|&last| prices[last].error - price.error <= noise) {
+            continue;
+        }
+        while kept.last().is_some_and(|&last| prices[last].cost.max > price.cost.min) {
+            kept.pop();
+        }
+        kept.push(index);
+    }
+    kept
+}
+
+/// The cheapest point with an error of at most `bound`; of equally cheap ones that with the least of `other`, which is what else it costs.
+pub fn cheapest(prices: &[Price], bound: f64, other: impl Fn(usize) -> f64) -> Option<usize> {
+    let order = |a: &usize, b: &usize| prices[*a].cost.median.total_cmp(&prices[*b].cost.median).then(other(*a).total_cmp(&other(*b)));
+    (0..prices.len()).filter(|&index| prices[index].error <= bound).min_by(order)
 }
 
 #[cfg(test)]
@@ -77,6 +96,26 @@ mod tests {
     #[test]
     fn the_cheapest_meets_the_bound() {
         let prices = [(5.0, 0.04), (3.0, 0.09), (1.0, 0.5), (4.0, 0.05)].map(|(cost, error)| price(cost, 0.0, error));
-        assert_eq!([0.01, 0.05, 0.1, 1.0].map(|bound| cheapest(&prices, bound)), [None, Some(3), Some(1), Some(2)]);
+        assert_eq!([0.01, 0.05, 0.1, 1.0].map(|bound| cheapest(&prices, bound, |_| 0.0)), [None, Some(3), Some(1), Some(2)]);
+    }
+
+    /// Three settings of one structure have the same bytes: the fastest is taken, although it is the worst of them.
+    #[test]
+    fn time_decides_among_equal_bytes() {
+        let prices = [(8.0, 0.02), (8.0, 0.03), (8.0, 0.04), (9.0, 0.01)].map(|(bytes, error)| price(bytes, 0.0, error));
+        assert_eq!(cheapest(&prices, 0.05, |index| [450.0, 150.0, 60.0, 1.0][index]), Some(2));
+        assert_eq!(cheapest(&prices, 0.03, |index| [450.0, 150.0, 60.0, 1.0][index]), Some(1));
+    }
+
+    /// Planted: 1 is better than 0 by less than the noise, 2 by more; 3 costs what 2 costs, within the spread, and is better by more than the noise.
+    #[test]
+    fn what_differs_by_less_than_the_noise_is_one() {
+        let prices = [price(1.0, 0.1, 0.30), price(2.0, 0.1, 0.295), price(3.0, 0.1, 0.20), price(3.15, 0.1, 0.10), price(9.0, 0.1, 0.095)];
+        assert_eq!(front(&prices), [0, 1, 2, 3, 4]);
+        assert_eq!(distinct_front(&prices, 0.01), [0, 3]);
+        assert_eq!(distinct_front(&prices, 0.004), [0, 1, 3, 4]);
+        let certain = prices.map(|price| Price { cost: Spread { min: price.cost.median, max: price.cost.median, ..price.cost }, ..price });
+        assert_eq!(distinct_front(&certain, 0.0), [0, 1, 2, 3, 4]);
+        assert_eq!(distinct_front(&[], 0.01), [0; 0]);
     }
 }

@@ -248,6 +248,24 @@ impl Point {
         (spread.median > 0.0).then_some(spread)
     }
 
+    /// A frame, all passes, where geometry stands still (ms).
+    pub fn frame_ms(&self) -> Option<Spread> {
+        self.total("frame")
+    }
+
+    /// A build and a frame, all passes: everything moves (ms).
+    pub fn moving_ms(&self) -> Option<Spread> {
+        Some(add(self.total("frame")?, self.total("build")?))
+    }
+
+    /// What means over blocks hide, of the size of [`PointError::rel_rmse`]: the error by pixel without the error over blocks and without the reference's own
+    /// noise. Grain, silhouettes and small things. `None` where the picture has no blocks, or there is no error.
+    pub fn fine_error(&self) -> Option<f64> {
+        let (block, pixel) = (self.error?.rel_rmse, self.pixel_error?.rel_rmse);
+        let noise = self.noise.unwrap_or(0.0) * f64::from(BLOCK_PX);
+        (self.error != self.pixel_error).then(|| (pixel * pixel - block * block - noise * noise).max(0.0).sqrt())
+    }
+
     /// Its place on a chart; `None` where it has none, as axes are logarithmic.
     pub fn price(&self, cost: Cost) -> Option<Price> {
         let error = self.error?.rel_rmse;
@@ -371,14 +389,14 @@ pub(super) mod tests {
             bounces: Bounces::Count(bounces),
             failure: None,
             refused: None,
-            totals: vec![total("build", build), total("indirect", gather + 1.0)],
+            totals: vec![total("build", build), total("indirect", gather + 1.0), total("frame", gather + 5.0)],
             build: Vec::new(),
             passes: Vec::new(),
             memory_bytes: 2 * bytes,
             structure_bytes: Some(bytes),
             counts: BTreeMap::new(),
             error: Some(error),
-            pixel_error: Some(error),
+            pixel_error: Some(PointError { rel_rmse: error.rel_rmse.hypot(0.016), bias: error.bias }),
             flip: Some(0.1),
             materials: vec![("wall".into(), error), ("lamp".into(), PointError { rel_rmse: 2.0 * error.rel_rmse, bias: error.rel_rmse })],
             noise: Some(0.002),
@@ -392,6 +410,18 @@ pub(super) mod tests {
         assert_eq!(Cost::ALL.map(median), [Some(10.0), Some(15.0), Some(4096.0)]);
         assert!(point.cost(Cost::Rebuild).is_some_and(|spread| (spread.min - 13.5).abs() < 1e-9 && (spread.max - 18.0).abs() < 1e-9));
         assert_eq!(point.worst_material().map(|worst| worst.0.as_str()), Some("lamp"));
+        assert_eq!(point.frame_ms().zip(point.moving_ms()).map(|(frame, moving)| (frame.median, moving.median)), Some((14.0, 19.0)));
+    }
+
+    /// Planted: 0.05 of grain beside an error of 0.1 and a reference with a noise of 0.016 by pixel, 0.002 by block.
+    #[test]
+    fn grain_is_what_blocks_and_reference_do_not_explain() {
+        let mut point = point("svo", 1, [9.0, 5.0], 4096, 0.1);
+        assert!(point.fine_error().is_some_and(|error| error < 1e-6), "{:?}", point.fine_error());
+        point.pixel_error = Some(PointError { rel_rmse: 0.1_f64.hypot(0.016).hypot(0.05), bias: 0.0 });
+        assert!(point.fine_error().is_some_and(|error| (error - 0.05).abs() < 1e-9), "{:?}", point.fine_error());
+        point.pixel_error = point.error;
+        assert_eq!(point.fine_error(), None, "there were no blocks");
     }
 
     #[test]

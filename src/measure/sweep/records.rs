@@ -116,7 +116,7 @@ impl<R: Record> Records<R> {
 }
 
 /// All records of a file that is not to be changed; a last line that was not written to its end is left out, with a warning.
-pub fn read_records(path: &Path) -> Result<Vec<Point>, RecordError> {
+pub fn read_records<R: Record>(path: &Path) -> Result<Vec<R>, RecordError> {
     let bytes = std::fs::read(path).map_err(|source| RecordError::File { what: "read", path: path.to_owned(), source })?;
     let (points, whole) = parse(path, &bytes)?;
     if whole < bytes.len() {

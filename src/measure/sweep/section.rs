@@ -1,6 +1,6 @@
 //! Points that can be compared with each other, and what they say.
 
-use super::front::{Price, cheapest, front, near_front};
+use super::front::{Price, distinct_front, front, near_front};
 use super::point::{Cost, Point, bounces_text};
 use crate::graph::Spread;
 use crate::measure::chart::{Chart, FrontPoint, Panels, PointPanel, Series, short};
@@ -13,6 +13,8 @@ use crate::reference::Bounces;
 pub struct Section {
     /// The points; all have the scene and the setup of the first.
     pub points: Vec<Point>,
+    /// The scene as a command line names it, where that is known.
+    pub source: Option<String>,
 }
 
 /// The points of one number of bounces that have a price, by index, and their prices.
@@ -29,42 +31,17 @@ pub struct Group {
 /// Where a point stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Standing {
-    /// On the front: its number on the chart.
+    /// On the front, and different for certain from the others there: its number on the chart.
     Front(usize),
+    /// On the front, but better or cheaper than a numbered one by less than the noise of the reference or the spread of the times: grey on the chart.
+    Same,
     /// Beaten by less than the spread of the times.
     Near,
     /// Beaten.
     Beaten,
 }
 
-/// The cheapest point with a small enough error.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Advice {
-    /// Indirect bounces.
-    pub bounces: Bounces,
-    /// The error, at most.
-    pub bound: f64,
-    /// What is to be least.
-    pub cost: Cost,
-    /// The point with its costs and its error, or that there is none.
-    pub text: String,
-}
-
-impl Advice {
-    /// The costs for which there is advice.
-    pub(super) const COSTS: [Cost; 2] = [Cost::Frame, Cost::Memory];
-}
-
-impl std::fmt::Display for Advice {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}, {} with an error of at most {}: {}", bounces_text(self.bounces), self.cost.least(), percent(self.bound), self.text)
-    }
-}
-
-/// Errors for which the summary names the cheapest point.
-const BOUNDS: [f64; 3] = [0.05, 0.1, 0.2];
-
-const MIB: f64 = (1 << 20) as f64;
+pub(super) const MIB: f64 = (1 << 20) as f64;
 
 impl Cost {
     /// What follows the scene's name in file names.
@@ -85,12 +62,12 @@ impl Cost {
         }
     }
 
-    /// What is asked for when it is to be small.
-    pub(super) fn least(self) -> &'static str {
+    /// What stands before the numbers on its chart, so that no two charts of a scene have the same.
+    pub(super) fn letter(self) -> char {
         match self {
-            Cost::Frame => "least time",
-            Cost::Rebuild => "least time with a build",
-            Cost::Memory => "least memory",
+            Cost::Frame => 'T',
+            Cost::Rebuild => 'R',
+            Cost::Memory => 'M',
         }
     }
 
@@ -143,7 +120,7 @@ impl Section {
             match sections.iter_mut().find(|section| section.fits(&point)) {
                 Some(section) if section.points.iter().any(|known| known.key == point.key) => {}
                 Some(section) => section.points.push(point),
-                None => sections.push(Section { points: vec![point] }),
+                None => sections.push(Section { points: vec![point], source: None }),
             }
         }
         sections
@@ -170,36 +147,48 @@ impl Section {
         groups
     }
 
-    /// Where each point stands among those of as many bounces; `None` where it has no price.
+    /// Where each point stands among those of as many bounces; `None` where it has no price. Numbers go on from one number of bounces to the next.
     pub fn standings(&self, cost: Cost) -> Vec<Option<Standing>> {
         let mut standings = vec![None; self.points.len()];
+        let mut count = 0;
         for group in self.groups(cost) {
             for (&index, near) in group.points.iter().zip(near_front(&group.prices)) {
                 standings[index] = Some(if near { Standing::Near } else { Standing::Beaten });
             }
-            for (number, member) in front(&group.prices).into_iter().enumerate() {
-                standings[group.points[member]] = Some(Standing::Front(number + 1));
+            front(&group.prices).into_iter().for_each(|member| standings[group.points[member]] = Some(Standing::Same));
+            for member in distinct_front(&group.prices, self.noise(&group.points)) {
+                count += 1;
+                standings[group.points[member]] = Some(Standing::Front(count));
             }
         }
         standings
     }
 
+    /// Standard error of the reference of some points, in the measure of their error; 0 where it is not known.
+    pub(super) fn noise(&self, points: &[usize]) -> f64 {
+        points.iter().find_map(|&index| self.points[index].noise).unwrap_or(0.0)
+    }
+
     /// The error against a cost, a panel a number of bounces; `None` where nothing has a price.
     pub fn chart(&self, cost: Cost) -> Option<Chart> {
         let first = self.points.first()?;
-        let panels: Vec<PointPanel> = self.groups(cost).iter().map(|group| self.panel(cost, group)).collect();
+        let standings = self.standings(cost);
+        let panels: Vec<PointPanel> = self.groups(cost).iter().map(|group| self.panel(cost, group, &standings)).collect();
         let setup = &first.setup;
         let timing = if setup.timing == Timing::Host { "passes timed on the host" } else { "passes timed by timestamps" };
         let medians = format!("medians of {} frames and {} builds; bars: smallest and largest", setup.frames, setup.rebuilds);
-        let notes = vec![
+        let mut notes = vec![
             cost.what().to_owned(),
             format!("{}x{} px, shadow maps {}; {medians}", setup.size[0], setup.size[1], setup.shadow_resolution),
             format!("{}, {}, {timing}; lumivox {}{}", setup.device, setup.driver, setup.version, commit(&setup.build)),
         ];
+        if standings.contains(&Some(Standing::Same)) {
+            notes.push("grey, without a number: on the line, but better or cheaper than a numbered one by less than the noise or the spread".to_owned());
+        }
         (!panels.is_empty()).then(|| Chart { title: format!("{}: {}", cost.title(), first.scene), notes, panels: Panels::Points(panels) })
     }
 
-    fn panel(&self, cost: Cost, group: &Group) -> PointPanel {
+    fn panel(&self, cost: Cost, group: &Group, standings: &[Option<Standing>]) -> PointPanel {
         let at = |price: &Price| (cost.in_unit(price.cost.median), 100.0 * price.error);
         let mut series: Vec<Series> = Vec::new();
         for (&index, price) in group.points.iter().zip(&group.prices) {
@@ -212,9 +201,11 @@ impl Section {
         let front_point = |member: usize| {
             let price = &group.prices[member];
             let x_range = (cost.in_unit(price.cost.min), cost.in_unit(price.cost.max));
-            FrontPoint { at: at(price), x_range, label: label(&self.points[group.points[member]], cost, price) }
+            let index = group.points[member];
+            let mark = matches!(standings[index], Some(Standing::Front(_))).then(|| standing_text(cost, standings[index]));
+            FrontPoint { at: at(price), x_range, mark, label: label(&self.points[index], cost, price) }
         };
-        let noise = group.points.iter().find_map(|&index| self.points[index].noise).filter(|noise| *noise > 0.0);
+        let noise = Some(self.noise(&group.points)).filter(|noise| *noise > 0.0);
         PointPanel {
             title: format!("{}: {} points, the numbered ones are the Pareto front", bounces_text(group.bounces), group.points.len()),
             x_label: cost.axis().to_owned(),
@@ -225,57 +216,24 @@ impl Section {
         }
     }
 
-    /// What to take: for each number of bounces and each of some errors, the point of least time and that of least memory.
-    pub fn summary(&self) -> Vec<Advice> {
-        let mut advice: Vec<Advice> = Vec::new();
-        for cost in Advice::COSTS {
-            for group in self.groups(cost) {
-                let mut last = None;
-                for bound in BOUNDS {
-                    let found = cheapest(&group.prices, bound);
-                    let text = match found {
-                        Some(member) if last == found => format!("as above, {}", self.points[group.points[member]].name()),
-                        Some(member) => self.sentence(group.points[member], cost),
-                        None => {
-                            let least = group.prices.iter().map(|price| price.error).fold(f64::INFINITY, f64::min);
-                            format!("none of {} points; the least error is {}", group.points.len(), percent(least))
-                        }
-                    };
-                    advice.push(Advice { bounces: group.bounces, bound, cost, text });
-                    last = found;
-                }
-            }
-        }
-        advice
-    }
-
-    fn sentence(&self, index: usize, cost: Cost) -> String {
-        let point = &self.points[index];
-        let other = if cost == Cost::Memory { Cost::Frame } else { Cost::Memory };
-        let costs: Vec<String> = [cost, other].into_iter().filter_map(|cost| Some(cost.text(point.cost(cost)?))).collect();
-        let changes = if point.changes.is_empty() { String::new() } else { format!(" with {}", point.changes_text()) };
-        let error = point.error.map(|error| format!(", error {}", percent(error.rel_rmse))).unwrap_or_default();
-        let worst = point.worst_material().filter(|_| point.materials.len() > 1);
-        let worst = worst.map(|(name, error)| format!(" (on {name} {}, bias {})", percent(error.rel_rmse), signed_percent(error.bias))).unwrap_or_default();
-        format!("{}{changes}: {}{error}{worst}", point.name(), costs.join(", "))
-    }
-
     /// All points as comma-separated values (RFC 4180).
     pub fn csv(&self) -> String {
         let standings = Cost::ALL.map(|cost| self.standings(cost));
         let row = |(index, point): (usize, &Point)| {
             let mut row = columns(point);
-            row.extend(Cost::ALL.iter().zip(&standings).map(|(cost, standings)| (format!("front {}", cost.file_suffix()), standing_text(standings[index]))));
+            let standing = |(cost, standings): (&Cost, &Vec<_>)| (format!("front {}", cost.file_suffix()), standing_text(*cost, standings[index]));
+            row.extend(Cost::ALL.iter().zip(&standings).map(standing));
             row
         };
         csv_of(&self.points.iter().enumerate().map(row).collect::<Vec<_>>())
     }
 }
 
-/// The number on the chart, `near`, or nothing.
-pub(super) fn standing_text(standing: Option<Standing>) -> String {
+/// The number on the chart, `same`, `near`, or nothing.
+pub(super) fn standing_text(cost: Cost, standing: Option<Standing>) -> String {
     match standing {
-        Some(Standing::Front(number)) => number.to_string(),
+        Some(Standing::Front(number)) => format!("{}{number}", cost.letter()),
+        Some(Standing::Same) => "same".to_owned(),
         Some(Standing::Near) => "near".to_owned(),
         Some(Standing::Beaten) | None => String::new(),
     }
@@ -345,23 +303,40 @@ fn columns(point: &Point) -> Vec<(String, String)> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::super::point::tests::point;
     use super::*;
 
     /// Planted: of one bounce `b` is slower and worse than `a`, `c` better and dearer, and `d` better still but of two bounces.
-    fn section() -> Section {
+    pub(in crate::measure::sweep) fn section() -> Section {
         let a = point("a", 1, [9.0, 1.0], 1 << 20, 0.15);
         let b = point("b", 1, [99.0, 1.0], 2 << 20, 0.16);
         let c = point("c", 1, [999.0, 1.0], 3 << 20, 0.04);
         let d = point("d", 2, [4.0, 1.0], 1 << 19, 0.01);
-        Section { points: vec![a, b, c, d] }
+        Section { points: vec![a, b, c, d], source: None }
     }
 
     #[test]
     fn bounces_have_fronts_of_their_own() {
         let standings = section().standings(Cost::Frame);
-        assert_eq!(standings, [Some(Standing::Front(1)), Some(Standing::Beaten), Some(Standing::Front(2)), Some(Standing::Front(1))]);
+        assert_eq!(standings, [Some(Standing::Front(1)), Some(Standing::Beaten), Some(Standing::Front(2)), Some(Standing::Front(3))]);
+        assert_eq!(Cost::ALL.map(|cost| standing_text(cost, standings[3])), ["T3", "R3", "M3"], "no two charts have one mark");
+    }
+
+    /// 0.15 is better than 0.151 by less than the reference's noise of 0.002: the dearer of them has no number, and the chart says so.
+    #[test]
+    fn what_the_noise_hides_has_no_number() {
+        let mut close = section();
+        close.points[1] = point("b", 1, [99.0, 1.0], 2 << 20, 0.149);
+        assert_eq!(close.standings(Cost::Frame)[..3], [Some(Standing::Front(1)), Some(Standing::Same), Some(Standing::Front(2))]);
+        let Some(chart) = close.chart(Cost::Frame) else { panic!("no chart") };
+        let Panels::Points(panels) = &chart.panels else { panic!("{:?}", chart.panels) };
+        assert_eq!(panels[0].front.iter().map(|point| point.mark.as_deref()).collect::<Vec<_>>(), [Some("T1"), None, Some("T2")]);
+        assert!(chart.notes.iter().any(|note| note.starts_with("grey")));
+        assert!(section().chart(Cost::Frame).is_some_and(|chart| !chart.notes.iter().any(|note| note.starts_with("grey"))));
+        assert_eq!(close.csv().lines().nth(2).map(|line| line.ends_with(",same,same,same")), Some(true), "{}", close.csv());
+        close.points[1] = point("b", 1, [99.0, 1.0], 2 << 20, 0.147);
+        assert_eq!(close.standings(Cost::Frame)[1], Some(Standing::Front(2)));
     }
 
     /// 90 ms more in a pass of `a` put it behind `b`, whose times overlap with its own then: 100 (90 to 120) against 110 (99 to 132).
@@ -373,21 +348,6 @@ mod tests {
         slowed.points[0] = point("a", 1, [9009.0, 1.0], 1 << 20, 0.161);
         assert_eq!(slowed.standings(Cost::Frame)[..3], [Some(Standing::Beaten), Some(Standing::Front(1)), Some(Standing::Front(2))]);
         assert_eq!(slowed.standings(Cost::Memory)[0], Some(Standing::Front(1)), "its memory is what it was");
-    }
-
-    #[test]
-    fn the_summary_names_the_cheapest() {
-        let lines: Vec<String> = section().summary().iter().map(ToString::to_string).collect();
-        let one = |bound: &str| lines.iter().find(|line| line.starts_with(&format!("1 bounce, least time with an error of at most {bound}:"))).cloned();
-        assert!(
-            one("5%").is_some_and(|line| line.contains("c cones 64³ with cones=999: 1000 ms (900 to 1200), 3 MiB, error 4% (on lamp 8%, bias +4%)")),
-            "{lines:?}"
-        );
-        assert!(one("10%").is_some_and(|line| line.ends_with("as above, c cones 64³")), "{lines:?}");
-        assert!(one("20%").is_some_and(|line| line.contains(": a cones 64³")), "{lines:?}");
-        let mut worse = section();
-        worse.points.retain(|point| point.technique == "b");
-        assert!(worse.summary()[0].text.contains("none of 1 points; the least error is 16%"), "{:?}", worse.summary());
     }
 
     #[test]
@@ -420,6 +380,6 @@ mod tests {
         let lines: Vec<&str> = csv.lines().collect();
         assert_eq!(lines.len(), 5);
         assert!(lines[0].contains("indirect min ms") && lines[0].ends_with("front time,front rebuild-time,front memory"), "{}", lines[0]);
-        assert!(lines[1].ends_with(",1,1,1") && lines[2].ends_with(",,,"), "{csv}");
+        assert!(lines[1].ends_with(",T1,R1,M1") && lines[2].ends_with(",,,"), "{csv}");
     }
 }

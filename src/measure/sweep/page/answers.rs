@@ -1,0 +1,265 @@
+//! The first tables of a scene: what to take, one for each number of bounces.
+
+use maud::{Markup, html};
+
+use super::super::answer::{Answer, Goal, is_rough, mib};
+use super::super::point::{Cost, Point, bounces_text};
+use super::super::records::PictureFolder;
+use super::super::section::{Section, Standing, percent, signed_percent, standing_text};
+use super::super::trouble::Troubles;
+use super::{device, quoted, thumbnails, troubles};
+use crate::graph::Spread;
+use crate::measure::chart::short;
+use crate::measure::report::Timing;
+use crate::metrics::Channel;
+use crate::reference::Bounces;
+use crate::scene::Scene;
+
+/// A point that is taken for something, and for what.
+pub(super) struct Pick {
+    /// Index of the point.
+    pub(super) index: usize,
+    /// What it is the answer to.
+    goals: Vec<Goal>,
+}
+
+/// The picks of one number of bounces, fastest first, and the goals that nothing meets.
+fn picks(section: &Section, answers: &[Answer], bounces: Bounces) -> (Vec<Pick>, Vec<Goal>) {
+    let (mut picks, mut unmet): (Vec<Pick>, Vec<Goal>) = (Vec::new(), Vec::new());
+    for answer in answers.iter().filter(|answer| answer.bounces == bounces) {
+        match (answer.point, picks.iter_mut().find(|pick| Some(pick.index) == answer.point)) {
+            (None, _) => unmet.push(answer.goal),
+            (Some(_), Some(pick)) => pick.goals.push(answer.goal),
+            (Some(index), None) => picks.push(Pick { index, goals: vec![answer.goal] }),
+        }
+    }
+    let ms = |pick: &Pick| section.points[pick.index].frame_ms().map_or(f64::INFINITY, |spread| spread.median);
+    picks.sort_by(|a, b| ms(a).total_cmp(&ms(b)));
+    (picks, unmet)
+}
+
+/// All picks of a section, each once.
+pub(super) fn all_picks(section: &Section) -> Vec<usize> {
+    let answers = section.answers();
+    bounces_of(&answers).into_iter().flat_map(|bounces| picks(section, &answers, bounces).0).map(|pick| pick.index).collect()
+}
+
+fn bounces_of(answers: &[Answer]) -> Vec<Bounces> {
+    let mut bounces: Vec<Bounces> = answers.iter().map(|answer| answer.bounces).collect();
+    bounces.dedup();
+    bounces
+}
+
+/// What to take.
+pub(super) fn answers(number: usize, section: &Section, pictures: &PictureFolder, troubles: &Troubles) -> Markup {
+    let answers = section.answers();
+    let Some(first) = section.points.first() else { return html! {} };
+    let [width, height] = first.setup.size;
+    let standings = Cost::ALL.map(|cost| section.standings(cost));
+    let source = source(section, first);
+    html! {
+        @for bounces in bounces_of(&answers) {
+            @let (picks, unmet) = picks(section, &answers, bounces);
+            h3 { "What to take: " (first.scene) ", " (bounces_text(bounces)) ", " (width) "×" (height) " px, " (device(first)) }
+            div.wide { table.answers {
+                thead { tr {
+                    th.word { "take it for" }
+                    th.word { "picture, error" }
+                    th.word { "technique, preset, settings" }
+                    th { "light moves: frame [ms]" }
+                    th { "everything moves: build + frame [ms]" }
+                    th { "memory: all (structure) [MiB]" }
+                    th { "error" }
+                    th { "bias" }
+                    th { "error by pixel" }
+                    th.word { "worst material" }
+                    th.word { "what will go wrong" }
+                } }
+                tbody { @for pick in &picks {
+                    @let point = &section.points[pick.index];
+                    @let marks = [0, 1, 2].map(|cost| (Cost::ALL[cost], standings[cost][pick.index]));
+                    tr id={ "pick-" (point.key) } {
+                        td.word { @for goal in goals(&pick.goals) { (goal) br; } }
+                        td.word.pair { @for image in thumbnails(point, pictures).into_iter().flatten() { (image) } }
+                        td.word { (name(point)) br; small { (marks_text(marks)) } }
+                        td { (time(point.frame_ms())) }
+                        td { (time(point.moving_ms())) }
+                        td { (mib(point.memory_bytes)) @if let Some(bytes) = point.structure_bytes { br; small { "(" (mib(bytes)) ")" } } }
+                        td { @if let Some(error) = point.error { b { (percent(error.rel_rmse)) } } }
+                        td { @if let Some(error) = point.error { (signed_percent(error.bias)) } }
+                        td { @if let Some(error) = point.pixel_error { (percent(error.rel_rmse)) } (rough(point)) }
+                        td.word { (worst(point)) }
+                        td.word { (troubles::in_short(number, point, troubles)) }
+                    }
+                    tr.command { td colspan="11" { code { (measure_command(&source, point)) } br; code { (render_command(&source, point)) } } }
+                } }
+            } }
+            (below(section, &unmet, bounces))
+        }
+        @if !answers.is_empty() && source == "SCENE" { p.note { code { "SCENE" } ": the file of " (first.scene) "." } }
+    }
+}
+
+/// What stands below a table: how its rows were chosen, and what was not measured.
+fn below(section: &Section, unmet: &[Goal], bounces: Bounces) -> Markup {
+    let members: Vec<usize> = (0..section.points.len()).filter(|&index| section.points[index].bounces == bounces).collect();
+    let bounds: Vec<String> = unmet.iter().filter_map(|goal| if let Goal::Time(bound) = goal { Some(percent(*bound)) } else { None }).collect();
+    html! {
+        p.note {
+            "Of what is within the reference's noise (" (percent(section.noise(&members))) ") of the least error that fits, the cheapest: what is better by less is not "
+            "known to be better. "
+            @if !bounds.is_empty() {
+                b { "Not measured: " } "an error of at most " (bounds.join(", ")) "; " (section.least_error_text(bounces)) ", which says nothing of other settings."
+            }
+        }
+    }
+}
+
+/// Goals in words, those of one kind together.
+fn goals(goals: &[Goal]) -> Vec<String> {
+    let bounds = |pick: fn(&Goal) -> Option<f64>| goals.iter().filter_map(pick).map(percent).collect::<Vec<_>>().join(", ");
+    let time = bounds(|goal| if let Goal::Time(bound) = goal { Some(*bound) } else { None });
+    let memory = bounds(|goal| if let Goal::Memory(bound) = goal { Some(*bound) } else { None });
+    let budgets = goals.iter().filter(|goal| matches!(goal, Goal::Frame(_) | Goal::CleanFrame(_) | Goal::Moving(_))).map(ToString::to_string);
+    let of_errors = [("least time", time), ("least memory", memory)].into_iter().filter(|(_, bounds)| !bounds.is_empty());
+    budgets.chain(of_errors.map(|(what, bounds)| format!("{what}, error at most {bounds}"))).collect()
+}
+
+/// Technique, preset, resolution and what differs from the preset.
+pub(super) fn name(point: &Point) -> Markup {
+    html! { b { (point.name()) } @if !point.changes.is_empty() { " " code { (point.changes_text()) } } }
+}
+
+fn marks_text(marks: [(Cost, Option<Standing>); 3]) -> String {
+    let numbered = marks.into_iter().filter(|(_, standing)| matches!(standing, Some(Standing::Front(_))));
+    let numbers: Vec<String> = numbered.map(|(cost, standing)| standing_text(cost, standing)).collect();
+    if numbers.is_empty() { String::new() } else { format!("{} on the charts", numbers.join(", ")) }
+}
+
+fn time(spread: Option<Spread>) -> Markup {
+    html! { @if let Some(Spread { median, min, max, .. }) = spread { (short(median)) br; small { (short(min)) "–" (short(max)) } } }
+}
+
+/// A warning at a picture that looks worse than its error.
+pub(super) fn rough(point: &Point) -> Markup {
+    html! { @if is_rough(point) { br; span.warn { "rough" } } }
+}
+
+fn worst(point: &Point) -> Markup {
+    html! { @if let Some((name, error)) = point.worst_material() { (name) br; small { "error " (percent(error.rel_rmse)) br; "bias " (signed_percent(error.bias)) } } }
+}
+
+/// The scene as a command line names it; a bundled one is known by its content.
+fn source(section: &Section, first: &Point) -> String {
+    let is_same = |scene: &Scene| format!("{:032x}", scene.content_hash()) == first.setup.scene_hash;
+    let bundled = || Scene::bundled(&first.scene, &[]).ok().filter(is_same).map(|_| format!("bundled:{}", first.scene));
+    section.source.clone().or_else(bundled).map_or_else(|| "SCENE".to_owned(), |source| quoted(&source))
+}
+
+/// The command that measures a point again.
+fn measure_command(source: &str, point: &Point) -> String {
+    let setup = &point.setup;
+    let resolution = point.resolution().map(|resolution| format!(" --resolution {resolution}")).unwrap_or_default();
+    let channel = if setup.channel == Channel::Luminance { "" } else { " --channel rgb" };
+    let timing = if setup.timing == Timing::Host { "host" } else { "timestamps" };
+    format!(
+        "lumivox bench {source}{}{resolution}{}{} --frames {} --rebuilds {} --max-error {}{channel} --timing {timing} -o again",
+        technique(point),
+        changes(point),
+        picture(point),
+        setup.frames,
+        setup.rebuilds,
+        setup.max_error
+    )
+}
+
+/// The command that renders its picture.
+fn render_command(source: &str, point: &Point) -> String {
+    let resolution = point.resolution().map(|resolution| format!(" --set resolution={resolution}")).unwrap_or_default();
+    format!("lumivox render {source}{}{resolution}{}{} -o picture.png", technique(point), changes(point), picture(point))
+}
+
+fn technique(point: &Point) -> String {
+    format!(" --technique {}{}", point.technique, point.preset.as_ref().map(|preset| format!(" --preset {preset}")).unwrap_or_default())
+}
+
+fn changes(point: &Point) -> String {
+    point.changes.iter().map(|(name, value)| format!(" --set {name}={value}")).collect()
+}
+
+fn picture(point: &Point) -> String {
+    let setup = &point.setup;
+    format!(" --size {}x{} --shadow-resolution {}", setup.size[0], setup.size[1], setup.shadow_resolution)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::section::tests::section;
+    use super::*;
+
+    /// A row of the page by the technique of its pick.
+    fn row(html: &str, key: &str) -> String {
+        let start = html.split_once(&format!("id=\"pick-{key}\"")).map_or("", |parts| parts.1);
+        start.split("id=\"pick-").next().unwrap_or("").split("</tbody>").next().unwrap_or("").to_owned()
+    }
+
+    /// Every figure stands in the row of its own pick: times, memory, error, bias of the picture and of the worst material, command.
+    #[test]
+    fn a_row_has_the_figures_of_its_pick() {
+        let section = section();
+        let html = answers(0, &section, &PictureFolder::of(std::path::Path::new("absent")), &Troubles::default()).into_string();
+        let row = row(&html, &section.points[2].key);
+        for figure in [
+            "light moves, 1500 ms a frame",
+            "everything moves, 1500 ms a frame",
+            "least time, error at most 5%, 10%",
+            "least memory, error at most 5%, 10%",
+            "c cones 64³",
+            ">cones=999<",
+            ">1004<",
+            "904–1205",
+            ">1005<",
+            "905–1206",
+            ">6<",
+            "(3)",
+            "<b>4%</b>",
+            ">-2%<",
+            ">4.31%<",
+            "lamp",
+            "error 8%",
+            "bias +4%",
+            "T2, R2, M2 on the charts",
+            "not measured",
+            "lumivox bench SCENE --technique c --preset cones --resolution 64 --set cones=999 --size 160x120 --shadow-resolution 1024 --frames 5 --rebuilds 3 \
+             --max-error 0.01 --timing host -o again",
+            "lumivox render SCENE --technique c --preset cones --set resolution=64 --set cones=999 --size 160x120 --shadow-resolution 1024 -o picture.png",
+        ] {
+            assert!(row.contains(figure), "{figure} is not in {row}");
+        }
+        assert!(!row.contains("rough") && !row.contains("15 ms"), "{row}");
+        assert!(html.contains("What to take: room, 1 bounce, 160×120 px, a device") && html.contains("What to take: room, 2 bounces, 160×120 px, a device"));
+        assert!(!html.contains("as above") && !html.contains("Not measured:") && html.contains("noise (0.2%)"));
+    }
+
+    /// What no point meets was not measured; it is no limit of the technique.
+    #[test]
+    fn what_nothing_meets_was_not_measured() {
+        let mut section = section();
+        section.points.retain(|point| point.technique == "b");
+        let html = answers(0, &section, &PictureFolder::of(std::path::Path::new("absent")), &Troubles::default()).into_string();
+        assert!(html.contains("<b>Not measured: </b>an error of at most 5%, 10%; the least error of 1 point is 16%"), "{html}");
+    }
+
+    /// A bundled scene is named as such only if it is the one that was measured.
+    #[test]
+    fn a_bundled_scene_is_known_by_its_content() -> Result<(), crate::scene::SceneError> {
+        let mut section = section();
+        section.points.iter_mut().for_each(|point| point.scene = "cornell".into());
+        assert_eq!(source(&section, &section.points[0]), "SCENE");
+        section.points[0].setup.scene_hash = format!("{:032x}", Scene::bundled("cornell", &[])?.content_hash());
+        assert_eq!(source(&section, &section.points[0]), "bundled:cornell");
+        section.source = Some("my rooms/a.toml".into());
+        assert_eq!(source(&section, &section.points[0]), "'my rooms/a.toml'");
+        Ok(())
+    }
+}

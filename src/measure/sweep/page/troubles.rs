@@ -1,0 +1,131 @@
+//! What will go wrong with the picks: `lumivox stress` in a table.
+
+use std::cmp::Reverse;
+
+use maud::{Markup, html};
+
+use super::super::point::Point;
+use super::super::section::Section;
+use super::super::trouble::{Finding, TroubleRun, Troubles};
+use super::answers::{all_picks, name};
+use crate::measure::chart::short;
+use crate::measure::stress::{StressCase, Verdict};
+
+/// Figures that are told of a pick even where they pass.
+const ALWAYS: [&str; 2] = ["leak", "flicker"];
+
+/// A pick's failure modes in a few words.
+pub(super) fn in_short(number: usize, point: &Point, troubles: &Troubles) -> Markup {
+    let Some(run) = troubles.run_of(point) else { return html! { "not measured: " a href={ "#stress-" (number) } { "how to" } } };
+    let findings = run.findings();
+    let names = |verdict: Option<Verdict>| {
+        findings.iter().filter(|finding| finding.worst.verdict == verdict).map(|finding| finding.case.name).collect::<Vec<_>>().join(", ")
+    };
+    let parts = [("fail", "fails: ", names(Some(Verdict::Fail))), ("warn", "visible: ", names(Some(Verdict::Warn))), ("warn", "no figure: ", names(None))];
+    let differences = run.differences(point);
+    html! {
+        @for (class, what, names) in parts.iter().filter(|(_, _, names)| !names.is_empty()) { div { b class=(class) { (what) } (names) } }
+        @for figure in ALWAYS { @if let Some(value) = largest(&run, figure) { span.figure { (figure) " " (short(value)) " " } } }
+        div { small {
+            a href={ "#stress-" (number) } { "measured" } " of " (run.name())
+            @if !differences.is_empty() { " with " (differences.join(" ")) }
+        } }
+    }
+}
+
+/// The largest value of a figure in all failure modes.
+fn largest(run: &TroubleRun<'_>, figure: &str) -> Option<f64> {
+    run.records.iter().flat_map(|record| &record.figures).filter(|figured| figured.name == figure).filter_map(|figured| figured.value).max_by(f64::total_cmp)
+}
+
+/// All failure modes of all picks.
+pub(super) fn troubles(number: usize, section: &Section, troubles: &Troubles) -> Markup {
+    let picks: Vec<&Point> = all_picks(section).into_iter().map(|index| &section.points[index]).collect();
+    let Some(first) = picks.first() else { return html! {} };
+    let mut columns: Vec<(TroubleRun<'_>, Vec<&Point>)> = Vec::new();
+    for point in &picks {
+        let Some(run) = troubles.run_of(point) else { continue };
+        let is_same = |known: &TroubleRun<'_>| std::ptr::eq(known.records[0], run.records[0]);
+        match columns.iter_mut().find(|(known, _)| is_same(known)) {
+            Some((_, points)) => points.push(point),
+            None => columns.push((run, vec![point])),
+        }
+    }
+    let unmeasured: Vec<&Point> = picks.iter().filter(|point| troubles.run_of(point).is_none_or(|run| !run.differences(point).is_empty())).copied().collect();
+    html! {
+        h3 id={ "stress-" (number) } { "What will go wrong: " (first.scene) }
+        @if columns.is_empty() {
+            p.note { b { "Not measured." } " Nothing on this page says whether these settings leak, flicker or break. The commands below measure it; then run "
+                code { "lumivox chart" } " again." }
+        } @else {
+            p.note {
+                "From " code { "lumivox stress" } ": each row is a failure that the literature names, made worse step by step. " b.fail { "fail" } ": anybody sees it; "
+                b.warn { "warn" } ": you see it when you look for it; " b.pass { "pass" } ": hardly. \"from 0.5\" is the first severity at which it was so, then the "
+                "figure there; severities in voxels hold at any resolution."
+            }
+            (table(&columns))
+        }
+        @if !unmeasured.is_empty() {
+            p.note { "Of these settings there is no stress run of their own:" }
+            ul.commands { @for point in unmeasured { li { (name(point)) br; code { (troubles.command(point)) } } } }
+        }
+    }
+}
+
+fn table(columns: &[(TroubleRun<'_>, Vec<&Point>)]) -> Markup {
+    let findings: Vec<Vec<Finding>> = columns.iter().map(|(run, _)| run.findings()).collect();
+    let mut cases: Vec<(&'static StressCase, u8)> = Vec::new();
+    for finding in findings.iter().flatten() {
+        let badness = badness(finding.worst.verdict);
+        match cases.iter_mut().find(|(case, _)| std::ptr::eq(*case, finding.case)) {
+            Some((_, worst)) => *worst = badness.max(*worst),
+            None => cases.push((finding.case, badness)),
+        }
+    }
+    cases.sort_by_key(|(_, badness)| Reverse(*badness));
+    html! {
+        div.wide { table.troubles {
+            thead { tr {
+                th.word { "failure" }
+                @for (run, points) in columns {
+                    th.word { (run.name()) br; small { "for " (points.iter().map(|point| of_run(run, point)).collect::<Vec<_>>().join("; ")) } }
+                }
+            } }
+            tbody { @for (case, _) in cases { tr {
+                td.word { b { (case.name) } br; small { (case.help) "; by " (case.severity) } }
+                @for findings in &findings {
+                    @match findings.iter().find(|finding| std::ptr::eq(finding.case, case)) {
+                        Some(finding) => (cell(finding)),
+                        None => td.word { "not measured" },
+                    }
+                }
+            } } }
+        } }
+    }
+}
+
+/// A pick, and what the run had otherwise.
+fn of_run(run: &TroubleRun<'_>, point: &Point) -> String {
+    let differences = run.differences(point);
+    let otherwise = if differences.is_empty() { String::new() } else { format!(" (measured with {})", differences.join(" ")) };
+    let changes = if point.changes.is_empty() { String::new() } else { format!(" {}", point.changes_text()) };
+    format!("{}{changes}{otherwise}", point.name())
+}
+
+fn badness(verdict: Option<Verdict>) -> u8 {
+    match verdict {
+        Some(Verdict::Pass) => 0,
+        Some(Verdict::Warn) => 1,
+        None => 2,
+        Some(Verdict::Fail) => 3,
+    }
+}
+
+fn cell(finding: &Finding) -> Markup {
+    let worst = &finding.worst;
+    let class = worst.verdict.map_or("warn", Verdict::word);
+    let (figure, value) = &worst.figure;
+    html! {
+        td.word { b class=(class) { (worst) } @if !figure.is_empty() { br; small { (figure) " " (value.map_or_else(|| "∞".to_owned(), short)) } } }
+    }
+}
