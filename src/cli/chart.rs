@@ -222,7 +222,7 @@ fn write_sections(sections: &[Section], stems: &[PathBuf], troubles: &Troubles, 
         }
         if !quiet {
             let name = section.points.first().map_or("", |point| point.scene.as_str());
-            section.answers().iter().for_each(|answer| say(&format!("{name}: {}", section.answer_text(answer))));
+            section.answer_lines().iter().for_each(|line| say(&format!("{name}: {line}")));
         }
     }
     let path = folder.join("chart.html");

@@ -35,6 +35,26 @@ pub struct Answer {
     pub point: Option<usize>,
 }
 
+/// A point that is taken for something.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Pick {
+    /// Index of the point.
+    pub index: usize,
+    /// What it is the answer to.
+    pub goals: Vec<Goal>,
+}
+
+/// The answers of one number of bounces, point by point.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Picks {
+    /// Indirect bounces.
+    pub bounces: Bounces,
+    /// Fastest first.
+    pub picks: Vec<Pick>,
+    /// What no point that was measured meets.
+    pub unmet: Vec<Goal>,
+}
+
 /// Above this [fine error](Point::fine_error) a picture looks grainy, or wrong in what is small.
 pub const ROUGH: f64 = 0.1;
 
@@ -150,12 +170,52 @@ impl Section {
         bounces.into_iter().flat_map(answers_of).collect()
     }
 
-    /// An answer in words.
-    pub fn answer_text(&self, answer: &Answer) -> String {
-        let head = format!("{}, {}", bounces_text(answer.bounces), answer.goal);
-        let Some(point) = answer.point.map(|index| &self.points[index]) else {
-            return format!("{head}: not measured; {}", self.least_error_text(answer.bounces));
+    /// The same, each point once.
+    pub fn picks(&self) -> Vec<Picks> {
+        let mut all: Vec<Picks> = Vec::new();
+        for Answer { bounces, goal, point } in self.answers() {
+            if all.last().is_none_or(|last| last.bounces != bounces) {
+                all.push(Picks { bounces, picks: Vec::new(), unmet: Vec::new() });
+            }
+            let Some(Picks { picks, unmet, .. }) = all.last_mut() else { continue };
+            match (point, picks.iter_mut().find(|pick| Some(pick.index) == point)) {
+                (None, _) => unmet.push(goal),
+                (Some(_), Some(pick)) => pick.goals.push(goal),
+                (Some(index), None) => picks.push(Pick { index, goals: vec![goal] }),
+            }
+        }
+        let ms = |pick: &Pick| self.points[pick.index].frame_ms().map_or(f64::INFINITY, |spread| spread.median);
+        all.iter_mut().for_each(|picks| picks.picks.sort_by(|a, b| ms(a).total_cmp(&ms(b))));
+        all
+    }
+
+    /// The best of one technique in frames of at most so many ms: of what is within the noise of its least error, the fastest.
+    pub fn best_of(&self, technique: &str, bounces: Bounces, ms: f64) -> Option<usize> {
+        let fits = |index: &usize| {
+            let point = &self.points[*index];
+            point.technique == technique && point.bounces == bounces && point.error.is_some() && point.frame_ms().is_some_and(|spread| spread.median <= ms)
         };
+        let choice = Choice { section: self, points: (0..self.points.len()).filter(fits).collect(), noise: 0.0 };
+        best(&choice.prices(Point::frame_ms), self.noise(&choice.points)).map(|member| choice.points[member])
+    }
+
+    /// A line a pick, and one of what was not measured.
+    pub fn answer_lines(&self) -> Vec<String> {
+        let mut lines = Vec::new();
+        for Picks { bounces, picks, unmet } in self.picks() {
+            lines.extend(
+                picks
+                    .iter()
+                    .map(|pick| format!("{}, {}: {}", bounces_text(bounces), goals_text(&pick.goals).join("; "), self.point_text(&self.points[pick.index]))),
+            );
+            if !unmet.is_empty() {
+                lines.push(format!("{}, {}: not measured; {}", bounces_text(bounces), goals_text(&unmet).join("; "), self.least_error_text(bounces)));
+            }
+        }
+        lines
+    }
+
+    fn point_text(&self, point: &Point) -> String {
         let changes = if point.changes.is_empty() { String::new() } else { format!(" with {}", point.changes_text()) };
         let time = |what: &str, spread: Option<Spread>| {
             spread.map(|Spread { median, min, max, .. }| format!("{what} {} ms ({} to {})", short(median), short(min), short(max)))
@@ -167,7 +227,7 @@ impl Section {
         let worst = worst.map(|(name, error)| format!("on {name} error {}, bias {}", percent(error.rel_rmse), signed_percent(error.bias)));
         let fine = point.pixel_error.map(|error| format!("by pixel {}{}", percent(error.rel_rmse), if is_rough(point) { " (rough)" } else { "" }));
         let parts = [time("frame", point.frame_ms()), time("with a build", point.moving_ms()), Some(memory), error, worst, fine];
-        format!("{head}: {}{changes}: {}", point.name(), parts.into_iter().flatten().collect::<Vec<_>>().join(", "))
+        format!("{}{changes}: {}", point.name(), parts.into_iter().flatten().collect::<Vec<_>>().join(", "))
     }
 
     /// The least error of so many bounces, for what was not measured.
@@ -176,6 +236,16 @@ impl Section {
         let points = if errors.len() == 1 { "point is" } else { "points is" };
         format!("the least error of {} {points} {}", errors.len(), percent(errors.iter().copied().fold(f64::INFINITY, f64::min)))
     }
+}
+
+/// Goals in words, those of one kind together.
+pub(super) fn goals_text(goals: &[Goal]) -> Vec<String> {
+    let bounds = |pick: fn(&Goal) -> Option<f64>| goals.iter().filter_map(pick).map(percent).collect::<Vec<_>>().join(", ");
+    let time = bounds(|goal| if let Goal::Time(bound) = goal { Some(*bound) } else { None });
+    let memory = bounds(|goal| if let Goal::Memory(bound) = goal { Some(*bound) } else { None });
+    let budgets = goals.iter().filter(|goal| matches!(goal, Goal::Frame(_) | Goal::CleanFrame(_) | Goal::Moving(_))).map(ToString::to_string);
+    let of_errors = [("least time", time), ("least memory", memory)].into_iter().filter(|(_, bounds)| !bounds.is_empty());
+    budgets.chain(of_errors.map(|(what, bounds)| format!("{what}, error at most {bounds}"))).collect()
 }
 
 /// Whether its picture is [`ROUGH`].
@@ -247,21 +317,32 @@ mod tests {
         grainy.points[2].pixel_error = Some(PointError { rel_rmse: 0.14, bias: 0.0 });
         assert!(is_rough(&grainy.points[2]));
         assert_eq!(named(&grainy, 1, Goal::CleanFrame(1500.0)), Some("a"));
-        let text = grainy.answers().iter().map(|answer| grainy.answer_text(answer)).find(|text| text.contains("5%: c")).unwrap_or_default();
+        let text = grainy.answer_lines().into_iter().find(|text| text.contains(": c cones")).unwrap_or_default();
         assert!(text.contains("by pixel 14% (rough)"), "{text}");
     }
 
     /// Settings are told each time, bias is said to be whose it is, and what nobody measured is not called impossible.
     #[test]
     fn answers_in_words_leave_nothing_out() {
-        let lines: Vec<String> = section().answers().iter().map(|answer| section().answer_text(answer)).collect();
-        let wanted = "1 bounce, least time, error at most 10%: c cones 64³ with cones=999: frame 1004 ms (904 to 1205), with a build 1005 ms (905 to 1206), \
-                      6 MiB (structure 3), error 4%, bias -2%, on lamp error 8%, bias +4%, by pixel 4.31%";
+        let lines = section().answer_lines();
+        let wanted = "1 bounce, light moves, 1500 ms a frame; everything moves, 1500 ms a frame; least time, error at most 5%, 10%; least memory, error at most \
+                      5%, 10%: c cones 64³ with cones=999: frame 1004 ms (904 to 1205), with a build 1005 ms (905 to 1206), 6 MiB (structure 3), error 4%, \
+                      bias -2%, on lamp error 8%, bias +4%, by pixel 4.31%";
         assert!(lines.contains(&wanted.to_owned()), "{lines:#?}");
         let mut worse = section();
         worse.points.retain(|point| point.technique == "b");
-        let lines: Vec<String> = worse.answers().iter().map(|answer| worse.answer_text(answer)).collect();
-        assert!(lines.contains(&"1 bounce, least time, error at most 5%: not measured; the least error of 1 point is 16%".to_owned()), "{lines:#?}");
+        let wanted = "1 bounce, least time, error at most 5%, 10%; least memory, error at most 5%, 10%: not measured; the least error of 1 point is 16%";
+        assert!(worse.answer_lines().contains(&wanted.to_owned()), "{:#?}", worse.answer_lines());
+    }
+
+    /// Each technique at its best: what is better by less than the noise of 0.002 is not taken, nor is what does not fit.
+    #[test]
+    fn techniques_are_compared_at_their_best() {
+        let mut section = section();
+        section.points.push(point("a", 1, [19.0, 1.0], 1 << 20, 0.1));
+        section.points.push(point("a", 1, [29.0, 1.0], 1 << 20, 0.099));
+        let best = |technique, ms| section.best_of(technique, Bounces::Count(1), ms);
+        assert_eq!([best("a", 15.0), best("a", 30.0), best("a", f64::INFINITY), best("b", 30.0), best("d", 1e9)], [Some(0), Some(4), Some(4), None, None]);
     }
 
     #[test]

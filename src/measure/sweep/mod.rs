@@ -13,7 +13,7 @@ mod run;
 mod section;
 mod trouble;
 
-pub use answer::{Answer, Goal, ROUGH};
+pub use answer::{Answer, Goal, Pick, Picks, ROUGH};
 pub use front::{Price, cheapest, distinct_front, front, near_front};
 pub use grid::{DEFAULT_GRID, GridError, grid_cases};
 pub use page::page;

@@ -156,12 +156,25 @@ impl Section {
                 standings[index] = Some(if near { Standing::Near } else { Standing::Beaten });
             }
             front(&group.prices).into_iter().for_each(|member| standings[group.points[member]] = Some(Standing::Same));
-            for member in distinct_front(&group.prices, self.noise(&group.points)) {
+            for member in self.distinct(cost, &group) {
                 count += 1;
                 standings[group.points[member]] = Some(Standing::Front(count));
             }
         }
         standings
+    }
+
+    /// The [distinct front](distinct_front) of a group. Many settings have the same bytes: of those that are as good, within the noise, the fastest is taken.
+    fn distinct(&self, cost: Cost, group: &Group) -> Vec<usize> {
+        let noise = self.noise(&group.points);
+        let ms = |member: &usize| self.points[group.points[*member]].frame_ms().map_or(f64::INFINITY, |spread| spread.median);
+        let fastest = |member: usize| {
+            let (bytes, error) = (group.prices[member].cost.median, group.prices[member].error);
+            let equal = |other: &usize| group.prices[*other].cost.median == bytes && group.prices[*other].error - error <= noise;
+            (0..group.prices.len()).filter(equal).min_by(|a, b| ms(a).total_cmp(&ms(b))).unwrap_or(member)
+        };
+        let distinct = distinct_front(&group.prices, noise);
+        if cost == Cost::Memory { distinct.into_iter().map(fastest).collect() } else { distinct }
     }
 
     /// Standard error of the reference of some points, in the measure of their error; 0 where it is not known.
@@ -188,6 +201,14 @@ impl Section {
         (!panels.is_empty()).then(|| Chart { title: format!("{}: {}", cost.title(), first.scene), notes, panels: Panels::Points(panels) })
     }
 
+    /// The points that the step line joins: the front, with the numbered ones in place of those of the same bytes.
+    fn line(&self, cost: Cost, group: &Group) -> Vec<usize> {
+        let distinct = self.distinct(cost, group);
+        let bytes = |member: usize| group.prices[member].cost.median;
+        let numbered = |member: usize| distinct.iter().copied().find(|&other| cost == Cost::Memory && bytes(other) == bytes(member)).unwrap_or(member);
+        front(&group.prices).into_iter().map(numbered).collect()
+    }
+
     fn panel(&self, cost: Cost, group: &Group, standings: &[Option<Standing>]) -> PointPanel {
         let at = |price: &Price| (cost.in_unit(price.cost.median), 100.0 * price.error);
         let mut series: Vec<Series> = Vec::new();
@@ -211,7 +232,7 @@ impl Section {
             x_label: cost.axis().to_owned(),
             y_label: "rel_rmse of indirect light [%]".to_owned(),
             series,
-            front: front(&group.prices).into_iter().map(front_point).collect(),
+            front: self.line(cost, group).into_iter().map(front_point).collect(),
             floor: noise.map(|noise| (100.0 * noise, "the reference's own noise".to_owned())),
         }
     }
@@ -348,6 +369,24 @@ pub(super) mod tests {
         slowed.points[0] = point("a", 1, [9009.0, 1.0], 1 << 20, 0.161);
         assert_eq!(slowed.standings(Cost::Frame)[..3], [Some(Standing::Beaten), Some(Standing::Front(1)), Some(Standing::Front(2))]);
         assert_eq!(slowed.standings(Cost::Memory)[0], Some(Standing::Front(1)), "its memory is what it was");
+    }
+
+    /// `e` has the bytes of `c`, and an error that is larger by less than the noise of 0.002, in a tenth of the time.
+    #[test]
+    fn of_equal_memory_the_fastest_is_numbered() {
+        let mut equal = section();
+        equal.points.push(point("e", 1, [99.0, 1.0], 3 << 20, 0.041));
+        let mark = |section: &Section, index: usize| section.standings(Cost::Memory)[index];
+        assert_eq!((mark(&equal, 2), mark(&equal, 4)), (Some(Standing::Same), Some(Standing::Front(2))));
+        let Some(chart) = equal.chart(Cost::Memory) else { panic!("no chart") };
+        let Panels::Points(panels) = &chart.panels else { panic!("{:?}", chart.panels) };
+        assert_eq!(
+            panels[0].front.iter().map(|point| (point.at.1.round(), point.mark.as_deref())).collect::<Vec<_>>(),
+            [(15.0, Some("M1")), (4.0, Some("M2"))]
+        );
+        assert!(panels[0].front[1].label[0].starts_with('e'), "{:?}", panels[0].front[1]);
+        equal.points[4] = point("e", 1, [99.0, 1.0], 3 << 20, 0.043);
+        assert_eq!(mark(&equal, 2), Some(Standing::Front(2)));
     }
 
     #[test]

@@ -136,3 +136,129 @@ fn list(folder: &Path) -> Result<(Vec<PathBuf>, Vec<PathBuf>), RecordError> {
     paths.retain(|path| path.is_file() && path.extension().is_some_and(|extension| extension == "jsonl"));
     Ok((paths, folders))
 }
+
+#[cfg(test)]
+pub(super) mod tests {
+    use std::collections::BTreeMap;
+
+    use super::super::point::tests::point;
+    use super::*;
+    use crate::measure::stress::{Figured, Setup, Verdict};
+
+    /// A record of a quick run of the preset `cones` at 64³.
+    pub(in crate::measure::sweep) fn record(technique: &str, cones: &str, case: &str, severity: f64, (name, value, verdict): (&str, f64, Verdict)) -> Record {
+        let setup = Setup {
+            version: "1".into(),
+            build: "abc".into(),
+            device: "a device".into(),
+            driver: "a driver".into(),
+            size: [64, 48],
+            shadow_resolution: 256,
+            effort: "quick".into(),
+        };
+        Record {
+            record_version: 1,
+            key: format!("{technique} {cones} {case} {severity}"),
+            setup,
+            case: case.into(),
+            scene: None,
+            technique: technique.into(),
+            preset: Some("cones".into()),
+            change: String::new(),
+            settings: BTreeMap::from([("resolution".to_owned(), "64".to_owned()), ("cones".to_owned(), cones.to_owned())]),
+            severity,
+            figures: vec![Figured { name: name.into(), value: Some(value), verdict }],
+            failure: None,
+            is_lost: false,
+        }
+    }
+
+    pub(in crate::measure::sweep) fn troubles_of(records: Vec<Record>) -> Troubles {
+        Troubles { folder: "found".into(), records }
+    }
+
+    const WARNED: (&str, f64, Verdict) = ("rotation_spread", 0.2, Verdict::Warn);
+
+    /// Of a point with nine cones at 64³: own settings before other ones, its device before another, a full run before a quick one, its resolution before
+    /// another; never another technique, a changed setting or another scene.
+    #[test]
+    fn the_closest_run_is_shown() {
+        let mut wanted = point("svo", 1, [9.0, 1.0], 1 << 20, 0.04);
+        wanted.settings.insert("cones".into(), "9".into());
+        let base = record("svo", "16", "rotation", 6.0, WARNED);
+        let own = record("svo", "9", "rotation", 6.0, WARNED);
+        let changed = |change: fn(&mut Record)| {
+            let mut record = own.clone();
+            change(&mut record);
+            record
+        };
+        let coarse = changed(|record| record.settings.extend([("resolution".to_owned(), "32".to_owned())]));
+        let full = changed(|record| record.setup.effort = "full".into());
+        let elsewhere = changed(|record| (record.setup.device, record.setup.effort) = ("another".into(), "full".into()));
+        let unfit = [
+            changed(|record| record.technique = "clipmap".into()),
+            changed(|record| record.change = "cones=9".into()),
+            changed(|record| record.scene = Some("another room".into())),
+        ];
+        let mut records = unfit.to_vec();
+        let mut found = |more: Record| {
+            records.push(more);
+            let troubles = troubles_of(records.clone());
+            troubles.run_of(&wanted).map(|run| run.records[0].clone())
+        };
+        for closer in [base, elsewhere, coarse, own.clone(), full] {
+            assert_eq!(found(closer.clone()).as_ref(), Some(&closer));
+        }
+        assert_eq!(found(own.clone()).map(|run| run.setup.effort), Some("full".to_owned()));
+        let troubles = troubles_of(unfit.to_vec());
+        assert!(troubles.run_of(&wanted).is_none());
+        let mut other = record("svo", "16", "rotation", 6.0, WARNED);
+        other.preset = Some("textbook".into());
+        assert!(troubles_of(vec![other]).run_of(&wanted).is_none(), "another preset with other settings says nothing");
+    }
+
+    /// The first severity of the worst verdict counts, with the figure there; of what passes the largest figure. A record of a later build replaces an older one,
+    /// and one of the point's own scene those of the suite's.
+    #[test]
+    fn findings_tell_the_worst() {
+        let judged = |value: f64, verdict| ("energy_error", value, verdict);
+        let mut records = vec![
+            record("svo", "9", "narrow_gap", 0.5, judged(0.9, Verdict::Fail)),
+            record("svo", "9", "narrow_gap", 8.0, judged(0.1, Verdict::Pass)),
+            record("svo", "9", "narrow_gap", 1.0, judged(0.7, Verdict::Fail)),
+            record("svo", "9", "thin_walls", 4.0, ("leak", 0.001, Verdict::Pass)),
+            record("svo", "9", "thin_walls", 1.0, ("leak", 0.02, Verdict::Pass)),
+            record("svo", "9", "rotation", 6.0, ("rotation_spread", 0.4, Verdict::Fail)),
+        ];
+        let mut later = record("svo", "9", "rotation", 6.0, ("rotation_spread", 0.01, Verdict::Pass));
+        later.setup.build = "def".into();
+        records.push(later);
+        let found = |records: Vec<Record>| -> Vec<(String, String, Option<f64>)> {
+            let mut wanted = point("svo", 1, [9.0, 1.0], 1 << 20, 0.04);
+            wanted.settings.insert("cones".into(), "9".into());
+            let troubles = troubles_of(records);
+            let findings = troubles.run_of(&wanted).map(|run| run.findings()).unwrap_or_default();
+            findings.into_iter().map(|finding| (finding.case.name.to_owned(), finding.worst.to_string(), finding.worst.figure.1)).collect()
+        };
+        let row = |case: &str, text: &str, value: f64| (case.to_owned(), text.to_owned(), Some(value));
+        let wanted = [row("thin_walls", "pass", 0.02), row("rotation", "pass", 0.01), row("narrow_gap", "fail from 1", 0.7)];
+        assert_eq!(found(records.clone()), wanted);
+        let mut own = record("svo", "9", "rotation", 6.0, ("rotation_spread", 0.2, Verdict::Warn));
+        own.scene = Some("room".into());
+        records.push(own);
+        assert_eq!(found(records)[1], row("rotation", "warn from 6", 0.2));
+    }
+
+    #[test]
+    fn commands_name_what_was_measured() {
+        let mut coarse = point("svo", 1, [9.0, 1.0], 1 << 20, 0.04);
+        coarse.settings.insert("resolution".into(), "16".into());
+        let troubles = Troubles { folder: "my results".into(), records: Vec::new() };
+        assert_eq!(troubles.command(&coarse), "lumivox stress --technique svo --preset cones --resolution 32 --set cones=9 -o 'my results'");
+    }
+
+    #[test]
+    fn a_folder_that_is_not_there_has_nothing() {
+        assert!(Troubles::read(Path::new("there is no such folder")).is_ok_and(|troubles| troubles.is_empty()));
+    }
+}

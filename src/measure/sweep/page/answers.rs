@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 
-use super::super::answer::{Answer, Goal, is_rough, mib};
+use super::super::answer::{Goal, Pick, Picks, goals_text, is_rough, mib};
 use super::super::point::{Cost, Point, bounces_text};
 use super::super::records::PictureFolder;
 use super::super::section::{Section, Standing, percent, signed_percent, standing_text};
@@ -15,52 +15,21 @@ use crate::metrics::Channel;
 use crate::reference::Bounces;
 use crate::scene::Scene;
 
-/// A point that is taken for something, and for what.
-pub(super) struct Pick {
-    /// Index of the point.
-    pub(super) index: usize,
-    /// What it is the answer to.
-    goals: Vec<Goal>,
-}
-
-/// The picks of one number of bounces, fastest first, and the goals that nothing meets.
-fn picks(section: &Section, answers: &[Answer], bounces: Bounces) -> (Vec<Pick>, Vec<Goal>) {
-    let (mut picks, mut unmet): (Vec<Pick>, Vec<Goal>) = (Vec::new(), Vec::new());
-    for answer in answers.iter().filter(|answer| answer.bounces == bounces) {
-        match (answer.point, picks.iter_mut().find(|pick| Some(pick.index) == answer.point)) {
-            (None, _) => unmet.push(answer.goal),
-            (Some(_), Some(pick)) => pick.goals.push(answer.goal),
-            (Some(index), None) => picks.push(Pick { index, goals: vec![answer.goal] }),
-        }
-    }
-    let ms = |pick: &Pick| section.points[pick.index].frame_ms().map_or(f64::INFINITY, |spread| spread.median);
-    picks.sort_by(|a, b| ms(a).total_cmp(&ms(b)));
-    (picks, unmet)
-}
-
 /// All picks of a section, each once.
 pub(super) fn all_picks(section: &Section) -> Vec<usize> {
-    let answers = section.answers();
-    bounces_of(&answers).into_iter().flat_map(|bounces| picks(section, &answers, bounces).0).map(|pick| pick.index).collect()
-}
-
-fn bounces_of(answers: &[Answer]) -> Vec<Bounces> {
-    let mut bounces: Vec<Bounces> = answers.iter().map(|answer| answer.bounces).collect();
-    bounces.dedup();
-    bounces
+    section.picks().into_iter().flat_map(|picks| picks.picks).map(|pick| pick.index).collect()
 }
 
 /// What to take.
 pub(super) fn answers(number: usize, section: &Section, pictures: &PictureFolder, troubles: &Troubles) -> Markup {
-    let answers = section.answers();
+    let all = section.picks();
     let Some(first) = section.points.first() else { return html! {} };
     let [width, height] = first.setup.size;
     let standings = Cost::ALL.map(|cost| section.standings(cost));
     let source = source(section, first);
     html! {
-        @for bounces in bounces_of(&answers) {
-            @let (picks, unmet) = picks(section, &answers, bounces);
-            h3 { "What to take: " (first.scene) ", " (bounces_text(bounces)) ", " (width) "×" (height) " px, " (device(first)) }
+        @for Picks { bounces, picks, unmet } in &all {
+            h3 { "What to take: " (first.scene) ", " (bounces_text(*bounces)) ", " (width) "×" (height) " px, " (device(first)) }
             div.wide { table.answers {
                 thead { tr {
                     th.word { "take it for" }
@@ -75,11 +44,11 @@ pub(super) fn answers(number: usize, section: &Section, pictures: &PictureFolder
                     th.word { "worst material" }
                     th.word { "what will go wrong" }
                 } }
-                tbody { @for pick in &picks {
+                tbody { @for pick in picks {
                     @let point = &section.points[pick.index];
                     @let marks = [0, 1, 2].map(|cost| (Cost::ALL[cost], standings[cost][pick.index]));
                     tr id={ "pick-" (point.key) } {
-                        td.word { @for goal in goals(&pick.goals) { (goal) br; } }
+                        td.word { @for goal in goals_text(&pick.goals) { (goal) br; } }
                         td.word.pair { @for image in thumbnails(point, pictures).into_iter().flatten() { (image) } }
                         td.word { (name(point)) br; small { (marks_text(marks)) } }
                         td { (time(point.frame_ms())) }
@@ -94,9 +63,10 @@ pub(super) fn answers(number: usize, section: &Section, pictures: &PictureFolder
                     tr.command { td colspan="11" { code { (measure_command(&source, point)) } br; code { (render_command(&source, point)) } } }
                 } }
             } }
-            (below(section, &unmet, bounces))
+            (below(section, unmet, *bounces))
+            (side_by_side(section, picks, *bounces))
         }
-        @if !answers.is_empty() && source == "SCENE" { p.note { code { "SCENE" } ": the file of " (first.scene) "." } }
+        @if !all.is_empty() && source == "SCENE" { p.note { code { "SCENE" } ": the file of " (first.scene) "." } }
     }
 }
 
@@ -115,14 +85,45 @@ fn below(section: &Section, unmet: &[Goal], bounces: Bounces) -> Markup {
     }
 }
 
-/// Goals in words, those of one kind together.
-fn goals(goals: &[Goal]) -> Vec<String> {
-    let bounds = |pick: fn(&Goal) -> Option<f64>| goals.iter().filter_map(pick).map(percent).collect::<Vec<_>>().join(", ");
-    let time = bounds(|goal| if let Goal::Time(bound) = goal { Some(*bound) } else { None });
-    let memory = bounds(|goal| if let Goal::Memory(bound) = goal { Some(*bound) } else { None });
-    let budgets = goals.iter().filter(|goal| matches!(goal, Goal::Frame(_) | Goal::CleanFrame(_) | Goal::Moving(_))).map(ToString::to_string);
-    let of_errors = [("least time", time), ("least memory", memory)].into_iter().filter(|(_, bounds)| !bounds.is_empty());
-    budgets.chain(of_errors.map(|(what, bounds)| format!("{what}, error at most {bounds}"))).collect()
+/// Every technique at its best, within the budgets of the picks and without any.
+fn side_by_side(section: &Section, picks: &[Pick], bounces: Bounces) -> Markup {
+    let mut techniques: Vec<&str> = Vec::new();
+    for point in section.points.iter().filter(|point| point.bounces == bounces && point.error.is_some()) {
+        if !techniques.contains(&point.technique.as_str()) {
+            techniques.push(&point.technique);
+        }
+    }
+    let mut budgets: Vec<f64> =
+        picks.iter().flat_map(|pick| &pick.goals).filter_map(|goal| if let Goal::Frame(ms) = goal { Some(*ms) } else { None }).collect();
+    budgets.sort_by(f64::total_cmp);
+    budgets.push(f64::INFINITY);
+    html! {
+        @if techniques.len() > 1 {
+            h4 { "Each technique at its best, " (bounces_text(bounces)) }
+            div.wide { table.beside {
+                thead { tr {
+                    th.word { "technique" }
+                    @for ms in &budgets { th.word { @if ms.is_finite() { "light moves, " (short(*ms)) " ms a frame" } @else { "however long it takes" } } }
+                } }
+                tbody { @for technique in techniques { tr {
+                    td.word { b { (technique) } }
+                    @for ms in &budgets {
+                        td.word { @match section.best_of(technique, bounces, *ms) { Some(index) => (at_best(&section.points[index])), None => "none measured is as fast" } }
+                    }
+                } } }
+            } }
+        }
+    }
+}
+
+fn at_best(point: &Point) -> Markup {
+    let name: Vec<String> = [point.preset.clone(), point.resolution().map(|resolution| format!("{resolution}³"))].into_iter().flatten().collect();
+    html! {
+        @if let Some(error) = point.error { b { (percent(error.rel_rmse)) } }
+        @if let Some(frame) = point.frame_ms() { " in " (short(frame.median)) " ms" }
+        ", " (mib(point.memory_bytes)) " MiB" br;
+        small { (name.join(" ")) @if !point.changes.is_empty() { " " (point.changes_text()) } }
+    }
 }
 
 /// Technique, preset, resolution and what differs from the preset.
@@ -238,6 +239,16 @@ mod tests {
         }
         assert!(!row.contains("rough") && !row.contains("15 ms"), "{row}");
         assert!(html.contains("What to take: room, 1 bounce, 160×120 px, a device") && html.contains("What to take: room, 2 bounces, 160×120 px, a device"));
+        let beside = html.split_once("Each technique at its best, 1 bounce").map_or("", |parts| parts.1).split("</table>").next().unwrap_or("");
+        for text in [
+            "<b>15%</b> in 14 ms, 2 MiB<br><small>cones 64³ cones=9</small>",
+            "none measured is as fast",
+            "<b>16%</b> in 104 ms",
+            "<b>4%</b> in 1004 ms, 6 MiB",
+        ] {
+            assert!(beside.contains(text), "{text} is not in {beside}");
+        }
+        assert!(!beside.contains("<b>1%</b>"), "what has two bounces is beside what has one");
         assert!(!html.contains("as above") && !html.contains("Not measured:") && html.contains("noise (0.2%)"));
     }
 

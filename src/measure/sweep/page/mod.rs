@@ -62,10 +62,11 @@ fn section(number: usize, section: &Section, pictures: &PictureFolder, troubles:
     let charts = Cost::ALL.iter().filter_map(|cost| section.chart(*cost)).map(|chart| chart.svg()).collect::<Result<Vec<_>, _>>()?;
     Ok(html! {
         h2 id={ "scene-" (number) } { (first.scene) }
-        (setup(first))
         (references(section, first, pictures))
         (answers::answers(number, section, pictures, troubles))
         (troubles::troubles(number, section, troubles))
+        h3 { (first.scene) ": how it was measured" }
+        (setup(first))
         h3 { (first.scene) ": charts" }
         (words::how_to_read_charts())
         @for svg in charts { div.chart { (PreEscaped(svg)) } }

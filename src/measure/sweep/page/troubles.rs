@@ -19,7 +19,8 @@ pub(super) fn in_short(number: usize, point: &Point, troubles: &Troubles) -> Mar
     let Some(run) = troubles.run_of(point) else { return html! { "not measured: " a href={ "#stress-" (number) } { "how to" } } };
     let findings = run.findings();
     let names = |verdict: Option<Verdict>| {
-        findings.iter().filter(|finding| finding.worst.verdict == verdict).map(|finding| finding.case.name).collect::<Vec<_>>().join(", ")
+        let failing = findings.iter().filter(|finding| finding.worst.verdict == verdict);
+        failing.map(|finding| format!("{} from {}", finding.case.name, finding.worst.severity)).collect::<Vec<_>>().join(", ")
     };
     let parts = [("fail", "fails: ", names(Some(Verdict::Fail))), ("warn", "visible: ", names(Some(Verdict::Warn))), ("warn", "no figure: ", names(None))];
     let differences = run.differences(point);
@@ -61,7 +62,7 @@ pub(super) fn troubles(number: usize, section: &Section, troubles: &Troubles) ->
             p.note {
                 "From " code { "lumivox stress" } ": each row is a failure that the literature names, made worse step by step. " b.fail { "fail" } ": anybody sees it; "
                 b.warn { "warn" } ": you see it when you look for it; " b.pass { "pass" } ": hardly. \"from 0.5\" is the first severity at which it was so, then the "
-                "figure there; severities in voxels hold at any resolution."
+                "figure there; severities in voxels hold at any resolution. A quick run has one to three severities a failure, so that its \"from\" is where the step lies."
             }
             (table(&columns))
         }
@@ -127,5 +128,57 @@ fn cell(finding: &Finding) -> Markup {
     let (figure, value) = &worst.figure;
     html! {
         td.word { b class=(class) { (worst) } @if !figure.is_empty() { br; small { (figure) " " (value.map_or_else(|| "∞".to_owned(), short)) } } }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::point::tests::point;
+    use super::super::super::trouble::tests::{record, troubles_of};
+    use super::*;
+
+    fn section() -> Section {
+        let mut good = point("svo", 1, [9.0, 1.0], 1 << 20, 0.04);
+        good.settings.insert("cones".into(), "9".into());
+        Section { points: vec![good], source: None }
+    }
+
+    fn html(section: &Section, found: &Troubles) -> String {
+        in_short(0, &section.points[0], found).into_string() + &troubles(0, section, found).into_string()
+    }
+
+    /// What fails is told beside the pick and in the table, with severity and figure; what passes is told too where it is a leak.
+    #[test]
+    fn planted_failures_are_shown() {
+        let records = vec![
+            record("svo", "9", "thin_walls", 1.0, ("leak", 0.01, Verdict::Pass)),
+            record("svo", "9", "narrow_gap", 4.0, ("energy_error", 0.1, Verdict::Pass)),
+            record("svo", "9", "narrow_gap", 0.5, ("energy_error", 0.987, Verdict::Fail)),
+            record("svo", "9", "rotation", 6.0, ("rotation_spread", 0.2, Verdict::Warn)),
+        ];
+        let html = html(&section(), &troubles_of(records));
+        for text in [
+            "<b class=\"fail\">fails: </b>narrow_gap from 0.5<",
+            "<b class=\"warn\">visible: </b>rotation from 6<",
+            "leak 0.01",
+            "svo cones 64³ (quick)<",
+            "<b class=\"fail\">fail from 0.5</b><br><small>energy_error 0.987</small>",
+            "<b class=\"pass\">pass</b><br><small>leak 0.01</small>",
+        ] {
+            assert!(html.contains(text), "{text} is not in {html}");
+        }
+        assert!(!html.contains("not measured") && !html.contains("lumivox stress --technique"), "{html}");
+        let first = |text: &str| html.find(&format!("<b>{text}</b>"));
+        assert!(first("narrow_gap") < first("rotation") && first("rotation") < first("thin_walls"), "the worst stands first");
+    }
+
+    /// A run of other settings is said to be one; without any run the page says what it does not know, and how to learn it.
+    #[test]
+    fn what_was_not_measured_is_said() {
+        let other = html(&section(), &troubles_of(vec![record("svo", "16", "rotation", 6.0, ("rotation_spread", 0.2, Verdict::Warn))]));
+        let command = "<code>lumivox stress --technique svo --preset cones --resolution 64 --set cones=9 -o found</code>";
+        assert!(other.contains("with cones=16") && other.contains("(measured with cones=16)") && other.contains(command), "{other}");
+        let none = html(&section(), &troubles_of(vec![record("clipmap", "9", "rotation", 6.0, ("rotation_spread", 0.2, Verdict::Warn))]));
+        assert!(none.contains("not measured: ") && none.contains("<b>Not measured.</b>") && none.contains(command) && !none.contains("rotation"), "{none}");
     }
 }
