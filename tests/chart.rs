@@ -136,9 +136,49 @@ fn page_is_complete(html: &str, points: &[Point], pictures: &PictureFolder) {
     }
     assert_eq!(html.matches("<svg").count(), Cost::ALL.len());
     assert!(html.contains(&points[0].setup.device) && html.contains(&points[0].setup.driver) && html.contains("reference, 1 bounce"));
-    for outside in ["src=\"http", "href=", "url(", "@import", "<link", "<iframe", "fetch("] {
+    for outside in ["src=\"http", "url(", "@import", "<link", "<iframe", "fetch("] {
         assert!(!html.contains(outside), "the page has {outside}");
     }
+    for place in html.split("href=\"").skip(1).map(|rest| rest.split('"').next().unwrap()) {
+        let id = place.strip_prefix('#').unwrap_or_else(|| panic!("the page leads to {place}"));
+        assert!(html.contains(&format!("id=\"{id}\"")), "there is no {place}");
+    }
+    picks_are_complete(html, points);
+}
+
+/// The first tables have a row a pick, with its settings' own command; what was not put to the stress test is said not to have been.
+fn picks_are_complete(html: &str, points: &[Point]) {
+    let section = Section { points: points.to_vec(), source: None };
+    let picks = section.picks();
+    assert!(picks.len() == 1 && !picks[0].picks.is_empty(), "{picks:?}");
+    for pick in &picks[0].picks {
+        let point = &points[pick.index];
+        let row = html.split("id=\"pick-").find(|row| row.starts_with(&point.key)).expect("each pick has a row");
+        let preset = point.preset.as_ref().unwrap();
+        let command = format!("--technique {} --preset {preset} --set resolution={}", point.technique, point.resolution().unwrap());
+        let row = row.split("</code></td>").next().unwrap();
+        assert!(row.contains(&format!("lumivox render bundled:cornell {command} --size 32x32 --shadow-resolution 64 -o picture.png")), "{row}");
+        assert!(row.contains("not measured"), "{row}");
+    }
+}
+
+/// Results of `lumivox stress` are found in the folder, or where the command says, and stand beside the picks; a folder without any is told.
+#[test]
+fn failure_modes_stand_beside_the_picks() {
+    let place = Place::new();
+    std::fs::write(place.path("grid.toml"), "[[sweep]]\ntechnique = [\"voxel-mips\"]\npreset = [\"cones\"]\nset = { resolution = [32] }\n").unwrap();
+    let mut stress = Command::new(env!("CARGO_BIN_EXE_lumivox"));
+    let small = ["stress", "--size", "32x24", "--shadow-resolution", "64", "--resolution", "32", "--quick", "--technique", "voxel-mips", "--preset", "cones"];
+    stress.current_dir(place.path(".")).env("LUMIVOX_CACHE", place.path("cache")).args(small).args(["--case", "small_emitter,empty", "-o", "out/stress"]);
+    succeeded(&stress.output().unwrap());
+    succeeded(&place.sweep(&["-o", "out"]));
+    let html = place.text("out/chart.html");
+    assert!(html.contains("small_emitter") && html.contains("measured</a> of voxel-mips cones 32³ (quick)"));
+    assert!(!html.contains("Not measured.") && !html.contains("lumivox stress --technique"), "its own settings were measured");
+    succeeded(&place.command().args(["--merge", "out", "--stress", "out/stress", "-o", "merged"]).output().unwrap());
+    assert!(place.text("merged/chart.html").contains("small_emitter"));
+    succeeded(&place.command().args(["--merge", "out", "-o", "alone"]).output().unwrap());
+    assert!(place.text("alone/chart.html").contains("lumivox stress --technique voxel-mips --preset cones --resolution 32 -o alone/stress"));
 }
 
 fn second_run_is_served(place: &Place) {
@@ -261,7 +301,7 @@ fn a_dark_reference_gives_no_error() {
 #[test]
 fn wrong_arguments_are_told() {
     let place = Place::new();
-    let cases: [(&[&str], &str); 10] = [
+    let cases: [(&[&str], &str); 12] = [
         (&["-o", "out"], "required"),
         (&["bundled:cornell"], "--output"),
         (&["bundled:nonsense", "-o", "out"], "no bundled scene"),
@@ -272,8 +312,12 @@ fn wrong_arguments_are_told() {
         (&["bundled:cornell", "-o", "out", "--grid", "wrong.toml"], "wrong.toml:2: there is no technique nonsense"),
         (&["--merge", "absent", "-o", "out"], "cannot read the folder absent"),
         (&["--merge", ".", "-o", "out"], "no records"),
+        (&["bundled:cornell", "-o", "out", "--stress", "absent"], "no records (*.jsonl) of lumivox stress in absent"),
+        (&["bundled:cornell", "-o", "out", "--stress", "stress"], "this is no record of lumivox stress"),
     ];
     std::fs::write(place.path("wrong.toml"), "[[sweep]]\ntechnique = [\"nonsense\"]\n").unwrap();
+    std::fs::create_dir(place.path("stress")).unwrap();
+    std::fs::write(place.path("stress/cornell.jsonl"), "{}\n").unwrap();
     for (arguments, message) in cases {
         let output = place.command().args(arguments).output().unwrap();
         assert_eq!(output.status.code(), Some(2), "{arguments:?}: {}", stderr(&output));

@@ -194,11 +194,16 @@ impl std::fmt::Display for Worst {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self.verdict {
             Some(Verdict::Pass) => write!(f, "{}", Verdict::Pass.word())?,
-            Some(verdict) => write!(f, "{} from {}", verdict.word(), self.severity)?,
-            None => return write!(f, "no figure at {}", self.severity),
+            Some(verdict) => write!(f, "{} from {}", verdict.word(), severity_text(self.severity))?,
+            None => return write!(f, "no figure at {}", severity_text(self.severity)),
         }
-        self.refused.map_or(Ok(()), |severity| write!(f, "; no figure at {severity}"))
+        self.refused.map_or(Ok(()), |severity| write!(f, "; no figure at {}", severity_text(severity)))
     }
+}
+
+/// A severity as short as it can be written.
+pub fn severity_text(severity: f64) -> String {
+    if severity.abs() >= 1e6 { format!("{severity:e}") } else { severity.to_string() }
 }
 
 fn cell(record: &Record, index: usize) -> String {

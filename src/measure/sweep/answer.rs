@@ -326,7 +326,7 @@ mod tests {
     fn answers_in_words_leave_nothing_out() {
         let lines = section().answer_lines();
         let wanted = "1 bounce, light moves, 1500 ms a frame; everything moves, 1500 ms a frame; least time, error at most 5%, 10%; least memory, error at most \
-                      5%, 10%: c cones 64³ with cones=999: frame 1004 ms (904 to 1205), with a build 1005 ms (905 to 1206), 6 MiB (structure 3), error 4%, \
+                      5%, 10%: c cones 64³ with cones=999: frame 1004 ms (904 to 1205), with a build 1005 ms (904 to 1206), 6 MiB (structure 3), error 4%, \
                       bias -2%, on lamp error 8%, bias +4%, by pixel 4.31%";
         assert!(lines.contains(&wanted.to_owned()), "{lines:#?}");
         let mut worse = section();

@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 
-use super::super::answer::{Goal, Pick, Picks, goals_text, is_rough, mib};
+use super::super::answer::{Goal, Pick, Picks, ROUGH, goals_text, mib};
 use super::super::point::{Cost, Point, bounces_text};
 use super::super::records::PictureFolder;
 use super::super::section::{Section, Standing, percent, signed_percent, standing_text};
@@ -143,8 +143,12 @@ fn time(spread: Option<Spread>) -> Markup {
 
 /// A warning at a picture that looks worse than its error.
 pub(super) fn rough(point: &Point) -> Markup {
-    html! { @if is_rough(point) { br; span.warn { "rough" } } }
+    let fine = point.fine_error().filter(|fine| *fine > ROUGH);
+    html! { @if let Some(fine) = fine { br; @if fine > VERY * ROUGH { span.fail { "very rough" } } @else { span.warn { "rough" } } } }
 }
+
+/// So many times what is rough is very rough.
+const VERY: f64 = 3.0;
 
 fn worst(point: &Point) -> Markup {
     html! { @if let Some((name, error)) = point.worst_material() { (name) br; small { "error " (percent(error.rel_rmse)) br; "bias " (signed_percent(error.bias)) } } }
@@ -220,7 +224,7 @@ mod tests {
             ">1004<",
             "904–1205",
             ">1005<",
-            "905–1206",
+            "904–1206",
             ">6<",
             "(3)",
             "<b>4%</b>",
@@ -250,6 +254,17 @@ mod tests {
         }
         assert!(!beside.contains("<b>1%</b>"), "what has two bounces is beside what has one");
         assert!(!html.contains("as above") && !html.contains("Not measured:") && html.contains("noise (0.2%)"));
+    }
+
+    /// A picture that looks worse than its error is marked, by how much.
+    #[test]
+    fn rough_pictures_are_marked() {
+        let mut point = section().points.remove(2);
+        let marks = [0.04, 0.12, 0.5].map(|pixel| {
+            point.pixel_error = Some(crate::measure::sweep::PointError { rel_rmse: pixel, bias: 0.0 });
+            rough(&point).into_string()
+        });
+        assert_eq!(marks, ["", "<br><span class=\"warn\">rough</span>", "<br><span class=\"fail\">very rough</span>"]);
     }
 
     /// What no point meets was not measured; it is no limit of the technique.

@@ -9,6 +9,7 @@ use super::super::section::Section;
 use super::super::trouble::{Finding, TroubleRun, Troubles};
 use super::answers::{all_picks, name};
 use crate::measure::chart::short;
+use crate::measure::stress::results::severity_text;
 use crate::measure::stress::{StressCase, Verdict};
 
 /// Figures that are told of a pick even where they pass.
@@ -20,7 +21,7 @@ pub(super) fn in_short(number: usize, point: &Point, troubles: &Troubles) -> Mar
     let findings = run.findings();
     let names = |verdict: Option<Verdict>| {
         let failing = findings.iter().filter(|finding| finding.worst.verdict == verdict);
-        failing.map(|finding| format!("{} from {}", finding.case.name, finding.worst.severity)).collect::<Vec<_>>().join(", ")
+        failing.map(|finding| format!("{} from {}", finding.case.name, severity_text(finding.worst.severity))).collect::<Vec<_>>().join(", ")
     };
     let parts = [("fail", "fails: ", names(Some(Verdict::Fail))), ("warn", "visible: ", names(Some(Verdict::Warn))), ("warn", "no figure: ", names(None))];
     let differences = run.differences(point);
@@ -155,10 +156,11 @@ mod tests {
             record("svo", "9", "narrow_gap", 4.0, ("energy_error", 0.1, Verdict::Pass)),
             record("svo", "9", "narrow_gap", 0.5, ("energy_error", 0.987, Verdict::Fail)),
             record("svo", "9", "rotation", 6.0, ("rotation_spread", 0.2, Verdict::Warn)),
+            record("svo", "9", "contrast", 1e9, ("rel_rmse", 1.04, Verdict::Fail)),
         ];
         let html = html(&section(), &troubles_of(records));
         for text in [
-            "<b class=\"fail\">fails: </b>narrow_gap from 0.5<",
+            "<b class=\"fail\">fails: </b>narrow_gap from 0.5, contrast from 1e9<",
             "<b class=\"warn\">visible: </b>rotation from 6<",
             "leak 0.01",
             "svo cones 64³ (quick)<",

@@ -68,8 +68,8 @@ pub(super) fn glossary() -> Markup {
     let words: [(&str, String); 15] = [
         (
             "error",
-            "rel_rmse of the indirect light over blocks: √mean(T − R)² / mean R, T the technique, R the path-traced reference with as many bounces. 0% is perfect, \
-             100% is no indirect light at all."
+            "rel_rmse of the indirect light over blocks: √mean(T − R)² / mean R, T the technique, R the path-traced reference with as many bounces. 0% is perfect; \
+             no indirect light at all has about 100%."
                 .into(),
         ),
         ("block", "The mean of 8×8 pixels that lie on one plane and one material: misplaced light counts, grain and silhouettes do not.".into()),
@@ -78,7 +78,8 @@ pub(super) fn glossary() -> Markup {
         (
             "rough",
             format!(
-                "What blocks hide is more than {}: √(by pixel² − error² − reference by pixel²). The picture looks grainy, or is wrong in what is small.",
+                "What blocks hide is more than {}: √(by pixel² − error² − reference by pixel²). The picture looks grainy, or is wrong in what is small: \
+                 look at it. Very rough: three times that.",
                 percent(ROUGH)
             ),
         ),
