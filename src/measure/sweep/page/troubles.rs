@@ -21,7 +21,7 @@ pub(super) fn in_short(number: usize, point: &Point, troubles: &Troubles) -> Mar
     let findings = run.findings();
     let names = |verdict: Option<Verdict>| {
         let failing = findings.iter().filter(|finding| finding.worst.verdict == verdict);
-        failing.map(|finding| format!("{} from {}", finding.case.name, severity_text(finding.worst.severity))).collect::<Vec<_>>().join(", ")
+        failing.map(|finding| format!("{} from {}", finding.case.name, with_unit(finding))).collect::<Vec<_>>().join(", ")
     };
     let parts = [("fail", "fails: ", names(Some(Verdict::Fail))), ("warn", "visible: ", names(Some(Verdict::Warn))), ("warn", "no figure: ", names(None))];
     let differences = run.differences(point);
@@ -33,6 +33,12 @@ pub(super) fn in_short(number: usize, point: &Point, troubles: &Troubles) -> Mar
             @if !differences.is_empty() { " with " (differences.join(" ")) }
         } }
     }
+}
+
+/// The severity at which it fails, with the unit that the case names in brackets.
+fn with_unit(finding: &Finding) -> String {
+    let unit = finding.case.severity.split_once('[').and_then(|(_, rest)| rest.split(']').next()).map(|unit| format!(" {unit}")).unwrap_or_default();
+    format!("{}{unit}", severity_text(finding.worst.severity))
 }
 
 /// The largest value of a figure in all failure modes.
@@ -160,7 +166,7 @@ mod tests {
         ];
         let html = html(&section(), &troubles_of(records));
         for text in [
-            "<b class=\"fail\">fails: </b>narrow_gap from 0.5, contrast from 1e9<",
+            "<b class=\"fail\">fails: </b>narrow_gap from 0.5 voxels, contrast from 1e9<",
             "<b class=\"warn\">visible: </b>rotation from 6<",
             "leak 0.01",
             "svo cones 64³ (quick)<",
