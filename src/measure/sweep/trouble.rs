@@ -50,8 +50,8 @@ impl Troubles {
         self.records.is_empty()
     }
 
-    /// The run that is closest to a point: its own technique and settings, at any resolution as severities count in voxels; or else its preset's with other
-    /// settings. Of equally close ones that of the point's device, the most thorough, the one with the most failure modes, the last.
+    /// The run that is closest to a point: its own technique and settings, at any resolution as most severities count in voxels; or else its preset's with
+    /// other settings. Of equally close ones that of the point's device, of its resolution, the most thorough, the one with the most failure modes, the last.
     pub fn run_of(&self, point: &Point) -> Option<TroubleRun<'_>> {
         let mut runs: Vec<TroubleRun<'_>> = Vec::new();
         let fits = |record: &&Record| {
@@ -65,17 +65,16 @@ impl Troubles {
         }
         runs.retain(|run| run.differences(point).is_empty() || run.records[0].preset == point.preset);
         let distance = |run: &TroubleRun<'_>| {
-            let (record, resolution) = (run.records[0], run.records[0].settings.get("resolution").map(String::as_str));
-            let is_other_device = record.setup.device != point.setup.device;
+            let setup = &run.records[0].setup;
             let unmeasured = usize::MAX - run.findings().len();
-            (run.differences(point).len(), is_other_device, record.setup.effort != "full", resolution != point.resolution(), unmeasured)
+            (run.differences(point).len(), setup.device != point.setup.device, !run.is_of_resolution(point), setup.effort != "full", unmeasured)
         };
         runs.into_iter().rev().min_by_key(distance)
     }
 
     /// The command that measures a point's own settings.
     pub fn command(&self, point: &Point) -> String {
-        let resolution = point.resolution().and_then(|resolution| resolution.parse::<u32>().ok()).map(|resolution| resolution.max(LEAST_RESOLUTION));
+        let resolution = stress_resolution(point);
         let preset = point.preset.iter().flat_map(|preset| ["--preset".to_owned(), preset.clone()]);
         let resolution = resolution.iter().flat_map(|resolution| ["--resolution".to_owned(), resolution.to_string()]);
         let changes = point.changes.iter().flat_map(|(name, value)| ["--set".to_owned(), format!("{name}={value}")]);
@@ -97,6 +96,15 @@ impl<'t> TroubleRun<'t> {
         let first = self.records[0];
         let setup = |record: &Record| (record.setup.device.clone(), record.setup.size, record.setup.shadow_resolution, record.setup.effort.clone());
         first.settings == record.settings && first.preset == record.preset && setup(first) == setup(record)
+    }
+
+    /// Whether it has the point's settings, and its resolution as far as the suite goes down.
+    pub fn is_own(&self, point: &Point) -> bool {
+        self.differences(point).is_empty() && self.is_of_resolution(point)
+    }
+
+    fn is_of_resolution(&self, point: &Point) -> bool {
+        stress_resolution(point).map(|resolution| resolution.to_string()).as_ref() == self.records[0].settings.get("resolution")
     }
 
     /// The settings but `resolution` that the point has otherwise, as the run had them.
@@ -124,6 +132,11 @@ impl<'t> TroubleRun<'t> {
         };
         CASES.iter().filter_map(finding).collect()
     }
+}
+
+/// The resolution at which the suite can measure a point.
+fn stress_resolution(point: &Point) -> Option<u32> {
+    point.resolution().and_then(|resolution| resolution.parse::<u32>().ok()).map(|resolution| resolution.max(LEAST_RESOLUTION))
 }
 
 /// Files of records and folders in a folder, sorted.
@@ -206,10 +219,19 @@ pub(super) mod tests {
             let troubles = troubles_of(records.clone());
             troubles.run_of(&wanted).map(|run| run.records[0].clone())
         };
-        for closer in [base, elsewhere, coarse, own.clone(), full] {
+        for closer in [base.clone(), elsewhere, coarse.clone(), own.clone(), full] {
             assert_eq!(found(closer.clone()).as_ref(), Some(&closer));
         }
         assert_eq!(found(own.clone()).map(|run| run.setup.effort), Some("full".to_owned()));
+        let is_own = |record: &Record, resolution: &str| {
+            let mut point = wanted.clone();
+            point.settings.insert("resolution".into(), resolution.into());
+            TroubleRun { records: vec![record] }.is_own(&point)
+        };
+        assert_eq!(
+            [(&own, "64"), (&coarse, "64"), (&base, "64"), (&coarse, "16")].map(|(run, resolution)| is_own(run, resolution)),
+            [true, false, false, true]
+        );
         let troubles = troubles_of(unfit.to_vec());
         assert!(troubles.run_of(&wanted).is_none());
         let mut other = record("svo", "16", "rotation", 6.0, WARNED);

@@ -59,7 +59,7 @@ pub(super) fn troubles(number: usize, section: &Section, troubles: &Troubles) ->
             None => columns.push((run, vec![point])),
         }
     }
-    let unmeasured: Vec<&Point> = picks.iter().filter(|point| troubles.run_of(point).is_none_or(|run| !run.differences(point).is_empty())).copied().collect();
+    let unmeasured: Vec<&Point> = picks.iter().filter(|point| troubles.run_of(point).is_none_or(|run| !run.is_own(point))).copied().collect();
     html! {
         h3 id={ "stress-" (number) } { "What will go wrong: " (first.scene) }
         @if columns.is_empty() {
@@ -69,12 +69,12 @@ pub(super) fn troubles(number: usize, section: &Section, troubles: &Troubles) ->
             p.note {
                 "From " code { "lumivox stress" } ": each row is a failure that the literature names, made worse step by step. " b.fail { "fail" } ": anybody sees it; "
                 b.warn { "warn" } ": you see it when you look for it; " b.pass { "pass" } ": hardly. \"from 0.5\" is the first severity at which it was so, then the "
-                "figure there; severities in voxels hold at any resolution. A quick run has one to three severities a failure, so that its \"from\" is where the step lies."
+                "figure there; severities in voxels hold at any resolution, but coarser voxels translate and rotate worse. A quick run has one to three severities a failure, so that its \"from\" is where the step lies."
             }
             (table(&columns))
         }
         @if !unmeasured.is_empty() {
-            p.note { "Of these settings there is no stress run of their own:" }
+            p.note { "Of these there is no stress run with their own settings and resolution:" }
             ul.commands { @for point in unmeasured { li { (name(point)) br; code { (troubles.command(point)) } } } }
         }
     }
