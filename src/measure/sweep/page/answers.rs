@@ -64,6 +64,7 @@ pub(super) fn answers(number: usize, section: &Section, pictures: &PictureFolder
                 } }
             } }
             (below(section, unmet, *bounces))
+            (blind(section, picks))
             (side_by_side(section, picks, *bounces))
         }
         @if !all.is_empty() && source == "SCENE" { p.note { code { "SCENE" } ": the file of " (first.scene) "." } }
@@ -80,6 +81,20 @@ fn below(section: &Section, unmet: &[Goal], bounces: Bounces) -> Markup {
             "known to be better. "
             @if !bounds.is_empty() {
                 b { "Not measured: " } "an error of at most " (bounds.join(", ")) "; " (section.least_error_text(bounces)) ", which says nothing of other settings."
+            }
+        }
+    }
+}
+
+/// Where the blocks of a picture hide more than they show, so that its error says little.
+fn blind(section: &Section, picks: &[Pick]) -> Markup {
+    let is_hidden = |pick: &Pick| section.points[pick.index].fine_error().is_some_and(|fine| fine > VERY * ROUGH);
+    let by_pixel = picks.iter().filter_map(|pick| Some(section.points[pick.index].pixel_error?.rel_rmse)).fold(f64::INFINITY, f64::min);
+    html! {
+        @if !picks.is_empty() && picks.iter().all(is_hidden) {
+            p.note {
+                b.fail { "The error says little of this picture: " } "8×8 pixels on one plane are few here, and by pixel every pick is wrong by " (percent(by_pixel))
+                " or more. Measure a larger picture (" code { "--size" } ") before you choose."
             }
         }
     }
@@ -265,6 +280,20 @@ mod tests {
             rough(&point).into_string()
         });
         assert_eq!(marks, ["", "<br><span class=\"warn\">rough</span>", "<br><span class=\"fail\">very rough</span>"]);
+    }
+
+    /// If all picks are very rough, the page says that the error by blocks is not to be trusted; if one is not, it does not.
+    #[test]
+    fn pictures_of_small_things_are_told() {
+        let mut section = section();
+        let html = |section: &Section| answers(0, section, &PictureFolder::of(std::path::Path::new("absent")), &Troubles::default()).into_string();
+        section.points.iter_mut().for_each(|point| point.pixel_error = Some(crate::measure::sweep::PointError { rel_rmse: 0.8, bias: 0.0 }));
+        section.points.retain(|point| point.technique != "d");
+        assert!(
+            html(&section).contains("The error says little of this picture: </b>8×8 pixels on one plane are few here, and by pixel every pick is wrong by 80%")
+        );
+        section.points[0].pixel_error = section.points[0].error.map(|error| crate::measure::sweep::PointError { rel_rmse: error.rel_rmse + 0.01, ..error });
+        assert!(!html(&section).contains("says little"));
     }
 
     /// What no point meets was not measured; it is no limit of the technique.

@@ -60,6 +60,14 @@ pub(super) fn troubles(number: usize, section: &Section, troubles: &Troubles) ->
         }
     }
     let unmeasured: Vec<&Point> = picks.iter().filter(|point| troubles.run_of(point).is_none_or(|run| !run.is_own(point))).copied().collect();
+    let mut commands: Vec<(String, Vec<&Point>)> = Vec::new();
+    for point in unmeasured {
+        let command = troubles.command(point);
+        match commands.iter_mut().find(|(known, _)| *known == command) {
+            Some((_, points)) => points.push(point),
+            None => commands.push((command, vec![point])),
+        }
+    }
     html! {
         h3 id={ "stress-" (number) } { "What will go wrong: " (first.scene) }
         @if columns.is_empty() {
@@ -73,9 +81,9 @@ pub(super) fn troubles(number: usize, section: &Section, troubles: &Troubles) ->
             }
             (table(&columns))
         }
-        @if !unmeasured.is_empty() {
+        @if !commands.is_empty() {
             p.note { "Of these there is no stress run with their own settings and resolution:" }
-            ul.commands { @for point in unmeasured { li { (name(point)) br; code { (troubles.command(point)) } } } }
+            ul.commands { @for (command, points) in &commands { li { @for point in points { (name(point)) "  " } br; code { (command) } } } }
         }
     }
 }
@@ -186,6 +194,9 @@ mod tests {
         let other = html(&section(), &troubles_of(vec![record("svo", "16", "rotation", 6.0, ("rotation_spread", 0.2, Verdict::Warn))]));
         let command = "<code>lumivox stress --technique svo --preset cones --resolution 64 --set cones=9 -o found</code>";
         assert!(other.contains("with cones=16") && other.contains("(measured with cones=16)") && other.contains(command), "{other}");
+        let mut coarser = section();
+        coarser.points.push(Point { key: "coarser".into(), bounces: crate::reference::Bounces::Full, ..coarser.points[0].clone() });
+        assert_eq!(html(&coarser, &troubles_of(Vec::new())).matches(command).count(), 1, "one command for what is one run");
         let none = html(&section(), &troubles_of(vec![record("clipmap", "9", "rotation", 6.0, ("rotation_spread", 0.2, Verdict::Warn))]));
         assert!(none.contains("not measured: ") && none.contains("<b>Not measured.</b>") && none.contains(command) && !none.contains("rotation"), "{none}");
     }
