@@ -161,6 +161,15 @@ mod tests {
     }
 
     #[test]
+    fn a_block_along_sides_that_move_is_lit_again() {
+        let layout = Layout::new(BOUNDS, 32, 3, 0.0);
+        let stays = |first: [i32; 3]| layout.stays_lit(IVec3::ZERO, IVec3::from(first));
+        assert_eq!(stays([0, 0, 0]), VoxelBox::cube(IVec3::ZERO, 32));
+        assert_eq!(stays([4, 0, -8]), VoxelBox { low: IVec3::new(8, 0, 4), end: IVec3::new(28, 32, 20) });
+        assert!(stays([28, 0, 0]).is_empty() && stays([64, 0, 0]).is_empty());
+    }
+
+    #[test]
     fn the_outermost_level_holds_the_scene_unless_told_otherwise() {
         for (resolution, levels) in [(16, 5), (32, 3), (128, 5)] {
             let layout = Layout::new(BOUNDS, resolution, levels, 0.0);
