@@ -197,16 +197,10 @@ fn aside(layout: &Layout, eye: Vec3, level: u32, inner: VoxelBox) -> Vec3 {
     let mut eyes = (1u8..200).flat_map(|step| axes.map(|axis| eye + 0.02 * f32::from(step) * axis));
     let is_aside = |eye: &Vec3| {
         let places = layout.places(*eye);
-        let [finer, own] = [level, level + 1].map(|level| places[level as usize].first);
-        layout.inner(finer).cut(inner).is_empty() && VoxelBox::cube(own, layout.resolution).cut(inner) == inner
+        let [finer, own] = [level, level + 1].map(|level| places[level as usize]);
+        layout.inner(finer).region().cut(inner).is_empty() && VoxelBox::cube(own.first, layout.resolution).cut(inner) == inner
     };
     eyes.find(is_aside).unwrap()
-}
-
-/// How much of a texel of `inner` is of its level's own voxels.
-fn own_share(layout: &Layout, at: [u32; 3], edge: u32) -> f64 {
-    let depth = at.map(|at| at.min(edge - 1 - at)).into_iter().min().unwrap();
-    (1.0 - (f64::from(depth) + 0.5) / f64::from(layout.ramp())).max(0.0)
 }
 
 /// Where a finer level lies, and above the outermost, texels are the oracle's of the finer ones, with faces and without; towards the end of the finer level
@@ -235,15 +229,19 @@ fn coarser_texels_are_the_oracles() {
             let (mut worst, mut lit) = (0.0f64, 0);
             for level in 0..levels {
                 let first = places[level as usize].first;
-                let inner = if level + 1 < levels { layout.inner(first) } else { VoxelBox::cube(first / 2, n / 2) };
-                let edge = (inner.end.x - inner.low.x) as u32;
+                let mixed = layout.inner(places[level as usize]);
+                let edge = if level + 1 < levels { mixed.region().size().max_element() as u32 } else { n / 2 };
+                let inner = VoxelBox::cube(if level + 1 < levels { mixed.region().low } else { first / 2 }, edge);
                 let finer = faces(level, 2 * inner.low, 2 * edge);
                 let mut expected = if first_six.is_some() { coarser_faces(finer.each_ref()) } else { [0; 6].map(|_: u8| coarser(&finer[0], Filter::Box)) };
                 if level + 1 < levels {
                     let elsewhere = clipmap_in(&gpu, &scene, &settings(&pairs), Vec3::ONE).texels(aside(&layout, eye, level, inner));
                     let own = faces_of(&Levels { halves: bytemuck::pod_collect_to_vec(&elsewhere[0]), ..read }, level + 1, inner.low, edge);
                     for (expected, own) in expected.iter_mut().zip(&own) {
-                        *expected = Volume::new(edge, |at| expected.texel(at).lerp(own.texel(at), own_share(&layout, at, edge)));
+                        *expected = Volume::new(edge, |at| {
+                            let share = mixed.own_share(inner.low + IVec3::from(at.map(|at| at as i32)));
+                            expected.texel(at).lerp(own.texel(at), f64::from(share))
+                        });
                     }
                 }
                 let seen = if level + 1 < levels {

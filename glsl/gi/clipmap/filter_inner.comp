@@ -15,11 +15,10 @@ layout(set = 1, binding = 0, rgba16f) uniform restrict image3D clipmap;
 #include "gi/clipmap/store.glsl"
 
 layout(push_constant) uniform InnerParams {
-    ivec4 first;         // xyz: first voxel of the box where the finer level is shown whole, modulo n; w: n
-    ivec4 region_low;    // xyz: first voxel that is made, from that one
+    ivec4 first;         // xyz: first voxel that is made, modulo n; w: n
     ivec4 region_size;
+    ivec4 inner_middle;  // xyz: middle of the place where the finer level is shown, from the first voxel [half voxels]; w: how far it reaches [voxels]
     int inner_level;     // this one
-    int inner_edge;      // of the box [voxels]
     int inner_ramp;      // over which both are mixed [voxels]
 } params;
 
@@ -27,10 +26,9 @@ void main() {
     int n = params.first.w;
     ivec3 at = ivec3(gl_GlobalInvocationID);
     if (any(greaterThanEqual(at, params.region_size.xyz))) return;
-    at += params.region_low.xyz;
     ivec3 voxel = params.first.xyz + at;
-    ivec3 inside = min(at, params.inner_edge - 1 - at);
-    float depth = float(min(inside.x, min(inside.y, inside.z))) + 0.5;
+    ivec3 aside = abs(2 * at + 1 - params.inner_middle.xyz);
+    float depth = float(params.inner_middle.w) - 0.5 * float(max(aside.x, max(aside.y, aside.z)));
     float own_share = max(1.0 - depth / float(params.inner_ramp), 0.0);
     int faces = 1;
     if (FACES) faces = 6;

@@ -17,7 +17,8 @@ layout(set = 1, binding = 2, rgba16f) uniform restrict writeonly image3D clipmap
 
 layout(push_constant) uniform WriteParams {
     ivec4 first;         // xyz: first voxel of the level modulo n; w: n
-    ivec4 core;          // xyz: first voxel of the box that is made from the finer level alone, from the level's own; w: its edge
+    ivec4 core_low;      // xyz: first voxel of the box that is made from the finer level alone, from the level's own
+    ivec4 core_end;
     ivec4 region_low;    // xyz: first voxel that is written, from the level's own
     ivec4 region_end;
     uint voxel_count;
@@ -28,7 +29,7 @@ void main() {
     uint index = gl_GlobalInvocationID.x + gl_GlobalInvocationID.y * 4194240u;
     if (index >= params.voxel_count) return;
     ivec3 voxel = ivec3(voxel_coordinates(voxels[index].xy, voxels[index].z_area));
-    if (all(greaterThanEqual(voxel, params.core.xyz)) && all(lessThan(voxel, params.core.xyz + params.core.w))) return;
+    if (all(greaterThanEqual(voxel, params.core_low.xyz)) && all(lessThan(voxel, params.core_end.xyz))) return;
     if (any(lessThan(voxel, params.region_low.xyz)) || any(greaterThanEqual(voxel, params.region_end.xyz))) return;
     ivec3 texel = voxel + params.first.xyz & params.first.w - 1;
     int faces = 1;

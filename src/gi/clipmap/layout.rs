@@ -20,6 +20,41 @@ pub struct Place {
     pub middle: Vec3,
 }
 
+/// Where the texels of a level are made from those of the next finer one, which never fades there: beyond, they are those of the level's own voxels, and over the
+/// first voxels inside both are mixed, so that little changes when the camera moves on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Inner {
+    /// The middle, in voxels of the finer level: it moves with the camera by one of them.
+    pub middle: IVec3,
+    /// How far the place reaches from there to all sides (voxels).
+    pub reach: i32,
+    /// Over how many voxels from its end on both are mixed.
+    pub ramp: i32,
+}
+
+impl Inner {
+    /// Of a level without a finer one.
+    pub const NONE: Inner = Inner { middle: IVec3::ZERO, reach: 0, ramp: 0 };
+
+    /// The voxels whose middle is nearer than `reach`.
+    pub fn region(&self) -> VoxelBox {
+        let half = self.middle >> 1;
+        VoxelBox { low: self.middle - half - self.reach, end: half + self.reach }
+    }
+
+    /// Those of them that are not mixed.
+    pub fn core(&self) -> VoxelBox {
+        let (half, reach) = (self.middle >> 1, self.reach - self.ramp);
+        VoxelBox { low: half - reach, end: self.middle - half + reach }
+    }
+
+    /// How much of a texel is of the level's own voxel, w of equation (3).
+    pub fn own_share(&self, voxel: IVec3) -> f32 {
+        let depth = self.reach as f32 - 0.5 * (2 * voxel + 1 - self.middle).abs().max_element() as f32;
+        (1.0 - depth / self.ramp as f32).clamp(0.0, 1.0)
+    }
+}
+
 /// The nested grids of a clipmap, wherever it is: level l has n³ voxels of size 2^l h, and voxel v of its unbounded grid lies where voxels 2v and 2v + 1 of the
 /// next finer one do.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -107,11 +142,10 @@ impl Layout {
         VoxelBox::cube(finer / 2, self.resolution / 2)
     }
 
-    /// The part of it that never fades, in voxels of the next coarser one: there that one's texels are made from the finer ones. Where it fades they are those of
-    /// voxels, as they are beyond it, so that nothing changes there when the finer level moves on, and over the first voxels inside they are mixed.
-    pub fn inner(&self, finer: IVec3) -> VoxelBox {
+    /// Where the texels of a level are made from those of the next finer one.
+    pub fn inner(&self, finer: Place) -> Inner {
         let margin = (UNSHARED + self.resolution.div_ceil(16)).div_ceil(2);
-        VoxelBox::cube(finer / 2 + margin as i32, self.resolution / 2 - 2 * margin)
+        Inner { middle: finer.middle.round().as_ivec3(), reach: (self.resolution / 4 - margin) as i32, ramp: self.resolution.div_ceil(8) as i32 }
     }
 
     /// Voxels whose light stays when a level moves from `before` to `first`. Light that falls on the border of a level falls otherwise where it goes on.
@@ -119,11 +153,6 @@ impl Layout {
         let border = BLOCK * (first - before).signum().abs();
         let common = VoxelBox::cube(before, self.resolution).cut(VoxelBox::cube(first, self.resolution));
         VoxelBox { low: common.low + border, end: common.end - border }
-    }
-
-    /// How far from the end of [`inner`](Self::inner) on texels of both levels are mixed (voxels).
-    pub fn ramp(&self) -> i32 {
-        self.resolution.div_ceil(8) as i32
     }
 }
 
@@ -151,11 +180,28 @@ mod tests {
                     let Some(outer) = places.get(level + 1) else { continue };
                     let (inner, outer) = (layout.extent(*first), VoxelBox::cube(outer.first, resolution));
                     assert_eq!(inner.cut(outer), inner, "{layout:?} {eye}: level {level} lies inside the next");
-                    let filtered = layout.inner(*first);
-                    assert!(!filtered.is_empty() && filtered.cut(inner) == filtered, "{layout:?}");
+                    let filtered = layout.inner(places[level]).region();
+                    assert!(!filtered.is_empty() && filtered.cut(inner) == filtered, "{layout:?}: {filtered:?} of {inner:?}");
                 }
                 let outermost = places[layout.levels as usize - 1].first;
                 assert_eq!(outermost.rem_euclid(IVec3::splat(1 << layout.top_mips())), IVec3::ZERO);
+            }
+        }
+    }
+
+    /// Wherever the middle is: texels are the level's own outside of the region and the finer level's in the core, and mixed in between.
+    #[test]
+    fn a_level_is_mixed_between_its_region_and_its_core() {
+        for middle in [IVec3::new(0, 5, -7), IVec3::new(1, -4, 40), IVec3::new(-1, 2, 3)] {
+            for (reach, ramp) in [(1, 2), (5, 4), (12, 4)] {
+                let inner = Inner { middle, reach, ramp };
+                let around = VoxelBox::cube(middle / 2 - 16, 32);
+                for index in 0..32i32.pow(3) {
+                    let voxel = around.low + IVec3::new(index % 32, index / 32 % 32, index / 1024);
+                    let [is_inside, is_core] = [inner.region(), inner.core()].map(|part| !part.cut(VoxelBox::cube(voxel, 1)).is_empty());
+                    let share = inner.own_share(voxel);
+                    assert_eq!((is_inside, is_core), (share < 1.0, share == 0.0), "{inner:?}, {voxel}: {share}");
+                }
             }
         }
     }

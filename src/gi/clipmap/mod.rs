@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use glam::{IVec3, Vec3};
 
-pub use layout::{Layout, Place};
+pub use layout::{Inner, Layout, Place};
 pub use volume::ClipmapVolume;
 
 use super::cone::{self, ConeTracer, EmissivePatches};
@@ -111,8 +111,8 @@ struct Level {
     window: VoxelWindow,
     light: VoxelLight,
     place: Place,
-    /// Where the next finer level was shown whole when this one's texels were made last.
-    inner: VoxelBox,
+    /// Where the next finer level was shown when this one's texels were made last.
+    inner: Inner,
     /// The voxels that have the light of this frame.
     lit: VoxelBox,
     /// Where texels of the next finer level have changed since this one's were made.
@@ -245,9 +245,9 @@ impl Clipmap {
         Ok(stats)
     }
 
-    /// The part of a level whose texels are made from the next finer one, in its voxels.
-    fn inner(&self, level: usize) -> VoxelBox {
-        level.checked_sub(1).map_or(VoxelBox::NONE, |finer| self.layout.inner(self.levels[finer].place.first))
+    /// Where the texels of a level are made from those of the next finer one.
+    fn inner(&self, level: usize) -> Inner {
+        level.checked_sub(1).map_or(Inner::NONE, |finer| self.layout.inner(self.levels[finer].place))
     }
 
     /// Whether voxels that stay in a level keep their light: it depends on nothing but their neighbours and the lights.
@@ -298,7 +298,7 @@ impl Clipmap {
     fn update_level(&mut self, frame: &mut Frame, maps: &LightMaps, index: usize) -> VoxelBox {
         let (inner, keeps_light) = (self.inner(index), self.keeps_light);
         let level = &mut self.levels[index];
-        let (extent, inners) = (level.extent(), level.inner.around(inner));
+        let (extent, inners) = (level.extent(), level.inner.region().around(inner.region()));
         let (changed, remade) = if !level.is_lit() {
             let records = VoxelRecords { kept: level.lit, ..VoxelRecords::from(&level.window.voxels) };
             level.light.update_records(frame, &records, VoxelLookup::Dense(&level.window.voxels), maps, None);
@@ -306,7 +306,7 @@ impl Clipmap {
         } else if level.inner != inner {
             (inners, inners)
         } else {
-            let changed = level.stale.cut(inner);
+            let changed = level.stale.cut(inner.region());
             (changed, changed)
         };
         let new = std::mem::take(&mut level.new);
@@ -325,8 +325,8 @@ impl Clipmap {
     fn write_level(&self, frame: &mut Frame, index: usize, region: VoxelBox, cleared: VoxelBox) {
         let (level, number, inner) = (&self.levels[index], index as u32, self.inner(index));
         self.volume.clear_box(frame, number, cleared);
-        self.volume.write_voxels(frame, number, [region, inner], &level.window.voxels, &level.light);
-        self.volume.filter_inner(frame, number, [region, inner]);
+        self.volume.write_voxels(frame, number, region, &inner, &level.window.voxels, &level.light);
+        self.volume.filter_inner(frame, number, region, &inner);
     }
 
     /// Adds the passes that make the mips above the outermost level, where its texels in `region` are seen.
@@ -343,7 +343,7 @@ impl Clipmap {
         for index in levels.iter().copied() {
             let Level { window, light, .. } = &self.levels[index];
             light.relight(frame, &VoxelRecords::from(&window.voxels), maps, None, viewer);
-            self.write_level(frame, index, self.levels[index].extent(), self.inner(index));
+            self.write_level(frame, index, self.levels[index].extent(), self.inner(index).region());
         }
         self.filter_top(frame, self.outermost().extent());
     }
@@ -370,7 +370,7 @@ impl Technique for Clipmap {
                 window,
                 light,
                 place: Place { first: IVec3::ZERO, middle: Vec3::ZERO },
-                inner: VoxelBox::NONE,
+                inner: Inner::NONE,
                 lit: VoxelBox::NONE,
                 stale: VoxelBox::NONE,
                 new: Vec::new(),

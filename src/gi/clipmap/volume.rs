@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::IVec3;
 
-use super::layout::{Layout, Place};
+use super::layout::{Inner, Layout, Place};
 use crate::gi::cone::Volume;
 use crate::gi::voxel::voxelize::{buffer, linear_groups};
 use crate::gi::voxel::{Directionality, Prefilter, VoxelBox, VoxelLight, Voxels};
@@ -16,8 +16,10 @@ gpu_struct! {
     pub struct WriteParams {
         /// xyz: first voxel of the level modulo n; w: n.
         pub first: [i32; 4],
-        /// xyz: first voxel of the box that is made from the finer level alone, from the level's own; w: its edge.
-        pub core: [i32; 4],
+        /// xyz: first voxel of the box that is made from the finer level alone, from the level's own.
+        pub core_low: [i32; 4],
+        /// xyz: end of that box.
+        pub core_end: [i32; 4],
         /// xyz: first voxel that is written, from the level's own.
         pub region_low: [i32; 4],
         /// xyz: end of those that are written.
@@ -42,16 +44,14 @@ gpu_struct! {
 gpu_struct! {
     /// Parameters of `clipmap.filter_inner`.
     pub struct InnerParams {
-        /// xyz: first voxel of the box where the finer level is shown whole, modulo n; w: n.
+        /// xyz: first voxel that is made, modulo n; w: n.
         pub first: [i32; 4],
-        /// xyz: first voxel that is made, from that one.
-        pub region_low: [i32; 4],
         /// xyz: how many are made.
         pub region_size: [i32; 4],
+        /// xyz: middle of the place that is made from the finer level, from the first voxel (half voxels); w: how far it reaches (voxels).
+        pub inner_middle: [i32; 4],
         /// The level that is written.
         pub inner_level: i32,
-        /// Edge of the box (voxels).
-        pub inner_edge: i32,
         /// Over which the finer level's texels and those of the level's own voxels are mixed (voxels).
         pub inner_ramp: i32,
     }
@@ -207,25 +207,19 @@ impl ClipmapVolume {
             .dispatch(groups.to_array());
     }
 
-    /// Adds the pass that writes the voxels of a level that begins at `first`, those in `region`, except those of `inner` that the finer level alone gives.
-    pub fn write_voxels(&self, frame: &mut Frame, level: u32, [region, inner]: [VoxelBox; 2], voxels: &Voxels, light: &VoxelLight) {
-        let first = voxels.lattice.first;
-        let ramp = self.layout.ramp();
-        let params = WriteParams {
-            first: self.wrap(first),
-            core: (inner.low - first + ramp).extend(inner.size().x - 2 * ramp).to_array(),
-            region_low: (region.low - first).extend(0).to_array(),
-            region_end: (region.end - first).extend(0).to_array(),
-            voxel_count: voxels.voxel_count,
-            clipmap_level: level as i32,
-        };
+    /// Adds the pass that writes the voxels of a level that are in `region`, except those that the finer level alone gives.
+    pub fn write_voxels(&self, frame: &mut Frame, level: u32, region: VoxelBox, inner: &Inner, voxels: &Voxels, light: &VoxelLight) {
+        let (first, core) = (voxels.lattice.first, inner.core());
+        let [core_low, core_end, region_low, region_end] = [core.low, core.end, region.low, region.end].map(|corner| (corner - first).extend(0).to_array());
+        let (voxel_count, clipmap_level) = (voxels.voxel_count, level as i32);
+        let params = WriteParams { first: self.wrap(first), core_low, core_end, region_low, region_end, voxel_count, clipmap_level };
         let pass = frame.pass(&WRITE_VOXELS).bind(&voxels.records).bind(&light.radiance).bind(&self.clipmap);
         pass.constants(&[self.has_faces(), u32::from(light.settings.stores_faces)]).push(&params).dispatch(linear_groups(voxels.voxel_count));
     }
 
-    /// Adds the pass that makes the texels of a level, those of `inner` that are in `region`, from the next finer one and from its own.
-    pub fn filter_inner(&self, frame: &mut Frame, level: u32, [region, inner]: [VoxelBox; 2]) {
-        let made = region.cut(inner);
+    /// Adds the pass that makes the texels of a level that are in `region` from the next finer one, where it is shown, and from its own.
+    pub fn filter_inner(&self, frame: &mut Frame, level: u32, region: VoxelBox, inner: &Inner) {
+        let made = region.cut(inner.region());
         if made.is_empty() {
             return;
         }
@@ -234,12 +228,11 @@ impl ClipmapVolume {
             .bind(&self.clipmap)
             .constants(&[self.filter as u32, self.has_faces(), self.has_six(level - 1)])
             .push(&InnerParams {
-                first: self.wrap(inner.low),
-                region_low: (made.low - inner.low).extend(0).to_array(),
+                first: self.wrap(made.low),
                 region_size: made.size().extend(0).to_array(),
+                inner_middle: (inner.middle - 2 * made.low).extend(inner.reach).to_array(),
                 inner_level: level as i32,
-                inner_edge: inner.size().x,
-                inner_ramp: self.layout.ramp(),
+                inner_ramp: inner.ramp,
             })
             .dispatch(made.size().as_uvec3().to_array().map(|edge| edge.div_ceil(4)));
     }
