@@ -3,7 +3,7 @@
 use std::fmt;
 
 use super::front::{Price, cheapest, distinct_front};
-use super::point::{Cost, Point, bounces_text};
+use super::point::{Point, bounces_text};
 use super::section::{MIB, Section, percent, signed_percent};
 use crate::graph::Spread;
 use crate::measure::chart::short;
@@ -61,6 +61,9 @@ pub const ROUGH: f64 = 0.1;
 /// Above this error a point is no answer to how much time a frame may take, unless there is no better one.
 pub(super) const USABLE: f64 = 0.5;
 
+/// Costs that differ by less than this factor do not decide between two errors.
+pub(super) const ALIKE: f64 = 1.1;
+
 /// Errors for which the cheapest point is named.
 const BOUNDS: [f64; 3] = [0.05, 0.1, 0.2];
 
@@ -102,7 +105,12 @@ impl Choice<'_> {
     }
 
     fn answers(&self) -> Vec<(Goal, Option<usize>)> {
-        let (frames, moving, bytes) = (self.prices(Point::frame_ms), self.prices(Point::moving_ms), self.prices(|point| point.cost(Cost::Memory)));
+        let (frames, moving) = (self.prices(Point::frame_ms), self.prices(Point::moving_ms));
+        // All of it, as it stands in the tables: what the structure takes is the smaller part of little memory.
+        let bytes = self.prices(|point| {
+            let bytes = point.memory_bytes as f64;
+            Some(Spread { median: bytes, min: bytes, max: bytes, n: 1 })
+        });
         let mut answers: Vec<(Goal, Option<usize>)> = Vec::new();
         for (ms, member) in budgets(&frames, self.noise) {
             answers.push((Goal::Frame(ms), Some(member)));
@@ -124,10 +132,12 @@ impl Choice<'_> {
     }
 }
 
-/// The cheapest of those that are as good as the best, within the noise.
+/// Of those that are as good as the best, within the noise, the cheapest; and of those that cost hardly more than it, the best.
 fn best(prices: &[Price], noise: f64) -> Option<usize> {
     let least = prices.iter().map(|price| price.error).fold(f64::INFINITY, f64::min);
-    cheapest(prices, least + noise, |member| prices[member].error)
+    let cheapest = prices[cheapest(prices, least + noise, |member| prices[member].error)?].cost.median;
+    let costs_as_much = |&member: &usize| prices[member].cost.median <= ALIKE * cheapest;
+    (0..prices.len()).filter(costs_as_much).min_by(|a, b| prices[*a].error.total_cmp(&prices[*b].error))
 }
 
 /// The smallest budget that holds a time (ms).
@@ -140,15 +150,16 @@ fn budget(ms: f64) -> f64 {
 fn budgets(prices: &[Price], noise: f64) -> Vec<(f64, usize)> {
     let finite: Vec<usize> = (0..prices.len()).filter(|&member| prices[member].cost.median.is_finite()).collect();
     let distinct = distinct_front(&finite.iter().map(|&member| prices[member]).collect::<Vec<_>>(), noise);
+    let mut budgets: Vec<f64> = distinct.into_iter().map(|member| budget(prices[finite[member]].cost.median)).collect();
+    budgets.dedup();
     let mut found: Vec<(f64, usize)> = Vec::new();
-    let last = distinct.len().saturating_sub(1);
-    for (rank, member) in distinct.into_iter().map(|member| finite[member]).enumerate() {
-        if prices[member].error > USABLE && rank < last {
-            continue;
+    for (rank, ms) in budgets.iter().enumerate() {
+        let fitting: Vec<usize> = finite.iter().copied().filter(|&member| prices[member].cost.median <= *ms).collect();
+        let Some(member) = best(&fitting.iter().map(|&member| prices[member]).collect::<Vec<_>>(), noise).map(|best| fitting[best]) else { continue };
+        let is_usable = prices[member].error <= USABLE || rank + 1 == budgets.len();
+        if is_usable && found.last().is_none_or(|(_, known)| *known != member) {
+            found.push((*ms, member));
         }
-        let ms = budget(prices[member].cost.median);
-        found.retain(|known| known.0 != ms);
-        found.push((ms, member));
     }
     found
 }
@@ -189,7 +200,7 @@ impl Section {
         all
     }
 
-    /// The best of one technique in frames of at most so many ms: of what is within the noise of its least error, the fastest.
+    /// The best of one technique in frames of at most so many ms, chosen as the answers are.
     pub fn best_of(&self, technique: &str, bounces: Bounces, ms: f64) -> Option<usize> {
         let fits = |index: &usize| {
             let point = &self.points[*index];
@@ -343,6 +354,26 @@ mod tests {
         section.points.push(point("a", 1, [29.0, 1.0], 1 << 20, 0.099));
         let best = |technique, ms| section.best_of(technique, Bounces::Count(1), ms);
         assert_eq!([best("a", 15.0), best("a", 30.0), best("a", f64::INFINITY), best("b", 30.0), best("d", 1e9)], [Some(0), Some(4), Some(4), None, None]);
+    }
+
+    /// Less memory is less of all memory, although another point's structure is smaller.
+    #[test]
+    fn memory_is_all_of_it() {
+        let mut section = section();
+        section.points[1] = point("b", 1, [99.0, 1.0], 1 << 10, 0.04);
+        section.points[1].memory_bytes = 60 << 20;
+        assert_eq!(named(&section, 1, Goal::Memory(0.05)), Some("c"));
+        section.points[1].memory_bytes = 5 << 20;
+        assert_eq!(named(&section, 1, Goal::Memory(0.05)), Some("b"));
+    }
+
+    /// Of what is as good as the best the cheapest is taken, but not for a twentieth of the time.
+    #[test]
+    fn a_little_time_does_not_decide() {
+        let price = |cost: f64, error: f64| Price { cost: Spread { median: cost, min: cost, max: cost, n: 1 }, error };
+        assert_eq!(best(&[price(95.0, 0.06), price(98.0, 0.05), price(120.0, 0.045)], 0.02), Some(1));
+        assert_eq!(best(&[price(80.0, 0.06), price(98.0, 0.05), price(120.0, 0.045)], 0.02), Some(0));
+        assert_eq!(best(&[], 0.02), None);
     }
 
     #[test]

@@ -65,6 +65,7 @@ pub(super) fn answers(number: usize, section: &Section, pictures: &PictureFolder
             } }
             (below(section, unmet, *bounces))
             (blind(section, picks))
+            (without_blocks(section, *bounces))
             (side_by_side(section, picks, *bounces))
         }
         @if !all.is_empty() && source == "SCENE" { p.note { code { "SCENE" } ": the file of " (first.scene) "." } }
@@ -78,7 +79,7 @@ fn below(section: &Section, unmet: &[Goal], bounces: Bounces) -> Markup {
     html! {
         p.note {
             "Of what is within the reference's noise (" (percent(section.noise(&members))) ") of the least error that fits, the cheapest: what is better by less is not "
-            "known to be better. "
+            "known to be better. Of what costs as much as that within a tenth, the best. "
             @if !bounds.is_empty() {
                 b { "Not measured: " } "an error of at most " (bounds.join(", ")) "; " (section.least_error_text(bounces)) ", which says nothing of other settings."
             }
@@ -95,6 +96,19 @@ fn blind(section: &Section, picks: &[Pick]) -> Markup {
             p.note {
                 b.fail { "The error says little of this picture: " } "8×8 pixels on one plane are few here, and by pixel every pick is wrong by " (percent(by_pixel))
                 " or more. Measure a larger picture (" code { "--size" } ") before you choose."
+            }
+        }
+    }
+}
+
+/// What is told of a picture that has no blocks: its errors are by pixel.
+fn without_blocks(section: &Section, bounces: Bounces) -> Markup {
+    let mut errors = section.points.iter().filter(|point| point.bounces == bounces).filter_map(|point| Some((point.error?, point.pixel_error?))).peekable();
+    html! {
+        @if errors.peek().is_some() && errors.all(|(error, by_pixel)| error == by_pixel) {
+            p.note {
+                b { "Errors are by pixel here: " } "no 8×8 pixels of this picture lie on one plane and one material. Grain counts in them, of the technique and of the "
+                "reference, and no picture is marked as rough: look at it."
             }
         }
     }
@@ -118,7 +132,7 @@ fn side_by_side(section: &Section, picks: &[Pick], bounces: Bounces) -> Markup {
             div.wide { table.beside {
                 thead { tr {
                     th.word { "technique" }
-                    @for ms in &budgets { th.word { @if ms.is_finite() { "light moves, " (short(*ms)) " ms a frame" } @else { "however long it takes" } } }
+                    @for ms in &budgets { th.word { @if ms.is_finite() { "light moves, " (short(*ms)) " ms a frame" } @else { "no budget: the cheapest of its best" } } }
                 } }
                 tbody { @for technique in techniques { tr {
                     td.word { b { (technique) } }

@@ -63,6 +63,10 @@ fn section(number: usize, section: &Section, pictures: &PictureFolder, troubles:
     Ok(html! {
         h2 id={ "scene-" (number) } { (first.scene) }
         (references(section, first, pictures))
+        p.note {
+            "Pictures show direct light too, by shadow maps of " (first.setup.shadow_resolution) " texels: specks and jagged shadows that all techniques have are theirs. "
+            "Errors are of indirect light alone."
+        }
         (answers::answers(number, section, pictures, troubles))
         (troubles::troubles(number, section, troubles))
         h3 { (first.scene) ": how it was measured" }
@@ -90,7 +94,8 @@ fn setup(first: &Point) -> Markup {
             dt { "device" } dd { (device(first)) ", " (setup.driver) }
             dt { "program" } dd { "lumivox " (setup.version) (commit(&setup.build)) }
             dt { "picture" } dd { (setup.size[0]) "×" (setup.size[1]) " px, shadow maps " (setup.shadow_resolution) " texels" }
-            dt { "times" } dd { (timing) "; medians of " (setup.frames) " frames and " (setup.rebuilds) " builds" }
+            dt { "times" } dd { (timing) "; medians of " (setup.frames) " frames and " (setup.rebuilds) " builds"
+                @if setup.frames.min(setup.rebuilds) < 3 { b { ": too few to tell a spread" } ", and what else the machine does shows in them" } }
             dt { "reference" } dd { "standard error of 8×8-pixel means at most " (percent(setup.max_error)) }
             dt { "scene content" } dd { (setup.scene_hash) }
         }

@@ -56,12 +56,20 @@ pub(super) fn techniques(sections: &[&Section]) -> Markup {
 fn sets(entry: &Entry, preset: &Preset) -> String {
     let own: Vec<String> = preset.values.iter().copied().flatten().map(|(name, value)| format!("{name}={value}")).collect();
     if !own.is_empty() {
-        return own.join(" ");
+        return own.into_iter().chain(directions(entry, preset)).collect::<Vec<_>>().join(" ");
     }
     let others: Vec<&str> = entry.presets.iter().flat_map(|preset| preset.values).copied().flatten().map(|(name, _)| *name).collect();
     let settings = entry.settings.iter().copied().flatten().filter(|setting| others.contains(&setting.name));
     let defaults: Vec<String> = settings.map(|setting| format!("{}={}", setting.name, setting.default)).collect();
     format!("nothing; defaults: {}", defaults.join(" "))
+}
+
+/// How many rays or cones a preset gathers with by default, where it does not set that.
+fn directions(entry: &Entry, preset: &Preset) -> Option<String> {
+    let value = |name: &str| preset.values.iter().copied().flatten().find(|(known, _)| *known == name).map(|(_, value)| *value);
+    let default = |name: &str| entry.settings.iter().copied().flatten().find(|setting| setting.name == name).map(|setting| setting.default);
+    let name = if value("gather").or_else(|| default("gather")) == Some("rays") { "rays" } else { "cones" };
+    if value(name).is_some() { None } else { default(name).map(|count| format!("{name}={count}")) }
 }
 
 pub(super) fn glossary() -> Markup {
@@ -117,7 +125,9 @@ mod tests {
             (point.technique, point.preset) = (technique.into(), Some(preset.into()));
         }
         let html = techniques(&[&section]).into_string();
-        for text in ["<code>gather=rays</code>", "<code>cones=32 aperture_scale=0.05</code>", "nothing; defaults: ", "gather=cones", "mip_filter=directional"] {
+        for text in
+            ["<code>gather=rays rays=16</code>", "<code>cones=32 aperture_scale=0.05</code>", "nothing; defaults: ", "gather=cones", "mip_filter=directional"]
+        {
             assert!(html.contains(text), "{text} is not in {html}");
         }
         assert!(!html.contains("clipmap") && !html.contains("textbook"));
