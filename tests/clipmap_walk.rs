@@ -209,3 +209,21 @@ fn levels_move_unseen() {
         assert!(all <= 0.02, "{}: {all}", scene.name);
     }
 }
+
+/// Half a kilometre with voxels of 5 cm near the camera takes less than 1 GiB; of the dense grid, even with coarser ones, the refusal states the bytes.
+#[test]
+fn a_long_street_is_in_reach() {
+    let gpu = gpu();
+    let scene = bundled("street,length_m=500");
+    let settings = clipmap::ENTRY.settings(Some("cones"), &["resolution=128", "levels=7", "voxel_size=0.05"]).unwrap();
+    let (mut renderer, _) = Renderer::new(&gpu, &scene, &clipmap::ENTRY, &settings, frame(SIZE[0], SIZE[1], 256)).unwrap();
+    renderer.render(&scene.camera).unwrap();
+    let mib = gpu.memory_total() >> 20;
+    println!("{mib} MiB");
+    assert!(mib < 1024 && renderer.aov(Aov::Indirect).unwrap().pixels.iter().any(|pixel| pixel.y > 0.0), "{mib} MiB");
+    drop(renderer);
+    let dense = find("voxel-mips").unwrap();
+    let settings = dense.settings(Some("cones"), &["resolution=2048"]).unwrap();
+    let refusal = Renderer::new(&gpu, &scene, dense, &settings, frame(SIZE[0], SIZE[1], 256)).err().unwrap().to_string();
+    assert!(refusal.contains("78536546048 bytes"), "{refusal}");
+}
