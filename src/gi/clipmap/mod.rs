@@ -1,6 +1,7 @@
 //! Technique `clipmap`: nested grids around the camera, each twice the extent of the one before (Panteleev 2014; McLaren 2014), cone-traced.
 
 pub mod layout;
+mod update;
 pub mod volume;
 
 use std::sync::Arc;
@@ -8,6 +9,7 @@ use std::sync::Arc;
 use glam::{IVec3, Vec3};
 
 pub use layout::{Inner, Layout, Place};
+use update::Level;
 pub use volume::ClipmapVolume;
 
 use super::cone::{self, ConeTracer, EmissivePatches};
@@ -15,8 +17,8 @@ use super::interleave::{self, deinterleave};
 use super::registry::{Directions, Entry, Part, Stage};
 use super::settings::{Domain, Preset, Setting, Settings};
 use super::voxel::{
-    self, Bounces, Directionality, FACE_SETTINGS, Injection, LightSettings, MIP_FILTER, Prefilter, Sides, Viewer, VoxelBox, VoxelLight, VoxelLookup,
-    VoxelRecords, VoxelSettings, VoxelWindow, WindowScratch,
+    self, Bounces, Directionality, FACE_SETTINGS, Injection, LightSettings, MIP_FILTER, Prefilter, Sides, Viewer, VoxelBox, VoxelLight, VoxelSettings,
+    VoxelWindow, WindowScratch,
 };
 use super::{Context, IndirectLight, Probe, ProbeAxis, ProbeSurface, Technique, VoxelVolume};
 use crate::graph::{Buffer, Error, Frame, FrameStats, Gpu, Image, Pass};
@@ -106,31 +108,6 @@ pub static ENTRY: Entry = Entry {
     make,
 };
 
-/// One level: its voxels and their light. Boxes are in voxels of its unbounded grid.
-struct Level {
-    window: VoxelWindow,
-    light: VoxelLight,
-    place: Place,
-    /// Where the next finer level was shown when this one's texels were made last.
-    inner: Inner,
-    /// The voxels that have the light of this frame.
-    lit: VoxelBox,
-    /// Where texels of the next finer level have changed since this one's were made.
-    stale: VoxelBox,
-    /// Where voxels have.
-    new: Vec<VoxelBox>,
-}
-
-impl Level {
-    fn extent(&self) -> VoxelBox {
-        VoxelBox::cube(self.place.first, self.window.voxels.grid.resolution)
-    }
-
-    fn is_lit(&self) -> bool {
-        self.lit == self.extent()
-    }
-}
-
 /// The technique and what it keeps.
 pub struct Clipmap {
     layout: Layout,
@@ -194,167 +171,6 @@ impl Clipmap {
             },
             interleaved: (interleave > 1).then(|| screen_image(gpu, "clipmap.interleaved", size)).transpose()?,
         })
-    }
-
-    /// Whether a level follows the camera and the lights in this frame.
-    fn is_due(&self, level: usize) -> bool {
-        !self.is_staggered || self.frame.is_multiple_of(1 << level)
-    }
-
-    /// Where the levels go in this frame: those that are due to their places, and those whose finer level would leave them.
-    fn places(&self, eye: Vec3) -> Vec<Place> {
-        let mut places = self.layout.places(eye);
-        for (index, level) in self.levels.iter().enumerate() {
-            let current = VoxelBox::cube(level.place.first, self.layout.resolution);
-            let holds_finer = index.checked_sub(1).is_none_or(|finer| {
-                let extent = self.layout.extent(places[finer].first);
-                extent.cut(current) == extent
-            });
-            if !self.is_due(index) && holds_finer {
-                places[index] = level.place;
-            }
-        }
-        places
-    }
-
-    /// Moves levels to these places, and makes what lies within `stale` (m) anew.
-    fn follow(&mut self, context: &Context<'_>, places: &[Place], stale: Option<(Vec3, Vec3)>) -> Result<FrameStats, Error> {
-        let mut stats = FrameStats::default();
-        let [carries_gathered, lights_slabs] = [self.light_settings.bounces == Bounces::Feedback, self.lights_slabs()];
-        for (index, place) in places.iter().copied().enumerate() {
-            let Level { window, light, place: old, lit, new, .. } = &mut self.levels[index];
-            let stale: Vec<VoxelBox> = stale.iter().map(|bounds| window.touched(*bounds)).collect();
-            let carried = match &mut light.irradiance {
-                Some(irradiance) if carries_gathered => Some((irradiance, light.settings.sides as u32)),
-                _ if lights_slabs => Some((&mut light.radiance, light.settings.radiances())),
-                _ => None,
-            };
-            let (boxes, cost) = window.update(context.gpu, context.scene, &mut self.scratch, place.first, &stale, carried)?;
-            if window.voxels.capacity() > light.capacity {
-                light.reserve(context.gpu, &window.voxels)?;
-            }
-            if !boxes.is_empty() {
-                let stays = self.layout.stays_lit(old.first, place.first);
-                *lit = if lights_slabs { lit.cut(stays) } else { VoxelBox::NONE };
-            }
-            *old = place;
-            new.extend(boxes);
-            stats.append(cost);
-        }
-        self.volume.set_places(context.gpu, places)?;
-        Ok(stats)
-    }
-
-    /// Where the texels of a level are made from those of the next finer one.
-    fn inner(&self, level: usize) -> Inner {
-        level.checked_sub(1).map_or(Inner::NONE, |finer| self.layout.inner(self.levels[finer].place))
-    }
-
-    /// Whether voxels that stay in a level keep their light: it depends on nothing but their neighbours and the lights.
-    fn lights_slabs(&self) -> bool {
-        let settings = &self.light_settings;
-        self.keeps_light && !settings.bounces.any() && !settings.traces() && self.patches.is_none()
-    }
-
-    /// The levels whose texels are made anew in this frame.
-    fn due(&mut self) -> Vec<usize> {
-        let count = self.levels.len();
-        // A level that has moved shows nothing of what it held before.
-        let follows = |technique: &Self, index: usize| technique.is_due(index) || !technique.levels[index].new.is_empty();
-        let changes = |technique: &Self, index: usize| {
-            let level = &technique.levels[index];
-            !level.is_lit() || !level.new.is_empty() || !level.stale.is_empty() || level.inner != technique.inner(index)
-        };
-        let bounces = self.light_settings.bounces;
-        if self.patches.is_some() {
-            // Where patches give the emission, all levels show either what voxels see or what the picture sees.
-            self.levels.iter_mut().for_each(|level| level.lit = VoxelBox::NONE);
-            return (0..count).collect();
-        }
-        if bounces == Bounces::Feedback || (bounces.any() && (0..count).any(|index| changes(self, index))) {
-            // Each voxel gathers from all levels.
-            self.levels.iter_mut().for_each(|level| level.lit = VoxelBox::NONE);
-        }
-        let mut due: Vec<usize> = Vec::new();
-        for index in 0..count {
-            let finer_is_due = index.checked_sub(1).is_some_and(|finer| due.last() == Some(&finer));
-            if follows(self, index) && (finer_is_due || changes(self, index)) {
-                due.push(index);
-            }
-        }
-        due
-    }
-
-    /// Adds the pass that injection into levels needs, unless lights stand still and it has run.
-    fn bound_tiles(&mut self, frame: &mut Frame, maps: &LightMaps) {
-        let is_bound = self.bound.as_ref().is_some_and(|bound| Arc::ptr_eq(bound, &maps.tiles[0]));
-        if !(is_bound && self.keeps_light) {
-            voxel::bound_tiles(frame, maps);
-            self.bound = Some(Arc::clone(&maps.tiles[0]));
-        }
-    }
-
-    /// Adds the passes that light the voxels of a level that are not lit, and make its texels where they are not what they would be; returns where.
-    fn update_level(&mut self, frame: &mut Frame, maps: &LightMaps, index: usize) -> VoxelBox {
-        let (inner, keeps_light) = (self.inner(index), self.keeps_light);
-        let level = &mut self.levels[index];
-        let (extent, inners) = (level.extent(), level.inner.region().around(inner.region()));
-        let (changed, remade) = if !level.is_lit() {
-            let records = VoxelRecords { kept: level.lit, ..VoxelRecords::from(&level.window.voxels) };
-            level.light.update_records(frame, &records, VoxelLookup::Dense(&level.window.voxels), maps, None);
-            (extent, inners.cut(extent))
-        } else if level.inner != inner {
-            (inners, inners)
-        } else {
-            let changed = level.stale.cut(inner.region());
-            (changed, changed)
-        };
-        let new = std::mem::take(&mut level.new);
-        (level.inner, level.stale) = (inner, VoxelBox::NONE);
-        level.lit = if keeps_light { extent } else { VoxelBox::NONE };
-        // A voxel that has gone leaves its texel behind, and so does a finer level that has moved away.
-        for cleared in new {
-            self.volume.clear_box(frame, index as u32, cleared);
-        }
-        self.write_level(frame, index, changed, remade);
-        changed
-    }
-
-    /// Adds the passes that make the texels of a level in `region` from its voxels and the next finer level; those in `cleared` are not empty where it has no
-    /// voxels, or are mixed.
-    fn write_level(&self, frame: &mut Frame, index: usize, region: VoxelBox, cleared: VoxelBox) {
-        let (level, number, inner) = (&self.levels[index], index as u32, self.inner(index));
-        self.volume.clear_box(frame, number, cleared);
-        self.volume.write_voxels(frame, number, region, &inner, &level.window.voxels, &level.light);
-        self.volume.filter_inner(frame, number, region, &inner);
-    }
-
-    /// Adds the passes that make the mips above the outermost level, where its texels in `region` are seen.
-    fn filter_top(&self, frame: &mut Frame, region: VoxelBox) {
-        self.volume.filter_top(frame, self.outermost().place.first, region);
-    }
-
-    fn outermost(&self) -> &Level {
-        &self.levels[self.levels.len() - 1]
-    }
-
-    /// Lights these levels once more.
-    fn relight(&self, frame: &mut Frame, maps: &LightMaps, levels: &[usize], viewer: Viewer) {
-        for index in levels.iter().copied() {
-            let Level { window, light, .. } = &self.levels[index];
-            light.relight(frame, &VoxelRecords::from(&window.voxels), maps, None, viewer);
-            self.write_level(frame, index, self.levels[index].extent(), self.inner(index).region());
-        }
-        self.filter_top(frame, self.outermost().extent());
-    }
-
-    fn bounce(&self, frame: &mut Frame) {
-        let grid = self.layout.grid(self.outermost().place.first);
-        for Level { window, light, .. } in &self.levels {
-            if let Some(irradiance) = &light.irradiance {
-                self.cones.bounce(frame, &grid, &VoxelRecords::from(&window.voxels), self.volume.as_seen_by_voxels(), irradiance);
-            }
-        }
     }
 }
 

@@ -7,6 +7,7 @@ use super::light::{AREA_UNIT, CLEAR_LIGHT, VoxelLight, VoxelLookup, VoxelRecords
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Frame, Image, Pass, Sets, Shaders};
 use crate::render::{LightMaps, TILE};
+
 gpu_struct! {
     /// Parameters of `voxel.inject_rsm`.
     pub struct InjectParams {

@@ -17,6 +17,7 @@ pub mod passes;
 mod prefilter;
 pub mod rays;
 mod voxel_box;
+mod voxel_settings;
 pub mod voxelize;
 pub mod window;
 
@@ -32,7 +33,8 @@ pub use passes::{FRAGMENTS_COMPUTE, FRAGMENTS_RASTER, FRAGMENTS_RASTER_HW};
 pub use prefilter::{ANISOTROPIC, DIRECTIONAL, Directionality, FACE_SETTINGS, Faces, MIP_FILTER, Prefilter};
 pub use rays::{GATHER_RAYS, RAY_SETTINGS, RaySettings, gather_rays};
 pub use voxel_box::VoxelBox;
-pub use voxelize::{Accumulation, Method, Surface, VoxelSettings, Voxelizer, Voxels};
+pub use voxel_settings::{Accumulation, Method, Surface, VoxelSettings};
+pub use voxelize::{Voxelizer, Voxels};
 pub use window::{VoxelWindow, WindowScratch};
 
 use crate::gi::registry::{Part, Stage, Substitution};
