@@ -102,7 +102,7 @@ fn pictures_are_their_points(points: &[Point], pictures: &PictureFolder) {
 }
 
 fn charts_and_tables_are_complete(place: &Place, points: &[Point]) {
-    let section = Section { points: points.to_vec(), source: None };
+    let section = Section::new(points.to_vec(), None);
     for cost in Cost::ALL {
         let svg = place.text(&format!("out/cornell-{}.svg", cost.file_suffix()));
         assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"));
@@ -148,7 +148,7 @@ fn page_is_complete(html: &str, points: &[Point], pictures: &PictureFolder) {
 
 /// The first tables have a row a pick, with its settings' own command; what was not put to the stress test is said not to have been.
 fn picks_are_complete(html: &str, points: &[Point]) {
-    let section = Section { points: points.to_vec(), source: None };
+    let section = Section::new(points.to_vec(), None);
     let picks = section.picks();
     assert!(picks.len() == 1 && !picks[0].picks.is_empty(), "{picks:?}");
     for pick in &picks[0].picks {

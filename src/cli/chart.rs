@@ -107,7 +107,7 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     for ((scene, source), stem) in scenes.iter().zip(&args.scene).zip(&stems) {
         let sweep = Sweep::new(&gpu, scene, &settings, args.max_error);
         let points = sweep_scene(&sweep, &scene.name, &cases, args.shard, stem, quiet)?;
-        sections.push(Section { points, source: Some(source.to_string_lossy().into_owned()) });
+        sections.push(Section::new(points, Some(source.to_string_lossy().into_owned())));
     }
     if args.shard.is_some() { Ok(()) } else { write_sections(&sections, &stems, &troubles, folder, quiet) }
 }

@@ -1,8 +1,11 @@
 //! Points that can be compared with each other, and what they say.
 
+use std::collections::BTreeMap;
+
 use super::front::{Price, distinct_front, front, near_front};
 use super::point::{Cost, Point, bounces_text};
-use crate::graph::Spread;
+use crate::frame;
+use crate::graph::{PassTimes, Spread};
 use crate::measure::chart::{Chart, FrontPoint, Panels, PointPanel, Series, short};
 use crate::measure::report::Timing;
 use crate::measure::table::csv_of;
@@ -15,6 +18,30 @@ pub struct Section {
     pub points: Vec<Point>,
     /// The scene as a command line names it, where that is known.
     pub source: Option<String>,
+}
+
+/// Gives every frame the same shared passes: the median over all points that have them. Each point measured its own, and a machine that is busier at one point
+/// than at another would have them decide between techniques. The spread that is left is that of indirect light.
+fn settle_shared_passes(points: &mut [Point]) {
+    let is_shared = |pass: &&PassTimes| frame::STAGES.iter().any(|stage| stage.passes.contains(&pass.name.as_str()));
+    let mut times: BTreeMap<String, Vec<f64>> = BTreeMap::new();
+    for pass in points.iter().flat_map(|point| &point.passes).filter(is_shared) {
+        times.entry(pass.name.clone()).or_default().push(pass.gpu_ms.median);
+    }
+    let medians: BTreeMap<String, f64> = times.into_iter().filter_map(|(name, times)| Some((name, Spread::of(&times)?.median))).collect();
+    for point in points {
+        let shared: f64 = point.passes.iter().filter(is_shared).filter_map(|pass| medians.get(&pass.name)).sum();
+        let own = point.total("indirect").unwrap_or(Spread { median: 0.0, min: 0.0, max: 0.0, n: point.setup.frames as usize });
+        let frame = Spread { median: own.median + shared, min: own.min + shared, max: own.max + shared, n: own.n };
+        let shared = Spread { median: shared, min: shared, max: shared, n: own.n };
+        for total in &mut point.totals {
+            match total.name.as_str() {
+                "shared" => total.gpu_ms = shared,
+                "frame" => total.gpu_ms = frame,
+                _ => {}
+            }
+        }
+    }
 }
 
 /// The points of one number of bounces that have a price, by index, and their prices.
@@ -94,12 +121,18 @@ impl Cost {
 
     /// A spread in words, such as `12.5 ms (12.1 to 13)`.
     pub fn text(self, spread: Spread) -> String {
-        let value = |value| short(self.in_unit(value));
-        match self {
-            Cost::Memory => format!("{} MiB", value(spread.median)),
-            _ => format!("{} ms ({} to {})", value(spread.median), value(spread.min), value(spread.max)),
-        }
+        let median = self.median_text(spread);
+        if self == Cost::Memory { median } else { format!("{median} ({} to {})", short(spread.min), short(spread.max)) }
     }
+
+    /// Its median alone, with its unit.
+    pub(super) fn median_text(self, spread: Spread) -> String {
+        format!("{} {}", short(self.in_unit(spread.median)), if self == Cost::Memory { "MiB" } else { "ms" })
+    }
+}
+
+fn fits(section: &[Point], point: &Point) -> bool {
+    section.first().is_some_and(|first| first.scene == point.scene && first.setup == point.setup)
 }
 
 /// A share in per cent, such as `4.25%`.
@@ -113,21 +146,23 @@ pub(super) fn signed_percent(share: f64) -> String {
 }
 
 impl Section {
-    /// Points of any scenes and setups, sorted into sections in the order in which they come; of points with one key the first is kept.
-    pub fn sort(points: impl IntoIterator<Item = Point>) -> Vec<Section> {
-        let mut sections: Vec<Section> = Vec::new();
-        for point in points {
-            match sections.iter_mut().find(|section| section.fits(&point)) {
-                Some(section) if section.points.iter().any(|known| known.key == point.key) => {}
-                Some(section) => section.points.push(point),
-                None => sections.push(Section { points: vec![point], source: None }),
-            }
-        }
-        sections
+    /// Points of one scene and one setup, all with the [same shared passes](settle_shared_passes).
+    pub fn new(mut points: Vec<Point>, source: Option<String>) -> Self {
+        settle_shared_passes(&mut points);
+        Section { points, source }
     }
 
-    fn fits(&self, point: &Point) -> bool {
-        self.points.first().is_some_and(|first| first.scene == point.scene && first.setup == point.setup)
+    /// Points of any scenes and setups, sorted into sections in the order in which they come; of points with one key the first is kept.
+    pub fn sort(points: impl IntoIterator<Item = Point>) -> Vec<Section> {
+        let mut sections: Vec<Vec<Point>> = Vec::new();
+        for point in points {
+            match sections.iter_mut().find(|section| fits(section, &point)) {
+                Some(section) if section.iter().any(|known| known.key == point.key) => {}
+                Some(section) => section.push(point),
+                None => sections.push(vec![point]),
+            }
+        }
+        sections.into_iter().map(|points| Section::new(points, None)).collect()
     }
 
     /// The points with a price, by bounces: techniques that compute different light are not compared.
@@ -387,6 +422,21 @@ pub(super) mod tests {
         assert!(panels[0].front[1].label[0].starts_with('e'), "{:?}", panels[0].front[1]);
         equal.points[4] = point("e", 1, [99.0, 1.0], 3 << 20, 0.043);
         assert_eq!(mark(&equal, 2), Some(Standing::Front(2)));
+    }
+
+    /// Planted: the machine was slower at one point of five, and a technique does without light maps. Only what techniques do is left between their frames.
+    #[test]
+    fn a_busy_machine_does_not_slow_one_points_frame() {
+        let shared = [4.0, 4.0, 40.0, 4.2, 3.8].map(|ms| {
+            let mut point = point("a", 1, [9.0, 1.0], 1 << 20, 0.15);
+            let pass = |name: &str, ms: f64| PassTimes { name: name.into(), gpu_ms: Spread { median: ms, min: 0.9 * ms, max: 1.2 * ms, n: 3 } };
+            point.passes = vec![pass("render.gbuffer", ms), pass("cone.gather", 9.0)];
+            point.passes.extend((ms != 4.2).then(|| pass("render.rsm", 2.0 * ms)));
+            point
+        });
+        let section = Section::new(shared.to_vec(), None);
+        let frames = section.points.iter().filter_map(Point::frame_ms).map(|Spread { median, min, max, .. }| [median, min, max]);
+        assert_eq!(frames.collect::<Vec<_>>(), [[22.0, 21.0, 24.0], [22.0, 21.0, 24.0], [22.0, 21.0, 24.0], [14.0, 13.0, 16.0], [22.0, 21.0, 24.0]]);
     }
 
     #[test]

@@ -42,7 +42,6 @@ pub(super) fn answers(number: usize, section: &Section, pictures: &PictureFolder
                     th { "bias" }
                     th { "error by pixel" }
                     th.word { "worst material" }
-                    th.word { "what will go wrong" }
                 } }
                 tbody { @for pick in picks {
                     @let point = &section.points[pick.index];
@@ -50,7 +49,7 @@ pub(super) fn answers(number: usize, section: &Section, pictures: &PictureFolder
                     tr id={ "pick-" (point.key) } {
                         td.word { @for goal in goals_text(&pick.goals) { (goal) br; } }
                         td.word.pair { @for image in thumbnails(point, pictures).into_iter().flatten() { (image) } }
-                        td.word { (name(point)) br; small { (marks_text(marks)) } }
+                        td.word { (name(point)) br; small { (marks_text(point, marks)) } }
                         td { (time(point.frame_ms())) }
                         td { (time(point.moving_ms())) }
                         td { (mib(point.memory_bytes)) @if let Some(bytes) = point.structure_bytes { br; small { "(" (mib(bytes)) ")" } } }
@@ -58,9 +57,12 @@ pub(super) fn answers(number: usize, section: &Section, pictures: &PictureFolder
                         td { @if let Some(error) = point.error { (signed_percent(error.bias)) } }
                         td { @if let Some(error) = point.pixel_error { (percent(error.rel_rmse)) } (rough(point)) }
                         td.word { (worst(point)) }
-                        td.word { (troubles::in_short(number, point, troubles)) }
                     }
-                    tr.command { td colspan="11" { code { (measure_command(&source, point)) } br; code { (render_command(&source, point)) } } }
+                    tr.details { td colspan="10" {
+                        (troubles::in_short(number, point, troubles))
+                        div { code { (measure_command(&source, point)) } }
+                        div { code { (render_command(&source, point)) } }
+                    } }
                 } }
             } }
             (below(section, unmet, *bounces))
@@ -160,10 +162,12 @@ pub(super) fn name(point: &Point) -> Markup {
     html! { b { (point.name()) } @if !point.changes.is_empty() { " " code { (point.changes_text()) } } }
 }
 
-fn marks_text(marks: [(Cost, Option<Standing>); 3]) -> String {
+/// Its numbers on the charts, and where each is on the axis.
+fn marks_text(point: &Point, marks: [(Cost, Option<Standing>); 3]) -> String {
     let numbered = marks.into_iter().filter(|(_, standing)| matches!(standing, Some(Standing::Front(_))));
-    let numbers: Vec<String> = numbered.map(|(cost, standing)| standing_text(cost, standing)).collect();
-    if numbers.is_empty() { String::new() } else { format!("{} on the charts", numbers.join(", ")) }
+    let place = |cost: Cost| point.cost(cost).map(|spread| format!(" at {}", cost.median_text(spread))).unwrap_or_default();
+    let numbers: Vec<String> = numbered.map(|(cost, standing)| format!("{}{}", standing_text(cost, standing), place(cost))).collect();
+    if numbers.is_empty() { String::new() } else { format!("on the charts: {}", numbers.join(", ")) }
 }
 
 fn time(spread: Option<Spread>) -> Markup {
@@ -262,7 +266,7 @@ mod tests {
             "lamp",
             "error 8%",
             "bias +4%",
-            "T2, R2, M2 on the charts",
+            "on the charts: T2 at 1000 ms, R2 at 1001 ms, M2 at 3 MiB",
             "not measured",
             "lumivox bench SCENE --technique c --preset cones --resolution 64 --set cones=999 --size 160x120 --shadow-resolution 1024 --frames 5 --rebuilds 3 \
              --max-error 0.01 --timing host -o again",

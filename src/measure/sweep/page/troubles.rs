@@ -17,21 +17,23 @@ const ALWAYS: [&str; 2] = ["leak", "flicker"];
 
 /// A pick's failure modes in a few words.
 pub(super) fn in_short(number: usize, point: &Point, troubles: &Troubles) -> Markup {
-    let Some(run) = troubles.run_of(point) else { return html! { "not measured: " a href={ "#stress-" (number) } { "how to" } } };
+    let Some(run) = troubles.run_of(point) else { return html! { div { "What will go wrong: not measured, " a href={ "#stress-" (number) } { "how to" } } } };
     let findings = run.findings();
     let names = |verdict: Option<Verdict>| {
         let failing = findings.iter().filter(|finding| finding.worst.verdict == verdict);
         failing.map(|finding| format!("{} from {}", finding.case.name, with_unit(finding))).collect::<Vec<_>>().join(", ")
     };
-    let parts = [("fail", "fails: ", names(Some(Verdict::Fail))), ("warn", "visible: ", names(Some(Verdict::Warn))), ("warn", "no figure: ", names(None))];
+    let parts = [("fail", "Fails: ", names(Some(Verdict::Fail))), ("warn", "Visible: ", names(Some(Verdict::Warn))), ("warn", "No figure: ", names(None))];
     let differences = run.differences(point);
     html! {
         @for (class, what, names) in parts.iter().filter(|(_, _, names)| !names.is_empty()) { div { b class=(class) { (what) } (names) } }
-        @for figure in ALWAYS { @if let Some(value) = largest(&run, figure) { span.figure { (figure) " " (short(value)) " " } } }
-        div { small {
-            a href={ "#stress-" (number) } { "measured" } " of " (run.name())
-            @if !differences.is_empty() { " with " (differences.join(" ")) }
-        } }
+        div {
+            @for figure in ALWAYS { @if let Some(value) = largest(&run, figure) { span.figure { (figure) " " (short(value)) " " } } }
+            small {
+                a href={ "#stress-" (number) } { "measured" } " of " (run.name())
+                @if !differences.is_empty() { " with " (differences.join(" ")) }
+            }
+        }
     }
 }
 
@@ -174,8 +176,8 @@ mod tests {
         ];
         let html = html(&section(), &troubles_of(records));
         for text in [
-            "<b class=\"fail\">fails: </b>narrow_gap from 0.5 voxels, contrast from 1e9<",
-            "<b class=\"warn\">visible: </b>rotation from 6<",
+            "<b class=\"fail\">Fails: </b>narrow_gap from 0.5 voxels, contrast from 1e9<",
+            "<b class=\"warn\">Visible: </b>rotation from 6<",
             "leak 0.01",
             "svo cones 64³ (quick)<",
             "<b class=\"fail\">fail from 0.5</b><br><small>energy_error 0.987</small>",
@@ -198,6 +200,12 @@ mod tests {
         coarser.points.push(Point { key: "coarser".into(), bounces: crate::reference::Bounces::Full, ..coarser.points[0].clone() });
         assert_eq!(html(&coarser, &troubles_of(Vec::new())).matches(command).count(), 1, "one command for what is one run");
         let none = html(&section(), &troubles_of(vec![record("clipmap", "9", "rotation", 6.0, ("rotation_spread", 0.2, Verdict::Warn))]));
-        assert!(none.contains("not measured: ") && none.contains("<b>Not measured.</b>") && none.contains(command) && !none.contains("rotation"), "{none}");
+        assert!(
+            none.contains("What will go wrong: not measured, ")
+                && none.contains("<b>Not measured.</b>")
+                && none.contains(command)
+                && !none.contains("rotation"),
+            "{none}"
+        );
     }
 }
