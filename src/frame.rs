@@ -114,6 +114,8 @@ impl<'g> Renderer<'g> {
 
     /// Moves the lights to where they are in a scene that has as many, of the same kinds; the next frame shows it.
     pub fn move_lights(&mut self, scene: &Scene) -> Result<(), Error> {
+        self.has_maps = false;
+        self.technique.forget_lights();
         self.scene.move_lights(self.gpu, &scene.lights)?;
         self.maps.move_lights(self.gpu, &self.scene)
     }

@@ -428,6 +428,34 @@ fn feedback_goes_on_after_a_move() {
     }
 }
 
+/// Lights that have moved are seen in the next frame, bit for bit as by a renderer that was made with them; also by a clipmap that keeps its light.
+#[test]
+fn moved_lights_are_those_of_a_new_renderer() {
+    let gpu = gpu();
+    for (name, light) in small_lights() {
+        let scene = small_room(Surfaces::Diffuse, vec![light]);
+        let mut moved = scene.clone();
+        match &mut moved.lights[0] {
+            Light::Point { position, .. } | Light::Spot { position, .. } => *position += Vec3::new(0.3, -0.2, 0.2),
+            Light::Directional { direction, .. } => *direction = (*direction + 0.3 * Vec3::X).normalize(),
+        }
+        for case in default_cases() {
+            let settings = case.settings(&[("resolution", "32"), ("light_updates", "on-change")]);
+            let renderer = |scene: &Scene| Renderer::new(&gpu, scene, case.entry, &settings, frame(24, 16, 64)).unwrap().0;
+            let [mut follower, mut fresh] = [renderer(&scene), renderer(&moved)];
+            follower.render(&scene.camera).unwrap();
+            let before = pictures(&follower);
+            follower.move_lights(&moved).unwrap();
+            for renderer in [&mut follower, &mut fresh] {
+                renderer.render_again(&moved.camera).unwrap();
+            }
+            let (followed, expected) = (pictures(&follower), pictures(&fresh));
+            assert!(followed == expected, "{}, {name}: the light before is left", case.name());
+            assert!(before != expected, "{}, {name}: the light has to change the picture", case.name());
+        }
+    }
+}
+
 /// A scene without dynamic models has no pass and no byte for them.
 #[test]
 fn static_scenes_pay_nothing() {

@@ -52,6 +52,9 @@ pub trait Technique {
         Ok(FrameStats::default())
     }
 
+    /// Forgets what it keeps of the lights from frame to frame, as they have moved; what is lit anew in each frame has nothing to do.
+    fn forget_lights(&mut self) {}
+
     /// Whether `update` reads reflective shadow maps, or shadow maps suffice.
     fn needs_rsm(&self) -> bool;
 

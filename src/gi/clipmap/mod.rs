@@ -50,7 +50,7 @@ static SETTINGS: &[Setting] = &[
     },
     Setting {
         name: "light_updates",
-        help: "when voxels are lit: every-frame (lights may change), or on-change (only in levels that move, and in all when a model does: lights stand still)",
+        help: "when voxels are lit: every-frame, or on-change (what is new in levels that move, and everything when a light or a model does)",
         unit: "",
         domain: Domain::Choice(&["every-frame", "on-change"]),
         default: "every-frame",
@@ -213,8 +213,7 @@ impl Technique for Clipmap {
         }
         let mut stats = FrameStats::default();
         // What has moved may shadow anything.
-        self.bound = None;
-        self.levels.iter_mut().for_each(|level| level.lit = VoxelBox::NONE);
+        self.forget_lights();
         let places: Vec<Place> = self.levels.iter().map(|level| level.place).collect();
         for bounds in [self.pose.replace(dynamic.bounds), Some(dynamic.bounds)] {
             stats.append(self.follow(context, &places, bounds)?);
@@ -224,6 +223,11 @@ impl Technique for Clipmap {
 
     fn set_view(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
         self.follow(context, &self.places(context.eye), None)
+    }
+
+    fn forget_lights(&mut self) {
+        self.bound = None;
+        self.levels.iter_mut().for_each(|level| level.lit = VoxelBox::NONE);
     }
 
     fn needs_rsm(&self) -> bool {
