@@ -174,7 +174,8 @@ fn failure_modes_stand_beside_the_picks() {
     succeeded(&place.sweep(&["-o", "out"]));
     let html = place.text("out/chart.html");
     assert!(html.contains("small_emitter") && html.contains("measured</a> of voxel-mips cones 32³ (quick)"));
-    assert!(!html.contains("Not measured.") && !html.contains("lumivox stress --technique"), "its own settings were measured");
+    assert!(!html.contains("Not measured.") && html.contains("without 21 of 23 failure modes"), "two failure modes of its own settings were measured");
+    assert!(html.contains("lumivox stress --technique voxel-mips --preset cones --resolution 32 -o out/stress"), "the command for the others");
     succeeded(&place.command().args(["--merge", "out", "--stress", "out/stress", "-o", "merged"]).output().unwrap());
     assert!(place.text("merged/chart.html").contains("small_emitter"));
     succeeded(&place.command().args(["--merge", "out", "-o", "alone"]).output().unwrap());
@@ -186,9 +187,18 @@ fn second_run_is_served(place: &Place) {
     let second = succeeded(&place.sweep(&["-o", "out"]));
     assert!(second.contains(&format!("{COUNT} points, 0 to measure, {COUNT} from the records")), "{second}");
     assert_eq!(place.text("out/cornell.jsonl"), before);
-    // Another size is another setup: nothing of it has a record.
-    let other = place.command().args(["bundled:cornell", "--grid", "grid.toml", "--size", "32x24", "--list"]).output().unwrap();
-    assert_eq!(succeeded(&other).lines().count(), COUNT);
+    // Other maps are another setup: nothing of it has a record.
+    std::fs::create_dir(place.path("other")).unwrap();
+    std::fs::copy(place.path("out/cornell.jsonl"), place.path("other/cornell.jsonl")).unwrap();
+    let mut other = place.command();
+    other.args(["bundled:cornell", "--grid", "grid.toml", "--size", "32x32", "--frames", "2", "--rebuilds", "1", "--shadow-resolution", "32"]);
+    let other = other.args(["--max-error", "0.2", "-o", "other"]).output().unwrap();
+    assert!(succeeded(&other).contains(&format!("{COUNT} points, {COUNT} to measure")));
+    // Both are in the records; the newer setup is the scene's, as it was measured, and the older one stands beside it.
+    succeeded(&place.command().args(["--merge", "other", "-o", "other"]).output().unwrap());
+    let both = place.points("other/cornell.jsonl");
+    assert_eq!((both.len(), both[..COUNT] == place.points("out/cornell.jsonl")), (2 * COUNT, true));
+    assert!(!place.text("other/cornell.csv").contains(&both[0].key) && place.text("other/cornell_2.csv").contains(&both[0].key));
 }
 
 /// A run that was killed while it wrote: the points before it are kept, it alone is measured again.
@@ -237,6 +247,11 @@ fn merge_is_the_whole(place: &Place, parts: &str) {
     succeeded(&place.command().args(["--merge", parts, "-o", "merged"]).output().unwrap());
     let merged = place.points("merged/cornell.jsonl");
     assert_eq!(figures(&merged), figures(&place.points("whole/cornell.jsonl")));
+    // Records are copied as they were measured.
+    let entries = std::fs::read_dir(place.path(parts)).unwrap().map(|entry| entry.unwrap().path());
+    let measured: Vec<Point> =
+        entries.filter(|path| path.extension().is_some_and(|extension| extension == "jsonl")).flat_map(|path| read_records(&path).unwrap()).collect();
+    assert!(merged.iter().all(|point| measured.contains(point)));
     let html = place.text("merged/chart.html");
     page_is_complete(&html, &merged, &PictureFolder::of(&place.path("merged")));
     assert!(place.path("merged/cornell-time.svg").is_file() && place.path("merged/cornell.csv").is_file());
@@ -276,8 +291,8 @@ fn refusals_and_odd_names_are_shown() {
     let mut points = place.points("out/cornell.jsonl");
     assert!(points[0].failure.as_ref().unwrap().contains("voxel_mips.radiance") && points[0].refused.is_some() && points[0].cost(Cost::Frame).is_none());
     assert!(points[1].failure.is_none());
-    // `none` is exact for no bounce at all, and has no place on logarithmic axes.
-    assert!(points[2].error.unwrap().rel_rmse == 0.0 && Cost::ALL.iter().all(|cost| points[2].price(*cost).is_none()));
+    // `none` has no light, and nothing to be relative to; it is no failure either.
+    assert!(points[2].error.is_none() && points[2].failure.is_none() && Cost::ALL.iter().all(|cost| points[2].price(*cost).is_none()));
     let html = place.text("out/chart.html");
     assert!(html.contains("voxel_mips.radiance") && points.iter().all(|point| html.contains(&point.key)));
     assert!(succeeded(&place.sweep(&["-o", "out", "--device", "llvmpipe"])).contains("3 points, 0 to measure"));
@@ -286,15 +301,19 @@ fn refusals_and_odd_names_are_shown() {
     assert!(html.contains("&lt;script&gt;alert(1)") && !html.contains("<script>alert"));
 }
 
-/// Light in a room that the reference leaves black is relative to nothing: the point says so, and there is no chart.
+/// Light in a room that the reference leaves black is relative to nothing, and so is no light: the point says so, and there is no chart.
 #[test]
 fn a_dark_reference_gives_no_error() {
     let place = Place::new();
-    std::fs::write(place.path("grid.toml"), "[[sweep]]\ntechnique = [\"voxel-mips\"]\npreset = [\"textbook\"]\nset = { resolution = [8] }\n").unwrap();
+    let grid = "[[sweep]]\ntechnique = [\"voxel-mips\"]\npreset = [\"textbook\", \"accurate\"]\nset = { resolution = [8, 64] }\n";
+    std::fs::write(place.path("grid.toml"), grid).unwrap();
     let small = ["bundled:two-rooms", "--grid", "grid.toml", "--size", "32x24", "--frames", "1", "--rebuilds", "1", "--shadow-resolution", "64", "-o", "out"];
     succeeded(&place.command().args(small).output().unwrap());
     let points = place.points("out/two-rooms.jsonl");
-    assert!(points[0].error.is_none() && points[0].failure.as_ref().unwrap().contains("no indirect light"), "{:?}", points[0]);
+    assert_eq!(points.len(), 4);
+    for point in &points {
+        assert!(point.error.is_none() && point.failure.as_ref().unwrap().contains("no indirect light"), "{point:?}");
+    }
     assert!(place.text("out/chart.html").contains("no indirect light") && !place.path("out/two-rooms-time.svg").exists());
 }
 

@@ -11,14 +11,14 @@ use lumivox::frame::FrameSettings;
 use lumivox::gi::registry::{TECHNIQUES, find};
 use lumivox::graph::Gpu;
 use lumivox::measure::bench::Case;
-use lumivox::measure::stress::results::{Results, summary};
+use lumivox::measure::stress::results::{Results, Worst, summary};
 use lumivox::measure::stress::{CASES, Effort, Figured, Memo, Probe, Record, StressCase, Verdict};
 use lumivox::scene::Scene;
 use support::gpu;
 
 const FRAME: FrameSettings = FrameSettings { size: [48, 32], shadow_resolution: 128 };
 
-/// One step, for figures that need no more.
+/// Few steps, for figures that need no more.
 const EFFORT: Effort = Effort { name: "test", steps: 4, frames: 6, spp: 64, frame_spp: 16 };
 
 fn stress(name: &str) -> &'static StressCase {
@@ -217,7 +217,7 @@ fn what_is_measured_is_told() {
     assert!(table.contains("| none | 0.0000 pass | ∞ fail |\n| none, `a=b` | 0.4321 fail | no figure |\n| leaky | 0.0500 warn | – |"), "{table}");
     assert!(table.contains("none, `a=b` at 0.5: too \"large\"") && table.contains("none at 0.5: leak is no finite number"), "{table}");
     let csv = results.csv();
-    assert!(csv.contains("thin_walls,none,,a=b,1,0.4321,fail,\n") && csv.contains("thin_walls,none,,a=b,0.5,,,\"too \"\"large\"\"\"\n"), "{csv}");
+    assert!(csv.contains("thin_walls,none,,,,a=b,1,0.4321,fail,,test,") && csv.contains("thin_walls,none,,,,a=b,0.5,,,\"too \"\"large\"\"\",test,"), "{csv}");
     assert_eq!(csv.lines().count(), 6);
     let charts = results.charts();
     assert_eq!(charts.iter().map(|chart| chart.0.as_str()).collect::<Vec<_>>(), ["", "-none"]);
@@ -226,6 +226,32 @@ fn what_is_measured_is_told() {
     assert!(changes.contains("a=b") && changes.contains("as it is"));
     let text = summary(&[results]);
     assert!(text.contains("| thin_walls | wall [voxels] | fail from 0.5 | warn from 1 |"), "{text}");
+}
+
+/// Where what is harmless lies between the ends, one end says nothing of the other, and the worst figure of both is told.
+#[test]
+fn both_ends_are_told_apart() {
+    let record = |severity: f64, value: f64| {
+        let figures = vec![Figured { name: "rel_rmse".into(), value: Some(value), verdict: stress("light_level").figures[0].verdict(value) }];
+        Record { severity, figures, ..record(&gpu(), stress("light_level"), &case("voxel-mips", "cones", &["resolution=32"]), 1.0) }
+    };
+    let worst = |records: &[Record]| Worst::of(stress("light_level"), records).map(|worst| (worst.to_string(), worst.figure.1)).unwrap();
+    let low = [record(1e-4, 0.9), record(1.0, 0.1), record(1e5, 0.15)];
+    assert_eq!(worst(&low), ("fail at 0.0001".into(), Some(0.9)));
+    let both = [record(1e-4, 0.9), record(1.0, 0.1), record(1e4, 0.3), record(1e5, 1.5)];
+    assert_eq!(worst(&both), ("fail at 0.0001, 100000".into(), Some(1.5)));
+}
+
+/// A preset with one change may be another preset: each has a record of its own. What the user set is part of the name.
+#[test]
+fn rows_of_equal_settings_are_apart() {
+    let gpu = gpu();
+    let [cones, accurate] = ["cones", "accurate"].map(|preset| case("voxel-mips", preset, &["resolution=32", "rays=4"]));
+    let probe = Probe { gpu: &gpu, entry: cones.entry, settings: &cones.settings, frame: FRAME, effort: &EFFORT, scene: None, memo: &Memo::default() };
+    let keys: BTreeSet<String> =
+        [(&cones, ""), (&accurate, ""), (&accurate, "gather=cones")].map(|(case, change)| Record::key_of(stress("empty"), &probe, case, change, 0.0)).into();
+    assert_eq!(keys.len(), 3);
+    assert_eq!(stress("empty").record(&probe, &accurate, "", 0.0).unwrap().case_name(), "voxel-mips accurate 32³ rays=4");
 }
 
 fn run(folder: &Path, arguments: &[&str]) -> Output {
@@ -254,6 +280,46 @@ fn a_second_run_is_served() {
     std::fs::write(folder.path().join("out/small_emitter.jsonl"), &records[..records.len() - 9]).unwrap();
     run(folder.path(), &arguments);
     assert_eq!(text("small_emitter.jsonl"), records);
+}
+
+/// Tables are of all that the folder has of one setup, whoever measured it; folders are put together by `--merge`.
+#[test]
+fn later_runs_add_to_the_tables() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = |name: &str| std::fs::read_to_string(folder.path().join(name)).unwrap();
+    let done = |output: Output| assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    done(run(folder.path(), &["--case", "empty,one_voxel,empty", "--preset", "cones", "-o", "out"]));
+    let both = text("out/stress.md");
+    assert!(both.contains("| case | gets worse with | voxel-mips cones 32³ |") && both.matches("| empty |").count() == 1, "{both}");
+    done(run(folder.path(), &["--case", "empty", "--preset", "cones", "--set", "cones=6", "-o", "out"]));
+    let added = text("out/stress.md");
+    assert!(added.contains("| voxel-mips cones 32³ | voxel-mips cones 32³ cones=6 |\n") && added.contains("| one_voxel |"), "{added}");
+    assert_eq!((text("out/empty.csv").lines().count(), text("out/one_voxel.csv").lines().count()), (3, 3));
+    // Another setup has tables of its own.
+    let other = [
+        "stress",
+        "--size",
+        "32x24",
+        "--shadow-resolution",
+        "32",
+        "--resolution",
+        "32",
+        "--quick",
+        "--technique",
+        "voxel-mips",
+        "--case",
+        "empty",
+        "-o",
+        "other",
+    ];
+    done(
+        Command::new(env!("CARGO_BIN_EXE_lumivox")).current_dir(folder.path()).env("LUMIVOX_CACHE", folder.path().join("cache")).args(other).output().unwrap(),
+    );
+    done(run(folder.path(), &["--merge", "out", "-o", "merged"]));
+    assert_eq!((text("merged/stress.md"), text("merged/one_voxel.csv")), (added.clone(), text("out/one_voxel.csv")));
+    done(run(folder.path(), &["--merge", "other", "out", "-o", "merged"]));
+    assert_eq!(text("merged/stress.md"), added);
+    assert_eq!(text("merged/empty.jsonl").lines().count(), 3);
 }
 
 #[test]

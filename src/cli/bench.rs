@@ -18,8 +18,8 @@ use lumivox::scene::{LoadOptions, Scene};
 
 use super::CliError;
 use super::common::{
-    DeviceArgs, ShadowArgs, TimingArgs, chart_stem, check_max_error, check_output, check_output_folder, parse_channel, parse_size, progress_bar, reference,
-    reference_failed, say, stems,
+    DeviceArgs, ShadowArgs, TimingArgs, chart_stem, check_max_error, check_output, check_output_folder, make_folder, parse_channel, parse_size, progress_bar,
+    reference, reference_failed, say, stems,
 };
 
 /// Measure techniques, presets and resolutions: time per pass, memory, error against the path-traced reference.
@@ -103,8 +103,7 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     let times = args.times.clone();
     let walk = args.walk.map(|frames| WalkSettings { speeds: args.speeds.clone(), frames });
     let settings = BenchSettings { device, timing, frame, frames: args.frames, rebuilds: args.rebuilds, times, walk, samples: true, channel: args.channel };
-    std::fs::create_dir_all(&args.output)
-        .map_err(|error| CliError::failed(format!("cannot make the folder {}: {error}; name another with -o", args.output.display())))?;
+    make_folder(&args.output)?;
     scenes.iter().zip(&stems).try_for_each(|(scene, stem)| bench_scene(args, scene, &cases, &settings, stem, quiet))
 }
 

@@ -1,5 +1,6 @@
 //! `lumivox chart`: speed and memory against error, over a grid of techniques and settings.
 
+use std::cmp::Reverse;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
@@ -13,7 +14,9 @@ use lumivox::reference::{ReferenceError, cache_dir};
 use lumivox::scene::{LoadOptions, Scene};
 
 use super::CliError;
-use super::common::{DeviceArgs, TimingArgs, chart_stem, check_output_folder, parse_channel, parse_size, progress_bar, say, stems};
+use super::common::{
+    DeviceArgs, TimingArgs, chart_stem, check_output_folder, check_scenes, make_folder, parse_channel, parse_size, progress_bar, say, stems, write_text,
+};
 
 /// Chart speed and memory against error: every technique with many settings, the Pareto front, one page to read.
 #[derive(clap::Args)]
@@ -88,6 +91,7 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     check_output_folder(folder)?;
     let options = LoadOptions { allow_missing_textures: args.allow_missing_textures };
     let scenes: Vec<Scene> = args.scene.iter().map(|scene| Scene::open(scene, &options)).collect::<Result<_, _>>().map_err(CliError::input)?;
+    check_scenes(&scenes)?;
     let device = args.device.choice();
     let settings = BenchSettings {
         timing: args.timing.choice(&device)?,
@@ -138,8 +142,8 @@ fn cases(args: &Args) -> Result<Vec<Case>, CliError> {
     grid_cases(&path.display().to_string(), &text).map_err(CliError::input)
 }
 
-fn make_folder(folder: &Path) -> Result<(), CliError> {
-    std::fs::create_dir_all(folder).map_err(|error| CliError::failed(format!("cannot make the folder {}: {error}; name another with -o", folder.display())))
+fn is_same_folder(a: &Path, b: &Path) -> bool {
+    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }
 
 /// Measures the cases of a scene (or of its shard) that have no record, and returns the points of all.
@@ -181,7 +185,9 @@ fn merge(folders: &[PathBuf], troubles: &Troubles, output: &Path, quiet: bool) -
         let entries = std::fs::read_dir(folder).map_err(unread)?;
         let mut files: Vec<PathBuf> = entries.map(|entry| entry.map(|entry| entry.path())).collect::<Result<_, _>>().map_err(unread)?;
         files.retain(|path| path.extension().is_some_and(|extension| extension == "jsonl"));
-        files.sort();
+        // Of a point that has several records the first counts, and shards may have slowed each other down.
+        let is_shard = |path: &PathBuf| path.to_string_lossy().contains("-shard-");
+        files.sort_by_key(|path| (is_shard(path), path.clone()));
         for file in files {
             points.extend(read_records::<Point>(&file).map_err(CliError::input)?.into_iter().map(|point| (point, folder)));
         }
@@ -196,25 +202,32 @@ fn merge(folders: &[PathBuf], troubles: &Troubles, output: &Path, quiet: bool) -
             pictures.copy(&PictureFolder::of(folder), key).map_err(CliError::failed)?;
         }
     }
-    let sections = Section::sort(points.into_iter().map(|(point, _)| point));
+    let mut sections = Section::sort(points.iter().map(|(point, _)| point.clone()));
+    // Of several setups of one scene that with the last record is the newest, and comes first.
+    let place = |section: &Section| {
+        let of = |fits: &dyn Fn(&Point) -> bool| points.iter().rposition(|(point, _)| fits(point));
+        let first = &section.points[0];
+        (points.iter().position(|(point, _)| point.scene == first.scene), Reverse(of(&|point| point.scene == first.scene && point.setup == first.setup)))
+    };
+    sections.sort_by_key(place);
     let stems = stems(sections.iter().flat_map(|section| section.points.first()).map(|point| point.scene.as_str()), output);
     for (section, stem) in sections.iter().zip(&stems) {
         let mut records = Records::open(&stem.with_extension("jsonl")).map_err(CliError::failed)?;
-        let is_new = |point: &&Point| records.find(&point.key).is_none();
-        let new: Vec<&Point> = section.points.iter().filter(is_new).collect();
-        new.into_iter().try_for_each(|point| records.add(point)).map_err(CliError::failed)?;
+        for point in &section.points {
+            // As it was measured, unless it is there.
+            let measured = points.iter().find(|(measured, folder)| measured.key == point.key && !is_same_folder(folder, output));
+            if let Some((measured, _)) = measured.filter(|_| records.find(&point.key).is_none()) {
+                records.add(measured).map_err(CliError::failed)?;
+            }
+        }
     }
     write_sections(&sections, &stems, troubles, output, quiet)
 }
 
 /// Tables and charts of each section, the page of all, and the answers on the terminal.
 fn write_sections(sections: &[Section], stems: &[PathBuf], troubles: &Troubles, folder: &Path, quiet: bool) -> Result<(), CliError> {
-    let write = |path: &Path, text: String| {
-        std::fs::write(path, text)
-            .map_err(|error| CliError::failed(format!("cannot write {}: {error}; check that it is writable and has space", path.display())))
-    };
     for (section, stem) in sections.iter().zip(stems) {
-        write(&stem.with_extension("csv"), section.csv())?;
+        write_text(&stem.with_extension("csv"), &section.csv())?;
         for cost in Cost::ALL {
             if let Some(chart) = section.chart(cost) {
                 chart.write(&chart_stem(stem, cost.file_suffix())).map_err(CliError::failed)?;
@@ -226,7 +239,7 @@ fn write_sections(sections: &[Section], stems: &[PathBuf], troubles: &Troubles, 
         }
     }
     let path = folder.join("chart.html");
-    write(&path, page(sections, &PictureFolder::of(folder), troubles).map_err(CliError::failed)?)?;
+    write_text(&path, &page(sections, &PictureFolder::of(folder), troubles).map_err(CliError::failed)?)?;
     if !quiet {
         say(&format!("{}: what to take, what will go wrong, charts, pictures and all points; open it in a browser", path.display()));
     }

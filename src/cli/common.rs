@@ -289,6 +289,30 @@ pub(super) fn parse_channel(text: &str) -> Result<Channel, String> {
     }
 }
 
+/// Makes the folder of an output.
+pub(super) fn make_folder(folder: &Path) -> Result<(), CliError> {
+    std::fs::create_dir_all(folder).map_err(|error| CliError::failed(format!("cannot make the folder {}: {error}; name another with -o", folder.display())))
+}
+
+/// Writes a whole file of text.
+pub(super) fn write_text(path: &Path, text: &str) -> Result<(), CliError> {
+    std::fs::write(path, text).map_err(|error| CliError::failed(format!("cannot write {}: {error}; check that it is writable and has space", path.display())))
+}
+
+/// An error if a scene is named twice.
+pub(super) fn check_scenes(scenes: &[Scene]) -> Result<(), CliError> {
+    let hashes: Vec<u128> = scenes.iter().map(Scene::content_hash).collect();
+    match (0..scenes.len()).find(|index| hashes[..*index].contains(&hashes[*index])) {
+        Some(twice) => Err(CliError::input(format!("the scene {} is there twice; name each scene once", scenes[twice].name))),
+        None => Ok(()),
+    }
+}
+
+/// Values of a list, each once.
+pub(super) fn each_once<T: PartialEq + Clone>(values: &[T]) -> Vec<T> {
+    values.iter().enumerate().filter(|(index, value)| !values[..*index].contains(value)).map(|(_, value)| value.clone()).collect()
+}
+
 /// Where the files of each scene go, without what follows the scene's name.
 pub(super) fn stems<'n>(scenes: impl Iterator<Item = &'n str>, folder: &Path) -> Vec<PathBuf> {
     let mut names: Vec<String> = Vec::new();

@@ -10,12 +10,14 @@ use lumivox::gi::registry::{Entry, TECHNIQUES, find};
 use lumivox::graph::{Gpu, GpuOptions};
 use lumivox::measure::bench::{Case, cases};
 use lumivox::measure::stress::results::{Results, summary};
-use lumivox::measure::stress::{CASES, Effort, LEAST_RESOLUTION, Memo, Probe, Record, StressCase};
-use lumivox::measure::sweep::Records;
+use lumivox::measure::stress::{CASES, Effort, LEAST_RESOLUTION, Memo, Probe, Record, StressCase, StressError};
+use lumivox::measure::sweep::{Records, read_records};
 use lumivox::scene::{LoadOptions, Scene};
 
 use super::CliError;
-use super::common::{DeviceArgs, check_output_folder, parse_size, progress_bar, say, stems};
+use super::common::{
+    DeviceArgs, check_output_folder, check_scenes, each_once, make_folder, parse_size, progress_bar, reference_failed, say, stems, write_text,
+};
 
 /// Measure failure modes: each a parameter from harmless to fatal, one figure for each technique and each setting that matters.
 #[derive(clap::Args)]
@@ -57,6 +59,9 @@ pub(crate) struct Args {
     /// Render missing textures mid-grey instead of failing.
     #[arg(long)]
     allow_missing_textures: bool,
+    /// Measure nothing: gather the records of these folders, and write what they say.
+    #[arg(long, value_name = "DIR", num_args = 1.., conflicts_with_all = ["scene", "case", "list"])]
+    merge: Vec<PathBuf>,
     /// The folder for stress.md and each failure mode's CASE.jsonl, .csv, .md, .svg and .png. What has a record there is not measured again.
     #[arg(short, long, value_name = "DIR", required_unless_present = "list")]
     output: Option<PathBuf>,
@@ -88,21 +93,25 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
         });
         return Ok(());
     };
-    let named: Vec<&'static Entry> = args.technique.iter().map(|name| find(name)).collect::<Result<_, _>>().map_err(CliError::input)?;
+    if !args.merge.is_empty() {
+        check_output_folder(output)?;
+        return merge(&args.merge, output, quiet);
+    }
+    let named: Vec<&'static Entry> = each_once(&args.technique).iter().map(|name| find(name)).collect::<Result<_, _>>().map_err(CliError::input)?;
     let techniques = if named.is_empty() { TECHNIQUES } else { named.as_slice() };
-    let presets = cases(techniques, &args.preset, &[args.resolution], &args.set).map_err(CliError::input)?;
+    let presets = cases(techniques, &each_once(&args.preset), &[args.resolution], &args.set).map_err(CliError::input)?;
     if let Some(coarse) = presets.iter().filter_map(|case| case.settings.find_count("resolution")).find(|resolution| *resolution < LEAST_RESOLUTION) {
         return Err(CliError::input(format!("--resolution is {coarse}; the scenes of the suite need at least {LEAST_RESOLUTION} voxels")));
     }
     let options = LoadOptions { allow_missing_textures: args.allow_missing_textures };
     let scenes: Vec<Scene> = args.scene.iter().map(|scene| Scene::open(scene, &options)).collect::<Result<_, _>>().map_err(CliError::input)?;
+    check_scenes(&scenes)?;
     check_output_folder(output)?;
     let mut gpu = open(args)?;
     let folders = if scenes.is_empty() { vec![output.clone()] } else { stems(scenes.iter().map(|scene| scene.name.as_str()), output) };
     let of_scene = if scenes.is_empty() { vec![None] } else { scenes.iter().map(Some).collect() };
     for (scene, folder) in of_scene.into_iter().zip(&folders) {
-        std::fs::create_dir_all(folder)
-            .map_err(|error| CliError::failed(format!("cannot make the folder {}: {error}; name another with -o", folder.display())))?;
+        make_folder(folder)?;
         let rows: usize = chosen.iter().map(|case| Ok(runs(args, case, &presets)?.len() * severities(args, case).len())).sum::<Result<_, CliError>>()?;
         let suite = Suite { args, scene, presets: &presets, memo: Memo::default(), bar: progress_bar(quiet, rows) };
         suite.run(&mut gpu, &chosen, folder, quiet)?;
@@ -127,7 +136,7 @@ fn chosen(args: &Args) -> Result<Vec<&'static StressCase>, CliError> {
         let own = || CliError::input(format!("the failure mode {name} has a scene of its own; leave out the scene, or the failure mode"));
         Some(case).filter(fits).ok_or_else(own)
     };
-    args.case.iter().map(find).collect()
+    each_once(&args.case).iter().map(find).collect()
 }
 
 fn effort(args: &Args) -> &'static Effort {
@@ -150,34 +159,29 @@ fn runs<'c>(args: &Args, case: &StressCase, presets: &'c [Case]) -> Result<Vec<R
 
 impl Suite<'_> {
     fn run(&self, gpu: &mut Gpu, chosen: &[&'static StressCase], folder: &Path, quiet: bool) -> Result<(), CliError> {
-        let mut all: Vec<(&'static StressCase, Vec<Record>)> = Vec::new();
+        let mut last = None;
         for &case in chosen {
-            let records = self.measure(gpu, case, &folder.join(case.name))?;
-            write_results(&Results { case, records: &records }, &folder.join(case.name))?;
-            all.push((case, records));
+            last = self.measure(gpu, case, &folder.join(case.name))?.or(last);
+            if let Some(record) = &last {
+                write_case(case, &records_like(record, case, folder)?, folder)?;
+            }
         }
         self.bar.finish_and_clear();
-        let results: Vec<Results<'_>> = all.iter().map(|(case, records)| Results { case, records }).collect();
-        let text = summary(&results);
-        write(&folder.join("stress.md"), &format!("# Failure modes\n\n{text}"))?;
-        if !quiet {
-            say(&if let [only] = results.as_slice() { only.table() } else { text });
-        }
-        Ok(())
+        last.map_or(Ok(()), |last| write_all(&last, chosen, folder, quiet))
     }
 
-    /// Measures what of a case has no record, and returns the records of all.
-    fn measure(&self, gpu: &mut Gpu, case: &'static StressCase, stem: &Path) -> Result<Vec<Record>, CliError> {
+    /// Measures what of a case has no record, and returns the last record.
+    fn measure(&self, gpu: &mut Gpu, case: &'static StressCase, stem: &Path) -> Result<Option<Record>, CliError> {
         let mut records: Records<Record> = Records::open(&stem.with_extension("jsonl")).map_err(CliError::failed)?;
-        let mut found = Vec::new();
+        let mut last = None;
         for run in runs(self.args, case, self.presets)? {
             self.bar.set_message(case.name);
             for &severity in severities(self.args, case) {
-                let key = Record::key_of(case, &self.probe(gpu, &run), severity);
+                let key = Record::key_of(case, &self.probe(gpu, &run), run.case, &run.change, severity);
                 let record = match records.find(&key) {
                     Some(record) => record.clone(),
                     None => {
-                        let record = case.record(&self.probe(gpu, &run), run.case, &run.change, severity).map_err(CliError::failed)?;
+                        let record = case.record(&self.probe(gpu, &run), run.case, &run.change, severity).map_err(failed)?;
                         records.add(&record).map_err(CliError::failed)?;
                         if record.is_lost {
                             *gpu = open(self.args)?;
@@ -186,11 +190,11 @@ impl Suite<'_> {
                     }
                 };
                 record.failure.iter().for_each(|failure| self.bar.suspend(|| log::warn!("{} of {}: {failure}", case.name, record.case_name())));
-                found.push(record);
+                last = Some(record);
                 self.bar.inc(1);
             }
         }
-        Ok(found)
+        Ok(last)
     }
 
     fn probe<'p>(&'p self, gpu: &'p Gpu, run: &'p Run<'_>) -> Probe<'p> {
@@ -207,15 +211,70 @@ impl Suite<'_> {
     }
 }
 
-fn write(path: &Path, text: &str) -> Result<(), CliError> {
-    std::fs::write(path, text).map_err(|error| CliError::failed(format!("cannot write {}: {error}; check that it is writable and has space", path.display())))
+/// Whose fault it is that nothing could be measured.
+fn failed(error: StressError) -> CliError {
+    match error {
+        StressError::Reference(error) => reference_failed(error),
+        _ => CliError::failed(error),
+    }
 }
 
-fn write_results(results: &Results<'_>, stem: &Path) -> Result<(), CliError> {
-    write(&stem.with_extension("csv"), &results.csv())?;
-    write(&stem.with_extension("md"), &format!("# {}\n\n{}", results.case.name, results.table()))?;
+/// Gathers the records of folders in one.
+fn merge(folders: &[PathBuf], output: &Path, quiet: bool) -> Result<(), CliError> {
+    make_folder(output)?;
+    let mut last = None;
+    for case in CASES {
+        let name = Path::new(case.name).with_extension("jsonl");
+        let mut records: Records<Record> = Records::open(&output.join(&name)).map_err(CliError::failed)?;
+        for file in folders.iter().map(|folder| folder.join(&name)).filter(|file| file.is_file()) {
+            for record in read_records::<Record>(&file).map_err(CliError::input)? {
+                if records.find(&record.key).is_none() {
+                    records.add(&record).map_err(CliError::failed)?;
+                }
+                last = Some(record);
+            }
+        }
+    }
+    let Some(last) = last else { return Err(CliError::input("there are no records (*.jsonl) in the folders of --merge")) };
+    for case in CASES {
+        write_case(case, &records_like(&last, case, output)?, output)?;
+    }
+    write_all(&last, CASES, output, quiet)
+}
+
+/// The records of a case in a folder that can be compared with this one: of its setup and its scene.
+fn records_like(one: &Record, case: &StressCase, folder: &Path) -> Result<Vec<Record>, CliError> {
+    let path = folder.join(case.name).with_extension("jsonl");
+    let mut records = if path.is_file() { read_records::<Record>(&path).map_err(CliError::input)? } else { Vec::new() };
+    records.retain(|record| record.setup == one.setup && record.scene_hash == one.scene_hash);
+    Ok(records)
+}
+
+/// Tables and charts of one case.
+fn write_case(case: &'static StressCase, records: &[Record], folder: &Path) -> Result<(), CliError> {
+    if records.is_empty() {
+        return Ok(());
+    }
+    let (results, stem) = (Results { case, records }, folder.join(case.name));
+    write_text(&stem.with_extension("csv"), &results.csv())?;
+    write_text(&stem.with_extension("md"), &format!("# {}\n\n{}", case.name, results.table()))?;
     for (suffix, chart) in results.charts() {
-        chart.write(&stem.with_file_name(format!("{}{suffix}", results.case.name))).map_err(CliError::failed)?;
+        chart.write(&stem.with_file_name(format!("{}{suffix}", case.name))).map_err(CliError::failed)?;
+    }
+    Ok(())
+}
+
+/// The table of all that a folder has of this record's setup and scene; on the terminal that of the case that was asked for, if it is one.
+fn write_all(one: &Record, chosen: &[&'static StressCase], folder: &Path, quiet: bool) -> Result<(), CliError> {
+    let all: Vec<(&'static StressCase, Vec<Record>)> =
+        CASES.iter().map(|case| Ok((*case, records_like(one, case, folder)?))).collect::<Result<_, CliError>>()?;
+    let results: Vec<Results<'_>> = all.iter().filter(|(_, records)| !records.is_empty()).map(|(case, records)| Results { case, records }).collect();
+    let title = one.scene.as_ref().map_or_else(|| "Failure modes".to_owned(), |scene| format!("Failure modes in {scene}"));
+    let text = format!("# {title}\n\n{}\n\n{}", one.setup, summary(&results));
+    write_text(&folder.join("stress.md"), &text)?;
+    if !quiet {
+        let only = |only: &StressCase| results.iter().find(|results| results.case.name == only.name).map(Results::table);
+        say(&chosen.first().filter(|_| chosen.len() == 1).and_then(|case| only(case)).unwrap_or(text));
     }
     Ok(())
 }

@@ -1,5 +1,7 @@
 //! Benchmarks: cases, and one report for each.
 
+use std::collections::BTreeMap;
+
 use crate::frame::{FrameSettings, Renderer};
 use crate::gi::Settings;
 use crate::gi::registry::{Directions, Entry, Part};
@@ -13,6 +15,7 @@ use crate::vulkan::DeviceKind;
 
 use super::report::{DirectionCost, ErrorReport, MemoryRow, MotionTimes, ReferenceInfo, Report, Timing};
 use super::stages::{StageTimes, When, part_ms, stage_times};
+use super::table::value_text;
 use super::walk::{WalkSettings, WalkTimes, walk};
 
 /// What is measured: one technique with all its settings.
@@ -24,6 +27,16 @@ pub struct Case {
     pub preset: Option<String>,
     /// The settings.
     pub settings: Settings,
+}
+
+impl Case {
+    /// The settings that differ from the preset's, `resolution` left out, as they would be written on the command line.
+    pub fn changes(&self) -> BTreeMap<String, String> {
+        let of_preset = self.entry.settings::<&str>(self.preset.as_deref(), &[]).ok();
+        let preset_value = |name: &str| of_preset.iter().flat_map(|settings| settings.iter()).find(|(key, _)| *key == name).map(|(_, value)| value);
+        let is_changed = |(name, value): &(&str, _)| *name != "resolution" && preset_value(name) != Some(*value);
+        self.settings.iter().filter(is_changed).map(|(name, value)| (name.to_owned(), value_text(&value))).collect()
+    }
 }
 
 /// Every technique with each preset at each resolution, `pairs` on top of all. A technique without presets or without a setting `resolution` has one
@@ -192,9 +205,12 @@ fn motion(renderer: &mut Renderer<'_>, scene: &Scene, settings: &BenchSettings) 
     Ok(rows)
 }
 
-/// Frames before those that are measured: one, but where each frame adds a bounce so many that ¾ to this power, 1% of the light, is left.
+/// Frames after which feedback, which adds a bounce in each, has all but ¾ to this power, 1%, of its light.
+pub(super) const FEEDBACK_FRAMES: u32 = 17;
+
+/// Frames before those that are measured.
 pub(super) fn warm_up_frames(case: &Case) -> u32 {
-    if (case.entry.bounces)(&case.settings).is_some() { 1 } else { 16 }
+    if (case.entry.bounces)(&case.settings).is_some() { 1 } else { FEEDBACK_FRAMES - 1 }
 }
 
 impl Run<'_> {

@@ -148,7 +148,7 @@ pub enum ReferenceError {
         problem: String,
     },
     /// The folder of the cache cannot be made.
-    #[error("cannot make the cache folder {path}; set LUMIVOX_CACHE to a folder that can be written, or do without the cache")]
+    #[error("cannot make the cache folder {path}; set LUMIVOX_CACHE to a folder that can be written, or to nothing for one among the temporary files")]
     CacheDir {
         /// The folder.
         path: PathBuf,

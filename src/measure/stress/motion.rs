@@ -2,12 +2,11 @@
 
 use glam::{Quat, Vec3};
 
-use super::probe::FEEDBACK_FRAMES;
 use super::scenes::{camera, closed_room, extent_m, lamp};
-use super::{Figure, Probe, StressCase, StressError};
+use super::{Figure, OWN, Probe, StressCase, StressError};
 use crate::frame::Renderer;
 use crate::image::{Aov, Image};
-use crate::measure::chart::Ticks;
+use crate::measure::bench::FEEDBACK_FRAMES;
 use crate::metrics::MetricError;
 use crate::metrics::stability::{excess_flicker, lag, popping};
 use crate::scene::bundled::mesh::Mesh;
@@ -93,19 +92,7 @@ pub(super) static MOVING_OBJECT: StressCase = StressCase {
     ..MOTION
 };
 
-const MOTION: StressCase = StressCase {
-    name: "",
-    help: "",
-    source: "",
-    severity: "voxels per frame",
-    ticks: Ticks::Doubling,
-    severities: &[0.0625, 0.25, 1.0],
-    quick: &[0.25],
-    figures: FIGURES,
-    any_scene: false,
-    changes: &[],
-    measure: |_, _| Ok(Vec::new()),
-};
+const MOTION: StressCase = StressCase { severity: "voxels per frame", severities: &[0.0625, 0.25, 1.0], quick: &[0.25], figures: FIGURES, ..OWN };
 
 /// How far something is in a frame that moves so far from each to the next, and turns back at the end of its way.
 fn to_and_fro(frame: usize, speed: f32, way: f32) -> f32 {

@@ -9,6 +9,7 @@ use crate::gi::Settings;
 use crate::gi::registry::Entry;
 use crate::graph::Gpu;
 use crate::image::{Aov, GuideImage, Image};
+use crate::measure::bench::FEEDBACK_FRAMES;
 use crate::metrics::{Channel, Errors, compare};
 use crate::reference::{self, Bounces, Filter, Sampling, cache_dir, cached};
 use crate::scene::Scene;
@@ -34,9 +35,6 @@ pub struct Probe<'p> {
 /// References of frames, kept while the program runs: a sequence is too many files for the cache on disk.
 #[derive(Default)]
 pub struct Memo(RefCell<BTreeMap<(u128, Bounces), Image>>);
-
-/// Frames after which feedback has all but ¾ to this power, 1%, of its light.
-pub(super) const FEEDBACK_FRAMES: usize = 17;
 
 /// Resolution of a technique without that setting (voxels).
 const RESOLUTION: u32 = 64;
@@ -72,7 +70,7 @@ impl Probe<'_> {
     }
 
     /// Frames until a still picture has all its light.
-    pub(super) fn warm_up_frames(&self) -> usize {
+    pub(super) fn warm_up_frames(&self) -> u32 {
         if (self.entry.bounces)(self.settings).is_some() { 1 } else { FEEDBACK_FRAMES }
     }
 

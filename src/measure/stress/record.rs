@@ -1,7 +1,7 @@
 //! Records of failure modes: what was measured with what, and how it is judged.
 
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
+use std::fmt::{self, Write as _};
 
 use serde::{Deserialize, Serialize};
 
@@ -70,11 +70,17 @@ pub struct Record {
     pub case: String,
     /// Name of the scene, where it is not the suite's own.
     pub scene: Option<String>,
+    /// Hash of its content, in hexadecimal digits.
+    #[serde(default)]
+    pub scene_hash: Option<String>,
     /// Technique.
     pub technique: String,
     /// Preset that the settings started from.
     pub preset: Option<String>,
-    /// The setting that was changed, `KEY=VALUE`; empty for none.
+    /// The settings that the user gave in place of the preset's, `resolution` left out.
+    #[serde(default)]
+    pub changes: BTreeMap<String, String>,
+    /// The setting that the suite changed on top, `KEY=VALUE`; empty for none.
     pub change: String,
     /// All settings.
     pub settings: BTreeMap<String, String>,
@@ -98,6 +104,14 @@ impl sweep::Record for Record {
 
     fn key(&self) -> &str {
         &self.key
+    }
+}
+
+/// For a line below a title.
+impl fmt::Display for Setup {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Setup { version, build, device, size: [width, height], shadow_resolution, effort, .. } = self;
+        write!(f, "{device}; lumivox {version}{}; {width}×{height} px, maps of {shadow_resolution}² texels, {effort} effort", sweep::commit(build))
     }
 }
 
@@ -129,12 +143,14 @@ impl Record {
         let infinite = || figures.iter().find(|figure| figure.value.is_none()).map(|figure| format!("{} is no finite number", figure.name));
         Record {
             record_version: RECORD_VERSION,
-            key: key(stress, probe, severity, &setup),
+            key: key(stress, probe, (case, change), severity, &setup),
             setup,
             case: stress.name.to_owned(),
             scene: probe.scene.map(|scene| scene.name.clone()),
+            scene_hash: probe.scene.map(|scene| format!("{:032x}", scene.content_hash())),
             technique: probe.entry.name.to_owned(),
             preset: case.preset.clone(),
+            changes: case.changes(),
             change: change.to_owned(),
             settings: probe.settings.iter().map(|(name, value)| (name.to_owned(), value_text(&value))).collect(),
             severity,
@@ -145,16 +161,18 @@ impl Record {
     }
 
     /// The key of a record that may be there already.
-    pub fn key_of(stress: &StressCase, probe: &Probe<'_>, severity: f64) -> String {
-        key(stress, probe, severity, &Setup::new(probe.gpu, probe))
+    pub fn key_of(stress: &StressCase, probe: &Probe<'_>, case: &Case, change: &str, severity: f64) -> String {
+        key(stress, probe, (case, change), severity, &Setup::new(probe.gpu, probe))
     }
 
-    /// Technique and preset.
+    /// Technique, preset, resolution and what the user changed.
     pub fn case_name(&self) -> String {
-        self.preset.as_ref().map_or_else(|| self.technique.clone(), |preset| format!("{} {preset}", self.technique))
+        let resolution = self.settings.get("resolution").map(|resolution| format!("{resolution}³"));
+        let changes = self.changes.iter().map(|(name, value)| format!("{name}={value}"));
+        [Some(self.technique.clone()), self.preset.clone(), resolution].into_iter().flatten().chain(changes).collect::<Vec<_>>().join(" ")
     }
 
-    /// Technique, preset and change.
+    /// The same, and the suite's change.
     pub(super) fn name(&self) -> String {
         if self.change.is_empty() { self.case_name() } else { format!("{}, `{}`", self.case_name(), self.change) }
     }
@@ -165,12 +183,13 @@ impl Record {
     }
 }
 
-fn key(stress: &StressCase, probe: &Probe<'_>, severity: f64, setup: &Setup) -> String {
+/// Settings alone do not tell two rows apart: one preset with a change may be another one.
+fn key(stress: &StressCase, probe: &Probe<'_>, (case, change): (&Case, &str), severity: f64, setup: &Setup) -> String {
     let settings: Vec<String> = probe.settings.iter().map(|(name, value)| format!("{name}={}", value_text(&value))).collect();
     let scene = probe.scene.map(crate::scene::Scene::content_hash);
     let mut hash = Fnv::default();
     // Writing to a hash cannot fail.
-    let _ = write!(hash, "{RECORD_VERSION} {setup:?} {} {severity:?} {} {settings:?} {scene:?}", stress.name, probe.entry.name);
+    let _ = write!(hash, "{RECORD_VERSION} {setup:?} {} {severity:?} {} {:?} {change} {settings:?} {scene:?}", stress.name, probe.entry.name, case.preset);
     format!("{:032x}", hash.value())
 }
 

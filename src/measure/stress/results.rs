@@ -2,6 +2,7 @@
 
 use super::{Figure, Figured, Record, StressCase, Verdict};
 use crate::measure::chart::{Chart, LineAxis, LinePanel, Panels, Scale, Series};
+use crate::measure::table::csv_of;
 
 /// Figures below this are drawn here.
 const LEAST_DRAWN: f64 = 1e-4;
@@ -47,17 +48,32 @@ impl Results<'_> {
 
     /// Comma-separated values: a row for each record.
     pub fn csv(&self) -> String {
-        let figures: Vec<&str> = self.case.figures.iter().map(|figure| figure.name).collect();
-        let mut text = format!("case,technique,preset,change,severity,{},verdict,failure\n", figures.join(","));
-        for record in self.records {
-            let Record { case, technique, change, severity, .. } = record;
-            let value = |index: usize| record.figures.get(index).and_then(|figure| figure.value).map(|value| value.to_string()).unwrap_or_default();
-            let values: Vec<String> = (0..figures.len()).map(value).collect();
-            let failure = record.failure.as_deref().map(|failure| format!("\"{}\"", failure.replace('"', "\"\""))).unwrap_or_default();
-            let preset = record.preset.as_deref().unwrap_or_default();
-            text += &format!("{case},{technique},{preset},{change},{severity},{},{},{failure}\n", values.join(","), verdict_word(record));
-        }
-        text
+        let row = |record: &Record| {
+            let changes: Vec<String> = record.changes.iter().map(|(name, value)| format!("{name}={value}")).collect();
+            let text = |name: &str, value: &str| (name.to_owned(), value.to_owned());
+            let mut row = vec![
+                text("case", &record.case),
+                text("technique", &record.technique),
+                text("preset", record.preset.as_deref().unwrap_or_default()),
+                text("resolution", record.settings.get("resolution").map_or("", String::as_str)),
+                text("changes", &changes.join(" ")),
+                text("change", &record.change),
+                text("severity", &record.severity.to_string()),
+            ];
+            row.extend(self.case.figures.iter().enumerate().map(|(index, figure)| {
+                let value = record.figures.get(index).and_then(|figure| figure.value);
+                (figure.name.to_owned(), value.map(|value| value.to_string()).unwrap_or_default())
+            }));
+            row.extend([
+                text("verdict", record.verdict().map_or("", Verdict::word)),
+                text("failure", record.failure.as_deref().unwrap_or_default()),
+                text("effort", &record.setup.effort),
+                text("device", &record.setup.device),
+                text("build", &record.setup.build),
+            ]);
+            row
+        };
+        csv_of(&self.records.iter().map(row).collect::<Vec<_>>())
     }
 
     /// Figures against severity: one chart of all techniques and presets as they are, and where settings were changed one of each technique and preset, a line
@@ -97,13 +113,8 @@ impl Results<'_> {
             }
         };
         let notes = lines.first().and_then(|(_, row)| row.first()).map(|record| {
-            let setup = &record.setup;
-            let [width, height] = setup.size;
             let scene = record.scene.as_ref().map(|scene| format!("scene {scene}; ")).unwrap_or_default();
-            let build = if setup.build.starts_with("executable") { String::new() } else { format!(" ({})", setup.build) };
-            let resolution = record.settings.get("resolution").map(|resolution| format!(", {resolution}³ voxels")).unwrap_or_default();
-            let maps = setup.shadow_resolution;
-            format!("{}; lumivox {}{build}; {scene}{width}×{height} px{resolution}, maps of {maps}² texels", setup.device, setup.version)
+            format!("{scene}{}", record.setup)
         });
         Chart {
             title,
@@ -133,8 +144,7 @@ impl Results<'_> {
     }
 }
 
-/// All cases in one Markdown table: a row for each case, a column for each technique and preset as it is. A cell tells the worst verdict, and the first severity
-/// of the worst, with its largest figure.
+/// All cases in one Markdown table: a row for each case, a column for each technique and preset as it is. A cell tells the worst verdict and from which severity on.
 pub fn summary(all: &[Results<'_>]) -> String {
     let mut names: Vec<String> = Vec::new();
     for record in all.iter().flat_map(|results| results.records).filter(|record| record.change.is_empty()) {
@@ -161,9 +171,12 @@ pub fn summary(all: &[Results<'_>]) -> String {
 pub struct Worst {
     /// The worst verdict; `None` where nothing could be measured.
     pub verdict: Option<Verdict>,
-    /// The first severity with this verdict.
-    pub severity: f64,
-    /// Name of the figure that is furthest beyond what passes there, and its value, `None` where it is no finite number. Of what passes, at any severity.
+    /// The severities with this verdict, harmless first.
+    pub severities: Vec<f64>,
+    /// Whether what is harmless lies between the ends, so that the first of them says nothing of the others.
+    pub is_two_sided: bool,
+    /// Name of the figure that is furthest beyond what passes at the first of them (at any, where they are two-sided or pass), and its value, `None` where it is
+    /// no finite number.
     pub figure: (String, Option<f64>),
     /// The first severity without any figure.
     pub refused: Option<f64>,
@@ -174,19 +187,27 @@ impl Worst {
     pub fn of<'r>(case: &StressCase, records: impl IntoIterator<Item = &'r Record>) -> Option<Worst> {
         let mut row: Vec<&Record> = records.into_iter().collect();
         row.sort_by_key(|record| case.severities.iter().position(|severity| *severity == record.severity));
+        let is_two_sided = case.is_two_sided;
         let refused = row.iter().find(|record| record.figures.is_empty()).map(|record| record.severity);
         let Some(verdict) = row.iter().filter_map(|record| record.verdict()).max() else {
-            return refused.map(|severity| Worst { verdict: None, severity, figure: (String::new(), None), refused });
+            return refused.map(|severity| Worst { verdict: None, severities: vec![severity], is_two_sided, figure: (String::new(), None), refused });
         };
         let first = row.iter().find(|record| record.verdict() == Some(verdict))?;
-        let told = if verdict == Verdict::Pass { row.as_slice() } else { std::slice::from_ref(first) };
+        let told = if verdict == Verdict::Pass || is_two_sided { row.as_slice() } else { std::slice::from_ref(first) };
+        let severities = row.iter().filter(|record| record.verdict() == Some(verdict)).map(|record| record.severity).collect();
         // A figure that passes at 0 only is as bad as it is large.
         let least_pass =
             |name: &str| case.figures.iter().find(|figure| figure.name == name).map_or(1.0, |figure| if figure.pass > 0.0 { figure.pass } else { 1.0 });
         let figures = told.iter().flat_map(|record| &record.figures).filter(|figure| figure.verdict == verdict);
         let badness = |figure: &Figured| figure.value.unwrap_or(f64::INFINITY) / least_pass(&figure.name);
         let largest = figures.max_by(|a, b| badness(a).total_cmp(&badness(b)))?;
-        Some(Worst { verdict: Some(verdict), severity: first.severity, figure: (largest.name.clone(), largest.value), refused })
+        Some(Worst { verdict: Some(verdict), severities, is_two_sided, figure: (largest.name.clone(), largest.value), refused })
+    }
+
+    /// Where it is so bad: "from 0.5" where what follows is as bad, else "at 0.0001, 100000".
+    pub fn place(&self) -> String {
+        let texts: Vec<String> = self.severities.iter().copied().map(severity_text).collect();
+        if self.is_two_sided { format!("at {}", texts.join(", ")) } else { format!("from {}", texts.first().map_or("", String::as_str)) }
     }
 }
 
@@ -194,8 +215,8 @@ impl std::fmt::Display for Worst {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self.verdict {
             Some(Verdict::Pass) => write!(f, "{}", Verdict::Pass.word())?,
-            Some(verdict) => write!(f, "{} from {}", verdict.word(), severity_text(self.severity))?,
-            None => return write!(f, "no figure at {}", severity_text(self.severity)),
+            Some(verdict) => write!(f, "{} {}", verdict.word(), self.place())?,
+            None => return write!(f, "no figure {}", self.place()),
         }
         self.refused.map_or(Ok(()), |severity| write!(f, "; no figure at {}", severity_text(severity)))
     }
@@ -211,8 +232,4 @@ fn cell(record: &Record, index: usize) -> String {
         Some(figure) => format!("{} {}", figure.value.map_or_else(|| "∞".to_owned(), |value| format!("{value:.4}")), figure.verdict.word()),
         None => "no figure".to_owned(),
     }
-}
-
-fn verdict_word(record: &Record) -> &'static str {
-    record.verdict().map_or("", Verdict::word)
 }

@@ -3,9 +3,8 @@
 use glam::Vec3;
 
 use super::scenes::{anchored, bounds, extent_m, placed};
-use super::{Change, Figure, Probe, StressCase, StressError};
+use super::{Change, Figure, OWN, Probe, StressCase, StressError};
 use crate::image::Image;
-use crate::measure::chart::Ticks;
 use crate::metrics::stability::{rotation_spread, run_spread, translation_spread};
 use crate::scene::Scene;
 
@@ -17,13 +16,12 @@ pub(super) static TRANSLATION: StressCase = StressCase {
     help: "scene and camera move through one voxel of a grid that stays, in 16 steps",
     source: "Kahl 2019, section 6.3.1: walls at 4.9999 and at 5.0",
     severity: SEVERITY,
-    ticks: Ticks::Doubling,
     severities: &[1.5, 3.0, 6.0, 12.0],
     quick: &[1.5, 6.0],
     figures: &[Figure { name: "translation_spread", pass: 0.1, warn: 0.3 }],
     any_scene: true,
-    changes: &[],
     measure: |probe, grid| Ok(vec![translation_spread(&pictures(probe, grid, |voxel_m, share| (0.0, Vec3::splat(share * voxel_m)))?)?]),
+    ..OWN
 };
 
 pub(super) static ROTATION: StressCase = StressCase {
@@ -31,13 +29,12 @@ pub(super) static ROTATION: StressCase = StressCase {
     help: "scene, lights and camera turn through 90° about the vertical in a grid that stays, in 16 steps",
     source: "Villegas & Ramírez, section VI-B: attenuation by axes; Kahl 2019, section 6.3.1",
     severity: SEVERITY,
-    ticks: Ticks::Doubling,
     severities: &[1.5, 3.0, 6.0, 12.0],
     quick: &[1.5, 6.0],
     figures: &[Figure { name: "rotation_spread", pass: 0.1, warn: 0.3 }],
     any_scene: true,
-    changes: &[],
     measure: |probe, grid| Ok(vec![rotation_spread(&pictures(probe, grid, |_, share| (90.0 * share, Vec3::ZERO))?)?]),
+    ..OWN
 };
 
 pub(super) static REPEAT_RUNS: StressCase = StressCase {
@@ -45,25 +42,24 @@ pub(super) static REPEAT_RUNS: StressCase = StressCase {
     help: "the same picture made anew, four times: sums that depend on the order of threads differ",
     source: "Hong 2015, section 2.5.3.1.3: fragments fall into a voxel in arbitrary order; Crassin & Green 2012: running averages",
     severity: SEVERITY,
-    ticks: Ticks::Doubling,
     severities: &[1.5, 6.0, 24.0],
     quick: &[6.0],
     figures: &[Figure { name: "run_spread", pass: 0.0, warn: 0.01 }],
     any_scene: true,
     changes: &[Change { name: "accumulation", values: &[], needs: None }],
     measure: |probe, grid| {
-        let (scene, _) = in_grid(&probe.base()?, grid, probe);
+        let scene = in_grid(&probe.base()?, grid);
         Ok(vec![run_spread(&(0..RUNS).map(|_| probe.indirect(&scene)).collect::<Result<Vec<Image>, StressError>>()?)?])
     },
+    ..OWN
 };
 
 const RUNS: usize = 4;
 
-/// The scene in a grid that is so much larger, and the edge of its voxels (m).
-fn in_grid(scene: &Scene, grid: f64, probe: &Probe<'_>) -> (Scene, f32) {
+/// The scene in a grid that is so much larger.
+fn in_grid(scene: &Scene, grid: f64) -> Scene {
     let (low, high) = bounds(scene);
-    let edge_m = grid as f32 * extent_m(scene);
-    (anchored(scene.clone(), 0.5 * (low + high), edge_m), edge_m * probe.voxel_share())
+    anchored(scene.clone(), 0.5 * (low + high), grid as f32 * extent_m(scene))
 }
 
 /// Pictures of the scene turned (degrees) and moved (m) as `place` says of the edge of a voxel (m) and the share of the way.

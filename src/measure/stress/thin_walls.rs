@@ -2,10 +2,9 @@
 
 use glam::Vec3;
 
-use super::{Change, Figure, Probe, StressCase, StressError};
+use super::{Change, Figure, OWN, Probe, StressCase, StressError};
 use crate::frame::Renderer;
 use crate::image::{Aov, Image};
-use crate::measure::chart::Ticks;
 use crate::metrics::stability::leak;
 use crate::scene::{Camera, Scene};
 
@@ -15,11 +14,9 @@ pub(super) static CASE: StressCase = StressCase {
     help: "light leaks through a closed wall into the room behind it: indirect light there over the lit room's mean, with the wall at the worst of two places in the grid and one turned by 27°",
     source: "Crassin et al. 2011; Villegas & Ramírez, section XI",
     severity: "wall [voxels]",
-    ticks: Ticks::Doubling,
     severities: &[4.0, 2.0, 1.0, 0.5, 0.25],
     quick: &[4.0, 0.25],
     figures: &[Figure { name: "leak", pass: 0.03, warn: 0.1 }],
-    any_scene: false,
     changes: &[
         Change { name: "surface", values: &[], needs: None },
         Change { name: "opacity", values: &[], needs: CONES },
@@ -39,6 +36,7 @@ pub(super) static CASE: StressCase = StressCase {
         Change { name: "start_offset", values: &["0.5", "1.5", "3"], needs: CONES },
     ],
     measure,
+    ..OWN
 };
 
 const RAYS: Option<(&str, &str)> = Some(("gather", "rays"));

@@ -206,8 +206,9 @@ impl Section {
             let point = &self.points[*index];
             point.technique == technique && point.bounces == bounces && point.error.is_some() && point.frame_ms().is_some_and(|spread| spread.median <= ms)
         };
-        let choice = Choice { section: self, points: (0..self.points.len()).filter(fits).collect(), noise: 0.0 };
-        best(&choice.prices(Point::frame_ms), self.noise(&choice.points)).map(|member| choice.points[member])
+        let points: Vec<usize> = (0..self.points.len()).filter(fits).collect();
+        let choice = Choice { section: self, noise: self.noise(&points), points };
+        best(&choice.prices(Point::frame_ms), choice.noise).map(|member| choice.points[member])
     }
 
     /// A line a pick, and one of what was not measured.

@@ -58,7 +58,7 @@ pub fn grid_cases(origin: &str, text: &str) -> Result<Vec<Case>, GridError> {
         }
     }
     if cases.is_empty() {
-        return Err(reader.error(0..0, "there is no [[sweep]], so that there is nothing to measure".to_owned()));
+        return Err(reader.error(0..0, "there is no [[sweep]] with a technique and a preset, so that there is nothing to measure".to_owned()));
     }
     Ok(cases)
 }
@@ -221,7 +221,7 @@ mod tests {
     fn errors_name_the_line() {
         let cases = [
             ("", "grid.toml:1: missing field `sweep`"),
-            ("sweep = []", "grid.toml:1: there is no [[sweep]]"),
+            ("sweep = []", "grid.toml:1: there is no [[sweep]] with a technique"),
             ("[[sweep]]\nresolution = [1]", "grid.toml:2: unknown field `resolution`"),
             ("[[sweep]]\n\ntechnique = [\"svo\",\n\"raster\"]", "grid.toml:4: there is no technique raster"),
             ("[[sweep]]\ntechnique = [\"svo\"]\npreset = [\"nice\"]", "grid.toml:3: the technique svo has no preset nice"),

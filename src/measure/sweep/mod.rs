@@ -21,5 +21,6 @@ pub(super) use point::build;
 pub use point::{Cost, Point, PointError, RECORD_VERSION, Setup, bounces_of, bounces_text};
 pub use records::{PictureFolder, Record, RecordError, Records, read_records};
 pub use run::{Progress, Sweep, SweepError};
+pub(super) use section::commit;
 pub use section::{Group, Section, Standing};
 pub use trouble::{Finding, TroubleRun, Troubles};

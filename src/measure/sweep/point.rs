@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
+use std::sync::LazyLock;
 
 use serde::{Deserialize, Serialize};
 
@@ -162,20 +163,20 @@ impl Setup {
 
 /// What the program was built from, as far as it can be told.
 pub(in crate::measure) fn build() -> String {
-    let of_executable = || {
+    static OF_EXECUTABLE: LazyLock<String> = LazyLock::new(|| {
         let mut hash = Fnv::default();
         let bytes = std::env::current_exe().and_then(std::fs::read);
         bytes.iter().for_each(|bytes| hash.bytes(bytes));
         format!("executable {:032x}", hash.value())
-    };
-    option_env!("LUMIVOX_COMMIT").map_or_else(of_executable, str::to_owned)
+    });
+    option_env!("LUMIVOX_COMMIT").map_or_else(|| OF_EXECUTABLE.clone(), str::to_owned)
 }
 
 impl PointError {
-    /// `None` where it is not a number: nothing was to be seen in the reference.
+    /// `None` where nothing was to be seen in the reference, so that there is nothing to be relative to.
     fn of(errors: &Errors) -> Option<Self> {
-        let Errors { rel_rmse, bias, .. } = *errors;
-        (rel_rmse.is_finite() && bias.is_finite()).then_some(PointError { rel_rmse, bias })
+        let Errors { rel_rmse, bias, mean_reference, .. } = *errors;
+        (mean_reference > 0.0 && rel_rmse.is_finite() && bias.is_finite()).then_some(PointError { rel_rmse, bias })
     }
 }
 
@@ -187,9 +188,6 @@ pub fn bounces_of(case: &Case) -> Bounces {
 impl Point {
     /// What a report says of a case.
     pub fn new(setup: &Setup, case: &Case, report: &Report) -> Self {
-        let of_preset = case.entry.settings::<&str>(case.preset.as_deref(), &[]).ok();
-        let preset_value = |name: &str| of_preset.iter().flat_map(|settings| settings.iter()).find(|(key, _)| *key == name).map(|(_, value)| value);
-        let is_changed = |(name, value): &(&str, _)| *name != "resolution" && preset_value(name) != Some(*value);
         let text = |(name, value): (&str, _)| (name.to_owned(), value_text(&value));
         let error = report.error.as_ref();
         let (in_blocks, noise_share) = match error.map(|error| error.block) {
@@ -197,7 +195,7 @@ impl Point {
             _ => (error.map(|error| error.pixel), 1.0),
         };
         let point_error = in_blocks.as_ref().and_then(PointError::of);
-        let is_dark = error.is_some() && point_error.is_none();
+        let is_dark = error.is_some() && point_error.is_none() && bounces_of(case) != Bounces::Count(0);
         let dark = || "the reference shows no indirect light, to which an error could be relative".to_owned();
         Point {
             record_version: RECORD_VERSION,
@@ -206,7 +204,7 @@ impl Point {
             setup: setup.clone(),
             technique: case.entry.name.to_owned(),
             preset: case.preset.clone(),
-            changes: case.settings.iter().filter(is_changed).map(text).collect(),
+            changes: case.changes(),
             settings: case.settings.iter().map(text).collect(),
             bounces: bounces_of(case),
             failure: report.failure.clone().or_else(|| is_dark.then(dark)),

@@ -8,7 +8,7 @@ use crate::graph::{Error, Gpu};
 use crate::image::Image;
 use crate::measure::bench::{BenchSettings, Case, Pictures, Truth, measure_on};
 use crate::measure::report::{ReferenceInfo, Report};
-use crate::metrics::{MetricError, error_image, exposure_of};
+use crate::metrics::{BLOCK_PX, MetricError, error_image, exposure_of};
 use crate::reference::{self, Bounces, Filter, ReferenceError, Sampling, cached};
 use crate::render::GpuScene;
 use crate::scene::Scene;
@@ -118,10 +118,20 @@ impl<'s> Sweep<'s> {
         let settings = reference::Settings { width, height, bounces, filter: Filter::Center, sampling, seed: 0 };
         let image = cached(self.scene, &settings, cache, &|_| {})?;
         let info = ReferenceInfo { bounces, samples_per_pixel: image.mean_samples(), pixel_noise: f64::from(image.indirect_error().pixel) };
+        let (reached, asked) = (info.pixel_noise / f64::from(BLOCK_PX), self.setup.max_error);
+        if reached > NEAR * asked {
+            log::warn!(
+                "{}: the reference's standard error is {reached:.2e}, above --max-error {asked}; it has at most {MAX_SPP} samples a pixel",
+                self.scene.name
+            );
+        }
         let (full, indirect) = (image.radiance(), image.indirect());
         Ok(Reference { bounces, exposure: exposure_of(&full), full, truth: Truth { guide: image.guide, indirect: Some((indirect, info)) } })
     }
 }
+
+/// So many times the error that was asked for is as good: it is estimated.
+const NEAR: f64 = 1.5;
 
 /// Samples per pixel at which the reference is done in any case.
 const MAX_SPP: u32 = 4096;

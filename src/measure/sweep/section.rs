@@ -296,7 +296,7 @@ pub(super) fn standing_text(cost: Cost, standing: Option<Standing>) -> String {
 }
 
 /// The commit in brackets; nothing for one that is not known.
-pub(super) fn commit(build: &str) -> String {
+pub(in crate::measure) fn commit(build: &str) -> String {
     if build.starts_with("executable ") { String::new() } else { format!(" ({build})") }
 }
 

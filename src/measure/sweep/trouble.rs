@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::point::Point;
 use super::records::{RecordError, read_records};
 use crate::measure::stress::results::Worst;
-use crate::measure::stress::{CASES, LEAST_RESOLUTION, Record, StressCase};
+use crate::measure::stress::{CASES, Effort, LEAST_RESOLUTION, Record, StressCase};
 
 /// Results of `lumivox stress`, and where they are.
 #[derive(Clone, Debug, Default)]
@@ -18,7 +18,7 @@ pub struct Troubles {
 /// One technique with one set of settings in all failure modes that were measured of it.
 #[derive(Clone, Debug)]
 pub struct TroubleRun<'t> {
-    /// Its records; all have technique, settings, device, sizes and effort of the first.
+    /// Its records; all have technique, settings, device and sizes of the first.
     pub records: Vec<&'t Record>,
 }
 
@@ -29,6 +29,8 @@ pub struct Finding {
     pub case: &'static StressCase,
     /// How badly it fails.
     pub worst: Worst,
+    /// Whether a quick look is all that was taken.
+    pub is_quick: bool,
 }
 
 impl Troubles {
@@ -51,11 +53,12 @@ impl Troubles {
     }
 
     /// The run that is closest to a point: its own technique and settings, at any resolution as most severities count in voxels; or else its preset's with
-    /// other settings. Of equally close ones that of the point's device, of its resolution, the most thorough, the one with the most failure modes, the last.
+    /// other settings. Of equally close ones that of the point's device, of its resolution, the one with the most failure modes, the last.
     pub fn run_of(&self, point: &Point) -> Option<TroubleRun<'_>> {
         let mut runs: Vec<TroubleRun<'_>> = Vec::new();
         let fits = |record: &&Record| {
-            record.change.is_empty() && record.technique == point.technique && record.scene.as_ref().is_none_or(|scene| *scene == point.scene)
+            let is_of_scene = record.scene.is_none() || record.scene_hash.as_ref() == Some(&point.setup.scene_hash);
+            record.change.is_empty() && record.technique == point.technique && is_of_scene
         };
         for record in self.records.iter().filter(fits) {
             match runs.iter_mut().find(|run| run.is_of(record)) {
@@ -65,9 +68,8 @@ impl Troubles {
         }
         runs.retain(|run| run.differences(point).is_empty() || run.records[0].preset == point.preset);
         let distance = |run: &TroubleRun<'_>| {
-            let setup = &run.records[0].setup;
-            let unmeasured = usize::MAX - run.findings().len();
-            (run.differences(point).len(), setup.device != point.setup.device, !run.is_of_resolution(point), setup.effort != "full", unmeasured)
+            let is_elsewhere = run.records[0].setup.device != point.setup.device;
+            (run.differences(point).len(), is_elsewhere, !run.is_of_resolution(point), run.missing())
         };
         runs.into_iter().rev().min_by_key(distance)
     }
@@ -87,14 +89,14 @@ impl Troubles {
 impl<'t> TroubleRun<'t> {
     /// Adds a record in place of an older one of the same, such as that of another build.
     fn add(&mut self, record: &'t Record) {
-        let what = |record: &Record| (record.case.clone(), record.scene.clone(), record.severity.to_bits());
+        let what = |record: &Record| (record.case.clone(), record.scene.clone(), record.severity.to_bits(), record.setup.effort.clone());
         self.records.retain(|known| what(known) != what(record));
         self.records.push(record);
     }
 
     fn is_of(&self, record: &Record) -> bool {
         let first = self.records[0];
-        let setup = |record: &Record| (record.setup.device.clone(), record.setup.size, record.setup.shadow_resolution, record.setup.effort.clone());
+        let setup = |record: &Record| (record.setup.device.clone(), record.setup.size, record.setup.shadow_resolution);
         first.settings == record.settings && first.preset == record.preset && setup(first) == setup(record)
     }
 
@@ -113,22 +115,29 @@ impl<'t> TroubleRun<'t> {
         self.records[0].settings.iter().filter(differs).map(|(name, value)| format!("{name}={value}")).collect()
     }
 
-    /// Technique, preset, resolution and effort.
+    /// Technique, preset, resolution, and whether it was a quick look.
     pub fn name(&self) -> String {
-        let Record { setup, settings, .. } = self.records[0];
-        let resolution = settings.get("resolution").map(|resolution| format!(" {resolution}³")).unwrap_or_default();
-        let effort = if setup.effort == "full" { String::new() } else { format!(" ({})", setup.effort) };
-        format!("{}{resolution}{effort}", self.records[0].case_name())
+        let effort = match self.findings().iter().filter(|finding| finding.is_quick).count() {
+            0 => "",
+            quick if quick == self.findings().len() => " (quick)",
+            _ => " (partly quick)",
+        };
+        self.records[0].case_name() + effort
+    }
+
+    /// Failure modes of the suite that were not measured.
+    pub fn missing(&self) -> usize {
+        CASES.len() - self.findings().len()
     }
 
     /// Failure mode by failure mode, in their order.
     pub fn findings(&self) -> Vec<Finding> {
         let finding = |case: &&'static StressCase| {
-            let of_case = || self.records.iter().copied().filter(|record| record.case == case.name);
-            // What was measured on the point's own scene says more than the suite's scene.
-            let has_own = of_case().any(|record| record.scene.is_some());
-            let worst = Worst::of(case, of_case().filter(|record| record.scene.is_some() == has_own))?;
-            Some(Finding { case, worst })
+            // What was measured on the point's own scene says more than the suite's scene, and a full run more than a quick one.
+            let rank = |record: &Record| (record.scene.is_some(), record.setup.effort == Effort::FULL.name);
+            let best = self.records.iter().filter(|record| record.case == case.name).map(|record| rank(record)).max()?;
+            let worst = Worst::of(case, self.records.iter().copied().filter(|record| record.case == case.name && rank(record) == best))?;
+            Some(Finding { case, worst, is_quick: !best.1 })
         };
         CASES.iter().filter_map(finding).collect()
     }
@@ -175,8 +184,10 @@ pub(super) mod tests {
             setup,
             case: case.into(),
             scene: None,
+            scene_hash: None,
             technique: technique.into(),
             preset: Some("cones".into()),
+            changes: BTreeMap::new(),
             change: String::new(),
             settings: BTreeMap::from([("resolution".to_owned(), "64".to_owned()), ("cones".to_owned(), cones.to_owned())]),
             severity,
@@ -211,7 +222,7 @@ pub(super) mod tests {
         let unfit = [
             changed(|record| record.technique = "clipmap".into()),
             changed(|record| record.change = "cones=9".into()),
-            changed(|record| record.scene = Some("another room".into())),
+            changed(|record| (record.scene, record.scene_hash) = (Some("room".into()), Some("4567".into()))),
         ];
         let mut records = unfit.to_vec();
         let mut found = |more: Record| {
@@ -219,10 +230,16 @@ pub(super) mod tests {
             let troubles = troubles_of(records.clone());
             troubles.run_of(&wanted).map(|run| run.records[0].clone())
         };
-        for closer in [base.clone(), elsewhere, coarse.clone(), own.clone(), full] {
+        for closer in [base.clone(), elsewhere, coarse.clone(), own.clone()] {
             assert_eq!(found(closer.clone()).as_ref(), Some(&closer));
         }
-        assert_eq!(found(own.clone()).map(|run| run.setup.effort), Some("full".to_owned()));
+        // A full run of one failure mode takes its place among quick ones of others.
+        let other = changed(|record| record.case = "empty".into());
+        [full, own.clone(), other].map(|record| found(record));
+        let troubles = troubles_of(records);
+        let run = troubles.run_of(&wanted).unwrap_or_else(|| panic!("no run"));
+        assert_eq!((run.name().as_str(), run.missing()), ("svo cones 64³ (partly quick)", CASES.len() - 2));
+        assert_eq!(run.findings().iter().map(|finding| (finding.case.name, finding.is_quick)).collect::<Vec<_>>(), [("rotation", false), ("empty", true)]);
         let is_own = |record: &Record, resolution: &str| {
             let mut point = wanted.clone();
             point.settings.insert("resolution".into(), resolution.into());
@@ -266,7 +283,7 @@ pub(super) mod tests {
         let wanted = [row("thin_walls", "pass", 0.02), row("rotation", "pass", 0.01), row("narrow_gap", "fail from 1", 0.7)];
         assert_eq!(found(records.clone()), wanted);
         let mut own = record("svo", "9", "rotation", 6.0, ("rotation_spread", 0.2, Verdict::Warn));
-        own.scene = Some("room".into());
+        (own.scene, own.scene_hash) = (Some("room".into()), Some("0123".into()));
         records.push(own);
         assert_eq!(found(records)[1], row("rotation", "warn from 6", 0.2));
     }

@@ -9,6 +9,7 @@ use super::super::section::{Section, Standing, percent, signed_percent, standing
 use super::super::trouble::Troubles;
 use super::{device, quoted, thumbnails, troubles};
 use crate::graph::Spread;
+use crate::measure::bench::FEEDBACK_FRAMES;
 use crate::measure::chart::short;
 use crate::measure::report::Timing;
 use crate::metrics::Channel;
@@ -214,7 +215,8 @@ fn measure_command(source: &str, point: &Point) -> String {
 /// The command that renders its picture.
 fn render_command(source: &str, point: &Point) -> String {
     let resolution = point.resolution().map(|resolution| format!(" --set resolution={resolution}")).unwrap_or_default();
-    format!("lumivox render {source}{}{resolution}{}{} -o picture.png", technique(point), changes(point), picture(point))
+    let frames = if point.bounces == Bounces::Full { format!(" --frames {FEEDBACK_FRAMES}") } else { String::new() };
+    format!("lumivox render {source}{}{resolution}{}{}{frames} -o picture.png", technique(point), changes(point), picture(point))
 }
 
 fn technique(point: &Point) -> String {

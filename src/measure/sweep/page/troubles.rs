@@ -10,7 +10,7 @@ use super::super::trouble::{Finding, TroubleRun, Troubles};
 use super::answers::{all_picks, name};
 use crate::measure::chart::short;
 use crate::measure::stress::results::severity_text;
-use crate::measure::stress::{StressCase, Verdict};
+use crate::measure::stress::{CASES, StressCase, Verdict};
 
 /// Figures that are told of a pick even where they pass.
 const ALWAYS: [&str; 2] = ["leak", "flicker"];
@@ -19,11 +19,13 @@ const ALWAYS: [&str; 2] = ["leak", "flicker"];
 pub(super) fn in_short(number: usize, point: &Point, troubles: &Troubles) -> Markup {
     let Some(run) = troubles.run_of(point) else { return html! { div { "What will go wrong: not measured, " a href={ "#stress-" (number) } { "how to" } } } };
     let findings = run.findings();
-    let names = |verdict: Option<Verdict>| {
-        let failing = findings.iter().filter(|finding| finding.worst.verdict == verdict);
-        failing.map(|finding| format!("{} from {}", finding.case.name, with_unit(finding))).collect::<Vec<_>>().join(", ")
+    let names = |verdict: Verdict| {
+        let failing = findings.iter().filter(|finding| finding.worst.verdict == Some(verdict));
+        failing.map(|finding| format!("{} {}", finding.case.name, with_unit(finding))).collect::<Vec<_>>().join(", ")
     };
-    let parts = [("fail", "Fails: ", names(Some(Verdict::Fail))), ("warn", "Visible: ", names(Some(Verdict::Warn))), ("warn", "No figure: ", names(None))];
+    let refused: Vec<String> =
+        findings.iter().filter_map(|finding| Some(format!("{} at {}", finding.case.name, severity_text(finding.worst.refused?)))).collect();
+    let parts = [("fail", "Fails: ", names(Verdict::Fail)), ("warn", "Visible: ", names(Verdict::Warn)), ("warn", "No figure: ", refused.join(", "))];
     let differences = run.differences(point);
     html! {
         @for (class, what, names) in parts.iter().filter(|(_, _, names)| !names.is_empty()) { div { b class=(class) { (what) } (names) } }
@@ -32,15 +34,16 @@ pub(super) fn in_short(number: usize, point: &Point, troubles: &Troubles) -> Mar
             small {
                 a href={ "#stress-" (number) } { "measured" } " of " (run.name())
                 @if !differences.is_empty() { " with " (differences.join(" ")) }
+                @if run.missing() > 0 { ", without " (run.missing()) " of " (CASES.len()) " failure modes" }
             }
         }
     }
 }
 
-/// The severity at which it fails, with the unit that the case names in brackets.
+/// Where it fails, with the unit that the case names in brackets.
 fn with_unit(finding: &Finding) -> String {
     let unit = finding.case.severity.split_once('[').and_then(|(_, rest)| rest.split(']').next()).map(|unit| format!(" {unit}")).unwrap_or_default();
-    format!("{}{unit}", severity_text(finding.worst.severity))
+    finding.worst.place() + &unit
 }
 
 /// The largest value of a figure in all failure modes.
@@ -61,7 +64,8 @@ pub(super) fn troubles(number: usize, section: &Section, troubles: &Troubles) ->
             None => columns.push((run, vec![point])),
         }
     }
-    let unmeasured: Vec<&Point> = picks.iter().filter(|point| troubles.run_of(point).is_none_or(|run| !run.is_own(point))).copied().collect();
+    let unmeasured: Vec<&Point> =
+        picks.iter().filter(|point| troubles.run_of(point).is_none_or(|run| !run.is_own(point) || run.missing() > 0)).copied().collect();
     let mut commands: Vec<(String, Vec<&Point>)> = Vec::new();
     for point in unmeasured {
         let command = troubles.command(point);
@@ -77,14 +81,14 @@ pub(super) fn troubles(number: usize, section: &Section, troubles: &Troubles) ->
                 code { "lumivox chart" } " again." }
         } @else {
             p.note {
-                "From " code { "lumivox stress" } ": each row is a failure that the literature names, in a scene of its own (not in this one), made worse step by step. " b.fail { "fail" } ": anybody sees it; "
+                "From " code { "lumivox stress" } ": each row is a failure that the literature names, in a scene of its own (in this one where it was measured with it), made worse step by step. " b.fail { "fail" } ": anybody sees it; "
                 b.warn { "warn" } ": you see it when you look for it; " b.pass { "pass" } ": hardly. \"from 0.5\" is the first severity at which it was so, then the "
                 "figure there; severities in voxels hold at any resolution, but coarser voxels translate and rotate worse. A quick run has one to three severities a failure, so that its \"from\" is where the step lies."
             }
             (table(&columns))
         }
         @if !commands.is_empty() {
-            p.note { "Of these there is no stress run with their own settings and resolution:" }
+            p.note { "Of these there is no stress run of all failure modes with their own settings and resolution:" }
             ul.commands { @for (command, points) in &commands { li { @for point in points { (name(point)) "  " } br; code { (command) } } } }
         }
     }
@@ -153,6 +157,7 @@ mod tests {
     use super::super::super::point::tests::point;
     use super::super::super::trouble::tests::{record, troubles_of};
     use super::*;
+    use crate::measure::stress::Record;
 
     fn section() -> Section {
         let mut good = point("svo", 1, [9.0, 1.0], 1 << 20, 0.04);
@@ -167,27 +172,36 @@ mod tests {
     /// What fails is told beside the pick and in the table, with severity and figure; what passes is told too where it is a leak.
     #[test]
     fn planted_failures_are_shown() {
-        let records = vec![
+        let refused = Record { figures: Vec::new(), ..record("svo", "9", "triangle_count", 5e6, ("rel_rmse", 0.0, Verdict::Pass)) };
+        let mut records = vec![
+            refused,
+            record("svo", "9", "triangle_count", 1.0, ("rel_rmse", 0.0, Verdict::Pass)),
             record("svo", "9", "thin_walls", 1.0, ("leak", 0.01, Verdict::Pass)),
             record("svo", "9", "narrow_gap", 4.0, ("energy_error", 0.1, Verdict::Pass)),
             record("svo", "9", "narrow_gap", 0.5, ("energy_error", 0.987, Verdict::Fail)),
             record("svo", "9", "rotation", 6.0, ("rotation_spread", 0.2, Verdict::Warn)),
             record("svo", "9", "contrast", 1e9, ("rel_rmse", 1.04, Verdict::Fail)),
         ];
-        let html = html(&section(), &troubles_of(records));
+        let html = super::tests::html(&section(), &troubles_of(records.clone()));
         for text in [
             "<b class=\"fail\">Fails: </b>narrow_gap from 0.5 voxels, contrast from 1e9<",
             "<b class=\"warn\">Visible: </b>rotation from 6<",
+            "<b class=\"warn\">No figure: </b>triangle_count at 5e6<",
             "leak 0.01",
+            "without 18 of 23 failure modes",
+            "<code>lumivox stress --technique svo",
             "svo cones 64³ (quick)<",
             "<b class=\"fail\">fail from 0.5</b><br><small>energy_error 0.987</small>",
             "<b class=\"pass\">pass</b><br><small>leak 0.01</small>",
         ] {
             assert!(html.contains(text), "{text} is not in {html}");
         }
-        assert!(!html.contains("not measured") && !html.contains("lumivox stress --technique"), "{html}");
+        assert!(!html.contains("not measured"), "{html}");
         let first = |text: &str| html.find(&format!("<b>{text}</b>"));
         assert!(first("narrow_gap") < first("rotation") && first("rotation") < first("thin_walls"), "the worst stands first");
+        records.extend(CASES.iter().map(|case| record("svo", "9", case.name, case.severities[0], (case.figures[0].name, 0.0, Verdict::Pass))));
+        let whole = super::tests::html(&section(), &troubles_of(records));
+        assert!(!whole.contains("failure modes with") && !whole.contains("lumivox stress --technique") && whole.contains("Fails: "), "{whole}");
     }
 
     /// A run of other settings is said to be one; without any run the page says what it does not know, and how to learn it.
