@@ -113,6 +113,9 @@ fn what_is_fatal_is_worse_than_what_is_harmless() {
         ("facing_surfaces", 8.0, 0.5),
         ("rsm_undersampling", 128.0, 8.0),
         ("one_voxel", 15.5, 0.25),
+        ("narrow_gap", 8.0, 0.5),
+        ("distant_gap", 2.0, 10.0),
+        ("contrast", 1.0, 1e9),
     ];
     for (name, harmless, fatal) in modes {
         let [harmless, fatal] = [harmless, fatal].map(|severity| figure(&gpu, name, "voxel-mips", "accurate", &[], severity).0);
@@ -228,9 +231,9 @@ fn what_is_measured_is_told() {
     assert!(text.contains("| thin_walls | wall [voxels] | fail from 0.5 | warn from 1 |"), "{text}");
 }
 
-/// Where what is harmless lies between the ends, one end says nothing of the other, and the worst figure of both is told.
+/// "From" is said only if all that follows is as bad, with the figure there; else each bad severity is named, with the worst figure of them.
 #[test]
-fn both_ends_are_told_apart() {
+fn what_recovers_is_told_apart() {
     let record = |severity: f64, value: f64| {
         let figures = vec![Figured { name: "rel_rmse".into(), value: Some(value), verdict: stress("light_level").figures[0].verdict(value) }];
         Record { severity, figures, ..record(&gpu(), stress("light_level"), &case("voxel-mips", "cones", &["resolution=32"]), 1.0) }
@@ -240,6 +243,8 @@ fn both_ends_are_told_apart() {
     assert_eq!(worst(&low), ("fail at 0.0001".into(), Some(0.9)));
     let both = [record(1e-4, 0.9), record(1.0, 0.1), record(1e4, 0.3), record(1e5, 1.5)];
     assert_eq!(worst(&both), ("fail at 0.0001, 100000".into(), Some(1.5)));
+    let high = [record(1.0, 0.1), record(1e2, 0.3), record(1e4, 0.7), record(1e5, 0.6)];
+    assert_eq!(worst(&high), ("fail from 10000".into(), Some(0.7)));
 }
 
 /// A preset with one change may be another preset: each has a record of its own. What the user set is part of the name.

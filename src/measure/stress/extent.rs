@@ -16,7 +16,6 @@ pub(super) static SCENE_SIZE: StressCase = StressCase {
     severity: "largest extent [m] (harmless at 1)",
     ticks: Ticks::Decades,
     severities: &[1e-3, 1e-1, 1.0, 1e2, 1e4],
-    is_two_sided: true,
     quick: &[1e-3, 1e4],
     measure: |probe, size_m| {
         let scene = probe.base()?;

@@ -50,7 +50,6 @@ pub(super) static LIGHT_LEVEL: StressCase = StressCase {
     severity: "factor (harmless at 1)",
     ticks: Ticks::Decades,
     severities: &[1e-4, 1e-2, 1.0, 1e2, 1e4, 1e5],
-    is_two_sided: true,
     quick: &[1e-4, 1e5],
     measure: |probe, factor| {
         let scene = probe.base()?;

@@ -72,8 +72,6 @@ pub struct StressCase {
     pub ticks: Ticks,
     /// How bad it is made, harmless first unless `severity` says what is harmless.
     pub severities: &'static [f64],
-    /// Whether both ends are fatal, and what is harmless lies between them.
-    pub is_two_sided: bool,
     /// Those of a quick look.
     pub quick: &'static [f64],
     /// What is measured.
@@ -111,7 +109,6 @@ const OWN: StressCase = StressCase {
     severity: "",
     ticks: Ticks::Doubling,
     severities: &[],
-    is_two_sided: false,
     quick: &[],
     figures: ERROR,
     any_scene: false,

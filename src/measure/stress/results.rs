@@ -171,12 +171,11 @@ pub fn summary(all: &[Results<'_>]) -> String {
 pub struct Worst {
     /// The worst verdict; `None` where nothing could be measured.
     pub verdict: Option<Verdict>,
-    /// The severities with this verdict, harmless first.
+    /// The severities with this verdict, in the case's order.
     pub severities: Vec<f64>,
-    /// Whether what is harmless lies between the ends, so that the first of them says nothing of the others.
-    pub is_two_sided: bool,
-    /// Name of the figure that is furthest beyond what passes at the first of them (at any, where they are two-sided or pass), and its value, `None` where it is
-    /// no finite number.
+    /// Whether all from the first of them on have it.
+    pub goes_on: bool,
+    /// Name of the figure that is furthest beyond what passes at these, and its value, `None` where it is no finite number; where they go on, at the first.
     pub figure: (String, Option<f64>),
     /// The first severity without any figure.
     pub refused: Option<f64>,
@@ -187,27 +186,28 @@ impl Worst {
     pub fn of<'r>(case: &StressCase, records: impl IntoIterator<Item = &'r Record>) -> Option<Worst> {
         let mut row: Vec<&Record> = records.into_iter().collect();
         row.sort_by_key(|record| case.severities.iter().position(|severity| *severity == record.severity));
-        let is_two_sided = case.is_two_sided;
         let refused = row.iter().find(|record| record.figures.is_empty()).map(|record| record.severity);
         let Some(verdict) = row.iter().filter_map(|record| record.verdict()).max() else {
-            return refused.map(|severity| Worst { verdict: None, severities: vec![severity], is_two_sided, figure: (String::new(), None), refused });
+            return refused.map(|severity| Worst { verdict: None, severities: vec![severity], goes_on: false, figure: (String::new(), None), refused });
         };
-        let first = row.iter().find(|record| record.verdict() == Some(verdict))?;
-        let told = if verdict == Verdict::Pass || is_two_sided { row.as_slice() } else { std::slice::from_ref(first) };
-        let severities = row.iter().filter(|record| record.verdict() == Some(verdict)).map(|record| record.severity).collect();
+        row.retain(|record| record.verdict().is_some());
+        let bad: Vec<&Record> = row.iter().copied().filter(|record| record.verdict() == Some(verdict)).collect();
+        let goes_on = row.ends_with(&bad);
+        let told = if verdict != Verdict::Pass && goes_on { &bad[..1] } else { &bad };
+        let severities = bad.iter().map(|record| record.severity).collect();
         // A figure that passes at 0 only is as bad as it is large.
         let least_pass =
             |name: &str| case.figures.iter().find(|figure| figure.name == name).map_or(1.0, |figure| if figure.pass > 0.0 { figure.pass } else { 1.0 });
         let figures = told.iter().flat_map(|record| &record.figures).filter(|figure| figure.verdict == verdict);
         let badness = |figure: &Figured| figure.value.unwrap_or(f64::INFINITY) / least_pass(&figure.name);
         let largest = figures.max_by(|a, b| badness(a).total_cmp(&badness(b)))?;
-        Some(Worst { verdict: Some(verdict), severities, is_two_sided, figure: (largest.name.clone(), largest.value), refused })
+        Some(Worst { verdict: Some(verdict), severities, goes_on, figure: (largest.name.clone(), largest.value), refused })
     }
 
-    /// Where it is so bad: "from 0.5" where what follows is as bad, else "at 0.0001, 100000".
+    /// Where it is so bad: "from 0.5" if all that follows is, else "at 0.0001, 100000".
     pub fn place(&self) -> String {
         let texts: Vec<String> = self.severities.iter().copied().map(severity_text).collect();
-        if self.is_two_sided { format!("at {}", texts.join(", ")) } else { format!("from {}", texts.first().map_or("", String::as_str)) }
+        if self.goes_on { format!("from {}", texts.first().map_or("", String::as_str)) } else { format!("at {}", texts.join(", ")) }
     }
 }
 

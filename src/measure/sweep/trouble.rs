@@ -235,7 +235,9 @@ pub(super) mod tests {
         }
         // A full run of one failure mode takes its place among quick ones of others.
         let other = changed(|record| record.case = "empty".into());
-        [full, own.clone(), other].map(|record| found(record));
+        for record in [full, own.clone(), other] {
+            found(record);
+        }
         let troubles = troubles_of(records);
         let run = troubles.run_of(&wanted).unwrap_or_else(|| panic!("no run"));
         assert_eq!((run.name().as_str(), run.missing()), ("svo cones 64³ (partly quick)", CASES.len() - 2));

@@ -82,8 +82,8 @@ pub(super) fn troubles(number: usize, section: &Section, troubles: &Troubles) ->
         } @else {
             p.note {
                 "From " code { "lumivox stress" } ": each row is a failure that the literature names, in a scene of its own (in this one where it was measured with it), made worse step by step. " b.fail { "fail" } ": anybody sees it; "
-                b.warn { "warn" } ": you see it when you look for it; " b.pass { "pass" } ": hardly. \"from 0.5\" is the first severity at which it was so, then the "
-                "figure there; severities in voxels hold at any resolution, but coarser voxels translate and rotate worse. A quick run has one to three severities a failure, so that its \"from\" is where the step lies."
+                b.warn { "warn" } ": you see it when you look for it; " b.pass { "pass" } ": hardly. \"from 0.5\": there and in all that is worse, with the "
+                "figure there; \"at 0.5\": there alone. Severities in voxels hold at any resolution, but coarser voxels translate and rotate worse. A quick run has one to three severities a failure, so that its \"from\" is where the step lies."
             }
             (table(&columns))
         }

@@ -81,7 +81,7 @@ pub(super) fn glossary() -> Markup {
                 .into(),
         ),
         ("block", "The mean of 8×8 pixels that lie on one plane and one material: misplaced light counts, grain and silhouettes do not.".into()),
-        ("bias", "mean(T − R) / mean R over the whole picture: light made up (+) or lost (−). Beside a material it is that material's.".into()),
+        ("bias", "mean(T − R) / mean R over the same blocks: light made up (+) or lost (−). Beside a material it is that material's.".into()),
         ("error by pixel", "The same as the error, by pixel: with grain, silhouettes, small things, and the reference's own grain.".into()),
         (
             "rough",
@@ -94,7 +94,7 @@ pub(super) fn glossary() -> Markup {
         ("worst material", "Where the error is largest: one figure for the whole picture hides a bad wall.".into()),
         ("light moves", "A frame, all passes: shadow maps, visible surfaces, update of the structure, gather, composite. Geometry stands still.".into()),
         ("everything moves", "A build of the structure and a frame.".into()),
-        ("spread", "The smallest and the largest time of the measured frames, below the median.".into()),
+        ("spread", "Below the median: with the smallest and the largest time of the indirect light. What all techniques share has one time for all.".into()),
         ("memory", "All bytes on the device; in brackets what the technique keeps in the world.".into()),
         (
             "Pareto front",
