@@ -173,5 +173,5 @@ fn truth(args: &Args, scene: &Scene, bounces: Bounces) -> Result<Truth, CliError
     if args.no_reference {
         return Ok(Truth { guide: guide(scene, width, height).map_err(reference_failed)?, indirect: None });
     }
-    reference(scene, args.size, bounces, args.max_error)
+    reference(scene, args.size.into(), bounces, args.max_error)
 }

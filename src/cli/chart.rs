@@ -6,9 +6,8 @@ use std::path::{Path, PathBuf};
 
 use lumivox::frame::FrameSettings;
 use lumivox::measure::bench::{BenchSettings, Case, open};
-use lumivox::measure::sweep::{
-    Cost, DEFAULT_GRID, PictureFolder, Point, Progress, Records, Section, Sweep, SweepError, Troubles, bounces_text, grid_cases, page, read_records,
-};
+use lumivox::measure::records::{Records, read_records};
+use lumivox::measure::sweep::{Cost, DEFAULT_GRID, PictureFolder, Point, Progress, Section, Sweep, SweepError, Troubles, bounces_text, grid_cases, page};
 use lumivox::metrics::Channel;
 use lumivox::reference::{ReferenceError, cache_dir};
 use lumivox::scene::{LoadOptions, Scene};

@@ -11,9 +11,9 @@ use lumivox::gi::registry::{Entry, find};
 use lumivox::graph::DeviceChoice;
 use lumivox::image::{Aov, Image, write_exr, write_png};
 use lumivox::measure::bench::{Truth, choose_timing};
-use lumivox::measure::report::{ReferenceInfo, Timing};
+use lumivox::measure::report::Timing;
 use lumivox::metrics::Channel;
-use lumivox::reference::{self, Bounces, Filter, MAX_SIZE_PX, ReferenceError, Sampling, cache_dir, cached};
+use lumivox::reference::{Bounces, MAX_SIZE_PX, ReferenceError, cache_dir, cached};
 use lumivox::scene::{LoadOptions, Scene};
 
 use super::CliError;
@@ -198,12 +198,9 @@ pub(super) struct ShadowArgs {
 }
 
 /// The reference's indirect light, from the cache where it is there.
-pub(super) fn reference(scene: &Scene, (width, height): (u32, u32), bounces: Bounces, max_error: f64) -> Result<Truth, CliError> {
-    let sampling = Sampling::Adaptive { max_error: max_error as f32, max_spp: 4096 };
-    let settings = reference::Settings { width, height, bounces, filter: Filter::Center, sampling, seed: 0 };
-    let image = cached(scene, &settings, &cache_dir(), &|_| {}).map_err(reference_failed)?;
-    let info = ReferenceInfo { bounces, samples_per_pixel: image.mean_samples(), pixel_noise: f64::from(image.indirect_error().pixel) };
-    Ok(Truth { indirect: Some((image.indirect(), info)), guide: image.guide })
+pub(super) fn reference(scene: &Scene, size: [u32; 2], bounces: Bounces, max_error: f64) -> Result<Truth, CliError> {
+    let image = cached(scene, &Truth::settings(size, bounces, max_error), &cache_dir(), &|_| {}).map_err(reference_failed)?;
+    Ok(Truth::of(image, bounces))
 }
 
 /// Whose fault it is that there is no reference.

@@ -55,9 +55,9 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     let bar = if quiet { ProgressBar::hidden() } else { ProgressBar::new_spinner() };
     bar.set_message("reference");
     let bounces = (entry.bounces)(&settings).map_or(Bounces::Full, Bounces::Count);
-    let truth = reference(&scene, args.size, bounces, args.max_error)?;
+    let truth = reference(&scene, args.size.into(), bounces, args.max_error)?;
     // What is left out is large, and paths without end are dear.
-    let all = (bounces != Bounces::Full).then(|| reference(&scene, args.size, Bounces::Full, 4.0 * args.max_error)).transpose()?;
+    let all = (bounces != Bounces::Full).then(|| reference(&scene, args.size.into(), Bounces::Full, 4.0 * args.max_error)).transpose()?;
     let all = all.and_then(|all| all.indirect).map(|(image, _)| image);
     let gpu = Gpu::new(&GpuOptions { device, isolate_passes, ..GpuOptions::default() }).map_err(CliError::failed)?;
     let frame = FrameSettings { size: [args.size.0, args.size.1], shadow_resolution: args.shadow.shadow_resolution };

@@ -9,9 +9,9 @@ use lumivox::gi::Settings;
 use lumivox::gi::registry::{Entry, TECHNIQUES, find};
 use lumivox::graph::{Gpu, GpuOptions};
 use lumivox::measure::bench::{Case, cases};
+use lumivox::measure::records::{Records, read_records};
 use lumivox::measure::stress::results::{Results, summary};
 use lumivox::measure::stress::{CASES, Effort, LEAST_RESOLUTION, Memo, Probe, Record, StressCase, StressError};
-use lumivox::measure::sweep::{Records, read_records};
 use lumivox::scene::{LoadOptions, Scene};
 
 use super::CliError;

@@ -9,6 +9,7 @@ use crate::gi::settings::SettingError;
 use crate::graph::{DeviceChoice, Error, FrameStats, Gpu, GpuOptions, PassTimes, Spread, TimesAccumulator};
 use crate::image::{Aov, GuideImage, Image};
 use crate::metrics::Channel;
+use crate::reference::{self, Bounces, Filter, ReferenceImage, Sampling};
 use crate::render::GpuScene;
 use crate::scene::Scene;
 use crate::vulkan::DeviceKind;
@@ -89,6 +90,23 @@ pub struct Truth {
     pub guide: GuideImage,
     /// The indirect radiance, and where it is from; `None` where no error is wanted.
     pub indirect: Option<(Image, ReferenceInfo)>,
+}
+
+/// Samples per pixel at which a reference is done in any case.
+pub const MAX_SPP: u32 = 4096;
+
+impl Truth {
+    /// How to render the reference of so many bounces; `max_error` is the relative standard error of 8×8-pixel means that it may have.
+    pub fn settings([width, height]: [u32; 2], bounces: Bounces, max_error: f64) -> reference::Settings {
+        let sampling = Sampling::Adaptive { max_error: max_error as f32, max_spp: MAX_SPP };
+        reference::Settings { width, height, bounces, filter: Filter::Center, sampling, seed: 0 }
+    }
+
+    /// What a reference shows.
+    pub fn of(image: ReferenceImage, bounces: Bounces) -> Self {
+        let info = ReferenceInfo { bounces, samples_per_pixel: image.mean_samples(), pixel_noise: f64::from(image.indirect_error().pixel) };
+        Truth { indirect: Some((image.indirect(), info)), guide: image.guide }
+    }
 }
 
 /// The last frame of a case.

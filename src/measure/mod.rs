@@ -1,10 +1,12 @@
 //! Measuring: cases, runs, reports and their charts.
 
 pub mod bench;
+mod build;
 pub mod chart;
 pub mod explain;
 mod figures;
 mod profile;
+pub mod records;
 pub mod report;
 pub mod stages;
 pub mod stress;

@@ -55,8 +55,7 @@ impl Probe<'_> {
 
     /// Edge of a voxel over the largest extent of what the grid is fitted to.
     pub(super) fn voxel_share(&self) -> f32 {
-        let n = self.resolution() as f32;
-        (1.04 / n).max(1.0 / (n - 4.5))
+        scenes::voxel_share(self.resolution()) as f32
     }
 
     /// Edge of a voxel in a scene of the suite's own (m).

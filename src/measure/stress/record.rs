@@ -8,7 +8,8 @@ use serde::{Deserialize, Serialize};
 use super::{Probe, StressCase, StressError};
 use crate::graph::{Error, Gpu};
 use crate::measure::bench::Case;
-use crate::measure::sweep;
+use crate::measure::build::{build, commit};
+use crate::measure::records;
 use crate::measure::table::value_text;
 use crate::scene::Fnv;
 
@@ -94,7 +95,7 @@ pub struct Record {
     pub is_lost: bool,
 }
 
-impl sweep::Record for Record {
+impl records::Record for Record {
     const COMMAND: &'static str = "lumivox stress";
     const VERSION: u32 = RECORD_VERSION;
 
@@ -111,7 +112,7 @@ impl sweep::Record for Record {
 impl fmt::Display for Setup {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Setup { version, build, device, size: [width, height], shadow_resolution, effort, .. } = self;
-        write!(f, "{device}; lumivox {version}{}; {width}×{height} px, maps of {shadow_resolution}² texels, {effort} effort", sweep::commit(build))
+        write!(f, "{device}; lumivox {version}{}; {width}×{height} px, maps of {shadow_resolution}² texels, {effort} effort", commit(build))
     }
 }
 
@@ -120,7 +121,7 @@ impl Setup {
         let info = gpu.info();
         Setup {
             version: env!("CARGO_PKG_VERSION").to_owned(),
-            build: sweep::build(),
+            build: build(),
             device: info.name.clone(),
             driver: info.driver.clone(),
             size: probe.frame.size,

@@ -8,6 +8,12 @@ use crate::scene::{Camera, Light, Material, Model, Scene, SceneError, Triangle, 
 /// Largest extent of a scene of the suite's own (m).
 pub(super) const ROOM_M: f32 = 4.0;
 
+/// Edge of a voxel over the largest extent of what a grid of so many voxels is fitted to ([`VoxelGrid::around`](crate::gi::voxel::VoxelGrid::around)).
+pub(super) fn voxel_share(resolution: u32) -> f64 {
+    let n = f64::from(resolution);
+    (1.04 / n).max(1.0 / (n - 4.5))
+}
+
 /// The suite's scene where a case takes any.
 pub(super) fn standard() -> Result<Scene, SceneError> {
     Scene::bundled("cornell", &[])
@@ -107,6 +113,7 @@ pub(super) fn lamp(position: [f32; 3], intensity: f32) -> Vec<Light> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::gi::voxel::VoxelGrid;
 
     /// Turned by 90° and back, enlarged and moved: what was where is there again, and looks the same size.
     #[test]
@@ -121,6 +128,14 @@ mod tests {
         let irradiance = |scene: &Scene| scene.lights[0].sample(scene.vertices[0].position.into()).2;
         assert!((irradiance(&large) - irradiance(&scene)).abs().max_element() < 1e-4);
         Ok(())
+    }
+
+    #[test]
+    fn voxels_are_the_grids() {
+        for resolution in [32, 64, 100, 512] {
+            let grid = VoxelGrid::around((Vec3::ZERO, Vec3::new(3.0, 1.0, 2.0)), resolution);
+            assert!((f64::from(grid.voxel_size) / 3.0 / voxel_share(resolution) - 1.0).abs() < 1e-6, "{grid:?}");
+        }
     }
 
     /// The grid is fitted to the specks, and triangles stay sorted by material.

@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 
+use super::scenes::voxel_share;
 use super::{Change, Figure, OWN, Probe, StressCase, StressError};
 use crate::frame::Renderer;
 use crate::image::{Aov, Image};
@@ -56,9 +57,8 @@ fn measure(probe: &Probe<'_>, wall_voxels: f64) -> Result<Vec<f64>, StressError>
 fn two_rooms(resolution: u32, wall_voxels: f64, (place_voxels, turn_deg): (f64, f64)) -> Result<Scene, StressError> {
     /// Length of both rooms, and width.
     const ROOMS_M: [f64; 2] = [8.0, 4.0];
-    let (n, [sine, cosine]) = (f64::from(resolution), [turn_deg.to_radians().sin(), turn_deg.to_radians().cos()]);
-    // Voxels over extent (the grid's equation 1); extent = rooms + wall + twice the way of the wall, turned.
-    let voxel_over_extent = (1.04 / n).max(1.0 / (n - 4.5));
+    let (voxel_over_extent, [sine, cosine]) = (voxel_share(resolution), [turn_deg.to_radians().sin(), turn_deg.to_radians().cos()]);
+    // Extent = rooms + wall + twice the way of the wall, turned.
     let extent_m = (cosine * ROOMS_M[0] + sine * ROOMS_M[1]) / (1.0 - voxel_over_extent * cosine * (wall_voxels + 2.0 * place_voxels));
     let voxel_m = voxel_over_extent * extent_m;
     let parameters = [("thickness_m", wall_voxels * voxel_m), ("lit_length_m", 0.5 * ROOMS_M[0] + 2.0 * place_voxels * voxel_m), ("turn_deg", turn_deg)];

@@ -1,14 +1,15 @@
 //! Sweeps: many techniques and settings on one scene, what each costs and how wrong it is, and which of them nothing else beats.
 //!
-//! A [grid](grid_cases) names the cases. A [`Sweep`] measures those without a record and appends a [`Point`] each to [`Records`]. [`Section`]s are points that
+//! A [grid](grid_cases) names the cases. A [`Sweep`] measures those without a record and appends a [`Point`] each to [`Records`](super::records::Records). [`Section`]s are points that
 //! can be compared; from them come charts, CSV, [answers](Answer), and a [page](page()), which tells what `lumivox stress` found ([`Troubles`]) beside them.
 
 mod answer;
+mod command;
 mod front;
 mod grid;
 mod page;
+mod pictures;
 mod point;
-mod records;
 mod run;
 mod section;
 mod trouble;
@@ -17,10 +18,8 @@ pub use answer::{Answer, Goal, Pick, Picks, ROUGH};
 pub use front::{Price, cheapest, distinct_front, front, near_front};
 pub use grid::{DEFAULT_GRID, GridError, grid_cases};
 pub use page::page;
-pub(super) use point::build;
+pub use pictures::PictureFolder;
 pub use point::{Cost, Point, PointError, RECORD_VERSION, Setup, bounces_of, bounces_text};
-pub use records::{PictureFolder, Record, RecordError, Records, read_records};
 pub use run::{Progress, Sweep, SweepError};
-pub(super) use section::commit;
 pub use section::{Group, Section, Standing};
 pub use trouble::{Finding, TroubleRun, Troubles};

@@ -2,14 +2,15 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use std::sync::LazyLock;
 
 use serde::{Deserialize, Serialize};
 
 use super::front::Price;
 use crate::graph::{Gpu, PassTimes, Spread};
 use crate::measure::bench::{BenchSettings, Case};
+use crate::measure::build::build;
 use crate::measure::figures::structure_bytes;
+use crate::measure::records::Record;
 use crate::measure::report::{ErrorReport, MemoryRow, Report, Timing};
 use crate::measure::table::{median_ms, value_text};
 use crate::metrics::{BLOCK_PX, Channel, Errors};
@@ -161,15 +162,17 @@ impl Setup {
     }
 }
 
-/// What the program was built from, as far as it can be told.
-pub(in crate::measure) fn build() -> String {
-    static OF_EXECUTABLE: LazyLock<String> = LazyLock::new(|| {
-        let mut hash = Fnv::default();
-        let bytes = std::env::current_exe().and_then(std::fs::read);
-        bytes.iter().for_each(|bytes| hash.bytes(bytes));
-        format!("executable {:032x}", hash.value())
-    });
-    option_env!("LUMIVOX_COMMIT").map_or_else(|| OF_EXECUTABLE.clone(), str::to_owned)
+impl Record for Point {
+    const COMMAND: &'static str = "lumivox chart";
+    const VERSION: u32 = RECORD_VERSION;
+
+    fn version(&self) -> u32 {
+        self.record_version
+    }
+
+    fn key(&self) -> &str {
+        &self.key
+    }
 }
 
 impl PointError {

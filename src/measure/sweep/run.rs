@@ -2,14 +2,15 @@
 
 use std::path::Path;
 
+use super::pictures::PictureFolder;
 use super::point::{Point, Setup, bounces_of};
-use super::records::{PictureFolder, RecordError, Records};
 use crate::graph::{Error, Gpu};
 use crate::image::Image;
-use crate::measure::bench::{BenchSettings, Case, Pictures, Truth, measure_on};
-use crate::measure::report::{ReferenceInfo, Report};
+use crate::measure::bench::{BenchSettings, Case, MAX_SPP, Pictures, Truth, measure_on};
+use crate::measure::records::{RecordError, Records};
+use crate::measure::report::Report;
 use crate::metrics::{BLOCK_PX, MetricError, error_image, exposure_of};
-use crate::reference::{self, Bounces, Filter, ReferenceError, Sampling, cached};
+use crate::reference::{Bounces, ReferenceError, cached};
 use crate::render::GpuScene;
 use crate::scene::Scene;
 
@@ -68,12 +69,12 @@ impl<'s> Sweep<'s> {
     }
 
     /// The cases that have no record.
-    pub fn missing<'c>(&self, cases: &'c [Case], records: &Records) -> Vec<&'c Case> {
+    pub fn missing<'c>(&self, cases: &'c [Case], records: &Records<Point>) -> Vec<&'c Case> {
         cases.iter().filter(|case| records.find(&self.setup.key(case)).is_none()).collect()
     }
 
     /// The records of the cases that have one, in the order of the cases.
-    pub fn points(&self, cases: &[Case], records: &Records) -> Vec<Point> {
+    pub fn points(&self, cases: &[Case], records: &Records<Point>) -> Vec<Point> {
         cases.iter().filter_map(|case| records.find(&self.setup.key(case)).cloned()).collect()
     }
 
@@ -82,7 +83,7 @@ impl<'s> Sweep<'s> {
         &self,
         cases: &[&Case],
         cache: &Path,
-        records: &mut Records,
+        records: &mut Records<Point>,
         pictures: &PictureFolder,
         progress: &mut dyn FnMut(Progress<'_>),
     ) -> Result<(), SweepError> {
@@ -113,28 +114,22 @@ impl<'s> Sweep<'s> {
     }
 
     fn reference(&self, bounces: Bounces, cache: &Path) -> Result<Reference, SweepError> {
-        let [width, height] = self.setup.size;
-        let sampling = Sampling::Adaptive { max_error: self.setup.max_error as f32, max_spp: MAX_SPP };
-        let settings = reference::Settings { width, height, bounces, filter: Filter::Center, sampling, seed: 0 };
-        let image = cached(self.scene, &settings, cache, &|_| {})?;
-        let info = ReferenceInfo { bounces, samples_per_pixel: image.mean_samples(), pixel_noise: f64::from(image.indirect_error().pixel) };
-        let (reached, asked) = (info.pixel_noise / f64::from(BLOCK_PX), self.setup.max_error);
+        let (size, asked) = (self.setup.size, self.setup.max_error);
+        let image = cached(self.scene, &Truth::settings(size, bounces, asked), cache, &|_| {})?;
+        let reached = f64::from(image.indirect_error().pixel) / f64::from(BLOCK_PX);
         if reached > NEAR * asked {
             log::warn!(
                 "{}: the reference's standard error is {reached:.2e}, above --max-error {asked}; it has at most {MAX_SPP} samples a pixel",
                 self.scene.name
             );
         }
-        let (full, indirect) = (image.radiance(), image.indirect());
-        Ok(Reference { bounces, exposure: exposure_of(&full), full, truth: Truth { guide: image.guide, indirect: Some((indirect, info)) } })
+        let full = image.radiance();
+        Ok(Reference { bounces, exposure: exposure_of(&full), full, truth: Truth::of(image, bounces) })
     }
 }
 
 /// So many times the error that was asked for is as good: it is estimated.
 const NEAR: f64 = 1.5;
-
-/// Samples per pixel at which the reference is done in any case.
-const MAX_SPP: u32 = 4096;
 
 fn write_pictures(folder: &PictureFolder, key: &str, taken: &Pictures, reference: &Reference, report: &Report) -> Result<(), SweepError> {
     folder.write_picture(key, &taken.full, reference.exposure)?;

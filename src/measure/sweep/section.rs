@@ -6,6 +6,7 @@ use super::front::{Price, distinct_front, front, near_front};
 use super::point::{Cost, Point, bounces_text};
 use crate::frame;
 use crate::graph::{PassTimes, Spread};
+use crate::measure::build::commit;
 use crate::measure::chart::{Chart, FrontPoint, Panels, PointPanel, Series, short};
 use crate::measure::report::Timing;
 use crate::measure::table::csv_of;
@@ -293,11 +294,6 @@ pub(super) fn standing_text(cost: Cost, standing: Option<Standing>) -> String {
         Some(Standing::Near) => "near".to_owned(),
         Some(Standing::Beaten) | None => String::new(),
     }
-}
-
-/// The commit in brackets; nothing for one that is not known.
-pub(in crate::measure) fn commit(build: &str) -> String {
-    if build.starts_with("executable ") { String::new() } else { format!(" ({build})") }
 }
 
 /// Characters on a line of the key.

@@ -2,8 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
+use super::command;
 use super::point::Point;
-use super::records::{RecordError, read_records};
+use crate::measure::records::{RecordError, read_records};
 use crate::measure::stress::results::Worst;
 use crate::measure::stress::{CASES, Effort, LEAST_RESOLUTION, Record, StressCase};
 
@@ -76,13 +77,7 @@ impl Troubles {
 
     /// The command that measures a point's own settings.
     pub fn command(&self, point: &Point) -> String {
-        let resolution = stress_resolution(point);
-        let preset = point.preset.iter().flat_map(|preset| ["--preset".to_owned(), preset.clone()]);
-        let resolution = resolution.iter().flat_map(|resolution| ["--resolution".to_owned(), resolution.to_string()]);
-        let changes = point.changes.iter().flat_map(|(name, value)| ["--set".to_owned(), format!("{name}={value}")]);
-        let head = ["lumivox", "stress", "--technique", &point.technique].map(str::to_owned).into_iter();
-        let words: Vec<String> = head.chain(preset).chain(resolution).chain(changes).collect();
-        format!("{} -o {}", words.join(" "), super::page::quoted(&self.folder.display().to_string()))
+        command::stress(&self.folder, point, stress_resolution(point))
     }
 }
 

@@ -3,16 +3,14 @@
 use maud::{Markup, html};
 
 use super::super::answer::{Goal, Pick, Picks, ROUGH, goals_text, mib};
+use super::super::command;
+use super::super::pictures::PictureFolder;
 use super::super::point::{Cost, Point, bounces_text};
-use super::super::records::PictureFolder;
 use super::super::section::{Section, Standing, percent, signed_percent, standing_text};
 use super::super::trouble::Troubles;
-use super::{device, quoted, thumbnails, troubles};
+use super::{device, thumbnails, troubles};
 use crate::graph::Spread;
-use crate::measure::bench::FEEDBACK_FRAMES;
 use crate::measure::chart::short;
-use crate::measure::report::Timing;
-use crate::metrics::Channel;
 use crate::reference::Bounces;
 use crate::scene::Scene;
 
@@ -61,8 +59,8 @@ pub(super) fn answers(number: usize, section: &Section, pictures: &PictureFolder
                     }
                     tr.details { td colspan="10" {
                         (troubles::in_short(number, point, troubles))
-                        div { code { (measure_command(&source, point)) } }
-                        div { code { (render_command(&source, point)) } }
+                        div { code { (command::measure(&source, point)) } }
+                        div { code { (command::render(&source, point)) } }
                     } }
                 } }
             } }
@@ -192,44 +190,7 @@ fn worst(point: &Point) -> Markup {
 fn source(section: &Section, first: &Point) -> String {
     let is_same = |scene: &Scene| format!("{:032x}", scene.content_hash()) == first.setup.scene_hash;
     let bundled = || Scene::bundled(&first.scene, &[]).ok().filter(is_same).map(|_| format!("bundled:{}", first.scene));
-    section.source.clone().or_else(bundled).map_or_else(|| "SCENE".to_owned(), |source| quoted(&source))
-}
-
-/// The command that measures a point again.
-fn measure_command(source: &str, point: &Point) -> String {
-    let setup = &point.setup;
-    let resolution = point.resolution().map(|resolution| format!(" --resolution {resolution}")).unwrap_or_default();
-    let channel = if setup.channel == Channel::Luminance { "" } else { " --channel rgb" };
-    let timing = if setup.timing == Timing::Host { "host" } else { "timestamps" };
-    format!(
-        "lumivox bench {source}{}{resolution}{}{} --frames {} --rebuilds {} --max-error {}{channel} --timing {timing} -o again",
-        technique(point),
-        changes(point),
-        picture(point),
-        setup.frames,
-        setup.rebuilds,
-        setup.max_error
-    )
-}
-
-/// The command that renders its picture.
-fn render_command(source: &str, point: &Point) -> String {
-    let resolution = point.resolution().map(|resolution| format!(" --set resolution={resolution}")).unwrap_or_default();
-    let frames = if point.bounces == Bounces::Full { format!(" --frames {FEEDBACK_FRAMES}") } else { String::new() };
-    format!("lumivox render {source}{}{resolution}{}{}{frames} -o picture.png", technique(point), changes(point), picture(point))
-}
-
-fn technique(point: &Point) -> String {
-    format!(" --technique {}{}", point.technique, point.preset.as_ref().map(|preset| format!(" --preset {preset}")).unwrap_or_default())
-}
-
-fn changes(point: &Point) -> String {
-    point.changes.iter().map(|(name, value)| format!(" --set {name}={value}")).collect()
-}
-
-fn picture(point: &Point) -> String {
-    let setup = &point.setup;
-    format!(" --size {}x{} --shadow-resolution {}", setup.size[0], setup.size[1], setup.shadow_resolution)
+    section.source.clone().or_else(bundled).map_or_else(|| "SCENE".to_owned(), |source| command::quoted(&source))
 }
 
 #[cfg(test)]

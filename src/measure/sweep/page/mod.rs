@@ -13,11 +13,12 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 use std::io::Cursor;
 use std::path::Path;
 
+use super::pictures::PictureFolder;
 use super::point::{Cost, Point, bounces_text};
-use super::records::PictureFolder;
-use super::section::{Section, commit, percent};
+use super::section::{Section, percent};
 use super::trouble::Troubles;
 use crate::image::heat_color;
+use crate::measure::build::commit;
 use crate::measure::chart::ChartError;
 use crate::measure::report::Timing;
 use crate::reference::Bounces;
@@ -166,20 +167,4 @@ fn data_uri(path: &Path) -> Option<String> {
     let mut bytes = Vec::new();
     small.write_to(&mut Cursor::new(&mut bytes), ImageFormat::Png).ok()?;
     Some(format!("data:image/png;base64,{}", STANDARD.encode(bytes)))
-}
-
-/// A word of a command line as a shell reads it.
-pub(super) fn quoted(word: &str) -> String {
-    let is_plain = |c: char| c.is_alphanumeric() || "-_./:=,+@%".contains(c);
-    if !word.is_empty() && word.chars().all(is_plain) { word.to_owned() } else { format!("'{}'", word.replace('\'', r"'\''")) }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn words_survive_the_shell() {
-        assert_eq!(["bundled:cornell", "a b", "it's", ""].map(quoted), ["bundled:cornell", "'a b'", r"'it'\''s'", "''"]);
-    }
 }

@@ -3,8 +3,8 @@
 use maud::{Markup, html};
 
 use super::super::answer::mib;
+use super::super::pictures::PictureFolder;
 use super::super::point::{Cost, Point};
-use super::super::records::PictureFolder;
 use super::super::section::{MIB, Section, Standing, percent, signed_percent, standing_text};
 use super::{answers, thumbnails};
 use crate::graph::Spread;

@@ -1,4 +1,4 @@
-//! Records on disk: a line of JSON a point, written as soon as the point is measured, so that a run that is stopped goes on where it was.
+//! Records on disk: a line of JSON each, written as soon as it is measured, so that a run that is stopped goes on where it was.
 
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{Read as _, Seek as _, SeekFrom, Write as _};
@@ -7,8 +7,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use super::point::{Point, RECORD_VERSION};
-use crate::image::{Image, ImageError, write_heatmap, write_png};
+use crate::image::ImageError;
 
 /// Records that cannot be read or written.
 #[derive(Debug, thiserror::Error)]
@@ -58,22 +57,9 @@ pub trait Record: Clone + Serialize + DeserializeOwned {
     fn key(&self) -> &str;
 }
 
-impl Record for Point {
-    const COMMAND: &'static str = "lumivox chart";
-    const VERSION: u32 = RECORD_VERSION;
-
-    fn version(&self) -> u32 {
-        self.record_version
-    }
-
-    fn key(&self) -> &str {
-        &self.key
-    }
-}
-
 /// An open file of records, which no other process can open meanwhile.
 #[derive(Debug)]
-pub struct Records<R = Point> {
+pub struct Records<R> {
     path: PathBuf,
     file: File,
     points: Vec<R>,
@@ -136,52 +122,4 @@ fn parse<R: Record>(path: &Path, bytes: &[u8]) -> Result<(Vec<R>, usize), Record
     };
     let lines = bytes[..whole].split(|byte| *byte == b'\n').enumerate().filter(|(_, line)| !line.is_empty());
     Ok((lines.map(point).collect::<Result<_, _>>()?, whole))
-}
-
-/// The folder of pictures beside the records: `KEY.png`, what a point looks like, and `KEY-error.png`, where it is wrong.
-#[derive(Clone, Debug)]
-pub struct PictureFolder(PathBuf);
-
-impl PictureFolder {
-    /// The folder `pictures` of a folder of records; it is made with the first picture.
-    pub fn of(records: &Path) -> Self {
-        PictureFolder(records.join("pictures"))
-    }
-
-    /// The picture of a key.
-    pub fn picture(&self, key: &str) -> PathBuf {
-        self.0.join(format!("{key}.png"))
-    }
-
-    /// The heat map of a key.
-    pub fn error(&self, key: &str) -> PathBuf {
-        self.0.join(format!("{key}-error.png"))
-    }
-
-    /// Writes the radiance of a key at an exposure.
-    pub fn write_picture(&self, key: &str, radiance: &Image, exposure: f32) -> Result<(), RecordError> {
-        self.make()?;
-        Ok(write_png(&self.picture(key), radiance, exposure)?)
-    }
-
-    /// Writes the absolute error of a key; `scale` is shown brightest.
-    pub fn write_error(&self, key: &str, error: &Image, scale: f32) -> Result<(), RecordError> {
-        self.make()?;
-        Ok(write_heatmap(&self.error(key), error, scale)?)
-    }
-
-    /// Copies from another folder what it has of a key and this one lacks.
-    pub fn copy(&self, other: &PictureFolder, key: &str) -> Result<(), RecordError> {
-        for (from, to) in [(other.picture(key), self.picture(key)), (other.error(key), self.error(key))] {
-            if from.is_file() && !to.exists() {
-                self.make()?;
-                std::fs::copy(&from, &to).map_err(|source| RecordError::File { what: "write", path: to, source })?;
-            }
-        }
-        Ok(())
-    }
-
-    fn make(&self) -> Result<(), RecordError> {
-        std::fs::create_dir_all(&self.0).map_err(|source| RecordError::File { what: "make the folder", path: self.0.clone(), source })
-    }
 }
