@@ -84,6 +84,7 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     let mut report = Report::new(&gpu, &scene.name, size, entry.name, &settings);
     report.preset = args.technique.preset(entry);
     report.time_s = args.scene.time_s();
+    report.voxel_size_m = renderer.voxel_size();
     report.counting = PassTimes::once(&build.counting);
     report.build = PassTimes::once(&build.passes);
     report.passes = times.rows();

@@ -237,6 +237,7 @@ impl Run<'_> {
         let stages: Vec<StageTimes> =
             [(When::Build, &self.builds), (When::Frame, &self.frames)].into_iter().flat_map(|(when, runs)| stage_times(case.entry, when, runs)).collect();
         let mut report = Report {
+            voxel_size_m: self.renderer.voxel_size(),
             counting: PassTimes::once(&self.first_build.counting),
             first_build: PassTimes::once(&self.first_build.passes),
             build: rows(&self.builds),

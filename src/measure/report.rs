@@ -146,6 +146,8 @@ pub struct Report {
     pub preset: Option<String>,
     /// All its settings.
     pub settings: BTreeMap<&'static str, Value>,
+    /// Edge of its finest voxels (m), where it has any and it is known.
+    pub voxel_size_m: Option<f32>,
     /// Where the times come from, where it is known.
     pub timing: Option<Timing>,
     /// Why there is nothing below: what the device refused.
@@ -238,6 +240,7 @@ impl Report {
             technique,
             preset: None,
             settings: settings.iter().collect(),
+            voxel_size_m: None,
             timing: Some(if gpu.isolates_passes() { Timing::Host } else { Timing::Timestamps }),
             failure: None,
             refused: None,

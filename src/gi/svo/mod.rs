@@ -68,7 +68,7 @@ static SETTINGS: &[Setting] = &[
 ];
 
 static PRESETS: &[Preset] = &[
-    Preset { name: "accurate", help: "the least error: as cones, but 32 of them and so narrow that they read the finest levels", values: &[cone::NARROWEST] },
+    Preset { name: "accurate", help: "as cones, but 32 of them and so narrow that they read the finest levels", values: &[cone::NARROWEST] },
     Preset {
         name: "cones",
         help: "cones as they converge best for their time: narrow, interleaved, kept off the receiver's plane, through bricks that stay opaque",

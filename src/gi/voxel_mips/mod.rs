@@ -69,7 +69,11 @@ static SETTINGS: &[Setting] = &[
 ];
 
 static PRESETS: &[Preset] = &[
-    Preset { name: "accurate", help: "the best measured error per millisecond: exact rays, interleaved over 4×4 pixels", values: &[&[("gather", "rays")]] },
+    Preset {
+        name: "accurate",
+        help: "exact rays, interleaved over 4×4 pixels: the least error for its time where walls are flat",
+        values: &[&[("gather", "rays")]],
+    },
     Preset {
         name: "cones",
         help: "cones as they converge best: narrow, interleaved, kept off the receiver's plane, through mips that stay opaque",

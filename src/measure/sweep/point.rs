@@ -77,6 +77,9 @@ pub struct Point {
     pub changes: BTreeMap<String, String>,
     /// All settings.
     pub settings: BTreeMap<String, String>,
+    /// Edge of the finest voxels (m), where there are any.
+    #[serde(default)]
+    pub voxel_size_m: Option<f32>,
     /// Indirect bounces, of the reference too.
     pub bounces: Bounces,
     /// Why there is no error or nothing at all: what the device refused, or what could not be compared.
@@ -209,6 +212,7 @@ impl Point {
             preset: case.preset.clone(),
             changes: case.changes(),
             settings: case.settings.iter().map(text).collect(),
+            voxel_size_m: report.voxel_size_m,
             bounces: bounces_of(case),
             failure: report.failure.clone().or_else(|| is_dark.then(dark)),
             refused: report.refused.clone(),
@@ -387,6 +391,7 @@ pub(super) mod tests {
             preset: Some("cones".into()),
             changes: BTreeMap::from([("cones".to_owned(), format!("{gather}"))]),
             settings: BTreeMap::from([("resolution".to_owned(), "64".to_owned())]),
+            voxel_size_m: Some(0.125),
             bounces: Bounces::Count(bounces),
             failure: None,
             refused: None,

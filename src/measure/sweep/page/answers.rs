@@ -48,7 +48,11 @@ pub(super) fn answers(number: usize, section: &Section, pictures: &PictureFolder
                     tr id={ "pick-" (point.key) } {
                         td.word { @for goal in goals_text(&pick.goals) { (goal) br; } }
                         td.word.pair { @for image in thumbnails(point, pictures).into_iter().flatten() { (image) } }
-                        td.word { (name(point)) br; small { (marks_text(point, marks)) } }
+                        td.word {
+                            (name(point)) br;
+                            @if let Some(size_m) = point.voxel_size_m { small { "finest voxels " (short(f64::from(size_m))) " m" } br; }
+                            small { (marks_text(point, marks)) }
+                        }
                         td { (time(point.frame_ms())) }
                         td { (time(point.moving_ms())) }
                         td { (mib(point.memory_bytes)) @if let Some(bytes) = point.structure_bytes { br; small { "(" (mib(bytes)) ")" } } }
@@ -79,10 +83,11 @@ fn below(section: &Section, unmet: &[Goal], bounces: Bounces) -> Markup {
     let bounds: Vec<String> = unmet.iter().filter_map(|goal| if let Goal::Time(bound) = goal { Some(percent(*bound)) } else { None }).collect();
     html! {
         p.note {
-            "Of what is within the reference's noise (" (percent(section.noise(&members))) ") of the least error that fits, the cheapest: what is better by less is not "
-            "known to be better. Of what costs as much as that within a tenth, the best. "
+            "A row answers for all budgets up to the next. Of what fits, all within the reference's noise (" (percent(section.noise(&members))) ", as the error) of the "
+            "least error is taken to be as good; of these the cheapest is named, or one that costs up to a tenth more and has less error. "
             @if !bounds.is_empty() {
-                b { "Not measured: " } "an error of at most " (bounds.join(", ")) "; " (section.least_error_text(bounces)) ", which says nothing of other settings."
+                b { "Not reached: " } "an error of at most " (bounds.join(", ")) "; " (section.least_error_text(bounces)) ". Other settings may do it: "
+                code { "lumivox explain" } " says what limits one, and which setting to raise."
             }
         }
     }
@@ -183,7 +188,7 @@ pub(super) fn rough(point: &Point) -> Markup {
 const VERY: f64 = 3.0;
 
 fn worst(point: &Point) -> Markup {
-    html! { @if let Some((name, error)) = point.worst_material() { (name) br; small { "error " (percent(error.rel_rmse)) br; "bias " (signed_percent(error.bias)) } } }
+    html! { @if let Some((name, error)) = point.worst_material().filter(|_| point.materials.len() > 1) { (name) br; small { "error " (percent(error.rel_rmse)) br; "bias " (signed_percent(error.bias)) } } }
 }
 
 /// The scene as a command line names it; a bundled one is known by its content.
@@ -216,6 +221,7 @@ mod tests {
             "least time, error at most 5%, 10%",
             "least memory, error at most 5%, 10%",
             "c cones 64³",
+            "finest voxels 0.125 m",
             ">cones=999<",
             ">1004<",
             "904–1205",
@@ -249,7 +255,7 @@ mod tests {
             assert!(beside.contains(text), "{text} is not in {beside}");
         }
         assert!(!beside.contains("<b>1%</b>"), "what has two bounces is beside what has one");
-        assert!(!html.contains("as above") && !html.contains("Not measured:") && html.contains("noise (0.2%)"));
+        assert!(!html.contains("as above") && !html.contains("Not reached:") && html.contains("noise (0.2%, as the error)"));
     }
 
     /// A picture that looks worse than its error is marked, by how much.
@@ -277,13 +283,13 @@ mod tests {
         assert!(!html(&section).contains("says little"));
     }
 
-    /// What no point meets was not measured; it is no limit of the technique.
+    /// What no point meets was not reached; it is no limit of the technique.
     #[test]
-    fn what_nothing_meets_was_not_measured() {
+    fn what_nothing_meets_was_not_reached() {
         let mut section = section();
         section.points.retain(|point| point.technique == "b");
         let html = answers(0, &section, &PictureFolder::of(std::path::Path::new("absent")), &Troubles::default()).into_string();
-        assert!(html.contains("<b>Not measured: </b>an error of at most 5%, 10%; the least error of 1 point is 16%"), "{html}");
+        assert!(html.contains("<b>Not reached: </b>an error of at most 5%, 10%; the least error of 1 point is 16%"), "{html}");
     }
 
     /// A bundled scene is named as such only if it is the one that was measured.

@@ -52,6 +52,9 @@ const HEADINGS: [(&str, bool); 22] = [
     ("resolution", false),
     ("differs from the preset", true),
     ("bounces", false),
+    ("front: time", false),
+    ("front: rebuild", false),
+    ("front: memory", false),
     ("error", false),
     ("bias", false),
     ("error by pixel", false),
@@ -66,9 +69,6 @@ const HEADINGS: [(&str, bool); 22] = [
     ("build + frame [ms]", false),
     ("structure [MiB]", false),
     ("all memory [MiB]", false),
-    ("front: time", false),
-    ("front: rebuild", false),
-    ("front: memory", false),
 ];
 
 /// All points, those on a front first, then by error; numbers of bounces one after the other.
@@ -143,18 +143,20 @@ fn cells(point: &Point, standings: [Option<Standing>; 3]) -> Vec<Cell> {
             value: bounces.to_string().replace("inf", "Infinity"),
             ..Cell::number(Some(bounces), |count| if count.is_finite() { count.to_string() } else { "all".into() })
         },
+    ];
+    cells.extend(Cost::ALL.into_iter().zip(standings).map(|(cost, standing)| Cell::standing(cost, standing)));
+    cells.extend([
         Cell::number(point.error.map(|error| error.rel_rmse), percent),
         Cell::number(point.error.map(|error| error.bias), signed_percent),
         Cell { shown: html! { (by_pixel.shown) (answers::rough(point)) }, ..by_pixel },
         Cell::word(worst.map_or("", |(name, _)| name)),
         Cell::number(worst.map(|(_, error)| error.rel_rmse), percent),
         Cell::number(point.flip, short),
-    ];
+    ]);
     cells.extend(["indirect", "update", "gather", "build", "frame"].map(|name| Cell::time(point.total(name))));
     cells.push(Cell::time(point.moving_ms()));
     cells.push(Cell::number(point.structure_bytes.map(in_mib), short));
     cells.push(Cell { shown: html! { (all_memory.map_or_else(|| "–".to_owned(), mib)) }, ..Cell::number(all_memory.map(in_mib), short) });
-    cells.extend(Cost::ALL.into_iter().zip(standings).map(|(cost, standing)| Cell::standing(cost, standing)));
     cells
 }
 
@@ -203,7 +205,7 @@ mod tests {
         ];
         wanted.iter().for_each(|(name, wanted)| assert_eq!(value(name).as_deref(), Some(*wanted), "{name}"));
         assert!(HEADINGS.iter().zip(&cells).all(|(heading, cell)| heading.1 == cell.is_word));
-        let shown: Vec<String> = cells.iter().skip(HEADINGS.len() - 3).map(|cell| cell.shown.clone().into_string()).collect();
-        assert_eq!(shown, ["T2", "same", ""]);
+        let shown: Vec<String> = cells[5..8].iter().map(|cell| cell.shown.clone().into_string()).collect();
+        assert_eq!((HEADINGS[5].0, shown), ("front: time", ["T2", "same", ""].map(str::to_owned).to_vec()));
     }
 }

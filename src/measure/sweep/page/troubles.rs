@@ -25,14 +25,18 @@ pub(super) fn in_short(number: usize, point: &Point, troubles: &Troubles) -> Mar
     };
     let refused: Vec<String> =
         findings.iter().filter_map(|finding| Some(format!("{} at {}", finding.case.name, severity_text(finding.worst.refused?)))).collect();
-    let parts = [("fail", "Fails: ", names(Verdict::Fail)), ("warn", "Visible: ", names(Verdict::Warn)), ("warn", "No figure: ", refused.join(", "))];
+    let parts = [
+        ("fail", "Fails: ", names(Verdict::Fail)),
+        ("warn", "Visible: ", names(Verdict::Warn)),
+        ("warn", "No figure, the device refused: ", refused.join(", ")),
+    ];
     let differences = run.differences(point);
     html! {
         @for (class, what, names) in parts.iter().filter(|(_, _, names)| !names.is_empty()) { div { b class=(class) { (what) } (names) } }
         div {
-            @for figure in ALWAYS { @if let Some(value) = largest(&run, figure) { span.figure { (figure) " " (short(value)) " " } } }
+            @for figure in ALWAYS { @if let Some(value) = largest(&run, figure) { span.figure { (figure) " up to " (short(value)) " " } } }
             small {
-                a href={ "#stress-" (number) } { "measured" } " of " (run.name())
+                a href={ "#stress-" (number) } { "measured" } " in the scenes of the stress suite, of " (run.name())
                 @if !differences.is_empty() { " with " (differences.join(" ")) }
                 @if run.missing() > 0 { ", without " (run.missing()) " of " (CASES.len()) " failure modes" }
             }
@@ -186,8 +190,8 @@ mod tests {
         for text in [
             "<b class=\"fail\">Fails: </b>narrow_gap from 0.5 voxels, contrast from 1e9<",
             "<b class=\"warn\">Visible: </b>rotation from 6<",
-            "<b class=\"warn\">No figure: </b>triangle_count at 5e6<",
-            "leak 0.01",
+            "<b class=\"warn\">No figure, the device refused: </b>triangle_count at 5e6<",
+            "leak up to 0.01",
             "without 18 of 23 failure modes",
             "<code>lumivox stress --technique svo",
             "svo cones 64³ (quick)<",

@@ -91,14 +91,14 @@ pub(super) fn glossary() -> Markup {
                 percent(ROUGH)
             ),
         ),
-        ("worst material", "Where the error is largest: one figure for the whole picture hides a bad wall.".into()),
+        ("worst material", "Where the error is largest, relative to that material's own light: one figure for the whole picture hides a bad wall.".into()),
         ("light moves", "A frame, all passes: shadow maps, visible surfaces, update of the structure, gather, composite. Geometry stands still.".into()),
         ("everything moves", "A build of the structure and a frame.".into()),
         ("spread", "Below the median: with the smallest and the largest time of the indirect light. What all techniques share has one time for all.".into()),
         ("memory", "All bytes on the device; in brackets what the technique keeps in the world.".into()),
         (
             "Pareto front",
-            format!("The points that no other one beats in cost and error at once. What has an error above {} is no answer to a budget of time.", percent(USABLE)),
+            format!("The points that no other one beats in cost and error at once. What has an error above {} is an answer to a budget of time only if nothing better was measured.", percent(USABLE)),
         ),
         ("floor, noise", "The reference's standard error in the measure of the error: differences below it mean nothing.".into()),
         ("leak", "Light where the reference is dark, over the light where it is lit. Passes up to 0.03, fails above 0.1.".into()),
