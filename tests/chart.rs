@@ -174,7 +174,7 @@ fn failure_modes_stand_beside_the_picks() {
     succeeded(&stress.output().unwrap());
     succeeded(&place.sweep(&["-o", "out"]));
     let html = place.text("out/chart.html");
-    assert!(html.contains("small_emitter") && html.contains("measured</a> of voxel-mips cones 32³ (quick)"));
+    assert!(html.contains("small_emitter") && html.contains("measured</a> in the scenes of the stress suite, of voxel-mips cones 32³ (quick)"));
     assert!(!html.contains("Not measured.") && html.contains("without 21 of 23 failure modes"), "two failure modes of its own settings were measured");
     assert!(html.contains("lumivox stress --technique voxel-mips --preset cones --resolution 32 -o out/stress"), "the command for the others");
     succeeded(&place.command().args(["--merge", "out", "--stress", "out/stress", "-o", "merged"]).output().unwrap());
