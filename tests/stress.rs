@@ -325,6 +325,14 @@ fn later_runs_add_to_the_tables() {
     done(run(folder.path(), &["--merge", "other", "out", "-o", "merged"]));
     assert_eq!(text("merged/stress.md"), added);
     assert_eq!(text("merged/empty.jsonl").lines().count(), 3);
+    // What a later build measured again takes its place, and both builds are named.
+    let records = text("out/one_voxel.jsonl");
+    let mut later: Record = serde_json::from_str(records.lines().next().unwrap()).unwrap();
+    (later.key, later.setup.build, later.figures[0].value) = ("later".into(), "later".into(), Some(0.1234));
+    std::fs::write(folder.path().join("out/one_voxel.jsonl"), format!("{records}{}\n", serde_json::to_string(&later).unwrap())).unwrap();
+    done(run(folder.path(), &["--merge", "out", "-o", "again"]));
+    assert!(text("again/one_voxel.md").contains("0.1234") && text("again/one_voxel.csv").lines().count() == 3, "{}", text("again/one_voxel.md"));
+    assert!(text("again/stress.md").contains("lumivox 0.1.0 and 0.1.0 (later); 32×24 px"), "{}", text("again/stress.md"));
 }
 
 #[test]

@@ -242,12 +242,18 @@ fn merge(folders: &[PathBuf], output: &Path, quiet: bool) -> Result<(), CliError
     write_all(&last, CASES, output, quiet)
 }
 
-/// The records of a case in a folder that can be compared with this one: of its setup and its scene.
+/// The records of a case in a folder that can be compared with this one: of its setup and its scene, whatever build; of those of one row the last.
 fn records_like(one: &Record, case: &StressCase, folder: &Path) -> Result<Vec<Record>, CliError> {
     let path = folder.join(case.name).with_extension("jsonl");
-    let mut records = if path.is_file() { read_records::<Record>(&path).map_err(CliError::input)? } else { Vec::new() };
-    records.retain(|record| record.setup == one.setup && record.scene_hash == one.scene_hash);
-    Ok(records)
+    let records = if path.is_file() { read_records::<Record>(&path).map_err(CliError::input)? } else { Vec::new() };
+    let mut rows: Vec<Record> = Vec::new();
+    for record in records.into_iter().filter(|record| record.setup.is_like(&one.setup) && record.scene_hash == one.scene_hash) {
+        match rows.iter_mut().find(|row| row.is_same_row(&record)) {
+            Some(row) => *row = record,
+            None => rows.push(record),
+        }
+    }
+    Ok(rows)
 }
 
 /// Tables and charts of one case.
@@ -270,7 +276,7 @@ fn write_all(one: &Record, chosen: &[&'static StressCase], folder: &Path, quiet:
         CASES.iter().map(|case| Ok((*case, records_like(one, case, folder)?))).collect::<Result<_, CliError>>()?;
     let results: Vec<Results<'_>> = all.iter().filter(|(_, records)| !records.is_empty()).map(|(case, records)| Results { case, records }).collect();
     let title = one.scene.as_ref().map_or_else(|| "Failure modes".to_owned(), |scene| format!("Failure modes in {scene}"));
-    let text = format!("# {title}\n\n{}\n\n{}", one.setup, summary(&results));
+    let text = format!("# {title}\n\n{}", summary(&results));
     write_text(&folder.join("stress.md"), &text)?;
     if !quiet {
         let only = |only: &StressCase| results.iter().find(|results| results.case.name == only.name).map(Results::table);

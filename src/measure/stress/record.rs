@@ -1,7 +1,7 @@
 //! Records of failure modes: what was measured with what, and how it is judged.
 
 use std::collections::BTreeMap;
-use std::fmt::{self, Write as _};
+use std::fmt::Write as _;
 
 use serde::{Deserialize, Serialize};
 
@@ -108,15 +108,23 @@ impl records::Record for Record {
     }
 }
 
-/// For a line below a title.
-impl fmt::Display for Setup {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Setup { version, build, device, size: [width, height], shadow_resolution, effort, .. } = self;
-        write!(f, "{device}; lumivox {version}{}; {width}×{height} px, maps of {shadow_resolution}² texels, {effort} effort", commit(build))
-    }
-}
-
 impl Setup {
+    /// Whether figures of the two can stand in one table: all but the build is alike.
+    pub fn is_like(&self, other: &Setup) -> bool {
+        let rest = |setup: &Setup| (setup.device.clone(), setup.driver.clone(), setup.size, setup.shadow_resolution, setup.effort.clone());
+        rest(self) == rest(other)
+    }
+
+    /// Setups that are alike, in a line below a title.
+    pub(super) fn text<'s>(setups: impl IntoIterator<Item = &'s Setup>) -> String {
+        let setups: Vec<&Setup> = setups.into_iter().collect();
+        let Some(Setup { device, size: [width, height], shadow_resolution, effort, .. }) = setups.first() else { return String::new() };
+        let mut builds: Vec<String> = setups.iter().map(|setup| format!("{}{}", setup.version, commit(&setup.build))).collect();
+        builds.sort();
+        builds.dedup();
+        format!("{device}; lumivox {}; {width}×{height} px, maps of {shadow_resolution}² texels, {effort} effort", builds.join(" and "))
+    }
+
     fn new(gpu: &Gpu, probe: &Probe<'_>) -> Self {
         let info = gpu.info();
         Setup {
@@ -171,6 +179,12 @@ impl Record {
         let resolution = self.settings.get("resolution").map(|resolution| format!("{resolution}³"));
         let changes = self.changes.iter().map(|(name, value)| format!("{name}={value}"));
         [Some(self.technique.clone()), self.preset.clone(), resolution].into_iter().flatten().chain(changes).collect::<Vec<_>>().join(" ")
+    }
+
+    /// Whether it is of the same technique, preset and settings in the same case, scene and severity.
+    pub fn is_same_row(&self, other: &Record) -> bool {
+        let of = |record: &Record| (record.case.clone(), record.scene_hash.clone(), record.name(), record.severity.to_bits());
+        of(self) == of(other)
     }
 
     /// The same, and the suite's change.

@@ -1,6 +1,6 @@
 //! Records of failure modes as Markdown, comma-separated values and charts.
 
-use super::{Figure, Figured, Record, StressCase, Verdict};
+use super::{Figure, Figured, Record, Setup, StressCase, Verdict};
 use crate::measure::chart::{Chart, LineAxis, LinePanel, Panels, Scale, Series};
 use crate::measure::table::csv_of;
 
@@ -112,13 +112,12 @@ impl Results<'_> {
                 }),
             }
         };
-        let notes = lines.first().and_then(|(_, row)| row.first()).map(|record| {
-            let scene = record.scene.as_ref().map(|scene| format!("scene {scene}; ")).unwrap_or_default();
-            format!("{scene}{}", record.setup)
-        });
+        let records = || lines.iter().flat_map(|(_, row)| row.iter().copied());
+        let scene = records().next().and_then(|record| record.scene.as_ref()).map(|scene| format!("scene {scene}; ")).unwrap_or_default();
+        let notes = vec![format!("{scene}{}", Setup::text(records().map(|record| &record.setup)))];
         Chart {
             title,
-            notes: notes.into_iter().collect(),
+            notes,
             panels: Panels::Lines(
                 LineAxis { label: self.case.severity.to_owned(), ticks: self.case.ticks },
                 self.case.figures.iter().enumerate().map(panel).collect(),
@@ -144,7 +143,7 @@ impl Results<'_> {
     }
 }
 
-/// All cases in one Markdown table: a row for each case, a column for each technique and preset as it is. A cell tells the worst verdict and from which severity on.
+/// What measured, and all cases in one Markdown table: a row for each case, a column for each technique and preset as it is. A cell tells the worst verdict and from which severity on.
 pub fn summary(all: &[Results<'_>]) -> String {
     let mut names: Vec<String> = Vec::new();
     for record in all.iter().flat_map(|results| results.records).filter(|record| record.change.is_empty()) {
@@ -152,7 +151,8 @@ pub fn summary(all: &[Results<'_>]) -> String {
             names.push(record.case_name());
         }
     }
-    let mut text = String::from("| case | gets worse with |");
+    let setups = all.iter().flat_map(|results| results.records).map(|record| &record.setup);
+    let mut text = format!("{}\n\n| case | gets worse with |", Setup::text(setups));
     names.iter().for_each(|name| text += &format!(" {name} |"));
     text += &format!("\n| --- | --- |{}\n", " --- |".repeat(names.len()));
     for results in all {

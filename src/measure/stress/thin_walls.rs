@@ -15,7 +15,7 @@ pub(super) static CASE: StressCase = StressCase {
     help: "light leaks through a closed wall into the room behind it: indirect light there over the lit room's mean, with the wall at the worst of two places in the grid and one turned by 27°",
     source: "Crassin et al. 2011; Villegas & Ramírez, section XI",
     severity: "wall [voxels]",
-    severities: &[4.0, 2.0, 1.0, 0.5, 0.25],
+    severities: &[4.0, 2.0, 1.0, 0.5, 0.25, 0.1],
     quick: &[4.0, 0.25],
     figures: &[Figure { name: "leak", pass: 0.03, warn: 0.1 }],
     changes: &[
