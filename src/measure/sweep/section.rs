@@ -147,7 +147,7 @@ pub(super) fn signed_percent(share: f64) -> String {
 }
 
 impl Section {
-    /// Points of one scene and one setup, all with the [same shared passes](settle_shared_passes).
+    /// Points of one scene and one setup; what all techniques share takes one time for all of them, the median.
     pub fn new(mut points: Vec<Point>, source: Option<String>) -> Self {
         settle_shared_passes(&mut points);
         Section { points, source }
