@@ -325,6 +325,10 @@ fn later_runs_add_to_the_tables() {
     done(run(folder.path(), &["--merge", "other", "out", "-o", "merged"]));
     assert_eq!(text("merged/stress.md"), added);
     assert_eq!(text("merged/empty.jsonl").lines().count(), 3);
+    // What is not there is told, and leaves nothing behind; what was not measured has no file.
+    let nothing = run(folder.path(), &["--merge", "out", "absent", "-o", "nothing"]);
+    assert!(nothing.status.code() == Some(2) && String::from_utf8_lossy(&nothing.stderr).contains("no records (*.jsonl) of failure modes in absent"));
+    assert!(!folder.path().join("nothing").exists() && !folder.path().join("merged/rotation.jsonl").exists());
     // What a later build measured again takes its place, and both builds are named.
     let records = text("out/one_voxel.jsonl");
     let mut later: Record = serde_json::from_str(records.lines().next().unwrap()).unwrap();

@@ -1,6 +1,7 @@
 //! `lumivox chart`: speed and memory against error, over a grid of techniques and settings.
 
 use std::cmp::Reverse;
+use std::collections::BTreeSet;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
@@ -141,8 +142,18 @@ fn cases(args: &Args) -> Result<Vec<Case>, CliError> {
     grid_cases(&path.display().to_string(), &text).map_err(CliError::input)
 }
 
-fn is_same_folder(a: &Path, b: &Path) -> bool {
-    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
+/// The records of a folder, those of shards last: of a point that has several records the first counts, and shards may have slowed each other down.
+fn record_files(folder: &Path) -> Result<Vec<PathBuf>, CliError> {
+    let unread = |error| CliError::input(format!("cannot read the folder {}: {error}; name a folder with records", folder.display()));
+    let entries = std::fs::read_dir(folder).map_err(unread)?;
+    let mut files: Vec<PathBuf> = entries.map(|entry| entry.map(|entry| entry.path())).collect::<Result<_, _>>().map_err(unread)?;
+    files.retain(|path| path.extension().is_some_and(|extension| extension == "jsonl"));
+    files.sort_by_key(|path| (is_shard(path), path.clone()));
+    Ok(files)
+}
+
+fn is_shard(path: &Path) -> bool {
+    path.file_stem().is_some_and(|stem| stem.to_string_lossy().contains("-shard-"))
 }
 
 /// Measures the cases of a scene (or of its shard) that have no record, and returns the points of all.
@@ -180,14 +191,7 @@ fn sweep_scene(sweep: &Sweep<'_>, name: &str, cases: &[Case], shard: Option<Shar
 fn merge(folders: &[PathBuf], troubles: &Troubles, output: &Path, quiet: bool) -> Result<(), CliError> {
     let mut points: Vec<(Point, &PathBuf)> = Vec::new();
     for folder in folders {
-        let unread = |error| CliError::input(format!("cannot read the folder {}: {error}; name a folder with records", folder.display()));
-        let entries = std::fs::read_dir(folder).map_err(unread)?;
-        let mut files: Vec<PathBuf> = entries.map(|entry| entry.map(|entry| entry.path())).collect::<Result<_, _>>().map_err(unread)?;
-        files.retain(|path| path.extension().is_some_and(|extension| extension == "jsonl"));
-        // Of a point that has several records the first counts, and shards may have slowed each other down.
-        let is_shard = |path: &PathBuf| path.to_string_lossy().contains("-shard-");
-        files.sort_by_key(|path| (is_shard(path), path.clone()));
-        for file in files {
+        for file in record_files(folder)? {
             points.extend(read_records::<Point>(&file).map_err(CliError::input)?.into_iter().map(|point| (point, folder)));
         }
     }
@@ -203,20 +207,23 @@ fn merge(folders: &[PathBuf], troubles: &Troubles, output: &Path, quiet: bool) -
     }
     let mut sections = Section::sort(points.iter().map(|(point, _)| point.clone()));
     // Of several setups of one scene that with the last record is the newest, and comes first.
-    let place = |section: &Section| {
-        let of = |fits: &dyn Fn(&Point) -> bool| points.iter().rposition(|(point, _)| fits(point));
-        let first = &section.points[0];
-        (points.iter().position(|(point, _)| point.scene == first.scene), Reverse(of(&|point| point.scene == first.scene && point.setup == first.setup)))
-    };
-    sections.sort_by_key(place);
+    sections.sort_by_key(|section| {
+        let Point { scene, setup, .. } = &section.points[0];
+        let first_of_scene = points.iter().position(|(point, _)| point.scene == *scene);
+        (first_of_scene, Reverse(points.iter().rposition(|(point, _)| point.scene == *scene && point.setup == *setup)))
+    });
     let stems = stems(sections.iter().flat_map(|section| section.points.first()).map(|point| point.scene.as_str()), output);
+    let mut known: BTreeSet<String> = BTreeSet::new();
+    for file in record_files(output)?.iter().filter(|file| !is_shard(file)) {
+        known.extend(read_records::<Point>(file).map_err(CliError::input)?.into_iter().map(|point| point.key));
+    }
     for (section, stem) in sections.iter().zip(&stems) {
         let mut records = Records::open(&stem.with_extension("jsonl")).map_err(CliError::failed)?;
-        for point in &section.points {
-            // As it was measured, unless it is there.
-            let measured = points.iter().find(|(measured, folder)| measured.key == point.key && !is_same_folder(folder, output));
-            if let Some((measured, _)) = measured.filter(|_| records.find(&point.key).is_none()) {
-                records.add(measured).map_err(CliError::failed)?;
+        // As they were measured, unless they stand in the folder already.
+        let of_section = |key: &str| section.points.iter().any(|point| point.key == key);
+        for (point, _) in points.iter().filter(|(point, _)| of_section(&point.key)) {
+            if known.insert(point.key.clone()) {
+                records.add(point).map_err(CliError::failed)?;
             }
         }
     }

@@ -221,25 +221,34 @@ fn failed(error: StressError) -> CliError {
 
 /// Gathers the records of folders in one.
 fn merge(folders: &[PathBuf], output: &Path, quiet: bool) -> Result<(), CliError> {
+    let mut found: Vec<Record> = Vec::new();
+    for folder in folders {
+        let before = found.len();
+        for file in CASES.iter().map(|case| folder.join(case.name).with_extension("jsonl")).filter(|file| file.is_file()) {
+            found.extend(read_records::<Record>(&file).map_err(CliError::input)?);
+        }
+        if found.len() == before {
+            return Err(CliError::input(format!("there are no records (*.jsonl) of failure modes in {}; name the folder of an -o", folder.display())));
+        }
+    }
+    let Some(last) = found.last() else { return Ok(()) };
     make_folder(output)?;
-    let mut last = None;
     for case in CASES {
-        let name = Path::new(case.name).with_extension("jsonl");
-        let mut records: Records<Record> = Records::open(&output.join(&name)).map_err(CliError::failed)?;
-        for file in folders.iter().map(|folder| folder.join(&name)).filter(|file| file.is_file()) {
-            for record in read_records::<Record>(&file).map_err(CliError::input)? {
-                if records.find(&record.key).is_none() {
-                    records.add(&record).map_err(CliError::failed)?;
-                }
-                last = Some(record);
+        let of_case: Vec<&Record> = found.iter().filter(|record| record.case == case.name).collect();
+        if of_case.is_empty() {
+            continue;
+        }
+        let mut records: Records<Record> = Records::open(&output.join(case.name).with_extension("jsonl")).map_err(CliError::failed)?;
+        for record in of_case {
+            if records.find(&record.key).is_none() {
+                records.add(record).map_err(CliError::failed)?;
             }
         }
     }
-    let Some(last) = last else { return Err(CliError::input("there are no records (*.jsonl) in the folders of --merge")) };
     for case in CASES {
-        write_case(case, &records_like(&last, case, output)?, output)?;
+        write_case(case, &records_like(last, case, output)?, output)?;
     }
-    write_all(&last, CASES, output, quiet)
+    write_all(last, CASES, output, quiet)
 }
 
 /// The records of a case in a folder that can be compared with this one: of its setup and its scene, whatever build; of those of one row the last.

@@ -10,7 +10,10 @@ use lumivox::gi::settings::Domain;
 use lumivox::graph::{Error, Gpu};
 use lumivox::image::{Aov, GuideImage, Image, luminance, write_heatmap, write_png};
 use lumivox::metrics::{Channel, Errors, compare, error_image};
-use lumivox::scene::{Camera, Light, LoadOptions, Material, Model, Scene, Specular, Texture, TextureKind, Triangle, Vertex};
+use lumivox::scene::{Camera, Light, LoadOptions, Material, Model, Pose, Scene, Specular, Texture, TextureKind, Triangle, Vertex};
+
+use super::Random;
+use super::scenes::{Corners, add_model, lump, scene_of, still};
 
 /// One technique with one preset.
 #[derive(Clone, Copy)]
@@ -280,4 +283,18 @@ pub fn open_cornell() -> Scene {
     let light = Light::Point { position: Vec3::new(0.0, 1.6, 0.2), intensity: Vec3::new(6.0, 5.5, 4.5) };
     let camera = Camera { eye: Vec3::new(0.0, 1.0, 3.6), target: Vec3::new(0.0, 1.0, 0.0), up: Vec3::Y, vfov_deg: 45.0 };
     builder.finish("open-cornell", vec![light], Vec3::ZERO, camera)
+}
+
+/// A room with a block that moves through its wall and out of it.
+pub fn moving_room(surfaces: Surfaces, light: Light) -> Scene {
+    let mut scene = small_room(surfaces, vec![light]);
+    let mut random = Random::new(1);
+    let triangles: Vec<Corners> = lump(8, 1).into_iter().map(|corners| corners.map(|corner| corner - 0.5)).collect();
+    let mut model = scene_of(&triangles, 2.0, &mut random);
+    if surfaces != Surfaces::Emissive {
+        model.materials.iter_mut().for_each(|material| material.emission = Vec3::ZERO);
+    }
+    let turned = Pose { rotate_deg: Vec3::new(10.0, 80.0, 0.0), translate: Vec3::new(0.5, 1.2, 0.4) };
+    add_model(&mut scene, model, &[still(Vec3::new(0.9, 0.5, 0.3)), turned, still(Vec3::new(0.0, 90.0, 0.0))]);
+    scene
 }

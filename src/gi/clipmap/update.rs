@@ -125,7 +125,7 @@ impl Clipmap {
         due
     }
 
-    /// Adds the pass that injection into levels needs, unless lights stand still and it has run.
+    /// Adds the pass that injection into levels needs, unless its result is kept and nothing has moved since.
     pub(super) fn bound_tiles(&mut self, frame: &mut Frame, maps: &LightMaps) {
         let is_bound = self.bound.as_ref().is_some_and(|bound| Arc::ptr_eq(bound, &maps.tiles[0]));
         if !(is_bound && self.keeps_light) {
