@@ -33,6 +33,8 @@ pub struct Gpu {
     runner: Mutex<Runner>,
     shared: Arc<SharedSets>,
     device: Arc<Device>,
+    /// Owners of the device that live as long as this object, but for pipelines, which come and stay.
+    own_count: usize,
     trace: bool,
     isolate: bool,
 }
@@ -70,7 +72,9 @@ impl Gpu {
             state: State::default(),
             journal: None,
         };
-        Ok(Gpu { runner: Mutex::new(runner), shared: SharedSets::new(&device)?, device, trace: options.trace_barriers, isolate: options.isolate_passes })
+        let shared = SharedSets::new(&device)?;
+        let own_count = Arc::strong_count(&device);
+        Ok(Gpu { runner: Mutex::new(runner), shared, device, own_count, trace: options.trace_barriers, isolate: options.isolate_passes })
     }
 
     /// Makes a buffer. Its contents are undefined.
@@ -116,6 +120,24 @@ impl Gpu {
     pub fn take_journal(&self) -> Vec<PlannedFrame> {
         let mut runner = self.runner.lock().unwrap_or_else(PoisonError::into_inner);
         runner.journal.replace(Vec::new()).unwrap_or_default()
+    }
+
+    /// What is left of the work done so far, in words; empty on a device that is as new, but for pipelines that were made. Keeps no plans of frames any more.
+    /// For tests that hand a device on.
+    #[doc(hidden)]
+    pub fn residue(&self) -> Vec<String> {
+        let mut runner = self.runner.lock().unwrap_or_else(PoisonError::into_inner);
+        runner.journal = None;
+        let mut left: Vec<String> = self.memory().into_iter().map(|(name, bytes)| format!("{name}, {bytes} bytes")).collect();
+        let objects = Arc::strong_count(&self.device) - self.own_count - runner.pipelines.object_count();
+        if objects > left.len() {
+            left.push(format!("{} objects without memory, such as descriptor sets", objects - left.len()));
+        }
+        if left.is_empty() && self.memory_total() > 0 {
+            left.push(format!("{} bytes of memory without a name", self.memory_total()));
+        }
+        left.extend(runner.pipelines.replaced().map(|stem| format!("{stem} in place of the embedded module")));
+        left
     }
 
     /// Takes a shader module, compiled while the program runs, in place of the embedded one of this stem. Where it cannot be, the old one stays and the error

@@ -17,22 +17,38 @@ use crate::vulkan::{
     Attachment, Commands, Descriptor, DescriptorPool, Device, Error, GraphicsDesc, Image, Pipeline, PipelineLayout, Rendering, SetLayout, Timestamps,
 };
 
-/// A pass, and specialization constants.
-type PipelineKey = (*const Pass, Vec<u32>);
+/// The address of a pass: passes of one name may differ in shaders or targets.
+type PassKey = usize;
 
-/// Pipelines by pass (its address: passes of one name may differ in shaders or targets) and specialization constants, made when first used.
+/// A pass, and specialization constants.
+type PipelineKey = (PassKey, Vec<u32>);
+
+fn key_of(pass: &'static Pass) -> PassKey {
+    std::ptr::from_ref(pass).addr()
+}
+
+/// Pipelines by pass and specialization constants, made when first used.
 #[derive(Default)]
 pub(super) struct Pipelines {
-    layouts: HashMap<*const Pass, (Arc<SetLayout>, Arc<PipelineLayout>)>,
+    layouts: HashMap<PassKey, (Arc<SetLayout>, Arc<PipelineLayout>)>,
     pipelines: HashMap<PipelineKey, (&'static Pass, Arc<Pipeline>)>,
     /// Modules that stand in for the embedded ones.
     modules: HashMap<String, Vec<u32>>,
 }
 
 impl Pipelines {
+    /// Vulkan objects in here that keep the device alive.
+    pub(super) fn object_count(&self) -> usize {
+        2 * self.layouts.len() + self.pipelines.len()
+    }
+
+    /// Stems of the modules that stand in for the embedded ones.
+    pub(super) fn replaced(&self) -> impl Iterator<Item = &str> {
+        self.modules.keys().map(String::as_str)
+    }
+
     fn layout(&mut self, device: &Arc<Device>, shared: &SharedSets, pass: &'static Pass) -> Result<&(Arc<SetLayout>, Arc<PipelineLayout>), Error> {
-        let key = std::ptr::from_ref(pass);
-        match self.layouts.entry(key) {
+        match self.layouts.entry(key_of(pass)) {
             Entry::Occupied(known) => Ok(known.into_mut()),
             Entry::Vacant(new) => {
                 let kinds: Vec<_> = pass.bindings.iter().map(|binding| binding.descriptor_type()).collect();
@@ -44,7 +60,7 @@ impl Pipelines {
     }
 
     fn pipeline(&mut self, device: &Arc<Device>, shared: &SharedSets, call: &PassCall) -> Result<Arc<Pipeline>, Error> {
-        let key = (std::ptr::from_ref(call.pass), call.constants.clone());
+        let key = (key_of(call.pass), call.constants.clone());
         if let Some((_, pipeline)) = self.pipelines.get(&key) {
             return Ok(Arc::clone(pipeline));
         }

@@ -9,6 +9,7 @@ use std::time::Duration;
 use lumivox::view::parse_script;
 
 use super::program::{Ran, lumivox_within};
+use super::{Missing, skipped};
 
 /// Scripts give up by themselves where something does not come.
 const TIMEOUT: Duration = Duration::from_secs(600);
@@ -27,7 +28,7 @@ impl Display {
         let mut command = Command::new("Xvfb");
         command.args(["-displayfd", "1", "-screen", "0", "1280x800x24", "-nolisten", "tcp"]).stdout(Stdio::piped()).stderr(Stdio::null());
         let Ok(mut server) = command.spawn() else {
-            eprintln!("SKIPPED: Xvfb is not installed; run tools/setup");
+            skipped(&Missing::Package("Xvfb"));
             return None;
         };
         let mut line = String::new();
@@ -35,7 +36,7 @@ impl Display {
         let name = format!(":{}", line.trim());
         let mut manager = Command::new("openbox");
         manager.args(["--sm-disable"]).env("DISPLAY", &name).stdout(Stdio::null()).stderr(Stdio::null());
-        let manager = manager.spawn().inspect_err(|_| eprintln!("SKIPPED: openbox is not installed, so windows are not minimised; run tools/setup")).ok();
+        let manager = manager.spawn().inspect_err(|_| skipped(&Missing::Package("openbox, without which windows are not minimised,"))).ok();
         // It takes over windows that are there already; only minimising needs it to be.
         std::thread::sleep(Duration::from_millis(300));
         Some(Display { name, server, manager })

@@ -1,6 +1,7 @@
 //! What the tests share: a validated device that must be there, the passes of the tests, and random numbers.
-#![allow(dead_code, unreachable_pub, clippy::unwrap_used, clippy::expect_used)]
+#![allow(dead_code, unused_imports, unreachable_pub, clippy::unwrap_used, clippy::expect_used)]
 
+pub mod device;
 pub mod display;
 pub mod gather;
 pub mod golden;
@@ -10,44 +11,15 @@ pub mod passes;
 pub mod program;
 pub mod scenes;
 pub mod sha256;
+pub mod skip;
 pub mod technique;
 pub mod voxels;
 pub mod walker;
 
-use std::ops::Deref;
+use lumivox::graph::{BufferDesc, BufferUsage, Gpu};
 
-use lumivox::graph::{BufferDesc, BufferUsage, Gpu, GpuOptions, Messages};
-
-/// A [`Gpu`] with validation that fails the test on drop when there was any message, its own end included.
-pub struct ValidatedGpu {
-    gpu: Option<Gpu>,
-    messages: Messages,
-}
-
-/// Opens the best device with validation; no device fails the test.
-pub fn gpu() -> ValidatedGpu {
-    let gpu = Gpu::new(&GpuOptions { validate: true, ..GpuOptions::default() }).expect("the tests need a Vulkan device and the validation layer");
-    let messages = gpu.messages();
-    ValidatedGpu { gpu: Some(gpu), messages }
-}
-
-impl Deref for ValidatedGpu {
-    type Target = Gpu;
-
-    fn deref(&self) -> &Gpu {
-        self.gpu.as_ref().expect("alive until drop")
-    }
-}
-
-impl Drop for ValidatedGpu {
-    fn drop(&mut self) {
-        drop(self.gpu.take());
-        let messages = self.messages.list();
-        if !std::thread::panicking() {
-            assert!(messages.is_empty(), "validation messages:\n{}", messages.join("\n"));
-        }
-    }
-}
+pub use device::{ValidatedGpu, gpu, own_gpu};
+pub use skip::{Missing, skipped};
 
 /// A storage buffer of words, with contents.
 pub fn words(gpu: &Gpu, name: &str, words: &[u32]) -> std::sync::Arc<lumivox::graph::Buffer> {

@@ -12,8 +12,8 @@ use lumivox::image::{Aov, GuideImage, Image, luminance, write_heatmap, write_png
 use lumivox::metrics::{Channel, Errors, compare, error_image};
 use lumivox::scene::{Camera, Light, LoadOptions, Material, Model, Pose, Scene, Specular, Texture, TextureKind, Triangle, Vertex};
 
-use super::Random;
 use super::scenes::{Corners, add_model, lump, scene_of, still};
+use super::{Missing, Random, skipped};
 
 /// One technique with one preset.
 #[derive(Clone, Copy)]
@@ -149,7 +149,7 @@ pub fn shared_scene(name: &str) -> Option<Scene> {
         .unwrap_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/scenes"));
     let path = root.join(name);
     if !path.exists() {
-        eprintln!("SKIPPED: {} is not there (set LUMIVOX_SCENES)", path.display());
+        skipped(&Missing::Other(&format!("no scene {name} (LUMIVOX_SCENES)")));
         return None;
     }
     Some(Scene::load(&path, &LoadOptions::default()).unwrap())

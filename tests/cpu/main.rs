@@ -1,0 +1,11 @@
+//! Tests that need no device: the planner, metrics, the reference, scenes, and the repository itself.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod graph;
+mod metrics;
+mod reference;
+mod repository;
+mod scene;

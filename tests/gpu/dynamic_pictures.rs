@@ -1,0 +1,141 @@
+//! What a renderer shows after models and lights have moved, against one that was made with them there.
+
+use crate::support::gpu;
+use crate::support::technique::{Case, Surfaces, cases, default_cases, frame, largest_difference, moving_room, small_lights, small_room};
+use glam::Vec3;
+use lumivox::frame::Renderer;
+use lumivox::graph::Gpu;
+use lumivox::image::{Aov, Image};
+use lumivox::scene::{Light, Scene};
+
+fn pictures(renderer: &Renderer<'_>) -> Vec<Image> {
+    [Aov::Full, Aov::Direct, Aov::Indirect, Aov::Diffuse, Aov::Specular, Aov::Visibility].map(|aov| renderer.aov(aov).unwrap()).to_vec()
+}
+
+/// A renderer that followed a model gives the pictures of one that was made with the model there: every technique, preset, surface and light.
+#[test]
+fn followed_pictures_are_those_of_a_new_renderer() {
+    let gpu = gpu();
+    for case in cases() {
+        for (surfaces, (name, light)) in Surfaces::ALL.into_iter().zip(small_lights().into_iter().cycle()) {
+            follow(&gpu, &case, surfaces, light, &format!("{}, {surfaces:?}, {name}", case.name()), &[("resolution", "32")]);
+        }
+    }
+}
+
+/// Likewise where voxels light each other, and where an update of the octree makes all bricks, those of normals too.
+#[test]
+fn followed_bounces_are_those_of_a_new_renderer() {
+    let gpu = gpu();
+    let (name, light) = small_lights()[0];
+    for case in cases().iter().filter(|case| case.entry.name != "none") {
+        let pairs = [("resolution", "32"), ("bounces", "2"), ("filter", "all"), ("normals", if case.has_faces() { "off" } else { "toksvig" })];
+        follow(&gpu, case, Surfaces::Diffuse, light, &format!("{}, two bounces, {name}", case.name()), &pairs);
+    }
+}
+
+/// Likewise with an average that nothing can be taken away from.
+#[test]
+fn running_averages_are_made_anew() {
+    let gpu = gpu();
+    let (name, light) = small_lights()[0];
+    let case = cases().into_iter().find(|case| case.entry.name == "voxel-mips").unwrap();
+    let mut scene = moving_room(Surfaces::Diffuse, light);
+    let pairs = [("resolution", "32"), ("accumulation", "running-average")];
+    let (mut renderer, _) = Renderer::new(&gpu, &scene, case.entry, &case.settings(&pairs), frame(24, 16, 64)).unwrap();
+    scene.set_time(1.0);
+    let stats = renderer.set_pose(&scene).unwrap();
+    assert!(stats.passes.iter().any(|pass| pass.name == "voxel.running_average"), "{name}");
+    renderer.render(&scene.camera).unwrap();
+}
+
+/// Largest difference of a pixel, over the mean. Bricks hold the same bits, but lie in pools of different size, in which texture coordinates round differently.
+fn rounding(case: &Case) -> f64 {
+    if case.entry.name == "svo" { 1e-4 } else { 0.0 }
+}
+
+fn follow(gpu: &Gpu, case: &Case, surfaces: Surfaces, light: Light, what: &str, pairs: &[(&str, &str)]) {
+    let mut scene = moving_room(surfaces, light);
+    let settings = case.settings(pairs);
+    let (mut follower, _) = Renderer::new(gpu, &scene, case.entry, &settings, frame(24, 16, 64)).unwrap();
+    let (mut visited, mut worst) = (Vec::new(), 0.0f64);
+    for time_s in [0.0, 0.4, 1.0, 2.0, 0.4] {
+        scene.set_time(time_s);
+        follower.set_pose(&scene).unwrap();
+        follower.render(&scene.camera).unwrap();
+        let (mut fresh, _) = Renderer::new(gpu, &scene, case.entry, &settings, frame(24, 16, 64)).unwrap();
+        fresh.render(&scene.camera).unwrap();
+        let (followed, expected) = (pictures(&follower), pictures(&fresh));
+        // Touched tiles are those of the light before, too.
+        let [counts, fresh_counts] = [&follower, &fresh].map(|renderer| {
+            let mut counts = renderer.counts().unwrap();
+            counts.retain(|(name, _)| *name != "touched_tiles");
+            counts.sort_unstable();
+            counts
+        });
+        assert_eq!(counts, fresh_counts, "{what}, {time_s} s");
+        for (index, (followed, expected)) in followed.iter().zip(&expected).enumerate() {
+            let (difference, allowed) = (largest_difference(followed, expected), rounding(case));
+            assert!(difference <= allowed, "{what}, {time_s} s: picture {index} differs by {difference}");
+            worst = worst.max(difference);
+        }
+        visited.push(followed);
+    }
+    println!("{what}: a pixel differs by {worst:e} of the mean at most");
+    assert!(case.entry.name == "none" || visited[0][2].pixels != visited[2][2].pixels, "{what}: the model has to change the light");
+    assert!(visited[1].iter().zip(&visited[4]).all(|(first, again)| largest_difference(again, first) <= rounding(case)), "{what}: the second visit");
+}
+
+/// A model that comes into a room does not take its bounces away: the first frame after is near the converged one, and far from one bounce.
+#[test]
+fn feedback_goes_on_after_a_move() {
+    let gpu = gpu();
+    let (_, light) = small_lights()[0];
+    for case in default_cases() {
+        let mut scene = moving_room(Surfaces::Diffuse, light);
+        let settings = case.settings(&[("resolution", "32"), ("bounces", "feedback")]);
+        scene.set_time(2.0);
+        let (mut renderer, _) = Renderer::new(&gpu, &scene, case.entry, &settings, frame(24, 16, 64)).unwrap();
+        let light_after = |renderer: &mut Renderer<'_>, scene: &Scene, frames: u32| {
+            (0..frames).for_each(|_| drop(renderer.render(&scene.camera).unwrap()));
+            renderer.aov(Aov::Indirect).unwrap().pixels.iter().map(|pixel| f64::from(pixel.y)).sum::<f64>()
+        };
+        light_after(&mut renderer, &scene, 12);
+        scene.set_time(1.0);
+        renderer.set_pose(&scene).unwrap();
+        let first = light_after(&mut renderer, &scene, 1);
+        let converged = light_after(&mut renderer, &scene, 12);
+        let (mut fresh, _) = Renderer::new(&gpu, &scene, case.entry, &settings, frame(24, 16, 64)).unwrap();
+        let one_bounce = light_after(&mut fresh, &scene, 1);
+        println!("{}: {:.3} of the converged light after the move, {:.3} with one bounce", case.name(), first / converged, one_bounce / converged);
+        assert!((first / converged - 1.0).abs() < 0.5 * (1.0 - one_bounce / converged), "{}: {first}, {one_bounce}, {converged}", case.name());
+    }
+}
+
+/// Lights that have moved are seen in the next frame, bit for bit as by a renderer that was made with them; also by a clipmap that keeps its light.
+#[test]
+fn moved_lights_are_those_of_a_new_renderer() {
+    let gpu = gpu();
+    for (name, light) in small_lights() {
+        let scene = small_room(Surfaces::Diffuse, vec![light]);
+        let mut moved = scene.clone();
+        match &mut moved.lights[0] {
+            Light::Point { position, .. } | Light::Spot { position, .. } => *position += Vec3::new(0.3, -0.2, 0.2),
+            Light::Directional { direction, .. } => *direction = (*direction + 0.3 * Vec3::X).normalize(),
+        }
+        for case in default_cases() {
+            let settings = case.settings(&[("resolution", "32"), ("light_updates", "on-change")]);
+            let renderer = |scene: &Scene| Renderer::new(&gpu, scene, case.entry, &settings, frame(24, 16, 64)).unwrap().0;
+            let [mut follower, mut fresh] = [renderer(&scene), renderer(&moved)];
+            follower.render(&scene.camera).unwrap();
+            let before = pictures(&follower);
+            follower.move_lights(&moved).unwrap();
+            for renderer in [&mut follower, &mut fresh] {
+                renderer.render_again(&moved.camera).unwrap();
+            }
+            let (followed, expected) = (pictures(&follower), pictures(&fresh));
+            assert!(followed == expected, "{}, {name}: the light before is left", case.name());
+            assert!(before != expected, "{}, {name}: the light has to change the picture", case.name());
+        }
+    }
+}

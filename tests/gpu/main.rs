@@ -1,0 +1,34 @@
+//! Tests on a Vulkan device, which they share (`support::gpu`).
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod bounces;
+mod clipmap;
+mod clipmap_walk;
+mod dynamic;
+mod dynamic_pictures;
+mod dynamic_volume;
+mod explain;
+mod faces;
+mod frame;
+mod golden;
+mod oracle_attributes;
+mod oracle_gather;
+mod oracle_interleave;
+mod oracle_light;
+mod oracle_rays;
+mod oracle_svo;
+mod oracle_svo_dynamic;
+mod oracle_voxels;
+mod patches;
+mod probe;
+mod soft_shadows;
+mod stress;
+mod techniques_analytic;
+mod techniques_property;
+mod validation;
+mod voxel_light;
+mod voxel_view;
+mod vulkan;

@@ -1,0 +1,280 @@
+//! `voxel.inject_rsm` and `voxel.light` on the device against the CPU oracle.
+
+use std::collections::BTreeMap;
+use std::f64::consts::PI;
+
+use crate::support::gpu;
+use crate::support::scenes::bundled;
+use crate::support::voxels::{Read, area, coordinates, half, oracle_grid, seen, voxel_settings, voxelize};
+use glam::{DVec3, Vec3};
+use lumivox::gi::voxel::oracle::{self, VoxelIndex, inject, inject_sides, reflected_flux, shade_voxel};
+use lumivox::gi::voxel::{Injection, LightSettings, Method, Sides, VoxelLight};
+use lumivox::graph::{Frame, Gpu};
+use lumivox::render::{GpuScene, LightMaps};
+use lumivox::scene::{Light, Scene};
+
+/// Voxels with their light.
+struct Lit {
+    read: Read,
+    radiance: Vec<DVec3>,
+    bytes: Vec<u8>,
+    lost: u64,
+    filled: u64,
+}
+
+/// Voxelizes and lights a scene. The grid is in general position: no surface of the scene lies between two voxels.
+fn light(gpu: &Gpu, scene: &Scene, resolution: u32, map_size: u32, injection: Injection) -> Lit {
+    light_sides(gpu, scene, resolution, map_size, injection, Sides::One)
+}
+
+/// As [`light`]; with [`Sides::Two`], a radiance for each side.
+fn light_sides(gpu: &Gpu, scene: &Scene, resolution: u32, map_size: u32, injection: Injection, sides: Sides) -> Lit {
+    let mut gpu_scene = GpuScene::new(gpu, scene).unwrap();
+    let (low, high) = gpu_scene.bounds;
+    let size = (high - low).max_element();
+    gpu_scene.bounds = (low - size * Vec3::new(0.0213, 0.0137, 0.0171), high + size * Vec3::new(0.0119, 0.0271, 0.0193));
+    gpu_scene.set_frame(gpu, &gpu_scene.frame_constants(&scene.camera, [8, 8])).unwrap();
+    let read = voxelize(gpu, &gpu_scene, voxel_settings(resolution, Method::Compute));
+    let maps = LightMaps::new(gpu, &gpu_scene, map_size, injection == Injection::Rsm).unwrap();
+    let voxel_light = VoxelLight::new(gpu, &gpu_scene, &read.voxels, LightSettings::direct(injection, sides)).unwrap();
+    let mut frame = Frame::new();
+    frame.set_scene(&gpu_scene.set, &gpu_scene.materials);
+    maps.draw(&mut frame, &gpu_scene);
+    voxel_light.update(&mut frame, &read.voxels, &maps, None);
+    gpu.submit(frame).unwrap();
+    let counts = voxel_light.counts(gpu).unwrap();
+    let mut bytes = gpu.read_buffer(&voxel_light.radiance).unwrap();
+    bytes.truncate(8 * sides as usize * read.records.len());
+    let halves: Vec<[u16; 4]> = bytemuck::pod_collect_to_vec(&bytes);
+    let radiance = halves.iter().map(|texel| DVec3::new(half(texel[0]), half(texel[1]), half(texel[2]))).collect();
+    Lit { read, radiance, bytes, lost: counts[0].1, filled: counts[1].1 }
+}
+
+impl Lit {
+    /// Σ π L A h² (W).
+    fn flux(&self) -> DVec3 {
+        let face_m2 = f64::from(self.read.voxels.grid.voxel_size).powi(2);
+        self.radiance.iter().zip(&self.read.records).map(|(radiance, record)| PI * face_m2 * area(record) * seen(record).y * *radiance).sum()
+    }
+
+    /// Root of the area-weighted mean square difference, in area-weighted mean radiances; and the relative bias.
+    fn difference(&self, expected: &BTreeMap<VoxelIndex, DVec3>) -> (f64, f64) {
+        let (mut squares, mut expected_sum, mut sum, mut weight) = (0.0, 0.0, 0.0, 0.0);
+        for (radiance, record) in self.radiance.iter().zip(&self.read.records) {
+            let (expected, own) = (expected.get(&coordinates(record)).copied().unwrap_or_default(), area(record));
+            squares += own * (*radiance - expected).length_squared() / 3.0;
+            expected_sum += own * expected.element_sum() / 3.0;
+            sum += own * radiance.element_sum() / 3.0;
+            weight += own;
+        }
+        ((squares / weight).sqrt() / (expected_sum / weight), sum / expected_sum - 1.0)
+    }
+}
+
+/// The Cornell box under each kind of light.
+fn lights() -> Vec<(&'static str, Scene)> {
+    let scene = bundled("cornell");
+    let position = scene.lights.iter().find_map(|light| if let Light::Point { position, .. } = light { Some(*position) } else { None }).unwrap();
+    let with = |light: Light| Scene { lights: vec![light], ..scene.clone() };
+    let towards = (scene.camera.target - scene.camera.eye + Vec3::new(0.31, -0.53, 0.0)).normalize();
+    let spot =
+        Light::Spot { position, direction: Vec3::new(0.2, -1.0, -0.1).normalize(), intensity: Vec3::new(9.0, 8.0, 7.0), inner_deg: 25.0, outer_deg: 40.0 };
+    let two = Scene { lights: vec![scene.lights[0], spot], ..scene.clone() };
+    vec![
+        ("directional", with(Light::Directional { direction: towards, irradiance: Vec3::new(3.0, 2.0, 1.0) })),
+        ("spot", with(spot)),
+        ("point and spot", two),
+        ("point", scene),
+    ]
+}
+
+#[test]
+fn injected_flux_is_what_surfaces_reflect() {
+    let gpu = gpu();
+    for (name, scene) in lights() {
+        let lit = light(&gpu, &scene, 32, 512, Injection::Rsm);
+        let expected = reflected_flux(&scene, 4096);
+        let error = (lit.flux() / expected - 1.0).abs().max_element();
+        let (rms, bias) = lit.difference(&inject(&scene, &oracle_grid(&lit.read.voxels.grid), 32));
+        let texels = 512u64 * 512 * scene.lights.iter().map(|light| if matches!(light, Light::Point { .. }) { 6 } else { 1 }).sum::<u64>();
+        println!(
+            "{name}: flux {:.4}, oracle {expected:.4}, error {error:.5}; per voxel rms {rms:.4}, bias {bias:+.4}; {} lost, {} filled",
+            lit.flux(),
+            lit.lost,
+            lit.filled
+        );
+        assert!(error <= 0.02 && rms <= 0.1 && bias.abs() <= 0.02, "{name}");
+        assert!(lit.lost <= texels / 10_000, "{name}: {} of {texels} texels are lost", lit.lost);
+    }
+}
+
+/// A light next to the floor: its brightest voxels need the high bytes of the sums. With a second light that is 1,024 times as strong, but shines away from
+/// everything, steps are 1,024 times as large and the low words are enough: the light is the same.
+#[test]
+fn sums_hold_a_light_next_to_a_wall() {
+    let gpu = gpu();
+    let mut scene = bundled("cornell");
+    let (low, high) = GpuScene::new(&gpu, &scene).unwrap().bounds;
+    let size = (high - low).length();
+    let near = Light::Point { position: Vec3::new(0.5 * (low.x + high.x), low.y + 0.004 * size, low.z + 0.9 * (high.z - low.z)), intensity: Vec3::ONE };
+    let away = Light::Spot { position: high + size, direction: Vec3::Y, intensity: Vec3::splat(1024.0), inner_deg: 1.0, outer_deg: 2.0 };
+    scene.lights = vec![near];
+    let fine = light(&gpu, &scene, 128, 512, Injection::Rsm);
+    scene.lights.push(away);
+    let coarse = light(&gpu, &scene, 128, 512, Injection::Rsm);
+    // Low words hold 2³² steps; a step is 2⁻²⁰ of the intensity over the squared diagonal, or less.
+    let low_words = 4096.0 / f64::from(size * size);
+    let bright: Vec<_> = fine.radiance.iter().zip(&coarse.radiance).filter(|(fine, _)| fine.max_element() > low_words).collect();
+    let worst = bright.iter().map(|(fine, coarse)| (*fine - *coarse).abs().max_element() / fine.max_element()).fold(0.0, f64::max);
+    println!("{} voxels beyond {low_words:.1} W/(m² sr), off by up to {worst:.5}", bright.len());
+    assert!(!bright.is_empty() && worst <= 2e-3);
+}
+
+#[test]
+fn injection_converges_with_the_maps() {
+    let (gpu, scene) = (gpu(), bundled("cornell"));
+    let mut errors = Vec::new();
+    let mut expected = None;
+    for map_size in [256, 512, 1024] {
+        let lit = light(&gpu, &scene, 32, map_size, Injection::Rsm);
+        let expected = expected.get_or_insert_with(|| inject(&scene, &oracle_grid(&lit.read.voxels.grid), 128));
+        let (rms, bias) = lit.difference(expected);
+        println!("maps of {map_size}: per voxel rms {rms:.5}, bias {bias:+.5}");
+        errors.push(rms);
+    }
+    assert!(errors.is_sorted_by(|a, b| a > b), "{errors:?}");
+}
+
+#[test]
+fn shaded_voxels_are_the_oracles() {
+    let gpu = gpu();
+    for (name, scene) in lights() {
+        let lit = light(&gpu, &scene, 32, 512, Injection::Voxel);
+        let grid = oracle_grid(&lit.read.voxels.grid);
+        let expected: BTreeMap<_, _> =
+            oracle::voxelize(&scene, &grid).iter().map(|(voxel, sum)| (*voxel, shade_voxel(&scene, &grid, *voxel, sum, 0.25))).collect();
+        let (rms, bias) = lit.difference(&expected);
+        let mut errors: Vec<f64> = lit
+            .radiance
+            .iter()
+            .zip(&lit.read.records)
+            .map(|(radiance, record)| {
+                let expected = expected[&coordinates(record)];
+                (*radiance - expected).abs().max_element() / expected.max_element().max(1e-3)
+            })
+            .collect();
+        errors.sort_by(f64::total_cmp);
+        let (median, most) = (errors[errors.len() / 2], errors[errors.len() * 9 / 10]);
+        println!("{name}, voxels shaded: rms {rms:.4}, bias {bias:+.4}, relative error median {median:.4}, of 90% {most:.4}");
+        assert!(median <= 0.01 && bias.abs() <= 0.02, "{name}");
+    }
+}
+
+/// Each side against the oracle: in the Cornell box, of which walls are lit on one side, and in two rooms with a thin wall between them.
+#[test]
+fn light_of_each_side_is_the_oracles() {
+    let gpu = gpu();
+    for (name, injection) in ["cornell", "two-rooms"].into_iter().flat_map(|name| [(name, Injection::Rsm), (name, Injection::Voxel)]) {
+        let scene = bundled(name);
+        let lit = light_sides(&gpu, &scene, 32, 1024, injection, Sides::Two);
+        let expected = inject_sides(&scene, &oracle_grid(&lit.read.voxels.grid), 32);
+        let (mut squares, mut weight, mut sums, mut expected_sums) = (0.0, 0.0, [0.0; 2], [0.0; 2]);
+        for (index, record) in lit.read.records.iter().enumerate() {
+            let Some(expected) = expected.get(&coordinates(record)) else { continue };
+            for side in 0..2 {
+                let radiance = lit.radiance[2 * index + side];
+                squares += area(record) * (radiance - expected[side]).length_squared() / 3.0;
+                sums[side] += area(record) * radiance.element_sum() / 3.0;
+                expected_sums[side] += area(record) * expected[side].element_sum() / 3.0;
+                weight += area(record);
+            }
+        }
+        let mean = (expected_sums[0] + expected_sums[1]) / weight;
+        let rms = (squares / weight).sqrt() / mean;
+        let bias = [0, 1].map(|side| (sums[side] - expected_sums[side]) / (expected_sums[0] + expected_sums[1]));
+        println!("{name}, {injection:?}: sides {expected_sums:.2?}, rms {rms:.4}, bias of each {bias:+.4?}");
+        let bound = if injection == Injection::Rsm { [0.1, 0.01] } else { [0.5, 0.06] };
+        assert!(rms <= bound[0] && bias.iter().all(|bias| bias.abs() <= bound[1]), "{name}, {injection:?}");
+    }
+}
+
+#[test]
+fn light_is_linear_and_repeats_bit_for_bit() {
+    let gpu = gpu();
+    for injection in [Injection::Rsm, Injection::Voxel] {
+        for (name, scene) in lights() {
+            let mut double = scene.clone();
+            double.lights.iter_mut().for_each(|light| match light {
+                Light::Directional { irradiance, .. } => *irradiance *= 2.0,
+                Light::Point { intensity, .. } | Light::Spot { intensity, .. } => *intensity *= 2.0,
+            });
+            let once = light(&gpu, &scene, 32, 256, injection);
+            assert!(once.bytes == light(&gpu, &scene, 32, 256, injection).bytes, "{name}: two runs differ");
+            let twice = light(&gpu, &double, 32, 256, injection);
+            // Half floats below 2⁻¹⁴ lose bits.
+            let worst = once.radiance.iter().zip(&twice.radiance).filter(|(once, _)| once.max_element() > 1e-3);
+            let worst = worst.map(|(once, twice)| (*twice - 2.0 * *once).abs().max_element() / once.max_element()).fold(0.0, f64::max);
+            assert!(worst <= 1e-3, "{name}: doubling is off by {worst}");
+        }
+    }
+}
+
+/// Fewer texels than voxels: holes are filled and counted, and what the light reaches is not dark.
+#[test]
+fn coarse_maps_leave_no_lit_voxel_dark() {
+    let (gpu, scene) = (gpu(), bundled("cornell"));
+    let lit = light(&gpu, &scene, 128, 64, Injection::Rsm);
+    let expected = inject(&scene, &oracle_grid(&lit.read.voxels.grid), 4);
+    let mean = expected.values().map(|radiance| radiance.max_element()).sum::<f64>() / expected.len() as f64;
+    let is_lit = |voxel: &VoxelIndex| expected[voxel].max_element() > 0.2 * mean;
+    // A texel is up to four voxels wide: so far from a shadow's edge nothing may be dark.
+    let is_inside = |[x, y, z]: VoxelIndex| {
+        let range = |at: u32| at.saturating_sub(4)..=at + 4;
+        range(x).all(|x| range(y).all(|y| range(z).all(|z| !expected.contains_key(&[x, y, z]) || is_lit(&[x, y, z]))))
+    };
+    let (mut lit_count, mut dark, mut dark_inside) = (0, 0, 0);
+    for (radiance, record) in lit.radiance.iter().zip(&lit.read.records).filter(|(_, record)| is_lit(&coordinates(record))) {
+        lit_count += 1;
+        if radiance.max_element() <= 0.0 {
+            dark += 1;
+            dark_inside += usize::from(is_inside(coordinates(record)));
+        }
+    }
+    let (filled, lost) = (lit.filled, lit.lost);
+    println!("maps of 64 for 128³: {filled} holes filled, {dark} of {lit_count} lit voxels dark, {dark_inside} of them away from shadows, {lost} texels lost");
+    assert!(filled > 0 && dark_inside == 0 && f64::from(dark) <= 0.02 * f64::from(lit_count));
+}
+
+/// Emission alone: a scene without lights.
+#[test]
+fn emission_is_radiance() {
+    let gpu = gpu();
+    let scene = Scene { lights: Vec::new(), ..bundled("cornell-lamp") };
+    let lit = light(&gpu, &scene, 32, 64, Injection::Rsm);
+    let sums = oracle::voxelize(&scene, &oracle_grid(&lit.read.voxels.grid));
+    let mut glowing = 0;
+    for (radiance, record) in lit.radiance.iter().zip(&lit.read.records) {
+        let sum = &sums[&coordinates(record)];
+        // As in the attributes' test: what a fragment's area is rounded by.
+        let weight = (2.0 * f64::from(sum.fragment_count + 2) / 16384.0 / sum.area).min(1.0);
+        let emission = sum.emission / sum.seen_from_both;
+        let allowed = 5e-3 * emission.max_element() + weight * 100.0 + 1e-5;
+        assert!((*radiance - emission).abs().max_element() <= allowed, "{radiance} for {sum:?}");
+        glowing += usize::from(radiance.max_element() > 0.0);
+    }
+    assert!(glowing > 0);
+}
+
+#[test]
+fn comparators_notice_planted_errors() {
+    let (gpu, scene) = (gpu(), bundled("cornell"));
+    let mut lit = light(&gpu, &scene, 32, 512, Injection::Rsm);
+    let expected = inject(&scene, &oracle_grid(&lit.read.voxels.grid), 32);
+    let (flux, good) = (lit.flux(), lit.difference(&expected).0);
+    // All 3% brighter; the light of each voxel in the next.
+    lit.radiance.iter_mut().for_each(|radiance| *radiance *= 1.03);
+    assert!((lit.flux() / flux - 1.0).abs().max_element() > 0.02 && lit.difference(&expected).1 > 0.02);
+    lit.radiance.iter_mut().for_each(|radiance| *radiance /= 1.03);
+    lit.radiance.rotate_right(1);
+    assert!(lit.difference(&expected).0 > 0.1 && good < 0.1);
+}

@@ -1,0 +1,220 @@
+//! `voxel.gather_rays` on the device against the CPU oracle.
+
+use std::f64::consts::PI;
+
+use crate::support::gather::{View, errors};
+use crate::support::scenes::bundled;
+use crate::support::voxels::{Read, coordinates, mean_normal, opposed_axis, to_half, unorm10, voxel_settings, voxelize};
+use crate::support::{Random, gpu};
+use glam::{DVec2, DVec3, DVec4, Vec3};
+use lumivox::gi::Settings;
+use lumivox::gi::registry::find;
+use lumivox::gi::voxel::oracle::{
+    Crossing, GatherSettings, TraceGrid, TraceSettings, TraceVoxel, VoxelIndex, crossings, gather_rays as oracle_rays, hemisphere_direction, interleaved_offset,
+};
+use lumivox::gi::voxel::{Injection, LightSettings, Method, RaySettings, Sides, VoxelLight, gather_rays};
+use lumivox::graph::{Frame, Gpu};
+use lumivox::render::GpuScene;
+use lumivox::scene::Scene;
+use rayon::prelude::*;
+
+const SIZE: [u32; 2] = [32, 24];
+
+fn settings(pairs: &[String]) -> Settings {
+    find("voxel-mips").unwrap().settings(Some("textbook"), pairs).unwrap()
+}
+
+/// Voxels and a light of their own, so that what a ray hits can be told.
+struct RayScene {
+    scene: Scene,
+    gpu_scene: GpuScene,
+    read: Read,
+    light: VoxelLight,
+    view: View,
+}
+
+impl RayScene {
+    fn new(gpu: &Gpu, name: &str, environment: Vec3, resolution: u32, sides: Sides) -> RayScene {
+        let mut scene = bundled(name);
+        scene.environment = environment;
+        let gpu_scene = GpuScene::new(gpu, &scene).unwrap();
+        let read = voxelize(gpu, &gpu_scene, voxel_settings(resolution, Method::Compute));
+        let light = VoxelLight::new(gpu, &gpu_scene, &read.voxels, LightSettings::direct(Injection::Voxel, sides)).unwrap();
+        let view = View::new(gpu, &gpu_scene, &scene.camera, SIZE, &read.voxels.grid);
+        RayScene { scene, gpu_scene, read, light, view }
+    }
+
+    /// Gives each side of a voxel, or each voxel, a radiance and gathers.
+    fn gather(&self, gpu: &Gpu, radiance: impl Fn(usize) -> [f64; 3], settings: &Settings) -> Vec<DVec4> {
+        let halves: Vec<u16> = (0..self.light.settings.sides as usize * self.read.records.len())
+            .flat_map(|slot| {
+                let [r, g, b] = radiance(slot);
+                [r, g, b, 1.0].map(to_half)
+            })
+            .collect();
+        gpu.upload_buffer(&self.light.radiance, bytemuck::cast_slice(&halves)).unwrap();
+        let mut frame = Frame::new();
+        frame.set_scene(&self.gpu_scene.set, &self.gpu_scene.materials);
+        gather_rays(&mut frame, &self.view.gbuffer, &self.read.voxels, &self.light, &RaySettings::new(settings), &self.view.result);
+        gpu.submit(frame).unwrap();
+        self.view.results(gpu)
+    }
+
+    /// The oracle's grid, from the records, so that only the tracing differs.
+    fn trace_grid(&self, radiance: impl Fn(usize) -> [f64; 3]) -> TraceGrid {
+        let voxel = |(slot, record)| {
+            let sides = self.light.settings.sides as usize;
+            let radiance = [sides * slot, sides * slot + sides - 1].map(|side| DVec3::from(radiance(side)));
+            let surface =
+                TraceVoxel { mean_position: unorm10_position(record), mean_normal: mean_normal(record), opposed_axis: opposed_axis(record), radiance };
+            (coordinates(record), surface)
+        };
+        TraceGrid { resolution: self.read.voxels.grid.resolution, voxels: self.read.records.iter().enumerate().map(voxel).collect() }
+    }
+}
+
+fn unorm10_position(record: &lumivox::gi::voxel::passes::Voxel) -> DVec3 {
+    unorm10(record.mean_position)
+}
+
+fn trace_settings(settings: &Settings) -> TraceSettings {
+    TraceSettings { self_height: f64::from(settings.number("self_height")), contour_slack: f64::from(settings.number("contour_slack")) }
+}
+
+/// What decides a ray is within f32 rounding where this is all that separates it from the other decision (voxels).
+const ROUNDING: f64 = 2e-3;
+
+#[derive(Debug, PartialEq)]
+enum Ray {
+    Same,
+    Rounding,
+    Wrong,
+}
+
+/// Compares a ray's hit on the device with the oracle's crossings.
+fn compare_ray(hit: Option<VoxelIndex>, seen: &[Crossing], near: impl Fn(VoxelIndex) -> bool) -> Ray {
+    let first = seen.iter().find(|crossing| crossing.margin >= 0.0).map(|crossing| crossing.voxel);
+    if hit == first {
+        return Ray::Same;
+    }
+    let unsure = |crossing: &Crossing| crossing.margin.abs() < ROUNDING || crossing.exit - crossing.entry < ROUNDING;
+    let before = seen.iter().position(|crossing| Some(crossing.voxel) == hit);
+    let passed = &seen[..before.unwrap_or(if hit.is_none() { seen.len() } else { 0 })];
+    let passed_explained = passed.iter().all(|crossing| crossing.margin < 0.0 || unsure(crossing));
+    let hit_explained = match (hit, before) {
+        (None, _) => true,
+        (Some(_), Some(at)) => seen[at].margin >= 0.0 || unsure(&seen[at]),
+        // Not crossed by the oracle's ray: within rounding of it, then.
+        (Some(voxel), None) => near(voxel),
+    };
+    if passed_explained && hit_explained { Ray::Rounding } else { Ray::Wrong }
+}
+
+/// Whether a ray passes within rounding of a voxel.
+fn passes_near(voxel: VoxelIndex, origin: DVec3, direction: DVec3) -> bool {
+    let (low, high) = (DVec3::from(voxel.map(f64::from)) - ROUNDING, DVec3::from(voxel.map(f64::from)) + 1.0 + ROUNDING);
+    let (a, b) = ((low - origin) / direction, (high - origin) / direction);
+    a.min(b).max_element().max(0.0) <= a.max(b).min_element()
+}
+
+#[test]
+fn rays_hit_the_oracles_voxels() {
+    let gpu = gpu();
+    let golden_angle = PI * (3.0 - 5f64.sqrt());
+    for (name, resolution) in [("cornell", 32), ("cornell", 64), ("glossy", 32)] {
+        let rays = RayScene::new(&gpu, name, Vec3::ZERO, resolution, Sides::One);
+        // The compact index itself is the radiance: exact in half floats.
+        let numbered = |slot: usize| [(slot % 1024) as f64, (slot / 1024) as f64, 1.0];
+        let grid = rays.trace_grid(numbered);
+        let order: Vec<VoxelIndex> = rays.read.records.iter().map(coordinates).collect();
+        for (slack, height, start) in [("-1", "0.1", "0.05"), ("0.1", "0.1", "0.05"), ("0.3", "-0.25", "0.8")] {
+            let pairs = [
+                "gather=rays".to_owned(),
+                "rays=1".to_owned(),
+                "interleave=8".to_owned(),
+                format!("contour_slack={slack}"),
+                format!("self_height={height}"),
+                format!("ray_start={start}"),
+            ];
+            let settings = settings(&pairs);
+            let seen = rays.gather(&gpu, numbered, &settings);
+            let offset = f64::from(settings.number("ray_start"));
+            let compare = |(index, (pixel, receiver)): (usize, &([u32; 2], lumivox::gi::voxel::oracle::Receiver))| {
+                let code = seen[index] / PI;
+                let hit = (code.z > 0.5).then(|| order[code.x.round() as usize + 1024 * code.y.round() as usize]);
+                let pattern = interleaved_offset(*pixel, 8);
+                let direction = hemisphere_direction(receiver.shading_normal, pattern.x, 0.0 * golden_angle + pattern.y * 2.0 * PI);
+                let origin = receiver.position + offset * receiver.geometric_normal;
+                let above = direction.dot(receiver.geometric_normal);
+                if above.abs() < 1e-4 {
+                    return Ray::Rounding;
+                }
+                let crossed = if above > 0.0 { crossings(&grid, origin, direction, receiver, &trace_settings(&settings)) } else { Vec::new() };
+                compare_ray(hit, &crossed, |voxel| passes_near(voxel, origin, direction))
+            };
+            let all: Vec<Ray> = rays.view.receivers.par_iter().enumerate().map(compare).collect();
+            let count = |kind: Ray| all.iter().filter(|ray| **ray == kind).count();
+            let (rounding, wrong) = (count(Ray::Rounding), count(Ray::Wrong));
+            println!("{name} {resolution}, slack {slack}: {} rays, {rounding} within rounding, {wrong} wrong", all.len());
+            assert!(wrong == 0 && rounding as f64 <= 0.01 * all.len() as f64, "{name}, slack {slack}: {wrong} wrong, {rounding} within rounding");
+        }
+    }
+}
+
+#[test]
+fn gathered_rays_are_the_oracles() {
+    let gpu = gpu();
+    gathered_rays(&gpu, "cornell", Sides::One);
+    gathered_rays(&gpu, "two-rooms", Sides::Two);
+}
+
+fn gathered_rays(gpu: &Gpu, name: &str, sides: Sides) {
+    let rays = RayScene::new(gpu, name, Vec3::new(0.3, 0.2, 0.1), 32, sides);
+    let mut random = Random::new(4);
+    let values: Vec<[f64; 3]> = (0..2 * rays.read.records.len()).map(|_| [0; 3].map(|_: u32| f64::from(random.below(2048)) / 1024.0)).collect();
+    let radiance = |slot: usize| values[slot];
+    let grid = rays.trace_grid(radiance);
+    let voxel_size = f64::from(rays.read.voxels.grid.voxel_size);
+    for pairs in [["interleave=1", "rays=24", "contour_slack=-1", "ao_falloff=0"], ["interleave=4", "rays=16", "contour_slack=0.1", "ao_falloff=3"]] {
+        let pairs: Vec<String> = pairs.iter().map(|pair| (*pair).to_owned()).chain(["gather=rays".to_owned()]).collect();
+        let settings = settings(&pairs);
+        let seen = rays.gather(gpu, radiance, &settings);
+        let interleave = settings.count("interleave");
+        let of = |(pixel, receiver): &([u32; 2], _)| {
+            let gather_settings = GatherSettings {
+                ray_count: settings.count("rays"),
+                start_offset: f64::from(settings.number("ray_start")),
+                trace: trace_settings(&settings),
+                ao_falloff: f64::from(settings.number("ao_falloff")) * voxel_size,
+                pattern: if interleave > 1 { interleaved_offset(*pixel, interleave) } else { DVec2::new(0.5, 0.0) },
+                environment: rays.scene.environment.as_dvec3(),
+            };
+            let gathered = oracle_rays(&grid, receiver, &gather_settings);
+            gathered.irradiance.extend(gathered.visibility)
+        };
+        let expected: Vec<DVec4> = rays.view.receivers.par_iter().map(of).collect();
+        let (relative, visibility) = errors(&seen, &expected);
+        let same = relative.iter().filter(|error| **error < 1e-3).count() as f64 / relative.len() as f64;
+        println!(
+            "rays, {name}, {sides:?}, {pairs:?}: {:.2}% of pixels the same, worst {:.3}, visibility {visibility:.3}",
+            100.0 * same,
+            relative[relative.len() - 1]
+        );
+        // A ray that grazes a voxel within rounding takes another radiance: at most one pixel in 20, each by a ray or two.
+        assert!(same >= 0.95 && relative[relative.len() - 1] <= 0.5);
+    }
+}
+
+/// A hit behind the first voxel, a hit on a voxel that the ray is nowhere near, a miss.
+#[test]
+fn comparator_notices_planted_errors() {
+    let crossing = |x: u32, margin: f64| Crossing { voxel: [x, 0, 0], entry: f64::from(x), exit: f64::from(x + 1), margin };
+    let seen = [crossing(1, -0.4), crossing(2, 0.3), crossing(3, 0.2)];
+    let near = |voxel| passes_near(voxel, DVec3::new(0.5, 0.5, 0.5), DVec3::X);
+    assert_eq!(compare_ray(Some([2, 0, 0]), &seen, near), Ray::Same);
+    for wrong in [Some([3, 0, 0]), Some([1, 0, 0]), Some([2, 2, 2]), None] {
+        assert_eq!(compare_ray(wrong, &seen, near), Ray::Wrong, "{wrong:?}");
+    }
+    let grazed = [crossing(1, 1e-5), crossing(2, 0.3)];
+    assert_eq!(compare_ray(Some([2, 0, 0]), &grazed, near), Ray::Rounding);
+}

@@ -1,0 +1,14 @@
+//! Tests of the program as its users run it: commands and windows.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod bench;
+mod chart;
+mod cli;
+mod cli_outputs;
+mod golden_window;
+mod scene_errors;
+mod view;
+mod voxelize;
