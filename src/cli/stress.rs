@@ -12,6 +12,7 @@ use lumivox::measure::bench::{Case, cases};
 use lumivox::measure::records::{Records, read_records};
 use lumivox::measure::stress::results::{Results, summary};
 use lumivox::measure::stress::{CASES, Effort, LEAST_RESOLUTION, Memo, Probe, Record, StressCase, StressError};
+use lumivox::reference::cache_dir;
 use lumivox::scene::{LoadOptions, Scene};
 
 use super::CliError;
@@ -113,7 +114,7 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     for (scene, folder) in of_scene.into_iter().zip(&folders) {
         make_folder(folder)?;
         let rows: usize = chosen.iter().map(|case| Ok(runs(args, case, &presets)?.len() * severities(args, case).len())).sum::<Result<_, CliError>>()?;
-        let suite = Suite { args, scene, presets: &presets, memo: Memo::default(), bar: progress_bar(quiet, rows) };
+        let suite = Suite { args, scene, presets: &presets, memo: Memo::new(cache_dir()), bar: progress_bar(quiet, rows) };
         suite.run(&mut gpu, &chosen, folder, quiet)?;
     }
     Ok(())

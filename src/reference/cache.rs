@@ -8,8 +8,8 @@ use super::{ReferenceError, Settings, render};
 use crate::image::{GuideImage, Image, NO_SURFACE, Planes, read_planes, write_planes};
 use crate::scene::{Fnv, Scene};
 
-/// Part of every key; raised when the path tracer's results change.
-const FORMAT: &str = "lumivox reference 2";
+/// Part of every key: the layout of the files, and the hash of the path tracer's sources (build.rs), so that no build shows the pictures of another.
+const FORMAT: &str = concat!("lumivox reference 2 of ", env!("LUMIVOX_TRACER"));
 
 /// The folder of the cache: `LUMIVOX_CACHE`, else `lumivox` in `XDG_CACHE_HOME`, else `~/.cache/lumivox`, else a folder among the temporary files.
 pub fn cache_dir() -> PathBuf {

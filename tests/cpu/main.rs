@@ -4,6 +4,7 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod comparators;
 mod graph;
 mod metrics;
 mod reference;

@@ -342,3 +342,50 @@ fn layering_is_not_vacuous() {
     assert!(!may_use("vulkan", "graph") && !may_use("reference", "gi") && !may_use("gi", "frame"));
     assert_eq!(named("use crate::graph::Gpu;\n// crate::gi", "crate::").collect::<Vec<_>>(), ["graph"]);
 }
+
+/// Comparators keep NaN: what drops it is used nowhere in tests but where it is mended.
+#[test]
+fn comparators_let_no_nan_through() {
+    for path in files(&root().join("tests")) {
+        if path.extension().is_none_or(|extension| extension != "rs") || path.ends_with("compare.rs") || path.ends_with("repository.rs") {
+            continue;
+        }
+        let code = std::fs::read_to_string(&path).unwrap();
+        for unsafe_word in ["f64::max)", "f32::max)", "f64::min)", "f32::min)", "abs().max_element()", ".max_element() /"] {
+            assert!(!code.contains(unsafe_word), "{}: `{unsafe_word}` drops NaN; use support::compare", path.display());
+        }
+    }
+}
+
+#[derive(serde::Deserialize)]
+struct Mutations {
+    mutation: Vec<Mutation>,
+}
+
+#[derive(serde::Deserialize)]
+struct Mutation {
+    name: String,
+    file: String,
+    old: String,
+    new: String,
+    test: String,
+    filters: Vec<String>,
+    survives: Option<String>,
+}
+
+/// `tools/mutants` can make every change of its list, and every one names tests.
+#[test]
+fn mutations_fit_the_tree() {
+    let text = std::fs::read_to_string(root().join("tools/mutations.toml")).unwrap();
+    let mutations = toml::from_str::<Mutations>(&text).unwrap().mutation;
+    assert!(mutations.len() >= 60, "{} mutations", mutations.len());
+    let names: BTreeSet<&str> = mutations.iter().map(|mutation| mutation.name.as_str()).collect();
+    assert_eq!(names.len(), mutations.len(), "two mutations have one name");
+    for Mutation { name, file, old, new, test, filters, survives } in &mutations {
+        let code = std::fs::read_to_string(root().join(file)).unwrap_or_else(|error| panic!("{name}: {file}: {error}"));
+        assert_eq!(code.matches(old.as_str()).count(), 1, "{name}: what it changes has to stand once in {file}");
+        assert_ne!(old, new, "{name} changes nothing");
+        assert!(["lib", "cpu", "gpu", "program"].contains(&test.as_str()) && !filters.is_empty(), "{name}: no tests");
+        assert!(survives.as_ref().is_none_or(|reason| reason.len() > 20), "{name}: survives without a reason");
+    }
+}

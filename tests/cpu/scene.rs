@@ -1,8 +1,10 @@
 //! Scenes: loading, bundled scenes, writing and loading again.
 
+use crate::support::compare::Largest;
 use crate::support::{Missing, skipped};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 use glam::Vec3;
 use lumivox::scene::{Light, LoadOptions, Scene, TextureKind, bundled};
@@ -32,8 +34,10 @@ fn corners(scene: &Scene, triangle: usize) -> [Vec3; 3] {
     scene.triangles[triangle].vertices.map(|index| Vec3::from(scene.vertices[index as usize].position))
 }
 
-fn every_bundled() -> impl Iterator<Item = Scene> {
-    bundled::TABLE.iter().map(|row| Scene::bundled(row.name, &[]).unwrap())
+/// All bundled scenes, made once: the largest takes seconds.
+fn every_bundled() -> &'static [Scene] {
+    static SCENES: OnceLock<Vec<Scene>> = OnceLock::new();
+    SCENES.get_or_init(|| bundled::TABLE.iter().map(|row| Scene::bundled(row.name, &[]).unwrap()).collect())
 }
 
 #[test]
@@ -80,7 +84,7 @@ fn round_trip(scene: &Scene) {
 
 #[test]
 fn bundled_scenes_survive_writing_and_loading() {
-    every_bundled().for_each(|scene| round_trip(&scene));
+    every_bundled().iter().for_each(round_trip);
 }
 
 #[test]
@@ -117,7 +121,7 @@ fn check_invariants(scene: &Scene) {
         assert!(kind(material.emission_texture).is_none_or(|kind| kind == TextureKind::Color));
         assert!(kind(material.mask_texture).is_none_or(|kind| kind == TextureKind::Mask));
         assert!(kind(material.normal_texture).is_none_or(|kind| kind == TextureKind::Normal));
-        assert!(material.albedo.max_element() <= 1.0 && material.albedo.min_element() >= 0.0);
+        assert!(material.albedo.largest() <= 1.0 && material.albedo.min_element() >= 0.0);
     }
     for texture in &scene.textures {
         assert_eq!(texture.texels.len(), (texture.width * texture.height) as usize);
@@ -127,7 +131,7 @@ fn check_invariants(scene: &Scene) {
 #[test]
 fn bundled_scenes_keep_the_invariants_and_are_lit() {
     for scene in every_bundled() {
-        check_invariants(&scene);
+        check_invariants(scene);
         assert!(scene.is_lit(), "{}", scene.name);
     }
 }
@@ -136,7 +140,7 @@ fn bundled_scenes_keep_the_invariants_and_are_lit() {
 fn shading_normals_of_bundled_scenes_lie_on_the_front_side() {
     for scene in every_bundled() {
         for (index, triangle) in scene.triangles.iter().enumerate() {
-            let [a, b, c] = corners(&scene, index);
+            let [a, b, c] = corners(scene, index);
             let front = (b - a).cross(c - a).normalize();
             let agrees = triangle.vertices.iter().all(|vertex| front.dot(Vec3::from(scene.vertices[*vertex as usize].normal)) > 0.2);
             let material = &scene.materials[triangle.material as usize].name;
@@ -195,7 +199,7 @@ fn bundled_parameters_take_effect() {
 
 #[test]
 fn the_atrium_is_large_and_varied() {
-    let scene = Scene::bundled("atrium", &[]).unwrap();
+    let scene = every_bundled().iter().find(|scene| scene.name == "atrium").unwrap();
     assert!(scene.triangles.len() >= 60_000, "{}", scene.triangles.len());
     assert!(scene.materials.len() >= 10 && scene.textures.len() >= 10);
     assert!(scene.materials.iter().any(|material| material.mask_texture.is_some()));

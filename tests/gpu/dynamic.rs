@@ -1,5 +1,6 @@
 //! Dynamic geometry: static voxels with moving models among them against a voxelization of everything at once, and against the CPU oracle.
 
+use crate::support::compare::Largest;
 use std::collections::BTreeMap;
 
 use crate::support::hazards::verify;
@@ -184,7 +185,7 @@ fn shared_voxels_hold_the_oracles_means() {
         compared += 1;
         let off = [
             (area(&record) - sum.area).abs() / sum.area,
-            (unorm10(record.albedo).powf(2.0) - sum.albedo).abs().max_element(),
+            (unorm10(record.albedo).powf(2.0) - sum.albedo).abs().largest(),
             (mean_normal(&record) - sum.normal).length(),
         ];
         worst = [0, 1, 2].map(|i| worst[i].max(off[i]));

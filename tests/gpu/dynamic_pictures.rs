@@ -1,5 +1,6 @@
 //! What a renderer shows after models and lights have moved, against one that was made with them there.
 
+use crate::support::compare::larger;
 use crate::support::gpu;
 use crate::support::technique::{Case, Surfaces, cases, default_cases, frame, largest_difference, moving_room, small_lights, small_room};
 use glam::Vec3;
@@ -12,13 +13,17 @@ fn pictures(renderer: &Renderer<'_>) -> Vec<Image> {
     [Aov::Full, Aov::Direct, Aov::Indirect, Aov::Diffuse, Aov::Specular, Aov::Visibility].map(|aov| renderer.aov(aov).unwrap()).to_vec()
 }
 
-/// A renderer that followed a model gives the pictures of one that was made with the model there: every technique, preset, surface and light.
+/// A renderer that followed a model gives the pictures of one that was made with the model there: the default preset of every technique with every surface, the
+/// others with one in turn.
 #[test]
 fn followed_pictures_are_those_of_a_new_renderer() {
     let gpu = gpu();
-    for case in cases() {
-        for (surfaces, (name, light)) in Surfaces::ALL.into_iter().zip(small_lights().into_iter().cycle()) {
-            follow(&gpu, &case, surfaces, light, &format!("{}, {surfaces:?}, {name}", case.name()), &[("resolution", "32")]);
+    let defaults = default_cases();
+    for (index, case) in cases().iter().enumerate() {
+        let is_default = defaults.iter().any(|default| default.name() == case.name());
+        for (turn, surfaces) in Surfaces::ALL.into_iter().enumerate().filter(|(turn, _)| is_default || *turn == index % 4) {
+            let (name, light) = small_lights()[(index + turn) % 3];
+            follow(&gpu, case, surfaces, light, &format!("{}, {surfaces:?}, {name}", case.name()), &[("resolution", "32")]);
         }
     }
 }
@@ -58,11 +63,16 @@ fn follow(gpu: &Gpu, case: &Case, surfaces: Surfaces, light: Light, what: &str, 
     let mut scene = moving_room(surfaces, light);
     let settings = case.settings(pairs);
     let (mut follower, _) = Renderer::new(gpu, &scene, case.entry, &settings, frame(24, 16, 64)).unwrap();
-    let (mut visited, mut worst) = (Vec::new(), 0.0f64);
-    for time_s in [0.0, 0.4, 1.0, 2.0, 0.4] {
+    let (mut visited, mut worst) = (Vec::<Vec<Image>>::new(), 0.0f64);
+    for (visit, time_s) in [0.4, 1.0, 2.0, 0.4].into_iter().enumerate() {
         scene.set_time(time_s);
         follower.set_pose(&scene).unwrap();
         follower.render(&scene.camera).unwrap();
+        if visit == 3 {
+            let again = pictures(&follower);
+            assert!(visited[0].iter().zip(&again).all(|(first, again)| largest_difference(again, first) <= rounding(case)), "{what}: the second visit");
+            break;
+        }
         let (mut fresh, _) = Renderer::new(gpu, &scene, case.entry, &settings, frame(24, 16, 64)).unwrap();
         fresh.render(&scene.camera).unwrap();
         let (followed, expected) = (pictures(&follower), pictures(&fresh));
@@ -77,13 +87,12 @@ fn follow(gpu: &Gpu, case: &Case, surfaces: Surfaces, light: Light, what: &str, 
         for (index, (followed, expected)) in followed.iter().zip(&expected).enumerate() {
             let (difference, allowed) = (largest_difference(followed, expected), rounding(case));
             assert!(difference <= allowed, "{what}, {time_s} s: picture {index} differs by {difference}");
-            worst = worst.max(difference);
+            worst = larger(worst, difference);
         }
         visited.push(followed);
     }
     println!("{what}: a pixel differs by {worst:e} of the mean at most");
-    assert!(case.entry.name == "none" || visited[0][2].pixels != visited[2][2].pixels, "{what}: the model has to change the light");
-    assert!(visited[1].iter().zip(&visited[4]).all(|(first, again)| largest_difference(again, first) <= rounding(case)), "{what}: the second visit");
+    assert!(case.entry.name == "none" || visited[0][2].pixels != visited[1][2].pixels, "{what}: the model has to change the light");
 }
 
 /// A model that comes into a room does not take its bounces away: the first frame after is near the converged one, and far from one bounce.

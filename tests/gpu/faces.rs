@@ -1,5 +1,6 @@
 //! Texels of six faces, of anisotropic mips and of directional voxels, on the device against the CPU oracles.
 
+use crate::support::compare::{Largest, Worst};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -42,9 +43,9 @@ fn matter_of(gpu: &Gpu, faces: &[Volume; 6]) -> Arc<Image> {
 
 /// Largest difference in steps of half floats (2⁻¹¹ of the value, at least 2⁻¹⁴).
 fn half_steps(seen: &[Volume; 6], expected: &[Volume; 6]) -> f64 {
-    let steps = |(seen, expected): (&DVec4, &DVec4)| ((*seen - *expected).abs() / (expected.abs() * 2f64.powi(-11) + 2f64.powi(-25))).max_element();
-    let of = |(seen, expected): (&Volume, &Volume)| seen.texels.iter().zip(&expected.texels).map(steps).fold(0.0, f64::max);
-    seen.iter().zip(expected).map(of).fold(0.0, f64::max)
+    let steps = |(seen, expected): (&DVec4, &DVec4)| ((*seen - *expected).abs() / (expected.abs() * 2f64.powi(-11) + 2f64.powi(-25))).largest();
+    let of = |(seen, expected): (&Volume, &Volume)| seen.texels.iter().zip(&expected.texels).map(steps).worst();
+    seen.iter().zip(expected).map(of).worst()
 }
 
 /// Each level against the oracle's filter of the one before: of anisotropic mips from an isotropic level, of directional voxels from faces.
@@ -66,7 +67,7 @@ fn mips_of_faces_are_the_oracles() {
         anisotropic.extend(read_faces(&gpu, &coarser));
         for (name, chain) in [("anisotropic", anisotropic), ("directional", read_faces(&gpu, &directional))] {
             assert_eq!(chain.last().unwrap()[0].resolution, 1);
-            let steps = chain.windows(2).map(|levels| half_steps(&levels[1], &coarser_faces(levels[0].each_ref()))).fold(0.0, f64::max);
+            let steps = chain.windows(2).map(|levels| half_steps(&levels[1], &coarser_faces(levels[0].each_ref()))).worst();
             println!("{name} mips of {resolution}³: {steps:.2} half-float steps off the oracle");
             assert!(steps <= 2.1, "{name}, {resolution}³: {steps}");
             // Planted: two faces in each other's place.
@@ -195,7 +196,7 @@ fn compare_opacities(packed: &[[u32; 2]], read: &Read, sums: &BTreeMap<VoxelInde
         let allowed = 1.0 / 1023.0 + if settings.coverage { area_error } else { 4.0 * (area_error / sum.area).min(1.0) };
         let expected = sum.face_opacities(settings.faces.unwrap(), !settings.coverage);
         for (packed, expected) in packed.iter().zip(expected) {
-            let share = (unorm10(*packed) - expected).abs().max_element() / allowed;
+            let share = (unorm10(*packed) - expected).abs().largest() / allowed;
             if share > worst.0 {
                 worst = (share, format!("{:?}: {} for {expected}, {share:.2} of the tolerance", coordinates(record), unorm10(*packed)));
             }
@@ -270,11 +271,11 @@ fn faces_have_the_light_of_their_side() {
                 } else {
                     behind
                 };
-                let off = |seen: DVec4, expected: DVec4| (seen - expected).abs().max_element() / (expected.max_element() + 1e-3);
+                let off = |seen: DVec4, expected: DVec4| (seen - expected).abs().largest() / (expected.largest() + 1e-3);
                 let [stored, texel] = [six[6 * slot + face], dense[face].texel(coordinates(record))];
                 let apart = off(stored, expected.extend(opacity)).max(off(texel, (expected * opacity).extend(opacity)));
                 assert!(apart <= 2e-3, "{name}, face {face} of {:?}: {stored} and {texel} for {expected}, {opacity}", coordinates(record));
-                bright += usize::from(expected.max_element() > 0.0 && ahead != behind && opacity > 0.0);
+                bright += usize::from(expected.largest() > 0.0 && ahead != behind && opacity > 0.0);
             }
         }
         println!("{name}: {bright} lit faces of {} voxels", read.records.len());

@@ -1,5 +1,6 @@
 //! `voxel.resolve` on the device against the CPU oracle: what each voxel's record holds.
 
+use crate::support::compare::{Largest, Worst, larger};
 use std::collections::BTreeMap;
 
 use crate::support::scenes::{bundled, in_unit_grid, lump, scene_of, soup};
@@ -15,7 +16,7 @@ use lumivox::scene::Scene;
 
 /// One attribute: the largest difference, and the largest as a share of what is allowed.
 #[derive(Clone, Copy, Default)]
-struct Worst {
+struct Off {
     difference: f64,
     share: f64,
     voxel: VoxelIndex,
@@ -23,7 +24,7 @@ struct Worst {
 
 #[derive(Default)]
 struct Comparison {
-    worst: BTreeMap<&'static str, Worst>,
+    worst: BTreeMap<&'static str, Off>,
     voxels: usize,
     only_one: usize,
     /// The voxel that is being compared.
@@ -33,7 +34,7 @@ struct Comparison {
 impl Comparison {
     fn see(&mut self, name: &'static str, difference: f64, allowed: f64) {
         let worst = self.worst.entry(name).or_default();
-        worst.difference = worst.difference.max(difference);
+        worst.difference = larger(worst.difference, difference);
         if difference / allowed > worst.share || (difference / allowed).is_nan() {
             worst.share = difference / allowed;
             worst.voxel = self.at;
@@ -69,14 +70,14 @@ fn compare(read: &Read, sums: &BTreeMap<VoxelIndex, VoxelSum>, coverage: bool) -
         let area_error = AREA_ERROR * f64::from(sum.fragment_count + 2);
         let weight = (area_error / sum.area).min(1.0);
         comparison.see("area", (area(record) - sum.area).abs(), area_error + sum.area / 2048.0);
-        comparison.see("normal", (mean_normal(record) - sum.normal).abs().max_element(), 1.05 / 1023.0 + 2.0 * weight);
-        let root = (unorm10(record.albedo) - sum.albedo.map(f64::sqrt)).abs().max_element();
+        comparison.see("normal", (mean_normal(record) - sum.normal).abs().largest(), 1.05 / 1023.0 + 2.0 * weight);
+        let root = (unorm10(record.albedo) - sum.albedo.map(f64::sqrt)).abs().largest();
         // Error of the mean albedo, seen through its root.
         comparison.see("albedo root", root, TEN_BITS + (weight / sum.albedo.min_element().sqrt().max(1e-3)).min(weight.sqrt()));
-        comparison.see("mean position", (unorm10(record.mean_position) - sum.mean_position).abs().max_element(), TEN_BITS + weight);
+        comparison.see("mean position", (unorm10(record.mean_position) - sum.mean_position).abs().largest(), TEN_BITS + weight);
         let opacity = if coverage { sum.coverage } else { 1.0 };
         comparison.see("coverage", (f64::from(record.coverage & 0xfff) / 4095.0 - opacity).abs(), area_error + 2e-4);
-        let seen = (seen(record) - DVec2::new(sum.seen_from_one, sum.seen_from_both)).abs().max_element();
+        let seen = (seen(record) - DVec2::new(sum.seen_from_one, sum.seen_from_both)).abs().largest();
         comparison.see("seen share", seen, 0.5 / 255.0 + 2.0 * weight);
         if (sum.opposed - OPPOSED).abs() > 1e-3 + 2.0 * weight {
             comparison.see("opposed", f64::from(u8::from(is_opposed(record) != sum.opposed_axis.is_some())), 0.5);
@@ -84,10 +85,10 @@ fn compare(read: &Read, sums: &BTreeMap<VoxelIndex, VoxelSum>, coverage: bool) -
         if let Some(emission) = read.emission.get(index) {
             let emitted = DVec3::new(f64::from(emission[0]), f64::from(emission[1]), f64::from(emission[2]));
             if sum.opposed > OPPOSED + 0.1 || sum.opposed < 0.01 {
-                let error = (f64::from(emission[3]) - sum.emission_ahead).abs() * sum.emission.max_element();
+                let error = (f64::from(emission[3]) - sum.emission_ahead).abs() * sum.emission.largest();
                 comparison.see("emission ahead", error, 1e-5 + 2.0 * weight * largest_emission(sums));
             }
-            comparison.see("emission", (emitted - sum.emission).abs().max_element(), 1e-5 + weight * largest_emission(sums));
+            comparison.see("emission", (emitted - sum.emission).abs().largest(), 1e-5 + weight * largest_emission(sums));
         }
     }
     comparison.only_one += sums.len() - comparison.voxels;
@@ -95,7 +96,7 @@ fn compare(read: &Read, sums: &BTreeMap<VoxelIndex, VoxelSum>, coverage: bool) -
 }
 
 fn largest_emission(sums: &BTreeMap<VoxelIndex, VoxelSum>) -> f64 {
-    sums.values().map(|sum| sum.emission.max_element()).fold(1e-3, f64::max)
+    sums.values().map(|sum| sum.emission.largest()).worst().max(1e-3)
 }
 
 fn check(gpu: &Gpu, scene: &Scene, resolution: u32, unit_grid: bool, coverage: bool, what: &str) -> Comparison {
@@ -148,14 +149,14 @@ fn textured_and_masked_attributes_are_near_the_oracles() {
             continue;
         };
         let albedo = unorm10(record.albedo).powf(2.0);
-        errors.push((albedo - sum.albedo).abs().max_element());
+        errors.push((albedo - sum.albedo).abs().largest());
         total_area = [total_area[0] + area(record), total_area[1] + sum.area];
         means = [means[0] + area(record) * albedo, means[1] + sum.area * sum.albedo];
     }
     errors.sort_by(f64::total_cmp);
     let only_oracle = sums.len() - errors.len();
     let at = |share: f64| errors[((errors.len() - 1) as f64 * share) as usize];
-    let bias = (means[0] / means[1] - 1.0).abs().max_element();
+    let bias = (means[0] / means[1] - 1.0).abs().largest();
     println!("atrium 64: {} voxels, {only_gpu} only here, {only_oracle} only in the oracle", read.records.len());
     println!("    albedo: median error {:.4}, 95% below {:.4}, largest {:.3}; area-weighted bias {bias:.4}", at(0.5), at(0.95), at(1.0));
     println!("    area: {:.1} here, {:.1} in the oracle", total_area[0], total_area[1]);
@@ -228,11 +229,11 @@ fn running_average_stays_within_its_bits() {
         // Each run's average may be so far from the plain mean; reading it back costs 10 bits of the root, twice.
         let bound = (count + 1.0) / 4.0 / 255.0 + 2.0 * TEN_BITS;
         for run in &runs {
-            from_exact = from_exact.max((albedo(run, index) - albedo(&exact, index)).abs().max_element());
-            spread = spread.max((albedo(run, index) - albedo(&runs[0], index)).abs().max_element());
-            let off = (albedo(run, index) - sum / count).abs().max_element();
-            from_plain = from_plain.max(off);
-            share = share.max(off / bound);
+            from_exact = larger(from_exact, (albedo(run, index) - albedo(&exact, index)).abs().largest());
+            spread = larger(spread, (albedo(run, index) - albedo(&runs[0], index)).abs().largest());
+            let off = (albedo(run, index) - sum / count).abs().largest();
+            from_plain = larger(from_plain, off);
+            share = larger(share, off / bound);
         }
     }
     println!("running average, albedo: between runs {spread:.4}, from the plain mean {from_plain:.4} ({share:.2} of the bound), from exact {from_exact:.3}");
@@ -272,7 +273,7 @@ fn comparators_notice_planted_errors() {
     assert!(compare(&read, &sums, true).verdict().expect_err("emission").starts_with("emission is"));
     read.emission = unplanted;
     // Of a bright voxel whose sides are told apart for certain.
-    let is_certain = |sum: &VoxelSum| sum.area > 0.5 && sum.opposed < 0.01 && sum.emission.max_element() > 0.5 * largest_emission(&sums);
+    let is_certain = |sum: &VoxelSum| sum.area > 0.5 && sum.opposed < 0.01 && sum.emission.largest() > 0.5 * largest_emission(&sums);
     let index = read.records.iter().position(|record| is_certain(&sums[&coordinates(record)])).unwrap();
     read.emission[index][3] = 1.0 - read.emission[index][3].round();
     assert!(compare(&read, &sums, true).verdict().expect_err("emission ahead").starts_with("emission ahead"));

@@ -1,5 +1,6 @@
 //! `voxel_mips.filter` and `cone.gather` on the device against the CPU oracles.
 
+use crate::support::compare::{Largest, Worst, larger};
 use std::collections::BTreeSet;
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -30,10 +31,10 @@ const SIZE: [u32; 2] = [32, 24];
 fn filter_error(chain: &[Volume], by: Filter) -> f64 {
     let error = |levels: &[Volume]| {
         let expected = coarser(&levels[0], by);
-        let steps = |(seen, expected): (&DVec4, &DVec4)| ((*seen - *expected).abs() / (expected.abs() * 2f64.powi(-11) + 2f64.powi(-25))).max_element();
-        levels[1].texels.iter().zip(&expected.texels).map(steps).fold(0.0, f64::max)
+        let steps = |(seen, expected): (&DVec4, &DVec4)| ((*seen - *expected).abs() / (expected.abs() * 2f64.powi(-11) + 2f64.powi(-25))).largest();
+        levels[1].texels.iter().zip(&expected.texels).map(steps).worst()
     };
-    chain.windows(2).map(error).fold(0.0, f64::max)
+    chain.windows(2).map(error).worst()
 }
 
 #[test]
@@ -57,8 +58,8 @@ fn mips_are_the_oracles() {
         println!("mips of {resolution}³: half-float steps off the oracle: box {:.2}, directional {:.2}, blit {:.2}", errors[0], errors[1], errors[2]);
         // One step is what rounding to nearest gives, two what truncation gives.
         assert!(errors.iter().all(|error| *error <= 2.1), "{errors:?}");
-        let apart = |(a, b): (&DVec4, &DVec4)| (*a - *b).abs().max_element() / (a.max_element() + 1e-3);
-        let apart = chains[0].iter().zip(&blit).flat_map(|(a, b)| a.texels.iter().zip(&b.texels).map(apart)).fold(0.0, f64::max);
+        let apart = |(a, b): (&DVec4, &DVec4)| (*a - *b).abs().largest() / (a.largest() + 1e-3);
+        let apart = chains[0].iter().zip(&blit).flat_map(|(a, b)| a.texels.iter().zip(&b.texels).map(apart)).worst();
         println!("    compute and blit differ by {apart:.1e} of the value");
         assert!(apart <= 4e-3, "compute and blit differ by {apart}");
     }
@@ -295,8 +296,8 @@ fn every_cone_set_sees_a_uniform_environment() {
         let weights: f64 = diffuse_set(&settings).cones.iter().map(|cone| f64::from(cone.weight)).sum();
         assert!((weights - 1.0).abs() < 1e-6, "{set}: weights sum to {weights}");
         for result in cones_on_gpu(&gpu, &gpu_scene, &grid, &view, [&image, &matter], &settings) {
-            let error = (result.truncate() / (PI * environment.as_dvec3()) - 1.0).abs().max_element();
-            worst = worst.max(error);
+            let error = (result.truncate() / (PI * environment.as_dvec3()) - 1.0).abs().largest();
+            worst = larger(worst, error);
             assert!(error <= 0.005 && (result.w - 1.0).abs() < 1e-5, "{set}: {result}");
         }
     }
@@ -347,6 +348,11 @@ fn comparators_notice_planted_errors() {
     gpu.submit(frame).unwrap();
     let mut chain = read_chain(&gpu, &image);
     assert!(filter_error(&chain, Filter::Directional) < 2.1 && filter_error(&chain, Filter::Box) > 10.0);
+    for channel in 0..4 {
+        let mut wrong = read_chain(&gpu, &image);
+        wrong[1].texels[7][channel] = f64::NAN;
+        assert!(filter_error(&wrong, Filter::Directional).is_nan());
+    }
     chain[2].texels[5] *= 1.01;
     assert!(filter_error(&chain, Filter::Directional) > 4.0);
     // One pixel of many, by 2%; visibility alone.

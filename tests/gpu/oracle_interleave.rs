@@ -1,5 +1,6 @@
 //! `gi.deinterleave` on the device against the CPU oracle, and what any such window must keep.
 
+use crate::support::compare::{Largest, Worst};
 use std::collections::BTreeMap;
 
 use crate::support::gather::View;
@@ -67,7 +68,7 @@ impl Seen {
         let is_inside = |pixel: [u32; 2]| (0..2).all(|axis| pixel[axis] >= from_border && pixel[axis] + from_border < SIZE[axis]);
         let inside: Vec<usize> = (0..a.len()).filter(|&i| is_inside(self.view.receivers[i].0)).collect();
         assert!(inside.len() > 500, "only {} pixels to compare", inside.len());
-        inside.into_iter().map(|i| (a[i] - b[i]).abs().max_element()).fold(0.0, f64::max)
+        inside.into_iter().map(|i| (a[i] - b[i]).abs().largest()).worst()
     }
 }
 
@@ -146,4 +147,9 @@ fn comparators_notice_planted_errors() {
     let mut one = expected.clone();
     one[SIZE[0] as usize * 20 + 30].w += 1e-5;
     assert!(seen.largest_difference(&one, &expected, 2) > TOLERANCE);
+    for channel in 0..4 {
+        let mut one = expected.clone();
+        one[SIZE[0] as usize * 20 + 30][channel] = f64::NAN;
+        assert!(seen.largest_difference(&one, &expected, 2).is_nan());
+    }
 }

@@ -1,5 +1,6 @@
 //! `voxel.inject_rsm` and `voxel.light` on the device against the CPU oracle.
 
+use crate::support::compare::{Largest, Worst};
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
@@ -94,7 +95,7 @@ fn injected_flux_is_what_surfaces_reflect() {
     for (name, scene) in lights() {
         let lit = light(&gpu, &scene, 32, 512, Injection::Rsm);
         let expected = reflected_flux(&scene, 4096);
-        let error = (lit.flux() / expected - 1.0).abs().max_element();
+        let error = (lit.flux() / expected - 1.0).abs().largest();
         let (rms, bias) = lit.difference(&inject(&scene, &oracle_grid(&lit.read.voxels.grid), 32));
         let texels = 512u64 * 512 * scene.lights.iter().map(|light| if matches!(light, Light::Point { .. }) { 6 } else { 1 }).sum::<u64>();
         println!(
@@ -124,8 +125,8 @@ fn sums_hold_a_light_next_to_a_wall() {
     let coarse = light(&gpu, &scene, 128, 512, Injection::Rsm);
     // Low words hold 2³² steps; a step is 2⁻²⁰ of the intensity over the squared diagonal, or less.
     let low_words = 4096.0 / f64::from(size * size);
-    let bright: Vec<_> = fine.radiance.iter().zip(&coarse.radiance).filter(|(fine, _)| fine.max_element() > low_words).collect();
-    let worst = bright.iter().map(|(fine, coarse)| (*fine - *coarse).abs().max_element() / fine.max_element()).fold(0.0, f64::max);
+    let bright: Vec<_> = fine.radiance.iter().zip(&coarse.radiance).filter(|(fine, _)| fine.largest() > low_words).collect();
+    let worst = bright.iter().map(|(fine, coarse)| (*fine - *coarse).abs().largest() / fine.largest()).worst();
     println!("{} voxels beyond {low_words:.1} W/(m² sr), off by up to {worst:.5}", bright.len());
     assert!(!bright.is_empty() && worst <= 2e-3);
 }
@@ -160,7 +161,7 @@ fn shaded_voxels_are_the_oracles() {
             .zip(&lit.read.records)
             .map(|(radiance, record)| {
                 let expected = expected[&coordinates(record)];
-                (*radiance - expected).abs().max_element() / expected.max_element().max(1e-3)
+                (*radiance - expected).abs().largest() / expected.largest().max(1e-3)
             })
             .collect();
         errors.sort_by(f64::total_cmp);
@@ -212,8 +213,8 @@ fn light_is_linear_and_repeats_bit_for_bit() {
             assert!(once.bytes == light(&gpu, &scene, 32, 256, injection).bytes, "{name}: two runs differ");
             let twice = light(&gpu, &double, 32, 256, injection);
             // Half floats below 2⁻¹⁴ lose bits.
-            let worst = once.radiance.iter().zip(&twice.radiance).filter(|(once, _)| once.max_element() > 1e-3);
-            let worst = worst.map(|(once, twice)| (*twice - 2.0 * *once).abs().max_element() / once.max_element()).fold(0.0, f64::max);
+            let worst = once.radiance.iter().zip(&twice.radiance).filter(|(once, _)| once.largest() > 1e-3);
+            let worst = worst.map(|(once, twice)| (*twice - 2.0 * *once).abs().largest() / once.largest()).worst();
             assert!(worst <= 1e-3, "{name}: doubling is off by {worst}");
         }
     }
@@ -225,8 +226,8 @@ fn coarse_maps_leave_no_lit_voxel_dark() {
     let (gpu, scene) = (gpu(), bundled("cornell"));
     let lit = light(&gpu, &scene, 128, 64, Injection::Rsm);
     let expected = inject(&scene, &oracle_grid(&lit.read.voxels.grid), 4);
-    let mean = expected.values().map(|radiance| radiance.max_element()).sum::<f64>() / expected.len() as f64;
-    let is_lit = |voxel: &VoxelIndex| expected[voxel].max_element() > 0.2 * mean;
+    let mean = expected.values().map(|radiance| radiance.largest()).sum::<f64>() / expected.len() as f64;
+    let is_lit = |voxel: &VoxelIndex| expected[voxel].largest() > 0.2 * mean;
     // A texel is up to four voxels wide: so far from a shadow's edge nothing may be dark.
     let is_inside = |[x, y, z]: VoxelIndex| {
         let range = |at: u32| at.saturating_sub(4)..=at + 4;
@@ -235,7 +236,7 @@ fn coarse_maps_leave_no_lit_voxel_dark() {
     let (mut lit_count, mut dark, mut dark_inside) = (0, 0, 0);
     for (radiance, record) in lit.radiance.iter().zip(&lit.read.records).filter(|(_, record)| is_lit(&coordinates(record))) {
         lit_count += 1;
-        if radiance.max_element() <= 0.0 {
+        if radiance.largest() <= 0.0 {
             dark += 1;
             dark_inside += usize::from(is_inside(coordinates(record)));
         }
@@ -258,9 +259,9 @@ fn emission_is_radiance() {
         // As in the attributes' test: what a fragment's area is rounded by.
         let weight = (2.0 * f64::from(sum.fragment_count + 2) / 16384.0 / sum.area).min(1.0);
         let emission = sum.emission / sum.seen_from_both;
-        let allowed = 5e-3 * emission.max_element() + weight * 100.0 + 1e-5;
-        assert!((*radiance - emission).abs().max_element() <= allowed, "{radiance} for {sum:?}");
-        glowing += usize::from(radiance.max_element() > 0.0);
+        let allowed = 5e-3 * emission.largest() + weight * 100.0 + 1e-5;
+        assert!((*radiance - emission).abs().largest() <= allowed, "{radiance} for {sum:?}");
+        glowing += usize::from(radiance.largest() > 0.0);
     }
     assert!(glowing > 0);
 }
@@ -273,7 +274,7 @@ fn comparators_notice_planted_errors() {
     let (flux, good) = (lit.flux(), lit.difference(&expected).0);
     // All 3% brighter; the light of each voxel in the next.
     lit.radiance.iter_mut().for_each(|radiance| *radiance *= 1.03);
-    assert!((lit.flux() / flux - 1.0).abs().max_element() > 0.02 && lit.difference(&expected).1 > 0.02);
+    assert!((lit.flux() / flux - 1.0).abs().largest() > 0.02 && lit.difference(&expected).1 > 0.02);
     lit.radiance.iter_mut().for_each(|radiance| *radiance /= 1.03);
     lit.radiance.rotate_right(1);
     assert!(lit.difference(&expected).0 > 0.1 && good < 0.1);

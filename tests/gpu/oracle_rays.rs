@@ -1,5 +1,6 @@
 //! `voxel.gather_rays` on the device against the CPU oracle.
 
+use crate::support::compare::Largest;
 use std::f64::consts::PI;
 
 use crate::support::gather::{View, errors};
@@ -114,7 +115,7 @@ fn compare_ray(hit: Option<VoxelIndex>, seen: &[Crossing], near: impl Fn(VoxelIn
 fn passes_near(voxel: VoxelIndex, origin: DVec3, direction: DVec3) -> bool {
     let (low, high) = (DVec3::from(voxel.map(f64::from)) - ROUNDING, DVec3::from(voxel.map(f64::from)) + 1.0 + ROUNDING);
     let (a, b) = ((low - origin) / direction, (high - origin) / direction);
-    a.min(b).max_element().max(0.0) <= a.max(b).min_element()
+    a.min(b).largest().max(0.0) <= a.max(b).min_element()
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! The sparse voxel octree on the device against the CPU oracle: every node, every pointer, every texel.
 
+use crate::support::compare::{Largest, Worst};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
@@ -116,9 +117,9 @@ fn level_error(level: &Texels, expected: &Texels) -> f64 {
     let error = |(at, value): (&VoxelIndex, &DVec4)| {
         let expected = expected.get(at).copied().unwrap_or_default();
         let step = expected.abs().max(DVec4::splat(0.125)) / 1024.0;
-        ((*value - expected).abs() / step).max_element()
+        ((*value - expected).abs() / step).largest()
     };
-    level.iter().map(error).fold(0.0, f64::max)
+    level.iter().map(error).worst()
 }
 
 /// Rounding to half floats, which a driver may do towards zero: once when a texel is stored, and once for each of the three axes along which shares are added.
@@ -488,5 +489,10 @@ fn comparators_notice_planted_errors() {
     brighter.values_mut().for_each(|value| *value *= 1.01);
     let expected = coarser(&levels[0], 32, Lattice::Centres, Filter::Directional);
     assert!(level_error(&levels[1], &expected) <= 1.0 && level_error(&brighter, &expected) > 4.0);
+    for channel in 0..4 {
+        let mut wrong = levels[1].clone();
+        wrong.values_mut().nth(3).unwrap()[channel] = f64::NAN;
+        assert!(level_error(&wrong, &expected).is_nan());
+    }
     assert!(level_error(&levels[1], &coarser(&levels[0], 32, Lattice::Centres, Filter::Box)) > 4.0);
 }

@@ -1,5 +1,6 @@
 //! Surfaces that emit, as patches that cones see: the patches, `cone.patches` on the device against its CPU oracle, its pictures against the path tracer, its cost.
 
+use crate::support::compare::Largest;
 use crate::support::gather::{View, errors, filter, matter, occupied, random_volume, read_chain, verdict, volume};
 use crate::support::scenes::{add_model, bundled, still};
 use crate::support::technique::{
@@ -59,7 +60,7 @@ fn patches_hold_all_light() {
         for count in [1, 2, 5, 16, 64, 256] {
             let made = patches(&parts, count, 1.0);
             let sum = power(made.iter().map(|patch| (patch.area, patch.radiance)));
-            assert!((sum / expected - 1.0).abs().max_element() < 1e-4 && made.len() == count, "{name}, {count}: {} patches, {sum} of {expected}", made.len());
+            assert!((sum / expected - 1.0).abs().largest() < 1e-4 && made.len() == count, "{name}, {count}: {} patches, {sum} of {expected}", made.len());
             assert!(made.iter().all(|patch| (patch.normal.length() - 1.0).abs() < 1e-4 && patch.radius >= 0.0), "{name}, {count}");
             let weight = |patch: &Patch| patch.area * luminance(patch.radiance) * patch.radius * patch.radius;
             let mean = made.iter().map(weight).sum::<f32>() / luminance(expected);

@@ -1,5 +1,6 @@
 //! One cone with its samples: what they come to is what the gathers write and what the oracle has.
 
+use crate::support::compare::Largest;
 use std::f32::consts::PI;
 
 use crate::support::gather::{View, matter, occupied, random_volume, read_chain, volume};
@@ -67,15 +68,15 @@ fn samples_of_a_pixels_cones_are_its_irradiance() {
                 let probe = cone(&renderer, pixel, ProbeAxis::Diffuse(index));
                 let (radiance, covered) = sum(&probe);
                 let last = probe.samples.last().unwrap();
-                assert!((last.gathered - radiance).abs().max_element() < 1e-5 * radiance.max_element().max(1.0) && (last.covered - covered).abs() < 1e-6);
+                assert!((last.gathered - radiance).abs().largest() < 1e-5 * radiance.largest().max(1.0) && (last.covered - covered).abs() < 1e-6);
                 // The Cornell box has a dark environment.
-                assert!((probe.radiance - radiance).abs().max_element() < 1e-4 * radiance.max_element().max(1e-3), "{} and {radiance}", probe.radiance);
+                assert!((probe.radiance - radiance).abs().largest() < 1e-4 * radiance.largest().max(1e-3), "{} and {radiance}", probe.radiance);
                 irradiance += PI * probe.weight.unwrap() * radiance;
             }
             let expected = diffuse.pixels[(pixel[0] + SIZE[0] * pixel[1]) as usize];
-            let error = (irradiance - expected).abs().max_element() / expected.max_element().max(1e-3);
+            let error = (irradiance - expected).abs().largest() / expected.largest().max(1e-3);
             println!("{technique} {preset} {pairs:?}, pixel {pixel:?}: {irradiance} of {expected}, {error:.1e} off");
-            assert!(expected.max_element() > 0.0 && error < 5e-3, "{technique} {preset} {pairs:?}, pixel {pixel:?}: {irradiance}, not {expected}");
+            assert!(expected.largest() > 0.0 && error < 5e-3, "{technique} {preset} {pairs:?}, pixel {pixel:?}: {irradiance}, not {expected}");
         }
     }
 }
@@ -136,12 +137,12 @@ fn samples_are_the_oracles() {
             let tan_half = f64::from(0.5 * aperture_deg.to_radians()).tan();
             let cosine = direction.dot(normal).max(0.0);
             let expected = march(&chain, &Cone { origin, direction, tan_half, height: number("start_offset"), cosine }, &march_settings);
-            let difference = (probe.radiance.as_dvec3() - expected.radiance).abs().max_element() / expected.radiance.max_element();
+            let difference = (probe.radiance.as_dvec3() - expected.radiance).abs().largest() / expected.radiance.largest();
             let (radiance, covered) = sum(&probe);
             let own: DVec3 = (radiance + (1.0 - covered) * scene.environment).as_dvec3();
             println!("{axis:?}, {aperture_deg}°: {} samples, {difference:.1e} off", probe.samples.len());
             assert_eq!(probe.samples.len(), expected.step_count as usize);
-            assert!(difference < 0.01 && (own - expected.radiance).abs().max_element() < 0.01 * expected.radiance.max_element());
+            assert!(difference < 0.01 && (own - expected.radiance).abs().largest() < 0.01 * expected.radiance.largest());
             assert!((f64::from(probe.visibility) - expected.visibility).abs() < 0.01);
             // Steps follow each other without a gap, each centred on its sample.
             let mut begin = 0.0;

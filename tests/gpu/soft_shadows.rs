@@ -1,5 +1,6 @@
 //! `cone.shadow` on the device against its CPU oracle, its penumbra against a path-traced light of the same size, and what it saves.
 
+use crate::support::compare::{Largest, Worst};
 use std::f64::consts::PI;
 
 use crate::support::gather::{View, errors, filter, matter, occupied, random_volume, read_chain, verdict, volume};
@@ -115,8 +116,8 @@ fn an_open_plane_is_lit_as_by_maps() {
         for case in default_cases() {
             let lit = |shadows| shoot(&gpu, &scene, &case, &[("resolution", "64"), ("shadows", shadows)], frame(48, 36, 256)).unwrap().direct;
             let (cones, maps) = (lit("cones"), lit("maps"));
-            let off = |(a, b): (&Vec3, &Vec3)| (*a - *b).abs().max_element() / b.max_element().max(1e-3);
-            let worst = cones.pixels.iter().zip(&maps.pixels).map(off).fold(0.0, f32::max);
+            let off = |(a, b): (&Vec3, &Vec3)| (*a - *b).abs().largest() / b.largest().max(1e-3);
+            let worst = cones.pixels.iter().zip(&maps.pixels).map(off).worst();
             println!("{}, glossy {}: {worst:.1e} off", case.name(), specular.is_some());
             // Along the plane a clipmap's texels grow, and reach the cone that started over smaller ones.
             let most = if case.entry.name == "clipmap" { 0.15 } else { 0.01 };

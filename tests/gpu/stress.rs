@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::process::{Command, Output};
 
-use crate::support::gpu;
+use crate::support::{gpu, reference_cache};
 use lumivox::frame::FrameSettings;
 use lumivox::gi::registry::{TECHNIQUES, find};
 use lumivox::graph::Gpu;
@@ -28,7 +28,7 @@ fn case(technique: &str, preset: &str, pairs: &[&str]) -> Case {
 }
 
 fn record_in(gpu: &Gpu, stress: &StressCase, case: &Case, severity: f64, scene: Option<&Scene>) -> Record {
-    let probe = Probe { gpu, entry: case.entry, settings: &case.settings, frame: FRAME, effort: &EFFORT, scene, memo: &Memo::default() };
+    let probe = Probe { gpu, entry: case.entry, settings: &case.settings, frame: FRAME, effort: &EFFORT, scene, memo: &Memo::new(reference_cache()) };
     stress.record(&probe, case, "", severity).unwrap()
 }
 
@@ -249,7 +249,8 @@ fn what_recovers_is_told_apart() {
 fn rows_of_equal_settings_are_apart() {
     let gpu = gpu();
     let [cones, accurate] = ["cones", "accurate"].map(|preset| case("voxel-mips", preset, &["resolution=32", "rays=4"]));
-    let probe = Probe { gpu: &gpu, entry: cones.entry, settings: &cones.settings, frame: FRAME, effort: &EFFORT, scene: None, memo: &Memo::default() };
+    let probe =
+        Probe { gpu: &gpu, entry: cones.entry, settings: &cones.settings, frame: FRAME, effort: &EFFORT, scene: None, memo: &Memo::new(reference_cache()) };
     let keys: BTreeSet<String> =
         [(&cones, ""), (&accurate, ""), (&accurate, "gather=cones")].map(|(case, change)| Record::key_of(stress("empty"), &probe, case, change, 0.0)).into();
     assert_eq!(keys.len(), 3);

@@ -58,11 +58,17 @@ fn flipped(image: &Image) -> Image {
 fn double_the_light_doubles_the_image() {
     let gpu = gpu();
     for case in cases() {
-        for (name, light) in small_lights() {
-            for surfaces in [Surfaces::Diffuse, Surfaces::Glossy] {
-                let shot = |factor| shoot(&gpu, &small_room(surfaces, vec![scaled(light, factor)]), &case, SETTINGS, frame(64, 64, 256)).unwrap().full;
-                let (once, twice) = (shot(1.0), shot(2.0));
-                let half = Image::from_fn(64, 64, |i| twice.pixels[i] * 0.5);
+        for surfaces in [Surfaces::Diffuse, Surfaces::Glossy] {
+            let mut scene = small_room(surfaces, vec![small_lights()[0].1]);
+            let (mut renderer, _) = Renderer::new(&gpu, &scene, case.entry, &case.settings(SETTINGS), frame(48, 48, 128)).unwrap();
+            for (name, light) in small_lights() {
+                let [once, twice] = [1.0, 2.0].map(|factor| {
+                    scene.lights = vec![scaled(light, factor)];
+                    renderer.move_lights(&scene).unwrap();
+                    renderer.render(&scene.camera).unwrap();
+                    renderer.aov(Aov::Full).unwrap()
+                });
+                let half = Image::from_fn(48, 48, |i| twice.pixels[i] * 0.5);
                 let difference = largest_difference(&half, &once);
                 println!("{}, {surfaces:?}, {name}: half of twice the light differs by {difference:.2e} of the mean", case.name());
                 assert!(difference <= 1e-3, "{}, {surfaces:?}, {name}: {difference}", case.name());

@@ -1,5 +1,6 @@
 //! How voxels that are shaded see the lights: attenuation and occlusion on the device against the CPU oracle.
 
+use crate::support::compare::larger;
 use crate::support::gpu;
 use crate::support::scenes::bundled;
 use crate::support::voxels::{Read, coordinates, half, mean_normal, opposed_axis, oracle_grid, unorm10, voxel_settings, voxelize};
@@ -118,7 +119,7 @@ fn normal_weighted_attenuation_is_the_oracles() {
                     continue;
                 }
                 let expected = standard[slot] / attenuation * normal_weighted(surface.mean_normal, (sides == Sides::Two).then_some(side), to_light);
-                worst = worst.max((weighted[slot] - expected).abs() / expected.max(0.05 * standard[slot]));
+                worst = larger(worst, (weighted[slot] - expected).abs() / expected.max(0.05 * standard[slot]));
                 differing += usize::from((weighted[slot] / standard[slot] - 1.0).abs() > 0.05);
                 compared += 1;
             }

@@ -1,5 +1,6 @@
 //! Looking at voxels: the octree's bricks of albedo, normal and emission, and the volumes that techniques keep as the camera sees them.
 
+use crate::support::compare::{Largest, Worst, exceeds};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
@@ -47,8 +48,8 @@ fn attributes(gpu: &Gpu, voxels: &Voxels) -> [Texels; 3] {
 fn level_error(level: &Texels, expected: &Texels) -> f64 {
     let places = level.keys().chain(expected.keys());
     let value = |texels: &Texels, at| texels.get(at).copied().unwrap_or_default();
-    let largest = expected.values().map(|texel| texel.abs().max_element()).fold(0.0, f64::max);
-    places.map(|at| (value(level, at) - value(expected, at)).abs().max_element()).fold(0.0, f64::max) / largest.max(1e-9)
+    let largest = expected.values().map(|texel| texel.abs().largest()).worst();
+    places.map(|at| (value(level, at) - value(expected, at)).abs().largest()).worst() / largest.max(1e-9)
 }
 
 /// Every texel of every level of each attribute, on both lattices, with every filter, with and without emission.
@@ -114,7 +115,7 @@ fn finish(gpu: &Gpu, frame: Frame, view: &View) -> Vec<DVec4> {
 
 /// Share of pixels that differ.
 fn differing(seen: &[DVec4], expected: &[DVec4]) -> f64 {
-    let differs = |(seen, expected): &(&DVec4, &DVec4)| (**seen - **expected).abs().max_element() > 0.01 * expected.max_element().max(1.0);
+    let differs = |(seen, expected): &(&DVec4, &DVec4)| exceeds((**seen - **expected).abs().largest(), 0.01 * expected.largest().max(1.0));
     seen.iter().zip(expected).filter(differs).count() as f64 / seen.len() as f64
 }
 
@@ -287,7 +288,7 @@ fn volumes_are_what_was_asked_for() {
     assert!(renderer.view_structure(4).unwrap().is_some() && renderer.view_structure(5).unwrap().is_none());
     assert!(renderer.view_voxels("emission", 0).unwrap().is_none() && renderer.view_voxels("albedo", 5).unwrap().is_none());
     let [albedo, _] = renderer.view_voxels("albedo", 0).unwrap().unwrap();
-    let largest = albedo.pixels.iter().map(|pixel| pixel.max_element()).fold(0.0, f32::max);
+    let largest = albedo.pixels.iter().map(|pixel| pixel.largest()).worst();
     assert!(largest > 0.5 && largest <= 1.0, "largest albedo {largest}");
 }
 
@@ -314,7 +315,7 @@ fn attributes_follow_dynamic_models() {
             // The pools may differ in size, and so does the rounding of a place in them.
             let largest = |of: fn(Vec3, Vec3) -> Vec3| {
                 let pixels = a.iter().zip(&b).flat_map(|(a, b)| a.pixels.iter().zip(&b.pixels));
-                pixels.map(|(a, b)| of(*a, *b).abs().max_element()).fold(0.0, f32::max)
+                pixels.map(|(a, b)| of(*a, *b).abs().largest()).worst()
             };
             let (difference, value) = (largest(|a, b| a - b), largest(|_, b| b));
             assert!(difference < 1e-3 * value, "{name} on level {level} at {time_s} s: {difference} of {value}");

@@ -176,6 +176,26 @@ fn memory_is_named_counted_and_given_back() {
     assert_eq!(gpu.memory(), []);
 }
 
+/// What the check of a device that comes back stands on: resources by name, and objects without memory by number.
+#[test]
+fn a_leak_is_seen() {
+    let gpu = gpu();
+    assert_eq!(gpu.residue(), Vec::<String>::new());
+    let (buffer, set) = (words(&gpu, "values", &[1; 16]), empty_scene(&gpu));
+    let left = gpu.residue();
+    assert!(left[0].starts_with("values, ") && left.len() == 7 && left[6].contains("objects without memory"), "{left:?}");
+    drop(set);
+    assert_eq!(gpu.residue().len(), 1);
+    drop(buffer);
+    let mut frame = Frame::new();
+    let buffer = words(&gpu, "values", &[1; 64]);
+    frame.pass(&DOUBLE).bind(&buffer).constants(&[64]).push(&64u32).dispatch([1, 1, 1]);
+    gpu.submit(frame).unwrap();
+    drop(buffer);
+    // A pipeline that was made is not a leak.
+    assert_eq!(gpu.residue(), Vec::<String>::new());
+}
+
 #[test]
 fn what_cannot_fit_is_an_error_with_the_numbers() {
     let gpu = gpu();

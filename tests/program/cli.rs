@@ -1,6 +1,7 @@
 //! Bad input through the real program: each is one line that says what, where and what to do, and an exit code; or a correct picture.
 //! Never a panic, never a hang.
 
+use crate::support::compare::Largest;
 use std::ffi::{OsStr, OsString};
 use std::path::Path;
 
@@ -206,7 +207,7 @@ fn models_move_with_time() {
     let ran = lumivox(folder.path(), &words("reference moving.toml --time 2 --size 48x32 --bounces 1 --spp 64 --no-cache -o out.exr"), &[]);
     assert_eq!(ran.code, Some(0), "{}", ran.stderr);
     let reference = read_exr(&folder.path().join("out.exr")).unwrap();
-    let off = |image: &Image| image.pixels.iter().zip(&reference.pixels).map(|(a, b)| (*a - *b).abs().max_element()).sum::<f32>() / image.pixels.len() as f32;
+    let off = |image: &Image| image.pixels.iter().zip(&reference.pixels).map(|(a, b)| (*a - *b).abs().largest()).sum::<f64>() / image.pixels.len() as f64;
     println!("mean difference from the reference: {} with the sheet, {} without", off(&after), off(&before));
     assert!(off(&after) < 0.3 * off(&before));
 }

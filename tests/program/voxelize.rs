@@ -1,5 +1,6 @@
 //! `lumivox voxelize`: files read back hold the oracle's voxels.
 
+use crate::support::compare::Largest;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
@@ -100,7 +101,7 @@ fn files_hold_the_oracles_voxels() {
         assert_eq!(ply.vertex.len(), json.voxels.len());
         for (point, voxel) in ply.vertex.iter().zip(&json.voxels) {
             let at = (Vec3::new(point.x, point.y, point.z) - grid.origin) / grid.voxel_size - 0.5;
-            assert!((at - Vec3::from(voxel.index.map(|i| i as f32))).abs().max_element() < 1e-3, "{source}: {at} is not {:?}", voxel.index);
+            assert!((at - Vec3::from(voxel.index.map(|i| i as f32))).abs().largest() < 1e-3, "{source}: {at} is not {:?}", voxel.index);
             assert_eq!(([point.nx, point.ny, point.nz], point.opacity), (voxel.normal, voxel.opacity));
             assert_eq!([point.red, point.green, point.blue], color(voxel), "{source}: {:?}", voxel.index);
         }
@@ -125,7 +126,7 @@ fn attributes_are_the_oracles() {
     for voxel in &json.voxels {
         // Voxels that hold next to nothing of a surface have attributes of rounding.
         let Some(sum) = oracle.get(&voxel.index).filter(|sum| sum.area > 0.1) else { continue };
-        let near = |a: [f32; 3], b: glam::DVec3, tolerance: f64| (Vec3::from(a).as_dvec3() - b).abs().max_element() < tolerance;
+        let near = |a: [f32; 3], b: glam::DVec3, tolerance: f64| (Vec3::from(a).as_dvec3() - b).abs().largest() < tolerance;
         assert!(near(voxel.albedo, sum.albedo, 0.01), "{:?}: {:?} is not {}", voxel.index, voxel.albedo, sum.albedo);
         assert!(near(voxel.normal, sum.normal, 0.01), "{:?}: {:?} is not {}", voxel.index, voxel.normal, sum.normal);
         assert!(voxel.opacity == 1.0);

@@ -1,5 +1,6 @@
 //! Small G-buffers, volumes and what else the gather tests need.
 
+use super::compare::{Largest, Worst};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
@@ -166,11 +167,11 @@ pub fn random_volume(resolution: u32, filled: f32, random: &mut Random) -> Volum
 
 /// Relative errors of irradiance, by pixel, ascending; and the largest error of visibility.
 pub fn errors(seen: &[DVec4], expected: &[DVec4]) -> (Vec<f64>, f64) {
-    let mean = expected.iter().map(|pixel| pixel.truncate().max_element()).sum::<f64>() / expected.len() as f64;
-    let relative = |(seen, expected): (&DVec4, &DVec4)| (*seen - *expected).truncate().abs().max_element() / expected.truncate().max_element().max(0.1 * mean);
+    let mean = expected.iter().map(|pixel| pixel.truncate().largest()).sum::<f64>() / expected.len() as f64;
+    let relative = |(seen, expected): (&DVec4, &DVec4)| (*seen - *expected).truncate().abs().largest() / expected.truncate().largest().max(0.1 * mean);
     let mut relative: Vec<f64> = seen.iter().zip(expected).map(relative).collect();
     relative.sort_by(f64::total_cmp);
-    let visibility = seen.iter().zip(expected).map(|(seen, expected)| (seen.w - expected.w).abs()).fold(0.0, f64::max);
+    let visibility = seen.iter().zip(expected).map(|(seen, expected)| (seen.w - expected.w).abs()).worst();
     (relative, visibility)
 }
 

@@ -1,6 +1,8 @@
 //! What the tests share: a validated device that must be there, the passes of the tests, and random numbers.
 #![allow(dead_code, unused_imports, unreachable_pub, clippy::unwrap_used, clippy::expect_used)]
 
+pub mod compare;
+pub mod covering;
 pub mod device;
 pub mod display;
 pub mod gather;
@@ -20,6 +22,11 @@ use lumivox::graph::{BufferDesc, BufferUsage, Gpu};
 
 pub use device::{ValidatedGpu, gpu, own_gpu};
 pub use skip::{Missing, skipped};
+
+/// The folder of references that tests keep: never the user's own, in which other builds may have left theirs.
+pub fn reference_cache() -> std::path::PathBuf {
+    std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("references")
+}
 
 /// A storage buffer of words, with contents.
 pub fn words(gpu: &Gpu, name: &str, words: &[u32]) -> std::sync::Arc<lumivox::graph::Buffer> {

@@ -1,5 +1,6 @@
 //! Techniques under test: every row of the registry with every preset, small scenes made here, and one call from scene to pictures.
 
+use super::compare::{Largest, Worst};
 use std::path::{Path, PathBuf};
 
 use glam::{Vec2, Vec3};
@@ -114,7 +115,7 @@ pub fn mean(image: &Image, guide: &GuideImage) -> f64 {
 pub fn largest_difference(a: &Image, b: &Image) -> f64 {
     assert_eq!(a.size(), b.size());
     let mean = b.pixels.iter().map(|&pixel| f64::from(luminance(pixel))).sum::<f64>() / b.pixels.len() as f64;
-    let largest = a.pixels.iter().zip(&b.pixels).map(|(&a, &b)| f64::from((a - b).abs().max_element())).fold(0.0, f64::max);
+    let largest = a.pixels.iter().zip(&b.pixels).map(|(&a, &b)| (a - b).abs().largest()).worst();
     largest / mean.max(f64::MIN_POSITIVE)
 }
 

@@ -2,6 +2,7 @@
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 
 use super::{Effort, StressError, scenes};
 use crate::frame::{FrameSettings, Renderer};
@@ -11,7 +12,7 @@ use crate::graph::Gpu;
 use crate::image::{Aov, GuideImage, Image};
 use crate::measure::bench::FEEDBACK_FRAMES;
 use crate::metrics::{Channel, Errors, compare};
-use crate::reference::{self, Bounces, Filter, Sampling, cache_dir, cached};
+use crate::reference::{self, Bounces, Filter, Sampling, cached};
 use crate::scene::Scene;
 
 /// What is measured.
@@ -28,13 +29,24 @@ pub struct Probe<'p> {
     pub effort: &'p Effort,
     /// The scene of cases that take any; `None` for the suite's own.
     pub scene: Option<&'p Scene>,
-    /// References of frames that all techniques are compared with.
+    /// References that all techniques are compared with.
     pub memo: &'p Memo,
 }
 
-/// References of frames, kept while the program runs: a sequence is too many files for the cache on disk.
-#[derive(Default)]
-pub struct Memo(RefCell<BTreeMap<(u128, Bounces), Image>>);
+/// References that were rendered before.
+pub struct Memo {
+    /// Those of still pictures: a folder.
+    cache: PathBuf,
+    /// Those of frames, kept while the program runs: a sequence is too many files for the folder.
+    frames: RefCell<BTreeMap<(u128, Bounces), Image>>,
+}
+
+impl Memo {
+    /// With the references in a folder.
+    pub fn new(cache: PathBuf) -> Self {
+        Memo { cache, frames: RefCell::default() }
+    }
+}
 
 /// Resolution of a technique without that setting (voxels).
 const RESOLUTION: u32 = 64;
@@ -82,18 +94,18 @@ impl Probe<'_> {
 
     /// The reference's indirect light, and what each pixel sees; `times` as many samples as usual.
     pub(super) fn reference(&self, scene: &Scene, times: u32) -> Result<(Image, GuideImage), StressError> {
-        let image = cached(scene, &self.reference_settings(times * self.effort.spp), &cache_dir(), &|_| {})?;
+        let image = cached(scene, &self.reference_settings(times * self.effort.spp), &self.memo.cache, &|_| {})?;
         Ok((image.indirect(), image.guide))
     }
 
     /// The reference's indirect light in a frame of a sequence: every frame has the same random numbers, so that noise changes as little as it can.
     pub(super) fn frame_reference(&self, scene: &Scene) -> Result<Image, StressError> {
         let key = (scene.content_hash(), self.bounces());
-        if let Some(image) = self.memo.0.borrow().get(&key) {
+        if let Some(image) = self.memo.frames.borrow().get(&key) {
             return Ok(image.clone());
         }
         let image = reference::render(scene, &self.reference_settings(self.effort.frame_spp), &|_| {})?.indirect();
-        self.memo.0.borrow_mut().insert(key, image.clone());
+        self.memo.frames.borrow_mut().insert(key, image.clone());
         Ok(image)
     }
 
