@@ -131,16 +131,23 @@ fn the_picture_at_rest_is_that_of_the_copied_command_line() {
     for (index, step) in steps.iter().enumerate() {
         let path = |extension: &str| folder.path().join(format!("{index}.{extension}"));
         let mut words: Vec<OsString> = std::fs::read_to_string(path("txt")).unwrap().lines().map(OsString::from).collect();
-        for name in ["again.exr", "again.png"] {
-            let output = words.iter().position(|word| word == "-o").unwrap() + 1;
-            words[output] = name.into();
-            check_done(&lumivox(folder.path(), &words, &[]));
-        }
-        let again = std::fs::read(folder.path().join("again.exr")).unwrap();
-        assert!(std::fs::read(path("exr")).unwrap() == again, "step {index}, {step}: the picture differs from that of {words:?}");
-        // And the window shows it, pixel by pixel.
+        let after = |option: &str| words.iter().position(|word| word == option).map(|at| at + 1);
+        let (output, exposure) = (after("-o").unwrap(), after("--exposure").map_or(1.0, |at| words[at].to_str().unwrap().parse().unwrap()));
+        words[output] = "again.exr".into();
+        check_done(&lumivox(folder.path(), &words, &[]));
+        let again = folder.path().join("again.exr");
+        assert!(std::fs::read(path("exr")).unwrap() == std::fs::read(&again).unwrap(), "step {index}, {step}: the picture differs from that of {words:?}");
+        // And the window shows it, pixel by pixel, as the program would write it: shown for the last step, which has an exposure.
+        let png = folder.path().join("again.png");
+        lumivox::image::write_png(&png, &lumivox::image::read_exr(&again).unwrap(), exposure).unwrap();
         let open = |path: &Path| image::open(path).unwrap().to_rgb8();
-        assert!(open(&path("png")) == open(&folder.path().join("again.png")), "step {index}, {step}: the window shows another picture");
+        let expected = open(&png);
+        assert!(open(&path("png")) == expected, "step {index}, {step}: the window shows another picture");
+        if index + 1 == steps.len() {
+            words[output] = "again.png".into();
+            check_done(&lumivox(folder.path(), &words, &[]));
+            assert!(exposure != 1.0 && open(&png) == expected, "the program writes another picture");
+        }
     }
 }
 
