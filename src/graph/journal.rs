@@ -74,7 +74,9 @@ pub struct Touch {
 }
 
 impl IssuedBarrier {
-    pub(super) fn of_buffer(resource: u64, barrier: &vk::BufferMemoryBarrier2<'_>) -> Self {
+    /// Of a buffer.
+    #[doc(hidden)]
+    pub fn of_buffer(resource: u64, barrier: &vk::BufferMemoryBarrier2<'_>) -> Self {
         let is_whole = barrier.offset == 0 && barrier.size == vk::WHOLE_SIZE;
         IssuedBarrier {
             resource,
@@ -87,7 +89,7 @@ impl IssuedBarrier {
         }
     }
 
-    /// Of an image, the window's too.
+    /// Of an image.
     #[doc(hidden)]
     pub fn of_image(resource: u64, barrier: &vk::ImageMemoryBarrier2<'_>) -> Self {
         let range = barrier.subresource_range;

@@ -28,7 +28,7 @@ pub use error::Error;
 pub use image::{Image, ImageDesc, ImageKind, ImageUsage};
 pub use instance::{Instance, InstanceOptions};
 #[doc(hidden)]
-pub use painter::{ACQUIRED_BEFORE, window_barriers};
+pub use painter::{ACQUIRED_BEFORE, capture_barrier, window_barriers};
 pub use painter::{Capture, Paint, Painter, Shown};
 pub use surface::Surface;
 

@@ -275,6 +275,7 @@ impl Recording<'_> {
                 let extent = vk::Extent3D { width: extent.width, height: extent.height, depth: 1 };
                 let region = vk::BufferImageCopy { image_subresource: layers, image_extent: extent, ..Default::default() };
                 device.cmd_copy_image_to_buffer(commands, self.image.raw, vk::ImageLayout::TRANSFER_SRC_OPTIMAL, buffer.raw(), &[region]);
+                self.barriers(&[capture_barrier(buffer.raw())], &[]);
             }
             self.barriers(&[], barriers.next().as_slice());
             device.end_command_buffer(commands).during("ending a command buffer")?;
@@ -327,6 +328,20 @@ pub fn window_barriers(image: vk::Image, is_copied: bool) -> Vec<vk::ImageMemory
             .subresource_range(range)
     };
     uses.iter().copied().zip(uses.iter().copied().skip(1)).map(between).collect()
+}
+
+/// The barrier between the copy of a window's picture and its reading: waiting for the device shows the host nothing that was not made visible to it.
+#[doc(hidden)]
+pub fn capture_barrier(buffer: vk::Buffer) -> vk::BufferMemoryBarrier2<'static> {
+    vk::BufferMemoryBarrier2::default()
+        .src_stage_mask(vk::PipelineStageFlags2::ALL_TRANSFER)
+        .src_access_mask(vk::AccessFlags2::TRANSFER_WRITE)
+        .dst_stage_mask(vk::PipelineStageFlags2::HOST)
+        .dst_access_mask(vk::AccessFlags2::HOST_READ)
+        .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+        .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+        .buffer(buffer)
+        .size(vk::WHOLE_SIZE)
 }
 
 fn rendering(format: vk::Format) -> DynamicRendering {
