@@ -4,11 +4,12 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
 use super::frame::{Frame, Resource, Work};
+use super::journal::JournalFrame;
 use super::plan::{State, plan};
 use super::record::{Pipelines, Recorder};
 use super::sets::{MaterialSet, SceneBindings, SceneSet, SharedSets};
 use super::stats::FrameStats;
-use super::{Access, plan::Barrier, plan::Use};
+use super::{Access, plan::Barrier};
 use crate::vulkan::{
     Buffer, BufferDesc, Commands, Device, DeviceChoice, DeviceInfo, Error, Features, Image, ImageDesc, Instance, InstanceOptions, Limits, Messages, Timestamps,
     vk,
@@ -45,19 +46,7 @@ struct Runner {
     timestamps: Timestamps,
     pipelines: Pipelines,
     state: State,
-    journal: Option<Vec<PlannedFrame>>,
-}
-
-/// A frame as it was planned and run: for tests that check every plan of a real run.
-#[doc(hidden)]
-#[derive(Clone, Debug, Default)]
-pub struct PlannedFrame {
-    /// Name of each step.
-    pub names: Vec<String>,
-    /// What each step uses.
-    pub uses: Vec<Vec<Use>>,
-    /// The barriers before each step.
-    pub barriers: Vec<Vec<Barrier>>,
+    journal: Option<Vec<JournalFrame>>,
 }
 
 impl Gpu {
@@ -115,14 +104,14 @@ impl Gpu {
         self.run(&frame, keep)
     }
 
-    /// Keeps the plans of all frames from now on, and returns those kept so far.
+    /// Notes what all frames from now on record, and returns what was noted so far. For tests that replay it.
     #[doc(hidden)]
-    pub fn take_journal(&self) -> Vec<PlannedFrame> {
+    pub fn take_journal(&self) -> Vec<JournalFrame> {
         let mut runner = self.runner.lock().unwrap_or_else(PoisonError::into_inner);
         runner.journal.replace(Vec::new()).unwrap_or_default()
     }
 
-    /// What is left of the work done so far, in words; empty on a device that is as new, but for pipelines that were made. Keeps no plans of frames any more.
+    /// What is left of the work done so far, in words; empty on a device that is as new, but for pipelines that were made. Notes no frames any more.
     /// For tests that hand a device on.
     #[doc(hidden)]
     pub fn residue(&self) -> Vec<String> {
@@ -200,7 +189,7 @@ impl Gpu {
         barriers.iter_mut().for_each(|barriers| barriers.retain(&keep));
         if let Some(journal) = &mut runner.journal {
             let names = frame.names().iter().map(|name| (*name).to_owned()).collect();
-            journal.push(PlannedFrame { names, uses: frame.uses(), barriers: barriers.clone() });
+            journal.push(JournalFrame { names, uses: frame.uses(), issued: Vec::new() });
         }
         let count = u32::try_from(2 * frame.steps.len()).unwrap_or(u32::MAX);
         if runner.timestamps.count() < count {
@@ -213,6 +202,7 @@ impl Gpu {
             commands: &runner.commands,
             timestamps: &runner.timestamps,
             pipelines: &mut runner.pipelines,
+            notes: runner.journal.as_mut().and_then(|journal| journal.last_mut()).map(|frame| &mut frame.issued),
             trace: self.trace,
         };
         let part_len = if self.isolate { 1 } else { frame.steps.len().max(1) };

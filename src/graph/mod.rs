@@ -30,6 +30,7 @@ mod builder;
 pub mod compute;
 mod frame;
 mod gpu;
+mod journal;
 pub mod pass;
 pub mod plan;
 mod record;
@@ -40,7 +41,9 @@ mod transfer;
 pub use access::{Access, Sync};
 pub use builder::{BatchDispatch, ClearOrLoad, DrawBatch, PassBuilder, Targets};
 pub use frame::{ClearValue, Frame, Resource};
-pub use gpu::{Gpu, GpuOptions, PlannedFrame};
+pub use gpu::{Gpu, GpuOptions};
+#[doc(hidden)]
+pub use journal::{Issued, IssuedBarrier, JournalFrame, Touch};
 pub use pass::{Binding, BindingKind, DepthBias, Pass, RasterState, Sets, Shaders};
 pub use sets::{MaterialSet, MaterialSets, SceneBindings, SceneSet};
 pub use stats::{FrameStats, PassTime, PassTimes, Spread, TimesAccumulator};

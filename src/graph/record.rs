@@ -7,8 +7,10 @@ use std::sync::Arc;
 
 use ash::vk;
 
+use super::Access;
 use super::builder::{PassCall, Run, Target};
 use super::frame::{Frame, Resource, Step, Work};
+use super::journal::{Issued, IssuedBarrier, Touch};
 use super::pass::{BindingKind, Pass, Shaders};
 use super::plan::Barrier;
 use super::sets::SharedSets;
@@ -136,6 +138,8 @@ pub(super) struct Recorder<'r> {
     pub(super) commands: &'r Commands,
     pub(super) timestamps: &'r Timestamps,
     pub(super) pipelines: &'r mut Pipelines,
+    /// What is recorded is noted here, where a test asks for it.
+    pub(super) notes: Option<&'r mut Vec<Issued>>,
     pub(super) trace: bool,
 }
 
@@ -164,7 +168,7 @@ impl Recorder<'_> {
         Ok(pool)
     }
 
-    fn barriers(&self, step: &Step, barriers: &[Barrier]) {
+    fn barriers(&mut self, step: &Step, barriers: &[Barrier]) {
         let (mut buffers, mut images) = (Vec::new(), Vec::new());
         for barrier in barriers {
             match step.uses.iter().map(|(resource, _)| resource).find(|resource| resource.id() == barrier.resource) {
@@ -185,11 +189,29 @@ impl Recorder<'_> {
         }
         if !barriers.is_empty() {
             self.commands.barriers(&buffers, &images);
+            self.note_barriers(step, &buffers, &images);
+        }
+    }
+
+    /// Notes barriers as Vulkan was given them; the step only tells which resource a handle is.
+    fn note_barriers(&mut self, step: &Step, buffers: &[vk::BufferMemoryBarrier2<'_>], images: &[vk::ImageMemoryBarrier2<'_>]) {
+        let Some(notes) = &mut self.notes else { return };
+        let id_of = |is_it: &dyn Fn(&Resource) -> bool| step.uses.iter().map(|(resource, _)| resource).find(|resource| is_it(resource)).map(Resource::id);
+        for barrier in buffers {
+            let id = id_of(&|resource| matches!(resource, Resource::Buffer(buffer) if buffer.raw() == barrier.buffer));
+            notes.extend(id.map(|id| Issued::Barrier(IssuedBarrier::of_buffer(id, barrier))));
+        }
+        for barrier in images {
+            let id = id_of(&|resource| matches!(resource, Resource::Image(image, _) if image.raw() == barrier.image));
+            notes.extend(id.map(|id| Issued::Barrier(IssuedBarrier::of_image(id, barrier))));
         }
     }
 
     fn step(&mut self, step: &Step, pool: &DescriptorPool) -> Result<(), Error> {
         let commands = self.commands;
+        if let Some(notes) = &mut self.notes {
+            notes.extend(Issued::transfer(&step.work));
+        }
         match &step.work {
             Work::Nothing => {}
             Work::Pass(call) => self.pass(call, pool)?,
@@ -206,12 +228,16 @@ impl Recorder<'_> {
     fn pass(&mut self, call: &PassCall, pool: &DescriptorPool) -> Result<(), Error> {
         let pipeline = self.pipelines.pipeline(self.device, self.shared, call)?;
         let set_layout = Arc::clone(&self.pipelines.layout(self.device, self.shared, call.pass)?.0);
+        let (descriptors, [color, depth]) = (descriptors(call)?, attachments(&call.run)?);
+        if let Some(notes) = &mut self.notes {
+            notes.push(issued(call, &descriptors, [&color, &depth]));
+        }
         self.commands.bind_pipeline(&pipeline);
         if let Some(scene) = &call.scene {
             self.commands.bind_set(&pipeline, 0, scene.raw);
         }
         if !call.resources.is_empty() {
-            self.commands.bind_set(&pipeline, 1, pool.set(call.pass.name, &set_layout, &descriptors(call)?)?);
+            self.commands.bind_set(&pipeline, 1, pool.set(call.pass.name, &set_layout, &descriptors)?);
         }
         self.commands.push(&pipeline, &call.push);
         match &call.run {
@@ -222,11 +248,8 @@ impl Recorder<'_> {
                     self.commands.dispatch(batch.groups);
                 }
             }
-            Run::Draw { color, depth, extent, batches } => {
-                let layout = |access: super::Access| access.sync().layout;
-                let color = color.iter().map(|target| attachment(target, layout(super::Access::ColorTarget))).collect::<Result<_, _>>()?;
-                let depth = depth.as_ref().map(|target| attachment(target, layout(super::Access::DepthTarget))).transpose()?;
-                self.commands.begin_rendering(&Rendering { color, depth, extent: *extent });
+            Run::Draw { extent, batches, .. } => {
+                self.commands.begin_rendering(&Rendering { color, depth: depth.first().copied(), extent: *extent });
                 for batch in batches {
                     self.batch(&pipeline, call, batch.material, &batch.push);
                     self.commands.draw(batch.first_vertex, batch.vertex_count);
@@ -246,8 +269,37 @@ impl Recorder<'_> {
     }
 }
 
-fn attachment(target: &Target, layout: vk::ImageLayout) -> Result<Attachment, Error> {
-    Ok(Attachment { view: target.image.attachment_view(target.mip, target.layer)?, layout, clear: target.clear_value() })
+/// Colour attachments, and the depth attachment if there is one.
+fn attachments(run: &Run) -> Result<[Vec<Attachment>; 2], Error> {
+    let Run::Draw { color, depth, .. } = run else { return Ok([Vec::new(), Vec::new()]) };
+    let color = color.iter().map(|target| attachment(target, Access::ColorTarget)).collect::<Result<_, _>>()?;
+    let depth = depth.iter().map(|target| attachment(target, Access::DepthTarget)).collect::<Result<_, _>>()?;
+    Ok([color, depth])
+}
+
+fn attachment(target: &Target, access: Access) -> Result<Attachment, Error> {
+    Ok(Attachment { view: target.image.attachment_view(target.mip, target.layer)?, layout: access.sync().layout, clear: target.clear_value() })
+}
+
+/// What a pass reaches, for tests.
+fn issued(call: &PassCall, descriptors: &[Descriptor], [color_views, depth_views]: [&[Attachment]; 2]) -> Issued {
+    let is_compute = call.pass.is_compute();
+    let (read, sampled) = if is_compute { (Access::ComputeRead, Access::ComputeSampled) } else { (Access::RasterRead, Access::RasterSampled) };
+    let bound = call.resources.iter().zip(descriptors).zip(call.pass.bindings);
+    let mut touched: Vec<Touch> = bound.filter_map(|((resource, descriptor), binding)| Touch::descriptor(resource, descriptor, binding.access)).collect();
+    touched.extend(call.scene.iter().flat_map(|scene| &scene.storage).map(|buffer| Touch::buffer(buffer, read)));
+    let mut used_materials = Vec::new();
+    match &call.run {
+        Run::Indirect(buffer, _) => touched.push(Touch::buffer(buffer, Access::IndirectRead)),
+        Run::Dispatch(batches) => used_materials.extend(batches.iter().map(|batch| batch.material)),
+        Run::Draw { color, depth, batches, .. } => {
+            touched.extend(color.iter().zip(color_views).filter_map(|(target, view)| Touch::attachment(&target.image, view, Access::ColorTarget)));
+            touched.extend(depth.iter().zip(depth_views).filter_map(|(target, view)| Touch::attachment(&target.image, view, Access::DepthTarget)));
+            used_materials.extend(batches.iter().map(|batch| batch.material));
+        }
+    }
+    let materials = call.materials.iter().flat_map(|sets| used_materials.iter().filter_map(|&material| sets.get(material as usize)));
+    Issued::Pass { pass: call.pass, touched, materials: materials.flat_map(|set| Touch::material(&set.images, sampled)).collect() }
 }
 
 fn descriptors(call: &PassCall) -> Result<Vec<Descriptor>, Error> {

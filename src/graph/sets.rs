@@ -34,7 +34,7 @@ pub struct SceneSet {
 /// Set 2: the textures of one material: albedo (0), emission (1), normal (2), mask (3).
 pub struct MaterialSet {
     pub(super) raw: vk::DescriptorSet,
-    _images: [Arc<Image>; 4],
+    pub(super) images: [Arc<Image>; 4],
     _pool: DescriptorPool,
 }
 
@@ -84,6 +84,6 @@ impl MaterialSet {
             image.freeze();
         }
         let raw = pool.set("material", &shared.material, &descriptors)?;
-        Ok(Arc::new(MaterialSet { raw, _images: images.map(Arc::clone), _pool: pool }))
+        Ok(Arc::new(MaterialSet { raw, images: images.map(Arc::clone), _pool: pool }))
     }
 }

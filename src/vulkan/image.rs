@@ -211,6 +211,13 @@ impl Image {
         self.cached_view(ViewKey { first_mip: mip, mips: 1, first_layer: layer, layers: 1, kind: ImageKind::D2 })
     }
 
+    /// The mips and layers that one of this image's views shows.
+    pub(crate) fn shown_by(&self, view: vk::ImageView) -> Option<(Range<u32>, Range<u32>)> {
+        let views = self.views.lock().unwrap_or_else(PoisonError::into_inner);
+        let (key, _) = views.iter().find(|(_, known)| **known == view)?;
+        Some((key.first_mip..key.first_mip + key.mips, key.first_layer..key.first_layer + key.layers))
+    }
+
     fn cached_view(&self, key: ViewKey) -> Result<vk::ImageView, Error> {
         let mut views = self.views.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(view) = views.get(&key) {

@@ -27,6 +27,8 @@ pub use device::{Device, DeviceChoice};
 pub use error::Error;
 pub use image::{Image, ImageDesc, ImageKind, ImageUsage};
 pub use instance::{Instance, InstanceOptions};
+#[doc(hidden)]
+pub use painter::{ACQUIRED_BEFORE, capture_barrier, window_barriers};
 pub use painter::{Capture, Paint, Painter, Shown};
 pub use surface::Surface;
 

@@ -11,6 +11,10 @@ use super::{Buffer, BufferDesc, BufferUsage, Context, Device, Error, Surface};
 /// How many frames the host may be ahead of the device.
 const IN_FLIGHT: usize = 2;
 
+/// The stage that waits until the window gave an image to draw into.
+#[doc(hidden)]
+pub const ACQUIRED_BEFORE: vk::PipelineStageFlags2 = vk::PipelineStageFlags2::COLOR_ATTACHMENT_OUTPUT;
+
 /// What one frame shows.
 pub struct Paint<'p> {
     /// Size of the window (px).
@@ -253,64 +257,41 @@ impl Recording<'_> {
         let rendering =
             vk::RenderingInfo::default().render_area(vk::Rect2D { offset: vk::Offset2D::default(), extent }).layer_count(1).color_attachments(&attachments);
         let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
+        let mut barriers = window_barriers(self.image.raw, capture.is_some()).into_iter();
         // SAFETY: the frame that used this slot last has finished, and the image was acquired.
         unsafe {
             device.reset_command_pool(self.slot.pool, vk::CommandPoolResetFlags::empty()).during("resetting the command pool")?;
             device.begin_command_buffer(commands, &begin).during("starting a command buffer")?;
-            self.barrier(vk::ImageLayout::UNDEFINED, vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL);
+            self.barriers(&[], barriers.next().as_slice());
             device.cmd_begin_rendering(commands, &rendering);
         }
         let drawn = egui.cmd_draw(commands, extent, paint.pixels_per_point, paint.primitives).map_err(egui_error);
         // SAFETY: as above; the buffer holds the whole image.
         unsafe {
             device.cmd_end_rendering(commands);
-            match capture {
-                Some(buffer) => {
-                    self.barrier(vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL, vk::ImageLayout::TRANSFER_SRC_OPTIMAL);
-                    let layers = vk::ImageSubresourceLayers { aspect_mask: vk::ImageAspectFlags::COLOR, layer_count: 1, ..Default::default() };
-                    let extent = vk::Extent3D { width: extent.width, height: extent.height, depth: 1 };
-                    let region = vk::BufferImageCopy { image_subresource: layers, image_extent: extent, ..Default::default() };
-                    device.cmd_copy_image_to_buffer(commands, self.image.raw, vk::ImageLayout::TRANSFER_SRC_OPTIMAL, buffer.raw(), &[region]);
-                    self.barrier(vk::ImageLayout::TRANSFER_SRC_OPTIMAL, vk::ImageLayout::PRESENT_SRC_KHR);
-                }
-                None => self.barrier(vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL, vk::ImageLayout::PRESENT_SRC_KHR),
+            if let Some(buffer) = capture {
+                self.barriers(&[], barriers.next().as_slice());
+                let layers = vk::ImageSubresourceLayers { aspect_mask: vk::ImageAspectFlags::COLOR, layer_count: 1, ..Default::default() };
+                let extent = vk::Extent3D { width: extent.width, height: extent.height, depth: 1 };
+                let region = vk::BufferImageCopy { image_subresource: layers, image_extent: extent, ..Default::default() };
+                device.cmd_copy_image_to_buffer(commands, self.image.raw, vk::ImageLayout::TRANSFER_SRC_OPTIMAL, buffer.raw(), &[region]);
+                self.barriers(&[capture_barrier(buffer.raw())], &[]);
             }
+            self.barriers(&[], barriers.next().as_slice());
             device.end_command_buffer(commands).during("ending a command buffer")?;
         }
         drawn
     }
 
-    /// Between the uses of the image in one frame; the first waits for its acquisition.
-    fn barrier(&self, old: vk::ImageLayout, new: vk::ImageLayout) {
-        use vk::{AccessFlags2 as A, PipelineStageFlags2 as S};
-        let of = |layout| match layout {
-            vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL => (S::COLOR_ATTACHMENT_OUTPUT, A::COLOR_ATTACHMENT_WRITE | A::COLOR_ATTACHMENT_READ),
-            vk::ImageLayout::TRANSFER_SRC_OPTIMAL => (S::ALL_TRANSFER, A::TRANSFER_READ),
-            vk::ImageLayout::UNDEFINED => (S::COLOR_ATTACHMENT_OUTPUT, A::NONE),
-            _ => (S::NONE, A::NONE),
-        };
-        let ((src_stage, src_access), (dst_stage, dst_access)) = (of(old), of(new));
-        let range = vk::ImageSubresourceRange { aspect_mask: vk::ImageAspectFlags::COLOR, level_count: 1, layer_count: 1, ..Default::default() };
-        let barriers = [vk::ImageMemoryBarrier2::default()
-            .src_stage_mask(src_stage)
-            .src_access_mask(src_access & A::COLOR_ATTACHMENT_WRITE)
-            .dst_stage_mask(dst_stage)
-            .dst_access_mask(dst_access)
-            .old_layout(old)
-            .new_layout(new)
-            .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
-            .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
-            .image(self.image.raw)
-            .subresource_range(range)];
-        let info = vk::DependencyInfo::default().image_memory_barriers(&barriers);
+    fn barriers(&self, buffers: &[vk::BufferMemoryBarrier2<'_>], images: &[vk::ImageMemoryBarrier2<'_>]) {
+        let info = vk::DependencyInfo::default().buffer_memory_barriers(buffers).image_memory_barriers(images);
         // SAFETY: recording into a begun command buffer.
         unsafe { self.device.raw().cmd_pipeline_barrier2(self.slot.commands, &info) };
     }
 
     fn submit(&self) -> Result<(), Error> {
         let device = self.device.raw();
-        let stage = vk::PipelineStageFlags2::COLOR_ATTACHMENT_OUTPUT;
-        let waits = [vk::SemaphoreSubmitInfo::default().semaphore(self.slot.acquired).stage_mask(stage)];
+        let waits = [vk::SemaphoreSubmitInfo::default().semaphore(self.slot.acquired).stage_mask(ACQUIRED_BEFORE)];
         let signals = [vk::SemaphoreSubmitInfo::default().semaphore(self.image.drawn).stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)];
         let buffers = [vk::CommandBufferSubmitInfo::default().command_buffer(self.slot.commands)];
         let submit = vk::SubmitInfo2::default().wait_semaphore_infos(&waits).command_buffer_infos(&buffers).signal_semaphore_infos(&signals);
@@ -320,6 +301,47 @@ impl Recording<'_> {
             device.queue_submit2(self.device.queue(), &[submit], self.slot.finished).during("drawing the window")
         }
     }
+}
+
+/// The barriers of one frame on the window's image: before it is drawn into, before it is copied (where it is), and before it is shown.
+#[doc(hidden)]
+pub fn window_barriers(image: vk::Image, is_copied: bool) -> Vec<vk::ImageMemoryBarrier2<'static>> {
+    use vk::{AccessFlags2 as A, ImageLayout as L, PipelineStageFlags2 as S};
+    // Layout, stage, and what the stage reads and writes.
+    let acquired = (L::UNDEFINED, ACQUIRED_BEFORE, A::NONE, A::NONE);
+    let drawn = (L::COLOR_ATTACHMENT_OPTIMAL, S::COLOR_ATTACHMENT_OUTPUT, A::COLOR_ATTACHMENT_READ, A::COLOR_ATTACHMENT_WRITE);
+    let copied = (L::TRANSFER_SRC_OPTIMAL, S::ALL_TRANSFER, A::TRANSFER_READ, A::NONE);
+    let shown = (L::PRESENT_SRC_KHR, S::NONE, A::NONE, A::NONE);
+    let uses = if is_copied { vec![acquired, drawn, copied, shown] } else { vec![acquired, drawn, shown] };
+    let range = vk::ImageSubresourceRange { aspect_mask: vk::ImageAspectFlags::COLOR, level_count: 1, layer_count: 1, ..Default::default() };
+    let between = |((old_layout, src_stage, _, written), (new_layout, dst_stage, read, overwritten))| {
+        vk::ImageMemoryBarrier2::default()
+            .src_stage_mask(src_stage)
+            .src_access_mask(written)
+            .dst_stage_mask(dst_stage)
+            .dst_access_mask(read | overwritten)
+            .old_layout(old_layout)
+            .new_layout(new_layout)
+            .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+            .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+            .image(image)
+            .subresource_range(range)
+    };
+    uses.iter().copied().zip(uses.iter().copied().skip(1)).map(between).collect()
+}
+
+/// The barrier between the copy of a window's picture and its reading: waiting for the device shows the host nothing that was not made visible to it.
+#[doc(hidden)]
+pub fn capture_barrier(buffer: vk::Buffer) -> vk::BufferMemoryBarrier2<'static> {
+    vk::BufferMemoryBarrier2::default()
+        .src_stage_mask(vk::PipelineStageFlags2::ALL_TRANSFER)
+        .src_access_mask(vk::AccessFlags2::TRANSFER_WRITE)
+        .dst_stage_mask(vk::PipelineStageFlags2::HOST)
+        .dst_access_mask(vk::AccessFlags2::HOST_READ)
+        .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+        .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+        .buffer(buffer)
+        .size(vk::WHOLE_SIZE)
 }
 
 fn rendering(format: vk::Format) -> DynamicRendering {

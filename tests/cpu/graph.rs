@@ -1,14 +1,30 @@
 //! The barrier planner: single hazards by hand, then random frames against a brute-force model of Vulkan's rules.
 
+use std::collections::HashSet;
+
 use crate::support::Random;
-use crate::support::hazards::verify;
-use lumivox::graph::plan::{Barrier, Hazard, Span, State, Use, plan};
-use lumivox::graph::{Access, PassTime, Spread, TimesAccumulator, vk};
+use crate::support::hazards::{Stream, declared, expand, meaning, verify};
+use crate::support::passes::COPY;
+use lumivox::graph::plan::{Barrier, Hazard, Scope, Span, State, Use, plan};
+use lumivox::graph::{Access, Issued, IssuedBarrier, JournalFrame, PassTime, Spread, TimesAccumulator, Touch, vk};
+use lumivox::vulkan::{ACQUIRED_BEFORE, capture_barrier, window_barriers};
 
 use Access::{
     ComputeRead, ComputeReadWrite, ComputeSampled, ComputeWrite, HostRead, IndirectRead, RasterRead, RasterReadWrite, RasterSampled, TransferRead,
     TransferWrite,
 };
+
+/// The renderer's table of accesses against the second one, from the specification, that the model follows.
+#[test]
+fn every_word_means_what_the_specification_says() {
+    assert_eq!(Access::ALL.into_iter().collect::<HashSet<_>>().len(), 14);
+    for access in Access::ALL {
+        let (sync, known) = (access.sync(), meaning(access));
+        assert_eq!(expand(sync.stage), known.stages, "{access:?}");
+        assert_eq!((sync.access, sync.layout), (known.reads | known.writes, known.layout), "{access:?}");
+        assert_eq!((sync.reads, sync.writes), (!known.reads.is_empty(), !known.writes.is_empty()), "{access:?}");
+    }
+}
 
 fn buffer_plan(accesses: &[Access]) -> Vec<Vec<Barrier>> {
     let passes: Vec<Vec<Use>> = accesses.iter().map(|access| vec![Use::buffer(1, *access)]).collect();
@@ -127,14 +143,9 @@ fn random_frames_are_covered_and_no_barrier_is_spare() {
         let passes = random_passes(&mut random);
         let (barriers, _) = plan(&passes, &State::default());
         verify(&passes, &barriers).unwrap_or_else(|error| panic!("case {case}: {error}\n{passes:#?}\n{barriers:#?}"));
-        for pass in 0..barriers.len() {
-            for index in 0..barriers[pass].len() {
-                let mut fewer = barriers.clone();
-                fewer[pass].remove(index);
-                assert!(verify(&passes, &fewer).is_err(), "case {case}: a barrier of pass {pass} is not needed\n{passes:#?}\n{barriers:#?}");
-                removed += 1;
-            }
-        }
+        let stream = Stream::planned(&passes, &barriers);
+        assert_eq!(stream.spare_barrier(), None, "case {case}\n{passes:#?}\n{barriers:#?}");
+        removed += stream.barriers().len();
     }
     assert!(removed > 10_000, "the random frames need barriers: {removed}");
 }
@@ -165,6 +176,145 @@ fn the_model_notices_each_kind_of_mistake() {
     assert!(broken(|barrier| barrier.src.access = vk::AccessFlags2::NONE).is_err());
     assert!(broken(|barrier| barrier.dst.stage = vk::PipelineStageFlags2::VERTEX_SHADER).is_err());
     assert!(broken(|barrier| barrier.dst.access = vk::AccessFlags2::SHADER_SAMPLED_READ).is_err());
+}
+
+#[test]
+fn a_spare_barrier_is_noticed() {
+    let passes = [vec![Use::buffer(1, ComputeWrite)], vec![Use::buffer(1, ComputeRead)], vec![Use::buffer(1, ComputeRead)]];
+    let (mut barriers, _) = plan(&passes, &State::default());
+    assert_eq!(Stream::planned(&passes, &barriers).spare_barrier(), None);
+    let again = barriers[1][0];
+    barriers[2].push(again);
+    assert!(Stream::planned(&passes, &barriers).spare_barrier().is_some_and(|text| text.contains("before pass 2")));
+}
+
+/// Two copies, the second of what the first wrote, as they would be noted.
+fn two_copies() -> JournalFrame {
+    let uses = vec![vec![Use::buffer(1, ComputeRead), Use::buffer(2, ComputeWrite)], vec![Use::buffer(2, ComputeRead), Use::buffer(3, ComputeWrite)]];
+    let (barriers, _) = plan(&uses, &State::default());
+    let Barrier { resource, mips, layers, src, dst, old_layout, new_layout, .. } = barriers[1][0];
+    let pass = |uses: &Vec<Use>| Issued::Pass { pass: &COPY, touched: uses.iter().map(declared).collect(), materials: Vec::new() };
+    let barrier = Issued::Barrier(IssuedBarrier { resource, mips, layers, src, dst, old_layout, new_layout });
+    let issued = vec![pass(&uses[0]), barrier, pass(&uses[1])];
+    JournalFrame { names: vec!["first".into(), "second".into()], uses, issued }
+}
+
+fn judged(change: impl Fn(&mut JournalFrame)) -> Result<(), String> {
+    let mut frame = two_copies();
+    change(&mut frame);
+    Stream::recorded(&[frame])?.verify()
+}
+
+#[test]
+fn what_was_recorded_otherwise_than_declared_is_noticed() {
+    fn touched(frame: &mut JournalFrame, index: usize) -> &mut Vec<Touch> {
+        match &mut frame.issued[index] {
+            Issued::Pass { touched, .. } => touched,
+            other => panic!("{other:?}"),
+        }
+    }
+    let fails = |change: fn(&mut JournalFrame), expected: &str| {
+        let error = judged(change).unwrap_err();
+        assert!(error.contains(expected), "{error}");
+    };
+    assert_eq!(judged(|_| ()), Ok(()));
+    fails(|frame| drop(frame.issued.remove(1)), "not ordered");
+    fails(|frame| frame.issued.swap(1, 2), "not ordered");
+    fails(|frame| frame.issued.truncate(2), "second was not recorded");
+    fails(|frame| frame.issued.extend(two_copies().issued), "more was recorded");
+    fails(|frame| frame.uses[0].truncate(1), "do not name");
+    fails(|frame| touched(frame, 2)[1].used.resource = 4, "do not name");
+    fails(|frame| touched(frame, 2)[1].used.access = ComputeReadWrite, "do not name");
+    fails(|frame| touched(frame, 0)[1].used.mips = Span { first: 0, count: 2 }, "do not name");
+    fails(|frame| touched(frame, 0).truncate(1), "does not reach");
+}
+
+/// The textures of materials are named by no step, and played all the same.
+#[test]
+fn a_material_that_was_not_made_ready_is_noticed() {
+    let texture = Use::image(7, Span::one(0), Span::one(0), ComputeSampled);
+    let with_material = |ready: bool| {
+        judged(|frame| {
+            let Issued::Pass { materials, .. } = &mut frame.issued[2] else { panic!("a pass") };
+            materials.extend([declared(&texture); 2]);
+            let uses = vec![texture, Use { access: RasterSampled, ..texture }];
+            let (barriers, _) = plan(std::slice::from_ref(&uses), &State::default());
+            if ready {
+                frame.names.insert(0, "ready".into());
+                frame.uses.insert(0, uses);
+                frame.issued.insert(0, Issued::Nothing);
+                let Barrier { resource, mips, layers, src, dst, old_layout, new_layout, .. } = barriers[0][0];
+                frame.issued.insert(0, Issued::Barrier(IssuedBarrier { resource, mips, layers, src, dst, old_layout, new_layout }));
+            }
+        })
+    };
+    assert_eq!(with_material(true), Ok(()));
+    assert!(with_material(false).unwrap_err().contains("in layout"));
+}
+
+/// A barrier on less than a buffer covers nothing.
+#[test]
+fn a_barrier_on_a_part_of_a_buffer_is_not_taken_for_one_on_all_of_it() {
+    let barrier = capture_barrier(vk::Buffer::null());
+    assert_eq!(IssuedBarrier::of_buffer(1, &barrier).mips, Span::one(0));
+    assert_eq!(IssuedBarrier::of_buffer(1, &barrier.size(4)).mips.count, 0);
+    assert_eq!(IssuedBarrier::of_buffer(1, &barrier.offset(4)).mips.count, 0);
+}
+
+/// Two frames of the window on one image, each between the semaphores that the window's system waits for and signals, and a picture that is read back.
+fn window_frames(is_copied: bool, change: impl Fn(&mut Vec<IssuedBarrier>)) -> Stream {
+    const IMAGE: u64 = 1;
+    const CAPTURE: u64 = 2;
+    let image = |access| declared(&Use::image(IMAGE, Span::one(0), Span::one(0), access));
+    let mut barriers: Vec<_> = window_barriers(vk::Image::null(), is_copied).iter().map(|barrier| IssuedBarrier::of_image(IMAGE, barrier)).collect();
+    if is_copied {
+        barriers.insert(2, IssuedBarrier::of_buffer(CAPTURE, &capture_barrier(vk::Buffer::null())));
+    }
+    change(&mut barriers);
+    // A semaphore orders stages; what is shown has been flushed by the change of layout.
+    let semaphore = |src, dst| {
+        let scope = |stage| Scope { stage, access: vk::AccessFlags2::NONE };
+        let layout = vk::ImageLayout::UNDEFINED;
+        IssuedBarrier { resource: IMAGE, mips: Span::one(0), layers: Span::one(0), src: scope(src), dst: scope(dst), old_layout: layout, new_layout: layout }
+    };
+    let mut barriers = barriers.into_iter();
+    let mut stream = Stream::default();
+    stream.step("an earlier frame is shown", vec![Touch { layout: vk::ImageLayout::UNDEFINED, ..image(Access::Present) }]);
+    stream.barrier(semaphore(vk::PipelineStageFlags2::BOTTOM_OF_PIPE, ACQUIRED_BEFORE));
+    barriers.next().into_iter().for_each(|barrier| stream.barrier(barrier));
+    stream.step("draw", vec![image(Access::ColorTarget)]);
+    if is_copied {
+        barriers.next().into_iter().for_each(|barrier| stream.barrier(barrier));
+        stream.step("copy", vec![image(TransferRead), declared(&Use::buffer(CAPTURE, TransferWrite))]);
+    }
+    barriers.for_each(|barrier| stream.barrier(barrier));
+    stream.barrier(semaphore(vk::PipelineStageFlags2::ALL_COMMANDS, vk::PipelineStageFlags2::BOTTOM_OF_PIPE));
+    let read = is_copied.then(|| declared(&Use::buffer(CAPTURE, HostRead)));
+    stream.step("show", [image(Access::Present)].into_iter().chain(read).collect());
+    stream
+}
+
+#[test]
+fn the_barriers_of_the_window_are_enough_and_a_changed_one_is_noticed() {
+    for is_copied in [false, true] {
+        let stream = window_frames(is_copied, |_| ());
+        assert_eq!(stream.verify(), Ok(()));
+        let changes: [fn(&mut IssuedBarrier); 5] = [
+            |barrier| barrier.src.stage = vk::PipelineStageFlags2::NONE,
+            |barrier| barrier.src.access = vk::AccessFlags2::NONE,
+            |barrier| barrier.dst.stage = vk::PipelineStageFlags2::NONE,
+            |barrier| barrier.dst.access = vk::AccessFlags2::NONE,
+            |barrier| barrier.new_layout = vk::ImageLayout::GENERAL,
+        ];
+        for index in 0..if is_copied { 4 } else { 2 } {
+            for (number, change) in changes.iter().enumerate() {
+                let changed = window_frames(is_copied, |barriers| change(&mut barriers[index]));
+                let same = window_frames(is_copied, |_| ());
+                let is_change = format!("{:?}", changed.barriers()) != format!("{:?}", same.barriers());
+                assert_eq!(changed.verify().is_err(), is_change, "copied: {is_copied}, barrier {index}, change {number}");
+            }
+        }
+    }
 }
 
 #[test]

@@ -3,7 +3,6 @@
 use crate::support::compare::Largest;
 use std::collections::BTreeMap;
 
-use crate::support::hazards::verify;
 use crate::support::scenes::{Corners, add_model, in_unit_grid, lump, random_pose, scene_of, soup, still};
 use crate::support::technique::{Case, Surfaces, cases, frame, moving_room, small_lights, small_room};
 use crate::support::voxels::{Read, area, compare_sets, coordinates, mean_normal, oracle_grid, read, unorm10, voxel_settings, voxelize};
@@ -13,7 +12,6 @@ use lumivox::frame::Renderer;
 use lumivox::gi::voxel::oracle::{self, VoxelIndex};
 use lumivox::gi::voxel::passes::Voxel;
 use lumivox::gi::voxel::{Bounces, DynamicVoxels, Injection, LightSettings, Method, Sides, VoxelLight, Voxelizer, Voxels};
-use lumivox::graph::plan::{Barrier, Use};
 use lumivox::graph::{FrameStats, Gpu};
 use lumivox::render::GpuScene;
 use lumivox::scene::{Pose, Scene};
@@ -351,26 +349,5 @@ fn static_scenes_pay_nothing() {
                 assert_eq!(ran.iter().any(|name| name == pass), pays, "{}: {pass}", case.name());
             }
         }
-    }
-}
-
-/// Every hazard of every frame while models move, replayed through the brute-force model of the planner's test: atomic writers too.
-#[test]
-fn the_planner_covers_every_hazard_of_moving_models() {
-    let gpu = gpu();
-    let (_, light) = small_lights()[0];
-    for case in cases() {
-        gpu.take_journal();
-        let mut scene = moving_room(Surfaces::Emissive, light);
-        let (mut renderer, _) = Renderer::new(&gpu, &scene, case.entry, &case.settings(&[("resolution", "16")]), frame(16, 8, 32)).unwrap();
-        for time_s in [1.0, 2.0, 0.5] {
-            scene.set_time(time_s);
-            renderer.set_pose(&scene).unwrap();
-            renderer.render(&scene.camera).unwrap();
-        }
-        let journal = gpu.take_journal();
-        let uses: Vec<Vec<Use>> = journal.iter().flat_map(|frame| frame.uses.clone()).collect();
-        let barriers: Vec<Vec<Barrier>> = journal.iter().flat_map(|frame| frame.barriers.clone()).collect();
-        verify(&uses, &barriers).unwrap_or_else(|error| panic!("{}: {error}", case.name()));
     }
 }

@@ -23,6 +23,7 @@ mod oracle_svo;
 mod oracle_svo_dynamic;
 mod oracle_voxels;
 mod patches;
+mod planner;
 mod probe;
 mod soft_shadows;
 mod stress;

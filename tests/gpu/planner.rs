@@ -1,0 +1,259 @@
+//! What every frame really records, played through the brute-force model of the planner's test: each hazard has its barrier, atomic writers' too, which
+//! synchronization validation does not see; no barrier is spare; and commands reach what their pass declares, no more and no other.
+
+use std::collections::HashSet;
+
+use crate::support::hazards::Stream;
+use crate::support::passes::{COPY, DOUBLE, TEST_PASSES, all_passes};
+use crate::support::technique::{Case, Surfaces, cases, frame, moving_room, small_lights, small_room};
+use crate::support::{Missing, gpu, skipped, words};
+use glam::Vec3;
+use lumivox::frame::Renderer;
+use lumivox::gi::ProbeAxis;
+use lumivox::gi::registry::find;
+use lumivox::gi::voxel::{FRAGMENTS_RASTER, FRAGMENTS_RASTER_HW};
+use lumivox::graph::{Error, Features, Frame, Gpu, ImageDesc, ImageKind, ImageUsage, Issued, JournalFrame, Pass, vk};
+use lumivox::image::Aov;
+use lumivox::scene::{Camera, Light, Scene, Specular};
+
+/// Plays what was recorded since the last time, and answers it.
+fn judge(what: &str, gpu: &Gpu) -> Vec<JournalFrame> {
+    let journal = gpu.take_journal();
+    let stream = Stream::recorded(&journal).unwrap_or_else(|error| panic!("{what}: {error}"));
+    assert!(stream.barriers().len() > 10, "{what}: the frames need barriers");
+    assert_eq!(stream.verify(), Ok(()), "{what}");
+    assert_eq!(stream.spare_barrier(), None, "{what}");
+    journal
+}
+
+/// Uploads, voxelization and two frames of every technique with every preset, over all kinds of surfaces.
+#[test]
+fn every_hazard_of_every_preset_is_covered() {
+    let gpu = gpu();
+    let [(_, point), ..] = small_lights();
+    for case in cases() {
+        for surfaces in Surfaces::ALL {
+            gpu.take_journal();
+            let scene = small_room(surfaces, vec![point]);
+            let settings = case.settings(&[("resolution", case.smallest_resolution())]);
+            let (mut renderer, _) = Renderer::new(&gpu, &scene, case.entry, &settings, frame(16, 8, 32)).unwrap();
+            renderer.render(&scene.camera).unwrap();
+            renderer.render(&scene.camera).unwrap();
+            judge(&format!("{}, {surfaces:?}", case.name()), &gpu);
+        }
+    }
+}
+
+/// The same with every preset while models move.
+#[test]
+fn every_hazard_of_moving_models_is_covered() {
+    let gpu = gpu();
+    let (_, light) = small_lights()[0];
+    for case in cases() {
+        gpu.take_journal();
+        let mut scene = moving_room(Surfaces::Emissive, light);
+        let (mut renderer, _) = Renderer::new(&gpu, &scene, case.entry, &case.settings(&[("resolution", "16")]), frame(16, 8, 32)).unwrap();
+        for time_s in [1.0, 2.0, 0.5] {
+            scene.set_time(time_s);
+            renderer.set_pose(&scene).unwrap();
+            renderer.render(&scene.camera).unwrap();
+        }
+        judge(&case.name(), &gpu);
+    }
+}
+
+/// A technique with settings that no preset has, in a scene with some surfaces.
+struct Life {
+    technique: &'static str,
+    preset: Option<&'static str>,
+    pairs: &'static [(&'static str, &'static str)],
+    surfaces: Surfaces,
+}
+
+/// Few, which run every pass of every technique between them.
+const LIVES: [Life; 10] = [
+    Life { technique: "none", preset: None, pairs: &[], surfaces: Surfaces::Diffuse },
+    Life {
+        technique: "voxel-mips",
+        preset: Some("cones"),
+        pairs: &[("shadows", "cones"), ("bounces", "2"), ("occlusion_cones", "2"), ("voxelization", "raster")],
+        surfaces: Surfaces::Emissive,
+    },
+    Life {
+        technique: "voxel-mips",
+        preset: Some("accurate"),
+        pairs: &[("bounces", "2"), ("injection", "voxel"), ("voxel_occlusion", "rays-hard")],
+        surfaces: Surfaces::Glossy,
+    },
+    Life {
+        technique: "voxel-mips",
+        preset: Some("textbook"),
+        pairs: &[("mip_method", "blit"), ("accumulation", "running-average"), ("bounces", "feedback")],
+        surfaces: Surfaces::Masked,
+    },
+    Life { technique: "voxel-mips", preset: Some("cones"), pairs: &[("voxelization", "raster-hw")], surfaces: Surfaces::Masked },
+    Life {
+        technique: "svo",
+        preset: Some("cones"),
+        pairs: &[("shadows", "cones"), ("bounces", "2"), ("occlusion_cones", "2"), ("attributes", "on"), ("normals", "toksvig")],
+        surfaces: Surfaces::Emissive,
+    },
+    Life {
+        technique: "svo",
+        preset: Some("textbook"),
+        pairs: &[("bounces", "feedback"), ("accumulation", "running-average"), ("filter", "all")],
+        surfaces: Surfaces::Glossy,
+    },
+    Life { technique: "svo", preset: Some("directional"), pairs: &[("shadows", "cones"), ("injection", "voxel")], surfaces: Surfaces::Emissive },
+    Life {
+        technique: "clipmap",
+        preset: Some("cones"),
+        pairs: &[("levels", "3"), ("voxel_size", "0.06"), ("shadows", "cones"), ("bounces", "2"), ("occlusion_cones", "2")],
+        surfaces: Surfaces::Emissive,
+    },
+    Life {
+        technique: "clipmap",
+        preset: Some("anisotropic"),
+        pairs: &[
+            ("levels", "3"),
+            ("voxel_size", "0.06"),
+            ("light_updates", "on-change"),
+            ("level_updates", "staggered"),
+            ("bounces", "feedback"),
+            ("accumulation", "running-average"),
+        ],
+        surfaces: Surfaces::Glossy,
+    },
+];
+
+impl Life {
+    fn case(&self) -> Case {
+        Case { entry: find(self.technique).unwrap(), preset: self.preset }
+    }
+
+    /// A moving model, a light of each kind; what emits is glossy too.
+    fn scene(&self) -> Scene {
+        let [(_, point), (_, spot), (_, directional)] = small_lights();
+        let mut scene = moving_room(self.surfaces, point);
+        scene.lights = vec![point, spot, directional];
+        if self.technique == "svo" {
+            let emits = |material: &&mut lumivox::scene::Material| material.emission != Vec3::ZERO;
+            let gloss = Specular { f0: Vec3::splat(0.5), roughness: 0.3, metalness: 0.0 };
+            scene.materials.iter_mut().filter(emits).for_each(|material| material.specular = Some(gloss));
+        }
+        scene
+    }
+
+    /// A walk, moving models, moving lights, a build from anew, and everything that can be looked at.
+    fn run(&self, gpu: &Gpu) -> Result<(), Error> {
+        let mut scene = self.scene();
+        let settings = self.case().settings(&[&[("resolution", "16")], self.pairs].concat());
+        let (mut renderer, _) = Renderer::new(gpu, &scene, find(self.technique).unwrap(), &settings, frame(16, 8, 32))?;
+        for way_m in [0.0, 0.3, 1.1, 0.7] {
+            renderer.render(&walked(&scene.camera, way_m))?;
+        }
+        for time_s in [1.0, 2.0] {
+            scene.set_time(time_s);
+            renderer.set_pose(&scene)?;
+            renderer.render(&scene.camera)?;
+        }
+        for light in &mut scene.lights {
+            if let Light::Point { position, .. } | Light::Spot { position, .. } = light {
+                *position -= 0.2;
+            }
+        }
+        renderer.move_lights(&scene)?;
+        renderer.render(&scene.camera)?;
+        renderer.render_again(&walked(&scene.camera, 0.5))?;
+        renderer.rebuild()?;
+        renderer.render(&scene.camera)?;
+        for (name, _) in renderer.volumes() {
+            renderer.view_voxels(name, 0)?;
+        }
+        renderer.view_structure(0)?;
+        renderer.probe([8, 4], ProbeAxis::Normal, None)?;
+        renderer.count_samples()?;
+        renderer.aov(Aov::Full).map(drop)
+    }
+}
+
+fn walked(camera: &Camera, way_m: f32) -> Camera {
+    let shift = (camera.target - camera.eye).normalize() * way_m;
+    Camera { eye: camera.eye + shift, target: camera.target + shift, ..*camera }
+}
+
+/// Why a pass need not run here.
+fn excuse(pass: &'static Pass, features: &Features) -> Option<&'static str> {
+    let is = |other: &'static Pass| std::ptr::eq(pass, other);
+    if TEST_PASSES.iter().any(|other| is(other)) {
+        return Some("it belongs to the tests of the graph");
+    }
+    if is(&FRAGMENTS_RASTER) && !features.geometry_shader {
+        return Some("the device has no geometry shaders");
+    }
+    (is(&FRAGMENTS_RASTER_HW) && !(features.geometry_shader && features.conservative_rasterization)).then_some("the device has no conservative rasterization")
+}
+
+/// Everything that may change between two frames, with settings that no preset has; every pass runs at least once.
+#[test]
+fn every_hazard_of_every_pass_is_covered() {
+    let gpu = gpu();
+    let mut ran = HashSet::new();
+    for life in &LIVES {
+        let what = format!("{} {:?}", life.case().name(), life.pairs);
+        gpu.take_journal();
+        match life.run(&gpu) {
+            Ok(()) => {}
+            Err(Error::FeatureMissing { feature, .. }) => {
+                skipped(&Missing::Other(feature));
+                continue;
+            }
+            Err(error) => panic!("{what}: {error}"),
+        }
+        for issued in judge(&what, &gpu).iter().flat_map(|frame| &frame.issued) {
+            if let Issued::Pass { pass, .. } = issued {
+                ran.insert(std::ptr::from_ref(*pass));
+            }
+        }
+    }
+    let missing = |pass: &&'static Pass| !ran.contains(&std::ptr::from_ref(*pass)) && excuse(pass, gpu.features()).is_none();
+    let missing: Vec<String> = all_passes().into_iter().filter(missing).map(|pass| format!("{} {:?}", pass.name, pass.stages())).collect();
+    assert!(missing.is_empty(), "{missing:#?}");
+}
+
+/// Each barrier of a small frame, planned but not recorded, is missed; those on an image are each for all of its layers, which no technique has.
+#[test]
+fn a_barrier_that_was_not_recorded_is_noticed() {
+    let gpu = gpu();
+    let run = |left_out: Option<usize>| {
+        gpu.take_journal();
+        let [a, b] = ["a", "b"].map(|name| words(&gpu, name, &[1; 64]));
+        let layers = ImageDesc {
+            name: "layers".into(),
+            extent: [2, 2, 1],
+            kind: ImageKind::D2Array,
+            format: vk::Format::R8G8B8A8_UNORM,
+            mips: 2,
+            layers: 2,
+            usage: ImageUsage::SAMPLED,
+        };
+        let layers = gpu.create_image(&layers).unwrap();
+        let mut frame = Frame::new();
+        frame.clear_image("clear", &layers, [0.5; 4]);
+        frame.blit_mips("blit", &layers);
+        frame.fill("fill", &a, 3);
+        frame.pass(&DOUBLE).bind(&a).constants(&[64]).push(&64u32).dispatch([1, 1, 1]);
+        frame.pass(&COPY).bind(&a).bind(&b).push(&64u32).dispatch([1, 1, 1]);
+        let count = std::cell::Cell::new(0);
+        let keep = |_: &_| Some(count.replace(count.get() + 1)) != left_out;
+        gpu.submit_with_barriers(frame, keep).unwrap();
+        gpu.messages().take();
+        let result = Stream::recorded(&gpu.take_journal()).unwrap().verify();
+        (count.get(), result)
+    };
+    let (count, whole) = run(None);
+    assert_eq!((count, whole), (7, Ok(())));
+    for index in 0..count {
+        assert!(run(Some(index)).1.is_err(), "barrier {index}");
+    }
+}
