@@ -6,6 +6,7 @@ pub mod display;
 pub mod gather;
 pub mod golden;
 pub mod hazards;
+pub mod missing;
 pub mod octree;
 pub mod passes;
 pub mod program;
@@ -19,6 +20,7 @@ pub mod walker;
 use lumivox::graph::{BufferDesc, BufferUsage, Gpu};
 
 pub use device::{ValidatedGpu, gpu, own_gpu};
+pub use missing::expected_missing;
 pub use skip::{Missing, skipped};
 
 /// A storage buffer of words, with contents.
