@@ -10,8 +10,8 @@ use super::sets::{MaterialSet, SceneBindings, SceneSet, SharedSets};
 use super::stats::FrameStats;
 use super::{Access, plan::Barrier, plan::Use};
 use crate::vulkan::{
-    Buffer, BufferDesc, Commands, Device, DeviceChoice, DeviceInfo, Error, Faults, Features, Image, ImageDesc, Instance, InstanceOptions, Limits, Messages, Timestamps,
-    vk,
+    Buffer, BufferDesc, Commands, Device, DeviceChoice, DeviceInfo, Error, Faults, Features, Image, ImageDesc, Instance, InstanceOptions, Limits, Messages,
+    Timestamps, vk,
 };
 
 /// How to open a [`Gpu`].

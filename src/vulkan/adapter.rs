@@ -217,7 +217,11 @@ impl Features {
     fn optional(&mut self) -> [(&'static str, &mut bool, &'static str); 5] {
         [
             ("geometryShader", &mut self.geometry_shader, "no raster voxelization; the compute voxelization is used"),
-            ("VK_EXT_conservative_rasterization", &mut self.conservative_rasterization, "no raster-hw voxelization; triangles are enlarged in a geometry shader"),
+            (
+                "VK_EXT_conservative_rasterization",
+                &mut self.conservative_rasterization,
+                "no raster-hw voxelization; triangles are enlarged in a geometry shader",
+            ),
             ("samplerAnisotropy", &mut self.sampler_anisotropy, "material textures are filtered trilinearly only"),
             ("shaderInt64", &mut self.shader_int64, "no 64-bit integers in shaders; 32-bit pairs are used"),
             ("subgroup arithmetic in compute shaders", &mut self.subgroup_arithmetic, "reductions go through shared memory"),

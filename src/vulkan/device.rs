@@ -204,7 +204,8 @@ fn open(instance: &Instance, adapter: &Adapter, family: u32, presents: bool) -> 
         .sampler_anisotropy(found.sampler_anisotropy)
         .shader_int64(found.shader_int64);
     let mut v12 = vk::PhysicalDeviceVulkan12Features::default().timeline_semaphore(true).host_query_reset(true);
-    let mut v13 = vk::PhysicalDeviceVulkan13Features::default().dynamic_rendering(true).synchronization2(true).maintenance4(true).robust_image_access(is_robust);
+    let mut v13 =
+        vk::PhysicalDeviceVulkan13Features::default().dynamic_rendering(true).synchronization2(true).maintenance4(true).robust_image_access(is_robust);
     let mut features = vk::PhysicalDeviceFeatures2::default().features(base).push_next(&mut v12).push_next(&mut v13);
     let mut extensions = Vec::new();
     if found.conservative_rasterization {
