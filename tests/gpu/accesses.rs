@@ -25,7 +25,6 @@ fn an_access_outside_of_a_buffer_is_reported() {
     let gpu = checking_gpu();
     assert_eq!(double(&gpu, 64), Vec::<String>::new());
     let messages = double(&gpu, 65);
-    println!("{messages:#?}");
     assert!(messages.iter().any(|message| message.contains("highest byte accessed")), "{messages:?}");
 }
 
