@@ -38,6 +38,8 @@ pub struct Renderer<'g> {
     settings: FrameSettings,
     /// The largest width and height (px): those of the images.
     capacity: [u32; 2],
+    /// Whether the technique's structure is as it should be. Where something failed on the way, the next frame builds it anew.
+    is_whole: bool,
     /// Whether the light maps are drawn and nothing has moved since.
     has_maps: bool,
     /// Where the camera was last (m).
@@ -76,7 +78,21 @@ impl<'g> Renderer<'g> {
         let gbuffer = GBuffer::new(gpu, &scene, frame.size)?;
         let output = Output::new(gpu, frame.size)?;
         Ok((
-            Renderer { gpu, scene, maps, gbuffer, output, technique, settings: frame, capacity: frame.size, has_maps: false, eye, camera: None, light: None },
+            Renderer {
+                gpu,
+                scene,
+                maps,
+                gbuffer,
+                output,
+                technique,
+                settings: frame,
+                capacity: frame.size,
+                is_whole: true,
+                has_maps: false,
+                eye,
+                camera: None,
+                light: None,
+            },
             build,
         ))
     }
@@ -101,14 +117,21 @@ impl<'g> Renderer<'g> {
 
     /// Builds the technique's static structure again.
     pub fn rebuild(&mut self) -> Result<FrameStats, Error> {
-        self.technique.build(&Context { gpu: self.gpu, scene: &self.scene, size: self.settings.size, eye: self.eye })
+        self.is_whole = false;
+        let stats = self.technique.build(&Context { gpu: self.gpu, scene: &self.scene, size: self.settings.size, eye: self.eye })?;
+        self.is_whole = true;
+        Ok(stats)
     }
 
     /// Moves the dynamic models to where they are in the scene that this was made of, after [`Scene::set_time`], and brings the technique's structure up to it.
     pub fn set_pose(&mut self, scene: &Scene) -> Result<FrameStats, Error> {
         self.has_maps = false;
+        let was_whole = std::mem::take(&mut self.is_whole);
         let mut stats = self.scene.set_pose(self.gpu, scene)?;
-        stats.append(self.technique.set_pose(&Context { gpu: self.gpu, scene: &self.scene, size: self.settings.size, eye: self.eye })?);
+        if was_whole {
+            stats.append(self.technique.set_pose(&Context { gpu: self.gpu, scene: &self.scene, size: self.settings.size, eye: self.eye })?);
+        }
+        self.is_whole = was_whole;
         Ok(stats)
     }
 
@@ -130,7 +153,9 @@ impl<'g> Renderer<'g> {
     pub fn render_again(&mut self, camera: &Camera) -> Result<FrameStats, Error> {
         self.scene.set_frame(self.gpu, &self.scene.frame_constants(camera, self.settings.size))?;
         (self.eye, self.camera) = (camera.eye, Some(*camera));
-        let mut stats = self.technique.set_view(&Context { gpu: self.gpu, scene: &self.scene, size: self.settings.size, eye: self.eye })?;
+        let mut stats = if self.is_whole { FrameStats::default() } else { self.rebuild()? };
+        self.is_whole = false;
+        stats.append(self.technique.set_view(&Context { gpu: self.gpu, scene: &self.scene, size: self.settings.size, eye: self.eye })?);
         let mut frame = Frame::new();
         frame.set_scene(&self.scene.set, &self.scene.materials);
         if !self.has_maps {
@@ -143,7 +168,7 @@ impl<'g> Renderer<'g> {
         self.output.draw_composite(&mut frame, &self.gbuffer, &light);
         self.light = Some(light);
         stats.append(self.gpu.submit(frame)?);
-        self.has_maps = true;
+        (self.is_whole, self.has_maps) = (true, true);
         Ok(stats)
     }
 

@@ -97,12 +97,12 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     let scenes: Vec<Scene> = args.scene.iter().map(|scene| Scene::open(scene, &options)).collect::<Result<_, _>>().map_err(CliError::input)?;
     let stems = stems(scenes.iter().map(|scene| scene.name.as_str()), &args.output);
     stems.iter().flat_map(|stem| outputs(stem)).filter(|path| path.exists()).try_for_each(|path| check_output(&path))?;
-    let device = args.device.choice();
-    let timing = args.timing.choice(&device)?;
+    let gpu = args.device.options()?;
+    let timing = args.timing.choice(&gpu)?;
     let frame = FrameSettings { size: [args.size.0, args.size.1], shadow_resolution: args.shadow.shadow_resolution };
     let times = args.times.clone();
     let walk = args.walk.map(|frames| WalkSettings { speeds: args.speeds.clone(), frames });
-    let settings = BenchSettings { device, timing, frame, frames: args.frames, rebuilds: args.rebuilds, times, walk, samples: true, channel: args.channel };
+    let settings = BenchSettings { gpu, timing, frame, frames: args.frames, rebuilds: args.rebuilds, times, walk, samples: true, channel: args.channel };
     make_folder(&args.output)?;
     scenes.iter().zip(&stems).try_for_each(|(scene, stem)| bench_scene(args, scene, &cases, &settings, stem, quiet))
 }

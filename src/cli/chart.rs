@@ -92,10 +92,10 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     let options = LoadOptions { allow_missing_textures: args.allow_missing_textures };
     let scenes: Vec<Scene> = args.scene.iter().map(|scene| Scene::open(scene, &options)).collect::<Result<_, _>>().map_err(CliError::input)?;
     check_scenes(&scenes)?;
-    let device = args.device.choice();
+    let gpu = args.device.options()?;
     let settings = BenchSettings {
-        timing: args.timing.choice(&device)?,
-        device,
+        timing: args.timing.choice(&gpu)?,
+        gpu,
         frame: FrameSettings { size: [args.size.0, args.size.1], shadow_resolution: args.shadow_resolution },
         frames: args.frames,
         rebuilds: args.rebuilds,
@@ -104,7 +104,7 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
         samples: false,
         channel: args.channel,
     };
-    let gpu = open(&settings.device, settings.timing).map_err(CliError::failed)?;
+    let gpu = open(&settings.gpu, settings.timing).map_err(CliError::failed)?;
     make_folder(folder)?;
     let stems = stems(scenes.iter().map(|scene| scene.name.as_str()), folder);
     let mut sections = Vec::new();

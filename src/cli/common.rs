@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use indicatif::{ProgressBar, ProgressStyle};
 use lumivox::gi::Settings;
 use lumivox::gi::registry::{Entry, find};
-use lumivox::graph::DeviceChoice;
+use lumivox::graph::{DeviceChoice, Faults, GpuOptions};
 use lumivox::image::{Aov, Image, write_exr, write_png};
 use lumivox::measure::bench::{Truth, choose_timing};
 use lumivox::measure::report::Timing;
@@ -155,9 +155,13 @@ pub(super) struct DeviceArgs {
 }
 
 impl DeviceArgs {
-    /// The choice; without one, the best device.
-    pub(super) fn choice(&self) -> DeviceChoice {
-        self.device.as_deref().map(DeviceChoice::from).unwrap_or_default()
+    /// How to open it; without a choice, the best device. For tests, `LUMIVOX_VALIDATE=1` is `--validate` for every command, and `LUMIVOX_FAULTS` says what
+    /// goes wrong.
+    pub(super) fn options(&self) -> Result<GpuOptions, CliError> {
+        let device = self.device.as_deref().map(DeviceChoice::from).unwrap_or_default();
+        let faults: Faults = std::env::var("LUMIVOX_FAULTS").unwrap_or_default().parse().map_err(CliError::input)?;
+        let validate = std::env::var_os("LUMIVOX_VALIDATE").is_some_and(|value| value == "1");
+        Ok(GpuOptions { device, validate, faults, ..GpuOptions::default() })
     }
 
     /// As it was named.
@@ -176,8 +180,8 @@ pub(super) struct TimingArgs {
 
 impl TimingArgs {
     /// The choice; without one, what suits the device.
-    pub(super) fn choice(&self, device: &DeviceChoice) -> Result<Timing, CliError> {
-        self.timing.map_or_else(|| choose_timing(device), Ok).map_err(CliError::failed)
+    pub(super) fn choice(&self, options: &GpuOptions) -> Result<Timing, CliError> {
+        self.timing.map_or_else(|| choose_timing(options), Ok).map_err(CliError::failed)
     }
 }
 

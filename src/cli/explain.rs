@@ -50,8 +50,8 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     args.report.iter().try_for_each(|path| check_output(path))?;
     let (entry, settings) = args.technique.choose([])?;
     let scene = args.scene.open()?;
-    let device = args.device.choice();
-    let isolate_passes = args.timing.choice(&device)? == Timing::Host;
+    let options = args.device.options()?;
+    let isolate_passes = args.timing.choice(&options)? == Timing::Host;
     let bar = if quiet { ProgressBar::hidden() } else { ProgressBar::new_spinner() };
     bar.set_message("reference");
     let bounces = (entry.bounces)(&settings).map_or(Bounces::Full, Bounces::Count);
@@ -59,7 +59,7 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     // What is left out is large, and paths without end are dear.
     let all = (bounces != Bounces::Full).then(|| reference(&scene, args.size.into(), Bounces::Full, 4.0 * args.max_error)).transpose()?;
     let all = all.and_then(|all| all.indirect).map(|(image, _)| image);
-    let gpu = Gpu::new(&GpuOptions { device, isolate_passes, ..GpuOptions::default() }).map_err(CliError::failed)?;
+    let gpu = Gpu::new(&GpuOptions { isolate_passes, ..options }).map_err(CliError::failed)?;
     let frame = FrameSettings { size: [args.size.0, args.size.1], shadow_resolution: args.shadow.shadow_resolution };
     let case = Case { entry, preset: args.technique.preset(entry), settings };
     let subject = Subject { gpu: &gpu, scene: &scene, case: &case, frame, channel: args.channel, truth: &truth };

@@ -17,6 +17,7 @@ mod voxelize;
 use std::process::ExitCode;
 
 use clap::Parser;
+use lumivox::graph::Messages;
 
 /// Why a command ended without doing its work.
 #[derive(Debug, thiserror::Error)]
@@ -87,7 +88,7 @@ pub(crate) fn run() -> ExitCode {
         Command::Voxelize(args) => voxelize::run(&args, cli.quiet),
         Command::Devices(args) => devices::run(&args),
     };
-    match result {
+    match result.and_then(|()| validated()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("error: {error}");
@@ -103,5 +104,13 @@ pub(crate) fn run() -> ExitCode {
             }
             ExitCode::from(if matches!(error, CliError::Input(_)) { 2 } else { 1 })
         }
+    }
+}
+
+/// Fails where the validation layer had something to say to any device of this run, from its opening to its end.
+fn validated() -> Result<(), CliError> {
+    match Messages::of_process().as_slice() {
+        [] => Ok(()),
+        messages @ [first, ..] => Err(CliError::failed(format!("{} validation messages, the first: {first}", messages.len()))),
     }
 }

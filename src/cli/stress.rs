@@ -7,7 +7,7 @@ use indicatif::ProgressBar;
 use lumivox::frame::FrameSettings;
 use lumivox::gi::Settings;
 use lumivox::gi::registry::{Entry, TECHNIQUES, find};
-use lumivox::graph::{Gpu, GpuOptions};
+use lumivox::graph::Gpu;
 use lumivox::measure::bench::{Case, cases};
 use lumivox::measure::records::{Records, read_records};
 use lumivox::measure::stress::results::{Results, summary};
@@ -121,7 +121,7 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
 }
 
 fn open(args: &Args) -> Result<Gpu, CliError> {
-    Gpu::new(&GpuOptions { device: args.device.choice(), ..GpuOptions::default() }).map_err(CliError::failed)
+    Gpu::new(&args.device.options()?).map_err(CliError::failed)
 }
 
 /// The cases that are asked for; with scenes, those that take any.

@@ -73,8 +73,8 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
     }
     let shaders = args.glsl.clone().or_else(|| Some(PathBuf::from("glsl")).filter(|folder| folder.join("render").is_dir()));
     let scene = Scene::open(&args.scene, &LoadOptions { allow_missing_textures: args.allow_missing_textures }).map_err(CliError::input)?;
-    let device = args.device.choice();
-    let isolate_passes = args.timing.choice(&device)? == Timing::Host;
+    let gpu = args.device.options()?;
+    let isolate_passes = args.timing.choice(&gpu)? == Timing::Host;
     let options = Options {
         source: args.scene.clone(),
         scene,
@@ -86,7 +86,7 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
         size: args.size.map(Into::into),
         scale: args.scale,
         vsync: args.no_vsync.then_some(false),
-        gpu: GpuOptions { device, validate: args.validate, isolate_passes, ..GpuOptions::default() },
+        gpu: GpuOptions { validate: gpu.validate || args.validate, isolate_passes, ..gpu },
         device: args.device.name(),
         shaders,
         script,

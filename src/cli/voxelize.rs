@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use lumivox::gi::Context;
 use lumivox::gi::registry::TECHNIQUES;
 use lumivox::gi::voxel::export::ExportFormat;
-use lumivox::graph::{Gpu, GpuOptions};
+use lumivox::graph::Gpu;
 use lumivox::render::GpuScene;
 
 use super::CliError;
@@ -39,7 +39,7 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     };
     check_output(&args.output)?;
     let scene = args.scene.open()?;
-    let gpu = Gpu::new(&GpuOptions { device: args.device.choice(), ..GpuOptions::default() }).map_err(CliError::failed)?;
+    let gpu = Gpu::new(&args.device.options()?).map_err(CliError::failed)?;
     let gpu_scene = GpuScene::new(&gpu, &scene).map_err(CliError::failed)?;
     let voxels = list_voxels(&Context { gpu: &gpu, scene: &gpu_scene, size: [1; 2], eye: glam::Vec3::ZERO }, &settings).map_err(CliError::failed)?;
     voxels.write(&args.output, &scene.name, entry.name).map_err(CliError::failed)?;

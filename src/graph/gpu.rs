@@ -11,8 +11,8 @@ use super::sets::{MaterialSet, SceneBindings, SceneSet, SharedSets};
 use super::stats::FrameStats;
 use super::{Access, plan::Barrier};
 use crate::vulkan::{
-    Buffer, BufferDesc, Commands, Device, DeviceChoice, DeviceInfo, Error, Features, Image, ImageDesc, Instance, InstanceOptions, Limits, Messages, Timestamps,
-    vk,
+    Buffer, BufferDesc, Commands, Device, DeviceChoice, DeviceInfo, Error, Faults, Features, Image, ImageDesc, Instance, InstanceOptions, Limits, Messages,
+    Timestamps, vk,
 };
 
 /// How to open a [`Gpu`].
@@ -27,6 +27,21 @@ pub struct GpuOptions {
     /// Submit every pass by itself and take its time on the host: for drivers whose timestamps do not follow their execution (lavapipe runs compute at
     /// once but queues rasterization, so that its timestamps charge one pass with another's work).
     pub isolate_passes: bool,
+    /// With the validation layer, which checks every access to a buffer too: slow, and clamps nothing.
+    pub check_accesses: bool,
+    /// New memory is full of rubbish, for tests.
+    #[doc(hidden)]
+    pub poison: bool,
+    /// What goes wrong, for tests.
+    #[doc(hidden)]
+    pub faults: Faults,
+}
+
+impl GpuOptions {
+    pub(crate) fn instance(&self) -> InstanceOptions {
+        let GpuOptions { validate, check_accesses, poison, .. } = *self;
+        InstanceOptions { validate, check_accesses, display: None, poison, faults: self.faults.clone() }
+    }
 }
 
 /// One device and all that runs on it.
@@ -52,7 +67,7 @@ struct Runner {
 impl Gpu {
     /// Opens a device.
     pub fn new(options: &GpuOptions) -> Result<Self, Error> {
-        let instance = Instance::new(&InstanceOptions { validate: options.validate, display: None })?;
+        let instance = Instance::new(&options.instance())?;
         let device = Device::new(&instance, &options.device)?;
         let runner = Runner {
             commands: Commands::new(&device)?,
@@ -64,6 +79,12 @@ impl Gpu {
         let shared = SharedSets::new(&device)?;
         let own_count = Arc::strong_count(&device);
         Ok(Gpu { runner: Mutex::new(runner), shared, device, own_count, trace: options.trace_barriers, isolate: options.isolate_passes })
+    }
+
+    /// Takes other faults in place of those that it was opened with, but for features; answers how many allocations were tried since the last time.
+    #[doc(hidden)]
+    pub fn plant(&self, faults: Faults) -> u64 {
+        self.device.plant(faults)
     }
 
     /// Makes a buffer. Its contents are undefined.
@@ -210,9 +231,11 @@ impl Gpu {
         let starts = (0..frame.steps.len().max(1)).step_by(part_len);
         let mut host_ms = Vec::with_capacity(starts.len());
         for start in starts {
-            let pool = recorder.record(frame, &barriers, start..(start + part_len).min(frame.steps.len()))?;
+            let loss = self.device.planted_loss();
+            let end = (start + loss.unwrap_or(part_len).min(part_len)).min(frame.steps.len());
+            let pool = recorder.record(frame, &barriers, start..end)?;
             let start = Instant::now();
-            let done = recorder.commands.submit_and_wait();
+            let done = recorder.commands.submit_and_wait().and(if loss.is_some() { Err(vk::Result::ERROR_DEVICE_LOST) } else { Ok(()) });
             host_ms.push(start.elapsed().as_secs_f64() * 1e3);
             done.map_err(|result| failure(frame, &recorder.timestamps.read(count), result))?;
             drop(pool);

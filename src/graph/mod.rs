@@ -49,5 +49,5 @@ pub use sets::{MaterialSet, MaterialSets, SceneBindings, SceneSet};
 pub use stats::{FrameStats, PassTime, PassTimes, Spread, TimesAccumulator};
 
 pub use crate::vulkan::{
-    Buffer, BufferDesc, BufferUsage, DeviceChoice, DeviceInfo, Error, Features, Image, ImageDesc, ImageKind, ImageUsage, Limits, Messages, vk,
+    Buffer, BufferDesc, BufferUsage, DeviceChoice, DeviceInfo, Error, Faults, Features, Image, ImageDesc, ImageKind, ImageUsage, Limits, Messages, vk,
 };

@@ -6,7 +6,7 @@ use crate::frame::{FrameSettings, Renderer};
 use crate::gi::Settings;
 use crate::gi::registry::{Directions, Entry, Part};
 use crate::gi::settings::SettingError;
-use crate::graph::{DeviceChoice, Error, FrameStats, Gpu, GpuOptions, PassTimes, Spread, TimesAccumulator};
+use crate::graph::{Error, FrameStats, Gpu, GpuOptions, PassTimes, Spread, TimesAccumulator};
 use crate::image::{Aov, GuideImage, Image};
 use crate::metrics::Channel;
 use crate::reference::{self, Bounces, Filter, ReferenceImage, Sampling};
@@ -63,8 +63,8 @@ pub fn cases(techniques: &[&'static Entry], presets: &[String], resolutions: &[u
 /// How to measure.
 #[derive(Clone, Debug)]
 pub struct BenchSettings {
-    /// Which device.
-    pub device: DeviceChoice,
+    /// Which device, and how it is opened.
+    pub gpu: GpuOptions,
     /// Where times come from.
     pub timing: Timing,
     /// What all techniques share.
@@ -119,20 +119,20 @@ pub struct Pictures {
 }
 
 /// How a device is best timed: by its timestamps, unless it runs on the CPU. Lavapipe's do not follow what it executes.
-pub fn choose_timing(device: &DeviceChoice) -> Result<Timing, Error> {
-    let gpu = Gpu::new(&GpuOptions { device: device.clone(), ..GpuOptions::default() })?;
+pub fn choose_timing(options: &GpuOptions) -> Result<Timing, Error> {
+    let gpu = Gpu::new(options)?;
     Ok(if gpu.info().kind == DeviceKind::Cpu { Timing::Host } else { Timing::Timestamps })
 }
 
 /// Measures one case on a device of its own, so that every first build compiles its pipelines. What the device refuses is told in
 /// the report; an error is that there is no device.
 pub fn measure(scene: &Scene, case: &Case, settings: &BenchSettings, truth: &Truth) -> Result<Report, Error> {
-    Ok(measure_on(&open(&settings.device, settings.timing)?, &mut None, scene, case, settings, truth).0)
+    Ok(measure_on(&open(&settings.gpu, settings.timing)?, &mut None, scene, case, settings, truth).0)
 }
 
 /// Opens a device, for times of this kind.
-pub fn open(device: &DeviceChoice, timing: Timing) -> Result<Gpu, Error> {
-    Gpu::new(&GpuOptions { device: device.clone(), isolate_passes: timing == Timing::Host, ..GpuOptions::default() })
+pub fn open(options: &GpuOptions, timing: Timing) -> Result<Gpu, Error> {
+    Gpu::new(&GpuOptions { isolate_passes: timing == Timing::Host, ..options.clone() })
 }
 
 /// As [`measure`], on a device that is open: its pipelines may be compiled already. `uploaded` keeps the scene on the device from case to case, and is

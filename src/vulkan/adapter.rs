@@ -111,7 +111,7 @@ impl Adapter {
         self.required.iter().filter(|check| !check.present).map(|check| check.name).collect()
     }
 
-    pub(super) fn new(instance: &ash::Instance, raw: vk::PhysicalDevice, index: usize) -> Self {
+    pub(super) fn new(instance: &ash::Instance, raw: vk::PhysicalDevice, index: usize, absent: &[String]) -> Self {
         // SAFETY: the device belongs to this living instance.
         let (base, memory) = unsafe { (instance.get_physical_device_properties(raw), instance.get_physical_device_memory_properties(raw)) };
         let mut adapter = Adapter {
@@ -135,7 +135,18 @@ impl Adapter {
             adapter.read_features(instance);
             adapter.read_formats(instance);
         }
+        adapter.lose(absent);
         adapter
+    }
+
+    /// Leaves out what a test wants not to be there.
+    fn lose(&mut self, absent: &[String]) {
+        let is_absent = |name: &str| absent.iter().any(|absent| absent == name);
+        self.required.iter_mut().filter(|check| is_absent(check.name)).for_each(|check| check.present = false);
+        for (name, present, _) in self.features.optional() {
+            *present &= !is_absent(name);
+        }
+        self.optional = self.features.checks();
     }
 
     fn read_properties(&mut self, instance: &ash::Instance) {
@@ -180,7 +191,7 @@ impl Adapter {
         found.sampler_anisotropy = base.sampler_anisotropy == vk::TRUE;
         found.shader_int64 = base.shader_int64 == vk::TRUE;
         found.conservative_rasterization = has_extension(instance, self.raw, vk::EXT_CONSERVATIVE_RASTERIZATION_NAME);
-        self.optional = optional_checks(found);
+        self.optional = found.checks();
     }
 
     fn read_formats(&mut self, instance: &ash::Instance) {
@@ -201,16 +212,25 @@ impl Adapter {
     }
 }
 
-fn optional_checks(features: &Features) -> Vec<Check> {
-    [
-        ("geometryShader", features.geometry_shader, "no raster voxelization; the compute voxelization is used"),
-        ("VK_EXT_conservative_rasterization", features.conservative_rasterization, "no raster-hw voxelization; triangles are enlarged in a geometry shader"),
-        ("samplerAnisotropy", features.sampler_anisotropy, "material textures are filtered trilinearly only"),
-        ("shaderInt64", features.shader_int64, "no 64-bit integers in shaders; 32-bit pairs are used"),
-        ("subgroup arithmetic in compute shaders", features.subgroup_arithmetic, "reductions go through shared memory"),
-    ]
-    .map(|(name, present, cost)| Check { name, present, cost })
-    .to_vec()
+impl Features {
+    /// Name of each, whether it is there, and what its absence costs.
+    fn optional(&mut self) -> [(&'static str, &mut bool, &'static str); 5] {
+        [
+            ("geometryShader", &mut self.geometry_shader, "no raster voxelization; the compute voxelization is used"),
+            (
+                "VK_EXT_conservative_rasterization",
+                &mut self.conservative_rasterization,
+                "no raster-hw voxelization; triangles are enlarged in a geometry shader",
+            ),
+            ("samplerAnisotropy", &mut self.sampler_anisotropy, "material textures are filtered trilinearly only"),
+            ("shaderInt64", &mut self.shader_int64, "no 64-bit integers in shaders; 32-bit pairs are used"),
+            ("subgroup arithmetic in compute shaders", &mut self.subgroup_arithmetic, "reductions go through shared memory"),
+        ]
+    }
+
+    fn checks(&mut self) -> Vec<Check> {
+        self.optional().map(|(name, present, cost)| Check { name, present: *present, cost }).to_vec()
+    }
 }
 
 fn kind(kind: vk::PhysicalDeviceType) -> DeviceKind {

@@ -9,7 +9,15 @@ use ash::vk;
 #[derive(Clone, Debug, Default)]
 pub struct Messages(Arc<Mutex<Vec<String>>>);
 
+/// Those of every instance.
+static OF_PROCESS: Mutex<Vec<String>> = Mutex::new(Vec::new());
+
 impl Messages {
+    /// All messages of every instance so far, those among them that were taken out, and of instances that are gone.
+    pub fn of_process() -> Vec<String> {
+        OF_PROCESS.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
     /// All messages so far, oldest first.
     pub fn list(&self) -> Vec<String> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).clone()
@@ -21,6 +29,7 @@ impl Messages {
     }
 
     fn push(&self, message: String) {
+        OF_PROCESS.lock().unwrap_or_else(PoisonError::into_inner).push(message.clone());
         self.0.lock().unwrap_or_else(PoisonError::into_inner).push(message);
     }
 
@@ -46,6 +55,7 @@ unsafe extern "system" fn collect(
         if let (Some(data), Some(list)) = (data.as_ref(), user.cast::<Mutex<Vec<String>>>().as_ref()) {
             let text = if data.p_message.is_null() { String::new() } else { CStr::from_ptr(data.p_message).to_string_lossy().into_owned() };
             log::debug!("validation: {text}");
+            OF_PROCESS.lock().unwrap_or_else(PoisonError::into_inner).push(text.clone());
             list.lock().unwrap_or_else(PoisonError::into_inner).push(text);
         }
     }

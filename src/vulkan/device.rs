@@ -5,8 +5,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use ash::vk;
 
+use super::fault::Planted;
 use super::memory::Memory;
-use super::{Adapter, Context, Error, Instance, Surface, debug};
+use super::{Adapter, Context, Error, Faults, Instance, Surface, debug};
 
 /// Which device to use.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -36,6 +37,7 @@ pub struct Device {
     adapter: Adapter,
     next_id: AtomicU64,
     retired: Mutex<Vec<u64>>,
+    planted: Arc<Planted>,
     instance: Arc<Instance>,
 }
 
@@ -62,10 +64,11 @@ impl Device {
 
     fn of(instance: &Arc<Instance>, adapter: Adapter, presents: bool) -> Result<Arc<Self>, Error> {
         let family = adapter.queue_family.unwrap_or(0);
-        let raw = open(instance.raw(), &adapter, family, presents)?;
+        let raw = open(instance, &adapter, family, presents)?;
         // SAFETY: the device was made with one queue of this family.
         let queue = unsafe { raw.get_device_queue(family, 0) };
-        let memory = match Memory::new(instance.raw(), &raw, &adapter) {
+        let planted = Arc::new(Planted::new(instance.faults().clone()));
+        let memory = match Memory::new(instance, &raw, &adapter, &planted) {
             Ok(memory) => memory,
             Err(error) => {
                 // SAFETY: nothing was made from the device yet.
@@ -75,7 +78,7 @@ impl Device {
         };
         let names = instance.has_debug_utils().then(|| ash::ext::debug_utils::Device::new(instance.raw(), &raw));
         let (next_id, retired) = (AtomicU64::new(1), Mutex::new(Vec::new()));
-        Ok(Arc::new(Device { raw, queue, memory, names, adapter, next_id, retired, instance: Arc::clone(instance) }))
+        Ok(Arc::new(Device { raw, queue, memory, names, adapter, next_id, retired, planted, instance: Arc::clone(instance) }))
     }
 
     /// The physical device behind this one.
@@ -96,6 +99,21 @@ impl Device {
     /// Memory in use: name and bytes of every living resource.
     pub fn memory_in_use(&self) -> Vec<(String, u64)> {
         self.memory.list()
+    }
+
+    /// Takes other faults; answers how many allocations were tried since the last time.
+    pub(crate) fn plant(&self, faults: Faults) -> u64 {
+        self.planted.plant(faults)
+    }
+
+    /// How many steps of the submission that is about to be recorded finish before the device is lost, where a test wants that.
+    pub(crate) fn planted_loss(&self) -> Option<usize> {
+        self.planted.loss()
+    }
+
+    /// What a test wants the driver to say to the next picture.
+    pub(super) fn planted_present(&self) -> Option<vk::Result> {
+        self.planted.present()
     }
 
     /// Ids of resources that were dropped since the last call.
@@ -174,16 +192,20 @@ fn choose(adapters: Vec<Adapter>, choice: &DeviceChoice) -> Result<Adapter, Erro
     if missing.is_empty() { Ok(best) } else { Err(Error::DeviceRefused { name: best.info.name, missing: missing.join(", ") }) }
 }
 
-fn open(instance: &ash::Instance, adapter: &Adapter, family: u32, presents: bool) -> Result<ash::Device, Error> {
+fn open(instance: &Instance, adapter: &Adapter, family: u32, presents: bool) -> Result<ash::Device, Error> {
     let found = &adapter.features;
+    // What lies outside of a buffer or image is then neither read nor written. The check of every access, which tells of it, wants to see it happen.
+    let is_robust = instance.is_validated() && !instance.checks_accesses();
     let base = vk::PhysicalDeviceFeatures::default()
         .fragment_stores_and_atomics(true)
         .shader_storage_image_extended_formats(true)
+        .robust_buffer_access(is_robust)
         .geometry_shader(found.geometry_shader)
         .sampler_anisotropy(found.sampler_anisotropy)
         .shader_int64(found.shader_int64);
     let mut v12 = vk::PhysicalDeviceVulkan12Features::default().timeline_semaphore(true).host_query_reset(true);
-    let mut v13 = vk::PhysicalDeviceVulkan13Features::default().dynamic_rendering(true).synchronization2(true).maintenance4(true);
+    let mut v13 =
+        vk::PhysicalDeviceVulkan13Features::default().dynamic_rendering(true).synchronization2(true).maintenance4(true).robust_image_access(is_robust);
     let mut features = vk::PhysicalDeviceFeatures2::default().features(base).push_next(&mut v12).push_next(&mut v13);
     let mut extensions = Vec::new();
     if found.conservative_rasterization {
@@ -195,5 +217,5 @@ fn open(instance: &ash::Instance, adapter: &Adapter, family: u32, presents: bool
     let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(family).queue_priorities(&[1.0])];
     let info = vk::DeviceCreateInfo::default().queue_create_infos(&queues).enabled_extension_names(&extensions).push_next(&mut features);
     // SAFETY: everything that is enabled was found present, and all pointers live until the end of this function.
-    unsafe { instance.create_device(adapter.raw, &info, None) }.during("opening the device")
+    unsafe { instance.raw().create_device(adapter.raw, &info, None) }.during("opening the device")
 }

@@ -111,6 +111,12 @@ pub enum Error {
         /// Name of the last pass whose end was recorded, or a phrase when there is none.
         last_pass: String,
     },
+    /// What the window is shown on has gone.
+    #[error("{what}: the window's surface is lost; open the window again: lumivox view")]
+    SurfaceLost {
+        /// What was being done.
+        what: String,
+    },
     /// Any other failure of a Vulkan call.
     #[error("{what}: {result}")]
     Vulkan {
@@ -129,6 +135,9 @@ pub(crate) trait Context<T> {
 
 impl<T> Context<T> for Result<T, vk::Result> {
     fn during(self, what: &str) -> Result<T, Error> {
-        self.map_err(|result| Error::Vulkan { what: what.to_owned(), result })
+        self.map_err(|result| match result {
+            vk::Result::ERROR_SURFACE_LOST_KHR => Error::SurfaceLost { what: what.to_owned() },
+            result => Error::Vulkan { what: what.to_owned(), result },
+        })
     }
 }

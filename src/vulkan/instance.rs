@@ -7,7 +7,7 @@ use ash::vk;
 use raw_window_handle::RawDisplayHandle;
 
 use super::debug::{Messages, Messenger};
-use super::{Adapter, Context, Error};
+use super::{Adapter, Context, Error, Faults};
 
 const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
 
@@ -16,8 +16,22 @@ const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
 pub struct InstanceOptions {
     /// Load the Khronos validation layer with synchronization validation, and collect what it says.
     pub validate: bool,
+    /// Likewise, and with every access to a buffer checked on the device.
+    pub check_accesses: bool,
     /// The display whose windows are drawn into; `None` for no window.
     pub display: Option<RawDisplayHandle>,
+    /// New memory is full of rubbish, for tests.
+    #[doc(hidden)]
+    pub poison: bool,
+    /// What goes wrong, for tests.
+    #[doc(hidden)]
+    pub faults: Faults,
+}
+
+impl InstanceOptions {
+    fn validates(&self) -> bool {
+        self.validate || self.check_accesses
+    }
 }
 
 /// The loader, opened at run time, and one instance.
@@ -26,6 +40,9 @@ pub struct Instance {
     messenger: Option<Messenger>,
     messages: Messages,
     debug_utils: bool,
+    checks_accesses: bool,
+    poisons: bool,
+    faults: Faults,
     // The loader must stay open for as long as anything above lives.
     entry: ash::Entry,
 }
@@ -34,21 +51,23 @@ impl Instance {
     /// Opens the loader and makes an instance.
     pub fn new(options: &InstanceOptions) -> Result<Arc<Self>, Error> {
         let entry = open_loader()?;
-        if options.validate && !has_layer(&entry)? {
+        let validate = options.validates();
+        if validate && !has_layer(&entry)? {
             return Err(Error::LayerMissing);
         }
-        let debug_utils = options.validate || has_extension(&entry, vk::EXT_DEBUG_UTILS_NAME)?;
+        let debug_utils = validate || has_extension(&entry, vk::EXT_DEBUG_UTILS_NAME)?;
         let messages = Messages::default();
         let raw = create(&entry, options, debug_utils, &messages)?;
-        let messenger = if options.validate { Some(Messenger::new(&entry, &raw, &messages).during("creating the debug messenger")?) } else { None };
-        Ok(Arc::new(Instance { raw, messenger, messages, debug_utils, entry }))
+        let messenger = if validate { Some(Messenger::new(&entry, &raw, &messages).during("creating the debug messenger")?) } else { None };
+        let InstanceOptions { check_accesses: checks_accesses, poison: poisons, .. } = *options;
+        Ok(Arc::new(Instance { raw, messenger, messages, debug_utils, checks_accesses, poisons, faults: options.faults.clone(), entry }))
     }
 
     /// All devices, in the driver's order, usable or not.
     pub fn adapters(&self) -> Result<Vec<Adapter>, Error> {
         // SAFETY: the instance is alive.
         let devices = unsafe { self.raw.enumerate_physical_devices() }.during("listing the devices")?;
-        Ok(devices.into_iter().enumerate().map(|(index, raw)| Adapter::new(&self.raw, raw, index)).collect())
+        Ok(devices.into_iter().enumerate().map(|(index, raw)| Adapter::new(&self.raw, raw, index, &self.faults.absent)).collect())
     }
 
     /// The validation messages; the handle stays valid after the instance is gone.
@@ -70,6 +89,19 @@ impl Instance {
 
     pub(super) fn has_debug_utils(&self) -> bool {
         self.debug_utils
+    }
+
+    /// Whether the validation layer checks every access to a buffer.
+    pub(super) fn checks_accesses(&self) -> bool {
+        self.checks_accesses
+    }
+
+    pub(super) fn poisons(&self) -> bool {
+        self.poisons
+    }
+
+    pub(super) fn faults(&self) -> &Faults {
+        &self.faults
     }
 }
 
@@ -120,7 +152,7 @@ fn surface_extensions(entry: &ash::Entry, display: RawDisplayHandle) -> Result<&
 }
 
 fn create(entry: &ash::Entry, options: &InstanceOptions, debug_utils: bool, messages: &Messages) -> Result<ash::Instance, Error> {
-    let validate = options.validate;
+    let validate = options.validates();
     let application = vk::ApplicationInfo::default().application_name(c"lumivox").api_version(vk::API_VERSION_1_3);
     let mut layers = Vec::new();
     let mut extensions = Vec::new();
@@ -131,8 +163,9 @@ fn create(entry: &ash::Entry, options: &InstanceOptions, debug_utils: bool, mess
         extensions.extend(surface_extensions(entry, display)?);
     }
     // Both structs are local: a struct that is pushed onto two chains makes a cycle.
-    let enabled = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
-    let mut features = vk::ValidationFeaturesEXT::default().enabled_validation_features(&enabled);
+    let enabled = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION, vk::ValidationFeatureEnableEXT::GPU_ASSISTED];
+    let enabled = if options.check_accesses { &enabled[..] } else { &enabled[..1] };
+    let mut features = vk::ValidationFeaturesEXT::default().enabled_validation_features(enabled);
     let mut messenger = messages.create_info();
     if validate {
         layers.push(VALIDATION_LAYER.as_ptr());

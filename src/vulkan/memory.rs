@@ -1,15 +1,19 @@
 //! Device memory: sub-allocated, every allocation named, and counted by name.
 
 use std::collections::BTreeMap;
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use ash::vk;
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme, Allocator, AllocatorCreateDesc};
 use gpu_allocator::{AllocationError, AllocationSizes, MemoryLocation};
 
-use super::{Adapter, Error};
+use super::fault::Planted;
+use super::{Adapter, Error, Instance};
 
 const MIB: u64 = 1 << 20;
+
+/// As a float −4.3·10⁸, as a half −23, as a count more than there is of anything.
+const POISON: u8 = 0xCD;
 
 /// One living allocation.
 struct Entry {
@@ -23,12 +27,14 @@ pub(super) struct Memory {
     ledger: Mutex<BTreeMap<u64, Entry>>,
     heap_bytes: u64,
     allocation_bytes: u64,
+    poisons: bool,
+    planted: Arc<Planted>,
 }
 
 impl Memory {
-    pub(super) fn new(instance: &ash::Instance, device: &ash::Device, adapter: &Adapter) -> Result<Self, Error> {
+    pub(super) fn new(instance: &Instance, device: &ash::Device, adapter: &Adapter, planted: &Arc<Planted>) -> Result<Self, Error> {
         let description = AllocatorCreateDesc {
-            instance: instance.clone(),
+            instance: instance.raw().clone(),
             device: device.clone(),
             physical_device: adapter.raw,
             debug_settings: Default::default(),
@@ -38,7 +44,9 @@ impl Memory {
         let allocator = Allocator::new(&description)
             .map_err(|error| Error::Vulkan { what: format!("opening the memory allocator: {error}"), result: vk::Result::ERROR_INITIALIZATION_FAILED })?;
         let heap_bytes = adapter.memory.memory_heaps_as_slice().iter().map(|heap| heap.size).max().unwrap_or(0).min(adapter.limits.heap_bytes);
-        Ok(Memory { allocator: Mutex::new(Some(allocator)), ledger: Mutex::default(), heap_bytes, allocation_bytes: adapter.limits.allocation_bytes })
+        let (allocator, allocation_bytes) = (Mutex::new(Some(allocator)), adapter.limits.allocation_bytes);
+        let (poisons, planted) = (instance.poisons(), Arc::clone(planted));
+        Ok(Memory { allocator, ledger: Mutex::default(), heap_bytes, allocation_bytes, poisons, planted })
     }
 
     /// Allocates for the resource `id`; refuses, before asking the driver, what cannot fit.
@@ -53,11 +61,14 @@ impl Memory {
         self.check(name, requirements.size)?;
         let description = AllocationCreateDesc { name, requirements, location, linear, allocation_scheme: AllocationScheme::GpuAllocatorManaged };
         let result = match self.allocator().as_mut() {
-            Some(allocator) => allocator.allocate(&description),
-            None => Err(AllocationError::OutOfMemory),
+            Some(allocator) if !self.planted.fails_allocation() => allocator.allocate(&description),
+            _ => Err(AllocationError::OutOfMemory),
         };
         match result {
-            Ok(allocation) => {
+            Ok(mut allocation) => {
+                if self.poisons {
+                    allocation.mapped_slice_mut().unwrap_or_default().fill(POISON);
+                }
                 self.ledger().insert(id, Entry { name: name.to_owned(), bytes: allocation.size() });
                 Ok(allocation)
             }

@@ -10,6 +10,7 @@ mod debug;
 mod descriptor;
 mod device;
 mod error;
+mod fault;
 mod image;
 mod instance;
 mod memory;
@@ -25,6 +26,8 @@ pub use buffer::{Buffer, BufferDesc, BufferUsage};
 pub use debug::Messages;
 pub use device::{Device, DeviceChoice};
 pub use error::Error;
+#[doc(hidden)]
+pub use fault::Faults;
 pub use image::{Image, ImageDesc, ImageKind, ImageUsage};
 pub use instance::{Instance, InstanceOptions};
 #[doc(hidden)]

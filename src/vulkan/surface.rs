@@ -27,7 +27,7 @@ pub(super) struct SurfaceSupport {
 impl Surface {
     /// The surface of a window; the instance was made for the window's display.
     pub fn new<W: HasDisplayHandle + HasWindowHandle + Send + Sync + 'static>(instance: &Arc<Instance>, window: &Arc<W>) -> Result<Arc<Self>, Error> {
-        let lost = |_| Error::Vulkan { what: "asking the window for its handle".to_owned(), result: vk::Result::ERROR_SURFACE_LOST_KHR };
+        let lost = |_| Error::SurfaceLost { what: "asking the window for its handle".to_owned() };
         let display = window.display_handle().map_err(lost)?.as_raw();
         let handle = window.window_handle().map_err(lost)?.as_raw();
         // SAFETY: both handles are those of a living window, which this object keeps alive.

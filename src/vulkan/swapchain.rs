@@ -128,7 +128,8 @@ impl Swapchain {
         let (semaphores, swapchains, indices) = ([image.drawn], [self.raw], [index]);
         let info = vk::PresentInfoKHR::default().wait_semaphores(&semaphores).swapchains(&swapchains).image_indices(&indices);
         // SAFETY: the image was acquired, and the submission that signals its semaphore is under way. One thread uses the queue.
-        match unsafe { self.loader.queue_present(self.device.queue(), &info) } {
+        let told = unsafe { self.loader.queue_present(self.device.queue(), &info) };
+        match self.device.planted_present().map_or(told, Err) {
             Ok(is_suboptimal) => Ok(!is_suboptimal),
             Err(vk::Result::ERROR_OUT_OF_DATE_KHR) => Ok(false),
             Err(result) => Err(result).during("showing a picture"),

@@ -4,6 +4,7 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod accesses;
 mod bounces;
 mod clipmap;
 mod clipmap_walk;
@@ -12,6 +13,7 @@ mod dynamic_pictures;
 mod dynamic_volume;
 mod explain;
 mod faces;
+mod faults;
 mod frame;
 mod golden;
 mod oracle_attributes;

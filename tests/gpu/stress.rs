@@ -2,8 +2,9 @@
 
 use std::collections::BTreeSet;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 
+use crate::support::program::command;
 use crate::support::{gpu, reference_cache};
 use lumivox::frame::FrameSettings;
 use lumivox::gi::registry::{TECHNIQUES, find};
@@ -259,7 +260,7 @@ fn rows_of_equal_settings_are_apart() {
 
 fn run(folder: &Path, arguments: &[&str]) -> Output {
     let small = ["stress", "--size", "32x24", "--shadow-resolution", "64", "--resolution", "32", "--quick", "--technique", "voxel-mips"];
-    let mut command = Command::new(env!("CARGO_BIN_EXE_lumivox"));
+    let mut command = command();
     command.current_dir(folder).env("LUMIVOX_CACHE", folder.join("cache")).args(small).args(arguments).output().unwrap()
 }
 
@@ -315,9 +316,7 @@ fn later_runs_add_to_the_tables() {
         "-o",
         "other",
     ];
-    done(
-        Command::new(env!("CARGO_BIN_EXE_lumivox")).current_dir(folder.path()).env("LUMIVOX_CACHE", folder.path().join("cache")).args(other).output().unwrap(),
-    );
+    done(command().current_dir(folder.path()).env("LUMIVOX_CACHE", folder.path().join("cache")).args(other).output().unwrap());
     done(run(folder.path(), &["--merge", "out", "-o", "merged"]));
     assert_eq!((text("merged/stress.md"), text("merged/one_voxel.csv")), (added.clone(), text("out/one_voxel.csv")));
     done(run(folder.path(), &["--merge", "other", "out", "-o", "merged"]));

@@ -3,11 +3,11 @@
 
 use crate::support::covering::{Choice, covering_rows};
 use crate::support::technique::{Case, Surfaces, cases, frame, is_sound, shoot, small_lights, small_room};
-use crate::support::{gpu, own_gpu};
+use crate::support::{expected_missing, gpu, own_gpu};
 use lumivox::frame::Renderer;
 use lumivox::gi::registry::TECHNIQUES;
 use lumivox::gi::settings::{Domain, SettingError};
-use lumivox::graph::{Error, Gpu, GpuOptions};
+use lumivox::graph::{Error, GpuOptions};
 use lumivox::image::Aov;
 
 const SMALL: &[(&str, &str)] = &[("resolution", "16")];
@@ -76,13 +76,17 @@ fn every_two_choices_of_settings_are_silent() {
         for row in &rows {
             let (case, pairs) = of(row);
             let what = format!("{} --set {}", case.name(), pairs.join(" --set "));
-            let shot = Renderer::new(&gpu, &scene, entry, &entry.settings(case.preset, &pairs).unwrap(), frame(16, 8, 32)).and_then(|(mut renderer, _)| {
+            let settings = entry.settings(case.preset, &pairs).unwrap();
+            let shot = Renderer::new(&gpu, &scene, entry, &settings, frame(16, 8, 32)).and_then(|(mut renderer, _)| {
                 renderer.render(&scene.camera)?;
                 renderer.aov(Aov::Full)
             });
             match shot {
-                Ok(full) => assert!(is_sound(&full), "{what}: a pixel is negative or not finite"),
-                Err(Error::FeatureMissing { feature, .. }) => assert!(!has_feature(&gpu, feature), "{what}: the device has {feature}"),
+                Ok(full) => {
+                    assert!(is_sound(&full), "{what}: a pixel is negative or not finite");
+                    assert_eq!(expected_missing(&gpu, &settings), None, "{what}: renders without a feature that it needs");
+                }
+                Err(Error::FeatureMissing { feature, .. }) => assert_eq!(Some(feature), expected_missing(&gpu, &settings), "{what}"),
                 Err(error) => panic!("{what}: {error}"),
             }
             assert_eq!(gpu.validation_messages(), Vec::<String>::new(), "{what}");
@@ -97,13 +101,5 @@ fn values(domain: Domain) -> Vec<String> {
         Domain::OneOf(values) => values.iter().map(u32::to_string).collect(),
         Domain::Count { min, max } => vec![min.to_string(), max.min(64).to_string()],
         Domain::Number { min, max } => vec![min.to_string(), max.to_string()],
-    }
-}
-
-fn has_feature(gpu: &Gpu, feature: &str) -> bool {
-    match feature {
-        "geometryShader" => gpu.features().geometry_shader,
-        "VK_EXT_conservative_rasterization" => gpu.features().conservative_rasterization,
-        feature => panic!("nothing needs {feature}"),
     }
 }

@@ -1,13 +1,14 @@
 //! `lumivox bench`: what it writes, what a refused case becomes, and what it says to wrong arguments.
 
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 
+use crate::support::program::command;
 use lumivox::gi::registry::TECHNIQUES;
 use lumivox::measure::stages::UNSTAGED;
 
 fn bench(folder: &Path, arguments: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_lumivox"));
+    let mut command = command();
     command.arg("bench").args(arguments).arg("-o").arg(folder.join("out")).env("LUMIVOX_CACHE", folder.join("cache"));
     command.output().unwrap()
 }

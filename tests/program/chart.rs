@@ -1,5 +1,6 @@
 //! `lumivox chart`: measures once, goes on after a stop, puts shards together, and shows each point's own figures and pictures.
 
+use crate::support::program::{PROGRAM, VALIDATE, command};
 use crate::support::{Missing, skipped};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -27,7 +28,7 @@ impl Place {
     }
 
     fn command(&self) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_lumivox"));
+        let mut command = command();
         command.current_dir(self.0.path()).env("LUMIVOX_CACHE", self.path("cache")).arg("chart");
         command
     }
@@ -168,7 +169,7 @@ fn picks_are_complete(html: &str, points: &[Point]) {
 fn failure_modes_stand_beside_the_picks() {
     let place = Place::new();
     std::fs::write(place.path("grid.toml"), "[[sweep]]\ntechnique = [\"voxel-mips\"]\npreset = [\"cones\"]\nset = { resolution = [32] }\n").unwrap();
-    let mut stress = Command::new(env!("CARGO_BIN_EXE_lumivox"));
+    let mut stress = command();
     let small = ["stress", "--size", "32x24", "--shadow-resolution", "64", "--resolution", "32", "--quick", "--technique", "voxel-mips", "--preset", "cones"];
     stress.current_dir(place.path(".")).env("LUMIVOX_CACHE", place.path("cache")).args(small).args(["--case", "small_emitter,empty", "-o", "out/stress"]);
     succeeded(&stress.output().unwrap());
@@ -271,9 +272,11 @@ fn gnu_parallel_runs_shards() {
     let line = format!(
         "parallel --will-cite -j 2 {} chart bundled:cornell --grid grid.toml --size 32x32 --frames 2 --rebuilds 1 --shadow-resolution 64 --max-error 0.2 \
          --shard {{}}/4 -o parts ::: 1 2 3 4",
-        env!("CARGO_BIN_EXE_lumivox")
+        PROGRAM
     );
-    succeeded(&Command::new("sh").args(["-c", &line]).current_dir(place.path(".")).env("LUMIVOX_CACHE", place.path("cache")).output().unwrap());
+    succeeded(
+        &Command::new("sh").args(["-c", &line]).current_dir(place.path(".")).envs([VALIDATE]).env("LUMIVOX_CACHE", place.path("cache")).output().unwrap(),
+    );
     merge_is_the_whole(&place, "parts");
 }
 

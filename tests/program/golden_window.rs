@@ -28,7 +28,6 @@ fn pictures_are_as_they_were() {
     for (name, steps) in PICTURES {
         writeln!(script, "{steps}\nstill\nscreenshot {name}.png").unwrap();
     }
-    // No validation here, which the tests of the window have: two layers of it take longer than all the rest.
     let arguments = ["--size", "640x360", "--preset", "cones", "--set", "resolution=32", "--shadow-resolution", "256", "--scale", "1"];
     check_done(&display.view(folder.path(), &arguments, &script));
     let mut wrong = Vec::new();

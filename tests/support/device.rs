@@ -1,7 +1,7 @@
 //! Devices under validation, one test at a time each.
 //!
 //! Opening a device and making its pipelines takes longer than most tests, so devices are handed on from test to test. Each comes back as it was lent: silent,
-//! with nothing allocated and no object alive.
+//! with nothing allocated and no object alive. New memory is full of rubbish (0xCD), so that what is read before it is written shows.
 
 use std::ops::Deref;
 use std::sync::{Mutex, PoisonError};
@@ -33,7 +33,7 @@ pub fn own_gpu(options: &GpuOptions) -> ValidatedGpu {
 }
 
 fn open(options: &GpuOptions) -> Gpu {
-    Gpu::new(&GpuOptions { validate: true, ..options.clone() }).expect("the tests need a Vulkan device and the validation layer")
+    Gpu::new(&GpuOptions { validate: true, poison: true, ..options.clone() }).expect("the tests need a Vulkan device and the validation layer")
 }
 
 impl ValidatedGpu {

@@ -8,6 +8,7 @@ pub mod display;
 pub mod gather;
 pub mod golden;
 pub mod hazards;
+pub mod missing;
 pub mod octree;
 pub mod passes;
 pub mod program;
@@ -21,6 +22,7 @@ pub mod walker;
 use lumivox::graph::{BufferDesc, BufferUsage, Gpu};
 
 pub use device::{ValidatedGpu, gpu, own_gpu};
+pub use missing::expected_missing;
 pub use skip::{Missing, skipped};
 
 /// The folder of references that tests keep: never the user's own, in which other builds may have left theirs.

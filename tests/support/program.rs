@@ -17,6 +17,19 @@ pub struct Ran {
     pub stderr: String,
 }
 
+/// The path of the program.
+pub const PROGRAM: &str = env!("CARGO_BIN_EXE_lumivox");
+
+/// The variable under which every command of the program validates: any message of the layer fails it.
+pub const VALIDATE: (&str, &str) = ("LUMIVOX_VALIDATE", "1");
+
+/// The program, with validation.
+pub fn command() -> Command {
+    let mut command = Command::new(PROGRAM);
+    command.env(VALIDATE.0, VALIDATE.1);
+    command
+}
+
 /// Runs the program in a folder; it neither hangs nor panics.
 pub fn lumivox(folder: &Path, arguments: &[OsString], environment: &[(&str, &str)]) -> Ran {
     lumivox_within(TIMEOUT, folder, arguments, environment)
@@ -24,7 +37,7 @@ pub fn lumivox(folder: &Path, arguments: &[OsString], environment: &[(&str, &str
 
 /// As [`lumivox`], with another time after which it hangs.
 pub fn lumivox_within(timeout: Duration, folder: &Path, arguments: &[OsString], environment: &[(&str, &str)]) -> Ran {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_lumivox"));
+    let mut command = command();
     command.args(arguments).current_dir(folder).envs(environment.iter().copied()).stdout(Stdio::null()).stderr(Stdio::piped());
     let mut child = command.spawn().unwrap();
     let mut pipe = child.stderr.take().unwrap();

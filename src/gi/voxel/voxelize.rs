@@ -422,7 +422,9 @@ fn require(gpu: &Gpu, method: Method) -> Result<(), Error> {
     let missing = |what: &str, feature| Err(Error::FeatureMissing { what: what.into(), feature });
     match method {
         Method::Raster if !features.geometry_shader => missing("voxelization=raster (compute does without)", "geometryShader"),
-        Method::RasterHw if !(features.geometry_shader && features.conservative_rasterization) => {
+        // For the number of the triangle in the fragment shader.
+        Method::RasterHw if !features.geometry_shader => missing("voxelization=raster-hw (compute does without)", "geometryShader"),
+        Method::RasterHw if !features.conservative_rasterization => {
             missing("voxelization=raster-hw (raster and compute do without)", "VK_EXT_conservative_rasterization")
         }
         _ => Ok(()),

@@ -237,7 +237,8 @@ impl VoxelWindow {
         if boxes.is_empty() {
             return Ok((boxes, FrameStats::default()));
         }
-        let shift = self.place.map_or(IVec3::ZERO, |before| first - before.low);
+        // From nowhere it has moved so far that nothing stays.
+        let shift = self.place.map_or(IVec3::splat(self.voxels.grid.resolution as i32), |before| first - before.low);
         self.voxelizer.move_to(self.anchor, first);
         let mut frame = Frame::new();
         self.add_shift(&mut frame, shift, &boxes[exposed..], first);
