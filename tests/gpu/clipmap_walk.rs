@@ -39,16 +39,16 @@ fn scenes() -> Vec<Scene> {
     [Some(bundled("atrium")), shared_scene("sponza_dabrovic.toml")].into_iter().flatten().collect()
 }
 
-/// Round and round through a room, 1,000 frames: once each buffer has met the most that a lap has, no byte is added; validation is silent.
+/// Round and round through a room, 400 frames: once each buffer has met the most that a lap has, no byte is added; validation is silent.
 #[test]
-fn memory_is_constant_over_a_thousand_frames() {
-    const LAP: u32 = 100;
+fn memory_is_constant_from_lap_to_lap() {
+    const LAP: u32 = 50;
     let gpu = gpu();
     let scene = small_room(Surfaces::Emissive, vec![small_lights()[1].1]);
     let settings = clipmap::ENTRY.settings(Some("cones"), &["resolution=16", "levels=4", "voxel_size=0.03"]).unwrap();
     let (mut renderer, _) = Renderer::new(&gpu, &scene, &clipmap::ENTRY, &settings, frame(8, 8, 32)).unwrap();
     let mut bytes = Vec::new();
-    for step in 0..10 * LAP {
+    for step in 0..8 * LAP {
         if step % LAP == 0 {
             bytes.push(gpu.memory_total());
         }
@@ -108,7 +108,7 @@ fn scenes_may_move_through_their_voxels() {
     }
 }
 
-/// 120 frames of a camera that walks half a voxel each: no more than 1.5 times the flicker of a dense grid.
+/// 48 frames of a camera that walks half a voxel each, there and back: no more than 1.5 times the flicker of a dense grid.
 #[test]
 fn a_walk_flickers_no_more_than_through_a_dense_grid() {
     let gpu = gpu();
@@ -118,10 +118,10 @@ fn a_walk_flickers_no_more_than_through_a_dense_grid() {
         let [dense, nested] = equals(bounds, &[]).map(|(technique, settings)| {
             let (mut renderer, _) = Renderer::new(&gpu, &scene, find(technique).unwrap(), &settings, frame(SIZE[0], SIZE[1], 256)).unwrap();
             let picture = |step: u8| {
-                renderer.render(&walked(&scene.camera, step_m * f32::from(step.min(120 - step)))).unwrap();
+                renderer.render(&walked(&scene.camera, step_m * f32::from(step.min(48 - step)))).unwrap();
                 renderer.aov(Aov::Indirect).unwrap()
             };
-            flicker(&(0..120).map(picture).collect::<Vec<_>>()).unwrap()
+            flicker(&(0..48).map(picture).collect::<Vec<_>>()).unwrap()
         });
         println!("{}: flicker {dense:.4} of dense voxels, {nested:.4} of a clipmap", scene.name);
         assert!(nested <= 1.5 * dense, "{}: {nested} against {dense}", scene.name);
@@ -169,14 +169,15 @@ impl<'g> Still<'g> {
 #[test]
 fn levels_move_unseen() {
     let gpu = gpu();
-    for (scene, resolution) in scenes().iter().flat_map(|scene| [(scene, 64), (scene, 128)]) {
+    let scenes = scenes();
+    for (scene, resolution) in scenes.iter().map(|scene| (scene, 64)).chain([(&scenes[0], 128)]) {
         let pairs = [&format!("resolution={resolution}"), "levels=3", "light_updates=on-change"];
         let settings = clipmap::ENTRY.settings(Some("cones"), &pairs).unwrap();
         let mut still = Still::new(&gpu, scene, &settings);
         let layout = Layout::new(still.gpu_scene.bounds, resolution, 3, 0.0);
         let state = |way: f32| layout.places(walked(&scene.camera, way).eye).into_iter().map(|place| (place.first, layout.inner(place))).collect::<Vec<_>>();
         let (mut way, mut moves, mut updates, mut changes) = (0.0f32, 0, 0, Vec::new());
-        while moves < 8 {
+        while moves < 5 {
             way += 0.05 * layout.voxel_size;
             let before = way - 0.05 * layout.voxel_size;
             let [old, new] = [before, way].map(state);

@@ -35,13 +35,21 @@ fn exposure(scene: &str) -> f32 {
     }
 }
 
+/// The cases that have a picture of a scene: the default preset of each technique, and of the others two in five, so that each preset has two scenes and each
+/// scene presets of each technique.
+fn cases_of(scene: usize) -> Vec<Case> {
+    let is_default = |case: &Case| case.entry.presets.first().map(|preset| preset.name) == case.preset;
+    let is_shown = |(index, case): &(usize, Case)| is_default(case) || [0, 2].contains(&((index + scene) % SCENES.len()));
+    cases().into_iter().enumerate().filter(is_shown).map(|(_, case)| case).collect()
+}
+
 #[test]
 fn pictures_are_as_they_were() {
     let gpu = gpu();
     let mut wrong = Vec::new();
-    for (scene_name, source, [width, height]) in SCENES {
+    for (index, (scene_name, source, [width, height])) in SCENES.iter().enumerate() {
         let scene = Scene::open(source, &LoadOptions::default()).unwrap();
-        for case in cases() {
+        for case in cases_of(index) {
             let name = format!("{}.{scene_name}", Case::name(&case));
             let image = shoot(&gpu, &scene, &case, SETTINGS, frame(*width, *height, 512)).unwrap().full;
             if is_update() {
@@ -57,8 +65,11 @@ fn pictures_are_as_they_were() {
 /// No picture is left of a technique, preset or scene that is gone.
 #[test]
 fn every_golden_picture_belongs_to_a_case() {
-    let known: Vec<PathBuf> =
-        SCENES.iter().flat_map(|(scene, ..)| cases().iter().map(|case| golden_path(&format!("{}.{scene}", case.name()))).collect::<Vec<_>>()).collect();
+    let known: Vec<PathBuf> = SCENES
+        .iter()
+        .enumerate()
+        .flat_map(|(index, (scene, ..))| cases_of(index).into_iter().map(move |case| golden_path(&format!("{}.{scene}", case.name()))))
+        .collect();
     for entry in std::fs::read_dir(golden_path("x").parent().unwrap()).unwrap() {
         let path = entry.unwrap().path();
         assert!(known.contains(&path), "{} belongs to nothing; remove it", path.display());

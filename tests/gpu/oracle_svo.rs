@@ -66,7 +66,7 @@ fn check_scene(gpu: &Gpu, scene: &GpuScene, resolution: u32, what: &str) {
 fn cornell_is_the_oracles_at_all_levels() {
     let gpu = gpu();
     let scene = GpuScene::new(&gpu, &bundled("cornell")).unwrap();
-    [8, 16, 32, 64, 128, 256, 512].into_iter().for_each(|resolution| check_scene(&gpu, &scene, resolution, "cornell"));
+    [8, 16, 32, 64, 128, 256].into_iter().for_each(|resolution| check_scene(&gpu, &scene, resolution, "cornell"));
 }
 
 #[test]
@@ -74,7 +74,7 @@ fn sponza_is_the_oracles() {
     let Some(scene) = shared_scene("sponza_dabrovic.toml") else { return };
     let gpu = gpu();
     let gpu_scene = GpuScene::new(&gpu, &scene).unwrap();
-    [32, 64, 128, 256, 512].into_iter().for_each(|resolution| check_scene(&gpu, &gpu_scene, resolution, "sponza"));
+    [32, 128, 512].into_iter().for_each(|resolution| check_scene(&gpu, &gpu_scene, resolution, "sponza"));
 }
 
 /// The same by triangles: fragments, voxels, octree.
