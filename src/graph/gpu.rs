@@ -63,7 +63,7 @@ pub struct PlannedFrame {
 impl Gpu {
     /// Opens a device.
     pub fn new(options: &GpuOptions) -> Result<Self, Error> {
-        let instance = Instance::new(&InstanceOptions { validate: options.validate, display: None })?;
+        let instance = Instance::new(&InstanceOptions { validate: options.validate, ..InstanceOptions::default() })?;
         let device = Device::new(&instance, &options.device)?;
         let runner = Runner {
             commands: Commands::new(&device)?,

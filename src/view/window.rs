@@ -31,7 +31,7 @@ impl Window {
         };
         let raw = Arc::new(event_loop.create_window(attributes).map_err(|error| no_display(&error))?);
         let display = raw.display_handle().map_err(|error| no_display(&error))?.as_raw();
-        let instance = Instance::new(&InstanceOptions { validate: options.gpu.validate, display: Some(display) })?;
+        let instance = Instance::new(&InstanceOptions { validate: options.gpu.validate, window_extensions: Surface::extensions(display)? })?;
         let surface = Surface::new(&instance, &raw)?;
         let device = Device::for_surface(&instance, &options.gpu.device, &surface)?;
         let painter = Painter::new(&device, &surface, options.vsync.unwrap_or(remembered.vsync))?;

@@ -4,7 +4,6 @@ use std::ffi::CStr;
 use std::sync::Arc;
 
 use ash::vk;
-use raw_window_handle::RawDisplayHandle;
 
 use super::debug::{Messages, Messenger};
 use super::{Adapter, Context, Error};
@@ -16,8 +15,8 @@ const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
 pub struct InstanceOptions {
     /// Load the Khronos validation layer with synchronization validation, and collect what it says.
     pub validate: bool,
-    /// The display whose windows are drawn into; `None` for no window.
-    pub display: Option<RawDisplayHandle>,
+    /// The extensions that windows of a display need; none without a window.
+    pub window_extensions: Vec<&'static CStr>,
 }
 
 /// The loader, opened at run time, and one instance.
@@ -60,6 +59,7 @@ impl Instance {
         &self.raw
     }
 
+    #[cfg_attr(not(feature = "view"), expect(dead_code, reason = "windows alone ask the loader for more"))]
     pub(super) fn entry(&self) -> &ash::Entry {
         &self.entry
     }
@@ -106,19 +106,6 @@ fn has_extension(entry: &ash::Entry, name: &CStr) -> Result<bool, Error> {
     Ok(extensions.iter().any(|extension| extension.extension_name_as_c_str() == Ok(name)))
 }
 
-/// The extensions that windows of a display need; an error where the loader or its drivers lack one.
-fn surface_extensions(entry: &ash::Entry, display: RawDisplayHandle) -> Result<&'static [*const std::ffi::c_char], Error> {
-    let names = ash_window::enumerate_required_extensions(display).during("asking what windows of this display need")?;
-    for &name in names {
-        // SAFETY: ash-window answers with static C strings.
-        let name = unsafe { CStr::from_ptr(name) };
-        if !has_extension(entry, name)? {
-            return Err(Error::FeatureMissing { what: "a window".to_owned(), feature: "an instance extension for surfaces of this display" });
-        }
-    }
-    Ok(names)
-}
-
 fn create(entry: &ash::Entry, options: &InstanceOptions, debug_utils: bool, messages: &Messages) -> Result<ash::Instance, Error> {
     let validate = options.validate;
     let application = vk::ApplicationInfo::default().application_name(c"lumivox").api_version(vk::API_VERSION_1_3);
@@ -127,8 +114,11 @@ fn create(entry: &ash::Entry, options: &InstanceOptions, debug_utils: bool, mess
     if debug_utils {
         extensions.push(vk::EXT_DEBUG_UTILS_NAME.as_ptr());
     }
-    if let Some(display) = options.display {
-        extensions.extend(surface_extensions(entry, display)?);
+    for name in &options.window_extensions {
+        if !has_extension(entry, name)? {
+            return Err(Error::FeatureMissing { what: "a window".to_owned(), feature: "an instance extension for surfaces of this display" });
+        }
+        extensions.push(name.as_ptr());
     }
     // Both structs are local: a struct that is pushed onto two chains makes a cycle.
     let enabled = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];

@@ -13,10 +13,13 @@ mod error;
 mod image;
 mod instance;
 mod memory;
+#[cfg(feature = "view")]
 mod painter;
 mod pipeline;
 mod query;
+#[cfg(feature = "view")]
 mod surface;
+#[cfg(feature = "view")]
 mod swapchain;
 
 pub use adapter::{Adapter, Check, DeviceInfo, DeviceKind, Features, Limits};
@@ -27,8 +30,11 @@ pub use device::{Device, DeviceChoice};
 pub use error::Error;
 pub use image::{Image, ImageDesc, ImageKind, ImageUsage};
 pub use instance::{Instance, InstanceOptions};
-pub use painter::{Capture, Paint, Painter, Shown};
-pub use surface::Surface;
+#[cfg(feature = "view")]
+pub use {
+    painter::{Capture, Paint, Painter, Shown},
+    surface::Surface,
+};
 
 pub(crate) use command::{Attachment, Commands, ImageRegion, Rendering};
 pub(crate) use descriptor::{Descriptor, DescriptorPool, Sampler, SamplerDesc, SetLayout};

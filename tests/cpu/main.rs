@@ -4,6 +4,8 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+#[cfg(feature = "flip")]
+mod flip;
 mod graph;
 mod metrics;
 mod reference;

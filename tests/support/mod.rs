@@ -2,12 +2,15 @@
 #![allow(dead_code, unused_imports, unreachable_pub, clippy::unwrap_used, clippy::expect_used)]
 
 pub mod device;
+#[cfg(feature = "program")]
 pub mod display;
 pub mod gather;
+#[cfg(feature = "flip")]
 pub mod golden;
 pub mod hazards;
 pub mod octree;
 pub mod passes;
+#[cfg(feature = "program")]
 pub mod program;
 pub mod scenes;
 pub mod sha256;
