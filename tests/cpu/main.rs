@@ -8,6 +8,7 @@ mod support;
 mod flip;
 mod graph;
 mod metrics;
+mod properties;
 mod reference;
 mod repository;
 mod scene;

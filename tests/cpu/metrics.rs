@@ -171,6 +171,28 @@ fn leak_by_hand() {
     assert!(matches!(leak(&reference, &grey(4, &[1.0; 4]), None), Err(MetricError::Empty(_))));
 }
 
+/// A header that claims more than the file can hold takes no memory; a black picture, which packs best, is still read.
+#[test]
+fn exr_files_cannot_claim_more_than_they_hold() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("image.exr");
+    let black = Image::new(2048, 1024);
+    write_exr(&path, &black).unwrap();
+    assert_eq!(read_exr(&path).unwrap(), black);
+    write_exr(&path, &grey(2, &[1.0; 4])).unwrap();
+    let mut bytes = std::fs::read(&path).unwrap();
+    let key = b"dataWindow\0box2i\0";
+    let end = bytes.windows(key.len()).position(|part| part == key).unwrap() + key.len() + 4;
+    for [x, y] in [[100_000i32, 100_000], [1 << 20, 0], [0, 1 << 20]] {
+        bytes[end + 8..end + 12].copy_from_slice(&x.to_le_bytes());
+        bytes[end + 12..end + 16].copy_from_slice(&y.to_le_bytes());
+        std::fs::write(&path, &bytes).unwrap();
+        let error = read_planes(&path).unwrap_err();
+        let cause = std::error::Error::source(&error).map(ToString::to_string).unwrap_or_default();
+        assert!(error.to_string().contains("image.exr") && cause.contains("do not fit into"), "{error}: {cause}");
+    }
+}
+
 #[test]
 fn exr_keeps_every_bit_and_every_channel() {
     let dir = tempfile::tempdir().unwrap();

@@ -8,6 +8,7 @@ pub mod gather;
 #[cfg(feature = "flip")]
 pub mod golden;
 pub mod hazards;
+pub mod loading;
 pub mod octree;
 pub mod passes;
 #[cfg(feature = "program")]
