@@ -75,8 +75,8 @@
 //! | [`render`] | the passes that all techniques share |
 //! | [`gi`] | the techniques |
 //! | [`frame`] | the frame, top to bottom |
-//! | [`view`] | the windowed demo |
-//! | [`measure`] | times, memory, counts and error of a run, as JSON |
+//! | [`view`] | the windowed demo (feature `view`) |
+//! | [`measure`] | times, memory, counts and error of a run, as JSON (feature `measure`) |
 //! | [`mod@reference`] | the CPU path tracer, ground truth |
 //! | [`mod@image`] | linear float images, EXR and PNG |
 //! | [`metrics`] | error and stability |
@@ -85,11 +85,13 @@ pub mod frame;
 pub mod gi;
 pub mod graph;
 pub mod image;
+#[cfg(feature = "measure")]
 pub mod measure;
 pub mod metrics;
 pub mod reference;
 pub mod render;
 pub mod scene;
 pub mod shader;
+#[cfg(feature = "view")]
 pub mod view;
 pub mod vulkan;

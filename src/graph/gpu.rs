@@ -40,7 +40,7 @@ pub struct GpuOptions {
 impl GpuOptions {
     pub(crate) fn instance(&self) -> InstanceOptions {
         let GpuOptions { validate, check_accesses, poison, .. } = *self;
-        InstanceOptions { validate, check_accesses, display: None, poison, faults: self.faults.clone() }
+        InstanceOptions { validate, check_accesses, window_extensions: Vec::new(), poison, faults: self.faults.clone() }
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use exr::meta::MetaData;
 use exr::prelude::{
     AnyChannel, AnyChannels, Encoding, FlatSamples, Image as ExrImage, Layer, LayerAttributes, ReadChannels, ReadLayers, Text, Vec2, WritableImage, read,
 };
@@ -55,8 +56,29 @@ fn channel_name(layer: &str, channel: &str) -> String {
     if layer.is_empty() { channel.to_owned() } else { format!("{layer}.{channel}") }
 }
 
+/// How many bytes of pixels a byte of a file can stand for: deflate packs 1032, and PXR24 leaves out one in four beforehand.
+const PACKING_MOST: u128 = 2048;
+
+/// Refuses a file whose header claims more pixels than its bytes can hold, before memory is taken for them.
+fn check_size(path: &Path) -> Result<(), ImageError> {
+    let length = std::fs::metadata(path).map_err(|error| ImageError::read(path, error))?.len();
+    let meta = MetaData::read_from_file(path, false).map_err(|error| ImageError::read_exr(path, error))?;
+    for header in &meta.headers {
+        let (width, height) = (header.layer_size.width(), header.layer_size.height());
+        let claimed = (width as u128).saturating_mul(height as u128).saturating_mul(header.channels.bytes_per_pixel as u128);
+        if claimed > PACKING_MOST * u128::from(length) {
+            return Err(ImageError::read(
+                path,
+                format!("it claims {width} × {height} px, which do not fit into its {length} bytes; it is cut short or damaged"),
+            ));
+        }
+    }
+    Ok(())
+}
+
 /// Reads every channel of the first layer of an EXR file, half, float or integer, as 32-bit floats.
 pub fn read_planes(path: &Path) -> Result<Planes, ImageError> {
+    check_size(path)?;
     let file = read()
         .no_deep_data()
         .largest_resolution_level()

@@ -5,18 +5,20 @@
 //! ε is 1% of mean R throughout. Where R is black everywhere and T is not, relative metrics are infinite; where both are, they are 0.
 //!
 //! - [`Errors`]: `rel_rmse`, `bias`, `rel_mse`, `p95`
-//! - [`flip`]: ꟻLIP of the tone-mapped pair
+//! - [`flip`]: ꟻLIP of the tone-mapped pair (feature `flip`)
 //! - [`stability`]: `translation_spread`, `rotation_spread`, `flicker`, `excess_flicker`, `popping`, `lag`, `leak`, `run_spread`
 
 mod blocks;
 mod compare;
 mod errors;
+#[cfg(feature = "flip")]
 mod flip;
 pub mod stability;
 
 pub use blocks::{BLOCK_PX, Block, find_blocks};
 pub use compare::{Comparison, MaterialErrors, compare, error_image};
 pub use errors::{Errors, errors_of_values};
+#[cfg(feature = "flip")]
 pub use flip::{Flip, exposure_of, flip};
 
 use glam::Vec3;

@@ -5,6 +5,8 @@
 
 use std::path::Path;
 
+use glam::{DVec3, Vec3};
+
 use super::{Keyframe, Material, Model, Motion, Scene, SceneError, Triangle, Vertex};
 
 /// The geometry of one model; `triangles` index its own `vertices` and `materials`, materials index textures that all parts share.
@@ -22,6 +24,19 @@ pub(super) struct Part {
     pub(super) triangles: Vec<Triangle>,
     /// Materials, used or not.
     pub(super) materials: Vec<Material>,
+}
+
+impl Part {
+    /// Drops triangles that have no area where they stand: 32-bit positions far from the origin are coarse. Answers how many.
+    pub(super) fn drop_triangles_without_area(&mut self) -> usize {
+        let count = self.triangles.len();
+        let vertices = &self.vertices;
+        self.triangles.retain(|triangle| {
+            let [a, b, c] = triangle.vertices.map(|index| Vec3::from(vertices[index as usize].position).as_dvec3());
+            (b - a).cross(c - a) != DVec3::ZERO
+        });
+        count - self.triangles.len()
+    }
 }
 
 /// Stands for "not numbered yet".

@@ -6,7 +6,7 @@ use std::path::Path;
 use glam::Vec3;
 
 use super::textures::TextureRequests;
-use super::toml::{ModelEntry, SceneFile};
+use super::toml::{LIGHT_MAX, ModelEntry, SceneFile};
 use super::{Camera, Light, Scene, SceneError, bundled, model, paths, toml};
 
 /// How to load a scene.
@@ -121,7 +121,9 @@ impl Scene {
 
     fn choose_camera(&mut self) {
         let Some((low, high)) = self.bounds() else { return };
-        let (centre, extent) = (0.5 * (low + high), high - low);
+        // However small the scene is: eye and target stay two points after rounding.
+        let least_m = (1e-5 * low.abs().max(high.abs()).max_element()).max(1e-15);
+        let (centre, extent) = (0.5 * (low + high), (high - low).max(Vec3::splat(least_m)));
         let (eye, target, place) = if self.is_interior(centre) {
             let along = if extent.x > extent.z { Vec3::X } else { Vec3::Z };
             let eye = centre + 0.4 * along * extent - Vec3::Y * 0.15 * extent.y;
@@ -142,7 +144,7 @@ impl Scene {
         let Some((low, high)) = self.bounds() else { return };
         let (centre, extent) = (0.5 * (low + high), high - low);
         let light = if self.is_interior(centre) {
-            let intensity = Vec3::splat(2.5 * extent.length_squared() / 4.0);
+            let intensity = Vec3::splat((2.5 * extent.length_squared() / 4.0).min(LIGHT_MAX));
             Light::Point { position: centre + Vec3::Y * 0.25 * extent.y, intensity }
         } else {
             Light::Directional { direction: Vec3::new(-0.4, -0.8, -0.45).normalize(), irradiance: Vec3::splat(5.0) }

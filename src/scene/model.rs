@@ -9,6 +9,7 @@ use super::assemble::Part;
 use super::mtl::{self, MtlMaterial};
 use super::obj::{Corner, NONE, Obj};
 use super::textures::TextureRequests;
+use super::toml::COORDINATE_MAX;
 use super::{Keyframe, Material, Pose, Scene, SceneError, Triangle, Vertex, paths};
 
 /// Normals whose squared length is this close to 1 stay as they are, so that loading what was written changes no bit.
@@ -70,16 +71,17 @@ pub(super) fn load(path: &Path, model: &Use, requests: &mut TextureRequests) -> 
     for (index, (corners, name)) in obj.triangles.iter().enumerate() {
         builder.add(index as u32, corners, *name);
     }
-    let Builder { mut part, counts, .. } = builder;
-    warn(path, &obj, &counts);
-    if part.triangles.is_empty() {
-        return Err(SceneError::file(path, "all of its triangles have no area or are removed by `d`", "check the model's scale and materials"));
-    }
+    let Builder { mut part, mut counts, .. } = builder;
     for keyframe in &model.keyframes {
         place(path, &mut part.clone(), &Placement { pose: keyframe.pose, ..model.placement })?;
     }
     let rest = Placement { pose: Pose::default(), ..model.placement };
     place(path, &mut part, if model.keyframes.is_empty() { &model.placement } else { &rest })?;
+    counts.zero_area += part.drop_triangles_without_area();
+    warn(path, &obj, &counts);
+    if part.triangles.is_empty() {
+        return Err(SceneError::file(path, "all of its triangles have no area or are removed by `d`", "check the model's scale and materials"));
+    }
     part.name = paths::stem_of(path);
     part.dynamic = model.dynamic;
     part.keyframes.clone_from(&model.keyframes);
@@ -107,17 +109,21 @@ fn warn(path: &Path, obj: &Obj, counts: &Counts) {
 }
 
 fn place(path: &Path, part: &mut Part, placement: &Placement) -> Result<(), SceneError> {
-    let Some(world_from_model) = placement.world_from_model() else { return Ok(()) };
-    let rotation = Mat3::from(world_from_model.matrix3) * (1.0 / placement.scale);
-    for vertex in &mut part.vertices {
-        let position = world_from_model.transform_point3(Vec3::from(vertex.position));
-        if !position.is_finite() {
-            return Err(SceneError::file(path, "its vertices are not finite after `scale` and `translate`", "use a smaller scale or translation"));
+    if let Some(world_from_model) = placement.world_from_model() {
+        let rotation = Mat3::from(world_from_model.matrix3) * (1.0 / placement.scale);
+        for vertex in &mut part.vertices {
+            vertex.position = world_from_model.transform_point3(Vec3::from(vertex.position)).to_array();
+            vertex.normal = (rotation * Vec3::from(vertex.normal)).normalize().to_array();
         }
-        vertex.position = position.to_array();
-        vertex.normal = (rotation * Vec3::from(vertex.normal)).normalize().to_array();
     }
-    Ok(())
+    let is_near = |vertex: &Vertex| Vec3::from(vertex.position).abs().cmple(Vec3::splat(COORDINATE_MAX)).all();
+    match part.vertices.iter().find(|vertex| !is_near(vertex)) {
+        None => Ok(()),
+        Some(Vertex { position, .. }) => {
+            let problem = format!("a vertex is at {position:?} after `scale` and `translate`, further than {COORDINATE_MAX:?} m from the origin");
+            Err(SceneError::file(path, problem, "use a smaller scale or translation"))
+        }
+    }
 }
 
 /// The materials of an OBJ: those that its `usemtl` lines name, in that order, then the default material.
@@ -149,7 +155,7 @@ impl Materials {
             }
             materials.push(requests.texture(file, material, converted), material.is_removed(), true);
         }
-        materials.push(Material::default(), false, false);
+        materials.push(Material { name: free_name(obj, Material::default().name), ..Material::default() }, false, false);
         if !matt.is_empty() {
             log::warn!("{}: `Ks` without `Pr` or `Ns` does not say how rough it is and is ignored: {}", path.display(), matt.join(", "));
         }
@@ -161,6 +167,14 @@ impl Materials {
         self.removed.push(removed);
         self.known.push(known);
     }
+}
+
+/// A name that no material of the model has.
+fn free_name(obj: &Obj, mut name: String) -> String {
+    while obj.material_names.iter().any(|(taken, _)| *taken == name) {
+        name.push('_');
+    }
+    name
 }
 
 /// The MTL files of all `mtllib` lines; an argument is one file name with spaces where that exists, else several names.

@@ -14,6 +14,9 @@ use super::polygon::Splitter;
 /// Stands for "no texture coordinate", "no normal" or "no material".
 pub(super) const NONE: u32 = u32::MAX;
 
+/// Largest texture coordinate: far beyond it 32-bit numbers tell no texels apart.
+const TEXCOORD_MAX: f32 = 1e9;
+
 /// Indices of one triangle corner into the lists of [`Obj`]; texture coordinate and normal may be [`NONE`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Corner {
@@ -80,6 +83,10 @@ impl Parser<'_> {
             }
             "vt" => {
                 let texcoord = self.numbers::<2>("vt", numbers, 1)?;
+                if let Some(value) = texcoord.iter().find(|value| value.abs() > TEXCOORD_MAX) {
+                    let problem = format!("`vt` has {value:?}, out of range");
+                    return Err(self.error(problem, &format!("it must be between -{TEXCOORD_MAX:?} and {TEXCOORD_MAX:?}")));
+                }
                 self.obj.texcoords.push(texcoord);
             }
             "vn" => {

@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use super::SceneError;
 
 /// The file that `name`, written in a file in `folder`, means: as written, else with backslashes as separators, else with upper and lower case taken
-/// as the same. `None` where there is none.
+/// as the same. `None` where there is none, or no file but a folder, or a device or pipe, which may have no end.
 pub(super) fn resolve(folder: &Path, name: &str) -> Option<PathBuf> {
     let direct = folder.join(name);
-    if direct.exists() {
+    if direct.is_file() {
         return Some(direct);
     }
     let portable = name.replace('\\', "/");
@@ -17,7 +17,7 @@ pub(super) fn resolve(folder: &Path, name: &str) -> Option<PathBuf> {
         let exact = found.join(component);
         found = if exact.exists() { exact } else { entry_ignoring_case(&found, component)? };
     }
-    Some(found)
+    found.is_file().then_some(found)
 }
 
 fn entry_ignoring_case(folder: &Path, name: &str) -> Option<PathBuf> {

@@ -11,9 +11,9 @@ use super::model::{Placement, Use};
 use super::{Camera, Keyframe, Light, Pose, SceneError, paths};
 
 /// Largest light value [W/m², W/sr, W/(m² sr)]: beyond it 32-bit sums lose meaning.
-const LIGHT_MAX: f32 = 1e12;
+pub(super) const LIGHT_MAX: f32 = 1e12;
 /// Largest coordinate \[m\].
-const COORDINATE_MAX: f32 = 1e9;
+pub(super) const COORDINATE_MAX: f32 = 1e9;
 /// Largest time of a keyframe \[s\].
 const TIME_MAX: f32 = 1e6;
 
@@ -200,7 +200,7 @@ impl Source<'_> {
         let field = |name: &str| format!("model[{index}].{name}");
         let name = model.path.get_ref();
         let path = paths::resolve(paths::folder_of(self.path), name).ok_or_else(|| {
-            self.error(&model.path.span(), format!("`{}` names `{name}`, which does not exist", field("path")), "paths are relative to the scene file")
+            self.error(&model.path.span(), format!("`{}` names `{name}`, which is no file", field("path")), "paths are relative to the scene file")
         })?;
         let mut placement = Placement::default();
         if let Some(scale) = &model.scale {
@@ -233,8 +233,10 @@ impl Source<'_> {
     }
 
     fn camera(&self, camera: &CameraToml) -> Result<Camera, SceneError> {
-        let eye = self.point("camera.eye", &camera.eye)?;
-        let target = self.point("camera.target", &camera.target)?;
+        // Outside of models that reach as far as they may.
+        let range = -10.0 * COORDINATE_MAX..10.0 * COORDINATE_MAX;
+        let eye = self.vector("camera.eye", &camera.eye, range.clone())?;
+        let target = self.vector("camera.target", &camera.target, range)?;
         let up = camera.up.as_ref().map_or(Ok(Vec3::Y), |up| self.direction("camera.up", up))?;
         let vfov_deg = camera.vfov_deg.as_ref().map_or(Ok(60.0), |vfov| self.number("camera.vfov_deg", vfov, 1.0..175.0))?;
         let Some(forward) = (target - eye).try_normalize() else {

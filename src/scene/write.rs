@@ -1,7 +1,7 @@
 //! Writing a scene as TOML, OBJ, MTL and PNG files that load back to the same scene, to the bit.
 //!
 //! Numbers are written with the fewest digits that read back to the same 32-bit value. Not kept are the time (what is loaded is at 0 s),
-//! the names of textures (they become PNG files in `textures/`) and characters in model names that are not fit for a file name.
+//! the names of textures (they become PNG files in `textures/`), characters in model names that are not fit for a file name, and equal names of models.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -199,14 +199,19 @@ struct Names(BTreeSet<String>);
 impl Names {
     /// A name fit for a file, told apart from the others whatever their case.
     fn unique(&mut self, wanted: &str) -> String {
-        self.unique_as_is(&file_name(wanted))
+        self.add(&file_name(wanted), str::to_lowercase)
     }
 
+    /// A name told apart from the others; upper and lower case are two.
     fn unique_as_is(&mut self, wanted: &str) -> String {
+        self.add(wanted, str::to_owned)
+    }
+
+    fn add(&mut self, wanted: &str, key: fn(&str) -> String) -> String {
         let numbered = (2..).map(|number| format!("{wanted}_{number}"));
-        let free = std::iter::once(wanted.to_owned()).chain(numbered).find(|name| !self.0.contains(&name.to_lowercase()));
+        let free = std::iter::once(wanted.to_owned()).chain(numbered).find(|name| !self.0.contains(&key(name)));
         let name = free.unwrap_or_else(|| wanted.to_owned());
-        self.0.insert(name.to_lowercase());
+        self.0.insert(key(&name));
         name
     }
 }

@@ -31,7 +31,8 @@ impl Window {
         };
         let raw = Arc::new(event_loop.create_window(attributes).map_err(|error| no_display(&error))?);
         let display = raw.display_handle().map_err(|error| no_display(&error))?.as_raw();
-        let instance = Instance::new(&InstanceOptions { display: Some(display), ..options.gpu.instance() })?;
+        let extensions = Surface::extensions(display)?;
+        let instance = Instance::new(&InstanceOptions { window_extensions: extensions, ..options.gpu.instance() })?;
         let surface = Surface::new(&instance, &raw)?;
         let device = Device::for_surface(&instance, &options.gpu.device, &surface)?;
         let painter = Painter::new(&device, &surface, options.vsync.unwrap_or(remembered.vsync))?;

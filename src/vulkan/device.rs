@@ -7,7 +7,7 @@ use ash::vk;
 
 use super::fault::Planted;
 use super::memory::Memory;
-use super::{Adapter, Context, Error, Faults, Instance, Surface, debug};
+use super::{Adapter, Context, Error, Faults, Instance, debug};
 
 /// Which device to use.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -47,22 +47,7 @@ impl Device {
         Self::of(instance, choose(instance.adapters()?, choice)?, false)
     }
 
-    /// Chooses and opens a device that can show pictures on a surface. Where the choice cannot, the best that can.
-    pub fn for_surface(instance: &Arc<Instance>, choice: &DeviceChoice, surface: &Surface) -> Result<Arc<Self>, Error> {
-        let mut fitting = Vec::new();
-        for adapter in instance.adapters()? {
-            if adapter.queue_family.is_some_and(|family| surface.is_supported_by(adapter.raw, family)) {
-                fitting.push(adapter);
-            }
-        }
-        if fitting.is_empty() {
-            return Err(Error::NoPresent);
-        }
-        let adapter = choose(fitting.clone(), choice).or_else(|_| choose(fitting, &DeviceChoice::Best))?;
-        Self::of(instance, adapter, true)
-    }
-
-    fn of(instance: &Arc<Instance>, adapter: Adapter, presents: bool) -> Result<Arc<Self>, Error> {
+    pub(super) fn of(instance: &Arc<Instance>, adapter: Adapter, presents: bool) -> Result<Arc<Self>, Error> {
         let family = adapter.queue_family.unwrap_or(0);
         let raw = open(instance, &adapter, family, presents)?;
         // SAFETY: the device was made with one queue of this family.
@@ -171,7 +156,7 @@ impl Drop for Device {
     }
 }
 
-fn choose(adapters: Vec<Adapter>, choice: &DeviceChoice) -> Result<Adapter, Error> {
+pub(super) fn choose(adapters: Vec<Adapter>, choice: &DeviceChoice) -> Result<Adapter, Error> {
     if adapters.is_empty() {
         return Err(Error::NoDevice);
     }

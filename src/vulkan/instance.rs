@@ -4,7 +4,6 @@ use std::ffi::CStr;
 use std::sync::Arc;
 
 use ash::vk;
-use raw_window_handle::RawDisplayHandle;
 
 use super::debug::{Messages, Messenger};
 use super::{Adapter, Context, Error, Faults};
@@ -18,8 +17,8 @@ pub struct InstanceOptions {
     pub validate: bool,
     /// Likewise, and with every access to a buffer checked on the device.
     pub check_accesses: bool,
-    /// The display whose windows are drawn into; `None` for no window.
-    pub display: Option<RawDisplayHandle>,
+    /// The extensions that windows of a display need; none without a window.
+    pub window_extensions: Vec<&'static CStr>,
     /// New memory is full of rubbish, for tests.
     #[doc(hidden)]
     pub poison: bool,
@@ -79,6 +78,7 @@ impl Instance {
         &self.raw
     }
 
+    #[cfg_attr(not(feature = "view"), expect(dead_code, reason = "windows alone ask the loader for more"))]
     pub(super) fn entry(&self) -> &ash::Entry {
         &self.entry
     }
@@ -138,19 +138,6 @@ fn has_extension(entry: &ash::Entry, name: &CStr) -> Result<bool, Error> {
     Ok(extensions.iter().any(|extension| extension.extension_name_as_c_str() == Ok(name)))
 }
 
-/// The extensions that windows of a display need; an error where the loader or its drivers lack one.
-fn surface_extensions(entry: &ash::Entry, display: RawDisplayHandle) -> Result<&'static [*const std::ffi::c_char], Error> {
-    let names = ash_window::enumerate_required_extensions(display).during("asking what windows of this display need")?;
-    for &name in names {
-        // SAFETY: ash-window answers with static C strings.
-        let name = unsafe { CStr::from_ptr(name) };
-        if !has_extension(entry, name)? {
-            return Err(Error::FeatureMissing { what: "a window".to_owned(), feature: "an instance extension for surfaces of this display" });
-        }
-    }
-    Ok(names)
-}
-
 fn create(entry: &ash::Entry, options: &InstanceOptions, debug_utils: bool, messages: &Messages) -> Result<ash::Instance, Error> {
     let validate = options.validates();
     let application = vk::ApplicationInfo::default().application_name(c"lumivox").api_version(vk::API_VERSION_1_3);
@@ -159,8 +146,11 @@ fn create(entry: &ash::Entry, options: &InstanceOptions, debug_utils: bool, mess
     if debug_utils {
         extensions.push(vk::EXT_DEBUG_UTILS_NAME.as_ptr());
     }
-    if let Some(display) = options.display {
-        extensions.extend(surface_extensions(entry, display)?);
+    for name in &options.window_extensions {
+        if !has_extension(entry, name)? {
+            return Err(Error::FeatureMissing { what: "a window".to_owned(), feature: "an instance extension for surfaces of this display" });
+        }
+        extensions.push(name.as_ptr());
     }
     // Both structs are local: a struct that is pushed onto two chains makes a cycle.
     let enabled = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION, vk::ValidationFeatureEnableEXT::GPU_ASSISTED];

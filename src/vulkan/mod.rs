@@ -14,10 +14,13 @@ mod fault;
 mod image;
 mod instance;
 mod memory;
+#[cfg(feature = "view")]
 mod painter;
 mod pipeline;
 mod query;
+#[cfg(feature = "view")]
 mod surface;
+#[cfg(feature = "view")]
 mod swapchain;
 
 pub use adapter::{Adapter, Check, DeviceInfo, DeviceKind, Features, Limits};
@@ -30,10 +33,14 @@ pub use error::Error;
 pub use fault::Faults;
 pub use image::{Image, ImageDesc, ImageKind, ImageUsage};
 pub use instance::{Instance, InstanceOptions};
+#[cfg(feature = "view")]
 #[doc(hidden)]
 pub use painter::{ACQUIRED_BEFORE, capture_barrier, window_barriers};
-pub use painter::{Capture, Paint, Painter, Shown};
-pub use surface::Surface;
+#[cfg(feature = "view")]
+pub use {
+    painter::{Capture, Paint, Painter, Shown},
+    surface::Surface,
+};
 
 pub(crate) use command::{Attachment, Commands, ImageRegion, Rendering};
 pub(crate) use descriptor::{Descriptor, DescriptorPool, Sampler, SamplerDesc, SetLayout};

@@ -1,12 +1,14 @@
 //! The surface of a window.
 
 use std::any::Any;
+use std::ffi::CStr;
 use std::sync::Arc;
 
 use ash::vk;
-use raw_window_handle::{HasDisplayHandle, HasWindowHandle};
+use raw_window_handle::{HasDisplayHandle, HasWindowHandle, RawDisplayHandle};
 
-use super::{Context, Error, Instance};
+use super::device::choose;
+use super::{Context, Device, DeviceChoice, Error, Instance};
 
 /// What a swapchain shows its pictures on.
 pub struct Surface {
@@ -25,6 +27,13 @@ pub(super) struct SurfaceSupport {
 }
 
 impl Surface {
+    /// The instance extensions that windows of a display need.
+    pub fn extensions(display: RawDisplayHandle) -> Result<Vec<&'static CStr>, Error> {
+        let names = ash_window::enumerate_required_extensions(display).during("asking what windows of this display need")?;
+        // SAFETY: ash-window answers with static C strings.
+        Ok(names.iter().map(|name| unsafe { CStr::from_ptr(*name) }).collect())
+    }
+
     /// The surface of a window; the instance was made for the window's display.
     pub fn new<W: HasDisplayHandle + HasWindowHandle + Send + Sync + 'static>(instance: &Arc<Instance>, window: &Arc<W>) -> Result<Arc<Self>, Error> {
         let lost = |_| Error::SurfaceLost { what: "asking the window for its handle".to_owned() };
@@ -57,6 +66,23 @@ impl Surface {
                 modes: self.loader.get_physical_device_surface_present_modes(device, self.raw).during(what)?,
             })
         }
+    }
+}
+
+impl Device {
+    /// Chooses and opens a device that can show pictures on a surface. Where the choice cannot, the best that can.
+    pub fn for_surface(instance: &Arc<Instance>, choice: &DeviceChoice, surface: &Surface) -> Result<Arc<Self>, Error> {
+        let mut fitting = Vec::new();
+        for adapter in instance.adapters()? {
+            if adapter.queue_family.is_some_and(|family| surface.is_supported_by(adapter.raw, family)) {
+                fitting.push(adapter);
+            }
+        }
+        if fitting.is_empty() {
+            return Err(Error::NoPresent);
+        }
+        let adapter = choose(fitting.clone(), choice).or_else(|_| choose(fitting, &DeviceChoice::Best))?;
+        Self::of(instance, adapter, true)
     }
 }
 

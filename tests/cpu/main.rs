@@ -5,8 +5,13 @@
 mod support;
 
 mod comparators;
+#[cfg(feature = "flip")]
+mod flip;
 mod graph;
 mod metrics;
+mod properties;
 mod reference;
 mod repository;
 mod scene;
+#[cfg(feature = "view")]
+mod window;

@@ -1,6 +1,6 @@
 //! Scenes: loading, bundled scenes, writing and loading again.
 
-use crate::support::compare::Largest;
+use crate::support::loading::{check_invariants, corners, load, round_trip};
 use crate::support::{Missing, skipped};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -19,19 +19,11 @@ fn real_scenes() -> Option<PathBuf> {
     Some(folder)
 }
 
-fn load(path: &Path) -> Scene {
-    Scene::load(path, &LoadOptions::default()).unwrap_or_else(|error| panic!("{error}"))
-}
-
 /// Loads `scene.obj` with `scene.mtl` from their texts.
 fn load_obj(folder: &Path, obj: &str, mtl: &str) -> Scene {
     std::fs::write(folder.join("scene.obj"), obj).unwrap();
     std::fs::write(folder.join("scene.mtl"), mtl).unwrap();
     load(&folder.join("scene.obj"))
-}
-
-fn corners(scene: &Scene, triangle: usize) -> [Vec3; 3] {
-    scene.triangles[triangle].vertices.map(|index| Vec3::from(scene.vertices[index as usize].position))
 }
 
 /// All bundled scenes, made once: the largest takes seconds.
@@ -69,17 +61,67 @@ fn a_real_scene_of_two_models_survives_writing_and_loading() {
     round_trip(&scene);
 }
 
-/// Writes and loads, and compares all but the names of textures.
-fn round_trip(scene: &Scene) {
+/// A scene of one triangle, alone or as a TOML places it.
+fn triangle(corners: [[f32; 3]; 3], toml: Option<&str>) -> Result<Scene, String> {
     let folder = tempfile::tempdir().unwrap();
-    let mut loaded = load(&scene.write(folder.path()).unwrap());
-    assert_eq!(loaded.textures.len(), scene.textures.len());
-    for (loaded, written) in loaded.textures.iter_mut().zip(&scene.textures) {
-        loaded.name.clone_from(&written.name);
+    let lines = corners.map(|[x, y, z]| format!("v {x} {y} {z}\n")).concat();
+    std::fs::write(folder.path().join("scene.obj"), lines + "f 1 2 3\n").unwrap();
+    let Some(toml) = toml else { return Scene::load(&folder.path().join("scene.obj"), &LoadOptions::default()).map_err(|error| error.to_string()) };
+    let path = folder.path().join("scene.toml");
+    std::fs::write(&path, format!("[[model]]\npath = 'scene.obj'\n{toml}")).unwrap();
+    Scene::load(&path, &LoadOptions::default()).map_err(|error| error.to_string())
+}
+
+/// The invariants hold however small the scene is and however far away, and it survives writing.
+#[test]
+fn scenes_without_a_camera_get_one_that_looks_somewhere() {
+    for at in [0.0f32, 1.0, -1000.0, 1e6, 9e8] {
+        for size in [1e-18f32, 1e-9, 1e-3, 1.0, 1e7] {
+            let far = if at + size == at { at * (1.0 + 2.0 * f32::EPSILON) } else { at + size };
+            let scene = triangle([[at, at, at], [far, at, at], [at, far, at]], None).unwrap();
+            check_invariants(&scene);
+            round_trip(&scene);
+        }
     }
-    let bits = |scene: &Scene| bytemuck::cast_slice::<_, u8>(&scene.vertices).to_vec();
-    assert!(bits(scene) == bits(&loaded), "{}: vertices differ", scene.name);
-    assert!(*scene == loaded, "{}: scenes differ", scene.name);
+}
+
+#[test]
+fn vertices_stay_within_reach() {
+    let unit = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    for (corners, toml) in [([[0.0, 0.0, 0.0], [2e9, 0.0, 0.0], [0.0, 1.0, 0.0]], None), (unit, Some("scale = 1e6\ntranslate = [1e9, 0, 0]\n"))] {
+        let message = triangle(corners, toml).unwrap_err();
+        assert!(message.contains("scene.obj") && message.contains("1000000000.0 m from the origin"), "{message}");
+    }
+    let [model, scale] = [[[0.0, 0.0, 0.0], [1e14, 0.0, 0.0], [0.0, 1e14, 0.0]], unit];
+    assert!(triangle(model, Some("scale = 1e-6\n")).is_ok() && triangle(scale, Some("scale = 1e6\n")).is_ok());
+}
+
+/// Far from the origin the corners of a small triangle are one point.
+#[test]
+fn triangles_that_collapse_where_they_are_placed_are_dropped() {
+    let unit = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    let message = triangle(unit, Some("translate = [1e9, 1e9, 0]\n")).unwrap_err();
+    assert!(message.contains("no area"), "{message}");
+    check_invariants(&triangle(unit, Some("translate = [1e7, 1e7, 0]\n")).unwrap());
+}
+
+/// What is no file may have no end.
+#[test]
+fn folders_and_devices_are_no_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let good = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    let message = |path: &Path| Scene::load(path, &LoadOptions::default()).unwrap_err().to_string();
+    let [obj, toml] = ["scene.obj", "scene.toml"].map(|name| folder.path().join(name));
+    for name in [".", "..", "/dev/zero"] {
+        std::fs::write(&obj, format!("{good}mtllib {name}\n")).unwrap();
+        assert!(message(&obj).contains("scene.obj:5"), "{}", message(&obj));
+        std::fs::write(&obj, good).unwrap();
+        std::fs::write(&toml, format!("[[model]]\npath = '{name}'\n")).unwrap();
+        assert!(message(&toml).contains("scene.toml:2"), "{}", message(&toml));
+        std::fs::write(&obj, format!("mtllib scene.mtl\nusemtl a\n{good}")).unwrap();
+        std::fs::write(folder.path().join("scene.mtl"), format!("newmtl a\nmap_Kd {name}\n")).unwrap();
+        assert!(message(&obj).contains("scene.mtl:2"), "{}", message(&obj));
+    }
 }
 
 #[test]
@@ -98,34 +140,6 @@ fn every_kind_of_light_survives_writing_and_loading() {
         Light::Spot { position: Vec3::ZERO, direction, intensity: Vec3::ONE, inner_deg: 12.3, outer_deg: 45.6 },
     ];
     round_trip(&scene);
-}
-
-/// What every consumer relies on.
-fn check_invariants(scene: &Scene) {
-    let name = &scene.name;
-    assert!(scene.triangles.is_sorted_by_key(|triangle| triangle.material), "{name}: sorted by material");
-    assert_eq!(scene.batches().len(), scene.materials.len(), "{name}: every material is used");
-    assert_eq!(scene.models.iter().map(|model| model.triangle_count as usize).sum::<usize>(), scene.triangles.len(), "{name}: models cover the triangles");
-    for (index, triangle) in scene.triangles.iter().enumerate() {
-        let [a, b, c] = corners(scene, index).map(|corner| corner.as_dvec3());
-        assert!((b - a).cross(c - a).length() > 0.0, "{name}: triangle {index} has area");
-        assert!(triangle.vertices.iter().all(|vertex| (*vertex as usize) < scene.vertices.len()));
-    }
-    for vertex in &scene.vertices {
-        assert!((Vec3::from(vertex.normal).length() - 1.0).abs() < 1e-5, "{name}: unit normals");
-        assert!(Vec3::from(vertex.position).is_finite() && vertex.u.is_finite() && vertex.v.is_finite(), "{name}");
-    }
-    for material in &scene.materials {
-        let kind = |texture: Option<u32>| texture.map(|index| scene.textures[index as usize].kind);
-        assert!(kind(material.albedo_texture).is_none_or(|kind| kind == TextureKind::Color));
-        assert!(kind(material.emission_texture).is_none_or(|kind| kind == TextureKind::Color));
-        assert!(kind(material.mask_texture).is_none_or(|kind| kind == TextureKind::Mask));
-        assert!(kind(material.normal_texture).is_none_or(|kind| kind == TextureKind::Normal));
-        assert!(material.albedo.largest() <= 1.0 && material.albedo.min_element() >= 0.0);
-    }
-    for texture in &scene.textures {
-        assert_eq!(texture.texels.len(), (texture.width * texture.height) as usize);
-    }
 }
 
 #[test]

@@ -11,10 +11,12 @@ mod clipmap_walk;
 mod dynamic;
 mod dynamic_pictures;
 mod dynamic_volume;
+#[cfg(feature = "measure")]
 mod explain;
 mod faces;
 mod faults;
 mod frame;
+#[cfg(feature = "flip")]
 mod golden;
 mod oracle_attributes;
 mod oracle_gather;
@@ -28,10 +30,13 @@ mod patches;
 mod planner;
 mod probe;
 mod soft_shadows;
+#[cfg(feature = "measure")]
 mod stress;
 mod techniques_analytic;
+#[cfg(feature = "measure")]
 mod techniques_property;
 mod validation;
+#[cfg(feature = "measure")]
 mod voxel_light;
 mod voxel_view;
 mod vulkan;

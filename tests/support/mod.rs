@@ -4,13 +4,17 @@
 pub mod compare;
 pub mod covering;
 pub mod device;
+#[cfg(feature = "program")]
 pub mod display;
 pub mod gather;
+#[cfg(feature = "flip")]
 pub mod golden;
 pub mod hazards;
+pub mod loading;
 pub mod missing;
 pub mod octree;
 pub mod passes;
+#[cfg(feature = "program")]
 pub mod program;
 pub mod scenes;
 pub mod sha256;

@@ -10,6 +10,9 @@ const BLOCK: i32 = 4;
 /// Voxels from a level's end within which it may have faded: it fades from a place up to two voxels from its middle, to three before its end from there.
 const UNSHARED: u32 = 5;
 
+/// Most voxels along a scene: places of voxels stay exact in 32-bit numbers, with four steps in between.
+const MOST_VOXELS: f32 = (1 << 22) as f32;
+
 /// Where a level is, in voxels of its unbounded grid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
@@ -75,6 +78,11 @@ impl Layout {
     /// left out.
     pub fn new(bounds: (Vec3, Vec3), resolution: u32, levels: u32, voxel_size: f32) -> Self {
         let whole = VoxelGrid::around(bounds, resolution);
+        let finest = whole.voxel_size * (resolution as f32 / MOST_VOXELS);
+        if voxel_size > 0.0 && voxel_size < finest {
+            log::warn!("voxel_size = {voxel_size} is too fine for a scene of this extent; {finest} m are taken");
+        }
+        let voxel_size = if voxel_size > 0.0 { voxel_size.max(finest) } else { 0.0 };
         let outermost = if voxel_size > 0.0 { (0..levels).find(|level| size_of_level(voxel_size, *level) >= whole.voxel_size) } else { None };
         let levels = outermost.map_or(levels, |level| level + 1);
         let voxel_size = if voxel_size > 0.0 { voxel_size } else { whole.voxel_size / (1 << (levels - 1)) as f32 };

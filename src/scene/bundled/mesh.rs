@@ -69,6 +69,7 @@ impl Mesh {
     }
 
     /// Adds all there is to a scene, as a model that stands at the keyframes' places at their times.
+    #[cfg_attr(not(feature = "measure"), expect(dead_code, reason = "the scenes of the stress tests alone move"))]
     pub(crate) fn add_moving(self, scene: &mut Scene, name: &str, keyframes: Vec<Keyframe>) {
         scene.add_part(Part { name: name.to_owned(), dynamic: true, keyframes, ..self.part });
     }
