@@ -37,6 +37,10 @@ vec3 mapped_normal(uvec4 triangle, vec3 normal) {
     return normalize(local.x * tangent + local.y * bitangent + local.z * normal);
 }
 
+vec3 on_side_of(vec3 normal, vec3 shading) {
+    return dot(shading, normal) < 0.0 ? -shading : shading;
+}
+
 void main() {
     uvec4 triangle = triangles[triangle_index];
     Material m = materials[triangle.w];
@@ -44,9 +48,8 @@ void main() {
     vec3 base = m.albedo.rgb * texture(sampler2D(albedo_texture, linear_repeat), uv).rgb;
     vec3 a = vertices[triangle.x].position, b = vertices[triangle.y].position, c = vertices[triangle.z].position;
     vec3 geometric = normalize(cross(b - a, c - a));
-    vec3 shading = normalize(normal_ws);
-    shading = dot(shading, geometric) < 0.0 ? -shading : shading;
-    if (m.emission.w > 0.0) shading = mapped_normal(triangle, shading);
+    vec3 shading = on_side_of(geometric, normalize(normal_ws));
+    if (m.emission.w > 0.0) shading = on_side_of(geometric, mapped_normal(triangle, shading));
     vec3 to_eye = frame.eye_ws.xyz - position_ws;
     bool front = dot(geometric, to_eye) >= 0.0;
     view_depth_m = -dot(to_eye, frame.ray_forward.xyz);

@@ -11,12 +11,14 @@ vec3 schlick(vec3 f0, float cosine) {
     return f0 + (1.0 - f0) * (m * m * m * m * m);
 }
 
-// f_s [1/sr].
+// f_s [1/sr]; 0 where the eye or the light is below the surface.
 vec3 ggx_brdf(vec3 n, vec3 wo, vec3 wi, vec3 f0, float roughness) {
-    vec3 h = normalize(wo + wi);
+    if (dot(n, wo) <= 0.0 || dot(n, wi) <= 0.0) return vec3(0.0);
+    vec3 h = normalize(wo + wi), across = cross(n, h);
     float a2 = ggx_alpha(roughness) * ggx_alpha(roughness);
-    float nh = max(dot(n, h), 0.0), no = max(dot(n, wo), 1e-4), ni = max(dot(n, wi), 1e-4);
-    float d = nh * nh * (a2 - 1.0) + 1.0;
+    float nh = dot(n, h), no = max(dot(n, wo), 1e-4), ni = max(dot(n, wi), 1e-4);
+    // The sine by the cross product: as 1 - cos², single precision loses the peak of a narrow lobe.
+    float d = nh * nh * a2 + dot(across, across);
     float distribution = a2 / (3.14159265358979 * d * d);
     float visibility = 0.5 / (ni * sqrt(no * no * (1.0 - a2) + a2) + no * sqrt(ni * ni * (1.0 - a2) + a2));
     return schlick(f0, dot(wi, h)) * (distribution * visibility);

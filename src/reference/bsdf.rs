@@ -52,7 +52,7 @@ impl Lobe {
             return (Vec3::ZERO, 0.0);
         }
         let half = (wo + wi).normalize();
-        let distribution = self.distribution(normal.dot(half));
+        let distribution = self.distribution(normal, half);
         let (lambda_o, lambda_i) = (self.lambda(cos_o), self.lambda(cos_i));
         let value = self.fresnel(wi.dot(half)) * (distribution / ((1.0 + lambda_o + lambda_i) * 4.0 * cos_o));
         (value, distribution / ((1.0 + lambda_o) * 4.0 * cos_o))
@@ -83,10 +83,10 @@ impl Lobe {
         (density > 0.0 && density.is_finite()).then(|| Scatter { direction, weight: value / density, density })
     }
 
-    /// GGX distribution of normals D [1/sr].
-    fn distribution(&self, cos_half: f32) -> f32 {
+    /// GGX distribution of normals D [1/sr]. The sine comes of the cross product: as 1 − cos², single precision loses the peak of a narrow lobe.
+    fn distribution(&self, normal: Vec3, half: Vec3) -> f32 {
         let square = self.alpha * self.alpha;
-        let sin_square = (1.0 - cos_half * cos_half).max(0.0);
+        let (cos_half, sin_square) = (normal.dot(half), normal.cross(half).length_squared());
         let denominator = cos_half * cos_half * square + sin_square;
         square / (PI * denominator * denominator)
     }
@@ -136,6 +136,55 @@ mod tests {
         assert!((sampled / quadrature - 1.0).abs() < 0.01, "roughness {roughness}, {view_deg}°: sampled {sampled}, quadrature {quadrature}");
         let share_above = f64::from(above) / f64::from(n * n);
         assert!((density_sum - share_above).abs() < 0.01, "roughness {roughness}, {view_deg}°: density sums to {density_sum}, {share_above} above");
+    }
+
+    fn at(degrees: f32) -> Vec3 {
+        Vec3::new(degrees.to_radians().sin(), 0.0, degrees.to_radians().cos())
+    }
+
+    /// f cos θ by hand. α = 1: D = 1/π; straight on, Λ = 0: f cos = F₀/(4π). At 60° on both sides, Λ = 1/2 and G₂ = 1/2: f cos = F/(4π), F = 1/32 for F₀ = 0.
+    /// α = 1/4, straight on: D = 16/π, f cos = 4 F₀/π.
+    #[test]
+    fn lobe_has_values_by_hand() {
+        let value = |f0: f32, roughness: f32, wo, wi| Lobe::new(Vec3::splat(f0), roughness).evaluate(Vec3::Z, wo, wi).0.y;
+        let near = |found: f32, expected: f32| assert!((found / expected - 1.0).abs() < 1e-4, "{found} for {expected}");
+        near(value(0.5, 1.0, Vec3::Z, Vec3::Z), 0.125 * FRAC_1_PI);
+        near(value(1.0, 1.0, at(60.0), at(-60.0)), 0.25 * FRAC_1_PI);
+        near(value(0.0, 1.0, at(60.0), at(-60.0)), FRAC_1_PI / 128.0);
+        near(value(1.0, 0.5, Vec3::Z, Vec3::Z), 4.0 * FRAC_1_PI);
+        assert_eq!([value(1.0, 0.5, at(95.0), at(20.0)), value(1.0, 0.5, at(20.0), at(95.0))], [0.0; 2]);
+    }
+
+    /// f(ωo, ωi) = f(ωi, ωo).
+    #[test]
+    fn lobe_is_reciprocal() {
+        for roughness in [0.05, 0.2, 0.5, 1.0] {
+            let lobe = Lobe::new(Vec3::new(0.04, 0.5, 1.0), roughness);
+            for (a, b) in [(10.0, -20.0), (70.0, -60.0), (85.0, 30.0), (2.0, -89.0)] {
+                let (wo, wi) = (at(a), Vec3::new(at(b).x * 0.8, at(b).x * 0.6, at(b).z));
+                let [there, back] = [(wo, wi), (wi, wo)].map(|(wo, wi)| lobe.evaluate(Vec3::Z, wo, wi).0 / wi.z);
+                assert!((there / back - 1.0).abs().cmple(Vec3::splat(1e-3)).all(), "roughness {roughness}, {a}° and {b}°: {there} and {back}");
+            }
+        }
+    }
+
+    /// A white lobe reflects no more than arrives, nearly all of it where it is narrow, and loses between its facets as much as single scattering does:
+    /// α = 1 and wo = n give ∫ G₂/(4π) dω with G₂ = 2c/(1 + c), which is 1 − ln 2.
+    #[test]
+    fn white_lobe_reflects_no_more_than_arrives() {
+        let albedo = |roughness: f32, view_deg: f32| {
+            let (lobe, wo, n) = (Lobe::new(Vec3::ONE, roughness), at(view_deg), 128);
+            let weight = |i: u32| lobe.sample(Vec3::Z, wo, [((i % n) as f32 + 0.5) / n as f32, ((i / n) as f32 + 0.5) / n as f32]).map_or(0.0, |s| s.weight.y);
+            (0..n * n).map(|i| f64::from(weight(i))).sum::<f64>() / f64::from(n * n)
+        };
+        for roughness in [0.05, 0.2, 0.5, 1.0] {
+            for view_deg in [0.0, 45.0, 80.0] {
+                let share = albedo(roughness, view_deg);
+                assert!(share <= 1.0 + 1e-3, "roughness {roughness}, {view_deg}°: {share}");
+                assert!(roughness > 0.05 || share > 0.98, "{view_deg}°: {share}");
+            }
+        }
+        assert!((albedo(1.0, 0.0) - (1.0 - std::f64::consts::LN_2)).abs() < 2e-3, "{}", albedo(1.0, 0.0));
     }
 
     #[test]

@@ -110,6 +110,7 @@ impl<'a> World<'a> {
     fn shading_normal(&self, triangle: &Triangle, material: &Material, hit: Hit, uv: [f32; 2], front: Vec3) -> Vec3 {
         let [a, b, c] = triangle.vertices.map(|index| Vec3::from(self.scene.vertices[index as usize].normal));
         let normal = (a * (1.0 - hit.u - hit.v) + b * hit.u + c * hit.v).try_normalize().unwrap_or(front);
+        let normal = if normal.dot(front) >= 0.0 { normal } else { -normal };
         let Some(texture) = material.normal_texture else { return normal };
         let Some([tangent, bitangent]) = tangents(self.scene, triangle, normal) else { return normal };
         let encoded = self.textures.sample(&self.scene.textures[texture as usize], uv).truncate();

@@ -6,6 +6,7 @@ pub mod emitters;
 mod gbuffer;
 mod gpu_scene;
 pub mod light_views;
+pub mod oracle;
 
 pub(crate) use aov::float_from_half;
 pub use aov::{MapChannel, SurfaceChannel, read_aov, read_light_map, read_surface};

@@ -19,10 +19,12 @@ mod frame;
 #[cfg(feature = "flip")]
 mod golden;
 mod oracle_attributes;
+mod oracle_direct;
 mod oracle_gather;
 mod oracle_interleave;
 mod oracle_light;
 mod oracle_rays;
+mod oracle_render;
 mod oracle_svo;
 mod oracle_svo_dynamic;
 mod oracle_voxels;
