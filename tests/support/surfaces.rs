@@ -1,5 +1,6 @@
 //! Scenes of every kind of surface, and what compares pixels with all that they may be.
 
+use super::compare::Worst as _;
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use lumivox::graph::{Frame, Gpu};
 use lumivox::render::oracle::{Scenery, Surface, View};
@@ -31,7 +32,7 @@ pub fn judge<const N: usize>(seen: &[[f64; N]], allowed: &[Vec<Option2<N>>]) -> 
     }
     let mut worst = 0.0f64;
     for (pixel, (seen, options)) in seen.iter().zip(allowed).enumerate() {
-        let distance = |(expected, tolerance): &Option2<N>| (0..N).map(|i| off(seen[i], expected[i], tolerance[i])).fold(0.0, f64::max);
+        let distance = |(expected, tolerance): &Option2<N>| (0..N).map(|i| off(seen[i], expected[i], tolerance[i])).worst();
         let nearest = options.iter().map(distance).fold(f64::INFINITY, f64::min);
         if nearest > 1.0 {
             let channels = |(expected, tolerance): &Option2<N>| {
