@@ -12,8 +12,8 @@ use super::gather::octahedral;
 use super::technique::Builder;
 use super::voxels::half;
 
-/// Values that a pixel may have, each with how far it may be off.
-pub type Option2<const N: usize> = ([f64; N], [f64; N]);
+/// Numbers that a pixel may have, and how far each may be off.
+pub type Choice<const N: usize> = ([f64; N], [f64; N]);
 
 /// Distance of a value in tolerances; infinite where one is not a number.
 fn off(seen: f64, expected: f64, tolerance: f64) -> f64 {
@@ -26,16 +26,16 @@ fn off(seen: f64, expected: f64, tolerance: f64) -> f64 {
 }
 
 /// The largest distance of a pixel from the nearest of what it may be, in tolerances, or which pixel is too far from all.
-pub fn judge<const N: usize>(seen: &[[f64; N]], allowed: &[Vec<Option2<N>>]) -> Result<f64, String> {
+pub fn judge<const N: usize>(seen: &[[f64; N]], allowed: &[Vec<Choice<N>>]) -> Result<f64, String> {
     if seen.len() != allowed.len() {
         return Err(format!("{} pixels for {}", seen.len(), allowed.len()));
     }
     let mut worst = 0.0f64;
     for (pixel, (seen, options)) in seen.iter().zip(allowed).enumerate() {
-        let distance = |(expected, tolerance): &Option2<N>| (0..N).map(|i| off(seen[i], expected[i], tolerance[i])).worst();
+        let distance = |(expected, tolerance): &Choice<N>| (0..N).map(|i| off(seen[i], expected[i], tolerance[i])).worst();
         let nearest = options.iter().map(distance).fold(f64::INFINITY, f64::min);
         if nearest > 1.0 {
-            let channels = |(expected, tolerance): &Option2<N>| {
+            let channels = |(expected, tolerance): &Choice<N>| {
                 let wrong: Vec<usize> = (0..N).filter(|&i| off(seen[i], expected[i], tolerance[i]) > 1.0).collect();
                 format!("{wrong:?} of {expected:.6?} ± {:.6?}", wrong.iter().map(|&i| tolerance[i]).collect::<Vec<_>>())
             };
@@ -48,9 +48,9 @@ pub fn judge<const N: usize>(seen: &[[f64; N]], allowed: &[Vec<Option2<N>>]) -> 
 
 /// Plants an error beyond the tolerance, and NaN, in each channel of a pixel that can be only one thing: none may pass. Channels that are allowed to be
 /// anything at all are none that a picture can rely on.
-pub fn planted_errors_fail<const N: usize>(seen: &[[f64; N]], allowed: &[Vec<Option2<N>>]) {
+pub fn planted_errors_fail<const N: usize>(seen: &[[f64; N]], allowed: &[Vec<Choice<N>>]) {
     for channel in 0..N {
-        let fits = |options: &Vec<Option2<N>>| options.len() == 1 && options[0].1[channel].is_finite() && options[0].1[channel] > 0.0;
+        let fits = |options: &Vec<Choice<N>>| options.len() == 1 && options[0].1[channel].is_finite() && options[0].1[channel] > 0.0;
         let pixel = allowed.iter().position(fits).unwrap_or_else(|| panic!("no pixel is certain of channel {channel}"));
         for wrong in [allowed[pixel][0].0[channel] + 1.5 * allowed[pixel][0].1[channel], f64::NAN] {
             let mut planted = seen.to_vec();
@@ -182,7 +182,7 @@ pub fn every_surface(glossy: bool, emissive: bool) -> Scene {
     let lamp_behind = add(Material { albedo: Vec3::splat(0.35), emission: glow(1.0), ..plain });
     let low = Vec3::new(-1.0, 0.0, -1.0);
     let square = [Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y];
-    let mirrored = [Vec2::new(1.25, 0.5), Vec2::new(0.0, 0.5), Vec2::new(0.0, -0.25), Vec2::new(1.25, -0.25)];
+    let mirrored = [Vec2::new(1.25, -0.25), Vec2::new(0.0, -0.25), Vec2::new(0.0, 0.5), Vec2::new(1.25, 0.5)];
     let skewed = [Vec2::new(0.1, 0.9), Vec2::new(-0.4, 0.2), Vec2::new(0.5, -0.3), Vec2::new(1.0, 0.4)];
     builder.quad(wall, low, Vec3::Y * 2.0, Vec3::Z * 2.0);
     builder.quad(wall, low + Vec3::X * 2.0, Vec3::Z * 2.0, Vec3::Y * 2.0);
@@ -232,7 +232,7 @@ pub fn allowed<const N: usize>(
     empty: [f64; N],
     of: impl Fn(usize, DVec2) -> Option<[f64; N]> + Sync,
     tolerance: impl Fn(usize, DVec2, &[f64; N]) -> [f64; N] + Sync,
-) -> Vec<Vec<Option2<N>>> {
+) -> Vec<Vec<Choice<N>>> {
     use rayon::prelude::*;
     let options = |pixel: usize| {
         let at = centre(pixel, view.size);
@@ -253,6 +253,6 @@ pub fn allowed<const N: usize>(
 }
 
 /// Share of pixels that may be more than one thing.
-pub fn undecided<const N: usize>(allowed: &[Vec<Option2<N>>]) -> f64 {
+pub fn undecided<const N: usize>(allowed: &[Vec<Choice<N>>]) -> f64 {
     allowed.iter().filter(|options| options.len() != 1).count() as f64 / allowed.len() as f64
 }
