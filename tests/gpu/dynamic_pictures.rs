@@ -2,11 +2,12 @@
 
 use crate::support::compare::larger;
 use crate::support::gpu;
-use crate::support::technique::{Case, Surfaces, cases, default_cases, frame, largest_difference, moving_room, small_lights, small_room};
+use crate::support::technique::{Case, Surfaces, cases, default_cases, frame, is_sound, largest_difference, moving_room, small_lights, small_room};
 use glam::Vec3;
 use lumivox::frame::Renderer;
 use lumivox::graph::Gpu;
 use lumivox::image::{Aov, Image};
+use lumivox::metrics::stability::run_spread;
 use lumivox::scene::{Light, Scene};
 
 fn pictures(renderer: &Renderer<'_>) -> Vec<Image> {
@@ -40,19 +41,37 @@ fn followed_bounces_are_those_of_a_new_renderer() {
     }
 }
 
-/// Likewise with an average that nothing can be taken away from.
+/// Likewise with an average that nothing can be taken away from, and that depends on the order in which fragments come: no further from new renderers than these are
+/// from each other.
 #[test]
 fn running_averages_are_made_anew() {
     let gpu = gpu();
     let (name, light) = small_lights()[0];
     let case = cases().into_iter().find(|case| case.entry.name == "voxel-mips").unwrap();
-    let mut scene = moving_room(Surfaces::Diffuse, light);
-    let pairs = [("resolution", "32"), ("accumulation", "running-average")];
-    let (mut renderer, _) = Renderer::new(&gpu, &scene, case.entry, &case.settings(&pairs), frame(24, 16, 64)).unwrap();
-    scene.set_time(1.0);
-    let stats = renderer.set_pose(&scene).unwrap();
+    let scene = moving_room(Surfaces::Diffuse, light);
+    let settings = case.settings(&[("resolution", "32"), ("accumulation", "running-average")]);
+    let renderer = |scene: &Scene| Renderer::new(&gpu, scene, case.entry, &settings, frame(24, 16, 64)).unwrap().0;
+    let picture = |renderer: &mut Renderer<'_>| {
+        renderer.render(&scene.camera).unwrap();
+        renderer.aov(Aov::Indirect).unwrap()
+    };
+    let mut follower = renderer(&scene);
+    let before = picture(&mut follower);
+    let mut moved = scene.clone();
+    moved.set_time(1.0);
+    let stats = follower.set_pose(&moved).unwrap();
     assert!(stats.passes.iter().any(|pass| pass.name == "voxel.running_average"), "{name}");
-    renderer.render(&scene.camera).unwrap();
+    let followed = picture(&mut follower);
+    let fresh: Vec<Image> = (0..3).map(|_| picture(&mut renderer(&moved))).collect();
+    let spread = run_spread(&fresh).unwrap();
+    let with = |image: &Image| run_spread(&[&fresh[..], std::slice::from_ref(image)].concat()).unwrap();
+    println!(
+        "running averages: new renderers spread by {spread:.2e}, with the follower by {:.2e}, with the picture before the move by {:.2e}",
+        with(&followed),
+        with(&before)
+    );
+    assert!(is_sound(&followed) && with(&followed) <= 2.0 * spread + 1e-3, "{} and {spread}", with(&followed));
+    assert!(with(&before) > 10.0 * (2.0 * spread + 1e-3), "the move has to change the picture: {} and {spread}", with(&before));
 }
 
 /// Largest difference of a pixel, over the mean. Bricks hold the same bits, but lie in pools of different size, in which texture coordinates round differently.

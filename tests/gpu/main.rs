@@ -25,6 +25,7 @@ mod oracle_interleave;
 mod oracle_light;
 mod oracle_rays;
 mod oracle_render;
+mod oracle_structures;
 mod oracle_svo;
 mod oracle_svo_dynamic;
 mod oracle_voxels;

@@ -226,7 +226,7 @@ fn cones_through_bricks_are_the_oracles() {
             gpu.submit(frame).unwrap();
             view.results(&gpu)
         };
-        let expected = |normals| cones_by_oracle(Levels { light: &light, normals, faces: None }, &scene, &grid, &view, &settings);
+        let expected = |normals| cones_by_oracle(Levels { light: &light, normals, ..Levels::default() }, &scene, &grid, &view, &settings);
         let (with, without) = (errors(&seen(pool.normals()), &expected(&normals)), errors(&seen(None), &expected(&[])));
         let planted = errors(&seen(pool.normals()), &expected(&[]));
         println!("bricks {seed}: worst error {:.1e} with normals, {:.1e} without", with.0.last().unwrap(), without.0.last().unwrap());

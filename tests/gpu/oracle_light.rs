@@ -146,6 +146,33 @@ fn injection_converges_with_the_maps() {
     assert!(errors.is_sorted_by(|a, b| a > b), "{errors:?}");
 }
 
+/// Whether a voxel and all that touch it are lit, or all dark: the edge of no shadow is near.
+fn is_away_from_edges(expected: &BTreeMap<VoxelIndex, DVec3>, [x, y, z]: VoxelIndex) -> bool {
+    let around = |at: u32| at.saturating_sub(1)..=at + 1;
+    let near = around(x).flat_map(|x| around(y).flat_map(move |y| around(z).map(move |z| [x, y, z]))).filter_map(|voxel| expected.get(&voxel));
+    let lit: Vec<bool> = near.map(|radiance| radiance.max_element() > 0.0).collect();
+    lit.iter().all(|is_lit| *is_lit == lit[0])
+}
+
+/// What is wrong with the shaded voxels, if anything: away from the edges of shadows each is the oracle's, but for what 10 bits a component make of its mean normal
+/// where light grazes it (1.5%), and of all few are not. The coordinates and the
+/// radiance of each.
+fn compare_shaded(shaded: &[(VoxelIndex, DVec3)], expected: &BTreeMap<VoxelIndex, DVec3>) -> Result<String, String> {
+    let is_right = |(voxel, radiance): &&(VoxelIndex, DVec3)| {
+        let expected = expected[voxel];
+        radiance.is_finite() && (*radiance - expected).abs().cmple(DVec3::splat(0.02 * expected.max_element().max(1e-3))).all()
+    };
+    let wrong: Vec<_> = shaded.iter().filter(|shaded| !is_right(shaded)).collect();
+    let away = shaded.iter().filter(|(voxel, _)| is_away_from_edges(expected, *voxel)).count();
+    let what = format!("{} of {} voxels are wrong, {away} of all are away from the edges of shadows", wrong.len(), shaded.len());
+    if let Some((voxel, radiance)) = wrong.iter().find(|(voxel, _)| is_away_from_edges(expected, *voxel)) {
+        return Err(format!("{what}: {voxel:?} of them has {radiance} for {}", expected[voxel]));
+    }
+    // A quarter is far more than the voxels along a few lines.
+    if wrong.len() as f64 <= 0.025 * shaded.len() as f64 && 4 * away >= shaded.len() { Ok(what) } else { Err(what) }
+}
+
+/// Depths in a shadow map are those of its texels, so that a voxel at the edge of a shadow may be on its other side, or lit by one light of two.
 #[test]
 fn shaded_voxels_are_the_oracles() {
     let gpu = gpu();
@@ -155,19 +182,19 @@ fn shaded_voxels_are_the_oracles() {
         let expected: BTreeMap<_, _> =
             oracle::voxelize(&scene, &grid).iter().map(|(voxel, sum)| (*voxel, shade_voxel(&scene, &grid, *voxel, sum, 0.25))).collect();
         let (rms, bias) = lit.difference(&expected);
-        let mut errors: Vec<f64> = lit
-            .radiance
-            .iter()
-            .zip(&lit.read.records)
-            .map(|(radiance, record)| {
-                let expected = expected[&coordinates(record)];
-                (*radiance - expected).abs().largest() / expected.largest().max(1e-3)
-            })
-            .collect();
-        errors.sort_by(f64::total_cmp);
-        let (median, most) = (errors[errors.len() / 2], errors[errors.len() * 9 / 10]);
-        println!("{name}, voxels shaded: rms {rms:.4}, bias {bias:+.4}, relative error median {median:.4}, of 90% {most:.4}");
-        assert!(median <= 0.01 && bias.abs() <= 0.02, "{name}");
+        let mut shaded: Vec<_> = lit.read.records.iter().map(coordinates).zip(lit.radiance.iter().copied()).collect();
+        let what = compare_shaded(&shaded, &expected).unwrap_or_else(|error| panic!("{name}: {error}"));
+        println!("{name}, voxels shaded: rms {rms:.4}, bias {bias:+.4}, {what}");
+        assert!(bias.abs() <= 0.003 && rms <= 0.2, "{name}");
+        // Planted: one voxel away from shadows 3% too bright; not a number in blue; the light of each voxel in the next.
+        let inside = shaded.iter().position(|(voxel, radiance)| radiance.y > 0.1 && is_away_from_edges(&expected, *voxel)).unwrap();
+        for wrong in [1.03 * shaded[inside].1, shaded[inside].1.with_z(f64::NAN)] {
+            let right = std::mem::replace(&mut shaded[inside].1, wrong);
+            assert!(compare_shaded(&shaded, &expected).is_err(), "{name}: {wrong} goes unnoticed");
+            shaded[inside].1 = right;
+        }
+        let turned: Vec<_> = shaded.iter().zip(shaded.iter().skip(1)).map(|((voxel, _), (_, radiance))| (*voxel, *radiance)).collect();
+        assert!(compare_shaded(&turned, &expected).is_err(), "{name}");
     }
 }
 

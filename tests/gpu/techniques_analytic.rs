@@ -1,4 +1,4 @@
-//! Closed forms and references: every preset of every technique that computes a bounce, each held to the bound that it states here.
+//! Closed forms and references: every preset of every technique that computes a bounce, each held to the errors that it states here.
 
 use std::f64::consts::PI;
 use std::sync::OnceLock;
@@ -10,8 +10,8 @@ use lumivox::image::{GuideImage, Image};
 use lumivox::reference::{Bounces, Filter, ReferenceImage, Sampling, Settings, guide, render};
 use lumivox::scene::{Camera, Light, Material, Scene};
 
-/// What a technique states: largest |bias| and relative RMSE over the pixels of each closed form.
-struct Bounds {
+/// What a technique states: bias and relative RMSE over the pixels of each closed form.
+struct Stated {
     name: &'static str,
     lit_sphere: [f64; 2],
     sky: [f64; 2],
@@ -19,57 +19,61 @@ struct Bounds {
     plates: [f64; 2],
 }
 
-/// Measured (lavapipe) in the comments, as bias and RMSE in the same order. The first three are at 64³, the plates at 128³.
-const BOUNDS: &[Bounds] = &[
-    // +0.001 0.003; 0 0; -0.000 0.000; +0.031 0.119: touched voxels and their slack make the lamp 2% larger, the rest is the noise of
-    // 256 directions on a small bright source (+0.011 0.105 with other patterns)
-    Bounds { name: "voxel-mips.accurate", lit_sphere: [0.005, 0.01], sky: [0.001, 0.001], furnace: [0.001, 0.001], plates: [0.05, 0.15] },
-    // -0.038 0.038; 0 0; -0.014 0.015; -0.032 0.099
-    Bounds { name: "voxel-mips.cones", lit_sphere: [0.05, 0.05], sky: [0.001, 0.001], furnace: [0.02, 0.02], plates: [0.05, 0.15] },
-    // -0.786 0.786; -0.224 0.224; -0.289 0.292; -0.984 1.063: box-filtered mips dissolve thin walls, and wide cones meet their own plane
-    Bounds { name: "voxel-mips.textbook", lit_sphere: [0.8, 0.8], sky: [0.24, 0.24], furnace: [0.3, 0.3], plates: [1.0, 1.1] },
-    // -0.076 0.076; 0 0; -0.016 0.017; +0.006 0.070: faces let more light through the stairs of voxels of a sphere
-    Bounds { name: "voxel-mips.anisotropic", lit_sphere: [0.09, 0.09], sky: [0.001, 0.001], furnace: [0.03, 0.03], plates: [0.08, 0.15] },
-    // -0.127 0.128; 0 0; -0.014 0.019; +0.072 0.102
-    Bounds { name: "voxel-mips.directional", lit_sphere: [0.15, 0.15], sky: [0.001, 0.001], furnace: [0.04, 0.04], plates: [0.08, 0.15] },
-    // The same cones through the same texels as voxel-mips.cones: -0.038 0.038; 0 0; -0.014 0.014; -0.029 0.109
-    Bounds { name: "svo.cones", lit_sphere: [0.05, 0.05], sky: [0.001, 0.001], furnace: [0.02, 0.02], plates: [0.05, 0.15] },
-    // Narrower ones: -0.006 0.006; 0 0; -0.005 0.005; +0.057 0.090
-    Bounds { name: "svo.accurate", lit_sphere: [0.01, 0.01], sky: [0.001, 0.001], furnace: [0.02, 0.02], plates: [0.07, 0.12] },
-    // -0.076 0.076; 0 0; -0.016 0.017; +0.006 0.070: faces let more light through the stairs of voxels of a sphere
-    Bounds { name: "svo.anisotropic", lit_sphere: [0.09, 0.09], sky: [0.001, 0.001], furnace: [0.03, 0.03], plates: [0.08, 0.15] },
-    // -0.127 0.128; 0 0; -0.014 0.019; +0.072 0.102
-    Bounds { name: "svo.directional", lit_sphere: [0.15, 0.15], sky: [0.001, 0.001], furnace: [0.04, 0.04], plates: [0.08, 0.15] },
-    // -0.756 0.757; -0.250 0.250; -0.305 0.308; -0.992 1.072: Gaussian bricks on the corners of voxels are no better than box mips
-    // Before levels showed voxels of their own in their fade (now +0.057 over the plates): +0.001 0.003; -0.004 0.007: a cone that skims the plane comes into
-    // larger texels; -0.007 0.007; +0.002 0.075
-    // Where a finer level fades, a coarser one shows voxels of its own, and in these the lamp is larger.
-    Bounds { name: "clipmap.accurate", lit_sphere: [0.005, 0.01], sky: [0.006, 0.01], furnace: [0.02, 0.02], plates: [0.07, 0.12] },
-    // -0.031 0.031; -0.003 0.007; -0.016 0.016; -0.088 0.140
-    Bounds { name: "clipmap.cones", lit_sphere: [0.05, 0.05], sky: [0.006, 0.01], furnace: [0.02, 0.02], plates: [0.1, 0.17] },
-    Bounds { name: "clipmap.anisotropic", lit_sphere: [0.09, 0.09], sky: [0.006, 0.01], furnace: [0.03, 0.03], plates: [0.08, 0.15] },
-    Bounds { name: "clipmap.directional", lit_sphere: [0.15, 0.15], sky: [0.006, 0.01], furnace: [0.04, 0.04], plates: [0.08, 0.15] },
-    // -0.788 0.788; -0.258 0.269 (0.203 before texels of both levels were mixed); -0.298 0.302; -0.989 1.068: as voxel-mips.textbook
-    Bounds { name: "clipmap.textbook", lit_sphere: [0.8, 0.8], sky: [0.27, 0.28], furnace: [0.33, 0.33], plates: [1.0, 1.1] },
-    Bounds { name: "svo.textbook", lit_sphere: [0.8, 0.8], sky: [0.27, 0.27], furnace: [0.33, 0.33], plates: [1.0, 1.1] },
+/// How far a figure may be from the stated one, to either side: what is wrong stays as wrong as it is said to be, and what gets better is said anew.
+const SLACK: f64 = 0.005;
+
+/// Measured (lavapipe). The first three are at 64³, the plates at 128³.
+const STATED: &[Stated] = &[
+    // Plates: touched voxels and their slack make the lamp 2% larger, the rest is the noise of 256 directions on a small bright source.
+    Stated { name: "voxel-mips.accurate", lit_sphere: [-0.004, 0.005], sky: [0.0, 0.0], furnace: [0.0, 0.0], plates: [0.028, 0.096] },
+    Stated { name: "voxel-mips.cones", lit_sphere: [-0.029, 0.029], sky: [0.0, 0.0], furnace: [-0.014, 0.015], plates: [-0.032, 0.099] },
+    // Box-filtered mips dissolve thin walls, and wide cones meet their own plane.
+    Stated { name: "voxel-mips.textbook", lit_sphere: [-0.784, 0.784], sky: [-0.224, 0.224], furnace: [-0.289, 0.292], plates: [-0.984, 1.063] },
+    // Faces let more light through the stairs of voxels of a sphere.
+    Stated { name: "voxel-mips.anisotropic", lit_sphere: [-0.076, 0.076], sky: [0.0, 0.0], furnace: [-0.016, 0.017], plates: [0.006, 0.070] },
+    Stated { name: "voxel-mips.directional", lit_sphere: [-0.127, 0.128], sky: [0.0, 0.0], furnace: [-0.014, 0.019], plates: [0.072, 0.102] },
+    // The same cones through the same texels as those of voxel-mips.
+    Stated { name: "svo.cones", lit_sphere: [-0.029, 0.029], sky: [0.0, 0.0], furnace: [-0.014, 0.015], plates: [-0.032, 0.099] },
+    Stated { name: "svo.accurate", lit_sphere: [-0.002, 0.002], sky: [0.0, 0.0], furnace: [-0.005, 0.005], plates: [0.057, 0.090] },
+    Stated { name: "svo.anisotropic", lit_sphere: [-0.076, 0.076], sky: [0.0, 0.0], furnace: [-0.016, 0.017], plates: [0.006, 0.070] },
+    Stated { name: "svo.directional", lit_sphere: [-0.127, 0.127], sky: [0.0, 0.0], furnace: [-0.014, 0.019], plates: [0.072, 0.102] },
+    // Gaussian bricks on the corners of voxels are no better than box mips.
+    Stated { name: "svo.textbook", lit_sphere: [-0.754, 0.755], sky: [-0.250, 0.250], furnace: [-0.305, 0.308], plates: [-0.992, 1.072] },
+    // Sky: a cone that skims the plane comes into larger texels. Plates: where a finer level fades, a coarser one shows voxels of its own, and in these the lamp is
+    // larger.
+    Stated { name: "clipmap.accurate", lit_sphere: [-0.003, 0.003], sky: [-0.003, 0.006], furnace: [-0.005, 0.005], plates: [0.057, 0.090] },
+    Stated { name: "clipmap.cones", lit_sphere: [-0.029, 0.029], sky: [-0.003, 0.006], furnace: [-0.014, 0.015], plates: [-0.034, 0.101] },
+    Stated { name: "clipmap.anisotropic", lit_sphere: [-0.076, 0.076], sky: [-0.002, 0.005], furnace: [-0.016, 0.017], plates: [0.004, 0.070] },
+    Stated { name: "clipmap.directional", lit_sphere: [-0.127, 0.128], sky: [-0.001, 0.001], furnace: [-0.014, 0.019], plates: [0.070, 0.101] },
+    // As voxel-mips.textbook.
+    Stated { name: "clipmap.textbook", lit_sphere: [-0.787, 0.787], sky: [-0.257, 0.268], furnace: [-0.298, 0.302], plates: [-0.988, 1.067] },
 ];
 
-fn bounds(case: &Case) -> &'static Bounds {
-    BOUNDS.iter().find(|bounds| bounds.name == case.name()).unwrap_or_else(|| panic!("{} states no bounds: add a row to BOUNDS", case.name()))
+fn stated(case: &Case) -> &'static Stated {
+    STATED.iter().find(|stated| stated.name == case.name()).unwrap_or_else(|| panic!("{} states no errors: add a row to STATED", case.name()))
 }
 
 /// Every row belongs to a technique, and every technique to a row.
 #[test]
-fn every_technique_states_its_bounds() {
+fn every_technique_states_its_errors() {
     let names: Vec<String> = bounce_cases().iter().map(Case::name).collect();
-    names.iter().for_each(|name| assert!(BOUNDS.iter().any(|bounds| bounds.name == name), "{name} states no bounds"));
-    BOUNDS.iter().for_each(|bounds| assert!(names.iter().any(|name| name == bounds.name), "{} is no technique", bounds.name));
+    names.iter().for_each(|name| assert!(STATED.iter().any(|stated| stated.name == name), "{name} states no errors"));
+    STATED.iter().for_each(|stated| assert!(names.iter().any(|name| name == stated.name), "{} is no technique", stated.name));
+}
+
+/// Whether figures are those stated; never where one is not a number.
+fn holds(figures: [f64; 2], stated: [f64; 2]) -> bool {
+    (0..2).all(|at| (figures[at] - stated[at]).abs() <= SLACK)
 }
 
 /// Bias and relative RMSE of red against a closed form, over the pixels that see a surface and for which there is one.
 fn errors(image: &Image, guide: &GuideImage, expected: impl Fn(usize) -> Option<f64>) -> [f64; 2] {
-    let pairs: Vec<(f64, f64)> =
-        (0..image.pixels.len()).filter(|&i| guide.is_surface(i)).filter_map(|i| Some((f64::from(image.pixels[i].x), expected(i)?))).collect();
+    let pixels = (0..image.pixels.len()).filter(|&i| guide.is_surface(i));
+    figures(&pixels.filter_map(|i| Some((f64::from(image.pixels[i].x), expected(i)?))).collect::<Vec<_>>())
+}
+
+/// Bias and relative RMSE of what is seen, first, against what is expected.
+fn figures(pairs: &[(f64, f64)]) -> [f64; 2] {
     assert!(pairs.len() > 100, "only {} pixels have a closed form", pairs.len());
     let count = pairs.len() as f64;
     let mean = pairs.iter().map(|(_, r)| r).sum::<f64>() / count;
@@ -78,11 +82,38 @@ fn errors(image: &Image, guide: &GuideImage, expected: impl Fn(usize) -> Option<
     [bias, rmse]
 }
 
-fn check(form: &str, case: &Case, image: &Image, [bias, rmse]: [f64; 2], bounds: [f64; 2]) {
+fn check(form: &str, case: &Case, image: &Image, figures: [f64; 2], stated: [f64; 2]) {
+    let [bias, rmse] = figures;
     println!("{form}: {}: bias {bias:+.4}, rmse {rmse:.4}", case.name());
-    if !(bias.abs() <= bounds[0] && rmse <= bounds[1]) {
-        write_failure(&format!("analytic.{form}.{}", case.name()), image, None, 0.2, &format!("bias {bias}, rmse {rmse}, bounds {bounds:?}"));
-        panic!("{form}: {}: bias {bias:+.4}, rmse {rmse:.4}, but it states {bounds:?}", case.name());
+    if !holds(figures, stated) {
+        write_failure(&format!("analytic.{form}.{}", case.name()), image, None, 0.2, &format!("bias {bias}, rmse {rmse}, stated {stated:?}"));
+        panic!("{form}: {}: bias {bias:+.4}, rmse {rmse:.4}, but it states {stated:?}", case.name());
+    }
+}
+
+/// Black, the mean of what is expected everywhere, and all of it 30% too bright: no figure that a preset states lets one of these pass. Where what is expected is the
+/// same everywhere, its mean is the right answer.
+#[test]
+fn no_wrong_picture_has_the_stated_errors() {
+    let plates: Vec<f64> = Plates::new().expected();
+    let mean = plates.iter().sum::<f64>() / plates.len() as f64;
+    for case in bounce_cases() {
+        let stated = stated(&case);
+        // Figures are relative, so that all constants are as good as each other.
+        let constant = vec![1.0; 128];
+        for (form, stated, expected) in [
+            ("lit-sphere", stated.lit_sphere, &constant),
+            ("sky", stated.sky, &constant),
+            ("furnace", stated.furnace, &constant),
+            ("plates", stated.plates, &plates),
+        ] {
+            let wrong: [(&str, &dyn Fn(f64) -> f64); 4] =
+                [("black", &|_| 0.0), ("the mean", &|_| mean), ("30% too bright", &|right| 1.3 * right), ("not a number", &|_| f64::NAN)];
+            for (name, wrong) in wrong.into_iter().filter(|(name, _)| *name != "the mean" || form == "plates") {
+                let figures = figures(&expected.iter().map(|right| (wrong(*right), *right)).collect::<Vec<_>>());
+                assert!(!holds(figures, stated), "{}, {form}: {name} has {figures:.4?}, and it states {stated:?}", case.name());
+            }
+        }
     }
 }
 
@@ -97,7 +128,7 @@ fn lit_sphere() {
     for case in bounce_cases() {
         let indirect = shoot(&gpu, &scene, &case, AT_64, frame(64, 64, 512)).unwrap().indirect;
         let expected: f64 = (1..=case.bounces()).map(|bounce| 0.5f64.powi(bounce as i32 + 1)).sum();
-        check("lit-sphere", &case, &indirect, errors(&indirect, &seen, |_| Some(expected)), bounds(&case).lit_sphere);
+        check("lit-sphere", &case, &indirect, errors(&indirect, &seen, |_| Some(expected)), stated(&case).lit_sphere);
     }
 }
 
@@ -113,7 +144,7 @@ fn plane_under_a_uniform_sky() {
     let seen = guide(&scene, 64, 64).unwrap();
     for case in bounce_cases() {
         let irradiance = shoot(&gpu, &scene, &case, AT_64, frame(64, 64, 64)).unwrap().irradiance;
-        check("sky", &case, &irradiance, errors(&irradiance, &seen, |_| Some(2.0 * PI)), bounds(&case).sky);
+        check("sky", &case, &irradiance, errors(&irradiance, &seen, |_| Some(2.0 * PI)), stated(&case).sky);
     }
 }
 
@@ -127,7 +158,7 @@ fn furnace() {
     for case in bounce_cases() {
         let full = shoot(&gpu, &scene, &case, AT_64, frame(64, 64, 64)).unwrap().full;
         let expected: f64 = (0..=case.bounces()).map(|bounce| emission * albedo.powi(bounce as i32)).sum();
-        check("furnace", &case, &full, errors(&full, &seen, |_| Some(expected)), bounds(&case).furnace);
+        check("furnace", &case, &full, errors(&full, &seen, |_| Some(expected)), stated(&case).furnace);
     }
 }
 
@@ -139,32 +170,51 @@ fn corner_factor(a: f64, b: f64, c: f64) -> f64 {
 }
 
 /// A black plate that emits L downwards over a parallel plate: E = π L F, with F the configuration factor at each point.
-/// At 128³ no edge of the lamp lies on a voxel's border; at 64³ all do, and it touches voxels on both sides: 14% more lamp.
-#[test]
-fn two_plates() {
-    let gpu = gpu();
-    let mut builder = Builder::default();
-    let ground = builder.matte("ground", Vec3::splat(0.5));
-    let lamp = builder.material(Material { name: "lamp".into(), albedo: Vec3::ZERO, emission: Vec3::splat(3.0), ..Material::default() });
-    builder.quad(ground, Vec3::new(-1.0, 0.0, -1.0), Vec3::Z * 2.0, Vec3::X * 2.0);
-    builder.quad(lamp, Vec3::new(-0.5, 1.0, -0.5), Vec3::X, Vec3::Z);
-    let camera = Camera { eye: Vec3::new(0.0, 0.6, 2.4), target: Vec3::ZERO, up: Vec3::Y, vfov_deg: 50.0 };
-    let scene = builder.finish("plates", Vec::new(), Vec3::ZERO, camera);
-    let seen = guide(&scene, 96, 64).unwrap();
-    let expected = |i: usize| {
-        let p = seen.position[i].as_dvec3();
+struct Plates {
+    scene: Scene,
+    seen: GuideImage,
+}
+
+impl Plates {
+    fn new() -> Plates {
+        let mut builder = Builder::default();
+        let ground = builder.matte("ground", Vec3::splat(0.5));
+        let lamp = builder.material(Material { name: "lamp".into(), albedo: Vec3::ZERO, emission: Vec3::splat(3.0), ..Material::default() });
+        builder.quad(ground, Vec3::new(-1.0, 0.0, -1.0), Vec3::Z * 2.0, Vec3::X * 2.0);
+        builder.quad(lamp, Vec3::new(-0.5, 1.0, -0.5), Vec3::X, Vec3::Z);
+        let camera = Camera { eye: Vec3::new(0.0, 0.6, 2.4), target: Vec3::ZERO, up: Vec3::Y, vfov_deg: 50.0 };
+        let scene = builder.finish("plates", Vec::new(), Vec3::ZERO, camera);
+        let seen = guide(&scene, 96, 64).unwrap();
+        Plates { scene, seen }
+    }
+
+    /// E at a pixel of the lower plate.
+    fn at(&self, i: usize) -> Option<f64> {
+        let p = self.seen.position[i].as_dvec3();
         let side = |low: f64, high: f64| [(high, 1.0), (low, -1.0)];
         let signed = |(x, sx): (f64, f64), (z, sz): (f64, f64)| sx * sz * x.signum() * z.signum() * corner_factor(x.abs(), z.abs(), 1.0);
         let sum: f64 = side(-0.5 - p.x, 0.5 - p.x).iter().flat_map(|&x| side(-0.5 - p.z, 0.5 - p.z).map(|z| signed(x, z))).sum();
         (p.y.abs() < 1e-3).then_some(PI * 3.0 * sum)
-    };
-    for case in bounce_cases() {
-        let irradiance = shoot(&gpu, &scene, &case, &[("resolution", "128")], frame(96, 64, 64)).unwrap().irradiance;
-        check("plates", &case, &irradiance, errors(&irradiance, &seen, expected), bounds(&case).plates);
+    }
+
+    /// E at all of them.
+    fn expected(&self) -> Vec<f64> {
+        (0..96 * 64).filter(|&i| self.seen.is_surface(i)).filter_map(|i| self.at(i)).collect()
     }
 }
 
-/// The closed form of [`two_plates`] at a point that every table has: squares of side 1 at distance 1, seen from under the middle, F = 0.2395.
+/// At 128³ no edge of the lamp lies on a voxel's border; at 64³ all do, and it touches voxels on both sides: 14% more lamp.
+#[test]
+fn two_plates() {
+    let gpu = gpu();
+    let plates = Plates::new();
+    for case in bounce_cases() {
+        let irradiance = shoot(&gpu, &plates.scene, &case, &[("resolution", "128")], frame(96, 64, 64)).unwrap().irradiance;
+        check("plates", &case, &irradiance, errors(&irradiance, &plates.seen, |i| plates.at(i)), stated(&case).plates);
+    }
+}
+
+/// The closed form of [`Plates`] at a point that every table has: squares of side 1 at distance 1, seen from under the middle, F = 0.2395.
 #[test]
 fn the_configuration_factor_is_right() {
     assert!((4.0 * corner_factor(0.5, 0.5, 1.0) - 0.2395).abs() < 1e-4, "{}", 4.0 * corner_factor(0.5, 0.5, 1.0));
@@ -275,13 +325,43 @@ fn cornell_rays_converge() {
     }
 }
 
+/// Cones, and the largest |bias| and RMSE of as many; and so of presets with faces.
+const CONE_BARS: [(&str, f64, f64); 2] = [("6", 0.10, 0.36), ("16", 0.08, 0.30)];
+const FACE_BARS: [(&str, &str, f64, f64); 3] = [("anisotropic", "6", 0.10, 0.28), ("anisotropic", "16", 0.06, 0.18), ("directional", "32", 0.05, 0.11)];
+
+/// How many times as wrong the picture may be where the light is somewhere else.
+const MOVED_SLACK: f64 = 1.4;
+
+/// Black, the mean of the reference everywhere and all of it 30% too bright are beyond every bar, also with the light moved.
+#[test]
+fn no_wrong_picture_meets_a_bar() {
+    let reference = reference();
+    let right = reference.indirect();
+    let surfaces: Vec<Vec3> = (0..right.pixels.len()).filter(|&i| reference.guide.is_surface(i)).map(|i| right.pixels[i]).collect();
+    let mean = surfaces.iter().sum::<Vec3>() / surfaces.len() as f32;
+    let moved = CONE_BARS.map(|(_, bias, rmse)| (bias, rmse)).into_iter().chain(FACE_BARS.map(|(.., bias, rmse)| (bias, rmse)));
+    let bars: Vec<(f64, f64)> =
+        moved.map(|(bias, rmse)| (MOVED_SLACK * bias, MOVED_SLACK * rmse)).chain(DEFAULT_BARS.iter().map(|bar| (bar.1, bar.2))).collect();
+    for (name, wrong) in [("black", Vec3::ZERO), ("the mean", mean)]
+        .map(|(name, value)| (name, Image::from_fn(SIZE_PX, SIZE_PX, |_| value)))
+        .into_iter()
+        .chain([("30% too bright", Image::from_fn(SIZE_PX, SIZE_PX, |i| 1.3 * right.pixels[i]))])
+    {
+        let errors = block_errors(&wrong, &right, &reference.guide);
+        println!("{name}: bias {:+.3}, rel_rmse {:.3}", errors.bias, errors.rel_rmse);
+        for (bias, rmse) in &bars {
+            assert!(errors.bias.abs() > *bias || errors.rel_rmse > *rmse, "{name} meets the bar {bias}, {rmse}");
+        }
+    }
+}
+
 /// Few cones meet the bars at 128³ and 256³, no worse at the finer.
 #[test]
 fn cornell_cones_hold_their_bars() {
     let gpu = gpu();
     let scene = cornell(None);
     let reference = reference();
-    for (cones, bias_bar, rmse_bar) in [("6", 0.10, 0.36), ("16", 0.08, 0.30)] {
+    for (cones, bias_bar, rmse_bar) in CONE_BARS {
         let mut coarser = f64::INFINITY;
         for resolution in ["128", "256"] {
             let [bias, rmse] = cornell_errors(&gpu, &scene, reference, &voxel_mips("cones"), &[("resolution", resolution), ("cones", cones)]);
@@ -297,12 +377,11 @@ fn cornell_cones_hold_their_bars() {
 #[test]
 fn cornell_faces_hold_their_bars() {
     let gpu = gpu();
-    let bars = [("anisotropic", "6", 0.10, 0.28), ("anisotropic", "16", 0.06, 0.18), ("directional", "32", 0.05, 0.11)];
-    for (position, slack) in [(None, 1.0), (Some(Vec3::new(0.3, 1.0, 0.7)), 1.4), (Some(Vec3::new(-0.5, 1.5, 0.6)), 1.4)] {
+    for (position, slack) in [(None, 1.0), (Some(Vec3::new(0.3, 1.0, 0.7)), MOVED_SLACK), (Some(Vec3::new(-0.5, 1.5, 0.6)), MOVED_SLACK)] {
         let scene = cornell(position);
         let moved = position.map(|_| one_bounce(&scene, 128));
         let reference = moved.as_ref().unwrap_or_else(|| reference());
-        for (preset, cones, bias_bar, rmse_bar) in bars {
+        for (preset, cones, bias_bar, rmse_bar) in FACE_BARS {
             let pairs = [("resolution", "128"), ("cones", cones)];
             let [bias, rmse] = cornell_errors(&gpu, &scene, reference, &voxel_mips(preset), &pairs);
             assert!(bias.abs() <= slack * bias_bar && rmse <= slack * rmse_bar, "{position:?}, {preset}, {cones} cones: bias {bias:+.4}, rel_rmse {rmse:.4}");
@@ -330,28 +409,29 @@ fn cornell_with_the_light_moved() {
     for position in [Vec3::new(0.3, 1.0, 0.7), Vec3::new(-0.5, 1.5, 0.6)] {
         let scene = cornell(Some(position));
         let reference = one_bounce(&scene, 128);
-        for (cones, bias_bar, rmse_bar) in [("6", 0.10, 0.36), ("16", 0.08, 0.30)] {
+        for (cones, bias_bar, rmse_bar) in CONE_BARS {
             for resolution in ["128", "256"] {
                 let pairs = [("resolution", resolution), ("cones", cones)];
                 let [bias, rmse] = cornell_errors(&gpu, &scene, &reference, &voxel_mips("cones"), &pairs);
-                let is_met = bias.abs() <= 1.4 * bias_bar && rmse <= 1.4 * rmse_bar;
+                let is_met = bias.abs() <= MOVED_SLACK * bias_bar && rmse <= MOVED_SLACK * rmse_bar;
                 assert!(is_met, "light at {position}, {cones} cones at {resolution}³: bias {bias:+.4}, rel_rmse {rmse:.4}");
             }
         }
     }
 }
 
-/// The default preset of every technique, at a bound that each states.
+/// Largest |bias| and RMSE of the default presets. Measured at 128³: voxel-mips.accurate +0.00, 0.04; svo.accurate, which gathers by cones, -0.00, 0.04.
+const DEFAULT_BARS: &[(&str, f64, f64)] = &[("voxel-mips.accurate", 0.03, 0.10), ("svo.accurate", 0.03, 0.10), ("clipmap.accurate", 0.03, 0.10)];
+
+/// The default preset of every technique, at a bar that each states.
 #[test]
 fn cornell_default_presets() {
-    // Measured at 128³: voxel-mips.accurate +0.00, 0.04; svo.accurate, which gathers by cones, -0.00, 0.04.
-    const STATED: &[(&str, f64, f64)] = &[("voxel-mips.accurate", 0.03, 0.10), ("svo.accurate", 0.03, 0.10), ("clipmap.accurate", 0.03, 0.10)];
     let gpu = gpu();
     let scene = cornell(None);
     let reference = reference();
     for case in default_cases() {
-        let stated = STATED.iter().find(|(name, ..)| *name == case.name());
-        let (_, bias_bar, rmse_bar) = stated.unwrap_or_else(|| panic!("{} states no bound on Cornell: add a row to STATED", case.name()));
+        let bar = DEFAULT_BARS.iter().find(|(name, ..)| *name == case.name());
+        let (_, bias_bar, rmse_bar) = bar.unwrap_or_else(|| panic!("{} states no bar on Cornell: add a row to DEFAULT_BARS", case.name()));
         let [bias, rmse] = cornell_errors(&gpu, &scene, reference, &case, &[("resolution", "128")]);
         assert!(bias.abs() <= *bias_bar && rmse <= *rmse_bar, "{}: bias {bias:+.4}, rel_rmse {rmse:.4}", case.name());
     }

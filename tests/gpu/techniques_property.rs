@@ -162,7 +162,29 @@ fn no_light_is_black() {
     }
 }
 
-/// Two rooms and a closed wall of two voxels and more: the dark room is black but for leaks.
+/// The light of the dark room beyond a closed wall, in the lit room's mean: measured (lavapipe).
+const LEAKS: &[(&str, f64)] = &[
+    ("voxel-mips.accurate", 0.000_01),
+    ("voxel-mips.cones", 0.000_91),
+    ("voxel-mips.anisotropic", 0.001_95),
+    ("voxel-mips.directional", 0.000_23),
+    ("voxel-mips.textbook", 0.005_19),
+    ("svo.accurate", 0.000_14),
+    ("svo.cones", 0.000_91),
+    ("svo.anisotropic", 0.001_95),
+    ("svo.directional", 0.000_23),
+    ("svo.textbook", 0.006_35),
+    ("clipmap.accurate", 0.000_15),
+    ("clipmap.cones", 0.000_90),
+    ("clipmap.anisotropic", 0.002_01),
+    ("clipmap.directional", 0.000_24),
+    ("clipmap.textbook", 0.004_54),
+];
+
+/// How far a leak may be from the stated one, to either side.
+const LEAK_SLACK: f64 = 0.000_2;
+
+/// Two rooms and a closed wall of two voxels and more: the dark room is black but for leaks, which are as small as they are said to be.
 #[test]
 fn a_sealed_room_stays_dark() {
     let gpu = gpu();
@@ -182,11 +204,18 @@ fn a_sealed_room_stays_dark() {
         mean(&shot.full, &guide(scene, 96, 64).unwrap())
     };
     for case in bounce_cases() {
+        let name = case.name();
         let share = mean_of(&dark, &case) / mean_of(&lit, &case);
-        println!("{}: the dark room has {:.3}% of the lit room's mean", case.name(), share * 100.0);
-        let is_default = case.entry.presets.first().map(|preset| preset.name) == case.preset;
-        assert!(!is_default || share < 0.01, "{}: the dark room has {:.2}% of the lit room's mean", case.name(), share * 100.0);
+        println!("{name}: the dark room has {:.3}% of the lit room's mean", share * 100.0);
+        let stated = LEAKS.iter().find(|(known, _)| *known == name).unwrap_or_else(|| panic!("{name} states no leak: add a row to LEAKS")).1;
+        assert!(
+            (share - stated).abs() <= LEAK_SLACK,
+            "{name}: the dark room has {:.3}% of the lit room's mean, and it states {:.3}%",
+            share * 100.0,
+            stated * 100.0
+        );
     }
+    assert_eq!(LEAKS.len(), bounce_cases().len(), "a row of LEAKS is no technique's");
 }
 
 #[test]

@@ -19,6 +19,7 @@ pub mod program;
 pub mod scenes;
 pub mod sha256;
 pub mod skip;
+pub mod structures;
 pub mod surfaces;
 pub mod technique;
 pub mod voxels;

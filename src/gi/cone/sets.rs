@@ -128,3 +128,106 @@ fn disc_cones(count: u32) -> Vec<Cone> {
     };
     (0..count).map(cone).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use glam::DVec3;
+
+    use super::*;
+    use crate::gi::voxel::oracle::hemisphere_direction;
+
+    const SQRT_HALF: f64 = std::f64::consts::FRAC_1_SQRT_2;
+
+    fn axis(cone: &Cone) -> DVec3 {
+        hemisphere_direction(DVec3::Z, f64::from(cone.sin2_theta), f64::from(cone.phi_rad))
+    }
+
+    /// Angle to the normal, azimuth, half angle (all in degrees) and weight of each cone. 6: the renderer of Villegas & Ramírez (`diffuseConeDirections` and
+    /// `diffuseConeWeights` of `global_illumination_pass.frag` in jose-villegas/VCTRenderer), whose weights π/4 and 3π/20 are those of E = Σ w L, here over π.
+    /// 5 and 9: all cones as wide, and weights ∝ cos θ, so that each is 1 / Σ cos θ of its cosine.
+    fn published(count: u32) -> Vec<[f64; 4]> {
+        let ring = |count: u32, theta: f64, turn: f64, half: f64, weight: f64| {
+            (0..count).map(move |i| [theta, turn + 360.0 * f64::from(i) / f64::from(count), half, weight])
+        };
+        match count {
+            1 => vec![[0.0, 0.0, 60.0, 1.0]],
+            5 => ring(1, 0.0, 0.0, 30.0, 0.261_204).chain(ring(4, 45.0, 0.0, 30.0, 0.184_699)).collect(),
+            6 => ring(1, 0.0, 0.0, 30.0, 0.25).chain(ring(5, 60.0, 0.0, 30.0, 0.15)).collect(),
+            _ => {
+                let above = ring(1, 0.0, 0.0, 20.0, 0.171_573).chain(ring(4, 45.0, 0.0, 20.0, 0.121_320));
+                above.chain(ring(4, 60.0, 45.0, 20.0, 0.085_786)).collect()
+            }
+        }
+    }
+
+    #[test]
+    fn published_sets_are_as_published() {
+        for count in [1, 5, 6, 9] {
+            let (set, published) = (cone_set(count, false, 1.0), published(count));
+            assert_eq!((set.cones.len(), set.stratum), (published.len(), 0.0), "{count} cones");
+            for (cone, [theta, azimuth, half, weight]) in set.cones.iter().zip(published) {
+                let [theta, azimuth, half] = [theta, azimuth, half].map(f64::to_radians);
+                let expected = DVec3::new(theta.sin() * azimuth.cos(), theta.sin() * azimuth.sin(), theta.cos());
+                assert!((axis(cone) - expected).abs().max_element() < 1e-5, "{count} cones: {cone:?} is not along {expected}");
+                assert!((f64::from(cone.tan_half_aperture) - half.tan()).abs() < 1e-5, "{count} cones: {cone:?}");
+                assert!((f64::from(cone.weight) - weight).abs() < 1e-5, "{count} cones: {cone:?} has not the weight {weight}");
+            }
+        }
+        // 1 + 4 cos 45°, and 4 cos 60° more.
+        let [five, nine] = [1.0 + 4.0 * SQRT_HALF, 3.0 + 4.0 * SQRT_HALF];
+        assert!((1.0 / five - 0.261_204).abs() < 1e-6 && (SQRT_HALF / five - 0.184_699).abs() < 1e-6);
+        assert!((1.0 / nine - 0.171_573).abs() < 1e-6 && (SQRT_HALF / nine - 0.121_320).abs() < 1e-6 && (0.5 / nine - 0.085_786).abs() < 1e-6);
+    }
+
+    /// A weight is a share of ∫ cos θ dω / π, so that those of any set sum to 1, however wide its cones.
+    #[test]
+    fn weights_integrate_the_cosine() {
+        let counted = [1, 5, 6, 9, 16, 25, 32].into_iter().flat_map(|count| [false, true].map(|disc| cone_set(count, disc, 0.3)));
+        let rings = (1..8).map(|rings| kahl_set(KahlRings { front: rings & 1 > 0, intermediate: rings & 2 > 0, side: rings & 4 > 0 }, 0.3));
+        for set in counted.chain(rings) {
+            let sum: f64 = set.cones.iter().map(|cone| f64::from(cone.weight)).sum();
+            assert!((sum - 1.0).abs() < 1e-6, "weights sum to {sum}: {set:?}");
+        }
+    }
+
+    /// Each cone of 5 and of 9 counts as much as it covers of the cosine-weighted hemisphere, which directions tell; those of 6 do not.
+    #[test]
+    fn weights_are_what_cones_cover() {
+        for (count, is_covered) in [(5, true), (9, true), (6, false)] {
+            let cones = cone_set(count, false, 1.0).cones;
+            let n = 100_000;
+            let mut covered = vec![0.0f64; cones.len()];
+            for i in 0..n {
+                let direction = hemisphere_direction(DVec3::Z, (f64::from(i) + 0.5) / f64::from(n), f64::from(i) * PI * (3.0 - 5f64.sqrt()));
+                let holds = |cone: &Cone| axis(cone).dot(direction) >= f64::from(cone.tan_half_aperture).atan().cos();
+                cones.iter().zip(&mut covered).filter(|(cone, _)| holds(cone)).for_each(|(_, covered)| *covered += 1.0);
+            }
+            let total: f64 = covered.iter().sum();
+            let off = |(cone, covered): (&Cone, &f64)| (f64::from(cone.weight) - covered / total).abs();
+            let is_near = cones.iter().zip(&covered).all(|pair| off(pair) < 1e-3);
+            assert_eq!(is_near, is_covered, "{count} cones of {:?} cover {covered:?}", cones.iter().map(|cone| cone.weight).collect::<Vec<_>>());
+        }
+    }
+
+    /// Cone i of n on a disc has its n-th of the disc to move in, and the solid angle Ω = 2π (1 − cos γ/2) = π / (n cos θ) of that share of the hemisphere.
+    #[test]
+    fn cones_on_a_disc_share_it() {
+        for count in [5, 16, 32] {
+            let set = cone_set(count, true, 1.0);
+            let n = f64::from(count);
+            assert_eq!(set.stratum, 1.0 / count as f32);
+            for (cone, i) in set.cones.iter().zip(0u32..) {
+                assert!((f64::from(cone.sin2_theta) - (f64::from(i) + 0.5) / n).abs() < 1e-6 && (f64::from(cone.weight) - 1.0 / n).abs() < 1e-6);
+                let cos_half = f64::from(cone.tan_half_aperture).atan().cos();
+                let solid_angle = 2.0 * PI * (1.0 - cos_half);
+                let share = PI / (n * axis(cone).z);
+                assert!((solid_angle - share).abs() < 1e-4 * share || (cos_half - 0.2).abs() < 1e-5, "{cone:?}: {solid_angle} sr for {share} sr");
+            }
+            // Neighbours in number are a golden angle apart.
+            let apart = f64::from(set.cones[1].phi_rad - set.cones[0].phi_rad);
+            assert!((apart - PI * (3.0 - 5f64.sqrt())).abs() < 1e-5, "{apart}");
+        }
+    }
+}

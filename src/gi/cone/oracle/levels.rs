@@ -1,7 +1,8 @@
-//! What the oracle's cones march through: mip chains, with mean normals or six faces, and their samples.
+//! What the oracle's cones march through: mip chains, with mean normals or six faces, and clipmaps, and their samples.
 
 use glam::{DVec3, DVec4, UVec3};
 
+use super::clipmap::Clipmap;
 use crate::gi::cone::FaceWeights;
 
 /// One level of a dense volume: rgb is radiance [W/(m² sr)] times opacity, a is opacity.
@@ -30,7 +31,15 @@ impl Volume {
 
     /// Trilinear sample, clamped to the edge; `uvw` is 0 to 1 over the volume.
     pub fn sample(&self, uvw: DVec3) -> DVec4 {
-        let at = uvw * f64::from(self.resolution) - 0.5;
+        self.sample_on(uvw, Lattice::Centres)
+    }
+
+    /// Likewise of texels that lie elsewhere.
+    pub fn sample_on(&self, uvw: DVec3, lattice: Lattice) -> DVec4 {
+        let at = match lattice {
+            Lattice::Centres => uvw * f64::from(self.resolution) - 0.5,
+            Lattice::Corners => uvw * f64::from(self.resolution - 1),
+        };
         let (low, weight) = (at.floor(), at - at.floor());
         let mut sum = DVec4::ZERO;
         for corner in (0..8u32).map(|index| UVec3::new(index & 1, index >> 1 & 1, index >> 2).as_dvec3()) {
@@ -42,59 +51,102 @@ impl Volume {
     }
 }
 
+/// Where the texels of a level of n cells along an edge are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Lattice {
+    /// n of them, in the middles of the cells.
+    #[default]
+    Centres,
+    /// n + 1 of them, on the corners of the cells.
+    Corners,
+}
+
 /// Sample of a mip chain, finest level first: trilinear in each of two levels, linear between them.
 pub fn sample_chain(chain: &[Volume], uvw: DVec3, level: f64) -> DVec4 {
+    sample_chain_on(chain, Lattice::Centres, uvw, level)
+}
+
+fn sample_chain_on(chain: &[Volume], lattice: Lattice, uvw: DVec3, level: f64) -> DVec4 {
     let level = level.clamp(0.0, chain.len() as f64 - 1.0);
     let finer = level.floor() as usize;
     let coarser = (finer + 1).min(chain.len() - 1);
-    chain[finer].sample(uvw).lerp(chain[coarser].sample(uvw), level - level.floor())
+    chain[finer].sample_on(uvw, lattice).lerp(chain[coarser].sample_on(uvw, lattice), level - level.floor())
 }
 
-/// What cones march through, finest level first.
-#[derive(Clone, Copy)]
+/// What cones march through, finest level first. What is not there is left at its default.
+#[derive(Clone, Copy, Default)]
 pub struct Levels<'l> {
     /// Radiance premultiplied by opacity, and opacity; with normals that of both sides together.
     pub light: &'l [Volume],
     /// Mean normal of what shines, times its luminance, premultiplied by opacity, and opacity. None where texels shine alike to all sides.
     pub normals: &'l [Volume],
+    /// Where the texels of both are.
+    pub lattice: Lattice,
     /// In place of both, texels of six faces.
     pub faces: Option<&'l FaceChain>,
+    /// In place of all, nested levels.
+    pub clipmap: Option<&'l Clipmap>,
 }
 
 impl<'l> From<&'l [Volume]> for Levels<'l> {
     fn from(light: &'l [Volume]) -> Self {
-        Levels { light, normals: &[], faces: None }
+        Levels { light, ..Levels::default() }
     }
 }
 
 impl<'l> From<&'l Vec<Volume>> for Levels<'l> {
     fn from(light: &'l Vec<Volume>) -> Self {
-        Levels { light, normals: &[], faces: None }
+        Levels { light, ..Levels::default() }
     }
 }
 
 impl<'l> From<&'l FaceChain> for Levels<'l> {
     fn from(faces: &'l FaceChain) -> Self {
-        Levels { light: &[], normals: &[], faces: Some(faces) }
+        Levels { faces: Some(faces), ..Levels::default() }
+    }
+}
+
+impl<'l> From<&'l Clipmap> for Levels<'l> {
+    fn from(clipmap: &'l Clipmap) -> Self {
+        Levels { clipmap: Some(clipmap), ..Levels::default() }
     }
 }
 
 impl Levels<'_> {
-    pub(super) fn resolution(&self) -> u32 {
-        self.faces.map_or_else(|| self.light[0].resolution, FaceChain::resolution)
+    /// Voxels of the finest level along an edge of the grid.
+    pub(super) fn resolution(&self) -> f64 {
+        if let Some(clipmap) = self.clipmap {
+            return clipmap.resolution();
+        }
+        let on_corners = u32::from(self.lattice == Lattice::Corners);
+        f64::from(self.faces.map_or_else(|| self.light[0].resolution - on_corners, FaceChain::resolution))
     }
 
-    /// Light and opacity as seen along `direction`.
-    pub(super) fn sample(&self, uvw: DVec3, level: f64, direction: DVec3) -> DVec4 {
+    /// Smallest diameter of a sample of a step that begins at a position (both \[voxels\]).
+    pub(super) fn least_diameter(&self, position: DVec3) -> f64 {
+        self.clipmap.map_or(1.0, |clipmap| clipmap.least_diameter(position))
+    }
+
+    /// Edge of the largest texel that such a sample reads, or is about to read \[voxels\].
+    pub(super) fn largest_texel(&self, position: DVec3) -> f64 {
+        self.clipmap.map_or(1.0, |clipmap| clipmap.largest_texel(position))
+    }
+
+    /// Light and opacity at a position \[voxels\] as seen along `direction`.
+    pub(super) fn sample(&self, position: DVec3, level: f64, direction: DVec3) -> DVec4 {
+        if let Some(clipmap) = self.clipmap {
+            return clipmap.sample(position, level, direction);
+        }
+        let uvw = position / self.resolution();
         if let Some(faces) = self.faces {
             return faces.seen(uvw, direction, level);
         }
-        let texel = sample_chain(self.light, uvw, level);
+        let texel = sample_chain_on(self.light, self.lattice, uvw, level);
         let luminance = luminance(texel.truncate());
         if self.normals.is_empty() || luminance <= 0.0 {
             return texel;
         }
-        let normal = sample_chain(self.normals, uvw, level).truncate() / luminance;
+        let normal = sample_chain_on(self.normals, self.lattice, uvw, level).truncate() / luminance;
         (facing_share(normal, direction) * texel.truncate()).extend(texel.w)
     }
 }
@@ -127,9 +179,7 @@ impl FaceChain {
             (Some(finest), 0) => finest.sample(uvw),
             _ => {
                 let faces = &self.levels[level - usize::from(self.finest.is_some())];
-                // A ray along +x meets the face −x.
-                let met = [0, 1, 2].map(|axis| faces[2 * axis + usize::from(direction[axis] > 0.0)].sample(uvw));
-                combine_faces(met, direction, self.weights)
+                sample_faces(faces, uvw, direction, self.weights)
             }
         }
     }
@@ -140,12 +190,19 @@ impl FaceChain {
 
     /// What is seen in a unit direction at a place (0 to 1 over the volume), at a level.
     fn seen(&self, uvw: DVec3, direction: DVec3, level: f64) -> DVec4 {
-        let coarsest = self.resolution().ilog2() as usize;
+        let coarsest = self.levels.len() + usize::from(self.finest.is_some()) - 1;
         let level = level.clamp(0.0, coarsest as f64);
         let finer = level.floor() as usize;
         let [a, b] = [finer, (finer + 1).min(coarsest)].map(|level| self.level(uvw, direction, level));
         a.lerp(b, level - level.floor())
     }
+}
+
+/// The three of six faces that a ray in a unit direction meets, as one texel.
+pub(super) fn sample_faces(faces: &[Volume; 6], uvw: DVec3, direction: DVec3, weights: FaceWeights) -> DVec4 {
+    // A ray along +x meets the face −x.
+    let met = [0, 1, 2].map(|axis| faces[2 * axis + usize::from(direction[axis] > 0.0)].sample(uvw));
+    combine_faces(met, direction, weights)
 }
 
 /// 1 − α of opaque matter, whose optical depth would be infinite.
@@ -182,6 +239,17 @@ mod tests {
                 let seen = chain.seen(DVec3::splat(0.4), direction, 1.3);
                 assert!((seen - DVec4::new(red, 0.0, 0.0, 0.5)).abs().max_element() < 1e-12, "{weights:?} {direction}: {seen}");
             }
+        }
+    }
+
+    /// A texel on a corner of cells is where eight of them meet, and the last one is on the end.
+    #[test]
+    fn corners_are_between_cells() {
+        let volume = Volume::new(5, |[x, y, z]| DVec4::new(f64::from(x), f64::from(y), f64::from(z), 1.0));
+        let levels = Levels { light: &[volume], lattice: Lattice::Corners, ..Levels::default() };
+        assert_eq!(levels.resolution(), 4.0);
+        for position in [DVec3::ZERO, DVec3::new(1.0, 2.5, 3.25), DVec3::splat(4.0)] {
+            assert!((levels.sample(position, 0.0, DVec3::X).truncate() - position).abs().max_element() < 1e-12, "{position}");
         }
     }
 

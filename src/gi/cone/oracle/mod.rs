@@ -1,17 +1,21 @@
-//! CPU twin of `cone.gather`: cones through a dense, prefiltered volume of premultiplied radiance, in f64.
+//! CPU twin of `cone.gather`, `cone.occlusion` and `cone.shadow`: cones through a prefiltered volume of premultiplied radiance, in f64. That of `cone.specular` is in
+//! [`specular`].
 //!
 //! A cone of aperture γ has the diameter d = 2 t tan(γ/2) at distance t and samples the mip log₂ d (Crassin et al. 2011, section 5.3). A step of β d
 //! through texels of opacity α has the opacity α' = 1 − (1 − α)^(g β). Lengths are voxels of the finest level.
 
+mod clipmap;
 mod levels;
 pub mod patches;
+pub mod specular;
 pub mod structure;
 
 use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3, DVec4};
 
-pub use levels::{FaceChain, Levels, Volume, combine_faces, facing_share, luminance, sample_chain};
+pub use clipmap::{Clipmap, ClipmapLevel};
+pub use levels::{FaceChain, Lattice, Levels, Volume, combine_faces, facing_share, luminance, sample_chain};
 
 use crate::gi::voxel::oracle::{Gathered, Receiver, TraceVoxel, VoxelIndex, bounce_receiver, hemisphere_direction, voxel_pattern};
 
@@ -72,15 +76,15 @@ pub fn march<'l>(levels: impl Into<Levels<'l>>, cone: &Cone, settings: &MarchSet
 /// As [`march`], towards a second plane that the height clamp keeps samples off too: height of the apex over it \[voxels\], and the cosine between the axis and the
 /// way down.
 pub fn march_to(levels: Levels<'_>, cone: &Cone, settings: &MarchSettings, plane: Option<(f64, f64)>) -> ConeResult {
-    let resolution = f64::from(levels.resolution());
-    let end = exit_distance(cone.origin, cone.direction, resolution).min(settings.max_distance);
+    let end = exit_distance(cone.origin, cone.direction, levels.resolution()).min(settings.max_distance);
     let mut result = ConeResult { radiance: DVec3::ZERO, visibility: 1.0, step_count: 0 };
     let (mut distance, mut through) = (0.0, 1.0);
     while distance < end && through > LEAST_TRANSMITTANCE {
-        let diameter = sample_diameter(cone, distance, settings, plane);
+        let least = levels.least_diameter(cone.origin + distance * cone.direction);
+        let diameter = sample_diameter(cone, distance, settings, plane, least);
         let step = settings.step_factor * diameter;
         let centre = distance + step / 2.0;
-        let texel = levels.sample((cone.origin + centre * cone.direction) / resolution, diameter.log2(), cone.direction);
+        let texel = levels.sample(cone.origin + centre * cone.direction, diameter.log2(), cone.direction);
         if texel.w > 0.0 {
             let opacity = 1.0 - (1.0 - texel.w).max(0.0).powf(settings.opacity_exponent * settings.step_factor);
             result.radiance += through * opacity * texel.truncate() / texel.w;
@@ -94,20 +98,19 @@ pub fn march_to(levels: Levels<'_>, cone: &Cone, settings: &MarchSettings, plane
     result
 }
 
-/// Diameter d(c) of the sample in the middle, c, of the step that begins at `distance`: c = distance + β d(c) / 2 with d(c) = max(1, 2 c tan(γ/2)),
-/// solved for c in both cases. At c the height clamp then applies; no sample is smaller than a voxel.
-fn sample_diameter(cone: &Cone, distance: f64, settings: &MarchSettings, plane: Option<(f64, f64)>) -> f64 {
+/// Diameter d(c) of the sample in the middle, c, of the step that begins at `distance`: c = distance + β d(c) / 2 with d(c) = max(`least`, 2 c tan(γ/2)),
+/// solved for c in both cases. At c the height clamp then applies; no sample is smaller than `least`, a voxel.
+fn sample_diameter(cone: &Cone, distance: f64, settings: &MarchSettings, plane: Option<(f64, f64)>, least: f64) -> f64 {
     let wide = distance / (1.0 - settings.step_factor * cone.tan_half).max(LEAST_STEP_DENOMINATOR);
-    let narrow = distance + settings.step_factor / 2.0;
+    let narrow = distance + settings.step_factor * least / 2.0;
     let centre = wide.max(narrow);
     let diameter = 2.0 * centre * cone.tan_half;
     let over_plane = plane.map_or(f64::INFINITY, |(height, cosine)| height - centre * cosine);
     let height = (cone.height + centre * cone.cosine).min(over_plane);
     let clamped = if settings.height_clamp > 0.0 { diameter.min(height / settings.height_clamp) } else { diameter };
-    clamped.max(1.0)
+    clamped.max(least)
 }
 
-/// Distance at which a ray from inside the grid leaves it \[voxels\].
 /// What a ray sees of the cells of one level (texels), each uniform and with its own opacity, front to back: premultiplied by opacity, opacity. `origin` in voxels; the
 /// grid is `resolution` voxels wide.
 pub fn view_cells(texel: impl Fn([u32; 3]) -> DVec4, resolution: u32, level: u32, origin: DVec3, direction: DVec3) -> DVec4 {
@@ -124,6 +127,7 @@ pub fn view_cells(texel: impl Fn([u32; 3]) -> DVec4, resolution: u32, level: u32
     seen
 }
 
+/// Distance at which a ray from inside the grid leaves it \[voxels\].
 fn exit_distance(origin: DVec3, direction: DVec3, resolution: f64) -> f64 {
     let along = |axis: usize| match direction[axis] {
         d if d > 0.0 => (resolution - origin[axis]) / d,
@@ -149,7 +153,7 @@ pub struct SetCone {
 /// How a set is placed at a surface point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placement {
-    /// Distance of the cones' apex from the surface along the geometric normal \[voxels\].
+    /// Distance of the cones' apex from the surface along the geometric normal, in edges of the texels that are read there.
     pub start_offset: f64,
     /// Two numbers of [0, 1): ½ and 0 leave the set as it is, others shift sin²θ within its stratum and turn the set.
     pub pattern: DVec2,
@@ -157,17 +161,23 @@ pub struct Placement {
     pub jitter: f64,
 }
 
+/// Where the cones of a surface point start, and how high that is over the surface (both \[voxels\]).
+fn apex(levels: Levels<'_>, receiver: &Receiver, start_offset: f64) -> (DVec3, f64) {
+    let height = start_offset * levels.largest_texel(receiver.position);
+    (receiver.position + height * receiver.geometric_normal, height)
+}
+
 /// E = π Σ w L over a set of cones, and the mean visibility; and the samples that all of them take.
 pub fn gather<'l>(levels: impl Into<Levels<'l>>, receiver: &Receiver, cones: &[SetCone], placement: &Placement, settings: &MarchSettings) -> (Gathered, u32) {
     let levels = levels.into();
-    let origin = receiver.position + placement.start_offset * receiver.geometric_normal;
+    let (origin, height) = apex(levels, receiver, placement.start_offset);
     let mut gathered = Gathered { irradiance: DVec3::ZERO, visibility: 0.0 };
     let mut samples = 0;
     for cone in cones {
         let sin_squared = cone.sin_squared + (placement.pattern.x - 0.5) * placement.jitter;
         let direction = hemisphere_direction(receiver.shading_normal, sin_squared, cone.azimuth_rad + placement.pattern.y * 2.0 * PI);
         let cosine = direction.dot(receiver.geometric_normal).max(0.0);
-        let result = march(levels, &Cone { origin, direction, tan_half: cone.tan_half, height: placement.start_offset, cosine }, settings);
+        let result = march(levels, &Cone { origin, direction, tan_half: cone.tan_half, height, cosine }, settings);
         gathered.irradiance += PI * cone.weight * result.radiance;
         gathered.visibility += cone.weight * result.visibility;
         samples += result.step_count;
@@ -185,9 +195,17 @@ pub enum LightPlace {
 }
 
 /// Fraction of a light that a receiver sees: the transmittance of a cone from `start_offset` over its surface to the light. Its last sample stays in front of the
-/// light: with c − β d(c) / 2 where it begins, c + d(c) / 2 is no further than the light, for d(c) = 1 and d(c) = 2 c tan(γ/2) alike.
-pub fn light_visibility(chain: &[Volume], receiver: &Receiver, start_offset: f64, light: LightPlace, tan_half: f64, settings: &MarchSettings) -> f64 {
-    let origin = receiver.position + start_offset * receiver.geometric_normal;
+/// light: with c − β d(c) / 2 where it begins, c + d(c) / 2 is no further than the light, for the least d(c) at the light and d(c) = 2 c tan(γ/2) alike.
+pub fn light_visibility<'l>(
+    levels: impl Into<Levels<'l>>,
+    receiver: &Receiver,
+    start_offset: f64,
+    light: LightPlace,
+    tan_half: f64,
+    settings: &MarchSettings,
+) -> f64 {
+    let levels = levels.into();
+    let (origin, height) = apex(levels, receiver, start_offset);
     let (direction, distance) = match light {
         LightPlace::Direction(direction) => (direction, f64::INFINITY),
         LightPlace::Position(position) => ((position - origin).normalize_or_zero(), (position - origin).length()),
@@ -195,10 +213,12 @@ pub fn light_visibility(chain: &[Volume], receiver: &Receiver, start_offset: f64
     let beta = settings.step_factor;
     let widest = distance / (1.0 + tan_half);
     let wide_end = widest * (1.0 - beta * tan_half).max(LEAST_STEP_DENOMINATOR);
-    let narrow_end = distance - 0.5 - beta / 2.0;
+    // A light beyond the grid is as good as where a ray has surely left it.
+    let least = levels.least_diameter(origin + distance.min(2.0 * levels.resolution()) * direction);
+    let narrow_end = distance - least / 2.0 - beta * least / 2.0;
     let settings = MarchSettings { max_distance: wide_end.min(narrow_end), ao_falloff: 0.0, ..*settings };
     let cosine = direction.dot(receiver.geometric_normal).max(0.0);
-    march(chain, &Cone { origin, direction, tan_half, height: start_offset, cosine }, &settings).visibility
+    march(levels, &Cone { origin, direction, tan_half, height, cosine }, &settings).visibility
 }
 
 /// E/π \[W/(m² sr)\] at a voxel, or one side of it, by a set of cones, neighbours taking different patterns ([`voxel_pattern`]; that of `placement` is not
@@ -324,7 +344,7 @@ mod tests {
             assert!(shares.windows(2).all(|pair| pair[0] < pair[1]) && (shares[0] + shares[4] - 1.0).abs() < 1e-12, "{shares:?}");
         }
         let normals = |z: f64| vec![Volume::new(8, |at| if at[2] == 5 { DVec4::new(0.0, 0.0, z * 0.2126, 0.5) } else { DVec4::ZERO })];
-        let seen = |z: f64| march(Levels { light: &wall(), normals: &normals(z), faces: None }, &up(0.0), &TEXTBOOK).radiance;
+        let seen = |z: f64| march(Levels { light: &wall(), normals: &normals(z), ..Levels::default() }, &up(0.0), &TEXTBOOK).radiance;
         assert!(near(seen(-1.0), march(&wall(), &up(0.0), &TEXTBOOK).radiance));
         assert!(near(seen(1.0), 0.5 * ENVIRONMENT));
     }
@@ -350,7 +370,7 @@ mod tests {
     #[test]
     fn steps_are_centred_on_their_samples() {
         for (distance, expected) in [(0.0, 1.0), (1.0, 2.0), (3.0, 6.0)] {
-            assert_eq!(sample_diameter(&up(0.5), distance, &TEXTBOOK, None), expected, "distance {distance}");
+            assert_eq!(sample_diameter(&up(0.5), distance, &TEXTBOOK, None, 1.0), expected, "distance {distance}");
         }
         assert_eq!(march(&levels([DVec4::ZERO; 4]), &up(0.5), &TEXTBOOK).step_count, 3);
     }
@@ -362,7 +382,7 @@ mod tests {
         assert!(near(march(&chain, &up(0.5), &TEXTBOOK).radiance, DVec3::ONE));
         assert!(near(march(&chain, &up(0.5), &MarchSettings { height_clamp: 100.0, ..TEXTBOOK }).radiance, ENVIRONMENT));
         // At c = 6, height 6: k = 3 allows a diameter of 2.
-        assert_eq!(sample_diameter(&up(0.5), 3.0, &MarchSettings { height_clamp: 3.0, ..TEXTBOOK }, None), 2.0);
+        assert_eq!(sample_diameter(&up(0.5), 3.0, &MarchSettings { height_clamp: 3.0, ..TEXTBOOK }, None, 1.0), 2.0);
     }
 
     /// The wall is the layer z = 5, of opacity ½: it hides half of what is behind it, and nothing of what is before it, however wide the cone.

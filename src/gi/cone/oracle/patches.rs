@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{Cone, LEAST_STEP_DENOMINATOR, Levels, MarchSettings, march_to};
+use super::{Cone, LEAST_STEP_DENOMINATOR, Levels, MarchSettings, apex, march_to};
 use crate::gi::voxel::oracle::Receiver;
 
 /// A disc that emits from one side.
@@ -34,7 +34,8 @@ pub fn unhidden(disc: &Disc, receiver: &Receiver) -> DVec3 {
 /// Fraction of the disc that a receiver sees: the transmittance of a cone from `start_offset` over its surface, whose last sample is over the disc's plane by
 /// `start_offset`, and, where no clamp keeps it narrow, by its own diameter.
 pub fn visibility<'l>(levels: impl Into<Levels<'l>>, disc: &Disc, receiver: &Receiver, start_offset: f64, settings: &MarchSettings) -> f64 {
-    let origin = receiver.position + start_offset * receiver.geometric_normal;
+    let levels = levels.into();
+    let (origin, height) = apex(levels, receiver, start_offset);
     let way = disc.position - origin;
     let (distance, direction) = (way.length(), way.normalize_or_zero());
     let leaving = -disc.normal.dot(direction);
@@ -44,12 +45,13 @@ pub fn visibility<'l>(levels: impl Into<Levels<'l>>, disc: &Disc, receiver: &Rec
     let tan_half = (disc.radius / distance).min(1.0);
     let beta = settings.step_factor;
     let wide_end = distance * leaving / (2.0 * tan_half + leaving) * (1.0 - beta * tan_half).max(LEAST_STEP_DENOMINATOR);
-    let narrow_end = distance - start_offset / leaving - beta / 2.0;
+    let least = levels.least_diameter(origin + way);
+    let narrow_end = distance - start_offset * least / leaving - beta * least / 2.0;
     let settings =
         MarchSettings { max_distance: if settings.height_clamp > 0.0 { narrow_end } else { wide_end.min(narrow_end) }, ao_falloff: 0.0, ..*settings };
     let cosine = direction.dot(receiver.geometric_normal).max(0.0);
-    let cone = Cone { origin, direction, tan_half, height: start_offset, cosine };
-    march_to(levels.into(), &cone, &settings, Some((distance * leaving, leaving))).visibility
+    let cone = Cone { origin, direction, tan_half, height, cosine };
+    march_to(levels, &cone, &settings, Some((distance * leaving, leaving))).visibility
 }
 
 /// Irradiance [W/m²] of all discs at a receiver.
