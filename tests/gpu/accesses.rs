@@ -3,12 +3,15 @@
 
 use crate::support::passes::DOUBLE;
 use crate::support::technique::{Surfaces, default_cases, frame, is_sound, moving_room, small_lights};
+use crate::support::voxels::{voxel_settings, voxelize};
 use crate::support::{ValidatedGpu, own_gpu, words};
 use glam::Vec3;
 use lumivox::frame::Renderer;
+use lumivox::gi::voxel::Method;
 use lumivox::graph::{Frame, Gpu, GpuOptions};
 use lumivox::image::Aov;
-use lumivox::scene::Camera;
+use lumivox::render::GpuScene;
+use lumivox::scene::{Camera, Scene};
 
 fn checking_gpu() -> ValidatedGpu {
     own_gpu(&GpuOptions { check_accesses: true, ..GpuOptions::default() })
@@ -32,15 +35,35 @@ fn an_access_outside_of_a_buffer_is_reported() {
     assert!(messages.iter().any(|message| message.contains("highest byte accessed was 259")), "{messages:?}");
 }
 
+/// Fragments are counted before there is room for any: those of masked triangles, of others, and by both methods.
+#[test]
+fn voxelization_stays_within_its_buffers() {
+    let gpu = checking_gpu();
+    let scene = GpuScene::new(&gpu, &masked_and_emissive()).unwrap();
+    for method in [Method::Compute, Method::Raster] {
+        if method == Method::Raster && !gpu.features().geometry_shader {
+            continue;
+        }
+        let voxels = voxelize(&gpu, &scene, voxel_settings(16, method)).voxels;
+        assert!(voxels.fragment_count > 1000, "{} fragments", voxels.fragment_count);
+        assert_eq!(gpu.validation_messages(), Vec::<String>::new(), "{method:?}");
+    }
+}
+
+/// A room with a mask, emission and a model that moves.
+fn masked_and_emissive() -> Scene {
+    let [(_, point), ..] = small_lights();
+    let mut scene = moving_room(Surfaces::Masked, point);
+    scene.materials.last_mut().unwrap().emission = Vec3::new(1.0, 2.0, 4.0);
+    scene
+}
+
 /// The default preset of every technique, on a scene with a mask and emission, while its camera and a model move. What takes the time is making the pipelines.
 #[test]
 fn no_technique_reads_or_writes_outside_of_its_buffers() {
     let gpu = checking_gpu();
-    let [(_, point), ..] = small_lights();
-    let mut scene = moving_room(Surfaces::Masked, point);
+    let mut scene = masked_and_emissive();
     let here = scene.camera;
-    let last = scene.materials.last_mut().unwrap();
-    last.emission = Vec3::new(1.0, 2.0, 4.0);
     for case in default_cases() {
         let settings = case.settings(&[("resolution", case.smallest_resolution())]);
         let (mut renderer, _) = Renderer::new(&gpu, &scene, case.entry, &settings, frame(8, 6, 16)).unwrap();
