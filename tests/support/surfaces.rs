@@ -33,7 +33,7 @@ pub fn judge<const N: usize>(seen: &[[f64; N]], allowed: &[Vec<Choice<N>>]) -> R
     let mut worst = 0.0f64;
     for (pixel, (seen, options)) in seen.iter().zip(allowed).enumerate() {
         let distance = |(expected, tolerance): &Choice<N>| (0..N).map(|i| off(seen[i], expected[i], tolerance[i])).worst();
-        let nearest = options.iter().map(distance).fold(f64::INFINITY, f64::min);
+        let nearest = options.iter().map(distance).min_by(f64::total_cmp).unwrap_or(f64::INFINITY);
         if nearest > 1.0 {
             let channels = |(expected, tolerance): &Choice<N>| {
                 let wrong: Vec<usize> = (0..N).filter(|&i| off(seen[i], expected[i], tolerance[i]) > 1.0).collect();
