@@ -157,8 +157,8 @@ pub fn sheet(builder: &mut Builder, material: u32, [corner, a, b]: [Vec3; 3], uv
     }
 }
 
-/// A room with every kind of surface: textures, normal maps, mirrored and turned texture coordinates, bent normals, normals on the wrong side, masks, triangles without area, and where
-/// asked for glossy and emissive ones.
+/// A room with every kind of surface: textures, normal maps, mirrored and turned texture coordinates, bent normals, normals on the wrong side, masks,
+/// triangles without area, and where asked for glossy and emissive ones.
 pub fn every_surface(glossy: bool, emissive: bool) -> Scene {
     let mut builder = Builder::default();
     let mut random = Random::new(17);
