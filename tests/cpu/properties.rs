@@ -12,7 +12,7 @@ use proptest::prelude::*;
 use proptest::sample::select;
 use proptest::test_runner::RngSeed;
 
-use crate::support::loading::{check_invariants, round_trip};
+use crate::support::loading::{check_invariants, round_trip, write_anew};
 
 fn config(cases: u32) -> ProptestConfig {
     ProptestConfig { cases, failure_persistence: None, rng_seed: RngSeed::Fixed(17), ..ProptestConfig::default() }
@@ -237,8 +237,8 @@ fn models_load_or_the_error_names_the_line() {
     let (folder, tally) = (folder(), Tally::default());
     let path = folder.path().join("scene.obj");
     check(1000, &(text(obj()), text(mtl())), |(obj, mtl)| {
-        std::fs::write(&path, obj).unwrap();
-        std::fs::write(folder.path().join("scene.mtl"), mtl).unwrap();
+        write_anew(&path, obj);
+        write_anew(&folder.path().join("scene.mtl"), mtl);
         tally.count(&loads_or_says_why(&path));
     });
     tally.check();
@@ -252,7 +252,7 @@ fn scene_files_load_or_the_error_names_the_line() {
     std::fs::write(folder.path().join("scene.mtl"), "newmtl red\nKe 1 2 3\nmap_Kd t.png\nnewmtl blue\nKs 1 1 1\nPr 0.3\n").unwrap();
     let path = folder.path().join("scene.toml");
     check(1500, &text(toml()), |toml| {
-        std::fs::write(&path, toml).unwrap();
+        write_anew(&path, toml);
         tally.count(&loads_or_says_why(&path));
     });
     tally.check();

@@ -32,6 +32,7 @@ mod oracle_voxels;
 mod patches;
 mod planner;
 mod probe;
+mod properties;
 mod soft_shadows;
 #[cfg(feature = "measure")]
 mod stress;

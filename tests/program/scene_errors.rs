@@ -1,5 +1,6 @@
 //! Bad scenes: every one is an error of one line that says what, where and what to do; none is a panic.
 
+use crate::support::loading::write_anew;
 use crate::support::{Missing, skipped};
 use std::path::Path;
 
@@ -313,12 +314,12 @@ fn damaged_files_never_panic() {
                     Some(byte) => damaged[position] = byte,
                     None => damaged.truncate(position),
                 }
-                std::fs::write(&path, &damaged).unwrap();
+                write_anew(&path, &damaged);
                 if let Err(error) = Scene::load(&toml, &LoadOptions::default()) {
                     check_message(name, &error.to_string(), &["furnace"]);
                 }
             }
         }
-        std::fs::write(&path, &whole).unwrap();
+        write_anew(&path, &whole);
     }
 }

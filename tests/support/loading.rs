@@ -10,6 +10,12 @@ pub fn load(path: &Path) -> Scene {
     Scene::load(path, &LoadOptions::default()).unwrap_or_else(|error| panic!("{error}"))
 }
 
+/// Writes a file that may be there already. Some file systems (ext4) make whoever cuts a file short wait for the disk, so it is made anew: 0.06 ms, not 6.
+pub fn write_anew(path: &Path, contents: impl AsRef<[u8]>) {
+    let _ = std::fs::remove_file(path);
+    std::fs::write(path, contents).unwrap();
+}
+
 /// Corners of a triangle (m).
 pub fn corners(scene: &Scene, triangle: usize) -> [Vec3; 3] {
     scene.triangles[triangle].vertices.map(|index| Vec3::from(scene.vertices[index as usize].position))

@@ -45,6 +45,12 @@ pub fn default_cases() -> Vec<Case> {
     TECHNIQUES.iter().map(default).filter(|case| case.bounces() > 0).collect()
 }
 
+impl std::fmt::Debug for Case {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.name())
+    }
+}
+
 impl Case {
     /// `technique` or `technique.preset`.
     pub fn name(&self) -> String {
