@@ -315,7 +315,7 @@ fn one_bounce_has_nothing_of_the_others() {
     }
 }
 
-/// A closed box of albedo ½ that emits L_e: L = L_e (1 + ½ + … ½ᵇ), with feedback 2 L_e within 5% after 60 frames and never 5% above it. Directional voxels, with
+/// A closed box of albedo ½ that emits L_e: L = L_e (1 + ½ + … ½ᵇ), with feedback 2 L_e within 5% after 40 frames and never 5% above it. Directional voxels, with
 /// g = 1.5, let some light through a wall wherever samples are one voxel wide, as all are among 16³ voxels: 10% over all bounces there, 5% among 64³.
 #[test]
 fn energy_of_a_furnace() {
@@ -324,7 +324,7 @@ fn energy_of_a_furnace() {
     let seen = guide(&scene, 32, 32).unwrap();
     let cones = ["cones", "anisotropic", "directional"].map(|preset| Case { entry: find("voxel-mips").unwrap(), preset: Some(preset) });
     for case in default_cases().into_iter().chain(cones) {
-        for count in [2, 3, 4] {
+        for count in [2, 4] {
             let pairs = [("resolution", "32"), ("bounces", ["2", "3", "4"][count - 2])];
             let shot = shoot(&gpu, &scene, &case, &pairs, frame(32, 32, 16)).unwrap();
             let expected = 2.0 - 0.5f64.powi(count as i32);
@@ -336,7 +336,7 @@ fn energy_of_a_furnace() {
         let (mut renderer, _) = Renderer::new(&gpu, &scene, case.entry, &settings, frame(16, 16, 16)).unwrap();
         let seen = guide(&scene, 16, 16).unwrap();
         let mut most = 0.0;
-        for turn in 0..60 {
+        for turn in 0..40 {
             renderer.render(&scene.camera).unwrap();
             if turn % 20 == 19 {
                 let full = renderer.aov(Aov::Full).unwrap();
