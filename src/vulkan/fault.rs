@@ -29,6 +29,7 @@ struct Counts {
     faults: Faults,
     allocations: u64,
     submissions: u64,
+    #[cfg_attr(not(feature = "view"), allow(dead_code, reason = "only windows present"))]
     presents: u64,
 }
 
@@ -60,6 +61,7 @@ impl Planted {
     }
 
     /// What the driver says to the picture that is shown here, in place of the truth.
+    #[cfg_attr(not(feature = "view"), allow(dead_code, reason = "only windows present"))]
     pub(super) fn present(&self) -> Option<vk::Result> {
         let mut counts = self.counts();
         counts.presents += 1;

@@ -75,7 +75,7 @@ pub fn spot_share(angle_deg: f64, inner_deg: f64, outer_deg: f64) -> f64 {
     }
 }
 
-/// ∫ of a spot's share over all directions [sr].
+/// ∫ of a spot's share over all directions \[sr\].
 pub fn spot_solid_angle(inner_deg: f64, outer_deg: f64) -> f64 {
     let (inner, outer) = (inner_deg.to_radians(), outer_deg.to_radians());
     let mean_cosine = if inner == outer { outer.cos() } else { (outer.sin() - inner.sin()) / (outer - inner) };
