@@ -181,7 +181,7 @@ fn the_probe_lists_what_its_cone_sees() {
         "technique left voxel-mips accurate\nview full\nstill\nprobe 0.5 0.8 normal\ntechnique left svo cones\nset left resolution 16\nkey P\nkey P\nstill\n";
     script +=
         "compare split\ntechnique right clipmap cones\nset right resolution 16\nstill\nprobe 0.8 0.8 diffuse 3\nprobe list right.csv\nkey Escape\nframes 2\n";
-    check_done(&display.view(folder.path(), &["--validate", "--size", "700x400", "--technique", "none", "--shadow-resolution", "256"], &script));
+    check_done(&display.view(folder.path(), &["--validate", "--size", "500x300", "--technique", "none", "--shadow-resolution", "256"], &script));
     for technique in ["voxel-mips", "svo", "clipmap"] {
         let image = lumivox::image::read_exr(&folder.path().join(format!("{technique}.exr"))).unwrap();
         let at = [image.width as f32 * 0.5, image.height as f32 * 0.8].map(|at| at as u32);
