@@ -1,10 +1,12 @@
-//! Tells the program which path tracer it has: references that are kept on disk are of one build of it.
+//! Tells the program which path tracer it has: references that are kept on disk are of one build of
+//! it.
 
 use std::collections::hash_map::DefaultHasher;
 use std::hash::{Hash as _, Hasher as _};
 use std::path::{Path, PathBuf};
 
-/// All that a reference depends on, besides the scene: the tracer, the scenes and textures that it reads, and the crates below them.
+/// All that a reference depends on, besides the scene: the tracer, the scenes and textures that it
+/// reads, and the crates below them.
 const SOURCES: [&str; 4] = ["src/reference", "src/scene", "src/image", "Cargo.lock"];
 
 fn main() -> std::io::Result<()> {
@@ -22,7 +24,8 @@ fn main() -> std::io::Result<()> {
     Ok(())
 }
 
-/// All files in a folder and its folders; a file that is not there is none: a packaged crate may lack its lock file.
+/// All files in a folder and its folders; a file that is not there is none: a packaged crate may
+/// lack its lock file.
 fn list(path: &Path, files: &mut Vec<PathBuf>) -> std::io::Result<()> {
     if path.is_file() {
         files.push(path.to_owned());

@@ -1,4 +1,5 @@
-//! Real-time global illumination techniques side by side, on one scene, measured against a path-traced reference.
+//! Real-time global illumination techniques side by side, on one scene, measured against a
+//! path-traced reference.
 //!
 //! # The contract
 //!
@@ -6,37 +7,41 @@
 //!
 //! | quantity | unit | where |
 //! | --- | --- | --- |
-//! | irradiance E | W/m² | directional lights (on a plane perpendicular to the beam); what a technique gathers |
-//! | radiance L | W/(m² sr) | emission (`Ke`, from front sides only), the environment, every image |
+//! | irradiance E | W/m² | directional lights, across the beam; what a technique gathers |
+//! | radiance L | W/(m² sr) | emission (`Ke`, front sides only), environment, every image |
 //! | intensity I | W/sr | point and spot lights, inverse-square falloff |
 //! | flux Φ | W | the texels of a reflective shadow map |
 //! | albedo ρ | 1, in \[0, 1\] | Lambertian: L = ρ/π · E |
 //!
-//! Every technique answers one question: given the G-buffer, what are, at each pixel, the indirect diffuse irradiance E_i, the indirect specular
-//! radiance L_s and the ambient visibility ([`gi::IndirectLight`])? One shared pass composites L = L_e + L_direct + ρ/π · E_i + L_s, so techniques
-//! differ in nothing else. A technique states its number of bounces ([`gi::registry::Entry::bounces`]) and is compared with the
-//! [`mod@reference`] at that number. Images are linear; exposure and sRGB are for looking only.
+//! Every technique answers one question: given the G-buffer, what are, at each pixel, the indirect
+//! diffuse irradiance E_i, the indirect specular radiance L_s and the ambient visibility
+//! ([`gi::IndirectLight`])? One shared pass composites L = L_e + L_direct + ρ/π · E_i + L_s, so
+//! techniques differ in nothing else. A technique states its number of bounces
+//! ([`gi::registry::Entry::bounces`]) and is compared with the [`mod@reference`] at that number.
+//! Images are linear; exposure and sRGB are for looking only.
 //!
 //! # Words
 //!
-//! *Technique*: one complete way to compute indirect light, a row of [`gi::registry::TECHNIQUES`]. *Voxel fragment*: one triangle's share of one voxel.
-//! *Voxel mips*: dense 3D textures with a full mip chain. *RSM*: reflective shadow map. *Injection*: direct light written into a structure.
-//! *Cone*: origin, direction, aperture γ, sampled front to back with diameter d = 2 t tan(γ/2). *Reference*: the path tracer's image of the same scene,
-//! camera and number of bounces. *Block*: 8×8 pixels on one plane and one material ([`metrics`]).
+//! *Technique*: one complete way to compute indirect light, a row of [`gi::registry::TECHNIQUES`].
+//! *Voxel fragment*: one triangle's share of one voxel. *Voxel mips*: dense 3D textures with a full
+//! mip chain. *RSM*: reflective shadow map. *Injection*: direct light written into a structure.
+//! *Cone*: origin, direction, aperture γ, sampled front to back with diameter d = 2 t tan(γ/2).
+//! *Reference*: the path tracer's image of the same scene, camera and number of bounces. *Block*:
+//! 8×8 pixels on one plane and one material ([`metrics`]).
 //!
 //! # The frame in ten lines
 //!
 //! From [`frame::Renderer::render`]:
 //!
 //! ```text
-//! frame.set_scene(set, materials)                    vertices, materials, textures, lights, camera
-//! maps.draw(frame, scene)                            shadow maps, or reflective shadow maps where the technique reads them
-//! gbuffer.draw(frame, scene)                         depth, normal, albedo, roughness, emission at each pixel
-//! technique.update(frame, scene, maps)               this frame's light into the technique's world-space store
-//! light = technique.gather(frame, scene, maps, gbuffer)    IndirectLight: E, L, ambient visibility at each pixel
-//! output.draw_direct(frame, scene, maps, gbuffer)    L_direct
-//! output.draw_composite(frame, gbuffer, light)       L = L_e + L_direct + ρ/π · E_i + L_s
-//! gpu.submit(frame)                                  plan barriers, record, run, time every pass
+//! frame.set_scene(set, materials)       vertices, materials, textures, lights, camera
+//! maps.draw(frame, scene)               shadow maps, or reflective shadow maps, as it needs
+//! gbuffer.draw(frame, scene)            depth, normal, albedo, roughness, emission of each pixel
+//! technique.update(frame, scene, maps)  this frame's light into the world-space store
+//! light = technique.gather(frame, ...)  IndirectLight: E, L, ambient visibility of each pixel
+//! output.draw_direct(frame, ...)        L_direct
+//! output.draw_composite(frame, ...)     L = L_e + L_direct + ρ/π · E_i + L_s
+//! gpu.submit(frame)                     plan barriers, record, run, time every pass
 //! ```
 //!
 //! And from outside:
@@ -64,7 +69,8 @@
 //!
 //! # The modules
 //!
-//! Each uses only those above it; [`mod@reference`], [`mod@image`] and [`metrics`] stand apart and know of [`scene`] alone.
+//! Each uses only those above it; [`mod@reference`], [`mod@image`] and [`metrics`] stand apart and
+//! know of [`scene`] alone.
 //!
 //! | module | holds |
 //! | --- | --- |

@@ -16,6 +16,7 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     let _ = (read_exr(&path), read_aov(&path, Aov::Indirect));
     if write_planes(&copy, &planes).is_ok() {
         let again = read_planes(&copy).unwrap();
-        assert_eq!((again.width, again.height, again.planes.len()), (planes.width, planes.height, planes.planes.len()));
+        assert_eq!((again.width, again.height, again.planes.len()),
+            (planes.width, planes.height, planes.planes.len()));
     }
 });

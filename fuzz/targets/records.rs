@@ -16,12 +16,14 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     if let Ok(points) = read_records::<Point>(&path) {
         let sections = Section::sort(points);
         for section in &sections {
-            let _ = (section.csv(), section.answer_lines(), section.picks(), Cost::ALL.map(|cost| section.standings(cost)));
+            let _ = (section.csv(), section.answer_lines(), section.picks(),
+                Cost::ALL.map(|cost| section.standings(cost)));
         }
         let _ = page(&sections, &PictureFolder::of(&FOLDER), &Troubles::default());
     }
     if let Ok(records) = read_records::<Record>(&path) {
-        let results: Vec<Results<'_>> = CASES.iter().map(|case| Results { case, records: &records }).collect();
+        let results: Vec<Results<'_>> =
+            CASES.iter().map(|case| Results { case, records: &records }).collect();
         for case in &results {
             let _ = (case.table(), case.csv(), case.charts());
         }

@@ -1,6 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// render.composite: L = L_e + L_direct + ρ/π · E_i + L_s, the one pass that every technique's result goes through.
+// render.composite: L = L_e + L_direct + ρ/π · E_i + L_s, the one pass that every technique's
+// result goes through.
 layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(constant_id = 0) const uint SPECULAR = 0;
@@ -22,9 +23,12 @@ void main() {
     vec4 seen = texelFetch(sampler2D(direct, nearest_clamp), pixel, 0);
     vec3 reflected = vec3(0.0), emitted = frame.environment.rgb;
     if (seen.a > 0.0) {
-        reflected = texelFetch(sampler2D(albedo, nearest_clamp), pixel, 0).rgb / PI * texelFetch(sampler2D(indirect_diffuse, nearest_clamp), pixel, 0).rgb;
-        if (SPECULAR != 0u) reflected += texelFetch(sampler2D(indirect_specular, nearest_clamp), pixel, 0).rgb;
-        emitted = EMISSIVE != 0u ? texelFetch(sampler2D(emission, nearest_clamp), pixel, 0).rgb : vec3(0.0);
+        reflected = texelFetch(sampler2D(albedo, nearest_clamp), pixel, 0).rgb / PI
+            * texelFetch(sampler2D(indirect_diffuse, nearest_clamp), pixel, 0).rgb;
+        if (SPECULAR != 0u)
+            reflected += texelFetch(sampler2D(indirect_specular, nearest_clamp), pixel, 0).rgb;
+        emitted = EMISSIVE != 0u ? texelFetch(sampler2D(emission, nearest_clamp), pixel, 0).rgb
+                                 : vec3(0.0);
     }
     imageStore(indirect, pixel, vec4(reflected, seen.a));
     imageStore(radiance, pixel, vec4(emitted + seen.rgb + reflected, seen.a));

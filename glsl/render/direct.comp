@@ -1,13 +1,16 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// render.direct: light reflected once. L = Σ (ρ/π + f_s) E (n·ω) V; alpha is 1 where there is a surface.
+// render.direct: light reflected once. L = Σ (ρ/π + f_s) E (n·ω) V; alpha is 1 where there is a
+// surface.
 layout(local_size_x = 8, local_size_y = 8) in;
 
 #include "shared/light_view.glsl"
 
 layout(constant_id = 0) const uint GLOSSY = 0;
 
-layout(std430, set = 1, binding = 0) restrict readonly buffer LightViews { LightView light_views[]; };
+layout(std430, set = 1, binding = 0) restrict readonly buffer LightViews {
+    LightView light_views[];
+};
 layout(set = 1, binding = 1) uniform texture2DArray shadow_maps;
 layout(set = 1, binding = 2) uniform texture2D view_depth;
 layout(set = 1, binding = 3) uniform utexture2D normals;
@@ -32,7 +35,8 @@ void main() {
         float cosine;
         vec3 reflected = reflected_light(lights[i], reflector, to_light, cosine);
         if (cosine <= 0.0) continue;
-        float lit = light_visibility(lights[i], reflector.surface.position_ws, reflector.surface.geometric_normal, 0.0);
+        float lit = light_visibility(
+            lights[i], reflector.surface.position_ws, reflector.surface.geometric_normal, 0.0);
         radiance += reflected * (cosine * lit);
     }
     imageStore(direct, pixel, vec4(radiance, 1.0));

@@ -1,6 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// render.gbuffer: view depth, normals on the viewer's side, diffuse albedo, and where the scene has them the specular lobe and emission.
+// render.gbuffer: view depth, normals on the viewer's side, diffuse albedo, and where the scene has
+// them the specular lobe and emission.
 #include "shared/frame.glsl"
 #include "shared/material.glsl"
 #include "shared/packing.glsl"
@@ -20,7 +21,8 @@ layout(location = 3) out vec4 specular;        // rgb: F0
 layout(location = EMISSIVE) out vec4 emission; // rgb: radiance [W/(m² sr)]
 #endif
 
-// Shading normal from a tangent-space map, with the tangent frame of the triangle's texture coordinates.
+// Shading normal from a tangent-space map, with the tangent frame of the triangle's texture
+// coordinates.
 vec3 mapped_normal(uvec4 triangle, vec3 normal) {
     Vertex a = vertices[triangle.x], b = vertices[triangle.y], c = vertices[triangle.z];
     vec3 e1 = b.position - a.position, e2 = c.position - a.position;
@@ -46,20 +48,25 @@ void main() {
     Material m = materials[triangle.w];
     if (m.albedo.w > 0.0 && texture(sampler2D(mask_texture, linear_repeat), uv).r < 0.5) discard;
     vec3 base = m.albedo.rgb * texture(sampler2D(albedo_texture, linear_repeat), uv).rgb;
-    vec3 a = vertices[triangle.x].position, b = vertices[triangle.y].position, c = vertices[triangle.z].position;
+    vec3 a = vertices[triangle.x].position, b = vertices[triangle.y].position,
+         c = vertices[triangle.z].position;
     vec3 geometric = normalize(cross(b - a, c - a));
     vec3 shading = on_side_of(geometric, normalize(normal_ws));
     if (m.emission.w > 0.0) shading = on_side_of(geometric, mapped_normal(triangle, shading));
     vec3 to_eye = frame.eye_ws.xyz - position_ws;
     bool front = dot(geometric, to_eye) >= 0.0;
     view_depth_m = -dot(to_eye, frame.ray_forward.xyz);
-    normals = front ? uvec2(pack_unit(geometric), pack_unit(shading)) : uvec2(pack_unit(-geometric), pack_unit(-shading));
+    normals = front ? uvec2(pack_unit(geometric), pack_unit(shading))
+                    : uvec2(pack_unit(-geometric), pack_unit(-shading));
     albedo = vec4(base, m.specular.w);
 #ifdef GLOSSY
     albedo.rgb *= 1.0 - m.metalness.x;
     specular = vec4(m.specular.w < 0.0 ? vec3(0.0) : mix(m.specular.rgb, base, m.metalness.x), 0.0);
 #endif
 #ifdef EMISSIVE
-    emission = vec4(front ? m.emission.rgb * texture(sampler2D(emission_texture, linear_repeat), uv).rgb : vec3(0.0), 0.0);
+    emission =
+        vec4(front ? m.emission.rgb * texture(sampler2D(emission_texture, linear_repeat), uv).rgb
+                   : vec3(0.0),
+            0.0);
 #endif
 }

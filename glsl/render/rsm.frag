@@ -1,6 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// render.rsm: reflective shadow map (Dachsbacher & Stamminger 2005): geometric normal, and the reflected share of the light's intensity.
+// render.rsm: reflective shadow map (Dachsbacher & Stamminger 2005): geometric normal, and the
+// reflected share of the light's intensity.
 #include "shared/light_view.glsl"
 #include "shared/material.glsl"
 #include "shared/packing.glsl"
@@ -20,7 +21,9 @@ void main() {
     Material m = materials[material];
     if (m.albedo.w > 0.0 && texture(sampler2D(mask_texture, linear_repeat), uv).r < 0.5) discard;
     Light light = lights[light_views[params.view].light.x];
-    vec3 albedo = m.albedo.rgb * (1.0 - m.metalness.x) * texture(sampler2D(albedo_texture, linear_repeat), uv).rgb;
+    vec3 albedo = m.albedo.rgb * (1.0 - m.metalness.x)
+        * texture(sampler2D(albedo_texture, linear_repeat), uv).rgb;
     rsm_normal = pack_unit(normalize(cross(dFdx(position_ws), dFdy(position_ws))));
-    rsm_reflected = vec4(sqrt(albedo * light_falloff(light, normalize(position_ws - light.position_kind.xyz))), 1.0);
+    rsm_reflected = vec4(
+        sqrt(albedo * light_falloff(light, normalize(position_ws - light.position_kind.xyz))), 1.0);
 }

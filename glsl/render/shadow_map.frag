@@ -9,5 +9,7 @@ layout(location = 1) in vec2 uv;
 layout(location = 2) flat in uint material;
 
 void main() {
-    if (materials[material].albedo.w > 0.0 && texture(sampler2D(mask_texture, linear_repeat), uv).r < 0.5) discard;
+    if (materials[material].albedo.w > 0.0
+        && texture(sampler2D(mask_texture, linear_repeat), uv).r < 0.5)
+        discard;
 }

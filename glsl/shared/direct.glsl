@@ -1,5 +1,6 @@
-// What the surface of a pixel reflects of a light that nothing hides. The including pass declares the G-buffer with `albedo` and `specular`, and defines
-// GLOSSY: whether the scene has specular lobes.
+// What the surface of a pixel reflects of a light that nothing hides. The including pass declares
+// the G-buffer with `albedo` and `specular`, and defines GLOSSY: whether the scene has specular
+// lobes.
 #ifndef LUMIVOX_DIRECT
 #define LUMIVOX_DIRECT
 
@@ -19,7 +20,9 @@ bool read_reflector(ivec2 pixel, out Reflector r) {
     bool is_surface = read_surface(pixel, r.surface);
     r.to_eye = normalize(frame.eye_ws.xyz - r.surface.position_ws);
     r.base = texelFetch(sampler2D(albedo, nearest_clamp), pixel, 0);
-    r.f0 = GLOSSY != 0u && r.base.a >= 0.0 ? texelFetch(sampler2D(specular, nearest_clamp), pixel, 0).rgb : vec3(0.0);
+    r.f0 = GLOSSY != 0u && r.base.a >= 0.0
+        ? texelFetch(sampler2D(specular, nearest_clamp), pixel, 0).rgb
+        : vec3(0.0);
     return is_surface;
 }
 
@@ -30,7 +33,8 @@ vec3 reflected_light(Light light, Reflector r, out vec3 to_light, out float cosi
     cosine = is_front ? max(dot(r.surface.shading_normal, to_light), 0.0) : 0.0;
     if (cosine == 0.0) return vec3(0.0);
     vec3 reflected = r.base.rgb / PI;
-    if (GLOSSY != 0u && r.base.a >= 0.0) reflected += ggx_brdf(r.surface.shading_normal, r.to_eye, to_light, r.f0, r.base.a);
+    if (GLOSSY != 0u && r.base.a >= 0.0)
+        reflected += ggx_brdf(r.surface.shading_normal, r.to_eye, to_light, r.f0, r.base.a);
     return reflected * irradiance;
 }
 

@@ -1,4 +1,5 @@
-// Set 0: the frame and the scene, the same for every pass (Rust: render::FrameConstants, scene::Vertex, …).
+// Set 0: the frame and the scene, the same for every pass (Rust: render::FrameConstants,
+// scene::Vertex, …).
 #ifndef LUMIVOX_FRAME
 #define LUMIVOX_FRAME
 
@@ -52,7 +53,9 @@ vec2 texture_uv(Vertex vertex) {
 // Position [m] of the surface at view depth `depth_m` through the centre of a pixel.
 vec3 position_from_depth(ivec2 pixel, float depth_m) {
     vec2 ndc = (vec2(pixel) + 0.5) / vec2(frame.size_px.xy) * 2.0 - 1.0;
-    return frame.eye_ws.xyz + depth_m * (frame.ray_forward.xyz + ndc.x * frame.ray_right.xyz - ndc.y * frame.ray_up.xyz);
+    return frame.eye_ws.xyz
+        + depth_m
+        * (frame.ray_forward.xyz + ndc.x * frame.ray_right.xyz - ndc.y * frame.ray_up.xyz);
 }
 
 #endif

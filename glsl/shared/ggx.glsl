@@ -1,4 +1,5 @@
-// The glossy lobe: GGX (Walter et al. 2007) with height-correlated Smith shadowing (Heitz 2014) and Schlick's Fresnel; α = roughness².
+// The glossy lobe: GGX (Walter et al. 2007) with height-correlated Smith shadowing (Heitz 2014) and
+// Schlick's Fresnel; α = roughness².
 #ifndef LUMIVOX_GGX
 #define LUMIVOX_GGX
 
@@ -20,7 +21,8 @@ vec3 ggx_brdf(vec3 n, vec3 wo, vec3 wi, vec3 f0, float roughness) {
     // The sine by the cross product: as 1 - cos², single precision loses the peak of a narrow lobe.
     float d = nh * nh * a2 + dot(across, across);
     float distribution = a2 / (3.14159265358979 * d * d);
-    float visibility = 0.5 / (ni * sqrt(no * no * (1.0 - a2) + a2) + no * sqrt(ni * ni * (1.0 - a2) + a2));
+    float visibility =
+        0.5 / (ni * sqrt(no * no * (1.0 - a2) + a2) + no * sqrt(ni * ni * (1.0 - a2) + a2));
     return schlick(f0, dot(wi, h)) * (distribution * visibility);
 }
 

@@ -6,8 +6,10 @@
 
 struct LightView {
     mat4 clip_from_world;
-    vec4 origin_kind;   // xyz: light position, or the map's centre on its near plane [m]; w: 0 parallel, 1 perspective
-    vec4 right;         // xyz: from the map's centre to its right edge: [m], or per unit of view depth
+    // xyz: light position, or the map's centre on its near plane [m]; w: 0 parallel, 1 perspective
+    vec4 origin_kind;
+    // xyz: from the map's centre to its right edge: [m], or per unit of view depth
+    vec4 right;
     vec4 down;          // xyz: from the map's centre to its lower edge, likewise
     vec4 forward;       // xyz: unit direction of travel; w: depth of the near plane [m]
     uvec4 light;        // x: index of the light; y: map size [texels]
@@ -16,12 +18,15 @@ struct LightView {
 const float LIGHT_DIRECTIONAL = 0.0;
 const float LIGHT_SPOT = 2.0;
 
-// View depth [m] from the depth buffer: parallel views are linear, perspective ones reversed with an infinite far plane (1 at the near plane, 0 far).
+// View depth [m] from the depth buffer: parallel views are linear, perspective ones reversed with
+// an infinite far plane (1 at the near plane, 0 far).
 float map_depth(LightView view, float stored, float depth_range_m) {
-    return view.origin_kind.w == 0.0 ? (1.0 - stored) * depth_range_m : view.forward.w / max(stored, 1e-30);
+    return view.origin_kind.w == 0.0 ? (1.0 - stored) * depth_range_m
+                                     : view.forward.w / max(stored, 1e-30);
 }
 
-// Fraction of the light's intensity that leaves in direction `wi_from_light` (unit): the spot's cone, falling linearly in angle.
+// Fraction of the light's intensity that leaves in direction `wi_from_light` (unit): the spot's
+// cone, falling linearly in angle.
 float light_falloff(Light light, vec3 direction) {
     if (light.position_kind.w != LIGHT_SPOT) return 1.0;
     float angle = acos(clamp(dot(direction, light.direction_inner.xyz), -1.0, 1.0));

@@ -11,25 +11,35 @@ use lumivox::measure::bench::{BenchSettings, Case, Truth, cases, measure};
 use lumivox::measure::chart::Chart;
 use lumivox::measure::report::Report;
 use lumivox::measure::walk::{self, WalkSettings};
-use lumivox::measure::{directions_chart, error_chart, memory_chart, motion_chart, passes_chart, stages_chart, structures_chart, table, walk_chart};
+use lumivox::measure::{
+    directions_chart, error_chart, memory_chart, motion_chart, passes_chart, stages_chart,
+    structures_chart, table, walk_chart,
+};
 use lumivox::metrics::Channel;
 use lumivox::reference::{Bounces, guide};
 use lumivox::scene::{LoadOptions, Scene};
 
 use super::CliError;
 use super::common::{
-    DeviceArgs, ShadowArgs, TimingArgs, chart_stem, check_max_error, check_output, check_output_folder, make_folder, parse_channel, parse_size, progress_bar,
-    reference, reference_failed, say, stems,
+    DeviceArgs, ShadowArgs, TimingArgs, chart_stem, check_max_error, check_output,
+    check_output_folder, make_folder, parse_channel, parse_size, progress_bar, reference,
+    reference_failed, say, stems,
 };
 
-/// Measure techniques, presets and resolutions: time per pass, memory, error against the path-traced reference.
+/// Measure techniques, presets and resolutions: time per pass, memory, error against the
+/// path-traced reference.
 #[derive(clap::Args)]
 pub(crate) struct Args {
     /// `bundled:NAME`, or the path of a .toml or .obj file.
     #[arg(required = true)]
     scene: Vec<OsString>,
     /// Techniques; `lumivox techniques` lists them.
-    #[arg(long, value_name = "NAME,…", value_delimiter = ',', default_value = "voxel-mips")]
+    #[arg(
+        long,
+        value_name = "NAME,…",
+        value_delimiter = ',',
+        default_value = "voxel-mips"
+    )]
     technique: Vec<String>,
     /// Presets of each technique [default: its default preset].
     #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
@@ -41,19 +51,42 @@ pub(crate) struct Args {
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
     /// Frames to measure, after one that warms up (16 with `bounces=feedback`).
-    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 5,
+        value_parser = clap::value_parser!(u32).range(1..=100_000),
+    )]
     frames: u32,
     /// Builds of the static structure to measure, after the first.
-    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 5,
+        value_parser = clap::value_parser!(u32).range(1..=100_000),
+    )]
     rebuilds: u32,
-    /// Seconds at which the models with keyframes are put, to measure bringing the structure up to them (as often as --rebuilds).
-    #[arg(long, value_name = "T,…", value_delimiter = ',', allow_negative_numbers = true)]
+    /// Seconds at which the models with keyframes are put, to measure bringing the structure up to
+    /// them (as often as --rebuilds).
+    #[arg(
+        long,
+        value_name = "T,…",
+        value_delimiter = ',',
+        allow_negative_numbers = true
+    )]
     times: Vec<f32>,
-    /// Let the camera walk along its view, there and back through the scene: so many frames at each speed.
+    /// Let the camera walk along its view, there and back through the scene: so many frames at
+    /// each speed.
     #[arg(long, value_name = "FRAMES", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     walk: Option<u32>,
     /// Speeds of --walk (finest voxels of each technique, a frame).
-    #[arg(long, value_name = "V,…", value_delimiter = ',', default_value = "0,0.25,1,4,16", requires = "walk")]
+    #[arg(
+        long,
+        value_name = "V,…",
+        value_delimiter = ',',
+        default_value = "0,0.25,1,4,16",
+        requires = "walk"
+    )]
     speeds: Vec<f32>,
     /// Width and height (px).
     #[arg(long, value_name = "WxH", default_value = "256x256", value_parser = parse_size)]
@@ -63,11 +96,22 @@ pub(crate) struct Args {
     /// Do without the reference: no errors.
     #[arg(long)]
     no_reference: bool,
-    /// Sample the reference until the standard error of 8x8-pixel means is below this, relative to the mean.
-    #[arg(long, value_name = "X", default_value_t = 0.01, conflicts_with = "no_reference")]
+    /// Sample the reference until the standard error of 8x8-pixel means is below this, relative to
+    /// the mean.
+    #[arg(
+        long,
+        value_name = "X",
+        default_value_t = 0.01,
+        conflicts_with = "no_reference"
+    )]
     max_error: f64,
     /// Compare luminance, or red, green and blue.
-    #[arg(long, value_name = "luminance|rgb", default_value = "luminance", value_parser = parse_channel)]
+    #[arg(
+        long,
+        value_name = "luminance|rgb",
+        default_value = "luminance",
+        value_parser = parse_channel,
+    )]
     channel: Channel,
     #[command(flatten)]
     device: DeviceArgs,
@@ -85,32 +129,82 @@ pub(crate) struct Args {
 pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     check_max_error(args.max_error)?;
     if let Some(time_s) = args.times.iter().find(|time_s| !time_s.is_finite()) {
-        return Err(CliError::input(format!("--times has {time_s}; it must be a number of seconds")));
+        return Err(CliError::input(format!(
+            "--times has {time_s}; it must be a number of seconds"
+        )));
     }
-    if let Some(speed) = args.speeds.iter().find(|speed| !(speed.is_finite() && **speed >= 0.0)) {
-        return Err(CliError::input(format!("--speeds has {speed}; it must be a number of voxels, 0 or more")));
+    if let Some(speed) = args
+        .speeds
+        .iter()
+        .find(|speed| !(speed.is_finite() && **speed >= 0.0))
+    {
+        return Err(CliError::input(format!(
+            "--speeds has {speed}; it must be a number of voxels, 0 or more"
+        )));
     }
-    let techniques: Vec<&'static Entry> = args.technique.iter().map(|name| find(name)).collect::<Result<_, _>>().map_err(CliError::input)?;
-    let cases = cases(&techniques, &args.preset, &args.resolution, &args.set).map_err(CliError::input)?;
+    let techniques: Vec<&'static Entry> = args
+        .technique
+        .iter()
+        .map(|name| find(name))
+        .collect::<Result<_, _>>()
+        .map_err(CliError::input)?;
+    let cases =
+        cases(&techniques, &args.preset, &args.resolution, &args.set).map_err(CliError::input)?;
     check_output_folder(&args.output)?;
-    let options = LoadOptions { allow_missing_textures: args.allow_missing_textures };
-    let scenes: Vec<Scene> = args.scene.iter().map(|scene| Scene::open(scene, &options)).collect::<Result<_, _>>().map_err(CliError::input)?;
+    let options = LoadOptions {
+        allow_missing_textures: args.allow_missing_textures,
+    };
+    let scenes: Vec<Scene> = args
+        .scene
+        .iter()
+        .map(|scene| Scene::open(scene, &options))
+        .collect::<Result<_, _>>()
+        .map_err(CliError::input)?;
     let stems = stems(scenes.iter().map(|scene| scene.name.as_str()), &args.output);
-    stems.iter().flat_map(|stem| outputs(stem)).filter(|path| path.exists()).try_for_each(|path| check_output(&path))?;
+    stems
+        .iter()
+        .flat_map(|stem| outputs(stem))
+        .filter(|path| path.exists())
+        .try_for_each(|path| check_output(&path))?;
     let gpu = args.device.options()?;
     let timing = args.timing.choice(&gpu)?;
-    let frame = FrameSettings { size: [args.size.0, args.size.1], shadow_resolution: args.shadow.shadow_resolution };
+    let frame = FrameSettings {
+        size: [args.size.0, args.size.1],
+        shadow_resolution: args.shadow.shadow_resolution,
+    };
     let times = args.times.clone();
-    let walk = args.walk.map(|frames| WalkSettings { speeds: args.speeds.clone(), frames });
-    let settings = BenchSettings { gpu, timing, frame, frames: args.frames, rebuilds: args.rebuilds, times, walk, samples: true, channel: args.channel };
+    let walk = args.walk.map(|frames| WalkSettings {
+        speeds: args.speeds.clone(),
+        frames,
+    });
+    let settings = BenchSettings {
+        gpu,
+        timing,
+        frame,
+        frames: args.frames,
+        rebuilds: args.rebuilds,
+        times,
+        walk,
+        samples: true,
+        channel: args.channel,
+    };
     make_folder(&args.output)?;
-    scenes.iter().zip(&stems).try_for_each(|(scene, stem)| bench_scene(args, scene, &cases, &settings, stem, quiet))
+    scenes
+        .iter()
+        .zip(&stems)
+        .try_for_each(|(scene, stem)| bench_scene(args, scene, &cases, &settings, stem, quiet))
 }
 
 /// Every file that a scene's benchmark may write.
 fn outputs(stem: &Path) -> Vec<PathBuf> {
-    let charts = CHARTS.iter().flat_map(|(what, _)| ["svg", "png"].map(|extension| chart_stem(stem, what).with_extension(extension)));
-    ["jsonl", "csv"].map(|extension| stem.with_extension(extension)).into_iter().chain(charts).collect()
+    let charts = CHARTS.iter().flat_map(|(what, _)| {
+        ["svg", "png"].map(|extension| chart_stem(stem, what).with_extension(extension))
+    });
+    ["jsonl", "csv"]
+        .map(|extension| stem.with_extension(extension))
+        .into_iter()
+        .chain(charts)
+        .collect()
 }
 
 /// What follows the scene's name in a chart's file name, and what draws it.
@@ -127,9 +221,18 @@ static CHARTS: &[NamedChart] = &[
     ("walk", walk_chart),
 ];
 
-fn bench_scene(args: &Args, scene: &Scene, cases: &[Case], settings: &BenchSettings, stem: &Path, quiet: bool) -> Result<(), CliError> {
+fn bench_scene(
+    args: &Args,
+    scene: &Scene,
+    cases: &[Case],
+    settings: &BenchSettings,
+    stem: &Path,
+    quiet: bool,
+) -> Result<(), CliError> {
     let records = stem.with_extension("jsonl");
-    let unwritten = |path: &Path, error: std::io::Error| CliError::failed(format!("cannot write {}: {error}", path.display()));
+    let unwritten = |path: &Path, error: std::io::Error| {
+        CliError::failed(format!("cannot write {}: {error}", path.display()))
+    };
     let mut file = File::create(&records).map_err(|error| unwritten(&records, error))?;
     let bar = progress_bar(quiet, cases.len());
     if !quiet {
@@ -145,13 +248,19 @@ fn bench_scene(args: &Args, scene: &Scene, cases: &[Case], settings: &BenchSetti
             truths.push((bounces, truth(args, scene, bounces)?));
         }
         bar.set_message(case.entry.name);
-        let Some((_, truth)) = truths.iter().find(|(known, _)| *known == bounces) else { continue };
+        let Some((_, truth)) = truths.iter().find(|(known, _)| *known == bounces) else {
+            continue;
+        };
         let report = measure(scene, case, settings, truth).map_err(CliError::failed)?;
         // One line at a time, so that a run that is stopped keeps what it has.
         let line = serde_json::to_string(&report).map_err(CliError::failed)?;
         writeln!(file, "{line}").map_err(|error| unwritten(&records, error))?;
         if !quiet {
-            bar.suspend(|| std::iter::once(table::row(&report)).chain(walk::lines(&report)).for_each(|line| say(&line)));
+            bar.suspend(|| {
+                std::iter::once(table::row(&report))
+                    .chain(walk::lines(&report))
+                    .for_each(|line| say(&line))
+            });
         }
         bar.inc(1);
         reports.push(report);
@@ -161,7 +270,9 @@ fn bench_scene(args: &Args, scene: &Scene, cases: &[Case], settings: &BenchSetti
     std::fs::write(&csv, table::csv(&reports)).map_err(|error| unwritten(&csv, error))?;
     for (what, chart) in CHARTS {
         if let Some(chart) = chart(&reports) {
-            chart.write(&chart_stem(stem, what)).map_err(CliError::failed)?;
+            chart
+                .write(&chart_stem(stem, what))
+                .map_err(CliError::failed)?;
         }
     }
     Ok(())
@@ -171,7 +282,10 @@ fn bench_scene(args: &Args, scene: &Scene, cases: &[Case], settings: &BenchSetti
 fn truth(args: &Args, scene: &Scene, bounces: Bounces) -> Result<Truth, CliError> {
     let (width, height) = args.size;
     if args.no_reference {
-        return Ok(Truth { guide: guide(scene, width, height).map_err(reference_failed)?, indirect: None });
+        return Ok(Truth {
+            guide: guide(scene, width, height).map_err(reference_failed)?,
+            indirect: None,
+        });
     }
     reference(scene, args.size.into(), bounces, args.max_error)
 }

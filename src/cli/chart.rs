@@ -8,17 +8,22 @@ use std::path::{Path, PathBuf};
 use lumivox::frame::FrameSettings;
 use lumivox::measure::bench::{BenchSettings, Case, open};
 use lumivox::measure::records::{Records, read_records};
-use lumivox::measure::sweep::{Cost, DEFAULT_GRID, PictureFolder, Point, Progress, Section, Sweep, SweepError, Troubles, bounces_text, grid_cases, page};
+use lumivox::measure::sweep::{
+    Cost, DEFAULT_GRID, PictureFolder, Point, Progress, Section, Sweep, SweepError, Troubles,
+    bounces_text, grid_cases, page,
+};
 use lumivox::metrics::Channel;
 use lumivox::reference::{ReferenceError, cache_dir};
 use lumivox::scene::{LoadOptions, Scene};
 
 use super::CliError;
 use super::common::{
-    DeviceArgs, TimingArgs, chart_stem, check_output_folder, check_scenes, make_folder, parse_channel, parse_size, progress_bar, say, stems, write_text,
+    DeviceArgs, TimingArgs, chart_stem, check_output_folder, check_scenes, make_folder,
+    parse_channel, parse_size, progress_bar, say, stems, write_text,
 };
 
-/// Chart speed and memory against error: every technique with many settings, the Pareto front, one page to read.
+/// Chart speed and memory against error: every technique with many settings, the Pareto front, one
+/// page to read.
 #[derive(clap::Args)]
 pub(crate) struct Args {
     /// `bundled:NAME`, or the path of a .toml or .obj file.
@@ -31,22 +36,43 @@ pub(crate) struct Args {
     #[arg(long, conflicts_with_all = ["merge", "shard"])]
     list: bool,
     /// Frames to measure, after one that warms up (16 with `bounces=feedback`).
-    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 5,
+        value_parser = clap::value_parser!(u32).range(1..=100_000),
+    )]
     frames: u32,
     /// Builds of the static structure to measure, after the first.
-    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 3,
+        value_parser = clap::value_parser!(u32).range(1..=100_000),
+    )]
     rebuilds: u32,
     /// Width and height (px).
     #[arg(long, value_name = "WxH", default_value = "160x120", value_parser = parse_size)]
     size: (u32, u32),
     /// Width and height of each shadow map and reflective shadow map (texels).
-    #[arg(long, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u32).range(16..=8192))]
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 256,
+        value_parser = clap::value_parser!(u32).range(16..=8192),
+    )]
     shadow_resolution: u32,
-    /// Sample the reference until the standard error of 8x8-pixel means is below this, relative to the mean.
+    /// Sample the reference until the standard error of 8x8-pixel means is below this, relative to
+    /// the mean.
     #[arg(long, value_name = "X", default_value_t = 0.01)]
     max_error: f64,
     /// Compare luminance, or red, green and blue.
-    #[arg(long, value_name = "luminance|rgb", default_value = "luminance", value_parser = parse_channel)]
+    #[arg(
+        long,
+        value_name = "luminance|rgb",
+        default_value = "luminance",
+        value_parser = parse_channel,
+    )]
     channel: Channel,
     #[command(flatten)]
     device: DeviceArgs,
@@ -55,21 +81,30 @@ pub(crate) struct Args {
     /// Render missing textures mid-grey instead of failing.
     #[arg(long)]
     allow_missing_textures: bool,
-    /// Measure every n-th point only, from the i-th, and write nothing but its records, as NAME-shard-i-of-n.jsonl.
+    /// Measure every n-th point only, from the i-th, and write nothing but its records, as
+    /// NAME-shard-i-of-n.jsonl.
     #[arg(long, value_name = "i/n", value_parser = parse_shard)]
     shard: Option<Shard>,
     /// Measure nothing: gather the records of these folders, such as those of shards.
-    #[arg(long, value_name = "DIR", num_args = 1.., conflicts_with_all = ["scene", "grid", "shard"])]
+    #[arg(
+        long,
+        value_name = "DIR",
+        num_args = 1..,
+        conflicts_with_all = ["scene", "grid", "shard"],
+    )]
     merge: Vec<PathBuf>,
-    /// A folder of results of `lumivox stress`, which the page shows beside what it recommends [default: `stress` in the folder of -o, where there is one].
+    /// A folder of results of `lumivox stress`, which the page shows beside what it recommends
+    /// [default: `stress` in the folder of -o, where there is one].
     #[arg(long, value_name = "DIR", conflicts_with_all = ["list", "shard"])]
     stress: Option<PathBuf>,
-    /// The folder for chart.html and each scene's NAME.jsonl, NAME.csv, NAME-*.svg and NAME-*.png. Points that have a record there are not measured again.
+    /// The folder for chart.html and each scene's NAME.jsonl, NAME.csv, NAME-*.svg and NAME-*.png.
+    /// Points that have a record there are not measured again.
     #[arg(short, long, value_name = "DIR", required_unless_present = "list")]
     output: Option<PathBuf>,
 }
 
-/// The part of a sweep that one process measures: every `count`-th point, from the `index`-th, counted from 1.
+/// The part of a sweep that one process measures: every `count`-th point, from the `index`-th,
+/// counted from 1.
 #[derive(Clone, Copy)]
 struct Shard {
     index: usize,
@@ -79,9 +114,14 @@ struct Shard {
 /// Measures what has no record, or gathers records; then writes what they say.
 pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     if !(args.max_error.is_finite() && args.max_error > 0.0) {
-        return Err(CliError::input(format!("--max-error is {}; it must be above 0", args.max_error)));
+        return Err(CliError::input(format!(
+            "--max-error is {}; it must be above 0",
+            args.max_error
+        )));
     }
-    let Some(folder) = args.output.as_ref().filter(|_| !args.list) else { return list(args) };
+    let Some(folder) = args.output.as_ref().filter(|_| !args.list) else {
+        return list(args);
+    };
     let troubles = troubles(args, folder)?;
     if !args.merge.is_empty() {
         check_output_folder(folder)?;
@@ -89,14 +129,24 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     }
     let cases = cases(args)?;
     check_output_folder(folder)?;
-    let options = LoadOptions { allow_missing_textures: args.allow_missing_textures };
-    let scenes: Vec<Scene> = args.scene.iter().map(|scene| Scene::open(scene, &options)).collect::<Result<_, _>>().map_err(CliError::input)?;
+    let options = LoadOptions {
+        allow_missing_textures: args.allow_missing_textures,
+    };
+    let scenes: Vec<Scene> = args
+        .scene
+        .iter()
+        .map(|scene| Scene::open(scene, &options))
+        .collect::<Result<_, _>>()
+        .map_err(CliError::input)?;
     check_scenes(&scenes)?;
     let gpu = args.device.options()?;
     let settings = BenchSettings {
         timing: args.timing.choice(&gpu)?,
         gpu,
-        frame: FrameSettings { size: [args.size.0, args.size.1], shadow_resolution: args.shadow_resolution },
+        frame: FrameSettings {
+            size: [args.size.0, args.size.1],
+            shadow_resolution: args.shadow_resolution,
+        },
         frames: args.frames,
         rebuilds: args.rebuilds,
         times: Vec::new(),
@@ -111,9 +161,16 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     for ((scene, source), stem) in scenes.iter().zip(&args.scene).zip(&stems) {
         let sweep = Sweep::new(&gpu, scene, &settings, args.max_error);
         let points = sweep_scene(&sweep, &scene.name, &cases, args.shard, stem, quiet)?;
-        sections.push(Section::new(points, Some(source.to_string_lossy().into_owned())));
+        sections.push(Section::new(
+            points,
+            Some(source.to_string_lossy().into_owned()),
+        ));
     }
-    if args.shard.is_some() { Ok(()) } else { write_sections(&sections, &stems, &troubles, folder, quiet) }
+    if args.shard.is_some() {
+        Ok(())
+    } else {
+        write_sections(&sections, &stems, &troubles, folder, quiet)
+    }
 }
 
 /// What `lumivox stress` found.
@@ -121,88 +178,168 @@ fn troubles(args: &Args, output: &Path) -> Result<Troubles, CliError> {
     let folder = args.stress.clone().unwrap_or_else(|| output.join("stress"));
     let troubles = Troubles::read(&folder).map_err(CliError::input)?;
     if args.stress.is_some() && troubles.is_empty() {
-        return Err(CliError::input(format!("there are no records (*.jsonl) of lumivox stress in {}; name the folder of its -o", folder.display())));
+        return Err(CliError::input(format!(
+            "there are no records (*.jsonl) of lumivox stress in {}; name the folder of its -o",
+            folder.display()
+        )));
     }
     Ok(troubles)
 }
 
 fn list(args: &Args) -> Result<(), CliError> {
     for case in cases(args)? {
-        let settings: Vec<String> = case.settings.iter().map(|(name, value)| format!("{name}={}", lumivox::measure::table::value_text(&value))).collect();
-        let preset = case.preset.map(|preset| format!(" {preset}")).unwrap_or_default();
-        say(&format!("{}{preset}: {}", case.entry.name, settings.join(" ")));
+        let settings: Vec<String> = case
+            .settings
+            .iter()
+            .map(|(name, value)| format!("{name}={}", lumivox::measure::table::value_text(&value)))
+            .collect();
+        let preset = case
+            .preset
+            .map(|preset| format!(" {preset}"))
+            .unwrap_or_default();
+        say(&format!(
+            "{}{preset}: {}",
+            case.entry.name,
+            settings.join(" ")
+        ));
     }
     Ok(())
 }
 
 fn cases(args: &Args) -> Result<Vec<Case>, CliError> {
-    let Some(path) = &args.grid else { return grid_cases("the default grid", DEFAULT_GRID).map_err(CliError::failed) };
-    let text = std::fs::read_to_string(path)
-        .map_err(|error| CliError::input(format!("cannot read the grid {}: {error}; name a file as docs/chart.md describes it", path.display())))?;
+    let Some(path) = &args.grid else {
+        return grid_cases("the default grid", DEFAULT_GRID).map_err(CliError::failed);
+    };
+    let text = std::fs::read_to_string(path).map_err(|error| {
+        CliError::input(format!(
+            "cannot read the grid {}: {error}; name a file as docs/chart.md describes it",
+            path.display()
+        ))
+    })?;
     grid_cases(&path.display().to_string(), &text).map_err(CliError::input)
 }
 
-/// The records of a folder, those of shards last: of a point that has several records the first counts, and shards may have slowed each other down.
+/// The records of a folder, those of shards last: of a point that has several records the first
+/// counts, and shards may have slowed each other down.
 fn record_files(folder: &Path) -> Result<Vec<PathBuf>, CliError> {
-    let unread = |error| CliError::input(format!("cannot read the folder {}: {error}; name a folder with records", folder.display()));
+    let unread = |error| {
+        CliError::input(format!(
+            "cannot read the folder {}: {error}; name a folder with records",
+            folder.display()
+        ))
+    };
     let entries = std::fs::read_dir(folder).map_err(unread)?;
-    let mut files: Vec<PathBuf> = entries.map(|entry| entry.map(|entry| entry.path())).collect::<Result<_, _>>().map_err(unread)?;
-    files.retain(|path| path.extension().is_some_and(|extension| extension == "jsonl"));
+    let mut files: Vec<PathBuf> = entries
+        .map(|entry| entry.map(|entry| entry.path()))
+        .collect::<Result<_, _>>()
+        .map_err(unread)?;
+    files.retain(|path| {
+        path.extension()
+            .is_some_and(|extension| extension == "jsonl")
+    });
     files.sort_by_key(|path| (is_shard(path), path.clone()));
     Ok(files)
 }
 
 fn is_shard(path: &Path) -> bool {
-    path.file_stem().is_some_and(|stem| stem.to_string_lossy().contains("-shard-"))
+    path.file_stem()
+        .is_some_and(|stem| stem.to_string_lossy().contains("-shard-"))
 }
 
-/// Measures the cases of a scene (or of its shard) that have no record, and returns the points of all.
-fn sweep_scene(sweep: &Sweep<'_>, name: &str, cases: &[Case], shard: Option<Shard>, stem: &Path, quiet: bool) -> Result<Vec<Point>, CliError> {
+/// Measures the cases of a scene (or of its shard) that have no record, and returns the points of
+/// all.
+fn sweep_scene(
+    sweep: &Sweep<'_>,
+    name: &str,
+    cases: &[Case],
+    shard: Option<Shard>,
+    stem: &Path,
+    quiet: bool,
+) -> Result<Vec<Point>, CliError> {
     let (cases, stem): (Vec<Case>, PathBuf) = match shard {
         None => (cases.to_vec(), stem.to_owned()),
-        Some(Shard { index, count }) => {
-            (cases.iter().skip(index - 1).step_by(count).cloned().collect(), chart_stem(stem, &format!("shard-{index}-of-{count}")))
-        }
+        Some(Shard { index, count }) => (
+            cases
+                .iter()
+                .skip(index - 1)
+                .step_by(count)
+                .cloned()
+                .collect(),
+            chart_stem(stem, &format!("shard-{index}-of-{count}")),
+        ),
     };
     let mut records = Records::open(&stem.with_extension("jsonl")).map_err(CliError::failed)?;
     let missing = sweep.missing(&cases, &records);
     if !quiet {
-        say(&format!("{name}: {} points, {} to measure, {} from the records", cases.len(), missing.len(), cases.len() - missing.len()));
+        say(&format!(
+            "{name}: {} points, {} to measure, {} from the records",
+            cases.len(),
+            missing.len(),
+            cases.len() - missing.len()
+        ));
     }
     let bar = progress_bar(quiet, missing.len());
     let mut progress = |step: Progress<'_>| match step {
-        Progress::Reference(bounces) => bar.set_message(format!("reference, {}", bounces_text(bounces))),
+        Progress::Reference(bounces) => {
+            bar.set_message(format!("reference, {}", bounces_text(bounces)))
+        }
         Progress::Case(case) => bar.set_message(case.entry.name),
         Progress::Done(point) => {
-            point.failure.iter().for_each(|failure| bar.suspend(|| log::warn!("{} {}: {failure}", point.name(), point.changes_text())));
+            point.failure.iter().for_each(|failure| {
+                bar.suspend(|| log::warn!("{} {}: {failure}", point.name(), point.changes_text()))
+            });
             bar.inc(1);
         }
     };
     let folder = stem.parent().unwrap_or(Path::new("."));
-    sweep.measure(&missing, &cache_dir(), &mut records, &PictureFolder::of(folder), &mut progress).map_err(|error| match error {
-        SweepError::Reference(ReferenceError::Setting { .. } | ReferenceError::Scene { .. }) => CliError::input(error),
-        _ => CliError::failed(error),
-    })?;
+    sweep
+        .measure(
+            &missing,
+            &cache_dir(),
+            &mut records,
+            &PictureFolder::of(folder),
+            &mut progress,
+        )
+        .map_err(|error| match error {
+            SweepError::Reference(
+                ReferenceError::Setting { .. } | ReferenceError::Scene { .. },
+            ) => CliError::input(error),
+            _ => CliError::failed(error),
+        })?;
     bar.finish_and_clear();
     Ok(sweep.points(&cases, &records))
 }
 
 /// Gathers the records and pictures of folders in one.
-fn merge(folders: &[PathBuf], troubles: &Troubles, output: &Path, quiet: bool) -> Result<(), CliError> {
+fn merge(
+    folders: &[PathBuf],
+    troubles: &Troubles,
+    output: &Path,
+    quiet: bool,
+) -> Result<(), CliError> {
     let mut points: Vec<(Point, &PathBuf)> = Vec::new();
     for folder in folders {
         for file in record_files(folder)? {
-            points.extend(read_records::<Point>(&file).map_err(CliError::input)?.into_iter().map(|point| (point, folder)));
+            points.extend(
+                read_records::<Point>(&file)
+                    .map_err(CliError::input)?
+                    .into_iter()
+                    .map(|point| (point, folder)),
+            );
         }
     }
     if points.is_empty() {
-        return Err(CliError::input("there are no records (*.jsonl) in the folders of --merge"));
+        return Err(CliError::input(
+            "there are no records (*.jsonl) in the folders of --merge",
+        ));
     }
     make_folder(output)?;
     let pictures = PictureFolder::of(output);
     for (point, folder) in &points {
         for key in [&point.key, &point.setup.reference_key(point.bounces)] {
-            pictures.copy(&PictureFolder::of(folder), key).map_err(CliError::failed)?;
+            pictures
+                .copy(&PictureFolder::of(folder), key)
+                .map_err(CliError::failed)?;
         }
     }
     let mut sections = Section::sort(points.iter().map(|(point, _)| point.clone()));
@@ -210,12 +347,30 @@ fn merge(folders: &[PathBuf], troubles: &Troubles, output: &Path, quiet: bool) -
     sections.sort_by_key(|section| {
         let Point { scene, setup, .. } = &section.points[0];
         let first_of_scene = points.iter().position(|(point, _)| point.scene == *scene);
-        (first_of_scene, Reverse(points.iter().rposition(|(point, _)| point.scene == *scene && point.setup == *setup)))
+        (
+            first_of_scene,
+            Reverse(
+                points
+                    .iter()
+                    .rposition(|(point, _)| point.scene == *scene && point.setup == *setup),
+            ),
+        )
     });
-    let stems = stems(sections.iter().flat_map(|section| section.points.first()).map(|point| point.scene.as_str()), output);
+    let stems = stems(
+        sections
+            .iter()
+            .flat_map(|section| section.points.first())
+            .map(|point| point.scene.as_str()),
+        output,
+    );
     let mut known: BTreeSet<String> = BTreeSet::new();
     for file in record_files(output)?.iter().filter(|file| !is_shard(file)) {
-        known.extend(read_records::<Point>(file).map_err(CliError::input)?.into_iter().map(|point| point.key));
+        known.extend(
+            read_records::<Point>(file)
+                .map_err(CliError::input)?
+                .into_iter()
+                .map(|point| point.key),
+        );
     }
     for (section, stem) in sections.iter().zip(&stems) {
         let mut records = Records::open(&stem.with_extension("jsonl")).map_err(CliError::failed)?;
@@ -231,28 +386,56 @@ fn merge(folders: &[PathBuf], troubles: &Troubles, output: &Path, quiet: bool) -
 }
 
 /// Tables and charts of each section, the page of all, and the answers on the terminal.
-fn write_sections(sections: &[Section], stems: &[PathBuf], troubles: &Troubles, folder: &Path, quiet: bool) -> Result<(), CliError> {
+fn write_sections(
+    sections: &[Section],
+    stems: &[PathBuf],
+    troubles: &Troubles,
+    folder: &Path,
+    quiet: bool,
+) -> Result<(), CliError> {
     for (section, stem) in sections.iter().zip(stems) {
         write_text(&stem.with_extension("csv"), &section.csv())?;
         for cost in Cost::ALL {
             if let Some(chart) = section.chart(cost) {
-                chart.write(&chart_stem(stem, cost.file_suffix())).map_err(CliError::failed)?;
+                chart
+                    .write(&chart_stem(stem, cost.file_suffix()))
+                    .map_err(CliError::failed)?;
             }
         }
         if !quiet {
-            let name = section.points.first().map_or("", |point| point.scene.as_str());
-            section.answer_lines().iter().for_each(|line| say(&format!("{name}: {line}")));
+            let name = section
+                .points
+                .first()
+                .map_or("", |point| point.scene.as_str());
+            section
+                .answer_lines()
+                .iter()
+                .for_each(|line| say(&format!("{name}: {line}")));
         }
     }
     let path = folder.join("chart.html");
-    write_text(&path, &page(sections, &PictureFolder::of(folder), troubles).map_err(CliError::failed)?)?;
+    write_text(
+        &path,
+        &page(sections, &PictureFolder::of(folder), troubles).map_err(CliError::failed)?,
+    )?;
     if !quiet {
-        say(&format!("{}: what to take, what will go wrong, charts, pictures and all points; open it in a browser", path.display()));
+        say(&format!(
+            "{}: what to take, what will go wrong, charts, pictures and all points; open it in a \
+             browser",
+            path.display()
+        ));
     }
     Ok(())
 }
 
 fn parse_shard(text: &str) -> Result<Shard, String> {
-    let parts = text.split_once('/').and_then(|(index, count)| Some(Shard { index: index.parse().ok()?, count: count.parse().ok()? }));
-    parts.filter(|shard| (1..=shard.count).contains(&shard.index)).ok_or_else(|| String::from("write i/n, with i from 1 to n, as in 2/4"))
+    let parts = text.split_once('/').and_then(|(index, count)| {
+        Some(Shard {
+            index: index.parse().ok()?,
+            count: count.parse().ok()?,
+        })
+    });
+    parts
+        .filter(|shard| (1..=shard.count).contains(&shard.index))
+        .ok_or_else(|| String::from("write i/n, with i from 1 to n, as in 2/4"))
 }

@@ -26,8 +26,9 @@ pub(super) struct SceneArgs {
     /// Render missing textures mid-grey instead of failing.
     #[arg(long)]
     allow_missing_textures: bool,
-    /// TOML in the scene format that replaces the scene's camera, light or environment, as `lumivox view` copies it: 'camera = { eye = [0.0, 1.0, 2.0],
-    /// target = [0.0, 1.0, 0.0] }'; may be repeated.
+    /// TOML in the scene format that replaces the scene's camera, light or environment, as
+    /// `lumivox view` copies it: 'camera = { eye = [0.0, 1.0, 2.0], target = [0.0, 1.0, 0.0]
+    /// }'; may be repeated.
     #[arg(long, value_name = "TOML")]
     with: Vec<String>,
     #[command(flatten)]
@@ -37,9 +38,18 @@ pub(super) struct SceneArgs {
 impl SceneArgs {
     /// Loads it, at the time asked for.
     pub(super) fn open(&self) -> Result<Scene, CliError> {
-        let mut scene = Scene::open(&self.scene, &LoadOptions { allow_missing_textures: self.allow_missing_textures }).map_err(CliError::input)?;
+        let mut scene = Scene::open(
+            &self.scene,
+            &LoadOptions {
+                allow_missing_textures: self.allow_missing_textures,
+            },
+        )
+        .map_err(CliError::input)?;
         self.time.apply(&mut scene)?;
-        self.with.iter().try_for_each(|text| scene.overlay("--with", text)).map_err(CliError::input)?;
+        self.with
+            .iter()
+            .try_for_each(|text| scene.overlay("--with", text))
+            .map_err(CliError::input)?;
         Ok(scene)
     }
 
@@ -60,12 +70,19 @@ pub(super) struct TimeArgs {
 impl TimeArgs {
     /// Moves the scene's models.
     pub(super) fn apply(&self, scene: &mut Scene) -> Result<(), CliError> {
-        let Some(time_s) = self.time else { return Ok(()) };
+        let Some(time_s) = self.time else {
+            return Ok(());
+        };
         if !time_s.is_finite() {
-            return Err(CliError::input(format!("--time is {time_s}; it must be a number of seconds")));
+            return Err(CliError::input(format!(
+                "--time is {time_s}; it must be a number of seconds"
+            )));
         }
         if !scene.moves() {
-            log::warn!("{}: no model has keyframes; --time changes nothing", scene.name);
+            log::warn!(
+                "{}: no model has keyframes; --time changes nothing",
+                scene.name
+            );
         }
         scene.set_time(time_s);
         Ok(())
@@ -78,7 +95,8 @@ pub(super) struct PictureArgs {
     /// Width and height (px).
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse_size)]
     pub(super) size: (u32, u32),
-    /// What to write: full, direct, indirect, diffuse, specular, visibility, emission, albedo, normal, depth.
+    /// What to write: full, direct, indirect, diffuse, specular, visibility, emission, albedo,
+    /// normal, depth.
     #[arg(long, default_value = "full")]
     pub(super) aov: Aov,
     /// The image: .exr (linear, 32-bit float) or .png (sRGB).
@@ -103,16 +121,29 @@ impl PictureArgs {
 
     /// Whether the image is to be EXR rather than PNG, by its extension.
     pub(super) fn is_exr(&self) -> Result<bool, CliError> {
-        match self.output.extension().and_then(|extension| extension.to_str()).map(str::to_ascii_lowercase).as_deref() {
+        match self
+            .output
+            .extension()
+            .and_then(|extension| extension.to_str())
+            .map(str::to_ascii_lowercase)
+            .as_deref()
+        {
             Some("exr") => Ok(true),
             Some("png") => Ok(false),
-            _ => Err(CliError::input(format!("{}: the name must end in .exr or .png", self.output.display()))),
+            _ => Err(CliError::input(format!(
+                "{}: the name must end in .exr or .png",
+                self.output.display()
+            ))),
         }
     }
 
     /// Writes the image.
     pub(super) fn write(&self, image: &Image) -> Result<(), CliError> {
-        let written = if self.is_exr()? { write_exr(&self.output, image) } else { write_png(&self.output, image, self.exposure) };
+        let written = if self.is_exr()? {
+            write_exr(&self.output, image)
+        } else {
+            write_png(&self.output, image, self.exposure)
+        };
         written.map_err(CliError::failed)
     }
 }
@@ -133,16 +164,23 @@ pub(super) struct TechniqueArgs {
 
 impl TechniqueArgs {
     /// The technique and all its settings, `more` on top of those that are set here.
-    pub(super) fn choose(&self, more: impl IntoIterator<Item = String>) -> Result<(&'static Entry, Settings), CliError> {
+    pub(super) fn choose(
+        &self,
+        more: impl IntoIterator<Item = String>,
+    ) -> Result<(&'static Entry, Settings), CliError> {
         let entry = find(&self.technique).map_err(CliError::input)?;
         let set: Vec<String> = self.set.iter().cloned().chain(more).collect();
-        let settings = entry.settings(self.preset.as_deref(), &set).map_err(CliError::input)?;
+        let settings = entry
+            .settings(self.preset.as_deref(), &set)
+            .map_err(CliError::input)?;
         Ok((entry, settings))
     }
 
     /// The preset that the settings started from.
     pub(super) fn preset(&self, entry: &Entry) -> Option<String> {
-        self.preset.clone().or_else(|| entry.presets.first().map(|preset| preset.name.to_owned()))
+        self.preset
+            .clone()
+            .or_else(|| entry.presets.first().map(|preset| preset.name.to_owned()))
     }
 }
 
@@ -155,13 +193,25 @@ pub(super) struct DeviceArgs {
 }
 
 impl DeviceArgs {
-    /// How to open it; without a choice, the best device. For tests, `LUMIVOX_VALIDATE=1` is `--validate` for every command, and `LUMIVOX_FAULTS` says what
-    /// goes wrong.
+    /// How to open it; without a choice, the best device. For tests, `LUMIVOX_VALIDATE=1` is
+    /// `--validate` for every command, and `LUMIVOX_FAULTS` says what goes wrong.
     pub(super) fn options(&self) -> Result<GpuOptions, CliError> {
-        let device = self.device.as_deref().map(DeviceChoice::from).unwrap_or_default();
-        let faults: Faults = std::env::var("LUMIVOX_FAULTS").unwrap_or_default().parse().map_err(CliError::input)?;
+        let device = self
+            .device
+            .as_deref()
+            .map(DeviceChoice::from)
+            .unwrap_or_default();
+        let faults: Faults = std::env::var("LUMIVOX_FAULTS")
+            .unwrap_or_default()
+            .parse()
+            .map_err(CliError::input)?;
         let validate = std::env::var_os("LUMIVOX_VALIDATE").is_some_and(|value| value == "1");
-        Ok(GpuOptions { device, validate, faults, ..GpuOptions::default() })
+        Ok(GpuOptions {
+            device,
+            validate,
+            faults,
+            ..GpuOptions::default()
+        })
     }
 
     /// As it was named.
@@ -173,7 +223,8 @@ impl DeviceArgs {
 /// How passes are timed.
 #[derive(clap::Args)]
 pub(super) struct TimingArgs {
-    /// Where times come from: timestamps, or host (every pass by itself) [default: host on a CPU device, timestamps elsewhere].
+    /// Where times come from: timestamps, or host (every pass by itself) [default: host on a CPU
+    /// device, timestamps elsewhere].
     #[arg(long, value_name = "host|timestamps", value_parser = parse_timing)]
     timing: Option<Timing>,
 }
@@ -181,7 +232,9 @@ pub(super) struct TimingArgs {
 impl TimingArgs {
     /// The choice; without one, what suits the device.
     pub(super) fn choice(&self, options: &GpuOptions) -> Result<Timing, CliError> {
-        self.timing.map_or_else(|| choose_timing(options), Ok).map_err(CliError::failed)
+        self.timing
+            .map_or_else(|| choose_timing(options), Ok)
+            .map_err(CliError::failed)
     }
 }
 
@@ -197,13 +250,29 @@ fn parse_timing(text: &str) -> Result<Timing, String> {
 #[derive(clap::Args)]
 pub(super) struct ShadowArgs {
     /// Width and height of each shadow map and reflective shadow map (texels).
-    #[arg(long, value_name = "N", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(16..=8192))]
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 1024,
+        value_parser = clap::value_parser!(u32).range(16..=8192),
+    )]
     pub(super) shadow_resolution: u32,
 }
 
 /// The reference's indirect light, from the cache where it is there.
-pub(super) fn reference(scene: &Scene, size: [u32; 2], bounces: Bounces, max_error: f64) -> Result<Truth, CliError> {
-    let image = cached(scene, &Truth::settings(size, bounces, max_error), &cache_dir(), &|_| {}).map_err(reference_failed)?;
+pub(super) fn reference(
+    scene: &Scene,
+    size: [u32; 2],
+    bounces: Bounces,
+    max_error: f64,
+) -> Result<Truth, CliError> {
+    let image = cached(
+        scene,
+        &Truth::settings(size, bounces, max_error),
+        &cache_dir(),
+        &|_| {},
+    )
+    .map_err(reference_failed)?;
     Ok(Truth::of(image, bounces))
 }
 
@@ -228,15 +297,23 @@ pub(super) fn say(line: &str) {
 /// An error unless the value of an option is finite and above 0.
 pub(super) fn check_positive(option: &str, value: Option<f32>) -> Result<(), CliError> {
     match value.filter(|value| !(value.is_finite() && *value > 0.0)) {
-        Some(value) => Err(CliError::input(format!("{option} is {value}; it must be above 0"))),
+        Some(value) => Err(CliError::input(format!(
+            "{option} is {value}; it must be above 0"
+        ))),
         None => Ok(()),
     }
 }
 
-/// Sees that a file can be written before the work that fills it: opens it, changes nothing in it, and removes it where it was not there before.
+/// Sees that a file can be written before the work that fills it: opens it, changes nothing in it,
+/// and removes it where it was not there before.
 pub(super) fn check_output(path: &Path) -> Result<(), CliError> {
     let probe = match std::fs::metadata(path) {
-        Ok(found) if found.is_dir() => return Err(CliError::failed(format!("cannot write {}: it is a folder; name a file in it", path.display()))),
+        Ok(found) if found.is_dir() => {
+            return Err(CliError::failed(format!(
+                "cannot write {}: it is a folder; name a file in it",
+                path.display()
+            )));
+        }
         // A pipe would wait for its reader here.
         Ok(found) if !found.is_file() => return Ok(()),
         Ok(_) => OpenOptions::new().write(true).open(path).map(drop),
@@ -244,20 +321,37 @@ pub(super) fn check_output(path: &Path) -> Result<(), CliError> {
         Err(_) if path.is_symlink() => return Ok(()),
         Err(_) => make_and_remove(path),
     };
-    probe.map_err(|error| CliError::failed(format!("cannot write {}: {error}; check that the folder exists, is writable and has space", path.display())))
+    probe.map_err(|error| {
+        CliError::failed(format!(
+            "cannot write {}: {error}; check that the folder exists, is writable and has space",
+            path.display()
+        ))
+    })
 }
 
 /// Sees that files can be written into a folder, which is made later where it does not exist.
 pub(super) fn check_output_folder(path: &Path) -> Result<(), CliError> {
-    let above = path.ancestors().map(|folder| if folder.as_os_str().is_empty() { Path::new(".") } else { folder });
-    let existing = above.into_iter().find(|folder| folder.exists()).unwrap_or(path);
+    let above = path.ancestors().map(|folder| {
+        if folder.as_os_str().is_empty() {
+            Path::new(".")
+        } else {
+            folder
+        }
+    });
+    let existing = above
+        .into_iter()
+        .find(|folder| folder.exists())
+        .unwrap_or(path);
     let probe = match existing.is_dir() {
         true => make_and_remove(&existing.join(format!(".lumivox-{}", std::process::id()))),
         false => Err(ErrorKind::NotADirectory.into()),
     };
     probe.map_err(|error| {
         let (path, existing) = (path.display(), existing.display());
-        CliError::failed(format!("cannot write into the folder {path}: {existing}: {error}; make it a writable folder, or name another with -o"))
+        CliError::failed(format!(
+            "cannot write into the folder {path}: {existing}: {error}; make it a writable folder, \
+             or name another with -o"
+        ))
     })
 }
 
@@ -269,16 +363,27 @@ fn make_and_remove(path: &Path) -> std::io::Result<()> {
 /// Writes a report as one JSON object.
 pub(super) fn write_report(path: &Path, report: &serde_json::Value) -> Result<(), CliError> {
     std::fs::write(path, format!("{report:#}\n")).map_err(|error| {
-        CliError::failed(format!("cannot write the report {}: {error}; check that the folder exists, is writable and has space", path.display()))
+        CliError::failed(format!(
+            "cannot write the report {}: {error}; check that the folder exists, is writable and \
+             has space",
+            path.display()
+        ))
     })
 }
 
 /// A size written as WIDTHxHEIGHT.
 pub(super) fn parse_size(text: &str) -> Result<(u32, u32), String> {
-    let parts = text.split_once('x').and_then(|(width, height)| Some((width.parse().ok()?, height.parse().ok()?)));
-    let (width, height) = parts.ok_or_else(|| String::from("write WIDTHxHEIGHT, as in 1280x720"))?;
+    let parts = text
+        .split_once('x')
+        .and_then(|(width, height)| Some((width.parse().ok()?, height.parse().ok()?)));
+    let (width, height) =
+        parts.ok_or_else(|| String::from("write WIDTHxHEIGHT, as in 1280x720"))?;
     let is_possible = |size: &u32| (1..=MAX_SIZE_PX).contains(size);
-    if is_possible(&width) && is_possible(&height) { Ok((width, height)) } else { Err(format!("width and height must be 1 to {MAX_SIZE_PX} px")) }
+    if is_possible(&width) && is_possible(&height) {
+        Ok((width, height))
+    } else {
+        Err(format!("width and height must be 1 to {MAX_SIZE_PX} px"))
+    }
 }
 
 /// A channel by its name.
@@ -292,26 +397,44 @@ pub(super) fn parse_channel(text: &str) -> Result<Channel, String> {
 
 /// Makes the folder of an output.
 pub(super) fn make_folder(folder: &Path) -> Result<(), CliError> {
-    std::fs::create_dir_all(folder).map_err(|error| CliError::failed(format!("cannot make the folder {}: {error}; name another with -o", folder.display())))
+    std::fs::create_dir_all(folder).map_err(|error| {
+        CliError::failed(format!(
+            "cannot make the folder {}: {error}; name another with -o",
+            folder.display()
+        ))
+    })
 }
 
 /// Writes a whole file of text.
 pub(super) fn write_text(path: &Path, text: &str) -> Result<(), CliError> {
-    std::fs::write(path, text).map_err(|error| CliError::failed(format!("cannot write {}: {error}; check that it is writable and has space", path.display())))
+    std::fs::write(path, text).map_err(|error| {
+        CliError::failed(format!(
+            "cannot write {}: {error}; check that it is writable and has space",
+            path.display()
+        ))
+    })
 }
 
 /// An error if a scene is named twice.
 pub(super) fn check_scenes(scenes: &[Scene]) -> Result<(), CliError> {
     let hashes: Vec<u128> = scenes.iter().map(Scene::content_hash).collect();
     match (0..scenes.len()).find(|index| hashes[..*index].contains(&hashes[*index])) {
-        Some(twice) => Err(CliError::input(format!("the scene {} is there twice; name each scene once", scenes[twice].name))),
+        Some(twice) => Err(CliError::input(format!(
+            "the scene {} is there twice; name each scene once",
+            scenes[twice].name
+        ))),
         None => Ok(()),
     }
 }
 
 /// Values of a list, each once.
 pub(super) fn each_once<T: PartialEq + Clone>(values: &[T]) -> Vec<T> {
-    values.iter().enumerate().filter(|(index, value)| !values[..*index].contains(value)).map(|(_, value)| value.clone()).collect()
+    values
+        .iter()
+        .enumerate()
+        .filter(|(index, value)| !values[..*index].contains(value))
+        .map(|(_, value)| value.clone())
+        .collect()
 }
 
 /// Where the files of each scene go, without what follows the scene's name.
@@ -323,9 +446,21 @@ pub(super) fn stems<'n>(scenes: impl Iterator<Item = &'n str>, folder: &Path) ->
 
 /// A file name for a scene that no scene before it has.
 fn unused_stem(name: &str, used: &[String]) -> String {
-    let safe: String = name.chars().map(|c| if c.is_alphanumeric() || "-_".contains(c) { c } else { '_' }).collect();
+    let safe: String = name
+        .chars()
+        .map(|c| {
+            if c.is_alphanumeric() || "-_".contains(c) {
+                c
+            } else {
+                '_'
+            }
+        })
+        .collect();
     let numbered = (2..).map(|number| format!("{safe}_{number}"));
-    std::iter::once(safe.clone()).chain(numbered).find(|stem| !used.contains(stem)).unwrap_or(safe)
+    std::iter::once(safe.clone())
+        .chain(numbered)
+        .find(|stem| !used.contains(stem))
+        .unwrap_or(safe)
 }
 
 /// `NAME-WHAT` beside `NAME`.
@@ -340,6 +475,8 @@ pub(super) fn progress_bar(quiet: bool, steps: usize) -> ProgressBar {
     if quiet {
         return ProgressBar::hidden();
     }
-    let style = ProgressStyle::with_template("{msg:12} {bar:40} {pos}/{len} {elapsed} (about {eta} left)").unwrap_or_else(|_| ProgressStyle::default_bar());
+    let style =
+        ProgressStyle::with_template("{msg:12} {bar:40} {pos}/{len} {elapsed} (about {eta} left)")
+            .unwrap_or_else(|_| ProgressStyle::default_bar());
     ProgressBar::new(steps as u64).with_style(style)
 }

@@ -4,7 +4,9 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 
 use lumivox::image::{Image, luminance, read_exr, write_heatmap};
-use lumivox::metrics::{Channel, Comparison, Errors, Flip, compare, error_image, exposure_of, flip};
+use lumivox::metrics::{
+    Channel, Comparison, Errors, Flip, compare, error_image, exposure_of, flip,
+};
 use lumivox::reference::guide;
 use lumivox::scene::{LoadOptions, Scene};
 
@@ -19,9 +21,15 @@ pub(crate) struct Args {
     /// The reference to judge it by (.exr).
     reference: PathBuf,
     /// Compare luminance, or red, green and blue.
-    #[arg(long, value_name = "luminance|rgb", default_value = "luminance", value_parser = parse_channel)]
+    #[arg(
+        long,
+        value_name = "luminance|rgb",
+        default_value = "luminance",
+        value_parser = parse_channel,
+    )]
     channel: Channel,
-    /// The scene that both show from its camera: leaves out pixels without a surface, adds blocks and materials.
+    /// The scene that both show from its camera: leaves out pixels without a surface, adds blocks
+    /// and materials.
     #[arg(long)]
     scene: Option<OsString>,
     /// Render missing textures mid-grey instead of failing.
@@ -29,7 +37,8 @@ pub(crate) struct Args {
     allow_missing_textures: bool,
     #[command(flatten)]
     time: TimeArgs,
-    /// Factor applied to both images before the clamp that FLIP sees [default: mean luminance of the reference to 0.18].
+    /// Factor applied to both images before the clamp that FLIP sees [default: mean luminance of
+    /// the reference to 0.18].
     #[arg(long, value_name = "X")]
     exposure: Option<f32>,
     /// Write the luminance of the difference as a heat map.
@@ -38,7 +47,8 @@ pub(crate) struct Args {
     /// The difference shown brightest [default: the mean luminance of the reference].
     #[arg(long, value_name = "X", requires = "heatmap")]
     heatmap_scale: Option<f32>,
-    /// Write the metrics as JSON (a metric that is not finite is null, and what in a path is not UTF-8 is U+FFFD).
+    /// Write the metrics as JSON (a metric that is not finite is null, and what in a path is not
+    /// UTF-8 is U+FFFD).
     #[arg(long, value_name = "FILE.json")]
     report: Option<PathBuf>,
 }
@@ -47,22 +57,54 @@ pub(crate) struct Args {
 pub(crate) fn run(args: &Args) -> Result<(), CliError> {
     check_positive("--exposure", args.exposure)?;
     check_positive("--heatmap-scale", args.heatmap_scale)?;
-    [&args.heatmap, &args.report].into_iter().flatten().try_for_each(|path| check_output(path))?;
+    [&args.heatmap, &args.report]
+        .into_iter()
+        .flatten()
+        .try_for_each(|path| check_output(path))?;
     let image = read_exr(&args.image).map_err(CliError::input)?;
     let reference = read_exr(&args.reference).map_err(CliError::input)?;
-    let options = LoadOptions { allow_missing_textures: args.allow_missing_textures };
-    let mut scene = args.scene.as_ref().map(|name| Scene::open(name, &options)).transpose().map_err(CliError::input)?;
-    scene.iter_mut().try_for_each(|scene| args.time.apply(scene))?;
-    let guide = scene.as_ref().map(|scene| guide(scene, reference.width, reference.height)).transpose().map_err(CliError::input)?;
-    let comparison = compare(&image, &reference, guide.as_ref(), args.channel).map_err(CliError::input)?;
-    let flip = flip(&image, &reference, args.exposure.unwrap_or_else(|| exposure_of(&reference))).map_err(CliError::input)?;
-    let names: Vec<&str> = scene.iter().flat_map(|scene| &scene.materials).map(|material| material.name.as_str()).collect();
+    let options = LoadOptions {
+        allow_missing_textures: args.allow_missing_textures,
+    };
+    let mut scene = args
+        .scene
+        .as_ref()
+        .map(|name| Scene::open(name, &options))
+        .transpose()
+        .map_err(CliError::input)?;
+    scene
+        .iter_mut()
+        .try_for_each(|scene| args.time.apply(scene))?;
+    let guide = scene
+        .as_ref()
+        .map(|scene| guide(scene, reference.width, reference.height))
+        .transpose()
+        .map_err(CliError::input)?;
+    let comparison =
+        compare(&image, &reference, guide.as_ref(), args.channel).map_err(CliError::input)?;
+    let flip = flip(
+        &image,
+        &reference,
+        args.exposure.unwrap_or_else(|| exposure_of(&reference)),
+    )
+    .map_err(CliError::input)?;
+    let names: Vec<&str> = scene
+        .iter()
+        .flat_map(|scene| &scene.materials)
+        .map(|material| material.name.as_str())
+        .collect();
     print_table(&comparison, &flip, &names);
     if let Some(path) = &args.heatmap {
-        let scale = args.heatmap_scale.unwrap_or_else(|| mean_luminance(&reference));
+        let scale = args
+            .heatmap_scale
+            .unwrap_or_else(|| mean_luminance(&reference));
         let difference = error_image(&image, &reference).map_err(CliError::input)?;
         write_heatmap(path, &difference, scale).map_err(CliError::failed)?;
-        say(&format!("{}: black is no difference, the brightest a difference in luminance of {scale:.4} or more", path.display()));
+        say(&format!(
+            "{}: black is no difference, the brightest a difference in luminance of {scale:.4} or \
+             more",
+            path.display()
+        ));
     }
     match &args.report {
         Some(path) => write_report(path, &report(args, &comparison, &flip, &names)),
@@ -71,16 +113,38 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
 }
 
 fn mean_luminance(image: &Image) -> f32 {
-    let sum: f64 = image.pixels.iter().map(|&pixel| f64::from(luminance(pixel))).sum();
+    let sum: f64 = image
+        .pixels
+        .iter()
+        .map(|&pixel| f64::from(luminance(pixel)))
+        .sum();
     ((sum / image.pixels.len().max(1) as f64) as f32).max(f32::MIN_POSITIVE)
 }
 
 fn print_table(comparison: &Comparison, flip: &Flip, names: &[&str]) {
-    let width = names.iter().map(|name| name.chars().count()).max().unwrap_or(0).max(5);
-    say(&format!("{:width$}  {:6} {:>9} {:>10} {:>9} {:>9} {:>9} {:>9}", "over", "of", "values", "mean R", "bias", "rel_rmse", "rel_mse", "p95"));
+    let width = names
+        .iter()
+        .map(|name| name.chars().count())
+        .max()
+        .unwrap_or(0)
+        .max(5);
+    say(&format!(
+        "{:width$}  {:6} {:>9} {:>10} {:>9} {:>9} {:>9} {:>9}",
+        "over", "of", "values", "mean R", "bias", "rel_rmse", "rel_mse", "p95"
+    ));
     let row = |name: &str, of: &str, errors: &Errors| {
-        let Errors { rel_rmse, bias, rel_mse, p95, mean_reference, count } = errors;
-        say(&format!("{name:width$}  {of:6} {count:>9} {mean_reference:>10.5} {bias:>+9.5} {rel_rmse:>9.5} {rel_mse:>9.5} {p95:>9.5}"));
+        let Errors {
+            rel_rmse,
+            bias,
+            rel_mse,
+            p95,
+            mean_reference,
+            count,
+        } = errors;
+        say(&format!(
+            "{name:width$}  {of:6} {count:>9} {mean_reference:>10.5} {bias:>+9.5} {rel_rmse:>9.5} \
+             {rel_mse:>9.5} {p95:>9.5}"
+        ));
     };
     let rows = |name: &str, pixel: &Errors, block: &Option<Errors>| {
         row(name, "pixel", pixel);
@@ -88,16 +152,26 @@ fn print_table(comparison: &Comparison, flip: &Flip, names: &[&str]) {
     };
     rows("image", &comparison.pixel, &comparison.block);
     for errors in &comparison.materials {
-        rows(names.get(errors.material as usize).copied().unwrap_or("?"), &errors.pixel, &errors.block);
+        rows(
+            names.get(errors.material as usize).copied().unwrap_or("?"),
+            &errors.pixel,
+            &errors.block,
+        );
     }
-    say(&format!("flip mean {:.5}, 99th percentile {:.5} (exposure {:.4}, clamped, sRGB)", flip.mean, flip.p99, flip.exposure));
+    say(&format!(
+        "flip mean {:.5}, 99th percentile {:.5} (exposure {:.4}, clamped, sRGB)",
+        flip.mean, flip.p99, flip.exposure
+    ));
 }
 
 fn report(args: &Args, comparison: &Comparison, flip: &Flip, names: &[&str]) -> serde_json::Value {
     let materials: Vec<serde_json::Value> = comparison
         .materials
         .iter()
-        .map(|errors| serde_json::json!({ "material": names.get(errors.material as usize), "pixel": errors.pixel, "block": errors.block }))
+        .map(|errors| {
+            serde_json::json!({ "material": names.get(errors.material as usize),
+            "pixel": errors.pixel, "block": errors.block })
+        })
         .collect();
     serde_json::json!({
         "schema_version": 1,

@@ -27,10 +27,22 @@ fn describe(adapter: &Adapter) -> String {
     let (info, limits) = (&adapter.info, &adapter.limits);
     let mut text = String::new();
     let missing = adapter.missing();
-    let verdict = if missing.is_empty() { "usable".to_owned() } else { format!("refused, lacks: {}", missing.join(", ")) };
+    let verdict = if missing.is_empty() {
+        "usable".to_owned()
+    } else {
+        format!("refused, lacks: {}", missing.join(", "))
+    };
     // Writing to a string cannot fail.
-    let _ = writeln!(text, "[{}] {} ({:?}): {verdict}", adapter.index, info.name, info.kind);
-    let _ = writeln!(text, "    driver {}, Vulkan {}", info.driver, info.api_version);
+    let _ = writeln!(
+        text,
+        "[{}] {} ({:?}): {verdict}",
+        adapter.index, info.name, info.kind
+    );
+    let _ = writeln!(
+        text,
+        "    driver {}, Vulkan {}",
+        info.driver, info.api_version
+    );
     let mib = |bytes: u64| bytes / (1 << 20);
     let _ = writeln!(
         text,
@@ -40,12 +52,22 @@ fn describe(adapter: &Adapter) -> String {
         limits.extent_3d
     );
     text.push_str("    required\n");
-    adapter.required.iter().for_each(|check| text.push_str(&line(check)));
+    adapter
+        .required
+        .iter()
+        .for_each(|check| text.push_str(&line(check)));
     text.push_str("    optional\n");
-    adapter.optional.iter().for_each(|check| text.push_str(&line(check)));
+    adapter
+        .optional
+        .iter()
+        .for_each(|check| text.push_str(&line(check)));
     text
 }
 
 fn line(check: &Check) -> String {
-    if check.present { format!("        yes  {}\n", check.name) } else { format!("        no   {}: {}\n", check.name, check.cost) }
+    if check.present {
+        format!("        yes  {}\n", check.name)
+    } else {
+        format!("        no   {}: {}\n", check.name, check.cost)
+    }
 }

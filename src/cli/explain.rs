@@ -13,11 +13,12 @@ use lumivox::reference::Bounces;
 
 use super::CliError;
 use super::common::{
-    DeviceArgs, SceneArgs, ShadowArgs, TechniqueArgs, TimingArgs, check_max_error, check_output, parse_channel, parse_size, reference, reference_failed, say,
-    write_report,
+    DeviceArgs, SceneArgs, ShadowArgs, TechniqueArgs, TimingArgs, check_max_error, check_output,
+    parse_channel, parse_size, reference, reference_failed, say, write_report,
 };
 
-/// Split the error of a technique into its sources: replace one approximation at a time by the truth, or by a better one, and see what becomes of it.
+/// Split the error of a technique into its sources: replace one approximation at a time by the
+/// truth, or by a better one, and see what becomes of it.
 #[derive(clap::Args)]
 pub(crate) struct Args {
     #[command(flatten)]
@@ -29,11 +30,17 @@ pub(crate) struct Args {
     size: (u32, u32),
     #[command(flatten)]
     shadow: ShadowArgs,
-    /// Sample the reference until the standard error of 8x8-pixel means is below this, relative to the mean.
+    /// Sample the reference until the standard error of 8x8-pixel means is below this, relative to
+    /// the mean.
     #[arg(long, value_name = "X", default_value_t = 0.01)]
     max_error: f64,
     /// Compare luminance, or red, green and blue.
-    #[arg(long, value_name = "luminance|rgb", default_value = "luminance", value_parser = parse_channel)]
+    #[arg(
+        long,
+        value_name = "luminance|rgb",
+        default_value = "luminance",
+        value_parser = parse_channel,
+    )]
     channel: Channel,
     #[command(flatten)]
     device: DeviceArgs,
@@ -52,17 +59,48 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     let scene = args.scene.open()?;
     let options = args.device.options()?;
     let isolate_passes = args.timing.choice(&options)? == Timing::Host;
-    let bar = if quiet { ProgressBar::hidden() } else { ProgressBar::new_spinner() };
+    let bar = if quiet {
+        ProgressBar::hidden()
+    } else {
+        ProgressBar::new_spinner()
+    };
     bar.set_message("reference");
     let bounces = (entry.bounces)(&settings).map_or(Bounces::Full, Bounces::Count);
     let truth = reference(&scene, args.size.into(), bounces, args.max_error)?;
     // What is left out is large, and paths without end are dear.
-    let all = (bounces != Bounces::Full).then(|| reference(&scene, args.size.into(), Bounces::Full, 4.0 * args.max_error)).transpose()?;
+    let all = (bounces != Bounces::Full)
+        .then(|| {
+            reference(
+                &scene,
+                args.size.into(),
+                Bounces::Full,
+                4.0 * args.max_error,
+            )
+        })
+        .transpose()?;
     let all = all.and_then(|all| all.indirect).map(|(image, _)| image);
-    let gpu = Gpu::new(&GpuOptions { isolate_passes, ..options }).map_err(CliError::failed)?;
-    let frame = FrameSettings { size: [args.size.0, args.size.1], shadow_resolution: args.shadow.shadow_resolution };
-    let case = Case { entry, preset: args.technique.preset(entry), settings };
-    let subject = Subject { gpu: &gpu, scene: &scene, case: &case, frame, channel: args.channel, truth: &truth };
+    let gpu = Gpu::new(&GpuOptions {
+        isolate_passes,
+        ..options
+    })
+    .map_err(CliError::failed)?;
+    let frame = FrameSettings {
+        size: [args.size.0, args.size.1],
+        shadow_resolution: args.shadow.shadow_resolution,
+    };
+    let case = Case {
+        entry,
+        preset: args.technique.preset(entry),
+        settings,
+    };
+    let subject = Subject {
+        gpu: &gpu,
+        scene: &scene,
+        case: &case,
+        frame,
+        channel: args.channel,
+        truth: &truth,
+    };
     let progress = |name: &str| {
         bar.set_message(name.to_owned());
         bar.tick();
@@ -74,41 +112,90 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     bar.finish_and_clear();
     print(&budget);
     match &args.report {
-        Some(path) => write_report(path, &serde_json::to_value(&budget).map_err(CliError::failed)?),
+        Some(path) => write_report(
+            path,
+            &serde_json::to_value(&budget).map_err(CliError::failed)?,
+        ),
         None => Ok(()),
     }
 }
 
 fn print(budget: &Budget) {
     if let Some(error) = &budget.report.error {
-        let pixels = format!("{} pixels (no 8x8 of them lie on one plane and material)", error.pixel.count);
-        say(&format!("errors over {}", error.block.map_or(pixels, |block| format!("{} blocks of 8x8 pixels on one plane and material", block.count))));
+        let pixels = format!(
+            "{} pixels (no 8x8 of them lie on one plane and material)",
+            error.pixel.count
+        );
+        say(&format!(
+            "errors over {}",
+            error.block.map_or(pixels, |block| format!(
+                "{} blocks of 8x8 pixels on one plane and material",
+                block.count
+            ))
+        ));
     }
-    let width = budget.budget.iter().map(|row| row.name.chars().count()).max().unwrap_or(0);
-    say(&format!("{:width$} {:>9} {:>9} {:>9} {:>9}  by", "replaced", "bias", "rel_rmse", "explains", "frame ms"));
+    let width = budget
+        .budget
+        .iter()
+        .map(|row| row.name.chars().count())
+        .max()
+        .unwrap_or(0);
+    say(&format!(
+        "{:width$} {:>9} {:>9} {:>9} {:>9}  by",
+        "replaced", "bias", "rel_rmse", "explains", "frame ms"
+    ));
     budget.budget.iter().for_each(|row| say(&line(row, width)));
     if let Some(left_out) = &budget.left_out {
         let (bias, rel_rmse) = (left_out.bias, left_out.rel_rmse);
-        say(&format!("the reference at this bounce count, against all bounces: bias {bias:+.4}, rel_rmse {rel_rmse:.4}; only --set bounces=… brings that"));
+        say(&format!(
+            "the reference at this bounce count, against all bounces: bias {bias:+.4}, rel_rmse \
+             {rel_rmse:.4}; only --set bounces=… brings that"
+        ));
     }
-    let advice = budget.budget.iter().filter(|row| !row.options.is_empty() && row.explains.is_some_and(|share| share > 0.0));
-    match advice.max_by(|a, b| a.explains.unwrap_or(0.0).total_cmp(&b.explains.unwrap_or(0.0))) {
-        Some(row) => say(&format!("of the settings, {} gains most: {}", row.name, row.options.join(" "))),
+    let advice = budget
+        .budget
+        .iter()
+        .filter(|row| !row.options.is_empty() && row.explains.is_some_and(|share| share > 0.0));
+    match advice.max_by(|a, b| {
+        a.explains
+            .unwrap_or(0.0)
+            .total_cmp(&b.explains.unwrap_or(0.0))
+    }) {
+        Some(row) => say(&format!(
+            "of the settings, {} gains most: {}",
+            row.name,
+            row.options.join(" ")
+        )),
         None => say("no better setting gains anything"),
     }
 }
 
 fn line(row: &Row, width: usize) -> String {
-    let Row { name, help, options, error, explains, frame_ms, failure } = row;
+    let Row {
+        name,
+        help,
+        options,
+        error,
+        explains,
+        frame_ms,
+        failure,
+    } = row;
     if let Some(failure) = failure {
         return format!("{name:width$} {failure}");
     }
-    let number = |value: Option<f64>, write: fn(f64) -> String| value.map_or_else(|| "-".to_owned(), write);
-    let by = if options.is_empty() { help.clone() } else { format!("{help} ({})", options.join(" ")) };
+    let number =
+        |value: Option<f64>, write: fn(f64) -> String| value.map_or_else(|| "-".to_owned(), write);
+    let by = if options.is_empty() {
+        help.clone()
+    } else {
+        format!("{help} ({})", options.join(" "))
+    };
     format!(
         "{name:width$} {:>9} {:>9} {:>9} {:>9}  {by}",
         number(error.map(|error| error.bias), |bias| format!("{bias:+.4}")),
-        number(error.map(|error| error.rel_rmse), |rel_rmse| format!("{rel_rmse:.4}")),
+        number(error.map(|error| error.rel_rmse), |rel_rmse| format!(
+            "{rel_rmse:.4}"
+        )),
         number(*explains, |share| format!("{:.0}%", 100.0 * share)),
         number(*frame_ms, |ms| format!("{ms:.1}")),
     )

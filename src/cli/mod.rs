@@ -69,11 +69,20 @@ enum Command {
     Devices(devices::Args),
 }
 
-/// Parses the command line, runs the subcommand, and says in one line (then one per cause) what went wrong.
+/// Parses the command line, runs the subcommand, and says in one line (then one per cause) what
+/// went wrong.
 pub(crate) fn run() -> ExitCode {
     let cli = Cli::parse();
-    let level = if cli.quiet { log::LevelFilter::Error } else { log::LevelFilter::Warn };
-    env_logger::Builder::new().filter_level(level).format_timestamp(None).format_target(false).init();
+    let level = if cli.quiet {
+        log::LevelFilter::Error
+    } else {
+        log::LevelFilter::Warn
+    };
+    env_logger::Builder::new()
+        .filter_level(level)
+        .format_timestamp(None)
+        .format_target(false)
+        .init();
     let result = match cli.command {
         Command::Render(args) => render::run(&args, cli.quiet),
         Command::Bench(args) => bench::run(&args, cli.quiet),
@@ -102,15 +111,23 @@ pub(crate) fn run() -> ExitCode {
                 }
                 cause = inner.source();
             }
-            ExitCode::from(if matches!(error, CliError::Input(_)) { 2 } else { 1 })
+            ExitCode::from(if matches!(error, CliError::Input(_)) {
+                2
+            } else {
+                1
+            })
         }
     }
 }
 
-/// Fails where the validation layer had something to say to any device of this run, from its opening to its end.
+/// Fails where the validation layer had something to say to any device of this run, from its
+/// opening to its end.
 fn validated() -> Result<(), CliError> {
     match Messages::of_process().as_slice() {
         [] => Ok(()),
-        messages @ [first, ..] => Err(CliError::failed(format!("{} validation messages, the first: {first}", messages.len()))),
+        messages @ [first, ..] => Err(CliError::failed(format!(
+            "{} validation messages, the first: {first}",
+            messages.len()
+        ))),
     }
 }

@@ -4,7 +4,9 @@ use std::time::Instant;
 
 use indicatif::{ProgressBar, ProgressStyle};
 use lumivox::image::write_planes;
-use lumivox::reference::{Bounces, Filter, ReferenceError, ReferenceImage, Sampling, Settings, cache_dir, cached, render};
+use lumivox::reference::{
+    Bounces, Filter, ReferenceError, ReferenceImage, Sampling, Settings, cache_dir, cached, render,
+};
 use lumivox::scene::Scene;
 
 use super::CliError;
@@ -48,7 +50,10 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     let picture = &args.picture;
     picture.check()?;
     if args.layers && !picture.is_exr()? {
-        return Err(CliError::input(format!("--layers needs an .exr, not {}", picture.output.display())));
+        return Err(CliError::input(format!(
+            "--layers needs an .exr, not {}",
+            picture.output.display()
+        )));
     }
     let scene = args.scene.open()?;
     let settings = settings(args);
@@ -65,7 +70,11 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     })?;
     bar.finish_and_clear();
     let wall_s = start.elapsed().as_secs_f64();
-    if args.layers { write_planes(&picture.output, &image.aov_planes()).map_err(CliError::failed) } else { picture.write(&image.aov(picture.aov)) }?;
+    if args.layers {
+        write_planes(&picture.output, &image.aov_planes()).map_err(CliError::failed)
+    } else {
+        picture.write(&image.aov(picture.aov))
+    }?;
     if let Some(path) = &picture.report {
         write_report(path, &report(args, &scene, &image, wall_s))?;
     }
@@ -73,7 +82,8 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
         let error = image.radiance_error();
         let (path, samples) = (picture.output.display(), image.mean_samples());
         say(&format!(
-            "{path}: {samples:.0} samples per pixel, standard error {:.2}% per pixel, {:.4}% of the image mean, {wall_s:.1} s",
+            "{path}: {samples:.0} samples per pixel, standard error {:.2}% per pixel, {:.4}% of \
+             the image mean, {wall_s:.1} s",
             error.pixel * 100.0,
             error.image * 100.0
         ));
@@ -85,9 +95,19 @@ fn settings(args: &Args) -> Settings {
     let (width, height) = args.picture.size;
     let sampling = match args.spp {
         Some(spp) => Sampling::Fixed { spp },
-        None => Sampling::Adaptive { max_error: args.max_error as f32, max_spp: args.max_spp },
+        None => Sampling::Adaptive {
+            max_error: args.max_error as f32,
+            max_spp: args.max_spp,
+        },
     };
-    Settings { width, height, bounces: args.bounces, filter: args.filter, sampling, seed: args.seed }
+    Settings {
+        width,
+        height,
+        bounces: args.bounces,
+        filter: args.filter,
+        sampling,
+        seed: args.seed,
+    }
 }
 
 /// A bar on stderr, where that is a terminal.
@@ -95,7 +115,9 @@ fn progress_bar(quiet: bool) -> ProgressBar {
     if quiet {
         return ProgressBar::hidden();
     }
-    let style = ProgressStyle::with_template("reference {bar:40} {percent}% {elapsed} (about {eta} left)").unwrap_or_else(|_| ProgressStyle::default_bar());
+    let style =
+        ProgressStyle::with_template("reference {bar:40} {percent}% {elapsed} (about {eta} left)")
+            .unwrap_or_else(|_| ProgressStyle::default_bar());
     ProgressBar::new(1000).with_style(style)
 }
 
@@ -126,7 +148,10 @@ fn report(args: &Args, scene: &Scene, image: &ReferenceImage, wall_s: f64) -> se
 fn parse_bounces(text: &str) -> Result<Bounces, String> {
     match text {
         "full" => Ok(Bounces::Full),
-        _ => text.parse().map(Bounces::Count).map_err(|_| String::from("write a number of bounces, or full")),
+        _ => text
+            .parse()
+            .map(Bounces::Count)
+            .map_err(|_| String::from("write a number of bounces, or full")),
     }
 }
 

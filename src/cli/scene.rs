@@ -17,7 +17,8 @@ pub(crate) struct Args {
     /// List the bundled scenes with their parameters.
     #[arg(long, conflicts_with_all = ["scene", "output", "set"])]
     list: bool,
-    /// Folder to write into; made where it does not exist. Without it, the scene is only described.
+    /// Folder to write into; made where it does not exist. Without it, the scene is only
+    /// described.
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
     /// A parameter of the bundled scene (repeatable).
@@ -52,10 +53,19 @@ fn open(source: &OsStr, args: &Args) -> Result<Scene, SceneError> {
     let is_bundled = bundled::TABLE.iter().any(|row| row.name == name);
     let looks_like_path = source.to_str().is_none() || name.contains(['/', '\\', '.', ':']);
     if looks_like_path && !is_bundled && args.set.is_empty() {
-        return Scene::open(source, &LoadOptions { allow_missing_textures: args.allow_missing_textures });
+        return Scene::open(
+            source,
+            &LoadOptions {
+                allow_missing_textures: args.allow_missing_textures,
+            },
+        );
     }
     let name = name.strip_prefix("bundled:").unwrap_or(&name);
-    let parameters = args.set.iter().map(|text| bundled::parse_parameter(name, text)).collect::<Result<Vec<_>, _>>()?;
+    let parameters = args
+        .set
+        .iter()
+        .map(|text| bundled::parse_parameter(name, text))
+        .collect::<Result<Vec<_>, _>>()?;
     Scene::bundled(name, &parameters)
 }
 
@@ -63,9 +73,19 @@ fn print_list() {
     for row in bundled::TABLE {
         say(&format!("{:18}{}", row.name, row.description));
         for parameter in row.parameters {
-            let unit = if parameter.unit.is_empty() { String::new() } else { format!(" [{}]", parameter.unit) };
-            let range = format!("{} to {}, default {}", parameter.min, parameter.max, parameter.default);
-            say(&format!("{:18}  {}{unit}: {}; {range}", "", parameter.name, parameter.description));
+            let unit = if parameter.unit.is_empty() {
+                String::new()
+            } else {
+                format!(" [{}]", parameter.unit)
+            };
+            let range = format!(
+                "{} to {}, default {}",
+                parameter.min, parameter.max, parameter.default
+            );
+            say(&format!(
+                "{:18}  {}{unit}: {}; {range}",
+                "", parameter.name, parameter.description
+            ));
         }
     }
 }
@@ -81,6 +101,10 @@ fn print_summary(scene: &Scene) {
         scene.lights.len()
     ));
     if let Some((low, high)) = scene.bounds() {
-        say(&format!("bounds: {:?} to {:?} m", low.to_array(), high.to_array()));
+        say(&format!(
+            "bounds: {:?} to {:?} m",
+            low.to_array(),
+            high.to_array()
+        ));
     }
 }

@@ -11,19 +11,24 @@ use lumivox::graph::Gpu;
 use lumivox::measure::bench::{Case, cases};
 use lumivox::measure::records::{Records, read_records};
 use lumivox::measure::stress::results::{Results, summary};
-use lumivox::measure::stress::{CASES, Effort, LEAST_RESOLUTION, Memo, Probe, Record, StressCase, StressError};
+use lumivox::measure::stress::{
+    CASES, Effort, LEAST_RESOLUTION, Memo, Probe, Record, StressCase, StressError,
+};
 use lumivox::reference::cache_dir;
 use lumivox::scene::{LoadOptions, Scene};
 
 use super::CliError;
 use super::common::{
-    DeviceArgs, check_output_folder, check_scenes, each_once, make_folder, parse_size, progress_bar, reference_failed, say, stems, write_text,
+    DeviceArgs, check_output_folder, check_scenes, each_once, make_folder, parse_size,
+    progress_bar, reference_failed, say, stems, write_text,
 };
 
-/// Measure failure modes: each a parameter from harmless to fatal, one figure for each technique and each setting that matters.
+/// Measure failure modes: each a parameter from harmless to fatal, one figure for each technique
+/// and each setting that matters.
 #[derive(clap::Args)]
 pub(crate) struct Args {
-    /// `bundled:NAME`, or the path of a .toml or .obj file, for the failure modes that take any scene [default: the suite's own, and all failure modes].
+    /// `bundled:NAME`, or the path of a .toml or .obj file, for the failure modes that take any
+    /// scene [default: the suite's own, and all failure modes].
     scene: Vec<OsString>,
     /// Failure modes [default: all].
     #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
@@ -43,7 +48,8 @@ pub(crate) struct Args {
     /// One setting, on top of every preset; may be repeated.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// Also measure each preset with one setting changed at a time, where a failure mode names settings that matter to it.
+    /// Also measure each preset with one setting changed at a time, where a failure mode names
+    /// settings that matter to it.
     #[arg(long)]
     changes: bool,
     /// Fewer severities, steps, frames and samples: a look within a minute or two.
@@ -53,7 +59,12 @@ pub(crate) struct Args {
     #[arg(long, value_name = "WxH", default_value = "64x48", value_parser = parse_size)]
     size: (u32, u32),
     /// Width and height of each shadow map and reflective shadow map (texels).
-    #[arg(long, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u32).range(16..=8192))]
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 256,
+        value_parser = clap::value_parser!(u32).range(16..=8192),
+    )]
     shadow_resolution: u32,
     #[command(flatten)]
     device: DeviceArgs,
@@ -63,7 +74,8 @@ pub(crate) struct Args {
     /// Measure nothing: gather the records of these folders, and write what they say.
     #[arg(long, value_name = "DIR", num_args = 1.., conflicts_with_all = ["scene", "case", "list"])]
     merge: Vec<PathBuf>,
-    /// The folder for stress.md and each failure mode's CASE.jsonl, .csv, .md, .svg and .png. What has a record there is not measured again.
+    /// The folder for stress.md and each failure mode's CASE.jsonl, .csv, .md, .svg and .png. What
+    /// has a record there is not measured again.
     #[arg(short, long, value_name = "DIR", required_unless_present = "list")]
     output: Option<PathBuf>,
 }
@@ -89,8 +101,15 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     let chosen = chosen(args)?;
     let Some(output) = args.output.as_ref().filter(|_| !args.list) else {
         chosen.iter().for_each(|case| {
-            let scenes = if case.any_scene { "; takes any scene" } else { "" };
-            say(&format!("{}: {} [{}: {:?}; {}{scenes}]", case.name, case.help, case.severity, case.severities, case.source));
+            let scenes = if case.any_scene {
+                "; takes any scene"
+            } else {
+                ""
+            };
+            say(&format!(
+                "{}: {} [{}: {:?}; {}{scenes}]",
+                case.name, case.help, case.severity, case.severities, case.source
+            ));
         });
         return Ok(());
     };
@@ -98,23 +117,68 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
         check_output_folder(output)?;
         return merge(&args.merge, output, quiet);
     }
-    let named: Vec<&'static Entry> = each_once(&args.technique).iter().map(|name| find(name)).collect::<Result<_, _>>().map_err(CliError::input)?;
-    let techniques = if named.is_empty() { TECHNIQUES } else { named.as_slice() };
-    let presets = cases(techniques, &each_once(&args.preset), &[args.resolution], &args.set).map_err(CliError::input)?;
-    if let Some(coarse) = presets.iter().filter_map(|case| case.settings.find_count("resolution")).find(|resolution| *resolution < LEAST_RESOLUTION) {
-        return Err(CliError::input(format!("--resolution is {coarse}; the scenes of the suite need at least {LEAST_RESOLUTION} voxels")));
+    let named: Vec<&'static Entry> = each_once(&args.technique)
+        .iter()
+        .map(|name| find(name))
+        .collect::<Result<_, _>>()
+        .map_err(CliError::input)?;
+    let techniques = if named.is_empty() {
+        TECHNIQUES
+    } else {
+        named.as_slice()
+    };
+    let presets = cases(
+        techniques,
+        &each_once(&args.preset),
+        &[args.resolution],
+        &args.set,
+    )
+    .map_err(CliError::input)?;
+    if let Some(coarse) = presets
+        .iter()
+        .filter_map(|case| case.settings.find_count("resolution"))
+        .find(|resolution| *resolution < LEAST_RESOLUTION)
+    {
+        return Err(CliError::input(format!(
+            "--resolution is {coarse}; the scenes of the suite need at least {LEAST_RESOLUTION} \
+             voxels"
+        )));
     }
-    let options = LoadOptions { allow_missing_textures: args.allow_missing_textures };
-    let scenes: Vec<Scene> = args.scene.iter().map(|scene| Scene::open(scene, &options)).collect::<Result<_, _>>().map_err(CliError::input)?;
+    let options = LoadOptions {
+        allow_missing_textures: args.allow_missing_textures,
+    };
+    let scenes: Vec<Scene> = args
+        .scene
+        .iter()
+        .map(|scene| Scene::open(scene, &options))
+        .collect::<Result<_, _>>()
+        .map_err(CliError::input)?;
     check_scenes(&scenes)?;
     check_output_folder(output)?;
     let mut gpu = open(args)?;
-    let folders = if scenes.is_empty() { vec![output.clone()] } else { stems(scenes.iter().map(|scene| scene.name.as_str()), output) };
-    let of_scene = if scenes.is_empty() { vec![None] } else { scenes.iter().map(Some).collect() };
+    let folders = if scenes.is_empty() {
+        vec![output.clone()]
+    } else {
+        stems(scenes.iter().map(|scene| scene.name.as_str()), output)
+    };
+    let of_scene = if scenes.is_empty() {
+        vec![None]
+    } else {
+        scenes.iter().map(Some).collect()
+    };
     for (scene, folder) in of_scene.into_iter().zip(&folders) {
         make_folder(folder)?;
-        let rows: usize = chosen.iter().map(|case| Ok(runs(args, case, &presets)?.len() * severities(args, case).len())).sum::<Result<_, CliError>>()?;
-        let suite = Suite { args, scene, presets: &presets, memo: Memo::new(cache_dir()), bar: progress_bar(quiet, rows) };
+        let rows: usize = chosen
+            .iter()
+            .map(|case| Ok(runs(args, case, &presets)?.len() * severities(args, case).len()))
+            .sum::<Result<_, CliError>>()?;
+        let suite = Suite {
+            args,
+            scene,
+            presets: &presets,
+            memo: Memo::new(cache_dir()),
+            bar: progress_bar(quiet, rows),
+        };
         suite.run(&mut gpu, &chosen, folder, quiet)?;
     }
     Ok(())
@@ -130,18 +194,38 @@ fn chosen(args: &Args) -> Result<Vec<&'static StressCase>, CliError> {
     if args.case.is_empty() {
         return Ok(CASES.iter().copied().filter(fits).collect());
     }
-    let known = || CASES.iter().map(|case| case.name).collect::<Vec<_>>().join(", ");
+    let known = || {
+        CASES
+            .iter()
+            .map(|case| case.name)
+            .collect::<Vec<_>>()
+            .join(", ")
+    };
     let find = |name: &String| {
         let case = CASES.iter().copied().find(|case| case.name == name);
-        let case = case.ok_or_else(|| CliError::input(format!("there is no failure mode {name}; there are: {}", known())))?;
-        let own = || CliError::input(format!("the failure mode {name} has a scene of its own; leave out the scene, or the failure mode"));
+        let case = case.ok_or_else(|| {
+            CliError::input(format!(
+                "there is no failure mode {name}; there are: {}",
+                known()
+            ))
+        })?;
+        let own = || {
+            CliError::input(format!(
+                "the failure mode {name} has a scene of its own; leave out the scene, or the \
+                 failure mode"
+            ))
+        };
         Some(case).filter(fits).ok_or_else(own)
     };
     each_once(&args.case).iter().map(find).collect()
 }
 
 fn effort(args: &Args) -> &'static Effort {
-    if args.quick { &Effort::QUICK } else { &Effort::FULL }
+    if args.quick {
+        &Effort::QUICK
+    } else {
+        &Effort::FULL
+    }
 }
 
 fn severities(args: &Args, case: &StressCase) -> &'static [f64] {
@@ -151,15 +235,32 @@ fn severities(args: &Args, case: &StressCase) -> &'static [f64] {
 fn runs<'c>(args: &Args, case: &StressCase, presets: &'c [Case]) -> Result<Vec<Run<'c>>, CliError> {
     let mut runs = Vec::new();
     for preset in presets {
-        let variants = case.variants(preset.entry, &preset.settings).map_err(CliError::input)?;
+        let variants = case
+            .variants(preset.entry, &preset.settings)
+            .map_err(CliError::input)?;
         let count = if args.changes { variants.len() } else { 1 };
-        runs.extend(variants.into_iter().take(count).map(|(change, settings)| Run { case: preset, change, settings }));
+        runs.extend(
+            variants
+                .into_iter()
+                .take(count)
+                .map(|(change, settings)| Run {
+                    case: preset,
+                    change,
+                    settings,
+                }),
+        );
     }
     Ok(runs)
 }
 
 impl Suite<'_> {
-    fn run(&self, gpu: &mut Gpu, chosen: &[&'static StressCase], folder: &Path, quiet: bool) -> Result<(), CliError> {
+    fn run(
+        &self,
+        gpu: &mut Gpu,
+        chosen: &[&'static StressCase],
+        folder: &Path,
+        quiet: bool,
+    ) -> Result<(), CliError> {
         let mut last = None;
         for &case in chosen {
             last = self.measure(gpu, case, &folder.join(case.name))?.or(last);
@@ -172,17 +273,31 @@ impl Suite<'_> {
     }
 
     /// Measures what of a case has no record, and returns the last record.
-    fn measure(&self, gpu: &mut Gpu, case: &'static StressCase, stem: &Path) -> Result<Option<Record>, CliError> {
-        let mut records: Records<Record> = Records::open(&stem.with_extension("jsonl")).map_err(CliError::failed)?;
+    fn measure(
+        &self,
+        gpu: &mut Gpu,
+        case: &'static StressCase,
+        stem: &Path,
+    ) -> Result<Option<Record>, CliError> {
+        let mut records: Records<Record> =
+            Records::open(&stem.with_extension("jsonl")).map_err(CliError::failed)?;
         let mut last = None;
         for run in runs(self.args, case, self.presets)? {
             self.bar.set_message(case.name);
             for &severity in severities(self.args, case) {
-                let key = Record::key_of(case, &self.probe(gpu, &run), run.case, &run.change, severity);
+                let key = Record::key_of(
+                    case,
+                    &self.probe(gpu, &run),
+                    run.case,
+                    &run.change,
+                    severity,
+                );
                 let record = match records.find(&key) {
                     Some(record) => record.clone(),
                     None => {
-                        let record = case.record(&self.probe(gpu, &run), run.case, &run.change, severity).map_err(failed)?;
+                        let record = case
+                            .record(&self.probe(gpu, &run), run.case, &run.change, severity)
+                            .map_err(failed)?;
                         records.add(&record).map_err(CliError::failed)?;
                         if record.is_lost {
                             *gpu = open(self.args)?;
@@ -190,7 +305,11 @@ impl Suite<'_> {
                         record
                     }
                 };
-                record.failure.iter().for_each(|failure| self.bar.suspend(|| log::warn!("{} of {}: {failure}", case.name, record.case_name())));
+                record.failure.iter().for_each(|failure| {
+                    self.bar.suspend(|| {
+                        log::warn!("{} of {}: {failure}", case.name, record.case_name())
+                    })
+                });
                 last = Some(record);
                 self.bar.inc(1);
             }
@@ -199,12 +318,19 @@ impl Suite<'_> {
     }
 
     fn probe<'p>(&'p self, gpu: &'p Gpu, run: &'p Run<'_>) -> Probe<'p> {
-        let Args { size, shadow_resolution, .. } = *self.args;
+        let Args {
+            size,
+            shadow_resolution,
+            ..
+        } = *self.args;
         Probe {
             gpu,
             entry: run.case.entry,
             settings: &run.settings,
-            frame: FrameSettings { size: [size.0, size.1], shadow_resolution },
+            frame: FrameSettings {
+                size: [size.0, size.1],
+                shadow_resolution,
+            },
             effort: effort(self.args),
             scene: self.scene,
             memo: &self.memo,
@@ -225,21 +351,35 @@ fn merge(folders: &[PathBuf], output: &Path, quiet: bool) -> Result<(), CliError
     let mut found: Vec<Record> = Vec::new();
     for folder in folders {
         let before = found.len();
-        for file in CASES.iter().map(|case| folder.join(case.name).with_extension("jsonl")).filter(|file| file.is_file()) {
+        for file in CASES
+            .iter()
+            .map(|case| folder.join(case.name).with_extension("jsonl"))
+            .filter(|file| file.is_file())
+        {
             found.extend(read_records::<Record>(&file).map_err(CliError::input)?);
         }
         if found.len() == before {
-            return Err(CliError::input(format!("there are no records (*.jsonl) of failure modes in {}; name the folder of an -o", folder.display())));
+            return Err(CliError::input(format!(
+                "there are no records (*.jsonl) of failure modes in {}; name the folder of an -o",
+                folder.display()
+            )));
         }
     }
-    let Some(last) = found.last() else { return Ok(()) };
+    let Some(last) = found.last() else {
+        return Ok(());
+    };
     make_folder(output)?;
     for case in CASES {
-        let of_case: Vec<&Record> = found.iter().filter(|record| record.case == case.name).collect();
+        let of_case: Vec<&Record> = found
+            .iter()
+            .filter(|record| record.case == case.name)
+            .collect();
         if of_case.is_empty() {
             continue;
         }
-        let mut records: Records<Record> = Records::open(&output.join(case.name).with_extension("jsonl")).map_err(CliError::failed)?;
+        let mut records: Records<Record> =
+            Records::open(&output.join(case.name).with_extension("jsonl"))
+                .map_err(CliError::failed)?;
         for record in of_case {
             if records.find(&record.key).is_none() {
                 records.add(record).map_err(CliError::failed)?;
@@ -252,12 +392,20 @@ fn merge(folders: &[PathBuf], output: &Path, quiet: bool) -> Result<(), CliError
     write_all(last, CASES, output, quiet)
 }
 
-/// The records of a case in a folder that can be compared with this one: of its setup and its scene, whatever build; of those of one row the last.
+/// The records of a case in a folder that can be compared with this one: of its setup and its
+/// scene, whatever build; of those of one row the last.
 fn records_like(one: &Record, case: &StressCase, folder: &Path) -> Result<Vec<Record>, CliError> {
     let path = folder.join(case.name).with_extension("jsonl");
-    let records = if path.is_file() { read_records::<Record>(&path).map_err(CliError::input)? } else { Vec::new() };
+    let records = if path.is_file() {
+        read_records::<Record>(&path).map_err(CliError::input)?
+    } else {
+        Vec::new()
+    };
     let mut rows: Vec<Record> = Vec::new();
-    for record in records.into_iter().filter(|record| record.setup.is_like(&one.setup) && record.scene_hash == one.scene_hash) {
+    for record in records
+        .into_iter()
+        .filter(|record| record.setup.is_like(&one.setup) && record.scene_hash == one.scene_hash)
+    {
         match rows.iter_mut().find(|row| row.is_same_row(&record)) {
             Some(row) => *row = record,
             None => rows.push(record),
@@ -267,30 +415,63 @@ fn records_like(one: &Record, case: &StressCase, folder: &Path) -> Result<Vec<Re
 }
 
 /// Tables and charts of one case.
-fn write_case(case: &'static StressCase, records: &[Record], folder: &Path) -> Result<(), CliError> {
+fn write_case(
+    case: &'static StressCase,
+    records: &[Record],
+    folder: &Path,
+) -> Result<(), CliError> {
     if records.is_empty() {
         return Ok(());
     }
     let (results, stem) = (Results { case, records }, folder.join(case.name));
     write_text(&stem.with_extension("csv"), &results.csv())?;
-    write_text(&stem.with_extension("md"), &format!("# {}\n\n{}", case.name, results.table()))?;
+    write_text(
+        &stem.with_extension("md"),
+        &format!("# {}\n\n{}", case.name, results.table()),
+    )?;
     for (suffix, chart) in results.charts() {
-        chart.write(&stem.with_file_name(format!("{}{suffix}", case.name))).map_err(CliError::failed)?;
+        chart
+            .write(&stem.with_file_name(format!("{}{suffix}", case.name)))
+            .map_err(CliError::failed)?;
     }
     Ok(())
 }
 
-/// The table of all that a folder has of this record's setup and scene; on the terminal that of the case that was asked for, if it is one.
-fn write_all(one: &Record, chosen: &[&'static StressCase], folder: &Path, quiet: bool) -> Result<(), CliError> {
-    let all: Vec<(&'static StressCase, Vec<Record>)> =
-        CASES.iter().map(|case| Ok((*case, records_like(one, case, folder)?))).collect::<Result<_, CliError>>()?;
-    let results: Vec<Results<'_>> = all.iter().filter(|(_, records)| !records.is_empty()).map(|(case, records)| Results { case, records }).collect();
-    let title = one.scene.as_ref().map_or_else(|| "Failure modes".to_owned(), |scene| format!("Failure modes in {scene}"));
+/// The table of all that a folder has of this record's setup and scene; on the terminal that of the
+/// case that was asked for, if it is one.
+fn write_all(
+    one: &Record,
+    chosen: &[&'static StressCase],
+    folder: &Path,
+    quiet: bool,
+) -> Result<(), CliError> {
+    let all: Vec<(&'static StressCase, Vec<Record>)> = CASES
+        .iter()
+        .map(|case| Ok((*case, records_like(one, case, folder)?)))
+        .collect::<Result<_, CliError>>()?;
+    let results: Vec<Results<'_>> = all
+        .iter()
+        .filter(|(_, records)| !records.is_empty())
+        .map(|(case, records)| Results { case, records })
+        .collect();
+    let title = one.scene.as_ref().map_or_else(
+        || "Failure modes".to_owned(),
+        |scene| format!("Failure modes in {scene}"),
+    );
     let text = format!("# {title}\n\n{}", summary(&results));
     write_text(&folder.join("stress.md"), &text)?;
     if !quiet {
-        let only = |only: &StressCase| results.iter().find(|results| results.case.name == only.name).map(Results::table);
-        say(&chosen.first().filter(|_| chosen.len() == 1).and_then(|case| only(case)).unwrap_or(text));
+        let only = |only: &StressCase| {
+            results
+                .iter()
+                .find(|results| results.case.name == only.name)
+                .map(Results::table)
+        };
+        say(&chosen
+            .first()
+            .filter(|_| chosen.len() == 1)
+            .and_then(|case| only(case))
+            .unwrap_or(text));
     }
     Ok(())
 }

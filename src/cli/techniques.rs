@@ -21,7 +21,9 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
 }
 
 fn describe(entry: &Entry) -> Result<(), CliError> {
-    let default = entry.settings::<&str>(None, &[]).map_err(CliError::failed)?;
+    let default = entry
+        .settings::<&str>(None, &[])
+        .map_err(CliError::failed)?;
     let bounces = match (entry.bounces)(&default) {
         Some(0) => "no indirect bounce",
         Some(1) => "one indirect bounce by default",
@@ -30,12 +32,31 @@ fn describe(entry: &Entry) -> Result<(), CliError> {
     say(&format!("{}: {} ({bounces})", entry.name, entry.summary));
     for (index, preset) in entry.presets.iter().enumerate() {
         let default = if index == 0 { ", the default" } else { "" };
-        let values: Vec<String> = preset.values.iter().copied().flatten().map(|(name, value)| format!("{name}={value}")).collect();
-        say(&format!("  --preset {}{default}: {}{}{}", preset.name, preset.help, if values.is_empty() { "" } else { "; " }, values.join(" ")));
+        let values: Vec<String> = preset
+            .values
+            .iter()
+            .copied()
+            .flatten()
+            .map(|(name, value)| format!("{name}={value}"))
+            .collect();
+        say(&format!(
+            "  --preset {}{default}: {}{}{}",
+            preset.name,
+            preset.help,
+            if values.is_empty() { "" } else { "; " },
+            values.join(" ")
+        ));
     }
     for setting in entry.settings.iter().copied().flatten() {
-        let unit = if setting.unit.is_empty() { String::new() } else { format!(" [{}]", setting.unit) };
-        say(&format!("  --set {}={}{unit}: {}; {}", setting.name, setting.default, setting.help, setting.domain));
+        let unit = if setting.unit.is_empty() {
+            String::new()
+        } else {
+            format!(" [{}]", setting.unit)
+        };
+        say(&format!(
+            "  --set {}={}{unit}: {}; {}",
+            setting.name, setting.default, setting.help, setting.domain
+        ));
     }
     Ok(())
 }

@@ -45,10 +45,12 @@ pub(crate) struct Args {
     device: DeviceArgs,
     #[command(flatten)]
     timing: TimingArgs,
-    /// The folder of shaders that are compiled again when they change [default: glsl, where it is in the folder that this runs in].
+    /// The folder of shaders that are compiled again when they change [default: glsl, where it is
+    /// in the folder that this runs in].
     #[arg(long, value_name = "DIR")]
     glsl: Option<PathBuf>,
-    /// Run with the Vulkan validation layer and synchronization validation; any message is a failure at the end.
+    /// Run with the Vulkan validation layer and synchronization validation; any message is a
+    /// failure at the end.
     #[arg(long)]
     validate: bool,
     /// Carry out the actions of a file, then close; docs/view.md lists them.
@@ -59,8 +61,12 @@ pub(crate) struct Args {
 /// Loads the scene and opens the window.
 pub(crate) fn run(args: &Args) -> Result<(), CliError> {
     let technique = find(&args.technique).map_err(CliError::input)?;
-    technique.settings(args.preset.as_deref(), &args.set).map_err(CliError::input)?;
-    let unreadable = |path: &Path, error: &dyn std::fmt::Display| CliError::input(format!("{}: {error}", path.display()));
+    technique
+        .settings(args.preset.as_deref(), &args.set)
+        .map_err(CliError::input)?;
+    let unreadable = |path: &Path, error: &dyn std::fmt::Display| {
+        CliError::input(format!("{}: {error}", path.display()))
+    };
     let script = match &args.script {
         Some(path) => {
             let text = std::fs::read_to_string(path).map_err(|error| unreadable(path, &error))?;
@@ -69,10 +75,22 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
         None => None,
     };
     if let Some(folder) = args.glsl.as_ref().filter(|folder| !folder.is_dir()) {
-        return Err(CliError::input(format!("--glsl {}: there is no such folder", folder.display())));
+        return Err(CliError::input(format!(
+            "--glsl {}: there is no such folder",
+            folder.display()
+        )));
     }
-    let shaders = args.glsl.clone().or_else(|| Some(PathBuf::from("glsl")).filter(|folder| folder.join("render").is_dir()));
-    let scene = Scene::open(&args.scene, &LoadOptions { allow_missing_textures: args.allow_missing_textures }).map_err(CliError::input)?;
+    let shaders = args
+        .glsl
+        .clone()
+        .or_else(|| Some(PathBuf::from("glsl")).filter(|folder| folder.join("render").is_dir()));
+    let scene = Scene::open(
+        &args.scene,
+        &LoadOptions {
+            allow_missing_textures: args.allow_missing_textures,
+        },
+    )
+    .map_err(CliError::input)?;
     let gpu = args.device.options()?;
     let isolate_passes = args.timing.choice(&gpu)? == Timing::Host;
     let options = Options {
@@ -86,7 +104,11 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
         size: args.size.map(Into::into),
         scale: args.scale,
         vsync: args.no_vsync.then_some(false),
-        gpu: GpuOptions { validate: gpu.validate || args.validate, isolate_passes, ..gpu },
+        gpu: GpuOptions {
+            validate: gpu.validate || args.validate,
+            isolate_passes,
+            ..gpu
+        },
         device: args.device.name(),
         shaders,
         script,
@@ -98,5 +120,8 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
 }
 
 fn parse_scale(text: &str) -> Result<f32, String> {
-    text.parse().ok().filter(|scale| (0.5..=4.0).contains(scale)).ok_or_else(|| String::from("write a number from 0.5 to 4"))
+    text.parse()
+        .ok()
+        .filter(|scale| (0.5..=4.0).contains(scale))
+        .ok_or_else(|| String::from("write a number from 0.5 to 4"))
 }

@@ -1,7 +1,9 @@
 //! Global illumination: the seam that every technique stands behind.
 //!
-//! A technique answers one question: given the G-buffer, what are, at each pixel, the indirect diffuse irradiance, the indirect specular radiance and the
-//! ambient visibility ([`IndirectLight`])? It keeps its own world-space store between frames. All techniques are rows of [`registry::TECHNIQUES`].
+//! A technique answers one question: given the G-buffer, what are, at each pixel, the indirect
+//! diffuse irradiance, the indirect specular radiance and the ambient visibility
+//! ([`IndirectLight`])? It keeps its own world-space store between frames. All techniques are rows
+//! of [`registry::TECHNIQUES`].
 
 pub mod clipmap;
 pub mod cone;
@@ -38,27 +40,36 @@ pub struct Context<'c> {
 
 /// One complete way to compute indirect light.
 pub trait Technique {
-    /// Builds what does not change between frames (for example the voxels of static geometry), with the dynamic models where they are. Called once before the first frame, and again by
+    /// Builds what does not change between frames (for example the voxels of static geometry), with
+    /// the dynamic models where they are. Called once before the first frame, and again by
     /// benchmarks; what it allocates is sized by what it counts.
     fn build(&mut self, context: &Context<'_>) -> Result<FrameStats, Error>;
 
-    /// Brings what was built up to the dynamic models of the scene, after they have moved; in a scene without any, there is nothing to do.
+    /// Brings what was built up to the dynamic models of the scene, after they have moved; in a
+    /// scene without any, there is nothing to do.
     fn set_pose(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
-        if context.scene.dynamic.is_some() { self.build(context) } else { Ok(FrameStats::default()) }
+        if context.scene.dynamic.is_some() {
+            self.build(context)
+        } else {
+            Ok(FrameStats::default())
+        }
     }
 
-    /// Brings what was built up to the camera, before each frame; what does not depend on it has nothing to do.
+    /// Brings what was built up to the camera, before each frame; what does not depend on it has
+    /// nothing to do.
     fn set_view(&mut self, _context: &Context<'_>) -> Result<FrameStats, Error> {
         Ok(FrameStats::default())
     }
 
-    /// Forgets what it keeps of the lights from frame to frame, as they have moved; what is lit anew in each frame has nothing to do.
+    /// Forgets what it keeps of the lights from frame to frame, as they have moved; what is lit
+    /// anew in each frame has nothing to do.
     fn forget_lights(&mut self) {}
 
     /// Whether `update` reads reflective shadow maps, or shadow maps suffice.
     fn needs_rsm(&self) -> bool;
 
-    /// Whether anything that `update` or `direct` adds reads maps of the lights; without, none are drawn.
+    /// Whether anything that `update` or `direct` adds reads maps of the lights; without, none are
+    /// drawn.
     fn needs_light_maps(&self) -> bool {
         true
     }
@@ -67,30 +78,59 @@ pub trait Technique {
     fn update(&mut self, frame: &mut Frame, scene: &GpuScene, maps: &LightMaps);
 
     /// Adds the passes that answer for each pixel of the G-buffer.
-    fn gather(&mut self, frame: &mut Frame, scene: &GpuScene, maps: &LightMaps, gbuffer: &GBuffer) -> IndirectLight;
+    fn gather(
+        &mut self,
+        frame: &mut Frame,
+        scene: &GpuScene,
+        maps: &LightMaps,
+        gbuffer: &GBuffer,
+    ) -> IndirectLight;
 
-    /// Adds the direct light, after `gather`: by shadow maps, where a technique has no shadows of its own.
-    fn direct(&self, frame: &mut Frame, scene: &GpuScene, maps: &LightMaps, gbuffer: &GBuffer, output: &Output) {
+    /// Adds the direct light, after `gather`: by shadow maps, where a technique has no shadows of
+    /// its own.
+    fn direct(
+        &self,
+        frame: &mut Frame,
+        scene: &GpuScene,
+        maps: &LightMaps,
+        gbuffer: &GBuffer,
+        output: &Output,
+    ) {
         output.draw_direct(frame, scene, maps, gbuffer);
     }
 
-    /// Samples that the cones of a gather take, by the name of its pass, over the whole picture: counted on the device in a run of its own, after a frame.
-    /// None where nothing traces cones.
-    fn count_samples(&self, _gpu: &Gpu, _scene: &GpuScene, _gbuffer: &GBuffer) -> Result<Vec<(&'static str, u64)>, Error> {
+    /// Samples that the cones of a gather take, by the name of its pass, over the whole picture:
+    /// counted on the device in a run of its own, after a frame. None where nothing traces
+    /// cones.
+    fn count_samples(
+        &self,
+        _gpu: &Gpu,
+        _scene: &GpuScene,
+        _gbuffer: &GBuffer,
+    ) -> Result<Vec<(&'static str, u64)>, Error> {
         Ok(Vec::new())
     }
 
-    /// One cone as its gathers trace them, through what the last frame left, with its samples. `None` where nothing traces cones. `aperture_deg` in place of its own.
-    fn probe(&self, _context: &Context<'_>, _surface: &ProbeSurface, _axis: ProbeAxis, _aperture_deg: Option<f32>) -> Result<Option<Probe>, Error> {
+    /// One cone as its gathers trace them, through what the last frame left, with its samples.
+    /// `None` where nothing traces cones. `aperture_deg` in place of its own.
+    fn probe(
+        &self,
+        _context: &Context<'_>,
+        _surface: &ProbeSurface,
+        _axis: ProbeAxis,
+        _aperture_deg: Option<f32>,
+    ) -> Result<Option<Probe>, Error> {
         Ok(None)
     }
 
-    /// The volumes that it keeps, the light first, so that they can be looked at. None where it has none.
+    /// The volumes that it keeps, the light first, so that they can be looked at. None where it has
+    /// none.
     fn volumes(&self) -> Vec<VoxelVolume<'_>> {
         Vec::new()
     }
 
-    /// Its voxels and their light, a piece of the grid each, so that an error budget can read and replace them. None where it has no voxels.
+    /// Its voxels and their light, a piece of the grid each, so that an error budget can read and
+    /// replace them. None where it has no voxels.
     fn lit_voxels(&mut self) -> Vec<LitVoxels<'_>> {
         Vec::new()
     }

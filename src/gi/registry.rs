@@ -12,7 +12,8 @@ pub struct Entry {
     pub name: &'static str,
     /// What it is, in one line.
     pub summary: &'static str,
-    /// Number of indirect bounces that it computes with these settings, `None` for all of them; it is compared with the reference at this count.
+    /// Number of indirect bounces that it computes with these settings, `None` for all of them; it
+    /// is compared with the reference at this count.
     pub bounces: fn(&Settings) -> Option<u32>,
     /// Its settings, in groups.
     pub settings: &'static [&'static [Setting]],
@@ -67,7 +68,8 @@ pub struct Directions {
     pub count: Option<fn(&Settings) -> u32>,
 }
 
-/// An approximation of a technique that its own settings can replace by a better one, so that the error that goes with it can be told apart.
+/// An approximation of a technique that its own settings can replace by a better one, so that the
+/// error that goes with it can be told apart.
 pub struct Substitution {
     /// What is replaced.
     pub name: &'static str,
@@ -84,7 +86,12 @@ pub type Make = fn(&Context<'_>, &Settings) -> Result<Box<dyn Technique>, Error>
 pub type ListVoxels = fn(&Context<'_>, &Settings) -> Result<VoxelList, Error>;
 
 /// All techniques.
-pub static TECHNIQUES: &[&Entry] = &[&none::ENTRY, &voxel_mips::ENTRY, &svo::ENTRY, &clipmap::ENTRY];
+pub static TECHNIQUES: &[&Entry] = &[
+    &none::ENTRY,
+    &voxel_mips::ENTRY,
+    &svo::ENTRY,
+    &clipmap::ENTRY,
+];
 
 /// There is no technique of this name.
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]
@@ -96,14 +103,36 @@ pub struct UnknownTechnique {
 
 /// The technique of a name.
 pub fn find(name: &str) -> Result<&'static Entry, UnknownTechnique> {
-    let known = || TECHNIQUES.iter().map(|entry| entry.name).collect::<Vec<_>>().join(", ");
-    TECHNIQUES.iter().copied().find(|entry| entry.name == name).ok_or_else(|| UnknownTechnique { name: name.to_owned(), known: known() })
+    let known = || {
+        TECHNIQUES
+            .iter()
+            .map(|entry| entry.name)
+            .collect::<Vec<_>>()
+            .join(", ")
+    };
+    TECHNIQUES
+        .iter()
+        .copied()
+        .find(|entry| entry.name == name)
+        .ok_or_else(|| UnknownTechnique {
+            name: name.to_owned(),
+            known: known(),
+        })
 }
 
 impl Entry {
     /// The default preset, or the named one, with `KEY=VALUE` pairs on top.
-    pub fn settings<S: AsRef<str>>(&self, preset: Option<&str>, pairs: &[S]) -> Result<Settings, SettingError> {
-        let settings = Settings::new(self.settings, self.presets, preset.or(self.presets.first().map(|preset| preset.name)), pairs)?;
+    pub fn settings<S: AsRef<str>>(
+        &self,
+        preset: Option<&str>,
+        pairs: &[S],
+    ) -> Result<Settings, SettingError> {
+        let settings = Settings::new(
+            self.settings,
+            self.presets,
+            preset.or(self.presets.first().map(|preset| preset.name)),
+            pairs,
+        )?;
         (self.check)(&settings).map(|()| settings)
     }
 }

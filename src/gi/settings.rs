@@ -108,7 +108,15 @@ impl fmt::Display for Domain {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Domain::Count { min, max } => write!(f, "a whole number from {min} to {max}"),
-            Domain::OneOf(values) => write!(f, "one of {}", values.iter().map(u32::to_string).collect::<Vec<_>>().join(", ")),
+            Domain::OneOf(values) => write!(
+                f,
+                "one of {}",
+                values
+                    .iter()
+                    .map(u32::to_string)
+                    .collect::<Vec<_>>()
+                    .join(", ")
+            ),
             Domain::Number { min, max } => write!(f, "a number from {min} to {max}"),
             Domain::Choice(words) => write!(f, "one of {}", words.join(", ")),
         }
@@ -118,10 +126,25 @@ impl fmt::Display for Domain {
 impl Domain {
     fn parse(&self, text: &str) -> Option<Value> {
         match self {
-            Domain::Count { min, max } => text.parse().ok().filter(|value| (min..=max).contains(&value)).map(Value::Count),
-            Domain::OneOf(values) => text.parse().ok().filter(|value| values.contains(value)).map(Value::Count),
-            Domain::Number { min, max } => text.parse().ok().filter(|value| (min..=max).contains(&value)).map(Value::Number),
-            Domain::Choice(words) => words.iter().find(|word| **word == text).map(|word| Value::Choice(word)),
+            Domain::Count { min, max } => text
+                .parse()
+                .ok()
+                .filter(|value| (min..=max).contains(&value))
+                .map(Value::Count),
+            Domain::OneOf(values) => text
+                .parse()
+                .ok()
+                .filter(|value| values.contains(value))
+                .map(Value::Count),
+            Domain::Number { min, max } => text
+                .parse()
+                .ok()
+                .filter(|value| (min..=max).contains(&value))
+                .map(Value::Number),
+            Domain::Choice(words) => words
+                .iter()
+                .find(|word| **word == text)
+                .map(|word| Value::Choice(word)),
         }
     }
 }
@@ -134,20 +157,42 @@ pub struct Settings {
 
 impl Settings {
     /// All defaults, then those of the preset, then the given `KEY=VALUE` pairs.
-    pub fn new<S: AsRef<str>>(table: &[&[Setting]], presets: &[Preset], preset: Option<&str>, pairs: &[S]) -> Result<Self, SettingError> {
-        let mut settings = Settings { values: BTreeMap::new() };
+    pub fn new<S: AsRef<str>>(
+        table: &[&[Setting]],
+        presets: &[Preset],
+        preset: Option<&str>,
+        pairs: &[S],
+    ) -> Result<Self, SettingError> {
+        let mut settings = Settings {
+            values: BTreeMap::new(),
+        };
         for setting in table.iter().copied().flatten() {
             settings.set(table, setting.name, setting.default)?;
         }
         if let Some(name) = preset {
-            let known = || presets.iter().map(|preset| preset.name).collect::<Vec<_>>().join(", ");
-            let preset = presets.iter().find(|preset| preset.name == name).ok_or_else(|| SettingError::Preset { name: name.to_owned(), known: known() })?;
+            let known = || {
+                presets
+                    .iter()
+                    .map(|preset| preset.name)
+                    .collect::<Vec<_>>()
+                    .join(", ")
+            };
+            let preset = presets
+                .iter()
+                .find(|preset| preset.name == name)
+                .ok_or_else(|| SettingError::Preset {
+                    name: name.to_owned(),
+                    known: known(),
+                })?;
             for (name, value) in preset.values.iter().copied().flatten() {
                 settings.set(table, name, value)?;
             }
         }
         for pair in pairs {
-            let (name, value) = pair.as_ref().split_once('=').ok_or_else(|| SettingError::NotAPair(pair.as_ref().to_owned()))?;
+            let (name, value) = pair
+                .as_ref()
+                .split_once('=')
+                .ok_or_else(|| SettingError::NotAPair(pair.as_ref().to_owned()))?;
             settings.set(table, name.trim(), value.trim())?;
         }
         Ok(settings)
@@ -155,13 +200,27 @@ impl Settings {
 
     fn set(&mut self, table: &[&[Setting]], name: &str, value: &str) -> Result<(), SettingError> {
         let all = || table.iter().copied().flatten();
-        let known = || all().map(|setting| setting.name).collect::<Vec<_>>().join(", ");
-        let setting = all().find(|setting| setting.name == name).ok_or_else(|| SettingError::Unknown { name: name.to_owned(), known: known() })?;
-        let parsed = setting.domain.parse(value).ok_or_else(|| SettingError::Value {
-            name: name.to_owned(),
-            value: value.to_owned(),
-            domain: setting.domain.to_string(),
-        })?;
+        let known = || {
+            all()
+                .map(|setting| setting.name)
+                .collect::<Vec<_>>()
+                .join(", ")
+        };
+        let setting =
+            all()
+                .find(|setting| setting.name == name)
+                .ok_or_else(|| SettingError::Unknown {
+                    name: name.to_owned(),
+                    known: known(),
+                })?;
+        let parsed = setting
+            .domain
+            .parse(value)
+            .ok_or_else(|| SettingError::Value {
+                name: name.to_owned(),
+                value: value.to_owned(),
+                domain: setting.domain.to_string(),
+            })?;
         self.values.insert(setting.name, parsed);
         Ok(())
     }

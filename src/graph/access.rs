@@ -1,13 +1,16 @@
-//! How a pass uses a resource: the one place that spells pipeline stages, access masks and image layouts.
+//! How a pass uses a resource: the one place that spells pipeline stages, access masks and image
+//! layouts.
 
 use ash::vk;
 
-/// How one pass uses one resource. "Compute" words are for compute shaders, "Raster" words for vertex, geometry and fragment shaders.
+/// How one pass uses one resource. "Compute" words are for compute shaders, "Raster" words for
+/// vertex, geometry and fragment shaders.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Access {
     /// Storage buffer or storage image, only read.
     ComputeRead,
-    /// Storage buffer or storage image, only written; earlier contents of untouched texels are kept.
+    /// Storage buffer or storage image, only written; earlier contents of untouched texels are
+    /// kept.
     ComputeWrite,
     /// Storage buffer or storage image, read and written, atomics included.
     ComputeReadWrite,
@@ -51,8 +54,10 @@ pub struct Sync {
 }
 
 /// Vertex and geometry shaders, whether or not the device has the latter, and fragment shaders.
-const RASTER: vk::PipelineStageFlags2 =
-    vk::PipelineStageFlags2::from_raw(vk::PipelineStageFlags2::PRE_RASTERIZATION_SHADERS.as_raw() | vk::PipelineStageFlags2::FRAGMENT_SHADER.as_raw());
+const RASTER: vk::PipelineStageFlags2 = vk::PipelineStageFlags2::from_raw(
+    vk::PipelineStageFlags2::PRE_RASTERIZATION_SHADERS.as_raw()
+        | vk::PipelineStageFlags2::FRAGMENT_SHADER.as_raw(),
+);
 
 impl Access {
     /// All words, for tests.
@@ -81,29 +86,69 @@ impl Access {
             Access::ComputeRead => (S::COMPUTE_SHADER, read, A::NONE, L::GENERAL),
             Access::ComputeWrite => (S::COMPUTE_SHADER, A::NONE, write, L::GENERAL),
             Access::ComputeReadWrite => (S::COMPUTE_SHADER, read, write, L::GENERAL),
-            Access::ComputeSampled => (S::COMPUTE_SHADER, A::SHADER_SAMPLED_READ, A::NONE, L::SHADER_READ_ONLY_OPTIMAL),
+            Access::ComputeSampled => (
+                S::COMPUTE_SHADER,
+                A::SHADER_SAMPLED_READ,
+                A::NONE,
+                L::SHADER_READ_ONLY_OPTIMAL,
+            ),
             Access::RasterRead => (RASTER, read, A::NONE, L::GENERAL),
             Access::RasterReadWrite => (RASTER, read, write, L::GENERAL),
-            Access::RasterSampled => (RASTER, A::SHADER_SAMPLED_READ, A::NONE, L::SHADER_READ_ONLY_OPTIMAL),
-            Access::ColorTarget => (S::COLOR_ATTACHMENT_OUTPUT, A::COLOR_ATTACHMENT_READ, A::COLOR_ATTACHMENT_WRITE, L::COLOR_ATTACHMENT_OPTIMAL),
+            Access::RasterSampled => (
+                RASTER,
+                A::SHADER_SAMPLED_READ,
+                A::NONE,
+                L::SHADER_READ_ONLY_OPTIMAL,
+            ),
+            Access::ColorTarget => (
+                S::COLOR_ATTACHMENT_OUTPUT,
+                A::COLOR_ATTACHMENT_READ,
+                A::COLOR_ATTACHMENT_WRITE,
+                L::COLOR_ATTACHMENT_OPTIMAL,
+            ),
             Access::DepthTarget => (
                 S::EARLY_FRAGMENT_TESTS | S::LATE_FRAGMENT_TESTS,
                 A::DEPTH_STENCIL_ATTACHMENT_READ,
                 A::DEPTH_STENCIL_ATTACHMENT_WRITE,
                 L::DEPTH_ATTACHMENT_OPTIMAL,
             ),
-            Access::IndirectRead => (S::DRAW_INDIRECT, A::INDIRECT_COMMAND_READ, A::NONE, L::UNDEFINED),
-            Access::TransferRead => (S::ALL_TRANSFER, A::TRANSFER_READ, A::NONE, L::TRANSFER_SRC_OPTIMAL),
-            Access::TransferWrite => (S::ALL_TRANSFER, A::NONE, A::TRANSFER_WRITE, L::TRANSFER_DST_OPTIMAL),
+            Access::IndirectRead => (
+                S::DRAW_INDIRECT,
+                A::INDIRECT_COMMAND_READ,
+                A::NONE,
+                L::UNDEFINED,
+            ),
+            Access::TransferRead => (
+                S::ALL_TRANSFER,
+                A::TRANSFER_READ,
+                A::NONE,
+                L::TRANSFER_SRC_OPTIMAL,
+            ),
+            Access::TransferWrite => (
+                S::ALL_TRANSFER,
+                A::NONE,
+                A::TRANSFER_WRITE,
+                L::TRANSFER_DST_OPTIMAL,
+            ),
             Access::HostRead => (S::HOST, A::HOST_READ, A::NONE, L::UNDEFINED),
             Access::Present => (S::BOTTOM_OF_PIPE, A::NONE, A::NONE, L::PRESENT_SRC_KHR),
         };
-        Sync { stage, access: reads | writes, layout, reads: !reads.is_empty(), writes: !writes.is_empty() }
+        Sync {
+            stage,
+            access: reads | writes,
+            layout,
+            reads: !reads.is_empty(),
+            writes: !writes.is_empty(),
+        }
     }
 }
 
 /// The write bits of an access mask.
 pub(crate) fn written(access: vk::AccessFlags2) -> vk::AccessFlags2 {
     use vk::AccessFlags2 as A;
-    access & (A::SHADER_STORAGE_WRITE | A::COLOR_ATTACHMENT_WRITE | A::DEPTH_STENCIL_ATTACHMENT_WRITE | A::TRANSFER_WRITE)
+    access
+        & (A::SHADER_STORAGE_WRITE
+            | A::COLOR_ATTACHMENT_WRITE
+            | A::DEPTH_STENCIL_ATTACHMENT_WRITE
+            | A::TRANSFER_WRITE)
 }

@@ -46,7 +46,11 @@ pub struct Targets<'t> {
 impl Targets<'_> {
     /// No attachments: a pass that only writes storage.
     pub const fn none(extent: [u32; 2]) -> Self {
-        Targets { color: &[], depth: None, extent }
+        Targets {
+            color: &[],
+            depth: None,
+            extent,
+        }
     }
 }
 
@@ -86,7 +90,12 @@ pub(super) struct Target {
 pub(super) enum Run {
     Dispatch(Vec<BatchDispatch>),
     Indirect(Arc<Buffer>, u64),
-    Draw { color: Vec<Target>, depth: Option<Target>, extent: [u32; 2], batches: Vec<DrawBatch> },
+    Draw {
+        color: Vec<Target>,
+        depth: Option<Target>,
+        extent: [u32; 2],
+        batches: Vec<DrawBatch>,
+    },
 }
 
 /// A pass with everything that it needs to run once.
@@ -101,7 +110,8 @@ pub(super) struct PassCall {
 }
 
 /// A pass being added to a frame. Bindings come in the order of the declaration.
-#[must_use = "a pass runs only when one of dispatch, dispatch_indirect, dispatch_batches or draw is called"]
+#[must_use = "a pass runs only when one of dispatch, dispatch_indirect, dispatch_batches or draw \
+              is called"]
 pub struct PassBuilder<'f> {
     frame: &'f mut Frame,
     pass: &'static Pass,
@@ -112,12 +122,23 @@ pub struct PassBuilder<'f> {
 
 impl<'f> PassBuilder<'f> {
     pub(super) fn new(frame: &'f mut Frame, pass: &'static Pass) -> Self {
-        PassBuilder { frame, pass, resources: Vec::new(), constants: Vec::new(), push: Vec::new() }
+        PassBuilder {
+            frame,
+            pass,
+            resources: Vec::new(),
+            constants: Vec::new(),
+            push: Vec::new(),
+        }
     }
 
-    /// Binds a buffer, or an image: all mips where it is sampled, mip 0 where it is stored to or loaded from.
+    /// Binds a buffer, or an image: all mips where it is sampled, mip 0 where it is stored to or
+    /// loaded from.
     pub fn bind(self, resource: impl Into<Resource>) -> Self {
-        let is_storage_image = self.pass.bindings.get(self.resources.len()).is_some_and(|binding| binding.kind == BindingKind::Image);
+        let is_storage_image = self
+            .pass
+            .bindings
+            .get(self.resources.len())
+            .is_some_and(|binding| binding.kind == BindingKind::Image);
         match resource.into() {
             Resource::Image(image, _) if is_storage_image => self.add(Resource::Image(image, 0..1)),
             resource => self.add(resource),
@@ -148,19 +169,41 @@ impl<'f> PassBuilder<'f> {
 
     /// Runs the pass on this many workgroups.
     pub fn dispatch(self, groups: [u32; 3]) {
-        assert!(self.pass.sets != Sets::SceneAndMaterials, "pass {}: uses materials, so it needs dispatch_batches", self.pass.name);
+        assert!(
+            self.pass.sets != Sets::SceneAndMaterials,
+            "pass {}: uses materials, so it needs dispatch_batches",
+            self.pass.name
+        );
         self.check_compute();
-        self.finish(Run::Dispatch(vec![BatchDispatch { groups, ..Default::default() }]), Vec::new());
+        self.finish(
+            Run::Dispatch(vec![BatchDispatch {
+                groups,
+                ..Default::default()
+            }]),
+            Vec::new(),
+        );
     }
 
     /// Runs the pass on as many workgroups as three words in a buffer say.
     pub fn dispatch_indirect(self, buffer: &Arc<Buffer>, offset: u64) {
-        assert!(self.pass.sets != Sets::SceneAndMaterials, "pass {}: uses materials, so it needs dispatch_batches", self.pass.name);
-        assert!(offset.is_multiple_of(4) && offset + 12 <= buffer.size_bytes(), "pass {}: no arguments at {offset} in {}", self.pass.name, buffer.name());
+        assert!(
+            self.pass.sets != Sets::SceneAndMaterials,
+            "pass {}: uses materials, so it needs dispatch_batches",
+            self.pass.name
+        );
+        assert!(
+            offset.is_multiple_of(4) && offset + 12 <= buffer.size_bytes(),
+            "pass {}: no arguments at {offset} in {}",
+            self.pass.name,
+            buffer.name()
+        );
         self.check_compute();
         let resource = Resource::from(buffer);
         let used = resource.used(Access::IndirectRead);
-        self.finish(Run::Indirect(Arc::clone(buffer), offset), vec![(resource, used)]);
+        self.finish(
+            Run::Indirect(Arc::clone(buffer), offset),
+            vec![(resource, used)],
+        );
     }
 
     /// Runs several dispatches, which may overlap, with one material each.
@@ -173,54 +216,140 @@ impl<'f> PassBuilder<'f> {
     pub fn draw(self, targets: Targets<'_>, batches: Vec<DrawBatch>) {
         let name = self.pass.name;
         let Shaders::Raster { state, .. } = &self.pass.shaders else {
-            assert!(!self.pass.is_compute(), "pass {name}: a compute pass cannot draw");
+            assert!(
+                !self.pass.is_compute(),
+                "pass {name}: a compute pass cannot draw"
+            );
             return;
         };
         let formats = |image: &&(&Arc<Image>, u32, u32, ClearOrLoad)| image.0.desc().format;
-        assert!(targets.color.iter().map(|image| formats(&image)).eq(state.color.iter().copied()), "pass {name}: colour targets are not as declared");
-        assert_eq!(targets.depth.map(|(image, ..)| image.desc().format), state.depth, "pass {name}: the depth target is not as declared");
-        let target = |image: &Arc<Image>, mip, layer, contents: ClearOrLoad| Target { image: Arc::clone(image), mip, layer, clear: contents.value() };
-        let color: Vec<Target> = targets.color.iter().map(|&(image, mip, layer, contents)| target(image, mip, layer, contents)).collect();
-        let depth = targets.depth.map(|(image, layer, contents)| target(image, 0, layer, contents));
-        let access = color.iter().map(|target| (target, Access::ColorTarget)).chain(depth.iter().map(|target| (target, Access::DepthTarget)));
-        let uses = access.map(|(target, access)| target.used(name, targets.extent, access)).collect();
-        self.finish(Run::Draw { color, depth, extent: targets.extent, batches }, uses);
+        assert!(
+            targets
+                .color
+                .iter()
+                .map(|image| formats(&image))
+                .eq(state.color.iter().copied()),
+            "pass {name}: colour targets are not as declared"
+        );
+        assert_eq!(
+            targets.depth.map(|(image, ..)| image.desc().format),
+            state.depth,
+            "pass {name}: the depth target is not as declared"
+        );
+        let target = |image: &Arc<Image>, mip, layer, contents: ClearOrLoad| Target {
+            image: Arc::clone(image),
+            mip,
+            layer,
+            clear: contents.value(),
+        };
+        let color: Vec<Target> = targets
+            .color
+            .iter()
+            .map(|&(image, mip, layer, contents)| target(image, mip, layer, contents))
+            .collect();
+        let depth = targets
+            .depth
+            .map(|(image, layer, contents)| target(image, 0, layer, contents));
+        let access = color
+            .iter()
+            .map(|target| (target, Access::ColorTarget))
+            .chain(depth.iter().map(|target| (target, Access::DepthTarget)));
+        let uses = access
+            .map(|(target, access)| target.used(name, targets.extent, access))
+            .collect();
+        self.finish(
+            Run::Draw {
+                color,
+                depth,
+                extent: targets.extent,
+                batches,
+            },
+            uses,
+        );
     }
 
     fn add(mut self, resource: Resource) -> Self {
         let index = self.resources.len();
         let Some(binding) = self.pass.bindings.get(index) else {
-            assert!(index < self.pass.bindings.len(), "pass {}: {} is one binding too many", self.pass.name, resource.name());
+            assert!(
+                index < self.pass.bindings.len(),
+                "pass {}: {} is one binding too many",
+                self.pass.name,
+                resource.name()
+            );
             return self;
         };
         let fits = match (&resource, binding.kind) {
-            (Resource::Buffer(_), BindingKind::Buffer) | (Resource::Image(..), BindingKind::Sampled) => true,
+            (Resource::Buffer(_), BindingKind::Buffer)
+            | (Resource::Image(..), BindingKind::Sampled) => true,
             (Resource::Image(_, mips), BindingKind::Image) => mips.end - mips.start == 1,
             _ => false,
         };
-        assert!(fits, "pass {}: {} cannot be bound as {} ({:?})", self.pass.name, resource.name(), binding.name, binding.kind);
+        assert!(
+            fits,
+            "pass {}: {} cannot be bound as {} ({:?})",
+            self.pass.name,
+            resource.name(),
+            binding.name,
+            binding.kind
+        );
         self.resources.push(resource);
         self
     }
 
     fn check_compute(&self) {
-        assert!(self.pass.is_compute(), "pass {}: a raster pass cannot be dispatched", self.pass.name);
+        assert!(
+            self.pass.is_compute(),
+            "pass {}: a raster pass cannot be dispatched",
+            self.pass.name
+        );
     }
 
     fn finish(self, run: Run, more_uses: Vec<(Resource, Use)>) {
-        let PassBuilder { frame, pass, resources, constants, push } = self;
-        assert_eq!(resources.len(), pass.bindings.len(), "pass {}: number of bindings", pass.name);
+        let PassBuilder {
+            frame,
+            pass,
+            resources,
+            constants,
+            push,
+        } = self;
+        assert_eq!(
+            resources.len(),
+            pass.bindings.len(),
+            "pass {}: number of bindings",
+            pass.name
+        );
         let (scene, materials) = frame.sets_for(pass);
-        check_batches(pass, &push, &run, materials.as_deref().map_or(0, |materials| materials.len()));
-        let bound = resources.iter().zip(pass.bindings).map(|(resource, binding)| (resource.clone(), resource.used(binding.access)));
+        check_batches(
+            pass,
+            &push,
+            &run,
+            materials.as_deref().map_or(0, |materials| materials.len()),
+        );
+        let bound = resources
+            .iter()
+            .zip(pass.bindings)
+            .map(|(resource, binding)| (resource.clone(), resource.used(binding.access)));
         let mut uses: Vec<(Resource, Use)> = bound.chain(more_uses).collect();
-        let access = if pass.is_compute() { Access::ComputeRead } else { Access::RasterRead };
+        let access = if pass.is_compute() {
+            Access::ComputeRead
+        } else {
+            Access::RasterRead
+        };
         for buffer in scene.iter().flat_map(|scene| &scene.storage) {
             let resource = Resource::from(buffer);
             let used = resource.used(access);
             uses.push((resource, used));
         }
-        let call = PassCall { pass, resources, constants, push, scene, materials, run };
+        let call = PassCall {
+            pass,
+            resources,
+            constants,
+            push,
+            scene,
+            materials,
+            run,
+        };
         frame.push(pass.name.to_owned(), uses, Work::Pass(Box::new(call)));
     }
 }
@@ -228,17 +357,38 @@ impl<'f> PassBuilder<'f> {
 impl Target {
     fn used(&self, pass: &str, [width, height]: [u32; 2], access: Access) -> (Resource, Use) {
         let image = &self.image;
-        assert!(self.mip < image.mips() && self.layer < image.desc().layers, "pass {pass}: {} has no such mip and layer", image.name());
+        assert!(
+            self.mip < image.mips() && self.layer < image.desc().layers,
+            "pass {pass}: {} has no such mip and layer",
+            image.name()
+        );
         let [available_width, available_height, _] = image.extent(self.mip);
-        assert!(width <= available_width && height <= available_height, "pass {pass}: {} is smaller than {width}x{height}", image.name());
+        assert!(
+            width <= available_width && height <= available_height,
+            "pass {pass}: {} is smaller than {width}x{height}",
+            image.name()
+        );
         let resource = Resource::Image(Arc::clone(image), self.mip..self.mip + 1);
-        (resource, Use::image(image.id(), Span::one(self.mip), Span::one(self.layer), access))
+        (
+            resource,
+            Use::image(
+                image.id(),
+                Span::one(self.mip),
+                Span::one(self.layer),
+                access,
+            ),
+        )
     }
 
     pub(super) fn clear_value(&self) -> Option<vk::ClearValue> {
         let depth = self.image.aspect() == vk::ImageAspectFlags::DEPTH;
         self.clear.map(|value| match value {
-            ClearValue::Float([first, ..]) if depth => vk::ClearValue { depth_stencil: vk::ClearDepthStencilValue { depth: first, stencil: 0 } },
+            ClearValue::Float([first, ..]) if depth => vk::ClearValue {
+                depth_stencil: vk::ClearDepthStencilValue {
+                    depth: first,
+                    stencil: 0,
+                },
+            },
             value => vk::ClearValue { color: value.raw() },
         })
     }
@@ -255,13 +405,29 @@ impl ClearValue {
 
 fn check_batches(pass: &Pass, push: &[u8], run: &Run, materials: usize) {
     let check = |material: u32, own: &[u8]| {
-        let bytes = if own.is_empty() { push.len() } else { own.len() };
-        assert_eq!(bytes, pass.push_bytes as usize, "pass {}: bytes of push constants", pass.name);
-        assert!(pass.sets != Sets::SceneAndMaterials || (material as usize) < materials, "pass {}: no material {material}", pass.name);
+        let bytes = if own.is_empty() {
+            push.len()
+        } else {
+            own.len()
+        };
+        assert_eq!(
+            bytes, pass.push_bytes as usize,
+            "pass {}: bytes of push constants",
+            pass.name
+        );
+        assert!(
+            pass.sets != Sets::SceneAndMaterials || (material as usize) < materials,
+            "pass {}: no material {material}",
+            pass.name
+        );
     };
     match run {
-        Run::Dispatch(batches) => batches.iter().for_each(|batch| check(batch.material, &batch.push)),
+        Run::Dispatch(batches) => batches
+            .iter()
+            .for_each(|batch| check(batch.material, &batch.push)),
         Run::Indirect(..) => check(0, &[]),
-        Run::Draw { batches, .. } => batches.iter().for_each(|batch| check(batch.material, &batch.push)),
+        Run::Draw { batches, .. } => batches
+            .iter()
+            .for_each(|batch| check(batch.material, &batch.push)),
     }
 }

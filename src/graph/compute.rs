@@ -3,8 +3,19 @@
 use super::{Access, Binding, Pass, Sets, Shaders};
 
 /// A pass without the scene.
-pub const fn pass(name: &'static str, shader: &'static str, bindings: &'static [Binding], push_bytes: usize) -> Pass {
-    Pass { name, shaders: Shaders::Compute(shader), bindings, push_bytes: push_bytes as u32, sets: Sets::None }
+pub const fn pass(
+    name: &'static str,
+    shader: &'static str,
+    bindings: &'static [Binding],
+    push_bytes: usize,
+) -> Pass {
+    Pass {
+        name,
+        shaders: Shaders::Compute(shader),
+        bindings,
+        push_bytes: push_bytes as u32,
+        sets: Sets::None,
+    }
 }
 
 /// A buffer that it reads.

@@ -53,8 +53,19 @@ impl Resource {
         match self {
             Resource::Buffer(buffer) => Use::buffer(buffer.id(), access),
             Resource::Image(image, mips) => {
-                let layers = Span { first: 0, count: image.desc().layers };
-                Use::image(image.id(), Span { first: mips.start, count: mips.end - mips.start }, layers, access)
+                let layers = Span {
+                    first: 0,
+                    count: image.desc().layers,
+                };
+                Use::image(
+                    image.id(),
+                    Span {
+                        first: mips.start,
+                        count: mips.end - mips.start,
+                    },
+                    layers,
+                    access,
+                )
             }
         }
     }
@@ -114,7 +125,8 @@ pub(super) enum Work {
     },
 }
 
-/// Passes and transfers, in the order in which they run. Nothing happens before [`super::Gpu::submit`].
+/// Passes and transfers, in the order in which they run. Nothing happens before
+/// [`super::Gpu::submit`].
 #[derive(Default)]
 pub struct Frame {
     pub(super) steps: Vec<Step>,
@@ -128,7 +140,8 @@ impl Frame {
         Self::default()
     }
 
-    /// The shared sets for the passes that are added from now on; the materials are in the order of the scene's.
+    /// The shared sets for the passes that are added from now on; the materials are in the order of
+    /// the scene's.
     pub fn set_scene(&mut self, scene: &Arc<SceneSet>, materials: &MaterialSets) {
         self.scene = Some(Arc::clone(scene));
         self.materials = Some(Arc::clone(materials));
@@ -145,19 +158,47 @@ impl Frame {
     }
 
     /// Sets every word of a buffer from one of its bytes on, which is the first of a word.
-    pub fn fill_from(&mut self, name: impl Into<String>, buffer: &Arc<Buffer>, first_byte: u64, value: u32) {
-        assert!(first_byte.is_multiple_of(4) && first_byte < buffer.size_bytes(), "byte {first_byte} is none of a word of buffer {}", buffer.name());
+    pub fn fill_from(
+        &mut self,
+        name: impl Into<String>,
+        buffer: &Arc<Buffer>,
+        first_byte: u64,
+        value: u32,
+    ) {
+        assert!(
+            first_byte.is_multiple_of(4) && first_byte < buffer.size_bytes(),
+            "byte {first_byte} is none of a word of buffer {}",
+            buffer.name()
+        );
         let resource = Resource::from(buffer);
         let used = resource.used(Access::TransferWrite);
-        self.push(name.into(), vec![(resource, used)], Work::Fill(Arc::clone(buffer), first_byte, value));
+        self.push(
+            name.into(),
+            vec![(resource, used)],
+            Work::Fill(Arc::clone(buffer), first_byte, value),
+        );
     }
 
     /// Sets every texel of every mip and layer of a colour image.
-    pub fn clear_image(&mut self, name: impl Into<String>, image: &Arc<Image>, value: impl Into<ClearValue>) {
-        assert_eq!(image.aspect(), vk::ImageAspectFlags::COLOR, "image {}: depth is cleared by rendering", image.name());
+    pub fn clear_image(
+        &mut self,
+        name: impl Into<String>,
+        image: &Arc<Image>,
+        value: impl Into<ClearValue>,
+    ) {
+        assert_eq!(
+            image.aspect(),
+            vk::ImageAspectFlags::COLOR,
+            "image {}: depth is cleared by rendering",
+            image.name()
+        );
         let resource = Resource::from(image);
         let used = resource.used(Access::TransferWrite);
-        self.push(name.into(), vec![(resource, used)], Work::Clear(Arc::clone(image), value.into()));
+        self.push(
+            name.into(),
+            vec![(resource, used)],
+            Work::Clear(Arc::clone(image), value.into()),
+        );
     }
 
     /// Filters mip 0 into all smaller mips, linearly; each mip waits for the one before it.
@@ -166,7 +207,10 @@ impl Frame {
         for source in 0..image.mips().saturating_sub(1) {
             let read = Resource::Image(Arc::clone(image), source..source + 1);
             let written = Resource::Image(Arc::clone(image), source + 1..source + 2);
-            let uses = vec![(read.clone(), read.used(Access::TransferRead)), (written.clone(), written.used(Access::TransferWrite))];
+            let uses = vec![
+                (read.clone(), read.used(Access::TransferRead)),
+                (written.clone(), written.used(Access::TransferWrite)),
+            ];
             self.push(name.clone(), uses, Work::BlitMip(Arc::clone(image), source));
         }
     }
@@ -180,14 +224,29 @@ impl Frame {
         size_bytes: u64,
     ) {
         let name = name.into();
-        assert!(source.id() != target.id(), "{name}: source and target are the same buffer {}", source.name());
+        assert!(
+            source.id() != target.id(),
+            "{name}: source and target are the same buffer {}",
+            source.name()
+        );
         for (buffer, offset) in [(source, source_offset), (target, target_offset)] {
             let end = offset.checked_add(size_bytes);
-            assert!(end.is_some_and(|end| end <= buffer.size_bytes()), "{name}: {size_bytes} bytes at {offset} are outside buffer {}", buffer.name());
+            assert!(
+                end.is_some_and(|end| end <= buffer.size_bytes()),
+                "{name}: {size_bytes} bytes at {offset} are outside buffer {}",
+                buffer.name()
+            );
         }
         let (read, written) = (Resource::from(source), Resource::from(target));
-        let uses = vec![(read.clone(), read.used(Access::TransferRead)), (written.clone(), written.used(Access::TransferWrite))];
-        let work = Work::CopyBuffer { source: (Arc::clone(source), source_offset), target: (Arc::clone(target), target_offset), size: size_bytes };
+        let uses = vec![
+            (read.clone(), read.used(Access::TransferRead)),
+            (written.clone(), written.used(Access::TransferWrite)),
+        ];
+        let work = Work::CopyBuffer {
+            source: (Arc::clone(source), source_offset),
+            target: (Arc::clone(target), target_offset),
+            size: size_bytes,
+        };
         self.push(name, uses, work);
     }
 
@@ -198,14 +257,25 @@ impl Frame {
 
     /// What each step uses, as the planner is given it.
     pub fn uses(&self) -> Vec<Vec<Use>> {
-        self.steps.iter().map(|step| step.uses.iter().map(|(_, used)| *used).collect()).collect()
+        self.steps
+            .iter()
+            .map(|step| step.uses.iter().map(|(_, used)| *used).collect())
+            .collect()
     }
 
     pub(super) fn push(&mut self, name: String, uses: Vec<(Resource, Use)>, work: Work) {
         for (resource, used) in &uses {
             if let Resource::Image(image, mips) = resource {
-                assert!(mips.start < mips.end && mips.end <= image.mips(), "{name}: image {} has no mips {mips:?}", image.name());
-                assert!(!(image.is_frozen() && used.access.sync().writes), "{name}: image {} belongs to a material and is only read", image.name());
+                assert!(
+                    mips.start < mips.end && mips.end <= image.mips(),
+                    "{name}: image {} has no mips {mips:?}",
+                    image.name()
+                );
+                assert!(
+                    !(image.is_frozen() && used.access.sync().writes),
+                    "{name}: image {} belongs to a material and is only read",
+                    image.name()
+                );
             }
         }
         self.steps.push(Step { name, uses, work });
@@ -213,9 +283,17 @@ impl Frame {
 
     /// The shared sets that a pass uses; asserts that they were given.
     pub(super) fn sets_for(&self, pass: &Pass) -> (Option<Arc<SceneSet>>, Option<MaterialSets>) {
-        let scene = (pass.sets != Sets::None).then(|| self.scene.clone()).flatten();
-        let materials = (pass.sets == Sets::SceneAndMaterials).then(|| self.materials.clone()).flatten();
-        assert!(pass.sets == Sets::None || scene.is_some(), "pass {}: uses set 0, but the frame has no scene", pass.name);
+        let scene = (pass.sets != Sets::None)
+            .then(|| self.scene.clone())
+            .flatten();
+        let materials = (pass.sets == Sets::SceneAndMaterials)
+            .then(|| self.materials.clone())
+            .flatten();
+        assert!(
+            pass.sets == Sets::None || scene.is_some(),
+            "pass {}: uses set 0, but the frame has no scene",
+            pass.name
+        );
         (scene, materials)
     }
 }

@@ -11,8 +11,8 @@ use super::sets::{MaterialSet, SceneBindings, SceneSet, SharedSets};
 use super::stats::FrameStats;
 use super::{Access, plan::Barrier};
 use crate::vulkan::{
-    Buffer, BufferDesc, Commands, Device, DeviceChoice, DeviceInfo, Error, Faults, Features, Image, ImageDesc, Instance, InstanceOptions, Limits, Messages,
-    Timestamps, vk,
+    Buffer, BufferDesc, Commands, Device, DeviceChoice, DeviceInfo, Error, Faults, Features, Image,
+    ImageDesc, Instance, InstanceOptions, Limits, Messages, Timestamps, vk,
 };
 
 /// How to open a [`Gpu`].
@@ -24,10 +24,12 @@ pub struct GpuOptions {
     pub validate: bool,
     /// Print every barrier to stderr, with the two passes and the hazard that it is for.
     pub trace_barriers: bool,
-    /// Submit every pass by itself and take its time on the host: for drivers whose timestamps do not follow their execution (lavapipe runs compute at
-    /// once but queues rasterization, so that its timestamps charge one pass with another's work).
+    /// Submit every pass by itself and take its time on the host: for drivers whose timestamps do
+    /// not follow their execution (lavapipe runs compute at once but queues rasterization, so
+    /// that its timestamps charge one pass with another's work).
     pub isolate_passes: bool,
-    /// With the validation layer, which checks every access to a buffer too: slow, and clamps nothing.
+    /// With the validation layer, which checks every access to a buffer too: slow, and clamps
+    /// nothing.
     pub check_accesses: bool,
     /// New memory is full of rubbish, for tests.
     #[doc(hidden)]
@@ -39,8 +41,19 @@ pub struct GpuOptions {
 
 impl GpuOptions {
     pub(crate) fn instance(&self) -> InstanceOptions {
-        let GpuOptions { validate, check_accesses, poison, .. } = *self;
-        InstanceOptions { validate, check_accesses, window_extensions: Vec::new(), poison, faults: self.faults.clone() }
+        let GpuOptions {
+            validate,
+            check_accesses,
+            poison,
+            ..
+        } = *self;
+        InstanceOptions {
+            validate,
+            check_accesses,
+            window_extensions: Vec::new(),
+            poison,
+            faults: self.faults.clone(),
+        }
     }
 }
 
@@ -49,7 +62,8 @@ pub struct Gpu {
     runner: Mutex<Runner>,
     shared: Arc<SharedSets>,
     device: Arc<Device>,
-    /// Owners of the device that live as long as this object, but for pipelines, which come and stay.
+    /// Owners of the device that live as long as this object, but for pipelines, which come and
+    /// stay.
     own_count: usize,
     trace: bool,
     isolate: bool,
@@ -78,10 +92,18 @@ impl Gpu {
         };
         let shared = SharedSets::new(&device)?;
         let own_count = Arc::strong_count(&device);
-        Ok(Gpu { runner: Mutex::new(runner), shared, device, own_count, trace: options.trace_barriers, isolate: options.isolate_passes })
+        Ok(Gpu {
+            runner: Mutex::new(runner),
+            shared,
+            device,
+            own_count,
+            trace: options.trace_barriers,
+            isolate: options.isolate_passes,
+        })
     }
 
-    /// Takes other faults in place of those that it was opened with, but for features; answers how many allocations were tried since the last time.
+    /// Takes other faults in place of those that it was opened with, but for features; answers how
+    /// many allocations were tried since the last time.
     #[doc(hidden)]
     pub fn plant(&self, faults: Faults) -> u64 {
         self.device.plant(faults)
@@ -102,13 +124,19 @@ impl Gpu {
         SceneSet::new(&self.device, &self.shared, bindings)
     }
 
-    /// Makes set 2 from albedo, emission, normal and mask textures, which are complete and only read from now on.
+    /// Makes set 2 from albedo, emission, normal and mask textures, which are complete and only
+    /// read from now on.
     pub fn create_material_set(&self, images: [&Arc<Image>; 4]) -> Result<Arc<MaterialSet>, Error> {
         let mut frame = Frame::new();
         for image in images {
             let resource = Resource::from(image);
-            let uses = [Access::ComputeSampled, Access::RasterSampled].map(|access| (resource.clone(), resource.used(access)));
-            frame.push(format!("ready {}", image.name()), uses.to_vec(), Work::Nothing);
+            let uses = [Access::ComputeSampled, Access::RasterSampled]
+                .map(|access| (resource.clone(), resource.used(access)));
+            frame.push(
+                format!("ready {}", image.name()),
+                uses.to_vec(),
+                Work::Nothing,
+            );
         }
         self.submit(frame)?;
         MaterialSet::new(&self.device, &self.shared, images)
@@ -119,39 +147,62 @@ impl Gpu {
         self.run(&frame, |_| true)
     }
 
-    /// As [`Gpu::submit`], without the barriers that `keep` turns down: for tests that show that somebody notices.
+    /// As [`Gpu::submit`], without the barriers that `keep` turns down: for tests that show that
+    /// somebody notices.
     #[doc(hidden)]
-    pub fn submit_with_barriers(&self, frame: Frame, keep: impl Fn(&Barrier) -> bool) -> Result<FrameStats, Error> {
+    pub fn submit_with_barriers(
+        &self,
+        frame: Frame,
+        keep: impl Fn(&Barrier) -> bool,
+    ) -> Result<FrameStats, Error> {
         self.run(&frame, keep)
     }
 
-    /// Notes what all frames from now on record, and returns what was noted so far. For tests that replay it.
+    /// Notes what all frames from now on record, and returns what was noted so far. For tests that
+    /// replay it.
     #[doc(hidden)]
     pub fn take_journal(&self) -> Vec<JournalFrame> {
         let mut runner = self.runner.lock().unwrap_or_else(PoisonError::into_inner);
         runner.journal.replace(Vec::new()).unwrap_or_default()
     }
 
-    /// What is left of the work done so far, in words; empty on a device that is as new, but for pipelines that were made. Notes no frames any more.
-    /// For tests that hand a device on.
+    /// What is left of the work done so far, in words; empty on a device that is as new, but for
+    /// pipelines that were made. Notes no frames any more. For tests that hand a device on.
     #[doc(hidden)]
     pub fn residue(&self) -> Vec<String> {
         let mut runner = self.runner.lock().unwrap_or_else(PoisonError::into_inner);
         runner.journal = None;
-        let mut left: Vec<String> = self.memory().into_iter().map(|(name, bytes)| format!("{name}, {bytes} bytes")).collect();
-        let objects = Arc::strong_count(&self.device) - self.own_count - runner.pipelines.object_count();
+        let mut left: Vec<String> = self
+            .memory()
+            .into_iter()
+            .map(|(name, bytes)| format!("{name}, {bytes} bytes"))
+            .collect();
+        let objects =
+            Arc::strong_count(&self.device) - self.own_count - runner.pipelines.object_count();
         if objects > left.len() {
-            left.push(format!("{} objects without memory, such as descriptor sets", objects - left.len()));
+            left.push(format!(
+                "{} objects without memory, such as descriptor sets",
+                objects - left.len()
+            ));
         }
         if left.is_empty() && self.memory_total() > 0 {
-            left.push(format!("{} bytes of memory without a name", self.memory_total()));
+            left.push(format!(
+                "{} bytes of memory without a name",
+                self.memory_total()
+            ));
         }
-        left.extend(runner.pipelines.replaced().map(|stem| format!("{stem} in place of the embedded module")));
+        left.extend(
+            runner
+                .pipelines
+                .replaced()
+                .map(|stem| format!("{stem} in place of the embedded module")),
+        );
         left
     }
 
-    /// Takes a shader module, compiled while the program runs, in place of the embedded one of this stem. Where it cannot be, the old one stays and the error
-    /// says why. Answers how many pipelines it was built into.
+    /// Takes a shader module, compiled while the program runs, in place of the embedded one of this
+    /// stem. Where it cannot be, the old one stays and the error says why. Answers how many
+    /// pipelines it was built into.
     pub fn replace_module(&self, stem: &str, words: Vec<u32>) -> Result<usize, Error> {
         let mut runner = self.runner.lock().unwrap_or_else(PoisonError::into_inner);
         runner.pipelines.replace_module(&self.device, stem, words)
@@ -207,10 +258,20 @@ impl Gpu {
             runner.state.forget(id);
         }
         let (mut barriers, state) = plan(&frame.uses(), &runner.state);
-        barriers.iter_mut().for_each(|barriers| barriers.retain(&keep));
+        barriers
+            .iter_mut()
+            .for_each(|barriers| barriers.retain(&keep));
         if let Some(journal) = &mut runner.journal {
-            let names = frame.names().iter().map(|name| (*name).to_owned()).collect();
-            journal.push(JournalFrame { names, uses: frame.uses(), issued: Vec::new() });
+            let names = frame
+                .names()
+                .iter()
+                .map(|name| (*name).to_owned())
+                .collect();
+            journal.push(JournalFrame {
+                names,
+                uses: frame.uses(),
+                issued: Vec::new(),
+            });
         }
         let count = u32::try_from(2 * frame.steps.len()).unwrap_or(u32::MAX);
         if runner.timestamps.count() < count {
@@ -223,10 +284,18 @@ impl Gpu {
             commands: &runner.commands,
             timestamps: &runner.timestamps,
             pipelines: &mut runner.pipelines,
-            notes: runner.journal.as_mut().and_then(|journal| journal.last_mut()).map(|frame| &mut frame.issued),
+            notes: runner
+                .journal
+                .as_mut()
+                .and_then(|journal| journal.last_mut())
+                .map(|frame| &mut frame.issued),
             trace: self.trace,
         };
-        let part_len = if self.isolate { 1 } else { frame.steps.len().max(1) };
+        let part_len = if self.isolate {
+            1
+        } else {
+            frame.steps.len().max(1)
+        };
         // A frame without steps is still one, empty, submission.
         let starts = (0..frame.steps.len().max(1)).step_by(part_len);
         let mut host_ms = Vec::with_capacity(starts.len());
@@ -235,15 +304,27 @@ impl Gpu {
             let end = (start + loss.unwrap_or(part_len).min(part_len)).min(frame.steps.len());
             let pool = recorder.record(frame, &barriers, start..end)?;
             let start = Instant::now();
-            let done = recorder.commands.submit_and_wait().and(if loss.is_some() { Err(vk::Result::ERROR_DEVICE_LOST) } else { Ok(()) });
+            let done = recorder.commands.submit_and_wait().and(if loss.is_some() {
+                Err(vk::Result::ERROR_DEVICE_LOST)
+            } else {
+                Ok(())
+            });
             host_ms.push(start.elapsed().as_secs_f64() * 1e3);
             done.map_err(|result| failure(frame, &recorder.timestamps.read(count), result))?;
             drop(pool);
         }
-        let gpu_ms = if self.isolate { host_ms } else { self.pass_ms(&runner.timestamps.read(count)) };
+        let gpu_ms = if self.isolate {
+            host_ms
+        } else {
+            self.pass_ms(&runner.timestamps.read(count))
+        };
         runner.state = state;
         let mut stats = FrameStats::default();
-        frame.steps.iter().zip(gpu_ms).for_each(|(step, ms)| stats.add(&step.name, ms));
+        frame
+            .steps
+            .iter()
+            .zip(gpu_ms)
+            .for_each(|(step, ms)| stats.add(&step.name, ms));
         Ok(stats)
     }
 
@@ -261,8 +342,20 @@ impl Gpu {
 /// Says which pass was the last to finish.
 fn failure(frame: &Frame, ticks: &[Option<u64>], result: vk::Result) -> Error {
     if result != vk::Result::ERROR_DEVICE_LOST {
-        return Error::Vulkan { what: "running a frame".to_owned(), result };
+        return Error::Vulkan {
+            what: "running a frame".to_owned(),
+            result,
+        };
     }
-    let finished = frame.steps.iter().zip(ticks.chunks_exact(2)).take_while(|(_, pair)| pair.iter().all(Option::is_some)).last();
-    Error::DeviceLost { last_pass: finished.map_or("none of this frame".to_owned(), |(step, _)| step.name.clone()) }
+    let finished = frame
+        .steps
+        .iter()
+        .zip(ticks.chunks_exact(2))
+        .take_while(|(_, pair)| pair.iter().all(Option::is_some))
+        .last();
+    Error::DeviceLost {
+        last_pass: finished.map_or("none of this frame".to_owned(), |(step, _)| {
+            step.name.clone()
+        }),
+    }
 }

@@ -1,4 +1,5 @@
-//! What was recorded, for tests that replay it: read back from the structs, descriptors and resources that Vulkan was given, never from the plan.
+//! What was recorded, for tests that replay it: read back from the structs, descriptors and
+//! resources that Vulkan was given, never from the plan.
 
 use std::sync::Arc;
 
@@ -38,7 +39,8 @@ pub enum Issued {
         pass: &'static Pass,
         /// What descriptors, attachments and arguments let it reach.
         touched: Vec<Touch>,
-        /// The textures of its materials, which no step uses: they were made ready once, and are only read.
+        /// The textures of its materials, which no step uses: they were made ready once, and are
+        /// only read.
         materials: Vec<Touch>,
     },
 }
@@ -49,7 +51,8 @@ pub enum Issued {
 pub struct IssuedBarrier {
     /// Identity of the resource.
     pub resource: u64,
-    /// Mips; `Span::one(0)` for a whole buffer, nothing for less of one, which the planner never asks for.
+    /// Mips; `Span::one(0)` for a whole buffer, nothing for less of one, which the planner never
+    /// asks for.
     pub mips: Span,
     /// Layers; `Span::one(0)` for buffers.
     pub layers: Span,
@@ -80,10 +83,19 @@ impl IssuedBarrier {
         let is_whole = barrier.offset == 0 && barrier.size == vk::WHOLE_SIZE;
         IssuedBarrier {
             resource,
-            mips: Span { first: 0, count: u32::from(is_whole) },
+            mips: Span {
+                first: 0,
+                count: u32::from(is_whole),
+            },
             layers: Span::one(0),
-            src: Scope { stage: barrier.src_stage_mask, access: barrier.src_access_mask },
-            dst: Scope { stage: barrier.dst_stage_mask, access: barrier.dst_access_mask },
+            src: Scope {
+                stage: barrier.src_stage_mask,
+                access: barrier.src_access_mask,
+            },
+            dst: Scope {
+                stage: barrier.dst_stage_mask,
+                access: barrier.dst_access_mask,
+            },
             old_layout: vk::ImageLayout::UNDEFINED,
             new_layout: vk::ImageLayout::UNDEFINED,
         }
@@ -95,10 +107,22 @@ impl IssuedBarrier {
         let range = barrier.subresource_range;
         IssuedBarrier {
             resource,
-            mips: Span { first: range.base_mip_level, count: range.level_count },
-            layers: Span { first: range.base_array_layer, count: range.layer_count },
-            src: Scope { stage: barrier.src_stage_mask, access: barrier.src_access_mask },
-            dst: Scope { stage: barrier.dst_stage_mask, access: barrier.dst_access_mask },
+            mips: Span {
+                first: range.base_mip_level,
+                count: range.level_count,
+            },
+            layers: Span {
+                first: range.base_array_layer,
+                count: range.layer_count,
+            },
+            src: Scope {
+                stage: barrier.src_stage_mask,
+                access: barrier.src_access_mask,
+            },
+            dst: Scope {
+                stage: barrier.dst_stage_mask,
+                access: barrier.dst_access_mask,
+            },
             old_layout: barrier.old_layout,
             new_layout: barrier.new_layout,
         }
@@ -107,41 +131,86 @@ impl IssuedBarrier {
 
 impl Touch {
     pub(super) fn buffer(buffer: &Buffer, access: Access) -> Self {
-        Touch { used: Use::buffer(buffer.id(), access), layout: vk::ImageLayout::UNDEFINED }
+        Touch {
+            used: Use::buffer(buffer.id(), access),
+            layout: vk::ImageLayout::UNDEFINED,
+        }
     }
 
     /// What a view shows; `None` where it is no view of this image.
-    fn view(image: &Image, view: vk::ImageView, access: Access, layout: vk::ImageLayout) -> Option<Self> {
+    fn view(
+        image: &Image,
+        view: vk::ImageView,
+        access: Access,
+        layout: vk::ImageLayout,
+    ) -> Option<Self> {
         let (mips, layers) = image.shown_by(view)?;
-        let span = |range: std::ops::Range<u32>| Span { first: range.start, count: range.end - range.start };
-        Some(Touch { used: Use::image(image.id(), span(mips), span(layers), access), layout })
+        let span = |range: std::ops::Range<u32>| Span {
+            first: range.start,
+            count: range.end - range.start,
+        };
+        Some(Touch {
+            used: Use::image(image.id(), span(mips), span(layers), access),
+            layout,
+        })
     }
 
     /// What a descriptor shows; `None` where it shows another resource.
-    pub(super) fn descriptor(resource: &Resource, descriptor: &Descriptor, access: Access) -> Option<Self> {
+    pub(super) fn descriptor(
+        resource: &Resource,
+        descriptor: &Descriptor,
+        access: Access,
+    ) -> Option<Self> {
         match (resource, descriptor) {
-            (Resource::Buffer(buffer), Descriptor::Buffer(raw)) => (buffer.raw() == *raw).then(|| Touch::buffer(buffer, access)),
-            (Resource::Image(image, _), Descriptor::Image(view, layout)) => Touch::view(image, *view, access, *layout),
+            (Resource::Buffer(buffer), Descriptor::Buffer(raw)) => {
+                (buffer.raw() == *raw).then(|| Touch::buffer(buffer, access))
+            }
+            (Resource::Image(image, _), Descriptor::Image(view, layout)) => {
+                Touch::view(image, *view, access, *layout)
+            }
             _ => None,
         }
     }
 
-    pub(super) fn attachment(image: &Image, attachment: &Attachment, access: Access) -> Option<Self> {
+    pub(super) fn attachment(
+        image: &Image,
+        attachment: &Attachment,
+        access: Access,
+    ) -> Option<Self> {
         Touch::view(image, attachment.view, access, attachment.layout)
     }
 
     /// The textures of one material, in the layout that its descriptors name.
     pub(super) fn material(images: &[Arc<Image>; 4], access: Access) -> [Self; 4] {
-        images.each_ref().map(|image| Touch { used: Resource::from(image).used(access), layout: vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL })
+        images.each_ref().map(|image| Touch {
+            used: Resource::from(image).used(access),
+            layout: vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL,
+        })
     }
 
     /// Some mips and all layers, by a transfer.
-    fn mips(image: &Arc<Image>, mips: std::ops::Range<u32>, access: Access, layout: vk::ImageLayout) -> Self {
-        Touch { used: Resource::Image(Arc::clone(image), mips).used(access), layout }
+    fn mips(
+        image: &Arc<Image>,
+        mips: std::ops::Range<u32>,
+        access: Access,
+        layout: vk::ImageLayout,
+    ) -> Self {
+        Touch {
+            used: Resource::Image(Arc::clone(image), mips).used(access),
+            layout,
+        }
     }
 
     fn region(image: &Image, region: ImageRegion, access: Access, layout: vk::ImageLayout) -> Self {
-        Touch { used: Use::image(image.id(), Span::one(region.mip), Span::one(region.layer), access), layout }
+        Touch {
+            used: Use::image(
+                image.id(),
+                Span::one(region.mip),
+                Span::one(region.layer),
+                access,
+            ),
+            layout,
+        }
     }
 }
 
@@ -155,15 +224,37 @@ impl Issued {
             Work::Nothing => return Some(Issued::Nothing),
             Work::Pass(_) => return None,
             Work::Fill(buffer, ..) => vec![Touch::buffer(buffer, write)],
-            Work::Clear(image, _) => vec![Touch::mips(image, 0..image.mips(), write, target_layout)],
+            Work::Clear(image, _) => {
+                vec![Touch::mips(image, 0..image.mips(), write, target_layout)]
+            }
             Work::BlitMip(image, source) => {
                 let target = source + 1;
-                vec![Touch::mips(image, *source..target, read, source_layout), Touch::mips(image, target..target + 1, write, target_layout)]
+                vec![
+                    Touch::mips(image, *source..target, read, source_layout),
+                    Touch::mips(image, target..target + 1, write, target_layout),
+                ]
             }
             Work::CopyBuffer { size: 0, .. } => Vec::new(),
-            Work::CopyBuffer { source, target, .. } => vec![Touch::buffer(&source.0, read), Touch::buffer(&target.0, write)],
-            Work::ToImage { source, target, region } => vec![Touch::buffer(source, read), Touch::region(target, *region, write, target_layout)],
-            Work::FromImage { source, region, target } => vec![Touch::region(source, *region, read, source_layout), Touch::buffer(target, write)],
+            Work::CopyBuffer { source, target, .. } => vec![
+                Touch::buffer(&source.0, read),
+                Touch::buffer(&target.0, write),
+            ],
+            Work::ToImage {
+                source,
+                target,
+                region,
+            } => vec![
+                Touch::buffer(source, read),
+                Touch::region(target, *region, write, target_layout),
+            ],
+            Work::FromImage {
+                source,
+                region,
+                target,
+            } => vec![
+                Touch::region(source, *region, read, source_layout),
+                Touch::buffer(target, write),
+            ],
         }))
     }
 }

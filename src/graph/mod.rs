@@ -1,9 +1,11 @@
 //! Passes as data, frames as lists of passes, and the barriers between them.
 //!
-//! A technique declares its passes as [`Pass`] statics, keeps its resources, and writes a [`Frame`]; [`Gpu::submit`] plans, records, runs and times it.
+//! A technique declares its passes as [`Pass`] statics, keeps its resources, and writes a
+//! [`Frame`]; [`Gpu::submit`] plans, records, runs and times it.
 //!
 //! ```no_run
-//! use lumivox::graph::{Access, Binding, BufferDesc, BufferUsage, Frame, Gpu, GpuOptions, Pass, Sets, Shaders};
+//! use lumivox::graph::{Access, Binding, BufferDesc, BufferUsage, Frame, Gpu, GpuOptions};
+//! use lumivox::graph::{Pass, Sets, Shaders};
 //!
 //! static DOUBLE: Pass = Pass {
 //!     name: "test.double",
@@ -15,7 +17,9 @@
 //!
 //! # fn main() -> Result<(), lumivox::graph::Error> {
 //! let gpu = Gpu::new(&GpuOptions::default())?;
-//! let values = gpu.create_buffer(&BufferDesc { name: "values".into(), size_bytes: 256, usage: BufferUsage::Storage })?;
+//! let desc =
+//!     BufferDesc { name: "values".into(), size_bytes: 256, usage: BufferUsage::Storage };
+//! let values = gpu.create_buffer(&desc)?;
 //! let mut frame = Frame::new();
 //! frame.fill("values.fill", &values, 3);
 //! frame.pass(&DOUBLE).bind(&values).constants(&[64]).push(&64u32).dispatch([1, 1, 1]);
@@ -49,5 +53,6 @@ pub use sets::{MaterialSet, MaterialSets, SceneBindings, SceneSet};
 pub use stats::{FrameStats, PassTime, PassTimes, Spread, TimesAccumulator};
 
 pub use crate::vulkan::{
-    Buffer, BufferDesc, BufferUsage, DeviceChoice, DeviceInfo, Error, Faults, Features, Image, ImageDesc, ImageKind, ImageUsage, Limits, Messages, vk,
+    Buffer, BufferDesc, BufferUsage, DeviceChoice, DeviceInfo, Error, Faults, Features, Image,
+    ImageDesc, ImageKind, ImageUsage, Limits, Messages, vk,
 };

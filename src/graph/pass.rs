@@ -4,7 +4,8 @@ use ash::vk;
 
 use super::Access;
 
-/// One pass: its name, shaders, bindings (set 1) and parameters. The same name is its label, timer and column in reports.
+/// One pass: its name, shaders, bindings (set 1) and parameters. The same name is its label, timer
+/// and column in reports.
 #[derive(Debug)]
 pub struct Pass {
     /// Name, for example `voxel.fragments`.
@@ -26,7 +27,8 @@ pub enum Sets {
     None,
     /// Set 0: frame constants, samplers, scene buffers.
     Scene,
-    /// Set 0, and set 2: the textures of one material, changed between the draws or dispatches of the pass.
+    /// Set 0, and set 2: the textures of one material, changed between the draws or dispatches of
+    /// the pass.
     SceneAndMaterials,
 }
 
@@ -48,7 +50,8 @@ pub enum Shaders {
     },
 }
 
-/// Fixed-function state of a raster pass. Front faces are counter-clockwise; viewport and scissor cover the targets.
+/// Fixed-function state of a raster pass. Front faces are counter-clockwise; viewport and scissor
+/// cover the targets.
 #[derive(Debug)]
 pub struct RasterState {
     /// Formats of the colour attachments.
@@ -67,8 +70,14 @@ pub struct RasterState {
 
 impl RasterState {
     /// No attachments, no culling: a pass that only writes storage.
-    pub const NO_TARGETS: Self =
-        RasterState { color: &[], depth: None, depth_compare: vk::CompareOp::LESS, depth_bias: None, cull: vk::CullModeFlags::NONE, conservative: false };
+    pub const NO_TARGETS: Self = RasterState {
+        color: &[],
+        depth: None,
+        depth_compare: vk::CompareOp::LESS,
+        depth_bias: None,
+        cull: vk::CullModeFlags::NONE,
+        conservative: false,
+    };
 }
 
 /// Depth bias of a raster pass.
@@ -105,17 +114,29 @@ pub struct Binding {
 impl Binding {
     /// A storage buffer.
     pub const fn buffer(name: &'static str, access: Access) -> Self {
-        Binding { name, kind: BindingKind::Buffer, access }
+        Binding {
+            name,
+            kind: BindingKind::Buffer,
+            access,
+        }
     }
 
     /// A storage image.
     pub const fn image(name: &'static str, access: Access) -> Self {
-        Binding { name, kind: BindingKind::Image, access }
+        Binding {
+            name,
+            kind: BindingKind::Image,
+            access,
+        }
     }
 
     /// A sampled image.
     pub const fn sampled(name: &'static str, access: Access) -> Self {
-        Binding { name, kind: BindingKind::Sampled, access }
+        Binding {
+            name,
+            kind: BindingKind::Sampled,
+            access,
+        }
     }
 
     pub(crate) fn descriptor_type(&self) -> vk::DescriptorType {
@@ -132,12 +153,19 @@ impl Pass {
     pub fn stages(&self) -> Vec<(vk::ShaderStageFlags, &'static str)> {
         match &self.shaders {
             Shaders::Compute(stem) => vec![(vk::ShaderStageFlags::COMPUTE, *stem)],
-            Shaders::Raster { vertex, geometry, fragment, .. } => {
-                [(vk::ShaderStageFlags::VERTEX, Some(*vertex)), (vk::ShaderStageFlags::GEOMETRY, *geometry), (vk::ShaderStageFlags::FRAGMENT, *fragment)]
-                    .into_iter()
-                    .filter_map(|(stage, stem)| Some((stage, stem?)))
-                    .collect()
-            }
+            Shaders::Raster {
+                vertex,
+                geometry,
+                fragment,
+                ..
+            } => [
+                (vk::ShaderStageFlags::VERTEX, Some(*vertex)),
+                (vk::ShaderStageFlags::GEOMETRY, *geometry),
+                (vk::ShaderStageFlags::FRAGMENT, *fragment),
+            ]
+            .into_iter()
+            .filter_map(|(stage, stem)| Some((stage, stem?)))
+            .collect(),
         }
     }
 

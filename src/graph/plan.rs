@@ -1,7 +1,9 @@
-//! The barrier planner: a pure function from what passes declare, in the order written, to the barriers between them.
+//! The barrier planner: a pure function from what passes declare, in the order written, to the
+//! barriers between them.
 //!
-//! For every mip and layer of every resource it keeps the last write, what that write has been made visible to, and the reads since.
-//! From these follow the only four reasons for a barrier: read after write, write after write, write after read (execution only), and a change of layout.
+//! For every mip and layer of every resource it keeps the last write, what that write has been made
+//! visible to, and the reads since. From these follow the only four reasons for a barrier: read
+//! after write, write after write, write after read (execution only), and a change of layout.
 
 use std::collections::BTreeMap;
 
@@ -56,12 +58,24 @@ pub struct Use {
 impl Use {
     /// Use of a whole buffer.
     pub const fn buffer(resource: u64, access: Access) -> Self {
-        Use { resource, kind: ResourceKind::Buffer, mips: Span::one(0), layers: Span::one(0), access }
+        Use {
+            resource,
+            kind: ResourceKind::Buffer,
+            mips: Span::one(0),
+            layers: Span::one(0),
+            access,
+        }
     }
 
     /// Use of a part of an image.
     pub const fn image(resource: u64, mips: Span, layers: Span, access: Access) -> Self {
-        Use { resource, kind: ResourceKind::Image, mips, layers, access }
+        Use {
+            resource,
+            kind: ResourceKind::Image,
+            mips,
+            layers,
+            access,
+        }
     }
 }
 
@@ -88,7 +102,10 @@ pub struct Scope {
 }
 
 impl Scope {
-    const EMPTY: Self = Scope { stage: vk::PipelineStageFlags2::NONE, access: vk::AccessFlags2::NONE };
+    const EMPTY: Self = Scope {
+        stage: vk::PipelineStageFlags2::NONE,
+        access: vk::AccessFlags2::NONE,
+    };
 
     fn covers(self, other: Scope) -> bool {
         self.stage.contains(other.stage) && self.access.contains(other.access)
@@ -167,7 +184,11 @@ pub struct State {
 impl State {
     /// Forgets a resource that no longer exists.
     pub fn forget(&mut self, resource: u64) {
-        let keys: Vec<Key> = self.slots.range((resource, 0, 0)..=(resource, u32::MAX, u32::MAX)).map(|(key, _)| *key).collect();
+        let keys: Vec<Key> = self
+            .slots
+            .range((resource, 0, 0)..=(resource, u32::MAX, u32::MAX))
+            .map(|(key, _)| *key)
+            .collect();
         for key in keys {
             self.slots.remove(&key);
         }
@@ -197,7 +218,11 @@ struct Need {
 /// The barriers before each pass, and what is known after the last one.
 pub fn plan(passes: &[Vec<Use>], initial: &State) -> (Vec<Vec<Barrier>>, State) {
     let mut state = initial.clone();
-    let barriers = passes.iter().enumerate().map(|(index, uses)| plan_pass(index, uses, &mut state)).collect();
+    let barriers = passes
+        .iter()
+        .enumerate()
+        .map(|(index, uses)| plan_pass(index, uses, &mut state))
+        .collect();
     state.retire();
     (barriers, state)
 }
@@ -218,17 +243,40 @@ fn needs(index: usize, uses: &[Use]) -> BTreeMap<Key, Need> {
     let mut needs: BTreeMap<Key, Need> = BTreeMap::new();
     for wanted in uses {
         let sync = wanted.access.sync();
-        let layout = if wanted.kind == ResourceKind::Image { sync.layout } else { vk::ImageLayout::UNDEFINED };
-        let scope = Scope { stage: sync.stage, access: sync.access };
-        let need = Need { kind: wanted.kind, scope, layout, reads: sync.reads, writes: sync.writes, access: wanted.access };
+        let layout = if wanted.kind == ResourceKind::Image {
+            sync.layout
+        } else {
+            vk::ImageLayout::UNDEFINED
+        };
+        let scope = Scope {
+            stage: sync.stage,
+            access: sync.access,
+        };
+        let need = Need {
+            kind: wanted.kind,
+            scope,
+            layout,
+            reads: sync.reads,
+            writes: sync.writes,
+            access: wanted.access,
+        };
         for mip in wanted.mips.indices() {
             for layer in wanted.layers.indices() {
                 let merged = needs.entry((wanted.resource, mip, layer)).or_insert(need);
-                assert_eq!(merged.layout, layout, "pass {index} uses mip {mip}, layer {layer} of resource {} in two layouts at once", wanted.resource);
+                assert_eq!(
+                    merged.layout, layout,
+                    "pass {index} uses mip {mip}, layer {layer} of resource {} in two layouts at \
+                     once",
+                    wanted.resource
+                );
                 merged.scope.add(scope);
                 merged.reads |= need.reads;
                 merged.writes |= need.writes;
-                merged.access = if need.writes { need.access } else { merged.access };
+                merged.access = if need.writes {
+                    need.access
+                } else {
+                    merged.access
+                };
             }
         }
     }
@@ -236,7 +284,12 @@ fn needs(index: usize, uses: &[Use]) -> BTreeMap<Key, Need> {
 }
 
 /// The barrier that one need calls for, if any; and what is known after it.
-fn step(slot: &mut Slot, (resource, mip, layer): Key, need: &Need, index: usize) -> Option<Barrier> {
+fn step(
+    slot: &mut Slot,
+    (resource, mip, layer): Key,
+    need: &Need,
+    index: usize,
+) -> Option<Barrier> {
     let (hazard, src, from) = match reason(slot, need) {
         Some((hazard, src, from)) => (Some(hazard), src, from),
         None => (None, Scope::EMPTY, None),
@@ -247,7 +300,14 @@ fn step(slot: &mut Slot, (resource, mip, layer): Key, need: &Need, index: usize)
         mips: Span::one(mip),
         layers: Span::one(layer),
         src,
-        dst: if hazard == Hazard::WriteAfterRead { Scope { access: vk::AccessFlags2::NONE, ..need.scope } } else { need.scope },
+        dst: if hazard == Hazard::WriteAfterRead {
+            Scope {
+                access: vk::AccessFlags2::NONE,
+                ..need.scope
+            }
+        } else {
+            need.scope
+        },
         old_layout: slot.layout,
         new_layout: need.layout,
         hazard,
@@ -262,15 +322,27 @@ fn step(slot: &mut Slot, (resource, mip, layer): Key, need: &Need, index: usize)
 fn reason(slot: &Slot, need: &Need) -> Option<(Hazard, Scope, Option<Origin>)> {
     let mut reads = Scope::EMPTY;
     for read in &slot.reads {
-        reads.add(Scope { access: vk::AccessFlags2::NONE, ..read.scope });
+        reads.add(Scope {
+            access: vk::AccessFlags2::NONE,
+            ..read.scope
+        });
     }
     let last_read = slot.reads.last().map(|read| read.origin);
     let write = slot.write.map_or(Scope::EMPTY, |write| write.scope);
     let last_write = slot.write.map(|write| write.origin);
-    let unseen = slot.write.is_some() && !slot.visible.iter().any(|visible| visible.covers(read_part(need)));
+    let unseen = slot.write.is_some()
+        && !slot
+            .visible
+            .iter()
+            .any(|visible| visible.covers(read_part(need)));
     if need.layout != slot.layout {
-        // Reads have waited for the write before them, so the write is available to the change of layout.
-        return Some(if slot.reads.is_empty() { (Hazard::Layout, write, last_write) } else { (Hazard::Layout, reads, last_read) });
+        // Reads have waited for the write before them, so the write is available to the change of
+        // layout.
+        return Some(if slot.reads.is_empty() {
+            (Hazard::Layout, write, last_write)
+        } else {
+            (Hazard::Layout, reads, last_read)
+        });
     }
     if need.reads && unseen {
         let mut src = write;
@@ -282,53 +354,109 @@ fn reason(slot: &Slot, need: &Need) -> Option<(Hazard, Scope, Option<Origin>)> {
     if need.writes && !slot.reads.is_empty() {
         return Some((Hazard::WriteAfterRead, reads, last_read));
     }
-    if need.writes && slot.write.is_some() { Some((Hazard::WriteAfterWrite, write, last_write)) } else { None }
+    if need.writes && slot.write.is_some() {
+        Some((Hazard::WriteAfterWrite, write, last_write))
+    } else {
+        None
+    }
 }
 
 /// The reading half of a need.
 fn read_part(need: &Need) -> Scope {
-    Scope { access: need.scope.access & !written(need.scope.access), ..need.scope }
+    Scope {
+        access: need.scope.access & !written(need.scope.access),
+        ..need.scope
+    }
 }
 
 fn advance(slot: &mut Slot, need: &Need, hazard: Option<Hazard>, index: usize) {
-    let origin = Origin { pass: Some(index), access: need.access };
-    let past = |access| Past { scope: Scope { access, ..need.scope }, origin };
+    let origin = Origin {
+        pass: Some(index),
+        access: need.access,
+    };
+    let past = |access| Past {
+        scope: Scope {
+            access,
+            ..need.scope
+        },
+        origin,
+    };
     slot.layout = need.layout;
     if need.writes {
-        *slot = Slot { layout: need.layout, write: Some(past(written(need.scope.access))), visible: Vec::new(), reads: Vec::new() };
+        *slot = Slot {
+            layout: need.layout,
+            write: Some(past(written(need.scope.access))),
+            visible: Vec::new(),
+            reads: Vec::new(),
+        };
         return;
     }
     match hazard {
-        // A change of layout is a write that ends before the stages that waited for it, and is visible to them.
+        // A change of layout is a write that ends before the stages that waited for it, and is
+        // visible to them.
         Some(Hazard::Layout) => {
-            *slot = Slot { layout: need.layout, write: Some(past(vk::AccessFlags2::NONE)), visible: vec![need.scope], reads: Vec::new() };
+            *slot = Slot {
+                layout: need.layout,
+                write: Some(past(vk::AccessFlags2::NONE)),
+                visible: vec![need.scope],
+                reads: Vec::new(),
+            };
         }
         Some(_) => slot.visible.push(need.scope),
         None => {}
     }
-    // One read of each kind is enough to wait for, the latest last: what is only ever read would otherwise be known by every read of every frame.
+    // One read of each kind is enough to wait for, the latest last: what is only ever read would
+    // otherwise be known by every read of every frame.
     let read = past(need.scope.access);
     slot.reads.retain(|known| known.scope != read.scope);
     slot.reads.push(read);
 }
 
-/// Joins barriers that are equal but for neighbouring layers, then those equal but for neighbouring mips.
+/// Joins barriers that are equal but for neighbouring layers, then those equal but for neighbouring
+/// mips.
 fn merge(barriers: Vec<Barrier>) -> Vec<Barrier> {
     let by_layer = join(barriers, |last, next| {
-        let fits = last.mips == next.mips && last.layers.first + last.layers.count == next.layers.first;
-        fits.then(|| Barrier { layers: Span { count: last.layers.count + next.layers.count, ..last.layers }, ..*last })
+        let fits =
+            last.mips == next.mips && last.layers.first + last.layers.count == next.layers.first;
+        fits.then(|| Barrier {
+            layers: Span {
+                count: last.layers.count + next.layers.count,
+                ..last.layers
+            },
+            ..*last
+        })
     });
     join(by_layer, |last, next| {
-        let fits = last.layers == next.layers && last.mips.first + last.mips.count == next.mips.first;
-        fits.then(|| Barrier { mips: Span { count: last.mips.count + next.mips.count, ..last.mips }, ..*last })
+        let fits =
+            last.layers == next.layers && last.mips.first + last.mips.count == next.mips.first;
+        fits.then(|| Barrier {
+            mips: Span {
+                count: last.mips.count + next.mips.count,
+                ..last.mips
+            },
+            ..*last
+        })
     })
 }
 
-fn join(barriers: Vec<Barrier>, joined: impl Fn(&Barrier, &Barrier) -> Option<Barrier>) -> Vec<Barrier> {
+fn join(
+    barriers: Vec<Barrier>,
+    joined: impl Fn(&Barrier, &Barrier) -> Option<Barrier>,
+) -> Vec<Barrier> {
     let mut result: Vec<Barrier> = Vec::with_capacity(barriers.len());
     for next in barriers {
-        let alike = |last: &Barrier| Barrier { mips: next.mips, layers: next.layers, ..*last } == next;
-        match result.last_mut().filter(|last| alike(last)).and_then(|last| joined(last, &next).map(|both| (last, both))) {
+        let alike = |last: &Barrier| {
+            Barrier {
+                mips: next.mips,
+                layers: next.layers,
+                ..*last
+            } == next
+        };
+        match result
+            .last_mut()
+            .filter(|last| alike(last))
+            .and_then(|last| joined(last, &next).map(|both| (last, both)))
+        {
             Some((last, both)) => *last = both,
             None => result.push(next),
         }

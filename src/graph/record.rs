@@ -1,4 +1,5 @@
-//! From a planned frame to commands: the only place that issues barriers, labels, timers and dispatches.
+//! From a planned frame to commands: the only place that issues barriers, labels, timers and
+//! dispatches.
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -16,7 +17,8 @@ use super::plan::Barrier;
 use super::sets::SharedSets;
 use crate::shader::{self, Interface};
 use crate::vulkan::{
-    Attachment, Commands, Descriptor, DescriptorPool, Device, Error, GraphicsDesc, Image, Pipeline, PipelineLayout, Rendering, SetLayout, Timestamps,
+    Attachment, Commands, Descriptor, DescriptorPool, Device, Error, GraphicsDesc, Image, Pipeline,
+    PipelineLayout, Rendering, SetLayout, Timestamps,
 };
 
 /// The address of a pass: passes of one name may differ in shaders or targets.
@@ -49,36 +51,68 @@ impl Pipelines {
         self.modules.keys().map(String::as_str)
     }
 
-    fn layout(&mut self, device: &Arc<Device>, shared: &SharedSets, pass: &'static Pass) -> Result<&(Arc<SetLayout>, Arc<PipelineLayout>), Error> {
+    fn layout(
+        &mut self,
+        device: &Arc<Device>,
+        shared: &SharedSets,
+        pass: &'static Pass,
+    ) -> Result<&(Arc<SetLayout>, Arc<PipelineLayout>), Error> {
         match self.layouts.entry(key_of(pass)) {
             Entry::Occupied(known) => Ok(known.into_mut()),
             Entry::Vacant(new) => {
-                let kinds: Vec<_> = pass.bindings.iter().map(|binding| binding.descriptor_type()).collect();
+                let kinds: Vec<_> = pass
+                    .bindings
+                    .iter()
+                    .map(|binding| binding.descriptor_type())
+                    .collect();
                 let set = SetLayout::new(device, pass.name, &kinds)?;
-                let layout = PipelineLayout::new(device, pass.name, &[&shared.scene, &set, &shared.material], pass.push_bytes)?;
+                let layout = PipelineLayout::new(
+                    device,
+                    pass.name,
+                    &[&shared.scene, &set, &shared.material],
+                    pass.push_bytes,
+                )?;
                 Ok(new.insert((set, layout)))
             }
         }
     }
 
-    fn pipeline(&mut self, device: &Arc<Device>, shared: &SharedSets, call: &PassCall) -> Result<Arc<Pipeline>, Error> {
+    fn pipeline(
+        &mut self,
+        device: &Arc<Device>,
+        shared: &SharedSets,
+        call: &PassCall,
+    ) -> Result<Arc<Pipeline>, Error> {
         let key = (key_of(call.pass), call.constants.clone());
         if let Some((_, pipeline)) = self.pipelines.get(&key) {
             return Ok(Arc::clone(pipeline));
         }
         let layout = Arc::clone(&self.layout(device, shared, call.pass)?.1);
         let pipeline = create_pipeline(device, call.pass, &layout, &self.modules, &call.constants)?;
-        self.pipelines.insert(key, (call.pass, Arc::clone(&pipeline)));
+        self.pipelines
+            .insert(key, (call.pass, Arc::clone(&pipeline)));
         Ok(pipeline)
     }
 
-    /// Takes a module in place of the embedded one and makes the pipelines again that have it; on failure, all stays as it was. Answers how many it made.
-    pub(super) fn replace_module(&mut self, device: &Arc<Device>, stem: &str, words: Vec<u32>) -> Result<usize, Error> {
-        let refused = |problem: &str| Error::ModuleRefused { stem: stem.to_owned(), problem: problem.to_owned() };
-        let embedded = Interface::of(&shader::words(stem)?).ok_or_else(|| refused("the embedded module is no SPIR-V"))?;
+    /// Takes a module in place of the embedded one and makes the pipelines again that have it; on
+    /// failure, all stays as it was. Answers how many it made.
+    pub(super) fn replace_module(
+        &mut self,
+        device: &Arc<Device>,
+        stem: &str,
+        words: Vec<u32>,
+    ) -> Result<usize, Error> {
+        let refused = |problem: &str| Error::ModuleRefused {
+            stem: stem.to_owned(),
+            problem: problem.to_owned(),
+        };
+        let embedded = Interface::of(&shader::words(stem)?)
+            .ok_or_else(|| refused("the embedded module is no SPIR-V"))?;
         let interface = Interface::of(&words).ok_or_else(|| refused("this is no SPIR-V"))?;
         if let Some(difference) = embedded.difference(&interface) {
-            return Err(refused(&format!("{difference} changed, which the program declares too: build the program again")));
+            return Err(refused(&format!(
+                "{difference} changed, which the program declares too: build the program again"
+            )));
         }
         let mut modules = self.modules.clone();
         modules.insert(stem.to_owned(), words);
@@ -87,7 +121,13 @@ impl Pipelines {
             if pass.stages().iter().any(|(_, used)| *used == stem)
                 && let Some((_, layout)) = self.layouts.get(&key.0)
             {
-                made.push((key.clone(), (*pass, create_pipeline(device, pass, layout, &modules, &key.1)?)));
+                made.push((
+                    key.clone(),
+                    (
+                        *pass,
+                        create_pipeline(device, pass, layout, &modules, &key.1)?,
+                    ),
+                ));
             }
         }
         let count = made.len();
@@ -104,21 +144,37 @@ fn create_pipeline(
     replaced: &HashMap<String, Vec<u32>>,
     constants: &[u32],
 ) -> Result<Arc<Pipeline>, Error> {
-    let words = |stem: &str| replaced.get(stem).map_or_else(|| shader::words(stem), |words| Ok(words.clone()));
-    let modules: Vec<(vk::ShaderStageFlags, Vec<u32>)> =
-        pass.stages().into_iter().map(|(stage, stem)| Ok((stage, words(stem)?))).collect::<Result<_, Error>>()?;
-    let Shaders::Raster { geometry, state, .. } = &pass.shaders else {
+    let words = |stem: &str| {
+        replaced
+            .get(stem)
+            .map_or_else(|| shader::words(stem), |words| Ok(words.clone()))
+    };
+    let modules: Vec<(vk::ShaderStageFlags, Vec<u32>)> = pass
+        .stages()
+        .into_iter()
+        .map(|(stage, stem)| Ok((stage, words(stem)?)))
+        .collect::<Result<_, Error>>()?;
+    let Shaders::Raster {
+        geometry, state, ..
+    } = &pass.shaders
+    else {
         return Pipeline::compute(device, pass.name, layout, &modules[0].1, constants);
     };
     let features = &device.adapter().features;
-    let missing = |feature| Error::FeatureMissing { what: format!("the pass {}", pass.name), feature };
+    let missing = |feature| Error::FeatureMissing {
+        what: format!("the pass {}", pass.name),
+        feature,
+    };
     if geometry.is_some() && !features.geometry_shader {
         return Err(missing("geometryShader"));
     }
     if state.conservative && !features.conservative_rasterization {
         return Err(missing("VK_EXT_conservative_rasterization"));
     }
-    let stages: Vec<(vk::ShaderStageFlags, &[u32])> = modules.iter().map(|(stage, words)| (*stage, words.as_slice())).collect();
+    let stages: Vec<(vk::ShaderStageFlags, &[u32])> = modules
+        .iter()
+        .map(|(stage, words)| (*stage, words.as_slice()))
+        .collect();
     let desc = GraphicsDesc {
         stages: &stages,
         color: state.color,
@@ -144,19 +200,37 @@ pub(super) struct Recorder<'r> {
 }
 
 impl Recorder<'_> {
-    /// Records some steps with the barriers before each; the pool returned has to live until the commands have run.
-    pub(super) fn record(&mut self, frame: &Frame, barriers: &[Vec<Barrier>], steps: Range<usize>) -> Result<DescriptorPool, Error> {
+    /// Records some steps with the barriers before each; the pool returned has to live until the
+    /// commands have run.
+    pub(super) fn record(
+        &mut self,
+        frame: &Frame,
+        barriers: &[Vec<Barrier>],
+        steps: Range<usize>,
+    ) -> Result<DescriptorPool, Error> {
         let mut layouts = Vec::new();
         for step in &frame.steps[steps.clone()] {
             if let Work::Pass(call) = &step.work {
-                layouts.push(Arc::clone(&self.pipelines.layout(self.device, self.shared, call.pass)?.0));
+                layouts.push(Arc::clone(
+                    &self
+                        .pipelines
+                        .layout(self.device, self.shared, call.pass)?
+                        .0,
+                ));
             }
         }
         let pool = DescriptorPool::new(self.device, layouts.iter().map(|layout| &**layout))?;
         self.commands.begin()?;
-        for ((index, step), barriers) in (0u32..).zip(&frame.steps).zip(barriers).take(steps.end).skip(steps.start) {
+        for ((index, step), barriers) in (0u32..)
+            .zip(&frame.steps)
+            .zip(barriers)
+            .take(steps.end)
+            .skip(steps.start)
+        {
             if self.trace {
-                barriers.iter().for_each(|barrier| trace(frame, step, barrier));
+                barriers
+                    .iter()
+                    .for_each(|barrier| trace(frame, step, barrier));
             }
             self.commands.begin_label(&step.name);
             self.barriers(step, barriers);
@@ -171,7 +245,12 @@ impl Recorder<'_> {
     fn barriers(&mut self, step: &Step, barriers: &[Barrier]) {
         let (mut buffers, mut images) = (Vec::new(), Vec::new());
         for barrier in barriers {
-            match step.uses.iter().map(|(resource, _)| resource).find(|resource| resource.id() == barrier.resource) {
+            match step
+                .uses
+                .iter()
+                .map(|(resource, _)| resource)
+                .find(|resource| resource.id() == barrier.resource)
+            {
                 Some(Resource::Buffer(buffer)) => buffers.push(
                     vk::BufferMemoryBarrier2::default()
                         .src_stage_mask(barrier.src.stage)
@@ -194,15 +273,32 @@ impl Recorder<'_> {
     }
 
     /// Notes barriers as Vulkan was given them; the step only tells which resource a handle is.
-    fn note_barriers(&mut self, step: &Step, buffers: &[vk::BufferMemoryBarrier2<'_>], images: &[vk::ImageMemoryBarrier2<'_>]) {
+    fn note_barriers(
+        &mut self,
+        step: &Step,
+        buffers: &[vk::BufferMemoryBarrier2<'_>],
+        images: &[vk::ImageMemoryBarrier2<'_>],
+    ) {
         let Some(notes) = &mut self.notes else { return };
-        let id_of = |is_it: &dyn Fn(&Resource) -> bool| step.uses.iter().map(|(resource, _)| resource).find(|resource| is_it(resource)).map(Resource::id);
+        let id_of = |is_it: &dyn Fn(&Resource) -> bool| {
+            step.uses
+                .iter()
+                .map(|(resource, _)| resource)
+                .find(|resource| is_it(resource))
+                .map(Resource::id)
+        };
         for barrier in buffers {
-            let id = id_of(&|resource| matches!(resource, Resource::Buffer(buffer) if buffer.raw() == barrier.buffer));
+            let id = id_of(&|resource| {
+                matches!(resource,
+                    Resource::Buffer(buffer) if buffer.raw() == barrier.buffer)
+            });
             notes.extend(id.map(|id| Issued::Barrier(IssuedBarrier::of_buffer(id, barrier))));
         }
         for barrier in images {
-            let id = id_of(&|resource| matches!(resource, Resource::Image(image, _) if image.raw() == barrier.image));
+            let id = id_of(&|resource| {
+                matches!(resource,
+                    Resource::Image(image, _) if image.raw() == barrier.image)
+            });
             notes.extend(id.map(|id| Issued::Barrier(IssuedBarrier::of_image(id, barrier))));
         }
     }
@@ -218,16 +314,33 @@ impl Recorder<'_> {
             Work::Fill(buffer, first_byte, value) => commands.fill(buffer, *first_byte, *value),
             Work::Clear(image, value) => commands.clear(image, value.raw()),
             Work::BlitMip(image, source) => commands.blit_mip(image, *source),
-            Work::CopyBuffer { source, target, size } => commands.copy_buffer((&source.0, source.1), (&target.0, target.1), *size),
-            Work::ToImage { source, target, region } => commands.copy_to_image(source, target, *region),
-            Work::FromImage { source, region, target } => commands.copy_from_image(source, *region, target),
+            Work::CopyBuffer {
+                source,
+                target,
+                size,
+            } => commands.copy_buffer((&source.0, source.1), (&target.0, target.1), *size),
+            Work::ToImage {
+                source,
+                target,
+                region,
+            } => commands.copy_to_image(source, target, *region),
+            Work::FromImage {
+                source,
+                region,
+                target,
+            } => commands.copy_from_image(source, *region, target),
         }
         Ok(())
     }
 
     fn pass(&mut self, call: &PassCall, pool: &DescriptorPool) -> Result<(), Error> {
         let pipeline = self.pipelines.pipeline(self.device, self.shared, call)?;
-        let set_layout = Arc::clone(&self.pipelines.layout(self.device, self.shared, call.pass)?.0);
+        let set_layout = Arc::clone(
+            &self
+                .pipelines
+                .layout(self.device, self.shared, call.pass)?
+                .0,
+        );
         let (descriptors, [color, depth]) = (descriptors(call)?, attachments(&call.run)?);
         if let Some(notes) = &mut self.notes {
             notes.push(issued(call, &descriptors, [&color, &depth]));
@@ -237,7 +350,11 @@ impl Recorder<'_> {
             self.commands.bind_set(&pipeline, 0, scene.raw);
         }
         if !call.resources.is_empty() {
-            self.commands.bind_set(&pipeline, 1, pool.set(call.pass.name, &set_layout, &descriptors)?);
+            self.commands.bind_set(
+                &pipeline,
+                1,
+                pool.set(call.pass.name, &set_layout, &descriptors)?,
+            );
         }
         self.commands.push(&pipeline, &call.push);
         match &call.run {
@@ -248,8 +365,14 @@ impl Recorder<'_> {
                     self.commands.dispatch(batch.groups);
                 }
             }
-            Run::Draw { extent, batches, .. } => {
-                self.commands.begin_rendering(&Rendering { color, depth: depth.first().copied(), extent: *extent });
+            Run::Draw {
+                extent, batches, ..
+            } => {
+                self.commands.begin_rendering(&Rendering {
+                    color,
+                    depth: depth.first().copied(),
+                    extent: *extent,
+                });
                 for batch in batches {
                     self.batch(&pipeline, call, batch.material, &batch.push);
                     self.commands.draw(batch.first_vertex, batch.vertex_count);
@@ -262,7 +385,11 @@ impl Recorder<'_> {
 
     /// The material and the parameters of one draw or dispatch of a pass.
     fn batch(&self, pipeline: &Pipeline, call: &PassCall, material: u32, push: &[u8]) {
-        if let Some(set) = call.materials.as_ref().and_then(|materials| materials.get(material as usize)) {
+        if let Some(set) = call
+            .materials
+            .as_ref()
+            .and_then(|materials| materials.get(material as usize))
+        {
             self.commands.bind_set(pipeline, 2, set.raw);
         }
         self.commands.push(pipeline, push);
@@ -271,45 +398,105 @@ impl Recorder<'_> {
 
 /// Colour attachments, and the depth attachment if there is one.
 fn attachments(run: &Run) -> Result<[Vec<Attachment>; 2], Error> {
-    let Run::Draw { color, depth, .. } = run else { return Ok([Vec::new(), Vec::new()]) };
-    let color = color.iter().map(|target| attachment(target, Access::ColorTarget)).collect::<Result<_, _>>()?;
-    let depth = depth.iter().map(|target| attachment(target, Access::DepthTarget)).collect::<Result<_, _>>()?;
+    let Run::Draw { color, depth, .. } = run else {
+        return Ok([Vec::new(), Vec::new()]);
+    };
+    let color = color
+        .iter()
+        .map(|target| attachment(target, Access::ColorTarget))
+        .collect::<Result<_, _>>()?;
+    let depth = depth
+        .iter()
+        .map(|target| attachment(target, Access::DepthTarget))
+        .collect::<Result<_, _>>()?;
     Ok([color, depth])
 }
 
 fn attachment(target: &Target, access: Access) -> Result<Attachment, Error> {
-    Ok(Attachment { view: target.image.attachment_view(target.mip, target.layer)?, layout: access.sync().layout, clear: target.clear_value() })
+    Ok(Attachment {
+        view: target.image.attachment_view(target.mip, target.layer)?,
+        layout: access.sync().layout,
+        clear: target.clear_value(),
+    })
 }
 
 /// What a pass reaches, for tests.
-fn issued(call: &PassCall, descriptors: &[Descriptor], [color_views, depth_views]: [&[Attachment]; 2]) -> Issued {
+fn issued(
+    call: &PassCall,
+    descriptors: &[Descriptor],
+    [color_views, depth_views]: [&[Attachment]; 2],
+) -> Issued {
     let is_compute = call.pass.is_compute();
-    let (read, sampled) = if is_compute { (Access::ComputeRead, Access::ComputeSampled) } else { (Access::RasterRead, Access::RasterSampled) };
-    let bound = call.resources.iter().zip(descriptors).zip(call.pass.bindings);
-    let mut touched: Vec<Touch> = bound.filter_map(|((resource, descriptor), binding)| Touch::descriptor(resource, descriptor, binding.access)).collect();
-    touched.extend(call.scene.iter().flat_map(|scene| &scene.storage).map(|buffer| Touch::buffer(buffer, read)));
+    let (read, sampled) = if is_compute {
+        (Access::ComputeRead, Access::ComputeSampled)
+    } else {
+        (Access::RasterRead, Access::RasterSampled)
+    };
+    let bound = call
+        .resources
+        .iter()
+        .zip(descriptors)
+        .zip(call.pass.bindings);
+    let mut touched: Vec<Touch> = bound
+        .filter_map(|((resource, descriptor), binding)| {
+            Touch::descriptor(resource, descriptor, binding.access)
+        })
+        .collect();
+    touched.extend(
+        call.scene
+            .iter()
+            .flat_map(|scene| &scene.storage)
+            .map(|buffer| Touch::buffer(buffer, read)),
+    );
     let mut used_materials = Vec::new();
     match &call.run {
         Run::Indirect(buffer, _) => touched.push(Touch::buffer(buffer, Access::IndirectRead)),
         Run::Dispatch(batches) => used_materials.extend(batches.iter().map(|batch| batch.material)),
-        Run::Draw { color, depth, batches, .. } => {
-            touched.extend(color.iter().zip(color_views).filter_map(|(target, view)| Touch::attachment(&target.image, view, Access::ColorTarget)));
-            touched.extend(depth.iter().zip(depth_views).filter_map(|(target, view)| Touch::attachment(&target.image, view, Access::DepthTarget)));
+        Run::Draw {
+            color,
+            depth,
+            batches,
+            ..
+        } => {
+            touched.extend(color.iter().zip(color_views).filter_map(|(target, view)| {
+                Touch::attachment(&target.image, view, Access::ColorTarget)
+            }));
+            touched.extend(depth.iter().zip(depth_views).filter_map(|(target, view)| {
+                Touch::attachment(&target.image, view, Access::DepthTarget)
+            }));
             used_materials.extend(batches.iter().map(|batch| batch.material));
         }
     }
-    let materials = call.materials.iter().flat_map(|sets| used_materials.iter().filter_map(|&material| sets.get(material as usize)));
-    Issued::Pass { pass: call.pass, touched, materials: materials.flat_map(|set| Touch::material(&set.images, sampled)).collect() }
+    let materials = call.materials.iter().flat_map(|sets| {
+        used_materials
+            .iter()
+            .filter_map(|&material| sets.get(material as usize))
+    });
+    Issued::Pass {
+        pass: call.pass,
+        touched,
+        materials: materials
+            .flat_map(|set| Touch::material(&set.images, sampled))
+            .collect(),
+    }
 }
 
 fn descriptors(call: &PassCall) -> Result<Vec<Descriptor>, Error> {
-    let described = call.resources.iter().zip(call.pass.bindings).map(|(resource, binding)| match resource {
-        Resource::Buffer(buffer) => Ok(Descriptor::Buffer(buffer.raw())),
-        Resource::Image(image, mips) => {
-            let layout = if binding.kind == BindingKind::Image { vk::ImageLayout::GENERAL } else { vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL };
-            Ok(Descriptor::Image(image.view(mips.clone())?, layout))
-        }
-    });
+    let described = call
+        .resources
+        .iter()
+        .zip(call.pass.bindings)
+        .map(|(resource, binding)| match resource {
+            Resource::Buffer(buffer) => Ok(Descriptor::Buffer(buffer.raw())),
+            Resource::Image(image, mips) => {
+                let layout = if binding.kind == BindingKind::Image {
+                    vk::ImageLayout::GENERAL
+                } else {
+                    vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL
+                };
+                Ok(Descriptor::Image(image.view(mips.clone())?, layout))
+            }
+        });
     described.collect()
 }
 
@@ -336,15 +523,29 @@ fn image_barrier(image: &Image, barrier: &Barrier) -> vk::ImageMemoryBarrier2<'s
 
 /// One line for `--trace-barriers`.
 fn trace(frame: &Frame, step: &Step, barrier: &Barrier) {
-    let resource = step.uses.iter().find(|(resource, _)| resource.id() == barrier.resource).map_or("?", |(resource, _)| resource.name());
+    let resource = step
+        .uses
+        .iter()
+        .find(|(resource, _)| resource.id() == barrier.resource)
+        .map_or("?", |(resource, _)| resource.name());
     let from = match barrier.from {
         None => "nothing".to_owned(),
         Some(origin) => {
-            let name = origin.pass.and_then(|pass| frame.steps.get(pass)).map_or("an earlier frame", |step| step.name.as_str());
+            let name = origin
+                .pass
+                .and_then(|pass| frame.steps.get(pass))
+                .map_or("an earlier frame", |step| step.name.as_str());
             format!("{name} ({:?})", origin.access)
         }
     };
     let mips = barrier.mips.first..barrier.mips.first + barrier.mips.count;
-    let layouts = if barrier.old_layout == barrier.new_layout { String::new() } else { format!(", {:?} -> {:?}", barrier.old_layout, barrier.new_layout) };
-    eprintln!("barrier {resource} mips {mips:?}: {from} -> {} ({:?}): {:?}{layouts}", step.name, barrier.to, barrier.hazard);
+    let layouts = if barrier.old_layout == barrier.new_layout {
+        String::new()
+    } else {
+        format!(", {:?} -> {:?}", barrier.old_layout, barrier.new_layout)
+    };
+    eprintln!(
+        "barrier {resource} mips {mips:?}: {from} -> {} ({:?}): {:?}{layouts}",
+        step.name, barrier.to, barrier.hazard
+    );
 }

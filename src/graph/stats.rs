@@ -18,7 +18,8 @@ pub struct PassTime {
 pub struct FrameStats {
     /// The passes, in the order of their first run.
     pub passes: Vec<PassTime>,
-    /// The passes of counting runs, whose only result is how large something has to be or how work has to be split; not among `passes`.
+    /// The passes of counting runs, whose only result is how large something has to be or how work
+    /// has to be split; not among `passes`.
     pub counting: Vec<PassTime>,
 }
 
@@ -30,7 +31,10 @@ impl FrameStats {
 
     /// Time of one pass (ms); `None` if it did not run.
     pub fn pass_ms(&self, name: &str) -> Option<f64> {
-        self.passes.iter().find(|pass| pass.name == name).map(|pass| pass.gpu_ms)
+        self.passes
+            .iter()
+            .find(|pass| pass.name == name)
+            .map(|pass| pass.gpu_ms)
     }
 
     /// Adds what another submission cost; passes of one name are summed.
@@ -46,7 +50,14 @@ impl FrameStats {
     }
 
     pub(crate) fn add(&mut self, name: &str, gpu_ms: f64) {
-        sum(&mut self.passes, vec![PassTime { name: name.to_owned(), gpu_ms, runs: 1 }]);
+        sum(
+            &mut self.passes,
+            vec![PassTime {
+                name: name.to_owned(),
+                gpu_ms,
+                runs: 1,
+            }],
+        );
     }
 }
 
@@ -82,7 +93,12 @@ impl Spread {
         sorted.sort_by(f64::total_cmp);
         let (min, max) = (*sorted.first()?, *sorted.last()?);
         let (low, high) = (sorted[(sorted.len() - 1) / 2], sorted[sorted.len() / 2]);
-        Some(Spread { median: 0.5 * (low + high), min, max, n: sorted.len() })
+        Some(Spread {
+            median: 0.5 * (low + high),
+            min,
+            max,
+            n: sorted.len(),
+        })
     }
 }
 
@@ -123,6 +139,14 @@ impl TimesAccumulator {
 
     /// One row for each pass, in the order of their first run.
     pub fn rows(&self) -> Vec<PassTimes> {
-        self.passes.iter().filter_map(|(name, values)| Some(PassTimes { name: name.clone(), gpu_ms: Spread::of(values)? })).collect()
+        self.passes
+            .iter()
+            .filter_map(|(name, values)| {
+                Some(PassTimes {
+                    name: name.clone(),
+                    gpu_ms: Spread::of(values)?,
+                })
+            })
+            .collect()
     }
 }

@@ -10,7 +10,12 @@ impl Gpu {
     /// Copies bytes to the start of a buffer, and waits.
     pub fn upload_buffer(&self, buffer: &Arc<Buffer>, bytes: &[u8]) -> Result<(), Error> {
         let size = bytes.len() as u64;
-        assert!(size <= buffer.size_bytes(), "buffer {}: {size} bytes do not fit into {}", buffer.name(), buffer.size_bytes());
+        assert!(
+            size <= buffer.size_bytes(),
+            "buffer {}: {size} bytes do not fit into {}",
+            buffer.name(),
+            buffer.size_bytes()
+        );
         if buffer.usage() != BufferUsage::Storage {
             buffer.write_mapped(0, bytes);
             return Ok(());
@@ -20,22 +25,53 @@ impl Gpu {
         }
         let staging = self.staging(buffer.name(), bytes)?;
         let mut frame = Frame::new();
-        frame.copy_buffer(format!("upload {}", buffer.name()), (&staging, 0), (buffer, 0), size);
+        frame.copy_buffer(
+            format!("upload {}", buffer.name()),
+            (&staging, 0),
+            (buffer, 0),
+            size,
+        );
         let resource = Resource::from(buffer);
-        let uses = [Access::ComputeRead, Access::RasterRead].map(|access| (resource.clone(), resource.used(access)));
-        frame.push(format!("ready {}", buffer.name()), uses.to_vec(), Work::Nothing);
+        let uses = [Access::ComputeRead, Access::RasterRead]
+            .map(|access| (resource.clone(), resource.used(access)));
+        frame.push(
+            format!("ready {}", buffer.name()),
+            uses.to_vec(),
+            Work::Nothing,
+        );
         self.submit(frame).map(drop)
     }
 
     /// Copies texels to one mip and layer of an image, and waits.
-    pub fn upload_image(&self, image: &Arc<Image>, mip: u32, layer: u32, bytes: &[u8]) -> Result<(), Error> {
+    pub fn upload_image(
+        &self,
+        image: &Arc<Image>,
+        mip: u32,
+        layer: u32,
+        bytes: &[u8],
+    ) -> Result<(), Error> {
         let wanted = check_region(image, mip, layer);
-        assert_eq!(bytes.len() as u64, wanted, "image {}: bytes of mip {mip}", image.name());
+        assert_eq!(
+            bytes.len() as u64,
+            wanted,
+            "image {}: bytes of mip {mip}",
+            image.name()
+        );
         let staging = self.staging(image.name(), bytes)?;
         let mut frame = Frame::new();
-        let (from, to) = (Resource::from(&staging), Resource::Image(Arc::clone(image), mip..mip + 1));
-        let uses = vec![(from.clone(), from.used(Access::TransferRead)), (to.clone(), to.used(Access::TransferWrite))];
-        let work = Work::ToImage { source: staging, target: Arc::clone(image), region: ImageRegion { mip, layer } };
+        let (from, to) = (
+            Resource::from(&staging),
+            Resource::Image(Arc::clone(image), mip..mip + 1),
+        );
+        let uses = vec![
+            (from.clone(), from.used(Access::TransferRead)),
+            (to.clone(), to.used(Access::TransferWrite)),
+        ];
+        let work = Work::ToImage {
+            source: staging,
+            target: Arc::clone(image),
+            region: ImageRegion { mip, layer },
+        };
         frame.push(format!("upload {}", image.name()), uses, work);
         self.submit(frame).map(drop)
     }
@@ -45,7 +81,12 @@ impl Gpu {
         let mut frame = Frame::new();
         let source = if buffer.usage() == BufferUsage::Storage {
             let staging = self.readback(buffer.name(), buffer.size_bytes())?;
-            frame.copy_buffer(format!("read {}", buffer.name()), (buffer, 0), (&staging, 0), buffer.size_bytes());
+            frame.copy_buffer(
+                format!("read {}", buffer.name()),
+                (buffer, 0),
+                (&staging, 0),
+                buffer.size_bytes(),
+            );
             staging
         } else {
             Arc::clone(buffer)
@@ -53,13 +94,24 @@ impl Gpu {
         self.read_after(frame, &source)
     }
 
-    /// The texels of one mip and layer of an image, tightly packed, once all work before has finished.
+    /// The texels of one mip and layer of an image, tightly packed, once all work before has
+    /// finished.
     pub fn read_image(&self, image: &Arc<Image>, mip: u32, layer: u32) -> Result<Vec<u8>, Error> {
         let staging = self.readback(image.name(), check_region(image, mip, layer))?;
         let mut frame = Frame::new();
-        let (from, to) = (Resource::Image(Arc::clone(image), mip..mip + 1), Resource::from(&staging));
-        let uses = vec![(from.clone(), from.used(Access::TransferRead)), (to.clone(), to.used(Access::TransferWrite))];
-        let work = Work::FromImage { source: Arc::clone(image), region: ImageRegion { mip, layer }, target: Arc::clone(&staging) };
+        let (from, to) = (
+            Resource::Image(Arc::clone(image), mip..mip + 1),
+            Resource::from(&staging),
+        );
+        let uses = vec![
+            (from.clone(), from.used(Access::TransferRead)),
+            (to.clone(), to.used(Access::TransferWrite)),
+        ];
+        let work = Work::FromImage {
+            source: Arc::clone(image),
+            region: ImageRegion { mip, layer },
+            target: Arc::clone(&staging),
+        };
         frame.push(format!("read {}", image.name()), uses, work);
         self.read_after(frame, &staging)
     }
@@ -67,26 +119,47 @@ impl Gpu {
     fn read_after(&self, mut frame: Frame, buffer: &Arc<Buffer>) -> Result<Vec<u8>, Error> {
         let resource = Resource::from(buffer);
         let used = resource.used(Access::HostRead);
-        frame.push(format!("host read {}", buffer.name()), vec![(resource, used)], Work::Nothing);
+        frame.push(
+            format!("host read {}", buffer.name()),
+            vec![(resource, used)],
+            Work::Nothing,
+        );
         self.submit(frame)?;
         Ok(buffer.read_mapped())
     }
 
     fn staging(&self, name: &str, bytes: &[u8]) -> Result<Arc<Buffer>, Error> {
-        let staging = self.create_buffer(&BufferDesc { name: format!("{name} (staging)"), size_bytes: bytes.len() as u64, usage: BufferUsage::Staging })?;
+        let staging = self.create_buffer(&BufferDesc {
+            name: format!("{name} (staging)"),
+            size_bytes: bytes.len() as u64,
+            usage: BufferUsage::Staging,
+        })?;
         staging.write_mapped(0, bytes);
         Ok(staging)
     }
 
     fn readback(&self, name: &str, size_bytes: u64) -> Result<Arc<Buffer>, Error> {
-        self.create_buffer(&BufferDesc { name: format!("{name} (readback)"), size_bytes, usage: BufferUsage::Readback })
+        self.create_buffer(&BufferDesc {
+            name: format!("{name} (readback)"),
+            size_bytes,
+            usage: BufferUsage::Readback,
+        })
     }
 }
 
 /// Size of one mip and layer (bytes).
 fn check_region(image: &Image, mip: u32, layer: u32) -> u64 {
-    assert!(mip < image.mips() && layer < image.desc().layers, "image {}: no mip {mip}, layer {layer}", image.name());
+    assert!(
+        mip < image.mips() && layer < image.desc().layers,
+        "image {}: no mip {mip}, layer {layer}",
+        image.name()
+    );
     let bytes = image.mip_bytes(mip);
-    assert!(bytes.is_some(), "image {}: format {:?} cannot be copied to or from the host", image.name(), image.desc().format);
+    assert!(
+        bytes.is_some(),
+        "image {}: format {:?} cannot be copied to or from the host",
+        image.name(),
+        image.desc().format
+    );
     bytes.unwrap_or_default()
 }

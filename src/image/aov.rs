@@ -12,7 +12,8 @@ pub enum Aov {
     Direct,
     /// Indirect radiance ρ/π · E_i + L_s [W/(m² sr)].
     Indirect,
-    /// Indirect diffuse irradiance E_i, from surfaces (what they emit included) and the environment [W/m²].
+    /// Indirect diffuse irradiance E_i, from surfaces (what they emit included) and the environment
+    /// [W/m²].
     Diffuse,
     /// Indirect specular radiance L_s [W/(m² sr)].
     Specular,
@@ -30,8 +31,18 @@ pub enum Aov {
 
 impl Aov {
     /// All of them, in the order of the documentation.
-    pub const ALL: [Aov; 10] =
-        [Aov::Full, Aov::Direct, Aov::Indirect, Aov::Diffuse, Aov::Specular, Aov::Visibility, Aov::Emission, Aov::Albedo, Aov::Normal, Aov::Depth];
+    pub const ALL: [Aov; 10] = [
+        Aov::Full,
+        Aov::Direct,
+        Aov::Indirect,
+        Aov::Diffuse,
+        Aov::Specular,
+        Aov::Visibility,
+        Aov::Emission,
+        Aov::Albedo,
+        Aov::Normal,
+        Aov::Depth,
+    ];
 
     /// The name on the command line and in reports.
     pub fn name(self) -> &'static str {
@@ -58,13 +69,19 @@ impl fmt::Display for Aov {
 
 /// No [`Aov`] has this name.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("unknown output {0:?}; known are full, direct, indirect, diffuse, specular, visibility, emission, albedo, normal, depth")]
+#[error(
+    "unknown output {0:?}; known are full, direct, indirect, diffuse, specular, visibility, \
+     emission, albedo, normal, depth"
+)]
 pub struct UnknownAov(String);
 
 impl FromStr for Aov {
     type Err = UnknownAov;
 
     fn from_str(name: &str) -> Result<Self, UnknownAov> {
-        Aov::ALL.into_iter().find(|aov| aov.name() == name).ok_or_else(|| UnknownAov(name.to_owned()))
+        Aov::ALL
+            .into_iter()
+            .find(|aov| aov.name() == name)
+            .ok_or_else(|| UnknownAov(name.to_owned()))
     }
 }

@@ -14,7 +14,10 @@ pub enum ImageError {
         source: Box<dyn std::error::Error + Send + Sync>,
     },
     /// The file could not be written.
-    #[error("cannot write the image {}; check that the folder exists, is writable and has space", path.display())]
+    #[error(
+        "cannot write the image {}; check that the folder exists, is writable and has space",
+        path.display()
+    )]
     Write {
         /// The file.
         path: PathBuf,
@@ -43,8 +46,14 @@ pub enum ImageError {
 
 impl ImageError {
     /// A failure to read `path`.
-    pub(super) fn read(path: &Path, source: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> Self {
-        ImageError::Read { path: path.to_owned(), source: source.into() }
+    pub(super) fn read(
+        path: &Path,
+        source: impl Into<Box<dyn std::error::Error + Send + Sync>>,
+    ) -> Self {
+        ImageError::Read {
+            path: path.to_owned(),
+            source: source.into(),
+        }
     }
 
     /// A failure of the EXR decoder, without its wrapping of the system's own message.
@@ -64,7 +73,13 @@ impl ImageError {
     }
 
     /// A failure to write `path`.
-    pub(super) fn write(path: &Path, source: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> Self {
-        ImageError::Write { path: path.to_owned(), source: source.into() }
+    pub(super) fn write(
+        path: &Path,
+        source: impl Into<Box<dyn std::error::Error + Send + Sync>>,
+    ) -> Self {
+        ImageError::Write {
+            path: path.to_owned(),
+            source: source.into(),
+        }
     }
 }

@@ -4,7 +4,8 @@ use std::path::Path;
 
 use exr::meta::MetaData;
 use exr::prelude::{
-    AnyChannel, AnyChannels, Encoding, FlatSamples, Image as ExrImage, Layer, LayerAttributes, ReadChannels, ReadLayers, Text, Vec2, WritableImage, read,
+    AnyChannel, AnyChannels, Encoding, FlatSamples, Image as ExrImage, Layer, LayerAttributes,
+    ReadChannels, ReadLayers, Text, Vec2, WritableImage, read,
 };
 use glam::Vec3;
 
@@ -24,7 +25,11 @@ pub struct Planes {
 impl Planes {
     /// No channels yet.
     pub fn new(width: u32, height: u32) -> Self {
-        Planes { width, height, planes: Vec::new() }
+        Planes {
+            width,
+            height,
+            planes: Vec::new(),
+        }
     }
 
     /// Adds one channel.
@@ -32,44 +37,67 @@ impl Planes {
         self.planes.push((name.to_owned(), values));
     }
 
-    /// Adds the channels `layer.R`, `layer.G` and `layer.B`, or `R`, `G` and `B` where `layer` is empty.
+    /// Adds the channels `layer.R`, `layer.G` and `layer.B`, or `R`, `G` and `B` where `layer` is
+    /// empty.
     pub fn push_image(&mut self, layer: &str, image: &Image) {
         for (axis, channel) in ["R", "G", "B"].into_iter().enumerate() {
-            self.push(&channel_name(layer, channel), image.pixels.iter().map(|pixel| pixel[axis]).collect());
+            self.push(
+                &channel_name(layer, channel),
+                image.pixels.iter().map(|pixel| pixel[axis]).collect(),
+            );
         }
     }
 
     /// The values of a channel.
     pub fn plane(&self, name: &str) -> Option<&[f32]> {
-        self.planes.iter().find(|(known, _)| known == name).map(|(_, values)| values.as_slice())
+        self.planes
+            .iter()
+            .find(|(known, _)| known == name)
+            .map(|(_, values)| values.as_slice())
     }
 
     /// The colour image of a layer; `None` where a channel is missing.
     pub fn image(&self, layer: &str) -> Option<Image> {
         let [r, g, b] = ["R", "G", "B"].map(|channel| self.plane(&channel_name(layer, channel)));
         let (r, g, b) = (r?, g?, b?);
-        Some(Image::from_fn(self.width, self.height, |i| Vec3::new(r[i], g[i], b[i])))
+        Some(Image::from_fn(self.width, self.height, |i| {
+            Vec3::new(r[i], g[i], b[i])
+        }))
     }
 }
 
 fn channel_name(layer: &str, channel: &str) -> String {
-    if layer.is_empty() { channel.to_owned() } else { format!("{layer}.{channel}") }
+    if layer.is_empty() {
+        channel.to_owned()
+    } else {
+        format!("{layer}.{channel}")
+    }
 }
 
-/// How many bytes of pixels a byte of a file can stand for: deflate packs 1032, and PXR24 leaves out one in four beforehand.
+/// How many bytes of pixels a byte of a file can stand for: deflate packs 1032, and PXR24 leaves
+/// out one in four beforehand.
 const PACKING_MOST: u128 = 2048;
 
-/// Refuses a file whose header claims more pixels than its bytes can hold, before memory is taken for them.
+/// Refuses a file whose header claims more pixels than its bytes can hold, before memory is taken
+/// for them.
 fn check_size(path: &Path) -> Result<(), ImageError> {
-    let length = std::fs::metadata(path).map_err(|error| ImageError::read(path, error))?.len();
-    let meta = MetaData::read_from_file(path, false).map_err(|error| ImageError::read_exr(path, error))?;
+    let length = std::fs::metadata(path)
+        .map_err(|error| ImageError::read(path, error))?
+        .len();
+    let meta =
+        MetaData::read_from_file(path, false).map_err(|error| ImageError::read_exr(path, error))?;
     for header in &meta.headers {
         let (width, height) = (header.layer_size.width(), header.layer_size.height());
-        let claimed = (width as u128).saturating_mul(height as u128).saturating_mul(header.channels.bytes_per_pixel as u128);
+        let claimed = (width as u128)
+            .saturating_mul(height as u128)
+            .saturating_mul(header.channels.bytes_per_pixel as u128);
         if claimed > PACKING_MOST * u128::from(length) {
             return Err(ImageError::read(
                 path,
-                format!("it claims {width} × {height} px, which do not fit into its {length} bytes; it is cut short or damaged"),
+                format!(
+                    "it claims {width} × {height} px, which do not fit into its {length} bytes; \
+                     it is cut short or damaged"
+                ),
             ));
         }
     }
@@ -92,9 +120,15 @@ pub fn read_planes(path: &Path) -> Result<Planes, ImageError> {
     let mut planes = Planes::new(size(layer.size.width())?, size(layer.size.height())?);
     for channel in &layer.channel_data.list {
         if channel.sampling != Vec2(1, 1) {
-            return Err(ImageError::read(path, format!("channel {} is subsampled", channel.name)));
+            return Err(ImageError::read(
+                path,
+                format!("channel {} is subsampled", channel.name),
+            ));
         }
-        planes.push(&channel.name.to_string(), channel.sample_data.values_as_f32().collect());
+        planes.push(
+            &channel.name.to_string(),
+            channel.sample_data.values_as_f32().collect(),
+        );
     }
     Ok(planes)
 }
@@ -105,39 +139,76 @@ pub fn read_exr(path: &Path) -> Result<Image, ImageError> {
 }
 
 fn colors(path: &Path, planes: &Planes) -> Result<Image, ImageError> {
-    let grey = || Some(Image::from_grey(planes.width, planes.height, planes.plane("Y")?));
-    planes.image("").or_else(grey).ok_or_else(|| ImageError::NoColor { path: path.to_owned(), found: names(planes) })
+    let grey = || {
+        Some(Image::from_grey(
+            planes.width,
+            planes.height,
+            planes.plane("Y")?,
+        ))
+    };
+    planes
+        .image("")
+        .or_else(grey)
+        .ok_or_else(|| ImageError::NoColor {
+            path: path.to_owned(),
+            found: names(planes),
+        })
 }
 
 fn names(planes: &Planes) -> String {
-    planes.planes.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>().join(", ")
+    planes
+        .planes
+        .iter()
+        .map(|(name, _)| name.as_str())
+        .collect::<Vec<_>>()
+        .join(", ")
 }
 
-/// Reads one output of an EXR file: its layer of that name where the file has layers (as `lumivox reference --layers` writes them), else its colours.
+/// Reads one output of an EXR file: its layer of that name where the file has layers (as `lumivox
+/// reference --layers` writes them), else its colours.
 pub fn read_aov(path: &Path, aov: Aov) -> Result<Image, ImageError> {
     let planes = read_planes(path)?;
     let has_layers = planes.planes.iter().any(|(name, _)| name.contains('.'));
     if !has_layers || aov == Aov::Full {
         return colors(path, &planes);
     }
-    let grey = |channel| Some(Image::from_grey(planes.width, planes.height, planes.plane(&channel_name(aov.name(), channel))?));
-    planes.image(aov.name()).or_else(|| grey("Y")).or_else(|| grey("Z")).ok_or_else(|| ImageError::NoLayer {
-        path: path.to_owned(),
-        layer: aov.name(),
-        found: names(&planes),
-    })
+    let grey = |channel| {
+        Some(Image::from_grey(
+            planes.width,
+            planes.height,
+            planes.plane(&channel_name(aov.name(), channel))?,
+        ))
+    };
+    planes
+        .image(aov.name())
+        .or_else(|| grey("Y"))
+        .or_else(|| grey("Z"))
+        .ok_or_else(|| ImageError::NoLayer {
+            path: path.to_owned(),
+            layer: aov.name(),
+            found: names(&planes),
+        })
 }
 
 /// Writes channels as 32-bit floats, losslessly compressed.
 pub fn write_planes(path: &Path, planes: &Planes) -> Result<(), ImageError> {
     let mut channels = Vec::with_capacity(planes.planes.len());
     for (name, values) in &planes.planes {
-        let text = Text::new_or_none(name).ok_or_else(|| ImageError::write(path, format!("the channel name {name:?} is not Latin-1")))?;
+        let text = Text::new_or_none(name).ok_or_else(|| {
+            ImageError::write(path, format!("the channel name {name:?} is not Latin-1"))
+        })?;
         channels.push(AnyChannel::new(text, FlatSamples::F32(values.clone())));
     }
-    let layer =
-        Layer::new((planes.width as usize, planes.height as usize), LayerAttributes::default(), Encoding::SMALL_LOSSLESS, AnyChannels::sort(channels.into()));
-    ExrImage::from_layer(layer).write().to_file(path).map_err(|error| ImageError::write_exr(path, error))
+    let layer = Layer::new(
+        (planes.width as usize, planes.height as usize),
+        LayerAttributes::default(),
+        Encoding::SMALL_LOSSLESS,
+        AnyChannels::sort(channels.into()),
+    );
+    ExrImage::from_layer(layer)
+        .write()
+        .to_file(path)
+        .map_err(|error| ImageError::write_exr(path, error))
 }
 
 /// Writes an image as the 32-bit float channels R, G and B.

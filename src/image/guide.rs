@@ -1,4 +1,5 @@
-//! What is seen at each pixel centre: the guide by which metrics form blocks and tell materials apart.
+//! What is seen at each pixel centre: the guide by which metrics form blocks and tell materials
+//! apart.
 
 use glam::Vec3;
 

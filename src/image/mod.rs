@@ -1,7 +1,8 @@
 //! Linear float images: what the reference and the techniques produce and the metrics compare.
 //!
-//! Pixels are linear RGB with Rec. 709 primaries, in the units of what they show (radiance [W/(m² sr)], irradiance [W/m²], …).
-//! They are kept as OpenEXR ([`read_exr`], [`write_exr`]) and looked at as PNG ([`write_png`], [`write_heatmap`]).
+//! Pixels are linear RGB with Rec. 709 primaries, in the units of what they show (radiance [W/(m²
+//! sr)], irradiance [W/m²], …). They are kept as OpenEXR ([`read_exr`], [`write_exr`]) and looked
+//! at as PNG ([`write_png`], [`write_heatmap`]).
 
 mod aov;
 mod error;
@@ -31,12 +32,20 @@ pub struct Image {
 impl Image {
     /// A black image.
     pub fn new(width: u32, height: u32) -> Self {
-        Image { width, height, pixels: vec![Vec3::ZERO; width as usize * height as usize] }
+        Image {
+            width,
+            height,
+            pixels: vec![Vec3::ZERO; width as usize * height as usize],
+        }
     }
 
     /// The image whose pixel at row-major index i is `f(i)`.
     pub fn from_fn(width: u32, height: u32, f: impl FnMut(usize) -> Vec3) -> Self {
-        Image { width, height, pixels: (0..width as usize * height as usize).map(f).collect() }
+        Image {
+            width,
+            height,
+            pixels: (0..width as usize * height as usize).map(f).collect(),
+        }
     }
 
     /// The grey image of these `width × height` values.

@@ -6,27 +6,44 @@ use glam::Vec3;
 
 use super::{Image, ImageError, luminance};
 
-/// Writes an image as 8-bit sRGB PNG: multiplied by `exposure`, clamped to 0…1, and encoded by the sRGB transfer function.
-/// Nothing else is done to it, so that equal pictures mean equal light and a clipped highlight shows as white.
+/// Writes an image as 8-bit sRGB PNG: multiplied by `exposure`, clamped to 0…1, and encoded by the
+/// sRGB transfer function. Nothing else is done to it, so that equal pictures mean equal light and
+/// a clipped highlight shows as white.
 pub fn write_png(path: &Path, image: &Image, exposure: f32) -> Result<(), ImageError> {
-    save(path, image.width, image.height, image.pixels.iter().map(|&pixel| pixel * exposure))
+    save(
+        path,
+        image.width,
+        image.height,
+        image.pixels.iter().map(|&pixel| pixel * exposure),
+    )
 }
 
-/// Writes the luminance of an image as a heat map PNG: 0 is black, `scale` and above is the brightest colour of [`heat_color`].
+/// Writes the luminance of an image as a heat map PNG: 0 is black, `scale` and above is the
+/// brightest colour of [`heat_color`].
 pub fn write_heatmap(path: &Path, error: &Image, scale: f32) -> Result<(), ImageError> {
-    let bytes = error.pixels.iter().flat_map(|&pixel| heat_color(luminance(pixel) / scale)).collect();
+    let bytes = error
+        .pixels
+        .iter()
+        .flat_map(|&pixel| heat_color(luminance(pixel) / scale))
+        .collect();
     save_bytes(path, error.width, error.height, bytes)
 }
 
-/// Encodes linear light 0…1 as an 8-bit sRGB value (IEC 61966-2-1), clamping what is outside; NaN is 0.
+/// Encodes linear light 0…1 as an 8-bit sRGB value (IEC 61966-2-1), clamping what is outside; NaN
+/// is 0.
 pub fn srgb_from_linear(linear: f32) -> u8 {
     let value = linear.clamp(0.0, 1.0);
-    let encoded = if value <= 0.003_130_8 { 12.92 * value } else { 1.055 * value.powf(1.0 / 2.4) - 0.055 };
+    let encoded = if value <= 0.003_130_8 {
+        12.92 * value
+    } else {
+        1.055 * value.powf(1.0 / 2.4) - 0.055
+    };
     (encoded * 255.0 + 0.5) as u8
 }
 
-/// The sRGB colour of a value 0…1 in the perceptually uniform map *inferno* (N. Smith and S. van der Walt, 2015),
-/// by the sixth-degree polynomial fit of M. Zucker (2019, public domain); outside values are clamped, NaN is black.
+/// The sRGB colour of a value 0…1 in the perceptually uniform map *inferno* (N. Smith and S. van
+/// der Walt, 2015), by the sixth-degree polynomial fit of M. Zucker (2019, public domain); outside
+/// values are clamped, NaN is black.
 pub fn heat_color(value: f32) -> [u8; 3] {
     const COEFFICIENTS: [Vec3; 7] = [
         Vec3::new(0.0002, 0.0017, -0.0195),
@@ -37,17 +54,46 @@ pub fn heat_color(value: f32) -> [u8; 3] {
         Vec3::new(-71.3194, 32.6261, 73.2095),
         Vec3::new(25.1311, -12.2427, -23.0703),
     ];
-    let t = if value.is_nan() { 0.0 } else { value.clamp(0.0, 1.0) };
-    let color = COEFFICIENTS.iter().rev().fold(Vec3::ZERO, |sum, &coefficient| sum * t + coefficient);
-    color.to_array().map(|channel| (channel.clamp(0.0, 1.0) * 255.0 + 0.5) as u8)
+    let t = if value.is_nan() {
+        0.0
+    } else {
+        value.clamp(0.0, 1.0)
+    };
+    let color = COEFFICIENTS
+        .iter()
+        .rev()
+        .fold(Vec3::ZERO, |sum, &coefficient| sum * t + coefficient);
+    color
+        .to_array()
+        .map(|channel| (channel.clamp(0.0, 1.0) * 255.0 + 0.5) as u8)
 }
 
-fn save(path: &Path, width: u32, height: u32, pixels: impl Iterator<Item = Vec3>) -> Result<(), ImageError> {
-    save_bytes(path, width, height, pixels.flat_map(|pixel| pixel.to_array().map(srgb_from_linear)).collect())
+fn save(
+    path: &Path,
+    width: u32,
+    height: u32,
+    pixels: impl Iterator<Item = Vec3>,
+) -> Result<(), ImageError> {
+    save_bytes(
+        path,
+        width,
+        height,
+        pixels
+            .flat_map(|pixel| pixel.to_array().map(srgb_from_linear))
+            .collect(),
+    )
 }
 
 fn save_bytes(path: &Path, width: u32, height: u32, bytes: Vec<u8>) -> Result<(), ImageError> {
-    image::save_buffer_with_format(path, &bytes, width, height, image::ExtendedColorType::Rgb8, image::ImageFormat::Png).map_err(|error| match error {
+    image::save_buffer_with_format(
+        path,
+        &bytes,
+        width,
+        height,
+        image::ExtendedColorType::Rgb8,
+        image::ImageFormat::Png,
+    )
+    .map_err(|error| match error {
         image::ImageError::IoError(source) => ImageError::write(path, source),
         other => ImageError::write(path, other),
     })

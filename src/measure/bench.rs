@@ -14,7 +14,9 @@ use crate::render::GpuScene;
 use crate::scene::Scene;
 use crate::vulkan::DeviceKind;
 
-use super::report::{DirectionCost, ErrorReport, MemoryRow, MotionTimes, ReferenceInfo, Report, Timing};
+use super::report::{
+    DirectionCost, ErrorReport, MemoryRow, MotionTimes, ReferenceInfo, Report, Timing,
+};
 use super::stages::{StageTimes, When, part_ms, stage_times};
 use super::table::value_text;
 use super::walk::{WalkSettings, WalkTimes, walk};
@@ -31,29 +33,70 @@ pub struct Case {
 }
 
 impl Case {
-    /// The settings that differ from the preset's, `resolution` left out, as they would be written on the command line.
+    /// The settings that differ from the preset's, `resolution` left out, as they would be written
+    /// on the command line.
     pub fn changes(&self) -> BTreeMap<String, String> {
-        let of_preset = self.entry.settings::<&str>(self.preset.as_deref(), &[]).ok();
-        let preset_value = |name: &str| of_preset.iter().flat_map(|settings| settings.iter()).find(|(key, _)| *key == name).map(|(_, value)| value);
-        let is_changed = |(name, value): &(&str, _)| *name != "resolution" && preset_value(name) != Some(*value);
-        self.settings.iter().filter(is_changed).map(|(name, value)| (name.to_owned(), value_text(&value))).collect()
+        let of_preset = self
+            .entry
+            .settings::<&str>(self.preset.as_deref(), &[])
+            .ok();
+        let preset_value = |name: &str| {
+            of_preset
+                .iter()
+                .flat_map(|settings| settings.iter())
+                .find(|(key, _)| *key == name)
+                .map(|(_, value)| value)
+        };
+        let is_changed =
+            |(name, value): &(&str, _)| *name != "resolution" && preset_value(name) != Some(*value);
+        self.settings
+            .iter()
+            .filter(is_changed)
+            .map(|(name, value)| (name.to_owned(), value_text(&value)))
+            .collect()
     }
 }
 
-/// Every technique with each preset at each resolution, `pairs` on top of all. A technique without presets or without a setting `resolution` has one
-/// case instead of several; no presets at all stand for each technique's default.
-pub fn cases(techniques: &[&'static Entry], presets: &[String], resolutions: &[u32], pairs: &[String]) -> Result<Vec<Case>, SettingError> {
+/// Every technique with each preset at each resolution, `pairs` on top of all. A technique without
+/// presets or without a setting `resolution` has one case instead of several; no presets at all
+/// stand for each technique's default.
+pub fn cases(
+    techniques: &[&'static Entry],
+    presets: &[String],
+    resolutions: &[u32],
+    pairs: &[String],
+) -> Result<Vec<Case>, SettingError> {
     let mut cases = Vec::new();
     for &entry in techniques {
         let default = entry.presets.first().map(|preset| preset.name.to_owned());
-        let presets: Vec<Option<String>> = if presets.is_empty() || default.is_none() { vec![default] } else { presets.iter().cloned().map(Some).collect() };
-        let has_resolution = entry.settings.iter().copied().flatten().any(|setting| setting.name == "resolution");
-        let resolutions: Vec<Option<u32>> =
-            if resolutions.is_empty() || !has_resolution { vec![None] } else { resolutions.iter().copied().map(Some).collect() };
+        let presets: Vec<Option<String>> = if presets.is_empty() || default.is_none() {
+            vec![default]
+        } else {
+            presets.iter().cloned().map(Some).collect()
+        };
+        let has_resolution = entry
+            .settings
+            .iter()
+            .copied()
+            .flatten()
+            .any(|setting| setting.name == "resolution");
+        let resolutions: Vec<Option<u32>> = if resolutions.is_empty() || !has_resolution {
+            vec![None]
+        } else {
+            resolutions.iter().copied().map(Some).collect()
+        };
         for preset in &presets {
             for resolution in &resolutions {
-                let all: Vec<String> = resolution.iter().map(|resolution| format!("resolution={resolution}")).chain(pairs.iter().cloned()).collect();
-                cases.push(Case { entry, preset: preset.clone(), settings: entry.settings(preset.as_deref(), &all)? });
+                let all: Vec<String> = resolution
+                    .iter()
+                    .map(|resolution| format!("resolution={resolution}"))
+                    .chain(pairs.iter().cloned())
+                    .collect();
+                cases.push(Case {
+                    entry,
+                    preset: preset.clone(),
+                    settings: entry.settings(preset.as_deref(), &all)?,
+                });
             }
         }
     }
@@ -96,16 +139,38 @@ pub struct Truth {
 pub const MAX_SPP: u32 = 4096;
 
 impl Truth {
-    /// How to render the reference of so many bounces; `max_error` is the relative standard error of 8×8-pixel means that it may have.
-    pub fn settings([width, height]: [u32; 2], bounces: Bounces, max_error: f64) -> reference::Settings {
-        let sampling = Sampling::Adaptive { max_error: max_error as f32, max_spp: MAX_SPP };
-        reference::Settings { width, height, bounces, filter: Filter::Center, sampling, seed: 0 }
+    /// How to render the reference of so many bounces; `max_error` is the relative standard error
+    /// of 8×8-pixel means that it may have.
+    pub fn settings(
+        [width, height]: [u32; 2],
+        bounces: Bounces,
+        max_error: f64,
+    ) -> reference::Settings {
+        let sampling = Sampling::Adaptive {
+            max_error: max_error as f32,
+            max_spp: MAX_SPP,
+        };
+        reference::Settings {
+            width,
+            height,
+            bounces,
+            filter: Filter::Center,
+            sampling,
+            seed: 0,
+        }
     }
 
     /// What a reference shows.
     pub fn of(image: ReferenceImage, bounces: Bounces) -> Self {
-        let info = ReferenceInfo { bounces, samples_per_pixel: image.mean_samples(), pixel_noise: f64::from(image.indirect_error().pixel) };
-        Truth { indirect: Some((image.indirect(), info)), guide: image.guide }
+        let info = ReferenceInfo {
+            bounces,
+            samples_per_pixel: image.mean_samples(),
+            pixel_noise: f64::from(image.indirect_error().pixel),
+        };
+        Truth {
+            indirect: Some((image.indirect(), info)),
+            guide: image.guide,
+        }
     }
 }
 
@@ -118,25 +183,47 @@ pub struct Pictures {
     pub indirect: Image,
 }
 
-/// How a device is best timed: by its timestamps, unless it runs on the CPU. Lavapipe's do not follow what it executes.
+/// How a device is best timed: by its timestamps, unless it runs on the CPU. Lavapipe's do not
+/// follow what it executes.
 pub fn choose_timing(options: &GpuOptions) -> Result<Timing, Error> {
     let gpu = Gpu::new(options)?;
-    Ok(if gpu.info().kind == DeviceKind::Cpu { Timing::Host } else { Timing::Timestamps })
+    Ok(if gpu.info().kind == DeviceKind::Cpu {
+        Timing::Host
+    } else {
+        Timing::Timestamps
+    })
 }
 
-/// Measures one case on a device of its own, so that every first build compiles its pipelines. What the device refuses is told in
-/// the report; an error is that there is no device.
-pub fn measure(scene: &Scene, case: &Case, settings: &BenchSettings, truth: &Truth) -> Result<Report, Error> {
-    Ok(measure_on(&open(&settings.gpu, settings.timing)?, &mut None, scene, case, settings, truth).0)
+/// Measures one case on a device of its own, so that every first build compiles its pipelines. What
+/// the device refuses is told in the report; an error is that there is no device.
+pub fn measure(
+    scene: &Scene,
+    case: &Case,
+    settings: &BenchSettings,
+    truth: &Truth,
+) -> Result<Report, Error> {
+    Ok(measure_on(
+        &open(&settings.gpu, settings.timing)?,
+        &mut None,
+        scene,
+        case,
+        settings,
+        truth,
+    )
+    .0)
 }
 
 /// Opens a device, for times of this kind.
 pub fn open(options: &GpuOptions, timing: Timing) -> Result<Gpu, Error> {
-    Gpu::new(&GpuOptions { isolate_passes: timing == Timing::Host, ..options.clone() })
+    Gpu::new(&GpuOptions {
+        isolate_passes: timing == Timing::Host,
+        ..options.clone()
+    })
 }
 
-/// As [`measure`], on a device that is open: its pipelines may be compiled already. `uploaded` keeps the scene on the device from case to case, and is
-/// empty at first. Beside the report, which tells a failure too, there are the pictures or the failure itself.
+/// As [`measure`], on a device that is open: its pipelines may be compiled already. `uploaded`
+/// keeps the scene on the device from case to case, and is empty at first. Beside the report, which
+/// tells a failure too, there are the pictures or the failure itself.
 pub fn measure_on(
     gpu: &Gpu,
     uploaded: &mut Option<GpuScene>,
@@ -148,15 +235,30 @@ pub fn measure_on(
     let run = match run(gpu, uploaded.take(), scene, case, settings) {
         Ok(run) => run,
         Err(failure) => {
-            let report = Report { failure: Some(failure.to_string()), refused: refused(&failure), ..empty_report(gpu, scene, case, settings) };
+            let report = Report {
+                failure: Some(failure.to_string()),
+                refused: refused(&failure),
+                ..empty_report(gpu, scene, case, settings)
+            };
             return (report, Err(failure));
         }
     };
     let mut report = run.report(gpu, scene, case, settings, truth);
     if let Some((reference, info)) = &truth.indirect {
-        match ErrorReport::of(Aov::Indirect, [&run.pictures.indirect, reference], scene, &truth.guide, settings.channel) {
+        match ErrorReport::of(
+            Aov::Indirect,
+            [&run.pictures.indirect, reference],
+            scene,
+            &truth.guide,
+            settings.channel,
+        ) {
             Ok(error) => (report.error, report.reference) = (Some(error), Some(*info)),
-            Err(source) => report.failure = Some(format!("{} cannot be compared with the reference: {source}", case.entry.name)),
+            Err(source) => {
+                report.failure = Some(format!(
+                    "{} cannot be compared with the reference: {source}",
+                    case.entry.name
+                ))
+            }
         }
     }
     *uploaded = Some(run.renderer.into_scene());
@@ -166,7 +268,15 @@ pub fn measure_on(
 /// What was too large, and its bytes.
 fn refused(failure: &Error) -> Option<MemoryRow> {
     match failure {
-        Error::TooLarge { resource, wanted, .. } | Error::OutOfMemory { resource, wanted, .. } => Some(MemoryRow { name: resource.clone(), bytes: *wanted }),
+        Error::TooLarge {
+            resource, wanted, ..
+        }
+        | Error::OutOfMemory {
+            resource, wanted, ..
+        } => Some(MemoryRow {
+            name: resource.clone(),
+            bytes: *wanted,
+        }),
         _ => None,
     }
 }
@@ -175,7 +285,13 @@ fn empty_report(gpu: &Gpu, scene: &Scene, case: &Case, settings: &BenchSettings)
     Report {
         preset: case.preset.clone(),
         shadow_resolution: Some(settings.frame.shadow_resolution),
-        ..Report::new(gpu, &scene.name, settings.frame.size, case.entry.name, &case.settings)
+        ..Report::new(
+            gpu,
+            &scene.name,
+            settings.frame.size,
+            case.entry.name,
+            &case.settings,
+        )
     }
 }
 
@@ -194,48 +310,114 @@ struct Run<'g> {
     renderer: Renderer<'g>,
 }
 
-fn run<'g>(gpu: &'g Gpu, uploaded: Option<GpuScene>, scene: &Scene, case: &Case, settings: &BenchSettings) -> Result<Run<'g>, Error> {
+fn run<'g>(
+    gpu: &'g Gpu,
+    uploaded: Option<GpuScene>,
+    scene: &Scene,
+    case: &Case,
+    settings: &BenchSettings,
+) -> Result<Run<'g>, Error> {
     let uploaded = uploaded.map_or_else(|| GpuScene::new(gpu, scene), Ok)?;
-    let (mut renderer, first_build) = Renderer::of(gpu, uploaded, case.entry, &case.settings, settings.frame)?;
-    let builds = (0..settings.rebuilds).map(|_| renderer.rebuild()).collect::<Result<_, _>>()?;
+    let (mut renderer, first_build) =
+        Renderer::of(gpu, uploaded, case.entry, &case.settings, settings.frame)?;
+    let builds = (0..settings.rebuilds)
+        .map(|_| renderer.rebuild())
+        .collect::<Result<_, _>>()?;
     (0..warm_up_frames(case)).try_for_each(|_| renderer.render(&scene.camera).map(drop))?;
-    let frames = (0..settings.frames).map(|_| renderer.render(&scene.camera)).collect::<Result<_, _>>()?;
-    let pictures = Pictures { full: renderer.aov(Aov::Full)?, indirect: renderer.aov(Aov::Indirect)? };
+    let frames = (0..settings.frames)
+        .map(|_| renderer.render(&scene.camera))
+        .collect::<Result<_, _>>()?;
+    let pictures = Pictures {
+        full: renderer.aov(Aov::Full)?,
+        indirect: renderer.aov(Aov::Indirect)?,
+    };
     let counts = renderer.counts()?;
-    let samples = if settings.samples { renderer.count_samples()? } else { Vec::new() };
+    let samples = if settings.samples {
+        renderer.count_samples()?
+    } else {
+        Vec::new()
+    };
     let motion = motion(&mut renderer, scene, settings)?;
-    let walks = settings.walk.iter().map(|settings| walk(&mut renderer, scene, case.entry, settings)).collect::<Result<Vec<_>, _>>()?.concat();
-    Ok(Run { first_build, builds, frames, motion, walks, pictures, counts, samples, renderer })
+    let walks = settings
+        .walk
+        .iter()
+        .map(|settings| walk(&mut renderer, scene, case.entry, settings))
+        .collect::<Result<Vec<_>, _>>()?
+        .concat();
+    Ok(Run {
+        first_build,
+        builds,
+        frames,
+        motion,
+        walks,
+        pictures,
+        counts,
+        samples,
+        renderer,
+    })
 }
 
-/// Puts the scene's models where they are at each time, several times; the first may have to make buffers larger and is not counted.
-fn motion(renderer: &mut Renderer<'_>, scene: &Scene, settings: &BenchSettings) -> Result<Vec<MotionTimes>, Error> {
+/// Puts the scene's models where they are at each time, several times; the first may have to make
+/// buffers larger and is not counted.
+fn motion(
+    renderer: &mut Renderer<'_>,
+    scene: &Scene,
+    settings: &BenchSettings,
+) -> Result<Vec<MotionTimes>, Error> {
     let mut moved = scene.clone();
     let mut rows = Vec::new();
     for &time_s in &settings.times {
         moved.set_time(time_s);
         renderer.set_pose(&moved)?;
-        let runs = (0..settings.rebuilds).map(|_| renderer.set_pose(&moved)).collect::<Result<Vec<FrameStats>, _>>()?;
-        let Some(gpu_ms) = Spread::of(&runs.iter().map(FrameStats::total_ms).collect::<Vec<f64>>()) else { continue };
-        let dynamic_voxels = renderer.counts()?.into_iter().find(|(name, _)| *name == "dynamic_voxels").map(|(_, count)| count);
-        rows.push(MotionTimes { time_s, dynamic_voxels, gpu_ms, passes: self::rows(&runs) });
+        let runs = (0..settings.rebuilds)
+            .map(|_| renderer.set_pose(&moved))
+            .collect::<Result<Vec<FrameStats>, _>>()?;
+        let Some(gpu_ms) = Spread::of(&runs.iter().map(FrameStats::total_ms).collect::<Vec<f64>>())
+        else {
+            continue;
+        };
+        let dynamic_voxels = renderer
+            .counts()?
+            .into_iter()
+            .find(|(name, _)| *name == "dynamic_voxels")
+            .map(|(_, count)| count);
+        rows.push(MotionTimes {
+            time_s,
+            dynamic_voxels,
+            gpu_ms,
+            passes: self::rows(&runs),
+        });
     }
     Ok(rows)
 }
 
-/// Frames after which feedback, which adds a bounce in each, has all but ¾ to this power, 1%, of its light.
+/// Frames after which feedback, which adds a bounce in each, has all but ¾ to this power, 1%, of
+/// its light.
 pub(super) const FEEDBACK_FRAMES: u32 = 17;
 
 /// Frames before those that are measured.
 pub(super) fn warm_up_frames(case: &Case) -> u32 {
-    if (case.entry.bounces)(&case.settings).is_some() { 1 } else { FEEDBACK_FRAMES - 1 }
+    if (case.entry.bounces)(&case.settings).is_some() {
+        1
+    } else {
+        FEEDBACK_FRAMES - 1
+    }
 }
 
 impl Run<'_> {
-    fn report(&self, gpu: &Gpu, scene: &Scene, case: &Case, settings: &BenchSettings, truth: &Truth) -> Report {
+    fn report(
+        &self,
+        gpu: &Gpu,
+        scene: &Scene,
+        case: &Case,
+        settings: &BenchSettings,
+        truth: &Truth,
+    ) -> Report {
         let passes = rows(&self.frames);
-        let stages: Vec<StageTimes> =
-            [(When::Build, &self.builds), (When::Frame, &self.frames)].into_iter().flat_map(|(when, runs)| stage_times(case.entry, when, runs)).collect();
+        let stages: Vec<StageTimes> = [(When::Build, &self.builds), (When::Frame, &self.frames)]
+            .into_iter()
+            .flat_map(|(when, runs)| stage_times(case.entry, when, runs))
+            .collect();
         let mut report = Report {
             voxel_size_m: self.renderer.voxel_size(),
             counting: PassTimes::once(&self.first_build.counting),
@@ -260,16 +442,30 @@ fn rows(stats: &[FrameStats]) -> Vec<PassTimes> {
     times.rows()
 }
 
-fn totals(stages: &[StageTimes], builds: &[FrameStats], frames: &[FrameStats], entry: &Entry) -> Vec<PassTimes> {
+fn totals(
+    stages: &[StageTimes],
+    builds: &[FrameStats],
+    frames: &[FrameStats],
+    entry: &Entry,
+) -> Vec<PassTimes> {
     let all = |name: &str, runs: &[FrameStats]| {
-        let gpu_ms = Spread::of(&runs.iter().map(FrameStats::total_ms).collect::<Vec<f64>>()).filter(|_| runs.iter().any(|run| !run.passes.is_empty()))?;
-        Some(PassTimes { name: name.to_owned(), gpu_ms })
+        let gpu_ms = Spread::of(&runs.iter().map(FrameStats::total_ms).collect::<Vec<f64>>())
+            .filter(|_| runs.iter().any(|run| !run.passes.is_empty()))?;
+        Some(PassTimes {
+            name: name.to_owned(),
+            gpu_ms,
+        })
     };
     let parts = |name: &str, parts: &[Part]| {
-        let ran = stages.iter().any(|stage| stage.part.is_some_and(|part| parts.contains(&part)) && stage.when == When::Frame);
+        let ran = stages.iter().any(|stage| {
+            stage.part.is_some_and(|part| parts.contains(&part)) && stage.when == When::Frame
+        });
         let sum = |frame: &FrameStats| parts.iter().map(|part| part_ms(entry, frame, *part)).sum();
         let gpu_ms = Spread::of(&frames.iter().map(sum).collect::<Vec<f64>>()).filter(|_| ran)?;
-        Some(PassTimes { name: name.to_owned(), gpu_ms })
+        Some(PassTimes {
+            name: name.to_owned(),
+            gpu_ms,
+        })
     };
     let totals = [
         all("build", builds),
@@ -283,19 +479,39 @@ fn totals(stages: &[StageTimes], builds: &[FrameStats], frames: &[FrameStats], e
 }
 
 fn directions_of(entry: &Entry, pass: &str) -> Option<&'static Directions> {
-    entry.directions.iter().find(|directions| directions.pass.name == pass)
+    entry
+        .directions
+        .iter()
+        .find(|directions| directions.pass.name == pass)
 }
 
-fn direction_costs(passes: &[PassTimes], case: &Case, scene: &Scene, guide: &GuideImage, samples: &[(&str, u64)]) -> Vec<DirectionCost> {
-    let surfaces: Vec<usize> = (0..guide.material.len()).filter(|&index| guide.is_surface(index)).collect();
-    let is_glossy = |index: &&usize| scene.materials.get(guide.material[**index] as usize).is_some_and(|material| material.specular.is_some());
+fn direction_costs(
+    passes: &[PassTimes],
+    case: &Case,
+    scene: &Scene,
+    guide: &GuideImage,
+    samples: &[(&str, u64)],
+) -> Vec<DirectionCost> {
+    let surfaces: Vec<usize> = (0..guide.material.len())
+        .filter(|&index| guide.is_surface(index))
+        .collect();
+    let is_glossy = |index: &&usize| {
+        scene
+            .materials
+            .get(guide.material[**index] as usize)
+            .is_some_and(|material| material.specular.is_some())
+    };
     let cost = |pass: &PassTimes| {
         let (directions, pixels) = match directions_of(case.entry, &pass.name)?.count {
             Some(count) => (count(&case.settings), surfaces.len()),
             None => (1, surfaces.iter().filter(is_glossy).count()),
         };
         let us = pass.gpu_ms.median * 1e3;
-        let samples = samples.iter().find(|(name, _)| *name == pass.name).map(|(_, samples)| *samples).filter(|samples| *samples > 0);
+        let samples = samples
+            .iter()
+            .find(|(name, _)| *name == pass.name)
+            .map(|(_, samples)| *samples)
+            .filter(|samples| *samples > 0);
         (pixels > 0).then(|| DirectionCost {
             pass: pass.name.clone(),
             directions,
@@ -315,19 +531,58 @@ mod tests {
     use crate::graph::PassTime;
 
     fn stats(passes: &[(&str, f64)]) -> FrameStats {
-        let pass = |(name, gpu_ms): &(&str, f64)| PassTime { name: (*name).to_owned(), gpu_ms: *gpu_ms, runs: 1 };
-        FrameStats { passes: passes.iter().map(pass).collect(), ..FrameStats::default() }
+        let pass = |(name, gpu_ms): &(&str, f64)| PassTime {
+            name: (*name).to_owned(),
+            gpu_ms: *gpu_ms,
+            runs: 1,
+        };
+        FrameStats {
+            passes: passes.iter().map(pass).collect(),
+            ..FrameStats::default()
+        }
     }
 
     #[test]
     fn totals_add_the_parts() -> Result<(), Box<dyn std::error::Error>> {
-        let builds = [stats(&[("voxel.clear", 1.0), ("voxel.fragments", 4.0), ("voxel_mips.clear", 7.0)])];
-        let frames = [stats(&[("voxel.light", 1.0), ("voxel_mips.filter", 2.0), ("cone.gather", 8.0), ("render.rsm", 50.0)]), stats(&[("cone.gather", 10.0)])];
+        let builds = [stats(&[
+            ("voxel.clear", 1.0),
+            ("voxel.fragments", 4.0),
+            ("voxel_mips.clear", 7.0),
+        ])];
+        let frames = [
+            stats(&[
+                ("voxel.light", 1.0),
+                ("voxel_mips.filter", 2.0),
+                ("cone.gather", 8.0),
+                ("render.rsm", 50.0),
+            ]),
+            stats(&[("cone.gather", 10.0)]),
+        ];
         let entry = find("voxel-mips")?;
-        let totals = totals(&stage_times(entry, When::Frame, &frames), &builds, &frames, entry);
-        let median = |name: &str| totals.iter().find(|total| total.name == name).map(|total| total.gpu_ms.median);
+        let totals = totals(
+            &stage_times(entry, When::Frame, &frames),
+            &builds,
+            &frames,
+            entry,
+        );
+        let median = |name: &str| {
+            totals
+                .iter()
+                .find(|total| total.name == name)
+                .map(|total| total.gpu_ms.median)
+        };
         let names = ["build", "update", "gather", "indirect", "shared", "frame"];
-        assert_eq!(names.map(median), [Some(12.0), Some(1.5), Some(9.0), Some(10.5), Some(25.0), Some(35.5)]);
+        assert_eq!(
+            names.map(median),
+            [
+                Some(12.0),
+                Some(1.5),
+                Some(9.0),
+                Some(10.5),
+                Some(25.0),
+                Some(35.5)
+            ]
+        );
         Ok(())
     }
 
@@ -335,22 +590,44 @@ mod tests {
     fn directions_are_of_a_techniques_own_passes_and_settings() {
         for entry in TECHNIQUES {
             for directions in entry.directions {
-                assert!(entry.passes.iter().copied().flatten().any(|pass| std::ptr::eq(*pass, directions.pass)), "{}", directions.pass.name);
+                assert!(
+                    entry
+                        .passes
+                        .iter()
+                        .copied()
+                        .flatten()
+                        .any(|pass| std::ptr::eq(*pass, directions.pass)),
+                    "{}",
+                    directions.pass.name
+                );
                 let settings = entry.settings::<&str>(None, &[]);
-                assert!(settings.is_ok_and(|settings| directions.count.is_none_or(|count| count(&settings) > 0)), "{}", directions.pass.name);
+                assert!(
+                    settings.is_ok_and(|settings| directions
+                        .count
+                        .is_none_or(|count| count(&settings) > 0)),
+                    "{}",
+                    directions.pass.name
+                );
             }
         }
     }
 
     #[test]
     fn every_technique_has_a_default_case() {
-        assert!(cases(TECHNIQUES, &[], &[], &[]).is_ok_and(|cases| cases.len() == TECHNIQUES.len()));
+        assert!(
+            cases(TECHNIQUES, &[], &[], &[]).is_ok_and(|cases| cases.len() == TECHNIQUES.len())
+        );
     }
 
     #[test]
     fn cases_are_the_product() -> Result<(), Box<dyn std::error::Error>> {
         let presets = ["cones".to_owned(), "textbook".to_owned()];
-        let all = cases(&[find("voxel-mips")?, find("none")?], &presets, &[16, 32, 64], &[])?;
+        let all = cases(
+            &[find("voxel-mips")?, find("none")?],
+            &presets,
+            &[16, 32, 64],
+            &[],
+        )?;
         assert_eq!(all.len(), 7);
         assert_eq!(all[4].settings.count("resolution"), 32);
         assert_eq!(all[4].preset.as_deref(), Some("textbook"));

@@ -17,5 +17,9 @@ pub(super) fn build() -> String {
 
 /// The commit in brackets; nothing for one that is not known.
 pub(super) fn commit(build: &str) -> String {
-    if build.starts_with("executable ") { String::new() } else { format!(" ({build})") }
+    if build.starts_with("executable ") {
+        String::new()
+    } else {
+        format!(" ({build})")
+    }
 }

@@ -1,4 +1,5 @@
-//! Records on disk: a line of JSON each, written as soon as it is measured, so that a run that is stopped goes on where it was.
+//! Records on disk: a line of JSON each, written as soon as it is measured, so that a run that is
+//! stopped goes on where it was.
 
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{Read as _, Seek as _, SeekFrom, Write as _};
@@ -13,7 +14,10 @@ use crate::image::ImageError;
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
     /// The file or folder cannot be used.
-    #[error("cannot {what} {}: {source}; check that it exists, is readable and writable, and has space", path.display())]
+    #[error(
+        "cannot {what} {}: {source}; check that it exists, is readable and writable, and has space",
+        path.display()
+    )]
     File {
         /// What was being done.
         what: &'static str,
@@ -23,13 +27,20 @@ pub enum RecordError {
         source: std::io::Error,
     },
     /// Another process has it open.
-    #[error("another lumivox writes {}; let it end, or name another folder with -o", path.display())]
+    #[error(
+        "another lumivox writes {}; let it end, or name another folder with -o",
+        path.display()
+    )]
     InUse {
         /// The file.
         path: PathBuf,
     },
     /// A line is no record.
-    #[error("{}:{line}: this is no record of {command}: {problem}; remove the line, or name another folder with -o", path.display())]
+    #[error(
+        "{}:{line}: this is no record of {command}: {problem}; remove the line, or name another \
+         folder with -o",
+        path.display()
+    )]
     Line {
         /// The file.
         path: PathBuf,
@@ -66,24 +77,52 @@ pub struct Records<R> {
 }
 
 impl<R: Record> Records<R> {
-    /// Opens or makes a file. A last line that was not written to its end is cut off, with a warning.
+    /// Opens or makes a file. A last line that was not written to its end is cut off, with a
+    /// warning.
     pub fn open(path: &Path) -> Result<Self, RecordError> {
-        let failed = |what| move |source| RecordError::File { what, path: path.to_owned(), source };
-        let mut file = OpenOptions::new().read(true).append(true).create(true).open(path).map_err(failed("open"))?;
+        let failed = |what| {
+            move |source| RecordError::File {
+                what,
+                path: path.to_owned(),
+                source,
+            }
+        };
+        let mut file = OpenOptions::new()
+            .read(true)
+            .append(true)
+            .create(true)
+            .open(path)
+            .map_err(failed("open"))?;
         match file.try_lock() {
             Ok(()) => {}
-            Err(TryLockError::WouldBlock) => return Err(RecordError::InUse { path: path.to_owned() }),
+            Err(TryLockError::WouldBlock) => {
+                return Err(RecordError::InUse {
+                    path: path.to_owned(),
+                });
+            }
             // Some network file systems have no locks; records are whole lines even so.
-            Err(TryLockError::Error(problem)) => log::warn!("{} cannot be locked ({problem}); let no other lumivox write it", path.display()),
+            Err(TryLockError::Error(problem)) => log::warn!(
+                "{} cannot be locked ({problem}); let no other lumivox write it",
+                path.display()
+            ),
         }
         let mut bytes = Vec::new();
         file.read_to_end(&mut bytes).map_err(failed("read"))?;
         let (points, whole) = parse(path, &bytes)?;
         if whole < bytes.len() {
-            log::warn!("{}: the last record was cut off and is measured again", path.display());
-            file.set_len(whole as u64).and_then(|()| file.seek(SeekFrom::End(0))).map_err(failed("write"))?;
+            log::warn!(
+                "{}: the last record was cut off and is measured again",
+                path.display()
+            );
+            file.set_len(whole as u64)
+                .and_then(|()| file.seek(SeekFrom::End(0)))
+                .map_err(failed("write"))?;
         }
-        Ok(Records { path: path.to_owned(), file, points })
+        Ok(Records {
+            path: path.to_owned(),
+            file,
+            points,
+        })
     }
 
     /// The record of a key.
@@ -93,7 +132,11 @@ impl<R: Record> Records<R> {
 
     /// Appends a record that is not there yet.
     pub fn add(&mut self, point: &R) -> Result<(), RecordError> {
-        let failed = |source| RecordError::File { what: "write", path: self.path.clone(), source };
+        let failed = |source| RecordError::File {
+            what: "write",
+            path: self.path.clone(),
+            source,
+        };
         let line = serde_json::to_string(point).map_err(|error| failed(error.into()))? + "\n";
         self.file.write_all(line.as_bytes()).map_err(failed)?;
         self.points.push(point.clone());
@@ -101,25 +144,52 @@ impl<R: Record> Records<R> {
     }
 }
 
-/// All records of a file that is not to be changed; a last line that was not written to its end is left out, with a warning.
+/// All records of a file that is not to be changed; a last line that was not written to its end is
+/// left out, with a warning.
 pub fn read_records<R: Record>(path: &Path) -> Result<Vec<R>, RecordError> {
-    let bytes = std::fs::read(path).map_err(|source| RecordError::File { what: "read", path: path.to_owned(), source })?;
+    let bytes = std::fs::read(path).map_err(|source| RecordError::File {
+        what: "read",
+        path: path.to_owned(),
+        source,
+    })?;
     let (points, whole) = parse(path, &bytes)?;
     if whole < bytes.len() {
-        log::warn!("{}: the last record was cut off and is left out", path.display());
+        log::warn!(
+            "{}: the last record was cut off and is left out",
+            path.display()
+        );
     }
     Ok(points)
 }
 
 /// The records, and the number of bytes that they take; what is beyond is a line without an end.
 fn parse<R: Record>(path: &Path, bytes: &[u8]) -> Result<(Vec<R>, usize), RecordError> {
-    let whole = bytes.iter().rposition(|byte| *byte == b'\n').map_or(0, |end| end + 1);
-    let wrong = |index: usize, problem: String| RecordError::Line { path: path.to_owned(), line: index + 1, command: R::COMMAND, problem };
-    let point = |(index, line): (usize, &[u8])| {
-        let point: R = serde_json::from_slice(line).map_err(|error| wrong(index, error.to_string()))?;
-        let (version, wanted) = (point.version(), R::VERSION);
-        if version == wanted { Ok(point) } else { Err(wrong(index, format!("it is of version {version}, not {wanted}"))) }
+    let whole = bytes
+        .iter()
+        .rposition(|byte| *byte == b'\n')
+        .map_or(0, |end| end + 1);
+    let wrong = |index: usize, problem: String| RecordError::Line {
+        path: path.to_owned(),
+        line: index + 1,
+        command: R::COMMAND,
+        problem,
     };
-    let lines = bytes[..whole].split(|byte| *byte == b'\n').enumerate().filter(|(_, line)| !line.is_empty());
+    let point = |(index, line): (usize, &[u8])| {
+        let point: R =
+            serde_json::from_slice(line).map_err(|error| wrong(index, error.to_string()))?;
+        let (version, wanted) = (point.version(), R::VERSION);
+        if version == wanted {
+            Ok(point)
+        } else {
+            Err(wrong(
+                index,
+                format!("it is of version {version}, not {wanted}"),
+            ))
+        }
+    };
+    let lines = bytes[..whole]
+        .split(|byte| *byte == b'\n')
+        .enumerate()
+        .filter(|(_, line)| !line.is_empty());
     Ok((lines.map(point).collect::<Result<_, _>>()?, whole))
 }

@@ -69,16 +69,44 @@ pub struct ErrorReport {
 
 impl ErrorReport {
     /// Compares an image of a scene with its reference; `guide` says what each pixel sees.
-    pub fn of(aov: Aov, [image, reference]: [&Image; 2], scene: &Scene, guide: &GuideImage, channel: Channel) -> Result<Self, MetricError> {
-        let Comparison { channel, pixel, block, materials } = compare(image, reference, Some(guide), channel)?;
+    pub fn of(
+        aov: Aov,
+        [image, reference]: [&Image; 2],
+        scene: &Scene,
+        guide: &GuideImage,
+        channel: Channel,
+    ) -> Result<Self, MetricError> {
+        let Comparison {
+            channel,
+            pixel,
+            block,
+            materials,
+        } = compare(image, reference, Some(guide), channel)?;
         let flip = flip(image, reference, exposure_of(reference))?;
-        let name = |index: u32| scene.materials.get(index as usize).map_or_else(|| index.to_string(), |material| material.name.clone());
-        let materials = materials.into_iter().map(|errors| MaterialError { material: name(errors.material), pixel: errors.pixel, block: errors.block });
-        Ok(ErrorReport { aov: aov.name(), channel, pixel, block, flip, materials: materials.collect() })
+        let name = |index: u32| {
+            scene
+                .materials
+                .get(index as usize)
+                .map_or_else(|| index.to_string(), |material| material.name.clone())
+        };
+        let materials = materials.into_iter().map(|errors| MaterialError {
+            material: name(errors.material),
+            pixel: errors.pixel,
+            block: errors.block,
+        });
+        Ok(ErrorReport {
+            aov: aov.name(),
+            channel,
+            pixel,
+            block,
+            flip,
+            materials: materials.collect(),
+        })
     }
 }
 
-/// The reference that an error was taken against, and its own noise: no error below that noise means anything.
+/// The reference that an error was taken against, and its own noise: no error below that noise
+/// means anything.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ReferenceInfo {
     /// Indirect bounces; `full` for all of them.
@@ -100,7 +128,8 @@ pub struct DirectionCost {
     pub pixels: usize,
     /// Median time of the pass / (pixels × directions) (µs).
     pub us_per_direction: f64,
-    /// Samples that its cones take in one picture, those of skipped empty space too; `None` where it traces no cones.
+    /// Samples that its cones take in one picture, those of skipped empty space too; `None` where
+    /// it traces no cones.
     pub samples: Option<u64>,
     /// Median time of the pass / samples (µs).
     pub us_per_sample: Option<f64>,
@@ -154,10 +183,11 @@ pub struct Report {
     pub failure: Option<String>,
     /// Of a failure for want of space: what was too large, and its bytes.
     pub refused: Option<MemoryRow>,
-    /// The counting runs of the first build, whose only result is how large its buffers have to be (and how
-    /// its work has to be split); with their pipelines compiled, and in no other row.
+    /// The counting runs of the first build, whose only result is how large its buffers have to be
+    /// (and how its work has to be split); with their pipelines compiled, and in no other row.
     pub counting: Vec<PassTimes>,
-    /// Building for the first time, with the other pipelines compiled; empty where it was not told apart.
+    /// Building for the first time, with the other pipelines compiled; empty where it was not told
+    /// apart.
     pub first_build: Vec<PassTimes>,
     /// Building the static structure: GPU time of each pass.
     pub build: Vec<PassTimes>,
@@ -165,8 +195,8 @@ pub struct Report {
     pub passes: Vec<PassTimes>,
     /// Each stage of a build, then of a frame, in the technique's order.
     pub stages: Vec<StageTimes>,
-    /// Sums over passes: `build`, all of a build; of a frame `update` (the store), `gather` (the picture),
-    /// `indirect` (both), `shared`, and `frame`, all of it.
+    /// Sums over passes: `build`, all of a build; of a frame `update` (the store), `gather` (the
+    /// picture), `indirect` (both), `shared`, and `frame`, all of it.
     pub totals: Vec<PassTimes>,
     /// What one cone or ray costs.
     pub directions: Vec<DirectionCost>,
@@ -178,7 +208,8 @@ pub struct Report {
     pub memory: Vec<MemoryRow>,
     /// Their sum, as the allocator counts it.
     pub memory_bytes: u64,
-    /// What the technique keeps in the world, for each occupied voxel (bytes); where it counts them.
+    /// What the technique keeps in the world, for each occupied voxel (bytes); where it counts
+    /// them.
     pub bytes_per_occupied_voxel: Option<f64>,
     /// Counts, by name.
     pub counts: BTreeMap<&'static str, u64>,
@@ -192,13 +223,17 @@ pub struct Report {
 
 /// A report that could not be written.
 #[derive(Debug, thiserror::Error)]
-#[error("cannot write the report {}: {source}; check that the folder exists, is writable and has space", path.display())]
+#[error(
+    "cannot write the report {}: {source}; check that the folder exists, is writable and has space",
+    path.display()
+)]
 pub struct ReportError {
     path: PathBuf,
     source: std::io::Error,
 }
 
-/// Memory in use, by name; the last row is what the allocator spends on alignment, so that the sum is the allocator's own.
+/// Memory in use, by name; the last row is what the allocator spends on alignment, so that the sum
+/// is the allocator's own.
 pub fn memory_rows(gpu: &Gpu) -> Vec<MemoryRow> {
     let mut rows: Vec<MemoryRow> = Vec::new();
     for (name, bytes) in gpu.memory() {
@@ -210,7 +245,10 @@ pub fn memory_rows(gpu: &Gpu) -> Vec<MemoryRow> {
     let known: u64 = rows.iter().map(|row| row.bytes).sum();
     match gpu.memory_total().saturating_sub(known) {
         0 => {}
-        bytes => rows.push(MemoryRow { name: "allocator.alignment".into(), bytes }),
+        bytes => rows.push(MemoryRow {
+            name: "allocator.alignment".into(),
+            bytes,
+        }),
     }
     rows
 }
@@ -219,12 +257,23 @@ impl Report {
     /// Sets the counts, and what follows from them.
     pub fn set_counts(&mut self, counts: &[(&'static str, u64)]) {
         self.counts = counts.iter().copied().collect();
-        let voxels = self.counts.get("voxels").copied().filter(|voxels| *voxels > 0);
-        self.bytes_per_occupied_voxel = voxels.and_then(|voxels| Some(structure_bytes(self)? as f64 / voxels as f64));
+        let voxels = self
+            .counts
+            .get("voxels")
+            .copied()
+            .filter(|voxels| *voxels > 0);
+        self.bytes_per_occupied_voxel =
+            voxels.and_then(|voxels| Some(structure_bytes(self)? as f64 / voxels as f64));
     }
 
     /// A report without times, counts and error.
-    pub fn new(gpu: &Gpu, scene: &str, size: [u32; 2], technique: &'static str, settings: &Settings) -> Self {
+    pub fn new(
+        gpu: &Gpu,
+        scene: &str,
+        size: [u32; 2],
+        technique: &'static str,
+        settings: &Settings,
+    ) -> Self {
         let info = gpu.info();
         let memory = memory_rows(gpu);
         Report {
@@ -241,7 +290,11 @@ impl Report {
             preset: None,
             settings: settings.iter().collect(),
             voxel_size_m: None,
-            timing: Some(if gpu.isolates_passes() { Timing::Host } else { Timing::Timestamps }),
+            timing: Some(if gpu.isolates_passes() {
+                Timing::Host
+            } else {
+                Timing::Timestamps
+            }),
             failure: None,
             refused: None,
             counting: Vec::new(),
@@ -266,6 +319,10 @@ impl Report {
     /// Writes it as JSON.
     pub fn write(&self, path: &Path) -> Result<(), ReportError> {
         let text = serde_json::to_string_pretty(self).map_err(std::io::Error::other);
-        text.and_then(|text| std::fs::write(path, text + "\n")).map_err(|source| ReportError { path: path.to_owned(), source })
+        text.and_then(|text| std::fs::write(path, text + "\n"))
+            .map_err(|source| ReportError {
+                path: path.to_owned(),
+                source,
+            })
     }
 }

@@ -36,13 +36,22 @@ pub const UNSTAGED: &str = "unstaged";
 
 /// The stage that a pass of a technique belongs to, the frame's own among them.
 pub fn stage_of(entry: &Entry, pass: &str) -> Option<&'static Stage> {
-    entry.stages.iter().chain(frame::STAGES).copied().find(|stage| stage.passes.contains(&pass))
+    entry
+        .stages
+        .iter()
+        .chain(frame::STAGES)
+        .copied()
+        .find(|stage| stage.passes.contains(&pass))
 }
 
 /// Time of all stages of one part in one run (ms).
 pub fn part_ms(entry: &Entry, run: &FrameStats, part: Part) -> f64 {
     let of_part = |name: &str| stage_of(entry, name).is_some_and(|stage| stage.part == part);
-    run.passes.iter().filter(|pass| of_part(&pass.name)).map(|pass| pass.gpu_ms).sum()
+    run.passes
+        .iter()
+        .filter(|pass| of_part(&pass.name))
+        .map(|pass| pass.gpu_ms)
+        .sum()
 }
 
 /// Each stage that ran, in the technique's order, and what is in no stage.
@@ -50,18 +59,36 @@ pub fn stage_times(entry: &Entry, when: When, runs: &[FrameStats]) -> Vec<StageT
     let known = entry.stages.iter().chain(frame::STAGES).copied().map(Some);
     let times = |stage: Option<&'static Stage>| {
         let has = |name: &str| stage_of(entry, name) == stage;
-        let sum = |run: &FrameStats| run.passes.iter().filter(|pass| has(&pass.name)).map(|pass| pass.gpu_ms).sum();
-        let ran = runs.iter().any(|run| run.passes.iter().any(|pass| has(&pass.name)));
+        let sum = |run: &FrameStats| {
+            run.passes
+                .iter()
+                .filter(|pass| has(&pass.name))
+                .map(|pass| pass.gpu_ms)
+                .sum()
+        };
+        let ran = runs
+            .iter()
+            .any(|run| run.passes.iter().any(|pass| has(&pass.name)));
         let gpu_ms = Spread::of(&runs.iter().map(sum).collect::<Vec<f64>>()).filter(|_| ran)?;
-        Some(StageTimes { name: stage.map_or(UNSTAGED, |stage| stage.name), part: stage.map(|stage| stage.part), when, gpu_ms })
+        Some(StageTimes {
+            name: stage.map_or(UNSTAGED, |stage| stage.name),
+            part: stage.map(|stage| stage.part),
+            when,
+            gpu_ms,
+        })
     };
     known.chain([None]).filter_map(times).collect()
 }
 
-/// What each stage of the world-space store costs where geometry and light change every frame: medians of a build and of a frame together (ms).
+/// What each stage of the world-space store costs where geometry and light change every frame:
+/// medians of a build and of a frame together (ms).
 pub fn construction(report: &Report) -> Vec<(&'static str, f64)> {
     let mut parts: Vec<(&'static str, f64)> = Vec::new();
-    for stage in report.stages.iter().filter(|stage| stage.when == When::Build || matches!(stage.part, Some(Part::Store) | None)) {
+    for stage in report
+        .stages
+        .iter()
+        .filter(|stage| stage.when == When::Build || matches!(stage.part, Some(Part::Store) | None))
+    {
         match parts.iter_mut().find(|(name, _)| *name == stage.name) {
             Some((_, sum)) => *sum += stage.gpu_ms.median,
             None => parts.push((stage.name, stage.gpu_ms.median)),
@@ -78,8 +105,15 @@ mod tests {
     use crate::render;
 
     fn run(passes: &[&str], slow: &str) -> FrameStats {
-        let pass = |name: &&str| PassTime { name: (*name).to_owned(), gpu_ms: if *name == slow { 101.0 } else { 1.0 }, runs: 1 };
-        FrameStats { passes: passes.iter().map(pass).collect(), ..FrameStats::default() }
+        let pass = |name: &&str| PassTime {
+            name: (*name).to_owned(),
+            gpu_ms: if *name == slow { 101.0 } else { 1.0 },
+            runs: 1,
+        };
+        FrameStats {
+            passes: passes.iter().map(pass).collect(),
+            ..FrameStats::default()
+        }
     }
 
     /// Every pass that is declared has one stage, of its technique or of the frame.
@@ -87,11 +121,26 @@ mod tests {
     fn every_declared_pass_has_one_stage() {
         for entry in TECHNIQUES {
             for pass in entry.passes.iter().copied().flatten().chain(render::PASSES) {
-                let stages = entry.stages.iter().chain(frame::STAGES).filter(|stage| stage.passes.contains(&pass.name)).count();
-                // Passes of a shared module that a technique never runs may be in none; and so is one that no frame runs.
-                let is_shared = !entry.directions.iter().any(|directions| directions.pass.name == pass.name) && pass.name == "voxel.gather_rays";
+                let stages = entry
+                    .stages
+                    .iter()
+                    .chain(frame::STAGES)
+                    .filter(|stage| stage.passes.contains(&pass.name))
+                    .count();
+                // Passes of a shared module that a technique never runs may be in none; and so is
+                // one that no frame runs.
+                let is_shared = !entry
+                    .directions
+                    .iter()
+                    .any(|directions| directions.pass.name == pass.name)
+                    && pass.name == "voxel.gather_rays";
                 let may_be_in_none = is_shared || matches!(pass.name, "cone.view" | "cone.probe");
-                assert!(stages == 1 || (may_be_in_none && stages == 0), "{}: {} is in {stages} stages", entry.name, pass.name);
+                assert!(
+                    stages == 1 || (may_be_in_none && stages == 0),
+                    "{}: {} is in {stages} stages",
+                    entry.name,
+                    pass.name
+                );
             }
         }
     }
@@ -100,13 +149,25 @@ mod tests {
     #[test]
     fn a_slowed_pass_shows_in_its_stage_alone() {
         for entry in TECHNIQUES {
-            let passes: Vec<&str> = entry.stages.iter().flat_map(|stage| stage.passes.iter().copied()).collect();
+            let passes: Vec<&str> = entry
+                .stages
+                .iter()
+                .flat_map(|stage| stage.passes.iter().copied())
+                .collect();
             let before = stage_times(entry, When::Frame, &[run(&passes, "")]);
             for slow in &passes {
                 let after = stage_times(entry, When::Frame, &[run(&passes, slow)]);
-                let grown: Vec<&str> =
-                    before.iter().zip(&after).filter(|(before, after)| after.gpu_ms.median > before.gpu_ms.median + 99.0).map(|pair| pair.1.name).collect();
-                assert_eq!(grown, [stage_of(entry, slow).map_or("", |stage| stage.name)], "{slow}");
+                let grown: Vec<&str> = before
+                    .iter()
+                    .zip(&after)
+                    .filter(|(before, after)| after.gpu_ms.median > before.gpu_ms.median + 99.0)
+                    .map(|pair| pair.1.name)
+                    .collect();
+                assert_eq!(
+                    grown,
+                    [stage_of(entry, slow).map_or("", |stage| stage.name)],
+                    "{slow}"
+                );
             }
         }
     }
@@ -114,8 +175,18 @@ mod tests {
     #[test]
     fn a_pass_in_no_stage_is_told() {
         for entry in TECHNIQUES {
-            let times = stage_times(entry, When::Build, &[run(&["nobody.knows"], "nobody.knows")]);
-            assert_eq!(times.iter().map(|stage| (stage.name, stage.part, stage.gpu_ms.median)).collect::<Vec<_>>(), [(UNSTAGED, None, 101.0)]);
+            let times = stage_times(
+                entry,
+                When::Build,
+                &[run(&["nobody.knows"], "nobody.knows")],
+            );
+            assert_eq!(
+                times
+                    .iter()
+                    .map(|stage| (stage.name, stage.part, stage.gpu_ms.median))
+                    .collect::<Vec<_>>(),
+                [(UNSTAGED, None, 101.0)]
+            );
         }
     }
 }

@@ -19,20 +19,32 @@ pub struct Errors {
     pub count: usize,
 }
 
-/// The errors of `technique` against `reference`, value by value; `None` where there are none. The shorter of the two counts.
+/// The errors of `technique` against `reference`, value by value; `None` where there are none. The
+/// shorter of the two counts.
 pub fn errors_of_values(technique: &[f32], reference: &[f32]) -> Option<Errors> {
     let count = technique.len().min(reference.len());
     if count == 0 {
         return None;
     }
-    let pairs = || technique.iter().zip(reference).map(|(&t, &r)| (f64::from(t), f64::from(r)));
+    let pairs = || {
+        technique
+            .iter()
+            .zip(reference)
+            .map(|(&t, &r)| (f64::from(t), f64::from(r)))
+    };
     let mean = |sum: f64| sum / count as f64;
     let mean_reference = mean(pairs().map(|(_, r)| r).sum());
     let epsilon = 0.01 * mean_reference;
     let mean_difference = mean(pairs().map(|(t, r)| t - r).sum());
     let mean_square = mean(pairs().map(|(t, r)| (t - r).powi(2)).sum());
-    let rel_mse = mean(pairs().map(|(t, r)| ratio((t - r).powi(2), r * r + epsilon * epsilon)).sum());
-    let mut relative: Vec<f64> = pairs().map(|(t, r)| ratio((t - r).abs(), r + epsilon)).collect();
+    let rel_mse = mean(
+        pairs()
+            .map(|(t, r)| ratio((t - r).powi(2), r * r + epsilon * epsilon))
+            .sum(),
+    );
+    let mut relative: Vec<f64> = pairs()
+        .map(|(t, r)| ratio((t - r).abs(), r + epsilon))
+        .collect();
     relative.sort_by(f64::total_cmp);
     let rank = ((0.95 * count as f64).ceil() as usize).clamp(1, count);
     Some(Errors {

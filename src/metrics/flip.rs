@@ -1,5 +1,6 @@
 //! ꟻLIP: the difference that a viewer would notice when flipping between two pictures
-//! (P. Andersson et al., *ꟻLIP: A Difference Evaluator for Alternating Images*, HPG 2020), by NVIDIA's implementation.
+//! (P. Andersson et al., *ꟻLIP: A Difference Evaluator for Alternating Images*, HPG 2020), by
+//! NVIDIA's implementation.
 
 use serde::Serialize;
 
@@ -17,15 +18,25 @@ pub struct Flip {
     pub exposure: f32,
 }
 
-/// The exposure that brings the mean luminance of an image to 0.18 (a photographer's middle grey); 1 for a black image.
+/// The exposure that brings the mean luminance of an image to 0.18 (a photographer's middle grey);
+/// 1 for a black image.
 pub fn exposure_of(reference: &Image) -> f32 {
-    let sum: f64 = reference.pixels.iter().map(|&pixel| f64::from(luminance(pixel))).sum();
+    let sum: f64 = reference
+        .pixels
+        .iter()
+        .map(|&pixel| f64::from(luminance(pixel)))
+        .sum();
     let mean = sum / reference.pixels.len().max(1) as f64;
-    if mean > 0.0 { (0.18 / mean) as f32 } else { 1.0 }
+    if mean > 0.0 {
+        (0.18 / mean) as f32
+    } else {
+        1.0
+    }
 }
 
-/// ꟻLIP of two linear images, tone-mapped alike: multiplied by `exposure`, clamped to 0…1, sRGB-encoded with 8 bits. `exposure` is
-/// [`exposure_of`] the reference, unless something else is wanted.
+/// ꟻLIP of two linear images, tone-mapped alike: multiplied by `exposure`, clamped to 0…1,
+/// sRGB-encoded with 8 bits. `exposure` is [`exposure_of`] the reference, unless something else is
+/// wanted.
 pub fn flip(technique: &Image, reference: &Image, exposure: f32) -> Result<Flip, MetricError> {
     let (width, height) = reference.size();
     check("the reference", reference, (width, height))?;
@@ -34,12 +45,25 @@ pub fn flip(technique: &Image, reference: &Image, exposure: f32) -> Result<Flip,
         return Err(MetricError::Empty("the image has no pixels"));
     }
     let encode = |image: &Image| {
-        let bytes: Vec<u8> = image.pixels.iter().flat_map(|&pixel| (pixel * exposure).to_array().map(srgb_from_linear)).collect();
+        let bytes: Vec<u8> = image
+            .pixels
+            .iter()
+            .flat_map(|&pixel| (pixel * exposure).to_array().map(srgb_from_linear))
+            .collect();
         nv_flip::FlipImageRgb8::with_data(width, height, &bytes)
     };
-    let mut map = nv_flip::flip(encode(reference), encode(technique), nv_flip::DEFAULT_PIXELS_PER_DEGREE).to_vec();
+    let mut map = nv_flip::flip(
+        encode(reference),
+        encode(technique),
+        nv_flip::DEFAULT_PIXELS_PER_DEGREE,
+    )
+    .to_vec();
     let mean = map.iter().map(|&value| f64::from(value)).sum::<f64>() / map.len() as f64;
     map.sort_by(f32::total_cmp);
     let rank = ((0.99 * map.len() as f64).ceil() as usize).clamp(1, map.len());
-    Ok(Flip { mean: mean as f32, p99: map[rank - 1], exposure })
+    Ok(Flip {
+        mean: mean as f32,
+        p99: map[rank - 1],
+        exposure,
+    })
 }

@@ -1,12 +1,15 @@
 //! Error and stability metrics: how far a technique T is from the reference R.
 //!
-//! Both are linear images of one size. Metrics are taken over the pixels that see a surface, on luminance unless another [`Channel`] is named,
-//! per pixel and per *block*: means of 8×8 pixels that lie on one plane and one material, which neither noise nor silhouettes disturb.
-//! ε is 1% of mean R throughout. Where R is black everywhere and T is not, relative metrics are infinite; where both are, they are 0.
+//! Both are linear images of one size. Metrics are taken over the pixels that see a surface, on
+//! luminance unless another [`Channel`] is named, per pixel and per *block*: means of 8×8 pixels
+//! that lie on one plane and one material, which neither noise nor silhouettes disturb. ε is 1% of
+//! mean R throughout. Where R is black everywhere and T is not, relative metrics are infinite;
+//! where both are, they are 0.
 //!
 //! - [`Errors`]: `rel_rmse`, `bias`, `rel_mse`, `p95`
 //! - [`flip`]: ꟻLIP of the tone-mapped pair (feature `flip`)
-//! - [`stability`]: `translation_spread`, `rotation_spread`, `flicker`, `excess_flicker`, `popping`, `lag`, `leak`, `run_spread`
+//! - [`stability`]: `translation_spread`, `rotation_spread`, `flicker`, `excess_flicker`,
+//!   `popping`, `lag`, `leak`, `run_spread`
 
 mod blocks;
 mod compare;
@@ -50,7 +53,10 @@ impl Channel {
 #[derive(Debug, thiserror::Error, PartialEq)]
 pub enum MetricError {
     /// Their sizes differ.
-    #[error("the images differ in size: {what} is {found_width}x{found_height}, the reference {width}x{height}")]
+    #[error(
+        "the images differ in size: {what} is {found_width}x{found_height}, the reference \
+         {width}x{height}"
+    )]
     Size {
         /// Which image is wrong.
         what: &'static str,
@@ -79,12 +85,26 @@ pub enum MetricError {
 }
 
 /// Checks that an image has the size of the reference and finite pixels.
-fn check(what: &'static str, image: &Image, (width, height): (u32, u32)) -> Result<(), MetricError> {
+fn check(
+    what: &'static str,
+    image: &Image,
+    (width, height): (u32, u32),
+) -> Result<(), MetricError> {
     if image.size() != (width, height) {
-        return Err(MetricError::Size { what, found_width: image.width, found_height: image.height, width, height });
+        return Err(MetricError::Size {
+            what,
+            found_width: image.width,
+            found_height: image.height,
+            width,
+            height,
+        });
     }
     match image.pixels.iter().position(|pixel| !pixel.is_finite()) {
-        Some(index) => Err(MetricError::NotFinite { what, x: index as u32 % width, y: index as u32 / width }),
+        Some(index) => Err(MetricError::NotFinite {
+            what,
+            x: index as u32 % width,
+            y: index as u32 / width,
+        }),
         None => Ok(()),
     }
 }

@@ -4,8 +4,8 @@ use super::errors::ratio;
 use super::{MetricError, check};
 use crate::image::{GuideImage, Image, luminance};
 
-/// Spread of an image over whole-scene translations by fractions of a voxel: per pixel (max − min) / mean over the sequence, mean over pixels.
-/// Pixels that stay black count as 0.
+/// Spread of an image over whole-scene translations by fractions of a voxel: per pixel (max − min)
+/// / mean over the sequence, mean over pixels. Pixels that stay black count as 0.
 pub fn translation_spread(images: &[Image]) -> Result<f64, MetricError> {
     mean_over_pixels(images, spread)
 }
@@ -20,26 +20,35 @@ pub fn run_spread(images: &[Image]) -> Result<f64, MetricError> {
     mean_over_pixels(images, spread)
 }
 
-/// Flicker of consecutive frames of what should stand still: per pixel the mean |difference| of neighbours in time / mean, mean over pixels.
+/// Flicker of consecutive frames of what should stand still: per pixel the mean |difference| of
+/// neighbours in time / mean, mean over pixels.
 pub fn flicker(frames: &[Image]) -> Result<f64, MetricError> {
     mean_over_pixels(frames, |values| {
-        let changes: f64 = values.windows(2).map(|pair| (pair[1] - pair[0]).abs()).sum();
+        let changes: f64 = values
+            .windows(2)
+            .map(|pair| (pair[1] - pair[0]).abs())
+            .sum();
         ratio(changes / (values.len() - 1) as f64, mean(values))
     })
 }
 
-/// Flicker of consecutive frames of what moves, beyond the reference's own change: the mean over frames and pixels of |ΔT − ΔR| over the mean of R, where Δ is
-/// the change from one frame to the next. `reference` is the same sequence.
+/// Flicker of consecutive frames of what moves, beyond the reference's own change: the mean over
+/// frames and pixels of |ΔT − ΔR| over the mean of R, where Δ is the change from one frame to the
+/// next. `reference` is the same sequence.
 pub fn excess_flicker(frames: &[Image], reference: &[Image]) -> Result<f64, MetricError> {
     Ok(mean(&excess_changes(frames, reference)?))
 }
 
-/// The largest single-frame jump of such a sequence: the largest, over frames, of the mean over pixels of |ΔT − ΔR| over the mean of R.
+/// The largest single-frame jump of such a sequence: the largest, over frames, of the mean over
+/// pixels of |ΔT − ΔR| over the mean of R.
 pub fn popping(frames: &[Image], reference: &[Image]) -> Result<f64, MetricError> {
-    Ok(excess_changes(frames, reference)?.into_iter().fold(0.0, f64::max))
+    Ok(excess_changes(frames, reference)?
+        .into_iter()
+        .fold(0.0, f64::max))
 }
 
-/// How far a frame that has a history is from one that has none: the mean over pixels of |T − C| over the mean of C, the same technique converged.
+/// How far a frame that has a history is from one that has none: the mean over pixels of |T − C|
+/// over the mean of C, the same technique converged.
 pub fn lag(frame: &Image, converged: &Image) -> Result<f64, MetricError> {
     check("the converged image", converged, converged.size())?;
     check("the image", frame, converged.size())?;
@@ -47,40 +56,95 @@ pub fn lag(frame: &Image, converged: &Image) -> Result<f64, MetricError> {
         return Err(MetricError::Empty("the images have no pixels"));
     }
     let (now, then) = (luminances(frame), luminances(converged));
-    Ok(ratio(now.iter().zip(&then).map(|(now, then)| (now - then).abs()).sum::<f64>(), then.iter().sum()))
+    Ok(ratio(
+        now.iter()
+            .zip(&then)
+            .map(|(now, then)| (now - then).abs())
+            .sum::<f64>(),
+        then.iter().sum(),
+    ))
 }
 
 /// Of each frame but the first: the mean over pixels of |ΔT − ΔR| over the mean of R.
 fn excess_changes(frames: &[Image], reference: &[Image]) -> Result<Vec<f64>, MetricError> {
-    let [first, _, ..] = reference else { return Err(MetricError::Empty("a sequence needs at least two images")) };
+    let [first, _, ..] = reference else {
+        return Err(MetricError::Empty("a sequence needs at least two images"));
+    };
     if frames.len() != reference.len() {
         return Err(MetricError::Empty("the sequences differ in length"));
     }
-    reference.iter().try_for_each(|image| check("the reference", image, first.size()))?;
-    frames.iter().try_for_each(|image| check("an image of the sequence", image, first.size()))?;
+    reference
+        .iter()
+        .try_for_each(|image| check("the reference", image, first.size()))?;
+    frames
+        .iter()
+        .try_for_each(|image| check("an image of the sequence", image, first.size()))?;
     if first.pixels.is_empty() {
         return Err(MetricError::Empty("the images have no pixels"));
     }
-    let mean_reference = mean(&reference.iter().map(|image| mean(&luminances(image))).collect::<Vec<_>>());
-    let errors: Vec<Vec<f64>> =
-        frames.iter().zip(reference).map(|(frame, truth)| luminances(frame).iter().zip(luminances(truth)).map(|(t, r)| t - r).collect()).collect();
-    let change = |pair: &[Vec<f64>]| mean(&pair[0].iter().zip(&pair[1]).map(|(before, after)| (after - before).abs()).collect::<Vec<_>>());
-    Ok(errors.windows(2).map(|pair| ratio(change(pair), mean_reference)).collect())
+    let mean_reference = mean(
+        &reference
+            .iter()
+            .map(|image| mean(&luminances(image)))
+            .collect::<Vec<_>>(),
+    );
+    let errors: Vec<Vec<f64>> = frames
+        .iter()
+        .zip(reference)
+        .map(|(frame, truth)| {
+            luminances(frame)
+                .iter()
+                .zip(luminances(truth))
+                .map(|(t, r)| t - r)
+                .collect()
+        })
+        .collect();
+    let change = |pair: &[Vec<f64>]| {
+        mean(
+            &pair[0]
+                .iter()
+                .zip(&pair[1])
+                .map(|(before, after)| (after - before).abs())
+                .collect::<Vec<_>>(),
+        )
+    };
+    Ok(errors
+        .windows(2)
+        .map(|pair| ratio(change(pair), mean_reference))
+        .collect())
 }
 
 fn luminances(image: &Image) -> Vec<f64> {
-    image.pixels.iter().map(|&pixel| f64::from(luminance(pixel))).collect()
+    image
+        .pixels
+        .iter()
+        .map(|&pixel| f64::from(luminance(pixel)))
+        .collect()
 }
 
-/// Light where there should be none: the mean of T over pixels where the reference is dark (at most 0.1% of the reference's mean over the lit region),
-/// divided by the reference's mean over the lit region, which is the rest. Only pixels that see a surface count, where a guide says which do.
-pub fn leak(technique: &Image, reference: &Image, guide: Option<&GuideImage>) -> Result<f64, MetricError> {
+/// Light where there should be none: the mean of T over pixels where the reference is dark (at most
+/// 0.1% of the reference's mean over the lit region), divided by the reference's mean over the lit
+/// region, which is the rest. Only pixels that see a surface count, where a guide says which do.
+pub fn leak(
+    technique: &Image,
+    reference: &Image,
+    guide: Option<&GuideImage>,
+) -> Result<f64, MetricError> {
     const DARK_SHARE: f64 = 1e-3;
     check("the reference", reference, reference.size())?;
     check("the image", technique, reference.size())?;
     let pairs: Vec<(f64, f64)> = (0..reference.pixels.len())
-        .filter(|&i| guide.is_none_or(|guide| guide.material.len() == reference.pixels.len() && guide.is_surface(i)))
-        .map(|i| (f64::from(luminance(technique.pixels[i])), f64::from(luminance(reference.pixels[i]))))
+        .filter(|&i| {
+            guide.is_none_or(|guide| {
+                guide.material.len() == reference.pixels.len() && guide.is_surface(i)
+            })
+        })
+        .map(|i| {
+            (
+                f64::from(luminance(technique.pixels[i])),
+                f64::from(luminance(reference.pixels[i])),
+            )
+        })
         .collect();
     let lit: Vec<f64> = pairs.iter().map(|&(_, r)| r).filter(|&r| r > 0.0).collect();
     if lit.is_empty() {
@@ -88,7 +152,11 @@ pub fn leak(technique: &Image, reference: &Image, guide: Option<&GuideImage>) ->
     }
     let threshold = DARK_SHARE * mean(&lit);
     let lit: Vec<f64> = lit.into_iter().filter(|&r| r > threshold).collect();
-    let dark: Vec<f64> = pairs.iter().filter(|&&(_, r)| r <= threshold).map(|&(t, _)| t).collect();
+    let dark: Vec<f64> = pairs
+        .iter()
+        .filter(|&&(_, r)| r <= threshold)
+        .map(|&(t, _)| t)
+        .collect();
     if dark.is_empty() {
         return Err(MetricError::Empty("the reference is dark nowhere"));
     }
@@ -100,17 +168,31 @@ fn mean(values: &[f64]) -> f64 {
 }
 
 fn spread(values: &[f64]) -> f64 {
-    let (low, high) = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &value| (low.min(value), high.max(value)));
+    let (low, high) = values
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &value| {
+            (low.min(value), high.max(value))
+        });
     ratio(high - low, mean(values))
 }
 
-/// Mean over the pixels of `f` of a pixel's luminance over the sequence, which has at least two images.
+/// Mean over the pixels of `f` of a pixel's luminance over the sequence, which has at least two
+/// images.
 fn mean_over_pixels(images: &[Image], f: impl Fn(&[f64]) -> f64) -> Result<f64, MetricError> {
-    let [first, _, ..] = images else { return Err(MetricError::Empty("a sequence needs at least two images")) };
-    images.iter().try_for_each(|image| check("an image of the sequence", image, first.size()))?;
+    let [first, _, ..] = images else {
+        return Err(MetricError::Empty("a sequence needs at least two images"));
+    };
+    images
+        .iter()
+        .try_for_each(|image| check("an image of the sequence", image, first.size()))?;
     if first.pixels.is_empty() {
         return Err(MetricError::Empty("the images have no pixels"));
     }
-    let per_pixel = |i: usize| f(&images.iter().map(|image| f64::from(luminance(image.pixels[i]))).collect::<Vec<_>>());
+    let per_pixel = |i: usize| {
+        f(&images
+            .iter()
+            .map(|image| f64::from(luminance(image.pixels[i])))
+            .collect::<Vec<_>>())
+    };
     Ok((0..first.pixels.len()).map(per_pixel).sum::<f64>() / first.pixels.len() as f64)
 }

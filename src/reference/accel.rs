@@ -15,8 +15,9 @@ use crate::scene::{Scene, Triangle};
 /// No triangle: for rays that start at the camera.
 pub(super) const NO_TRIANGLE: u32 = u32::MAX;
 
-/// See [`Accel`]: what is nearer than 6 millionths of the scene's size is then lost. More would bring the rounding of boxes beyond the absolute 1e-5
-/// that the builder's own check allows in debug builds.
+/// See [`Accel`]: what is nearer than 6 millionths of the scene's size is then lost. More would
+/// bring the rounding of boxes beyond the absolute 1e-5 that the builder's own check allows in
+/// debug builds.
 const LARGEST_COORDINATE: f32 = 32.0;
 
 /// A ray that leaves a surface or the camera.
@@ -52,8 +53,9 @@ struct Packed {
 
 /// The acceleration structure of a scene.
 ///
-/// It is built in units in which the largest coordinate is about [`LARGEST_COORDINATE`], because the traversal enters no box that
-/// ends nearer than an absolute 1e-4. The factor is a power of two, so that no coordinate is rounded.
+/// It is built in units in which the largest coordinate is about [`LARGEST_COORDINATE`], because
+/// the traversal enters no box that ends nearer than an absolute 1e-4. The factor is a power of
+/// two, so that no coordinate is rounded.
 pub(super) struct Accel {
     /// Units per metre.
     units_per_m: f32,
@@ -74,21 +76,33 @@ impl Masks<'_> {
     /// Whether the mask leaves a surface there.
     pub(super) fn is_solid(&self, index: u32, u: f32, v: f32) -> bool {
         let triangle = &self.scene.triangles[index as usize];
-        let Some(mask) = self.scene.materials[triangle.material as usize].mask_texture else { return true };
-        self.textures.sample(&self.scene.textures[mask as usize], texture_coordinates(self.scene, triangle, u, v)).x >= 0.5
+        let Some(mask) = self.scene.materials[triangle.material as usize].mask_texture else {
+            return true;
+        };
+        self.textures
+            .sample(
+                &self.scene.textures[mask as usize],
+                texture_coordinates(self.scene, triangle, u, v),
+            )
+            .x
+            >= 0.5
     }
 }
 
 /// Interpolated texture coordinates.
 pub(super) fn texture_coordinates(scene: &Scene, triangle: &Triangle, u: f32, v: f32) -> [f32; 2] {
-    let [a, b, c] = triangle.vertices.map(|index| &scene.vertices[index as usize]);
+    let [a, b, c] = triangle
+        .vertices
+        .map(|index| &scene.vertices[index as usize]);
     let w = 1.0 - u - v;
     [w * a.u + u * b.u + v * c.u, w * a.v + u * b.v + v * c.v]
 }
 
 /// World-space corners of a triangle (m).
 pub(super) fn corners(scene: &Scene, triangle: &Triangle) -> [Vec3; 3] {
-    triangle.vertices.map(|index| Vec3::from(scene.vertices[index as usize].position))
+    triangle
+        .vertices
+        .map(|index| Vec3::from(scene.vertices[index as usize].position))
 }
 
 impl Accel {
@@ -98,24 +112,43 @@ impl Accel {
         let mut indices = Vec::with_capacity(scene.triangles.len());
         let mut shapes = Vec::with_capacity(scene.triangles.len());
         for (index, triangle) in scene.triangles.iter().enumerate() {
-            let [v0, v1, v2] = corners(scene, triangle).map(|corner| Vec3A::from(corner * units_per_m));
+            let [v0, v1, v2] =
+                corners(scene, triangle).map(|corner| Vec3A::from(corner * units_per_m));
             if (v1 - v0).cross(v2 - v0).length_squared() > 0.0 {
                 indices.push(index as u32);
                 shapes.push(BvhTriangle { v0, v1, v2 });
             }
         }
         if shapes.is_empty() {
-            return Accel { units_per_m, bvh: None, triangles: Vec::new() };
+            return Accel {
+                units_per_m,
+                bvh: None,
+                triangles: Vec::new(),
+            };
         }
-        let bvh = build_cwbvh_from_tris(&shapes, BvhBuildParams::medium_build(), &mut Duration::default());
+        let bvh = build_cwbvh_from_tris(
+            &shapes,
+            BvhBuildParams::medium_build(),
+            &mut Duration::default(),
+        );
         let pack = |&primitive: &u32| {
             let (shape, triangle) = (&shapes[primitive as usize], indices[primitive as usize]);
             let material = scene.triangles[triangle as usize].material;
             let is_masked = scene.materials[material as usize].mask_texture.is_some();
-            Packed { origin: shape.v0, edge_1: shape.v1 - shape.v0, edge_2: shape.v2 - shape.v0, triangle, is_masked }
+            Packed {
+                origin: shape.v0,
+                edge_1: shape.v1 - shape.v0,
+                edge_2: shape.v2 - shape.v0,
+                triangle,
+                is_masked,
+            }
         };
         let triangles = bvh.primitive_indices.iter().map(pack).collect();
-        Accel { units_per_m, bvh: Some(bvh), triangles }
+        Accel {
+            units_per_m,
+            bvh: Some(bvh),
+            triangles,
+        }
     }
 
     /// The nearest hit.
@@ -123,7 +156,10 @@ impl Accel {
         let bvh = self.bvh.as_ref()?;
         let mut closest = None;
         let test = |query: &BvhRay, primitive: usize| {
-            let Some((t, hit)) = self.triangles[primitive].intersect(masks, query, ray.leaves) else { return f32::INFINITY };
+            let Some((t, hit)) = self.triangles[primitive].intersect(masks, query, ray.leaves)
+            else {
+                return f32::INFINITY;
+            };
             closest = Some(hit);
             t
         };
@@ -132,9 +168,19 @@ impl Accel {
     }
 
     /// Whether something other than the triangle `target` is nearer than `distance_m`.
-    pub(super) fn is_occluded(&self, masks: Masks, ray: &Ray, distance_m: f32, target: u32) -> bool {
-        let Some(bvh) = self.bvh.as_ref() else { return false };
-        let test = |query: &BvhRay, primitive: usize| match self.triangles[primitive].intersect(masks, query, ray.leaves) {
+    pub(super) fn is_occluded(
+        &self,
+        masks: Masks,
+        ray: &Ray,
+        distance_m: f32,
+        target: u32,
+    ) -> bool {
+        let Some(bvh) = self.bvh.as_ref() else {
+            return false;
+        };
+        let test = |query: &BvhRay, primitive: usize| match self.triangles[primitive]
+            .intersect(masks, query, ray.leaves)
+        {
             Some((t, hit)) if hit.triangle != target => t,
             _ => f32::INFINITY,
         };
@@ -142,20 +188,38 @@ impl Accel {
     }
 
     fn query(&self, ray: &Ray, distance_m: f32) -> BvhRay {
-        BvhRay::new((ray.origin * self.units_per_m).into(), ray.direction.into(), 0.0, distance_m * self.units_per_m)
+        BvhRay::new(
+            (ray.origin * self.units_per_m).into(),
+            ray.direction.into(),
+            0.0,
+            distance_m * self.units_per_m,
+        )
     }
 }
 
-/// The power of two that brings the largest coordinate of the scene and its camera just below [`LARGEST_COORDINATE`].
+/// The power of two that brings the largest coordinate of the scene and its camera just below
+/// [`LARGEST_COORDINATE`].
 fn units_per_m(scene: &Scene) -> f32 {
     let largest = |point: Vec3| point.abs().max_element();
-    let vertices = scene.vertices.iter().map(|vertex| largest(Vec3::from(vertex.position)));
+    let vertices = scene
+        .vertices
+        .iter()
+        .map(|vertex| largest(Vec3::from(vertex.position)));
     let largest_m = vertices.fold(largest(scene.camera.eye), f32::max);
-    if largest_m > 0.0 { (LARGEST_COORDINATE / largest_m).log2().floor().clamp(-60.0, 60.0).exp2() } else { 1.0 }
+    if largest_m > 0.0 {
+        (LARGEST_COORDINATE / largest_m)
+            .log2()
+            .floor()
+            .clamp(-60.0, 60.0)
+            .exp2()
+    } else {
+        1.0
+    }
 }
 
 impl Packed {
-    /// Distance and barycentric coordinates of a hit nearer than the query's end (T. Möller and B. Trumbore, 1997), both sides.
+    /// Distance and barycentric coordinates of a hit nearer than the query's end (T. Möller and B.
+    /// Trumbore, 1997), both sides.
     #[inline]
     fn intersect(&self, masks: Masks, query: &BvhRay, leaves: u32) -> Option<(f32, Hit)> {
         let p = query.direction.cross(self.edge_2);
@@ -169,10 +233,22 @@ impl Packed {
         let q = s.cross(self.edge_1);
         let v = query.direction.dot(q) * inverse;
         let t = self.edge_2.dot(q) * inverse;
-        let is_hit = u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t > 0.0 && t < query.tmax && self.triangle != leaves;
+        let is_hit = u >= 0.0
+            && v >= 0.0
+            && u + v <= 1.0
+            && t > 0.0
+            && t < query.tmax
+            && self.triangle != leaves;
         if !is_hit || (self.is_masked && !masks.is_solid(self.triangle, u, v)) {
             return None;
         }
-        Some((t, Hit { triangle: self.triangle, u, v }))
+        Some((
+            t,
+            Hit {
+                triangle: self.triangle,
+                u,
+                v,
+            },
+        ))
     }
 }

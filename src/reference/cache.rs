@@ -8,41 +8,74 @@ use super::{ReferenceError, Settings, render};
 use crate::image::{GuideImage, Image, NO_SURFACE, Planes, read_planes, write_planes};
 use crate::scene::{Fnv, Scene};
 
-/// Part of every key: the layout of the files, and the hash of the path tracer's sources (build.rs), so that no build shows the pictures of another.
+/// Part of every key: the layout of the files, and the hash of the path tracer's sources
+/// (build.rs), so that no build shows the pictures of another.
 const FORMAT: &str = concat!("lumivox reference 2 of ", env!("LUMIVOX_TRACER"));
 
-/// The folder of the cache: `LUMIVOX_CACHE`, else `lumivox` in `XDG_CACHE_HOME`, else `~/.cache/lumivox`, else a folder among the temporary files.
+/// The folder of the cache: `LUMIVOX_CACHE`, else `lumivox` in `XDG_CACHE_HOME`, else
+/// `~/.cache/lumivox`, else a folder among the temporary files.
 pub fn cache_dir() -> PathBuf {
-    let variable = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
+    let variable = |name: &str| {
+        std::env::var_os(name)
+            .filter(|value| !value.is_empty())
+            .map(PathBuf::from)
+    };
     variable("LUMIVOX_CACHE")
         .or_else(|| variable("XDG_CACHE_HOME").map(|path| path.join("lumivox")))
         .or_else(|| variable("HOME").map(|path| path.join(".cache").join("lumivox")))
         .unwrap_or_else(|| std::env::temp_dir().join("lumivox"))
 }
 
-/// [`render`], or the same image from the cache in `dir`. The key is a hash of the scene's content and the settings, so a stale image is never found;
-/// a file that cannot be read is rendered again. That the result cannot be kept is a warning, not an error.
-pub fn cached(scene: &Scene, settings: &Settings, dir: &Path, progress: &(dyn Fn(f32) + Sync)) -> Result<ReferenceImage, ReferenceError> {
+/// [`render`], or the same image from the cache in `dir`. The key is a hash of the scene's content
+/// and the settings, so a stale image is never found; a file that cannot be read is rendered again.
+/// That the result cannot be kept is a warning, not an error.
+pub fn cached(
+    scene: &Scene,
+    settings: &Settings,
+    dir: &Path,
+    progress: &(dyn Fn(f32) + Sync),
+) -> Result<ReferenceImage, ReferenceError> {
     settings.validate()?;
     let key = key(scene, settings);
     let path = dir.join(format!("reference-{key:032x}.exr"));
     if path.exists() {
-        match read_planes(&path).ok().and_then(|planes| from_planes(&planes, settings)) {
+        match read_planes(&path)
+            .ok()
+            .and_then(|planes| from_planes(&planes, settings))
+        {
             Some(image) => return Ok(image),
-            None => log::warn!("the cached reference {} is damaged and is rendered again", path.display()),
+            None => log::warn!(
+                "the cached reference {} is damaged and is rendered again",
+                path.display()
+            ),
         }
     }
-    std::fs::create_dir_all(dir).map_err(|source| ReferenceError::CacheDir { path: dir.to_owned(), source })?;
+    std::fs::create_dir_all(dir).map_err(|source| ReferenceError::CacheDir {
+        path: dir.to_owned(),
+        source,
+    })?;
     let image = render(scene, settings, progress)?;
     if let Err(problem) = store(&image, key, dir, &path) {
-        log::warn!("the reference cannot be kept in the cache {}: {problem}", dir.display());
+        log::warn!(
+            "the reference cannot be kept in the cache {}: {problem}",
+            dir.display()
+        );
     }
     Ok(image)
 }
 
 /// Writes beside the final name and renames, so that a reader never sees half a file.
-fn store(image: &ReferenceImage, key: u128, dir: &Path, path: &Path) -> Result<(), Box<dyn std::error::Error>> {
-    let unfinished = dir.join(format!(".{key:032x}.{}.{:?}.exr", std::process::id(), std::thread::current().id()));
+fn store(
+    image: &ReferenceImage,
+    key: u128,
+    dir: &Path,
+    path: &Path,
+) -> Result<(), Box<dyn std::error::Error>> {
+    let unfinished = dir.join(format!(
+        ".{key:032x}.{}.{:?}.exr",
+        std::process::id(),
+        std::thread::current().id()
+    ));
     write_planes(&unfinished, &to_planes(image))?;
     Ok(std::fs::rename(&unfinished, path)?)
 }
@@ -60,7 +93,11 @@ fn key(scene: &Scene, settings: &Settings) -> u128 {
 fn to_planes(image: &ReferenceImage) -> Planes {
     let (width, height) = image.size();
     let mut planes = Planes::new(width, height);
-    let vectors = |values: &[glam::Vec3]| Image { width, height, pixels: values.to_vec() };
+    let vectors = |values: &[glam::Vec3]| Image {
+        width,
+        height,
+        pixels: values.to_vec(),
+    };
     planes.push_image("emission", &image.emission);
     planes.push_image("direct", &image.direct);
     planes.push_image("irradiance", &image.irradiance);
@@ -72,7 +109,21 @@ fn to_planes(image: &ReferenceImage) -> Planes {
     planes.push_image("plane", &vectors(&image.guide.normal));
     planes.push("visibility", image.visibility.clone());
     planes.push("depth", image.guide.depth_m.clone());
-    planes.push("material", image.guide.material.iter().map(|&material| if material == NO_SURFACE { -1.0 } else { material as f32 }).collect());
+    planes.push(
+        "material",
+        image
+            .guide
+            .material
+            .iter()
+            .map(|&material| {
+                if material == NO_SURFACE {
+                    -1.0
+                } else {
+                    material as f32
+                }
+            })
+            .collect(),
+    );
     planes.push("radiance_variance", image.radiance_variance.clone());
     planes.push("indirect_variance", image.indirect_variance.clone());
     planes.push("samples", image.samples.clone());
@@ -100,7 +151,16 @@ fn from_planes(planes: &Planes, settings: &Settings) -> Option<ReferenceImage> {
             position: planes.image("position")?.pixels,
             normal: planes.image("plane")?.pixels,
             depth_m: values("depth")?,
-            material: values("material")?.iter().map(|&material| if material < 0.0 { NO_SURFACE } else { material as u32 }).collect(),
+            material: values("material")?
+                .iter()
+                .map(|&material| {
+                    if material < 0.0 {
+                        NO_SURFACE
+                    } else {
+                        material as u32
+                    }
+                })
+                .collect(),
         },
         radiance_variance: values("radiance_variance")?,
         indirect_variance: values("indirect_variance")?,

@@ -9,7 +9,8 @@ use super::world::{Surface, World};
 use crate::image::luminance;
 use crate::scene::{Light, Scene};
 
-/// Up to this many analytic lights are all evaluated at a vertex; of more, one is drawn in proportion to its unshadowed irradiance.
+/// Up to this many analytic lights are all evaluated at a vertex; of more, one is drawn in
+/// proportion to its unshadowed irradiance.
 const MAX_LIGHTS_EVALUATED: usize = 8;
 
 /// The emissive triangles, drawn in proportion to area times mean emitted luminance.
@@ -39,13 +40,19 @@ impl Emitters {
                 let material = &scene.materials[triangle.material as usize];
                 let [p0, p1, p2] = corners(scene, triangle);
                 let area = 0.5 * f64::from((p1 - p0).cross(p2 - p0).length());
-                let tint = material.emission_texture.map_or(Vec3::ONE, |texture| textures.mean(&scene.textures[texture as usize]).truncate());
+                let tint = material.emission_texture.map_or(Vec3::ONE, |texture| {
+                    textures.mean(&scene.textures[texture as usize]).truncate()
+                });
                 let power = area * f64::from(luminance(material.emission * tint));
                 (power > 0.0).then_some((index, area, power))
             })
             .collect();
         if powers.is_empty() {
-            return Emitters { triangles: Vec::new(), cumulative: Vec::new(), density_per_area: Vec::new() };
+            return Emitters {
+                triangles: Vec::new(),
+                cumulative: Vec::new(),
+                density_per_area: Vec::new(),
+            };
         }
         let total: f64 = powers.iter().map(|&(_, _, power)| power).sum();
         let mut density_per_area = vec![0.0; scene.triangles.len()];
@@ -56,7 +63,11 @@ impl Emitters {
             cumulative.push(running as f32);
             density_per_area[index as usize] = (power / total / area) as f32;
         }
-        Emitters { triangles: powers.iter().map(|&(index, _, _)| index).collect(), cumulative, density_per_area }
+        Emitters {
+            triangles: powers.iter().map(|&(index, _, _)| index).collect(),
+            cumulative,
+            density_per_area,
+        }
     }
 
     /// Whether no triangle emits.
@@ -64,11 +75,18 @@ impl Emitters {
         self.triangles.is_empty()
     }
 
-    /// Density [1/sr] with which a point of `emitter` (whose `wo` points back) is drawn from `origin`.
+    /// Density [1/sr] with which a point of `emitter` (whose `wo` points back) is drawn from
+    /// `origin`.
     pub(super) fn density(&self, origin: Vec3, emitter: &Surface) -> f32 {
-        let Some(&per_area) = self.density_per_area.get(emitter.triangle as usize) else { return 0.0 };
+        let Some(&per_area) = self.density_per_area.get(emitter.triangle as usize) else {
+            return 0.0;
+        };
         let cosine = emitter.geometric_normal.dot(emitter.wo);
-        if cosine <= 0.0 { 0.0 } else { per_area * origin.distance_squared(emitter.position) / cosine }
+        if cosine <= 0.0 {
+            0.0
+        } else {
+            per_area * origin.distance_squared(emitter.position) / cosine
+        }
     }
 }
 
@@ -78,16 +96,29 @@ impl World<'_> {
         self.scene.lights.len() <= MAX_LIGHTS_EVALUATED
     }
 
-    /// Draws a point on an emissive triangle, as seen from a surface; `None` where nothing emits or the point is behind.
-    pub(super) fn sample_emitter(&self, surface: &Surface, sampler: &mut Sampler) -> Option<EmitterSample> {
+    /// Draws a point on an emissive triangle, as seen from a surface; `None` where nothing emits or
+    /// the point is behind.
+    pub(super) fn sample_emitter(
+        &self,
+        surface: &Surface,
+        sampler: &mut Sampler,
+    ) -> Option<EmitterSample> {
         if self.emitters.is_empty() {
             return None;
         }
         let choice = sampler.next_1d();
         let [x, y] = sampler.next_2d();
-        let slot = self.emitters.cumulative.partition_point(|&end| end <= choice).min(self.emitters.triangles.len() - 1);
+        let slot = self
+            .emitters
+            .cumulative
+            .partition_point(|&end| end <= choice)
+            .min(self.emitters.triangles.len() - 1);
         let root = x.sqrt();
-        let hit = Hit { triangle: self.emitters.triangles[slot], u: root * (1.0 - y), v: root * y };
+        let hit = Hit {
+            triangle: self.emitters.triangles[slot],
+            u: root * (1.0 - y),
+            v: root * y,
+        };
         let [p0, p1, p2] = corners(self.scene, &self.scene.triangles[hit.triangle as usize]);
         let target = p0 * (1.0 - hit.u - hit.v) + p1 * hit.u + p2 * hit.v;
         let to_target = target - surface.origin();
@@ -102,14 +133,26 @@ impl World<'_> {
             return None;
         }
         let is_hidden = self.is_hidden(&surface.ray(wi), distance_m, hit.triangle);
-        Some(EmitterSample { wi, radiance: if is_hidden { Vec3::ZERO } else { emitter.emission }, density })
+        Some(EmitterSample {
+            wi,
+            radiance: if is_hidden {
+                Vec3::ZERO
+            } else {
+                emitter.emission
+            },
+            density,
+        })
     }
 
-    /// Radiance [W/(m² sr)] towards the viewer of the surface from the analytic lights, reflected once.
+    /// Radiance [W/(m² sr)] towards the viewer of the surface from the analytic lights, reflected
+    /// once.
     pub(super) fn light_from_lights(&self, surface: &Surface, sampler: &mut Sampler) -> Vec3 {
         let lights = &self.scene.lights;
         if self.has_exact_lights() {
-            return lights.iter().map(|light| self.light_from(light, surface)).sum();
+            return lights
+                .iter()
+                .map(|light| self.light_from(light, surface))
+                .sum();
         }
         // One pass of weighted reservoir sampling, one number reused.
         let mut random = sampler.next_1d();
@@ -129,13 +172,18 @@ impl World<'_> {
                 random = (random - probability) / (1.0 - probability);
             }
         }
-        chosen.map_or(Vec3::ZERO, |(light, weight)| self.light_from(light, surface) * (total / weight))
+        chosen.map_or(Vec3::ZERO, |(light, weight)| {
+            self.light_from(light, surface) * (total / weight)
+        })
     }
 
     fn light_from(&self, light: &Light, surface: &Surface) -> Vec3 {
         let (wi, distance_m, irradiance) = light.sample(surface.origin());
         let reflected = surface.reflect(wi) * irradiance;
-        if reflected == Vec3::ZERO || !reflected.is_finite() || self.is_occluded(&surface.ray(wi), distance_m) {
+        if reflected == Vec3::ZERO
+            || !reflected.is_finite()
+            || self.is_occluded(&surface.ray(wi), distance_m)
+        {
             return Vec3::ZERO;
         }
         reflected

@@ -1,15 +1,24 @@
 //! The CPU path tracer: ground truth in the same units and terms as the techniques.
 //!
-//! [`render`] answers, per pixel, the terms of the radiometric contract L = L_e + L_direct + ρ/π · E_i + L_s, for a stated number of indirect
-//! bounces or all of them, with the standard error that it measured. Two-sided Lambert with interpolated (and mapped) shading normals, alpha masks,
-//! GGX lobes, emission from front sides, analytic lights and a constant environment; light that a shading normal would take from behind the real
-//! surface does not count. Results depend on the settings and the seed alone, not on the number of threads.
+//! [`render`] answers, per pixel, the terms of the radiometric contract L = L_e + L_direct + ρ/π ·
+//! E_i + L_s, for a stated number of indirect bounces or all of them, with the standard error that
+//! it measured. Two-sided Lambert with interpolated (and mapped) shading normals, alpha masks,
+//! GGX lobes, emission from front sides, analytic lights and a constant environment; light that a
+//! shading normal would take from behind the real surface does not count. Results depend on the
+//! settings and the seed alone, not on the number of threads.
 //!
 //! ```
 //! use lumivox::reference::{Bounces, Filter, Sampling, Settings, render};
 //! use lumivox::scene::Scene;
 //!
-//! let settings = Settings { width: 16, height: 9, bounces: Bounces::Count(1), filter: Filter::Center, sampling: Sampling::Fixed { spp: 4 }, seed: 1 };
+//! let settings = Settings {
+//!     width: 16,
+//!     height: 9,
+//!     bounces: Bounces::Count(1),
+//!     filter: Filter::Center,
+//!     sampling: Sampling::Fixed { spp: 4 },
+//!     seed: 1,
+//! };
 //! let image = render(&Scene::default(), &settings, &|_| {})?;
 //! assert_eq!(image.radiance().size(), (16, 9));
 //! # Ok::<(), lumivox::reference::ReferenceError>(())
@@ -35,8 +44,9 @@ pub use self::result::{ReferenceImage, StandardError};
 pub use self::substitute::{LitPoint, SurfacePoint, gather, light_surfaces, surface_area_m2};
 use crate::scene::Scene;
 
-/// How many times light goes from surface to surface (or from the environment to one), the last time to the one that is seen. Light of the analytic
-/// lights reaches its first surface without such a bounce; light of an emitter makes its first one on leaving it, as a technique gathers it.
+/// How many times light goes from surface to surface (or from the environment to one), the last
+/// time to the one that is seen. Light of the analytic lights reaches its first surface without
+/// such a bounce; light of an emitter makes its first one on leaving it, as a technique gathers it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Bounces {
     /// At most this many: 0 is direct light only.
@@ -57,8 +67,17 @@ impl serde::Serialize for Bounces {
 impl<'de> serde::Deserialize<'de> for Bounces {
     fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let value = serde_json::Value::deserialize(deserializer)?;
-        let count = || value.as_u64().and_then(|count| u32::try_from(count).ok()).map(Bounces::Count);
-        let bounces = if value == "full" { Some(Bounces::Full) } else { count() };
+        let count = || {
+            value
+                .as_u64()
+                .and_then(|count| u32::try_from(count).ok())
+                .map(Bounces::Count)
+        };
+        let bounces = if value == "full" {
+            Some(Bounces::Full)
+        } else {
+            count()
+        };
         bounces.ok_or_else(|| serde::de::Error::custom("bounces are a whole number, or \"full\""))
     }
 }
@@ -80,8 +99,9 @@ pub enum Sampling {
         /// Samples per pixel.
         spp: u32,
     },
-    /// Until the mean luminance of each block of 8×8 pixels is known well enough. Independent noise is 8 times that in a pixel.
-    /// Stopping by an estimate of the error biases the result by a small part of that error.
+    /// Until the mean luminance of each block of 8×8 pixels is known well enough. Independent noise
+    /// is 8 times that in a pixel. Stopping by an estimate of the error biases the result by a
+    /// small part of that error.
     Adaptive {
         /// Largest standard error of a block's mean, relative to that mean plus 1% of the image's.
         max_error: f32,
@@ -114,7 +134,10 @@ impl Default for Settings {
             height: 720,
             bounces: Bounces::Full,
             filter: Filter::Center,
-            sampling: Sampling::Adaptive { max_error: 0.01, max_spp: 4096 },
+            sampling: Sampling::Adaptive {
+                max_error: 0.01,
+                max_spp: 4096,
+            },
             seed: 0,
         }
     }
@@ -148,7 +171,10 @@ pub enum ReferenceError {
         problem: String,
     },
     /// The folder of the cache cannot be made.
-    #[error("cannot make the cache folder {path}; set LUMIVOX_CACHE to a folder that can be written, or to nothing for one among the temporary files")]
+    #[error(
+        "cannot make the cache folder {path}; set LUMIVOX_CACHE to a folder that can be written, \
+         or to nothing for one among the temporary files"
+    )]
     CacheDir {
         /// The folder.
         path: PathBuf,
@@ -160,48 +186,116 @@ pub enum ReferenceError {
 impl Settings {
     /// Checks every field's range.
     fn validate(&self) -> Result<(), ReferenceError> {
-        let check = |is_valid: bool, field, value: String, range| if is_valid { Ok(()) } else { Err(ReferenceError::Setting { field, value, range }) };
+        let check = |is_valid: bool, field, value: String, range| {
+            if is_valid {
+                Ok(())
+            } else {
+                Err(ReferenceError::Setting {
+                    field,
+                    value,
+                    range,
+                })
+            }
+        };
         for (field, size) in [("width", self.width), ("height", self.height)] {
-            check((1..=MAX_SIZE_PX).contains(&size), field, format!("{size} px"), "1 to 16384 px")?;
+            check(
+                (1..=MAX_SIZE_PX).contains(&size),
+                field,
+                format!("{size} px"),
+                "1 to 16384 px",
+            )?;
         }
         let spp = match self.sampling {
             Sampling::Fixed { spp } => spp,
             Sampling::Adaptive { max_error, max_spp } => {
-                check(max_error > 0.0 && max_error.is_finite(), "max_error", max_error.to_string(), "above 0")?;
+                check(
+                    max_error > 0.0 && max_error.is_finite(),
+                    "max_error",
+                    max_error.to_string(),
+                    "above 0",
+                )?;
                 max_spp
             }
         };
-        check((1..=MAX_SPP).contains(&spp), "spp", spp.to_string(), "1 to 16777216 samples per pixel")
+        check(
+            (1..=MAX_SPP).contains(&spp),
+            "spp",
+            spp.to_string(),
+            "1 to 16777216 samples per pixel",
+        )
     }
 }
 
 /// Checks that every index of a scene is in range and every number that matters finite.
 fn validate_scene(scene: &Scene) -> Result<(), ReferenceError> {
-    let fail = |problem: String| Err(ReferenceError::Scene { scene: scene.name.clone(), problem });
+    let fail = |problem: String| {
+        Err(ReferenceError::Scene {
+            scene: scene.name.clone(),
+            problem,
+        })
+    };
     if scene.triangles.len() >= accel::NO_TRIANGLE as usize {
         return fail(format!("{} triangles are too many", scene.triangles.len()));
     }
     for (index, triangle) in scene.triangles.iter().enumerate() {
-        if triangle.vertices.iter().any(|&vertex| vertex as usize >= scene.vertices.len()) {
-            return fail(format!("triangle {index} has the vertices {:?} of {}", triangle.vertices, scene.vertices.len()));
+        if triangle
+            .vertices
+            .iter()
+            .any(|&vertex| vertex as usize >= scene.vertices.len())
+        {
+            return fail(format!(
+                "triangle {index} has the vertices {:?} of {}",
+                triangle.vertices,
+                scene.vertices.len()
+            ));
         }
         if triangle.material as usize >= scene.materials.len() {
-            return fail(format!("triangle {index} has the material {} of {}", triangle.material, scene.materials.len()));
+            return fail(format!(
+                "triangle {index} has the material {} of {}",
+                triangle.material,
+                scene.materials.len()
+            ));
         }
     }
     for (index, vertex) in scene.vertices.iter().enumerate() {
-        if !vertex.position.iter().chain(&vertex.normal).chain([&vertex.u, &vertex.v]).all(|value| value.is_finite()) {
+        if !vertex
+            .position
+            .iter()
+            .chain(&vertex.normal)
+            .chain([&vertex.u, &vertex.v])
+            .all(|value| value.is_finite())
+        {
             return fail(format!("vertex {index} is not finite"));
         }
     }
     for material in &scene.materials {
-        let textures = [material.albedo_texture, material.emission_texture, material.mask_texture, material.normal_texture];
-        if let Some(texture) = textures.into_iter().flatten().find(|&texture| texture as usize >= scene.textures.len()) {
-            return fail(format!("material {:?} has the texture {texture} of {}", material.name, scene.textures.len()));
+        let textures = [
+            material.albedo_texture,
+            material.emission_texture,
+            material.mask_texture,
+            material.normal_texture,
+        ];
+        if let Some(texture) = textures
+            .into_iter()
+            .flatten()
+            .find(|&texture| texture as usize >= scene.textures.len())
+        {
+            return fail(format!(
+                "material {:?} has the texture {texture} of {}",
+                material.name,
+                scene.textures.len()
+            ));
         }
     }
-    match scene.textures.iter().find(|texture| texture.texels.is_empty() || texture.texels.len() != texture.width as usize * texture.height as usize) {
-        Some(texture) => fail(format!("texture {:?} has {} texels", texture.name, texture.texels.len())),
+    match scene.textures.iter().find(|texture| {
+        texture.texels.is_empty()
+            || texture.texels.len() != texture.width as usize * texture.height as usize
+    }) {
+        Some(texture) => fail(format!(
+            "texture {:?} has {} texels",
+            texture.name,
+            texture.texels.len()
+        )),
         None => Ok(()),
     }
 }

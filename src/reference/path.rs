@@ -1,8 +1,10 @@
 //! The estimator: one camera sample split into the terms of L = L_e + L_direct + ρ/π E_i + L_s.
 //!
-//! Light is gathered backwards (J. Kajiya, *The Rendering Equation*, 1986): at each vertex the analytic lights by shadow rays, the emissive triangles by
-//! sampling them and by scattering, weighted by the power heuristic (E. Veach, thesis, 1997, ch. 9), the environment by scattering alone.
-//! At the first vertex the diffuse and the specular lobe get a ray each, so that the terms separate exactly.
+//! Light is gathered backwards (J. Kajiya, *The Rendering Equation*, 1986): at each vertex the
+//! analytic lights by shadow rays, the emissive triangles by sampling them and by scattering,
+//! weighted by the power heuristic (E. Veach, thesis, 1997, ch. 9), the environment by scattering
+//! alone. At the first vertex the diffuse and the specular lobe get a ray each, so that the terms
+//! separate exactly.
 
 use std::f32::consts::PI;
 
@@ -63,7 +65,8 @@ impl Terms {
 /// Light found along a scattered ray.
 #[derive(Default)]
 struct Gathered {
-    /// What surfaces reflect, and what emitters (weighted against emitter sampling) and the environment send [W/(m² sr)].
+    /// What surfaces reflect, and what emitters (weighted against emitter sampling) and the
+    /// environment send [W/(m² sr)].
     radiance: Vec3,
     /// Whether the ray met nothing.
     escaped: bool,
@@ -79,20 +82,33 @@ fn power_heuristic(own: f32, other: f32) -> f32 {
 }
 
 impl World<'_> {
-    /// The terms of one sample at a first hit. `lights` is the light of the analytic lights there where it is known already.
-    pub(super) fn shade_first(&self, surface: &Surface, lights: Option<Vec3>, bounces: Bounces, sampler: &mut Sampler) -> Terms {
+    /// The terms of one sample at a first hit. `lights` is the light of the analytic lights there
+    /// where it is known already.
+    pub(super) fn shade_first(
+        &self,
+        surface: &Surface,
+        lights: Option<Vec3>,
+        bounces: Bounces,
+        sampler: &mut Sampler,
+    ) -> Terms {
         sampler.start_vertex(1);
         let point = sampler.next_2d();
         let direction = sample_cosine(surface.normal, point);
-        let mut terms = Terms { emission: surface.emission, ..Terms::default() };
+        let mut terms = Terms {
+            emission: surface.emission,
+            ..Terms::default()
+        };
         terms.direct = lights.unwrap_or_else(|| self.light_from_lights(surface, sampler));
-        let emitter = self.sample_emitter(surface, sampler).filter(|_| bounces != Bounces::Count(0));
+        let emitter = self
+            .sample_emitter(surface, sampler)
+            .filter(|_| bounces != Bounces::Count(0));
         let specular_point = surface.lobe.map(|lobe| (lobe, sampler.next_2d()));
         // ρ/π E_i is ρ times this, and E_i is π times it.
         let mut mean_radiance = Vec3::ZERO;
         if let Some(sample) = &emitter {
             let density = cosine_density(surface.normal.dot(sample.wi));
-            mean_radiance += sample.radiance * (density * power_heuristic(sample.density, density) / sample.density);
+            mean_radiance += sample.radiance
+                * (density * power_heuristic(sample.density, density) / sample.density);
         }
         if surface.is_above(direction) {
             let density = cosine_density(surface.normal.dot(direction));
@@ -103,7 +119,8 @@ impl World<'_> {
         terms.irradiance = mean_radiance * PI;
         terms.diffuse = surface.albedo * mean_radiance;
         if let Some((lobe, point)) = specular_point {
-            terms.specular = self.shade_specular(surface, &lobe, point, emitter.as_ref(), bounces, sampler);
+            terms.specular =
+                self.shade_specular(surface, &lobe, point, emitter.as_ref(), bounces, sampler);
         }
         terms
     }
@@ -122,20 +139,44 @@ impl World<'_> {
             let (value, density) = lobe.evaluate(surface.normal, surface.wo, sample.wi);
             sample.radiance * value * (power_heuristic(sample.density, density) / sample.density)
         });
-        let scatter = lobe.sample(surface.normal, surface.wo, point).filter(|scatter| surface.is_above(scatter.direction));
-        let Some(Scatter { direction, weight, density }) = scatter else { return from_emitter };
-        from_emitter + weight * self.gather(surface, direction, density, bounces, sampler).radiance
+        let scatter = lobe
+            .sample(surface.normal, surface.wo, point)
+            .filter(|scatter| surface.is_above(scatter.direction));
+        let Some(Scatter {
+            direction,
+            weight,
+            density,
+        }) = scatter
+        else {
+            return from_emitter;
+        };
+        from_emitter
+            + weight
+                * self
+                    .gather(surface, direction, density, bounces, sampler)
+                    .radiance
     }
 
-    /// What a ray scattered off the first surface brings back: nothing without a bounce, as a technique's gather is its first.
-    fn gather(&self, surface: &Surface, direction: Vec3, density: f32, bounces: Bounces, sampler: &mut Sampler) -> Gathered {
+    /// What a ray scattered off the first surface brings back: nothing without a bounce, as a
+    /// technique's gather is its first.
+    fn gather(
+        &self,
+        surface: &Surface,
+        direction: Vec3,
+        density: f32,
+        bounces: Bounces,
+        sampler: &mut Sampler,
+    ) -> Gathered {
         let ray = surface.ray(direction);
         let next = self.trace(&ray);
         let escaped = next.is_none();
         let radiance = match next {
             _ if bounces == Bounces::Count(0) => Vec3::ZERO,
             None => self.scene.environment,
-            Some(next) => self.weighted_emission(&ray, &next, density) + self.reflected(next, bounces, sampler),
+            Some(next) => {
+                self.weighted_emission(&ray, &next, density)
+                    + self.reflected(next, bounces, sampler)
+            }
         };
         Gathered { radiance, escaped }
     }
@@ -148,7 +189,8 @@ impl World<'_> {
         emitter.emission * power_heuristic(density, self.emitters.density(ray.origin, emitter))
     }
 
-    /// Radiance that leaves the second vertex of a path towards the first, its own emission excluded [W/(m² sr)].
+    /// Radiance that leaves the second vertex of a path towards the first, its own emission
+    /// excluded [W/(m² sr)].
     fn reflected(&self, mut surface: Surface, bounces: Bounces, sampler: &mut Sampler) -> Vec3 {
         let mut throughput = Vec3::ONE;
         let mut radiance = Vec3::ZERO;
@@ -162,7 +204,10 @@ impl World<'_> {
             }
             if let Some(sample) = self.sample_emitter(&surface, sampler) {
                 let weight = power_heuristic(sample.density, surface.density(sample.wi));
-                radiance += throughput * surface.reflect(sample.wi) * sample.radiance * (weight / sample.density);
+                radiance += throughput
+                    * surface.reflect(sample.wi)
+                    * sample.radiance
+                    * (weight / sample.density);
             }
             let Some(scatter) = scatter else { break };
             throughput *= scatter.weight;

@@ -26,20 +26,36 @@ const MAX_BATCH_SPP: u32 = 64;
 /// Samples in a batch of adaptive sampling.
 const ADAPTIVE_BATCH_SPP: u32 = 16;
 
-/// A block's relative error is judged against its mean plus this share of the image's mean, so that black blocks come to an end.
+/// A block's relative error is judged against its mean plus this share of the image's mean, so that
+/// black blocks come to an end.
 const DARK_SHARE: f32 = 0.01;
 
-/// Renders a scene. `progress` is called now and then, from any thread, with the share done, 0 to 1.
-pub fn render(scene: &Scene, settings: &Settings, progress: &(dyn Fn(f32) + Sync)) -> Result<ReferenceImage, ReferenceError> {
+/// Renders a scene. `progress` is called now and then, from any thread, with the share done, 0 to
+/// 1.
+pub fn render(
+    scene: &Scene,
+    settings: &Settings,
+    progress: &(dyn Fn(f32) + Sync),
+) -> Result<ReferenceImage, ReferenceError> {
     settings.validate()?;
     validate_scene(scene)?;
     let world = World::new(scene);
     let camera = PixelCamera::new(scene, settings);
     let mut blocks = Block::all(settings);
-    let job = Job { world: &world, camera, settings, batch_spp: batch_spp(settings.sampling), progress };
+    let job = Job {
+        world: &world,
+        camera,
+        settings,
+        batch_spp: batch_spp(settings.sampling),
+        progress,
+    };
     match settings.sampling {
-        Sampling::Fixed { spp } => job.render_round(&mut blocks, spp.div_ceil(job.batch_spp), 0.0, 1.0),
-        Sampling::Adaptive { max_error, max_spp } => job.render_adaptively(&mut blocks, max_error, max_spp.div_ceil(job.batch_spp)),
+        Sampling::Fixed { spp } => {
+            job.render_round(&mut blocks, spp.div_ceil(job.batch_spp), 0.0, 1.0)
+        }
+        Sampling::Adaptive { max_error, max_spp } => {
+            job.render_adaptively(&mut blocks, max_error, max_spp.div_ceil(job.batch_spp))
+        }
     }
     progress(1.0);
     Ok(job.assemble(&blocks))
@@ -47,12 +63,22 @@ pub fn render(scene: &Scene, settings: &Settings, progress: &(dyn Fn(f32) + Sync
 
 /// What is seen at the pixel centres, without any light.
 pub fn guide(scene: &Scene, width: u32, height: u32) -> Result<GuideImage, ReferenceError> {
-    let settings = Settings { width, height, ..Settings::default() };
+    let settings = Settings {
+        width,
+        height,
+        ..Settings::default()
+    };
     settings.validate()?;
     validate_scene(scene)?;
     let world = World::new(scene);
     let camera = PixelCamera::new(scene, &settings);
-    let job = Job { world: &world, camera, settings: &settings, batch_spp: 1, progress: &|_| {} };
+    let job = Job {
+        world: &world,
+        camera,
+        settings: &settings,
+        batch_spp: 1,
+        progress: &|_| {},
+    };
     Ok(job.assemble(&Block::all(&settings)).guide)
 }
 
@@ -96,7 +122,11 @@ impl PixelCamera {
 
     pub(super) fn ray(&self, x_px: f32, y_px: f32) -> Ray {
         let direction = (self.corner + self.per_x_px * x_px + self.per_y_px * y_px).normalize();
-        Ray { origin: self.eye, direction, leaves: NO_TRIANGLE }
+        Ray {
+            origin: self.eye,
+            direction,
+            leaves: NO_TRIANGLE,
+        }
     }
 }
 
@@ -115,25 +145,46 @@ impl Block {
         let rows = settings.height.div_ceil(BLOCK_PX);
         let block = |index: u32| {
             let (x_px, y_px) = (index % columns * BLOCK_PX, index / columns * BLOCK_PX);
-            let (width, height) = (BLOCK_PX.min(settings.width - x_px), BLOCK_PX.min(settings.height - y_px));
-            Block { x_px, y_px, width, pixels: vec![Accumulator::default(); (width * height) as usize], is_active: true }
+            let (width, height) = (
+                BLOCK_PX.min(settings.width - x_px),
+                BLOCK_PX.min(settings.height - y_px),
+            );
+            Block {
+                x_px,
+                y_px,
+                width,
+                pixels: vec![Accumulator::default(); (width * height) as usize],
+                is_active: true,
+            }
         };
         (0..columns * rows).map(block).collect()
     }
 
     /// Image coordinates of a pixel of the block.
     fn pixel(&self, index: usize) -> (u32, u32) {
-        (self.x_px + index as u32 % self.width, self.y_px + index as u32 / self.width)
+        (
+            self.x_px + index as u32 % self.width,
+            self.y_px + index as u32 / self.width,
+        )
     }
 
     /// Mean luminance of the radiance.
     fn mean(&self) -> f32 {
-        self.pixels.iter().map(|pixel| luminance(pixel.mean().radiance())).sum::<f32>() / self.pixels.len() as f32
+        self.pixels
+            .iter()
+            .map(|pixel| luminance(pixel.mean().radiance()))
+            .sum::<f32>()
+            / self.pixels.len() as f32
     }
 
     /// Standard error of that mean; the pixels are independent.
     fn standard_error(&self) -> f32 {
-        self.pixels.iter().map(Accumulator::radiance_variance).sum::<f32>().sqrt() / self.pixels.len() as f32
+        self.pixels
+            .iter()
+            .map(Accumulator::radiance_variance)
+            .sum::<f32>()
+            .sqrt()
+            / self.pixels.len() as f32
     }
 }
 
@@ -151,18 +202,21 @@ impl Job<'_> {
     fn render_round(&self, blocks: &mut [Block], batches: u32, from: f32, to: f32) {
         let active = blocks.iter().filter(|block| block.is_active).count();
         let done = AtomicUsize::new(0);
-        blocks.par_iter_mut().filter(|block| block.is_active).for_each(|block| {
-            for index in 0..block.pixels.len() {
-                let (x, y) = block.pixel(index);
-                let pixel = &mut block.pixels[index];
-                for _ in 0..batches {
-                    let mean = self.render_batch(x, y, pixel.batches());
-                    pixel.add(mean);
+        blocks
+            .par_iter_mut()
+            .filter(|block| block.is_active)
+            .for_each(|block| {
+                for index in 0..block.pixels.len() {
+                    let (x, y) = block.pixel(index);
+                    let pixel = &mut block.pixels[index];
+                    for _ in 0..batches {
+                        let mean = self.render_batch(x, y, pixel.batches());
+                        pixel.add(mean);
+                    }
                 }
-            }
-            let share = (done.fetch_add(1, Ordering::Relaxed) + 1) as f32 / active as f32;
-            (self.progress)(from + (to - from) * share);
-        });
+                let share = (done.fetch_add(1, Ordering::Relaxed) + 1) as f32 / active as f32;
+                (self.progress)(from + (to - from) * share);
+            });
     }
 
     /// Rounds of growing length until no block and no neighbour of it is over the bar.
@@ -173,7 +227,9 @@ impl Job<'_> {
             let round = (batches / 2).max(MIN_BATCHES).min(max_batches - batches);
             // The blocks that are left say how far the end is, at best; the shown share only grows.
             let settled = 1.0 - remaining as f32 / blocks.len() as f32;
-            let goal = settled.max((batches + round) as f32 / max_batches as f32).clamp(shown, 0.99);
+            let goal = settled
+                .max((batches + round) as f32 / max_batches as f32)
+                .clamp(shown, 0.99);
             self.render_round(blocks, round, shown, goal);
             shown = goal;
             batches += round;
@@ -182,17 +238,25 @@ impl Job<'_> {
         }
     }
 
-    /// Decides which blocks go on: those over the bar, and their neighbours, lest a lucky block stop early.
+    /// Decides which blocks go on: those over the bar, and their neighbours, lest a lucky block
+    /// stop early.
     fn judge(&self, blocks: &mut [Block], max_error: f32) {
         let means: Vec<f32> = blocks.iter().map(Block::mean).collect();
         let image_mean = means.iter().sum::<f32>() / means.len().max(1) as f32;
-        let is_over: Vec<bool> = blocks.iter().zip(&means).map(|(block, mean)| block.standard_error() > max_error * (mean + DARK_SHARE * image_mean)).collect();
+        let is_over: Vec<bool> = blocks
+            .iter()
+            .zip(&means)
+            .map(|(block, mean)| {
+                block.standard_error() > max_error * (mean + DARK_SHARE * image_mean)
+            })
+            .collect();
         let columns = self.settings.width.div_ceil(BLOCK_PX) as usize;
         let rows = is_over.len() / columns;
         for (index, block) in blocks.iter_mut().enumerate() {
             let (row, column) = (index / columns, index % columns);
-            let mut nearby =
-                (row.saturating_sub(1)..(row + 2).min(rows)).flat_map(|y| (column.saturating_sub(1)..(column + 2).min(columns)).map(move |x| (x, y)));
+            let mut nearby = (row.saturating_sub(1)..(row + 2).min(rows)).flat_map(|y| {
+                (column.saturating_sub(1)..(column + 2).min(columns)).map(move |x| (x, y))
+            });
             block.is_active &= nearby.any(|(x, y)| is_over[y * columns + x]);
         }
     }
@@ -204,7 +268,10 @@ impl Job<'_> {
             Filter::Box => None,
         };
         let lights = match &center {
-            Some(Some(surface)) if self.world.has_exact_lights() => Some(self.world.light_from_lights(surface, &mut Sampler::new(0, 0, 1))),
+            Some(Some(surface)) if self.world.has_exact_lights() => Some(
+                self.world
+                    .light_from_lights(surface, &mut Sampler::new(0, 0, 1)),
+            ),
             _ => None,
         };
         let stream = Sampler::stream(self.settings.seed, y * self.settings.width + x, batch);
@@ -219,8 +286,15 @@ impl Job<'_> {
                 }
             };
             let terms = match first {
-                Some(surface) => self.world.shade_first(&surface, lights, self.settings.bounces, &mut sampler),
-                None => Terms { emission: self.world.scene.environment, visibility: 1.0, ..Terms::default() },
+                Some(surface) => {
+                    self.world
+                        .shade_first(&surface, lights, self.settings.bounces, &mut sampler)
+                }
+                None => Terms {
+                    emission: self.world.scene.environment,
+                    visibility: 1.0,
+                    ..Terms::default()
+                },
             };
             sum = sum.zip(terms, |a, b| a + b);
         }

@@ -1,4 +1,5 @@
-//! What a render gives: the terms per pixel, their measured error, and what is seen at the pixel centres.
+//! What a render gives: the terms per pixel, their measured error, and what is seen at the pixel
+//! centres.
 
 use glam::Vec3;
 
@@ -22,7 +23,9 @@ impl Accumulator {
         let measured = |terms: &Terms| [luminance(terms.radiance()), luminance(terms.indirect())];
         let (value, before) = (measured(&batch), measured(&self.mean));
         let weight = 1.0 / self.batches as f32;
-        self.mean = self.mean.zip(batch, |mean, value| mean + (value - mean) * weight);
+        self.mean = self
+            .mean
+            .zip(batch, |mean, value| mean + (value - mean) * weight);
         let after = measured(&self.mean);
         for i in 0..2 {
             self.spread[i] += (value[i] - before[i]) * (value[i] - after[i]);
@@ -43,7 +46,11 @@ impl Accumulator {
     }
 
     fn variance(&self, which: usize) -> f32 {
-        if self.batches < 2 { f32::INFINITY } else { self.spread[which].max(0.0) / (self.batches as f32 * (self.batches - 1) as f32) }
+        if self.batches < 2 {
+            f32::INFINITY
+        } else {
+            self.spread[which].max(0.0) / (self.batches as f32 * (self.batches - 1) as f32)
+        }
     }
 }
 
@@ -56,20 +63,23 @@ pub struct StandardError {
     pub image: f32,
 }
 
-/// The reference: the terms of L = L_e + L_direct + ρ/π · E_i + L_s per pixel. Row 0 is at the top; every image has the same size.
+/// The reference: the terms of L = L_e + L_direct + ρ/π · E_i + L_s per pixel. Row 0 is at the top;
+/// every image has the same size.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReferenceImage {
     /// Emitted radiance seen directly, the environment's included [W/(m² sr)].
     pub emission: Image,
     /// Radiance of the analytic lights' light, reflected once [W/(m² sr)].
     pub direct: Image,
-    /// Indirect diffuse irradiance E_i, from surfaces (what they emit included) and the environment [W/m²].
+    /// Indirect diffuse irradiance E_i, from surfaces (what they emit included) and the
+    /// environment [W/m²].
     pub irradiance: Image,
     /// Indirect diffuse radiance ρ/π E_i, averaged over the pixel as a product [W/(m² sr)].
     pub diffuse: Image,
     /// Indirect specular radiance L_s [W/(m² sr)].
     pub specular: Image,
-    /// Ambient visibility: the cosine-weighted share of the hemisphere about the shading normal that meets no surface; 1 where none is seen.
+    /// Ambient visibility: the cosine-weighted share of the hemisphere about the shading normal
+    /// that meets no surface; 1 where none is seen.
     pub visibility: Vec<f32>,
     /// Diffuse albedo at the pixel centre.
     pub albedo: Image,
@@ -77,7 +87,8 @@ pub struct ReferenceImage {
     pub normal: Image,
     /// Geometry at the pixel centre.
     pub guide: GuideImage,
-    /// Variance of the mean luminance of the radiance, per pixel; infinite where a single batch was taken.
+    /// Variance of the mean luminance of the radiance, per pixel; infinite where a single batch
+    /// was taken.
     pub radiance_variance: Vec<f32>,
     /// Variance of the mean luminance of the indirect radiance, per pixel.
     pub indirect_variance: Vec<f32>,
@@ -88,7 +99,10 @@ pub struct ReferenceImage {
 impl ReferenceImage {
     /// An image in which nothing is known yet.
     pub(super) fn new(width: u32, height: u32) -> Self {
-        let (black, zeros) = (Image::new(width, height), vec![0.0; width as usize * height as usize]);
+        let (black, zeros) = (
+            Image::new(width, height),
+            vec![0.0; width as usize * height as usize],
+        );
         ReferenceImage {
             emission: black.clone(),
             direct: black.clone(),
@@ -134,7 +148,12 @@ impl ReferenceImage {
 
     /// Outgoing radiance [W/(m² sr)].
     pub fn radiance(&self) -> Image {
-        self.map(|i| self.emission.pixels[i] + self.direct.pixels[i] + self.diffuse.pixels[i] + self.specular.pixels[i])
+        self.map(|i| {
+            self.emission.pixels[i]
+                + self.direct.pixels[i]
+                + self.diffuse.pixels[i]
+                + self.specular.pixels[i]
+        })
     }
 
     /// Indirect radiance ρ/π E_i + L_s [W/(m² sr)].
@@ -158,12 +177,16 @@ impl ReferenceImage {
         }
     }
 
-    /// Every output as channels of one file: `full` as R, G, B, the others as layers of their names, numbers as `visibility.Y` and `depth.Z`.
+    /// Every output as channels of one file: `full` as R, G, B, the others as layers of their
+    /// names, numbers as `visibility.Y` and `depth.Z`.
     pub fn aov_planes(&self) -> Planes {
         let (width, height) = self.size();
         let mut planes = Planes::new(width, height);
         planes.push_image("", &self.radiance());
-        for aov in Aov::ALL.into_iter().filter(|aov| !matches!(aov, Aov::Full | Aov::Visibility | Aov::Depth)) {
+        for aov in Aov::ALL
+            .into_iter()
+            .filter(|aov| !matches!(aov, Aov::Full | Aov::Visibility | Aov::Depth))
+        {
             planes.push_image(aov.name(), &self.aov(aov));
         }
         planes.push("visibility.Y", self.visibility.clone());
@@ -183,7 +206,11 @@ impl ReferenceImage {
 
     /// Mean number of samples per pixel.
     pub fn mean_samples(&self) -> f64 {
-        self.samples.iter().map(|&samples| f64::from(samples)).sum::<f64>() / self.samples.len().max(1) as f64
+        self.samples
+            .iter()
+            .map(|&samples| f64::from(samples))
+            .sum::<f64>()
+            / self.samples.len().max(1) as f64
     }
 
     fn map(&self, f: impl FnMut(usize) -> Vec3) -> Image {
@@ -195,10 +222,21 @@ impl ReferenceImage {
 /// Zero where there is no light at all.
 fn relative_error(image: &Image, variance: &[f32]) -> StandardError {
     let count = image.pixels.len().max(1) as f64;
-    let mean = image.pixels.iter().map(|&pixel| f64::from(luminance(pixel))).sum::<f64>() / count;
+    let mean = image
+        .pixels
+        .iter()
+        .map(|&pixel| f64::from(luminance(pixel)))
+        .sum::<f64>()
+        / count;
     let total: f64 = variance.iter().map(|&value| f64::from(value)).sum();
     if total == 0.0 {
-        return StandardError { pixel: 0.0, image: 0.0 };
+        return StandardError {
+            pixel: 0.0,
+            image: 0.0,
+        };
     }
-    StandardError { pixel: ((total / count).sqrt() / mean) as f32, image: (total.sqrt() / count / mean) as f32 }
+    StandardError {
+        pixel: ((total / count).sqrt() / mean) as f32,
+        image: (total.sqrt() / count / mean) as f32,
+    }
 }

@@ -1,8 +1,9 @@
 //! Random numbers: Owen-scrambled Sobol points, padded over pairs of dimensions.
 //!
-//! Each pixel and batch is an independently scrambled (0, 2)-net of `batch` points in every pair of dimensions, so that a batch is stratified
-//! and the spread of batch means estimates the error without bias (B. Burley, *Practical Hash-based Owen Scrambling*, JCGT 9(4), 2020;
-//! hash constants of N. Vegdahl, 2021).
+//! Each pixel and batch is an independently scrambled (0, 2)-net of `batch` points in every pair of
+//! dimensions, so that a batch is stratified and the spread of batch means estimates the error
+//! without bias (B. Burley, *Practical Hash-based Owen Scrambling*, JCGT 9(4), 2020; hash constants
+//! of N. Vegdahl, 2021).
 
 /// The random numbers of one sample of one pixel.
 pub(super) struct Sampler {
@@ -21,7 +22,12 @@ const PAIRS_PER_VERTEX: u32 = 16;
 impl Sampler {
     /// The numbers of sample `index` of a batch of `batch_spp` (a power of two).
     pub(super) fn new(stream: u32, index: u32, batch_spp: u32) -> Self {
-        Sampler { stream, index, mask: batch_spp - 1, dimension: 0 }
+        Sampler {
+            stream,
+            index,
+            mask: batch_spp - 1,
+            dimension: 0,
+        }
     }
 
     /// The stream of a pixel's batch.
@@ -30,7 +36,8 @@ impl Sampler {
         mix(mix(seed ^ pixel).wrapping_add(batch.wrapping_mul(0x9e37_79b9)))
     }
 
-    /// Moves to the dimensions of a path vertex, so that what one vertex consumes does not shift the numbers of the next.
+    /// Moves to the dimensions of a path vertex, so that what one vertex consumes does not shift
+    /// the numbers of the next.
     pub(super) fn start_vertex(&mut self, vertex: u32) {
         self.dimension = vertex * PAIRS_PER_VERTEX;
     }
@@ -49,7 +56,10 @@ impl Sampler {
     pub(super) fn next_1d(&mut self) -> f32 {
         let pair = mix(self.stream ^ self.dimension.wrapping_mul(0x85eb_ca6b));
         self.dimension += 1;
-        unit(reverse_scramble(scramble(self.index, pair) & self.mask, mix(pair ^ 0x68bc_21eb)))
+        unit(reverse_scramble(
+            scramble(self.index, pair) & self.mask,
+            mix(pair ^ 0x68bc_21eb),
+        ))
     }
 }
 
@@ -80,7 +90,8 @@ fn sobol_second(mut index: u32) -> u32 {
     result
 }
 
-/// Owen scrambling of a 32-bit fraction: each bit is flipped depending on the more significant ones.
+/// Owen scrambling of a 32-bit fraction: each bit is flipped depending on the more significant
+/// ones.
 fn scramble(x: u32, seed: u32) -> u32 {
     reverse_scramble(x.reverse_bits(), seed)
 }
@@ -120,7 +131,12 @@ mod tests {
     #[test]
     fn streams_differ() {
         let first = Sampler::new(Sampler::stream(1, 2, 3), 0, 16).next_2d();
-        for other in [Sampler::stream(1, 2, 4), Sampler::stream(1, 3, 3), Sampler::stream(2, 2, 3), Sampler::stream(1 << 32, 2, 3)] {
+        for other in [
+            Sampler::stream(1, 2, 4),
+            Sampler::stream(1, 3, 3),
+            Sampler::stream(2, 2, 3),
+            Sampler::stream(1 << 32, 2, 3),
+        ] {
             assert_ne!(first, Sampler::new(other, 0, 16).next_2d());
         }
     }

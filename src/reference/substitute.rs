@@ -1,4 +1,5 @@
-//! Parts of the path tracer for error budgets: direct light where a technique stores it, and a picture's gather that sees somebody else's light.
+//! Parts of the path tracer for error budgets: direct light where a technique stores it, and a
+//! picture's gather that sees somebody else's light.
 
 use std::f32::consts::PI;
 
@@ -32,12 +33,14 @@ pub struct LitPoint {
     pub radiance: [Vec3; 2],
 }
 
-/// Points that cover all surfaces evenly, one for every square of an edge of `spacing_m` (m), lit by exact shadow rays. What a mask takes away has none.
+/// Points that cover all surfaces evenly, one for every square of an edge of `spacing_m` (m), lit
+/// by exact shadow rays. What a mask takes away has none.
 pub fn light_surfaces(scene: &Scene, spacing_m: f32) -> Result<Vec<LitPoint>, ReferenceError> {
     validate_scene(scene)?;
     let world = World::new(scene);
     let square_m2 = f64::from(spacing_m).powi(2);
-    // Point number i stands for square number i of all surfaces in a row, so that small triangles have their share too.
+    // Point number i stands for square number i of all surfaces in a row, so that small triangles
+    // have their share too.
     let ends: Vec<u64> = (0..scene.triangles.len())
         .scan(0.0, |covered, index| {
             *covered += area_m2(scene, index) / square_m2;
@@ -49,12 +52,17 @@ pub fn light_surfaces(scene: &Scene, spacing_m: f32) -> Result<Vec<LitPoint>, Re
         let world = &world;
         (first..ends[index]).filter_map(move |number| lit_point(world, index, number))
     };
-    Ok((0..scene.triangles.len()).into_par_iter().flat_map_iter(of_triangle).collect())
+    Ok((0..scene.triangles.len())
+        .into_par_iter()
+        .flat_map_iter(of_triangle)
+        .collect())
 }
 
 /// Surface of all triangles (m²).
 pub fn surface_area_m2(scene: &Scene) -> f64 {
-    (0..scene.triangles.len()).map(|index| area_m2(scene, index)).sum()
+    (0..scene.triangles.len())
+        .map(|index| area_m2(scene, index))
+        .sum()
 }
 
 fn area_m2(scene: &Scene, index: usize) -> f64 {
@@ -63,10 +71,16 @@ fn area_m2(scene: &Scene, index: usize) -> f64 {
 }
 
 fn lit_point(world: &World<'_>, triangle: usize, number: u64) -> Option<LitPoint> {
-    // Multiples of powers of the inverse plastic number (M. Roberts 2018, "R₂"), from the square to the triangle (G. Turk 1990).
-    let [x, y] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2].map(|step: f64| ((number % (1 << 24)) as f64 * step + 0.5).fract() as f32);
+    // Multiples of powers of the inverse plastic number (M. Roberts 2018, "R₂"), from the square to
+    // the triangle (G. Turk 1990).
+    let [x, y] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2]
+        .map(|step: f64| ((number % (1 << 24)) as f64 * step + 0.5).fract() as f32);
     let root = x.sqrt();
-    let hit = Hit { triangle: triangle as u32, u: root * (1.0 - y), v: root * y };
+    let hit = Hit {
+        triangle: triangle as u32,
+        u: root * (1.0 - y),
+        v: root * y,
+    };
     if !world.is_solid(hit) {
         return None;
     }
@@ -78,32 +92,62 @@ fn lit_point(world: &World<'_>, triangle: usize, number: u64) -> Option<LitPoint
         world.light_from_lights(&surface, &mut Sampler::new(number as u32, 0, 1))
     };
     let surface = world.surface(hit, front);
-    Some(LitPoint { surface: SurfacePoint { position: surface.position, normal: front }, radiance: [reflected(front), reflected(-front)] })
+    Some(LitPoint {
+        surface: SurfacePoint {
+            position: surface.position,
+            normal: front,
+        },
+        radiance: [reflected(front), reflected(-front)],
+    })
 }
 
-/// The diffuse indirect radiance ρ/π E_i of a picture \[W/(m² sr)\], gathered at the pixel centres by `directions` cosine-distributed rays (a power of two)
-/// through the scene itself. Each sees the environment, or at a surface what `radiance` says of it [W/(m² sr)].
-pub fn gather(scene: &Scene, [width, height]: [u32; 2], directions: u32, radiance: &(dyn Fn(&SurfacePoint) -> Vec3 + Sync)) -> Result<Image, ReferenceError> {
-    let settings = Settings { width, height, ..Settings::default() };
+/// The diffuse indirect radiance ρ/π E_i of a picture \[W/(m² sr)\], gathered at the pixel centres
+/// by `directions` cosine-distributed rays (a power of two) through the scene itself. Each sees the
+/// environment, or at a surface what `radiance` says of it [W/(m² sr)].
+pub fn gather(
+    scene: &Scene,
+    [width, height]: [u32; 2],
+    directions: u32,
+    radiance: &(dyn Fn(&SurfacePoint) -> Vec3 + Sync),
+) -> Result<Image, ReferenceError> {
+    let settings = Settings {
+        width,
+        height,
+        ..Settings::default()
+    };
     settings.validate()?;
     validate_scene(scene)?;
     let world = World::new(scene);
     let camera = PixelCamera::new(scene, &settings);
     let pixel = |index: u32| {
-        let Some(surface) = world.trace(&camera.ray((index % width) as f32 + 0.5, (index / width) as f32 + 0.5)) else { return Vec3::ZERO };
+        let Some(surface) =
+            world.trace(&camera.ray((index % width) as f32 + 0.5, (index / width) as f32 + 0.5))
+        else {
+            return Vec3::ZERO;
+        };
         let stream = Sampler::stream(0, index, 0);
         let seen = (0..directions).map(|number| {
             let mut sampler = Sampler::new(stream, number, directions);
             sampler.start_vertex(1);
             let direction = sample_cosine(surface.normal, sampler.next_2d());
-            match surface.is_above(direction).then(|| world.trace(&surface.ray(direction))) {
+            match surface
+                .is_above(direction)
+                .then(|| world.trace(&surface.ray(direction)))
+            {
                 None => Vec3::ZERO,
                 Some(None) => scene.environment,
-                Some(Some(hit)) => radiance(&SurfacePoint { position: hit.position, normal: hit.geometric_normal }),
+                Some(Some(hit)) => radiance(&SurfacePoint {
+                    position: hit.position,
+                    normal: hit.geometric_normal,
+                }),
             }
         });
         let irradiance = PI / directions as f32 * seen.sum::<Vec3>();
         surface.albedo / PI * irradiance
     };
-    Ok(Image { width, height, pixels: (0..width * height).into_par_iter().map(pixel).collect() })
+    Ok(Image {
+        width,
+        height,
+        pixels: (0..width * height).into_par_iter().map(pixel).collect(),
+    })
 }

@@ -1,4 +1,5 @@
-//! Bilinear texture lookups with the decoding tabulated: [`Texture::sample`] to the bit, without its `powf`.
+//! Bilinear texture lookups with the decoding tabulated: [`Texture::sample`] to the bit, without
+//! its `powf`.
 
 use glam::Vec4;
 
@@ -17,10 +18,21 @@ impl TextureSampler {
         let decode = |kind| {
             std::array::from_fn(|value| {
                 let texel = [value as u8; 4];
-                Texture { name: String::new(), kind, width: 1, height: 1, texels: vec![texel] }.texel(0, 0).x
+                Texture {
+                    name: String::new(),
+                    kind,
+                    width: 1,
+                    height: 1,
+                    texels: vec![texel],
+                }
+                .texel(0, 0)
+                .x
             })
         };
-        TextureSampler { srgb: decode(TextureKind::Color), linear: decode(TextureKind::Mask) }
+        TextureSampler {
+            srgb: decode(TextureKind::Color),
+            linear: decode(TextureKind::Mask),
+        }
     }
 
     /// Bilinear sample with repeat addressing; (u, v) with v upwards.
@@ -31,7 +43,12 @@ impl TextureSampler {
         let (fx, fy) = (x - x0, y - y0);
         let (left, right) = repeat(x0, texture.width);
         let (top, bottom) = repeat(y0, texture.height);
-        let texel = |column: usize, row: usize| self.decode(texture.kind, texture.texels[row * texture.width as usize + column]);
+        let texel = |column: usize, row: usize| {
+            self.decode(
+                texture.kind,
+                texture.texels[row * texture.width as usize + column],
+            )
+        };
         let upper = texel(left, top).lerp(texel(right, top), fx);
         let lower = texel(left, bottom).lerp(texel(right, bottom), fx);
         upper.lerp(lower, fy)
@@ -39,7 +56,12 @@ impl TextureSampler {
 
     /// The mean of all texels, decoded.
     pub(super) fn mean(&self, texture: &Texture) -> Vec4 {
-        let sum = texture.texels.iter().fold(glam::DVec4::ZERO, |sum, &texel| sum + self.decode(texture.kind, texel).as_dvec4());
+        let sum = texture
+            .texels
+            .iter()
+            .fold(glam::DVec4::ZERO, |sum, &texel| {
+                sum + self.decode(texture.kind, texel).as_dvec4()
+            });
         (sum / texture.texels.len().max(1) as f64).as_vec4()
     }
 
@@ -48,14 +70,23 @@ impl TextureSampler {
             TextureKind::Color => &self.srgb,
             TextureKind::Mask | TextureKind::Normal => &self.linear,
         };
-        Vec4::new(table[usize::from(r)], table[usize::from(g)], table[usize::from(b)], self.linear[usize::from(a)])
+        Vec4::new(
+            table[usize::from(r)],
+            table[usize::from(g)],
+            table[usize::from(b)],
+            self.linear[usize::from(a)],
+        )
     }
 }
 
 /// The texel at `position` and the one after it, wrapped into 0…`size` − 1.
 fn repeat(position: f32, size: u32) -> (usize, usize) {
     let first = (position as i64).rem_euclid(i64::from(size)) as usize;
-    let second = if first + 1 == size as usize { 0 } else { first + 1 };
+    let second = if first + 1 == size as usize {
+        0
+    } else {
+        first + 1
+    };
     (first, second)
 }
 
@@ -65,14 +96,26 @@ mod tests {
 
     #[test]
     fn equals_the_scene_s_own_sampling() {
-        let texels = (0..15u8).map(|i| [i * 17, 255 - i * 16, i * 3, 200 + i]).collect();
-        let mut texture = Texture { name: String::from("test"), kind: TextureKind::Color, width: 5, height: 3, texels };
+        let texels = (0..15u8)
+            .map(|i| [i * 17, 255 - i * 16, i * 3, 200 + i])
+            .collect();
+        let mut texture = Texture {
+            name: String::from("test"),
+            kind: TextureKind::Color,
+            width: 5,
+            height: 3,
+            texels,
+        };
         let sampler = TextureSampler::new();
         for kind in [TextureKind::Color, TextureKind::Mask, TextureKind::Normal] {
             texture.kind = kind;
             for step in -40..40 {
                 let (u, v) = (step as f32 * 0.137, step as f32 * -0.311);
-                assert_eq!(sampler.sample(&texture, [u, v]), texture.sample(u, v), "{kind:?} at {u}, {v}");
+                assert_eq!(
+                    sampler.sample(&texture, [u, v]),
+                    texture.sample(u, v),
+                    "{kind:?} at {u}, {v}"
+                );
             }
         }
     }

@@ -9,7 +9,13 @@ use crate::graph::{Error, Gpu, Image as GpuImage};
 use crate::image::{Aov, Image};
 
 /// Reads one output of a frame.
-pub fn read_aov(gpu: &Gpu, gbuffer: &GBuffer, output: &Output, light: &IndirectLight, aov: Aov) -> Result<Image, Error> {
+pub fn read_aov(
+    gpu: &Gpu,
+    gbuffer: &GBuffer,
+    output: &Output,
+    light: &IndirectLight,
+    aov: Aov,
+) -> Result<Image, Error> {
     let [width, height] = gbuffer.size;
     let rgb = |image: &Arc<GpuImage>| read_rgb(gpu, gbuffer, image);
     match aov {
@@ -17,23 +23,45 @@ pub fn read_aov(gpu: &Gpu, gbuffer: &GBuffer, output: &Output, light: &IndirectL
         Aov::Direct => rgb(&output.direct),
         Aov::Indirect => rgb(&output.indirect),
         Aov::Diffuse => rgb(&light.diffuse),
-        Aov::Specular => light.specular.as_ref().map_or_else(|| Ok(Image::new(width, height)), rgb),
-        Aov::Visibility => Ok(image_of(gbuffer, floats(gpu, &light.diffuse)?.chunks_exact(4).map(|texel| Vec3::splat(texel[3])))),
+        Aov::Specular => light
+            .specular
+            .as_ref()
+            .map_or_else(|| Ok(Image::new(width, height)), rgb),
+        Aov::Visibility => Ok(image_of(
+            gbuffer,
+            floats(gpu, &light.diffuse)?
+                .chunks_exact(4)
+                .map(|texel| Vec3::splat(texel[3])),
+        )),
         Aov::Emission => {
             let all = [&output.radiance, &output.direct, &output.indirect].map(rgb);
             let [radiance, direct, indirect] = all;
             let (radiance, direct, indirect) = (radiance?, direct?, indirect?);
-            Ok(Image::from_fn(width, height, |i| radiance.pixels[i] - direct.pixels[i] - indirect.pixels[i]))
+            Ok(Image::from_fn(width, height, |i| {
+                radiance.pixels[i] - direct.pixels[i] - indirect.pixels[i]
+            }))
         }
         Aov::Albedo => {
-            let halves: Vec<u16> = bytemuck::pod_collect_to_vec(&gpu.read_image(&gbuffer.albedo, 0, 0)?);
+            let halves: Vec<u16> =
+                bytemuck::pod_collect_to_vec(&gpu.read_image(&gbuffer.albedo, 0, 0)?);
             Ok(image_of(
                 gbuffer,
-                halves.chunks_exact(4).map(|texel| Vec3::new(float_from_half(texel[0]), float_from_half(texel[1]), float_from_half(texel[2]))),
+                halves.chunks_exact(4).map(|texel| {
+                    Vec3::new(
+                        float_from_half(texel[0]),
+                        float_from_half(texel[1]),
+                        float_from_half(texel[2]),
+                    )
+                }),
             ))
         }
         Aov::Normal => read_normals(gpu, gbuffer, 1),
-        Aov::Depth => Ok(image_of(gbuffer, floats(gpu, &gbuffer.view_depth)?.into_iter().map(Vec3::splat))),
+        Aov::Depth => Ok(image_of(
+            gbuffer,
+            floats(gpu, &gbuffer.view_depth)?
+                .into_iter()
+                .map(Vec3::splat),
+        )),
     }
 }
 
@@ -42,15 +70,27 @@ fn floats(gpu: &Gpu, image: &Arc<GpuImage>) -> Result<Vec<f32>, Error> {
 }
 
 fn read_rgb(gpu: &Gpu, gbuffer: &GBuffer, image: &Arc<GpuImage>) -> Result<Image, Error> {
-    Ok(image_of(gbuffer, floats(gpu, image)?.chunks_exact(4).map(|texel| Vec3::new(texel[0], texel[1], texel[2]))))
+    Ok(image_of(
+        gbuffer,
+        floats(gpu, image)?
+            .chunks_exact(4)
+            .map(|texel| Vec3::new(texel[0], texel[1], texel[2])),
+    ))
 }
 
 /// The part of the images that the frame has drawn.
 fn image_of(gbuffer: &GBuffer, pixels: impl Iterator<Item = Vec3>) -> Image {
     let [width, height] = gbuffer.size.map(|size| size as usize);
     let stride = gbuffer.view_depth.extent(0)[0] as usize;
-    let inside = pixels.take(stride * height).enumerate().filter(|(index, _)| index % stride < width);
-    Image { width: gbuffer.size[0], height: gbuffer.size[1], pixels: inside.map(|(_, pixel)| pixel).collect() }
+    let inside = pixels
+        .take(stride * height)
+        .enumerate()
+        .filter(|(index, _)| index % stride < width);
+    Image {
+        width: gbuffer.size[0],
+        height: gbuffer.size[1],
+        pixels: inside.map(|(_, pixel)| pixel).collect(),
+    }
 }
 
 /// A channel of the G-buffer that no technique is compared by.
@@ -66,14 +106,24 @@ pub enum SurfaceChannel {
 
 /// Reads a channel of the G-buffer; 0 where there is no surface.
 pub fn read_surface(gpu: &Gpu, gbuffer: &GBuffer, channel: SurfaceChannel) -> Result<Image, Error> {
-    let halves = |image: &Arc<GpuImage>| Ok::<Vec<u16>, Error>(bytemuck::pod_collect_to_vec(&gpu.read_image(image, 0, 0)?));
+    let halves = |image: &Arc<GpuImage>| {
+        Ok::<Vec<u16>, Error>(bytemuck::pod_collect_to_vec(&gpu.read_image(image, 0, 0)?))
+    };
     match channel {
         SurfaceChannel::GeometricNormal => read_normals(gpu, gbuffer, 0),
-        SurfaceChannel::Roughness => {
-            Ok(image_of(gbuffer, halves(&gbuffer.albedo)?.chunks_exact(4).map(|texel| Vec3::splat(float_from_half(texel[3]).max(0.0)))))
-        }
+        SurfaceChannel::Roughness => Ok(image_of(
+            gbuffer,
+            halves(&gbuffer.albedo)?
+                .chunks_exact(4)
+                .map(|texel| Vec3::splat(float_from_half(texel[3]).max(0.0))),
+        )),
         SurfaceChannel::F0 => match &gbuffer.specular {
-            Some(image) => Ok(image_of(gbuffer, halves(image)?.chunks_exact(4).map(|texel| Vec3::from([0, 1, 2].map(|c| float_from_half(texel[c])))))),
+            Some(image) => Ok(image_of(
+                gbuffer,
+                halves(image)?
+                    .chunks_exact(4)
+                    .map(|texel| Vec3::from([0, 1, 2].map(|c| float_from_half(texel[c])))),
+            )),
             None => Ok(Image::new(gbuffer.size[0], gbuffer.size[1])),
         },
     }
@@ -91,7 +141,12 @@ pub enum MapChannel {
 }
 
 /// Reads one layer of the light maps; `None` where there is no such map.
-pub fn read_light_map(gpu: &Gpu, maps: &LightMaps, channel: MapChannel, view: u32) -> Result<Option<Image>, Error> {
+pub fn read_light_map(
+    gpu: &Gpu,
+    maps: &LightMaps,
+    channel: MapChannel,
+    view: u32,
+) -> Result<Option<Image>, Error> {
     let image = match (channel, &maps.rsm) {
         (MapChannel::Depth, _) => &maps.depth,
         (MapChannel::Normal, Some([normal, _])) => normal,
@@ -103,19 +158,32 @@ pub fn read_light_map(gpu: &Gpu, maps: &LightMaps, channel: MapChannel, view: u3
     }
     let words: Vec<u32> = bytemuck::pod_collect_to_vec(&gpu.read_image(image, 0, view)?);
     // The square root of the share, 10 bits a channel.
-    let share = |word: u32| Vec3::from([0, 10, 20].map(|shift| ((word >> shift & 1023) as f32 / 1023.0).powi(2)));
+    let share = |word: u32| {
+        Vec3::from([0, 10, 20].map(|shift| ((word >> shift & 1023) as f32 / 1023.0).powi(2)))
+    };
     let pixel = |word: u32| match channel {
         MapChannel::Depth => Vec3::splat(f32::from_bits(word)),
         MapChannel::Normal => unit_from_octahedral(word),
         MapChannel::Reflected => share(word),
     };
-    Ok(Some(Image { width: maps.size, height: maps.size, pixels: words.into_iter().map(pixel).collect() }))
+    Ok(Some(Image {
+        width: maps.size,
+        height: maps.size,
+        pixels: words.into_iter().map(pixel).collect(),
+    }))
 }
 
 fn read_normals(gpu: &Gpu, gbuffer: &GBuffer, which: usize) -> Result<Image, Error> {
-    let packed: Vec<[u32; 2]> = bytemuck::pod_collect_to_vec(&gpu.read_image(&gbuffer.normals, 0, 0)?);
+    let packed: Vec<[u32; 2]> =
+        bytemuck::pod_collect_to_vec(&gpu.read_image(&gbuffer.normals, 0, 0)?);
     let depth = floats(gpu, &gbuffer.view_depth)?;
-    let normal = |(packed, depth): (&[u32; 2], f32)| if depth > 0.0 { unit_from_octahedral(packed[which]) } else { Vec3::ZERO };
+    let normal = |(packed, depth): (&[u32; 2], f32)| {
+        if depth > 0.0 {
+            unit_from_octahedral(packed[which])
+        } else {
+            Vec3::ZERO
+        }
+    };
     Ok(image_of(gbuffer, packed.iter().zip(depth).map(normal)))
 }
 
@@ -124,7 +192,13 @@ pub(crate) fn float_from_half(half: u16) -> f32 {
     let magnitude = i32::from(half & 0x7fff);
     let value = match magnitude >> 10 {
         0 => magnitude as f32 * 0.5f32.powi(24),
-        31 => return if magnitude & 0x3ff == 0 { f32::INFINITY } else { f32::NAN },
+        31 => {
+            return if magnitude & 0x3ff == 0 {
+                f32::INFINITY
+            } else {
+                f32::NAN
+            };
+        }
         exponent => (1024 + (magnitude & 0x3ff)) as f32 * 2f32.powi(exponent - 25),
     };
     if half & 0x8000 == 0 { value } else { -value }

@@ -3,7 +3,10 @@
 use std::sync::Arc;
 
 use super::{GBuffer, GpuScene, LightMaps};
-use crate::graph::{Access, Binding, Error, Frame, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Pass, Sets, Shaders, vk};
+use crate::graph::{
+    Access, Binding, Error, Frame, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Pass, Sets,
+    Shaders, vk,
+};
 
 /// Light reflected once.
 pub static DIRECT: Pass = Pass {
@@ -39,13 +42,15 @@ pub static COMPOSITE: Pass = Pass {
     sets: Sets::Scene,
 };
 
-/// What every technique answers: the light that reaches each pixel's surface after at least one reflection. Alpha channels and pixels without a surface
-/// are as stated.
+/// What every technique answers: the light that reaches each pixel's surface after at least one
+/// reflection. Alpha channels and pixels without a surface are as stated.
 #[derive(Clone)]
 pub struct IndirectLight {
-    /// RGBA32F. rgb: indirect diffuse irradiance E_i (W/m²); a: ambient visibility, 0 to 1. 0 where there is no surface.
+    /// RGBA32F. rgb: indirect diffuse irradiance E_i (W/m²); a: ambient visibility, 0 to 1. 0
+    /// where there is no surface.
     pub diffuse: Arc<Image>,
-    /// RGBA32F. rgb: indirect specular radiance L_s (W/(m² sr)); only where the scene is glossy and the technique traces it.
+    /// RGBA32F. rgb: indirect specular radiance L_s (W/(m² sr)); only where the scene is glossy
+    /// and the technique traces it.
     pub specular: Option<Arc<Image>>,
 }
 
@@ -55,7 +60,8 @@ pub struct Output {
     pub direct: Arc<Image>,
     /// ρ/π · E_i + L_s (W/(m² sr)).
     pub indirect: Arc<Image>,
-    /// L = L_e + L_direct + ρ/π · E_i + L_s, and the environment where there is no surface (W/(m² sr)).
+    /// L = L_e + L_direct + ρ/π · E_i + L_s, and the environment where there is no surface (W/(m²
+    /// sr)).
     pub radiance: Arc<Image>,
 }
 
@@ -63,11 +69,21 @@ impl Output {
     /// Allocates the pictures.
     pub fn new(gpu: &Gpu, size: [u32; 2]) -> Result<Self, Error> {
         let image = |name: &str| screen_image(gpu, name, size);
-        Ok(Output { direct: image("output.direct")?, indirect: image("output.indirect")?, radiance: image("output.radiance")? })
+        Ok(Output {
+            direct: image("output.direct")?,
+            indirect: image("output.indirect")?,
+            radiance: image("output.radiance")?,
+        })
     }
 
     /// Adds the direct light of all lights.
-    pub fn draw_direct(&self, frame: &mut Frame, scene: &GpuScene, maps: &LightMaps, gbuffer: &GBuffer) {
+    pub fn draw_direct(
+        &self,
+        frame: &mut Frame,
+        scene: &GpuScene,
+        maps: &LightMaps,
+        gbuffer: &GBuffer,
+    ) {
         frame
             .pass(&DIRECT)
             .bind(&maps.views)
@@ -92,7 +108,10 @@ impl Output {
             .bind(gbuffer.emission.as_ref().unwrap_or(&gbuffer.albedo))
             .bind(&self.indirect)
             .bind(&self.radiance)
-            .constants(&[u32::from(light.specular.is_some()), u32::from(gbuffer.emission.is_some())])
+            .constants(&[
+                u32::from(light.specular.is_some()),
+                u32::from(gbuffer.emission.is_some()),
+            ])
             .dispatch(screen_groups(gbuffer.size));
     }
 }

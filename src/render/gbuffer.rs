@@ -3,11 +3,19 @@
 use std::sync::Arc;
 
 use super::GpuScene;
-use crate::graph::{ClearOrLoad, DrawBatch, Error, Frame, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Pass, RasterState, Sets, Shaders, Targets, vk};
+use crate::graph::{
+    ClearOrLoad, DrawBatch, Error, Frame, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Pass,
+    RasterState, Sets, Shaders, Targets, vk,
+};
 
 const DEPTH: vk::Format = vk::Format::D32_SFLOAT;
-const FORMATS: [vk::Format; 5] =
-    [vk::Format::R32_SFLOAT, vk::Format::R32G32_UINT, vk::Format::R16G16B16A16_SFLOAT, vk::Format::R16G16B16A16_SFLOAT, vk::Format::R32G32B32A32_SFLOAT];
+const FORMATS: [vk::Format; 5] = [
+    vk::Format::R32_SFLOAT,
+    vk::Format::R32G32_UINT,
+    vk::Format::R16G16B16A16_SFLOAT,
+    vk::Format::R16G16B16A16_SFLOAT,
+    vk::Format::R32G32B32A32_SFLOAT,
+];
 
 const fn gbuffer_pass(color: &'static [vk::Format], fragment: &'static str) -> Pass {
     Pass {
@@ -16,7 +24,12 @@ const fn gbuffer_pass(color: &'static [vk::Format], fragment: &'static str) -> P
             vertex: "render/gbuffer.vert",
             geometry: None,
             fragment: Some(fragment),
-            state: RasterState { color, depth: Some(DEPTH), depth_compare: vk::CompareOp::GREATER, ..RasterState::NO_TARGETS },
+            state: RasterState {
+                color,
+                depth: Some(DEPTH),
+                depth_compare: vk::CompareOp::GREATER,
+                ..RasterState::NO_TARGETS
+            },
         },
         bindings: &[],
         push_bytes: 0,
@@ -25,13 +38,21 @@ const fn gbuffer_pass(color: &'static [vk::Format], fragment: &'static str) -> P
 }
 
 /// G-buffer of a scene that is only diffuse.
-pub static GBUFFER_DIFFUSE: Pass = gbuffer_pass(&[FORMATS[0], FORMATS[1], FORMATS[2]], "render/gbuffer.frag");
+pub static GBUFFER_DIFFUSE: Pass =
+    gbuffer_pass(&[FORMATS[0], FORMATS[1], FORMATS[2]], "render/gbuffer.frag");
 /// G-buffer of a glossy scene.
-pub static GBUFFER_GLOSSY: Pass = gbuffer_pass(&[FORMATS[0], FORMATS[1], FORMATS[2], FORMATS[3]], "render/gbuffer_glossy.frag");
+pub static GBUFFER_GLOSSY: Pass = gbuffer_pass(
+    &[FORMATS[0], FORMATS[1], FORMATS[2], FORMATS[3]],
+    "render/gbuffer_glossy.frag",
+);
 /// G-buffer of an emissive scene.
-pub static GBUFFER_EMISSIVE: Pass = gbuffer_pass(&[FORMATS[0], FORMATS[1], FORMATS[2], FORMATS[4]], "render/gbuffer_emissive.frag");
+pub static GBUFFER_EMISSIVE: Pass = gbuffer_pass(
+    &[FORMATS[0], FORMATS[1], FORMATS[2], FORMATS[4]],
+    "render/gbuffer_emissive.frag",
+);
 /// G-buffer of a scene that is glossy and emissive.
-pub static GBUFFER_GLOSSY_EMISSIVE: Pass = gbuffer_pass(&FORMATS, "render/gbuffer_glossy_emissive.frag");
+pub static GBUFFER_GLOSSY_EMISSIVE: Pass =
+    gbuffer_pass(&FORMATS, "render/gbuffer_glossy_emissive.frag");
 
 /// The images of the G-buffer, one pixel each.
 pub struct GBuffer {
@@ -54,7 +75,15 @@ impl GBuffer {
     /// Allocates what the scene needs.
     pub fn new(gpu: &Gpu, scene: &GpuScene, size: [u32; 2]) -> Result<Self, Error> {
         let image = |name: &str, format, usage| {
-            let desc = ImageDesc { name: name.into(), extent: [size[0], size[1], 1], kind: ImageKind::D2, format, mips: 1, layers: 1, usage };
+            let desc = ImageDesc {
+                name: name.into(),
+                extent: [size[0], size[1], 1],
+                kind: ImageKind::D2,
+                format,
+                mips: 1,
+                layers: 1,
+                usage,
+            };
             gpu.create_image(&desc)
         };
         let color = ImageUsage::COLOR | ImageUsage::SAMPLED;
@@ -62,8 +91,14 @@ impl GBuffer {
             view_depth: image("gbuffer.view_depth", FORMATS[0], color)?,
             normals: image("gbuffer.normals", FORMATS[1], color)?,
             albedo: image("gbuffer.albedo", FORMATS[2], color)?,
-            specular: scene.is_glossy.then(|| image("gbuffer.specular", FORMATS[3], color)).transpose()?,
-            emission: scene.is_emissive.then(|| image("gbuffer.emission", FORMATS[4], color)).transpose()?,
+            specular: scene
+                .is_glossy
+                .then(|| image("gbuffer.specular", FORMATS[3], color))
+                .transpose()?,
+            emission: scene
+                .is_emissive
+                .then(|| image("gbuffer.emission", FORMATS[4], color))
+                .transpose()?,
             depth: image("gbuffer.depth", DEPTH, ImageUsage::DEPTH)?,
             size,
         })
@@ -78,9 +113,22 @@ impl GBuffer {
             (true, true) => &GBUFFER_GLOSSY_EMISSIVE,
         };
         let black = ClearOrLoad::Clear([0.0; 4]);
-        let mut color = vec![(&self.view_depth, 0, 0, black), (&self.normals, 0, 0, ClearOrLoad::ClearUint(0)), (&self.albedo, 0, 0, black)];
-        color.extend(self.specular.iter().chain(&self.emission).map(|image| (image, 0, 0, black)));
-        let targets = Targets { color: &color, depth: Some((&self.depth, 0, black)), extent: self.size };
+        let mut color = vec![
+            (&self.view_depth, 0, 0, black),
+            (&self.normals, 0, 0, ClearOrLoad::ClearUint(0)),
+            (&self.albedo, 0, 0, black),
+        ];
+        color.extend(
+            self.specular
+                .iter()
+                .chain(&self.emission)
+                .map(|image| (image, 0, 0, black)),
+        );
+        let targets = Targets {
+            color: &color,
+            depth: Some((&self.depth, 0, black)),
+            extent: self.size,
+        };
         frame.pass(pass).draw(targets, material_draws(scene));
     }
 }

@@ -8,7 +8,8 @@ use glam::Vec3;
 use super::emitters::{Emitter, emitters};
 use crate::gpu_struct;
 use crate::graph::{
-    Buffer, BufferDesc, BufferUsage, Error, Frame, FrameStats, Gpu, Image, ImageDesc, ImageKind, ImageUsage, MaterialSets, SceneBindings, SceneSet, vk,
+    Buffer, BufferDesc, BufferUsage, Error, Frame, FrameStats, Gpu, Image, ImageDesc, ImageKind,
+    ImageUsage, MaterialSets, SceneBindings, SceneSet, vk,
 };
 use crate::scene::{Batch, Camera, Light, Material, Scene, Texture, TextureKind, Vertex, union};
 
@@ -73,7 +74,10 @@ pub enum TextureUse {
 
 impl TextureUse {
     fn of(material: &Material) -> Self {
-        match (material.mask_texture, material.albedo_texture.or(material.emission_texture)) {
+        match (
+            material.mask_texture,
+            material.albedo_texture.or(material.emission_texture),
+        ) {
             (Some(_), _) => TextureUse::Masked,
             (None, Some(_)) => TextureUse::Textured,
             (None, None) => TextureUse::None,
@@ -96,10 +100,23 @@ fn clusters(scene: &Scene) -> Vec<Cluster> {
         let first = batch.first_triangle as usize;
         let triangles = scene.triangles[first..][..batch.triangle_count as usize].chunks(CLUSTER);
         triangles.enumerate().map(move |(index, triangles)| {
-            let corners = triangles.iter().flat_map(|triangle| triangle.vertices).map(|vertex| Vec3::from(scene.vertices[vertex as usize].position));
-            let bounds = corners.map(|corner| (corner, corner)).reduce(union).unwrap_or_default();
+            let corners = triangles
+                .iter()
+                .flat_map(|triangle| triangle.vertices)
+                .map(|vertex| Vec3::from(scene.vertices[vertex as usize].position));
+            let bounds = corners
+                .map(|corner| (corner, corner))
+                .reduce(union)
+                .unwrap_or_default();
             let first_triangle = (first + CLUSTER * index) as u32;
-            Cluster { triangles: Batch { material: batch.material, first_triangle, triangle_count: triangles.len() as u32 }, bounds }
+            Cluster {
+                triangles: Batch {
+                    material: batch.material,
+                    first_triangle,
+                    triangle_count: triangles.len() as u32,
+                },
+                bounds,
+            }
         })
     };
     scene.batches().into_iter().flat_map(of_batch).collect()
@@ -125,7 +142,8 @@ pub struct GpuScene {
     pub emitters: Vec<Emitter>,
     /// The largest emitted radiance of any channel (W/(m² sr)).
     pub largest_emission: f32,
-    /// Smallest and largest corner (m) of the static geometry; where there is none, of all places that dynamic geometry comes to.
+    /// Smallest and largest corner (m) of the static geometry; where there is none, of all places
+    /// that dynamic geometry comes to.
     pub bounds: (Vec3, Vec3),
     /// Dynamic geometry, where there is any.
     pub dynamic: Option<DynamicGeometry>,
@@ -158,29 +176,56 @@ pub struct DynamicGeometry {
 
 impl DynamicGeometry {
     fn new(gpu: &Gpu, scene: &Scene, vertices: &Arc<Buffer>) -> Result<Option<Self>, Error> {
-        let Some(motion_bounds) = scene.dynamic_bounds() else { return Ok(None) };
+        let Some(motion_bounds) = scene.dynamic_bounds() else {
+            return Ok(None);
+        };
         let mut materials = vec![false; scene.materials.len()];
         let mut ranges = Vec::new();
         for model in scene.models.iter().filter(|model| model.dynamic) {
-            let triangles = &scene.triangles[model.first_triangle as usize..][..model.triangle_count as usize];
-            triangles.iter().for_each(|triangle| materials[triangle.material as usize] = true);
+            let triangles =
+                &scene.triangles[model.first_triangle as usize..][..model.triangle_count as usize];
+            triangles
+                .iter()
+                .for_each(|triangle| materials[triangle.material as usize] = true);
             let indices = || triangles.iter().flat_map(|triangle| triangle.vertices);
-            ranges.push(indices().min().unwrap_or(0) as usize..indices().max().map_or(0, |last| last as usize + 1));
+            ranges.push(
+                indices().min().unwrap_or(0) as usize
+                    ..indices().max().map_or(0, |last| last as usize + 1),
+            );
         }
-        let size_bytes = (size_of::<Vertex>() * ranges.iter().map(Range::len).sum::<usize>()) as u64;
-        let staging = gpu.create_buffer(&BufferDesc { name: "scene.dynamic_vertices".into(), size_bytes, usage: BufferUsage::Staging })?;
-        let mut made = DynamicGeometry { materials, bounds: motion_bounds, motion_bounds, vertices: Arc::clone(vertices), ranges, staging };
+        let size_bytes =
+            (size_of::<Vertex>() * ranges.iter().map(Range::len).sum::<usize>()) as u64;
+        let staging = gpu.create_buffer(&BufferDesc {
+            name: "scene.dynamic_vertices".into(),
+            size_bytes,
+            usage: BufferUsage::Staging,
+        })?;
+        let mut made = DynamicGeometry {
+            materials,
+            bounds: motion_bounds,
+            motion_bounds,
+            vertices: Arc::clone(vertices),
+            ranges,
+            staging,
+        };
         made.bounds = made.bounds_in(scene);
         Ok(Some(made))
     }
 
     fn vertices_in<'s>(&'s self, scene: &'s Scene) -> impl Iterator<Item = &'s Vertex> {
-        self.ranges.iter().flat_map(|range| &scene.vertices[range.clone()])
+        self.ranges
+            .iter()
+            .flat_map(|range| &scene.vertices[range.clone()])
     }
 
     fn bounds_in(&self, scene: &Scene) -> (Vec3, Vec3) {
-        let positions = self.vertices_in(scene).map(|vertex| Vec3::from(vertex.position));
-        positions.map(|position| (position, position)).reduce(union).unwrap_or(self.motion_bounds)
+        let positions = self
+            .vertices_in(scene)
+            .map(|vertex| Vec3::from(vertex.position));
+        positions
+            .map(|position| (position, position))
+            .reduce(union)
+            .unwrap_or(self.motion_bounds)
     }
 }
 
@@ -190,19 +235,40 @@ pub static SET_POSE: &str = "scene.set_pose";
 impl GpuScene {
     /// Uploads a scene.
     pub fn new(gpu: &Gpu, scene: &Scene) -> Result<Self, Error> {
-        let frame_uniform =
-            gpu.create_buffer(&BufferDesc { name: "frame.constants".into(), size_bytes: size_of::<FrameConstants>() as u64, usage: BufferUsage::Uniform })?;
+        let frame_uniform = gpu.create_buffer(&BufferDesc {
+            name: "frame.constants".into(),
+            size_bytes: size_of::<FrameConstants>() as u64,
+            usage: BufferUsage::Uniform,
+        })?;
         let vertices = storage(gpu, "scene.vertices", bytemuck::cast_slice(&scene.vertices))?;
-        let triangles = storage(gpu, "scene.triangles", bytemuck::cast_slice(&scene.triangles))?;
+        let triangles = storage(
+            gpu,
+            "scene.triangles",
+            bytemuck::cast_slice(&scene.triangles),
+        )?;
         let gpu_materials: Vec<GpuMaterial> = scene.materials.iter().map(gpu_material).collect();
-        let materials_buffer = storage(gpu, "scene.materials", bytemuck::cast_slice(&gpu_materials))?;
-        let lights = storage(gpu, "scene.lights", bytemuck::cast_slice(&gpu_lights(&scene.lights)))?;
-        let bindings =
-            SceneBindings { frame_uniform: &frame_uniform, vertices: &vertices, triangles: &triangles, materials: &materials_buffer, lights: &lights };
+        let materials_buffer =
+            storage(gpu, "scene.materials", bytemuck::cast_slice(&gpu_materials))?;
+        let lights = storage(
+            gpu,
+            "scene.lights",
+            bytemuck::cast_slice(&gpu_lights(&scene.lights)),
+        )?;
+        let bindings = SceneBindings {
+            frame_uniform: &frame_uniform,
+            vertices: &vertices,
+            triangles: &triangles,
+            materials: &materials_buffer,
+            lights: &lights,
+        };
         let set = gpu.create_scene_set(&bindings)?;
         let dynamic = DynamicGeometry::new(gpu, scene, &vertices)?;
         let motion_bounds = dynamic.as_ref().map(|dynamic| dynamic.motion_bounds);
-        let largest_emission = scene.materials.iter().map(|material| material.emission.max_element()).fold(0.0, f32::max);
+        let largest_emission = scene
+            .materials
+            .iter()
+            .map(|material| material.emission.max_element())
+            .fold(0.0, f32::max);
         Ok(GpuScene {
             set,
             materials: material_sets(gpu, scene)?,
@@ -213,7 +279,10 @@ impl GpuScene {
             is_glossy: scene.is_glossy(),
             emitters: emitters(scene),
             largest_emission,
-            bounds: scene.static_bounds().or(motion_bounds).unwrap_or((Vec3::ZERO, Vec3::ONE)),
+            bounds: scene
+                .static_bounds()
+                .or(motion_bounds)
+                .unwrap_or((Vec3::ZERO, Vec3::ONE)),
             dynamic,
             eye: scene.camera.eye,
             lights: scene.lights.clone(),
@@ -224,22 +293,46 @@ impl GpuScene {
         })
     }
 
-    /// Replaces the lights. Whatever was made for the lights before, such as light maps and techniques, has to be made again.
-    pub fn set_lights(&mut self, gpu: &Gpu, lights: &[Light], environment: Vec3) -> Result<(), Error> {
+    /// Replaces the lights. Whatever was made for the lights before, such as light maps and
+    /// techniques, has to be made again.
+    pub fn set_lights(
+        &mut self,
+        gpu: &Gpu,
+        lights: &[Light],
+        environment: Vec3,
+    ) -> Result<(), Error> {
         let [vertices, triangles, materials] = &self.geometry;
-        let buffer = storage(gpu, "scene.lights", bytemuck::cast_slice(&gpu_lights(lights)))?;
+        let buffer = storage(
+            gpu,
+            "scene.lights",
+            bytemuck::cast_slice(&gpu_lights(lights)),
+        )?;
         let frame_uniform = &self.frame_uniform;
-        self.set = gpu.create_scene_set(&SceneBindings { frame_uniform, vertices, triangles, materials, lights: &buffer })?;
+        self.set = gpu.create_scene_set(&SceneBindings {
+            frame_uniform,
+            vertices,
+            triangles,
+            materials,
+            lights: &buffer,
+        })?;
         self.light_buffer = buffer;
         (self.lights, self.environment) = (lights.to_vec(), environment);
         Ok(())
     }
 
-    /// Brings the vertices of dynamic models up to the scene that this was made of, after [`Scene::set_time`]; what does not move is left as it is.
+    /// Brings the vertices of dynamic models up to the scene that this was made of, after
+    /// [`Scene::set_time`]; what does not move is left as it is.
     pub fn set_pose(&mut self, gpu: &Gpu, scene: &Scene) -> Result<FrameStats, Error> {
-        let Some(dynamic) = &mut self.dynamic else { return Ok(FrameStats::default()) };
+        let Some(dynamic) = &mut self.dynamic else {
+            return Ok(FrameStats::default());
+        };
         dynamic.bounds = dynamic.bounds_in(scene);
-        if scene.materials.iter().zip(&dynamic.materials).any(|(material, moves)| *moves && material.emission != Vec3::ZERO) {
+        if scene
+            .materials
+            .iter()
+            .zip(&dynamic.materials)
+            .any(|(material, moves)| *moves && material.emission != Vec3::ZERO)
+        {
             self.emitters = emitters(scene);
         }
         let moved: Vec<Vertex> = dynamic.vertices_in(scene).copied().collect();
@@ -248,18 +341,36 @@ impl GpuScene {
         let bytes = |count: usize| (size_of::<Vertex>() * count) as u64;
         let mut first = 0;
         for range in &dynamic.ranges {
-            frame.copy_buffer(SET_POSE, (&dynamic.staging, bytes(first)), (&dynamic.vertices, bytes(range.start)), bytes(range.len()));
+            frame.copy_buffer(
+                SET_POSE,
+                (&dynamic.staging, bytes(first)),
+                (&dynamic.vertices, bytes(range.start)),
+                bytes(range.len()),
+            );
             first += range.len();
         }
         gpu.submit(frame)
     }
 
-    /// Moves, turns or dims the lights. Their number and kinds stay, and with them the number of their views.
+    /// Moves, turns or dims the lights. Their number and kinds stay, and with them the number of
+    /// their views.
     pub(crate) fn move_lights(&mut self, gpu: &Gpu, lights: &[Light]) -> Result<(), Error> {
-        let kinds = |lights: &[Light]| lights.iter().map(std::mem::discriminant).collect::<Vec<_>>();
-        assert_eq!(kinds(lights), kinds(&self.lights), "lights that move keep their number and kinds");
+        let kinds = |lights: &[Light]| {
+            lights
+                .iter()
+                .map(std::mem::discriminant)
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(
+            kinds(lights),
+            kinds(&self.lights),
+            "lights that move keep their number and kinds"
+        );
         if !lights.is_empty() {
-            gpu.upload_buffer(&self.light_buffer, bytemuck::cast_slice(&gpu_lights(lights)))?;
+            gpu.upload_buffer(
+                &self.light_buffer,
+                bytemuck::cast_slice(&gpu_lights(lights)),
+            )?;
         }
         self.lights = lights.to_vec();
         Ok(())
@@ -267,20 +378,28 @@ impl GpuScene {
 
     /// Whether the triangles of a material are of a dynamic model.
     pub fn is_dynamic(&self, material: u32) -> bool {
-        self.dynamic.as_ref().is_some_and(|dynamic| dynamic.materials[material as usize])
+        self.dynamic
+            .as_ref()
+            .is_some_and(|dynamic| dynamic.materials[material as usize])
     }
 
     /// The triangles that can touch a box (m), by runs of one material; some others are among them.
     pub fn triangles_in(&self, low: Vec3, high: Vec3) -> Vec<Batch> {
         let mut found: Vec<Batch> = Vec::new();
         for Cluster { triangles, bounds } in &self.clusters {
-            let moving = self.dynamic.as_ref().filter(|_| self.is_dynamic(triangles.material));
+            let moving = self
+                .dynamic
+                .as_ref()
+                .filter(|_| self.is_dynamic(triangles.material));
             let (cluster_low, cluster_high) = moving.map_or(*bounds, |dynamic| dynamic.bounds);
             if cluster_low.cmpgt(high).any() || cluster_high.cmplt(low).any() {
                 continue;
             }
             match found.last_mut() {
-                Some(run) if run.material == triangles.material && run.first_triangle + run.triangle_count == triangles.first_triangle => {
+                Some(run)
+                    if run.material == triangles.material
+                        && run.first_triangle + run.triangle_count == triangles.first_triangle =>
+                {
                     run.triangle_count += triangles.triangle_count;
                 }
                 _ => found.push(*triangles),
@@ -291,7 +410,9 @@ impl GpuScene {
 
     /// Smallest and largest corner (m) of all that light can fall on, at any time.
     pub(super) fn lit_bounds(&self) -> (Vec3, Vec3) {
-        self.dynamic.as_ref().map_or(self.bounds, |dynamic| union(self.bounds, dynamic.motion_bounds))
+        self.dynamic.as_ref().map_or(self.bounds, |dynamic| {
+            union(self.bounds, dynamic.motion_bounds)
+        })
     }
 
     /// Sets what the next frame is seen with.
@@ -308,25 +429,45 @@ impl GpuScene {
         let size_m = (high - low).length().max(1e-6);
         let wide = |vector: Vec3| vector.extend(0.0).to_array();
         FrameConstants {
-            clip_from_world: camera.clip_from_world(aspect, 1e-4 * size_m).to_cols_array_2d(),
+            clip_from_world: camera
+                .clip_from_world(aspect, 1e-4 * size_m)
+                .to_cols_array_2d(),
             eye_ws: wide(camera.eye),
             ray_right: wide(right * tan_y * aspect),
             ray_up: wide(up * tan_y),
             ray_forward: wide(forward),
             environment: wide(self.environment),
-            size_px: [width, height, self.lights.len() as u32, light_view_count(&self.lights)],
+            size_px: [
+                width,
+                height,
+                self.lights.len() as u32,
+                light_view_count(&self.lights),
+            ],
         }
     }
 }
 
 /// Number of light views of all lights: six of a point light, one of any other.
 pub(super) fn light_view_count(lights: &[Light]) -> u32 {
-    lights.iter().map(|light| if matches!(light, Light::Point { .. }) { 6 } else { 1 }).sum()
+    lights
+        .iter()
+        .map(|light| {
+            if matches!(light, Light::Point { .. }) {
+                6
+            } else {
+                1
+            }
+        })
+        .sum()
 }
 
 /// A storage buffer with contents; at least 16 bytes, so that it can be bound.
 pub(crate) fn storage(gpu: &Gpu, name: &str, bytes: &[u8]) -> Result<Arc<Buffer>, Error> {
-    let buffer = gpu.create_buffer(&BufferDesc { name: name.into(), size_bytes: (bytes.len() as u64).max(16), usage: BufferUsage::Storage })?;
+    let buffer = gpu.create_buffer(&BufferDesc {
+        name: name.into(),
+        size_bytes: (bytes.len() as u64).max(16),
+        usage: BufferUsage::Storage,
+    })?;
     if !bytes.is_empty() {
         gpu.upload_buffer(&buffer, bytes)?;
     }
@@ -335,10 +476,18 @@ pub(crate) fn storage(gpu: &Gpu, name: &str, bytes: &[u8]) -> Result<Arc<Buffer>
 
 fn gpu_material(material: &Material) -> GpuMaterial {
     let flag = |texture: Option<u32>| if texture.is_some() { 1.0 } else { 0.0 };
-    let (f0, roughness, metalness) = material.specular.map_or((Vec3::ZERO, -1.0, 0.0), |lobe| (lobe.f0, lobe.roughness, lobe.metalness));
+    let (f0, roughness, metalness) = material.specular.map_or((Vec3::ZERO, -1.0, 0.0), |lobe| {
+        (lobe.f0, lobe.roughness, lobe.metalness)
+    });
     GpuMaterial {
-        albedo: material.albedo.extend(flag(material.mask_texture)).to_array(),
-        emission: material.emission.extend(flag(material.normal_texture)).to_array(),
+        albedo: material
+            .albedo
+            .extend(flag(material.mask_texture))
+            .to_array(),
+        emission: material
+            .emission
+            .extend(flag(material.normal_texture))
+            .to_array(),
         specular: f0.extend(roughness).to_array(),
         metalness: [metalness, 0.0, 0.0, 0.0],
     }
@@ -350,9 +499,21 @@ fn gpu_lights(lights: &[Light]) -> Vec<GpuLight> {
     for light in lights {
         let view_count = light_view_count(std::slice::from_ref(light));
         let (kind, position, direction, power, inner_deg, outer_deg) = match *light {
-            Light::Directional { direction, irradiance } => (0.0, Vec3::ZERO, direction, irradiance, 0.0, 0.0),
-            Light::Point { position, intensity } => (1.0, position, Vec3::ZERO, intensity, 0.0, 0.0),
-            Light::Spot { position, direction, intensity, inner_deg, outer_deg } => (2.0, position, direction, intensity, inner_deg, outer_deg),
+            Light::Directional {
+                direction,
+                irradiance,
+            } => (0.0, Vec3::ZERO, direction, irradiance, 0.0, 0.0),
+            Light::Point {
+                position,
+                intensity,
+            } => (1.0, position, Vec3::ZERO, intensity, 0.0, 0.0),
+            Light::Spot {
+                position,
+                direction,
+                intensity,
+                inner_deg,
+                outer_deg,
+            } => (2.0, position, direction, intensity, inner_deg, outer_deg),
         };
         all.push(GpuLight {
             position_kind: position.extend(kind).to_array(),
@@ -366,8 +527,21 @@ fn gpu_lights(lights: &[Light]) -> Vec<GpuLight> {
 }
 
 fn material_sets(gpu: &Gpu, scene: &Scene) -> Result<MaterialSets, Error> {
-    let white = upload_texture(gpu, &Texture { name: "white".into(), kind: TextureKind::Mask, width: 1, height: 1, texels: vec![[255; 4]] })?;
-    let textures = scene.textures.iter().map(|texture| upload_texture(gpu, texture)).collect::<Result<Vec<_>, _>>()?;
+    let white = upload_texture(
+        gpu,
+        &Texture {
+            name: "white".into(),
+            kind: TextureKind::Mask,
+            width: 1,
+            height: 1,
+            texels: vec![[255; 4]],
+        },
+    )?;
+    let textures = scene
+        .textures
+        .iter()
+        .map(|texture| upload_texture(gpu, texture))
+        .collect::<Result<Vec<_>, _>>()?;
     let image = |index: Option<u32>| index.map_or(&white, |index| &textures[index as usize]);
     let sets = scene.materials.iter().map(|material| {
         gpu.create_material_set([

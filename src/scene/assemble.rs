@@ -1,7 +1,8 @@
 //! From parts with materials of their own to one [`Scene`] in its canonical order.
 //!
-//! The order depends on the order of the triangles alone: materials by first use, triangles by material (models stay contiguous), vertices by first use,
-//! textures by first use. A scene that is written and loaded again is therefore the same scene, to the bit.
+//! The order depends on the order of the triangles alone: materials by first use, triangles by
+//! material (models stay contiguous), vertices by first use, textures by first use. A scene that is
+//! written and loaded again is therefore the same scene, to the bit.
 
 use std::path::Path;
 
@@ -9,7 +10,8 @@ use glam::{DVec3, Vec3};
 
 use super::{Keyframe, Material, Model, Motion, Scene, SceneError, Triangle, Vertex};
 
-/// The geometry of one model; `triangles` index its own `vertices` and `materials`, materials index textures that all parts share.
+/// The geometry of one model; `triangles` index its own `vertices` and `materials`, materials index
+/// textures that all parts share.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Part {
     /// Name of the model.
@@ -27,12 +29,15 @@ pub(super) struct Part {
 }
 
 impl Part {
-    /// Drops triangles that have no area where they stand: 32-bit positions far from the origin are coarse. Answers how many.
+    /// Drops triangles that have no area where they stand: 32-bit positions far from the origin are
+    /// coarse. Answers how many.
     pub(super) fn drop_triangles_without_area(&mut self) -> usize {
         let count = self.triangles.len();
         let vertices = &self.vertices;
         self.triangles.retain(|triangle| {
-            let [a, b, c] = triangle.vertices.map(|index| Vec3::from(vertices[index as usize].position).as_dvec3());
+            let [a, b, c] = triangle
+                .vertices
+                .map(|index| Vec3::from(vertices[index as usize].position).as_dvec3());
             (b - a).cross(c - a) != DVec3::ZERO
         });
         count - self.triangles.len()
@@ -51,7 +56,11 @@ struct Renumber {
 
 impl Renumber {
     fn new(count: usize, base: usize) -> Self {
-        Renumber { new_from_old: vec![NEW; count], old_from_new: Vec::new(), base: base as u32 }
+        Renumber {
+            new_from_old: vec![NEW; count],
+            old_from_new: Vec::new(),
+            base: base as u32,
+        }
     }
 
     fn number(&mut self, old: u32) -> u32 {
@@ -77,8 +86,17 @@ impl Scene {
             triangle.vertices = triangle.vertices.map(|old| vertices.number(old));
         }
         let first_vertex = self.vertices.len() as u32;
-        self.vertices.extend(vertices.old_from_new.iter().map(|old| part.vertices[*old as usize]));
-        let motion = || Motion { first_vertex, rest: self.vertices[first_vertex as usize..].to_vec(), keyframes: part.keyframes.clone() };
+        self.vertices.extend(
+            vertices
+                .old_from_new
+                .iter()
+                .map(|old| part.vertices[*old as usize]),
+        );
+        let motion = || Motion {
+            first_vertex,
+            rest: self.vertices[first_vertex as usize..].to_vec(),
+            keyframes: part.keyframes.clone(),
+        };
         self.models.push(Model {
             name: part.name,
             dynamic: part.dynamic,
@@ -87,28 +105,54 @@ impl Scene {
             motion: (!part.keyframes.is_empty()).then(motion),
         });
         self.triangles.extend(part.triangles);
-        self.materials.extend(materials.old_from_new.iter().map(|old| part.materials[*old as usize].clone()));
+        self.materials.extend(
+            materials
+                .old_from_new
+                .iter()
+                .map(|old| part.materials[*old as usize].clone()),
+        );
     }
 
     /// Drops unused textures and numbers the others by first use; call once, after the last part.
     pub(super) fn finish_textures(&mut self) {
         let mut textures = Renumber::new(self.textures.len(), 0);
         for material in &mut self.materials {
-            let slots = [&mut material.albedo_texture, &mut material.emission_texture, &mut material.mask_texture, &mut material.normal_texture];
+            let slots = [
+                &mut material.albedo_texture,
+                &mut material.emission_texture,
+                &mut material.mask_texture,
+                &mut material.normal_texture,
+            ];
             for index in slots.into_iter().flatten() {
                 *index = textures.number(*index);
             }
         }
-        let mut old: Vec<_> = std::mem::take(&mut self.textures).into_iter().map(Some).collect();
-        self.textures = textures.old_from_new.iter().filter_map(|index| old[*index as usize].take()).collect();
+        let mut old: Vec<_> = std::mem::take(&mut self.textures)
+            .into_iter()
+            .map(Some)
+            .collect();
+        self.textures = textures
+            .old_from_new
+            .iter()
+            .filter_map(|index| old[*index as usize].take())
+            .collect();
     }
 
     /// Indices are 32 bits: says so where a scene has more; `path` is for the message.
-    pub(super) fn check_counts(path: &Path, vertex_count: usize, triangle_count: usize) -> Result<(), SceneError> {
+    pub(super) fn check_counts(
+        path: &Path,
+        vertex_count: usize,
+        triangle_count: usize,
+    ) -> Result<(), SceneError> {
         if vertex_count.max(triangle_count) < NEW as usize / 4 {
             return Ok(());
         }
-        let problem = format!("{vertex_count} vertices and {triangle_count} triangles are too many");
-        Err(SceneError::file(path, problem, "split the model: there can be at most 1073741822 of each"))
+        let problem =
+            format!("{vertex_count} vertices and {triangle_count} triangles are too many");
+        Err(SceneError::file(
+            path,
+            problem,
+            "split the model: there can be at most 1073741822 of each",
+        ))
     }
 }

@@ -17,7 +17,12 @@ pub struct Camera {
 
 impl Default for Camera {
     fn default() -> Self {
-        Camera { eye: Vec3::new(0.0, 0.0, 1.0), target: Vec3::ZERO, up: Vec3::Y, vfov_deg: 60.0 }
+        Camera {
+            eye: Vec3::new(0.0, 0.0, 1.0),
+            target: Vec3::ZERO,
+            up: Vec3::Y,
+            vfov_deg: 60.0,
+        }
     }
 }
 
@@ -29,7 +34,8 @@ impl Camera {
         [right, right.cross(forward), forward]
     }
 
-    /// Unit direction of the ray through a pixel position; (0, 0) is the top left corner of the image, (`width`, `height`) the bottom right.
+    /// Unit direction of the ray through a pixel position; (0, 0) is the top left corner of the
+    /// image, (`width`, `height`) the bottom right.
     pub fn ray_direction(&self, x_px: f32, y_px: f32, width: u32, height: u32) -> Vec3 {
         let [right, up, forward] = self.basis();
         let tan_y = (0.5 * self.vfov_deg.to_radians()).tan();
@@ -39,7 +45,8 @@ impl Camera {
         (forward + right * (x * tan_x) + up * (y * tan_y)).normalize()
     }
 
-    /// World space to Vulkan clip space: y down, depth reversed with an infinite far plane (1 at `near_m`, 0 infinitely far).
+    /// World space to Vulkan clip space: y down, depth reversed with an infinite far plane (1 at
+    /// `near_m`, 0 infinitely far).
     pub fn clip_from_world(&self, aspect: f32, near_m: f32) -> Mat4 {
         let scale_y = 1.0 / (0.5 * self.vfov_deg.to_radians()).tan();
         let clip_from_view = Mat4::from_cols(

@@ -39,7 +39,8 @@ pub enum SceneError {
     },
     /// Textures that materials refer to do not exist; all of them.
     #[error(
-        "{} missing texture{}: {}; add the files, or pass --allow-missing-textures to render them mid-grey",
+        "{} missing texture{}: {}; add the files, or pass --allow-missing-textures to render them \
+            mid-grey",
         missing.len(), if missing.len() == 1 { "" } else { "s" }, missing.join(", ")
     )]
     MissingTextures {
@@ -67,7 +68,11 @@ pub enum SceneError {
         hint: String,
     },
     /// A file cannot be written.
-    #[error("{}: cannot be written ({problem}); check that the folder exists, is writable and has space", path.display())]
+    #[error(
+        "{}: cannot be written ({problem}); check that the folder exists, is writable and has \
+         space",
+        path.display()
+    )]
     Write {
         /// The file or folder.
         path: PathBuf,
@@ -78,13 +83,27 @@ pub enum SceneError {
 
 impl SceneError {
     /// An error on one line of a text file.
-    pub(super) fn line(path: &Path, line: usize, problem: impl Into<String>, hint: impl Into<String>) -> Self {
-        SceneError::Line { path: path.to_owned(), line, problem: problem.into(), hint: hint.into() }
+    pub(super) fn line(
+        path: &Path,
+        line: usize,
+        problem: impl Into<String>,
+        hint: impl Into<String>,
+    ) -> Self {
+        SceneError::Line {
+            path: path.to_owned(),
+            line,
+            problem: problem.into(),
+            hint: hint.into(),
+        }
     }
 
     /// An error in a file as a whole.
     pub(super) fn file(path: &Path, problem: impl Into<String>, hint: impl Into<String>) -> Self {
-        SceneError::File { path: path.to_owned(), problem: problem.into(), hint: hint.into() }
+        SceneError::File {
+            path: path.to_owned(),
+            problem: problem.into(),
+            hint: hint.into(),
+        }
     }
 
     /// A file that cannot be read, with the hint that suits the reason.
@@ -95,11 +114,18 @@ impl SceneError {
             std::io::ErrorKind::PermissionDenied => "check the file's permissions",
             _ => "check that the file is intact",
         };
-        SceneError::Read { path: path.to_owned(), source, hint }
+        SceneError::Read {
+            path: path.to_owned(),
+            source,
+            hint,
+        }
     }
 
     /// A file that cannot be written.
     pub(super) fn write(path: &Path, problem: impl std::fmt::Display) -> Self {
-        SceneError::Write { path: path.to_owned(), problem: problem.to_string() }
+        SceneError::Write {
+            path: path.to_owned(),
+            problem: problem.to_string(),
+        }
     }
 }

@@ -17,7 +17,9 @@ impl Default for Fnv {
 impl Fnv {
     /// Hashes more bytes.
     pub fn bytes(&mut self, bytes: &[u8]) {
-        let fold = |hash: u128, &byte: &u8| (hash ^ u128::from(byte)).wrapping_mul(0x0000_0000_0100_0000_0000_0000_0000_013b);
+        let fold = |hash: u128, &byte: &u8| {
+            (hash ^ u128::from(byte)).wrapping_mul(0x0000_0000_0100_0000_0000_0000_0000_013b)
+        };
         self.0 = bytes.iter().fold(self.0, fold);
     }
 
@@ -42,20 +44,34 @@ impl Scene {
         for texture in &self.textures {
             hash.bytes(bytemuck::cast_slice(&texture.texels));
             // Writing to a hash cannot fail.
-            let _ = write!(hash, "{:?} {} {}", texture.kind, texture.width, texture.height);
+            let _ = write!(
+                hash,
+                "{:?} {} {}",
+                texture.kind, texture.width, texture.height
+            );
         }
     }
 
     /// Materials, lights, environment and camera as debug text, which spells floats exactly.
     pub(crate) fn small_content(&self) -> String {
-        format!("{:?} {:?} {:?} {:?}", self.materials, self.lights, self.environment, self.camera)
+        format!(
+            "{:?} {:?} {:?} {:?}",
+            self.materials, self.lights, self.environment, self.camera
+        )
     }
 
     /// A hash of all that the scene is made of, but not of its name.
     pub fn content_hash(&self) -> u128 {
         let mut hash = Fnv::default();
         self.hash_geometry(&mut hash);
-        let _ = write!(hash, "{} {:?} {} {}", self.small_content(), self.models, self.vertices.len(), self.triangles.len());
+        let _ = write!(
+            hash,
+            "{} {:?} {} {}",
+            self.small_content(),
+            self.models,
+            self.vertices.len(),
+            self.triangles.len()
+        );
         hash.value()
     }
 }

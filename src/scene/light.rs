@@ -19,7 +19,8 @@ pub enum Light {
         /// Intensity [W/sr].
         intensity: Vec3,
     },
-    /// Spot light: full intensity inside the inner half angle, falling linearly in angle to nothing at the outer half angle.
+    /// Spot light: full intensity inside the inner half angle, falling linearly in angle to nothing
+    /// at the outer half angle.
     Spot {
         /// Position \[m\].
         position: Vec3,
@@ -35,23 +36,48 @@ pub enum Light {
 }
 
 impl Light {
-    /// Unit direction from `point` towards the light, the distance to it \[m\] (infinite for a directional light), and the irradiance on a plane at
-    /// `point` that faces the light [W/m²], were nothing in the way.
+    /// Unit direction from `point` towards the light, the distance to it \[m\] (infinite for a
+    /// directional light), and the irradiance on a plane at `point` that faces the light
+    /// [W/m²], were nothing in the way.
     pub fn sample(&self, point: Vec3) -> (Vec3, f32, Vec3) {
         match *self {
-            Light::Directional { direction, irradiance } => (-direction, f32::INFINITY, irradiance),
-            Light::Point { position, intensity } => {
+            Light::Directional {
+                direction,
+                irradiance,
+            } => (-direction, f32::INFINITY, irradiance),
+            Light::Point {
+                position,
+                intensity,
+            } => {
                 let to_light = position - point;
                 let distance_m = to_light.length();
-                (to_light / distance_m, distance_m, intensity / (distance_m * distance_m))
+                (
+                    to_light / distance_m,
+                    distance_m,
+                    intensity / (distance_m * distance_m),
+                )
             }
-            Light::Spot { position, direction, intensity, inner_deg, outer_deg } => {
+            Light::Spot {
+                position,
+                direction,
+                intensity,
+                inner_deg,
+                outer_deg,
+            } => {
                 let to_light = position - point;
                 let distance_m = to_light.length();
                 let wi = to_light / distance_m;
                 let angle_deg = (-wi).dot(direction).clamp(-1.0, 1.0).acos().to_degrees();
-                let falloff = if angle_deg <= inner_deg { 1.0 } else { ((outer_deg - angle_deg) / (outer_deg - inner_deg)).max(0.0) };
-                (wi, distance_m, intensity * (falloff / (distance_m * distance_m)))
+                let falloff = if angle_deg <= inner_deg {
+                    1.0
+                } else {
+                    ((outer_deg - angle_deg) / (outer_deg - inner_deg)).max(0.0)
+                };
+                (
+                    wi,
+                    distance_m,
+                    intensity * (falloff / (distance_m * distance_m)),
+                )
             }
         }
     }

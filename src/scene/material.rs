@@ -13,7 +13,8 @@ pub struct Specular {
     pub metalness: f32,
 }
 
-/// A material: Lambert, two-sided for transport, with optional emission (front side only), mask, normal map and specular lobe.
+/// A material: Lambert, two-sided for transport, with optional emission (front side only), mask,
+/// normal map and specular lobe.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
     /// Name in the MTL.
@@ -22,13 +23,15 @@ pub struct Material {
     pub albedo: Vec3,
     /// Index into [`super::Scene::textures`], kind [`super::TextureKind::Color`].
     pub albedo_texture: Option<u32>,
-    /// Emitted radiance [W/(m² sr)], front side only, multiplied by `emission_texture` where there is one.
+    /// Emitted radiance [W/(m² sr)], front side only, multiplied by `emission_texture` where there
+    /// is one.
     pub emission: Vec3,
     /// Index into the textures, kind `Color`.
     pub emission_texture: Option<u32>,
     /// Alpha mask, kind [`super::TextureKind::Mask`]: below 0.5 there is no surface.
     pub mask_texture: Option<u32>,
-    /// Tangent-space normal map, kind [`super::TextureKind::Normal`]; bump maps are converted to it on loading.
+    /// Tangent-space normal map, kind [`super::TextureKind::Normal`]; bump maps are converted to
+    /// it on loading.
     pub normal_texture: Option<u32>,
     /// Specular lobe; `None` is a purely diffuse surface.
     pub specular: Option<Specular>,

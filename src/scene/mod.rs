@@ -1,7 +1,8 @@
 //! The scene on the CPU: what every renderer in this crate, GPU technique or reference, is given.
 //!
-//! Lengths are metres, +y is up, light is linear RGB in the units of [`crate`]'s radiometric contract.
-//! Triangles are sorted by material, so that a material is one contiguous range ([`Scene::batches`]).
+//! Lengths are metres, +y is up, light is linear RGB in the units of [`crate`]'s radiometric
+//! contract. Triangles are sorted by material, so that a material is one contiguous range
+//! ([`Scene::batches`]).
 
 mod assemble;
 pub mod bundled;
@@ -47,7 +48,8 @@ gpu_struct! {
         pub u: f32,
         /// Unit shading normal in world space.
         pub normal: [f32; 3],
-        /// Second texture coordinate, upwards (OBJ convention: v = 0 is the bottom row of the picture).
+        /// Second texture coordinate, upwards (OBJ convention: v = 0 is the bottom row of the
+        /// picture).
         pub v: f32,
     }
 }
@@ -73,7 +75,8 @@ pub struct Batch {
     pub triangle_count: u32,
 }
 
-/// One model of a scene: a contiguous range of its triangles, whose vertices and materials belong to no other model.
+/// One model of a scene: a contiguous range of its triangles, whose vertices and materials belong
+/// to no other model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Model {
     /// The OBJ file's stem or the bundled scene's name.
@@ -88,7 +91,8 @@ pub struct Model {
     pub motion: Option<Motion>,
 }
 
-/// A whole scene, in world space, at one time: that of the last [`Scene::set_time`], or 0 s after loading.
+/// A whole scene, in world space, at one time: that of the last [`Scene::set_time`], or 0 s after
+/// loading.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Scene {
     /// Name for reports: the file's stem or the bundled scene's name.
@@ -123,7 +127,11 @@ impl Scene {
         for (index, triangle) in self.triangles.iter().enumerate() {
             match batches.last_mut() {
                 Some(batch) if batch.material == triangle.material => batch.triangle_count += 1,
-                _ => batches.push(Batch { material: triangle.material, first_triangle: index as u32, triangle_count: 1 }),
+                _ => batches.push(Batch {
+                    material: triangle.material,
+                    first_triangle: index as u32,
+                    triangle_count: 1,
+                }),
             }
         }
         batches
@@ -131,11 +139,15 @@ impl Scene {
 
     /// Whether any surface emits.
     pub fn is_emissive(&self) -> bool {
-        self.materials.iter().any(|material| material.emission != Vec3::ZERO)
+        self.materials
+            .iter()
+            .any(|material| material.emission != Vec3::ZERO)
     }
 
     /// Whether any surface has a specular lobe.
     pub fn is_glossy(&self) -> bool {
-        self.materials.iter().any(|material| material.specular.is_some())
+        self.materials
+            .iter()
+            .any(|material| material.specular.is_some())
     }
 }

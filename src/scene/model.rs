@@ -12,7 +12,8 @@ use super::textures::TextureRequests;
 use super::toml::COORDINATE_MAX;
 use super::{Keyframe, Material, Pose, Scene, SceneError, Triangle, Vertex, paths};
 
-/// Normals whose squared length is this close to 1 stay as they are, so that loading what was written changes no bit.
+/// Normals whose squared length is this close to 1 stay as they are, so that loading what was
+/// written changes no bit.
 const UNIT_TOLERANCE: f32 = 1e-6;
 
 /// Where a model stands: scaled, then posed.
@@ -26,7 +27,10 @@ pub(super) struct Placement {
 
 impl Default for Placement {
     fn default() -> Self {
-        Placement { scale: 1.0, pose: Pose::default() }
+        Placement {
+            scale: 1.0,
+            pose: Pose::default(),
+        }
     }
 }
 
@@ -34,7 +38,13 @@ impl Placement {
     /// The transform, or `None` where it changes nothing.
     fn world_from_model(&self) -> Option<Affine3A> {
         let Pose { translate, .. } = self.pose;
-        (*self != Placement::default()).then(|| Affine3A::from_scale_rotation_translation(Vec3::splat(self.scale), self.pose.rotation(), translate))
+        (*self != Placement::default()).then(|| {
+            Affine3A::from_scale_rotation_translation(
+                Vec3::splat(self.scale),
+                self.pose.rotation(),
+                translate,
+            )
+        })
     }
 }
 
@@ -59,28 +69,68 @@ pub(super) struct Use {
 }
 
 /// Loads one OBJ.
-pub(super) fn load(path: &Path, model: &Use, requests: &mut TextureRequests) -> Result<Part, SceneError> {
+pub(super) fn load(
+    path: &Path,
+    model: &Use,
+    requests: &mut TextureRequests,
+) -> Result<Part, SceneError> {
     let text = paths::read_text(path)?;
     let obj = Obj::parse(path, &text)?;
     if obj.triangles.is_empty() {
-        return Err(SceneError::file(path, "there are no faces in it", "give an OBJ file with `f` lines"));
+        return Err(SceneError::file(
+            path,
+            "there are no faces in it",
+            "give an OBJ file with `f` lines",
+        ));
     }
     Scene::check_counts(path, 3 * obj.triangles.len(), obj.triangles.len())?;
     let materials = Materials::load(path, &obj, requests)?;
-    let mut builder = Builder { obj: &obj, materials: &materials, part: Part::default(), index_from_corner: HashMap::new(), counts: Counts::default() };
+    let mut builder = Builder {
+        obj: &obj,
+        materials: &materials,
+        part: Part::default(),
+        index_from_corner: HashMap::new(),
+        counts: Counts::default(),
+    };
     for (index, (corners, name)) in obj.triangles.iter().enumerate() {
         builder.add(index as u32, corners, *name);
     }
-    let Builder { mut part, mut counts, .. } = builder;
+    let Builder {
+        mut part,
+        mut counts,
+        ..
+    } = builder;
     for keyframe in &model.keyframes {
-        place(path, &mut part.clone(), &Placement { pose: keyframe.pose, ..model.placement })?;
+        place(
+            path,
+            &mut part.clone(),
+            &Placement {
+                pose: keyframe.pose,
+                ..model.placement
+            },
+        )?;
     }
-    let rest = Placement { pose: Pose::default(), ..model.placement };
-    place(path, &mut part, if model.keyframes.is_empty() { &model.placement } else { &rest })?;
+    let rest = Placement {
+        pose: Pose::default(),
+        ..model.placement
+    };
+    place(
+        path,
+        &mut part,
+        if model.keyframes.is_empty() {
+            &model.placement
+        } else {
+            &rest
+        },
+    )?;
     counts.zero_area += part.drop_triangles_without_area();
     warn(path, &obj, &counts);
     if part.triangles.is_empty() {
-        return Err(SceneError::file(path, "all of its triangles have no area or are removed by `d`", "check the model's scale and materials"));
+        return Err(SceneError::file(
+            path,
+            "all of its triangles have no area or are removed by `d`",
+            "check the model's scale and materials",
+        ));
     }
     part.name = paths::stem_of(path);
     part.dynamic = model.dynamic;
@@ -92,19 +142,34 @@ pub(super) fn load(path: &Path, model: &Use, requests: &mut TextureRequests) -> 
 fn warn(path: &Path, obj: &Obj, counts: &Counts) {
     let path = path.display();
     if let (count @ 1.., line) = obj.crossing {
-        log::warn!("{path}:{line}: {count} faces cross themselves, this one first; they are split into triangles as well as can be");
+        log::warn!(
+            "{path}:{line}: {count} faces cross themselves, this one first; they are split into \
+             triangles as well as can be"
+        );
     }
     if counts.zero_area > 0 {
-        log::warn!("{path}: dropped {} triangles without area", counts.zero_area);
+        log::warn!(
+            "{path}: dropped {} triangles without area",
+            counts.zero_area
+        );
     }
     if counts.without_material > 0 {
-        log::warn!("{path}: {} triangles have no known material; they get a grey one", counts.without_material);
+        log::warn!(
+            "{path}: {} triangles have no known material; they get a grey one",
+            counts.without_material
+        );
     }
     if counts.removed > 0 {
-        log::warn!("{path}: dropped {} triangles whose material has `d` below 0.5", counts.removed);
+        log::warn!(
+            "{path}: dropped {} triangles whose material has `d` below 0.5",
+            counts.removed
+        );
     }
     if counts.without_normal > 0 {
-        log::info!("{path}: {} triangles have corners without a normal; those get the face normal", counts.without_normal);
+        log::info!(
+            "{path}: {} triangles have corners without a normal; those get the face normal",
+            counts.without_normal
+        );
     }
 }
 
@@ -112,21 +177,38 @@ fn place(path: &Path, part: &mut Part, placement: &Placement) -> Result<(), Scen
     if let Some(world_from_model) = placement.world_from_model() {
         let rotation = Mat3::from(world_from_model.matrix3) * (1.0 / placement.scale);
         for vertex in &mut part.vertices {
-            vertex.position = world_from_model.transform_point3(Vec3::from(vertex.position)).to_array();
-            vertex.normal = (rotation * Vec3::from(vertex.normal)).normalize().to_array();
+            vertex.position = world_from_model
+                .transform_point3(Vec3::from(vertex.position))
+                .to_array();
+            vertex.normal = (rotation * Vec3::from(vertex.normal))
+                .normalize()
+                .to_array();
         }
     }
-    let is_near = |vertex: &Vertex| Vec3::from(vertex.position).abs().cmple(Vec3::splat(COORDINATE_MAX)).all();
+    let is_near = |vertex: &Vertex| {
+        Vec3::from(vertex.position)
+            .abs()
+            .cmple(Vec3::splat(COORDINATE_MAX))
+            .all()
+    };
     match part.vertices.iter().find(|vertex| !is_near(vertex)) {
         None => Ok(()),
         Some(Vertex { position, .. }) => {
-            let problem = format!("a vertex is at {position:?} after `scale` and `translate`, further than {COORDINATE_MAX:?} m from the origin");
-            Err(SceneError::file(path, problem, "use a smaller scale or translation"))
+            let problem = format!(
+                "a vertex is at {position:?} after `scale` and `translate`, further than \
+                 {COORDINATE_MAX:?} m from the origin"
+            );
+            Err(SceneError::file(
+                path,
+                problem,
+                "use a smaller scale or translation",
+            ))
         }
     }
 }
 
-/// The materials of an OBJ: those that its `usemtl` lines name, in that order, then the default material.
+/// The materials of an OBJ: those that its `usemtl` lines name, in that order, then the default
+/// material.
 struct Materials {
     list: Vec<Material>,
     removed: Vec<bool>,
@@ -134,30 +216,65 @@ struct Materials {
 }
 
 impl Materials {
-    fn load(path: &Path, obj: &Obj, requests: &mut TextureRequests) -> Result<Materials, SceneError> {
+    fn load(
+        path: &Path,
+        obj: &Obj,
+        requests: &mut TextureRequests,
+    ) -> Result<Materials, SceneError> {
         let mut from_name: HashMap<String, (PathBuf, MtlMaterial)> = HashMap::new();
         for file in library_files(path, obj)? {
             for material in mtl::parse(&file, &paths::read_text(&file)?)? {
-                from_name.entry(material.name.clone()).or_insert_with(|| (file.clone(), material));
+                from_name
+                    .entry(material.name.clone())
+                    .or_insert_with(|| (file.clone(), material));
             }
         }
-        let mut materials = Materials { list: Vec::new(), removed: Vec::new(), known: Vec::new() };
+        let mut materials = Materials {
+            list: Vec::new(),
+            removed: Vec::new(),
+            known: Vec::new(),
+        };
         let mut matt = Vec::new();
         for (name, line) in &obj.material_names {
             let Some((file, material)) = from_name.get(name) else {
-                log::warn!("{}:{line}: no material is called `{name}`; a grey one stands in", path.display());
-                materials.push(Material { name: name.clone(), ..Material::default() }, false, false);
+                log::warn!(
+                    "{}:{line}: no material is called `{name}`; a grey one stands in",
+                    path.display()
+                );
+                materials.push(
+                    Material {
+                        name: name.clone(),
+                        ..Material::default()
+                    },
+                    false,
+                    false,
+                );
                 continue;
             };
             let (converted, specular_ignored) = material.to_material();
             if specular_ignored {
                 matt.push(format!("`{name}`"));
             }
-            materials.push(requests.texture(file, material, converted), material.is_removed(), true);
+            materials.push(
+                requests.texture(file, material, converted),
+                material.is_removed(),
+                true,
+            );
         }
-        materials.push(Material { name: free_name(obj, Material::default().name), ..Material::default() }, false, false);
+        materials.push(
+            Material {
+                name: free_name(obj, Material::default().name),
+                ..Material::default()
+            },
+            false,
+            false,
+        );
         if !matt.is_empty() {
-            log::warn!("{}: `Ks` without `Pr` or `Ns` does not say how rough it is and is ignored: {}", path.display(), matt.join(", "));
+            log::warn!(
+                "{}: `Ks` without `Pr` or `Ns` does not say how rough it is and is ignored: {}",
+                path.display(),
+                matt.join(", ")
+            );
         }
         Ok(materials)
     }
@@ -177,7 +294,8 @@ fn free_name(obj: &Obj, mut name: String) -> String {
     name
 }
 
-/// The MTL files of all `mtllib` lines; an argument is one file name with spaces where that exists, else several names.
+/// The MTL files of all `mtllib` lines; an argument is one file name with spaces where that exists,
+/// else several names.
 fn library_files(path: &Path, obj: &Obj) -> Result<Vec<PathBuf>, SceneError> {
     let folder = paths::folder_of(path);
     let mut files = Vec::new();
@@ -188,7 +306,12 @@ fn library_files(path: &Path, obj: &Obj) -> Result<Vec<PathBuf>, SceneError> {
         }
         for name in argument.split_whitespace() {
             files.push(paths::resolve(folder, name).ok_or_else(|| {
-                SceneError::line(path, *line, format!("the material file `{name}` does not exist"), "put it beside the OBJ, or remove the `mtllib` line")
+                SceneError::line(
+                    path,
+                    *line,
+                    format!("the material file `{name}` does not exist"),
+                    "put it beside the OBJ, or remove the `mtllib` line",
+                )
             })?);
         }
     }
@@ -206,7 +329,11 @@ struct Builder<'a> {
 
 impl Builder<'_> {
     fn add(&mut self, triangle: u32, corners: &[Corner; 3], name: u32) {
-        let material = if name == NONE { self.materials.list.len() as u32 - 1 } else { name };
+        let material = if name == NONE {
+            self.materials.list.len() as u32 - 1
+        } else {
+            name
+        };
         if self.materials.removed[material as usize] {
             self.counts.removed += 1;
             return;
@@ -228,23 +355,40 @@ impl Builder<'_> {
 
     fn vertex(&mut self, corner: Corner, flat_face: u32, normal: Vec3) -> u32 {
         let vertices = &mut self.part.vertices;
-        *self.index_from_corner.entry((corner, flat_face)).or_insert_with(|| {
-            let [u, v] = if corner.texcoord == NONE { [0.0; 2] } else { self.obj.texcoords[corner.texcoord as usize] };
-            let position = self.obj.positions[corner.position as usize].to_array();
-            vertices.push(Vertex { position, u, normal: normal.to_array(), v });
-            vertices.len() as u32 - 1
-        })
+        *self
+            .index_from_corner
+            .entry((corner, flat_face))
+            .or_insert_with(|| {
+                let [u, v] = if corner.texcoord == NONE {
+                    [0.0; 2]
+                } else {
+                    self.obj.texcoords[corner.texcoord as usize]
+                };
+                let position = self.obj.positions[corner.position as usize].to_array();
+                vertices.push(Vertex {
+                    position,
+                    u,
+                    normal: normal.to_array(),
+                    v,
+                });
+                vertices.len() as u32 - 1
+            })
     }
 
     /// The file's normal, of unit length; `None` where there is none or it has no length.
     fn corner_normal(&self, corner: Corner) -> Option<Vec3> {
         let normal = *self.obj.normals.get(corner.normal as usize)?;
         let length_squared = normal.length_squared();
-        if (length_squared - 1.0).abs() <= UNIT_TOLERANCE { Some(normal) } else { unit(normal.as_dvec3()) }
+        if (length_squared - 1.0).abs() <= UNIT_TOLERANCE {
+            Some(normal)
+        } else {
+            unit(normal.as_dvec3())
+        }
     }
 
     fn face_normal(&self, corners: &[Corner; 3]) -> Option<Vec3> {
-        let [a, b, c] = corners.map(|corner| self.obj.positions[corner.position as usize].as_dvec3());
+        let [a, b, c] =
+            corners.map(|corner| self.obj.positions[corner.position as usize].as_dvec3());
         unit((b - a).cross(c - a))
     }
 }

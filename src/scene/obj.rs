@@ -1,7 +1,9 @@
 //! OBJ geometry, parsed line by line so that every error has its line.
 //!
-//! Read: `v`, `vt`, `vn`, `f` (any number of corners, negative indices), `usemtl`, `mtllib`; everything else (groups, smoothing, lines, points,
-//! free-form surfaces) is passed over. Extra numbers on `v` and `vt` (w, vertex colours) are ignored. Polygons become triangles ([`super::polygon`]).
+//! Read: `v`, `vt`, `vn`, `f` (any number of corners, negative indices), `usemtl`, `mtllib`;
+//! everything else (groups, smoothing, lines, points, free-form surfaces) is passed over. Extra
+//! numbers on `v` and `vt` (w, vertex colours) are ignored. Polygons become triangles
+//! ([`super::polygon`]).
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -17,7 +19,8 @@ pub(super) const NONE: u32 = u32::MAX;
 /// Largest texture coordinate: far beyond it 32-bit numbers tell no texels apart.
 const TEXCOORD_MAX: f32 = 1e9;
 
-/// Indices of one triangle corner into the lists of [`Obj`]; texture coordinate and normal may be [`NONE`].
+/// Indices of one triangle corner into the lists of [`Obj`]; texture coordinate and normal may be
+/// [`NONE`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Corner {
     /// Position.
@@ -61,8 +64,15 @@ struct Parser<'a> {
 impl Obj {
     /// Parses the text of an OBJ file; `path` is for messages only.
     pub(super) fn parse(path: &Path, text: &str) -> Result<Obj, SceneError> {
-        let mut parser =
-            Parser { path, line: 0, obj: Obj::default(), materials: HashMap::new(), material: NONE, polygon: Vec::new(), splitter: Splitter::default() };
+        let mut parser = Parser {
+            path,
+            line: 0,
+            obj: Obj::default(),
+            materials: HashMap::new(),
+            material: NONE,
+            polygon: Vec::new(),
+            splitter: Splitter::default(),
+        };
         for line in text.lines() {
             parser.line += 1;
             parser.read_line(line)?;
@@ -73,7 +83,10 @@ impl Obj {
 
 impl Parser<'_> {
     fn read_line(&mut self, line: &str) -> Result<(), SceneError> {
-        let (key, rest) = line.trim().split_once(char::is_whitespace).unwrap_or((line.trim(), ""));
+        let (key, rest) = line
+            .trim()
+            .split_once(char::is_whitespace)
+            .unwrap_or((line.trim(), ""));
         // Names may hold a #; behind numbers it begins a comment.
         let (name, numbers) = (rest.trim(), rest.split('#').next().unwrap_or_default());
         match key {
@@ -85,7 +98,10 @@ impl Parser<'_> {
                 let texcoord = self.numbers::<2>("vt", numbers, 1)?;
                 if let Some(value) = texcoord.iter().find(|value| value.abs() > TEXCOORD_MAX) {
                     let problem = format!("`vt` has {value:?}, out of range");
-                    return Err(self.error(problem, &format!("it must be between -{TEXCOORD_MAX:?} and {TEXCOORD_MAX:?}")));
+                    return Err(self.error(
+                        problem,
+                        &format!("it must be between -{TEXCOORD_MAX:?} and {TEXCOORD_MAX:?}"),
+                    ));
                 }
                 self.obj.texcoords.push(texcoord);
             }
@@ -102,18 +118,34 @@ impl Parser<'_> {
     }
 
     /// The first `N` numbers on the line, of which at least `required` are there; all finite.
-    fn numbers<const N: usize>(&self, key: &str, rest: &str, required: usize) -> Result<[f32; N], SceneError> {
+    fn numbers<const N: usize>(
+        &self,
+        key: &str,
+        rest: &str,
+        required: usize,
+    ) -> Result<[f32; N], SceneError> {
         let mut values = [0.0_f32; N];
         let mut count = 0;
         for (value, word) in values.iter_mut().zip(rest.split_whitespace()) {
-            *value = word.parse().map_err(|_| self.error(format!("`{key}` has `{word}`, which is not a number"), "write a decimal number there"))?;
+            *value = word.parse().map_err(|_| {
+                self.error(
+                    format!("`{key}` has `{word}`, which is not a number"),
+                    "write a decimal number there",
+                )
+            })?;
             if !value.is_finite() {
-                return Err(self.error(format!("`{key}` has `{word}`, which is not finite"), "export the model again without NaN and infinite values"));
+                return Err(self.error(
+                    format!("`{key}` has `{word}`, which is not finite"),
+                    "export the model again without NaN and infinite values",
+                ));
             }
             count += 1;
         }
         if count < required {
-            return Err(self.error(format!("`{key}` has {count} numbers where {required} are needed"), "complete the line, or export the model again"));
+            return Err(self.error(
+                format!("`{key}` has {count} numbers where {required} are needed"),
+                "complete the line, or export the model again",
+            ));
         }
         Ok(values)
     }
@@ -137,7 +169,13 @@ impl Parser<'_> {
             polygon.push(self.corner(word)?);
         }
         if polygon.len() < 3 {
-            return Err(self.error(format!("`f` has {} corners where at least 3 are needed", polygon.len()), "remove the face, or complete it"));
+            return Err(self.error(
+                format!(
+                    "`f` has {} corners where at least 3 are needed",
+                    polygon.len()
+                ),
+                "remove the face, or complete it",
+            ));
         }
         match polygon[..] {
             [a, b, c] => self.obj.triangles.push(([a, b, c], self.material)),
@@ -148,10 +186,18 @@ impl Parser<'_> {
     }
 
     fn split(&mut self, polygon: &[Corner]) {
-        let corners: Vec<DVec3> = polygon.iter().map(|corner| self.obj.positions[corner.position as usize].as_dvec3()).collect();
+        let corners: Vec<DVec3> = polygon
+            .iter()
+            .map(|corner| self.obj.positions[corner.position as usize].as_dvec3())
+            .collect();
         let split = self.splitter.split(&corners);
         let corner = |index: u32| polygon[index as usize];
-        self.obj.triangles.extend(split.triangles.iter().map(|triangle| (triangle.map(corner), self.material)));
+        self.obj.triangles.extend(
+            split
+                .triangles
+                .iter()
+                .map(|triangle| (triangle.map(corner), self.material)),
+        );
         if split.crosses_itself {
             let (count, first) = self.obj.crossing;
             self.obj.crossing = (count + 1, if count == 0 { self.line } else { first });
@@ -160,22 +206,51 @@ impl Parser<'_> {
 
     fn corner(&self, word: &str) -> Result<Corner, SceneError> {
         let mut parts = word.split('/');
-        let position = self.index("v", parts.next().unwrap_or_default(), self.obj.positions.len())?;
-        let texcoord = self.index("vt", parts.next().unwrap_or_default(), self.obj.texcoords.len())?;
-        let normal = self.index("vn", parts.next().unwrap_or_default(), self.obj.normals.len())?;
+        let position = self.index(
+            "v",
+            parts.next().unwrap_or_default(),
+            self.obj.positions.len(),
+        )?;
+        let texcoord = self.index(
+            "vt",
+            parts.next().unwrap_or_default(),
+            self.obj.texcoords.len(),
+        )?;
+        let normal = self.index(
+            "vn",
+            parts.next().unwrap_or_default(),
+            self.obj.normals.len(),
+        )?;
         if position == NONE || parts.next().is_some() {
-            return Err(self.error(format!("`f` has the corner `{word}`"), "a corner is v, v/vt, v//vn or v/vt/vn"));
+            return Err(self.error(
+                format!("`f` has the corner `{word}`"),
+                "a corner is v, v/vt, v//vn or v/vt/vn",
+            ));
         }
-        Ok(Corner { position, texcoord, normal })
+        Ok(Corner {
+            position,
+            texcoord,
+            normal,
+        })
     }
 
-    /// An OBJ index (from 1, or negative from the end) into `count` entries; [`NONE`] where the text is empty.
+    /// An OBJ index (from 1, or negative from the end) into `count` entries; [`NONE`] where the
+    /// text is empty.
     fn index(&self, list: &str, text: &str, count: usize) -> Result<u32, SceneError> {
         if text.is_empty() {
             return Ok(NONE);
         }
-        let signed: i64 = text.parse().map_err(|_| self.error(format!("`f` has `{text}`, which is not an index"), "indices are whole numbers from 1"))?;
-        let index = if signed < 0 { count as i64 + signed } else { signed - 1 };
+        let signed: i64 = text.parse().map_err(|_| {
+            self.error(
+                format!("`f` has `{text}`, which is not an index"),
+                "indices are whole numbers from 1",
+            )
+        })?;
+        let index = if signed < 0 {
+            count as i64 + signed
+        } else {
+            signed - 1
+        };
         match u32::try_from(index) {
             Ok(index) if (index as usize) < count && index != NONE => Ok(index),
             _ => Err(self.error(

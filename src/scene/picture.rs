@@ -39,14 +39,21 @@ impl Use {
         }
     }
 
-    /// One texel that stands for a missing picture: mid-grey (linear 0.5), full coverage, or a flat normal.
+    /// One texel that stands for a missing picture: mid-grey (linear 0.5), full coverage, or a flat
+    /// normal.
     pub(super) fn placeholder(self, name: &str) -> Texture {
         let texel = match self {
             Use::Color => [188, 188, 188, 255],
             Use::Mask => [255, 255, 255, 255],
             Use::Normal | Use::Bump(_) => [128, 128, 255, 255],
         };
-        Texture { name: name.to_owned(), kind: self.kind(), width: 1, height: 1, texels: vec![texel] }
+        Texture {
+            name: name.to_owned(),
+            kind: self.kind(),
+            width: 1,
+            height: 1,
+            texels: vec![texel],
+        }
     }
 }
 
@@ -57,31 +64,62 @@ pub(super) fn read(path: &Path, name: &str, wanted: Use) -> Result<Texture, Scen
         Use::Color | Use::Normal => {}
         Use::Mask => mask_from_alpha(&mut texels),
         Use::Bump(_) if is_normal_map(&texels) => {
-            log::warn!("{}: named as a bump map but holds normals; read as a normal map", path.display());
+            log::warn!(
+                "{}: named as a bump map but holds normals; read as a normal map",
+                path.display()
+            );
         }
-        Use::Bump(multiplier) => texels = normals_from_heights(width, height, &texels, multiplier * BUMP_HEIGHT_TEXELS),
+        Use::Bump(multiplier) => {
+            texels = normals_from_heights(width, height, &texels, multiplier * BUMP_HEIGHT_TEXELS)
+        }
     }
-    Ok(Texture { name: name.to_owned(), kind: wanted.kind(), width, height, texels })
+    Ok(Texture {
+        name: name.to_owned(),
+        kind: wanted.kind(),
+        width,
+        height,
+        texels,
+    })
 }
 
 fn decode(path: &Path) -> Result<(u32, u32, Vec<[u8; 4]>), SceneError> {
     let damaged = |error: image::ImageError| {
-        SceneError::file(path, format!("the picture cannot be decoded ({error})"), "export it again as PNG, JPEG, TGA or BMP: the file is cut short or damaged")
+        SceneError::file(
+            path,
+            format!("the picture cannot be decoded ({error})"),
+            "export it again as PNG, JPEG, TGA or BMP: the file is cut short or damaged",
+        )
     };
-    let open = || ImageReader::open(path).and_then(ImageReader::with_guessed_format).map_err(|error| SceneError::read(path, error));
+    let open = || {
+        ImageReader::open(path)
+            .and_then(ImageReader::with_guessed_format)
+            .map_err(|error| SceneError::read(path, error))
+    };
     let (width, height) = open()?.into_dimensions().map_err(damaged)?;
     if width > SIZE_MAX || height > SIZE_MAX {
-        return Err(SceneError::file(path, format!("the picture has {width} × {height} texels"), format!("scale it down to at most {SIZE_MAX} × {SIZE_MAX}")));
+        return Err(SceneError::file(
+            path,
+            format!("the picture has {width} × {height} texels"),
+            format!("scale it down to at most {SIZE_MAX} × {SIZE_MAX}"),
+        ));
     }
     if width == 0 || height == 0 {
-        return Err(SceneError::file(path, "the picture has no texels", "export it again"));
+        return Err(SceneError::file(
+            path,
+            "the picture has no texels",
+            "export it again",
+        ));
     }
     let mut limits = Limits::no_limits();
     limits.max_alloc = Some(DECODE_BYTES_MAX);
     let mut reader = open()?;
     reader.limits(limits);
     let picture = reader.decode().map_err(damaged)?.into_rgba8();
-    Ok((width, height, picture.pixels().map(|pixel| pixel.0).collect()))
+    Ok((
+        width,
+        height,
+        picture.pixels().map(|pixel| pixel.0).collect(),
+    ))
 }
 
 fn mask_from_alpha(texels: &mut [[u8; 4]]) {
@@ -95,21 +133,37 @@ fn mask_from_alpha(texels: &mut [[u8; 4]]) {
 
 /// Whether most texels are bluish as in a tangent-space normal map, rather than grey heights.
 fn is_normal_map(texels: &[[u8; 4]]) -> bool {
-    let bluish = texels.iter().filter(|[r, g, b, _]| *b > 127 && b.saturating_sub(*r) > 32 && b.saturating_sub(*g) > 32).count();
+    let bluish = texels
+        .iter()
+        .filter(|[r, g, b, _]| *b > 127 && b.saturating_sub(*r) > 32 && b.saturating_sub(*g) > 32)
+        .count();
     2 * bluish > texels.len()
 }
 
-/// Normals (x right, y up, z out of the surface) of a height field by central differences with repeat addressing; `height_texels` is the height of white.
-fn normals_from_heights(width: u32, height: u32, texels: &[[u8; 4]], height_texels: f32) -> Vec<[u8; 4]> {
+/// Normals (x right, y up, z out of the surface) of a height field by central differences with
+/// repeat addressing; `height_texels` is the height of white.
+fn normals_from_heights(
+    width: u32,
+    height: u32,
+    texels: &[[u8; 4]],
+    height_texels: f32,
+) -> Vec<[u8; 4]> {
     let (columns, rows) = (width as usize, height as usize);
-    let at = |x: usize, y: usize| f32::from(texels[(y % rows) * columns + x % columns][0]) / 255.0 * height_texels;
+    let at = |x: usize, y: usize| {
+        f32::from(texels[(y % rows) * columns + x % columns][0]) / 255.0 * height_texels
+    };
     let mut normals = Vec::with_capacity(texels.len());
     for y in 0..rows {
         for x in 0..columns {
             let slope_right = 0.5 * (at(x + 1, y) - at(x + columns - 1, y));
             let slope_up = 0.5 * (at(x, y + rows - 1) - at(x, y + 1));
             let encoded = (Vec3::new(-slope_right, -slope_up, 1.0).normalize() * 0.5 + 0.5) * 255.0;
-            normals.push([encoded.x.round() as u8, encoded.y.round() as u8, encoded.z.round() as u8, 255]);
+            normals.push([
+                encoded.x.round() as u8,
+                encoded.y.round() as u8,
+                encoded.z.round() as u8,
+                255,
+            ]);
         }
     }
     normals
@@ -121,19 +175,29 @@ mod tests {
 
     #[test]
     fn flat_heights_are_a_flat_normal_map() {
-        assert!(normals_from_heights(3, 2, &[[7, 7, 7, 255]; 6], 4.0).iter().all(|texel| *texel == [128, 128, 255, 255]));
+        assert!(
+            normals_from_heights(3, 2, &[[7, 7, 7, 255]; 6], 4.0)
+                .iter()
+                .all(|texel| *texel == [128, 128, 255, 255])
+        );
     }
 
     #[test]
     fn a_slope_rising_to_the_right_tilts_the_normal_to_the_left() {
-        let texels: Vec<[u8; 4]> = [0u8, 64, 128, 192].iter().map(|height| [*height, *height, *height, 255]).collect();
+        let texels: Vec<[u8; 4]> = [0u8, 64, 128, 192]
+            .iter()
+            .map(|height| [*height, *height, *height, 255])
+            .collect();
         let normals = normals_from_heights(4, 1, &texels, 4.0);
         assert!(normals[1][0] < 100 && normals[1][1] == 128, "{normals:?}");
     }
 
     #[test]
     fn a_slope_rising_upwards_tilts_the_normal_down() {
-        let texels: Vec<[u8; 4]> = [192u8, 128, 64, 0].iter().map(|height| [*height, *height, *height, 255]).collect();
+        let texels: Vec<[u8; 4]> = [192u8, 128, 64, 0]
+            .iter()
+            .map(|height| [*height, *height, *height, 255])
+            .collect();
         let normals = normals_from_heights(1, 4, &texels, 4.0);
         assert!(normals[1][1] < 100 && normals[1][0] == 128, "{normals:?}");
     }

@@ -35,8 +35,15 @@ impl Texture {
         let row = y.rem_euclid(i64::from(self.height)) as usize;
         let [r, g, b, a] = self.texels[row * self.width as usize + column];
         match self.kind {
-            TextureKind::Color => Vec4::new(linear_from_srgb(r), linear_from_srgb(g), linear_from_srgb(b), f32::from(a) / 255.0),
-            TextureKind::Mask | TextureKind::Normal => Vec4::new(f32::from(r), f32::from(g), f32::from(b), f32::from(a)) / 255.0,
+            TextureKind::Color => Vec4::new(
+                linear_from_srgb(r),
+                linear_from_srgb(g),
+                linear_from_srgb(b),
+                f32::from(a) / 255.0,
+            ),
+            TextureKind::Mask | TextureKind::Normal => {
+                Vec4::new(f32::from(r), f32::from(g), f32::from(b), f32::from(a)) / 255.0
+            }
         }
     }
 
@@ -56,5 +63,9 @@ impl Texture {
 /// The sRGB transfer function (IEC 61966-2-1), decoding 8 bits to linear.
 fn linear_from_srgb(encoded: u8) -> f32 {
     let value = f32::from(encoded) / 255.0;
-    if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
+    if value <= 0.04045 {
+        value / 12.92
+    } else {
+        ((value + 0.055) / 1.055).powf(2.4)
+    }
 }

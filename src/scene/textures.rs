@@ -27,31 +27,55 @@ pub(super) struct TextureRequests {
 
 impl TextureRequests {
     /// The material with the indices of the textures that `mtl` (in `file`) names.
-    pub(super) fn texture(&mut self, file: &Path, mtl: &MtlMaterial, material: Material) -> Material {
-        let mut index = |map: &Option<MapRef>, wanted: Use| map.as_ref().map(|map| self.request(file, mtl, map, wanted));
+    pub(super) fn texture(
+        &mut self,
+        file: &Path,
+        mtl: &MtlMaterial,
+        material: Material,
+    ) -> Material {
+        let mut index = |map: &Option<MapRef>, wanted: Use| {
+            map.as_ref().map(|map| self.request(file, mtl, map, wanted))
+        };
         let bump_multiplier = mtl.bump.as_ref().map_or(1.0, |map| map.bump_multiplier);
         Material {
             albedo_texture: index(&mtl.map_kd, Use::Color),
             emission_texture: index(&mtl.map_ke, Use::Color),
             mask_texture: index(&mtl.map_d, Use::Mask),
-            normal_texture: index(&mtl.norm, Use::Normal).or_else(|| index(&mtl.bump, Use::Bump(bump_multiplier))),
+            normal_texture: index(&mtl.norm, Use::Normal)
+                .or_else(|| index(&mtl.bump, Use::Bump(bump_multiplier))),
             ..material
         }
     }
 
     fn request(&mut self, mtl_file: &Path, mtl: &MtlMaterial, map: &MapRef, wanted: Use) -> u32 {
         let found = paths::resolve(paths::folder_of(mtl_file), &map.path);
-        let path = found.clone().unwrap_or_else(|| paths::folder_of(mtl_file).join(&map.path));
-        let multiplier = if let Use::Bump(multiplier) = wanted { multiplier } else { 0.0 };
+        let path = found
+            .clone()
+            .unwrap_or_else(|| paths::folder_of(mtl_file).join(&map.path));
+        let multiplier = if let Use::Bump(multiplier) = wanted {
+            multiplier
+        } else {
+            0.0
+        };
         let key = (path, wanted.kind(), multiplier.to_bits());
         if let Some(index) = self.index_from_file.get(&key) {
             return *index;
         }
         if found.is_none() {
-            self.missing.push(format!("{} (material `{}`, {}:{})", key.0.display(), mtl.name, mtl_file.display(), map.line));
+            self.missing.push(format!(
+                "{} (material `{}`, {}:{})",
+                key.0.display(),
+                mtl.name,
+                mtl_file.display(),
+                map.line
+            ));
         }
         let index = self.requests.len() as u32;
-        self.requests.push(Request { name: map.path.replace('\\', "/"), file: found, wanted });
+        self.requests.push(Request {
+            name: map.path.replace('\\', "/"),
+            file: found,
+            wanted,
+        });
         self.index_from_file.insert(key, index);
         index
     }
@@ -60,9 +84,15 @@ impl TextureRequests {
     pub(super) fn read(self, options: &LoadOptions) -> Result<Vec<Texture>, SceneError> {
         if !self.missing.is_empty() {
             if !options.allow_missing_textures {
-                return Err(SceneError::MissingTextures { missing: self.missing });
+                return Err(SceneError::MissingTextures {
+                    missing: self.missing,
+                });
             }
-            log::warn!("{} missing textures are rendered mid-grey: {}", self.missing.len(), self.missing.join(", "));
+            log::warn!(
+                "{} missing textures are rendered mid-grey: {}",
+                self.missing.len(),
+                self.missing.join(", ")
+            );
         }
         let read = |request: &Request| match &request.file {
             Some(file) => picture::read(file, &request.name, request.wanted),

@@ -103,13 +103,39 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<SceneFile, SceneError> {
     let source = Source { path, text };
     let file = source.file()?;
     if file.model.is_empty() {
-        return Err(SceneError::file(path, "there is no [[model]] in it", "add `[[model]]` with `path = \"FILE.obj\"`"));
+        return Err(SceneError::file(
+            path,
+            "there is no [[model]] in it",
+            "add `[[model]]` with `path = \"FILE.obj\"`",
+        ));
     }
-    let models = file.model.iter().enumerate().map(|(index, model)| source.model(index, model)).collect::<Result<_, _>>()?;
-    let lights = file.light.iter().flatten().enumerate().map(|(index, light)| source.light(index, light)).collect::<Result<_, _>>()?;
-    let camera = file.camera.as_ref().map(|camera| source.camera(camera)).transpose()?;
-    let environment = file.environment.map_or(Ok(Vec3::ZERO), |environment| source.light_value("environment.radiance", &environment.radiance))?;
-    Ok(SceneFile { models, camera, lights, environment })
+    let models = file
+        .model
+        .iter()
+        .enumerate()
+        .map(|(index, model)| source.model(index, model))
+        .collect::<Result<_, _>>()?;
+    let lights = file
+        .light
+        .iter()
+        .flatten()
+        .enumerate()
+        .map(|(index, light)| source.light(index, light))
+        .collect::<Result<_, _>>()?;
+    let camera = file
+        .camera
+        .as_ref()
+        .map(|camera| source.camera(camera))
+        .transpose()?;
+    let environment = file.environment.map_or(Ok(Vec3::ZERO), |environment| {
+        source.light_value("environment.radiance", &environment.radiance)
+    })?;
+    Ok(SceneFile {
+        models,
+        camera,
+        lights,
+        environment,
+    })
 }
 
 /// Parts of a scene that stand in for its own.
@@ -127,13 +153,30 @@ pub(super) fn parse_overlay(name: &Path, text: &str) -> Result<Overlay, SceneErr
     let source = Source { path: name, text };
     let file = source.file()?;
     if let Some(model) = file.model.first() {
-        return Err(source.error(&model.path.span(), "there is a [[model]] in it", "only camera, light and environment can be replaced"));
+        return Err(source.error(
+            &model.path.span(),
+            "there is a [[model]] in it",
+            "only camera, light and environment can be replaced",
+        ));
     }
-    let light = |lights: &Vec<LightToml>| lights.iter().enumerate().map(|(index, light)| source.light(index, light)).collect::<Result<_, _>>();
+    let light = |lights: &Vec<LightToml>| {
+        lights
+            .iter()
+            .enumerate()
+            .map(|(index, light)| source.light(index, light))
+            .collect::<Result<_, _>>()
+    };
     Ok(Overlay {
-        camera: file.camera.as_ref().map(|camera| source.camera(camera)).transpose()?,
+        camera: file
+            .camera
+            .as_ref()
+            .map(|camera| source.camera(camera))
+            .transpose()?,
         lights: file.light.as_ref().map(light).transpose()?,
-        environment: file.environment.map(|environment| source.light_value("environment.radiance", &environment.radiance)).transpose()?,
+        environment: file
+            .environment
+            .map(|environment| source.light_value("environment.radiance", &environment.radiance))
+            .transpose()?,
     })
 }
 
@@ -154,7 +197,12 @@ impl Source<'_> {
         })
     }
 
-    fn error(&self, span: &Range<usize>, problem: impl Into<String>, hint: impl Into<String>) -> SceneError {
+    fn error(
+        &self,
+        span: &Range<usize>,
+        problem: impl Into<String>,
+        hint: impl Into<String>,
+    ) -> SceneError {
         let before = self.text.as_bytes().get(..span.start).unwrap_or_default();
         let line = 1 + before.iter().filter(|byte| **byte == b'\n').count();
         SceneError::line(self.path, line, problem, hint)
@@ -166,16 +214,29 @@ impl Source<'_> {
             return Ok(value);
         }
         let hint = format!("it must be between {:?} and {:?}", range.start, range.end);
-        Err(self.error(&number.span(), format!("`{field}` is {value}, out of range"), hint))
+        Err(self.error(
+            &number.span(),
+            format!("`{field}` is {value}, out of range"),
+            hint,
+        ))
     }
 
     fn vector(&self, field: &str, vector: &Vector, range: Range<f32>) -> Result<Vec3, SceneError> {
         let values = Vec3::from(*vector.get_ref());
-        if values.cmpge(Vec3::splat(range.start)).all() && values.cmple(Vec3::splat(range.end)).all() {
+        if values.cmpge(Vec3::splat(range.start)).all()
+            && values.cmple(Vec3::splat(range.end)).all()
+        {
             return Ok(values);
         }
-        let hint = format!("each number must be between {:?} and {:?}", range.start, range.end);
-        Err(self.error(&vector.span(), format!("`{field}` is {:?}, out of range", vector.get_ref()), hint))
+        let hint = format!(
+            "each number must be between {:?} and {:?}",
+            range.start, range.end
+        );
+        Err(self.error(
+            &vector.span(),
+            format!("`{field}` is {:?}, out of range", vector.get_ref()),
+            hint,
+        ))
     }
 
     fn point(&self, field: &str, vector: &Vector) -> Result<Vec3, SceneError> {
@@ -193,43 +254,95 @@ impl Source<'_> {
             return Ok(values);
         }
         let unit = values.as_dvec3().try_normalize().map(|unit| unit.as_vec3());
-        unit.ok_or_else(|| self.error(&vector.span(), format!("`{field}` has no length"), "give the direction of travel, not (0, 0, 0)"))
+        unit.ok_or_else(|| {
+            self.error(
+                &vector.span(),
+                format!("`{field}` has no length"),
+                "give the direction of travel, not (0, 0, 0)",
+            )
+        })
     }
 
     fn model(&self, index: usize, model: &ModelToml) -> Result<ModelEntry, SceneError> {
         let field = |name: &str| format!("model[{index}].{name}");
         let name = model.path.get_ref();
         let path = paths::resolve(paths::folder_of(self.path), name).ok_or_else(|| {
-            self.error(&model.path.span(), format!("`{}` names `{name}`, which is no file", field("path")), "paths are relative to the scene file")
+            self.error(
+                &model.path.span(),
+                format!("`{}` names `{name}`, which is no file", field("path")),
+                "paths are relative to the scene file",
+            )
         })?;
         let mut placement = Placement::default();
         if let Some(scale) = &model.scale {
             placement.scale = self.number(&field("scale"), scale, 1e-6..1e6)?;
         }
-        placement.pose = self.pose(&field(""), [&model.rotate_deg, &model.translate], Pose::default())?;
+        placement.pose = self.pose(
+            &field(""),
+            [&model.rotate_deg, &model.translate],
+            Pose::default(),
+        )?;
         let mut keyframes: Vec<Keyframe> = Vec::new();
         for (number, keyframe) in model.keyframe.iter().enumerate() {
             let field = |name: &str| field(&format!("keyframe[{number}].{name}"));
             if !model.dynamic {
                 let problem = format!("`model[{index}]` has a keyframe but is not dynamic");
-                return Err(self.error(&keyframe.time_s.span(), problem, "add `dynamic = true` to the model, above its keyframes"));
+                return Err(self.error(
+                    &keyframe.time_s.span(),
+                    problem,
+                    "add `dynamic = true` to the model, above its keyframes",
+                ));
             }
             let time_s = self.number(&field("time_s"), &keyframe.time_s, -TIME_MAX..TIME_MAX)?;
             if let Some(before) = keyframes.last().filter(|before| before.time_s >= time_s) {
-                let problem = format!("`{}` is {time_s}, not after {}", field("time_s"), before.time_s);
-                return Err(self.error(&keyframe.time_s.span(), problem, "keyframes are in the order of their times, no two at the same"));
+                let problem = format!(
+                    "`{}` is {time_s}, not after {}",
+                    field("time_s"),
+                    before.time_s
+                );
+                return Err(self.error(
+                    &keyframe.time_s.span(),
+                    problem,
+                    "keyframes are in the order of their times, no two at the same",
+                ));
             }
-            let pose = self.pose(&field(""), [&keyframe.rotate_deg, &keyframe.translate], placement.pose)?;
+            let pose = self.pose(
+                &field(""),
+                [&keyframe.rotate_deg, &keyframe.translate],
+                placement.pose,
+            )?;
             keyframes.push(Keyframe { time_s, pose });
         }
-        Ok(ModelEntry { path, model: Use { placement, dynamic: model.dynamic, keyframes } })
+        Ok(ModelEntry {
+            path,
+            model: Use {
+                placement,
+                dynamic: model.dynamic,
+                keyframes,
+            },
+        })
     }
 
-    /// `rotate_deg` and `translate` of the table that `prefix` names; what it does not have is that of `otherwise`.
-    fn pose(&self, prefix: &str, [rotate_deg, translate]: [&Option<Vector>; 2], otherwise: Pose) -> Result<Pose, SceneError> {
-        let rotate_deg = rotate_deg.as_ref().map(|vector| self.vector(&format!("{prefix}rotate_deg"), vector, -360.0..360.0)).transpose()?;
-        let translate = translate.as_ref().map(|vector| self.point(&format!("{prefix}translate"), vector)).transpose()?;
-        Ok(Pose { rotate_deg: rotate_deg.unwrap_or(otherwise.rotate_deg), translate: translate.unwrap_or(otherwise.translate) })
+    /// `rotate_deg` and `translate` of the table that `prefix` names; what it does not have is that
+    /// of `otherwise`.
+    fn pose(
+        &self,
+        prefix: &str,
+        [rotate_deg, translate]: [&Option<Vector>; 2],
+        otherwise: Pose,
+    ) -> Result<Pose, SceneError> {
+        let rotate_deg = rotate_deg
+            .as_ref()
+            .map(|vector| self.vector(&format!("{prefix}rotate_deg"), vector, -360.0..360.0))
+            .transpose()?;
+        let translate = translate
+            .as_ref()
+            .map(|vector| self.point(&format!("{prefix}translate"), vector))
+            .transpose()?;
+        Ok(Pose {
+            rotate_deg: rotate_deg.unwrap_or(otherwise.rotate_deg),
+            translate: translate.unwrap_or(otherwise.translate),
+        })
     }
 
     fn camera(&self, camera: &CameraToml) -> Result<Camera, SceneError> {
@@ -237,44 +350,91 @@ impl Source<'_> {
         let range = -10.0 * COORDINATE_MAX..10.0 * COORDINATE_MAX;
         let eye = self.vector("camera.eye", &camera.eye, range.clone())?;
         let target = self.vector("camera.target", &camera.target, range)?;
-        let up = camera.up.as_ref().map_or(Ok(Vec3::Y), |up| self.direction("camera.up", up))?;
-        let vfov_deg = camera.vfov_deg.as_ref().map_or(Ok(60.0), |vfov| self.number("camera.vfov_deg", vfov, 1.0..175.0))?;
+        let up = camera
+            .up
+            .as_ref()
+            .map_or(Ok(Vec3::Y), |up| self.direction("camera.up", up))?;
+        let vfov_deg = camera.vfov_deg.as_ref().map_or(Ok(60.0), |vfov| {
+            self.number("camera.vfov_deg", vfov, 1.0..175.0)
+        })?;
         let Some(forward) = (target - eye).try_normalize() else {
-            return Err(self.error(&camera.target.span(), "`camera.target` is at `camera.eye`", "move one of them"));
+            return Err(self.error(
+                &camera.target.span(),
+                "`camera.target` is at `camera.eye`",
+                "move one of them",
+            ));
         };
         if forward.cross(up).length() < 1e-4 {
             let span = camera.up.as_ref().unwrap_or(&camera.target).span();
-            return Err(self.error(&span, "`camera.up` is parallel to the view direction", "give another `up`, such as [0.0, 0.0, 1.0]"));
+            return Err(self.error(
+                &span,
+                "`camera.up` is parallel to the view direction",
+                "give another `up`, such as [0.0, 0.0, 1.0]",
+            ));
         }
-        Ok(Camera { eye, target, up, vfov_deg })
+        Ok(Camera {
+            eye,
+            target,
+            up,
+            vfov_deg,
+        })
     }
 
     fn light(&self, index: usize, light: &LightToml) -> Result<Light, SceneError> {
         let field = |name: &str| format!("light[{index}].{name}");
         self.check_keys(index, light)?;
         let needed = |name: &str, value: &Option<Vector>| {
-            let missing = || self.error(&light.kind.span(), format!("`{}` is missing", field(name)), format!("a {} light needs it", light.kind.get_ref()));
+            let missing = || {
+                self.error(
+                    &light.kind.span(),
+                    format!("`{}` is missing", field(name)),
+                    format!("a {} light needs it", light.kind.get_ref()),
+                )
+            };
             value.clone().ok_or_else(missing)
         };
         if light.kind.get_ref() == "directional" {
             return Ok(Light::Directional {
-                direction: self.direction(&field("direction"), &needed("direction", &light.direction)?)?,
-                irradiance: self.light_value(&field("irradiance"), &needed("irradiance", &light.irradiance)?)?,
+                direction: self
+                    .direction(&field("direction"), &needed("direction", &light.direction)?)?,
+                irradiance: self.light_value(
+                    &field("irradiance"),
+                    &needed("irradiance", &light.irradiance)?,
+                )?,
             });
         }
         let position = self.point(&field("position"), &needed("position", &light.position)?)?;
-        let intensity = self.light_value(&field("intensity"), &needed("intensity", &light.intensity)?)?;
+        let intensity =
+            self.light_value(&field("intensity"), &needed("intensity", &light.intensity)?)?;
         if light.kind.get_ref() == "point" {
-            return Ok(Light::Point { position, intensity });
+            return Ok(Light::Point {
+                position,
+                intensity,
+            });
         }
-        let direction = self.direction(&field("direction"), &needed("direction", &light.direction)?)?;
+        let direction =
+            self.direction(&field("direction"), &needed("direction", &light.direction)?)?;
         let (Some(inner), Some(outer)) = (&light.inner_deg, &light.outer_deg) else {
-            let missing = field(if light.inner_deg.is_none() { "inner_deg" } else { "outer_deg" });
-            return Err(self.error(&light.kind.span(), format!("`{missing}` is missing"), "a spot light needs it"));
+            let missing = field(if light.inner_deg.is_none() {
+                "inner_deg"
+            } else {
+                "outer_deg"
+            });
+            return Err(self.error(
+                &light.kind.span(),
+                format!("`{missing}` is missing"),
+                "a spot light needs it",
+            ));
         };
         let outer_deg = self.number(&field("outer_deg"), outer, 0.01..89.9)?;
         let inner_deg = self.number(&field("inner_deg"), inner, 0.0..outer_deg)?;
-        Ok(Light::Spot { position, direction, intensity, inner_deg, outer_deg })
+        Ok(Light::Spot {
+            position,
+            direction,
+            intensity,
+            inner_deg,
+            outer_deg,
+        })
     }
 
     /// Whether the kind is known and each key belongs to it.
@@ -282,10 +442,20 @@ impl Source<'_> {
         let allowed: &[&str] = match light.kind.get_ref().as_str() {
             "directional" => &["direction", "irradiance"],
             "point" => &["position", "intensity"],
-            "spot" => &["position", "direction", "intensity", "inner_deg", "outer_deg"],
+            "spot" => &[
+                "position",
+                "direction",
+                "intensity",
+                "inner_deg",
+                "outer_deg",
+            ],
             other => {
                 let problem = format!("`light[{index}].kind` is `{other}`");
-                return Err(self.error(&light.kind.span(), problem, "a light is \"directional\", \"point\" or \"spot\""));
+                return Err(self.error(
+                    &light.kind.span(),
+                    problem,
+                    "a light is \"directional\", \"point\" or \"spot\"",
+                ));
             }
         };
         let span = |vector: &Option<Vector>| vector.as_ref().map(Spanned::span);
@@ -299,8 +469,15 @@ impl Source<'_> {
         ];
         for (name, span) in given {
             if let Some(span) = span.filter(|_| !allowed.contains(&name)) {
-                let problem = format!("`light[{index}].{name}` does not belong to a {} light", light.kind.get_ref());
-                return Err(self.error(&span, problem, format!("its keys are {}", allowed.join(", "))));
+                let problem = format!(
+                    "`light[{index}].{name}` does not belong to a {} light",
+                    light.kind.get_ref()
+                );
+                return Err(self.error(
+                    &span,
+                    problem,
+                    format!("its keys are {}", allowed.join(", ")),
+                ));
             }
         }
         Ok(())

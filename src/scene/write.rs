@@ -1,7 +1,9 @@
 //! Writing a scene as TOML, OBJ, MTL and PNG files that load back to the same scene, to the bit.
 //!
-//! Numbers are written with the fewest digits that read back to the same 32-bit value. Not kept are the time (what is loaded is at 0 s),
-//! the names of textures (they become PNG files in `textures/`), characters in model names that are not fit for a file name, and equal names of models.
+//! Numbers are written with the fewest digits that read back to the same 32-bit value. Not kept are
+//! the time (what is loaded is at 0 s), the names of textures (they become PNG files in
+//! `textures/`), characters in model names that are not fit for a file name, and equal names of
+//! models.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -13,7 +15,8 @@ use glam::Vec3;
 use super::{Camera, Keyframe, Light, Material, Model, Scene, SceneError, Texture, Triangle};
 
 impl Scene {
-    /// Writes the scene into `folder`, which is made where it does not exist, and answers the path of the `.toml` file in it.
+    /// Writes the scene into `folder`, which is made where it does not exist, and answers the path
+    /// of the `.toml` file in it.
     pub fn write(&self, folder: &Path) -> Result<PathBuf, SceneError> {
         let textures = self.write_textures(folder)?;
         fs::create_dir_all(folder).map_err(|error| SceneError::write(folder, error))?;
@@ -21,7 +24,10 @@ impl Scene {
         let mut models = Vec::new();
         for model in &self.models {
             let name = names.unique(&model.name);
-            write_file(&folder.join(format!("{name}.mtl")), &self.mtl(model, &textures))?;
+            write_file(
+                &folder.join(format!("{name}.mtl")),
+                &self.mtl(model, &textures),
+            )?;
             write_file(&folder.join(format!("{name}.obj")), &self.obj(model, &name))?;
             models.push((name, model));
         }
@@ -39,7 +45,11 @@ impl Scene {
         let mut names = Names::default();
         let mut paths = Vec::new();
         for texture in &self.textures {
-            let stem = Path::new(&texture.name).file_stem().unwrap_or_default().to_string_lossy().into_owned();
+            let stem = Path::new(&texture.name)
+                .file_stem()
+                .unwrap_or_default()
+                .to_string_lossy()
+                .into_owned();
             let path = format!("textures/{}.png", names.unique(&stem));
             write_png(&folder.join(&path), texture)?;
             paths.push(path);
@@ -55,9 +65,21 @@ impl Scene {
     /// Names of the model's materials in the MTL, by index; equal names are told apart.
     fn material_names(&self, model: &Model) -> Vec<(u32, String)> {
         let mut names = Names::default();
-        let mut indices: Vec<u32> = self.triangles_of(model).iter().map(|triangle| triangle.material).collect();
+        let mut indices: Vec<u32> = self
+            .triangles_of(model)
+            .iter()
+            .map(|triangle| triangle.material)
+            .collect();
         indices.dedup();
-        indices.into_iter().map(|index| (index, names.unique_as_is(&self.materials[index as usize].name))).collect()
+        indices
+            .into_iter()
+            .map(|index| {
+                (
+                    index,
+                    names.unique_as_is(&self.materials[index as usize].name),
+                )
+            })
+            .collect()
     }
 
     fn mtl(&self, model: &Model, textures: &[String]) -> String {
@@ -74,17 +96,28 @@ impl Scene {
         let indices = || triangles.iter().flat_map(|triangle| triangle.vertices);
         let (first, last) = (indices().min().unwrap_or(0), indices().max().unwrap_or(0));
         let posed = || &self.vertices[first as usize..=last as usize];
-        for vertex in model.motion.as_ref().map_or_else(posed, |motion| &motion.rest) {
+        for vertex in model
+            .motion
+            .as_ref()
+            .map_or_else(posed, |motion| &motion.rest)
+        {
             let ([x, y, z], [nx, ny, nz]) = (vertex.position, vertex.normal);
             // Writing to a String cannot fail.
-            let _ = writeln!(text, "v {x} {y} {z}\nvt {} {}\nvn {nx} {ny} {nz}", vertex.u, vertex.v);
+            let _ = writeln!(
+                text,
+                "v {x} {y} {z}\nvt {} {}\nvn {nx} {ny} {nz}",
+                vertex.u, vertex.v
+            );
         }
         let names = self.material_names(model);
         let mut current = None;
         for triangle in triangles {
             if current != Some(triangle.material) {
                 current = Some(triangle.material);
-                let name = names.iter().find(|(index, _)| *index == triangle.material).map_or("", |(_, name)| name);
+                let name = names
+                    .iter()
+                    .find(|(index, _)| *index == triangle.material)
+                    .map_or("", |(_, name)| name);
                 let _ = writeln!(text, "usemtl {name}");
             }
             let [a, b, c] = triangle.vertices.map(|index| index - first + 1);
@@ -96,21 +129,43 @@ impl Scene {
     fn toml(&self, models: &[(String, &Model)]) -> String {
         let mut text = String::new();
         for (name, model) in models {
-            let dynamic = if model.dynamic { "dynamic = true\n" } else { "" };
-            let _ = writeln!(text, "[[model]]\npath = {:?}\n{dynamic}", format!("{name}.obj"));
-            for Keyframe { time_s, pose } in model.motion.iter().flat_map(|motion| &motion.keyframes) {
+            let dynamic = if model.dynamic {
+                "dynamic = true\n"
+            } else {
+                ""
+            };
+            let _ = writeln!(
+                text,
+                "[[model]]\npath = {:?}\n{dynamic}",
+                format!("{name}.obj")
+            );
+            for Keyframe { time_s, pose } in
+                model.motion.iter().flat_map(|motion| &motion.keyframes)
+            {
                 let (translate, rotate_deg) = (vector(pose.translate), vector(pose.rotate_deg));
-                let _ = writeln!(text, "[[model.keyframe]]\ntime_s = {time_s:?}\ntranslate = {translate}\nrotate_deg = {rotate_deg}\n");
+                let _ = writeln!(
+                    text,
+                    "[[model.keyframe]]\ntime_s = {time_s:?}\ntranslate = {translate}\nrotate_deg \
+                     = {rotate_deg}\n"
+                );
             }
         }
         let camera = &self.camera;
         let (eye, target, up) = (vector(camera.eye), vector(camera.target), vector(camera.up));
-        let _ = writeln!(text, "[camera]\neye = {eye}\ntarget = {target}\nup = {up}\nvfov_deg = {:?}\n", camera.vfov_deg);
+        let _ = writeln!(
+            text,
+            "[camera]\neye = {eye}\ntarget = {target}\nup = {up}\nvfov_deg = {:?}\n",
+            camera.vfov_deg
+        );
         for light in &self.lights {
             push_light(&mut text, light);
         }
         if self.environment != Vec3::ZERO {
-            let _ = writeln!(text, "[environment]\nradiance = {}", vector(self.environment));
+            let _ = writeln!(
+                text,
+                "[environment]\nradiance = {}",
+                vector(self.environment)
+            );
         }
         text
     }
@@ -118,15 +173,38 @@ impl Scene {
 
 fn push_light(text: &mut String, light: &Light) {
     let _ = match *light {
-        Light::Directional { direction, irradiance } => {
-            writeln!(text, "[[light]]\nkind = \"directional\"\ndirection = {}\nirradiance = {}\n", vector(direction), vector(irradiance))
+        Light::Directional {
+            direction,
+            irradiance,
+        } => {
+            writeln!(
+                text,
+                "[[light]]\nkind = \"directional\"\ndirection = {}\nirradiance = {}\n",
+                vector(direction),
+                vector(irradiance)
+            )
         }
-        Light::Point { position, intensity } => {
-            writeln!(text, "[[light]]\nkind = \"point\"\nposition = {}\nintensity = {}\n", vector(position), vector(intensity))
+        Light::Point {
+            position,
+            intensity,
+        } => {
+            writeln!(
+                text,
+                "[[light]]\nkind = \"point\"\nposition = {}\nintensity = {}\n",
+                vector(position),
+                vector(intensity)
+            )
         }
-        Light::Spot { position, direction, intensity, inner_deg, outer_deg } => writeln!(
+        Light::Spot {
+            position,
+            direction,
+            intensity,
+            inner_deg,
+            outer_deg,
+        } => writeln!(
             text,
-            "[[light]]\nkind = \"spot\"\nposition = {}\ndirection = {}\nintensity = {}\ninner_deg = {inner_deg:?}\nouter_deg = {outer_deg:?}\n",
+            "[[light]]\nkind = \"spot\"\nposition = {}\ndirection = {}\nintensity = {}\ninner_deg \
+             = {inner_deg:?}\nouter_deg = {outer_deg:?}\n",
             vector(position),
             vector(direction),
             vector(intensity)
@@ -141,10 +219,20 @@ fn push_material(text: &mut String, name: &str, material: &Material, textures: &
         let _ = writeln!(text, "Ke {}", color(material.emission));
     }
     if let Some(specular) = material.specular {
-        let _ = writeln!(text, "Ks {}\nPr {}\nPm {}", color(specular.f0), specular.roughness, specular.metalness);
+        let _ = writeln!(
+            text,
+            "Ks {}\nPr {}\nPm {}",
+            color(specular.f0),
+            specular.roughness,
+            specular.metalness
+        );
     }
-    let maps =
-        [("map_Kd", material.albedo_texture), ("map_Ke", material.emission_texture), ("map_d", material.mask_texture), ("norm", material.normal_texture)];
+    let maps = [
+        ("map_Kd", material.albedo_texture),
+        ("map_Ke", material.emission_texture),
+        ("map_d", material.mask_texture),
+        ("norm", material.normal_texture),
+    ];
     for (key, texture) in maps {
         if let Some(path) = texture.and_then(|index| textures.get(index as usize)) {
             let _ = writeln!(text, "{key} {path}");
@@ -153,10 +241,21 @@ fn push_material(text: &mut String, name: &str, material: &Material, textures: &
     text.push('\n');
 }
 
-/// A camera on one line in the scene format, for [`Scene::overlay`]; reads back to the same camera, to the bit.
+/// A camera on one line in the scene format, for [`Scene::overlay`]; reads back to the same camera,
+/// to the bit.
 pub fn camera_toml(camera: &Camera) -> String {
-    let Camera { eye, target, up, vfov_deg } = *camera;
-    format!("camera = {{ eye = {}, target = {}, up = {}, vfov_deg = {vfov_deg:?} }}", vector(eye), vector(target), vector(up))
+    let Camera {
+        eye,
+        target,
+        up,
+        vfov_deg,
+    } = *camera;
+    format!(
+        "camera = {{ eye = {}, target = {}, up = {}, vfov_deg = {vfov_deg:?} }}",
+        vector(eye),
+        vector(target),
+        vector(up)
+    )
 }
 
 /// Lights on one line in the scene format, likewise.
@@ -167,7 +266,10 @@ pub fn lights_toml(lights: &[Light]) -> String {
         let keys: Vec<&str> = text.lines().filter(|line| line.contains('=')).collect();
         format!("{{ {} }}", keys.join(", "))
     };
-    format!("light = [{}]", lights.iter().map(inline).collect::<Vec<_>>().join(", "))
+    format!(
+        "light = [{}]",
+        lights.iter().map(inline).collect::<Vec<_>>().join(", ")
+    )
 }
 
 /// A TOML array; `{:?}` keeps the decimal point that makes it a float.
@@ -182,14 +284,32 @@ fn write_file(path: &Path, text: &str) -> Result<(), SceneError> {
 fn write_png(path: &Path, texture: &Texture) -> Result<(), SceneError> {
     let bytes: &[u8] = bytemuck::cast_slice(&texture.texels);
     let format = image::ColorType::Rgba8;
-    image::save_buffer_with_format(path, bytes, texture.width, texture.height, format, image::ImageFormat::Png).map_err(|error| SceneError::write(path, error))
+    image::save_buffer_with_format(
+        path,
+        bytes,
+        texture.width,
+        texture.height,
+        format,
+        image::ImageFormat::Png,
+    )
+    .map_err(|error| SceneError::write(path, error))
 }
 
 /// The name with everything replaced that has a meaning in a path.
 fn file_name(name: &str) -> String {
-    let kept = |c: char| if c.is_alphanumeric() || matches!(c, '-' | '_' | ' ') { c } else { '_' };
+    let kept = |c: char| {
+        if c.is_alphanumeric() || matches!(c, '-' | '_' | ' ') {
+            c
+        } else {
+            '_'
+        }
+    };
     let name: String = name.trim().chars().map(kept).collect();
-    if name.is_empty() { String::from("unnamed") } else { name }
+    if name.is_empty() {
+        String::from("unnamed")
+    } else {
+        name
+    }
 }
 
 /// Names given so far; a name that is taken gets a number.
@@ -209,7 +329,9 @@ impl Names {
 
     fn add(&mut self, wanted: &str, key: fn(&str) -> String) -> String {
         let numbered = (2..).map(|number| format!("{wanted}_{number}"));
-        let free = std::iter::once(wanted.to_owned()).chain(numbered).find(|name| !self.0.contains(&key(name)));
+        let free = std::iter::once(wanted.to_owned())
+            .chain(numbered)
+            .find(|name| !self.0.contains(&key(name)));
         let name = free.unwrap_or_else(|| wanted.to_owned());
         self.0.insert(key(&name));
         name

@@ -1,4 +1,5 @@
-//! What a module asks of its pipeline: so that a module that is compiled while the program runs is only taken in place of one that asks the same.
+//! What a module asks of its pipeline: so that a module that is compiled while the program runs is
+//! only taken in place of one that asks the same.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -39,8 +40,14 @@ impl Interface {
             return None;
         }
         let mut found = Interface::default();
-        let (mut sets, mut bindings, mut pointers, mut types) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
-        let (mut offsets, mut variables): (BTreeMap<u32, BTreeSet<u32>>, Vec<[u32; 3]>) = (BTreeMap::new(), Vec::new());
+        let (mut sets, mut bindings, mut pointers, mut types) = (
+            BTreeMap::new(),
+            BTreeMap::new(),
+            BTreeMap::new(),
+            BTreeMap::new(),
+        );
+        let (mut offsets, mut variables): (BTreeMap<u32, BTreeSet<u32>>, Vec<[u32; 3]>) =
+            (BTreeMap::new(), Vec::new());
         let mut rest = words.get(5..)?;
         while let [first, ..] = *rest {
             let (opcode, length) = (first & 0xffff, (first >> 16) as usize);
@@ -51,7 +58,9 @@ impl Interface {
                 (op::DECORATE, [id, op::DESCRIPTOR_SET, set]) => drop(sets.insert(*id, *set)),
                 (op::DECORATE, [id, op::BINDING, binding]) => drop(bindings.insert(*id, *binding)),
                 (op::DECORATE, [_, op::SPEC_ID, id]) => drop(found.spec_ids.insert(*id)),
-                (op::MEMBER_DECORATE, [id, _, op::OFFSET, offset]) => drop(offsets.entry(*id).or_default().insert(*offset)),
+                (op::MEMBER_DECORATE, [id, _, op::OFFSET, offset]) => {
+                    offsets.entry(*id).or_default().insert(*offset);
+                }
                 (op::TYPE_POINTER, [id, _, target]) => drop(pointers.insert(*id, *target)),
                 (op::VARIABLE, [kind, id, class, ..]) => variables.push([*kind, *id, *class]),
                 (op::TYPE_FIRST..=op::TYPE_LAST, [id, ..]) => drop(types.insert(*id, opcode)),
@@ -62,10 +71,17 @@ impl Interface {
         for [kind, id, class] in variables {
             let target = pointers.get(&kind).copied().unwrap_or_default();
             if class == op::PUSH_CONSTANT {
-                found.push_offsets.extend(offsets.get(&target).into_iter().flatten());
+                found
+                    .push_offsets
+                    .extend(offsets.get(&target).into_iter().flatten());
             }
             if let (Some(set), Some(binding)) = (sets.get(&id), bindings.get(&id)) {
-                found.descriptors.insert([*set, *binding, class, types.get(&target).copied().unwrap_or_default()]);
+                found.descriptors.insert([
+                    *set,
+                    *binding,
+                    class,
+                    types.get(&target).copied().unwrap_or_default(),
+                ]);
             }
         }
         Some(found)
@@ -93,14 +109,35 @@ mod tests {
 
     #[test]
     fn modules_differ_where_their_declarations_do() {
-        let interface = |stem: &str| crate::shader::words(stem).ok().and_then(|words| Interface::of(&words)).unwrap_or_default();
+        let interface = |stem: &str| {
+            crate::shader::words(stem)
+                .ok()
+                .and_then(|words| Interface::of(&words))
+                .unwrap_or_default()
+        };
         let composite = interface("render/composite.comp");
         assert_eq!(composite.difference(&composite), None);
-        assert!(!composite.descriptors.is_empty() && composite.stage.len() == 4 && composite.spec_ids.len() == 2);
-        assert_eq!(composite.difference(&interface("render/gbuffer.frag")), Some("its stage or workgroup"));
-        assert_eq!(interface("render/direct.comp").difference(&composite), Some("its specialization constants"));
-        let fewer = Interface { descriptors: composite.descriptors.iter().copied().skip(1).collect(), ..composite.clone() };
-        assert_eq!((composite.difference(&fewer), fewer.difference(&composite)), (None, Some("its bindings")));
+        assert!(
+            !composite.descriptors.is_empty()
+                && composite.stage.len() == 4
+                && composite.spec_ids.len() == 2
+        );
+        assert_eq!(
+            composite.difference(&interface("render/gbuffer.frag")),
+            Some("its stage or workgroup")
+        );
+        assert_eq!(
+            interface("render/direct.comp").difference(&composite),
+            Some("its specialization constants")
+        );
+        let fewer = Interface {
+            descriptors: composite.descriptors.iter().copied().skip(1).collect(),
+            ..composite.clone()
+        };
+        assert_eq!(
+            (composite.difference(&fewer), fewer.difference(&composite)),
+            (None, Some("its bindings"))
+        );
         assert_eq!(Interface::of(&[1, 2, 3]), None);
         let push = interface("render/light_view.vert");
         assert!(!push.push_offsets.is_empty());

@@ -11,7 +11,8 @@ pub struct Field {
     pub size: usize,
 }
 
-/// A plain struct with a table of its layout, so that a test can hold it against the compiled shaders.
+/// A plain struct with a table of its layout, so that a test can hold it against the compiled
+/// shaders.
 pub trait GpuStruct: bytemuck::Pod {
     /// Name, the same in GLSL.
     const NAME: &'static str;
@@ -24,7 +25,8 @@ pub trait GpuStruct: bytemuck::Pod {
 /// Padding must be spelled out as fields, since plain bytes have no holes.
 #[macro_export]
 macro_rules! gpu_struct {
-    ($(#[$meta:meta])* $visibility:vis struct $name:ident { $($(#[$field_meta:meta])* $field_visibility:vis $field:ident : $kind:ty),* $(,)? }) => {
+    ($(#[$meta:meta])* $visibility:vis struct $name:ident
+        { $($(#[$field_meta:meta])* $field_visibility:vis $field:ident : $kind:ty),* $(,)? }) => {
         $(#[$meta])*
         #[repr(C)]
         #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]

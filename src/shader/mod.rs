@@ -1,4 +1,5 @@
-//! Shader modules, compiled by `tools/shaders` and embedded, and the structs that Rust and GLSL share.
+//! Shader modules, compiled by `tools/shaders` and embedded, and the structs that Rust and GLSL
+//! share.
 
 mod interface;
 mod layout;
@@ -9,8 +10,9 @@ pub use layout::{Field, GpuStruct};
 
 use crate::vulkan::Error;
 
-/// The SPIR-V words of a module by its stem, for example `gi/voxel/fragments.comp`. In debug builds, a module in the folder that `LUMIVOX_SPIRV` names stands
-/// in for the embedded one: `tools/mutants` changes shaders without a build.
+/// The SPIR-V words of a module by its stem, for example `gi/voxel/fragments.comp`. In debug
+/// builds, a module in the folder that `LUMIVOX_SPIRV` names stands in for the embedded one:
+/// `tools/mutants` changes shaders without a build.
 pub fn words(stem: &str) -> Result<Vec<u32>, Error> {
     if cfg!(debug_assertions)
         && let Some(folder) = std::env::var_os("LUMIVOX_SPIRV")
@@ -18,14 +20,21 @@ pub fn words(stem: &str) -> Result<Vec<u32>, Error> {
     {
         return Ok(words_of(&bytes));
     }
-    let index = modules::MODULES.binary_search_by(|(name, _)| (*name).cmp(stem)).map_err(|_| Error::ModuleMissing(stem.to_owned()))?;
+    let index = modules::MODULES
+        .binary_search_by(|(name, _)| (*name).cmp(stem))
+        .map_err(|_| Error::ModuleMissing(stem.to_owned()))?;
     let (_, bytes) = modules::MODULES[index];
     Ok(words_of(bytes))
 }
 
 /// The files are little-endian.
 fn words_of(bytes: &[u8]) -> Vec<u32> {
-    bytes.as_chunks().0.iter().map(|word| u32::from_le_bytes(*word)).collect()
+    bytes
+        .as_chunks()
+        .0
+        .iter()
+        .map(|word| u32::from_le_bytes(*word))
+        .collect()
 }
 
 /// The stems of all embedded modules, sorted.

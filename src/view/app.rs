@@ -27,7 +27,8 @@ use crate::image::{ImageError, write_exr, write_png};
 use crate::scene::{LoadOptions, Scene, SceneError, camera_toml};
 use crate::vulkan::Shown;
 
-/// A picture that is ready sooner than this is waited for, so that the frame after an input shows it.
+/// A picture that is ready sooner than this is waited for, so that the frame after an input shows
+/// it.
 const QUICK: Duration = Duration::from_millis(14);
 
 /// How long the window waits for something to happen while a picture is being rendered.
@@ -89,14 +90,31 @@ impl App {
         };
         let choice = Choice::new(options.technique, options.preset.as_deref(), &options.set)?;
         let scene = std::mem::take(&mut options.scene);
-        let mut session = Session::new(options.source.clone(), scene, choice, options.shadow_resolution);
+        let mut session = Session::new(
+            options.source.clone(),
+            scene,
+            choice,
+            options.shadow_resolution,
+        );
         session.allow_missing_textures = options.allow_missing_textures;
         let driver = options.script.take().map(Driver::new);
-        let store = if driver.is_some() { None } else { Remembered::path() };
+        let store = if driver.is_some() {
+            None
+        } else {
+            Remembered::path()
+        };
         let mut remembered = store.as_deref().map(Remembered::read).unwrap_or_default();
         remembered.vsync = options.vsync.unwrap_or(remembered.vsync);
-        options.source.to_str().into_iter().for_each(|source| remembered.add_recent(source));
-        let watcher = options.shaders.clone().map(|folder| Watcher::start(folder, notify(&proxy))).transpose()?;
+        options
+            .source
+            .to_str()
+            .into_iter()
+            .for_each(|source| remembered.add_recent(source));
+        let watcher = options
+            .shaders
+            .clone()
+            .map(|folder| Watcher::start(folder, notify(&proxy)))
+            .transpose()?;
         let ctx = egui::Context::default();
         panels::set_style(&ctx, driver.is_some());
         // Ctrl and + − are ours: the scale is the display's, or the option's.
@@ -133,7 +151,11 @@ impl App {
         if let (Some(window), Some(path)) = (&self.window, &self.store) {
             self.remembered.fullscreen = window.is_fullscreen();
             if !self.remembered.fullscreen && !window.is_minimised() {
-                self.remembered.size = window.raw.inner_size().to_logical::<f64>(window.raw.scale_factor()).into();
+                self.remembered.size = window
+                    .raw
+                    .inner_size()
+                    .to_logical::<f64>(window.raw.scale_factor())
+                    .into();
             }
             self.remembered.write(path);
         }
@@ -145,7 +167,10 @@ impl App {
         }
         match (self.failure, messages.first()) {
             (Some(failure), _) => Err(failure),
-            (None, Some(first)) => Err(ViewError::Validation { count: messages.len(), first: first.clone() }),
+            (None, Some(first)) => Err(ViewError::Validation {
+                count: messages.len(),
+                first: first.clone(),
+            }),
             (None, None) => Ok(()),
         }
     }
@@ -166,41 +191,66 @@ impl App {
             event_loop.exit();
             return Ok(());
         }
-        let Some(window) = &mut self.window else { return Ok(()) };
+        let Some(window) = &mut self.window else {
+            return Ok(());
+        };
         let size = window.size();
         if size.contains(&0) || !window.painter.prepare(size)? {
             return Ok(());
         }
         self.stage.update(&self.ctx, &self.session);
-        let newest = self.session.newest[0].as_ref().filter(|newest| self.stage.shows(newest.version));
-        let seen = newest.map(|newest| Seen { job: newest.picture.job, ready: newest.picture.ready, frame: self.frames });
+        let newest = self.session.newest[0]
+            .as_ref()
+            .filter(|newest| self.stage.shows(newest.version));
+        let seen = newest.map(|newest| Seen {
+            job: newest.picture.job,
+            ready: newest.picture.ready,
+            frame: self.frames,
+        });
         let mut input = window.egui.take_egui_input(&window.raw);
         if let Some(driver) = &mut self.driver {
             driver.add_input(&mut input);
         }
-        let dropped: Vec<PathBuf> = input.dropped_files.iter().filter_map(|file| file.path.clone()).collect();
+        let dropped: Vec<PathBuf> = input
+            .dropped_files
+            .iter()
+            .filter_map(|file| file.path.clone())
+            .collect();
         let window_device = window.painter.device_name().to_owned();
         let mut scope = Scope {
             session: &mut self.session,
             panels: &mut self.panels,
             remembered: &mut self.remembered,
-            requests: dropped.into_iter().map(|path| Request::Open(path.into())).collect(),
+            requests: dropped
+                .into_iter()
+                .map(|path| Request::Open(path.into()))
+                .collect(),
             is_busy: self.worker.is_busy(),
             window_device: &window_device,
             window_size: size,
             rate: self.drawn.len() as f32,
         };
         let stage = &self.stage;
-        let output = self.ctx.run(input, |ctx| panels::show(ctx, &mut scope, stage));
+        let output = self
+            .ctx
+            .run(input, |ctx| panels::show(ctx, &mut scope, stage));
         let requests = std::mem::take(&mut scope.requests);
-        window.egui.handle_platform_output(&window.raw, output.platform_output);
+        window
+            .egui
+            .handle_platform_output(&window.raw, output.platform_output);
         for request in requests {
             self.carry_out(request);
         }
         self.ask();
         let primitives = self.ctx.tessellate(output.shapes, output.pixels_per_point);
-        let painted = PaintOutput { textures: &output.textures_delta, primitives: &primitives, pixels_per_point: output.pixels_per_point };
-        let Some(window) = &mut self.window else { return Ok(()) };
+        let painted = PaintOutput {
+            textures: &output.textures_delta,
+            primitives: &primitives,
+            pixels_per_point: output.pixels_per_point,
+        };
+        let Some(window) = &mut self.window else {
+            return Ok(());
+        };
         match window.paint(&painted, self.capture.is_some())? {
             Shown::Nothing => self.redraw_at = Some(Instant::now()),
             shown => {
@@ -208,7 +258,14 @@ impl App {
                 self.seen = seen;
                 if let (Shown::Captured(capture), Some(path)) = (shown, self.capture.take()) {
                     let [width, height] = capture.size;
-                    let written = image::save_buffer_with_format(&path, &capture.rgb, width, height, image::ExtendedColorType::Rgb8, image::ImageFormat::Png);
+                    let written = image::save_buffer_with_format(
+                        &path,
+                        &capture.rgb,
+                        width,
+                        height,
+                        image::ExtendedColorType::Rgb8,
+                        image::ImageFormat::Png,
+                    );
                     self.session.note = match written {
                         Ok(()) => format!("saved {}", path.display()),
                         Err(error) => format!("cannot write {}: {error}", path.display()),
@@ -216,10 +273,22 @@ impl App {
                 }
             }
         }
-        let delay = output.viewport_output.values().map(|viewport| viewport.repaint_delay).min().unwrap_or(Duration::MAX);
-        let delay = if self.worker.is_busy() || self.loading.is_some() { delay.min(BUSY_PERIOD) } else { delay };
+        let delay = output
+            .viewport_output
+            .values()
+            .map(|viewport| viewport.repaint_delay)
+            .min()
+            .unwrap_or(Duration::MAX);
+        let delay = if self.worker.is_busy() || self.loading.is_some() {
+            delay.min(BUSY_PERIOD)
+        } else {
+            delay
+        };
         let redraw_at = Instant::now().checked_add(delay);
-        self.redraw_at = [self.redraw_at.take(), redraw_at].into_iter().flatten().min();
+        self.redraw_at = [self.redraw_at.take(), redraw_at]
+            .into_iter()
+            .flatten()
+            .min();
         Ok(())
     }
 
@@ -227,14 +296,22 @@ impl App {
         self.frames += 1;
         let now = Instant::now();
         self.drawn.push_back(now);
-        while self.drawn.front().is_some_and(|drawn| now.duration_since(*drawn) > Duration::from_secs(1)) {
+        while self
+            .drawn
+            .front()
+            .is_some_and(|drawn| now.duration_since(*drawn) > Duration::from_secs(1))
+        {
             self.drawn.pop_front();
         }
     }
 
     /// Takes what came back from the threads, after waiting a little for the render thread.
     fn receive(&mut self, most: Duration) {
-        for event in if most.is_zero() { self.worker.events() } else { self.worker.events_within(most) } {
+        for event in if most.is_zero() {
+            self.worker.events()
+        } else {
+            self.worker.events_within(most)
+        } {
             match event {
                 Event::Opened(name) => self.session.device = name,
                 Event::Picture(picture) => {
@@ -257,7 +334,12 @@ impl App {
                 }
             }
         }
-        for compiled in self.watcher.iter().flat_map(Watcher::take).collect::<Vec<_>>() {
+        for compiled in self
+            .watcher
+            .iter()
+            .flat_map(Watcher::take)
+            .collect::<Vec<_>>()
+        {
             match compiled {
                 Compiled::Module(stem, words) => self.worker.replace_module(stem, words),
                 Compiled::Failed(problem) => self.session.shader = Some(Err(problem)),
@@ -272,13 +354,20 @@ impl App {
     }
 
     fn receive_scene(&mut self) {
-        let Some((source, receiver)) = &self.loading else { return };
-        let Ok(loaded) = receiver.try_recv() else { return };
+        let Some((source, receiver)) = &self.loading else {
+            return;
+        };
+        let Ok(loaded) = receiver.try_recv() else {
+            return;
+        };
         let source = source.clone();
         self.loading = None;
         match loaded {
             Ok(scene) => {
-                source.to_str().into_iter().for_each(|source| self.remembered.add_recent(source));
+                source
+                    .to_str()
+                    .into_iter()
+                    .for_each(|source| self.remembered.add_recent(source));
                 self.session.open(source, scene);
             }
             Err(error) => self.session.scene_problem = Some(error.to_string()),
@@ -325,13 +414,19 @@ impl App {
                 Err(problem) => self.session.note = problem,
             },
             Request::CopyCamera => {
-                self.ctx.copy_text(camera_toml(&self.session.controls.camera));
+                self.ctx
+                    .copy_text(camera_toml(&self.session.controls.camera));
                 self.session.note = "the camera is in the clipboard".to_owned();
             }
-            Request::Fullscreen => self.window.iter().for_each(|window| window.set_fullscreen(!window.is_fullscreen())),
+            Request::Fullscreen => self
+                .window
+                .iter()
+                .for_each(|window| window.set_fullscreen(!window.is_fullscreen())),
             Request::Vsync(on) => {
                 self.remembered.vsync = on;
-                self.window.iter_mut().for_each(|window| window.painter.set_vsync(on));
+                self.window
+                    .iter_mut()
+                    .for_each(|window| window.painter.set_vsync(on));
             }
             Request::Quit => self.closing = true,
         }
@@ -342,37 +437,72 @@ impl App {
     pub(super) fn open(&mut self, source: OsString) {
         let (send, receiver) = channel();
         self.session.scene_problem = None;
-        let options = LoadOptions { allow_missing_textures: self.session.allow_missing_textures };
+        let options = LoadOptions {
+            allow_missing_textures: self.session.allow_missing_textures,
+        };
         let (name, proxy) = (source.clone(), self.proxy.clone());
         let work = move || {
             // Whoever opens another scene meanwhile does not wait for this one.
             let _ = send.send(Scene::open(&name, &options));
             let _ = proxy.send_event(());
         };
-        match std::thread::Builder::new().name("scene".to_owned()).spawn(work) {
+        match std::thread::Builder::new()
+            .name("scene".to_owned())
+            .spawn(work)
+        {
             Ok(_) => {
                 self.session.note = format!("loading {}", source.to_string_lossy());
                 self.loading = Some((source, receiver));
             }
-            Err(error) => self.session.scene_problem = Some(format!("a thread cannot be started: {error}")),
+            Err(error) => {
+                self.session.scene_problem = Some(format!("a thread cannot be started: {error}"))
+            }
         }
     }
 
     /// Writes the left picture: linear EXR, or PNG as it looks.
     pub(super) fn save(&self, path: &Path) -> Result<(), String> {
-        let full = self.session.newest[0].as_ref().filter(|newest| newest.picture.is_full);
-        let Some(picture) = full.map(|newest| &newest.picture) else { return Err("the picture is not ready yet; save it when it is at rest".to_owned()) };
+        let full = self.session.newest[0]
+            .as_ref()
+            .filter(|newest| newest.picture.is_full);
+        let Some(picture) = full.map(|newest| &newest.picture) else {
+            return Err("the picture is not ready yet; save it when it is at rest".to_owned());
+        };
         let (view, look) = (&VIEWS[picture.view], self.session.look());
-        let Some(image) = &picture.image else { return Err(format!("there is no {} here", view.name)) };
-        let written = match path.extension().and_then(|extension| extension.to_str()).map(str::to_lowercase).as_deref() {
+        let Some(image) = &picture.image else {
+            return Err(format!("there is no {} here", view.name));
+        };
+        let written = match path
+            .extension()
+            .and_then(|extension| extension.to_str())
+            .map(str::to_lowercase)
+            .as_deref()
+        {
             Some("exr") => write_exr(path, image),
-            Some("png") if view.scale == Scale::Light && look.tone_map == ToneMap::Clamp => write_png(path, image, look.exposure),
+            Some("png") if view.scale == Scale::Light && look.tone_map == ToneMap::Clamp => {
+                write_png(path, image, look.exposure)
+            }
             Some("png") => {
                 let rgb = develop(image, view, look).concat();
-                let written = image::save_buffer_with_format(path, &rgb, image.width, image.height, image::ExtendedColorType::Rgb8, image::ImageFormat::Png);
-                written.map_err(|source| ImageError::Write { path: path.to_owned(), source: source.into() })
+                let written = image::save_buffer_with_format(
+                    path,
+                    &rgb,
+                    image.width,
+                    image.height,
+                    image::ExtendedColorType::Rgb8,
+                    image::ImageFormat::Png,
+                );
+                written.map_err(|source| ImageError::Write {
+                    path: path.to_owned(),
+                    source: source.into(),
+                })
             }
-            _ => return Err(format!("{}: the name must end in .exr or .png", path.display())),
+            _ => {
+                return Err(format!(
+                    "{}: the name must end in .exr or .png",
+                    path.display()
+                ));
+            }
         };
         written.map_err(|error| error.to_string())
     }
@@ -424,7 +554,9 @@ impl ApplicationHandler<()> for App {
     }
 
     fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
-        let Some(window) = &mut self.window else { return };
+        let Some(window) = &mut self.window else {
+            return;
+        };
         match event {
             WindowEvent::CloseRequested => event_loop.exit(),
             WindowEvent::RedrawRequested => {
@@ -443,7 +575,9 @@ impl ApplicationHandler<()> for App {
     }
 
     fn user_event(&mut self, _: &ActiveEventLoop, (): ()) {
-        self.window.iter().for_each(|window| window.raw.request_redraw());
+        self.window
+            .iter()
+            .for_each(|window| window.raw.request_redraw());
     }
 
     fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
@@ -460,7 +594,10 @@ impl ApplicationHandler<()> for App {
             window.raw.request_redraw();
             event_loop.set_control_flow(ControlFlow::Wait);
         } else {
-            event_loop.set_control_flow(self.redraw_at.map_or(ControlFlow::Wait, ControlFlow::WaitUntil));
+            event_loop.set_control_flow(
+                self.redraw_at
+                    .map_or(ControlFlow::Wait, ControlFlow::WaitUntil),
+            );
         }
     }
 }

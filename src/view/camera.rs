@@ -43,7 +43,14 @@ impl Controls {
     /// For a scene that was just opened.
     pub(super) fn new(camera: Camera, bounds: (Vec3, Vec3)) -> Self {
         let speed = (0.15 * (bounds.1 - bounds.0).length()).max(1e-3);
-        Controls { camera, mode: Mode::Fly, speed, bookmarks: [None; BOOKMARKS], home: camera, bounds }
+        Controls {
+            camera,
+            mode: Mode::Fly,
+            speed,
+            bookmarks: [None; BOOKMARKS],
+            home: camera,
+            bounds,
+        }
     }
 
     /// Flies along the view's own axes: right, up, forward, −1 to 1 each, for some seconds.
@@ -56,15 +63,21 @@ impl Controls {
 
     /// Dragged by so many points to the right and down.
     pub(super) fn drag(&mut self, [x, y]: [f32; 2]) {
-        let Camera { eye, target, up, .. } = self.camera;
+        let Camera {
+            eye, target, up, ..
+        } = self.camera;
         let pivot = if self.mode == Mode::Fly { eye } else { target };
         let view = target - eye;
         let up = up.normalize();
-        let pitch_deg = (view.normalize().dot(up).clamp(-1.0, 1.0)).asin().to_degrees();
+        let pitch_deg = (view.normalize().dot(up).clamp(-1.0, 1.0))
+            .asin()
+            .to_degrees();
         // What is grabbed follows the hand when orbiting; the view follows it when flying.
         let wanted_deg = (pitch_deg - y * DEG_PER_POINT).clamp(-STEEPEST_DEG, STEEPEST_DEG);
         let turn = Quat::from_axis_angle(up, (-x * DEG_PER_POINT).to_radians());
-        let Some(right) = view.cross(up).try_normalize() else { return };
+        let Some(right) = view.cross(up).try_normalize() else {
+            return;
+        };
         let tilt = Quat::from_axis_angle(right, (wanted_deg - pitch_deg).to_radians());
         let turned = turn * (tilt * view);
         if pivot == eye {
@@ -77,13 +90,16 @@ impl Controls {
     /// Dragged sideways by shares of the picture's height.
     pub(super) fn pan(&mut self, [x, y]: [f32; 2]) {
         let [right, up, _] = self.camera.basis();
-        let height_m = 2.0 * (0.5 * self.camera.vfov_deg.to_radians()).tan() * self.camera.target.distance(self.camera.eye);
+        let height_m = 2.0
+            * (0.5 * self.camera.vfov_deg.to_radians()).tan()
+            * self.camera.target.distance(self.camera.eye);
         let step = (up * y - right * x) * height_m;
         self.camera.eye += step;
         self.camera.target += step;
     }
 
-    /// Nearer (above 0) or farther, by notches of the wheel: the distance when orbiting, the speed when flying.
+    /// Nearer (above 0) or farther, by notches of the wheel: the distance when orbiting, the speed
+    /// when flying.
     pub(super) fn wheel(&mut self, notches: f32) {
         let factor = 1.15f32.powf(notches.clamp(-20.0, 20.0));
         match self.mode {
@@ -119,7 +135,12 @@ mod tests {
     use super::*;
 
     fn controls() -> Controls {
-        let camera = Camera { eye: Vec3::new(0.0, 1.0, 5.0), target: Vec3::new(0.0, 1.0, 0.0), up: Vec3::Y, vfov_deg: 60.0 };
+        let camera = Camera {
+            eye: Vec3::new(0.0, 1.0, 5.0),
+            target: Vec3::new(0.0, 1.0, 0.0),
+            up: Vec3::Y,
+            vfov_deg: 60.0,
+        };
         Controls::new(camera, (Vec3::splat(-1.0), Vec3::splat(1.0)))
     }
 
@@ -127,11 +148,21 @@ mod tests {
     fn flying_turns_about_the_eye_and_orbiting_about_the_target() {
         let mut c = controls();
         c.drag([360.0, 0.0]);
-        assert!(c.camera.eye == Vec3::new(0.0, 1.0, 5.0) && (c.camera.target - Vec3::new(5.0, 1.0, 5.0)).length() < 1e-4, "{:?}", c.camera);
+        assert!(
+            c.camera.eye == Vec3::new(0.0, 1.0, 5.0)
+                && (c.camera.target - Vec3::new(5.0, 1.0, 5.0)).length() < 1e-4,
+            "{:?}",
+            c.camera
+        );
         let mut c = controls();
         c.mode = Mode::Orbit;
         c.drag([360.0, 0.0]);
-        assert!((c.camera.eye - Vec3::new(-5.0, 1.0, 0.0)).length() < 1e-4 && c.camera.target == Vec3::Y, "{:?}", c.camera);
+        assert!(
+            (c.camera.eye - Vec3::new(-5.0, 1.0, 0.0)).length() < 1e-4
+                && c.camera.target == Vec3::Y,
+            "{:?}",
+            c.camera
+        );
     }
 
     #[test]
@@ -139,7 +170,11 @@ mod tests {
         let mut c = controls();
         c.drag([0.0, -10_000.0]);
         let [_, _, forward] = c.camera.basis();
-        assert!(forward.y > 0.99 && forward.y < 1.0 && c.camera.basis().iter().all(|axis| axis.is_finite()));
+        assert!(
+            forward.y > 0.99
+                && forward.y < 1.0
+                && c.camera.basis().iter().all(|axis| axis.is_finite())
+        );
     }
 
     #[test]
@@ -149,9 +184,14 @@ mod tests {
             c.frame_scene(aspect);
             let clip = c.camera.clip_from_world(aspect, 0.01);
             for corner in 0..8 {
-                let corner = Vec3::from([0, 1, 2].map(|axis| if corner >> axis & 1 == 1 { 1.0 } else { -1.0 }));
+                let corner = Vec3::from(
+                    [0, 1, 2].map(|axis| if corner >> axis & 1 == 1 { 1.0 } else { -1.0 }),
+                );
                 let p = clip * corner.extend(1.0);
-                assert!(p.w > 0.0 && p.x.abs() <= p.w && p.y.abs() <= p.w, "{corner:?} is outside at aspect {aspect}");
+                assert!(
+                    p.w > 0.0 && p.x.abs() <= p.w && p.y.abs() <= p.w,
+                    "{corner:?} is outside at aspect {aspect}"
+                );
             }
         }
     }

@@ -44,10 +44,13 @@ pub(super) struct Wanted<'w> {
 }
 
 impl Wanted<'_> {
-    /// The words after `lumivox`; an error says what of the picture `lumivox render` has no option for.
+    /// The words after `lumivox`; an error says what of the picture `lumivox render` has no option
+    /// for.
     pub(super) fn words(&self) -> Result<Vec<String>, String> {
         let shown = self.shown()?;
-        let Some(source) = self.source.to_str() else { return Err("the scene's path is not UTF-8".to_owned()) };
+        let Some(source) = self.source.to_str() else {
+            return Err("the scene's path is not UTF-8".to_owned());
+        };
         let mut words = vec!["render".to_owned(), source.to_owned()];
         let mut add = |option: &str, value: String| words.extend([option.to_owned(), value]);
         if self.camera != self.scene.camera {
@@ -58,11 +61,20 @@ impl Wanted<'_> {
         }
         if self.environment != self.scene.environment {
             let [r, g, b] = self.environment.to_array();
-            add("--with", format!("environment = {{ radiance = [{r:?}, {g:?}, {b:?}] }}"));
+            add(
+                "--with",
+                format!("environment = {{ radiance = [{r:?}, {g:?}, {b:?}] }}"),
+            );
         }
         add("--technique", self.pane.entry.name.to_owned());
-        self.technique.0.iter().for_each(|preset| add("--preset", (*preset).to_owned()));
-        self.technique.1.iter().for_each(|pair| add("--set", pair.clone()));
+        self.technique
+            .0
+            .iter()
+            .for_each(|preset| add("--preset", (*preset).to_owned()));
+        self.technique
+            .1
+            .iter()
+            .for_each(|pair| add("--set", pair.clone()));
         add("--size", format!("{}x{}", self.size[0], self.size[1]));
         add("--shadow-resolution", self.shadow_resolution.to_string());
         match shown {
@@ -79,7 +91,9 @@ impl Wanted<'_> {
         if self.look.exposure != 1.0 {
             add("--exposure", format!("{:?}", self.look.exposure));
         }
-        self.device.iter().for_each(|device| add("--device", (*device).to_owned()));
+        self.device
+            .iter()
+            .for_each(|device| add("--device", (*device).to_owned()));
         add("-o", self.output.to_owned());
         if self.allow_missing_textures {
             words.push("--allow-missing-textures".to_owned());
@@ -89,7 +103,14 @@ impl Wanted<'_> {
 
     /// The whole line, quoted for a shell.
     pub(super) fn line(&self) -> Result<String, String> {
-        Ok(format!("lumivox {}", self.words()?.iter().map(|word| quoted(word)).collect::<Vec<_>>().join(" ")))
+        Ok(format!(
+            "lumivox {}",
+            self.words()?
+                .iter()
+                .map(|word| quoted(word))
+                .collect::<Vec<_>>()
+                .join(" ")
+        ))
     }
 
     fn shown(&self) -> Result<Shown, String> {
@@ -100,12 +121,21 @@ impl Wanted<'_> {
         match self.view.source {
             Source::Aov(Aov::Full) => {
                 let components: Components = self.pane.components;
-                components.aov().map(Shown::Aov).ok_or_else(|| "`lumivox render` has no output of these components alone; save the picture instead".to_owned())
+                components.aov().map(Shown::Aov).ok_or_else(|| {
+                    "`lumivox render` has no output of these components alone; save the picture \
+                     instead"
+                        .to_owned()
+                })
             }
             Source::Aov(aov) => Ok(Shown::Aov(aov)),
-            Source::Voxels { volume, opacity } => Ok(Shown::Voxels(if opacity { "opacity" } else { volume })),
+            Source::Voxels { volume, opacity } => {
+                Ok(Shown::Voxels(if opacity { "opacity" } else { volume }))
+            }
             Source::Structure => Ok(Shown::Voxels("structure")),
-            _ => Err(format!("`lumivox render` has no output {}; save the picture instead", self.view.name)),
+            _ => Err(format!(
+                "`lumivox render` has no output {}; save the picture instead",
+                self.view.name
+            )),
         }
     }
 }
@@ -119,7 +149,11 @@ enum Shown {
 /// A word as a POSIX shell reads it.
 fn quoted(word: &str) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_./:=,".contains(c);
-    if !word.is_empty() && word.chars().all(is_plain) { word.to_owned() } else { format!("'{}'", word.replace('\'', "'\\''")) }
+    if !word.is_empty() && word.chars().all(is_plain) {
+        word.to_owned()
+    } else {
+        format!("'{}'", word.replace('\'', "'\\''"))
+    }
 }
 
 #[cfg(test)]

@@ -1,4 +1,5 @@
-//! Carries out scripts: sets what the panels set, or does with the mouse and the keys what a hand does, one action after the other.
+//! Carries out scripts: sets what the panels set, or does with the mouse and the keys what a hand
+//! does, one action after the other.
 
 use std::collections::VecDeque;
 use std::path::Path;
@@ -46,7 +47,8 @@ struct Latency {
     moved: Option<(u64, Option<u64>)>,
     /// When each frame since began.
     began: Vec<Instant>,
-    /// For each time, frames until the picture was seen, and how many of them began when it was there.
+    /// For each time, frames until the picture was seen, and how many of them began when it was
+    /// there.
     seen: Vec<[u64; 2]>,
 }
 
@@ -70,15 +72,33 @@ enum Step {
 
 impl Driver {
     pub(super) fn new(script: VecDeque<Action>) -> Self {
-        Driver { rest: script, began: None, events: Vec::new(), dropped: Vec::new(), memory: None, holds: false, latency: Latency::default() }
+        Driver {
+            rest: script,
+            began: None,
+            events: Vec::new(),
+            dropped: Vec::new(),
+            memory: None,
+            holds: false,
+            latency: Latency::default(),
+        }
     }
 
     /// What the script's hands do in this frame.
     pub(super) fn add_input(&mut self, input: &mut RawInput) {
         // Only the script moves the mouse.
-        input.events.retain(|event| !matches!(event, Event::PointerMoved(_) | Event::PointerGone | Event::MouseMoved(_)));
+        input.events.retain(|event| {
+            !matches!(
+                event,
+                Event::PointerMoved(_) | Event::PointerGone | Event::MouseMoved(_)
+            )
+        });
         input.events.append(&mut self.events);
-        input.dropped_files.extend(self.dropped.drain(..).map(|path| egui::DroppedFile { path: Some(path), ..Default::default() }));
+        input
+            .dropped_files
+            .extend(self.dropped.drain(..).map(|path| egui::DroppedFile {
+                path: Some(path),
+                ..Default::default()
+            }));
         input.focused = true;
     }
 
@@ -87,14 +107,20 @@ impl Driver {
         self.holds
     }
 
-    /// How long a picture is waited for where frames are counted and not time: a machine that is busy must not count.
+    /// How long a picture is waited for where frames are counted and not time: a machine that is
+    /// busy must not count.
     pub(super) fn picture_patience(&self) -> Option<Duration> {
         matches!(self.rest.front(), Some(Action::Latency(_))).then_some(PATIENCE)
     }
 
     fn button(&mut self, at: Pos2, pressed: bool) {
         self.events.push(Event::PointerMoved(at));
-        self.events.push(Event::PointerButton { pos: at, button: PointerButton::Primary, pressed, modifiers: Modifiers::NONE });
+        self.events.push(Event::PointerButton {
+            pos: at,
+            button: PointerButton::Primary,
+            pressed,
+            modifiers: Modifiers::NONE,
+        });
     }
 }
 
@@ -103,29 +129,52 @@ impl App {
     pub(super) fn drive(&mut self) -> Result<(), ViewError> {
         let now = Instant::now();
         let (frames, pictures) = (self.frames, self.session.pictures());
-        let Some(driver) = &mut self.driver else { return Ok(()) };
+        let Some(driver) = &mut self.driver else {
+            return Ok(());
+        };
         let Some(action) = driver.rest.front().cloned() else {
             self.closing = true;
             return Ok(());
         };
-        let began = driver.began.get_or_insert(Began { at: now, frames, pictures, turn: 0, gap: Duration::ZERO, last: now });
+        let began = driver.began.get_or_insert(Began {
+            at: now,
+            frames,
+            pictures,
+            turn: 0,
+            gap: Duration::ZERO,
+            last: now,
+        });
         began.gap = began.gap.max(now - began.last);
         began.last = now;
         let current = *began;
         began.turn += 1;
         driver.holds = false;
-        let failed = |problem: String| ViewError::Script { action: format!("{action:?}"), problem };
-        let patience = if matches!(action, Action::Frames(_)) { 10 * PATIENCE } else { PATIENCE };
+        let failed = |problem: String| ViewError::Script {
+            action: format!("{action:?}"),
+            problem,
+        };
+        let patience = if matches!(action, Action::Frames(_)) {
+            10 * PATIENCE
+        } else {
+            PATIENCE
+        };
         match self.act(&action, current).map_err(failed)? {
             Step::Done => {
-                eprintln!("script: {action:?}: {:.2} s", current.at.elapsed().as_secs_f64());
+                eprintln!(
+                    "script: {action:?}: {:.2} s",
+                    current.at.elapsed().as_secs_f64()
+                );
                 if let Some(driver) = &mut self.driver {
                     driver.rest.pop_front();
                     driver.began = None;
                 }
             }
             Step::Wait if current.at.elapsed() > patience => {
-                let why = self.session.problem.clone().unwrap_or_else(|| "what it waits for did not come".to_owned());
+                let why = self
+                    .session
+                    .problem
+                    .clone()
+                    .unwrap_or_else(|| "what it waits for did not come".to_owned());
                 return Err(failed(why));
             }
             Step::Wait => {}
@@ -135,13 +184,29 @@ impl App {
 
     fn act(&mut self, action: &Action, began: Began) -> Result<Step, String> {
         match action {
-            Action::Frames(_) | Action::Still | Action::Reference(_) | Action::Responsive(..) | Action::Latency(_) => self.act_wait(action, began),
+            Action::Frames(_)
+            | Action::Still
+            | Action::Reference(_)
+            | Action::Responsive(..)
+            | Action::Latency(_) => self.act_wait(action, began),
             Action::Load(_) | Action::Drop(_) | Action::Opened(_) => self.act_scene(action, began),
-            Action::Resize(..) | Action::Minimised(_) | Action::Fullscreen(_) | Action::Vsync(_) | Action::Scale(_) => self.act_window(action, began),
-            Action::Divider(_) | Action::Drag(_) | Action::Key(_) | Action::Type(_) => self.act_hands(action, began),
-            Action::Copy(..) | Action::Shader(_) | Action::Save(_) | Action::Command(_) | Action::Screenshot(_) => self.act_files(action, began),
+            Action::Resize(..)
+            | Action::Minimised(_)
+            | Action::Fullscreen(_)
+            | Action::Vsync(_)
+            | Action::Scale(_) => self.act_window(action, began),
+            Action::Divider(_) | Action::Drag(_) | Action::Key(_) | Action::Type(_) => {
+                self.act_hands(action, began)
+            }
+            Action::Copy(..)
+            | Action::Shader(_)
+            | Action::Save(_)
+            | Action::Command(_)
+            | Action::Screenshot(_) => self.act_files(action, began),
             Action::MemoryMark | Action::MemoryCheck(_) => self.act_memory(action),
-            Action::Probe(..) | Action::ProbeList(_) | Action::ProbeOff => self.act_probe(action, began),
+            Action::Probe(..) | Action::ProbeList(_) | Action::ProbeOff => {
+                self.act_probe(action, began)
+            }
             Action::Close => {
                 self.closing = true;
                 Ok(Step::Done)
@@ -166,17 +231,27 @@ impl App {
             Action::Reference(samples) => {
                 // It rests there, so that a picture of it is always the same.
                 self.session.set_most_samples((*samples).max(1));
-                self.session.truth.as_ref().is_some_and(|truth| truth.samples >= *samples) && began.turn > 2
+                self.session
+                    .truth
+                    .as_ref()
+                    .is_some_and(|truth| truth.samples >= *samples)
+                    && began.turn > 2
             }
             Action::Responsive(seconds, rate) => {
                 self.session.controls.drag([1.0, 0.0]);
                 let elapsed = began.at.elapsed().as_secs_f64();
                 let drawn = (self.frames - began.frames) as f64 / elapsed;
                 if elapsed >= *seconds && drawn < *rate {
-                    return Err(format!("{drawn:.1} frames a second, the longest gap {:.0} ms", began.gap.as_secs_f64() * 1e3));
+                    return Err(format!(
+                        "{drawn:.1} frames a second, the longest gap {:.0} ms",
+                        began.gap.as_secs_f64() * 1e3
+                    ));
                 }
                 if elapsed >= *seconds {
-                    eprintln!("responsive: {drawn:.1} frames a second, the longest gap {:.0} ms", began.gap.as_secs_f64() * 1e3);
+                    eprintln!(
+                        "responsive: {drawn:.1} frames a second, the longest gap {:.0} ms",
+                        began.gap.as_secs_f64() * 1e3
+                    );
                 }
                 if let Some(driver) = &mut self.driver {
                     driver.holds = elapsed < *seconds;
@@ -205,24 +280,42 @@ impl App {
                 }
                 self.loading.is_none() && Path::new(&self.session.source) == path
             }
-            Action::Opened(path) => self.loading.is_none() && Path::new(&self.session.source).ends_with(path),
+            Action::Opened(path) => {
+                self.loading.is_none() && Path::new(&self.session.source).ends_with(path)
+            }
             _ => true,
         };
-        let problem = self.session.any_problem().cloned().filter(|_| self.loading.is_none() && began.turn > 2);
+        let problem = self
+            .session
+            .any_problem()
+            .cloned()
+            .filter(|_| self.loading.is_none() && began.turn > 2);
         match problem {
             Some(problem) if !done => Err(problem),
             _ => Ok(if done { Step::Done } else { Step::Wait }),
         }
     }
 
-    /// Counts frames, not time: how long the window waits for a quick picture is not limited meanwhile, so that a busy machine changes nothing.
+    /// Counts frames, not time: how long the window waits for a quick picture is not limited
+    /// meanwhile, so that a busy machine changes nothing.
     fn act_latency(&mut self, most: u32, turn: u32) -> Result<Step, String> {
         let picture = self.panels.picture;
-        let (job, seen, frame, frame_began) = (self.session.asked_job(), self.seen, self.frames, self.frame_began);
-        let Some(driver) = &mut self.driver else { return Ok(Step::Done) };
+        let (job, seen, frame, frame_began) = (
+            self.session.asked_job(),
+            self.seen,
+            self.frames,
+            self.frame_began,
+        );
+        let Some(driver) = &mut self.driver else {
+            return Ok(Step::Done);
+        };
         driver.holds = true;
         // Two places that are farther apart than a hand trembles: a drag at once.
-        let at = |index: usize| picture.left_center().lerp(picture.right_center(), [0.25, 0.75][index % 2]);
+        let at = |index: usize| {
+            picture
+                .left_center()
+                .lerp(picture.right_center(), [0.25, 0.75][index % 2])
+        };
         match turn {
             0 => {
                 driver.button(at(1), true);
@@ -240,8 +333,14 @@ impl App {
                 latency.began.push(frame_began);
                 return Ok(Step::Wait);
             }
-            let Some(seen) = seen else { return Ok(Step::Wait) };
-            let late = latency.began.iter().filter(|began| **began >= seen.ready).count();
+            let Some(seen) = seen else {
+                return Ok(Step::Wait);
+            };
+            let late = latency
+                .began
+                .iter()
+                .filter(|began| **began >= seen.ready)
+                .count();
             latency.seen.push([seen.frame - moved, late as u64]);
         }
         if latency.seen.len() < LATENCIES {
@@ -255,18 +354,29 @@ impl App {
         driver.holds = false;
         let worst = |index: usize| seen.iter().map(|counts| counts[index]).max().unwrap_or(0);
         let (frames, late) = (worst(0), worst(1));
-        let text = format!("a picture is seen {frames} frames after the pointer moved, {late} after it was there (the worst of {LATENCIES})");
+        let text = format!(
+            "a picture is seen {frames} frames after the pointer moved, {late} after it was there \
+             (the worst of {LATENCIES})"
+        );
         eprintln!("latency: {text}");
-        if frames.max(late) > u64::from(most) { Err(text) } else { Ok(Step::Done) }
+        if frames.max(late) > u64::from(most) {
+            Err(text)
+        } else {
+            Ok(Step::Done)
+        }
     }
 
     fn act_window(&mut self, action: &Action, began: Began) -> Result<Step, String> {
-        let Some(window) = &mut self.window else { return Ok(Step::Wait) };
+        let Some(window) = &mut self.window else {
+            return Ok(Step::Wait);
+        };
         let is_first = began.turn == 0;
         let done = match action {
             Action::Resize(width, height) => {
                 if is_first {
-                    let _ = window.raw.request_inner_size(winit::dpi::PhysicalSize::new(*width, *height));
+                    let _ = window
+                        .raw
+                        .request_inner_size(winit::dpi::PhysicalSize::new(*width, *height));
                 }
                 let [w, h] = window.size();
                 if began.at.elapsed() > RESIZE_PATIENCE {
@@ -279,7 +389,10 @@ impl App {
                     window.raw.set_minimized(*on);
                 }
                 if began.at.elapsed() > RESIZE_PATIENCE {
-                    return Err(format!("the window manager (is there one?) leaves it as it is; minimised: {:?}", window.raw.is_minimized()));
+                    return Err(format!(
+                        "the window manager (is there one?) leaves it as it is; minimised: {:?}",
+                        window.raw.is_minimized()
+                    ));
                 }
                 window.is_minimised() == *on && began.at.elapsed() > Duration::from_millis(200)
             }
@@ -306,18 +419,37 @@ impl App {
     /// The mouse and the keys, a frame for each of their events.
     fn act_hands(&mut self, action: &Action, began: Began) -> Result<Step, String> {
         let picture = self.panels.picture;
-        let at = |x: f32, y: f32| pos2(picture.left() + x * picture.width(), picture.top() + y * picture.height());
+        let at = |x: f32, y: f32| {
+            pos2(
+                picture.left() + x * picture.width(),
+                picture.top() + y * picture.height(),
+            )
+        };
         let divider = self.session.divider;
-        let Some(driver) = &mut self.driver else { return Ok(Step::Done) };
+        let Some(driver) = &mut self.driver else {
+            return Ok(Step::Done);
+        };
         let (from, to) = match action {
             Action::Divider(x) => (at(divider, 0.3), at(*x, 0.3)),
             Action::Drag([x0, y0, x1, y1]) => (at(*x0, *y0), at(*x1, *y1)),
             Action::Key(name) => {
                 // A character stands for the key that makes it.
-                let Some(key) = Key::from_name(name) else { return Err("there is no such key".to_owned()) };
-                let event = |pressed| Event::Key { key, physical_key: None, pressed, repeat: false, modifiers: Modifiers::NONE };
+                let Some(key) = Key::from_name(name) else {
+                    return Err("there is no such key".to_owned());
+                };
+                let event = |pressed| Event::Key {
+                    key,
+                    physical_key: None,
+                    pressed,
+                    repeat: false,
+                    modifiers: Modifiers::NONE,
+                };
                 driver.events.push(event(began.turn == 0));
-                return Ok(if began.turn == 0 { Step::Wait } else { Step::Done });
+                return Ok(if began.turn == 0 {
+                    Step::Wait
+                } else {
+                    Step::Done
+                });
             }
             Action::Type(text) => {
                 driver.events.push(Event::Text(text.clone()));
@@ -329,13 +461,17 @@ impl App {
         match began.turn {
             0 => driver.events.push(Event::PointerMoved(from)),
             1 => driver.button(from, true),
-            turn @ 2..=9 => driver.events.push(Event::PointerMoved(from.lerp(to, (turn - 1) as f32 / 8.0))),
+            turn @ 2..=9 => driver
+                .events
+                .push(Event::PointerMoved(from.lerp(to, (turn - 1) as f32 / 8.0))),
             10 => driver.button(to, false),
             _ => {
                 driver.holds = false;
                 driver.events.push(Event::PointerGone);
                 return match action {
-                    Action::Divider(x) if (self.session.divider - x).abs() > 0.02 => Err(format!("the divider is at {}", self.session.divider)),
+                    Action::Divider(x) if (self.session.divider - x).abs() > 0.02 => {
+                        Err(format!("the divider is at {}", self.session.divider))
+                    }
                     _ => Ok(Step::Done),
                 };
             }
@@ -358,13 +494,19 @@ impl App {
                 None => return Ok(Step::Wait),
             },
             Action::Save(path) => self.save(path)?,
-            Action::Command(path) => std::fs::write(path, self.command_words()?.join("\n")).map_err(|error| failed(path, error))?,
+            Action::Command(path) => std::fs::write(path, self.command_words()?.join("\n"))
+                .map_err(|error| failed(path, error))?,
             Action::Screenshot(path) => {
-                // What was just changed is laid out in the first frame and drawn as it will stay in the second.
+                // What was just changed is laid out in the first frame and drawn as it will stay in
+                // the second.
                 if began.turn == 3 {
                     self.capture = Some(path.clone());
                 }
-                return Ok(if began.turn > 3 && self.capture.is_none() { Step::Done } else { Step::Wait });
+                return Ok(if began.turn > 3 && self.capture.is_none() {
+                    Step::Done
+                } else {
+                    Step::Wait
+                });
             }
             _ => {}
         }
@@ -375,7 +517,8 @@ impl App {
         let probe = &mut self.session.probe;
         match action {
             Action::Probe(place, axis) if began.turn == 0 => {
-                (probe.place, probe.follows, probe.axis, probe.answer) = (Some(*place), false, *axis, None);
+                (probe.place, probe.follows, probe.axis, probe.answer) =
+                    (Some(*place), false, *axis, None);
                 probe.asked = None;
                 return Ok(Step::Wait);
             }
@@ -385,11 +528,14 @@ impl App {
             }
             _ => {}
         }
-        let Some(answer) = self.session.probed() else { return Ok(Step::Wait) };
+        let Some(answer) = self.session.probed() else {
+            return Ok(Step::Wait);
+        };
         match (action, &answer.found) {
             (_, Err(problem)) => Err(problem.clone()),
             (Action::ProbeList(path), Ok(Probed::Cone(probe))) => {
-                std::fs::write(path, table(probe)).map_err(|error| format!("{}: {error}", path.display()))?;
+                std::fs::write(path, table(probe))
+                    .map_err(|error| format!("{}: {error}", path.display()))?;
                 Ok(Step::Done)
             }
             (Action::ProbeList(_), Ok(other)) => Err(format!("there is no cone: {other:?}")),
@@ -402,12 +548,22 @@ impl App {
             eprintln!("memory: this system does not tell a process's memory");
             return Ok(Step::Done);
         };
-        let Some(driver) = &mut self.driver else { return Ok(Step::Done) };
+        let Some(driver) = &mut self.driver else {
+            return Ok(Step::Done);
+        };
         match (action, driver.memory) {
             (Action::MemoryCheck(percent), Some(before)) => {
                 let growth = (now / before - 1.0) * 100.0;
-                eprintln!("memory: {:.1} MiB before, {:.1} MiB now, {growth:+.2}%", before / 1048576.0, now / 1048576.0);
-                if growth > *percent { Err(format!("it grew by {growth:.2}%")) } else { Ok(Step::Done) }
+                eprintln!(
+                    "memory: {:.1} MiB before, {:.1} MiB now, {growth:+.2}%",
+                    before / 1048576.0,
+                    now / 1048576.0
+                );
+                if growth > *percent {
+                    Err(format!("it grew by {growth:.2}%"))
+                } else {
+                    Ok(Step::Done)
+                }
             }
             _ => {
                 driver.memory = Some(now);
@@ -424,20 +580,33 @@ impl App {
             Action::Times(on) => self.panels.times = *on,
             Action::Browse => self.panels.browse(&self.ctx),
             Action::Section(name) => {
-                let known = SECTIONS.iter().any(|section| section.eq_ignore_ascii_case(name));
+                let known = SECTIONS
+                    .iter()
+                    .any(|section| section.eq_ignore_ascii_case(name));
                 if !known && name != "none" {
-                    return Err(format!("there is no section {name}; there are: {}", SECTIONS.join(", ")));
+                    return Err(format!(
+                        "there is no section {name}; there are: {}",
+                        SECTIONS.join(", ")
+                    ));
                 }
                 self.panels.open = SECTIONS.map(|section| section.eq_ignore_ascii_case(name));
             }
             Action::Technique(side, name, preset) => {
                 let entry = find(name).map_err(|error| error.to_string())?;
-                session.choices[*side] = Choice::new(entry, preset.as_deref(), &[]).map_err(|error| error.to_string())?;
+                session.choices[*side] = Choice::new(entry, preset.as_deref(), &[])
+                    .map_err(|error| error.to_string())?;
             }
             Action::Set(side, key, value) => {
                 let choice = &mut session.choices[*side];
-                let setting = choice.entry.settings.iter().copied().flatten().find(|setting| setting.name == key);
-                let setting = setting.ok_or_else(|| format!("{} has no setting {key}", choice.entry.name))?;
+                let setting = choice
+                    .entry
+                    .settings
+                    .iter()
+                    .copied()
+                    .flatten()
+                    .find(|setting| setting.name == key);
+                let setting =
+                    setting.ok_or_else(|| format!("{} has no setting {key}", choice.entry.name))?;
                 choice.set.insert(setting.name, value.clone());
                 choice.update();
                 return choice.problem.clone().map_or(Ok(()), Err);
@@ -450,7 +619,12 @@ impl App {
                     _ => return Err("write single, split or difference".to_owned()),
                 }
             }
-            Action::View(name, layer) => (session.view, session.layer) = (views::find(name).ok_or_else(|| format!("there is no view {name}"))?, *layer),
+            Action::View(name, layer) => {
+                (session.view, session.layer) = (
+                    views::find(name).ok_or_else(|| format!("there is no view {name}"))?,
+                    *layer,
+                )
+            }
             Action::Exposure(ev) => session.exposure_ev = *ev,
             Action::Component(name, on) => {
                 let c = &mut session.components;
@@ -460,17 +634,28 @@ impl App {
                     "specular" => c.specular = *on,
                     "emission" => c.emission = *on,
                     "visibility" => c.visibility = *on,
-                    _ => return Err("write direct, diffuse, specular, emission or visibility".to_owned()),
+                    _ => {
+                        return Err(
+                            "write direct, diffuse, specular, emission or visibility".to_owned()
+                        );
+                    }
                 }
             }
             Action::MoveLight(index, by) => match session.lights.get_mut(*index) {
-                Some(Light::Point { position, .. } | Light::Spot { position, .. }) => *position += Vec3::from(*by),
-                Some(Light::Directional { direction, .. }) => *direction = (*direction + Vec3::from(*by)).normalize(),
+                Some(Light::Point { position, .. } | Light::Spot { position, .. }) => {
+                    *position += Vec3::from(*by)
+                }
+                Some(Light::Directional { direction, .. }) => {
+                    *direction = (*direction + Vec3::from(*by)).normalize()
+                }
                 None => return Err(format!("there are {} lights", session.lights.len())),
             },
             Action::AddLight => {
                 let position = session.controls.camera.eye;
-                session.lights.push(Light::Point { position, intensity: Vec3::ONE });
+                session.lights.push(Light::Point {
+                    position,
+                    intensity: Vec3::ONE,
+                });
             }
             other => return Err(format!("{other:?} is not carried out here")),
         }
@@ -482,5 +667,9 @@ impl App {
 fn resident_bytes() -> Option<f64> {
     let text = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = text.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
-    line.split_whitespace().next()?.parse::<f64>().ok().map(|kib| kib * 1024.0)
+    line.split_whitespace()
+        .next()?
+        .parse::<f64>()
+        .ok()
+        .map(|kib| kib * 1024.0)
 }

@@ -1,7 +1,9 @@
-//! The windowed demo: techniques side by side on a scene, everything changed by hand, and what it costs.
+//! The windowed demo: techniques side by side on a scene, everything changed by hand, and what it
+//! costs.
 //!
-//! The window is drawn by egui on a device of its own; techniques are rendered on another thread and device, so that the window answers while a
-//! frame takes seconds. What is shown at rest is, bit for bit, what `lumivox render` writes.
+//! The window is drawn by egui on a device of its own; techniques are rendered on another thread
+//! and device, so that the window answers while a frame takes seconds. What is shown at rest is,
+//! bit for bit, what `lumivox render` writes.
 
 mod app;
 mod camera;
@@ -69,7 +71,10 @@ pub struct Options {
 #[derive(Debug, thiserror::Error)]
 pub enum ViewError {
     /// There is no display.
-    #[error("no window can be opened ({0}); without a display, render to a file instead: lumivox render SCENE -o FILE.png")]
+    #[error(
+        "no window can be opened ({0}); without a display, render to a file instead: lumivox \
+         render SCENE -o FILE.png"
+    )]
     NoDisplay(String),
     /// A setting cannot be used as given.
     #[error(transparent)]
@@ -106,7 +111,9 @@ pub fn view_names() -> impl Iterator<Item = &'static str> {
 /// Opens the window and stays until it is closed.
 pub fn run(options: Options) -> Result<(), ViewError> {
     let no_display = |error: &dyn std::fmt::Display| ViewError::NoDisplay(error.to_string());
-    let events = EventLoop::<()>::with_user_event().build().map_err(|error| no_display(&error))?;
+    let events = EventLoop::<()>::with_user_event()
+        .build()
+        .map_err(|error| no_display(&error))?;
     let mut app = app::App::new(options, events.create_proxy())?;
     let ended = events.run_app(&mut app);
     app.finish()?;

@@ -15,15 +15,21 @@ use crate::scene::{Camera, Light};
 /// How long a picture may take while something moves (ms).
 const QUICK_MS: f64 = 60.0;
 
-/// Pictures are allocated in steps of so many pixels, so that a window that is drawn larger rarely makes them anew.
+/// Pictures are allocated in steps of so many pixels, so that a window that is drawn larger rarely
+/// makes them anew.
 const STEP_PX: u32 = 128;
 
 /// Passes that a quick picture does without, since only the camera moves.
 const LIGHT_MAPS: [&str; 2] = [SHADOW_MAPS.name, RSM.name];
 
-/// Frames of a picture at rest where each frame adds a bounce; `lumivox render --frames` is given the same.
+/// Frames of a picture at rest where each frame adds a bounce; `lumivox render --frames` is given
+/// the same.
 pub(super) fn rest_frames(job: &PaneJob) -> u32 {
-    if (job.entry.bounces)(&job.settings).is_some() { 1 } else { 16 }
+    if (job.entry.bounces)(&job.settings).is_some() {
+        1
+    } else {
+        16
+    }
 }
 
 /// A renderer, what it was made for and what it has done.
@@ -67,23 +73,39 @@ impl MadeFor {
     }
 
     fn fits(&self, job: &Job, pane: &PaneJob) -> bool {
-        let same = self.scene == job.scene.0 && self.technique == pane.entry.name && self.shadow_resolution == job.shadow_resolution;
+        let same = self.scene == job.scene.0
+            && self.technique == pane.entry.name
+            && self.shadow_resolution == job.shadow_resolution;
         same && self.has_light_of(job) && self.settings == pane.settings
     }
 }
 
 impl<'g> Pane<'g> {
     /// Sees that the slot holds a pane that fits; keeps what it can of the one that is there.
-    pub(super) fn follow(slot: &mut Option<Pane<'g>>, gpu: &'g Gpu, job: &Job, index: usize) -> Result<(), Error> {
+    pub(super) fn follow(
+        slot: &mut Option<Pane<'g>>,
+        gpu: &'g Gpu,
+        job: &Job,
+        index: usize,
+    ) -> Result<(), Error> {
         let wanted = &job.panes[index];
-        let is_large_enough = |pane: &Pane<'_>| (0..2).all(|axis| pane.renderer.capacity()[axis] >= job.size[axis]);
-        if slot.as_ref().is_some_and(|pane| pane.made_for.fits(job, wanted) && is_large_enough(pane)) {
+        let is_large_enough =
+            |pane: &Pane<'_>| (0..2).all(|axis| pane.renderer.capacity()[axis] >= job.size[axis]);
+        if slot
+            .as_ref()
+            .is_some_and(|pane| pane.made_for.fits(job, wanted) && is_large_enough(pane))
+        {
             return Ok(());
         }
-        // The old one goes first, so that changing needs no more memory than having; the scene on the device stays where only the technique changes.
-        let old = slot.take().filter(|pane| pane.made_for.scene == job.scene.0);
+        // The old one goes first, so that changing needs no more memory than having; the scene on
+        // the device stays where only the technique changes.
+        let old = slot
+            .take()
+            .filter(|pane| pane.made_for.scene == job.scene.0);
         let mut uploaded = match old {
-            Some(Pane { renderer, made_for, .. }) => {
+            Some(Pane {
+                renderer, made_for, ..
+            }) => {
                 let mut uploaded = renderer.into_scene();
                 if !made_for.has_light_of(job) {
                     uploaded.set_lights(gpu, &job.lights, job.environment)?;
@@ -98,27 +120,53 @@ impl<'g> Pane<'g> {
         };
         uploaded.eye = job.camera.eye;
         let size = job.size.map(|size| size.next_multiple_of(STEP_PX));
-        let frame = FrameSettings { size, shadow_resolution: job.shadow_resolution };
+        let frame = FrameSettings {
+            size,
+            shadow_resolution: job.shadow_resolution,
+        };
         let (renderer, build) = Renderer::of(gpu, uploaded, wanted.entry, &wanted.settings, frame)?;
         let made_for = MadeFor::of(job, wanted);
-        *slot = Some(Pane { renderer, made_for, build: Some(build), frames: 0, pixel_ms: 0.0, shown: None, camera: None });
+        *slot = Some(Pane {
+            renderer,
+            made_for,
+            build: Some(build),
+            frames: 0,
+            pixel_ms: 0.0,
+            shown: None,
+            camera: None,
+        });
         Ok(())
     }
 
     /// What was shown is of other shaders.
     pub(super) fn shaders_changed(&mut self) {
         (self.shown, self.camera) = (None, None);
-        // The store was built by the old ones; what fails here fails again, and is told, when the picture is asked for.
+        // The store was built by the old ones; what fails here fails again, and is told, when the
+        // picture is asked for.
         self.build = self.renderer.rebuild().ok();
         self.frames = 0;
     }
 
     /// Renders one picture; `None` where the newest is as good.
-    pub(super) fn render(&mut self, gpu: &Gpu, job: &Job, index: usize, is_full: bool) -> Result<Option<Picture>, Error> {
+    pub(super) fn render(
+        &mut self,
+        gpu: &Gpu,
+        job: &Job,
+        index: usize,
+        is_full: bool,
+    ) -> Result<Option<Picture>, Error> {
         let wanted = &job.panes[index];
-        let size = if is_full { job.size } else { self.quick_size(job) };
+        let size = if is_full {
+            job.size
+        } else {
+            self.quick_size(job)
+        };
         let is_full = size == job.size;
-        if !job.continuous && self.shown.is_some_and(|(id, was_full)| id == job.id && (was_full || !is_full)) {
+        if !job.continuous
+            && self
+                .shown
+                .is_some_and(|(id, was_full)| id == job.id && (was_full || !is_full))
+        {
             return Ok(None);
         }
         let rest_frames = rest_frames(wanted);
@@ -131,17 +179,30 @@ impl<'g> Pane<'g> {
         self.renderer.set_size(size);
         let mut stats = FrameStats::default();
         for _ in 0..if is_exact { rest_frames } else { 1 } {
-            stats = if is_full { self.renderer.render(&job.camera)? } else { self.renderer.render_again(&job.camera)? };
+            stats = if is_full {
+                self.renderer.render(&job.camera)?
+            } else {
+                self.renderer.render_again(&job.camera)?
+            };
             self.frames += 1;
-            let ms: f64 = stats.passes.iter().filter(|pass| !LIGHT_MAPS.contains(&pass.name.as_str())).map(|pass| pass.gpu_ms).sum();
+            let ms: f64 = stats
+                .passes
+                .iter()
+                .filter(|pass| !LIGHT_MAPS.contains(&pass.name.as_str()))
+                .map(|pass| pass.gpu_ms)
+                .sum();
             // The first frame may have compiled its pipelines.
-            self.pixel_ms = if self.frames == 1 { 0.25 * ms } else { ms } / f64::from(size[0] * size[1]);
+            self.pixel_ms =
+                if self.frames == 1 { 0.25 * ms } else { ms } / f64::from(size[0] * size[1]);
         }
         self.camera = Some(job.camera);
         self.shown = Some((job.id, is_full));
         let view = &VIEWS[wanted.view];
-        let image =
-            if view.source == Source::Aov(Aov::Full) { Some(wanted.components.read(&self.renderer)?) } else { view.read(&self.renderer, wanted.layer)? };
+        let image = if view.source == Source::Aov(Aov::Full) {
+            Some(wanted.components.read(&self.renderer)?)
+        } else {
+            view.read(&self.renderer, wanted.layer)?
+        };
         Ok(Some(Picture {
             job: job.id,
             pane: index,
@@ -158,26 +219,50 @@ impl<'g> Pane<'g> {
         }))
     }
 
-    /// Traces a cone from the newest picture; `None` where that is not the picture that was meant, or not in full.
+    /// Traces a cone from the newest picture; `None` where that is not the picture that was meant,
+    /// or not in full.
     pub(super) fn probe(&self, job: &ProbeJob) -> Option<ProbeAnswer> {
         let is_shown = self.shown == Some((job.job, true));
-        is_shown.then(|| ProbeAnswer { of: *job, found: self.renderer.probe(job.pixel, job.axis, job.aperture_deg).map_err(|error| error.to_string()) })
+        is_shown.then(|| ProbeAnswer {
+            of: *job,
+            found: self
+                .renderer
+                .probe(job.pixel, job.axis, job.aperture_deg)
+                .map_err(|error| error.to_string()),
+        })
     }
 
     /// How many light maps or levels a view has.
     fn layers(&self, view: &View) -> u32 {
         match view.source {
             Source::LightMap(_) => self.renderer.light_map_count(),
-            Source::Voxels { volume, .. } => self.renderer.volumes().iter().find(|(name, _)| *name == volume).map_or(0, |(_, levels)| *levels),
-            Source::Structure => self.renderer.volumes().first().map_or(0, |(_, levels)| *levels),
+            Source::Voxels { volume, .. } => self
+                .renderer
+                .volumes()
+                .iter()
+                .find(|(name, _)| *name == volume)
+                .map_or(0, |(_, levels)| *levels),
+            Source::Structure => self
+                .renderer
+                .volumes()
+                .first()
+                .map_or(0, |(_, levels)| *levels),
             Source::Aov(_) | Source::Surface(_) => 0,
         }
     }
 
-    /// The size that is quick to render: a half, a quarter or an eighth in each direction where the whole is not.
+    /// The size that is quick to render: a half, a quarter or an eighth in each direction where the
+    /// whole is not.
     fn quick_size(&self, job: &Job) -> [u32; 2] {
         let pixels = f64::from(job.size[0] * job.size[1]) * job.panes.len() as f64;
-        let divisor = if self.frames == 0 { 4 } else { [1, 2, 4].into_iter().find(|d| self.pixel_ms * pixels / f64::from(d * d) <= QUICK_MS).unwrap_or(8) };
+        let divisor = if self.frames == 0 {
+            4
+        } else {
+            [1, 2, 4]
+                .into_iter()
+                .find(|d| self.pixel_ms * pixels / f64::from(d * d) <= QUICK_MS)
+                .unwrap_or(8)
+        };
         job.size.map(|size| size.div_ceil(divisor))
     }
 }

@@ -26,14 +26,26 @@ pub(super) struct Components {
 
 impl Default for Components {
     fn default() -> Self {
-        Components { direct: true, diffuse: true, specular: true, emission: true, visibility: false }
+        Components {
+            direct: true,
+            diffuse: true,
+            specular: true,
+            emission: true,
+            visibility: false,
+        }
     }
 }
 
 impl Components {
     /// The output of `lumivox render` that is the same picture; `None` where there is none.
     pub(super) fn aov(self) -> Option<Aov> {
-        match (self.direct, self.diffuse, self.specular, self.emission, self.visibility) {
+        match (
+            self.direct,
+            self.diffuse,
+            self.specular,
+            self.emission,
+            self.visibility,
+        ) {
             (true, true, true, true, false) => Some(Aov::Full),
             (true, false, false, false, false) => Some(Aov::Direct),
             (false, true, true, false, false) => Some(Aov::Indirect),
@@ -49,7 +61,12 @@ impl Components {
         }
         let specular = renderer.aov(Aov::Specular)?;
         let mut sum = Image::new(specular.width, specular.height);
-        let mut add = |image: &Image, sign: f32| sum.pixels.iter_mut().zip(&image.pixels).for_each(|(pixel, term)| *pixel += sign * *term);
+        let mut add = |image: &Image, sign: f32| {
+            sum.pixels
+                .iter_mut()
+                .zip(&image.pixels)
+                .for_each(|(pixel, term)| *pixel += sign * *term)
+        };
         if self.direct {
             add(&renderer.aov(Aov::Direct)?, 1.0);
         }
@@ -65,8 +82,15 @@ impl Components {
         if self.visibility {
             let visibility = renderer.aov(Aov::Visibility)?;
             let depth = renderer.aov(Aov::Depth)?;
-            let open = visibility.pixels.iter().zip(&depth.pixels).map(|(visibility, depth)| if depth.x > 0.0 { visibility.x } else { 1.0 });
-            sum.pixels.iter_mut().zip(open).for_each(|(pixel, open)| *pixel *= open);
+            let open = visibility
+                .pixels
+                .iter()
+                .zip(&depth.pixels)
+                .map(|(visibility, depth)| if depth.x > 0.0 { visibility.x } else { 1.0 });
+            sum.pixels
+                .iter_mut()
+                .zip(open)
+                .for_each(|(pixel, open)| *pixel *= open);
         }
         Ok(sum)
     }
@@ -95,14 +119,39 @@ pub(super) fn develop(image: &Image, view: &View, look: Look) -> Vec<[u8; 3]> {
     let table = EncodeTable::get();
     let encode = |pixel: Vec3| pixel.to_array().map(|linear| table.encode(linear));
     match view.scale {
-        Scale::Light if look.tone_map == ToneMap::Clamp => image.pixels.iter().map(|&pixel| encode(pixel * look.exposure)).collect(),
-        Scale::Light => image.pixels.iter().map(|&pixel| encode(reinhard(pixel * look.exposure))).collect(),
+        Scale::Light if look.tone_map == ToneMap::Clamp => image
+            .pixels
+            .iter()
+            .map(|&pixel| encode(pixel * look.exposure))
+            .collect(),
+        Scale::Light => image
+            .pixels
+            .iter()
+            .map(|&pixel| encode(reinhard(pixel * look.exposure)))
+            .collect(),
         Scale::Share => image.pixels.iter().map(|&pixel| encode(pixel)).collect(),
         // Without the transfer function, as normals are looked at everywhere.
-        Scale::Signed => image.pixels.iter().map(|pixel| pixel.to_array().map(|x| ((0.5 * x + 0.5).clamp(0.0, 1.0) * 255.0 + 0.5) as u8)).collect(),
+        Scale::Signed => image
+            .pixels
+            .iter()
+            .map(|pixel| {
+                pixel
+                    .to_array()
+                    .map(|x| ((0.5 * x + 0.5).clamp(0.0, 1.0) * 255.0 + 0.5) as u8)
+            })
+            .collect(),
         Scale::Range => {
-            let most = image.pixels.iter().map(|pixel| pixel.max_element()).filter(|most| most.is_finite()).fold(0.0, f32::max);
-            image.pixels.iter().map(|&pixel| encode(pixel / most.max(1e-30))).collect()
+            let most = image
+                .pixels
+                .iter()
+                .map(|pixel| pixel.max_element())
+                .filter(|most| most.is_finite())
+                .fold(0.0, f32::max);
+            image
+                .pixels
+                .iter()
+                .map(|&pixel| encode(pixel / most.max(1e-30)))
+                .collect()
         }
     }
 }
@@ -126,12 +175,21 @@ impl EncodeTable {
                 let (mut low, mut high) = (0, 1f32.to_bits());
                 while low < high {
                     let middle = low + (high - low) / 2;
-                    if srgb_from_linear(f32::from_bits(middle)) >= code { high = middle } else { low = middle + 1 }
+                    if srgb_from_linear(f32::from_bits(middle)) >= code {
+                        high = middle
+                    } else {
+                        low = middle + 1
+                    }
                 }
                 f32::from_bits(high)
             };
-            let codes = (0..=TABLE_STEPS).map(|step| srgb_from_linear(step as f32 / TABLE_STEPS as f32)).collect();
-            EncodeTable { codes, least: (0..=255).map(least).collect() }
+            let codes = (0..=TABLE_STEPS)
+                .map(|step| srgb_from_linear(step as f32 / TABLE_STEPS as f32))
+                .collect();
+            EncodeTable {
+                codes,
+                least: (0..=255).map(least).collect(),
+            }
         })
     }
 
@@ -151,17 +209,41 @@ fn reinhard(pixel: Vec3) -> Vec3 {
     pixel * ((1.0 + light / 16.0) / (1.0 + light))
 }
 
-/// Heat map of the luminance's error against the reference, relative to the reference's mean, `scale` and above brightest; and bias and rel_rmse.
-pub(super) fn difference(image: &Image, reference: &Image, scale: f32) -> Option<(Vec<[u8; 3]>, [f32; 2])> {
+/// Heat map of the luminance's error against the reference, relative to the reference's mean,
+/// `scale` and above brightest; and bias and rel_rmse.
+pub(super) fn difference(
+    image: &Image,
+    reference: &Image,
+    scale: f32,
+) -> Option<(Vec<[u8; 3]>, [f32; 2])> {
     if image.size() != reference.size() {
         return None;
     }
     let count = image.pixels.len().max(1) as f64;
-    let mean = reference.pixels.iter().map(|&pixel| f64::from(luminance(pixel))).sum::<f64>() / count;
-    let errors: Vec<f32> = image.pixels.iter().zip(&reference.pixels).map(|(&a, &b)| luminance(a) - luminance(b)).collect();
+    let mean = reference
+        .pixels
+        .iter()
+        .map(|&pixel| f64::from(luminance(pixel)))
+        .sum::<f64>()
+        / count;
+    let errors: Vec<f32> = image
+        .pixels
+        .iter()
+        .zip(&reference.pixels)
+        .map(|(&a, &b)| luminance(a) - luminance(b))
+        .collect();
     let bias = errors.iter().map(|&error| f64::from(error)).sum::<f64>() / count / mean.max(1e-30);
-    let rmse = (errors.iter().map(|&error| f64::from(error).powi(2)).sum::<f64>() / count).sqrt() / mean.max(1e-30);
-    let colors = errors.iter().map(|error| heat_color(error.abs() / (scale * mean as f32).max(1e-30))).collect();
+    let rmse = (errors
+        .iter()
+        .map(|&error| f64::from(error).powi(2))
+        .sum::<f64>()
+        / count)
+        .sqrt()
+        / mean.max(1e-30);
+    let colors = errors
+        .iter()
+        .map(|error| heat_color(error.abs() / (scale * mean as f32).max(1e-30)))
+        .collect();
     Some((colors, [bias as f32, rmse as f32]))
 }
 
@@ -172,8 +254,23 @@ mod tests {
 
     #[test]
     fn light_is_shown_as_a_png_of_render_is() {
-        let image = Image { width: 3, height: 1, pixels: vec![Vec3::splat(0.25), Vec3::new(2.0, 0.0, -1.0), Vec3::splat(f32::NAN)] };
-        let shown = develop(&image, &VIEWS[0], Look { exposure: 2.0, tone_map: ToneMap::Clamp });
+        let image = Image {
+            width: 3,
+            height: 1,
+            pixels: vec![
+                Vec3::splat(0.25),
+                Vec3::new(2.0, 0.0, -1.0),
+                Vec3::splat(f32::NAN),
+            ],
+        };
+        let shown = develop(
+            &image,
+            &VIEWS[0],
+            Look {
+                exposure: 2.0,
+                tone_map: ToneMap::Clamp,
+            },
+        );
         assert_eq!(shown, [[188; 3], [255, 0, 0], [0; 3]]);
     }
 
@@ -184,7 +281,10 @@ mod tests {
             let linear = index as f32 / 999_983.0 - 1e-4;
             assert_eq!(table.encode(linear), srgb_from_linear(linear), "{linear}");
         }
-        assert_eq!([f32::NAN, f32::INFINITY, -1.0, 1e-40].map(|x| table.encode(x)), [0, 255, 0, 0]);
+        assert_eq!(
+            [f32::NAN, f32::INFINITY, -1.0, 1e-40].map(|x| table.encode(x)),
+            [0, 255, 0, 0]
+        );
     }
 
     #[test]
@@ -197,7 +297,10 @@ mod tests {
     #[test]
     fn a_picture_does_not_differ_from_itself_and_a_brighter_one_does() {
         let image = Image::from_fn(4, 2, |index| Vec3::splat(index as f32));
-        assert_eq!(difference(&image, &image, 0.5).map(|(colors, errors)| (colors[3], errors)), Some((heat_color(0.0), [0.0; 2])));
+        assert_eq!(
+            difference(&image, &image, 0.5).map(|(colors, errors)| (colors[3], errors)),
+            Some((heat_color(0.0), [0.0; 2]))
+        );
         let brighter = Image::from_fn(4, 2, |index| Vec3::splat(1.1 * index as f32));
         let bias = difference(&brighter, &image, 0.5).map_or(0.0, |(_, [bias, _])| bias);
         assert!((bias - 0.1).abs() < 1e-5, "{bias}");
@@ -208,7 +311,22 @@ mod tests {
     fn components_name_the_outputs_that_they_are() {
         let all = Components::default();
         assert_eq!(all.aov(), Some(Aov::Full));
-        assert_eq!(Components { direct: false, emission: false, ..all }.aov(), Some(Aov::Indirect));
-        assert_eq!(Components { visibility: true, ..all }.aov(), None);
+        assert_eq!(
+            Components {
+                direct: false,
+                emission: false,
+                ..all
+            }
+            .aov(),
+            Some(Aov::Indirect)
+        );
+        assert_eq!(
+            Components {
+                visibility: true,
+                ..all
+            }
+            .aov(),
+            None
+        );
     }
 }

@@ -40,7 +40,15 @@ pub(super) struct ProbeState {
 
 impl Default for ProbeState {
     fn default() -> Self {
-        ProbeState { place: None, follows: false, axis: ProbeAxis::Normal, aperture_deg: None, lists_empty: true, answer: None, asked: None }
+        ProbeState {
+            place: None,
+            follows: false,
+            axis: ProbeAxis::Normal,
+            aperture_deg: None,
+            lists_empty: true,
+            answer: None,
+            asked: None,
+        }
     }
 }
 
@@ -58,13 +66,18 @@ impl ProbeState {
 
 /// The samples as CSV.
 pub(super) fn table(probe: &Probe) -> String {
-    let header = "distance_m,diameter_m,level,radiance_r,radiance_g,radiance_b,opacity,covered,gathered_r,gathered_g,gathered_b\n";
+    let header = "distance_m,diameter_m,level,radiance_r,radiance_g,radiance_b,opacity,covered,\
+                  gathered_r,gathered_g,gathered_b\n";
     let mut text = header.to_owned();
     for sample in &probe.samples {
         let ([r, g, b], [x, y, z]) = (sample.radiance.to_array(), sample.gathered.to_array());
         let (distance, diameter, level) = (sample.distance_m, sample.diameter_m, sample.level);
         // Writing to a string does not fail.
-        let _ = writeln!(text, "{distance},{diameter},{level},{r},{g},{b},{},{},{x},{y},{z}", sample.opacity, sample.covered);
+        let _ = writeln!(
+            text,
+            "{distance},{diameter},{level},{r},{g},{b},{},{},{x},{y},{z}",
+            sample.opacity, sample.covered
+        );
     }
     text
 }

@@ -29,7 +29,8 @@ pub(super) struct Watcher {
 }
 
 impl Watcher {
-    /// Watches `folder`, which is laid out as `glsl/`; `notify` is called after each module, on the thread.
+    /// Watches `folder`, which is laid out as `glsl/`; `notify` is called after each module, on the
+    /// thread.
     pub(super) fn start(folder: PathBuf, notify: Box<dyn Fn() + Send>) -> std::io::Result<Self> {
         let (send, found) = channel();
         let (quit, quits) = channel();
@@ -38,7 +39,11 @@ impl Watcher {
         let work = move || {
             while quits.recv_timeout(PERIOD) == Err(RecvTimeoutError::Timeout) {
                 let now = times(&folder);
-                let changed: BTreeSet<PathBuf> = now.iter().filter(|(path, time)| known.get(*path) != Some(time)).map(|(path, _)| path.clone()).collect();
+                let changed: BTreeSet<PathBuf> = now
+                    .iter()
+                    .filter(|(path, time)| known.get(*path) != Some(time))
+                    .map(|(path, _)| path.clone())
+                    .collect();
                 known = now;
                 for compiled in compile_changed(&folder, &changed) {
                     if send.send(compiled).is_err() {
@@ -48,8 +53,14 @@ impl Watcher {
                 }
             }
         };
-        let thread = std::thread::Builder::new().name("shaders".to_owned()).spawn(work)?;
-        Ok(Watcher { found, quit: Some(quit), thread: Some(thread) })
+        let thread = std::thread::Builder::new()
+            .name("shaders".to_owned())
+            .spawn(work)?;
+        Ok(Watcher {
+            found,
+            quit: Some(quit),
+            thread: Some(thread),
+        })
     }
 
     /// What was compiled since the last call.
@@ -91,11 +102,16 @@ fn compile_changed(folder: &Path, changed: &BTreeSet<PathBuf>) -> Vec<Compiled> 
         collect_includes(folder, source, &mut files);
         !files.is_disjoint(changed)
     };
-    let touched = modules(folder).into_iter().filter(|(_, (source, _))| is_touched(source));
-    touched.map(|(stem, (source, defines))| compile(folder, stem, &source, &defines)).collect()
+    let touched = modules(folder)
+        .into_iter()
+        .filter(|(_, (source, _))| is_touched(source));
+    touched
+        .map(|(stem, (source, defines))| compile(folder, stem, &source, &defines))
+        .collect()
 }
 
-/// Source and defines of every module, by stem: the entry points, and the variants of `variants.txt`.
+/// Source and defines of every module, by stem: the entry points, and the variants of
+/// `variants.txt`.
 fn modules(folder: &Path) -> BTreeMap<String, (PathBuf, Vec<String>)> {
     let mut modules = BTreeMap::new();
     for stem in crate::shader::stems() {
@@ -106,9 +122,23 @@ fn modules(folder: &Path) -> BTreeMap<String, (PathBuf, Vec<String>)> {
     }
     let variants = std::fs::read_to_string(folder.join("variants.txt")).unwrap_or_default();
     for line in variants.lines() {
-        let words: Vec<&str> = line.split('#').next().unwrap_or("").split_whitespace().collect();
+        let words: Vec<&str> = line
+            .split('#')
+            .next()
+            .unwrap_or("")
+            .split_whitespace()
+            .collect();
         if let [source, defines, stem] = words[..] {
-            modules.insert(stem.to_owned(), (folder.join(source), defines.split(',').map(|define| format!("-D{define}")).collect()));
+            modules.insert(
+                stem.to_owned(),
+                (
+                    folder.join(source),
+                    defines
+                        .split(',')
+                        .map(|define| format!("-D{define}"))
+                        .collect(),
+                ),
+            );
         }
     }
     modules
@@ -118,10 +148,23 @@ fn modules(folder: &Path) -> BTreeMap<String, (PathBuf, Vec<String>)> {
 fn collect_includes(folder: &Path, file: &Path, found: &mut BTreeSet<PathBuf>) {
     let text = std::fs::read_to_string(file).unwrap_or_default();
     for line in text.lines() {
-        let Some(rest) = line.trim_start().strip_prefix('#').and_then(|rest| rest.trim_start().strip_prefix("include")) else { continue };
-        let Some(name) = rest.split('"').nth(1) else { continue };
-        let candidates = [file.parent().unwrap_or(folder).join(name), folder.join(name)];
-        let Some(path) = candidates.into_iter().find(|candidate| candidate.is_file()) else { continue };
+        let Some(rest) = line
+            .trim_start()
+            .strip_prefix('#')
+            .and_then(|rest| rest.trim_start().strip_prefix("include"))
+        else {
+            continue;
+        };
+        let Some(name) = rest.split('"').nth(1) else {
+            continue;
+        };
+        let candidates = [
+            file.parent().unwrap_or(folder).join(name),
+            folder.join(name),
+        ];
+        let Some(path) = candidates.into_iter().find(|candidate| candidate.is_file()) else {
+            continue;
+        };
         if found.insert(path.clone()) {
             collect_includes(folder, &path, found);
         }
@@ -129,20 +172,45 @@ fn collect_includes(folder: &Path, file: &Path, found: &mut BTreeSet<PathBuf>) {
 }
 
 fn compile(folder: &Path, stem: String, source: &Path, defines: &[String]) -> Compiled {
-    let output = std::env::temp_dir().join(format!("lumivox-{}-{}.spv", std::process::id(), stem.replace('/', "-")));
+    let output = std::env::temp_dir().join(format!(
+        "lumivox-{}-{}.spv",
+        std::process::id(),
+        stem.replace('/', "-")
+    ));
     let stage = stem.rsplit('.').next().unwrap_or("comp");
     let mut command = Command::new(COMPILER);
-    command.args(["-V", "--target-env", "vulkan1.2", "-S", stage]).arg(format!("-I{}", folder.display())).args(defines).arg("-o").arg(&output).arg(source);
+    command
+        .args(["-V", "--target-env", "vulkan1.2", "-S", stage])
+        .arg(format!("-I{}", folder.display()))
+        .args(defines)
+        .arg("-o")
+        .arg(&output)
+        .arg(source);
     let done = match command.output() {
         Ok(done) => done,
-        Err(error) => return Compiled::Failed(format!("{stem}: {COMPILER} cannot be run ({error}); install glslang to reload shaders")),
+        Err(error) => {
+            return Compiled::Failed(format!(
+                "{stem}: {COMPILER} cannot be run ({error}); install glslang to reload shaders"
+            ));
+        }
     };
     let bytes = std::fs::read(&output).unwrap_or_default();
     let _ = std::fs::remove_file(&output);
     if !done.status.success() {
         let text = String::from_utf8_lossy(&done.stdout);
-        let error = text.lines().find(|line| line.starts_with("ERROR")).unwrap_or("the compiler failed without a word");
+        let error = text
+            .lines()
+            .find(|line| line.starts_with("ERROR"))
+            .unwrap_or("the compiler failed without a word");
         return Compiled::Failed(format!("{stem}: {error}"));
     }
-    Compiled::Module(stem, bytes.as_chunks().0.iter().map(|word| u32::from_le_bytes(*word)).collect())
+    Compiled::Module(
+        stem,
+        bytes
+            .as_chunks()
+            .0
+            .iter()
+            .map(|word| u32::from_le_bytes(*word))
+            .collect(),
+    )
 }

@@ -1,6 +1,7 @@
 //! Scripts that drive the window: for tests, and for the pictures of the manual.
 //!
-//! One action a line, `#` begins a comment. An action that waits is over when what it waits for is there, or fails after its time.
+//! One action a line, `#` begins a comment. An action that waits is over when what it waits for is
+//! there, or fails after its time.
 
 use std::collections::VecDeque;
 use std::path::PathBuf;
@@ -84,9 +85,11 @@ pub enum Action {
     MemoryMark,
     /// `memory check PERCENT`: fail where it has grown by more.
     MemoryCheck(f64),
-    /// `responsive SECONDS RATE`: move the camera all the time; fail where the window is drawn less often than so many times a second.
+    /// `responsive SECONDS RATE`: move the camera all the time; fail where the window is drawn less
+    /// often than so many times a second.
     Responsive(f64, f64),
-    /// `latency MOST`: turn the camera by the mouse again and again; fail where a picture is seen later than so many frames after.
+    /// `latency MOST`: turn the camera by the mouse again and again; fail where a picture is seen
+    /// later than so many frames after.
     Latency(u32),
     /// `drop FILE`: as if dragged from a file manager.
     Drop(PathBuf),
@@ -104,8 +107,19 @@ pub struct ScriptError {
 
 /// Reads a script.
 pub fn parse(text: &str) -> Result<VecDeque<Action>, ScriptError> {
-    let lines = text.lines().enumerate().map(|(index, line)| (index + 1, line.split('#').next().unwrap_or("").trim()));
-    lines.filter(|(_, line)| !line.is_empty()).map(|(line, text)| action(text).ok_or_else(|| ScriptError { line, text: text.to_owned() })).collect()
+    let lines = text
+        .lines()
+        .enumerate()
+        .map(|(index, line)| (index + 1, line.split('#').next().unwrap_or("").trim()));
+    lines
+        .filter(|(_, line)| !line.is_empty())
+        .map(|(line, text)| {
+            action(text).ok_or_else(|| ScriptError {
+                line,
+                text: text.to_owned(),
+            })
+        })
+        .collect()
 }
 
 fn action(text: &str) -> Option<Action> {
@@ -137,7 +151,9 @@ fn action(text: &str) -> Option<Action> {
         ["times", word] => Action::Times(switch(word)?),
         ["load", ..] => Action::Load(text["load".len()..].trim().to_owned()),
         ["technique", which, name] => Action::Technique(side(which)?, name.to_owned(), None),
-        ["technique", which, name, preset] => Action::Technique(side(which)?, name.to_owned(), Some(preset.to_owned())),
+        ["technique", which, name, preset] => {
+            Action::Technique(side(which)?, name.to_owned(), Some(preset.to_owned()))
+        }
         ["set", which, key, value] => Action::Set(side(which)?, key.to_owned(), value.to_owned()),
         ["compare", name] => Action::Compare(name.to_owned()),
         ["divider", at] => Action::Divider(number(at)?),
@@ -150,13 +166,18 @@ fn action(text: &str) -> Option<Action> {
         ["type", ..] => Action::Type(text["type".len()..].trim().to_owned()),
         ["browse"] => Action::Browse,
         ["opened", ..] => Action::Opened(text["opened".len()..].trim().into()),
-        ["light", "move", index, x, y, z] => Action::MoveLight(index.parse().ok()?, [number(x)?, number(y)?, number(z)?]),
+        ["light", "move", index, x, y, z] => {
+            Action::MoveLight(index.parse().ok()?, [number(x)?, number(y)?, number(z)?])
+        }
         ["light", "add"] => Action::AddLight,
         ["probe", "off"] => Action::ProbeOff,
         ["probe", "list", path] => Action::ProbeList(path.into()),
         ["probe", x, y, "normal"] => Action::Probe([number(x)?, number(y)?], ProbeAxis::Normal),
         ["probe", x, y, "mirror"] => Action::Probe([number(x)?, number(y)?], ProbeAxis::Mirror),
-        ["probe", x, y, "diffuse", index] => Action::Probe([number(x)?, number(y)?], ProbeAxis::Diffuse(index.parse().ok()?)),
+        ["probe", x, y, "diffuse", index] => Action::Probe(
+            [number(x)?, number(y)?],
+            ProbeAxis::Diffuse(index.parse().ok()?),
+        ),
         ["copy", from, to] => Action::Copy(from.into(), to.into()),
         ["shader", "ok"] => Action::Shader(true),
         ["shader", "error"] => Action::Shader(false),
@@ -165,7 +186,9 @@ fn action(text: &str) -> Option<Action> {
         ["screenshot", path] => Action::Screenshot(path.into()),
         ["memory", "mark"] => Action::MemoryMark,
         ["memory", "check", percent] => Action::MemoryCheck(percent.parse().ok()?),
-        ["responsive", seconds, rate] => Action::Responsive(seconds.parse().ok()?, rate.parse().ok()?),
+        ["responsive", seconds, rate] => {
+            Action::Responsive(seconds.parse().ok()?, rate.parse().ok()?)
+        }
         ["latency", most] => Action::Latency(most.parse().ok()?),
         ["drop", path] => Action::Drop(path.into()),
         ["close"] => Action::Close,
@@ -179,10 +202,22 @@ mod tests {
 
     #[test]
     fn lines_are_actions_comments_or_errors() {
-        let script = parse("# all\nframes 120\n\nresize 1 1 # small\ntechnique left svo cones\nload a b.toml\n");
-        let wanted =
-            [Action::Frames(120), Action::Resize(1, 1), Action::Technique(0, "svo".to_owned(), Some("cones".to_owned())), Action::Load("a b.toml".to_owned())];
+        let script = parse(
+            "# all\nframes 120\n\nresize 1 1 # small\ntechnique left svo cones\nload a b.toml\n",
+        );
+        let wanted = [
+            Action::Frames(120),
+            Action::Resize(1, 1),
+            Action::Technique(0, "svo".to_owned(), Some("cones".to_owned())),
+            Action::Load("a b.toml".to_owned()),
+        ];
         assert_eq!(script, Ok(VecDeque::from(wanted)));
-        assert_eq!(parse("still\ndivider nan"), Err(ScriptError { line: 2, text: "divider nan".to_owned() }));
+        assert_eq!(
+            parse("still\ndivider nan"),
+            Err(ScriptError {
+                line: 2,
+                text: "divider nan".to_owned()
+            })
+        );
     }
 }

@@ -1,4 +1,5 @@
-//! What the window is about: scene, camera, lights, techniques, what is shown of them, and what came back from the threads.
+//! What the window is about: scene, camera, lights, techniques, what is shown of them, and what
+//! came back from the threads.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::ffi::OsString;
@@ -50,15 +51,31 @@ pub(super) struct Choice {
 }
 
 impl Choice {
-    pub(super) fn new(entry: &'static Entry, preset: Option<&str>, pairs: &[String]) -> Result<Self, SettingError> {
+    pub(super) fn new(
+        entry: &'static Entry,
+        preset: Option<&str>,
+        pairs: &[String],
+    ) -> Result<Self, SettingError> {
         let settings = entry.settings(preset, pairs)?;
         let preset = match preset {
             Some(name) => entry.presets.iter().find(|preset| preset.name == name),
             None => entry.presets.first(),
         };
-        let mut choice = Choice { entry, preset: preset.map(|preset| preset.name), set: BTreeMap::new(), settings, problem: None };
+        let mut choice = Choice {
+            entry,
+            preset: preset.map(|preset| preset.name),
+            set: BTreeMap::new(),
+            settings,
+            problem: None,
+        };
         for (name, value) in pairs.iter().filter_map(|pair| pair.split_once('=')) {
-            if let Some(setting) = entry.settings.iter().copied().flatten().find(|setting| setting.name == name.trim()) {
+            if let Some(setting) = entry
+                .settings
+                .iter()
+                .copied()
+                .flatten()
+                .find(|setting| setting.name == name.trim())
+            {
                 choice.set.insert(setting.name, value.trim().to_owned());
             }
         }
@@ -67,7 +84,10 @@ impl Choice {
 
     /// `KEY=VALUE` on top of the preset.
     pub(super) fn pairs(&self) -> Vec<String> {
-        self.set.iter().map(|(name, value)| format!("{name}={value}")).collect()
+        self.set
+            .iter()
+            .map(|(name, value)| format!("{name}={value}"))
+            .collect()
     }
 
     /// Works the settings out after a change.
@@ -80,7 +100,10 @@ impl Choice {
 
     /// Another technique, or another preset of it.
     pub(super) fn choose(&mut self, entry: &'static Entry, preset: Option<&'static str>) {
-        (self.entry, self.preset) = (entry, preset.or(entry.presets.first().map(|preset| preset.name)));
+        (self.entry, self.preset) = (
+            entry,
+            preset.or(entry.presets.first().map(|preset| preset.name)),
+        );
         self.set.clear();
         self.update();
     }
@@ -127,7 +150,8 @@ pub(super) struct Session {
     pub(super) problem: Option<String>,
     /// What the last shader that was compiled said.
     pub(super) shader: Option<Result<String, String>>,
-    /// Why the scene that was last asked for could not be opened; pictures of the one before do not undo it.
+    /// Why the scene that was last asked for could not be opened; pictures of the one before do
+    /// not undo it.
     pub(super) scene_problem: Option<String>,
     /// What was last done, for the status line.
     pub(super) note: String,
@@ -145,7 +169,12 @@ pub(super) struct Session {
 }
 
 impl Session {
-    pub(super) fn new(source: OsString, scene: Scene, choice: Choice, shadow_resolution: u32) -> Self {
+    pub(super) fn new(
+        source: OsString,
+        scene: Scene,
+        choice: Choice,
+        shadow_resolution: u32,
+    ) -> Self {
         let bounds = scene.bounds().unwrap_or((Vec3::ZERO, Vec3::ONE));
         Session {
             source,
@@ -198,7 +227,10 @@ impl Session {
 
     /// Exposure and tone map.
     pub(super) fn look(&self) -> Look {
-        Look { exposure: self.exposure_ev.exp2(), tone_map: self.tone_map }
+        Look {
+            exposure: self.exposure_ev.exp2(),
+            tone_map: self.tone_map,
+        }
     }
 
     /// How many techniques are rendered.
@@ -209,8 +241,18 @@ impl Session {
     fn pane_job(&self, index: usize) -> PaneJob {
         let choice = &self.choices[index];
         // The reference is compared with all light.
-        let (view, components) = if self.compare == Compare::Difference { (0, Components::default()) } else { (self.view, self.components) };
-        PaneJob { entry: choice.entry, settings: choice.settings.clone(), view, layer: self.layer, components }
+        let (view, components) = if self.compare == Compare::Difference {
+            (0, Components::default())
+        } else {
+            (self.view, self.components)
+        };
+        PaneJob {
+            entry: choice.entry,
+            settings: choice.settings.clone(),
+            view,
+            layer: self.layer,
+            components,
+        }
     }
 
     /// What is on the left side.
@@ -218,8 +260,8 @@ impl Session {
         self.pane_job(0)
     }
 
-    /// The job to ask for, where there is a new one: in a hurry right after a change, at rest a little later. `held` says that a button or key is held down that
-    /// changes things.
+    /// The job to ask for, where there is a new one: in a hurry right after a change, at rest a
+    /// little later. `held` says that a button or key is held down that changes things.
     pub(super) fn next_job(&mut self, held: bool) -> Option<Job> {
         if self.size.contains(&0) {
             return None;
@@ -230,7 +272,9 @@ impl Session {
             lights: Arc::from(self.lights.as_slice()),
             environment: self.environment,
             camera: self.controls.camera,
-            panes: (0..self.pane_count()).map(|index| self.pane_job(index)).collect(),
+            panes: (0..self.pane_count())
+                .map(|index| self.pane_job(index))
+                .collect(),
             size: self.size,
             shadow_resolution: self.shadow_resolution,
             rest: false,
@@ -245,7 +289,10 @@ impl Session {
             }
             asked => {
                 // What is not dragged is at rest at once: the quick picture comes first anyway.
-                job.rest = !held && asked.as_ref().is_none_or(|asked| asked.camera == job.camera && asked.size == job.size);
+                job.rest = !held
+                    && asked
+                        .as_ref()
+                        .is_none_or(|asked| asked.camera == job.camera && asked.size == job.size);
                 job.id += u64::from(asked.is_some());
                 self.changed_at = Instant::now();
             }
@@ -254,9 +301,13 @@ impl Session {
         Some(job)
     }
 
-    /// The reference to ask for, where there is a new one; the inner `None` is that none is wanted any more.
+    /// The reference to ask for, where there is a new one; the inner `None` is that none is wanted
+    /// any more.
     pub(super) fn next_truth(&mut self) -> Option<Option<TruthJob>> {
-        let wanted = self.asked.as_ref().filter(|job| job.rest && self.compare == Compare::Difference);
+        let wanted = self
+            .asked
+            .as_ref()
+            .filter(|job| job.rest && self.compare == Compare::Difference);
         if wanted.map(|job| job.id) == self.truth_asked {
             return None;
         }
@@ -277,7 +328,8 @@ impl Session {
         }))
     }
 
-    /// From now on the reference rests after so many samples; one that has been asked for starts over.
+    /// From now on the reference rests after so many samples; one that has been asked for starts
+    /// over.
     pub(super) fn set_most_samples(&mut self, most: u32) {
         if self.most_samples != most {
             (self.most_samples, self.truth_asked) = (most, None);
@@ -291,14 +343,23 @@ impl Session {
         let pane = usize::from(self.compare == Compare::Split && x >= self.divider);
         let at = |share: f32, size: u32| ((share * size as f32) as u32).min(size.saturating_sub(1));
         let pixel = [at(x, self.size[0]), at(y, self.size[1])];
-        let wanted = ProbeJob { job, pane, pixel, axis: self.probe.axis, aperture_deg: self.probe.aperture_deg };
+        let wanted = ProbeJob {
+            job,
+            pane,
+            pixel,
+            axis: self.probe.axis,
+            aperture_deg: self.probe.aperture_deg,
+        };
         (self.probe.asked.replace(wanted) != Some(wanted)).then_some(wanted)
     }
 
     /// The cone that came back, where there is to be one and it is from what is shown.
     pub(super) fn probed(&self) -> Option<&ProbeAnswer> {
         let job = self.asked.as_ref()?.id;
-        self.probe.answer.as_ref().filter(|answer| self.probe.place.is_some() && answer.of.job == job)
+        self.probe
+            .answer
+            .as_ref()
+            .filter(|answer| self.probe.place.is_some() && answer.of.job == job)
     }
 
     /// Asks for everything anew: the shaders changed.
@@ -324,7 +385,10 @@ impl Session {
             self.problem = None;
         }
         self.pictures += 1;
-        self.newest[pane] = Some(Newest { picture, version: self.pictures });
+        self.newest[pane] = Some(Newest {
+            picture,
+            version: self.pictures,
+        });
     }
 
     /// How many pictures came back.
@@ -337,10 +401,17 @@ impl Session {
         self.asked.as_ref().map(|job| job.id)
     }
 
-    /// Whether nothing is left to do: all sides show the full picture of what is asked for, and the settings are possible.
+    /// Whether nothing is left to do: all sides show the full picture of what is asked for, and the
+    /// settings are possible.
     pub(super) fn is_still(&self) -> bool {
-        let Some(asked) = self.asked.as_ref().filter(|job| job.rest) else { return false };
-        let done = |newest: &Option<Newest>| newest.as_ref().is_some_and(|newest| newest.picture.job == asked.id && newest.picture.is_full);
+        let Some(asked) = self.asked.as_ref().filter(|job| job.rest) else {
+            return false;
+        };
+        let done = |newest: &Option<Newest>| {
+            newest
+                .as_ref()
+                .is_some_and(|newest| newest.picture.job == asked.id && newest.picture.is_full)
+        };
         asked.size == self.size && self.newest[..asked.panes.len()].iter().all(done)
     }
 
@@ -368,9 +439,21 @@ impl Session {
 /// Whether two jobs want the same pictures.
 fn same(a: &Job, b: &Job) -> bool {
     let same_pane = |(a, b): (&PaneJob, &PaneJob)| {
-        a.entry.name == b.entry.name && a.settings == b.settings && a.view == b.view && a.layer == b.layer && a.components == b.components
+        a.entry.name == b.entry.name
+            && a.settings == b.settings
+            && a.view == b.view
+            && a.layer == b.layer
+            && a.components == b.components
     };
-    let same_scene = a.scene.0 == b.scene.0 && *a.lights == *b.lights && a.environment == b.environment && a.camera == b.camera;
-    let same_size = a.size == b.size && a.shadow_resolution == b.shadow_resolution && a.continuous == b.continuous;
-    same_scene && same_size && a.panes.len() == b.panes.len() && a.panes.iter().zip(&b.panes).all(same_pane)
+    let same_scene = a.scene.0 == b.scene.0
+        && *a.lights == *b.lights
+        && a.environment == b.environment
+        && a.camera == b.camera;
+    let same_size = a.size == b.size
+        && a.shadow_resolution == b.shadow_resolution
+        && a.continuous == b.continuous;
+    same_scene
+        && same_size
+        && a.panes.len() == b.panes.len()
+        && a.panes.iter().zip(&b.panes).all(same_pane)
 }

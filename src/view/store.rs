@@ -25,23 +25,42 @@ pub(super) struct Remembered {
 
 impl Default for Remembered {
     fn default() -> Self {
-        Remembered { size: [1280.0, 720.0], fullscreen: false, vsync: true, panels: true, recent: Vec::new() }
+        Remembered {
+            size: [1280.0, 720.0],
+            fullscreen: false,
+            vsync: true,
+            panels: true,
+            recent: Vec::new(),
+        }
     }
 }
 
 impl Remembered {
-    /// Where it is kept: `view.toml` in the folder for settings that the system names; `None` where it names none.
+    /// Where it is kept: `view.toml` in the folder for settings that the system names; `None` where
+    /// it names none.
     pub(super) fn path() -> Option<PathBuf> {
-        let named = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
-        let folder = named("XDG_CONFIG_HOME").or_else(|| named("APPDATA")).or_else(|| Some(named("HOME")?.join(".config")))?;
+        let named = |name: &str| {
+            std::env::var_os(name)
+                .filter(|value| !value.is_empty())
+                .map(PathBuf::from)
+        };
+        let folder = named("XDG_CONFIG_HOME")
+            .or_else(|| named("APPDATA"))
+            .or_else(|| Some(named("HOME")?.join(".config")))?;
         Some(folder.join("lumivox").join("view.toml"))
     }
 
     /// Reads it; what cannot be read is as if there were nothing, with a warning.
     pub(super) fn read(path: &Path) -> Self {
-        let Ok(text) = std::fs::read_to_string(path) else { return Self::default() };
+        let Ok(text) = std::fs::read_to_string(path) else {
+            return Self::default();
+        };
         let mut found: Self = toml::from_str(&text).unwrap_or_else(|error| {
-            log::warn!("{}: {}; the window opens as for the first time", path.display(), error.message());
+            log::warn!(
+                "{}: {}; the window opens as for the first time",
+                path.display(),
+                error.message()
+            );
             Self::default()
         });
         let is_possible = |size: &f64| (1.0..=16384.0).contains(size);
@@ -56,7 +75,9 @@ impl Remembered {
     pub(super) fn write(&self, path: &Path) {
         let folder = path.parent().unwrap_or(Path::new("."));
         let text = toml::to_string(self).unwrap_or_default();
-        if let Err(error) = std::fs::create_dir_all(folder).and_then(|()| std::fs::write(path, text)) {
+        if let Err(error) =
+            std::fs::create_dir_all(folder).and_then(|()| std::fs::write(path, text))
+        {
             log::warn!("{}: {error}; the window is not remembered", path.display());
         }
     }
@@ -77,12 +98,23 @@ mod tests {
     fn what_is_written_is_read_and_nonsense_is_not() -> std::io::Result<()> {
         let folder = tempfile::tempdir()?;
         let path = folder.path().join("below").join("view.toml");
-        let mut state = Remembered { size: [640.0, 400.0], vsync: false, ..Remembered::default() };
+        let mut state = Remembered {
+            size: [640.0, 400.0],
+            vsync: false,
+            ..Remembered::default()
+        };
         for index in 0..12 {
             state.add_recent(&format!("scene {index}"));
         }
         state.add_recent("scene 5");
-        assert_eq!((state.recent.len(), state.recent[0].as_str(), state.recent[1].as_str()), (10, "scene 5", "scene 11"));
+        assert_eq!(
+            (
+                state.recent.len(),
+                state.recent[0].as_str(),
+                state.recent[1].as_str()
+            ),
+            (10, "scene 5", "scene 11")
+        );
         state.write(&path);
         assert_eq!(Remembered::read(&path), state);
         std::fs::write(&path, "size = [0.0, nan]")?;

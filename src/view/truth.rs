@@ -1,4 +1,5 @@
-//! The reference, refined in the background on the CPU: one sample a pixel more with every round, over again when something changes.
+//! The reference, refined in the background on the CPU: one sample a pixel more with every round,
+//! over again when something changes.
 
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
@@ -75,8 +76,13 @@ impl TruthWorker {
     pub(super) fn start(notify: Box<dyn Fn() + Send>) -> std::io::Result<Self> {
         let shared = Arc::new(Shared::default());
         let inner = Arc::clone(&shared);
-        let thread = std::thread::Builder::new().name("reference".to_owned()).spawn(move || work(&inner, &*notify))?;
-        Ok(TruthWorker { shared, thread: Some(thread) })
+        let thread = std::thread::Builder::new()
+            .name("reference".to_owned())
+            .spawn(move || work(&inner, &*notify))?;
+        Ok(TruthWorker {
+            shared,
+            thread: Some(thread),
+        })
     }
 
     /// Asks for this instead of whatever was asked for before; `None` lets it rest.
@@ -87,7 +93,11 @@ impl TruthWorker {
 
     /// What is new since the last call.
     pub(super) fn take(&self) -> Option<Result<Truth, String>> {
-        self.shared.found.lock().unwrap_or_else(PoisonError::into_inner).take()
+        self.shared
+            .found
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .take()
     }
 }
 
@@ -113,11 +123,13 @@ struct Sum {
 
 fn work(shared: &Shared, notify: &dyn Fn()) {
     // One core stays for the window and the device.
-    let threads = std::thread::available_parallelism().map_or(1, |count| count.get().saturating_sub(1).max(1));
+    let threads = std::thread::available_parallelism()
+        .map_or(1, |count| count.get().saturating_sub(1).max(1));
     let pool = match rayon::ThreadPoolBuilder::new().num_threads(threads).build() {
         Ok(pool) => pool,
         Err(error) => {
-            *shared.found.lock().unwrap_or_else(PoisonError::into_inner) = Some(Err(error.to_string()));
+            *shared.found.lock().unwrap_or_else(PoisonError::into_inner) =
+                Some(Err(error.to_string()));
             return notify();
         }
     };
@@ -125,9 +137,15 @@ fn work(shared: &Shared, notify: &dyn Fn()) {
     loop {
         {
             let mut inbox = shared.inbox();
-            let rests = |sum: &Option<Sum>| sum.as_ref().is_none_or(|sum| sum.samples >= sum.job.most_samples);
+            let rests = |sum: &Option<Sum>| {
+                sum.as_ref()
+                    .is_none_or(|sum| sum.samples >= sum.job.most_samples)
+            };
             while !inbox.quit && inbox.job.is_none() && rests(&sum) {
-                inbox = shared.wake.wait(inbox).unwrap_or_else(PoisonError::into_inner);
+                inbox = shared
+                    .wake
+                    .wait(inbox)
+                    .unwrap_or_else(PoisonError::into_inner);
             }
             if inbox.quit {
                 return;
@@ -149,23 +167,50 @@ fn work(shared: &Shared, notify: &dyn Fn()) {
 impl Sum {
     fn new(job: TruthJob, old: Option<Sum>) -> Self {
         let same = |old: &Sum| Arc::ptr_eq(&old.job.scene, &job.scene);
-        let mut scene = old.filter(same).map_or_else(|| (*job.scene).clone(), |old| old.scene);
-        (scene.lights, scene.environment, scene.camera) = (job.lights.to_vec(), job.environment, job.camera);
+        let mut scene = old
+            .filter(same)
+            .map_or_else(|| (*job.scene).clone(), |old| old.scene);
+        (scene.lights, scene.environment, scene.camera) =
+            (job.lights.to_vec(), job.environment, job.camera);
         let sum = vec![Vec3::ZERO; (job.size[0] * job.size[1]) as usize];
-        Sum { job, scene, sum, samples: 0 }
+        Sum {
+            job,
+            scene,
+            sum,
+            samples: 0,
+        }
     }
 
     /// Adds a round, of as many samples as there are, at most 16 and as many as are left.
     fn refine(&mut self) -> Result<Truth, String> {
-        let spp = self.samples.clamp(1, 16).min(self.job.most_samples.saturating_sub(self.samples).max(1));
+        let spp = self
+            .samples
+            .clamp(1, 16)
+            .min(self.job.most_samples.saturating_sub(self.samples).max(1));
         let [width, height] = self.job.size;
         let sampling = Sampling::Fixed { spp };
-        let settings = reference::Settings { width, height, bounces: self.job.bounces, filter: Filter::Center, sampling, seed: u64::from(self.samples) };
-        let image = reference::render(&self.scene, &settings, &|_| {}).map_err(|error| error.to_string())?.radiance();
-        self.sum.iter_mut().zip(&image.pixels).for_each(|(sum, pixel)| *sum += *pixel * spp as f32);
+        let settings = reference::Settings {
+            width,
+            height,
+            bounces: self.job.bounces,
+            filter: Filter::Center,
+            sampling,
+            seed: u64::from(self.samples),
+        };
+        let image = reference::render(&self.scene, &settings, &|_| {})
+            .map_err(|error| error.to_string())?
+            .radiance();
+        self.sum
+            .iter_mut()
+            .zip(&image.pixels)
+            .for_each(|(sum, pixel)| *sum += *pixel * spp as f32);
         self.samples += spp;
         let scale = 1.0 / self.samples as f32;
         let image = Image::from_fn(width, height, |index| self.sum[index] * scale);
-        Ok(Truth { job: self.job.id, image: Arc::new(image), samples: self.samples })
+        Ok(Truth {
+            job: self.job.id,
+            image: Arc::new(image),
+            samples: self.samples,
+        })
     }
 }

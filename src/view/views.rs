@@ -68,21 +68,111 @@ const fn voxels(volume: &'static str, opacity: bool) -> Source {
 
 /// All views; the first is what a window opens with.
 pub(super) static VIEWS: &[View] = &[
-    row("full", "all light that reaches the camera", "W/(m² sr)", Source::Aov(Aov::Full), Scale::Light),
-    row("direct", "light of the lights, reflected once", "W/(m² sr)", Source::Aov(Aov::Direct), Scale::Light),
-    row("indirect", "what the technique adds: ρ/π · E_i + L_s", "W/(m² sr)", Source::Aov(Aov::Indirect), Scale::Light),
-    row("diffuse", "the technique's indirect diffuse irradiance E_i", "W/m²", Source::Aov(Aov::Diffuse), Scale::Light),
-    row("specular", "the technique's indirect specular radiance L_s", "W/(m² sr)", Source::Aov(Aov::Specular), Scale::Light),
-    row("visibility", "ambient visibility: 1 is open, 0 is enclosed", "", Source::Aov(Aov::Visibility), Scale::Share),
-    row("emission", "light that surfaces send out themselves", "W/(m² sr)", Source::Aov(Aov::Emission), Scale::Light),
-    row("albedo", "G-buffer: diffuse albedo ρ", "", Source::Aov(Aov::Albedo), Scale::Share),
-    row("normal", "G-buffer: shading normal in world space", "", Source::Aov(Aov::Normal), Scale::Signed),
-    row("depth", "G-buffer: distance along the view axis, white at the farthest surface", "m", Source::Aov(Aov::Depth), Scale::Range),
-    row("geometric-normal", "G-buffer: normal of the triangle, on the viewer's side", "", Source::Surface(SurfaceChannel::GeometricNormal), Scale::Signed),
-    row("roughness", "G-buffer: GGX roughness, black where there is no lobe", "", Source::Surface(SurfaceChannel::Roughness), Scale::Share),
-    row("f0", "G-buffer: specular reflectance at normal incidence", "", Source::Surface(SurfaceChannel::F0), Scale::Share),
-    row("shadow-map", "depth from a light, white is near (one of its maps)", "", Source::LightMap(MapChannel::Depth), Scale::Range),
-    row("rsm-normal", "reflective shadow map: normal (where the technique injects from one)", "", Source::LightMap(MapChannel::Normal), Scale::Signed),
+    row(
+        "full",
+        "all light that reaches the camera",
+        "W/(m² sr)",
+        Source::Aov(Aov::Full),
+        Scale::Light,
+    ),
+    row(
+        "direct",
+        "light of the lights, reflected once",
+        "W/(m² sr)",
+        Source::Aov(Aov::Direct),
+        Scale::Light,
+    ),
+    row(
+        "indirect",
+        "what the technique adds: ρ/π · E_i + L_s",
+        "W/(m² sr)",
+        Source::Aov(Aov::Indirect),
+        Scale::Light,
+    ),
+    row(
+        "diffuse",
+        "the technique's indirect diffuse irradiance E_i",
+        "W/m²",
+        Source::Aov(Aov::Diffuse),
+        Scale::Light,
+    ),
+    row(
+        "specular",
+        "the technique's indirect specular radiance L_s",
+        "W/(m² sr)",
+        Source::Aov(Aov::Specular),
+        Scale::Light,
+    ),
+    row(
+        "visibility",
+        "ambient visibility: 1 is open, 0 is enclosed",
+        "",
+        Source::Aov(Aov::Visibility),
+        Scale::Share,
+    ),
+    row(
+        "emission",
+        "light that surfaces send out themselves",
+        "W/(m² sr)",
+        Source::Aov(Aov::Emission),
+        Scale::Light,
+    ),
+    row(
+        "albedo",
+        "G-buffer: diffuse albedo ρ",
+        "",
+        Source::Aov(Aov::Albedo),
+        Scale::Share,
+    ),
+    row(
+        "normal",
+        "G-buffer: shading normal in world space",
+        "",
+        Source::Aov(Aov::Normal),
+        Scale::Signed,
+    ),
+    row(
+        "depth",
+        "G-buffer: distance along the view axis, white at the farthest surface",
+        "m",
+        Source::Aov(Aov::Depth),
+        Scale::Range,
+    ),
+    row(
+        "geometric-normal",
+        "G-buffer: normal of the triangle, on the viewer's side",
+        "",
+        Source::Surface(SurfaceChannel::GeometricNormal),
+        Scale::Signed,
+    ),
+    row(
+        "roughness",
+        "G-buffer: GGX roughness, black where there is no lobe",
+        "",
+        Source::Surface(SurfaceChannel::Roughness),
+        Scale::Share,
+    ),
+    row(
+        "f0",
+        "G-buffer: specular reflectance at normal incidence",
+        "",
+        Source::Surface(SurfaceChannel::F0),
+        Scale::Share,
+    ),
+    row(
+        "shadow-map",
+        "depth from a light, white is near (one of its maps)",
+        "",
+        Source::LightMap(MapChannel::Depth),
+        Scale::Range,
+    ),
+    row(
+        "rsm-normal",
+        "reflective shadow map: normal (where the technique injects from one)",
+        "",
+        Source::LightMap(MapChannel::Normal),
+        Scale::Signed,
+    ),
     row(
         "rsm-reflected",
         "reflective shadow map: albedo × falloff (where the technique injects from one)",
@@ -90,22 +180,65 @@ pub(super) static VIEWS: &[View] = &[
         Source::LightMap(MapChannel::Reflected),
         Scale::Share,
     ),
-    row("voxels", "what each voxel sends out (techniques with a volume), on any level", "W/(m² sr)", voxels("light", false), Scale::Light),
-    row("voxel-opacity", "how opaque each voxel is, on any level", "", voxels("light", true), Scale::Share),
-    row("voxel-albedo", "albedo of the bricks (svo with attributes=on), on any level", "", voxels("albedo", false), Scale::Share),
-    row("voxel-normal", "normal of the bricks (svo with attributes=on), on any level", "", voxels("normal", false), Scale::Signed),
-    row("voxel-emission", "emission of the bricks (svo with attributes=on), on any level", "W/(m² sr)", voxels("emission", false), Scale::Light),
+    row(
+        "voxels",
+        "what each voxel sends out (techniques with a volume), on any level",
+        "W/(m² sr)",
+        voxels("light", false),
+        Scale::Light,
+    ),
+    row(
+        "voxel-opacity",
+        "how opaque each voxel is, on any level",
+        "",
+        voxels("light", true),
+        Scale::Share,
+    ),
+    row(
+        "voxel-albedo",
+        "albedo of the bricks (svo with attributes=on), on any level",
+        "",
+        voxels("albedo", false),
+        Scale::Share,
+    ),
+    row(
+        "voxel-normal",
+        "normal of the bricks (svo with attributes=on), on any level",
+        "",
+        voxels("normal", false),
+        Scale::Signed,
+    ),
+    row(
+        "voxel-emission",
+        "emission of the bricks (svo with attributes=on), on any level",
+        "W/(m² sr)",
+        voxels("emission", false),
+        Scale::Light,
+    ),
     row(
         "structure",
-        "how the structure divides space, a colour for each level (techniques with a volume): voxels or texels, an octree's nodes, tiles and empty nodes, a clipmap's levels",
+        "how the structure divides space, a colour for each level (techniques with a volume): \
+         voxels or texels, an octree's nodes, tiles and empty nodes, a clipmap's levels",
         "",
         Source::Structure,
         Scale::Share,
     ),
 ];
 
-const fn row(name: &'static str, help: &'static str, unit: &'static str, source: Source, scale: Scale) -> View {
-    View { name, help, unit, source, scale }
+const fn row(
+    name: &'static str,
+    help: &'static str,
+    unit: &'static str,
+    source: Source,
+    scale: Scale,
+) -> View {
+    View {
+        name,
+        help,
+        unit,
+        source,
+        scale,
+    }
 }
 
 /// Position of the view of a name.
@@ -150,7 +283,14 @@ mod tests {
     #[test]
     fn every_output_of_render_has_one_view_and_names_are_unique() {
         for aov in Aov::ALL {
-            assert_eq!(VIEWS.iter().filter(|view| view.source == Source::Aov(aov) && view.name == aov.name()).count(), 1, "{aov}");
+            assert_eq!(
+                VIEWS
+                    .iter()
+                    .filter(|view| view.source == Source::Aov(aov) && view.name == aov.name())
+                    .count(),
+                1,
+                "{aov}"
+            );
         }
         assert!((0..VIEWS.len()).all(|index| find(VIEWS[index].name) == Some(index)));
         assert_eq!(VIEWS[0].source, Source::Aov(Aov::Full));

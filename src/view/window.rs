@@ -22,24 +22,55 @@ pub(super) struct Window {
 
 impl Window {
     /// Opens it as it is remembered, or as the options say.
-    pub(super) fn open(event_loop: &ActiveEventLoop, options: &Options, remembered: &Remembered, ctx: &egui::Context) -> Result<Self, ViewError> {
+    pub(super) fn open(
+        event_loop: &ActiveEventLoop,
+        options: &Options,
+        remembered: &Remembered,
+        ctx: &egui::Context,
+    ) -> Result<Self, ViewError> {
         let no_display = |error: &dyn std::fmt::Display| ViewError::NoDisplay(error.to_string());
-        let attributes = Raw::default_attributes().with_title("Lumivox").with_min_inner_size(PhysicalSize::new(1, 1));
+        let attributes = Raw::default_attributes()
+            .with_title("Lumivox")
+            .with_min_inner_size(PhysicalSize::new(1, 1));
         let attributes = match options.size {
             Some([width, height]) => attributes.with_inner_size(PhysicalSize::new(width, height)),
-            None => attributes.with_inner_size(LogicalSize::new(remembered.size[0], remembered.size[1])),
+            None => {
+                attributes.with_inner_size(LogicalSize::new(remembered.size[0], remembered.size[1]))
+            }
         };
-        let raw = Arc::new(event_loop.create_window(attributes).map_err(|error| no_display(&error))?);
-        let display = raw.display_handle().map_err(|error| no_display(&error))?.as_raw();
+        let raw = Arc::new(
+            event_loop
+                .create_window(attributes)
+                .map_err(|error| no_display(&error))?,
+        );
+        let display = raw
+            .display_handle()
+            .map_err(|error| no_display(&error))?
+            .as_raw();
         let extensions = Surface::extensions(display)?;
-        let instance = Instance::new(&InstanceOptions { window_extensions: extensions, ..options.gpu.instance() })?;
+        let instance = Instance::new(&InstanceOptions {
+            window_extensions: extensions,
+            ..options.gpu.instance()
+        })?;
         let surface = Surface::new(&instance, &raw)?;
         let device = Device::for_surface(&instance, &options.gpu.device, &surface)?;
         let painter = Painter::new(&device, &surface, options.vsync.unwrap_or(remembered.vsync))?;
         let most = usize::try_from(device.adapter().limits.extent_2d).ok();
         let scale = raw.scale_factor() as f32;
-        let egui = egui_winit::State::new(ctx.clone(), egui::ViewportId::ROOT, &raw, Some(scale), None, most);
-        let window = Window { painter, egui, raw, messages: instance.messages().clone() };
+        let egui = egui_winit::State::new(
+            ctx.clone(),
+            egui::ViewportId::ROOT,
+            &raw,
+            Some(scale),
+            None,
+            most,
+        );
+        let window = Window {
+            painter,
+            egui,
+            raw,
+            messages: instance.messages().clone(),
+        };
         if options.size.is_none() && remembered.fullscreen {
             window.set_fullscreen(true);
         }
@@ -52,7 +83,11 @@ impl Window {
     /// Width and height (px); 0 where there is nothing to see.
     pub(super) fn size(&self) -> [u32; 2] {
         let size = self.raw.inner_size();
-        if self.is_minimised() { [0; 2] } else { [size.width, size.height] }
+        if self.is_minimised() {
+            [0; 2]
+        } else {
+            [size.width, size.height]
+        }
     }
 
     pub(super) fn is_minimised(&self) -> bool {
@@ -60,7 +95,8 @@ impl Window {
     }
 
     pub(super) fn set_fullscreen(&self, on: bool) {
-        self.raw.set_fullscreen(on.then_some(Fullscreen::Borderless(None)));
+        self.raw
+            .set_fullscreen(on.then_some(Fullscreen::Borderless(None)));
     }
 
     pub(super) fn is_fullscreen(&self) -> bool {
@@ -73,7 +109,11 @@ impl Window {
     }
 
     /// Brings egui's textures and shapes onto the display.
-    pub(super) fn paint(&mut self, output: &PaintOutput<'_>, capture: bool) -> Result<crate::vulkan::Shown, Error> {
+    pub(super) fn paint(
+        &mut self,
+        output: &PaintOutput<'_>,
+        capture: bool,
+    ) -> Result<crate::vulkan::Shown, Error> {
         let size = self.size();
         self.painter.paint(&crate::vulkan::Paint {
             size,

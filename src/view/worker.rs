@@ -1,7 +1,8 @@
 //! The thread that renders, so that the window answers while a frame takes seconds.
 //!
-//! It has a device of its own: neither its queue nor its waits are shared with the window's. What is wanted is one job at a time, the newest; what it has is
-//! sent back as events. A picture at rest is one of the full size, made from the same state as that of `lumivox render`.
+//! It has a device of its own: neither its queue nor its waits are shared with the window's. What
+//! is wanted is one job at a time, the newest; what it has is sent back as events. A picture at
+//! rest is one of the full size, made from the same state as that of `lumivox render`.
 
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
@@ -140,11 +141,19 @@ pub(super) struct Worker {
 
 impl Worker {
     /// Starts the thread; `notify` is called after each event, on that thread.
-    pub(super) fn start(options: GpuOptions, notify: Box<dyn Fn() + Send>) -> std::io::Result<Self> {
+    pub(super) fn start(
+        options: GpuOptions,
+        notify: Box<dyn Fn() + Send>,
+    ) -> std::io::Result<Self> {
         let shared = Arc::new(Shared::default());
         let inner = Arc::clone(&shared);
-        let thread = std::thread::Builder::new().name("render".to_owned()).spawn(move || work(&inner, &options, &*notify))?;
-        Ok(Worker { shared, thread: Some(thread) })
+        let thread = std::thread::Builder::new()
+            .name("render".to_owned())
+            .spawn(move || work(&inner, &options, &*notify))?;
+        Ok(Worker {
+            shared,
+            thread: Some(thread),
+        })
     }
 
     /// Asks for this instead of whatever was asked for before.
@@ -173,20 +182,37 @@ impl Worker {
 
     /// All events since the last call.
     pub(super) fn events(&self) -> Vec<Event> {
-        std::mem::take(&mut *self.shared.events.lock().unwrap_or_else(PoisonError::into_inner))
+        std::mem::take(
+            &mut *self
+                .shared
+                .events
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner),
+        )
     }
 
     /// As [`Worker::events`], after waiting a little for the first.
     pub(super) fn events_within(&self, most: Duration) -> Vec<Event> {
-        let events = self.shared.events.lock().unwrap_or_else(PoisonError::into_inner);
-        let waited = self.shared.answered.wait_timeout_while(events, most, |events| events.is_empty());
+        let events = self
+            .shared
+            .events
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        let waited = self
+            .shared
+            .answered
+            .wait_timeout_while(events, most, |events| events.is_empty());
         std::mem::take(&mut *waited.unwrap_or_else(PoisonError::into_inner).0)
     }
 
     /// Ends the thread and answers the validation messages of its device, its end included.
     pub(super) fn finish(mut self) -> Vec<String> {
         self.stop();
-        let messages = self.shared.messages.lock().unwrap_or_else(PoisonError::into_inner);
+        let messages = self
+            .shared
+            .messages
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
         messages.as_ref().map(Messages::list).unwrap_or_default()
     }
 
@@ -223,7 +249,10 @@ fn work(shared: &Shared, options: &GpuOptions, notify: &dyn Fn()) {
         Ok(gpu) => gpu,
         Err(error) => return send(Event::NoDevice(error.to_string())),
     };
-    *shared.messages.lock().unwrap_or_else(PoisonError::into_inner) = Some(gpu.messages());
+    *shared
+        .messages
+        .lock()
+        .unwrap_or_else(PoisonError::into_inner) = Some(gpu.messages());
     send(Event::Opened(gpu.info().name.clone()));
     let mut panes: [Option<Pane<'_>>; 2] = [None, None];
     let mut last: Option<Job> = None;
@@ -231,47 +260,78 @@ fn work(shared: &Shared, options: &GpuOptions, notify: &dyn Fn()) {
         let (job, modules, probe) = {
             let mut inbox = shared.inbox();
             let again = last.as_ref().is_some_and(|job| job.continuous);
-            while !inbox.quit && inbox.job.is_none() && inbox.modules.is_empty() && inbox.probe.is_none() && !again {
+            while !inbox.quit
+                && inbox.job.is_none()
+                && inbox.modules.is_empty()
+                && inbox.probe.is_none()
+                && !again
+            {
                 inbox.busy = false;
-                inbox = shared.wake.wait(inbox).unwrap_or_else(PoisonError::into_inner);
+                inbox = shared
+                    .wake
+                    .wait(inbox)
+                    .unwrap_or_else(PoisonError::into_inner);
             }
             if inbox.quit {
                 return;
             }
             inbox.busy = true;
-            (inbox.job.take(), std::mem::take(&mut inbox.modules), inbox.probe.take())
+            (
+                inbox.job.take(),
+                std::mem::take(&mut inbox.modules),
+                inbox.probe.take(),
+            )
         };
         let changed = !modules.is_empty();
         for (stem, words) in modules {
             let result = gpu.replace_module(&stem, words);
-            send(Event::Shader(result.map(|count| format!("{stem}: built into {count} pipelines")).map_err(|error| error.to_string())));
+            send(Event::Shader(
+                result
+                    .map(|count| format!("{stem}: built into {count} pipelines"))
+                    .map_err(|error| error.to_string()),
+            ));
         }
         if changed {
             panes.iter_mut().flatten().for_each(Pane::shaders_changed);
         }
         // The picture that it begins in is there already; one that is not is asked for again.
-        if let Some(answer) = probe.and_then(|probe| panes.get(probe.pane)?.as_ref()?.probe(&probe)) {
+        if let Some(answer) = probe.and_then(|probe| panes.get(probe.pane)?.as_ref()?.probe(&probe))
+        {
             send(Event::Probed(Box::new(answer)));
             if job.is_none() && !changed {
                 continue;
             }
         }
         if let Some(job) = job.or_else(|| last.take()) {
-            panes.iter_mut().skip(job.panes.len()).for_each(|pane| *pane = None);
+            panes
+                .iter_mut()
+                .skip(job.panes.len())
+                .for_each(|pane| *pane = None);
             serve(shared, &gpu, &mut panes, &job, &send);
             last = Some(job);
         }
     }
 }
 
-/// Renders all sides: each first as large as is quick, then, at rest, in full. Ends early where something newer is wanted.
-fn serve<'g>(shared: &Shared, gpu: &'g Gpu, panes: &mut [Option<Pane<'g>>; 2], job: &Job, send: &dyn Fn(Event)) {
+/// Renders all sides: each first as large as is quick, then, at rest, in full. Ends early where
+/// something newer is wanted.
+fn serve<'g>(
+    shared: &Shared,
+    gpu: &'g Gpu,
+    panes: &mut [Option<Pane<'g>>; 2],
+    job: &Job,
+    send: &dyn Fn(Event),
+) {
     let is_superseded = || {
         let inbox = shared.inbox();
         inbox.quit || inbox.job.is_some()
     };
     // Where frames follow each other for their times, quick ones between them would only flicker.
-    let passes: &[bool] = if job.continuous && job.rest { &[true] } else { &[false, true] };
+    let passes: &[bool] = if job.continuous && job.rest {
+        &[true]
+    } else {
+        &[false, true]
+    };
     for &is_full in passes {
         for index in 0..job.panes.len().min(panes.len()) {
             if is_superseded() {
@@ -292,7 +352,10 @@ fn serve<'g>(shared: &Shared, gpu: &'g Gpu, panes: &mut [Option<Pane<'g>>; 2], j
                 Err(error) => {
                     *slot = None;
                     if is_full || !job.rest {
-                        send(Event::Failed { pane: index, problem: error.to_string() });
+                        send(Event::Failed {
+                            pane: index,
+                            problem: error.to_string(),
+                        });
                     }
                 }
             }

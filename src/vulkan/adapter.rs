@@ -108,21 +108,42 @@ pub struct Adapter {
 impl Adapter {
     /// Names of the required features that are missing; empty for a usable device.
     pub fn missing(&self) -> Vec<&'static str> {
-        self.required.iter().filter(|check| !check.present).map(|check| check.name).collect()
+        self.required
+            .iter()
+            .filter(|check| !check.present)
+            .map(|check| check.name)
+            .collect()
     }
 
-    pub(super) fn new(instance: &ash::Instance, raw: vk::PhysicalDevice, index: usize, absent: &[String]) -> Self {
+    pub(super) fn new(
+        instance: &ash::Instance,
+        raw: vk::PhysicalDevice,
+        index: usize,
+        absent: &[String],
+    ) -> Self {
         // SAFETY: the device belongs to this living instance.
-        let (base, memory) = unsafe { (instance.get_physical_device_properties(raw), instance.get_physical_device_memory_properties(raw)) };
+        let (base, memory) = unsafe {
+            (
+                instance.get_physical_device_properties(raw),
+                instance.get_physical_device_memory_properties(raw),
+            )
+        };
         let mut adapter = Adapter {
             index,
             info: DeviceInfo {
-                name: base.device_name_as_c_str().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default(),
+                name: base
+                    .device_name_as_c_str()
+                    .map(|name| name.to_string_lossy().into_owned())
+                    .unwrap_or_default(),
                 kind: kind(base.device_type),
                 driver: version_text(base.driver_version),
                 api_version: version_text(base.api_version),
             },
-            required: vec![Check { name: "Vulkan 1.3", present: base.api_version >= vk::API_VERSION_1_3, cost: "no device without it" }],
+            required: vec![Check {
+                name: "Vulkan 1.3",
+                present: base.api_version >= vk::API_VERSION_1_3,
+                cost: "no device without it",
+            }],
             optional: Vec::new(),
             features: Features::default(),
             limits: limits(&base.limits, &memory),
@@ -142,7 +163,10 @@ impl Adapter {
     /// Leaves out what a test wants not to be there.
     fn lose(&mut self, absent: &[String]) {
         let is_absent = |name: &str| absent.iter().any(|absent| absent == name);
-        self.required.iter_mut().filter(|check| is_absent(check.name)).for_each(|check| check.present = false);
+        self.required
+            .iter_mut()
+            .filter(|check| is_absent(check.name))
+            .for_each(|check| check.present = false);
         for (name, present, _) in self.features.optional() {
             *present &= !is_absent(name);
         }
@@ -154,22 +178,39 @@ impl Adapter {
         let mut v12 = vk::PhysicalDeviceVulkan12Properties::default();
         let mut v13 = vk::PhysicalDeviceVulkan13Properties::default();
         let mut maintenance3 = vk::PhysicalDeviceMaintenance3Properties::default();
-        let mut properties = vk::PhysicalDeviceProperties2::default().push_next(&mut v11).push_next(&mut v12).push_next(&mut v13).push_next(&mut maintenance3);
+        let mut properties = vk::PhysicalDeviceProperties2::default()
+            .push_next(&mut v11)
+            .push_next(&mut v12)
+            .push_next(&mut v13)
+            .push_next(&mut maintenance3);
         // SAFETY: a Vulkan 1.3 device fills all of these.
         unsafe { instance.get_physical_device_properties2(self.raw, &mut properties) };
-        let text = |name: Result<&std::ffi::CStr, _>| name.map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-        self.info.driver = format!("{} {}", text(v12.driver_name_as_c_str()), text(v12.driver_info_as_c_str())).trim().to_owned();
+        let text = |name: Result<&std::ffi::CStr, _>| {
+            name.map(|name| name.to_string_lossy().into_owned())
+                .unwrap_or_default()
+        };
+        self.info.driver = format!(
+            "{} {}",
+            text(v12.driver_name_as_c_str()),
+            text(v12.driver_info_as_c_str())
+        )
+        .trim()
+        .to_owned();
         self.limits.allocation_bytes = maintenance3.max_memory_allocation_size;
         let operations = vk::SubgroupFeatureFlags::ARITHMETIC | vk::SubgroupFeatureFlags::BALLOT;
         self.features.subgroup_size = v11.subgroup_size;
-        self.features.subgroup_arithmetic =
-            v11.subgroup_supported_operations.contains(operations) && v11.subgroup_supported_stages.contains(vk::ShaderStageFlags::COMPUTE);
+        self.features.subgroup_arithmetic = v11.subgroup_supported_operations.contains(operations)
+            && v11
+                .subgroup_supported_stages
+                .contains(vk::ShaderStageFlags::COMPUTE);
     }
 
     fn read_features(&mut self, instance: &ash::Instance) {
         let mut v12 = vk::PhysicalDeviceVulkan12Features::default();
         let mut v13 = vk::PhysicalDeviceVulkan13Features::default();
-        let mut features = vk::PhysicalDeviceFeatures2::default().push_next(&mut v12).push_next(&mut v13);
+        let mut features = vk::PhysicalDeviceFeatures2::default()
+            .push_next(&mut v12)
+            .push_next(&mut v13);
         // SAFETY: a Vulkan 1.3 device fills all of these.
         unsafe { instance.get_physical_device_features2(self.raw, &mut features) };
         let base = features.features;
@@ -180,34 +221,71 @@ impl Adapter {
             ("maintenance4", v13.maintenance4 == vk::TRUE),
             ("timelineSemaphore", v12.timeline_semaphore == vk::TRUE),
             ("hostQueryReset", v12.host_query_reset == vk::TRUE),
-            ("fragmentStoresAndAtomics", base.fragment_stores_and_atomics == vk::TRUE),
-            ("shaderStorageImageExtendedFormats", base.shader_storage_image_extended_formats == vk::TRUE),
-            ("a queue with graphics, compute and timestamps", self.queue_family.is_some()),
+            (
+                "fragmentStoresAndAtomics",
+                base.fragment_stores_and_atomics == vk::TRUE,
+            ),
+            (
+                "shaderStorageImageExtendedFormats",
+                base.shader_storage_image_extended_formats == vk::TRUE,
+            ),
+            (
+                "a queue with graphics, compute and timestamps",
+                self.queue_family.is_some(),
+            ),
         ] {
-            self.required.push(Check { name, present, cost });
+            self.required.push(Check {
+                name,
+                present,
+                cost,
+            });
         }
         let found = &mut self.features;
         found.geometry_shader = base.geometry_shader == vk::TRUE;
         found.sampler_anisotropy = base.sampler_anisotropy == vk::TRUE;
         found.shader_int64 = base.shader_int64 == vk::TRUE;
-        found.conservative_rasterization = has_extension(instance, self.raw, vk::EXT_CONSERVATIVE_RASTERIZATION_NAME);
+        found.conservative_rasterization =
+            has_extension(instance, self.raw, vk::EXT_CONSERVATIVE_RASTERIZATION_NAME);
         self.optional = found.checks();
     }
 
     fn read_formats(&mut self, instance: &ash::Instance) {
         let storage = vk::FormatFeatureFlags::STORAGE_IMAGE;
         for (name, format, wanted) in [
-            ("rgba16f 3D storage images", vk::Format::R16G16B16A16_SFLOAT, storage | vk::FormatFeatureFlags::SAMPLED_IMAGE_FILTER_LINEAR),
-            ("r32ui 3D storage images with atomics", vk::Format::R32_UINT, storage | vk::FormatFeatureFlags::STORAGE_IMAGE_ATOMIC),
+            (
+                "rgba16f 3D storage images",
+                vk::Format::R16G16B16A16_SFLOAT,
+                storage | vk::FormatFeatureFlags::SAMPLED_IMAGE_FILTER_LINEAR,
+            ),
+            (
+                "r32ui 3D storage images with atomics",
+                vk::Format::R32_UINT,
+                storage | vk::FormatFeatureFlags::STORAGE_IMAGE_ATOMIC,
+            ),
         ] {
             let usage = vk::ImageUsageFlags::STORAGE | vk::ImageUsageFlags::SAMPLED;
             // SAFETY: plain queries of a living device.
             let present = unsafe {
-                let features = instance.get_physical_device_format_properties(self.raw, format).optimal_tiling_features;
-                let (kind, tiling, flags) = (vk::ImageType::TYPE_3D, vk::ImageTiling::OPTIMAL, vk::ImageCreateFlags::empty());
-                features.contains(wanted) && instance.get_physical_device_image_format_properties(self.raw, format, kind, tiling, usage, flags).is_ok()
+                let features = instance
+                    .get_physical_device_format_properties(self.raw, format)
+                    .optimal_tiling_features;
+                let (kind, tiling, flags) = (
+                    vk::ImageType::TYPE_3D,
+                    vk::ImageTiling::OPTIMAL,
+                    vk::ImageCreateFlags::empty(),
+                );
+                features.contains(wanted)
+                    && instance
+                        .get_physical_device_image_format_properties(
+                            self.raw, format, kind, tiling, usage, flags,
+                        )
+                        .is_ok()
             };
-            self.required.push(Check { name, present, cost: "no device without it" });
+            self.required.push(Check {
+                name,
+                present,
+                cost: "no device without it",
+            });
         }
     }
 }
@@ -216,20 +294,42 @@ impl Features {
     /// Name of each, whether it is there, and what its absence costs.
     fn optional(&mut self) -> [(&'static str, &mut bool, &'static str); 5] {
         [
-            ("geometryShader", &mut self.geometry_shader, "no raster voxelization; the compute voxelization is used"),
+            (
+                "geometryShader",
+                &mut self.geometry_shader,
+                "no raster voxelization; the compute voxelization is used",
+            ),
             (
                 "VK_EXT_conservative_rasterization",
                 &mut self.conservative_rasterization,
                 "no raster-hw voxelization; triangles are enlarged in a geometry shader",
             ),
-            ("samplerAnisotropy", &mut self.sampler_anisotropy, "material textures are filtered trilinearly only"),
-            ("shaderInt64", &mut self.shader_int64, "no 64-bit integers in shaders; 32-bit pairs are used"),
-            ("subgroup arithmetic in compute shaders", &mut self.subgroup_arithmetic, "reductions go through shared memory"),
+            (
+                "samplerAnisotropy",
+                &mut self.sampler_anisotropy,
+                "material textures are filtered trilinearly only",
+            ),
+            (
+                "shaderInt64",
+                &mut self.shader_int64,
+                "no 64-bit integers in shaders; 32-bit pairs are used",
+            ),
+            (
+                "subgroup arithmetic in compute shaders",
+                &mut self.subgroup_arithmetic,
+                "reductions go through shared memory",
+            ),
         ]
     }
 
     fn checks(&mut self) -> Vec<Check> {
-        self.optional().map(|(name, present, cost)| Check { name, present: *present, cost }).to_vec()
+        self.optional()
+            .map(|(name, present, cost)| Check {
+                name,
+                present: *present,
+                cost,
+            })
+            .to_vec()
     }
 }
 
@@ -243,13 +343,22 @@ fn kind(kind: vk::PhysicalDeviceType) -> DeviceKind {
     }
 }
 
-fn limits(limits: &vk::PhysicalDeviceLimits, memory: &vk::PhysicalDeviceMemoryProperties) -> Limits {
+fn limits(
+    limits: &vk::PhysicalDeviceLimits,
+    memory: &vk::PhysicalDeviceMemoryProperties,
+) -> Limits {
     let local = |heap: &&vk::MemoryHeap| heap.flags.contains(vk::MemoryHeapFlags::DEVICE_LOCAL);
     Limits {
         storage_buffer_bytes: limits.max_storage_buffer_range.into(),
         uniform_buffer_bytes: limits.max_uniform_buffer_range.into(),
         allocation_bytes: u64::MAX,
-        heap_bytes: memory.memory_heaps_as_slice().iter().filter(local).map(|heap| heap.size).max().unwrap_or(0),
+        heap_bytes: memory
+            .memory_heaps_as_slice()
+            .iter()
+            .filter(local)
+            .map(|heap| heap.size)
+            .max()
+            .unwrap_or(0),
         extent_3d: limits.max_image_dimension3_d,
         extent_2d: limits.max_image_dimension2_d,
         workgroups: limits.max_compute_work_group_count,
@@ -264,17 +373,27 @@ fn queue_family(instance: &ash::Instance, raw: vk::PhysicalDevice) -> Option<u32
     // SAFETY: the device belongs to this living instance.
     let families = unsafe { instance.get_physical_device_queue_family_properties(raw) };
     let wanted = vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE;
-    let index = families.iter().position(|family| family.queue_flags.contains(wanted) && family.timestamp_valid_bits > 0)?;
+    let index = families.iter().position(|family| {
+        family.queue_flags.contains(wanted) && family.timestamp_valid_bits > 0
+    })?;
     u32::try_from(index).ok()
 }
 
 fn has_extension(instance: &ash::Instance, raw: vk::PhysicalDevice, name: &std::ffi::CStr) -> bool {
     // SAFETY: the device belongs to this living instance.
-    let extensions = unsafe { instance.enumerate_device_extension_properties(raw) }.unwrap_or_default();
-    extensions.iter().any(|extension| extension.extension_name_as_c_str() == Ok(name))
+    let extensions =
+        unsafe { instance.enumerate_device_extension_properties(raw) }.unwrap_or_default();
+    extensions
+        .iter()
+        .any(|extension| extension.extension_name_as_c_str() == Ok(name))
 }
 
 /// `major.minor.patch`.
 pub(super) fn version_text(version: u32) -> String {
-    format!("{}.{}.{}", vk::api_version_major(version), vk::api_version_minor(version), vk::api_version_patch(version))
+    format!(
+        "{}.{}.{}",
+        vk::api_version_major(version),
+        vk::api_version_minor(version),
+        vk::api_version_patch(version)
+    )
 }

@@ -11,7 +11,8 @@ use super::{Context, Device, Error};
 /// What a buffer is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BufferUsage {
-    /// Storage in device memory; also source and destination of copies, and arguments of indirect work.
+    /// Storage in device memory; also source and destination of copies, and arguments of indirect
+    /// work.
     Storage,
     /// Small constants, written by the host between frames; can also be bound as storage.
     Uniform,
@@ -50,15 +51,25 @@ impl Buffer {
         let (limit, available) = match desc.usage {
             BufferUsage::Storage => ("maxStorageBufferRange", limits.storage_buffer_bytes),
             BufferUsage::Uniform => ("maxUniformBufferRange", limits.uniform_buffer_bytes),
-            BufferUsage::Readback | BufferUsage::Staging => ("maxMemoryAllocationSize", limits.allocation_bytes),
+            BufferUsage::Readback | BufferUsage::Staging => {
+                ("maxMemoryAllocationSize", limits.allocation_bytes)
+            }
         };
         if desc.size_bytes > available {
-            return Err(Error::TooLarge { resource: desc.name.clone(), wanted: desc.size_bytes, available, limit });
+            return Err(Error::TooLarge {
+                resource: desc.name.clone(),
+                wanted: desc.size_bytes,
+                available,
+                limit,
+            });
         }
         device.memory().check(&desc.name, desc.size_bytes)?;
-        let info = vk::BufferCreateInfo::default().size(padded(desc.size_bytes)).usage(usage_flags(desc.usage));
+        let info = vk::BufferCreateInfo::default()
+            .size(padded(desc.size_bytes))
+            .usage(usage_flags(desc.usage));
         // SAFETY: the device is alive and the size is neither zero nor beyond its limits.
-        let raw = unsafe { device.raw().create_buffer(&info, None) }.during(&format!("creating the buffer {}", desc.name))?;
+        let raw = unsafe { device.raw().create_buffer(&info, None) }
+            .during(&format!("creating the buffer {}", desc.name))?;
         let mut buffer = Buffer {
             raw,
             allocation: Mutex::new(None),
@@ -98,11 +109,20 @@ impl Buffer {
 
     /// Copies host bytes in; the buffer must be host visible, and not in use by the device.
     pub(crate) fn write_mapped(&self, offset: u64, bytes: &[u8]) {
-        let mut allocation = self.allocation.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut allocation = self
+            .allocation
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
         let mapped = allocation.as_mut().and_then(Allocation::mapped_slice_mut);
         let start = usize::try_from(offset).unwrap_or(usize::MAX);
-        let target = mapped.and_then(|mapped| mapped.get_mut(start..start.checked_add(bytes.len())?));
-        assert!(target.is_some(), "buffer {}: {} bytes at {offset} cannot be written by the host", self.name, bytes.len());
+        let target =
+            mapped.and_then(|mapped| mapped.get_mut(start..start.checked_add(bytes.len())?));
+        assert!(
+            target.is_some(),
+            "buffer {}: {} bytes at {offset} cannot be written by the host",
+            self.name,
+            bytes.len()
+        );
         if let Some(target) = target {
             target.copy_from_slice(bytes);
         }
@@ -110,10 +130,17 @@ impl Buffer {
 
     /// Copies the contents out; the buffer must be host visible, and not in use by the device.
     pub(crate) fn read_mapped(&self) -> Vec<u8> {
-        let allocation = self.allocation.lock().unwrap_or_else(PoisonError::into_inner);
+        let allocation = self
+            .allocation
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
         let mapped = allocation.as_ref().and_then(Allocation::mapped_slice);
         let bytes = mapped.and_then(|mapped| mapped.get(..usize::try_from(self.size_bytes).ok()?));
-        assert!(bytes.is_some(), "buffer {} cannot be read by the host", self.name);
+        assert!(
+            bytes.is_some(),
+            "buffer {} cannot be read by the host",
+            self.name
+        );
         bytes.unwrap_or_default().to_vec()
     }
 
@@ -125,19 +152,35 @@ impl Buffer {
         };
         // SAFETY: the buffer is alive.
         let requirements = unsafe { self.device.raw().get_buffer_memory_requirements(self.raw) };
-        let allocation = self.device.memory().allocate(self.id, &self.name, requirements, location, true)?;
+        let allocation =
+            self.device
+                .memory()
+                .allocate(self.id, &self.name, requirements, location, true)?;
         // SAFETY: the memory fits the requirements, and is freed only after the buffer.
-        let bound = unsafe { self.device.raw().bind_buffer_memory(self.raw, allocation.memory(), allocation.offset()) };
-        *self.allocation.get_mut().unwrap_or_else(PoisonError::into_inner) = Some(allocation);
+        let bound = unsafe {
+            self.device
+                .raw()
+                .bind_buffer_memory(self.raw, allocation.memory(), allocation.offset())
+        };
+        *self
+            .allocation
+            .get_mut()
+            .unwrap_or_else(PoisonError::into_inner) = Some(allocation);
         bound.during(&format!("binding memory of the buffer {}", self.name))
     }
 }
 
 impl Drop for Buffer {
     fn drop(&mut self) {
-        // SAFETY: frames own what they use and are waited for, so the device no longer uses the buffer.
+        // SAFETY: frames own what they use and are waited for, so the device no longer uses the
+        // buffer.
         unsafe { self.device.raw().destroy_buffer(self.raw, None) };
-        if let Some(allocation) = self.allocation.get_mut().unwrap_or_else(PoisonError::into_inner).take() {
+        if let Some(allocation) = self
+            .allocation
+            .get_mut()
+            .unwrap_or_else(PoisonError::into_inner)
+            .take()
+        {
             self.device.memory().free(self.id, allocation);
         }
         self.device.retire(self.id);
@@ -152,8 +195,12 @@ fn padded(size_bytes: u64) -> u64 {
 fn usage_flags(usage: BufferUsage) -> vk::BufferUsageFlags {
     let copies = vk::BufferUsageFlags::TRANSFER_SRC | vk::BufferUsageFlags::TRANSFER_DST;
     match usage {
-        BufferUsage::Storage => copies | vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::INDIRECT_BUFFER,
-        BufferUsage::Uniform => copies | vk::BufferUsageFlags::UNIFORM_BUFFER | vk::BufferUsageFlags::STORAGE_BUFFER,
+        BufferUsage::Storage => {
+            copies | vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::INDIRECT_BUFFER
+        }
+        BufferUsage::Uniform => {
+            copies | vk::BufferUsageFlags::UNIFORM_BUFFER | vk::BufferUsageFlags::STORAGE_BUFFER
+        }
         BufferUsage::Readback => vk::BufferUsageFlags::TRANSFER_DST,
         BufferUsage::Staging => vk::BufferUsageFlags::TRANSFER_SRC,
     }

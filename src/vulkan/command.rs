@@ -32,7 +32,8 @@ pub(crate) struct Rendering {
 
 /// A command pool with one buffer, and the fence that says when its work is done.
 ///
-/// The methods record one command each. Their callers, all in the graph, keep alive whatever is recorded until [`Commands::submit_and_wait`] returns.
+/// The methods record one command each. Their callers, all in the graph, keep alive whatever is
+/// recorded until [`Commands::submit_and_wait`] returns.
 pub(crate) struct Commands {
     pool: vk::CommandPool,
     raw: vk::CommandBuffer,
@@ -44,24 +45,46 @@ impl Commands {
     pub(crate) fn new(device: &Arc<Device>) -> Result<Self, Error> {
         let info = vk::CommandPoolCreateInfo::default().queue_family_index(device.queue_family());
         // SAFETY: the family is the one the device was opened with.
-        let pool = unsafe { device.raw().create_command_pool(&info, None) }.during("creating a command pool")?;
-        let mut commands = Commands { pool, raw: vk::CommandBuffer::null(), fence: vk::Fence::null(), device: Arc::clone(device) };
-        let info = vk::CommandBufferAllocateInfo::default().command_pool(pool).level(vk::CommandBufferLevel::PRIMARY).command_buffer_count(1);
+        let pool = unsafe { device.raw().create_command_pool(&info, None) }
+            .during("creating a command pool")?;
+        let mut commands = Commands {
+            pool,
+            raw: vk::CommandBuffer::null(),
+            fence: vk::Fence::null(),
+            device: Arc::clone(device),
+        };
+        let info = vk::CommandBufferAllocateInfo::default()
+            .command_pool(pool)
+            .level(vk::CommandBufferLevel::PRIMARY)
+            .command_buffer_count(1);
         // SAFETY: the pool is alive.
-        let buffers = unsafe { device.raw().allocate_command_buffers(&info) }.during("allocating a command buffer")?;
+        let buffers = unsafe { device.raw().allocate_command_buffers(&info) }
+            .during("allocating a command buffer")?;
         commands.raw = buffers.first().copied().unwrap_or_default();
         // SAFETY: the device is alive.
-        commands.fence = unsafe { device.raw().create_fence(&vk::FenceCreateInfo::default(), None) }.during("creating a fence")?;
+        commands.fence = unsafe {
+            device
+                .raw()
+                .create_fence(&vk::FenceCreateInfo::default(), None)
+        }
+        .during("creating a fence")?;
         Ok(commands)
     }
 
     /// Starts over.
     pub(crate) fn begin(&self) -> Result<(), Error> {
-        let info = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
+        let info = vk::CommandBufferBeginInfo::default()
+            .flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
         // SAFETY: the last submission was waited for.
         unsafe {
-            self.device.raw().reset_command_pool(self.pool, vk::CommandPoolResetFlags::empty()).during("resetting the command pool")?;
-            self.device.raw().begin_command_buffer(self.raw, &info).during("starting a command buffer")
+            self.device
+                .raw()
+                .reset_command_pool(self.pool, vk::CommandPoolResetFlags::empty())
+                .during("resetting the command pool")?;
+            self.device
+                .raw()
+                .begin_command_buffer(self.raw, &info)
+                .during("starting a command buffer")
         }
     }
 
@@ -79,8 +102,14 @@ impl Commands {
         }
     }
 
-    pub(crate) fn barriers(&self, buffers: &[vk::BufferMemoryBarrier2<'_>], images: &[vk::ImageMemoryBarrier2<'_>]) {
-        let info = vk::DependencyInfo::default().buffer_memory_barriers(buffers).image_memory_barriers(images);
+    pub(crate) fn barriers(
+        &self,
+        buffers: &[vk::BufferMemoryBarrier2<'_>],
+        images: &[vk::ImageMemoryBarrier2<'_>],
+    ) {
+        let info = vk::DependencyInfo::default()
+            .buffer_memory_barriers(buffers)
+            .image_memory_barriers(images);
         // SAFETY: recording into a begun command buffer (as for every method below).
         unsafe { self.device.raw().cmd_pipeline_barrier2(self.raw, &info) };
     }
@@ -103,23 +132,51 @@ impl Commands {
 
     pub(crate) fn timestamp(&self, timestamps: &Timestamps, index: u32) {
         // SAFETY: as for `barriers`; the query was reset.
-        unsafe { self.device.raw().cmd_write_timestamp2(self.raw, vk::PipelineStageFlags2::ALL_COMMANDS, timestamps.raw(), index) };
+        unsafe {
+            self.device.raw().cmd_write_timestamp2(
+                self.raw,
+                vk::PipelineStageFlags2::ALL_COMMANDS,
+                timestamps.raw(),
+                index,
+            )
+        };
     }
 
     pub(crate) fn bind_pipeline(&self, pipeline: &Pipeline) {
         // SAFETY: as for `barriers`.
-        unsafe { self.device.raw().cmd_bind_pipeline(self.raw, pipeline.bind_point(), pipeline.raw()) };
+        unsafe {
+            self.device
+                .raw()
+                .cmd_bind_pipeline(self.raw, pipeline.bind_point(), pipeline.raw())
+        };
     }
 
     pub(crate) fn bind_set(&self, pipeline: &Pipeline, index: u32, set: vk::DescriptorSet) {
         // SAFETY: as for `barriers`; the set was made from the layout at this index.
-        unsafe { self.device.raw().cmd_bind_descriptor_sets(self.raw, pipeline.bind_point(), pipeline.layout(), index, &[set], &[]) };
+        unsafe {
+            self.device.raw().cmd_bind_descriptor_sets(
+                self.raw,
+                pipeline.bind_point(),
+                pipeline.layout(),
+                index,
+                &[set],
+                &[],
+            )
+        };
     }
 
     pub(crate) fn push(&self, pipeline: &Pipeline, bytes: &[u8]) {
         if !bytes.is_empty() {
             // SAFETY: as for `barriers`; the size is that of the layout's range.
-            unsafe { self.device.raw().cmd_push_constants(self.raw, pipeline.layout(), vk::ShaderStageFlags::ALL, 0, bytes) };
+            unsafe {
+                self.device.raw().cmd_push_constants(
+                    self.raw,
+                    pipeline.layout(),
+                    vk::ShaderStageFlags::ALL,
+                    0,
+                    bytes,
+                )
+            };
         }
     }
 
@@ -130,20 +187,37 @@ impl Commands {
 
     pub(crate) fn dispatch_indirect(&self, buffer: &Buffer, offset: u64) {
         // SAFETY: as for `dispatch`; the graph asserts that the arguments lie in the buffer.
-        unsafe { self.device.raw().cmd_dispatch_indirect(self.raw, buffer.raw(), offset) };
+        unsafe {
+            self.device
+                .raw()
+                .cmd_dispatch_indirect(self.raw, buffer.raw(), offset)
+        };
     }
 
     pub(crate) fn begin_rendering(&self, rendering: &Rendering) {
         let [width, height] = rendering.extent;
-        let area = vk::Rect2D { offset: vk::Offset2D::default(), extent: vk::Extent2D { width, height } };
+        let area = vk::Rect2D {
+            offset: vk::Offset2D::default(),
+            extent: vk::Extent2D { width, height },
+        };
         let color: Vec<_> = rendering.color.iter().map(attachment_info).collect();
         let depth = rendering.depth.as_ref().map(attachment_info);
-        let info = vk::RenderingInfo::default().render_area(area).layer_count(1).color_attachments(&color);
+        let info = vk::RenderingInfo::default()
+            .render_area(area)
+            .layer_count(1)
+            .color_attachments(&color);
         let info = match &depth {
             Some(depth) => info.depth_attachment(depth),
             None => info,
         };
-        let viewport = vk::Viewport { x: 0.0, y: 0.0, width: width as f32, height: height as f32, min_depth: 0.0, max_depth: 1.0 };
+        let viewport = vk::Viewport {
+            x: 0.0,
+            y: 0.0,
+            width: width as f32,
+            height: height as f32,
+            min_depth: 0.0,
+            max_depth: 1.0,
+        };
         // SAFETY: as for `barriers`; the views are alive and in the layouts named.
         unsafe {
             self.device.raw().cmd_begin_rendering(self.raw, &info);
@@ -154,7 +228,11 @@ impl Commands {
 
     pub(crate) fn draw(&self, first_vertex: u32, vertex_count: u32) {
         // SAFETY: as for `barriers`; a graphics pipeline is bound in a rendering scope.
-        unsafe { self.device.raw().cmd_draw(self.raw, vertex_count, 1, first_vertex, 0) };
+        unsafe {
+            self.device
+                .raw()
+                .cmd_draw(self.raw, vertex_count, 1, first_vertex, 0)
+        };
     }
 
     pub(crate) fn end_rendering(&self) {
@@ -163,8 +241,17 @@ impl Commands {
     }
 
     pub(crate) fn fill(&self, buffer: &Buffer, first_byte: u64, value: u32) {
-        // SAFETY: as for `barriers`; buffers are whole words long, and the graph checks that the first byte is that of a word.
-        unsafe { self.device.raw().cmd_fill_buffer(self.raw, buffer.raw(), first_byte, vk::WHOLE_SIZE, value) };
+        // SAFETY: as for `barriers`; buffers are whole words long, and the graph checks that the
+        // first byte is that of a word.
+        unsafe {
+            self.device.raw().cmd_fill_buffer(
+                self.raw,
+                buffer.raw(),
+                first_byte,
+                vk::WHOLE_SIZE,
+                value,
+            )
+        };
     }
 
     pub(crate) fn clear(&self, image: &Image, value: vk::ClearColorValue) {
@@ -173,17 +260,31 @@ impl Commands {
             .level_count(vk::REMAINING_MIP_LEVELS)
             .layer_count(vk::REMAINING_ARRAY_LAYERS);
         // SAFETY: as for `barriers`; the graph has put the image into this layout.
-        unsafe { self.device.raw().cmd_clear_color_image(self.raw, image.raw(), vk::ImageLayout::TRANSFER_DST_OPTIMAL, &value, &[range]) };
+        unsafe {
+            self.device.raw().cmd_clear_color_image(
+                self.raw,
+                image.raw(),
+                vk::ImageLayout::TRANSFER_DST_OPTIMAL,
+                &value,
+                &[range],
+            )
+        };
     }
 
     /// Filters one mip into the next, linearly, for all layers.
     pub(crate) fn blit_mip(&self, image: &Image, source: u32) {
         let corner = |mip: u32| {
-            let [x, y, z] = image.extent(mip).map(|texels| i32::try_from(texels).unwrap_or(i32::MAX));
+            let [x, y, z] = image
+                .extent(mip)
+                .map(|texels| i32::try_from(texels).unwrap_or(i32::MAX));
             [vk::Offset3D::default(), vk::Offset3D { x, y, z }]
         };
-        let layers =
-            |mip: u32| vk::ImageSubresourceLayers { aspect_mask: image.aspect(), mip_level: mip, base_array_layer: 0, layer_count: image.desc().layers };
+        let layers = |mip: u32| vk::ImageSubresourceLayers {
+            aspect_mask: image.aspect(),
+            mip_level: mip,
+            base_array_layer: 0,
+            layer_count: image.desc().layers,
+        };
         let region = vk::ImageBlit2::default()
             .src_subresource(layers(source))
             .src_offsets(corner(source))
@@ -203,22 +304,49 @@ impl Commands {
 
     pub(crate) fn copy_buffer(&self, source: (&Buffer, u64), target: (&Buffer, u64), size: u64) {
         if size > 0 {
-            let region = vk::BufferCopy { src_offset: source.1, dst_offset: target.1, size };
+            let region = vk::BufferCopy {
+                src_offset: source.1,
+                dst_offset: target.1,
+                size,
+            };
             // SAFETY: as for `barriers`; the graph asserts that both ranges lie in their buffers.
-            unsafe { self.device.raw().cmd_copy_buffer(self.raw, source.0.raw(), target.0.raw(), &[region]) };
+            unsafe {
+                self.device.raw().cmd_copy_buffer(
+                    self.raw,
+                    source.0.raw(),
+                    target.0.raw(),
+                    &[region],
+                )
+            };
         }
     }
 
     pub(crate) fn copy_to_image(&self, source: &Buffer, target: &Image, region: ImageRegion) {
         let layout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
         // SAFETY: as for `clear`; the graph asserts that the buffer holds the whole region.
-        unsafe { self.device.raw().cmd_copy_buffer_to_image(self.raw, source.raw(), target.raw(), layout, &[buffer_image_copy(target, region)]) };
+        unsafe {
+            self.device.raw().cmd_copy_buffer_to_image(
+                self.raw,
+                source.raw(),
+                target.raw(),
+                layout,
+                &[buffer_image_copy(target, region)],
+            )
+        };
     }
 
     pub(crate) fn copy_from_image(&self, source: &Image, region: ImageRegion, target: &Buffer) {
         let layout = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
         // SAFETY: as for `clear`; the graph asserts that the buffer holds the whole region.
-        unsafe { self.device.raw().cmd_copy_image_to_buffer(self.raw, source.raw(), layout, target.raw(), &[buffer_image_copy(source, region)]) };
+        unsafe {
+            self.device.raw().cmd_copy_image_to_buffer(
+                self.raw,
+                source.raw(),
+                layout,
+                target.raw(),
+                &[buffer_image_copy(source, region)],
+            )
+        };
     }
 }
 
@@ -233,7 +361,11 @@ impl Drop for Commands {
 }
 
 fn attachment_info(attachment: &Attachment) -> vk::RenderingAttachmentInfo<'static> {
-    let load = if attachment.clear.is_some() { vk::AttachmentLoadOp::CLEAR } else { vk::AttachmentLoadOp::LOAD };
+    let load = if attachment.clear.is_some() {
+        vk::AttachmentLoadOp::CLEAR
+    } else {
+        vk::AttachmentLoadOp::LOAD
+    };
     vk::RenderingAttachmentInfo::default()
         .image_view(attachment.view)
         .image_layout(attachment.layout)
@@ -245,8 +377,17 @@ fn attachment_info(attachment: &Attachment) -> vk::RenderingAttachmentInfo<'stat
 fn buffer_image_copy(image: &Image, region: ImageRegion) -> vk::BufferImageCopy {
     let [width, height, depth] = image.extent(region.mip);
     vk::BufferImageCopy {
-        image_subresource: vk::ImageSubresourceLayers { aspect_mask: image.aspect(), mip_level: region.mip, base_array_layer: region.layer, layer_count: 1 },
-        image_extent: vk::Extent3D { width, height, depth },
+        image_subresource: vk::ImageSubresourceLayers {
+            aspect_mask: image.aspect(),
+            mip_level: region.mip,
+            base_array_layer: region.layer,
+            layer_count: 1,
+        },
+        image_extent: vk::Extent3D {
+            width,
+            height,
+            depth,
+        },
         ..Default::default()
     }
 }

@@ -13,14 +13,21 @@ pub struct Messages(Arc<Mutex<Vec<String>>>);
 static OF_PROCESS: Mutex<Vec<String>> = Mutex::new(Vec::new());
 
 impl Messages {
-    /// All messages of every instance so far, those among them that were taken out, and of instances that are gone.
+    /// All messages of every instance so far, those among them that were taken out, and of
+    /// instances that are gone.
     pub fn of_process() -> Vec<String> {
-        OF_PROCESS.lock().unwrap_or_else(PoisonError::into_inner).clone()
+        OF_PROCESS
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .clone()
     }
 
     /// All messages so far, oldest first.
     pub fn list(&self) -> Vec<String> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).clone()
+        self.0
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .clone()
     }
 
     /// Takes the messages out, for tests that provoke them.
@@ -29,14 +36,24 @@ impl Messages {
     }
 
     fn push(&self, message: String) {
-        OF_PROCESS.lock().unwrap_or_else(PoisonError::into_inner).push(message.clone());
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).push(message);
+        OF_PROCESS
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .push(message.clone());
+        self.0
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .push(message);
     }
 
-    /// The callback's description; the instance keeps `self` alive for as long as the callback may be called.
+    /// The callback's description; the instance keeps `self` alive for as long as the callback may
+    /// be called.
     pub(crate) fn create_info(&self) -> vk::DebugUtilsMessengerCreateInfoEXT<'static> {
         vk::DebugUtilsMessengerCreateInfoEXT::default()
-            .message_severity(vk::DebugUtilsMessageSeverityFlagsEXT::WARNING | vk::DebugUtilsMessageSeverityFlagsEXT::ERROR)
+            .message_severity(
+                vk::DebugUtilsMessageSeverityFlagsEXT::WARNING
+                    | vk::DebugUtilsMessageSeverityFlagsEXT::ERROR,
+            )
             .message_type(vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION)
             .pfn_user_callback(Some(collect))
             .user_data(Arc::as_ptr(&self.0).cast_mut().cast())
@@ -50,13 +67,27 @@ unsafe extern "system" fn collect(
     data: *const vk::DebugUtilsMessengerCallbackDataEXT<'_>,
     user: *mut c_void,
 ) -> vk::Bool32 {
-    // SAFETY: the layer passes valid data, and `user` is the list that the instance keeps alive (see `Messages::create_info`).
+    // SAFETY: the layer passes valid data, and `user` is the list that the instance keeps alive
+    // (see `Messages::create_info`).
     unsafe {
-        if let (Some(data), Some(list)) = (data.as_ref(), user.cast::<Mutex<Vec<String>>>().as_ref()) {
-            let text = if data.p_message.is_null() { String::new() } else { CStr::from_ptr(data.p_message).to_string_lossy().into_owned() };
+        if let (Some(data), Some(list)) =
+            (data.as_ref(), user.cast::<Mutex<Vec<String>>>().as_ref())
+        {
+            let text = if data.p_message.is_null() {
+                String::new()
+            } else {
+                CStr::from_ptr(data.p_message)
+                    .to_string_lossy()
+                    .into_owned()
+            };
             log::debug!("validation: {text}");
-            OF_PROCESS.lock().unwrap_or_else(PoisonError::into_inner).push(text.clone());
-            list.lock().unwrap_or_else(PoisonError::into_inner).push(text);
+            OF_PROCESS
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner)
+                .push(text.clone());
+            list.lock()
+                .unwrap_or_else(PoisonError::into_inner)
+                .push(text);
         }
     }
     vk::FALSE
@@ -70,7 +101,11 @@ pub(crate) struct Messenger {
 
 impl Messenger {
     /// Starts collecting into `messages`.
-    pub(crate) fn new(entry: &ash::Entry, instance: &ash::Instance, messages: &Messages) -> Result<Self, vk::Result> {
+    pub(crate) fn new(
+        entry: &ash::Entry,
+        instance: &ash::Instance,
+        messages: &Messages,
+    ) -> Result<Self, vk::Result> {
         let loader = ash::ext::debug_utils::Instance::new(entry, instance);
         // SAFETY: the instance has VK_EXT_debug_utils enabled, and outlives the messenger.
         let raw = unsafe { loader.create_debug_utils_messenger(&messages.create_info(), None) }?;

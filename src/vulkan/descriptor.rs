@@ -22,9 +22,16 @@ pub(crate) struct Sampler {
 
 impl Sampler {
     pub(crate) fn new(device: &Arc<Device>, desc: SamplerDesc) -> Result<Self, Error> {
-        let (filter, mip_mode) =
-            if desc.linear { (vk::Filter::LINEAR, vk::SamplerMipmapMode::LINEAR) } else { (vk::Filter::NEAREST, vk::SamplerMipmapMode::NEAREST) };
-        let address = if desc.repeat { vk::SamplerAddressMode::REPEAT } else { vk::SamplerAddressMode::CLAMP_TO_EDGE };
+        let (filter, mip_mode) = if desc.linear {
+            (vk::Filter::LINEAR, vk::SamplerMipmapMode::LINEAR)
+        } else {
+            (vk::Filter::NEAREST, vk::SamplerMipmapMode::NEAREST)
+        };
+        let address = if desc.repeat {
+            vk::SamplerAddressMode::REPEAT
+        } else {
+            vk::SamplerAddressMode::CLAMP_TO_EDGE
+        };
         let info = vk::SamplerCreateInfo::default()
             .mag_filter(filter)
             .min_filter(filter)
@@ -34,9 +41,13 @@ impl Sampler {
             .address_mode_w(address)
             .max_lod(vk::LOD_CLAMP_NONE);
         // SAFETY: the device is alive.
-        let raw = unsafe { device.raw().create_sampler(&info, None) }.during("creating a sampler")?;
+        let raw =
+            unsafe { device.raw().create_sampler(&info, None) }.during("creating a sampler")?;
         device.set_name(raw, desc.name);
-        Ok(Sampler { raw, device: Arc::clone(device) })
+        Ok(Sampler {
+            raw,
+            device: Arc::clone(device),
+        })
     }
 
     pub(crate) fn raw(&self) -> vk::Sampler {
@@ -51,7 +62,8 @@ impl Drop for Sampler {
     }
 }
 
-/// The layout of one descriptor set: bindings 0, 1, 2, … with one descriptor each, visible to all stages.
+/// The layout of one descriptor set: bindings 0, 1, 2, … with one descriptor each, visible to all
+/// stages.
 pub(crate) struct SetLayout {
     raw: vk::DescriptorSetLayout,
     kinds: Vec<vk::DescriptorType>,
@@ -59,18 +71,31 @@ pub(crate) struct SetLayout {
 }
 
 impl SetLayout {
-    pub(crate) fn new(device: &Arc<Device>, name: &str, kinds: &[vk::DescriptorType]) -> Result<Arc<Self>, Error> {
+    pub(crate) fn new(
+        device: &Arc<Device>,
+        name: &str,
+        kinds: &[vk::DescriptorType],
+    ) -> Result<Arc<Self>, Error> {
         let bindings: Vec<_> = (0u32..)
             .zip(kinds)
             .map(|(binding, &kind)| {
-                vk::DescriptorSetLayoutBinding::default().binding(binding).descriptor_type(kind).descriptor_count(1).stage_flags(vk::ShaderStageFlags::ALL)
+                vk::DescriptorSetLayoutBinding::default()
+                    .binding(binding)
+                    .descriptor_type(kind)
+                    .descriptor_count(1)
+                    .stage_flags(vk::ShaderStageFlags::ALL)
             })
             .collect();
         let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&bindings);
         // SAFETY: the device is alive.
-        let raw = unsafe { device.raw().create_descriptor_set_layout(&info, None) }.during(&format!("creating the set layout {name}"))?;
+        let raw = unsafe { device.raw().create_descriptor_set_layout(&info, None) }
+            .during(&format!("creating the set layout {name}"))?;
         device.set_name(raw, name);
-        Ok(Arc::new(SetLayout { raw, kinds: kinds.to_vec(), device: Arc::clone(device) }))
+        Ok(Arc::new(SetLayout {
+            raw,
+            kinds: kinds.to_vec(),
+            device: Arc::clone(device),
+        }))
     }
 
     pub(crate) fn raw(&self) -> vk::DescriptorSetLayout {
@@ -81,7 +106,11 @@ impl SetLayout {
 impl Drop for SetLayout {
     fn drop(&mut self) {
         // SAFETY: layouts may go before the sets and pipelines made from them.
-        unsafe { self.device.raw().destroy_descriptor_set_layout(self.raw, None) };
+        unsafe {
+            self.device
+                .raw()
+                .destroy_descriptor_set_layout(self.raw, None)
+        };
     }
 }
 
@@ -104,7 +133,10 @@ pub(crate) struct DescriptorPool {
 
 impl DescriptorPool {
     /// A pool with room for one set of each layout.
-    pub(crate) fn new<'l>(device: &Arc<Device>, layouts: impl IntoIterator<Item = &'l SetLayout>) -> Result<Self, Error> {
+    pub(crate) fn new<'l>(
+        device: &Arc<Device>,
+        layouts: impl IntoIterator<Item = &'l SetLayout>,
+    ) -> Result<Self, Error> {
         let mut sizes: Vec<vk::DescriptorPoolSize> = Vec::new();
         let mut sets = 0;
         for layout in layouts {
@@ -112,25 +144,47 @@ impl DescriptorPool {
             for &kind in &layout.kinds {
                 match sizes.iter_mut().find(|size| size.ty == kind) {
                     Some(size) => size.descriptor_count += 1,
-                    None => sizes.push(vk::DescriptorPoolSize { ty: kind, descriptor_count: 1 }),
+                    None => sizes.push(vk::DescriptorPoolSize {
+                        ty: kind,
+                        descriptor_count: 1,
+                    }),
                 }
             }
         }
-        let info = vk::DescriptorPoolCreateInfo::default().max_sets(sets.max(1)).pool_sizes(&sizes);
+        let info = vk::DescriptorPoolCreateInfo::default()
+            .max_sets(sets.max(1))
+            .pool_sizes(&sizes);
         // SAFETY: the device is alive.
-        let raw = unsafe { device.raw().create_descriptor_pool(&info, None) }.during("creating a descriptor pool")?;
-        Ok(DescriptorPool { raw, device: Arc::clone(device) })
+        let raw = unsafe { device.raw().create_descriptor_pool(&info, None) }
+            .during("creating a descriptor pool")?;
+        Ok(DescriptorPool {
+            raw,
+            device: Arc::clone(device),
+        })
     }
 
     /// Makes and fills one set; it lives as long as the pool.
-    pub(crate) fn set(&self, name: &str, layout: &SetLayout, descriptors: &[Descriptor]) -> Result<vk::DescriptorSet, Error> {
-        assert_eq!(layout.kinds.len(), descriptors.len(), "{name}: one descriptor for each binding");
+    pub(crate) fn set(
+        &self,
+        name: &str,
+        layout: &SetLayout,
+        descriptors: &[Descriptor],
+    ) -> Result<vk::DescriptorSet, Error> {
+        assert_eq!(
+            layout.kinds.len(),
+            descriptors.len(),
+            "{name}: one descriptor for each binding"
+        );
         let layouts = [layout.raw];
-        let info = vk::DescriptorSetAllocateInfo::default().descriptor_pool(self.raw).set_layouts(&layouts);
+        let info = vk::DescriptorSetAllocateInfo::default()
+            .descriptor_pool(self.raw)
+            .set_layouts(&layouts);
         // SAFETY: pool and layout are alive.
-        let sets = unsafe { self.device.raw().allocate_descriptor_sets(&info) }.during(&format!("allocating the descriptor set {name}"))?;
+        let sets = unsafe { self.device.raw().allocate_descriptor_sets(&info) }
+            .during(&format!("allocating the descriptor set {name}"))?;
         let set = sets.first().copied().unwrap_or_default();
-        // Sets are made anew with every frame, and Mesa (22.3) never frees the names of those that end with their pool.
+        // Sets are made anew with every frame, and Mesa (22.3) never frees the names of those that
+        // end with their pool.
         if self.device.instance().is_validated() {
             self.device.set_name(set, name);
         }
@@ -140,15 +194,39 @@ impl DescriptorPool {
         Ok(set)
     }
 
-    fn write(&self, set: vk::DescriptorSet, binding: u32, kind: vk::DescriptorType, descriptor: Descriptor) {
+    fn write(
+        &self,
+        set: vk::DescriptorSet,
+        binding: u32,
+        kind: vk::DescriptorType,
+        descriptor: Descriptor,
+    ) {
         let (mut buffers, mut images) = (Vec::new(), Vec::new());
         match descriptor {
-            Descriptor::Buffer(buffer) => buffers.push(vk::DescriptorBufferInfo { buffer, offset: 0, range: vk::WHOLE_SIZE }),
-            Descriptor::Image(image_view, image_layout) => images.push(vk::DescriptorImageInfo { image_view, image_layout, ..Default::default() }),
-            Descriptor::Sampler(sampler) => images.push(vk::DescriptorImageInfo { sampler, ..Default::default() }),
+            Descriptor::Buffer(buffer) => buffers.push(vk::DescriptorBufferInfo {
+                buffer,
+                offset: 0,
+                range: vk::WHOLE_SIZE,
+            }),
+            Descriptor::Image(image_view, image_layout) => images.push(vk::DescriptorImageInfo {
+                image_view,
+                image_layout,
+                ..Default::default()
+            }),
+            Descriptor::Sampler(sampler) => images.push(vk::DescriptorImageInfo {
+                sampler,
+                ..Default::default()
+            }),
         }
-        let write = vk::WriteDescriptorSet::default().dst_set(set).dst_binding(binding).descriptor_type(kind);
-        let write = if buffers.is_empty() { write.image_info(&images) } else { write.buffer_info(&buffers) };
+        let write = vk::WriteDescriptorSet::default()
+            .dst_set(set)
+            .dst_binding(binding)
+            .descriptor_type(kind);
+        let write = if buffers.is_empty() {
+            write.image_info(&images)
+        } else {
+            write.buffer_info(&buffers)
+        };
         // SAFETY: the set is fresh, and what it shows is alive; the owner of the set keeps it so.
         unsafe { self.device.raw().update_descriptor_sets(&[write], &[]) };
     }

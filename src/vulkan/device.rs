@@ -24,7 +24,8 @@ pub enum DeviceChoice {
 impl From<&str> for DeviceChoice {
     /// A number is an index, anything else a name.
     fn from(text: &str) -> Self {
-        text.parse().map_or_else(|_| DeviceChoice::Name(text.to_owned()), DeviceChoice::Index)
+        text.parse()
+            .map_or_else(|_| DeviceChoice::Name(text.to_owned()), DeviceChoice::Index)
     }
 }
 
@@ -47,7 +48,11 @@ impl Device {
         Self::of(instance, choose(instance.adapters()?, choice)?, false)
     }
 
-    pub(super) fn of(instance: &Arc<Instance>, adapter: Adapter, presents: bool) -> Result<Arc<Self>, Error> {
+    pub(super) fn of(
+        instance: &Arc<Instance>,
+        adapter: Adapter,
+        presents: bool,
+    ) -> Result<Arc<Self>, Error> {
         let family = adapter.queue_family.unwrap_or(0);
         let raw = open(instance, &adapter, family, presents)?;
         // SAFETY: the device was made with one queue of this family.
@@ -61,9 +66,21 @@ impl Device {
                 return Err(error);
             }
         };
-        let names = instance.has_debug_utils().then(|| ash::ext::debug_utils::Device::new(instance.raw(), &raw));
+        let names = instance
+            .has_debug_utils()
+            .then(|| ash::ext::debug_utils::Device::new(instance.raw(), &raw));
         let (next_id, retired) = (AtomicU64::new(1), Mutex::new(Vec::new()));
-        Ok(Arc::new(Device { raw, queue, memory, names, adapter, next_id, retired, planted, instance: Arc::clone(instance) }))
+        Ok(Arc::new(Device {
+            raw,
+            queue,
+            memory,
+            names,
+            adapter,
+            next_id,
+            retired,
+            planted,
+            instance: Arc::clone(instance),
+        }))
     }
 
     /// The physical device behind this one.
@@ -91,13 +108,17 @@ impl Device {
         self.planted.plant(faults)
     }
 
-    /// How many steps of the submission that is about to be recorded finish before the device is lost, where a test wants that.
+    /// How many steps of the submission that is about to be recorded finish before the device is
+    /// lost, where a test wants that.
     pub(crate) fn planted_loss(&self) -> Option<usize> {
         self.planted.loss()
     }
 
     /// What a test wants the driver to say to the next picture.
-    #[cfg_attr(not(feature = "view"), allow(dead_code, reason = "only windows present"))]
+    #[cfg_attr(
+        not(feature = "view"),
+        allow(dead_code, reason = "only windows present")
+    )]
     pub(super) fn planted_present(&self) -> Option<vk::Result> {
         self.planted.present()
     }
@@ -108,7 +129,10 @@ impl Device {
     }
 
     pub(super) fn retire(&self, id: u64) {
-        self.retired.lock().unwrap_or_else(PoisonError::into_inner).push(id);
+        self.retired
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .push(id);
     }
 
     pub(super) fn new_id(&self) -> u64 {
@@ -139,7 +163,9 @@ impl Device {
     pub(super) fn set_name(&self, handle: impl vk::Handle, name: &str) {
         if let Some(names) = &self.names {
             let name = debug::c_name(name);
-            let info = vk::DebugUtilsObjectNameInfoEXT::default().object_handle(handle).object_name(&name);
+            let info = vk::DebugUtilsObjectNameInfoEXT::default()
+                .object_handle(handle)
+                .object_name(&name);
             // SAFETY: the handle was made by this device. A failure only loses a name.
             let _ = unsafe { names.set_debug_utils_object_name(&info) };
         }
@@ -149,10 +175,14 @@ impl Device {
 impl Drop for Device {
     fn drop(&mut self) {
         for (name, bytes) in self.memory.list() {
-            debug::report(self.instance.messages(), format!("leaked at exit: {name}, {bytes} bytes"));
+            debug::report(
+                self.instance.messages(),
+                format!("leaked at exit: {name}, {bytes} bytes"),
+            );
         }
         self.memory.close();
-        // SAFETY: every object keeps its device alive, so none is left, and every submission is waited for where it is made.
+        // SAFETY: every object keeps its device alive, so none is left, and every submission is
+        // waited for where it is made.
         unsafe { self.raw.destroy_device(None) };
     }
 }
@@ -161,26 +191,61 @@ pub(super) fn choose(adapters: Vec<Adapter>, choice: &DeviceChoice) -> Result<Ad
     if adapters.is_empty() {
         return Err(Error::NoDevice);
     }
-    let have = adapters.iter().map(|adapter| format!("[{}] {}", adapter.index, adapter.info.name)).collect::<Vec<_>>().join(", ");
+    let have = adapters
+        .iter()
+        .map(|adapter| format!("[{}] {}", adapter.index, adapter.info.name))
+        .collect::<Vec<_>>()
+        .join(", ");
     let (wanted, mut fitting): (String, Vec<Adapter>) = match choice {
         DeviceChoice::Best => ("a usable one".to_owned(), adapters),
-        DeviceChoice::Index(index) => (format!("index {index}"), adapters.into_iter().filter(|adapter| adapter.index == *index).collect()),
+        DeviceChoice::Index(index) => (
+            format!("index {index}"),
+            adapters
+                .into_iter()
+                .filter(|adapter| adapter.index == *index)
+                .collect(),
+        ),
         DeviceChoice::Name(name) => {
             let wanted = name.to_lowercase();
-            (format!("\"{name}\""), adapters.into_iter().filter(|adapter| adapter.info.name.to_lowercase().contains(&wanted)).collect())
+            (
+                format!("\"{name}\""),
+                adapters
+                    .into_iter()
+                    .filter(|adapter| adapter.info.name.to_lowercase().contains(&wanted))
+                    .collect(),
+            )
         }
     };
-    fitting.sort_by_key(|adapter| (!adapter.missing().is_empty(), adapter.info.kind, adapter.index));
+    fitting.sort_by_key(|adapter| {
+        (
+            !adapter.missing().is_empty(),
+            adapter.info.kind,
+            adapter.index,
+        )
+    });
     let Some(best) = fitting.into_iter().next() else {
         return Err(Error::DeviceNotFound { wanted, have });
     };
     let missing = best.missing();
-    if missing.is_empty() { Ok(best) } else { Err(Error::DeviceRefused { name: best.info.name, missing: missing.join(", ") }) }
+    if missing.is_empty() {
+        Ok(best)
+    } else {
+        Err(Error::DeviceRefused {
+            name: best.info.name,
+            missing: missing.join(", "),
+        })
+    }
 }
 
-fn open(instance: &Instance, adapter: &Adapter, family: u32, presents: bool) -> Result<ash::Device, Error> {
+fn open(
+    instance: &Instance,
+    adapter: &Adapter,
+    family: u32,
+    presents: bool,
+) -> Result<ash::Device, Error> {
     let found = &adapter.features;
-    // What lies outside of a buffer or image is then neither read nor written. The check of every access, which tells of it, wants to see it happen.
+    // What lies outside of a buffer or image is then neither read nor written. The check of every
+    // access, which tells of it, wants to see it happen.
     let is_robust = instance.is_validated() && !instance.checks_accesses();
     let base = vk::PhysicalDeviceFeatures::default()
         .fragment_stores_and_atomics(true)
@@ -189,10 +254,18 @@ fn open(instance: &Instance, adapter: &Adapter, family: u32, presents: bool) -> 
         .geometry_shader(found.geometry_shader)
         .sampler_anisotropy(found.sampler_anisotropy)
         .shader_int64(found.shader_int64);
-    let mut v12 = vk::PhysicalDeviceVulkan12Features::default().timeline_semaphore(true).host_query_reset(true);
-    let mut v13 =
-        vk::PhysicalDeviceVulkan13Features::default().dynamic_rendering(true).synchronization2(true).maintenance4(true).robust_image_access(is_robust);
-    let mut features = vk::PhysicalDeviceFeatures2::default().features(base).push_next(&mut v12).push_next(&mut v13);
+    let mut v12 = vk::PhysicalDeviceVulkan12Features::default()
+        .timeline_semaphore(true)
+        .host_query_reset(true);
+    let mut v13 = vk::PhysicalDeviceVulkan13Features::default()
+        .dynamic_rendering(true)
+        .synchronization2(true)
+        .maintenance4(true)
+        .robust_image_access(is_robust);
+    let mut features = vk::PhysicalDeviceFeatures2::default()
+        .features(base)
+        .push_next(&mut v12)
+        .push_next(&mut v13);
     let mut extensions = Vec::new();
     if found.conservative_rasterization {
         extensions.push(vk::EXT_CONSERVATIVE_RASTERIZATION_NAME.as_ptr());
@@ -200,8 +273,14 @@ fn open(instance: &Instance, adapter: &Adapter, family: u32, presents: bool) -> 
     if presents {
         extensions.push(vk::KHR_SWAPCHAIN_NAME.as_ptr());
     }
-    let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(family).queue_priorities(&[1.0])];
-    let info = vk::DeviceCreateInfo::default().queue_create_infos(&queues).enabled_extension_names(&extensions).push_next(&mut features);
-    // SAFETY: everything that is enabled was found present, and all pointers live until the end of this function.
+    let queues = [vk::DeviceQueueCreateInfo::default()
+        .queue_family_index(family)
+        .queue_priorities(&[1.0])];
+    let info = vk::DeviceCreateInfo::default()
+        .queue_create_infos(&queues)
+        .enabled_extension_names(&extensions)
+        .push_next(&mut features);
+    // SAFETY: everything that is enabled was found present, and all pointers live until the end of
+    // this function.
     unsafe { instance.raw().create_device(adapter.raw, &info, None) }.during("opening the device")
 }

@@ -15,10 +15,16 @@ pub enum Error {
     #[error("no Vulkan device found; install a driver (Mesa's lavapipe works without a GPU)")]
     NoDevice,
     /// Validation was asked for, and its layer is not installed.
-    #[error("the layer VK_LAYER_KHRONOS_validation is not installed; install the Vulkan validation layers or run without validation")]
+    #[error(
+        "the layer VK_LAYER_KHRONOS_validation is not installed; install the Vulkan validation \
+         layers or run without validation"
+    )]
     LayerMissing,
     /// No device can show pictures on the window's surface.
-    #[error("no Vulkan device can show pictures in a window of this display; render to a file instead: lumivox render")]
+    #[error(
+        "no Vulkan device can show pictures in a window of this display; render to a file \
+         instead: lumivox render"
+    )]
     NoPresent,
     /// The device choice names nothing.
     #[error("no Vulkan device matches {wanted}; there are: {have}")]
@@ -37,7 +43,10 @@ pub enum Error {
         missing: String,
     },
     /// A resource is larger than a limit of the device.
-    #[error("{resource}: {wanted} bytes wanted, but {limit} of this device is {available} bytes; lower the resolution or the size")]
+    #[error(
+        "{resource}: {wanted} bytes wanted, but {limit} of this device is {available} bytes; \
+         lower the resolution or the size"
+    )]
     TooLarge {
         /// Name of the resource.
         resource: String,
@@ -49,7 +58,10 @@ pub enum Error {
         limit: &'static str,
     },
     /// An image has too many texels along an axis, too many mips or too many layers.
-    #[error("{resource}: {wanted} wanted, but this device allows {available}; lower the resolution or the size")]
+    #[error(
+        "{resource}: {wanted} wanted, but this device allows {available}; lower the resolution or \
+         the size"
+    )]
     ImageTooLarge {
         /// Name of the resource.
         resource: String,
@@ -59,7 +71,10 @@ pub enum Error {
         available: String,
     },
     /// The memory heap is full.
-    #[error("{resource}: out of memory: {wanted} bytes wanted, {available} bytes available; lower the resolution or the size")]
+    #[error(
+        "{resource}: out of memory: {wanted} bytes wanted, {available} bytes available; lower the \
+         resolution or the size"
+    )]
     OutOfMemory {
         /// Name of the resource.
         resource: String,
@@ -87,7 +102,10 @@ pub enum Error {
         feature: &'static str,
     },
     /// The driver ended threads of a pass before their work was done, however little each had.
-    #[error("{pass}: the driver ended {thread_count} threads before they were done; use a lower resolution, or report the driver")]
+    #[error(
+        "{pass}: the driver ended {thread_count} threads before they were done; use a lower \
+         resolution, or report the driver"
+    )]
     Unfinished {
         /// The pass.
         pass: &'static str,
@@ -136,8 +154,13 @@ pub(crate) trait Context<T> {
 impl<T> Context<T> for Result<T, vk::Result> {
     fn during(self, what: &str) -> Result<T, Error> {
         self.map_err(|result| match result {
-            vk::Result::ERROR_SURFACE_LOST_KHR => Error::SurfaceLost { what: what.to_owned() },
-            result => Error::Vulkan { what: what.to_owned(), result },
+            vk::Result::ERROR_SURFACE_LOST_KHR => Error::SurfaceLost {
+                what: what.to_owned(),
+            },
+            result => Error::Vulkan {
+                what: what.to_owned(),
+                result,
+            },
         })
     }
 }

@@ -1,4 +1,5 @@
-//! Faults to plant, for tests: what devices and drivers rarely do, at a moment that the test chooses. Without any, nothing is done.
+//! Faults to plant, for tests: what devices and drivers rarely do, at a moment that the test
+//! chooses. Without any, nothing is done.
 
 use std::fmt::Display;
 use std::str::FromStr;
@@ -6,13 +7,15 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use ash::vk;
 
-/// What goes wrong, and when. Events are counted from 0, from the moment when the faults are planted.
+/// What goes wrong, and when. Events are counted from 0, from the moment when the faults are
+/// planted.
 #[doc(hidden)]
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Faults {
     /// The allocation that finds no memory.
     pub allocation: Option<u64>,
-    /// The submission with which the device is lost for good, and how many of its steps finish before.
+    /// The submission with which the device is lost for good, and how many of its steps finish
+    /// before.
     pub loss: Option<(u64, usize)>,
     /// The picture of the window that is not shown, and what the driver says.
     pub present: Option<(u64, vk::Result)>,
@@ -29,7 +32,10 @@ struct Counts {
     faults: Faults,
     allocations: u64,
     submissions: u64,
-    #[cfg_attr(not(feature = "view"), allow(dead_code, reason = "only windows present"))]
+    #[cfg_attr(
+        not(feature = "view"),
+        allow(dead_code, reason = "only windows present")
+    )]
     presents: u64,
 }
 
@@ -40,32 +46,58 @@ impl Planted {
         planted
     }
 
-    /// Takes other faults, and counts from 0 again; answers how many allocations there were since the last time.
+    /// Takes other faults, and counts from 0 again; answers how many allocations there were since
+    /// the last time.
     pub(super) fn plant(&self, faults: Faults) -> u64 {
-        std::mem::replace(&mut *self.counts(), Counts { faults, ..Counts::default() }).allocations
+        std::mem::replace(
+            &mut *self.counts(),
+            Counts {
+                faults,
+                ..Counts::default()
+            },
+        )
+        .allocations
     }
 
     /// Whether the allocation that begins here fails.
     pub(super) fn fails_allocation(&self) -> bool {
         let mut counts = self.counts();
         counts.allocations += 1;
-        counts.faults.allocation.is_some_and(|index| index + 1 == counts.allocations)
+        counts
+            .faults
+            .allocation
+            .is_some_and(|index| index + 1 == counts.allocations)
     }
 
-    /// How many steps of the submission that begins here finish before the device is lost; `None` where it is not.
+    /// How many steps of the submission that begins here finish before the device is lost; `None`
+    /// where it is not.
     pub(super) fn loss(&self) -> Option<usize> {
         let mut counts = self.counts();
         counts.submissions += 1;
-        let (index, steps) = counts.faults.loss.filter(|(index, _)| *index < counts.submissions)?;
-        Some(if index + 1 == counts.submissions { steps } else { 0 })
+        let (index, steps) = counts
+            .faults
+            .loss
+            .filter(|(index, _)| *index < counts.submissions)?;
+        Some(if index + 1 == counts.submissions {
+            steps
+        } else {
+            0
+        })
     }
 
     /// What the driver says to the picture that is shown here, in place of the truth.
-    #[cfg_attr(not(feature = "view"), allow(dead_code, reason = "only windows present"))]
+    #[cfg_attr(
+        not(feature = "view"),
+        allow(dead_code, reason = "only windows present")
+    )]
     pub(super) fn present(&self) -> Option<vk::Result> {
         let mut counts = self.counts();
         counts.presents += 1;
-        counts.faults.present.filter(|(index, _)| index + 1 == counts.presents).map(|(_, result)| result)
+        counts
+            .faults
+            .present
+            .filter(|(index, _)| index + 1 == counts.presents)
+            .map(|(_, result)| result)
     }
 
     fn counts(&self) -> MutexGuard<'_, Counts> {
@@ -76,7 +108,8 @@ impl Planted {
 impl FromStr for Faults {
     type Err = String;
 
-    /// `allocation=N`, `loss=N:STEPS`, `surface-lost=N`, `out-of-date=N` and `absent=FEATURE`, separated by spaces.
+    /// `allocation=N`, `loss=N:STEPS`, `surface-lost=N`, `out-of-date=N` and `absent=FEATURE`,
+    /// separated by spaces.
     fn from_str(text: &str) -> Result<Self, String> {
         let mut faults = Faults::default();
         for word in text.split_whitespace() {
@@ -85,13 +118,25 @@ impl FromStr for Faults {
             match word.split_once('=') {
                 Some(("allocation", index)) => faults.allocation = Some(count(index)?),
                 Some(("loss", at)) => {
-                    let (index, steps) = at.split_once(':').ok_or_else(|| wrong(&"write loss=N:STEPS"))?;
-                    faults.loss = Some((count(index)?, steps.parse().map_err(|error| wrong(&error))?));
+                    let (index, steps) = at
+                        .split_once(':')
+                        .ok_or_else(|| wrong(&"write loss=N:STEPS"))?;
+                    faults.loss =
+                        Some((count(index)?, steps.parse().map_err(|error| wrong(&error))?));
                 }
-                Some(("surface-lost", index)) => faults.present = Some((count(index)?, vk::Result::ERROR_SURFACE_LOST_KHR)),
-                Some(("out-of-date", index)) => faults.present = Some((count(index)?, vk::Result::ERROR_OUT_OF_DATE_KHR)),
+                Some(("surface-lost", index)) => {
+                    faults.present = Some((count(index)?, vk::Result::ERROR_SURFACE_LOST_KHR))
+                }
+                Some(("out-of-date", index)) => {
+                    faults.present = Some((count(index)?, vk::Result::ERROR_OUT_OF_DATE_KHR))
+                }
                 Some(("absent", feature)) => faults.absent.push(feature.to_owned()),
-                _ => return Err(wrong(&"write allocation=N, loss=N:STEPS, surface-lost=N, out-of-date=N or absent=FEATURE")),
+                _ => {
+                    return Err(wrong(
+                        &"write allocation=N, loss=N:STEPS, surface-lost=N, out-of-date=N or \
+                          absent=FEATURE",
+                    ));
+                }
             }
         }
         Ok(faults)
@@ -104,22 +149,53 @@ mod tests {
 
     #[test]
     fn events_are_counted_from_0() {
-        let planted = Planted::new(Faults { allocation: Some(1), loss: Some((1, 5)), ..Faults::default() });
-        assert_eq!([(); 3].map(|()| planted.fails_allocation()), [false, true, false]);
+        let planted = Planted::new(Faults {
+            allocation: Some(1),
+            loss: Some((1, 5)),
+            ..Faults::default()
+        });
+        assert_eq!(
+            [(); 3].map(|()| planted.fails_allocation()),
+            [false, true, false]
+        );
         assert_eq!([(); 3].map(|()| planted.loss()), [None, Some(5), Some(0)]);
-        assert_eq!(planted.plant(Faults { present: Some((0, vk::Result::ERROR_OUT_OF_DATE_KHR)), ..Faults::default() }), 3);
-        assert_eq!([(); 2].map(|()| planted.present()), [Some(vk::Result::ERROR_OUT_OF_DATE_KHR), None]);
+        assert_eq!(
+            planted.plant(Faults {
+                present: Some((0, vk::Result::ERROR_OUT_OF_DATE_KHR)),
+                ..Faults::default()
+            }),
+            3
+        );
+        assert_eq!(
+            [(); 2].map(|()| planted.present()),
+            [Some(vk::Result::ERROR_OUT_OF_DATE_KHR), None]
+        );
         assert!(!planted.fails_allocation() && planted.loss().is_none());
     }
 
     #[test]
     fn words_are_faults_or_told() {
         let surface = (2, vk::Result::ERROR_SURFACE_LOST_KHR);
-        let faults = Faults { allocation: Some(3), loss: Some((4, 2)), present: Some(surface), absent: vec!["geometryShader".into()] };
-        assert_eq!("allocation=3 loss=4:2 surface-lost=2 absent=geometryShader".parse(), Ok(faults));
+        let faults = Faults {
+            allocation: Some(3),
+            loss: Some((4, 2)),
+            present: Some(surface),
+            absent: vec!["geometryShader".into()],
+        };
+        assert_eq!(
+            "allocation=3 loss=4:2 surface-lost=2 absent=geometryShader".parse(),
+            Ok(faults)
+        );
         assert_eq!("".parse(), Ok(Faults::default()));
-        for (text, says) in [("allocation=-1", "allocation=-1"), ("loss=4", "loss=N:STEPS"), ("nonsense", "absent=FEATURE")] {
-            assert!(matches!(text.parse::<Faults>(), Err(error) if error.contains(says)), "{text}");
+        for (text, says) in [
+            ("allocation=-1", "allocation=-1"),
+            ("loss=4", "loss=N:STEPS"),
+            ("nonsense", "absent=FEATURE"),
+        ] {
+            assert!(
+                matches!(text.parse::<Faults>(), Err(error) if error.contains(says)),
+                "{text}"
+            );
         }
     }
 }

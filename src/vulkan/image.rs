@@ -92,9 +92,17 @@ impl ImageDesc {
     fn info(&self) -> vk::ImageCreateInfo<'static> {
         let [width, height, depth] = self.extent;
         vk::ImageCreateInfo::default()
-            .image_type(if self.kind == ImageKind::D3 { vk::ImageType::TYPE_3D } else { vk::ImageType::TYPE_2D })
+            .image_type(if self.kind == ImageKind::D3 {
+                vk::ImageType::TYPE_3D
+            } else {
+                vk::ImageType::TYPE_2D
+            })
             .format(self.format)
-            .extent(vk::Extent3D { width, height, depth })
+            .extent(vk::Extent3D {
+                width,
+                height,
+                depth,
+            })
             .mip_levels(self.mips)
             .array_layers(self.layers)
             .samples(vk::SampleCountFlags::TYPE_1)
@@ -128,23 +136,51 @@ pub struct Image {
 impl Image {
     /// Makes an image; one beyond what the device can hold is an error with the numbers.
     pub fn new(device: &Arc<Device>, desc: &ImageDesc) -> Result<Arc<Self>, Error> {
-        let shape = desc.extent.iter().all(|&texels| texels > 0) && desc.mips > 0 && desc.layers > 0;
-        assert!(shape && desc.mips <= ImageDesc::full_mips(desc.extent), "image {}: impossible shape {desc:?}", desc.name);
+        let shape =
+            desc.extent.iter().all(|&texels| texels > 0) && desc.mips > 0 && desc.layers > 0;
+        assert!(
+            shape && desc.mips <= ImageDesc::full_mips(desc.extent),
+            "image {}: impossible shape {desc:?}",
+            desc.name
+        );
         check_limits(device, desc)?;
         let info = desc.info();
         let mut requirements = vk::MemoryRequirements2::default();
         let query = vk::DeviceImageMemoryRequirements::default().create_info(&info);
         // SAFETY: the device can make such an image (checked above), and only describes it here.
-        unsafe { device.raw().get_device_image_memory_requirements(&query, &mut requirements) };
+        unsafe {
+            device
+                .raw()
+                .get_device_image_memory_requirements(&query, &mut requirements)
+        };
         let requirements = requirements.memory_requirements;
         device.memory().check(&desc.name, requirements.size)?;
         // SAFETY: as above.
-        let raw = unsafe { device.raw().create_image(&info, None) }.during(&format!("creating the image {}", desc.name))?;
+        let raw = unsafe { device.raw().create_image(&info, None) }
+            .during(&format!("creating the image {}", desc.name))?;
         let (views, frozen, id) = (Mutex::default(), AtomicBool::new(false), device.new_id());
-        let mut image = Image { raw, allocation: None, views, frozen, id, desc: desc.clone(), device: Arc::clone(device) };
-        let allocation = device.memory().allocate(id, &desc.name, requirements, MemoryLocation::GpuOnly, false)?;
+        let mut image = Image {
+            raw,
+            allocation: None,
+            views,
+            frozen,
+            id,
+            desc: desc.clone(),
+            device: Arc::clone(device),
+        };
+        let allocation = device.memory().allocate(
+            id,
+            &desc.name,
+            requirements,
+            MemoryLocation::GpuOnly,
+            false,
+        )?;
         // SAFETY: the memory fits the requirements, and is freed only after the image.
-        let bound = unsafe { device.raw().bind_image_memory(raw, allocation.memory(), allocation.offset()) };
+        let bound = unsafe {
+            device
+                .raw()
+                .bind_image_memory(raw, allocation.memory(), allocation.offset())
+        };
         image.allocation = Some(allocation);
         bound.during(&format!("binding memory of the image {}", desc.name))?;
         device.set_name(raw, &desc.name);
@@ -171,9 +207,13 @@ impl Image {
         self.desc.extent.map(|texels| (texels >> mip).max(1))
     }
 
-    /// Size of one layer of one mip, tightly packed (bytes); `None` for formats that are not copied to or from the host.
+    /// Size of one layer of one mip, tightly packed (bytes); `None` for formats that are not copied
+    /// to or from the host.
     pub fn mip_bytes(&self, mip: u32) -> Option<u64> {
-        Some(self.extent(mip).into_iter().map(u64::from).product::<u64>() * texel_bytes(self.desc.format)?)
+        Some(
+            self.extent(mip).into_iter().map(u64::from).product::<u64>()
+                * texel_bytes(self.desc.format)?,
+        )
     }
 
     pub(crate) fn id(&self) -> u64 {
@@ -195,7 +235,9 @@ impl Image {
 
     pub(crate) fn aspect(&self) -> vk::ImageAspectFlags {
         match self.desc.format {
-            vk::Format::D16_UNORM | vk::Format::D32_SFLOAT | vk::Format::X8_D24_UNORM_PACK32 => vk::ImageAspectFlags::DEPTH,
+            vk::Format::D16_UNORM | vk::Format::D32_SFLOAT | vk::Format::X8_D24_UNORM_PACK32 => {
+                vk::ImageAspectFlags::DEPTH
+            }
             _ => vk::ImageAspectFlags::COLOR,
         }
     }
@@ -203,19 +245,34 @@ impl Image {
     /// All layers of a range of mips, in the image's own shape.
     pub(crate) fn view(&self, mips: Range<u32>) -> Result<vk::ImageView, Error> {
         let (first_mip, mips) = (mips.start, mips.end.saturating_sub(mips.start));
-        self.cached_view(ViewKey { first_mip, mips, first_layer: 0, layers: self.desc.layers, kind: self.desc.kind })
+        self.cached_view(ViewKey {
+            first_mip,
+            mips,
+            first_layer: 0,
+            layers: self.desc.layers,
+            kind: self.desc.kind,
+        })
     }
 
     /// One layer of one mip in two dimensions, to render into.
     pub(crate) fn attachment_view(&self, mip: u32, layer: u32) -> Result<vk::ImageView, Error> {
-        self.cached_view(ViewKey { first_mip: mip, mips: 1, first_layer: layer, layers: 1, kind: ImageKind::D2 })
+        self.cached_view(ViewKey {
+            first_mip: mip,
+            mips: 1,
+            first_layer: layer,
+            layers: 1,
+            kind: ImageKind::D2,
+        })
     }
 
     /// The mips and layers that one of this image's views shows.
     pub(crate) fn shown_by(&self, view: vk::ImageView) -> Option<(Range<u32>, Range<u32>)> {
         let views = self.views.lock().unwrap_or_else(PoisonError::into_inner);
         let (key, _) = views.iter().find(|(_, known)| **known == view)?;
-        Some((key.first_mip..key.first_mip + key.mips, key.first_layer..key.first_layer + key.layers))
+        Some((
+            key.first_mip..key.first_mip + key.mips,
+            key.first_layer..key.first_layer + key.layers,
+        ))
     }
 
     fn cached_view(&self, key: ViewKey) -> Result<vk::ImageView, Error> {
@@ -234,10 +291,18 @@ impl Image {
             ImageKind::D2Array => vk::ImageViewType::TYPE_2D_ARRAY,
             ImageKind::D3 => vk::ImageViewType::TYPE_3D,
         };
-        let info = vk::ImageViewCreateInfo::default().image(self.raw).view_type(kind).format(self.desc.format).subresource_range(range);
+        let info = vk::ImageViewCreateInfo::default()
+            .image(self.raw)
+            .view_type(kind)
+            .format(self.desc.format)
+            .subresource_range(range);
         // SAFETY: the image is alive, and the graph asserts that the range lies inside it.
-        let view = unsafe { self.device.raw().create_image_view(&info, None) }.during(&format!("creating a view of {}", self.desc.name))?;
-        self.device.set_name(view, &format!("{} mips {}+{}", self.desc.name, key.first_mip, key.mips));
+        let view = unsafe { self.device.raw().create_image_view(&info, None) }
+            .during(&format!("creating a view of {}", self.desc.name))?;
+        self.device.set_name(
+            view,
+            &format!("{} mips {}+{}", self.desc.name, key.first_mip, key.mips),
+        );
         views.insert(key, view);
         Ok(view)
     }
@@ -245,9 +310,15 @@ impl Image {
 
 impl Drop for Image {
     fn drop(&mut self) {
-        // SAFETY: frames own what they use and are waited for, so the device no longer uses the image or its views.
+        // SAFETY: frames own what they use and are waited for, so the device no longer uses the
+        // image or its views.
         unsafe {
-            for view in self.views.get_mut().unwrap_or_else(PoisonError::into_inner).values() {
+            for view in self
+                .views
+                .get_mut()
+                .unwrap_or_else(PoisonError::into_inner)
+                .values()
+            {
                 self.device.raw().destroy_image_view(*view, None);
             }
             self.device.raw().destroy_image(self.raw, None);
@@ -263,14 +334,37 @@ fn check_limits(device: &Device, desc: &ImageDesc) -> Result<(), Error> {
     let info = desc.info();
     let (instance, physical) = (device.instance().raw(), device.adapter().raw);
     // SAFETY: a plain query of a living device.
-    let limits = unsafe { instance.get_physical_device_image_format_properties(physical, info.format, info.image_type, info.tiling, info.usage, info.flags) };
-    let limits = limits.map_err(|_| Error::FormatUnsupported { resource: desc.name.clone(), format: desc.format, usage: info.usage })?;
-    let most = [limits.max_extent.width, limits.max_extent.height, limits.max_extent.depth];
-    let fits = desc.extent.iter().zip(most).all(|(&wanted, most)| wanted <= most);
+    let limits = unsafe {
+        instance.get_physical_device_image_format_properties(
+            physical,
+            info.format,
+            info.image_type,
+            info.tiling,
+            info.usage,
+            info.flags,
+        )
+    };
+    let limits = limits.map_err(|_| Error::FormatUnsupported {
+        resource: desc.name.clone(),
+        format: desc.format,
+        usage: info.usage,
+    })?;
+    let most = [
+        limits.max_extent.width,
+        limits.max_extent.height,
+        limits.max_extent.depth,
+    ];
+    let fits = desc
+        .extent
+        .iter()
+        .zip(most)
+        .all(|(&wanted, most)| wanted <= most);
     if fits && desc.mips <= limits.max_mip_levels && desc.layers <= limits.max_array_layers {
         return Ok(());
     }
-    let text = |[x, y, z]: [u32; 3], mips: u32, layers: u32| format!("{x}x{y}x{z} texels, {mips} mips, {layers} layers");
+    let text = |[x, y, z]: [u32; 3], mips: u32, layers: u32| {
+        format!("{x}x{y}x{z} texels, {mips} mips, {layers} layers")
+    };
     Err(Error::ImageTooLarge {
         resource: desc.name.clone(),
         wanted: text(desc.extent, desc.mips, desc.layers),
@@ -283,10 +377,27 @@ fn texel_bytes(format: vk::Format) -> Option<u64> {
     match format {
         F::R8_UNORM | F::R8_UINT => Some(1),
         F::R8G8_UNORM | F::R16_SFLOAT | F::R16_UINT | F::R16_UNORM | F::D16_UNORM => Some(2),
-        F::R8G8B8A8_UNORM | F::R8G8B8A8_SRGB | F::R8G8B8A8_UINT | F::B8G8R8A8_UNORM | F::B8G8R8A8_SRGB => Some(4),
-        F::R16G16_SFLOAT | F::R16G16_UNORM | F::R16G16_UINT | F::A2B10G10R10_UNORM_PACK32 | F::B10G11R11_UFLOAT_PACK32 => Some(4),
-        F::R8G8B8A8_SNORM | F::R16G16_SNORM | F::R32_UINT | F::R32_SINT | F::R32_SFLOAT | F::D32_SFLOAT => Some(4),
-        F::R16G16B16A16_SFLOAT | F::R16G16B16A16_UNORM | F::R16G16B16A16_UINT | F::R32G32_SFLOAT | F::R32G32_UINT => Some(8),
+        F::R8G8B8A8_UNORM
+        | F::R8G8B8A8_SRGB
+        | F::R8G8B8A8_UINT
+        | F::B8G8R8A8_UNORM
+        | F::B8G8R8A8_SRGB => Some(4),
+        F::R16G16_SFLOAT
+        | F::R16G16_UNORM
+        | F::R16G16_UINT
+        | F::A2B10G10R10_UNORM_PACK32
+        | F::B10G11R11_UFLOAT_PACK32 => Some(4),
+        F::R8G8B8A8_SNORM
+        | F::R16G16_SNORM
+        | F::R32_UINT
+        | F::R32_SINT
+        | F::R32_SFLOAT
+        | F::D32_SFLOAT => Some(4),
+        F::R16G16B16A16_SFLOAT
+        | F::R16G16B16A16_UNORM
+        | F::R16G16B16A16_UINT
+        | F::R32G32_SFLOAT
+        | F::R32G32_UINT => Some(8),
         F::R32G32B32A32_SFLOAT | F::R32G32B32A32_UINT => Some(16),
         _ => None,
     }

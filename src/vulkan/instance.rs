@@ -13,7 +13,8 @@ const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
 /// How to make an [`Instance`].
 #[derive(Clone, Debug, Default)]
 pub struct InstanceOptions {
-    /// Load the Khronos validation layer with synchronization validation, and collect what it says.
+    /// Load the Khronos validation layer with synchronization validation, and collect what it
+    /// says.
     pub validate: bool,
     /// Likewise, and with every access to a buffer checked on the device.
     pub check_accesses: bool,
@@ -57,16 +58,38 @@ impl Instance {
         let debug_utils = validate || has_extension(&entry, vk::EXT_DEBUG_UTILS_NAME)?;
         let messages = Messages::default();
         let raw = create(&entry, options, debug_utils, &messages)?;
-        let messenger = if validate { Some(Messenger::new(&entry, &raw, &messages).during("creating the debug messenger")?) } else { None };
-        let InstanceOptions { check_accesses: checks_accesses, poison: poisons, .. } = *options;
-        Ok(Arc::new(Instance { raw, messenger, messages, debug_utils, checks_accesses, poisons, faults: options.faults.clone(), entry }))
+        let messenger = if validate {
+            Some(Messenger::new(&entry, &raw, &messages).during("creating the debug messenger")?)
+        } else {
+            None
+        };
+        let InstanceOptions {
+            check_accesses: checks_accesses,
+            poison: poisons,
+            ..
+        } = *options;
+        Ok(Arc::new(Instance {
+            raw,
+            messenger,
+            messages,
+            debug_utils,
+            checks_accesses,
+            poisons,
+            faults: options.faults.clone(),
+            entry,
+        }))
     }
 
     /// All devices, in the driver's order, usable or not.
     pub fn adapters(&self) -> Result<Vec<Adapter>, Error> {
         // SAFETY: the instance is alive.
-        let devices = unsafe { self.raw.enumerate_physical_devices() }.during("listing the devices")?;
-        Ok(devices.into_iter().enumerate().map(|(index, raw)| Adapter::new(&self.raw, raw, index, &self.faults.absent)).collect())
+        let devices =
+            unsafe { self.raw.enumerate_physical_devices() }.during("listing the devices")?;
+        Ok(devices
+            .into_iter()
+            .enumerate()
+            .map(|(index, raw)| Adapter::new(&self.raw, raw, index, &self.faults.absent))
+            .collect())
     }
 
     /// The validation messages; the handle stays valid after the instance is gone.
@@ -78,7 +101,10 @@ impl Instance {
         &self.raw
     }
 
-    #[cfg_attr(not(feature = "view"), expect(dead_code, reason = "windows alone ask the loader for more"))]
+    #[cfg_attr(
+        not(feature = "view"),
+        expect(dead_code, reason = "windows alone ask the loader for more")
+    )]
     pub(super) fn entry(&self) -> &ash::Entry {
         &self.entry
     }
@@ -117,9 +143,12 @@ impl Drop for Instance {
 
 fn open_loader() -> Result<ash::Entry, Error> {
     // SAFETY: loading libvulkan runs its initialisers, which we trust as we trust the driver.
-    let entry = unsafe { ash::Entry::load() }.map_err(|error| Error::NoLoader(error.to_string()))?;
+    let entry =
+        unsafe { ash::Entry::load() }.map_err(|error| Error::NoLoader(error.to_string()))?;
     // SAFETY: the loader is open.
-    let version = unsafe { entry.try_enumerate_instance_version() }.during("asking the loader's version")?.unwrap_or(vk::API_VERSION_1_0);
+    let version = unsafe { entry.try_enumerate_instance_version() }
+        .during("asking the loader's version")?
+        .unwrap_or(vk::API_VERSION_1_0);
     if version < vk::API_VERSION_1_3 {
         return Err(Error::LoaderTooOld(super::adapter::version_text(version)));
     }
@@ -128,19 +157,32 @@ fn open_loader() -> Result<ash::Entry, Error> {
 
 fn has_layer(entry: &ash::Entry) -> Result<bool, Error> {
     // SAFETY: the loader is open.
-    let layers = unsafe { entry.enumerate_instance_layer_properties() }.during("listing the layers")?;
-    Ok(layers.iter().any(|layer| layer.layer_name_as_c_str() == Ok(VALIDATION_LAYER)))
+    let layers =
+        unsafe { entry.enumerate_instance_layer_properties() }.during("listing the layers")?;
+    Ok(layers
+        .iter()
+        .any(|layer| layer.layer_name_as_c_str() == Ok(VALIDATION_LAYER)))
 }
 
 fn has_extension(entry: &ash::Entry, name: &CStr) -> Result<bool, Error> {
     // SAFETY: the loader is open.
-    let extensions = unsafe { entry.enumerate_instance_extension_properties(None) }.during("listing the instance extensions")?;
-    Ok(extensions.iter().any(|extension| extension.extension_name_as_c_str() == Ok(name)))
+    let extensions = unsafe { entry.enumerate_instance_extension_properties(None) }
+        .during("listing the instance extensions")?;
+    Ok(extensions
+        .iter()
+        .any(|extension| extension.extension_name_as_c_str() == Ok(name)))
 }
 
-fn create(entry: &ash::Entry, options: &InstanceOptions, debug_utils: bool, messages: &Messages) -> Result<ash::Instance, Error> {
+fn create(
+    entry: &ash::Entry,
+    options: &InstanceOptions,
+    debug_utils: bool,
+    messages: &Messages,
+) -> Result<ash::Instance, Error> {
     let validate = options.validates();
-    let application = vk::ApplicationInfo::default().application_name(c"lumivox").api_version(vk::API_VERSION_1_3);
+    let application = vk::ApplicationInfo::default()
+        .application_name(c"lumivox")
+        .api_version(vk::API_VERSION_1_3);
     let mut layers = Vec::new();
     let mut extensions = Vec::new();
     if debug_utils {
@@ -148,26 +190,43 @@ fn create(entry: &ash::Entry, options: &InstanceOptions, debug_utils: bool, mess
     }
     for name in &options.window_extensions {
         if !has_extension(entry, name)? {
-            return Err(Error::FeatureMissing { what: "a window".to_owned(), feature: "an instance extension for surfaces of this display" });
+            return Err(Error::FeatureMissing {
+                what: "a window".to_owned(),
+                feature: "an instance extension for surfaces of this display",
+            });
         }
         extensions.push(name.as_ptr());
     }
     // Both structs are local: a struct that is pushed onto two chains makes a cycle.
-    let enabled = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION, vk::ValidationFeatureEnableEXT::GPU_ASSISTED];
-    let enabled = if options.check_accesses { &enabled[..] } else { &enabled[..1] };
+    let enabled = [
+        vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION,
+        vk::ValidationFeatureEnableEXT::GPU_ASSISTED,
+    ];
+    let enabled = if options.check_accesses {
+        &enabled[..]
+    } else {
+        &enabled[..1]
+    };
     let mut features = vk::ValidationFeaturesEXT::default().enabled_validation_features(enabled);
     let mut messenger = messages.create_info();
     if validate {
         layers.push(VALIDATION_LAYER.as_ptr());
         extensions.push(vk::EXT_VALIDATION_FEATURES_NAME.as_ptr());
     }
-    let mut info = vk::InstanceCreateInfo::default().application_info(&application).enabled_layer_names(&layers).enabled_extension_names(&extensions);
+    let mut info = vk::InstanceCreateInfo::default()
+        .application_info(&application)
+        .enabled_layer_names(&layers)
+        .enabled_extension_names(&extensions);
     if validate {
         info = info.push_next(&mut features).push_next(&mut messenger);
     }
-    // SAFETY: all pointers in `info` live until the end of this function, and the message list for as long as the instance.
+    // SAFETY: all pointers in `info` live until the end of this function, and the message list for
+    // as long as the instance.
     unsafe { entry.create_instance(&info, None) }.map_err(|result| match result {
         vk::Result::ERROR_INCOMPATIBLE_DRIVER => Error::NoDevice,
-        result => Error::Vulkan { what: "creating the Vulkan instance".to_owned(), result },
+        result => Error::Vulkan {
+            what: "creating the Vulkan instance".to_owned(),
+            result,
+        },
     })
 }

@@ -4,7 +4,9 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use ash::vk;
-use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme, Allocator, AllocatorCreateDesc};
+use gpu_allocator::vulkan::{
+    Allocation, AllocationCreateDesc, AllocationScheme, Allocator, AllocatorCreateDesc,
+};
 use gpu_allocator::{AllocationError, AllocationSizes, MemoryLocation};
 
 use super::fault::Planted;
@@ -32,7 +34,12 @@ pub(super) struct Memory {
 }
 
 impl Memory {
-    pub(super) fn new(instance: &Instance, device: &ash::Device, adapter: &Adapter, planted: &Arc<Planted>) -> Result<Self, Error> {
+    pub(super) fn new(
+        instance: &Instance,
+        device: &ash::Device,
+        adapter: &Adapter,
+        planted: &Arc<Planted>,
+    ) -> Result<Self, Error> {
         let description = AllocatorCreateDesc {
             instance: instance.raw().clone(),
             device: device.clone(),
@@ -41,12 +48,29 @@ impl Memory {
             buffer_device_address: false,
             allocation_sizes: AllocationSizes::new(32 * MIB, 8 * MIB),
         };
-        let allocator = Allocator::new(&description)
-            .map_err(|error| Error::Vulkan { what: format!("opening the memory allocator: {error}"), result: vk::Result::ERROR_INITIALIZATION_FAILED })?;
-        let heap_bytes = adapter.memory.memory_heaps_as_slice().iter().map(|heap| heap.size).max().unwrap_or(0).min(adapter.limits.heap_bytes);
-        let (allocator, allocation_bytes) = (Mutex::new(Some(allocator)), adapter.limits.allocation_bytes);
+        let allocator = Allocator::new(&description).map_err(|error| Error::Vulkan {
+            what: format!("opening the memory allocator: {error}"),
+            result: vk::Result::ERROR_INITIALIZATION_FAILED,
+        })?;
+        let heap_bytes = adapter
+            .memory
+            .memory_heaps_as_slice()
+            .iter()
+            .map(|heap| heap.size)
+            .max()
+            .unwrap_or(0)
+            .min(adapter.limits.heap_bytes);
+        let (allocator, allocation_bytes) =
+            (Mutex::new(Some(allocator)), adapter.limits.allocation_bytes);
         let (poisons, planted) = (instance.poisons(), Arc::clone(planted));
-        Ok(Memory { allocator, ledger: Mutex::default(), heap_bytes, allocation_bytes, poisons, planted })
+        Ok(Memory {
+            allocator,
+            ledger: Mutex::default(),
+            heap_bytes,
+            allocation_bytes,
+            poisons,
+            planted,
+        })
     }
 
     /// Allocates for the resource `id`; refuses, before asking the driver, what cannot fit.
@@ -59,7 +83,13 @@ impl Memory {
         linear: bool,
     ) -> Result<Allocation, Error> {
         self.check(name, requirements.size)?;
-        let description = AllocationCreateDesc { name, requirements, location, linear, allocation_scheme: AllocationScheme::GpuAllocatorManaged };
+        let description = AllocationCreateDesc {
+            name,
+            requirements,
+            location,
+            linear,
+            allocation_scheme: AllocationScheme::GpuAllocatorManaged,
+        };
         let result = match self.allocator().as_mut() {
             Some(allocator) if !self.planted.fails_allocation() => allocator.allocate(&description),
             _ => Err(AllocationError::OutOfMemory),
@@ -67,22 +97,43 @@ impl Memory {
         match result {
             Ok(mut allocation) => {
                 if self.poisons {
-                    allocation.mapped_slice_mut().unwrap_or_default().fill(POISON);
+                    allocation
+                        .mapped_slice_mut()
+                        .unwrap_or_default()
+                        .fill(POISON);
                 }
-                self.ledger().insert(id, Entry { name: name.to_owned(), bytes: allocation.size() });
+                self.ledger().insert(
+                    id,
+                    Entry {
+                        name: name.to_owned(),
+                        bytes: allocation.size(),
+                    },
+                );
                 Ok(allocation)
             }
             Err(AllocationError::OutOfMemory) => Err(self.out_of_memory(name, requirements.size)),
-            Err(error) => Err(Error::Vulkan { what: format!("{name}: allocating {} bytes: {error}", requirements.size), result: vk::Result::ERROR_UNKNOWN }),
+            Err(error) => Err(Error::Vulkan {
+                what: format!("{name}: allocating {} bytes: {error}", requirements.size),
+                result: vk::Result::ERROR_UNKNOWN,
+            }),
         }
     }
 
     /// Whether `bytes` can be had at all.
     pub(super) fn check(&self, name: &str, bytes: u64) -> Result<(), Error> {
         if bytes > self.allocation_bytes {
-            return Err(Error::TooLarge { resource: name.to_owned(), wanted: bytes, available: self.allocation_bytes, limit: "maxMemoryAllocationSize" });
+            return Err(Error::TooLarge {
+                resource: name.to_owned(),
+                wanted: bytes,
+                available: self.allocation_bytes,
+                limit: "maxMemoryAllocationSize",
+            });
         }
-        if bytes > self.available() { Err(self.out_of_memory(name, bytes)) } else { Ok(()) }
+        if bytes > self.available() {
+            Err(self.out_of_memory(name, bytes))
+        } else {
+            Ok(())
+        }
     }
 
     pub(super) fn free(&self, id: u64, allocation: Allocation) {
@@ -96,12 +147,17 @@ impl Memory {
 
     /// Name and bytes of everything alive, in order of creation.
     pub(super) fn list(&self) -> Vec<(String, u64)> {
-        self.ledger().values().map(|entry| (entry.name.clone(), entry.bytes)).collect()
+        self.ledger()
+            .values()
+            .map(|entry| (entry.name.clone(), entry.bytes))
+            .collect()
     }
 
     /// Bytes in use as the allocator counts them, which is not how [`Memory::list`] does.
     pub(super) fn allocated_bytes(&self) -> u64 {
-        self.allocator().as_ref().map_or(0, |allocator| allocator.generate_report().total_allocated_bytes)
+        self.allocator().as_ref().map_or(0, |allocator| {
+            allocator.generate_report().total_allocated_bytes
+        })
     }
 
     /// Gives all memory back; right before the device is destroyed.
@@ -110,15 +166,22 @@ impl Memory {
     }
 
     fn available(&self) -> u64 {
-        self.heap_bytes.saturating_sub(self.ledger().values().map(|entry| entry.bytes).sum())
+        self.heap_bytes
+            .saturating_sub(self.ledger().values().map(|entry| entry.bytes).sum())
     }
 
     fn out_of_memory(&self, name: &str, wanted: u64) -> Error {
-        Error::OutOfMemory { resource: name.to_owned(), wanted, available: self.available() }
+        Error::OutOfMemory {
+            resource: name.to_owned(),
+            wanted,
+            available: self.available(),
+        }
     }
 
     fn allocator(&self) -> MutexGuard<'_, Option<Allocator>> {
-        self.allocator.lock().unwrap_or_else(PoisonError::into_inner)
+        self.allocator
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
     }
 
     fn ledger(&self) -> MutexGuard<'_, BTreeMap<u64, Entry>> {

@@ -1,6 +1,8 @@
-//! Vulkan by hand: instance, device, memory, resources, pipelines, commands, windows. The only unsafe code of the crate.
+//! Vulkan by hand: instance, device, memory, resources, pipelines, commands, windows. The only
+//! unsafe code of the crate.
 //!
-//! Nothing here knows what a pass, a scene or a voxel is; [`crate::graph`] is the layer that users program against.
+//! Nothing here knows what a pass, a scene or a voxel is; [`crate::graph`] is the layer that users
+//! program against.
 #![allow(unsafe_code)]
 
 mod adapter;

@@ -13,15 +13,32 @@ pub(crate) struct PipelineLayout {
 }
 
 impl PipelineLayout {
-    pub(crate) fn new(device: &Arc<Device>, name: &str, sets: &[&SetLayout], push_bytes: u32) -> Result<Arc<Self>, Error> {
+    pub(crate) fn new(
+        device: &Arc<Device>,
+        name: &str,
+        sets: &[&SetLayout],
+        push_bytes: u32,
+    ) -> Result<Arc<Self>, Error> {
         let sets: Vec<_> = sets.iter().map(|set| set.raw()).collect();
-        let ranges = [vk::PushConstantRange { stage_flags: vk::ShaderStageFlags::ALL, offset: 0, size: push_bytes }];
+        let ranges = [vk::PushConstantRange {
+            stage_flags: vk::ShaderStageFlags::ALL,
+            offset: 0,
+            size: push_bytes,
+        }];
         let info = vk::PipelineLayoutCreateInfo::default().set_layouts(&sets);
-        let info = if push_bytes > 0 { info.push_constant_ranges(&ranges) } else { info };
+        let info = if push_bytes > 0 {
+            info.push_constant_ranges(&ranges)
+        } else {
+            info
+        };
         // SAFETY: the set layouts are alive.
-        let raw = unsafe { device.raw().create_pipeline_layout(&info, None) }.during(&format!("creating the pipeline layout {name}"))?;
+        let raw = unsafe { device.raw().create_pipeline_layout(&info, None) }
+            .during(&format!("creating the pipeline layout {name}"))?;
         device.set_name(raw, name);
-        Ok(Arc::new(PipelineLayout { raw, device: Arc::clone(device) }))
+        Ok(Arc::new(PipelineLayout {
+            raw,
+            device: Arc::clone(device),
+        }))
     }
 }
 
@@ -53,15 +70,34 @@ pub(crate) struct Pipeline {
 }
 
 impl Pipeline {
-    pub(crate) fn compute(device: &Arc<Device>, name: &str, layout: &Arc<PipelineLayout>, words: &[u32], constants: &[u32]) -> Result<Arc<Self>, Error> {
+    pub(crate) fn compute(
+        device: &Arc<Device>,
+        name: &str,
+        layout: &Arc<PipelineLayout>,
+        words: &[u32],
+        constants: &[u32],
+    ) -> Result<Arc<Self>, Error> {
         let module = Module::new(device, name, words)?;
         let constants = Constants::new(constants);
         let specialization = constants.info();
         let stage = module.stage(vk::ShaderStageFlags::COMPUTE, &specialization);
-        let info = vk::ComputePipelineCreateInfo::default().stage(stage).layout(layout.raw);
-        // SAFETY: module and layout are alive, and a test holds the module against the declared layout.
-        let created = unsafe { device.raw().create_compute_pipelines(vk::PipelineCache::null(), &[info], None) };
-        Self::finish(device, name, layout, vk::PipelineBindPoint::COMPUTE, created)
+        let info = vk::ComputePipelineCreateInfo::default()
+            .stage(stage)
+            .layout(layout.raw);
+        // SAFETY: module and layout are alive, and a test holds the module against the declared
+        // layout.
+        let created = unsafe {
+            device
+                .raw()
+                .create_compute_pipelines(vk::PipelineCache::null(), &[info], None)
+        };
+        Self::finish(
+            device,
+            name,
+            layout,
+            vk::PipelineBindPoint::COMPUTE,
+            created,
+        )
     }
 
     pub(crate) fn graphics(
@@ -73,11 +109,23 @@ impl Pipeline {
     ) -> Result<Arc<Self>, Error> {
         let constants = Constants::new(constants);
         let specialization = constants.info();
-        let modules: Vec<Module> = desc.stages.iter().map(|(_, words)| Module::new(device, name, words)).collect::<Result<_, _>>()?;
-        let stages: Vec<_> = desc.stages.iter().zip(&modules).map(|((stage, _), module)| module.stage(*stage, &specialization)).collect();
+        let modules: Vec<Module> = desc
+            .stages
+            .iter()
+            .map(|(_, words)| Module::new(device, name, words))
+            .collect::<Result<_, _>>()?;
+        let stages: Vec<_> = desc
+            .stages
+            .iter()
+            .zip(&modules)
+            .map(|((stage, _), module)| module.stage(*stage, &specialization))
+            .collect();
         let vertex_input = vk::PipelineVertexInputStateCreateInfo::default();
-        let assembly = vk::PipelineInputAssemblyStateCreateInfo::default().topology(vk::PrimitiveTopology::TRIANGLE_LIST);
-        let viewport = vk::PipelineViewportStateCreateInfo::default().viewport_count(1).scissor_count(1);
+        let assembly = vk::PipelineInputAssemblyStateCreateInfo::default()
+            .topology(vk::PrimitiveTopology::TRIANGLE_LIST);
+        let viewport = vk::PipelineViewportStateCreateInfo::default()
+            .viewport_count(1)
+            .scissor_count(1);
         let mut conservative = vk::PipelineRasterizationConservativeStateCreateInfoEXT::default()
             .conservative_rasterization_mode(vk::ConservativeRasterizationModeEXT::OVERESTIMATE);
         let [bias, slope] = desc.depth_bias.unwrap_or_default();
@@ -91,13 +139,21 @@ impl Pipeline {
         if desc.conservative {
             raster = raster.push_next(&mut conservative);
         }
-        let samples = vk::PipelineMultisampleStateCreateInfo::default().rasterization_samples(vk::SampleCountFlags::TYPE_1);
+        let samples = vk::PipelineMultisampleStateCreateInfo::default()
+            .rasterization_samples(vk::SampleCountFlags::TYPE_1);
         let tested = desc.depth.is_some();
-        let depth =
-            vk::PipelineDepthStencilStateCreateInfo::default().depth_test_enable(tested).depth_write_enable(tested).depth_compare_op(desc.depth_compare);
-        let blends = vec![vk::PipelineColorBlendAttachmentState::default().color_write_mask(vk::ColorComponentFlags::RGBA); desc.color.len()];
+        let depth = vk::PipelineDepthStencilStateCreateInfo::default()
+            .depth_test_enable(tested)
+            .depth_write_enable(tested)
+            .depth_compare_op(desc.depth_compare);
+        let blends = vec![
+            vk::PipelineColorBlendAttachmentState::default()
+                .color_write_mask(vk::ColorComponentFlags::RGBA);
+            desc.color.len()
+        ];
         let blend = vk::PipelineColorBlendStateCreateInfo::default().attachments(&blends);
-        let dynamic = vk::PipelineDynamicStateCreateInfo::default().dynamic_states(&[vk::DynamicState::VIEWPORT, vk::DynamicState::SCISSOR]);
+        let dynamic = vk::PipelineDynamicStateCreateInfo::default()
+            .dynamic_states(&[vk::DynamicState::VIEWPORT, vk::DynamicState::SCISSOR]);
         let mut rendering = vk::PipelineRenderingCreateInfo::default()
             .color_attachment_formats(desc.color)
             .depth_attachment_format(desc.depth.unwrap_or(vk::Format::UNDEFINED));
@@ -113,9 +169,20 @@ impl Pipeline {
             .dynamic_state(&dynamic)
             .layout(layout.raw)
             .push_next(&mut rendering);
-        // SAFETY: modules and layout are alive, and a test holds the modules against the declared layout.
-        let created = unsafe { device.raw().create_graphics_pipelines(vk::PipelineCache::null(), &[info], None) };
-        Self::finish(device, name, layout, vk::PipelineBindPoint::GRAPHICS, created)
+        // SAFETY: modules and layout are alive, and a test holds the modules against the declared
+        // layout.
+        let created = unsafe {
+            device
+                .raw()
+                .create_graphics_pipelines(vk::PipelineCache::null(), &[info], None)
+        };
+        Self::finish(
+            device,
+            name,
+            layout,
+            vk::PipelineBindPoint::GRAPHICS,
+            created,
+        )
     }
 
     pub(crate) fn raw(&self) -> vk::Pipeline {
@@ -137,10 +204,17 @@ impl Pipeline {
         bind_point: vk::PipelineBindPoint,
         created: Result<Vec<vk::Pipeline>, (Vec<vk::Pipeline>, vk::Result)>,
     ) -> Result<Arc<Self>, Error> {
-        let pipelines = created.map_err(|(_, result)| result).during(&format!("creating the pipeline {name}"))?;
+        let pipelines = created
+            .map_err(|(_, result)| result)
+            .during(&format!("creating the pipeline {name}"))?;
         let raw = pipelines.first().copied().unwrap_or_default();
         device.set_name(raw, name);
-        Ok(Arc::new(Pipeline { raw, bind_point, layout: Arc::clone(layout), device: Arc::clone(device) }))
+        Ok(Arc::new(Pipeline {
+            raw,
+            bind_point,
+            layout: Arc::clone(layout),
+            device: Arc::clone(device),
+        }))
     }
 }
 
@@ -161,12 +235,24 @@ impl Module {
     fn new(device: &Arc<Device>, name: &str, words: &[u32]) -> Result<Self, Error> {
         let info = vk::ShaderModuleCreateInfo::default().code(words);
         // SAFETY: the words are SPIR-V that a test has validated.
-        let raw = unsafe { device.raw().create_shader_module(&info, None) }.during(&format!("loading a shader of {name}"))?;
-        Ok(Module { raw, device: Arc::clone(device) })
+        let raw = unsafe { device.raw().create_shader_module(&info, None) }
+            .during(&format!("loading a shader of {name}"))?;
+        Ok(Module {
+            raw,
+            device: Arc::clone(device),
+        })
     }
 
-    fn stage<'s>(&self, stage: vk::ShaderStageFlags, constants: &'s vk::SpecializationInfo<'s>) -> vk::PipelineShaderStageCreateInfo<'s> {
-        vk::PipelineShaderStageCreateInfo::default().stage(stage).module(self.raw).name(c"main").specialization_info(constants)
+    fn stage<'s>(
+        &self,
+        stage: vk::ShaderStageFlags,
+        constants: &'s vk::SpecializationInfo<'s>,
+    ) -> vk::PipelineShaderStageCreateInfo<'s> {
+        vk::PipelineShaderStageCreateInfo::default()
+            .stage(stage)
+            .module(self.raw)
+            .name(c"main")
+            .specialization_info(constants)
     }
 }
 
@@ -185,11 +271,23 @@ struct Constants {
 
 impl Constants {
     fn new(values: &[u32]) -> Self {
-        let entries = (0u32..).zip(values).map(|(id, _)| vk::SpecializationMapEntry { constant_id: id, offset: id * 4, size: 4 }).collect();
-        Constants { entries, data: bytemuck::cast_slice(values).to_vec() }
+        let entries = (0u32..)
+            .zip(values)
+            .map(|(id, _)| vk::SpecializationMapEntry {
+                constant_id: id,
+                offset: id * 4,
+                size: 4,
+            })
+            .collect();
+        Constants {
+            entries,
+            data: bytemuck::cast_slice(values).to_vec(),
+        }
     }
 
     fn info(&self) -> vk::SpecializationInfo<'_> {
-        vk::SpecializationInfo::default().map_entries(&self.entries).data(&self.data)
+        vk::SpecializationInfo::default()
+            .map_entries(&self.entries)
+            .data(&self.data)
     }
 }

@@ -15,11 +15,18 @@ pub(crate) struct Timestamps {
 
 impl Timestamps {
     pub(crate) fn new(device: &Arc<Device>, count: u32) -> Result<Self, Error> {
-        let info = vk::QueryPoolCreateInfo::default().query_type(vk::QueryType::TIMESTAMP).query_count(count);
+        let info = vk::QueryPoolCreateInfo::default()
+            .query_type(vk::QueryType::TIMESTAMP)
+            .query_count(count);
         // SAFETY: the device is alive.
-        let raw = unsafe { device.raw().create_query_pool(&info, None) }.during("creating a timestamp pool")?;
+        let raw = unsafe { device.raw().create_query_pool(&info, None) }
+            .during("creating a timestamp pool")?;
         device.set_name(raw, "timestamps");
-        Ok(Timestamps { raw, count, device: Arc::clone(device) })
+        Ok(Timestamps {
+            raw,
+            count,
+            device: Arc::clone(device),
+        })
     }
 
     /// How many timestamps fit.
@@ -44,9 +51,17 @@ impl Timestamps {
             return Vec::new();
         }
         let flags = vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WITH_AVAILABILITY;
-        // SAFETY: the queries lie in the pool. An error (a lost device, or not ready) leaves availability as the driver wrote it.
-        let _ = unsafe { self.device.raw().get_query_pool_results(self.raw, 0, &mut pairs, flags) };
-        pairs.into_iter().map(|[ticks, available]| (available != 0).then_some(ticks)).collect()
+        // SAFETY: the queries lie in the pool. An error (a lost device, or not ready) leaves
+        // availability as the driver wrote it.
+        let _ = unsafe {
+            self.device
+                .raw()
+                .get_query_pool_results(self.raw, 0, &mut pairs, flags)
+        };
+        pairs
+            .into_iter()
+            .map(|[ticks, available]| (available != 0).then_some(ticks))
+            .collect()
     }
 }
 

@@ -29,21 +29,38 @@ pub(super) struct SurfaceSupport {
 impl Surface {
     /// The instance extensions that windows of a display need.
     pub fn extensions(display: RawDisplayHandle) -> Result<Vec<&'static CStr>, Error> {
-        let names = ash_window::enumerate_required_extensions(display).during("asking what windows of this display need")?;
+        let names = ash_window::enumerate_required_extensions(display)
+            .during("asking what windows of this display need")?;
         // SAFETY: ash-window answers with static C strings.
-        Ok(names.iter().map(|name| unsafe { CStr::from_ptr(*name) }).collect())
+        Ok(names
+            .iter()
+            .map(|name| unsafe { CStr::from_ptr(*name) })
+            .collect())
     }
 
     /// The surface of a window; the instance was made for the window's display.
-    pub fn new<W: HasDisplayHandle + HasWindowHandle + Send + Sync + 'static>(instance: &Arc<Instance>, window: &Arc<W>) -> Result<Arc<Self>, Error> {
-        let lost = |_| Error::SurfaceLost { what: "asking the window for its handle".to_owned() };
+    pub fn new<W: HasDisplayHandle + HasWindowHandle + Send + Sync + 'static>(
+        instance: &Arc<Instance>,
+        window: &Arc<W>,
+    ) -> Result<Arc<Self>, Error> {
+        let lost = |_| Error::SurfaceLost {
+            what: "asking the window for its handle".to_owned(),
+        };
         let display = window.display_handle().map_err(lost)?.as_raw();
         let handle = window.window_handle().map_err(lost)?.as_raw();
         // SAFETY: both handles are those of a living window, which this object keeps alive.
-        let raw = unsafe { ash_window::create_surface(instance.entry(), instance.raw(), display, handle, None) }.during("making the window's surface")?;
+        let raw = unsafe {
+            ash_window::create_surface(instance.entry(), instance.raw(), display, handle, None)
+        }
+        .during("making the window's surface")?;
         let loader = ash::khr::surface::Instance::new(instance.entry(), instance.raw());
         let window: Arc<dyn Any + Send + Sync> = Arc::<W>::clone(window);
-        Ok(Arc::new(Surface { raw, loader, _instance: Arc::clone(instance), _window: window }))
+        Ok(Arc::new(Surface {
+            raw,
+            loader,
+            _instance: Arc::clone(instance),
+            _window: window,
+        }))
     }
 
     pub(super) fn raw(&self) -> vk::SurfaceKHR {
@@ -53,7 +70,11 @@ impl Surface {
     /// Whether a queue family can show pictures on it.
     pub(super) fn is_supported_by(&self, device: vk::PhysicalDevice, family: u32) -> bool {
         // SAFETY: device and surface are of this living instance.
-        unsafe { self.loader.get_physical_device_surface_support(device, family, self.raw) }.unwrap_or(false)
+        unsafe {
+            self.loader
+                .get_physical_device_surface_support(device, family, self.raw)
+        }
+        .unwrap_or(false)
     }
 
     pub(super) fn support(&self, device: vk::PhysicalDevice) -> Result<SurfaceSupport, Error> {
@@ -61,27 +82,45 @@ impl Surface {
         // SAFETY: device and surface are of this living instance.
         unsafe {
             Ok(SurfaceSupport {
-                capabilities: self.loader.get_physical_device_surface_capabilities(device, self.raw).during(what)?,
-                formats: self.loader.get_physical_device_surface_formats(device, self.raw).during(what)?,
-                modes: self.loader.get_physical_device_surface_present_modes(device, self.raw).during(what)?,
+                capabilities: self
+                    .loader
+                    .get_physical_device_surface_capabilities(device, self.raw)
+                    .during(what)?,
+                formats: self
+                    .loader
+                    .get_physical_device_surface_formats(device, self.raw)
+                    .during(what)?,
+                modes: self
+                    .loader
+                    .get_physical_device_surface_present_modes(device, self.raw)
+                    .during(what)?,
             })
         }
     }
 }
 
 impl Device {
-    /// Chooses and opens a device that can show pictures on a surface. Where the choice cannot, the best that can.
-    pub fn for_surface(instance: &Arc<Instance>, choice: &DeviceChoice, surface: &Surface) -> Result<Arc<Self>, Error> {
+    /// Chooses and opens a device that can show pictures on a surface. Where the choice cannot, the
+    /// best that can.
+    pub fn for_surface(
+        instance: &Arc<Instance>,
+        choice: &DeviceChoice,
+        surface: &Surface,
+    ) -> Result<Arc<Self>, Error> {
         let mut fitting = Vec::new();
         for adapter in instance.adapters()? {
-            if adapter.queue_family.is_some_and(|family| surface.is_supported_by(adapter.raw, family)) {
+            if adapter
+                .queue_family
+                .is_some_and(|family| surface.is_supported_by(adapter.raw, family))
+            {
                 fitting.push(adapter);
             }
         }
         if fitting.is_empty() {
             return Err(Error::NoPresent);
         }
-        let adapter = choose(fitting.clone(), choice).or_else(|_| choose(fitting, &DeviceChoice::Best))?;
+        let adapter =
+            choose(fitting.clone(), choice).or_else(|_| choose(fitting, &DeviceChoice::Best))?;
         Self::of(instance, adapter, true)
     }
 }

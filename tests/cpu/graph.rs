@@ -1,4 +1,5 @@
-//! The barrier planner: single hazards by hand, then random frames against a brute-force model of Vulkan's rules.
+//! The barrier planner: single hazards by hand, then random frames against a brute-force model of
+//! Vulkan's rules.
 
 use std::collections::HashSet;
 
@@ -6,43 +7,83 @@ use crate::support::Random;
 use crate::support::hazards::{Stream, declared, expand, meaning, verify};
 use crate::support::passes::COPY;
 use lumivox::graph::plan::{Barrier, Hazard, Span, State, Use, plan};
-use lumivox::graph::{Access, Issued, IssuedBarrier, JournalFrame, PassTime, Spread, TimesAccumulator, Touch, vk};
-
-use Access::{
-    ComputeRead, ComputeReadWrite, ComputeSampled, ComputeWrite, HostRead, IndirectRead, RasterRead, RasterReadWrite, RasterSampled, TransferRead,
-    TransferWrite,
+use lumivox::graph::{
+    Access, Issued, IssuedBarrier, JournalFrame, PassTime, Spread, TimesAccumulator, Touch, vk,
 };
 
-/// The renderer's table of accesses against the second one, from the specification, that the model follows.
+use Access::{
+    ComputeRead, ComputeReadWrite, ComputeSampled, ComputeWrite, HostRead, IndirectRead,
+    RasterRead, RasterReadWrite, RasterSampled, TransferRead, TransferWrite,
+};
+
+/// The renderer's table of accesses against the second one, from the specification, that the model
+/// follows.
 #[test]
 fn every_word_means_what_the_specification_says() {
     assert_eq!(Access::ALL.into_iter().collect::<HashSet<_>>().len(), 14);
     for access in Access::ALL {
         let (sync, known) = (access.sync(), meaning(access));
         assert_eq!(expand(sync.stage), known.stages, "{access:?}");
-        assert_eq!((sync.access, sync.layout), (known.reads | known.writes, known.layout), "{access:?}");
-        assert_eq!((sync.reads, sync.writes), (!known.reads.is_empty(), !known.writes.is_empty()), "{access:?}");
+        assert_eq!(
+            (sync.access, sync.layout),
+            (known.reads | known.writes, known.layout),
+            "{access:?}"
+        );
+        assert_eq!(
+            (sync.reads, sync.writes),
+            (!known.reads.is_empty(), !known.writes.is_empty()),
+            "{access:?}"
+        );
     }
 }
 
 fn buffer_plan(accesses: &[Access]) -> Vec<Vec<Barrier>> {
-    let passes: Vec<Vec<Use>> = accesses.iter().map(|access| vec![Use::buffer(1, *access)]).collect();
+    let passes: Vec<Vec<Use>> = accesses
+        .iter()
+        .map(|access| vec![Use::buffer(1, *access)])
+        .collect();
     plan(&passes, &State::default()).0
 }
 
 fn hazards(barriers: &[Vec<Barrier>]) -> Vec<Vec<Hazard>> {
-    barriers.iter().map(|barriers| barriers.iter().map(|barrier| barrier.hazard).collect()).collect()
+    barriers
+        .iter()
+        .map(|barriers| barriers.iter().map(|barrier| barrier.hazard).collect())
+        .collect()
 }
 
 #[test]
 fn each_hazard_has_its_barrier() {
     use Hazard::{ReadAfterWrite as Raw, WriteAfterRead as War, WriteAfterWrite as Waw};
-    assert_eq!(hazards(&buffer_plan(&[ComputeWrite, ComputeRead])), [vec![], vec![Raw]]);
-    assert_eq!(hazards(&buffer_plan(&[ComputeRead, ComputeWrite])), [vec![], vec![War]]);
-    assert_eq!(hazards(&buffer_plan(&[ComputeWrite, ComputeWrite])), [vec![], vec![Waw]]);
-    assert_eq!(hazards(&buffer_plan(&[ComputeReadWrite, ComputeReadWrite])), [vec![], vec![Raw]]);
-    assert_eq!(hazards(&buffer_plan(&[ComputeRead, RasterRead])), [vec![], vec![]]);
-    assert_eq!(hazards(&buffer_plan(&[TransferWrite, ComputeRead, ComputeRead, RasterRead])), [vec![], vec![Raw], vec![], vec![Raw]]);
+    assert_eq!(
+        hazards(&buffer_plan(&[ComputeWrite, ComputeRead])),
+        [vec![], vec![Raw]]
+    );
+    assert_eq!(
+        hazards(&buffer_plan(&[ComputeRead, ComputeWrite])),
+        [vec![], vec![War]]
+    );
+    assert_eq!(
+        hazards(&buffer_plan(&[ComputeWrite, ComputeWrite])),
+        [vec![], vec![Waw]]
+    );
+    assert_eq!(
+        hazards(&buffer_plan(&[ComputeReadWrite, ComputeReadWrite])),
+        [vec![], vec![Raw]]
+    );
+    assert_eq!(
+        hazards(&buffer_plan(&[ComputeRead, RasterRead])),
+        [vec![], vec![]]
+    );
+    assert_eq!(
+        hazards(&buffer_plan(&[
+            TransferWrite,
+            ComputeRead,
+            ComputeRead,
+            RasterRead
+        ])),
+        [vec![], vec![Raw], vec![], vec![Raw]]
+    );
 }
 
 #[test]
@@ -68,16 +109,39 @@ fn what_is_known_does_not_grow_with_the_frames() {
 fn a_write_after_reads_waits_for_all_of_them_and_flushes_nothing() {
     let barriers = buffer_plan(&[TransferWrite, ComputeRead, IndirectRead, ComputeWrite]);
     let last = barriers[3][0];
-    assert_eq!(last.src.stage, vk::PipelineStageFlags2::COMPUTE_SHADER | vk::PipelineStageFlags2::DRAW_INDIRECT);
-    assert_eq!((last.src.access, last.dst.access), (vk::AccessFlags2::NONE, vk::AccessFlags2::NONE));
+    assert_eq!(
+        last.src.stage,
+        vk::PipelineStageFlags2::COMPUTE_SHADER | vk::PipelineStageFlags2::DRAW_INDIRECT
+    );
+    assert_eq!(
+        (last.src.access, last.dst.access),
+        (vk::AccessFlags2::NONE, vk::AccessFlags2::NONE)
+    );
 }
 
 #[test]
 fn neighbouring_mips_share_a_barrier_and_others_are_left_alone() {
-    let mips = |first, count, access| vec![Use::image(1, Span { first, count }, Span { first: 0, count: 2 }, access)];
-    let (barriers, _) = plan(&[mips(0, 4, ComputeWrite), mips(1, 2, ComputeSampled), mips(3, 1, ComputeWrite)], &State::default());
+    let mips = |first, count, access| {
+        vec![Use::image(
+            1,
+            Span { first, count },
+            Span { first: 0, count: 2 },
+            access,
+        )]
+    };
+    let (barriers, _) = plan(
+        &[
+            mips(0, 4, ComputeWrite),
+            mips(1, 2, ComputeSampled),
+            mips(3, 1, ComputeWrite),
+        ],
+        &State::default(),
+    );
     assert_eq!(barriers.iter().map(Vec::len).collect::<Vec<_>>(), [1, 1, 1]);
-    assert_eq!((barriers[1][0].mips, barriers[1][0].layers), (Span { first: 1, count: 2 }, Span { first: 0, count: 2 }));
+    assert_eq!(
+        (barriers[1][0].mips, barriers[1][0].layers),
+        (Span { first: 1, count: 2 }, Span { first: 0, count: 2 })
+    );
     assert_eq!(barriers[2][0].hazard, Hazard::WriteAfterWrite);
 }
 
@@ -97,11 +161,23 @@ fn state_carries_over_and_forgets_what_is_gone() {
 #[should_panic(expected = "in two layouts at once")]
 fn sampling_and_storing_one_mip_in_one_pass_asserts() {
     let part = |access| Use::image(1, Span::one(0), Span::one(0), access);
-    plan(&[vec![part(ComputeSampled), part(ComputeWrite)]], &State::default());
+    plan(
+        &[vec![part(ComputeSampled), part(ComputeWrite)]],
+        &State::default(),
+    );
 }
 
-const BUFFER_WORDS: [Access; 9] =
-    [ComputeRead, ComputeWrite, ComputeReadWrite, RasterRead, RasterReadWrite, IndirectRead, TransferRead, TransferWrite, HostRead];
+const BUFFER_WORDS: [Access; 9] = [
+    ComputeRead,
+    ComputeWrite,
+    ComputeReadWrite,
+    RasterRead,
+    RasterReadWrite,
+    IndirectRead,
+    TransferRead,
+    TransferWrite,
+    HostRead,
+];
 const IMAGE_WORDS: [Access; 11] = [
     ComputeRead,
     ComputeWrite,
@@ -118,20 +194,38 @@ const IMAGE_WORDS: [Access; 11] = [
 
 fn random_passes(random: &mut Random) -> Vec<Vec<Use>> {
     let count = 2 + random.below(10);
-    (0..count).map(|_| (0..1 + random.below(3)).map(|slot| random_use(random, u64::from(slot))).collect()).collect()
+    (0..count)
+        .map(|_| {
+            (0..1 + random.below(3))
+                .map(|slot| random_use(random, u64::from(slot)))
+                .collect()
+        })
+        .collect()
 }
 
-/// Resources 0 and 1 are buffers, 2 is an image of 4 mips and 2 layers; a pass uses each at most once.
+/// Resources 0 and 1 are buffers, 2 is an image of 4 mips and 2 layers; a pass uses each at most
+/// once.
 fn random_use(random: &mut Random, resource: u64) -> Use {
     if resource < 2 {
-        return Use::buffer(resource, BUFFER_WORDS[random.below(BUFFER_WORDS.len() as u32) as usize]);
+        return Use::buffer(
+            resource,
+            BUFFER_WORDS[random.below(BUFFER_WORDS.len() as u32) as usize],
+        );
     }
     let mut span = |most: u32| {
         let first = random.below(most);
-        Span { first, count: 1 + random.below(most - first) }
+        Span {
+            first,
+            count: 1 + random.below(most - first),
+        }
     };
     let (mips, layers) = (span(4), span(2));
-    Use::image(resource, mips, layers, IMAGE_WORDS[random.below(IMAGE_WORDS.len() as u32) as usize])
+    Use::image(
+        resource,
+        mips,
+        layers,
+        IMAGE_WORDS[random.below(IMAGE_WORDS.len() as u32) as usize],
+    )
 }
 
 #[test]
@@ -141,12 +235,20 @@ fn random_frames_are_covered_and_no_barrier_is_spare() {
     for case in 0..3000 {
         let passes = random_passes(&mut random);
         let (barriers, _) = plan(&passes, &State::default());
-        verify(&passes, &barriers).unwrap_or_else(|error| panic!("case {case}: {error}\n{passes:#?}\n{barriers:#?}"));
+        verify(&passes, &barriers)
+            .unwrap_or_else(|error| panic!("case {case}: {error}\n{passes:#?}\n{barriers:#?}"));
         let stream = Stream::planned(&passes, &barriers);
-        assert_eq!(stream.spare_barrier(), None, "case {case}\n{passes:#?}\n{barriers:#?}");
+        assert_eq!(
+            stream.spare_barrier(),
+            None,
+            "case {case}\n{passes:#?}\n{barriers:#?}"
+        );
         removed += stream.barriers().len();
     }
-    assert!(removed > 10_000, "the random frames need barriers: {removed}");
+    assert!(
+        removed > 10_000,
+        "the random frames need barriers: {removed}"
+    );
 }
 
 #[test]
@@ -163,7 +265,10 @@ fn random_frames_cut_in_two_are_covered_by_the_carried_state() {
 
 #[test]
 fn the_model_notices_each_kind_of_mistake() {
-    let passes = [vec![Use::buffer(1, ComputeWrite)], vec![Use::buffer(1, RasterRead)]];
+    let passes = [
+        vec![Use::buffer(1, ComputeWrite)],
+        vec![Use::buffer(1, RasterRead)],
+    ];
     let (barriers, _) = plan(&passes, &State::default());
     assert_eq!(verify(&passes, &barriers), Ok(()));
     let broken = |change: fn(&mut Barrier)| {
@@ -179,23 +284,59 @@ fn the_model_notices_each_kind_of_mistake() {
 
 #[test]
 fn a_spare_barrier_is_noticed() {
-    let passes = [vec![Use::buffer(1, ComputeWrite)], vec![Use::buffer(1, ComputeRead)], vec![Use::buffer(1, ComputeRead)]];
+    let passes = [
+        vec![Use::buffer(1, ComputeWrite)],
+        vec![Use::buffer(1, ComputeRead)],
+        vec![Use::buffer(1, ComputeRead)],
+    ];
     let (mut barriers, _) = plan(&passes, &State::default());
     assert_eq!(Stream::planned(&passes, &barriers).spare_barrier(), None);
     let again = barriers[1][0];
     barriers[2].push(again);
-    assert!(Stream::planned(&passes, &barriers).spare_barrier().is_some_and(|text| text.contains("before pass 2")));
+    assert!(
+        Stream::planned(&passes, &barriers)
+            .spare_barrier()
+            .is_some_and(|text| text.contains("before pass 2"))
+    );
 }
 
 /// Two copies, the second of what the first wrote, as they would be noted.
 fn two_copies() -> JournalFrame {
-    let uses = vec![vec![Use::buffer(1, ComputeRead), Use::buffer(2, ComputeWrite)], vec![Use::buffer(2, ComputeRead), Use::buffer(3, ComputeWrite)]];
+    let uses = vec![
+        vec![Use::buffer(1, ComputeRead), Use::buffer(2, ComputeWrite)],
+        vec![Use::buffer(2, ComputeRead), Use::buffer(3, ComputeWrite)],
+    ];
     let (barriers, _) = plan(&uses, &State::default());
-    let Barrier { resource, mips, layers, src, dst, old_layout, new_layout, .. } = barriers[1][0];
-    let pass = |uses: &Vec<Use>| Issued::Pass { pass: &COPY, touched: uses.iter().map(declared).collect(), materials: Vec::new() };
-    let barrier = Issued::Barrier(IssuedBarrier { resource, mips, layers, src, dst, old_layout, new_layout });
+    let Barrier {
+        resource,
+        mips,
+        layers,
+        src,
+        dst,
+        old_layout,
+        new_layout,
+        ..
+    } = barriers[1][0];
+    let pass = |uses: &Vec<Use>| Issued::Pass {
+        pass: &COPY,
+        touched: uses.iter().map(declared).collect(),
+        materials: Vec::new(),
+    };
+    let barrier = Issued::Barrier(IssuedBarrier {
+        resource,
+        mips,
+        layers,
+        src,
+        dst,
+        old_layout,
+        new_layout,
+    });
     let issued = vec![pass(&uses[0]), barrier, pass(&uses[1])];
-    JournalFrame { names: vec!["first".into(), "second".into()], uses, issued }
+    JournalFrame {
+        names: vec!["first".into(), "second".into()],
+        uses,
+        issued,
+    }
 }
 
 fn judged(change: impl Fn(&mut JournalFrame)) -> Result<(), String> {
@@ -220,11 +361,23 @@ fn what_was_recorded_otherwise_than_declared_is_noticed() {
     fails(|frame| drop(frame.issued.remove(1)), "not ordered");
     fails(|frame| frame.issued.swap(1, 2), "not ordered");
     fails(|frame| frame.issued.truncate(2), "second was not recorded");
-    fails(|frame| frame.issued.extend(two_copies().issued), "more was recorded");
+    fails(
+        |frame| frame.issued.extend(two_copies().issued),
+        "more was recorded",
+    );
     fails(|frame| frame.uses[0].truncate(1), "do not name");
-    fails(|frame| touched(frame, 2)[1].used.resource = 4, "do not name");
-    fails(|frame| touched(frame, 2)[1].used.access = ComputeReadWrite, "do not name");
-    fails(|frame| touched(frame, 0)[1].used.mips = Span { first: 0, count: 2 }, "do not name");
+    fails(
+        |frame| touched(frame, 2)[1].used.resource = 4,
+        "do not name",
+    );
+    fails(
+        |frame| touched(frame, 2)[1].used.access = ComputeReadWrite,
+        "do not name",
+    );
+    fails(
+        |frame| touched(frame, 0)[1].used.mips = Span { first: 0, count: 2 },
+        "do not name",
+    );
     fails(|frame| touched(frame, 0).truncate(1), "does not reach");
 }
 
@@ -234,16 +387,44 @@ fn a_material_that_was_not_made_ready_is_noticed() {
     let texture = Use::image(7, Span::one(0), Span::one(0), ComputeSampled);
     let with_material = |ready: bool| {
         judged(|frame| {
-            let Issued::Pass { materials, .. } = &mut frame.issued[2] else { panic!("a pass") };
+            let Issued::Pass { materials, .. } = &mut frame.issued[2] else {
+                panic!("a pass")
+            };
             materials.extend([declared(&texture); 2]);
-            let uses = vec![texture, Use { access: RasterSampled, ..texture }];
+            let uses = vec![
+                texture,
+                Use {
+                    access: RasterSampled,
+                    ..texture
+                },
+            ];
             let (barriers, _) = plan(std::slice::from_ref(&uses), &State::default());
             if ready {
                 frame.names.insert(0, "ready".into());
                 frame.uses.insert(0, uses);
                 frame.issued.insert(0, Issued::Nothing);
-                let Barrier { resource, mips, layers, src, dst, old_layout, new_layout, .. } = barriers[0][0];
-                frame.issued.insert(0, Issued::Barrier(IssuedBarrier { resource, mips, layers, src, dst, old_layout, new_layout }));
+                let Barrier {
+                    resource,
+                    mips,
+                    layers,
+                    src,
+                    dst,
+                    old_layout,
+                    new_layout,
+                    ..
+                } = barriers[0][0];
+                frame.issued.insert(
+                    0,
+                    Issued::Barrier(IssuedBarrier {
+                        resource,
+                        mips,
+                        layers,
+                        src,
+                        dst,
+                        old_layout,
+                        new_layout,
+                    }),
+                );
             }
         })
     };
@@ -254,12 +435,35 @@ fn a_material_that_was_not_made_ready_is_noticed() {
 #[test]
 fn spread_and_accumulator() {
     assert_eq!(Spread::of(&[]), None);
-    assert_eq!(Spread::of(&[3.0, 1.0, 2.0]), Some(Spread { median: 2.0, min: 1.0, max: 3.0, n: 3 }));
-    assert_eq!(Spread::of(&[4.0, 1.0]), Some(Spread { median: 2.5, min: 1.0, max: 4.0, n: 2 }));
+    assert_eq!(
+        Spread::of(&[3.0, 1.0, 2.0]),
+        Some(Spread {
+            median: 2.0,
+            min: 1.0,
+            max: 3.0,
+            n: 3
+        })
+    );
+    assert_eq!(
+        Spread::of(&[4.0, 1.0]),
+        Some(Spread {
+            median: 2.5,
+            min: 1.0,
+            max: 4.0,
+            n: 2
+        })
+    );
     let mut times = TimesAccumulator::default();
     for gpu_ms in [1.0, 5.0] {
-        times.add(&[PassTime { name: "a".into(), gpu_ms, runs: 1 }]);
+        times.add(&[PassTime {
+            name: "a".into(),
+            gpu_ms,
+            runs: 1,
+        }]);
     }
     let rows = times.rows();
-    assert_eq!((rows.len(), rows[0].gpu_ms.median, rows[0].gpu_ms.n), (1, 3.0, 2));
+    assert_eq!(
+        (rows.len(), rows[0].gpu_ms.median, rows[0].gpu_ms.n),
+        (1, 3.0, 2)
+    );
 }

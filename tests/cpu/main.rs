@@ -1,4 +1,5 @@
-//! Tests that need no device: the planner, metrics, the reference, scenes, and the repository itself.
+//! Tests that need no device: the planner, metrics, the reference, scenes, and the repository
+//! itself.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 #[path = "../support/mod.rs"]

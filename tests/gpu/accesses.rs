@@ -1,8 +1,11 @@
-//! No shader reads or writes outside of its buffers: the validation layer checks every access on the device. A software driver clamps them silently, so nothing else
-//! would show one. Images it does not check.
+//! No shader reads or writes outside of its buffers: the validation layer checks every access on
+//! the device. A software driver clamps them silently, so nothing else would show one. Images it
+//! does not check.
 
 use crate::support::passes::DOUBLE;
-use crate::support::technique::{Surfaces, default_cases, frame, is_sound, moving_room, small_lights};
+use crate::support::technique::{
+    Surfaces, default_cases, frame, is_sound, moving_room, small_lights,
+};
 use crate::support::voxels::{voxel_settings, voxelize};
 use crate::support::{ValidatedGpu, own_gpu, words};
 use glam::Vec3;
@@ -14,14 +17,22 @@ use lumivox::render::GpuScene;
 use lumivox::scene::{Camera, Scene};
 
 fn checking_gpu() -> ValidatedGpu {
-    own_gpu(&GpuOptions { check_accesses: true, ..GpuOptions::default() })
+    own_gpu(&GpuOptions {
+        check_accesses: true,
+        ..GpuOptions::default()
+    })
 }
 
 /// Doubles `count` words of a buffer of 64, and takes what the layer says.
 fn double(gpu: &Gpu, count: u32) -> Vec<String> {
     let values = words(gpu, "values", &[1; 64]);
     let mut frame = Frame::new();
-    frame.pass(&DOUBLE).bind(&values).constants(&[64]).push(&count).dispatch([2, 1, 1]);
+    frame
+        .pass(&DOUBLE)
+        .bind(&values)
+        .constants(&[64])
+        .push(&count)
+        .dispatch([2, 1, 1]);
     gpu.submit(frame).unwrap();
     gpu.messages().take()
 }
@@ -32,10 +43,16 @@ fn an_access_outside_of_a_buffer_is_reported() {
     let gpu = checking_gpu();
     assert_eq!(double(&gpu, 64), Vec::<String>::new());
     let messages = double(&gpu, 65);
-    assert!(messages.iter().any(|message| message.contains("highest byte accessed was 259")), "{messages:?}");
+    assert!(
+        messages
+            .iter()
+            .any(|message| message.contains("highest byte accessed was 259")),
+        "{messages:?}"
+    );
 }
 
-/// Fragments are counted before there is room for any: those of masked triangles, of others, and by both methods.
+/// Fragments are counted before there is room for any: those of masked triangles, of others, and by
+/// both methods.
 #[test]
 fn voxelization_stays_within_its_buffers() {
     let gpu = checking_gpu();
@@ -45,8 +62,16 @@ fn voxelization_stays_within_its_buffers() {
             continue;
         }
         let voxels = voxelize(&gpu, &scene, voxel_settings(16, method)).voxels;
-        assert!(voxels.fragment_count > 1000, "{} fragments", voxels.fragment_count);
-        assert_eq!(gpu.validation_messages(), Vec::<String>::new(), "{method:?}");
+        assert!(
+            voxels.fragment_count > 1000,
+            "{} fragments",
+            voxels.fragment_count
+        );
+        assert_eq!(
+            gpu.validation_messages(),
+            Vec::<String>::new(),
+            "{method:?}"
+        );
     }
 }
 
@@ -58,7 +83,8 @@ fn masked_and_emissive() -> Scene {
     scene
 }
 
-/// The default preset of every technique, on a scene with a mask and emission, while its camera and a model move. What takes the time is making the pipelines.
+/// The default preset of every technique, on a scene with a mask and emission, while its camera and
+/// a model move. What takes the time is making the pipelines.
 #[test]
 fn no_technique_reads_or_writes_outside_of_its_buffers() {
     let gpu = checking_gpu();
@@ -66,13 +92,28 @@ fn no_technique_reads_or_writes_outside_of_its_buffers() {
     let here = scene.camera;
     for case in default_cases() {
         let settings = case.settings(&[("resolution", case.smallest_resolution())]);
-        let (mut renderer, _) = Renderer::new(&gpu, &scene, case.entry, &settings, frame(8, 6, 16)).unwrap();
+        let (mut renderer, _) =
+            Renderer::new(&gpu, &scene, case.entry, &settings, frame(8, 6, 16)).unwrap();
         for (time_s, step_m) in [(0.0, 0.0), (0.7, 0.9), (1.4, -0.4)] {
             scene.set_time(time_s);
             renderer.set_pose(&scene).unwrap();
-            renderer.render(&Camera { eye: here.eye - Vec3::new(step_m, 0.0, step_m), ..here }).unwrap();
-            assert_eq!(gpu.validation_messages(), Vec::<String>::new(), "{}, {time_s} s", case.name());
+            renderer
+                .render(&Camera {
+                    eye: here.eye - Vec3::new(step_m, 0.0, step_m),
+                    ..here
+                })
+                .unwrap();
+            assert_eq!(
+                gpu.validation_messages(),
+                Vec::<String>::new(),
+                "{}, {time_s} s",
+                case.name()
+            );
         }
-        assert!(is_sound(&renderer.aov(Aov::Full).unwrap()), "{}", case.name());
+        assert!(
+            is_sound(&renderer.aov(Aov::Full).unwrap()),
+            "{}",
+            case.name()
+        );
     }
 }

@@ -1,8 +1,12 @@
-//! What a renderer shows after models and lights have moved, against one that was made with them there.
+//! What a renderer shows after models and lights have moved, against one that was made with them
+//! there.
 
 use crate::support::compare::larger;
 use crate::support::gpu;
-use crate::support::technique::{Case, Surfaces, cases, default_cases, frame, is_sound, largest_difference, moving_room, small_lights, small_room};
+use crate::support::technique::{
+    Case, Surfaces, cases, default_cases, frame, is_sound, largest_difference, moving_room,
+    small_lights, small_room,
+};
 use glam::Vec3;
 use lumivox::frame::Renderer;
 use lumivox::graph::Gpu;
@@ -11,46 +15,86 @@ use lumivox::metrics::stability::run_spread;
 use lumivox::scene::{Light, Scene};
 
 fn pictures(renderer: &Renderer<'_>) -> Vec<Image> {
-    [Aov::Full, Aov::Direct, Aov::Indirect, Aov::Diffuse, Aov::Specular, Aov::Visibility].map(|aov| renderer.aov(aov).unwrap()).to_vec()
+    [
+        Aov::Full,
+        Aov::Direct,
+        Aov::Indirect,
+        Aov::Diffuse,
+        Aov::Specular,
+        Aov::Visibility,
+    ]
+    .map(|aov| renderer.aov(aov).unwrap())
+    .to_vec()
 }
 
-/// A renderer that followed a model gives the pictures of one that was made with the model there: the default preset of every technique with every surface, the
-/// others with one in turn.
+/// A renderer that followed a model gives the pictures of one that was made with the model there:
+/// the default preset of every technique with every surface, the others with one in turn.
 #[test]
 fn followed_pictures_are_those_of_a_new_renderer() {
     let gpu = gpu();
     let defaults = default_cases();
     for (index, case) in cases().iter().enumerate() {
         let is_default = defaults.iter().any(|default| default.name() == case.name());
-        for (turn, surfaces) in Surfaces::ALL.into_iter().enumerate().filter(|(turn, _)| is_default || *turn == index % 4) {
+        for (turn, surfaces) in Surfaces::ALL
+            .into_iter()
+            .enumerate()
+            .filter(|(turn, _)| is_default || *turn == index % 4)
+        {
             let (name, light) = small_lights()[(index + turn) % 3];
             let what = format!("{}, {surfaces:?}, {name}", case.name());
-            follow(&gpu, case, moving_room(surfaces, light), &[0.4, 1.0, 2.0], &what, &[("resolution", "32")]);
+            follow(
+                &gpu,
+                case,
+                moving_room(surfaces, light),
+                &[0.4, 1.0, 2.0],
+                &what,
+                &[("resolution", "32")],
+            );
         }
     }
 }
 
-/// Likewise where voxels light each other, and where an update of the octree makes all bricks, those of normals too.
+/// Likewise where voxels light each other, and where an update of the octree makes all bricks,
+/// those of normals too.
 #[test]
 fn followed_bounces_are_those_of_a_new_renderer() {
     let gpu = gpu();
     let (name, light) = small_lights()[0];
     for case in cases().iter().filter(|case| case.entry.name != "none") {
-        let pairs = [("resolution", "32"), ("bounces", "2"), ("filter", "all"), ("normals", if case.has_faces() { "off" } else { "toksvig" })];
-        follow(&gpu, case, moving_room(Surfaces::Diffuse, light), &[0.4, 1.0], &format!("{}, two bounces, {name}", case.name()), &pairs);
+        let pairs = [
+            ("resolution", "32"),
+            ("bounces", "2"),
+            ("filter", "all"),
+            ("normals", if case.has_faces() { "off" } else { "toksvig" }),
+        ];
+        follow(
+            &gpu,
+            case,
+            moving_room(Surfaces::Diffuse, light),
+            &[0.4, 1.0],
+            &format!("{}, two bounces, {name}", case.name()),
+            &pairs,
+        );
     }
 }
 
-/// Likewise with an average that nothing can be taken away from, and that depends on the order in which fragments come: no further from new renderers than these are
-/// from each other.
+/// Likewise with an average that nothing can be taken away from, and that depends on the order in
+/// which fragments come: no further from new renderers than these are from each other.
 #[test]
 fn running_averages_are_made_anew() {
     let gpu = gpu();
     let (name, light) = small_lights()[0];
-    let case = cases().into_iter().find(|case| case.entry.name == "voxel-mips").unwrap();
+    let case = cases()
+        .into_iter()
+        .find(|case| case.entry.name == "voxel-mips")
+        .unwrap();
     let scene = moving_room(Surfaces::Diffuse, light);
     let settings = case.settings(&[("resolution", "32"), ("accumulation", "running-average")]);
-    let renderer = |scene: &Scene| Renderer::new(&gpu, scene, case.entry, &settings, frame(24, 16, 64)).unwrap().0;
+    let renderer = |scene: &Scene| {
+        Renderer::new(&gpu, scene, case.entry, &settings, frame(24, 16, 64))
+            .unwrap()
+            .0
+    };
     let picture = |renderer: &mut Renderer<'_>| {
         renderer.render(&scene.camera).unwrap();
         renderer.aov(Aov::Indirect).unwrap()
@@ -60,35 +104,61 @@ fn running_averages_are_made_anew() {
     let mut moved = scene.clone();
     moved.set_time(1.0);
     let stats = follower.set_pose(&moved).unwrap();
-    assert!(stats.passes.iter().any(|pass| pass.name == "voxel.running_average"), "{name}");
+    assert!(
+        stats
+            .passes
+            .iter()
+            .any(|pass| pass.name == "voxel.running_average"),
+        "{name}"
+    );
     let followed = picture(&mut follower);
     let fresh: Vec<Image> = (0..3).map(|_| picture(&mut renderer(&moved))).collect();
     let spread = run_spread(&fresh).unwrap();
-    let with = |image: &Image| run_spread(&[&fresh[..], std::slice::from_ref(image)].concat()).unwrap();
+    let with =
+        |image: &Image| run_spread(&[&fresh[..], std::slice::from_ref(image)].concat()).unwrap();
     println!(
-        "running averages: new renderers spread by {spread:.2e}, with the follower by {:.2e}, with the picture before the move by {:.2e}",
+        "running averages: new renderers spread by {spread:.2e}, with the follower by {:.2e}, \
+         with the picture before the move by {:.2e}",
         with(&followed),
         with(&before)
     );
-    assert!(is_sound(&followed) && with(&followed) <= 2.0 * spread + 1e-3, "{} and {spread}", with(&followed));
-    assert!(with(&before) > 10.0 * (2.0 * spread + 1e-3), "the move has to change the picture: {} and {spread}", with(&before));
+    assert!(
+        is_sound(&followed) && with(&followed) <= 2.0 * spread + 1e-3,
+        "{} and {spread}",
+        with(&followed)
+    );
+    assert!(
+        with(&before) > 10.0 * (2.0 * spread + 1e-3),
+        "the move has to change the picture: {} and {spread}",
+        with(&before)
+    );
 }
 
-/// Largest difference of a pixel, over the mean. Bricks hold the same bits, but lie in pools of different size, in which texture coordinates round differently.
+/// Largest difference of a pixel, over the mean. Bricks hold the same bits, but lie in pools of
+/// different size, in which texture coordinates round differently.
 fn rounding(case: &Case) -> f64 {
     if case.entry.name == "svo" { 1e-4 } else { 0.0 }
 }
 
 /// Goes to some times (s), each compared with a new renderer there, and back to the first.
-fn follow(gpu: &Gpu, case: &Case, mut scene: Scene, times_s: &[f32], what: &str, pairs: &[(&str, &str)]) {
+fn follow(
+    gpu: &Gpu,
+    case: &Case,
+    mut scene: Scene,
+    times_s: &[f32],
+    what: &str,
+    pairs: &[(&str, &str)],
+) {
     let settings = case.settings(pairs);
-    let (mut follower, _) = Renderer::new(gpu, &scene, case.entry, &settings, frame(24, 16, 64)).unwrap();
+    let (mut follower, _) =
+        Renderer::new(gpu, &scene, case.entry, &settings, frame(24, 16, 64)).unwrap();
     let (mut visited, mut worst) = (Vec::<Vec<Image>>::new(), 0.0f64);
     for time_s in times_s {
         scene.set_time(*time_s);
         follower.set_pose(&scene).unwrap();
         follower.render(&scene.camera).unwrap();
-        let (mut fresh, _) = Renderer::new(gpu, &scene, case.entry, &settings, frame(24, 16, 64)).unwrap();
+        let (mut fresh, _) =
+            Renderer::new(gpu, &scene, case.entry, &settings, frame(24, 16, 64)).unwrap();
         fresh.render(&scene.camera).unwrap();
         let (followed, expected) = (pictures(&follower), pictures(&fresh));
         // Touched tiles are those of the light before, too.
@@ -101,7 +171,10 @@ fn follow(gpu: &Gpu, case: &Case, mut scene: Scene, times_s: &[f32], what: &str,
         assert_eq!(counts, fresh_counts, "{what}, {time_s} s");
         for (index, (followed, expected)) in followed.iter().zip(&expected).enumerate() {
             let (difference, allowed) = (largest_difference(followed, expected), rounding(case));
-            assert!(difference <= allowed, "{what}, {time_s} s: picture {index} differs by {difference}");
+            assert!(
+                difference <= allowed,
+                "{what}, {time_s} s: picture {index} differs by {difference}"
+            );
             worst = larger(worst, difference);
         }
         visited.push(followed);
@@ -110,12 +183,22 @@ fn follow(gpu: &Gpu, case: &Case, mut scene: Scene, times_s: &[f32], what: &str,
     follower.set_pose(&scene).unwrap();
     follower.render(&scene.camera).unwrap();
     let again = pictures(&follower);
-    assert!(visited[0].iter().zip(&again).all(|(first, again)| largest_difference(again, first) <= rounding(case)), "{what}: the second visit");
+    assert!(
+        visited[0]
+            .iter()
+            .zip(&again)
+            .all(|(first, again)| largest_difference(again, first) <= rounding(case)),
+        "{what}: the second visit"
+    );
     println!("{what}: a pixel differs by {worst:e} of the mean at most");
-    assert!(case.entry.name == "none" || visited[0][2].pixels != visited[1][2].pixels, "{what}: the model has to change the light");
+    assert!(
+        case.entry.name == "none" || visited[0][2].pixels != visited[1][2].pixels,
+        "{what}: the model has to change the light"
+    );
 }
 
-/// A model that comes into a room does not take its bounces away: the first frame after is near the converged one, and far from one bounce.
+/// A model that comes into a room does not take its bounces away: the first frame after is near the
+/// converged one, and far from one bounce.
 #[test]
 fn feedback_goes_on_after_a_move() {
     let gpu = gpu();
@@ -124,24 +207,42 @@ fn feedback_goes_on_after_a_move() {
         let mut scene = moving_room(Surfaces::Diffuse, light);
         let settings = case.settings(&[("resolution", "32"), ("bounces", "feedback")]);
         scene.set_time(2.0);
-        let (mut renderer, _) = Renderer::new(&gpu, &scene, case.entry, &settings, frame(24, 16, 64)).unwrap();
+        let (mut renderer, _) =
+            Renderer::new(&gpu, &scene, case.entry, &settings, frame(24, 16, 64)).unwrap();
         let light_after = |renderer: &mut Renderer<'_>, scene: &Scene, frames: u32| {
             (0..frames).for_each(|_| drop(renderer.render(&scene.camera).unwrap()));
-            renderer.aov(Aov::Indirect).unwrap().pixels.iter().map(|pixel| f64::from(pixel.y)).sum::<f64>()
+            renderer
+                .aov(Aov::Indirect)
+                .unwrap()
+                .pixels
+                .iter()
+                .map(|pixel| f64::from(pixel.y))
+                .sum::<f64>()
         };
         light_after(&mut renderer, &scene, 12);
         scene.set_time(1.0);
         renderer.set_pose(&scene).unwrap();
         let first = light_after(&mut renderer, &scene, 1);
         let converged = light_after(&mut renderer, &scene, 12);
-        let (mut fresh, _) = Renderer::new(&gpu, &scene, case.entry, &settings, frame(24, 16, 64)).unwrap();
+        let (mut fresh, _) =
+            Renderer::new(&gpu, &scene, case.entry, &settings, frame(24, 16, 64)).unwrap();
         let one_bounce = light_after(&mut fresh, &scene, 1);
-        println!("{}: {:.3} of the converged light after the move, {:.3} with one bounce", case.name(), first / converged, one_bounce / converged);
-        assert!((first / converged - 1.0).abs() < 0.5 * (1.0 - one_bounce / converged), "{}: {first}, {one_bounce}, {converged}", case.name());
+        println!(
+            "{}: {:.3} of the converged light after the move, {:.3} with one bounce",
+            case.name(),
+            first / converged,
+            one_bounce / converged
+        );
+        assert!(
+            (first / converged - 1.0).abs() < 0.5 * (1.0 - one_bounce / converged),
+            "{}: {first}, {one_bounce}, {converged}",
+            case.name()
+        );
     }
 }
 
-/// Lights that have moved are seen in the next frame, bit for bit as by a renderer that was made with them; also by a clipmap that keeps its light.
+/// Lights that have moved are seen in the next frame, bit for bit as by a renderer that was made
+/// with them; also by a clipmap that keeps its light.
 #[test]
 fn moved_lights_are_those_of_a_new_renderer() {
     let gpu = gpu();
@@ -149,12 +250,20 @@ fn moved_lights_are_those_of_a_new_renderer() {
         let scene = small_room(Surfaces::Diffuse, vec![light]);
         let mut moved = scene.clone();
         match &mut moved.lights[0] {
-            Light::Point { position, .. } | Light::Spot { position, .. } => *position += Vec3::new(0.3, -0.2, 0.2),
-            Light::Directional { direction, .. } => *direction = (*direction + 0.3 * Vec3::X).normalize(),
+            Light::Point { position, .. } | Light::Spot { position, .. } => {
+                *position += Vec3::new(0.3, -0.2, 0.2)
+            }
+            Light::Directional { direction, .. } => {
+                *direction = (*direction + 0.3 * Vec3::X).normalize()
+            }
         }
         for case in default_cases() {
             let settings = case.settings(&[("resolution", "32"), ("light_updates", "on-change")]);
-            let renderer = |scene: &Scene| Renderer::new(&gpu, scene, case.entry, &settings, frame(24, 16, 64)).unwrap().0;
+            let renderer = |scene: &Scene| {
+                Renderer::new(&gpu, scene, case.entry, &settings, frame(24, 16, 64))
+                    .unwrap()
+                    .0
+            };
             let [mut follower, mut fresh] = [renderer(&scene), renderer(&moved)];
             follower.render(&scene.camera).unwrap();
             let before = pictures(&follower);
@@ -163,8 +272,16 @@ fn moved_lights_are_those_of_a_new_renderer() {
                 renderer.render_again(&moved.camera).unwrap();
             }
             let (followed, expected) = (pictures(&follower), pictures(&fresh));
-            assert!(followed == expected, "{}, {name}: the light before is left", case.name());
-            assert!(before != expected, "{}, {name}: the light has to change the picture", case.name());
+            assert!(
+                followed == expected,
+                "{}, {name}: the light before is left",
+                case.name()
+            );
+            assert!(
+                before != expected,
+                "{}, {name}: the light has to change the picture",
+                case.name()
+            );
         }
     }
 }

@@ -1,4 +1,5 @@
-//! `lumivox explain`: a planted error shows in the row of its source, and exact light is the oracle's.
+//! `lumivox explain`: a planted error shows in the row of its source, and exact light is the
+//! oracle's.
 
 use crate::support::gpu;
 use crate::support::scenes::bundled;
@@ -14,7 +15,9 @@ use lumivox::measure::bench::{Case, Truth};
 use lumivox::measure::explain::{Budget, Subject, explain};
 use lumivox::measure::report::ReferenceInfo;
 use lumivox::metrics::Channel;
-use lumivox::reference::{Bounces, Filter, Sampling, Settings, gather, light_surfaces, render, surface_area_m2};
+use lumivox::reference::{
+    Bounces, Filter, Sampling, Settings, gather, light_surfaces, render, surface_area_m2,
+};
 use lumivox::scene::Scene;
 
 const SIZE: [u32; 2] = [48, 32];
@@ -23,49 +26,134 @@ const SIZE: [u32; 2] = [48, 32];
 fn truth(scene: &Scene) -> Truth {
     let [width, height] = SIZE;
     let sampling = Sampling::Fixed { spp: 256 };
-    let image = render(scene, &Settings { width, height, bounces: Bounces::Count(1), filter: Filter::Center, sampling, seed: 0 }, &|_| {}).unwrap();
-    let info = ReferenceInfo { bounces: Bounces::Count(1), samples_per_pixel: 256.0, pixel_noise: f64::from(image.indirect_error().pixel) };
-    Truth { indirect: Some((image.indirect(), info)), guide: image.guide }
+    let image = render(
+        scene,
+        &Settings {
+            width,
+            height,
+            bounces: Bounces::Count(1),
+            filter: Filter::Center,
+            sampling,
+            seed: 0,
+        },
+        &|_| {},
+    )
+    .unwrap();
+    let info = ReferenceInfo {
+        bounces: Bounces::Count(1),
+        samples_per_pixel: 256.0,
+        pixel_noise: f64::from(image.indirect_error().pixel),
+    };
+    Truth {
+        indirect: Some((image.indirect(), info)),
+        guide: image.guide,
+    }
 }
 
-fn budget(gpu: &Gpu, scene: &Scene, truth: &Truth, technique: &str, pairs: &[&str], shadow_resolution: u32) -> Budget {
+fn budget(
+    gpu: &Gpu,
+    scene: &Scene,
+    truth: &Truth,
+    technique: &str,
+    pairs: &[&str],
+    shadow_resolution: u32,
+) -> Budget {
     let entry = find(technique).unwrap();
-    let case = Case { entry, preset: None, settings: entry.settings(None, pairs).unwrap() };
-    let frame = FrameSettings { size: SIZE, shadow_resolution };
-    explain(&Subject { gpu, scene, case: &case, frame, channel: Channel::Luminance, truth }, None, &|_| {}).unwrap()
+    let case = Case {
+        entry,
+        preset: None,
+        settings: entry.settings(None, pairs).unwrap(),
+    };
+    let frame = FrameSettings {
+        size: SIZE,
+        shadow_resolution,
+    };
+    explain(
+        &Subject {
+            gpu,
+            scene,
+            case: &case,
+            frame,
+            channel: Channel::Luminance,
+            truth,
+        },
+        None,
+        &|_| {},
+    )
+    .unwrap()
 }
 
 /// What a row explains.
 fn share(budget: &Budget, name: &str) -> f64 {
-    let row = budget.budget.iter().find(|row| row.name == name).unwrap_or_else(|| panic!("there is no row {name}"));
+    let row = budget
+        .budget
+        .iter()
+        .find(|row| row.name == name)
+        .unwrap_or_else(|| panic!("there is no row {name}"));
     let error = row.error.unwrap();
-    println!("  {name:28} {:+.4} {:.4} explains {:.3}", error.bias, error.rel_rmse, row.explains.unwrap());
+    println!(
+        "  {name:28} {:+.4} {:.4} explains {:.3}",
+        error.bias,
+        error.rel_rmse,
+        row.explains.unwrap()
+    );
     row.explains.unwrap()
 }
 
-/// One error at a time, each large, in a technique that is good without: its own row takes most of it away, and the others do not.
+/// One error at a time, each large, in a technique that is good without: its own row takes most of
+/// it away, and the others do not.
 #[test]
 fn a_planted_error_shows_in_its_row() {
     let (gpu, scene) = (gpu(), bundled("cornell"));
     let truth = truth(&scene);
     let base = ["resolution=32"];
     for (what, pairs, shadow_resolution, sources, others) in [
-        ("maps of 16²", vec![], 16, ["direct light", "shadow maps"], ["visibility", "directions"]),
+        (
+            "maps of 16²",
+            vec![],
+            16,
+            ["direct light", "shadow maps"],
+            ["visibility", "directions"],
+        ),
         // Without the height test a ray hits the surface that it leaves.
-        ("own surface hit", vec!["self_height=-8", "contour_slack=-1"], 256, ["visibility", "direct light and visibility"], ["direct light", "directions"]),
-        ("one direction", vec!["rays=1", "interleave=1"], 256, ["directions", "visibility"], ["direct light", "shadow maps"]),
+        (
+            "own surface hit",
+            vec!["self_height=-8", "contour_slack=-1"],
+            256,
+            ["visibility", "direct light and visibility"],
+            ["direct light", "directions"],
+        ),
+        (
+            "one direction",
+            vec!["rays=1", "interleave=1"],
+            256,
+            ["directions", "visibility"],
+            ["direct light", "shadow maps"],
+        ),
     ] {
         println!("{what}:");
         let pairs: Vec<&str> = base.iter().copied().chain(pairs).collect();
-        let budget = budget(&gpu, &scene, &truth, "voxel-mips", &pairs, shadow_resolution);
+        let budget = budget(
+            &gpu,
+            &scene,
+            &truth,
+            "voxel-mips",
+            &pairs,
+            shadow_resolution,
+        );
         assert_eq!(share(&budget, "as it is"), 0.0);
-        sources.iter().for_each(|name| assert!(share(&budget, name) > 0.6, "{what}: {name}"));
-        others.iter().for_each(|name| assert!(share(&budget, name) < 0.4, "{what}: {name}"));
+        sources
+            .iter()
+            .for_each(|name| assert!(share(&budget, name) > 0.6, "{what}: {name}"));
+        others
+            .iter()
+            .for_each(|name| assert!(share(&budget, name) < 0.4, "{what}: {name}"));
     }
 }
 
-/// Every technique has a budget: exact light through exact rays leaves little error, where there are voxels at all.
-/// What patches give is not in the voxels that the picture sees, but in those that exact rays see.
+/// Every technique has a budget: exact light through exact rays leaves little error, where there
+/// are voxels at all. What patches give is not in the voxels that the picture sees, but in those
+/// that exact rays see.
 #[test]
 fn exact_visibility_sees_what_patches_give() {
     let (gpu, scene) = (gpu(), bundled("cornell-lamp"));
@@ -74,7 +162,13 @@ fn exact_visibility_sees_what_patches_give() {
         let budget = budget(&gpu, &scene, &truth, "voxel-mips", pairs, 64);
         for name in ["as it is", "visibility", "direct light and visibility"] {
             share(&budget, name);
-            let error = budget.budget.iter().find(|row| row.name == name).unwrap().error.unwrap();
+            let error = budget
+                .budget
+                .iter()
+                .find(|row| row.name == name)
+                .unwrap()
+                .error
+                .unwrap();
             assert!(error.bias.abs() < 0.1, "{pairs:?}, {name}: {error:?}");
         }
     }
@@ -87,13 +181,24 @@ fn every_technique_has_a_budget() {
     for entry in TECHNIQUES {
         // A clipmap's voxels are of several sizes.
         let has_voxels = entry.voxels.is_some();
-        let settings: &[&str] = if entry.name == "none" { &[] } else { &["resolution=32"] };
+        let settings: &[&str] = if entry.name == "none" {
+            &[]
+        } else {
+            &["resolution=32"]
+        };
         let budget = budget(&gpu, &scene, &truth, entry.name, settings, 256);
         println!("{}:", entry.name);
         assert_eq!(share(&budget, "as it is"), 0.0);
-        let row = budget.budget.iter().find(|row| row.name == "direct light and visibility");
+        let row = budget
+            .budget
+            .iter()
+            .find(|row| row.name == "direct light and visibility");
         assert_eq!(row.is_some(), has_voxels);
-        assert!(row.is_none_or(|row| row.error.unwrap().rel_rmse < 0.05), "{}", entry.name);
+        assert!(
+            row.is_none_or(|row| row.error.unwrap().rel_rmse < 0.05),
+            "{}",
+            entry.name
+        );
         assert!(serde_json::to_string(&budget).is_ok());
     }
 }
@@ -105,13 +210,25 @@ fn exact_light_is_the_oracles() {
     let (gpu, scene) = (gpu(), bundled("cornell"));
     let entry = find("voxel-mips").unwrap();
     let settings = entry.settings(None, &["resolution=16"]).unwrap();
-    let (mut renderer, _) = lumivox::frame::Renderer::new(&gpu, &scene, entry, &settings, FrameSettings { size: SIZE, shadow_resolution: 64 }).unwrap();
+    let (mut renderer, _) = lumivox::frame::Renderer::new(
+        &gpu,
+        &scene,
+        entry,
+        &settings,
+        FrameSettings {
+            size: SIZE,
+            shadow_resolution: 64,
+        },
+    )
+    .unwrap();
     let grid = VoxelGrid::around(scene.bounds().unwrap(), 16);
     let points = light_surfaces(&scene, grid.voxel_size / 8.0).unwrap();
     lumivox::measure::explain::give_light(&gpu, &mut renderer.lit_voxels(), &points).unwrap();
     renderer.render(&scene.camera).unwrap();
     let pieces = renderer.lit_voxels();
-    let map = lumivox::gi::voxel::VoxelMap::read(&gpu, &pieces).unwrap().unwrap();
+    let map = lumivox::gi::voxel::VoxelMap::read(&gpu, &pieces)
+        .unwrap()
+        .unwrap();
     let radiance = map.radiance(&gpu, &pieces).unwrap();
     let gpu_scene = lumivox::render::GpuScene::new(&gpu, &scene).unwrap();
     let records = voxelize(&gpu, &gpu_scene, voxel_settings(16, Method::Compute)).records;
@@ -120,7 +237,10 @@ fn exact_light_is_the_oracles() {
     for (index, record) in records.iter().enumerate() {
         for (side, expected) in oracle[&coordinates(record)].iter().enumerate() {
             let area = crate::support::voxels::area(record);
-            let (found, expected) = (f64::from(luminance(radiance[2 * index + side])), f64::from(luminance(expected.as_vec3())));
+            let (found, expected) = (
+                f64::from(luminance(radiance[2 * index + side])),
+                f64::from(luminance(expected.as_vec3())),
+            );
             squares += area * (found - expected).powi(2);
             total += area * expected;
             compared += usize::from(expected > 0.0);
@@ -132,7 +252,8 @@ fn exact_light_is_the_oracles() {
     assert!(compared > 500 && rel_rmse < 0.05);
 }
 
-/// Points cover surfaces evenly, however the surface is cut into triangles, and both sides are told apart.
+/// Points cover surfaces evenly, however the surface is cut into triangles, and both sides are told
+/// apart.
 #[test]
 fn surfaces_are_covered_evenly() {
     let scene = bundled("cornell");
@@ -140,12 +261,28 @@ fn surfaces_are_covered_evenly() {
     for share in [0.01f64, 0.003] {
         let spacing = share * area.sqrt();
         let points = light_surfaces(&scene, spacing as f32).unwrap();
-        assert!((points.len() as f64 * share * share - 1.0).abs() < 0.01, "{} points", points.len());
-        let middle: Vec3 = points.iter().map(|point| point.surface.position).sum::<Vec3>() / points.len() as f32;
+        assert!(
+            (points.len() as f64 * share * share - 1.0).abs() < 0.01,
+            "{} points",
+            points.len()
+        );
+        let middle: Vec3 = points
+            .iter()
+            .map(|point| point.surface.position)
+            .sum::<Vec3>()
+            / points.len() as f32;
         let (low, high) = scene.bounds().unwrap();
         assert!(middle.cmpgt(low).all() && middle.cmplt(high).all());
-        assert!(points.iter().all(|point| point.radiance[0] == Vec3::ZERO || point.radiance[1] == Vec3::ZERO), "a point light lights one side");
-        assert!(points.iter().any(|point| point.radiance[0] != Vec3::ZERO) && light_surfaces(&Scene::default(), 1.0).unwrap().is_empty());
+        assert!(
+            points
+                .iter()
+                .all(|point| point.radiance[0] == Vec3::ZERO || point.radiance[1] == Vec3::ZERO),
+            "a point light lights one side"
+        );
+        assert!(
+            points.iter().any(|point| point.radiance[0] != Vec3::ZERO)
+                && light_surfaces(&Scene::default(), 1.0).unwrap().is_empty()
+        );
     }
 }
 
@@ -153,9 +290,21 @@ fn surfaces_are_covered_evenly() {
 #[test]
 fn a_gather_of_constant_light_is_the_albedo() {
     let scene = bundled("furnace");
-    let [ones, halves]: [f32; 2] = [|_: Vec3| 1.0, |normal: Vec3| f32::from(u8::from(normal.y > 0.0))].map(|light: fn(Vec3) -> f32| {
-        let image = gather(&scene, [8, 8], 64, &|point| Vec3::splat(light(point.normal))).unwrap();
-        image.pixels.iter().map(|pixel| luminance(*pixel)).sum::<f32>() / 64.0
+    let [ones, halves]: [f32; 2] = [
+        |_: Vec3| 1.0,
+        |normal: Vec3| f32::from(u8::from(normal.y > 0.0)),
+    ]
+    .map(|light: fn(Vec3) -> f32| {
+        let image = gather(&scene, [8, 8], 64, &|point| {
+            Vec3::splat(light(point.normal))
+        })
+        .unwrap();
+        image
+            .pixels
+            .iter()
+            .map(|pixel| luminance(*pixel))
+            .sum::<f32>()
+            / 64.0
     });
     let albedo = luminance(scene.materials[0].albedo);
     assert!((ones - albedo).abs() < 0.02 * albedo, "{ones} for {albedo}");

@@ -1,4 +1,5 @@
-//! What `lumivox view` relies on: one renderer makes pictures of several sizes, keeps its light maps, takes other lights; scenes take overlays.
+//! What `lumivox view` relies on: one renderer makes pictures of several sizes, keeps its light
+//! maps, takes other lights; scenes take overlays.
 
 use crate::support::technique::{Surfaces, default_cases, frame, small_lights, small_room};
 use crate::support::{Random, gpu};
@@ -14,22 +15,42 @@ fn a_part_of_large_images_is_the_picture_of_small_ones() {
     let scene = small_room(Surfaces::Glossy, vec![small_lights()[0].1]);
     for case in default_cases() {
         let settings = case.settings(&[("resolution", case.smallest_resolution())]);
-        let (mut large, _) = Renderer::new(&gpu, &scene, case.entry, &settings, frame(96, 50, 64)).unwrap();
-        let (mut small, _) = Renderer::new(&gpu, &scene, case.entry, &settings, frame(37, 29, 64)).unwrap();
+        let (mut large, _) =
+            Renderer::new(&gpu, &scene, case.entry, &settings, frame(96, 50, 64)).unwrap();
+        let (mut small, _) =
+            Renderer::new(&gpu, &scene, case.entry, &settings, frame(37, 29, 64)).unwrap();
         large.render(&scene.camera).unwrap();
         large.set_size([37, 29]);
         // Of maps that are there already, too.
         large.render_again(&scene.camera).unwrap();
         small.render(&scene.camera).unwrap();
         for aov in Aov::ALL {
-            assert_eq!(large.aov(aov).unwrap(), small.aov(aov).unwrap(), "{}, {aov}", case.name());
+            assert_eq!(
+                large.aov(aov).unwrap(),
+                small.aov(aov).unwrap(),
+                "{}, {aov}",
+                case.name()
+            );
         }
-        for channel in [SurfaceChannel::GeometricNormal, SurfaceChannel::Roughness, SurfaceChannel::F0] {
-            assert_eq!(large.surface(channel).unwrap(), small.surface(channel).unwrap(), "{}, {channel:?}", case.name());
+        for channel in [
+            SurfaceChannel::GeometricNormal,
+            SurfaceChannel::Roughness,
+            SurfaceChannel::F0,
+        ] {
+            assert_eq!(
+                large.surface(channel).unwrap(),
+                small.surface(channel).unwrap(),
+                "{}, {channel:?}",
+                case.name()
+            );
         }
         let map = |renderer: &Renderer<'_>| renderer.light_map(MapChannel::Depth, 0).unwrap();
         assert_eq!(map(&large), map(&small), "{}", case.name());
-        assert!(map(&large).is_none_or(|map| map.pixels.iter().any(|depth| depth.x > 0.0)), "{}: an empty shadow map", case.name());
+        assert!(
+            map(&large).is_none_or(|map| map.pixels.iter().any(|depth| depth.x > 0.0)),
+            "{}: an empty shadow map",
+            case.name()
+        );
     }
 }
 
@@ -44,12 +65,21 @@ fn lights_are_replaced_on_the_device() {
     for lights in [vec![second, third, first], Vec::new(), vec![third]] {
         scene.lights = lights;
         scene.environment += 0.25;
-        uploaded.set_lights(&gpu, &scene.lights, scene.environment).unwrap();
-        let (mut kept, _) = Renderer::of(&gpu, uploaded, case.entry, &settings, frame(40, 30, 64)).unwrap();
-        let (mut fresh, _) = Renderer::new(&gpu, &scene, case.entry, &settings, frame(40, 30, 64)).unwrap();
+        uploaded
+            .set_lights(&gpu, &scene.lights, scene.environment)
+            .unwrap();
+        let (mut kept, _) =
+            Renderer::of(&gpu, uploaded, case.entry, &settings, frame(40, 30, 64)).unwrap();
+        let (mut fresh, _) =
+            Renderer::new(&gpu, &scene, case.entry, &settings, frame(40, 30, 64)).unwrap();
         kept.render(&scene.camera).unwrap();
         fresh.render(&scene.camera).unwrap();
-        assert_eq!(kept.aov(Aov::Full).unwrap(), fresh.aov(Aov::Full).unwrap(), "{} lights", scene.lights.len());
+        assert_eq!(
+            kept.aov(Aov::Full).unwrap(),
+            fresh.aov(Aov::Full).unwrap(),
+            "{} lights",
+            scene.lights.len()
+        );
         uploaded = kept.into_scene();
     }
 }
@@ -59,20 +89,42 @@ fn overlays_read_back_to_the_bit() {
     let mut random = Random::new(7);
     for _ in 0..200 {
         let mut vector = |scale: f32| Vec3::from([0; 3].map(|_| (random.unit() - 0.5) * scale));
-        let camera = Camera { eye: vector(30.0), target: vector(30.0), up: Vec3::Y, vfov_deg: 40.0 + vector(20.0).x };
+        let camera = Camera {
+            eye: vector(30.0),
+            target: vector(30.0),
+            up: Vec3::Y,
+            vfov_deg: 40.0 + vector(20.0).x,
+        };
         let (position, direction) = (vector(1e3), vector(1.0).normalize());
         let power = vector(1e-3).abs();
         let lights = vec![
-            Light::Directional { direction, irradiance: power },
-            Light::Point { position, intensity: power },
-            Light::Spot { position, direction, intensity: power, inner_deg: 10.1, outer_deg: 33.3 },
+            Light::Directional {
+                direction,
+                irradiance: power,
+            },
+            Light::Point {
+                position,
+                intensity: power,
+            },
+            Light::Spot {
+                position,
+                direction,
+                intensity: power,
+                inner_deg: 10.1,
+                outer_deg: 33.3,
+            },
         ];
         let mut scene = Scene::default();
         scene.overlay("--with", &camera_toml(&camera)).unwrap();
         scene.overlay("--with", &lights_toml(&lights)).unwrap();
         assert_eq!((scene.camera, &scene.lights), (camera, &lights));
-        scene.overlay("--with", "environment = { radiance = [1.0, 2.0, 3.0] }").unwrap();
-        assert_eq!((scene.camera, scene.environment), (camera, Vec3::new(1.0, 2.0, 3.0)));
+        scene
+            .overlay("--with", "environment = { radiance = [1.0, 2.0, 3.0] }")
+            .unwrap();
+        assert_eq!(
+            (scene.camera, scene.environment),
+            (camera, Vec3::new(1.0, 2.0, 3.0))
+        );
         scene.overlay("--with", &lights_toml(&[])).unwrap();
         assert!(scene.lights.is_empty());
     }
@@ -81,12 +133,24 @@ fn overlays_read_back_to_the_bit() {
 #[test]
 fn overlays_that_cannot_be_name_the_key() {
     for (text, says) in [
-        ("camera = { eye = [0.0, 0.0, 0.0], target = [0.0, 0.0, 0.0] }", "camera.target"),
+        (
+            "camera = { eye = [0.0, 0.0, 0.0], target = [0.0, 0.0, 0.0] }",
+            "camera.target",
+        ),
         ("light = [{ kind = \"lamp\" }]", "light[0].kind"),
         ("lights = []", "lights"),
-        ("model = [{ path = \"a.obj\" }]", "only camera, light and environment"),
+        (
+            "model = [{ path = \"a.obj\" }]",
+            "only camera, light and environment",
+        ),
     ] {
-        let error = Scene::default().overlay("--with", text).unwrap_err().to_string();
-        assert!(error.contains(says) && error.contains("--with"), "{text}: {error}");
+        let error = Scene::default()
+            .overlay("--with", text)
+            .unwrap_err()
+            .to_string();
+        assert!(
+            error.contains(says) && error.contains("--with"),
+            "{text}: {error}"
+        );
     }
 }

@@ -1,19 +1,27 @@
-//! `render.direct` and `render.composite` on the device against the CPU: the lobe by its papers, shadows by exact rays and by the maps' own texels, the path
-//! tracer's direct light against both; the sum of the terms, and what each output shows.
+//! `render.direct` and `render.composite` on the device against the CPU: the lobe by its papers,
+//! shadows by exact rays and by the maps' own texels, the path tracer's direct light against both;
+//! the sum of the terms, and what each output shows.
 
 use std::sync::Arc;
 
-use crate::support::surfaces::{Drawn, GBufferPixel, centre, draw_gbuffer, every_surface, lit_by, seen_from, sheet};
+use crate::support::surfaces::{
+    Drawn, GBufferPixel, centre, draw_gbuffer, every_surface, lit_by, seen_from, sheet,
+};
 use crate::support::technique::Builder;
 use crate::support::{Random, gpu};
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use lumivox::graph::{Frame, Gpu, Image as GpuImage, ImageDesc, ImageKind, ImageUsage, vk};
 use lumivox::image::{Aov, Image, srgb_from_linear, write_png};
 use lumivox::reference::{self, Bounces, Filter, ReferenceImage, Sampling};
-use lumivox::render::oracle::light::{Reflected, Reflector, SHADOW_BIAS, ShadowMap, light_at, reflect};
+use lumivox::render::oracle::light::{
+    Reflected, Reflector, SHADOW_BIAS, ShadowMap, light_at, reflect,
+};
 use lumivox::render::oracle::texture::linear_from_srgb;
 use lumivox::render::oracle::{Scenery, Surface, View};
-use lumivox::render::{GpuLightView, GpuScene, IndirectLight, LightMaps, MapChannel, Output, SurfaceChannel, read_aov, read_light_map, read_surface};
+use lumivox::render::{
+    GpuLightView, GpuScene, IndirectLight, LightMaps, MapChannel, Output, SurfaceChannel, read_aov,
+    read_light_map, read_surface,
+};
 use lumivox::scene::{Camera, Light, Material, Scene, Specular};
 use rayon::prelude::*;
 
@@ -50,16 +58,22 @@ fn reflector(drawn: &Drawn, pixel: usize, of: &GBufferPixel) -> Option<Reflector
 }
 
 fn read_shadow_maps(gpu: &Gpu, scene: &Scene, maps: &LightMaps) -> Vec<Vec<ShadowMap>> {
-    let rows: Vec<GpuLightView> = bytemuck::pod_collect_to_vec(&gpu.read_buffer(&maps.views).unwrap());
+    let rows: Vec<GpuLightView> =
+        bytemuck::pod_collect_to_vec(&gpu.read_buffer(&maps.views).unwrap());
     let mut by_light = vec![Vec::new(); scene.lights.len()];
     for (index, row) in (0..maps.view_count).zip(&rows) {
-        let depth = read_light_map(gpu, maps, MapChannel::Depth, index).unwrap().unwrap();
+        let depth = read_light_map(gpu, maps, MapChannel::Depth, index)
+            .unwrap()
+            .unwrap();
         let metres = |stored: f32| match (row.origin_kind[3] == 0.0, f64::from(stored)) {
             (_, 0.0) => f64::INFINITY,
             (true, stored) => (1.0 - stored) * f64::from(row.right[3]),
             (false, stored) => f64::from(row.forward[3]) / stored,
         };
-        by_light[row.light[0] as usize].push(ShadowMap { view: View::of_light(row), depth_m: depth.pixels.iter().map(|stored| metres(stored.x)).collect() });
+        by_light[row.light[0] as usize].push(ShadowMap {
+            view: View::of_light(row),
+            depth_m: depth.pixels.iter().map(|stored| metres(stored.x)).collect(),
+        });
     }
     by_light
 }
@@ -74,20 +88,39 @@ fn light_up(gpu: &Gpu, scene: &Scene, size: [u32; 2], map_size: u32) -> Lit {
     maps.draw(&mut frame, &gpu_scene);
     output.draw_direct(&mut frame, &gpu_scene, &maps, &drawn.gbuffer);
     gpu.submit(frame).unwrap();
-    let texels: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&gpu.read_image(&output.direct, 0, 0).unwrap());
+    let texels: Vec<[f32; 4]> =
+        bytemuck::pod_collect_to_vec(&gpu.read_image(&output.direct, 0, 0).unwrap());
     let pixels = drawn.read(gpu);
-    let reflectors: Vec<_> = pixels.iter().enumerate().map(|(pixel, of)| reflector(&drawn, pixel, of)).collect();
+    let reflectors: Vec<_> = pixels
+        .iter()
+        .enumerate()
+        .map(|(pixel, of)| reflector(&drawn, pixel, of))
+        .collect();
     for (texel, reflector) in texels.iter().zip(&reflectors) {
-        assert_eq!(texel[3], if reflector.is_some() { 1.0 } else { 0.0 }, "alpha says where there is a surface");
+        assert_eq!(
+            texel[3],
+            if reflector.is_some() { 1.0 } else { 0.0 },
+            "alpha says where there is a surface"
+        );
     }
-    let seen = texels.iter().map(|texel| DVec3::new(texel[0].into(), texel[1].into(), texel[2].into())).collect();
-    Lit { seen, reflectors, maps: read_shadow_maps(gpu, scene, &maps) }
+    let seen = texels
+        .iter()
+        .map(|texel| DVec3::new(texel[0].into(), texel[1].into(), texel[2].into()))
+        .collect();
+    Lit {
+        seen,
+        reflectors,
+        maps: read_shadow_maps(gpu, scene, &maps),
+    }
 }
 
-/// The shadow map in which a point is seen: of a point light, that of the axis along which it is farthest.
+/// The shadow map in which a point is seen: of a point light, that of the axis along which it is
+/// farthest.
 fn map_of(maps: &[ShadowMap], point: DVec3) -> usize {
     let along = |map: &ShadowMap| (point - map.view.origin).dot(map.view.forward);
-    (0..maps.len()).max_by(|&a, &b| along(&maps[a]).total_cmp(&along(&maps[b]))).unwrap()
+    (0..maps.len())
+        .max_by(|&a, &b| along(&maps[a]).total_cmp(&along(&maps[b])))
+        .unwrap()
 }
 
 fn total(reflected: Reflected) -> DVec3 {
@@ -97,28 +130,39 @@ fn total(reflected: Reflected) -> DVec3 {
 /// What the shadow maps' texels make of each pixel.
 fn by_maps(scene: &Scene, lit: &Lit) -> Vec<Bounds> {
     let of = |reflector: &Option<Reflector>| {
-        let Some(at) = reflector else { return [DVec3::ZERO; 2] };
+        let Some(at) = reflector else {
+            return [DVec3::ZERO; 2];
+        };
         let mut bounds = [DVec3::ZERO; 2];
         for (light, maps) in scene.lights.iter().zip(&lit.maps) {
-            let share = maps[map_of(maps, at.position)].visibility(at.position, at.geometric_normal);
+            let share =
+                maps[map_of(maps, at.position)].visibility(at.position, at.geometric_normal);
             let reflected = total(reflect(light, at));
-            bounds = [bounds[0] + share[0] * reflected, bounds[1] + share[1] * reflected];
+            bounds = [
+                bounds[0] + share[0] * reflected,
+                bounds[1] + share[1] * reflected,
+            ];
         }
         bounds
     };
     lit.reflectors.par_iter().map(of).collect()
 }
 
-/// What exact rays say of one light at a point, wherever all of the four texels that the point is compared with see the same: nothing in the way, or something
-/// before the point's plane. `None` elsewhere: at the edges of shadows, and where another surface meets this one.
+/// What exact rays say of one light at a point, wherever all of the four texels that the point is
+/// compared with see the same: nothing in the way, or something before the point's plane. `None`
+/// elsewhere: at the edges of shadows, and where another surface meets this one.
 fn by_rays(scenery: &Scenery<'_>, map: &ShadowMap, at: &Reflector) -> Option<bool> {
     let (middle, depth_m) = map.view.project(at.position);
     let steps = [-1.0, -0.5, 0.0, 0.5, 1.0];
-    let compared = [DVec2::ZERO, DVec2::X, DVec2::Y, DVec2::ONE].map(|by| (middle - 0.5).floor() + by + 0.5);
-    let around = steps.iter().flat_map(|&x| steps.map(|y| middle + DVec2::new(x, y)));
+    let compared =
+        [DVec2::ZERO, DVec2::X, DVec2::Y, DVec2::ONE].map(|by| (middle - 0.5).floor() + by + 0.5);
+    let around = steps
+        .iter()
+        .flat_map(|&x| steps.map(|y| middle + DVec2::new(x, y)));
     let mut answers = around.chain(compared).map(|at_px| {
         let (origin, direction) = map.view.ray(at_px);
-        let plane_m = at.geometric_normal.dot(at.position - origin) / at.geometric_normal.dot(direction);
+        let plane_m =
+            at.geometric_normal.dot(at.position - origin) / at.geometric_normal.dot(direction);
         let nearer = 1.0 - scenery.certain_hit(&map.view, at_px)? / plane_m;
         // Steep planes leave the reach of a comparison.
         let is_plain = plane_m > 0.0 && (plane_m / depth_m - 1.0).abs() < 0.2;
@@ -141,12 +185,24 @@ fn tolerance(scene: &Scene, at: &Option<Reflector>, relative: f64) -> DVec3 {
     let Some(at) = at else { return DVec3::ZERO };
     let of = |light: &Light| {
         let (whole, angle) = match *light {
-            Light::Spot { position, intensity, inner_deg, outer_deg, .. } => {
-                (Light::Point { position, intensity }, ANGLE_ERROR / f64::from(outer_deg - inner_deg).to_radians())
-            }
+            Light::Spot {
+                position,
+                intensity,
+                inner_deg,
+                outer_deg,
+                ..
+            } => (
+                Light::Point {
+                    position,
+                    intensity,
+                },
+                ANGLE_ERROR / f64::from(outer_deg - inner_deg).to_radians(),
+            ),
             light => (light, 0.0),
         };
-        total(reflect(light, at)) * relative + total(reflect(&whole, at)) * angle + 1e-6 * light_at(&whole, at.position).1
+        total(reflect(light, at)) * relative
+            + total(reflect(&whole, at)) * angle
+            + 1e-6 * light_at(&whole, at.position).1
     };
     scene.lights.iter().map(of).sum::<DVec3>() + 1e-7
 }
@@ -161,9 +217,16 @@ fn judge(seen: &[DVec3], bounds: &[Bounds], tolerance: &[DVec3]) -> Result<f64, 
         for channel in 0..3 {
             let [low, high] = bounds[pixel].map(|bound| bound[channel]);
             let outside = (low - seen[channel]).max(seen[channel] - high);
-            let share = if seen[channel].is_nan() || outside.is_nan() { f64::INFINITY } else { outside.max(0.0) / tolerance[pixel][channel].max(1e-300) };
+            let share = if seen[channel].is_nan() || outside.is_nan() {
+                f64::INFINITY
+            } else {
+                outside.max(0.0) / tolerance[pixel][channel].max(1e-300)
+            };
             if share > 1.0 {
-                return Err(format!("pixel {pixel}: {seen} for {:?}, {share:.2} tolerances of channel {channel}", bounds[pixel]));
+                return Err(format!(
+                    "pixel {pixel}: {seen} for {:?}, {share:.2} tolerances of channel {channel}",
+                    bounds[pixel]
+                ));
             }
             worst = worst.max(share);
         }
@@ -171,14 +234,23 @@ fn judge(seen: &[DVec3], bounds: &[Bounds], tolerance: &[DVec3]) -> Result<f64, 
     Ok(worst)
 }
 
-/// Scales every pixel by a little more than the tolerance, and plants NaN in each channel: none may pass.
+/// Scales every pixel by a little more than the tolerance, and plants NaN in each channel: none may
+/// pass.
 fn planted_errors_fail(seen: &[DVec3], bounds: &[Bounds], tolerance: &[DVec3]) {
-    let brightest = (0..seen.len()).max_by(|&a, &b| seen[a].x.total_cmp(&seen[b].x)).unwrap();
+    let brightest = (0..seen.len())
+        .max_by(|&a, &b| seen[a].x.total_cmp(&seen[b].x))
+        .unwrap();
     for channel in 0..3 {
-        for wrong in [bounds[brightest][1][channel] + 1.5 * tolerance[brightest][channel], f64::NAN] {
+        for wrong in [
+            bounds[brightest][1][channel] + 1.5 * tolerance[brightest][channel],
+            f64::NAN,
+        ] {
             let mut planted = seen.to_vec();
             planted[brightest][channel] = wrong;
-            assert!(judge(&planted, bounds, tolerance).is_err(), "{wrong} in channel {channel} passes");
+            assert!(
+                judge(&planted, bounds, tolerance).is_err(),
+                "{wrong} in channel {channel} passes"
+            );
         }
     }
     let dark: Vec<DVec3> = vec![DVec3::ZERO; seen.len()];
@@ -188,8 +260,20 @@ fn planted_errors_fail(seen: &[DVec3], bounds: &[Bounds], tolerance: &[DVec3]) {
 fn kinds() -> Vec<(&'static str, Light)> {
     let intensity = Vec3::new(3.0, 2.5, 2.0);
     vec![
-        ("directional", Light::Directional { direction: Vec3::new(0.35, -0.8, -0.45).normalize(), irradiance: Vec3::new(4.0, 3.0, 2.0) }),
-        ("point", Light::Point { position: Vec3::new(0.15, 1.25, 0.75), intensity }),
+        (
+            "directional",
+            Light::Directional {
+                direction: Vec3::new(0.35, -0.8, -0.45).normalize(),
+                irradiance: Vec3::new(4.0, 3.0, 2.0),
+            },
+        ),
+        (
+            "point",
+            Light::Point {
+                position: Vec3::new(0.15, 1.25, 0.75),
+                intensity,
+            },
+        ),
         (
             "spot",
             Light::Spot {
@@ -203,54 +287,120 @@ fn kinds() -> Vec<(&'static str, Light)> {
     ]
 }
 
-/// Bent sheets of seven roughnesses and three kinds of lobe, beside each other, seen at all angles down to grazing ones.
+/// Bent sheets of seven roughnesses and three kinds of lobe, beside each other, seen at all angles
+/// down to grazing ones.
 fn lobes(lobe: fn(f32) -> Material) -> Scene {
     let mut builder = Builder::default();
-    for (index, roughness) in [0.05, 0.1, 0.2, 0.35, 0.5, 0.7, 1.0].into_iter().enumerate() {
+    for (index, roughness) in [0.05, 0.1, 0.2, 0.35, 0.5, 0.7, 1.0]
+        .into_iter()
+        .enumerate()
+    {
         let material = builder.material(lobe(roughness));
         let corner = Vec3::new(-1.05 + 0.3 * index as f32, 0.0, -1.2);
-        sheet(&mut builder, material, [corner, Vec3::Z * 2.4, Vec3::X * 0.28], [Vec2::ZERO; 4], 0.35);
+        sheet(
+            &mut builder,
+            material,
+            [corner, Vec3::Z * 2.4, Vec3::X * 0.28],
+            [Vec2::ZERO; 4],
+            0.35,
+        );
     }
     let lights = vec![
-        Light::Directional { direction: Vec3::new(0.05, -0.5, 1.0).normalize(), irradiance: Vec3::new(1.0, 2.0, 3.0) },
-        Light::Point { position: Vec3::new(0.0, 0.4, -0.9), intensity: Vec3::new(0.5, 0.25, 1.0) },
+        Light::Directional {
+            direction: Vec3::new(0.05, -0.5, 1.0).normalize(),
+            irradiance: Vec3::new(1.0, 2.0, 3.0),
+        },
+        Light::Point {
+            position: Vec3::new(0.0, 0.4, -0.9),
+            intensity: Vec3::new(0.5, 0.25, 1.0),
+        },
         // Behind the sheets: nothing of it arrives.
-        Light::Point { position: Vec3::new(0.0, -0.4, 0.3), intensity: Vec3::splat(2.0) },
+        Light::Point {
+            position: Vec3::new(0.0, -0.4, 0.3),
+            intensity: Vec3::splat(2.0),
+        },
     ];
-    let camera = Camera { eye: Vec3::new(0.06, 0.7, 1.9), target: Vec3::new(0.0, 0.0, 0.15), up: Vec3::Y, vfov_deg: 50.0 };
+    let camera = Camera {
+        eye: Vec3::new(0.06, 0.7, 1.9),
+        target: Vec3::new(0.0, 0.0, 0.15),
+        up: Vec3::Y,
+        vfov_deg: 50.0,
+    };
     builder.finish("lobes", lights, Vec3::ZERO, camera)
 }
 
-/// A flat metal that a light is mirrored in, seen through a long lens: the peak of its lobe, and its sides.
+/// A flat metal that a light is mirrored in, seen through a long lens: the peak of its lobe, and
+/// its sides.
 fn peak(roughness: f32) -> Scene {
     let mut builder = Builder::default();
-    let specular = Some(Specular { f0: Vec3::ONE, roughness, metalness: 0.0 });
-    let metal = builder.material(Material { albedo: Vec3::ZERO, specular, ..Material::default() });
-    builder.quad(metal, Vec3::new(-1.0, 0.0, -1.0), Vec3::Z * 2.0, Vec3::X * 2.0);
-    let camera = Camera { eye: Vec3::new(0.9, 1.2, 2.0), target: Vec3::new(0.1, 0.0, -0.2), up: Vec3::Y, vfov_deg: 2.0 };
+    let specular = Some(Specular {
+        f0: Vec3::ONE,
+        roughness,
+        metalness: 0.0,
+    });
+    let metal = builder.material(Material {
+        albedo: Vec3::ZERO,
+        specular,
+        ..Material::default()
+    });
+    builder.quad(
+        metal,
+        Vec3::new(-1.0, 0.0, -1.0),
+        Vec3::Z * 2.0,
+        Vec3::X * 2.0,
+    );
+    let camera = Camera {
+        eye: Vec3::new(0.9, 1.2, 2.0),
+        target: Vec3::new(0.1, 0.0, -0.2),
+        up: Vec3::Y,
+        vfov_deg: 2.0,
+    };
     let seen_along = (camera.target - camera.eye).normalize();
     // Light that is mirrored at the camera's target arrives at the camera.
     let direction = Vec3::new(-seen_along.x, seen_along.y, -seen_along.z);
-    builder.finish("peak", vec![Light::Directional { direction, irradiance: Vec3::new(1.0, 2.0, 3.0) }], Vec3::ZERO, camera)
+    builder.finish(
+        "peak",
+        vec![Light::Directional {
+            direction,
+            irradiance: Vec3::new(1.0, 2.0, 3.0),
+        }],
+        Vec3::ZERO,
+        camera,
+    )
 }
 
 fn lobe_scenes() -> Vec<(&'static str, Scene)> {
     let dielectric = |roughness| Material {
         albedo: Vec3::new(0.7, 0.4, 0.1),
-        specular: Some(Specular { f0: Vec3::splat(0.04), roughness, metalness: 0.0 }),
+        specular: Some(Specular {
+            f0: Vec3::splat(0.04),
+            roughness,
+            metalness: 0.0,
+        }),
         ..Material::default()
     };
     let black = |roughness| Material {
         albedo: Vec3::ZERO,
-        specular: Some(Specular { f0: Vec3::new(0.04, 0.5, 1.0), roughness, metalness: 0.0 }),
+        specular: Some(Specular {
+            f0: Vec3::new(0.04, 0.5, 1.0),
+            roughness,
+            metalness: 0.0,
+        }),
         ..Material::default()
     };
     let metal = |roughness| Material {
         albedo: Vec3::new(0.95, 0.6, 0.2),
-        specular: Some(Specular { f0: Vec3::splat(0.04), roughness, metalness: 1.0 }),
+        specular: Some(Specular {
+            f0: Vec3::splat(0.04),
+            roughness,
+            metalness: 1.0,
+        }),
         ..Material::default()
     };
-    let matt = |roughness| Material { albedo: Vec3::new(0.7, 0.4, 0.1) * roughness, ..Material::default() };
+    let matt = |roughness| Material {
+        albedo: Vec3::new(0.7, 0.4, 0.1) * roughness,
+        ..Material::default()
+    };
     let behind = |scene: Scene| seen_from(scene, [0.06, -0.6, 1.9], [0.0, 0.0, 0.1], 50.0);
     vec![
         ("diffuse", lobes(matt)),
@@ -266,44 +416,74 @@ fn lobe_scenes() -> Vec<(&'static str, Scene)> {
     ]
 }
 
-/// Nothing casts a shadow here but on the other side: each lobe at each roughness against the papers' formula, evaluated at what the G-buffer holds.
+/// Nothing casts a shadow here but on the other side: each lobe at each roughness against the
+/// papers' formula, evaluated at what the G-buffer holds.
 #[test]
 fn lobes_are_those_of_the_papers() {
     let gpu = gpu();
     for (name, scene) in lobe_scenes() {
         let lit = light_up(&gpu, &scene, SIZE, 128);
         let bounds = by_maps(&scene, &lit);
-        let tolerance: Vec<DVec3> = lit.reflectors.iter().map(|at| tolerance(&scene, at, 1e-3)).collect();
-        let worst = judge(&lit.seen, &bounds, &tolerance).unwrap_or_else(|error| panic!("{name}: {error}"));
+        let tolerance: Vec<DVec3> = lit
+            .reflectors
+            .iter()
+            .map(|at| tolerance(&scene, at, 1e-3))
+            .collect();
+        let worst =
+            judge(&lit.seen, &bounds, &tolerance).unwrap_or_else(|error| panic!("{name}: {error}"));
         let bright = bounds.iter().filter(|bounds| bounds[0].x > 0.0).count();
-        let certain = bounds.iter().filter(|bounds| bounds[0] == bounds[1]).count();
+        let certain = bounds
+            .iter()
+            .filter(|bounds| bounds[0] == bounds[1])
+            .count();
         println!("{name}: {worst:.3} of the tolerance, {bright} lit pixels, {certain} certain");
-        assert!(bright > 400 && certain > lit.seen.len() * 9 / 10, "{name}: {bright}, {certain}");
+        assert!(
+            bright > 400 && certain > lit.seen.len() * 9 / 10,
+            "{name}: {bright}, {certain}"
+        );
         planted_errors_fail(&lit.seen, &bounds, &tolerance);
     }
 }
 
-/// A room of every surface under each kind of light and under all: what the maps' texels make of it at every pixel, and away from the shadows' edges what
-/// exact rays say.
+/// A room of every surface under each kind of light and under all: what the maps' texels make of it
+/// at every pixel, and away from the shadows' edges what exact rays say.
 #[test]
 fn direct_light_is_that_of_exact_rays() {
     let gpu = gpu();
     let room = |lights: Vec<Light>| lit_by(every_surface(true, true), lights);
-    let mut scenes: Vec<(String, Scene)> = kinds().into_iter().map(|(name, light)| (name.to_owned(), room(vec![light]))).collect();
-    scenes.push(("all".into(), room(kinds().into_iter().map(|(_, light)| light).collect())));
+    let mut scenes: Vec<(String, Scene)> = kinds()
+        .into_iter()
+        .map(|(name, light)| (name.to_owned(), room(vec![light])))
+        .collect();
+    scenes.push((
+        "all".into(),
+        room(kinds().into_iter().map(|(_, light)| light).collect()),
+    ));
     for (name, scene) in scenes {
         let lit = light_up(&gpu, &scene, SIZE, 256);
         let bounds = by_maps(&scene, &lit);
-        let tolerance: Vec<DVec3> = lit.reflectors.iter().map(|at| tolerance(&scene, at, 1e-3)).collect();
-        let worst = judge(&lit.seen, &bounds, &tolerance).unwrap_or_else(|error| panic!("{name}: {error}"));
+        let tolerance: Vec<DVec3> = lit
+            .reflectors
+            .iter()
+            .map(|at| tolerance(&scene, at, 1e-3))
+            .collect();
+        let worst =
+            judge(&lit.seen, &bounds, &tolerance).unwrap_or_else(|error| panic!("{name}: {error}"));
         planted_errors_fail(&lit.seen, &bounds, &tolerance);
         if scene.lights.len() > 1 {
             println!("{name}: {worst:.3} of the tolerance");
             continue;
         }
         let (shares, certain) = check_rays(&name, &scene, &lit, &tolerance);
-        println!("{name}: {worst:.3} of the tolerance; by rays {} lit and {} hidden of {} that face the light", shares[1], shares[0], certain);
-        assert!(shares[0] > 60 && shares[1] > 300 && 100 * (shares[0] + shares[1]) > 88 * certain, "{name}: {shares:?} of {certain}");
+        println!(
+            "{name}: {worst:.3} of the tolerance; by rays {} lit and {} hidden of {} that face \
+             the light",
+            shares[1], shares[0], certain
+        );
+        assert!(
+            shares[0] > 60 && shares[1] > 300 && 100 * (shares[0] + shares[1]) > 88 * certain,
+            "{name}: {shares:?} of {certain}"
+        );
     }
 }
 
@@ -324,68 +504,156 @@ fn check_rays(name: &str, scene: &Scene, lit: &Lit, tolerance: &[DVec3]) -> ([us
         let Some(at) = at else { continue };
         let reflected = total(reflect(light, at));
         if reflected == DVec3::ZERO {
-            assert_eq!(lit.seen[pixel], DVec3::ZERO, "{name}, pixel {pixel} faces away");
+            assert_eq!(
+                lit.seen[pixel],
+                DVec3::ZERO,
+                "{name}, pixel {pixel} faces away"
+            );
             continue;
         }
         facing += 1;
-        let Some(is_lit) = answers[pixel] else { continue };
+        let Some(is_lit) = answers[pixel] else {
+            continue;
+        };
         shares[usize::from(is_lit)] += 1;
         let expected = if is_lit { reflected } else { DVec3::ZERO };
         let off = (lit.seen[pixel] - expected).abs();
-        assert!(off.cmple(tolerance[pixel]).all(), "{name}, pixel {pixel}: {} for {expected} by rays", lit.seen[pixel]);
+        assert!(
+            off.cmple(tolerance[pixel]).all(),
+            "{name}, pixel {pixel}: {} for {expected} by rays",
+            lit.seen[pixel]
+        );
     }
     (shares, facing)
 }
 
-/// A point light in a box, and before each of its walls a plate of another size: all six faces of its shadow map are looked up, and none is another's.
+/// A point light in a box, and before each of its walls a plate of another size: all six faces of
+/// its shadow map are looked up, and none is another's.
 #[test]
 fn a_point_light_has_six_shadow_maps() {
     let gpu = gpu();
     let mut builder = Builder::default();
     let wall = builder.matte("wall", Vec3::splat(0.7));
     builder.room([wall; 6], Vec3::splat(-1.0), Vec3::ONE, false);
-    let axes = [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z];
+    let axes = [
+        Vec3::X,
+        Vec3::NEG_X,
+        Vec3::Y,
+        Vec3::NEG_Y,
+        Vec3::Z,
+        Vec3::NEG_Z,
+    ];
     for (index, axis) in axes.into_iter().enumerate() {
-        let (across, up) = (axis.any_orthonormal_vector(), axis.cross(axis.any_orthonormal_vector()));
+        let (across, up) = (
+            axis.any_orthonormal_vector(),
+            axis.cross(axis.any_orthonormal_vector()),
+        );
         let half = 0.14 + 0.02 * index as f32;
         let corner = 0.5 * axis + across * (0.1 - half) + up * (0.05 * index as f32 - half);
         builder.quad(wall, corner, across * (2.0 * half), up * half);
     }
-    let light = Light::Point { position: Vec3::new(0.02, -0.03, 0.04), intensity: Vec3::ONE };
+    let light = Light::Point {
+        position: Vec3::new(0.02, -0.03, 0.04),
+        intensity: Vec3::ONE,
+    };
     let scene = builder.finish("box", vec![light], Vec3::ZERO, Camera::default());
     for (index, axis) in axes.into_iter().enumerate() {
         // From beside the plates, so that their shadows are seen.
-        let (across, up) = (axis.any_orthonormal_vector(), axis.cross(axis.any_orthonormal_vector()));
-        let camera = Camera { eye: -0.2 * axis - 0.38 * across - 0.34 * up, target: axis, up, vfov_deg: 80.0 };
-        let scene = Scene { camera, ..scene.clone() };
+        let (across, up) = (
+            axis.any_orthonormal_vector(),
+            axis.cross(axis.any_orthonormal_vector()),
+        );
+        let camera = Camera {
+            eye: -0.2 * axis - 0.38 * across - 0.34 * up,
+            target: axis,
+            up,
+            vfov_deg: 80.0,
+        };
+        let scene = Scene {
+            camera,
+            ..scene.clone()
+        };
         let lit = light_up(&gpu, &scene, [40, 40], 96);
         let bounds = by_maps(&scene, &lit);
-        let tolerance: Vec<DVec3> = lit.reflectors.iter().map(|at| tolerance(&scene, at, 1e-3)).collect();
-        let worst = judge(&lit.seen, &bounds, &tolerance).unwrap_or_else(|error| panic!("along {axis}: {error}"));
+        let tolerance: Vec<DVec3> = lit
+            .reflectors
+            .iter()
+            .map(|at| tolerance(&scene, at, 1e-3))
+            .collect();
+        let worst = judge(&lit.seen, &bounds, &tolerance)
+            .unwrap_or_else(|error| panic!("along {axis}: {error}"));
         let (shares, facing) = check_rays(&format!("along {axis}"), &scene, &lit, &tolerance);
-        let in_face = lit.reflectors.iter().flatten().filter(|at| map_of(&lit.maps[0], at.position) == index).count();
-        println!("along {axis}: {worst:.3} of the tolerance; {shares:?} of {facing}, {in_face} in this face");
-        assert!(shares[0] > 20 && shares[1] > 300 && in_face > 400, "along {axis}: {shares:?}, {in_face}");
+        let in_face = lit
+            .reflectors
+            .iter()
+            .flatten()
+            .filter(|at| map_of(&lit.maps[0], at.position) == index)
+            .count();
+        println!(
+            "along {axis}: {worst:.3} of the tolerance; {shares:?} of {facing}, {in_face} in this \
+             face"
+        );
+        assert!(
+            shares[0] > 20 && shares[1] > 300 && in_face > 400,
+            "along {axis}: {shares:?}, {in_face}"
+        );
     }
 }
 
 /// What the path tracer sees at the centre of a pixel is what the oracle sees.
 fn check_surface(traced: &ReferenceImage, pixel: usize, surface: &Surface) {
-    let near = |found: Vec3, expected: DVec3| (found.as_dvec3() - expected).abs().cmple(1e-4 + 1e-4 * expected.abs()).all();
-    assert!(near(traced.guide.position[pixel], surface.position), "pixel {pixel}: {} for {surface:?}", traced.guide.position[pixel]);
-    assert!(near(Vec3::splat(traced.guide.depth_m[pixel]), DVec3::splat(surface.depth_m)), "pixel {pixel}: {} for {surface:?}", traced.guide.depth_m[pixel]);
-    assert!(near(traced.guide.normal[pixel], surface.geometric_normal), "pixel {pixel}: {} for {surface:?}", traced.guide.normal[pixel]);
+    let near = |found: Vec3, expected: DVec3| {
+        (found.as_dvec3() - expected)
+            .abs()
+            .cmple(1e-4 + 1e-4 * expected.abs())
+            .all()
+    };
+    assert!(
+        near(traced.guide.position[pixel], surface.position),
+        "pixel {pixel}: {} for {surface:?}",
+        traced.guide.position[pixel]
+    );
+    assert!(
+        near(
+            Vec3::splat(traced.guide.depth_m[pixel]),
+            DVec3::splat(surface.depth_m)
+        ),
+        "pixel {pixel}: {} for {surface:?}",
+        traced.guide.depth_m[pixel]
+    );
+    assert!(
+        near(traced.guide.normal[pixel], surface.geometric_normal),
+        "pixel {pixel}: {} for {surface:?}",
+        traced.guide.normal[pixel]
+    );
     let aside = surface.shading_normal.dot(surface.geometric_normal).abs();
-    assert!(near(traced.normal.pixels[pixel], surface.shading_normal) || aside < 1e-3, "pixel {pixel}: {} for {surface:?}", traced.normal.pixels[pixel]);
-    assert!(near(traced.albedo.pixels[pixel], surface.albedo), "pixel {pixel}: {} for {surface:?}", traced.albedo.pixels[pixel]);
-    assert!(near(traced.emission.pixels[pixel], surface.emission), "pixel {pixel}: {} for {surface:?}", traced.emission.pixels[pixel]);
+    assert!(
+        near(traced.normal.pixels[pixel], surface.shading_normal) || aside < 1e-3,
+        "pixel {pixel}: {} for {surface:?}",
+        traced.normal.pixels[pixel]
+    );
+    assert!(
+        near(traced.albedo.pixels[pixel], surface.albedo),
+        "pixel {pixel}: {} for {surface:?}",
+        traced.albedo.pixels[pixel]
+    );
+    assert!(
+        near(traced.emission.pixels[pixel], surface.emission),
+        "pixel {pixel}: {} for {surface:?}",
+        traced.emission.pixels[pixel]
+    );
 }
 
-/// The path tracer's direct light, away from the edges of shadows, is that of the papers' lobe and of exact rays, too.
+/// The path tracer's direct light, away from the edges of shadows, is that of the papers' lobe and
+/// of exact rays, too.
 #[test]
 fn direct_light_of_the_reference_is_that_of_exact_rays() {
     let mut scenes = lobe_scenes();
-    scenes.extend(kinds().into_iter().map(|(name, light)| (name, lit_by(every_surface(true, true), vec![light]))));
+    scenes.extend(
+        kinds()
+            .into_iter()
+            .map(|(name, light)| (name, lit_by(every_surface(true, true), vec![light]))),
+    );
     for (name, scene) in scenes {
         let settings = reference::Settings {
             width: SIZE[0],
@@ -396,13 +664,20 @@ fn direct_light_of_the_reference_is_that_of_exact_rays() {
             seed: 1,
         };
         let traced = reference::render(&scene, &settings, &|_| {}).unwrap();
-        let seen: Vec<DVec3> = traced.direct.pixels.iter().map(|pixel| pixel.as_dvec3()).collect();
+        let seen: Vec<DVec3> = traced
+            .direct
+            .pixels
+            .iter()
+            .map(|pixel| pixel.as_dvec3())
+            .collect();
         let scenery = Scenery::new(&scene);
         let view = View::of_camera(&scene.camera, SIZE, 0.0);
         let of = |pixel: usize| {
             let at_px = centre(pixel, SIZE);
             let may_show = scenery.seen(&view, at_px);
-            let ([triangle], false) = (&may_show.triangles[..], may_show.may_be_empty) else { return None };
+            let ([triangle], false) = (&may_show.triangles[..], may_show.may_be_empty) else {
+                return None;
+            };
             let surface = scenery.surface(*triangle, &view, at_px)?;
             check_surface(&traced, pixel, &surface);
             let at = Reflector {
@@ -414,26 +689,51 @@ fn direct_light_of_the_reference_is_that_of_exact_rays() {
                 roughness: surface.roughness,
                 f0: surface.f0,
             };
-            let visible = scene.lights.iter().map(|light| scenery.is_lit(&surface, light, 1e-4)).collect::<Option<Vec<bool>>>()?;
-            let sum = scene.lights.iter().zip(visible).filter(|(_, visible)| *visible).map(|(light, _)| total(reflect(light, &at))).sum();
+            let visible = scene
+                .lights
+                .iter()
+                .map(|light| scenery.is_lit(&surface, light, 1e-4))
+                .collect::<Option<Vec<bool>>>()?;
+            let sum = scene
+                .lights
+                .iter()
+                .zip(visible)
+                .filter(|(_, visible)| *visible)
+                .map(|(light, _)| total(reflect(light, &at)))
+                .sum();
             Some((at, sum))
         };
-        let expected: Vec<Option<(Reflector, DVec3)>> = (0..seen.len()).into_par_iter().map(of).collect();
-        let known: Vec<usize> = (0..seen.len()).filter(|&pixel| expected[pixel].is_some()).collect();
+        let expected: Vec<Option<(Reflector, DVec3)>> =
+            (0..seen.len()).into_par_iter().map(of).collect();
+        let known: Vec<usize> = (0..seen.len())
+            .filter(|&pixel| expected[pixel].is_some())
+            .collect();
         let pick = |pixel: &usize| expected[*pixel].unwrap();
         let bounds: Vec<Bounds> = known.iter().map(|pixel| [pick(pixel).1; 2]).collect();
-        let tolerance: Vec<DVec3> = known.iter().map(|pixel| tolerance(&scene, &Some(pick(pixel).0), 1e-3)).collect();
+        let tolerance: Vec<DVec3> = known
+            .iter()
+            .map(|pixel| tolerance(&scene, &Some(pick(pixel).0), 1e-3))
+            .collect();
         let seen: Vec<DVec3> = known.iter().map(|pixel| seen[*pixel]).collect();
-        let worst = judge(&seen, &bounds, &tolerance).unwrap_or_else(|error| panic!("{name}: {error}"));
+        let worst =
+            judge(&seen, &bounds, &tolerance).unwrap_or_else(|error| panic!("{name}: {error}"));
         let lit = bounds.iter().filter(|bounds| bounds[0].x > 0.0).count();
-        println!("{name}: {worst:.3} of the tolerance at {} pixels, {lit} lit", known.len());
+        println!(
+            "{name}: {worst:.3} of the tolerance at {} pixels, {lit} lit",
+            known.len()
+        );
         assert!(lit > 300, "{name}: {lit} lit pixels of {}", known.len());
         planted_errors_fail(&seen, &bounds, &tolerance);
     }
 }
 
 /// An image of the screen's size with random texels of 0 to 2.
-fn planted(gpu: &Gpu, name: &str, size: [u32; 2], random: &mut Random) -> (Arc<GpuImage>, Vec<[f32; 4]>) {
+fn planted(
+    gpu: &Gpu,
+    name: &str,
+    size: [u32; 2],
+    random: &mut Random,
+) -> (Arc<GpuImage>, Vec<[f32; 4]>) {
     let desc = ImageDesc {
         name: name.into(),
         extent: [size[0], size[1], 1],
@@ -444,8 +744,11 @@ fn planted(gpu: &Gpu, name: &str, size: [u32; 2], random: &mut Random) -> (Arc<G
         usage: ImageUsage::STORAGE | ImageUsage::SAMPLED,
     };
     let image = gpu.create_image(&desc).unwrap();
-    let texels: Vec<[f32; 4]> = (0..size[0] * size[1]).map(|_| [0; 4].map(|_: u8| 2.0 * random.unit())).collect();
-    gpu.upload_image(&image, 0, 0, bytemuck::cast_slice(&texels)).unwrap();
+    let texels: Vec<[f32; 4]> = (0..size[0] * size[1])
+        .map(|_| [0; 4].map(|_: u8| 2.0 * random.unit()))
+        .collect();
+    gpu.upload_image(&image, 0, 0, bytemuck::cast_slice(&texels))
+        .unwrap();
     (image, texels)
 }
 
@@ -453,7 +756,10 @@ fn planted(gpu: &Gpu, name: &str, size: [u32; 2], random: &mut Random) -> (Arc<G
 fn same(seen: &Image, expected: impl Fn(usize) -> DVec3) -> Result<(), String> {
     for (pixel, seen) in seen.pixels.iter().enumerate() {
         let expected = expected(pixel);
-        let is_near = (seen.as_dvec3() - expected).abs().cmple(1e-5 * expected.abs() + 2e-6).all();
+        let is_near = (seen.as_dvec3() - expected)
+            .abs()
+            .cmple(1e-5 * expected.abs() + 2e-6)
+            .all();
         if !is_near {
             return Err(format!("pixel {pixel}: {seen} for {expected}"));
         }
@@ -461,14 +767,23 @@ fn same(seen: &Image, expected: impl Fn(usize) -> DVec3) -> Result<(), String> {
     Ok(())
 }
 
-/// L = L_e + L_direct + ρ/π · E_i + L_s of planted images, with and without emission and a lobe; and every output shows its own term, no other.
+/// L = L_e + L_direct + ρ/π · E_i + L_s of planted images, with and without emission and a lobe;
+/// and every output shows its own term, no other.
 #[test]
 fn the_composite_is_the_sum_and_outputs_are_its_terms() {
     let gpu = gpu();
     let size = [40, 30];
     for (glossy, emissive) in [(true, true), (false, false), (true, false), (false, true)] {
-        let scene = seen_from(every_surface(glossy, emissive), [0.4, 1.2, 4.2], [0.0, 0.9, 0.0], 45.0);
-        let scene = Scene { environment: Vec3::new(0.25, 0.5, 0.75), ..scene };
+        let scene = seen_from(
+            every_surface(glossy, emissive),
+            [0.4, 1.2, 4.2],
+            [0.0, 0.9, 0.0],
+            45.0,
+        );
+        let scene = Scene {
+            environment: Vec3::new(0.25, 0.5, 0.75),
+            ..scene
+        };
         let gpu_scene = GpuScene::new(&gpu, &scene).unwrap();
         let drawn = draw_gbuffer(&gpu, &gpu_scene, &scene, size);
         let pixels = drawn.read(&gpu);
@@ -477,11 +792,22 @@ fn the_composite_is_the_sum_and_outputs_are_its_terms() {
         let (specular, radiance) = planted(&gpu, "specular", size, &mut random);
         let (direct, mut reflected) = planted(&gpu, "direct", size, &mut random);
         for (texel, pixel) in reflected.iter_mut().zip(&pixels) {
-            *texel = if pixel[0] > 0.0 { [texel[0], texel[1], texel[2], 1.0] } else { [0.0; 4] };
+            *texel = if pixel[0] > 0.0 {
+                [texel[0], texel[1], texel[2], 1.0]
+            } else {
+                [0.0; 4]
+            };
         }
-        gpu.upload_image(&direct, 0, 0, bytemuck::cast_slice(&reflected)).unwrap();
-        let light = IndirectLight { diffuse, specular: glossy.then_some(specular) };
-        let output = Output { direct, ..Output::new(&gpu, size).unwrap() };
+        gpu.upload_image(&direct, 0, 0, bytemuck::cast_slice(&reflected))
+            .unwrap();
+        let light = IndirectLight {
+            diffuse,
+            specular: glossy.then_some(specular),
+        };
+        let output = Output {
+            direct,
+            ..Output::new(&gpu, size).unwrap()
+        };
         let mut frame = Frame::new();
         frame.set_scene(&gpu_scene.set, &gpu_scene.materials);
         output.draw_composite(&mut frame, &drawn.gbuffer, &light);
@@ -489,10 +815,34 @@ fn the_composite_is_the_sum_and_outputs_are_its_terms() {
 
         let is_surface = |pixel: usize| pixels[pixel][0] > 0.0;
         let rgb = |texel: [f32; 4]| DVec3::new(texel[0].into(), texel[1].into(), texel[2].into());
-        let of_surface = |pixel: usize, value: DVec3| if is_surface(pixel) { value } else { DVec3::ZERO };
-        let specular = |pixel: usize| if glossy { rgb(radiance[pixel]) } else { DVec3::ZERO };
-        let indirect = |pixel: usize| of_surface(pixel, xyz(&pixels[pixel], 7) / std::f64::consts::PI * rgb(irradiance[pixel]) + specular(pixel));
-        let emitted = |pixel: usize| if is_surface(pixel) { xyz(&pixels[pixel], 14) } else { scene.environment.as_dvec3() };
+        let of_surface = |pixel: usize, value: DVec3| {
+            if is_surface(pixel) {
+                value
+            } else {
+                DVec3::ZERO
+            }
+        };
+        let specular = |pixel: usize| {
+            if glossy {
+                rgb(radiance[pixel])
+            } else {
+                DVec3::ZERO
+            }
+        };
+        let indirect = |pixel: usize| {
+            of_surface(
+                pixel,
+                xyz(&pixels[pixel], 7) / std::f64::consts::PI * rgb(irradiance[pixel])
+                    + specular(pixel),
+            )
+        };
+        let emitted = |pixel: usize| {
+            if is_surface(pixel) {
+                xyz(&pixels[pixel], 14)
+            } else {
+                scene.environment.as_dvec3()
+            }
+        };
         let expected = |aov: Aov, pixel: usize| match aov {
             Aov::Full => emitted(pixel) + rgb(reflected[pixel]) + indirect(pixel),
             Aov::Direct => rgb(reflected[pixel]),
@@ -505,24 +855,47 @@ fn the_composite_is_the_sum_and_outputs_are_its_terms() {
             Aov::Normal => of_surface(pixel, xyz(&pixels[pixel], 4)),
             Aov::Depth => DVec3::splat(pixels[pixel][0]),
         };
-        assert!((0..pixels.len()).any(is_surface) && !(0..pixels.len()).all(is_surface), "some pixels see the environment");
+        assert!(
+            (0..pixels.len()).any(is_surface) && !(0..pixels.len()).all(is_surface),
+            "some pixels see the environment"
+        );
         for aov in Aov::ALL {
             let seen = read_aov(&gpu, &drawn.gbuffer, &output, &light, aov).unwrap();
-            same(&seen, |pixel| expected(aov, pixel)).unwrap_or_else(|error| panic!("{aov}, glossy {glossy}, emissive {emissive}: {error}"));
+            same(&seen, |pixel| expected(aov, pixel)).unwrap_or_else(|error| {
+                panic!("{aov}, glossy {glossy}, emissive {emissive}: {error}")
+            });
             // Planted: NaN in each channel, and every other output.
             for channel in 0..3 {
                 let mut planted = seen.clone();
                 planted.pixels[7][channel] = f32::NAN;
-                assert!(same(&planted, |pixel| expected(aov, pixel)).is_err(), "{aov}: NaN in channel {channel} passes");
+                assert!(
+                    same(&planted, |pixel| expected(aov, pixel)).is_err(),
+                    "{aov}: NaN in channel {channel} passes"
+                );
             }
-            for other in Aov::ALL.into_iter().filter(|other| *other != aov && glossy && emissive) {
-                assert!(same(&seen, |pixel| expected(other, pixel)).is_err(), "{aov} passes for {other}");
+            for other in Aov::ALL
+                .into_iter()
+                .filter(|other| *other != aov && glossy && emissive)
+            {
+                assert!(
+                    same(&seen, |pixel| expected(other, pixel)).is_err(),
+                    "{aov} passes for {other}"
+                );
             }
         }
         let channel = |channel| read_surface(&gpu, &drawn.gbuffer, channel).unwrap();
-        same(&channel(SurfaceChannel::GeometricNormal), |pixel| of_surface(pixel, xyz(&pixels[pixel], 1))).unwrap();
-        same(&channel(SurfaceChannel::Roughness), |pixel| DVec3::splat(pixels[pixel][10].max(0.0))).unwrap();
-        same(&channel(SurfaceChannel::F0), |pixel| xyz(&pixels[pixel], 11)).unwrap();
+        same(&channel(SurfaceChannel::GeometricNormal), |pixel| {
+            of_surface(pixel, xyz(&pixels[pixel], 1))
+        })
+        .unwrap();
+        same(&channel(SurfaceChannel::Roughness), |pixel| {
+            DVec3::splat(pixels[pixel][10].max(0.0))
+        })
+        .unwrap();
+        same(&channel(SurfaceChannel::F0), |pixel| {
+            xyz(&pixels[pixel], 11)
+        })
+        .unwrap();
     }
 }
 
@@ -533,10 +906,17 @@ fn pictures_are_encoded_as_srgb() {
     for code in 0..=255u8 {
         let exact = f64::from(code);
         for nearby in [-0.49, 0.0, 0.49] {
-            assert_eq!(srgb_from_linear(decoded((exact + nearby).clamp(0.0, 255.0)) as f32), code, "{code} + {nearby}");
+            assert_eq!(
+                srgb_from_linear(decoded((exact + nearby).clamp(0.0, 255.0)) as f32),
+                code,
+                "{code} + {nearby}"
+            );
         }
     }
-    assert_eq!([f32::NAN, f32::NEG_INFINITY, -1.0, 2.0, f32::INFINITY].map(srgb_from_linear), [0, 0, 0, 255, 255]);
+    assert_eq!(
+        [f32::NAN, f32::NEG_INFINITY, -1.0, 2.0, f32::INFINITY].map(srgb_from_linear),
+        [0, 0, 0, 255, 255]
+    );
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("codes.png");
     let picture = Image::from_fn(16, 16, |pixel| {
@@ -546,6 +926,10 @@ fn pictures_are_encoded_as_srgb() {
     write_png(&path, &picture, 4.0).unwrap();
     let read = image::open(&path).unwrap().into_rgb8();
     for (pixel, found) in read.pixels().enumerate() {
-        assert_eq!(found.0.map(usize::from), [pixel, (pixel + 85) % 256, 255 - pixel], "pixel {pixel}");
+        assert_eq!(
+            found.0.map(usize::from),
+            [pixel, (pixel + 85) % 256, 255 - pixel],
+            "pixel {pixel}"
+        );
     }
 }

@@ -32,13 +32,21 @@ impl Seen {
         let grid = VoxelGrid::around(gpu_scene.bounds, 64);
         let view = View::new(gpu, &gpu_scene, &scene.camera, SIZE, &grid);
         let eye = (scene.camera.eye - grid.origin).as_dvec3() / f64::from(grid.voxel_size);
-        let footprint = 2.0 * f64::from(scene.camera.vfov_deg.to_radians() * 0.5).tan() / f64::from(SIZE[1]);
-        Seen { gpu_scene, view, eye, footprint }
+        let footprint =
+            2.0 * f64::from(scene.camera.vfov_deg.to_radians() * 0.5).tan() / f64::from(SIZE[1]);
+        Seen {
+            gpu_scene,
+            view,
+            eye,
+            footprint,
+        }
     }
 
     /// What the device makes of an image.
     fn on_gpu(&self, gpu: &Gpu, interleave: u32, value: impl Fn([u32; 2]) -> DVec4) -> Vec<DVec4> {
-        let texels: Vec<[f32; 4]> = (0..SIZE[0] * SIZE[1]).map(|at| value([at % SIZE[0], at / SIZE[0]]).as_vec4().to_array()).collect();
+        let texels: Vec<[f32; 4]> = (0..SIZE[0] * SIZE[1])
+            .map(|at| value([at % SIZE[0], at / SIZE[0]]).as_vec4().to_array())
+            .collect();
         let desc = ImageDesc {
             name: "interleaved".into(),
             extent: [SIZE[0], SIZE[1], 1],
@@ -49,26 +57,62 @@ impl Seen {
             usage: ImageUsage::STORAGE | ImageUsage::SAMPLED,
         };
         let image = gpu.create_image(&desc).unwrap();
-        gpu.upload_image(&image, 0, 0, bytemuck::cast_slice(&texels)).unwrap();
+        gpu.upload_image(&image, 0, 0, bytemuck::cast_slice(&texels))
+            .unwrap();
         let mut frame = Frame::new();
         frame.set_scene(&self.gpu_scene.set, &self.gpu_scene.materials);
-        deinterleave(&mut frame, &self.view.gbuffer, &image, &self.view.result, interleave);
+        deinterleave(
+            &mut frame,
+            &self.view.gbuffer,
+            &image,
+            &self.view.result,
+            interleave,
+        );
         gpu.submit(frame).unwrap();
         self.view.results(gpu)
     }
 
     fn by_oracle(&self, interleave: u32, value: impl Fn([u32; 2]) -> DVec4) -> Vec<DVec4> {
-        let samples: BTreeMap<_, _> = self.view.receivers.iter().map(|&(pixel, receiver)| (pixel, Sample { receiver, value: value(pixel) })).collect();
+        let samples: BTreeMap<_, _> = self
+            .view
+            .receivers
+            .iter()
+            .map(|&(pixel, receiver)| {
+                (
+                    pixel,
+                    Sample {
+                        receiver,
+                        value: value(pixel),
+                    },
+                )
+            })
+            .collect();
         let means = by_oracle(&samples, self.eye, self.footprint, interleave);
-        self.view.receivers.iter().map(|(pixel, _)| means[pixel]).collect()
+        self.view
+            .receivers
+            .iter()
+            .map(|(pixel, _)| means[pixel])
+            .collect()
     }
 
-    /// Largest difference over the pixels that are at least `from_border` pixels from the picture's border.
+    /// Largest difference over the pixels that are at least `from_border` pixels from the picture's
+    /// border.
     fn largest_difference(&self, a: &[DVec4], b: &[DVec4], from_border: u32) -> f64 {
-        let is_inside = |pixel: [u32; 2]| (0..2).all(|axis| pixel[axis] >= from_border && pixel[axis] + from_border < SIZE[axis]);
-        let inside: Vec<usize> = (0..a.len()).filter(|&i| is_inside(self.view.receivers[i].0)).collect();
-        assert!(inside.len() > 500, "only {} pixels to compare", inside.len());
-        inside.into_iter().map(|i| (a[i] - b[i]).abs().largest()).worst()
+        let is_inside = |pixel: [u32; 2]| {
+            (0..2).all(|axis| pixel[axis] >= from_border && pixel[axis] + from_border < SIZE[axis])
+        };
+        let inside: Vec<usize> = (0..a.len())
+            .filter(|&i| is_inside(self.view.receivers[i].0))
+            .collect();
+        assert!(
+            inside.len() > 500,
+            "only {} pixels to compare",
+            inside.len()
+        );
+        inside
+            .into_iter()
+            .map(|i| (a[i] - b[i]).abs().largest())
+            .worst()
     }
 }
 
@@ -76,8 +120,23 @@ impl Seen {
 fn plane() -> Scene {
     let mut builder = Builder::default();
     let ground = builder.matte("ground", Vec3::splat(0.5));
-    builder.quad(ground, Vec3::new(-9.0, 0.0, -9.0), Vec3::Z * 18.0, Vec3::X * 18.0);
-    builder.finish("plane", Vec::new(), Vec3::ZERO, Camera { eye: Vec3::new(0.3, 2.0, 1.5), target: Vec3::ZERO, up: Vec3::Y, vfov_deg: 50.0 })
+    builder.quad(
+        ground,
+        Vec3::new(-9.0, 0.0, -9.0),
+        Vec3::Z * 18.0,
+        Vec3::X * 18.0,
+    );
+    builder.finish(
+        "plane",
+        Vec::new(),
+        Vec3::ZERO,
+        Camera {
+            eye: Vec3::new(0.3, 2.0, 1.5),
+            target: Vec3::ZERO,
+            up: Vec3::Y,
+            vfov_deg: 50.0,
+        },
+    )
 }
 
 const TOLERANCE: f64 = 2e-6;
@@ -89,26 +148,44 @@ fn means_are_the_oracles() {
         let seen = Seen::new(&gpu, &bundled(name));
         for interleave in [2, 4, 8] {
             let mut random = Random::new(u64::from(interleave));
-            let values: Vec<DVec4> = (0..SIZE[0] * SIZE[1]).map(|_| DVec4::from([0; 4].map(|_: u32| f64::from(random.unit())))).collect();
+            let values: Vec<DVec4> = (0..SIZE[0] * SIZE[1])
+                .map(|_| DVec4::from([0; 4].map(|_: u32| f64::from(random.unit()))))
+                .collect();
             let value = |[x, y]: [u32; 2]| values[(x + SIZE[0] * y) as usize];
-            let difference = seen.largest_difference(&seen.on_gpu(&gpu, interleave, value), &seen.by_oracle(interleave, value), 0);
+            let difference = seen.largest_difference(
+                &seen.on_gpu(&gpu, interleave, value),
+                &seen.by_oracle(interleave, value),
+                0,
+            );
             println!("{name}, {interleave}×{interleave}: off by {difference:.1e}");
-            assert!(difference <= TOLERANCE, "{name}, {interleave}×{interleave}: off by {difference}");
+            assert!(
+                difference <= TOLERANCE,
+                "{name}, {interleave}×{interleave}: off by {difference}"
+            );
         }
     }
 }
 
 /// A linear ramp across the picture.
 fn ramp([x, y]: [u32; 2]) -> DVec4 {
-    DVec4::new(f64::from(x) / 64.0, f64::from(y) / 64.0, f64::from(x + y) / 128.0, 0.5)
+    DVec4::new(
+        f64::from(x) / 64.0,
+        f64::from(y) / 64.0,
+        f64::from(x + y) / 128.0,
+        0.5,
+    )
 }
 
 fn every_value(seen: &Seen, value: impl Fn([u32; 2]) -> DVec4) -> Vec<DVec4> {
-    seen.view.receivers.iter().map(|(pixel, _)| value(*pixel)).collect()
+    seen.view
+        .receivers
+        .iter()
+        .map(|(pixel, _)| value(*pixel))
+        .collect()
 }
 
-/// The window is centred: it moves no gradient. One of the pixels from −n/2 to n/2 − 1 moves the picture by half a pixel, 4% of the indirect light in blocks
-/// of the Cornell box.
+/// The window is centred: it moves no gradient. One of the pixels from −n/2 to n/2 − 1 moves the
+/// picture by half a pixel, 4% of the indirect light in blocks of the Cornell box.
 #[test]
 fn gradients_stay_where_they_are() {
     let gpu = gpu();
@@ -116,7 +193,10 @@ fn gradients_stay_where_they_are() {
     for interleave in [2, 4, 8] {
         let means = seen.on_gpu(&gpu, interleave, ramp);
         let difference = seen.largest_difference(&means, &every_value(&seen, ramp), interleave / 2);
-        assert!(difference <= TOLERANCE, "{interleave}×{interleave}: a ramp moves by {difference}");
+        assert!(
+            difference <= TOLERANCE,
+            "{interleave}×{interleave}: a ramp moves by {difference}"
+        );
     }
 }
 
@@ -126,12 +206,26 @@ fn patterns_weigh_the_same() {
     let gpu = gpu();
     let seen = Seen::new(&gpu, &plane());
     for interleave in [2u32, 4, 8] {
-        let is_at = |pixel: [u32; 2], at: [u32; 2]| f64::from(u32::from(pixel.map(|axis| axis % interleave) == at));
+        let is_at = |pixel: [u32; 2], at: [u32; 2]| {
+            f64::from(u32::from(pixel.map(|axis| axis % interleave) == at))
+        };
         let last = interleave - 1;
-        let marks = |pixel| DVec4::new(is_at(pixel, [0, 0]), is_at(pixel, [last, 0]), is_at(pixel, [interleave / 2, last]), is_at(pixel, [1, 1]));
-        let even = vec![DVec4::splat(1.0 / f64::from(interleave * interleave)); seen.view.receivers.len()];
-        let difference = seen.largest_difference(&seen.on_gpu(&gpu, interleave, marks), &even, interleave / 2);
-        assert!(difference <= TOLERANCE, "{interleave}×{interleave}: weights differ by {difference}");
+        let marks = |pixel| {
+            DVec4::new(
+                is_at(pixel, [0, 0]),
+                is_at(pixel, [last, 0]),
+                is_at(pixel, [interleave / 2, last]),
+                is_at(pixel, [1, 1]),
+            )
+        };
+        let even =
+            vec![DVec4::splat(1.0 / f64::from(interleave * interleave)); seen.view.receivers.len()];
+        let difference =
+            seen.largest_difference(&seen.on_gpu(&gpu, interleave, marks), &even, interleave / 2);
+        assert!(
+            difference <= TOLERANCE,
+            "{interleave}×{interleave}: weights differ by {difference}"
+        );
     }
 }
 
@@ -142,7 +236,9 @@ fn comparators_notice_planted_errors() {
     let expected = every_value(&seen, ramp);
     assert!(seen.largest_difference(&expected, &expected, 2) == 0.0);
     // Half a pixel, to the left and up.
-    let moved = every_value(&seen, |pixel| ramp(pixel) - DVec4::new(1.0 / 128.0, 1.0 / 128.0, 1.0 / 128.0, 0.0));
+    let moved = every_value(&seen, |pixel| {
+        ramp(pixel) - DVec4::new(1.0 / 128.0, 1.0 / 128.0, 1.0 / 128.0, 0.0)
+    });
     assert!(seen.largest_difference(&moved, &expected, 2) > TOLERANCE);
     let mut one = expected.clone();
     one[SIZE[0] as usize * 20 + 30].w += 1e-5;

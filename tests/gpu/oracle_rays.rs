@@ -6,15 +6,20 @@ use std::f64::consts::PI;
 use crate::support::gather::{View, errors};
 use crate::support::scenes::bundled;
 use crate::support::technique::{Surfaces, small_lights, small_room};
-use crate::support::voxels::{Read, coordinates, mean_normal, opposed_axis, to_half, unorm10, voxel_settings, voxelize};
+use crate::support::voxels::{
+    Read, coordinates, mean_normal, opposed_axis, to_half, unorm10, voxel_settings, voxelize,
+};
 use crate::support::{Random, gpu};
 use glam::{DVec2, DVec3, DVec4, Vec3};
 use lumivox::gi::Settings;
 use lumivox::gi::registry::find;
 use lumivox::gi::voxel::oracle::{
-    Crossing, GatherSettings, TraceGrid, TraceSettings, TraceVoxel, VoxelIndex, crossings, gather_rays as oracle_rays, hemisphere_direction, interleaved_offset,
+    Crossing, GatherSettings, TraceGrid, TraceSettings, TraceVoxel, VoxelIndex, crossings,
+    gather_rays as oracle_rays, hemisphere_direction, interleaved_offset,
 };
-use lumivox::gi::voxel::{Injection, LightSettings, Method, RaySettings, Sides, VoxelLight, gather_rays};
+use lumivox::gi::voxel::{
+    Injection, LightSettings, Method, RaySettings, Sides, VoxelLight, gather_rays,
+};
 use lumivox::graph::{Frame, Gpu};
 use lumivox::render::GpuScene;
 use lumivox::scene::Scene;
@@ -23,7 +28,10 @@ use rayon::prelude::*;
 const SIZE: [u32; 2] = [32, 24];
 
 fn settings(pairs: &[String]) -> Settings {
-    find("voxel-mips").unwrap().settings(Some("textbook"), pairs).unwrap()
+    find("voxel-mips")
+        .unwrap()
+        .settings(Some("textbook"), pairs)
+        .unwrap()
 }
 
 /// Voxels and a light of their own, so that what a ray hits can be told.
@@ -36,27 +44,58 @@ struct RayScene {
 }
 
 impl RayScene {
-    fn new(gpu: &Gpu, mut scene: Scene, environment: Vec3, resolution: u32, sides: Sides) -> RayScene {
+    fn new(
+        gpu: &Gpu,
+        mut scene: Scene,
+        environment: Vec3,
+        resolution: u32,
+        sides: Sides,
+    ) -> RayScene {
         scene.environment = environment;
         let gpu_scene = GpuScene::new(gpu, &scene).unwrap();
         let read = voxelize(gpu, &gpu_scene, voxel_settings(resolution, Method::Compute));
-        let light = VoxelLight::new(gpu, &gpu_scene, &read.voxels, LightSettings::direct(Injection::Voxel, sides)).unwrap();
+        let light = VoxelLight::new(
+            gpu,
+            &gpu_scene,
+            &read.voxels,
+            LightSettings::direct(Injection::Voxel, sides),
+        )
+        .unwrap();
         let view = View::new(gpu, &gpu_scene, &scene.camera, SIZE, &read.voxels.grid);
-        RayScene { scene, gpu_scene, read, light, view }
+        RayScene {
+            scene,
+            gpu_scene,
+            read,
+            light,
+            view,
+        }
     }
 
     /// Gives each side of a voxel, or each voxel, a radiance and gathers.
-    fn gather(&self, gpu: &Gpu, radiance: impl Fn(usize) -> [f64; 3], settings: &Settings) -> Vec<DVec4> {
+    fn gather(
+        &self,
+        gpu: &Gpu,
+        radiance: impl Fn(usize) -> [f64; 3],
+        settings: &Settings,
+    ) -> Vec<DVec4> {
         let halves: Vec<u16> = (0..self.light.settings.sides as usize * self.read.records.len())
             .flat_map(|slot| {
                 let [r, g, b] = radiance(slot);
                 [r, g, b, 1.0].map(to_half)
             })
             .collect();
-        gpu.upload_buffer(&self.light.radiance, bytemuck::cast_slice(&halves)).unwrap();
+        gpu.upload_buffer(&self.light.radiance, bytemuck::cast_slice(&halves))
+            .unwrap();
         let mut frame = Frame::new();
         frame.set_scene(&self.gpu_scene.set, &self.gpu_scene.materials);
-        gather_rays(&mut frame, &self.view.gbuffer, &self.read.voxels, &self.light, &RaySettings::new(settings), &self.view.result);
+        gather_rays(
+            &mut frame,
+            &self.view.gbuffer,
+            &self.read.voxels,
+            &self.light,
+            &RaySettings::new(settings),
+            &self.view.result,
+        );
         gpu.submit(frame).unwrap();
         self.view.results(gpu)
     }
@@ -65,12 +104,20 @@ impl RayScene {
     fn trace_grid(&self, radiance: impl Fn(usize) -> [f64; 3]) -> TraceGrid {
         let voxel = |(slot, record)| {
             let sides = self.light.settings.sides as usize;
-            let radiance = [sides * slot, sides * slot + sides - 1].map(|side| DVec3::from(radiance(side)));
-            let surface =
-                TraceVoxel { mean_position: unorm10_position(record), mean_normal: mean_normal(record), opposed_axis: opposed_axis(record), radiance };
+            let radiance =
+                [sides * slot, sides * slot + sides - 1].map(|side| DVec3::from(radiance(side)));
+            let surface = TraceVoxel {
+                mean_position: unorm10_position(record),
+                mean_normal: mean_normal(record),
+                opposed_axis: opposed_axis(record),
+                radiance,
+            };
             (coordinates(record), surface)
         };
-        TraceGrid { resolution: self.read.voxels.grid.resolution, voxels: self.read.records.iter().enumerate().map(voxel).collect() }
+        TraceGrid {
+            resolution: self.read.voxels.grid.resolution,
+            voxels: self.read.records.iter().enumerate().map(voxel).collect(),
+        }
     }
 }
 
@@ -79,10 +126,14 @@ fn unorm10_position(record: &lumivox::gi::voxel::passes::Voxel) -> DVec3 {
 }
 
 fn trace_settings(settings: &Settings) -> TraceSettings {
-    TraceSettings { self_height: f64::from(settings.number("self_height")), contour_slack: f64::from(settings.number("contour_slack")) }
+    TraceSettings {
+        self_height: f64::from(settings.number("self_height")),
+        contour_slack: f64::from(settings.number("contour_slack")),
+    }
 }
 
-/// What decides a ray is within f32 rounding where this is all that separates it from the other decision (voxels).
+/// What decides a ray is within f32 rounding where this is all that separates it from the other
+/// decision (voxels).
 const ROUNDING: f64 = 2e-3;
 
 #[derive(Debug, PartialEq)]
@@ -93,27 +144,45 @@ enum Ray {
 }
 
 /// Compares a ray's hit on the device with the oracle's crossings.
-fn compare_ray(hit: Option<VoxelIndex>, seen: &[Crossing], near: impl Fn(VoxelIndex) -> bool) -> Ray {
-    let first = seen.iter().find(|crossing| crossing.margin >= 0.0).map(|crossing| crossing.voxel);
+fn compare_ray(
+    hit: Option<VoxelIndex>,
+    seen: &[Crossing],
+    near: impl Fn(VoxelIndex) -> bool,
+) -> Ray {
+    let first = seen
+        .iter()
+        .find(|crossing| crossing.margin >= 0.0)
+        .map(|crossing| crossing.voxel);
     if hit == first {
         return Ray::Same;
     }
-    let unsure = |crossing: &Crossing| crossing.margin.abs() < ROUNDING || crossing.exit - crossing.entry < ROUNDING;
+    let unsure = |crossing: &Crossing| {
+        crossing.margin.abs() < ROUNDING || crossing.exit - crossing.entry < ROUNDING
+    };
     let before = seen.iter().position(|crossing| Some(crossing.voxel) == hit);
     let passed = &seen[..before.unwrap_or(if hit.is_none() { seen.len() } else { 0 })];
-    let passed_explained = passed.iter().all(|crossing| crossing.margin < 0.0 || unsure(crossing));
+    let passed_explained = passed
+        .iter()
+        .all(|crossing| crossing.margin < 0.0 || unsure(crossing));
     let hit_explained = match (hit, before) {
         (None, _) => true,
         (Some(_), Some(at)) => seen[at].margin >= 0.0 || unsure(&seen[at]),
         // Not crossed by the oracle's ray: within rounding of it, then.
         (Some(voxel), None) => near(voxel),
     };
-    if passed_explained && hit_explained { Ray::Rounding } else { Ray::Wrong }
+    if passed_explained && hit_explained {
+        Ray::Rounding
+    } else {
+        Ray::Wrong
+    }
 }
 
 /// Whether a ray passes within rounding of a voxel.
 fn passes_near(voxel: VoxelIndex, origin: DVec3, direction: DVec3) -> bool {
-    let (low, high) = (DVec3::from(voxel.map(f64::from)) - ROUNDING, DVec3::from(voxel.map(f64::from)) + 1.0 + ROUNDING);
+    let (low, high) = (
+        DVec3::from(voxel.map(f64::from)) - ROUNDING,
+        DVec3::from(voxel.map(f64::from)) + 1.0 + ROUNDING,
+    );
     let (a, b) = ((low - origin) / direction, (high - origin) / direction);
     a.min(b).largest().max(0.0) <= a.max(b).min_element()
 }
@@ -128,7 +197,11 @@ fn rays_hit_the_oracles_voxels() {
         let numbered = |slot: usize| [(slot % 1024) as f64, (slot / 1024) as f64, 1.0];
         let grid = rays.trace_grid(numbered);
         let order: Vec<VoxelIndex> = rays.read.records.iter().map(coordinates).collect();
-        for (slack, height, start) in [("-1", "0.1", "0.05"), ("0.1", "0.1", "0.05"), ("0.3", "-0.25", "0.8")] {
+        for (slack, height, start) in [
+            ("-1", "0.1", "0.05"),
+            ("0.1", "0.1", "0.05"),
+            ("0.3", "-0.25", "0.8"),
+        ] {
             let pairs = [
                 "gather=rays".to_owned(),
                 "rays=1".to_owned(),
@@ -140,24 +213,55 @@ fn rays_hit_the_oracles_voxels() {
             let settings = settings(&pairs);
             let seen = rays.gather(&gpu, numbered, &settings);
             let offset = f64::from(settings.number("ray_start"));
-            let compare = |(index, (pixel, receiver)): (usize, &([u32; 2], lumivox::gi::voxel::oracle::Receiver))| {
+            let compare = |(index, (pixel, receiver)): (
+                usize,
+                &([u32; 2], lumivox::gi::voxel::oracle::Receiver),
+            )| {
                 let code = seen[index] / PI;
-                let hit = (code.z > 0.5).then(|| order[code.x.round() as usize + 1024 * code.y.round() as usize]);
+                let hit = (code.z > 0.5)
+                    .then(|| order[code.x.round() as usize + 1024 * code.y.round() as usize]);
                 let pattern = interleaved_offset(*pixel, 8);
-                let direction = hemisphere_direction(receiver.shading_normal, pattern.x, 0.0 * golden_angle + pattern.y * 2.0 * PI);
+                let direction = hemisphere_direction(
+                    receiver.shading_normal,
+                    pattern.x,
+                    0.0 * golden_angle + pattern.y * 2.0 * PI,
+                );
                 let origin = receiver.position + offset * receiver.geometric_normal;
                 let above = direction.dot(receiver.geometric_normal);
                 if above.abs() < 1e-4 {
                     return Ray::Rounding;
                 }
-                let crossed = if above > 0.0 { crossings(&grid, origin, direction, receiver, &trace_settings(&settings)) } else { Vec::new() };
+                let crossed = if above > 0.0 {
+                    crossings(
+                        &grid,
+                        origin,
+                        direction,
+                        receiver,
+                        &trace_settings(&settings),
+                    )
+                } else {
+                    Vec::new()
+                };
                 compare_ray(hit, &crossed, |voxel| passes_near(voxel, origin, direction))
             };
-            let all: Vec<Ray> = rays.view.receivers.par_iter().enumerate().map(compare).collect();
+            let all: Vec<Ray> = rays
+                .view
+                .receivers
+                .par_iter()
+                .enumerate()
+                .map(compare)
+                .collect();
             let count = |kind: Ray| all.iter().filter(|ray| **ray == kind).count();
             let (rounding, wrong) = (count(Ray::Rounding), count(Ray::Wrong));
-            println!("{name} {resolution}, slack {slack}: {} rays, {rounding} within rounding, {wrong} wrong", all.len());
-            assert!(wrong == 0 && rounding as f64 <= 0.01 * all.len() as f64, "{name}, slack {slack}: {wrong} wrong, {rounding} within rounding");
+            println!(
+                "{name} {resolution}, slack {slack}: {} rays, {rounding} within rounding, {wrong} \
+                 wrong",
+                all.len()
+            );
+            assert!(
+                wrong == 0 && rounding as f64 <= 0.01 * all.len() as f64,
+                "{name}, slack {slack}: {wrong} wrong, {rounding} within rounding"
+            );
         }
     }
 }
@@ -166,7 +270,11 @@ fn rays_hit_the_oracles_voxels() {
 fn gathered_rays_are_the_oracles() {
     let gpu = gpu();
     // One that is open in front, so that not every ray is hidden, and one that is closed.
-    gathered_rays(&gpu, small_room(Surfaces::Diffuse, vec![small_lights()[0].1]), Sides::One);
+    gathered_rays(
+        &gpu,
+        small_room(Surfaces::Diffuse, vec![small_lights()[0].1]),
+        Sides::One,
+    );
     gathered_rays(&gpu, bundled("two-rooms"), Sides::Two);
 }
 
@@ -174,12 +282,31 @@ fn gathered_rays(gpu: &Gpu, scene: Scene, sides: Sides) {
     let name = scene.name.clone();
     let rays = RayScene::new(gpu, scene, Vec3::new(0.3, 0.2, 0.1), 32, sides);
     let mut random = Random::new(4);
-    let values: Vec<[f64; 3]> = (0..2 * rays.read.records.len()).map(|_| [0; 3].map(|_: u32| f64::from(random.below(2048)) / 1024.0)).collect();
+    let values: Vec<[f64; 3]> = (0..2 * rays.read.records.len())
+        .map(|_| [0; 3].map(|_: u32| f64::from(random.below(2048)) / 1024.0))
+        .collect();
     let radiance = |slot: usize| values[slot];
     let grid = rays.trace_grid(radiance);
     let voxel_size = f64::from(rays.read.voxels.grid.voxel_size);
-    for pairs in [["interleave=1", "rays=24", "contour_slack=-1", "ao_falloff=0"], ["interleave=4", "rays=16", "contour_slack=0.1", "ao_falloff=3"]] {
-        let pairs: Vec<String> = pairs.iter().map(|pair| (*pair).to_owned()).chain(["gather=rays".to_owned()]).collect();
+    for pairs in [
+        [
+            "interleave=1",
+            "rays=24",
+            "contour_slack=-1",
+            "ao_falloff=0",
+        ],
+        [
+            "interleave=4",
+            "rays=16",
+            "contour_slack=0.1",
+            "ao_falloff=3",
+        ],
+    ] {
+        let pairs: Vec<String> = pairs
+            .iter()
+            .map(|pair| (*pair).to_owned())
+            .chain(["gather=rays".to_owned()])
+            .collect();
         let settings = settings(&pairs);
         let seen = rays.gather(gpu, radiance, &settings);
         let interleave = settings.count("interleave");
@@ -189,7 +316,11 @@ fn gathered_rays(gpu: &Gpu, scene: Scene, sides: Sides) {
                 start_offset: f64::from(settings.number("ray_start")),
                 trace: trace_settings(&settings),
                 ao_falloff: f64::from(settings.number("ao_falloff")) * voxel_size,
-                pattern: if interleave > 1 { interleaved_offset(*pixel, interleave) } else { DVec2::new(0.5, 0.0) },
+                pattern: if interleave > 1 {
+                    interleaved_offset(*pixel, interleave)
+                } else {
+                    DVec2::new(0.5, 0.0)
+                },
                 environment: rays.scene.environment.as_dvec3(),
             };
             let gathered = oracle_rays(&grid, receiver, &gather_settings);
@@ -198,39 +329,88 @@ fn gathered_rays(gpu: &Gpu, scene: Scene, sides: Sides) {
         let expected: Vec<DVec4> = rays.view.receivers.par_iter().map(of).collect();
         let (relative, _) = errors(&seen, &expected);
         let rays = f64::from(settings.count("rays"));
-        let what = compare_gathered(&seen, &expected, rays).unwrap_or_else(|error| panic!("rays, {name}, {sides:?}, {pairs:?}: {error}"));
-        println!("rays, {name}, {sides:?}, {pairs:?}: {what}, worst {:.3}", relative[relative.len() - 1]);
+        let what = compare_gathered(&seen, &expected, rays)
+            .unwrap_or_else(|error| panic!("rays, {name}, {sides:?}, {pairs:?}: {error}"));
+        println!(
+            "rays, {name}, {sides:?}, {pairs:?}: {what}, worst {:.3}",
+            relative[relative.len() - 1]
+        );
         assert!(relative[relative.len() - 1] <= 0.5);
         // Without a falloff a closed room hides all.
         let open = expected.iter().map(|pixel| pixel.w).sum::<f64>() / expected.len() as f64;
         let is_closed = name == "two-rooms" && settings.number("ao_falloff") == 0.0;
-        assert!(if is_closed { open < 0.01 } else { (0.05..0.95).contains(&open) }, "{name}: a visibility of {open}");
-        // Planted: an occluder more everywhere, a tenth of the visibility missing, and none of it hidden; not a number.
-        let planted: [fn(f64) -> f64; 4] = [|seen| seen - 1.0, |seen| 0.9 * seen - 0.01, |_| 1.0, |_| f64::NAN];
+        assert!(
+            if is_closed {
+                open < 0.01
+            } else {
+                (0.05..0.95).contains(&open)
+            },
+            "{name}: a visibility of {open}"
+        );
+        // Planted: an occluder more everywhere, a tenth of the visibility missing, and none of it
+        // hidden; not a number.
+        let planted: [fn(f64) -> f64; 4] = [
+            |seen| seen - 1.0,
+            |seen| 0.9 * seen - 0.01,
+            |_| 1.0,
+            |_| f64::NAN,
+        ];
         for plant in planted {
-            let seen: Vec<DVec4> = seen.iter().map(|pixel| pixel.truncate().extend(plant(pixel.w))).collect();
-            assert!(compare_gathered(&seen, &expected, rays).is_err(), "rays, {name}, {pairs:?}: a wrong visibility goes unnoticed");
+            let seen: Vec<DVec4> = seen
+                .iter()
+                .map(|pixel| pixel.truncate().extend(plant(pixel.w)))
+                .collect();
+            assert!(
+                compare_gathered(&seen, &expected, rays).is_err(),
+                "rays, {name}, {pairs:?}: a wrong visibility goes unnoticed"
+            );
         }
     }
 }
 
-/// What is wrong with a gather of so many rays, if anything. A ray that grazes a voxel within rounding takes another radiance, and may be hidden where it was not: at
-/// most one pixel in 100, each by a ray or two.
+/// What is wrong with a gather of so many rays, if anything. A ray that grazes a voxel within
+/// rounding takes another radiance, and may be hidden where it was not: at most one pixel in 100,
+/// each by a ray or two.
 fn compare_gathered(seen: &[DVec4], expected: &[DVec4], rays: f64) -> Result<String, String> {
-    let apart = seen.iter().zip(expected).map(|(seen, expected)| (seen.w - expected.w).abs());
+    let apart = seen
+        .iter()
+        .zip(expected)
+        .map(|(seen, expected)| (seen.w - expected.w).abs());
     let mut apart: Vec<f64> = apart.collect();
-    let is_same = |(seen, expected): (&DVec4, &DVec4)| (*seen - *expected).abs().cmple(DVec4::splat(1e-3 * expected.max_element().max(1.0))).all();
-    let same = seen.iter().zip(expected).filter(|pair| is_same(*pair)).count() as f64 / expected.len() as f64;
+    let is_same = |(seen, expected): (&DVec4, &DVec4)| {
+        (*seen - *expected)
+            .abs()
+            .cmple(DVec4::splat(1e-3 * expected.max_element().max(1.0)))
+            .all()
+    };
+    let same = seen
+        .iter()
+        .zip(expected)
+        .filter(|pair| is_same(*pair))
+        .count() as f64
+        / expected.len() as f64;
     apart.sort_by(f64::total_cmp);
     let worst = apart[apart.len() - 1];
-    let what = format!("{:.2}% of pixels the same, visibility off by {worst:.1e} at most", 100.0 * same);
-    if same >= 0.99 && worst <= 2.0 / rays { Ok(what) } else { Err(what) }
+    let what = format!(
+        "{:.2}% of pixels the same, visibility off by {worst:.1e} at most",
+        100.0 * same
+    );
+    if same >= 0.99 && worst <= 2.0 / rays {
+        Ok(what)
+    } else {
+        Err(what)
+    }
 }
 
 /// A hit behind the first voxel, a hit on a voxel that the ray is nowhere near, a miss.
 #[test]
 fn comparator_notices_planted_errors() {
-    let crossing = |x: u32, margin: f64| Crossing { voxel: [x, 0, 0], entry: f64::from(x), exit: f64::from(x + 1), margin };
+    let crossing = |x: u32, margin: f64| Crossing {
+        voxel: [x, 0, 0],
+        entry: f64::from(x),
+        exit: f64::from(x + 1),
+        margin,
+    };
     let seen = [crossing(1, -0.4), crossing(2, 0.3), crossing(3, 0.2)];
     let near = |voxel| passes_near(voxel, DVec3::new(0.5, 0.5, 0.5), DVec3::X);
     assert_eq!(compare_ray(Some([2, 0, 0]), &seen, near), Ray::Same);

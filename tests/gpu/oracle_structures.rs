@@ -1,5 +1,6 @@
-//! All that cones give a picture (`cone.gather`, `cone.occlusion`, `cone.specular` and `cone.shadow`), through each voxel structure, against the CPU oracle that
-//! marches through the texels of that structure, pixel by pixel.
+//! All that cones give a picture (`cone.gather`, `cone.occlusion`, `cone.specular` and
+//! `cone.shadow`), through each voxel structure, against the CPU oracle that marches through the
+//! texels of that structure, pixel by pixel.
 
 use std::f64::consts::PI;
 
@@ -24,22 +25,34 @@ use rayon::prelude::*;
 
 const SIZE: [u32; 2] = [24, 18];
 
-/// Largest error of a pixel that gathers, and of its visibility; 4·10⁻⁵ was measured, and once 1.5·10⁻⁴.
+/// Largest error of a pixel that gathers, and of its visibility; 4·10⁻⁵ was measured, and once
+/// 1.5·10⁻⁴.
 const MOST: f64 = 0.002;
 
-/// Of one cone, as reflections and lights have it, through nearly opaque faces, whose optical depth is the logarithm of next to nothing; 0.006 was measured.
+/// Of one cone, as reflections and lights have it, through nearly opaque faces, whose optical depth
+/// is the logarithm of next to nothing; 0.006 was measured.
 const MOST_OF_ONE: f64 = 0.01;
 
-/// Angle of the leaning normals to the way to the eye. Where it is that of a face to its eye or less, nothing leans.
+/// Angle of the leaning normals to the way to the eye. Where it is that of a face to its eye or
+/// less, nothing leans.
 const LEANING_RAD: f32 = 1.3;
 
-/// A room of 2 m, open in front, of walls of any roughness and none, with a light just before a wall, and a block whose normals lean away from the eye, so that it
-/// would mirror what is below its faces.
+/// A room of 2 m, open in front, of walls of any roughness and none, with a light just before a
+/// wall, and a block whose normals lean away from the eye, so that it would mirror what is below
+/// its faces.
 fn glossy_room(eye: Vec3) -> Scene {
     let mut builder = Builder::default();
     let mut glossy = |albedo: Vec3, f0: f32, roughness: f32| {
-        let specular = Some(Specular { f0: Vec3::new(f0, 0.8 * f0, 0.6 * f0), roughness, metalness: 0.0 });
-        builder.material(Material { albedo, specular, ..Material::default() })
+        let specular = Some(Specular {
+            f0: Vec3::new(f0, 0.8 * f0, 0.6 * f0),
+            roughness,
+            metalness: 0.0,
+        });
+        builder.material(Material {
+            albedo,
+            specular,
+            ..Material::default()
+        })
     };
     let walls = [
         glossy(Vec3::new(0.6, 0.1, 0.1), 0.9, 0.12),
@@ -50,20 +63,49 @@ fn glossy_room(eye: Vec3) -> Scene {
     ];
     let block = glossy(Vec3::new(0.5, 0.4, 0.2), 0.6, 0.15);
     let matte = builder.matte("matte", Vec3::splat(0.7));
-    builder.room([walls[0], walls[1], walls[2], walls[3], walls[4], matte], Vec3::new(-1.0, 0.0, -1.0), Vec3::new(1.0, 2.0, 1.0), true);
+    builder.room(
+        [walls[0], walls[1], walls[2], walls[3], walls[4], matte],
+        Vec3::new(-1.0, 0.0, -1.0),
+        Vec3::new(1.0, 2.0, 1.0),
+        true,
+    );
     let first = builder.scene.vertices.len();
-    builder.cuboid(block, Vec3::new(-0.6, 0.0, -0.6), Vec3::new(0.14, 0.9, 0.12));
+    builder.cuboid(
+        block,
+        Vec3::new(-0.6, 0.0, -0.6),
+        Vec3::new(0.14, 0.9, 0.12),
+    );
     for vertex in &mut builder.scene.vertices[first..] {
-        let (normal, to_eye) = (Vec3::from(vertex.normal), (eye - Vec3::from(vertex.position)).normalize());
+        let (normal, to_eye) = (
+            Vec3::from(vertex.normal),
+            (eye - Vec3::from(vertex.position)).normalize(),
+        );
         let cosine = normal.dot(to_eye).clamp(-1.0, 1.0);
         let lean = (LEANING_RAD - cosine.acos()).max(0.0);
         let along = (to_eye - cosine * normal).normalize_or_zero();
         vertex.normal = (lean.cos() * normal - lean.sin() * along).to_array();
     }
-    builder.quad(matte, Vec3::new(0.2, 0.4, -0.7), Vec3::X * 0.7, Vec3::Y * 0.9);
-    let camera = Camera { eye, target: Vec3::new(-0.1, 0.6, -0.4), up: Vec3::Y, vfov_deg: 75.0 };
-    let near_wall = Light::Point { position: Vec3::new(0.6, 0.9, -0.93), intensity: Vec3::new(0.6, 0.5, 0.4) };
-    let lights = small_lights().map(|(_, light)| light).into_iter().chain([near_wall]).collect();
+    builder.quad(
+        matte,
+        Vec3::new(0.2, 0.4, -0.7),
+        Vec3::X * 0.7,
+        Vec3::Y * 0.9,
+    );
+    let camera = Camera {
+        eye,
+        target: Vec3::new(-0.1, 0.6, -0.4),
+        up: Vec3::Y,
+        vfov_deg: 75.0,
+    };
+    let near_wall = Light::Point {
+        position: Vec3::new(0.6, 0.9, -0.93),
+        intensity: Vec3::new(0.6, 0.5, 0.4),
+    };
+    let lights = small_lights()
+        .map(|(_, light)| light)
+        .into_iter()
+        .chain([near_wall])
+        .collect();
     builder.finish("glossy-room", lights, Vec3::new(0.7, 0.5, 0.3), camera)
 }
 
@@ -78,25 +120,47 @@ struct Pixel {
 
 /// The pixels of a view that see a surface, as the G-buffer has them.
 fn pixels(gpu: &Gpu, view: &View, eye: DVec3) -> Vec<Pixel> {
-    let read = |image: &std::sync::Arc<Image>| -> Vec<[u16; 4]> { bytemuck::pod_collect_to_vec(&gpu.read_image(image, 0, 0).unwrap()) };
-    let (albedo, f0) = (read(&view.gbuffer.albedo), read(view.gbuffer.specular.as_ref().unwrap()));
+    let read = |image: &std::sync::Arc<Image>| -> Vec<[u16; 4]> {
+        bytemuck::pod_collect_to_vec(&gpu.read_image(image, 0, 0).unwrap())
+    };
+    let (albedo, f0) = (
+        read(&view.gbuffer.albedo),
+        read(view.gbuffer.specular.as_ref().unwrap()),
+    );
     let of = |([x, y], receiver): &([u32; 2], Receiver)| {
         let at = (x + view.gbuffer.size[0] * y) as usize;
         let [albedo, f0] = [albedo[at], f0[at]].map(|texel| DVec4::from(texel.map(half)));
-        let gloss = (albedo.w >= 0.0).then_some(Gloss { f0: f0.truncate(), roughness: albedo.w });
-        Pixel { receiver: *receiver, to_eye: (eye - receiver.position).normalize(), albedo: albedo.truncate(), gloss }
+        let gloss = (albedo.w >= 0.0).then_some(Gloss {
+            f0: f0.truncate(),
+            roughness: albedo.w,
+        });
+        Pixel {
+            receiver: *receiver,
+            to_eye: (eye - receiver.position).normalize(),
+            albedo: albedo.truncate(),
+            gloss,
+        }
     };
     view.receivers.iter().map(of).collect()
 }
 
-fn march_settings(settings: &Settings, voxel_size: f64, resolution: u32, environment: Vec3) -> MarchSettings {
+fn march_settings(
+    settings: &Settings,
+    voxel_size: f64,
+    resolution: u32,
+    environment: Vec3,
+) -> MarchSettings {
     let number = |name: &str| f64::from(settings.number(name));
     let reach = number("max_distance");
     MarchSettings {
         step_factor: number("step_factor"),
         opacity_exponent: number("opacity_exponent"),
         height_clamp: number("height_clamp"),
-        max_distance: if reach > 0.0 { reach / voxel_size } else { 4.0 * f64::from(resolution) },
+        max_distance: if reach > 0.0 {
+            reach / voxel_size
+        } else {
+            4.0 * f64::from(resolution)
+        },
         ao_falloff: 0.0,
         environment: environment.as_dvec3(),
     }
@@ -131,9 +195,22 @@ fn cases() -> Vec<Case> {
 impl Case {
     /// Settings of the structure, and of its cones.
     fn settings(&self, cones: &[String]) -> Settings {
-        let has = |pair: &str| self.entry.settings.iter().copied().flatten().any(|setting| pair.split('=').next() == Some(setting.name));
-        let base = ["resolution=32", "shadows=cones", "specular=on"].into_iter().chain(self.structure.iter().copied());
-        let pairs: Vec<String> = base.map(str::to_owned).chain(cones.iter().cloned()).filter(|pair| has(pair)).collect();
+        let has = |pair: &str| {
+            self.entry
+                .settings
+                .iter()
+                .copied()
+                .flatten()
+                .any(|setting| pair.split('=').next() == Some(setting.name))
+        };
+        let base = ["resolution=32", "shadows=cones", "specular=on"]
+            .into_iter()
+            .chain(self.structure.iter().copied());
+        let pairs: Vec<String> = base
+            .map(str::to_owned)
+            .chain(cones.iter().cloned())
+            .filter(|pair| has(pair))
+            .collect();
         self.entry.settings(Some("cones"), &pairs).unwrap()
     }
 }
@@ -143,10 +220,20 @@ fn cone_settings(random: &mut Random, wide: bool) -> Vec<String> {
     let mut pairs = Vec::new();
     let mut set = |name: &str, value: f32| pairs.push(format!("{name}={value}"));
     set("cones", if wide { 6.0 } else { 9.0 });
-    set("aperture_scale", if wide { 0.5 + 0.5 * random.unit() } else { 0.1 + 0.2 * random.unit() });
+    set(
+        "aperture_scale",
+        if wide {
+            0.5 + 0.5 * random.unit()
+        } else {
+            0.1 + 0.2 * random.unit()
+        },
+    );
     set("step_factor", 0.4 + 0.8 * random.unit());
     set("opacity_exponent", 0.7 + 2.0 * random.unit());
-    set("height_clamp", if wide { 0.0 } else { 1.0 + 5.0 * random.unit() });
+    set(
+        "height_clamp",
+        if wide { 0.0 } else { 1.0 + 5.0 * random.unit() },
+    );
     set("start_offset", 0.8 + 1.5 * random.unit());
     set("max_distance", if wide { 1.1 } else { 0.0 });
     set("ao_falloff", 1.0 + 3.0 * random.unit());
@@ -159,7 +246,8 @@ fn cone_settings(random: &mut Random, wide: bool) -> Vec<String> {
     pairs
 }
 
-/// What the device gives: the gather, then its visibility by cones of its own, then the specular cone and the direct light.
+/// What the device gives: the gather, then its visibility by cones of its own, then the specular
+/// cone and the direct light.
 struct Seen {
     gathered: Vec<DVec4>,
     occluded: Vec<DVec4>,
@@ -167,7 +255,13 @@ struct Seen {
     direct: Vec<DVec4>,
 }
 
-fn render(gpu: &Gpu, scene: &GpuScene, view: &View, volume: &VoxelVolume<'_>, settings: &Settings) -> Seen {
+fn render(
+    gpu: &Gpu,
+    scene: &GpuScene,
+    view: &View,
+    volume: &VoxelVolume<'_>,
+    settings: &Settings,
+) -> Seen {
     let tracer = ConeTracer::new(gpu, settings).unwrap();
     let results = |record: &dyn Fn(&mut Frame)| {
         let mut frame = Frame::new();
@@ -176,7 +270,8 @@ fn render(gpu: &Gpu, scene: &GpuScene, view: &View, volume: &VoxelVolume<'_>, se
         gpu.submit(frame).unwrap();
         view.results(gpu)
     };
-    let (gbuffer, grid, volume, result) = (&view.gbuffer, &volume.grid, volume.volume, &view.result);
+    let (gbuffer, grid, volume, result) =
+        (&view.gbuffer, &volume.grid, volume.volume, &view.result);
     Seen {
         gathered: results(&|frame| tracer.gather(frame, gbuffer, grid, volume, result)),
         occluded: results(&|frame| tracer.occlusion(frame, gbuffer, grid, volume, result)),
@@ -185,12 +280,32 @@ fn render(gpu: &Gpu, scene: &GpuScene, view: &View, volume: &VoxelVolume<'_>, se
     }
 }
 
-/// L_s of the glossy pixels, with the cone's half angle as many times as wide and the start so many times as high.
-fn specular_by_oracle(structure: &Structure, pixels: &[Pixel], march: &MarchSettings, start_offset: f64, roughening: f64) -> Vec<DVec4> {
+/// L_s of the glossy pixels, with the cone's half angle as many times as wide and the start so many
+/// times as high.
+fn specular_by_oracle(
+    structure: &Structure,
+    pixels: &[Pixel],
+    march: &MarchSettings,
+    start_offset: f64,
+    roughening: f64,
+) -> Vec<DVec4> {
     let of = |pixel: &Pixel| {
-        let Some(gloss) = &pixel.gloss else { return DVec4::ZERO };
-        let gloss = Gloss { roughness: gloss.roughness * roughening, ..*gloss };
-        specular(structure.levels(), &pixel.receiver, pixel.to_eye, &gloss, start_offset, march).extend(0.0)
+        let Some(gloss) = &pixel.gloss else {
+            return DVec4::ZERO;
+        };
+        let gloss = Gloss {
+            roughness: gloss.roughness * roughening,
+            ..*gloss
+        };
+        specular(
+            structure.levels(),
+            &pixel.receiver,
+            pixel.to_eye,
+            &gloss,
+            start_offset,
+            march,
+        )
+        .extend(0.0)
     };
     pixels.par_iter().map(of).collect()
 }
@@ -204,13 +319,21 @@ fn direct_by_oracle(
     settings: &Settings,
     march: &MarchSettings,
 ) -> Vec<DVec4> {
-    let (origin, voxel_size) = (volume.grid.origin.as_dvec3(), f64::from(volume.grid.voxel_size));
+    let (origin, voxel_size) = (
+        volume.grid.origin.as_dvec3(),
+        f64::from(volume.grid.voxel_size),
+    );
     let tan_half = (f64::from(settings.number("shadow_aperture")).to_radians() / 2.0).tan();
-    let march = MarchSettings { max_distance: f64::INFINITY, environment: DVec3::ZERO, ..*march };
+    let march = MarchSettings {
+        max_distance: f64::INFINITY,
+        environment: DVec3::ZERO,
+        ..*march
+    };
     let of = |pixel: &Pixel| {
         let receiver = &pixel.receiver;
         let reflected = scene.lights.iter().map(|light| {
-            let (direction, _, irradiance) = light.sample((origin + voxel_size * receiver.position).as_vec3());
+            let (direction, _, irradiance) =
+                light.sample((origin + voxel_size * receiver.position).as_vec3());
             let direction = direction.as_dvec3();
             let cosine = receiver.shading_normal.dot(direction);
             if receiver.geometric_normal.dot(direction) <= 0.0 || cosine <= 0.0 {
@@ -218,10 +341,21 @@ fn direct_by_oracle(
             }
             let place = match *light {
                 Light::Directional { .. } => LightPlace::Direction(direction),
-                Light::Point { position, .. } | Light::Spot { position, .. } => LightPlace::Position((position.as_dvec3() - origin) / voxel_size),
+                Light::Point { position, .. } | Light::Spot { position, .. } => {
+                    LightPlace::Position((position.as_dvec3() - origin) / voxel_size)
+                }
             };
-            let lobe = pixel.gloss.map_or(DVec3::ZERO, |gloss| gloss.brdf(receiver.shading_normal, pixel.to_eye, direction));
-            let seen = light_visibility(structure.levels(), receiver, f64::from(settings.number("start_offset")), place, tan_half, &march);
+            let lobe = pixel.gloss.map_or(DVec3::ZERO, |gloss| {
+                gloss.brdf(receiver.shading_normal, pixel.to_eye, direction)
+            });
+            let seen = light_visibility(
+                structure.levels(),
+                receiver,
+                f64::from(settings.number("start_offset")),
+                place,
+                tan_half,
+                &march,
+            );
             (pixel.albedo / PI + lobe) * irradiance.as_dvec3() * cosine * seen
         });
         reflected.sum::<DVec3>().extend(1.0)
@@ -234,7 +368,10 @@ fn cones_through_each_structure_are_the_oracles() {
     let gpu = gpu();
     for (number, case) in (0u64..).zip(cases()) {
         let mut random = Random::new(1700 + number);
-        for (wide, eye) in [(false, Vec3::new(0.35, 1.15, 0.7)), (true, Vec3::new(-0.45, 1.3, 0.55))] {
+        for (wide, eye) in [
+            (false, Vec3::new(0.35, 1.15, 0.7)),
+            (true, Vec3::new(-0.45, 1.3, 0.55)),
+        ] {
             compare_case(&gpu, &case, &cone_settings(&mut random, wide), eye, wide);
         }
     }
@@ -243,7 +380,11 @@ fn cones_through_each_structure_are_the_oracles() {
 /// What is wrong with pixels of these errors, if anything.
 fn is_near((relative, visibility): &(Vec<f64>, f64), most: f64) -> Result<(), String> {
     let worst = relative.last().copied().unwrap_or(f64::NAN);
-    if worst <= most && *visibility <= most { Ok(()) } else { Err(format!("off by {worst}, visibility by {visibility}")) }
+    if worst <= most && *visibility <= most {
+        Ok(())
+    } else {
+        Err(format!("off by {worst}, visibility by {visibility}"))
+    }
 }
 
 /// Errors are planted where that takes little time: with few wide cones.
@@ -254,8 +395,13 @@ fn compare_case(gpu: &Gpu, case: &Case, cones: &[String], eye: Vec3, plants: boo
     walker.texels(eye);
     let volumes = walker.technique.volumes();
     let volume = &volumes[0];
-    let weights = if settings.find_choice("face_weights") == Some("squared") { FaceWeights::Squared } else { FaceWeights::Extinction };
-    let layout = (case.entry.name == "clipmap").then(|| (Layout::new(walker.gpu_scene.bounds, 32, 3, 0.02), eye));
+    let weights = if settings.find_choice("face_weights") == Some("squared") {
+        FaceWeights::Squared
+    } else {
+        FaceWeights::Extinction
+    };
+    let layout = (case.entry.name == "clipmap")
+        .then(|| (Layout::new(walker.gpu_scene.bounds, 32, 3, 0.02), eye));
     let structure = Structure::read(gpu, volume.volume, volume.grid.resolution, weights, layout);
     let view = View::new(gpu, &walker.gpu_scene, &scene.camera, SIZE, &volume.grid);
     let (grid, voxel_size) = (&volume.grid, f64::from(volume.grid.voxel_size));
@@ -263,47 +409,166 @@ fn compare_case(gpu: &Gpu, case: &Case, cones: &[String], eye: Vec3, plants: boo
     let seen = render(gpu, &walker.gpu_scene, &view, volume, &settings);
     let march = march_settings(&settings, voxel_size, grid.resolution, scene.environment);
     let start_offset = f64::from(settings.number("start_offset"));
-    let check = |what: &str, seen: &[DVec4], expected: &[DVec4], planted: &[(&str, &dyn Fn() -> Vec<DVec4>)]| {
+    let check = |what: &str,
+                 seen: &[DVec4],
+                 expected: &[DVec4],
+                 planted: &[(&str, &dyn Fn() -> Vec<DVec4>)]| {
         let result = errors(seen, expected);
-        let most = if matches!(what, "gather" | "occlusion") { MOST } else { MOST_OF_ONE };
-        println!("{}, {what}: worst error {:.1e}, visibility {:.1e}", case.name, result.0.last().unwrap(), result.1);
-        is_near(&result, most).unwrap_or_else(|error| panic!("{}, {what}, {cones:?}: {error}", case.name));
+        let most = if matches!(what, "gather" | "occlusion") {
+            MOST
+        } else {
+            MOST_OF_ONE
+        };
+        println!(
+            "{}, {what}: worst error {:.1e}, visibility {:.1e}",
+            case.name,
+            result.0.last().unwrap(),
+            result.1
+        );
+        is_near(&result, most)
+            .unwrap_or_else(|error| panic!("{}, {what}, {cones:?}: {error}", case.name));
         for (wrong, planted) in planted.iter().filter(|_| plants) {
-            assert!(is_near(&errors(seen, &planted()), most).is_err(), "{}, {what}: {wrong} goes unnoticed", case.name);
+            assert!(
+                is_near(&errors(seen, &planted()), most).is_err(),
+                "{}, {what}: {wrong} goes unnoticed",
+                case.name
+            );
         }
     };
     let gathered = cones_by_oracle(structure.levels(), &scene, grid, &view, &settings);
-    let lit = gathered.iter().map(|pixel| pixel.truncate().max_element()).sum::<f64>() / gathered.len() as f64;
+    let lit = gathered
+        .iter()
+        .map(|pixel| pixel.truncate().max_element())
+        .sum::<f64>()
+        / gathered.len() as f64;
     let open = gathered.iter().map(|pixel| pixel.w).sum::<f64>() / gathered.len() as f64;
-    assert!(lit > 0.05 && (0.1..0.95).contains(&open), "{}: the picture shows little: {lit}, {open}", case.name);
+    assert!(
+        lit > 0.05 && (0.1..0.95).contains(&open),
+        "{}: the picture shows little: {lit}, {open}",
+        case.name
+    );
     let without = case.settings(&[cones, &["ao_falloff=0".to_owned()]].concat());
-    let nearer = case.settings(&[cones, &[format!("start_offset={}", 0.5 * start_offset)]].concat());
+    let nearer =
+        case.settings(&[cones, &[format!("start_offset={}", 0.5 * start_offset)]].concat());
     let plant = |settings| cones_by_oracle(structure.levels(), &scene, grid, &view, settings);
-    check("gather", &seen.gathered, &gathered, &[("no falloff", &|| plant(&without)), ("half the start", &|| plant(&nearer))]);
+    check(
+        "gather",
+        &seen.gathered,
+        &gathered,
+        &[
+            ("no falloff", &|| plant(&without)),
+            ("half the start", &|| plant(&nearer)),
+        ],
+    );
 
-    let set = cone_set(settings.count("occlusion_cones"), true, settings.number("aperture_scale"));
-    let own = by_oracle_with(structure.levels(), &scene, grid, &view, &settings, &set, ["occlusion_distance", "occlusion_falloff"]);
-    let occluded: Vec<DVec4> = seen.gathered.iter().zip(own).map(|(before, (own, _))| before.truncate().extend(own.visibility)).collect();
-    assert!(seen.occluded.iter().zip(&seen.gathered).all(|(after, before)| after.truncate() == before.truncate()), "{}: the irradiance changes", case.name);
-    check("occlusion", &seen.occluded, &occluded, &[("the gather's own", &|| seen.gathered.clone())]);
+    let set = cone_set(
+        settings.count("occlusion_cones"),
+        true,
+        settings.number("aperture_scale"),
+    );
+    let own = by_oracle_with(
+        structure.levels(),
+        &scene,
+        grid,
+        &view,
+        &settings,
+        &set,
+        ["occlusion_distance", "occlusion_falloff"],
+    );
+    let occluded: Vec<DVec4> = seen
+        .gathered
+        .iter()
+        .zip(own)
+        .map(|(before, (own, _))| before.truncate().extend(own.visibility))
+        .collect();
+    assert!(
+        seen.occluded
+            .iter()
+            .zip(&seen.gathered)
+            .all(|(after, before)| after.truncate() == before.truncate()),
+        "{}: the irradiance changes",
+        case.name
+    );
+    check(
+        "occlusion",
+        &seen.occluded,
+        &occluded,
+        &[("the gather's own", &|| seen.gathered.clone())],
+    );
 
-    let glossy = |all: &[DVec4]| -> Vec<DVec4> { all.iter().zip(&pixels).filter(|(_, pixel)| pixel.gloss.is_some()).map(|(value, _)| *value).collect() };
-    let mirrors_below = |Pixel { receiver, to_eye, gloss, .. }: &&Pixel| {
+    let glossy = |all: &[DVec4]| -> Vec<DVec4> {
+        all.iter()
+            .zip(&pixels)
+            .filter(|(_, pixel)| pixel.gloss.is_some())
+            .map(|(value, _)| *value)
+            .collect()
+    };
+    let mirrors_below = |Pixel {
+                             receiver,
+                             to_eye,
+                             gloss,
+                             ..
+                         }: &&Pixel| {
         let shading = receiver.shading_normal;
-        gloss.is_some() && receiver.geometric_normal.dot(2.0 * shading.dot(*to_eye) * shading - *to_eye) < 0.0
+        gloss.is_some()
+            && receiver
+                .geometric_normal
+                .dot(2.0 * shading.dot(*to_eye) * shading - *to_eye)
+                < 0.0
     };
     let below = pixels.iter().filter(mirrors_below).count();
     // A lobe whose normal looks away from the eye is not defined.
-    assert!(pixels.iter().all(|pixel| pixel.to_eye.dot(pixel.receiver.shading_normal) > 0.02), "{}", case.name);
-    let by_oracle = |march: &MarchSettings, start_offset, roughening| glossy(&specular_by_oracle(&structure, &pixels, march, start_offset, roughening));
+    assert!(
+        pixels
+            .iter()
+            .all(|pixel| pixel.to_eye.dot(pixel.receiver.shading_normal) > 0.02),
+        "{}",
+        case.name
+    );
+    let by_oracle = |march: &MarchSettings, start_offset, roughening| {
+        glossy(&specular_by_oracle(
+            &structure,
+            &pixels,
+            march,
+            start_offset,
+            roughening,
+        ))
+    };
     let expected = by_oracle(&march, start_offset, 1.0);
-    assert!(expected.len() > 150 && below > 20, "{}: {} glossy pixels, {below} that would mirror what is below them", case.name, expected.len());
+    assert!(
+        expected.len() > 150 && below > 20,
+        "{}: {} glossy pixels, {below} that would mirror what is below them",
+        case.name,
+        expected.len()
+    );
     let twice = || by_oracle(&march, start_offset, 2f64.sqrt());
     let nearer = || by_oracle(&march, 0.5 * start_offset, 1.0);
-    check("specular", &glossy(&seen.specular), &expected, &[("twice the aperture", &twice), ("half the start", &nearer)]);
-    assert!(seen.specular.iter().zip(&pixels).all(|(value, pixel)| pixel.gloss.is_some() || *value == DVec4::ZERO), "{}: matte pixels reflect", case.name);
+    check(
+        "specular",
+        &glossy(&seen.specular),
+        &expected,
+        &[("twice the aperture", &twice), ("half the start", &nearer)],
+    );
+    assert!(
+        seen.specular
+            .iter()
+            .zip(&pixels)
+            .all(|(value, pixel)| pixel.gloss.is_some() || *value == DVec4::ZERO),
+        "{}: matte pixels reflect",
+        case.name
+    );
 
-    let direct = |march: &MarchSettings| direct_by_oracle(&structure, &pixels, &scene, volume, &settings, march);
-    let twice = MarchSettings { opacity_exponent: 2.0 * march.opacity_exponent, ..march };
-    check("shadow", &seen.direct, &direct(&march), &[("twice the opacity", &|| direct(&twice))]);
+    let direct = |march: &MarchSettings| {
+        direct_by_oracle(&structure, &pixels, &scene, volume, &settings, march)
+    };
+    let twice = MarchSettings {
+        opacity_exponent: 2.0 * march.opacity_exponent,
+        ..march
+    };
+    check(
+        "shadow",
+        &seen.direct,
+        &direct(&march),
+        &[("twice the opacity", &|| direct(&twice))],
+    );
 }

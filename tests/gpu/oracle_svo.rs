@@ -1,10 +1,14 @@
-//! The sparse voxel octree on the device against the CPU oracle: every node, every pointer, every texel.
+//! The sparse voxel octree on the device against the CPU oracle: every node, every pointer, every
+//! texel.
 
 use crate::support::compare::{Largest, Worst};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use crate::support::octree::{grow, grow_lit, lattice, lit_matter, matter, plant, read_bricks, read_nodes, read_texels, shine, shine_lit};
+use crate::support::octree::{
+    grow, grow_lit, lattice, lit_matter, matter, plant, read_bricks, read_nodes, read_texels,
+    shine, shine_lit,
+};
 use crate::support::scenes::{bundled, in_unit_grid, scene_of, soup};
 use crate::support::technique::{Case, frame, shared_scene, shoot};
 use crate::support::voxels::{half, occupied, voxel_settings, voxelize};
@@ -12,7 +16,9 @@ use crate::support::{Random, gpu, read_words};
 use glam::{DVec3, DVec4, UVec3, Vec3};
 use lumivox::gi::registry::find;
 use lumivox::gi::svo::bricks::pool_extent;
-use lumivox::gi::svo::oracle::{Filter, Lattice, LitVoxel, Octree, Texels, coarser, leaves, octree};
+use lumivox::gi::svo::oracle::{
+    Filter, Lattice, LitVoxel, Octree, Texels, coarser, leaves, octree,
+};
 use lumivox::gi::svo::{BrickPool, BrickSettings, NodePool, Occupancy, PieceVoxelizer, Pieces};
 use lumivox::gi::voxel::oracle::VoxelIndex;
 use lumivox::gi::voxel::{Directionality, Injection, LightSettings, Method, Sides, VoxelLight};
@@ -22,33 +28,66 @@ use lumivox::metrics::{Channel, compare as compare_images};
 use lumivox::render::{GpuScene, LightMaps};
 use lumivox::scene::{Light, Scene};
 
-/// What is wrong with an octree, if anything: every node and pointer is the oracle's, and the leaf nodes are the occupied voxels.
-fn compare(tree: &Octree, voxels: &BTreeSet<VoxelIndex>, resolution: u32, lattice: Lattice) -> Result<(), String> {
+/// What is wrong with an octree, if anything: every node and pointer is the oracle's, and the leaf
+/// nodes are the occupied voxels.
+fn compare(
+    tree: &Octree,
+    voxels: &BTreeSet<VoxelIndex>,
+    resolution: u32,
+    lattice: Lattice,
+) -> Result<(), String> {
     let expected = octree(voxels, resolution, lattice);
     if tree.counts != expected.counts {
-        return Err(format!("{:?} tiles, {:?} expected", tree.counts, expected.counts));
+        return Err(format!(
+            "{:?} tiles, {:?} expected",
+            tree.counts, expected.counts
+        ));
     }
-    if let Some(index) = (0..expected.tiles.len()).find(|index| tree.tiles[*index] != expected.tiles[*index]) {
-        return Err(format!("tile {index} is {:?}, {:?} expected", tree.tiles[index], expected.tiles[index]));
+    if let Some(index) =
+        (0..expected.tiles.len()).find(|index| tree.tiles[*index] != expected.tiles[*index])
+    {
+        return Err(format!(
+            "tile {index} is {:?}, {:?} expected",
+            tree.tiles[index], expected.tiles[index]
+        ));
     }
     let is_reached = reached_tiles(tree) == tree.tiles.len();
     if !leaf_voxels(tree).keys().eq(voxels) {
         return Err("the leaf nodes are not the occupied voxels".to_owned());
     }
-    is_reached.then_some(()).ok_or_else(|| "a tile has no parent, or two".to_owned())
+    is_reached
+        .then_some(())
+        .ok_or_else(|| "a tile has no parent, or two".to_owned())
 }
 
 /// Place and compact index of each voxel that a leaf node is.
 fn leaf_voxels(tree: &Octree) -> BTreeMap<VoxelIndex, u32> {
     let leaves = &tree.tiles[tree.tiles.len() - tree.counts[0] as usize..];
-    let place = |tile: &[u32; 3], node: u32| [2 * tile[0] + (node & 1), 2 * tile[1] + (node >> 1 & 1), 2 * tile[2] + (node >> 2)];
-    leaves.iter().flat_map(|tile| (0..).zip(tile.nodes).filter_map(|(node, voxel)| Some((place(&tile.position, node), voxel?)))).collect()
+    let place = |tile: &[u32; 3], node: u32| {
+        [
+            2 * tile[0] + (node & 1),
+            2 * tile[1] + (node >> 1 & 1),
+            2 * tile[2] + (node >> 2),
+        ]
+    };
+    leaves
+        .iter()
+        .flat_map(|tile| {
+            (0..)
+                .zip(tile.nodes)
+                .filter_map(|(node, voxel)| Some((place(&tile.position, node), voxel?)))
+        })
+        .collect()
 }
 
 /// Tiles that the root leads to, counted once for each way.
 fn reached_tiles(tree: &Octree) -> usize {
     let inner = tree.tiles.len() - tree.counts[0] as usize;
-    1 + tree.tiles[..inner].iter().flat_map(|tile| tile.nodes).flatten().count()
+    1 + tree.tiles[..inner]
+        .iter()
+        .flat_map(|tile| tile.nodes)
+        .flatten()
+        .count()
 }
 
 fn check_scene(gpu: &Gpu, scene: &GpuScene, resolution: u32, what: &str) {
@@ -57,8 +96,13 @@ fn check_scene(gpu: &Gpu, scene: &GpuScene, resolution: u32, what: &str) {
     for (corners, lattice) in [(false, Lattice::Centres), (true, Lattice::Corners)] {
         let (pool, _) = NodePool::build(gpu, &Occupancy::from(&read.voxels), corners).unwrap();
         let tree = read_nodes(gpu, &pool).unwrap();
-        compare(&tree, &occupied, resolution, lattice).unwrap_or_else(|error| panic!("{what} at {resolution}, {lattice:?}: {error}"));
-        println!("{what} at {resolution}, {lattice:?}: {} voxels, {} tiles", occupied.len(), tree.tiles.len());
+        compare(&tree, &occupied, resolution, lattice)
+            .unwrap_or_else(|error| panic!("{what} at {resolution}, {lattice:?}: {error}"));
+        println!(
+            "{what} at {resolution}, {lattice:?}: {} voxels, {} tiles",
+            occupied.len(),
+            tree.tiles.len()
+        );
     }
 }
 
@@ -66,15 +110,21 @@ fn check_scene(gpu: &Gpu, scene: &GpuScene, resolution: u32, what: &str) {
 fn cornell_is_the_oracles_at_all_levels() {
     let gpu = gpu();
     let scene = GpuScene::new(&gpu, &bundled("cornell")).unwrap();
-    [8, 16, 32, 64, 128, 256].into_iter().for_each(|resolution| check_scene(&gpu, &scene, resolution, "cornell"));
+    [8, 16, 32, 64, 128, 256]
+        .into_iter()
+        .for_each(|resolution| check_scene(&gpu, &scene, resolution, "cornell"));
 }
 
 #[test]
 fn sponza_is_the_oracles() {
-    let Some(scene) = shared_scene("sponza_dabrovic.toml") else { return };
+    let Some(scene) = shared_scene("sponza_dabrovic.toml") else {
+        return;
+    };
     let gpu = gpu();
     let gpu_scene = GpuScene::new(&gpu, &scene).unwrap();
-    [32, 128, 512].into_iter().for_each(|resolution| check_scene(&gpu, &gpu_scene, resolution, "sponza"));
+    [32, 128, 512]
+        .into_iter()
+        .for_each(|resolution| check_scene(&gpu, &gpu_scene, resolution, "sponza"));
 }
 
 /// The same by triangles: fragments, voxels, octree.
@@ -88,7 +138,12 @@ fn soups_are_the_oracles() {
         in_unit_grid(&mut scene, 32);
         check_scene(&gpu, &scene, 32, &format!("soup {seed}"));
     }
-    check_scene(&gpu, &GpuScene::new(&gpu, &Scene::default()).unwrap(), 32, "nothing");
+    check_scene(
+        &gpu,
+        &GpuScene::new(&gpu, &Scene::default()).unwrap(),
+        32,
+        "nothing",
+    );
 }
 
 /// 100 random sets of voxels, up to the very border of the grid, 20 at each of the levels 5 to 9.
@@ -103,16 +158,21 @@ fn random_voxels_are_the_oracles() {
         for (corners, lattice) in [(false, Lattice::Centres), (true, Lattice::Corners)] {
             let (pool, _) = NodePool::build(&gpu, &planted, corners).unwrap();
             let tree = read_nodes(&gpu, &pool).unwrap();
-            compare(&tree, &voxels, resolution, lattice).unwrap_or_else(|error| panic!("set {seed} at {resolution}, {lattice:?}: {error}"));
+            compare(&tree, &voxels, resolution, lattice)
+                .unwrap_or_else(|error| panic!("set {seed} at {resolution}, {lattice:?}: {error}"));
         }
     }
 }
 
 const FILTERS: [Filter; 3] = [Filter::Box, Filter::Directional, Filter::DirectionalMax];
 
-/// Largest difference of a level from what the oracle makes of the level below, in steps of half floats (2⁻¹⁰ of the value, at least 2⁻¹³).
+/// Largest difference of a level from what the oracle makes of the level below, in steps of half
+/// floats (2⁻¹⁰ of the value, at least 2⁻¹³).
 fn level_error(level: &Texels, expected: &Texels) -> f64 {
-    let missing = expected.iter().filter(|(at, value)| value.w > 0.0 && !level.contains_key(*at)).count();
+    let missing = expected
+        .iter()
+        .filter(|(at, value)| value.w > 0.0 && !level.contains_key(*at))
+        .count();
     assert_eq!(missing, 0, "texels without a brick");
     let error = |(at, value): (&VoxelIndex, &DVec4)| {
         let expected = expected.get(at).copied().unwrap_or_default();
@@ -122,9 +182,14 @@ fn level_error(level: &Texels, expected: &Texels) -> f64 {
     level.iter().map(error).worst()
 }
 
-/// Rounding to half floats, which a driver may do towards zero: once when a texel is stored, and once for each of the three axes along which shares are added.
+/// Rounding to half floats, which a driver may do towards zero: once when a texel is stored, and
+/// once for each of the three axes along which shares are added.
 fn allowed(lattice: Lattice) -> f64 {
-    if lattice == Lattice::Centres { 1.0 } else { 4.0 }
+    if lattice == Lattice::Centres {
+        1.0
+    } else {
+        4.0
+    }
 }
 
 #[test]
@@ -143,21 +208,38 @@ fn bricks_are_the_oracles() {
         let voxels = matter(&mut Random::new(40 + seed), resolution);
         let (nodes, pool) = grow(&gpu, &voxels, resolution, settings);
         let tree = read_nodes(&gpu, &nodes).unwrap();
-        let levels = read_bricks(&gpu, &tree, &pool).unwrap_or_else(|error| panic!("matter {seed}, {settings:?}: {error}"));
+        let levels = read_bricks(&gpu, &tree, &pool)
+            .unwrap_or_else(|error| panic!("matter {seed}, {settings:?}: {error}"));
         let errors: Vec<f64> = (0..levels.len())
             .map(|index| {
                 level_error(
                     &levels[index],
-                    &if index == 0 { leaves(&voxels, lattice) } else { coarser(&levels[index - 1], resolution >> (index - 1), lattice, filter) },
+                    &if index == 0 {
+                        leaves(&voxels, lattice)
+                    } else {
+                        coarser(
+                            &levels[index - 1],
+                            resolution >> (index - 1),
+                            lattice,
+                            filter,
+                        )
+                    },
                 )
             })
             .collect();
-        println!("matter {seed} at {resolution}, {lattice:?}, {filter:?}: largest error by level {errors:.2?} half-float steps");
-        assert!(errors.iter().all(|error| *error <= allowed(lattice)), "matter {seed}, {settings:?}: {errors:?}");
+        println!(
+            "matter {seed} at {resolution}, {lattice:?}, {filter:?}: largest error by level \
+             {errors:.2?} half-float steps"
+        );
+        assert!(
+            errors.iter().all(|error| *error <= allowed(lattice)),
+            "matter {seed}, {settings:?}: {errors:?}"
+        );
     }
 }
 
-/// Normal bricks, and the light of both sides: every texel of every level, in both lattices, with every filter.
+/// Normal bricks, and the light of both sides: every texel of every level, in both lattices, with
+/// every filter.
 #[test]
 fn normal_bricks_are_the_oracles() {
     let gpu = gpu();
@@ -174,19 +256,53 @@ fn normal_bricks_are_the_oracles() {
         let voxels = lit_matter(&mut Random::new(80 + seed), resolution);
         let (nodes, pool) = grow_lit(&gpu, &voxels, resolution, settings);
         let tree = read_nodes(&gpu, &nodes).unwrap();
-        let lit = |of: fn(&LitVoxel) -> DVec4| leaves(&voxels.iter().map(|(at, voxel)| (*at, of(voxel))).collect(), lattice);
-        for (what, image, finest) in [("light", &pool.image, lit(LitVoxel::light)), ("normals", pool.normals().unwrap(), lit(LitVoxel::lit_normal))] {
-            let levels = read_texels(&gpu, &tree, image).unwrap_or_else(|error| panic!("matter {seed}, {settings:?}, {what}: {error}"));
-            let expected = (0..levels.len())
-                .map(|index| if index == 0 { finest.clone() } else { coarser(&levels[index - 1], resolution >> (index - 1), lattice, filter) });
-            let errors: Vec<f64> = levels.iter().zip(expected).map(|(level, expected)| level_error(level, &expected)).collect();
-            println!("{what} of matter {seed} at {resolution}, {lattice:?}, {filter:?}: largest error by level {errors:.2?} half-float steps");
-            assert!(errors.iter().all(|error| *error <= allowed(lattice)), "matter {seed}, {settings:?}, {what}: {errors:?}");
+        let lit = |of: fn(&LitVoxel) -> DVec4| {
+            leaves(
+                &voxels.iter().map(|(at, voxel)| (*at, of(voxel))).collect(),
+                lattice,
+            )
+        };
+        for (what, image, finest) in [
+            ("light", &pool.image, lit(LitVoxel::light)),
+            (
+                "normals",
+                pool.normals().unwrap(),
+                lit(LitVoxel::lit_normal),
+            ),
+        ] {
+            let levels = read_texels(&gpu, &tree, image)
+                .unwrap_or_else(|error| panic!("matter {seed}, {settings:?}, {what}: {error}"));
+            let expected = (0..levels.len()).map(|index| {
+                if index == 0 {
+                    finest.clone()
+                } else {
+                    coarser(
+                        &levels[index - 1],
+                        resolution >> (index - 1),
+                        lattice,
+                        filter,
+                    )
+                }
+            });
+            let errors: Vec<f64> = levels
+                .iter()
+                .zip(expected)
+                .map(|(level, expected)| level_error(level, &expected))
+                .collect();
+            println!(
+                "{what} of matter {seed} at {resolution}, {lattice:?}, {filter:?}: largest error \
+                 by level {errors:.2?} half-float steps"
+            );
+            assert!(
+                errors.iter().all(|error| *error <= allowed(lattice)),
+                "matter {seed}, {settings:?}, {what}: {errors:?}"
+            );
         }
     }
 }
 
-/// Sides that go dark and come back: an update of the touched tiles leaves all bricks as one of all tiles does.
+/// Sides that go dark and come back: an update of the touched tiles leaves all bricks as one of all
+/// tiles does.
 #[test]
 fn touched_tiles_are_enough_for_normals() {
     let gpu = gpu();
@@ -201,30 +317,64 @@ fn touched_tiles_are_enough_for_normals() {
             // What is lit stays so on its back alone.
             let dim = |(at, voxel): (&VoxelIndex, &LitVoxel)| {
                 let back = if is_lit(at) { voxel.back } else { DVec3::ZERO };
-                (*at, LitVoxel { front: DVec3::ZERO, back, ..*voxel })
+                (
+                    *at,
+                    LitVoxel {
+                        front: DVec3::ZERO,
+                        back,
+                        ..*voxel
+                    },
+                )
             };
             let voxels = voxels.iter().map(dim).collect();
             shine_lit(&gpu, &nodes, &mut touched, &voxels);
             let (_, all) = grow_lit(&gpu, &voxels, resolution, ALL);
             let read = |image: &Arc<Image>| gpu.read_image(image, 0, 0).unwrap();
-            assert!(read(&touched.image) == read(&all.image), "set {seed}, step {step}: light");
-            assert!(read(touched.normals().unwrap()) == read(all.normals().unwrap()), "set {seed}, step {step}: normals");
+            assert!(
+                read(&touched.image) == read(&all.image),
+                "set {seed}, step {step}: light"
+            );
+            assert!(
+                read(touched.normals().unwrap()) == read(all.normals().unwrap()),
+                "set {seed}, step {step}: normals"
+            );
         }
     }
 }
 
-/// A room behind a thin wall sees the wall's own dark side. With the light of the other side in it, that leaks; and the lit room stays as bright as it was.
+/// A room behind a thin wall sees the wall's own dark side. With the light of the other side in it,
+/// that leaks; and the lit room stays as bright as it was.
 #[test]
 fn lit_normals_keep_the_other_side_dark() {
     let gpu = gpu();
     let mean = |scene: &Scene, normals: &str| {
-        let case = Case { entry: find("svo").unwrap(), preset: Some("cones") };
-        let pixels = shoot(&gpu, scene, &case, &[("resolution", "32"), ("normals", normals)], frame(48, 32, 256)).unwrap().indirect.pixels;
-        pixels.iter().map(|pixel| f64::from(luminance(*pixel))).sum::<f64>() / pixels.len() as f64
+        let case = Case {
+            entry: find("svo").unwrap(),
+            preset: Some("cones"),
+        };
+        let pixels = shoot(
+            &gpu,
+            scene,
+            &case,
+            &[("resolution", "32"), ("normals", normals)],
+            frame(48, 32, 256),
+        )
+        .unwrap()
+        .indirect
+        .pixels;
+        pixels
+            .iter()
+            .map(|pixel| f64::from(luminance(*pixel)))
+            .sum::<f64>()
+            / pixels.len() as f64
     };
     let dark = bundled("two-rooms,thickness_m=0.05");
-    let lit = Scene { camera: bundled("cornell").camera, ..bundled("cornell") };
-    let [dark, lit] = [&dark, &lit].map(|scene| ["off", "toksvig"].map(|normals| mean(scene, normals)));
+    let lit = Scene {
+        camera: bundled("cornell").camera,
+        ..bundled("cornell")
+    };
+    let [dark, lit] =
+        [&dark, &lit].map(|scene| ["off", "toksvig"].map(|normals| mean(scene, normals)));
     println!("dark room {dark:?}, lit box {lit:?}, without and with normals");
     assert!(dark[1] < 0.25 * dark[0], "{dark:?}");
     assert!((lit[1] / lit[0] - 1.0).abs() < 0.2, "{lit:?}");
@@ -237,8 +387,30 @@ fn split_filter_and_repeats_give_the_same_bits() {
     let voxels = matter(&mut Random::new(5), 32);
     for corners in [false, true] {
         let bits = |is_split| {
-            let (_, pool) = grow(&gpu, &voxels, 32, BrickSettings { corners, filter: 1, is_split, touched: false, directionality: Directionality::Isotropic });
-            let (nodes, _) = grow(&gpu, &voxels, 32, BrickSettings { corners, filter: 1, is_split, touched: false, directionality: Directionality::Isotropic });
+            let (_, pool) = grow(
+                &gpu,
+                &voxels,
+                32,
+                BrickSettings {
+                    corners,
+                    filter: 1,
+                    is_split,
+                    touched: false,
+                    directionality: Directionality::Isotropic,
+                },
+            );
+            let (nodes, _) = grow(
+                &gpu,
+                &voxels,
+                32,
+                BrickSettings {
+                    corners,
+                    filter: 1,
+                    is_split,
+                    touched: false,
+                    directionality: Directionality::Isotropic,
+                },
+            );
             read_bricks(&gpu, &read_nodes(&gpu, &nodes).unwrap(), &pool).unwrap()
         };
         let first = bits(false);
@@ -253,27 +425,53 @@ fn pools_are_hardly_larger_than_what_they_hold() {
         let extent = pool_extent(count);
         let total: u32 = extent.iter().product();
         assert!(total >= count, "{count}: {extent:?}");
-        assert!(f64::from(total) <= 1.1 * f64::from(count) + 4.0, "{count}: {extent:?}");
+        assert!(
+            f64::from(total) <= 1.1 * f64::from(count) + 4.0,
+            "{count}: {extent:?}"
+        );
     }
 }
 
-/// At equal settings the picture is that of voxel-mips: by 0.0004 on Cornell and 0.0006 on the atrium.
+/// At equal settings the picture is that of voxel-mips: by 0.0004 on Cornell and 0.0006 on the
+/// atrium.
 #[test]
 fn picture_is_that_of_voxel_mips() {
     let gpu = gpu();
     for name in ["cornell", "atrium"] {
         let scene = bundled(name);
         let indirect = |technique: &str| {
-            let case = Case { entry: find(technique).unwrap(), preset: Some("cones") };
-            shoot(&gpu, &scene, &case, &[("resolution", "64")], frame(96, 64, 512)).unwrap().indirect
+            let case = Case {
+                entry: find(technique).unwrap(),
+                preset: Some("cones"),
+            };
+            shoot(
+                &gpu,
+                &scene,
+                &case,
+                &[("resolution", "64")],
+                frame(96, 64, 512),
+            )
+            .unwrap()
+            .indirect
         };
-        let errors = compare_images(&indirect("svo"), &indirect("voxel-mips"), None, Channel::Rgb).unwrap().pixel;
-        println!("{name}: rel_rmse {:.5}, bias {:+.5}", errors.rel_rmse, errors.bias);
+        let errors = compare_images(
+            &indirect("svo"),
+            &indirect("voxel-mips"),
+            None,
+            Channel::Rgb,
+        )
+        .unwrap()
+        .pixel;
+        println!(
+            "{name}: rel_rmse {:.5}, bias {:+.5}",
+            errors.rel_rmse, errors.bias
+        );
         assert!(errors.rel_rmse <= 0.01, "{name}: {errors:?}");
     }
 }
 
-/// Eight pieces are the whole: the same tree, but for the compact order of the voxels, and the same light.
+/// Eight pieces are the whole: the same tree, but for the compact order of the voxels, and the same
+/// light.
 #[test]
 fn pieces_are_the_whole() {
     let gpu = gpu();
@@ -283,49 +481,142 @@ fn pieces_are_the_whole() {
     let mut voxelizer = PieceVoxelizer::new(&gpu, &gpu_scene, settings).unwrap();
     let mut grow_of = |along: u32| {
         voxelizer.cut(along);
-        let (pieces, occupancy, _) = voxelizer.run(&gpu, &gpu_scene, LightSettings::direct(Injection::Voxel, Sides::One)).unwrap();
+        let (pieces, occupancy, _) = voxelizer
+            .run(
+                &gpu,
+                &gpu_scene,
+                LightSettings::direct(Injection::Voxel, Sides::One),
+            )
+            .unwrap();
         let (pool, _) = NodePool::build(&gpu, &occupancy, false).unwrap();
-        (pieces.voxel_count, occupancy.cubes.len(), read_nodes(&gpu, &pool).unwrap())
+        (
+            pieces.voxel_count,
+            occupancy.cubes.len(),
+            read_nodes(&gpu, &pool).unwrap(),
+        )
     };
     let (whole_count, _, whole) = grow_of(1);
     let (count, cubes, tree) = grow_of(4);
     let (of_whole, of_pieces) = (leaf_voxels(&whole), leaf_voxels(&tree));
-    let differing =
-        of_whole.keys().filter(|place| !of_pieces.contains_key(*place)).count() + of_pieces.keys().filter(|place| !of_whole.contains_key(*place)).count();
+    let differing = of_whole
+        .keys()
+        .filter(|place| !of_pieces.contains_key(*place))
+        .count()
+        + of_pieces
+            .keys()
+            .filter(|place| !of_whole.contains_key(*place))
+            .count();
     println!("{whole_count} and {count} voxels in {cubes} pieces, {differing} within rounding");
     // The inside of the box is empty, and has no pieces.
     assert!(cubes > 1 && cubes < 64, "{cubes} pieces");
-    assert!(differing as f64 <= 1e-4 * f64::from(whole_count), "{differing} voxels differ");
+    assert!(
+        differing as f64 <= 1e-4 * f64::from(whole_count),
+        "{differing} voxels differ"
+    );
     // Only the compact order differs.
-    let shape = |tree: &Octree| tree.tiles.iter().map(|tile| (tile.position, tile.nodes.map(|node| node.is_some()), tile.neighbours)).collect::<Vec<_>>();
-    assert!(shape(&tree) == shape(&octree(&of_pieces.keys().copied().collect(), 64, Lattice::Centres)), "the tree of the pieces is another");
+    let shape = |tree: &Octree| {
+        tree.tiles
+            .iter()
+            .map(|tile| {
+                (
+                    tile.position,
+                    tile.nodes.map(|node| node.is_some()),
+                    tile.neighbours,
+                )
+            })
+            .collect::<Vec<_>>()
+    };
+    assert!(
+        shape(&tree)
+            == shape(&octree(
+                &of_pieces.keys().copied().collect(),
+                64,
+                Lattice::Centres
+            )),
+        "the tree of the pieces is another"
+    );
     let mut voxels: Vec<u32> = of_pieces.into_values().collect();
     voxels.sort_unstable();
-    assert!(voxels.into_iter().eq(0..count), "a compact index is missing or there twice");
+    assert!(
+        voxels.into_iter().eq(0..count),
+        "a compact index is missing or there twice"
+    );
 }
 
-/// A few triangles in the corners of a grid of 2,048³ voxels: only the pieces that they lie in are kept, and the tree is the oracle's. On corners the points
-/// of the second level alone are more than lavapipe can bind.
+/// A few triangles in the corners of a grid of 2,048³ voxels: only the pieces that they lie in are
+/// kept, and the tree is the oracle's. On corners the points of the second level alone are more
+/// than lavapipe can bind.
 #[test]
 fn a_few_voxels_of_2048_cubed() {
     let gpu = gpu();
-    let corners = [Vec3::ZERO, Vec3::new(1.0, 0.3, 0.9), Vec3::new(0.2, 1.0, 1.0)];
-    let near = |corner: Vec3| [corner, corner + Vec3::new(0.003, 0.0, 0.001), corner + Vec3::new(0.0, -0.002, 0.003)];
-    let scene = GpuScene::new(&gpu, &scene_of(&corners.map(near), 0.0, &mut Random::new(1))).unwrap();
-    let mut voxelizer = PieceVoxelizer::new(&gpu, &scene, voxel_settings(2048, Method::Compute)).unwrap();
-    let (pieces, occupancy, _) = voxelizer.run(&gpu, &scene, LightSettings::direct(Injection::Rsm, Sides::One)).unwrap();
+    let corners = [
+        Vec3::ZERO,
+        Vec3::new(1.0, 0.3, 0.9),
+        Vec3::new(0.2, 1.0, 1.0),
+    ];
+    let near = |corner: Vec3| {
+        [
+            corner,
+            corner + Vec3::new(0.003, 0.0, 0.001),
+            corner + Vec3::new(0.0, -0.002, 0.003),
+        ]
+    };
+    let scene = GpuScene::new(
+        &gpu,
+        &scene_of(&corners.map(near), 0.0, &mut Random::new(1)),
+    )
+    .unwrap();
+    let mut voxelizer =
+        PieceVoxelizer::new(&gpu, &scene, voxel_settings(2048, Method::Compute)).unwrap();
+    let (pieces, occupancy, _) = voxelizer
+        .run(
+            &gpu,
+            &scene,
+            LightSettings::direct(Injection::Rsm, Sides::One),
+        )
+        .unwrap();
     let voxels: BTreeSet<VoxelIndex> = occupancy
         .cubes
         .iter()
-        .flat_map(|cube| occupied(&read_words(&gpu, &cube.occupancy), cube.resolution).into_iter().map(|at| (cube.first + UVec3::from(at)).to_array()))
+        .flat_map(|cube| {
+            occupied(&read_words(&gpu, &cube.occupancy), cube.resolution)
+                .into_iter()
+                .map(|at| (cube.first + UVec3::from(at)).to_array())
+        })
         .collect();
-    println!("{} voxels in {} pieces of {}", voxels.len(), occupancy.cubes.len(), occupancy.cubes[0].resolution);
-    assert!(voxels.len() as u32 == pieces.voxel_count && voxels.len() > 20 && (1..=8).contains(&occupancy.cubes.len()));
+    println!(
+        "{} voxels in {} pieces of {}",
+        voxels.len(),
+        occupancy.cubes.len(),
+        occupancy.cubes[0].resolution
+    );
+    assert!(
+        voxels.len() as u32 == pieces.voxel_count
+            && voxels.len() > 20
+            && (1..=8).contains(&occupancy.cubes.len())
+    );
     let (pool, _) = NodePool::build(&gpu, &occupancy, false).unwrap();
-    compare(&read_nodes(&gpu, &pool).unwrap(), &voxels, 2048, Lattice::Centres).unwrap();
+    compare(
+        &read_nodes(&gpu, &pool).unwrap(),
+        &voxels,
+        2048,
+        Lattice::Centres,
+    )
+    .unwrap();
     match NodePool::build(&gpu, &occupancy, true) {
-        Ok((pool, _)) => compare(&read_nodes(&gpu, &pool).unwrap(), &voxels, 2048, Lattice::Corners).unwrap(),
-        Err(Error::TooLarge { resource, wanted, .. }) => assert_eq!((resource.as_str(), wanted), ("svo.points", 8 * 257 * 257 * 257)),
+        Ok((pool, _)) => compare(
+            &read_nodes(&gpu, &pool).unwrap(),
+            &voxels,
+            2048,
+            Lattice::Corners,
+        )
+        .unwrap(),
+        Err(Error::TooLarge {
+            resource, wanted, ..
+        }) => assert_eq!(
+            (resource.as_str(), wanted),
+            ("svo.points", 8 * 257 * 257 * 257)
+        ),
         Err(error) => panic!("{error}"),
     }
 }
@@ -340,36 +631,61 @@ struct Stand<'s> {
 
 impl<'s> Stand<'s> {
     fn new(gpu: &'s Gpu, scene: &GpuScene, along: u32, settings: BrickSettings) -> Self {
-        let mut voxelizer = PieceVoxelizer::new(gpu, scene, voxel_settings(32, Method::Compute)).unwrap();
+        let mut voxelizer =
+            PieceVoxelizer::new(gpu, scene, voxel_settings(32, Method::Compute)).unwrap();
         voxelizer.cut(along);
-        let (pieces, occupancy, _) = voxelizer.run(gpu, scene, LightSettings::direct(Injection::Rsm, Sides::One)).unwrap();
+        let (pieces, occupancy, _) = voxelizer
+            .run(
+                gpu,
+                scene,
+                LightSettings::direct(Injection::Rsm, Sides::One),
+            )
+            .unwrap();
         let (nodes, _) = NodePool::build(gpu, &occupancy, settings.corners).unwrap();
         let (bricks, _) = BrickPool::new(gpu, &nodes, settings).unwrap();
-        Stand { gpu, pieces, nodes, bricks }
+        Stand {
+            gpu,
+            pieces,
+            nodes,
+            bricks,
+        }
     }
 
     /// One update from the lights of this scene; the bricks.
     fn update(&mut self, scene: &Scene, gpu_scene: &GpuScene) -> Vec<u8> {
         let maps = LightMaps::new(self.gpu, gpu_scene, 512, true).unwrap();
-        gpu_scene.set_frame(self.gpu, &gpu_scene.frame_constants(&scene.camera, [8, 8])).unwrap();
+        gpu_scene
+            .set_frame(self.gpu, &gpu_scene.frame_constants(&scene.camera, [8, 8]))
+            .unwrap();
         let mut frame = Frame::new();
         frame.set_scene(&gpu_scene.set, &gpu_scene.materials);
         maps.draw(&mut frame, gpu_scene);
         self.pieces.update(&mut frame, &maps, &self.nodes.nodes);
-        self.bricks.update(&mut frame, &self.nodes, &self.pieces.radiance);
+        self.bricks
+            .update(&mut frame, &self.nodes, &self.pieces.radiance);
         self.gpu.submit(frame).unwrap();
         self.gpu.read_image(&self.bricks.image, 0, 0).unwrap()
     }
 
     /// Radiance and opacity of each voxel.
     fn radiance(&self) -> Vec<[u16; 4]> {
-        let halves: Vec<[u16; 4]> = bytemuck::pod_collect_to_vec(&self.gpu.read_buffer(&self.pieces.radiance).unwrap());
+        let halves: Vec<[u16; 4]> =
+            bytemuck::pod_collect_to_vec(&self.gpu.read_buffer(&self.pieces.radiance).unwrap());
         halves[..self.pieces.voxel_count as usize].to_vec()
     }
 }
 
-const TOUCHED: BrickSettings = BrickSettings { corners: false, filter: 1, is_split: false, touched: true, directionality: Directionality::Isotropic };
-const ALL: BrickSettings = BrickSettings { touched: false, ..TOUCHED };
+const TOUCHED: BrickSettings = BrickSettings {
+    corners: false,
+    filter: 1,
+    is_split: false,
+    touched: true,
+    directionality: Directionality::Isotropic,
+};
+const ALL: BrickSettings = BrickSettings {
+    touched: false,
+    ..TOUCHED
+};
 
 /// The picture of a grid in pieces is that of the whole, and no texel is lost or counted twice.
 #[test]
@@ -380,15 +696,33 @@ fn light_of_pieces_is_that_of_the_whole() {
     let light = |along: u32| {
         let mut stand = Stand::new(&gpu, &gpu_scene, along, ALL);
         stand.update(&scene, &gpu_scene);
-        let red = stand.radiance().iter().map(|voxel| half(voxel[0])).sum::<f64>();
-        (red, stand.pieces.counts(&gpu).unwrap().into_iter().find(|(name, _)| *name == "rsm_texels_lost").unwrap().1)
+        let red = stand
+            .radiance()
+            .iter()
+            .map(|voxel| half(voxel[0]))
+            .sum::<f64>();
+        (
+            red,
+            stand
+                .pieces
+                .counts(&gpu)
+                .unwrap()
+                .into_iter()
+                .find(|(name, _)| *name == "rsm_texels_lost")
+                .unwrap()
+                .1,
+        )
     };
     let (whole, pieces) = (light(1), light(4));
     println!("sum of red radiance, lost texels: {whole:?} of the whole, {pieces:?} of 64 pieces");
-    assert!((pieces.0 / whole.0 - 1.0).abs() < 1e-4 && pieces.1 == whole.1, "{pieces:?} and {whole:?}");
+    assert!(
+        (pieces.0 / whole.0 - 1.0).abs() < 1e-4 && pieces.1 == whole.1,
+        "{pieces:?} and {whole:?}"
+    );
 }
 
-/// By descent in the octree the same voxels are found as in the dense grid: the light is the same, bit for bit.
+/// By descent in the octree the same voxels are found as in the dense grid: the light is the same,
+/// bit for bit.
 #[test]
 fn light_by_descent_is_that_of_the_dense_grid() {
     let gpu = gpu();
@@ -398,21 +732,29 @@ fn light_by_descent_is_that_of_the_dense_grid() {
         let mut stand = Stand::new(&gpu, &gpu_scene, 1, ALL);
         stand.update(&scene, &gpu_scene);
         let read = voxelize(&gpu, &gpu_scene, voxel_settings(32, Method::Compute));
-        let light = VoxelLight::new(&gpu, &gpu_scene, &read.voxels, LightSettings::direct(Injection::Rsm, Sides::One)).unwrap();
+        let light = VoxelLight::new(
+            &gpu,
+            &gpu_scene,
+            &read.voxels,
+            LightSettings::direct(Injection::Rsm, Sides::One),
+        )
+        .unwrap();
         let maps = LightMaps::new(&gpu, &gpu_scene, 512, true).unwrap();
         let mut frame = Frame::new();
         frame.set_scene(&gpu_scene.set, &gpu_scene.materials);
         maps.draw(&mut frame, &gpu_scene);
         light.update(&mut frame, &read.voxels, &maps, None);
         gpu.submit(frame).unwrap();
-        let dense: Vec<[u16; 4]> = bytemuck::pod_collect_to_vec(&gpu.read_buffer(&light.radiance).unwrap());
+        let dense: Vec<[u16; 4]> =
+            bytemuck::pod_collect_to_vec(&gpu.read_buffer(&light.radiance).unwrap());
         let sparse = stand.radiance();
         assert!(sparse.iter().any(|voxel| voxel[0] != 0), "{name} is dark");
         assert!(sparse == dense[..sparse.len()], "{name}: the light differs");
     }
 }
 
-/// Lights that move, go out and come back, voxel by voxel: an update of the touched tiles leaves the bricks as one of all tiles does.
+/// Lights that move, go out and come back, voxel by voxel: an update of the touched tiles leaves
+/// the bricks as one of all tiles does.
 #[test]
 fn touched_tiles_are_enough() {
     let gpu = gpu();
@@ -422,17 +764,38 @@ fn touched_tiles_are_enough() {
         let voxels = matter(&mut random, resolution);
         let lit_by = |limit: [u32; 3]| -> Texels {
             let is_lit = |at: &VoxelIndex| (0..3).all(|axis| at[axis] < limit[axis]);
-            voxels.iter().map(|(at, value)| (*at, if is_lit(at) { *value } else { DVec4::new(0.0, 0.0, 0.0, value.w) })).collect()
+            voxels
+                .iter()
+                .map(|(at, value)| {
+                    (
+                        *at,
+                        if is_lit(at) {
+                            *value
+                        } else {
+                            DVec4::new(0.0, 0.0, 0.0, value.w)
+                        },
+                    )
+                })
+                .collect()
         };
         let (nodes, mut touched) = grow(&gpu, &lit_by([resolution / 2; 3]), resolution, TOUCHED);
         for step in 0..6 {
-            let limit = if step == 2 { [0; 3] } else { [0; 3].map(|_| random.below(resolution)) };
+            let limit = if step == 2 {
+                [0; 3]
+            } else {
+                [0; 3].map(|_| random.below(resolution))
+            };
             shine(&gpu, &nodes, &mut touched, &lit_by(limit));
             let (_, all) = grow(&gpu, &lit_by(limit), resolution, ALL);
             let count = touched.touched_count(&gpu).unwrap().unwrap();
             assert!(count <= u64::from(nodes.tile_count()));
-            let same = gpu.read_image(&touched.image, 0, 0).unwrap() == gpu.read_image(&all.image, 0, 0).unwrap();
-            assert!(same, "set {seed}, step {step}: {count} of {} tiles are not enough", nodes.tile_count());
+            let same = gpu.read_image(&touched.image, 0, 0).unwrap()
+                == gpu.read_image(&all.image, 0, 0).unwrap();
+            assert!(
+                same,
+                "set {seed}, step {step}: {count} of {} tiles are not enough",
+                nodes.tile_count()
+            );
         }
         // Dark twice: nothing is touched any more.
         for _ in 0..2 {
@@ -441,7 +804,11 @@ fn touched_tiles_are_enough() {
         assert_eq!(touched.touched_count(&gpu).unwrap(), Some(0));
         // One whose touched tiles are not those of its light is found out.
         let (_, stale) = grow(&gpu, &lit_by([resolution; 3]), resolution, ALL);
-        assert!(gpu.read_image(&touched.image, 0, 0).unwrap() != gpu.read_image(&stale.image, 0, 0).unwrap() || voxels.is_empty());
+        assert!(
+            gpu.read_image(&touched.image, 0, 0).unwrap()
+                != gpu.read_image(&stale.image, 0, 0).unwrap()
+                || voxels.is_empty()
+        );
     }
 }
 
@@ -457,14 +824,18 @@ fn a_moved_light_is_as_a_new_one() {
         }
     });
     assert_ne!(before.lights, after.lights);
-    let [gpu_before, gpu_after] = [&before, &after].map(|scene| GpuScene::new(&gpu, scene).unwrap());
+    let [gpu_before, gpu_after] =
+        [&before, &after].map(|scene| GpuScene::new(&gpu, scene).unwrap());
     let mut moved = Stand::new(&gpu, &gpu_before, 1, TOUCHED);
     let first = moved.update(&before, &gpu_before);
     let second = moved.update(&after, &gpu_after);
     let fresh = Stand::new(&gpu, &gpu_after, 1, ALL).update(&after, &gpu_after);
     assert!(second == fresh, "the moved light left something behind");
     assert!(first != second, "the light did not move");
-    assert!(moved.update(&before, &gpu_before) == first, "the light did not come back");
+    assert!(
+        moved.update(&before, &gpu_before) == first,
+        "the light did not come back"
+    );
 }
 
 #[test]
@@ -472,7 +843,13 @@ fn comparators_notice_planted_errors() {
     let gpu = gpu();
     let voxels = matter(&mut Random::new(11), 32);
     let occupied: BTreeSet<VoxelIndex> = voxels.keys().copied().collect();
-    let settings = BrickSettings { corners: false, filter: 1, is_split: false, touched: false, directionality: Directionality::Isotropic };
+    let settings = BrickSettings {
+        corners: false,
+        filter: 1,
+        is_split: false,
+        touched: false,
+        directionality: Directionality::Isotropic,
+    };
     let (nodes, pool) = grow(&gpu, &voxels, 32, settings);
     let tree = read_nodes(&gpu, &nodes).unwrap();
     assert!(compare(&tree, &occupied, 32, Lattice::Centres).is_ok());
@@ -494,5 +871,10 @@ fn comparators_notice_planted_errors() {
         wrong.values_mut().nth(3).unwrap()[channel] = f64::NAN;
         assert!(level_error(&wrong, &expected).is_nan());
     }
-    assert!(level_error(&levels[1], &coarser(&levels[0], 32, Lattice::Centres, Filter::Box)) > 4.0);
+    assert!(
+        level_error(
+            &levels[1],
+            &coarser(&levels[0], 32, Lattice::Centres, Filter::Box)
+        ) > 4.0
+    );
 }

@@ -1,18 +1,23 @@
-//! What every frame really records, played through the brute-force model of the planner's test: each hazard has its barrier, atomic writers' too, which
-//! synchronization validation does not see; no barrier is spare; and commands reach what their pass declares, no more and no other.
+//! What every frame really records, played through the brute-force model of the planner's test:
+//! each hazard has its barrier, atomic writers' too, which synchronization validation does not see;
+//! no barrier is spare; and commands reach what their pass declares, no more and no other.
 
 use std::collections::HashSet;
 
 use crate::support::hazards::Stream;
 use crate::support::passes::{COPY, DOUBLE, TEST_PASSES, all_passes};
-use crate::support::technique::{Case, Surfaces, cases, frame, moving_room, small_lights, small_room};
+use crate::support::technique::{
+    Case, Surfaces, cases, frame, moving_room, small_lights, small_room,
+};
 use crate::support::{Missing, gpu, skipped, words};
 use glam::Vec3;
 use lumivox::frame::Renderer;
 use lumivox::gi::ProbeAxis;
 use lumivox::gi::registry::find;
 use lumivox::gi::voxel::{FRAGMENTS_RASTER, FRAGMENTS_RASTER_HW};
-use lumivox::graph::{Error, Features, Frame, Gpu, ImageDesc, ImageKind, ImageUsage, Issued, JournalFrame, Pass, vk};
+use lumivox::graph::{
+    Error, Features, Frame, Gpu, ImageDesc, ImageKind, ImageUsage, Issued, JournalFrame, Pass, vk,
+};
 use lumivox::image::Aov;
 use lumivox::scene::{Camera, Light, Scene, Specular};
 
@@ -20,13 +25,17 @@ use lumivox::scene::{Camera, Light, Scene, Specular};
 fn judge(what: &str, gpu: &Gpu) -> Vec<JournalFrame> {
     let journal = gpu.take_journal();
     let stream = Stream::recorded(&journal).unwrap_or_else(|error| panic!("{what}: {error}"));
-    assert!(stream.barriers().len() > 10, "{what}: the frames need barriers");
+    assert!(
+        stream.barriers().len() > 10,
+        "{what}: the frames need barriers"
+    );
     assert_eq!(stream.verify(), Ok(()), "{what}");
     assert_eq!(stream.spare_barrier(), None, "{what}");
     journal
 }
 
-/// Uploads, voxelization and two frames of every technique with every preset, over all kinds of surfaces.
+/// Uploads, voxelization and two frames of every technique with every preset, over all kinds of
+/// surfaces.
 #[test]
 fn every_hazard_of_every_preset_is_covered() {
     let gpu = gpu();
@@ -36,7 +45,8 @@ fn every_hazard_of_every_preset_is_covered() {
             gpu.take_journal();
             let scene = small_room(surfaces, vec![point]);
             let settings = case.settings(&[("resolution", case.smallest_resolution())]);
-            let (mut renderer, _) = Renderer::new(&gpu, &scene, case.entry, &settings, frame(16, 8, 32)).unwrap();
+            let (mut renderer, _) =
+                Renderer::new(&gpu, &scene, case.entry, &settings, frame(16, 8, 32)).unwrap();
             renderer.render(&scene.camera).unwrap();
             renderer.render(&scene.camera).unwrap();
             judge(&format!("{}, {surfaces:?}", case.name()), &gpu);
@@ -52,7 +62,14 @@ fn every_hazard_of_moving_models_is_covered() {
     for case in cases() {
         gpu.take_journal();
         let mut scene = moving_room(Surfaces::Emissive, light);
-        let (mut renderer, _) = Renderer::new(&gpu, &scene, case.entry, &case.settings(&[("resolution", "16")]), frame(16, 8, 32)).unwrap();
+        let (mut renderer, _) = Renderer::new(
+            &gpu,
+            &scene,
+            case.entry,
+            &case.settings(&[("resolution", "16")]),
+            frame(16, 8, 32),
+        )
+        .unwrap();
         for time_s in [1.0, 2.0, 0.5] {
             scene.set_time(time_s);
             renderer.set_pose(&scene).unwrap();
@@ -72,43 +89,87 @@ struct Life {
 
 /// Few, which run every pass of every technique between them.
 const LIVES: [Life; 10] = [
-    Life { technique: "none", preset: None, pairs: &[], surfaces: Surfaces::Diffuse },
+    Life {
+        technique: "none",
+        preset: None,
+        pairs: &[],
+        surfaces: Surfaces::Diffuse,
+    },
     Life {
         technique: "voxel-mips",
         preset: Some("cones"),
-        pairs: &[("shadows", "cones"), ("bounces", "2"), ("occlusion_cones", "2"), ("voxelization", "raster")],
+        pairs: &[
+            ("shadows", "cones"),
+            ("bounces", "2"),
+            ("occlusion_cones", "2"),
+            ("voxelization", "raster"),
+        ],
         surfaces: Surfaces::Emissive,
     },
     Life {
         technique: "voxel-mips",
         preset: Some("accurate"),
-        pairs: &[("bounces", "2"), ("injection", "voxel"), ("voxel_occlusion", "rays-hard")],
+        pairs: &[
+            ("bounces", "2"),
+            ("injection", "voxel"),
+            ("voxel_occlusion", "rays-hard"),
+        ],
         surfaces: Surfaces::Glossy,
     },
     Life {
         technique: "voxel-mips",
         preset: Some("textbook"),
-        pairs: &[("mip_method", "blit"), ("accumulation", "running-average"), ("bounces", "feedback")],
+        pairs: &[
+            ("mip_method", "blit"),
+            ("accumulation", "running-average"),
+            ("bounces", "feedback"),
+        ],
         surfaces: Surfaces::Masked,
     },
-    Life { technique: "voxel-mips", preset: Some("cones"), pairs: &[("voxelization", "raster-hw")], surfaces: Surfaces::Masked },
+    Life {
+        technique: "voxel-mips",
+        preset: Some("cones"),
+        pairs: &[("voxelization", "raster-hw")],
+        surfaces: Surfaces::Masked,
+    },
     Life {
         technique: "svo",
         preset: Some("cones"),
-        pairs: &[("shadows", "cones"), ("bounces", "2"), ("occlusion_cones", "2"), ("attributes", "on"), ("normals", "toksvig")],
+        pairs: &[
+            ("shadows", "cones"),
+            ("bounces", "2"),
+            ("occlusion_cones", "2"),
+            ("attributes", "on"),
+            ("normals", "toksvig"),
+        ],
         surfaces: Surfaces::Emissive,
     },
     Life {
         technique: "svo",
         preset: Some("textbook"),
-        pairs: &[("bounces", "feedback"), ("accumulation", "running-average"), ("filter", "all")],
+        pairs: &[
+            ("bounces", "feedback"),
+            ("accumulation", "running-average"),
+            ("filter", "all"),
+        ],
         surfaces: Surfaces::Glossy,
     },
-    Life { technique: "svo", preset: Some("directional"), pairs: &[("shadows", "cones"), ("injection", "voxel")], surfaces: Surfaces::Emissive },
+    Life {
+        technique: "svo",
+        preset: Some("directional"),
+        pairs: &[("shadows", "cones"), ("injection", "voxel")],
+        surfaces: Surfaces::Emissive,
+    },
     Life {
         technique: "clipmap",
         preset: Some("cones"),
-        pairs: &[("levels", "3"), ("voxel_size", "0.06"), ("shadows", "cones"), ("bounces", "2"), ("occlusion_cones", "2")],
+        pairs: &[
+            ("levels", "3"),
+            ("voxel_size", "0.06"),
+            ("shadows", "cones"),
+            ("bounces", "2"),
+            ("occlusion_cones", "2"),
+        ],
         surfaces: Surfaces::Emissive,
     },
     Life {
@@ -128,7 +189,10 @@ const LIVES: [Life; 10] = [
 
 impl Life {
     fn case(&self) -> Case {
-        Case { entry: find(self.technique).unwrap(), preset: self.preset }
+        Case {
+            entry: find(self.technique).unwrap(),
+            preset: self.preset,
+        }
     }
 
     /// A moving model, a light of each kind; what emits is glossy too.
@@ -138,17 +202,34 @@ impl Life {
         scene.lights = vec![point, spot, directional];
         if self.technique == "svo" {
             let emits = |material: &&mut lumivox::scene::Material| material.emission != Vec3::ZERO;
-            let gloss = Specular { f0: Vec3::splat(0.5), roughness: 0.3, metalness: 0.0 };
-            scene.materials.iter_mut().filter(emits).for_each(|material| material.specular = Some(gloss));
+            let gloss = Specular {
+                f0: Vec3::splat(0.5),
+                roughness: 0.3,
+                metalness: 0.0,
+            };
+            scene
+                .materials
+                .iter_mut()
+                .filter(emits)
+                .for_each(|material| material.specular = Some(gloss));
         }
         scene
     }
 
-    /// A walk, moving models, moving lights, a build from anew, and everything that can be looked at.
+    /// A walk, moving models, moving lights, a build from anew, and everything that can be looked
+    /// at.
     fn run(&self, gpu: &Gpu) -> Result<(), Error> {
         let mut scene = self.scene();
-        let settings = self.case().settings(&[&[("resolution", "16")], self.pairs].concat());
-        let (mut renderer, _) = Renderer::new(gpu, &scene, find(self.technique).unwrap(), &settings, frame(16, 8, 32))?;
+        let settings = self
+            .case()
+            .settings(&[&[("resolution", "16")], self.pairs].concat());
+        let (mut renderer, _) = Renderer::new(
+            gpu,
+            &scene,
+            find(self.technique).unwrap(),
+            &settings,
+            frame(16, 8, 32),
+        )?;
         for way_m in [0.0, 0.3, 1.1, 0.7] {
             renderer.render(&walked(&scene.camera, way_m))?;
         }
@@ -179,7 +260,11 @@ impl Life {
 
 fn walked(camera: &Camera, way_m: f32) -> Camera {
     let shift = (camera.target - camera.eye).normalize() * way_m;
-    Camera { eye: camera.eye + shift, target: camera.target + shift, ..*camera }
+    Camera {
+        eye: camera.eye + shift,
+        target: camera.target + shift,
+        ..*camera
+    }
 }
 
 /// Why a pass need not run here.
@@ -191,10 +276,12 @@ fn excuse(pass: &'static Pass, features: &Features) -> Option<&'static str> {
     if is(&FRAGMENTS_RASTER) && !features.geometry_shader {
         return Some("the device has no geometry shaders");
     }
-    (is(&FRAGMENTS_RASTER_HW) && !(features.geometry_shader && features.conservative_rasterization)).then_some("the device has no conservative rasterization")
+    (is(&FRAGMENTS_RASTER_HW) && !(features.geometry_shader && features.conservative_rasterization))
+        .then_some("the device has no conservative rasterization")
 }
 
-/// Everything that may change between two frames, with settings that no preset has; every pass runs at least once.
+/// Everything that may change between two frames, with settings that no preset has; every pass runs
+/// at least once.
 #[test]
 fn every_hazard_of_every_pass_is_covered() {
     let gpu = gpu();
@@ -216,12 +303,19 @@ fn every_hazard_of_every_pass_is_covered() {
             }
         }
     }
-    let missing = |pass: &&'static Pass| !ran.contains(&std::ptr::from_ref(*pass)) && excuse(pass, gpu.features()).is_none();
-    let missing: Vec<String> = all_passes().into_iter().filter(missing).map(|pass| format!("{} {:?}", pass.name, pass.stages())).collect();
+    let missing = |pass: &&'static Pass| {
+        !ran.contains(&std::ptr::from_ref(*pass)) && excuse(pass, gpu.features()).is_none()
+    };
+    let missing: Vec<String> = all_passes()
+        .into_iter()
+        .filter(missing)
+        .map(|pass| format!("{} {:?}", pass.name, pass.stages()))
+        .collect();
     assert!(missing.is_empty(), "{missing:#?}");
 }
 
-/// Each barrier of a small frame, planned but not recorded, is missed; those on an image are each for all of its layers, which no technique has.
+/// Each barrier of a small frame, planned but not recorded, is missed; those on an image are each
+/// for all of its layers, which no technique has.
 #[test]
 fn a_barrier_that_was_not_recorded_is_noticed() {
     let gpu = gpu();
@@ -242,8 +336,18 @@ fn a_barrier_that_was_not_recorded_is_noticed() {
         frame.clear_image("clear", &layers, [0.5; 4]);
         frame.blit_mips("blit", &layers);
         frame.fill("fill", &a, 3);
-        frame.pass(&DOUBLE).bind(&a).constants(&[64]).push(&64u32).dispatch([1, 1, 1]);
-        frame.pass(&COPY).bind(&a).bind(&b).push(&64u32).dispatch([1, 1, 1]);
+        frame
+            .pass(&DOUBLE)
+            .bind(&a)
+            .constants(&[64])
+            .push(&64u32)
+            .dispatch([1, 1, 1]);
+        frame
+            .pass(&COPY)
+            .bind(&a)
+            .bind(&b)
+            .push(&64u32)
+            .dispatch([1, 1, 1]);
         let count = std::cell::Cell::new(0);
         let keep = |_: &_| Some(count.replace(count.get() + 1)) != left_out;
         gpu.submit_with_barriers(frame, keep).unwrap();

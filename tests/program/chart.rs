@@ -1,4 +1,5 @@
-//! `lumivox chart`: measures once, goes on after a stop, puts shards together, and shows each point's own figures and pictures.
+//! `lumivox chart`: measures once, goes on after a stop, puts shards together, and shows each
+//! point's own figures and pictures.
 
 use crate::support::program::{PROGRAM, VALIDATE, command};
 use crate::support::{Missing, skipped};
@@ -9,7 +10,8 @@ use std::process::{Command, Output};
 use lumivox::measure::records::read_records;
 use lumivox::measure::sweep::{Cost, PictureFolder, Point, Section, Standing, Troubles, page};
 
-const GRID: &str = "[[sweep]]\ntechnique = [\"voxel-mips\", \"svo\"]\npreset = [\"cones\", \"textbook\"]\nset = { resolution = [8, 16] }\n";
+const GRID: &str = "[[sweep]]\ntechnique = [\"voxel-mips\", \"svo\"]\npreset = [\"cones\", \
+                    \"textbook\"]\nset = { resolution = [8, 16] }\n";
 /// Points of [`GRID`].
 const COUNT: usize = 8;
 
@@ -29,14 +31,34 @@ impl Place {
 
     fn command(&self) -> Command {
         let mut command = command();
-        command.current_dir(self.0.path()).env("LUMIVOX_CACHE", self.path("cache")).arg("chart");
+        command
+            .current_dir(self.0.path())
+            .env("LUMIVOX_CACHE", self.path("cache"))
+            .arg("chart");
         command
     }
 
     /// Runs a small sweep of the Cornell box.
     fn sweep(&self, arguments: &[&str]) -> Output {
-        let small = ["bundled:cornell", "--grid", "grid.toml", "--size", "32x32", "--frames", "2", "--rebuilds", "1", "--shadow-resolution", "64"];
-        self.command().args(small).args(["--max-error", "0.2"]).args(arguments).output().unwrap()
+        let small = [
+            "bundled:cornell",
+            "--grid",
+            "grid.toml",
+            "--size",
+            "32x32",
+            "--frames",
+            "2",
+            "--rebuilds",
+            "1",
+            "--shadow-resolution",
+            "64",
+        ];
+        self.command()
+            .args(small)
+            .args(["--max-error", "0.2"])
+            .args(arguments)
+            .output()
+            .unwrap()
     }
 
     fn points(&self, file: &str) -> Vec<Point> {
@@ -49,7 +71,11 @@ impl Place {
 }
 
 fn succeeded(output: &Output) -> String {
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
     String::from_utf8_lossy(&output.stdout).into_owned()
 }
 
@@ -59,13 +85,29 @@ fn stderr(output: &Output) -> String {
 
 /// What must not depend on when and where a point was measured.
 fn figures(points: &[Point]) -> BTreeMap<String, (String, Option<u64>, String)> {
-    points.iter().map(|point| (point.key.clone(), (point.name(), point.structure_bytes, format!("{:?} {:?}", point.error, point.counts)))).collect()
+    points
+        .iter()
+        .map(|point| {
+            (
+                point.key.clone(),
+                (
+                    point.name(),
+                    point.structure_bytes,
+                    format!("{:?} {:?}", point.error, point.counts),
+                ),
+            )
+        })
+        .collect()
 }
 
 /// Mean brightness of a picture.
 fn brightness(path: &Path) -> f64 {
     let picture = image::open(path).unwrap().into_luma8();
-    picture.pixels().map(|pixel| f64::from(pixel.0[0])).sum::<f64>() / f64::from(picture.width() * picture.height())
+    picture
+        .pixels()
+        .map(|pixel| f64::from(pixel.0[0]))
+        .sum::<f64>()
+        / f64::from(picture.width() * picture.height())
 }
 
 /// One sweep; then all that reads it: a second run, a cut-off record, wrong records, the page.
@@ -73,16 +115,32 @@ fn brightness(path: &Path) -> f64 {
 fn measures_once_and_shows_what_it_measured() {
     let place = Place::new();
     let first = succeeded(&place.sweep(&["-o", "out"]));
-    assert!(first.contains(&format!("{COUNT} points, {COUNT} to measure, 0 from the records")), "{first}");
+    assert!(
+        first.contains(&format!(
+            "{COUNT} points, {COUNT} to measure, 0 from the records"
+        )),
+        "{first}"
+    );
     let points = place.points("out/cornell.jsonl");
     assert_eq!(points.len(), COUNT);
     let pictures = PictureFolder::of(&place.path("out"));
     for point in &points {
-        assert!(point.failure.is_none() && point.error.unwrap().rel_rmse > 0.0 && point.noise.unwrap() > 0.0, "{point:?}");
+        assert!(
+            point.failure.is_none()
+                && point.error.unwrap().rel_rmse > 0.0
+                && point.noise.unwrap() > 0.0,
+            "{point:?}"
+        );
         let sum: f64 = point.passes.iter().map(|pass| pass.gpu_ms.max).sum();
         let time = point.cost(Cost::Frame).unwrap();
-        assert!(time.n == 2 && time.min <= time.median && time.median <= time.max && time.max <= sum, "{time:?}");
-        assert!(point.cost(Cost::Rebuild).unwrap().median > time.median && point.cost(Cost::Memory).unwrap().median > 0.0);
+        assert!(
+            time.n == 2 && time.min <= time.median && time.median <= time.max && time.max <= sum,
+            "{time:?}"
+        );
+        assert!(
+            point.cost(Cost::Rebuild).unwrap().median > time.median
+                && point.cost(Cost::Memory).unwrap().median > 0.0
+        );
     }
     pictures_are_their_points(&points, &pictures);
     charts_and_tables_are_complete(&place, &points);
@@ -92,14 +150,34 @@ fn measures_once_and_shows_what_it_measured() {
     wrong_records_are_told(&place);
 }
 
-/// A swapped picture or heat map would be the brightness of another point's: textbook cones lose most of the light, which the others keep.
+/// A swapped picture or heat map would be the brightness of another point's: textbook cones lose
+/// most of the light, which the others keep.
 fn pictures_are_their_points(points: &[Point], pictures: &PictureFolder) {
-    for point in points.iter().filter(|point| point.preset.as_deref() == Some("cones") && point.resolution() == Some("16")) {
-        let same = |other: &&Point| other.technique == point.technique && other.resolution() == point.resolution() && other.key != point.key;
+    for point in points.iter().filter(|point| {
+        point.preset.as_deref() == Some("cones") && point.resolution() == Some("16")
+    }) {
+        let same = |other: &&Point| {
+            other.technique == point.technique
+                && other.resolution() == point.resolution()
+                && other.key != point.key
+        };
         let textbook = points.iter().find(same).unwrap();
-        assert!(textbook.error.unwrap().rel_rmse > point.error.unwrap().rel_rmse + 0.1, "the two are too much alike for this test");
-        assert!(brightness(&pictures.picture(&point.key)) > brightness(&pictures.picture(&textbook.key)) + 3.0, "{} is as dark as textbook", point.name());
-        assert!(brightness(&pictures.error(&point.key)) < brightness(&pictures.error(&textbook.key)) - 3.0, "{} is as wrong as textbook", point.name());
+        assert!(
+            textbook.error.unwrap().rel_rmse > point.error.unwrap().rel_rmse + 0.1,
+            "the two are too much alike for this test"
+        );
+        assert!(
+            brightness(&pictures.picture(&point.key))
+                > brightness(&pictures.picture(&textbook.key)) + 3.0,
+            "{} is as dark as textbook",
+            point.name()
+        );
+        assert!(
+            brightness(&pictures.error(&point.key))
+                < brightness(&pictures.error(&textbook.key)) - 3.0,
+            "{} is as wrong as textbook",
+            point.name()
+        );
     }
 }
 
@@ -109,17 +187,40 @@ fn charts_and_tables_are_complete(place: &Place, points: &[Point]) {
         let svg = place.text(&format!("out/cornell-{}.svg", cost.file_suffix()));
         assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"));
         let standings = section.standings(cost);
-        let front: Vec<&Point> =
-            points.iter().zip(&standings).filter(|(_, standing)| matches!(standing, Some(Standing::Front(_)))).map(|pair| pair.0).collect();
-        assert!(!front.is_empty() && front.iter().all(|point| svg.contains(&point.name())), "a point of the front has no label");
-        assert!(svg.contains("the reference&apos;s own noise") || svg.contains("the reference's own noise"), "no floor line");
-        assert_eq!(image::open(place.path(&format!("out/cornell-{}.png", cost.file_suffix()))).unwrap().width(), 1000);
+        let front: Vec<&Point> = points
+            .iter()
+            .zip(&standings)
+            .filter(|(_, standing)| matches!(standing, Some(Standing::Front(_))))
+            .map(|pair| pair.0)
+            .collect();
+        assert!(
+            !front.is_empty() && front.iter().all(|point| svg.contains(&point.name())),
+            "a point of the front has no label"
+        );
+        assert!(
+            svg.contains("the reference&apos;s own noise")
+                || svg.contains("the reference's own noise"),
+            "no floor line"
+        );
+        assert_eq!(
+            image::open(place.path(&format!("out/cornell-{}.png", cost.file_suffix())))
+                .unwrap()
+                .width(),
+            1000
+        );
     }
     let csv = place.text("out/cornell.csv");
     assert_eq!(csv.lines().count(), 1 + COUNT);
     for point in points {
-        let row = csv.lines().find(|line| line.starts_with(&point.key)).unwrap();
-        assert!(row.contains(&point.error.unwrap().rel_rmse.to_string()) && row.contains(&point.cost(Cost::Frame).unwrap().median.to_string()), "{row}");
+        let row = csv
+            .lines()
+            .find(|line| line.starts_with(&point.key))
+            .unwrap();
+        assert!(
+            row.contains(&point.error.unwrap().rel_rmse.to_string())
+                && row.contains(&point.cost(Cost::Frame).unwrap().median.to_string()),
+            "{row}"
+        );
     }
 }
 
@@ -128,90 +229,240 @@ fn page_is_complete(html: &str, points: &[Point], pictures: &PictureFolder) {
     use base64::Engine as _;
     let encode = |path: &Path| {
         let mut bytes = std::io::Cursor::new(Vec::new());
-        image::open(path).unwrap().write_to(&mut bytes, image::ImageFormat::Png).unwrap();
+        image::open(path)
+            .unwrap()
+            .write_to(&mut bytes, image::ImageFormat::Png)
+            .unwrap();
         base64::engine::general_purpose::STANDARD.encode(bytes.into_inner())
     };
     for point in points {
-        let row = html.split("<tr").find(|row| row.contains(&format!("id=\"{}\"", point.key))).expect("each point has a row");
-        assert!(row.contains(&encode(&pictures.picture(&point.key))) && row.contains(&encode(&pictures.error(&point.key))), "{}", point.name());
+        let row = html
+            .split("<tr")
+            .find(|row| row.contains(&format!("id=\"{}\"", point.key)))
+            .expect("each point has a row");
+        assert!(
+            row.contains(&encode(&pictures.picture(&point.key)))
+                && row.contains(&encode(&pictures.error(&point.key))),
+            "{}",
+            point.name()
+        );
         assert!(row.contains(&format!("data-value=\"{}\"", point.error.unwrap().rel_rmse)));
     }
     assert_eq!(html.matches("<svg").count(), Cost::ALL.len());
-    assert!(html.contains(&points[0].setup.device) && html.contains(&points[0].setup.driver) && html.contains("reference, 1 bounce"));
-    for outside in ["src=\"http", "url(", "@import", "<link", "<iframe", "fetch("] {
+    assert!(
+        html.contains(&points[0].setup.device)
+            && html.contains(&points[0].setup.driver)
+            && html.contains("reference, 1 bounce")
+    );
+    for outside in [
+        "src=\"http",
+        "url(",
+        "@import",
+        "<link",
+        "<iframe",
+        "fetch(",
+    ] {
         assert!(!html.contains(outside), "the page has {outside}");
     }
-    for place in html.split("href=\"").skip(1).map(|rest| rest.split('"').next().unwrap()) {
-        let id = place.strip_prefix('#').unwrap_or_else(|| panic!("the page leads to {place}"));
-        assert!(html.contains(&format!("id=\"{id}\"")), "there is no {place}");
+    for place in html
+        .split("href=\"")
+        .skip(1)
+        .map(|rest| rest.split('"').next().unwrap())
+    {
+        let id = place
+            .strip_prefix('#')
+            .unwrap_or_else(|| panic!("the page leads to {place}"));
+        assert!(
+            html.contains(&format!("id=\"{id}\"")),
+            "there is no {place}"
+        );
     }
     picks_are_complete(html, points);
 }
 
-/// The first tables have a row a pick, with its settings' own command; what was not put to the stress test is said not to have been.
+/// The first tables have a row a pick, with its settings' own command; what was not put to the
+/// stress test is said not to have been.
 fn picks_are_complete(html: &str, points: &[Point]) {
     let section = Section::new(points.to_vec(), None);
     let picks = section.picks();
     assert!(picks.len() == 1 && !picks[0].picks.is_empty(), "{picks:?}");
     for pick in &picks[0].picks {
         let point = &points[pick.index];
-        let row = html.split("id=\"pick-").find(|row| row.starts_with(&point.key)).expect("each pick has a row");
+        let row = html
+            .split("id=\"pick-")
+            .find(|row| row.starts_with(&point.key))
+            .expect("each pick has a row");
         let preset = point.preset.as_ref().unwrap();
-        let command = format!("--technique {} --preset {preset} --set resolution={}", point.technique, point.resolution().unwrap());
+        let command = format!(
+            "--technique {} --preset {preset} --set resolution={}",
+            point.technique,
+            point.resolution().unwrap()
+        );
         let row = row.split("</code></td>").next().unwrap();
-        assert!(row.contains(&format!("lumivox render bundled:cornell {command} --size 32x32 --shadow-resolution 64 -o picture.png")), "{row}");
+        assert!(
+            row.contains(&format!(
+                "lumivox render bundled:cornell {command} --size 32x32 --shadow-resolution 64 -o \
+                 picture.png"
+            )),
+            "{row}"
+        );
         assert!(row.contains("not measured"), "{row}");
     }
 }
 
-/// Results of `lumivox stress` are found in the folder, or where the command says, and stand beside the picks; a folder without any is told.
+/// Results of `lumivox stress` are found in the folder, or where the command says, and stand beside
+/// the picks; a folder without any is told.
 #[test]
 fn failure_modes_stand_beside_the_picks() {
     let place = Place::new();
-    std::fs::write(place.path("grid.toml"), "[[sweep]]\ntechnique = [\"voxel-mips\"]\npreset = [\"cones\"]\nset = { resolution = [32] }\n").unwrap();
+    std::fs::write(
+        place.path("grid.toml"),
+        "[[sweep]]\ntechnique = [\"voxel-mips\"]\npreset = [\"cones\"]\nset = { resolution = [32] \
+         }\n",
+    )
+    .unwrap();
     let mut stress = command();
-    let small = ["stress", "--size", "32x24", "--shadow-resolution", "64", "--resolution", "32", "--quick", "--technique", "voxel-mips", "--preset", "cones"];
-    stress.current_dir(place.path(".")).env("LUMIVOX_CACHE", place.path("cache")).args(small).args(["--case", "small_emitter,empty", "-o", "out/stress"]);
+    let small = [
+        "stress",
+        "--size",
+        "32x24",
+        "--shadow-resolution",
+        "64",
+        "--resolution",
+        "32",
+        "--quick",
+        "--technique",
+        "voxel-mips",
+        "--preset",
+        "cones",
+    ];
+    stress
+        .current_dir(place.path("."))
+        .env("LUMIVOX_CACHE", place.path("cache"))
+        .args(small)
+        .args(["--case", "small_emitter,empty", "-o", "out/stress"]);
     succeeded(&stress.output().unwrap());
     succeeded(&place.sweep(&["-o", "out"]));
     let html = place.text("out/chart.html");
-    assert!(html.contains("small_emitter") && html.contains("measured</a> in the scenes of the stress suite, of voxel-mips cones 32³ (quick)"));
-    assert!(!html.contains("Not measured.") && html.contains("without 21 of 23 failure modes"), "two failure modes of its own settings were measured");
-    assert!(html.contains("lumivox stress --technique voxel-mips --preset cones --resolution 32 -o out/stress"), "the command for the others");
-    succeeded(&place.command().args(["--merge", "out", "--stress", "out/stress", "-o", "merged"]).output().unwrap());
+    assert!(
+        html.contains("small_emitter")
+            && html.contains(
+                "measured</a> in the scenes of the stress suite, of voxel-mips cones 32³ (quick)"
+            )
+    );
+    assert!(
+        !html.contains("Not measured.") && html.contains("without 21 of 23 failure modes"),
+        "two failure modes of its own settings were measured"
+    );
+    assert!(
+        html.contains(
+            "lumivox stress --technique voxel-mips --preset cones --resolution 32 -o out/stress"
+        ),
+        "the command for the others"
+    );
+    succeeded(
+        &place
+            .command()
+            .args(["--merge", "out", "--stress", "out/stress", "-o", "merged"])
+            .output()
+            .unwrap(),
+    );
     assert!(place.text("merged/chart.html").contains("small_emitter"));
-    succeeded(&place.command().args(["--merge", "out", "-o", "alone"]).output().unwrap());
-    assert!(place.text("alone/chart.html").contains("lumivox stress --technique voxel-mips --preset cones --resolution 32 -o alone/stress"));
+    succeeded(
+        &place
+            .command()
+            .args(["--merge", "out", "-o", "alone"])
+            .output()
+            .unwrap(),
+    );
+    assert!(place.text("alone/chart.html").contains(
+        "lumivox stress --technique voxel-mips --preset cones --resolution 32 -o alone/stress"
+    ));
 }
 
 fn second_run_is_served(place: &Place) {
     let before = place.text("out/cornell.jsonl");
     let second = succeeded(&place.sweep(&["-o", "out"]));
-    assert!(second.contains(&format!("{COUNT} points, 0 to measure, {COUNT} from the records")), "{second}");
+    assert!(
+        second.contains(&format!(
+            "{COUNT} points, 0 to measure, {COUNT} from the records"
+        )),
+        "{second}"
+    );
     assert_eq!(place.text("out/cornell.jsonl"), before);
     // Other maps are another setup: nothing of it has a record.
     std::fs::create_dir(place.path("other")).unwrap();
-    std::fs::copy(place.path("out/cornell.jsonl"), place.path("other/cornell.jsonl")).unwrap();
+    std::fs::copy(
+        place.path("out/cornell.jsonl"),
+        place.path("other/cornell.jsonl"),
+    )
+    .unwrap();
     let mut other = place.command();
-    other.args(["bundled:cornell", "--grid", "grid.toml", "--size", "32x32", "--frames", "2", "--rebuilds", "1", "--shadow-resolution", "32"]);
-    let other = other.args(["--max-error", "0.2", "-o", "other"]).output().unwrap();
+    other.args([
+        "bundled:cornell",
+        "--grid",
+        "grid.toml",
+        "--size",
+        "32x32",
+        "--frames",
+        "2",
+        "--rebuilds",
+        "1",
+        "--shadow-resolution",
+        "32",
+    ]);
+    let other = other
+        .args(["--max-error", "0.2", "-o", "other"])
+        .output()
+        .unwrap();
     assert!(succeeded(&other).contains(&format!("{COUNT} points, {COUNT} to measure")));
-    // Both are in the records; the newer setup is the scene's, as it was measured, and the older one stands beside it.
-    succeeded(&place.command().args(["--merge", "other", "-o", "other"]).output().unwrap());
+    // Both are in the records; the newer setup is the scene's, as it was measured, and the older
+    // one stands beside it.
+    succeeded(
+        &place
+            .command()
+            .args(["--merge", "other", "-o", "other"])
+            .output()
+            .unwrap(),
+    );
     let both = place.points("other/cornell.jsonl");
-    assert_eq!((both.len(), both[..COUNT] == place.points("out/cornell.jsonl")), (2 * COUNT, true));
-    assert!(!place.text("other/cornell.csv").contains(&both[0].key) && place.text("other/cornell_2.csv").contains(&both[0].key));
+    assert_eq!(
+        (
+            both.len(),
+            both[..COUNT] == place.points("out/cornell.jsonl")
+        ),
+        (2 * COUNT, true)
+    );
+    assert!(
+        !place.text("other/cornell.csv").contains(&both[0].key)
+            && place.text("other/cornell_2.csv").contains(&both[0].key)
+    );
 }
 
 /// A run that was killed while it wrote: the points before it are kept, it alone is measured again.
 fn cut_off_record_is_measured_again(place: &Place) {
     let whole = place.text("out/cornell.jsonl");
-    let kept: String = whole.lines().take(COUNT - 2).map(|line| format!("{line}\n")).collect();
+    let kept: String = whole
+        .lines()
+        .take(COUNT - 2)
+        .map(|line| format!("{line}\n"))
+        .collect();
     let half = whole.lines().nth(COUNT - 2).unwrap();
-    std::fs::write(place.path("out/cornell.jsonl"), format!("{kept}{}", &half[..half.len() / 2])).unwrap();
+    std::fs::write(
+        place.path("out/cornell.jsonl"),
+        format!("{kept}{}", &half[..half.len() / 2]),
+    )
+    .unwrap();
     let output = place.sweep(&["-o", "out"]);
-    assert!(succeeded(&output).contains(&format!("{COUNT} points, 2 to measure, {} from the records", COUNT - 2)));
-    assert!(stderr(&output).contains("cornell.jsonl: the last record was cut off"), "{}", stderr(&output));
+    assert!(succeeded(&output).contains(&format!(
+        "{COUNT} points, 2 to measure, {} from the records",
+        COUNT - 2
+    )));
+    assert!(
+        stderr(&output).contains("cornell.jsonl: the last record was cut off"),
+        "{}",
+        stderr(&output)
+    );
     let again = place.text("out/cornell.jsonl");
     assert!(again.starts_with(&kept) && again.lines().count() == COUNT);
     assert_eq!(figures(&place.points("out/cornell.jsonl")).len(), COUNT);
@@ -219,16 +470,34 @@ fn cut_off_record_is_measured_again(place: &Place) {
 
 fn wrong_records_are_told(place: &Place) {
     let good = place.text("out/cornell.jsonl");
-    let newer = good.lines().next().unwrap().replace("\"record_version\":1", "\"record_version\":99");
-    for (wrong, message) in [("{}\n", "missing field"), ("nonsense\n", "expected"), (newer.as_str(), "version 99, not 1")] {
-        std::fs::write(place.path("out/cornell.jsonl"), format!("{}\n{}\n", good.lines().next().unwrap(), wrong.trim_end())).unwrap();
+    let newer = good
+        .lines()
+        .next()
+        .unwrap()
+        .replace("\"record_version\":1", "\"record_version\":99");
+    for (wrong, message) in [
+        ("{}\n", "missing field"),
+        ("nonsense\n", "expected"),
+        (newer.as_str(), "version 99, not 1"),
+    ] {
+        std::fs::write(
+            place.path("out/cornell.jsonl"),
+            format!("{}\n{}\n", good.lines().next().unwrap(), wrong.trim_end()),
+        )
+        .unwrap();
         let output = place.sweep(&["-o", "out"]);
         assert!(!output.status.success());
-        assert!(stderr(&output).contains("cornell.jsonl:2: this is no record") && stderr(&output).contains(message), "{}", stderr(&output));
+        assert!(
+            stderr(&output).contains("cornell.jsonl:2: this is no record")
+                && stderr(&output).contains(message),
+            "{}",
+            stderr(&output)
+        );
     }
 }
 
-/// Shards, put together, are the whole: the same points with the same errors, memory and counts, each measured by one shard.
+/// Shards, put together, are the whole: the same points with the same errors, memory and counts,
+/// each measured by one shard.
 #[test]
 fn shards_merge_to_the_whole() {
     let place = Place::new();
@@ -236,89 +505,188 @@ fn shards_merge_to_the_whole() {
     for shard in ["1/3", "2/3", "3/3"] {
         succeeded(&place.sweep(&["-o", "parts", "--shard", shard]));
     }
-    let parts: Vec<Vec<Point>> = (1..=3).map(|shard| place.points(&format!("parts/cornell-shard-{shard}-of-3.jsonl"))).collect();
+    let parts: Vec<Vec<Point>> = (1..=3)
+        .map(|shard| place.points(&format!("parts/cornell-shard-{shard}-of-3.jsonl")))
+        .collect();
     assert_eq!(parts.iter().map(Vec::len).collect::<Vec<_>>(), [3, 3, 2]);
     assert!(!place.path("parts/chart.html").exists());
     merge_is_the_whole(&place, "parts");
     // A merge of a merge, and of a folder with itself, adds nothing.
-    succeeded(&place.command().args(["--merge", "parts", "merged", "-o", "merged"]).output().unwrap());
+    succeeded(
+        &place
+            .command()
+            .args(["--merge", "parts", "merged", "-o", "merged"])
+            .output()
+            .unwrap(),
+    );
     assert_eq!(place.points("merged/cornell.jsonl").len(), COUNT);
 }
 
 fn merge_is_the_whole(place: &Place, parts: &str) {
-    succeeded(&place.command().args(["--merge", parts, "-o", "merged"]).output().unwrap());
+    succeeded(
+        &place
+            .command()
+            .args(["--merge", parts, "-o", "merged"])
+            .output()
+            .unwrap(),
+    );
     let merged = place.points("merged/cornell.jsonl");
-    assert_eq!(figures(&merged), figures(&place.points("whole/cornell.jsonl")));
+    assert_eq!(
+        figures(&merged),
+        figures(&place.points("whole/cornell.jsonl"))
+    );
     // Records are copied as they were measured.
-    let entries = std::fs::read_dir(place.path(parts)).unwrap().map(|entry| entry.unwrap().path());
-    let measured: Vec<Point> =
-        entries.filter(|path| path.extension().is_some_and(|extension| extension == "jsonl")).flat_map(|path| read_records(&path).unwrap()).collect();
+    let entries = std::fs::read_dir(place.path(parts))
+        .unwrap()
+        .map(|entry| entry.unwrap().path());
+    let measured: Vec<Point> = entries
+        .filter(|path| {
+            path.extension()
+                .is_some_and(|extension| extension == "jsonl")
+        })
+        .flat_map(|path| read_records(&path).unwrap())
+        .collect();
     assert!(merged.iter().all(|point| measured.contains(point)));
     let html = place.text("merged/chart.html");
     page_is_complete(&html, &merged, &PictureFolder::of(&place.path("merged")));
-    assert!(place.path("merged/cornell-time.svg").is_file() && place.path("merged/cornell.csv").is_file());
+    assert!(
+        place.path("merged/cornell-time.svg").is_file()
+            && place.path("merged/cornell.csv").is_file()
+    );
 }
 
 /// The line of docs/chart.md that spreads a sweep with GNU parallel.
 #[test]
 fn gnu_parallel_runs_shards() {
-    let is_gnu = Command::new("parallel").arg("--version").output().is_ok_and(|output| String::from_utf8_lossy(&output.stdout).contains("GNU parallel"));
+    let is_gnu = Command::new("parallel")
+        .arg("--version")
+        .output()
+        .is_ok_and(|output| String::from_utf8_lossy(&output.stdout).contains("GNU parallel"));
     if !is_gnu {
-        skipped(&Missing::Other("GNU parallel is not installed; shards_merge_to_the_whole shows the same without it"));
+        skipped(&Missing::Other(
+            "GNU parallel is not installed; shards_merge_to_the_whole shows the same without it",
+        ));
         return;
     }
     let place = Place::new();
     succeeded(&place.sweep(&["-o", "whole"]));
     let line = format!(
-        "parallel --will-cite -j 2 {} chart bundled:cornell --grid grid.toml --size 32x32 --frames 2 --rebuilds 1 --shadow-resolution 64 --max-error 0.2 \
-         --shard {{}}/4 -o parts ::: 1 2 3 4",
+        "parallel --will-cite -j 2 {} chart bundled:cornell --grid grid.toml --size 32x32 \
+         --frames 2 --rebuilds 1 --shadow-resolution 64 --max-error 0.2 --shard {{}}/4 -o parts \
+         ::: 1 2 3 4",
         PROGRAM
     );
     succeeded(
-        &Command::new("sh").args(["-c", &line]).current_dir(place.path(".")).envs([VALIDATE]).env("LUMIVOX_CACHE", place.path("cache")).output().unwrap(),
+        &Command::new("sh")
+            .args(["-c", &line])
+            .current_dir(place.path("."))
+            .envs([VALIDATE])
+            .env("LUMIVOX_CACHE", place.path("cache"))
+            .output()
+            .unwrap(),
     );
     merge_is_the_whole(&place, "parts");
 }
 
-/// What a device refuses is a row of the table that says so, not the end of the sweep; names of files cannot break the page.
+/// What a device refuses is a row of the table that says so, not the end of the sweep; names of
+/// files cannot break the page.
 #[test]
 fn refusals_and_odd_names_are_shown() {
     let place = Place::new();
     std::fs::write(
         place.path("grid.toml"),
-        "[[sweep]]\ntechnique = [\"voxel-mips\"]\npreset = [\"cones\"]\nset = { resolution = [1024, 8] }\n[[sweep]]\ntechnique = [\"none\"]\n",
+        "[[sweep]]\ntechnique = [\"voxel-mips\"]\npreset = [\"cones\"]\nset = { resolution = \
+         [1024, 8] }\n[[sweep]]\ntechnique = [\"none\"]\n",
     )
     .unwrap();
     let output = place.sweep(&["-o", "out", "--device", "llvmpipe"]);
     succeeded(&output);
-    assert!(stderr(&output).contains("voxel_mips.radiance"), "{}", stderr(&output));
+    assert!(
+        stderr(&output).contains("voxel_mips.radiance"),
+        "{}",
+        stderr(&output)
+    );
     let mut points = place.points("out/cornell.jsonl");
-    assert!(points[0].failure.as_ref().unwrap().contains("voxel_mips.radiance") && points[0].refused.is_some() && points[0].cost(Cost::Frame).is_none());
+    assert!(
+        points[0]
+            .failure
+            .as_ref()
+            .unwrap()
+            .contains("voxel_mips.radiance")
+            && points[0].refused.is_some()
+            && points[0].cost(Cost::Frame).is_none()
+    );
     assert!(points[1].failure.is_none());
     // `none` has no light, and nothing to be relative to; it is no failure either.
-    assert!(points[2].error.is_none() && points[2].failure.is_none() && Cost::ALL.iter().all(|cost| points[2].price(*cost).is_none()));
+    assert!(
+        points[2].error.is_none()
+            && points[2].failure.is_none()
+            && Cost::ALL
+                .iter()
+                .all(|cost| points[2].price(*cost).is_none())
+    );
     let html = place.text("out/chart.html");
-    assert!(html.contains("voxel_mips.radiance") && points.iter().all(|point| html.contains(&point.key)));
-    assert!(succeeded(&place.sweep(&["-o", "out", "--device", "llvmpipe"])).contains("3 points, 0 to measure"));
-    points.iter_mut().for_each(|point| point.scene = "<script>alert(1)</script>\"&".to_owned());
-    let html = page(&Section::sort(points), &PictureFolder::of(&place.path("out")), &Troubles::default()).unwrap();
+    assert!(
+        html.contains("voxel_mips.radiance")
+            && points.iter().all(|point| html.contains(&point.key))
+    );
+    assert!(
+        succeeded(&place.sweep(&["-o", "out", "--device", "llvmpipe"]))
+            .contains("3 points, 0 to measure")
+    );
+    points
+        .iter_mut()
+        .for_each(|point| point.scene = "<script>alert(1)</script>\"&".to_owned());
+    let html = page(
+        &Section::sort(points),
+        &PictureFolder::of(&place.path("out")),
+        &Troubles::default(),
+    )
+    .unwrap();
     assert!(html.contains("&lt;script&gt;alert(1)") && !html.contains("<script>alert"));
 }
 
-/// Light in a room that the reference leaves black is relative to nothing, and so is no light: the point says so, and there is no chart.
+/// Light in a room that the reference leaves black is relative to nothing, and so is no light: the
+/// point says so, and there is no chart.
 #[test]
 fn a_dark_reference_gives_no_error() {
     let place = Place::new();
-    let grid = "[[sweep]]\ntechnique = [\"voxel-mips\"]\npreset = [\"textbook\", \"accurate\"]\nset = { resolution = [8, 64] }\n";
+    let grid = "[[sweep]]\ntechnique = [\"voxel-mips\"]\npreset = [\"textbook\", \
+                \"accurate\"]\nset = { resolution = [8, 64] }\n";
     std::fs::write(place.path("grid.toml"), grid).unwrap();
-    let small = ["bundled:two-rooms", "--grid", "grid.toml", "--size", "32x24", "--frames", "1", "--rebuilds", "1", "--shadow-resolution", "64", "-o", "out"];
+    let small = [
+        "bundled:two-rooms",
+        "--grid",
+        "grid.toml",
+        "--size",
+        "32x24",
+        "--frames",
+        "1",
+        "--rebuilds",
+        "1",
+        "--shadow-resolution",
+        "64",
+        "-o",
+        "out",
+    ];
     succeeded(&place.command().args(small).output().unwrap());
     let points = place.points("out/two-rooms.jsonl");
     assert_eq!(points.len(), 4);
     for point in &points {
-        assert!(point.error.is_none() && point.failure.as_ref().unwrap().contains("no indirect light"), "{point:?}");
+        assert!(
+            point.error.is_none()
+                && point
+                    .failure
+                    .as_ref()
+                    .unwrap()
+                    .contains("no indirect light"),
+            "{point:?}"
+        );
     }
-    assert!(place.text("out/chart.html").contains("no indirect light") && !place.path("out/two-rooms-time.svg").exists());
+    assert!(
+        place.text("out/chart.html").contains("no indirect light")
+            && !place.path("out/two-rooms-time.svg").exists()
+    );
 }
 
 #[test]
@@ -328,23 +696,60 @@ fn wrong_arguments_are_told() {
         (&["-o", "out"], "required"),
         (&["bundled:cornell"], "--output"),
         (&["bundled:nonsense", "-o", "out"], "no bundled scene"),
-        (&["bundled:cornell", "-o", "out", "--max-error", "0"], "--max-error is 0"),
-        (&["bundled:cornell", "-o", "out", "--shard", "5/4"], "write i/n"),
-        (&["bundled:cornell", "-o", "out", "--shard", "0/4"], "write i/n"),
-        (&["bundled:cornell", "-o", "out", "--grid", "absent.toml"], "cannot read the grid absent.toml"),
-        (&["bundled:cornell", "-o", "out", "--grid", "wrong.toml"], "wrong.toml:2: there is no technique nonsense"),
-        (&["--merge", "absent", "-o", "out"], "cannot read the folder absent"),
+        (
+            &["bundled:cornell", "-o", "out", "--max-error", "0"],
+            "--max-error is 0",
+        ),
+        (
+            &["bundled:cornell", "-o", "out", "--shard", "5/4"],
+            "write i/n",
+        ),
+        (
+            &["bundled:cornell", "-o", "out", "--shard", "0/4"],
+            "write i/n",
+        ),
+        (
+            &["bundled:cornell", "-o", "out", "--grid", "absent.toml"],
+            "cannot read the grid absent.toml",
+        ),
+        (
+            &["bundled:cornell", "-o", "out", "--grid", "wrong.toml"],
+            "wrong.toml:2: there is no technique nonsense",
+        ),
+        (
+            &["--merge", "absent", "-o", "out"],
+            "cannot read the folder absent",
+        ),
         (&["--merge", ".", "-o", "out"], "no records"),
-        (&["bundled:cornell", "-o", "out", "--stress", "absent"], "no records (*.jsonl) of lumivox stress in absent"),
-        (&["bundled:cornell", "-o", "out", "--stress", "stress"], "this is no record of lumivox stress"),
+        (
+            &["bundled:cornell", "-o", "out", "--stress", "absent"],
+            "no records (*.jsonl) of lumivox stress in absent",
+        ),
+        (
+            &["bundled:cornell", "-o", "out", "--stress", "stress"],
+            "this is no record of lumivox stress",
+        ),
     ];
-    std::fs::write(place.path("wrong.toml"), "[[sweep]]\ntechnique = [\"nonsense\"]\n").unwrap();
+    std::fs::write(
+        place.path("wrong.toml"),
+        "[[sweep]]\ntechnique = [\"nonsense\"]\n",
+    )
+    .unwrap();
     std::fs::create_dir(place.path("stress")).unwrap();
     std::fs::write(place.path("stress/cornell.jsonl"), "{}\n").unwrap();
     for (arguments, message) in cases {
         let output = place.command().args(arguments).output().unwrap();
-        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {}", stderr(&output));
-        assert!(stderr(&output).contains(message), "{arguments:?}: {}", stderr(&output));
+        assert_eq!(
+            output.status.code(),
+            Some(2),
+            "{arguments:?}: {}",
+            stderr(&output)
+        );
+        assert!(
+            stderr(&output).contains(message),
+            "{arguments:?}: {}",
+            stderr(&output)
+        );
     }
     assert!(!place.path("out").exists(), "wrong arguments left a folder");
 }
@@ -358,5 +763,9 @@ fn a_file_in_use_is_told() {
     file.lock().unwrap();
     let output = place.sweep(&["-o", "out"]);
     assert_eq!(output.status.code(), Some(1));
-    assert!(stderr(&output).contains("another lumivox writes"), "{}", stderr(&output));
+    assert!(
+        stderr(&output).contains("another lumivox writes"),
+        "{}",
+        stderr(&output)
+    );
 }

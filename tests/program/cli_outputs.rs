@@ -7,21 +7,44 @@ use crate::support::program::{check_error, lumivox, words};
 
 /// Commands whose work takes hours, where nobody stops it, and what the output is called in each.
 const WORK: &[(&str, &str)] = &[
-    ("render bundled:cornell --size 2048x2048 --frames 100000 -o OUT", ".exr"),
-    ("render bundled:cornell --size 2048x2048 --frames 100000 -o OUT", ".png"),
-    ("render bundled:cornell --size 2048x2048 --frames 100000 -o fine.exr --report OUT", ".json"),
-    ("reference bundled:cornell --size 4096x4096 --spp 1000000 --no-cache -o OUT", ".exr"),
-    ("reference bundled:cornell --size 4096x4096 --spp 1000000 --no-cache --layers -o OUT", ".exr"),
-    ("reference bundled:cornell --size 4096x4096 --spp 1000000 --no-cache -o fine.exr --report OUT", ".json"),
+    (
+        "render bundled:cornell --size 2048x2048 --frames 100000 -o OUT",
+        ".exr",
+    ),
+    (
+        "render bundled:cornell --size 2048x2048 --frames 100000 -o OUT",
+        ".png",
+    ),
+    (
+        "render bundled:cornell --size 2048x2048 --frames 100000 -o fine.exr --report OUT",
+        ".json",
+    ),
+    (
+        "reference bundled:cornell --size 4096x4096 --spp 1000000 --no-cache -o OUT",
+        ".exr",
+    ),
+    (
+        "reference bundled:cornell --size 4096x4096 --spp 1000000 --no-cache --layers -o OUT",
+        ".exr",
+    ),
+    (
+        "reference bundled:cornell --size 4096x4096 --spp 1000000 --no-cache -o fine.exr --report \
+         OUT",
+        ".json",
+    ),
     ("voxelize gone.obj --resolution 1024 -o OUT", ".json"),
     ("compare gone.exr gone.exr --heatmap OUT", ".png"),
     ("compare gone.exr gone.exr --report OUT", ".json"),
 ];
 
 /// Commands that write into a folder.
-const FOLDER_WORK: &[&str] = &["bench bundled:cornell --size 2048x2048 --frames 100000 -o OUT", "scene bundled:cornell -o OUT"];
+const FOLDER_WORK: &[&str] = &[
+    "bench bundled:cornell --size 2048x2048 --frames 100000 -o OUT",
+    "scene bundled:cornell -o OUT",
+];
 
-/// A folder with a file, a file that is not to be written, a folder where a file would go, and a folder that is not to be written into.
+/// A folder with a file, a file that is not to be written, a folder where a file would go, and a
+/// folder that is not to be written into.
 fn places() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
@@ -68,8 +91,17 @@ fn unwritable_outputs_are_told_before_the_work() {
     let before = contents(folder.path());
     let check = |line: &str, out: &str, says: &str| {
         let line = line.replace("OUT", out);
-        check_error(&line, &lumivox(folder.path(), &words(&line), &[]), 1, &[out, says]);
-        assert_eq!(contents(folder.path()), before, "{line}: something was left or changed");
+        check_error(
+            &line,
+            &lumivox(folder.path(), &words(&line), &[]),
+            1,
+            &[out, says],
+        );
+        assert_eq!(
+            contents(folder.path()),
+            before,
+            "{line}: something was left or changed"
+        );
     };
     for (line, extension) in WORK {
         check(line, &format!("gone/a{extension}"), "folder exists");
@@ -96,14 +128,22 @@ fn a_folder_in_the_place_of_a_benchmark_file_is_told_before_the_work() {
     for name in ["cornell.csv", "cornell-passes.svg"] {
         let taken = folder.path().join("out").join(name);
         std::fs::create_dir_all(&taken).unwrap();
-        let ran = lumivox(folder.path(), &words("bench bundled:cornell --size 2048x2048 --frames 100000 -o out"), &[]);
+        let ran = lumivox(
+            folder.path(),
+            &words("bench bundled:cornell --size 2048x2048 --frames 100000 -o out"),
+            &[],
+        );
         check_error(name, &ran, 1, &[name, "it is a folder"]);
         std::fs::remove_dir(&taken).unwrap();
-        assert!(contents(folder.path()).values().all(Option::is_none), "{name}: something was left");
+        assert!(
+            contents(folder.path()).values().all(Option::is_none),
+            "{name}: something was left"
+        );
     }
 }
 
-/// What is there stays as it is until the work is done, and the check of an output leaves no file where the work then fails.
+/// What is there stays as it is until the work is done, and the check of an output leaves no file
+/// where the work then fails.
 #[test]
 fn a_failure_leaves_what_was_there() {
     let folder = tempfile::tempdir().unwrap();
@@ -117,7 +157,15 @@ fn a_failure_leaves_what_was_there() {
         "bench gone.obj -o new",
         "scene gone.obj -o new",
     ] {
-        assert_eq!(lumivox(folder.path(), &words(line), &[]).code, Some(2), "{line}");
-        assert_eq!(contents(folder.path()), before, "{line}: something was left or changed");
+        assert_eq!(
+            lumivox(folder.path(), &words(line), &[]).code,
+            Some(2),
+            "{line}"
+        );
+        assert_eq!(
+            contents(folder.path()),
+            before,
+            "{line}: something was left or changed"
+        );
     }
 }

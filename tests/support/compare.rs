@@ -1,6 +1,7 @@
 //! The one comparator: largest values and differences in which a NaN anywhere is seen.
 //!
-//! `f64::max` takes the other number where one is NaN, and glam's `max_element` does so for some of its components; with both, a picture of NaN has no error.
+//! `f64::max` takes the other number where one is NaN, and glam's `max_element` does so for some of
+//! its components; with both, a picture of NaN has no error.
 
 use glam::{DVec2, DVec3, DVec4, Vec3};
 
@@ -51,5 +52,9 @@ pub fn exceeds(value: f64, limit: f64) -> bool {
 
 /// The larger of two; NaN where one is.
 pub fn larger(a: f64, b: f64) -> f64 {
-    if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
+    if a.is_nan() || b.is_nan() {
+        f64::NAN
+    } else {
+        a.max(b)
+    }
 }

@@ -26,20 +26,48 @@ impl Display {
     /// `None`, and a word about it, where there is no Xvfb.
     pub fn start() -> Option<Display> {
         let mut command = Command::new("Xvfb");
-        command.args(["-displayfd", "1", "-screen", "0", "1280x800x24", "-nolisten", "tcp"]).stdout(Stdio::piped()).stderr(Stdio::null());
+        command
+            .args([
+                "-displayfd",
+                "1",
+                "-screen",
+                "0",
+                "1280x800x24",
+                "-nolisten",
+                "tcp",
+            ])
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null());
         let Ok(mut server) = command.spawn() else {
             skipped(&Missing::Package("Xvfb"));
             return None;
         };
         let mut line = String::new();
-        BufReader::new(server.stdout.take().unwrap()).read_line(&mut line).unwrap();
+        BufReader::new(server.stdout.take().unwrap())
+            .read_line(&mut line)
+            .unwrap();
         let name = format!(":{}", line.trim());
         let mut manager = Command::new("openbox");
-        manager.args(["--sm-disable"]).env("DISPLAY", &name).stdout(Stdio::null()).stderr(Stdio::null());
-        let manager = manager.spawn().inspect_err(|_| skipped(&Missing::Package("openbox, without which windows are not minimised,"))).ok();
+        manager
+            .args(["--sm-disable"])
+            .env("DISPLAY", &name)
+            .stdout(Stdio::null())
+            .stderr(Stdio::null());
+        let manager = manager
+            .spawn()
+            .inspect_err(|_| {
+                skipped(&Missing::Package(
+                    "openbox, without which windows are not minimised,",
+                ))
+            })
+            .ok();
         // It takes over windows that are there already; only minimising needs it to be.
         std::thread::sleep(Duration::from_millis(300));
-        Some(Display { name, server, manager })
+        Some(Display {
+            name,
+            server,
+            manager,
+        })
     }
 
     /// Runs a script in a window.
@@ -48,20 +76,35 @@ impl Display {
     }
 
     /// Likewise, with variables of the environment.
-    pub fn view_in(&self, folder: &Path, arguments: &[&str], script: &str, variables: &[(&str, &str)]) -> Ran {
+    pub fn view_in(
+        &self,
+        folder: &Path,
+        arguments: &[&str],
+        script: &str,
+        variables: &[(&str, &str)],
+    ) -> Ran {
         parse_script(script).unwrap();
         std::fs::write(folder.join("script.txt"), script).unwrap();
-        let mut all: Vec<OsString> = ["--quiet", "view", "--script", "script.txt"].map(OsString::from).to_vec();
+        let mut all: Vec<OsString> = ["--quiet", "view", "--script", "script.txt"]
+            .map(OsString::from)
+            .to_vec();
         all.extend(arguments.iter().map(OsString::from));
         // A minute where nothing else runs.
-        let variables = [&[("DISPLAY", self.name.as_str()), ("WAYLAND_DISPLAY", "")], variables].concat();
+        let variables = [
+            &[("DISPLAY", self.name.as_str()), ("WAYLAND_DISPLAY", "")],
+            variables,
+        ]
+        .concat();
         lumivox_within(TIMEOUT, folder, &all, &variables)
     }
 }
 
 impl Drop for Display {
     fn drop(&mut self) {
-        for child in [self.manager.as_mut(), Some(&mut self.server)].into_iter().flatten() {
+        for child in [self.manager.as_mut(), Some(&mut self.server)]
+            .into_iter()
+            .flatten()
+        {
             let _ = child.kill();
             let _ = child.wait();
         }

@@ -9,7 +9,9 @@ use lumivox::gi::Settings;
 use lumivox::gi::cone::oracle::{Levels, MarchSettings, Placement, SetCone, Volume, gather};
 use lumivox::gi::cone::{ConeSet, diffuse_set};
 use lumivox::gi::voxel::VoxelGrid;
-use lumivox::gi::voxel::oracle::{Gathered, Receiver, VoxelIndex, interleaved_offset, occupancy_words};
+use lumivox::gi::voxel::oracle::{
+    Gathered, Receiver, VoxelIndex, interleaved_offset, occupancy_words,
+};
 use lumivox::gi::voxel_mips::{FILTER, mark_matter, matter_image};
 use lumivox::graph::{Frame, Gpu, Image, ImageDesc, ImageKind, ImageUsage, vk};
 use lumivox::render::{FrameConstants, GBuffer, GpuScene};
@@ -31,7 +33,13 @@ pub struct View {
 
 impl View {
     /// Draws the scene and makes receivers in the grid.
-    pub fn new(gpu: &Gpu, scene: &GpuScene, camera: &Camera, size: [u32; 2], grid: &VoxelGrid) -> View {
+    pub fn new(
+        gpu: &Gpu,
+        scene: &GpuScene,
+        camera: &Camera,
+        size: [u32; 2],
+        grid: &VoxelGrid,
+    ) -> View {
         let constants = scene.frame_constants(camera, size);
         scene.set_frame(gpu, &constants).unwrap();
         let gbuffer = GBuffer::new(gpu, scene, size).unwrap();
@@ -49,26 +57,44 @@ impl View {
             usage: ImageUsage::STORAGE,
         };
         let receivers = receivers(gpu, &gbuffer, &constants, grid);
-        View { gbuffer, result: gpu.create_image(&desc).unwrap(), receivers }
+        View {
+            gbuffer,
+            result: gpu.create_image(&desc).unwrap(),
+            receivers,
+        }
     }
 
     /// One pixel's result: irradiance and ambient visibility.
     pub fn results(&self, gpu: &Gpu) -> Vec<DVec4> {
-        let texels: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&gpu.read_image(&self.result, 0, 0).unwrap());
-        let of = |[x, y]: [u32; 2]| DVec4::from(texels[(x + self.gbuffer.size[0] * y) as usize].map(f64::from));
+        let texels: Vec<[f32; 4]> =
+            bytemuck::pod_collect_to_vec(&gpu.read_image(&self.result, 0, 0).unwrap());
+        let of = |[x, y]: [u32; 2]| {
+            DVec4::from(texels[(x + self.gbuffer.size[0] * y) as usize].map(f64::from))
+        };
         self.receivers.iter().map(|(pixel, _)| of(*pixel)).collect()
     }
 }
 
-fn receivers(gpu: &Gpu, gbuffer: &GBuffer, constants: &FrameConstants, grid: &VoxelGrid) -> Vec<([u32; 2], Receiver)> {
-    let depth: Vec<f32> = bytemuck::pod_collect_to_vec(&gpu.read_image(&gbuffer.view_depth, 0, 0).unwrap());
-    let normals: Vec<[u32; 2]> = bytemuck::pod_collect_to_vec(&gpu.read_image(&gbuffer.normals, 0, 0).unwrap());
+fn receivers(
+    gpu: &Gpu,
+    gbuffer: &GBuffer,
+    constants: &FrameConstants,
+    grid: &VoxelGrid,
+) -> Vec<([u32; 2], Receiver)> {
+    let depth: Vec<f32> =
+        bytemuck::pod_collect_to_vec(&gpu.read_image(&gbuffer.view_depth, 0, 0).unwrap());
+    let normals: Vec<[u32; 2]> =
+        bytemuck::pod_collect_to_vec(&gpu.read_image(&gbuffer.normals, 0, 0).unwrap());
     let xyz = |row: [f32; 4]| Vec3::new(row[0], row[1], row[2]).as_dvec3();
     let [width, height] = gbuffer.size;
     let of = |index: u32| {
         let (pixel, at) = ([index % width, index / width], index as usize);
-        let ndc = (DVec2::from(pixel.map(f64::from)) + 0.5) / DVec2::new(f64::from(width), f64::from(height)) * 2.0 - 1.0;
-        let ray = xyz(constants.ray_forward) + ndc.x * xyz(constants.ray_right) - ndc.y * xyz(constants.ray_up);
+        let ndc = (DVec2::from(pixel.map(f64::from)) + 0.5)
+            / DVec2::new(f64::from(width), f64::from(height))
+            * 2.0
+            - 1.0;
+        let ray = xyz(constants.ray_forward) + ndc.x * xyz(constants.ray_right)
+            - ndc.y * xyz(constants.ray_up);
         let position = xyz(constants.eye_ws) + f64::from(depth[at]) * ray;
         let receiver = Receiver {
             position: (position - grid.origin.as_dvec3()) / f64::from(grid.voxel_size),
@@ -82,7 +108,8 @@ fn receivers(gpu: &Gpu, gbuffer: &GBuffer, constants: &FrameConstants, grid: &Vo
 
 /// Directions from the eye through the pixels of a picture, row by row.
 pub fn pixel_rays(constants: &FrameConstants, size: [u32; 2]) -> impl Iterator<Item = DVec3> {
-    let [forward, right, up] = [constants.ray_forward, constants.ray_right, constants.ray_up].map(|row| Vec3::new(row[0], row[1], row[2]).as_dvec3());
+    let [forward, right, up] = [constants.ray_forward, constants.ray_right, constants.ray_up]
+        .map(|row| Vec3::new(row[0], row[1], row[2]).as_dvec3());
     let [width, height] = size;
     (0..width * height).map(move |pixel| {
         let at = DVec2::from([pixel % width, pixel / width].map(f64::from)) + 0.5;
@@ -114,8 +141,13 @@ pub fn volume(gpu: &Gpu, finest: &Volume) -> Arc<Image> {
         usage: ImageUsage::STORAGE | ImageUsage::SAMPLED,
     };
     let image = gpu.create_image(&desc).unwrap();
-    let halves: Vec<u16> = finest.texels.iter().flat_map(|texel| texel.to_array().map(to_half)).collect();
-    gpu.upload_image(&image, 0, 0, bytemuck::cast_slice(&halves)).unwrap();
+    let halves: Vec<u16> = finest
+        .texels
+        .iter()
+        .flat_map(|texel| texel.to_array().map(to_half))
+        .collect();
+    gpu.upload_image(&image, 0, 0, bytemuck::cast_slice(&halves))
+        .unwrap();
     image
 }
 
@@ -123,13 +155,22 @@ pub fn volume(gpu: &Gpu, finest: &Volume) -> Arc<Image> {
 pub fn filter(frame: &mut Frame, volume: &Arc<Image>, filter: u32) {
     for mip in 1..volume.mips() {
         let groups = volume.extent(mip)[0].div_ceil(4);
-        frame.pass(&FILTER).bind_mip(volume, mip - 1).bind_mip(volume, mip).constants(&[filter]).dispatch([groups; 3]);
+        frame
+            .pass(&FILTER)
+            .bind_mip(volume, mip - 1)
+            .bind_mip(volume, mip)
+            .constants(&[filter])
+            .dispatch([groups; 3]);
     }
 }
 
 /// The matter pyramid of these voxels.
 pub fn matter(gpu: &Gpu, occupied: &BTreeSet<VoxelIndex>, resolution: u32) -> Arc<Image> {
-    let occupancy = words(gpu, "occupancy", &occupancy_words(occupied.iter().copied(), resolution));
+    let occupancy = words(
+        gpu,
+        "occupancy",
+        &occupancy_words(occupied.iter().copied(), resolution),
+    );
     let image = matter_image(gpu, resolution).unwrap();
     let mut frame = Frame::new();
     mark_matter(&mut frame, &occupancy, &image);
@@ -141,14 +182,24 @@ pub fn matter(gpu: &Gpu, occupied: &BTreeSet<VoxelIndex>, resolution: u32) -> Ar
 pub fn occupied(finest: &Volume) -> BTreeSet<VoxelIndex> {
     let n = finest.resolution as usize;
     let index = |at: usize| [at % n, at / n % n, at / (n * n)].map(|at| at as u32);
-    (0..finest.texels.len()).filter(|at| finest.texels[*at].w > 0.0).map(index).collect()
+    (0..finest.texels.len())
+        .filter(|at| finest.texels[*at].w > 0.0)
+        .map(index)
+        .collect()
 }
 
 /// All mips, as the oracle has them.
 pub fn read_chain(gpu: &Gpu, volume: &Arc<Image>) -> Vec<Volume> {
     let read = |mip| {
-        let halves: Vec<[u16; 4]> = bytemuck::pod_collect_to_vec(&gpu.read_image(volume, mip, 0).unwrap());
-        Volume { resolution: volume.extent(mip)[0], texels: halves.into_iter().map(|texel| DVec4::from(texel.map(half))).collect() }
+        let halves: Vec<[u16; 4]> =
+            bytemuck::pod_collect_to_vec(&gpu.read_image(volume, mip, 0).unwrap());
+        Volume {
+            resolution: volume.extent(mip)[0],
+            texels: halves
+                .into_iter()
+                .map(|texel| DVec4::from(texel.map(half)))
+                .collect(),
+        }
     };
     (0..volume.mips()).map(read).collect()
 }
@@ -157,43 +208,98 @@ pub fn read_chain(gpu: &Gpu, volume: &Arc<Image>) -> Vec<Volume> {
 pub fn random_volume(resolution: u32, filled: f32, random: &mut Random) -> Volume {
     let mut texels = Vec::new();
     for _ in 0..resolution.pow(3) {
-        let opacity = if random.unit() < 0.5 { 1.0 } else { f64::from(random.unit()) };
+        let opacity = if random.unit() < 0.5 {
+            1.0
+        } else {
+            f64::from(random.unit())
+        };
         let color = DVec3::from([0; 3].map(|_: u32| 4.0 * f64::from(random.unit())));
         let there = random.unit() < filled;
-        texels.push(if there { (opacity * color).extend(opacity) } else { DVec4::ZERO });
+        texels.push(if there {
+            (opacity * color).extend(opacity)
+        } else {
+            DVec4::ZERO
+        });
     }
     Volume { resolution, texels }
 }
 
 /// Relative errors of irradiance, by pixel, ascending; and the largest error of visibility.
 pub fn errors(seen: &[DVec4], expected: &[DVec4]) -> (Vec<f64>, f64) {
-    let mean = expected.iter().map(|pixel| pixel.truncate().largest()).sum::<f64>() / expected.len() as f64;
-    let relative = |(seen, expected): (&DVec4, &DVec4)| (*seen - *expected).truncate().abs().largest() / expected.truncate().largest().max(0.1 * mean);
+    let mean = expected
+        .iter()
+        .map(|pixel| pixel.truncate().largest())
+        .sum::<f64>()
+        / expected.len() as f64;
+    let relative = |(seen, expected): (&DVec4, &DVec4)| {
+        (*seen - *expected).truncate().abs().largest()
+            / expected.truncate().largest().max(0.1 * mean)
+    };
     let mut relative: Vec<f64> = seen.iter().zip(expected).map(relative).collect();
     relative.sort_by(f64::total_cmp);
-    let visibility = seen.iter().zip(expected).map(|(seen, expected)| (seen.w - expected.w).abs()).worst();
+    let visibility = seen
+        .iter()
+        .zip(expected)
+        .map(|(seen, expected)| (seen.w - expected.w).abs())
+        .worst();
     (relative, visibility)
 }
 
 /// At most 1% in every pixel.
 pub fn verdict((relative, visibility): &(Vec<f64>, f64)) -> Result<(), String> {
     let worst = relative.last().copied().unwrap_or(f64::NAN);
-    if worst <= 0.01 && *visibility <= 0.01 { Ok(()) } else { Err(format!("off by {worst}, visibility by {visibility}")) }
+    if worst <= 0.01 && *visibility <= 0.01 {
+        Ok(())
+    } else {
+        Err(format!("off by {worst}, visibility by {visibility}"))
+    }
 }
 
 /// The oracle's answer at each receiver.
-pub fn cones_by_oracle<'l>(chain: impl Into<Levels<'l>>, scene: &Scene, grid: &VoxelGrid, view: &View, settings: &Settings) -> Vec<DVec4> {
-    by_oracle(chain, scene, grid, view, settings).into_iter().map(|(gathered, _)| gathered.irradiance.extend(gathered.visibility)).collect()
+pub fn cones_by_oracle<'l>(
+    chain: impl Into<Levels<'l>>,
+    scene: &Scene,
+    grid: &VoxelGrid,
+    view: &View,
+    settings: &Settings,
+) -> Vec<DVec4> {
+    by_oracle(chain, scene, grid, view, settings)
+        .into_iter()
+        .map(|(gathered, _)| gathered.irradiance.extend(gathered.visibility))
+        .collect()
 }
 
 /// Samples that the oracle's cones take.
-pub fn samples_by_oracle(chain: &[Volume], scene: &Scene, grid: &VoxelGrid, view: &View, settings: &Settings) -> u64 {
-    by_oracle(chain, scene, grid, view, settings).iter().map(|(_, samples)| u64::from(*samples)).sum()
+pub fn samples_by_oracle(
+    chain: &[Volume],
+    scene: &Scene,
+    grid: &VoxelGrid,
+    view: &View,
+    settings: &Settings,
+) -> u64 {
+    by_oracle(chain, scene, grid, view, settings)
+        .iter()
+        .map(|(_, samples)| u64::from(*samples))
+        .sum()
 }
 
 /// What the oracle gathers at each receiver.
-pub fn by_oracle<'l>(chain: impl Into<Levels<'l>>, scene: &Scene, grid: &VoxelGrid, view: &View, settings: &Settings) -> Vec<(Gathered, u32)> {
-    by_oracle_with(chain.into(), scene, grid, view, settings, &diffuse_set(settings), ["max_distance", "ao_falloff"])
+pub fn by_oracle<'l>(
+    chain: impl Into<Levels<'l>>,
+    scene: &Scene,
+    grid: &VoxelGrid,
+    view: &View,
+    settings: &Settings,
+) -> Vec<(Gathered, u32)> {
+    by_oracle_with(
+        chain.into(),
+        scene,
+        grid,
+        view,
+        settings,
+        &diffuse_set(settings),
+        ["max_distance", "ao_falloff"],
+    )
 }
 
 /// Another set, whose reach and falloff are the settings of these names.
@@ -220,14 +326,26 @@ pub fn by_oracle_with(
         step_factor: number("step_factor"),
         opacity_exponent: number("opacity_exponent"),
         height_clamp: number("height_clamp"),
-        max_distance: if reach > 0.0 { reach / voxel_size } else { 4.0 * f64::from(grid.resolution) },
+        max_distance: if reach > 0.0 {
+            reach / voxel_size
+        } else {
+            4.0 * f64::from(grid.resolution)
+        },
         ao_falloff: number(falloff) * voxel_size,
         environment: scene.environment.as_dvec3(),
     };
     let interleave = settings.count("interleave");
     let of = |(pixel, receiver): &([u32; 2], _)| {
-        let pattern = if interleave > 1 { interleaved_offset(*pixel, interleave) } else { DVec2::new(0.5, 0.0) };
-        let placement = Placement { start_offset: number("start_offset"), pattern, jitter: f64::from(set.stratum) };
+        let pattern = if interleave > 1 {
+            interleaved_offset(*pixel, interleave)
+        } else {
+            DVec2::new(0.5, 0.0)
+        };
+        let placement = Placement {
+            start_offset: number("start_offset"),
+            pattern,
+            jitter: f64::from(set.stratum),
+        };
         gather(chain, receiver, &cones, &placement, &march)
     };
     view.receivers.par_iter().map(of).collect()
@@ -236,10 +354,14 @@ pub fn by_oracle_with(
 /// The levels of a volume of six cubes side by side, as the oracle has them.
 pub fn read_faces(gpu: &Gpu, volume: &Arc<Image>) -> Vec<[Volume; 6]> {
     let read = |mip| {
-        let halves: Vec<[u16; 4]> = bytemuck::pod_collect_to_vec(&gpu.read_image(volume, mip, 0).unwrap());
+        let halves: Vec<[u16; 4]> =
+            bytemuck::pod_collect_to_vec(&gpu.read_image(volume, mip, 0).unwrap());
         let resolution = volume.extent(mip)[1];
-        let texel = |face: u32, [x, y, z]: [u32; 3]| halves[(x + face * resolution + 6 * resolution * (y + resolution * z)) as usize];
-        [0, 1, 2, 3, 4, 5].map(|face| Volume::new(resolution, |at| DVec4::from(texel(face, at).map(half))))
+        let texel = |face: u32, [x, y, z]: [u32; 3]| {
+            halves[(x + face * resolution + 6 * resolution * (y + resolution * z)) as usize]
+        };
+        [0, 1, 2, 3, 4, 5]
+            .map(|face| Volume::new(resolution, |at| DVec4::from(texel(face, at).map(half))))
     };
     (0..volume.mips()).map(read).collect()
 }
@@ -247,7 +369,11 @@ pub fn read_faces(gpu: &Gpu, volume: &Arc<Image>) -> Vec<[Volume; 6]> {
 /// Uploads mip 0 of such a volume.
 pub fn upload_faces(gpu: &Gpu, volume: &Arc<Image>, faces: &[Volume; 6]) {
     let n = faces[0].resolution;
-    let rows = (0..n * n).flat_map(|row| (0..6 * n).map(move |x| (x / n, [x % n, row % n, row / n])));
-    let halves: Vec<u16> = rows.flat_map(|(face, at)| faces[face as usize].texel(at).to_array().map(to_half)).collect();
-    gpu.upload_image(volume, 0, 0, bytemuck::cast_slice(&halves)).unwrap();
+    let rows =
+        (0..n * n).flat_map(|row| (0..6 * n).map(move |x| (x / n, [x % n, row % n, row / n])));
+    let halves: Vec<u16> = rows
+        .flat_map(|(face, at)| faces[face as usize].texel(at).to_array().map(to_half))
+        .collect();
+    gpu.upload_image(volume, 0, 0, bytemuck::cast_slice(&halves))
+        .unwrap();
 }

@@ -8,14 +8,18 @@ use lumivox::metrics::{Channel, Flip, compare, exposure_of, flip};
 
 use super::technique::write_failure;
 
-/// Measured between two runs: 0 in all three; between two processors (llvmpipe compiles for each): up to 0.0057, 0.035 and 0.007, in the atrium.
+/// Measured between two runs: 0 in all three; between two processors (llvmpipe compiles for each):
+/// up to 0.0057, 0.035 and 0.007, in the atrium.
 const FLIP_MEAN: f32 = 0.008;
 const FLIP_P99: f32 = 0.05;
 const REL_RMSE: f64 = 0.02;
 
 /// Where a golden picture is: in a folder beside the test of the same name.
 pub fn golden_path(folder: &str, name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests").join(folder).join(format!("{name}.png"))
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("tests")
+        .join(folder)
+        .join(format!("{name}.png"))
 }
 
 /// Whether pictures are to be accepted as they are.
@@ -27,7 +31,11 @@ pub fn is_update() -> bool {
 fn linear(pixel: [u8; 3], exposure: f32) -> Vec3 {
     let decode = |value: u8| {
         let value = f32::from(value) / 255.0;
-        if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
+        if value <= 0.04045 {
+            value / 12.92
+        } else {
+            ((value + 0.055) / 1.055).powf(2.4)
+        }
     };
     Vec3::from(pixel.map(decode)) / exposure
 }
@@ -35,7 +43,9 @@ fn linear(pixel: [u8; 3], exposure: f32) -> Vec3 {
 /// What is left of a picture in sRGB with 8 bits.
 pub fn quantized(image: &Image, exposure: f32) -> Image {
     let encode = |value: f32| lumivox::image::srgb_from_linear(value * exposure);
-    Image::from_fn(image.width, image.height, |i| linear(image.pixels[i].to_array().map(encode), exposure))
+    Image::from_fn(image.width, image.height, |i| {
+        linear(image.pixels[i].to_array().map(encode), exposure)
+    })
 }
 
 /// ꟻLIP and relative RMSE of two pictures that were quantized alike.
@@ -53,26 +63,55 @@ pub fn is_close((flip, rel_rmse): &(Flip, f64)) -> bool {
 /// Reads a PNG; `None` where there is none.
 pub fn read_golden(path: &Path, exposure: f32) -> Option<Image> {
     let picture = image::open(path).ok()?.to_rgb8();
-    let pixels = picture.pixels().map(|pixel| linear(pixel.0, exposure)).collect();
-    Some(Image { width: picture.width(), height: picture.height(), pixels })
+    let pixels = picture
+        .pixels()
+        .map(|pixel| linear(pixel.0, exposure))
+        .collect();
+    Some(Image {
+        width: picture.width(),
+        height: picture.height(),
+        pixels,
+    })
 }
 
 /// What is wrong with a picture, if anything.
 pub fn judge(folder: &str, name: &str, image: &Image, exposure: f32) -> Option<String> {
     let seen = quantized(image, exposure);
     let Some(golden) = read_golden(&golden_path(folder, name), exposure) else {
-        write_failure(&format!("{folder}.{name}"), image, None, exposure, "there is no golden picture");
-        return Some(format!("{name}: there is no golden picture; look at tests/failures, then run tools/golden update"));
+        write_failure(
+            &format!("{folder}.{name}"),
+            image,
+            None,
+            exposure,
+            "there is no golden picture",
+        );
+        return Some(format!(
+            "{name}: there is no golden picture; look at tests/failures, then run tools/golden \
+             update"
+        ));
     };
     if golden.size() != seen.size() {
         return Some(format!("{name}: the golden picture has another size"));
     }
     let found = distance(&seen, &golden);
-    println!("{name}: flip mean {:.5}, p99 {:.5}, rel_rmse {:.5}", found.0.mean, found.0.p99, found.1);
+    println!(
+        "{name}: flip mean {:.5}, p99 {:.5}, rel_rmse {:.5}",
+        found.0.mean, found.0.p99, found.1
+    );
     if is_close(&found) {
         return None;
     }
-    let numbers = format!("flip mean {:.5} (at most {FLIP_MEAN}), p99 {:.5} ({FLIP_P99}), rel_rmse {:.5} ({REL_RMSE})", found.0.mean, found.0.p99, found.1);
-    write_failure(&format!("{folder}.{name}"), &seen, Some(&golden), exposure, &numbers);
+    let numbers = format!(
+        "flip mean {:.5} (at most {FLIP_MEAN}), p99 {:.5} ({FLIP_P99}), rel_rmse {:.5} \
+         ({REL_RMSE})",
+        found.0.mean, found.0.p99, found.1
+    );
+    write_failure(
+        &format!("{folder}.{name}"),
+        &seen,
+        Some(&golden),
+        exposure,
+        &numbers,
+    );
     Some(format!("{name}: {numbers}"))
 }

@@ -1,4 +1,5 @@
-//! What every scene that loads is like, and that it survives writing and loading; the fuzz targets include this file too.
+//! What every scene that loads is like, and that it survives writing and loading; the fuzz targets
+//! include this file too.
 
 use std::path::Path;
 
@@ -10,7 +11,8 @@ pub fn load(path: &Path) -> Scene {
     Scene::load(path, &LoadOptions::default()).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// Writes a file that may be there already. Some file systems (ext4) make whoever cuts a file short wait for the disk, so it is made anew: 0.06 ms, not 6.
+/// Writes a file that may be there already. Some file systems (ext4) make whoever cuts a file short
+/// wait for the disk, so it is made anew: 0.06 ms, not 6.
 pub fn write_anew(path: &Path, contents: impl AsRef<[u8]>) {
     let _ = std::fs::remove_file(path);
     std::fs::write(path, contents).unwrap();
@@ -18,10 +20,13 @@ pub fn write_anew(path: &Path, contents: impl AsRef<[u8]>) {
 
 /// Corners of a triangle (m).
 pub fn corners(scene: &Scene, triangle: usize) -> [Vec3; 3] {
-    scene.triangles[triangle].vertices.map(|index| Vec3::from(scene.vertices[index as usize].position))
+    scene.triangles[triangle]
+        .vertices
+        .map(|index| Vec3::from(scene.vertices[index as usize].position))
 }
 
-/// Writes and loads, and compares all but the names of textures, and equal names of models, which are told apart.
+/// Writes and loads, and compares all but the names of textures, and equal names of models, which
+/// are told apart.
 pub fn round_trip(scene: &Scene) {
     let folder = tempfile::tempdir().unwrap();
     let mut loaded = load(&scene.write(folder.path()).unwrap());
@@ -30,28 +35,68 @@ pub fn round_trip(scene: &Scene) {
         loaded.name.clone_from(&written.name);
     }
     for (loaded, written) in loaded.models.iter_mut().zip(&scene.models) {
-        assert!(loaded.name.starts_with(&written.name) && (loaded.name == written.name || scene.models.len() > 1), "{}: models' names", scene.name);
+        assert!(
+            loaded.name.starts_with(&written.name)
+                && (loaded.name == written.name || scene.models.len() > 1),
+            "{}: models' names",
+            scene.name
+        );
         loaded.name.clone_from(&written.name);
     }
     let bits = |scene: &Scene| bytemuck::cast_slice::<_, u8>(&scene.vertices).to_vec();
-    assert!(bits(scene) == bits(&loaded), "{}: vertices differ", scene.name);
+    assert!(
+        bits(scene) == bits(&loaded),
+        "{}: vertices differ",
+        scene.name
+    );
     assert!(*scene == loaded, "{}: scenes differ", scene.name);
 }
 
 /// What every consumer relies on.
 pub fn check_invariants(scene: &Scene) {
     let name = &scene.name;
-    assert!(scene.triangles.is_sorted_by_key(|triangle| triangle.material), "{name}: sorted by material");
-    assert_eq!(scene.batches().len(), scene.materials.len(), "{name}: every material is used");
-    assert_eq!(scene.models.iter().map(|model| model.triangle_count as usize).sum::<usize>(), scene.triangles.len(), "{name}: models cover the triangles");
+    assert!(
+        scene
+            .triangles
+            .is_sorted_by_key(|triangle| triangle.material),
+        "{name}: sorted by material"
+    );
+    assert_eq!(
+        scene.batches().len(),
+        scene.materials.len(),
+        "{name}: every material is used"
+    );
+    assert_eq!(
+        scene
+            .models
+            .iter()
+            .map(|model| model.triangle_count as usize)
+            .sum::<usize>(),
+        scene.triangles.len(),
+        "{name}: models cover the triangles"
+    );
     for (index, triangle) in scene.triangles.iter().enumerate() {
         let [a, b, c] = corners(scene, index).map(|corner| corner.as_dvec3());
-        assert!((b - a).cross(c - a).length() > 0.0, "{name}: triangle {index} has area");
-        assert!(triangle.vertices.iter().all(|vertex| (*vertex as usize) < scene.vertices.len()));
+        assert!(
+            (b - a).cross(c - a).length() > 0.0,
+            "{name}: triangle {index} has area"
+        );
+        assert!(
+            triangle
+                .vertices
+                .iter()
+                .all(|vertex| (*vertex as usize) < scene.vertices.len())
+        );
     }
     for vertex in &scene.vertices {
-        assert!((Vec3::from(vertex.normal).length() - 1.0).abs() < 1e-5, "{name}: unit normals");
-        assert!(Vec3::from(vertex.position).is_finite() && vertex.u.is_finite() && vertex.v.is_finite(), "{name}");
+        assert!(
+            (Vec3::from(vertex.normal).length() - 1.0).abs() < 1e-5,
+            "{name}: unit normals"
+        );
+        assert!(
+            Vec3::from(vertex.position).is_finite() && vertex.u.is_finite() && vertex.v.is_finite(),
+            "{name}"
+        );
     }
     for material in &scene.materials {
         let kind = |texture: Option<u32>| texture.map(|index| scene.textures[index as usize].kind);
@@ -59,19 +104,40 @@ pub fn check_invariants(scene: &Scene) {
         assert!(kind(material.emission_texture).is_none_or(|kind| kind == TextureKind::Color));
         assert!(kind(material.mask_texture).is_none_or(|kind| kind == TextureKind::Mask));
         assert!(kind(material.normal_texture).is_none_or(|kind| kind == TextureKind::Normal));
-        assert!(material.albedo.is_finite() && material.albedo.max_element() <= 1.0 && material.albedo.min_element() >= 0.0);
+        assert!(
+            material.albedo.is_finite()
+                && material.albedo.max_element() <= 1.0
+                && material.albedo.min_element() >= 0.0
+        );
     }
     for texture in &scene.textures {
-        assert_eq!(texture.texels.len(), (texture.width * texture.height) as usize);
+        assert_eq!(
+            texture.texels.len(),
+            (texture.width * texture.height) as usize
+        );
     }
     let is_unit = |axis: Vec3| (axis.length() - 1.0).abs() < 1e-3;
-    assert!(scene.camera.basis().into_iter().all(is_unit), "{name}: the camera looks somewhere: {:?}", scene.camera);
+    assert!(
+        scene.camera.basis().into_iter().all(is_unit),
+        "{name}: the camera looks somewhere: {:?}",
+        scene.camera
+    );
     for light in &scene.lights {
         let (direction, value) = match *light {
-            Light::Directional { direction, irradiance } => (direction, irradiance),
+            Light::Directional {
+                direction,
+                irradiance,
+            } => (direction, irradiance),
             Light::Point { intensity, .. } => (Vec3::Y, intensity),
-            Light::Spot { direction, intensity, .. } => (direction, intensity),
+            Light::Spot {
+                direction,
+                intensity,
+                ..
+            } => (direction, intensity),
         };
-        assert!(is_unit(direction) && value.is_finite() && value.min_element() >= 0.0, "{name}: {light:?}");
+        assert!(
+            is_unit(direction) && value.is_finite() && value.min_element() >= 0.0,
+            "{name}: {light:?}"
+        );
     }
 }

@@ -9,9 +9,16 @@ use lumivox::shader::{Field, GpuStruct};
 
 /// All passes. A module that declares passes adds its list here.
 pub fn all_passes() -> Vec<&'static Pass> {
-    let techniques = TECHNIQUES.iter().flat_map(|entry| entry.passes.iter().copied().flatten().copied());
+    let techniques = TECHNIQUES
+        .iter()
+        .flat_map(|entry| entry.passes.iter().copied().flatten().copied());
     let mut all: Vec<&'static Pass> = Vec::new();
-    for pass in TEST_PASSES.iter().copied().chain(render::PASSES.iter().copied()).chain(techniques) {
+    for pass in TEST_PASSES
+        .iter()
+        .copied()
+        .chain(render::PASSES.iter().copied())
+        .chain(techniques)
+    {
         if !all.iter().any(|known| std::ptr::eq(*known, pass)) {
             all.push(pass);
         }
@@ -21,7 +28,9 @@ pub fn all_passes() -> Vec<&'static Pass> {
 
 /// Every struct that Rust and GLSL share, by name. A module that declares some adds them here.
 pub fn all_structs() -> Vec<(&'static str, &'static [Field])> {
-    let techniques = TECHNIQUES.iter().flat_map(|entry| entry.structs.iter().copied().flatten().copied());
+    let techniques = TECHNIQUES
+        .iter()
+        .flat_map(|entry| entry.structs.iter().copied().flatten().copied());
     let mut all = vec![(ColorParams::NAME, ColorParams::FIELDS)];
     for (name, fields) in render::STRUCTS.iter().copied().chain(techniques) {
         if !all.iter().any(|(known, _)| *known == name) {
@@ -55,7 +64,10 @@ pub static DOUBLE: Pass = Pass {
 pub static COPY: Pass = Pass {
     name: "test.copy",
     shaders: Shaders::Compute("test/copy.comp"),
-    bindings: &[Binding::buffer("source", Access::ComputeRead), Binding::buffer("target", Access::ComputeWrite)],
+    bindings: &[
+        Binding::buffer("source", Access::ComputeRead),
+        Binding::buffer("target", Access::ComputeWrite),
+    ],
     push_bytes: 4,
     sets: Sets::None,
 };
@@ -73,7 +85,10 @@ pub static STORE: Pass = Pass {
 pub static SAMPLE: Pass = Pass {
     name: "test.sample3d",
     shaders: Shaders::Compute("test/sample3d.comp"),
-    bindings: &[Binding::sampled("volume", Access::ComputeSampled), Binding::buffer("target", Access::ComputeWrite)],
+    bindings: &[
+        Binding::sampled("volume", Access::ComputeSampled),
+        Binding::buffer("target", Access::ComputeWrite),
+    ],
     push_bytes: 0,
     sets: Sets::Scene,
 };
@@ -99,7 +114,11 @@ pub static COLOR: Pass = Pass {
         vertex: "test/quad.vert",
         geometry: None,
         fragment: Some("test/color.frag"),
-        state: RasterState { color: &[vk::Format::R32G32B32A32_SFLOAT], depth: Some(vk::Format::D32_SFLOAT), ..RasterState::NO_TARGETS },
+        state: RasterState {
+            color: &[vk::Format::R32G32B32A32_SFLOAT],
+            depth: Some(vk::Format::D32_SFLOAT),
+            ..RasterState::NO_TARGETS
+        },
     },
     bindings: &[],
     push_bytes: size_of::<ColorParams>() as u32,

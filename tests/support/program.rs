@@ -20,7 +20,8 @@ pub struct Ran {
 /// The path of the program.
 pub const PROGRAM: &str = env!("CARGO_BIN_EXE_lumivox");
 
-/// The variable under which every command of the program validates: any message of the layer fails it.
+/// The variable under which every command of the program validates: any message of the layer fails
+/// it.
 pub const VALIDATE: (&str, &str) = ("LUMIVOX_VALIDATE", "1");
 
 /// The program, with validation.
@@ -36,14 +37,25 @@ pub fn lumivox(folder: &Path, arguments: &[OsString], environment: &[(&str, &str
 }
 
 /// As [`lumivox`], with another time after which it hangs.
-pub fn lumivox_within(timeout: Duration, folder: &Path, arguments: &[OsString], environment: &[(&str, &str)]) -> Ran {
+pub fn lumivox_within(
+    timeout: Duration,
+    folder: &Path,
+    arguments: &[OsString],
+    environment: &[(&str, &str)],
+) -> Ran {
     let mut command = command();
-    command.args(arguments).current_dir(folder).envs(environment.iter().copied()).stdout(Stdio::null()).stderr(Stdio::piped());
+    command
+        .args(arguments)
+        .current_dir(folder)
+        .envs(environment.iter().copied())
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped());
     let mut child = command.spawn().unwrap();
     let mut pipe = child.stderr.take().unwrap();
     let reader = std::thread::spawn(move || {
         let mut bytes = Vec::new();
-        pipe.read_to_end(&mut bytes).map(|_| String::from_utf8_lossy(&bytes).into_owned())
+        pipe.read_to_end(&mut bytes)
+            .map(|_| String::from_utf8_lossy(&bytes).into_owned())
     });
     let start = Instant::now();
     let code = loop {
@@ -58,7 +70,10 @@ pub fn lumivox_within(timeout: Duration, folder: &Path, arguments: &[OsString], 
         std::thread::sleep(Duration::from_millis(5));
     };
     let stderr = reader.join().unwrap().unwrap();
-    assert!(!stderr.contains("panicked"), "{arguments:?} panics: {stderr}");
+    assert!(
+        !stderr.contains("panicked"),
+        "{arguments:?} panics: {stderr}"
+    );
     Ran { code, stderr }
 }
 
@@ -69,12 +84,35 @@ pub fn words(line: &str) -> Vec<OsString> {
 
 /// One line (and its causes) that begins with `error:` and says all of `says`.
 pub fn check_error(name: &str, ran: &Ran, code: i32, says: &[&str]) {
-    let Ran { code: found, stderr } = ran;
+    let Ran {
+        code: found,
+        stderr,
+    } = ran;
     assert_eq!(*found, Some(code), "{name}: {stderr}");
-    let errors: Vec<&str> = stderr.lines().filter(|line| line.starts_with("error: ")).collect();
+    let errors: Vec<&str> = stderr
+        .lines()
+        .filter(|line| line.starts_with("error: "))
+        .collect();
     assert_eq!(errors.len(), 1, "{name}: not one line: {stderr}");
-    let usage = |line: &str| line.is_empty() || line.starts_with("Usage:") || line.starts_with("For more information") || line.starts_with("  ");
-    let rest: Vec<&str> = stderr.lines().filter(|line| !line.starts_with("error: ") && !usage(line)).collect();
-    assert!(rest.iter().all(|line| line.starts_with('[')), "{name}: more than an error, causes and warnings: {stderr}");
-    says.iter().for_each(|part| assert!(errors[0].contains(part), "{name}: `{part}` is not in: {}", errors[0]));
+    let usage = |line: &str| {
+        line.is_empty()
+            || line.starts_with("Usage:")
+            || line.starts_with("For more information")
+            || line.starts_with("  ")
+    };
+    let rest: Vec<&str> = stderr
+        .lines()
+        .filter(|line| !line.starts_with("error: ") && !usage(line))
+        .collect();
+    assert!(
+        rest.iter().all(|line| line.starts_with('[')),
+        "{name}: more than an error, causes and warnings: {stderr}"
+    );
+    says.iter().for_each(|part| {
+        assert!(
+            errors[0].contains(part),
+            "{name}: `{part}` is not in: {}",
+            errors[0]
+        )
+    });
 }

@@ -1,8 +1,11 @@
-//! Scenes for the oracle tests, in coordinates of voxels: [`in_unit_grid`] makes the grid's origin 0 and its voxels 1 m wide.
+//! Scenes for the oracle tests, in coordinates of voxels: [`in_unit_grid`] makes the grid's origin
+//! 0 and its voxels 1 m wide.
 
 use glam::Vec3;
 use lumivox::render::GpuScene;
-use lumivox::scene::{Keyframe, LoadOptions, Material, Model, Motion, Pose, Scene, Triangle, Vertex};
+use lumivox::scene::{
+    Keyframe, LoadOptions, Material, Model, Motion, Pose, Scene, Triangle, Vertex,
+};
 
 use super::Random;
 
@@ -23,29 +26,49 @@ pub fn scene_of(triangles: &[Corners], emission: f32, random: &mut Random) -> Sc
     let unit3 = |random: &mut Random| Vec3::new(random.unit(), random.unit(), random.unit());
     for index in 0..triangles.len().div_ceil(4) {
         let glows = index % 3 == 0;
-        let emission = if glows { emission * unit3(random) } else { Vec3::ZERO };
-        scene.materials.push(Material { albedo: unit3(random), emission, ..Material::default() });
+        let emission = if glows {
+            emission * unit3(random)
+        } else {
+            Vec3::ZERO
+        };
+        scene.materials.push(Material {
+            albedo: unit3(random),
+            emission,
+            ..Material::default()
+        });
     }
     for (index, corners) in triangles.iter().enumerate() {
         let first = scene.vertices.len() as u32;
-        scene.vertices.extend(corners.map(|corner| Vertex { position: corner.to_array(), u: corner.x, normal: [0.0, 1.0, 0.0], v: corner.y }));
-        scene.triangles.push(Triangle { vertices: [first, first + 1, first + 2], material: index as u32 / 4 });
+        scene.vertices.extend(corners.map(|corner| Vertex {
+            position: corner.to_array(),
+            u: corner.x,
+            normal: [0.0, 1.0, 0.0],
+            v: corner.y,
+        }));
+        scene.triangles.push(Triangle {
+            vertices: [first, first + 1, first + 2],
+            material: index as u32 / 4,
+        });
     }
     scene
 }
 
-/// Sets the bounds by which [`lumivox::gi::voxel::VoxelGrid::around`] makes a grid with origin 0 and voxels of 1 m, whatever the triangles are.
+/// Sets the bounds by which [`lumivox::gi::voxel::VoxelGrid::around`] makes a grid with origin 0
+/// and voxels of 1 m, whatever the triangles are.
 pub fn in_unit_grid(scene: &mut GpuScene, resolution: u32) {
     assert!(resolution <= LARGEST_UNIT_GRID);
     scene.bounds = (Vec3::splat(2.25), Vec3::splat(resolution as f32 - 2.25));
 }
 
-/// Random triangles, a few of each kind that has broken a voxelizer before: ordinary, tiny, needles, much larger than the grid, with corners on voxel
-/// boundaries, in a plane between voxels, without area, twice the same, outside.
+/// Random triangles, a few of each kind that has broken a voxelizer before: ordinary, tiny,
+/// needles, much larger than the grid, with corners on voxel boundaries, in a plane between voxels,
+/// without area, twice the same, outside.
 pub fn soup(random: &mut Random, resolution: u32) -> Vec<Corners> {
     let n = resolution as f32;
     let mut triangles = Vec::new();
-    let point = |random: &mut Random, low: f32, high: f32| Vec3::from([0; 3].map(|_: u32| low + (high - low) * random.unit()));
+    let point = |random: &mut Random, low: f32, high: f32| {
+        Vec3::from([0; 3].map(|_: u32| low + (high - low) * random.unit()))
+    };
     for _ in 0..12 {
         let at = point(random, 0.0, n);
         let spread = n * random.unit().powi(2) * 0.5;
@@ -57,7 +80,9 @@ pub fn soup(random: &mut Random, resolution: u32) -> Vec<Corners> {
         let (from, to) = (point(random, 0.0, n), point(random, 0.0, n));
         let beside = point(random, -1.0, 1.0) * 10f32.powf(-4.0 * random.unit());
         triangles.push([from, to, to + beside]);
-        let lattice = |random: &mut Random| Vec3::from([0; 3].map(|_: u32| random.below(resolution + 1) as f32));
+        let lattice = |random: &mut Random| {
+            Vec3::from([0; 3].map(|_: u32| random.below(resolution + 1) as f32))
+        };
         triangles.push([lattice(random), lattice(random), lattice(random)]);
         let mut flat = [lattice(random), lattice(random), point(random, 0.0, n)];
         let axis = random.below(3) as usize;
@@ -74,31 +99,72 @@ pub fn soup(random: &mut Random, resolution: u32) -> Vec<Corners> {
     triangles.push([corner, corner, point(random, 0.0, n)]);
     triangles.push([corner, corner, corner]);
     let along = point(random, 0.0, 1.0).round();
-    triangles.push([corner.round(), corner.round() + along, corner.round() + 2.0 * along]);
+    triangles.push([
+        corner.round(),
+        corner.round() + along,
+        corner.round() + 2.0 * along,
+    ]);
     let again: Vec<Corners> = triangles.iter().take(5).copied().collect();
     triangles.extend(again);
     triangles
 }
 
-/// A lumpy closed surface of about `4 count²` triangles about the middle of the grid: curved, small triangles, as of a scanned model.
+/// A lumpy closed surface of about `4 count²` triangles about the middle of the grid: curved, small
+/// triangles, as of a scanned model.
 pub fn lump(count: u32, resolution: u32) -> Vec<Corners> {
     let n = resolution as f32;
     let point = |i: u32, j: u32| {
-        let (theta, phi) = (std::f32::consts::PI * i as f32 / count as f32, std::f32::consts::TAU * j as f32 / (2 * count) as f32);
-        let radius = n * (0.33 + 0.05 * (5.0 * phi).sin() * theta.sin().powi(2) + 0.03 * (7.0 * theta).cos());
-        Vec3::splat(0.5 * n) + radius * Vec3::new(theta.sin() * phi.cos(), theta.cos(), theta.sin() * phi.sin())
+        let (theta, phi) = (
+            std::f32::consts::PI * i as f32 / count as f32,
+            std::f32::consts::TAU * j as f32 / (2 * count) as f32,
+        );
+        let radius = n
+            * (0.33 + 0.05 * (5.0 * phi).sin() * theta.sin().powi(2) + 0.03 * (7.0 * theta).cos());
+        Vec3::splat(0.5 * n)
+            + radius
+                * Vec3::new(
+                    theta.sin() * phi.cos(),
+                    theta.cos(),
+                    theta.sin() * phi.sin(),
+                )
     };
-    let quad = |(i, j)| [[point(i, j), point(i + 1, j), point(i + 1, j + 1)], [point(i, j), point(i + 1, j + 1), point(i, j + 1)]];
-    (0..count).flat_map(|i| (0..2 * count).map(move |j| (i, j))).flat_map(quad).collect()
+    let quad = |(i, j)| {
+        [
+            [point(i, j), point(i + 1, j), point(i + 1, j + 1)],
+            [point(i, j), point(i + 1, j + 1), point(i, j + 1)],
+        ]
+    };
+    (0..count)
+        .flat_map(|i| (0..2 * count).map(move |j| (i, j)))
+        .flat_map(quad)
+        .collect()
 }
 
 /// Appends the triangles of another scene as a dynamic model that is at one pose each second.
 pub fn add_model(scene: &mut Scene, model: Scene, poses: &[Pose]) {
-    let (first_vertex, first_material) = (scene.vertices.len() as u32, scene.materials.len() as u32);
-    let (first_triangle, triangle_count) = (scene.triangles.len() as u32, model.triangles.len() as u32);
-    let keyframes = (0u16..).zip(poses).map(|(second, pose)| Keyframe { time_s: f32::from(second), pose: *pose }).collect();
-    let motion = Some(Motion { first_vertex, rest: model.vertices.clone(), keyframes });
-    scene.models.push(Model { name: format!("model {first_triangle}"), dynamic: true, first_triangle, triangle_count, motion });
+    let (first_vertex, first_material) =
+        (scene.vertices.len() as u32, scene.materials.len() as u32);
+    let (first_triangle, triangle_count) =
+        (scene.triangles.len() as u32, model.triangles.len() as u32);
+    let keyframes = (0u16..)
+        .zip(poses)
+        .map(|(second, pose)| Keyframe {
+            time_s: f32::from(second),
+            pose: *pose,
+        })
+        .collect();
+    let motion = Some(Motion {
+        first_vertex,
+        rest: model.vertices.clone(),
+        keyframes,
+    });
+    scene.models.push(Model {
+        name: format!("model {first_triangle}"),
+        dynamic: true,
+        first_triangle,
+        triangle_count,
+        motion,
+    });
     scene.vertices.extend(model.vertices);
     scene.materials.extend(model.materials);
     for mut triangle in model.triangles {
@@ -111,11 +177,18 @@ pub fn add_model(scene: &mut Scene, model: Scene, poses: &[Pose]) {
 
 /// The model as it is made, moved.
 pub fn still(translate: Vec3) -> Pose {
-    Pose { rotate_deg: Vec3::ZERO, translate }
+    Pose {
+        rotate_deg: Vec3::ZERO,
+        translate,
+    }
 }
 
 /// Turned in any way, and up to `reach` away along each axis.
 pub fn random_pose(random: &mut Random, reach: f32) -> Pose {
-    let mut unit3 = |scale: f32| Vec3::from([0; 3].map(|_: u32| scale * (2.0 * random.unit() - 1.0)));
-    Pose { rotate_deg: unit3(180.0), translate: unit3(reach) }
+    let mut unit3 =
+        |scale: f32| Vec3::from([0; 3].map(|_: u32| scale * (2.0 * random.unit() - 1.0)));
+    Pose {
+        rotate_deg: unit3(180.0),
+        translate: unit3(reach),
+    }
 }

@@ -14,7 +14,10 @@ pub enum Missing<'m> {
 pub fn skipped(missing: &Missing<'_>) {
     let why = match missing {
         Missing::Package(what) => {
-            assert!(std::env::var_os("CI").is_none_or(|ci| ci != "true"), "{what} is not installed; tools/setup does it");
+            assert!(
+                std::env::var_os("CI").is_none_or(|ci| ci != "true"),
+                "{what} is not installed; tools/setup does it"
+            );
             format!("{what} is not installed; run tools/setup")
         }
         Missing::Other(what) => (*what).to_owned(),
@@ -23,7 +26,11 @@ pub fn skipped(missing: &Missing<'_>) {
     let line = format!("{}: {why}\n", thread.name().unwrap_or("a test"));
     eprint!("SKIPPED: {line}");
     if let Some(path) = std::env::var_os("LUMIVOX_SKIPPED") {
-        let mut file = std::fs::OpenOptions::new().create(true).append(true).open(path).unwrap();
+        let mut file = std::fs::OpenOptions::new()
+            .create(true)
+            .append(true)
+            .open(path)
+            .unwrap();
         file.write_all(line.as_bytes()).unwrap();
     }
 }

@@ -25,35 +25,100 @@ pub enum Structure {
 
 impl Structure {
     /// Reads all of a volume back; `layout` is that of a clipmap, for a camera at an eye.
-    pub fn read(gpu: &Gpu, volume: cone::Volume<'_>, resolution: u32, weights: FaceWeights, layout: Option<(Layout, Vec3)>) -> Structure {
+    pub fn read(
+        gpu: &Gpu,
+        volume: cone::Volume<'_>,
+        resolution: u32,
+        weights: FaceWeights,
+        layout: Option<(Layout, Vec3)>,
+    ) -> Structure {
         match volume {
-            cone::Volume::Dense { radiance, faces: None, .. } => Structure::Chain(read_chain(gpu, radiance), Vec::new(), Lattice::Centres),
-            cone::Volume::Dense { radiance, faces: Some((faces, directionality)), .. } => {
-                let finest = directionality.faces().is_none().then(|| read_chain(gpu, radiance).swap_remove(0));
-                Structure::Faces(FaceChain { finest, levels: read_faces(gpu, faces), weights })
+            cone::Volume::Dense {
+                radiance,
+                faces: None,
+                ..
+            } => Structure::Chain(read_chain(gpu, radiance), Vec::new(), Lattice::Centres),
+            cone::Volume::Dense {
+                radiance,
+                faces: Some((faces, directionality)),
+                ..
+            } => {
+                let finest = directionality
+                    .faces()
+                    .is_none()
+                    .then(|| read_chain(gpu, radiance).swap_remove(0));
+                Structure::Faces(FaceChain {
+                    finest,
+                    levels: read_faces(gpu, faces),
+                    weights,
+                })
             }
-            cone::Volume::Sparse { nodes, bricks, normals, corners, directionality, face_stride } => {
+            cone::Volume::Sparse {
+                nodes,
+                bricks,
+                normals,
+                corners,
+                directionality,
+                face_stride,
+            } => {
                 let tiles = tiles(gpu, nodes, resolution);
                 let edge = |level: usize| (resolution >> level) + u32::from(corners);
-                let read = |image: &Arc<Image>, shift: u32, levels: std::ops::Range<usize>| -> Vec<Volume> {
+                let read = |image: &Arc<Image>,
+                            shift: u32,
+                            levels: std::ops::Range<usize>|
+                 -> Vec<Volume> {
                     let pool = Pool::read(gpu, image);
-                    levels.map(|level| pool.volume(&tiles[level], edge(level), shift)).collect()
+                    levels
+                        .map(|level| pool.volume(&tiles[level], edge(level), shift))
+                        .collect()
                 };
                 if directionality == Directionality::Isotropic {
                     let all = |image| read(image, 0, 0..tiles.len());
-                    let lattice = if corners { Lattice::Corners } else { Lattice::Centres };
-                    return Structure::Chain(all(bricks), normals.map_or_else(Vec::new, all), lattice);
+                    let lattice = if corners {
+                        Lattice::Corners
+                    } else {
+                        Lattice::Centres
+                    };
+                    return Structure::Chain(
+                        all(bricks),
+                        normals.map_or_else(Vec::new, all),
+                        lattice,
+                    );
                 }
                 // A finest level without faces lies where the last of them would.
-                let finest = directionality.faces().is_none().then(|| read(bricks, 5 * face_stride, 0..1).swap_remove(0));
+                let finest = directionality
+                    .faces()
+                    .is_none()
+                    .then(|| read(bricks, 5 * face_stride, 0..1).swap_remove(0));
                 let with_faces = usize::from(finest.is_some())..tiles.len();
-                let faces: [Vec<Volume>; 6] = std::array::from_fn(|face| read(bricks, face as u32 * face_stride, with_faces.clone()));
-                let levels = (0..with_faces.len()).map(|level| std::array::from_fn(|face| faces[face][level].clone())).collect();
-                Structure::Faces(FaceChain { finest, levels, weights })
+                let faces: [Vec<Volume>; 6] = std::array::from_fn(|face| {
+                    read(bricks, face as u32 * face_stride, with_faces.clone())
+                });
+                let levels = (0..with_faces.len())
+                    .map(|level| std::array::from_fn(|face| faces[face][level].clone()))
+                    .collect();
+                Structure::Faces(FaceChain {
+                    finest,
+                    levels,
+                    weights,
+                })
             }
-            cone::Volume::Clipmap { clipmap, top, directionality, .. } => {
+            cone::Volume::Clipmap {
+                clipmap,
+                top,
+                directionality,
+                ..
+            } => {
                 let (layout, eye) = layout.expect("a clipmap's layout");
-                Structure::Clipmap(read_clipmap(gpu, clipmap, top, directionality, weights, &layout, eye))
+                Structure::Clipmap(read_clipmap(
+                    gpu,
+                    clipmap,
+                    top,
+                    directionality,
+                    weights,
+                    &layout,
+                    eye,
+                ))
             }
         }
     }
@@ -61,7 +126,12 @@ impl Structure {
     /// It, as cones march through it.
     pub fn levels(&self) -> Levels<'_> {
         match self {
-            Structure::Chain(light, normals, lattice) => Levels { light, normals, lattice: *lattice, ..Levels::default() },
+            Structure::Chain(light, normals, lattice) => Levels {
+                light,
+                normals,
+                lattice: *lattice,
+                ..Levels::default()
+            },
             Structure::Faces(faces) => faces.into(),
             Structure::Clipmap(clipmap) => clipmap.into(),
         }
@@ -73,8 +143,15 @@ fn tiles(gpu: &Gpu, nodes: &Arc<Buffer>, resolution: u32) -> Vec<Vec<([u32; 3], 
     let words = read_words(gpu, nodes);
     let children = |(position, tile): &([u32; 3], u32)| {
         let (word, position) = (words[*tile as usize], *position);
-        let own = (0..8u32).filter(move |node| word >> node & 1 == 1).zip(word >> 8..);
-        own.map(move |(node, child)| (std::array::from_fn(|axis| 2 * position[axis] + (node >> axis & 1)), child))
+        let own = (0..8u32)
+            .filter(move |node| word >> node & 1 == 1)
+            .zip(word >> 8..);
+        own.map(move |(node, child)| {
+            (
+                std::array::from_fn(|axis| 2 * position[axis] + (node >> axis & 1)),
+                child,
+            )
+        })
     };
     let mut levels = vec![vec![([0; 3], 0)]];
     for depth in 1..resolution.ilog2() as usize {
@@ -92,23 +169,29 @@ struct Pool {
 
 impl Pool {
     fn read(gpu: &Gpu, image: &Arc<Image>) -> Pool {
-        Pool { texels: bytemuck::pod_collect_to_vec(&gpu.read_image(image, 0, 0).unwrap()), size: image.extent(0) }
+        Pool {
+            texels: bytemuck::pod_collect_to_vec(&gpu.read_image(image, 0, 0).unwrap()),
+            size: image.extent(0),
+        }
     }
 
-    /// The texels of a level, `edge` along each edge, in bricks `shift` from those of their tiles' indices; nothing where there is no tile.
+    /// The texels of a level, `edge` along each edge, in bricks `shift` from those of their tiles'
+    /// indices; nothing where there is no tile.
     fn volume(&self, tiles: &[([u32; 3], u32)], edge: u32, shift: u32) -> Volume {
         let [width, height, _] = self.size;
         let (row, column) = (width / 3, height / 3);
         let mut volume = Volume::new(edge, |_| DVec4::ZERO);
         for (position, tile) in tiles {
             let brick = tile + shift;
-            let corner = [brick % row, brick / row % column, brick / (row * column)].map(|at| 3 * at);
+            let corner =
+                [brick % row, brick / row % column, brick / (row * column)].map(|at| 3 * at);
             for offset in (0..27).map(|texel| [texel % 3, texel / 3 % 3, texel / 9]) {
                 let [x, y, z] = [0, 1, 2].map(|axis| 2 * position[axis] + offset[axis]);
                 if x.max(y).max(z) < edge {
                     let at = [0, 1, 2].map(|axis| corner[axis] + offset[axis]);
                     let texel = self.texels[(at[0] + width * (at[1] + height * at[2])) as usize];
-                    volume.texels[(x + edge * (y + edge * z)) as usize] = DVec4::from(texel.map(half));
+                    volume.texels[(x + edge * (y + edge * z)) as usize] =
+                        DVec4::from(texel.map(half));
                 }
             }
         }
@@ -125,7 +208,8 @@ fn read_clipmap(
     layout: &Layout,
     eye: Vec3,
 ) -> Clipmap {
-    let halves: Vec<[u16; 4]> = bytemuck::pod_collect_to_vec(&gpu.read_image(clipmap, 0, 0).unwrap());
+    let halves: Vec<[u16; 4]> =
+        bytemuck::pod_collect_to_vec(&gpu.read_image(clipmap, 0, 0).unwrap());
     let (n, outermost) = (layout.resolution, layout.levels as usize - 1);
     let has_faces = directionality != Directionality::Isotropic;
     let places = layout.places(eye);
@@ -133,21 +217,42 @@ fn read_clipmap(
     let level = |level: usize| {
         let place = places[level];
         let (first, size) = (place.first, f64::from(1u32 << level));
-        let face_count = if has_faces && (level > 0 || directionality.faces().is_some()) { 6 } else { 1 };
-        // Texels are at their voxel's place modulo n, in slabs with a border along z, and with faces in cubes with one along y.
+        let face_count = if has_faces && (level > 0 || directionality.faces().is_some()) {
+            6
+        } else {
+            1
+        };
+        // Texels are at their voxel's place modulo n, in slabs with a border along z, and with
+        // faces in cubes with one along y.
         let (height, border) = if has_faces { (6 * (n + 2), 1) } else { (n, 0) };
         let texel = |face: u32, at: [u32; 3]| {
-            let [x, y, z] = [0, 1, 2].map(|axis| (first[axis] + at[axis] as i32).rem_euclid(n as i32) as u32);
-            let (row, layer) = (face * (n + 2) * border + border + y, level as u32 * (n + 2) + 1 + z);
+            let [x, y, z] =
+                [0, 1, 2].map(|axis| (first[axis] + at[axis] as i32).rem_euclid(n as i32) as u32);
+            let (row, layer) = (
+                face * (n + 2) * border + border + y,
+                level as u32 * (n + 2) + 1 + z,
+            );
             DVec4::from(halves[(x + n * (row + height * layer)) as usize].map(half))
         };
         ClipmapLevel {
             corner: size * first.as_dvec3() - grid_corner,
             middle: size * place.middle.as_dvec3() - grid_corner,
-            texels: (0..face_count).map(|face| Volume::new(n, |at| texel(face, at))).collect(),
+            texels: (0..face_count)
+                .map(|face| Volume::new(n, |at| texel(face, at)))
+                .collect(),
         }
     };
-    let top =
-        if has_faces { read_faces(gpu, top).into_iter().map(Vec::from).collect() } else { read_chain(gpu, top).into_iter().map(|mip| vec![mip]).collect() };
-    Clipmap { levels: (0..=outermost).map(level).collect(), top, weights }
+    let top = if has_faces {
+        read_faces(gpu, top).into_iter().map(Vec::from).collect()
+    } else {
+        read_chain(gpu, top)
+            .into_iter()
+            .map(|mip| vec![mip])
+            .collect()
+    };
+    Clipmap {
+        levels: (0..=outermost).map(level).collect(),
+        top,
+        weights,
+    }
 }

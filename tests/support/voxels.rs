@@ -5,7 +5,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use glam::{DVec2, DVec3};
 use lumivox::gi::voxel::oracle::{Grid, VoxelIndex, candidates};
 use lumivox::gi::voxel::passes::Voxel;
-use lumivox::gi::voxel::{Accumulation, Method, Surface, VoxelGrid, VoxelSettings, Voxelizer, Voxels};
+use lumivox::gi::voxel::{
+    Accumulation, Method, Surface, VoxelGrid, VoxelSettings, Voxelizer, Voxels,
+};
 use lumivox::graph::Gpu;
 use lumivox::render::GpuScene;
 use lumivox::scene::Scene;
@@ -15,7 +17,14 @@ use super::read_words;
 
 /// Exact accumulation, coverage as opacity.
 pub fn voxel_settings(resolution: u32, method: Method) -> VoxelSettings {
-    VoxelSettings { resolution, method, accumulation: Accumulation::Exact, surface: Surface::Conservative, coverage: true, faces: None }
+    VoxelSettings {
+        resolution,
+        method,
+        accumulation: Accumulation::Exact,
+        surface: Surface::Conservative,
+        coverage: true,
+        faces: None,
+    }
 }
 
 /// The contents of [`Voxels`].
@@ -34,21 +43,38 @@ pub struct Read {
 
 /// Voxelizes once with a new voxelizer and reads all of it.
 pub fn voxelize(gpu: &Gpu, scene: &GpuScene, settings: VoxelSettings) -> Read {
-    read(gpu, Voxelizer::new(gpu, scene, settings).unwrap().run(gpu, scene).unwrap().0)
+    read(
+        gpu,
+        Voxelizer::new(gpu, scene, settings)
+            .unwrap()
+            .run(gpu, scene)
+            .unwrap()
+            .0,
+    )
 }
 
 /// Reads all of it.
 pub fn read(gpu: &Gpu, voxels: Voxels) -> Read {
     let count = voxels.voxel_count as usize;
-    let mut records: Vec<Voxel> = bytemuck::pod_collect_to_vec(&gpu.read_buffer(&voxels.records).unwrap()[..count * size_of::<Voxel>()]);
+    let mut records: Vec<Voxel> = bytemuck::pod_collect_to_vec(
+        &gpu.read_buffer(&voxels.records).unwrap()[..count * size_of::<Voxel>()],
+    );
     records.truncate(count);
-    let emission = voxels.emission.as_ref().map_or_else(Vec::new, |buffer| bytemuck::pod_collect_to_vec(&gpu.read_buffer(buffer).unwrap()[..16 * count]));
+    let emission = voxels.emission.as_ref().map_or_else(Vec::new, |buffer| {
+        bytemuck::pod_collect_to_vec(&gpu.read_buffer(buffer).unwrap()[..16 * count])
+    });
     let blocks = voxels.grid.block_count() as usize;
     let mut occupancy = read_words(gpu, &voxels.occupancy);
     let mut bases = read_words(gpu, &voxels.block_bases);
     occupancy.truncate(2 * blocks);
     bases.truncate(blocks);
-    Read { voxels, occupancy, bases, records, emission }
+    Read {
+        voxels,
+        occupancy,
+        bases,
+        records,
+        emission,
+    }
 }
 
 impl Read {
@@ -63,11 +89,18 @@ pub fn occupied(words: &[u32], resolution: u32) -> BTreeSet<VoxelIndex> {
     let blocks = resolution / 4;
     let coordinates = |(index, word): (usize, &u32)| {
         let (block, base, word) = (index as u32 / 2, 32 * (index as u32 % 2), *word);
-        let corner = [block % blocks, block / blocks % blocks, block / (blocks * blocks)];
-        (0..32).filter(move |bit| word >> bit & 1 == 1).map(move |bit| {
-            let bit = base + bit;
-            [0, 1, 2].map(|axis| 4 * corner[axis] + (bit >> axis & 1) + 2 * (bit >> (axis + 3) & 1))
-        })
+        let corner = [
+            block % blocks,
+            block / blocks % blocks,
+            block / (blocks * blocks),
+        ];
+        (0..32)
+            .filter(move |bit| word >> bit & 1 == 1)
+            .map(move |bit| {
+                let bit = base + bit;
+                [0, 1, 2]
+                    .map(|axis| 4 * corner[axis] + (bit >> axis & 1) + 2 * (bit >> (axis + 3) & 1))
+            })
     };
     words.iter().enumerate().flat_map(coordinates).collect()
 }
@@ -89,7 +122,10 @@ pub fn mean_normal(voxel: &Voxel) -> DVec3 {
 
 /// Shares of a record's surface that are seen from one side, and from both.
 pub fn seen(voxel: &Voxel) -> DVec2 {
-    DVec2::new(f64::from(voxel.coverage >> 12 & 0x1ff) / 511.0, f64::from(voxel.coverage >> 21 & 0xff) / 255.0)
+    DVec2::new(
+        f64::from(voxel.coverage >> 12 & 0x1ff) / 511.0,
+        f64::from(voxel.coverage >> 21 & 0xff) / 255.0,
+    )
 }
 
 /// Whether a record's surface is opposed.
@@ -110,8 +146,16 @@ pub fn unorm10(packed: u32) -> DVec3 {
 /// A half float.
 pub fn half(bits: u16) -> f64 {
     let (exponent, mantissa) = (i32::from(bits >> 10 & 31), f64::from(bits & 1023));
-    let magnitude = if exponent == 0 { mantissa * 0.5f64.powi(24) } else { (1024.0 + mantissa) * 2f64.powi(exponent - 25) };
-    if bits >> 15 == 0 { magnitude } else { -magnitude }
+    let magnitude = if exponent == 0 {
+        mantissa * 0.5f64.powi(24)
+    } else {
+        (1024.0 + mantissa) * 2f64.powi(exponent - 25)
+    };
+    if bits >> 15 == 0 {
+        magnitude
+    } else {
+        -magnitude
+    }
 }
 
 /// Nearest half float of a number from 0 to 65504.
@@ -123,7 +167,11 @@ pub fn to_half(value: f64) -> u16 {
 
 /// The oracle's grid.
 pub fn oracle_grid(grid: &VoxelGrid) -> Grid {
-    Grid { origin: grid.origin, voxel_size: grid.voxel_size, resolution: grid.resolution }
+    Grid {
+        origin: grid.origin,
+        voxel_size: grid.voxel_size,
+        resolution: grid.resolution,
+    }
 }
 
 /// How a voxel set differs from the oracle's.
@@ -139,23 +187,45 @@ pub struct SetDifference {
     pub worst: f64,
 }
 
-/// Distance from touching that counts as rounding (voxels): f32 has 24 bits, coordinates are below 128, and the test's dot products cancel.
+/// Distance from touching that counts as rounding (voxels): f32 has 24 bits, coordinates are below
+/// 128, and the test's dot products cancel.
 pub const ROUNDING: f64 = 1e-3;
 
-/// Compares occupied voxels with the oracle's; an error names a voxel that is missing or too many beyond rounding.
-pub fn compare_sets(occupied: &BTreeSet<VoxelIndex>, scene: &Scene, grid: &Grid) -> Result<SetDifference, String> {
+/// Compares occupied voxels with the oracle's; an error names a voxel that is missing or too many
+/// beyond rounding.
+pub fn compare_sets(
+    occupied: &BTreeSet<VoxelIndex>,
+    scene: &Scene,
+    grid: &Grid,
+) -> Result<SetDifference, String> {
     compare_surfaces(occupied, scene, grid, Surface::Conservative)
 }
 
 /// The same of either kind of surface.
-pub fn compare_surfaces(occupied: &BTreeSet<VoxelIndex>, scene: &Scene, grid: &Grid, surface: Surface) -> Result<SetDifference, String> {
+pub fn compare_surfaces(
+    occupied: &BTreeSet<VoxelIndex>,
+    scene: &Scene,
+    grid: &Grid,
+    surface: Surface,
+) -> Result<SetDifference, String> {
     let separations = separations(scene, grid, surface);
-    let oracle: BTreeSet<VoxelIndex> = separations.iter().filter(|(_, separation)| **separation <= 0.0).map(|(voxel, _)| *voxel).collect();
-    let mut difference = SetDifference { oracle: oracle.len(), ..SetDifference::default() };
+    let oracle: BTreeSet<VoxelIndex> = separations
+        .iter()
+        .filter(|(_, separation)| **separation <= 0.0)
+        .map(|(voxel, _)| *voxel)
+        .collect();
+    let mut difference = SetDifference {
+        oracle: oracle.len(),
+        ..SetDifference::default()
+    };
     for voxel in occupied.symmetric_difference(&oracle) {
         let separation = separations.get(voxel).copied().unwrap_or(f64::INFINITY);
         if separation.abs() > ROUNDING {
-            let what = if oracle.contains(voxel) { "is missing" } else { "is too many" };
+            let what = if oracle.contains(voxel) {
+                "is missing"
+            } else {
+                "is too many"
+            };
             return Err(format!("{voxel:?} {what}: separation {separation}"));
         }
         difference.rounding += 1;
@@ -168,10 +238,18 @@ pub fn compare_surfaces(occupied: &BTreeSet<VoxelIndex>, scene: &Scene, grid: &G
 /// The least separation of each voxel near a triangle from any triangle.
 pub fn separations(scene: &Scene, grid: &Grid, surface: Surface) -> BTreeMap<VoxelIndex, f64> {
     let of = |index: usize| {
-        let corners = scene.triangles[index].vertices.map(|vertex| grid.position(scene.vertices[vertex as usize].position));
-        candidates(corners, grid.resolution, ROUNDING, surface).into_iter().filter(|near| near.separation <= ROUNDING).collect::<Vec<_>>()
+        let corners = scene.triangles[index]
+            .vertices
+            .map(|vertex| grid.position(scene.vertices[vertex as usize].position));
+        candidates(corners, grid.resolution, ROUNDING, surface)
+            .into_iter()
+            .filter(|near| near.separation <= ROUNDING)
+            .collect::<Vec<_>>()
     };
-    let all: Vec<_> = (0..scene.triangles.len()).into_par_iter().flat_map_iter(of).collect();
+    let all: Vec<_> = (0..scene.triangles.len())
+        .into_par_iter()
+        .flat_map_iter(of)
+        .collect();
     let mut least = BTreeMap::new();
     for near in all {
         let entry = least.entry(near.voxel).or_insert(f64::INFINITY);

@@ -1,4 +1,5 @@
-//! A technique by itself, in a scene whose models and camera move; and every texel of what it keeps.
+//! A technique by itself, in a scene whose models and camera move; and every texel of what it
+//! keeps.
 
 use std::sync::Arc;
 
@@ -29,49 +30,105 @@ impl<'g> Walker<'g> {
     /// Builds it for a camera at `eye`.
     pub fn new(gpu: &'g Gpu, scene: &Scene, entry: &Entry, settings: &Settings, eye: Vec3) -> Self {
         let gpu_scene = GpuScene::new(gpu, scene).unwrap();
-        let context = Context { gpu, scene: &gpu_scene, size: SIZE, eye };
+        let context = Context {
+            gpu,
+            scene: &gpu_scene,
+            size: SIZE,
+            eye,
+        };
         let mut technique = (entry.make)(&context, settings).unwrap();
         technique.build(&context).unwrap();
         let maps = LightMaps::new(gpu, &gpu_scene, 64, technique.needs_rsm()).unwrap();
-        Walker { gpu, scene: scene.clone(), gpu_scene, maps, technique, passes: 0 }
+        Walker {
+            gpu,
+            scene: scene.clone(),
+            gpu_scene,
+            maps,
+            technique,
+            passes: 0,
+        }
     }
 
     /// Moves the models.
     pub fn set_time(&mut self, time_s: f32, eye: Vec3) {
         self.scene.set_time(time_s);
         self.gpu_scene.set_pose(self.gpu, &self.scene).unwrap();
-        self.technique.set_pose(&Context { gpu: self.gpu, scene: &self.gpu_scene, size: SIZE, eye }).unwrap();
+        self.technique
+            .set_pose(&Context {
+                gpu: self.gpu,
+                scene: &self.gpu_scene,
+                size: SIZE,
+                eye,
+            })
+            .unwrap();
     }
 
     /// Every texel of every level and mip, lit, for a camera at `eye`.
     pub fn texels(&mut self, eye: Vec3) -> Vec<Vec<u8>> {
-        let Walker { gpu, scene, gpu_scene, maps, technique, passes } = self;
-        gpu_scene.set_frame(gpu, &gpu_scene.frame_constants(&scene.camera, SIZE)).unwrap();
-        technique.set_view(&Context { gpu, scene: gpu_scene, size: SIZE, eye }).unwrap();
+        let Walker {
+            gpu,
+            scene,
+            gpu_scene,
+            maps,
+            technique,
+            passes,
+        } = self;
+        gpu_scene
+            .set_frame(gpu, &gpu_scene.frame_constants(&scene.camera, SIZE))
+            .unwrap();
+        technique
+            .set_view(&Context {
+                gpu,
+                scene: gpu_scene,
+                size: SIZE,
+                eye,
+            })
+            .unwrap();
         let mut frame = Frame::new();
         frame.set_scene(&gpu_scene.set, &gpu_scene.materials);
         maps.draw(&mut frame, gpu_scene);
         technique.update(&mut frame, gpu_scene, maps);
         let stats = gpu.submit(frame).unwrap();
-        *passes = stats.passes.iter().filter(|pass| !pass.name.starts_with("render.")).count();
-        technique.volumes().iter().flat_map(|volume| images(volume.volume)).flat_map(|image| read(gpu, image)).collect()
+        *passes = stats
+            .passes
+            .iter()
+            .filter(|pass| !pass.name.starts_with("render."))
+            .count();
+        technique
+            .volumes()
+            .iter()
+            .flat_map(|volume| images(volume.volume))
+            .flat_map(|image| read(gpu, image))
+            .collect()
     }
 
     /// A count of the report.
     pub fn count(&self, name: &str) -> u64 {
         let counts = self.technique.counts(self.gpu).unwrap();
-        counts.iter().find(|(known, _)| *known == name).unwrap_or_else(|| panic!("{name} is not in {counts:?}")).1
+        counts
+            .iter()
+            .find(|(known, _)| *known == name)
+            .unwrap_or_else(|| panic!("{name} is not in {counts:?}"))
+            .1
     }
 }
 
 fn images(volume: Volume<'_>) -> Vec<&Arc<Image>> {
     match volume {
-        Volume::Dense { radiance, faces, .. } => std::iter::once(radiance).chain(faces.map(|(faces, _)| faces)).collect(),
-        Volume::Sparse { bricks, normals, .. } => std::iter::once(bricks).chain(normals).collect(),
+        Volume::Dense {
+            radiance, faces, ..
+        } => std::iter::once(radiance)
+            .chain(faces.map(|(faces, _)| faces))
+            .collect(),
+        Volume::Sparse {
+            bricks, normals, ..
+        } => std::iter::once(bricks).chain(normals).collect(),
         Volume::Clipmap { clipmap, top, .. } => vec![clipmap, top],
     }
 }
 
 fn read(gpu: &Gpu, image: &Arc<Image>) -> Vec<Vec<u8>> {
-    (0..image.mips()).map(|mip| gpu.read_image(image, mip, 0).unwrap()).collect()
+    (0..image.mips())
+        .map(|mip| gpu.read_image(image, mip, 0).unwrap())
+        .collect()
 }

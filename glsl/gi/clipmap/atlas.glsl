@@ -1,9 +1,11 @@
 // Where the texels of the clipmap's levels are.
 //
-// All levels, n³ texels each, are slabs of one 3D texture, one upon the other along z. The texel of voxel v of a level's unbounded grid is at v mod n in its
-// slab, so that a level moves without its texels being moved. Along x and y the sampler repeats; along z each slab has a copy of its last layer before it
-// and one of its first behind it, so that hardware filtering is right across the wrap. Where texels have six faces, a slab is six cubes side by side along
-// y, with such copies there too.
+// All levels, n³ texels each, are slabs of one 3D texture, one upon the other along z. The texel of
+// voxel v of a level's unbounded grid is at v mod n in its slab, so that a level moves without its
+// texels being moved. Along x and y the sampler repeats; along z each slab has a copy of its last
+// layer before it and one of its first behind it, so that hardware filtering is right across the
+// wrap. Where texels have six faces, a slab is six cubes side by side along y, with such copies
+// there too.
 #ifndef LUMIVOX_ATLAS
 #define LUMIVOX_ATLAS
 

@@ -20,5 +20,6 @@ void main() {
     ivec3 texel = at + params.first.xyz & params.first.w - 1;
     int faces = 1;
     if (FACES) faces = 6;
-    for (int face = 0; face < faces; ++face) store_texel(texel, face, params.size.w, params.first.w, vec4(0.0));
+    for (int face = 0; face < faces; ++face)
+        store_texel(texel, face, params.size.w, params.first.w, vec4(0.0));
 }

@@ -1,12 +1,14 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// clipmap.filter_top: a box of one mip above the outermost level, from that level or the mip before. Mips begin where the level does: their texels are not modulo
-// anything. The six faces of a mip are cubes side by side along x. A thread a texel.
+// clipmap.filter_top: a box of one mip above the outermost level, from that level or the mip
+// before. Mips begin where the level does: their texels are not modulo anything. The six faces of a
+// mip are cubes side by side along x. A thread a texel.
 layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
 
 #include "gi/voxel/prefilter.glsl"
 
-layout(constant_id = 0) const uint FILTER = 1;   // as `mode` of filter_eight, of a mip without faces
+// as `mode` of filter_eight, of a mip without faces
+layout(constant_id = 0) const uint FILTER = 1;
 layout(constant_id = 1) const bool FACES = false;
 layout(constant_id = 2) const bool FINER_FACES = false;
 layout(constant_id = 3) const bool FROM_LEVEL = false;   // `finer` is the texture of the levels
@@ -25,7 +27,8 @@ layout(push_constant) uniform TopParams {
 
 void main() {
     ivec3 at = ivec3(gl_GlobalInvocationID), region = params.region_size.xyz;
-    int face = FACES ? at.x / region.x : 0, finer_face = FINER_FACES ? face : 0, n = params.first.w, edge = imageSize(coarser).y;
+    int face = FACES ? at.x / region.x : 0, finer_face = FINER_FACES ? face : 0, n = params.first.w,
+        edge = imageSize(coarser).y;
     at.x -= face * region.x;
     if (any(greaterThanEqual(ivec4(at, face), ivec4(region, 6)))) return;
     ivec3 texel = at + params.region_low.xyz, first = 2 * texel;
@@ -33,7 +36,8 @@ void main() {
     for (int i = 0; i < 8; ++i) {
         ivec3 child = first + (FACES ? face_child(i, face) : ivec3(i & 1, i >> 1 & 1, i >> 2));
         if (FROM_LEVEL) {
-            child = level_texel(child + params.first.xyz & n - 1, finer_face, params.finer_level, n);
+            child =
+                level_texel(child + params.first.xyz & n - 1, finer_face, params.finer_level, n);
         } else {
             child.x += finer_face * 2 * edge;
         }

@@ -1,7 +1,8 @@
 // Sampling of the clipmap; gi/cone/dense.glsl is the same of one dense texture.
 //
-// Positions are from the outermost level's smallest corner, in voxels of level 0. A sample is taken on the level that its cone's diameter asks for, or on
-// the finest one that holds it where that is coarser; towards its border a level fades into the next.
+// Positions are from the outermost level's smallest corner, in voxels of level 0. A sample is taken
+// on the level that its cone's diameter asks for, or on the finest one that holds it where that is
+// coarser; towards its border a level fades into the next.
 #ifndef LUMIVOX_CLIPMAP_SAMPLE
 #define LUMIVOX_CLIPMAP_SAMPLE
 
@@ -12,18 +13,22 @@
 layout(constant_id = 0) const int N = 128;        // voxels along an edge of a level
 layout(constant_id = 2) const int LEVELS = 5;
 
-// The including pass declares `levels` (buffer of vec4, two a level), `clipmap` and `top` (texture3D, radiance premultiplied by opacity). A level's rows are its smallest
-// corner in positions, with x + n y + n² z of its first voxel modulo n, exact in a float; and the point from which it fades, at most two of its voxels from
-// its middle: a level moves by whole blocks, which is not to be seen.
+// The including pass declares `levels` (buffer of vec4, two a level), `clipmap` and `top`
+// (texture3D, radiance premultiplied by opacity). A level's rows are its smallest corner in
+// positions, with x + n y + n² z of its first voxel modulo n, exact in a float; and the point from
+// which it fades, at most two of its voxels from its middle: a level moves by whole blocks, which
+// is not to be seen.
 
-// 1 inside a level, falling to 0 in a border of n/16 voxels, one voxel off the nearest that its end can be.
+// 1 inside a level, falling to 0 in a border of n/16 voxels, one voxel off the nearest that its end
+// can be.
 float share_of_level(vec3 position, int level) {
     vec3 local = abs(position - levels[2 * level + 1].xyz) * exp2(-float(level));
     float inside = 0.5 * float(N) - 3.0 - max(local.x, max(local.y, local.z));
     return clamp(inside * 16.0 / float(N), 0.0, 1.0);
 }
 
-// Finest level, from a given one on, that holds a position; and in its fading border, how far that has gone.
+// Finest level, from a given one on, that holds a position; and in its fading border, how far that
+// has gone.
 float faded_level(vec3 position, int level) {
     float share = share_of_level(position, level);
     while (share <= 0.0 && level < LEVELS - 1) {
@@ -33,8 +38,8 @@ float faded_level(vec3 position, int level) {
     return level < LEVELS - 1 ? float(level) + 1.0 - share : float(LEVELS - 1);
 }
 
-// The same, as samples are taken: in the first quarter of the border cones that start there move off their surface, by as much as the next level's texels
-// reach; those come in over the rest.
+// The same, as samples are taken: in the first quarter of the border cones that start there move
+// off their surface, by as much as the next level's texels reach; those come in over the rest.
 float level_at(vec3 position, int level) {
     float faded = faded_level(position, level);
     return floor(faded) + max(4.0 * fract(faded) - 1.0, 0.0) / 3.0;
@@ -51,7 +56,8 @@ float largest_texel(vec3 position) {
     return exp2(floor(faded) + min(4.0 * fract(faded), 1.0));
 }
 
-// Trilinear sample of a face of a level; 0 where there is one for all directions. Positions and rows are modulo N.
+// Trilinear sample of a face of a level; 0 where there is one for all directions. Positions and
+// rows are modulo N.
 vec4 sample_stored(vec3 at, int face, int level) {
     float layers = float(LEVELS * (N + 2)), y = at.y;
     if (FACES) y = (float(face_row(face, N)) + fract(at.y) * float(N)) / float(6 * (N + 2));
@@ -65,7 +71,8 @@ vec4 sample_top(vec3 at, int face, int mip) {
     return textureLod(sampler3D(top, linear_clamp), at, float(mip));
 }
 
-// Trilinear sample of one level. One turn or none of each loop, and not branches: a software driver takes every branch, but leaves a loop when it may.
+// Trilinear sample of one level. One turn or none of each loop, and not branches: a software driver
+// takes every branch, but leaves a loop when it may.
 vec4 sample_level(vec3 position, int level, vec3 direction) {
     int stored = min(level, LEVELS - 1), mip = max(level - LEVELS, 0);
     vec4 row = levels[2 * stored];
@@ -73,7 +80,8 @@ vec4 sample_level(vec3 position, int level, vec3 direction) {
     vec3 wrap = vec3(first % uint(N), first / uint(N) % uint(N), first / uint(N * N));
     // The mips above have larger texels; none is filtered across the level's border.
     float texel = level < LEVELS ? 1.0 : exp2(float(mip + 1));
-    vec3 local = clamp((position - row.xyz) * exp2(-float(stored)), vec3(0.5 * texel), vec3(float(N) - 0.5 * texel));
+    vec3 local = clamp((position - row.xyz) * exp2(-float(stored)), vec3(0.5 * texel),
+        vec3(float(N) - 0.5 * texel));
     vec3 at = (wrap + local) / float(N);
     bool is_stored = level < LEVELS, six = FACES && has_faces(level);
     ivec3 met = faces_met(direction);
@@ -94,7 +102,8 @@ vec4 sample_level(vec3 position, int level, vec3 direction) {
             result = combine_faces(x, y, z, direction);
         }
     } else {
-        for (int turn = int(!is_stored); turn > 0; --turn) result = sample_top(local / float(N), 0, mip);
+        for (int turn = int(!is_stored); turn > 0; --turn)
+            result = sample_top(local / float(N), 0, mip);
     }
     return result;
 }
@@ -107,7 +116,8 @@ vec4 sample_volume(vec3 position, float resolution, float level, vec3 direction)
     int finer = int(level);
     float coarser_share = level - float(finer);
     vec4 texel = (1.0 - coarser_share) * sample_level(position, finer, direction);
-    for (int turn = int(coarser_share > 0.0); turn > 0; --turn) texel += coarser_share * sample_level(position, finer + 1, direction);
+    for (int turn = int(coarser_share > 0.0); turn > 0; --turn)
+        texel += coarser_share * sample_level(position, finer + 1, direction);
     return texel;
 }
 

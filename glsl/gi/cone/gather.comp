@@ -1,12 +1,14 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// cone.gather: indirect diffuse irradiance E = π Σ w_i L_i and ambient visibility of each pixel, by a set of cones over the hemisphere.
-// cone.occlusion: the ambient visibility alone, by another set; what was gathered stays.
+// cone.gather: indirect diffuse irradiance E = π Σ w_i L_i and ambient visibility of each pixel, by
+// a set of cones over the hemisphere. cone.occlusion: the ambient visibility alone, by another set;
+// what was gathered stays.
 layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(set = 1, binding = 0) uniform texture2D view_depth;
 layout(set = 1, binding = 1) uniform utexture2D normals;
-layout(std430, set = 1, binding = 2) readonly buffer Cones { vec4 cones[]; };   // sin²θ, φ [rad], tan(γ/2), weight; weights sum to 1
+// sin²θ, φ [rad], tan(γ/2), weight; weights sum to 1
+layout(std430, set = 1, binding = 2) readonly buffer Cones { vec4 cones[]; };
 layout(set = 1, binding = 3, rgba32f) uniform restrict image2D indirect_diffuse;
 #if defined(SVO)
 layout(std430, set = 1, binding = 4) restrict readonly buffer Nodes { uint nodes[]; };
@@ -54,22 +56,27 @@ void main() {
         imageStore(indirect_diffuse, pixel, vec4(0.0));
         return;
     }
-    MarchSettings settings = MarchSettings(params.resolution, params.step_factor, params.opacity_exponent, params.height_clamp, params.max_distance, params.grid.w, params.ao_falloff);
+    MarchSettings settings =
+        MarchSettings(params.resolution, params.step_factor, params.opacity_exponent,
+            params.height_clamp, params.max_distance, params.grid.w, params.ao_falloff);
     vec3 receiver = (surface.position_ws - params.grid.xyz) / params.grid.w;
     float start_offset = params.start_offset * largest_texel(receiver);
     vec3 origin = receiver + start_offset * surface.geometric_normal;
     mat3 around = frame_around(surface.shading_normal);
-    vec2 offset = params.interleave > 1u ? interleaved_offset(pixel, params.interleave) : vec2(0.5, 0.0);
+    vec2 offset =
+        params.interleave > 1u ? interleaved_offset(pixel, params.interleave) : vec2(0.5, 0.0);
     bool adds = params.first_cone > 0u;
     vec4 sum = adds || params.is_occlusion != 0u ? imageLoad(indirect_diffuse, pixel) : vec4(0.0);
     if (!adds) sum.a = 0.0;
     for (uint i = params.first_cone; i < params.end_cone; ++i) {
         vec4 cone = cones[i];
-        vec3 direction = hemisphere_direction(around, cone.x + (offset.x - 0.5) * params.jitter, cone.y + offset.y * 2.0 * PI);
+        vec3 direction = hemisphere_direction(
+            around, cone.x + (offset.x - 0.5) * params.jitter, cone.y + offset.y * 2.0 * PI);
         float cosine = max(dot(direction, surface.geometric_normal), 0.0);
         ConeResult result = march_cone(origin, direction, cone.z, start_offset, cosine, settings);
         vec3 irradiance = params.is_occlusion != 0u ? vec3(0.0) : PI * result.radiance;
-        sum += COUNT_SAMPLES ? vec4(result.samples, 0.0, 0.0, 0.0) : cone.w * vec4(irradiance, result.visibility);
+        sum += COUNT_SAMPLES ? vec4(result.samples, 0.0, 0.0, 0.0)
+                             : cone.w * vec4(irradiance, result.visibility);
     }
     imageStore(indirect_diffuse, pixel, sum);
 }

@@ -1,10 +1,12 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// cone.probe: one cone, as the gathers trace them, with every sample that it takes: for looking at. One thread.
+// cone.probe: one cone, as the gathers trace them, with every sample that it takes: for looking at.
+// One thread.
 layout(local_size_x = 1) in;
 
-// Two rows of the cone: xyz its apex [voxels], w the number of samples; radiance [W/(m² sr)], visibility. Then two rows a sample: distance and diameter
-// [voxels], level, opacity of the step; radiance premultiplied by opacity, opacity.
+// Two rows of the cone: xyz its apex [voxels], w the number of samples; radiance [W/(m² sr)],
+// visibility. Then two rows a sample: distance and diameter [voxels], level, opacity of the step;
+// radiance premultiplied by opacity, opacity.
 layout(std430, set = 1, binding = 0) restrict writeonly buffer ProbeRows { vec4 probe_rows[]; };
 #if defined(SVO)
 layout(std430, set = 1, binding = 1) restrict readonly buffer Nodes { uint nodes[]; };
@@ -21,7 +23,8 @@ layout(set = 1, binding = 3) uniform texture3D faces;
 #endif
 
 layout(push_constant) uniform ProbeParams {
-    vec4 receiver;           // xyz: position [voxels]; w: start of the cone along the normal [texels read there]
+    // xyz: position [voxels]; w: start of the cone along the normal [texels read there]
+    vec4 receiver;
     vec4 normal;             // xyz: geometric normal; w: tan(γ/2)
     vec4 direction;          // xyz: of the axis; w: voxel size [m]
     float resolution;
@@ -56,7 +59,8 @@ float sampled_level(vec3 position, float diameter) {
 
 void record_sample(vec3 position, float centre, float diameter, vec4 texel, float opacity) {
     if (sample_count < params.capacity) {
-        probe_rows[2u + 2u * sample_count] = vec4(centre, diameter, sampled_level(position, diameter), opacity);
+        probe_rows[2u + 2u * sample_count] =
+            vec4(centre, diameter, sampled_level(position, diameter), opacity);
         probe_rows[3u + 2u * sample_count] = texel;
     }
     ++sample_count;
@@ -64,10 +68,13 @@ void record_sample(vec3 position, float centre, float diameter, vec4 texel, floa
 
 void main() {
     vec3 normal = params.normal.xyz, direction = params.direction.xyz;
-    MarchSettings settings = MarchSettings(params.resolution, params.step_factor, params.opacity_exponent, params.height_clamp, params.max_distance, params.direction.w, params.ao_falloff);
+    MarchSettings settings =
+        MarchSettings(params.resolution, params.step_factor, params.opacity_exponent,
+            params.height_clamp, params.max_distance, params.direction.w, params.ao_falloff);
     float start_offset = params.receiver.w * largest_texel(params.receiver.xyz);
     vec3 origin = params.receiver.xyz + start_offset * normal;
-    ConeResult result = march_cone(origin, direction, params.normal.w, start_offset, max(dot(direction, normal), 0.0), settings);
+    ConeResult result = march_cone(origin, direction, params.normal.w, start_offset,
+        max(dot(direction, normal), 0.0), settings);
     probe_rows[0] = vec4(origin, float(sample_count));
     probe_rows[1] = vec4(result.radiance, result.visibility);
 }

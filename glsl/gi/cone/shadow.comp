@@ -1,6 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// cone.shadow: light reflected once, each light seen by a cone through the voxels. L = Σ (ρ/π + f_s) E (n·ω) V; alpha is 1 where there is a surface.
+// cone.shadow: light reflected once, each light seen by a cone through the voxels. L = Σ (ρ/π +
+// f_s) E (n·ω) V; alpha is 1 where there is a surface.
 layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(set = 1, binding = 0) uniform texture2D view_depth;
@@ -48,7 +49,8 @@ void main() {
         imageStore(direct, pixel, vec4(0.0));
         return;
     }
-    MarchSettings settings = MarchSettings(params.resolution, params.step_factor, params.opacity_exponent, params.height_clamp, 0.0, params.grid.w, 0.0);
+    MarchSettings settings = MarchSettings(params.resolution, params.step_factor,
+        params.opacity_exponent, params.height_clamp, 0.0, params.grid.w, 0.0);
     vec3 normal = reflector.surface.geometric_normal;
     vec3 receiver = (reflector.surface.position_ws - params.grid.xyz) / params.grid.w;
     float start_offset = params.start_offset * largest_texel(receiver);
@@ -64,7 +66,10 @@ void main() {
             distance = length(offset);
             to_light = offset / max(distance, 1e-6);
         }
-        radiance += reflected * (cosine * cone_visibility(origin, normal, start_offset, to_light, distance, params.tan_half, settings));
+        radiance += reflected
+            * (cosine
+                * cone_visibility(
+                    origin, normal, start_offset, to_light, distance, params.tan_half, settings));
     }
     imageStore(direct, pixel, vec4(radiance, 1.0));
 }

@@ -1,7 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// cone.specular: indirect specular radiance L_s by one cone along the mirror direction. Its half angle is that within which a quarter of the GGX
-// half-vectors fall, doubled: tan θ_h = α √(u / (1 − u)) with u = 1/4; the lobe's directional albedo scales it.
+// cone.specular: indirect specular radiance L_s by one cone along the mirror direction. Its half
+// angle is that within which a quarter of the GGX half-vectors fall, doubled: tan θ_h = α √(u / (1
+// − u)) with u = 1/4; the lobe's directional albedo scales it.
 layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(set = 1, binding = 0) uniform texture2D view_depth;
@@ -54,7 +55,8 @@ void main() {
         float below = min(dot(direction, surface.geometric_normal) - 0.02, 0.0);
         direction = normalize(direction - below * surface.geometric_normal);
         float tan_half = tan(min(2.0 * atan(0.57735 * ggx_alpha(roughness)), 1.0));
-        MarchSettings settings = MarchSettings(params.resolution, params.step_factor, params.opacity_exponent, params.height_clamp, params.max_distance, params.grid.w, 0.0);
+        MarchSettings settings = MarchSettings(params.resolution, params.step_factor,
+            params.opacity_exponent, params.height_clamp, params.max_distance, params.grid.w, 0.0);
         vec3 receiver = (surface.position_ws - params.grid.xyz) / params.grid.w;
         float start_offset = params.start_offset * largest_texel(receiver);
         vec3 origin = receiver + start_offset * surface.geometric_normal;

@@ -1,8 +1,10 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// gi.deinterleave: the mean over the pixels around that lie on the pixel's own surface, in a window n pixels wide and centred on the pixel. Patterns repeat
-// every n pixels and n is even, so the outermost rows and columns hold the same patterns and count half each: on a plane every pixel has each of the n²
-// patterns with the same weight (interleaved sampling, Keller & Heidrich 2001; Hong 2015, section 3), and a gradient stays where it is.
+// gi.deinterleave: the mean over the pixels around that lie on the pixel's own surface, in a window
+// n pixels wide and centred on the pixel. Patterns repeat every n pixels and n is even, so the
+// outermost rows and columns hold the same patterns and count half each: on a plane every pixel has
+// each of the n² patterns with the same weight (interleaved sampling, Keller & Heidrich 2001; Hong
+// 2015, section 3), and a gradient stays where it is.
 layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(set = 1, binding = 0) uniform texture2D view_depth;
@@ -20,17 +22,24 @@ void main() {
     Surface surface;
     vec4 sum = vec4(0.0);
     if (read_surface(pixel, surface)) {
-        float footprint = length(surface.position_ws - frame.eye_ws.xyz) * 2.0 * length(frame.ray_up.xyz) / float(size.y);
+        float footprint = length(surface.position_ws - frame.eye_ws.xyz) * 2.0
+            * length(frame.ray_up.xyz) / float(size.y);
         int width = int(params.interleave) + 1, reach = width / 2;
         float weight_sum = 0.0;
         for (int i = 0; i < width * width; ++i) {
             ivec2 offset = ivec2(i % width, i / width) - reach;
             ivec2 at = pixel + offset;
             Surface other;
-            if (any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, size)) || !read_surface(at, other)) continue;
-            float off_plane = abs(dot(other.position_ws - surface.position_ws, surface.geometric_normal));
-            if (off_plane > 0.5 * footprint || dot(other.shading_normal, surface.shading_normal) < 0.9) continue;
-            float weight = (abs(offset.x) == reach ? 0.5 : 1.0) * (abs(offset.y) == reach ? 0.5 : 1.0);
+            if (any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, size))
+                || !read_surface(at, other))
+                continue;
+            float off_plane =
+                abs(dot(other.position_ws - surface.position_ws, surface.geometric_normal));
+            if (off_plane > 0.5 * footprint
+                || dot(other.shading_normal, surface.shading_normal) < 0.9)
+                continue;
+            float weight =
+                (abs(offset.x) == reach ? 0.5 : 1.0) * (abs(offset.y) == reach ? 0.5 : 1.0);
             sum += weight * texelFetch(sampler2D(interleaved, nearest_clamp), at, 0);
             weight_sum += weight;
         }

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// svo.allocate_tiles: every flagged node of a level gets the next tile, in the order of the nodes, and the tile its place and no children as yet. A thread 16
-// tiles that follow each other.
+// svo.allocate_tiles: every flagged node of a level gets the next tile, in the order of the nodes,
+// and the tile its place and no children as yet. A thread 16 tiles that follow each other.
 layout(local_size_x = 64) in;
 
 #include "shared/prefix_sum.glsl"
@@ -16,7 +16,8 @@ layout(push_constant) uniform LevelParams { uint level; uint first_child; } para
 
 void main() {
     Level level = levels[params.level];
-    uint group = linear_group(gl_WorkGroupID), index = TILES_PER_GROUP * group + TILES_PER_THREAD * gl_LocalInvocationIndex;
+    uint group = linear_group(gl_WorkGroupID),
+         index = TILES_PER_GROUP * group + TILES_PER_THREAD * gl_LocalInvocationIndex;
     uint end = min(index + TILES_PER_THREAD, level.count), count = 0u, total;
     for (uint i = index; i < end; ++i) count += uint(bitCount(nodes[level.first + i]));
     uint child = workgroup_prefix_sum(count, total);

@@ -15,5 +15,6 @@ void main() {
     uint brick = thread / 27u, texel = thread % 27u;
     if (brick >= params.brick_count) return;
     ivec3 at = ivec3(texel % 3u, texel / 3u % 3u, texel / 9u);
-    imageStore(larger_bricks, brick_texel(brick, imageSize(larger_bricks)) + at, imageLoad(bricks, brick_texel(brick, imageSize(bricks)) + at));
+    imageStore(larger_bricks, brick_texel(brick, imageSize(larger_bricks)) + at,
+        imageLoad(bricks, brick_texel(brick, imageSize(bricks)) + at));
 }

@@ -1,4 +1,5 @@
-// Tiles of dynamic geometry, behind the static ones in the pool, and tile 0, the entry: the root of what is sampled, which is found as slot 0.
+// Tiles of dynamic geometry, behind the static ones in the pool, and tile 0, the entry: the root of
+// what is sampled, which is found as slot 0.
 #ifndef LUMIVOX_DYNAMIC
 #define LUMIVOX_DYNAMIC
 

@@ -1,4 +1,5 @@
-// Which children of a dynamic tile are dynamic: where one of them is affected, all that there are, as they follow each other in the pool.
+// Which children of a dynamic tile are dynamic: where one of them is affected, all that there are,
+// as they follow each other in the pool.
 #ifndef LUMIVOX_DYNAMIC_CHILDREN
 #define LUMIVOX_DYNAMIC_CHILDREN
 
@@ -24,7 +25,9 @@ uint static_word(uint slot) {
 // The nodes whose children are dynamic, given the word of the static tile.
 uint dynamic_children(uint slot, uint word) {
     uvec3 first = 2u * unpack_tile(places[slot]);
-    uint affected = tile_bits(affected_tiles[params.first_block + block_index(first, 4u * params.blocks)], block_bit(first));
+    uint affected =
+        tile_bits(affected_tiles[params.first_block + block_index(first, 4u * params.blocks)],
+            block_bit(first));
     return affected == 0u ? 0u : affected | word & 255u;
 }
 

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// svo.flag_nodes: which nodes of a level have children (Crassin & Green 2012, section 22.5.1), as eight bits in the word of their tile, and how many
-// of each group of tiles. A thread 16 tiles.
+// svo.flag_nodes: which nodes of a level have children (Crassin & Green 2012, section 22.5.1), as
+// eight bits in the word of their tile, and how many of each group of tiles. A thread 16 tiles.
 layout(local_size_x = 64) in;
 
 #include "gi/voxel/grid.glsl"
@@ -27,12 +27,14 @@ void main() {
         if (index < level.count) {
             // The children lie in one block of 4×4×4.
             uvec3 first = 2u * unpack_tile(tiles[level.first + index]);
-            uint flags = tile_bits(child_bits[block_index(first, 4u * params.child_blocks)], block_bit(first));
+            uint flags = tile_bits(
+                child_bits[block_index(first, 4u * params.child_blocks)], block_bit(first));
             nodes[level.first + index] = flags;
             count += uint(bitCount(flags));
         }
     }
     atomicAdd(total, count);
     barrier();
-    if (gl_LocalInvocationIndex == 0u && TILES_PER_GROUP * group < level.count) group_sums[group] = total;
+    if (gl_LocalInvocationIndex == 0u && TILES_PER_GROUP * group < level.count)
+        group_sums[group] = total;
 }

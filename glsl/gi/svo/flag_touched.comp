@@ -1,7 +1,9 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// svo.flag_touched: which tiles of a level light has touched: a leaf tile with a voxel that is lit, or was in the last update, and a tile with a touched
-// child (Crassin et al. 2011, section 6); and their neighbours towards −x, −y and −z, whose bricks hold copies of their texels. A thread a tile.
+// svo.flag_touched: which tiles of a level light has touched: a leaf tile with a voxel that is lit,
+// or was in the last update, and a tile with a touched child (Crassin et al. 2011, section 6); and
+// their neighbours towards −x, −y and −z, whose bricks hold copies of their texels. A thread a
+// tile.
 layout(local_size_x = 64) in;
 
 #include "gi/svo/pool.glsl"
@@ -11,10 +13,17 @@ layout(constant_id = 1) const uint SIDES = 1;   // radiances of a voxel
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer Nodes { uint nodes[]; };
 layout(std430, set = 1, binding = 1) restrict readonly buffer Neighbours { uint neighbours[]; };
-layout(std430, set = 1, binding = 2) restrict readonly buffer VoxelRadiance { uvec2 voxel_radiance[]; };
-layout(std430, set = 1, binding = 3) restrict readonly buffer TouchedChildren { uint touched_children[]; };   // a bit a tile of the finer level
-layout(std430, set = 1, binding = 4) restrict buffer TouchedBits { uint touched_bits[]; };                    // a bit a tile of this level
-layout(std430, set = 1, binding = 5) restrict buffer LitLeaves { uint lit_leaves[]; };                        // in the last update, a bit a leaf tile
+layout(std430, set = 1, binding = 2) restrict readonly buffer VoxelRadiance {
+    uvec2 voxel_radiance[];
+};
+// a bit a tile of the finer level
+layout(std430, set = 1, binding = 3) restrict readonly buffer TouchedChildren {
+    uint touched_children[];
+};
+// a bit a tile of this level
+layout(std430, set = 1, binding = 4) restrict buffer TouchedBits { uint touched_bits[]; };
+// in the last update, a bit a leaf tile
+layout(std430, set = 1, binding = 5) restrict buffer LitLeaves { uint lit_leaves[]; };
 
 layout(push_constant) uniform TouchParams { uint first; uint count; uint first_child; } params;
 
@@ -30,7 +39,8 @@ bool is_lit(uint tile) {
 
 // The children's bits follow each other, in one word or two.
 bool has_touched_child(uint tile) {
-    uint count = uint(bitCount(tile & 255u)), first = (tile >> 8) - params.first_child, shift = first & 31u;
+    uint count = uint(bitCount(tile & 255u)), first = (tile >> 8) - params.first_child,
+         shift = first & 31u;
     if (count == 0u) return false;
     uint bits = touched_children[first >> 5] >> shift;
     if (shift + count > 32u) bits |= touched_children[(first >> 5) + 1u] << (32u - shift);
@@ -62,8 +72,10 @@ void main() {
         is_touched = has_touched_child(tile);
     }
     if (!is_touched) return;
-    // A neighbour across an edge or a corner is found by way of one across a face: where that does not exist, the texels that they share are empty.
-    uint own = params.first + index + 1u, x = before(own, 0u), y = before(own, 1u), z = before(own, 2u), xy = before(x, 1u);
+    // A neighbour across an edge or a corner is found by way of one across a face: where that does
+    // not exist, the texels that they share are empty.
+    uint own = params.first + index + 1u, x = before(own, 0u), y = before(own, 1u),
+         z = before(own, 2u), xy = before(x, 1u);
     touch(own);
     touch(x);
     touch(y);

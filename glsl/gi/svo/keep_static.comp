@@ -1,14 +1,18 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// svo.keep_static: the texels of dynamic tiles' bricks that dynamic geometry does not reach become those of the static tile, or zero where there is none.
-// A thread a texel.
+// svo.keep_static: the texels of dynamic tiles' bricks that dynamic geometry does not reach become
+// those of the static tile, or zero where there is none. A thread a texel.
 layout(local_size_x = 64) in;
 
 #include "gi/svo/dynamic.glsl"
 #include "gi/svo/pool.glsl"
 
-layout(std430, set = 1, binding = 0) restrict readonly buffer Originals { uint originals[]; };          // index + 1 of the static tile, or 0
-layout(std430, set = 1, binding = 1) restrict readonly buffer RemadeTexels { uint remade_texels[]; };   // 27 bits, x fastest
+// index + 1 of the static tile, or 0
+layout(std430, set = 1, binding = 0) restrict readonly buffer Originals { uint originals[]; };
+// 27 bits, x fastest
+layout(std430, set = 1, binding = 1) restrict readonly buffer RemadeTexels {
+    uint remade_texels[];
+};
 layout(set = 1, binding = 2, rgba16f) uniform restrict image3D bricks;
 
 layout(push_constant) uniform KeepParams {

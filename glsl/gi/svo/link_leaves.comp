@@ -1,7 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// svo.link_leaves: which nodes of a leaf tile are occupied voxels, and the compact index of the first. A thread 16 tiles of the level above, each of which
-// has the leaf tiles of one block; those of blocks outside of the given cube of the grid are left as they are.
+// svo.link_leaves: which nodes of a leaf tile are occupied voxels, and the compact index of the
+// first. A thread 16 tiles of the level above, each of which has the leaf tiles of one block; those
+// of blocks outside of the given cube of the grid are left as they are.
 layout(local_size_x = 64) in;
 
 #include "gi/voxel/grid.glsl"
@@ -24,14 +25,18 @@ layout(push_constant) uniform LeafParams {
 } params;
 
 void link(uint tile) {
-    uvec3 block = unpack_tile(tiles[tile - params.first_place]) - uvec3(params.first_x, params.first_y, params.first_z);
+    uvec3 block = unpack_tile(tiles[tile - params.first_place])
+        - uvec3(params.first_x, params.first_y, params.first_z);
     if (any(greaterThanEqual(block, uvec3(params.blocks)))) return;   // also below 0
-    uint index = block.x + params.blocks * (block.y + params.blocks * block.z), own = nodes[tile], leaf = own >> 8;
+    uint index = block.x + params.blocks * (block.y + params.blocks * block.z), own = nodes[tile],
+         leaf = own >> 8;
     if (leaf < params.first_child) return;
     uvec2 words = occupancy[index];
     uint voxel = params.first_voxel + block_bases[index];
     for (uint node = 0u; node < 8u; ++node) {
-        if (has_child(own, node)) nodes[leaf++] = voxel + set_bits_below(words, 8u * node) << 8 | tile_bits(words, 8u * node);
+        if (has_child(own, node))
+            nodes[leaf++] =
+                voxel + set_bits_below(words, 8u * node) << 8 | tile_bits(words, 8u * node);
     }
 }
 

@@ -1,7 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// svo.link_neighbours: index + 1 of the neighbours towards −x, −y and −z of the tiles that a level's nodes lead to, 0 where there is none. A neighbour hangs
-// on the same tile, or on that tile's own neighbour, which the level before has found. A thread 16 tiles.
+// svo.link_neighbours: index + 1 of the neighbours towards −x, −y and −z of the tiles that a
+// level's nodes lead to, 0 where there is none. A neighbour hangs on the same tile, or on that
+// tile's own neighbour, which the level before has found. A thread 16 tiles.
 layout(local_size_x = 64) in;
 
 #include "gi/svo/pool.glsl"
@@ -12,13 +13,15 @@ layout(std430, set = 1, binding = 2) restrict buffer Neighbours { uint neighbour
 
 layout(push_constant) uniform LevelParams { uint level; uint first_child; } params;
 
-// The word of a tile; that of one without children where they come before `first_child` in the pool.
+// The word of a tile; that of one without children where they come before `first_child` in the
+// pool.
 uint word_of(uint tile) {
     uint word = nodes[tile];
     return word >> 8 < params.first_child ? 0u : word;
 }
 
-// The word of the neighbour along an axis of a tile; that of a tile without children where there is none.
+// The word of the neighbour along an axis of a tile; that of a tile without children where there is
+// none.
 uint word_before(uint tile, uint axis) {
     uint before = neighbours[3u * tile + axis];
     return before == 0u ? 0u : word_of(before - 1u);
@@ -37,7 +40,8 @@ void link(uint tile) {
         if (!has_child(own, node)) continue;
         for (uint axis = 0u; axis < 3u; ++axis) {
             uint word = (node >> axis & 1u) != 0u ? own : before[axis], beside = node ^ 1u << axis;
-            neighbours[3u * child + axis] = has_child(word, beside) ? child_of(word, beside) + 1u : 0u;
+            neighbours[3u * child + axis] =
+                has_child(word, beside) ? child_of(word, beside) + 1u : 0u;
         }
         ++child;
     }

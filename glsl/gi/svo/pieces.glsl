@@ -18,7 +18,8 @@ uint brick_of(uint tile, uint face) {
 
 // The voxels of a tile lie in one block, and so in one piece; one without voxels is of all.
 bool is_of_piece(uint tile) {
-    return (tile & 255u) == 0u || (tile >> 8) - params.first_voxel < params.voxel_count;   // also below 0
+    // also below 0
+    return (tile & 255u) == 0u || (tile >> 8) - params.first_voxel < params.voxel_count;
 }
 
 #endif

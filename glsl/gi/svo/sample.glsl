@@ -7,10 +7,11 @@
 #include "gi/svo/pool.glsl"
 #include "gi/svo/lit_normals.glsl"
 
-// The including pass declares `nodes` (node pool), `bricks` (texture3D, radiance premultiplied by opacity), `normals_of_bricks` (likewise, gi/svo/lit_normals.glsl) and
-// `params.face_stride`.
+// The including pass declares `nodes` (node pool), `bricks` (texture3D, radiance premultiplied by
+// opacity), `normals_of_bricks` (likewise, gi/svo/lit_normals.glsl) and `params.face_stride`.
 layout(constant_id = 0) const uint CORNERS = 0;
-layout(constant_id = 2) const uint NORMALS = 0;   // 1: texels are the light of both sides together, and shine by their normals
+// 1: texels are the light of both sides together, and shine by their normals
+layout(constant_id = 2) const uint NORMALS = 0;
 
 struct VolumeTexel {
     vec4 light;
@@ -29,18 +30,23 @@ vec3 brick_place(uint brick, vec3 local, ivec3 size) {
     return (vec3(brick_texel(brick, size)) + 0.5 + local) / vec3(size);
 }
 
-// Trilinear sample in the brick of a tile of a level, or in those of the three faces that a ray meets (gi/svo/pool.glsl).
+// Trilinear sample in the brick of a tile of a level, or in those of the three faces that a ray
+// meets (gi/svo/pool.glsl).
 vec4 sample_tile(uint tile, int level, vec3 local, ivec3 size, vec3 direction) {
     vec4 texel = vec4(0.0);
     if (FACES) {
         for (int turn = int(!has_faces(level)); turn > 0; --turn) {
-            texel = textureLod(sampler3D(bricks, linear_clamp), brick_place(tile + 5u * params.face_stride, local, size), 0.0);
+            texel = textureLod(sampler3D(bricks, linear_clamp),
+                brick_place(tile + 5u * params.face_stride, local, size), 0.0);
         }
         for (int turn = int(has_faces(level)); turn > 0; --turn) {
             uvec3 brick = tile + params.face_stride * uvec3(faces_met(direction));
-            vec4 x = textureLod(sampler3D(bricks, linear_clamp), brick_place(brick.x, local, size), 0.0);
-            vec4 y = textureLod(sampler3D(bricks, linear_clamp), brick_place(brick.y, local, size), 0.0);
-            vec4 z = textureLod(sampler3D(bricks, linear_clamp), brick_place(brick.z, local, size), 0.0);
+            vec4 x =
+                textureLod(sampler3D(bricks, linear_clamp), brick_place(brick.x, local, size), 0.0);
+            vec4 y =
+                textureLod(sampler3D(bricks, linear_clamp), brick_place(brick.y, local, size), 0.0);
+            vec4 z =
+                textureLod(sampler3D(bricks, linear_clamp), brick_place(brick.z, local, size), 0.0);
             texel = combine_faces(x, y, z, direction);
         }
     } else {
@@ -49,8 +55,9 @@ vec4 sample_tile(uint tile, int level, vec3 local, ivec3 size, vec3 direction) {
     return texel;
 }
 
-// Trilinear sample of one level, by the hardware inside the brick of the tile that the position lies in: down from the root by the bits of the cell.
-// Where a node has no child, all finer levels are empty.
+// Trilinear sample of one level, by the hardware inside the brick of the tile that the position
+// lies in: down from the root by the bits of the cell. Where a node has no child, all finer levels
+// are empty.
 VolumeTexel sample_level(vec3 position, float resolution, int level, int root, vec3 direction) {
     float scale = exp2(-float(level));
     vec3 at = lattice_position(position * scale, resolution * scale);
@@ -65,16 +72,21 @@ VolumeTexel sample_level(vec3 position, float resolution, int level, int root, v
     }
     VolumeTexel texel = VolumeTexel(vec4(0.0), vec3(0.0));
     ivec3 size = textureSize(sampler3D(bricks, linear_clamp), 0);
-    // One turn or none of a loop, and not a branch: a software driver takes every branch, but leaves a loop when it may.
+    // One turn or none of a loop, and not a branch: a software driver takes every branch, but
+    // leaves a loop when it may.
     for (; above == 0; --above) {
         vec3 local = at - vec3(cell & ivec3(-2));
         texel.light = sample_tile(tile, level, local, size, direction);
-        if (NORMALS != 0u) texel.normal = textureLod(sampler3D(normals_of_bricks, linear_clamp), brick_place(tile, local, size), 0.0).xyz;
+        if (NORMALS != 0u)
+            texel.normal = textureLod(
+                sampler3D(normals_of_bricks, linear_clamp), brick_place(tile, local, size), 0.0)
+                               .xyz;
     }
     return texel;
 }
 
-// Quadrilinear sample at a position [voxels], seen along `direction`: linear between the two levels next to `level`.
+// Quadrilinear sample at a position [voxels], seen along `direction`: linear between the two levels
+// next to `level`.
 vec4 sample_volume(vec3 position, float resolution, float level, vec3 direction) {
     int root = findMSB(uint(resolution)) - 1;
     level = clamp(level, 0.0, float(root));
@@ -88,7 +100,8 @@ vec4 sample_volume(vec3 position, float resolution, float level, vec3 direction)
         light += coarser_share * texel.light;
         normal += coarser_share * texel.normal;
     }
-    if (NORMALS != 0u) light.rgb *= facing_share(normal / max(luminance(light.rgb), 1e-20), direction);
+    if (NORMALS != 0u)
+        light.rgb *= facing_share(normal / max(luminance(light.rgb), 1e-20), direction);
     return light;
 }
 

@@ -1,10 +1,13 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// svo.transfer_borders: the texels that two bricks share along an axis (Crassin et al. 2011, figure 7, with both directions of an axis in one pass).
+// svo.transfer_borders: the texels that two bricks share along an axis (Crassin et al. 2011, figure
+// 7, with both directions of an axis in one pass).
 //
-// A brick's last texels along the axis are its neighbour's first, or zero where there is none; along y they include the last ones along x, which are there
-// by then, and along z all nine. So a brick's first texels go to the neighbour before it. With CORNERS both bricks have a share of each of the nine, and
-// both get the sum; after the three axes every copy of a texel is the same sum. A thread a tile.
+// A brick's last texels along the axis are its neighbour's first, or zero where there is none;
+// along y they include the last ones along x, which are there by then, and along z all nine. So a
+// brick's first texels go to the neighbour before it. With CORNERS both bricks have a share of each
+// of the nine, and both get the sum; after the three axes every copy of a texel is the same sum. A
+// thread a tile.
 layout(local_size_x = 64) in;
 
 #include "gi/svo/pool.glsl"
@@ -16,8 +19,12 @@ layout(constant_id = 2) const uint TOUCHED = 0;   // 1: from the touched tiles, 
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer Neighbours { uint neighbours[]; };
 layout(set = 1, binding = 1, rgba16f) uniform restrict image3D bricks;
-layout(std430, set = 1, binding = 2) restrict readonly buffer TouchedLevels { Touched touched_levels[]; };
-layout(std430, set = 1, binding = 3) restrict readonly buffer TouchedTiles { uint touched_tiles[]; };
+layout(std430, set = 1, binding = 2) restrict readonly buffer TouchedLevels {
+    Touched touched_levels[];
+};
+layout(std430, set = 1, binding = 3) restrict readonly buffer TouchedTiles {
+    uint touched_tiles[];
+};
 
 layout(push_constant) uniform TransferParams {
     uint first;
@@ -47,15 +54,18 @@ void main() {
         column = params.axis == 0u ? 2u : 3u;
     }
     uint index = linear_group(gl_WorkGroupID) * 64u + gl_LocalInvocationIndex;
-    uint count = TOUCHED != 0u ? touched_levels[params.level].count : params.count + params.dynamic_count;
+    uint count =
+        TOUCHED != 0u ? touched_levels[params.level].count : params.count + params.dynamic_count;
     if (index >= count) return;
-    uint tile = TOUCHED != 0u ? touched_tiles[index] : nth_tile(index, params.first, params.count, params.first_dynamic);
+    uint tile = TOUCHED != 0u ? touched_tiles[index]
+                              : nth_tile(index, params.first, params.count, params.first_dynamic);
     uint neighbour = neighbours[3u * tile + params.axis];
     if (neighbour == 0u) return;
     ivec3 size = imageSize(bricks);
     for (uint face = 0u; face < FACES; ++face) {
         uint brick = params.shift + face * params.stride;
-        ivec3 first_high = brick_texel(tile + brick, size), first_low = brick_texel(neighbour - 1u + brick, size);
+        ivec3 first_high = brick_texel(tile + brick, size),
+              first_low = brick_texel(neighbour - 1u + brick, size);
         first_low[params.axis] += 2;
         for (uint pair = 0u; pair < row * column; ++pair) {
             ivec3 across = ivec3(0);

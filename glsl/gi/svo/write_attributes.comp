@@ -13,10 +13,20 @@ const float LARGEST_HALF = 65504.0;
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer Nodes { uint nodes[]; };
 layout(set = 1, binding = 1, rgba16f) uniform restrict writeonly image3D bricks;
-layout(std430, set = 1, binding = 2) restrict readonly buffer VoxelRecords { Voxel voxel_records[]; };     // of a piece of the grid
-layout(std430, set = 1, binding = 3) restrict readonly buffer VoxelEmission { vec4 voxel_emission[]; };    // likewise, where there is emission
-layout(std430, set = 1, binding = 4) restrict readonly buffer TouchedLevels { Touched touched_levels[]; };
-layout(std430, set = 1, binding = 5) restrict readonly buffer TouchedTiles { uint touched_tiles[]; };
+// of a piece of the grid
+layout(std430, set = 1, binding = 2) restrict readonly buffer VoxelRecords {
+    Voxel voxel_records[];
+};
+// likewise, where there is emission
+layout(std430, set = 1, binding = 3) restrict readonly buffer VoxelEmission {
+    vec4 voxel_emission[];
+};
+layout(std430, set = 1, binding = 4) restrict readonly buffer TouchedLevels {
+    Touched touched_levels[];
+};
+layout(std430, set = 1, binding = 5) restrict readonly buffer TouchedTiles {
+    uint touched_tiles[];
+};
 
 vec4 voxel_texel(uint voxel, uint face) {
     uint index = voxel - params.first_voxel;

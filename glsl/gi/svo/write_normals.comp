@@ -1,6 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// svo.write_normals: the mean normal of what shines, times its luminance (gi/svo/lit_normals.glsl) and opacity, and opacity.
+// svo.write_normals: the mean normal of what shines, times its luminance (gi/svo/lit_normals.glsl)
+// and opacity, and opacity.
 layout(local_size_x = 64) in;
 
 #include "gi/svo/lit_normals.glsl"
@@ -9,11 +10,21 @@ layout(local_size_x = 64) in;
 #include "gi/voxel/records.glsl"
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer Nodes { uint nodes[]; };
-layout(std430, set = 1, binding = 1) restrict readonly buffer VoxelRadiance { uvec2 voxel_radiance[]; };   // two sides a voxel
+// two sides a voxel
+layout(std430, set = 1, binding = 1) restrict readonly buffer VoxelRadiance {
+    uvec2 voxel_radiance[];
+};
 layout(set = 1, binding = 2, rgba16f) uniform restrict writeonly image3D bricks;
-layout(std430, set = 1, binding = 3) restrict readonly buffer VoxelRecords { Voxel voxel_records[]; };   // of a piece of the grid
-layout(std430, set = 1, binding = 4) restrict readonly buffer TouchedLevels { Touched touched_levels[]; };
-layout(std430, set = 1, binding = 5) restrict readonly buffer TouchedTiles { uint touched_tiles[]; };
+// of a piece of the grid
+layout(std430, set = 1, binding = 3) restrict readonly buffer VoxelRecords {
+    Voxel voxel_records[];
+};
+layout(std430, set = 1, binding = 4) restrict readonly buffer TouchedLevels {
+    Touched touched_levels[];
+};
+layout(std430, set = 1, binding = 5) restrict readonly buffer TouchedTiles {
+    uint touched_tiles[];
+};
 
 // Radiance and opacity.
 vec4 side_of_voxel(uint side) {

@@ -1,13 +1,16 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// voxel.continue_lists: the list of fragments of each voxel of a touched block starts as that of its static fragments, which dynamic ones are then put
-// before: what is made of the list is made of both, and the static list stays as it is. 64 threads a touched block.
+// voxel.continue_lists: the list of fragments of each voxel of a touched block starts as that of
+// its static fragments, which dynamic ones are then put before: what is made of the list is made of
+// both, and the static list stays as it is. 64 threads a touched block.
 layout(local_size_x = 64) in;
 
 #include "gi/voxel/grid.glsl"
 #include "gi/voxel/touched.glsl"
 
-layout(std430, set = 1, binding = 0) restrict readonly buffer TouchedBlocks { TouchedBlock touched[]; };
+layout(std430, set = 1, binding = 0) restrict readonly buffer TouchedBlocks {
+    TouchedBlock touched[];
+};
 layout(std430, set = 1, binding = 1) restrict readonly buffer Occupancy { uvec2 occupancy[]; };
 layout(std430, set = 1, binding = 2) restrict readonly buffer BlockBases { uint block_bases[]; };
 layout(std430, set = 1, binding = 3) restrict buffer Heads { uint heads[]; };

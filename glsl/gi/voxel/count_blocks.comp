@@ -16,9 +16,11 @@ void main() {
     uint group = gl_WorkGroupID.x + gl_WorkGroupID.y * 65535u, count = 0u;
     for (uint i = 0u; i < 16u; ++i) {
         uint block = group * 1024u + i * 64u + gl_LocalInvocationIndex;
-        if (block < params.block_count) count += uint(bitCount(occupancy[block].x) + bitCount(occupancy[block].y));
+        if (block < params.block_count)
+            count += uint(bitCount(occupancy[block].x) + bitCount(occupancy[block].y));
     }
     atomicAdd(total, count);
     barrier();
-    if (gl_LocalInvocationIndex == 0u && group * 1024u < params.block_count) group_sums[group] = total;
+    if (gl_LocalInvocationIndex == 0u && group * 1024u < params.block_count)
+        group_sums[group] = total;
 }

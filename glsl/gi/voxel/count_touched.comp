@@ -1,6 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// voxel.count_touched: the blocks that dynamic geometry touches, and the voxels in them, in each group of 1,024 blocks of its box (four blocks a thread).
+// voxel.count_touched: the blocks that dynamic geometry touches, and the voxels in them, in each
+// group of 1,024 blocks of its box (four blocks a thread).
 layout(local_size_x = 256) in;
 
 #include "shared/prefix_sum.glsl"
@@ -8,8 +9,13 @@ layout(local_size_x = 256) in;
 #include "gi/voxel/touched_box.glsl"
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer Occupancy { uvec2 occupancy[]; };
-layout(std430, set = 1, binding = 1) restrict readonly buffer DynamicOccupancy { uvec2 dynamic_occupancy[]; };
-layout(std430, set = 1, binding = 2) restrict writeonly buffer TouchedSums { uvec2 touched_sums[]; };   // blocks, voxels
+layout(std430, set = 1, binding = 1) restrict readonly buffer DynamicOccupancy {
+    uvec2 dynamic_occupancy[];
+};
+// blocks, voxels
+layout(std430, set = 1, binding = 2) restrict writeonly buffer TouchedSums {
+    uvec2 touched_sums[];
+};
 layout(std430, set = 1, binding = 3) restrict buffer TouchedCounts { TouchedCounters counts; };
 
 void main() {
@@ -31,5 +37,6 @@ void main() {
     }
     uint total;
     workgroup_prefix_sum(sum, total);
-    if (gl_LocalInvocationIndex == 0u) touched_sums[gl_WorkGroupID.x] = uvec2(total / BLOCK_UNIT, total % BLOCK_UNIT);
+    if (gl_LocalInvocationIndex == 0u)
+        touched_sums[gl_WorkGroupID.x] = uvec2(total / BLOCK_UNIT, total % BLOCK_UNIT);
 }

@@ -13,10 +13,17 @@ layout(constant_id = 2) const uint TEXTURED = 0;      // 1: the material has a t
 
 layout(std430, set = 1, binding = 0) restrict buffer Occupancy { uint occupancy[]; };
 layout(std430, set = 1, binding = 1) restrict buffer Fragments { Fragment fragments[]; };
-layout(std430, set = 1, binding = 2) restrict buffer FragmentEmission { uvec2 fragment_emission[]; };
-layout(std430, set = 1, binding = 3) restrict buffer Counters { uint fragment_count; uint voxel_count; uint unfinished_count; };
+layout(std430, set = 1, binding = 2) restrict buffer FragmentEmission {
+    uvec2 fragment_emission[];
+};
+layout(std430, set = 1, binding = 3) restrict buffer Counters {
+    uint fragment_count;
+    uint voxel_count;
+    uint unfinished_count;
+};
 
-// Texture coordinates at the fragment's centroid, and the area in texture coordinates of one voxel face of surface.
+// Texture coordinates at the fragment's centroid, and the area in texture coordinates of one voxel
+// face of surface.
 struct TexturePosition {
     vec2 uv;
     float face_area;
@@ -25,16 +32,19 @@ struct TexturePosition {
 // `position` in the dominant projection.
 TexturePosition texture_position(TriangleSetup s, uint triangle, vec2 position) {
     uvec4 corners = triangles[triangle];
-    vec2 uv0 = texture_uv(vertices[corners.x]), uv1 = texture_uv(vertices[corners.y]) - uv0, uv2 = texture_uv(vertices[corners.z]) - uv0;
+    vec2 uv0 = texture_uv(vertices[corners.x]), uv1 = texture_uv(vertices[corners.y]) - uv0,
+         uv2 = texture_uv(vertices[corners.z]) - uv0;
     vec2 p = position - s.v0.xy, e1 = s.v1.xy - s.v0.xy, e2 = s.v2.xy - s.v0.xy;
     vec2 b = clamp(vec2(p.x * e2.y - p.y * e2.x, e1.x * p.y - e1.y * p.x) / s.normal.z, 0.0, 1.0);
-    return TexturePosition(uv0 + b.x * uv1 + b.y * uv2, abs(uv1.x * uv2.y - uv1.y * uv2.x) / max(length(s.normal), 1e-20));
+    return TexturePosition(uv0 + b.x * uv1 + b.y * uv2,
+        abs(uv1.x * uv2.y - uv1.y * uv2.x) / max(length(s.normal), 1e-20));
 }
 
 // Samples at the mip whose texel covers one voxel face.
 vec4 sample_texture(texture2D image, TexturePosition at) {
     vec2 size = vec2(textureSize(sampler2D(image, linear_repeat), 0));
-    return textureLod(sampler2D(image, linear_repeat), at.uv, 0.5 * log2(max(at.face_area * size.x * size.y, 1e-20)));
+    return textureLod(sampler2D(image, linear_repeat), at.uv,
+        0.5 * log2(max(at.face_area * size.x * size.y, 1e-20)));
 }
 
 uvec2 pack_emission(vec3 radiance) {
@@ -47,7 +57,8 @@ void mark(uvec3 voxel) {
     atomicOr(occupancy[2u * block_index(voxel, params.resolution) + (bit >> 5)], 1u << (bit & 31u));
 }
 
-// First of `count` consecutive places in the list. What a mask leaves is not known yet: masked fragments find their places one by one.
+// First of `count` consecutive places in the list. What a mask leaves is not known yet: masked
+// fragments find their places one by one.
 uint reserve(uint count) {
     return MASKED != 0u ? 0u : atomicAdd(fragment_count, count);
 }
@@ -63,10 +74,12 @@ struct Surface {
 Surface surface_of(TriangleSetup s) {
     Material material = materials[params.material];
     vec3 normal = normalize(s.normal);
-    return Surface(pack_unit(unpermute(normal, s.axis)), AREA_UNIT / abs(normal.z), material.albedo.rgb * (1.0 - material.metalness.x), material.emission.rgb);
+    return Surface(pack_unit(unpermute(normal, s.axis)), AREA_UNIT / abs(normal.z),
+        material.albedo.rgb * (1.0 - material.metalness.x), material.emission.rgb);
 }
 
-// Marks one touched voxel of triangle number `triangle` as occupied, and stores the fragment in its place.
+// Marks one touched voxel of triangle number `triangle` as occupied, and stores the fragment in its
+// place.
 void emit_fragment(TriangleSetup s, Surface surface, uint triangle, ivec3 local_voxel, uint slot) {
     uvec3 voxel = uvec3(unpermute(s.base + local_voxel, s.axis));
     if (MASKED == 0u) {

@@ -1,11 +1,14 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// voxel.empty_blocks: the blocks of a box become empty, to be voxelized anew. A thread a block of the box.
+// voxel.empty_blocks: the blocks of a box become empty, to be voxelized anew. A thread a block of
+// the box.
 layout(local_size_x = 64) in;
 
 #include "gi/voxel/window.glsl"
 
-layout(std430, set = 1, binding = 0) restrict writeonly buffer ShiftedOccupancy { uvec2 shifted_occupancy[]; };
+layout(std430, set = 1, binding = 0) restrict writeonly buffer ShiftedOccupancy {
+    uvec2 shifted_occupancy[];
+};
 layout(std430, set = 1, binding = 1) restrict writeonly buffer MovedFrom { uint moved_from[]; };
 
 layout(push_constant) uniform EmptyParams {
@@ -21,7 +24,8 @@ layout(push_constant) uniform EmptyParams {
 void main() {
     uint thread = gl_GlobalInvocationID.x;
     if (thread >= params.size_x * params.size_y * params.size_z) return;
-    uvec3 at = uvec3(thread % params.size_x, thread / params.size_x % params.size_y, thread / (params.size_x * params.size_y));
+    uvec3 at = uvec3(thread % params.size_x, thread / params.size_x % params.size_y,
+        thread / (params.size_x * params.size_y));
     at += uvec3(params.first_x, params.first_y, params.first_z);
     uint block = at.x + params.blocks * (at.y + params.blocks * at.z);
     shifted_occupancy[block] = uvec2(0u);

@@ -1,5 +1,6 @@
 #version 460
-// voxel.fragments, methods `raster` and `raster-hw`: hands the vertex number on; the geometry shader fetches the triangle.
+// voxel.fragments, methods `raster` and `raster-hw`: hands the vertex number on; the geometry
+// shader fetches the triangle.
 layout(location = 0) flat out uint vertex_index;
 
 void main() {

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// voxel.gather_rays: indirect diffuse irradiance by exact rays through the finest level, E = π / n Σ L_i over cosine-distributed directions:
-// what the voxels themselves can give, without filtering.
+// voxel.gather_rays: indirect diffuse irradiance by exact rays through the finest level, E = π / n
+// Σ L_i over cosine-distributed directions: what the voxels themselves can give, without filtering.
 layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(constant_id = 0) const uint SIDES = 1;   // 2: a radiance for each side of a voxel
@@ -13,8 +13,12 @@ layout(std430, set = 1, binding = 3) restrict readonly buffer BlockBases { uint 
 
 #include "gi/voxel/records.glsl"
 
-layout(std430, set = 1, binding = 4) restrict readonly buffer VoxelRecords { Voxel voxel_records[]; };
-layout(std430, set = 1, binding = 5) restrict readonly buffer VoxelRadiance { uvec2 voxel_radiance[]; };
+layout(std430, set = 1, binding = 4) restrict readonly buffer VoxelRecords {
+    Voxel voxel_records[];
+};
+layout(std430, set = 1, binding = 5) restrict readonly buffer VoxelRadiance {
+    uvec2 voxel_radiance[];
+};
 layout(set = 1, binding = 6, rgba32f) uniform restrict image2D indirect_diffuse;
 
 layout(push_constant) uniform RayParams {
@@ -44,16 +48,19 @@ void main() {
         imageStore(indirect_diffuse, pixel, vec4(0.0));
         return;
     }
-    TraceSettings settings = TraceSettings(params.resolution, params.self_height, params.contour_slack);
+    TraceSettings settings =
+        TraceSettings(params.resolution, params.self_height, params.contour_slack);
     vec3 receiver = (surface.position_ws - params.grid.xyz) / params.grid.w;
     vec3 origin = receiver + params.start_offset * surface.geometric_normal;
     mat3 around = frame_around(surface.shading_normal);
-    vec2 offset = params.interleave > 1u ? interleaved_offset(pixel, params.interleave) : vec2(0.5, 0.0);
+    vec2 offset =
+        params.interleave > 1u ? interleaved_offset(pixel, params.interleave) : vec2(0.5, 0.0);
     vec3 radiance = vec3(0.0);
     float occlusion = 0.0;
     for (uint i = params.first_ray; i < params.end_ray; ++i) {
         float u = (float(i) + offset.x) / float(params.ray_count);
-        vec3 direction = hemisphere_direction(around, u, float(i) * GOLDEN_ANGLE + offset.y * 2.0 * PI);
+        vec3 direction =
+            hemisphere_direction(around, u, float(i) * GOLDEN_ANGLE + offset.y * 2.0 * PI);
         if (dot(direction, surface.geometric_normal) <= 0.0) continue;
         float distance;
         int slot = trace(origin, direction, receiver, surface.geometric_normal, settings, distance);
@@ -67,6 +74,8 @@ void main() {
             occlusion += 1.0 / (1.0 + params.ao_falloff * distance * params.grid.w);
         }
     }
-    vec4 before = params.first_ray == 0u ? vec4(0.0, 0.0, 0.0, 1.0) : imageLoad(indirect_diffuse, pixel);
-    imageStore(indirect_diffuse, pixel, before + vec4(PI * radiance, -occlusion) / float(params.ray_count));
+    vec4 before =
+        params.first_ray == 0u ? vec4(0.0, 0.0, 0.0, 1.0) : imageLoad(indirect_diffuse, pixel);
+    imageStore(indirect_diffuse, pixel,
+        before + vec4(PI * radiance, -occlusion) / float(params.ray_count));
 }

@@ -1,8 +1,10 @@
 // The voxel grid: which voxels are occupied, and the compact index of each.
 //
-// Occupancy is one bit a voxel. 4×4×4 voxels are a block, two 32-bit words; a block's base is the number of occupied voxels in all blocks before it,
-// so that the index of an occupied voxel is its block's base plus the set bits below its own. The order is that of the blocks: the same in every run.
-// Within a block it is Morton order, so that the voxels of a 2×2×2 have consecutive bits and indices.
+// Occupancy is one bit a voxel. 4×4×4 voxels are a block, two 32-bit words; a block's base is the
+// number of occupied voxels in all blocks before it, so that the index of an occupied voxel is its
+// block's base plus the set bits below its own. The order is that of the blocks: the same in every
+// run. Within a block it is Morton order, so that the voxels of a 2×2×2 have consecutive bits and
+// indices.
 #ifndef LUMIVOX_GRID
 #define LUMIVOX_GRID
 

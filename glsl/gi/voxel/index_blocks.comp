@@ -12,11 +12,14 @@ layout(std430, set = 1, binding = 2) restrict writeonly buffer BlockBases { uint
 layout(push_constant) uniform CountParams { uint block_count; } params;
 
 uint voxels_in(uint block) {
-    return block < params.block_count ? uint(bitCount(occupancy[block].x) + bitCount(occupancy[block].y)) : 0u;
+    return block < params.block_count
+        ? uint(bitCount(occupancy[block].x) + bitCount(occupancy[block].y))
+        : 0u;
 }
 
 void main() {
-    uint group = gl_WorkGroupID.x + gl_WorkGroupID.y * 65535u, first = group * 1024u + gl_LocalInvocationIndex * 16u, count = 0u;
+    uint group = gl_WorkGroupID.x + gl_WorkGroupID.y * 65535u,
+         first = group * 1024u + gl_LocalInvocationIndex * 16u, count = 0u;
     for (uint i = 0u; i < 16u; ++i) count += voxels_in(first + i);
     uint total, base = workgroup_prefix_sum(count, total);
     if (first >= params.block_count) return;

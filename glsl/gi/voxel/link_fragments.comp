@@ -1,6 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// voxel.link_fragments: one linked list of fragments a voxel. The order within a list depends on the run; what is made of it does not.
+// voxel.link_fragments: one linked list of fragments a voxel. The order within a list depends on
+// the run; what is made of it does not.
 layout(local_size_x = 64) in;
 
 #include "gi/voxel/grid.glsl"
@@ -11,7 +12,12 @@ layout(std430, set = 1, binding = 1) restrict readonly buffer BlockBases { uint 
 layout(std430, set = 1, binding = 2) restrict buffer Fragments { Fragment fragments[]; };
 layout(std430, set = 1, binding = 3) restrict buffer Heads { uint heads[]; };
 
-layout(push_constant) uniform LinkParams { uint resolution; uint fragment_count; uint first_fragment; } params;
+layout(push_constant) uniform LinkParams {
+    uint resolution;
+    uint fragment_count;
+    uint first_fragment;
+}
+params;
 
 void main() {
     uint index = gl_GlobalInvocationID.x + gl_GlobalInvocationID.y * 4194240u;

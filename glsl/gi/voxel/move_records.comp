@@ -1,13 +1,15 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// voxel.move_records: the records of blocks that stay in a window go to their new places, with their new coordinates. A thread a block.
+// voxel.move_records: the records of blocks that stay in a window go to their new places, with
+// their new coordinates. A thread a block.
 layout(local_size_x = 64) in;
 
 #include "gi/voxel/window.glsl"
 #include "gi/voxel/records.glsl"
 
 layout(constant_id = 0) const uint EMISSIVE = 0;
-layout(constant_id = 1) const uint CARRIED = 0;   // so many a voxel: light that goes along, and is none where it is new
+// so many a voxel: light that goes along, and is none where it is new
+layout(constant_id = 1) const uint CARRIED = 0;
 layout(constant_id = 2) const bool FACES = false;
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer MovedFrom { uint moved_from[]; };
@@ -16,7 +18,9 @@ layout(std430, set = 1, binding = 2) restrict readonly buffer BlockBases { uint 
 layout(std430, set = 1, binding = 3) restrict readonly buffer OldVoxels { Voxel old_voxels[]; };
 layout(std430, set = 1, binding = 4) restrict writeonly buffer Voxels { Voxel voxels[]; };
 layout(std430, set = 1, binding = 5) restrict readonly buffer OldEmission { vec4 old_emission[]; };
-layout(std430, set = 1, binding = 6) restrict writeonly buffer VoxelEmission { vec4 voxel_emission[]; };
+layout(std430, set = 1, binding = 6) restrict writeonly buffer VoxelEmission {
+    vec4 voxel_emission[];
+};
 layout(std430, set = 1, binding = 7) restrict readonly buffer OldCarried { uvec2 old_carried[]; };
 layout(std430, set = 1, binding = 8) restrict writeonly buffer Carried { uvec2 carried[]; };
 
@@ -45,7 +49,8 @@ void main() {
             if (FACES) voxel_faces[to + i] = old_faces[from + i];
         }
         for (uint part = 0u; part < CARRIED; ++part) {
-            carried[CARRIED * (to + i) + part] = stays ? old_carried[CARRIED * (from + i) + part] : uvec2(0u);
+            carried[CARRIED * (to + i) + part] =
+                stays ? old_carried[CARRIED * (from + i) + part] : uvec2(0u);
         }
     }
 }

@@ -9,7 +9,8 @@
 // z_area | z      | area   |  area of the triangle inside the voxel, AREA_UNIT = one voxel face
 // normal | octahedral, 2×16 |
 // albedo | 10 | 10 | 10 |     square roots of the linear albedo
-// mean_position | 10 | 10 | 10 |   of the triangle's part inside the voxel, from the voxel's smallest corner
+// mean_position | 10 | 10 | 10 |   of the triangle's part inside the voxel, from the voxel's
+// smallest corner
 // next   | index + 1 of the voxel's next fragment, 0 at the end |
 struct Fragment {
     uint xy;
@@ -20,19 +21,22 @@ struct Fragment {
     uint next;
 };
 
-// As Fragment, summed over the voxel's fragments and divided once by the total area. The mean normal is not of unit length.
-// area (16 bits) is a half float [voxel faces]; the largest sum of area · |normal| over the three axes is the coverage.
+// As Fragment, summed over the voxel's fragments and divided once by the total area. The mean
+// normal is not of unit length. area (16 bits) is a half float [voxel faces]; the largest sum of
+// area · |normal| over the three axes is the coverage.
 struct Voxel {
     uint xy;
     uint z_area;
     uint normal;              // 3×10 bits, (n + 1) / 2
     uint albedo;
     uint mean_position;       // area-weighted centroid, as in Fragment
-    uint coverage;            // | coverage 12 | seen from one side 9 | seen from both sides 8 | opposed 1 | axis 2 |
+    // | coverage 12 | seen from one side 9 | seen from both sides 8 | opposed 1 | axis 2 |
+    uint coverage;
 };
-// coverage: fraction of the face seen along the dominant axis, unorm. Seen, unorm: share of the voxel's surface that is seen from outside, from one side
-// of it or from both; from one side 1 for a sheet or a corner, ½ for a thin wall whose two faces lie in one voxel. Such surfaces are opposed, along
-// `axis` most of all.
+// coverage: fraction of the face seen along the dominant axis, unorm. Seen, unorm: share of the
+// voxel's surface that is seen from outside, from one side of it or from both; from one side 1 for
+// a sheet or a corner, ½ for a thin wall whose two faces lie in one voxel. Such surfaces are
+// opposed, along `axis` most of all.
 
 const float AREA_UNIT = 16384.0;
 
@@ -57,13 +61,15 @@ bool is_opposed(Voxel voxel) {
     return (voxel.coverage >> 29 & 1u) != 0u;
 }
 
-// The direction that parts the two sides of a voxel's surface: its mean normal, or the axis along which surfaces are opposed.
+// The direction that parts the two sides of a voxel's surface: its mean normal, or the axis along
+// which surfaces are opposed.
 vec3 front_of(Voxel voxel) {
     if (is_opposed(voxel)) return vec3(equal(uvec3(voxel.coverage >> 30), uvec3(0u, 1u, 2u)));
     return normalize(unpack_mean_normal(voxel.normal));
 }
 
-// Whether a ray that hits the voxel sees its back. Of several planes that are not opposed, a corner's, it sees the front if it meets that of any.
+// Whether a ray that hits the voxel sees its back. Of several planes that are not opposed, a
+// corner's, it sees the front if it meets that of any.
 bool sees_back(Voxel voxel, vec3 direction) {
     vec3 n = unpack_mean_normal(voxel.normal);
     if (is_opposed(voxel) || dot(n, n) >= 0.9) return dot(direction, front_of(voxel)) > 0.0;

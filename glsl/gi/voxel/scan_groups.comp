@@ -1,12 +1,16 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// voxel.scan_groups: group sums to group bases, in one workgroup; the total is the number of occupied voxels.
+// voxel.scan_groups: group sums to group bases, in one workgroup; the total is the number of
+// occupied voxels.
 layout(local_size_x = 256) in;
 
 #include "shared/prefix_sum.glsl"
 
 layout(std430, set = 1, binding = 0) restrict buffer GroupSums { uint group_sums[]; };
-layout(std430, set = 1, binding = 1) restrict buffer Counters { uint fragment_count; uint voxel_count; };
+layout(std430, set = 1, binding = 1) restrict buffer Counters {
+    uint fragment_count;
+    uint voxel_count;
+};
 
 layout(push_constant) uniform ScanParams { uint group_count; } params;
 
@@ -15,7 +19,8 @@ void main() {
     for (uint first = 0u; first < params.group_count; first += 256u) {
         uint group = first + gl_LocalInvocationIndex;
         uint total;
-        uint before = workgroup_prefix_sum(group < params.group_count ? group_sums[group] : 0u, total);
+        uint before =
+            workgroup_prefix_sum(group < params.group_count ? group_sums[group] : 0u, total);
         if (group < params.group_count) group_sums[group] = base + before;
         base += total;
     }

@@ -1,6 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// voxel.scan_touched: sums of groups to sums before each group, in one workgroup; the totals are the number of touched blocks and of voxels in them.
+// voxel.scan_touched: sums of groups to sums before each group, in one workgroup; the totals are
+// the number of touched blocks and of voxels in them.
 layout(local_size_x = 256) in;
 
 #include "shared/prefix_sum.glsl"

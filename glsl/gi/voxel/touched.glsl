@@ -1,7 +1,8 @@
 // Dynamic geometry: the blocks of 4×4×4 voxels that it touches.
 //
-// In a touched block all voxels, static ones too, have their records behind those of the static geometry: occupancy becomes that of both, and the block's
-// base the place of its first record there. What both were before is kept, so that it can be put back.
+// In a touched block all voxels, static ones too, have their records behind those of the static
+// geometry: occupancy becomes that of both, and the block's base the place of its first record
+// there. What both were before is kept, so that it can be put back.
 #ifndef LUMIVOX_TOUCHED
 #define LUMIVOX_TOUCHED
 
@@ -12,7 +13,8 @@ struct TouchedBlock {
     uint static_high;
 };
 
-// What one update of dynamic geometry counts; the first three words are those that voxel.fragments counts into.
+// What one update of dynamic geometry counts; the first three words are those that voxel.fragments
+// counts into.
 struct TouchedCounters {
     uint fragment_count;      // static ones too
     uint unused;

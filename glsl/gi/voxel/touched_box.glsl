@@ -20,7 +20,8 @@ uint box_block_count() {
 // Index in the grid of a block of the box.
 uint box_block(uint index) {
     uint row = index / params.size_x;
-    uvec3 at = uvec3(index % params.size_x + params.first_x, row % params.size_y + params.first_y, row / params.size_y + params.first_z);
+    uvec3 at = uvec3(index % params.size_x + params.first_x, row % params.size_y + params.first_y,
+        row / params.size_y + params.first_z);
     return at.x + params.blocks * (at.y + params.blocks * at.z);
 }
 
@@ -28,7 +29,8 @@ uint set_bits(uvec2 words) {
     return uint(bitCount(words.x) + bitCount(words.y));
 }
 
-// Touched blocks (from bit 17 on) and their voxels, in one sum over the 1,024 blocks of a workgroup.
+// Touched blocks (from bit 17 on) and their voxels, in one sum over the 1,024 blocks of a
+// workgroup.
 const uint BLOCK_UNIT = 1u << 17;
 
 #endif

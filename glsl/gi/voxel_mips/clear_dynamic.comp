@@ -1,6 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// voxel_mips.clear_dynamic: the texels of the voxels that dynamic geometry touched, and of those around them, become empty. A thread a voxel.
+// voxel_mips.clear_dynamic: the texels of the voxels that dynamic geometry touched, and of those
+// around them, become empty. A thread a voxel.
 layout(local_size_x = 64) in;
 
 #include "gi/voxel/records.glsl"
@@ -15,6 +16,7 @@ void main() {
     if (index >= params.voxel_count) return;
     Voxel voxel = voxels[params.first_voxel + index];
     // One cube, or those of six faces side by side.
-    ivec3 size = imageSize(dense_radiance), texel = ivec3(voxel_coordinates(voxel.xy, voxel.z_area));
+    ivec3 size = imageSize(dense_radiance),
+          texel = ivec3(voxel_coordinates(voxel.xy, voxel.z_area));
     for (; texel.x < size.x; texel.x += size.y) imageStore(dense_radiance, texel, vec4(0.0));
 }

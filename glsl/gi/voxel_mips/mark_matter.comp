@@ -1,5 +1,6 @@
 #version 460
-// voxel_mips.mark_matter: mip 0 of the matter pyramid (gi/voxel_mips/matter.glsl), from the occupancy of the voxels. A thread makes the stencils of a block.
+// voxel_mips.mark_matter: mip 0 of the matter pyramid (gi/voxel_mips/matter.glsl), from the
+// occupancy of the voxels. A thread makes the stencils of a block.
 layout(local_size_x = 64) in;
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer Occupancy { uvec2 occupancy[]; };
@@ -13,11 +14,14 @@ uvec2 swap_bits(uvec2 words, uint mask, uint distance) {
 
 // From the Morton order of a block (gi/voxel/grid.glsl) to rows along x, then y, then z.
 uvec2 rows(uvec2 words) {
-    return swap_bits(swap_bits(swap_bits(words, 0x00cc00ccu, 6u), 0x00f000f0u, 4u), 0x0000ff00u, 8u);
+    return swap_bits(
+        swap_bits(swap_bits(words, 0x00cc00ccu, 6u), 0x00f000f0u, 4u), 0x0000ff00u, 8u);
 }
 
 uvec2 block_at(uvec3 block, uint blocks) {
-    return any(greaterThanEqual(block, uvec3(blocks))) ? uvec2(0u) : rows(occupancy[block.x + blocks * (block.y + blocks * block.z)]);
+    return any(greaterThanEqual(block, uvec3(blocks)))
+        ? uvec2(0u)
+        : rows(occupancy[block.x + blocks * (block.y + blocks * block.z)]);
 }
 
 // Each voxel of a block, or the next one along x.

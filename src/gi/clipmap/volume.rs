@@ -9,14 +9,18 @@ use crate::gi::cone::Volume;
 use crate::gi::voxel::voxelize::{buffer, linear_groups};
 use crate::gi::voxel::{Directionality, Prefilter, VoxelBox, VoxelLight, Voxels};
 use crate::gpu_struct;
-use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Pass, Sets, Shaders, vk};
+use crate::graph::{
+    Access, Binding, Buffer, Error, Frame, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Pass,
+    Sets, Shaders, vk,
+};
 
 gpu_struct! {
     /// Parameters of `clipmap.write_voxels`.
     pub struct WriteParams {
         /// xyz: first voxel of the level modulo n; w: n.
         pub first: [i32; 4],
-        /// xyz: first voxel of the box that is made from the finer level alone, from the level's own.
+        /// xyz: first voxel of the box that is made from the finer level alone, from the level's
+        /// own.
         pub core_low: [i32; 4],
         /// xyz: end of that box.
         pub core_end: [i32; 4],
@@ -48,11 +52,13 @@ gpu_struct! {
         pub first: [i32; 4],
         /// xyz: how many are made.
         pub region_size: [i32; 4],
-        /// xyz: middle of the place that is made from the finer level, from the first voxel (half voxels); w: how far it reaches (voxels).
+        /// xyz: middle of the place that is made from the finer level, from the first voxel (half
+        /// voxels); w: how far it reaches (voxels).
         pub inner_middle: [i32; 4],
         /// The level that is written.
         pub inner_level: i32,
-        /// Over which the finer level's texels and those of the level's own voxels are mixed (voxels).
+        /// Over which the finer level's texels and those of the level's own voxels are mixed
+        /// (voxels).
         pub inner_ramp: i32,
     }
 }
@@ -71,7 +77,8 @@ gpu_struct! {
     }
 }
 
-/// A level's voxels into its texels, but where those of the next finer level alone are shown. A thread a voxel.
+/// A level's voxels into its texels, but where those of the next finer level alone are shown. A
+/// thread a voxel.
 pub static WRITE_VOXELS: Pass = Pass {
     name: "clipmap.write_voxels",
     shaders: Shaders::Compute("gi/clipmap/write_voxels.comp"),
@@ -93,7 +100,8 @@ pub static CLEAR_BOX: Pass = Pass {
     sets: Sets::None,
 };
 
-/// Texels of a level where the next finer one is shown whole, from that one; towards the end of that, mixed with those that are there. A thread a texel.
+/// Texels of a level where the next finer one is shown whole, from that one; towards the end of
+/// that, mixed with those that are there. A thread a texel.
 pub static FILTER_INNER: Pass = Pass {
     name: "clipmap.filter_inner",
     shaders: Shaders::Compute("gi/clipmap/filter_inner.comp"),
@@ -106,7 +114,10 @@ pub static FILTER_INNER: Pass = Pass {
 pub static FILTER_TOP: Pass = Pass {
     name: "clipmap.filter_top",
     shaders: Shaders::Compute("gi/clipmap/filter_top.comp"),
-    bindings: &[Binding::image("finer", Access::ComputeRead), Binding::image("coarser", Access::ComputeWrite)],
+    bindings: &[
+        Binding::image("finer", Access::ComputeRead),
+        Binding::image("coarser", Access::ComputeWrite),
+    ],
     push_bytes: size_of::<TopParams>() as u32,
     sets: Sets::None,
 };
@@ -116,19 +127,30 @@ pub struct ClipmapVolume {
     layout: Layout,
     filter: Prefilter,
     directionality: Directionality,
-    /// RGBA16F, radiance (W/(m² sr)) premultiplied by opacity, and opacity: n × n × levels · (n + 2); with faces n × 6 (n + 2) × levels · (n + 2).
+    /// RGBA16F, radiance (W/(m² sr)) premultiplied by opacity, and opacity: n × n × levels · (n +
+    /// 2); with faces n × 6 (n + 2) × levels · (n + 2).
     pub clipmap: Arc<Image>,
     /// Mips of the outermost level, (n/2)³ and less; with faces six side by side along x.
     pub top: Arc<Image>,
-    /// Two rows a level: for pictures, and for voxels, whose light does not depend on where between two blocks the camera is.
+    /// Two rows a level: for pictures, and for voxels, whose light does not depend on where
+    /// between two blocks the camera is.
     rows: [Arc<Buffer>; 2],
 }
 
 impl ClipmapVolume {
     /// Allocates it; it is empty after the first update.
-    pub fn new(gpu: &Gpu, layout: Layout, filter: Prefilter, directionality: Directionality) -> Result<Self, Error> {
+    pub fn new(
+        gpu: &Gpu,
+        layout: Layout,
+        filter: Prefilter,
+        directionality: Directionality,
+    ) -> Result<Self, Error> {
         let n = layout.resolution;
-        let [height, cubes] = if directionality == Directionality::Isotropic { [n, 1] } else { [6 * (n + 2), 6] };
+        let [height, cubes] = if directionality == Directionality::Isotropic {
+            [n, 1]
+        } else {
+            [6 * (n + 2), 6]
+        };
         let image = |name: &str, extent, mips| {
             gpu.create_image(&ImageDesc {
                 name: name.into(),
@@ -146,7 +168,11 @@ impl ClipmapVolume {
             filter,
             directionality,
             clipmap: image("clipmap.levels", [n, height, layout.levels * (n + 2)], 1)?,
-            top: image("clipmap.top", [cubes * (n / 2), n / 2, n / 2], layout.top_mips())?,
+            top: image(
+                "clipmap.top",
+                [cubes * (n / 2), n / 2, n / 2],
+                layout.top_mips(),
+            )?,
             rows: [rows()?, rows()?],
         })
     }
@@ -155,10 +181,16 @@ impl ClipmapVolume {
     pub fn set_places(&self, gpu: &Gpu, places: &[Place]) -> Result<(), Error> {
         let outermost = places[places.len() - 1].first;
         let rows = |place: &dyn Fn(Place) -> Place| -> Vec<[[f32; 4]; 2]> {
-            (0u32..).zip(places).map(|(level, own)| self.layout.rows(level, place(*own), outermost)).collect()
+            (0u32..)
+                .zip(places)
+                .map(|(level, own)| self.layout.rows(level, place(*own), outermost))
+                .collect()
         };
         let half = 0.5 * self.layout.resolution as f32;
-        let own_middle = |Place { first, .. }: Place| Place { first, middle: first.as_vec3() + half };
+        let own_middle = |Place { first, .. }: Place| Place {
+            first,
+            middle: first.as_vec3() + half,
+        };
         gpu.upload_buffer(&self.rows[0], bytemuck::cast_slice(&rows(&|place| place)))?;
         gpu.upload_buffer(&self.rows[1], bytemuck::cast_slice(&rows(&own_middle)))
     }
@@ -175,7 +207,13 @@ impl ClipmapVolume {
 
     fn volume<'v>(&'v self, levels: &'v Arc<Buffer>) -> Volume<'v> {
         let shape = [self.layout.resolution, self.layout.levels];
-        Volume::Clipmap { levels, clipmap: &self.clipmap, top: &self.top, shape, directionality: self.directionality }
+        Volume::Clipmap {
+            levels,
+            clipmap: &self.clipmap,
+            top: &self.top,
+            shape,
+            directionality: self.directionality,
+        }
     }
 
     fn has_faces(&self) -> u32 {
@@ -184,7 +222,11 @@ impl ClipmapVolume {
 
     /// Whether a level has a texel for each of six faces, and not one for all.
     fn has_six(&self, level: u32) -> u32 {
-        if level == 0 { u32::from(self.directionality.faces().is_some()) } else { self.has_faces() }
+        if level == 0 {
+            u32::from(self.directionality.faces().is_some())
+        } else {
+            self.has_faces()
+        }
     }
 
     /// Adds the pass that empties all texels.
@@ -203,21 +245,50 @@ impl ClipmapVolume {
             .pass(&CLEAR_BOX)
             .bind(&self.clipmap)
             .constants(&[self.has_faces()])
-            .push(&ClearBoxParams { first: self.wrap(cleared.low), size: size.extend(level as i32).to_array() })
+            .push(&ClearBoxParams {
+                first: self.wrap(cleared.low),
+                size: size.extend(level as i32).to_array(),
+            })
             .dispatch(groups.to_array());
     }
 
-    /// Adds the pass that writes the voxels of a level that are in `region`, except those that the finer level alone gives.
-    pub fn write_voxels(&self, frame: &mut Frame, level: u32, region: VoxelBox, inner: &Inner, voxels: &Voxels, light: &VoxelLight) {
+    /// Adds the pass that writes the voxels of a level that are in `region`, except those that the
+    /// finer level alone gives.
+    pub fn write_voxels(
+        &self,
+        frame: &mut Frame,
+        level: u32,
+        region: VoxelBox,
+        inner: &Inner,
+        voxels: &Voxels,
+        light: &VoxelLight,
+    ) {
         let (first, core) = (voxels.lattice.first, inner.core());
-        let [core_low, core_end, region_low, region_end] = [core.low, core.end, region.low, region.end].map(|corner| (corner - first).extend(0).to_array());
+        let [core_low, core_end, region_low, region_end] =
+            [core.low, core.end, region.low, region.end]
+                .map(|corner| (corner - first).extend(0).to_array());
         let (voxel_count, clipmap_level) = (voxels.voxel_count, level as i32);
-        let params = WriteParams { first: self.wrap(first), core_low, core_end, region_low, region_end, voxel_count, clipmap_level };
-        let pass = frame.pass(&WRITE_VOXELS).bind(&voxels.records).bind(&light.radiance).bind(&self.clipmap);
-        pass.constants(&[self.has_faces(), u32::from(light.settings.stores_faces)]).push(&params).dispatch(linear_groups(voxels.voxel_count));
+        let params = WriteParams {
+            first: self.wrap(first),
+            core_low,
+            core_end,
+            region_low,
+            region_end,
+            voxel_count,
+            clipmap_level,
+        };
+        let pass = frame
+            .pass(&WRITE_VOXELS)
+            .bind(&voxels.records)
+            .bind(&light.radiance)
+            .bind(&self.clipmap);
+        pass.constants(&[self.has_faces(), u32::from(light.settings.stores_faces)])
+            .push(&params)
+            .dispatch(linear_groups(voxels.voxel_count));
     }
 
-    /// Adds the pass that makes the texels of a level that are in `region` from the next finer one, where it is shown, and from its own.
+    /// Adds the pass that makes the texels of a level that are in `region` from the next finer one,
+    /// where it is shown, and from its own.
     pub fn filter_inner(&self, frame: &mut Frame, level: u32, region: VoxelBox, inner: &Inner) {
         let made = region.cut(inner.region());
         if made.is_empty() {
@@ -226,7 +297,11 @@ impl ClipmapVolume {
         frame
             .pass(&FILTER_INNER)
             .bind(&self.clipmap)
-            .constants(&[self.filter as u32, self.has_faces(), self.has_six(level - 1)])
+            .constants(&[
+                self.filter as u32,
+                self.has_faces(),
+                self.has_six(level - 1),
+            ])
             .push(&InnerParams {
                 first: self.wrap(made.low),
                 region_size: made.size().extend(0).to_array(),
@@ -234,13 +309,22 @@ impl ClipmapVolume {
                 inner_level: level as i32,
                 inner_ramp: inner.ramp,
             })
-            .dispatch(made.size().as_uvec3().to_array().map(|edge| edge.div_ceil(4)));
+            .dispatch(
+                made.size()
+                    .as_uvec3()
+                    .to_array()
+                    .map(|edge| edge.div_ceil(4)),
+            );
     }
 
-    /// Adds the passes that make the mips above the outermost level, which begins at `first`, where its texels in `region` are seen.
+    /// Adds the passes that make the mips above the outermost level, which begins at `first`, where
+    /// its texels in `region` are seen.
     pub fn filter_top(&self, frame: &mut Frame, first: IVec3, region: VoxelBox) {
         let outermost = self.layout.levels - 1;
-        let mut made = VoxelBox { low: region.low - first, end: region.end - first };
+        let mut made = VoxelBox {
+            low: region.low - first,
+            end: region.end - first,
+        };
         for mip in 0..self.top.mips() {
             made = made.coarser();
             let params = TopParams {
@@ -250,12 +334,23 @@ impl ClipmapVolume {
                 finer_level: outermost as i32,
             };
             let pass = frame.pass(&FILTER_TOP);
-            let (pass, six) =
-                if mip == 0 { (pass.bind(&self.clipmap), self.has_six(outermost)) } else { (pass.bind_mip(&self.top, mip - 1), self.has_faces()) };
-            let constants = [self.filter as u32, self.has_faces(), six, u32::from(mip == 0)];
+            let (pass, six) = if mip == 0 {
+                (pass.bind(&self.clipmap), self.has_six(outermost))
+            } else {
+                (pass.bind_mip(&self.top, mip - 1), self.has_faces())
+            };
+            let constants = [
+                self.filter as u32,
+                self.has_faces(),
+                six,
+                u32::from(mip == 0),
+            ];
             let [x, y, z] = made.size().as_uvec3().to_array();
             let threads = [x * if self.has_faces() == 0 { 1 } else { 6 }, y, z];
-            pass.bind_mip(&self.top, mip).constants(&constants).push(&params).dispatch(threads.map(|texels| texels.div_ceil(4)));
+            pass.bind_mip(&self.top, mip)
+                .constants(&constants)
+                .push(&params)
+                .dispatch(threads.map(|texels| texels.div_ceil(4)));
         }
     }
 

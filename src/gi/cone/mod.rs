@@ -15,7 +15,10 @@ pub use probe::{PROBE, Probe, ProbeAxis, ProbeParams, ProbeSample, ProbeSurface}
 pub use sets::{Cone, ConeSet, KahlRings, check, cone_set, diffuse_set, kahl_set};
 pub use settings::{NARROWEST, SETTINGS, SUBSTITUTIONS, TEXTBOOK, diffuse_count, more_cones};
 pub use shadow::{SHADOW, SOFT_SHADOWS, ShadowConeParams};
-pub use tracer::{BOUNCE, BounceConeParams, ConeParams, ConeSettings, ConeTracer, GATHER, OCCLUSION, SPECULAR, SpecularParams};
+pub use tracer::{
+    BOUNCE, BounceConeParams, ConeParams, ConeSettings, ConeTracer, GATHER, OCCLUSION, SPECULAR,
+    SpecularParams,
+};
 pub use view::{VIEW, ViewVoxelsParams, VoxelVolume};
 pub use volume::{FaceWeights, Volume, VolumePass};
 
@@ -23,15 +26,40 @@ use crate::graph::Pass;
 use crate::shader::{Field, GpuStruct};
 
 /// The passes through a dense volume.
-pub static PASSES: &[&Pass] = &[&GATHER.dense, &OCCLUSION.dense, &SPECULAR.dense, &SHADOW.dense, &PATCHES.dense, &BOUNCE.dense, &VIEW.dense, &PROBE.dense];
+pub static PASSES: &[&Pass] = &[
+    &GATHER.dense,
+    &OCCLUSION.dense,
+    &SPECULAR.dense,
+    &SHADOW.dense,
+    &PATCHES.dense,
+    &BOUNCE.dense,
+    &VIEW.dense,
+    &PROBE.dense,
+];
 
 /// The passes through a sparse volume.
-pub static SPARSE_PASSES: &[&Pass] =
-    &[&GATHER.sparse, &OCCLUSION.sparse, &SPECULAR.sparse, &SHADOW.sparse, &PATCHES.sparse, &BOUNCE.sparse, &VIEW.sparse, &PROBE.sparse];
+pub static SPARSE_PASSES: &[&Pass] = &[
+    &GATHER.sparse,
+    &OCCLUSION.sparse,
+    &SPECULAR.sparse,
+    &SHADOW.sparse,
+    &PATCHES.sparse,
+    &BOUNCE.sparse,
+    &VIEW.sparse,
+    &PROBE.sparse,
+];
 
 /// The passes through a clipmap.
-pub static CLIPMAP_PASSES: &[&Pass] =
-    &[&GATHER.clipmap, &OCCLUSION.clipmap, &SPECULAR.clipmap, &SHADOW.clipmap, &PATCHES.clipmap, &BOUNCE.clipmap, &VIEW.clipmap, &PROBE.clipmap];
+pub static CLIPMAP_PASSES: &[&Pass] = &[
+    &GATHER.clipmap,
+    &OCCLUSION.clipmap,
+    &SPECULAR.clipmap,
+    &SHADOW.clipmap,
+    &PATCHES.clipmap,
+    &BOUNCE.clipmap,
+    &VIEW.clipmap,
+    &PROBE.clipmap,
+];
 
 /// All structs that this module shares with shaders.
 pub static STRUCTS: &[(&str, &[Field])] = &[

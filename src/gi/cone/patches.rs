@@ -1,4 +1,5 @@
-//! Light from surfaces that emit: a bounded number of patches, each seen by a cone that is as wide as the patch.
+//! Light from surfaces that emit: a bounded number of patches, each seen by a cone that is as wide
+//! as the patch.
 
 use std::sync::Arc;
 
@@ -55,8 +56,10 @@ const BINDINGS: [Binding; 4] = [
     Binding::image("indirect_diffuse", Access::ComputeReadWrite),
 ];
 
-/// Adds E = Σ L A cos θ cos θ' V / (d² + r²) over the patches to the diffuse gather. Reads the G-buffer, the patches and a volume; a thread a pixel.
-pub static PATCHES: VolumePass = volume_pass!("cone.patches", "gi/cone/patches", PatchParams, BINDINGS);
+/// Adds E = Σ L A cos θ cos θ' V / (d² + r²) over the patches to the diffuse gather. Reads the
+/// G-buffer, the patches and a volume; a thread a pixel.
+pub static PATCHES: VolumePass =
+    volume_pass!("cone.patches", "gi/cone/patches", PatchParams, BINDINGS);
 
 /// Part of the surface that emits, as a disc.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -94,7 +97,10 @@ struct Group<'e> {
 
 /// Position in units of `scale_m`, and normal.
 fn coordinates(emitter: &Emitter, scale_m: f64) -> [f64; 6] {
-    let ([x, y, z], [a, b, c]) = ((emitter.position.as_dvec3() / scale_m).to_array(), emitter.normal.as_dvec3().to_array());
+    let ([x, y, z], [a, b, c]) = (
+        (emitter.position.as_dvec3() / scale_m).to_array(),
+        emitter.normal.as_dvec3().to_array(),
+    );
     [x, y, z, a, b, c]
 }
 
@@ -110,8 +116,15 @@ impl<'e> Group<'e> {
             }
         }
         let mean = sums.map(|sum| sum / intensity);
-        let variance = std::array::from_fn(|axis| (squares[axis] / intensity - mean[axis] * mean[axis]).max(0.0));
-        Group { emitters, intensity, mean, variance }
+        let variance = std::array::from_fn(|axis| {
+            (squares[axis] / intensity - mean[axis] * mean[axis]).max(0.0)
+        });
+        Group {
+            emitters,
+            intensity,
+            mean,
+            variance,
+        }
     }
 
     /// Variance times intensity: what is wrong with taking it for a disc.
@@ -119,37 +132,71 @@ impl<'e> Group<'e> {
         self.intensity * self.variance.iter().sum::<f64>()
     }
 
-    /// Two groups, parted at the mean of the coordinate that is spread most; `None` where all have one place.
+    /// Two groups, parted at the mean of the coordinate that is spread most; `None` where all have
+    /// one place.
     fn split(&self, scale_m: f64) -> Option<[Group<'e>; 2]> {
-        let widest = (0..6).fold(0, |widest, axis| if self.variance[axis] > self.variance[widest] { axis } else { widest });
-        let (low, high): (Vec<_>, Vec<_>) = self.emitters.iter().partition(|emitter| coordinates(emitter, scale_m)[widest] < self.mean[widest]);
+        let widest = (0..6).fold(0, |widest, axis| {
+            if self.variance[axis] > self.variance[widest] {
+                axis
+            } else {
+                widest
+            }
+        });
+        let (low, high): (Vec<_>, Vec<_>) = self
+            .emitters
+            .iter()
+            .partition(|emitter| coordinates(emitter, scale_m)[widest] < self.mean[widest]);
         let is_split = !low.is_empty() && !high.is_empty();
         is_split.then(|| [low, high].map(|emitters| Group::new(emitters, scale_m)))
     }
 
     fn patch(&self, scale_m: f64) -> Patch {
-        let sum = |of: &dyn Fn(&Emitter) -> DVec3| self.emitters.iter().map(|emitter| of(emitter)).sum::<DVec3>();
-        let area: f64 = self.emitters.iter().map(|emitter| f64::from(emitter.area)).sum();
+        let sum = |of: &dyn Fn(&Emitter) -> DVec3| {
+            self.emitters
+                .iter()
+                .map(|emitter| of(emitter))
+                .sum::<DVec3>()
+        };
+        let area: f64 = self
+            .emitters
+            .iter()
+            .map(|emitter| f64::from(emitter.area))
+            .sum();
         let [x, y, z, a, b, c] = self.mean;
         let variance = scale_m * scale_m * self.variance[..3].iter().sum::<f64>();
         Patch {
             position: (DVec3::new(x, y, z) * scale_m).as_vec3(),
-            normal: DVec3::new(a, b, c).normalize_or(self.emitters[0].normal.as_dvec3()).as_vec3(),
+            normal: DVec3::new(a, b, c)
+                .normalize_or(self.emitters[0].normal.as_dvec3())
+                .as_vec3(),
             area: area as f32,
             radius: (2.0 * variance).sqrt() as f32,
-            radiance: (sum(&|emitter| f64::from(emitter.area) * emitter.radiance.as_dvec3()) / area).as_vec3(),
+            radiance: (sum(&|emitter| f64::from(emitter.area) * emitter.radiance.as_dvec3())
+                / area)
+                .as_vec3(),
         }
     }
 }
 
-/// At most `count` patches that hold all emitters, those alike in place (in units of `scale_m`) and normal together: the group with the largest variance, weighted
-/// with what it gives off, is cut in two until there are enough.
+/// At most `count` patches that hold all emitters, those alike in place (in units of `scale_m`) and
+/// normal together: the group with the largest variance, weighted with what it gives off, is cut in
+/// two until there are enough.
 pub fn patches(emitters: &[Emitter], count: usize, scale_m: f32) -> Vec<Patch> {
     let scale_m = f64::from(scale_m);
-    let mut groups: Vec<Group> = if emitters.is_empty() || count == 0 { Vec::new() } else { vec![Group::new(emitters.iter().collect(), scale_m)] };
+    let mut groups: Vec<Group> = if emitters.is_empty() || count == 0 {
+        Vec::new()
+    } else {
+        vec![Group::new(emitters.iter().collect(), scale_m)]
+    };
     while groups.len() < count {
-        let Some(widest) = (0..groups.len()).max_by(|a, b| groups[*a].spread().total_cmp(&groups[*b].spread())) else { break };
-        let Some([low, high]) = groups[widest].split(scale_m) else { break };
+        let Some(widest) =
+            (0..groups.len()).max_by(|a, b| groups[*a].spread().total_cmp(&groups[*b].spread()))
+        else {
+            break;
+        };
+        let Some([low, high]) = groups[widest].split(scale_m) else {
+            break;
+        };
         groups[widest] = low;
         groups.push(high);
     }
@@ -169,7 +216,9 @@ const SCALE: f32 = 0.25;
 impl EmissivePatches {
     /// Whether surfaces that emit light what is seen in this way.
     pub fn are_asked_for(scene: &GpuScene, settings: &Settings) -> bool {
-        !scene.emitters.is_empty() && settings.is("shadows", "cones") && settings.count("emissive_patches") > 0
+        !scene.emitters.is_empty()
+            && settings.is("shadows", "cones")
+            && settings.count("emissive_patches") > 0
     }
 
     /// Of the scene as it is; `None` where nothing emits, or the settings have none.
@@ -178,15 +227,26 @@ impl EmissivePatches {
             return Ok(None);
         }
         let most = settings.count("emissive_patches");
-        let buffer = storage(gpu, "cone.patches", &vec![0; size_of::<GpuPatch>() * most as usize])?;
-        let mut made = EmissivePatches { most, buffer, count: 0 };
+        let buffer = storage(
+            gpu,
+            "cone.patches",
+            &vec![0; size_of::<GpuPatch>() * most as usize],
+        )?;
+        let mut made = EmissivePatches {
+            most,
+            buffer,
+            count: 0,
+        };
         made.follow(gpu, scene)?;
         Ok(Some(made))
     }
 
     /// Those of the scene as it is.
     pub fn list(&self, scene: &GpuScene) -> Vec<Patch> {
-        let scale_m = SCALE * (scene.bounds.1 - scene.bounds.0).length().max(f32::MIN_POSITIVE);
+        let scale_m = SCALE
+            * (scene.bounds.1 - scene.bounds.0)
+                .length()
+                .max(f32::MIN_POSITIVE);
         patches(&scene.emitters, self.most as usize, scale_m)
     }
 
@@ -201,7 +261,15 @@ impl EmissivePatches {
 
 impl ConeTracer {
     /// Adds the light of patches to what was gathered, each seen by a cone.
-    pub fn patches(&self, frame: &mut Frame, gbuffer: &GBuffer, grid: &VoxelGrid, volume: Volume<'_>, patches: &EmissivePatches, result: &Arc<Image>) {
+    pub fn patches(
+        &self,
+        frame: &mut Frame,
+        gbuffer: &GBuffer,
+        grid: &VoxelGrid,
+        volume: Volume<'_>,
+        patches: &EmissivePatches,
+        result: &Arc<Image>,
+    ) {
         let s = &self.settings;
         let pass = volume.choose(&PATCHES);
         for [first_patch, end_patch] in s.dispatches(grid, volume, patches.count) {
@@ -216,8 +284,16 @@ impl ConeTracer {
                 end_patch,
                 face_stride: volume.face_stride(),
             };
-            let builder = frame.pass(pass).bind(&gbuffer.view_depth).bind(&gbuffer.normals).bind(&patches.buffer).bind(result);
-            volume.bind(builder, true, Output::Light, s.face_weights).push(&params).dispatch(screen_groups(gbuffer.size));
+            let builder = frame
+                .pass(pass)
+                .bind(&gbuffer.view_depth)
+                .bind(&gbuffer.normals)
+                .bind(&patches.buffer)
+                .bind(result);
+            volume
+                .bind(builder, true, Output::Light, s.face_weights)
+                .push(&params)
+                .dispatch(screen_groups(gbuffer.size));
         }
     }
 }

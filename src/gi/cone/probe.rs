@@ -1,4 +1,5 @@
-//! One cone from one place of the picture, with every sample that it takes, as the gathers trace it.
+//! One cone from one place of the picture, with every sample that it takes, as the gathers trace
+//! it.
 
 use glam::Vec3;
 
@@ -40,7 +41,12 @@ gpu_struct! {
 }
 
 /// One cone. Writes RGBA32F rows: two of the cone, then two of each sample.
-pub static PROBE: VolumePass = volume_pass!("cone.probe", "gi/cone/probe", ProbeParams, [Binding::buffer("probe_rows", Access::ComputeWrite)]);
+pub static PROBE: VolumePass = volume_pass!(
+    "cone.probe",
+    "gi/cone/probe",
+    ProbeParams,
+    [Binding::buffer("probe_rows", Access::ComputeWrite)]
+);
 
 /// Which way a probe looks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -111,7 +117,8 @@ pub struct Probe {
 }
 
 impl ConeTracer {
-    /// Traces one cone from a surface. `aperture_deg` is γ, where it is not to be the technique's own. The scene's frame constants are those of the picture.
+    /// Traces one cone from a surface. `aperture_deg` is γ, where it is not to be the technique's
+    /// own. The scene's frame constants are those of the picture.
     pub fn probe(
         &self,
         &Context { gpu, scene, .. }: &Context<'_>,
@@ -124,7 +131,8 @@ impl ConeTracer {
         let cones: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&gpu.read_buffer(&self.set.cones)?);
         let cones = &cones[..self.set.count as usize];
         let (direction, own_tan_half, weight) = self.axis(surface, cones, axis);
-        let tan_half = aperture_deg.map_or(own_tan_half, |degrees| (0.5 * degrees.to_radians()).tan());
+        let tan_half =
+            aperture_deg.map_or(own_tan_half, |degrees| (0.5 * degrees.to_radians()).tan());
         let is_mirror = axis == ProbeAxis::Mirror;
         let capacity = longest_march(volume.voxels_across(grid), s.step_factor);
         let rows = storage(gpu, "cone.probe", &vec![0; 32 * (capacity as usize + 1)])?;
@@ -145,7 +153,15 @@ impl ConeTracer {
         let mut frame = Frame::new();
         frame.set_scene(&scene.set, &scene.materials);
         let pass = frame.pass(volume.choose(&PROBE)).bind(&rows);
-        volume.bind(pass, is_mirror || self.skips_empty, Output::Light, s.face_weights).push(&params).dispatch([1; 3]);
+        volume
+            .bind(
+                pass,
+                is_mirror || self.skips_empty,
+                Output::Light,
+                s.face_weights,
+            )
+            .push(&params)
+            .dispatch([1; 3]);
         gpu.submit(frame)?;
         let rows: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&gpu.read_buffer(&rows)?);
         let [[x, y, z, count], [r, g, b, visibility]] = [rows[0], rows[1]];
@@ -163,26 +179,54 @@ impl ConeTracer {
     }
 
     /// Direction, tan(γ/2) and weight.
-    fn axis(&self, surface: &ProbeSurface, cones: &[[f32; 4]], axis: ProbeAxis) -> (Vec3, f32, Option<f32>) {
+    fn axis(
+        &self,
+        surface: &ProbeSurface,
+        cones: &[[f32; 4]],
+        axis: ProbeAxis,
+    ) -> (Vec3, f32, Option<f32>) {
         match axis {
-            ProbeAxis::Normal => (surface.shading_normal, cones.first().map_or(0.0, |cone| cone[2]), None),
+            ProbeAxis::Normal => (
+                surface.shading_normal,
+                cones.first().map_or(0.0, |cone| cone[2]),
+                None,
+            ),
             ProbeAxis::Diffuse(index) => {
-                let [sin_squared, azimuth_rad, tan_half, weight] = cones.get(index as usize).or(cones.last()).copied().unwrap_or_default();
+                let [sin_squared, azimuth_rad, tan_half, weight] = cones
+                    .get(index as usize)
+                    .or(cones.last())
+                    .copied()
+                    .unwrap_or_default();
                 let n = self.settings.interleave;
-                let pattern = if n > 1 { interleaved_offset(surface.pixel, n) } else { glam::DVec2::new(0.5, 0.0) };
-                let sin_squared = f64::from(sin_squared) + (pattern.x - 0.5) * f64::from(self.set.jitter);
+                let pattern = if n > 1 {
+                    interleaved_offset(surface.pixel, n)
+                } else {
+                    glam::DVec2::new(0.5, 0.0)
+                };
+                let sin_squared =
+                    f64::from(sin_squared) + (pattern.x - 0.5) * f64::from(self.set.jitter);
                 let azimuth_rad = f64::from(azimuth_rad) + pattern.y * std::f64::consts::TAU;
-                let direction = hemisphere_direction(surface.shading_normal.as_dvec3(), sin_squared, azimuth_rad);
+                let direction = hemisphere_direction(
+                    surface.shading_normal.as_dvec3(),
+                    sin_squared,
+                    azimuth_rad,
+                );
                 (direction.normalize().as_vec3(), tan_half, Some(weight))
             }
             ProbeAxis::Mirror => {
                 let to_eye = (surface.eye - surface.position).normalize();
-                let mirrored = (2.0 * surface.shading_normal.dot(to_eye) * surface.shading_normal - to_eye).normalize();
+                let mirrored = (2.0 * surface.shading_normal.dot(to_eye) * surface.shading_normal
+                    - to_eye)
+                    .normalize();
                 // As cone.specular lifts a direction that goes below the surface.
                 let below = (mirrored.dot(surface.geometric_normal) - 0.02).min(0.0);
                 let alpha = (surface.roughness * surface.roughness).max(1e-3);
                 let tan_half = (2.0 * (0.57735 * alpha).atan()).min(1.0).tan();
-                ((mirrored - below * surface.geometric_normal).normalize(), tan_half, None)
+                (
+                    (mirrored - below * surface.geometric_normal).normalize(),
+                    tan_half,
+                    None,
+                )
             }
         }
     }
@@ -193,10 +237,22 @@ fn samples(rows: &[[f32; 4]], voxel_size: f32) -> Vec<ProbeSample> {
     let (mut through, mut gathered) = (1.0, Vec3::ZERO);
     let of = |pair: &[[f32; 4]]| {
         let ([centre, diameter, level, opacity], [r, g, b, a]) = (pair[0], pair[1]);
-        let radiance = if a > 0.0 { Vec3::new(r, g, b) / a } else { Vec3::ZERO };
+        let radiance = if a > 0.0 {
+            Vec3::new(r, g, b) / a
+        } else {
+            Vec3::ZERO
+        };
         gathered += through * opacity * radiance;
         through *= 1.0 - opacity;
-        ProbeSample { distance_m: centre * voxel_size, diameter_m: diameter * voxel_size, level, radiance, opacity, covered: 1.0 - through, gathered }
+        ProbeSample {
+            distance_m: centre * voxel_size,
+            diameter_m: diameter * voxel_size,
+            level,
+            radiance,
+            opacity,
+            covered: 1.0 - through,
+            gathered,
+        }
     };
     rows.chunks_exact(2).map(of).collect()
 }
@@ -208,7 +264,17 @@ mod tests {
     /// Half of 4, then all of 2 behind it.
     #[test]
     fn samples_add_up_front_to_back() {
-        let found = samples(&[[1.0, 1.0, 0.0, 0.5], [1.0, 1.0, 1.0, 0.25], [3.0, 2.0, 1.0, 0.0], [0.0; 4], [5.0, 4.0, 2.0, 1.0], [2.0, 2.0, 2.0, 1.0]], 0.5);
+        let found = samples(
+            &[
+                [1.0, 1.0, 0.0, 0.5],
+                [1.0, 1.0, 1.0, 0.25],
+                [3.0, 2.0, 1.0, 0.0],
+                [0.0; 4],
+                [5.0, 4.0, 2.0, 1.0],
+                [2.0, 2.0, 2.0, 1.0],
+            ],
+            0.5,
+        );
         let column = |of: fn(&ProbeSample) -> f32| found.iter().map(of).collect::<Vec<_>>();
         assert_eq!(column(|sample| sample.distance_m), [0.5, 1.5, 2.5]);
         assert_eq!(column(|sample| sample.diameter_m), [0.5, 1.0, 2.0]);

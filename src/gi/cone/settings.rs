@@ -22,45 +22,87 @@ pub const NARROWEST: PresetValues = &[("cones", "32"), ("aperture_scale", "0.05"
 
 /// Settings of cones.
 pub static SETTINGS: &[Setting] = &[
-    Setting { name: "cones", help: "diffuse cones a pixel", unit: "", domain: Domain::OneOf(&[1, 5, 6, 9, 16, 25, 32]), default: "16" },
+    Setting {
+        name: "cones",
+        help: "diffuse cones a pixel",
+        unit: "",
+        domain: Domain::OneOf(&[1, 5, 6, 9, 16, 25, 32]),
+        default: "16",
+    },
     Setting {
         name: "cone_set",
-        help: "directions: papers (1, 5, 6 and 9 as published; 16 and more on a disc), disc (equal shares of the cosine-weighted disc) or kahl (the rings of \
-               kahl_*, whatever cones says)",
+        help: "directions: papers (1, 5, 6 and 9 as published; 16 and more on a disc), disc \
+               (equal shares of the cosine-weighted disc) or kahl (the rings of kahl_*, whatever \
+               cones says)",
         unit: "",
         domain: Domain::Choice(&["papers", "disc", "kahl"]),
         default: "disc",
     },
-    Setting { name: "kahl_front", help: "the cone along the normal of cone_set = kahl", unit: "", domain: Domain::Choice(&["on", "off"]), default: "on" },
-    Setting { name: "kahl_intermediate", help: "its four cones at 45°", unit: "", domain: Domain::Choice(&["on", "off"]), default: "on" },
-    Setting { name: "kahl_side", help: "its four cones along the surface", unit: "", domain: Domain::Choice(&["on", "off"]), default: "off" },
+    Setting {
+        name: "kahl_front",
+        help: "the cone along the normal of cone_set = kahl",
+        unit: "",
+        domain: Domain::Choice(&["on", "off"]),
+        default: "on",
+    },
+    Setting {
+        name: "kahl_intermediate",
+        help: "its four cones at 45°",
+        unit: "",
+        domain: Domain::Choice(&["on", "off"]),
+        default: "on",
+    },
+    Setting {
+        name: "kahl_side",
+        help: "its four cones along the surface",
+        unit: "",
+        domain: Domain::Choice(&["on", "off"]),
+        default: "off",
+    },
     Setting {
         name: "aperture_scale",
         help: "factor on tan(γ/2) of every diffuse cone; 1: the set covers the hemisphere once",
         unit: "",
-        domain: Domain::Number { min: 0.05, max: 2.0 },
+        domain: Domain::Number {
+            min: 0.05,
+            max: 2.0,
+        },
         default: "0.15",
     },
-    Setting { name: "step_factor", help: "β: step in sample diameters", unit: "diameters", domain: Domain::Number { min: 0.1, max: 2.0 }, default: "1" },
+    Setting {
+        name: "step_factor",
+        help: "β: step in sample diameters",
+        unit: "diameters",
+        domain: Domain::Number { min: 0.1, max: 2.0 },
+        default: "1",
+    },
     Setting {
         name: "opacity_exponent",
-        help: "g in α' = 1 − (1 − α)^(g β); above 1 it makes up for what trilinear sampling lets through",
+        help: "g in α' = 1 − (1 − α)^(g β); above 1 it makes up for what trilinear sampling lets \
+               through",
         unit: "",
         domain: Domain::Number { min: 0.1, max: 8.0 },
         default: "2.5",
     },
     Setting {
         name: "height_clamp",
-        help: "k: a sample is no wider than its height over the receiver's tangent plane / k; 0: off",
+        help: "k: a sample is no wider than its height over the receiver's tangent plane / k; 0: \
+               off",
         unit: "",
-        domain: Domain::Number { min: 0.0, max: 16.0 },
+        domain: Domain::Number {
+            min: 0.0,
+            max: 16.0,
+        },
         default: "5",
     },
     Setting {
         name: "start_offset",
         help: "start of a cone over the surface, along its normal",
         unit: "voxels",
-        domain: Domain::Number { min: 0.0, max: 16.0 },
+        domain: Domain::Number {
+            min: 0.0,
+            max: 16.0,
+        },
         default: "1.5",
     },
     Setting {
@@ -72,7 +114,8 @@ pub static SETTINGS: &[Setting] = &[
     },
     Setting {
         name: "interleave",
-        help: "n: each pixel of an n×n tile gathers in its own directions, then neighbours on one surface are averaged; 1: off",
+        help: "n: each pixel of an n×n tile gathers in its own directions, then neighbours on one \
+               surface are averaged; 1: off",
         unit: "px",
         domain: Domain::OneOf(&[1, 2, 4, 8]),
         default: "4",
@@ -86,7 +129,8 @@ pub static SETTINGS: &[Setting] = &[
     },
     Setting {
         name: "occlusion_cones",
-        help: "cones of the ambient visibility alone, on a disc; 0: those of the gather give it, with ao_falloff and max_distance",
+        help: "cones of the ambient visibility alone, on a disc; 0: those of the gather give it, \
+               with ao_falloff and max_distance",
         unit: "",
         domain: Domain::Count { min: 0, max: 64 },
         default: "0",
@@ -107,7 +151,8 @@ pub static SETTINGS: &[Setting] = &[
     },
     Setting {
         name: "shadows",
-        help: "of the lights on what is seen: maps, or cones from the surface to each light through the voxels (soft; without maps where nothing else reads them)",
+        help: "of the lights on what is seen: maps, or cones from the surface to each light \
+               through the voxels (soft; without maps where nothing else reads them)",
         unit: "",
         domain: Domain::Choice(&["maps", "cones"]),
         default: "maps",
@@ -116,12 +161,16 @@ pub static SETTINGS: &[Setting] = &[
         name: "shadow_aperture",
         help: "full angle of shadows = cones: a light is as soft as a sphere that is seen so large",
         unit: "degrees",
-        domain: Domain::Number { min: 1.0, max: 25.0 },
+        domain: Domain::Number {
+            min: 1.0,
+            max: 25.0,
+        },
         default: "5",
     },
     Setting {
         name: "emissive_patches",
-        help: "with shadows = cones: at most so many patches of surface that emits, each seen by a cone; the diffuse gather then sees no emission; 0: it does",
+        help: "with shadows = cones: at most so many patches of surface that emits, each seen by \
+               a cone; the diffuse gather then sees no emission; 0: it does",
         unit: "",
         domain: Domain::Count { min: 0, max: 1024 },
         default: "32",
@@ -137,17 +186,30 @@ pub static SETTINGS: &[Setting] = &[
 
 /// Substitutions of a technique that gathers by cones alone.
 pub static SUBSTITUTIONS: &[Substitution] = &[
-    Substitution { name: "directions", help: "as many cones as the settings allow, so that no light falls between them", pairs: more_cones },
+    Substitution {
+        name: "directions",
+        help: "as many cones as the settings allow, so that no light falls between them",
+        pairs: more_cones,
+    },
     Substitution {
         name: "filtering",
         help: "cones so narrow that they read the finest voxels alone",
-        pairs: |settings| if settings.number("aperture_scale") > 0.05 { vec!["aperture_scale=0.05".into()] } else { Vec::new() },
+        pairs: |settings| {
+            if settings.number("aperture_scale") > 0.05 {
+                vec!["aperture_scale=0.05".into()]
+            } else {
+                Vec::new()
+            }
+        },
     },
 ];
 
-/// 32 cones of equal shares, turned from pixel to pixel: 2,048 directions in each interleaving window.
+/// 32 cones of equal shares, turned from pixel to pixel: 2,048 directions in each interleaving
+/// window.
 pub fn more_cones(_: &Settings) -> Vec<String> {
-    ["cones=32", "cone_set=disc", "interleave=8"].map(String::from).to_vec()
+    ["cones=32", "cone_set=disc", "interleave=8"]
+        .map(String::from)
+        .to_vec()
 }
 
 /// Number of a pixel's diffuse cones.

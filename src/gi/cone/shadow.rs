@@ -1,5 +1,5 @@
-//! Direct light with soft shadows: a cone from the surface to each light, whose aperture is the light's apparent size (Crassin et al. 2011; Kahl 2019,
-//! section 4.2).
+//! Direct light with soft shadows: a cone from the surface to each light, whose aperture is the
+//! light's apparent size (Crassin et al. 2011; Kahl 2019, section 4.2).
 
 use std::sync::Arc;
 
@@ -47,16 +47,33 @@ const BINDINGS: [Binding; 5] = [
     Binding::image("direct", Access::ComputeReadWrite),
 ];
 
-/// L = Σ (ρ/π + f_s) E (n·ω) V over the lights. Reads the G-buffer and a volume, writes RGBA32F as `render.direct` does; a thread a pixel.
-pub static SHADOW: VolumePass = volume_pass!("cone.shadow", "gi/cone/shadow", ShadowConeParams, BINDINGS);
+/// L = Σ (ρ/π + f_s) E (n·ω) V over the lights. Reads the G-buffer and a volume, writes RGBA32F as
+/// `render.direct` does; a thread a pixel.
+pub static SHADOW: VolumePass =
+    volume_pass!("cone.shadow", "gi/cone/shadow", ShadowConeParams, BINDINGS);
 
 /// Direct light by cones, and that of surfaces that emit.
-pub static SOFT_SHADOWS: Stage = Stage { name: "soft shadows", part: Part::Picture, passes: &["cone.shadow", "cone.patches"] };
+pub static SOFT_SHADOWS: Stage = Stage {
+    name: "soft shadows",
+    part: Part::Picture,
+    passes: &["cone.shadow", "cone.patches"],
+};
 
 impl ConeTracer {
-    /// Adds the direct light of all lights, each seen by a cone; nothing where the settings leave shadows to maps.
-    pub fn shadow(&self, frame: &mut Frame, scene: &GpuScene, gbuffer: &GBuffer, grid: &VoxelGrid, volume: Volume<'_>, direct: &Arc<Image>) {
-        let Some(tan_half) = self.shadow_tan_half else { return };
+    /// Adds the direct light of all lights, each seen by a cone; nothing where the settings leave
+    /// shadows to maps.
+    pub fn shadow(
+        &self,
+        frame: &mut Frame,
+        scene: &GpuScene,
+        gbuffer: &GBuffer,
+        grid: &VoxelGrid,
+        volume: Volume<'_>,
+        direct: &Arc<Image>,
+    ) {
+        let Some(tan_half) = self.shadow_tan_half else {
+            return;
+        };
         let s = &self.settings;
         let pass = volume.choose(&SHADOW);
         let specular = gbuffer.specular.as_ref().unwrap_or(&gbuffer.albedo);
@@ -79,8 +96,17 @@ impl ConeTracer {
                 end_light,
                 face_stride: volume.face_stride(),
             };
-            let builder = frame.pass(pass).bind(&gbuffer.view_depth).bind(&gbuffer.normals).bind(&gbuffer.albedo).bind(specular).bind(direct);
-            volume.bind(builder, true, Output::Light, s.face_weights).push(&params).dispatch(screen_groups(gbuffer.size));
+            let builder = frame
+                .pass(pass)
+                .bind(&gbuffer.view_depth)
+                .bind(&gbuffer.normals)
+                .bind(&gbuffer.albedo)
+                .bind(specular)
+                .bind(direct);
+            volume
+                .bind(builder, true, Output::Light, s.face_weights)
+                .push(&params)
+                .dispatch(screen_groups(gbuffer.size));
         }
     }
 }

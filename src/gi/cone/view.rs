@@ -1,4 +1,5 @@
-//! What a volume holds on one of its levels, and how it divides space, as the camera sees it: for looking at, and for comparing structures.
+//! What a volume holds on one of its levels, and how it divides space, as the camera sees it: for
+//! looking at, and for comparing structures.
 
 use std::sync::Arc;
 
@@ -30,8 +31,9 @@ gpu_struct! {
 
 const BINDINGS: [Binding; 1] = [Binding::image("seen_texels", Access::ComputeReadWrite)];
 
-/// Texels of a level of a volume, front to back along each pixel's ray; where a level of a clipmap is not there, of the finest one that is. Writes RGBA32F,
-/// premultiplied by opacity; a thread a pixel.
+/// Texels of a level of a volume, front to back along each pixel's ray; where a level of a clipmap
+/// is not there, of the finest one that is. Writes RGBA32F, premultiplied by opacity; a thread a
+/// pixel.
 pub static VIEW: VolumePass = volume_pass!("cone.view", "gi/cone/view", ViewVoxelsParams, BINDINGS);
 
 /// A volume that can be looked at.
@@ -47,20 +49,24 @@ pub struct VoxelVolume<'v> {
 }
 
 impl VoxelVolume<'_> {
-    /// Adds the passes that write what the camera of the frame sees of a level into an RGBA32F image of the frame's size: premultiplied by opacity, opacity.
+    /// Adds the passes that write what the camera of the frame sees of a level into an RGBA32F
+    /// image of the frame's size: premultiplied by opacity, opacity.
     pub fn view(&self, frame: &mut Frame, level: u32, seen: &Arc<Image>) {
         self.add_view(frame, level, seen, Output::Light);
     }
 
-    /// As [`VoxelVolume::view`], of the cells that the volume divides space into in place of what they hold: of an octree, the nodes of the level that are not
-    /// empty, with the ends of its tiles, and the empty nodes on coarser levels; of a clipmap, the level that each place is read from; of dense mips, texels.
+    /// As [`VoxelVolume::view`], of the cells that the volume divides space into in place of what
+    /// they hold: of an octree, the nodes of the level that are not empty, with the ends of its
+    /// tiles, and the empty nodes on coarser levels; of a clipmap, the level that each place is
+    /// read from; of dense mips, texels.
     pub fn view_structure(&self, frame: &mut Frame, level: u32, seen: &Arc<Image>) {
         self.add_view(frame, level, seen, Output::Structure);
     }
 
     fn add_view(&self, frame: &mut Frame, level: u32, seen: &Arc<Image>, output: Output) {
         let VoxelVolume { grid, volume, .. } = self;
-        // A cell costs a turn of the march, and a turn a level of the loops that look for its texel.
+        // A cell costs a turn of the march, and a turn a level of the loops that look for its
+        // texel.
         let turns = 2 + VECTOR_LANES + self.levels + face_turns(volume.directionality());
         let stretch = (LOOP_BUDGET / (3 * turns)) as f32 * 2f32.powi(level as i32);
         let pass = volume.choose(&VIEW);
@@ -77,7 +83,10 @@ impl VoxelVolume<'_> {
                 face_stride: volume.face_stride(),
             };
             let builder = frame.pass(pass).bind(seen);
-            volume.bind(builder, false, output, FaceWeights::Extinction).push(&params).dispatch(screen_groups([width, height]));
+            volume
+                .bind(builder, false, output, FaceWeights::Extinction)
+                .push(&params)
+                .dispatch(screen_groups([width, height]));
             begin_distance = end_distance;
         }
     }

@@ -1,4 +1,5 @@
-//! What cones march through: the volume of any of the voxel structures, and what a pass through it binds.
+//! What cones march through: the volume of any of the voxel structures, and what a pass through it
+//! binds.
 
 use std::sync::Arc;
 
@@ -6,15 +7,21 @@ use crate::gi::voxel::{Directionality, VoxelGrid};
 use crate::graph::{Access, Binding, Buffer, Image, Pass, PassBuilder, Sets, Shaders};
 
 /// Bindings of a volume, the last of a pass.
-pub(super) const DENSE: [Binding; 3] =
-    [Binding::sampled("voxels", Access::ComputeSampled), Binding::sampled("matter", Access::ComputeSampled), Binding::sampled("faces", Access::ComputeSampled)];
+pub(super) const DENSE: [Binding; 3] = [
+    Binding::sampled("voxels", Access::ComputeSampled),
+    Binding::sampled("matter", Access::ComputeSampled),
+    Binding::sampled("faces", Access::ComputeSampled),
+];
 pub(super) const SPARSE: [Binding; 3] = [
     Binding::buffer("nodes", Access::ComputeRead),
     Binding::sampled("bricks", Access::ComputeSampled),
     Binding::sampled("normals_of_bricks", Access::ComputeSampled),
 ];
-pub(super) const CLIPMAP: [Binding; 3] =
-    [Binding::buffer("levels", Access::ComputeRead), Binding::sampled("clipmap", Access::ComputeSampled), Binding::sampled("top", Access::ComputeSampled)];
+pub(super) const CLIPMAP: [Binding; 3] = [
+    Binding::buffer("levels", Access::ComputeRead),
+    Binding::sampled("clipmap", Access::ComputeSampled),
+    Binding::sampled("top", Access::ComputeSampled),
+];
 
 /// A pass through each kind of volume: the same but for where it looks texels up.
 pub struct VolumePass {
@@ -26,27 +33,57 @@ pub struct VolumePass {
     pub clipmap: Pass,
 }
 
-/// A [`VolumePass`] from its name, the stem of its shaders, its parameters, and its bindings, after which come those of the volume.
+/// A [`VolumePass`] from its name, the stem of its shaders, its parameters, and its bindings, after
+/// which come those of the volume.
 macro_rules! volume_pass {
     ($name:literal, $stem:literal, $params:ty, $bindings:expr) => {{
         use $crate::gi::cone::volume::{CLIPMAP, DENSE, SPARSE, VolumePass, join, pass};
         const PUSH_BYTES: u32 = size_of::<$params>() as u32;
         const COUNT: usize = $bindings.len() + 3;
         VolumePass {
-            dense: pass($name, concat!($stem, ".comp"), PUSH_BYTES, const { &join::<_, COUNT>($bindings, DENSE) }),
-            sparse: pass($name, concat!($stem, "_svo.comp"), PUSH_BYTES, const { &join::<_, COUNT>($bindings, SPARSE) }),
-            clipmap: pass($name, concat!($stem, "_clipmap.comp"), PUSH_BYTES, const { &join::<_, COUNT>($bindings, CLIPMAP) }),
+            dense: pass(
+                $name,
+                concat!($stem, ".comp"),
+                PUSH_BYTES,
+                const { &join::<_, COUNT>($bindings, DENSE) },
+            ),
+            sparse: pass(
+                $name,
+                concat!($stem, "_svo.comp"),
+                PUSH_BYTES,
+                const { &join::<_, COUNT>($bindings, SPARSE) },
+            ),
+            clipmap: pass(
+                $name,
+                concat!($stem, "_clipmap.comp"),
+                PUSH_BYTES,
+                const { &join::<_, COUNT>($bindings, CLIPMAP) },
+            ),
         }
     }};
 }
 pub(super) use volume_pass;
 
-pub(super) const fn pass(name: &'static str, shader: &'static str, push_bytes: u32, bindings: &'static [Binding]) -> Pass {
-    Pass { name, shaders: Shaders::Compute(shader), bindings, push_bytes, sets: Sets::Scene }
+pub(super) const fn pass(
+    name: &'static str,
+    shader: &'static str,
+    push_bytes: u32,
+    bindings: &'static [Binding],
+) -> Pass {
+    Pass {
+        name,
+        shaders: Shaders::Compute(shader),
+        bindings,
+        push_bytes,
+        sets: Sets::Scene,
+    }
 }
 
 /// `own`, then `volume`'s.
-pub(super) const fn join<const OWN: usize, const COUNT: usize>(own: [Binding; OWN], volume: [Binding; 3]) -> [Binding; COUNT] {
+pub(super) const fn join<const OWN: usize, const COUNT: usize>(
+    own: [Binding; OWN],
+    volume: [Binding; 3],
+) -> [Binding; COUNT] {
     let mut joined = [volume[0]; COUNT];
     let mut i = 0;
     while i < COUNT {
@@ -121,22 +158,63 @@ pub enum Volume<'v> {
 impl Volume<'_> {
     /// Radiances of a voxel.
     pub(super) fn sides(&self) -> u32 {
-        1 + u32::from(matches!(self, Volume::Sparse { normals: Some(_), .. }) || self.directionality().faces().is_some())
+        1 + u32::from(
+            matches!(
+                self,
+                Volume::Sparse {
+                    normals: Some(_),
+                    ..
+                }
+            ) || self.directionality().faces().is_some(),
+        )
     }
 
     /// Binds it as the last bindings of a pass, with the constants of the pass.
-    pub(super) fn bind<'f>(&self, pass: PassBuilder<'f>, skips_empty: bool, output: Output, weights: FaceWeights) -> PassBuilder<'f> {
+    pub(super) fn bind<'f>(
+        &self,
+        pass: PassBuilder<'f>,
+        skips_empty: bool,
+        output: Output,
+        weights: FaceWeights,
+    ) -> PassBuilder<'f> {
         let directionality = self.directionality();
-        let [has_faces, has_finest] = [directionality != Directionality::Isotropic, directionality.faces().is_some()];
+        let [has_faces, has_finest] = [
+            directionality != Directionality::Isotropic,
+            directionality.faces().is_some(),
+        ];
         let (pass, first, third) = match *self {
-            Volume::Dense { radiance, matter, faces } => {
+            Volume::Dense {
+                radiance,
+                matter,
+                faces,
+            } => {
                 let faces = faces.map_or(radiance, |(faces, _)| faces);
-                (pass.bind(radiance).bind(matter).bind(faces), u32::from(skips_empty), 0)
+                (
+                    pass.bind(radiance).bind(matter).bind(faces),
+                    u32::from(skips_empty),
+                    0,
+                )
             }
-            Volume::Sparse { nodes, bricks, normals, corners, .. } => {
-                (pass.bind(nodes).bind(bricks).bind(normals.unwrap_or(bricks)), u32::from(corners), u32::from(normals.is_some()))
-            }
-            Volume::Clipmap { levels, clipmap, top, shape: [n, count], .. } => (pass.bind(levels).bind(clipmap).bind(top), n, count),
+            Volume::Sparse {
+                nodes,
+                bricks,
+                normals,
+                corners,
+                ..
+            } => (
+                pass.bind(nodes)
+                    .bind(bricks)
+                    .bind(normals.unwrap_or(bricks)),
+                u32::from(corners),
+                u32::from(normals.is_some()),
+            ),
+            Volume::Clipmap {
+                levels,
+                clipmap,
+                top,
+                shape: [n, count],
+                ..
+            } => (pass.bind(levels).bind(clipmap).bind(top), n, count),
         };
         let faces = [has_faces, has_finest, weights == FaceWeights::Extinction].map(u32::from);
         pass.constants(&[first, output as u32, third, faces[0], faces[1], faces[2]])
@@ -151,23 +229,35 @@ impl Volume<'_> {
         }
     }
 
-    /// Voxels that a cone crosses at most along an axis: in a clipmap they are larger in each level further out.
+    /// Voxels that a cone crosses at most along an axis: in a clipmap they are larger in each level
+    /// further out.
     pub(super) fn voxels_across(&self, grid: &VoxelGrid) -> u32 {
         match *self {
-            Volume::Clipmap { shape: [n, levels], .. } => n * levels,
+            Volume::Clipmap {
+                shape: [n, levels], ..
+            } => n * levels,
             Volume::Dense { .. } | Volume::Sparse { .. } => grid.resolution,
         }
     }
 
     pub(super) fn directionality(&self) -> Directionality {
         match *self {
-            Volume::Dense { faces, .. } => faces.map_or(Directionality::Isotropic, |(_, directionality)| directionality),
-            Volume::Sparse { directionality, .. } | Volume::Clipmap { directionality, .. } => directionality,
+            Volume::Dense { faces, .. } => faces
+                .map_or(Directionality::Isotropic, |(_, directionality)| {
+                    directionality
+                }),
+            Volume::Sparse { directionality, .. } | Volume::Clipmap { directionality, .. } => {
+                directionality
+            }
         }
     }
 
     /// Bricks from a face of a tile to the next, where there are bricks and faces.
     pub(super) fn face_stride(&self) -> u32 {
-        if let Volume::Sparse { face_stride, .. } = *self { face_stride } else { 0 }
+        if let Volume::Sparse { face_stride, .. } = *self {
+            face_stride
+        } else {
+            0
+        }
     }
 }

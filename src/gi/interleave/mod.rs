@@ -1,5 +1,6 @@
-//! Interleaved sampling (Keller & Heidrich 2001; Hong 2015, section 3): each pixel of an n×n tile gathers over its own directions, then the results are
-//! averaged over the neighbours on the same surface. `oracle` is the CPU twin.
+//! Interleaved sampling (Keller & Heidrich 2001; Hong 2015, section 3): each pixel of an n×n tile
+//! gathers over its own directions, then the results are averaged over the neighbours on the same
+//! surface. `oracle` is the CPU twin.
 
 pub mod oracle;
 
@@ -18,7 +19,8 @@ gpu_struct! {
     }
 }
 
-/// Mean over a window n pixels wide around the pixel, on its own surface. Reads the G-buffer and an RGBA32F image, writes an RGBA32F image; a thread a pixel.
+/// Mean over a window n pixels wide around the pixel, on its own surface. Reads the G-buffer and an
+/// RGBA32F image, writes an RGBA32F image; a thread a pixel.
 pub static DEINTERLEAVE: Pass = Pass {
     name: "gi.deinterleave",
     shaders: Shaders::Compute("gi/interleave/deinterleave.comp"),
@@ -39,7 +41,13 @@ pub static PASSES: &[&Pass] = &[&DEINTERLEAVE];
 pub static STRUCTS: &[(&str, &[Field])] = &[(DeinterleaveParams::NAME, DeinterleaveParams::FIELDS)];
 
 /// Adds the pass.
-pub fn deinterleave(frame: &mut Frame, gbuffer: &GBuffer, interleaved: &Arc<Image>, result: &Arc<Image>, interleave: u32) {
+pub fn deinterleave(
+    frame: &mut Frame,
+    gbuffer: &GBuffer,
+    interleaved: &Arc<Image>,
+    result: &Arc<Image>,
+    interleave: u32,
+) {
     frame
         .pass(&DEINTERLEAVE)
         .bind(&gbuffer.view_depth)

@@ -16,7 +16,11 @@ pub static ENTRY: Entry = Entry {
     presets: &[],
     passes: &[],
     structs: &[],
-    stages: &[&Stage { name: "gather", part: Part::Picture, passes: &["none.clear"] }],
+    stages: &[&Stage {
+        name: "gather",
+        part: Part::Picture,
+        passes: &["none.clear"],
+    }],
     directions: &[],
     substitutions: &[],
     voxels: Option::None,
@@ -24,7 +28,12 @@ pub static ENTRY: Entry = Entry {
 };
 
 fn make(context: &Context<'_>, _settings: &Settings) -> Result<Box<dyn Technique>, Error> {
-    Ok(Box::new(None { light: IndirectLight { diffuse: screen_image(context.gpu, "none.diffuse", context.size)?, specular: Option::None } }))
+    Ok(Box::new(None {
+        light: IndirectLight {
+            diffuse: screen_image(context.gpu, "none.diffuse", context.size)?,
+            specular: Option::None,
+        },
+    }))
 }
 
 struct None {
@@ -46,7 +55,13 @@ impl Technique for None {
 
     fn update(&mut self, _frame: &mut Frame, _scene: &GpuScene, _maps: &LightMaps) {}
 
-    fn gather(&mut self, frame: &mut Frame, _scene: &GpuScene, _maps: &LightMaps, _gbuffer: &GBuffer) -> IndirectLight {
+    fn gather(
+        &mut self,
+        frame: &mut Frame,
+        _scene: &GpuScene,
+        _maps: &LightMaps,
+        _gbuffer: &GBuffer,
+    ) -> IndirectLight {
         frame.clear_image("none.clear", &self.light.diffuse, [0.0; 4]);
         self.light.clone()
     }

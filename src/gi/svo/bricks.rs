@@ -7,7 +7,10 @@ use super::touched::{Tiles, TouchedTiles};
 use crate::gi::voxel::Directionality;
 use crate::gi::voxel::voxelize::{buffer, linear_groups};
 use crate::gpu_struct;
-use crate::graph::{Access, Binding, Buffer, Error, Frame, FrameStats, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Pass, Sets, Shaders, vk};
+use crate::graph::{
+    Access, Binding, Buffer, Error, Frame, FrameStats, Gpu, Image, ImageDesc, ImageKind,
+    ImageUsage, Pass, Sets, Shaders, vk,
+};
 
 gpu_struct! {
     /// Parameters of `svo.write_leaves` and `svo.filter`.
@@ -101,7 +104,8 @@ pub static WRITE_LEAVES: Pass = Pass {
     sets: Sets::None,
 };
 
-/// The mean normal of what shines of the voxels of each leaf tile into its own normal brick. A thread a texel.
+/// The mean normal of what shines of the voxels of each leaf tile into its own normal brick. A
+/// thread a texel.
 pub static WRITE_NORMALS: Pass = Pass {
     name: "svo.write_normals",
     shaders: Shaders::Compute("gi/svo/write_normals.comp"),
@@ -121,7 +125,12 @@ pub static WRITE_NORMALS: Pass = Pass {
 pub static TRANSFER_BORDERS: Pass = Pass {
     name: "svo.transfer_borders",
     shaders: Shaders::Compute("gi/svo/transfer_borders.comp"),
-    bindings: &[Binding::buffer("neighbours", Access::ComputeRead), Binding::image("bricks", Access::ComputeReadWrite), LEVELS, LIST],
+    bindings: &[
+        Binding::buffer("neighbours", Access::ComputeRead),
+        Binding::image("bricks", Access::ComputeReadWrite),
+        LEVELS,
+        LIST,
+    ],
     push_bytes: size_of::<TransferParams>() as u32,
     sets: Sets::None,
 };
@@ -130,7 +139,12 @@ pub static TRANSFER_BORDERS: Pass = Pass {
 pub static FILTER: Pass = Pass {
     name: "svo.filter",
     shaders: Shaders::Compute("gi/svo/filter.comp"),
-    bindings: &[Binding::buffer("nodes", Access::ComputeRead), Binding::image("bricks", Access::ComputeReadWrite), LEVELS, LIST],
+    bindings: &[
+        Binding::buffer("nodes", Access::ComputeRead),
+        Binding::image("bricks", Access::ComputeReadWrite),
+        LEVELS,
+        LIST,
+    ],
     push_bytes: size_of::<BrickParams>() as u32,
     sets: Sets::None,
 };
@@ -139,7 +153,10 @@ pub static FILTER: Pass = Pass {
 pub static COPY_BRICKS: Pass = Pass {
     name: "svo.copy_bricks",
     shaders: Shaders::Compute("gi/svo/copy_bricks.comp"),
-    bindings: &[Binding::image("bricks", Access::ComputeRead), Binding::image("larger_bricks", Access::ComputeWrite)],
+    bindings: &[
+        Binding::image("bricks", Access::ComputeRead),
+        Binding::image("larger_bricks", Access::ComputeWrite),
+    ],
     push_bytes: size_of::<CopyBricksParams>() as u32,
     sets: Sets::None,
 };
@@ -147,13 +164,15 @@ pub static COPY_BRICKS: Pass = Pass {
 /// How bricks are made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BrickSettings {
-    /// Lattice points are corners of voxels, to which these spread; otherwise they are the centres of the texels of dense mips.
+    /// Lattice points are corners of voxels, to which these spread; otherwise they are the centres
+    /// of the texels of dense mips.
     pub corners: bool,
     /// `mode` of `filter_eight` (`gi/voxel/prefilter.glsl`).
     pub filter: u32,
     /// The filter runs apart for centres, for faces and edges, and for corners.
     pub is_split: bool,
-    /// Once all bricks are filled, an update runs on those that light has touched; on centres only.
+    /// Once all bricks are filled, an update runs on those that light has touched; on centres
+    /// only.
     pub touched: bool,
     /// The levels with a brick for each of six faces.
     pub directionality: Directionality,
@@ -165,17 +184,45 @@ impl BrickSettings {
         if self.corners { 27 } else { 8 }
     }
 
-    /// Adds the passes that complete the bricks of these tiles: those of the finest level were written from voxels, others come from the finer level.
-    pub(super) fn complete(&self, frame: &mut Frame, nodes: &NodePool, image: &Arc<Image>, tiles: &Tiles) {
+    /// Adds the passes that complete the bricks of these tiles: those of the finest level were
+    /// written from voxels, others come from the finer level.
+    pub(super) fn complete(
+        &self,
+        frame: &mut Frame,
+        nodes: &NodePool,
+        image: &Arc<Image>,
+        tiles: &Tiles,
+    ) {
         let level = tiles.level as usize;
         if level > 0 {
             self.filter(frame, nodes, image, tiles);
         }
         let own = level_bricks(nodes, self.directionality, level);
-        let BrickParams { first, count, first_dynamic, dynamic_count, level, shift, stride, .. } = tiles.params([own; 2]);
+        let BrickParams {
+            first,
+            count,
+            first_dynamic,
+            dynamic_count,
+            level,
+            shift,
+            stride,
+            ..
+        } = tiles.params([own; 2]);
         for axis in 0..3 {
-            let pass = frame.pass(&TRANSFER_BORDERS).bind(&nodes.neighbours).bind(image);
-            let params = TransferParams { first, count, first_dynamic, dynamic_count, level, axis, shift, stride };
+            let pass = frame
+                .pass(&TRANSFER_BORDERS)
+                .bind(&nodes.neighbours)
+                .bind(image);
+            let params = TransferParams {
+                first,
+                count,
+                first_dynamic,
+                dynamic_count,
+                level,
+                axis,
+                shift,
+                stride,
+            };
             tiles.dispatch(pass, &[u32::from(self.corners), own.faces], &params, 1);
         }
         if let Some(dynamic) = &nodes.dynamic {
@@ -185,7 +232,8 @@ impl BrickSettings {
 
     fn filter(&self, frame: &mut Frame, nodes: &NodePool, image: &Arc<Image>, tiles: &Tiles) {
         let level = tiles.level as usize;
-        let bricks = [level, level - 1].map(|level| level_bricks(nodes, self.directionality, level));
+        let bricks =
+            [level, level - 1].map(|level| level_bricks(nodes, self.directionality, level));
         // Number of the part, and its texels.
         let parts: &[(u32, u32)] = match self {
             BrickSettings { corners: false, .. } => &[(0, 8)],
@@ -194,7 +242,12 @@ impl BrickSettings {
         };
         for (part, texels) in parts {
             let pass = frame.pass(&FILTER).bind(&nodes.nodes).bind(image);
-            tiles.dispatch(pass, &[self.filter, u32::from(self.corners), *part, bricks[0].faces], &tiles.params(bricks), *texels);
+            tiles.dispatch(
+                pass,
+                &[self.filter, u32::from(self.corners), *part, bricks[0].faces],
+                &tiles.params(bricks),
+                *texels,
+            );
         }
     }
 }
@@ -225,8 +278,29 @@ pub struct RecordRange {
 impl RecordRange {
     /// Parameters of a pass over tiles of the finest level.
     pub(super) fn params(&self, tiles: &Tiles) -> RecordParams {
-        let BrickParams { first, count, first_dynamic, dynamic_count, level, .. } = tiles.params([LevelBricks { shift: 0, stride: 0, faces: 1 }; 2]);
-        RecordParams { first, count, first_dynamic, dynamic_count, level, first_voxel: self.first_voxel, voxel_count: self.voxel_count }
+        let BrickParams {
+            first,
+            count,
+            first_dynamic,
+            dynamic_count,
+            level,
+            ..
+        } = tiles.params(
+            [LevelBricks {
+                shift: 0,
+                stride: 0,
+                faces: 1,
+            }; 2],
+        );
+        RecordParams {
+            first,
+            count,
+            first_dynamic,
+            dynamic_count,
+            level,
+            first_voxel: self.first_voxel,
+            voxel_count: self.voxel_count,
+        }
     }
 }
 
@@ -252,32 +326,77 @@ pub struct BrickPool {
 
 impl BrickPool {
     /// Allocates a brick for each tile, all zero. A voxel has one radiance.
-    pub fn new(gpu: &Gpu, nodes: &NodePool, settings: BrickSettings) -> Result<(Self, FrameStats), Error> {
+    pub fn new(
+        gpu: &Gpu,
+        nodes: &NodePool,
+        settings: BrickSettings,
+    ) -> Result<(Self, FrameStats), Error> {
         Self::allocate(gpu, nodes, settings, None)
     }
 
-    /// Likewise, and a normal brick. A voxel has a radiance for each side; all of them have records.
-    pub fn with_normals(gpu: &Gpu, nodes: &NodePool, settings: BrickSettings, records: Vec<RecordRange>) -> Result<(Self, FrameStats), Error> {
+    /// Likewise, and a normal brick. A voxel has a radiance for each side; all of them have
+    /// records.
+    pub fn with_normals(
+        gpu: &Gpu,
+        nodes: &NodePool,
+        settings: BrickSettings,
+        records: Vec<RecordRange>,
+    ) -> Result<(Self, FrameStats), Error> {
         Self::allocate(gpu, nodes, settings, Some(records))
     }
 
-    fn allocate(gpu: &Gpu, nodes: &NodePool, settings: BrickSettings, records: Option<Vec<RecordRange>>) -> Result<(Self, FrameStats), Error> {
+    fn allocate(
+        gpu: &Gpu,
+        nodes: &NodePool,
+        settings: BrickSettings,
+        records: Option<Vec<RecordRange>>,
+    ) -> Result<(Self, FrameStats), Error> {
         let capacity = nodes.room();
-        let image = pool_image(gpu, "svo.bricks", brick_count(nodes, settings.directionality))?;
-        let normals = records.map(|records| Ok::<_, Error>(NormalBricks { image: pool_image(gpu, "svo.normals", capacity)?, records })).transpose()?;
+        let image = pool_image(
+            gpu,
+            "svo.bricks",
+            brick_count(nodes, settings.directionality),
+        )?;
+        let normals = records
+            .map(|records| {
+                Ok::<_, Error>(NormalBricks {
+                    image: pool_image(gpu, "svo.normals", capacity)?,
+                    records,
+                })
+            })
+            .transpose()?;
         let mut frame = Frame::new();
-        let touched = (settings.touched && !settings.corners).then(|| TouchedTiles::new(gpu, nodes, &mut frame)).transpose()?;
+        let touched = (settings.touched && !settings.corners)
+            .then(|| TouchedTiles::new(gpu, nodes, &mut frame))
+            .transpose()?;
         // What no tile writes, a brick's last texels without a neighbour, stays zero.
         for image in std::iter::once(&image).chain(normals.as_ref().map(|normals| &normals.image)) {
             frame.clear_image("svo.clear_bricks", image, [0.0; 4]);
         }
         let stats = gpu.submit(frame)?;
-        Ok((BrickPool { image, normals, capacity, settings, touched, nothing: buffer(gpu, "svo.nothing", 0)?, is_filled: false }, stats))
+        Ok((
+            BrickPool {
+                image,
+                normals,
+                capacity,
+                settings,
+                touched,
+                nothing: buffer(gpu, "svo.nothing", 0)?,
+                is_filled: false,
+            },
+            stats,
+        ))
     }
 
-    /// Brings the pool up to dynamic tiles and voxels that have changed: these are the records now. Where there is no room for the dynamic bricks, the static ones
-    /// go into a larger pool as they are.
-    pub fn follow(&mut self, gpu: &Gpu, nodes: &NodePool, records: Vec<RecordRange>) -> Result<FrameStats, Error> {
+    /// Brings the pool up to dynamic tiles and voxels that have changed: these are the records now.
+    /// Where there is no room for the dynamic bricks, the static ones go into a larger pool as
+    /// they are.
+    pub fn follow(
+        &mut self,
+        gpu: &Gpu,
+        nodes: &NodePool,
+        records: Vec<RecordRange>,
+    ) -> Result<FrameStats, Error> {
         if let Some(touched) = &mut self.touched {
             touched.reserve(gpu, nodes)?;
         }
@@ -287,7 +406,9 @@ impl BrickPool {
         let mut frame = Frame::new();
         let room = nodes.room();
         if room > self.capacity {
-            for image in std::iter::once(&mut self.image).chain(self.normals.as_mut().map(|normals| &mut normals.image)) {
+            for image in std::iter::once(&mut self.image)
+                .chain(self.normals.as_mut().map(|normals| &mut normals.image))
+            {
                 *image = enlarge(gpu, &mut frame, nodes, image)?;
             }
             self.capacity = room;
@@ -295,14 +416,19 @@ impl BrickPool {
         gpu.submit(frame)
     }
 
-    /// RGBA16F: mean normal of what shines, times its luminance (W/(m² sr)), premultiplied by opacity; opacity. Where there are normal bricks.
+    /// RGBA16F: mean normal of what shines, times its luminance (W/(m² sr)), premultiplied by
+    /// opacity; opacity. Where there are normal bricks.
     pub fn normals(&self) -> Option<&Arc<Image>> {
         self.normals.as_ref().map(|normals| &normals.image)
     }
 
     /// Radiances of a voxel.
     fn sides(&self) -> u32 {
-        if self.settings.directionality.faces().is_some() { 6 } else { 1 + u32::from(self.normals.is_some()) }
+        if self.settings.directionality.faces().is_some() {
+            6
+        } else {
+            1 + u32::from(self.normals.is_some())
+        }
     }
 
     /// Adds the passes from the voxels' light to all levels.
@@ -310,7 +436,9 @@ impl BrickPool {
         let is_filled = std::mem::replace(&mut self.is_filled, true);
         for level in 0..nodes.levels.len() {
             let tiles = match &self.touched {
-                Some(touched) if is_filled => touched.find(frame, nodes, radiance, self.sides(), level),
+                Some(touched) if is_filled => {
+                    touched.find(frame, nodes, radiance, self.sides(), level)
+                }
                 _ => Tiles::all(nodes, level, &self.nothing),
             };
             if level == 0 {
@@ -327,15 +455,30 @@ impl BrickPool {
         }
     }
 
-    fn write_leaves(&self, frame: &mut Frame, nodes: &NodePool, radiance: &Arc<Buffer>, tiles: &Tiles) {
+    fn write_leaves(
+        &self,
+        frame: &mut Frame,
+        nodes: &NodePool,
+        radiance: &Arc<Buffer>,
+        tiles: &Tiles,
+    ) {
         let constants = [u32::from(self.settings.corners), self.sides()];
         let texels = self.settings.leaf_texels();
-        let pass = frame.pass(&WRITE_LEAVES).bind(&nodes.nodes).bind(radiance).bind(&self.image);
+        let pass = frame
+            .pass(&WRITE_LEAVES)
+            .bind(&nodes.nodes)
+            .bind(radiance)
+            .bind(&self.image);
         let bricks = level_bricks(nodes, self.settings.directionality, 0);
         tiles.dispatch(pass, &constants, &tiles.params([bricks; 2]), texels);
         if let Some(NormalBricks { image, records }) = &self.normals {
             for range in records {
-                let pass = frame.pass(&WRITE_NORMALS).bind(&nodes.nodes).bind(radiance).bind(image).bind(&range.records);
+                let pass = frame
+                    .pass(&WRITE_NORMALS)
+                    .bind(&nodes.nodes)
+                    .bind(radiance)
+                    .bind(image)
+                    .bind(&range.records);
                 tiles.dispatch(pass, &constants, &range.params(tiles), texels);
             }
         }
@@ -343,15 +486,28 @@ impl BrickPool {
 
     /// Tiles that the last update ran on, where it ran on some only.
     pub fn touched_count(&self, gpu: &Gpu) -> Result<Option<u64>, Error> {
-        self.touched.as_ref().map(|touched| touched.count(gpu)).transpose()
+        self.touched
+            .as_ref()
+            .map(|touched| touched.count(gpu))
+            .transpose()
     }
 }
 
 /// Adds the pass that copies the static bricks into a pool with room for all.
-pub(super) fn enlarge(gpu: &Gpu, frame: &mut Frame, nodes: &NodePool, image: &Arc<Image>) -> Result<Arc<Image>, Error> {
+pub(super) fn enlarge(
+    gpu: &Gpu,
+    frame: &mut Frame,
+    nodes: &NodePool,
+    image: &Arc<Image>,
+) -> Result<Arc<Image>, Error> {
     let larger = pool_image(gpu, image.name(), nodes.room())?;
     let brick_count = nodes.static_end();
-    frame.pass(&COPY_BRICKS).bind(image).bind(&larger).push(&CopyBricksParams { brick_count }).dispatch(linear_groups(27 * brick_count));
+    frame
+        .pass(&COPY_BRICKS)
+        .bind(image)
+        .bind(&larger)
+        .push(&CopyBricksParams { brick_count })
+        .dispatch(linear_groups(27 * brick_count));
     Ok(larger)
 }
 
@@ -368,7 +524,8 @@ pub(super) fn pool_image(gpu: &Gpu, name: &str, count: u32) -> Result<Arc<Image>
     })
 }
 
-/// Tiles that have a brick for each face: all, or, as the finest level comes last, the first so many.
+/// Tiles that have a brick for each face: all, or, as the finest level comes last, the first so
+/// many.
 pub fn face_stride(nodes: &NodePool, directionality: Directionality) -> u32 {
     match directionality {
         Directionality::Isotropic => 0,
@@ -386,13 +543,26 @@ fn brick_count(nodes: &NodePool, directionality: Directionality) -> u32 {
 pub fn level_bricks(nodes: &NodePool, directionality: Directionality, level: usize) -> LevelBricks {
     let stride = face_stride(nodes, directionality);
     match directionality {
-        Directionality::Isotropic => LevelBricks { shift: 0, stride: 0, faces: 1 },
-        Directionality::Anisotropic if level == 0 => LevelBricks { shift: 5 * stride, stride: 0, faces: 1 },
-        _ => LevelBricks { shift: 0, stride, faces: 6 },
+        Directionality::Isotropic => LevelBricks {
+            shift: 0,
+            stride: 0,
+            faces: 1,
+        },
+        Directionality::Anisotropic if level == 0 => LevelBricks {
+            shift: 5 * stride,
+            stride: 0,
+            faces: 1,
+        },
+        _ => LevelBricks {
+            shift: 0,
+            stride,
+            faces: 6,
+        },
     }
 }
 
-/// Bricks along each axis of a pool of `count`: near to a cube, width and height powers of two, at most 2% left over (or three bricks).
+/// Bricks along each axis of a pool of `count`: near to a cube, width and height powers of two, at
+/// most 2% left over (or three bricks).
 pub fn pool_extent(count: u32) -> [u32; 3] {
     let count = count.max(1);
     let slice_bits = (count.ilog2() * 2 / 3).min((count / 50).max(1).ilog2());

@@ -1,19 +1,25 @@
-//! Dynamic tiles: those of the octree that dynamic geometry changes, behind the static ones, which are never written again.
+//! Dynamic tiles: those of the octree that dynamic geometry changes, behind the static ones, which
+//! are never written again.
 //!
-//! A tile is *affected* where voxels of a touched block reach a texel of its brick. An affected tile gets a copy of its own behind the static tiles, and so do
-//! its siblings, as the children of a tile follow each other; whatever else a copy leads to is static. The way from the root to every affected tile is so
-//! copied (Driscoll et al. 1989: path copying), and the static tree stays as it is. Tile 0, the *entry*, is the root of what is sampled.
+//! A tile is *affected* where voxels of a touched block reach a texel of its brick. An affected
+//! tile gets a copy of its own behind the static tiles, and so do its siblings, as the children of
+//! a tile follow each other; whatever else a copy leads to is static. The way from the root to
+//! every affected tile is so copied (Driscoll et al. 1989: path copying), and the static tree stays
+//! as it is. Tile 0, the *entry*, is the root of what is sampled.
 
 use std::sync::Arc;
 
 use super::nodes::{
-    LINK_LEAVES, LINK_NEIGHBOURS, LeafParams, Level, LevelParams, LevelRange, NodePool, SCAN_NODES, TILES_PER_GROUP, require_pointers, tile_blocks,
+    LINK_LEAVES, LINK_NEIGHBOURS, LeafParams, Level, LevelParams, LevelRange, NodePool, SCAN_NODES,
+    TILES_PER_GROUP, require_pointers, tile_blocks,
 };
 use crate::gi::voxel::dynamic::with_slack;
 use crate::gi::voxel::voxelize::{buffer, linear_groups};
 use crate::gpu_struct;
 use crate::graph::compute::{pass, read, read_write, write};
-use crate::graph::{Access, Binding, Buffer, Error, Frame, FrameStats, Gpu, Image, Pass, Sets, Shaders};
+use crate::graph::{
+    Access, Binding, Buffer, Error, Frame, FrameStats, Gpu, Image, Pass, Sets, Shaders,
+};
 
 gpu_struct! {
     /// Parameters of `svo.mark_affected`.
@@ -74,34 +80,69 @@ gpu_struct! {
 }
 
 /// The tiles that hold a texel that voxels of touched blocks reach. 64 threads a touched block.
-pub static MARK_AFFECTED: Pass =
-    pass("svo.mark_affected", "gi/svo/mark_affected.comp", &[read("touched"), read("occupancy"), read_write("affected_tiles")], size_of::<AffectedParams>());
+pub static MARK_AFFECTED: Pass = pass(
+    "svo.mark_affected",
+    "gi/svo/mark_affected.comp",
+    &[
+        read("touched"),
+        read("occupancy"),
+        read_write("affected_tiles"),
+    ],
+    size_of::<AffectedParams>(),
+);
 
 /// How many dynamic children dynamic tiles have. A thread 16 tiles, as many as the device says.
 pub static FLAG_DYNAMIC: Pass = pass(
     "svo.flag_dynamic",
     "gi/svo/flag_dynamic.comp",
-    &[read("levels"), read("nodes"), read("places"), read("originals"), read("affected_tiles"), write("group_sums")],
+    &[
+        read("levels"),
+        read("nodes"),
+        read("places"),
+        read("originals"),
+        read("affected_tiles"),
+        write("group_sums"),
+    ],
     size_of::<DynamicParams>(),
 );
 
-/// Words of dynamic tiles, places and static tiles of their children. A thread 16 tiles, as many as the device says.
+/// Words of dynamic tiles, places and static tiles of their children. A thread 16 tiles, as many as
+/// the device says.
 pub static ALLOCATE_DYNAMIC: Pass = pass(
     "svo.allocate_dynamic",
     "gi/svo/allocate_dynamic.comp",
-    &[read("levels"), read("group_sums"), read("affected_tiles"), read_write("nodes"), read_write("places"), read_write("originals")],
+    &[
+        read("levels"),
+        read("group_sums"),
+        read("affected_tiles"),
+        read_write("nodes"),
+        read_write("places"),
+        read_write("originals"),
+    ],
     size_of::<DynamicParams>(),
 );
 
 /// Which texels of a dynamic tile's brick are made anew. A thread a tile.
-pub static FLAG_TEXELS: Pass =
-    pass("svo.flag_texels", "gi/svo/flag_texels.comp", &[read("places"), read("affected_tiles"), write("remade_texels")], size_of::<TexelParams>());
+pub static FLAG_TEXELS: Pass = pass(
+    "svo.flag_texels",
+    "gi/svo/flag_texels.comp",
+    &[
+        read("places"),
+        read("affected_tiles"),
+        write("remade_texels"),
+    ],
+    size_of::<TexelParams>(),
+);
 
 /// All other texels of it become those of the static tile. A thread a texel.
 pub static KEEP_STATIC: Pass = Pass {
     name: "svo.keep_static",
     shaders: Shaders::Compute("gi/svo/keep_static.comp"),
-    bindings: &[read("originals"), read("remade_texels"), Binding::image("bricks", Access::ComputeReadWrite)],
+    bindings: &[
+        read("originals"),
+        read("remade_texels"),
+        Binding::image("bricks", Access::ComputeReadWrite),
+    ],
     push_bytes: size_of::<KeepParams>() as u32,
     sets: Sets::None,
 };
@@ -118,7 +159,8 @@ pub struct TouchedVoxels<'v> {
     pub block_bases: &'v Arc<Buffer>,
 }
 
-/// What is known of each dynamic tile. Arrays start with the entry, and go on with the first tile behind the static ones.
+/// What is known of each dynamic tile. Arrays start with the entry, and go on with the first tile
+/// behind the static ones.
 struct Slots {
     /// Dynamic tiles that there is room for, the entry too.
     capacity: u32,
@@ -166,7 +208,9 @@ pub struct DynamicTiles {
 
 /// Blocks of 4³ tiles of all levels before a level.
 fn blocks_before(resolution: u32, level: u32) -> u32 {
-    (0..level).map(|level| tile_blocks(resolution, level).pow(3)).sum()
+    (0..level)
+        .map(|level| tile_blocks(resolution, level).pow(3))
+        .sum()
 }
 
 /// Arguments of an indirect dispatch over the tiles of a level.
@@ -175,12 +219,34 @@ fn arguments(level: u32) -> u64 {
 }
 
 impl DynamicTiles {
-    /// For a pool whose static tiles are from 1 on, over voxels that spread to their corners or not.
+    /// For a pool whose static tiles are from 1 on, over voxels that spread to their corners or
+    /// not.
     pub(super) fn new(gpu: &Gpu, nodes: &NodePool, corners: bool) -> Result<Self, Error> {
         let level_count = nodes.levels.len();
-        let mut levels = vec![Level { first: 0, count: 0, groups_x: 0, groups_y: 0, groups_z: 0 }; level_count];
-        levels[level_count - 1] = Level { first: 0, count: 1, groups_x: 1, groups_y: 1, groups_z: 1 };
-        let levels_buffer = || buffer(gpu, "svo.dynamic_levels", size_of_val(levels.as_slice()) as u64);
+        let mut levels = vec![
+            Level {
+                first: 0,
+                count: 0,
+                groups_x: 0,
+                groups_y: 0,
+                groups_z: 0
+            };
+            level_count
+        ];
+        levels[level_count - 1] = Level {
+            first: 0,
+            count: 1,
+            groups_x: 1,
+            groups_y: 1,
+            groups_z: 1,
+        };
+        let levels_buffer = || {
+            buffer(
+                gpu,
+                "svo.dynamic_levels",
+                size_of_val(levels.as_slice()) as u64,
+            )
+        };
         let (device_levels, first_levels) = (levels_buffer()?, levels_buffer()?);
         gpu.upload_buffer(&first_levels, bytemuck::cast_slice(&levels))?;
         let blocks = blocks_before(1 << level_count, level_count as u32);
@@ -197,7 +263,12 @@ impl DynamicTiles {
 
     /// Dynamic tiles behind the static ones.
     pub(super) fn tail_count(&self) -> u32 {
-        self.levels.iter().rev().skip(1).map(|level| level.count).sum()
+        self.levels
+            .iter()
+            .rev()
+            .skip(1)
+            .map(|level| level.count)
+            .sum()
     }
 
     /// Those that there is room for.
@@ -213,17 +284,38 @@ impl DynamicTiles {
         1 << self.levels.len()
     }
 
-    /// Makes the dynamic tiles anew. They are counted while they are made; where there is no room for all, the run counts, and is repeated with more: as often as
-    /// there are levels at most, as the tiles of a level are counted once those above it have room.
-    pub(super) fn update(&mut self, gpu: &Gpu, nodes: &mut NodePool, touched: &TouchedVoxels<'_>) -> Result<FrameStats, Error> {
+    /// Makes the dynamic tiles anew. They are counted while they are made; where there is no room
+    /// for all, the run counts, and is repeated with more: as often as there are levels at
+    /// most, as the tiles of a level are counted once those above it have room.
+    pub(super) fn update(
+        &mut self,
+        gpu: &Gpu,
+        nodes: &mut NodePool,
+        touched: &TouchedVoxels<'_>,
+    ) -> Result<FrameStats, Error> {
         let mut stats = FrameStats::default();
         let mut frame = Frame::new();
         loop {
             self.add_tiles(&mut frame, nodes, touched);
             let run = gpu.submit(std::mem::take(&mut frame))?;
-            let levels: Vec<Level> = bytemuck::pod_collect_to_vec(&gpu.read_buffer(&self.device_levels)?);
-            self.levels = levels.iter().map(|level| LevelRange { first: level.first, count: level.count }).collect();
-            require_pointers("svo.nodes", u64::from(self.first) + self.levels.iter().map(|level| u64::from(level.count)).sum::<u64>())?;
+            let levels: Vec<Level> =
+                bytemuck::pod_collect_to_vec(&gpu.read_buffer(&self.device_levels)?);
+            self.levels = levels
+                .iter()
+                .map(|level| LevelRange {
+                    first: level.first,
+                    count: level.count,
+                })
+                .collect();
+            require_pointers(
+                "svo.nodes",
+                u64::from(self.first)
+                    + self
+                        .levels
+                        .iter()
+                        .map(|level| u64::from(level.count))
+                        .sum::<u64>(),
+            )?;
             if self.tail_count() <= self.tail_room() {
                 stats.append(run);
                 break;
@@ -239,7 +331,10 @@ impl DynamicTiles {
     /// Room for the tiles counted so far, and a little more.
     fn grow(&mut self, gpu: &Gpu, frame: &mut Frame, nodes: &mut NodePool) -> Result<(), Error> {
         self.slots = Slots::new(gpu, 1 + with_slack(self.tail_count()))?;
-        let (kept, all) = (u64::from(self.first), u64::from(self.first + self.tail_room()));
+        let (kept, all) = (
+            u64::from(self.first),
+            u64::from(self.first + self.tail_room()),
+        );
         for (target, stride) in [(&mut nodes.nodes, 4), (&mut nodes.neighbours, 12)] {
             let larger = buffer(gpu, target.name(), stride * all)?;
             frame.copy_buffer("svo.grow", (target, 0), (&larger, 0), stride * kept);
@@ -248,10 +343,16 @@ impl DynamicTiles {
         Ok(())
     }
 
-    /// Adds the passes that find affected tiles, and from the entry down give them, and their siblings, tiles.
+    /// Adds the passes that find affected tiles, and from the entry down give them, and their
+    /// siblings, tiles.
     fn add_tiles(&self, frame: &mut Frame, nodes: &NodePool, touched: &TouchedVoxels<'_>) {
         let (root, resolution) = (self.root(), self.resolution());
-        frame.copy_buffer("svo.clear", (&self.first_levels, 0), (&self.device_levels, 0), self.first_levels.size_bytes());
+        frame.copy_buffer(
+            "svo.clear",
+            (&self.first_levels, 0),
+            (&self.device_levels, 0),
+            self.first_levels.size_bytes(),
+        );
         frame.fill("svo.clear", &self.affected, 0);
         frame
             .pass(&MARK_AFFECTED)
@@ -259,9 +360,19 @@ impl DynamicTiles {
             .bind(touched.occupancy)
             .bind(&self.affected)
             .constants(&[u32::from(self.corners)])
-            .push(&AffectedParams { touched_count: touched.block_count, blocks: resolution / 4, level_count: root + 1 })
+            .push(&AffectedParams {
+                touched_count: touched.block_count,
+                blocks: resolution / 4,
+                level_count: root + 1,
+            })
             .dispatch(linear_groups(64 * touched.block_count));
-        let Slots { capacity, places, originals, group_sums, .. } = &self.slots;
+        let Slots {
+            capacity,
+            places,
+            originals,
+            group_sums,
+            ..
+        } = &self.slots;
         for level in (1..=root).rev() {
             let params = DynamicParams {
                 level,
@@ -280,8 +391,16 @@ impl DynamicTiles {
                 .bind(group_sums)
                 .push(&params)
                 .dispatch_indirect(&self.device_levels, arguments(level));
-            let scan = LevelParams { level, first_child: self.first };
-            frame.pass(&SCAN_NODES).bind(group_sums).bind(&self.device_levels).push(&scan).dispatch([1, 1, 1]);
+            let scan = LevelParams {
+                level,
+                first_child: self.first,
+            };
+            frame
+                .pass(&SCAN_NODES)
+                .bind(group_sums)
+                .bind(&self.device_levels)
+                .push(&scan)
+                .dispatch([1, 1, 1]);
             frame
                 .pass(&ALLOCATE_DYNAMIC)
                 .bind(&self.device_levels)
@@ -295,7 +414,8 @@ impl DynamicTiles {
         }
     }
 
-    /// Adds the passes that link dynamic leaves to voxels, and dynamic neighbours to each other, and tell texels that are made anew from those that are not.
+    /// Adds the passes that link dynamic leaves to voxels, and dynamic neighbours to each other,
+    /// and tell texels that are made anew from those that are not.
     fn add_links(&self, frame: &mut Frame, nodes: &NodePool, touched: &TouchedVoxels<'_>) {
         let (root, resolution, first_child) = (self.root(), self.resolution(), self.first);
         let Slots { places, remade, .. } = &self.slots;
@@ -307,9 +427,20 @@ impl DynamicTiles {
             .bind(touched.occupancy)
             .bind(touched.block_bases)
             .bind(&nodes.nodes)
-            .push(&LeafParams { blocks, first_x: 0, first_y: 0, first_z: 0, first_voxel: 0, first_place: self.first - 1, first_child })
+            .push(&LeafParams {
+                blocks,
+                first_x: 0,
+                first_y: 0,
+                first_z: 0,
+                first_voxel: 0,
+                first_place: self.first - 1,
+                first_child,
+            })
             .dispatch_indirect(&self.device_levels, arguments(1));
-        for level in (0..=root).rev().filter(|level| self.levels[*level as usize].count > 0) {
+        for level in (0..=root)
+            .rev()
+            .filter(|level| self.levels[*level as usize].count > 0)
+        {
             if level > 0 {
                 frame
                     .pass(&LINK_NEIGHBOURS)
@@ -338,7 +469,8 @@ impl DynamicTiles {
         }
     }
 
-    /// Adds the pass that gives the bricks of a level what is static in them, once all else is done with them.
+    /// Adds the pass that gives the bricks of a level what is static in them, once all else is done
+    /// with them.
     pub(super) fn keep_static(&self, frame: &mut Frame, level: usize, bricks: &Arc<Image>) {
         let LevelRange { first, count } = self.levels[level];
         if count == 0 {
@@ -349,7 +481,11 @@ impl DynamicTiles {
             .bind(&self.slots.originals)
             .bind(&self.slots.remade)
             .bind(bricks)
-            .push(&KeepParams { first, count, first_dynamic: self.first })
+            .push(&KeepParams {
+                first,
+                count,
+                first_dynamic: self.first,
+            })
             .dispatch(linear_groups(27 * count));
     }
 }

@@ -89,11 +89,17 @@ gpu_struct! {
     }
 }
 
-/// Points of the next coarser lattice, and tiles of this level, that hold something. A thread 4³ of the finer points.
+/// Points of the next coarser lattice, and tiles of this level, that hold something. A thread 4³ of
+/// the finer points.
 pub static REDUCE_POINTS: Pass = pass(
     "svo.reduce_points",
     "gi/svo/reduce_points.comp",
-    &[read("finer_points"), read_write("coarser_points"), read_write("level_tiles"), read_write("tile_counts")],
+    &[
+        read("finer_points"),
+        read_write("coarser_points"),
+        read_write("level_tiles"),
+        read_write("tile_counts"),
+    ],
     size_of::<ReduceParams>(),
 );
 
@@ -101,18 +107,35 @@ pub static REDUCE_POINTS: Pass = pass(
 pub static FLAG_NODES: Pass = pass(
     "svo.flag_nodes",
     "gi/svo/flag_nodes.comp",
-    &[read("levels"), read("tiles"), read("child_bits"), write("nodes"), write("group_sums")],
+    &[
+        read("levels"),
+        read("tiles"),
+        read("child_bits"),
+        write("nodes"),
+        write("group_sums"),
+    ],
     size_of::<FlagParams>(),
 );
 
 /// Prefix sum over groups of tiles; the next finer level. One workgroup.
-pub static SCAN_NODES: Pass = pass("svo.scan_nodes", "gi/svo/scan_nodes.comp", &[read_write("group_sums"), read_write("levels")], size_of::<LevelParams>());
+pub static SCAN_NODES: Pass = pass(
+    "svo.scan_nodes",
+    "gi/svo/scan_nodes.comp",
+    &[read_write("group_sums"), read_write("levels")],
+    size_of::<LevelParams>(),
+);
 
-/// Child pointers, and the places of the child tiles. A thread 16 tiles, as many as the device says.
+/// Child pointers, and the places of the child tiles. A thread 16 tiles, as many as the device
+/// says.
 pub static ALLOCATE_TILES: Pass = pass(
     "svo.allocate_tiles",
     "gi/svo/allocate_tiles.comp",
-    &[read("levels"), read("group_sums"), read_write("nodes"), read_write("tiles")],
+    &[
+        read("levels"),
+        read("group_sums"),
+        read_write("nodes"),
+        read_write("tiles"),
+    ],
     size_of::<LevelParams>(),
 );
 
@@ -120,13 +143,24 @@ pub static ALLOCATE_TILES: Pass = pass(
 pub static LINK_LEAVES: Pass = pass(
     "svo.link_leaves",
     "gi/svo/link_leaves.comp",
-    &[read("levels"), read("tiles"), read("occupancy"), read("block_bases"), read_write("nodes")],
+    &[
+        read("levels"),
+        read("tiles"),
+        read("occupancy"),
+        read("block_bases"),
+        read_write("nodes"),
+    ],
     size_of::<LeafParams>(),
 );
 
-/// The neighbours before each tile that a level's nodes lead to. A thread 16 tiles, as many as the device says.
-pub static LINK_NEIGHBOURS: Pass =
-    pass("svo.link_neighbours", "gi/svo/link_neighbours.comp", &[read("levels"), read("nodes"), read_write("neighbours")], size_of::<LevelParams>());
+/// The neighbours before each tile that a level's nodes lead to. A thread 16 tiles, as many as the
+/// device says.
+pub static LINK_NEIGHBOURS: Pass = pass(
+    "svo.link_neighbours",
+    "gi/svo/link_neighbours.comp",
+    &[read("levels"), read("nodes"), read_write("neighbours")],
+    size_of::<LevelParams>(),
+);
 
 /// An error where there are more tiles, or voxels, than the 24 bits of a child pointer tell apart.
 pub(super) fn require_pointers(resource: &str, count: u64) -> Result<(), Error> {
@@ -134,7 +168,11 @@ pub(super) fn require_pointers(resource: &str, count: u64) -> Result<(), Error> 
     if count <= most {
         return Ok(());
     }
-    Err(Error::ImageTooLarge { resource: resource.to_owned(), wanted: count.to_string(), available: format!("{most} (24-bit pointers)") })
+    Err(Error::ImageTooLarge {
+        resource: resource.to_owned(),
+        wanted: count.to_string(),
+        available: format!("{most} (24-bit pointers)"),
+    })
 }
 
 /// Tiles of a workgroup, as in `gi/svo/pool.glsl`.
@@ -151,13 +189,16 @@ pub struct LevelRange {
 
 /// The octree's nodes.
 pub struct NodePool {
-    /// A word a tile: which of its eight nodes have a child, and the first child (`gi/svo/pool.glsl`).
+    /// A word a tile: which of its eight nodes have a child, and the first child
+    /// (`gi/svo/pool.glsl`).
     pub nodes: Arc<Buffer>,
     /// Three words a tile: index + 1 of the neighbour towards −x, −y, −z, or 0.
     pub neighbours: Arc<Buffer>,
-    /// The static levels, finest first; tiles of a level are in the order of their parents' nodes, and coarser levels come first in the pool.
+    /// The static levels, finest first; tiles of a level are in the order of their parents' nodes,
+    /// and coarser levels come first in the pool.
     pub levels: Vec<LevelRange>,
-    /// What is behind them where there are dynamic models: then tile 0 is the root of both, and the static root tile 1.
+    /// What is behind them where there are dynamic models: then tile 0 is the root of both, and
+    /// the static root tile 1.
     pub dynamic: Option<DynamicTiles>,
 }
 
@@ -174,12 +215,26 @@ impl Pyramid {
     fn new(gpu: &Gpu, resolution: u32, corners: bool) -> Result<Self, Error> {
         let bits = |level| -> Result<[Arc<Buffer>; 2], Error> {
             let bytes = |blocks: u32| 8 * u64::from(blocks).pow(3);
-            let [points, tiles] = [point_blocks(resolution, level, corners), tile_blocks(resolution, level)].map(bytes);
-            Ok([buffer(gpu, "svo.points", points)?, buffer(gpu, "svo.tile_bits", tiles)?])
+            let [points, tiles] = [
+                point_blocks(resolution, level, corners),
+                tile_blocks(resolution, level),
+            ]
+            .map(bytes);
+            Ok([
+                buffer(gpu, "svo.points", points)?,
+                buffer(gpu, "svo.tile_bits", tiles)?,
+            ])
         };
-        let levels = (0..=root(resolution)).map(bits).collect::<Result<Vec<_>, _>>()?;
+        let levels = (0..=root(resolution))
+            .map(bits)
+            .collect::<Result<Vec<_>, _>>()?;
         let counts = buffer(gpu, "svo.tile_counts", 4 * levels.len() as u64)?;
-        Ok(Pyramid { levels, counts, resolution, corners })
+        Ok(Pyramid {
+            levels,
+            counts,
+            resolution,
+            corners,
+        })
     }
 
     fn add(&self, frame: &mut Frame, voxels: &Occupancy) {
@@ -188,15 +243,34 @@ impl Pyramid {
             frame.fill("svo.clear", bits, 0);
         }
         for cube in &voxels.cubes {
-            self.reduce(frame, 0, &cube.occupancy, cube.resolution / 4, cube.first / 4);
+            self.reduce(
+                frame,
+                0,
+                &cube.occupancy,
+                cube.resolution / 4,
+                cube.first / 4,
+            );
         }
         for level in 1..self.levels.len() as u32 {
-            self.reduce(frame, level, &self.levels[level as usize - 1][0], point_blocks(self.resolution, level - 1, self.corners), UVec3::ZERO);
+            self.reduce(
+                frame,
+                level,
+                &self.levels[level as usize - 1][0],
+                point_blocks(self.resolution, level - 1, self.corners),
+                UVec3::ZERO,
+            );
         }
     }
 
     /// From so many blocks of finer points along an axis, `first` of them in the whole lattice.
-    fn reduce(&self, frame: &mut Frame, level: u32, finer: &Arc<Buffer>, finer_blocks: u32, first: UVec3) {
+    fn reduce(
+        &self,
+        frame: &mut Frame,
+        level: u32,
+        finer: &Arc<Buffer>,
+        finer_blocks: u32,
+        first: UVec3,
+    ) {
         let [first_x, first_y, first_z] = first.as_ivec3().to_array();
         let params = ReduceParams {
             finer_blocks,
@@ -228,7 +302,11 @@ impl Pyramid {
         let mut levels: Vec<LevelRange> = (0..self.levels.len())
             .rev()
             .map(|level| {
-                let count = if level + 1 == self.levels.len() { 1 } else { counts[level] };
+                let count = if level + 1 == self.levels.len() {
+                    1
+                } else {
+                    counts[level]
+                };
                 let range = LevelRange { first, count };
                 first += count;
                 range
@@ -249,25 +327,45 @@ pub(super) fn tile_blocks(resolution: u32, level: u32) -> u32 {
     (resolution >> (level + 3)).max(1)
 }
 
-/// Blocks of 4³ along an axis that hold the points of the lattice above `level`: as many as there are tiles, and on corners one more.
+/// Blocks of 4³ along an axis that hold the points of the lattice above `level`: as many as there
+/// are tiles, and on corners one more.
 fn point_blocks(resolution: u32, level: u32, corners: bool) -> u32 {
-    if corners { (resolution >> (level + 3)) + 1 } else { tile_blocks(resolution, level) }
+    if corners {
+        (resolution >> (level + 3)) + 1
+    } else {
+        tile_blocks(resolution, level)
+    }
 }
 
 impl NodePool {
-    /// Builds the octree over these voxels. The tiles are counted first, and the count is read back once, so that the pool is exact.
-    pub fn build(gpu: &Gpu, voxels: &Occupancy, corners: bool) -> Result<(Self, FrameStats), Error> {
+    /// Builds the octree over these voxels. The tiles are counted first, and the count is read back
+    /// once, so that the pool is exact.
+    pub fn build(
+        gpu: &Gpu,
+        voxels: &Occupancy,
+        corners: bool,
+    ) -> Result<(Self, FrameStats), Error> {
         Self::build_from(gpu, voxels, corners, 0)
     }
 
-    /// Builds the octree over static voxels, among which [`NodePool::follow`] then puts dynamic ones; until it has, there is nothing to be found.
-    pub fn build_static(gpu: &Gpu, voxels: &Occupancy, corners: bool) -> Result<(Self, FrameStats), Error> {
+    /// Builds the octree over static voxels, among which [`NodePool::follow`] then puts dynamic
+    /// ones; until it has, there is nothing to be found.
+    pub fn build_static(
+        gpu: &Gpu,
+        voxels: &Occupancy,
+        corners: bool,
+    ) -> Result<(Self, FrameStats), Error> {
         let (mut pool, stats) = Self::build_from(gpu, voxels, corners, 1)?;
         pool.dynamic = Some(DynamicTiles::new(gpu, &pool, corners)?);
         Ok((pool, stats))
     }
 
-    fn build_from(gpu: &Gpu, voxels: &Occupancy, corners: bool, first: u32) -> Result<(Self, FrameStats), Error> {
+    fn build_from(
+        gpu: &Gpu,
+        voxels: &Occupancy,
+        corners: bool,
+        first: u32,
+    ) -> Result<(Self, FrameStats), Error> {
         let pyramid = Pyramid::new(gpu, voxels.resolution, corners)?;
         let mut frame = Frame::new();
         pyramid.add(&mut frame, voxels);
@@ -275,15 +373,25 @@ impl NodePool {
         let levels = pyramid.read_levels(gpu, first)?;
         let tiles = u64::from(levels[0].first + levels[0].count);
         require_pointers("svo.nodes", tiles)?;
-        let (nodes, neighbours) = (buffer(gpu, "svo.nodes", 4 * tiles)?, buffer(gpu, "svo.neighbours", 12 * tiles)?);
-        let pool = NodePool { nodes, neighbours, levels, dynamic: None };
+        let (nodes, neighbours) = (
+            buffer(gpu, "svo.nodes", 4 * tiles)?,
+            buffer(gpu, "svo.neighbours", 12 * tiles)?,
+        );
+        let pool = NodePool {
+            nodes,
+            neighbours,
+            levels,
+            dynamic: None,
+        };
         stats.append(pool.fill(gpu, voxels, &pyramid)?);
         Ok((pool, stats))
     }
 
     /// Brings the dynamic tiles up to the blocks that dynamic geometry touches now.
     pub fn follow(&mut self, gpu: &Gpu, touched: &TouchedVoxels<'_>) -> Result<FrameStats, Error> {
-        let Some(mut dynamic) = self.dynamic.take() else { return Ok(FrameStats::default()) };
+        let Some(mut dynamic) = self.dynamic.take() else {
+            return Ok(FrameStats::default());
+        };
         let stats = dynamic.update(gpu, self, touched);
         self.dynamic = Some(dynamic);
         stats
@@ -306,26 +414,62 @@ impl NodePool {
 
     /// The static and the dynamic tiles of a level.
     pub(super) fn ranges(&self, level: usize) -> [LevelRange; 2] {
-        let dynamic = self.dynamic.as_ref().map_or(LevelRange { first: 0, count: 0 }, |dynamic| dynamic.levels[level]);
+        let dynamic = self
+            .dynamic
+            .as_ref()
+            .map_or(LevelRange { first: 0, count: 0 }, |dynamic| {
+                dynamic.levels[level]
+            });
         [self.levels[level], dynamic]
     }
 
     /// Tiles of the level that has the most.
     pub(super) fn largest_level(&self) -> u32 {
-        (0..self.levels.len()).map(|level| self.ranges(level).iter().map(|range| range.count).sum()).max().unwrap_or(1)
+        (0..self.levels.len())
+            .map(|level| self.ranges(level).iter().map(|range| range.count).sum())
+            .max()
+            .unwrap_or(1)
     }
 
     fn fill(&self, gpu: &Gpu, voxels: &Occupancy, pyramid: &Pyramid) -> Result<FrameStats, Error> {
         let root = self.levels.len() as u32 - 1;
-        let device_levels = buffer(gpu, "svo.levels", size_of::<Level>() as u64 * self.levels.len() as u64)?;
-        let mut first = vec![Level { first: 0, count: 0, groups_x: 0, groups_y: 0, groups_z: 0 }; self.levels.len()];
+        let device_levels = buffer(
+            gpu,
+            "svo.levels",
+            size_of::<Level>() as u64 * self.levels.len() as u64,
+        )?;
+        let mut first = vec![
+            Level {
+                first: 0,
+                count: 0,
+                groups_x: 0,
+                groups_y: 0,
+                groups_z: 0
+            };
+            self.levels.len()
+        ];
         let root_tile = self.levels[root as usize].first;
-        first[root as usize] = Level { first: root_tile, count: 1, groups_x: 1, groups_y: 1, groups_z: 1 };
+        first[root as usize] = Level {
+            first: root_tile,
+            count: 1,
+            groups_x: 1,
+            groups_y: 1,
+            groups_z: 1,
+        };
         gpu.upload_buffer(&device_levels, bytemuck::cast_slice(&first))?;
         // Place of each tile on its level, 3×10 bits.
         let tiles = buffer(gpu, "svo.tiles", 4 * u64::from(self.static_end()))?;
-        let most = self.levels.iter().map(|level| level.count).max().unwrap_or(1);
-        let group_sums = buffer(gpu, "svo.group_sums", 4 * u64::from(most.div_ceil(TILES_PER_GROUP)))?;
+        let most = self
+            .levels
+            .iter()
+            .map(|level| level.count)
+            .max()
+            .unwrap_or(1);
+        let group_sums = buffer(
+            gpu,
+            "svo.group_sums",
+            4 * u64::from(most.div_ceil(TILES_PER_GROUP)),
+        )?;
         let arguments = |level: u32| size_of::<Level>() as u64 * u64::from(level) + 8;
         let mut frame = Frame::new();
         frame.fill("svo.clear", &tiles, 0);
@@ -334,8 +478,14 @@ impl NodePool {
             frame.fill("svo.clear", &self.neighbours, 0);
         }
         for level in (1..=root).rev() {
-            let params = LevelParams { level, first_child: 0 };
-            let flag = FlagParams { level, child_blocks: tile_blocks(pyramid.resolution, level - 1) };
+            let params = LevelParams {
+                level,
+                first_child: 0,
+            };
+            let flag = FlagParams {
+                level,
+                child_blocks: tile_blocks(pyramid.resolution, level - 1),
+            };
             let child_bits = &pyramid.levels[level as usize - 1][1];
             frame
                 .pass(&FLAG_NODES)
@@ -346,7 +496,12 @@ impl NodePool {
                 .bind(&group_sums)
                 .push(&flag)
                 .dispatch_indirect(&device_levels, arguments(level));
-            frame.pass(&SCAN_NODES).bind(&group_sums).bind(&device_levels).push(&params).dispatch([1, 1, 1]);
+            frame
+                .pass(&SCAN_NODES)
+                .bind(&group_sums)
+                .bind(&device_levels)
+                .push(&params)
+                .dispatch([1, 1, 1]);
             frame
                 .pass(&ALLOCATE_TILES)
                 .bind(&device_levels)
@@ -366,7 +521,15 @@ impl NodePool {
                 .bind(&cube.occupancy)
                 .bind(&cube.block_bases)
                 .bind(&self.nodes)
-                .push(&LeafParams { blocks, first_x, first_y, first_z, first_voxel, first_place: 0, first_child: 0 })
+                .push(&LeafParams {
+                    blocks,
+                    first_x,
+                    first_y,
+                    first_z,
+                    first_voxel,
+                    first_place: 0,
+                    first_child: 0,
+                })
                 .dispatch_indirect(&device_levels, arguments(1));
         }
         for level in (1..=root).rev() {
@@ -375,7 +538,10 @@ impl NodePool {
                 .bind(&device_levels)
                 .bind(&self.nodes)
                 .bind(&self.neighbours)
-                .push(&LevelParams { level, first_child: 0 })
+                .push(&LevelParams {
+                    level,
+                    first_child: 0,
+                })
                 .dispatch_indirect(&device_levels, arguments(level));
         }
         gpu.submit(frame)

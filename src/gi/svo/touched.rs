@@ -1,7 +1,8 @@
 //! The tiles that light has touched, level by level, so that an update can leave the others alone.
 //!
-//! An untouched brick holds opacity and no radiance, and did so after the last update: all that is in it was written when all bricks were filled. So an update
-//! of the touched ones gives the same bits as one of all. Dynamic tiles are made anew in each update.
+//! An untouched brick holds opacity and no radiance, and did so after the last update: all that is
+//! in it was written when all bricks were filled. So an update of the touched ones gives the same
+//! bits as one of all. Dynamic tiles are made anew in each update.
 
 use std::sync::Arc;
 
@@ -103,12 +104,25 @@ pub(super) struct TouchedTiles {
 impl TouchedTiles {
     /// For these nodes, without light; `frame` runs before all others that use it.
     pub(super) fn new(gpu: &Gpu, nodes: &NodePool, frame: &mut Frame) -> Result<Self, Error> {
-        let most = nodes.levels.iter().map(|level| u64::from(level.count)).max().unwrap_or(1);
+        let most = nodes
+            .levels
+            .iter()
+            .map(|level| u64::from(level.count))
+            .max()
+            .unwrap_or(1);
         let bits = || buffer(gpu, "svo.touched_bits", 4 * most.div_ceil(32));
         let made = TouchedTiles {
             bits: [bits()?, bits()?],
-            lit_leaves: buffer(gpu, "svo.lit_leaves", 4 * u64::from(nodes.levels[0].count.div_ceil(32)))?,
-            levels: buffer(gpu, "svo.touched_levels", (size_of::<Touched>() * nodes.levels.len()) as u64)?,
+            lit_leaves: buffer(
+                gpu,
+                "svo.lit_leaves",
+                4 * u64::from(nodes.levels[0].count.div_ceil(32)),
+            )?,
+            levels: buffer(
+                gpu,
+                "svo.touched_levels",
+                (size_of::<Touched>() * nodes.levels.len()) as u64,
+            )?,
             list: list_buffer(gpu, nodes)?,
         };
         frame.fill("svo.clear", &made.lit_leaves, 0);
@@ -123,11 +137,24 @@ impl TouchedTiles {
         Ok(())
     }
 
-    /// Adds the passes that find the touched tiles of a level. Levels come in order, finest first, and the tiles hold until the next is
-    /// asked for. `sides`: radiances of a voxel.
-    pub(super) fn find<'t>(&'t self, frame: &mut Frame, nodes: &NodePool, radiance: &Arc<Buffer>, sides: u32, level: usize) -> Tiles<'t> {
+    /// Adds the passes that find the touched tiles of a level. Levels come in order, finest first,
+    /// and the tiles hold until the next is asked for. `sides`: radiances of a voxel.
+    pub(super) fn find<'t>(
+        &'t self,
+        frame: &mut Frame,
+        nodes: &NodePool,
+        radiance: &Arc<Buffer>,
+        sides: u32,
+        level: usize,
+    ) -> Tiles<'t> {
         let ranges = nodes.ranges(level);
-        let [LevelRange { first, count }, LevelRange { first: first_dynamic, count: dynamic_count }] = ranges;
+        let [
+            LevelRange { first, count },
+            LevelRange {
+                first: first_dynamic,
+                count: dynamic_count,
+            },
+        ] = ranges;
         let (own, children) = (&self.bits[level % 2], &self.bits[1 - level % 2]);
         if level == 0 {
             frame.fill("svo.clear_touched", &self.levels, 0);
@@ -142,23 +169,51 @@ impl TouchedTiles {
             .bind(own)
             .bind(&self.lit_leaves)
             .constants(&[u32::from(level == 0), sides])
-            .push(&TouchParams { first, count, first_child: first + count })
+            .push(&TouchParams {
+                first,
+                count,
+                first_child: first + count,
+            })
             .dispatch(linear_groups(count));
-        let params = ListTouchedParams { first, count, first_dynamic, dynamic_count, level: level as u32 };
+        let params = ListTouchedParams {
+            first,
+            count,
+            first_dynamic,
+            dynamic_count,
+            level: level as u32,
+        };
         let groups = (count.div_ceil(32) + dynamic_count.div_ceil(32)).div_ceil(256);
-        frame.pass(&LIST_TOUCHED).bind(own).bind(&self.levels).bind(&self.list).push(&params).dispatch([groups, 1, 1]);
-        Tiles { ranges, level: level as u32, lists: [&self.levels, &self.list], is_listed: true }
+        frame
+            .pass(&LIST_TOUCHED)
+            .bind(own)
+            .bind(&self.levels)
+            .bind(&self.list)
+            .push(&params)
+            .dispatch([groups, 1, 1]);
+        Tiles {
+            ranges,
+            level: level as u32,
+            lists: [&self.levels, &self.list],
+            is_listed: true,
+        }
     }
 
     /// Touched tiles of all levels, in the last update.
     pub(super) fn count(&self, gpu: &Gpu) -> Result<u64, Error> {
         let levels: Vec<u32> = bytemuck::pod_collect_to_vec(&gpu.read_buffer(&self.levels)?);
-        Ok(levels.chunks_exact(size_of::<Touched>() / 4).map(|level| u64::from(level[0])).sum())
+        Ok(levels
+            .chunks_exact(size_of::<Touched>() / 4)
+            .map(|level| u64::from(level[0]))
+            .sum())
     }
 }
 
 fn list_buffer(gpu: &Gpu, nodes: &NodePool) -> Result<Arc<Buffer>, Error> {
-    buffer(gpu, "svo.touched_tiles", 4 * u64::from(nodes.largest_level()))
+    buffer(
+        gpu,
+        "svo.touched_tiles",
+        4 * u64::from(nodes.largest_level()),
+    )
 }
 
 /// Tiles of a level that passes over bricks run on.
@@ -174,34 +229,78 @@ pub(super) struct Tiles<'t> {
 impl<'t> Tiles<'t> {
     /// All tiles; `nothing` is bound in place of a list.
     pub(super) fn all(nodes: &NodePool, level: usize, nothing: &'t Arc<Buffer>) -> Self {
-        Tiles { ranges: nodes.ranges(level), level: level as u32, lists: [nothing; 2], is_listed: false }
+        Tiles {
+            ranges: nodes.ranges(level),
+            level: level as u32,
+            lists: [nothing; 2],
+            is_listed: false,
+        }
     }
 
     /// All dynamic tiles.
     pub(super) fn dynamic(nodes: &NodePool, level: usize, nothing: &'t Arc<Buffer>) -> Self {
         let [LevelRange { first, .. }, dynamic] = nodes.ranges(level);
-        Tiles { ranges: [LevelRange { first, count: 0 }, dynamic], ..Tiles::all(nodes, level, nothing) }
+        Tiles {
+            ranges: [LevelRange { first, count: 0 }, dynamic],
+            ..Tiles::all(nodes, level, nothing)
+        }
     }
 
-    /// The parameters of a pass over these tiles, whose bricks and those of their children are there.
+    /// The parameters of a pass over these tiles, whose bricks and those of their children are
+    /// there.
     pub(super) fn params(&self, [own, children]: [LevelBricks; 2]) -> BrickParams {
-        let [LevelRange { first, count }, LevelRange { first: first_dynamic, count: dynamic_count }] = self.ranges;
+        let [
+            LevelRange { first, count },
+            LevelRange {
+                first: first_dynamic,
+                count: dynamic_count,
+            },
+        ] = self.ranges;
         let LevelBricks { shift, stride, .. } = own;
         let (child_shift, child_stride) = (children.shift, children.stride);
-        BrickParams { first, count, first_dynamic, dynamic_count, level: self.level, shift, stride, child_shift, child_stride }
+        BrickParams {
+            first,
+            count,
+            first_dynamic,
+            dynamic_count,
+            level: self.level,
+            shift,
+            stride,
+            child_shift,
+            child_stride,
+        }
     }
 
-    /// Runs a pass with `threads` a tile: eight or one, or any number where no list is followed. The lists are its last bindings, whether it follows them its
-    /// last constant.
-    pub(super) fn dispatch<T: bytemuck::Pod>(&self, pass: PassBuilder<'_>, constants: &[u32], params: &T, threads: u32) {
+    /// Runs a pass with `threads` a tile: eight or one, or any number where no list is followed.
+    /// The lists are its last bindings, whether it follows them its last constant.
+    pub(super) fn dispatch<T: bytemuck::Pod>(
+        &self,
+        pass: PassBuilder<'_>,
+        constants: &[u32],
+        params: &T,
+        threads: u32,
+    ) {
         let [levels, list] = self.lists;
-        let constants: Vec<u32> = constants.iter().copied().chain([u32::from(self.is_listed)]).collect();
-        let pass = pass.bind(levels).bind(list).constants(&constants).push(params);
+        let constants: Vec<u32> = constants
+            .iter()
+            .copied()
+            .chain([u32::from(self.is_listed)])
+            .collect();
+        let pass = pass
+            .bind(levels)
+            .bind(list)
+            .constants(&constants)
+            .push(params);
         if self.is_listed {
             let arguments = if threads == 8 { 4 } else { 16 };
-            pass.dispatch_indirect(levels, (size_of::<Touched>() * self.level as usize) as u64 + arguments);
+            pass.dispatch_indirect(
+                levels,
+                (size_of::<Touched>() * self.level as usize) as u64 + arguments,
+            );
         } else {
-            pass.dispatch(linear_groups(threads * self.ranges.iter().map(|range| range.count).sum::<u32>()));
+            pass.dispatch(linear_groups(
+                threads * self.ranges.iter().map(|range| range.count).sum::<u32>(),
+            ));
         }
     }
 }

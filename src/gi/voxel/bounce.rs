@@ -1,4 +1,5 @@
-//! Light from voxel to voxel: each side of each voxel gathers what the others send, and reflects it (Villegas & Ramírez, section IX).
+//! Light from voxel to voxel: each side of each voxel gathers what the others send, and reflects it
+//! (Villegas & Ramírez, section IX).
 
 use std::sync::Arc;
 
@@ -31,7 +32,8 @@ gpu_struct! {
     }
 }
 
-/// E/π = 1/n Σ L over cosine-distributed rays. Reads the voxels and their radiance, writes half floats; a thread a side of a voxel.
+/// E/π = 1/n Σ L over cosine-distributed rays. Reads the voxels and their radiance, writes half
+/// floats; a thread a side of a voxel.
 pub static BOUNCE_RAYS: Pass = Pass {
     name: "voxel.bounce",
     shaders: Shaders::Compute("gi/voxel/bounce_rays.comp"),
@@ -58,7 +60,10 @@ pub enum Bounces {
 impl Bounces {
     /// From a technique's settings.
     pub fn new(settings: &Settings) -> Self {
-        settings.choice("bounces").parse().map_or(Bounces::Feedback, Bounces::Count)
+        settings
+            .choice("bounces")
+            .parse()
+            .map_or(Bounces::Feedback, Bounces::Count)
     }
 
     /// How many; `None` where it is all of them, after some frames.
@@ -80,8 +85,16 @@ impl Bounces {
     }
 }
 
-/// Adds `voxel.bounce` by `ray_count` rays a side, in as many dispatches as keep a ray's worst walk through the grid within `LOOP_BUDGET`.
-pub fn bounce_rays(frame: &mut Frame, voxels: &Voxels, radiance: &Arc<Buffer>, irradiance: &Arc<Buffer>, settings: &RaySettings, ray_count: u32) {
+/// Adds `voxel.bounce` by `ray_count` rays a side, in as many dispatches as keep a ray's worst walk
+/// through the grid within `LOOP_BUDGET`.
+pub fn bounce_rays(
+    frame: &mut Frame,
+    voxels: &Voxels,
+    radiance: &Arc<Buffer>,
+    irradiance: &Arc<Buffer>,
+    settings: &RaySettings,
+    ray_count: u32,
+) {
     let (resolution, sides) = (voxels.grid.resolution, settings.sides as u32);
     let rays_a_dispatch = (LOOP_BUDGET / (3 * resolution + 1)).max(1);
     for first_ray in (0..ray_count).step_by(rays_a_dispatch as usize) {

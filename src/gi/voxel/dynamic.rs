@@ -1,10 +1,14 @@
-//! Dynamic geometry among static voxels: voxelized alone, put behind the static records, merged where both are, and taken away again.
+//! Dynamic geometry among static voxels: voxelized alone, put behind the static records, merged
+//! where both are, and taken away again.
 //!
-//! Static geometry is voxelized once; its fragments and lists are kept. Each update voxelizes the dynamic triangles into an occupancy of their own. In the
-//! blocks of 4×4×4 voxels that they touch, all occupied voxels get records behind the static ones: the block's occupancy becomes that of both and its base
-//! leads there, so that whoever asks for a voxel's compact index finds them without knowing of it. Their lists of fragments are the dynamic ones
-//! followed by the static list, so that the mean is the exact mean of both, bit for bit that of a voxelization of everything at once. The next
-//! update first puts the touched blocks back as they were. Static records, fragments and lists are only read.
+//! Static geometry is voxelized once; its fragments and lists are kept. Each update voxelizes the
+//! dynamic triangles into an occupancy of their own. In the blocks of 4×4×4 voxels that they touch,
+//! all occupied voxels get records behind the static ones: the block's occupancy becomes that of
+//! both and its base leads there, so that whoever asks for a voxel's compact index finds them
+//! without knowing of it. Their lists of fragments are the dynamic ones followed by the static
+//! list, so that the mean is the exact mean of both, bit for bit that of a voxelization of
+//! everything at once. The next update first puts the touched blocks back as they were. Static
+//! records, fragments and lists are only read.
 
 use std::sync::Arc;
 
@@ -102,35 +106,63 @@ gpu_struct! {
 pub static RESTORE_BLOCKS: Pass = pass(
     "voxel.restore_blocks",
     "gi/voxel/restore_blocks.comp",
-    &[read("touched"), write("occupancy"), write("block_bases"), write("dynamic_occupancy")],
+    &[
+        read("touched"),
+        write("occupancy"),
+        write("block_bases"),
+        write("dynamic_occupancy"),
+    ],
     size_of::<RestoreParams>(),
 );
 
-/// Touched blocks and the voxels in them, in each group of 1,024 blocks of the box. Four blocks a thread.
+/// Touched blocks and the voxels in them, in each group of 1,024 blocks of the box. Four blocks a
+/// thread.
 pub static COUNT_TOUCHED: Pass = pass(
     "voxel.count_touched",
     "gi/voxel/count_touched.comp",
-    &[read("occupancy"), read("dynamic_occupancy"), write("touched_sums"), read_write("counts")],
+    &[
+        read("occupancy"),
+        read("dynamic_occupancy"),
+        write("touched_sums"),
+        read_write("counts"),
+    ],
     size_of::<TouchedParams>(),
 );
 
 /// Sums of groups to sums before each group, and the totals. One workgroup.
-pub static SCAN_TOUCHED: Pass =
-    pass("voxel.scan_touched", "gi/voxel/scan_touched.comp", &[read_write("touched_sums"), read_write("counts")], size_of::<TouchedScanParams>());
+pub static SCAN_TOUCHED: Pass = pass(
+    "voxel.scan_touched",
+    "gi/voxel/scan_touched.comp",
+    &[read_write("touched_sums"), read_write("counts")],
+    size_of::<TouchedScanParams>(),
+);
 
-/// The list of touched blocks; their occupancy and base with dynamic geometry. Four blocks a thread.
+/// The list of touched blocks; their occupancy and base with dynamic geometry. Four blocks a
+/// thread.
 pub static INDEX_TOUCHED: Pass = pass(
     "voxel.index_touched",
     "gi/voxel/index_touched.comp",
-    &[read("dynamic_occupancy"), read("touched_sums"), read_write("occupancy"), read_write("block_bases"), write("touched")],
+    &[
+        read("dynamic_occupancy"),
+        read("touched_sums"),
+        read_write("occupancy"),
+        read_write("block_bases"),
+        write("touched"),
+    ],
     size_of::<TouchedParams>(),
 );
 
-/// The list of each voxel of a touched block starts as that of its static fragments. 64 threads a touched block.
+/// The list of each voxel of a touched block starts as that of its static fragments. 64 threads a
+/// touched block.
 pub static CONTINUE_LISTS: Pass = pass(
     "voxel.continue_lists",
     "gi/voxel/continue_lists.comp",
-    &[read("touched"), read("occupancy"), read("block_bases"), read_write("heads")],
+    &[
+        read("touched"),
+        read("occupancy"),
+        read("block_bases"),
+        read_write("heads"),
+    ],
     size_of::<ListParams>(),
 );
 
@@ -156,13 +188,25 @@ pub struct DynamicVoxels {
 
 impl DynamicVoxels {
     /// For static voxels and their lists; there is no dynamic geometry among them yet.
-    pub(super) fn new(gpu: &Gpu, voxels: &Voxels, lists: FragmentLists) -> Result<(Self, FrameStats), Error> {
+    pub(super) fn new(
+        gpu: &Gpu,
+        voxels: &Voxels,
+        lists: FragmentLists,
+    ) -> Result<(Self, FrameStats), Error> {
         let blocks = u64::from(voxels.grid.block_count());
         let made = DynamicVoxels {
             occupancy: buffer(gpu, "voxel.dynamic_occupancy", 8 * blocks)?,
             touched_sums: buffer(gpu, "voxel.touched_sums", 8 * blocks.div_ceil(1024))?,
-            counts: buffer(gpu, "voxel.touched_counts", size_of::<TouchedCounters>() as u64)?,
-            first_counts: buffer(gpu, "voxel.touched_counts", size_of::<TouchedCounters>() as u64)?,
+            counts: buffer(
+                gpu,
+                "voxel.touched_counts",
+                size_of::<TouchedCounters>() as u64,
+            )?,
+            first_counts: buffer(
+                gpu,
+                "voxel.touched_counts",
+                size_of::<TouchedCounters>() as u64,
+            )?,
             touched: buffer(gpu, "voxel.touched_blocks", 0)?,
             touched_count: 0,
             lists,
@@ -196,24 +240,51 @@ impl DynamicVoxels {
         (&self.touched, self.touched_count)
     }
 
-    /// Takes the dynamic geometry of the last update away, and puts it where it is now. Buffers that prove too small are made larger, and what filled them
-    /// is run again.
-    pub fn update(&mut self, gpu: &Gpu, scene: &GpuScene, voxelizer: &mut Voxelizer, voxels: &mut Voxels) -> Result<FrameStats, Error> {
-        let block_box = scene.dynamic.as_ref().map_or([IVec3::ZERO; 2], |dynamic| block_box(&voxels.grid, dynamic.bounds));
+    /// Takes the dynamic geometry of the last update away, and puts it where it is now. Buffers
+    /// that prove too small are made larger, and what filled them is run again.
+    pub fn update(
+        &mut self,
+        gpu: &Gpu,
+        scene: &GpuScene,
+        voxelizer: &mut Voxelizer,
+        voxels: &mut Voxels,
+    ) -> Result<FrameStats, Error> {
+        let block_box = scene.dynamic.as_ref().map_or([IVec3::ZERO; 2], |dynamic| {
+            block_box(&voxels.grid, dynamic.bounds)
+        });
         let params = self.box_params(&voxels.grid, block_box);
         let mut stats = FrameStats::default();
         let mut frame = Frame::new();
         self.add_restore(&mut frame, voxels);
         let counts = loop {
-            let capacity = (self.lists.fragments.size_bytes() / size_of::<Fragment>() as u64) as u32;
+            let capacity =
+                (self.lists.fragments.size_bytes() / size_of::<Fragment>() as u64) as u32;
             frame.set_scene(&scene.set, &scene.materials);
-            frame.copy_buffer("voxel.clear", (&self.first_counts, 0), (&self.counts, 0), size_of::<TouchedCounters>() as u64);
-            let buffers = [&self.occupancy, &self.lists.fragments, &self.lists.emission, &self.counts];
-            voxelizer.add_fragments(&mut frame, scene, &Triangles::Dynamic.batches(scene), voxelizer.whole(), buffers, capacity);
+            frame.copy_buffer(
+                "voxel.clear",
+                (&self.first_counts, 0),
+                (&self.counts, 0),
+                size_of::<TouchedCounters>() as u64,
+            );
+            let buffers = [
+                &self.occupancy,
+                &self.lists.fragments,
+                &self.lists.emission,
+                &self.counts,
+            ];
+            voxelizer.add_fragments(
+                &mut frame,
+                scene,
+                &Triangles::Dynamic.batches(scene),
+                voxelizer.whole(),
+                buffers,
+                capacity,
+            );
             self.add_count(&mut frame, voxels, &params);
             let run = gpu.submit(std::mem::take(&mut frame))?;
             self.touched_count = 0;
-            let counts: TouchedCounters = bytemuck::pod_read_unaligned(&gpu.read_buffer(&self.counts)?);
+            let counts: TouchedCounters =
+                bytemuck::pod_read_unaligned(&gpu.read_buffer(&self.counts)?);
             let again = voxelizer.shares_more(counts.unfinished_count)?;
             if !again && counts.fragment_count <= capacity {
                 stats.append(run);
@@ -223,21 +294,38 @@ impl DynamicVoxels {
             self.reserve_fragments(gpu, scene, &mut frame, counts.fragment_count)?;
         };
         self.reserve_slots(gpu, &mut frame, voxels, &counts)?;
-        voxelizer.dynamic_room = [counts.fragment_count - self.static_fragments, counts.slot_count].map(with_slack);
+        voxelizer.dynamic_room = [
+            counts.fragment_count - self.static_fragments,
+            counts.slot_count,
+        ]
+        .map(with_slack);
         (self.touched_count, self.voxel_count) = (counts.touched_count, counts.dynamic_voxels);
         voxels.voxel_count = self.static_voxels + counts.slot_count;
         voxels.hidden_count = counts.slot_count - counts.added_voxels;
         voxels.fragment_count = counts.fragment_count;
         self.add_index(&mut frame, voxels, &params);
-        let ranges = [self.static_fragments..counts.fragment_count, self.slots(voxels)];
+        let ranges = [
+            self.static_fragments..counts.fragment_count,
+            self.slots(voxels),
+        ];
         voxelizer.add_dynamic_resolve(&mut frame, scene, voxels, &self.lists, ranges);
         stats.append(gpu.submit(frame)?);
         Ok(stats)
     }
 
     fn box_params(&self, grid: &VoxelGrid, [first, size]: [IVec3; 2]) -> TouchedParams {
-        let ([first_x, first_y, first_z], [size_x, size_y, size_z]) = (first.as_uvec3().to_array(), size.as_uvec3().to_array());
-        TouchedParams { first_x, first_y, first_z, size_x, size_y, size_z, blocks: grid.resolution / 4, first_slot: self.static_voxels }
+        let ([first_x, first_y, first_z], [size_x, size_y, size_z]) =
+            (first.as_uvec3().to_array(), size.as_uvec3().to_array());
+        TouchedParams {
+            first_x,
+            first_y,
+            first_z,
+            size_x,
+            size_y,
+            size_z,
+            blocks: grid.resolution / 4,
+            first_slot: self.static_voxels,
+        }
     }
 
     fn add_restore(&self, frame: &mut Frame, voxels: &Voxels) {
@@ -250,7 +338,9 @@ impl DynamicVoxels {
             .bind(&voxels.occupancy)
             .bind(&voxels.block_bases)
             .bind(&self.occupancy)
-            .push(&RestoreParams { touched_count: self.touched_count })
+            .push(&RestoreParams {
+                touched_count: self.touched_count,
+            })
             .dispatch(linear_groups(self.touched_count));
     }
 
@@ -264,8 +354,15 @@ impl DynamicVoxels {
             .bind(&self.counts)
             .push(params)
             .dispatch([groups, 1, 1]);
-        let scan = TouchedScanParams { touched_groups: groups };
-        frame.pass(&SCAN_TOUCHED).bind(&self.touched_sums).bind(&self.counts).push(&scan).dispatch([1, 1, 1]);
+        let scan = TouchedScanParams {
+            touched_groups: groups,
+        };
+        frame
+            .pass(&SCAN_TOUCHED)
+            .bind(&self.touched_sums)
+            .bind(&self.counts)
+            .push(&scan)
+            .dispatch([1, 1, 1]);
     }
 
     fn add_index(&self, frame: &mut Frame, voxels: &Voxels, params: &TouchedParams) {
@@ -284,24 +381,59 @@ impl DynamicVoxels {
             .bind(&voxels.occupancy)
             .bind(&voxels.block_bases)
             .bind(&self.lists.heads)
-            .push(&ListParams { touched_count: self.touched_count })
+            .push(&ListParams {
+                touched_count: self.touched_count,
+            })
             .dispatch(linear_groups(64 * self.touched_count));
     }
 
-    fn reserve_fragments(&mut self, gpu: &Gpu, scene: &GpuScene, frame: &mut Frame, needed: u32) -> Result<(), Error> {
+    fn reserve_fragments(
+        &mut self,
+        gpu: &Gpu,
+        scene: &GpuScene,
+        frame: &mut Frame,
+        needed: u32,
+    ) -> Result<(), Error> {
         let kept = self.static_fragments;
-        reserve(gpu, frame, &mut self.lists.fragments, size_of::<Fragment>() as u64, kept, needed)?;
+        reserve(
+            gpu,
+            frame,
+            &mut self.lists.fragments,
+            size_of::<Fragment>() as u64,
+            kept,
+            needed,
+        )?;
         if scene.is_emissive {
             reserve(gpu, frame, &mut self.lists.emission, 8, kept, needed)?;
         }
         Ok(())
     }
 
-    fn reserve_slots(&mut self, gpu: &Gpu, frame: &mut Frame, voxels: &mut Voxels, counts: &TouchedCounters) -> Result<(), Error> {
+    fn reserve_slots(
+        &mut self,
+        gpu: &Gpu,
+        frame: &mut Frame,
+        voxels: &mut Voxels,
+        counts: &TouchedCounters,
+    ) -> Result<(), Error> {
         let (kept, needed) = (self.static_voxels, self.static_voxels + counts.slot_count);
-        reserve(gpu, frame, &mut self.touched, size_of::<TouchedBlock>() as u64, 0, counts.touched_count)?;
+        reserve(
+            gpu,
+            frame,
+            &mut self.touched,
+            size_of::<TouchedBlock>() as u64,
+            0,
+            counts.touched_count,
+        )?;
         reserve(gpu, frame, &mut self.lists.heads, 4, kept, needed)?;
-        reserve(gpu, frame, &mut voxels.records, size_of::<Voxel>() as u64, kept, needed)?;
+        reserve(
+            gpu,
+            frame,
+            &mut voxels.records,
+            size_of::<Voxel>() as u64,
+            kept,
+            needed,
+        )?;
         if let Some(emission) = &mut voxels.emission {
             reserve(gpu, frame, emission, 16, kept, needed)?;
         }
@@ -312,34 +444,58 @@ impl DynamicVoxels {
     }
 }
 
-/// An eighth more than was counted, so that a model that grows and shrinks as it turns does not make its buffers grow every time.
+/// An eighth more than was counted, so that a model that grows and shrinks as it turns does not
+/// make its buffers grow every time.
 pub(crate) fn with_slack(count: u32) -> u32 {
     count.saturating_add(count / 8)
 }
 
 /// Makes a buffer larger where it has no room for `needed` elements; the first `kept` go along.
-fn reserve(gpu: &Gpu, frame: &mut Frame, target: &mut Arc<Buffer>, stride: u64, kept: u32, needed: u32) -> Result<(), Error> {
+fn reserve(
+    gpu: &Gpu,
+    frame: &mut Frame,
+    target: &mut Arc<Buffer>,
+    stride: u64,
+    kept: u32,
+    needed: u32,
+) -> Result<(), Error> {
     if stride * u64::from(needed) <= target.size_bytes() {
         return Ok(());
     }
     let capacity = u64::from(kept) + u64::from(with_slack(needed - kept));
     let larger = buffer(gpu, target.name(), stride * capacity)?;
     if kept > 0 {
-        frame.copy_buffer("voxel.grow", (target, 0), (&larger, 0), stride * u64::from(kept));
+        frame.copy_buffer(
+            "voxel.grow",
+            (target, 0),
+            (&larger, 0),
+            stride * u64::from(kept),
+        );
     }
     *target = larger;
     Ok(())
 }
 
-/// First block, and blocks along each axis, of those that geometry within some bounds (m) can touch.
+/// First block, and blocks along each axis, of those that geometry within some bounds (m) can
+/// touch.
 fn block_box(grid: &VoxelGrid, (low, high): (Vec3, Vec3)) -> [IVec3; 2] {
     let voxel = |corner: Vec3| ((corner - grid.origin) / grid.voxel_size).floor();
     let limit = (grid.resolution / 4) as f32;
-    // A voxel more on each side: geometry touches both voxels at a border, and positions are rounded.
-    let first = ((voxel(low) - 1.0) / 4.0).floor().clamp(Vec3::ZERO, Vec3::splat(limit));
+    // A voxel more on each side: geometry touches both voxels at a border, and positions are
+    // rounded.
+    let first = ((voxel(low) - 1.0) / 4.0)
+        .floor()
+        .clamp(Vec3::ZERO, Vec3::splat(limit));
     let end = ((voxel(high) + 1.0) / 4.0).floor() + 1.0;
     let size = (end.clamp(Vec3::ZERO, Vec3::splat(limit)) - first).as_ivec3();
-    [first.as_ivec3(), if size.min_element() > 0 { size } else { IVec3::ZERO }]
+    [
+        first.as_ivec3(),
+        if size.min_element() > 0 {
+            size
+        } else {
+            IVec3::ZERO
+        },
+    ]
 }
 
 /// Workgroups of 1,024 blocks.
@@ -353,16 +509,30 @@ mod tests {
 
     #[test]
     fn boxes_hold_what_geometry_can_touch() {
-        let grid = VoxelGrid { origin: Vec3::new(1.0, 2.0, 3.0), voxel_size: 0.5, resolution: 32 };
-        let at = |low: f32, high: f32| block_box(&grid, (grid.origin + 0.5 * low, grid.origin + 0.5 * high)).map(|corner| corner.to_array());
+        let grid = VoxelGrid {
+            origin: Vec3::new(1.0, 2.0, 3.0),
+            voxel_size: 0.5,
+            resolution: 32,
+        };
+        let at = |low: f32, high: f32| {
+            block_box(&grid, (grid.origin + 0.5 * low, grid.origin + 0.5 * high))
+                .map(|corner| corner.to_array())
+        };
         assert_eq!(at(5.5, 6.5), [[1; 3], [1; 3]]);
         assert_eq!(at(4.5, 7.5), [[0; 3], [3; 3]]);
         assert_eq!(at(-100.0, 100.0), [[0; 3], [8; 3]]);
         assert_eq!(at(31.5, 90.0), [[7; 3], [1; 3]]);
         for (low, high) in [(-90.0, -10.0), (40.0, 50.0)] {
-            assert_eq!(at(low, high)[1], [0; 3], "nothing is left of {low} to {high}");
+            assert_eq!(
+                at(low, high)[1],
+                [0; 3],
+                "nothing is left of {low} to {high}"
+            );
         }
-        let aside = (grid.origin + Vec3::new(2.0, 2.0, 40.0), grid.origin + Vec3::new(3.0, 3.0, 41.0));
+        let aside = (
+            grid.origin + Vec3::new(2.0, 2.0, 40.0),
+            grid.origin + Vec3::new(3.0, 3.0, 41.0),
+        );
         assert_eq!(block_box(&grid, aside)[1], IVec3::ZERO);
     }
 }

@@ -61,7 +61,8 @@ pub static BOUND_TILES: Pass = Pass {
     sets: Sets::Scene,
 };
 
-/// Squares of tiles of the RSM from which light can fall on voxels that are lit anew. A thread a square.
+/// Squares of tiles of the RSM from which light can fall on voxels that are lit anew. A thread a
+/// square.
 pub static LIST_TILES: Pass = Pass {
     name: "voxel.list_tiles",
     shaders: Shaders::Compute("gi/voxel/list_tiles.comp"),
@@ -85,13 +86,25 @@ const INJECT_BINDINGS: [Binding; 8] = [
     Binding::buffer("list", Access::ComputeRead),
 ];
 
-/// Every RSM texel adds its flux to the voxels that its footprint lies in. A thread a block of texels; 40-bit integer sums, the same in every run.
+/// Every RSM texel adds its flux to the voxels that its footprint lies in. A thread a block of
+/// texels; 40-bit integer sums, the same in every run.
 pub static INJECT_RSM: Pass = Pass {
     name: "voxel.inject_rsm",
     shaders: Shaders::Compute("gi/voxel/inject_rsm.comp"),
     bindings: &{
         let [a, b, c, d, e, f, g, h] = INJECT_BINDINGS;
-        [a, b, c, d, e, f, g, h, Binding::buffer("occupancy", Access::ComputeRead), Binding::buffer("block_bases", Access::ComputeRead)]
+        [
+            a,
+            b,
+            c,
+            d,
+            e,
+            f,
+            g,
+            h,
+            Binding::buffer("occupancy", Access::ComputeRead),
+            Binding::buffer("block_bases", Access::ComputeRead),
+        ]
     },
     push_bytes: size_of::<InjectParams>() as u32,
     sets: Sets::Scene,
@@ -103,7 +116,17 @@ pub static INJECT_RSM_SPARSE: Pass = Pass {
     shaders: Shaders::Compute("gi/voxel/inject_rsm_svo.comp"),
     bindings: &{
         let [a, b, c, d, e, f, g, h] = INJECT_BINDINGS;
-        [a, b, c, d, e, f, g, h, Binding::buffer("nodes", Access::ComputeRead)]
+        [
+            a,
+            b,
+            c,
+            d,
+            e,
+            f,
+            g,
+            h,
+            Binding::buffer("nodes", Access::ComputeRead),
+        ]
     },
     push_bytes: size_of::<InjectParams>() as u32,
     sets: Sets::Scene,
@@ -115,33 +138,79 @@ pub fn bound_tiles(frame: &mut Frame, maps: &LightMaps) {
         return;
     }
     let groups = maps.size.div_ceil(TILE).div_ceil(8);
-    frame.pass(&BOUND_TILES).bind(&maps.views).bind(&maps.depth).bind(&maps.tiles[0]).dispatch([groups, groups, maps.view_count]);
+    frame
+        .pass(&BOUND_TILES)
+        .bind(&maps.views)
+        .bind(&maps.depth)
+        .bind(&maps.tiles[0])
+        .dispatch([groups, groups, maps.view_count]);
 }
 
 impl VoxelLight {
-    /// Whether these voxels, or those of them that are lit anew, are a small part of what the maps show; then their tiles have to be bound before ([`bound_tiles`]).
+    /// Whether these voxels, or those of them that are lit anew, are a small part of what the maps
+    /// show; then their tiles have to be bound before ([`bound_tiles`]).
     pub fn is_part(&self, voxels: &VoxelRecords) -> bool {
         voxels.grid.resolution < self.scene_resolution || !voxels.kept.is_empty()
     }
 
-    pub(super) fn inject(&self, frame: &mut Frame, voxels: &VoxelRecords, lookup: VoxelLookup<'_>, maps: &LightMaps, [normal, reflected]: &[Arc<Image>; 2]) {
+    pub(super) fn inject(
+        &self,
+        frame: &mut Frame,
+        voxels: &VoxelRecords,
+        lookup: VoxelLookup<'_>,
+        maps: &LightMaps,
+        [normal, reflected]: &[Arc<Image>; 2],
+    ) {
         let VoxelRecords { lattice, kept, .. } = voxels;
         let (pass, grid, piece, first_voxel) = match lookup {
-            VoxelLookup::Dense(_) => (&INJECT_RSM, VoxelGrid { origin: lattice.anchor, ..voxels.grid }, lattice.first, 0),
-            VoxelLookup::Sparse { grid, first_voxel, .. } => {
-                (&INJECT_RSM_SPARSE, grid, ((voxels.grid.origin - grid.origin) / grid.voxel_size).round().as_ivec3(), first_voxel)
-            }
+            VoxelLookup::Dense(_) => (
+                &INJECT_RSM,
+                VoxelGrid {
+                    origin: lattice.anchor,
+                    ..voxels.grid
+                },
+                lattice.first,
+                0,
+            ),
+            VoxelLookup::Sparse {
+                grid, first_voxel, ..
+            } => (
+                &INJECT_RSM_SPARSE,
+                grid,
+                ((voxels.grid.origin - grid.origin) / grid.voxel_size)
+                    .round()
+                    .as_ivec3(),
+                first_voxel,
+            ),
         };
         let block = texel_block(maps.size, self.scene_resolution);
         let group_row = maps.size.div_ceil(TILE * block);
-        let (piece, kept_low, kept_end) =
-            (piece.extend(voxels.grid.resolution as i32).to_array(), kept.low.extend(0).to_array(), kept.end.extend(0).to_array());
+        let (piece, kept_low, kept_end) = (
+            piece.extend(voxels.grid.resolution as i32).to_array(),
+            kept.low.extend(0).to_array(),
+            kept.end.extend(0).to_array(),
+        );
         let is_part = self.is_part(voxels);
         if is_part {
             let [depths, list] = &maps.tiles;
             frame.fill(CLEAR_LIGHT, list, 0);
-            let pass = frame.pass(&LIST_TILES).bind(&maps.views).bind(depths).bind(list).constants(&[block]);
-            pass.push(&TileParams { grid: grid.row(), piece, kept_low, kept_end }).dispatch([group_row.div_ceil(8), group_row.div_ceil(8), maps.view_count]);
+            let pass = frame
+                .pass(&LIST_TILES)
+                .bind(&maps.views)
+                .bind(depths)
+                .bind(list)
+                .constants(&[block]);
+            pass.push(&TileParams {
+                grid: grid.row(),
+                piece,
+                kept_low,
+                kept_end,
+            })
+            .dispatch([
+                group_row.div_ceil(8),
+                group_row.div_ceil(8),
+                maps.view_count,
+            ]);
         }
         let params = InjectParams {
             grid: grid.row(),
@@ -155,14 +224,29 @@ impl VoxelLight {
             area_unit: AREA_UNIT,
             group_row,
         };
-        let pass = frame.pass(pass).bind(&maps.views).bind(&maps.depth).bind(normal).bind(reflected);
-        let pass = pass.bind(&self.flux).bind(&self.counters).bind(&voxels.records).bind(&maps.tiles[1]);
+        let pass = frame
+            .pass(pass)
+            .bind(&maps.views)
+            .bind(&maps.depth)
+            .bind(normal)
+            .bind(reflected);
+        let pass = pass
+            .bind(&self.flux)
+            .bind(&self.counters)
+            .bind(&voxels.records)
+            .bind(&maps.tiles[1]);
         let pass = match lookup {
             VoxelLookup::Dense(voxels) => pass.bind(&voxels.occupancy).bind(&voxels.block_bases),
             VoxelLookup::Sparse { nodes, .. } => pass.bind(nodes),
         };
-        let pass = pass.constants(&[self.settings.sides as u32, block, u32::from(is_part)]).push(&params);
-        if is_part { pass.dispatch_indirect(&maps.tiles[1], 0) } else { pass.dispatch([group_row, group_row, maps.view_count]) }
+        let pass = pass
+            .constants(&[self.settings.sides as u32, block, u32::from(is_part)])
+            .push(&params);
+        if is_part {
+            pass.dispatch_indirect(&maps.tiles[1], 0)
+        } else {
+            pass.dispatch([group_row, group_row, maps.view_count])
+        }
     }
 }
 

@@ -33,7 +33,8 @@ impl Sides {
 pub enum Attenuation {
     /// By the cosine to its mean normal, or to the axis that parts its sides.
     Standard,
-    /// By the cosines to the faces on the side of its mean normal, weighted with the squares of the normal's components.
+    /// By the cosines to the faces on the side of its mean normal, weighted with the squares of the
+    /// normal's components.
     NormalWeighted,
 }
 
@@ -68,7 +69,8 @@ pub struct LightSettings {
     pub injection: Injection,
     /// Radiances of a voxel.
     pub sides: Sides,
-    /// Directional voxels are stored face by face, and not side by side: where no dense volume holds the faces.
+    /// Directional voxels are stored face by face, and not side by side: where no dense volume
+    /// holds the faces.
     pub stores_faces: bool,
     /// Indirect bounces.
     pub bounces: Bounces,
@@ -78,15 +80,24 @@ pub struct LightSettings {
     pub occlusion: Occlusion,
     /// κ of soft occlusion (voxels).
     pub kappa: f32,
-    /// The picture's diffuse gather does not see what surfaces emit, which comes to it in another way.
+    /// The picture's diffuse gather does not see what surfaces emit, which comes to it in another
+    /// way.
     pub emission_apart: bool,
 }
 
 impl LightSettings {
     /// From a technique's settings.
     pub fn new(settings: &Settings, sides: Sides) -> Self {
-        let injection = if settings.is("injection", "rsm") { Injection::Rsm } else { Injection::Voxel };
-        let attenuation = if settings.is("attenuation", "standard") { Attenuation::Standard } else { Attenuation::NormalWeighted };
+        let injection = if settings.is("injection", "rsm") {
+            Injection::Rsm
+        } else {
+            Injection::Voxel
+        };
+        let attenuation = if settings.is("attenuation", "standard") {
+            Attenuation::Standard
+        } else {
+            Attenuation::NormalWeighted
+        };
         let occlusion = match settings.choice("voxel_occlusion") {
             "shadow-map" => Occlusion::ShadowMap,
             "shadow-map-area" => Occlusion::ShadowMapArea,
@@ -109,12 +120,25 @@ impl LightSettings {
     /// Everything but these as it is by default.
     pub fn direct(injection: Injection, sides: Sides) -> Self {
         let (attenuation, occlusion) = (Attenuation::Standard, Occlusion::ShadowMap);
-        LightSettings { injection, sides, stores_faces: false, bounces: Bounces::Count(1), attenuation, occlusion, kappa: 1.0, emission_apart: false }
+        LightSettings {
+            injection,
+            sides,
+            stores_faces: false,
+            bounces: Bounces::Count(1),
+            attenuation,
+            occlusion,
+            kappa: 1.0,
+            emission_apart: false,
+        }
     }
 
     /// Radiances of a voxel, with an opacity each: of its sides, or of its faces.
     pub fn radiances(&self) -> u32 {
-        if self.stores_faces { 6 } else { self.sides as u32 }
+        if self.stores_faces {
+            6
+        } else {
+            self.sides as u32
+        }
     }
 
     /// Bytes of so many voxels' radiances.

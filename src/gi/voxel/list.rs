@@ -38,7 +38,8 @@ impl VoxelList {
     }
 }
 
-/// Voxelizes a scene, with the settings of [`super::SETTINGS`] among others, and reads the voxels back; in pieces where the grid is too large to bind.
+/// Voxelizes a scene, with the settings of [`super::SETTINGS`] among others, and reads the voxels
+/// back; in pieces where the grid is too large to bind.
 pub fn list_voxels(context: &Context<'_>, settings: &Settings) -> Result<VoxelList, Error> {
     let Context { gpu, scene, .. } = *context;
     let settings = VoxelSettings::new(settings);
@@ -49,18 +50,29 @@ pub fn list_voxels(context: &Context<'_>, settings: &Settings) -> Result<VoxelLi
             let (voxels, _) = piece.run(gpu, scene)?;
             piece.release();
             let bytes = gpu.read_buffer(&voxels.records)?;
-            let records = bytes.chunks_exact(size_of::<Voxel>()).take(voxels.voxel_count as usize).map(bytemuck::pod_read_unaligned);
+            let records = bytes
+                .chunks_exact(size_of::<Voxel>())
+                .take(voxels.voxel_count as usize)
+                .map(bytemuck::pod_read_unaligned);
             all.extend(records.map(|record| unpack(&record, piece.first_voxel())));
         }
         Ok(all)
     })?;
-    Ok(VoxelList { grid: VoxelGrid::around(scene.bounds, settings.resolution), voxels })
+    Ok(VoxelList {
+        grid: VoxelGrid::around(scene.bounds, settings.resolution),
+        voxels,
+    })
 }
 
 fn unpack(record: &Voxel, first: UVec3) -> OccupiedVoxel {
     let albedo_root = unpack_unorm10(record.albedo);
     let opacity = (record.coverage & 0xfff) as f32 / 4095.0;
-    OccupiedVoxel { index: (first + UVec3::from(index(record))).to_array(), albedo: albedo_root * albedo_root, normal: mean_normal(record), opacity }
+    OccupiedVoxel {
+        index: (first + UVec3::from(index(record))).to_array(),
+        albedo: albedo_root * albedo_root,
+        normal: mean_normal(record),
+        opacity,
+    }
 }
 
 /// Coordinates along x, y and z.
@@ -77,10 +89,15 @@ fn mean_normal(record: &Voxel) -> Vec3 {
     unpack_unorm10(record.normal) * 2.0 - 1.0
 }
 
-/// The direction that parts the two sides of the surface: its mean normal, or the axis along which surfaces are opposed.
+/// The direction that parts the two sides of the surface: its mean normal, or the axis along which
+/// surfaces are opposed.
 pub(super) fn front(record: &Voxel) -> Vec3 {
     let is_opposed = record.coverage >> 29 & 1 != 0;
-    if is_opposed { Vec3::AXES[(record.coverage >> 30).min(2) as usize] } else { mean_normal(record).normalize_or_zero() }
+    if is_opposed {
+        Vec3::AXES[(record.coverage >> 30).min(2) as usize]
+    } else {
+        mean_normal(record).normalize_or_zero()
+    }
 }
 
 /// Three numbers of 10 bits (`glsl/shared/packing.glsl`).

@@ -1,7 +1,8 @@
 //! Voxelization and voxel light, shared by the voxel techniques.
 //!
-//! Triangles become fragments (one a touched voxel) in one pass; fragments of one voxel become one voxel record. Occupied voxels have compact indices in
-//! a fixed order (`gi/voxel/grid.glsl`), so that only they are stored, lit and cleared. `oracle` is the CPU twin.
+//! Triangles become fragments (one a touched voxel) in one pass; fragments of one voxel become one
+//! voxel record. Occupied voxels have compact indices in a fixed order (`gi/voxel/grid.glsl`), so
+//! that only they are stored, lit and cleared. `oracle` is the CPU twin.
 
 pub mod bounce;
 pub mod dynamic;
@@ -30,7 +31,9 @@ pub use light_settings::{Attenuation, Injection, LightSettings, Occlusion, Sides
 pub use list::{OccupiedVoxel, VoxelList, list_voxels};
 pub use lit::{LitVoxels, VoxelMap};
 pub use passes::{FRAGMENTS_COMPUTE, FRAGMENTS_RASTER, FRAGMENTS_RASTER_HW};
-pub use prefilter::{ANISOTROPIC, DIRECTIONAL, Directionality, FACE_SETTINGS, Faces, MIP_FILTER, Prefilter};
+pub use prefilter::{
+    ANISOTROPIC, DIRECTIONAL, Directionality, FACE_SETTINGS, Faces, MIP_FILTER, Prefilter,
+};
 pub use rays::{GATHER_RAYS, RAY_SETTINGS, RaySettings, gather_rays};
 pub use voxel_box::VoxelBox;
 pub use voxel_settings::{Accumulation, Method, Surface, VoxelSettings};
@@ -55,55 +58,68 @@ pub static RESOLUTION: &[Setting] = &[Setting {
 pub static SETTINGS: &[Setting] = &[
     Setting {
         name: "voxelization",
-        help: "triangles to fragments: raster (geometry shader, software conservative), raster-hw (hardware conservative) or compute; all give the same voxels",
+        help: "triangles to fragments: raster (geometry shader, software conservative), raster-hw \
+               (hardware conservative) or compute; all give the same voxels",
         unit: "",
         domain: Domain::Choice(&["compute", "raster", "raster-hw"]),
         default: "compute",
     },
     Setting {
         name: "surface",
-        help: "voxels that a triangle is in: conservative (all that it touches) or thin (those whose cross of face centres it meets: no path from face to face \
-               leads through)",
+        help: "voxels that a triangle is in: conservative (all that it touches) or thin (those \
+               whose cross of face centres it meets: no path from face to face leads through)",
         unit: "",
         domain: Domain::Choice(&["conservative", "thin"]),
         default: "conservative",
     },
     Setting {
         name: "accumulation",
-        help: "albedo of a voxel: exact (independent of thread order) or running-average (the papers' compare-and-swap in RGBA8; differs between runs)",
+        help: "albedo of a voxel: exact (independent of thread order) or running-average (the \
+               papers' compare-and-swap in RGBA8; differs between runs)",
         unit: "",
         domain: Domain::Choice(&["exact", "running-average"]),
         default: "exact",
     },
     Setting {
         name: "opacity",
-        help: "of a voxel, as cones see it: binary (touched is opaque) or coverage (fraction of its face that is covered, seen along the dominant axis)",
+        help: "of a voxel, as cones see it: binary (touched is opaque) or coverage (fraction of \
+               its face that is covered, seen along the dominant axis)",
         unit: "",
         domain: Domain::Choice(&["binary", "coverage"]),
         default: "binary",
     },
     Setting {
         name: "injection",
-        help: "direct light into voxels: rsm (flux of reflective shadow maps) or voxel (each voxel shaded from its own albedo and normal)",
+        help: "direct light into voxels: rsm (flux of reflective shadow maps) or voxel (each \
+               voxel shaded from its own albedo and normal)",
         unit: "",
         domain: Domain::Choice(&["rsm", "voxel"]),
         default: "rsm",
     },
     Setting {
         name: "attenuation",
-        help: "of light on voxels that are shaded (injection = voxel, and holes of rsm): standard (cosine to the mean normal) or normal-weighted (cosines to \
-               the faces on the mean normal's side, weighted with the squares of its components)",
+        help: "of light on voxels that are shaded (injection = voxel, and holes of rsm): standard \
+               (cosine to the mean normal) or normal-weighted (cosines to the faces on the mean \
+               normal's side, weighted with the squares of its components)",
         unit: "",
         domain: Domain::Choice(&["standard", "normal-weighted"]),
         default: "standard",
     },
     Setting {
         name: "voxel_occlusion",
-        help: "what hides a light from voxels that are shaded: the shadow map (at their mean position), shadow-map-area (the same, but of a voxel with \
-               several planes the area that the map shows in it), the shadow map moved half a voxel off along the normal, rays-hard (the first voxel that a ray \
-               to the light hits) or rays-soft (all that it hits, nearer ones more)",
+        help: "what hides a light from voxels that are shaded: the shadow map (at their mean \
+               position), shadow-map-area (the same, but of a voxel with several planes the area \
+               that the map shows in it), the shadow map moved half a voxel off along the normal, \
+               rays-hard (the first voxel that a ray to the light hits) or rays-soft (all that it \
+               hits, nearer ones more)",
         unit: "",
-        domain: Domain::Choice(&["shadow-map", "shadow-map-area", "shadow-map-moved", "rays-hard", "rays-soft"]),
+        domain: Domain::Choice(&[
+            "shadow-map",
+            "shadow-map-area",
+            "shadow-map-moved",
+            "rays-hard",
+            "rays-soft",
+        ]),
         default: "shadow-map",
     },
     Setting {
@@ -115,15 +131,18 @@ pub static SETTINGS: &[Setting] = &[
     },
     Setting {
         name: "bounces",
-        help: "indirect bounces: 1 (what voxels reflect of the lights and emit), 2 to 4 (voxels also reflect what they gather from each other, once more for \
-               each), or feedback (one more with each frame, from the voxels of the last one: all of them after some frames)",
+        help: "indirect bounces: 1 (what voxels reflect of the lights and emit), 2 to 4 (voxels \
+               also reflect what they gather from each other, once more for each), or feedback \
+               (one more with each frame, from the voxels of the last one: all of them after some \
+               frames)",
         unit: "",
         domain: Domain::Choice(&["1", "2", "3", "4", "feedback"]),
         default: "1",
     },
     Setting {
         name: "bounce_directions",
-        help: "cones or rays by which each voxel, or each side of it, gathers a bounce; neighbours take different ones",
+        help: "cones or rays by which each voxel, or each side of it, gathers a bounce; \
+               neighbours take different ones",
         unit: "",
         domain: Domain::Count { min: 1, max: 256 },
         default: "8",
@@ -136,7 +155,11 @@ pub static SUBSTITUTIONS: &[Substitution] = &[Substitution {
     help: "64 directions by which each voxel gathers from the others",
     pairs: |settings| {
         let is_better = Bounces::new(settings).any() && settings.count("bounce_directions") < 64;
-        if is_better { vec!["bounce_directions=64".into()] } else { Vec::new() }
+        if is_better {
+            vec!["bounce_directions=64".into()]
+        } else {
+            Vec::new()
+        }
     },
 }];
 
@@ -197,11 +220,21 @@ pub static VOXELIZATION: Stage = Stage {
 pub static LIGHT_INJECTION: Stage = Stage {
     name: "light injection",
     part: Part::Store,
-    passes: &["voxel.clear_light", "voxel.bound_tiles", "voxel.list_tiles", "voxel.inject_rsm", "voxel.light"],
+    passes: &[
+        "voxel.clear_light",
+        "voxel.bound_tiles",
+        "voxel.list_tiles",
+        "voxel.inject_rsm",
+        "voxel.light",
+    ],
 };
 
 /// Light from voxel to voxel.
-pub static BOUNCES: Stage = Stage { name: "bounces", part: Part::Store, passes: &["voxel.bounce"] };
+pub static BOUNCES: Stage = Stage {
+    name: "bounces",
+    part: Part::Store,
+    passes: &["voxel.bounce"],
+};
 
 /// All structs that this module shares with shaders.
 pub static STRUCTS: &[(&str, &[Field])] = &[
@@ -213,9 +246,15 @@ pub static STRUCTS: &[(&str, &[Field])] = &[
     (passes::LinkParams::NAME, passes::LinkParams::FIELDS),
     (passes::ResolveParams::NAME, passes::ResolveParams::FIELDS),
     (dynamic::TouchedBlock::NAME, dynamic::TouchedBlock::FIELDS),
-    (dynamic::TouchedCounters::NAME, dynamic::TouchedCounters::FIELDS),
+    (
+        dynamic::TouchedCounters::NAME,
+        dynamic::TouchedCounters::FIELDS,
+    ),
     (dynamic::TouchedParams::NAME, dynamic::TouchedParams::FIELDS),
-    (dynamic::TouchedScanParams::NAME, dynamic::TouchedScanParams::FIELDS),
+    (
+        dynamic::TouchedScanParams::NAME,
+        dynamic::TouchedScanParams::FIELDS,
+    ),
     (dynamic::RestoreParams::NAME, dynamic::RestoreParams::FIELDS),
     (dynamic::ListParams::NAME, dynamic::ListParams::FIELDS),
     (window::ShiftParams::NAME, window::ShiftParams::FIELDS),
@@ -224,6 +263,9 @@ pub static STRUCTS: &[(&str, &[Field])] = &[
     (inject::TileParams::NAME, inject::TileParams::FIELDS),
     (inject::InjectParams::NAME, inject::InjectParams::FIELDS),
     (light::LightParams::NAME, light::LightParams::FIELDS),
-    (bounce::BounceRayParams::NAME, bounce::BounceRayParams::FIELDS),
+    (
+        bounce::BounceRayParams::NAME,
+        bounce::BounceRayParams::FIELDS,
+    ),
     (rays::RayParams::NAME, rays::RayParams::FIELDS),
 ];

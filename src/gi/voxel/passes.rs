@@ -8,7 +8,8 @@ gpu_struct! {
     pub struct FragmentParams {
         /// xyz: smallest corner of the whole grid (m); w: 1 / voxel size (1/m).
         pub origin_inverse_size: [f32; 4],
-        /// xyz: first voxel of the piece of it that is voxelized; w: grains of a voxel that positions are rounded to, 0: they are not.
+        /// xyz: first voxel of the piece of it that is voxelized; w: grains of a voxel that
+        /// positions are rounded to, 0: they are not.
         pub first_voxel: [f32; 4],
         /// Voxels along an edge of the piece.
         pub resolution: u32,
@@ -62,7 +63,8 @@ gpu_struct! {
         pub albedo: u32,
         /// Mean position, 3×10 bits.
         pub mean_position: u32,
-        /// Opacity (12 bits), shares of the surface seen from one side (9) and from both (8), whether it is opposed (1), along which axis (2).
+        /// Opacity (12 bits), shares of the surface seen from one side (9) and from both (8),
+        /// whether it is opposed (1), along which axis (2).
         pub coverage: u32,
     }
 }
@@ -135,7 +137,10 @@ const fn raster_pass(geometry: &'static str, conservative: bool) -> Pass {
             vertex: "gi/voxel/fragments.vert",
             geometry: Some(geometry),
             fragment: Some("gi/voxel/fragments.frag"),
-            state: RasterState { conservative, ..RasterState::NO_TARGETS },
+            state: RasterState {
+                conservative,
+                ..RasterState::NO_TARGETS
+            },
         },
         bindings: &RASTER_BINDINGS,
         push_bytes: size_of::<FragmentParams>() as u32,
@@ -145,14 +150,18 @@ const fn raster_pass(geometry: &'static str, conservative: bool) -> Pass {
 
 /// Method `raster`: software conservative rasterization along the dominant axis.
 pub static FRAGMENTS_RASTER: Pass = raster_pass("gi/voxel/fragments.geom", false);
-/// Method `raster-hw`: the same with hardware conservative rasterization (`VK_EXT_conservative_rasterization`, overestimating).
+/// Method `raster-hw`: the same with hardware conservative rasterization
+/// (`VK_EXT_conservative_rasterization`, overestimating).
 pub static FRAGMENTS_RASTER_HW: Pass = raster_pass("gi/voxel/fragments_hw.geom", true);
 
 /// Occupied voxels in each group of 1,024 blocks.
 pub static COUNT_BLOCKS: Pass = Pass {
     name: "voxel.count_blocks",
     shaders: Shaders::Compute("gi/voxel/count_blocks.comp"),
-    bindings: &[Binding::buffer("occupancy", Access::ComputeRead), Binding::buffer("group_sums", Access::ComputeWrite)],
+    bindings: &[
+        Binding::buffer("occupancy", Access::ComputeRead),
+        Binding::buffer("group_sums", Access::ComputeWrite),
+    ],
     push_bytes: size_of::<CountParams>() as u32,
     sets: Sets::None,
 };
@@ -161,7 +170,10 @@ pub static COUNT_BLOCKS: Pass = Pass {
 pub static SCAN_GROUPS: Pass = Pass {
     name: "voxel.scan_groups",
     shaders: Shaders::Compute("gi/voxel/scan_groups.comp"),
-    bindings: &[Binding::buffer("group_sums", Access::ComputeReadWrite), Binding::buffer("voxel_count", Access::ComputeReadWrite)],
+    bindings: &[
+        Binding::buffer("group_sums", Access::ComputeReadWrite),
+        Binding::buffer("voxel_count", Access::ComputeReadWrite),
+    ],
     push_bytes: size_of::<ScanParams>() as u32,
     sets: Sets::None,
 };
@@ -193,11 +205,15 @@ pub static LINK_FRAGMENTS: Pass = Pass {
     sets: Sets::None,
 };
 
-/// The papers' moving average of albedo in an RGBA8 image by compare-and-swap (Crassin & Green 2012, section 22.4.2).
+/// The papers' moving average of albedo in an RGBA8 image by compare-and-swap (Crassin & Green
+/// 2012, section 22.4.2).
 pub static RUNNING_AVERAGE: Pass = Pass {
     name: "voxel.running_average",
     shaders: Shaders::Compute("gi/voxel/running_average.comp"),
-    bindings: &[Binding::buffer("fragments", Access::ComputeRead), Binding::image("averages", Access::ComputeReadWrite)],
+    bindings: &[
+        Binding::buffer("fragments", Access::ComputeRead),
+        Binding::image("averages", Access::ComputeReadWrite),
+    ],
     push_bytes: size_of::<LinkParams>() as u32,
     sets: Sets::None,
 };

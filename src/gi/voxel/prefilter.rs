@@ -1,4 +1,5 @@
-//! How eight texels of premultiplied radiance become one, in dense mips and in bricks (`gi/voxel/prefilter.glsl`), and which of them depend on the direction.
+//! How eight texels of premultiplied radiance become one, in dense mips and in bricks
+//! (`gi/voxel/prefilter.glsl`), and which of them depend on the direction.
 
 use crate::gi::Settings;
 use crate::gi::settings::{Domain, PresetValues, Setting};
@@ -6,8 +7,9 @@ use crate::gi::settings::{Domain, PresetValues, Setting};
 /// The setting that chooses a [`Prefilter`].
 pub const MIP_FILTER: Setting = Setting {
     name: "mip_filter",
-    help: "2³ texels to one of the next level: box (their mean), directional (composited along six directions, then averaged: thin walls stay opaque) or \
-           directional-max (that, as opaque as along its most opaque axis)",
+    help: "2³ texels to one of the next level: box (their mean), directional (composited along \
+           six directions, then averaged: thin walls stay opaque) or directional-max (that, as \
+           opaque as along its most opaque axis)",
     unit: "",
     domain: Domain::Choice(&["directional", "directional-max", "box"]),
     default: "directional",
@@ -28,23 +30,25 @@ pub enum Prefilter {
 pub static FACE_SETTINGS: &[Setting] = &[
     Setting {
         name: "anisotropic",
-        help: "from level 1 on, a texel for each of six directions, composited front to back along its axis; mip_filter is not used then",
+        help: "from level 1 on, a texel for each of six directions, composited front to back \
+               along its axis; mip_filter is not used then",
         unit: "",
         domain: Domain::Choice(&["off", "on"]),
         default: "off",
     },
     Setting {
         name: "faces",
-        help: "directional voxels: radiance and opacity on all levels one for all directions, or of six faces, each of the surface that looks its way (front: \
-               from behind it is transparent) or of all across its axis (both: either side blocks)",
+        help: "directional voxels: radiance and opacity on all levels one for all directions, or \
+               of six faces, each of the surface that looks its way (front: from behind it is \
+               transparent) or of all across its axis (both: either side blocks)",
         unit: "",
         domain: Domain::Choice(&["one", "front", "both"]),
         default: "one",
     },
     Setting {
         name: "face_weights",
-        help: "how the three faces that a cone meets make one opacity: extinction (their optical depths along the direction) or squared (of the direction's \
-               components, as weights)",
+        help: "how the three faces that a cone meets make one opacity: extinction (their optical \
+               depths along the direction) or squared (of the direction's components, as weights)",
         unit: "",
         domain: Domain::Choice(&["extinction", "squared"]),
         default: "extinction",
@@ -52,7 +56,11 @@ pub static FACE_SETTINGS: &[Setting] = &[
 ];
 
 /// Six directions from level 1 on, with the opacity exponent that holds on curved walls too.
-pub const ANISOTROPIC: PresetValues = &[("anisotropic", "on"), ("face_weights", "squared"), ("opacity_exponent", "1.5")];
+pub const ANISOTROPIC: PresetValues = &[
+    ("anisotropic", "on"),
+    ("face_weights", "squared"),
+    ("opacity_exponent", "1.5"),
+];
 
 /// Six faces on all levels, likewise.
 pub const DIRECTIONAL: PresetValues = &[("faces", "both"), ("opacity_exponent", "1.5")];
@@ -78,9 +86,13 @@ pub enum Directionality {
 }
 
 impl Directionality {
-    /// From a technique's settings; faces on all levels include those of the coarser ones. Isotropic where the technique does not have the settings.
+    /// From a technique's settings; faces on all levels include those of the coarser ones.
+    /// Isotropic where the technique does not have the settings.
     pub fn new(settings: &Settings) -> Self {
-        match (settings.find_choice("faces"), settings.find_choice("anisotropic")) {
+        match (
+            settings.find_choice("faces"),
+            settings.find_choice("anisotropic"),
+        ) {
             (Some("front"), _) => Directionality::Directional(Faces::Front),
             (Some("both"), _) => Directionality::Directional(Faces::Both),
             (_, Some("on")) => Directionality::Anisotropic,
@@ -90,7 +102,11 @@ impl Directionality {
 
     /// The faces of the finest level.
     pub fn faces(self) -> Option<Faces> {
-        if let Directionality::Directional(faces) = self { Some(faces) } else { None }
+        if let Directionality::Directional(faces) = self {
+            Some(faces)
+        } else {
+            None
+        }
     }
 }
 

@@ -35,7 +35,8 @@ gpu_struct! {
     }
 }
 
-/// E = π / n Σ L over cosine-distributed rays. Reads the G-buffer and the voxels, writes RGBA32F (irradiance, ambient visibility); a thread a pixel.
+/// E = π / n Σ L over cosine-distributed rays. Reads the G-buffer and the voxels, writes RGBA32F
+/// (irradiance, ambient visibility); a thread a pixel.
 pub static GATHER_RAYS: Pass = Pass {
     name: "voxel.gather_rays",
     shaders: Shaders::Compute("gi/voxel/gather_rays.comp"),
@@ -54,10 +55,17 @@ pub static GATHER_RAYS: Pass = Pass {
 
 /// Settings of the gather by rays.
 pub static RAY_SETTINGS: &[Setting] = &[
-    Setting { name: "rays", help: "directions a pixel, with gather = rays", unit: "", domain: Domain::Count { min: 1, max: 4096 }, default: "16" },
+    Setting {
+        name: "rays",
+        help: "directions a pixel, with gather = rays",
+        unit: "",
+        domain: Domain::Count { min: 1, max: 4096 },
+        default: "16",
+    },
     Setting {
         name: "radiance",
-        help: "of a voxel that a ray hits: isotropic (the mean over its surface) or two-sided (one for each side of it: walls thinner than a voxel do not glow through)",
+        help: "of a voxel that a ray hits: isotropic (the mean over its surface) or two-sided \
+               (one for each side of it: walls thinner than a voxel do not glow through)",
         unit: "",
         domain: Domain::Choice(&["isotropic", "two-sided"]),
         default: "two-sided",
@@ -71,16 +79,24 @@ pub static RAY_SETTINGS: &[Setting] = &[
     },
     Setting {
         name: "self_height",
-        help: "a voxel whose surface lies lower than this over the receiver's tangent plane is the receiver itself",
+        help: "a voxel whose surface lies lower than this over the receiver's tangent plane is \
+               the receiver itself",
         unit: "voxels",
-        domain: Domain::Number { min: -8.0, max: 8.0 },
+        domain: Domain::Number {
+            min: -8.0,
+            max: 8.0,
+        },
         default: "0.1",
     },
     Setting {
         name: "contour_slack",
-        help: "a ray must meet the mean plane of a voxel's surface inside the voxel enlarged by this; −1: any touched voxel is hit",
+        help: "a ray must meet the mean plane of a voxel's surface inside the voxel enlarged by \
+               this; −1: any touched voxel is hit",
         unit: "voxels",
-        domain: Domain::Number { min: -1.0, max: 8.0 },
+        domain: Domain::Number {
+            min: -1.0,
+            max: 8.0,
+        },
         default: "0.1",
     },
 ];
@@ -106,7 +122,11 @@ impl RaySettings {
     pub fn new(settings: &Settings) -> Self {
         RaySettings {
             count: settings.count("rays"),
-            sides: if settings.is("radiance", "two-sided") { Sides::Two } else { Sides::One },
+            sides: if settings.is("radiance", "two-sided") {
+                Sides::Two
+            } else {
+                Sides::One
+            },
             interleave: settings.count("interleave"),
             start_offset: settings.number("ray_start"),
             self_height: settings.number("self_height"),
@@ -116,11 +136,20 @@ impl RaySettings {
     }
 }
 
-/// Loop iterations that one shader invocation is trusted with; llvmpipe ends its loops, without a word, after 65,535.
+/// Loop iterations that one shader invocation is trusted with; llvmpipe ends its loops, without a
+/// word, after 65,535.
 pub(crate) const LOOP_BUDGET: u32 = 65_535;
 
-/// Adds the pass, in as many dispatches as keep a ray's worst walk through the grid within `LOOP_BUDGET`.
-pub fn gather_rays(frame: &mut Frame, gbuffer: &GBuffer, voxels: &Voxels, light: &VoxelLight, settings: &RaySettings, result: &Arc<Image>) {
+/// Adds the pass, in as many dispatches as keep a ray's worst walk through the grid within
+/// `LOOP_BUDGET`.
+pub fn gather_rays(
+    frame: &mut Frame,
+    gbuffer: &GBuffer,
+    voxels: &Voxels,
+    light: &VoxelLight,
+    settings: &RaySettings,
+    result: &Arc<Image>,
+) {
     let resolution = voxels.grid.resolution;
     // A line crosses at most 3 n voxels of an n³ grid, and each is a turn of the loop.
     let rays_a_dispatch = (LOOP_BUDGET / (3 * resolution + 1)).max(1);

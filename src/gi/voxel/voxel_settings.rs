@@ -28,7 +28,8 @@ pub enum Accumulation {
 pub enum Surface {
     /// All that it touches: 26-separating, and no part of the triangle is outside.
     Conservative,
-    /// Those whose cross it meets, the three lines between the centres of opposite faces: 6-separating (Schwarz & Seidel 2010).
+    /// Those whose cross it meets, the three lines between the centres of opposite faces:
+    /// 6-separating (Schwarz & Seidel 2010).
     Thin,
 }
 
@@ -62,8 +63,16 @@ impl VoxelSettings {
         VoxelSettings {
             resolution: settings.count("resolution"),
             method,
-            accumulation: if settings.is("accumulation", "exact") { Accumulation::Exact } else { Accumulation::RunningAverage },
-            surface: if settings.is("surface", "thin") { Surface::Thin } else { Surface::Conservative },
+            accumulation: if settings.is("accumulation", "exact") {
+                Accumulation::Exact
+            } else {
+                Accumulation::RunningAverage
+            },
+            surface: if settings.is("surface", "thin") {
+                Surface::Thin
+            } else {
+                Surface::Conservative
+            },
             coverage: settings.is("opacity", "coverage"),
             faces: None,
         }

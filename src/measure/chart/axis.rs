@@ -8,7 +8,11 @@ use super::Scale;
 
 /// Smallest and largest of what `values` gives; a little more on each side.
 pub(super) fn range(values: impl Iterator<Item = f64>, scale: Scale) -> Range<f64> {
-    let (low, high) = values.filter(|value| value.is_finite()).fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
+    let (low, high) = values
+        .filter(|value| value.is_finite())
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+            (low.min(value), high.max(value))
+        });
     if low > high {
         return 0.5..1.5;
     }
@@ -39,14 +43,20 @@ impl Ranged for Axis {
     fn map(&self, value: &f64, (low, high): (i32, i32)) -> i32 {
         let share = match self.scale {
             Scale::Linear => (value - self.range.start) / (self.range.end - self.range.start),
-            Scale::Log => (value / self.range.start).ln() / (self.range.end / self.range.start).ln(),
+            Scale::Log => {
+                (value / self.range.start).ln() / (self.range.end / self.range.start).ln()
+            }
         };
         low + (share * f64::from(high - low)).round() as i32
     }
 
     fn key_points<Hint: KeyPointHint>(&self, hint: Hint) -> Vec<f64> {
         // Light lines are asked for in a second turn; there are none.
-        if hint.weight().allow_light_points() { Vec::new() } else { self.ticks.clone() }
+        if hint.weight().allow_light_points() {
+            Vec::new()
+        } else {
+            self.ticks.clone()
+        }
     }
 
     fn range(&self) -> Range<f64> {
@@ -64,7 +74,11 @@ impl From<Axis> for Range<f64> {
 pub(super) fn linear_ticks(range: &Range<f64>) -> Vec<f64> {
     let raw = (range.end - range.start) / 8.0;
     let power = 10.0f64.powf(raw.log10().floor());
-    let step = power * [1.0, 2.0, 5.0, 10.0].into_iter().find(|digit| digit * power >= raw).unwrap_or(10.0);
+    let step = power
+        * [1.0, 2.0, 5.0, 10.0]
+            .into_iter()
+            .find(|digit| digit * power >= raw)
+            .unwrap_or(10.0);
     let indices = (range.start / step).ceil() as i64..=(range.end / step).floor() as i64;
     indices.map(|index| index as f64 * step).collect()
 }
@@ -72,19 +86,34 @@ pub(super) fn linear_ticks(range: &Range<f64>) -> Vec<f64> {
 /// Round numbers in a range of positive ones, few of them.
 pub(super) fn log_ticks(range: &Range<f64>) -> Vec<f64> {
     let decades = (range.end / range.start).log10();
-    let digits: &[f64] = if decades < 1.0 { &[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0] } else { &[1.0, 2.0, 5.0] };
+    let digits: &[f64] = if decades < 1.0 {
+        &[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0]
+    } else {
+        &[1.0, 2.0, 5.0]
+    };
     let powers = range.start.log10().floor() as i32..=range.end.log10().ceil() as i32;
-    powers.flat_map(|power| digits.iter().map(move |digit| digit * 10.0f64.powi(power))).filter(|tick| range.contains(tick)).collect()
+    powers
+        .flat_map(|power| digits.iter().map(move |digit| digit * 10.0f64.powi(power)))
+        .filter(|tick| range.contains(tick))
+        .collect()
 }
 
 /// A number with three digits that count.
 pub(in crate::measure) fn short(value: f64) -> String {
     if value.abs() < 1e-12 || !value.is_finite() {
-        return if value.is_finite() { "0".to_owned() } else { format!("{value}") };
+        return if value.is_finite() {
+            "0".to_owned()
+        } else {
+            format!("{value}")
+        };
     }
     let digits = (2 - value.abs().log10().floor() as i32).clamp(0, 6) as usize;
     let text = format!("{value:.digits$}");
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+    if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        text
+    }
 }
 
 #[cfg(test)]
@@ -94,13 +123,27 @@ mod tests {
     #[test]
     fn ticks_are_few_and_inside() {
         assert_eq!(log_ticks(&(0.015..1.1)), [0.02, 0.05, 0.1, 0.2, 0.5, 1.0]);
-        assert_eq!(linear_ticks(&(-0.7..0.11)), [-0.6000000000000001, -0.4, -0.2, 0.0]);
+        assert_eq!(
+            linear_ticks(&(-0.7..0.11)),
+            [-0.6000000000000001, -0.4, -0.2, 0.0]
+        );
         assert_eq!(log_ticks(&(11.0..45.0)), [15.0, 20.0, 30.0, 40.0]);
     }
 
     #[test]
     fn short_numbers() {
-        let cases = [(0.0, "0"), (-1e-17, "0"), (0.0213, "0.0213"), (1.5, "1.5"), (12.345, "12.3"), (1234.5, "1234"), (-0.25, "-0.25"), (100.0, "100")];
-        cases.iter().for_each(|(value, text)| assert_eq!(short(*value), *text));
+        let cases = [
+            (0.0, "0"),
+            (-1e-17, "0"),
+            (0.0213, "0.0213"),
+            (1.5, "1.5"),
+            (12.345, "12.3"),
+            (1234.5, "1234"),
+            (-0.25, "-0.25"),
+            (100.0, "100"),
+        ];
+        cases
+            .iter()
+            .for_each(|(value, text)| assert_eq!(short(*value), *text));
     }
 }

@@ -55,7 +55,10 @@ pub enum Ticks {
 impl LineAxis {
     /// Of a number that doubles.
     pub fn doubling(label: impl Into<String>) -> Self {
-        LineAxis { label: label.into(), ticks: Ticks::Doubling }
+        LineAxis {
+            label: label.into(),
+            ticks: Ticks::Doubling,
+        }
     }
 }
 
@@ -97,7 +100,8 @@ pub struct FrontPoint {
     pub at: (f64, f64),
     /// Smallest and largest x that was measured.
     pub x_range: (f64, f64),
-    /// What stands beside it and before its entry in the key; without one it is grey and has no entry.
+    /// What stands beside it and before its entry in the key; without one it is grey and has no
+    /// entry.
     pub mark: Option<String>,
     /// What it is: the lines of its entry in the key beside the axes.
     pub label: Vec<String>,
@@ -163,7 +167,8 @@ pub enum ChartError {
     },
 }
 
-/// Colours that also differ for the colour-blind (Okabe & Ito 2008), then darker and lighter ones of the same hues.
+/// Colours that also differ for the colour-blind (Okabe & Ito 2008), then darker and lighter ones
+/// of the same hues.
 const COLORS: [RGBColor; 20] = [
     RGBColor(0, 114, 178),
     RGBColor(230, 159, 0),
@@ -202,11 +207,21 @@ impl Chart {
     /// Writes `STEM.svg` and `STEM.png`.
     pub fn write(&self, stem: &Path) -> Result<[PathBuf; 2], ChartError> {
         let [svg, png] = ["svg", "png"].map(|extension| stem.with_extension(extension));
-        let failed = |path: &Path, problem: String| ChartError::Write { path: path.to_owned(), problem };
+        let failed = |path: &Path, problem: String| ChartError::Write {
+            path: path.to_owned(),
+            problem,
+        };
         std::fs::write(&svg, self.svg()?).map_err(|error| failed(&svg, error.to_string()))?;
         let (width, height) = self.size();
         let pixels = self.pixels()?;
-        let saved = image::save_buffer_with_format(&png, &pixels, width, height, image::ColorType::Rgb8, image::ImageFormat::Png);
+        let saved = image::save_buffer_with_format(
+            &png,
+            &pixels,
+            width,
+            height,
+            image::ColorType::Rgb8,
+            image::ImageFormat::Png,
+        );
         saved.map_err(|error| failed(&png, error.to_string()))?;
         Ok([svg, png])
     }
@@ -231,7 +246,10 @@ impl Chart {
     }
 
     fn failed(&self, problem: &dyn std::fmt::Display) -> ChartError {
-        ChartError::Draw { title: self.title.clone(), problem: problem.to_string() }
+        ChartError::Draw {
+            title: self.title.clone(),
+            problem: problem.to_string(),
+        }
     }
 
     /// Width and height (px).
@@ -241,11 +259,16 @@ impl Chart {
             Panels::Bars(panels) => panels.iter().map(bar_panel_height).sum(),
             Panels::Points(panels) => panels.iter().map(point_panel_height).sum(),
         };
-        (WIDTH_PX, panels + self.header_height() as u32 + MARGIN_PX as u32)
+        (
+            WIDTH_PX,
+            panels + self.header_height() as u32 + MARGIN_PX as u32,
+        )
     }
 
     fn header_height(&self) -> i32 {
-        let legend = legend_places(&self.names()).last().map_or(0, |place| place.1 + LINE_PX);
+        let legend = legend_places(&self.names())
+            .last()
+            .map_or(0, |place| place.1 + LINE_PX);
         MARGIN_PX + 30 + LINE_PX * self.notes.len() as i32 + legend + 8
     }
 
@@ -258,11 +281,21 @@ impl Chart {
             }
         };
         match &self.panels {
-            Panels::Lines(_, panels) => panels.iter().flat_map(|panel| &panel.series).for_each(|series| add(series.name.as_str())),
+            Panels::Lines(_, panels) => panels
+                .iter()
+                .flat_map(|panel| &panel.series)
+                .for_each(|series| add(series.name.as_str())),
             Panels::Bars(panels) => {
-                panels.iter().flat_map(|panel| &panel.bars).flat_map(|bar| &bar.parts).for_each(|(name, _)| add(name.as_str()));
+                panels
+                    .iter()
+                    .flat_map(|panel| &panel.bars)
+                    .flat_map(|bar| &bar.parts)
+                    .for_each(|(name, _)| add(name.as_str()));
             }
-            Panels::Points(panels) => panels.iter().flat_map(|panel| &panel.series).for_each(|series| add(series.name.as_str())),
+            Panels::Points(panels) => panels
+                .iter()
+                .flat_map(|panel| &panel.series)
+                .for_each(|series| add(series.name.as_str())),
         }
         names
     }
@@ -271,24 +304,44 @@ impl Chart {
         register_font();
         area.fill(&WHITE)?;
         let names = self.names();
-        area.draw(&Text::new(self.title.clone(), (MARGIN_PX, MARGIN_PX), ("sans-serif", 20)))?;
+        area.draw(&Text::new(
+            self.title.clone(),
+            (MARGIN_PX, MARGIN_PX),
+            ("sans-serif", 20),
+        ))?;
         for (line, note) in self.notes.iter().enumerate() {
             let at = (MARGIN_PX, MARGIN_PX + 30 + LINE_PX * line as i32);
-            area.draw(&Text::new(note.clone(), at, ("sans-serif", TEXT_PX).into_font().color(&RGBColor(90, 90, 90))))?;
+            area.draw(&Text::new(
+                note.clone(),
+                at,
+                ("sans-serif", TEXT_PX)
+                    .into_font()
+                    .color(&RGBColor(90, 90, 90)),
+            ))?;
         }
         let top = MARGIN_PX + 30 + LINE_PX * self.notes.len() as i32 + 4;
         for (index, (name, (x, y))) in names.iter().zip(legend_places(&names)).enumerate() {
             let (x, y) = (x + MARGIN_PX, y + top);
             match &self.panels {
                 Panels::Points(_) => draw_marker(area, (x + 6, y + 7), index)?,
-                _ => area.draw(&Rectangle::new([(x, y + 1), (x + 12, y + 13)], color(index).filled()))?,
+                _ => area.draw(&Rectangle::new(
+                    [(x, y + 1), (x + 12, y + 13)],
+                    color(index).filled(),
+                ))?,
             }
-            area.draw(&Text::new((*name).to_owned(), (x + 18, y), ("sans-serif", TEXT_PX)))?;
+            area.draw(&Text::new(
+                (*name).to_owned(),
+                (x + 18, y),
+                ("sans-serif", TEXT_PX),
+            ))?;
         }
         let (_, below) = area.split_vertically(self.header_height());
         match &self.panels {
             Panels::Lines(axis, panels) => {
-                for (panel, area) in panels.iter().zip(below.split_evenly((1, panels.len().max(1)))) {
+                for (panel, area) in panels
+                    .iter()
+                    .zip(below.split_evenly((1, panels.len().max(1))))
+                {
                     draw_lines(&area, axis, panel, &names)?;
                 }
             }
@@ -317,13 +370,16 @@ impl Chart {
 fn register_font() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
-        if plotters::style::register_font("sans-serif", FontStyle::Normal, dejavu::sans::regular()).is_err() {
+        if plotters::style::register_font("sans-serif", FontStyle::Normal, dejavu::sans::regular())
+            .is_err()
+        {
             log::error!("the font of the charts cannot be read");
         }
     });
 }
 
-/// Where each name of the legend goes, left to right and down; widths are generous, because every viewer has its own font.
+/// Where each name of the legend goes, left to right and down; widths are generous, because every
+/// viewer has its own font.
 fn legend_places(names: &[&str]) -> Vec<(i32, i32)> {
     let (mut x, mut y) = (0, 0);
     let place = |name: &&str| {
@@ -350,16 +406,30 @@ mod tests {
         let panel = |y_scale| LinePanel {
             y_label: "error".into(),
             y_scale,
-            series: vec![Series { name: "a".into(), points: points.clone() }],
+            series: vec![Series {
+                name: "a".into(),
+                points: points.clone(),
+            }],
             floor: Some((0.01, "noise".into())),
         };
-        Chart { title: "t".into(), notes: vec!["n".into()], panels: Panels::Lines(LineAxis::doubling("x"), vec![panel(Scale::Log), panel(Scale::Linear)]) }
+        Chart {
+            title: "t".into(),
+            notes: vec!["n".into()],
+            panels: Panels::Lines(
+                LineAxis::doubling("x"),
+                vec![panel(Scale::Log), panel(Scale::Linear)],
+            ),
+        }
     }
 
     /// No points, one point, zeros on a logarithmic axis: a picture all the same.
     #[test]
     fn little_data_is_drawn() -> Result<(), ChartError> {
-        for points in [vec![], vec![(64.0, 0.2)], vec![(64.0, 0.0), (128.0, f64::NAN), (256.0, 0.1)]] {
+        for points in [
+            vec![],
+            vec![(64.0, 0.2)],
+            vec![(64.0, 0.0), (128.0, f64::NAN), (256.0, 0.1)],
+        ] {
             let chart = lines(points);
             let (width, height) = chart.size();
             assert!(chart.svg()?.contains("</svg>"));
@@ -371,9 +441,29 @@ mod tests {
     /// A part that is there can be seen, in its own colour.
     #[test]
     fn bars_show_their_parts() -> Result<(), ChartError> {
-        let bar = |parts: &[(&str, f64)]| Bar { label: "case".into(), parts: parts.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect() };
-        let chart = |bar| Chart { title: "t".into(), notes: vec![], panels: Panels::Bars(vec![BarPanel { x_label: "ms".into(), bars: vec![bar] }]) };
-        let area = |pixels: &[u8], RGBColor(r, g, b): RGBColor| pixels.as_chunks().0.iter().filter(|pixel| **pixel == [r, g, b]).count();
+        let bar = |parts: &[(&str, f64)]| Bar {
+            label: "case".into(),
+            parts: parts
+                .iter()
+                .map(|(name, value)| ((*name).to_owned(), *value))
+                .collect(),
+        };
+        let chart = |bar| Chart {
+            title: "t".into(),
+            notes: vec![],
+            panels: Panels::Bars(vec![BarPanel {
+                x_label: "ms".into(),
+                bars: vec![bar],
+            }]),
+        };
+        let area = |pixels: &[u8], RGBColor(r, g, b): RGBColor| {
+            pixels
+                .as_chunks()
+                .0
+                .iter()
+                .filter(|pixel| **pixel == [r, g, b])
+                .count()
+        };
         let both = chart(bar(&[("a", 3.0), ("b", 1.0)])).pixels()?;
         let (a, b) = (area(&both, color(0)), area(&both, color(1)));
         assert!(a > 2 * b && a < 4 * b && b > 100, "{a} and {b} pixels");

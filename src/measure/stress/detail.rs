@@ -17,7 +17,8 @@ const GAP_SAMPLES: u32 = 4;
 pub(super) static NARROW_GAP: StressCase = StressCase {
     name: "narrow_gap",
     help: "light of one room comes into the next through a slit",
-    source: "Crassin et al. 2011: cones average what they pass; Hong 2015, section 3.2: wide cones skip thin geometry",
+    source: "Crassin et al. 2011: cones average what they pass; Hong 2015, section 3.2: wide \
+             cones skip thin geometry",
     severity: "width of the slit [voxels]",
     severities: &[8.0, 4.0, 2.0, 1.0, 0.5],
     quick: &[8.0, 0.5],
@@ -28,7 +29,8 @@ pub(super) static NARROW_GAP: StressCase = StressCase {
 
 pub(super) static DISTANT_GAP: StressCase = StressCase {
     name: "distant_gap",
-    help: "light through a slit of eight voxels falls on a wall behind it: the further away, the wider a cone is at the slit",
+    help: "light through a slit of eight voxels falls on a wall behind it: the further away, the \
+           wider a cone is at the slit",
     source: "Kahl 2019, section 6.2.2: sizes of samples double from mip to mip",
     severity: "distance of the wall [voxels]",
     severities: &[2.0, 4.0, 8.0, 10.0],
@@ -45,7 +47,13 @@ pub(super) static SMALL_EMITTER: StressCase = StressCase {
     severity: "edge of the lamp [voxels]",
     severities: &[16.0, 8.0, 4.0, 2.0, 1.0, 0.25],
     quick: &[16.0, 0.25],
-    measure: |probe, edge| error(probe, &lamp_room(probe.voxel_m(), edge as f32), Channel::Luminance),
+    measure: |probe, edge| {
+        error(
+            probe,
+            &lamp_room(probe.voxel_m(), edge as f32),
+            Channel::Luminance,
+        )
+    },
     ..OWN
 };
 
@@ -56,29 +64,50 @@ pub(super) static THIN_COLUMNS: StressCase = StressCase {
     severity: "edge of a column [voxels]",
     severities: &[4.0, 2.0, 1.0, 0.5, 0.25],
     quick: &[4.0, 0.25],
-    measure: |probe, edge| error(probe, &columns(probe.voxel_m(), edge as f32), Channel::Luminance),
+    measure: |probe, edge| {
+        error(
+            probe,
+            &columns(probe.voxel_m(), edge as f32),
+            Channel::Luminance,
+        )
+    },
     ..OWN
 };
 
 pub(super) static OPPOSED_NORMALS: StressCase = StressCase {
     name: "opposed_normals",
-    help: "a partition that is red and lit on one side, green and dark on the other: in one voxel, normals cancel and colours mix",
-    source: "Villegas & Ramírez, section VI-B and figure 3: uneven normals in a voxel; Hong 2015, section 2.4.2: opposite normals",
+    help: "a partition that is red and lit on one side, green and dark on the other: in one \
+           voxel, normals cancel and colours mix",
+    source: "Villegas & Ramírez, section VI-B and figure 3: uneven normals in a voxel; Hong 2015, \
+             section 2.4.2: opposite normals",
     severity: "thickness [voxels]",
     severities: &[4.0, 2.0, 1.0, 0.5, 0.1],
     quick: &[4.0, 0.1],
-    measure: |probe, thickness| error(probe, &partition(probe.voxel_m(), thickness as f32), Channel::Rgb),
+    measure: |probe, thickness| {
+        error(
+            probe,
+            &partition(probe.voxel_m(), thickness as f32),
+            Channel::Rgb,
+        )
+    },
     ..OWN
 };
 
 pub(super) static FACING_SURFACES: StressCase = StressCase {
     name: "facing_surfaces",
-    help: "a slab above a floor under the sky, seen from between them: cones that start beyond the slab see the sky",
+    help: "a slab above a floor under the sky, seen from between them: cones that start beyond \
+           the slab see the sky",
     source: "Kahl 2019, section 6.2.2 and figure 6.4: offset and self-collision",
     severity: "distance [voxels]",
     severities: &[8.0, 4.0, 2.0, 1.0, 0.5],
     quick: &[8.0, 0.5],
-    measure: |probe, distance| error(probe, &slab(probe.voxel_m(), distance as f32), Channel::Luminance),
+    measure: |probe, distance| {
+        error(
+            probe,
+            &slab(probe.voxel_m(), distance as f32),
+            Channel::Luminance,
+        )
+    },
     ..OWN
 };
 
@@ -87,24 +116,50 @@ fn error(probe: &Probe<'_>, scene: &Scene, channel: Channel) -> Result<Vec<f64>,
 }
 
 fn energy(probe: &Probe<'_>, scene: &Scene) -> Result<Vec<f64>, StressError> {
-    Ok(vec![probe.errors(scene, Channel::Luminance, GAP_SAMPLES)?.bias.abs()])
+    Ok(vec![
+        probe
+            .errors(scene, Channel::Luminance, GAP_SAMPLES)?
+            .bias
+            .abs(),
+    ])
 }
 
-/// Two rooms with a wall of four voxels and a slit in it. The lamp is so far to the side that none of its own light comes through. The camera sees the room
-/// behind, or a wall in it at a distance (voxels).
+/// Two rooms with a wall of four voxels and a slit in it. The lamp is so far to the side that none
+/// of its own light comes through. The camera sees the room behind, or a wall in it at a distance
+/// (voxels).
 fn gap(voxel_m: f32, width_voxels: f32, distance_voxels: Option<f32>) -> Scene {
     let (mut mesh, _) = closed_room();
     let wall = mesh.matte("wall", [0.7, 0.7, 0.7]);
-    let (face, middle, half) = (2.0 * voxel_m, PLACE_VOXELS * voxel_m, 0.5 * width_voxels * voxel_m);
+    let (face, middle, half) = (
+        2.0 * voxel_m,
+        PLACE_VOXELS * voxel_m,
+        0.5 * width_voxels * voxel_m,
+    );
     for [z0, z1] in [[-2.0, middle - half], [middle + half, 2.0]] {
-        mesh.cuboid([wall; 6], Vec3::new(-face, 0.0, z0), Vec3::new(face, 3.0, z1));
+        mesh.cuboid(
+            [wall; 6],
+            Vec3::new(-face, 0.0, z0),
+            Vec3::new(face, 3.0, z1),
+        );
     }
     let seen = match distance_voxels {
         Some(distance) => {
             let at = face + distance * voxel_m;
             let receiver = mesh.matte("receiver", [0.7, 0.7, 0.7]);
-            mesh.quad(receiver, [[-2.0, 0.0], [2.0, 0.0], [2.0, 3.0], [-2.0, 3.0]].map(|[z, y]| Vec3::new(at, y, z)));
-            camera([face + 0.1 * distance * voxel_m, 1.5, middle - 1.2 * distance * voxel_m], [at, 1.5, middle], 70.0)
+            mesh.quad(
+                receiver,
+                [[-2.0, 0.0], [2.0, 0.0], [2.0, 3.0], [-2.0, 3.0]]
+                    .map(|[z, y]| Vec3::new(at, y, z)),
+            );
+            camera(
+                [
+                    face + 0.1 * distance * voxel_m,
+                    1.5,
+                    middle - 1.2 * distance * voxel_m,
+                ],
+                [at, 1.5, middle],
+                70.0,
+            )
         }
         None => camera([face + 0.3, 1.6, -1.7], [2.0, 1.1, 0.6], 75.0),
     };
@@ -115,9 +170,23 @@ fn lamp_room(voxel_m: f32, edge_voxels: f32) -> Scene {
     let (mut mesh, _) = closed_room();
     let (at, half) = (PLACE_VOXELS * voxel_m, 0.5 * edge_voxels * voxel_m);
     let emission = Vec3::splat(1.0 / (half * half));
-    let lamp = mesh.material(Material { name: "lamp".into(), albedo: Vec3::ZERO, emission, ..Material::default() });
-    mesh.quad(lamp, [[-half, -half], [half, -half], [half, half], [-half, half]].map(|[x, z]| Vec3::new(at + x, 2.98, at + z)));
-    mesh.into_scene("lamp-room", Vec::new(), Vec3::ZERO, camera([0.0, 1.8, 1.9], [0.0, 0.4, -0.8], 65.0))
+    let lamp = mesh.material(Material {
+        name: "lamp".into(),
+        albedo: Vec3::ZERO,
+        emission,
+        ..Material::default()
+    });
+    mesh.quad(
+        lamp,
+        [[-half, -half], [half, -half], [half, half], [-half, half]]
+            .map(|[x, z]| Vec3::new(at + x, 2.98, at + z)),
+    );
+    mesh.into_scene(
+        "lamp-room",
+        Vec::new(),
+        Vec3::ZERO,
+        camera([0.0, 1.8, 1.9], [0.0, 0.4, -0.8], 65.0),
+    )
 }
 
 fn columns(voxel_m: f32, edge_voxels: f32) -> Scene {
@@ -130,20 +199,46 @@ fn columns(voxel_m: f32, edge_voxels: f32) -> Scene {
     for index in 0..9 {
         let at = |step: i32| (STEP_VOXELS * (step - 1) as f32 + PLACE_VOXELS) * voxel_m;
         let (x, z) = (at(index % 3), at(index / 3));
-        mesh.cuboid([paint; 6], Vec3::new(x - half, 0.0, z - half), Vec3::new(x + half, 8.0 * voxel_m, z + half));
+        mesh.cuboid(
+            [paint; 6],
+            Vec3::new(x - half, 0.0, z - half),
+            Vec3::new(x + half, 8.0 * voxel_m, z + half),
+        );
     }
     let span = 1.5 * STEP_VOXELS * voxel_m;
-    mesh.into_scene("columns", Vec::new(), Vec3::ONE, camera([0.2 * span, 1.4 * span, 1.2 * span], [0.0, 0.1 * span, 0.0], 55.0))
+    mesh.into_scene(
+        "columns",
+        Vec::new(),
+        Vec3::ONE,
+        camera(
+            [0.2 * span, 1.4 * span, 1.2 * span],
+            [0.0, 0.1 * span, 0.0],
+            55.0,
+        ),
+    )
 }
 
 fn partition(voxel_m: f32, thickness_voxels: f32) -> Scene {
     let (mut mesh, _) = closed_room();
-    let [red, green, grey] = [mesh.matte("red", [0.85, 0.1, 0.1]), mesh.matte("green", [0.1, 0.75, 0.1]), mesh.matte("rim", [0.3, 0.3, 0.3])];
+    let [red, green, grey] = [
+        mesh.matte("red", [0.85, 0.1, 0.1]),
+        mesh.matte("green", [0.1, 0.75, 0.1]),
+        mesh.matte("rim", [0.3, 0.3, 0.3]),
+    ];
     let mut faces = [grey; 6];
     (faces[LOW_X], faces[HIGH_X]) = (red, green);
     let (at, half) = (PLACE_VOXELS * voxel_m, 0.5 * thickness_voxels * voxel_m);
-    mesh.cuboid(faces, Vec3::new(at - half, 0.0, -1.5), Vec3::new(at + half, 2.0, 1.5));
-    mesh.into_scene("partition", lamp([-1.3, 1.4, 0.2], 10.0), Vec3::ZERO, camera([0.0, 2.8, 1.95], [0.0, 0.2, -0.4], 80.0))
+    mesh.cuboid(
+        faces,
+        Vec3::new(at - half, 0.0, -1.5),
+        Vec3::new(at + half, 2.0, 1.5),
+    );
+    mesh.into_scene(
+        "partition",
+        lamp([-1.3, 1.4, 0.2], 10.0),
+        Vec3::ZERO,
+        camera([0.0, 2.8, 1.95], [0.0, 0.2, -0.4], 80.0),
+    )
 }
 
 fn slab(voxel_m: f32, distance_voxels: f32) -> Scene {
@@ -152,9 +247,18 @@ fn slab(voxel_m: f32, distance_voxels: f32) -> Scene {
     add_floor(&mut mesh, grey);
     let paint = mesh.matte("slab", [0.6, 0.6, 0.6]);
     let under = distance_voxels * voxel_m;
-    mesh.cuboid([paint; 6], Vec3::new(-1.2, under, -1.2), Vec3::new(1.2, under + 4.0 * voxel_m, 1.2));
+    mesh.cuboid(
+        [paint; 6],
+        Vec3::new(-1.2, under, -1.2),
+        Vec3::new(1.2, under + 4.0 * voxel_m, 1.2),
+    );
     let middle = 0.5 * under;
-    mesh.into_scene("slab", Vec::new(), Vec3::ONE, camera([-1.25, middle, 0.1], [1.0, middle, 0.0], 70.0))
+    mesh.into_scene(
+        "slab",
+        Vec::new(),
+        Vec3::ONE,
+        camera([-1.25, middle, 0.1], [1.0, middle, 0.0], 70.0),
+    )
 }
 
 #[cfg(test)]
@@ -162,20 +266,32 @@ mod tests {
     use super::*;
     use crate::measure::stress::scenes::extent_m;
 
-    /// At the coarsest grid and at a fine one, every scene has the extent by which its voxels are counted, and its camera is in the open.
+    /// At the coarsest grid and at a fine one, every scene has the extent by which its voxels are
+    /// counted, and its camera is in the open.
     #[test]
     fn scenes_have_the_suites_extent() {
         for voxel_m in [4.0 / 27.5, 4.0 / 251.5] {
             let widths = [0.1, 0.5, 1.0, 4.0, 8.0];
             let all = widths.iter().flat_map(|&width| {
                 let gaps = [2.0, 10.0].map(|distance| gap(voxel_m, width, Some(distance)));
-                [gap(voxel_m, width, None), lamp_room(voxel_m, width), columns(voxel_m, width), partition(voxel_m, width), slab(voxel_m, width)]
-                    .into_iter()
-                    .chain(gaps)
+                [
+                    gap(voxel_m, width, None),
+                    lamp_room(voxel_m, width),
+                    columns(voxel_m, width),
+                    partition(voxel_m, width),
+                    slab(voxel_m, width),
+                ]
+                .into_iter()
+                .chain(gaps)
             });
             for scene in all {
                 assert!((extent_m(&scene) - 4.0).abs() < 1e-5, "{}", scene.name);
-                assert!(scene.camera.eye.abs().max_element() < 3.0, "{}: {:?}", scene.name, scene.camera);
+                assert!(
+                    scene.camera.eye.abs().max_element() < 3.0,
+                    "{}: {:?}",
+                    scene.name,
+                    scene.camera
+                );
             }
         }
     }
@@ -185,12 +301,24 @@ mod tests {
     fn severities_are_what_they_say() {
         let power = |edge: f32| {
             let scene = lamp_room(0.1, edge);
-            let lamp = scene.materials.iter().find(|material| material.name == "lamp").map_or(0.0, |material| material.emission.x);
+            let lamp = scene
+                .materials
+                .iter()
+                .find(|material| material.name == "lamp")
+                .map_or(0.0, |material| material.emission.x);
             lamp * (edge * 0.1).powi(2)
         };
         assert!((power(4.0) - power(0.25)).abs() < 1e-4);
         let scene = partition(0.1, 0.5);
         let of_rim = |corner: &Vec3| (corner.x - 0.03).abs() < 0.026;
-        assert_eq!(scene.vertices.iter().map(|vertex| Vec3::from(vertex.position)).filter(of_rim).count(), 24);
+        assert_eq!(
+            scene
+                .vertices
+                .iter()
+                .map(|vertex| Vec3::from(vertex.position))
+                .filter(of_rim)
+                .count(),
+            24
+        );
     }
 }

@@ -22,7 +22,13 @@ pub(super) static GRAZING_LIGHT: StressCase = StressCase {
     severities: &[60.0, 30.0, 10.0, 3.0, 1.0],
     quick: &[60.0, 3.0],
     measure: |probe, height| {
-        let coarse = Probe { frame: FrameSettings { shadow_resolution: COARSE_TEXELS, ..probe.frame }, ..*probe };
+        let coarse = Probe {
+            frame: FrameSettings {
+                shadow_resolution: COARSE_TEXELS,
+                ..probe.frame
+            },
+            ..*probe
+        };
         error(&coarse, &yard(height as f32))
     },
     ..OWN
@@ -36,7 +42,13 @@ pub(super) static RSM_UNDERSAMPLING: StressCase = StressCase {
     severities: &[512.0, 128.0, 64.0, 32.0, 16.0],
     quick: &[128.0, 16.0],
     measure: |probe, texels| {
-        let coarse = Probe { frame: FrameSettings { shadow_resolution: texels as u32, ..probe.frame }, ..*probe };
+        let coarse = Probe {
+            frame: FrameSettings {
+                shadow_resolution: texels as u32,
+                ..probe.frame
+            },
+            ..*probe
+        };
         error(&coarse, &probe.base()?)
     },
     any_scene: true,
@@ -46,7 +58,8 @@ pub(super) static RSM_UNDERSAMPLING: StressCase = StressCase {
 pub(super) static LIGHT_LEVEL: StressCase = StressCase {
     name: "light_level",
     help: "all light times a factor: the picture has to be the same times that factor",
-    source: "Hong 2015, section 2.5.3.1.3: sums overflow the bits of a texel; Crassin & Green 2012: RGBA8",
+    source: "Hong 2015, section 2.5.3.1.3: sums overflow the bits of a texel; Crassin & Green \
+             2012: RGBA8",
     severity: "factor (harmless at 1)",
     ticks: Ticks::Decades,
     severities: &[1e-4, 1e-2, 1.0, 1e2, 1e4, 1e5],
@@ -54,8 +67,19 @@ pub(super) static LIGHT_LEVEL: StressCase = StressCase {
     measure: |probe, factor| {
         let scene = probe.base()?;
         let picture = probe.indirect(&brightened(scene.clone(), factor as f32))?;
-        let back = Image { pixels: picture.pixels.iter().map(|pixel| *pixel / factor as f32).collect(), ..picture };
-        Ok(vec![probe.errors_of(&back, &scene, Channel::Luminance, 1)?.rel_rmse])
+        let back = Image {
+            pixels: picture
+                .pixels
+                .iter()
+                .map(|pixel| *pixel / factor as f32)
+                .collect(),
+            ..picture
+        };
+        Ok(vec![
+            probe
+                .errors_of(&back, &scene, Channel::Luminance, 1)?
+                .rel_rmse,
+        ])
     },
     any_scene: true,
     ..OWN
@@ -63,7 +87,8 @@ pub(super) static LIGHT_LEVEL: StressCase = StressCase {
 
 pub(super) static CONTRAST: StressCase = StressCase {
     name: "contrast",
-    help: "a dim room behind eight voxels of wall, beside one with a brighter lamp: sums with one step for all light lose the dim one",
+    help: "a dim room behind eight voxels of wall, beside one with a brighter lamp: sums with one \
+           step for all light lose the dim one",
     source: "Hong 2015, section 2.5.3.1.3: few bits a channel",
     severity: "lamp of the bright room over that of the dim one",
     ticks: Ticks::Decades,
@@ -83,20 +108,47 @@ pub(super) fn yard(height_deg: f32) -> Scene {
     let floor = mesh.matte("floor", [0.6, 0.6, 0.6]);
     add_floor(&mut mesh, floor);
     let wall = mesh.matte("wall", [0.7, 0.5, 0.4]);
-    mesh.quad(wall, [[-2.0, 0.0], [2.0, 0.0], [2.0, 2.0], [-2.0, 2.0]].map(|[x, y]| Vec3::new(x, y, -1.9)));
+    mesh.quad(
+        wall,
+        [[-2.0, 0.0], [2.0, 0.0], [2.0, 2.0], [-2.0, 2.0]].map(|[x, y]| Vec3::new(x, y, -1.9)),
+    );
     let block = mesh.matte("block", [0.5, 0.6, 0.7]);
-    mesh.cuboid([block; 6], Vec3::new(-1.1, 0.0, -0.9), Vec3::new(-0.2, 0.8, 0.1));
+    mesh.cuboid(
+        [block; 6],
+        Vec3::new(-1.1, 0.0, -0.9),
+        Vec3::new(-0.2, 0.8, 0.1),
+    );
     let (sine, cosine) = height_deg.to_radians().sin_cos();
     let direction = Vec3::new(0.25 * cosine, -sine, -cosine).normalize();
-    let light = Light::Directional { direction, irradiance: Vec3::splat(4.0) };
-    mesh.into_scene("yard", vec![light], Vec3::ZERO, camera([0.5, 1.7, 2.6], [0.0, 0.6, -1.0], 55.0))
+    let light = Light::Directional {
+        direction,
+        irradiance: Vec3::splat(4.0),
+    };
+    mesh.into_scene(
+        "yard",
+        vec![light],
+        Vec3::ZERO,
+        camera([0.5, 1.7, 2.6], [0.0, 0.6, -1.0], 55.0),
+    )
 }
 
 fn dim_room(voxel_m: f32, ratio: f32) -> Scene {
     let (mut mesh, _) = closed_room();
     let wall = mesh.matte("wall", [0.7, 0.7, 0.7]);
-    mesh.cuboid([wall; 6], Vec3::new(-4.0 * voxel_m, 0.0, -2.0), Vec3::new(4.0 * voxel_m, 3.0, 2.0));
-    let lamp = |x: f32, intensity: f32| Light::Point { position: Vec3::new(x, 2.2, 0.3), intensity: Vec3::splat(intensity) };
+    mesh.cuboid(
+        [wall; 6],
+        Vec3::new(-4.0 * voxel_m, 0.0, -2.0),
+        Vec3::new(4.0 * voxel_m, 3.0, 2.0),
+    );
+    let lamp = |x: f32, intensity: f32| Light::Point {
+        position: Vec3::new(x, 2.2, 0.3),
+        intensity: Vec3::splat(intensity),
+    };
     let seen: Camera = camera([1.8, 1.7, 1.8], [1.0, 0.8, -1.5], 75.0);
-    mesh.into_scene("dim-room", vec![lamp(-1.4, 4.0 * ratio), lamp(1.4, 4.0)], Vec3::ZERO, seen)
+    mesh.into_scene(
+        "dim-room",
+        vec![lamp(-1.4, 4.0 * ratio), lamp(1.4, 4.0)],
+        Vec3::ZERO,
+        seen,
+    )
 }

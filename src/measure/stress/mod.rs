@@ -1,7 +1,9 @@
-//! Failure modes: a parameter that runs from harmless to fatal, and figures that tell how bad it is, for each technique and each setting that matters.
+//! Failure modes: a parameter that runs from harmless to fatal, and figures that tell how bad it
+//! is, for each technique and each setting that matters.
 //!
-//! [`CASES`] lists them, a row each. A case makes its own scenes, or takes any. [`StressCase::record`] measures one technique at one severity; [`results`] are
-//! records as tables and charts.
+//! [`CASES`] lists them, a row each. A case makes its own scenes, or takes any.
+//! [`StressCase::record`] measures one technique at one severity; [`results`] are records as tables
+//! and charts.
 
 mod detail;
 mod extent;
@@ -96,10 +98,18 @@ pub struct Figure {
 }
 
 /// Error of the indirect light over blocks.
-const ERROR: &[Figure] = &[Figure { name: "rel_rmse", pass: 0.2, warn: 0.5 }];
+const ERROR: &[Figure] = &[Figure {
+    name: "rel_rmse",
+    pass: 0.2,
+    warn: 0.5,
+}];
 
 /// |bias| of the indirect light: energy that is lost or made up.
-const ENERGY: &[Figure] = &[Figure { name: "energy_error", pass: 0.2, warn: 0.5 }];
+const ENERGY: &[Figure] = &[Figure {
+    name: "energy_error",
+    pass: 0.2,
+    warn: 0.5,
+}];
 
 /// What the rows of cases with a scene of their own have in common.
 const OWN: StressCase = StressCase {
@@ -122,7 +132,8 @@ pub struct Change {
     pub name: &'static str,
     /// Values to try; none stand for all words that it takes.
     pub values: &'static [&'static str],
-    /// A setting and the value that it has to have (where the technique has it) for this one to do anything.
+    /// A setting and the value that it has to have (where the technique has it) for this one to do
+    /// anything.
     pub needs: Option<(&'static str, &'static str)>,
 }
 
@@ -143,9 +154,21 @@ pub struct Effort {
 
 impl Effort {
     /// What figures are told with.
-    pub const FULL: Effort = Effort { name: "full", steps: 16, frames: 60, spp: 256, frame_spp: 64 };
+    pub const FULL: Effort = Effort {
+        name: "full",
+        steps: 16,
+        frames: 60,
+        spp: 256,
+        frame_spp: 64,
+    };
     /// A quick look: fewer severities, steps and frames.
-    pub const QUICK: Effort = Effort { name: "quick", steps: 4, frames: 12, spp: 64, frame_spp: 16 };
+    pub const QUICK: Effort = Effort {
+        name: "quick",
+        steps: 4,
+        frames: 12,
+        spp: 64,
+        frame_spp: 16,
+    };
 }
 
 /// Why there is no figure.
@@ -168,19 +191,49 @@ pub enum StressError {
 impl StressCase {
     /// How bad it is made at this effort.
     pub fn severities_at(&self, effort: &Effort) -> &'static [f64] {
-        if *effort == Effort::QUICK { self.quick } else { self.severities }
+        if *effort == Effort::QUICK {
+            self.quick
+        } else {
+            self.severities
+        }
     }
 
     /// The settings as they are, with the change that is none, and then with one change each.
-    pub fn variants(&self, entry: &Entry, settings: &Settings) -> Result<Vec<(String, Settings)>, SettingError> {
-        let old: Vec<String> = settings.iter().map(|(name, value)| format!("{name}={}", value_text(&value))).collect();
-        let is_met = |(name, wanted): &(&str, &str)| settings.iter().all(|(key, value)| key != *name || value_text(&value) == *wanted);
+    pub fn variants(
+        &self,
+        entry: &Entry,
+        settings: &Settings,
+    ) -> Result<Vec<(String, Settings)>, SettingError> {
+        let old: Vec<String> = settings
+            .iter()
+            .map(|(name, value)| format!("{name}={}", value_text(&value)))
+            .collect();
+        let is_met = |(name, wanted): &(&str, &str)| {
+            settings
+                .iter()
+                .all(|(key, value)| key != *name || value_text(&value) == *wanted)
+        };
         let mut variants = vec![(String::new(), settings.clone())];
-        for change in self.changes.iter().filter(|change| change.needs.as_ref().is_none_or(is_met)) {
-            let Some(setting) = entry.settings.iter().copied().flatten().find(|setting| setting.name == change.name) else { continue };
+        for change in self
+            .changes
+            .iter()
+            .filter(|change| change.needs.as_ref().is_none_or(is_met))
+        {
+            let Some(setting) = entry
+                .settings
+                .iter()
+                .copied()
+                .flatten()
+                .find(|setting| setting.name == change.name)
+            else {
+                continue;
+            };
             for value in values(change, setting) {
                 let pair = format!("{}={value}", change.name);
-                let new = entry.settings(None, &old.iter().chain([&pair]).cloned().collect::<Vec<_>>())?;
+                let new = entry.settings(
+                    None,
+                    &old.iter().chain([&pair]).cloned().collect::<Vec<_>>(),
+                )?;
                 if new != *settings {
                     variants.push((pair, new));
                 }
@@ -189,11 +242,25 @@ impl StressCase {
         Ok(variants)
     }
 
-    /// Measures one technique with one variant of its settings at one severity. What the device refuses and what cannot be compared is told in the record.
-    pub fn record(&self, probe: &Probe<'_>, case: &Case, change: &str, severity: f64) -> Result<Record, StressError> {
+    /// Measures one technique with one variant of its settings at one severity. What the device
+    /// refuses and what cannot be compared is told in the record.
+    pub fn record(
+        &self,
+        probe: &Probe<'_>,
+        case: &Case,
+        change: &str,
+        severity: f64,
+    ) -> Result<Record, StressError> {
         match (self.measure)(probe, severity) {
             Err(other @ (StressError::Scene(_) | StressError::Reference(_))) => Err(other),
-            measured => Ok(Record::new(self, probe, case, change, severity, measured.as_deref())),
+            measured => Ok(Record::new(
+                self,
+                probe,
+                case,
+                change,
+                severity,
+                measured.as_deref(),
+            )),
         }
     }
 }

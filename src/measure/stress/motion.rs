@@ -1,4 +1,5 @@
-//! What moves from frame to frame: flicker and jumps beyond the reference's own change, and how far a frame with a history is from one without.
+//! What moves from frame to frame: flicker and jumps beyond the reference's own change, and how far
+//! a frame with a history is from one without.
 
 use glam::{Quat, Vec3};
 
@@ -12,10 +13,26 @@ use crate::metrics::stability::{excess_flicker, lag, popping};
 use crate::scene::bundled::mesh::Mesh;
 use crate::scene::{Camera, Keyframe, Light, Pose, Scene};
 
-const FIGURES: &[Figure] =
-    &[Figure { name: "flicker", pass: 0.02, warn: 0.05 }, Figure { name: "popping", pass: 0.05, warn: 0.15 }, Figure { name: "lag", pass: 0.02, warn: 0.1 }];
+const FIGURES: &[Figure] = &[
+    Figure {
+        name: "flicker",
+        pass: 0.02,
+        warn: 0.05,
+    },
+    Figure {
+        name: "popping",
+        pass: 0.05,
+        warn: 0.15,
+    },
+    Figure {
+        name: "lag",
+        pass: 0.02,
+        warn: 0.1,
+    },
+];
 
-/// Side of the squares whose means are compared (px): smaller than what one sees flicker, larger than the reference's noise.
+/// Side of the squares whose means are compared (px): smaller than what one sees flicker, larger
+/// than the reference's noise.
 const SQUARE_PX: u32 = 4;
 
 pub(super) static CAMERA_PAN: StressCase = StressCase {
@@ -27,11 +44,22 @@ pub(super) static CAMERA_PAN: StressCase = StressCase {
     measure: |probe, degrees| {
         let scene = probe.base()?;
         let turned = |at: f32| {
-            let Camera { eye, target, up, .. } = scene.camera;
-            let target = eye + Quat::from_axis_angle(up.normalize(), at.to_radians()) * (target - eye);
-            Scene { camera: Camera { target, ..scene.camera }, ..scene.clone() }
+            let Camera {
+                eye, target, up, ..
+            } = scene.camera;
+            let target =
+                eye + Quat::from_axis_angle(up.normalize(), at.to_radians()) * (target - eye);
+            Scene {
+                camera: Camera {
+                    target,
+                    ..scene.camera
+                },
+                ..scene.clone()
+            }
         };
-        figures(probe, |frame| turned(to_and_fro(frame, degrees as f32, 10.0)))
+        figures(probe, |frame| {
+            turned(to_and_fro(frame, degrees as f32, 10.0))
+        })
     },
     any_scene: true,
     ..MOTION
@@ -40,13 +68,26 @@ pub(super) static CAMERA_PAN: StressCase = StressCase {
 pub(super) static CAMERA_DOLLY: StressCase = StressCase {
     name: "camera_dolly",
     help: "the camera moves ahead and back, 60 frames: grids that follow it must not show it",
-    source: "Hong 2015, sections 2.3.3 and 2.5.2.7: cascades flicker unless they snap; Panteleev 2014: clipmaps",
+    source: "Hong 2015, sections 2.3.3 and 2.5.2.7: cascades flicker unless they snap; Panteleev \
+             2014: clipmaps",
     measure: |probe, voxels| {
         let scene = probe.base()?;
         let Camera { eye, target, .. } = scene.camera;
-        let moved = |at_m: f32| Scene { camera: Camera { eye: eye + at_m * (target - eye).normalize(), ..scene.camera }, ..scene.clone() };
+        let moved = |at_m: f32| Scene {
+            camera: Camera {
+                eye: eye + at_m * (target - eye).normalize(),
+                ..scene.camera
+            },
+            ..scene.clone()
+        };
         let voxel_m = extent_m(&scene) * probe.voxel_share();
-        figures(probe, |frame| moved(to_and_fro(frame, voxels as f32 * voxel_m, 0.15 * extent_m(&scene))))
+        figures(probe, |frame| {
+            moved(to_and_fro(
+                frame,
+                voxels as f32 * voxel_m,
+                0.15 * extent_m(&scene),
+            ))
+        })
     },
     any_scene: true,
     ..MOTION
@@ -55,7 +96,8 @@ pub(super) static CAMERA_DOLLY: StressCase = StressCase {
 pub(super) static MOVING_LIGHT: StressCase = StressCase {
     name: "moving_light",
     help: "the first light moves to and fro, 60 frames (a directional light turns)",
-    source: "Villegas & Ramírez, section VI-C: voxels are lit by a shadow map; Dachsbacher & Stamminger 2005: texels that jump",
+    source: "Villegas & Ramírez, section VI-C: voxels are lit by a shadow map; Dachsbacher & \
+             Stamminger 2005: texels that jump",
     measure: |probe, voxels| {
         let scene = probe.base()?;
         let voxel_m = extent_m(&scene) * probe.voxel_share();
@@ -63,14 +105,20 @@ pub(super) static MOVING_LIGHT: StressCase = StressCase {
         let lit = |at_m: f32| {
             let mut moved = scene.clone();
             match moved.lights.first_mut() {
-                Some(Light::Point { position, .. } | Light::Spot { position, .. }) => position.x += at_m,
+                Some(Light::Point { position, .. } | Light::Spot { position, .. }) => {
+                    position.x += at_m
+                }
                 // As if the light were one extent away.
-                Some(Light::Directional { direction, .. }) => *direction = Quat::from_rotation_z(at_m / extent_m(&scene)) * *direction,
+                Some(Light::Directional { direction, .. }) => {
+                    *direction = Quat::from_rotation_z(at_m / extent_m(&scene)) * *direction
+                }
                 None => {}
             }
             moved
         };
-        figures(probe, |frame| lit(to_and_fro(frame, voxels as f32 * voxel_m, way_m)))
+        figures(probe, |frame| {
+            lit(to_and_fro(frame, voxels as f32 * voxel_m, way_m))
+        })
     },
     any_scene: true,
     ..MOTION
@@ -78,7 +126,8 @@ pub(super) static MOVING_LIGHT: StressCase = StressCase {
 
 pub(super) static MOVING_OBJECT: StressCase = StressCase {
     name: "moving_object",
-    help: "a block moves to and fro through a room, 60 frames: its voxels jump from one to the next",
+    help: "a block moves to and fro through a room, 60 frames: its voxels jump from one to the \
+           next",
     source: "Crassin et al. 2011: dynamic objects are voxelized anew in each frame",
     measure: |probe, voxels| {
         let scene = block_in_room();
@@ -92,9 +141,16 @@ pub(super) static MOVING_OBJECT: StressCase = StressCase {
     ..MOTION
 };
 
-const MOTION: StressCase = StressCase { severity: "voxels per frame", severities: &[0.0625, 0.25, 1.0], quick: &[0.25], figures: FIGURES, ..OWN };
+const MOTION: StressCase = StressCase {
+    severity: "voxels per frame",
+    severities: &[0.0625, 0.25, 1.0],
+    quick: &[0.25],
+    figures: FIGURES,
+    ..OWN
+};
 
-/// How far something is in a frame that moves so far from each to the next, and turns back at the end of its way.
+/// How far something is in a frame that moves so far from each to the next, and turns back at the
+/// end of its way.
 fn to_and_fro(frame: usize, speed: f32, way: f32) -> f32 {
     let along = (frame as f32 * speed) % (2.0 * way);
     along.min(2.0 * way - along)
@@ -102,19 +158,36 @@ fn to_and_fro(frame: usize, speed: f32, way: f32) -> f32 {
 
 /// A room with a lamp, and a red block that is 1 m further along x at 1 s.
 fn block_in_room() -> Scene {
-    let mut scene = closed_room().0.into_scene("block-in-room", lamp([0.3, 2.6, 0.4], 8.0), Vec3::ZERO, camera([0.0, 1.6, 1.9], [0.0, 0.7, -1.0], 65.0));
+    let mut scene = closed_room().0.into_scene(
+        "block-in-room",
+        lamp([0.3, 2.6, 0.4], 8.0),
+        Vec3::ZERO,
+        camera([0.0, 1.6, 1.9], [0.0, 0.7, -1.0], 65.0),
+    );
     let mut block = Mesh::default();
     let red = block.matte("block", [0.8, 0.2, 0.15]);
-    block.cuboid([red; 6], Vec3::new(-1.0, 0.02, -0.9), Vec3::new(-0.1, 1.1, 0.0));
-    let keyframe = |time_s: f32| Keyframe { time_s, pose: Pose { translate: Vec3::X * time_s, ..Pose::default() } };
+    block.cuboid(
+        [red; 6],
+        Vec3::new(-1.0, 0.02, -0.9),
+        Vec3::new(-0.1, 1.1, 0.0),
+    );
+    let keyframe = |time_s: f32| Keyframe {
+        time_s,
+        pose: Pose {
+            translate: Vec3::X * time_s,
+            ..Pose::default()
+        },
+    };
     block.add_moving(&mut scene, "block", vec![keyframe(0.0), keyframe(1.0)]);
     scene
 }
 
-/// Frames of a technique that keeps what it has from one to the next, against the reference of each.
+/// Frames of a technique that keeps what it has from one to the next, against the reference of
+/// each.
 fn figures(probe: &Probe<'_>, scene_at: impl Fn(usize) -> Scene) -> Result<Vec<f64>, StressError> {
     let first = scene_at(0);
-    let (mut renderer, _) = Renderer::new(probe.gpu, &first, probe.entry, probe.settings, probe.frame)?;
+    let (mut renderer, _) =
+        Renderer::new(probe.gpu, &first, probe.entry, probe.settings, probe.frame)?;
     (1..probe.warm_up_frames()).try_for_each(|_| renderer.render(&first.camera).map(drop))?;
     let (mut frames, mut references) = (Vec::new(), Vec::new());
     for frame in 0..probe.effort.frames {
@@ -133,20 +206,34 @@ fn figures(probe: &Probe<'_>, scene_at: impl Fn(usize) -> Scene) -> Result<Vec<f
 }
 
 /// Flicker, popping and lag of a sequence, by means of squares.
-fn judge(frames: &[Image], references: &[Image], converged: &Image) -> Result<Vec<f64>, MetricError> {
+fn judge(
+    frames: &[Image],
+    references: &[Image],
+    converged: &Image,
+) -> Result<Vec<f64>, MetricError> {
     let coarse = |images: &[Image]| images.iter().map(squares).collect::<Vec<Image>>();
     let (shown, truth) = (coarse(frames), coarse(references));
-    let last = frames.last().ok_or(MetricError::Empty("a sequence needs at least two images"))?;
-    Ok(vec![excess_flicker(&shown, &truth)?, popping(&shown, &truth)?, lag(last, converged)?])
+    let last = frames
+        .last()
+        .ok_or(MetricError::Empty("a sequence needs at least two images"))?;
+    Ok(vec![
+        excess_flicker(&shown, &truth)?,
+        popping(&shown, &truth)?,
+        lag(last, converged)?,
+    ])
 }
 
-/// Means of squares of pixels; what is left over at the right and below is left out, unless the picture is smaller than a square.
+/// Means of squares of pixels; what is left over at the right and below is left out, unless the
+/// picture is smaller than a square.
 fn squares(image: &Image) -> Image {
     let side = SQUARE_PX.min(image.width).min(image.height).max(1);
     let (columns, rows) = (image.width / side, image.height / side);
     Image::from_fn(columns, rows, |index| {
         let (column, row) = (index as u32 % columns, index as u32 / columns);
-        let pixel = |i: u32| image.pixels[((row * side + i / side) * image.width + column * side + i % side) as usize];
+        let pixel = |i: u32| {
+            image.pixels
+                [((row * side + i / side) * image.width + column * side + i % side) as usize]
+        };
         (0..side * side).map(pixel).sum::<Vec3>() / (side * side) as f32
     })
 }
@@ -156,7 +243,9 @@ mod tests {
     use super::*;
 
     fn sequence(value: impl Fn(usize) -> f32) -> Vec<Image> {
-        (0..8).map(|frame| Image::from_fn(8, 8, |_| Vec3::splat(value(frame)))).collect()
+        (0..8)
+            .map(|frame| Image::from_fn(8, 8, |_| Vec3::splat(value(frame))))
+            .collect()
     }
 
     #[test]
@@ -165,7 +254,8 @@ mod tests {
         assert_eq!(ways, [0.0, 0.5, 1.0, 0.5, 0.0, 0.5]);
     }
 
-    /// Planted: light that changes as the reference's is no flicker, however wrong it is; flicker, one jump, swapped frames and a late last frame are each seen.
+    /// Planted: light that changes as the reference's is no flicker, however wrong it is; flicker,
+    /// one jump, swapped frames and a late last frame are each seen.
     #[test]
     fn planted_failures_are_seen() -> Result<(), MetricError> {
         let reference = sequence(|frame| 1.0 + frame as f32);
@@ -173,24 +263,42 @@ mod tests {
         let of = |frames: &[Image]| judge(frames, &reference, &frames[7]);
         let wrong = of(&sequence(|frame| 3.0 + frame as f32))?;
         assert!(wrong.iter().all(|figure| *figure < 1e-6), "{wrong:?}");
-        let flickering = of(&sequence(|frame| 1.0 + frame as f32 + 0.1 * (frame % 2) as f32))?;
-        assert!((flickering[0] - 0.1 / mean).abs() < 1e-6 && (flickering[1] - 0.1 / mean).abs() < 1e-6, "{flickering:?}");
-        let jump = of(&sequence(|frame| 1.0 + frame as f32 + if frame >= 4 { 0.7 } else { 0.0 }))?;
-        assert!((jump[1] - 0.7 / mean).abs() < 1e-6 && (jump[0] - 0.1 / mean).abs() < 1e-6, "{jump:?}");
+        let flickering = of(&sequence(|frame| {
+            1.0 + frame as f32 + 0.1 * (frame % 2) as f32
+        }))?;
+        assert!(
+            (flickering[0] - 0.1 / mean).abs() < 1e-6 && (flickering[1] - 0.1 / mean).abs() < 1e-6,
+            "{flickering:?}"
+        );
+        let jump = of(&sequence(|frame| {
+            1.0 + frame as f32 + if frame >= 4 { 0.7 } else { 0.0 }
+        }))?;
+        assert!(
+            (jump[1] - 0.7 / mean).abs() < 1e-6 && (jump[0] - 0.1 / mean).abs() < 1e-6,
+            "{jump:?}"
+        );
         let mut swapped = reference.clone();
         swapped.swap(2, 5);
         assert!(of(&swapped)?[1] > 0.5);
         let late = judge(&reference, &reference, &sequence(|_| 10.0)[0])?;
-        assert!(late[..2] == [0.0; 2] && (late[2] - 0.2).abs() < 1e-6, "{late:?}");
+        assert!(
+            late[..2] == [0.0; 2] && (late[2] - 0.2).abs() < 1e-6,
+            "{late:?}"
+        );
         assert!(judge(&reference[..7], &reference, &reference[6]).is_err());
         Ok(())
     }
 
     #[test]
     fn squares_are_means() {
-        let image = Image::from_fn(9, 4, |index| Vec3::splat(if index % 9 < 4 { 1.0 } else { 3.0 }));
+        let image = Image::from_fn(9, 4, |index| {
+            Vec3::splat(if index % 9 < 4 { 1.0 } else { 3.0 })
+        });
         let means = squares(&image);
-        assert_eq!((means.size(), means.pixels[0], means.pixels[1]), ((2, 1), Vec3::ONE, Vec3::splat(3.0)));
+        assert_eq!(
+            (means.size(), means.pixels[0], means.pixels[1]),
+            ((2, 1), Vec3::ONE, Vec3::splat(3.0))
+        );
     }
 
     /// The block moves, and stays in the room.
@@ -200,6 +308,10 @@ mod tests {
         let before = scene.vertices.clone();
         scene.set_time(1.0);
         assert!(scene.moves() && before != scene.vertices && (extent_m(&scene) - 4.0).abs() < 1e-6);
-        assert!(scene.triangles.is_sorted_by_key(|triangle| triangle.material));
+        assert!(
+            scene
+                .triangles
+                .is_sorted_by_key(|triangle| triangle.material)
+        );
     }
 }

@@ -44,7 +44,10 @@ pub struct Memo {
 impl Memo {
     /// With the references in a folder.
     pub fn new(cache: PathBuf) -> Self {
-        Memo { cache, frames: RefCell::default() }
+        Memo {
+            cache,
+            frames: RefCell::default(),
+        }
     }
 }
 
@@ -57,7 +60,10 @@ const FEWEST_BLOCKS: usize = 4;
 impl Probe<'_> {
     /// The scene of a case that takes any, with nothing that moves.
     pub(super) fn base(&self) -> Result<Scene, StressError> {
-        self.scene.map_or_else(|| Ok(scenes::standard()?), |scene| Ok(scenes::still(scene.clone())))
+        self.scene.map_or_else(
+            || Ok(scenes::standard()?),
+            |scene| Ok(scenes::still(scene.clone())),
+        )
     }
 
     /// Voxels along an edge of the grid.
@@ -77,52 +83,95 @@ impl Probe<'_> {
 
     /// Bounces that the reference has; a technique without any is held against one.
     pub(super) fn bounces(&self) -> Bounces {
-        (self.entry.bounces)(self.settings).map_or(Bounces::Full, |bounces| Bounces::Count(bounces.max(1)))
+        (self.entry.bounces)(self.settings)
+            .map_or(Bounces::Full, |bounces| Bounces::Count(bounces.max(1)))
     }
 
     /// Frames until a still picture has all its light.
     pub(super) fn warm_up_frames(&self) -> u32 {
-        if (self.entry.bounces)(self.settings).is_some() { 1 } else { FEEDBACK_FRAMES }
+        if (self.entry.bounces)(self.settings).is_some() {
+            1
+        } else {
+            FEEDBACK_FRAMES
+        }
     }
 
     /// The technique's indirect light in a still scene.
     pub(super) fn indirect(&self, scene: &Scene) -> Result<Image, StressError> {
-        let (mut renderer, _) = Renderer::new(self.gpu, scene, self.entry, self.settings, self.frame)?;
+        let (mut renderer, _) =
+            Renderer::new(self.gpu, scene, self.entry, self.settings, self.frame)?;
         (0..self.warm_up_frames()).try_for_each(|_| renderer.render(&scene.camera).map(drop))?;
         Ok(renderer.aov(Aov::Indirect)?)
     }
 
     /// The reference's indirect light, and what each pixel sees; `times` as many samples as usual.
-    pub(super) fn reference(&self, scene: &Scene, times: u32) -> Result<(Image, GuideImage), StressError> {
-        let image = cached(scene, &self.reference_settings(times * self.effort.spp), &self.memo.cache, &|_| {})?;
+    pub(super) fn reference(
+        &self,
+        scene: &Scene,
+        times: u32,
+    ) -> Result<(Image, GuideImage), StressError> {
+        let image = cached(
+            scene,
+            &self.reference_settings(times * self.effort.spp),
+            &self.memo.cache,
+            &|_| {},
+        )?;
         Ok((image.indirect(), image.guide))
     }
 
-    /// The reference's indirect light in a frame of a sequence: every frame has the same random numbers, so that noise changes as little as it can.
+    /// The reference's indirect light in a frame of a sequence: every frame has the same random
+    /// numbers, so that noise changes as little as it can.
     pub(super) fn frame_reference(&self, scene: &Scene) -> Result<Image, StressError> {
         let key = (scene.content_hash(), self.bounces());
         if let Some(image) = self.memo.frames.borrow().get(&key) {
             return Ok(image.clone());
         }
-        let image = reference::render(scene, &self.reference_settings(self.effort.frame_spp), &|_| {})?.indirect();
+        let image = reference::render(
+            scene,
+            &self.reference_settings(self.effort.frame_spp),
+            &|_| {},
+        )?
+        .indirect();
         self.memo.frames.borrow_mut().insert(key, image.clone());
         Ok(image)
     }
 
     fn reference_settings(&self, spp: u32) -> reference::Settings {
         let [width, height] = self.frame.size;
-        reference::Settings { width, height, bounces: self.bounces(), filter: Filter::Center, sampling: Sampling::Fixed { spp }, seed: 0 }
+        reference::Settings {
+            width,
+            height,
+            bounces: self.bounces(),
+            filter: Filter::Center,
+            sampling: Sampling::Fixed { spp },
+            seed: 0,
+        }
     }
 
     /// Errors of the technique's indirect light in a still scene.
-    pub(super) fn errors(&self, scene: &Scene, channel: Channel, times: u32) -> Result<Errors, StressError> {
+    pub(super) fn errors(
+        &self,
+        scene: &Scene,
+        channel: Channel,
+        times: u32,
+    ) -> Result<Errors, StressError> {
         self.errors_of(&self.indirect(scene)?, scene, channel, times)
     }
 
-    /// Errors of a picture against the reference of a scene: over blocks, or over pixels where there are too few of them.
-    pub(super) fn errors_of(&self, picture: &Image, scene: &Scene, channel: Channel, times: u32) -> Result<Errors, StressError> {
+    /// Errors of a picture against the reference of a scene: over blocks, or over pixels where
+    /// there are too few of them.
+    pub(super) fn errors_of(
+        &self,
+        picture: &Image,
+        scene: &Scene,
+        channel: Channel,
+        times: u32,
+    ) -> Result<Errors, StressError> {
         let (reference, guide) = self.reference(scene, times)?;
         let errors = compare(picture, &reference, Some(&guide), channel)?;
-        Ok(errors.block.filter(|block| block.count >= FEWEST_BLOCKS).unwrap_or(errors.pixel))
+        Ok(errors
+            .block
+            .filter(|block| block.count >= FEWEST_BLOCKS)
+            .unwrap_or(errors.pixel))
     }
 }

@@ -111,18 +111,42 @@ impl records::Record for Record {
 impl Setup {
     /// Whether figures of the two can stand in one table: all but the build is alike.
     pub fn is_like(&self, other: &Setup) -> bool {
-        let rest = |setup: &Setup| (setup.device.clone(), setup.driver.clone(), setup.size, setup.shadow_resolution, setup.effort.clone());
+        let rest = |setup: &Setup| {
+            (
+                setup.device.clone(),
+                setup.driver.clone(),
+                setup.size,
+                setup.shadow_resolution,
+                setup.effort.clone(),
+            )
+        };
         rest(self) == rest(other)
     }
 
     /// Setups that are alike, in a line below a title.
     pub(super) fn text<'s>(setups: impl IntoIterator<Item = &'s Setup>) -> String {
         let setups: Vec<&Setup> = setups.into_iter().collect();
-        let Some(Setup { device, size: [width, height], shadow_resolution, effort, .. }) = setups.first() else { return String::new() };
-        let mut builds: Vec<String> = setups.iter().map(|setup| format!("{}{}", setup.version, commit(&setup.build))).collect();
+        let Some(Setup {
+            device,
+            size: [width, height],
+            shadow_resolution,
+            effort,
+            ..
+        }) = setups.first()
+        else {
+            return String::new();
+        };
+        let mut builds: Vec<String> = setups
+            .iter()
+            .map(|setup| format!("{}{}", setup.version, commit(&setup.build)))
+            .collect();
         builds.sort();
         builds.dedup();
-        format!("{device}; lumivox {}; {width}×{height} px, maps of {shadow_resolution}² texels, {effort} effort", builds.join(" and "))
+        format!(
+            "{device}; lumivox {}; {width}×{height} px, maps of {shadow_resolution}² texels, \
+             {effort} effort",
+            builds.join(" and ")
+        )
     }
 
     fn new(gpu: &Gpu, probe: &Probe<'_>) -> Self {
@@ -140,28 +164,48 @@ impl Setup {
 }
 
 impl Record {
-    pub(super) fn new(stress: &StressCase, probe: &Probe<'_>, case: &Case, change: &str, severity: f64, measured: Result<&[f64], &StressError>) -> Self {
+    pub(super) fn new(
+        stress: &StressCase,
+        probe: &Probe<'_>,
+        case: &Case,
+        change: &str,
+        severity: f64,
+        measured: Result<&[f64], &StressError>,
+    ) -> Self {
         let setup = Setup::new(probe.gpu, probe);
         let judged = |(figure, value): (&super::Figure, &f64)| Figured {
             name: figure.name.to_owned(),
             value: value.is_finite().then_some(*value),
             verdict: figure.verdict(*value),
         };
-        let figures: Vec<Figured> = measured.map(|values| stress.figures.iter().zip(values).map(judged).collect()).unwrap_or_default();
+        let figures: Vec<Figured> = measured
+            .map(|values| stress.figures.iter().zip(values).map(judged).collect())
+            .unwrap_or_default();
         let failure = measured.err();
-        let infinite = || figures.iter().find(|figure| figure.value.is_none()).map(|figure| format!("{} is no finite number", figure.name));
+        let infinite = || {
+            figures
+                .iter()
+                .find(|figure| figure.value.is_none())
+                .map(|figure| format!("{} is no finite number", figure.name))
+        };
         Record {
             record_version: RECORD_VERSION,
             key: key(stress, probe, (case, change), severity, &setup),
             setup,
             case: stress.name.to_owned(),
             scene: probe.scene.map(|scene| scene.name.clone()),
-            scene_hash: probe.scene.map(|scene| format!("{:032x}", scene.content_hash())),
+            scene_hash: probe
+                .scene
+                .map(|scene| format!("{:032x}", scene.content_hash())),
             technique: probe.entry.name.to_owned(),
             preset: case.preset.clone(),
             changes: case.changes(),
             change: change.to_owned(),
-            settings: probe.settings.iter().map(|(name, value)| (name.to_owned(), value_text(&value))).collect(),
+            settings: probe
+                .settings
+                .iter()
+                .map(|(name, value)| (name.to_owned(), value_text(&value)))
+                .collect(),
             severity,
             failure: failure.map(ToString::to_string).or_else(infinite),
             is_lost: matches!(failure, Some(StressError::Gpu(Error::DeviceLost { .. }))),
@@ -170,26 +214,65 @@ impl Record {
     }
 
     /// The key of a record that may be there already.
-    pub fn key_of(stress: &StressCase, probe: &Probe<'_>, case: &Case, change: &str, severity: f64) -> String {
-        key(stress, probe, (case, change), severity, &Setup::new(probe.gpu, probe))
+    pub fn key_of(
+        stress: &StressCase,
+        probe: &Probe<'_>,
+        case: &Case,
+        change: &str,
+        severity: f64,
+    ) -> String {
+        key(
+            stress,
+            probe,
+            (case, change),
+            severity,
+            &Setup::new(probe.gpu, probe),
+        )
     }
 
     /// Technique, preset, resolution and what the user changed.
     pub fn case_name(&self) -> String {
-        let resolution = self.settings.get("resolution").map(|resolution| format!("{resolution}³"));
-        let changes = self.changes.iter().map(|(name, value)| format!("{name}={value}"));
-        [Some(self.technique.clone()), self.preset.clone(), resolution].into_iter().flatten().chain(changes).collect::<Vec<_>>().join(" ")
+        let resolution = self
+            .settings
+            .get("resolution")
+            .map(|resolution| format!("{resolution}³"));
+        let changes = self
+            .changes
+            .iter()
+            .map(|(name, value)| format!("{name}={value}"));
+        [
+            Some(self.technique.clone()),
+            self.preset.clone(),
+            resolution,
+        ]
+        .into_iter()
+        .flatten()
+        .chain(changes)
+        .collect::<Vec<_>>()
+        .join(" ")
     }
 
-    /// Whether it is of the same technique, preset and settings in the same case, scene and severity.
+    /// Whether it is of the same technique, preset and settings in the same case, scene and
+    /// severity.
     pub fn is_same_row(&self, other: &Record) -> bool {
-        let of = |record: &Record| (record.case.clone(), record.scene_hash.clone(), record.name(), record.severity.to_bits());
+        let of = |record: &Record| {
+            (
+                record.case.clone(),
+                record.scene_hash.clone(),
+                record.name(),
+                record.severity.to_bits(),
+            )
+        };
         of(self) == of(other)
     }
 
     /// The same, and the suite's change.
     pub(super) fn name(&self) -> String {
-        if self.change.is_empty() { self.case_name() } else { format!("{}, `{}`", self.case_name(), self.change) }
+        if self.change.is_empty() {
+            self.case_name()
+        } else {
+            format!("{}, `{}`", self.case_name(), self.change)
+        }
     }
 
     /// The worst verdict of all figures; `None` where there is none.
@@ -199,12 +282,26 @@ impl Record {
 }
 
 /// Settings alone do not tell two rows apart: one preset with a change may be another one.
-fn key(stress: &StressCase, probe: &Probe<'_>, (case, change): (&Case, &str), severity: f64, setup: &Setup) -> String {
-    let settings: Vec<String> = probe.settings.iter().map(|(name, value)| format!("{name}={}", value_text(&value))).collect();
+fn key(
+    stress: &StressCase,
+    probe: &Probe<'_>,
+    (case, change): (&Case, &str),
+    severity: f64,
+    setup: &Setup,
+) -> String {
+    let settings: Vec<String> = probe
+        .settings
+        .iter()
+        .map(|(name, value)| format!("{name}={}", value_text(&value)))
+        .collect();
     let scene = probe.scene.map(crate::scene::Scene::content_hash);
     let mut hash = Fnv::default();
     // Writing to a hash cannot fail.
-    let _ = write!(hash, "{RECORD_VERSION} {setup:?} {} {severity:?} {} {:?} {change} {settings:?} {scene:?}", stress.name, probe.entry.name, case.preset);
+    let _ = write!(
+        hash,
+        "{RECORD_VERSION} {setup:?} {} {severity:?} {} {:?} {change} {settings:?} {scene:?}",
+        stress.name, probe.entry.name, case.preset
+    );
     format!("{:032x}", hash.value())
 }
 

@@ -12,29 +12,99 @@ use crate::scene::{Camera, Scene};
 /// The row of the list.
 pub(super) static CASE: StressCase = StressCase {
     name: "thin_walls",
-    help: "light leaks through a closed wall into the room behind it: indirect light there over the lit room's mean, with the wall at the worst of two places in the grid and one turned by 27°",
+    help: "light leaks through a closed wall into the room behind it: indirect light there over \
+           the lit room's mean, with the wall at the worst of two places in the grid and one \
+           turned by 27°",
     source: "Crassin et al. 2011; Villegas & Ramírez, section XI",
     severity: "wall [voxels]",
     severities: &[4.0, 2.0, 1.0, 0.5, 0.25, 0.1],
     quick: &[4.0, 0.25],
-    figures: &[Figure { name: "leak", pass: 0.03, warn: 0.1 }],
+    figures: &[Figure {
+        name: "leak",
+        pass: 0.03,
+        warn: 0.1,
+    }],
     changes: &[
-        Change { name: "surface", values: &[], needs: None },
-        Change { name: "opacity", values: &[], needs: CONES },
-        Change { name: "injection", values: &[], needs: None },
-        Change { name: "anisotropic", values: &[], needs: None },
-        Change { name: "faces", values: &[], needs: None },
-        Change { name: "gather", values: &[], needs: None },
-        Change { name: "radiance", values: &[], needs: RAYS },
-        Change { name: "self_height", values: &["0", "0.5"], needs: RAYS },
-        Change { name: "contour_slack", values: &["-1", "0", "0.5"], needs: RAYS },
-        Change { name: "ray_start", values: &["0", "1"], needs: RAYS },
-        Change { name: "mip_filter", values: &[], needs: CONES },
-        Change { name: "lattice", values: &[], needs: None },
-        Change { name: "opacity_exponent", values: &["1", "2.5", "5"], needs: CONES },
-        Change { name: "aperture_scale", values: &["0.05", "0.15", "1"], needs: CONES },
-        Change { name: "height_clamp", values: &["0", "5"], needs: CONES },
-        Change { name: "start_offset", values: &["0.5", "1.5", "3"], needs: CONES },
+        Change {
+            name: "surface",
+            values: &[],
+            needs: None,
+        },
+        Change {
+            name: "opacity",
+            values: &[],
+            needs: CONES,
+        },
+        Change {
+            name: "injection",
+            values: &[],
+            needs: None,
+        },
+        Change {
+            name: "anisotropic",
+            values: &[],
+            needs: None,
+        },
+        Change {
+            name: "faces",
+            values: &[],
+            needs: None,
+        },
+        Change {
+            name: "gather",
+            values: &[],
+            needs: None,
+        },
+        Change {
+            name: "radiance",
+            values: &[],
+            needs: RAYS,
+        },
+        Change {
+            name: "self_height",
+            values: &["0", "0.5"],
+            needs: RAYS,
+        },
+        Change {
+            name: "contour_slack",
+            values: &["-1", "0", "0.5"],
+            needs: RAYS,
+        },
+        Change {
+            name: "ray_start",
+            values: &["0", "1"],
+            needs: RAYS,
+        },
+        Change {
+            name: "mip_filter",
+            values: &[],
+            needs: CONES,
+        },
+        Change {
+            name: "lattice",
+            values: &[],
+            needs: None,
+        },
+        Change {
+            name: "opacity_exponent",
+            values: &["1", "2.5", "5"],
+            needs: CONES,
+        },
+        Change {
+            name: "aperture_scale",
+            values: &["0.05", "0.15", "1"],
+            needs: CONES,
+        },
+        Change {
+            name: "height_clamp",
+            values: &["0", "5"],
+            needs: CONES,
+        },
+        Change {
+            name: "start_offset",
+            values: &["0.5", "1.5", "3"],
+            needs: CONES,
+        },
     ],
     measure,
     ..OWN
@@ -43,47 +113,94 @@ pub(super) static CASE: StressCase = StressCase {
 const RAYS: Option<(&str, &str)> = Some(("gather", "rays"));
 const CONES: Option<(&str, &str)> = Some(("gather", "cones"));
 
-/// How the wall lies in the grid: where its middle is, beyond a border between voxels (voxels), so that its faces lie in neighbouring voxels or, if it is
-/// thin, in one; and how far it is turned about the vertical (degrees), so that it passes through voxels in every way.
+/// How the wall lies in the grid: where its middle is, beyond a border between voxels (voxels), so
+/// that its faces lie in neighbouring voxels or, if it is thin, in one; and how far it is turned
+/// about the vertical (degrees), so that it passes through voxels in every way.
 const PLACES: [(f64, f64); 3] = [(0.0, 0.0), (0.4, 0.0), (0.0, 27.0)];
 
 fn measure(probe: &Probe<'_>, wall_voxels: f64) -> Result<Vec<f64>, StressError> {
-    let leaks = PLACES.iter().map(|place| leak_of(probe, &two_rooms(probe.resolution(), wall_voxels, *place)?));
-    leaks.collect::<Result<Vec<f64>, StressError>>().map(|leaks| vec![leaks.into_iter().fold(0.0, f64::max)])
+    let leaks = PLACES
+        .iter()
+        .map(|place| leak_of(probe, &two_rooms(probe.resolution(), wall_voxels, *place)?));
+    leaks
+        .collect::<Result<Vec<f64>, StressError>>()
+        .map(|leaks| vec![leaks.into_iter().fold(0.0, f64::max)])
 }
 
-/// Two closed rooms with a wall of this thickness \[voxels\] and place. The grid is centred on the scene: a longer lit room moves the wall off its middle,
-/// which is a border between voxels.
-fn two_rooms(resolution: u32, wall_voxels: f64, (place_voxels, turn_deg): (f64, f64)) -> Result<Scene, StressError> {
+/// Two closed rooms with a wall of this thickness \[voxels\] and place. The grid is centred on the
+/// scene: a longer lit room moves the wall off its middle, which is a border between voxels.
+fn two_rooms(
+    resolution: u32,
+    wall_voxels: f64,
+    (place_voxels, turn_deg): (f64, f64),
+) -> Result<Scene, StressError> {
     /// Length of both rooms, and width.
     const ROOMS_M: [f64; 2] = [8.0, 4.0];
-    let (voxel_over_extent, [sine, cosine]) = (voxel_share(resolution), [turn_deg.to_radians().sin(), turn_deg.to_radians().cos()]);
+    let (voxel_over_extent, [sine, cosine]) = (
+        voxel_share(resolution),
+        [turn_deg.to_radians().sin(), turn_deg.to_radians().cos()],
+    );
     // Extent = rooms + wall + twice the way of the wall, turned.
-    let extent_m = (cosine * ROOMS_M[0] + sine * ROOMS_M[1]) / (1.0 - voxel_over_extent * cosine * (wall_voxels + 2.0 * place_voxels));
+    let extent_m = (cosine * ROOMS_M[0] + sine * ROOMS_M[1])
+        / (1.0 - voxel_over_extent * cosine * (wall_voxels + 2.0 * place_voxels));
     let voxel_m = voxel_over_extent * extent_m;
-    let parameters = [("thickness_m", wall_voxels * voxel_m), ("lit_length_m", 0.5 * ROOMS_M[0] + 2.0 * place_voxels * voxel_m), ("turn_deg", turn_deg)];
-    Ok(Scene::bundled("two-rooms", &parameters.map(|(name, value)| (name.to_owned(), value)))?)
+    let parameters = [
+        ("thickness_m", wall_voxels * voxel_m),
+        (
+            "lit_length_m",
+            0.5 * ROOMS_M[0] + 2.0 * place_voxels * voxel_m,
+        ),
+        ("turn_deg", turn_deg),
+    ];
+    Ok(Scene::bundled(
+        "two-rooms",
+        &parameters.map(|(name, value)| (name.to_owned(), value)),
+    )?)
 }
 
 fn leak_of(probe: &Probe<'_>, scene: &Scene) -> Result<f64, StressError> {
     let dark = scene.camera;
     // Half a turn about the vertical through the wall's middle is the other room.
     let opposite = |point: Vec3| point * Vec3::new(-1.0, 1.0, -1.0);
-    let lit = Camera { eye: opposite(dark.eye), target: opposite(dark.target), ..dark };
-    let (mut renderer, _) = Renderer::new(probe.gpu, scene, probe.entry, probe.settings, probe.frame)?;
+    let lit = Camera {
+        eye: opposite(dark.eye),
+        target: opposite(dark.target),
+        ..dark
+    };
+    let (mut renderer, _) =
+        Renderer::new(probe.gpu, scene, probe.entry, probe.settings, probe.frame)?;
     let mut look = |camera: &Camera| {
         renderer.render(camera)?;
         renderer.aov(Aov::Indirect)
     };
     let pictures = both(look(&dark)?, look(&lit)?);
-    let reference = |camera: Camera| Ok::<Image, StressError>(probe.reference(&Scene { camera, ..scene.clone() }, 1)?.0);
-    Ok(leak(&pictures, &both(reference(dark)?, reference(lit)?), None)?)
+    let reference = |camera: Camera| {
+        Ok::<Image, StressError>(
+            probe
+                .reference(
+                    &Scene {
+                        camera,
+                        ..scene.clone()
+                    },
+                    1,
+                )?
+                .0,
+        )
+    };
+    Ok(leak(
+        &pictures,
+        &both(reference(dark)?, reference(lit)?),
+        None,
+    )?)
 }
 
 /// One picture above the other.
 fn both(mut upper: Image, lower: Image) -> Image {
     upper.pixels.extend(lower.pixels);
-    Image { height: upper.height + lower.height, ..upper }
+    Image {
+        height: upper.height + lower.height,
+        ..upper
+    }
 }
 
 #[cfg(test)]
@@ -91,21 +208,45 @@ mod tests {
     use super::*;
     use crate::gi::voxel::VoxelGrid;
 
-    /// The wall has the thickness and the place that were asked for, in voxels of the grid that techniques make.
+    /// The wall has the thickness and the place that were asked for, in voxels of the grid that
+    /// techniques make.
     #[test]
     fn walls_are_where_they_should_be() -> Result<(), Box<dyn std::error::Error>> {
-        for (wall, (place, turn_deg)) in [4.0, 1.0, 0.25].into_iter().flat_map(|wall| PLACES.map(|place| (wall, place))) {
+        for (wall, (place, turn_deg)) in [4.0, 1.0, 0.25]
+            .into_iter()
+            .flat_map(|wall| PLACES.map(|place| (wall, place)))
+        {
             let scene = two_rooms(64, wall, (place, turn_deg))?;
             let grid = VoxelGrid::around(scene.bounds().ok_or("no bounds")?, 64);
             let back = glam::Quat::from_rotation_y(-(turn_deg as f32).to_radians());
-            let is_wall = |triangle: &&crate::scene::Triangle| scene.materials[triangle.material as usize].name == "wall";
-            let corners = scene.triangles.iter().filter(is_wall).flat_map(|triangle| triangle.vertices);
-            let faces: Vec<f32> = corners.map(|vertex| (back * Vec3::from(scene.vertices[vertex as usize].position)).x / grid.voxel_size).collect();
-            let (low, high) = faces.iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), face| (low.min(*face), high.max(*face)));
-            assert!((high - low - wall as f32).abs() < 1e-3, "{wall}, {turn_deg}: {low} to {high}");
+            let is_wall = |triangle: &&crate::scene::Triangle| {
+                scene.materials[triangle.material as usize].name == "wall"
+            };
+            let corners = scene
+                .triangles
+                .iter()
+                .filter(is_wall)
+                .flat_map(|triangle| triangle.vertices);
+            let faces: Vec<f32> = corners
+                .map(|vertex| {
+                    (back * Vec3::from(scene.vertices[vertex as usize].position)).x
+                        / grid.voxel_size
+                })
+                .collect();
+            let (low, high) = faces
+                .iter()
+                .fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), face| {
+                    (low.min(*face), high.max(*face))
+                });
+            assert!(
+                (high - low - wall as f32).abs() < 1e-3,
+                "{wall}, {turn_deg}: {low} to {high}"
+            );
             let middle = (0.5 * (low + high) * grid.voxel_size - grid.origin.x) / grid.voxel_size;
             assert!(
-                turn_deg != 0.0 || (middle.fract() - place as f32).abs() < 1e-3 || (1.0 - middle.fract() - place as f32).abs() < 1e-3,
+                turn_deg != 0.0
+                    || (middle.fract() - place as f32).abs() < 1e-3
+                    || (1.0 - middle.fract() - place as f32).abs() < 1e-3,
                 "{wall}, {place}: {middle}"
             );
         }

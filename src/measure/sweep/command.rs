@@ -11,10 +11,19 @@ use crate::reference::Bounces;
 /// Measures a point again.
 pub(super) fn measure(source: &str, point: &Point) -> String {
     let setup = &point.setup;
-    let channel = if setup.channel == Channel::Luminance { "" } else { " --channel rgb" };
-    let timing = if setup.timing == Timing::Host { "host" } else { "timestamps" };
+    let channel = if setup.channel == Channel::Luminance {
+        ""
+    } else {
+        " --channel rgb"
+    };
+    let timing = if setup.timing == Timing::Host {
+        "host"
+    } else {
+        "timestamps"
+    };
     format!(
-        "lumivox bench {source}{}{}{}{} --frames {} --rebuilds {} --max-error {}{channel} --timing {timing} -o again",
+        "lumivox bench {source}{}{}{}{} --frames {} --rebuilds {} --max-error {}{channel} \
+         --timing {timing} -o again",
         technique(point),
         resolution(point.resolution()),
         changes(point),
@@ -27,39 +36,85 @@ pub(super) fn measure(source: &str, point: &Point) -> String {
 
 /// Renders its picture.
 pub(super) fn render(source: &str, point: &Point) -> String {
-    let resolution = point.resolution().map(|resolution| format!(" --set resolution={resolution}")).unwrap_or_default();
-    let frames = if point.bounces == Bounces::Full { format!(" --frames {FEEDBACK_FRAMES}") } else { String::new() };
-    format!("lumivox render {source}{}{resolution}{}{}{frames} -o picture.png", technique(point), changes(point), picture(point))
+    let resolution = point
+        .resolution()
+        .map(|resolution| format!(" --set resolution={resolution}"))
+        .unwrap_or_default();
+    let frames = if point.bounces == Bounces::Full {
+        format!(" --frames {FEEDBACK_FRAMES}")
+    } else {
+        String::new()
+    };
+    format!(
+        "lumivox render {source}{}{resolution}{}{}{frames} -o picture.png",
+        technique(point),
+        changes(point),
+        picture(point)
+    )
 }
 
 /// Puts it to the stress test, at a resolution that the suite can have.
 pub(super) fn stress(folder: &Path, point: &Point, resolution: Option<u32>) -> String {
-    let resolution = self::resolution(resolution.map(|resolution| resolution.to_string()).as_deref());
-    format!("lumivox stress{}{resolution}{} -o {}", technique(point), changes(point), quoted(&folder.display().to_string()))
+    let resolution = self::resolution(
+        resolution
+            .map(|resolution| resolution.to_string())
+            .as_deref(),
+    );
+    format!(
+        "lumivox stress{}{resolution}{} -o {}",
+        technique(point),
+        changes(point),
+        quoted(&folder.display().to_string())
+    )
 }
 
 /// A word of a command line as a shell reads it and no program takes it for an option.
 pub(super) fn quoted(word: &str) -> String {
     let is_plain = |c: char| c.is_alphanumeric() || "-_./:=,+@%".contains(c);
-    let word = if word.starts_with('-') { format!("./{word}") } else { word.to_owned() };
-    if !word.is_empty() && word.chars().all(is_plain) { word } else { format!("'{}'", word.replace('\'', r"'\''")) }
+    let word = if word.starts_with('-') {
+        format!("./{word}")
+    } else {
+        word.to_owned()
+    };
+    if !word.is_empty() && word.chars().all(is_plain) {
+        word
+    } else {
+        format!("'{}'", word.replace('\'', r"'\''"))
+    }
 }
 
 fn technique(point: &Point) -> String {
-    format!(" --technique {}{}", point.technique, point.preset.as_ref().map(|preset| format!(" --preset {preset}")).unwrap_or_default())
+    format!(
+        " --technique {}{}",
+        point.technique,
+        point
+            .preset
+            .as_ref()
+            .map(|preset| format!(" --preset {preset}"))
+            .unwrap_or_default()
+    )
 }
 
 fn resolution(resolution: Option<&str>) -> String {
-    resolution.map(|resolution| format!(" --resolution {resolution}")).unwrap_or_default()
+    resolution
+        .map(|resolution| format!(" --resolution {resolution}"))
+        .unwrap_or_default()
 }
 
 fn changes(point: &Point) -> String {
-    point.changes.iter().map(|(name, value)| format!(" --set {name}={value}")).collect()
+    point
+        .changes
+        .iter()
+        .map(|(name, value)| format!(" --set {name}={value}"))
+        .collect()
 }
 
 fn picture(point: &Point) -> String {
     let setup = &point.setup;
-    format!(" --size {}x{} --shadow-resolution {}", setup.size[0], setup.size[1], setup.shadow_resolution)
+    format!(
+        " --size {}x{} --shadow-resolution {}",
+        setup.size[0], setup.size[1], setup.shadow_resolution
+    )
 }
 
 #[cfg(test)]
@@ -69,7 +124,10 @@ mod tests {
 
     #[test]
     fn words_survive_the_shell() {
-        assert_eq!(["bundled:cornell", "a b", "it's", "", "-a.toml"].map(quoted), ["bundled:cornell", "'a b'", r"'it'\''s'", "''", "./-a.toml"]);
+        assert_eq!(
+            ["bundled:cornell", "a b", "it's", "", "-a.toml"].map(quoted),
+            ["bundled:cornell", "'a b'", r"'it'\''s'", "''", "./-a.toml"]
+        );
     }
 
     /// A picture with feedback is that of a frame in which the light has all its bounces.

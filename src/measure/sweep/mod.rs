@@ -1,7 +1,10 @@
-//! Sweeps: many techniques and settings on one scene, what each costs and how wrong it is, and which of them nothing else beats.
+//! Sweeps: many techniques and settings on one scene, what each costs and how wrong it is, and
+//! which of them nothing else beats.
 //!
-//! A [grid](grid_cases) names the cases. A [`Sweep`] measures those without a record and appends a [`Point`] each to [`Records`](super::records::Records). [`Section`]s are points that
-//! can be compared; from them come charts, CSV, [answers](Answer), and a [page](page()), which tells what `lumivox stress` found ([`Troubles`]) beside them.
+//! A [grid](grid_cases) names the cases. A [`Sweep`] measures those without a record and appends a
+//! [`Point`] each to [`Records`](super::records::Records). [`Section`]s are points that
+//! can be compared; from them come charts, CSV, [answers](Answer), and a [page](page()), which
+//! tells what `lumivox stress` found ([`Troubles`]) beside them.
 
 mod answer;
 mod command;

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use crate::image::{Image, write_heatmap, write_png};
 use crate::measure::records::RecordError;
 
-/// The folder of pictures beside the records: `KEY.png`, what a point looks like, and `KEY-error.png`, where it is wrong.
+/// The folder of pictures beside the records: `KEY.png`, what a point looks like, and
+/// `KEY-error.png`, where it is wrong.
 #[derive(Clone, Debug)]
 pub struct PictureFolder(PathBuf);
 
@@ -26,7 +27,12 @@ impl PictureFolder {
     }
 
     /// Writes the radiance of a key at an exposure.
-    pub fn write_picture(&self, key: &str, radiance: &Image, exposure: f32) -> Result<(), RecordError> {
+    pub fn write_picture(
+        &self,
+        key: &str,
+        radiance: &Image,
+        exposure: f32,
+    ) -> Result<(), RecordError> {
         self.make()?;
         Ok(write_png(&self.picture(key), radiance, exposure)?)
     }
@@ -39,16 +45,27 @@ impl PictureFolder {
 
     /// Copies from another folder what it has of a key and this one lacks.
     pub fn copy(&self, other: &PictureFolder, key: &str) -> Result<(), RecordError> {
-        for (from, to) in [(other.picture(key), self.picture(key)), (other.error(key), self.error(key))] {
+        for (from, to) in [
+            (other.picture(key), self.picture(key)),
+            (other.error(key), self.error(key)),
+        ] {
             if from.is_file() && !to.exists() {
                 self.make()?;
-                std::fs::copy(&from, &to).map_err(|source| RecordError::File { what: "write", path: to, source })?;
+                std::fs::copy(&from, &to).map_err(|source| RecordError::File {
+                    what: "write",
+                    path: to,
+                    source,
+                })?;
             }
         }
         Ok(())
     }
 
     fn make(&self) -> Result<(), RecordError> {
-        std::fs::create_dir_all(&self.0).map_err(|source| RecordError::File { what: "make the folder", path: self.0.clone(), source })
+        std::fs::create_dir_all(&self.0).map_err(|source| RecordError::File {
+            what: "make the folder",
+            path: self.0.clone(),
+            source,
+        })
     }
 }

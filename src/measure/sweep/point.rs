@@ -33,7 +33,8 @@ pub struct Setup {
     pub frames: u32,
     /// Builds that were measured.
     pub rebuilds: u32,
-    /// Largest standard error of 8×8-pixel means at which the reference was done, relative to the mean.
+    /// Largest standard error of 8×8-pixel means at which the reference was done, relative to the
+    /// mean.
     pub max_error: f64,
     /// What of a colour is compared.
     pub channel: Channel,
@@ -45,7 +46,8 @@ pub struct Setup {
     pub driver: String,
     /// Version of the program.
     pub version: String,
-    /// The commit that the program was built from; where that is not known, `executable` and the hash of its file.
+    /// The commit that the program was built from; where that is not known, `executable` and the
+    /// hash of its file.
     pub build: String,
 }
 
@@ -82,7 +84,8 @@ pub struct Point {
     pub voxel_size_m: Option<f32>,
     /// Indirect bounces, of the reference too.
     pub bounces: Bounces,
-    /// Why there is no error or nothing at all: what the device refused, or what could not be compared.
+    /// Why there is no error or nothing at all: what the device refused, or what could not be
+    /// compared.
     pub failure: Option<String>,
     /// Of a failure for want of space: what was too large, and its bytes.
     pub refused: Option<MemoryRow>,
@@ -98,7 +101,8 @@ pub struct Point {
     pub structure_bytes: Option<u64>,
     /// Counts, by name.
     pub counts: BTreeMap<String, u64>,
-    /// Error of the indirect light over blocks; over pixels where the picture has no blocks. `None` where there is no light to be relative to.
+    /// Error of the indirect light over blocks; over pixels where the picture has no blocks.
+    /// `None` where there is no light to be relative to.
     pub error: Option<PointError>,
     /// The same over pixels.
     pub pixel_error: Option<PointError>,
@@ -106,7 +110,8 @@ pub struct Point {
     pub flip: Option<f64>,
     /// The error on each material, most pixels first.
     pub materials: Vec<(String, PointError)>,
-    /// Standard error of the reference in the measure of `error`: no difference below it means anything.
+    /// Standard error of the reference in the measure of `error`: no difference below it means
+    /// anything.
     pub noise: Option<f64>,
 }
 
@@ -148,7 +153,11 @@ impl Setup {
 
     /// The key of a case: a hash of all that its result depends on.
     pub fn key(&self, case: &Case) -> String {
-        let settings: Vec<String> = case.settings.iter().map(|(name, value)| format!("{name}={}", value_text(&value))).collect();
+        let settings: Vec<String> = case
+            .settings
+            .iter()
+            .map(|(name, value)| format!("{name}={}", value_text(&value)))
+            .collect();
         self.hash(&format!("{} {settings:?}", case.entry.name))
     }
 
@@ -179,10 +188,17 @@ impl Record for Point {
 }
 
 impl PointError {
-    /// `None` where nothing was to be seen in the reference, so that there is nothing to be relative to.
+    /// `None` where nothing was to be seen in the reference, so that there is nothing to be
+    /// relative to.
     fn of(errors: &Errors) -> Option<Self> {
-        let Errors { rel_rmse, bias, mean_reference, .. } = *errors;
-        (mean_reference > 0.0 && rel_rmse.is_finite() && bias.is_finite()).then_some(PointError { rel_rmse, bias })
+        let Errors {
+            rel_rmse,
+            bias,
+            mean_reference,
+            ..
+        } = *errors;
+        (mean_reference > 0.0 && rel_rmse.is_finite() && bias.is_finite())
+            .then_some(PointError { rel_rmse, bias })
     }
 }
 
@@ -201,8 +217,11 @@ impl Point {
             _ => (error.map(|error| error.pixel), 1.0),
         };
         let point_error = in_blocks.as_ref().and_then(PointError::of);
-        let is_dark = error.is_some() && point_error.is_none() && bounces_of(case) != Bounces::Count(0);
-        let dark = || "the reference shows no indirect light, to which an error could be relative".to_owned();
+        let is_dark =
+            error.is_some() && point_error.is_none() && bounces_of(case) != Bounces::Count(0);
+        let dark = || {
+            "the reference shows no indirect light, to which an error could be relative".to_owned()
+        };
         Point {
             record_version: RECORD_VERSION,
             key: setup.key(case),
@@ -221,18 +240,30 @@ impl Point {
             passes: report.passes.clone(),
             memory_bytes: report.memory_bytes,
             structure_bytes: structure_bytes(report),
-            counts: report.counts.iter().map(|(name, count)| ((*name).to_owned(), *count)).collect(),
+            counts: report
+                .counts
+                .iter()
+                .map(|(name, count)| ((*name).to_owned(), *count))
+                .collect(),
             error: point_error,
             pixel_error: error.and_then(|error| PointError::of(&error.pixel)),
-            flip: error.map(|error| f64::from(error.flip.mean)).filter(|flip| flip.is_finite()),
+            flip: error
+                .map(|error| f64::from(error.flip.mean))
+                .filter(|flip| flip.is_finite()),
             materials: error.map(material_errors).unwrap_or_default(),
-            noise: report.reference.map(|reference| reference.pixel_noise * noise_share).filter(|noise| noise.is_finite()),
+            noise: report
+                .reference
+                .map(|reference| reference.pixel_noise * noise_share)
+                .filter(|noise| noise.is_finite()),
         }
     }
 
     /// One of the totals (ms).
     pub fn total(&self, name: &str) -> Option<Spread> {
-        self.totals.iter().find(|total| total.name == name).map(|total| total.gpu_ms)
+        self.totals
+            .iter()
+            .find(|total| total.name == name)
+            .map(|total| total.gpu_ms)
     }
 
     /// The median of one of the totals (ms).
@@ -247,7 +278,12 @@ impl Point {
             Cost::Rebuild => add(self.total("indirect")?, self.total("build")?),
             Cost::Memory => {
                 let bytes = self.structure_bytes? as f64;
-                Spread { median: bytes, min: bytes, max: bytes, n: 1 }
+                Spread {
+                    median: bytes,
+                    min: bytes,
+                    max: bytes,
+                    n: 1,
+                }
             }
         };
         (spread.median > 0.0).then_some(spread)
@@ -263,18 +299,27 @@ impl Point {
         Some(add(self.total("frame")?, self.total("build")?))
     }
 
-    /// What means over blocks hide, of the size of [`PointError::rel_rmse`]: the error by pixel without the error over blocks and without the reference's own
-    /// noise. Grain, silhouettes and small things. `None` where the picture has no blocks, or there is no error.
+    /// What means over blocks hide, of the size of [`PointError::rel_rmse`]: the error by pixel
+    /// without the error over blocks and without the reference's own noise. Grain, silhouettes
+    /// and small things. `None` where the picture has no blocks, or there is no error.
     pub fn fine_error(&self) -> Option<f64> {
         let (block, pixel) = (self.error?.rel_rmse, self.pixel_error?.rel_rmse);
         let noise = self.noise.unwrap_or(0.0) * f64::from(BLOCK_PX);
-        (self.error != self.pixel_error).then(|| (pixel * pixel - block * block - noise * noise).max(0.0).sqrt())
+        (self.error != self.pixel_error).then(|| {
+            (pixel * pixel - block * block - noise * noise)
+                .max(0.0)
+                .sqrt()
+        })
     }
 
     /// Its place on a chart; `None` where it has none, as axes are logarithmic.
     pub fn price(&self, cost: Cost) -> Option<Price> {
         let error = self.error?.rel_rmse;
-        Some(Price { cost: self.cost(cost)?, error }).filter(|_| error > 0.0)
+        Some(Price {
+            cost: self.cost(cost)?,
+            error,
+        })
+        .filter(|_| error > 0.0)
     }
 
     /// `resolution`, where the technique has it.
@@ -285,28 +330,56 @@ impl Point {
     /// Technique, preset and resolution.
     pub fn name(&self) -> String {
         let resolution = self.resolution().map(|resolution| format!("{resolution}³"));
-        [Some(self.technique.clone()), self.preset.clone(), resolution].into_iter().flatten().collect::<Vec<_>>().join(" ")
+        [
+            Some(self.technique.clone()),
+            self.preset.clone(),
+            resolution,
+        ]
+        .into_iter()
+        .flatten()
+        .collect::<Vec<_>>()
+        .join(" ")
     }
 
     /// What differs from the preset, as it would be written on the command line.
     pub fn changes_text(&self) -> String {
-        self.changes.iter().map(|(name, value)| format!("{name}={value}")).collect::<Vec<_>>().join(" ")
+        self.changes
+            .iter()
+            .map(|(name, value)| format!("{name}={value}"))
+            .collect::<Vec<_>>()
+            .join(" ")
     }
 
     /// The material with the largest error.
     pub fn worst_material(&self) -> Option<&(String, PointError)> {
-        self.materials.iter().max_by(|a, b| a.1.rel_rmse.total_cmp(&b.1.rel_rmse))
+        self.materials
+            .iter()
+            .max_by(|a, b| a.1.rel_rmse.total_cmp(&b.1.rel_rmse))
     }
 }
 
 /// Spread of a sum of two that were not measured together: the extremes are added.
 fn add(a: Spread, b: Spread) -> Spread {
-    Spread { median: a.median + b.median, min: a.min + b.min, max: a.max + b.max, n: a.n.min(b.n) }
+    Spread {
+        median: a.median + b.median,
+        min: a.min + b.min,
+        max: a.max + b.max,
+        n: a.n.min(b.n),
+    }
 }
 
 /// By blocks; a material that has none is too small to be judged.
 fn material_errors(error: &ErrorReport) -> Vec<(String, PointError)> {
-    error.materials.iter().filter_map(|errors| Some((errors.material.clone(), PointError::of(errors.block.as_ref()?)?))).collect()
+    error
+        .materials
+        .iter()
+        .filter_map(|errors| {
+            Some((
+                errors.material.clone(),
+                PointError::of(errors.block.as_ref()?)?,
+            ))
+        })
+        .collect()
 }
 
 /// "1 bounce", "2 bounces", "all bounces".
@@ -341,11 +414,15 @@ pub(super) mod tests {
     }
 
     fn case(preset: &str, set: &str) -> Case {
-        let text = format!("[[sweep]]\ntechnique = [\"svo\"]\npreset = [\"{preset}\"]\nset = {{ {set} }}");
-        grid_cases("test", &text).map(|mut cases| cases.remove(0)).unwrap_or_else(|error| panic!("{error}"))
+        let text =
+            format!("[[sweep]]\ntechnique = [\"svo\"]\npreset = [\"{preset}\"]\nset = {{ {set} }}");
+        grid_cases("test", &text)
+            .map(|mut cases| cases.remove(0))
+            .unwrap_or_else(|error| panic!("{error}"))
     }
 
-    /// A record is found again only for the same case of the same setup: whatever can change a figure changes the key.
+    /// A record is found again only for the same case of the same setup: whatever can change a
+    /// figure changes the key.
     #[test]
     fn keys_tell_everything_apart() {
         let changes: [fn(&mut Setup); 13] = [
@@ -363,25 +440,53 @@ pub(super) mod tests {
             |setup| setup.version.push('2'),
             |setup| setup.build.push('2'),
         ];
-        let cases = [case("cones", ""), case("cones", "cones = [9]"), case("cones", "bounces = [2]"), case("accurate", "")];
+        let cases = [
+            case("cones", ""),
+            case("cones", "cones = [9]"),
+            case("cones", "bounces = [2]"),
+            case("accurate", ""),
+        ];
         let mut keys: Vec<String> = Vec::new();
         for change in changes {
             let mut setup = setup();
             change(&mut setup);
             keys.extend(cases.iter().map(|case| setup.key(case)));
-            keys.extend([Bounces::Count(1), Bounces::Full].map(|bounces| setup.reference_key(bounces)));
+            keys.extend(
+                [Bounces::Count(1), Bounces::Full].map(|bounces| setup.reference_key(bounces)),
+            );
         }
         let count = keys.len();
         keys.sort();
         keys.dedup();
         assert_eq!((keys.len(), count), (13 * 6, 13 * 6));
-        assert_eq!(setup().key(&case("cones", "cones = [32], aperture_scale = [0.05]")), setup().key(&case("accurate", "")), "a preset is a name for settings");
+        assert_eq!(
+            setup().key(&case("cones", "cones = [32], aperture_scale = [0.05]")),
+            setup().key(&case("accurate", "")),
+            "a preset is a name for settings"
+        );
     }
 
     /// A point of this name with a time of the gather and a build (ms), bytes and an error.
-    pub(in crate::measure::sweep) fn point(technique: &str, bounces: u32, [gather, build]: [f64; 2], bytes: u64, error: f64) -> Point {
-        let total = |name: &str, ms: f64| PassTimes { name: name.to_owned(), gpu_ms: Spread { median: ms, min: 0.9 * ms, max: 1.2 * ms, n: 3 } };
-        let error = PointError { rel_rmse: error, bias: -0.5 * error };
+    pub(in crate::measure::sweep) fn point(
+        technique: &str,
+        bounces: u32,
+        [gather, build]: [f64; 2],
+        bytes: u64,
+        error: f64,
+    ) -> Point {
+        let total = |name: &str, ms: f64| PassTimes {
+            name: name.to_owned(),
+            gpu_ms: Spread {
+                median: ms,
+                min: 0.9 * ms,
+                max: 1.2 * ms,
+                n: 3,
+            },
+        };
+        let error = PointError {
+            rel_rmse: error,
+            bias: -0.5 * error,
+        };
         Point {
             record_version: RECORD_VERSION,
             key: format!("{technique} {bounces} {gather} {bytes} {}", error.rel_rmse),
@@ -395,16 +500,32 @@ pub(super) mod tests {
             bounces: Bounces::Count(bounces),
             failure: None,
             refused: None,
-            totals: vec![total("build", build), total("indirect", gather + 1.0), total("frame", gather + 5.0)],
+            totals: vec![
+                total("build", build),
+                total("indirect", gather + 1.0),
+                total("frame", gather + 5.0),
+            ],
             build: Vec::new(),
             passes: Vec::new(),
             memory_bytes: 2 * bytes,
             structure_bytes: Some(bytes),
             counts: BTreeMap::new(),
             error: Some(error),
-            pixel_error: Some(PointError { rel_rmse: error.rel_rmse.hypot(0.016), bias: error.bias }),
+            pixel_error: Some(PointError {
+                rel_rmse: error.rel_rmse.hypot(0.016),
+                bias: error.bias,
+            }),
             flip: Some(0.1),
-            materials: vec![("wall".into(), error), ("lamp".into(), PointError { rel_rmse: 2.0 * error.rel_rmse, bias: error.rel_rmse })],
+            materials: vec![
+                ("wall".into(), error),
+                (
+                    "lamp".into(),
+                    PointError {
+                        rel_rmse: 2.0 * error.rel_rmse,
+                        bias: error.rel_rmse,
+                    },
+                ),
+            ],
             noise: Some(0.002),
         }
     }
@@ -413,19 +534,47 @@ pub(super) mod tests {
     fn costs_add_what_they_say() {
         let point = point("svo", 1, [9.0, 5.0], 4096, 0.1);
         let median = |cost| point.cost(cost).map(|spread| spread.median);
-        assert_eq!(Cost::ALL.map(median), [Some(10.0), Some(15.0), Some(4096.0)]);
-        assert!(point.cost(Cost::Rebuild).is_some_and(|spread| (spread.min - 13.5).abs() < 1e-9 && (spread.max - 18.0).abs() < 1e-9));
-        assert_eq!(point.worst_material().map(|worst| worst.0.as_str()), Some("lamp"));
-        assert_eq!(point.frame_ms().zip(point.moving_ms()).map(|(frame, moving)| (frame.median, moving.median)), Some((14.0, 19.0)));
+        assert_eq!(
+            Cost::ALL.map(median),
+            [Some(10.0), Some(15.0), Some(4096.0)]
+        );
+        assert!(point.cost(Cost::Rebuild).is_some_and(
+            |spread| (spread.min - 13.5).abs() < 1e-9 && (spread.max - 18.0).abs() < 1e-9
+        ));
+        assert_eq!(
+            point.worst_material().map(|worst| worst.0.as_str()),
+            Some("lamp")
+        );
+        assert_eq!(
+            point
+                .frame_ms()
+                .zip(point.moving_ms())
+                .map(|(frame, moving)| (frame.median, moving.median)),
+            Some((14.0, 19.0))
+        );
     }
 
-    /// Planted: 0.05 of grain beside an error of 0.1 and a reference with a noise of 0.016 by pixel, 0.002 by block.
+    /// Planted: 0.05 of grain beside an error of 0.1 and a reference with a noise of 0.016 by
+    /// pixel, 0.002 by block.
     #[test]
     fn grain_is_what_blocks_and_reference_do_not_explain() {
         let mut point = point("svo", 1, [9.0, 5.0], 4096, 0.1);
-        assert!(point.fine_error().is_some_and(|error| error < 1e-6), "{:?}", point.fine_error());
-        point.pixel_error = Some(PointError { rel_rmse: 0.1_f64.hypot(0.016).hypot(0.05), bias: 0.0 });
-        assert!(point.fine_error().is_some_and(|error| (error - 0.05).abs() < 1e-9), "{:?}", point.fine_error());
+        assert!(
+            point.fine_error().is_some_and(|error| error < 1e-6),
+            "{:?}",
+            point.fine_error()
+        );
+        point.pixel_error = Some(PointError {
+            rel_rmse: 0.1_f64.hypot(0.016).hypot(0.05),
+            bias: 0.0,
+        });
+        assert!(
+            point
+                .fine_error()
+                .is_some_and(|error| (error - 0.05).abs() < 1e-9),
+            "{:?}",
+            point.fine_error()
+        );
         point.pixel_error = point.error;
         assert_eq!(point.fine_error(), None, "there were no blocks");
     }
@@ -435,7 +584,10 @@ pub(super) mod tests {
         let mut point = point("svo", 1, [1.0 / 3.0, 0.1 + 0.2], 4096, 1.0 / 7.0);
         point.bounces = Bounces::Full;
         point.setup.max_error = 0.1 + 0.7;
-        assert_eq!(serde_json::from_str::<Point>(&serde_json::to_string(&point)?)?, point);
+        assert_eq!(
+            serde_json::from_str::<Point>(&serde_json::to_string(&point)?)?,
+            point
+        );
         Ok(())
     }
 }

@@ -35,17 +35,24 @@ pub struct Finding {
 }
 
 impl Troubles {
-    /// All records (`*.jsonl`) of a folder and of the folders in it, which are those of scenes. A folder that is not there has none.
+    /// All records (`*.jsonl`) of a folder and of the folders in it, which are those of scenes. A
+    /// folder that is not there has none.
     pub fn read(folder: &Path) -> Result<Self, RecordError> {
         let mut records = Vec::new();
         if folder.is_dir() {
             let (files, folders) = list(folder)?;
-            let inner = folders.iter().map(|folder| Ok(list(folder)?.0)).collect::<Result<Vec<_>, RecordError>>()?;
+            let inner = folders
+                .iter()
+                .map(|folder| Ok(list(folder)?.0))
+                .collect::<Result<Vec<_>, RecordError>>()?;
             for file in files.into_iter().chain(inner.into_iter().flatten()) {
                 records.extend(read_records::<Record>(&file)?);
             }
         }
-        Ok(Troubles { folder: folder.to_owned(), records })
+        Ok(Troubles {
+            folder: folder.to_owned(),
+            records,
+        })
     }
 
     /// Whether there is nothing.
@@ -53,24 +60,36 @@ impl Troubles {
         self.records.is_empty()
     }
 
-    /// The run that is closest to a point: its own technique and settings, at any resolution as most severities count in voxels; or else its preset's with
-    /// other settings. Of equally close ones that of the point's device, of its resolution, the one with the most failure modes, the last.
+    /// The run that is closest to a point: its own technique and settings, at any resolution as
+    /// most severities count in voxels; or else its preset's with other settings. Of equally
+    /// close ones that of the point's device, of its resolution, the one with the most failure
+    /// modes, the last.
     pub fn run_of(&self, point: &Point) -> Option<TroubleRun<'_>> {
         let mut runs: Vec<TroubleRun<'_>> = Vec::new();
         let fits = |record: &&Record| {
-            let is_of_scene = record.scene.is_none() || record.scene_hash.as_ref() == Some(&point.setup.scene_hash);
+            let is_of_scene = record.scene.is_none()
+                || record.scene_hash.as_ref() == Some(&point.setup.scene_hash);
             record.change.is_empty() && record.technique == point.technique && is_of_scene
         };
         for record in self.records.iter().filter(fits) {
             match runs.iter_mut().find(|run| run.is_of(record)) {
                 Some(run) => run.add(record),
-                None => runs.push(TroubleRun { records: vec![record] }),
+                None => runs.push(TroubleRun {
+                    records: vec![record],
+                }),
             }
         }
-        runs.retain(|run| run.differences(point).is_empty() || run.records[0].preset == point.preset);
+        runs.retain(|run| {
+            run.differences(point).is_empty() || run.records[0].preset == point.preset
+        });
         let distance = |run: &TroubleRun<'_>| {
             let is_elsewhere = run.records[0].setup.device != point.setup.device;
-            (run.differences(point).len(), is_elsewhere, !run.is_of_resolution(point), run.missing())
+            (
+                run.differences(point).len(),
+                is_elsewhere,
+                !run.is_of_resolution(point),
+                run.missing(),
+            )
         };
         runs.into_iter().rev().min_by_key(distance)
     }
@@ -84,15 +103,30 @@ impl Troubles {
 impl<'t> TroubleRun<'t> {
     /// Adds a record in place of an older one of the same, such as that of another build.
     fn add(&mut self, record: &'t Record) {
-        let what = |record: &Record| (record.case.clone(), record.scene.clone(), record.severity.to_bits(), record.setup.effort.clone());
+        let what = |record: &Record| {
+            (
+                record.case.clone(),
+                record.scene.clone(),
+                record.severity.to_bits(),
+                record.setup.effort.clone(),
+            )
+        };
         self.records.retain(|known| what(known) != what(record));
         self.records.push(record);
     }
 
     fn is_of(&self, record: &Record) -> bool {
         let first = self.records[0];
-        let setup = |record: &Record| (record.setup.device.clone(), record.setup.size, record.setup.shadow_resolution);
-        first.settings == record.settings && first.preset == record.preset && setup(first) == setup(record)
+        let setup = |record: &Record| {
+            (
+                record.setup.device.clone(),
+                record.setup.size,
+                record.setup.shadow_resolution,
+            )
+        };
+        first.settings == record.settings
+            && first.preset == record.preset
+            && setup(first) == setup(record)
     }
 
     /// Whether it has the point's settings, and its resolution as far as the suite goes down.
@@ -101,18 +135,33 @@ impl<'t> TroubleRun<'t> {
     }
 
     fn is_of_resolution(&self, point: &Point) -> bool {
-        stress_resolution(point).map(|resolution| resolution.to_string()).as_ref() == self.records[0].settings.get("resolution")
+        stress_resolution(point)
+            .map(|resolution| resolution.to_string())
+            .as_ref()
+            == self.records[0].settings.get("resolution")
     }
 
     /// The settings but `resolution` that the point has otherwise, as the run had them.
     pub fn differences(&self, point: &Point) -> Vec<String> {
-        let differs = |(name, value): &(&String, &String)| *name != "resolution" && point.settings.get(*name) != Some(*value);
-        self.records[0].settings.iter().filter(differs).map(|(name, value)| format!("{name}={value}")).collect()
+        let differs = |(name, value): &(&String, &String)| {
+            *name != "resolution" && point.settings.get(*name) != Some(*value)
+        };
+        self.records[0]
+            .settings
+            .iter()
+            .filter(differs)
+            .map(|(name, value)| format!("{name}={value}"))
+            .collect()
     }
 
     /// Technique, preset, resolution, and whether it was a quick look.
     pub fn name(&self) -> String {
-        let effort = match self.findings().iter().filter(|finding| finding.is_quick).count() {
+        let effort = match self
+            .findings()
+            .iter()
+            .filter(|finding| finding.is_quick)
+            .count()
+        {
             0 => "",
             quick if quick == self.findings().len() => " (quick)",
             _ => " (partly quick)",
@@ -128,11 +177,32 @@ impl<'t> TroubleRun<'t> {
     /// Failure mode by failure mode, in their order.
     pub fn findings(&self) -> Vec<Finding> {
         let finding = |case: &&'static StressCase| {
-            // What was measured on the point's own scene says more than the suite's scene, and a full run more than a quick one.
-            let rank = |record: &Record| (record.scene.is_some(), record.setup.effort == Effort::FULL.name);
-            let best = self.records.iter().filter(|record| record.case == case.name).map(|record| rank(record)).max()?;
-            let worst = Worst::of(case, self.records.iter().copied().filter(|record| record.case == case.name && rank(record) == best))?;
-            Some(Finding { case, worst, is_quick: !best.1 })
+            // What was measured on the point's own scene says more than the suite's scene, and a
+            // full run more than a quick one.
+            let rank = |record: &Record| {
+                (
+                    record.scene.is_some(),
+                    record.setup.effort == Effort::FULL.name,
+                )
+            };
+            let best = self
+                .records
+                .iter()
+                .filter(|record| record.case == case.name)
+                .map(|record| rank(record))
+                .max()?;
+            let worst = Worst::of(
+                case,
+                self.records
+                    .iter()
+                    .copied()
+                    .filter(|record| record.case == case.name && rank(record) == best),
+            )?;
+            Some(Finding {
+                case,
+                worst,
+                is_quick: !best.1,
+            })
         };
         CASES.iter().filter_map(finding).collect()
     }
@@ -140,17 +210,32 @@ impl<'t> TroubleRun<'t> {
 
 /// The resolution at which the suite can measure a point.
 fn stress_resolution(point: &Point) -> Option<u32> {
-    point.resolution().and_then(|resolution| resolution.parse::<u32>().ok()).map(|resolution| resolution.max(LEAST_RESOLUTION))
+    point
+        .resolution()
+        .and_then(|resolution| resolution.parse::<u32>().ok())
+        .map(|resolution| resolution.max(LEAST_RESOLUTION))
 }
 
 /// Files of records and folders in a folder, sorted.
 fn list(folder: &Path) -> Result<(Vec<PathBuf>, Vec<PathBuf>), RecordError> {
-    let failed = |source| RecordError::File { what: "read the folder", path: folder.to_owned(), source };
+    let failed = |source| RecordError::File {
+        what: "read the folder",
+        path: folder.to_owned(),
+        source,
+    };
     let entries = std::fs::read_dir(folder).map_err(failed)?;
-    let mut paths: Vec<PathBuf> = entries.map(|entry| entry.map(|entry| entry.path())).collect::<Result<_, _>>().map_err(failed)?;
+    let mut paths: Vec<PathBuf> = entries
+        .map(|entry| entry.map(|entry| entry.path()))
+        .collect::<Result<_, _>>()
+        .map_err(failed)?;
     paths.sort();
     let folders = paths.iter().filter(|path| path.is_dir()).cloned().collect();
-    paths.retain(|path| path.is_file() && path.extension().is_some_and(|extension| extension == "jsonl"));
+    paths.retain(|path| {
+        path.is_file()
+            && path
+                .extension()
+                .is_some_and(|extension| extension == "jsonl")
+    });
     Ok((paths, folders))
 }
 
@@ -163,7 +248,13 @@ pub(super) mod tests {
     use crate::measure::stress::{Figured, Setup, Verdict};
 
     /// A record of a quick run of the preset `cones` at 64³.
-    pub(in crate::measure::sweep) fn record(technique: &str, cones: &str, case: &str, severity: f64, (name, value, verdict): (&str, f64, Verdict)) -> Record {
+    pub(in crate::measure::sweep) fn record(
+        technique: &str,
+        cones: &str,
+        case: &str,
+        severity: f64,
+        (name, value, verdict): (&str, f64, Verdict),
+    ) -> Record {
         let setup = Setup {
             version: "1".into(),
             build: "abc".into(),
@@ -184,22 +275,33 @@ pub(super) mod tests {
             preset: Some("cones".into()),
             changes: BTreeMap::new(),
             change: String::new(),
-            settings: BTreeMap::from([("resolution".to_owned(), "64".to_owned()), ("cones".to_owned(), cones.to_owned())]),
+            settings: BTreeMap::from([
+                ("resolution".to_owned(), "64".to_owned()),
+                ("cones".to_owned(), cones.to_owned()),
+            ]),
             severity,
-            figures: vec![Figured { name: name.into(), value: Some(value), verdict }],
+            figures: vec![Figured {
+                name: name.into(),
+                value: Some(value),
+                verdict,
+            }],
             failure: None,
             is_lost: false,
         }
     }
 
     pub(in crate::measure::sweep) fn troubles_of(records: Vec<Record>) -> Troubles {
-        Troubles { folder: "found".into(), records }
+        Troubles {
+            folder: "found".into(),
+            records,
+        }
     }
 
     const WARNED: (&str, f64, Verdict) = ("rotation_spread", 0.2, Verdict::Warn);
 
-    /// Of a point with nine cones at 64³: own settings before other ones, its device before another, a full run before a quick one, its resolution before
-    /// another; never another technique, a changed setting or another scene.
+    /// Of a point with nine cones at 64³: own settings before other ones, its device before
+    /// another, a full run before a quick one, its resolution before another; never another
+    /// technique, a changed setting or another scene.
     #[test]
     fn the_closest_run_is_shown() {
         let mut wanted = point("svo", 1, [9.0, 1.0], 1 << 20, 0.04);
@@ -211,13 +313,21 @@ pub(super) mod tests {
             change(&mut record);
             record
         };
-        let coarse = changed(|record| record.settings.extend([("resolution".to_owned(), "32".to_owned())]));
+        let coarse = changed(|record| {
+            record
+                .settings
+                .extend([("resolution".to_owned(), "32".to_owned())])
+        });
         let full = changed(|record| record.setup.effort = "full".into());
-        let elsewhere = changed(|record| (record.setup.device, record.setup.effort) = ("another".into(), "full".into()));
+        let elsewhere = changed(|record| {
+            (record.setup.device, record.setup.effort) = ("another".into(), "full".into())
+        });
         let unfit = [
             changed(|record| record.technique = "clipmap".into()),
             changed(|record| record.change = "cones=9".into()),
-            changed(|record| (record.scene, record.scene_hash) = (Some("room".into()), Some("4567".into()))),
+            changed(|record| {
+                (record.scene, record.scene_hash) = (Some("room".into()), Some("4567".into()))
+            }),
         ];
         let mut records = unfit.to_vec();
         let mut found = |more: Record| {
@@ -235,26 +345,50 @@ pub(super) mod tests {
         }
         let troubles = troubles_of(records);
         let run = troubles.run_of(&wanted).unwrap_or_else(|| panic!("no run"));
-        assert_eq!((run.name().as_str(), run.missing()), ("svo cones 64³ (partly quick)", CASES.len() - 2));
-        assert_eq!(run.findings().iter().map(|finding| (finding.case.name, finding.is_quick)).collect::<Vec<_>>(), [("rotation", false), ("empty", true)]);
+        assert_eq!(
+            (run.name().as_str(), run.missing()),
+            ("svo cones 64³ (partly quick)", CASES.len() - 2)
+        );
+        assert_eq!(
+            run.findings()
+                .iter()
+                .map(|finding| (finding.case.name, finding.is_quick))
+                .collect::<Vec<_>>(),
+            [("rotation", false), ("empty", true)]
+        );
         let is_own = |record: &Record, resolution: &str| {
             let mut point = wanted.clone();
-            point.settings.insert("resolution".into(), resolution.into());
-            TroubleRun { records: vec![record] }.is_own(&point)
+            point
+                .settings
+                .insert("resolution".into(), resolution.into());
+            TroubleRun {
+                records: vec![record],
+            }
+            .is_own(&point)
         };
         assert_eq!(
-            [(&own, "64"), (&coarse, "64"), (&base, "64"), (&coarse, "16")].map(|(run, resolution)| is_own(run, resolution)),
+            [
+                (&own, "64"),
+                (&coarse, "64"),
+                (&base, "64"),
+                (&coarse, "16")
+            ]
+            .map(|(run, resolution)| is_own(run, resolution)),
             [true, false, false, true]
         );
         let troubles = troubles_of(unfit.to_vec());
         assert!(troubles.run_of(&wanted).is_none());
         let mut other = record("svo", "16", "rotation", 6.0, WARNED);
         other.preset = Some("textbook".into());
-        assert!(troubles_of(vec![other]).run_of(&wanted).is_none(), "another preset with other settings says nothing");
+        assert!(
+            troubles_of(vec![other]).run_of(&wanted).is_none(),
+            "another preset with other settings says nothing"
+        );
     }
 
-    /// The first severity of the worst verdict counts, with the figure there; of what passes the largest figure. A record of a later build replaces an older one,
-    /// and one of the point's own scene those of the suite's.
+    /// The first severity of the worst verdict counts, with the figure there; of what passes the
+    /// largest figure. A record of a later build replaces an older one, and one of the point's
+    /// own scene those of the suite's.
     #[test]
     fn findings_tell_the_worst() {
         let judged = |value: f64, verdict| ("energy_error", value, verdict);
@@ -262,24 +396,65 @@ pub(super) mod tests {
             record("svo", "9", "narrow_gap", 0.5, judged(0.9, Verdict::Fail)),
             record("svo", "9", "narrow_gap", 8.0, judged(0.1, Verdict::Pass)),
             record("svo", "9", "narrow_gap", 1.0, judged(0.7, Verdict::Fail)),
-            record("svo", "9", "thin_walls", 4.0, ("leak", 0.001, Verdict::Pass)),
+            record(
+                "svo",
+                "9",
+                "thin_walls",
+                4.0,
+                ("leak", 0.001, Verdict::Pass),
+            ),
             record("svo", "9", "thin_walls", 1.0, ("leak", 0.02, Verdict::Pass)),
-            record("svo", "9", "rotation", 6.0, ("rotation_spread", 0.4, Verdict::Fail)),
+            record(
+                "svo",
+                "9",
+                "rotation",
+                6.0,
+                ("rotation_spread", 0.4, Verdict::Fail),
+            ),
         ];
-        let mut later = record("svo", "9", "rotation", 6.0, ("rotation_spread", 0.01, Verdict::Pass));
+        let mut later = record(
+            "svo",
+            "9",
+            "rotation",
+            6.0,
+            ("rotation_spread", 0.01, Verdict::Pass),
+        );
         later.setup.build = "def".into();
         records.push(later);
         let found = |records: Vec<Record>| -> Vec<(String, String, Option<f64>)> {
             let mut wanted = point("svo", 1, [9.0, 1.0], 1 << 20, 0.04);
             wanted.settings.insert("cones".into(), "9".into());
             let troubles = troubles_of(records);
-            let findings = troubles.run_of(&wanted).map(|run| run.findings()).unwrap_or_default();
-            findings.into_iter().map(|finding| (finding.case.name.to_owned(), finding.worst.to_string(), finding.worst.figure.1)).collect()
+            let findings = troubles
+                .run_of(&wanted)
+                .map(|run| run.findings())
+                .unwrap_or_default();
+            findings
+                .into_iter()
+                .map(|finding| {
+                    (
+                        finding.case.name.to_owned(),
+                        finding.worst.to_string(),
+                        finding.worst.figure.1,
+                    )
+                })
+                .collect()
         };
-        let row = |case: &str, text: &str, value: f64| (case.to_owned(), text.to_owned(), Some(value));
-        let wanted = [row("thin_walls", "pass", 0.02), row("rotation", "pass", 0.01), row("narrow_gap", "fail from 1", 0.7)];
+        let row =
+            |case: &str, text: &str, value: f64| (case.to_owned(), text.to_owned(), Some(value));
+        let wanted = [
+            row("thin_walls", "pass", 0.02),
+            row("rotation", "pass", 0.01),
+            row("narrow_gap", "fail from 1", 0.7),
+        ];
         assert_eq!(found(records.clone()), wanted);
-        let mut own = record("svo", "9", "rotation", 6.0, ("rotation_spread", 0.2, Verdict::Warn));
+        let mut own = record(
+            "svo",
+            "9",
+            "rotation",
+            6.0,
+            ("rotation_spread", 0.2, Verdict::Warn),
+        );
         (own.scene, own.scene_hash) = (Some("room".into()), Some("0123".into()));
         records.push(own);
         assert_eq!(found(records)[1], row("rotation", "warn from 6", 0.2));
@@ -289,12 +464,22 @@ pub(super) mod tests {
     fn commands_name_what_was_measured() {
         let mut coarse = point("svo", 1, [9.0, 1.0], 1 << 20, 0.04);
         coarse.settings.insert("resolution".into(), "16".into());
-        let troubles = Troubles { folder: "my results".into(), records: Vec::new() };
-        assert_eq!(troubles.command(&coarse), "lumivox stress --technique svo --preset cones --resolution 32 --set cones=9 -o 'my results'");
+        let troubles = Troubles {
+            folder: "my results".into(),
+            records: Vec::new(),
+        };
+        assert_eq!(
+            troubles.command(&coarse),
+            "lumivox stress --technique svo --preset cones --resolution 32 --set cones=9 -o 'my \
+             results'"
+        );
     }
 
     #[test]
     fn a_folder_that_is_not_there_has_nothing() {
-        assert!(Troubles::read(Path::new("there is no such folder")).is_ok_and(|troubles| troubles.is_empty()));
+        assert!(
+            Troubles::read(Path::new("there is no such folder"))
+                .is_ok_and(|troubles| troubles.is_empty())
+        );
     }
 }

@@ -9,7 +9,14 @@ use super::{BundledScene, Parameter, Values, cornell};
 pub(super) const ROW: BundledScene = BundledScene {
     name: "cornell-lamp",
     description: "the same box lit by an emissive 0.5 m lamp in the ceiling, and by nothing else",
-    parameters: &[Parameter { name: "radiance", description: "radiance of the lamp", unit: "W/(m² sr)", min: 0.0, max: 1e6, default: 17.0 }],
+    parameters: &[Parameter {
+        name: "radiance",
+        description: "radiance of the lamp",
+        unit: "W/(m² sr)",
+        min: 0.0,
+        max: 1e6,
+        default: 17.0,
+    }],
     build,
 };
 
@@ -17,7 +24,12 @@ fn build(values: &Values) -> Scene {
     let mut mesh = Mesh::default();
     let [white, red, green] = cornell::walls(&mut mesh);
     let emission = Vec3::new(1.0, 0.87, 0.65) * values.number("radiance");
-    let lamp = mesh.material(Material { name: String::from("lamp"), albedo: Vec3::splat(0.78), emission, ..Material::default() });
+    let lamp = mesh.material(Material {
+        name: String::from("lamp"),
+        albedo: Vec3::splat(0.78),
+        emission,
+        ..Material::default()
+    });
     let cuts: &[f32] = &[-1.0, -0.25, 0.25, 1.0];
     mesh.room([cuts, &[0.0, 2.0], cuts], |face, middle| {
         let is_lamp = face == HIGH_Y && middle.x == 0.0 && middle.z == 0.0;

@@ -1,6 +1,8 @@
-//! Scenes that the program brings along, made by code: small ones with exact geometry or closed-form answers, and larger ones to look at.
+//! Scenes that the program brings along, made by code: small ones with exact geometry or
+//! closed-form answers, and larger ones to look at.
 //!
-//! [`TABLE`] lists them; [`Scene::bundled`] makes one; `bundled:NAME,KEY=VALUE` names one wherever a scene is wanted.
+//! [`TABLE`] lists them; [`Scene::bundled`] makes one; `bundled:NAME,KEY=VALUE` names one wherever
+//! a scene is wanted.
 
 mod atrium;
 mod atrium_materials;
@@ -46,8 +48,17 @@ pub struct BundledScene {
 }
 
 /// All bundled scenes.
-pub const TABLE: &[BundledScene] =
-    &[cornell::ROW, cornell_lamp::ROW, two_rooms::ROW, furnace::ROW, lit_sphere::ROW, atrium::ROW, atrium::STREET_ROW, glossy::ROW, emissive_gallery::ROW];
+pub const TABLE: &[BundledScene] = &[
+    cornell::ROW,
+    cornell_lamp::ROW,
+    two_rooms::ROW,
+    furnace::ROW,
+    lit_sphere::ROW,
+    atrium::ROW,
+    atrium::STREET_ROW,
+    glossy::ROW,
+    emissive_gallery::ROW,
+];
 
 const SWITCH: &str = "0 or 1";
 const WHOLE_NUMBER: &str = "whole number";
@@ -58,7 +69,11 @@ struct Values(Vec<(&'static str, f64)>);
 impl Values {
     /// The value of a parameter in the scene's own row; any other name is a mistake in this crate.
     fn number(&self, name: &str) -> f32 {
-        let value = self.0.iter().find(|(known, _)| *known == name).map(|(_, value)| *value as f32);
+        let value = self
+            .0
+            .iter()
+            .find(|(known, _)| *known == name)
+            .map(|(_, value)| *value as f32);
         debug_assert!(value.is_some(), "the scene's row has no parameter `{name}`");
         value.unwrap_or(f32::NAN)
     }
@@ -70,19 +85,43 @@ impl Values {
 
 impl BundledScene {
     fn values(&self, given: &[(String, f64)]) -> Result<Values, SceneError> {
-        let mut values: Vec<_> = self.parameters.iter().map(|parameter| (parameter.name, parameter.default)).collect();
+        let mut values: Vec<_> = self
+            .parameters
+            .iter()
+            .map(|parameter| (parameter.name, parameter.default))
+            .collect();
         for (name, value) in given {
-            let error = |problem: String, hint: String| SceneError::Parameter { scene: self.name.to_owned(), parameter: name.clone(), problem, hint };
-            let Some(index) = self.parameters.iter().position(|parameter| parameter.name == name) else {
-                let known: Vec<_> = self.parameters.iter().map(|parameter| parameter.name).collect();
-                let hint = if known.is_empty() { String::from("this scene has no parameters") } else { format!("it has {}", known.join(", ")) };
+            let error = |problem: String, hint: String| SceneError::Parameter {
+                scene: self.name.to_owned(),
+                parameter: name.clone(),
+                problem,
+                hint,
+            };
+            let Some(index) = self
+                .parameters
+                .iter()
+                .position(|parameter| parameter.name == name)
+            else {
+                let known: Vec<_> = self
+                    .parameters
+                    .iter()
+                    .map(|parameter| parameter.name)
+                    .collect();
+                let hint = if known.is_empty() {
+                    String::from("this scene has no parameters")
+                } else {
+                    format!("it has {}", known.join(", "))
+                };
                 return Err(error(String::from("is unknown"), hint));
             };
             let Parameter { unit, min, max, .. } = self.parameters[index];
             let is_whole = unit == SWITCH || unit == WHOLE_NUMBER;
             if !(min..=max).contains(value) || (is_whole && value.fract() != 0.0) {
                 let kind = if is_whole { "a whole number " } else { "" };
-                return Err(error(format!("is {value}, out of range"), format!("it must be {kind}between {min} and {max}")));
+                return Err(error(
+                    format!("is {value}, out of range"),
+                    format!("it must be {kind}between {min} and {max}"),
+                ));
             }
             values[index].1 = *value;
         }
@@ -93,8 +132,14 @@ impl BundledScene {
 impl Scene {
     /// The bundled scene `name`, with `parameters` in place of its defaults.
     pub fn bundled(name: &str, parameters: &[(String, f64)]) -> Result<Scene, SceneError> {
-        let unknown = || SceneError::UnknownBundled { name: name.to_owned(), known: TABLE.iter().map(|row| row.name).collect() };
-        let row = TABLE.iter().find(|row| row.name == name).ok_or_else(unknown)?;
+        let unknown = || SceneError::UnknownBundled {
+            name: name.to_owned(),
+            known: TABLE.iter().map(|row| row.name).collect(),
+        };
+        let row = TABLE
+            .iter()
+            .find(|row| row.name == name)
+            .ok_or_else(unknown)?;
         Ok((row.build)(&row.values(parameters)?))
     }
 }
@@ -103,7 +148,9 @@ impl Scene {
 pub(super) fn parse_source(text: &str) -> Result<(&str, ParameterValues), SceneError> {
     let mut parts = text.split(',');
     let name = parts.next().unwrap_or_default();
-    let parameters = parts.map(|part| parse_parameter(name, part)).collect::<Result<_, _>>()?;
+    let parameters = parts
+        .map(|part| parse_parameter(name, part))
+        .collect::<Result<_, _>>()?;
     Ok((name, parameters))
 }
 

@@ -11,18 +11,33 @@ use crate::view::session::HISTORY;
 /// Everything, one side after the other.
 pub(super) fn show(ui: &mut Ui, scope: &mut Scope<'_>) {
     let session = &*scope.session;
-    ui.label(format!("renders on {}", if session.device.is_empty() { "…" } else { &session.device }));
+    ui.label(format!(
+        "renders on {}",
+        if session.device.is_empty() {
+            "…"
+        } else {
+            &session.device
+        }
+    ));
     ui.label(RichText::new(format!("window drawn by {}", scope.window_device)).weak());
     let count = session.pane_count();
     for index in 0..count {
-        let Some(newest) = &session.newest[index] else { continue };
+        let Some(newest) = &session.newest[index] else {
+            continue;
+        };
         let picture = &newest.picture;
         if count == 2 {
             ui.separator();
             ui.label(RichText::new(["left", "right"][index]).italics());
         }
-        let quality = if picture.is_full { "" } else { " (quick picture)" };
-        ui.label(RichText::new(format!("frame {:.2} ms{quality}", picture.stats.total_ms())).strong());
+        let quality = if picture.is_full {
+            ""
+        } else {
+            " (quick picture)"
+        };
+        ui.label(
+            RichText::new(format!("frame {:.2} ms{quality}", picture.stats.total_ms())).strong(),
+        );
         if let Some(build) = session.builds[index] {
             // A sum of nothing is −0.
             ui.label(format!("last build {:.2} ms", build.abs()));
@@ -34,7 +49,10 @@ pub(super) fn show(ui: &mut Ui, scope: &mut Scope<'_>) {
         if picture.counts.is_empty() {
             ui.label(RichText::new("none").weak());
         }
-        picture.counts.iter().for_each(|(name, count)| figure(ui, name, &count.to_string()));
+        picture
+            .counts
+            .iter()
+            .for_each(|(name, count)| figure(ui, name, &count.to_string()));
     }
     if let Some(newest) = &session.newest[count - 1] {
         memory(ui, &newest.picture.memory);
@@ -49,9 +67,21 @@ fn figure(ui: &mut Ui, name: &str, number: &str) {
         let (rect, response) = ui.allocate_exact_size(vec2(width, height), Sense::hover());
         let font = FontId::proportional(12.0);
         let color = ui.visuals().text_color();
-        let right = ui.painter().text(rect.right_center(), Align2::RIGHT_CENTER, number, font.clone(), color);
+        let right = ui.painter().text(
+            rect.right_center(),
+            Align2::RIGHT_CENTER,
+            number,
+            font.clone(),
+            color,
+        );
         let clip = egui::Rect::from_min_max(rect.min, pos2(right.left() - 6.0, rect.bottom()));
-        ui.painter().with_clip_rect(clip).text(rect.left_center(), Align2::LEFT_CENTER, name, font, color);
+        ui.painter().with_clip_rect(clip).text(
+            rect.left_center(),
+            Align2::LEFT_CENTER,
+            name,
+            font,
+            color,
+        );
         response.on_hover_text(format!("{name}: {number}"));
     });
 }
@@ -60,35 +90,78 @@ fn figure(ui: &mut Ui, name: &str, number: &str) {
 fn bars(ui: &mut Ui, passes: &[PassTime]) {
     let most = passes.iter().map(|pass| pass.gpu_ms).fold(1e-6, f64::max);
     for pass in passes {
-        let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), 16.0), Sense::hover());
+        let (rect, response) =
+            ui.allocate_exact_size(vec2(ui.available_width(), 16.0), Sense::hover());
         let mut bar = rect.shrink2(vec2(0.0, 1.0));
         bar.set_width((rect.width() * (pass.gpu_ms / most) as f32).max(1.0));
-        ui.painter().rect_filled(bar, 2.0, Color32::from_rgb(38, 84, 124));
+        ui.painter()
+            .rect_filled(bar, 2.0, Color32::from_rgb(38, 84, 124));
         let (font, color) = (FontId::proportional(12.0), ui.visuals().strong_text_color());
         let number = format!("{:.2} ms", pass.gpu_ms);
-        let right = ui.painter().text(rect.right_center() - vec2(3.0, 0.0), Align2::RIGHT_CENTER, number, font.clone(), color);
+        let right = ui.painter().text(
+            rect.right_center() - vec2(3.0, 0.0),
+            Align2::RIGHT_CENTER,
+            number,
+            font.clone(),
+            color,
+        );
         let clip = egui::Rect::from_min_max(rect.min, pos2(right.left() - 6.0, rect.bottom()));
-        ui.painter().with_clip_rect(clip).text(rect.left_center() + vec2(4.0, 0.0), Align2::LEFT_CENTER, &pass.name, font, color);
-        response.on_hover_text(format!("{}: {:.3} ms in {} runs", pass.name, pass.gpu_ms, pass.runs));
+        ui.painter().with_clip_rect(clip).text(
+            rect.left_center() + vec2(4.0, 0.0),
+            Align2::LEFT_CENTER,
+            &pass.name,
+            font,
+            color,
+        );
+        response.on_hover_text(format!(
+            "{}: {:.3} ms in {} runs",
+            pass.name, pass.gpu_ms, pass.runs
+        ));
     }
 }
 
 /// Frame times, the newest at the right.
 fn history(ui: &mut Ui, times: &VecDeque<f32>) {
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), 54.0), Sense::hover());
-    ui.painter().rect_filled(rect, 2.0, ui.visuals().extreme_bg_color);
+    ui.painter()
+        .rect_filled(rect, 2.0, ui.visuals().extreme_bg_color);
     let most = times.iter().copied().fold(1e-3, f32::max);
     let font = FontId::proportional(10.0);
-    ui.painter().text(rect.left_top() + vec2(3.0, 2.0), Align2::LEFT_TOP, format!("{most:.1} ms"), font.clone(), ui.visuals().weak_text_color());
-    ui.painter().text(rect.left_bottom() + vec2(3.0, -2.0), Align2::LEFT_BOTTOM, "0", font, ui.visuals().weak_text_color());
+    ui.painter().text(
+        rect.left_top() + vec2(3.0, 2.0),
+        Align2::LEFT_TOP,
+        format!("{most:.1} ms"),
+        font.clone(),
+        ui.visuals().weak_text_color(),
+    );
+    ui.painter().text(
+        rect.left_bottom() + vec2(3.0, -2.0),
+        Align2::LEFT_BOTTOM,
+        "0",
+        font,
+        ui.visuals().weak_text_color(),
+    );
     let step = rect.width() / HISTORY as f32;
-    let at = |index: usize, time: f32| pos2(rect.right() - (times.len() - 1 - index) as f32 * step, rect.bottom() - 2.0 - time / most * (rect.height() - 6.0));
-    let points: Vec<_> = times.iter().enumerate().map(|(index, time)| at(index, *time)).collect();
+    let at = |index: usize, time: f32| {
+        pos2(
+            rect.right() - (times.len() - 1 - index) as f32 * step,
+            rect.bottom() - 2.0 - time / most * (rect.height() - 6.0),
+        )
+    };
+    let points: Vec<_> = times
+        .iter()
+        .enumerate()
+        .map(|(index, time)| at(index, *time))
+        .collect();
     if let [point] = points[..] {
         ui.painter().circle_filled(point, 2.0, super::ACCENT);
     }
     ui.painter().line(points, Stroke::new(1.5, super::ACCENT));
-    response.on_hover_text(format!("time of the last {} full frames on the device; \"frames all the time\" renders without end", times.len()));
+    response.on_hover_text(format!(
+        "time of the last {} full frames on the device; \"frames all the time\" renders without \
+         end",
+        times.len()
+    ));
 }
 
 fn memory(ui: &mut Ui, memory: &[(String, u64)]) {
@@ -104,5 +177,7 @@ fn memory(ui: &mut Ui, memory: &[(String, u64)]) {
     ui.separator();
     let total: u64 = memory.iter().map(|(_, bytes)| bytes).sum();
     ui.label(RichText::new(format!("memory {}", mib(total))).strong());
-    by_name.iter().for_each(|(name, bytes)| figure(ui, name, &mib(*bytes)));
+    by_name
+        .iter()
+        .for_each(|(name, bytes)| figure(ui, name, &mib(*bytes)));
 }

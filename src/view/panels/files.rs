@@ -12,27 +12,50 @@ use crate::scene::bundled;
 pub(super) fn show(ui: &mut Ui, scope: &mut Scope<'_>) {
     let scene = &scope.session.scene.1;
     ui.label(RichText::new(scope.session.source.to_string_lossy()).strong());
-    ui.label(format!("{} triangles, {} materials, {} textures", scene.triangles.len(), scene.materials.len(), scene.textures.len()));
+    ui.label(format!(
+        "{} triangles, {} materials, {} textures",
+        scene.triangles.len(),
+        scene.materials.len(),
+        scene.textures.len()
+    ));
     ui.horizontal(|ui| {
         let width = ui.available_width() - 96.0;
         let hint = "scene.toml, model.obj, bundled:NAME";
-        let typed = ui.add(TextEdit::singleline(&mut scope.panels.scene_path).hint_text(hint).desired_width(width)).on_hover_text("Ctrl+L");
+        let typed = ui
+            .add(
+                TextEdit::singleline(&mut scope.panels.scene_path)
+                    .hint_text(hint)
+                    .desired_width(width),
+            )
+            .on_hover_text("Ctrl+L");
         if std::mem::take(&mut scope.panels.wants_path) {
             typed.request_focus();
         }
         let entered = typed.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
         if (ui.button("open").clicked() || entered) && !scope.panels.scene_path.trim().is_empty() {
-            scope.requests.push(Request::Open(scope.panels.scene_path.trim().into()));
+            scope
+                .requests
+                .push(Request::Open(scope.panels.scene_path.trim().into()));
         }
-        if ui.button("…").on_hover_text("Ctrl+O: browse; files can also be dropped on the window").clicked() {
+        if ui
+            .button("…")
+            .on_hover_text("Ctrl+O: browse; files can also be dropped on the window")
+            .clicked()
+        {
             scope.panels.browse(ui.ctx());
         }
     });
     ui.horizontal(|ui| {
         ui.menu_button("bundled scenes …", |ui| {
             for scene in bundled::TABLE {
-                if ui.button(scene.name).on_hover_text(scene.description).clicked() {
-                    scope.requests.push(Request::Open(format!("bundled:{}", scene.name).into()));
+                if ui
+                    .button(scene.name)
+                    .on_hover_text(scene.description)
+                    .clicked()
+                {
+                    scope
+                        .requests
+                        .push(Request::Open(format!("bundled:{}", scene.name).into()));
                     ui.close();
                 }
             }
@@ -51,20 +74,35 @@ pub(super) fn show(ui: &mut Ui, scope: &mut Scope<'_>) {
     ui.separator();
     ui.horizontal(|ui| {
         let width = ui.available_width() - 124.0;
-        ui.add(TextEdit::singleline(&mut scope.panels.save_path).desired_width(width)).on_hover_text("the left picture: .png as it looks, .exr linear");
+        ui.add(TextEdit::singleline(&mut scope.panels.save_path).desired_width(width))
+            .on_hover_text("the left picture: .png as it looks, .exr linear");
         if ui.button("save").clicked() {
-            scope.requests.push(Request::Save(scope.panels.save_path.trim().into()));
+            scope
+                .requests
+                .push(Request::Save(scope.panels.save_path.trim().into()));
         }
-        if ui.button("window").on_hover_text("F12: the window with its panels, as PNG").clicked() {
+        if ui
+            .button("window")
+            .on_hover_text("F12: the window with its panels, as PNG")
+            .clicked()
+        {
             scope.requests.push(Request::Screenshot(window_path()));
         }
     });
-    if ui.button("copy `lumivox render` command").on_hover_text("Ctrl+C: the command line that renders the left picture").clicked() {
+    if ui
+        .button("copy `lumivox render` command")
+        .on_hover_text("Ctrl+C: the command line that renders the left picture")
+        .clicked()
+    {
         scope.requests.push(Request::CopyCommand);
     }
     ui.horizontal(|ui| {
         let mut vsync = scope.remembered.vsync;
-        if ui.checkbox(&mut vsync, "vsync").on_hover_text("pictures wait for the display").changed() {
+        if ui
+            .checkbox(&mut vsync, "vsync")
+            .on_hover_text("pictures wait for the display")
+            .changed()
+        {
             scope.requests.push(Request::Vsync(vsync));
         }
         if ui.button("fullscreen").on_hover_text("F11").clicked() {
@@ -81,7 +119,10 @@ pub(super) fn window_path() -> PathBuf {
 /// The dialog that browses for a scene.
 pub(super) fn dialog() -> FileDialog {
     let keys = FileDialogKeyBindings {
-        edit_path: vec![KeyBinding::key(Key::Slash), KeyBinding::keyboard_shortcut(Modifiers::COMMAND, Key::L)],
+        edit_path: vec![
+            KeyBinding::key(Key::Slash),
+            KeyBinding::keyboard_shortcut(Modifiers::COMMAND, Key::L),
+        ],
         new_folder: Vec::new(),
         ..FileDialogKeyBindings::default()
     };

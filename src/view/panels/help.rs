@@ -42,13 +42,16 @@ pub(super) fn show(ctx: &Context, open: &mut bool) {
         .max_height(ctx.content_rect().height() - 60.0)
         .anchor(Align2::CENTER_CENTER, [0.0, 0.0])
         .show(ctx, |ui| {
-            Grid::new("keys").num_columns(2).spacing([18.0, 3.0]).show(ui, |ui| {
-                for (key, what) in KEYS {
-                    ui.label(RichText::new(*key).strong());
-                    ui.label(*what);
-                    ui.end_row();
-                }
-            });
+            Grid::new("keys")
+                .num_columns(2)
+                .spacing([18.0, 3.0])
+                .show(ui, |ui| {
+                    for (key, what) in KEYS {
+                        ui.label(RichText::new(*key).strong());
+                        ui.label(*what);
+                        ui.end_row();
+                    }
+                });
             ui.separator();
             ui.label("Drop an .obj or .toml file on the window to open it.");
         });

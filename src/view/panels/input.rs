@@ -9,7 +9,17 @@ use crate::view::camera::{BOOKMARKS, Mode};
 use crate::view::session::Compare;
 use crate::view::views::VIEWS;
 
-const DIGITS: [Key; BOOKMARKS] = [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6, Key::Num7, Key::Num8, Key::Num9];
+const DIGITS: [Key; BOOKMARKS] = [
+    Key::Num1,
+    Key::Num2,
+    Key::Num3,
+    Key::Num4,
+    Key::Num5,
+    Key::Num6,
+    Key::Num7,
+    Key::Num8,
+    Key::Num9,
+];
 
 /// Points that an arrow key turns in a second.
 const TURN_POINTS: f32 = 240.0;
@@ -42,7 +52,11 @@ pub(super) fn keys(ctx: &Context, scope: &mut Scope<'_>) {
         };
     }
     if pressed(Key::V) {
-        let step = if ctx.input(|input| input.modifiers.shift) { VIEWS.len() - 1 } else { 1 };
+        let step = if ctx.input(|input| input.modifiers.shift) {
+            VIEWS.len() - 1
+        } else {
+            1
+        };
         (session.view, session.layer) = ((session.view + step) % VIEWS.len(), 0);
     }
     for (key, step) in [(Key::OpenBracket, -0.25), (Key::CloseBracket, 0.25)] {
@@ -69,13 +83,19 @@ fn commands(ctx: &Context, scope: &mut Scope<'_>) {
         scope.requests.push(Request::CopyCamera);
     }
     if command(Key::S) {
-        scope.requests.push(Request::Save(scope.panels.save_path.trim().into()));
+        scope
+            .requests
+            .push(Request::Save(scope.panels.save_path.trim().into()));
     }
     if command(Key::O) {
         scope.panels.browse(ctx);
     }
     if command(Key::L) {
-        (scope.remembered.panels, scope.panels.open[0], scope.panels.wants_path) = (true, true, true);
+        (
+            scope.remembered.panels,
+            scope.panels.open[0],
+            scope.panels.wants_path,
+        ) = (true, true, true);
     }
     if command(Key::Q) {
         scope.requests.push(Request::Quit);
@@ -104,10 +124,21 @@ fn camera_keys(ctx: &Context, scope: &mut Scope<'_>) {
     let pressed = |key| ctx.input(|input| input.key_pressed(key) && !input.modifiers.command);
     let axis = |back, forth| f32::from(i8::from(down(forth)) - i8::from(down(back)));
     let seconds = ctx.input(|input| input.stable_dt.min(0.1));
-    let along = Vec3::new(axis(Key::A, Key::D), axis(Key::Q, Key::E), axis(Key::S, Key::W));
-    let turn = [axis(Key::ArrowLeft, Key::ArrowRight), axis(Key::ArrowUp, Key::ArrowDown)];
+    let along = Vec3::new(
+        axis(Key::A, Key::D),
+        axis(Key::Q, Key::E),
+        axis(Key::S, Key::W),
+    );
+    let turn = [
+        axis(Key::ArrowLeft, Key::ArrowRight),
+        axis(Key::ArrowUp, Key::ArrowDown),
+    ];
     if along != Vec3::ZERO {
-        let hurry = if ctx.input(|input| input.modifiers.shift) { 4.0 } else { 1.0 };
+        let hurry = if ctx.input(|input| input.modifiers.shift) {
+            4.0
+        } else {
+            1.0
+        };
         controls.fly(hurry * along, seconds);
     }
     if turn != [0.0; 2] {
@@ -117,12 +148,17 @@ fn camera_keys(ctx: &Context, scope: &mut Scope<'_>) {
         scope.panels.held = true;
         ctx.request_repaint();
     }
-    let notches = i8::from(pressed(Key::Plus) || pressed(Key::Equals)) - i8::from(pressed(Key::Minus));
+    let notches =
+        i8::from(pressed(Key::Plus) || pressed(Key::Equals)) - i8::from(pressed(Key::Minus));
     if notches != 0 {
         controls.wheel(f32::from(notches));
     }
     if pressed(Key::O) {
-        controls.mode = if controls.mode == Mode::Fly { Mode::Orbit } else { Mode::Fly };
+        controls.mode = if controls.mode == Mode::Fly {
+            Mode::Orbit
+        } else {
+            Mode::Fly
+        };
     }
     if pressed(Key::Home) {
         controls.go_home();

@@ -22,7 +22,16 @@ use super::store::Remembered;
 pub(super) use stage::Stage;
 
 /// Sections of the panels, in their order.
-pub(super) const SECTIONS: [&str; 8] = ["Scene", "Compare", "Technique", "Picture", "Probe", "Camera", "Lights", "Cost"];
+pub(super) const SECTIONS: [&str; 8] = [
+    "Scene",
+    "Compare",
+    "Technique",
+    "Picture",
+    "Probe",
+    "Camera",
+    "Lights",
+    "Cost",
+];
 
 /// Width of the panels (points).
 const WIDTH: f32 = 312.0;
@@ -145,27 +154,40 @@ pub(super) fn show(ctx: &Context, scope: &mut Scope<'_>, stage: &Stage) {
     if scope.remembered.panels && is_roomy {
         TopBottomPanel::bottom("status").show(ctx, |ui| status(ui, scope));
         // Of one width: what is opened must not move the picture.
-        SidePanel::left("panels").resizable(false).exact_width(WIDTH).show(ctx, |ui| {
-            ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-                for index in 0..SECTIONS.len() {
-                    section(ui, scope, index);
-                }
+        SidePanel::left("panels")
+            .resizable(false)
+            .exact_width(WIDTH)
+            .show(ctx, |ui| {
+                ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+                    for index in 0..SECTIONS.len() {
+                        section(ui, scope, index);
+                    }
+                });
             });
-        });
     }
     stage.show(ctx, scope);
-    if let Some(problem) = scope.session.any_problem().filter(|_| !(scope.remembered.panels && is_roomy)) {
+    if let Some(problem) = scope
+        .session
+        .any_problem()
+        .filter(|_| !(scope.remembered.panels && is_roomy))
+    {
         // Where there is no status line to tell it.
-        egui::Area::new("problem".into()).anchor(egui::Align2::LEFT_BOTTOM, [6.0, -6.0]).interactable(false).show(ctx, |ui| {
-            egui::Frame::popup(ui.style()).show(ui, |ui| ui.label(RichText::new(problem).color(ui.visuals().error_fg_color)));
-        });
+        egui::Area::new("problem".into())
+            .anchor(egui::Align2::LEFT_BOTTOM, [6.0, -6.0])
+            .interactable(false)
+            .show(ctx, |ui| {
+                egui::Frame::popup(ui.style()).show(ui, |ui| {
+                    ui.label(RichText::new(problem).color(ui.visuals().error_fg_color))
+                });
+            });
     }
     help::show(ctx, &mut scope.panels.help);
     files::show_dialog(ctx, scope);
 }
 
 fn section(ui: &mut Ui, scope: &mut Scope<'_>, index: usize) {
-    let header = CollapsingHeader::new(RichText::new(SECTIONS[index]).strong()).open(Some(scope.panels.open[index]));
+    let header = CollapsingHeader::new(RichText::new(SECTIONS[index]).strong())
+        .open(Some(scope.panels.open[index]));
     let response = header.show(ui, |ui| match SECTIONS[index] {
         "Scene" => files::show(ui, scope),
         "Compare" => technique::show_compare(ui, scope),
@@ -185,7 +207,14 @@ fn section(ui: &mut Ui, scope: &mut Scope<'_>, index: usize) {
 fn status(ui: &mut Ui, scope: &mut Scope<'_>) {
     let session = &*scope.session;
     ui.horizontal(|ui| {
-        let (color, meaning) = if scope.is_busy { (ACCENT, "rendering") } else { (egui::Color32::from_rgb(90, 170, 90), "the picture is at rest") };
+        let (color, meaning) = if scope.is_busy {
+            (ACCENT, "rendering")
+        } else {
+            (
+                egui::Color32::from_rgb(90, 170, 90),
+                "the picture is at rest",
+            )
+        };
         let (dot, response) = ui.allocate_exact_size(egui::vec2(10.0, 10.0), egui::Sense::hover());
         ui.painter().circle_filled(dot.center(), 4.0, color);
         response.on_hover_text(meaning);
@@ -193,18 +222,37 @@ fn status(ui: &mut Ui, scope: &mut Scope<'_>) {
             let picture = &newest.picture;
             let [width, height] = session.size;
             let quality = if picture.is_full { "full" } else { "quick" };
-            let time = if scope.panels.times { format!(", {:.1} ms", picture.stats.total_ms()) } else { String::new() };
+            let time = if scope.panels.times {
+                format!(", {:.1} ms", picture.stats.total_ms())
+            } else {
+                String::new()
+            };
             ui.label(format!("{width}×{height} {quality}{time}"));
         }
         if scope.panels.times {
-            ui.label(format!("{:.0}/s", scope.rate)).on_hover_text("how often the window was drawn in the last second");
+            ui.label(format!("{:.0}/s", scope.rate))
+                .on_hover_text("how often the window was drawn in the last second");
         }
         ui.separator();
         match (session.any_problem(), &session.shader) {
-            (Some(problem), _) => drop(ui.add(egui::Label::new(RichText::new(problem).color(ui.visuals().error_fg_color)).truncate())),
-            (None, Some(Err(error))) => drop(ui.add(egui::Label::new(RichText::new(error).color(ui.visuals().error_fg_color)).truncate())),
-            _ if !scope.panels.readout.is_empty() => drop(ui.add(egui::Label::new(&scope.panels.readout).truncate())),
-            (None, Some(Ok(text))) if session.note.is_empty() => drop(ui.add(egui::Label::new(text).truncate())),
+            (Some(problem), _) => drop(
+                ui.add(
+                    egui::Label::new(RichText::new(problem).color(ui.visuals().error_fg_color))
+                        .truncate(),
+                ),
+            ),
+            (None, Some(Err(error))) => drop(
+                ui.add(
+                    egui::Label::new(RichText::new(error).color(ui.visuals().error_fg_color))
+                        .truncate(),
+                ),
+            ),
+            _ if !scope.panels.readout.is_empty() => {
+                drop(ui.add(egui::Label::new(&scope.panels.readout).truncate()))
+            }
+            (None, Some(Ok(text))) if session.note.is_empty() => {
+                drop(ui.add(egui::Label::new(text).truncate()))
+            }
             _ if session.note.is_empty() => drop(ui.label("F1: keys")),
             _ => drop(ui.add(egui::Label::new(&session.note).truncate())),
         }
@@ -215,10 +263,14 @@ fn status(ui: &mut Ui, scope: &mut Scope<'_>) {
 fn row<R>(ui: &mut Ui, name: &str, help: &str, widget: impl FnOnce(&mut Ui) -> R) -> R {
     ui.horizontal(|ui| {
         let width = 0.42 * ui.available_width();
-        let label = ui.allocate_ui_with_layout(egui::vec2(width, ui.spacing().interact_size.y), egui::Layout::left_to_right(egui::Align::Center), |ui| {
-            ui.set_min_width(width);
-            ui.add(egui::Label::new(name).truncate())
-        });
+        let label = ui.allocate_ui_with_layout(
+            egui::vec2(width, ui.spacing().interact_size.y),
+            egui::Layout::left_to_right(egui::Align::Center),
+            |ui| {
+                ui.set_min_width(width);
+                ui.add(egui::Label::new(name).truncate())
+            },
+        );
         if !help.is_empty() {
             label.response.on_hover_text(help);
             label.inner.on_hover_text(help);
@@ -229,17 +281,30 @@ fn row<R>(ui: &mut Ui, name: &str, help: &str, widget: impl FnOnce(&mut Ui) -> R
 }
 
 /// A list to choose from; as wide as there is room.
-fn choose<'t>(ui: &mut Ui, id: impl std::hash::Hash, current: &str, all: impl Iterator<Item = (&'t str, &'t str)>) -> Option<usize> {
+fn choose<'t>(
+    ui: &mut Ui,
+    id: impl std::hash::Hash,
+    current: &str,
+    all: impl Iterator<Item = (&'t str, &'t str)>,
+) -> Option<usize> {
     let mut chosen = None;
     let width = ui.available_width() - 8.0;
-    egui::ComboBox::from_id_salt(id).selected_text(current).width(width).truncate().show_ui(ui, |ui| {
-        for (index, (name, help)) in all.enumerate() {
-            let response = ui.selectable_label(name == current, name);
-            let response = if help.is_empty() { response } else { response.on_hover_text(help) };
-            if response.clicked() && name != current {
-                chosen = Some(index);
+    egui::ComboBox::from_id_salt(id)
+        .selected_text(current)
+        .width(width)
+        .truncate()
+        .show_ui(ui, |ui| {
+            for (index, (name, help)) in all.enumerate() {
+                let response = ui.selectable_label(name == current, name);
+                let response = if help.is_empty() {
+                    response
+                } else {
+                    response.on_hover_text(help)
+                };
+                if response.clicked() && name != current {
+                    chosen = Some(index);
+                }
             }
-        }
-    });
+        });
     chosen
 }

@@ -1,6 +1,9 @@
 //! The picture: one or two sides and the divider, the mouse on it, and what is under the pointer.
 
-use egui::{Align2, Color32, ColorImage, Context, CursorIcon, FontId, PointerButton, Pos2, Rect, Sense, TextureHandle, TextureOptions, Ui, pos2, vec2};
+use egui::{
+    Align2, Color32, ColorImage, Context, CursorIcon, FontId, PointerButton, Pos2, Rect, Sense,
+    TextureHandle, TextureOptions, Ui, pos2, vec2,
+};
 
 use super::{Scope, probe};
 use crate::view::picture::{Look, develop, difference};
@@ -24,15 +27,30 @@ struct Side {
 
 impl Side {
     /// Shows other pixels.
-    fn set(side: &mut Option<Side>, ctx: &Context, name: &str, size: (u32, u32), rgb: &[[u8; 3]], of: (u64, u64, Look)) {
-        let pixels = rgb.iter().map(|&[r, g, b]| Color32::from_rgb(r, g, b)).collect();
+    fn set(
+        side: &mut Option<Side>,
+        ctx: &Context,
+        name: &str,
+        size: (u32, u32),
+        rgb: &[[u8; 3]],
+        of: (u64, u64, Look),
+    ) {
+        let pixels = rgb
+            .iter()
+            .map(|&[r, g, b]| Color32::from_rgb(r, g, b))
+            .collect();
         let image = ColorImage::new([size.0 as usize, size.1 as usize], pixels);
         match side {
             Some(side) => {
                 side.texture.set(image, TextureOptions::NEAREST);
                 side.of = of;
             }
-            None => *side = Some(Side { texture: ctx.load_texture(name, image, TextureOptions::NEAREST), of }),
+            None => {
+                *side = Some(Side {
+                    texture: ctx.load_texture(name, image, TextureOptions::NEAREST),
+                    of,
+                })
+            }
         }
     }
 }
@@ -48,65 +66,129 @@ impl Stage {
                 continue;
             }
             match &newest.picture.image {
-                Some(image) => Side::set(side, ctx, "picture", image.size(), &develop(image, &VIEWS[newest.picture.view], look), of),
+                Some(image) => Side::set(
+                    side,
+                    ctx,
+                    "picture",
+                    image.size(),
+                    &develop(image, &VIEWS[newest.picture.view], look),
+                    of,
+                ),
                 None => *side = None,
             }
         }
-        let (Some(newest), Some(truth)) = (&session.newest[0], session.truth.as_ref().filter(|_| session.compare == Compare::Difference)) else {
+        let (Some(newest), Some(truth)) = (
+            &session.newest[0],
+            session
+                .truth
+                .as_ref()
+                .filter(|_| session.compare == Compare::Difference),
+        ) else {
             self.difference = None;
             return;
         };
-        let of = (newest.version, u64::from(truth.samples), Look { exposure: session.difference_scale, ..look });
+        let of = (
+            newest.version,
+            u64::from(truth.samples),
+            Look {
+                exposure: session.difference_scale,
+                ..look
+            },
+        );
         let is_new = self.difference.as_ref().is_none_or(|side| side.of != of);
-        if let Some(image) = newest.picture.image.as_ref().filter(|_| is_new && newest.picture.job == truth.job && newest.picture.is_full)
+        if let Some(image) = newest
+            .picture
+            .image
+            .as_ref()
+            .filter(|_| is_new && newest.picture.job == truth.job && newest.picture.is_full)
             && let Some((rgb, errors)) = difference(image, &truth.image, session.difference_scale)
         {
-            Side::set(&mut self.difference, ctx, "difference", image.size(), &rgb, of);
+            Side::set(
+                &mut self.difference,
+                ctx,
+                "difference",
+                image.size(),
+                &rgb,
+                of,
+            );
             self.errors = errors;
         }
     }
 
     /// Whether the left side is the picture of this version.
     pub(in crate::view) fn shows(&self, version: u64) -> bool {
-        self.sides[0].as_ref().is_some_and(|side| side.of.0 == version)
+        self.sides[0]
+            .as_ref()
+            .is_some_and(|side| side.of.0 == version)
     }
 
     /// Draws the picture and lets the mouse act on it.
     pub(super) fn show(&self, ctx: &Context, scope: &mut Scope<'_>) {
-        egui::CentralPanel::default().frame(egui::Frame::NONE.fill(Color32::from_gray(12))).show(ctx, |ui| {
-            let scale = ctx.pixels_per_point();
-            let outer = ui.max_rect();
-            // Whole pixels, so that one of the picture is one of the window; egui's first frame, and the one after its scale changed, may be of another size.
-            let [width, height] = scope.window_size;
-            let size = [(outer.width(), width), (outer.height(), height)].map(|(points, most)| ((points * scale).round() as u32).min(most));
-            let corner = pos2((outer.left() * scale).round() / scale, (outer.top() * scale).round() / scale);
-            let rect = Rect::from_min_size(corner, vec2(size[0] as f32 / scale, size[1] as f32 / scale));
-            (scope.panels.picture, scope.session.size) = (rect, size);
-            self.draw(ui, rect, scope.session);
-            let response = ui.interact(rect, ui.id().with("picture"), Sense::click_and_drag());
-            let on_divider = divider(ui, rect, scope);
-            if !on_divider {
-                mouse(ui, &response, scope);
-            }
-            scope.panels.pointer = response.hover_pos().map(|at| ((at - rect.min) / rect.size()).into());
-            let followed = &mut scope.session.probe;
-            if followed.follows && followed.place.is_some() {
-                followed.place = scope.panels.pointer.or(followed.place);
-            }
-            scope.panels.readout = response.hover_pos().and_then(|at| readout(scope.session, rect, at)).unwrap_or_default();
-        });
+        egui::CentralPanel::default()
+            .frame(egui::Frame::NONE.fill(Color32::from_gray(12)))
+            .show(ctx, |ui| {
+                let scale = ctx.pixels_per_point();
+                let outer = ui.max_rect();
+                // Whole pixels, so that one of the picture is one of the window; egui's first
+                // frame, and the one after its scale changed, may be of another size.
+                let [width, height] = scope.window_size;
+                let size = [(outer.width(), width), (outer.height(), height)]
+                    .map(|(points, most)| ((points * scale).round() as u32).min(most));
+                let corner = pos2(
+                    (outer.left() * scale).round() / scale,
+                    (outer.top() * scale).round() / scale,
+                );
+                let rect = Rect::from_min_size(
+                    corner,
+                    vec2(size[0] as f32 / scale, size[1] as f32 / scale),
+                );
+                (scope.panels.picture, scope.session.size) = (rect, size);
+                self.draw(ui, rect, scope.session);
+                let response = ui.interact(rect, ui.id().with("picture"), Sense::click_and_drag());
+                let on_divider = divider(ui, rect, scope);
+                if !on_divider {
+                    mouse(ui, &response, scope);
+                }
+                scope.panels.pointer = response
+                    .hover_pos()
+                    .map(|at| ((at - rect.min) / rect.size()).into());
+                let followed = &mut scope.session.probe;
+                if followed.follows && followed.place.is_some() {
+                    followed.place = scope.panels.pointer.or(followed.place);
+                }
+                scope.panels.readout = response
+                    .hover_pos()
+                    .and_then(|at| readout(scope.session, rect, at))
+                    .unwrap_or_default();
+            });
     }
 
     fn draw(&self, ui: &Ui, rect: Rect, session: &Session) {
         let split_x = rect.left() + session.divider * rect.width();
-        let [left, right] = [Rect::from_min_max(rect.min, pos2(split_x, rect.bottom())), Rect::from_min_max(pos2(split_x, rect.top()), rect.max)];
+        let [left, right] = [
+            Rect::from_min_max(rect.min, pos2(split_x, rect.bottom())),
+            Rect::from_min_max(pos2(split_x, rect.top()), rect.max),
+        ];
         let (sides, names): (Vec<_>, [String; 2]) = match session.compare {
             Compare::Single => (vec![(&self.sides[0], rect)], Default::default()),
-            Compare::Split => (vec![(&self.sides[0], left), (&self.sides[1], right)], [0, 1].map(|index| title(session, index))),
+            Compare::Split => (
+                vec![(&self.sides[0], left), (&self.sides[1], right)],
+                [0, 1].map(|index| title(session, index)),
+            ),
             Compare::Difference => {
-                let error = format!("|difference|: bias {:+.3}, rel_rmse {:.3}", self.errors[0], self.errors[1]);
-                let waiting = if self.difference.is_some() { error } else { "the reference is being rendered".to_owned() };
-                (vec![(&self.sides[0], left), (&self.difference, right)], [title(session, 0), waiting])
+                let error = format!(
+                    "|difference|: bias {:+.3}, rel_rmse {:.3}",
+                    self.errors[0], self.errors[1]
+                );
+                let waiting = if self.difference.is_some() {
+                    error
+                } else {
+                    "the reference is being rendered".to_owned()
+                };
+                (
+                    vec![(&self.sides[0], left), (&self.difference, right)],
+                    [title(session, 0), waiting],
+                )
             }
         };
         let uv = Rect::from_min_max(Pos2::ZERO, pos2(1.0, 1.0));
@@ -115,31 +197,59 @@ impl Stage {
             let painter = ui.painter().with_clip_rect(clip.intersect(ui.clip_rect()));
             match side {
                 // A light map is square whatever the window is.
-                Some(side) => drop(painter.image(side.texture.id(), fitted(rect, side, session), uv, Color32::WHITE)),
+                Some(side) => drop(painter.image(
+                    side.texture.id(),
+                    fitted(rect, side, session),
+                    uv,
+                    Color32::WHITE,
+                )),
                 None if index < session.pane_count() => {
                     let text = if session.newest[index].is_some() {
                         format!("no {} here: see the view's tooltip", session.view_name())
                     } else {
                         "rendering …".to_owned()
                     };
-                    painter.text(clip.center(), Align2::CENTER_CENTER, text, font.clone(), Color32::GRAY);
+                    painter.text(
+                        clip.center(),
+                        Align2::CENTER_CENTER,
+                        text,
+                        font.clone(),
+                        Color32::GRAY,
+                    );
                 }
                 None => {}
             }
             if !names[index].is_empty() && rect.width() > 300.0 {
-                let galley = painter.layout_no_wrap(names[index].clone(), font.clone(), Color32::WHITE);
-                let x = if index == 0 { clip.left() + 8.0 } else { clip.right() - galley.size().x - 8.0 };
+                let galley =
+                    painter.layout_no_wrap(names[index].clone(), font.clone(), Color32::WHITE);
+                let x = if index == 0 {
+                    clip.left() + 8.0
+                } else {
+                    clip.right() - galley.size().x - 8.0
+                };
                 // One above the other, so that they never overlap.
-                let at = pos2(x.max(rect.left() + 8.0), rect.top() + 6.0 + 24.0 * index as f32);
+                let at = pos2(
+                    x.max(rect.left() + 8.0),
+                    rect.top() + 6.0 + 24.0 * index as f32,
+                );
                 let painter = ui.painter();
-                painter.rect_filled(Rect::from_min_size(at, galley.size()).expand(3.0), 3.0, Color32::from_black_alpha(150));
+                painter.rect_filled(
+                    Rect::from_min_size(at, galley.size()).expand(3.0),
+                    3.0,
+                    Color32::from_black_alpha(150),
+                );
                 painter.galley(at, galley, Color32::WHITE);
             }
         }
         probe::draw(ui, rect, session);
         if session.compare != Compare::Single {
-            ui.painter().vline(split_x, rect.y_range(), egui::Stroke::new(1.0, Color32::WHITE));
-            ui.painter().circle_filled(pos2(split_x, rect.center().y), 5.0, Color32::WHITE);
+            ui.painter().vline(
+                split_x,
+                rect.y_range(),
+                egui::Stroke::new(1.0, Color32::WHITE),
+            );
+            ui.painter()
+                .circle_filled(pos2(split_x, rect.center().y), 5.0, Color32::WHITE);
         }
     }
 }
@@ -148,7 +258,14 @@ impl Stage {
 fn title(session: &Session, index: usize) -> String {
     let choice = &session.choices[index];
     let changed: Vec<String> = choice.pairs();
-    format!("{} {} {}", choice.entry.name, choice.preset.unwrap_or(""), changed.join(" ")).trim().to_owned()
+    format!(
+        "{} {} {}",
+        choice.entry.name,
+        choice.preset.unwrap_or(""),
+        changed.join(" ")
+    )
+    .trim()
+    .to_owned()
 }
 
 /// The whole picture's rectangle, or for light maps the largest of their shape in it.
@@ -157,7 +274,10 @@ fn fitted(rect: Rect, side: &Side, session: &Session) -> Rect {
         return rect;
     }
     let size = side.texture.size_vec2();
-    Rect::from_center_size(rect.center(), size * (rect.width() / size.x).min(rect.height() / size.y))
+    Rect::from_center_size(
+        rect.center(),
+        size * (rect.width() / size.x).min(rect.height() / size.y),
+    )
 }
 
 /// Lets the divider be dragged; says whether the mouse is on it.
@@ -168,8 +288,13 @@ fn divider(ui: &Ui, rect: Rect, scope: &mut Scope<'_>) -> bool {
     }
     let x = rect.left() + session.divider * rect.width();
     let handle = Rect::from_x_y_ranges(x - 6.0..=x + 6.0, rect.y_range()).intersect(rect);
-    let response = ui.interact(handle, ui.id().with("divider"), Sense::drag()).on_hover_cursor(CursorIcon::ResizeHorizontal);
-    if let Some(at) = response.interact_pointer_pos().filter(|_| response.dragged()) {
+    let response = ui
+        .interact(handle, ui.id().with("divider"), Sense::drag())
+        .on_hover_cursor(CursorIcon::ResizeHorizontal);
+    if let Some(at) = response
+        .interact_pointer_pos()
+        .filter(|_| response.dragged())
+    {
         session.divider = ((at.x - rect.left()) / rect.width()).clamp(0.0, 1.0);
     }
     response.hovered() || response.dragged()
@@ -180,7 +305,9 @@ fn mouse(ui: &Ui, response: &egui::Response, scope: &mut Scope<'_>) {
     let moved = response.drag_delta();
     if response.dragged_by(PointerButton::Primary) {
         controls.drag(moved.into());
-    } else if response.dragged_by(PointerButton::Secondary) || response.dragged_by(PointerButton::Middle) {
+    } else if response.dragged_by(PointerButton::Secondary)
+        || response.dragged_by(PointerButton::Middle)
+    {
         controls.pan((moved / response.rect.height().max(1.0)).into());
     }
     scope.panels.held |= response.dragged();
@@ -204,11 +331,27 @@ fn readout(session: &Session, rect: Rect, at: Pos2) -> Option<String> {
         _ => 0,
     };
     let picture = &session.newest[pane].as_ref()?.picture;
-    let image = picture.image.as_ref().filter(|_| picture.is_full && !VIEWS[picture.view].is_map())?;
+    let image = picture
+        .image
+        .as_ref()
+        .filter(|_| picture.is_full && !VIEWS[picture.view].is_map())?;
     let share = (at - rect.min) / rect.size();
-    let (x, y) = ((share.x * image.width as f32) as u32, (share.y * image.height as f32) as u32);
-    let pixel = image.pixels.get((y * image.width + x) as usize).filter(|_| x < image.width)?;
+    let (x, y) = (
+        (share.x * image.width as f32) as u32,
+        (share.y * image.height as f32) as u32,
+    );
+    let pixel = image
+        .pixels
+        .get((y * image.width + x) as usize)
+        .filter(|_| x < image.width)?;
     let view = &VIEWS[picture.view];
-    let unit = if view.unit.is_empty() { String::new() } else { format!(" {}", view.unit) };
-    Some(format!("{x}, {y}: {:.4} {:.4} {:.4}{unit}", pixel.x, pixel.y, pixel.z))
+    let unit = if view.unit.is_empty() {
+        String::new()
+    } else {
+        format!(" {}", view.unit)
+    };
+    Some(format!(
+        "{x}, {y}: {:.4} {:.4} {:.4}{unit}",
+        pixel.x, pixel.y, pixel.z
+    ))
 }

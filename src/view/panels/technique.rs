@@ -11,20 +11,36 @@ use crate::view::session::{Choice, Compare};
 pub(super) fn show_compare(ui: &mut Ui, scope: &mut Scope<'_>) {
     let session = &mut *scope.session;
     ui.horizontal(|ui| {
-        ui.selectable_value(&mut session.compare, Compare::Single, "one").on_hover_text("one technique");
-        ui.selectable_value(&mut session.compare, Compare::Split, "split").on_hover_text("two techniques or settings, left and right of a divider");
-        let help = "the technique left of the divider; right of it, how far it is from the reference, a path tracer on the CPU that is refined meanwhile";
-        ui.selectable_value(&mut session.compare, Compare::Difference, "difference").on_hover_text(help);
+        ui.selectable_value(&mut session.compare, Compare::Single, "one")
+            .on_hover_text("one technique");
+        ui.selectable_value(&mut session.compare, Compare::Split, "split")
+            .on_hover_text("two techniques or settings, left and right of a divider");
+        let help = "the technique left of the divider; right of it, how far it is from the \
+                    reference, a path tracer on the CPU that is refined meanwhile";
+        ui.selectable_value(&mut session.compare, Compare::Difference, "difference")
+            .on_hover_text(help);
     });
     if session.compare != Compare::Single {
-        row(ui, "divider", "drag it in the picture, or move it here", |ui| ui.add(Slider::new(&mut session.divider, 0.0..=1.0).fixed_decimals(2)));
+        row(
+            ui,
+            "divider",
+            "drag it in the picture, or move it here",
+            |ui| ui.add(Slider::new(&mut session.divider, 0.0..=1.0).fixed_decimals(2)),
+        );
     }
-    if session.compare == Compare::Split && ui.button("right like left").on_hover_text("give the right side the left side's technique and settings").clicked() {
+    if session.compare == Compare::Split
+        && ui
+            .button("right like left")
+            .on_hover_text("give the right side the left side's technique and settings")
+            .clicked()
+    {
         session.choices[1] = session.choices[0].clone();
     }
     if session.compare == Compare::Difference {
         let help = "error that is shown brightest, as a share of the reference's mean luminance";
-        row(ui, "brightest error", help, |ui| ui.add(Slider::new(&mut session.difference_scale, 0.02..=5.0).logarithmic(true)));
+        row(ui, "brightest error", help, |ui| {
+            ui.add(Slider::new(&mut session.difference_scale, 0.02..=5.0).logarithmic(true))
+        });
         let samples = session.truth.as_ref().map_or(0, |truth| truth.samples);
         ui.label(format!("reference: {samples} samples a pixel"));
     }
@@ -37,7 +53,13 @@ pub(super) fn show(ui: &mut Ui, scope: &mut Scope<'_>) {
         if count == 2 {
             ui.label(RichText::new(["left", "right"][index]).italics());
         }
-        ui.push_id(index, |ui| show_choice(ui, &mut scope.session.choices[index], &mut scope.panels.held));
+        ui.push_id(index, |ui| {
+            show_choice(
+                ui,
+                &mut scope.session.choices[index],
+                &mut scope.panels.held,
+            )
+        });
         if index + 1 < count {
             ui.separator();
         }
@@ -46,14 +68,26 @@ pub(super) fn show(ui: &mut Ui, scope: &mut Scope<'_>) {
 
 fn show_choice(ui: &mut Ui, choice: &mut Choice, held: &mut bool) {
     let names = TECHNIQUES.iter().map(|entry| (entry.name, entry.summary));
-    let chosen = row(ui, "technique", choice.entry.summary, |ui| choose(ui, "technique", choice.entry.name, names));
+    let chosen = row(ui, "technique", choice.entry.summary, |ui| {
+        choose(ui, "technique", choice.entry.name, names)
+    });
     if let Some(chosen) = chosen {
         choice.choose(TECHNIQUES[chosen], None);
     }
     let presets = choice.entry.presets;
     if let Some(current) = choice.preset {
-        let help = presets.iter().find(|preset| preset.name == current).map_or("", |preset| preset.help);
-        let chosen = row(ui, "preset", help, |ui| choose(ui, "preset", current, presets.iter().map(|preset| (preset.name, preset.help))));
+        let help = presets
+            .iter()
+            .find(|preset| preset.name == current)
+            .map_or("", |preset| preset.help);
+        let chosen = row(ui, "preset", help, |ui| {
+            choose(
+                ui,
+                "preset",
+                current,
+                presets.iter().map(|preset| (preset.name, preset.help)),
+            )
+        });
         if let Some(chosen) = chosen {
             choice.choose(choice.entry, Some(presets[chosen].name));
         }
@@ -64,13 +98,21 @@ fn show_choice(ui: &mut Ui, choice: &mut Choice, held: &mut bool) {
     };
     ui.label(RichText::new(bounces).weak());
     if let Some(problem) = &choice.problem {
-        ui.label(RichText::new(format!("{problem}; the picture is of the settings before")).color(ui.visuals().error_fg_color));
+        ui.label(
+            RichText::new(format!("{problem}; the picture is of the settings before"))
+                .color(ui.visuals().error_fg_color),
+        );
     }
     let mut changed = false;
     for setting in choice.entry.settings.iter().copied().flatten() {
         changed |= show_setting(ui, choice, setting, held);
     }
-    if !choice.set.is_empty() && ui.button("as the preset has it").on_hover_text("undo all changes to the preset's settings").clicked() {
+    if !choice.set.is_empty()
+        && ui
+            .button("as the preset has it")
+            .on_hover_text("undo all changes to the preset's settings")
+            .clicked()
+    {
         choice.set.clear();
         changed = true;
     }
@@ -79,17 +121,53 @@ fn show_choice(ui: &mut Ui, choice: &mut Choice, held: &mut bool) {
     }
 }
 
-fn show_setting(ui: &mut Ui, choice: &mut Choice, setting: &'static Setting, held: &mut bool) -> bool {
-    let Some((_, value)) = choice.settings.iter().find(|(name, _)| *name == setting.name) else { return false };
+fn show_setting(
+    ui: &mut Ui,
+    choice: &mut Choice,
+    setting: &'static Setting,
+    held: &mut bool,
+) -> bool {
+    let Some((_, value)) = choice
+        .settings
+        .iter()
+        .find(|(name, _)| *name == setting.name)
+    else {
+        return false;
+    };
     // What is chosen but not possible is shown all the same, so that it can be changed further.
-    let text = choice.set.get(setting.name).cloned().unwrap_or_else(|| text(value));
-    let unit = if setting.unit.is_empty() { String::new() } else { format!(" [{}]", setting.unit) };
-    let mark = if choice.set.contains_key(setting.name) { "• " } else { "" };
+    let text = choice
+        .set
+        .get(setting.name)
+        .cloned()
+        .unwrap_or_else(|| text(value));
+    let unit = if setting.unit.is_empty() {
+        String::new()
+    } else {
+        format!(" [{}]", setting.unit)
+    };
+    let mark = if choice.set.contains_key(setting.name) {
+        "• "
+    } else {
+        ""
+    };
     // A long name has its unit in the tooltip alone.
-    let name = format!("{mark}{}{}", setting.name, if setting.name.len() + unit.len() > 20 { "" } else { &unit });
-    let help = format!("{}{unit}\n{}, {} by default", setting.help, setting.domain, setting.default);
+    let name = format!(
+        "{mark}{}{}",
+        setting.name,
+        if setting.name.len() + unit.len() > 20 {
+            ""
+        } else {
+            &unit
+        }
+    );
+    let help = format!(
+        "{}{unit}\n{}, {} by default",
+        setting.help, setting.domain, setting.default
+    );
     let new = row(ui, &name, &help, |ui| widget(ui, setting, &text, held));
-    let Some(new) = new.filter(|new| *new != text) else { return false };
+    let Some(new) = new.filter(|new| *new != text) else {
+        return false;
+    };
     choice.set.insert(setting.name, new);
     // A value that the preset has anyway is no change.
     let mut without = choice.clone();
@@ -97,7 +175,12 @@ fn show_setting(ui: &mut Ui, choice: &mut Choice, setting: &'static Setting, hel
     let same = without
         .entry
         .settings(without.preset, &without.pairs())
-        .is_ok_and(|without| choice.entry.settings(choice.preset, &choice.pairs()).is_ok_and(|with| with == without));
+        .is_ok_and(|without| {
+            choice
+                .entry
+                .settings(choice.preset, &choice.pairs())
+                .is_ok_and(|with| with == without)
+        });
     if same {
         choice.set.remove(setting.name);
     }
@@ -116,19 +199,34 @@ fn widget(ui: &mut Ui, setting: &Setting, text: &str, held: &mut bool) -> Option
         Domain::Count { min, max } => {
             let mut value: u32 = text.parse().unwrap_or(min);
             let wide = max / min.max(1) > 64;
-            slider(ui, Slider::new(&mut value, min..=max).logarithmic(wide)).then(|| value.to_string())
+            slider(ui, Slider::new(&mut value, min..=max).logarithmic(wide))
+                .then(|| value.to_string())
         }
         Domain::Number { min, max } => {
             let mut value: f32 = text.parse().unwrap_or(min);
             let wide = min > 0.0 && max / min > 64.0;
-            slider(ui, Slider::new(&mut value, min..=max).logarithmic(wide).max_decimals(4)).then(|| value.to_string())
+            slider(
+                ui,
+                Slider::new(&mut value, min..=max)
+                    .logarithmic(wide)
+                    .max_decimals(4),
+            )
+            .then(|| value.to_string())
         }
         Domain::OneOf(values) => {
             let all: Vec<String> = values.iter().map(u32::to_string).collect();
-            let chosen = choose(ui, setting.name, text, all.iter().map(|value| (value.as_str(), "")))?;
+            let chosen = choose(
+                ui,
+                setting.name,
+                text,
+                all.iter().map(|value| (value.as_str(), "")),
+            )?;
             all.get(chosen).cloned()
         }
-        Domain::Choice(words) => choose(ui, setting.name, text, words.iter().map(|word| (*word, ""))).map(|chosen| words[chosen].to_owned()),
+        Domain::Choice(words) => {
+            choose(ui, setting.name, text, words.iter().map(|word| (*word, "")))
+                .map(|chosen| words[chosen].to_owned())
+        }
     }
 }
 

@@ -1,4 +1,5 @@
-//! The levels of a clipmap, and which of them a sample reads: equations (4) and (5) of `docs/gi/clipmap.md`.
+//! The levels of a clipmap, and which of them a sample reads: equations (4) and (5) of
+//! `docs/gi/clipmap.md`.
 
 use glam::{DVec3, DVec4};
 
@@ -47,9 +48,12 @@ impl Clipmap {
         ((self.edge() / 2.0 - 3.0 - farthest) * 16.0 / self.edge()).clamp(0.0, 1.0)
     }
 
-    /// The finest level that is shown at a position, and how much of it is. The outermost is shown everywhere.
+    /// The finest level that is shown at a position, and how much of it is. The outermost is shown
+    /// everywhere.
     fn shown(&self, position: DVec3) -> (usize, f64) {
-        let found = (0..self.outermost()).map(|level| (level, self.share(level, position))).find(|(_, share)| *share > 0.0);
+        let found = (0..self.outermost())
+            .map(|level| (level, self.share(level, position)))
+            .find(|(_, share)| *share > 0.0);
         found.unwrap_or((self.outermost(), 1.0))
     }
 
@@ -64,7 +68,8 @@ impl Clipmap {
         self.level_at(position).exp2()
     }
 
-    /// Edge of the texels that cones from here keep off their surface by: those of the next level as soon as a quarter of the border has gone.
+    /// Edge of the texels that cones from here keep off their surface by: those of the next level
+    /// as soon as a quarter of the border has gone.
     pub(super) fn largest_texel(&self, position: DVec3) -> f64 {
         let (level, share) = self.shown(position);
         (level as f64 + (4.0 * (1.0 - share)).min(1.0)).exp2()
@@ -74,17 +79,27 @@ impl Clipmap {
     fn texel(&self, position: DVec3, level: usize, direction: DVec3) -> DVec4 {
         let stored = &self.levels[level.min(self.outermost())];
         let extent = self.edge() * 2f64.powi(level.min(self.outermost()) as i32);
-        let texels = if level > self.outermost() { &self.top[level - self.levels.len()] } else { &stored.texels };
+        let texels = if level > self.outermost() {
+            &self.top[level - self.levels.len()]
+        } else {
+            &stored.texels
+        };
         let uvw = (position - stored.corner) / extent;
-        <&[Volume; 6]>::try_from(texels.as_slice()).map_or_else(|_| texels[0].sample(uvw), |faces| sample_faces(faces, uvw, direction, self.weights))
+        <&[Volume; 6]>::try_from(texels.as_slice()).map_or_else(
+            |_| texels[0].sample(uvw),
+            |faces| sample_faces(faces, uvw, direction, self.weights),
+        )
     }
 
     /// c(p) of equation (5) for a sample whose diameter asks for `level`.
     pub(super) fn sample(&self, position: DVec3, level: f64, direction: DVec3) -> DVec4 {
         let coarsest = self.outermost() + self.top.len();
-        let level = level.clamp(0.0, coarsest as f64).max(self.level_at(position));
+        let level = level
+            .clamp(0.0, coarsest as f64)
+            .max(self.level_at(position));
         let finer = level as usize;
-        let [a, b] = [finer, (finer + 1).min(coarsest)].map(|level| self.texel(position, level, direction));
+        let [a, b] =
+            [finer, (finer + 1).min(coarsest)].map(|level| self.texel(position, level, direction));
         a.lerp(b, level.fract())
     }
 }
@@ -96,8 +111,16 @@ mod tests {
     /// Two levels of 16³ around the point 12, of red 1 and 2, and a mip of 4.
     fn clipmap() -> Clipmap {
         let of = |edge, red| vec![Volume::new(edge, |_| DVec4::new(red, 0.0, 0.0, 1.0))];
-        let level = |corner, red| ClipmapLevel { corner: DVec3::splat(corner), middle: DVec3::splat(12.0), texels: of(16, red) };
-        Clipmap { levels: vec![level(4.0, 1.0), level(0.0, 2.0)], top: vec![of(8, 4.0)], weights: FaceWeights::Extinction }
+        let level = |corner, red| ClipmapLevel {
+            corner: DVec3::splat(corner),
+            middle: DVec3::splat(12.0),
+            texels: of(16, red),
+        };
+        Clipmap {
+            levels: vec![level(4.0, 1.0), level(0.0, 2.0)],
+            top: vec![of(8, 4.0)],
+            weights: FaceWeights::Extinction,
+        }
     }
 
     /// Level 0 is whole up to 8 − 3 − 1 voxels from its middle, and gone one voxel on.
@@ -105,13 +128,24 @@ mod tests {
     fn a_level_fades_into_the_next() {
         let clipmap = clipmap();
         assert_eq!(clipmap.resolution(), 32.0);
-        for (away, share, red, least, largest) in
-            [(0.0, 1.0, 1.0, 0.0, 0.0), (4.0, 1.0, 1.0, 0.0, 0.0), (4.25, 0.75, 1.0, 0.0, 1.0), (4.625, 0.375, 1.5, 0.5, 1.0), (5.0, 0.0, 2.0, 1.0, 1.0)]
-        {
+        for (away, share, red, least, largest) in [
+            (0.0, 1.0, 1.0, 0.0, 0.0),
+            (4.0, 1.0, 1.0, 0.0, 0.0),
+            (4.25, 0.75, 1.0, 0.0, 1.0),
+            (4.625, 0.375, 1.5, 0.5, 1.0),
+            (5.0, 0.0, 2.0, 1.0, 1.0),
+        ] {
             let at = DVec3::new(12.0, 12.0 - away, 12.0 + 0.5 * away);
             assert_eq!(clipmap.share(0, at), share, "{away}");
-            assert!((clipmap.sample(at, 0.0, DVec3::X).x - red).abs() < 1e-12, "{away}");
-            assert!((clipmap.least_diameter(at).log2() - least).abs() < 1e-12 && (clipmap.largest_texel(at).log2() - largest).abs() < 1e-12, "{away}");
+            assert!(
+                (clipmap.sample(at, 0.0, DVec3::X).x - red).abs() < 1e-12,
+                "{away}"
+            );
+            assert!(
+                (clipmap.least_diameter(at).log2() - least).abs() < 1e-12
+                    && (clipmap.largest_texel(at).log2() - largest).abs() < 1e-12,
+                "{away}"
+            );
         }
     }
 
@@ -120,20 +154,44 @@ mod tests {
     fn wide_samples_read_coarser_levels() {
         let clipmap = clipmap();
         for (level, red) in [(0.5, 1.5), (1.0, 2.0), (1.5, 3.0), (2.0, 4.0), (7.0, 4.0)] {
-            assert!((clipmap.sample(DVec3::splat(12.0), level, DVec3::X).x - red).abs() < 1e-12, "level {level}");
+            assert!(
+                (clipmap.sample(DVec3::splat(12.0), level, DVec3::X).x - red).abs() < 1e-12,
+                "level {level}"
+            );
         }
-        assert!((clipmap.sample(DVec3::splat(30.0), 0.0, DVec3::X).x - 2.0).abs() < 1e-12, "the outermost level is shown to its end");
+        assert!(
+            (clipmap.sample(DVec3::splat(30.0), 0.0, DVec3::X).x - 2.0).abs() < 1e-12,
+            "the outermost level is shown to its end"
+        );
     }
 
     /// Texels lie where the level does: the texel of a voxel is in its middle.
     #[test]
     fn texels_lie_in_their_level() {
-        let place = |corner: f64, size: f64| Volume::new(16, |at| DVec3::from(at.map(|at| corner + size * (f64::from(at) + 0.5))).extend(1.0));
-        let level = |corner, size| ClipmapLevel { corner: DVec3::splat(corner), middle: DVec3::splat(12.0), texels: vec![place(corner, size)] };
-        let clipmap = Clipmap { levels: vec![level(4.0, 1.0), level(0.0, 2.0)], top: Vec::new(), weights: FaceWeights::Extinction };
+        let place = |corner: f64, size: f64| {
+            Volume::new(16, |at| {
+                DVec3::from(at.map(|at| corner + size * (f64::from(at) + 0.5))).extend(1.0)
+            })
+        };
+        let level = |corner, size| ClipmapLevel {
+            corner: DVec3::splat(corner),
+            middle: DVec3::splat(12.0),
+            texels: vec![place(corner, size)],
+        };
+        let clipmap = Clipmap {
+            levels: vec![level(4.0, 1.0), level(0.0, 2.0)],
+            top: Vec::new(),
+            weights: FaceWeights::Extinction,
+        };
         for level in [0.0, 0.5, 1.0] {
             let at = DVec3::new(10.25, 12.0, 14.75);
-            assert!((clipmap.sample(at, level, DVec3::X).truncate() - at).abs().max_element() < 1e-12, "level {level}");
+            assert!(
+                (clipmap.sample(at, level, DVec3::X).truncate() - at)
+                    .abs()
+                    .max_element()
+                    < 1e-12,
+                "level {level}"
+            );
         }
     }
 }

@@ -1,5 +1,7 @@
-//! CPU twins of the octree's passes: `reduce_points`, `flag_nodes`, `scan_nodes`, `allocate_tiles`, `link_leaves` and `link_neighbours` in [`octree`];
-//! `write_leaves`, `write_normals`, `transfer_borders` and `filter` in `texels`. Sets and maps from the definitions, in f64; nothing knows how the device goes about it.
+//! CPU twins of the octree's passes: `reduce_points`, `flag_nodes`, `scan_nodes`, `allocate_tiles`,
+//! `link_leaves` and `link_neighbours` in [`octree`]; `write_leaves`, `write_normals`,
+//! `transfer_borders` and `filter` in `texels`. Sets and maps from the definitions, in f64; nothing
+//! knows how the device goes about it.
 
 mod octree;
 mod texels;
@@ -12,9 +14,11 @@ use crate::gi::voxel::oracle::VoxelIndex;
 /// Where the texels of a level are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Lattice {
-    /// Texel q of level l is at 2^l (q + ½) voxels, and made of the texels 2q and 2q + 1 of the level below; those of level 0 are the voxels.
+    /// Texel q of level l is at 2^l (q + ½) voxels, and made of the texels 2q and 2q + 1 of the
+    /// level below; those of level 0 are the voxels.
     Centres,
-    /// Texel q of level l is at 2^l q voxels, and made of the texels 2q − 1, 2q and 2q + 1; a voxel spreads to its eight corners at level 0.
+    /// Texel q of level l is at 2^l q voxels, and made of the texels 2q − 1, 2q and 2q + 1; a voxel
+    /// spreads to its eight corners at level 0.
     Corners,
 }
 
@@ -35,7 +39,10 @@ impl Lattice {
             // An odd texel lies between two.
             Lattice::Corners => {
                 let odd = texel.map(|at| at % 2);
-                cube().filter(|offset| (0..3).all(|axis| offset[axis] <= odd[axis])).map(|offset| add(low, offset)).collect()
+                cube()
+                    .filter(|offset| (0..3).all(|axis| offset[axis] <= odd[axis]))
+                    .map(|offset| add(low, offset))
+                    .collect()
             }
         }
     }
@@ -59,7 +66,10 @@ mod tests {
         assert_eq!(Lattice::Centres.reached([3, 4, 5]), [[3, 4, 5]]);
         assert_eq!(Lattice::Corners.reached([3, 4, 5]).len(), 8);
         assert_eq!(Lattice::Centres.parents([3, 4, 5]), [[1, 2, 2]]);
-        assert_eq!(Lattice::Corners.parents([3, 4, 5]), [[1, 2, 2], [2, 2, 2], [1, 2, 3], [2, 2, 3]]);
+        assert_eq!(
+            Lattice::Corners.parents([3, 4, 5]),
+            [[1, 2, 2], [2, 2, 2], [1, 2, 3], [2, 2, 3]]
+        );
         assert_eq!(Lattice::Corners.parents([0, 4, 2]), [[0, 2, 1]]);
     }
 }

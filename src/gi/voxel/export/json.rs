@@ -34,14 +34,29 @@ struct VoxelJson {
 fn one_by_one<S: Serializer>(voxels: &[OccupiedVoxel], serializer: S) -> Result<S::Ok, S::Error> {
     let mut list = serializer.serialize_seq(Some(voxels.len()))?;
     for voxel in voxels {
-        let OccupiedVoxel { index, albedo, normal, opacity } = *voxel;
-        list.serialize_element(&VoxelJson { index, albedo: albedo.to_array(), normal: normal.to_array(), opacity })?;
+        let OccupiedVoxel {
+            index,
+            albedo,
+            normal,
+            opacity,
+        } = *voxel;
+        list.serialize_element(&VoxelJson {
+            index,
+            albedo: albedo.to_array(),
+            normal: normal.to_array(),
+            opacity,
+        })?;
     }
     list.end()
 }
 
 /// Writes them.
-pub(super) fn write(list: &VoxelList, scene: &str, technique: &str, file: &mut impl Write) -> io::Result<()> {
+pub(super) fn write(
+    list: &VoxelList,
+    scene: &str,
+    technique: &str,
+    file: &mut impl Write,
+) -> io::Result<()> {
     let json = FileJson {
         schema_version: SCHEMA_VERSION,
         version: env!("CARGO_PKG_VERSION"),

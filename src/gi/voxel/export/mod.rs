@@ -2,8 +2,8 @@
 //!
 //! | extension | holds |
 //! | --- | --- |
-//! | `.vox` | MagicaVoxel models of up to 256³ voxels, placed side by side; 255 colours; z up, as MagicaVoxel has it |
-//! | `.ply` | a point at each voxel's centre (m): mean normal, sRGB colour, opacity; binary, little endian |
+//! | `.vox` | MagicaVoxel models of up to 256³ voxels, side by side; 255 colours; z up |
+//! | `.ply` | a point at each voxel's centre (m): mean normal, sRGB colour, opacity; binary |
 //! | `.json` | the grid (m), and each voxel's coordinates, linear albedo, mean normal and opacity |
 
 mod json;
@@ -37,13 +37,20 @@ pub enum ExportError {
         path: PathBuf,
     },
     /// There is nothing to write.
-    #[error("{}: no voxel is occupied; check that the scene's masks leave something", path.display())]
+    #[error(
+        "{}: no voxel is occupied; check that the scene's masks leave something",
+        path.display()
+    )]
     Empty {
         /// The file.
         path: PathBuf,
     },
     /// The format has no room for them.
-    #[error("{}: {count} voxels are more than the {limit} that fit into a .vox file; lower --resolution, or write .ply", path.display())]
+    #[error(
+        "{}: {count} voxels are more than the {limit} that fit into a .vox file; lower \
+         --resolution, or write .ply",
+        path.display()
+    )]
     TooMany {
         /// The file.
         path: PathBuf,
@@ -53,7 +60,11 @@ pub enum ExportError {
         limit: usize,
     },
     /// The file cannot be written.
-    #[error("cannot write the voxels to {}: {source}; check that the folder exists, is writable and has space", path.display())]
+    #[error(
+        "cannot write the voxels to {}: {source}; check that the folder exists, is writable and \
+         has space",
+        path.display()
+    )]
     Write {
         /// The file.
         path: PathBuf,
@@ -65,24 +76,38 @@ pub enum ExportError {
 impl ExportFormat {
     /// The format of a file, by its extension.
     pub fn of(path: &Path) -> Result<Self, ExportError> {
-        match path.extension().and_then(|extension| extension.to_str()).map(str::to_ascii_lowercase).as_deref() {
+        match path
+            .extension()
+            .and_then(|extension| extension.to_str())
+            .map(str::to_ascii_lowercase)
+            .as_deref()
+        {
             Some("vox") => Ok(ExportFormat::Vox),
             Some("ply") => Ok(ExportFormat::Ply),
             Some("json") => Ok(ExportFormat::Json),
-            _ => Err(ExportError::Extension { path: path.to_owned() }),
+            _ => Err(ExportError::Extension {
+                path: path.to_owned(),
+            }),
         }
     }
 }
 
 impl VoxelList {
-    /// Writes the voxels in the format of the file's extension; `scene` and `technique` say where they are from, in formats that have room for it.
+    /// Writes the voxels in the format of the file's extension; `scene` and `technique` say where
+    /// they are from, in formats that have room for it.
     pub fn write(&self, path: &Path, scene: &str, technique: &str) -> Result<(), ExportError> {
         let format = ExportFormat::of(path)?;
         if self.voxels.is_empty() {
-            return Err(ExportError::Empty { path: path.to_owned() });
+            return Err(ExportError::Empty {
+                path: path.to_owned(),
+            });
         }
         if format == ExportFormat::Vox && self.voxels.len() > vox::COUNT_MAX {
-            return Err(ExportError::TooMany { path: path.to_owned(), count: self.voxels.len(), limit: vox::COUNT_MAX });
+            return Err(ExportError::TooMany {
+                path: path.to_owned(),
+                count: self.voxels.len(),
+                limit: vox::COUNT_MAX,
+            });
         }
         let write = || {
             let mut file = BufWriter::new(File::create(path)?);
@@ -93,6 +118,9 @@ impl VoxelList {
             }
             file.flush()
         };
-        write().map_err(|source| ExportError::Write { path: path.to_owned(), source })
+        write().map_err(|source| ExportError::Write {
+            path: path.to_owned(),
+            source,
+        })
     }
 }

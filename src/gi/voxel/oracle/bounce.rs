@@ -5,31 +5,63 @@ use std::f64::consts::PI;
 use glam::{DVec2, DVec3};
 
 use super::rays::sees_back;
-use super::{Receiver, TraceEnd, TraceGrid, TraceSettings, TraceVoxel, VoxelIndex, corner_of, hemisphere_direction, trace};
+use super::{
+    Receiver, TraceEnd, TraceGrid, TraceSettings, TraceVoxel, VoxelIndex, corner_of,
+    hemisphere_direction, trace,
+};
 
-/// From where a voxel looks, as direction number `direction` of it: a side of its own, or where `side` is `None` of the one radiance that it has for all
-/// directions, its front, opposed surfaces in turn.
-pub fn bounce_receiver(voxel: VoxelIndex, surface: &TraceVoxel, side: Option<usize>, direction: u32) -> Receiver {
-    let front = surface.opposed_axis.map_or(surface.mean_normal.normalize(), |axis| DVec3::AXES[axis]);
-    let is_back = side.map_or(surface.opposed_axis.is_some() && direction % 2 == 1, |side| side == 1);
+/// From where a voxel looks, as direction number `direction` of it: a side of its own, or where
+/// `side` is `None` of the one radiance that it has for all directions, its front, opposed surfaces
+/// in turn.
+pub fn bounce_receiver(
+    voxel: VoxelIndex,
+    surface: &TraceVoxel,
+    side: Option<usize>,
+    direction: u32,
+) -> Receiver {
+    let front = surface
+        .opposed_axis
+        .map_or(surface.mean_normal.normalize(), |axis| DVec3::AXES[axis]);
+    let is_back = side.map_or(
+        surface.opposed_axis.is_some() && direction % 2 == 1,
+        |side| side == 1,
+    );
     let normal = if is_back { -front } else { front };
-    Receiver { position: corner_of(voxel) + surface.mean_position, geometric_normal: normal, shading_normal: normal }
+    Receiver {
+        position: corner_of(voxel) + surface.mean_position,
+        geometric_normal: normal,
+        shading_normal: normal,
+    }
 }
 
-/// The pattern of a voxel: points of a 64-point Hammersley set, repeated every 4×4×4 voxels, neighbours 19/64 apart along x; the azimuths of each block are
-/// turned by a number of its own (a hash of 24 bits).
+/// The pattern of a voxel: points of a 64-point Hammersley set, repeated every 4×4×4 voxels,
+/// neighbours 19/64 apart along x; the azimuths of each block are turned by a number of its own (a
+/// hash of 24 bits).
 pub fn voxel_pattern(voxel: VoxelIndex) -> DVec2 {
-    let index = voxel.iter().enumerate().map(|(axis, at)| (at % 4) << (2 * axis)).sum::<u32>() * 19 % 64;
-    let radical_inverse: f64 = (0..6).filter(|bit| index >> bit & 1 == 1).map(|bit| 0.5f64.powi(bit + 1)).sum();
+    let index = voxel
+        .iter()
+        .enumerate()
+        .map(|(axis, at)| (at % 4) << (2 * axis))
+        .sum::<u32>()
+        * 19
+        % 64;
+    let radical_inverse: f64 = (0..6)
+        .filter(|bit| index >> bit & 1 == 1)
+        .map(|bit| 0.5f64.powi(bit + 1))
+        .sum();
     let [x, y, z] = voxel.map(|at| at / 4);
-    let mixed = x.wrapping_mul(0x9e37_79b1) ^ y.wrapping_mul(0x85eb_ca77) ^ z.wrapping_mul(0xc2b2_ae3d);
+    let mixed =
+        x.wrapping_mul(0x9e37_79b1) ^ y.wrapping_mul(0x85eb_ca77) ^ z.wrapping_mul(0xc2b2_ae3d);
     let hash = (mixed ^ (mixed >> 15)).wrapping_mul(0x2c1b_3c6d);
     let turn = f64::from(hash >> 8) / f64::from(1 << 24);
-    DVec2::new((f64::from(index) + 0.5) / 64.0, (radical_inverse + turn).fract())
+    DVec2::new(
+        (f64::from(index) + 0.5) / 64.0,
+        (radical_inverse + turn).fract(),
+    )
 }
 
-/// E/π \[W/(m² sr)\] at a voxel, or one side of it, by `ray_count` rays through the others; `start_offset` is that of the rays' origin along the normal
-/// \[voxels\].
+/// E/π \[W/(m² sr)\] at a voxel, or one side of it, by `ray_count` rays through the others;
+/// `start_offset` is that of the rays' origin along the normal \[voxels\].
 pub fn bounce_rays(
     grid: &TraceGrid,
     voxel: VoxelIndex,
@@ -44,10 +76,23 @@ pub fn bounce_rays(
     let seen = |ray: u32| {
         let receiver = bounce_receiver(voxel, &grid.voxels[&voxel], side, ray);
         let sin_squared = (f64::from(ray) + pattern.x) / f64::from(ray_count);
-        let direction = hemisphere_direction(receiver.shading_normal, sin_squared, f64::from(ray) * golden_angle + pattern.y * 2.0 * PI);
-        match trace(grid, receiver.position + start_offset * receiver.geometric_normal, direction, &receiver, settings) {
+        let direction = hemisphere_direction(
+            receiver.shading_normal,
+            sin_squared,
+            f64::from(ray) * golden_angle + pattern.y * 2.0 * PI,
+        );
+        match trace(
+            grid,
+            receiver.position + start_offset * receiver.geometric_normal,
+            direction,
+            &receiver,
+            settings,
+        ) {
             TraceEnd::Miss(_) => environment,
-            TraceEnd::Hit(hit) => grid.voxels[&hit.voxel].radiance[usize::from(sees_back(&grid.voxels[&hit.voxel], direction))],
+            TraceEnd::Hit(hit) => {
+                grid.voxels[&hit.voxel].radiance
+                    [usize::from(sees_back(&grid.voxels[&hit.voxel], direction))]
+            }
         }
     };
     (0..ray_count).map(seen).sum::<DVec3>() / f64::from(ray_count)

@@ -1,8 +1,11 @@
-//! CPU twins of the voxel passes: what `voxel.fragments`, `voxel.resolve`, the compact index, `voxel.light`, `voxel.gather_rays` and `voxel.bounce` must give.
+//! CPU twins of the voxel passes: what `voxel.fragments`, `voxel.resolve`, the compact index,
+//! `voxel.light`, `voxel.gather_rays` and `voxel.bounce` must give.
 //!
-//! Everything is naive: every voxel against every triangle, every ray against every voxel, every shadow ray against every triangle, in f64. The one
-//! thing in f32 is the position of a vertex in the grid ([`Grid::position`]), because that rounding *defines* the surface that is voxelized.
-//! Lengths are voxels (grid space) unless a name ends in `_m`; areas are voxel faces, h² each; light is in the units of the radiometric contract.
+//! Everything is naive: every voxel against every triangle, every ray against every voxel, every
+//! shadow ray against every triangle, in f64. The one thing in f32 is the position of a vertex in
+//! the grid ([`Grid::position`]), because that rounding *defines* the surface that is voxelized.
+//! Lengths are voxels (grid space) unless a name ends in `_m`; areas are voxel faces, h² each;
+//! light is in the units of the radiometric contract.
 
 mod bounce;
 mod fragments;
@@ -16,10 +19,12 @@ mod touching;
 pub use bounce::{bounce_rays, bounce_receiver, voxel_pattern};
 pub use fragments::{Fragment, OPPOSED, VoxelSum, fragments, resolve, voxelize};
 pub use index::{block_bases, block_bit, compact_order, occupancy_words};
-pub use light::{inject, inject_sides, lit_area, normal_weighted, reflected_flux, shade_voxel, voxel_flux};
+pub use light::{
+    inject, inject_sides, lit_area, normal_weighted, reflected_flux, shade_voxel, voxel_flux,
+};
 pub use rays::{
-    Crossing, GatherSettings, Gathered, Receiver, TraceEnd, TraceGrid, TraceSettings, TraceVoxel, crossings, gather_rays, hemisphere_direction,
-    interleaved_offset, occlusion, trace,
+    Crossing, GatherSettings, Gathered, Receiver, TraceEnd, TraceGrid, TraceSettings, TraceVoxel,
+    crossings, gather_rays, hemisphere_direction, interleaved_offset, occlusion, trace,
 };
 pub use touching::{Candidate, candidates, is_degenerate, touched_voxels};
 
@@ -33,7 +38,8 @@ pub type GridTriangle = [[f32; 3]; 3];
 /// Coordinates of a voxel, 0 to resolution − 1.
 pub type VoxelIndex = [u32; 3];
 
-/// Smallest weight of a fragment [voxel faces]: a voxel that is touched but holds no area still has a mean.
+/// Smallest weight of a fragment [voxel faces]: a voxel that is touched but holds no area still has
+/// a mean.
 pub const LEAST_WEIGHT: f64 = 1.0 / 16384.0;
 
 /// Smallest coverage of an occupied voxel.
@@ -51,7 +57,8 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// Grid position of a vertex \[voxels\]: `(p − origin) · (1 / h)` in f32, each operation rounded (IEEE 754, not contracted).
+    /// Grid position of a vertex \[voxels\]: `(p − origin) · (1 / h)` in f32, each operation
+    /// rounded (IEEE 754, not contracted).
     pub fn position(&self, position_ws: [f32; 3]) -> [f32; 3] {
         let inverse_size = 1.0 / self.voxel_size;
         let origin = self.origin.to_array();
@@ -64,7 +71,9 @@ impl Grid {
 }
 
 fn corners(scene: &Scene, index: usize) -> [Vertex; 3] {
-    scene.triangles[index].vertices.map(|vertex| scene.vertices[vertex as usize])
+    scene.triangles[index]
+        .vertices
+        .map(|vertex| scene.vertices[vertex as usize])
 }
 
 fn world_triangle(scene: &Scene, index: usize) -> [DVec3; 3] {

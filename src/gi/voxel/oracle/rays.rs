@@ -43,9 +43,11 @@ pub struct Receiver {
 /// What counts as a hit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TraceSettings {
-    /// A voxel whose mean position lies lower than this over the receiver's tangent plane is the receiver itself \[voxels\].
+    /// A voxel whose mean position lies lower than this over the receiver's tangent plane is the
+    /// receiver itself \[voxels\].
     pub self_height: f64,
-    /// A ray must meet the voxel's own plane ahead, within the voxel enlarged by this \[voxels\]; negative: every voxel that it passes through is hit.
+    /// A ray must meet the voxel's own plane ahead, within the voxel enlarged by this \[voxels\];
+    /// negative: every voxel that it passes through is hit.
     pub contour_slack: f64,
 }
 
@@ -56,9 +58,11 @@ pub struct Crossing {
     pub voxel: VoxelIndex,
     /// Distance at which the ray enters it, 0 where it starts inside \[voxels\].
     pub entry: f64,
-    /// Distance at which the ray leaves it \[voxels\]: where exit − entry is within rounding, the ray only grazes the voxel.
+    /// Distance at which the ray leaves it \[voxels\]: where exit − entry is within rounding, the
+    /// ray only grazes the voxel.
     pub exit: f64,
-    /// How far the ray is from the other decision \[voxels\]: not negative is a hit, negative a miss.
+    /// How far the ray is from the other decision \[voxels\]: not negative is a hit, negative a
+    /// miss.
     pub margin: f64,
 }
 
@@ -71,40 +75,87 @@ pub enum TraceEnd {
     Miss(f64),
 }
 
-/// Every occupied voxel whose inside a ray from inside the grid passes through, by distance of entry.
-pub fn crossings(grid: &TraceGrid, origin: DVec3, direction: DVec3, receiver: &Receiver, settings: &TraceSettings) -> Vec<Crossing> {
+/// Every occupied voxel whose inside a ray from inside the grid passes through, by distance of
+/// entry.
+pub fn crossings(
+    grid: &TraceGrid,
+    origin: DVec3,
+    direction: DVec3,
+    receiver: &Receiver,
+    settings: &TraceSettings,
+) -> Vec<Crossing> {
     let crossing = |(&voxel, surface): (&VoxelIndex, &TraceVoxel)| {
         let (entry, exit) = box_interval(origin, direction, corner_of(voxel), 1.0)?;
-        (exit > entry).then(|| Crossing { voxel, entry, exit, margin: hit_margin(voxel, surface, origin, direction, receiver, settings) })
+        (exit > entry).then(|| Crossing {
+            voxel,
+            entry,
+            exit,
+            margin: hit_margin(voxel, surface, origin, direction, receiver, settings),
+        })
     };
-    let starts_inside = origin.cmpge(DVec3::ZERO).all() && origin.cmplt(DVec3::splat(f64::from(grid.resolution))).all();
-    let mut found: Vec<Crossing> = grid.voxels.iter().filter(|_| starts_inside).filter_map(crossing).collect();
+    let starts_inside = origin.cmpge(DVec3::ZERO).all()
+        && origin.cmplt(DVec3::splat(f64::from(grid.resolution))).all();
+    let mut found: Vec<Crossing> = grid
+        .voxels
+        .iter()
+        .filter(|_| starts_inside)
+        .filter_map(crossing)
+        .collect();
     found.sort_by(|a, b| a.entry.total_cmp(&b.entry));
     found
 }
 
 /// The first hit of a ray.
-pub fn trace(grid: &TraceGrid, origin: DVec3, direction: DVec3, receiver: &Receiver, settings: &TraceSettings) -> TraceEnd {
-    let leaves = || box_interval(origin, direction, DVec3::ZERO, f64::from(grid.resolution)).map_or(0.0, |(entry, exit)| if entry > 0.0 { 0.0 } else { exit });
-    let first = crossings(grid, origin, direction, receiver, settings).into_iter().find(|crossing| crossing.margin >= 0.0);
+pub fn trace(
+    grid: &TraceGrid,
+    origin: DVec3,
+    direction: DVec3,
+    receiver: &Receiver,
+    settings: &TraceSettings,
+) -> TraceEnd {
+    let leaves = || {
+        box_interval(origin, direction, DVec3::ZERO, f64::from(grid.resolution))
+            .map_or(0.0, |(entry, exit)| if entry > 0.0 { 0.0 } else { exit })
+    };
+    let first = crossings(grid, origin, direction, receiver, settings)
+        .into_iter()
+        .find(|crossing| crossing.margin >= 0.0);
     first.map_or_else(|| TraceEnd::Miss(leaves()), TraceEnd::Hit)
 }
 
-/// Share of a light at a distance `reach` \[voxels\] in the given direction that voxels hide: all of it where any is hit, or with κ = `kappa` \[voxels\]
-/// ν ← ν + (1 − ν) κ/t at each that is hit at a distance t (Villegas & Ramírez, section VI-C).
-pub fn occlusion(grid: &TraceGrid, receiver: &Receiver, start_offset: f64, direction: DVec3, reach: f64, settings: &TraceSettings, kappa: Option<f64>) -> f64 {
+/// Share of a light at a distance `reach` \[voxels\] in the given direction that voxels hide: all
+/// of it where any is hit, or with κ = `kappa` \[voxels\] ν ← ν + (1 − ν) κ/t at each that is hit
+/// at a distance t (Villegas & Ramírez, section VI-C).
+pub fn occlusion(
+    grid: &TraceGrid,
+    receiver: &Receiver,
+    start_offset: f64,
+    direction: DVec3,
+    reach: f64,
+    settings: &TraceSettings,
+    kappa: Option<f64>,
+) -> f64 {
     let origin = receiver.position + start_offset * receiver.geometric_normal;
     let all = crossings(grid, origin, direction, receiver, settings);
-    let hits = all.iter().filter(|crossing| crossing.margin >= 0.0 && crossing.entry < reach);
-    let hides = |crossing: &Crossing| kappa.map_or(1.0, |kappa| (kappa / crossing.entry.max(1e-6)).min(1.0));
-    hits.fold(0.0, |hidden, crossing| hidden + (1.0 - hidden) * hides(crossing))
+    let hits = all
+        .iter()
+        .filter(|crossing| crossing.margin >= 0.0 && crossing.entry < reach);
+    let hides = |crossing: &Crossing| {
+        kappa.map_or(1.0, |kappa| (kappa / crossing.entry.max(1e-6)).min(1.0))
+    };
+    hits.fold(0.0, |hidden, crossing| {
+        hidden + (1.0 - hidden) * hides(crossing)
+    })
 }
 
 /// Distances, not negative, between which a ray is inside a closed cube.
 fn box_interval(origin: DVec3, direction: DVec3, corner: DVec3, edge: f64) -> Option<(f64, f64)> {
     let (mut entry, mut exit) = (0.0f64, f64::INFINITY);
     for axis in 0..3 {
-        let (low, high) = (corner[axis] - origin[axis], corner[axis] + edge - origin[axis]);
+        let (low, high) = (
+            corner[axis] - origin[axis],
+            corner[axis] + edge - origin[axis],
+        );
         if direction[axis] == 0.0 {
             if low > 0.0 || high < 0.0 {
                 return None;
@@ -118,25 +169,44 @@ fn box_interval(origin: DVec3, direction: DVec3, corner: DVec3, edge: f64) -> Op
     (entry <= exit).then_some((entry, exit))
 }
 
-/// Below this squared length of the mean normal a voxel holds several planes, and the whole of it is hit.
+/// Below this squared length of the mean normal a voxel holds several planes, and the whole of it
+/// is hit.
 const ONE_PLANE: f64 = 0.9;
 
 /// Below this cosine a ray runs along the voxel's plane, and the whole voxel is hit.
 const ALONG_PLANE: f64 = 1e-3;
 
-/// Margin of the two rules: the surface is not the receiver itself, and the ray meets the voxel's plane ahead, within the enlarged voxel. A corner is
-/// hit whole, but by a ray that leaves it from within the layers of its planes.
-fn hit_margin(voxel: VoxelIndex, surface: &TraceVoxel, origin: DVec3, direction: DVec3, receiver: &Receiver, settings: &TraceSettings) -> f64 {
+/// Margin of the two rules: the surface is not the receiver itself, and the ray meets the voxel's
+/// plane ahead, within the enlarged voxel. A corner is hit whole, but by a ray that leaves it from
+/// within the layers of its planes.
+fn hit_margin(
+    voxel: VoxelIndex,
+    surface: &TraceVoxel,
+    origin: DVec3,
+    direction: DVec3,
+    receiver: &Receiver,
+    settings: &TraceSettings,
+) -> f64 {
     let position = corner_of(voxel) + surface.mean_position;
-    let height = (position - receiver.position).dot(receiver.geometric_normal) - settings.self_height;
+    let height =
+        (position - receiver.position).dot(receiver.geometric_normal) - settings.self_height;
     let normal = surface.mean_normal;
     let cosine = normal.dot(direction);
-    if settings.contour_slack >= 0.0 && normal.length_squared() < ONE_PLANE && surface.opposed_axis.is_none() && sees_back(surface, direction) {
+    if settings.contour_slack >= 0.0
+        && normal.length_squared() < ONE_PLANE
+        && surface.opposed_axis.is_none()
+        && sees_back(surface, direction)
+    {
         let off = (origin - corner_of(voxel) - 0.5).abs();
-        let outside = DVec3::select(normal.abs().cmpgt(DVec3::splat(0.1)), off, DVec3::ZERO).max_element() - 0.5;
+        let outside = DVec3::select(normal.abs().cmpgt(DVec3::splat(0.1)), off, DVec3::ZERO)
+            .max_element()
+            - 0.5;
         return height.min(outside - settings.contour_slack);
     }
-    if settings.contour_slack < 0.0 || normal.length_squared() < ONE_PLANE || cosine.abs() < ALONG_PLANE {
+    if settings.contour_slack < 0.0
+        || normal.length_squared() < ONE_PLANE
+        || cosine.abs() < ALONG_PLANE
+    {
         return height;
     }
     let along = normal.dot(position - origin) / cosine;
@@ -147,11 +217,14 @@ fn hit_margin(voxel: VoxelIndex, surface: &TraceVoxel, origin: DVec3, direction:
     height.min(inside).min(ahead)
 }
 
-/// Whether a ray sees the back of a voxel that it hits. Of several planes that are not opposed, a corner's, it sees the front if it meets that of any.
+/// Whether a ray sees the back of a voxel that it hits. Of several planes that are not opposed, a
+/// corner's, it sees the front if it meets that of any.
 pub(super) fn sees_back(voxel: &TraceVoxel, direction: DVec3) -> bool {
     match voxel.opposed_axis {
         Some(axis) => direction[axis] > 0.0,
-        None if voxel.mean_normal.length_squared() >= ONE_PLANE => direction.dot(voxel.mean_normal) > 0.0,
+        None if voxel.mean_normal.length_squared() >= ONE_PLANE => {
+            direction.dot(voxel.mean_normal) > 0.0
+        }
         None => (direction * voxel.mean_normal).min_element() > -0.05,
     }
 }
@@ -167,7 +240,8 @@ pub struct GatherSettings {
     pub trace: TraceSettings,
     /// λ of the ambient visibility's 1 / (1 + λ r), for distances in voxels [1/voxel].
     pub ao_falloff: f64,
-    /// Two numbers of [0, 1) that shift sin²θ by a part of a stratum and the azimuth by a part of a turn ([`interleaved_offset`]).
+    /// Two numbers of [0, 1) that shift sin²θ by a part of a stratum and the azimuth by a part of
+    /// a turn ([`interleaved_offset`]).
     pub pattern: DVec2,
     /// Constant radiance of the environment [W/(m² sr)].
     pub environment: DVec3,
@@ -182,15 +256,19 @@ pub struct Gathered {
     pub visibility: f64,
 }
 
-/// E = π / n Σ L_i over n cosine-distributed directions: sin²θ is stratified and azimuths are golden angles apart (Vogel 1979). A direction below the
-/// geometric surface sees nothing.
+/// E = π / n Σ L_i over n cosine-distributed directions: sin²θ is stratified and azimuths are
+/// golden angles apart (Vogel 1979). A direction below the geometric surface sees nothing.
 pub fn gather_rays(grid: &TraceGrid, receiver: &Receiver, settings: &GatherSettings) -> Gathered {
     let golden_angle = PI * (3.0 - 5f64.sqrt());
     let count = f64::from(settings.ray_count);
     let origin = receiver.position + settings.start_offset * receiver.geometric_normal;
     let (mut radiance, mut occlusion) = (DVec3::ZERO, 0.0);
     for ray in (0..settings.ray_count).map(f64::from) {
-        let direction = hemisphere_direction(receiver.shading_normal, (ray + settings.pattern.x) / count, ray * golden_angle + settings.pattern.y * 2.0 * PI);
+        let direction = hemisphere_direction(
+            receiver.shading_normal,
+            (ray + settings.pattern.x) / count,
+            ray * golden_angle + settings.pattern.y * 2.0 * PI,
+        );
         if direction.dot(receiver.geometric_normal) <= 0.0 {
             continue;
         }
@@ -203,28 +281,45 @@ pub fn gather_rays(grid: &TraceGrid, receiver: &Receiver, settings: &GatherSetti
             }
         }
     }
-    Gathered { irradiance: PI / count * radiance, visibility: 1.0 - occlusion / count }
+    Gathered {
+        irradiance: PI / count * radiance,
+        visibility: 1.0 - occlusion / count,
+    }
 }
 
-/// Direction at sin²θ and azimuth φ \[rad\] about a unit normal, in the tangent frame of Duff et al. 2017 ("Building an orthonormal basis, revisited").
+/// Direction at sin²θ and azimuth φ \[rad\] about a unit normal, in the tangent frame of Duff et
+/// al. 2017 ("Building an orthonormal basis, revisited").
 pub fn hemisphere_direction(normal: DVec3, sin_squared: f64, azimuth_rad: f64) -> DVec3 {
     let sign = if normal.z >= 0.0 { 1.0 } else { -1.0 };
     let a = -1.0 / (sign + normal.z);
     let b = normal.x * normal.y * a;
-    let tangent = DVec3::new(1.0 + sign * normal.x * normal.x * a, sign * b, -sign * normal.x);
+    let tangent = DVec3::new(
+        1.0 + sign * normal.x * normal.x * a,
+        sign * b,
+        -sign * normal.x,
+    );
     let bitangent = DVec3::new(b, sign + normal.y * normal.y * a, -normal.y);
     let sine = sin_squared.clamp(0.0, 1.0).sqrt();
-    sine * azimuth_rad.cos() * tangent + sine * azimuth_rad.sin() * bitangent + (1.0 - sin_squared).max(0.0).sqrt() * normal
+    sine * azimuth_rad.cos() * tangent
+        + sine * azimuth_rad.sin() * bitangent
+        + (1.0 - sin_squared).max(0.0).sqrt() * normal
 }
 
-/// The pattern of a pixel: points of an n²-point Hammersley set, repeated every n×n pixels, consecutive points 1/7 of a turn through the tile apart; the
-/// azimuths of each tile are turned by a number of its own (a hash of 24 bits).
+/// The pattern of a pixel: points of an n²-point Hammersley set, repeated every n×n pixels,
+/// consecutive points 1/7 of a turn through the tile apart; the azimuths of each tile are turned by
+/// a number of its own (a hash of 24 bits).
 pub fn interleaved_offset(pixel: [u32; 2], n: u32) -> DVec2 {
     let count = n * n;
     let index = (pixel[0] % n + n * (pixel[1] % n)) * 7 % count;
-    let radical_inverse: f64 = (0..32).filter(|bit| index >> bit & 1 == 1).map(|bit| 0.5f64.powi(bit + 1)).sum();
+    let radical_inverse: f64 = (0..32)
+        .filter(|bit| index >> bit & 1 == 1)
+        .map(|bit| 0.5f64.powi(bit + 1))
+        .sum();
     let mixed = (pixel[0] / n).wrapping_mul(0x9e37_79b1) ^ (pixel[1] / n).wrapping_mul(0x85eb_ca77);
     let hash = (mixed ^ (mixed >> 15)).wrapping_mul(0x2c1b_3c6d);
     let turn = f64::from(hash >> 8) / f64::from(1 << 24);
-    DVec2::new((f64::from(index) + 0.5) / f64::from(count), (radical_inverse + turn).fract())
+    DVec2::new(
+        (f64::from(index) + 0.5) / f64::from(count),
+        (radical_inverse + turn).fract(),
+    )
 }

@@ -1,4 +1,5 @@
-//! The page: what to take and what will go wrong, then all charts, pictures and numbers, in one HTML file that needs nothing beside it.
+//! The page: what to take and what will go wrong, then all charts, pictures and numbers, in one
+//! HTML file that needs nothing beside it.
 
 mod answers;
 mod table;
@@ -27,10 +28,21 @@ use crate::reference::Bounces;
 const THUMBNAIL_PX: u32 = 160;
 
 /// The page of some sections. Pictures that are not in the folder are left out.
-pub fn page(sections: &[Section], pictures: &PictureFolder, troubles: &Troubles) -> Result<String, ChartError> {
+pub fn page(
+    sections: &[Section],
+    pictures: &PictureFolder,
+    troubles: &Troubles,
+) -> Result<String, ChartError> {
     let title = "Which technique, at which settings?";
-    let sections: Vec<&Section> = sections.iter().filter(|section| !section.points.is_empty()).collect();
-    let parts = sections.iter().enumerate().map(|(index, part)| section(index, part, pictures, troubles)).collect::<Result<Vec<_>, _>>()?;
+    let sections: Vec<&Section> = sections
+        .iter()
+        .filter(|section| !section.points.is_empty())
+        .collect();
+    let parts = sections
+        .iter()
+        .enumerate()
+        .map(|(index, part)| section(index, part, pictures, troubles))
+        .collect::<Result<Vec<_>, _>>()?;
     let page = html! {
         (DOCTYPE)
         html lang="en" {
@@ -44,7 +56,8 @@ pub fn page(sections: &[Section], pictures: &PictureFolder, troubles: &Troubles)
                 h1 { (title) }
                 (words::introduction())
                 nav {
-                    @for (index, section) in sections.iter().enumerate() { a href={ "#scene-" (index) } { (section.points[0].scene) } }
+                    @for (index, section) in sections.iter().enumerate()
+                        { a href={ "#scene-" (index) } { (section.points[0].scene) } }
                     a href="#techniques" { "techniques and presets" }
                     a href="#glossary" { "what the words mean" }
                 }
@@ -58,14 +71,26 @@ pub fn page(sections: &[Section], pictures: &PictureFolder, troubles: &Troubles)
     Ok(page.into_string())
 }
 
-fn section(number: usize, section: &Section, pictures: &PictureFolder, troubles: &Troubles) -> Result<Markup, ChartError> {
-    let Some(first) = section.points.first() else { return Ok(html! {}) };
-    let charts = Cost::ALL.iter().filter_map(|cost| section.chart(*cost)).map(|chart| chart.svg()).collect::<Result<Vec<_>, _>>()?;
+fn section(
+    number: usize,
+    section: &Section,
+    pictures: &PictureFolder,
+    troubles: &Troubles,
+) -> Result<Markup, ChartError> {
+    let Some(first) = section.points.first() else {
+        return Ok(html! {});
+    };
+    let charts = Cost::ALL
+        .iter()
+        .filter_map(|cost| section.chart(*cost))
+        .map(|chart| chart.svg())
+        .collect::<Result<Vec<_>, _>>()?;
     Ok(html! {
         h2 id={ "scene-" (number) } { (first.scene) }
         (references(section, first, pictures))
         p.note {
-            "Pictures show direct light too, by shadow maps of " (first.setup.shadow_resolution) " texels: specks and jagged shadows that all techniques have are theirs. "
+            "Pictures show direct light too, by shadow maps of " (first.setup.shadow_resolution)
+                " texels: specks and jagged shadows that all techniques have are theirs. "
             "Errors are of indirect light alone."
         }
         (answers::answers(number, section, pictures, troubles))
@@ -77,8 +102,10 @@ fn section(number: usize, section: &Section, pictures: &PictureFolder, troubles:
         @for svg in charts { div.chart { (PreEscaped(svg)) } }
         h3 { (first.scene) ": all points" }
         p.note {
-            "Those on a front first, then by error. Press a heading to sort. Tinted rows have a number on a chart; " i { "same" } " is on a front too, but differs "
-            "from a numbered one by less than the noise of the reference or the spread of the times; " i { "near" } " is beaten by less than that spread."
+            "Those on a front first, then by error. Press a heading to sort. Tinted rows have a \
+                number on a chart; " i { "same" } " is on a front too, but differs "
+            "from a numbered one by less than the noise of the reference or the spread of the \
+                times; " i { "near" } " is beaten by less than that spread."
         }
         (table::table(section, pictures))
     })
@@ -86,10 +113,17 @@ fn section(number: usize, section: &Section, pictures: &PictureFolder, troubles:
 
 /// The reference's noise, for each number of bounces.
 fn noises(section: &Section) -> Vec<String> {
-    let mut noises: Vec<(Bounces, f64)> = section.points.iter().filter_map(|point| Some((point.bounces, point.noise?))).collect();
+    let mut noises: Vec<(Bounces, f64)> = section
+        .points
+        .iter()
+        .filter_map(|point| Some((point.bounces, point.noise?)))
+        .collect();
     noises.sort_by_key(|(bounces, _)| *bounces);
     noises.dedup_by_key(|(bounces, _)| *bounces);
-    noises.into_iter().map(|(bounces, noise)| format!("{} ({})", percent(noise), bounces_text(bounces))).collect()
+    noises
+        .into_iter()
+        .map(|(bounces, noise)| format!("{} ({})", percent(noise), bounces_text(bounces)))
+        .collect()
 }
 
 fn setup(section: &Section, first: &Point) -> Markup {
@@ -102,11 +136,17 @@ fn setup(section: &Section, first: &Point) -> Markup {
         dl {
             dt { "device" } dd { (device(first)) ", " (setup.driver) }
             dt { "program" } dd { "lumivox " (setup.version) (commit(&setup.build)) }
-            dt { "picture" } dd { (setup.size[0]) "×" (setup.size[1]) " px, shadow maps " (setup.shadow_resolution) " texels" }
-            dt { "times" } dd { (timing) "; medians of " (setup.frames) " frames and " (setup.rebuilds) " builds"
-                @if setup.frames.min(setup.rebuilds) < 3 { b { ": too few to tell a spread" } ", and what else the machine does shows in them" } }
+            dt { "picture" } dd {
+                (setup.size[0]) "×" (setup.size[1]) " px, shadow maps " (setup.shadow_resolution)
+                " texels" }
+            dt { "times" } dd { (timing) "; medians of " (setup.frames) " frames and "
+                (setup.rebuilds) " builds"
+                @if setup.frames.min(setup.rebuilds) < 3
+                    { b { ": too few to tell a spread" }
+                    ", and what else the machine does shows in them" } }
             dt { "reference" } dd {
-                "standard error of 8×8-pixel means: " (percent(setup.max_error)) " asked for; reached, in the measure of the error: "
+                "standard error of 8×8-pixel means: " (percent(setup.max_error))
+                    " asked for; reached, in the measure of the error: "
                 (noises(section).join(", "))
             }
             dt { "scene content" } dd { (setup.scene_hash) }
@@ -117,20 +157,35 @@ fn setup(section: &Section, first: &Point) -> Markup {
 /// The device, and whether it is none.
 fn device(point: &Point) -> String {
     let name = &point.setup.device;
-    let is_cpu = ["llvmpipe", "lavapipe", "SwiftShader"].iter().any(|cpu| name.contains(cpu));
-    if is_cpu { format!("CPU, {name}") } else { name.clone() }
+    let is_cpu = ["llvmpipe", "lavapipe", "SwiftShader"]
+        .iter()
+        .any(|cpu| name.contains(cpu));
+    if is_cpu {
+        format!("CPU, {name}")
+    } else {
+        name.clone()
+    }
 }
 
 fn references(section: &Section, first: &Point, pictures: &PictureFolder) -> Markup {
     let mut bounces: Vec<Bounces> = section.points.iter().map(|point| point.bounces).collect();
     bounces.sort();
     bounces.dedup();
-    let shown: Vec<_> = bounces.into_iter().filter_map(|bounces| Some((bounces, data_uri(&pictures.picture(&first.setup.reference_key(bounces)))?))).collect();
+    let shown: Vec<_> = bounces
+        .into_iter()
+        .filter_map(|bounces| {
+            Some((
+                bounces,
+                data_uri(&pictures.picture(&first.setup.reference_key(bounces)))?,
+            ))
+        })
+        .collect();
     html! {
         @if !shown.is_empty() {
             div.references {
                 @for (bounces, uri) in shown {
-                    figure { img src=(uri) alt={ "reference, " (bounces_text(bounces)) }; figcaption { "reference, " (bounces_text(bounces)) } }
+                    figure { img src=(uri) alt={ "reference, " (bounces_text(bounces)) };
+                        figcaption { "reference, " (bounces_text(bounces)) } }
                 }
                 (heat_bar())
             }
@@ -146,7 +201,8 @@ fn heat_bar() -> Markup {
     let _ = bar.write_to(&mut bytes, ImageFormat::Png);
     html! {
         figure.heat {
-            img src={ "data:image/png;base64," (STANDARD.encode(bytes.into_inner())) } alt="colours of heat maps";
+            img src={ "data:image/png;base64," (STANDARD.encode(bytes.into_inner())) }
+                alt="colours of heat maps";
             div { @for label in ["0", "25%", "50%", "75%", "100% or more"] { span { (label) } } }
             figcaption { "heat maps: |T − R| of the indirect light at a pixel, over the mean of R" }
         }
@@ -156,15 +212,26 @@ fn heat_bar() -> Markup {
 /// Picture and heat map of a point, as far as there are any.
 fn thumbnails(point: &Point, pictures: &PictureFolder) -> [Option<Markup>; 2] {
     let name = format!("{} {}", point.name(), point.changes_text());
-    [("picture", pictures.picture(&point.key)), ("error", pictures.error(&point.key))]
-        .map(|(what, path)| data_uri(&path).map(|uri| html! { img src=(uri) alt={ (what) ", " (name) }; }))
+    [
+        ("picture", pictures.picture(&point.key)),
+        ("error", pictures.error(&point.key)),
+    ]
+    .map(|(what, path)| {
+        data_uri(&path).map(|uri| html! { img src=(uri) alt={ (what) ", " (name) }; })
+    })
 }
 
 /// A picture as a small PNG inside an address; `None` where it cannot be read.
 fn data_uri(path: &Path) -> Option<String> {
     let picture = image::open(path).ok()?;
-    let small = if picture.width() > THUMBNAIL_PX { picture.thumbnail(THUMBNAIL_PX, u32::MAX) } else { picture };
+    let small = if picture.width() > THUMBNAIL_PX {
+        picture.thumbnail(THUMBNAIL_PX, u32::MAX)
+    } else {
+        picture
+    };
     let mut bytes = Vec::new();
-    small.write_to(&mut Cursor::new(&mut bytes), ImageFormat::Png).ok()?;
+    small
+        .write_to(&mut Cursor::new(&mut bytes), ImageFormat::Png)
+        .ok()?;
     Some(format!("data:image/png;base64,{}", STANDARD.encode(bytes)))
 }

@@ -20,17 +20,34 @@ struct Cell {
 
 impl Cell {
     fn word(text: &str) -> Self {
-        Cell { value: text.to_owned(), shown: html! { (text) }, is_word: true }
+        Cell {
+            value: text.to_owned(),
+            shown: html! { (text) },
+            is_word: true,
+        }
     }
 
     fn number(value: Option<f64>, show: impl Fn(f64) -> String) -> Self {
         let shown = value.map_or_else(|| "–".to_owned(), show);
-        Cell { value: value.map(|value| value.to_string()).unwrap_or_default(), shown: html! { (shown) }, is_word: false }
+        Cell {
+            value: value.map(|value| value.to_string()).unwrap_or_default(),
+            shown: html! { (shown) },
+            is_word: false,
+        }
     }
 
     fn time(spread: Option<Spread>) -> Self {
-        let Some(Spread { median, min, max, .. }) = spread else { return Cell::number(None, short) };
-        Cell { value: median.to_string(), shown: html! { (short(median)) br; small { (short(min)) "–" (short(max)) } }, is_word: false }
+        let Some(Spread {
+            median, min, max, ..
+        }) = spread
+        else {
+            return Cell::number(None, short);
+        };
+        Cell {
+            value: median.to_string(),
+            shown: html! { (short(median)) br; small { (short(min)) "–" (short(max)) } },
+            is_word: false,
+        }
     }
 
     fn standing(cost: Cost, standing: Option<Standing>) -> Self {
@@ -41,7 +58,11 @@ impl Cell {
             Some(Standing::Near) => 1e7.to_string(),
             Some(Standing::Beaten) | None => String::new(),
         };
-        Cell { value: rank, shown: html! { (standing_text(cost, standing)) }, is_word: false }
+        Cell {
+            value: rank,
+            shown: html! { (standing_text(cost, standing)) },
+            is_word: false,
+        }
     }
 }
 
@@ -82,10 +103,12 @@ pub(super) fn table(section: &Section, pictures: &PictureFolder) -> Markup {
                     tr {
                         th.word { "picture" }
                         th.word { "error" }
-                        @for (name, is_word) in HEADINGS { th.word[is_word] { button type="button" { (name) } } }
+                        @for (name, is_word) in HEADINGS
+                            { th.word[is_word] { button type="button" { (name) } } }
                     }
                 }
-                tbody { @for index in order(section, standings_of) { (row(&section.points[index], standings_of(index), pictures)) } }
+                tbody { @for index in order(section, standings_of)
+                    { (row(&section.points[index], standings_of(index), pictures)) } }
             }
         }
     }
@@ -101,7 +124,11 @@ fn order(section: &Section, standings_of: impl Fn(usize) -> [Option<Standing>; 3
     };
     let key = |index: usize| {
         let point = &section.points[index];
-        (point.bounces, standings_of(index).iter().map(rank).min(), point.error.map_or(f64::INFINITY, |error| error.rel_rmse))
+        (
+            point.bounces,
+            standings_of(index).iter().map(rank).min(),
+            point.error.map_or(f64::INFINITY, |error| error.rel_rmse),
+        )
     };
     let mut order: Vec<usize> = (0..section.points.len()).collect();
     order.sort_by(|&a, &b| {
@@ -112,11 +139,15 @@ fn order(section: &Section, standings_of: impl Fn(usize) -> [Option<Standing>; 3
 }
 
 fn row(point: &Point, standings: [Option<Standing>; 3], pictures: &PictureFolder) -> Markup {
-    let on_front = standings.iter().any(|standing| matches!(standing, Some(Standing::Front(_))));
+    let on_front = standings
+        .iter()
+        .any(|standing| matches!(standing, Some(Standing::Front(_))));
     html! {
         tr id=(point.key) .front[on_front] {
-            @for image in thumbnails(point, pictures) { td.word { @if let Some(image) = image { (image) } } }
-            @for cell in cells(point, standings) { td.word[cell.is_word] data-value=(cell.value) { (cell.shown) } }
+            @for image in thumbnails(point, pictures)
+                { td.word { @if let Some(image) = image { (image) } } }
+            @for cell in cells(point, standings)
+                { td.word[cell.is_word] data-value=(cell.value) { (cell.shown) } }
         }
     }
 }
@@ -128,7 +159,11 @@ fn cells(point: &Point, standings: [Option<Standing>; 3]) -> Vec<Cell> {
         Bounces::Full => f64::INFINITY,
     };
     let differs = match &point.failure {
-        Some(failure) => Cell { value: point.changes_text(), shown: html! { (point.changes_text()) " " b { (failure) } }, is_word: true },
+        Some(failure) => Cell {
+            value: point.changes_text(),
+            shown: html! { (point.changes_text()) " " b { (failure) } },
+            is_word: true,
+        },
         None => Cell::word(&point.changes_text()),
     };
     let by_pixel = Cell::number(point.pixel_error.map(|error| error.rel_rmse), percent);
@@ -137,26 +172,51 @@ fn cells(point: &Point, standings: [Option<Standing>; 3]) -> Vec<Cell> {
     let mut cells = vec![
         Cell::word(&point.technique),
         Cell::word(point.preset.as_deref().unwrap_or("")),
-        Cell::number(point.resolution().and_then(|resolution| resolution.parse().ok()), |resolution| resolution.to_string()),
+        Cell::number(
+            point
+                .resolution()
+                .and_then(|resolution| resolution.parse().ok()),
+            |resolution| resolution.to_string(),
+        ),
         differs,
         Cell {
             value: bounces.to_string().replace("inf", "Infinity"),
-            ..Cell::number(Some(bounces), |count| if count.is_finite() { count.to_string() } else { "all".into() })
+            ..Cell::number(Some(bounces), |count| {
+                if count.is_finite() {
+                    count.to_string()
+                } else {
+                    "all".into()
+                }
+            })
         },
     ];
-    cells.extend(Cost::ALL.into_iter().zip(standings).map(|(cost, standing)| Cell::standing(cost, standing)));
+    cells.extend(
+        Cost::ALL
+            .into_iter()
+            .zip(standings)
+            .map(|(cost, standing)| Cell::standing(cost, standing)),
+    );
     cells.extend([
         Cell::number(point.error.map(|error| error.rel_rmse), percent),
         Cell::number(point.error.map(|error| error.bias), signed_percent),
-        Cell { shown: html! { (by_pixel.shown) (answers::rough(point)) }, ..by_pixel },
+        Cell {
+            shown: html! { (by_pixel.shown) (answers::rough(point)) },
+            ..by_pixel
+        },
         Cell::word(worst.map_or("", |(name, _)| name)),
         Cell::number(worst.map(|(_, error)| error.rel_rmse), percent),
         Cell::number(point.flip, short),
     ]);
-    cells.extend(["indirect", "update", "gather", "build", "frame"].map(|name| Cell::time(point.total(name))));
+    cells.extend(
+        ["indirect", "update", "gather", "build", "frame"]
+            .map(|name| Cell::time(point.total(name))),
+    );
     cells.push(Cell::time(point.moving_ms()));
     cells.push(Cell::number(point.structure_bytes.map(in_mib), short));
-    cells.push(Cell { shown: html! { (all_memory.map_or_else(|| "–".to_owned(), mib)) }, ..Cell::number(all_memory.map(in_mib), short) });
+    cells.push(Cell {
+        shown: html! { (all_memory.map_or_else(|| "–".to_owned(), mib)) },
+        ..Cell::number(all_memory.map(in_mib), short)
+    });
     cells
 }
 
@@ -168,10 +228,16 @@ mod tests {
 
     fn techniques(section: &Section) -> Vec<&str> {
         let standings = Cost::ALL.map(|cost| section.standings(cost));
-        order(section, |index| [0, 1, 2].map(|cost| standings[cost][index])).into_iter().map(|index| section.points[index].technique.as_str()).collect()
+        order(section, |index| {
+            [0, 1, 2].map(|cost| standings[cost][index])
+        })
+        .into_iter()
+        .map(|index| section.points[index].technique.as_str())
+        .collect()
     }
 
-    /// `c` and `a` are on the front, `c` with the lower error; `b` is beaten; `d` is of two bounces. A point without a price is last.
+    /// `c` and `a` are on the front, `c` with the lower error; `b` is beaten; `d` is of two
+    /// bounces. A point without a price is last.
     #[test]
     fn rows_are_ordered_by_front_then_by_error() {
         let mut section = section();
@@ -179,17 +245,30 @@ mod tests {
         let mut failed = point("failed", 1, [1.0, 1.0], 1, 0.1);
         failed.error = None;
         section.points.insert(0, failed);
-        section.points.insert(0, point("worse", 1, [999.0, 1.0], 9 << 20, 0.9));
-        assert_eq!(techniques(&section), ["c", "a", "b", "worse", "failed", "d"]);
+        section
+            .points
+            .insert(0, point("worse", 1, [999.0, 1.0], 9 << 20, 0.9));
+        assert_eq!(
+            techniques(&section),
+            ["c", "a", "b", "worse", "failed", "d"]
+        );
     }
 
     /// The columns are as many as the headings, and what two columns add is under their heading.
     #[test]
     fn each_column_has_its_heading() {
         let point = point("a", 1, [9.0, 3.0], 1 << 20, 0.15);
-        let cells = cells(&point, [Some(Standing::Front(2)), Some(Standing::Same), None]);
+        let cells = cells(
+            &point,
+            [Some(Standing::Front(2)), Some(Standing::Same), None],
+        );
         assert_eq!(cells.len(), HEADINGS.len());
-        let value = |name: &str| HEADINGS.iter().position(|heading| heading.0 == name).map(|index| cells[index].value.clone());
+        let value = |name: &str| {
+            HEADINGS
+                .iter()
+                .position(|heading| heading.0 == name)
+                .map(|index| cells[index].value.clone())
+        };
         let wanted = [
             ("error", "0.15"),
             ("bias", "-0.075"),
@@ -203,9 +282,25 @@ mod tests {
             ("all memory [MiB]", "2"),
             ("front: time", "2"),
         ];
-        wanted.iter().for_each(|(name, wanted)| assert_eq!(value(name).as_deref(), Some(*wanted), "{name}"));
-        assert!(HEADINGS.iter().zip(&cells).all(|(heading, cell)| heading.1 == cell.is_word));
-        let shown: Vec<String> = cells[5..8].iter().map(|cell| cell.shown.clone().into_string()).collect();
-        assert_eq!((HEADINGS[5].0, shown), ("front: time", ["T2", "same", ""].map(str::to_owned).to_vec()));
+        wanted
+            .iter()
+            .for_each(|(name, wanted)| assert_eq!(value(name).as_deref(), Some(*wanted), "{name}"));
+        assert!(
+            HEADINGS
+                .iter()
+                .zip(&cells)
+                .all(|(heading, cell)| heading.1 == cell.is_word)
+        );
+        let shown: Vec<String> = cells[5..8]
+            .iter()
+            .map(|cell| cell.shown.clone().into_string())
+            .collect();
+        assert_eq!(
+            (HEADINGS[5].0, shown),
+            (
+                "front: time",
+                ["T2", "same", ""].map(str::to_owned).to_vec()
+            )
+        );
     }
 }
