@@ -1,22 +1,12 @@
 //! What the fuzz targets share: a folder for the files that they read, and what a scene that loads
 //! has to be like.
 
-use std::path::{Path, PathBuf};
-
-use lumivox::scene::{LoadOptions, Scene};
+use std::path::PathBuf;
 
 #[path = "../../tests/support/loading.rs"]
 mod loading;
 
-pub use loading::write_anew;
-
-/// A model of two materials and two textures, for targets that break something else.
-pub const OBJ: &str =
-    "mtllib scene.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvt 0 0\nvt 1 0\nvt 0 1\nusemtl red\nf \
-    1/1 2/2 3/3\nusemtl blue\nf 1/1 2/2 4/3\n";
-
-/// Its materials.
-pub const MTL: &str = "newmtl red\nKd 1 0 0\nKe 1 2 3\nnewmtl blue\nKs 1 1 1\nPr 0.3\n";
+pub use loading::{MTL, OBJ, check_scene, write_anew};
 
 /// The smallest PNG: one grey pixel.
 const PNG: &[u8] = &[
@@ -32,16 +22,4 @@ pub fn folder() -> PathBuf {
     std::fs::create_dir_all(&folder).unwrap();
     std::fs::write(folder.join("t.png"), PNG).unwrap();
     folder
-}
-
-/// Loads a scene. What loads keeps the invariants and survives writing; what does not is told in
-/// one line.
-pub fn check_scene(path: &Path) {
-    match Scene::load(path, &LoadOptions { allow_missing_textures: true }) {
-        Ok(scene) => {
-            loading::check_invariants(&scene);
-            loading::round_trip(&scene);
-        }
-        Err(error) => assert!(!error.to_string().contains('\n'), "{error}"),
-    }
 }

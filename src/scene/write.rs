@@ -2,8 +2,8 @@
 //!
 //! Numbers are written with the fewest digits that read back to the same 32-bit value. Not kept are
 //! the time (what is loaded is at 0 s), the names of textures (they become PNG files in
-//! `textures/`), characters in model names that are not fit for a file name, and equal names of
-//! models.
+//! `textures/`), model names that are longer than a file's or have characters that are not fit for
+//! one, and equal names of models.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -295,7 +295,10 @@ fn write_png(path: &Path, texture: &Texture) -> Result<(), SceneError> {
     .map_err(|error| SceneError::write(path, error))
 }
 
-/// The name with everything replaced that has a meaning in a path.
+/// Bytes of a name, so that a number and an extension fit into the 255 of a file system.
+const LONGEST_NAME: usize = 240;
+
+/// The name with everything replaced that has a meaning in a path, no longer than a file's may be.
 fn file_name(name: &str) -> String {
     let kept = |c: char| {
         if c.is_alphanumeric() || matches!(c, '-' | '_' | ' ') {
@@ -304,7 +307,9 @@ fn file_name(name: &str) -> String {
             '_'
         }
     };
-    let name: String = name.trim().chars().map(kept).collect();
+    let fits = |(at, c): &(usize, char)| at + c.len_utf8() <= LONGEST_NAME;
+    let fitting = name.trim().char_indices().take_while(fits);
+    let name: String = fitting.map(|(_, c)| kept(c)).collect();
     if name.is_empty() {
         String::from("unnamed")
     } else {

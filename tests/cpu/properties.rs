@@ -14,7 +14,7 @@ use proptest::prelude::*;
 use proptest::sample::select;
 use proptest::test_runner::RngSeed;
 
-use crate::support::loading::{check_invariants, round_trip, write_anew};
+use crate::support::loading::{MTL, OBJ, check_invariants, check_scene, round_trip, write_anew};
 
 fn config(cases: u32) -> ProptestConfig {
     ProptestConfig {
@@ -22,6 +22,26 @@ fn config(cases: u32) -> ProptestConfig {
         failure_persistence: None,
         rng_seed: RngSeed::Fixed(17),
         ..ProptestConfig::default()
+    }
+}
+
+/// What the fuzzers begin with, and what they found something with.
+#[test]
+fn files_of_the_fuzzers_load_or_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |kind: &str| folder.path().join(format!("scene.{kind}"));
+    let fuzz = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz");
+    let files = |parts: [&str; 2]| std::fs::read_dir(fuzz.join(parts[0]).join(parts[1]));
+    for kind in ["obj", "mtl", "toml"] {
+        let found = files(["corpus", kind]).into_iter().flatten();
+        let all: Vec<_> = files(["seeds", kind]).unwrap().chain(found).collect();
+        assert!(!all.is_empty(), "{kind}");
+        for file in all {
+            write_anew(&path("obj"), OBJ);
+            write_anew(&path("mtl"), MTL);
+            write_anew(&path(kind), std::fs::read(file.unwrap().path()).unwrap());
+            check_scene(&path(if kind == "toml" { "toml" } else { "obj" }));
+        }
     }
 }
 

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use glam::Vec3;
-use lumivox::scene::{Light, LoadOptions, Scene, TextureKind, bundled};
+use lumivox::scene::{Light, LoadOptions, Scene, Texture, TextureKind, bundled};
 
 /// The folder of real scenes that are not part of the project: `LUMIVOX_SCENES`, else
 /// `../shared/scenes`; `None`, said on stderr, where it is absent.
@@ -171,6 +171,37 @@ fn folders_and_devices_are_no_files() {
 #[test]
 fn bundled_scenes_survive_writing_and_loading() {
     every_bundled().iter().for_each(round_trip);
+}
+
+/// Names that no file can have: as long as the file system takes, of more than one byte a letter,
+/// and equal where they are cut.
+#[test]
+fn scenes_with_endless_names_survive_writing_and_loading() {
+    let mut scene = Scene::bundled("furnace", &[]).unwrap();
+    scene.name = "s".repeat(300);
+    scene.models[0].name = "m".repeat(240);
+    for letter in ["a", "é", "字"] {
+        for _ in 0..2 {
+            let (name, texels) = (format!("{}.png", letter.repeat(300)), vec![[1, 2, 3, 255]]);
+            let (kind, width, height) = (TextureKind::Color, 1, 1);
+            scene.textures.push(Texture {
+                name,
+                kind,
+                width,
+                height,
+                texels,
+            });
+        }
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = scene.write(folder.path()).unwrap();
+    assert_eq!(path.file_name().unwrap().len(), 245);
+    let textures = std::fs::read_dir(folder.path().join("textures")).unwrap();
+    let mut lengths: Vec<_> = textures
+        .map(|file| file.unwrap().file_name().len())
+        .collect();
+    lengths.sort_unstable();
+    assert_eq!(lengths, [244, 244, 244, 246, 246, 246]);
 }
 
 #[test]

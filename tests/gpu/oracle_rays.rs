@@ -276,6 +276,14 @@ fn gathered_rays_are_the_oracles() {
         Sides::One,
     );
     gathered_rays(&gpu, bundled("two-rooms"), Sides::Two);
+    // Shading normals that lean, so that rays go below the surface.
+    let mut leaning = small_room(Surfaces::Diffuse, vec![small_lights()[0].1]);
+    let mut random = Random::new(5);
+    for vertex in &mut leaning.vertices {
+        let lean = Vec3::from([0; 3].map(|_: u32| 1.4 * (random.unit() - 0.5)));
+        vertex.normal = (Vec3::from(vertex.normal) + lean).normalize().to_array();
+    }
+    gathered_rays(&gpu, leaning, Sides::One);
 }
 
 fn gathered_rays(gpu: &Gpu, scene: Scene, sides: Sides) {
