@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use lumivox::gi::Context;
 use lumivox::gi::registry::TECHNIQUES;
-use lumivox::gi::voxel::export::ExportFormat;
+use lumivox::gi::shared::voxel::export::ExportFormat;
 use lumivox::graph::Gpu;
 use lumivox::render::GpuScene;
 

@@ -5,20 +5,16 @@
 //! ([`IndirectLight`])? It keeps its own world-space store between frames. All techniques are rows
 //! of [`registry::TECHNIQUES`].
 
-pub mod clipmap;
-pub mod cone;
-pub mod interleave;
 pub mod none;
 pub mod registry;
 pub mod settings;
-pub mod svo;
-pub mod voxel;
-pub mod voxel_mips;
+pub mod shared;
+pub mod voxel_cones;
 
 pub use crate::render::IndirectLight;
-pub use cone::{Probe, ProbeAxis, ProbeSurface, VoxelVolume};
 pub use settings::{SettingError, Settings};
-pub use voxel::LitVoxels;
+pub use shared::cone::{Probe, ProbeAxis, ProbeSurface, VoxelVolume};
+pub use shared::voxel::LitVoxels;
 
 use glam::Vec3;
 

@@ -1,8 +1,9 @@
 //! The list of techniques. Everything that enumerates techniques runs over it.
 
 use super::settings::{Preset, Setting, SettingError, Settings};
-use super::voxel::VoxelList;
-use super::{Context, Technique, clipmap, none, svo, voxel_mips};
+use super::shared::voxel::VoxelList;
+use super::voxel_cones::{clipmap, mips, svo};
+use super::{Context, Technique, none};
 use crate::graph::{Error, Pass};
 use crate::shader::Field;
 
@@ -86,12 +87,7 @@ pub type Make = fn(&Context<'_>, &Settings) -> Result<Box<dyn Technique>, Error>
 pub type ListVoxels = fn(&Context<'_>, &Settings) -> Result<VoxelList, Error>;
 
 /// All techniques.
-pub static TECHNIQUES: &[&Entry] = &[
-    &none::ENTRY,
-    &voxel_mips::ENTRY,
-    &svo::ENTRY,
-    &clipmap::ENTRY,
-];
+pub static TECHNIQUES: &[&Entry] = &[&none::ENTRY, &mips::ENTRY, &svo::ENTRY, &clipmap::ENTRY];
 
 /// There is no technique of this name.
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]

@@ -5,7 +5,7 @@ use glam::Vec3;
 use serde::Serialize;
 
 use crate::frame::{FrameSettings, Renderer};
-use crate::gi::voxel::VoxelMap;
+use crate::gi::shared::voxel::VoxelMap;
 use crate::gi::{LitVoxels, SettingError, Settings};
 use crate::graph::{Error, Gpu};
 use crate::image::{Aov, Image};

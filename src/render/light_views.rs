@@ -97,7 +97,7 @@ pub struct LightMaps {
     /// RSM normal and reflected share, where a technique asked for them.
     pub rsm: Option<[Arc<Image>; 2]>,
     /// Of each tile of the RSM, [`TILE`] texels wide, what depths it has; and a list of tiles
-    /// (`gi/voxel/list_tiles.comp`).
+    /// (`gi/shared/voxel/light/list_tiles.comp`).
     pub tiles: [Arc<Buffer>; 2],
     /// Number of views.
     pub view_count: u32,

@@ -10,7 +10,7 @@ pub use layout::{Field, GpuStruct};
 
 use crate::vulkan::Error;
 
-/// The SPIR-V words of a module by its stem, for example `gi/voxel/fragments.comp`. In debug
+/// The SPIR-V words of a module by its stem, for example `gi/shared/voxel/fragments.comp`. In debug
 /// builds, a module in the folder that `LUMIVOX_SPIRV` names stands in for the embedded one:
 /// `tools/mutants` changes shaders without a build.
 pub fn words(stem: &str) -> Result<Vec<u32>, Error> {

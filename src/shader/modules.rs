@@ -3,138 +3,291 @@
 /// Stem and SPIR-V.
 #[rustfmt::skip]
 pub(super) static MODULES: &[(&str, &[u8])] = &[
-    ("gi/clipmap/clear_box.comp", include_bytes!("../../spirv/gi/clipmap/clear_box.comp.spv")),
+    ("gi/shared/cone/bounce.comp", include_bytes!("../../spirv/gi/shared/cone/bounce.comp.spv")),
     (
-        "gi/clipmap/filter_inner.comp",
-        include_bytes!("../../spirv/gi/clipmap/filter_inner.comp.spv"),
-    ),
-    ("gi/clipmap/filter_top.comp", include_bytes!("../../spirv/gi/clipmap/filter_top.comp.spv")),
-    (
-        "gi/clipmap/write_voxels.comp",
-        include_bytes!("../../spirv/gi/clipmap/write_voxels.comp.spv"),
-    ),
-    ("gi/cone/bounce.comp", include_bytes!("../../spirv/gi/cone/bounce.comp.spv")),
-    ("gi/cone/bounce_clipmap.comp", include_bytes!("../../spirv/gi/cone/bounce_clipmap.comp.spv")),
-    ("gi/cone/bounce_svo.comp", include_bytes!("../../spirv/gi/cone/bounce_svo.comp.spv")),
-    ("gi/cone/gather.comp", include_bytes!("../../spirv/gi/cone/gather.comp.spv")),
-    ("gi/cone/gather_clipmap.comp", include_bytes!("../../spirv/gi/cone/gather_clipmap.comp.spv")),
-    ("gi/cone/gather_svo.comp", include_bytes!("../../spirv/gi/cone/gather_svo.comp.spv")),
-    ("gi/cone/patches.comp", include_bytes!("../../spirv/gi/cone/patches.comp.spv")),
-    (
-        "gi/cone/patches_clipmap.comp",
-        include_bytes!("../../spirv/gi/cone/patches_clipmap.comp.spv"),
-    ),
-    ("gi/cone/patches_svo.comp", include_bytes!("../../spirv/gi/cone/patches_svo.comp.spv")),
-    ("gi/cone/probe.comp", include_bytes!("../../spirv/gi/cone/probe.comp.spv")),
-    ("gi/cone/probe_clipmap.comp", include_bytes!("../../spirv/gi/cone/probe_clipmap.comp.spv")),
-    ("gi/cone/probe_svo.comp", include_bytes!("../../spirv/gi/cone/probe_svo.comp.spv")),
-    ("gi/cone/shadow.comp", include_bytes!("../../spirv/gi/cone/shadow.comp.spv")),
-    ("gi/cone/shadow_clipmap.comp", include_bytes!("../../spirv/gi/cone/shadow_clipmap.comp.spv")),
-    ("gi/cone/shadow_svo.comp", include_bytes!("../../spirv/gi/cone/shadow_svo.comp.spv")),
-    ("gi/cone/specular.comp", include_bytes!("../../spirv/gi/cone/specular.comp.spv")),
-    (
-        "gi/cone/specular_clipmap.comp",
-        include_bytes!("../../spirv/gi/cone/specular_clipmap.comp.spv"),
-    ),
-    ("gi/cone/specular_svo.comp", include_bytes!("../../spirv/gi/cone/specular_svo.comp.spv")),
-    ("gi/cone/view.comp", include_bytes!("../../spirv/gi/cone/view.comp.spv")),
-    ("gi/cone/view_clipmap.comp", include_bytes!("../../spirv/gi/cone/view_clipmap.comp.spv")),
-    ("gi/cone/view_svo.comp", include_bytes!("../../spirv/gi/cone/view_svo.comp.spv")),
-    (
-        "gi/interleave/deinterleave.comp",
-        include_bytes!("../../spirv/gi/interleave/deinterleave.comp.spv"),
+        "gi/shared/cone/bounce_clipmap.comp",
+        include_bytes!("../../spirv/gi/shared/cone/bounce_clipmap.comp.spv"),
     ),
     (
-        "gi/svo/allocate_dynamic.comp",
-        include_bytes!("../../spirv/gi/svo/allocate_dynamic.comp.spv"),
+        "gi/shared/cone/bounce_svo.comp",
+        include_bytes!("../../spirv/gi/shared/cone/bounce_svo.comp.spv"),
     ),
-    ("gi/svo/allocate_tiles.comp", include_bytes!("../../spirv/gi/svo/allocate_tiles.comp.spv")),
-    ("gi/svo/copy_bricks.comp", include_bytes!("../../spirv/gi/svo/copy_bricks.comp.spv")),
-    ("gi/svo/filter.comp", include_bytes!("../../spirv/gi/svo/filter.comp.spv")),
-    ("gi/svo/flag_dynamic.comp", include_bytes!("../../spirv/gi/svo/flag_dynamic.comp.spv")),
-    ("gi/svo/flag_nodes.comp", include_bytes!("../../spirv/gi/svo/flag_nodes.comp.spv")),
-    ("gi/svo/flag_texels.comp", include_bytes!("../../spirv/gi/svo/flag_texels.comp.spv")),
-    ("gi/svo/flag_touched.comp", include_bytes!("../../spirv/gi/svo/flag_touched.comp.spv")),
-    ("gi/svo/keep_static.comp", include_bytes!("../../spirv/gi/svo/keep_static.comp.spv")),
-    ("gi/svo/link_leaves.comp", include_bytes!("../../spirv/gi/svo/link_leaves.comp.spv")),
-    ("gi/svo/link_neighbours.comp", include_bytes!("../../spirv/gi/svo/link_neighbours.comp.spv")),
-    ("gi/svo/list_touched.comp", include_bytes!("../../spirv/gi/svo/list_touched.comp.spv")),
-    ("gi/svo/mark_affected.comp", include_bytes!("../../spirv/gi/svo/mark_affected.comp.spv")),
-    ("gi/svo/reduce_points.comp", include_bytes!("../../spirv/gi/svo/reduce_points.comp.spv")),
-    ("gi/svo/scan_nodes.comp", include_bytes!("../../spirv/gi/svo/scan_nodes.comp.spv")),
+    ("gi/shared/cone/gather.comp", include_bytes!("../../spirv/gi/shared/cone/gather.comp.spv")),
     (
-        "gi/svo/transfer_borders.comp",
-        include_bytes!("../../spirv/gi/svo/transfer_borders.comp.spv"),
+        "gi/shared/cone/gather_clipmap.comp",
+        include_bytes!("../../spirv/gi/shared/cone/gather_clipmap.comp.spv"),
     ),
     (
-        "gi/svo/write_attributes.comp",
-        include_bytes!("../../spirv/gi/svo/write_attributes.comp.spv"),
+        "gi/shared/cone/gather_svo.comp",
+        include_bytes!("../../spirv/gi/shared/cone/gather_svo.comp.spv"),
     ),
-    ("gi/svo/write_leaves.comp", include_bytes!("../../spirv/gi/svo/write_leaves.comp.spv")),
-    ("gi/svo/write_normals.comp", include_bytes!("../../spirv/gi/svo/write_normals.comp.spv")),
-    ("gi/voxel/bounce_rays.comp", include_bytes!("../../spirv/gi/voxel/bounce_rays.comp.spv")),
-    ("gi/voxel/bound_tiles.comp", include_bytes!("../../spirv/gi/voxel/bound_tiles.comp.spv")),
+    ("gi/shared/cone/patches.comp", include_bytes!("../../spirv/gi/shared/cone/patches.comp.spv")),
     (
-        "gi/voxel/continue_lists.comp",
-        include_bytes!("../../spirv/gi/voxel/continue_lists.comp.spv"),
-    ),
-    ("gi/voxel/count_blocks.comp", include_bytes!("../../spirv/gi/voxel/count_blocks.comp.spv")),
-    ("gi/voxel/count_touched.comp", include_bytes!("../../spirv/gi/voxel/count_touched.comp.spv")),
-    ("gi/voxel/empty_blocks.comp", include_bytes!("../../spirv/gi/voxel/empty_blocks.comp.spv")),
-    ("gi/voxel/fragments.frag", include_bytes!("../../spirv/gi/voxel/fragments.frag.spv")),
-    ("gi/voxel/fragments.geom", include_bytes!("../../spirv/gi/voxel/fragments.geom.spv")),
-    ("gi/voxel/fragments.vert", include_bytes!("../../spirv/gi/voxel/fragments.vert.spv")),
-    (
-        "gi/voxel/fragments_compute.comp",
-        include_bytes!("../../spirv/gi/voxel/fragments_compute.comp.spv"),
-    ),
-    ("gi/voxel/fragments_hw.geom", include_bytes!("../../spirv/gi/voxel/fragments_hw.geom.spv")),
-    ("gi/voxel/gather_rays.comp", include_bytes!("../../spirv/gi/voxel/gather_rays.comp.spv")),
-    ("gi/voxel/index_blocks.comp", include_bytes!("../../spirv/gi/voxel/index_blocks.comp.spv")),
-    ("gi/voxel/index_touched.comp", include_bytes!("../../spirv/gi/voxel/index_touched.comp.spv")),
-    ("gi/voxel/inject_rsm.comp", include_bytes!("../../spirv/gi/voxel/inject_rsm.comp.spv")),
-    (
-        "gi/voxel/inject_rsm_svo.comp",
-        include_bytes!("../../spirv/gi/voxel/inject_rsm_svo.comp.spv"),
-    ),
-    ("gi/voxel/light_voxels.comp", include_bytes!("../../spirv/gi/voxel/light_voxels.comp.spv")),
-    (
-        "gi/voxel/light_voxels_dense.comp",
-        include_bytes!("../../spirv/gi/voxel/light_voxels_dense.comp.spv"),
+        "gi/shared/cone/patches_clipmap.comp",
+        include_bytes!("../../spirv/gi/shared/cone/patches_clipmap.comp.spv"),
     ),
     (
-        "gi/voxel/link_fragments.comp",
-        include_bytes!("../../spirv/gi/voxel/link_fragments.comp.spv"),
+        "gi/shared/cone/patches_svo.comp",
+        include_bytes!("../../spirv/gi/shared/cone/patches_svo.comp.spv"),
     ),
-    ("gi/voxel/list_tiles.comp", include_bytes!("../../spirv/gi/voxel/list_tiles.comp.spv")),
-    ("gi/voxel/move_records.comp", include_bytes!("../../spirv/gi/voxel/move_records.comp.spv")),
+    ("gi/shared/cone/probe.comp", include_bytes!("../../spirv/gi/shared/cone/probe.comp.spv")),
     (
-        "gi/voxel/resolve_voxels.comp",
-        include_bytes!("../../spirv/gi/voxel/resolve_voxels.comp.spv"),
-    ),
-    (
-        "gi/voxel/restore_blocks.comp",
-        include_bytes!("../../spirv/gi/voxel/restore_blocks.comp.spv"),
+        "gi/shared/cone/probe_clipmap.comp",
+        include_bytes!("../../spirv/gi/shared/cone/probe_clipmap.comp.spv"),
     ),
     (
-        "gi/voxel/running_average.comp",
-        include_bytes!("../../spirv/gi/voxel/running_average.comp.spv"),
+        "gi/shared/cone/probe_svo.comp",
+        include_bytes!("../../spirv/gi/shared/cone/probe_svo.comp.spv"),
     ),
-    ("gi/voxel/scan_groups.comp", include_bytes!("../../spirv/gi/voxel/scan_groups.comp.spv")),
-    ("gi/voxel/scan_touched.comp", include_bytes!("../../spirv/gi/voxel/scan_touched.comp.spv")),
-    ("gi/voxel/shift_blocks.comp", include_bytes!("../../spirv/gi/voxel/shift_blocks.comp.spv")),
+    ("gi/shared/cone/shadow.comp", include_bytes!("../../spirv/gi/shared/cone/shadow.comp.spv")),
     (
-        "gi/voxel_mips/clear_dynamic.comp",
-        include_bytes!("../../spirv/gi/voxel_mips/clear_dynamic.comp.spv"),
-    ),
-    ("gi/voxel_mips/filter.comp", include_bytes!("../../spirv/gi/voxel_mips/filter.comp.spv")),
-    (
-        "gi/voxel_mips/mark_matter.comp",
-        include_bytes!("../../spirv/gi/voxel_mips/mark_matter.comp.spv"),
+        "gi/shared/cone/shadow_clipmap.comp",
+        include_bytes!("../../spirv/gi/shared/cone/shadow_clipmap.comp.spv"),
     ),
     (
-        "gi/voxel_mips/reduce_matter.comp",
-        include_bytes!("../../spirv/gi/voxel_mips/reduce_matter.comp.spv"),
+        "gi/shared/cone/shadow_svo.comp",
+        include_bytes!("../../spirv/gi/shared/cone/shadow_svo.comp.spv"),
+    ),
+    (
+        "gi/shared/cone/specular.comp",
+        include_bytes!("../../spirv/gi/shared/cone/specular.comp.spv"),
+    ),
+    (
+        "gi/shared/cone/specular_clipmap.comp",
+        include_bytes!("../../spirv/gi/shared/cone/specular_clipmap.comp.spv"),
+    ),
+    (
+        "gi/shared/cone/specular_svo.comp",
+        include_bytes!("../../spirv/gi/shared/cone/specular_svo.comp.spv"),
+    ),
+    ("gi/shared/cone/view.comp", include_bytes!("../../spirv/gi/shared/cone/view.comp.spv")),
+    (
+        "gi/shared/cone/view_clipmap.comp",
+        include_bytes!("../../spirv/gi/shared/cone/view_clipmap.comp.spv"),
+    ),
+    (
+        "gi/shared/cone/view_svo.comp",
+        include_bytes!("../../spirv/gi/shared/cone/view_svo.comp.spv"),
+    ),
+    (
+        "gi/shared/interleave/deinterleave.comp",
+        include_bytes!("../../spirv/gi/shared/interleave/deinterleave.comp.spv"),
+    ),
+    (
+        "gi/shared/voxel/build/count_blocks.comp",
+        include_bytes!("../../spirv/gi/shared/voxel/build/count_blocks.comp.spv"),
+    ),
+    (
+        "gi/shared/voxel/build/fragments.frag",
+        include_bytes!("../../spirv/gi/shared/voxel/build/fragments.frag.spv"),
+    ),
+    (
+        "gi/shared/voxel/build/fragments.geom",
+        include_bytes!("../../spirv/gi/shared/voxel/build/fragments.geom.spv"),
+    ),
+    (
+        "gi/shared/voxel/build/fragments.vert",
+        include_bytes!("../../spirv/gi/shared/voxel/build/fragments.vert.spv"),
+    ),
+    (
+        "gi/shared/voxel/build/fragments_compute.comp",
+        include_bytes!("../../spirv/gi/shared/voxel/build/fragments_compute.comp.spv"),
+    ),
+    (
+        "gi/shared/voxel/build/fragments_hw.geom",
+        include_bytes!("../../spirv/gi/shared/voxel/build/fragments_hw.geom.spv"),
+    ),
+    (
+        "gi/shared/voxel/build/index_blocks.comp",
+        include_bytes!("../../spirv/gi/shared/voxel/build/index_blocks.comp.spv"),
+    ),
+    (
+        "gi/shared/voxel/build/link_fragments.comp",
+        include_bytes!("../../spirv/gi/shared/voxel/build/link_fragments.comp.spv"),
+    ),
+    (
+        "gi/shared/voxel/build/resolve_voxels.comp",
+        include_bytes!("../../spirv/gi/shared/voxel/build/resolve_voxels.comp.spv"),
+    ),
+    (
+        "gi/shared/voxel/build/running_average.comp",
+        include_bytes!("../../spirv/gi/shared/voxel/build/running_average.comp.spv"),
+    ),
+    (
+        "gi/shared/voxel/build/scan_groups.comp",
+        include_bytes!("../../spirv/gi/shared/voxel/build/scan_groups.comp.spv"),
+    ),
+    (
+        "gi/shared/voxel/dynamic/continue_lists.comp",
+        include_bytes!("../../spirv/gi/shared/voxel/dynamic/continue_lists.comp.spv"),
+    ),
+    (
+        "gi/shared/voxel/dynamic/count_touched.comp",
+        include_bytes!("../../spirv/gi/shared/voxel/dynamic/count_touched.comp.spv"),
+    ),
+    (
+        "gi/shared/voxel/dynamic/index_touched.comp",
+        include_bytes!("../../spirv/gi/shared/voxel/dynamic/index_touched.comp.spv"),
+    ),
+    (
+        "gi/shared/voxel/dynamic/restore_blocks.comp",
+        include_bytes!("../../spirv/gi/shared/voxel/dynamic/restore_blocks.comp.spv"),
+    ),
+    (
+        "gi/shared/voxel/dynamic/scan_touched.comp",
+        include_bytes!("../../spirv/gi/shared/voxel/dynamic/scan_touched.comp.spv"),
+    ),
+    (
+        "gi/shared/voxel/light/bounce_rays.comp",
+        include_bytes!("../../spirv/gi/shared/voxel/light/bounce_rays.comp.spv"),
+    ),
+    (
+        "gi/shared/voxel/light/bound_tiles.comp",
+        include_bytes!("../../spirv/gi/shared/voxel/light/bound_tiles.comp.spv"),
+    ),
+    (
+        "gi/shared/voxel/light/inject_rsm.comp",
+        include_bytes!("../../spirv/gi/shared/voxel/light/inject_rsm.comp.spv"),
+    ),
+    (
+        "gi/shared/voxel/light/inject_rsm_svo.comp",
+        include_bytes!("../../spirv/gi/shared/voxel/light/inject_rsm_svo.comp.spv"),
+    ),
+    (
+        "gi/shared/voxel/light/light_voxels.comp",
+        include_bytes!("../../spirv/gi/shared/voxel/light/light_voxels.comp.spv"),
+    ),
+    (
+        "gi/shared/voxel/light/light_voxels_dense.comp",
+        include_bytes!("../../spirv/gi/shared/voxel/light/light_voxels_dense.comp.spv"),
+    ),
+    (
+        "gi/shared/voxel/light/list_tiles.comp",
+        include_bytes!("../../spirv/gi/shared/voxel/light/list_tiles.comp.spv"),
+    ),
+    (
+        "gi/shared/voxel/trace/gather_rays.comp",
+        include_bytes!("../../spirv/gi/shared/voxel/trace/gather_rays.comp.spv"),
+    ),
+    (
+        "gi/shared/voxel/window/empty_blocks.comp",
+        include_bytes!("../../spirv/gi/shared/voxel/window/empty_blocks.comp.spv"),
+    ),
+    (
+        "gi/shared/voxel/window/move_records.comp",
+        include_bytes!("../../spirv/gi/shared/voxel/window/move_records.comp.spv"),
+    ),
+    (
+        "gi/shared/voxel/window/shift_blocks.comp",
+        include_bytes!("../../spirv/gi/shared/voxel/window/shift_blocks.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/clipmap/clear_box.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/clipmap/clear_box.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/clipmap/filter_inner.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/clipmap/filter_inner.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/clipmap/filter_top.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/clipmap/filter_top.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/clipmap/write_voxels.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/clipmap/write_voxels.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/mips/clear_dynamic.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/mips/clear_dynamic.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/mips/filter.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/mips/filter.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/mips/mark_matter.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/mips/mark_matter.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/mips/reduce_matter.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/mips/reduce_matter.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/svo/allocate_dynamic.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/svo/allocate_dynamic.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/svo/allocate_tiles.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/svo/allocate_tiles.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/svo/copy_bricks.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/svo/copy_bricks.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/svo/filter.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/svo/filter.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/svo/flag_dynamic.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/svo/flag_dynamic.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/svo/flag_nodes.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/svo/flag_nodes.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/svo/flag_texels.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/svo/flag_texels.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/svo/flag_touched.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/svo/flag_touched.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/svo/keep_static.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/svo/keep_static.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/svo/link_leaves.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/svo/link_leaves.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/svo/link_neighbours.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/svo/link_neighbours.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/svo/list_touched.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/svo/list_touched.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/svo/mark_affected.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/svo/mark_affected.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/svo/reduce_points.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/svo/reduce_points.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/svo/scan_nodes.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/svo/scan_nodes.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/svo/transfer_borders.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/svo/transfer_borders.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/svo/write_attributes.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/svo/write_attributes.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/svo/write_leaves.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/svo/write_leaves.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/svo/write_normals.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/svo/write_normals.comp.spv"),
     ),
     ("render/composite.comp", include_bytes!("../../spirv/render/composite.comp.spv")),
     ("render/direct.comp", include_bytes!("../../spirv/render/direct.comp.spv")),

@@ -7,8 +7,8 @@
 use std::path::Path;
 
 use glam::{DVec3, IVec3, Vec3};
-use lumivox::gi::clipmap::layout::Layout;
-use lumivox::gi::voxel::{VoxelBox, VoxelGrid};
+use lumivox::gi::shared::voxel::{VoxelBox, VoxelGrid};
+use lumivox::gi::voxel_cones::clipmap::layout::Layout;
 use lumivox::scene::{LoadOptions, Scene, SceneError};
 use proptest::prelude::*;
 use proptest::sample::select;

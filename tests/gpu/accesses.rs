@@ -10,7 +10,7 @@ use crate::support::voxels::{voxel_settings, voxelize};
 use crate::support::{ValidatedGpu, own_gpu, words};
 use glam::Vec3;
 use lumivox::frame::Renderer;
-use lumivox::gi::voxel::Method;
+use lumivox::gi::shared::voxel::Method;
 use lumivox::graph::{Frame, Gpu, GpuOptions};
 use lumivox::image::Aov;
 use lumivox::render::GpuScene;

@@ -15,19 +15,19 @@ use crate::support::voxels::{
 use crate::support::{Random, gpu};
 use glam::{DVec3, Vec3};
 use lumivox::frame::Renderer;
-use lumivox::gi::cone::oracle::{
-    self as cone_oracle, FaceChain, Levels, MarchSettings, Placement, SetCone,
-};
-use lumivox::gi::cone::{ConeTracer, FaceWeights, Volume as DeviceVolume, cone_set};
 use lumivox::gi::registry::find;
 use lumivox::gi::settings::Settings;
-use lumivox::gi::svo::{BrickPool, BrickSettings, NodePool, PieceVoxelizer};
-use lumivox::gi::voxel::oracle::{self, TraceGrid, TraceSettings, TraceVoxel, VoxelIndex};
-use lumivox::gi::voxel::{
+use lumivox::gi::shared::cone::oracle::{
+    self as cone_oracle, FaceChain, Levels, MarchSettings, Placement, SetCone,
+};
+use lumivox::gi::shared::cone::{ConeTracer, FaceWeights, Volume as DeviceVolume, cone_set};
+use lumivox::gi::shared::voxel::oracle::{self, TraceGrid, TraceSettings, TraceVoxel, VoxelIndex};
+use lumivox::gi::shared::voxel::{
     Bounces, Directionality, Faces, Injection, LightSettings, Method, Prefilter, RaySettings,
     Sides, Viewer, VoxelLight, VoxelRecords, bounce_rays,
 };
-use lumivox::gi::voxel_mips::{filter_mips, radiance_image};
+use lumivox::gi::voxel_cones::mips::{filter_mips, radiance_image};
+use lumivox::gi::voxel_cones::svo::{BrickPool, BrickSettings, NodePool, PieceVoxelizer};
 use lumivox::graph::{Frame, Gpu};
 use lumivox::image::Aov;
 use lumivox::metrics::{Channel, compare};
@@ -306,7 +306,7 @@ fn light_gathered_by_cones_is_the_oracles() {
             true,
             settings.number("aperture_scale"),
         );
-        let cone = |cone: &lumivox::gi::cone::Cone| SetCone {
+        let cone = |cone: &lumivox::gi::shared::cone::Cone| SetCone {
             sin_squared: f64::from(cone.sin2_theta),
             azimuth_rad: f64::from(cone.phi_rad),
             tan_half: f64::from(cone.tan_half_aperture),

@@ -10,11 +10,11 @@ use crate::support::walker::Walker;
 use crate::support::{Random, gpu};
 use glam::{DVec3, DVec4, IVec3, Vec3};
 use lumivox::gi::Settings;
-use lumivox::gi::clipmap::{self, Layout, Place};
-use lumivox::gi::cone::oracle::Volume;
-use lumivox::gi::cone::oracle::structure::{Cell, CellKind, EyeRay, view_structure};
-use lumivox::gi::voxel::{Method, VoxelBox, VoxelWindow, WindowScratch};
-use lumivox::gi::voxel_mips::oracle::{Filter, coarser, coarser_faces};
+use lumivox::gi::shared::cone::oracle::Volume;
+use lumivox::gi::shared::cone::oracle::structure::{Cell, CellKind, EyeRay, view_structure};
+use lumivox::gi::shared::voxel::{Method, VoxelBox, VoxelWindow, WindowScratch};
+use lumivox::gi::voxel_cones::clipmap::{self, Layout, Place};
+use lumivox::gi::voxel_cones::mips::oracle::{Filter, coarser, coarser_faces};
 use lumivox::graph::{Frame, Gpu};
 use lumivox::render::GpuScene;
 use lumivox::scene::{Camera, Scene};
@@ -371,7 +371,7 @@ fn coarser_texels_are_the_oracles() {
             };
             let faces = |level, first, edge| faces_of(&read, level, first, edge);
             let volumes = walker.technique.volumes();
-            let lumivox::gi::cone::Volume::Clipmap { top, .. } = volumes[0].volume else {
+            let lumivox::gi::shared::cone::Volume::Clipmap { top, .. } = volumes[0].volume else {
                 panic!("a clipmap's volume is not one")
             };
             let (mut worst, mut lit) = (0.0f64, 0);

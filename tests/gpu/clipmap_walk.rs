@@ -5,9 +5,9 @@ use crate::support::technique::{Surfaces, frame, shared_scene, small_lights, sma
 use crate::support::{ValidatedGpu, gpu};
 use glam::Vec3;
 use lumivox::frame::Renderer;
-use lumivox::gi::clipmap::{self, Clipmap, Layout};
 use lumivox::gi::registry::find;
-use lumivox::gi::voxel::VoxelGrid;
+use lumivox::gi::shared::voxel::VoxelGrid;
+use lumivox::gi::voxel_cones::clipmap::{self, Clipmap, Layout};
 use lumivox::gi::{Context, Settings, Technique};
 use lumivox::graph::{Frame, Gpu};
 use lumivox::image::{Aov, Image};

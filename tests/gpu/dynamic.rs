@@ -17,9 +17,9 @@ use crate::support::voxels::{
 use crate::support::{Random, gpu, read_words};
 use glam::{DVec3, Vec3};
 use lumivox::frame::Renderer;
-use lumivox::gi::voxel::oracle::{self, VoxelIndex};
-use lumivox::gi::voxel::passes::Voxel;
-use lumivox::gi::voxel::{
+use lumivox::gi::shared::voxel::build::passes::Voxel;
+use lumivox::gi::shared::voxel::oracle::{self, VoxelIndex};
+use lumivox::gi::shared::voxel::{
     Bounces, DynamicVoxels, Injection, LightSettings, Method, Sides, VoxelLight, Voxelizer, Voxels,
 };
 use lumivox::graph::{FrameStats, Gpu};

@@ -7,8 +7,8 @@ use crate::support::voxels::oracle_grid;
 use glam::Vec3;
 use lumivox::frame::FrameSettings;
 use lumivox::gi::registry::{TECHNIQUES, find};
-use lumivox::gi::voxel::oracle::inject_sides;
-use lumivox::gi::voxel::{Method, VoxelGrid};
+use lumivox::gi::shared::voxel::oracle::inject_sides;
+use lumivox::gi::shared::voxel::{Method, VoxelGrid};
 use lumivox::graph::Gpu;
 use lumivox::image::luminance;
 use lumivox::measure::bench::{Case, Truth};
@@ -226,7 +226,7 @@ fn exact_light_is_the_oracles() {
     lumivox::measure::explain::give_light(&gpu, &mut renderer.lit_voxels(), &points).unwrap();
     renderer.render(&scene.camera).unwrap();
     let pieces = renderer.lit_voxels();
-    let map = lumivox::gi::voxel::VoxelMap::read(&gpu, &pieces)
+    let map = lumivox::gi::shared::voxel::VoxelMap::read(&gpu, &pieces)
         .unwrap()
         .unwrap();
     let radiance = map.radiance(&gpu, &pieces).unwrap();

@@ -17,16 +17,16 @@ use crate::support::voxels::{
 };
 use crate::support::{Random, gpu, read_words};
 use glam::{DVec3, DVec4, Vec3};
-use lumivox::gi::cone::oracle::{Cone, FaceChain, MarchSettings, Volume, march};
-use lumivox::gi::cone::{self, ConeTracer, FaceWeights};
 use lumivox::gi::registry::find;
-use lumivox::gi::voxel::oracle::{self, VoxelIndex, VoxelSum};
-use lumivox::gi::voxel::{
+use lumivox::gi::shared::cone::oracle::{Cone, FaceChain, MarchSettings, Volume, march};
+use lumivox::gi::shared::cone::{self, ConeTracer, FaceWeights};
+use lumivox::gi::shared::voxel::oracle::{self, VoxelIndex, VoxelSum};
+use lumivox::gi::shared::voxel::{
     Directionality, Faces, Injection, LightSettings, Method, Prefilter, Sides, VoxelGrid,
     VoxelLight, VoxelSettings,
 };
-use lumivox::gi::voxel_mips::oracle::{Filter, chain, coarser_faces, face_chain};
-use lumivox::gi::voxel_mips::{filter_mips, radiance_image};
+use lumivox::gi::voxel_cones::mips::oracle::{Filter, chain, coarser_faces, face_chain};
+use lumivox::gi::voxel_cones::mips::{filter_mips, radiance_image};
 use lumivox::graph::{Frame, Gpu, Image};
 use lumivox::metrics::{Channel, compare};
 use lumivox::render::{GpuScene, LightMaps};

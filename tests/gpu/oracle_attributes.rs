@@ -10,9 +10,9 @@ use crate::support::voxels::{
 };
 use crate::support::{Random, gpu};
 use glam::{DVec2, DVec3, Vec3};
-use lumivox::gi::voxel::oracle::{self, OPPOSED, VoxelIndex, VoxelSum};
-use lumivox::gi::voxel::passes::Voxel;
-use lumivox::gi::voxel::{Accumulation, Method, VoxelSettings, Voxelizer};
+use lumivox::gi::shared::voxel::build::passes::Voxel;
+use lumivox::gi::shared::voxel::oracle::{self, OPPOSED, VoxelIndex, VoxelSum};
+use lumivox::gi::shared::voxel::{Accumulation, Method, VoxelSettings, Voxelizer};
 use lumivox::graph::Gpu;
 use lumivox::render::GpuScene;
 use lumivox::scene::{Material, Scene, Specular, Texture, TextureKind};

@@ -14,14 +14,14 @@ use crate::support::scenes::bundled;
 use crate::support::{Random, gpu};
 use glam::{DVec3, DVec4, Vec3};
 use lumivox::gi::Settings;
-use lumivox::gi::cone::oracle::{Levels, Volume};
-use lumivox::gi::cone::{self, ConeTracer, cone_set, diffuse_set};
 use lumivox::gi::registry::find;
-use lumivox::gi::svo::BrickSettings;
-use lumivox::gi::svo::oracle::Texels;
-use lumivox::gi::voxel::oracle::{VoxelIndex, hemisphere_direction};
-use lumivox::gi::voxel::{Directionality, VoxelGrid};
-use lumivox::gi::voxel_mips::oracle::{Filter, coarser, sees_matter};
+use lumivox::gi::shared::cone::oracle::{Levels, Volume};
+use lumivox::gi::shared::cone::{self, ConeTracer, cone_set, diffuse_set};
+use lumivox::gi::shared::voxel::oracle::{VoxelIndex, hemisphere_direction};
+use lumivox::gi::shared::voxel::{Directionality, VoxelGrid};
+use lumivox::gi::voxel_cones::mips::oracle::{Filter, coarser, sees_matter};
+use lumivox::gi::voxel_cones::svo::BrickSettings;
+use lumivox::gi::voxel_cones::svo::oracle::Texels;
 use lumivox::graph::{Frame, Gpu, Image};
 use lumivox::render::GpuScene;
 use lumivox::scene::Scene;
@@ -581,7 +581,7 @@ fn weights_of_kahls_cones_are_what_they_cover() {
     let set = diffuse_set(&settings).cones;
     assert_eq!(set.len(), 9);
     let cos_half = (0.5f64 * 0.55).cos();
-    let axis = |cone: &lumivox::gi::cone::Cone| {
+    let axis = |cone: &lumivox::gi::shared::cone::Cone| {
         hemisphere_direction(
             DVec3::Z,
             f64::from(cone.sin2_theta),

@@ -10,10 +10,10 @@ use crate::support::voxels::{
 };
 use crate::support::{Random, gpu};
 use glam::{DVec3, Vec3};
-use lumivox::gi::voxel::oracle::{
+use lumivox::gi::shared::voxel::oracle::{
     self, VoxelIndex, inject, inject_sides, reflected_flux, shade_voxel,
 };
-use lumivox::gi::voxel::{Injection, LightSettings, Method, Sides, VoxelLight};
+use lumivox::gi::shared::voxel::{Injection, LightSettings, Method, Sides, VoxelLight};
 use lumivox::graph::{Frame, Gpu};
 use lumivox::render::{GpuScene, LightMaps};
 use lumivox::scene::{Light, Scene};

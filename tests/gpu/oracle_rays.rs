@@ -13,11 +13,11 @@ use crate::support::{Random, gpu};
 use glam::{DVec2, DVec3, DVec4, Vec3};
 use lumivox::gi::Settings;
 use lumivox::gi::registry::find;
-use lumivox::gi::voxel::oracle::{
+use lumivox::gi::shared::voxel::oracle::{
     Crossing, GatherSettings, TraceGrid, TraceSettings, TraceVoxel, VoxelIndex, crossings,
     gather_rays as oracle_rays, hemisphere_direction, interleaved_offset,
 };
-use lumivox::gi::voxel::{
+use lumivox::gi::shared::voxel::{
     Injection, LightSettings, Method, RaySettings, Sides, VoxelLight, gather_rays,
 };
 use lumivox::graph::{Frame, Gpu};
@@ -121,7 +121,7 @@ impl RayScene {
     }
 }
 
-fn unorm10_position(record: &lumivox::gi::voxel::passes::Voxel) -> DVec3 {
+fn unorm10_position(record: &lumivox::gi::shared::voxel::build::passes::Voxel) -> DVec3 {
     unorm10(record.mean_position)
 }
 
@@ -215,7 +215,7 @@ fn rays_hit_the_oracles_voxels() {
             let offset = f64::from(settings.number("ray_start"));
             let compare = |(index, (pixel, receiver)): (
                 usize,
-                &([u32; 2], lumivox::gi::voxel::oracle::Receiver),
+                &([u32; 2], lumivox::gi::shared::voxel::oracle::Receiver),
             )| {
                 let code = seen[index] / PI;
                 let hit = (code.z > 0.5)

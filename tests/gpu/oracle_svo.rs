@@ -15,13 +15,17 @@ use crate::support::voxels::{half, occupied, voxel_settings, voxelize};
 use crate::support::{Random, gpu, read_words};
 use glam::{DVec3, DVec4, UVec3, Vec3};
 use lumivox::gi::registry::find;
-use lumivox::gi::svo::bricks::pool_extent;
-use lumivox::gi::svo::oracle::{
+use lumivox::gi::shared::voxel::oracle::VoxelIndex;
+use lumivox::gi::shared::voxel::{
+    Directionality, Injection, LightSettings, Method, Sides, VoxelLight,
+};
+use lumivox::gi::voxel_cones::svo::bricks::pool_extent;
+use lumivox::gi::voxel_cones::svo::oracle::{
     Filter, Lattice, LitVoxel, Octree, Texels, coarser, leaves, octree,
 };
-use lumivox::gi::svo::{BrickPool, BrickSettings, NodePool, Occupancy, PieceVoxelizer, Pieces};
-use lumivox::gi::voxel::oracle::VoxelIndex;
-use lumivox::gi::voxel::{Directionality, Injection, LightSettings, Method, Sides, VoxelLight};
+use lumivox::gi::voxel_cones::svo::{
+    BrickPool, BrickSettings, NodePool, Occupancy, PieceVoxelizer, Pieces,
+};
 use lumivox::graph::{Error, Frame, Gpu, Image};
 use lumivox::image::luminance;
 use lumivox::metrics::{Channel, compare as compare_images};

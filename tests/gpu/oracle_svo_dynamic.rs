@@ -7,13 +7,13 @@ use std::sync::Arc;
 use crate::support::octree::{lattice, matter, packed_radiance, plant};
 use crate::support::{Random, gpu, read_words, words};
 use glam::{DVec4, UVec3};
-use lumivox::gi::svo::oracle::octree;
-use lumivox::gi::svo::{
+use lumivox::gi::shared::voxel::Directionality;
+use lumivox::gi::shared::voxel::dynamic::TouchedBlock;
+use lumivox::gi::shared::voxel::oracle::{VoxelIndex, block_bases, compact_order, occupancy_words};
+use lumivox::gi::voxel_cones::svo::oracle::octree;
+use lumivox::gi::voxel_cones::svo::{
     BrickPool, BrickSettings, NodePool, Occupancy, OccupiedCube, TouchedVoxels,
 };
-use lumivox::gi::voxel::Directionality;
-use lumivox::gi::voxel::dynamic::TouchedBlock;
-use lumivox::gi::voxel::oracle::{VoxelIndex, block_bases, compact_order, occupancy_words};
 use lumivox::graph::{Buffer, Frame, Gpu};
 
 /// A tile that a root leads to, by level (0 the finest) and place: its index, the compact indices

@@ -11,8 +11,8 @@ use crate::support::voxels::{
 };
 use crate::support::{Random, gpu};
 use glam::{Quat, Vec3};
-use lumivox::gi::voxel::oracle::{VoxelIndex, block_bases, compact_order, occupancy_words};
-use lumivox::gi::voxel::{Method, Surface, VoxelSettings, Voxelizer};
+use lumivox::gi::shared::voxel::oracle::{VoxelIndex, block_bases, compact_order, occupancy_words};
+use lumivox::gi::shared::voxel::{Method, Surface, VoxelSettings, Voxelizer};
 use lumivox::graph::{Error, Gpu};
 use lumivox::render::GpuScene;
 use lumivox::scene::{Camera, Scene};

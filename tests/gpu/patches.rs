@@ -13,12 +13,12 @@ use crate::support::technique::{
 use crate::support::{Random, gpu};
 use glam::{DVec3, DVec4, Vec3};
 use lumivox::frame::Renderer;
-use lumivox::gi::cone::oracle::MarchSettings;
-use lumivox::gi::cone::oracle::patches::{Disc, irradiance, unhidden};
-use lumivox::gi::cone::{self, ConeTracer, EmissivePatches, Patch, patches};
 use lumivox::gi::registry::find;
-use lumivox::gi::voxel::VoxelGrid;
-use lumivox::gi::voxel::oracle::Receiver;
+use lumivox::gi::shared::cone::oracle::MarchSettings;
+use lumivox::gi::shared::cone::oracle::patches::{Disc, irradiance, unhidden};
+use lumivox::gi::shared::cone::{self, ConeTracer, EmissivePatches, Patch, patches};
+use lumivox::gi::shared::voxel::VoxelGrid;
+use lumivox::gi::shared::voxel::oracle::Receiver;
 use lumivox::graph::Frame;
 use lumivox::image::{Aov, GuideImage, Image, luminance};
 use lumivox::reference::{self, Bounces, Filter, Sampling};

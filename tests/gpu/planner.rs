@@ -14,7 +14,7 @@ use glam::Vec3;
 use lumivox::frame::Renderer;
 use lumivox::gi::ProbeAxis;
 use lumivox::gi::registry::find;
-use lumivox::gi::voxel::{FRAGMENTS_RASTER, FRAGMENTS_RASTER_HW};
+use lumivox::gi::shared::voxel::{FRAGMENTS_RASTER, FRAGMENTS_RASTER_HW};
 use lumivox::graph::{
     Error, Features, Frame, Gpu, ImageDesc, ImageKind, ImageUsage, Issued, JournalFrame, Pass, vk,
 };

@@ -16,10 +16,10 @@ use crate::support::{Random, gpu};
 use glam::{DVec3, DVec4, Vec3};
 use lumivox::frame::Renderer;
 use lumivox::gi::Settings;
-use lumivox::gi::cone::oracle::{LightPlace, MarchSettings, Volume, light_visibility};
-use lumivox::gi::cone::{self, ConeTracer};
 use lumivox::gi::registry::find;
-use lumivox::gi::voxel::VoxelGrid;
+use lumivox::gi::shared::cone::oracle::{LightPlace, MarchSettings, Volume, light_visibility};
+use lumivox::gi::shared::cone::{self, ConeTracer};
+use lumivox::gi::shared::voxel::VoxelGrid;
 use lumivox::graph::{Frame, Gpu};
 use lumivox::image::{Aov, Image};
 use lumivox::metrics::{Channel, compare};
@@ -67,7 +67,7 @@ fn by_oracle(
     let of = |([x, y], receiver): &([u32; 2], _)| {
         let texel = albedo[(x + view.gbuffer.size[0] * y) as usize];
         let albedo = DVec3::new(half(texel[0]), half(texel[1]), half(texel[2]));
-        let receiver: &lumivox::gi::voxel::oracle::Receiver = receiver;
+        let receiver: &lumivox::gi::shared::voxel::oracle::Receiver = receiver;
         let reflected = scene.lights.iter().map(|light| {
             let (direction, _, irradiance) =
                 light.sample((origin + voxel_size * receiver.position).as_vec3());

@@ -7,7 +7,7 @@ use crate::support::technique::{
 };
 use glam::Vec3;
 use lumivox::frame::Renderer;
-use lumivox::gi::voxel::VoxelGrid;
+use lumivox::gi::shared::voxel::VoxelGrid;
 use lumivox::image::{Aov, Image};
 use lumivox::measure::report::Report;
 use lumivox::reference::guide;

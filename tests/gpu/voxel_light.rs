@@ -11,10 +11,10 @@ use crate::support::voxels::{
 use glam::{DVec3, Vec3};
 use lumivox::frame::{FrameSettings, Renderer};
 use lumivox::gi::registry::find;
-use lumivox::gi::voxel::oracle::{
+use lumivox::gi::shared::voxel::oracle::{
     Receiver, TraceGrid, TraceSettings, TraceVoxel, fragments, lit_area, normal_weighted, occlusion,
 };
-use lumivox::gi::voxel::{
+use lumivox::gi::shared::voxel::{
     Attenuation, Injection, LightSettings, Method, Occlusion, Sides, VoxelGrid, VoxelLight,
     VoxelMap,
 };
@@ -30,7 +30,7 @@ const DEFAULT: LightSettings = LightSettings {
     injection: Injection::Voxel,
     sides: Sides::One,
     stores_faces: false,
-    bounces: lumivox::gi::voxel::Bounces::Count(1),
+    bounces: lumivox::gi::shared::voxel::Bounces::Count(1),
     attenuation: Attenuation::Standard,
     occlusion: Occlusion::RaysSoft,
     kappa: 0.0,

@@ -15,15 +15,19 @@ use crate::support::voxels::{coordinates, mean_normal, unorm10, voxel_settings, 
 use crate::support::{Random, gpu};
 use glam::{DVec3, DVec4, Vec3};
 use lumivox::frame::Renderer;
-use lumivox::gi::cone::oracle::structure::{Cell, CellKind, EyeRay, view_structure};
-use lumivox::gi::cone::oracle::{self, view_cells};
-use lumivox::gi::cone::{self, VoxelVolume};
 use lumivox::gi::registry::find;
-use lumivox::gi::svo::oracle::{Filter, Lattice, Octree, Texels, coarser, leaves, octree};
-use lumivox::gi::svo::{AttributeBricks, BrickSettings, NodePool, Occupancy, RecordRange};
-use lumivox::gi::voxel::oracle::VoxelIndex;
-use lumivox::gi::voxel::passes::Voxel;
-use lumivox::gi::voxel::{Directionality, Method, VoxelGrid, Voxels};
+use lumivox::gi::shared::cone::oracle::structure::{Cell, CellKind, EyeRay, view_structure};
+use lumivox::gi::shared::cone::oracle::{self, view_cells};
+use lumivox::gi::shared::cone::{self, VoxelVolume};
+use lumivox::gi::shared::voxel::build::passes::Voxel;
+use lumivox::gi::shared::voxel::oracle::VoxelIndex;
+use lumivox::gi::shared::voxel::{Directionality, Method, VoxelGrid, Voxels};
+use lumivox::gi::voxel_cones::svo::oracle::{
+    Filter, Lattice, Octree, Texels, coarser, leaves, octree,
+};
+use lumivox::gi::voxel_cones::svo::{
+    AttributeBricks, BrickSettings, NodePool, Occupancy, RecordRange,
+};
 use lumivox::graph::{Frame, Gpu};
 use lumivox::image::{Aov, Image};
 use lumivox::render::GpuScene;

@@ -6,13 +6,15 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3, DVec4, Vec3};
 use lumivox::gi::Settings;
-use lumivox::gi::cone::oracle::{Levels, MarchSettings, Placement, SetCone, Volume, gather};
-use lumivox::gi::cone::{ConeSet, diffuse_set};
-use lumivox::gi::voxel::VoxelGrid;
-use lumivox::gi::voxel::oracle::{
+use lumivox::gi::shared::cone::oracle::{
+    Levels, MarchSettings, Placement, SetCone, Volume, gather,
+};
+use lumivox::gi::shared::cone::{ConeSet, diffuse_set};
+use lumivox::gi::shared::voxel::VoxelGrid;
+use lumivox::gi::shared::voxel::oracle::{
     Gathered, Receiver, VoxelIndex, interleaved_offset, occupancy_words,
 };
-use lumivox::gi::voxel_mips::{FILTER, mark_matter, matter_image};
+use lumivox::gi::voxel_cones::mips::{FILTER, mark_matter, matter_image};
 use lumivox::graph::{Frame, Gpu, Image, ImageDesc, ImageKind, ImageUsage, vk};
 use lumivox::render::{FrameConstants, GBuffer, GpuScene};
 use lumivox::scene::{Camera, Scene};
@@ -313,7 +315,7 @@ pub fn by_oracle_with(
     [reach, falloff]: [&str; 2],
 ) -> Vec<(Gathered, u32)> {
     let number = |name: &str| f64::from(settings.number(name));
-    let cone = |cone: &lumivox::gi::cone::Cone| SetCone {
+    let cone = |cone: &lumivox::gi::shared::cone::Cone| SetCone {
         sin_squared: f64::from(cone.sin2_theta),
         azimuth_rad: f64::from(cone.phi_rad),
         tan_half: f64::from(cone.tan_half_aperture),

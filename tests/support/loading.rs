@@ -7,8 +7,8 @@ use glam::Vec3;
 use lumivox::scene::{Light, LoadOptions, Scene, TextureKind};
 
 /// A model of two materials and two textures, for targets that break something else.
-pub const OBJ: &str = "mtllib scene.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvt 0 0\nvt 1 0\nvt 0 1\nusemtl red\nf \
-    1/1 2/2 3/3\nusemtl blue\nf 1/1 2/2 4/3\n";
+pub const OBJ: &str = "mtllib scene.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n\
+    vt 0 0\nvt 1 0\nvt 0 1\nusemtl red\nf 1/1 2/2 3/3\nusemtl blue\nf 1/1 2/2 4/3\n";
 
 /// Its materials.
 pub const MTL: &str = "newmtl red\nKd 1 0 0\nKe 1 2 3\nnewmtl blue\nKs 1 1 1\nPr 0.3\n";

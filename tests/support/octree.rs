@@ -4,9 +4,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use glam::{DVec3, DVec4, UVec3};
-use lumivox::gi::svo::oracle::{Lattice, LitVoxel, Octree, Texels, Tile};
-use lumivox::gi::svo::{BrickPool, BrickSettings, NodePool, Occupancy, OccupiedCube, RecordRange};
-use lumivox::gi::voxel::oracle::{VoxelIndex, block_bases, compact_order, occupancy_words};
+use lumivox::gi::shared::voxel::oracle::{VoxelIndex, block_bases, compact_order, occupancy_words};
+use lumivox::gi::voxel_cones::svo::oracle::{Lattice, LitVoxel, Octree, Texels, Tile};
+use lumivox::gi::voxel_cones::svo::{
+    BrickPool, BrickSettings, NodePool, Occupancy, OccupiedCube, RecordRange,
+};
 use lumivox::graph::{Frame, Gpu, Image};
 
 use super::voxels::{half, to_half};

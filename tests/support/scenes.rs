@@ -53,7 +53,8 @@ pub fn scene_of(triangles: &[Corners], emission: f32, random: &mut Random) -> Sc
     scene
 }
 
-/// Sets the bounds by which [`lumivox::gi::voxel::VoxelGrid::around`] makes a grid with origin 0
+/// Sets the bounds by which [`lumivox::gi::shared::voxel::VoxelGrid::around`] makes a grid with
+/// origin 0
 /// and voxels of 1 m, whatever the triangles are.
 pub fn in_unit_grid(scene: &mut GpuScene, resolution: u32) {
     assert!(resolution <= LARGEST_UNIT_GRID);

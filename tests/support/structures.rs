@@ -3,10 +3,12 @@
 use std::sync::Arc;
 
 use glam::{DVec4, Vec3};
-use lumivox::gi::clipmap::Layout;
-use lumivox::gi::cone::oracle::{Clipmap, ClipmapLevel, FaceChain, Lattice, Levels, Volume};
-use lumivox::gi::cone::{self, FaceWeights};
-use lumivox::gi::voxel::Directionality;
+use lumivox::gi::shared::cone::oracle::{
+    Clipmap, ClipmapLevel, FaceChain, Lattice, Levels, Volume,
+};
+use lumivox::gi::shared::cone::{self, FaceWeights};
+use lumivox::gi::shared::voxel::Directionality;
+use lumivox::gi::voxel_cones::clipmap::Layout;
 use lumivox::graph::{Buffer, Gpu, Image};
 
 use super::gather::{read_chain, read_faces};

@@ -3,9 +3,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use glam::{DVec2, DVec3};
-use lumivox::gi::voxel::oracle::{Grid, VoxelIndex, candidates};
-use lumivox::gi::voxel::passes::Voxel;
-use lumivox::gi::voxel::{
+use lumivox::gi::shared::voxel::build::passes::Voxel;
+use lumivox::gi::shared::voxel::oracle::{Grid, VoxelIndex, candidates};
+use lumivox::gi::shared::voxel::{
     Accumulation, Method, Surface, VoxelGrid, VoxelSettings, Voxelizer, Voxels,
 };
 use lumivox::graph::Gpu;

@@ -4,8 +4,8 @@
 use std::sync::Arc;
 
 use glam::Vec3;
-use lumivox::gi::cone::Volume;
 use lumivox::gi::registry::Entry;
+use lumivox::gi::shared::cone::Volume;
 use lumivox::gi::{Context, Settings, Technique};
 use lumivox::graph::{Frame, Gpu, Image};
 use lumivox::render::{GpuScene, LightMaps};

@@ -9,7 +9,7 @@ use crate::scene::{Camera, Light, Material, Model, Scene, SceneError, Triangle, 
 pub(super) const ROOM_M: f32 = 4.0;
 
 /// Edge of a voxel over the largest extent of what a grid of so many voxels is fitted to
-/// ([`VoxelGrid::around`](crate::gi::voxel::VoxelGrid::around)).
+/// ([`VoxelGrid::around`](crate::gi::shared::voxel::VoxelGrid::around)).
 pub(super) fn voxel_share(resolution: u32) -> f64 {
     let n = f64::from(resolution);
     (1.04 / n).max(1.0 / (n - 4.5))
@@ -214,7 +214,7 @@ pub(super) fn lamp(position: [f32; 3], intensity: f32) -> Vec<Light> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gi::voxel::VoxelGrid;
+    use crate::gi::shared::voxel::VoxelGrid;
 
     /// Turned by 90° and back, enlarged and moved: what was where is there again, and looks the
     /// same size.

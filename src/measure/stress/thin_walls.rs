@@ -206,7 +206,7 @@ fn both(mut upper: Image, lower: Image) -> Image {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gi::voxel::VoxelGrid;
+    use crate::gi::shared::voxel::VoxelGrid;
 
     /// The wall has the thickness and the place that were asked for, in voxels of the grid that
     /// techniques make.

@@ -1,0 +1,112 @@
+// How a volume divides space: the cells that a ray meets on one of its levels, and how they are
+// drawn.
+#ifndef LUMIVOX_STRUCTURE
+#define LUMIVOX_STRUCTURE
+
+// The including pass declares what the volume is sampled from, and includes
+// gi/shared/cone/march.glsl. of a texel that is not empty: rounding lets as much through from the
+// texels beside it
+const float LEAST_OPACITY = 2e-4;
+
+struct Cell {
+    vec3 low;       // its smallest corner [voxels]
+    float edge;     // [voxels]
+    // a distance that is small beside it, or beside the smallest cell that may be next to it
+    // [voxels]
+    float slack;
+    bool is_empty;  // a node without children on a coarser level than the one that is looked at
+};
+
+#if defined(SVO)
+// The node of a level that a position lies in, or the node above it at which the descent ends. A
+// node is drawn where the voxels of its texel are.
+Cell cell_at(vec3 position, vec3 direction, float resolution, float level) {
+    float finest = exp2(level);
+    // A little further, inside the cell.
+    float slack = 1e-3 * finest;
+    vec3 inside = position + slack * direction;
+    int count = int(resolution) >> int(level), above = findMSB(uint(count)) - 1;
+    uvec3 at = uvec3(clamp(ivec3(floor(inside / finest)), ivec3(0), ivec3(count - 1)));
+    uint tile = nodes[0], node = child_index(at >> above);
+    while (above > 0 && has_child(tile, node)) {
+        tile = nodes[child_of(tile, node)];
+        --above;
+        node = child_index(at >> above);
+    }
+    float edge = finest * exp2(float(above));
+    return Cell(floor(inside / edge) * edge, edge, slack, above > 0);
+}
+#else
+// The texel of a level, or of the finest level that a clipmap has there.
+Cell cell_at(vec3 position, vec3 direction, float resolution, float level) {
+    // Where a level of a clipmap begins to fade, that is no power of two.
+    float edge = max(exp2(level), exp2(ceil(log2(largest_texel(position)) - 1e-3)));
+    // A little further, inside the cell.
+    float slack = 1e-3 * edge;
+    return Cell(floor((position + slack * direction) / edge) * edge, edge, slack, false);
+}
+#endif
+
+// A colour for each level, finer ones first: red, yellow, green, cyan, blue, magenta; then the
+// same, darker.
+vec3 level_color(float level) {
+    return (level < 5.5 ? 1.0 : 0.5)
+        * (0.5 + 0.5 * cos(2.0 * PI * (level - vec3(0.0, 2.0, 4.0)) / 6.0));
+}
+
+// Of the level that a cell is read from; in the border where a level of a clipmap fades, a mixture
+// with the next one's, half white.
+vec3 cell_color(Cell cell, vec3 position, float level) {
+#if defined(CLIPMAP)
+    float faded = level < float(LEVELS)
+        ? max(faded_level(position, min(int(level), LEVELS - 1)), level)
+        : level;
+    float share = fract(faded);
+    vec3 color = mix(level_color(floor(faded)), level_color(floor(faded) + 1.0), share);
+    return share > 0.0 ? mix(color, vec3(1.0), 0.5) : color;
+#else
+    return level_color(log2(cell.edge));
+#endif
+}
+
+// 1 on a line of this half width [px], at distances from one across each axis [voxels], where a
+// pixel is so large along each [voxels]. Lines between cells of this edge fade before they are all
+// that is seen.
+float line_share(vec3 distances, float half_width_px, vec3 pixel, float edge) {
+    vec3 share = clamp(half_width_px + 0.5 - distances / pixel, 0.0, 1.0)
+        * clamp(0.25 * edge / pixel - 0.5, 0.0, 1.0);
+    return max(share.x, max(share.y, share.z));
+}
+
+// A cell where a ray enters it, at the largest of the distances `near`: faces in the level's
+// colour, darker along the edges, and black where 2³ cells (the nodes of a tile, the texels of a
+// mip's texel) end. Of an empty node the edges alone, faint where it is small. The camera's own
+// cell hides nothing.
+vec4 draw_cell(Cell cell, bool is_full, vec3 origin, vec3 direction, vec3 near, float level) {
+    float t = max(near.x, max(near.y, near.z));
+    vec3 point = origin + t * direction;
+    vec3 across = point - cell.low;
+    // Through one face, where a ray meets an edge.
+    bvec3 is_entered = equal(near, vec3(t));
+    is_entered.yz =
+        bvec2(is_entered.y && !is_entered.x, is_entered.z && !is_entered.x && !is_entered.y);
+    bvec3 is_second = greaterThan(fract(0.5 * floor(cell.low / cell.edge + 0.5)), vec3(0.25));
+    // On a face that is seen at a grazing angle a pixel is long along the ray.
+    vec3 slope = direction / dot(vec3(is_entered), direction);
+    vec3 pixel = max(t, 1e-6) * 2.0 * length(frame.ray_up.xyz) / float(frame.size_px.y)
+        * sqrt(1.0 + slope * slope);
+    vec3 to_cell = mix(min(across, cell.edge - across), vec3(1e9), is_entered);
+    vec3 to_tile = mix(mix(across, cell.edge - across, is_second), vec3(1e9), is_entered);
+    float cell_line = line_share(to_cell, 0.5, pixel, cell.edge);
+    float tile_line = line_share(to_tile, 1.0, pixel, 2.0 * cell.edge);
+    vec3 color = cell_color(cell, point + 1e-3 * cell.edge * direction, level);
+    // Faces across x, y and z are told apart.
+    vec3 face = dot(vec3(is_entered), vec3(0.8, 1.0, 0.6)) * (1.0 - 0.5 * cell_line)
+        * (1.0 - 0.9 * tile_line) * color;
+    vec4 drawn = is_full ? vec4(min(face, vec3(1.0)), 1.0) : vec4(0.0);
+    if (cell.is_empty)
+        drawn = min(0.1 * (log2(cell.edge) - level), 0.4) * cell_line * vec4(color, 1.0);
+    return t > 0.0 ? drawn : vec4(0.0);
+}
+
+#endif

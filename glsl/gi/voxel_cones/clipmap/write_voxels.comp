@@ -1,0 +1,53 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// clipmap.write_voxels: the radiance of a level's voxels in some region, premultiplied by opacity,
+// into its texels, but where those of the next finer level alone are shown. A thread a voxel.
+layout(local_size_x = 64) in;
+
+#include "gi/shared/voxel/records.glsl"
+
+layout(constant_id = 0) const bool FACES = false;
+// each voxel has six radiances, and not one for all faces
+layout(constant_id = 1) const bool SIX = false;
+
+layout(std430, set = 1, binding = 0) restrict readonly buffer Voxels { Voxel voxels[]; };
+layout(std430, set = 1, binding = 1) restrict readonly buffer VoxelRadiance {
+    uvec2 voxel_radiance[];
+};
+layout(set = 1, binding = 2, rgba16f) uniform restrict writeonly image3D clipmap;
+
+#include "gi/voxel_cones/clipmap/store.glsl"
+
+layout(push_constant) uniform WriteParams {
+    ivec4 first;         // xyz: first voxel of the level modulo n; w: n
+    // xyz: first voxel of the box that is made from the finer level alone, from the level's own
+    ivec4 core_low;
+    ivec4 core_end;
+    ivec4 region_low;    // xyz: first voxel that is written, from the level's own
+    ivec4 region_end;
+    uint voxel_count;
+    int clipmap_level;
+} params;
+
+void main() {
+    uint index = gl_GlobalInvocationID.x + gl_GlobalInvocationID.y * 4194240u;
+    if (index >= params.voxel_count) return;
+    ivec3 voxel = ivec3(voxel_coordinates(voxels[index].xy, voxels[index].z_area));
+    if (all(greaterThanEqual(voxel, params.core_low.xyz))
+        && all(lessThan(voxel, params.core_end.xyz)))
+        return;
+    if (any(lessThan(voxel, params.region_low.xyz))
+        || any(greaterThanEqual(voxel, params.region_end.xyz)))
+        return;
+    ivec3 texel = voxel + params.first.xyz & params.first.w - 1;
+    int faces = 1;
+    if (FACES) faces = 6;
+    for (int face = 0; face < faces; ++face) {
+        uint at = index;
+        if (SIX) at = 6u * index + uint(face);
+        uvec2 radiance = voxel_radiance[at];
+        vec2 rg = unpackHalf2x16(radiance.x), ba = unpackHalf2x16(radiance.y);
+        store_texel(
+            texel, face, params.clipmap_level, params.first.w, vec4(vec3(rg, ba.x) * ba.y, ba.y));
+    }
+}

@@ -1,0 +1,600 @@
+//! Cones on the device: the sets, how they are marched, and the passes that gather, reflect and
+//! bounce by them.
+
+use std::sync::Arc;
+
+use super::sets::{ConeSet, cone_set, diffuse_set};
+use super::volume::{FaceWeights, Output, Volume, VolumePass, volume_pass};
+use crate::gi::Settings;
+use crate::gi::shared::voxel::build::linear_groups;
+use crate::gi::shared::voxel::trace::LOOP_BUDGET;
+use crate::gi::shared::voxel::{Bounces, Directionality, VoxelGrid, VoxelRecords};
+use crate::gpu_struct;
+use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu, Image};
+use crate::render::{GBuffer, GpuScene, screen_groups, screen_image, storage};
+
+gpu_struct! {
+    /// Parameters of `cone.gather`.
+    pub struct ConeParams {
+        /// xyz: smallest corner of the grid (m); w: voxel size (m).
+        pub grid: [f32; 4],
+        /// Voxels along an edge of the grid.
+        pub resolution: f32,
+        /// β.
+        pub step_factor: f32,
+        /// g.
+        pub opacity_exponent: f32,
+        /// k; 0: off.
+        pub height_clamp: f32,
+        /// Longest distance (voxels).
+        pub max_distance: f32,
+        /// λ (1/m).
+        pub ao_falloff: f32,
+        /// Start along the geometric normal (voxels).
+        pub start_offset: f32,
+        /// First cone of this dispatch.
+        pub first_cone: u32,
+        /// One beyond its last cone.
+        pub end_cone: u32,
+        /// n of the n×n interleaving tile.
+        pub interleave: u32,
+        /// Width of a stratum of sin²θ; 0 where elevations are fixed.
+        pub jitter: f32,
+        /// 1 for visibility alone.
+        pub is_occlusion: u32,
+        /// Bricks of a sparse volume from a face of a tile to the next.
+        pub face_stride: u32,
+    }
+}
+
+gpu_struct! {
+    /// Parameters of `cone.specular`.
+    pub struct SpecularParams {
+        /// xyz: smallest corner of the grid (m); w: voxel size (m).
+        pub grid: [f32; 4],
+        /// Voxels along an edge of the grid.
+        pub resolution: f32,
+        /// β.
+        pub step_factor: f32,
+        /// g.
+        pub opacity_exponent: f32,
+        /// k; 0: off.
+        pub height_clamp: f32,
+        /// Longest distance (voxels).
+        pub max_distance: f32,
+        /// Start along the geometric normal (voxels).
+        pub start_offset: f32,
+        /// As in [`ConeParams`].
+        pub face_stride: u32,
+    }
+}
+
+gpu_struct! {
+    /// Parameters of `voxel.bounce` by cones.
+    pub struct BounceConeParams {
+        /// xyz: first voxel of the piece of the grid that the voxels are of; w: voxels along an
+        /// edge of the grid.
+        pub first_voxel: [f32; 4],
+        /// Number of occupied voxels.
+        pub voxel_count: u32,
+        /// β.
+        pub step_factor: f32,
+        /// g.
+        pub opacity_exponent: f32,
+        /// k; 0: off.
+        pub height_clamp: f32,
+        /// Longest distance (voxels).
+        pub max_distance: f32,
+        /// Start along the normal (voxels).
+        pub start_offset: f32,
+        /// First cone of this dispatch.
+        pub first_cone: u32,
+        /// One beyond its last cone.
+        pub end_cone: u32,
+        /// Width of a stratum of sin²θ.
+        pub jitter: f32,
+        /// Edge of the voxels that gather (voxels that are gathered from).
+        pub voxel_scale: f32,
+        /// As in [`ConeParams`].
+        pub face_stride: u32,
+    }
+}
+
+const GATHER_BINDINGS: [Binding; 4] = [
+    Binding::sampled("view_depth", Access::ComputeSampled),
+    Binding::sampled("normals", Access::ComputeSampled),
+    Binding::buffer("cones", Access::ComputeRead),
+    Binding::image("indirect_diffuse", Access::ComputeReadWrite),
+];
+
+const SPECULAR_BINDINGS: [Binding; 5] = [
+    Binding::sampled("view_depth", Access::ComputeSampled),
+    Binding::sampled("normals", Access::ComputeSampled),
+    Binding::sampled("albedo", Access::ComputeSampled),
+    Binding::sampled("specular", Access::ComputeSampled),
+    Binding::image("indirect_specular", Access::ComputeWrite),
+];
+
+const BOUNCE_BINDINGS: [Binding; 3] = [
+    Binding::buffer("voxel_records", Access::ComputeRead),
+    Binding::buffer("cones", Access::ComputeRead),
+    Binding::buffer("voxel_irradiance", Access::ComputeReadWrite),
+];
+
+/// E = π Σ w L over a set of cones. Reads the G-buffer and a volume, writes RGBA32F (irradiance,
+/// ambient visibility); a thread a pixel.
+pub static GATHER: VolumePass = volume_pass!(
+    "cone.gather",
+    "gi/shared/cone/gather",
+    ConeParams,
+    GATHER_BINDINGS
+);
+
+/// Ambient visibility by a set of its own, in place of that of [`GATHER`]; what that gathered
+/// stays.
+pub static OCCLUSION: VolumePass = volume_pass!(
+    "cone.occlusion",
+    "gi/shared/cone/gather",
+    ConeParams,
+    GATHER_BINDINGS
+);
+
+/// L_s by one cone along the mirror direction. Reads as [`GATHER`] and the specular lobe, writes
+/// RGBA32F.
+pub static SPECULAR: VolumePass = volume_pass!(
+    "cone.specular",
+    "gi/shared/cone/specular",
+    SpecularParams,
+    SPECULAR_BINDINGS
+);
+
+/// E/π = Σ w L over a set of cones from each voxel. Reads voxels and a volume, writes half floats;
+/// a thread a voxel.
+pub static BOUNCE: VolumePass = volume_pass!(
+    "voxel.bounce",
+    "gi/shared/cone/bounce",
+    BounceConeParams,
+    BOUNCE_BINDINGS
+);
+
+/// How cones are traced.
+#[derive(Clone, Copy, Debug)]
+pub struct ConeSettings {
+    /// n of the interleaving tile.
+    pub interleave: u32,
+    pub(super) step_factor: f32,
+    pub(super) opacity_exponent: f32,
+    pub(super) height_clamp: f32,
+    pub(super) start_offset: f32,
+    pub(super) max_distance_m: f32,
+    pub(super) ao_falloff: f32,
+    pub(super) face_weights: FaceWeights,
+}
+
+/// A cone set on the device.
+pub(super) struct DeviceSet {
+    pub(super) cones: Arc<Buffer>,
+    pub(super) count: u32,
+    pub(super) jitter: f32,
+    is_narrow: bool,
+}
+
+impl DeviceSet {
+    fn new(gpu: &Gpu, name: &str, set: &ConeSet) -> Result<Self, Error> {
+        let is_narrow = set
+            .cones
+            .iter()
+            .all(|cone| cone.tan_half_aperture <= NARROW);
+        let rows: Vec<[f32; 4]> = set
+            .cones
+            .iter()
+            .map(|cone| {
+                [
+                    cone.sin2_theta,
+                    cone.phi_rad,
+                    cone.tan_half_aperture,
+                    cone.weight,
+                ]
+            })
+            .collect();
+        Ok(DeviceSet {
+            cones: storage(gpu, name, bytemuck::cast_slice(&rows))?,
+            count: rows.len() as u32,
+            jitter: set.stratum,
+            is_narrow,
+        })
+    }
+}
+
+/// Cone sets on the device, and how they are traced.
+pub struct ConeTracer {
+    pub(super) settings: ConeSettings,
+    /// Of a pixel.
+    pub(super) set: DeviceSet,
+    /// Of a voxel, where voxels gather.
+    bounce_set: Option<DeviceSet>,
+    /// Of a pixel's ambient visibility, where it has cones of its own; their longest reach (m), 0
+    /// for the end of the grid, and λ (1/m).
+    occlusion: Option<(DeviceSet, f32, f32)>,
+    /// tan(γ/2) of the cone to a light; absent where shadow maps say what hides it.
+    pub(super) shadow_tan_half: Option<f32>,
+    /// Whether diffuse cones skip samples of a dense volume's empty space. The picture is the
+    /// same, bit by bit.
+    pub skips_empty: bool,
+}
+
+/// Cones of at most this tan(γ/2) skip empty space: wider ones leave it within a few samples, of
+/// which most see matter.
+const NARROW: f32 = 0.3;
+
+/// Lanes of the widest vector in which a software device runs invocations; a loop turns for all of
+/// them until the last has ended.
+pub(super) const VECTOR_LANES: u32 = 8;
+
+/// Turns of a sample's loops where lanes differ in whether a level has faces.
+const FACE_TURNS: u32 = 5;
+
+/// Samples of the longest cone: across the cube's diagonal, √3 n voxels, in steps of no less than β
+/// voxels.
+pub(super) fn longest_march(resolution: u32, step_factor: f32) -> u32 {
+    (1.8 * resolution as f32 / step_factor).ceil() as u32 + 1
+}
+
+pub(super) fn face_turns(directionality: Directionality) -> u32 {
+    if directionality == Directionality::Isotropic {
+        0
+    } else {
+        FACE_TURNS
+    }
+}
+
+impl ConeTracer {
+    /// From a technique's settings.
+    pub fn new(gpu: &Gpu, settings: &Settings) -> Result<Self, Error> {
+        let (resolution, step_factor) =
+            (settings.count("resolution"), settings.number("step_factor"));
+        // A sample that is taken costs a turn of two loops.
+        let turns = 2 + face_turns(Directionality::new(settings));
+        if turns * longest_march(resolution, step_factor) > LOOP_BUDGET {
+            let what = format!(
+                "step_factor {step_factor} at resolution {resolution} (take larger steps or fewer \
+                 voxels)"
+            );
+            return Err(Error::FeatureMissing {
+                what,
+                feature: "more than 65,535 turns of a shader's loops",
+            });
+        }
+        let aperture_scale = settings.number("aperture_scale");
+        let set = DeviceSet::new(gpu, "cone.set", &diffuse_set(settings))?;
+        let occlusion = match settings.count("occlusion_cones") {
+            0 => None,
+            count => Some(DeviceSet::new(
+                gpu,
+                "cone.occlusion_set",
+                &cone_set(count, true, aperture_scale),
+            )?),
+        };
+        let bounce_set = cone_set(settings.count("bounce_directions"), true, aperture_scale);
+        Ok(ConeTracer {
+            settings: ConeSettings {
+                interleave: settings.count("interleave"),
+                step_factor: settings.number("step_factor"),
+                opacity_exponent: settings.number("opacity_exponent"),
+                height_clamp: settings.number("height_clamp"),
+                start_offset: settings.number("start_offset"),
+                max_distance_m: settings.number("max_distance"),
+                ao_falloff: settings.number("ao_falloff"),
+                face_weights: if settings.find_choice("face_weights") == Some("squared") {
+                    FaceWeights::Squared
+                } else {
+                    FaceWeights::Extinction
+                },
+            },
+            bounce_set: Bounces::new(settings)
+                .any()
+                .then(|| DeviceSet::new(gpu, "cone.bounce_set", &bounce_set))
+                .transpose()?,
+            occlusion: occlusion.map(|set| {
+                (
+                    set,
+                    settings.number("occlusion_distance"),
+                    settings.number("occlusion_falloff"),
+                )
+            }),
+            shadow_tan_half: settings
+                .is("shadows", "cones")
+                .then(|| (0.5 * settings.number("shadow_aperture").to_radians()).tan()),
+            skips_empty: set.is_narrow,
+            set,
+        })
+    }
+
+    /// Whether lights have shadows by cones.
+    pub fn has_shadows(&self) -> bool {
+        self.shadow_tan_half.is_some()
+    }
+
+    /// Whether there are cones even where something else gathers the diffuse light.
+    pub fn is_beside_gather(&self) -> bool {
+        self.has_shadows() || self.occlusion.is_some()
+    }
+
+    /// Whether some cones, the specular one aside, skip empty space, and so need the matter pyramid
+    /// of a dense volume.
+    pub fn needs_matter(&self) -> bool {
+        self.skips_empty
+            || self.has_shadows()
+            || self
+                .occlusion
+                .as_ref()
+                .is_some_and(|(set, ..)| set.is_narrow)
+    }
+
+    /// Adds the diffuse gather.
+    pub fn gather(
+        &self,
+        frame: &mut Frame,
+        gbuffer: &GBuffer,
+        grid: &VoxelGrid,
+        volume: Volume<'_>,
+        result: &Arc<Image>,
+    ) {
+        self.add_gather(frame, gbuffer, grid, volume, result, Output::Light);
+    }
+
+    /// Adds the ambient visibility by cones of its own to what was gathered; nothing where the
+    /// settings have none.
+    pub fn occlusion(
+        &self,
+        frame: &mut Frame,
+        gbuffer: &GBuffer,
+        grid: &VoxelGrid,
+        volume: Volume<'_>,
+        result: &Arc<Image>,
+    ) {
+        let Some((set, reach_m, falloff)) = &self.occlusion else {
+            return;
+        };
+        let settings = ConeSettings {
+            max_distance_m: *reach_m,
+            ao_falloff: *falloff,
+            ..self.settings
+        };
+        let pass = volume.choose(&OCCLUSION);
+        for (params, groups) in gather_params(&settings, set, grid, volume, gbuffer) {
+            let params = ConeParams {
+                is_occlusion: 1,
+                ..params
+            };
+            let builder = frame
+                .pass(pass)
+                .bind(&gbuffer.view_depth)
+                .bind(&gbuffer.normals)
+                .bind(&set.cones)
+                .bind(result);
+            volume
+                .bind(builder, set.is_narrow, Output::Light, settings.face_weights)
+                .push(&params)
+                .dispatch(groups);
+        }
+    }
+
+    fn add_gather(
+        &self,
+        frame: &mut Frame,
+        gbuffer: &GBuffer,
+        grid: &VoxelGrid,
+        volume: Volume<'_>,
+        result: &Arc<Image>,
+        output: Output,
+    ) {
+        let pass = volume.choose(&GATHER);
+        for (params, groups) in gather_params(&self.settings, &self.set, grid, volume, gbuffer) {
+            let builder = frame
+                .pass(pass)
+                .bind(&gbuffer.view_depth)
+                .bind(&gbuffer.normals)
+                .bind(&self.set.cones)
+                .bind(result);
+            volume
+                .bind(
+                    builder,
+                    self.skips_empty,
+                    output,
+                    self.settings.face_weights,
+                )
+                .push(&params)
+                .dispatch(groups);
+        }
+    }
+
+    /// Adds `voxel.bounce` for the voxels of a grid, or of a piece of it: what reaches each, E/π,
+    /// into `irradiance`. Nothing where the settings have one bounce.
+    pub fn bounce(
+        &self,
+        frame: &mut Frame,
+        grid: &VoxelGrid,
+        voxels: &VoxelRecords,
+        volume: Volume<'_>,
+        irradiance: &Arc<Buffer>,
+    ) {
+        let Some(set) = &self.bounce_set else { return };
+        let pass = volume.choose(&BOUNCE);
+        let s = &self.settings;
+        let first_voxel = ((voxels.grid.origin - grid.origin) / voxels.grid.voxel_size).round();
+        for [first_cone, end_cone] in s.dispatches(grid, volume, set.count) {
+            let params = BounceConeParams {
+                first_voxel: first_voxel.extend(grid.resolution as f32).to_array(),
+                voxel_count: voxels.voxel_count,
+                step_factor: s.step_factor,
+                opacity_exponent: s.opacity_exponent,
+                height_clamp: s.height_clamp,
+                max_distance: s.max_distance(grid),
+                start_offset: s.start_offset,
+                first_cone,
+                end_cone,
+                jitter: set.jitter,
+                voxel_scale: voxels.grid.voxel_size / grid.voxel_size,
+                face_stride: volume.face_stride(),
+            };
+            let builder = frame
+                .pass(pass)
+                .bind(&voxels.records)
+                .bind(&set.cones)
+                .bind(irradiance);
+            let threads = volume.sides() * voxels.voxel_count;
+            volume
+                .bind(builder, self.skips_empty, Output::Light, s.face_weights)
+                .push(&params)
+                .dispatch(linear_groups(threads));
+        }
+    }
+
+    /// Adds the specular cone; nothing in a scene without glossy surfaces.
+    pub fn specular(
+        &self,
+        frame: &mut Frame,
+        gbuffer: &GBuffer,
+        grid: &VoxelGrid,
+        volume: Volume<'_>,
+        result: &Arc<Image>,
+    ) {
+        self.add_specular(frame, gbuffer, grid, volume, result, Output::Light);
+    }
+
+    fn add_specular(
+        &self,
+        frame: &mut Frame,
+        gbuffer: &GBuffer,
+        grid: &VoxelGrid,
+        volume: Volume<'_>,
+        result: &Arc<Image>,
+        output: Output,
+    ) {
+        let Some(specular) = &gbuffer.specular else {
+            return;
+        };
+        let s = &self.settings;
+        let params = SpecularParams {
+            grid: grid.row(),
+            resolution: grid.resolution as f32,
+            step_factor: s.step_factor,
+            opacity_exponent: s.opacity_exponent,
+            height_clamp: s.height_clamp,
+            max_distance: s.max_distance(grid),
+            start_offset: s.start_offset,
+            face_stride: volume.face_stride(),
+        };
+        let pass = volume.choose(&SPECULAR);
+        let builder = frame
+            .pass(pass)
+            .bind(&gbuffer.view_depth)
+            .bind(&gbuffer.normals)
+            .bind(&gbuffer.albedo)
+            .bind(specular)
+            .bind(result);
+        volume
+            .bind(builder, true, output, s.face_weights)
+            .push(&params)
+            .dispatch(screen_groups(gbuffer.size));
+    }
+
+    /// Samples that all cones of a picture take, skipped ones too, by pass: counted by the passes
+    /// themselves, in a run without light. `counted`: whether to count the diffuse gather, and
+    /// the specular cone. The scene's frame constants are those of the picture.
+    pub fn count_samples(
+        &self,
+        gpu: &Gpu,
+        scene: &GpuScene,
+        gbuffer: &GBuffer,
+        grid: &VoxelGrid,
+        volume: Volume<'_>,
+        counted: [bool; 2],
+    ) -> Result<Vec<(&'static str, u64)>, Error> {
+        let result = screen_image(gpu, "cone.samples", gbuffer.size)?;
+        let mut counts = Vec::new();
+        for (pass, is_counted) in [&GATHER, &SPECULAR].into_iter().zip(counted) {
+            if !is_counted {
+                continue;
+            }
+            let mut frame = Frame::new();
+            frame.set_scene(&scene.set, &scene.materials);
+            if std::ptr::eq(pass, &GATHER) {
+                self.add_gather(&mut frame, gbuffer, grid, volume, &result, Output::Samples);
+            } else {
+                self.add_specular(&mut frame, gbuffer, grid, volume, &result, Output::Samples);
+            }
+            gpu.submit(frame)?;
+            let texels: Vec<[f32; 4]> =
+                bytemuck::pod_collect_to_vec(&gpu.read_image(&result, 0, 0)?);
+            counts.push((
+                pass.dense.name,
+                texels.iter().map(|texel| texel[0] as u64).sum(),
+            ));
+        }
+        Ok(counts)
+    }
+}
+
+impl ConeSettings {
+    /// First cone, and one beyond the last, of as many dispatches as keep the loops of one thread's
+    /// cones within `LOOP_BUDGET`.
+    pub(super) fn dispatches(
+        &self,
+        grid: &VoxelGrid,
+        volume: Volume<'_>,
+        count: u32,
+    ) -> Vec<[u32; 2]> {
+        // A sample that is taken costs a turn of both loops; one that is skipped costs a turn of
+        // the inner one, which at worst no two lanes of a vector take together.
+        let turns = 2 + VECTOR_LANES + face_turns(volume.directionality());
+        let cones_a_dispatch = (LOOP_BUDGET
+            / (turns * longest_march(volume.voxels_across(grid), self.step_factor)))
+        .max(1);
+        (0..count)
+            .step_by(cones_a_dispatch as usize)
+            .map(|first| [first, (first + cones_a_dispatch).min(count)])
+            .collect()
+    }
+
+    /// Longest distance (voxels).
+    pub(super) fn max_distance(&self, grid: &VoxelGrid) -> f32 {
+        if self.max_distance_m > 0.0 {
+            self.max_distance_m / grid.voxel_size
+        } else {
+            4.0 * grid.resolution as f32
+        }
+    }
+}
+
+/// What `cone.gather` and `cone.occlusion` are told, and their workgroups, dispatch by dispatch.
+fn gather_params(
+    s: &ConeSettings,
+    set: &DeviceSet,
+    grid: &VoxelGrid,
+    volume: Volume<'_>,
+    gbuffer: &GBuffer,
+) -> impl Iterator<Item = (ConeParams, [u32; 3])> {
+    let face_stride = volume.face_stride();
+    let params = move |[first_cone, end_cone]: [u32; 2]| ConeParams {
+        grid: grid.row(),
+        resolution: grid.resolution as f32,
+        step_factor: s.step_factor,
+        opacity_exponent: s.opacity_exponent,
+        height_clamp: s.height_clamp,
+        max_distance: s.max_distance(grid),
+        ao_falloff: s.ao_falloff,
+        start_offset: s.start_offset,
+        first_cone,
+        end_cone,
+        interleave: s.interleave,
+        jitter: set.jitter,
+        is_occlusion: 0,
+        face_stride,
+    };
+    let groups = screen_groups(gbuffer.size);
+    s.dispatches(grid, volume, set.count)
+        .into_iter()
+        .map(move |cones| (params(cones), groups))
+}

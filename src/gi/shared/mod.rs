@@ -1,0 +1,5 @@
+//! Parts that several families use. They name no technique.
+
+pub mod cone;
+pub mod interleave;
+pub mod voxel;

@@ -1,0 +1,260 @@
+//! Reflective shadow maps into voxels.
+
+use std::sync::Arc;
+
+use crate::gi::shared::voxel::VoxelGrid;
+use crate::gi::shared::voxel::light::{
+    AREA_UNIT, CLEAR_LIGHT, VoxelLight, VoxelLookup, VoxelRecords,
+};
+use crate::gpu_struct;
+use crate::graph::{Access, Binding, Frame, Image, Pass, Sets, Shaders};
+use crate::render::{LightMaps, TILE};
+
+gpu_struct! {
+    /// Parameters of `voxel.inject_rsm`.
+    pub struct InjectParams {
+        /// xyz: smallest corner of the grid (m); w: voxel size (m).
+        pub grid: [f32; 4],
+        /// Smallest corner and edge of the piece of the grid whose voxels are added to (voxels).
+        pub piece: [i32; 4],
+        /// xyz: first voxel of the box whose light stays as it is.
+        pub kept_low: [i32; 4],
+        /// xyz: its end.
+        pub kept_end: [i32; 4],
+        /// Voxels along an edge of the grid.
+        pub resolution: u32,
+        /// First of the piece's voxels; their records and sums start with it.
+        pub first_voxel: u32,
+        /// How many voxels it has.
+        pub voxel_count: u32,
+        /// One integer step of r, g, b (W/(m² sr)).
+        pub flux_unit: f32,
+        /// One integer step of lit area (voxel faces).
+        pub area_unit: f32,
+        /// Groups along an edge of a map.
+        pub group_row: u32,
+    }
+}
+
+gpu_struct! {
+    /// Parameters of `voxel.list_tiles`.
+    pub struct TileParams {
+        /// xyz: smallest corner of the grid (m); w: voxel size (m).
+        pub grid: [f32; 4],
+        /// Smallest corner and edge of the piece of the grid whose voxels are lit (voxels).
+        pub piece: [i32; 4],
+        /// xyz: first voxel of the box whose light stays as it is.
+        pub kept_low: [i32; 4],
+        /// xyz: its end.
+        pub kept_end: [i32; 4],
+    }
+}
+
+/// Between which depths the surface of each tile of an RSM lies. A thread a tile.
+pub static BOUND_TILES: Pass = Pass {
+    name: "voxel.bound_tiles",
+    shaders: Shaders::Compute("gi/shared/voxel/light/bound_tiles.comp"),
+    bindings: &[
+        Binding::buffer("light_views", Access::ComputeRead),
+        Binding::sampled("shadow_maps", Access::ComputeSampled),
+        Binding::buffer("tile_depths", Access::ComputeWrite),
+    ],
+    push_bytes: 0,
+    sets: Sets::Scene,
+};
+
+/// Squares of tiles of the RSM from which light can fall on voxels that are lit anew. A thread a
+/// square.
+pub static LIST_TILES: Pass = Pass {
+    name: "voxel.list_tiles",
+    shaders: Shaders::Compute("gi/shared/voxel/light/list_tiles.comp"),
+    bindings: &[
+        Binding::buffer("light_views", Access::ComputeRead),
+        Binding::buffer("tile_depths", Access::ComputeRead),
+        Binding::buffer("list", Access::ComputeReadWrite),
+    ],
+    push_bytes: size_of::<TileParams>() as u32,
+    sets: Sets::Scene,
+};
+
+const INJECT_BINDINGS: [Binding; 8] = [
+    Binding::buffer("light_views", Access::ComputeRead),
+    Binding::sampled("shadow_maps", Access::ComputeSampled),
+    Binding::sampled("rsm_normal", Access::ComputeSampled),
+    Binding::sampled("rsm_reflected", Access::ComputeSampled),
+    Binding::buffer("flux", Access::ComputeReadWrite),
+    Binding::buffer("lost_texels", Access::ComputeReadWrite),
+    Binding::buffer("voxels", Access::ComputeRead),
+    Binding::buffer("list", Access::ComputeRead),
+];
+
+/// Every RSM texel adds its flux to the voxels that its footprint lies in. A thread a block of
+/// texels; 40-bit integer sums, the same in every run.
+pub static INJECT_RSM: Pass = Pass {
+    name: "voxel.inject_rsm",
+    shaders: Shaders::Compute("gi/shared/voxel/light/inject_rsm.comp"),
+    bindings: &{
+        let [a, b, c, d, e, f, g, h] = INJECT_BINDINGS;
+        [
+            a,
+            b,
+            c,
+            d,
+            e,
+            f,
+            g,
+            h,
+            Binding::buffer("occupancy", Access::ComputeRead),
+            Binding::buffer("block_bases", Access::ComputeRead),
+        ]
+    },
+    push_bytes: size_of::<InjectParams>() as u32,
+    sets: Sets::Scene,
+};
+
+/// As [`INJECT_RSM`]; voxels are found by descent from the root of an octree.
+pub static INJECT_RSM_SPARSE: Pass = Pass {
+    name: "voxel.inject_rsm",
+    shaders: Shaders::Compute("gi/shared/voxel/light/inject_rsm_svo.comp"),
+    bindings: &{
+        let [a, b, c, d, e, f, g, h] = INJECT_BINDINGS;
+        [
+            a,
+            b,
+            c,
+            d,
+            e,
+            f,
+            g,
+            h,
+            Binding::buffer("nodes", Access::ComputeRead),
+        ]
+    },
+    push_bytes: size_of::<InjectParams>() as u32,
+    sets: Sets::Scene,
+};
+
+/// Adds the pass that injection into a part of the scene needs once, after the maps were drawn.
+pub fn bound_tiles(frame: &mut Frame, maps: &LightMaps) {
+    if maps.rsm.is_none() || maps.view_count == 0 {
+        return;
+    }
+    let groups = maps.size.div_ceil(TILE).div_ceil(8);
+    frame
+        .pass(&BOUND_TILES)
+        .bind(&maps.views)
+        .bind(&maps.depth)
+        .bind(&maps.tiles[0])
+        .dispatch([groups, groups, maps.view_count]);
+}
+
+impl VoxelLight {
+    /// Whether these voxels, or those of them that are lit anew, are a small part of what the maps
+    /// show; then their tiles have to be bound before ([`bound_tiles`]).
+    pub fn is_part(&self, voxels: &VoxelRecords) -> bool {
+        voxels.grid.resolution < self.scene_resolution || !voxels.kept.is_empty()
+    }
+
+    pub(super) fn inject(
+        &self,
+        frame: &mut Frame,
+        voxels: &VoxelRecords,
+        lookup: VoxelLookup<'_>,
+        maps: &LightMaps,
+        [normal, reflected]: &[Arc<Image>; 2],
+    ) {
+        let VoxelRecords { lattice, kept, .. } = voxels;
+        let (pass, grid, piece, first_voxel) = match lookup {
+            VoxelLookup::Dense(_) => (
+                &INJECT_RSM,
+                VoxelGrid {
+                    origin: lattice.anchor,
+                    ..voxels.grid
+                },
+                lattice.first,
+                0,
+            ),
+            VoxelLookup::Sparse {
+                grid, first_voxel, ..
+            } => (
+                &INJECT_RSM_SPARSE,
+                grid,
+                ((voxels.grid.origin - grid.origin) / grid.voxel_size)
+                    .round()
+                    .as_ivec3(),
+                first_voxel,
+            ),
+        };
+        let block = texel_block(maps.size, self.scene_resolution);
+        let group_row = maps.size.div_ceil(TILE * block);
+        let (piece, kept_low, kept_end) = (
+            piece.extend(voxels.grid.resolution as i32).to_array(),
+            kept.low.extend(0).to_array(),
+            kept.end.extend(0).to_array(),
+        );
+        let is_part = self.is_part(voxels);
+        if is_part {
+            let [depths, list] = &maps.tiles;
+            frame.fill(CLEAR_LIGHT, list, 0);
+            let pass = frame
+                .pass(&LIST_TILES)
+                .bind(&maps.views)
+                .bind(depths)
+                .bind(list)
+                .constants(&[block]);
+            pass.push(&TileParams {
+                grid: grid.row(),
+                piece,
+                kept_low,
+                kept_end,
+            })
+            .dispatch([
+                group_row.div_ceil(8),
+                group_row.div_ceil(8),
+                maps.view_count,
+            ]);
+        }
+        let params = InjectParams {
+            grid: grid.row(),
+            piece,
+            kept_low,
+            kept_end,
+            resolution: grid.resolution,
+            first_voxel,
+            voxel_count: voxels.voxel_count,
+            flux_unit: self.flux_unit,
+            area_unit: AREA_UNIT,
+            group_row,
+        };
+        let pass = frame
+            .pass(pass)
+            .bind(&maps.views)
+            .bind(&maps.depth)
+            .bind(normal)
+            .bind(reflected);
+        let pass = pass
+            .bind(&self.flux)
+            .bind(&self.counters)
+            .bind(&voxels.records)
+            .bind(&maps.tiles[1]);
+        let pass = match lookup {
+            VoxelLookup::Dense(voxels) => pass.bind(&voxels.occupancy).bind(&voxels.block_bases),
+            VoxelLookup::Sparse { nodes, .. } => pass.bind(nodes),
+        };
+        let pass = pass
+            .constants(&[self.settings.sides as u32, block, u32::from(is_part)])
+            .push(&params);
+        if is_part {
+            pass.dispatch_indirect(&maps.tiles[1], 0)
+        } else {
+            pass.dispatch([group_row, group_row, maps.view_count])
+        }
+    }
+}
+
+/// Edge of the blocks of texels that a thread adds: a voxel, were the map as wide as the scene.
+fn texel_block(map_size: u32, resolution: u32) -> u32 {
+    let most = (map_size / resolution).clamp(1, 8);
+    // The largest power of two that divides the map into whole blocks.
+    1 << most.ilog2().min(map_size.trailing_zeros())
+}

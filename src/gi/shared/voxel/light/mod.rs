@@ -1,0 +1,543 @@
+//! Direct light into voxels: injection of reflective shadow maps, or shading of each voxel, and
+//! emission.
+
+pub mod bounce;
+pub mod inject;
+pub mod settings;
+pub mod slots;
+
+use std::sync::Arc;
+
+use glam::Vec3;
+
+use crate::gi::shared::voxel::build::{buffer, linear_groups};
+use crate::gi::shared::voxel::light::settings::{Attenuation, Injection, LightSettings, Viewer};
+use crate::gi::shared::voxel::trace::LOOP_BUDGET;
+use crate::gi::shared::voxel::{Bounces, Lattice, VoxelBox, VoxelGrid, Voxels};
+use crate::gpu_struct;
+use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu, Image, Pass, Sets, Shaders};
+use crate::render::{GpuScene, LightMaps};
+use crate::scene::Light;
+
+gpu_struct! {
+    /// Parameters of `voxel.light`.
+    pub struct LightParams {
+        /// xyz: corner that places are counted from (m); w: voxel size (m).
+        pub grid: [f32; 4],
+        /// xyz: smallest corner of the voxels' grid from there (voxels).
+        pub first: [i32; 4],
+        /// xyz: first voxel of the box whose light stays as it is.
+        pub kept_low: [i32; 4],
+        /// xyz: its end.
+        pub kept_end: [i32; 4],
+        /// Number of records.
+        pub voxel_count: u32,
+        /// One integer step of r, g, b (W/(m² sr)).
+        pub flux_unit: f32,
+        /// One integer step of lit area (voxel faces).
+        pub area_unit: f32,
+        /// Voxels along an edge of the grid.
+        pub resolution: u32,
+        /// κ of soft occlusion (voxels).
+        pub kappa: f32,
+    }
+}
+
+/// Name of the fills before injection.
+pub static CLEAR_LIGHT: &str = "voxel.clear_light";
+
+const LIGHT_BINDINGS: [Binding; 11] = [
+    Binding::buffer("light_views", Access::ComputeRead),
+    Binding::sampled("shadow_maps", Access::ComputeSampled),
+    Binding::buffer("voxels", Access::ComputeRead),
+    Binding::buffer("voxel_emission", Access::ComputeRead),
+    Binding::buffer("flux", Access::ComputeRead),
+    Binding::buffer("voxel_radiance", Access::ComputeWrite),
+    Binding::buffer("lost_texels", Access::ComputeReadWrite),
+    Binding::buffer("voxel_irradiance", Access::ComputeRead),
+    Binding::buffer("occupancy", Access::ComputeRead),
+    Binding::buffer("block_bases", Access::ComputeRead),
+    Binding::buffer("voxel_faces", Access::ComputeRead),
+];
+
+/// Radiance of each occupied voxel, in compact order. A thread a voxel.
+pub static LIGHT: Pass = Pass {
+    name: "voxel.light",
+    shaders: Shaders::Compute("gi/shared/voxel/light/light_voxels.comp"),
+    bindings: &LIGHT_BINDINGS,
+    push_bytes: size_of::<LightParams>() as u32,
+    sets: Sets::Scene,
+};
+
+/// As [`LIGHT`], and into mip 0 of a dense RGBA16F texture, premultiplied by opacity; of
+/// directional voxels, six faces side by side along x.
+pub static LIGHT_DENSE: Pass = Pass {
+    name: "voxel.light",
+    shaders: Shaders::Compute("gi/shared/voxel/light/light_voxels_dense.comp"),
+    bindings: &{
+        let [a, b, c, d, e, f, g, h, i, j, k] = LIGHT_BINDINGS;
+        [
+            a,
+            b,
+            c,
+            d,
+            e,
+            f,
+            g,
+            h,
+            i,
+            j,
+            k,
+            Binding::image("dense_radiance", Access::ComputeWrite),
+        ]
+    },
+    push_bytes: size_of::<LightParams>() as u32,
+    sets: Sets::Scene,
+};
+
+/// The voxels that are lit.
+#[derive(Clone)]
+pub struct VoxelRecords {
+    /// The grid that their coordinates are in.
+    pub grid: VoxelGrid,
+    /// As [`Voxels::lattice`].
+    pub lattice: Lattice,
+    /// Those of which the light stays as it is (voxels of the lattice).
+    pub kept: VoxelBox,
+    /// One [`super::build::passes::Voxel`] each, in compact order.
+    pub records: Arc<Buffer>,
+    /// As [`Voxels::emission`].
+    pub emission: Option<Arc<Buffer>>,
+    /// As [`Voxels::faces`].
+    pub faces: Option<Arc<Buffer>>,
+    /// How many.
+    pub voxel_count: u32,
+    /// As [`Voxels::is_dynamic`].
+    pub is_dynamic: bool,
+    /// Occupancy and block bases, where they are kept.
+    pub dense: Option<[Arc<Buffer>; 2]>,
+}
+
+impl From<&Voxels> for VoxelRecords {
+    fn from(voxels: &Voxels) -> Self {
+        let Voxels {
+            grid,
+            lattice,
+            voxel_count,
+            is_dynamic,
+            ..
+        } = *voxels;
+        let (records, emission, faces) = (
+            Arc::clone(&voxels.records),
+            voxels.emission.clone(),
+            voxels.faces.clone(),
+        );
+        let dense = Some([
+            Arc::clone(&voxels.occupancy),
+            Arc::clone(&voxels.block_bases),
+        ]);
+        VoxelRecords {
+            grid,
+            lattice,
+            kept: VoxelBox::NONE,
+            records,
+            emission,
+            faces,
+            voxel_count,
+            is_dynamic,
+            dense,
+        }
+    }
+}
+
+/// How the voxel at a place is found.
+#[derive(Clone, Copy)]
+pub enum VoxelLookup<'v> {
+    /// By the occupancy of a dense grid.
+    Dense(&'v Voxels),
+    /// By descent in an octree.
+    Sparse {
+        /// Node pool.
+        nodes: &'v Arc<Buffer>,
+        /// Grid of the octree.
+        grid: VoxelGrid,
+        /// Compact index in the octree of the first voxel that is lit.
+        first_voxel: u32,
+    },
+}
+
+/// Injected light of a side of a voxel (`gi/shared/voxel/light/flux.glsl`).
+const FLUX_BYTES: u64 = 20;
+
+/// One integer step of lit area (voxel faces).
+pub(super) const AREA_UNIT: f32 = 1.0 / 16_777_216.0;
+
+/// Light counters on the device.
+const COUNTERS_BYTES: u64 = 8;
+
+/// The light of the occupied voxels.
+pub struct VoxelLight {
+    /// How they are lit.
+    pub settings: LightSettings,
+    /// Voxels that there is room for.
+    pub capacity: u32,
+    /// Radiance (W/(m² sr)) and opacity, four half floats a side, or a face, of a voxel in compact
+    /// order.
+    pub radiance: Arc<Buffer>,
+    /// What the voxels gathered from each other, E/π (W/(m² sr)), four half floats a side; absent
+    /// with one bounce.
+    pub irradiance: Option<Arc<Buffer>>,
+    pub(super) flux: Arc<Buffer>,
+    /// The flux came from the host and stays.
+    is_given: bool,
+    pub(super) counters: Arc<Buffer>,
+    pub(super) flux_unit: f32,
+    /// Voxels of this size along the largest extent of the scene, to a power of two.
+    pub(super) scene_resolution: u32,
+}
+
+impl VoxelLight {
+    /// Allocates for as many voxels as these have room for.
+    pub fn new(
+        gpu: &Gpu,
+        scene: &GpuScene,
+        voxels: &Voxels,
+        settings: LightSettings,
+    ) -> Result<Self, Error> {
+        let LightSettings {
+            injection,
+            sides,
+            bounces,
+            ..
+        } = settings;
+        let turns =
+            sides as u64 * scene.lights.len() as u64 * u64::from(3 * voxels.grid.resolution + 1);
+        if settings.traces() && turns > u64::from(LOOP_BUDGET) {
+            let what = format!(
+                "voxel_occlusion by rays towards {} lights at resolution {}",
+                scene.lights.len(),
+                voxels.grid.resolution
+            );
+            return Err(Error::FeatureMissing {
+                what,
+                feature: "more than 65,535 turns of a shader's loops",
+            });
+        }
+        let capacity = voxels.capacity();
+        let count = sides as u64 * u64::from(capacity);
+        let irradiance = bounces
+            .any()
+            .then(|| buffer(gpu, "voxel.irradiance", sides.radiance_bytes(capacity)))
+            .transpose()?;
+        if let (Some(irradiance), Bounces::Feedback) = (&irradiance, bounces) {
+            // The first frame reads what no frame before it has left.
+            let mut frame = Frame::new();
+            frame.fill(CLEAR_LIGHT, irradiance, 0);
+            gpu.submit(frame)?;
+        }
+        Ok(VoxelLight {
+            settings,
+            capacity,
+            radiance: buffer(gpu, "voxel.radiance", settings.radiance_bytes(capacity))?,
+            irradiance,
+            flux: buffer(
+                gpu,
+                "voxel.flux",
+                if injection == Injection::Rsm {
+                    FLUX_BYTES * count
+                } else {
+                    0
+                },
+            )?,
+            is_given: false,
+            counters: buffer(gpu, "voxel.light_counters", COUNTERS_BYTES)?,
+            flux_unit: flux_unit(scene),
+            scene_resolution: scene_resolution(scene, voxels.grid.voxel_size),
+        })
+    }
+
+    /// Makes room for voxels of which those from `first_moved` on are not what they were. With
+    /// feedback, the others keep what they have gathered, and these start from nothing.
+    pub fn follow(
+        &mut self,
+        gpu: &Gpu,
+        scene: &GpuScene,
+        voxels: &Voxels,
+        first_moved: u32,
+    ) -> Result<(), Error> {
+        let before = self
+            .irradiance
+            .as_ref()
+            .filter(|_| self.settings.bounces == Bounces::Feedback)
+            .map(Arc::clone);
+        let grows = voxels.capacity() > self.capacity;
+        if grows {
+            *self = VoxelLight::new(gpu, scene, voxels, self.settings)?;
+        }
+        let (Some(before), Some(irradiance)) = (before, &self.irradiance) else {
+            return Ok(());
+        };
+        let kept_bytes = 8 * self.settings.sides as u64 * u64::from(first_moved);
+        let mut frame = Frame::new();
+        if grows && kept_bytes > 0 {
+            frame.copy_buffer(CLEAR_LIGHT, (&before, 0), (irradiance, 0), kept_bytes);
+        } else if !grows && kept_bytes < irradiance.size_bytes() {
+            frame.fill_from(CLEAR_LIGHT, irradiance, kept_bytes, 0);
+        }
+        gpu.submit(frame).map(drop)
+    }
+
+    /// Makes room for as many voxels as these have room for; what they gathered stays, and their
+    /// radiance where it has room.
+    pub fn reserve(&mut self, gpu: &Gpu, voxels: &Voxels) -> Result<(), Error> {
+        let LightSettings {
+            injection, sides, ..
+        } = self.settings;
+        self.capacity = voxels.capacity();
+        let count = sides as u64 * u64::from(self.capacity);
+        let radiance_bytes = self.settings.radiance_bytes(self.capacity);
+        if self.radiance.size_bytes() < radiance_bytes {
+            self.radiance = buffer(gpu, "voxel.radiance", radiance_bytes)?;
+        }
+        self.flux = buffer(
+            gpu,
+            "voxel.flux",
+            if injection == Injection::Rsm {
+                FLUX_BYTES * count
+            } else {
+                0
+            },
+        )?;
+        if let Some(irradiance) = &mut self.irradiance
+            && irradiance.size_bytes() < 8 * count
+        {
+            *irradiance = buffer(gpu, "voxel.irradiance", 8 * count)?;
+        }
+        Ok(())
+    }
+
+    /// Adds the passes that light the voxels; with `dense` also mip 0 of a dense texture. With
+    /// feedback they reflect what the last frame left in `irradiance`.
+    pub fn update(
+        &self,
+        frame: &mut Frame,
+        voxels: &Voxels,
+        maps: &LightMaps,
+        dense: Option<&Arc<Image>>,
+    ) {
+        self.update_records(
+            frame,
+            &VoxelRecords::from(voxels),
+            VoxelLookup::Dense(voxels),
+            maps,
+            dense,
+        );
+    }
+
+    /// As [`VoxelLight::update`], of voxels that may be found in another way.
+    pub fn update_records(
+        &self,
+        frame: &mut Frame,
+        voxels: &VoxelRecords,
+        lookup: VoxelLookup<'_>,
+        maps: &LightMaps,
+        dense: Option<&Arc<Image>>,
+    ) {
+        frame.fill(CLEAR_LIGHT, &self.counters, 0);
+        if let (Injection::Rsm, Some(rsm), false) =
+            (self.settings.injection, &maps.rsm, self.is_given)
+        {
+            frame.fill(CLEAR_LIGHT, &self.flux, 0);
+            if maps.view_count > 0 {
+                self.inject(frame, voxels, lookup, maps, rsm);
+            }
+        }
+        let bounces = self.settings.bounces;
+        let viewer = if bounces.any() {
+            Viewer::Voxels
+        } else {
+            Viewer::Picture
+        };
+        self.add_light(
+            frame,
+            voxels,
+            maps,
+            dense,
+            [bounces == Bounces::Feedback, true],
+            viewer,
+        );
+    }
+
+    /// Adds the pass that lights the voxels once more in the same frame, now with what they reflect
+    /// of `irradiance`, where there is any.
+    pub fn relight(
+        &self,
+        frame: &mut Frame,
+        voxels: &VoxelRecords,
+        maps: &LightMaps,
+        dense: Option<&Arc<Image>>,
+        viewer: Viewer,
+    ) {
+        self.add_light(
+            frame,
+            voxels,
+            maps,
+            dense,
+            [self.irradiance.is_some(), false],
+            viewer,
+        );
+    }
+
+    fn add_light(
+        &self,
+        frame: &mut Frame,
+        voxels: &VoxelRecords,
+        maps: &LightMaps,
+        dense: Option<&Arc<Image>>,
+        [indirect, counting]: [bool; 2],
+        viewer: Viewer,
+    ) {
+        let VoxelRecords { lattice, kept, .. } = voxels;
+        let params = LightParams {
+            grid: lattice.anchor.extend(voxels.grid.voxel_size).to_array(),
+            first: lattice.first.extend(0).to_array(),
+            kept_low: kept.low.extend(0).to_array(),
+            kept_end: kept.end.extend(0).to_array(),
+            voxel_count: voxels.voxel_count,
+            flux_unit: self.flux_unit,
+            area_unit: AREA_UNIT,
+            resolution: voxels.grid.resolution,
+            kappa: self.settings.kappa,
+        };
+        let [occupancy, block_bases] = voxels
+            .dense
+            .as_ref()
+            .map_or([&voxels.records; 2], |dense| dense.each_ref());
+        let pass = frame
+            .pass(if dense.is_some() {
+                &LIGHT_DENSE
+            } else {
+                &LIGHT
+            })
+            .bind(&maps.views)
+            .bind(&maps.depth)
+            .bind(&voxels.records)
+            .bind(voxels.emission.as_ref().unwrap_or(&voxels.records))
+            .bind(&self.flux)
+            .bind(&self.radiance)
+            .bind(&self.counters)
+            .bind(self.irradiance.as_ref().unwrap_or(&voxels.records))
+            .bind(occupancy)
+            .bind(block_bases)
+            .bind(voxels.faces.as_ref().unwrap_or(&voxels.records));
+        let pass = if let Some(image) = dense {
+            pass.bind(image)
+        } else {
+            pass
+        };
+        let LightSettings {
+            injection,
+            sides,
+            attenuation,
+            occlusion,
+            ..
+        } = self.settings;
+        let [is_shaded, is_weighted] = [
+            injection == Injection::Voxel && !self.is_given,
+            attenuation == Attenuation::NormalWeighted,
+        ];
+        let emits = voxels.emission.is_some()
+            && !(self.settings.emission_apart && viewer == Viewer::Picture);
+        let has_faces = voxels.faces.is_some() && (dense.is_some() || self.settings.stores_faces);
+        let flags = [
+            is_shaded,
+            emits,
+            indirect,
+            counting,
+            is_weighted,
+            voxels.is_dynamic,
+            has_faces,
+        ]
+        .map(u32::from);
+        pass.constants(&[
+            flags[0],
+            flags[1],
+            sides as u32,
+            flags[2],
+            flags[3],
+            flags[4],
+            occlusion as u32,
+            flags[5],
+            flags[6],
+        ])
+        .push(&params)
+        .dispatch(linear_groups(voxels.voxel_count));
+    }
+
+    /// Replaces the injection of later frames: `flux` is Φ / (π h²) [W/(m² sr)] of each side of
+    /// each voxel; `None` leaves a hole.
+    pub fn give_flux(&mut self, gpu: &Gpu, flux: &[Option<Vec3>]) -> Result<(), Error> {
+        let words: Vec<[u32; 5]> = flux
+            .iter()
+            .map(|side| side.map_or([0; 5], |flux| flux_words(flux, self.flux_unit)))
+            .collect();
+        self.flux = buffer(gpu, "voxel.flux", FLUX_BYTES * flux.len() as u64)?;
+        gpu.upload_buffer(&self.flux, bytemuck::cast_slice(&words))?;
+        self.is_given = true;
+        Ok(())
+    }
+
+    /// RSM texels that lay in no occupied voxel, and lit voxels that no texel fell into, in the
+    /// last frame.
+    pub fn counts(&self, gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {
+        let counts: Vec<u32> = bytemuck::pod_collect_to_vec(&gpu.read_buffer(&self.counters)?);
+        Ok(vec![
+            ("rsm_texels_lost", u64::from(counts[0])),
+            ("rsm_holes_filled", u64::from(counts[1])),
+        ])
+    }
+}
+
+/// Four sums of 40 bits as the shaders have them (`gi/shared/voxel/light/flux.glsl`), the lit area
+/// being the
+/// smallest that is not a hole.
+fn flux_words(flux: Vec3, unit: f32) -> [u32; 5] {
+    let [r, g, b] = flux
+        .to_array()
+        .map(|value| ((f64::from(value) / f64::from(unit)).round() as u64).min((1 << 40) - 1));
+    let high = |value: u64| (value >> 32) as u32;
+    [
+        r as u32,
+        g as u32,
+        b as u32,
+        1,
+        high(r) | high(g) << 8 | high(b) << 16,
+    ]
+}
+
+/// Voxels of a size (m) along the largest extent of the scene, to the next power of two.
+fn scene_resolution(scene: &GpuScene, voxel_size: f32) -> u32 {
+    let extent = (scene.bounds.1 - scene.bounds.0).max_element();
+    ((extent / voxel_size).ceil().clamp(1.0, 65536.0) as u32).next_power_of_two()
+}
+
+/// One integer step of injected radiance: 2⁻²⁰ of what the strongest light makes of a white surface
+/// one scene diagonal away, as a power of two. The 40-bit sums hold 2²⁰ times that radiance, which
+/// a light has 2⁻¹⁰ of the diagonal away.
+fn flux_unit(scene: &GpuScene) -> f32 {
+    let size_m = (scene.bounds.1 - scene.bounds.0)
+        .length()
+        .max(f32::MIN_POSITIVE);
+    let strength = |light: &Light| match *light {
+        Light::Directional { irradiance, .. } => irradiance.max_element(),
+        Light::Point { intensity, .. } | Light::Spot { intensity, .. } => {
+            intensity.max_element() / (size_m * size_m)
+        }
+    };
+    let strongest = scene.lights.iter().map(strength).fold(0.0, f32::max);
+    if strongest > 0.0 {
+        (strongest.log2().floor() - 20.0).exp2()
+    } else {
+        1.0
+    }
+}

@@ -1,0 +1,150 @@
+//! A technique's voxels and their light on the host, read and replaced: for error budgets.
+
+use std::collections::HashMap;
+
+use glam::Vec3;
+
+use crate::gi::shared::voxel::build::list::{area, front, index};
+use crate::gi::shared::voxel::build::passes::Voxel;
+use crate::gi::shared::voxel::{Sides, VoxelLight, VoxelRecords};
+use crate::graph::{Error, Gpu};
+use crate::render::float_from_half;
+
+/// The voxels of a technique, or of a piece of its grid, and their light.
+pub struct LitVoxels<'t> {
+    /// The voxels.
+    pub voxels: VoxelRecords,
+    /// Their light.
+    pub light: &'t mut VoxelLight,
+}
+
+/// Where the voxels of all pieces are, and which way their surfaces face. A *slot* is a side of a
+/// voxel (or a voxel, where it has one radiance), in order.
+pub struct VoxelMap {
+    origin: Vec3,
+    voxel_size: f32,
+    sides: usize,
+    voxels: HashMap<[i32; 3], usize>,
+    fronts: Vec<Vec3>,
+    areas: Vec<f32>,
+}
+
+impl VoxelMap {
+    /// Reads where they are; `None` without pieces.
+    pub fn read(gpu: &Gpu, pieces: &[LitVoxels<'_>]) -> Result<Option<Self>, Error> {
+        let Some(first) = pieces.first() else {
+            return Ok(None);
+        };
+        let (grid, sides) = (first.voxels.grid, first.light.settings.sides as usize);
+        let mut map = VoxelMap {
+            origin: grid.origin,
+            voxel_size: grid.voxel_size,
+            sides,
+            voxels: HashMap::new(),
+            fronts: Vec::new(),
+            areas: Vec::new(),
+        };
+        for LitVoxels { voxels, .. } in pieces {
+            let corner = ((voxels.grid.origin - grid.origin) / grid.voxel_size)
+                .round()
+                .as_ivec3()
+                .to_array();
+            let bytes = gpu.read_buffer(&voxels.records)?;
+            for record in bytes
+                .chunks_exact(size_of::<Voxel>())
+                .take(voxels.voxel_count as usize)
+                .map(bytemuck::pod_read_unaligned)
+            {
+                let within = index(&record);
+                // Of two records of one voxel the later is of dynamic geometry too, and has its
+                // index.
+                map.voxels.insert(
+                    [0, 1, 2].map(|axis| corner[axis] + within[axis] as i32),
+                    map.fronts.len(),
+                );
+                map.fronts.push(front(&record));
+                map.areas.push(area(&record));
+            }
+        }
+        Ok(Some(map))
+    }
+
+    /// Number of slots.
+    pub fn slot_count(&self) -> usize {
+        self.sides * self.fronts.len()
+    }
+
+    /// Area of the surface in the voxel of a slot (voxel faces).
+    pub fn area(&self, slot: usize) -> f32 {
+        self.areas[slot / self.sides]
+    }
+
+    /// Edge of a voxel (m).
+    pub fn voxel_size(&self) -> f32 {
+        self.voxel_size
+    }
+
+    /// The slots of the surface at a world-space position (m): of the side that `normal` points to,
+    /// and of the other; the same where there is one radiance. The voxel is the position's own,
+    /// or where rounding (or thin voxelization) has left that empty, the nearest of its neighbours;
+    /// `None` where all are empty.
+    pub fn slots(&self, position_ws: Vec3, normal: Vec3) -> Option<[usize; 2]> {
+        let position = (position_ws - self.origin) / self.voxel_size;
+        let cell = position.floor().as_ivec3().to_array();
+        let voxel = self.voxels.get(&cell).copied().or_else(|| {
+            let neighbours = (0..27).map(|at| {
+                [
+                    cell[0] + at % 3 - 1,
+                    cell[1] + at / 3 % 3 - 1,
+                    cell[2] + at / 9 - 1,
+                ]
+            });
+            let distance = |cell: &[i32; 3]| {
+                Vec3::from(cell.map(|i| i as f32 + 0.5)).distance_squared(position)
+            };
+            let nearest = neighbours
+                .filter(|cell| self.voxels.contains_key(cell))
+                .min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
+            self.voxels.get(&nearest).copied()
+        })?;
+        let seen =
+            usize::from(self.sides == Sides::Two as usize && self.fronts[voxel].dot(normal) < 0.0);
+        Some([seen, self.sides - 1 - seen].map(|side| self.sides * voxel + side))
+    }
+
+    /// Reads what each slot sends out [W/(m² sr)].
+    pub fn radiance(&self, gpu: &Gpu, pieces: &[LitVoxels<'_>]) -> Result<Vec<Vec3>, Error> {
+        let mut radiance = Vec::with_capacity(self.slot_count());
+        for LitVoxels { voxels, light } in pieces {
+            let halves: Vec<[u16; 4]> =
+                bytemuck::pod_collect_to_vec(&gpu.read_buffer(&light.radiance)?);
+            let slots = halves.iter().take(self.sides * voxels.voxel_count as usize);
+            radiance
+                .extend(slots.map(|[r, g, b, _]| Vec3::from([*r, *g, *b].map(float_from_half))));
+        }
+        Ok(radiance)
+    }
+
+    /// Replaces the direct light of later frames: `reflected` is by slot the diffuse radiance
+    /// [W/(m² sr)] that leaves the voxel's whole surface on that side, as a mean over both
+    /// sides of that surface; `None` leaves a hole.
+    pub fn set_direct(
+        &self,
+        gpu: &Gpu,
+        pieces: &mut [LitVoxels<'_>],
+        reflected: &[Option<Vec3>],
+    ) -> Result<(), Error> {
+        let flux: Vec<_> = reflected
+            .iter()
+            .enumerate()
+            .map(|(slot, radiance)| radiance.map(|radiance| radiance * self.area(slot)))
+            .collect();
+        let mut first = 0;
+        for LitVoxels { voxels, light } in pieces {
+            let end = first + self.sides * voxels.voxel_count as usize;
+            light.give_flux(gpu, &flux[first..end])?;
+            first = end;
+        }
+        Ok(())
+    }
+}

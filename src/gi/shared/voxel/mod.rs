@@ -1,0 +1,289 @@
+//! Voxelization and voxel light, shared by the voxel techniques.
+//!
+//! Triangles become fragments (one a touched voxel) in one pass; fragments of one voxel become one
+//! voxel record. Occupied voxels have compact indices in a fixed order
+//! (`gi/shared/voxel/grid.glsl`), so
+//! that only they are stored, lit and cleared. `oracle` is the CPU twin.
+
+pub mod build;
+pub mod dynamic;
+pub mod export;
+mod grid;
+pub mod light;
+pub mod oracle;
+mod prefilter;
+pub mod trace;
+mod voxel_box;
+pub mod window;
+
+pub use build::list::{OccupiedVoxel, VoxelList, list_voxels};
+pub use build::passes::{FRAGMENTS_COMPUTE, FRAGMENTS_RASTER, FRAGMENTS_RASTER_HW};
+pub use build::settings::{Accumulation, Method, Surface, VoxelSettings};
+pub use build::{Voxelizer, Voxels};
+pub use dynamic::DynamicVoxels;
+pub use grid::{Lattice, VoxelGrid};
+pub use light::bounce::{BOUNCE_RAYS, Bounces, bounce_rays};
+pub use light::inject::{BOUND_TILES, INJECT_RSM, INJECT_RSM_SPARSE, LIST_TILES, bound_tiles};
+pub use light::settings::{Attenuation, Injection, LightSettings, Occlusion, Sides, Viewer};
+pub use light::slots::{LitVoxels, VoxelMap};
+pub use light::{CLEAR_LIGHT, LIGHT, LIGHT_DENSE, VoxelLight, VoxelLookup, VoxelRecords};
+pub use prefilter::{
+    ANISOTROPIC, DIRECTIONAL, Directionality, FACE_SETTINGS, Faces, MIP_FILTER, Prefilter,
+};
+pub use trace::{GATHER_RAYS, RAY_SETTINGS, RaySettings, gather_rays};
+pub use voxel_box::VoxelBox;
+pub use window::{VoxelWindow, WindowScratch};
+
+use crate::gi::registry::{Part, Stage, Substitution};
+use crate::gi::settings::{Domain, Setting};
+use crate::graph::Pass;
+use crate::shader::{Field, GpuStruct};
+
+/// The setting that says how fine a grid around the scene is.
+pub static RESOLUTION: &[Setting] = &[Setting {
+    name: "resolution",
+    help: "voxels along the largest extent of the scene",
+    unit: "voxels",
+    domain: Domain::OneOf(&[8, 16, 32, 64, 128, 256, 512, 1024, 2048]),
+    default: "128",
+}];
+
+/// Settings of voxelization and voxel light.
+pub static SETTINGS: &[Setting] = &[
+    Setting {
+        name: "voxelization",
+        help: "triangles to fragments: raster (geometry shader, software conservative), raster-hw \
+               (hardware conservative) or compute; all give the same voxels",
+        unit: "",
+        domain: Domain::Choice(&["compute", "raster", "raster-hw"]),
+        default: "compute",
+    },
+    Setting {
+        name: "surface",
+        help: "voxels that a triangle is in: conservative (all that it touches) or thin (those \
+               whose cross of face centres it meets: no path from face to face leads through)",
+        unit: "",
+        domain: Domain::Choice(&["conservative", "thin"]),
+        default: "conservative",
+    },
+    Setting {
+        name: "accumulation",
+        help: "albedo of a voxel: exact (independent of thread order) or running-average (the \
+               papers' compare-and-swap in RGBA8; differs between runs)",
+        unit: "",
+        domain: Domain::Choice(&["exact", "running-average"]),
+        default: "exact",
+    },
+    Setting {
+        name: "opacity",
+        help: "of a voxel, as cones see it: binary (touched is opaque) or coverage (fraction of \
+               its face that is covered, seen along the dominant axis)",
+        unit: "",
+        domain: Domain::Choice(&["binary", "coverage"]),
+        default: "binary",
+    },
+    Setting {
+        name: "injection",
+        help: "direct light into voxels: rsm (flux of reflective shadow maps) or voxel (each \
+               voxel shaded from its own albedo and normal)",
+        unit: "",
+        domain: Domain::Choice(&["rsm", "voxel"]),
+        default: "rsm",
+    },
+    Setting {
+        name: "attenuation",
+        help: "of light on voxels that are shaded (injection = voxel, and holes of rsm): standard \
+               (cosine to the mean normal) or normal-weighted (cosines to the faces on the mean \
+               normal's side, weighted with the squares of its components)",
+        unit: "",
+        domain: Domain::Choice(&["standard", "normal-weighted"]),
+        default: "standard",
+    },
+    Setting {
+        name: "voxel_occlusion",
+        help: "what hides a light from voxels that are shaded: the shadow map (at their mean \
+               position), shadow-map-area (the same, but of a voxel with several planes the area \
+               that the map shows in it), the shadow map moved half a voxel off along the normal, \
+               rays-hard (the first voxel that a ray to the light hits) or rays-soft (all that it \
+               hits, nearer ones more)",
+        unit: "",
+        domain: Domain::Choice(&[
+            "shadow-map",
+            "shadow-map-area",
+            "shadow-map-moved",
+            "rays-hard",
+            "rays-soft",
+        ]),
+        default: "shadow-map",
+    },
+    Setting {
+        name: "occlusion_kappa",
+        help: "κ of rays-soft: a voxel hit at a distance t hides κ/t of what is left of the light",
+        unit: "voxels",
+        domain: Domain::Number { min: 0.0, max: 1e4 },
+        default: "8",
+    },
+    Setting {
+        name: "bounces",
+        help: "indirect bounces: 1 (what voxels reflect of the lights and emit), 2 to 4 (voxels \
+               also reflect what they gather from each other, once more for each), or feedback \
+               (one more with each frame, from the voxels of the last one: all of them after some \
+               frames)",
+        unit: "",
+        domain: Domain::Choice(&["1", "2", "3", "4", "feedback"]),
+        default: "1",
+    },
+    Setting {
+        name: "bounce_directions",
+        help: "cones or rays by which each voxel, or each side of it, gathers a bounce; \
+               neighbours take different ones",
+        unit: "",
+        domain: Domain::Count { min: 1, max: 256 },
+        default: "8",
+    },
+];
+
+/// What an error budget tries in place of the settings above.
+pub static SUBSTITUTIONS: &[Substitution] = &[Substitution {
+    name: "bounce directions",
+    help: "64 directions by which each voxel gathers from the others",
+    pairs: |settings| {
+        let is_better = Bounces::new(settings).any() && settings.count("bounce_directions") < 64;
+        if is_better {
+            vec!["bounce_directions=64".into()]
+        } else {
+            Vec::new()
+        }
+    },
+}];
+
+/// All passes of this module.
+pub static PASSES: &[&Pass] = &[
+    &FRAGMENTS_COMPUTE,
+    &FRAGMENTS_RASTER,
+    &FRAGMENTS_RASTER_HW,
+    &build::passes::COUNT_BLOCKS,
+    &build::passes::SCAN_GROUPS,
+    &build::passes::INDEX_BLOCKS,
+    &build::passes::LINK_FRAGMENTS,
+    &build::passes::RUNNING_AVERAGE,
+    &build::passes::RESOLVE_VOXELS,
+    &dynamic::RESTORE_BLOCKS,
+    &dynamic::COUNT_TOUCHED,
+    &dynamic::SCAN_TOUCHED,
+    &dynamic::INDEX_TOUCHED,
+    &dynamic::CONTINUE_LISTS,
+    &window::SHIFT_BLOCKS,
+    &window::EMPTY_BLOCKS,
+    &window::MOVE_RECORDS,
+    &BOUND_TILES,
+    &LIST_TILES,
+    &INJECT_RSM,
+    &LIGHT,
+    &LIGHT_DENSE,
+    &BOUNCE_RAYS,
+    &GATHER_RAYS,
+];
+
+/// Triangles to voxels.
+pub static VOXELIZATION: Stage = Stage {
+    name: "voxelization",
+    part: Part::Store,
+    passes: &[
+        "voxel.clear",
+        "voxel.fragments",
+        "voxel.count_blocks",
+        "voxel.scan_groups",
+        "voxel.index_blocks",
+        "voxel.link_fragments",
+        "voxel.running_average",
+        "voxel.resolve",
+        "voxel.restore_blocks",
+        "voxel.count_touched",
+        "voxel.scan_touched",
+        "voxel.index_touched",
+        "voxel.continue_lists",
+        "voxel.grow",
+        "voxel.shift_blocks",
+        "voxel.empty_blocks",
+        "voxel.move_records",
+    ],
+};
+
+/// Direct light into voxels.
+pub static LIGHT_INJECTION: Stage = Stage {
+    name: "light injection",
+    part: Part::Store,
+    passes: &[
+        "voxel.clear_light",
+        "voxel.bound_tiles",
+        "voxel.list_tiles",
+        "voxel.inject_rsm",
+        "voxel.light",
+    ],
+};
+
+/// Light from voxel to voxel.
+pub static BOUNCES: Stage = Stage {
+    name: "bounces",
+    part: Part::Store,
+    passes: &["voxel.bounce"],
+};
+
+/// All structs that this module shares with shaders.
+pub static STRUCTS: &[(&str, &[Field])] = &[
+    (
+        build::passes::FragmentParams::NAME,
+        build::passes::FragmentParams::FIELDS,
+    ),
+    (
+        build::passes::Fragment::NAME,
+        build::passes::Fragment::FIELDS,
+    ),
+    (build::passes::Voxel::NAME, build::passes::Voxel::FIELDS),
+    (
+        build::passes::CountParams::NAME,
+        build::passes::CountParams::FIELDS,
+    ),
+    (
+        build::passes::ScanParams::NAME,
+        build::passes::ScanParams::FIELDS,
+    ),
+    (
+        build::passes::LinkParams::NAME,
+        build::passes::LinkParams::FIELDS,
+    ),
+    (
+        build::passes::ResolveParams::NAME,
+        build::passes::ResolveParams::FIELDS,
+    ),
+    (dynamic::TouchedBlock::NAME, dynamic::TouchedBlock::FIELDS),
+    (
+        dynamic::TouchedCounters::NAME,
+        dynamic::TouchedCounters::FIELDS,
+    ),
+    (dynamic::TouchedParams::NAME, dynamic::TouchedParams::FIELDS),
+    (
+        dynamic::TouchedScanParams::NAME,
+        dynamic::TouchedScanParams::FIELDS,
+    ),
+    (dynamic::RestoreParams::NAME, dynamic::RestoreParams::FIELDS),
+    (dynamic::ListParams::NAME, dynamic::ListParams::FIELDS),
+    (window::ShiftParams::NAME, window::ShiftParams::FIELDS),
+    (window::EmptyParams::NAME, window::EmptyParams::FIELDS),
+    (window::MoveParams::NAME, window::MoveParams::FIELDS),
+    (
+        light::inject::TileParams::NAME,
+        light::inject::TileParams::FIELDS,
+    ),
+    (
+        light::inject::InjectParams::NAME,
+        light::inject::InjectParams::FIELDS,
+    ),
+    (light::LightParams::NAME, light::LightParams::FIELDS),
+    (
+        light::bounce::BounceRayParams::NAME,
+        light::bounce::BounceRayParams::FIELDS,
+    ),
+    (trace::RayParams::NAME, trace::RayParams::FIELDS),
+];

@@ -1,0 +1,122 @@
+//! How eight texels of premultiplied radiance become one, in dense mips and in bricks
+//! (`gi/shared/voxel/prefilter.glsl`), and which of them depend on the direction.
+
+use crate::gi::Settings;
+use crate::gi::settings::{Domain, PresetValues, Setting};
+
+/// The setting that chooses a [`Prefilter`].
+pub const MIP_FILTER: Setting = Setting {
+    name: "mip_filter",
+    help: "2³ texels to one of the next level: box (their mean), directional (composited along \
+           six directions, then averaged: thin walls stay opaque) or directional-max (that, as \
+           opaque as along its most opaque axis)",
+    unit: "",
+    domain: Domain::Choice(&["directional", "directional-max", "box"]),
+    default: "directional",
+};
+
+/// A filter; its number is the `mode` of `filter_eight` in the shader.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Prefilter {
+    /// The mean.
+    Box = 0,
+    /// Composited along six directions, then averaged.
+    Directional = 1,
+    /// Likewise, with the opacity of the most opaque axis.
+    DirectionalMax = 2,
+}
+
+/// The settings that choose [`Directionality`], and how three faces make one texel.
+pub static FACE_SETTINGS: &[Setting] = &[
+    Setting {
+        name: "anisotropic",
+        help: "from level 1 on, a texel for each of six directions, composited front to back \
+               along its axis; mip_filter is not used then",
+        unit: "",
+        domain: Domain::Choice(&["off", "on"]),
+        default: "off",
+    },
+    Setting {
+        name: "faces",
+        help: "directional voxels: radiance and opacity on all levels one for all directions, or \
+               of six faces, each of the surface that looks its way (front: from behind it is \
+               transparent) or of all across its axis (both: either side blocks)",
+        unit: "",
+        domain: Domain::Choice(&["one", "front", "both"]),
+        default: "one",
+    },
+    Setting {
+        name: "face_weights",
+        help: "how the three faces that a cone meets make one opacity: extinction (their optical \
+               depths along the direction) or squared (of the direction's components, as weights)",
+        unit: "",
+        domain: Domain::Choice(&["extinction", "squared"]),
+        default: "extinction",
+    },
+];
+
+/// Six directions from level 1 on, with the opacity exponent that holds on curved walls too.
+pub const ANISOTROPIC: PresetValues = &[
+    ("anisotropic", "on"),
+    ("face_weights", "squared"),
+    ("opacity_exponent", "1.5"),
+];
+
+/// Six faces on all levels, likewise.
+pub const DIRECTIONAL: PresetValues = &[("faces", "both"), ("opacity_exponent", "1.5")];
+
+/// Whose surface a face of a directional voxel shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Faces {
+    /// That which looks the face's way.
+    Front = 1,
+    /// All across its axis: either side blocks.
+    Both = 2,
+}
+
+/// On which levels a texel has six faces.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Directionality {
+    /// On none.
+    Isotropic,
+    /// On all but the finest: anisotropic voxels (Crassin et al. 2011; Villegas & Ramírez).
+    Anisotropic,
+    /// On all: directional voxels.
+    Directional(Faces),
+}
+
+impl Directionality {
+    /// From a technique's settings; faces on all levels include those of the coarser ones.
+    /// Isotropic where the technique does not have the settings.
+    pub fn new(settings: &Settings) -> Self {
+        match (
+            settings.find_choice("faces"),
+            settings.find_choice("anisotropic"),
+        ) {
+            (Some("front"), _) => Directionality::Directional(Faces::Front),
+            (Some("both"), _) => Directionality::Directional(Faces::Both),
+            (_, Some("on")) => Directionality::Anisotropic,
+            _ => Directionality::Isotropic,
+        }
+    }
+
+    /// The faces of the finest level.
+    pub fn faces(self) -> Option<Faces> {
+        if let Directionality::Directional(faces) = self {
+            Some(faces)
+        } else {
+            None
+        }
+    }
+}
+
+impl Prefilter {
+    /// From a technique's settings.
+    pub fn new(settings: &Settings) -> Self {
+        match settings.choice(MIP_FILTER.name) {
+            "box" => Prefilter::Box,
+            "directional" => Prefilter::Directional,
+            _ => Prefilter::DirectionalMax,
+        }
+    }
+}

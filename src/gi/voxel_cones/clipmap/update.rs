@@ -1,0 +1,306 @@
+//! How levels follow the camera: where they go, and what of their voxels, light and texels is made
+//! anew.
+
+use std::sync::Arc;
+
+use glam::Vec3;
+
+use super::{Clipmap, Inner, Place};
+use crate::gi::Context;
+use crate::gi::shared::voxel::{
+    self, Bounces, Viewer, VoxelBox, VoxelLight, VoxelLookup, VoxelRecords, VoxelWindow,
+};
+use crate::graph::{Error, Frame, FrameStats};
+use crate::render::LightMaps;
+
+/// One level: its voxels and their light. Boxes are in voxels of its unbounded grid.
+pub(super) struct Level {
+    pub(super) window: VoxelWindow,
+    pub(super) light: VoxelLight,
+    pub(super) place: Place,
+    /// Where the next finer level was shown when this one's texels were made last.
+    pub(super) inner: Inner,
+    /// The voxels that have the light of this frame.
+    pub(super) lit: VoxelBox,
+    /// Where texels of the next finer level have changed since this one's were made.
+    pub(super) stale: VoxelBox,
+    /// Where voxels have.
+    pub(super) new: Vec<VoxelBox>,
+}
+
+impl Level {
+    pub(super) fn extent(&self) -> VoxelBox {
+        VoxelBox::cube(self.place.first, self.window.voxels.grid.resolution)
+    }
+
+    pub(super) fn is_lit(&self) -> bool {
+        self.lit == self.extent()
+    }
+}
+
+impl Clipmap {
+    /// Whether a level follows the camera and the lights in this frame.
+    pub(super) fn is_due(&self, level: usize) -> bool {
+        !self.is_staggered || self.frame.is_multiple_of(1 << level)
+    }
+
+    /// Where the levels go in this frame: those that are due to their places, and those whose finer
+    /// level would leave them.
+    pub(super) fn places(&self, eye: Vec3) -> Vec<Place> {
+        let mut places = self.layout.places(eye);
+        for (index, level) in self.levels.iter().enumerate() {
+            let current = VoxelBox::cube(level.place.first, self.layout.resolution);
+            let holds_finer = index.checked_sub(1).is_none_or(|finer| {
+                let extent = self.layout.extent(places[finer].first);
+                extent.cut(current) == extent
+            });
+            if !self.is_due(index) && holds_finer {
+                places[index] = level.place;
+            }
+        }
+        places
+    }
+
+    /// Moves levels to these places, and makes what lies within `stale` (m) anew.
+    pub(super) fn follow(
+        &mut self,
+        context: &Context<'_>,
+        places: &[Place],
+        stale: Option<(Vec3, Vec3)>,
+    ) -> Result<FrameStats, Error> {
+        let mut stats = FrameStats::default();
+        let [carries_gathered, lights_slabs] = [
+            self.light_settings.bounces == Bounces::Feedback,
+            self.lights_slabs(),
+        ];
+        for (index, place) in places.iter().copied().enumerate() {
+            let Level {
+                window,
+                light,
+                place: old,
+                lit,
+                new,
+                ..
+            } = &mut self.levels[index];
+            let stale: Vec<VoxelBox> = stale.iter().map(|bounds| window.touched(*bounds)).collect();
+            let carried = match &mut light.irradiance {
+                Some(irradiance) if carries_gathered => {
+                    Some((irradiance, light.settings.sides as u32))
+                }
+                _ if lights_slabs => Some((&mut light.radiance, light.settings.radiances())),
+                _ => None,
+            };
+            let (boxes, cost) = window.update(
+                context.gpu,
+                context.scene,
+                &mut self.scratch,
+                place.first,
+                &stale,
+                carried,
+            )?;
+            if window.voxels.capacity() > light.capacity {
+                light.reserve(context.gpu, &window.voxels)?;
+            }
+            if !boxes.is_empty() {
+                let stays = self.layout.stays_lit(old.first, place.first);
+                *lit = if lights_slabs {
+                    lit.cut(stays)
+                } else {
+                    VoxelBox::NONE
+                };
+            }
+            *old = place;
+            new.extend(boxes);
+            stats.append(cost);
+        }
+        self.volume.set_places(context.gpu, places)?;
+        Ok(stats)
+    }
+
+    /// Where the texels of a level are made from those of the next finer one.
+    pub(super) fn inner(&self, level: usize) -> Inner {
+        level.checked_sub(1).map_or(Inner::NONE, |finer| {
+            self.layout.inner(self.levels[finer].place)
+        })
+    }
+
+    /// Whether voxels that stay in a level keep their light: it depends on nothing but their
+    /// neighbours and the lights.
+    pub(super) fn lights_slabs(&self) -> bool {
+        let settings = &self.light_settings;
+        self.keeps_light && !settings.bounces.any() && !settings.traces() && self.patches.is_none()
+    }
+
+    /// The levels whose texels are made anew in this frame.
+    pub(super) fn due(&mut self) -> Vec<usize> {
+        let count = self.levels.len();
+        // A level that has moved shows nothing of what it held before.
+        let follows = |technique: &Self, index: usize| {
+            technique.is_due(index) || !technique.levels[index].new.is_empty()
+        };
+        let changes = |technique: &Self, index: usize| {
+            let level = &technique.levels[index];
+            !level.is_lit()
+                || !level.new.is_empty()
+                || !level.stale.is_empty()
+                || level.inner != technique.inner(index)
+        };
+        let bounces = self.light_settings.bounces;
+        if self.patches.is_some() {
+            // Where patches give the emission, all levels show either what voxels see or what the
+            // picture sees.
+            self.levels
+                .iter_mut()
+                .for_each(|level| level.lit = VoxelBox::NONE);
+            return (0..count).collect();
+        }
+        if bounces == Bounces::Feedback
+            || (bounces.any() && (0..count).any(|index| changes(self, index)))
+        {
+            // Each voxel gathers from all levels.
+            self.levels
+                .iter_mut()
+                .for_each(|level| level.lit = VoxelBox::NONE);
+        }
+        let mut due: Vec<usize> = Vec::new();
+        for index in 0..count {
+            let finer_is_due = index
+                .checked_sub(1)
+                .is_some_and(|finer| due.last() == Some(&finer));
+            if follows(self, index) && (finer_is_due || changes(self, index)) {
+                due.push(index);
+            }
+        }
+        due
+    }
+
+    /// Adds the pass that injection into levels needs, unless its result is kept and nothing has
+    /// moved since.
+    pub(super) fn bound_tiles(&mut self, frame: &mut Frame, maps: &LightMaps) {
+        let is_bound = self
+            .bound
+            .as_ref()
+            .is_some_and(|bound| Arc::ptr_eq(bound, &maps.tiles[0]));
+        if !(is_bound && self.keeps_light) {
+            voxel::bound_tiles(frame, maps);
+            self.bound = Some(Arc::clone(&maps.tiles[0]));
+        }
+    }
+
+    /// Adds the passes that light the voxels of a level that are not lit, and make its texels where
+    /// they are not what they would be; returns where.
+    pub(super) fn update_level(
+        &mut self,
+        frame: &mut Frame,
+        maps: &LightMaps,
+        index: usize,
+    ) -> VoxelBox {
+        let (inner, keeps_light) = (self.inner(index), self.keeps_light);
+        let level = &mut self.levels[index];
+        let (extent, inners) = (level.extent(), level.inner.region().around(inner.region()));
+        let (changed, remade) = if !level.is_lit() {
+            let records = VoxelRecords {
+                kept: level.lit,
+                ..VoxelRecords::from(&level.window.voxels)
+            };
+            level.light.update_records(
+                frame,
+                &records,
+                VoxelLookup::Dense(&level.window.voxels),
+                maps,
+                None,
+            );
+            (extent, inners.cut(extent))
+        } else if level.inner != inner {
+            (inners, inners)
+        } else {
+            let changed = level.stale.cut(inner.region());
+            (changed, changed)
+        };
+        let new = std::mem::take(&mut level.new);
+        (level.inner, level.stale) = (inner, VoxelBox::NONE);
+        level.lit = if keeps_light { extent } else { VoxelBox::NONE };
+        // A voxel that has gone leaves its texel behind, and so does a finer level that has moved
+        // away.
+        for cleared in new {
+            self.volume.clear_box(frame, index as u32, cleared);
+        }
+        self.write_level(frame, index, changed, remade);
+        changed
+    }
+
+    /// Adds the passes that make the texels of a level in `region` from its voxels and the next
+    /// finer level; those in `cleared` are not empty where it has no voxels, or are mixed.
+    pub(super) fn write_level(
+        &self,
+        frame: &mut Frame,
+        index: usize,
+        region: VoxelBox,
+        cleared: VoxelBox,
+    ) {
+        let (level, number, inner) = (&self.levels[index], index as u32, self.inner(index));
+        self.volume.clear_box(frame, number, cleared);
+        self.volume.write_voxels(
+            frame,
+            number,
+            region,
+            &inner,
+            &level.window.voxels,
+            &level.light,
+        );
+        self.volume.filter_inner(frame, number, region, &inner);
+    }
+
+    /// Adds the passes that make the mips above the outermost level, where its texels in `region`
+    /// are seen.
+    pub(super) fn filter_top(&self, frame: &mut Frame, region: VoxelBox) {
+        self.volume
+            .filter_top(frame, self.outermost().place.first, region);
+    }
+
+    pub(super) fn outermost(&self) -> &Level {
+        &self.levels[self.levels.len() - 1]
+    }
+
+    /// Lights these levels once more.
+    pub(super) fn relight(
+        &self,
+        frame: &mut Frame,
+        maps: &LightMaps,
+        levels: &[usize],
+        viewer: Viewer,
+    ) {
+        for index in levels.iter().copied() {
+            let Level { window, light, .. } = &self.levels[index];
+            light.relight(
+                frame,
+                &VoxelRecords::from(&window.voxels),
+                maps,
+                None,
+                viewer,
+            );
+            self.write_level(
+                frame,
+                index,
+                self.levels[index].extent(),
+                self.inner(index).region(),
+            );
+        }
+        self.filter_top(frame, self.outermost().extent());
+    }
+
+    pub(super) fn bounce(&self, frame: &mut Frame) {
+        let grid = self.layout.grid(self.outermost().place.first);
+        for Level { window, light, .. } in &self.levels {
+            if let Some(irradiance) = &light.irradiance {
+                self.cones.bounce(
+                    frame,
+                    &grid,
+                    &VoxelRecords::from(&window.voxels),
+                    self.volume.as_seen_by_voxels(),
+                    irradiance,
+                );
+            }
+        }
+    }
+}

@@ -1,0 +1,414 @@
+//! The voxels and their light: of the whole grid, or, where one of its buffers would be larger than
+//! the device can bind, of pieces voxelized one after another.
+
+use std::sync::Arc;
+
+use glam::UVec3;
+
+use super::bricks::RecordRange;
+use super::dynamic::TouchedVoxels;
+use super::nodes::require_pointers;
+use crate::gi::shared::cone::{ConeTracer, Volume};
+use crate::gi::shared::voxel::build::buffer;
+use crate::gi::shared::voxel::{
+    Accumulation, DynamicVoxels, LightSettings, LitVoxels, Viewer, VoxelGrid, VoxelLight,
+    VoxelLookup, VoxelRecords, VoxelSettings, Voxelizer, Voxels, bound_tiles,
+};
+use crate::graph::{Buffer, Error, Frame, FrameStats, Gpu};
+use crate::render::{GpuScene, LightMaps};
+
+/// A piece and its light.
+struct Piece {
+    voxels: VoxelRecords,
+    light: VoxelLight,
+    /// Where there are dynamic models, and the grid is in one piece.
+    dynamic: Option<(Voxels, DynamicVoxels)>,
+}
+
+/// Voxelizes the grid, in as few pieces as the device's limits allow.
+pub struct PieceVoxelizer {
+    settings: VoxelSettings,
+    grid: VoxelGrid,
+    whole: Voxelizer,
+    /// One a piece.
+    voxelizers: Vec<Voxelizer>,
+    /// Whether dynamic geometry has voxels of its own, which follow it; otherwise all is voxelized
+    /// at once.
+    pub follows: bool,
+}
+
+/// All voxels and their light. Compact indices go through the pieces in order.
+pub struct Pieces {
+    /// The whole grid.
+    pub grid: VoxelGrid,
+    /// Occupied voxels.
+    pub voxel_count: u32,
+    /// Triangle–voxel pairs.
+    pub fragment_count: u32,
+    /// Radiance and opacity of each voxel, or of each side of it.
+    pub radiance: Arc<Buffer>,
+    /// Those that are not empty, or the whole.
+    pieces: Vec<Piece>,
+}
+
+/// What the octree is built over: all voxels, or with dynamic models the static ones. Needed during
+/// the build only.
+pub struct Occupancy {
+    /// Voxels along an edge of the grid.
+    pub resolution: u32,
+    /// Cubes of the grid that have all voxels in them.
+    pub cubes: Vec<OccupiedCube>,
+}
+
+/// The voxels of a cube of the grid.
+pub struct OccupiedCube {
+    /// Its smallest corner (voxels).
+    pub first: UVec3,
+    /// Voxels along its edge.
+    pub resolution: u32,
+    /// One bit a voxel.
+    pub occupancy: Arc<Buffer>,
+    /// Of each block, voxels of the cube before its first one.
+    pub block_bases: Arc<Buffer>,
+    /// Compact index of the cube's first voxel.
+    pub first_voxel: u32,
+}
+
+impl OccupiedCube {
+    fn new(voxels: &Voxels, first: UVec3, first_voxel: u32) -> Self {
+        let (occupancy, block_bases) = (
+            Arc::clone(&voxels.occupancy),
+            Arc::clone(&voxels.block_bases),
+        );
+        OccupiedCube {
+            first,
+            resolution: voxels.grid.resolution,
+            occupancy,
+            block_bases,
+            first_voxel,
+        }
+    }
+
+    /// A whole grid, as it is now.
+    fn copy(gpu: &Gpu, voxels: &Voxels) -> Result<(Self, FrameStats), Error> {
+        let copied = |frame: &mut Frame, name, source: &Arc<Buffer>| {
+            let target = buffer(gpu, name, source.size_bytes())?;
+            frame.copy_buffer(
+                "svo.copy_occupancy",
+                (source, 0),
+                (&target, 0),
+                source.size_bytes(),
+            );
+            Ok::<_, Error>(target)
+        };
+        let mut frame = Frame::new();
+        let occupancy = copied(&mut frame, "svo.occupancy", &voxels.occupancy)?;
+        let block_bases = copied(&mut frame, "svo.block_bases", &voxels.block_bases)?;
+        let stats = gpu.submit(frame)?;
+        Ok((
+            OccupiedCube {
+                occupancy,
+                block_bases,
+                ..OccupiedCube::new(voxels, UVec3::ZERO, 0)
+            },
+            stats,
+        ))
+    }
+}
+
+impl From<&Voxels> for Occupancy {
+    fn from(voxels: &Voxels) -> Self {
+        Occupancy {
+            resolution: voxels.grid.resolution,
+            cubes: vec![OccupiedCube::new(voxels, UVec3::ZERO, 0)],
+        }
+    }
+}
+
+impl PieceVoxelizer {
+    /// For a grid around the scene.
+    pub fn new(gpu: &Gpu, scene: &GpuScene, settings: VoxelSettings) -> Result<Self, Error> {
+        let whole = Voxelizer::new(gpu, scene, settings)?;
+        Ok(PieceVoxelizer {
+            settings,
+            grid: VoxelGrid::around(scene.bounds, settings.resolution),
+            voxelizers: whole.cut(1),
+            whole,
+            follows: true,
+        })
+    }
+
+    /// Cuts the grid into a cube of pieces, so many along an edge.
+    pub fn cut(&mut self, along: u32) {
+        self.voxelizers = self.whole.cut(along);
+    }
+
+    /// Voxelizes. What is too large to bind is tried again in smaller pieces, but where voxels see
+    /// lights by rays: a piece does not know the others.
+    pub fn run(
+        &mut self,
+        gpu: &Gpu,
+        scene: &GpuScene,
+        light: LightSettings,
+    ) -> Result<(Pieces, Occupancy, FrameStats), Error> {
+        let Self {
+            settings,
+            grid,
+            ref whole,
+            ref mut voxelizers,
+            follows,
+        } = *self;
+        let follows =
+            follows && scene.dynamic.is_some() && settings.accumulation == Accumulation::Exact;
+        let attempt =
+            |voxelizers: &mut [Voxelizer]| attempt(gpu, scene, follows, grid, light, voxelizers);
+        if light.traces() {
+            attempt(voxelizers)
+        } else {
+            whole.run_in_pieces(voxelizers, attempt)
+        }
+    }
+}
+
+fn attempt(
+    gpu: &Gpu,
+    scene: &GpuScene,
+    follows: bool,
+    grid: VoxelGrid,
+    light_settings: LightSettings,
+    voxelizers: &mut [Voxelizer],
+) -> Result<(Pieces, Occupancy, FrameStats), Error> {
+    let is_whole = voxelizers.len() == 1;
+    let mut stats = FrameStats::default();
+    let mut occupancy = Occupancy {
+        resolution: grid.resolution,
+        cubes: Vec::new(),
+    };
+    let mut pieces = Vec::new();
+    let (mut voxel_count, mut fragment_count, mut first_voxel) = (0, 0, 0);
+    for voxelizer in voxelizers.iter_mut() {
+        let (voxels, dynamic) = if follows && is_whole {
+            let (mut voxels, mut dynamic, cost) = voxelizer.run_static(gpu, scene)?;
+            stats.append(cost);
+            let (cube, cost) = OccupiedCube::copy(gpu, &voxels)?;
+            stats.append(cost);
+            occupancy.cubes.push(cube);
+            stats.append(dynamic.update(gpu, scene, voxelizer, &mut voxels)?);
+            (voxels, Some(dynamic))
+        } else {
+            let (voxels, cost) = voxelizer.run(gpu, scene)?;
+            stats.append(cost);
+            occupancy.cubes.push(OccupiedCube::new(
+                &voxels,
+                voxelizer.first_voxel(),
+                first_voxel,
+            ));
+            (voxels, None)
+        };
+        voxelizer.release();
+        if voxels.voxel_count == 0 && !is_whole {
+            occupancy.cubes.pop();
+            continue;
+        }
+        require_pointers(
+            "voxel.records",
+            u64::from(first_voxel) + u64::from(voxels.voxel_count),
+        )?;
+        let light = VoxelLight::new(gpu, scene, &voxels, light_settings)?;
+        let mut records = VoxelRecords::from(&voxels);
+        if dynamic.is_none() && !light_settings.traces() {
+            // Light finds its voxels in the octree: the dense grid goes with `occupancy`.
+            records.dense = None;
+        }
+        voxel_count += voxels.voxel_count - voxels.hidden_count;
+        fragment_count += voxels.fragment_count;
+        first_voxel += voxels.voxel_count;
+        pieces.push(Piece {
+            voxels: records,
+            light,
+            dynamic: dynamic.map(|dynamic| (voxels, dynamic)),
+        });
+    }
+    let radiance = match pieces.as_slice() {
+        [whole] => Arc::clone(&whole.light.radiance),
+        _ => buffer(
+            gpu,
+            "svo.radiance",
+            light_settings.radiance_bytes(voxel_count),
+        )?,
+    };
+    Ok((
+        Pieces {
+            grid,
+            voxel_count,
+            fragment_count,
+            radiance,
+            pieces,
+        },
+        occupancy,
+        stats,
+    ))
+}
+
+impl Pieces {
+    /// Brings the voxels up to the dynamic models after they have moved; `None` where everything
+    /// has to be voxelized anew.
+    pub fn set_pose(
+        &mut self,
+        gpu: &Gpu,
+        scene: &GpuScene,
+        voxelizer: &mut PieceVoxelizer,
+    ) -> Result<Option<FrameStats>, Error> {
+        let (
+            [
+                Piece {
+                    voxels: records,
+                    light,
+                    dynamic: Some((voxels, dynamic)),
+                },
+            ],
+            [voxelizer],
+        ) = (
+            self.pieces.as_mut_slice(),
+            voxelizer.voxelizers.as_mut_slice(),
+        )
+        else {
+            return Ok(None);
+        };
+        let stats = match dynamic.update(gpu, scene, voxelizer, voxels) {
+            Err(Error::TooLarge { .. }) => return Ok(None),
+            updated => updated?,
+        };
+        match light.follow(gpu, scene, voxels, dynamic.slots(voxels).start) {
+            Err(Error::TooLarge { .. }) => return Ok(None),
+            followed => followed?,
+        }
+        self.radiance = Arc::clone(&light.radiance);
+        *records = VoxelRecords::from(&*voxels);
+        self.voxel_count = voxels.voxel_count - voxels.hidden_count;
+        self.fragment_count = voxels.fragment_count;
+        require_pointers("voxel.records", u64::from(voxels.voxel_count))?;
+        Ok(Some(stats))
+    }
+
+    /// The voxels, and which of them dynamic geometry touches; `None` where it is not told apart.
+    pub fn touched(&self) -> Option<TouchedVoxels<'_>> {
+        let (voxels, dynamic) = self.pieces.first()?.dynamic.as_ref()?;
+        let (blocks, block_count) = dynamic.touched_blocks();
+        Some(TouchedVoxels {
+            blocks,
+            block_count,
+            occupancy: &voxels.occupancy,
+            block_bases: &voxels.block_bases,
+        })
+    }
+
+    /// Adds the passes that light the voxels, which are found in the octree of these nodes.
+    pub fn update(&self, frame: &mut Frame, maps: &LightMaps, nodes: &Arc<Buffer>) {
+        if self
+            .pieces
+            .iter()
+            .any(|Piece { voxels, light, .. }| light.is_part(voxels))
+        {
+            bound_tiles(frame, maps);
+        }
+        self.add_light(frame, |frame, Piece { voxels, light, .. }, first_voxel| {
+            light.update_records(
+                frame,
+                voxels,
+                VoxelLookup::Sparse {
+                    nodes,
+                    grid: self.grid,
+                    first_voxel,
+                },
+                maps,
+                None,
+            );
+        });
+    }
+
+    /// Adds the passes that light the voxels once more in the same frame, with what they gathered.
+    pub fn relight(&self, frame: &mut Frame, maps: &LightMaps, viewer: Viewer) {
+        self.add_light(frame, |frame, Piece { voxels, light, .. }, _| {
+            light.relight(frame, voxels, maps, None, viewer)
+        });
+    }
+
+    /// Adds the passes by which the voxels gather.
+    pub fn bounce(&self, frame: &mut Frame, cones: &ConeTracer, volume: Volume<'_>) {
+        for Piece { voxels, light, .. } in &self.pieces {
+            if let Some(irradiance) = &light.irradiance {
+                cones.bounce(frame, &self.grid, voxels, volume, irradiance);
+            }
+        }
+    }
+
+    /// Adds passes of each piece, given its first voxel, and puts the radiances together.
+    fn add_light(&self, frame: &mut Frame, add: impl Fn(&mut Frame, &Piece, u32)) {
+        let mut first_voxel = 0;
+        for piece in &self.pieces {
+            add(frame, piece, first_voxel);
+            let Piece { voxels, light, .. } = piece;
+            let bytes = light.settings.radiance_bytes(voxels.voxel_count);
+            if self.pieces.len() > 1 && bytes > 0 {
+                frame.copy_buffer(
+                    "svo.merge_radiance",
+                    (&light.radiance, 0),
+                    (&self.radiance, light.settings.radiance_bytes(first_voxel)),
+                    bytes,
+                );
+            }
+            first_voxel += voxels.voxel_count;
+        }
+    }
+
+    /// The records of all voxels.
+    pub fn records(&self) -> Vec<RecordRange> {
+        let mut first_voxel = 0;
+        let range = |Piece { voxels, .. }: &Piece| {
+            let range = RecordRange {
+                first_voxel,
+                voxel_count: voxels.voxel_count,
+                records: Arc::clone(&voxels.records),
+                emission: voxels.emission.clone(),
+            };
+            first_voxel += voxels.voxel_count;
+            range
+        };
+        self.pieces.iter().map(range).collect()
+    }
+
+    /// The voxels of each piece and their light.
+    pub fn lit(&mut self) -> impl Iterator<Item = LitVoxels<'_>> {
+        self.pieces
+            .iter_mut()
+            .map(|Piece { voxels, light, .. }| LitVoxels {
+                voxels: voxels.clone(),
+                light,
+            })
+    }
+
+    /// Counts of fragments, voxels, pieces and light, for the report.
+    pub fn counts(&self, gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {
+        let mut counts = vec![
+            ("fragments", u64::from(self.fragment_count)),
+            ("voxels", u64::from(self.voxel_count)),
+            ("pieces", self.pieces.len() as u64),
+        ];
+        for piece in &self.pieces {
+            counts.extend(
+                piece
+                    .dynamic
+                    .as_ref()
+                    .map(|(_, dynamic)| ("dynamic_voxels", u64::from(dynamic.voxel_count))),
+            );
+            for (name, count) in piece.light.counts(gpu)? {
+                match counts.iter_mut().find(|(known, _)| *known == name) {
+                    Some((_, sum)) => *sum += count,
+                    None => counts.push((name, count)),
+                }
+            }
+        }
+        Ok(counts)
+    }
+}
