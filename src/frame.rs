@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use glam::{Vec3, Vec4};
 
-use crate::gi::registry::{Entry, Part, Stage};
+use crate::gi::entry::{Entry, Part, Stage};
 use crate::gi::{
-    Context, IndirectLight, LitVoxels, Probe, ProbeAxis, ProbeSurface, Settings, Technique,
+    Context, IndirectLight, LitVoxels, Settings, Technique, TraceAxis, TraceSurface, TracedCone,
 };
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image as GpuImage};
 use crate::image::{Aov, Image};
@@ -70,9 +70,9 @@ pub struct Renderer<'g> {
 
 /// What a probe of a pixel finds.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Probed {
+pub enum Traced {
     /// A cone.
-    Cone(Probe),
+    Cone(TracedCone),
     /// The pixel sees no surface.
     NoSurface,
     /// The technique traces no cones with these settings.
@@ -322,21 +322,21 @@ impl<'g> Renderer<'g> {
     pub fn probe(
         &self,
         pixel: [u32; 2],
-        axis: ProbeAxis,
+        axis: TraceAxis,
         aperture_deg: Option<f32>,
-    ) -> Result<Probed, Error> {
+    ) -> Result<Traced, Error> {
         let [width, height] = self.settings.size;
         let index = (pixel[0] + width * pixel[1]) as usize;
         let (Some(camera), true) = (&self.camera, pixel[0] < width && pixel[1] < height) else {
-            return Ok(Probed::NoSurface);
+            return Ok(Traced::NoSurface);
         };
         let depth_m = self.aov(Aov::Depth)?.pixels[index].x;
         if depth_m <= 0.0 {
-            return Ok(Probed::NoSurface);
+            return Ok(Traced::NoSurface);
         }
         let ray = camera.ray_direction(pixel[0] as f32 + 0.5, pixel[1] as f32 + 0.5, width, height);
         let [.., forward] = camera.basis();
-        let surface = ProbeSurface {
+        let surface = TraceSurface {
             pixel,
             position: camera.eye + depth_m / ray.dot(forward) * ray,
             geometric_normal: self.surface(SurfaceChannel::GeometricNormal)?.pixels[index],
@@ -352,8 +352,8 @@ impl<'g> Renderer<'g> {
         };
         Ok(self
             .technique
-            .probe(&context, &surface, axis, aperture_deg)?
-            .map_or(Probed::NoCones, Probed::Cone))
+            .trace(&context, &surface, axis, aperture_deg)?
+            .map_or(Traced::NoCones, Traced::Cone))
     }
 
     /// A channel of the last frame's G-buffer.

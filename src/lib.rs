@@ -17,7 +17,7 @@
 //! diffuse irradiance E_i, the indirect specular radiance L_s and the ambient visibility
 //! ([`gi::IndirectLight`])? One shared pass composites L = L_e + L_direct + ρ/π · E_i + L_s, so
 //! techniques differ in nothing else. A technique states its number of bounces
-//! ([`gi::registry::Entry::bounces`]) and is compared with the [`mod@reference`] at that number.
+//! ([`gi::entry::Entry::bounces`]) and is compared with the [`mod@reference`] at that number.
 //! Images are linear; exposure and sRGB are for looking only.
 //!
 //! # Words

@@ -6,7 +6,8 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use lumivox::frame::FrameSettings;
-use lumivox::gi::registry::{Entry, find};
+use lumivox::gi::entry::Entry;
+use lumivox::gi::registry::find;
 use lumivox::measure::bench::{BenchSettings, Case, Truth, cases, measure};
 use lumivox::measure::chart::Chart;
 use lumivox::measure::report::Report;

@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 
 use indicatif::{ProgressBar, ProgressStyle};
 use lumivox::gi::Settings;
-use lumivox::gi::registry::{Entry, find};
+use lumivox::gi::entry::Entry;
+use lumivox::gi::registry::find;
 use lumivox::graph::{DeviceChoice, Faults, GpuOptions};
 use lumivox::image::{Aov, Image, write_exr, write_png};
 use lumivox::measure::bench::{Truth, choose_timing};

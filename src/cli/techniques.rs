@@ -1,6 +1,7 @@
 //! `lumivox techniques`.
 
-use lumivox::gi::registry::{Entry, TECHNIQUES, find};
+use lumivox::gi::entry::Entry;
+use lumivox::gi::registry::{TECHNIQUES, find};
 
 use super::CliError;
 use super::common::say;

@@ -5,6 +5,7 @@
 //! ([`IndirectLight`])? It keeps its own world-space store between frames. All techniques are rows
 //! of [`registry::TECHNIQUES`].
 
+pub mod entry;
 pub mod none;
 pub mod registry;
 pub mod settings;
@@ -13,7 +14,7 @@ pub mod voxel_cones;
 
 pub use crate::render::IndirectLight;
 pub use settings::{SettingError, Settings};
-pub use shared::cone::{Probe, ProbeAxis, ProbeSurface, VoxelVolume};
+pub use shared::cone::{TraceAxis, TraceSurface, TracedCone, VoxelVolume};
 pub use shared::voxel::LitVoxels;
 
 use glam::Vec3;
@@ -109,13 +110,13 @@ pub trait Technique {
 
     /// One cone as its gathers trace them, through what the last frame left, with its samples.
     /// `None` where nothing traces cones. `aperture_deg` in place of its own.
-    fn probe(
+    fn trace(
         &self,
         _context: &Context<'_>,
-        _surface: &ProbeSurface,
-        _axis: ProbeAxis,
+        _surface: &TraceSurface,
+        _axis: TraceAxis,
         _aperture_deg: Option<f32>,
-    ) -> Result<Option<Probe>, Error> {
+    ) -> Result<Option<TracedCone>, Error> {
         Ok(None)
     }
 

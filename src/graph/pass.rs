@@ -111,6 +111,21 @@ pub struct Binding {
     pub access: Access,
 }
 
+/// The bindings of a pass in two parts.
+pub const fn join<const A: usize, const B: usize, const ALL: usize>(
+    first: [Binding; A],
+    second: [Binding; B],
+) -> [Binding; ALL] {
+    assert!(A + B == ALL && A > 0);
+    let mut joined = [first[0]; ALL];
+    let mut i = 1;
+    while i < ALL {
+        joined[i] = if i < A { first[i] } else { second[i - A] };
+        i += 1;
+    }
+    joined
+}
+
 impl Binding {
     /// A storage buffer.
     pub const fn buffer(name: &'static str, access: Access) -> Self {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::frame::{FrameSettings, Renderer};
 use crate::gi::Settings;
-use crate::gi::registry::{Directions, Entry, Part};
+use crate::gi::entry::{Directions, Entry, Part};
 use crate::gi::settings::SettingError;
 use crate::graph::{Error, FrameStats, Gpu, GpuOptions, PassTimes, Spread, TimesAccumulator};
 use crate::image::{Aov, GuideImage, Image};

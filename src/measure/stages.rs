@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use crate::frame;
-use crate::gi::registry::{Entry, Part, Stage};
+use crate::gi::entry::{Entry, Part, Stage};
 use crate::graph::{FrameStats, Spread};
 
 use super::report::Report;
@@ -134,7 +134,7 @@ mod tests {
                     .iter()
                     .any(|directions| directions.pass.name == pass.name)
                     && pass.name == "voxel.gather_rays";
-                let may_be_in_none = is_shared || matches!(pass.name, "cone.view" | "cone.probe");
+                let may_be_in_none = is_shared || matches!(pass.name, "cone.view" | "cone.trace");
                 assert!(
                     stages == 1 || (may_be_in_none && stages == 0),
                     "{}: {} is in {stages} stages",

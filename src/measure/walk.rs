@@ -6,7 +6,7 @@ use glam::Vec3;
 use serde::Serialize;
 
 use crate::frame::Renderer;
-use crate::gi::registry::{Entry, Part};
+use crate::gi::entry::{Entry, Part};
 use crate::graph::{Error, FrameStats, PassTimes, Spread, TimesAccumulator};
 use crate::scene::{Camera, Scene};
 

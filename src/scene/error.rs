@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, thiserror::Error)]
 pub enum SceneError {
     /// A file cannot be read at all.
-    #[error("{}: cannot be read ({source}); {hint}", path.display())]
+    #[error("{}", one_line(format_args!("{}: cannot be read ({source}); {hint}", path.display())))]
     Read {
         /// The file.
         path: PathBuf,
@@ -16,7 +16,7 @@ pub enum SceneError {
         hint: &'static str,
     },
     /// One line of a text file is wrong.
-    #[error("{}:{line}: {problem}; {hint}", path.display())]
+    #[error("{}", one_line(format_args!("{}:{line}: {problem}; {hint}", path.display())))]
     Line {
         /// The file.
         path: PathBuf,
@@ -28,7 +28,7 @@ pub enum SceneError {
         hint: String,
     },
     /// A file as a whole is wrong.
-    #[error("{}: {problem}; {hint}", path.display())]
+    #[error("{}", one_line(format_args!("{}: {problem}; {hint}", path.display())))]
     File {
         /// The file.
         path: PathBuf,
@@ -41,14 +41,14 @@ pub enum SceneError {
     #[error(
         "{} missing texture{}: {}; add the files, or pass --allow-missing-textures to render them \
             mid-grey",
-        missing.len(), if missing.len() == 1 { "" } else { "s" }, missing.join(", ")
+        missing.len(), if missing.len() == 1 { "" } else { "s" }, one_line(missing.join(", "))
     )]
     MissingTextures {
         /// One entry a texture: its path, and the material, file and line that want it.
         missing: Vec<String>,
     },
     /// No bundled scene has this name.
-    #[error("no bundled scene is called `{name}`; there are {}", known.join(", "))]
+    #[error("no bundled scene is called `{}`; there are {}", one_line(name), known.join(", "))]
     UnknownBundled {
         /// The name asked for.
         name: String,
@@ -56,7 +56,10 @@ pub enum SceneError {
         known: Vec<&'static str>,
     },
     /// A parameter of a bundled scene is unknown, malformed or out of range.
-    #[error("bundled scene `{scene}`: parameter `{parameter}` {problem}; {hint}")]
+    #[error(
+        "{}",
+        one_line(format_args!("bundled scene `{scene}`: parameter `{parameter}` {problem}; {hint}"))
+    )]
     Parameter {
         /// The scene.
         scene: String,
@@ -71,7 +74,7 @@ pub enum SceneError {
     #[error(
         "{}: cannot be written ({problem}); check that the folder exists, is writable and has \
          space",
-        path.display()
+        one_line(path.display())
     )]
     Write {
         /// The file or folder.
@@ -79,6 +82,21 @@ pub enum SceneError {
         /// What the system or the encoder said.
         problem: String,
     },
+}
+
+/// A text on one line: names of files and values of fields may hold line breaks, and characters
+/// that
+/// a terminal obeys.
+fn one_line(text: impl std::fmt::Display) -> String {
+    let mut line = String::new();
+    for c in text.to_string().chars() {
+        if c.is_control() {
+            line.extend(c.escape_default());
+        } else {
+            line.push(c);
+        }
+    }
+    line
 }
 
 impl SceneError {

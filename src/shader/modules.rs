@@ -3,72 +3,6 @@
 /// Stem and SPIR-V.
 #[rustfmt::skip]
 pub(super) static MODULES: &[(&str, &[u8])] = &[
-    ("gi/shared/cone/bounce.comp", include_bytes!("../../spirv/gi/shared/cone/bounce.comp.spv")),
-    (
-        "gi/shared/cone/bounce_clipmap.comp",
-        include_bytes!("../../spirv/gi/shared/cone/bounce_clipmap.comp.spv"),
-    ),
-    (
-        "gi/shared/cone/bounce_svo.comp",
-        include_bytes!("../../spirv/gi/shared/cone/bounce_svo.comp.spv"),
-    ),
-    ("gi/shared/cone/gather.comp", include_bytes!("../../spirv/gi/shared/cone/gather.comp.spv")),
-    (
-        "gi/shared/cone/gather_clipmap.comp",
-        include_bytes!("../../spirv/gi/shared/cone/gather_clipmap.comp.spv"),
-    ),
-    (
-        "gi/shared/cone/gather_svo.comp",
-        include_bytes!("../../spirv/gi/shared/cone/gather_svo.comp.spv"),
-    ),
-    ("gi/shared/cone/patches.comp", include_bytes!("../../spirv/gi/shared/cone/patches.comp.spv")),
-    (
-        "gi/shared/cone/patches_clipmap.comp",
-        include_bytes!("../../spirv/gi/shared/cone/patches_clipmap.comp.spv"),
-    ),
-    (
-        "gi/shared/cone/patches_svo.comp",
-        include_bytes!("../../spirv/gi/shared/cone/patches_svo.comp.spv"),
-    ),
-    ("gi/shared/cone/probe.comp", include_bytes!("../../spirv/gi/shared/cone/probe.comp.spv")),
-    (
-        "gi/shared/cone/probe_clipmap.comp",
-        include_bytes!("../../spirv/gi/shared/cone/probe_clipmap.comp.spv"),
-    ),
-    (
-        "gi/shared/cone/probe_svo.comp",
-        include_bytes!("../../spirv/gi/shared/cone/probe_svo.comp.spv"),
-    ),
-    ("gi/shared/cone/shadow.comp", include_bytes!("../../spirv/gi/shared/cone/shadow.comp.spv")),
-    (
-        "gi/shared/cone/shadow_clipmap.comp",
-        include_bytes!("../../spirv/gi/shared/cone/shadow_clipmap.comp.spv"),
-    ),
-    (
-        "gi/shared/cone/shadow_svo.comp",
-        include_bytes!("../../spirv/gi/shared/cone/shadow_svo.comp.spv"),
-    ),
-    (
-        "gi/shared/cone/specular.comp",
-        include_bytes!("../../spirv/gi/shared/cone/specular.comp.spv"),
-    ),
-    (
-        "gi/shared/cone/specular_clipmap.comp",
-        include_bytes!("../../spirv/gi/shared/cone/specular_clipmap.comp.spv"),
-    ),
-    (
-        "gi/shared/cone/specular_svo.comp",
-        include_bytes!("../../spirv/gi/shared/cone/specular_svo.comp.spv"),
-    ),
-    ("gi/shared/cone/view.comp", include_bytes!("../../spirv/gi/shared/cone/view.comp.spv")),
-    (
-        "gi/shared/cone/view_clipmap.comp",
-        include_bytes!("../../spirv/gi/shared/cone/view_clipmap.comp.spv"),
-    ),
-    (
-        "gi/shared/cone/view_svo.comp",
-        include_bytes!("../../spirv/gi/shared/cone/view_svo.comp.spv"),
-    ),
     (
         "gi/shared/interleave/deinterleave.comp",
         include_bytes!("../../spirv/gi/shared/interleave/deinterleave.comp.spv"),
@@ -138,20 +72,12 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         include_bytes!("../../spirv/gi/shared/voxel/dynamic/scan_touched.comp.spv"),
     ),
     (
-        "gi/shared/voxel/light/bounce_rays.comp",
-        include_bytes!("../../spirv/gi/shared/voxel/light/bounce_rays.comp.spv"),
-    ),
-    (
         "gi/shared/voxel/light/bound_tiles.comp",
         include_bytes!("../../spirv/gi/shared/voxel/light/bound_tiles.comp.spv"),
     ),
     (
         "gi/shared/voxel/light/inject_rsm.comp",
         include_bytes!("../../spirv/gi/shared/voxel/light/inject_rsm.comp.spv"),
-    ),
-    (
-        "gi/shared/voxel/light/inject_rsm_svo.comp",
-        include_bytes!("../../spirv/gi/shared/voxel/light/inject_rsm_svo.comp.spv"),
     ),
     (
         "gi/shared/voxel/light/light_voxels.comp",
@@ -164,6 +90,10 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     (
         "gi/shared/voxel/light/list_tiles.comp",
         include_bytes!("../../spirv/gi/shared/voxel/light/list_tiles.comp.spv"),
+    ),
+    (
+        "gi/shared/voxel/trace/bounce_rays.comp",
+        include_bytes!("../../spirv/gi/shared/voxel/trace/bounce_rays.comp.spv"),
     ),
     (
         "gi/shared/voxel/trace/gather_rays.comp",
@@ -182,6 +112,10 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         include_bytes!("../../spirv/gi/shared/voxel/window/shift_blocks.comp.spv"),
     ),
     (
+        "gi/voxel_cones/clipmap/bounce.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/clipmap/bounce.comp.spv"),
+    ),
+    (
         "gi/voxel_cones/clipmap/clear_box.comp",
         include_bytes!("../../spirv/gi/voxel_cones/clipmap/clear_box.comp.spv"),
     ),
@@ -194,8 +128,36 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         include_bytes!("../../spirv/gi/voxel_cones/clipmap/filter_top.comp.spv"),
     ),
     (
+        "gi/voxel_cones/clipmap/gather.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/clipmap/gather.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/clipmap/patches.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/clipmap/patches.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/clipmap/shadow.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/clipmap/shadow.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/clipmap/specular.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/clipmap/specular.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/clipmap/trace.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/clipmap/trace.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/clipmap/view.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/clipmap/view.comp.spv"),
+    ),
+    (
         "gi/voxel_cones/clipmap/write_voxels.comp",
         include_bytes!("../../spirv/gi/voxel_cones/clipmap/write_voxels.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/mips/bounce.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/mips/bounce.comp.spv"),
     ),
     (
         "gi/voxel_cones/mips/clear_dynamic.comp",
@@ -206,12 +168,36 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         include_bytes!("../../spirv/gi/voxel_cones/mips/filter.comp.spv"),
     ),
     (
+        "gi/voxel_cones/mips/gather.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/mips/gather.comp.spv"),
+    ),
+    (
         "gi/voxel_cones/mips/mark_matter.comp",
         include_bytes!("../../spirv/gi/voxel_cones/mips/mark_matter.comp.spv"),
     ),
     (
+        "gi/voxel_cones/mips/patches.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/mips/patches.comp.spv"),
+    ),
+    (
         "gi/voxel_cones/mips/reduce_matter.comp",
         include_bytes!("../../spirv/gi/voxel_cones/mips/reduce_matter.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/mips/shadow.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/mips/shadow.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/mips/specular.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/mips/specular.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/mips/trace.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/mips/trace.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/mips/view.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/mips/view.comp.spv"),
     ),
     (
         "gi/voxel_cones/svo/allocate_dynamic.comp",
@@ -220,6 +206,10 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     (
         "gi/voxel_cones/svo/allocate_tiles.comp",
         include_bytes!("../../spirv/gi/voxel_cones/svo/allocate_tiles.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/svo/bounce.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/svo/bounce.comp.spv"),
     ),
     (
         "gi/voxel_cones/svo/copy_bricks.comp",
@@ -246,6 +236,14 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         include_bytes!("../../spirv/gi/voxel_cones/svo/flag_touched.comp.spv"),
     ),
     (
+        "gi/voxel_cones/svo/gather.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/svo/gather.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/svo/inject_rsm.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/svo/inject_rsm.comp.spv"),
+    ),
+    (
         "gi/voxel_cones/svo/keep_static.comp",
         include_bytes!("../../spirv/gi/voxel_cones/svo/keep_static.comp.spv"),
     ),
@@ -266,6 +264,10 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         include_bytes!("../../spirv/gi/voxel_cones/svo/mark_affected.comp.spv"),
     ),
     (
+        "gi/voxel_cones/svo/patches.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/svo/patches.comp.spv"),
+    ),
+    (
         "gi/voxel_cones/svo/reduce_points.comp",
         include_bytes!("../../spirv/gi/voxel_cones/svo/reduce_points.comp.spv"),
     ),
@@ -274,8 +276,24 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         include_bytes!("../../spirv/gi/voxel_cones/svo/scan_nodes.comp.spv"),
     ),
     (
+        "gi/voxel_cones/svo/shadow.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/svo/shadow.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/svo/specular.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/svo/specular.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/svo/trace.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/svo/trace.comp.spv"),
+    ),
+    (
         "gi/voxel_cones/svo/transfer_borders.comp",
         include_bytes!("../../spirv/gi/voxel_cones/svo/transfer_borders.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/svo/view.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/svo/view.comp.spv"),
     ),
     (
         "gi/voxel_cones/svo/write_attributes.comp",

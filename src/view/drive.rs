@@ -15,7 +15,7 @@ use super::probe::table;
 use super::script::Action;
 use super::session::{Choice, Compare};
 use super::views;
-use crate::frame::Probed;
+use crate::frame::Traced;
 use crate::gi::registry::find;
 use crate::scene::Light;
 
@@ -533,7 +533,7 @@ impl App {
         };
         match (action, &answer.found) {
             (_, Err(problem)) => Err(problem.clone()),
-            (Action::ProbeList(path), Ok(Probed::Cone(probe))) => {
+            (Action::ProbeList(path), Ok(Traced::Cone(probe))) => {
                 std::fs::write(path, table(probe))
                     .map_err(|error| format!("{}: {error}", path.display()))?;
                 Ok(Step::Done)

@@ -29,7 +29,7 @@ use std::path::PathBuf;
 use winit::event_loop::EventLoop;
 
 use crate::gi::SettingError;
-use crate::gi::registry::Entry;
+use crate::gi::entry::Entry;
 use crate::graph::{Error, GpuOptions};
 use crate::scene::Scene;
 

@@ -2,8 +2,8 @@
 
 use std::fmt::Write as _;
 
-use crate::frame::Probed;
-use crate::gi::{Probe, ProbeAxis};
+use crate::frame::Traced;
+use crate::gi::{TraceAxis, TracedCone};
 
 /// A cone that is asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,7 +13,7 @@ pub(super) struct ProbeJob {
     /// 0 left, 1 right.
     pub(super) pane: usize,
     pub(super) pixel: [u32; 2],
-    pub(super) axis: ProbeAxis,
+    pub(super) axis: TraceAxis,
     /// γ in place of the technique's own (degrees).
     pub(super) aperture_deg: Option<f32>,
 }
@@ -21,7 +21,7 @@ pub(super) struct ProbeJob {
 /// What came back.
 pub(super) struct ProbeAnswer {
     pub(super) of: ProbeJob,
-    pub(super) found: Result<Probed, String>,
+    pub(super) found: Result<Traced, String>,
 }
 
 /// Which cone is wanted, and what came back last.
@@ -30,7 +30,7 @@ pub(super) struct ProbeState {
     pub(super) place: Option<[f32; 2]>,
     /// Whether the place is that of the pointer.
     pub(super) follows: bool,
-    pub(super) axis: ProbeAxis,
+    pub(super) axis: TraceAxis,
     pub(super) aperture_deg: Option<f32>,
     /// Whether samples of empty space are listed.
     pub(super) lists_empty: bool,
@@ -43,7 +43,7 @@ impl Default for ProbeState {
         ProbeState {
             place: None,
             follows: false,
-            axis: ProbeAxis::Normal,
+            axis: TraceAxis::Normal,
             aperture_deg: None,
             lists_empty: true,
             answer: None,
@@ -65,7 +65,7 @@ impl ProbeState {
 }
 
 /// The samples as CSV.
-pub(super) fn table(probe: &Probe) -> String {
+pub(super) fn table(probe: &TracedCone) -> String {
     let header = "distance_m,diameter_m,level,radiance_r,radiance_g,radiance_b,opacity,covered,\
                   gathered_r,gathered_g,gathered_b\n";
     let mut text = header.to_owned();

@@ -6,7 +6,7 @@
 use std::collections::VecDeque;
 use std::path::PathBuf;
 
-use crate::gi::ProbeAxis;
+use crate::gi::TraceAxis;
 
 /// One action.
 #[derive(Clone, Debug, PartialEq)]
@@ -66,7 +66,7 @@ pub enum Action {
     /// `light add`.
     AddLight,
     /// `probe X Y normal|mirror|diffuse N`: a cone from there, shares of the picture; waits for it.
-    Probe([f32; 2], ProbeAxis),
+    Probe([f32; 2], TraceAxis),
     /// `probe list FILE`: its samples, as CSV.
     ProbeList(PathBuf),
     /// `probe off`.
@@ -172,11 +172,11 @@ fn action(text: &str) -> Option<Action> {
         ["light", "add"] => Action::AddLight,
         ["probe", "off"] => Action::ProbeOff,
         ["probe", "list", path] => Action::ProbeList(path.into()),
-        ["probe", x, y, "normal"] => Action::Probe([number(x)?, number(y)?], ProbeAxis::Normal),
-        ["probe", x, y, "mirror"] => Action::Probe([number(x)?, number(y)?], ProbeAxis::Mirror),
+        ["probe", x, y, "normal"] => Action::Probe([number(x)?, number(y)?], TraceAxis::Normal),
+        ["probe", x, y, "mirror"] => Action::Probe([number(x)?, number(y)?], TraceAxis::Mirror),
         ["probe", x, y, "diffuse", index] => Action::Probe(
             [number(x)?, number(y)?],
-            ProbeAxis::Diffuse(index.parse().ok()?),
+            TraceAxis::Diffuse(index.parse().ok()?),
         ),
         ["copy", from, to] => Action::Copy(from.into(), to.into()),
         ["shader", "ok"] => Action::Shader(true),

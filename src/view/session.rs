@@ -14,7 +14,7 @@ use super::probe::{ProbeAnswer, ProbeJob, ProbeState};
 use super::truth::{MOST_SAMPLES, Truth, TruthJob};
 use super::views::VIEWS;
 use super::worker::{Job, PaneJob, Picture};
-use crate::gi::registry::Entry;
+use crate::gi::entry::Entry;
 use crate::gi::{SettingError, Settings};
 use crate::image::Aov;
 use crate::reference::Bounces;

@@ -14,7 +14,7 @@ use super::pane::Pane;
 use super::picture::Components;
 use super::probe::{ProbeAnswer, ProbeJob};
 use crate::gi::Settings;
-use crate::gi::registry::Entry;
+use crate::gi::entry::Entry;
 use crate::graph::{FrameStats, Gpu, GpuOptions, Messages};
 use crate::image::Image;
 use crate::scene::{Camera, Light, Scene};

@@ -20,7 +20,7 @@ use lumivox::gi::settings::Settings;
 use lumivox::gi::shared::cone::oracle::{
     self as cone_oracle, FaceChain, Levels, MarchSettings, Placement, SetCone,
 };
-use lumivox::gi::shared::cone::{ConeTracer, FaceWeights, Volume as DeviceVolume, cone_set};
+use lumivox::gi::shared::cone::{ConeTracer, FaceWeights, cone_set};
 use lumivox::gi::shared::voxel::oracle::{self, TraceGrid, TraceSettings, TraceVoxel, VoxelIndex};
 use lumivox::gi::shared::voxel::{
     Bounces, Directionality, Faces, Injection, LightSettings, Method, Prefilter, RaySettings,
@@ -28,6 +28,7 @@ use lumivox::gi::shared::voxel::{
 };
 use lumivox::gi::voxel_cones::mips::{filter_mips, radiance_image};
 use lumivox::gi::voxel_cones::svo::{BrickPool, BrickSettings, NodePool, PieceVoxelizer};
+use lumivox::gi::voxel_cones::{mips, svo};
 use lumivox::graph::{Frame, Gpu};
 use lumivox::image::Aov;
 use lumivox::metrics::{Channel, compare};
@@ -280,13 +281,13 @@ fn light_gathered_by_cones_is_the_oracles() {
         let tracer = ConeTracer::new(&gpu, &settings).unwrap();
         tracer.bounce(
             &mut frame,
-            &lit.read.voxels.grid,
             &VoxelRecords::from(&lit.read.voxels),
-            DeviceVolume::Dense {
-                radiance: &image,
-                matter: &matter,
-                faces: has_faces.then_some((&image, Directionality::Directional(Faces::Both))),
-            },
+            mips::volume(
+                lit.read.voxels.grid,
+                &image,
+                &matter,
+                has_faces.then_some((&image, Directionality::Directional(Faces::Both))),
+            ),
             lit.light.irradiance.as_ref().unwrap(),
         );
         gpu.submit(frame).unwrap();
@@ -456,14 +457,14 @@ fn bounces_of_pieces_are_those_of_the_whole() {
         pieces.bounce(
             &mut frame,
             &tracer,
-            DeviceVolume::Sparse {
-                nodes: &nodes.nodes,
-                bricks: &bricks.image,
-                normals: None,
-                corners: false,
-                directionality: Directionality::Isotropic,
-                face_stride: 0,
-            },
+            svo::volume(
+                pieces.grid,
+                &nodes.nodes,
+                &bricks.image,
+                None,
+                false,
+                (Directionality::Isotropic, 0),
+            ),
         );
         pieces.relight(&mut frame, &maps, Viewer::Picture);
         gpu.submit(frame).unwrap();

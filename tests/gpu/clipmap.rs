@@ -10,6 +10,7 @@ use crate::support::walker::Walker;
 use crate::support::{Random, gpu};
 use glam::{DVec3, DVec4, IVec3, Vec3};
 use lumivox::gi::Settings;
+use lumivox::gi::shared::cone::Bound;
 use lumivox::gi::shared::cone::oracle::Volume;
 use lumivox::gi::shared::cone::oracle::structure::{Cell, CellKind, EyeRay, view_structure};
 use lumivox::gi::shared::voxel::{Method, VoxelBox, VoxelWindow, WindowScratch};
@@ -371,9 +372,10 @@ fn coarser_texels_are_the_oracles() {
             };
             let faces = |level, first, edge| faces_of(&read, level, first, edge);
             let volumes = walker.technique.volumes();
-            let lumivox::gi::shared::cone::Volume::Clipmap { top, .. } = volumes[0].volume else {
+            let Bound::Image(top) = volumes[0].volume.bound[2] else {
                 panic!("a clipmap's volume is not one")
             };
+
             let (mut worst, mut lit) = (0.0f64, 0);
             for level in 0..levels {
                 let first = places[level as usize].first;

@@ -7,6 +7,7 @@ use glam::Vec3;
 use lumivox::frame::Renderer;
 use lumivox::gi::registry::find;
 use lumivox::gi::shared::voxel::VoxelGrid;
+use lumivox::gi::voxel_cones::VoxelCones;
 use lumivox::gi::voxel_cones::clipmap::{self, Clipmap, Layout};
 use lumivox::gi::{Context, Settings, Technique};
 use lumivox::graph::{Frame, Gpu};
@@ -235,7 +236,7 @@ struct Still<'g> {
     gpu_scene: GpuScene,
     maps: LightMaps,
     gbuffer: GBuffer,
-    technique: Clipmap,
+    technique: VoxelCones<Clipmap>,
 }
 
 impl<'g> Still<'g> {
@@ -247,7 +248,7 @@ impl<'g> Still<'g> {
             size: SIZE,
             eye: scene.camera.eye,
         };
-        let mut technique = Clipmap::new(&context, settings).unwrap();
+        let mut technique = VoxelCones::<Clipmap>::new(&context, settings, "clipmap").unwrap();
         technique.build(&context).unwrap();
         let maps = LightMaps::new(gpu, &gpu_scene, 256, technique.needs_rsm()).unwrap();
         let gbuffer = GBuffer::new(gpu, &gpu_scene, SIZE).unwrap();

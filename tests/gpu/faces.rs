@@ -19,12 +19,13 @@ use crate::support::{Random, gpu, read_words};
 use glam::{DVec3, DVec4, Vec3};
 use lumivox::gi::registry::find;
 use lumivox::gi::shared::cone::oracle::{Cone, FaceChain, MarchSettings, Volume, march};
-use lumivox::gi::shared::cone::{self, ConeTracer, FaceWeights};
+use lumivox::gi::shared::cone::{ConeTracer, FaceWeights};
 use lumivox::gi::shared::voxel::oracle::{self, VoxelIndex, VoxelSum};
 use lumivox::gi::shared::voxel::{
     Directionality, Faces, Injection, LightSettings, Method, Prefilter, Sides, VoxelGrid,
     VoxelLight, VoxelSettings,
 };
+use lumivox::gi::voxel_cones::mips;
 use lumivox::gi::voxel_cones::mips::oracle::{Filter, chain, coarser_faces, face_chain};
 use lumivox::gi::voxel_cones::mips::{filter_mips, radiance_image};
 use lumivox::graph::{Frame, Gpu, Image};
@@ -190,12 +191,8 @@ fn cones_through_faces_are_the_oracles() {
             tracer.skips_empty = skips_empty;
             let mut frame = Frame::new();
             frame.set_scene(&gpu_scene.set, &gpu_scene.materials);
-            let volume = cone::Volume::Dense {
-                radiance: &radiance,
-                matter: &matter,
-                faces: Some((&faces, directionality)),
-            };
-            tracer.gather(&mut frame, &view.gbuffer, &grid, volume, &view.result);
+            let volume = mips::volume(grid, &radiance, &matter, Some((&faces, directionality)));
+            tracer.gather(&mut frame, &view.gbuffer, volume, &view.result);
             gpu.submit(frame).unwrap();
             view.results(&gpu)
         });

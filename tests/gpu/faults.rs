@@ -8,7 +8,8 @@ use crate::support::technique::{
 use crate::support::{expected_missing, gpu, own_gpu, read_words, words};
 use glam::Vec3;
 use lumivox::frame::Renderer;
-use lumivox::gi::registry::{Entry, TECHNIQUES};
+use lumivox::gi::entry::Entry;
+use lumivox::gi::registry::TECHNIQUES;
 use lumivox::gi::settings::Domain;
 use lumivox::graph::{
     DrawBatch, Error, Faults, Frame, Gpu, GpuOptions, ImageDesc, ImageKind, ImageUsage, Targets, vk,

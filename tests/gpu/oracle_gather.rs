@@ -16,12 +16,13 @@ use glam::{DVec3, DVec4, Vec3};
 use lumivox::gi::Settings;
 use lumivox::gi::registry::find;
 use lumivox::gi::shared::cone::oracle::{Levels, Volume};
-use lumivox::gi::shared::cone::{self, ConeTracer, cone_set, diffuse_set};
+use lumivox::gi::shared::cone::{ConeTracer, cone_set, diffuse_set};
 use lumivox::gi::shared::voxel::oracle::{VoxelIndex, hemisphere_direction};
 use lumivox::gi::shared::voxel::{Directionality, VoxelGrid};
 use lumivox::gi::voxel_cones::mips::oracle::{Filter, coarser, sees_matter};
 use lumivox::gi::voxel_cones::svo::BrickSettings;
 use lumivox::gi::voxel_cones::svo::oracle::Texels;
+use lumivox::gi::voxel_cones::{mips, svo};
 use lumivox::graph::{Frame, Gpu, Image};
 use lumivox::render::GpuScene;
 use lumivox::scene::Scene;
@@ -126,12 +127,7 @@ fn gather_cones(
     tracer.gather(
         &mut frame,
         &view.gbuffer,
-        grid,
-        cone::Volume::Dense {
-            radiance,
-            matter,
-            faces: None,
-        },
+        mips::volume(*grid, radiance, matter, None),
         &view.result,
     );
     gpu.submit(frame).unwrap();
@@ -224,14 +220,10 @@ fn counted_samples_are_the_oracles() {
         gpu.submit(frame).unwrap();
         let matter = matter(&gpu, &occupied(&finest), 32);
         let settings = settings(&pairs.map(str::to_owned));
-        let cones = cone::Volume::Dense {
-            radiance: &image,
-            matter: &matter,
-            faces: None,
-        };
+        let cones = mips::volume(grid, &image, &matter, None);
         let counted = ConeTracer::new(&gpu, &settings)
             .unwrap()
-            .count_samples(&gpu, &gpu_scene, &view.gbuffer, &grid, cones, [true, false])
+            .count_samples(&gpu, &gpu_scene, &view.gbuffer, cones, [true, false])
             .unwrap();
         let chain = read_chain(&gpu, &image);
         let expected: u64 = samples_by_oracle(&chain, &scene, &grid, &view, &settings);
@@ -377,18 +369,17 @@ fn cones_through_bricks_are_the_oracles() {
         let seen = |normals: Option<&Arc<Image>>| {
             let mut frame = Frame::new();
             frame.set_scene(&gpu_scene.set, &gpu_scene.materials);
-            let volume = cone::Volume::Sparse {
-                nodes: &nodes.nodes,
-                bricks: &pool.image,
+            let volume = svo::volume(
+                grid,
+                &nodes.nodes,
+                &pool.image,
                 normals,
-                corners: false,
-                directionality: Directionality::Isotropic,
-                face_stride: 0,
-            };
+                false,
+                (Directionality::Isotropic, 0),
+            );
             ConeTracer::new(&gpu, &settings).unwrap().gather(
                 &mut frame,
                 &view.gbuffer,
-                &grid,
                 volume,
                 &view.result,
             );
@@ -460,20 +451,16 @@ fn occlusion_cones_are_the_oracles() {
             .collect();
         let settings = settings(&pairs);
         let tracer = ConeTracer::new(&gpu, &settings).unwrap();
-        let cones = cone::Volume::Dense {
-            radiance: &image,
-            matter: &matter,
-            faces: None,
-        };
+        let cones = mips::volume(grid, &image, &matter, None);
         let mut frame = Frame::new();
         frame.set_scene(&gpu_scene.set, &gpu_scene.materials);
         filter(&mut frame, &image, 1);
-        tracer.gather(&mut frame, &view.gbuffer, &grid, cones, &view.result);
+        tracer.gather(&mut frame, &view.gbuffer, cones, &view.result);
         gpu.submit(frame).unwrap();
         let gathered = view.results(&gpu);
         let mut frame = Frame::new();
         frame.set_scene(&gpu_scene.set, &gpu_scene.materials);
-        tracer.occlusion(&mut frame, &view.gbuffer, &grid, cones, &view.result);
+        tracer.occlusion(&mut frame, &view.gbuffer, cones, &view.result);
         gpu.submit(frame).unwrap();
         let seen = view.results(&gpu);
         assert!(

@@ -169,7 +169,7 @@ fn march_settings(
 /// A technique with settings of its structure, and what a view of it needs.
 struct Case {
     name: String,
-    entry: &'static lumivox::gi::registry::Entry,
+    entry: &'static lumivox::gi::entry::Entry,
     structure: Vec<&'static str>,
 }
 
@@ -270,13 +270,12 @@ fn render(
         gpu.submit(frame).unwrap();
         view.results(gpu)
     };
-    let (gbuffer, grid, volume, result) =
-        (&view.gbuffer, &volume.grid, volume.volume, &view.result);
+    let (gbuffer, volume, result) = (&view.gbuffer, volume.volume, &view.result);
     Seen {
-        gathered: results(&|frame| tracer.gather(frame, gbuffer, grid, volume, result)),
-        occluded: results(&|frame| tracer.occlusion(frame, gbuffer, grid, volume, result)),
-        specular: results(&|frame| tracer.specular(frame, gbuffer, grid, volume, result)),
-        direct: results(&|frame| tracer.shadow(frame, scene, gbuffer, grid, volume, result)),
+        gathered: results(&|frame| tracer.gather(frame, gbuffer, volume, result)),
+        occluded: results(&|frame| tracer.occlusion(frame, gbuffer, volume, result)),
+        specular: results(&|frame| tracer.specular(frame, gbuffer, volume, result)),
+        direct: results(&|frame| tracer.shadow(frame, scene, gbuffer, volume, result)),
     }
 }
 
@@ -320,8 +319,8 @@ fn direct_by_oracle(
     march: &MarchSettings,
 ) -> Vec<DVec4> {
     let (origin, voxel_size) = (
-        volume.grid.origin.as_dvec3(),
-        f64::from(volume.grid.voxel_size),
+        volume.volume.grid.origin.as_dvec3(),
+        f64::from(volume.volume.grid.voxel_size),
     );
     let tan_half = (f64::from(settings.number("shadow_aperture")).to_radians() / 2.0).tan();
     let march = MarchSettings {
@@ -402,9 +401,24 @@ fn compare_case(gpu: &Gpu, case: &Case, cones: &[String], eye: Vec3, plants: boo
     };
     let layout = (case.entry.name == "clipmap")
         .then(|| (Layout::new(walker.gpu_scene.bounds, 32, 3, 0.02), eye));
-    let structure = Structure::read(gpu, volume.volume, volume.grid.resolution, weights, layout);
-    let view = View::new(gpu, &walker.gpu_scene, &scene.camera, SIZE, &volume.grid);
-    let (grid, voxel_size) = (&volume.grid, f64::from(volume.grid.voxel_size));
+    let structure = Structure::read(
+        gpu,
+        volume.volume,
+        volume.volume.grid.resolution,
+        weights,
+        layout,
+    );
+    let view = View::new(
+        gpu,
+        &walker.gpu_scene,
+        &scene.camera,
+        SIZE,
+        &volume.volume.grid,
+    );
+    let (grid, voxel_size) = (
+        &volume.volume.grid,
+        f64::from(volume.volume.grid.voxel_size),
+    );
     let pixels = pixels(gpu, &view, (eye - grid.origin).as_dvec3() / voxel_size);
     let seen = render(gpu, &walker.gpu_scene, &view, volume, &settings);
     let march = march_settings(&settings, voxel_size, grid.resolution, scene.environment);

@@ -16,9 +16,10 @@ use lumivox::frame::Renderer;
 use lumivox::gi::registry::find;
 use lumivox::gi::shared::cone::oracle::MarchSettings;
 use lumivox::gi::shared::cone::oracle::patches::{Disc, irradiance, unhidden};
-use lumivox::gi::shared::cone::{self, ConeTracer, EmissivePatches, Patch, patches};
+use lumivox::gi::shared::cone::{ConeTracer, EmissivePatches, Patch, patches};
 use lumivox::gi::shared::voxel::VoxelGrid;
 use lumivox::gi::shared::voxel::oracle::Receiver;
+use lumivox::gi::voxel_cones::mips;
 use lumivox::graph::Frame;
 use lumivox::image::{Aov, GuideImage, Image, luminance};
 use lumivox::reference::{self, Bounces, Filter, Sampling};
@@ -195,15 +196,10 @@ fn patches_by_cones_are_the_oracles() {
         frame.set_scene(&gpu_scene.set, &gpu_scene.materials);
         filter(&mut frame, &image, random.below(2));
         frame.clear_image("test.clear", &view.result, [1.0, 2.0, 3.0, 0.5]);
-        let dense = cone::Volume::Dense {
-            radiance: &image,
-            matter: &matter,
-            faces: None,
-        };
+        let dense = mips::volume(grid, &image, &matter, None);
         ConeTracer::new(&gpu, &settings).unwrap().patches(
             &mut frame,
             &view.gbuffer,
-            &grid,
             dense,
             &made,
             &view.result,

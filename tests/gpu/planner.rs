@@ -12,7 +12,7 @@ use crate::support::technique::{
 use crate::support::{Missing, gpu, skipped, words};
 use glam::Vec3;
 use lumivox::frame::Renderer;
-use lumivox::gi::ProbeAxis;
+use lumivox::gi::TraceAxis;
 use lumivox::gi::registry::find;
 use lumivox::gi::shared::voxel::{FRAGMENTS_RASTER, FRAGMENTS_RASTER_HW};
 use lumivox::graph::{
@@ -252,7 +252,7 @@ impl Life {
             renderer.view_voxels(name, 0)?;
         }
         renderer.view_structure(0)?;
-        renderer.probe([8, 4], ProbeAxis::Normal, None)?;
+        renderer.probe([8, 4], TraceAxis::Normal, None)?;
         renderer.count_samples()?;
         renderer.aov(Aov::Full).map(drop)
     }

@@ -8,12 +8,13 @@ use crate::support::scenes::bundled;
 use crate::support::technique::{Case, frame};
 use crate::support::{Random, gpu};
 use glam::{DVec3, Vec3};
-use lumivox::frame::{Probed, Renderer};
+use lumivox::frame::{Renderer, Traced};
 use lumivox::gi::registry::find;
 use lumivox::gi::shared::cone::oracle::{Cone, MarchSettings, march};
-use lumivox::gi::shared::cone::{ConeTracer, Probe, Volume};
+use lumivox::gi::shared::cone::{ConeTracer, TracedCone};
 use lumivox::gi::shared::voxel::VoxelGrid;
-use lumivox::gi::{Context, ProbeAxis, ProbeSurface};
+use lumivox::gi::voxel_cones::mips;
+use lumivox::gi::{Context, TraceAxis, TraceSurface};
 use lumivox::graph::{Frame, Gpu};
 use lumivox::image::Aov;
 use lumivox::render::GpuScene;
@@ -43,15 +44,15 @@ fn renderer<'g>(
     renderer
 }
 
-fn cone(renderer: &Renderer<'_>, pixel: [u32; 2], axis: ProbeAxis) -> Probe {
+fn cone(renderer: &Renderer<'_>, pixel: [u32; 2], axis: TraceAxis) -> TracedCone {
     match renderer.probe(pixel, axis, None).unwrap() {
-        Probed::Cone(probe) => probe,
+        Traced::Cone(probe) => probe,
         other => panic!("pixel {pixel:?}: {other:?}"),
     }
 }
 
 /// What the samples of a cone come to: radiance without what is behind it, and what they cover.
-fn sum(probe: &Probe) -> (Vec3, f32) {
+fn sum(probe: &TracedCone) -> (Vec3, f32) {
     let (mut radiance, mut through) = (Vec3::ZERO, 1.0);
     for sample in &probe.samples {
         radiance += through * sample.opacity * sample.radiance;
@@ -89,10 +90,10 @@ fn samples_of_a_pixels_cones_are_its_irradiance() {
         let renderer = renderer(&gpu, &scene, (technique, preset), &all);
         let diffuse = renderer.aov(Aov::Diffuse).unwrap();
         for pixel in PIXELS {
-            let count = cone(&renderer, pixel, ProbeAxis::Diffuse(0)).cone_count;
+            let count = cone(&renderer, pixel, TraceAxis::Diffuse(0)).cone_count;
             let mut irradiance = Vec3::ZERO;
             for index in 0..count {
-                let probe = cone(&renderer, pixel, ProbeAxis::Diffuse(index));
+                let probe = cone(&renderer, pixel, TraceAxis::Diffuse(index));
                 let (radiance, covered) = sum(&probe);
                 let last = probe.samples.last().unwrap();
                 assert!(
@@ -170,7 +171,7 @@ fn samples_are_the_oracles() {
                     * resolution as f32
                     * (0.3 + 0.4 * Vec3::from([0; 3].map(|_: u32| random.unit())));
             let normal = unit(&mut random);
-            let surface = ProbeSurface {
+            let surface = TraceSurface {
                 pixel: [0; 2],
                 position: place,
                 geometric_normal: normal,
@@ -178,24 +179,14 @@ fn samples_are_the_oracles() {
                 roughness: 0.2,
                 eye: place + unit(&mut random) + normal,
             };
-            let volume = Volume::Dense {
-                radiance: &image,
-                matter: &matter,
-                faces: None,
-            };
+            let volume = mips::volume(grid, &image, &matter, None);
             let axis = if case == 0 {
-                ProbeAxis::Mirror
+                TraceAxis::Mirror
             } else {
-                ProbeAxis::Normal
+                TraceAxis::Normal
             };
             let probe = tracer
-                .probe(
-                    &context,
-                    &grid,
-                    volume,
-                    &surface,
-                    (axis, Some(aperture_deg)),
-                )
+                .trace(&context, volume, &surface, (axis, Some(aperture_deg)))
                 .unwrap();
             let number = |name| f64::from(settings.number(name));
             let voxel = f64::from(grid.voxel_size);
@@ -280,16 +271,16 @@ fn what_cannot_be_probed_is_told() {
         &[("resolution", "32")],
     );
     let pixel = [16, 20];
-    let mirror = cone(&cones, pixel, ProbeAxis::Mirror);
-    let normal = cone(&cones, pixel, ProbeAxis::Normal);
+    let mirror = cone(&cones, pixel, TraceAxis::Mirror);
+    let normal = cone(&cones, pixel, TraceAxis::Normal);
     assert!(mirror.direction.dot(normal.direction) < 0.999 && mirror.weight.is_none());
-    let Probed::Cone(wide) = cones.probe(pixel, ProbeAxis::Normal, Some(50.0)).unwrap() else {
+    let Traced::Cone(wide) = cones.probe(pixel, TraceAxis::Normal, Some(50.0)).unwrap() else {
         panic!("a cone")
     };
     assert!((wide.aperture_deg - 50.0).abs() < 1e-3 && wide.samples.len() < normal.samples.len());
     assert_eq!(
-        cones.probe([SIZE[0], 0], ProbeAxis::Normal, None).unwrap(),
-        Probed::NoSurface
+        cones.probe([SIZE[0], 0], TraceAxis::Normal, None).unwrap(),
+        Traced::NoSurface
     );
     let rays = renderer(
         &gpu,
@@ -298,7 +289,7 @@ fn what_cannot_be_probed_is_told() {
         &[("resolution", "32")],
     );
     assert_eq!(
-        rays.probe(pixel, ProbeAxis::Normal, None).unwrap(),
-        Probed::NoCones
+        rays.probe(pixel, TraceAxis::Normal, None).unwrap(),
+        Traced::NoCones
     );
 }

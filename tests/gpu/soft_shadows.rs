@@ -17,9 +17,10 @@ use glam::{DVec3, DVec4, Vec3};
 use lumivox::frame::Renderer;
 use lumivox::gi::Settings;
 use lumivox::gi::registry::find;
+use lumivox::gi::shared::cone::ConeTracer;
 use lumivox::gi::shared::cone::oracle::{LightPlace, MarchSettings, Volume, light_visibility};
-use lumivox::gi::shared::cone::{self, ConeTracer};
 use lumivox::gi::shared::voxel::VoxelGrid;
+use lumivox::gi::voxel_cones::mips;
 use lumivox::graph::{Frame, Gpu};
 use lumivox::image::{Aov, Image};
 use lumivox::metrics::{Channel, compare};
@@ -129,16 +130,11 @@ fn shadows_by_cones_are_the_oracles() {
         let mut frame = Frame::new();
         frame.set_scene(&gpu_scene.set, &gpu_scene.materials);
         filter(&mut frame, &image, random.below(2));
-        let volume = cone::Volume::Dense {
-            radiance: &image,
-            matter: &matter,
-            faces: None,
-        };
+        let volume = mips::volume(grid, &image, &matter, None);
         ConeTracer::new(&gpu, &settings).unwrap().shadow(
             &mut frame,
             &gpu_scene,
             &view.gbuffer,
-            &grid,
             volume,
             &view.result,
         );

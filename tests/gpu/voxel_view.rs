@@ -28,6 +28,7 @@ use lumivox::gi::voxel_cones::svo::oracle::{
 use lumivox::gi::voxel_cones::svo::{
     AttributeBricks, BrickSettings, NodePool, Occupancy, RecordRange,
 };
+use lumivox::gi::voxel_cones::{mips, svo};
 use lumivox::graph::{Frame, Gpu};
 use lumivox::image::{Aov, Image};
 use lumivox::render::GpuScene;
@@ -235,12 +236,7 @@ fn a_level_looks_as_the_oracle_has_it() {
         let view = View::new(&gpu, &gpu_scene, &camera, size, &grid);
         let dense = VoxelVolume {
             name: "light",
-            grid,
-            volume: cone::Volume::Dense {
-                radiance: &image,
-                matter: &matter,
-                faces: None,
-            },
+            volume: mips::volume(grid, &image, &matter, None),
             levels: 5,
         };
         let seen = look(&gpu, &gpu_scene, &view, &dense, level);
@@ -348,7 +344,6 @@ fn structures_look_as_the_oracle_has_them() {
         let check = |name: &str, volume: cone::Volume<'_>, cell_at: &dyn Fn(DVec3) -> Cell| {
             let volume = VoxelVolume {
                 name: "light",
-                grid,
                 volume,
                 levels: 5,
             };
@@ -386,11 +381,7 @@ fn structures_look_as_the_oracle_has_them() {
                 "another level is not noticed"
             );
         };
-        let dense = cone::Volume::Dense {
-            radiance: &image,
-            matter: &matter,
-            faces: None,
-        };
+        let dense = mips::volume(grid, &image, &matter, None);
         let edge = f64::from(1u32 << level);
         check("dense", dense, &|at: DVec3| {
             let is_full = chain[level as usize]
@@ -407,14 +398,14 @@ fn structures_look_as_the_oracle_has_them() {
             }
         });
         for (lattice, (nodes, bricks), tree, levels) in &grown {
-            let sparse = cone::Volume::Sparse {
-                nodes: &nodes.nodes,
-                bricks: &bricks.image,
-                normals: None,
-                corners: *lattice == Lattice::Corners,
-                directionality: Directionality::Isotropic,
-                face_stride: 0,
-            };
+            let sparse = svo::volume(
+                grid,
+                &nodes.nodes,
+                &bricks.image,
+                None,
+                *lattice == Lattice::Corners,
+                (Directionality::Isotropic, 0),
+            );
             check(&format!("octree, {lattice:?}"), sparse, &|at| {
                 node_at(tree, levels, *lattice, at, resolution, level)
             });

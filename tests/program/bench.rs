@@ -195,7 +195,7 @@ fn stages_have_every_timed_pass_of_every_technique() {
         .collect::<Vec<_>>()
         .join(",");
     let mut runs = vec![vec!["--technique", techniques.as_str(), "--no-reference"]];
-    let presets = |entry: &&&lumivox::gi::registry::Entry| {
+    let presets = |entry: &&&lumivox::gi::entry::Entry| {
         entry
             .presets
             .iter()

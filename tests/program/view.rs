@@ -17,7 +17,7 @@ use lumivox::view::view_names;
 const TIMED: [(&str, &str); 1] = [("LUMIVOX_VALIDATE", "0")];
 
 /// The technique's smallest resolution, where it has one.
-fn smallest(entry: &lumivox::gi::registry::Entry) -> Option<u32> {
+fn smallest(entry: &lumivox::gi::entry::Entry) -> Option<u32> {
     let setting = entry
         .settings
         .iter()

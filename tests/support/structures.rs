@@ -6,9 +6,10 @@ use glam::{DVec4, Vec3};
 use lumivox::gi::shared::cone::oracle::{
     Clipmap, ClipmapLevel, FaceChain, Lattice, Levels, Volume,
 };
-use lumivox::gi::shared::cone::{self, FaceWeights};
+use lumivox::gi::shared::cone::{self, Bound, Constant, FaceWeights};
 use lumivox::gi::shared::voxel::Directionality;
-use lumivox::gi::voxel_cones::clipmap::Layout;
+use lumivox::gi::voxel_cones::clipmap::{self, Layout};
+use lumivox::gi::voxel_cones::mips;
 use lumivox::graph::{Buffer, Gpu, Image};
 
 use super::gather::{read_chain, read_faces};
@@ -34,95 +35,81 @@ impl Structure {
         weights: FaceWeights,
         layout: Option<(Layout, Vec3)>,
     ) -> Structure {
-        match volume {
-            cone::Volume::Dense {
-                radiance,
-                faces: None,
-                ..
-            } => Structure::Chain(read_chain(gpu, radiance), Vec::new(), Lattice::Centres),
-            cone::Volume::Dense {
-                radiance,
-                faces: Some((faces, directionality)),
-                ..
-            } => {
-                let finest = directionality
-                    .faces()
-                    .is_none()
-                    .then(|| read_chain(gpu, radiance).swap_remove(0));
-                Structure::Faces(FaceChain {
-                    finest,
-                    levels: read_faces(gpu, faces),
-                    weights,
-                })
+        let cone::Volume {
+            bound,
+            constants,
+            directionality,
+            face_stride,
+            ..
+        } = volume;
+        let is = |passes| std::ptr::eq(volume.passes, passes);
+        let image = |index: usize| match bound[index] {
+            Bound::Image(image) => image,
+            Bound::Buffer(_) => panic!("binding {index} is no image"),
+        };
+        let is_isotropic = directionality == Directionality::Isotropic;
+        let has_finest_faces = directionality.faces().is_some();
+        if is(&mips::CONES) {
+            let [radiance, faces] = [image(0), image(2)];
+            if is_isotropic {
+                return Structure::Chain(read_chain(gpu, radiance), Vec::new(), Lattice::Centres);
             }
-            cone::Volume::Sparse {
-                nodes,
-                bricks,
-                normals,
-                corners,
-                directionality,
-                face_stride,
-            } => {
-                let tiles = tiles(gpu, nodes, resolution);
-                let edge = |level: usize| (resolution >> level) + u32::from(corners);
-                let read = |image: &Arc<Image>,
-                            shift: u32,
-                            levels: std::ops::Range<usize>|
-                 -> Vec<Volume> {
-                    let pool = Pool::read(gpu, image);
-                    levels
-                        .map(|level| pool.volume(&tiles[level], edge(level), shift))
-                        .collect()
-                };
-                if directionality == Directionality::Isotropic {
-                    let all = |image| read(image, 0, 0..tiles.len());
-                    let lattice = if corners {
-                        Lattice::Corners
-                    } else {
-                        Lattice::Centres
-                    };
-                    return Structure::Chain(
-                        all(bricks),
-                        normals.map_or_else(Vec::new, all),
-                        lattice,
-                    );
-                }
-                // A finest level without faces lies where the last of them would.
-                let finest = directionality
-                    .faces()
-                    .is_none()
-                    .then(|| read(bricks, 5 * face_stride, 0..1).swap_remove(0));
-                let with_faces = usize::from(finest.is_some())..tiles.len();
-                let faces: [Vec<Volume>; 6] = std::array::from_fn(|face| {
-                    read(bricks, face as u32 * face_stride, with_faces.clone())
-                });
-                let levels = (0..with_faces.len())
-                    .map(|level| std::array::from_fn(|face| faces[face][level].clone()))
-                    .collect();
-                Structure::Faces(FaceChain {
-                    finest,
-                    levels,
-                    weights,
-                })
-            }
-            cone::Volume::Clipmap {
-                clipmap,
+            return Structure::Faces(FaceChain {
+                finest: (!has_finest_faces).then(|| read_chain(gpu, radiance).swap_remove(0)),
+                levels: read_faces(gpu, faces),
+                weights,
+            });
+        }
+        if is(&clipmap::CONES) {
+            let (layout, eye) = layout.expect("a clipmap's layout");
+            let [texels, top] = [image(1), image(2)];
+            return Structure::Clipmap(read_clipmap(
+                gpu,
+                texels,
                 top,
                 directionality,
-                ..
-            } => {
-                let (layout, eye) = layout.expect("a clipmap's layout");
-                Structure::Clipmap(read_clipmap(
-                    gpu,
-                    clipmap,
-                    top,
-                    directionality,
-                    weights,
-                    &layout,
-                    eye,
-                ))
-            }
+                weights,
+                &layout,
+                eye,
+            ));
         }
+        let (Bound::Buffer(nodes), [bricks, normals]) = (bound[0], [image(1), image(2)]) else {
+            panic!("an octree has nodes")
+        };
+        let [corners, has_normals] = constants.map(|constant| matches!(constant, Constant::Is(1)));
+        let tiles = tiles(gpu, nodes, resolution);
+        let edge = |level: usize| (resolution >> level) + u32::from(corners);
+        let read =
+            |image: &Arc<Image>, shift: u32, levels: std::ops::Range<usize>| -> Vec<Volume> {
+                let pool = Pool::read(gpu, image);
+                levels
+                    .map(|level| pool.volume(&tiles[level], edge(level), shift))
+                    .collect()
+            };
+        if is_isotropic {
+            let all = |image| read(image, 0, 0..tiles.len());
+            let lattice = if corners {
+                Lattice::Corners
+            } else {
+                Lattice::Centres
+            };
+            let normals = has_normals.then(|| all(normals)).unwrap_or_default();
+            return Structure::Chain(all(bricks), normals, lattice);
+        }
+        // A finest level without faces lies where the last of them would.
+        let finest =
+            (!has_finest_faces).then(|| read(bricks, 5 * face_stride, 0..1).swap_remove(0));
+        let with_faces = usize::from(finest.is_some())..tiles.len();
+        let faces: [Vec<Volume>; 6] =
+            std::array::from_fn(|face| read(bricks, face as u32 * face_stride, with_faces.clone()));
+        let levels = (0..with_faces.len())
+            .map(|level| std::array::from_fn(|face| faces[face][level].clone()))
+            .collect();
+        Structure::Faces(FaceChain {
+            finest,
+            levels,
+            weights,
+        })
     }
 
     /// It, as cones march through it.

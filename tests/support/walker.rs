@@ -4,8 +4,8 @@
 use std::sync::Arc;
 
 use glam::Vec3;
-use lumivox::gi::registry::Entry;
-use lumivox::gi::shared::cone::Volume;
+use lumivox::gi::entry::Entry;
+use lumivox::gi::shared::cone::{Bound, Volume};
 use lumivox::gi::{Context, Settings, Technique};
 use lumivox::graph::{Frame, Gpu, Image};
 use lumivox::render::{GpuScene, LightMaps};
@@ -113,19 +113,22 @@ impl<'g> Walker<'g> {
     }
 }
 
+/// The images of a volume that hold light; where the same one is bound twice, once.
 fn images(volume: Volume<'_>) -> Vec<&Arc<Image>> {
-    match volume {
-        Volume::Dense {
-            radiance, faces, ..
-        } => std::iter::once(radiance)
-            .chain(faces.map(|(faces, _)| faces))
-            .collect(),
-        Volume::Sparse {
-            bricks, normals, ..
-        } => std::iter::once(bricks).chain(normals).collect(),
-        Volume::Clipmap { clipmap, top, .. } => vec![clipmap, top],
+    let mut images: Vec<&Arc<Image>> = Vec::new();
+    for bound in volume.bound {
+        if let Bound::Image(image) = bound
+            && image.name() != MATTER
+            && !images.iter().any(|known| Arc::ptr_eq(known, image))
+        {
+            images.push(image);
+        }
     }
+    images
 }
+
+/// Where a volume's samples may see matter: no light.
+const MATTER: &str = "voxel_mips.matter";
 
 fn read(gpu: &Gpu, image: &Arc<Image>) -> Vec<Vec<u8>> {
     (0..image.mips())

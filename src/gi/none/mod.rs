@@ -1,6 +1,6 @@
 //! No indirect light: direct light alone, and the skeleton of a technique.
 
-use super::registry::{Entry, Part, Stage};
+use super::entry::{Entry, Part, Stage};
 use super::settings::Settings;
 use super::{Context, IndirectLight, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu};

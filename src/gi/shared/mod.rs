@@ -2,4 +2,5 @@
 
 pub mod cone;
 pub mod interleave;
+mod loops;
 pub mod voxel;

@@ -22,7 +22,7 @@ pub use record::{Figured, Record, Setup, Verdict};
 use super::bench::Case;
 use super::chart::Ticks;
 use super::table::value_text;
-use crate::gi::registry::Entry;
+use crate::gi::entry::Entry;
 use crate::gi::settings::{Domain, SettingError};
 use crate::gi::{Settings, settings::Setting};
 use crate::graph::Error;

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use super::{Effort, StressError, scenes};
 use crate::frame::{FrameSettings, Renderer};
 use crate::gi::Settings;
-use crate::gi::registry::Entry;
+use crate::gi::entry::Entry;
 use crate::graph::Gpu;
 use crate::image::{Aov, GuideImage, Image};
 use crate::measure::bench::FEEDBACK_FRAMES;

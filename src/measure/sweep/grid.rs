@@ -6,7 +6,8 @@ use std::ops::Range;
 use serde::Deserialize;
 use toml::Spanned;
 
-use crate::gi::registry::{Entry, TECHNIQUES, find};
+use crate::gi::entry::Entry;
+use crate::gi::registry::{TECHNIQUES, find};
 use crate::gi::settings::SettingError;
 use crate::measure::bench::Case;
 

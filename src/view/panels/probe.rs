@@ -8,8 +8,8 @@ use egui::{
 use glam::Vec3;
 
 use super::{Scope, row};
-use crate::frame::Probed;
-use crate::gi::{Probe, ProbeAxis};
+use crate::frame::Traced;
+use crate::gi::{TraceAxis, TracedCone};
 use crate::image::luminance;
 use crate::scene::Camera;
 use crate::view::probe::table;
@@ -27,7 +27,7 @@ pub(super) fn show(ui: &mut Ui, scope: &mut Scope<'_>) {
     let session = &mut *scope.session;
     let [width, height] = session.size;
     let count = match session.probed().map(|answer| &answer.found) {
-        Some(Ok(Probed::Cone(probe))) => probe.cone_count,
+        Some(Ok(Traced::Cone(probe))) => probe.cone_count,
         _ => 1,
     };
     let mut is_on = session.probe.place.is_some();
@@ -62,17 +62,17 @@ pub(super) fn show(ui: &mut Ui, scope: &mut Scope<'_>) {
         let axes = [
             (
                 "normal",
-                ProbeAxis::Normal,
+                TraceAxis::Normal,
                 "along the shading normal, as wide as a diffuse cone",
             ),
             (
                 "diffuse",
-                ProbeAxis::Diffuse(0),
+                TraceAxis::Diffuse(0),
                 "one of the cones of the diffuse gather, as this pixel turns them",
             ),
             (
                 "mirror",
-                ProbeAxis::Mirror,
+                TraceAxis::Mirror,
                 "along the mirror direction, as wide as the surface is rough",
             ),
         ];
@@ -88,7 +88,7 @@ pub(super) fn show(ui: &mut Ui, scope: &mut Scope<'_>) {
             }
         }
     });
-    if let ProbeAxis::Diffuse(index) = &mut probe.axis {
+    if let TraceAxis::Diffuse(index) = &mut probe.axis {
         row(ui, "cone", "which one of the set", |ui| {
             // What is not known yet does not change what was chosen.
             let most = (count - 1).max(*index);
@@ -120,17 +120,17 @@ pub(super) fn show(ui: &mut Ui, scope: &mut Scope<'_>) {
         Some(Err(problem)) => {
             drop(ui.label(RichText::new(problem).color(ui.visuals().error_fg_color)))
         }
-        Some(Ok(Probed::NoSurface)) => drop(ui.label("this pixel sees no surface")),
-        Some(Ok(Probed::NoCones)) => drop(ui.label(
+        Some(Ok(Traced::NoSurface)) => drop(ui.label("this pixel sees no surface")),
+        Some(Ok(Traced::NoCones)) => drop(ui.label(
             "with these settings the technique traces no cones; try the preset cones of \
              voxel-mips, svo or clipmap",
         )),
-        Some(Ok(Probed::Cone(probe))) => list(ui, probe, session.probe.lists_empty),
+        Some(Ok(Traced::Cone(probe))) => list(ui, probe, session.probe.lists_empty),
     }
 }
 
 /// What the cone sees, and its samples.
-fn list(ui: &mut Ui, probe: &Probe, lists_empty: bool) {
+fn list(ui: &mut Ui, probe: &TracedCone, lists_empty: bool) {
     let rgb = |light: Vec3| {
         format!(
             "{} {} {}",
@@ -251,12 +251,12 @@ pub(super) fn draw(ui: &Ui, rect: Rect, session: &Session) {
         [begin - egui::vec2(0.0, 6.0), begin + egui::vec2(0.0, 6.0)],
         cross,
     );
-    if let Ok(Probed::Cone(probe)) = &answer.found {
+    if let Ok(Traced::Cone(probe)) = &answer.found {
         draw_cone(&painter, rect, &session.controls.camera, probe);
     }
 }
 
-fn draw_cone(painter: &Painter, rect: Rect, camera: &Camera, probe: &Probe) {
+fn draw_cone(painter: &Painter, rect: Rect, camera: &Camera, probe: &TracedCone) {
     let [right, up, forward] = camera.basis();
     // Points of a length of one at a distance of one.
     let scale = 0.5 * rect.height() / (0.5 * camera.vfov_deg.to_radians()).tan();

@@ -1,20 +1,14 @@
-// Cone marching through a prefiltered radiance volume, dense or (SVO) sparse.
+// Cone marching through a prefiltered radiance volume (gi/shared/cone/volume.glsl).
 #ifndef LUMIVOX_MARCH
 #define LUMIVOX_MARCH
 
 #include "shared/frame.glsl"
-#if defined(SVO)
-#include "gi/voxel_cones/svo/sample.glsl"
-#elif defined(CLIPMAP)
-#include "gi/voxel_cones/clipmap/sample.glsl"
-#else
-#include "gi/shared/cone/dense.glsl"
-#endif
+#include "gi/shared/cone/faces.glsl"
+#include "gi/shared/cone/volume.glsl"
 
-// The including pass declares what the volume is sampled from, and has these parameters; with PROBE
-// it also has
+// With RECORD_SAMPLES the including pass has
 //   void record_sample(vec3 position, float centre, float diameter, vec4 texel, float opacity)
-//   of every sample, in order; `opacity` that of its step
+// of every sample, in order; `opacity` that of its step.
 struct MarchSettings {
     float resolution;        // voxels along an edge of the grid
     float step_factor;       // β: step in sample diameters
@@ -112,14 +106,14 @@ ConeResult march_cone(
             t += at.stride;
             bool is_last = t >= end;
             if (may_see || is_last) break;
-#ifdef PROBE
+#ifdef RECORD_SAMPLES
             record_sample(origin + at.centre * direction, at.centre, at.diameter, vec4(0.0), 0.0);
 #endif
             at = step_at(t, cone, m.step_factor, least_diameter(origin + t * direction));
         }
         vec4 texel = sample_volume(
             origin + at.centre * direction, m.resolution, log2(at.diameter), direction);
-#ifdef PROBE
+#ifdef RECORD_SAMPLES
         float step_opacity = texel.a > 0.0
             ? 1.0 - pow(max(1.0 - texel.a, 0.0), m.opacity_exponent * m.step_factor)
             : 0.0;

@@ -3,9 +3,7 @@
 #ifndef LUMIVOX_STRUCTURE
 #define LUMIVOX_STRUCTURE
 
-// The including pass declares what the volume is sampled from, and includes
-// gi/shared/cone/march.glsl. of a texel that is not empty: rounding lets as much through from the
-// texels beside it
+// Of a texel that is not empty: rounding lets as much through from the texels beside it.
 const float LEAST_OPACITY = 2e-4;
 
 struct Cell {
@@ -17,35 +15,8 @@ struct Cell {
     bool is_empty;  // a node without children on a coarser level than the one that is looked at
 };
 
-#if defined(SVO)
-// The node of a level that a position lies in, or the node above it at which the descent ends. A
-// node is drawn where the voxels of its texel are.
-Cell cell_at(vec3 position, vec3 direction, float resolution, float level) {
-    float finest = exp2(level);
-    // A little further, inside the cell.
-    float slack = 1e-3 * finest;
-    vec3 inside = position + slack * direction;
-    int count = int(resolution) >> int(level), above = findMSB(uint(count)) - 1;
-    uvec3 at = uvec3(clamp(ivec3(floor(inside / finest)), ivec3(0), ivec3(count - 1)));
-    uint tile = nodes[0], node = child_index(at >> above);
-    while (above > 0 && has_child(tile, node)) {
-        tile = nodes[child_of(tile, node)];
-        --above;
-        node = child_index(at >> above);
-    }
-    float edge = finest * exp2(float(above));
-    return Cell(floor(inside / edge) * edge, edge, slack, above > 0);
-}
-#else
-// The texel of a level, or of the finest level that a clipmap has there.
-Cell cell_at(vec3 position, vec3 direction, float resolution, float level) {
-    // Where a level of a clipmap begins to fade, that is no power of two.
-    float edge = max(exp2(level), exp2(ceil(log2(largest_texel(position)) - 1e-3)));
-    // A little further, inside the cell.
-    float slack = 1e-3 * edge;
-    return Cell(floor((position + slack * direction) / edge) * edge, edge, slack, false);
-}
-#endif
+// The cell of a level that a position lies in; a store's structure.glsl defines it.
+Cell cell_at(vec3 position, vec3 direction, float resolution, float level);
 
 // A colour for each level, finer ones first: red, yellow, green, cyan, blue, magenta; then the
 // same, darker.
@@ -54,20 +25,8 @@ vec3 level_color(float level) {
         * (0.5 + 0.5 * cos(2.0 * PI * (level - vec3(0.0, 2.0, 4.0)) / 6.0));
 }
 
-// Of the level that a cell is read from; in the border where a level of a clipmap fades, a mixture
-// with the next one's, half white.
-vec3 cell_color(Cell cell, vec3 position, float level) {
-#if defined(CLIPMAP)
-    float faded = level < float(LEVELS)
-        ? max(faded_level(position, min(int(level), LEVELS - 1)), level)
-        : level;
-    float share = fract(faded);
-    vec3 color = mix(level_color(floor(faded)), level_color(floor(faded) + 1.0), share);
-    return share > 0.0 ? mix(color, vec3(1.0), 0.5) : color;
-#else
-    return level_color(log2(cell.edge));
-#endif
-}
+// The colour of a cell, at a position in it; a store's structure.glsl defines it.
+vec3 cell_color(Cell cell, vec3 position, float level);
 
 // 1 on a line of this half width [px], at distances from one across each axis [voxels], where a
 // pixel is so large along each [voxels]. Lines between cells of this edge fade before they are all

@@ -1,65 +1,25 @@
 //! Cone sets and cone marching, shared by the voxel techniques.
 
 pub mod oracle;
-mod patches;
-mod probe;
+pub(in crate::gi) mod patches;
 mod sets;
 mod settings;
-mod shadow;
-mod tracer;
-mod view;
-mod volume;
+pub(in crate::gi) mod shadow;
+pub(in crate::gi) mod trace;
+pub(in crate::gi) mod tracer;
+pub(in crate::gi) mod view;
+pub(in crate::gi) mod volume;
 
-pub use patches::{EmissivePatches, GpuPatch, PATCHES, Patch, PatchParams, patches};
-pub use probe::{PROBE, Probe, ProbeAxis, ProbeParams, ProbeSample, ProbeSurface};
+pub use patches::{EmissivePatches, GpuPatch, Patch, PatchParams, patches};
 pub use sets::{Cone, ConeSet, KahlRings, check, cone_set, diffuse_set, kahl_set};
 pub use settings::{NARROWEST, SETTINGS, SUBSTITUTIONS, TEXTBOOK, diffuse_count, more_cones};
-pub use shadow::{SHADOW, SOFT_SHADOWS, ShadowConeParams};
-pub use tracer::{
-    BOUNCE, BounceConeParams, ConeParams, ConeSettings, ConeTracer, GATHER, OCCLUSION, SPECULAR,
-    SpecularParams,
-};
-pub use view::{VIEW, ViewVoxelsParams, VoxelVolume};
-pub use volume::{FaceWeights, Volume, VolumePass};
+pub use shadow::{SOFT_SHADOWS, ShadowConeParams};
+pub use trace::{TraceAxis, TraceParams, TraceSample, TraceSurface, TracedCone};
+pub use tracer::{BounceConeParams, ConeParams, ConeSettings, ConeTracer, SpecularParams};
+pub use view::{ViewVoxelsParams, VoxelVolume};
+pub use volume::{Bound, Constant, FaceWeights, Volume, VolumePasses};
 
-use crate::graph::Pass;
 use crate::shader::{Field, GpuStruct};
-
-/// The passes through a dense volume.
-pub static PASSES: &[&Pass] = &[
-    &GATHER.dense,
-    &OCCLUSION.dense,
-    &SPECULAR.dense,
-    &SHADOW.dense,
-    &PATCHES.dense,
-    &BOUNCE.dense,
-    &VIEW.dense,
-    &PROBE.dense,
-];
-
-/// The passes through a sparse volume.
-pub static SPARSE_PASSES: &[&Pass] = &[
-    &GATHER.sparse,
-    &OCCLUSION.sparse,
-    &SPECULAR.sparse,
-    &SHADOW.sparse,
-    &PATCHES.sparse,
-    &BOUNCE.sparse,
-    &VIEW.sparse,
-    &PROBE.sparse,
-];
-
-/// The passes through a clipmap.
-pub static CLIPMAP_PASSES: &[&Pass] = &[
-    &GATHER.clipmap,
-    &OCCLUSION.clipmap,
-    &SPECULAR.clipmap,
-    &SHADOW.clipmap,
-    &PATCHES.clipmap,
-    &BOUNCE.clipmap,
-    &VIEW.clipmap,
-    &PROBE.clipmap,
-];
 
 /// All structs that this module shares with shaders.
 pub static STRUCTS: &[(&str, &[Field])] = &[
@@ -70,5 +30,5 @@ pub static STRUCTS: &[(&str, &[Field])] = &[
     (PatchParams::NAME, PatchParams::FIELDS),
     (BounceConeParams::NAME, BounceConeParams::FIELDS),
     (ViewVoxelsParams::NAME, ViewVoxelsParams::FIELDS),
-    (ProbeParams::NAME, ProbeParams::FIELDS),
+    (TraceParams::NAME, TraceParams::FIELDS),
 ];

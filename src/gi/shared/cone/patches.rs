@@ -6,9 +6,8 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3};
 
 use super::tracer::ConeTracer;
-use super::volume::{Output, Volume, VolumePass, volume_pass};
+use super::volume::{March, Output, Volume};
 use crate::gi::Settings;
-use crate::gi::shared::voxel::VoxelGrid;
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu, Image};
 use crate::render::{Emitter, GBuffer, GpuScene, screen_groups, storage};
@@ -44,26 +43,17 @@ gpu_struct! {
         pub first_patch: u32,
         /// One beyond its last patch.
         pub end_patch: u32,
-        /// Bricks of a sparse volume from a face of a tile to the next.
+        /// Of the volume, from a face of what it stores to the next.
         pub face_stride: u32,
     }
 }
 
-const BINDINGS: [Binding; 4] = [
+pub(in crate::gi) const BINDINGS: [Binding; 4] = [
     Binding::sampled("view_depth", Access::ComputeSampled),
     Binding::sampled("normals", Access::ComputeSampled),
     Binding::buffer("patches", Access::ComputeRead),
     Binding::image("indirect_diffuse", Access::ComputeReadWrite),
 ];
-
-/// Adds E = Σ L A cos θ cos θ' V / (d² + r²) over the patches to the diffuse gather. Reads the
-/// G-buffer, the patches and a volume; a thread a pixel.
-pub static PATCHES: VolumePass = volume_pass!(
-    "cone.patches",
-    "gi/shared/cone/patches",
-    PatchParams,
-    BINDINGS
-);
 
 /// Part of the surface that emits, as a disc.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -269,33 +259,34 @@ impl ConeTracer {
         &self,
         frame: &mut Frame,
         gbuffer: &GBuffer,
-        grid: &VoxelGrid,
         volume: Volume<'_>,
         patches: &EmissivePatches,
         result: &Arc<Image>,
     ) {
         let s = &self.settings;
-        let pass = volume.choose(&PATCHES);
-        for [first_patch, end_patch] in s.dispatches(grid, volume, patches.count) {
+        for [first_patch, end_patch] in s.dispatches(volume, patches.count) {
             let params = PatchParams {
-                grid: grid.row(),
-                resolution: grid.resolution as f32,
+                grid: volume.grid.row(),
+                resolution: volume.grid.resolution as f32,
                 step_factor: s.step_factor,
                 opacity_exponent: s.opacity_exponent,
                 height_clamp: s.height_clamp,
                 start_offset: s.start_offset,
                 first_patch,
                 end_patch,
-                face_stride: volume.face_stride(),
+                face_stride: volume.face_stride,
             };
-            let builder = frame
-                .pass(pass)
+            let march = March {
+                skips_empty: true,
+                output: Output::Light,
+                weights: s.face_weights,
+            };
+            volume
+                .pass(frame, &volume.passes.patches, march)
                 .bind(&gbuffer.view_depth)
                 .bind(&gbuffer.normals)
                 .bind(&patches.buffer)
-                .bind(result);
-            volume
-                .bind(builder, true, Output::Light, s.face_weights)
+                .bind(result)
                 .push(&params)
                 .dispatch(screen_groups(gbuffer.size));
         }

@@ -2,7 +2,7 @@
 
 use super::sets::diffuse_set;
 use crate::gi::Settings;
-use crate::gi::registry::Substitution;
+use crate::gi::entry::Substitution;
 use crate::gi::settings::{Domain, PresetValues, Setting};
 
 /// Cones as the papers have them: six of 60°, unclamped, the same in every pixel.

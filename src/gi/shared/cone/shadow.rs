@@ -4,9 +4,8 @@
 use std::sync::Arc;
 
 use super::tracer::ConeTracer;
-use super::volume::{Output, Volume, VolumePass, volume_pass};
-use crate::gi::registry::{Part, Stage};
-use crate::gi::shared::voxel::VoxelGrid;
+use super::volume::{March, Output, Volume};
+use crate::gi::entry::{Part, Stage};
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Frame, Image};
 use crate::render::{GBuffer, GpuScene, screen_groups};
@@ -34,27 +33,18 @@ gpu_struct! {
         pub first_light: u32,
         /// One beyond its last light.
         pub end_light: u32,
-        /// Bricks of a sparse volume from a face of a tile to the next.
+        /// Of the volume, from a face of what it stores to the next.
         pub face_stride: u32,
     }
 }
 
-const BINDINGS: [Binding; 5] = [
+pub(in crate::gi) const BINDINGS: [Binding; 5] = [
     Binding::sampled("view_depth", Access::ComputeSampled),
     Binding::sampled("normals", Access::ComputeSampled),
     Binding::sampled("albedo", Access::ComputeSampled),
     Binding::sampled("specular", Access::ComputeSampled),
     Binding::image("direct", Access::ComputeReadWrite),
 ];
-
-/// L = Σ (ρ/π + f_s) E (n·ω) V over the lights. Reads the G-buffer and a volume, writes RGBA32F as
-/// `render.direct` does; a thread a pixel.
-pub static SHADOW: VolumePass = volume_pass!(
-    "cone.shadow",
-    "gi/shared/cone/shadow",
-    ShadowConeParams,
-    BINDINGS
-);
 
 /// Direct light by cones, and that of surfaces that emit.
 pub static SOFT_SHADOWS: Stage = Stage {
@@ -71,7 +61,6 @@ impl ConeTracer {
         frame: &mut Frame,
         scene: &GpuScene,
         gbuffer: &GBuffer,
-        grid: &VoxelGrid,
         volume: Volume<'_>,
         direct: &Arc<Image>,
     ) {
@@ -79,17 +68,16 @@ impl ConeTracer {
             return;
         };
         let s = &self.settings;
-        let pass = volume.choose(&SHADOW);
         let specular = gbuffer.specular.as_ref().unwrap_or(&gbuffer.albedo);
-        let mut dispatches = s.dispatches(grid, volume, scene.lights.len() as u32);
+        let mut dispatches = s.dispatches(volume, scene.lights.len() as u32);
         if dispatches.is_empty() {
             // Without lights, the picture is black.
             dispatches.push([0, 0]);
         }
         for [first_light, end_light] in dispatches {
             let params = ShadowConeParams {
-                grid: grid.row(),
-                resolution: grid.resolution as f32,
+                grid: volume.grid.row(),
+                resolution: volume.grid.resolution as f32,
                 step_factor: s.step_factor,
                 opacity_exponent: s.opacity_exponent,
                 height_clamp: s.height_clamp,
@@ -98,17 +86,20 @@ impl ConeTracer {
                 is_glossy: u32::from(scene.is_glossy),
                 first_light,
                 end_light,
-                face_stride: volume.face_stride(),
+                face_stride: volume.face_stride,
             };
-            let builder = frame
-                .pass(pass)
+            let march = March {
+                skips_empty: true,
+                output: Output::Light,
+                weights: s.face_weights,
+            };
+            volume
+                .pass(frame, &volume.passes.shadow, march)
                 .bind(&gbuffer.view_depth)
                 .bind(&gbuffer.normals)
                 .bind(&gbuffer.albedo)
                 .bind(specular)
-                .bind(direct);
-            volume
-                .bind(builder, true, Output::Light, s.face_weights)
+                .bind(direct)
                 .push(&params)
                 .dispatch(screen_groups(gbuffer.size));
         }

@@ -4,10 +4,10 @@
 use std::sync::Arc;
 
 use super::sets::{ConeSet, cone_set, diffuse_set};
-use super::volume::{FaceWeights, Output, Volume, VolumePass, volume_pass};
+use super::volume::{FaceWeights, March, Output, Volume};
 use crate::gi::Settings;
+use crate::gi::shared::loops::{LOOP_BUDGET, VECTOR_LANES};
 use crate::gi::shared::voxel::build::linear_groups;
-use crate::gi::shared::voxel::trace::LOOP_BUDGET;
 use crate::gi::shared::voxel::{Bounces, Directionality, VoxelGrid, VoxelRecords};
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu, Image};
@@ -42,7 +42,7 @@ gpu_struct! {
         pub jitter: f32,
         /// 1 for visibility alone.
         pub is_occlusion: u32,
-        /// Bricks of a sparse volume from a face of a tile to the next.
+        /// Of the volume, from a face of what it stores to the next.
         pub face_stride: u32,
     }
 }
@@ -100,14 +100,14 @@ gpu_struct! {
     }
 }
 
-const GATHER_BINDINGS: [Binding; 4] = [
+pub(in crate::gi) const GATHER: [Binding; 4] = [
     Binding::sampled("view_depth", Access::ComputeSampled),
     Binding::sampled("normals", Access::ComputeSampled),
     Binding::buffer("cones", Access::ComputeRead),
     Binding::image("indirect_diffuse", Access::ComputeReadWrite),
 ];
 
-const SPECULAR_BINDINGS: [Binding; 5] = [
+pub(in crate::gi) const SPECULAR: [Binding; 5] = [
     Binding::sampled("view_depth", Access::ComputeSampled),
     Binding::sampled("normals", Access::ComputeSampled),
     Binding::sampled("albedo", Access::ComputeSampled),
@@ -115,47 +115,11 @@ const SPECULAR_BINDINGS: [Binding; 5] = [
     Binding::image("indirect_specular", Access::ComputeWrite),
 ];
 
-const BOUNCE_BINDINGS: [Binding; 3] = [
+pub(in crate::gi) const BOUNCE: [Binding; 3] = [
     Binding::buffer("voxel_records", Access::ComputeRead),
     Binding::buffer("cones", Access::ComputeRead),
     Binding::buffer("voxel_irradiance", Access::ComputeReadWrite),
 ];
-
-/// E = π Σ w L over a set of cones. Reads the G-buffer and a volume, writes RGBA32F (irradiance,
-/// ambient visibility); a thread a pixel.
-pub static GATHER: VolumePass = volume_pass!(
-    "cone.gather",
-    "gi/shared/cone/gather",
-    ConeParams,
-    GATHER_BINDINGS
-);
-
-/// Ambient visibility by a set of its own, in place of that of [`GATHER`]; what that gathered
-/// stays.
-pub static OCCLUSION: VolumePass = volume_pass!(
-    "cone.occlusion",
-    "gi/shared/cone/gather",
-    ConeParams,
-    GATHER_BINDINGS
-);
-
-/// L_s by one cone along the mirror direction. Reads as [`GATHER`] and the specular lobe, writes
-/// RGBA32F.
-pub static SPECULAR: VolumePass = volume_pass!(
-    "cone.specular",
-    "gi/shared/cone/specular",
-    SpecularParams,
-    SPECULAR_BINDINGS
-);
-
-/// E/π = Σ w L over a set of cones from each voxel. Reads voxels and a volume, writes half floats;
-/// a thread a voxel.
-pub static BOUNCE: VolumePass = volume_pass!(
-    "voxel.bounce",
-    "gi/shared/cone/bounce",
-    BounceConeParams,
-    BOUNCE_BINDINGS
-);
 
 /// How cones are traced.
 #[derive(Clone, Copy, Debug)]
@@ -226,10 +190,6 @@ pub struct ConeTracer {
 /// Cones of at most this tan(γ/2) skip empty space: wider ones leave it within a few samples, of
 /// which most see matter.
 const NARROW: f32 = 0.3;
-
-/// Lanes of the widest vector in which a software device runs invocations; a loop turns for all of
-/// them until the last has ended.
-pub(super) const VECTOR_LANES: u32 = 8;
 
 /// Turns of a sample's loops where lanes differ in whether a level has faces.
 const FACE_TURNS: u32 = 5;
@@ -336,11 +296,10 @@ impl ConeTracer {
         &self,
         frame: &mut Frame,
         gbuffer: &GBuffer,
-        grid: &VoxelGrid,
         volume: Volume<'_>,
         result: &Arc<Image>,
     ) {
-        self.add_gather(frame, gbuffer, grid, volume, result, Output::Light);
+        self.add_gather(frame, gbuffer, volume, result, Output::Light);
     }
 
     /// Adds the ambient visibility by cones of its own to what was gathered; nothing where the
@@ -349,7 +308,6 @@ impl ConeTracer {
         &self,
         frame: &mut Frame,
         gbuffer: &GBuffer,
-        grid: &VoxelGrid,
         volume: Volume<'_>,
         result: &Arc<Image>,
     ) {
@@ -361,20 +319,22 @@ impl ConeTracer {
             ao_falloff: *falloff,
             ..self.settings
         };
-        let pass = volume.choose(&OCCLUSION);
-        for (params, groups) in gather_params(&settings, set, grid, volume, gbuffer) {
+        let march = March {
+            skips_empty: set.is_narrow,
+            output: Output::Light,
+            weights: settings.face_weights,
+        };
+        for (params, groups) in gather_params(&settings, set, volume, gbuffer) {
             let params = ConeParams {
                 is_occlusion: 1,
                 ..params
             };
-            let builder = frame
-                .pass(pass)
+            volume
+                .pass(frame, &volume.passes.occlusion, march)
                 .bind(&gbuffer.view_depth)
                 .bind(&gbuffer.normals)
                 .bind(&set.cones)
-                .bind(result);
-            volume
-                .bind(builder, set.is_narrow, Output::Light, settings.face_weights)
+                .bind(result)
                 .push(&params)
                 .dispatch(groups);
         }
@@ -384,26 +344,22 @@ impl ConeTracer {
         &self,
         frame: &mut Frame,
         gbuffer: &GBuffer,
-        grid: &VoxelGrid,
         volume: Volume<'_>,
         result: &Arc<Image>,
         output: Output,
     ) {
-        let pass = volume.choose(&GATHER);
-        for (params, groups) in gather_params(&self.settings, &self.set, grid, volume, gbuffer) {
-            let builder = frame
-                .pass(pass)
+        let march = March {
+            skips_empty: self.skips_empty,
+            output,
+            weights: self.settings.face_weights,
+        };
+        for (params, groups) in gather_params(&self.settings, &self.set, volume, gbuffer) {
+            volume
+                .pass(frame, &volume.passes.gather, march)
                 .bind(&gbuffer.view_depth)
                 .bind(&gbuffer.normals)
                 .bind(&self.set.cones)
-                .bind(result);
-            volume
-                .bind(
-                    builder,
-                    self.skips_empty,
-                    output,
-                    self.settings.face_weights,
-                )
+                .bind(result)
                 .push(&params)
                 .dispatch(groups);
         }
@@ -414,40 +370,40 @@ impl ConeTracer {
     pub fn bounce(
         &self,
         frame: &mut Frame,
-        grid: &VoxelGrid,
         voxels: &VoxelRecords,
         volume: Volume<'_>,
         irradiance: &Arc<Buffer>,
     ) {
         let Some(set) = &self.bounce_set else { return };
-        let pass = volume.choose(&BOUNCE);
-        let s = &self.settings;
+        let (s, grid) = (&self.settings, volume.grid);
+        let march = March {
+            skips_empty: self.skips_empty,
+            output: Output::Light,
+            weights: s.face_weights,
+        };
         let first_voxel = ((voxels.grid.origin - grid.origin) / voxels.grid.voxel_size).round();
-        for [first_cone, end_cone] in s.dispatches(grid, volume, set.count) {
+        for [first_cone, end_cone] in s.dispatches(volume, set.count) {
             let params = BounceConeParams {
                 first_voxel: first_voxel.extend(grid.resolution as f32).to_array(),
                 voxel_count: voxels.voxel_count,
                 step_factor: s.step_factor,
                 opacity_exponent: s.opacity_exponent,
                 height_clamp: s.height_clamp,
-                max_distance: s.max_distance(grid),
+                max_distance: s.max_distance(&volume.grid),
                 start_offset: s.start_offset,
                 first_cone,
                 end_cone,
                 jitter: set.jitter,
                 voxel_scale: voxels.grid.voxel_size / grid.voxel_size,
-                face_stride: volume.face_stride(),
+                face_stride: volume.face_stride,
             };
-            let builder = frame
-                .pass(pass)
+            volume
+                .pass(frame, &volume.passes.bounce, march)
                 .bind(&voxels.records)
                 .bind(&set.cones)
-                .bind(irradiance);
-            let threads = volume.sides() * voxels.voxel_count;
-            volume
-                .bind(builder, self.skips_empty, Output::Light, s.face_weights)
+                .bind(irradiance)
                 .push(&params)
-                .dispatch(linear_groups(threads));
+                .dispatch(linear_groups(volume.sides * voxels.voxel_count));
         }
     }
 
@@ -456,18 +412,16 @@ impl ConeTracer {
         &self,
         frame: &mut Frame,
         gbuffer: &GBuffer,
-        grid: &VoxelGrid,
         volume: Volume<'_>,
         result: &Arc<Image>,
     ) {
-        self.add_specular(frame, gbuffer, grid, volume, result, Output::Light);
+        self.add_specular(frame, gbuffer, volume, result, Output::Light);
     }
 
     fn add_specular(
         &self,
         frame: &mut Frame,
         gbuffer: &GBuffer,
-        grid: &VoxelGrid,
         volume: Volume<'_>,
         result: &Arc<Image>,
         output: Output,
@@ -477,25 +431,27 @@ impl ConeTracer {
         };
         let s = &self.settings;
         let params = SpecularParams {
-            grid: grid.row(),
-            resolution: grid.resolution as f32,
+            grid: volume.grid.row(),
+            resolution: volume.grid.resolution as f32,
             step_factor: s.step_factor,
             opacity_exponent: s.opacity_exponent,
             height_clamp: s.height_clamp,
-            max_distance: s.max_distance(grid),
+            max_distance: s.max_distance(&volume.grid),
             start_offset: s.start_offset,
-            face_stride: volume.face_stride(),
+            face_stride: volume.face_stride,
         };
-        let pass = volume.choose(&SPECULAR);
-        let builder = frame
-            .pass(pass)
+        let march = March {
+            skips_empty: true,
+            output,
+            weights: s.face_weights,
+        };
+        volume
+            .pass(frame, &volume.passes.specular, march)
             .bind(&gbuffer.view_depth)
             .bind(&gbuffer.normals)
             .bind(&gbuffer.albedo)
             .bind(specular)
-            .bind(result);
-        volume
-            .bind(builder, true, output, s.face_weights)
+            .bind(result)
             .push(&params)
             .dispatch(screen_groups(gbuffer.size));
     }
@@ -508,30 +464,28 @@ impl ConeTracer {
         gpu: &Gpu,
         scene: &GpuScene,
         gbuffer: &GBuffer,
-        grid: &VoxelGrid,
         volume: Volume<'_>,
         counted: [bool; 2],
     ) -> Result<Vec<(&'static str, u64)>, Error> {
         let result = screen_image(gpu, "cone.samples", gbuffer.size)?;
         let mut counts = Vec::new();
-        for (pass, is_counted) in [&GATHER, &SPECULAR].into_iter().zip(counted) {
-            if !is_counted {
-                continue;
-            }
+        let passes = [&volume.passes.gather, &volume.passes.specular];
+        for (index, pass) in passes
+            .into_iter()
+            .enumerate()
+            .filter(|(index, _)| counted[*index])
+        {
             let mut frame = Frame::new();
             frame.set_scene(&scene.set, &scene.materials);
-            if std::ptr::eq(pass, &GATHER) {
-                self.add_gather(&mut frame, gbuffer, grid, volume, &result, Output::Samples);
+            if index == 0 {
+                self.add_gather(&mut frame, gbuffer, volume, &result, Output::Samples);
             } else {
-                self.add_specular(&mut frame, gbuffer, grid, volume, &result, Output::Samples);
+                self.add_specular(&mut frame, gbuffer, volume, &result, Output::Samples);
             }
             gpu.submit(frame)?;
             let texels: Vec<[f32; 4]> =
                 bytemuck::pod_collect_to_vec(&gpu.read_image(&result, 0, 0)?);
-            counts.push((
-                pass.dense.name,
-                texels.iter().map(|texel| texel[0] as u64).sum(),
-            ));
+            counts.push((pass.name, texels.iter().map(|texel| texel[0] as u64).sum()));
         }
         Ok(counts)
     }
@@ -540,18 +494,12 @@ impl ConeTracer {
 impl ConeSettings {
     /// First cone, and one beyond the last, of as many dispatches as keep the loops of one thread's
     /// cones within `LOOP_BUDGET`.
-    pub(super) fn dispatches(
-        &self,
-        grid: &VoxelGrid,
-        volume: Volume<'_>,
-        count: u32,
-    ) -> Vec<[u32; 2]> {
+    pub(super) fn dispatches(&self, volume: Volume<'_>, count: u32) -> Vec<[u32; 2]> {
         // A sample that is taken costs a turn of both loops; one that is skipped costs a turn of
         // the inner one, which at worst no two lanes of a vector take together.
-        let turns = 2 + VECTOR_LANES + face_turns(volume.directionality());
-        let cones_a_dispatch = (LOOP_BUDGET
-            / (turns * longest_march(volume.voxels_across(grid), self.step_factor)))
-        .max(1);
+        let turns = 2 + VECTOR_LANES + face_turns(volume.directionality);
+        let cones_a_dispatch =
+            (LOOP_BUDGET / (turns * longest_march(volume.voxels_across, self.step_factor))).max(1);
         (0..count)
             .step_by(cones_a_dispatch as usize)
             .map(|first| [first, (first + cones_a_dispatch).min(count)])
@@ -572,18 +520,17 @@ impl ConeSettings {
 fn gather_params(
     s: &ConeSettings,
     set: &DeviceSet,
-    grid: &VoxelGrid,
     volume: Volume<'_>,
     gbuffer: &GBuffer,
 ) -> impl Iterator<Item = (ConeParams, [u32; 3])> {
-    let face_stride = volume.face_stride();
+    let face_stride = volume.face_stride;
     let params = move |[first_cone, end_cone]: [u32; 2]| ConeParams {
-        grid: grid.row(),
-        resolution: grid.resolution as f32,
+        grid: volume.grid.row(),
+        resolution: volume.grid.resolution as f32,
         step_factor: s.step_factor,
         opacity_exponent: s.opacity_exponent,
         height_clamp: s.height_clamp,
-        max_distance: s.max_distance(grid),
+        max_distance: s.max_distance(&volume.grid),
         ao_falloff: s.ao_falloff,
         start_offset: s.start_offset,
         first_cone,
@@ -594,7 +541,7 @@ fn gather_params(
         face_stride,
     };
     let groups = screen_groups(gbuffer.size);
-    s.dispatches(grid, volume, set.count)
+    s.dispatches(volume, set.count)
         .into_iter()
         .map(move |cones| (params(cones), groups))
 }

@@ -3,10 +3,9 @@
 
 use std::sync::Arc;
 
-use super::tracer::{VECTOR_LANES, face_turns};
-use super::volume::{FaceWeights, Output, Volume, VolumePass, volume_pass};
-use crate::gi::shared::voxel::VoxelGrid;
-use crate::gi::shared::voxel::trace::LOOP_BUDGET;
+use super::tracer::face_turns;
+use super::volume::{FaceWeights, March, Output, Volume};
+use crate::gi::shared::loops::{LOOP_BUDGET, VECTOR_LANES};
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Frame, Image};
 use crate::render::screen_groups;
@@ -24,29 +23,18 @@ gpu_struct! {
         pub begin_distance: f32,
         /// Where it ends (voxels).
         pub end_distance: f32,
-        /// Bricks of a sparse volume from a face of a tile to the next.
+        /// Of the volume, from a face of what it stores to the next.
         pub face_stride: u32,
     }
 }
 
-const BINDINGS: [Binding; 1] = [Binding::image("seen_texels", Access::ComputeReadWrite)];
-
-/// Texels of a level of a volume, front to back along each pixel's ray; where a level of a clipmap
-/// is not there, of the finest one that is. Writes RGBA32F, premultiplied by opacity; a thread a
-/// pixel.
-pub static VIEW: VolumePass = volume_pass!(
-    "cone.view",
-    "gi/shared/cone/view",
-    ViewVoxelsParams,
-    BINDINGS
-);
+pub(in crate::gi) const BINDINGS: [Binding; 1] =
+    [Binding::image("seen_texels", Access::ComputeReadWrite)];
 
 /// A volume that can be looked at.
 pub struct VoxelVolume<'v> {
     /// What it holds: `light` (radiance, W/(m² sr)), `albedo`, `normal` or `emission`.
     pub name: &'static str,
-    /// Where it is.
-    pub grid: VoxelGrid,
     /// Itself.
     pub volume: Volume<'v>,
     /// Levels that it has.
@@ -69,27 +57,32 @@ impl VoxelVolume<'_> {
     }
 
     fn add_view(&self, frame: &mut Frame, level: u32, seen: &Arc<Image>, output: Output) {
-        let VoxelVolume { grid, volume, .. } = self;
+        let volume = &self.volume;
         // A cell costs a turn of the march, and a turn a level of the loops that look for its
         // texel.
-        let turns = 2 + VECTOR_LANES + self.levels + face_turns(volume.directionality());
+        let turns = 2 + VECTOR_LANES + self.levels + face_turns(volume.directionality);
         let stretch = (LOOP_BUDGET / (3 * turns)) as f32 * 2f32.powi(level as i32);
-        let pass = volume.choose(&VIEW);
+        let weights = FaceWeights::Extinction;
         let [width, height, _] = seen.extent(0);
         let mut begin_distance = 0.0;
-        while begin_distance < 1.8 * grid.resolution as f32 {
+        while begin_distance < 1.8 * volume.grid.resolution as f32 {
             let end_distance = begin_distance + stretch;
             let params = ViewVoxelsParams {
-                grid: grid.row(),
-                resolution: grid.resolution as f32,
+                grid: volume.grid.row(),
+                resolution: volume.grid.resolution as f32,
                 level: level as f32,
                 begin_distance,
                 end_distance,
-                face_stride: volume.face_stride(),
+                face_stride: volume.face_stride,
             };
-            let builder = frame.pass(pass).bind(seen);
+            let march = March {
+                skips_empty: false,
+                output,
+                weights,
+            };
             volume
-                .bind(builder, false, output, FaceWeights::Extinction)
+                .pass(frame, &volume.passes.view, march)
+                .bind(seen)
                 .push(&params)
                 .dispatch(screen_groups([width, height]));
             begin_distance = end_distance;

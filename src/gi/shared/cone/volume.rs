@@ -1,70 +1,110 @@
-//! What cones march through: the volume of any of the voxel structures, and what a pass through it
-//! binds.
+//! What cones march through: the volume of a store, as data, and the passes through it.
 
 use std::sync::Arc;
 
 use crate::gi::shared::voxel::{Directionality, VoxelGrid};
-use crate::graph::{Access, Binding, Buffer, Image, Pass, PassBuilder, Sets, Shaders};
+use crate::graph::{Binding, Buffer, Frame, Image, Pass, PassBuilder, Resource, Sets, Shaders};
 
-/// Bindings of a volume, the last of a pass.
-pub(super) const DENSE: [Binding; 3] = [
-    Binding::sampled("voxels", Access::ComputeSampled),
-    Binding::sampled("matter", Access::ComputeSampled),
-    Binding::sampled("faces", Access::ComputeSampled),
-];
-pub(super) const SPARSE: [Binding; 3] = [
-    Binding::buffer("nodes", Access::ComputeRead),
-    Binding::sampled("bricks", Access::ComputeSampled),
-    Binding::sampled("normals_of_bricks", Access::ComputeSampled),
-];
-pub(super) const CLIPMAP: [Binding; 3] = [
-    Binding::buffer("levels", Access::ComputeRead),
-    Binding::sampled("clipmap", Access::ComputeSampled),
-    Binding::sampled("top", Access::ComputeSampled),
-];
-
-/// A pass through each kind of volume: the same but for where it looks texels up.
-pub struct VolumePass {
-    /// Through a 3D texture with all mips.
-    pub dense: Pass,
-    /// Through the node pool and the brick pool of a sparse voxel octree.
-    pub sparse: Pass,
-    /// Through the levels of a clipmap.
-    pub clipmap: Pass,
+/// The passes through a store's volume. Each store has entry shaders of its own that include a pass
+/// of `gi/shared/cone` and the store's volume.
+pub struct VolumePasses {
+    /// E = π Σ w L over a set of cones. Reads the G-buffer, writes RGBA32F (irradiance, ambient
+    /// visibility); a thread a pixel.
+    pub gather: Pass,
+    /// Ambient visibility by a set of its own, in place of that of `gather`; what that gathered
+    /// stays.
+    pub occlusion: Pass,
+    /// L_s by one cone along the mirror direction. Reads as `gather` and the specular lobe, writes
+    /// RGBA32F.
+    pub specular: Pass,
+    /// L = Σ (ρ/π + f_s) E (n·ω) V over the lights. Reads the G-buffer, writes RGBA32F as
+    /// `render.direct` does; a thread a pixel.
+    pub shadow: Pass,
+    /// E += Σ L A cos θ cos θ' V / (d² + r²) over patches of surface that emit. Reads the G-buffer,
+    /// reads and writes RGBA32F; a thread a pixel.
+    pub patches: Pass,
+    /// E/π = Σ w L over a set of cones from each voxel. Reads voxels, writes half floats; a thread
+    /// a side of a voxel.
+    pub bounce: Pass,
+    /// Texels of a level, front to back along each pixel's ray. Writes RGBA32F, premultiplied by
+    /// opacity; a thread a pixel.
+    pub view: Pass,
+    /// One cone. Writes RGBA32F rows: two of the cone, then two of each sample.
+    pub trace: Pass,
 }
 
-/// A [`VolumePass`] from its name, the stem of its shaders, its parameters, and its bindings, after
-/// which come those of the volume.
-macro_rules! volume_pass {
-    ($name:literal, $stem:literal, $params:ty, $bindings:expr) => {{
-        use $crate::gi::shared::cone::volume::{CLIPMAP, DENSE, SPARSE, VolumePass, join, pass};
-        const PUSH_BYTES: u32 = size_of::<$params>() as u32;
-        const COUNT: usize = $bindings.len() + 3;
-        VolumePass {
-            dense: pass(
-                $name,
-                concat!($stem, ".comp"),
-                PUSH_BYTES,
-                const { &join::<_, COUNT>($bindings, DENSE) },
+impl VolumePasses {
+    /// All of them.
+    pub const fn all(&'static self) -> [&'static Pass; 8] {
+        [
+            &self.gather,
+            &self.occlusion,
+            &self.specular,
+            &self.shadow,
+            &self.patches,
+            &self.bounce,
+            &self.view,
+            &self.trace,
+        ]
+    }
+}
+
+/// [`VolumePasses`] whose entry shaders are in a folder, from the three bindings of the volume.
+macro_rules! volume_passes {
+    ($folder:literal, $volume:expr) => {{
+        use $crate::gi::shared::cone::volume::{VolumePasses, pass};
+        use $crate::gi::shared::cone::{patches, shadow, trace, tracer, view};
+        macro_rules! of {
+            ($name:literal, $file:literal, $params:ty, $own:expr) => {{
+                const COUNT: usize = 3 + $own.len();
+                pass(
+                    $name,
+                    concat!($folder, "/", $file, ".comp"),
+                    size_of::<$params>() as u32,
+                    const { &$crate::graph::pass::join::<3, _, COUNT>($volume, $own) },
+                )
+            }};
+        }
+        VolumePasses {
+            gather: of!("cone.gather", "gather", tracer::ConeParams, tracer::GATHER),
+            occlusion: of!(
+                "cone.occlusion",
+                "gather",
+                tracer::ConeParams,
+                tracer::GATHER
             ),
-            sparse: pass(
-                $name,
-                concat!($stem, "_svo.comp"),
-                PUSH_BYTES,
-                const { &join::<_, COUNT>($bindings, SPARSE) },
+            specular: of!(
+                "cone.specular",
+                "specular",
+                tracer::SpecularParams,
+                tracer::SPECULAR
             ),
-            clipmap: pass(
-                $name,
-                concat!($stem, "_clipmap.comp"),
-                PUSH_BYTES,
-                const { &join::<_, COUNT>($bindings, CLIPMAP) },
+            shadow: of!(
+                "cone.shadow",
+                "shadow",
+                shadow::ShadowConeParams,
+                shadow::BINDINGS
             ),
+            patches: of!(
+                "cone.patches",
+                "patches",
+                patches::PatchParams,
+                patches::BINDINGS
+            ),
+            bounce: of!(
+                "voxel.bounce",
+                "bounce",
+                tracer::BounceConeParams,
+                tracer::BOUNCE
+            ),
+            view: of!("cone.view", "view", view::ViewVoxelsParams, view::BINDINGS),
+            trace: of!("cone.trace", "trace", trace::TraceParams, trace::BINDINGS),
         }
     }};
 }
-pub(super) use volume_pass;
+pub(in crate::gi) use volume_passes;
 
-pub(super) const fn pass(
+pub(in crate::gi) const fn pass(
     name: &'static str,
     shader: &'static str,
     push_bytes: u32,
@@ -77,20 +117,6 @@ pub(super) const fn pass(
         push_bytes,
         sets: Sets::Scene,
     }
-}
-
-/// `own`, then `volume`'s.
-pub(super) const fn join<const OWN: usize, const COUNT: usize>(
-    own: [Binding; OWN],
-    volume: [Binding; 3],
-) -> [Binding; COUNT] {
-    let mut joined = [volume[0]; COUNT];
-    let mut i = 0;
-    while i < COUNT {
-        joined[i] = if i < OWN { own[i] } else { volume[i - OWN] };
-        i += 1;
-    }
-    joined
 }
 
 /// What a pass of cones writes.
@@ -113,151 +139,85 @@ pub enum FaceWeights {
     Squared,
 }
 
-/// What cones march through.
+/// A buffer or an image of a volume.
 #[derive(Clone, Copy)]
-pub enum Volume<'v> {
-    /// A 3D texture with all mips.
-    Dense {
-        /// Radiance premultiplied by opacity; of anisotropic voxels the finest level alone.
-        radiance: &'v Arc<Image>,
-        /// Where samples of it may be other than zero: the matter pyramid.
-        matter: &'v Arc<Image>,
-        /// The levels with six faces, side by side along x, and which these are.
-        faces: Option<(&'v Arc<Image>, Directionality)>,
-    },
-    /// A sparse voxel octree.
-    Sparse {
-        /// Node pool.
-        nodes: &'v Arc<Buffer>,
-        /// Brick pool.
-        bricks: &'v Arc<Image>,
-        /// Normal bricks, where texels shine by their normals.
-        normals: Option<&'v Arc<Image>>,
-        /// Whether its texels are at corners of voxels, not where those of dense mips are.
-        corners: bool,
-        /// The levels with six faces; without normal bricks.
-        directionality: Directionality,
-        /// Bricks from a face of a tile to the next.
-        face_stride: u32,
-    },
-    /// A clipmap.
-    Clipmap {
-        /// Where its levels are.
-        levels: &'v Arc<Buffer>,
-        /// Radiance premultiplied by opacity, all levels.
-        clipmap: &'v Arc<Image>,
-        /// Mips of the outermost level.
-        top: &'v Arc<Image>,
-        /// Voxels along an edge of a level, and the number of levels.
-        shape: [u32; 2],
-        /// The levels with six faces.
-        directionality: Directionality,
-    },
+pub enum Bound<'v> {
+    /// A storage buffer.
+    Buffer(&'v Arc<Buffer>),
+    /// A sampled image, all mips.
+    Image(&'v Arc<Image>),
+}
+
+/// A specialization constant of a volume.
+#[derive(Clone, Copy)]
+pub enum Constant {
+    /// A value.
+    Is(u32),
+    /// 1 where a pass skips samples that see no matter.
+    SkipsEmpty,
+}
+
+/// The volume of a store, for one frame.
+#[derive(Clone, Copy)]
+pub struct Volume<'v> {
+    /// The store's passes.
+    pub passes: &'static VolumePasses,
+    /// Where it is, in its finest voxels.
+    pub grid: VoxelGrid,
+    /// Bindings 0 to 2.
+    pub bound: [Bound<'v>; 3],
+    /// Constants 0 and 2.
+    pub constants: [Constant; 2],
+    /// Which levels have six faces.
+    pub directionality: Directionality,
+    /// Radiances of a voxel.
+    pub sides: u32,
+    /// Voxels that a cone crosses at most along an axis.
+    pub voxels_across: u32,
+    /// From a face of what it stores to the next; 0 where the store needs none.
+    pub face_stride: u32,
+}
+
+/// How a pass marches.
+#[derive(Clone, Copy)]
+pub(super) struct March {
+    pub(super) skips_empty: bool,
+    pub(super) output: Output,
+    pub(super) weights: FaceWeights,
 }
 
 impl Volume<'_> {
-    /// Radiances of a voxel.
-    pub(super) fn sides(&self) -> u32 {
-        1 + u32::from(
-            matches!(
-                self,
-                Volume::Sparse {
-                    normals: Some(_),
-                    ..
-                }
-            ) || self.directionality().faces().is_some(),
-        )
-    }
-
-    /// Binds it as the last bindings of a pass, with the constants of the pass.
-    pub(super) fn bind<'f>(
+    /// Adds one of its passes, with its own bindings and the constants; those of the pass follow.
+    pub(super) fn pass<'f>(
         &self,
-        pass: PassBuilder<'f>,
-        skips_empty: bool,
-        output: Output,
-        weights: FaceWeights,
+        frame: &'f mut Frame,
+        pass: &'static Pass,
+        march: March,
     ) -> PassBuilder<'f> {
-        let directionality = self.directionality();
-        let [has_faces, has_finest] = [
-            directionality != Directionality::Isotropic,
-            directionality.faces().is_some(),
+        let own = self.constants.map(|constant| match constant {
+            Constant::Is(value) => value,
+            Constant::SkipsEmpty => u32::from(march.skips_empty),
+        });
+        let faces = [
+            self.directionality != Directionality::Isotropic,
+            self.directionality.faces().is_some(),
+            march.weights == FaceWeights::Extinction,
+        ]
+        .map(u32::from);
+        let constants = [
+            own[0],
+            march.output as u32,
+            own[1],
+            faces[0],
+            faces[1],
+            faces[2],
         ];
-        let (pass, first, third) = match *self {
-            Volume::Dense {
-                radiance,
-                matter,
-                faces,
-            } => {
-                let faces = faces.map_or(radiance, |(faces, _)| faces);
-                (
-                    pass.bind(radiance).bind(matter).bind(faces),
-                    u32::from(skips_empty),
-                    0,
-                )
-            }
-            Volume::Sparse {
-                nodes,
-                bricks,
-                normals,
-                corners,
-                ..
-            } => (
-                pass.bind(nodes)
-                    .bind(bricks)
-                    .bind(normals.unwrap_or(bricks)),
-                u32::from(corners),
-                u32::from(normals.is_some()),
-            ),
-            Volume::Clipmap {
-                levels,
-                clipmap,
-                top,
-                shape: [n, count],
-                ..
-            } => (pass.bind(levels).bind(clipmap).bind(top), n, count),
-        };
-        let faces = [has_faces, has_finest, weights == FaceWeights::Extinction].map(u32::from);
-        pass.constants(&[first, output as u32, third, faces[0], faces[1], faces[2]])
-    }
-
-    /// That of `pass` which is through this.
-    pub(super) fn choose(&self, pass: &'static VolumePass) -> &'static Pass {
-        match self {
-            Volume::Dense { .. } => &pass.dense,
-            Volume::Sparse { .. } => &pass.sparse,
-            Volume::Clipmap { .. } => &pass.clipmap,
-        }
-    }
-
-    /// Voxels that a cone crosses at most along an axis: in a clipmap they are larger in each level
-    /// further out.
-    pub(super) fn voxels_across(&self, grid: &VoxelGrid) -> u32 {
-        match *self {
-            Volume::Clipmap {
-                shape: [n, levels], ..
-            } => n * levels,
-            Volume::Dense { .. } | Volume::Sparse { .. } => grid.resolution,
-        }
-    }
-
-    pub(super) fn directionality(&self) -> Directionality {
-        match *self {
-            Volume::Dense { faces, .. } => faces
-                .map_or(Directionality::Isotropic, |(_, directionality)| {
-                    directionality
-                }),
-            Volume::Sparse { directionality, .. } | Volume::Clipmap { directionality, .. } => {
-                directionality
-            }
-        }
-    }
-
-    /// Bricks from a face of a tile to the next, where there are bricks and faces.
-    pub(super) fn face_stride(&self) -> u32 {
-        if let Volume::Sparse { face_stride, .. } = *self {
-            face_stride
-        } else {
-            0
-        }
+        let bound = self.bound.iter();
+        bound.fold(frame.pass(pass).constants(&constants), |pass, bound| {
+            pass.bind(match *bound {
+                Bound::Buffer(buffer) => Resource::from(buffer),
+                Bound::Image(image) => Resource::from(image),
+            })
+        })
     }
 }

@@ -187,6 +187,33 @@ pub struct DynamicVoxels {
     pub voxel_count: u32,
 }
 
+impl Voxelizer {
+    /// Voxelizes the static triangles, and then the dynamic ones where they are;
+    /// [`DynamicVoxels::update`] follows them from there.
+    pub fn run_dynamic(
+        &mut self,
+        gpu: &Gpu,
+        scene: &GpuScene,
+    ) -> Result<(Voxels, DynamicVoxels, FrameStats), Error> {
+        let (mut voxels, mut dynamic, mut stats) = self.run_static(gpu, scene)?;
+        stats.append(dynamic.update(gpu, scene, self, &mut voxels)?);
+        Ok((voxels, dynamic, stats))
+    }
+
+    /// Voxelizes the static triangles alone; [`DynamicVoxels::update`] puts the dynamic ones among
+    /// them.
+    pub fn run_static(
+        &mut self,
+        gpu: &Gpu,
+        scene: &GpuScene,
+    ) -> Result<(Voxels, DynamicVoxels, FrameStats), Error> {
+        let (voxels, lists, mut stats) = self.voxelize(gpu, scene, Triangles::Static)?;
+        let (dynamic, cleared) = DynamicVoxels::new(gpu, &voxels, lists)?;
+        stats.append(cleared);
+        Ok((voxels, dynamic, stats))
+    }
+}
+
 impl DynamicVoxels {
     /// For static voxels and their lists; there is no dynamic geometry among them yet.
     pub(super) fn new(

@@ -22,19 +22,20 @@ pub use build::settings::{Accumulation, Method, Surface, VoxelSettings};
 pub use build::{Voxelizer, Voxels};
 pub use dynamic::DynamicVoxels;
 pub use grid::{Lattice, VoxelGrid};
-pub use light::bounce::{BOUNCE_RAYS, Bounces, bounce_rays};
-pub use light::inject::{BOUND_TILES, INJECT_RSM, INJECT_RSM_SPARSE, LIST_TILES, bound_tiles};
+pub use light::bounce::Bounces;
+pub use light::inject::{BOUND_TILES, INJECT_RSM, LIST_TILES, VoxelLookup, bound_tiles};
 pub use light::settings::{Attenuation, Injection, LightSettings, Occlusion, Sides, Viewer};
 pub use light::slots::{LitVoxels, VoxelMap};
-pub use light::{CLEAR_LIGHT, LIGHT, LIGHT_DENSE, VoxelLight, VoxelLookup, VoxelRecords};
+pub use light::{CLEAR_LIGHT, LIGHT, LIGHT_DENSE, VoxelLight, VoxelRecords};
 pub use prefilter::{
     ANISOTROPIC, DIRECTIONAL, Directionality, FACE_SETTINGS, Faces, MIP_FILTER, Prefilter,
 };
+pub use trace::bounce::{BOUNCE_RAYS, bounce_rays};
 pub use trace::{GATHER_RAYS, RAY_SETTINGS, RaySettings, gather_rays};
 pub use voxel_box::VoxelBox;
 pub use window::{VoxelWindow, WindowScratch};
 
-use crate::gi::registry::{Part, Stage, Substitution};
+use crate::gi::entry::{Part, Stage, Substitution};
 use crate::gi::settings::{Domain, Setting};
 use crate::graph::Pass;
 use crate::shader::{Field, GpuStruct};
@@ -282,8 +283,8 @@ pub static STRUCTS: &[(&str, &[Field])] = &[
     ),
     (light::LightParams::NAME, light::LightParams::FIELDS),
     (
-        light::bounce::BounceRayParams::NAME,
-        light::bounce::BounceRayParams::FIELDS,
+        trace::bounce::BounceRayParams::NAME,
+        trace::bounce::BounceRayParams::FIELDS,
     ),
     (trace::RayParams::NAME, trace::RayParams::FIELDS),
 ];

@@ -13,17 +13,19 @@ pub use layout::{Inner, Layout, Place};
 use update::Level;
 pub use volume::ClipmapVolume;
 
-use crate::gi::registry::{Directions, Entry, Part, Stage};
+use super::{Parts, Relit, VoxelCones, VoxelStore};
+use crate::gi::entry::{Entry, Part, Stage};
 use crate::gi::settings::{Domain, Preset, Setting, Settings};
-use crate::gi::shared::cone::{self, ConeTracer, EmissivePatches};
-use crate::gi::shared::interleave::{self, deinterleave};
+use crate::gi::shared::cone::volume::volume_passes;
+use crate::gi::shared::cone::{self, ConeTracer, Volume, VolumePasses};
+use crate::gi::shared::interleave;
 use crate::gi::shared::voxel::{
-    self, Bounces, Directionality, FACE_SETTINGS, Injection, LightSettings, MIP_FILTER, Prefilter,
-    Sides, Viewer, VoxelBox, VoxelLight, VoxelSettings, VoxelWindow, WindowScratch,
+    self, Bounces, Directionality, FACE_SETTINGS, LightSettings, MIP_FILTER, Prefilter, Sides,
+    VoxelBox, VoxelLight, VoxelRecords, VoxelSettings, VoxelWindow, WindowScratch,
 };
-use crate::gi::{Context, IndirectLight, Probe, ProbeAxis, ProbeSurface, Technique, VoxelVolume};
-use crate::graph::{Buffer, Error, Frame, FrameStats, Gpu, Image, Pass};
-use crate::render::{GBuffer, GpuScene, LightMaps, Output, screen_image};
+use crate::gi::{Context, Technique, VoxelVolume};
+use crate::graph::{Access, Binding, Buffer, Error, Frame, FrameStats, Gpu, Pass};
+use crate::render::LightMaps;
 use crate::shader::{Field, GpuStruct};
 
 static SETTINGS: &[Setting] = &[
@@ -114,6 +116,16 @@ pub static STRUCTS: &[(&str, &[Field])] = &[
     (volume::TopParams::NAME, volume::TopParams::FIELDS),
 ];
 
+/// The passes of cones through the levels.
+pub static CONES: VolumePasses = volume_passes!(
+    "gi/voxel_cones/clipmap",
+    [
+        Binding::buffer("levels", Access::ComputeRead),
+        Binding::sampled("clipmap", Access::ComputeSampled),
+        Binding::sampled("top", Access::ComputeSampled),
+    ]
+);
+
 /// The row of the registry.
 pub static ENTRY: Entry = Entry {
     name: "clipmap",
@@ -122,12 +134,7 @@ pub static ENTRY: Entry = Entry {
     settings: &[SETTINGS, voxel::SETTINGS, FACE_SETTINGS, cone::SETTINGS],
     check: cone::check,
     presets: PRESETS,
-    passes: &[
-        voxel::PASSES,
-        PASSES,
-        cone::CLIPMAP_PASSES,
-        interleave::PASSES,
-    ],
+    passes: &[voxel::PASSES, PASSES, &CONES.all(), interleave::PASSES],
     structs: &[voxel::STRUCTS, STRUCTS, cone::STRUCTS, interleave::STRUCTS],
     stages: &[
         &voxel::VOXELIZATION,
@@ -148,34 +155,17 @@ pub static ENTRY: Entry = Entry {
             passes: &["clipmap.filter_inner", "clipmap.filter_top"],
         },
         &voxel::BOUNCES,
-        &Stage {
-            name: "gather",
-            part: Part::Picture,
-            passes: &["cone.gather", "cone.occlusion", "gi.deinterleave"],
-        },
-        &Stage {
-            name: "specular",
-            part: Part::Picture,
-            passes: &["cone.specular"],
-        },
+        &super::GATHER,
+        &super::SPECULAR,
         &cone::SOFT_SHADOWS,
     ],
-    directions: &[
-        Directions {
-            pass: &cone::GATHER.clipmap,
-            count: Some(cone::diffuse_count),
-        },
-        Directions {
-            pass: &cone::SPECULAR.clipmap,
-            count: None,
-        },
-    ],
+    directions: &super::directions(&CONES),
     substitutions: &[cone::SUBSTITUTIONS, voxel::SUBSTITUTIONS],
     voxels: None,
     make,
 };
 
-/// The technique and what it keeps.
+/// Levels of voxels, their light and their texels.
 pub struct Clipmap {
     layout: Layout,
     voxel_settings: VoxelSettings,
@@ -183,13 +173,11 @@ pub struct Clipmap {
     is_staggered: bool,
     /// Lights stand still.
     keeps_light: bool,
-    cones: ConeTracer,
-    /// Of surfaces that emit, where cones see them.
-    patches: Option<EmissivePatches>,
-    interleave: u32,
     /// The texels of all levels.
     pub volume: ClipmapVolume,
     levels: Vec<Level>,
+    /// The levels whose texels this frame makes anew.
+    due: Vec<usize>,
     scratch: WindowScratch,
     /// The depths of tiles of the maps that have been bound since models moved last.
     bound: Option<Arc<Buffer>>,
@@ -197,24 +185,17 @@ pub struct Clipmap {
     frame: u32,
     /// Where dynamic models were at the last update.
     pose: Option<(Vec3, Vec3)>,
-    light: IndirectLight,
-    /// The gather's result before the tile's patterns are averaged; absent without interleaving.
-    interleaved: Option<Arc<Image>>,
 }
 
 fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>, Error> {
-    Ok(Box::new(Clipmap::new(context, settings)?))
+    Ok(Box::new(VoxelCones::<Clipmap>::new(
+        context, settings, "clipmap",
+    )?))
 }
 
-impl Clipmap {
-    /// Nothing is built yet.
-    pub fn new(context: &Context<'_>, settings: &Settings) -> Result<Self, Error> {
-        let Context {
-            gpu, scene, size, ..
-        } = *context;
-        let specular = scene.is_glossy && settings.is("specular", "on");
-        let interleave = settings.count("interleave");
-        let patches = EmissivePatches::new(gpu, scene, settings)?;
+impl VoxelStore for Clipmap {
+    fn new(context: &Context<'_>, settings: &Settings, parts: &Parts) -> Result<Self, Error> {
+        let Context { gpu, scene, .. } = *context;
         let layout = Layout::new(
             scene.bounds,
             settings.count("resolution"),
@@ -236,34 +217,25 @@ impl Clipmap {
             },
             light_settings: LightSettings {
                 stores_faces: faces.is_some(),
-                emission_apart: patches.is_some(),
+                emission_apart: parts.has_patches,
                 ..LightSettings::new(settings, sides)
             },
             is_staggered: settings.is("level_updates", "staggered"),
             keeps_light: settings.is("light_updates", "on-change"),
-            cones: ConeTracer::new(gpu, settings)?,
-            patches,
-            interleave,
             volume: ClipmapVolume::new(gpu, layout, Prefilter::new(settings), directionality)?,
             levels: Vec::new(),
+            due: Vec::new(),
             scratch: WindowScratch::new(gpu, scene)?,
             bound: None,
             frame: 0,
             pose: None,
-            light: IndirectLight {
-                diffuse: screen_image(gpu, "clipmap.diffuse", size)?,
-                specular: specular
-                    .then(|| screen_image(gpu, "clipmap.specular", size))
-                    .transpose()?,
-            },
-            interleaved: (interleave > 1)
-                .then(|| screen_image(gpu, "clipmap.interleaved", size))
-                .transpose()?,
         })
     }
-}
 
-impl Technique for Clipmap {
+    fn light_settings(&self) -> &LightSettings {
+        &self.light_settings
+    }
+
     fn build(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
         let Context { gpu, scene, .. } = *context;
         self.levels.clear();
@@ -301,13 +273,10 @@ impl Technique for Clipmap {
         Ok(stats)
     }
 
-    fn set_pose(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
+    fn follow_models(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
         let Some(dynamic) = &context.scene.dynamic else {
             return Ok(FrameStats::default());
         };
-        if let Some(patches) = &mut self.patches {
-            patches.follow(context.gpu, context.scene)?;
-        }
         if self.levels.is_empty() {
             return self.build(context);
         }
@@ -321,7 +290,7 @@ impl Technique for Clipmap {
         Ok(stats)
     }
 
-    fn set_view(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
+    fn follow_camera(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
         self.follow(context, &self.places(context.eye), None)
     }
 
@@ -332,181 +301,52 @@ impl Technique for Clipmap {
             .for_each(|level| level.lit = VoxelBox::NONE);
     }
 
-    fn needs_rsm(&self) -> bool {
-        self.light_settings.injection == Injection::Rsm
+    fn light(&mut self, frame: &mut Frame, maps: &LightMaps, _is_last: bool) -> bool {
+        self.due = self.due();
+        self.light_due(frame, maps);
+        !self.due.is_empty()
     }
 
-    fn needs_light_maps(&self) -> bool {
-        self.light_settings.reads_maps() || !self.cones.has_shadows()
-    }
-
-    fn update(&mut self, frame: &mut Frame, _scene: &GpuScene, maps: &LightMaps) {
-        let due = self.due();
-        if due.iter().any(|index| !self.levels[*index].is_lit()) {
-            self.bound_tiles(frame, maps);
-        }
-        let mut changed = VoxelBox::NONE;
-        for index in due.iter().copied() {
-            changed = self.update_level(frame, maps, index);
-            if let Some(coarser) = self.levels.get_mut(index + 1) {
-                coarser.stale = coarser.stale.around(changed.coarser());
-            }
-        }
-        self.frame += 1;
-        if due
-            .last()
-            .is_some_and(|last| *last + 1 == self.levels.len())
-        {
-            self.filter_top(frame, changed);
-        }
-        if due.is_empty() {
+    fn bounce(&self, frame: &mut Frame, cones: &ConeTracer) {
+        let Some(volume) = self.seen_by_voxels() else {
             return;
-        }
-        let count = self.light_settings.bounces.before_the_picture();
-        for bounce in 1..=count {
-            self.bounce(frame);
-            self.relight(
-                frame,
-                maps,
-                &due,
-                if bounce == count {
-                    Viewer::Picture
-                } else {
-                    Viewer::Voxels
-                },
-            );
-        }
-        if self.light_settings.bounces == Bounces::Feedback {
-            self.bounce(frame);
-            if self.patches.is_some() {
-                self.relight(frame, maps, &due, Viewer::Picture);
-            }
-        }
-    }
-
-    fn gather(
-        &mut self,
-        frame: &mut Frame,
-        _scene: &GpuScene,
-        maps: &LightMaps,
-        gbuffer: &GBuffer,
-    ) -> IndirectLight {
-        let Some(outermost) = self.levels.last() else {
-            return self.light.clone();
         };
-        let (grid, volume) = (
-            self.layout.grid(outermost.place.first),
-            self.volume.as_volume(),
-        );
-        let target = self.interleaved.as_ref().unwrap_or(&self.light.diffuse);
-        self.cones.gather(frame, gbuffer, &grid, volume, target);
-        self.cones.occlusion(frame, gbuffer, &grid, volume, target);
-        if let Some(interleaved) = &self.interleaved {
-            deinterleave(
-                frame,
-                gbuffer,
-                interleaved,
-                &self.light.diffuse,
-                self.interleave,
-            );
-        }
-        if let Some(patches) = &self.patches {
-            self.cones
-                .patches(frame, gbuffer, &grid, volume, patches, &self.light.diffuse);
-        }
-        if let Some(specular) = &self.light.specular {
-            if self.patches.is_some() {
-                self.relight(
+        for Level { window, light, .. } in &self.levels {
+            if let Some(irradiance) = &light.irradiance {
+                cones.bounce(
                     frame,
-                    maps,
-                    &(0..self.levels.len()).collect::<Vec<_>>(),
-                    Viewer::Voxels,
+                    &VoxelRecords::from(&window.voxels),
+                    volume,
+                    irradiance,
                 );
             }
-            self.cones.specular(frame, gbuffer, &grid, volume, specular);
-        }
-        self.light.clone()
-    }
-
-    fn direct(
-        &self,
-        frame: &mut Frame,
-        scene: &GpuScene,
-        maps: &LightMaps,
-        gbuffer: &GBuffer,
-        output: &Output,
-    ) {
-        match self.levels.last() {
-            Some(outermost) if self.cones.has_shadows() => {
-                self.cones.shadow(
-                    frame,
-                    scene,
-                    gbuffer,
-                    &self.layout.grid(outermost.place.first),
-                    self.volume.as_volume(),
-                    &output.direct,
-                );
-            }
-            _ => output.draw_direct(frame, scene, maps, gbuffer),
         }
     }
 
-    fn count_samples(
-        &self,
-        gpu: &Gpu,
-        scene: &GpuScene,
-        gbuffer: &GBuffer,
-    ) -> Result<Vec<(&'static str, u64)>, Error> {
-        let Some(outermost) = self.levels.last() else {
-            return Ok(Vec::new());
-        };
-        let grid = self.layout.grid(outermost.place.first);
-        self.cones.count_samples(
-            gpu,
-            scene,
-            gbuffer,
-            &grid,
-            self.volume.as_volume(),
-            [true, self.light.specular.is_some()],
-        )
+    fn relight(&mut self, frame: &mut Frame, maps: &LightMaps, relit: Relit) {
+        for index in self.due.iter().copied() {
+            let Level { window, light, .. } = &self.levels[index];
+            let records = VoxelRecords::from(&window.voxels);
+            light.relight(frame, &records, maps, None, relit.viewer);
+            let (extent, inner) = (self.levels[index].extent(), self.inner(index).region());
+            self.write_level(frame, index, extent, inner);
+        }
+        self.filter_top(frame, self.outermost().extent());
     }
 
-    fn probe(
-        &self,
-        context: &Context<'_>,
-        surface: &ProbeSurface,
-        axis: ProbeAxis,
-        aperture_deg: Option<f32>,
-    ) -> Result<Option<Probe>, Error> {
-        let Some(outermost) = self.levels.last() else {
-            return Ok(None);
-        };
-        let grid = self.layout.grid(outermost.place.first);
-        self.cones
-            .probe(
-                context,
-                &grid,
-                self.volume.as_volume(),
-                surface,
-                (axis, aperture_deg),
-            )
-            .map(Some)
+    fn volume(&self) -> Option<Volume<'_>> {
+        let outermost = self.levels.last()?;
+        Some(self.volume.as_volume(outermost.place))
     }
 
     fn volumes(&self) -> Vec<VoxelVolume<'_>> {
-        let Some(outermost) = self.levels.last() else {
-            return Vec::new();
-        };
-        let (grid, volume) = (
-            self.layout.grid(outermost.place.first),
-            self.volume.as_volume(),
-        );
-        vec![VoxelVolume {
+        let volume = VoxelStore::volume(self).into_iter();
+        let volumes = volume.map(|volume| VoxelVolume {
             name: "light",
-            grid,
             volume,
             levels: self.layout.levels + self.volume.top.mips(),
-        }]
+        });
+        volumes.collect()
     }
 
     fn voxel_size(&self) -> Option<f32> {

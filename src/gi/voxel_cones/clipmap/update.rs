@@ -7,8 +7,9 @@ use glam::Vec3;
 
 use super::{Clipmap, Inner, Place};
 use crate::gi::Context;
+use crate::gi::shared::cone::Volume;
 use crate::gi::shared::voxel::{
-    self, Bounces, Viewer, VoxelBox, VoxelLight, VoxelLookup, VoxelRecords, VoxelWindow,
+    self, Bounces, VoxelBox, VoxelLight, VoxelLookup, VoxelRecords, VoxelWindow,
 };
 use crate::graph::{Error, Frame, FrameStats};
 use crate::render::LightMaps;
@@ -128,7 +129,10 @@ impl Clipmap {
     /// neighbours and the lights.
     pub(super) fn lights_slabs(&self) -> bool {
         let settings = &self.light_settings;
-        self.keeps_light && !settings.bounces.any() && !settings.traces() && self.patches.is_none()
+        self.keeps_light
+            && !settings.bounces.any()
+            && !settings.traces()
+            && !settings.emission_apart
     }
 
     /// The levels whose texels are made anew in this frame.
@@ -146,7 +150,7 @@ impl Clipmap {
                 || level.inner != technique.inner(index)
         };
         let bounces = self.light_settings.bounces;
-        if self.patches.is_some() {
+        if self.light_settings.emission_apart {
             // Where patches give the emission, all levels show either what voxels see or what the
             // picture sees.
             self.levels
@@ -172,6 +176,28 @@ impl Clipmap {
             }
         }
         due
+    }
+
+    /// Adds the passes that light the levels that are due, and make their texels.
+    pub(super) fn light_due(&mut self, frame: &mut Frame, maps: &LightMaps) {
+        let due = self.due.clone();
+        if due.iter().any(|index| !self.levels[*index].is_lit()) {
+            self.bound_tiles(frame, maps);
+        }
+        let mut changed = VoxelBox::NONE;
+        for index in due.iter().copied() {
+            changed = self.update_level(frame, maps, index);
+            if let Some(coarser) = self.levels.get_mut(index + 1) {
+                coarser.stale = coarser.stale.around(changed.coarser());
+            }
+        }
+        self.frame += 1;
+        if due
+            .last()
+            .is_some_and(|last| *last + 1 == self.levels.len())
+        {
+            self.filter_top(frame, changed);
+        }
     }
 
     /// Adds the pass that injection into levels needs, unless its result is kept and nothing has
@@ -203,13 +229,12 @@ impl Clipmap {
                 kept: level.lit,
                 ..VoxelRecords::from(&level.window.voxels)
             };
-            level.light.update_records(
-                frame,
-                &records,
-                VoxelLookup::Dense(&level.window.voxels),
-                maps,
-                None,
-            );
+            let voxels = &level.window.voxels;
+            let bound = [&voxels.occupancy, &voxels.block_bases];
+            let lookup = VoxelLookup::by_occupancy(&records, &bound);
+            level
+                .light
+                .update_records(frame, &records, lookup, maps, None);
             (extent, inners.cut(extent))
         } else if level.inner != inner {
             (inners, inners)
@@ -262,45 +287,9 @@ impl Clipmap {
         &self.levels[self.levels.len() - 1]
     }
 
-    /// Lights these levels once more.
-    pub(super) fn relight(
-        &self,
-        frame: &mut Frame,
-        maps: &LightMaps,
-        levels: &[usize],
-        viewer: Viewer,
-    ) {
-        for index in levels.iter().copied() {
-            let Level { window, light, .. } = &self.levels[index];
-            light.relight(
-                frame,
-                &VoxelRecords::from(&window.voxels),
-                maps,
-                None,
-                viewer,
-            );
-            self.write_level(
-                frame,
-                index,
-                self.levels[index].extent(),
-                self.inner(index).region(),
-            );
-        }
-        self.filter_top(frame, self.outermost().extent());
-    }
-
-    pub(super) fn bounce(&self, frame: &mut Frame) {
-        let grid = self.layout.grid(self.outermost().place.first);
-        for Level { window, light, .. } in &self.levels {
-            if let Some(irradiance) = &light.irradiance {
-                self.cones.bounce(
-                    frame,
-                    &grid,
-                    &VoxelRecords::from(&window.voxels),
-                    self.volume.as_seen_by_voxels(),
-                    irradiance,
-                );
-            }
-        }
+    /// What the cones of voxels march through.
+    pub(super) fn seen_by_voxels(&self) -> Option<Volume<'_>> {
+        let outermost = self.levels.last()?;
+        Some(self.volume.as_seen_by_voxels(outermost.place))
     }
 }

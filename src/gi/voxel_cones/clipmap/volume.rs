@@ -4,8 +4,9 @@ use std::sync::Arc;
 
 use glam::IVec3;
 
+use super::CONES;
 use super::layout::{Inner, Layout, Place};
-use crate::gi::shared::cone::Volume;
+use crate::gi::shared::cone::{Bound, Constant, Volume};
 use crate::gi::shared::voxel::build::{buffer, linear_groups};
 use crate::gi::shared::voxel::{Directionality, Prefilter, VoxelBox, VoxelLight, Voxels};
 use crate::gpu_struct;
@@ -195,24 +196,32 @@ impl ClipmapVolume {
         gpu.upload_buffer(&self.rows[1], bytemuck::cast_slice(&rows(&own_middle)))
     }
 
-    /// What the cones of pictures march through.
-    pub fn as_volume(&self) -> Volume<'_> {
-        self.volume(&self.rows[0])
+    /// What the cones of pictures march through, of levels whose outermost one is here.
+    pub fn as_volume(&self, outermost: Place) -> Volume<'_> {
+        self.volume(&self.rows[0], outermost)
     }
 
     /// What the cones of voxels march through.
-    pub fn as_seen_by_voxels(&self) -> Volume<'_> {
-        self.volume(&self.rows[1])
+    pub fn as_seen_by_voxels(&self, outermost: Place) -> Volume<'_> {
+        self.volume(&self.rows[1], outermost)
     }
 
-    fn volume<'v>(&'v self, levels: &'v Arc<Buffer>) -> Volume<'v> {
-        let shape = [self.layout.resolution, self.layout.levels];
-        Volume::Clipmap {
-            levels,
-            clipmap: &self.clipmap,
-            top: &self.top,
-            shape,
+    fn volume<'v>(&'v self, levels: &'v Arc<Buffer>, outermost: Place) -> Volume<'v> {
+        let (n, count) = (self.layout.resolution, self.layout.levels);
+        Volume {
+            passes: &CONES,
+            grid: self.layout.grid(outermost.first),
+            bound: [
+                Bound::Buffer(levels),
+                Bound::Image(&self.clipmap),
+                Bound::Image(&self.top),
+            ],
+            constants: [Constant::Is(n), Constant::Is(count)],
             directionality: self.directionality,
+            sides: 1 + u32::from(self.directionality.faces().is_some()),
+            // In each level further out voxels are larger.
+            voxels_across: n * count,
+            face_stride: 0,
         }
     }
 

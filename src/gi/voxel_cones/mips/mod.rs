@@ -8,25 +8,25 @@ use std::sync::Arc;
 
 pub use matter::{MARK_MATTER, MatterParams, REDUCE_MATTER, mark_matter, matter_image};
 
-use crate::gi::registry::{Directions, Entry, Part, Stage, Substitution};
+use super::{Parts, Relit, VoxelCones, VoxelStore};
+use crate::gi::entry::{Directions, Entry, Part, Stage, Substitution};
 use crate::gi::settings::{Domain, Preset, Setting, Settings};
-use crate::gi::shared::cone::{self, ConeTracer, EmissivePatches, Volume};
-use crate::gi::shared::interleave::{self, deinterleave};
+use crate::gi::shared::cone::volume::volume_passes;
+use crate::gi::shared::cone::{self, Bound, ConeTracer, Constant, Volume, VolumePasses};
+use crate::gi::shared::interleave;
 use crate::gi::shared::voxel::build::linear_groups;
 use crate::gi::shared::voxel::{
-    self, Accumulation, Bounces, Directionality, DynamicVoxels, FACE_SETTINGS, Injection,
-    LightSettings, MIP_FILTER, Prefilter, RAY_SETTINGS, RaySettings, Sides, Viewer, VoxelLight,
-    VoxelRecords, VoxelSettings, Voxelizer, Voxels, bounce_rays, gather_rays,
+    self, Accumulation, Bounces, Directionality, DynamicVoxels, FACE_SETTINGS, LightSettings,
+    MIP_FILTER, Prefilter, RAY_SETTINGS, RaySettings, Sides, VoxelGrid, VoxelLight, VoxelRecords,
+    VoxelSettings, Voxelizer, Voxels, bounce_rays, gather_rays,
 };
-use crate::gi::{
-    Context, IndirectLight, LitVoxels, Probe, ProbeAxis, ProbeSurface, Technique, VoxelVolume,
-};
+use crate::gi::{Context, LitVoxels, Technique, VoxelVolume};
 use crate::gpu_struct;
 use crate::graph::{
     Access, Binding, Error, Frame, FrameStats, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Pass,
     Sets, Shaders, vk,
 };
-use crate::render::{GBuffer, GpuScene, LightMaps, Output, screen_image};
+use crate::render::{GBuffer, LightMaps};
 use crate::shader::GpuStruct;
 
 /// One mip, or its six faces, from the next finer one. Reads and writes RGBA16F, radiance
@@ -148,6 +148,17 @@ fn more_rays(settings: &Settings) -> Vec<String> {
     )]
 }
 
+/// The passes of cones through the mips.
+pub static CONES: VolumePasses = volume_passes!(
+    "gi/voxel_cones/mips",
+    [
+        Binding::sampled("voxels", Access::ComputeSampled),
+        Binding::sampled("matter", Access::ComputeSampled),
+        Binding::sampled("faces", Access::ComputeSampled),
+    ]
+);
+static CONE_DIRECTIONS: [Directions; 2] = super::directions(&CONES);
+
 /// The row of the registry.
 pub static ENTRY: Entry = Entry {
     name: "voxel-mips",
@@ -166,7 +177,7 @@ pub static ENTRY: Entry = Entry {
     passes: &[
         voxel::PASSES,
         &[&CLEAR_DYNAMIC, &MARK_MATTER, &REDUCE_MATTER, &FILTER],
-        cone::PASSES,
+        &CONES.all(),
         interleave::PASSES,
     ],
     structs: &[
@@ -197,36 +208,17 @@ pub static ENTRY: Entry = Entry {
             passes: &["voxel_mips.filter", "voxel_mips.blit"],
         },
         &voxel::BOUNCES,
-        &Stage {
-            name: "gather",
-            part: Part::Picture,
-            passes: &[
-                "cone.gather",
-                "voxel.gather_rays",
-                "cone.occlusion",
-                "gi.deinterleave",
-            ],
-        },
-        &Stage {
-            name: "specular",
-            part: Part::Picture,
-            passes: &["cone.specular"],
-        },
+        &super::GATHER,
+        &super::SPECULAR,
         &cone::SOFT_SHADOWS,
     ],
     directions: &[
-        Directions {
-            pass: &cone::GATHER.dense,
-            count: Some(cone::diffuse_count),
-        },
+        CONE_DIRECTIONS[0],
         Directions {
             pass: &voxel::GATHER_RAYS,
             count: Some(|settings| settings.count("rays")),
         },
-        Directions {
-            pass: &cone::SPECULAR.dense,
-            count: None,
-        },
+        CONE_DIRECTIONS[1],
     ],
     substitutions: &[SUBSTITUTIONS, voxel::SUBSTITUTIONS],
     voxels: Some(voxel::list_voxels),
@@ -248,8 +240,8 @@ struct DenseVolume {
     skips_empty: bool,
 }
 
-/// The technique and what it keeps.
-struct VoxelMips {
+/// Voxels, their light and its mips.
+pub struct Mips {
     filter: Prefilter,
     /// Whether the hardware's linear filter makes the mips.
     blits: bool,
@@ -258,76 +250,20 @@ struct VoxelMips {
     /// Fragments can be added to a voxel and taken away again.
     is_exact: bool,
     rays: Option<RaySettings>,
-    cones: ConeTracer,
-    /// Of surfaces that emit, where cones see them.
-    patches: Option<EmissivePatches>,
-    interleave: u32,
     voxelizer: Voxelizer,
     /// Absent where nothing traces cones.
     volume: Option<DenseVolume>,
-    store: Option<(Voxels, VoxelLight)>,
+    lit: Option<(Voxels, VoxelLight)>,
     /// Only in a scene with dynamic models.
     dynamic: Option<DynamicVoxels>,
-    light: IndirectLight,
-    /// The gather's result before the tile's patterns are averaged; absent without interleaving.
-    interleaved: Option<Arc<Image>>,
 }
 
 fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>, Error> {
-    let Context {
-        gpu, scene, size, ..
-    } = *context;
-    let directionality = Directionality::new(settings);
-    let rays = settings
-        .is("gather", "rays")
-        .then(|| RaySettings::new(settings));
-    let specular = scene.is_glossy && settings.is("specular", "on");
-    let interleave = settings.count("interleave");
-    let filter = Prefilter::new(settings);
-    let cones = ConeTracer::new(gpu, settings)?;
-    let skips_empty = specular || cones.needs_matter();
-    let has_volume = rays.is_none() || specular || cones.is_beside_gather();
-    let voxel_settings = VoxelSettings {
-        faces: directionality.faces().filter(|_| has_volume),
-        ..VoxelSettings::new(settings)
-    };
-    let sides = if voxel_settings.faces.is_some() {
-        Sides::Two
-    } else {
-        Sides::One
-    };
-    let patches = EmissivePatches::new(gpu, scene, settings)?;
-    Ok(Box::new(VoxelMips {
-        filter,
-        blits: directionality == Directionality::Isotropic
-            && filter == Prefilter::Box
-            && settings.is("mip_method", "blit"),
-        light_settings: LightSettings {
-            emission_apart: patches.is_some(),
-            ..LightSettings::new(settings, rays.map_or(sides, |rays| rays.sides))
-        },
-        bounce_directions: settings.count("bounce_directions"),
-        is_exact: voxel_settings.accumulation == Accumulation::Exact,
-        volume: has_volume
-            .then(|| DenseVolume::new(gpu, voxel_settings.resolution, directionality, skips_empty))
-            .transpose()?,
-        rays,
-        cones,
-        patches,
-        interleave,
-        voxelizer: Voxelizer::new(gpu, scene, voxel_settings)?,
-        store: None,
-        dynamic: None,
-        light: IndirectLight {
-            diffuse: screen_image(gpu, "voxel_mips.diffuse", size)?,
-            specular: specular
-                .then(|| screen_image(gpu, "voxel_mips.specular", size))
-                .transpose()?,
-        },
-        interleaved: (interleave > 1)
-            .then(|| screen_image(gpu, "voxel_mips.interleaved", size))
-            .transpose()?,
-    }))
+    Ok(Box::new(VoxelCones::<Mips>::new(
+        context,
+        settings,
+        "voxel_mips",
+    )?))
 }
 
 impl DenseVolume {
@@ -362,18 +298,35 @@ impl DenseVolume {
         }
     }
 
-    fn as_volume(&self) -> Volume<'_> {
+    fn as_volume(&self, grid: VoxelGrid) -> Volume<'_> {
         let faces = (self.directionality != Directionality::Isotropic).then(|| {
-            (
-                self.coarser.as_ref().unwrap_or(&self.radiance),
-                self.directionality,
-            )
+            let faces = self.coarser.as_ref().unwrap_or(&self.radiance);
+            (faces, self.directionality)
         });
-        Volume::Dense {
-            radiance: &self.radiance,
-            matter: &self.matter,
-            faces,
-        }
+        volume(grid, &self.radiance, &self.matter, faces)
+    }
+}
+
+/// The volume of a 3D texture with all mips, radiance premultiplied by opacity; where coarser
+/// levels
+/// have six faces, its finest level alone, and the levels with faces and which these are. `matter`:
+/// where samples of it may be other than zero.
+pub fn volume<'v>(
+    grid: VoxelGrid,
+    radiance: &'v Arc<Image>,
+    matter: &'v Arc<Image>,
+    faces: Option<(&'v Arc<Image>, Directionality)>,
+) -> Volume<'v> {
+    let (faces, directionality) = faces.unwrap_or((radiance, Directionality::Isotropic));
+    Volume {
+        passes: &CONES,
+        grid,
+        bound: [radiance, matter, faces].map(Bound::Image),
+        constants: [Constant::SkipsEmpty, Constant::Is(0)],
+        directionality,
+        sides: 1 + u32::from(directionality.faces().is_some()),
+        voxels_across: grid.resolution,
+        face_stride: 0,
     }
 }
 
@@ -420,66 +373,78 @@ pub fn filter_mips(
     }
 }
 
-impl VoxelMips {
-    fn add_bounce(&self, frame: &mut Frame, voxels: &Voxels, light: &VoxelLight) {
-        let Some(irradiance) = &light.irradiance else {
+impl Mips {
+    fn add_mips(&self, frame: &mut Frame, is_last: bool) {
+        // Rays see the finest level alone, so mips are for the picture only.
+        let Some(volume) = self
+            .volume
+            .as_ref()
+            .filter(|_| is_last || self.rays.is_none())
+        else {
             return;
         };
-        match (&self.rays, &self.volume) {
-            (Some(rays), _) => bounce_rays(
-                frame,
-                voxels,
-                &light.radiance,
-                irradiance,
-                rays,
-                self.bounce_directions,
-            ),
-            (None, Some(volume)) => self.cones.bounce(
-                frame,
-                &voxels.grid,
-                &VoxelRecords::from(voxels),
-                volume.as_volume(),
-                irradiance,
-            ),
-            (None, None) => unreachable!("cones have a volume to march through"),
-        }
-    }
-
-    /// Lights the voxels once more, and their mips.
-    fn relight(&self, frame: &mut Frame, maps: &LightMaps, viewer: Viewer) {
-        let Some((voxels, light)) = &self.store else {
-            return;
-        };
-        light.relight(
-            frame,
-            &VoxelRecords::from(voxels),
-            maps,
-            self.volume.as_ref().map(|volume| &volume.radiance),
-            viewer,
-        );
-        if let Some(volume) = &self.volume {
-            self.add_mips(frame, volume);
-        }
-    }
-
-    fn add_mips(&self, frame: &mut Frame, volume: &DenseVolume) {
         if self.blits {
             frame.blit_mips("voxel_mips.blit", &volume.radiance);
         } else {
-            filter_mips(
-                frame,
-                &volume.radiance,
-                volume.coarser.as_ref(),
-                self.filter,
-            );
+            let coarser = volume.coarser.as_ref();
+            filter_mips(frame, &volume.radiance, coarser, self.filter);
         }
+    }
+
+    fn radiance(&self) -> Option<&Arc<Image>> {
+        self.volume.as_ref().map(|volume| &volume.radiance)
     }
 }
 
-impl Technique for VoxelMips {
+impl VoxelStore for Mips {
+    fn new(context: &Context<'_>, settings: &Settings, parts: &Parts) -> Result<Self, Error> {
+        let Context { gpu, scene, .. } = *context;
+        let directionality = Directionality::new(settings);
+        let rays = settings
+            .is("gather", "rays")
+            .then(|| RaySettings::new(settings));
+        let filter = Prefilter::new(settings);
+        let skips_empty = parts.has_specular || parts.cones.needs_matter();
+        let has_volume = rays.is_none() || parts.has_specular || parts.cones.is_beside_gather();
+        let voxel_settings = VoxelSettings {
+            faces: directionality.faces().filter(|_| has_volume),
+            ..VoxelSettings::new(settings)
+        };
+        let sides = if voxel_settings.faces.is_some() {
+            Sides::Two
+        } else {
+            Sides::One
+        };
+        let sides = rays.map_or(sides, |rays| rays.sides);
+        let resolution = voxel_settings.resolution;
+        Ok(Mips {
+            filter,
+            blits: directionality == Directionality::Isotropic
+                && filter == Prefilter::Box
+                && settings.is("mip_method", "blit"),
+            light_settings: LightSettings {
+                emission_apart: parts.has_patches,
+                ..LightSettings::new(settings, sides)
+            },
+            bounce_directions: settings.count("bounce_directions"),
+            is_exact: voxel_settings.accumulation == Accumulation::Exact,
+            volume: has_volume
+                .then(|| DenseVolume::new(gpu, resolution, directionality, skips_empty))
+                .transpose()?,
+            rays,
+            voxelizer: Voxelizer::new(gpu, scene, voxel_settings)?,
+            lit: None,
+            dynamic: None,
+        })
+    }
+
+    fn light_settings(&self) -> &LightSettings {
+        &self.light_settings
+    }
+
     fn build(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
-        // The old store goes first, so that rebuilding needs no more memory than building.
-        (self.store, self.dynamic) = (None, None);
+        // The old voxels go first, so that rebuilding needs no more memory than building.
+        (self.lit, self.dynamic) = (None, None);
         let (voxels, mut stats) = if context.scene.dynamic.is_some() && self.is_exact {
             let (voxels, dynamic, stats) =
                 self.voxelizer.run_dynamic(context.gpu, context.scene)?;
@@ -495,20 +460,13 @@ impl Technique for VoxelMips {
             stats.append(context.gpu.submit(frame)?);
         }
         let light = VoxelLight::new(context.gpu, context.scene, &voxels, self.light_settings)?;
-        self.store = Some((voxels, light));
+        self.lit = Some((voxels, light));
         Ok(stats)
     }
 
-    fn set_pose(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
-        if let Some(patches) = &mut self.patches {
-            patches.follow(context.gpu, context.scene)?;
-        }
-        let (Some(dynamic), Some((voxels, light))) = (&mut self.dynamic, &mut self.store) else {
-            return if context.scene.dynamic.is_some() {
-                self.build(context)
-            } else {
-                Ok(FrameStats::default())
-            };
+    fn follow_models(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
+        let (Some(dynamic), Some((voxels, light))) = (&mut self.dynamic, &mut self.lit) else {
+            return self.build(context);
         };
         let mut stats = FrameStats::default();
         if let Some(volume) = &self.volume {
@@ -541,175 +499,67 @@ impl Technique for VoxelMips {
         Ok(stats)
     }
 
-    fn needs_rsm(&self) -> bool {
-        self.light_settings.injection == Injection::Rsm
+    fn light(&mut self, frame: &mut Frame, maps: &LightMaps, is_last: bool) -> bool {
+        let Some((voxels, light)) = &self.lit else {
+            return false;
+        };
+        light.update(frame, voxels, maps, self.radiance());
+        self.add_mips(frame, is_last);
+        true
     }
 
-    fn needs_light_maps(&self) -> bool {
-        self.light_settings.reads_maps() || !self.cones.has_shadows()
-    }
-
-    fn update(&mut self, frame: &mut Frame, _scene: &GpuScene, maps: &LightMaps) {
-        let Some((voxels, light)) = &self.store else {
+    fn bounce(&self, frame: &mut Frame, cones: &ConeTracer) {
+        let Some((voxels, light)) = &self.lit else {
             return;
         };
-        let volume = self.volume.as_ref();
-        let radiance = volume.map(|volume| &volume.radiance);
-        light.update(frame, voxels, maps, radiance);
-        let count = self.light_settings.bounces.before_the_picture();
-        for bounce in 1..=count {
-            // Rays see the finest level alone, so mips are for the picture only.
-            if let (None, Some(volume)) = (&self.rays, volume) {
-                self.add_mips(frame, volume);
-            }
-            self.add_bounce(frame, voxels, light);
-            let viewer = if bounce == count {
-                Viewer::Picture
-            } else {
-                Viewer::Voxels
-            };
-            light.relight(frame, &VoxelRecords::from(voxels), maps, radiance, viewer);
-        }
-        if let Some(volume) = volume {
-            self.add_mips(frame, volume);
-        }
-        if self.light_settings.bounces == Bounces::Feedback {
-            self.add_bounce(frame, voxels, light);
-            if self.patches.is_some() {
-                self.relight(frame, maps, Viewer::Picture);
-            }
-        }
-    }
-
-    fn gather(
-        &mut self,
-        frame: &mut Frame,
-        _scene: &GpuScene,
-        maps: &LightMaps,
-        gbuffer: &GBuffer,
-    ) -> IndirectLight {
-        let Some((voxels, light)) = &self.store else {
-            return self.light.clone();
+        let Some(irradiance) = &light.irradiance else {
+            return;
         };
-        let target = self.interleaved.as_ref().unwrap_or(&self.light.diffuse);
-        match (&self.rays, &self.volume) {
-            (Some(rays), _) => gather_rays(frame, gbuffer, voxels, light, rays, target),
-            (None, Some(volume)) => {
-                self.cones
-                    .gather(frame, gbuffer, &voxels.grid, volume.as_volume(), target)
-            }
-            (None, None) => unreachable!("cones have a volume to march through"),
-        }
-        if let Some(volume) = &self.volume {
-            self.cones
-                .occlusion(frame, gbuffer, &voxels.grid, volume.as_volume(), target);
-        }
-        if let Some(interleaved) = &self.interleaved {
-            deinterleave(
-                frame,
-                gbuffer,
-                interleaved,
-                &self.light.diffuse,
-                self.interleave,
-            );
-        }
-        if let (Some(patches), Some(volume)) = (&self.patches, &self.volume) {
-            self.cones.patches(
-                frame,
-                gbuffer,
-                &voxels.grid,
-                volume.as_volume(),
-                patches,
-                &self.light.diffuse,
-            );
-        }
-        if let (Some(specular), Some(volume)) = (&self.light.specular, &self.volume) {
-            if self.patches.is_some() {
-                self.relight(frame, maps, Viewer::Voxels);
-            }
-            self.cones
-                .specular(frame, gbuffer, &voxels.grid, volume.as_volume(), specular);
-        }
-        self.light.clone()
-    }
-
-    fn direct(
-        &self,
-        frame: &mut Frame,
-        scene: &GpuScene,
-        maps: &LightMaps,
-        gbuffer: &GBuffer,
-        output: &Output,
-    ) {
-        match (&self.store, &self.volume) {
-            (Some((voxels, _)), Some(volume)) if self.cones.has_shadows() => {
-                self.cones.shadow(
-                    frame,
-                    scene,
-                    gbuffer,
-                    &voxels.grid,
-                    volume.as_volume(),
-                    &output.direct,
-                );
-            }
-            _ => output.draw_direct(frame, scene, maps, gbuffer),
+        if let Some(rays) = &self.rays {
+            let (radiance, directions) = (&light.radiance, self.bounce_directions);
+            bounce_rays(frame, voxels, radiance, irradiance, rays, directions);
+        } else if let Some(volume) = self.volume() {
+            cones.bounce(frame, &VoxelRecords::from(voxels), volume, irradiance);
         }
     }
 
-    fn count_samples(
-        &self,
-        gpu: &Gpu,
-        scene: &GpuScene,
-        gbuffer: &GBuffer,
-    ) -> Result<Vec<(&'static str, u64)>, Error> {
-        let (Some((voxels, _)), Some(volume)) = (&self.store, &self.volume) else {
-            return Ok(Vec::new());
+    fn relight(&mut self, frame: &mut Frame, maps: &LightMaps, relit: Relit) {
+        let Some((voxels, light)) = &self.lit else {
+            return;
         };
-        self.cones.count_samples(
-            gpu,
-            scene,
-            gbuffer,
-            &voxels.grid,
-            volume.as_volume(),
-            [self.rays.is_none(), self.light.specular.is_some()],
-        )
+        let records = VoxelRecords::from(voxels);
+        light.relight(frame, &records, maps, self.radiance(), relit.viewer);
+        self.add_mips(frame, relit.is_last);
     }
 
-    fn probe(
-        &self,
-        context: &Context<'_>,
-        surface: &ProbeSurface,
-        axis: ProbeAxis,
-        aperture_deg: Option<f32>,
-    ) -> Result<Option<Probe>, Error> {
-        let (Some((voxels, _)), Some(volume)) = (&self.store, &self.volume) else {
-            return Ok(None);
-        };
-        self.cones
-            .probe(
-                context,
-                &voxels.grid,
-                volume.as_volume(),
-                surface,
-                (axis, aperture_deg),
-            )
-            .map(Some)
+    fn volume(&self) -> Option<Volume<'_>> {
+        let (voxels, _) = self.lit.as_ref()?;
+        let volume = self.volume.as_ref()?;
+        Some(volume.as_volume(voxels.grid))
+    }
+
+    fn is_gathered_by_cones(&self) -> bool {
+        self.rays.is_none()
+    }
+
+    fn gather(&self, frame: &mut Frame, gbuffer: &GBuffer, target: &Arc<Image>) -> bool {
+        if let (Some(rays), Some((voxels, light))) = (&self.rays, &self.lit) {
+            gather_rays(frame, gbuffer, voxels, light, rays, target);
+        }
+        self.rays.is_some()
     }
 
     fn volumes(&self) -> Vec<VoxelVolume<'_>> {
-        let volume = self.volume.iter().zip(&self.store);
-        volume
-            .map(|(volume, (voxels, _))| VoxelVolume {
-                name: "light",
-                grid: voxels.grid,
-                volume: volume.as_volume(),
-                levels: voxels.grid.resolution.ilog2() + 1,
-            })
-            .collect()
+        let volumes = self.volume().into_iter().map(|volume| VoxelVolume {
+            name: "light",
+            levels: volume.grid.resolution.ilog2() + 1,
+            volume,
+        });
+        volumes.collect()
     }
 
     fn lit_voxels(&mut self) -> Vec<LitVoxels<'_>> {
-        self.store
+        self.lit
             .iter_mut()
             .map(|(voxels, light)| LitVoxels {
                 voxels: VoxelRecords::from(&*voxels),
@@ -719,13 +569,12 @@ impl Technique for VoxelMips {
     }
 
     fn voxel_size(&self) -> Option<f32> {
-        self.store
-            .as_ref()
-            .map(|(voxels, _)| voxels.grid.voxel_size)
+        let (voxels, _) = self.lit.as_ref()?;
+        Some(voxels.grid.voxel_size)
     }
 
     fn counts(&self, gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {
-        let Some((voxels, light)) = &self.store else {
+        let Some((voxels, light)) = &self.lit else {
             return Ok(Vec::new());
         };
         let mut counts = vec![

@@ -17,19 +17,19 @@ pub use dynamic::TouchedVoxels;
 pub use nodes::NodePool;
 pub use pieces::{Occupancy, OccupiedCube, PieceVoxelizer, Pieces};
 
-use crate::gi::registry::{Directions, Entry, Part, Stage};
+use super::{Parts, Relit, VoxelCones, VoxelStore};
+use crate::gi::entry::{Entry, Part, Stage};
 use crate::gi::settings::{Domain, Preset, Setting, SettingError, Settings};
-use crate::gi::shared::cone::{self, ConeTracer, EmissivePatches, Volume};
-use crate::gi::shared::interleave::{self, deinterleave};
+use crate::gi::shared::cone::volume::volume_passes;
+use crate::gi::shared::cone::{self, Bound, ConeTracer, Constant, Volume, VolumePasses};
+use crate::gi::shared::interleave;
 use crate::gi::shared::voxel::{
-    self, Bounces, Directionality, FACE_SETTINGS, Injection, LightSettings, MIP_FILTER, Prefilter,
-    Sides, Viewer, VoxelSettings,
+    self, Bounces, Directionality, FACE_SETTINGS, LightSettings, MIP_FILTER, Prefilter, Sides,
+    VoxelGrid, VoxelSettings,
 };
-use crate::gi::{
-    Context, IndirectLight, LitVoxels, Probe, ProbeAxis, ProbeSurface, Technique, VoxelVolume,
-};
-use crate::graph::{Error, Frame, FrameStats, Gpu, Image, Pass};
-use crate::render::{GBuffer, GpuScene, LightMaps, Output, screen_image};
+use crate::gi::{Context, LitVoxels, Technique, VoxelVolume};
+use crate::graph::{Access, Binding, Buffer, Error, Frame, FrameStats, Gpu, Image, Pass};
+use crate::render::LightMaps;
 use crate::shader::{Field, GpuStruct};
 
 static SETTINGS: &[Setting] = &[
@@ -135,7 +135,7 @@ pub static PASSES: &[&Pass] = &[
     &dynamic::KEEP_STATIC,
     &touched::FLAG_TOUCHED,
     &touched::LIST_TOUCHED,
-    &voxel::INJECT_RSM_SPARSE,
+    &pieces::INJECT_RSM,
 ];
 
 /// The structs that this module shares with shaders.
@@ -167,6 +167,16 @@ pub static STRUCTS: &[(&str, &[Field])] = &[
     ),
 ];
 
+/// The passes of cones through the octree.
+pub static CONES: VolumePasses = volume_passes!(
+    "gi/voxel_cones/svo",
+    [
+        Binding::buffer("nodes", Access::ComputeRead),
+        Binding::sampled("bricks", Access::ComputeSampled),
+        Binding::sampled("normals_of_bricks", Access::ComputeSampled),
+    ]
+);
+
 /// The row of the registry.
 pub static ENTRY: Entry = Entry {
     name: "svo",
@@ -181,12 +191,7 @@ pub static ENTRY: Entry = Entry {
     ],
     check,
     presets: PRESETS,
-    passes: &[
-        voxel::PASSES,
-        PASSES,
-        cone::SPARSE_PASSES,
-        interleave::PASSES,
-    ],
+    passes: &[voxel::PASSES, PASSES, &CONES.all(), interleave::PASSES],
     structs: &[voxel::STRUCTS, STRUCTS, cone::STRUCTS, interleave::STRUCTS],
     stages: &[
         &voxel::VOXELIZATION,
@@ -238,77 +243,61 @@ pub static ENTRY: Entry = Entry {
             passes: &["svo.filter"],
         },
         &voxel::BOUNCES,
-        &Stage {
-            name: "gather",
-            part: Part::Picture,
-            passes: &["cone.gather", "cone.occlusion", "gi.deinterleave"],
-        },
-        &Stage {
-            name: "specular",
-            part: Part::Picture,
-            passes: &["cone.specular"],
-        },
+        &super::GATHER,
+        &super::SPECULAR,
         &cone::SOFT_SHADOWS,
     ],
-    directions: &[
-        Directions {
-            pass: &cone::GATHER.sparse,
-            count: Some(cone::diffuse_count),
-        },
-        Directions {
-            pass: &cone::SPECULAR.sparse,
-            count: None,
-        },
-    ],
+    directions: &super::directions(&CONES),
     substitutions: &[cone::SUBSTITUTIONS, voxel::SUBSTITUTIONS],
     voxels: Some(voxel::list_voxels),
     make,
 };
 
+/// The volume of a sparse voxel octree: the node pool, the brick pool, and normal bricks where
+/// texels
+/// shine by their normals. `corners`: its texels are at corners of voxels, not where those of dense
+/// mips are. `faces`: the levels with six faces, and bricks from a face of a tile to the next;
+/// without normal bricks.
+pub fn volume<'v>(
+    grid: VoxelGrid,
+    nodes: &'v Arc<Buffer>,
+    bricks: &'v Arc<Image>,
+    normals: Option<&'v Arc<Image>>,
+    corners: bool,
+    (directionality, face_stride): (Directionality, u32),
+) -> Volume<'v> {
+    Volume {
+        passes: &CONES,
+        grid,
+        bound: [
+            Bound::Buffer(nodes),
+            Bound::Image(bricks),
+            Bound::Image(normals.unwrap_or(bricks)),
+        ],
+        constants: [u32::from(corners), u32::from(normals.is_some())].map(Constant::Is),
+        directionality,
+        sides: 1 + u32::from(normals.is_some() || directionality.faces().is_some()),
+        voxels_across: grid.resolution,
+        face_stride,
+    }
+}
+
 /// What is built from the scene.
-struct Store {
+struct Octree {
     voxels: Pieces,
     nodes: NodePool,
     bricks: BrickPool,
     attributes: Option<AttributeBricks>,
 }
 
-impl Store {
-    fn volume(
-        &self,
-        BrickSettings {
-            corners,
-            directionality,
-            ..
-        }: BrickSettings,
-    ) -> Volume<'_> {
-        let face_stride = face_stride(&self.nodes, directionality);
-        Volume::Sparse {
-            nodes: &self.nodes.nodes,
-            bricks: &self.bricks.image,
-            normals: self.bricks.normals(),
-            corners,
-            directionality,
-            face_stride,
-        }
-    }
-}
-
-/// The technique and what it keeps.
-struct Svo {
+/// Voxels, their light, and the octree over them.
+pub struct Svo {
     light_settings: LightSettings,
     bricks: BrickSettings,
     has_normals: bool,
     has_attributes: bool,
-    cones: ConeTracer,
-    /// Of surfaces that emit, where cones see them.
-    patches: Option<EmissivePatches>,
-    interleave: u32,
     voxelizer: PieceVoxelizer,
-    store: Option<Store>,
-    light: IndirectLight,
-    /// The gather's result before the tile's patterns are averaged; absent without interleaving.
-    interleaved: Option<Arc<Image>>,
+    octree: Option<Octree>,
 }
 
 /// Whether the settings are possible together.
@@ -326,68 +315,55 @@ fn check(settings: &Settings) -> Result<(), SettingError> {
 }
 
 fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>, Error> {
-    let Context {
-        gpu, scene, size, ..
-    } = *context;
-    let specular = scene.is_glossy && settings.is("specular", "on");
-    let interleave = settings.count("interleave");
-    let filter = Prefilter::new(settings) as u32;
-    let has_normals = settings.is("normals", "toksvig");
-    let directionality = Directionality::new(settings);
-    let faces = directionality.faces();
-    let sides = if has_normals || faces.is_some() {
-        Sides::Two
-    } else {
-        Sides::One
-    };
-    let mut voxelizer = PieceVoxelizer::new(
-        gpu,
-        scene,
-        VoxelSettings {
-            faces,
-            ..VoxelSettings::new(settings)
-        },
-    )?;
-    // The bricks of a tile's faces are counted from the end of the pool, which dynamic tiles would
-    // move.
-    voxelizer.follows = directionality == Directionality::Isotropic;
-    let patches = EmissivePatches::new(gpu, scene, settings)?;
-    Ok(Box::new(Svo {
-        light_settings: LightSettings {
-            stores_faces: faces.is_some(),
-            emission_apart: patches.is_some(),
-            ..LightSettings::new(settings, sides)
-        },
-        has_normals,
-        has_attributes: settings.is("attributes", "on"),
-        bricks: BrickSettings {
-            corners: settings.is("lattice", "corners"),
-            filter,
-            is_split: settings.is("filter_split", "three"),
-            touched: settings.is("filter", "touched"),
-            directionality,
-        },
-        cones: ConeTracer::new(gpu, settings)?,
-        patches,
-        interleave,
-        voxelizer,
-        store: None,
-        light: IndirectLight {
-            diffuse: screen_image(gpu, "svo.diffuse", size)?,
-            specular: specular
-                .then(|| screen_image(gpu, "svo.specular", size))
-                .transpose()?,
-        },
-        interleaved: (interleave > 1)
-            .then(|| screen_image(gpu, "svo.interleaved", size))
-            .transpose()?,
-    }))
+    Ok(Box::new(VoxelCones::<Svo>::new(context, settings, "svo")?))
 }
 
-impl Technique for Svo {
+impl VoxelStore for Svo {
+    fn new(context: &Context<'_>, settings: &Settings, parts: &Parts) -> Result<Self, Error> {
+        let Context { gpu, scene, .. } = *context;
+        let has_normals = settings.is("normals", "toksvig");
+        let directionality = Directionality::new(settings);
+        let faces = directionality.faces();
+        let sides = if has_normals || faces.is_some() {
+            Sides::Two
+        } else {
+            Sides::One
+        };
+        let voxel_settings = VoxelSettings {
+            faces,
+            ..VoxelSettings::new(settings)
+        };
+        let mut voxelizer = PieceVoxelizer::new(gpu, scene, voxel_settings)?;
+        // The bricks of a tile's faces are counted from the end of the pool, which dynamic tiles
+        // would move.
+        voxelizer.follows = directionality == Directionality::Isotropic;
+        Ok(Svo {
+            light_settings: LightSettings {
+                stores_faces: faces.is_some(),
+                emission_apart: parts.has_patches,
+                ..LightSettings::new(settings, sides)
+            },
+            has_normals,
+            has_attributes: settings.is("attributes", "on"),
+            bricks: BrickSettings {
+                corners: settings.is("lattice", "corners"),
+                filter: Prefilter::new(settings) as u32,
+                is_split: settings.is("filter_split", "three"),
+                touched: settings.is("filter", "touched"),
+                directionality,
+            },
+            voxelizer,
+            octree: None,
+        })
+    }
+
+    fn light_settings(&self) -> &LightSettings {
+        &self.light_settings
+    }
+
     fn build(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
-        // The old store goes first, so that rebuilding needs no more memory than building.
-        self.store = None;
+        // The old octree goes first, so that rebuilding needs no more memory than building.
+        self.octree = None;
         let (voxels, occupancy, mut stats) =
             self.voxelizer
                 .run(context.gpu, context.scene, self.light_settings)?;
@@ -416,7 +392,7 @@ impl Technique for Svo {
             stats.append(written);
             attributes = Some(made);
         }
-        self.store = Some(Store {
+        self.octree = Some(Octree {
             voxels,
             nodes,
             bricks,
@@ -425,254 +401,145 @@ impl Technique for Svo {
         Ok(stats)
     }
 
-    fn set_pose(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
-        if context.scene.dynamic.is_none() {
-            return Ok(FrameStats::default());
-        }
-        if let Some(patches) = &mut self.patches {
-            patches.follow(context.gpu, context.scene)?;
-        }
-        let Some(mut store) = self.store.take() else {
+    fn follow_models(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
+        let Some(mut octree) = self.octree.take() else {
             return self.build(context);
         };
         let Some(mut stats) =
-            store
+            octree
                 .voxels
                 .set_pose(context.gpu, context.scene, &mut self.voxelizer)?
         else {
-            drop(store);
+            drop(octree);
             return self.build(context);
         };
-        if let Some(touched) = store.voxels.touched() {
-            stats.append(store.nodes.follow(context.gpu, &touched)?);
+        if let Some(touched) = octree.voxels.touched() {
+            stats.append(octree.nodes.follow(context.gpu, &touched)?);
         }
         stats.append(
-            store
+            octree
                 .bricks
-                .follow(context.gpu, &store.nodes, store.voxels.records())?,
+                .follow(context.gpu, &octree.nodes, octree.voxels.records())?,
         );
-        if let Some(attributes) = &mut store.attributes {
-            stats.append(attributes.follow(context.gpu, &store.nodes, &store.voxels.records())?);
+        if let Some(attributes) = &mut octree.attributes {
+            stats.append(attributes.follow(
+                context.gpu,
+                &octree.nodes,
+                &octree.voxels.records(),
+            )?);
         }
-        self.store = Some(store);
+        self.octree = Some(octree);
         Ok(stats)
     }
 
-    fn needs_rsm(&self) -> bool {
-        self.light_settings.injection == Injection::Rsm
-    }
-
-    fn needs_light_maps(&self) -> bool {
-        self.light_settings.reads_maps() || !self.cones.has_shadows()
-    }
-
-    fn update(&mut self, frame: &mut Frame, _scene: &GpuScene, maps: &LightMaps) {
-        let Some(store) = &mut self.store else { return };
-        store.voxels.update(frame, maps, &store.nodes.nodes);
-        store
-            .bricks
-            .update(frame, &store.nodes, &store.voxels.radiance);
-        let count = self.light_settings.bounces.before_the_picture();
-        for bounce in 1..=count {
-            store
-                .voxels
-                .bounce(frame, &self.cones, store.volume(self.bricks));
-            store.voxels.relight(
-                frame,
-                maps,
-                if bounce == count {
-                    Viewer::Picture
-                } else {
-                    Viewer::Voxels
-                },
-            );
-            store
-                .bricks
-                .update(frame, &store.nodes, &store.voxels.radiance);
-        }
-        if self.light_settings.bounces == Bounces::Feedback {
-            store
-                .voxels
-                .bounce(frame, &self.cones, store.volume(self.bricks));
-            if self.patches.is_some() {
-                store.voxels.relight(frame, maps, Viewer::Picture);
-                store
-                    .bricks
-                    .update(frame, &store.nodes, &store.voxels.radiance);
-            }
-        }
-    }
-
-    fn gather(
-        &mut self,
-        frame: &mut Frame,
-        _scene: &GpuScene,
-        maps: &LightMaps,
-        gbuffer: &GBuffer,
-    ) -> IndirectLight {
-        let Some(store) = &mut self.store else {
-            return self.light.clone();
+    fn light(&mut self, frame: &mut Frame, maps: &LightMaps, _is_last: bool) -> bool {
+        let Some(octree) = &mut self.octree else {
+            return false;
         };
-        let volume = store.volume(self.bricks);
-        let target = self.interleaved.as_ref().unwrap_or(&self.light.diffuse);
-        self.cones
-            .gather(frame, gbuffer, &store.voxels.grid, volume, target);
-        self.cones
-            .occlusion(frame, gbuffer, &store.voxels.grid, volume, target);
-        if let Some(interleaved) = &self.interleaved {
-            deinterleave(
-                frame,
-                gbuffer,
-                interleaved,
-                &self.light.diffuse,
-                self.interleave,
-            );
-        }
-        if let Some(patches) = &self.patches {
-            self.cones.patches(
-                frame,
-                gbuffer,
-                &store.voxels.grid,
-                volume,
-                patches,
-                &self.light.diffuse,
-            );
-        }
-        if let Some(specular) = &self.light.specular {
-            if self.patches.is_some() {
-                store.voxels.relight(frame, maps, Viewer::Voxels);
-                store
-                    .bricks
-                    .update(frame, &store.nodes, &store.voxels.radiance);
-            }
-            self.cones.specular(
-                frame,
-                gbuffer,
-                &store.voxels.grid,
-                store.volume(self.bricks),
-                specular,
-            );
-        }
-        self.light.clone()
-    }
-
-    fn direct(
-        &self,
-        frame: &mut Frame,
-        scene: &GpuScene,
-        maps: &LightMaps,
-        gbuffer: &GBuffer,
-        output: &Output,
-    ) {
-        match &self.store {
-            Some(store) if self.cones.has_shadows() => {
-                self.cones.shadow(
-                    frame,
-                    scene,
-                    gbuffer,
-                    &store.voxels.grid,
-                    store.volume(self.bricks),
-                    &output.direct,
-                );
-            }
-            _ => output.draw_direct(frame, scene, maps, gbuffer),
-        }
-    }
-
-    fn count_samples(
-        &self,
-        gpu: &Gpu,
-        scene: &GpuScene,
-        gbuffer: &GBuffer,
-    ) -> Result<Vec<(&'static str, u64)>, Error> {
-        let Some(store) = &self.store else {
-            return Ok(Vec::new());
-        };
-        self.cones.count_samples(
-            gpu,
-            scene,
-            gbuffer,
-            &store.voxels.grid,
-            store.volume(self.bricks),
-            [true, self.light.specular.is_some()],
-        )
-    }
-
-    fn probe(
-        &self,
-        context: &Context<'_>,
-        surface: &ProbeSurface,
-        axis: ProbeAxis,
-        aperture_deg: Option<f32>,
-    ) -> Result<Option<Probe>, Error> {
-        let Some(store) = &self.store else {
-            return Ok(None);
-        };
-        self.cones
-            .probe(
-                context,
-                &store.voxels.grid,
-                store.volume(self.bricks),
-                surface,
-                (axis, aperture_deg),
-            )
-            .map(Some)
-    }
-
-    fn volumes(&self) -> Vec<VoxelVolume<'_>> {
-        let Some(store) = &self.store else {
-            return Vec::new();
-        };
-        let Store {
-            voxels,
-            nodes,
-            attributes,
-            ..
-        } = store;
-        let of = |name, volume| VoxelVolume {
-            name,
-            grid: voxels.grid,
-            volume,
-            levels: nodes.levels.len() as u32,
-        };
-        let mut volumes = vec![of("light", store.volume(self.bricks))];
-        let pools = attributes.iter().flat_map(|attributes| attributes.pools());
-        volumes.extend(["albedo", "normal", "emission"].into_iter().zip(pools).map(
-            |(name, bricks)| {
-                let volume = Volume::Sparse {
-                    nodes: &nodes.nodes,
-                    bricks,
-                    normals: None,
-                    corners: self.bricks.corners,
-                    directionality: Directionality::Isotropic,
-                    face_stride: 0,
-                };
-                of(name, volume)
-            },
-        ));
-        volumes
-    }
-
-    fn lit_voxels(&mut self) -> Vec<LitVoxels<'_>> {
-        self.store
-            .iter_mut()
-            .flat_map(|store| store.voxels.lit())
-            .collect()
-    }
-
-    fn voxel_size(&self) -> Option<f32> {
-        self.store
-            .as_ref()
-            .map(|store| store.voxels.grid.voxel_size)
-    }
-
-    fn counts(&self, gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {
-        let Some(Store {
+        let Octree {
             voxels,
             nodes,
             bricks,
             ..
-        }) = &self.store
+        } = octree;
+        voxels.update(frame, maps, &nodes.nodes);
+        bricks.update(frame, nodes, &voxels.radiance);
+        true
+    }
+
+    fn bounce(&self, frame: &mut Frame, cones: &ConeTracer) {
+        if let (Some(octree), Some(volume)) = (&self.octree, self.volume()) {
+            octree.voxels.bounce(frame, cones, volume);
+        }
+    }
+
+    fn relight(&mut self, frame: &mut Frame, maps: &LightMaps, relit: Relit) {
+        if let Some(octree) = &mut self.octree {
+            let Octree {
+                voxels,
+                nodes,
+                bricks,
+                ..
+            } = octree;
+            voxels.relight(frame, maps, relit.viewer);
+            bricks.update(frame, nodes, &voxels.radiance);
+        }
+    }
+
+    fn volume(&self) -> Option<Volume<'_>> {
+        let Octree {
+            voxels,
+            nodes,
+            bricks,
+            ..
+        } = self.octree.as_ref()?;
+        let BrickSettings {
+            corners,
+            directionality,
+            ..
+        } = self.bricks;
+        let faces = (directionality, face_stride(nodes, directionality));
+        let (image, normals) = (&bricks.image, bricks.normals());
+        Some(volume(
+            voxels.grid,
+            &nodes.nodes,
+            image,
+            normals,
+            corners,
+            faces,
+        ))
+    }
+
+    fn volumes(&self) -> Vec<VoxelVolume<'_>> {
+        let (Some(octree), Some(light)) = (&self.octree, self.volume()) else {
+            return Vec::new();
+        };
+        let Octree {
+            voxels,
+            nodes,
+            attributes,
+            ..
+        } = octree;
+        let of = |name, volume| VoxelVolume {
+            name,
+            volume,
+            levels: nodes.levels.len() as u32,
+        };
+        let pools = attributes.iter().flat_map(|attributes| attributes.pools());
+        let attributes = pools.map(|bricks| {
+            let faces = (Directionality::Isotropic, 0);
+            volume(
+                voxels.grid,
+                &nodes.nodes,
+                bricks,
+                None,
+                self.bricks.corners,
+                faces,
+            )
+        });
+        let names = ["light", "albedo", "normal", "emission"].into_iter();
+        names
+            .zip(std::iter::once(light).chain(attributes))
+            .map(|(name, volume)| of(name, volume))
+            .collect()
+    }
+
+    fn lit_voxels(&mut self) -> Vec<LitVoxels<'_>> {
+        let octree = self.octree.iter_mut();
+        octree.flat_map(|octree| octree.voxels.lit()).collect()
+    }
+
+    fn voxel_size(&self) -> Option<f32> {
+        Some(self.octree.as_ref()?.voxels.grid.voxel_size)
+    }
+
+    fn counts(&self, gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {
+        let Some(Octree {
+            voxels,
+            nodes,
+            bricks,
+            ..
+        }) = &self.octree
         else {
             return Ok(Vec::new());
         };

@@ -10,12 +10,27 @@ use super::dynamic::TouchedVoxels;
 use super::nodes::require_pointers;
 use crate::gi::shared::cone::{ConeTracer, Volume};
 use crate::gi::shared::voxel::build::buffer;
+use crate::gi::shared::voxel::light::inject::{INJECT_BINDINGS, inject_pass};
 use crate::gi::shared::voxel::{
     Accumulation, DynamicVoxels, LightSettings, LitVoxels, Viewer, VoxelGrid, VoxelLight,
     VoxelLookup, VoxelRecords, VoxelSettings, Voxelizer, Voxels, bound_tiles,
 };
-use crate::graph::{Buffer, Error, Frame, FrameStats, Gpu};
+use crate::graph::pass::join;
+use crate::graph::{Access, Binding, Buffer, Error, Frame, FrameStats, Gpu, Pass};
 use crate::render::{GpuScene, LightMaps};
+
+/// As `voxel.inject_rsm` elsewhere; voxels are found by descent from the root of the octree
+/// (Crassin
+/// et al. 2011, section 6).
+pub static INJECT_RSM: Pass = inject_pass(
+    "gi/voxel_cones/svo/inject_rsm.comp",
+    const {
+        &join::<8, 1, 9>(
+            INJECT_BINDINGS,
+            [Binding::buffer("nodes", Access::ComputeRead)],
+        )
+    },
+);
 
 /// A piece and its light.
 struct Piece {
@@ -316,9 +331,13 @@ impl Pieces {
             light.update_records(
                 frame,
                 voxels,
-                VoxelLookup::Sparse {
-                    nodes,
+                VoxelLookup {
+                    pass: &INJECT_RSM,
+                    bound: &[nodes],
                     grid: self.grid,
+                    first: ((voxels.grid.origin - self.grid.origin) / self.grid.voxel_size)
+                        .round()
+                        .as_ivec3(),
                     first_voxel,
                 },
                 maps,
@@ -338,7 +357,7 @@ impl Pieces {
     pub fn bounce(&self, frame: &mut Frame, cones: &ConeTracer, volume: Volume<'_>) {
         for Piece { voxels, light, .. } in &self.pieces {
             if let Some(irradiance) = &light.irradiance {
-                cones.bounce(frame, &self.grid, voxels, volume, irradiance);
+                cones.bounce(frame, voxels, volume, irradiance);
             }
         }
     }

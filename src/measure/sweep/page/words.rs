@@ -4,7 +4,8 @@ use maud::{Markup, html};
 
 use super::super::answer::{ROUGH, USABLE};
 use super::super::section::{Section, percent};
-use crate::gi::registry::{Entry, TECHNIQUES};
+use crate::gi::entry::Entry;
+use crate::gi::registry::TECHNIQUES;
 use crate::gi::settings::Preset;
 
 pub(super) fn introduction() -> Markup {

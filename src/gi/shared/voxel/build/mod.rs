@@ -15,7 +15,7 @@ use crate::gi::shared::voxel::build::passes::{
     ResolveParams, SCAN_GROUPS, ScanParams, Voxel,
 };
 use crate::gi::shared::voxel::build::settings::{Accumulation, Method, Surface, VoxelSettings};
-use crate::gi::shared::voxel::{DynamicVoxels, Lattice, VoxelBox, VoxelGrid};
+use crate::gi::shared::voxel::{Lattice, VoxelBox, VoxelGrid};
 use crate::graph::{
     BatchDispatch, Buffer, BufferDesc, BufferUsage, DrawBatch, Error, Frame, FrameStats, Gpu,
     Image, ImageDesc, ImageKind, ImageUsage, PassBuilder, Targets, vk,
@@ -240,32 +240,7 @@ impl Voxelizer {
         Ok((voxels, stats))
     }
 
-    /// Voxelizes the static triangles, and then the dynamic ones where they are;
-    /// [`DynamicVoxels::update`] follows them from there.
-    pub fn run_dynamic(
-        &mut self,
-        gpu: &Gpu,
-        scene: &GpuScene,
-    ) -> Result<(Voxels, DynamicVoxels, FrameStats), Error> {
-        let (mut voxels, mut dynamic, mut stats) = self.run_static(gpu, scene)?;
-        stats.append(dynamic.update(gpu, scene, self, &mut voxels)?);
-        Ok((voxels, dynamic, stats))
-    }
-
-    /// Voxelizes the static triangles alone; [`DynamicVoxels::update`] puts the dynamic ones among
-    /// them.
-    pub fn run_static(
-        &mut self,
-        gpu: &Gpu,
-        scene: &GpuScene,
-    ) -> Result<(Voxels, DynamicVoxels, FrameStats), Error> {
-        let (voxels, lists, mut stats) = self.voxelize(gpu, scene, Triangles::Static)?;
-        let (dynamic, cleared) = DynamicVoxels::new(gpu, &voxels, lists)?;
-        stats.append(cleared);
-        Ok((voxels, dynamic, stats))
-    }
-
-    fn voxelize(
+    pub(super) fn voxelize(
         &mut self,
         gpu: &Gpu,
         scene: &GpuScene,

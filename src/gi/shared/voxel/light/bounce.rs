@@ -1,52 +1,6 @@
-//! Light from voxel to voxel: each side of each voxel gathers what the others send, and reflects it
-//! (Villegas & Ramírez, section IX).
-
-use std::sync::Arc;
+//! How often light goes from voxel to voxel.
 
 use crate::gi::Settings;
-use crate::gi::shared::voxel::build::linear_groups;
-use crate::gi::shared::voxel::trace::LOOP_BUDGET;
-use crate::gi::shared::voxel::{RaySettings, Voxels};
-use crate::gpu_struct;
-use crate::graph::{Access, Binding, Buffer, Frame, Pass, Sets, Shaders};
-
-gpu_struct! {
-    /// Parameters of `voxel.bounce` by rays.
-    pub struct BounceRayParams {
-        /// Voxels along an edge of the grid.
-        pub resolution: u32,
-        /// Number of occupied voxels.
-        pub voxel_count: u32,
-        /// Rays a side, of all dispatches.
-        pub ray_count: u32,
-        /// First ray of this dispatch.
-        pub first_ray: u32,
-        /// One beyond its last ray.
-        pub end_ray: u32,
-        /// Start along the normal (voxels).
-        pub start_offset: f32,
-        /// Lowest surface over the tangent plane that can be hit (voxels).
-        pub self_height: f32,
-        /// Slack of the contour test (voxels); negative: off.
-        pub contour_slack: f32,
-    }
-}
-
-/// E/π = 1/n Σ L over cosine-distributed rays. Reads the voxels and their radiance, writes half
-/// floats; a thread a side of a voxel.
-pub static BOUNCE_RAYS: Pass = Pass {
-    name: "voxel.bounce",
-    shaders: Shaders::Compute("gi/shared/voxel/light/bounce_rays.comp"),
-    bindings: &[
-        Binding::buffer("occupancy", Access::ComputeRead),
-        Binding::buffer("block_bases", Access::ComputeRead),
-        Binding::buffer("voxel_records", Access::ComputeRead),
-        Binding::buffer("voxel_radiance", Access::ComputeRead),
-        Binding::buffer("voxel_irradiance", Access::ComputeReadWrite),
-    ],
-    push_bytes: size_of::<BounceRayParams>() as u32,
-    sets: Sets::Scene,
-};
 
 /// How many indirect bounces there are, the one to the pixel among them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -82,41 +36,5 @@ impl Bounces {
     /// Whether voxels gather at all.
     pub fn any(self) -> bool {
         self != Bounces::Count(1)
-    }
-}
-
-/// Adds `voxel.bounce` by `ray_count` rays a side, in as many dispatches as keep a ray's worst walk
-/// through the grid within `LOOP_BUDGET`.
-pub fn bounce_rays(
-    frame: &mut Frame,
-    voxels: &Voxels,
-    radiance: &Arc<Buffer>,
-    irradiance: &Arc<Buffer>,
-    settings: &RaySettings,
-    ray_count: u32,
-) {
-    let (resolution, sides) = (voxels.grid.resolution, settings.sides as u32);
-    let rays_a_dispatch = (LOOP_BUDGET / (3 * resolution + 1)).max(1);
-    for first_ray in (0..ray_count).step_by(rays_a_dispatch as usize) {
-        let params = BounceRayParams {
-            resolution,
-            voxel_count: voxels.voxel_count,
-            ray_count,
-            first_ray,
-            end_ray: (first_ray + rays_a_dispatch).min(ray_count),
-            start_offset: settings.start_offset,
-            self_height: settings.self_height,
-            contour_slack: settings.contour_slack,
-        };
-        frame
-            .pass(&BOUNCE_RAYS)
-            .bind(&voxels.occupancy)
-            .bind(&voxels.block_bases)
-            .bind(&voxels.records)
-            .bind(radiance)
-            .bind(irradiance)
-            .constants(&[sides])
-            .push(&params)
-            .dispatch(linear_groups(sides * voxels.voxel_count));
     }
 }

@@ -2,12 +2,13 @@
 
 use std::sync::Arc;
 
+use glam::IVec3;
+
 use crate::gi::shared::voxel::VoxelGrid;
-use crate::gi::shared::voxel::light::{
-    AREA_UNIT, CLEAR_LIGHT, VoxelLight, VoxelLookup, VoxelRecords,
-};
+use crate::gi::shared::voxel::light::{AREA_UNIT, CLEAR_LIGHT, VoxelLight, VoxelRecords};
 use crate::gpu_struct;
-use crate::graph::{Access, Binding, Frame, Image, Pass, Sets, Shaders};
+use crate::graph::pass::join;
+use crate::graph::{Access, Binding, Buffer, Frame, Image, Pass, Sets, Shaders};
 use crate::render::{LightMaps, TILE};
 
 gpu_struct! {
@@ -77,7 +78,8 @@ pub static LIST_TILES: Pass = Pass {
     sets: Sets::Scene,
 };
 
-const INJECT_BINDINGS: [Binding; 8] = [
+/// The bindings of a pass that injects, but for those by which it finds voxels.
+pub const INJECT_BINDINGS: [Binding; 8] = [
     Binding::buffer("light_views", Access::ComputeRead),
     Binding::sampled("shadow_maps", Access::ComputeSampled),
     Binding::sampled("rsm_normal", Access::ComputeSampled),
@@ -88,51 +90,66 @@ const INJECT_BINDINGS: [Binding; 8] = [
     Binding::buffer("list", Access::ComputeRead),
 ];
 
-/// Every RSM texel adds its flux to the voxels that its footprint lies in. A thread a block of
-/// texels; 40-bit integer sums, the same in every run.
-pub static INJECT_RSM: Pass = Pass {
-    name: "voxel.inject_rsm",
-    shaders: Shaders::Compute("gi/shared/voxel/light/inject_rsm.comp"),
-    bindings: &{
-        let [a, b, c, d, e, f, g, h] = INJECT_BINDINGS;
-        [
-            a,
-            b,
-            c,
-            d,
-            e,
-            f,
-            g,
-            h,
-            Binding::buffer("occupancy", Access::ComputeRead),
-            Binding::buffer("block_bases", Access::ComputeRead),
-        ]
+/// Every RSM texel adds its flux to the voxels that its footprint lies in, which are found through
+/// the occupancy of their grid. A thread a block of texels; 40-bit integer sums, the same in every
+/// run.
+pub static INJECT_RSM: Pass = inject_pass(
+    "gi/shared/voxel/light/inject_rsm.comp",
+    const {
+        &join::<8, 2, 10>(
+            INJECT_BINDINGS,
+            [
+                Binding::buffer("occupancy", Access::ComputeRead),
+                Binding::buffer("block_bases", Access::ComputeRead),
+            ],
+        )
     },
-    push_bytes: size_of::<InjectParams>() as u32,
-    sets: Sets::Scene,
-};
+);
 
-/// As [`INJECT_RSM`]; voxels are found by descent from the root of an octree.
-pub static INJECT_RSM_SPARSE: Pass = Pass {
-    name: "voxel.inject_rsm",
-    shaders: Shaders::Compute("gi/shared/voxel/light/inject_rsm_svo.comp"),
-    bindings: &{
-        let [a, b, c, d, e, f, g, h] = INJECT_BINDINGS;
-        [
-            a,
-            b,
-            c,
-            d,
-            e,
-            f,
-            g,
-            h,
-            Binding::buffer("nodes", Access::ComputeRead),
-        ]
-    },
-    push_bytes: size_of::<InjectParams>() as u32,
-    sets: Sets::Scene,
-};
+/// A pass whose shader includes `gi/shared/voxel/light/inject.glsl` and finds voxels in a way of
+/// its
+/// own; `bindings` are [`INJECT_BINDINGS`] and what it reads for that.
+pub const fn inject_pass(shader: &'static str, bindings: &'static [Binding]) -> Pass {
+    Pass {
+        name: "voxel.inject_rsm",
+        shaders: Shaders::Compute(shader),
+        bindings,
+        push_bytes: size_of::<InjectParams>() as u32,
+        sets: Sets::Scene,
+    }
+}
+
+/// How the voxel at a place is found.
+#[derive(Clone, Copy)]
+pub struct VoxelLookup<'v> {
+    /// The pass that injects ([`inject_pass`]).
+    pub pass: &'static Pass,
+    /// What it reads to find voxels.
+    pub bound: &'v [&'v Arc<Buffer>],
+    /// The grid in which it finds them.
+    pub grid: VoxelGrid,
+    /// The smallest corner in it of those that are lit (voxels).
+    pub first: IVec3,
+    /// Index of the first that is lit.
+    pub first_voxel: u32,
+}
+
+impl<'v> VoxelLookup<'v> {
+    /// By the occupancy and the block bases of the records' own grid.
+    pub fn by_occupancy(voxels: &VoxelRecords, bound: &'v [&'v Arc<Buffer>; 2]) -> Self {
+        let VoxelRecords { lattice, grid, .. } = voxels;
+        VoxelLookup {
+            pass: &INJECT_RSM,
+            bound,
+            grid: VoxelGrid {
+                origin: lattice.anchor,
+                ..*grid
+            },
+            first: lattice.first,
+            first_voxel: 0,
+        }
+    }
+}
 
 /// Adds the pass that injection into a part of the scene needs once, after the maps were drawn.
 pub fn bound_tiles(frame: &mut Frame, maps: &LightMaps) {
@@ -163,32 +180,14 @@ impl VoxelLight {
         maps: &LightMaps,
         [normal, reflected]: &[Arc<Image>; 2],
     ) {
-        let VoxelRecords { lattice, kept, .. } = voxels;
-        let (pass, grid, piece, first_voxel) = match lookup {
-            VoxelLookup::Dense(_) => (
-                &INJECT_RSM,
-                VoxelGrid {
-                    origin: lattice.anchor,
-                    ..voxels.grid
-                },
-                lattice.first,
-                0,
-            ),
-            VoxelLookup::Sparse {
-                grid, first_voxel, ..
-            } => (
-                &INJECT_RSM_SPARSE,
-                grid,
-                ((voxels.grid.origin - grid.origin) / grid.voxel_size)
-                    .round()
-                    .as_ivec3(),
-                first_voxel,
-            ),
-        };
+        let (kept, grid) = (&voxels.kept, &lookup.grid);
         let block = texel_block(maps.size, self.scene_resolution);
         let group_row = maps.size.div_ceil(TILE * block);
         let (piece, kept_low, kept_end) = (
-            piece.extend(voxels.grid.resolution as i32).to_array(),
+            lookup
+                .first
+                .extend(voxels.grid.resolution as i32)
+                .to_array(),
             kept.low.extend(0).to_array(),
             kept.end.extend(0).to_array(),
         );
@@ -220,27 +219,26 @@ impl VoxelLight {
             kept_low,
             kept_end,
             resolution: grid.resolution,
-            first_voxel,
+            first_voxel: lookup.first_voxel,
             voxel_count: voxels.voxel_count,
             flux_unit: self.flux_unit,
             area_unit: AREA_UNIT,
             group_row,
         };
         let pass = frame
-            .pass(pass)
+            .pass(lookup.pass)
             .bind(&maps.views)
             .bind(&maps.depth)
             .bind(normal)
-            .bind(reflected);
-        let pass = pass
+            .bind(reflected)
             .bind(&self.flux)
             .bind(&self.counters)
             .bind(&voxels.records)
             .bind(&maps.tiles[1]);
-        let pass = match lookup {
-            VoxelLookup::Dense(voxels) => pass.bind(&voxels.occupancy).bind(&voxels.block_bases),
-            VoxelLookup::Sparse { nodes, .. } => pass.bind(nodes),
-        };
+        let pass = lookup
+            .bound
+            .iter()
+            .fold(pass, |pass, found| pass.bind(*found));
         let pass = pass
             .constants(&[self.settings.sides as u32, block, u32::from(is_part)])
             .push(&params);

@@ -6,13 +6,15 @@ pub mod inject;
 pub mod settings;
 pub mod slots;
 
+use inject::VoxelLookup;
+
 use std::sync::Arc;
 
 use glam::Vec3;
 
+use crate::gi::shared::loops::LOOP_BUDGET;
 use crate::gi::shared::voxel::build::{buffer, linear_groups};
 use crate::gi::shared::voxel::light::settings::{Attenuation, Injection, LightSettings, Viewer};
-use crate::gi::shared::voxel::trace::LOOP_BUDGET;
 use crate::gi::shared::voxel::{Bounces, Lattice, VoxelBox, VoxelGrid, Voxels};
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu, Image, Pass, Sets, Shaders};
@@ -148,22 +150,6 @@ impl From<&Voxels> for VoxelRecords {
             dense,
         }
     }
-}
-
-/// How the voxel at a place is found.
-#[derive(Clone, Copy)]
-pub enum VoxelLookup<'v> {
-    /// By the occupancy of a dense grid.
-    Dense(&'v Voxels),
-    /// By descent in an octree.
-    Sparse {
-        /// Node pool.
-        nodes: &'v Arc<Buffer>,
-        /// Grid of the octree.
-        grid: VoxelGrid,
-        /// Compact index in the octree of the first voxel that is lit.
-        first_voxel: u32,
-    },
 }
 
 /// Injected light of a side of a voxel (`gi/shared/voxel/light/flux.glsl`).
@@ -325,13 +311,12 @@ impl VoxelLight {
         maps: &LightMaps,
         dense: Option<&Arc<Image>>,
     ) {
-        self.update_records(
-            frame,
-            &VoxelRecords::from(voxels),
-            VoxelLookup::Dense(voxels),
-            maps,
-            dense,
+        let (records, bound) = (
+            VoxelRecords::from(voxels),
+            [&voxels.occupancy, &voxels.block_bases],
         );
+        let lookup = VoxelLookup::by_occupancy(&records, &bound);
+        self.update_records(frame, &records, lookup, maps, dense);
     }
 
     /// As [`VoxelLight::update`], of voxels that may be found in another way.

@@ -1,0 +1,135 @@
+// The volume of gi/shared/cone/volume.glsl as the levels of a clipmap.
+//
+// Positions are from the outermost level's smallest corner, in voxels of level 0. A sample is taken
+// on the level that its cone's diameter asks for, or on the finest one that holds it where that is
+// coarser; towards its border a level fades into the next.
+#include "gi/voxel_cones/clipmap/atlas.glsl"
+
+layout(constant_id = 0) const int N = 128;        // voxels along an edge of a level
+layout(constant_id = 2) const int LEVELS = 5;
+
+// Two rows a level: its smallest corner in positions, with x + n y + n² z of its first voxel modulo
+// n, exact in a float; and the point from which it fades, at most two of its voxels from its
+// middle: a level moves by whole blocks, which is not to be seen.
+layout(std430, set = 1, binding = 0) restrict readonly buffer Levels { vec4 levels[]; };
+// Radiance premultiplied by opacity, of all levels, and of the mips above.
+layout(set = 1, binding = 1) uniform texture3D clipmap;
+layout(set = 1, binding = 2) uniform texture3D top;
+
+// 1 inside a level, falling to 0 in a border of n/16 voxels, one voxel off the nearest that its end
+// can be.
+float share_of_level(vec3 position, int level) {
+    vec3 local = abs(position - levels[2 * level + 1].xyz) * exp2(-float(level));
+    float inside = 0.5 * float(N) - 3.0 - max(local.x, max(local.y, local.z));
+    return clamp(inside * 16.0 / float(N), 0.0, 1.0);
+}
+
+// Finest level, from a given one on, that holds a position; and in its fading border, how far that
+// has gone.
+float faded_level(vec3 position, int level) {
+    float share = share_of_level(position, level);
+    while (share <= 0.0 && level < LEVELS - 1) {
+        ++level;
+        share = share_of_level(position, level);
+    }
+    return level < LEVELS - 1 ? float(level) + 1.0 - share : float(LEVELS - 1);
+}
+
+// The same, as samples are taken: in the first quarter of the border cones that start there move
+// off their surface, by as much as the next level's texels reach; those come in over the rest.
+float level_at(vec3 position, int level) {
+    float faded = faded_level(position, level);
+    return floor(faded) + max(4.0 * fract(faded) - 1.0, 0.0) / 3.0;
+}
+
+// Smallest diameter that a sample can have [voxels of level 0].
+float least_diameter(vec3 position) {
+    return exp2(level_at(position, 0));
+}
+
+// Edge of the largest texel that such a sample reads, or is about to read [voxels of level 0].
+float largest_texel(vec3 position) {
+    float faded = faded_level(position, 0);
+    return exp2(floor(faded) + min(4.0 * fract(faded), 1.0));
+}
+
+// Trilinear sample of a face of a level; 0 where there is one for all directions. Positions and
+// rows are modulo N.
+vec4 sample_stored(vec3 at, int face, int level) {
+    float layers = float(LEVELS * (N + 2)), y = at.y;
+    if (FACES) y = (float(face_row(face, N)) + fract(at.y) * float(N)) / float(6 * (N + 2));
+    float z = (float(slab_layer(level, N)) + fract(at.z) * float(N)) / layers;
+    return textureLod(sampler3D(clipmap, linear_repeat), vec3(at.x, y, z), 0.0);
+}
+
+// Likewise, of a mip above the outermost level, at a position in its cube.
+vec4 sample_top(vec3 at, int face, int mip) {
+    if (FACES) at.x = (float(face) + at.x) / 6.0;
+    return textureLod(sampler3D(top, linear_clamp), at, float(mip));
+}
+
+// Trilinear sample of one level. One turn or none of each loop, and not branches: a software driver
+// takes every branch, but leaves a loop when it may.
+vec4 sample_level(vec3 position, int level, vec3 direction) {
+    int stored = min(level, LEVELS - 1), mip = max(level - LEVELS, 0);
+    vec4 row = levels[2 * stored];
+    uint first = uint(row.w);
+    vec3 wrap = vec3(first % uint(N), first / uint(N) % uint(N), first / uint(N * N));
+    // The mips above have larger texels; none is filtered across the level's border.
+    float texel = level < LEVELS ? 1.0 : exp2(float(mip + 1));
+    vec3 local = clamp((position - row.xyz) * exp2(-float(stored)), vec3(0.5 * texel),
+        vec3(float(N) - 0.5 * texel));
+    vec3 at = (wrap + local) / float(N);
+    bool is_stored = level < LEVELS, six = FACES && has_faces(level);
+    ivec3 met = faces_met(direction);
+    vec4 result = vec4(0.0);
+    for (int turn = int(is_stored && !six); turn > 0; --turn) result = sample_stored(at, 0, stored);
+    if (FACES) {
+        vec4 x, y, z;
+        for (int turn = int(is_stored && six); turn > 0; --turn) {
+            x = sample_stored(at, met.x, stored);
+            y = sample_stored(at, met.y, stored);
+            z = sample_stored(at, met.z, stored);
+            result = combine_faces(x, y, z, direction);
+        }
+        for (int turn = int(!is_stored); turn > 0; --turn) {
+            x = sample_top(local / float(N), met.x, mip);
+            y = sample_top(local / float(N), met.y, mip);
+            z = sample_top(local / float(N), met.z, mip);
+            result = combine_faces(x, y, z, direction);
+        }
+    } else {
+        for (int turn = int(!is_stored); turn > 0; --turn)
+            result = sample_top(local / float(N), 0, mip);
+    }
+    return result;
+}
+
+// `level`: log2 of the sample's diameter [voxels of level 0].
+vec4 sample_volume(vec3 position, float resolution, float level, vec3 direction) {
+    float coarsest = float(LEVELS - 1 + findMSB(uint(N) / 8u));
+    level = clamp(level, 0.0, coarsest);
+    level = max(level, level_at(position, min(int(level), LEVELS - 1)));
+    int finer = int(level);
+    float coarser_share = level - float(finer);
+    vec4 texel = (1.0 - coarser_share) * sample_level(position, finer, direction);
+    for (int turn = int(coarser_share > 0.0); turn > 0; --turn)
+        texel += coarser_share * sample_level(position, finer + 1, direction);
+    return texel;
+}
+
+// Every sample is taken.
+bool may_see_matter(vec3 position, float resolution, float diameter) {
+    return true;
+}
+
+float sampled_level(vec3 position, float resolution, float diameter) {
+    float level = clamp(log2(diameter), 0.0, float(LEVELS - 1 + findMSB(uint(N) / 8u)));
+    return max(level, level_at(position, min(int(level), LEVELS - 1)));
+}
+
+uint sides_of_voxels() {
+    uint sides = 1u;
+    if (FINEST_FACES) sides = 2u;
+    return sides;
+}

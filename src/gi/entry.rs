@@ -1,0 +1,104 @@
+//! What the program knows of a technique before it is made: a row of the registry.
+
+use super::settings::{Preset, Setting, SettingError, Settings};
+use super::shared::voxel::VoxelList;
+use super::{Context, Technique};
+use crate::graph::{Error, Pass};
+use crate::shader::Field;
+
+/// One technique.
+pub struct Entry {
+    /// Name on the command line.
+    pub name: &'static str,
+    /// What it is, in one line.
+    pub summary: &'static str,
+    /// Number of indirect bounces that it computes with these settings, `None` for all of them; it
+    /// is compared with the reference at this count.
+    pub bounces: fn(&Settings) -> Option<u32>,
+    /// Its settings, in groups.
+    pub settings: &'static [&'static [Setting]],
+    /// Whether values of settings are possible together.
+    pub check: fn(&Settings) -> Result<(), SettingError>,
+    /// Its presets; the first is the default.
+    pub presets: &'static [Preset],
+    /// The passes that it may run, in groups.
+    pub passes: &'static [&'static [&'static Pass]],
+    /// The structs that it shares with shaders, in groups.
+    pub structs: &'static [&'static [(&'static str, &'static [Field])]],
+    /// What its passes do, as the literature tells it; every pass that it runs is in one stage.
+    pub stages: &'static [&'static Stage],
+    /// The passes that gather along directions.
+    pub directions: &'static [Directions],
+    /// What an error budget tries in place of parts of it, in groups.
+    pub substitutions: &'static [&'static [Substitution]],
+    /// Lists the voxels that it makes of a scene; `None` where it has none.
+    pub voxels: Option<ListVoxels>,
+    /// Makes it.
+    pub make: Make,
+}
+
+/// What a stage makes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Part {
+    /// The world-space store: what a technique builds, and what it updates for the light.
+    Store,
+    /// The picture of the indirect light.
+    Picture,
+    /// What all techniques share.
+    Shared,
+}
+
+/// A step of a technique, and the passes that it is made of.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Stage {
+    /// What it is called; stages that techniques share have one name.
+    pub name: &'static str,
+    /// What it makes.
+    pub part: Part,
+    /// Names of its passes, clears and copies too.
+    pub passes: &'static [&'static str],
+}
+
+/// How many directions a pass gathers along, so that its time can be told by the direction.
+#[derive(Clone, Copy)]
+pub struct Directions {
+    /// The pass.
+    pub pass: &'static Pass,
+    /// How many at each pixel with a surface; `None` is one at each pixel with a glossy surface.
+    pub count: Option<fn(&Settings) -> u32>,
+}
+
+/// An approximation of a technique that its own settings can replace by a better one, so that the
+/// error that goes with it can be told apart.
+pub struct Substitution {
+    /// What is replaced.
+    pub name: &'static str,
+    /// By what, in one line.
+    pub help: &'static str,
+    /// `KEY=VALUE` pairs to set on top of these settings; none where it is as good already.
+    pub pairs: fn(&Settings) -> Vec<String>,
+}
+
+/// Makes a technique with these settings.
+pub type Make = fn(&Context<'_>, &Settings) -> Result<Box<dyn Technique>, Error>;
+
+/// Lists the voxels that a technique with these settings makes of a scene.
+pub type ListVoxels = fn(&Context<'_>, &Settings) -> Result<VoxelList, Error>;
+
+impl Entry {
+    /// The default preset, or the named one, with `KEY=VALUE` pairs on top.
+    pub fn settings<S: AsRef<str>>(
+        &self,
+        preset: Option<&str>,
+        pairs: &[S],
+    ) -> Result<Settings, SettingError> {
+        let settings = Settings::new(
+            self.settings,
+            self.presets,
+            preset.or(self.presets.first().map(|preset| preset.name)),
+            pairs,
+        )?;
+        (self.check)(&settings).map(|()| settings)
+    }
+}
