@@ -159,10 +159,10 @@ fn a_mirrored_scene_gives_the_mirrored_image_and_a_moved_one_the_same() {
     let voxel_m = VoxelGrid::around(scene.bounds().unwrap(), 32).voxel_size;
     let offset = Vec3::new(5.0, -3.0, 8.0) * voxel_m;
     let moved = transformed(&scene, |p| p + offset, |d| d, false);
-    let seen = guide(&scene, 96, 96).unwrap();
+    let seen = guide(&scene, 64, 64).unwrap();
     for case in cases() {
         let shot = |scene: &Scene| {
-            shoot(&gpu, scene, &case, SETTINGS, frame(96, 96, 256))
+            shoot(&gpu, scene, &case, SETTINGS, frame(64, 64, 256))
                 .unwrap()
                 .full
         };
@@ -321,18 +321,18 @@ fn a_sealed_room_stays_dark() {
         up: Vec3::Y,
         vfov_deg: 70.0,
     };
-    let mean_of = |scene: &Scene, case: &crate::support::technique::Case| {
-        let pairs = [("resolution", resolution.to_string())];
-        let pairs: Vec<(&str, &str)> = pairs
-            .iter()
-            .map(|(name, value)| (*name, value.as_str()))
-            .collect();
-        let shot = shoot(&gpu, scene, case, &pairs, frame(96, 64, 512)).unwrap();
-        mean(&shot.full, &guide(scene, 96, 64).unwrap())
-    };
+    let resolution = resolution.to_string();
     for case in bounce_cases() {
         let name = case.name();
-        let share = mean_of(&dark, &case) / mean_of(&lit, &case);
+        let settings = case.settings(&[("resolution", resolution.as_str())]);
+        let size = frame(96, 64, 512);
+        let (mut renderer, _) = Renderer::new(&gpu, &dark, case.entry, &settings, size).unwrap();
+        let [of_dark, of_lit] = [&dark, &lit].map(|scene| {
+            renderer.render(&scene.camera).unwrap();
+            let guide = guide(scene, 96, 64).unwrap();
+            mean(&renderer.aov(Aov::Full).unwrap(), &guide)
+        });
+        let share = of_dark / of_lit;
         println!(
             "{name}: the dark room has {:.3}% of the lit room's mean",
             share * 100.0
