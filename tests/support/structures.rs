@@ -93,7 +93,11 @@ impl Structure {
             } else {
                 Lattice::Centres
             };
-            let normals = has_normals.then(|| all(normals)).unwrap_or_default();
+            let normals = if has_normals {
+                all(normals)
+            } else {
+                Vec::new()
+            };
             return Structure::Chain(all(bricks), normals, lattice);
         }
         // A finest level without faces lies where the last of them would.
