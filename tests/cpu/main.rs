@@ -9,6 +9,7 @@ mod comparators;
 #[cfg(feature = "flip")]
 mod flip;
 mod graph;
+mod layers;
 mod metrics;
 mod properties;
 mod reference;

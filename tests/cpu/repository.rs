@@ -1,5 +1,4 @@
-//! What holds without a GPU: SPIR-V is fresh and valid, declarations and layouts match it, modules
-//! keep their layers.
+//! What holds without a GPU: SPIR-V is fresh and valid, declarations and layouts match it.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -19,7 +18,7 @@ fn root() -> &'static Path {
 }
 
 /// All files below a folder, sorted.
-fn files(folder: &Path) -> Vec<PathBuf> {
+pub(crate) fn files(folder: &Path) -> Vec<PathBuf> {
     let mut found = Vec::new();
     for entry in std::fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
@@ -525,82 +524,6 @@ fn shared_structs_have_one_layout() {
         .filter(|name| !seen.contains(name))
         .collect();
     assert!(unused.is_empty(), "no shader has these structs: {unused:?}");
-}
-
-/// The modules that one may name from each; `image` and `scene`'s plain data are at the bottom for
-/// all.
-const LAYERS: &[&str] = &[
-    "vulkan", "shader", "graph", "scene", "render", "gi", "frame", "measure", "view", "cli",
-];
-
-fn may_use(user: &str, used: &str) -> bool {
-    let rank = |module: &str| LAYERS.iter().position(|layer| *layer == module);
-    match (user, used) {
-        _ if user == used => true,
-        ("lib" | "main", _) => true,
-        (_, "image") => true,
-        ("reference" | "metrics", used) => used == "scene",
-        ("measure" | "view" | "cli", "reference" | "metrics") => true,
-        ("view", "measure") => false,
-        (user, used) => matches!((rank(user), rank(used)), (Some(user), Some(used)) if used < user),
-    }
-}
-
-/// Words that follow `prefix` in the code, comments left out.
-fn named<'c>(code: &'c str, prefix: &'c str) -> impl Iterator<Item = &'c str> {
-    let lines = code
-        .lines()
-        .filter(|line| !line.trim_start().starts_with("//"));
-    lines
-        .flat_map(move |line| line.split(prefix).skip(1))
-        .map(|rest| {
-            rest.split(|c: char| !c.is_alphanumeric() && c != '_')
-                .next()
-                .unwrap_or("")
-        })
-}
-
-#[test]
-fn modules_keep_their_layers() {
-    let src = root().join("src");
-    for path in files(&src) {
-        let relative = path
-            .strip_prefix(&src)
-            .unwrap()
-            .to_str()
-            .unwrap()
-            .to_owned();
-        let user = relative.split(['/', '.']).next().unwrap();
-        let code = std::fs::read_to_string(&path).unwrap();
-        for used in named(&code, "crate::")
-            .filter(|used| src.join(used).is_dir() || src.join(format!("{used}.rs")).is_file())
-        {
-            assert!(
-                may_use(user, used),
-                "src/{relative} must not use crate::{used}"
-            );
-        }
-        let mut parts = relative.split('/').skip(1);
-        let (technique, inside) = (parts.next().unwrap_or(""), parts.next().is_some());
-        for other in
-            named(&code, "crate::gi::").filter(|name| user == "gi" && inside && !name.is_empty())
-        {
-            let shared = other == "shared" || !src.join("gi").join(other).is_dir();
-            assert!(
-                other == technique || shared,
-                "src/{relative} must not know the technique {other}"
-            );
-        }
-    }
-}
-
-#[test]
-fn layering_is_not_vacuous() {
-    assert!(!may_use("vulkan", "graph") && !may_use("reference", "gi") && !may_use("gi", "frame"));
-    assert_eq!(
-        named("use crate::graph::Gpu;\n// crate::gi", "crate::").collect::<Vec<_>>(),
-        ["graph"]
-    );
 }
 
 /// Comparators keep NaN: what drops it is used nowhere in tests but where it is mended.

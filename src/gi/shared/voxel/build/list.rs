@@ -38,7 +38,8 @@ impl VoxelList {
     }
 }
 
-/// Voxelizes a scene, with the settings of [`crate::gi::shared::voxel::SETTINGS`] among others, and reads the voxels
+/// Voxelizes a scene, with the settings of [`crate::gi::shared::voxel::SETTINGS`] among others, and
+/// reads the voxels
 /// back; in pieces where the grid is too large to bind.
 pub fn list_voxels(context: &Context<'_>, settings: &Settings) -> Result<VoxelList, Error> {
     let Context { gpu, scene, .. } = *context;
