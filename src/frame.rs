@@ -1,18 +1,15 @@
 //! The frame, top to bottom.
 
-use std::sync::Arc;
-
 use glam::{Vec3, Vec4};
 
 use crate::gi::entry::{Entry, Part, Stage};
-use crate::gi::{
-    Context, IndirectLight, LitVoxels, Settings, Technique, TraceAxis, TraceSurface, TracedCone,
-};
-use crate::graph::{Error, Frame, FrameStats, Gpu, Image as GpuImage};
-use crate::image::{Aov, Image};
+use crate::gi::inspect::{Beam, BeamAxis, BeamStart, Channels, LightSlots, ViewRow};
+use crate::gi::{Answer, Change, Context, IndirectLight, Inputs, MapNeeds, Settings, Technique};
+use crate::graph::{Error, Frame, FrameStats, Gpu};
+use crate::image::{Aov, Image, IndirectImage};
 use crate::render::{
-    GBuffer, GpuScene, LightMaps, MapChannel, Output, SET_POSE, SurfaceChannel, read_aov,
-    read_light_map, read_surface, screen_image,
+    GBuffer, GpuScene, KEEP_POSE, LightMaps, MapChannel, Output, SET_POSE, SurfaceChannel,
+    read_aov, read_indirect, read_light_map, read_pixel, read_surface, screen_image,
 };
 use crate::scene::{Camera, Scene};
 
@@ -30,7 +27,7 @@ pub static STAGES: &[&Stage] = &[
     &Stage {
         name: "moving vertices",
         part: Part::Shared,
-        passes: &[SET_POSE],
+        passes: &[KEEP_POSE, SET_POSE],
     },
     &Stage {
         name: "light maps",
@@ -44,6 +41,18 @@ pub static STAGES: &[&Stage] = &[
     },
 ];
 
+/// What a technique is told about the renderer's state. (A method would borrow all of it.)
+macro_rules! context {
+    ($renderer:ident) => {
+        Context {
+            gpu: $renderer.gpu,
+            scene: &$renderer.scene,
+            size: $renderer.settings.size,
+            eye: $renderer.eye,
+        }
+    };
+}
+
 /// One scene, one technique, one size: renders frames.
 pub struct Renderer<'g> {
     gpu: &'g Gpu,
@@ -53,7 +62,7 @@ pub struct Renderer<'g> {
     output: Output,
     technique: Box<dyn Technique>,
     settings: FrameSettings,
-    /// The largest width and height (px): those of the images.
+    /// The largest width and height (px); the images have this size.
     capacity: [u32; 2],
     /// Whether the technique's structure is as it should be. Where something failed on the way,
     /// the next frame builds it anew.
@@ -68,15 +77,15 @@ pub struct Renderer<'g> {
     light: Option<IndirectLight>,
 }
 
-/// What a probe of a pixel finds.
+/// What there is to trace at a pixel.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Traced {
-    /// A cone.
-    Cone(TracedCone),
+    /// The technique's beam at the pixel, with its samples.
+    Beam(Beam),
     /// The pixel sees no surface.
     NoSurface,
-    /// The technique traces no cones with these settings.
-    NoCones,
+    /// The technique gathers without beams, with these settings.
+    NoBeams,
 }
 
 impl<'g> Renderer<'g> {
@@ -108,12 +117,14 @@ impl<'g> Renderer<'g> {
         };
         let mut technique = (entry.make)(&context, settings)?;
         let build = technique.build(&context)?;
-        let maps = if technique.needs_light_maps() {
-            LightMaps::new(gpu, &scene, frame.shadow_resolution, technique.needs_rsm())?
-        } else {
-            LightMaps::none(gpu)?
+        let resolution = frame.shadow_resolution;
+        let needs = technique.needs();
+        let maps = match needs.maps {
+            MapNeeds::Nothing => LightMaps::none(gpu)?,
+            MapNeeds::Shadows => LightMaps::new(gpu, &scene, resolution, false)?,
+            MapNeeds::Reflective => LightMaps::new(gpu, &scene, resolution, true)?,
         };
-        let gbuffer = GBuffer::new(gpu, &scene, frame.size)?;
+        let gbuffer = GBuffer::new(gpu, &scene, frame.size, needs.motion)?;
         let output = Output::new(gpu, frame.size)?;
         Ok((
             Renderer {
@@ -140,8 +151,8 @@ impl<'g> Renderer<'g> {
         self.scene
     }
 
-    /// From the next frame on, pictures of this width and height (px), at most those that this was
-    /// made with: the same, bit for bit, as those of a renderer that was made with them.
+    /// From the next frame on, pictures have this width and height (px), at most the ones that the
+    /// renderer was made with. They are the same, bit for bit, as from a renderer of that size.
     pub fn set_size(&mut self, size: [u32; 2]) {
         let fits = (0..2).all(|axis| (1..=self.capacity[axis]).contains(&size[axis]));
         assert!(
@@ -160,12 +171,7 @@ impl<'g> Renderer<'g> {
     /// Builds the technique's static structure again.
     pub fn rebuild(&mut self) -> Result<FrameStats, Error> {
         self.is_whole = false;
-        let stats = self.technique.build(&Context {
-            gpu: self.gpu,
-            scene: &self.scene,
-            size: self.settings.size,
-            eye: self.eye,
-        })?;
+        let stats = self.technique.build(&context!(self))?;
         self.is_whole = true;
         Ok(stats)
     }
@@ -175,14 +181,10 @@ impl<'g> Renderer<'g> {
     pub fn set_pose(&mut self, scene: &Scene) -> Result<FrameStats, Error> {
         self.has_maps = false;
         let was_whole = std::mem::take(&mut self.is_whole);
-        let mut stats = self.scene.set_pose(self.gpu, scene)?;
-        if was_whole {
-            stats.append(self.technique.set_pose(&Context {
-                gpu: self.gpu,
-                scene: &self.scene,
-                size: self.settings.size,
-                eye: self.eye,
-            })?);
+        let mut stats = self.gbuffer.keep_pose(self.gpu, &self.scene)?;
+        stats.append(self.scene.set_pose(self.gpu, scene)?);
+        if was_whole && self.scene.dynamic.is_some() {
+            stats.append(self.technique.follow(&context!(self), Change::Models)?);
         }
         self.is_whole = was_whole;
         Ok(stats)
@@ -192,9 +194,11 @@ impl<'g> Renderer<'g> {
     /// frame shows it.
     pub fn move_lights(&mut self, scene: &Scene) -> Result<(), Error> {
         self.has_maps = false;
-        self.technique.forget_lights();
         self.scene.move_lights(self.gpu, &scene.lights)?;
-        self.maps.move_lights(self.gpu, &self.scene)
+        self.maps.move_lights(self.gpu, &self.scene)?;
+        self.technique
+            .follow(&context!(self), Change::Lights)
+            .map(drop)
     }
 
     /// Renders one frame: lights, visible surfaces, world-space store, indirect light, direct
@@ -207,10 +211,8 @@ impl<'g> Renderer<'g> {
     /// As [`Renderer::render`], with the light maps of the frame before where nothing but the
     /// camera has moved since: the same picture in less time.
     pub fn render_again(&mut self, camera: &Camera) -> Result<FrameStats, Error> {
-        self.scene.set_frame(
-            self.gpu,
-            &self.scene.frame_constants(camera, self.settings.size),
-        )?;
+        let seen_with = self.scene.frame_constants(camera, self.settings.size);
+        self.scene.set_frame(self.gpu, &seen_with)?;
         (self.eye, self.camera) = (camera.eye, Some(*camera));
         let mut stats = if self.is_whole {
             FrameStats::default()
@@ -218,33 +220,33 @@ impl<'g> Renderer<'g> {
             self.rebuild()?
         };
         self.is_whole = false;
-        stats.append(self.technique.set_view(&Context {
-            gpu: self.gpu,
-            scene: &self.scene,
-            size: self.settings.size,
-            eye: self.eye,
-        })?);
+        stats.append(self.technique.follow(&context!(self), Change::Camera)?);
         let mut frame = Frame::new();
         frame.set_scene(&self.scene.set, &self.scene.materials);
         if !self.has_maps {
             self.maps.draw(&mut frame, &self.scene);
         }
         self.gbuffer.draw(&mut frame, &self.scene);
-        self.technique.update(&mut frame, &self.scene, &self.maps);
-        let light = self
-            .technique
-            .gather(&mut frame, &self.scene, &self.maps, &self.gbuffer);
-        self.technique.direct(
-            &mut frame,
-            &self.scene,
-            &self.maps,
-            &self.gbuffer,
-            &self.output,
-        );
+        let given = Inputs {
+            scene: &self.scene,
+            maps: &self.maps,
+            gbuffer: &self.gbuffer,
+            direct: &self.output.direct,
+        };
+        self.technique.update(&mut frame, &given);
+        let Answer {
+            indirect: light,
+            has_direct,
+        } = self.technique.gather(&mut frame, &given);
+        if !has_direct {
+            self.output
+                .draw_direct(&mut frame, &self.scene, &self.maps, &self.gbuffer);
+        }
         self.output
             .draw_composite(&mut frame, &self.gbuffer, &light);
         self.light = Some(light);
         stats.append(self.gpu.submit(frame)?);
+        self.gbuffer.keep_frame(&seen_with);
         (self.is_whole, self.has_maps) = (true, true);
         Ok(stats)
     }
@@ -257,103 +259,72 @@ impl<'g> Renderer<'g> {
         read_aov(self.gpu, &self.gbuffer, &self.output, light, aov)
     }
 
-    /// Names and numbers of levels of the volumes that the technique keeps, as
-    /// [`Renderer::view_voxels`] takes them.
-    pub fn volumes(&self) -> Vec<(&'static str, u32)> {
-        self.technique
-            .volumes()
-            .iter()
-            .map(|volume| (volume.name, volume.levels))
-            .collect()
+    /// The last frame's answer, as the reference gives its own.
+    pub fn indirect_light(&self) -> Result<IndirectImage, Error> {
+        let [width, height] = self.settings.size;
+        self.light.as_ref().map_or_else(
+            || Ok(IndirectImage::new(width, height)),
+            |light| read_indirect(self.gpu, &self.gbuffer, light),
+        )
     }
 
-    /// A level of one of the technique's volumes as the camera of the last frame sees it, and the
-    /// opacity of what it sees. `None` where there is no such volume or level.
-    pub fn view_voxels(&self, name: &str, level: u32) -> Result<Option<[Image; 2]>, Error> {
-        let volumes = self.technique.volumes();
-        let Some(volume) = volumes
-            .iter()
-            .find(|volume| volume.name == name && level < volume.levels)
-        else {
-            return Ok(None);
-        };
-        let texels = self.view_volume(|frame, seen| volume.view(frame, level, seen))?;
-        let [width, height] = self.settings.size;
-        let of = |value: fn(&[f32; 4]) -> Vec3| {
-            Image::from_fn(width, height, |pixel| value(&texels[pixel]))
-        };
-        Ok(Some([
-            of(|&[r, g, b, _]| Vec3::new(r, g, b)),
-            of(|&[.., opacity]| Vec3::splat(opacity)),
-        ]))
+    /// Levels that a view of the technique has, 0 the finest; 0 levels where these settings have no
+    /// such view.
+    pub fn levels(&self, view: &ViewRow) -> u32 {
+        self.technique.levels(view)
     }
 
-    /// How the technique's first volume divides space on one of its levels, as the camera of the
-    /// last frame sees it (`cone.view`). `None` where there is no volume or no such level.
-    pub fn view_structure(&self, level: u32) -> Result<Option<Image>, Error> {
-        let volumes = self.technique.volumes();
-        let Some(volume) = volumes.first().filter(|volume| level < volume.levels) else {
+    /// A level of one of the technique's views, as the camera of the last frame sees it. `None`
+    /// where there is no such view or level.
+    pub fn view(&self, view: &ViewRow, level: u32) -> Result<Option<Image>, Error> {
+        if level >= self.levels(view) {
             return Ok(None);
-        };
-        let texels = self.view_volume(|frame, seen| volume.view_structure(frame, level, seen))?;
+        }
         let [width, height] = self.settings.size;
+        let seen = screen_image(self.gpu, "frame.view", [width, height])?;
+        let mut frame = Frame::new();
+        frame.set_scene(&self.scene.set, &self.scene.materials);
+        self.technique.draw_view(&mut frame, view, level, &seen);
+        self.gpu.submit(frame)?;
+        let texels: Vec<Vec4> = bytemuck::pod_collect_to_vec(&self.gpu.read_image(&seen, 0, 0)?);
+        let shown = |texel: Vec4| match view.channels {
+            Channels::Rgb => texel.truncate(),
+            Channels::Alpha => Vec3::splat(texel.w),
+        };
         Ok(Some(Image::from_fn(width, height, |pixel| {
-            Vec4::from(texels[pixel]).truncate()
+            shown(texels[pixel])
         })))
     }
 
-    /// Runs passes that write an RGBA32F image of the frame's size, and reads it.
-    fn view_volume(
-        &self,
-        add: impl FnOnce(&mut Frame, &Arc<GpuImage>),
-    ) -> Result<Vec<[f32; 4]>, Error> {
-        let seen = screen_image(self.gpu, "cone.view", self.settings.size)?;
-        let mut frame = Frame::new();
-        frame.set_scene(&self.scene.set, &self.scene.materials);
-        add(&mut frame, &seen);
-        self.gpu.submit(frame)?;
-        Ok(bytemuck::pod_collect_to_vec(
-            &self.gpu.read_image(&seen, 0, 0)?,
-        ))
-    }
-
-    /// One cone from what a pixel of the last frame sees, as the technique's gathers trace it;
+    /// One beam from what a pixel of the last frame sees, as the technique's gather traces it;
     /// `aperture_deg` in place of its own (degrees).
-    pub fn probe(
+    pub fn trace(
         &self,
         pixel: [u32; 2],
-        axis: TraceAxis,
+        axis: BeamAxis,
         aperture_deg: Option<f32>,
     ) -> Result<Traced, Error> {
         let [width, height] = self.settings.size;
-        let index = (pixel[0] + width * pixel[1]) as usize;
         let (Some(camera), true) = (&self.camera, pixel[0] < width && pixel[1] < height) else {
             return Ok(Traced::NoSurface);
         };
-        let depth_m = self.aov(Aov::Depth)?.pixels[index].x;
-        if depth_m <= 0.0 {
+        let Some(seen) = read_pixel(self.gpu, &self.gbuffer, pixel)? else {
             return Ok(Traced::NoSurface);
-        }
+        };
         let ray = camera.ray_direction(pixel[0] as f32 + 0.5, pixel[1] as f32 + 0.5, width, height);
         let [.., forward] = camera.basis();
-        let surface = TraceSurface {
+        let start = BeamStart {
             pixel,
-            position: camera.eye + depth_m / ray.dot(forward) * ray,
-            geometric_normal: self.surface(SurfaceChannel::GeometricNormal)?.pixels[index],
-            shading_normal: self.aov(Aov::Normal)?.pixels[index],
-            roughness: self.surface(SurfaceChannel::Roughness)?.pixels[index].x,
+            position: camera.eye + seen.depth_m / ray.dot(forward) * ray,
+            geometric_normal: seen.geometric_normal,
+            shading_normal: seen.shading_normal,
+            roughness: seen.roughness,
             eye: camera.eye,
         };
-        let context = Context {
-            gpu: self.gpu,
-            scene: &self.scene,
-            size: self.settings.size,
-            eye: self.eye,
-        };
-        Ok(self
+        let beam = self
             .technique
-            .trace(&context, &surface, axis, aperture_deg)?
-            .map_or(Traced::NoCones, Traced::Cone))
+            .beam(&context!(self), &start, axis, aperture_deg)?;
+        Ok(beam.map_or(Traced::NoBeams, Traced::Beam))
     }
 
     /// A channel of the last frame's G-buffer.
@@ -372,21 +343,20 @@ impl<'g> Renderer<'g> {
         self.maps.view_count
     }
 
-    /// Samples that the cones of the last frame's gather take, by the name of the pass.
+    /// Samples that the last frame's gather took, by the name of the pass.
     pub fn count_samples(&self) -> Result<Vec<(&'static str, u64)>, Error> {
-        self.technique
-            .count_samples(self.gpu, &self.scene, &self.gbuffer)
+        self.technique.count_samples(&context!(self), &self.gbuffer)
     }
 
-    /// The technique's voxels and their light, a piece of the grid each; what is replaced there
-    /// shows in the next frame.
-    pub fn lit_voxels(&mut self) -> Vec<LitVoxels<'_>> {
-        self.technique.lit_voxels()
+    /// The light that the technique keeps on surfaces; what is replaced there shows in the next
+    /// frame.
+    pub fn light_slots(&mut self) -> Result<Option<Box<dyn LightSlots + '_>>, Error> {
+        self.technique.light_slots(self.gpu)
     }
 
-    /// Edge of the technique's finest voxels (m); `None` where it has none.
-    pub fn voxel_size(&self) -> Option<f32> {
-        self.technique.voxel_size()
+    /// Edge of the finest cells of the technique's store (m); `None` where it has none.
+    pub fn cell_size(&self) -> Option<f32> {
+        self.technique.cell_size()
     }
 
     /// Counts of the last frame, by name.

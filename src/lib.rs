@@ -22,7 +22,7 @@
 //!
 //! # Words
 //!
-//! *Technique*: one complete way to compute indirect light, a row of [`gi::registry::TECHNIQUES`].
+//! *Technique*: one complete way to compute indirect light, a row of [`gi::registry`].
 //! *Voxel fragment*: one triangle's share of one voxel. *Voxel mips*: dense 3D textures with a full
 //! mip chain. *RSM*: reflective shadow map. *Injection*: direct light written into a structure.
 //! *Cone*: origin, direction, aperture γ, sampled front to back with diameter d = 2 t tan(γ/2).
@@ -37,8 +37,8 @@
 //! frame.set_scene(set, materials)       vertices, materials, textures, lights, camera
 //! maps.draw(frame, scene)               shadow maps, or reflective shadow maps, as it needs
 //! gbuffer.draw(frame, scene)            depth, normal, albedo, roughness, emission of each pixel
-//! technique.update(frame, scene, maps)  this frame's light into the world-space store
-//! light = technique.gather(frame, ...)  IndirectLight: E, L, ambient visibility of each pixel
+//! technique.update(frame, given)        this frame's light into the world-space store
+//! answer = technique.gather(frame, ...) IndirectLight: E, L, ambient visibility of each pixel
 //! output.draw_direct(frame, ...)        L_direct
 //! output.draw_composite(frame, ...)     L = L_e + L_direct + ρ/π · E_i + L_s
 //! gpu.submit(frame)                     plan barriers, record, run, time every pass
@@ -47,21 +47,16 @@
 //! And from outside:
 //!
 //! ```no_run
-//! use lumivox::frame::{FrameSettings, Renderer};
-//! use lumivox::gi::registry::find;
-//! use lumivox::graph::{Gpu, GpuOptions};
-//! use lumivox::image::{Aov, write_exr};
-//! use lumivox::scene::{LoadOptions, Scene};
+//! use lumivox::frame::{FrameSettings, Renderer}; use lumivox::gi::registry::find; use
+//! lumivox::graph::{Gpu, GpuOptions}; use lumivox::image::{Aov, write_exr}; use
+//! lumivox::scene::{LoadOptions, Scene};
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
-//! let scene = Scene::open("bundled:cornell", &LoadOptions::default())?;
-//! let gpu = Gpu::new(&GpuOptions::default())?;
-//! let technique = find("voxel-mips")?;
-//! let settings = technique.settings(None, &["resolution=64"])?;
-//! let frame = FrameSettings { size: [640, 480], shadow_resolution: 1024 };
-//! let (mut renderer, _build) = Renderer::new(&gpu, &scene, technique, &settings, frame)?;
-//! let stats = renderer.render(&scene.camera)?;
-//! println!("{:?}", stats.passes);
+//! let scene = Scene::open("bundled:cornell", &LoadOptions::default())?; let gpu =
+//! Gpu::new(&GpuOptions::default())?; let technique = find("voxel-mips")?; let settings =
+//! technique.settings(None, &["resolution=64"])?; let frame = FrameSettings { size: [640, 480],
+//! shadow_resolution: 1024 }; let (mut renderer, _build) = Renderer::new(&gpu, &scene, technique,
+//! &settings, frame)?; let stats = renderer.render(&scene.camera)?; println!("{:?}", stats.passes);
 //! write_exr("cornell.exr".as_ref(), &renderer.aov(Aov::Indirect)?)?;
 //! # Ok(())
 //! # }
@@ -83,10 +78,13 @@
 //! | [`frame`] | the frame, top to bottom |
 //! | [`view`] | the windowed demo (feature `view`) |
 //! | [`measure`] | times, memory, counts and error of a run, as JSON (feature `measure`) |
+//! | [`cli`] | the command line (feature `program`) |
 //! | [`mod@reference`] | the CPU path tracer, ground truth |
 //! | [`mod@image`] | linear float images, EXR and PNG |
 //! | [`metrics`] | error and stability |
 
+#[cfg(feature = "program")]
+pub mod cli;
 pub mod frame;
 pub mod gi;
 pub mod graph;

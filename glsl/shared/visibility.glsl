@@ -6,6 +6,9 @@
 
 // The including pass declares `light_views` and `shadow_maps` (a depth array, one layer a view).
 
+// Light views of a point light (Rust: POINT_VIEWS of render); no other kind has as many.
+const uint POINT_VIEWS = 6u;
+
 // The view of a point light that looks along the axis nearest to `direction`: +x, −x, +y, −y, +z,
 // −z.
 uint cube_face(vec3 direction) {
@@ -42,11 +45,11 @@ float plane_depth(LightView view, vec2 map, vec3 position, vec3 normal, float ot
 // itself however coarse the map is. `slack_m` is the depth difference that still counts as lit.
 float light_visibility(Light light, vec3 position, vec3 normal, float slack_m) {
     uint index = light.views.x;
-    if (light.views.y == 6u) index += cube_face(position - light.position_kind.xyz);
+    if (light.views.y == POINT_VIEWS) index += cube_face(position - light.position_kind.xyz);
     LightView view = light_views[index];
     vec3 map = project(view, position);
     if (map.z <= 0.0 || any(greaterThan(abs(map.xy), vec2(1.0))))
-        return light.views.y == 6u || view.origin_kind.w == 0.0 ? 1.0 : 0.0;
+        return light.views.y == POINT_VIEWS || view.origin_kind.w == 0.0 ? 1.0 : 0.0;
     float size = float(view.light.y);
     vec2 texel = (map.xy * 0.5 + 0.5) * size - 0.5;
     vec2 base = floor(texel), f = texel - base;

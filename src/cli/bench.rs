@@ -5,24 +5,23 @@ use std::fs::File;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-use lumivox::frame::FrameSettings;
-use lumivox::gi::entry::Entry;
-use lumivox::gi::registry::find;
-use lumivox::measure::bench::{BenchSettings, Case, Truth, cases, measure};
-use lumivox::measure::chart::Chart;
-use lumivox::measure::report::Report;
-use lumivox::measure::walk::{self, WalkSettings};
-use lumivox::measure::{
+use crate::gi::entry::Entry;
+use crate::gi::registry::{DEFAULT, find};
+use crate::measure::bench::{BenchSettings, Case, Truth, cases, measure};
+use crate::measure::draw::Chart;
+use crate::measure::report::Report;
+use crate::measure::walk::{self, WalkSettings};
+use crate::measure::{
     directions_chart, error_chart, memory_chart, motion_chart, passes_chart, stages_chart,
     structures_chart, table, walk_chart,
 };
-use lumivox::metrics::Channel;
-use lumivox::reference::{Bounces, guide};
-use lumivox::scene::{LoadOptions, Scene};
+use crate::metrics::Channel;
+use crate::reference::{Bounces, guide};
+use crate::scene::{LoadOptions, Scene};
 
 use super::CliError;
 use super::common::{
-    DeviceArgs, ShadowArgs, TimingArgs, chart_stem, check_max_error, check_output,
+    DeviceArgs, FrameArgs, TimingArgs, chart_stem, check_max_error, check_output,
     check_output_folder, make_folder, parse_channel, parse_size, progress_bar, reference,
     reference_failed, say, stems,
 };
@@ -39,13 +38,13 @@ pub(crate) struct Args {
         long,
         value_name = "NAME,…",
         value_delimiter = ',',
-        default_value = "voxel-mips"
+        default_value = DEFAULT
     )]
     technique: Vec<String>,
     /// Presets of each technique [default: its default preset].
     #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
     preset: Vec<String>,
-    /// Values of the setting `resolution` (voxels) [default: each preset's own].
+    /// Values of the setting `resolution` (cells) [default: each preset's own].
     #[arg(long, value_name = "N,…", value_delimiter = ',')]
     resolution: Vec<u32>,
     /// One setting, on top of every preset; may be repeated.
@@ -67,8 +66,8 @@ pub(crate) struct Args {
         value_parser = clap::value_parser!(u32).range(1..=100_000),
     )]
     rebuilds: u32,
-    /// Seconds at which the models with keyframes are put, to measure bringing the structure up to
-    /// them (as often as --rebuilds).
+    /// Times (s) of the models with keyframes; at each, the update of the structure is measured as
+    /// often as --rebuilds says.
     #[arg(
         long,
         value_name = "T,…",
@@ -76,11 +75,11 @@ pub(crate) struct Args {
         allow_negative_numbers = true
     )]
     times: Vec<f32>,
-    /// Let the camera walk along its view, there and back through the scene: so many frames at
-    /// each speed.
+    /// Let the camera walk along its view, there and back through the scene, for this many frames
+    /// at each speed.
     #[arg(long, value_name = "FRAMES", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     walk: Option<u32>,
-    /// Speeds of --walk (finest voxels of each technique, a frame).
+    /// Speeds of --walk (finest cells of each technique, a frame).
     #[arg(
         long,
         value_name = "V,…",
@@ -93,8 +92,8 @@ pub(crate) struct Args {
     #[arg(long, value_name = "WxH", default_value = "256x256", value_parser = parse_size)]
     size: (u32, u32),
     #[command(flatten)]
-    shadow: ShadowArgs,
-    /// Do without the reference: no errors.
+    frame: FrameArgs,
+    /// Render no reference, and measure no errors.
     #[arg(long)]
     no_reference: bool,
     /// Sample the reference until the standard error of 8x8-pixel means is below this, relative to
@@ -140,7 +139,7 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
         .find(|speed| !(speed.is_finite() && **speed >= 0.0))
     {
         return Err(CliError::input(format!(
-            "--speeds has {speed}; it must be a number of voxels, 0 or more"
+            "--speeds has {speed}; it must be a number of cells, 0 or more"
         )));
     }
     let techniques: Vec<&'static Entry> = args
@@ -169,10 +168,7 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
         .try_for_each(|path| check_output(&path))?;
     let gpu = args.device.options()?;
     let timing = args.timing.choice(&gpu)?;
-    let frame = FrameSettings {
-        size: [args.size.0, args.size.1],
-        shadow_resolution: args.shadow.shadow_resolution,
-    };
+    let frame = args.frame.settings(args.size);
     let times = args.times.clone();
     let walk = args.walk.map(|frames| WalkSettings {
         speeds: args.speeds.clone(),
@@ -279,7 +275,7 @@ fn bench_scene(
     Ok(())
 }
 
-/// The reference, or what is seen alone.
+/// The reference with what each pixel sees, or only the latter.
 fn truth(args: &Args, scene: &Scene, bounces: Bounces) -> Result<Truth, CliError> {
     let (width, height) = args.size;
     if args.no_reference {

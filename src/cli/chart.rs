@@ -5,20 +5,19 @@ use std::collections::BTreeSet;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-use lumivox::frame::FrameSettings;
-use lumivox::measure::bench::{BenchSettings, Case, open};
-use lumivox::measure::records::{Records, read_records};
-use lumivox::measure::sweep::{
+use crate::measure::bench::{BenchSettings, Case, open};
+use crate::measure::chart::{
     Cost, DEFAULT_GRID, PictureFolder, Point, Progress, Section, Sweep, SweepError, Troubles,
     bounces_text, grid_cases, page,
 };
-use lumivox::metrics::Channel;
-use lumivox::reference::{ReferenceError, cache_dir};
-use lumivox::scene::{LoadOptions, Scene};
+use crate::measure::records::{Records, read_records};
+use crate::metrics::Channel;
+use crate::reference::{ReferenceError, cache_dir};
+use crate::scene::{LoadOptions, Scene};
 
 use super::CliError;
 use super::common::{
-    DeviceArgs, TimingArgs, chart_stem, check_output_folder, check_scenes, make_folder,
+    DeviceArgs, FrameArgs, TimingArgs, chart_stem, check_output_folder, check_scenes, make_folder,
     parse_channel, parse_size, progress_bar, say, stems, write_text,
 };
 
@@ -54,14 +53,8 @@ pub(crate) struct Args {
     /// Width and height (px).
     #[arg(long, value_name = "WxH", default_value = "160x120", value_parser = parse_size)]
     size: (u32, u32),
-    /// Width and height of each shadow map and reflective shadow map (texels).
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 256,
-        value_parser = clap::value_parser!(u32).range(16..=8192),
-    )]
-    shadow_resolution: u32,
+    #[command(flatten)]
+    frame: FrameArgs,
     /// Sample the reference until the standard error of 8x8-pixel means is below this, relative to
     /// the mean.
     #[arg(long, value_name = "X", default_value_t = 0.01)]
@@ -85,7 +78,7 @@ pub(crate) struct Args {
     /// NAME-shard-i-of-n.jsonl.
     #[arg(long, value_name = "i/n", value_parser = parse_shard)]
     shard: Option<Shard>,
-    /// Measure nothing: gather the records of these folders, such as those of shards.
+    /// Measure nothing: gather the records of these folders, such as the folders of shards.
     #[arg(
         long,
         value_name = "DIR",
@@ -143,10 +136,7 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     let settings = BenchSettings {
         timing: args.timing.choice(&gpu)?,
         gpu,
-        frame: FrameSettings {
-            size: [args.size.0, args.size.1],
-            shadow_resolution: args.shadow_resolution,
-        },
+        frame: args.frame.small(args.size),
         frames: args.frames,
         rebuilds: args.rebuilds,
         times: Vec::new(),
@@ -191,7 +181,7 @@ fn list(args: &Args) -> Result<(), CliError> {
         let settings: Vec<String> = case
             .settings
             .iter()
-            .map(|(name, value)| format!("{name}={}", lumivox::measure::table::value_text(&value)))
+            .map(|(name, value)| format!("{name}={}", crate::measure::table::value_text(&value)))
             .collect();
         let preset = case
             .preset
@@ -219,8 +209,8 @@ fn cases(args: &Args) -> Result<Vec<Case>, CliError> {
     grid_cases(&path.display().to_string(), &text).map_err(CliError::input)
 }
 
-/// The records of a folder, those of shards last: of a point that has several records the first
-/// counts, and shards may have slowed each other down.
+/// The files of records in a folder, shards last. If a point has several records, the first one
+/// counts; shards may have slowed each other down.
 fn record_files(folder: &Path) -> Result<Vec<PathBuf>, CliError> {
     let unread = |error| {
         CliError::input(format!(
@@ -343,7 +333,7 @@ fn merge(
         }
     }
     let mut sections = Section::sort(points.iter().map(|(point, _)| point.clone()));
-    // Of several setups of one scene that with the last record is the newest, and comes first.
+    // A scene may have several setups. The one with the last record is the newest: it comes first.
     sections.sort_by_key(|section| {
         let Point { scene, setup, .. } = &section.points[0];
         let first_of_scene = points.iter().position(|(point, _)| point.scene == *scene);

@@ -5,21 +5,22 @@ use std::fs::OpenOptions;
 use std::io::{ErrorKind, Write as _};
 use std::path::{Path, PathBuf};
 
+use crate::frame::FrameSettings;
+use crate::gi::Settings;
+use crate::gi::entry::Entry;
+use crate::gi::registry::{DEFAULT, find};
+use crate::graph::{DeviceChoice, Faults, GpuOptions};
+use crate::image::{Aov, Image, write_exr, write_png};
+use crate::measure::bench::{Truth, choose_timing};
+use crate::measure::report::Timing;
+use crate::metrics::Channel;
+use crate::reference::{Bounces, MAX_SIZE_PX, ReferenceError, cache_dir, cached};
+use crate::scene::{LoadOptions, Scene};
 use indicatif::{ProgressBar, ProgressStyle};
-use lumivox::gi::Settings;
-use lumivox::gi::entry::Entry;
-use lumivox::gi::registry::find;
-use lumivox::graph::{DeviceChoice, Faults, GpuOptions};
-use lumivox::image::{Aov, Image, write_exr, write_png};
-use lumivox::measure::bench::{Truth, choose_timing};
-use lumivox::measure::report::Timing;
-use lumivox::metrics::Channel;
-use lumivox::reference::{Bounces, MAX_SIZE_PX, ReferenceError, cache_dir, cached};
-use lumivox::scene::{LoadOptions, Scene};
 
 use super::CliError;
 
-/// Which scene.
+/// The scene argument, shared by the commands that take a scene.
 #[derive(clap::Args)]
 pub(super) struct SceneArgs {
     /// `bundled:NAME`, or the path of a .toml or .obj file.
@@ -37,7 +38,7 @@ pub(super) struct SceneArgs {
 }
 
 impl SceneArgs {
-    /// Loads it, at the time asked for.
+    /// Loads the scene, at the time that was asked for.
     pub(super) fn open(&self) -> Result<Scene, CliError> {
         let mut scene = Scene::open(
             &self.scene,
@@ -60,7 +61,7 @@ impl SceneArgs {
     }
 }
 
-/// When.
+/// The time at which a scene with keyframes is shown.
 #[derive(clap::Args)]
 pub(super) struct TimeArgs {
     /// Seconds at which the models with keyframes are shown [default: 0].
@@ -112,7 +113,7 @@ pub(super) struct PictureArgs {
 }
 
 impl PictureArgs {
-    /// Sees, before any work, that it can be done.
+    /// Checks before any work that the outputs can be written.
     pub(super) fn check(&self) -> Result<(), CliError> {
         self.is_exr()?;
         check_positive("--exposure", Some(self.exposure))?;
@@ -153,7 +154,7 @@ impl PictureArgs {
 #[derive(clap::Args)]
 pub(super) struct TechniqueArgs {
     /// Technique; `lumivox techniques` lists them.
-    #[arg(long, default_value = "voxel-mips")]
+    #[arg(long, default_value = DEFAULT)]
     technique: String,
     /// Preset of the technique.
     #[arg(long)]
@@ -185,7 +186,7 @@ impl TechniqueArgs {
     }
 }
 
-/// Which device.
+/// The Vulkan device to run on.
 #[derive(clap::Args)]
 pub(super) struct DeviceArgs {
     /// Device, by index or part of its name; `lumivox devices` lists them.
@@ -247,17 +248,36 @@ fn parse_timing(text: &str) -> Result<Timing, String> {
     }
 }
 
-/// Shadow maps of the frame.
+/// What all techniques share.
 #[derive(clap::Args)]
-pub(super) struct ShadowArgs {
-    /// Width and height of each shadow map and reflective shadow map (texels).
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 1024,
-        value_parser = clap::value_parser!(u32).range(16..=8192),
-    )]
-    pub(super) shadow_resolution: u32,
+pub(super) struct FrameArgs {
+    /// Width and height of each shadow map and reflective shadow map (texels) [default: 1024; of
+    /// chart and stress 256].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(16..=8192))]
+    shadow_resolution: Option<u32>,
+}
+
+impl FrameArgs {
+    /// Width and height of each map of a light (texels).
+    pub(super) fn shadow_resolution(&self) -> u32 {
+        self.shadow_resolution.unwrap_or(1024)
+    }
+
+    /// For pictures of this width and height (px).
+    pub(super) fn settings(&self, (width, height): (u32, u32)) -> FrameSettings {
+        FrameSettings {
+            size: [width, height],
+            shadow_resolution: self.shadow_resolution(),
+        }
+    }
+
+    /// For the small pictures that are measured by the hundred.
+    pub(super) fn small(&self, size: (u32, u32)) -> FrameSettings {
+        FrameSettings {
+            shadow_resolution: self.shadow_resolution.unwrap_or(256),
+            ..self.settings(size)
+        }
+    }
 }
 
 /// The reference's indirect light, from the cache where it is there.
@@ -277,7 +297,7 @@ pub(super) fn reference(
     Ok(Truth::of(image, bounces))
 }
 
-/// Whose fault it is that there is no reference.
+/// Tells whether the input or the work is to blame that there is no reference.
 pub(super) fn reference_failed(error: ReferenceError) -> CliError {
     match error {
         ReferenceError::CacheDir { .. } => CliError::failed(error),
@@ -290,7 +310,7 @@ pub(super) fn check_max_error(max_error: f64) -> Result<(), CliError> {
     check_positive("--max-error", Some(max_error as f32))
 }
 
-/// Prints a line. That nobody reads it any more is no failure of the work.
+/// Prints a line. A closed pipe is ignored: the work itself has not failed.
 pub(super) fn say(line: &str) {
     let _ = writeln!(std::io::stdout(), "{line}");
 }
@@ -305,8 +325,8 @@ pub(super) fn check_positive(option: &str, value: Option<f32>) -> Result<(), Cli
     }
 }
 
-/// Sees that a file can be written before the work that fills it: opens it, changes nothing in it,
-/// and removes it where it was not there before.
+/// Checks that a file can be written before the work that fills it: opens it, changes nothing in
+/// it, and removes it if it was not there before.
 pub(super) fn check_output(path: &Path) -> Result<(), CliError> {
     let probe = match std::fs::metadata(path) {
         Ok(found) if found.is_dir() => {
@@ -330,7 +350,7 @@ pub(super) fn check_output(path: &Path) -> Result<(), CliError> {
     })
 }
 
-/// Sees that files can be written into a folder, which is made later where it does not exist.
+/// Checks that files can be written into a folder. If it does not exist, it is made later.
 pub(super) fn check_output_folder(path: &Path) -> Result<(), CliError> {
     let above = path.ancestors().map(|folder| {
         if folder.as_os_str().is_empty() {

@@ -3,12 +3,10 @@
 use std::ffi::OsString;
 use std::path::PathBuf;
 
-use lumivox::image::{Image, luminance, read_exr, write_heatmap};
-use lumivox::metrics::{
-    Channel, Comparison, Errors, Flip, compare, error_image, exposure_of, flip,
-};
-use lumivox::reference::guide;
-use lumivox::scene::{LoadOptions, Scene};
+use crate::image::{Image, luminance, read_exr, write_heatmap};
+use crate::metrics::{Channel, Comparison, Errors, Flip, compare, error_image, exposure_of, flip};
+use crate::reference::guide;
+use crate::scene::{LoadOptions, Scene};
 
 use super::CliError;
 use super::common::{TimeArgs, check_output, check_positive, parse_channel, say, write_report};
@@ -28,8 +26,8 @@ pub(crate) struct Args {
         value_parser = parse_channel,
     )]
     channel: Channel,
-    /// The scene that both show from its camera: leaves out pixels without a surface, adds blocks
-    /// and materials.
+    /// The scene that both images show from its camera: leaves out pixels without a surface, and
+    /// adds the errors over blocks and by material.
     #[arg(long)]
     scene: Option<OsString>,
     /// Render missing textures mid-grey instead of failing.
@@ -47,8 +45,8 @@ pub(crate) struct Args {
     /// The difference shown brightest [default: the mean luminance of the reference].
     #[arg(long, value_name = "X", requires = "heatmap")]
     heatmap_scale: Option<f32>,
-    /// Write the metrics as JSON (a metric that is not finite is null, and what in a path is not
-    /// UTF-8 is U+FFFD).
+    /// Write the metrics as JSON (a metric that is not finite is null; parts of a path that are not
+    /// UTF-8 become U+FFFD).
     #[arg(long, value_name = "FILE.json")]
     report: Option<PathBuf>,
 }

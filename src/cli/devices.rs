@@ -2,11 +2,11 @@
 
 use std::fmt::Write;
 
-use lumivox::vulkan::{Adapter, Check, Error, Instance, InstanceOptions};
+use crate::vulkan::{Adapter, Check, Error, Instance, InstanceOptions};
 
 use super::CliError;
 
-/// List the Vulkan devices, what each can do, and what it costs where it cannot.
+/// List the Vulkan devices, what each can do, and what is missing where it cannot.
 #[derive(clap::Args)]
 pub(crate) struct Args {}
 

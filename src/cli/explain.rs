@@ -2,23 +2,22 @@
 
 use std::path::PathBuf;
 
+use crate::graph::{Gpu, GpuOptions};
+use crate::measure::bench::Case;
+use crate::measure::explain::{Budget, ExplainError, Row, Subject, explain};
+use crate::measure::report::Timing;
+use crate::metrics::Channel;
+use crate::reference::Bounces;
 use indicatif::ProgressBar;
-use lumivox::frame::FrameSettings;
-use lumivox::graph::{Gpu, GpuOptions};
-use lumivox::measure::bench::Case;
-use lumivox::measure::explain::{Budget, ExplainError, Row, Subject, explain};
-use lumivox::measure::report::Timing;
-use lumivox::metrics::Channel;
-use lumivox::reference::Bounces;
 
 use super::CliError;
 use super::common::{
-    DeviceArgs, SceneArgs, ShadowArgs, TechniqueArgs, TimingArgs, check_max_error, check_output,
+    DeviceArgs, FrameArgs, SceneArgs, TechniqueArgs, TimingArgs, check_max_error, check_output,
     parse_channel, parse_size, reference, reference_failed, say, write_report,
 };
 
 /// Split the error of a technique into its sources: replace one approximation at a time by the
-/// truth, or by a better one, and see what becomes of it.
+/// truth, or by a better one, and measure the error again.
 #[derive(clap::Args)]
 pub(crate) struct Args {
     #[command(flatten)]
@@ -29,7 +28,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "WxH", default_value = "160x120", value_parser = parse_size)]
     size: (u32, u32),
     #[command(flatten)]
-    shadow: ShadowArgs,
+    frame: FrameArgs,
     /// Sample the reference until the standard error of 8x8-pixel means is below this, relative to
     /// the mean.
     #[arg(long, value_name = "X", default_value_t = 0.01)]
@@ -84,10 +83,7 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
         ..options
     })
     .map_err(CliError::failed)?;
-    let frame = FrameSettings {
-        size: [args.size.0, args.size.1],
-        shadow_resolution: args.shadow.shadow_resolution,
-    };
+    let frame = args.frame.settings(args.size);
     let case = Case {
         entry,
         preset: args.technique.preset(entry),

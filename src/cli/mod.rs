@@ -1,4 +1,7 @@
 //! The command line: one file per subcommand; argument parsing and printing only.
+//!
+//! A program of yours that adds a technique ([`crate::gi::registry::add`]) and then calls [`run`]
+//! is Lumivox with that technique.
 
 mod bench;
 mod chart;
@@ -16,8 +19,8 @@ mod voxelize;
 
 use std::process::ExitCode;
 
+use crate::graph::Messages;
 use clap::Parser;
-use lumivox::graph::Messages;
 
 /// Why a command ended without doing its work.
 #[derive(Debug, thiserror::Error)]
@@ -36,7 +39,7 @@ impl CliError {
         CliError::Input(error.into())
     }
 
-    /// Failed work.
+    /// Work that failed although its input was good.
     pub(crate) fn failed(error: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> Self {
         CliError::Failed(error.into())
     }
@@ -70,8 +73,8 @@ enum Command {
 }
 
 /// Parses the command line, runs the subcommand, and says in one line (then one per cause) what
-/// went wrong.
-pub(crate) fn run() -> ExitCode {
+/// went wrong. Exit codes: 0 done, 1 the work failed, 2 bad arguments or input.
+pub fn run() -> ExitCode {
     let cli = Cli::parse();
     let level = if cli.quiet {
         log::LevelFilter::Error
@@ -120,8 +123,8 @@ pub(crate) fn run() -> ExitCode {
     }
 }
 
-/// Fails where the validation layer had something to say to any device of this run, from its
-/// opening to its end.
+/// Fails if the validation layer had any message about a device of this run, from its opening to
+/// its end.
 fn validated() -> Result<(), CliError> {
     match Messages::of_process().as_slice() {
         [] => Ok(()),

@@ -2,12 +2,12 @@
 
 use std::time::Instant;
 
-use indicatif::{ProgressBar, ProgressStyle};
-use lumivox::image::write_planes;
-use lumivox::reference::{
+use crate::image::write_planes;
+use crate::reference::{
     Bounces, Filter, ReferenceError, ReferenceImage, Sampling, Settings, cache_dir, cached, render,
 };
-use lumivox::scene::Scene;
+use crate::scene::Scene;
+use indicatif::{ProgressBar, ProgressStyle};
 
 use super::CliError;
 use super::common::{PictureArgs, SceneArgs, say, write_report};
@@ -28,10 +28,10 @@ pub(crate) struct Args {
     /// Sample until the standard error of 8x8-pixel means is below this, relative to the mean.
     #[arg(long, value_name = "X", default_value_t = 0.01)]
     max_error: f64,
-    /// Take at most so many samples per pixel.
+    /// Take at most this many samples per pixel.
     #[arg(long, value_name = "N", default_value_t = 4096)]
     max_spp: u32,
-    /// Take exactly so many samples per pixel (rounded up to whole batches), whatever the error.
+    /// Take exactly this many samples per pixel (rounded up to whole batches), whatever the error.
     #[arg(long, value_name = "N", conflicts_with_all = ["max_error", "max_spp"])]
     spp: Option<u32>,
     /// Look at pixel centres (as a G-buffer does), or average over the pixel's square.

@@ -2,17 +2,19 @@
 
 use std::path::{Path, PathBuf};
 
-use lumivox::frame::{FrameSettings, Renderer};
-use lumivox::graph::{Gpu, GpuOptions, PassTimes, TimesAccumulator};
-use lumivox::image::{GuideImage, Image, read_aov};
-use lumivox::measure::report::{ErrorReport, Report, Timing};
-use lumivox::metrics::{Channel, Errors};
-use lumivox::reference::guide;
-use lumivox::scene::Scene;
+use crate::frame::Renderer;
+use crate::gi::entry::Entry;
+use crate::gi::inspect::ViewRow;
+use crate::graph::{Gpu, GpuOptions, PassTimes, TimesAccumulator};
+use crate::image::{GuideImage, Image, read_aov};
+use crate::measure::report::{ErrorReport, Report, Timing};
+use crate::metrics::{Channel, Errors};
+use crate::reference::guide;
+use crate::scene::Scene;
 
 use super::CliError;
 use super::common::{
-    DeviceArgs, PictureArgs, SceneArgs, ShadowArgs, TechniqueArgs, TimingArgs, say,
+    DeviceArgs, FrameArgs, PictureArgs, SceneArgs, TechniqueArgs, TimingArgs, say,
 };
 
 /// Render a scene with one technique.
@@ -25,7 +27,7 @@ pub(crate) struct Args {
     #[command(flatten)]
     picture: PictureArgs,
     #[command(flatten)]
-    shadow: ShadowArgs,
+    frame: FrameArgs,
     #[command(flatten)]
     device: DeviceArgs,
     /// Frames to render; times are the medians over all but the first.
@@ -40,14 +42,24 @@ pub(crate) struct Args {
     /// them: the report gets the error against it.
     #[arg(long, value_name = "FILE.exr")]
     reference: Option<PathBuf>,
-    /// In place of the picture, the technique's voxels as the camera sees them: light (radiance),
-    /// opacity, structure (how space is divided), or, with bricks of them, albedo, normal,
-    /// emission.
-    #[arg(long, value_name = "WHAT", conflicts_with_all = ["reference", "aov"])]
-    voxels: Option<String>,
-    /// Which level of them, 0 the finest.
-    #[arg(long, value_name = "N", default_value_t = 0, requires = "voxels")]
-    voxel_level: u32,
+    /// Instead of the picture, write a view of the technique's own data, as the camera sees it;
+    /// `lumivox techniques NAME` lists them.
+    #[arg(
+        long,
+        alias = "voxels",
+        value_name = "VIEW",
+        conflicts_with_all = ["reference", "aov"],
+    )]
+    view: Option<String>,
+    /// Level that the view shows, 0 the finest.
+    #[arg(
+        long,
+        alias = "voxel-level",
+        value_name = "N",
+        default_value_t = 0,
+        requires = "view"
+    )]
+    level: u32,
     /// Run with the Vulkan validation layer and synchronization validation; any message is a
     /// failure.
     #[arg(long)]
@@ -86,16 +98,13 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
         .transpose()?;
     let gpu = args.gpu()?;
     let size = args.picture.size.into();
-    let frame = FrameSettings {
-        size,
-        shadow_resolution: args.shadow.shadow_resolution,
-    };
+    let frame = args.frame.settings(args.picture.size);
     let (mut renderer, build) =
         Renderer::new(&gpu, &scene, entry, &settings, frame).map_err(CliError::failed)?;
     let view = args
-        .voxels
+        .view
         .as_ref()
-        .map(|what| VoxelView::choose(what, args.voxel_level, &renderer.volumes()))
+        .map(|name| choose_view(entry, &renderer, name, args.level))
         .transpose()?;
     let mut times = TimesAccumulator::default();
     for index in 0..args.frames {
@@ -104,15 +113,18 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
             times.add(&stats.passes);
         }
     }
-    let image = match &view {
-        Some(view) => view.image(&renderer)?,
+    let image = match view {
+        Some(view) => renderer
+            .view(view, args.level)
+            .map_err(CliError::failed)?
+            .ok_or_else(|| CliError::failed("the technique has dropped what the view shows"))?,
         None => renderer.aov(args.picture.aov).map_err(CliError::failed)?,
     };
     args.picture.write(&image)?;
     let mut report = Report::new(&gpu, &scene.name, size, entry.name, &settings);
     report.preset = args.technique.preset(entry);
     report.time_s = args.scene.time_s();
-    report.voxel_size_m = renderer.voxel_size();
+    report.voxel_size_m = renderer.cell_size();
     report.counting = PassTimes::once(&build.counting);
     report.build = PassTimes::once(&build.passes);
     report.passes = times.rows();
@@ -138,77 +150,35 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     Ok(())
 }
 
-/// What of the technique's voxels is to be seen.
-struct VoxelView<'a> {
-    volume: &'a str,
-    aspect: Aspect,
+/// The view of a name, where the technique has it, and this level of it.
+fn choose_view(
+    entry: &Entry,
+    renderer: &Renderer<'_>,
+    name: &str,
     level: u32,
-}
-
-#[derive(Clone, Copy)]
-enum Aspect {
-    Value,
-    Opacity,
-    Structure,
-}
-
-impl<'a> VoxelView<'a> {
-    fn choose(
-        what: &'a str,
-        level: u32,
-        volumes: &[(&'static str, u32)],
-    ) -> Result<Self, CliError> {
-        let (volume, aspect) = match what {
-            "opacity" => ("light", Aspect::Opacity),
-            "structure" => ("light", Aspect::Structure),
-            _ => (what, Aspect::Value),
-        };
-        match volumes.iter().find(|(name, _)| *name == volume) {
-            Some((_, levels)) if level < *levels => Ok(VoxelView {
-                volume,
-                aspect,
-                level,
-            }),
-            Some((_, levels)) => Err(CliError::input(format!(
-                "--voxel-level {level}: the levels are 0 to {}",
-                levels - 1
-            ))),
-            None if volumes.is_empty() => Err(CliError::input(
-                "--voxels: with these settings the technique keeps no volume; try --preset cones"
-                    .to_owned(),
-            )),
-            None => {
-                let known: Vec<&str> = volumes
-                    .iter()
-                    .map(|(name, _)| *name)
-                    .chain(["opacity", "structure"])
-                    .collect();
-                Err(CliError::input(format!(
-                    "--voxels {what}: known here are {}; svo with --set attributes=on keeps \
-                     albedo, normal and emission",
-                    known.join(", ")
-                )))
-            }
-        }
-    }
-
-    fn image(&self, renderer: &Renderer<'_>) -> Result<Image, CliError> {
-        let dropped = || CliError::failed("the technique has dropped its volume");
-        if let Aspect::Structure = self.aspect {
-            return renderer
-                .view_structure(self.level)
-                .map_err(CliError::failed)?
-                .ok_or_else(dropped);
-        }
-        let [value, opacity] = renderer
-            .view_voxels(self.volume, self.level)
-            .map_err(CliError::failed)?
-            .ok_or_else(dropped)?;
-        Ok(if let Aspect::Opacity = self.aspect {
-            opacity
-        } else {
-            value
-        })
+) -> Result<&'static ViewRow, CliError> {
+    let technique = entry.name;
+    let Some(view) = entry.view(name) else {
+        let mut known = entry.views.iter().copied().flatten().map(|view| view.name);
+        let first = known.next().ok_or_else(|| {
+            CliError::input(format!("--view {name}: {technique} has no views of itself"))
+        })?;
+        let known = known.fold(first.to_owned(), |list, name| list + ", " + name);
+        return Err(CliError::input(format!(
+            "--view {name}: the views of {technique} are {known}"
+        )));
+    };
+    match renderer.levels(view) {
+        0 => Err(CliError::input(format!(
+            "--view {name}: with these settings {technique} does not keep what it shows ({}); \
+             try another preset",
+            view.help
+        ))),
+        levels if level >= levels => Err(CliError::input(format!(
+            "--level {level}: the levels are 0 to {}",
+            levels - 1
+        ))),
+        _ => Ok(view),
     }
 }
 

@@ -3,7 +3,7 @@
 use std::ffi::{OsStr, OsString};
 use std::path::PathBuf;
 
-use lumivox::scene::{LoadOptions, Scene, SceneError, bundled};
+use crate::scene::{LoadOptions, Scene, SceneError, bundled};
 
 use super::CliError;
 use super::common::{check_output_folder, say};

@@ -3,29 +3,28 @@
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-use indicatif::ProgressBar;
-use lumivox::frame::FrameSettings;
-use lumivox::gi::Settings;
-use lumivox::gi::entry::Entry;
-use lumivox::gi::registry::{TECHNIQUES, find};
-use lumivox::graph::Gpu;
-use lumivox::measure::bench::{Case, cases};
-use lumivox::measure::records::{Records, read_records};
-use lumivox::measure::stress::results::{Results, summary};
-use lumivox::measure::stress::{
-    CASES, Effort, LEAST_RESOLUTION, Memo, Probe, Record, StressCase, StressError,
+use crate::gi::Settings;
+use crate::gi::entry::Entry;
+use crate::gi::registry::{all, find};
+use crate::graph::Gpu;
+use crate::measure::bench::{Case, cases};
+use crate::measure::records::{Records, read_records};
+use crate::measure::stress::results::{Results, summary};
+use crate::measure::stress::{
+    CASES, Effort, LEAST_RESOLUTION, Memo, Record, StressCase, StressError, Trial,
 };
-use lumivox::reference::cache_dir;
-use lumivox::scene::{LoadOptions, Scene};
+use crate::reference::cache_dir;
+use crate::scene::{LoadOptions, Scene};
+use indicatif::ProgressBar;
 
 use super::CliError;
 use super::common::{
-    DeviceArgs, check_output_folder, check_scenes, each_once, make_folder, parse_size,
+    DeviceArgs, FrameArgs, check_output_folder, check_scenes, each_once, make_folder, parse_size,
     progress_bar, reference_failed, say, stems, write_text,
 };
 
-/// Measure failure modes: each a parameter from harmless to fatal, one figure for each technique
-/// and each setting that matters.
+/// Measure failure modes: each makes one parameter worse, from harmless to fatal, for every
+/// technique and every setting that matters.
 #[derive(clap::Args)]
 pub(crate) struct Args {
     /// `bundled:NAME`, or the path of a .toml or .obj file, for the failure modes that take any
@@ -43,7 +42,7 @@ pub(crate) struct Args {
     /// Presets of each technique [default: its default preset].
     #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
     preset: Vec<String>,
-    /// The setting `resolution` of techniques that have it (voxels).
+    /// The setting `resolution` of techniques that have it (cells).
     #[arg(long, value_name = "N", default_value_t = 64)]
     resolution: u32,
     /// One setting, on top of every preset; may be repeated.
@@ -59,14 +58,8 @@ pub(crate) struct Args {
     /// Width and height (px).
     #[arg(long, value_name = "WxH", default_value = "64x48", value_parser = parse_size)]
     size: (u32, u32),
-    /// Width and height of each shadow map and reflective shadow map (texels).
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 256,
-        value_parser = clap::value_parser!(u32).range(16..=8192),
-    )]
-    shadow_resolution: u32,
+    #[command(flatten)]
+    frame: FrameArgs,
     #[command(flatten)]
     device: DeviceArgs,
     /// Render missing textures mid-grey instead of failing.
@@ -123,13 +116,9 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
         .map(|name| find(name))
         .collect::<Result<_, _>>()
         .map_err(CliError::input)?;
-    let techniques = if named.is_empty() {
-        TECHNIQUES
-    } else {
-        named.as_slice()
-    };
+    let techniques = if named.is_empty() { all() } else { named };
     let presets = cases(
-        techniques,
+        &techniques,
         &each_once(&args.preset),
         &[args.resolution],
         &args.set,
@@ -137,12 +126,12 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     .map_err(CliError::input)?;
     if let Some(coarse) = presets
         .iter()
-        .filter_map(|case| case.settings.find_count("resolution"))
+        .filter_map(|case| case.settings.resolution())
         .find(|resolution| *resolution < LEAST_RESOLUTION)
     {
         return Err(CliError::input(format!(
             "--resolution is {coarse}; the scenes of the suite need at least {LEAST_RESOLUTION} \
-             voxels"
+             cells"
         )));
     }
     let options = LoadOptions {
@@ -273,7 +262,7 @@ impl Suite<'_> {
         last.map_or(Ok(()), |last| write_all(&last, chosen, folder, quiet))
     }
 
-    /// Measures what of a case has no record, and returns the last record.
+    /// Measures every part of a case that has no record yet, and returns the last record.
     fn measure(
         &self,
         gpu: &mut Gpu,
@@ -288,7 +277,7 @@ impl Suite<'_> {
             for &severity in severities(self.args, case) {
                 let key = Record::key_of(
                     case,
-                    &self.probe(gpu, &run),
+                    &self.trial(gpu, &run),
                     run.case,
                     &run.change,
                     severity,
@@ -297,7 +286,7 @@ impl Suite<'_> {
                     Some(record) => record.clone(),
                     None => {
                         let record = case
-                            .record(&self.probe(gpu, &run), run.case, &run.change, severity)
+                            .record(&self.trial(gpu, &run), run.case, &run.change, severity)
                             .map_err(failed)?;
                         records.add(&record).map_err(CliError::failed)?;
                         if record.is_lost {
@@ -318,20 +307,12 @@ impl Suite<'_> {
         Ok(last)
     }
 
-    fn probe<'p>(&'p self, gpu: &'p Gpu, run: &'p Run<'_>) -> Probe<'p> {
-        let Args {
-            size,
-            shadow_resolution,
-            ..
-        } = *self.args;
-        Probe {
+    fn trial<'p>(&'p self, gpu: &'p Gpu, run: &'p Run<'_>) -> Trial<'p> {
+        Trial {
             gpu,
             entry: run.case.entry,
             settings: &run.settings,
-            frame: FrameSettings {
-                size: [size.0, size.1],
-                shadow_resolution,
-            },
+            frame: self.args.frame.small(self.args.size),
             effort: effort(self.args),
             scene: self.scene,
             memo: &self.memo,
@@ -339,7 +320,7 @@ impl Suite<'_> {
     }
 }
 
-/// Whose fault it is that nothing could be measured.
+/// Tells whether the input or the work is to blame that nothing could be measured.
 fn failed(error: StressError) -> CliError {
     match error {
         StressError::Reference(error) => reference_failed(error),
@@ -393,8 +374,8 @@ fn merge(folders: &[PathBuf], output: &Path, quiet: bool) -> Result<(), CliError
     write_all(last, CASES, output, quiet)
 }
 
-/// The records of a case in a folder that can be compared with this one: of its setup and its
-/// scene, whatever build; of those of one row the last.
+/// The records of a case in a folder that can be compared with this one: same setup and scene, any
+/// build. If a row has several records, only the last is kept.
 fn records_like(one: &Record, case: &StressCase, folder: &Path) -> Result<Vec<Record>, CliError> {
     let path = folder.join(case.name).with_extension("jsonl");
     let records = if path.is_file() {
@@ -438,8 +419,8 @@ fn write_case(
     Ok(())
 }
 
-/// The table of all that a folder has of this record's setup and scene; on the terminal that of the
-/// case that was asked for, if it is one.
+/// Writes the table of all records in a folder that have this record's setup and scene. The
+/// terminal shows only the table of the case that was asked for, if it was a single one.
 fn write_all(
     one: &Record,
     chosen: &[&'static StressCase],

@@ -1,7 +1,7 @@
 //! `lumivox techniques`.
 
-use lumivox::gi::entry::Entry;
-use lumivox::gi::registry::{TECHNIQUES, find};
+use crate::gi::entry::Entry;
+use crate::gi::registry::{all, find};
 
 use super::CliError;
 use super::common::say;
@@ -9,15 +9,15 @@ use super::common::say;
 /// List the techniques, their presets and their settings with units, ranges and defaults.
 #[derive(clap::Args)]
 pub(crate) struct Args {
-    /// Only this one.
+    /// Describe only this technique [default: all of them].
     technique: Option<String>,
 }
 
-/// Prints them.
+/// Prints one technique, or all of them.
 pub(crate) fn run(args: &Args) -> Result<(), CliError> {
     match &args.technique {
         Some(name) => describe(find(name).map_err(CliError::input)?),
-        None => TECHNIQUES.iter().try_for_each(|entry| describe(entry)),
+        None => all().into_iter().try_for_each(describe),
     }
 }
 
@@ -47,6 +47,9 @@ fn describe(entry: &Entry) -> Result<(), CliError> {
             if values.is_empty() { "" } else { "; " },
             values.join(" ")
         ));
+    }
+    for view in entry.views.iter().copied().flatten() {
+        say(&format!("  --view {}: {}", view.name, view.help));
     }
     for setting in entry.settings.iter().copied().flatten() {
         let unit = if setting.unit.is_empty() {

@@ -3,14 +3,14 @@
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-use lumivox::gi::registry::find;
-use lumivox::graph::GpuOptions;
-use lumivox::measure::report::Timing;
-use lumivox::scene::{LoadOptions, Scene};
-use lumivox::view::{Options, ViewError, parse_script, run as run_view};
+use crate::gi::registry::{DEFAULT, find};
+use crate::graph::GpuOptions;
+use crate::measure::report::Timing;
+use crate::scene::{LoadOptions, Scene};
+use crate::view::{Options, ViewError, parse_script, run as run_view};
 
 use super::CliError;
-use super::common::{DeviceArgs, ShadowArgs, TimingArgs, parse_size};
+use super::common::{DeviceArgs, FrameArgs, TimingArgs, parse_size};
 
 /// Open a window: techniques side by side, everything changed by hand, and what it costs.
 #[derive(clap::Args)]
@@ -22,7 +22,7 @@ pub(crate) struct Args {
     #[arg(long)]
     allow_missing_textures: bool,
     /// Technique; `lumivox techniques` lists them.
-    #[arg(long, default_value = "voxel-mips")]
+    #[arg(long, default_value = DEFAULT)]
     technique: String,
     /// Preset of the technique.
     #[arg(long)]
@@ -40,7 +40,7 @@ pub(crate) struct Args {
     #[arg(long)]
     no_vsync: bool,
     #[command(flatten)]
-    shadow: ShadowArgs,
+    frame: FrameArgs,
     #[command(flatten)]
     device: DeviceArgs,
     #[command(flatten)]
@@ -100,7 +100,7 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
         technique,
         preset: args.preset.clone(),
         set: args.set.clone(),
-        shadow_resolution: args.shadow.shadow_resolution,
+        shadow_resolution: args.frame.shadow_resolution(),
         size: args.size.map(Into::into),
         scale: args.scale,
         vsync: args.no_vsync.then_some(false),

@@ -2,14 +2,19 @@
 
 use std::path::PathBuf;
 
-use lumivox::gi::Context;
-use lumivox::gi::registry::TECHNIQUES;
-use lumivox::gi::shared::voxel::export::ExportFormat;
-use lumivox::graph::Gpu;
-use lumivox::render::GpuScene;
+use crate::gi::Context;
+use crate::gi::entry::Entry;
+use crate::gi::shared::voxel::export::ExportFormat;
+use crate::gi::shared::voxel::list_voxels;
+use crate::gi::voxel_cones::{mips, svo};
+use crate::graph::Gpu;
+use crate::render::GpuScene;
 
 use super::CliError;
 use super::common::{DeviceArgs, SceneArgs, TechniqueArgs, check_output, say};
+
+/// The techniques whose voxels are all of one size, in one grid.
+static ONE_GRID: &[&Entry] = &[&mips::ENTRY, &svo::ENTRY];
 
 /// Write the voxels that a technique makes of a scene.
 #[derive(clap::Args)]
@@ -37,18 +42,14 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
         .resolution
         .map(|resolution| format!("resolution={resolution}"));
     let (entry, settings) = args.technique.choose(resolution)?;
-    let Some(list_voxels) = entry.voxels else {
-        let known: Vec<&str> = TECHNIQUES
-            .iter()
-            .filter(|entry| entry.voxels.is_some())
-            .map(|entry| entry.name)
-            .collect();
+    if ONE_GRID.iter().all(|known| known.name != entry.name) {
+        let known: Vec<&str> = ONE_GRID.iter().map(|entry| entry.name).collect();
         return Err(CliError::input(format!(
             "technique {} has no voxels; name one that has: {}",
             entry.name,
             known.join(", ")
         )));
-    };
+    }
     check_output(&args.output)?;
     let scene = args.scene.open()?;
     let gpu = Gpu::new(&args.device.options()?).map_err(CliError::failed)?;

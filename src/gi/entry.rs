@@ -1,12 +1,12 @@
 //! What the program knows of a technique before it is made: a row of the registry.
 
+use super::inspect::ViewRow;
 use super::settings::{Preset, Setting, SettingError, Settings};
-use super::shared::voxel::VoxelList;
 use super::{Context, Technique};
 use crate::graph::{Error, Pass};
-use crate::shader::Field;
+use crate::shader::StructLayout;
 
-/// One technique.
+/// One technique. [`Entry::new`] is one with the least: no settings, and nothing to look at.
 pub struct Entry {
     /// Name on the command line.
     pub name: &'static str,
@@ -15,6 +15,9 @@ pub struct Entry {
     /// Number of indirect bounces that it computes with these settings, `None` for all of them; it
     /// is compared with the reference at this count.
     pub bounces: fn(&Settings) -> Option<u32>,
+    /// Frames, at least 1, until a picture of what stands still has all its light: more than one
+    /// where each frame goes on from the one before.
+    pub frames_to_rest: fn(&Settings) -> u32,
     /// Its settings, in groups.
     pub settings: &'static [&'static [Setting]],
     /// Whether values of settings are possible together.
@@ -23,16 +26,21 @@ pub struct Entry {
     pub presets: &'static [Preset],
     /// The passes that it may run, in groups.
     pub passes: &'static [&'static [&'static Pass]],
-    /// The structs that it shares with shaders, in groups.
-    pub structs: &'static [&'static [(&'static str, &'static [Field])]],
+    /// The structs that it shares with shaders, but for the parameters of passes, in groups.
+    pub structs: &'static [&'static [StructLayout]],
     /// What its passes do, as the literature tells it; every pass that it runs is in one stage.
     pub stages: &'static [&'static Stage],
     /// The passes that gather along directions.
     pub directions: &'static [Directions],
+    /// The setting that says along how many directions a pixel gathers, with these settings.
+    pub directions_setting: fn(&Settings) -> Option<&'static str>,
     /// What an error budget tries in place of parts of it, in groups.
     pub substitutions: &'static [&'static [Substitution]],
-    /// Lists the voxels that it makes of a scene; `None` where it has none.
-    pub voxels: Option<ListVoxels>,
+    /// `KEY=VALUE` pairs with which [`super::Inspect::light_slots`] hold the light of surfaces that
+    /// emit too; none where they do already.
+    pub emission_in_slots: fn(&Settings) -> Vec<String>,
+    /// The views that it has of itself, in groups; which of them are there depends on the settings.
+    pub views: &'static [&'static [ViewRow]],
     /// Makes it.
     pub make: Make,
 }
@@ -60,6 +68,20 @@ pub struct Stage {
     pub passes: &'static [&'static str],
 }
 
+impl Stage {
+    /// A step that makes the store.
+    pub const fn store(name: &'static str, passes: &'static [&'static str]) -> Self {
+        let part = Part::Store;
+        Stage { name, part, passes }
+    }
+
+    /// A step that makes the picture.
+    pub const fn picture(name: &'static str, passes: &'static [&'static str]) -> Self {
+        let part = Part::Picture;
+        Stage { name, part, passes }
+    }
+}
+
 /// How many directions a pass gathers along, so that its time can be told by the direction.
 #[derive(Clone, Copy)]
 pub struct Directions {
@@ -83,10 +105,35 @@ pub struct Substitution {
 /// Makes a technique with these settings.
 pub type Make = fn(&Context<'_>, &Settings) -> Result<Box<dyn Technique>, Error>;
 
-/// Lists the voxels that a technique with these settings makes of a scene.
-pub type ListVoxels = fn(&Context<'_>, &Settings) -> Result<VoxelList, Error>;
-
 impl Entry {
+    /// A technique of one bounce, whose picture is done after one frame.
+    pub const fn new(name: &'static str, summary: &'static str, make: Make) -> Self {
+        Entry {
+            name,
+            summary,
+            bounces: |_| Some(1),
+            frames_to_rest: |_| 1,
+            settings: &[],
+            check: |_| Ok(()),
+            presets: &[],
+            passes: &[],
+            structs: &[],
+            stages: &[],
+            directions: &[],
+            directions_setting: |_| None,
+            substitutions: &[],
+            emission_in_slots: |_| Vec::new(),
+            views: &[],
+            make,
+        }
+    }
+
+    /// The view of a name, or of an alias.
+    pub fn view(&self, name: &str) -> Option<&'static ViewRow> {
+        let mut views = self.views.iter().copied().flatten();
+        views.find(|view| view.name == name || view.aliases.contains(&name))
+    }
+
     /// The default preset, or the named one, with `KEY=VALUE` pairs on top.
     pub fn settings<S: AsRef<str>>(
         &self,

@@ -3,30 +3,35 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
+/// Name of the setting that says how fine a technique divides space: cells along the largest extent
+/// of the scene, or of its finest level. A technique that has one takes part in sweeps over
+/// resolutions.
+pub const RESOLUTION: &str = "resolution";
+
 /// What values a setting takes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Domain {
     /// A whole number in a closed range.
     Count {
-        /// Smallest.
+        /// Smallest value that is accepted.
         min: u32,
-        /// Largest.
+        /// Largest value that is accepted.
         max: u32,
     },
     /// One of some whole numbers.
     OneOf(&'static [u32]),
     /// A real number in a closed range.
     Number {
-        /// Smallest.
+        /// Smallest value that is accepted, in the setting's unit.
         min: f32,
-        /// Largest.
+        /// Largest value that is accepted, in the setting's unit.
         max: f32,
     },
     /// One of some words.
     Choice(&'static [&'static str]),
 }
 
-/// One setting.
+/// One setting of a technique: its name, its range and its default.
 #[derive(Clone, Copy, Debug)]
 pub struct Setting {
     /// Name on the command line.
@@ -61,9 +66,9 @@ pub struct Preset {
 pub enum Value {
     /// A whole number.
     Count(u32),
-    /// A real number.
+    /// A real number, in the setting's unit.
     Number(f32),
-    /// A word.
+    /// One of the words of [`Domain::Choice`].
     Choice(&'static str),
 }
 
@@ -78,7 +83,7 @@ pub enum SettingError {
     Unknown {
         /// What was given.
         name: String,
-        /// What there is.
+        /// The names of all settings that the technique has.
         known: String,
     },
     /// The value is outside the setting's domain.
@@ -99,9 +104,14 @@ pub enum SettingError {
     Preset {
         /// What was given.
         name: String,
-        /// What there is.
+        /// The names of all presets that the technique has.
         known: String,
     },
+}
+
+/// Names, for a message.
+pub(super) fn listed<'n>(names: impl Iterator<Item = &'n str>) -> String {
+    names.collect::<Vec<_>>().join(", ")
 }
 
 impl fmt::Display for Domain {
@@ -156,7 +166,7 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// All defaults, then those of the preset, then the given `KEY=VALUE` pairs.
+    /// All defaults, replaced by the preset's values, then by the given `KEY=VALUE` pairs.
     pub fn new<S: AsRef<str>>(
         table: &[&[Setting]],
         presets: &[Preset],
@@ -170,13 +180,7 @@ impl Settings {
             settings.set(table, setting.name, setting.default)?;
         }
         if let Some(name) = preset {
-            let known = || {
-                presets
-                    .iter()
-                    .map(|preset| preset.name)
-                    .collect::<Vec<_>>()
-                    .join(", ")
-            };
+            let known = || listed(presets.iter().map(|preset| preset.name));
             let preset = presets
                 .iter()
                 .find(|preset| preset.name == name)
@@ -200,12 +204,7 @@ impl Settings {
 
     fn set(&mut self, table: &[&[Setting]], name: &str, value: &str) -> Result<(), SettingError> {
         let all = || table.iter().copied().flatten();
-        let known = || {
-            all()
-                .map(|setting| setting.name)
-                .collect::<Vec<_>>()
-                .join(", ")
-        };
+        let known = || listed(all().map(|setting| setting.name));
         let setting =
             all()
                 .find(|setting| setting.name == name)
@@ -228,6 +227,11 @@ impl Settings {
     /// All names and values, sorted by name.
     pub fn iter(&self) -> impl Iterator<Item = (&'static str, Value)> {
         self.values.iter().map(|(name, value)| (*name, *value))
+    }
+
+    /// The value of the setting [`RESOLUTION`]; `None` where the technique has none.
+    pub fn resolution(&self) -> Option<u32> {
+        self.find_count(RESOLUTION)
     }
 
     /// The value of a whole-number setting; `None` where the technique has none of this name.

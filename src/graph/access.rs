@@ -14,13 +14,13 @@ pub enum Access {
     ComputeWrite,
     /// Storage buffer or storage image, read and written, atomics included.
     ComputeReadWrite,
-    /// Sampled image.
+    /// Sampled image, read by a compute shader.
     ComputeSampled,
     /// Storage buffer or storage image, only read.
     RasterRead,
     /// Storage buffer or storage image, read and written, atomics included.
     RasterReadWrite,
-    /// Sampled image.
+    /// Sampled image, read by a vertex, geometry or fragment shader.
     RasterSampled,
     /// Colour attachment.
     ColorTarget,

@@ -18,7 +18,7 @@ pub enum ClearOrLoad {
     Clear([f32; 4]),
     /// Clear an unsigned integer format.
     ClearUint(u32),
-    /// Keep.
+    /// Keep what is there.
     Load,
 }
 
@@ -59,7 +59,7 @@ impl Targets<'_> {
 pub struct DrawBatch {
     /// Which material set to bind; ignored by passes that use none.
     pub material: u32,
-    /// Push constants of this draw; empty for those of the pass.
+    /// Push constants of this draw; empty to use the pass's.
     pub push: Vec<u8>,
     /// First vertex index.
     pub first_vertex: u32,
@@ -72,7 +72,7 @@ pub struct DrawBatch {
 pub struct BatchDispatch {
     /// Which material set to bind; ignored by passes that use none.
     pub material: u32,
-    /// Push constants of this dispatch; empty for those of the pass.
+    /// Push constants of this dispatch; empty to use the pass's.
     pub push: Vec<u8>,
     /// Number of workgroups.
     pub groups: [u32; 3],
@@ -109,14 +109,17 @@ pub(super) struct PassCall {
     pub(super) run: Run,
 }
 
-/// A pass being added to a frame. Bindings come in the order of the declaration.
+/// A pass being added to a frame. Bindings and constants are given by name, in any order, and each
+/// of the declaration once.
 #[must_use = "a pass runs only when one of dispatch, dispatch_indirect, dispatch_batches or draw \
               is called"]
 pub struct PassBuilder<'f> {
     frame: &'f mut Frame,
     pass: &'static Pass,
-    resources: Vec<Resource>,
-    constants: Vec<u32>,
+    /// In the order in which the pass declares its bindings; `None` until one is bound.
+    resources: Vec<Option<Resource>>,
+    /// In the order in which the pass declares its constants; `None` until one is set.
+    constants: Vec<Option<u32>>,
     push: Vec<u8>,
 }
 
@@ -125,39 +128,44 @@ impl<'f> PassBuilder<'f> {
         PassBuilder {
             frame,
             pass,
-            resources: Vec::new(),
-            constants: Vec::new(),
+            resources: vec![None; pass.bindings.len()],
+            constants: vec![None; pass.constants.len()],
             push: Vec::new(),
         }
     }
 
     /// Binds a buffer, or an image: all mips where it is sampled, mip 0 where it is stored to or
     /// loaded from.
-    pub fn bind(self, resource: impl Into<Resource>) -> Self {
+    pub fn bind(self, name: &str, resource: impl Into<Resource>) -> Self {
         let is_storage_image = self
             .pass
             .bindings
-            .get(self.resources.len())
-            .is_some_and(|binding| binding.kind == BindingKind::Image);
+            .iter()
+            .any(|binding| binding.name == name && binding.kind == BindingKind::Image);
         match resource.into() {
-            Resource::Image(image, _) if is_storage_image => self.add(Resource::Image(image, 0..1)),
-            resource => self.add(resource),
+            Resource::Image(image, _) if is_storage_image => {
+                self.add(name, Resource::Image(image, 0..1))
+            }
+            resource => self.add(name, resource),
         }
     }
 
     /// Binds one mip of an image.
-    pub fn bind_mip(self, image: &Arc<Image>, mip: u32) -> Self {
-        self.add(Resource::Image(Arc::clone(image), mip..mip + 1))
+    pub fn bind_mip(self, name: &str, image: &Arc<Image>, mip: u32) -> Self {
+        self.add(name, Resource::Image(Arc::clone(image), mip..mip + 1))
     }
 
     /// Binds a range of mips of a sampled image.
-    pub fn bind_mips(self, image: &Arc<Image>, mips: std::ops::Range<u32>) -> Self {
-        self.add(Resource::Image(Arc::clone(image), mips))
+    pub fn bind_mips(self, name: &str, image: &Arc<Image>, mips: std::ops::Range<u32>) -> Self {
+        self.add(name, Resource::Image(Arc::clone(image), mips))
     }
 
-    /// Specialization constants 0, 1, 2, …
-    pub fn constants(mut self, values: &[u32]) -> Self {
-        self.constants = values.to_vec();
+    /// Sets a specialization constant.
+    pub fn constant(mut self, name: &str, value: impl Into<u32>) -> Self {
+        let names = self.pass.constants.iter().copied();
+        if let Some(place) = place(self.pass, names, name, &self.constants) {
+            self.constants[place] = Some(value.into());
+        }
         self
     }
 
@@ -268,17 +276,12 @@ impl<'f> PassBuilder<'f> {
         );
     }
 
-    fn add(mut self, resource: Resource) -> Self {
-        let index = self.resources.len();
-        let Some(binding) = self.pass.bindings.get(index) else {
-            assert!(
-                index < self.pass.bindings.len(),
-                "pass {}: {} is one binding too many",
-                self.pass.name,
-                resource.name()
-            );
+    fn add(mut self, name: &str, resource: Resource) -> Self {
+        let names = self.pass.bindings.iter().map(|binding| binding.name);
+        let Some(place) = place(self.pass, names, name, &self.resources) else {
             return self;
         };
+        let binding = &self.pass.bindings[place];
         let fits = match (&resource, binding.kind) {
             (Resource::Buffer(_), BindingKind::Buffer)
             | (Resource::Image(..), BindingKind::Sampled) => true,
@@ -293,7 +296,7 @@ impl<'f> PassBuilder<'f> {
             binding.name,
             binding.kind
         );
-        self.resources.push(resource);
+        self.resources[place] = Some(resource);
         self
     }
 
@@ -313,12 +316,11 @@ impl<'f> PassBuilder<'f> {
             constants,
             push,
         } = self;
-        assert_eq!(
-            resources.len(),
-            pass.bindings.len(),
-            "pass {}: number of bindings",
-            pass.name
-        );
+        let names = pass.bindings.iter().map(|binding| binding.name);
+        check_complete(pass, names, &resources);
+        check_complete(pass, pass.constants.iter().copied(), &constants);
+        let resources: Vec<Resource> = resources.into_iter().flatten().collect();
+        let constants = constants.into_iter().map(Option::unwrap_or_default);
         let (scene, materials) = frame.sets_for(pass);
         check_batches(
             pass,
@@ -344,7 +346,7 @@ impl<'f> PassBuilder<'f> {
         let call = PassCall {
             pass,
             resources,
-            constants,
+            constants: constants.collect(),
             push,
             scene,
             materials,
@@ -403,6 +405,41 @@ impl ClearValue {
     }
 }
 
+/// Where a pass declares a name; refuses one that it does not have, or that was given before.
+fn place<T>(
+    pass: &Pass,
+    names: impl Iterator<Item = &'static str> + Clone,
+    name: &str,
+    given: &[Option<T>],
+) -> Option<usize> {
+    let place = names
+        .clone()
+        .position(|known| known == name && !name.is_empty());
+    assert!(
+        place.is_some(),
+        "pass {}: it has no {name}; it has {:?}",
+        pass.name,
+        names.collect::<Vec<_>>()
+    );
+    assert!(
+        place.is_none_or(|place| given[place].is_none()),
+        "pass {}: {name} is given twice",
+        pass.name
+    );
+    place
+}
+
+/// Refuses a pass that lacks something it declares.
+fn check_complete<T>(pass: &Pass, names: impl Iterator<Item = &'static str>, given: &[Option<T>]) {
+    for (name, given) in names.zip(given) {
+        assert!(
+            given.is_some() || name.is_empty(),
+            "pass {}: {name} is not given",
+            pass.name
+        );
+    }
+}
+
 fn check_batches(pass: &Pass, push: &[u8], run: &Run, materials: usize) {
     let check = |material: u32, own: &[u8]| {
         let bytes = if own.is_empty() {
@@ -411,7 +448,8 @@ fn check_batches(pass: &Pass, push: &[u8], run: &Run, materials: usize) {
             own.len()
         };
         assert_eq!(
-            bytes, pass.push_bytes as usize,
+            bytes,
+            pass.push_bytes(),
             "pass {}: bytes of push constants",
             pass.name
         );

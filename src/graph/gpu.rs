@@ -12,13 +12,13 @@ use super::stats::FrameStats;
 use super::{Access, plan::Barrier};
 use crate::vulkan::{
     Buffer, BufferDesc, Commands, Device, DeviceChoice, DeviceInfo, Error, Faults, Features, Image,
-    ImageDesc, Instance, InstanceOptions, Limits, Messages, Timestamps, vk,
+    ImageDesc, Instance, InstanceOptions, Limits, Messages, Owner, Timestamps, vk,
 };
 
 /// How to open a [`Gpu`].
 #[derive(Clone, Debug, Default)]
 pub struct GpuOptions {
-    /// Which device.
+    /// The device to open: the best one, or one by index or name.
     pub device: DeviceChoice,
     /// With the Khronos validation layer and synchronization validation.
     pub validate: bool,
@@ -102,8 +102,8 @@ impl Gpu {
         })
     }
 
-    /// Takes other faults in place of those that it was opened with, but for features; answers how
-    /// many allocations were tried since the last time.
+    /// Replaces the faults that it was opened with, except faults of features. Returns how many
+    /// allocations were tried since the last call.
     #[doc(hidden)]
     pub fn plant(&self, faults: Faults) -> u64 {
         self.device.plant(faults)
@@ -119,7 +119,7 @@ impl Gpu {
         Image::new(&self.device, desc)
     }
 
-    /// Makes set 0.
+    /// Makes set 0, which shows these buffers to every pass that asks for the scene.
     pub fn create_scene_set(&self, bindings: &SceneBindings<'_>) -> Result<Arc<SceneSet>, Error> {
         SceneSet::new(&self.device, &self.shared, bindings)
     }
@@ -211,6 +211,11 @@ impl Gpu {
     /// Name and bytes of every living resource, in order of creation.
     pub fn memory(&self) -> Vec<(String, u64)> {
         self.device.memory_in_use()
+    }
+
+    /// Bytes of all living resources that are counted for an owner.
+    pub fn bytes_of(&self, owner: Owner) -> u64 {
+        self.device.bytes_of(owner)
     }
 
     /// Bytes of all living resources, as the allocator counts them.

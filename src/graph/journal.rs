@@ -29,13 +29,13 @@ pub struct JournalFrame {
 pub enum Issued {
     /// A barrier on a buffer or an image.
     Barrier(IssuedBarrier),
-    /// No command: the step stands for what the host or later passes do with what it uses.
+    /// No command: the step stands for the host, or for later passes, that use its resources.
     Nothing,
     /// A copy, blit, fill or clear.
     Transfer(Vec<Touch>),
     /// A dispatch or a draw.
     Pass {
-        /// The pass.
+        /// The pass as it was declared.
         pass: &'static Pass,
         /// What descriptors, attachments and arguments let it reach.
         touched: Vec<Touch>,
@@ -60,9 +60,9 @@ pub struct IssuedBarrier {
     pub src: Scope,
     /// What has to wait.
     pub dst: Scope,
-    /// Layout before.
+    /// Layout that the image is in before; `UNDEFINED` for buffers.
     pub old_layout: vk::ImageLayout,
-    /// Layout after.
+    /// Layout that the image gets; `UNDEFINED` for buffers.
     pub new_layout: vk::ImageLayout,
 }
 
@@ -77,7 +77,7 @@ pub struct Touch {
 }
 
 impl IssuedBarrier {
-    /// Of a buffer.
+    /// What a barrier on a buffer asks for.
     #[doc(hidden)]
     pub fn of_buffer(resource: u64, barrier: &vk::BufferMemoryBarrier2<'_>) -> Self {
         let is_whole = barrier.offset == 0 && barrier.size == vk::WHOLE_SIZE;
@@ -101,7 +101,7 @@ impl IssuedBarrier {
         }
     }
 
-    /// Of an image.
+    /// What a barrier on an image asks for.
     #[doc(hidden)]
     pub fn of_image(resource: u64, barrier: &vk::ImageMemoryBarrier2<'_>) -> Self {
         let range = barrier.subresource_range;

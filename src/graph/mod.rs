@@ -4,27 +4,28 @@
 //! [`Frame`]; [`Gpu::submit`] plans, records, runs and times it.
 //!
 //! ```no_run
-//! use lumivox::graph::{Access, Binding, BufferDesc, BufferUsage, Frame, Gpu, GpuOptions};
-//! use lumivox::graph::{Pass, Sets, Shaders};
+//! use lumivox::graph::{Access, Binding, BufferDesc, BufferUsage, Frame, Gpu, GpuOptions}; use
+//! lumivox::graph::{Owner, Pass, Sets, Shaders}; use lumivox::shader::Field;
 //!
 //! static DOUBLE: Pass = Pass {
 //!     name: "test.double",
 //!     shaders: Shaders::Compute("test/double.comp"),
 //!     bindings: &[Binding::buffer("values", Access::ComputeReadWrite)],
-//!     push_bytes: 4,
+//!     constants: &["WORKGROUP"],
+//!     params: Some(("Params", &[Field { name: "count", offset: 0, size: 4 }])),
 //!     sets: Sets::None,
 //! };
 //!
 //! # fn main() -> Result<(), lumivox::graph::Error> {
-//! let gpu = Gpu::new(&GpuOptions::default())?;
-//! let desc =
-//!     BufferDesc { name: "values".into(), size_bytes: 256, usage: BufferUsage::Storage };
-//! let values = gpu.create_buffer(&desc)?;
-//! let mut frame = Frame::new();
-//! frame.fill("values.fill", &values, 3);
-//! frame.pass(&DOUBLE).bind(&values).constants(&[64]).push(&64u32).dispatch([1, 1, 1]);
-//! let stats = gpu.submit(frame)?;
-//! println!("{:?} {:?}", stats.passes, gpu.read_buffer(&values)?);
+//! let gpu = Gpu::new(&GpuOptions::default())?; let desc = BufferDesc {
+//!     name: "values".into(),
+//!     size_bytes: 256,
+//!     usage: BufferUsage::Storage,
+//!     owner: Owner::Shared,
+//! }; let values = gpu.create_buffer(&desc)?; let mut frame = Frame::new();
+//! frame.fill("values.fill", &values, 3); let pass = frame.pass(&DOUBLE).bind("values",
+//! &values).constant("WORKGROUP", 64u32); pass.push(&64u32).dispatch([1, 1, 1]); let stats =
+//! gpu.submit(frame)?; println!("{:?} {:?}", stats.passes, gpu.read_buffer(&values)?);
 //! # Ok(())
 //! # }
 //! ```
@@ -54,5 +55,5 @@ pub use stats::{FrameStats, PassTime, PassTimes, Spread, TimesAccumulator};
 
 pub use crate::vulkan::{
     Buffer, BufferDesc, BufferUsage, DeviceChoice, DeviceInfo, Error, Faults, Features, Image,
-    ImageDesc, ImageKind, ImageUsage, Limits, Messages, vk,
+    ImageDesc, ImageKind, ImageUsage, Limits, Messages, Owner, vk,
 };

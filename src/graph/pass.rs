@@ -3,6 +3,7 @@
 use ash::vk;
 
 use super::Access;
+use crate::shader::StructLayout;
 
 /// One pass: its name, shaders, bindings (set 1) and parameters. The same name is its label, timer
 /// and column in reports.
@@ -14,8 +15,11 @@ pub struct Pass {
     pub shaders: Shaders,
     /// Bindings of set 1: binding 0, 1, 2, …
     pub bindings: &'static [Binding],
-    /// Size of the push constants (bytes), at most 128.
-    pub push_bytes: u32,
+    /// Names of the specialization constants 0, 1, 2, …, the same as in the shaders; empty where
+    /// they have none.
+    pub constants: &'static [&'static str],
+    /// Its parameters, the push constants; at most 128 bytes.
+    pub params: Option<StructLayout>,
     /// Which of the shared sets it uses.
     pub sets: Sets,
 }
@@ -23,7 +27,7 @@ pub struct Pass {
 /// The shared descriptor sets that a pass uses besides its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sets {
-    /// None.
+    /// No shared set, only the pass's own.
     None,
     /// Set 0: frame constants, samplers, scene buffers.
     Scene,
@@ -39,11 +43,11 @@ pub enum Shaders {
     Compute(&'static str),
     /// Vertex, optional geometry, optional fragment shader.
     Raster {
-        /// Vertex shader.
+        /// Stem of the vertex shader.
         vertex: &'static str,
-        /// Geometry shader; needs the optional feature.
+        /// Stem of the geometry shader; needs the optional feature.
         geometry: Option<&'static str>,
-        /// Fragment shader.
+        /// Stem of the fragment shader.
         fragment: Option<&'static str>,
         /// Fixed-function state.
         state: RasterState,
@@ -62,7 +66,7 @@ pub struct RasterState {
     pub depth_compare: vk::CompareOp,
     /// Depth bias, for shadow maps.
     pub depth_bias: Option<DepthBias>,
-    /// Faces to cull.
+    /// Faces that are not drawn: none, front, back.
     pub cull: vk::CullModeFlags,
     /// Overestimating conservative rasterization; needs the optional feature.
     pub conservative: bool,
@@ -105,7 +109,7 @@ pub enum BindingKind {
 pub struct Binding {
     /// Name, the same as in the shader.
     pub name: &'static str,
-    /// What it shows.
+    /// Whether it is a buffer, a storage image or a sampled image.
     pub kind: BindingKind,
     /// How the pass uses it.
     pub access: Access,
@@ -164,6 +168,23 @@ impl Binding {
 }
 
 impl Pass {
+    /// A compute pass without constants and without shared sets.
+    pub const fn compute(
+        name: &'static str,
+        shader: &'static str,
+        bindings: &'static [Binding],
+        params: StructLayout,
+    ) -> Self {
+        Pass {
+            name,
+            shaders: Shaders::Compute(shader),
+            bindings,
+            constants: &[],
+            params: Some(params),
+            sets: Sets::None,
+        }
+    }
+
     /// Stems of all shaders of the pass, each with its stage.
     pub fn stages(&self) -> Vec<(vk::ShaderStageFlags, &'static str)> {
         match &self.shaders {
@@ -182,6 +203,12 @@ impl Pass {
             .filter_map(|(stage, stem)| Some((stage, stem?)))
             .collect(),
         }
+    }
+
+    /// Size of the parameters (bytes).
+    pub fn push_bytes(&self) -> usize {
+        let last = self.params.and_then(|(_, fields)| fields.last());
+        last.map_or(0, |field| field.offset + field.size)
     }
 
     /// Whether the pass runs compute shaders.

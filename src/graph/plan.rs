@@ -14,14 +14,14 @@ use super::access::{Access, written};
 /// A range of mips or layers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Span {
-    /// The first one.
+    /// Index of the first mip or layer.
     pub first: u32,
-    /// How many.
+    /// Number of mips or layers.
     pub count: u32,
 }
 
 impl Span {
-    /// Only this one.
+    /// One mip or layer alone.
     pub const fn one(first: u32) -> Self {
         Span { first, count: 1 }
     }
@@ -51,7 +51,7 @@ pub struct Use {
     pub mips: Span,
     /// Layers used; `Span::one(0)` for buffers.
     pub layers: Span,
-    /// How.
+    /// How the pass uses the part.
     pub access: Access,
 }
 
@@ -95,9 +95,9 @@ pub enum Hazard {
 /// Stages and accesses, on one side of a barrier.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Scope {
-    /// Stages.
+    /// Pipeline stages in which the accesses happen.
     pub stage: vk::PipelineStageFlags2,
-    /// Accesses.
+    /// Kinds of memory access in these stages.
     pub access: vk::AccessFlags2,
 }
 
@@ -133,19 +133,19 @@ pub struct Barrier {
     pub resource: u64,
     /// Buffer or image.
     pub kind: ResourceKind,
-    /// Mips.
+    /// Mips that it covers; `Span::one(0)` for buffers.
     pub mips: Span,
-    /// Layers.
+    /// Layers that it covers; `Span::one(0)` for buffers.
     pub layers: Span,
     /// What has to be over.
     pub src: Scope,
     /// What has to wait.
     pub dst: Scope,
-    /// Layout before.
+    /// Layout that the image is in before; `UNDEFINED` for buffers.
     pub old_layout: vk::ImageLayout,
-    /// Layout after.
+    /// Layout that the image gets; `UNDEFINED` for buffers.
     pub new_layout: vk::ImageLayout,
-    /// The reason.
+    /// Why the barrier is needed.
     pub hazard: Hazard,
     /// The latest use that it waits for, if there was any.
     pub from: Option<Origin>,

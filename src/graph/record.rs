@@ -70,7 +70,7 @@ impl Pipelines {
                     device,
                     pass.name,
                     &[&shared.scene, &set, &shared.material],
-                    pass.push_bytes,
+                    pass.push_bytes() as u32,
                 )?;
                 Ok(new.insert((set, layout)))
             }
@@ -94,8 +94,8 @@ impl Pipelines {
         Ok(pipeline)
     }
 
-    /// Takes a module in place of the embedded one and makes the pipelines again that have it; on
-    /// failure, all stays as it was. Answers how many it made.
+    /// Takes a module in place of the embedded one, and makes all pipelines with it again. Returns
+    /// how many it made. On failure, everything stays as it was.
     pub(super) fn replace_module(
         &mut self,
         device: &Arc<Device>,

@@ -13,13 +13,13 @@ use crate::vulkan::{
 pub struct SceneBindings<'b> {
     /// Binding 0: frame constants, a uniform buffer.
     pub frame_uniform: &'b Arc<Buffer>,
-    /// Binding 4.
+    /// Binding 4: the vertices of all triangles.
     pub vertices: &'b Arc<Buffer>,
-    /// Binding 5.
+    /// Binding 5: the triangles.
     pub triangles: &'b Arc<Buffer>,
-    /// Binding 6.
+    /// Binding 6: the materials.
     pub materials: &'b Arc<Buffer>,
-    /// Binding 7.
+    /// Binding 7: the lights.
     pub lights: &'b Arc<Buffer>,
 }
 

@@ -18,8 +18,8 @@ pub struct PassTime {
 pub struct FrameStats {
     /// The passes, in the order of their first run.
     pub passes: Vec<PassTime>,
-    /// The passes of counting runs, whose only result is how large something has to be or how work
-    /// has to be split; not among `passes`.
+    /// The passes of counting runs, which are not among `passes`. Such a run only finds out how
+    /// large a buffer has to be, or how work has to be split.
     pub counting: Vec<PassTime>,
 }
 
@@ -78,16 +78,16 @@ fn sum(passes: &mut Vec<PassTime>, others: Vec<PassTime>) {
 pub struct Spread {
     /// Median; the mean of the middle two for an even number.
     pub median: f64,
-    /// Smallest.
+    /// Smallest measurement (ms).
     pub min: f64,
-    /// Largest.
+    /// Largest measurement (ms).
     pub max: f64,
     /// Number of measurements.
     pub n: usize,
 }
 
 impl Spread {
-    /// Of at least one measurement.
+    /// The spread of these measurements (ms); `None` where there is none.
     pub fn of(values: &[f64]) -> Option<Self> {
         let mut sorted = values.to_vec();
         sorted.sort_by(f64::total_cmp);

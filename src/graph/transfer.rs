@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::frame::{Frame, Resource, Work};
 use super::{Access, Gpu};
-use crate::vulkan::{Buffer, BufferDesc, BufferUsage, Error, Image, ImageRegion};
+use crate::vulkan::{Buffer, BufferDesc, BufferUsage, Error, Image, ImageRegion, Owner};
 
 impl Gpu {
     /// Copies bytes to the start of a buffer, and waits.
@@ -70,7 +70,11 @@ impl Gpu {
         let work = Work::ToImage {
             source: staging,
             target: Arc::clone(image),
-            region: ImageRegion { mip, layer },
+            region: ImageRegion {
+                mip,
+                layer,
+                texel: None,
+            },
         };
         frame.push(format!("upload {}", image.name()), uses, work);
         self.submit(frame).map(drop)
@@ -97,10 +101,35 @@ impl Gpu {
     /// The texels of one mip and layer of an image, tightly packed, once all work before has
     /// finished.
     pub fn read_image(&self, image: &Arc<Image>, mip: u32, layer: u32) -> Result<Vec<u8>, Error> {
-        let staging = self.readback(image.name(), check_region(image, mip, layer))?;
+        let bytes = check_region(image, mip, layer);
+        let texel = None;
+        self.read_region(image, ImageRegion { mip, layer, texel }, bytes)
+    }
+
+    /// One texel of the finest mip of a 2D image, once all work before has finished.
+    pub fn read_texel(&self, image: &Arc<Image>, [x, y]: [u32; 2]) -> Result<Vec<u8>, Error> {
+        let [width, height, _] = image.extent(0);
+        let name = image.name();
+        assert!(x < width && y < height, "image {name}: no texel {x}, {y}");
+        let bytes = check_region(image, 0, 0) / (u64::from(width) * u64::from(height));
+        let region = ImageRegion {
+            mip: 0,
+            layer: 0,
+            texel: Some([x, y]),
+        };
+        self.read_region(image, region, bytes)
+    }
+
+    fn read_region(
+        &self,
+        image: &Arc<Image>,
+        region: ImageRegion,
+        size_bytes: u64,
+    ) -> Result<Vec<u8>, Error> {
+        let staging = self.readback(image.name(), size_bytes)?;
         let mut frame = Frame::new();
         let (from, to) = (
-            Resource::Image(Arc::clone(image), mip..mip + 1),
+            Resource::Image(Arc::clone(image), region.mip..region.mip + 1),
             Resource::from(&staging),
         );
         let uses = vec![
@@ -109,7 +138,7 @@ impl Gpu {
         ];
         let work = Work::FromImage {
             source: Arc::clone(image),
-            region: ImageRegion { mip, layer },
+            region,
             target: Arc::clone(&staging),
         };
         frame.push(format!("read {}", image.name()), uses, work);
@@ -133,6 +162,7 @@ impl Gpu {
             name: format!("{name} (staging)"),
             size_bytes: bytes.len() as u64,
             usage: BufferUsage::Staging,
+            owner: Owner::Shared,
         })?;
         staging.write_mapped(0, bytes);
         Ok(staging)
@@ -143,6 +173,7 @@ impl Gpu {
             name: format!("{name} (readback)"),
             size_bytes,
             usage: BufferUsage::Readback,
+            owner: Owner::Shared,
         })
     }
 }

@@ -8,9 +8,9 @@ pub enum ImageError {
     /// The file could not be read as OpenEXR.
     #[error("cannot read the image {}; give an OpenEXR file", path.display())]
     Read {
-        /// The file.
+        /// The file that was read.
         path: PathBuf,
-        /// Why.
+        /// What the decoder or the system said.
         source: Box<dyn std::error::Error + Send + Sync>,
     },
     /// The file could not be written.
@@ -19,15 +19,15 @@ pub enum ImageError {
         path.display()
     )]
     Write {
-        /// The file.
+        /// The file that was to be written.
         path: PathBuf,
-        /// Why.
+        /// What the encoder or the system said.
         source: Box<dyn std::error::Error + Send + Sync>,
     },
     /// The file holds an image, but not the channels asked for.
     #[error("{} has no channels R, G, B nor Y; it has {found}", path.display())]
     NoColor {
-        /// The file.
+        /// The file that was read.
         path: PathBuf,
         /// The channels that it has.
         found: String,
@@ -35,9 +35,9 @@ pub enum ImageError {
     /// The file has layers, but not the one asked for.
     #[error("{} has no layer {layer}; it has the channels {found}", path.display())]
     NoLayer {
-        /// The file.
+        /// The file that was read.
         path: PathBuf,
-        /// The layer.
+        /// Name of the layer that was asked for.
         layer: &'static str,
         /// The channels that it has.
         found: String,

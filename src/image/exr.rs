@@ -14,9 +14,9 @@ use super::{Aov, Image, ImageError};
 /// Named channels of one size, as an EXR file holds them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Planes {
-    /// Width (px).
+    /// Width of every channel (px).
     pub width: u32,
-    /// Height (px).
+    /// Height of every channel (px).
     pub height: u32,
     /// Channel name and `width × height` values, row 0 at the top.
     pub planes: Vec<(String, Vec<f32>)>,

@@ -9,9 +9,9 @@ pub const NO_SURFACE: u32 = u32::MAX;
 /// Geometry at the pixel centres, row 0 at the top; every vector has `width × height` entries.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GuideImage {
-    /// Width (px).
+    /// Width of the image (px).
     pub width: u32,
-    /// Height (px).
+    /// Height of the image (px).
     pub height: u32,
     /// World-space position (m); zero where nothing is seen.
     pub position: Vec<Vec3>,

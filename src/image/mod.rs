@@ -8,12 +8,14 @@ mod aov;
 mod error;
 mod exr;
 mod guide;
+mod indirect;
 mod png;
 
 pub use self::aov::{Aov, UnknownAov};
 pub use self::error::ImageError;
 pub use self::exr::{Planes, read_aov, read_exr, read_planes, write_exr, write_planes};
 pub use self::guide::{GuideImage, NO_SURFACE};
+pub use self::indirect::IndirectImage;
 pub use self::png::{heat_color, srgb_from_linear, write_heatmap, write_png};
 
 use glam::Vec3;
@@ -21,16 +23,16 @@ use glam::Vec3;
 /// A linear RGB image, row 0 at the top.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Image {
-    /// Width (px).
+    /// Width of the image (px).
     pub width: u32,
-    /// Height (px).
+    /// Height of the image (px).
     pub height: u32,
     /// `width × height` pixels.
     pub pixels: Vec<Vec3>,
 }
 
 impl Image {
-    /// A black image.
+    /// A black image of this size (px).
     pub fn new(width: u32, height: u32) -> Self {
         Image {
             width,

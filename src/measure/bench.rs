@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use crate::frame::{FrameSettings, Renderer};
 use crate::gi::Settings;
 use crate::gi::entry::{Directions, Entry, Part};
-use crate::gi::settings::SettingError;
+use crate::gi::inspect::DYNAMIC;
+use crate::gi::settings::{RESOLUTION, SettingError};
 use crate::graph::{Error, FrameStats, Gpu, GpuOptions, PassTimes, Spread, TimesAccumulator};
 use crate::image::{Aov, GuideImage, Image};
 use crate::metrics::Channel;
@@ -24,11 +25,11 @@ use super::walk::{WalkSettings, WalkTimes, walk};
 /// What is measured: one technique with all its settings.
 #[derive(Clone)]
 pub struct Case {
-    /// The technique.
+    /// The technique that is measured.
     pub entry: &'static Entry,
     /// The preset that the settings started from.
     pub preset: Option<String>,
-    /// The settings.
+    /// The values of all its settings.
     pub settings: Settings,
 }
 
@@ -48,7 +49,7 @@ impl Case {
                 .map(|(_, value)| value)
         };
         let is_changed =
-            |(name, value): &(&str, _)| *name != "resolution" && preset_value(name) != Some(*value);
+            |(name, value): &(&str, _)| *name != RESOLUTION && preset_value(name) != Some(*value);
         self.settings
             .iter()
             .filter(is_changed)
@@ -79,7 +80,7 @@ pub fn cases(
             .iter()
             .copied()
             .flatten()
-            .any(|setting| setting.name == "resolution");
+            .any(|setting| setting.name == RESOLUTION);
         let resolutions: Vec<Option<u32>> = if resolutions.is_empty() || !has_resolution {
             vec![None]
         } else {
@@ -89,7 +90,7 @@ pub fn cases(
             for resolution in &resolutions {
                 let all: Vec<String> = resolution
                     .iter()
-                    .map(|resolution| format!("resolution={resolution}"))
+                    .map(|resolution| format!("{RESOLUTION}={resolution}"))
                     .chain(pairs.iter().cloned())
                     .collect();
                 cases.push(Case {
@@ -116,13 +117,13 @@ pub struct BenchSettings {
     pub frames: u32,
     /// Builds after the first.
     pub rebuilds: u32,
-    /// Times (s) at which dynamic models are put, so often as there are builds.
+    /// Times (s) at which dynamic models are shown, each measured as often as there are builds.
     pub times: Vec<f32>,
     /// How a camera walks, where it does.
     pub walk: Option<WalkSettings>,
-    /// Whether the samples of cones are counted, which takes a run of its own.
+    /// Whether the samples of the gather are counted, which takes a run of its own.
     pub samples: bool,
-    /// What of a colour is compared.
+    /// Whether luminances are compared, or red, green and blue each.
     pub channel: Channel,
 }
 
@@ -139,8 +140,8 @@ pub struct Truth {
 pub const MAX_SPP: u32 = 4096;
 
 impl Truth {
-    /// How to render the reference of so many bounces; `max_error` is the relative standard error
-    /// of 8×8-pixel means that it may have.
+    /// How to render the reference at this number of bounces. `max_error` is the relative standard
+    /// error that its 8×8-pixel means may have.
     pub fn settings(
         [width, height]: [u32; 2],
         bounces: Bounces,
@@ -304,7 +305,7 @@ struct Run<'g> {
     walks: Vec<WalkTimes>,
     pictures: Pictures,
     counts: Vec<(&'static str, u64)>,
-    /// Samples of cones, by pass.
+    /// Samples of the gather, by pass.
     samples: Vec<(&'static str, u64)>,
     /// Alive until memory has been listed.
     renderer: Renderer<'g>,
@@ -379,7 +380,7 @@ fn motion(
         let dynamic_voxels = renderer
             .counts()?
             .into_iter()
-            .find(|(name, _)| *name == "dynamic_voxels")
+            .find(|(name, _)| *name == DYNAMIC)
             .map(|(_, count)| count);
         rows.push(MotionTimes {
             time_s,
@@ -391,17 +392,9 @@ fn motion(
     Ok(rows)
 }
 
-/// Frames after which feedback, which adds a bounce in each, has all but ¾ to this power, 1%, of
-/// its light.
-pub(super) const FEEDBACK_FRAMES: u32 = 17;
-
-/// Frames before those that are measured.
+/// Frames before those that are measured: the first may have to compile pipelines.
 pub(super) fn warm_up_frames(case: &Case) -> u32 {
-    if (case.entry.bounces)(&case.settings).is_some() {
-        1
-    } else {
-        FEEDBACK_FRAMES - 1
-    }
+    ((case.entry.frames_to_rest)(&case.settings) - 1).max(1)
 }
 
 impl Run<'_> {
@@ -419,7 +412,7 @@ impl Run<'_> {
             .flat_map(|(when, runs)| stage_times(case.entry, when, runs))
             .collect();
         let mut report = Report {
-            voxel_size_m: self.renderer.voxel_size(),
+            voxel_size_m: self.renderer.cell_size(),
             counting: PassTimes::once(&self.first_build.counting),
             first_build: PassTimes::once(&self.first_build.passes),
             build: rows(&self.builds),

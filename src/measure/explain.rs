@@ -1,12 +1,13 @@
-//! Error budgets: what becomes of a technique's error when one of its approximations is replaced by
+//! Error budgets: how much error a technique has left when one of its approximations is replaced by
 //! the truth, or by a better one.
 
 use glam::Vec3;
 use serde::Serialize;
 
 use crate::frame::{FrameSettings, Renderer};
-use crate::gi::shared::voxel::VoxelMap;
-use crate::gi::{LitVoxels, SettingError, Settings};
+use crate::gi::inspect::LightSlots;
+use crate::gi::settings::RESOLUTION;
+use crate::gi::{SettingError, Settings};
 use crate::graph::{Error, Gpu};
 use crate::image::{Aov, Image};
 use crate::metrics::{Channel, Errors, MetricError, compare};
@@ -19,16 +20,16 @@ use super::bench::{Case, Truth, warm_up_frames};
 use super::report::{ErrorReport, Report};
 use super::table::value_text;
 
-/// Points that exact light is measured at, along the edge of a voxel face.
+/// Points that exact light is measured at, along the distance from slot to slot.
 const POINTS_ALONG: f32 = 4.0;
 
-/// At most so many points in all.
+/// At most this many points in all.
 const MOST_POINTS: f64 = 16e6;
 
 /// Rays a pixel where the scene itself is gathered.
 const EXACT_DIRECTIONS: u32 = 256;
 
-/// Shadow maps are made so many times as wide.
+/// Shadow maps are made this many times as wide.
 const FINER_MAPS: u32 = 2;
 
 /// Widest shadow map (texels).
@@ -39,7 +40,7 @@ const WIDEST_MAP: u32 = 8192;
 pub struct Row {
     /// What is replaced.
     pub name: String,
-    /// By what.
+    /// What it is replaced by, in one line.
     pub help: String,
     /// How to do likewise, as options of the command line; empty where only an error budget can.
     pub options: Vec<String>,
@@ -90,17 +91,17 @@ pub enum ExplainError {
     },
 }
 
-/// What an error is taken of.
+/// What the error budget is made for.
 pub struct Subject<'s> {
-    /// The device.
+    /// The device that renders.
     pub gpu: &'s Gpu,
-    /// The scene.
+    /// The scene that is rendered.
     pub scene: &'s Scene,
     /// The technique with its settings.
     pub case: &'s Case,
     /// What all techniques share.
     pub frame: FrameSettings,
-    /// What of a colour is compared.
+    /// Whether luminances are compared, or red, green and blue each.
     pub channel: Channel,
     /// The reference at the technique's bounce count.
     pub truth: &'s Truth,
@@ -189,7 +190,7 @@ struct Picture {
 }
 
 impl<'s> Subject<'s> {
-    /// Renders one picture, with the light of `points` in the voxels where it is given.
+    /// Renders one picture, with the light of `points` in the technique's slots where it is given.
     fn render(
         &self,
         settings: &Settings,
@@ -198,8 +199,8 @@ impl<'s> Subject<'s> {
     ) -> Result<(Renderer<'s>, Picture), Error> {
         let (mut renderer, _) =
             Renderer::new(self.gpu, self.scene, self.case.entry, settings, frame)?;
-        if let Some(points) = points {
-            give_light(self.gpu, &mut renderer.lit_voxels(), points)?;
+        if let (Some(points), Some(mut slots)) = (points, renderer.light_slots()?) {
+            give_light(self.gpu, &mut *slots, points)?;
         }
         (0..warm_up_frames(self.case))
             .try_for_each(|_| renderer.render(&self.scene.camera).map(drop))?;
@@ -215,17 +216,17 @@ impl<'s> Subject<'s> {
         Ok(comparison.block.unwrap_or(comparison.pixel))
     }
 
-    /// What the voxels of the last frame look like through exact rays, with the technique's glossy
+    /// What the slots of the last frame look like through exact rays, with the technique's glossy
     /// reflections.
     fn gather(&self, renderer: &mut Renderer<'_>) -> Result<Image, ExplainError> {
         let specular = renderer.aov(Aov::Specular)?;
-        let pieces = renderer.lit_voxels();
-        let Some(map) = VoxelMap::read(self.gpu, &pieces)? else {
+        let Some(slots) = renderer.light_slots()? else {
             return Ok(specular);
         };
-        let radiance = map.radiance(self.gpu, &pieces)?;
+        let radiance = slots.radiance(self.gpu)?;
         let seen = |point: &SurfacePoint| {
-            map.slots(point.position, point.normal)
+            slots
+                .at(point.position, point.normal)
                 .map_or(Vec3::ZERO, |[slot, _]| radiance[slot])
         };
         let diffuse = gather(self.scene, self.frame.size, EXACT_DIRECTIONS, &seen)?;
@@ -235,23 +236,16 @@ impl<'s> Subject<'s> {
     }
 }
 
-/// Puts the light of points of the surfaces into voxels: of each side the mean over the points in
-/// its voxel. Voxels without a point stay holes.
-pub fn give_light(
-    gpu: &Gpu,
-    pieces: &mut [LitVoxels<'_>],
-    points: &[LitPoint],
-) -> Result<(), Error> {
-    let Some(map) = VoxelMap::read(gpu, pieces)? else {
-        return Ok(());
-    };
-    let mut sums = vec![(Vec3::ZERO, 0u32); map.slot_count()];
+/// Puts the light of points of the surfaces into slots: into each the mean over its points. Slots
+/// without a point stay holes.
+pub fn give_light(gpu: &Gpu, slots: &mut dyn LightSlots, points: &[LitPoint]) -> Result<(), Error> {
+    let mut sums = vec![(Vec3::ZERO, 0u32); slots.count()];
     for LitPoint {
         surface,
         radiance: [front, back],
     } in points
     {
-        let Some([seen, other]) = map.slots(surface.position, surface.normal) else {
+        let Some([seen, other]) = slots.at(surface.position, surface.normal) else {
             continue;
         };
         sums[seen].0 += *front;
@@ -263,7 +257,7 @@ pub fn give_light(
         .iter()
         .map(|(sum, count)| (*count > 0).then(|| *sum / *count as f32))
         .collect();
-    map.set_direct(gpu, pieces, &means)
+    slots.set_direct(gpu, &means)
 }
 
 /// The rows so far.
@@ -305,23 +299,24 @@ impl Table<'_, '_> {
         Ok(())
     }
 
-    /// The reference's own light in the voxels, its own rays to them, and both.
+    /// The reference's own light in the slots, its own rays to them, and both.
     fn add_exact(
         &mut self,
         renderer: &mut Renderer<'_>,
         picture: &Picture,
     ) -> Result<(), ExplainError> {
         let subject = self.subject;
-        let Some(map) = VoxelMap::read(subject.gpu, &renderer.lit_voxels())? else {
+        let Some(spacing_m) = renderer.light_slots()?.map(|slots| slots.spacing()) else {
             return Ok(());
         };
-        let spacing_m = (map.voxel_size() / POINTS_ALONG)
+        let spacing_m = (spacing_m / POINTS_ALONG)
             .max((surface_area_m2(subject.scene) / MOST_POINTS).sqrt() as f32);
-        drop(map);
-        // Where patches give what surfaces emit, the voxels that the picture sees do not hold it,
-        // and those that exact rays see have to.
-        let whole = if self.has_patches() {
-            self.changed("visibility", &["emissive_patches=0".into()])?
+        // The slots that exact rays see have to hold what surfaces emit, too.
+        let whole = if subject.scene.is_emissive() {
+            let Case {
+                entry, settings, ..
+            } = subject.case;
+            self.changed("visibility", &(entry.emission_in_slots)(settings))?
         } else {
             None
         };
@@ -343,10 +338,10 @@ impl Table<'_, '_> {
         };
         drop(points);
         let light =
-            "the lights' light in the voxels is the mean of exact shadow rays from their surfaces";
+            "the lights' light in the store is the mean of exact shadow rays from its surfaces";
         self.add("direct light", light, Vec::new(), || Ok(exact?))?;
         let rays = format!(
-            "{EXACT_DIRECTIONS} rays a pixel through the scene itself see the voxels' radiance"
+            "{EXACT_DIRECTIONS} rays a pixel through the scene itself see the store's radiance"
         );
         self.add("visibility", &rays, Vec::new(), || {
             Ok(Picture {
@@ -355,27 +350,13 @@ impl Table<'_, '_> {
             })
         })?;
         let rest =
-            "both: what is left is one radiance for all surface of a voxel, or of a side of it";
+            "both: what is left is one radiance for all surface of a cell, or of a side of it";
         self.add("direct light and visibility", rest, Vec::new(), || {
             Ok(Picture {
                 indirect: both?,
                 frame_ms: None,
             })
         })
-    }
-
-    /// Whether surfaces that emit light the picture by patches.
-    fn has_patches(&self) -> bool {
-        let Subject {
-            scene,
-            case: Case { settings, .. },
-            ..
-        } = self.subject;
-        scene.is_emissive()
-            && settings.find_choice("shadows") == Some("cones")
-            && settings
-                .find_count("emissive_patches")
-                .is_some_and(|count| count > 0)
     }
 
     /// Finer shadow maps.
@@ -419,20 +400,20 @@ impl Table<'_, '_> {
         Ok(())
     }
 
-    /// Voxels half as large, and what the two resolutions tell of voxels without size.
+    /// Cells half as large, and what the two resolutions tell of cells without size.
     fn add_resolution(&mut self, picture: &Picture) -> Result<(), ExplainError> {
         let subject = self.subject;
-        let Some(resolution) = subject.case.settings.find_count("resolution") else {
+        let Some(resolution) = subject.case.settings.resolution() else {
             return Ok(());
         };
         // The finest resolution has no double.
         let Ok(Some((settings, options))) =
-            self.changed("resolution", &[format!("resolution={}", 2 * resolution)])
+            self.changed("resolution", &[format!("{RESOLUTION}={}", 2 * resolution)])
         else {
             return Ok(());
         };
         let mut finer = None;
-        self.add("resolution", "voxels half as large", options, || {
+        self.add("resolution", "cells half as large", options, || {
             let made = subject.render(&settings, subject.frame, None)?.1;
             finer = Some(made.indirect.clone());
             Ok(made)
@@ -441,7 +422,7 @@ impl Table<'_, '_> {
         let limit = Image::from_fn(finer.width, finer.height, |i| {
             2.0 * finer.pixels[i] - picture.indirect.pixels[i]
         });
-        let help = "voxels without size, by Richardson's extrapolation of the first order from \
+        let help = "cells without size, by Richardson's extrapolation of the first order from \
                     the row above";
         self.add("resolution, extrapolated", help, Vec::new(), || {
             Ok(Picture {

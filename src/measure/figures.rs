@@ -2,7 +2,7 @@
 
 use crate::graph::PassTimes;
 
-use super::chart::{Bar, BarPanel, Chart, LineAxis, LinePanel, Panels, Scale, Series};
+use super::draw::{Bar, BarPanel, Chart, LineAxis, LinePanel, Panels, Scale, Series};
 use super::report::{Report, Timing};
 use super::table::{case_name, median_ms, resolution, value_text};
 
@@ -46,28 +46,28 @@ pub fn error_chart(reports: &[Report]) -> Option<Chart> {
     )
 }
 
-/// Memory and bytes a voxel of the grid against resolution; `None` where nothing ran.
+/// Memory and bytes a cell of the grid against resolution; `None` where nothing ran.
 pub fn memory_chart(reports: &[Report]) -> Option<Chart> {
     let mib = |bytes: u64| bytes as f64 / f64::from(1 << 20);
     let refused = |report: &Report| report.refused.as_ref().map(|refused| mib(refused.bytes));
-    let per_voxel = |report: &Report| {
-        Some(structure_bytes(report)? as f64 / f64::from(resolution(report)?).powi(3))
+    let per_cell = |report: &Report| {
+        Some(report.structure_bytes? as f64 / f64::from(resolution(report)?).powi(3))
     };
     let panels = vec![
         LinePanel {
             y_label: "technique's memory [MiB]".into(),
             y_scale: Scale::Log,
             series: [
-                series(reports, |report| structure_bytes(report).map(mib)),
+                series(reports, |report| report.structure_bytes.map(mib)),
                 refused_series(reports, refused),
             ]
             .concat(),
             floor: None,
         },
         LinePanel {
-            y_label: "bytes per voxel of the grid".into(),
+            y_label: "bytes per cell of the grid".into(),
             y_scale: Scale::Log,
-            series: series(reports, per_voxel),
+            series: series(reports, per_cell),
             floor: None,
         },
     ];
@@ -87,27 +87,6 @@ fn refused_series(reports: &[Report], value: impl Fn(&Report) -> Option<f64>) ->
     );
     all.iter_mut().for_each(|series| series.name += ", refused");
     all
-}
-
-/// Bytes of what a technique keeps in the world: all but what the frame shares and what has the
-/// picture's size.
-pub(super) fn structure_bytes(report: &Report) -> Option<u64> {
-    let screen = ["diffuse", "specular", "interleaved", "set"];
-    let is_structure = |name: &str| {
-        let (owner, what) = name.split_once('.').unwrap_or((name, ""));
-        let shared = ["frame", "scene", "gbuffer", "light", "output", "allocator"];
-        !shared.contains(&owner)
-            && !name.starts_with("texture ")
-            && name.contains('.')
-            && !screen.contains(&what)
-    };
-    let bytes: u64 = report
-        .memory
-        .iter()
-        .filter(|row| is_structure(&row.name))
-        .map(|row| row.bytes)
-        .sum();
-    (bytes > 0).then_some(bytes)
 }
 
 /// Median time of each pass, stacked: builds above, frames below; `None` where nothing ran.
@@ -153,8 +132,8 @@ pub fn passes_chart(reports: &[Report]) -> Option<Chart> {
     })
 }
 
-/// Time to bring the structure up to the dynamic models, against the voxels that they touch, beside
-/// the time of building all of it; `None` where nothing moved among voxels.
+/// Time to bring the structure up to the dynamic models, against the cells that they touch, beside
+/// the time of building all of it; `None` where nothing moved among cells.
 pub fn motion_chart(reports: &[Report]) -> Option<Chart> {
     let moved: Vec<&Report> = reports
         .iter()
@@ -196,7 +175,7 @@ pub fn motion_chart(reports: &[Report]) -> Option<Chart> {
         title: format!("Time of dynamic models: {}", first.scene),
         notes,
         panels: Panels::Lines(
-            LineAxis::doubling("voxels that dynamic models touch"),
+            LineAxis::doubling("cells that dynamic models touch"),
             vec![panel],
         ),
     })
@@ -292,7 +271,7 @@ pub(super) fn lines(
     Some(Chart {
         title: format!("{title}: {}", first.scene),
         notes: notes(reports, first, &what),
-        panels: Panels::Lines(LineAxis::doubling("resolution [voxels]"), panels),
+        panels: Panels::Lines(LineAxis::doubling("resolution [cells]"), panels),
     })
 }
 

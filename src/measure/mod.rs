@@ -3,6 +3,7 @@
 pub mod bench;
 mod build;
 pub mod chart;
+pub mod draw;
 pub mod explain;
 mod figures;
 mod profile;
@@ -10,7 +11,6 @@ pub mod records;
 pub mod report;
 pub mod stages;
 pub mod stress;
-pub mod sweep;
 pub mod table;
 pub mod walk;
 

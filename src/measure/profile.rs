@@ -1,6 +1,6 @@
 //! The charts that set structures side by side: time per stage, and time per direction.
 
-use super::chart::{Bar, BarPanel, Chart, LinePanel, Panels, Scale};
+use super::draw::{Bar, BarPanel, Chart, LinePanel, Panels, Scale};
 use super::figures::{lines, notes, series, series_name};
 use super::report::Report;
 use super::stages::{When, construction};
@@ -21,7 +21,7 @@ pub fn structures_chart(reports: &[Report]) -> Option<Chart> {
     let panel = |report: &Report| {
         resolution(report).map_or_else(
             || "no resolution".to_owned(),
-            |resolution| format!("{resolution}³ voxels"),
+            |resolution| format!("{resolution}³ cells"),
         )
     };
     chart("Structures side by side", reports, panel, series_name)
@@ -100,7 +100,7 @@ fn stage_names(reports: &[&Report]) -> Vec<&'static str> {
     names
 }
 
-/// Time of one direction at one pixel, of one sample of a cone, and of the whole store, against
+/// Time of one direction at one pixel, of one sample, and of the whole store, against
 /// resolution; `None` where nothing ran.
 pub fn directions_chart(reports: &[Report]) -> Option<Chart> {
     let store = |report: &Report| {
@@ -116,7 +116,7 @@ pub fn directions_chart(reports: &[Report]) -> Option<Chart> {
             floor: None,
         },
         LinePanel {
-            y_label: "gather: µs per cone sample".into(),
+            y_label: "gather: µs per sample".into(),
             y_scale: Scale::Log,
             series: series(reports, |report| {
                 report
@@ -135,8 +135,8 @@ pub fn directions_chart(reports: &[Report]) -> Option<Chart> {
     ];
     lines(
         "Time against resolution",
-        "medians; a direction is a cone or a ray of a pixel that sees a surface, a sample is a \
-         step of a cone",
+        "medians; a direction is a beam of a pixel that sees a surface, a sample is a \
+         step of a beam",
         reports,
         panels,
     )

@@ -1,5 +1,5 @@
-//! Records on disk: a line of JSON each, written as soon as it is measured, so that a run that is
-//! stopped goes on where it was.
+//! Records on disk, a line of JSON each. A record is written as soon as it is measured, so that a
+//! run that was stopped goes on where it was.
 
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{Read as _, Seek as _, SeekFrom, Write as _};
@@ -21,7 +21,7 @@ pub enum RecordError {
     File {
         /// What was being done.
         what: &'static str,
-        /// The file.
+        /// The file or folder.
         path: PathBuf,
         /// What the system said.
         source: std::io::Error,
@@ -32,7 +32,7 @@ pub enum RecordError {
         path.display()
     )]
     InUse {
-        /// The file.
+        /// The file of records that is in use.
         path: PathBuf,
     },
     /// A line is no record.
@@ -42,13 +42,13 @@ pub enum RecordError {
         path.display()
     )]
     Line {
-        /// The file.
+        /// The file of records.
         path: PathBuf,
-        /// Line, from 1.
+        /// Number of the line, from 1.
         line: usize,
         /// Whose record it ought to be.
         command: &'static str,
-        /// Why.
+        /// What the parser found.
         problem: String,
     },
     /// A picture cannot be written.

@@ -6,14 +6,14 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use crate::gi::Settings;
+use crate::gi::inspect::OCCUPIED;
 use crate::gi::settings::Value;
-use crate::graph::{Gpu, PassTimes, Spread};
+use crate::graph::{Gpu, Owner, PassTimes, Spread};
 use crate::image::{Aov, GuideImage, Image};
 use crate::metrics::{Channel, Comparison, Errors, Flip, MetricError, compare, exposure_of, flip};
 use crate::reference::Bounces;
 use crate::scene::Scene;
 
-use super::figures::structure_bytes;
 use super::stages::StageTimes;
 use super::walk::WalkTimes;
 
@@ -55,13 +55,13 @@ pub struct MaterialError {
 pub struct ErrorReport {
     /// Name of the output that was compared, such as `indirect`.
     pub aov: &'static str,
-    /// What of its colours.
+    /// Whether luminances were compared, or red, green and blue each.
     pub channel: Channel,
     /// Over all pixels that see a surface.
     pub pixel: Errors,
     /// Over block means, where there are blocks.
     pub block: Option<Errors>,
-    /// Of the whole image, tone-mapped.
+    /// ꟻLIP of the whole image, tone-mapped.
     pub flip: Flip,
     /// `pixel` and `block` by material, most pixels first.
     pub materials: Vec<MaterialError>,
@@ -122,14 +122,14 @@ pub struct ReferenceInfo {
 pub struct DirectionCost {
     /// Name of the pass.
     pub pass: String,
-    /// Cones or rays a pixel.
+    /// Beams that each pixel casts.
     pub directions: u32,
     /// Pixels that gather.
     pub pixels: usize,
     /// Median time of the pass / (pixels × directions) (µs).
     pub us_per_direction: f64,
-    /// Samples that its cones take in one picture, those of skipped empty space too; `None` where
-    /// it traces no cones.
+    /// Samples that its beams take in one picture, samples that skip empty space included; `None`
+    /// where they are not counted.
     pub samples: Option<u64>,
     /// Median time of the pass / samples (µs).
     pub us_per_sample: Option<f64>,
@@ -138,17 +138,17 @@ pub struct DirectionCost {
 /// What it costs to bring the structure up to the dynamic models at one time.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MotionTimes {
-    /// The time (s).
+    /// Time at which the models are shown (s).
     pub time_s: f32,
-    /// Voxels that dynamic models touch then, where the technique counts them.
+    /// Cells that dynamic models touch then, where the technique counts them.
     pub dynamic_voxels: Option<u64>,
     /// All passes, from the vertices on.
     pub gpu_ms: Spread,
-    /// Each pass.
+    /// GPU time of each pass.
     pub passes: Vec<PassTimes>,
 }
 
-/// One run.
+/// What one run measured, as `lumivox bench` and `lumivox render` write it.
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
     /// [`SCHEMA_VERSION`].
@@ -157,11 +157,11 @@ pub struct Report {
     pub version: &'static str,
     /// Commit that the program was built from, where it is known.
     pub commit: Option<&'static str>,
-    /// Device.
+    /// Name of the device.
     pub device: String,
     /// Driver and its version.
     pub driver: String,
-    /// Scene.
+    /// Name of the scene.
     pub scene: String,
     /// Time at which it is shown (s), where one was asked for.
     pub time_s: Option<f32>,
@@ -169,22 +169,23 @@ pub struct Report {
     pub size: [u32; 2],
     /// Width and height of each shadow map (texels), where it is known.
     pub shadow_resolution: Option<u32>,
-    /// Technique.
+    /// Name of the technique.
     pub technique: &'static str,
     /// Preset that the settings started from, where it is known.
     pub preset: Option<String>,
-    /// All its settings.
+    /// All settings of the technique and their values.
     pub settings: BTreeMap<&'static str, Value>,
-    /// Edge of its finest voxels (m), where it has any and it is known.
+    /// Edge of its finest cells (m), where it has any and it is known.
     pub voxel_size_m: Option<f32>,
     /// Where the times come from, where it is known.
     pub timing: Option<Timing>,
     /// Why there is nothing below: what the device refused.
     pub failure: Option<String>,
-    /// Of a failure for want of space: what was too large, and its bytes.
+    /// If memory did not suffice: what was too large, and its bytes.
     pub refused: Option<MemoryRow>,
-    /// The counting runs of the first build, whose only result is how large its buffers have to be
-    /// (and how its work has to be split); with their pipelines compiled, and in no other row.
+    /// The counting runs of the first build. They only find out how large its buffers have to be
+    /// (and how its work has to be split). Their pipelines are compiled already, and no other row
+    /// includes them.
     pub counting: Vec<PassTimes>,
     /// Building for the first time, with the other pipelines compiled; empty where it was not told
     /// apart.
@@ -198,19 +199,22 @@ pub struct Report {
     /// Sums over passes: `build`, all of a build; of a frame `update` (the store), `gather` (the
     /// picture), `indirect` (both), `shared`, and `frame`, all of it.
     pub totals: Vec<PassTimes>,
-    /// What one cone or ray costs.
+    /// What one direction costs.
     pub directions: Vec<DirectionCost>,
     /// What dynamic models cost, by time.
     pub motion: Vec<MotionTimes>,
     /// What a camera that walks costs, by speed.
     pub walks: Vec<WalkTimes>,
-    /// Every buffer and image on the device, in order of creation; those of one name are summed.
+    /// Every buffer and image on the device, in order of creation; equal names are summed.
     pub memory: Vec<MemoryRow>,
     /// Their sum, as the allocator counts it.
     pub memory_bytes: u64,
-    /// What the technique keeps in the world, for each occupied voxel (bytes); where it counts
+    /// What the technique keeps in the world, for each occupied cell (bytes); where it counts
     /// them.
     pub bytes_per_occupied_voxel: Option<f64>,
+    /// Bytes of what the technique keeps in the world; `None` where it keeps nothing.
+    #[serde(skip)]
+    pub structure_bytes: Option<u64>,
     /// Counts, by name.
     pub counts: BTreeMap<&'static str, u64>,
     /// The reference, where it was rendered for this.
@@ -257,13 +261,13 @@ impl Report {
     /// Sets the counts, and what follows from them.
     pub fn set_counts(&mut self, counts: &[(&'static str, u64)]) {
         self.counts = counts.iter().copied().collect();
-        let voxels = self
+        let cells = self
             .counts
-            .get("voxels")
+            .get(OCCUPIED)
             .copied()
-            .filter(|voxels| *voxels > 0);
+            .filter(|cells| *cells > 0);
         self.bytes_per_occupied_voxel =
-            voxels.and_then(|voxels| Some(structure_bytes(self)? as f64 / voxels as f64));
+            cells.and_then(|cells| Some(self.structure_bytes? as f64 / cells as f64));
     }
 
     /// A report without times, counts and error.
@@ -309,6 +313,7 @@ impl Report {
             memory_bytes: gpu.memory_total(),
             memory,
             bytes_per_occupied_voxel: None,
+            structure_bytes: Some(gpu.bytes_of(Owner::Store)).filter(|bytes| *bytes > 0),
             counts: BTreeMap::new(),
             reference: None,
             reference_file: None,

@@ -14,7 +14,7 @@ use super::report::Report;
 pub enum When {
     /// Once for static geometry.
     Build,
-    /// Every frame.
+    /// In every frame.
     Frame,
 }
 
@@ -25,7 +25,7 @@ pub struct StageTimes {
     pub name: &'static str,
     /// What it makes; `None` for [`UNSTAGED`].
     pub part: Option<Part>,
-    /// When it runs.
+    /// Whether it runs once or in every frame.
     pub when: When,
     /// Time on the GPU, summed over its passes in each run (ms).
     pub gpu_ms: Spread,

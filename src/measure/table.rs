@@ -2,10 +2,9 @@
 
 use std::fmt::Write as _;
 
-use crate::gi::settings::Value;
+use crate::gi::settings::{RESOLUTION, Value};
 use crate::graph::{PassTimes, Spread};
 
-use super::figures::structure_bytes;
 use super::report::Report;
 use super::stages::When;
 use super::walk;
@@ -31,9 +30,9 @@ pub fn case_name(report: &Report) -> String {
     name
 }
 
-/// The setting `resolution` (voxels), where the technique has it.
+/// The setting `resolution` (cells), where the technique has it.
 pub fn resolution(report: &Report) -> Option<u32> {
-    match report.settings.get("resolution") {
+    match report.settings.get(RESOLUTION) {
         Some(Value::Count(resolution)) => Some(*resolution),
         _ => None,
     }
@@ -74,8 +73,8 @@ pub fn heading() -> String {
 /// What the columns are.
 pub const LEGEND: &str = "medians in ms; count: the first build's counting run, once; build: the \
                           store, once for static geometry; update: its light, every frame; \
-                          µs/dir: gather per pixel with a surface and cone or ray; µs/sample: \
-                          gather per sample of a cone; bias and rel_rmse: of indirect light, over \
+                          µs/dir: gather per pixel with a surface and direction; µs/sample: \
+                          gather per sample of a beam; bias and rel_rmse: of indirect light, over \
                           blocks";
 
 /// One row of the table.
@@ -204,7 +203,8 @@ fn columns(report: &Report) -> Vec<(String, String)> {
     );
     add(
         "structure_bytes".into(),
-        structure_bytes(report)
+        report
+            .structure_bytes
             .map(|bytes| bytes.to_string())
             .unwrap_or_default(),
     );

@@ -10,7 +10,7 @@ use crate::gi::entry::{Entry, Part};
 use crate::graph::{Error, FrameStats, PassTimes, Spread, TimesAccumulator};
 use crate::scene::{Camera, Scene};
 
-use super::chart::{Chart, LineAxis, LinePanel, Panels, Scale, Series};
+use super::draw::{Chart, LineAxis, LinePanel, Panels, Scale, Series};
 use super::figures::notes;
 use super::report::Report;
 use super::stages::{When, part_ms, stage_times};
@@ -19,7 +19,7 @@ use super::table::case_name;
 /// How the camera walks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WalkSettings {
-    /// Finest voxels of the technique that it moves in each frame; one walk each.
+    /// Finest cells of the technique that it moves in each frame; one walk each.
     pub speeds: Vec<f32>,
     /// Frames of each walk.
     pub frames: u32,
@@ -28,11 +28,11 @@ pub struct WalkSettings {
 /// What the frames of one walk cost.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct WalkTimes {
-    /// Finest voxels that the camera moves in each frame.
+    /// Finest cells that the camera moves in each frame.
     pub voxels_per_frame: f32,
-    /// Likewise (m).
+    /// The same distance in metres.
     pub metres_per_frame: f32,
-    /// Frames.
+    /// Frames that the walk has.
     pub frames: usize,
     /// The world-space store in each frame: what follows the camera, and its light.
     pub update_ms: Spread,
@@ -44,7 +44,7 @@ pub struct WalkTimes {
     pub passes: Vec<PassTimes>,
 }
 
-/// Where the camera walks: along its view, there and back as far as the scene reaches.
+/// Where the camera walks: along its view to the end of the scene, and back.
 struct Path {
     camera: Camera,
     forward: Vec3,
@@ -88,34 +88,34 @@ impl Path {
     }
 }
 
-/// Frames, and voxels of each, before those that are measured, so that every pipeline is there and
+/// Frames, and cells of each, before those that are measured, so that every pipeline is there and
 /// what has to grow has grown.
 const WARM_UP: [usize; 2] = [8, 8];
 
 /// Walks at each speed, on from where the last walk ended. Nothing where the technique has no
-/// voxels.
+/// cells.
 pub fn walk(
     renderer: &mut Renderer<'_>,
     scene: &Scene,
     entry: &Entry,
     settings: &WalkSettings,
 ) -> Result<Vec<WalkTimes>, Error> {
-    let (Some(voxel_size), Some(bounds)) = (renderer.voxel_size(), scene.bounds()) else {
+    let (Some(cell_size), Some(bounds)) = (renderer.cell_size(), scene.bounds()) else {
         return Ok(Vec::new());
     };
     let mut path = Path::new(scene, bounds);
-    let [frames, voxels] = WARM_UP;
+    let [frames, cells] = WARM_UP;
     (0..frames).try_for_each(|_| {
         renderer
-            .render(&path.step(voxels as f32 * voxel_size))
+            .render(&path.step(cells as f32 * cell_size))
             .map(drop)
     })?;
-    let one = |voxels: &f32| {
-        let step = voxels * voxel_size;
+    let one = |cells: &f32| {
+        let step = cells * cell_size;
         let runs = (0..settings.frames)
             .map(|_| renderer.render(&path.step(step)))
             .collect::<Result<Vec<FrameStats>, _>>()?;
-        Ok(walk_times(entry, *voxels, step, &runs))
+        Ok(walk_times(entry, *cells, step, &runs))
     };
     settings
         .speeds
@@ -158,7 +158,7 @@ fn walk_times(
     })
 }
 
-/// The stages of which a build consists, as far as a report has them.
+/// The stages of a build, as far as a report has them.
 fn built(report: &Report) -> impl Iterator<Item = (&'static str, f64)> {
     report
         .stages
@@ -167,7 +167,7 @@ fn built(report: &Report) -> impl Iterator<Item = (&'static str, f64)> {
         .map(|stage| (stage.name, stage.gpu_ms.median))
 }
 
-/// Mean time of a walk's frame in those stages of which a build consists (ms).
+/// Mean time that a frame of a walk spends in the stages of a build (ms).
 fn geometry_ms(report: &Report, walk: &WalkTimes) -> f64 {
     // A sum of nothing is −0.
     built(report)
@@ -197,7 +197,7 @@ pub fn lines(report: &Report) -> Vec<String> {
     let line = |walk: &WalkTimes| {
         let geometry = geometry_ms(report, walk);
         format!(
-            "  {:>6} voxels a frame ({:.3} m): geometry {geometry:.2} ms, {:.2}% of building it \
+            "  {:>6} cells a frame ({:.3} m): geometry {geometry:.2} ms, {:.2}% of building it \
              anew ({whole:.1} ms); whole update {:.2} ms (largest {:.2})",
             walk.voxels_per_frame,
             walk.metres_per_frame,
@@ -293,7 +293,7 @@ pub fn walk_chart(reports: &[Report]) -> Option<Chart> {
     Some(Chart {
         title: format!("Time of a walk: {}", first.scene),
         notes,
-        panels: Panels::Lines(LineAxis::doubling("speed [finest voxels a frame]"), panels),
+        panels: Panels::Lines(LineAxis::doubling("speed [finest cells a frame]"), panels),
     })
 }
 

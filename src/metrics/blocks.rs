@@ -18,7 +18,7 @@ const PLANE_TOLERANCE: f32 = 1e-3;
 pub struct Block {
     /// Left column (px).
     pub x_px: u32,
-    /// Top row (px).
+    /// Top row (px), from the top of the image.
     pub y_px: u32,
     /// Index of the material that it shows.
     pub material: u32,

@@ -33,7 +33,7 @@ pub struct MaterialErrors {
 }
 
 /// Compares `technique` with `reference`. With a guide, pixels that see no surface are left out,
-/// and blocks and materials are told apart.
+/// and errors are also taken over blocks and by material.
 pub fn compare(
     technique: &Image,
     reference: &Image,

@@ -28,7 +28,7 @@ use glam::Vec3;
 
 use crate::image::{Image, luminance};
 
-/// What of a colour is compared.
+/// Which values of a colour are compared.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Channel {
@@ -72,9 +72,9 @@ pub enum MetricError {
     /// A pixel is not a number or not finite.
     #[error("{what} is not finite at pixel ({x}, {y})")]
     NotFinite {
-        /// Which image.
+        /// The image that the pixel is of, in words.
         what: &'static str,
-        /// Column (px).
+        /// Column (px), 0 at the left.
         x: u32,
         /// Row (px), 0 at the top.
         y: u32,

@@ -65,7 +65,7 @@ pub fn lag(frame: &Image, converged: &Image) -> Result<f64, MetricError> {
     ))
 }
 
-/// Of each frame but the first: the mean over pixels of |ΔT − ΔR| over the mean of R.
+/// For each frame but the first: the mean over pixels of |ΔT − ΔR| over the mean of R.
 fn excess_changes(frames: &[Image], reference: &[Image]) -> Result<Vec<f64>, MetricError> {
     let [first, _, ..] = reference else {
         return Err(MetricError::Empty("a sequence needs at least two images"));

@@ -23,7 +23,7 @@ const LARGEST_COORDINATE: f32 = 32.0;
 /// A ray that leaves a surface or the camera.
 #[derive(Clone, Copy)]
 pub(super) struct Ray {
-    /// Start (m).
+    /// Where it starts, world space (m).
     pub(super) origin: Vec3,
     /// Unit direction.
     pub(super) direction: Vec3,

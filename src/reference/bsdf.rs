@@ -12,7 +12,7 @@ use glam::Vec3;
 /// a delta.
 const MIN_ALPHA: f32 = 1e-3;
 
-/// A GGX lobe.
+/// The specular GGX lobe of a surface.
 #[derive(Clone, Copy)]
 pub(super) struct Lobe {
     /// Reflectance at normal incidence.
@@ -230,9 +230,9 @@ mod tests {
         }
     }
 
-    /// A white lobe reflects no more than arrives, nearly all of it where it is narrow, and loses
-    /// between its facets as much as single scattering does: α = 1 and wo = n give ∫ G₂/(4π) dω
-    /// with G₂ = 2c/(1 + c), which is 1 − ln 2.
+    /// A white lobe reflects no more than arrives. A narrow one reflects nearly all of it. A wide
+    /// one loses between its facets what single scattering loses: α = 1 and wo = n give
+    /// ∫ G₂/(4π) dω with G₂ = 2c/(1 + c), which is 1 − ln 2.
     #[test]
     fn white_lobe_reflects_no_more_than_arrives() {
         let albedo = |roughness: f32, view_deg: f32| {

@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 
 use super::result::ReferenceImage;
 use super::{ReferenceError, Settings, render};
-use crate::image::{GuideImage, Image, NO_SURFACE, Planes, read_planes, write_planes};
+use crate::image::{
+    GuideImage, Image, IndirectImage, NO_SURFACE, Planes, read_planes, write_planes,
+};
 use crate::scene::{Fnv, Scene};
 
 /// Part of every key: the layout of the files, and the hash of the path tracer's sources
@@ -28,7 +30,7 @@ pub fn cache_dir() -> PathBuf {
 
 /// [`render`], or the same image from the cache in `dir`. The key is a hash of the scene's content
 /// and the settings, so a stale image is never found; a file that cannot be read is rendered again.
-/// That the result cannot be kept is a warning, not an error.
+/// If the result cannot be kept, that is a warning, not an error.
 pub fn cached(
     scene: &Scene,
     settings: &Settings,
@@ -100,14 +102,14 @@ fn to_planes(image: &ReferenceImage) -> Planes {
     };
     planes.push_image("emission", &image.emission);
     planes.push_image("direct", &image.direct);
-    planes.push_image("irradiance", &image.irradiance);
+    planes.push_image("irradiance", &image.light.irradiance);
     planes.push_image("diffuse", &image.diffuse);
-    planes.push_image("specular", &image.specular);
+    planes.push_image("specular", &image.light.specular);
     planes.push_image("albedo", &image.albedo);
     planes.push_image("normal", &image.normal);
     planes.push_image("position", &vectors(&image.guide.position));
     planes.push_image("plane", &vectors(&image.guide.normal));
-    planes.push("visibility", image.visibility.clone());
+    planes.push("visibility", image.light.visibility.clone());
     planes.push("depth", image.guide.depth_m.clone());
     planes.push(
         "material",
@@ -139,10 +141,12 @@ fn from_planes(planes: &Planes, settings: &Settings) -> Option<ReferenceImage> {
     Some(ReferenceImage {
         emission: planes.image("emission")?,
         direct: planes.image("direct")?,
-        irradiance: planes.image("irradiance")?,
+        light: IndirectImage {
+            irradiance: planes.image("irradiance")?,
+            specular: planes.image("specular")?,
+            visibility: values("visibility")?,
+        },
         diffuse: planes.image("diffuse")?,
-        specular: planes.image("specular")?,
-        visibility: values("visibility")?,
         albedo: planes.image("albedo")?,
         normal: planes.image("normal")?,
         guide: GuideImage {

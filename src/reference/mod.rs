@@ -18,8 +18,7 @@
 //!     filter: Filter::Center,
 //!     sampling: Sampling::Fixed { spp: 4 },
 //!     seed: 1,
-//! };
-//! let image = render(&Scene::default(), &settings, &|_| {})?;
+//! }; let image = render(&Scene::default(), &settings, &|_| {})?;
 //! assert_eq!(image.radiance().size(), (16, 9));
 //! # Ok::<(), lumivox::reference::ReferenceError>(())
 //! ```
@@ -119,7 +118,7 @@ pub struct Settings {
     pub height: u32,
     /// Indirect bounces.
     pub bounces: Bounces,
-    /// Pixel filter.
+    /// Where in a pixel its samples lie.
     pub filter: Filter,
     /// Number of samples.
     pub sampling: Sampling,
@@ -157,7 +156,7 @@ pub enum ReferenceError {
     Setting {
         /// The field of [`Settings`].
         field: &'static str,
-        /// What it is.
+        /// The value that was given, as text.
         value: String,
         /// What it may be.
         range: &'static str,
@@ -176,9 +175,9 @@ pub enum ReferenceError {
          or to nothing for one among the temporary files"
     )]
     CacheDir {
-        /// The folder.
+        /// The folder that was to be made.
         path: PathBuf,
-        /// Why.
+        /// What the system said.
         source: std::io::Error,
     },
 }

@@ -27,7 +27,7 @@ pub(super) struct Terms {
     pub(super) emission: Vec3,
     /// Light of the analytic lights, reflected once [W/(m² sr)].
     pub(super) direct: Vec3,
-    /// E_i [W/m²].
+    /// E_i, indirect irradiance [W/m²].
     pub(super) irradiance: Vec3,
     /// ρ/π E_i [W/(m² sr)].
     pub(super) diffuse: Vec3,

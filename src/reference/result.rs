@@ -5,7 +5,7 @@ use glam::Vec3;
 
 use super::path::Terms;
 use super::world::Surface;
-use crate::image::{Aov, GuideImage, Image, Planes, luminance};
+use crate::image::{Aov, GuideImage, Image, IndirectImage, Planes, luminance};
 
 /// Mean of the batches of a pixel, and their spread (B. Welford, 1962).
 #[derive(Clone, Default)]
@@ -57,9 +57,9 @@ impl Accumulator {
 /// Standard errors of luminance, each relative to the image's mean.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct StandardError {
-    /// Of a pixel (root mean square).
+    /// Root mean square over pixels.
     pub pixel: f32,
-    /// Of the mean over the image.
+    /// Standard error of the mean over the image.
     pub image: f32,
 }
 
@@ -71,16 +71,10 @@ pub struct ReferenceImage {
     pub emission: Image,
     /// Radiance of the analytic lights' light, reflected once [W/(m² sr)].
     pub direct: Image,
-    /// Indirect diffuse irradiance E_i, from surfaces (what they emit included) and the
-    /// environment [W/m²].
-    pub irradiance: Image,
+    /// What techniques answer: E_i [W/m²], L_s [W/(m² sr)] and the ambient visibility.
+    pub light: IndirectImage,
     /// Indirect diffuse radiance ρ/π E_i, averaged over the pixel as a product [W/(m² sr)].
     pub diffuse: Image,
-    /// Indirect specular radiance L_s [W/(m² sr)].
-    pub specular: Image,
-    /// Ambient visibility: the cosine-weighted share of the hemisphere about the shading normal
-    /// that meets no surface; 1 where none is seen.
-    pub visibility: Vec<f32>,
     /// Diffuse albedo at the pixel centre.
     pub albedo: Image,
     /// Shading normal at the pixel centre, on the camera's side.
@@ -106,10 +100,8 @@ impl ReferenceImage {
         ReferenceImage {
             emission: black.clone(),
             direct: black.clone(),
-            irradiance: black.clone(),
+            light: IndirectImage::new(width, height),
             diffuse: black.clone(),
-            specular: black.clone(),
-            visibility: zeros.clone(),
             albedo: black.clone(),
             normal: black,
             guide: GuideImage::new(width, height),
@@ -123,10 +115,10 @@ impl ReferenceImage {
         let terms = pixel.mean();
         self.emission.pixels[slot] = terms.emission;
         self.direct.pixels[slot] = terms.direct;
-        self.irradiance.pixels[slot] = terms.irradiance;
+        self.light.irradiance.pixels[slot] = terms.irradiance;
         self.diffuse.pixels[slot] = terms.diffuse;
-        self.specular.pixels[slot] = terms.specular;
-        self.visibility[slot] = terms.visibility;
+        self.light.specular.pixels[slot] = terms.specular;
+        self.light.visibility[slot] = terms.visibility;
         self.radiance_variance[slot] = pixel.variance(0);
         self.indirect_variance[slot] = pixel.variance(1);
         self.samples[slot] = (pixel.batches() * batch_spp) as f32;
@@ -152,24 +144,24 @@ impl ReferenceImage {
             self.emission.pixels[i]
                 + self.direct.pixels[i]
                 + self.diffuse.pixels[i]
-                + self.specular.pixels[i]
+                + self.light.specular.pixels[i]
         })
     }
 
     /// Indirect radiance ρ/π E_i + L_s [W/(m² sr)].
     pub fn indirect(&self) -> Image {
-        self.map(|i| self.diffuse.pixels[i] + self.specular.pixels[i])
+        self.map(|i| self.diffuse.pixels[i] + self.light.specular.pixels[i])
     }
 
-    /// One output.
+    /// The image of one output, by its name.
     pub fn aov(&self, aov: Aov) -> Image {
         match aov {
             Aov::Full => self.radiance(),
             Aov::Direct => self.direct.clone(),
             Aov::Indirect => self.indirect(),
-            Aov::Diffuse => self.irradiance.clone(),
-            Aov::Specular => self.specular.clone(),
-            Aov::Visibility => self.map(|i| Vec3::splat(self.visibility[i])),
+            Aov::Diffuse => self.light.irradiance.clone(),
+            Aov::Specular => self.light.specular.clone(),
+            Aov::Visibility => self.map(|i| Vec3::splat(self.light.visibility[i])),
             Aov::Emission => self.emission.clone(),
             Aov::Albedo => self.albedo.clone(),
             Aov::Normal => self.normal.clone(),
@@ -189,7 +181,7 @@ impl ReferenceImage {
         {
             planes.push_image(aov.name(), &self.aov(aov));
         }
-        planes.push("visibility.Y", self.visibility.clone());
+        planes.push("visibility.Y", self.light.visibility.clone());
         planes.push("depth.Z", self.guide.depth_m.clone());
         planes
     }

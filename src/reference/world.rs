@@ -11,8 +11,8 @@ use crate::image::luminance;
 use crate::scene::{Material, Scene, Triangle};
 
 /// Rays start this far from a surface, in units of the largest coordinate of its triangle: 16 units
-/// in the last place of a 32-bit float, so that the error of a position interpolated in single
-/// precision (about 4) cannot put the start behind the surface, whatever the scene's scale.
+/// in the last place of a 32-bit float. A position interpolated in single precision is off by about
+/// 4 of them, so that no start lies behind the surface, whatever the scene's scale.
 const OFFSET_RELATIVE: f32 = 16.0 * f32::EPSILON;
 
 /// A scene prepared for path tracing.

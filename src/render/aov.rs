@@ -6,7 +6,7 @@ use glam::{Vec2, Vec3};
 
 use super::{GBuffer, IndirectLight, LightMaps, Output};
 use crate::graph::{Error, Gpu, Image as GpuImage};
-use crate::image::{Aov, Image};
+use crate::image::{Aov, Image, IndirectImage};
 
 /// Reads one output of a frame.
 pub fn read_aov(
@@ -27,12 +27,7 @@ pub fn read_aov(
             .specular
             .as_ref()
             .map_or_else(|| Ok(Image::new(width, height)), rgb),
-        Aov::Visibility => Ok(image_of(
-            gbuffer,
-            floats(gpu, &light.diffuse)?
-                .chunks_exact(4)
-                .map(|texel| Vec3::splat(texel[3])),
-        )),
+        Aov::Visibility => read_visibility(gpu, gbuffer, light),
         Aov::Emission => {
             let all = [&output.radiance, &output.direct, &output.indirect].map(rgb);
             let [radiance, direct, indirect] = all;
@@ -65,6 +60,32 @@ pub fn read_aov(
     }
 }
 
+/// Reads what a technique answered.
+pub fn read_indirect(
+    gpu: &Gpu,
+    gbuffer: &GBuffer,
+    light: &IndirectLight,
+) -> Result<IndirectImage, Error> {
+    let [width, height] = gbuffer.size;
+    let specular = light.specular.as_ref();
+    let visibility = read_visibility(gpu, gbuffer, light)?.pixels;
+    Ok(IndirectImage {
+        irradiance: read_rgb(gpu, gbuffer, &light.diffuse)?,
+        specular: specular.map_or_else(
+            || Ok(Image::new(width, height)),
+            |image| read_rgb(gpu, gbuffer, image),
+        )?,
+        visibility: visibility.into_iter().map(|open| open.x).collect(),
+    })
+}
+
+/// Ambient visibility as a grey.
+fn read_visibility(gpu: &Gpu, gbuffer: &GBuffer, light: &IndirectLight) -> Result<Image, Error> {
+    let texels = floats(gpu, &light.diffuse)?;
+    let open = texels.chunks_exact(4).map(|texel| Vec3::splat(texel[3]));
+    Ok(image_of(gbuffer, open))
+}
+
 fn floats(gpu: &Gpu, image: &Arc<GpuImage>) -> Result<Vec<f32>, Error> {
     Ok(bytemuck::pod_collect_to_vec(&gpu.read_image(image, 0, 0)?))
 }
@@ -93,6 +114,40 @@ fn image_of(gbuffer: &GBuffer, pixels: impl Iterator<Item = Vec3>) -> Image {
     }
 }
 
+/// What one pixel of the G-buffer sees.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfacePixel {
+    /// View depth (m).
+    pub depth_m: f32,
+    /// Unit normal of the triangle, on the viewer's side.
+    pub geometric_normal: Vec3,
+    /// Unit normal for shading.
+    pub shading_normal: Vec3,
+    /// GGX roughness; 0 where there is no lobe.
+    pub roughness: f32,
+}
+
+/// Reads one pixel of the G-buffer; `None` where it sees no surface.
+pub fn read_pixel(
+    gpu: &Gpu,
+    gbuffer: &GBuffer,
+    pixel: [u32; 2],
+) -> Result<Option<SurfacePixel>, Error> {
+    let depth_m = bytemuck::pod_read_unaligned(&gpu.read_texel(&gbuffer.view_depth, pixel)?);
+    if depth_m <= 0.0 {
+        return Ok(None);
+    }
+    let normals: [u32; 2] = bytemuck::pod_read_unaligned(&gpu.read_texel(&gbuffer.normals, pixel)?);
+    let [geometric_normal, shading_normal] = normals.map(unit_from_octahedral);
+    let albedo: [u16; 4] = bytemuck::pod_read_unaligned(&gpu.read_texel(&gbuffer.albedo, pixel)?);
+    Ok(Some(SurfacePixel {
+        depth_m,
+        geometric_normal,
+        shading_normal,
+        roughness: float_from_half(albedo[3]).max(0.0),
+    }))
+}
+
 /// A channel of the G-buffer that no technique is compared by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SurfaceChannel {
@@ -102,6 +157,9 @@ pub enum SurfaceChannel {
     Roughness,
     /// Specular reflectance at normal incidence.
     F0,
+    /// Where the surface was in the frame before, less where it is, as [`GBuffer::motion`] has it
+    /// (px; z is 0); 0 where that was not asked for.
+    Motion,
 }
 
 /// Reads a channel of the G-buffer; 0 where there is no surface.
@@ -123,6 +181,15 @@ pub fn read_surface(gpu: &Gpu, gbuffer: &GBuffer, channel: SurfaceChannel) -> Re
                 halves(image)?
                     .chunks_exact(4)
                     .map(|texel| Vec3::from([0, 1, 2].map(|c| float_from_half(texel[c])))),
+            )),
+            None => Ok(Image::new(gbuffer.size[0], gbuffer.size[1])),
+        },
+        SurfaceChannel::Motion => match &gbuffer.motion {
+            Some(image) => Ok(image_of(
+                gbuffer,
+                floats(gpu, image)?
+                    .chunks_exact(2)
+                    .map(|texel| Vec3::new(texel[0], texel[1], 0.0)),
             )),
             None => Ok(Image::new(gbuffer.size[0], gbuffer.size[1])),
         },

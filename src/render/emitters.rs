@@ -1,4 +1,4 @@
-//! What of a scene's surface emits, in small flat parts.
+//! The surfaces of a scene that emit, cut into small flat parts.
 
 use std::collections::BinaryHeap;
 
@@ -14,7 +14,7 @@ pub struct Emitter {
     pub position: Vec3,
     /// Unit normal of the side that emits.
     pub normal: Vec3,
-    /// Area (m²).
+    /// Area of this part (m²).
     pub area: f32,
     /// Mean of the emitted radiance (W/(m² sr)).
     pub radiance: Vec3,

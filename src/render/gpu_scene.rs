@@ -8,8 +8,8 @@ use glam::Vec3;
 use super::emitters::{Emitter, emitters};
 use crate::gpu_struct;
 use crate::graph::{
-    Buffer, BufferDesc, BufferUsage, Error, Frame, FrameStats, Gpu, Image, ImageDesc, ImageKind,
-    ImageUsage, MaterialSets, SceneBindings, SceneSet, vk,
+    Buffer, BufferDesc, BufferUsage, DrawBatch, Error, Frame, FrameStats, Gpu, Image, ImageDesc,
+    ImageKind, ImageUsage, MaterialSets, Owner, SceneBindings, SceneSet, vk,
 };
 use crate::scene::{Batch, Camera, Light, Material, Scene, Texture, TextureKind, Vertex, union};
 
@@ -42,7 +42,7 @@ gpu_struct! {
         pub emission: [f32; 4],
         /// rgb: F0; w: roughness, −1 where there is no lobe.
         pub specular: [f32; 4],
-        /// x: metalness.
+        /// x: metalness, 0 to 1; y, z and w: 0.
         pub metalness: [f32; 4],
     }
 }
@@ -61,10 +61,10 @@ gpu_struct! {
     }
 }
 
-/// Which textures a material has, as far as voxelization cares.
+/// Which textures a material has for coverage and colour; bumps do not count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TextureUse {
-    /// None.
+    /// No texture of albedo, emission or mask.
     None,
     /// Albedo or emission.
     Textured,
@@ -124,7 +124,7 @@ fn clusters(scene: &Scene) -> Vec<Cluster> {
 
 /// A scene's buffers and textures on the device.
 pub struct GpuScene {
-    /// Set 0.
+    /// Set 0: the frame constants and the buffers of geometry, materials and lights.
     pub set: Arc<SceneSet>,
     /// Set 2 of each material.
     pub materials: MaterialSets,
@@ -149,7 +149,7 @@ pub struct GpuScene {
     pub dynamic: Option<DynamicGeometry>,
     /// Where its own camera is (m).
     pub eye: Vec3,
-    /// The lights.
+    /// The lights as they are now.
     pub lights: Vec<Light>,
     /// Radiance of the environment (W/(m² sr)).
     pub environment: Vec3,
@@ -165,13 +165,19 @@ pub struct DynamicGeometry {
     pub materials: Vec<bool>,
     /// Smallest and largest corner of where it is (m).
     pub bounds: (Vec3, Vec3),
-    /// Likewise, of all places that it comes to.
+    /// Smallest and largest corner of all places that it comes to (m).
     pub motion_bounds: (Vec3, Vec3),
     vertices: Arc<Buffer>,
-    /// Ranges of vertices, one a model.
-    ranges: Vec<Range<usize>>,
+    models: Vec<DynamicModel>,
     /// Vertices on their way to the device.
     staging: Arc<Buffer>,
+}
+
+/// Which part of the scene a dynamic model is.
+struct DynamicModel {
+    vertices: Range<usize>,
+    /// Its triangles' corners, three a triangle.
+    corners: Range<u32>,
 }
 
 impl DynamicGeometry {
@@ -180,7 +186,7 @@ impl DynamicGeometry {
             return Ok(None);
         };
         let mut materials = vec![false; scene.materials.len()];
-        let mut ranges = Vec::new();
+        let mut models = Vec::new();
         for model in scene.models.iter().filter(|model| model.dynamic) {
             let triangles =
                 &scene.triangles[model.first_triangle as usize..][..model.triangle_count as usize];
@@ -188,24 +194,27 @@ impl DynamicGeometry {
                 .iter()
                 .for_each(|triangle| materials[triangle.material as usize] = true);
             let indices = || triangles.iter().flat_map(|triangle| triangle.vertices);
-            ranges.push(
-                indices().min().unwrap_or(0) as usize
+            let first_corner = 3 * model.first_triangle;
+            models.push(DynamicModel {
+                vertices: indices().min().unwrap_or(0) as usize
                     ..indices().max().map_or(0, |last| last as usize + 1),
-            );
+                corners: first_corner..first_corner + 3 * model.triangle_count,
+            });
         }
-        let size_bytes =
-            (size_of::<Vertex>() * ranges.iter().map(Range::len).sum::<usize>()) as u64;
+        let count: usize = models.iter().map(|model| model.vertices.len()).sum();
+        let size_bytes = vertex_bytes(count);
         let staging = gpu.create_buffer(&BufferDesc {
             name: "scene.dynamic_vertices".into(),
             size_bytes,
             usage: BufferUsage::Staging,
+            owner: Owner::Shared,
         })?;
         let mut made = DynamicGeometry {
             materials,
             bounds: motion_bounds,
             motion_bounds,
             vertices: Arc::clone(vertices),
-            ranges,
+            models,
             staging,
         };
         made.bounds = made.bounds_in(scene);
@@ -213,9 +222,38 @@ impl DynamicGeometry {
     }
 
     fn vertices_in<'s>(&'s self, scene: &'s Scene) -> impl Iterator<Item = &'s Vertex> {
-        self.ranges
+        self.models
             .iter()
-            .flat_map(|range| &scene.vertices[range.clone()])
+            .flat_map(|model| &scene.vertices[model.vertices.clone()])
+    }
+
+    /// The vertices of each model, and where its first one is when all models are packed one behind
+    /// the other.
+    pub(super) fn packed(&self) -> impl Iterator<Item = (usize, Range<usize>)> {
+        self.packed_models()
+            .map(|(first, model)| (first, model.vertices.clone()))
+    }
+
+    /// As [`DynamicGeometry::packed`], but with the corners of each model's triangles instead of
+    /// its vertices. The number, added to a vertex index, gives its packed index, modulo 2³².
+    pub(super) fn packed_corners(&self) -> impl Iterator<Item = (u32, Range<u32>)> {
+        self.packed_models().map(|(first, model)| {
+            let shift = (first as u32).wrapping_sub(model.vertices.start as u32);
+            (shift, model.corners.clone())
+        })
+    }
+
+    fn packed_models(&self) -> impl Iterator<Item = (usize, &DynamicModel)> {
+        self.models.iter().scan(0, |next, model| {
+            let first = *next;
+            *next += model.vertices.len();
+            Some((first, model))
+        })
+    }
+
+    /// Size of the vertices of all models (bytes).
+    pub(super) fn size_bytes(&self) -> u64 {
+        self.staging.size_bytes()
     }
 
     fn bounds_in(&self, scene: &Scene) -> (Vec3, Vec3) {
@@ -229,6 +267,11 @@ impl DynamicGeometry {
     }
 }
 
+/// Size of this many vertices (bytes).
+pub(super) fn vertex_bytes(count: usize) -> u64 {
+    (size_of::<Vertex>() * count) as u64
+}
+
 /// Name of the copy of vertices that have moved.
 pub static SET_POSE: &str = "scene.set_pose";
 
@@ -239,19 +282,27 @@ impl GpuScene {
             name: "frame.constants".into(),
             size_bytes: size_of::<FrameConstants>() as u64,
             usage: BufferUsage::Uniform,
+            owner: Owner::Shared,
         })?;
-        let vertices = storage(gpu, "scene.vertices", bytemuck::cast_slice(&scene.vertices))?;
+        let vertices = storage(
+            gpu,
+            ("scene.vertices", Owner::Shared),
+            bytemuck::cast_slice(&scene.vertices),
+        )?;
         let triangles = storage(
             gpu,
-            "scene.triangles",
+            ("scene.triangles", Owner::Shared),
             bytemuck::cast_slice(&scene.triangles),
         )?;
         let gpu_materials: Vec<GpuMaterial> = scene.materials.iter().map(gpu_material).collect();
-        let materials_buffer =
-            storage(gpu, "scene.materials", bytemuck::cast_slice(&gpu_materials))?;
+        let materials_buffer = storage(
+            gpu,
+            ("scene.materials", Owner::Shared),
+            bytemuck::cast_slice(&gpu_materials),
+        )?;
         let lights = storage(
             gpu,
-            "scene.lights",
+            ("scene.lights", Owner::Shared),
             bytemuck::cast_slice(&gpu_lights(&scene.lights)),
         )?;
         let bindings = SceneBindings {
@@ -304,7 +355,7 @@ impl GpuScene {
         let [vertices, triangles, materials] = &self.geometry;
         let buffer = storage(
             gpu,
-            "scene.lights",
+            ("scene.lights", Owner::Shared),
             bytemuck::cast_slice(&gpu_lights(lights)),
         )?;
         let frame_uniform = &self.frame_uniform;
@@ -338,16 +389,13 @@ impl GpuScene {
         let moved: Vec<Vertex> = dynamic.vertices_in(scene).copied().collect();
         gpu.upload_buffer(&dynamic.staging, bytemuck::cast_slice(&moved))?;
         let mut frame = Frame::new();
-        let bytes = |count: usize| (size_of::<Vertex>() * count) as u64;
-        let mut first = 0;
-        for range in &dynamic.ranges {
+        for (first, range) in dynamic.packed() {
             frame.copy_buffer(
                 SET_POSE,
-                (&dynamic.staging, bytes(first)),
-                (&dynamic.vertices, bytes(range.start)),
-                bytes(range.len()),
+                (&dynamic.staging, vertex_bytes(first)),
+                (&dynamic.vertices, vertex_bytes(range.start)),
+                vertex_bytes(range.len()),
             );
-            first += range.len();
         }
         gpu.submit(frame)
     }
@@ -374,6 +422,11 @@ impl GpuScene {
         }
         self.lights = lights.to_vec();
         Ok(())
+    }
+
+    /// All vertices, a storage buffer of [`Vertex`].
+    pub(super) fn vertices(&self) -> &Arc<Buffer> {
+        &self.geometry[0]
     }
 
     /// Whether the triangles of a material are of a dynamic model.
@@ -447,13 +500,17 @@ impl GpuScene {
     }
 }
 
-/// Number of light views of all lights: six of a point light, one of any other.
+/// Light views of a point light, one a side of a cube (`POINT_VIEWS` in `shared/visibility.glsl`);
+/// any other light has one.
+pub(super) const POINT_VIEWS: u32 = 6;
+
+/// Number of light views of all lights.
 pub(super) fn light_view_count(lights: &[Light]) -> u32 {
     lights
         .iter()
         .map(|light| {
             if matches!(light, Light::Point { .. }) {
-                6
+                POINT_VIEWS
             } else {
                 1
             }
@@ -461,12 +518,28 @@ pub(super) fn light_view_count(lights: &[Light]) -> u32 {
         .sum()
 }
 
+/// One draw for the triangles of each material.
+pub(super) fn material_draws(scene: &GpuScene) -> Vec<DrawBatch> {
+    let draw = |batch: &Batch| DrawBatch {
+        material: batch.material,
+        push: Vec::new(),
+        first_vertex: 3 * batch.first_triangle,
+        vertex_count: 3 * batch.triangle_count,
+    };
+    scene.batches.iter().map(draw).collect()
+}
+
 /// A storage buffer with contents; at least 16 bytes, so that it can be bound.
-pub(crate) fn storage(gpu: &Gpu, name: &str, bytes: &[u8]) -> Result<Arc<Buffer>, Error> {
+pub(crate) fn storage(
+    gpu: &Gpu,
+    (name, owner): (&str, Owner),
+    bytes: &[u8],
+) -> Result<Arc<Buffer>, Error> {
     let buffer = gpu.create_buffer(&BufferDesc {
         name: name.into(),
         size_bytes: (bytes.len() as u64).max(16),
         usage: BufferUsage::Storage,
+        owner,
     })?;
     if !bytes.is_empty() {
         gpu.upload_buffer(&buffer, bytes)?;
@@ -569,6 +642,7 @@ fn upload_texture(gpu: &Gpu, texture: &Texture) -> Result<Arc<Image>, Error> {
         mips: ImageDesc::full_mips(extent),
         layers: 1,
         usage: ImageUsage::SAMPLED,
+        owner: Owner::Shared,
     })?;
     gpu.upload_image(&image, 0, 0, bytemuck::cast_slice(&texture.texels))?;
     let mut frame = Frame::new();

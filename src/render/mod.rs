@@ -2,51 +2,52 @@
 //! direct light, composite.
 
 mod aov;
-mod direct;
 pub mod emitters;
-mod gbuffer;
 mod gpu_scene;
-pub mod light_views;
+mod lights;
 pub mod oracle;
+mod screen;
 
 pub(crate) use aov::float_from_half;
-pub use aov::{MapChannel, SurfaceChannel, read_aov, read_light_map, read_surface};
-pub use direct::{COMPOSITE, DIRECT, IndirectLight, Output};
-pub(crate) use direct::{screen_groups, screen_image};
-pub use emitters::Emitter;
-pub use gbuffer::{
-    GBUFFER_DIFFUSE, GBUFFER_EMISSIVE, GBUFFER_GLOSSY, GBUFFER_GLOSSY_EMISSIVE, GBuffer,
+pub use aov::{
+    MapChannel, SurfaceChannel, SurfacePixel, read_aov, read_indirect, read_light_map, read_pixel,
+    read_surface,
 };
+pub use emitters::Emitter;
 pub(crate) use gpu_scene::storage;
 pub use gpu_scene::{
     DynamicGeometry, FrameConstants, GpuLight, GpuMaterial, GpuScene, SET_POSE, TextureUse,
 };
-pub use light_views::{GpuLightView, LightMaps, RSM, SHADOW_MAPS, TILE};
+pub use lights::maps::{LightMaps, RSM, SHADOW_MAPS, TILE, ViewParams};
+pub use lights::views::GpuLightView;
+pub use screen::gbuffer::{GBUFFER, GBuffer};
+pub use screen::motion::{BEHIND_PX, KEEP_POSE, MotionParams};
+pub use screen::output::{COMPOSITE, DIRECT, IndirectLight, Output, screen_groups, screen_image};
 
 use crate::graph::Pass;
-use crate::shader::{Field, GpuStruct};
+use crate::shader::{GpuStruct, StructLayout};
 
 /// All passes of this module.
 pub static PASSES: &[&Pass] = &[
     &SHADOW_MAPS,
     &RSM,
-    &GBUFFER_DIFFUSE,
-    &GBUFFER_GLOSSY,
-    &GBUFFER_EMISSIVE,
-    &GBUFFER_GLOSSY_EMISSIVE,
+    &GBUFFER[0],
+    &GBUFFER[1],
+    &GBUFFER[2],
+    &GBUFFER[3],
+    &GBUFFER[4],
+    &GBUFFER[5],
+    &GBUFFER[6],
+    &GBUFFER[7],
     &DIRECT,
     &COMPOSITE,
 ];
 
-/// All structs that this module shares with shaders.
-pub static STRUCTS: &[(&str, &[Field])] = &[
-    (FrameConstants::NAME, FrameConstants::FIELDS),
+/// The structs that this module shares with shaders, without the parameters of passes.
+pub static STRUCTS: &[StructLayout] = &[
+    FrameConstants::LAYOUT,
     ("Vertex", crate::scene::Vertex::FIELDS),
     ("Material", GpuMaterial::FIELDS),
     ("Light", GpuLight::FIELDS),
     ("LightView", GpuLightView::FIELDS),
-    (
-        light_views::ViewParams::NAME,
-        light_views::ViewParams::FIELDS,
-    ),
 ];

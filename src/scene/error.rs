@@ -8,33 +8,33 @@ pub enum SceneError {
     /// A file cannot be read at all.
     #[error("{}", one_line(format_args!("{}: cannot be read ({source}); {hint}", path.display())))]
     Read {
-        /// The file.
+        /// The file that was read.
         path: PathBuf,
         /// What the system said.
         source: std::io::Error,
-        /// What to do.
+        /// What to do about it.
         hint: &'static str,
     },
     /// One line of a text file is wrong.
     #[error("{}", one_line(format_args!("{}:{line}: {problem}; {hint}", path.display())))]
     Line {
-        /// The file.
+        /// The text file that was read.
         path: PathBuf,
-        /// Line, from 1.
+        /// Number of the line, from 1.
         line: usize,
         /// What is wrong, with the field's or key's name.
         problem: String,
-        /// What to do.
+        /// What to do about it.
         hint: String,
     },
     /// A file as a whole is wrong.
     #[error("{}", one_line(format_args!("{}: {problem}; {hint}", path.display())))]
     File {
-        /// The file.
+        /// The file that was read.
         path: PathBuf,
-        /// What is wrong.
+        /// What is wrong with the file.
         problem: String,
-        /// What to do.
+        /// What to do about it.
         hint: String,
     },
     /// Textures that materials refer to do not exist; all of them.
@@ -61,13 +61,13 @@ pub enum SceneError {
         one_line(format_args!("bundled scene `{scene}`: parameter `{parameter}` {problem}; {hint}"))
     )]
     Parameter {
-        /// The scene.
+        /// Name of the bundled scene.
         scene: String,
-        /// The parameter.
+        /// Name of the parameter.
         parameter: String,
-        /// What is wrong.
+        /// What is wrong with the parameter.
         problem: String,
-        /// What to do.
+        /// What to do about it.
         hint: String,
     },
     /// A file cannot be written.
@@ -85,8 +85,7 @@ pub enum SceneError {
 }
 
 /// A text on one line: names of files and values of fields may hold line breaks, and characters
-/// that
-/// a terminal obeys.
+/// that a terminal obeys.
 fn one_line(text: impl std::fmt::Display) -> String {
     let mut line = String::new();
     for c in text.to_string().chars() {

@@ -20,8 +20,8 @@ pub struct LoadOptions {
 const CHOSEN_VFOV_DEG: f32 = 60.0;
 
 impl Scene {
-    /// A scene by what a user types: `bundled:NAME`, `bundled:NAME,KEY=VALUE,…`, or the path of a
-    /// `.toml` or `.obj` file.
+    /// Opens a scene as a user names it: `bundled:NAME`, `bundled:NAME,KEY=VALUE,…`, or the path of
+    /// a `.toml` or `.obj` file.
     pub fn open(source: impl AsRef<OsStr>, options: &LoadOptions) -> Result<Scene, SceneError> {
         let source = source.as_ref();
         match source
@@ -92,7 +92,7 @@ impl Scene {
         }
     }
 
-    /// Replaces the camera, the lights or the environment by those of a text in the scene format;
+    /// Replaces the camera, the lights or the environment by what a text in the scene format says;
     /// what the text does not name stays. `name` is for messages.
     pub fn overlay(&mut self, name: &str, text: &str) -> Result<(), SceneError> {
         let overlay = toml::parse_overlay(Path::new(name), text)?;

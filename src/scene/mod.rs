@@ -91,13 +91,13 @@ pub struct Model {
     pub motion: Option<Motion>,
 }
 
-/// A whole scene, in world space, at one time: that of the last [`Scene::set_time`], or 0 s after
-/// loading.
+/// A whole scene, in world space, at one time: the time of the last [`Scene::set_time`], or 0 s
+/// after loading.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Scene {
     /// Name for reports: the file's stem or the bundled scene's name.
     pub name: String,
-    /// All vertices.
+    /// Vertices of all triangles.
     pub vertices: Vec<Vertex>,
     /// All triangles, sorted by material.
     pub triangles: Vec<Triangle>,
@@ -107,11 +107,11 @@ pub struct Scene {
     pub models: Vec<Model>,
     /// All textures, each referred to by at least one material.
     pub textures: Vec<Texture>,
-    /// All lights.
+    /// All analytic lights.
     pub lights: Vec<Light>,
     /// Constant radiance of the environment [W/(m² sr)].
     pub environment: Vec3,
-    /// The camera.
+    /// The camera that a picture is taken with.
     pub camera: Camera,
 }
 

@@ -68,7 +68,7 @@ pub(super) struct Use {
     pub(super) keyframes: Vec<Keyframe>,
 }
 
-/// Loads one OBJ.
+/// Loads the OBJ file at `path` with its materials, and places it as `model` says.
 pub(super) fn load(
     path: &Path,
     model: &Use,

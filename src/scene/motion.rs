@@ -24,7 +24,7 @@ impl Pose {
 /// Where a model stands at one time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Keyframe {
-    /// Time \[s\].
+    /// Time of the pose \[s\].
     pub time_s: f32,
     /// Rotation and translation then.
     pub pose: Pose,

@@ -32,7 +32,7 @@ pub(super) struct MapRef {
 /// One `newmtl`, as written.
 #[derive(Clone, Debug, Default)]
 pub(super) struct MtlMaterial {
-    /// Its name.
+    /// Name after `newmtl`.
     pub(super) name: String,
     kd: Option<Vec3>,
     ke: Option<Vec3>,
@@ -41,11 +41,11 @@ pub(super) struct MtlMaterial {
     pr: Option<f32>,
     pm: Option<f32>,
     dissolve: Option<f32>,
-    /// `map_Kd`.
+    /// `map_Kd`: albedo.
     pub(super) map_kd: Option<MapRef>,
-    /// `map_Ke`.
+    /// `map_Ke`: emission.
     pub(super) map_ke: Option<MapRef>,
-    /// `map_d`.
+    /// `map_d`: coverage.
     pub(super) map_d: Option<MapRef>,
     /// `norm`: a tangent-space normal map.
     pub(super) norm: Option<MapRef>,

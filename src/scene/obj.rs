@@ -23,7 +23,7 @@ const TEXCOORD_MAX: f32 = 1e9;
 /// [`NONE`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Corner {
-    /// Position.
+    /// Index of the position, from 0.
     pub(super) position: u32,
     /// Texture coordinate or [`NONE`].
     pub(super) texcoord: u32,
@@ -34,9 +34,9 @@ pub(super) struct Corner {
 /// A parsed OBJ file.
 #[derive(Debug, Default)]
 pub(super) struct Obj {
-    /// `v`.
+    /// Positions, the lines `v`.
     pub(super) positions: Vec<Vec3>,
-    /// `vt`.
+    /// Texture coordinates, the lines `vt`.
     pub(super) texcoords: Vec<[f32; 2]>,
     /// `vn`, as written.
     pub(super) normals: Vec<Vec3>,
@@ -117,7 +117,7 @@ impl Parser<'_> {
         Ok(())
     }
 
-    /// The first `N` numbers on the line, of which at least `required` are there; all finite.
+    /// The first `N` numbers on the line, all finite. At least `required` of them must be there.
     fn numbers<const N: usize>(
         &self,
         key: &str,

@@ -16,10 +16,10 @@ const DECODE_BYTES_MAX: u64 = 4 << 30;
 /// Height of a full-scale bump map with `-bm 1` \[texels\].
 const BUMP_HEIGHT_TEXELS: f32 = 4.0;
 
-/// What a material wants to see in a picture.
+/// What a material uses a picture for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Use {
-    /// sRGB colour.
+    /// An sRGB colour.
     Color,
     /// Coverage: alpha where the picture has an alpha channel that varies, red otherwise.
     Mask,

@@ -80,7 +80,7 @@ struct EnvironmentToml {
 
 /// One `[[model]]`, its path resolved.
 pub(super) struct ModelEntry {
-    /// The OBJ file.
+    /// The OBJ file, resolved against the scene file's folder.
     pub(super) path: PathBuf,
     /// Where and when it stands.
     pub(super) model: Use,
@@ -88,11 +88,11 @@ pub(super) struct ModelEntry {
 
 /// A checked scene file.
 pub(super) struct SceneFile {
-    /// At least one.
+    /// The models, at least one.
     pub(super) models: Vec<ModelEntry>,
     /// `None` where the file has no `[camera]`.
     pub(super) camera: Option<Camera>,
-    /// All lights.
+    /// All lights of the scene file.
     pub(super) lights: Vec<Light>,
     /// Radiance of the environment [W/(m² sr)].
     pub(super) environment: Vec3,
@@ -346,7 +346,7 @@ impl Source<'_> {
     }
 
     fn camera(&self, camera: &CameraToml) -> Result<Camera, SceneError> {
-        // Outside of models that reach as far as they may.
+        // Cameras may stand outside of models, even of models that reach to COORDINATE_MAX.
         let range = -10.0 * COORDINATE_MAX..10.0 * COORDINATE_MAX;
         let eye = self.vector("camera.eye", &camera.eye, range.clone())?;
         let target = self.vector("camera.target", &camera.target, range)?;

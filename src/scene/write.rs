@@ -322,12 +322,12 @@ fn file_name(name: &str) -> String {
 struct Names(BTreeSet<String>);
 
 impl Names {
-    /// A name fit for a file, told apart from the others whatever their case.
+    /// A name fit for a file, different from all others in more than upper and lower case.
     fn unique(&mut self, wanted: &str) -> String {
         self.add(&file_name(wanted), str::to_lowercase)
     }
 
-    /// A name told apart from the others; upper and lower case are two.
+    /// A name different from all others; upper and lower case count as different.
     fn unique_as_is(&mut self, wanted: &str) -> String {
         self.add(wanted, str::to_owned)
     }

@@ -1,5 +1,5 @@
-//! What a module asks of its pipeline: so that a module that is compiled while the program runs is
-//! only taken in place of one that asks the same.
+//! What a module asks of its pipeline. A module that is compiled while the program runs may only
+//! replace a module that asks the same.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -115,7 +115,7 @@ mod tests {
                 .and_then(|words| Interface::of(&words))
                 .unwrap_or_default()
         };
-        let composite = interface("render/composite.comp");
+        let composite = interface("render/screen/composite.comp");
         assert_eq!(composite.difference(&composite), None);
         assert!(
             !composite.descriptors.is_empty()
@@ -123,11 +123,11 @@ mod tests {
                 && composite.spec_ids.len() == 2
         );
         assert_eq!(
-            composite.difference(&interface("render/gbuffer.frag")),
+            composite.difference(&interface("render/screen/gbuffer.frag")),
             Some("its stage or workgroup")
         );
         assert_eq!(
-            interface("render/direct.comp").difference(&composite),
+            interface("render/screen/direct.comp").difference(&composite),
             Some("its specialization constants")
         );
         let fewer = Interface {
@@ -139,7 +139,7 @@ mod tests {
             (None, Some("its bindings"))
         );
         assert_eq!(Interface::of(&[1, 2, 3]), None);
-        let push = interface("render/light_view.vert");
+        let push = interface("render/lights/light_view.vert");
         assert!(!push.push_offsets.is_empty());
     }
 }

@@ -7,9 +7,12 @@ pub struct Field {
     pub name: &'static str,
     /// Bytes from the start of the struct.
     pub offset: usize,
-    /// Size (bytes).
+    /// Size of the field (bytes).
     pub size: usize,
 }
+
+/// The name of a struct and all its fields in order.
+pub type StructLayout = (&'static str, &'static [Field]);
 
 /// A plain struct with a table of its layout, so that a test can hold it against the compiled
 /// shaders.
@@ -18,6 +21,8 @@ pub trait GpuStruct: bytemuck::Pod {
     const NAME: &'static str;
     /// All fields in order.
     const FIELDS: &'static [Field];
+    /// Name and fields.
+    const LAYOUT: StructLayout = (Self::NAME, Self::FIELDS);
 }
 
 /// Declares a `#[repr(C)]` plain struct with a table of its layout ([`GpuStruct`]).

@@ -6,7 +6,7 @@ mod layout;
 mod modules;
 
 pub use interface::Interface;
-pub use layout::{Field, GpuStruct};
+pub use layout::{Field, GpuStruct, StructLayout};
 
 use crate::vulkan::Error;
 

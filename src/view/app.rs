@@ -19,10 +19,11 @@ use super::reload::{Compiled, Watcher};
 use super::session::{Choice, Session};
 use super::store::Remembered;
 use super::truth::TruthWorker;
-use super::views::{Scale, VIEWS};
+use super::views::VIEWS;
 use super::window::{PaintOutput, Window};
 use super::worker::{Event, Worker};
 use super::{Options, ViewError};
+use crate::gi::inspect::Scale;
 use crate::image::{ImageError, write_exr, write_png};
 use crate::scene::{LoadOptions, Scene, SceneError, camera_toml};
 use crate::vulkan::Shown;
@@ -44,11 +45,11 @@ pub(super) struct Seen {
     pub(super) job: u64,
     /// When the picture was there.
     pub(super) ready: Instant,
-    /// The frame.
+    /// Number of the frame that showed it.
     pub(super) frame: u64,
 }
 
-/// Everything.
+/// The whole window: what the user chose, what is drawn and what is being made.
 pub(super) struct App {
     pub(super) options: Options,
     proxy: EventLoopProxy<()>,
@@ -324,7 +325,7 @@ impl App {
                     self.session.newest[pane.min(1)] = None;
                     self.session.problem = Some(problem);
                 }
-                Event::Probed(answer) => self.session.probe.answer = Some(*answer),
+                Event::Traced(answer) => self.session.beam.answer = Some(*answer),
                 Event::NoDevice(problem) => self.session.problem = Some(problem),
                 Event::Shader(result) => {
                     if result.is_ok() {
@@ -385,8 +386,8 @@ impl App {
             }
             self.redraw_at = Some(Instant::now());
         }
-        if let Some(probe) = self.session.next_probe() {
-            self.worker.ask_probe(probe);
+        if let Some(beam) = self.session.next_beam() {
+            self.worker.ask_beam(beam);
         }
         if let Some(truth) = self.session.next_truth() {
             if truth.is_some() {

@@ -25,7 +25,7 @@ const STEEPEST_DEG: f32 = 89.0;
 /// The camera and what moves it.
 #[derive(Clone, Debug)]
 pub(super) struct Controls {
-    /// The camera.
+    /// The camera as it is now.
     pub(super) camera: Camera,
     /// What dragging does.
     pub(super) mode: Mode,
@@ -61,7 +61,7 @@ impl Controls {
         self.camera.target += step;
     }
 
-    /// Dragged by so many points to the right and down.
+    /// The mouse was dragged by `x` points to the right and `y` down.
     pub(super) fn drag(&mut self, [x, y]: [f32; 2]) {
         let Camera {
             eye, target, up, ..

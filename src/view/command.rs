@@ -29,7 +29,7 @@ pub(super) struct Wanted<'w> {
     pub(super) pane: &'w PaneJob,
     /// Preset and settings as the user chose them.
     pub(super) technique: (Option<&'static str>, &'w [String]),
-    /// The view.
+    /// The view that is shown.
     pub(super) view: &'w View,
     /// Width and height (px).
     pub(super) size: [u32; 2],
@@ -44,8 +44,8 @@ pub(super) struct Wanted<'w> {
 }
 
 impl Wanted<'_> {
-    /// The words after `lumivox`; an error says what of the picture `lumivox render` has no option
-    /// for.
+    /// The words after `lumivox`. If `lumivox render` has no option for a part of the picture, the
+    /// error names that part.
     pub(super) fn words(&self) -> Result<Vec<String>, String> {
         let shown = self.shown()?;
         let Some(source) = self.source.to_str() else {
@@ -80,9 +80,9 @@ impl Wanted<'_> {
         match shown {
             Shown::Aov(Aov::Full) => {}
             Shown::Aov(aov) => add("--aov", aov.to_string()),
-            Shown::Voxels(what) => {
-                add("--voxels", what.to_owned());
-                add("--voxel-level", self.pane.layer.to_string());
+            Shown::Own(view) => {
+                add("--view", view.to_owned());
+                add("--level", self.pane.layer.to_string());
             }
         }
         if rest_frames(self.pane) > 1 {
@@ -128,10 +128,7 @@ impl Wanted<'_> {
                 })
             }
             Source::Aov(aov) => Ok(Shown::Aov(aov)),
-            Source::Voxels { volume, opacity } => {
-                Ok(Shown::Voxels(if opacity { "opacity" } else { volume }))
-            }
-            Source::Structure => Ok(Shown::Voxels("structure")),
+            Source::Own(view) => Ok(Shown::Own(view.name)),
             _ => Err(format!(
                 "`lumivox render` has no output {}; save the picture instead",
                 self.view.name
@@ -143,7 +140,7 @@ impl Wanted<'_> {
 /// What `lumivox render` writes.
 enum Shown {
     Aov(Aov),
-    Voxels(&'static str),
+    Own(&'static str),
 }
 
 /// A word as a POSIX shell reads it.

@@ -10,8 +10,8 @@ use glam::Vec3;
 
 use super::ViewError;
 use super::app::App;
+use super::beam::table;
 use super::panels::SECTIONS;
-use super::probe::table;
 use super::script::Action;
 use super::session::{Choice, Compare};
 use super::views;
@@ -47,8 +47,8 @@ struct Latency {
     moved: Option<(u64, Option<u64>)>,
     /// When each frame since began.
     began: Vec<Instant>,
-    /// For each time, frames until the picture was seen, and how many of them began when it was
-    /// there.
+    /// For each time: frames until the picture was seen, and the number of frames among them that
+    /// began after it was ready.
     seen: Vec<[u64; 2]>,
 }
 
@@ -204,8 +204,8 @@ impl App {
             | Action::Command(_)
             | Action::Screenshot(_) => self.act_files(action, began),
             Action::MemoryMark | Action::MemoryCheck(_) => self.act_memory(action),
-            Action::Probe(..) | Action::ProbeList(_) | Action::ProbeOff => {
-                self.act_probe(action, began)
+            Action::Beam(..) | Action::BeamList(_) | Action::BeamOff => {
+                self.act_beam(action, began)
             }
             Action::Close => {
                 self.closing = true;
@@ -513,32 +513,32 @@ impl App {
         Ok(Step::Done)
     }
 
-    fn act_probe(&mut self, action: &Action, began: Began) -> Result<Step, String> {
-        let probe = &mut self.session.probe;
+    fn act_beam(&mut self, action: &Action, began: Began) -> Result<Step, String> {
+        let beam = &mut self.session.beam;
         match action {
-            Action::Probe(place, axis) if began.turn == 0 => {
-                (probe.place, probe.follows, probe.axis, probe.answer) =
+            Action::Beam(place, axis) if began.turn == 0 => {
+                (beam.place, beam.follows, beam.axis, beam.answer) =
                     (Some(*place), false, *axis, None);
-                probe.asked = None;
+                beam.asked = None;
                 return Ok(Step::Wait);
             }
-            Action::ProbeOff => {
-                probe.place = None;
+            Action::BeamOff => {
+                beam.place = None;
                 return Ok(Step::Done);
             }
             _ => {}
         }
-        let Some(answer) = self.session.probed() else {
+        let Some(answer) = self.session.traced() else {
             return Ok(Step::Wait);
         };
         match (action, &answer.found) {
             (_, Err(problem)) => Err(problem.clone()),
-            (Action::ProbeList(path), Ok(Traced::Cone(probe))) => {
-                std::fs::write(path, table(probe))
+            (Action::BeamList(path), Ok(Traced::Beam(beam))) => {
+                std::fs::write(path, table(beam))
                     .map_err(|error| format!("{}: {error}", path.display()))?;
                 Ok(Step::Done)
             }
-            (Action::ProbeList(_), Ok(other)) => Err(format!("there is no cone: {other:?}")),
+            (Action::BeamList(_), Ok(other)) => Err(format!("there is no beam: {other:?}")),
             _ => Ok(Step::Done),
         }
     }

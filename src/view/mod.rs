@@ -6,13 +6,13 @@
 //! bit for bit, what `lumivox render` writes.
 
 mod app;
+mod beam;
 mod camera;
 mod command;
 mod drive;
 mod pane;
 mod panels;
 mod picture;
-mod probe;
 mod reload;
 mod script;
 mod session;
@@ -33,17 +33,18 @@ use crate::gi::entry::Entry;
 use crate::graph::{Error, GpuOptions};
 use crate::scene::Scene;
 
+pub use panels::SECTIONS;
 pub use script::{Action, ScriptError, parse as parse_script};
 
 /// What a window opens with.
 pub struct Options {
     /// The scene as it was named, for recent scenes and command lines.
     pub source: OsString,
-    /// The scene.
+    /// The loaded scene.
     pub scene: Scene,
     /// Whether textures of scenes may be missing.
     pub allow_missing_textures: bool,
-    /// The technique.
+    /// The technique of the left side.
     pub technique: &'static Entry,
     /// Its preset; `None` for the default.
     pub preset: Option<String>,
@@ -79,7 +80,7 @@ pub enum ViewError {
     /// A setting cannot be used as given.
     #[error(transparent)]
     Setting(#[from] SettingError),
-    /// Vulkan failed.
+    /// Vulkan could not do what was asked.
     #[error(transparent)]
     Vulkan(#[from] Error),
     /// The system has no more threads.
@@ -88,17 +89,17 @@ pub enum ViewError {
     /// An action of the script failed.
     #[error("the script's action {action}: {problem}")]
     Script {
-        /// The action.
+        /// The action that failed, as [`Action`] is printed.
         action: String,
-        /// Why.
+        /// What went wrong, in words.
         problem: String,
     },
     /// The validation layer had something to say.
     #[error("{count} validation messages, the first: {first}")]
     Validation {
-        /// How many.
+        /// Number of messages.
         count: usize,
-        /// The first.
+        /// Text of the first one.
         first: String,
     },
 }

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use super::probe::{ProbeAnswer, ProbeJob};
+use super::beam::{BeamAnswer, BeamJob};
 use super::views::{Source, VIEWS, View};
 use super::worker::{Job, PaneJob, Picture};
 use crate::frame::{FrameSettings, Renderer};
@@ -15,21 +15,16 @@ use crate::scene::{Camera, Light};
 /// How long a picture may take while something moves (ms).
 const QUICK_MS: f64 = 60.0;
 
-/// Pictures are allocated in steps of so many pixels, so that a window that is drawn larger rarely
-/// makes them anew.
+/// Pictures are allocated in steps of this many pixels: a window that is dragged larger then rarely
+/// needs new ones.
 const STEP_PX: u32 = 128;
 
 /// Passes that a quick picture does without, since only the camera moves.
 const LIGHT_MAPS: [&str; 2] = [SHADOW_MAPS.name, RSM.name];
 
-/// Frames of a picture at rest where each frame adds a bounce; `lumivox render --frames` is given
-/// the same.
+/// Frames of a picture at rest; `lumivox render --frames` is given the same.
 pub(super) fn rest_frames(job: &PaneJob) -> u32 {
-    if (job.entry.bounces)(&job.settings).is_some() {
-        1
-    } else {
-        16
-    }
+    (job.entry.frames_to_rest)(&job.settings)
 }
 
 /// A renderer, what it was made for and what it has done.
@@ -81,7 +76,7 @@ impl MadeFor {
 }
 
 impl<'g> Pane<'g> {
-    /// Sees that the slot holds a pane that fits; keeps what it can of the one that is there.
+    /// Makes sure that the slot holds a pane that fits, and keeps what it can of the old one.
     pub(super) fn follow(
         slot: &mut Option<Pane<'g>>,
         gpu: &'g Gpu,
@@ -219,15 +214,15 @@ impl<'g> Pane<'g> {
         }))
     }
 
-    /// Traces a cone from the newest picture; `None` where that is not the picture that was meant,
+    /// Traces a beam from the newest picture; `None` where that is not the picture that was meant,
     /// or not in full.
-    pub(super) fn probe(&self, job: &ProbeJob) -> Option<ProbeAnswer> {
+    pub(super) fn beam(&self, job: &BeamJob) -> Option<BeamAnswer> {
         let is_shown = self.shown == Some((job.job, true));
-        is_shown.then(|| ProbeAnswer {
+        is_shown.then(|| BeamAnswer {
             of: *job,
             found: self
                 .renderer
-                .probe(job.pixel, job.axis, job.aperture_deg)
+                .trace(job.pixel, job.axis, job.aperture_deg)
                 .map_err(|error| error.to_string()),
         })
     }
@@ -236,17 +231,7 @@ impl<'g> Pane<'g> {
     fn layers(&self, view: &View) -> u32 {
         match view.source {
             Source::LightMap(_) => self.renderer.light_map_count(),
-            Source::Voxels { volume, .. } => self
-                .renderer
-                .volumes()
-                .iter()
-                .find(|(name, _)| *name == volume)
-                .map_or(0, |(_, levels)| *levels),
-            Source::Structure => self
-                .renderer
-                .volumes()
-                .first()
-                .map_or(0, |(_, levels)| *levels),
+            Source::Own(view) => self.renderer.levels(view),
             Source::Aov(_) | Source::Surface(_) => 0,
         }
     }

@@ -4,19 +4,20 @@ use std::sync::OnceLock;
 
 use glam::Vec3;
 
-use super::views::{Scale, View};
+use super::views::View;
 use crate::frame::Renderer;
+use crate::gi::inspect::Scale;
 use crate::graph::Error;
 use crate::image::{Aov, Image, heat_color, luminance, srgb_from_linear};
 
 /// Which terms of L = L_e + L_direct + ρ/π · E_i + L_s are shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Components {
-    /// L_direct.
+    /// L_direct, light of lamps that is reflected once.
     pub(super) direct: bool,
-    /// ρ/π · E_i.
+    /// ρ/π · E_i, indirect diffuse radiance.
     pub(super) diffuse: bool,
-    /// L_s.
+    /// L_s, indirect specular radiance.
     pub(super) specular: bool,
     /// L_e, and the environment where there is no surface.
     pub(super) emission: bool,
@@ -110,7 +111,7 @@ pub(super) enum ToneMap {
 pub(super) struct Look {
     /// Factor before the tone map.
     pub(super) exposure: f32,
-    /// The tone map.
+    /// How radiances become display values.
     pub(super) tone_map: ToneMap,
 }
 

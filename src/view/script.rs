@@ -6,16 +6,16 @@
 use std::collections::VecDeque;
 use std::path::PathBuf;
 
-use crate::gi::TraceAxis;
+use crate::gi::inspect::BeamAxis;
 
-/// One action.
+/// One action of a script that drives the window.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Action {
-    /// `frames N`: draw so many frames of the window, with a new picture asked for all the time.
+    /// `frames N`: draw N frames of the window, and ask for a new picture all the time.
     Frames(u32),
     /// `still`: wait until the full picture is there.
     Still,
-    /// `reference N`: wait until the reference has so many samples a pixel, after which it rests.
+    /// `reference N`: wait until the reference has N samples a pixel, after which it rests.
     Reference(u32),
     /// `resize W H`: ask for this size of the window (px), and wait for it.
     Resize(u32, u32),
@@ -47,7 +47,7 @@ pub enum Action {
     Divider(f32),
     /// `view NAME [LAYER]`.
     View(String, u32),
-    /// `exposure EV`.
+    /// `exposure EV`: in stops, 0 for none.
     Exposure(f32),
     /// `component NAME on|off`.
     Component(String, bool),
@@ -63,14 +63,14 @@ pub enum Action {
     Opened(PathBuf),
     /// `light move INDEX DX DY DZ`: (m).
     MoveLight(usize, [f32; 3]),
-    /// `light add`.
+    /// `light add`: add a point light at the camera (1 W/sr).
     AddLight,
-    /// `probe X Y normal|mirror|diffuse N`: a cone from there, shares of the picture; waits for it.
-    Probe([f32; 2], TraceAxis),
-    /// `probe list FILE`: its samples, as CSV.
-    ProbeList(PathBuf),
-    /// `probe off`.
-    ProbeOff,
+    /// `beam X Y normal|mirror|diffuse N`: a beam from there, shares of the picture; waits for it.
+    Beam([f32; 2], BeamAxis),
+    /// `beam list FILE`: its samples, as CSV.
+    BeamList(PathBuf),
+    /// `beam off`: no beam any more.
+    BeamOff,
     /// `copy FROM TO`: a file.
     Copy(PathBuf, PathBuf),
     /// `shader ok|error`: wait until a shader was taken or refused since the last such action.
@@ -86,10 +86,10 @@ pub enum Action {
     /// `memory check PERCENT`: fail where it has grown by more.
     MemoryCheck(f64),
     /// `responsive SECONDS RATE`: move the camera all the time; fail where the window is drawn less
-    /// often than so many times a second.
+    /// often than RATE times a second.
     Responsive(f64, f64),
     /// `latency MOST`: turn the camera by the mouse again and again; fail where a picture is seen
-    /// later than so many frames after.
+    /// more than MOST frames later.
     Latency(u32),
     /// `drop FILE`: as if dragged from a file manager.
     Drop(PathBuf),
@@ -170,13 +170,13 @@ fn action(text: &str) -> Option<Action> {
             Action::MoveLight(index.parse().ok()?, [number(x)?, number(y)?, number(z)?])
         }
         ["light", "add"] => Action::AddLight,
-        ["probe", "off"] => Action::ProbeOff,
-        ["probe", "list", path] => Action::ProbeList(path.into()),
-        ["probe", x, y, "normal"] => Action::Probe([number(x)?, number(y)?], TraceAxis::Normal),
-        ["probe", x, y, "mirror"] => Action::Probe([number(x)?, number(y)?], TraceAxis::Mirror),
-        ["probe", x, y, "diffuse", index] => Action::Probe(
+        ["beam", "off"] => Action::BeamOff,
+        ["beam", "list", path] => Action::BeamList(path.into()),
+        ["beam", x, y, "normal"] => Action::Beam([number(x)?, number(y)?], BeamAxis::Normal),
+        ["beam", x, y, "mirror"] => Action::Beam([number(x)?, number(y)?], BeamAxis::Mirror),
+        ["beam", x, y, "diffuse", index] => Action::Beam(
             [number(x)?, number(y)?],
-            TraceAxis::Diffuse(index.parse().ok()?),
+            BeamAxis::Diffuse(index.parse().ok()?),
         ),
         ["copy", from, to] => Action::Copy(from.into(), to.into()),
         ["shader", "ok"] => Action::Shader(true),

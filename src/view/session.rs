@@ -8,9 +8,9 @@ use std::time::{Duration, Instant};
 
 use glam::Vec3;
 
+use super::beam::{BeamAnswer, BeamJob, BeamState};
 use super::camera::Controls;
 use super::picture::{Components, Look, ToneMap};
-use super::probe::{ProbeAnswer, ProbeJob, ProbeState};
 use super::truth::{MOST_SAMPLES, Truth, TruthJob};
 use super::views::VIEWS;
 use super::worker::{Job, PaneJob, Picture};
@@ -29,7 +29,7 @@ pub(super) const HISTORY: usize = 240;
 /// What is side by side.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Compare {
-    /// One technique.
+    /// One technique alone.
     Single,
     /// Two techniques or settings, left and right of a divider.
     Split,
@@ -112,11 +112,11 @@ impl Choice {
 /// The newest picture of a side.
 pub(super) struct Newest {
     pub(super) picture: Picture,
-    /// Grows with each picture, so that whoever draws it knows whether it has.
+    /// Grows with each picture: the drawing code sees by it whether the picture is new.
     pub(super) version: u64,
 }
 
-/// Everything but the window itself.
+/// All state of the program except the window itself.
 pub(super) struct Session {
     /// As it was named.
     pub(super) source: OsString,
@@ -133,8 +133,8 @@ pub(super) struct Session {
     pub(super) view: usize,
     pub(super) layer: u32,
     pub(super) components: Components,
-    pub(super) probe: ProbeState,
-    /// Stops.
+    pub(super) beam: BeamState,
+    /// Exposure (stops), 0 for none.
     pub(super) exposure_ev: f32,
     pub(super) tone_map: ToneMap,
     /// Brightest colour of differences, as a share of the reference's mean.
@@ -189,7 +189,7 @@ impl Session {
             view: 0,
             layer: 0,
             components: Components::default(),
-            probe: ProbeState::default(),
+            beam: BeamState::default(),
             exposure_ev: 0.0,
             tone_map: ToneMap::Clamp,
             difference_scale: 0.5,
@@ -328,38 +328,38 @@ impl Session {
         }))
     }
 
-    /// From now on the reference rests after so many samples; one that has been asked for starts
-    /// over.
+    /// From now on the reference rests after `most` samples. A reference that has been asked for
+    /// starts over.
     pub(super) fn set_most_samples(&mut self, most: u32) {
         if self.most_samples != most {
             (self.most_samples, self.truth_asked) = (most, None);
         }
     }
 
-    /// The cone to ask for, where there is a new one: from a full picture.
-    pub(super) fn next_probe(&mut self) -> Option<ProbeJob> {
-        let [x, y] = self.probe.place.filter(|_| self.is_still())?;
+    /// The beam to ask for, where there is a new one: from a full picture.
+    pub(super) fn next_beam(&mut self) -> Option<BeamJob> {
+        let [x, y] = self.beam.place.filter(|_| self.is_still())?;
         let job = self.asked.as_ref()?.id;
         let pane = usize::from(self.compare == Compare::Split && x >= self.divider);
         let at = |share: f32, size: u32| ((share * size as f32) as u32).min(size.saturating_sub(1));
         let pixel = [at(x, self.size[0]), at(y, self.size[1])];
-        let wanted = ProbeJob {
+        let wanted = BeamJob {
             job,
             pane,
             pixel,
-            axis: self.probe.axis,
-            aperture_deg: self.probe.aperture_deg,
+            axis: self.beam.axis,
+            aperture_deg: self.beam.aperture_deg,
         };
-        (self.probe.asked.replace(wanted) != Some(wanted)).then_some(wanted)
+        (self.beam.asked.replace(wanted) != Some(wanted)).then_some(wanted)
     }
 
-    /// The cone that came back, where there is to be one and it is from what is shown.
-    pub(super) fn probed(&self) -> Option<&ProbeAnswer> {
+    /// The beam that came back, where there is to be one and it is from what is shown.
+    pub(super) fn traced(&self) -> Option<&BeamAnswer> {
         let job = self.asked.as_ref()?.id;
-        self.probe
+        self.beam
             .answer
             .as_ref()
-            .filter(|answer| self.probe.place.is_some() && answer.of.job == job)
+            .filter(|answer| self.beam.place.is_some() && answer.of.job == job)
     }
 
     /// Asks for everything anew: the shaders changed.
@@ -430,7 +430,7 @@ impl Session {
         VIEWS[self.view].name
     }
 
-    /// Whether the full light is shown, of which components can be left out.
+    /// Whether the full light is shown, whose components can be switched off.
     pub(super) fn shows_light(&self) -> bool {
         VIEWS[self.view].source == super::views::Source::Aov(Aov::Full)
     }

@@ -15,17 +15,17 @@ use crate::scene::{Camera, Light, Scene};
 pub(super) struct TruthJob {
     /// Grows with every change.
     pub(super) id: u64,
-    /// The scene.
+    /// The scene that is traced.
     pub(super) scene: Arc<Scene>,
     /// The lights in place of the scene's.
     pub(super) lights: Arc<[Light]>,
     /// The environment in place of the scene's (W/(m² sr)).
     pub(super) environment: Vec3,
-    /// The camera.
+    /// The camera that the reference looks from.
     pub(super) camera: Camera,
     /// Width and height (px).
     pub(super) size: [u32; 2],
-    /// Number of bounces: that of the technique.
+    /// The technique's number of bounces.
     pub(super) bounces: Bounces,
     /// Samples after which it rests.
     pub(super) most_samples: u32,
@@ -113,7 +113,7 @@ impl Drop for TruthWorker {
     }
 }
 
-/// The scene as it is wanted, and the sum of the rounds.
+/// The scene that is traced, and the sum of all rounds so far.
 struct Sum {
     job: TruthJob,
     scene: Scene,

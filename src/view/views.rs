@@ -1,6 +1,11 @@
-//! What a side of the window can show: one row for each view, so that a new view is one row here.
+//! What a side of the window can show: one row for each view, and the views that techniques have of
+//! themselves.
+
+use std::sync::LazyLock;
 
 use crate::frame::Renderer;
+use crate::gi::inspect::{Scale, ViewRow};
+use crate::gi::registry;
 use crate::graph::Error;
 use crate::image::{Aov, Image};
 use crate::render::{MapChannel, SurfaceChannel};
@@ -14,41 +19,21 @@ pub(super) enum Source {
     Surface(SurfaceChannel),
     /// A channel of the light maps, one map at a time.
     LightMap(MapChannel),
-    /// A level of a volume that the technique keeps, by name: its value, or its opacity.
-    Voxels {
-        /// Name of the volume.
-        volume: &'static str,
-        /// Opacity in place of the value.
-        opacity: bool,
-    },
-    /// How the first of them divides space, on one of its levels.
-    Structure,
+    /// A level of a view that techniques have of themselves.
+    Own(&'static ViewRow),
 }
 
 /// What a view shows one of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Layers {
-    /// Light maps.
+    /// The light maps, in their order.
     Maps,
-    /// Levels of voxels, 0 the finest.
+    /// Levels of a store, 0 the finest.
     Levels,
 }
 
-/// How numbers become colours.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Scale {
-    /// Light: by exposure and tone map.
-    Light,
-    /// 0 to 1 as it is.
-    Share,
-    /// −1 to 1.
-    Signed,
-    /// Black at 0, white at the largest value of the picture.
-    Range,
-}
-
-/// One row.
-#[derive(Debug)]
+/// One row of the table of views.
+#[derive(Clone, Debug)]
 pub(super) struct View {
     /// Name in the list and in scripts.
     pub(super) name: &'static str,
@@ -62,12 +47,28 @@ pub(super) struct View {
     pub(super) scale: Scale,
 }
 
-const fn voxels(volume: &'static str, opacity: bool) -> Source {
-    Source::Voxels { volume, opacity }
-}
+/// All views, each name once; the first is what a window opens with.
+pub(super) static VIEWS: LazyLock<Vec<View>> = LazyLock::new(|| {
+    let mut views = SHARED.to_vec();
+    for own in registry::all()
+        .iter()
+        .flat_map(|entry| entry.views.iter().copied().flatten())
+    {
+        if views.iter().all(|view| view.name != own.name) {
+            views.push(row(
+                own.name,
+                own.help,
+                own.unit,
+                Source::Own(own),
+                own.scale,
+            ));
+        }
+    }
+    views
+});
 
-/// All views; the first is what a window opens with.
-pub(super) static VIEWS: &[View] = &[
+/// The views that any technique has.
+static SHARED: &[View] = &[
     row(
         "full",
         "all light that reaches the camera",
@@ -180,49 +181,6 @@ pub(super) static VIEWS: &[View] = &[
         Source::LightMap(MapChannel::Reflected),
         Scale::Share,
     ),
-    row(
-        "voxels",
-        "what each voxel sends out (techniques with a volume), on any level",
-        "W/(m² sr)",
-        voxels("light", false),
-        Scale::Light,
-    ),
-    row(
-        "voxel-opacity",
-        "how opaque each voxel is, on any level",
-        "",
-        voxels("light", true),
-        Scale::Share,
-    ),
-    row(
-        "voxel-albedo",
-        "albedo of the bricks (svo with attributes=on), on any level",
-        "",
-        voxels("albedo", false),
-        Scale::Share,
-    ),
-    row(
-        "voxel-normal",
-        "normal of the bricks (svo with attributes=on), on any level",
-        "",
-        voxels("normal", false),
-        Scale::Signed,
-    ),
-    row(
-        "voxel-emission",
-        "emission of the bricks (svo with attributes=on), on any level",
-        "W/(m² sr)",
-        voxels("emission", false),
-        Scale::Light,
-    ),
-    row(
-        "structure",
-        "how the structure divides space, a colour for each level (techniques with a volume): \
-         voxels or texels, an octree's nodes, tiles and empty nodes, a clipmap's levels",
-        "",
-        Source::Structure,
-        Scale::Share,
-    ),
 ];
 
 const fn row(
@@ -247,16 +205,16 @@ pub(super) fn find(name: &str) -> Option<usize> {
 }
 
 impl View {
-    /// What it shows one of: light maps, or levels of voxels.
+    /// What it shows one of: light maps, or levels.
     pub(super) fn layers(&self) -> Option<Layers> {
         match self.source {
             Source::LightMap(_) => Some(Layers::Maps),
-            Source::Voxels { .. } | Source::Structure => Some(Layers::Levels),
+            Source::Own(_) => Some(Layers::Levels),
             Source::Aov(_) | Source::Surface(_) => None,
         }
     }
 
-    /// Whether its picture has the shape of a light map, not that of the window.
+    /// Whether its picture has the shape of a light map instead of the window's.
     pub(super) fn is_map(&self) -> bool {
         self.layers() == Some(Layers::Maps)
     }
@@ -267,11 +225,7 @@ impl View {
             Source::Aov(aov) => renderer.aov(aov).map(Some),
             Source::Surface(channel) => renderer.surface(channel).map(Some),
             Source::LightMap(channel) => renderer.light_map(channel, layer),
-            Source::Voxels { volume, opacity } => {
-                let seen = renderer.view_voxels(volume, layer)?;
-                Ok(seen.map(|[value, opacities]| if opacity { opacities } else { value }))
-            }
-            Source::Structure => renderer.view_structure(layer),
+            Source::Own(view) => renderer.view(view, layer),
         }
     }
 }

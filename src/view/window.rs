@@ -21,7 +21,7 @@ pub(super) struct Window {
 }
 
 impl Window {
-    /// Opens it as it is remembered, or as the options say.
+    /// Opens the window as the options say, or else as it was when it was last closed.
     pub(super) fn open(
         event_loop: &ActiveEventLoop,
         options: &Options,

@@ -1,8 +1,8 @@
 //! The thread that renders, so that the window answers while a frame takes seconds.
 //!
-//! It has a device of its own: neither its queue nor its waits are shared with the window's. What
-//! is wanted is one job at a time, the newest; what it has is sent back as events. A picture at
-//! rest is one of the full size, made from the same state as that of `lumivox render`.
+//! It has a device of its own: neither its queue nor its waits are shared with the window's. It
+//! works on one job at a time, the newest, and sends results back as events. A picture at rest has
+//! the full size, and is made from the same state as a picture of `lumivox render`.
 
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
@@ -10,9 +10,9 @@ use std::time::{Duration, Instant};
 
 use glam::Vec3;
 
+use super::beam::{BeamAnswer, BeamJob};
 use super::pane::Pane;
 use super::picture::Components;
-use super::probe::{ProbeAnswer, ProbeJob};
 use crate::gi::Settings;
 use crate::gi::entry::Entry;
 use crate::graph::{FrameStats, Gpu, GpuOptions, Messages};
@@ -22,9 +22,9 @@ use crate::scene::{Camera, Light, Scene};
 /// What one side of the window is to show.
 #[derive(Clone)]
 pub(super) struct PaneJob {
-    /// The technique.
+    /// The technique that renders.
     pub(super) entry: &'static Entry,
-    /// Its settings.
+    /// The values of all its settings.
     pub(super) settings: Settings,
     /// Position in [`super::views::VIEWS`].
     pub(super) view: usize,
@@ -45,7 +45,7 @@ pub(super) struct Job {
     pub(super) lights: Arc<[Light]>,
     /// The environment in place of the scene's (W/(m² sr)).
     pub(super) environment: Vec3,
-    /// The camera.
+    /// The camera that the picture is taken with.
     pub(super) camera: Camera,
     /// One or two sides.
     pub(super) panes: Vec<PaneJob>,
@@ -91,15 +91,15 @@ pub(super) struct Picture {
 pub(super) enum Event {
     /// The device is open: its name.
     Opened(String),
-    /// A picture.
+    /// A side's picture is finished.
     Picture(Box<Picture>),
-    /// A cone with its samples.
-    Probed(Box<ProbeAnswer>),
+    /// A beam with its samples.
+    Traced(Box<BeamAnswer>),
     /// What a side asks for cannot be done.
     Failed {
         /// 0 left, 1 right.
         pane: usize,
-        /// Why.
+        /// Why it cannot be done.
         problem: String,
     },
     /// There is no device; nothing will follow.
@@ -112,7 +112,7 @@ pub(super) enum Event {
 struct Inbox {
     job: Option<Job>,
     modules: Vec<(String, Vec<u32>)>,
-    probe: Option<ProbeJob>,
+    beam: Option<BeamJob>,
     quit: bool,
     /// Whether a job is being worked on.
     busy: bool,
@@ -162,9 +162,9 @@ impl Worker {
         self.shared.wake.notify_one();
     }
 
-    /// Asks for a cone from the picture that was last sent in full.
-    pub(super) fn ask_probe(&self, job: ProbeJob) {
-        self.shared.inbox().probe = Some(job);
+    /// Asks for a beam from the picture that was last sent in full.
+    pub(super) fn ask_beam(&self, job: BeamJob) {
+        self.shared.inbox().beam = Some(job);
         self.shared.wake.notify_one();
     }
 
@@ -177,7 +177,7 @@ impl Worker {
     /// Whether it is at work.
     pub(super) fn is_busy(&self) -> bool {
         let inbox = self.shared.inbox();
-        inbox.busy || inbox.job.is_some() || inbox.probe.is_some() || !inbox.modules.is_empty()
+        inbox.busy || inbox.job.is_some() || inbox.beam.is_some() || !inbox.modules.is_empty()
     }
 
     /// All events since the last call.
@@ -237,7 +237,7 @@ fn work(shared: &Shared, options: &GpuOptions, notify: &dyn Fn()) {
     let send = |mut event: Event| {
         let mut events = shared.events.lock().unwrap_or_else(PoisonError::into_inner);
         if let Event::Picture(picture) = &mut event {
-            // Under the lock, so that whoever looks later finds it.
+            // Under the lock, so that every later look finds it.
             picture.ready = Instant::now();
         }
         events.push(event);
@@ -257,13 +257,13 @@ fn work(shared: &Shared, options: &GpuOptions, notify: &dyn Fn()) {
     let mut panes: [Option<Pane<'_>>; 2] = [None, None];
     let mut last: Option<Job> = None;
     loop {
-        let (job, modules, probe) = {
+        let (job, modules, beam) = {
             let mut inbox = shared.inbox();
             let again = last.as_ref().is_some_and(|job| job.continuous);
             while !inbox.quit
                 && inbox.job.is_none()
                 && inbox.modules.is_empty()
-                && inbox.probe.is_none()
+                && inbox.beam.is_none()
                 && !again
             {
                 inbox.busy = false;
@@ -279,7 +279,7 @@ fn work(shared: &Shared, options: &GpuOptions, notify: &dyn Fn()) {
             (
                 inbox.job.take(),
                 std::mem::take(&mut inbox.modules),
-                inbox.probe.take(),
+                inbox.beam.take(),
             )
         };
         let changed = !modules.is_empty();
@@ -295,9 +295,8 @@ fn work(shared: &Shared, options: &GpuOptions, notify: &dyn Fn()) {
             panes.iter_mut().flatten().for_each(Pane::shaders_changed);
         }
         // The picture that it begins in is there already; one that is not is asked for again.
-        if let Some(answer) = probe.and_then(|probe| panes.get(probe.pane)?.as_ref()?.probe(&probe))
-        {
-            send(Event::Probed(Box::new(answer)));
+        if let Some(answer) = beam.and_then(|beam| panes.get(beam.pane)?.as_ref()?.beam(&beam)) {
+            send(Event::Traced(Box::new(answer)));
             if job.is_none() && !changed {
                 continue;
             }

@@ -13,7 +13,7 @@ pub enum DeviceKind {
     Virtual,
     /// A renderer that runs on the CPU.
     Cpu,
-    /// Anything else.
+    /// Anything else that Vulkan reports.
     Other,
 }
 
@@ -98,7 +98,7 @@ pub struct Adapter {
     pub optional: Vec<Check>,
     /// The optional features, for programs.
     pub features: Features,
-    /// The limits.
+    /// The sizes and counts that it allows at most.
     pub limits: Limits,
     pub(super) raw: vk::PhysicalDevice,
     pub(super) queue_family: Option<u32>,

@@ -6,7 +6,7 @@ use ash::vk;
 use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::Allocation;
 
-use super::{Context, Device, Error};
+use super::{Context, Device, Error, Owner};
 
 /// What a buffer is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,6 +31,8 @@ pub struct BufferDesc {
     pub size_bytes: u64,
     /// What it is for.
     pub usage: BufferUsage,
+    /// What it is counted for.
+    pub owner: Owner,
 }
 
 /// A buffer and its memory; freed when the last owner drops it.
@@ -41,6 +43,7 @@ pub struct Buffer {
     name: String,
     size_bytes: u64,
     usage: BufferUsage,
+    owner: Owner,
     device: Arc<Device>,
 }
 
@@ -77,6 +80,7 @@ impl Buffer {
             name: desc.name.clone(),
             size_bytes: desc.size_bytes,
             usage: desc.usage,
+            owner: desc.owner,
             device: Arc::clone(device),
         };
         buffer.bind_memory()?;
@@ -152,10 +156,13 @@ impl Buffer {
         };
         // SAFETY: the buffer is alive.
         let requirements = unsafe { self.device.raw().get_buffer_memory_requirements(self.raw) };
-        let allocation =
-            self.device
-                .memory()
-                .allocate(self.id, &self.name, requirements, location, true)?;
+        let allocation = self.device.memory().allocate(
+            self.id,
+            (&self.name, self.owner),
+            requirements,
+            location,
+            true,
+        )?;
         // SAFETY: the memory fits the requirements, and is freed only after the buffer.
         let bound = unsafe {
             self.device

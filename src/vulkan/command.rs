@@ -7,11 +7,13 @@ use ash::vk;
 use super::debug::c_name;
 use super::{Buffer, Context, Device, Error, Image, Pipeline, Timestamps};
 
-/// One mip and layer of an image, for copies.
+/// Part of one mip and layer of an image, for copies.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ImageRegion {
     pub(crate) mip: u32,
     pub(crate) layer: u32,
+    /// One texel of it; `None` for all.
+    pub(crate) texel: Option<[u32; 2]>,
 }
 
 /// One attachment of a rendering scope.
@@ -71,7 +73,7 @@ impl Commands {
         Ok(commands)
     }
 
-    /// Starts over.
+    /// Starts recording anew; earlier commands are gone.
     pub(crate) fn begin(&self) -> Result<(), Error> {
         let info = vk::CommandBufferBeginInfo::default()
             .flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
@@ -375,7 +377,8 @@ fn attachment_info(attachment: &Attachment) -> vk::RenderingAttachmentInfo<'stat
 }
 
 fn buffer_image_copy(image: &Image, region: ImageRegion) -> vk::BufferImageCopy {
-    let [width, height, depth] = image.extent(region.mip);
+    let [width, height, depth] = region.texel.map_or(image.extent(region.mip), |_| [1; 3]);
+    let [x, y] = region.texel.unwrap_or_default().map(|at| at as i32);
     vk::BufferImageCopy {
         image_subresource: vk::ImageSubresourceLayers {
             aspect_mask: image.aspect(),
@@ -383,6 +386,7 @@ fn buffer_image_copy(image: &Image, region: ImageRegion) -> vk::BufferImageCopy 
             base_array_layer: region.layer,
             layer_count: 1,
         },
+        image_offset: vk::Offset3D { x, y, z: 0 },
         image_extent: vk::Extent3D {
             width,
             height,

@@ -9,7 +9,7 @@ use ash::vk;
 #[derive(Clone, Debug, Default)]
 pub struct Messages(Arc<Mutex<Vec<String>>>);
 
-/// Those of every instance.
+/// The messages of every instance of this process.
 static OF_PROCESS: Mutex<Vec<String>> = Mutex::new(Vec::new());
 
 impl Messages {

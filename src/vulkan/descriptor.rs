@@ -14,7 +14,7 @@ pub(crate) struct SamplerDesc {
     pub(crate) repeat: bool,
 }
 
-/// A sampler.
+/// A Vulkan sampler that destroys itself.
 pub(crate) struct Sampler {
     raw: vk::Sampler,
     device: Arc<Device>,
@@ -121,7 +121,7 @@ pub(crate) enum Descriptor {
     Buffer(vk::Buffer),
     /// A view of an image, in the layout that it will have.
     Image(vk::ImageView, vk::ImageLayout),
-    /// A sampler.
+    /// A sampler without an image.
     Sampler(vk::Sampler),
 }
 

@@ -7,7 +7,7 @@ use ash::vk;
 
 use super::fault::Planted;
 use super::memory::Memory;
-use super::{Adapter, Context, Error, Faults, Instance, debug};
+use super::{Adapter, Context, Error, Faults, Instance, Owner, debug};
 
 /// Which device to use.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -101,6 +101,11 @@ impl Device {
     /// Memory in use: name and bytes of every living resource.
     pub fn memory_in_use(&self) -> Vec<(String, u64)> {
         self.memory.list()
+    }
+
+    /// Bytes of every living resource that is counted for an owner.
+    pub fn bytes_of(&self, owner: Owner) -> u64 {
+        self.memory.bytes_of(owner)
     }
 
     /// Takes other faults; answers how many allocations were tried since the last time.
@@ -244,8 +249,8 @@ fn open(
     presents: bool,
 ) -> Result<ash::Device, Error> {
     let found = &adapter.features;
-    // What lies outside of a buffer or image is then neither read nor written. The check of every
-    // access, which tells of it, wants to see it happen.
+    // With robust access, nothing outside of a buffer or image is read or written. The check of
+    // every access has to see such accesses happen, so it goes without.
     let is_robust = instance.is_validated() && !instance.checks_accesses();
     let base = vk::PhysicalDeviceFeatures::default()
         .fragment_stores_and_atomics(true)

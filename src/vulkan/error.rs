@@ -31,7 +31,7 @@ pub enum Error {
     DeviceNotFound {
         /// What was asked for.
         wanted: String,
-        /// What there is.
+        /// Names of the devices that there are.
         have: String,
     },
     /// The device lacks something that is required.
@@ -52,7 +52,7 @@ pub enum Error {
         resource: String,
         /// Bytes asked for.
         wanted: u64,
-        /// The limit.
+        /// The value of that limit (bytes).
         available: u64,
         /// Name of the limit.
         limit: &'static str,
@@ -88,17 +88,17 @@ pub enum Error {
     FormatUnsupported {
         /// Name of the resource.
         resource: String,
-        /// The format.
+        /// The image format that was asked for.
         format: vk::Format,
-        /// The usage.
+        /// What the image was to be used for.
         usage: vk::ImageUsageFlags,
     },
     /// A pass needs an optional feature that this device lacks.
     #[error("{what} needs {feature}, which this device lacks")]
     FeatureMissing {
-        /// Who needs it.
+        /// What needs it: a pass or an option, in words.
         what: String,
-        /// The feature.
+        /// Name of the missing feature.
         feature: &'static str,
     },
     /// The driver ended threads of a pass before their work was done, however little each had.
@@ -107,7 +107,7 @@ pub enum Error {
          resolution, or report the driver"
     )]
     Unfinished {
-        /// The pass.
+        /// Name of the pass.
         pass: &'static str,
         /// Threads that were not done.
         thread_count: u32,
@@ -118,9 +118,9 @@ pub enum Error {
     /// A module that was compiled while the program runs does not fit in place of the embedded one.
     #[error("{stem}: {problem}; the old shader stays")]
     ModuleRefused {
-        /// The module.
+        /// Stem of the shader, its path without the ending.
         stem: String,
-        /// Why.
+        /// What does not fit.
         problem: String,
     },
     /// The device stopped answering.

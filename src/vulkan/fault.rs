@@ -14,8 +14,8 @@ use ash::vk;
 pub struct Faults {
     /// The allocation that finds no memory.
     pub allocation: Option<u64>,
-    /// The submission with which the device is lost for good, and how many of its steps finish
-    /// before.
+    /// The submission with which the device is lost for good, and the number of its steps that
+    /// finish before.
     pub loss: Option<(u64, usize)>,
     /// The picture of the window that is not shown, and what the driver says.
     pub present: Option<(u64, vk::Result)>,
@@ -85,7 +85,7 @@ impl Planted {
         })
     }
 
-    /// What the driver says to the picture that is shown here, in place of the truth.
+    /// The result that the driver is made to return for the picture that is shown here.
     #[cfg_attr(
         not(feature = "view"),
         allow(dead_code, reason = "only windows present")

@@ -9,7 +9,7 @@ use ash::vk;
 use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::Allocation;
 
-use super::{Context, Device, Error};
+use super::{Context, Device, Error, Owner};
 
 /// Shape of an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -29,7 +29,7 @@ pub struct ImageUsage(u8);
 impl ImageUsage {
     /// Load, store and atomics.
     pub const STORAGE: Self = ImageUsage(1);
-    /// Sampling.
+    /// Read through a sampler.
     pub const SAMPLED: Self = ImageUsage(2);
     /// Colour attachment.
     pub const COLOR: Self = ImageUsage(4);
@@ -71,9 +71,9 @@ pub struct ImageDesc {
     pub name: String,
     /// Width, height and depth of mip 0 (texels); depth is 1 but for 3D images.
     pub extent: [u32; 3],
-    /// Shape.
+    /// How the texels lie: a plane, an array or a volume.
     pub kind: ImageKind,
-    /// Format.
+    /// Format of a texel.
     pub format: vk::Format,
     /// Number of mips, at least 1.
     pub mips: u32,
@@ -81,6 +81,8 @@ pub struct ImageDesc {
     pub layers: u32,
     /// What it is for.
     pub usage: ImageUsage,
+    /// What it is counted for.
+    pub owner: Owner,
 }
 
 impl ImageDesc {
@@ -170,7 +172,7 @@ impl Image {
         };
         let allocation = device.memory().allocate(
             id,
-            &desc.name,
+            (&desc.name, desc.owner),
             requirements,
             MemoryLocation::GpuOnly,
             false,

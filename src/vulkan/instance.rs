@@ -16,7 +16,7 @@ pub struct InstanceOptions {
     /// Load the Khronos validation layer with synchronization validation, and collect what it
     /// says.
     pub validate: bool,
-    /// Likewise, and with every access to a buffer checked on the device.
+    /// The same, and every access to a buffer is checked on the device.
     pub check_accesses: bool,
     /// The extensions that windows of a display need; none without a window.
     pub window_extensions: Vec<&'static CStr>,

@@ -17,9 +17,21 @@ const MIB: u64 = 1 << 20;
 /// As a float −4.3·10⁸, as a half −23, as a count more than there is of anything.
 const POISON: u8 = 0xCD;
 
+/// What a resource is counted for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Owner {
+    /// What every technique has: the scene, light maps, the G-buffer, the pictures.
+    Shared,
+    /// What a technique keeps in the world.
+    Store,
+    /// What else a technique has, such as images of the size of the screen.
+    Screen,
+}
+
 /// One living allocation.
 struct Entry {
     name: String,
+    owner: Owner,
     bytes: u64,
 }
 
@@ -77,7 +89,7 @@ impl Memory {
     pub(super) fn allocate(
         &self,
         id: u64,
-        name: &str,
+        (name, owner): (&str, Owner),
         requirements: vk::MemoryRequirements,
         location: MemoryLocation,
         linear: bool,
@@ -106,6 +118,7 @@ impl Memory {
                     id,
                     Entry {
                         name: name.to_owned(),
+                        owner,
                         bytes: allocation.size(),
                     },
                 );
@@ -151,6 +164,13 @@ impl Memory {
             .values()
             .map(|entry| (entry.name.clone(), entry.bytes))
             .collect()
+    }
+
+    /// Bytes of everything alive that is counted for an owner.
+    pub(super) fn bytes_of(&self, owner: Owner) -> u64 {
+        let ledger = self.ledger();
+        let owned = ledger.values().filter(|entry| entry.owner == owner);
+        owned.map(|entry| entry.bytes).sum()
     }
 
     /// Bytes in use as the allocator counts them, which is not how [`Memory::list`] does.

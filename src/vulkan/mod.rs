@@ -35,6 +35,7 @@ pub use error::Error;
 pub use fault::Faults;
 pub use image::{Image, ImageDesc, ImageKind, ImageUsage};
 pub use instance::{Instance, InstanceOptions};
+pub use memory::Owner;
 #[cfg(feature = "view")]
 #[doc(hidden)]
 pub use painter::{ACQUIRED_BEFORE, capture_barrier, window_barriers};

@@ -7,7 +7,7 @@ use ash::vk;
 use egui_ash_renderer::{DynamicRendering, Options, Renderer, RendererError};
 
 use super::swapchain::{Acquired, SwapImage, Swapchain};
-use super::{Buffer, BufferDesc, BufferUsage, Context, Device, Error, Surface};
+use super::{Buffer, BufferDesc, BufferUsage, Context, Device, Error, Owner, Surface};
 
 /// How many frames the host may be ahead of the device.
 const IN_FLIGHT: usize = 2;
@@ -301,7 +301,7 @@ pub enum Shown {
     Nothing,
     /// The picture is on its way to the display.
     Picture,
-    /// Likewise, and here it is.
+    /// The frame is shown, and this is its content.
     Captured(Capture),
 }
 
@@ -543,6 +543,7 @@ fn capture_buffer(device: &Arc<Device>, [width, height]: [u32; 2]) -> Result<Arc
             name: "window.capture".into(),
             size_bytes,
             usage: BufferUsage::Readback,
+            owner: Owner::Shared,
         },
     )
 }

@@ -5,10 +5,11 @@ use std::collections::HashSet;
 
 use crate::support::Random;
 use crate::support::hazards::{Stream, declared, expand, meaning, verify};
-use crate::support::passes::COPY;
+use crate::support::passes::{COPY, DOUBLE};
 use lumivox::graph::plan::{Barrier, Hazard, Span, State, Use, plan};
 use lumivox::graph::{
-    Access, Issued, IssuedBarrier, JournalFrame, PassTime, Spread, TimesAccumulator, Touch, vk,
+    Access, Frame, Issued, IssuedBarrier, JournalFrame, PassTime, Spread, TimesAccumulator, Touch,
+    vk,
 };
 
 use Access::{
@@ -430,6 +431,28 @@ fn a_material_that_was_not_made_ready_is_noticed() {
     };
     assert_eq!(with_material(true), Ok(()));
     assert!(with_material(false).unwrap_err().contains("in layout"));
+}
+
+#[test]
+#[should_panic(expected = "pass test.double: it has no SIDES")]
+fn a_name_that_a_pass_does_not_have_is_refused() {
+    let _ = Frame::new().pass(&DOUBLE).constant("SIDES", 2u32);
+}
+
+#[test]
+#[should_panic(expected = "pass test.double: WORKGROUP is given twice")]
+fn a_name_that_is_given_twice_is_refused() {
+    let mut frame = Frame::new();
+    let pass = frame.pass(&DOUBLE).constant("WORKGROUP", 64u32);
+    let _ = pass.constant("WORKGROUP", 64u32);
+}
+
+#[test]
+#[should_panic(expected = "pass test.double: values is not given")]
+fn a_name_that_is_left_out_is_refused() {
+    let mut frame = Frame::new();
+    let pass = frame.pass(&DOUBLE).constant("WORKGROUP", 64u32);
+    pass.push(&64u32).dispatch([1; 3]);
 }
 
 #[test]

@@ -386,7 +386,7 @@ fn loads_or_says_why(path: &Path) -> Result<Scene, String> {
     Err(message)
 }
 
-/// How many of the cases loaded: a grammar of which nothing loads, or everything, proves little.
+/// Counts the cases that loaded: a grammar from which nothing loads, or everything, proves little.
 #[derive(Default)]
 struct Tally {
     loaded: std::cell::Cell<u32>,

@@ -172,11 +172,11 @@ fn plane_under_a_uniform_sky_receives_pi_times_its_radiance() {
                 "{radiance} at {index}"
             );
             assert!(
-                image.irradiance.pixels[index].abs_diff_eq(scene.environment * PI, 1e-3),
+                image.light.irradiance.pixels[index].abs_diff_eq(scene.environment * PI, 1e-3),
                 "{} at {index}",
-                image.irradiance.pixels[index]
+                image.light.irradiance.pixels[index]
             );
-            assert_eq!(image.visibility[index], 1.0);
+            assert_eq!(image.light.visibility[index], 1.0);
         }
         assert_eq!(image.direct, Image::new(8, 8));
     }
@@ -259,7 +259,7 @@ fn closed_furnace_reaches_its_partial_sums_and_their_limit() {
     }
     let image = trace(&scene, &settings(16, 16, Bounces::Full, 64));
     assert_close(mean(&image.radiance()).y, emission / (1.0 - albedo), 0.005);
-    assert_eq!(image.visibility.iter().sum::<f32>(), 0.0);
+    assert_eq!(image.light.visibility.iter().sum::<f32>(), 0.0);
 }
 
 #[test]
@@ -274,7 +274,7 @@ fn lit_sphere_has_its_closed_form() {
     });
     let image = trace(&scene, &settings(16, 16, Bounces::Full, 128));
     assert_close(mean(&image.direct).y, 0.5, 0.005);
-    assert_close(mean(&image.irradiance).y, PI, 0.005);
+    assert_close(mean(&image.light.irradiance).y, PI, 0.005);
     assert_close(mean(&image.radiance()).y, 1.0, 0.005);
     let image = trace(&scene, &settings(16, 16, Bounces::Count(1), 128));
     assert_close(mean(&image.radiance()).y, 0.75, 0.005);
@@ -436,7 +436,7 @@ fn smooth_metal_mirrors_and_keeps_energy() {
         quad(Vec3::new(-5.0, 0.1, -3.0), Vec3::X * 10.0, Vec3::Y * 10.0),
     );
     let image = trace(&scene, &settings(8, 8, Bounces::Full, 64));
-    assert_close(mean(&image.specular).y, 3.0, 0.01);
+    assert_close(mean(&image.light.specular).y, 3.0, 0.01);
     scene.environment = Vec3::ONE;
     scene.materials[1].mask_texture = Some(0);
     scene.textures.push(Texture {
@@ -447,7 +447,12 @@ fn smooth_metal_mirrors_and_keeps_energy() {
         texels: vec![[0; 4]],
     });
     assert_close(
-        mean(&trace(&scene, &settings(8, 8, Bounces::Full, 64)).specular).y,
+        mean(
+            &trace(&scene, &settings(8, 8, Bounces::Full, 64))
+                .light
+                .specular,
+        )
+        .y,
         1.0,
         0.01,
     );

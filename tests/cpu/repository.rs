@@ -7,10 +7,10 @@ use std::process::Command;
 use crate::support::passes::{all_passes, all_structs};
 use crate::support::sha256::sha256;
 use crate::support::{Missing, skipped};
-use lumivox::graph::{Access, BindingKind, Pass, Sets};
-use lumivox::shader;
+use lumivox::graph::{Access, BindingKind, Pass, Sets, Shaders};
+use lumivox::shader::{self, Field};
 use spirq::ReflectConfig;
-use spirq::ty::{AccessType, DescriptorType, Type};
+use spirq::ty::{AccessType, DescriptorType, StructMember, StructType, Type};
 use spirq::var::Variable;
 
 fn root() -> &'static Path {
@@ -54,6 +54,85 @@ fn lines_have_at_most_100_columns() {
             );
         }
     }
+}
+
+/// Where shared code may have words of one family, and why. A path that ends in / is a folder.
+const FAMILY_WORDS: [(&str, &str, &str); 9] = [
+    ("src/gi/mod.rs", "pub mod voxel_cones", "names the families"),
+    ("src/gi/registry.rs", "", "names the techniques"),
+    (
+        "src/gi/inspect.rs",
+        "voxels\";",
+        "counts of reports, which older files have",
+    ),
+    ("src/cli/voxelize.rs", "", "is about voxels"),
+    ("src/cli/mod.rs", "voxelize", "names that command"),
+    (
+        "src/cli/render.rs",
+        "alias = \"voxel",
+        "options of older command lines",
+    ),
+    (
+        "src/measure/stress/",
+        "",
+        "scenes in which voxels and cones fail",
+    ),
+    (
+        "src/measure/chart/default.toml",
+        "",
+        "a grid of the techniques that there are",
+    ),
+    (
+        "src/measure/",
+        "walk {} voxels",
+        "a column of reports, which older files have",
+    ),
+];
+
+/// Fields of reports, which older files have.
+const REPORT_FIELDS: [&str; 4] = [
+    "voxel_size_m",
+    "voxels_per_frame",
+    "dynamic_voxels",
+    "bytes_per_occupied_voxel",
+];
+
+/// The seam, the frame and the tools do not mention voxels and cones, except where they have to.
+/// Every listed exception is needed.
+#[test]
+fn shared_code_has_no_words_of_a_family() {
+    let words = ["voxel", "cone", "brick", "octree", "clipmap"];
+    let seam = ["mod", "entry", "inspect", "registry", "settings"];
+    let mut paths: Vec<PathBuf> = seam
+        .iter()
+        .map(|file| root().join(format!("src/gi/{file}.rs")))
+        .collect();
+    paths.push(root().join("src/frame.rs"));
+    for folder in ["render", "view", "cli", "measure"] {
+        paths.extend(files(&root().join("src").join(folder)));
+    }
+    let mut used = BTreeSet::new();
+    for path in paths {
+        let text = std::fs::read_to_string(&path).unwrap();
+        let code = text.split("#[cfg(test)]").next().unwrap();
+        let name = path.strip_prefix(root()).unwrap().display().to_string();
+        for (number, line) in (1..).zip(code.lines()) {
+            let mut rest = line.to_lowercase();
+            for field in REPORT_FIELDS {
+                rest = rest.replace(field, "");
+            }
+            if !words.iter().any(|word| rest.contains(word)) {
+                continue;
+            }
+            let exception = FAMILY_WORDS.iter().position(|(place, words, _)| {
+                let is_there = name == *place || (place.ends_with('/') && name.starts_with(place));
+                is_there && line.contains(words)
+            });
+            let exception = exception.unwrap_or_else(|| panic!("{name}:{number}: {line}"));
+            used.insert(exception);
+        }
+    }
+    assert_eq!(used.len(), FAMILY_WORDS.len(), "an exception is not needed");
 }
 
 /// Whether a program is there; where it is not, the test is skipped.
@@ -291,11 +370,25 @@ fn checked_variables(stem: &str) -> Vec<Variable> {
 /// Checks one pass against its modules; says what is wrong.
 fn check_pass(pass: &Pass) -> Result<(), String> {
     let mut used: BTreeMap<u32, u32> = BTreeMap::new();
-    let mut push = 0;
+    let mut constants: BTreeSet<(u32, String)> = BTreeSet::new();
+    let mut params = None;
     for (_, stem) in pass.stages() {
         for variable in checked_variables(stem) {
             match &variable {
-                Variable::PushConstant { ty, .. } => push = push.max(ty.nbyte().unwrap()),
+                Variable::PushConstant { ty, .. } => {
+                    let mut found = Vec::new();
+                    structs(ty, &mut found);
+                    let name = found[0].name().unwrap_or("?").to_owned();
+                    let block = (name, members(found[0]));
+                    if params.get_or_insert_with(|| block.clone()) != &block {
+                        return Err(format!("{stem}: other push constants than {params:?}"));
+                    }
+                }
+                Variable::SpecConstant { name, spec_id, .. } => {
+                    // Only the size of a workgroup has no name in a module.
+                    let name = name.as_deref().unwrap_or("WORKGROUP");
+                    constants.insert((*spec_id, name.to_owned()));
+                }
                 Variable::Descriptor {
                     desc_bind,
                     desc_ty,
@@ -333,11 +426,25 @@ fn check_pass(pass: &Pass) -> Result<(), String> {
             }
         }
     }
-    if push != pass.push_bytes as usize || push > 128 {
+    let declared = (pass.params).map(|(name, fields)| (name.to_owned(), declared_members(fields)));
+    if params != declared || pass.push_bytes() > 128 {
         return Err(format!(
-            "{push} bytes of push constants in the shaders, {} declared",
-            pass.push_bytes
+            "push constants {params:?} in the shaders, {declared:?} declared"
         ));
+    }
+    let declared: BTreeSet<(u32, String)> = (0..)
+        .zip(pass.constants)
+        .filter(|(_, name)| !name.is_empty())
+        .map(|(id, name)| (id, (*name).to_owned()))
+        .collect();
+    if declared != constants {
+        return Err(format!(
+            "constants {declared:?} declared, the shaders have {constants:?}"
+        ));
+    }
+    let names: BTreeSet<&str> = pass.bindings.iter().map(|binding| binding.name).collect();
+    if names.len() != pass.bindings.len() {
+        return Err("two bindings have one name".to_owned());
     }
     for (index, binding) in (0u32..).zip(pass.bindings) {
         let bits = used.get(&index).copied().unwrap_or(0);
@@ -440,7 +547,51 @@ fn every_pass_matches_its_modules() {
         .collect();
     assert!(
         orphans.is_empty(),
-        "modules without a pass in tests/support/passes.rs: {orphans:?}"
+        "no pass uses these modules: {orphans:?}; add passes to `passes` of the technique's Entry"
+    );
+}
+
+/// A copy of a pass of compute shaders; `None` of another.
+fn copy(pass: &Pass) -> Option<Pass> {
+    let Shaders::Compute(stem) = pass.shaders else {
+        return None;
+    };
+    let shaders = Shaders::Compute(stem);
+    Some(Pass { shaders, ..*pass })
+}
+
+/// Whoever gives values by name relies on this: the names of any two neighbours, swapped in any
+/// pass, are noticed.
+#[test]
+fn swapped_names_are_noticed() {
+    let (mut constants, mut bindings) = (0, 0);
+    for mut pass in all_passes().into_iter().filter_map(copy) {
+        let whole = (pass.constants, pass.bindings);
+        for second in 1..whole.0.len() {
+            if whole.0[second - 1] == whole.0[second] {
+                continue;
+            }
+            let mut names = whole.0.to_vec();
+            names.swap(second - 1, second);
+            pass.constants = names.leak();
+            assert!(check_pass(&pass).is_err(), "{}: {pass:?}", pass.name);
+            constants += 1;
+        }
+        pass.constants = whole.0;
+        for second in 1..whole.1.len() {
+            let mut changed = whole.1.to_vec();
+            changed[second - 1].name = whole.1[second].name;
+            changed[second].name = whole.1[second - 1].name;
+            pass.bindings = changed.leak();
+            assert!(check_pass(&pass).is_err(), "{}: {pass:?}", pass.name);
+            bindings += 1;
+        }
+        pass.bindings = whole.1;
+        assert_eq!(check_pass(&pass), Ok(()), "{}", pass.name);
+    }
+    assert!(
+        constants > 100 && bindings > 200,
+        "{constants} constants, {bindings} bindings"
     );
 }
 
@@ -448,16 +599,14 @@ fn every_pass_matches_its_modules() {
 fn a_declaration_that_does_not_match_is_noticed() {
     use crate::support::passes::COPY;
     let change = |change: fn(&mut Pass)| {
-        let mut pass = Pass {
-            name: COPY.name,
-            shaders: lumivox::graph::Shaders::Compute("test/copy.comp"),
-            ..COPY
-        };
+        let mut pass = copy(&COPY).unwrap();
         change(&mut pass);
         check_pass(&pass)
     };
     assert_eq!(change(|_| {}), Ok(()));
-    assert!(change(|pass| pass.push_bytes = 8).is_err());
+    assert!(change(|pass| pass.params = None).is_err());
+    assert!(change(|pass| pass.params = crate::support::passes::MATERIAL.params).is_err());
+    assert!(change(|pass| pass.constants = &["SIDES"]).is_err());
     assert!(change(|pass| pass.bindings = &COPY.bindings[..1]).is_err());
     assert!(change(|pass| pass.bindings = crate::support::passes::SAMPLE.bindings).is_err());
     const READ_WRITE: &[lumivox::graph::Binding] = &[
@@ -470,7 +619,7 @@ fn a_declaration_that_does_not_match_is_noticed() {
 }
 
 /// All struct types inside a type.
-fn structs<'t>(ty: &'t Type, found: &mut Vec<&'t spirq::ty::StructType>) {
+fn structs<'t>(ty: &'t Type, found: &mut Vec<&'t StructType>) {
     match ty {
         Type::Struct(block) => {
             found.push(block);
@@ -482,6 +631,19 @@ fn structs<'t>(ty: &'t Type, found: &mut Vec<&'t spirq::ty::StructType>) {
         Type::Array(array) => structs(&array.element_ty, found),
         _ => {}
     }
+}
+
+/// Name, offset and size of each member.
+fn members(block: &StructType) -> Vec<(String, usize, Option<usize>)> {
+    let name = |member: &StructMember| member.name.as_deref().unwrap_or("?").to_owned();
+    let row = |member| (name(member), member.offset.unwrap(), member.ty.nbyte());
+    block.members.iter().map(row).collect()
+}
+
+/// The same members as Rust declares them.
+fn declared_members(fields: &[Field]) -> Vec<(String, usize, Option<usize>)> {
+    let row = |field: &Field| (field.name.to_owned(), field.offset, Some(field.size));
+    fields.iter().map(row).collect()
 }
 
 #[test]
@@ -499,21 +661,7 @@ fn shared_structs_have_one_layout() {
                     continue;
                 };
                 seen.insert(*name);
-                let glsl: Vec<_> = block
-                    .members
-                    .iter()
-                    .map(|member| {
-                        (
-                            member.name.as_deref().unwrap_or("?"),
-                            member.offset.unwrap(),
-                            member.ty.nbyte(),
-                        )
-                    })
-                    .collect();
-                let expected: Vec<_> = fields
-                    .iter()
-                    .map(|field| (field.name, field.offset, Some(field.size)))
-                    .collect();
+                let (glsl, expected) = (members(block), declared_members(fields));
                 assert_eq!(glsl, expected, "{stem}: struct {name}");
             }
         }
@@ -526,7 +674,7 @@ fn shared_structs_have_one_layout() {
     assert!(unused.is_empty(), "no shader has these structs: {unused:?}");
 }
 
-/// Comparators keep NaN: what drops it is used nowhere in tests but where it is mended.
+/// Comparators keep NaN: tests use functions that drop it only where that is mended.
 #[test]
 fn comparators_let_no_nan_through() {
     for path in files(&root().join("tests")) {

@@ -44,7 +44,7 @@ fn every_bundled() -> &'static [Scene] {
 #[test]
 fn real_scenes_have_their_published_triangle_counts() {
     let Some(folder) = real_scenes() else { return };
-    // Published count, and how many of those have no area.
+    // Published count of triangles, and the number of them without area.
     let expected = [
         ("cornell_point", 30, 0),
         ("sponza_sun", 261_839, 0),

@@ -29,8 +29,8 @@ fn double(gpu: &Gpu, count: u32) -> Vec<String> {
     let mut frame = Frame::new();
     frame
         .pass(&DOUBLE)
-        .bind(&values)
-        .constants(&[64])
+        .bind("values", &values)
+        .constant("WORKGROUP", 64u32)
         .push(&count)
         .dispatch([2, 1, 1]);
     gpu.submit(frame).unwrap();
@@ -51,8 +51,8 @@ fn an_access_outside_of_a_buffer_is_reported() {
     );
 }
 
-/// Fragments are counted before there is room for any: those of masked triangles, of others, and by
-/// both methods.
+/// Fragments are counted before there is room for any: of masked triangles and of others, by both
+/// methods.
 #[test]
 fn voxelization_stays_within_its_buffers() {
     let gpu = checking_gpu();

@@ -665,7 +665,7 @@ fn energy_of_a_furnace_by_normals() {
     }
 }
 
-/// The octree's bounces are those of the mips.
+/// The octree's bounces equal the mips' bounces.
 #[test]
 fn bounces_through_the_octree_are_those_through_mips() {
     let gpu = gpu();

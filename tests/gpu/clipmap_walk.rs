@@ -9,11 +9,11 @@ use lumivox::gi::registry::find;
 use lumivox::gi::shared::voxel::VoxelGrid;
 use lumivox::gi::voxel_cones::VoxelCones;
 use lumivox::gi::voxel_cones::clipmap::{self, Clipmap, Layout};
-use lumivox::gi::{Context, Settings, Technique};
+use lumivox::gi::{Change, Context, Inputs, MapNeeds, Settings, Technique};
 use lumivox::graph::{Frame, Gpu};
 use lumivox::image::{Aov, Image};
 use lumivox::metrics::stability::{flicker, translation_spread};
-use lumivox::render::{GBuffer, GpuScene, LightMaps};
+use lumivox::render::{GBuffer, GpuScene, LightMaps, Output};
 use lumivox::scene::{Camera, Light, Scene, Triangle, Vertex};
 
 const SIZE: [u32; 2] = [48, 36];
@@ -236,6 +236,7 @@ struct Still<'g> {
     gpu_scene: GpuScene,
     maps: LightMaps,
     gbuffer: GBuffer,
+    output: Output,
     technique: VoxelCones<Clipmap>,
 }
 
@@ -250,13 +251,20 @@ impl<'g> Still<'g> {
         };
         let mut technique = VoxelCones::<Clipmap>::new(&context, settings, "clipmap").unwrap();
         technique.build(&context).unwrap();
-        let maps = LightMaps::new(gpu, &gpu_scene, 256, technique.needs_rsm()).unwrap();
-        let gbuffer = GBuffer::new(gpu, &gpu_scene, SIZE).unwrap();
+        let maps = LightMaps::new(
+            gpu,
+            &gpu_scene,
+            256,
+            technique.needs().maps == MapNeeds::Reflective,
+        )
+        .unwrap();
+        let gbuffer = GBuffer::new(gpu, &gpu_scene, SIZE, false).unwrap();
         Still {
             gpu,
             gpu_scene,
             maps,
             gbuffer,
+            output: Output::new(gpu, SIZE).unwrap(),
             technique,
         }
     }
@@ -269,25 +277,31 @@ impl<'g> Still<'g> {
             gpu_scene,
             maps,
             gbuffer,
+            output,
             technique,
         } = self;
         gpu_scene
             .set_frame(gpu, &gpu_scene.frame_constants(camera, SIZE))
             .unwrap();
-        technique
-            .set_view(&Context {
-                gpu,
-                scene: gpu_scene,
-                size: SIZE,
-                eye,
-            })
-            .unwrap();
+        let context = Context {
+            gpu,
+            scene: gpu_scene,
+            size: SIZE,
+            eye,
+        };
+        technique.follow(&context, Change::Camera).unwrap();
         let mut frame = Frame::new();
         frame.set_scene(&gpu_scene.set, &gpu_scene.materials);
         maps.draw(&mut frame, gpu_scene);
         gbuffer.draw(&mut frame, gpu_scene);
-        technique.update(&mut frame, gpu_scene, maps);
-        let light = technique.gather(&mut frame, gpu_scene, maps, gbuffer);
+        let given = Inputs {
+            scene: gpu_scene,
+            maps,
+            gbuffer,
+            direct: &output.direct,
+        };
+        technique.update(&mut frame, &given);
+        let light = technique.gather(&mut frame, &given).indirect;
         gpu.submit(frame).unwrap();
         bytemuck::pod_collect_to_vec::<u8, [f32; 4]>(&gpu.read_image(&light.diffuse, 0, 0).unwrap())
             .into_iter()

@@ -162,7 +162,7 @@ impl<'g> Follower<'g> {
     }
 }
 
-/// Random triangles, in the middle of which is the origin.
+/// Random triangles around the origin.
 fn centred_soup(random: &mut Random, resolution: u32, count: usize) -> Vec<Corners> {
     let mut triangles = soup(random, resolution);
     triangles.truncate(count);

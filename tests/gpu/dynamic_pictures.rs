@@ -54,8 +54,8 @@ fn followed_pictures_are_those_of_a_new_renderer() {
     }
 }
 
-/// Likewise where voxels light each other, and where an update of the octree makes all bricks,
-/// those of normals too.
+/// The same where voxels light each other, and where an update of the octree makes all bricks,
+/// normal bricks included.
 #[test]
 fn followed_bounces_are_those_of_a_new_renderer() {
     let gpu = gpu();
@@ -78,8 +78,8 @@ fn followed_bounces_are_those_of_a_new_renderer() {
     }
 }
 
-/// Likewise with an average that nothing can be taken away from, and that depends on the order in
-/// which fragments come: no further from new renderers than these are from each other.
+/// The same with a running average, from which nothing can be taken away and which depends on the
+/// order of fragments: the picture differs from new renderers no more than these from each other.
 #[test]
 fn running_averages_are_made_anew() {
     let gpu = gpu();
@@ -161,7 +161,7 @@ fn follow(
             Renderer::new(gpu, &scene, case.entry, &settings, frame(24, 16, 64)).unwrap();
         fresh.render(&scene.camera).unwrap();
         let (followed, expected) = (pictures(&follower), pictures(&fresh));
-        // Touched tiles are those of the light before, too.
+        // Tiles that held light before are touched too.
         let [counts, fresh_counts] = [&follower, &fresh].map(|renderer| {
             let mut counts = renderer.counts().unwrap();
             counts.retain(|(name, _)| *name != "touched_tiles");

@@ -12,7 +12,8 @@ use lumivox::gi::entry::Entry;
 use lumivox::gi::registry::TECHNIQUES;
 use lumivox::gi::settings::Domain;
 use lumivox::graph::{
-    DrawBatch, Error, Faults, Frame, Gpu, GpuOptions, ImageDesc, ImageKind, ImageUsage, Targets, vk,
+    DrawBatch, Error, Faults, Frame, Gpu, GpuOptions, ImageDesc, ImageKind, ImageUsage, Owner,
+    Targets, vk,
 };
 use lumivox::image::{Aov, Image};
 use lumivox::scene::{Camera, Scene};
@@ -64,14 +65,14 @@ fn a_lost_device_is_told_with_the_last_pass_that_finished() {
             frame.fill("first", &a, 3);
             frame
                 .pass(&DOUBLE)
-                .bind(&a)
-                .constants(&[64])
+                .bind("values", &a)
+                .constant("WORKGROUP", 64u32)
                 .push(&64u32)
                 .dispatch([1, 1, 1]);
             frame
                 .pass(&COPY)
-                .bind(&a)
-                .bind(&b)
+                .bind("source", &a)
+                .bind("target", &b)
                 .push(&64u32)
                 .dispatch([1, 1, 1]);
             frame.fill("last", &a, 0);
@@ -367,10 +368,11 @@ fn a_pass_without_its_feature_is_refused() {
         mips: 1,
         layers: 1,
         usage: ImageUsage::STORAGE,
+        owner: Owner::Shared,
     };
     let counts = gpu.create_image(&desc).unwrap();
     let mut frame = Frame::new();
-    frame.pass(&COUNT).bind(&counts).draw(
+    frame.pass(&COUNT).bind("counts", &counts).draw(
         Targets::none([16, 16]),
         vec![DrawBatch {
             vertex_count: 6,
@@ -386,8 +388,8 @@ fn a_pass_without_its_feature_is_refused() {
     let mut frame = Frame::new();
     frame
         .pass(&DOUBLE)
-        .bind(&values)
-        .constants(&[64])
+        .bind("values", &values)
+        .constant("WORKGROUP", 64u32)
         .push(&1u32)
         .dispatch([1, 1, 1]);
     gpu.submit(frame).unwrap();

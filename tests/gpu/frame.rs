@@ -21,7 +21,7 @@ fn a_part_of_large_images_is_the_picture_of_small_ones() {
             Renderer::new(&gpu, &scene, case.entry, &settings, frame(37, 29, 64)).unwrap();
         large.render(&scene.camera).unwrap();
         large.set_size([37, 29]);
-        // Of maps that are there already, too.
+        // The same for maps that are there already.
         large.render_again(&scene.camera).unwrap();
         small.render(&scene.camera).unwrap();
         for aov in Aov::ALL {

@@ -5,6 +5,7 @@
 mod support;
 
 mod accesses;
+mod beam;
 mod bounces;
 mod clipmap;
 mod clipmap_walk;
@@ -23,6 +24,7 @@ mod oracle_direct;
 mod oracle_gather;
 mod oracle_interleave;
 mod oracle_light;
+mod oracle_motion;
 mod oracle_rays;
 mod oracle_render;
 mod oracle_structures;
@@ -31,7 +33,6 @@ mod oracle_svo_dynamic;
 mod oracle_voxels;
 mod patches;
 mod planner;
-mod probe;
 mod properties;
 mod soft_shadows;
 #[cfg(feature = "measure")]

@@ -598,7 +598,7 @@ fn comparators_notice_planted_errors() {
             .starts_with("emission is")
     );
     read.emission = unplanted;
-    // Of a bright voxel whose sides are told apart for certain.
+    // Only bright voxels count whose sides can be told apart for certain.
     let is_certain = |sum: &VoxelSum| {
         sum.area > 0.5
             && sum.opposed < 0.01

@@ -10,7 +10,7 @@ use crate::support::surfaces::{
 use crate::support::technique::Builder;
 use crate::support::{Random, gpu};
 use glam::{DVec2, DVec3, Vec2, Vec3};
-use lumivox::graph::{Frame, Gpu, Image as GpuImage, ImageDesc, ImageKind, ImageUsage, vk};
+use lumivox::graph::{Frame, Gpu, Image as GpuImage, ImageDesc, ImageKind, ImageUsage, Owner, vk};
 use lumivox::image::{Aov, Image, srgb_from_linear, write_png};
 use lumivox::reference::{self, Bounces, Filter, ReferenceImage, Sampling};
 use lumivox::render::oracle::light::{
@@ -20,7 +20,7 @@ use lumivox::render::oracle::texture::linear_from_srgb;
 use lumivox::render::oracle::{Scenery, Surface, View};
 use lumivox::render::{
     GpuLightView, GpuScene, IndirectLight, LightMaps, MapChannel, Output, SurfaceChannel, read_aov,
-    read_light_map, read_surface,
+    read_indirect, read_light_map, read_surface,
 };
 use lumivox::scene::{Camera, Light, Material, Scene, Specular};
 use rayon::prelude::*;
@@ -34,7 +34,7 @@ type Bounds = [DVec3; 2];
 struct Lit {
     seen: Vec<DVec3>,
     reflectors: Vec<Option<Reflector>>,
-    /// Of each light, its shadow maps.
+    /// The shadow maps of each light.
     maps: Vec<Vec<ShadowMap>>,
 }
 
@@ -114,8 +114,8 @@ fn light_up(gpu: &Gpu, scene: &Scene, size: [u32; 2], map_size: u32) -> Lit {
     }
 }
 
-/// The shadow map in which a point is seen: of a point light, that of the axis along which it is
-/// farthest.
+/// The shadow map in which a point is seen. A point light has one for each axis: the map of the
+/// axis along which the point is farthest counts.
 fn map_of(maps: &[ShadowMap], point: DVec3) -> usize {
     let along = |map: &ShadowMap| (point - map.view.origin).dot(map.view.forward);
     (0..maps.len())
@@ -644,8 +644,8 @@ fn check_surface(traced: &ReferenceImage, pixel: usize, surface: &Surface) {
     );
 }
 
-/// The path tracer's direct light, away from the edges of shadows, is that of the papers' lobe and
-/// of exact rays, too.
+/// Away from the edges of shadows, the path tracer's direct light agrees with the papers' lobe and
+/// exact rays, too.
 #[test]
 fn direct_light_of_the_reference_is_that_of_exact_rays() {
     let mut scenes = lobe_scenes();
@@ -742,6 +742,7 @@ fn planted(
         mips: 1,
         layers: 1,
         usage: ImageUsage::STORAGE | ImageUsage::SAMPLED,
+        owner: Owner::Shared,
     };
     let image = gpu.create_image(&desc).unwrap();
     let texels: Vec<[f32; 4]> = (0..size[0] * size[1])
@@ -882,6 +883,15 @@ fn the_composite_is_the_sum_and_outputs_are_its_terms() {
                     "{aov} passes for {other}"
                 );
             }
+        }
+        let answer = read_indirect(&gpu, &drawn.gbuffer, &light).unwrap();
+        let visibility = Image::from_grey(size[0], size[1], &answer.visibility);
+        for (image, aov) in [
+            (&answer.irradiance, Aov::Diffuse),
+            (&answer.specular, Aov::Specular),
+            (&visibility, Aov::Visibility),
+        ] {
+            same(image, |pixel| expected(aov, pixel)).unwrap();
         }
         let channel = |channel| read_surface(&gpu, &drawn.gbuffer, channel).unwrap();
         same(&channel(SurfaceChannel::GeometricNormal), |pixel| {

@@ -418,8 +418,8 @@ fn cones_through_bricks_are_the_oracles() {
     }
 }
 
-/// Visibility by cones of its own replaces that of the gather, and leaves its irradiance as it is,
-/// bit by bit.
+/// Visibility by separate cones replaces the gather's visibility, and leaves the irradiance as it
+/// is, bit by bit.
 #[test]
 fn occlusion_cones_are_the_oracles() {
     let gpu = gpu();

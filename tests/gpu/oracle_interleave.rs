@@ -11,7 +11,7 @@ use glam::{DVec3, DVec4, Vec3};
 use lumivox::gi::shared::interleave::deinterleave;
 use lumivox::gi::shared::interleave::oracle::{Sample, deinterleave as by_oracle};
 use lumivox::gi::shared::voxel::VoxelGrid;
-use lumivox::graph::{Frame, Gpu, ImageDesc, ImageKind, ImageUsage, vk};
+use lumivox::graph::{Frame, Gpu, ImageDesc, ImageKind, ImageUsage, Owner, vk};
 use lumivox::render::GpuScene;
 use lumivox::scene::{Camera, Scene};
 
@@ -55,6 +55,7 @@ impl Seen {
             mips: 1,
             layers: 1,
             usage: ImageUsage::STORAGE | ImageUsage::SAMPLED,
+            owner: Owner::Shared,
         };
         let image = gpu.create_image(&desc).unwrap();
         gpu.upload_image(&image, 0, 0, bytemuck::cast_slice(&texels))

@@ -328,8 +328,8 @@ fn compare_shaded(
     }
 }
 
-/// Depths in a shadow map are those of its texels, so that a voxel at the edge of a shadow may be
-/// on its other side, or lit by one light of two.
+/// A shadow map has one depth a texel, so that a voxel at the edge of a shadow may be on its other
+/// side, or lit by one light of two.
 #[test]
 fn shaded_voxels_are_the_oracles() {
     let gpu = gpu();
@@ -375,7 +375,7 @@ fn shaded_voxels_are_the_oracles() {
     }
 }
 
-/// Each side against the oracle: in the Cornell box, of which walls are lit on one side, and in two
+/// Each side against the oracle: in the Cornell box, whose walls are lit on one side, and in two
 /// rooms with a thin wall between them.
 #[test]
 fn light_of_each_side_is_the_oracles() {
@@ -491,8 +491,8 @@ fn coarse_maps_leave_no_lit_voxel_dark() {
     assert!(filled > 0 && dark_inside == 0 && f64::from(dark) <= 0.02 * f64::from(lit_count));
 }
 
-/// Strips in the middle of voxels, lit by texels of 0.6 voxels: what of a texel would fall on an
-/// empty voxel beside the strip stays in the strip's own, and no light is lost.
+/// Strips in the middle of voxels, lit by texels of 0.6 voxels. A texel's light that would fall on
+/// an empty voxel beside the strip stays in the strip's voxel, so that no light is lost.
 #[test]
 fn light_beside_a_surface_stays_on_it() {
     let gpu = gpu();
@@ -556,8 +556,8 @@ fn texels_that_find_no_voxel_are_counted() {
     assert!(lost[0] >= 20 && lost[1] <= lost[0] / 20, "{lost:?}");
 }
 
-/// Emission alone: scenes without lights. Of the sheets two or three share a voxel, where some are
-/// hidden by others.
+/// Emission alone: scenes without lights. Two or three of the sheets share a voxel, where some hide
+/// others.
 #[test]
 fn emission_is_radiance() {
     let gpu = gpu();

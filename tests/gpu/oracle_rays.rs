@@ -376,9 +376,9 @@ fn gathered_rays(gpu: &Gpu, scene: Scene, sides: Sides) {
     }
 }
 
-/// What is wrong with a gather of so many rays, if anything. A ray that grazes a voxel within
-/// rounding takes another radiance, and may be hidden where it was not: at most one pixel in 100,
-/// each by a ray or two.
+/// What is wrong with a gather of `rays` rays, if anything. A ray that grazes a voxel within
+/// rounding may take another radiance, or be hidden where it was not. That may happen to one pixel
+/// in 100 at most, by a ray or two each.
 fn compare_gathered(seen: &[DVec4], expected: &[DVec4], rays: f64) -> Result<String, String> {
     let apart = seen
         .iter()

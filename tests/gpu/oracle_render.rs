@@ -341,7 +341,7 @@ fn light_maps_hold_what_rays_find() {
             let is_textured = scenery.material(triangle).albedo_texture.is_some();
             let is_filtered =
                 is_textured && surface.is_none_or(|surface| surface.texels_per_px > 1.0);
-            // Of the root: a step of 10 bits, and what texels make of it.
+            // The error of the root: a step of 10 bits, and what texels add to it.
             let root = |root: f64| {
                 TEN_BIT_ERROR
                     + if is_textured {

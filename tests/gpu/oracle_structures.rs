@@ -11,13 +11,14 @@ use crate::support::voxels::half;
 use crate::support::walker::Walker;
 use crate::support::{Random, gpu};
 use glam::{DVec3, DVec4, Vec3};
+use lumivox::gi::Settings;
 use lumivox::gi::registry::find;
+use lumivox::gi::shared::cone::VoxelVolume;
 use lumivox::gi::shared::cone::oracle::specular::{Gloss, specular};
 use lumivox::gi::shared::cone::oracle::{LightPlace, MarchSettings, light_visibility};
 use lumivox::gi::shared::cone::{ConeTracer, FaceWeights, cone_set};
 use lumivox::gi::shared::voxel::oracle::Receiver;
 use lumivox::gi::voxel_cones::clipmap::Layout;
-use lumivox::gi::{Settings, VoxelVolume};
 use lumivox::graph::{Frame, Gpu, Image};
 use lumivox::render::GpuScene;
 use lumivox::scene::{Camera, Light, Material, Scene, Specular};
@@ -29,8 +30,8 @@ const SIZE: [u32; 2] = [24, 18];
 /// 1.5·10⁻⁴.
 const MOST: f64 = 0.002;
 
-/// Of one cone, as reflections and lights have it, through nearly opaque faces, whose optical depth
-/// is the logarithm of next to nothing; 0.006 was measured.
+/// Largest error of a single cone, as for reflections and lights. Nearly opaque faces make it
+/// large: their optical depth is the logarithm of almost 0. 0.006 was measured.
 const MOST_OF_ONE: f64 = 0.01;
 
 /// Angle of the leaning normals to the way to the eye. Where it is that of a face to its eye or
@@ -279,8 +280,7 @@ fn render(
     }
 }
 
-/// L_s of the glossy pixels, with the cone's half angle as many times as wide and the start so many
-/// times as high.
+/// L_s of the glossy pixels, with factors on the cone's half angle and on the height of its start.
 fn specular_by_oracle(
     structure: &Structure,
     pixels: &[Pixel],

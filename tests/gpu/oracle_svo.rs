@@ -346,8 +346,8 @@ fn touched_tiles_are_enough_for_normals() {
     }
 }
 
-/// A room behind a thin wall sees the wall's own dark side. With the light of the other side in it,
-/// that leaks; and the lit room stays as bright as it was.
+/// A room behind a thin wall sees the wall's dark side. If that side also held the other side's
+/// light, light would leak. The lit room stays as bright as it was.
 #[test]
 fn lit_normals_keep_the_other_side_dark() {
     let gpu = gpu();
@@ -691,7 +691,7 @@ const ALL: BrickSettings = BrickSettings {
     ..TOUCHED
 };
 
-/// The picture of a grid in pieces is that of the whole, and no texel is lost or counted twice.
+/// A grid in pieces gives the picture of the whole grid, and no texel is lost or counted twice.
 #[test]
 fn light_of_pieces_is_that_of_the_whole() {
     let gpu = gpu();

@@ -261,7 +261,7 @@ impl<'g> Follower<'g> {
         (posed, pools)
     }
 
-    /// Likewise, and everything is as it has to be.
+    /// The same, and checks everything after it.
     fn check(&mut self, moving: &Values, what: &str) -> usize {
         let (posed, pools) = self.go_to(moving);
         let found = pools.tree(0);
@@ -279,8 +279,8 @@ impl<'g> Follower<'g> {
             .collect();
         assert_eq!(counts, oracle.counts, "{what}: tiles by level");
 
-        // What is static: words and neighbours as built, and the tree that of the static voxels
-        // alone, those in touched blocks dark.
+        // The static part: words and neighbours are as built. The tree holds the static voxels
+        // alone, and the ones in touched blocks are dark.
         let end = self.nodes.static_end() as usize;
         assert!(
             pools.nodes[1..end] == self.first.0[1..end]

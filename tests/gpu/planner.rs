@@ -5,6 +5,7 @@
 use std::collections::HashSet;
 
 use crate::support::hazards::Stream;
+use crate::support::motion::WITH_MOTION;
 use crate::support::passes::{COPY, DOUBLE, TEST_PASSES, all_passes};
 use crate::support::technique::{
     Case, Surfaces, cases, frame, moving_room, small_lights, small_room,
@@ -12,13 +13,15 @@ use crate::support::technique::{
 use crate::support::{Missing, gpu, skipped, words};
 use glam::Vec3;
 use lumivox::frame::Renderer;
-use lumivox::gi::TraceAxis;
+use lumivox::gi::inspect::BeamAxis;
 use lumivox::gi::registry::find;
 use lumivox::gi::shared::voxel::{FRAGMENTS_RASTER, FRAGMENTS_RASTER_HW};
 use lumivox::graph::{
-    Error, Features, Frame, Gpu, ImageDesc, ImageKind, ImageUsage, Issued, JournalFrame, Pass, vk,
+    Error, Features, Frame, Gpu, ImageDesc, ImageKind, ImageUsage, Issued, JournalFrame, Owner,
+    Pass, vk,
 };
 use lumivox::image::Aov;
+use lumivox::render::SurfaceChannel;
 use lumivox::scene::{Camera, Light, Scene, Specular};
 
 /// Plays what was recorded since the last time, and answers it.
@@ -187,6 +190,12 @@ const LIVES: [Life; 10] = [
     },
 ];
 
+const GLOSS: Specular = Specular {
+    f0: Vec3::splat(0.5),
+    roughness: 0.3,
+    metalness: 0.0,
+};
+
 impl Life {
     fn case(&self) -> Case {
         Case {
@@ -202,16 +211,11 @@ impl Life {
         scene.lights = vec![point, spot, directional];
         if self.technique == "svo" {
             let emits = |material: &&mut lumivox::scene::Material| material.emission != Vec3::ZERO;
-            let gloss = Specular {
-                f0: Vec3::splat(0.5),
-                roughness: 0.3,
-                metalness: 0.0,
-            };
             scene
                 .materials
                 .iter_mut()
                 .filter(emits)
-                .for_each(|material| material.specular = Some(gloss));
+                .for_each(|material| material.specular = Some(GLOSS));
         }
         scene
     }
@@ -223,13 +227,8 @@ impl Life {
         let settings = self
             .case()
             .settings(&[&[("resolution", "16")], self.pairs].concat());
-        let (mut renderer, _) = Renderer::new(
-            gpu,
-            &scene,
-            find(self.technique).unwrap(),
-            &settings,
-            frame(16, 8, 32),
-        )?;
+        let entry = find(self.technique).unwrap();
+        let (mut renderer, _) = Renderer::new(gpu, &scene, entry, &settings, frame(16, 8, 32))?;
         for way_m in [0.0, 0.3, 1.1, 0.7] {
             renderer.render(&walked(&scene.camera, way_m))?;
         }
@@ -248,11 +247,10 @@ impl Life {
         renderer.render_again(&walked(&scene.camera, 0.5))?;
         renderer.rebuild()?;
         renderer.render(&scene.camera)?;
-        for (name, _) in renderer.volumes() {
-            renderer.view_voxels(name, 0)?;
+        for view in entry.views.iter().copied().flatten() {
+            renderer.view(view, 0)?;
         }
-        renderer.view_structure(0)?;
-        renderer.probe([8, 4], TraceAxis::Normal, None)?;
+        renderer.trace([8, 4], BeamAxis::Normal, None)?;
         renderer.count_samples()?;
         renderer.aov(Aov::Full).map(drop)
     }
@@ -280,6 +278,33 @@ fn excuse(pass: &'static Pass, features: &Features) -> Option<&'static str> {
         .then_some("the device has no conservative rasterization")
 }
 
+/// The passes that ran.
+fn passes(journal: &[JournalFrame]) -> Vec<*const Pass> {
+    let issued = journal.iter().flat_map(|frame| &frame.issued);
+    let pass = |issued: &Issued| match issued {
+        Issued::Pass { pass, .. } => Some(std::ptr::from_ref(*pass)),
+        _ => None,
+    };
+    issued.filter_map(pass).collect()
+}
+
+/// Frames of a technique that asks for motion, while camera and models move.
+fn moving_with_motion(gpu: &Gpu, surfaces: Surfaces, is_glossy_too: bool) -> Result<(), Error> {
+    let mut scene = moving_room(surfaces, small_lights()[0].1);
+    if is_glossy_too {
+        scene.materials[0].specular = Some(GLOSS);
+    }
+    let settings = WITH_MOTION.settings::<&str>(None, &[]).unwrap();
+    let (mut renderer, _) = Renderer::new(gpu, &scene, &WITH_MOTION, &settings, frame(16, 8, 32))?;
+    for time_s in [0.0, 1.0, 2.0] {
+        scene.set_time(time_s);
+        renderer.set_pose(&scene)?;
+        renderer.render(&walked(&scene.camera, time_s))?;
+        renderer.surface(SurfaceChannel::Motion)?;
+    }
+    Ok(())
+}
+
 /// Everything that may change between two frames, with settings that no preset has; every pass runs
 /// at least once.
 #[test]
@@ -297,10 +322,13 @@ fn every_hazard_of_every_pass_is_covered() {
             }
             Err(error) => panic!("{what}: {error}"),
         }
-        for issued in judge(&what, &gpu).iter().flat_map(|frame| &frame.issued) {
-            if let Issued::Pass { pass, .. } = issued {
-                ran.insert(std::ptr::from_ref(*pass));
-            }
+        ran.extend(passes(&judge(&what, &gpu)));
+    }
+    for has_both in [false, true] {
+        for surfaces in Surfaces::ALL {
+            gpu.take_journal();
+            moving_with_motion(&gpu, surfaces, has_both).unwrap();
+            ran.extend(passes(&judge(&format!("motion, {surfaces:?}"), &gpu)));
         }
     }
     let missing = |pass: &&'static Pass| {
@@ -330,6 +358,7 @@ fn a_barrier_that_was_not_recorded_is_noticed() {
             mips: 2,
             layers: 2,
             usage: ImageUsage::SAMPLED,
+            owner: Owner::Shared,
         };
         let layers = gpu.create_image(&layers).unwrap();
         let mut frame = Frame::new();
@@ -338,14 +367,14 @@ fn a_barrier_that_was_not_recorded_is_noticed() {
         frame.fill("fill", &a, 3);
         frame
             .pass(&DOUBLE)
-            .bind(&a)
-            .constants(&[64])
+            .bind("values", &a)
+            .constant("WORKGROUP", 64u32)
             .push(&64u32)
             .dispatch([1, 1, 1]);
         frame
             .pass(&COPY)
-            .bind(&a)
-            .bind(&b)
+            .bind("source", &a)
+            .bind("target", &b)
             .push(&64u32)
             .dispatch([1, 1, 1]);
         let count = std::cell::Cell::new(0);

@@ -125,7 +125,8 @@ fn settings_that_are_legal_together_give_sound_light() {
                     ("full", &shot.full),
                     ("direct", &shot.direct),
                     ("indirect", &shot.indirect),
-                    ("irradiance", &shot.irradiance),
+                    ("irradiance", &shot.light.irradiance),
+                    ("specular", &shot.light.specular),
                 ] {
                     prop_assert!(
                         is_sound(image),

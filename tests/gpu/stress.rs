@@ -11,7 +11,7 @@ use lumivox::gi::registry::{TECHNIQUES, find};
 use lumivox::graph::Gpu;
 use lumivox::measure::bench::Case;
 use lumivox::measure::stress::results::{Results, Worst, summary};
-use lumivox::measure::stress::{CASES, Effort, Figured, Memo, Probe, Record, StressCase, Verdict};
+use lumivox::measure::stress::{CASES, Effort, Figured, Memo, Record, StressCase, Trial, Verdict};
 use lumivox::scene::Scene;
 
 const FRAME: FrameSettings = FrameSettings {
@@ -52,7 +52,7 @@ fn record_in(
     severity: f64,
     scene: Option<&Scene>,
 ) -> Record {
-    let probe = Probe {
+    let trial = Trial {
         gpu,
         entry: case.entry,
         settings: &case.settings,
@@ -61,7 +61,7 @@ fn record_in(
         scene,
         memo: &Memo::new(reference_cache()),
     };
-    stress.record(&probe, case, "", severity).unwrap()
+    stress.record(&trial, case, "", severity).unwrap()
 }
 
 fn record(gpu: &Gpu, stress: &StressCase, case: &Case, severity: f64) -> Record {
@@ -208,8 +208,8 @@ fn motion_is_held_against_the_references_own() {
     );
 }
 
-/// Details of many voxels are seen; those of parts of a voxel are not: each figure is larger where
-/// it ought to be fatal.
+/// Details of many voxels are seen, details smaller than a voxel are not: each figure is larger
+/// where it ought to be fatal.
 #[test]
 fn what_is_fatal_is_worse_than_what_is_harmless() {
     let gpu = gpu();
@@ -360,7 +360,7 @@ fn the_table_of_cases_is_whole() {
         let variants = stress.variants(entry, &settings).unwrap();
         assert!(variants[0] == (String::new(), settings.clone()));
         assert!(
-            entry.voxels.is_none() || stress.name != "thin_walls" || variants.len() > 5,
+            entry.presets.is_empty() || stress.name != "thin_walls" || variants.len() > 5,
             "{}: {} variants",
             entry.name,
             variants.len()
@@ -539,7 +539,7 @@ fn rows_of_equal_settings_are_apart() {
     let gpu = gpu();
     let [cones, accurate] = ["cones", "accurate"]
         .map(|preset| case("voxel-mips", preset, &["resolution=32", "rays=4"]));
-    let probe = Probe {
+    let trial = Trial {
         gpu: &gpu,
         entry: cones.entry,
         settings: &cones.settings,
@@ -549,12 +549,12 @@ fn rows_of_equal_settings_are_apart() {
         memo: &Memo::new(reference_cache()),
     };
     let keys: BTreeSet<String> = [(&cones, ""), (&accurate, ""), (&accurate, "gather=cones")]
-        .map(|(case, change)| Record::key_of(stress("empty"), &probe, case, change, 0.0))
+        .map(|(case, change)| Record::key_of(stress("empty"), &trial, case, change, 0.0))
         .into();
     assert_eq!(keys.len(), 3);
     assert_eq!(
         stress("empty")
-            .record(&probe, &accurate, "", 0.0)
+            .record(&trial, &accurate, "", 0.0)
             .unwrap()
             .case_name(),
         "voxel-mips accurate 32³ rays=4"
@@ -763,7 +763,7 @@ fn wrong_arguments_are_told() {
         ),
         (
             &["--set", "resolution=16", "-o", "out"],
-            "--resolution is 16; the scenes of the suite need at least 32 voxels",
+            "--resolution is 16; the scenes of the suite need at least 32 cells",
         ),
         (
             &["--preset", "nonsense", "-o", "out"],

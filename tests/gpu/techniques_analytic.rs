@@ -68,7 +68,7 @@ const STATED: &[Stated] = &[
         furnace: [-0.014, 0.019],
         plates: [0.072, 0.102],
     },
-    // The same cones through the same texels as those of voxel-mips.
+    // The same cones through the same texels as in voxel-mips.
     Stated {
         name: "svo.cones",
         lit_sphere: [-0.029, 0.029],
@@ -311,6 +311,7 @@ fn plane_under_a_uniform_sky() {
     for case in bounce_cases() {
         let irradiance = shoot(&gpu, &scene, &case, AT_64, frame(64, 64, 64))
             .unwrap()
+            .light
             .irradiance;
         check(
             "sky",
@@ -432,6 +433,7 @@ fn two_plates() {
             frame(96, 64, 64),
         )
         .unwrap()
+        .light
         .irradiance;
         check(
             "plates",

@@ -213,7 +213,7 @@ fn two_runs_give_the_same_bits() {
             .each_ref()
             .map(|gpu| shoot(gpu, &scene, case, SETTINGS, frame(64, 48, 256)).unwrap());
         assert!(
-            first.full == second.full && first.irradiance == second.irradiance,
+            first.full == second.full && first.light == second.light,
             "{}, {surfaces:?}: two runs differ",
             case.name()
         );

@@ -16,7 +16,6 @@ use lumivox::gi::shared::voxel::oracle::{
 };
 use lumivox::gi::shared::voxel::{
     Attenuation, Injection, LightSettings, Method, Occlusion, Sides, VoxelGrid, VoxelLight,
-    VoxelMap,
 };
 use lumivox::graph::{Error, Frame, Gpu};
 use lumivox::image::luminance;
@@ -171,7 +170,7 @@ fn normal_weighted_attenuation_is_the_oracles() {
                 } else {
                     cosine.abs()
                 };
-                // Of a normal across the side it is chance which way it is turned.
+                // Where the normal is across the side, its sign is chance.
                 if attenuation < 0.05
                     || standard[slot] < 1e-3
                     || surface.mean_normal.normalize().dot(side).abs() < 0.01
@@ -321,10 +320,10 @@ fn too_many_lights_for_rays_are_an_error() {
     );
 }
 
-/// The atrium's cloths, whose folds put opposed normals into one voxel, under its sun: light that
-/// their voxels reflect over that of their triangles, Σ a |n·ω|. The published standard attenuation
-/// max(N·ω, 0) leaves the voxels dark whose front looks away, half of the light; of that both
-/// attenuations here, which count both sides, bring back at least 80%.
+/// The atrium's cloths under its sun. Their folds put opposed normals into one voxel. Compared is
+/// the light that their voxels reflect with the light of their triangles, Σ a |n·ω|. The published
+/// standard attenuation max(N·ω, 0) leaves voxels dark whose front looks away: half of the light is
+/// lost. Both attenuations here count both sides, and bring back at least 80% of that half.
 #[test]
 fn cloths_lose_no_light() {
     let atrium = bundled("atrium");
@@ -486,26 +485,26 @@ impl Cloths {
             },
         )
         .unwrap();
-        points
-            .iter()
-            .for_each(|points| give_light(&self.gpu, &mut renderer.lit_voxels(), points).unwrap());
+        if let Some(points) = points {
+            let mut slots = renderer.light_slots().unwrap().unwrap();
+            give_light(&self.gpu, &mut *slots, points).unwrap();
+        }
         renderer.render(&self.atrium.camera).unwrap();
-        let pieces = renderer.lit_voxels();
-        let map = VoxelMap::read(&self.gpu, &pieces).unwrap().unwrap();
-        let radiance = map.radiance(&self.gpu, &pieces).unwrap();
+        let kept = renderer.light_slots().unwrap().unwrap();
+        let radiance = kept.radiance(&self.gpu).unwrap();
         let slots = self
             .on_cloths
             .iter()
-            .filter_map(|point| map.slots(point.surface.position, point.surface.normal))
+            .filter_map(|point| kept.at(point.surface.position, point.surface.normal))
             .flatten();
         let slots: std::collections::BTreeSet<usize> = slots.collect();
         slots
             .iter()
-            .map(|slot| map.area(*slot) * luminance(radiance[*slot]))
+            .map(|slot| kept.area_m2(*slot) * luminance(radiance[*slot]))
             .sum::<f32>()
     }
 
-    /// Of these settings, over exact light.
+    /// The light with each of these settings, over exact light.
     fn shares(&self, settings: &[&[&str]]) -> Vec<f32> {
         let exact = self.sent(&[], Some(&self.everywhere));
         let share = |pairs: &&[&str]| {

@@ -7,7 +7,8 @@ use crate::support::{Missing, gpu, read_words, skipped, words};
 use lumivox::graph::plan::Hazard;
 use lumivox::graph::{
     BatchDispatch, BufferDesc, BufferUsage, ClearOrLoad, DeviceChoice, DrawBatch, Error, Frame,
-    Gpu, GpuOptions, Image, ImageDesc, ImageKind, ImageUsage, SceneBindings, SceneSet, Targets, vk,
+    Gpu, GpuOptions, Image, ImageDesc, ImageKind, ImageUsage, Owner, SceneBindings, SceneSet,
+    Targets, vk,
 };
 
 fn image(
@@ -27,6 +28,7 @@ fn image(
         mips,
         layers: 1,
         usage,
+        owner: Owner::Shared,
     })
     .unwrap()
 }
@@ -46,6 +48,7 @@ fn empty_scene(gpu: &Gpu) -> Arc<SceneSet> {
             name: "frame".into(),
             size_bytes: 256,
             usage: BufferUsage::Uniform,
+            owner: Owner::Shared,
         })
         .unwrap();
     let [vertices, triangles, materials, lights] =
@@ -70,8 +73,8 @@ fn dispatch_doubles_any_number_of_elements() {
         for _ in 0..2 {
             frame
                 .pass(&DOUBLE)
-                .bind(&buffer)
-                .constants(&[64])
+                .bind("values", &buffer)
+                .constant("WORKGROUP", 64u32)
                 .push(&count)
                 .dispatch([count.div_ceil(64), 1, 1]);
         }
@@ -102,14 +105,14 @@ fn indirect_dispatch_reads_its_arguments_after_they_are_written() {
     let mut frame = Frame::new();
     frame
         .pass(&COPY)
-        .bind(&source)
-        .bind(&arguments)
+        .bind("source", &source)
+        .bind("target", &arguments)
         .push(&3u32)
         .dispatch([1, 1, 1]);
     frame
         .pass(&DOUBLE)
-        .bind(&values)
-        .constants(&[64])
+        .bind("values", &values)
+        .constant("WORKGROUP", 64u32)
         .push(&128u32)
         .dispatch_indirect(&arguments, 0);
     gpu.submit(frame).unwrap();
@@ -154,7 +157,7 @@ fn raster_pass_without_attachments_counts_every_fragment() {
     };
     frame
         .pass(&COUNT)
-        .bind(&counts)
+        .bind("counts", &counts)
         .draw(Targets::none([16, 16]), vec![quad.clone(), quad]);
     gpu.submit(frame).unwrap();
     let bytes = gpu.read_image(&counts, 0, 0).unwrap();
@@ -187,12 +190,12 @@ fn blit_halves_a_volume_and_samplers_see_every_mip() {
     for _ in 0..2 {
         let mut frame = Frame::new();
         frame.set_scene(&scene, &Arc::from([]));
-        frame.pass(&STORE).bind(&volume).dispatch([2; 3]);
+        frame.pass(&STORE).bind("volume", &volume).dispatch([2; 3]);
         frame.blit_mips("volume.mips", &volume);
         frame
             .pass(&SAMPLE)
-            .bind(&volume)
-            .bind(&target)
+            .bind("volume", &volume)
+            .bind("target", &target)
             .dispatch([4, 1, 1]);
         let stats = gpu.submit(frame).unwrap();
         assert_eq!(stats.passes[1].runs, 3);
@@ -297,7 +300,7 @@ fn each_batch_sees_its_own_material() {
     };
     frame
         .pass(&MATERIAL)
-        .bind(&target)
+        .bind("target", &target)
         .dispatch_batches(vec![batch(1), batch(0)]);
     gpu.submit(frame).unwrap();
     assert_eq!(
@@ -314,14 +317,14 @@ fn synchronization_validation_reports_a_barrier_left_out() {
         let mut frame = Frame::new();
         frame
             .pass(&COPY)
-            .bind(&a)
-            .bind(&b)
+            .bind("source", &a)
+            .bind("target", &b)
             .push(&64u32)
             .dispatch([1, 1, 1]);
         frame
             .pass(&COPY)
-            .bind(&b)
-            .bind(&c)
+            .bind("source", &b)
+            .bind("target", &c)
             .push(&64u32)
             .dispatch([1, 1, 1]);
         frame
@@ -347,8 +350,11 @@ fn memory_is_named_counted_and_given_back() {
     let memory = gpu.memory();
     assert_eq!((memory.len(), memory[0].0.as_str()), (1, "values"));
     assert!(gpu.memory_total() >= 4096);
+    let of = |owner| gpu.bytes_of(owner);
+    assert_eq!(of(Owner::Shared), memory[0].1);
+    assert_eq!([of(Owner::Store), of(Owner::Screen)], [0; 2]);
     drop(buffer);
-    assert_eq!(gpu.memory(), []);
+    assert_eq!((gpu.memory(), of(Owner::Shared)), (vec![], 0));
 }
 
 /// What the check of a device that comes back stands on: resources by name, and objects without
@@ -372,8 +378,8 @@ fn a_leak_is_seen() {
     let buffer = words(&gpu, "values", &[1; 64]);
     frame
         .pass(&DOUBLE)
-        .bind(&buffer)
-        .constants(&[64])
+        .bind("values", &buffer)
+        .constant("WORKGROUP", 64u32)
         .push(&64u32)
         .dispatch([1, 1, 1]);
     gpu.submit(frame).unwrap();
@@ -390,6 +396,7 @@ fn what_cannot_fit_is_an_error_with_the_numbers() {
         name: "svo.nodes".into(),
         size_bytes,
         usage,
+        owner: Owner::Shared,
     };
     let error = gpu
         .create_buffer(&desc(wanted, BufferUsage::Storage))
@@ -419,6 +426,7 @@ fn what_cannot_fit_is_an_error_with_the_numbers() {
         mips: 1,
         layers: 1,
         usage: ImageUsage::STORAGE,
+        owner: Owner::Shared,
     };
     let error = gpu
         .create_image(&volume(gpu.limits().extent_3d + 1))
@@ -469,5 +477,23 @@ fn binding_the_wrong_kind_asserts_with_the_names() {
         1,
         ImageUsage::STORAGE,
     );
-    let _ = Frame::new().pass(&COPY).bind(&volume);
+    let _ = Frame::new().pass(&COPY).bind("source", &volume);
+}
+
+#[test]
+#[should_panic(expected = "pass test.copy: it has no values")]
+fn binding_what_a_pass_does_not_have_asserts_with_the_name() {
+    let gpu = gpu();
+    let values = words(&gpu, "values", &[1; 4]);
+    let _ = Frame::new().pass(&COPY).bind("values", &values);
+}
+
+#[test]
+#[should_panic(expected = "pass test.double: WORKGROUP is not given")]
+fn a_pass_without_one_of_its_constants_asserts_with_the_name() {
+    let gpu = gpu();
+    let values = words(&gpu, "values", &[1; 4]);
+    let mut frame = Frame::new();
+    let pass = frame.pass(&DOUBLE).bind("values", &values);
+    pass.push(&4u32).dispatch([1; 3]);
 }

@@ -333,7 +333,7 @@ fn techniques_are_set_side_by_side() {
         "light injection",
         "mip filtering",
     ];
-    for name in ["voxel-mips cones", "svo cones", "16³ voxels"]
+    for name in ["voxel-mips cones", "svo cones", "16³ cells"]
         .iter()
         .chain(&stages)
     {
@@ -400,7 +400,7 @@ fn a_walk_is_measured_by_speed() {
             .contains("walk 4 voxels geometry mean ms"),
         "{csv}"
     );
-    assert!(String::from_utf8_lossy(&output.stdout).contains("voxels a frame"));
+    assert!(String::from_utf8_lossy(&output.stdout).contains("cells a frame"));
     assert!(
         std::fs::read_to_string(out.join("cornell-walk.svg"))
             .unwrap()

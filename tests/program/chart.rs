@@ -7,8 +7,8 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use lumivox::measure::chart::{Cost, PictureFolder, Point, Section, Standing, Troubles, page};
 use lumivox::measure::records::read_records;
-use lumivox::measure::sweep::{Cost, PictureFolder, Point, Section, Standing, Troubles, page};
 
 const GRID: &str = "[[sweep]]\ntechnique = [\"voxel-mips\", \"svo\"]\npreset = [\"cones\", \
                     \"textbook\"]\nset = { resolution = [8, 16] }\n";

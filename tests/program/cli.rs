@@ -170,22 +170,32 @@ const BAD_ARGUMENTS: &[(&str, i32, &[&str])] = &[
     ("bundled:cornell,width=3 -o a.png", 2, &["width"]),
     ("bundled:furnace,albedo=7 -o a.png", 2, &["albedo", "0.99"]),
     (
-        "bundled:cornell --technique none --size 8x8 --voxels light -o a.png",
+        "bundled:cornell --technique none --size 8x8 --view voxels -o a.png",
         2,
-        &["--voxels", "no volume", "--preset cones"],
+        &["--view", "none has no views"],
+    ),
+    (
+        "bundled:cornell --size 8x8 --set resolution=8 --preset accurate --view voxels -o a.png",
+        2,
+        &["--view", "does not keep", "another preset"],
     ),
     (
         "bundled:cornell --technique svo --size 8x8 --set resolution=8 --voxels albedo -o a.png",
         2,
-        &["albedo", "light, opacity", "attributes=on"],
+        &["albedo", "svo", "attributes=on"],
     ),
     (
         "bundled:cornell --technique svo --size 8x8 --set resolution=8 --voxels light \
          --voxel-level 3 -o a.png",
         2,
-        &["--voxel-level", "0 to 2"],
+        &["--level", "0 to 2"],
     ),
-    ("bundled:cornell --voxel-level 1 -o a.png", 2, &["required"]),
+    (
+        "bundled:cornell --technique svo --size 8x8 --view nothing -o a.png",
+        2,
+        &["nothing", "voxels, voxel-opacity, structure, voxel-albedo"],
+    ),
+    ("bundled:cornell --level 1 -o a.png", 2, &["required"]),
     (
         "bundled:cornell --size 8x8 --set resolution=8 -o gone/a.png",
         1,

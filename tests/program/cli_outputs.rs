@@ -142,8 +142,8 @@ fn a_folder_in_the_place_of_a_benchmark_file_is_told_before_the_work() {
     }
 }
 
-/// What is there stays as it is until the work is done, and the check of an output leaves no file
-/// where the work then fails.
+/// An existing file stays unchanged until the work is done. If the work fails, the check of the
+/// output leaves no file behind.
 #[test]
 fn a_failure_leaves_what_was_there() {
     let folder = tempfile::tempdir().unwrap();

@@ -11,7 +11,7 @@ use crate::support::display::{Display, check_done};
 use crate::support::program::{check_error, lumivox};
 use lumivox::gi::registry::TECHNIQUES;
 use lumivox::gi::settings::Domain;
-use lumivox::view::view_names;
+use lumivox::view::{SECTIONS, view_names};
 
 /// What is timed runs without validation, which takes longer than all the rest.
 const TIMED: [(&str, &str); 1] = [("LUMIVOX_VALIDATE", "0")];
@@ -64,16 +64,7 @@ fn the_window_goes_through_everything_without_a_validation_message_or_a_leak() {
     script += "compare split\ntechnique right none\nstill\ndivider 0.2\ndivider 0.8\ncompare \
                difference\nreference 3\ncompare single\n";
     script += "resize 480 360\npanels on\n";
-    for section in [
-        "Scene",
-        "Compare",
-        "Technique",
-        "Picture",
-        "Probe",
-        "Camera",
-        "Lights",
-        "Cost",
-    ] {
+    for section in SECTIONS {
         writeln!(script, "section {section}\nframes 2").unwrap();
     }
     script += "key F1\nframes 2\nkey Escape\nkey V\nkey C\nkey O\nkey F\nkey Home\nkey W\nlight \
@@ -118,7 +109,7 @@ fn shaders_are_reloaded_and_broken_ones_leave_the_picture_as_it_was() {
     let path = |name: &str| folder.path().join(name);
     let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("glsl");
     copy_folder(&source, &path("glsl"));
-    let composite = std::fs::read_to_string(source.join("render/composite.comp")).unwrap();
+    let composite = std::fs::read_to_string(source.join("render/screen/composite.comp")).unwrap();
     let changed = |name: &str, from: &str, to: &str| {
         assert!(composite.contains(from), "the shader has no {from}");
         std::fs::write(path(name), composite.replace(from, to)).unwrap();
@@ -134,7 +125,7 @@ fn shaders_are_reloaded_and_broken_ones_leave_the_picture_as_it_was() {
         "vec4(emitted + seen.rgb + reflected, seen.a)",
         "vec4(2.0 * (emitted + seen.rgb + reflected), seen.a)",
     );
-    let to = "glsl/render/composite.comp";
+    let to = "glsl/render/screen/composite.comp";
     let mut script = String::from("panels off\nstill\nsave before.exr\n");
     for refused in ["broken", "rebound"] {
         writeln!(
@@ -273,7 +264,7 @@ fn the_picture_at_rest_is_that_of_the_copied_command_line() {
     }
 }
 
-/// Columns of a probe's list.
+/// Columns of a beam's list.
 fn columns(path: &Path) -> Vec<Vec<f64>> {
     let text = std::fs::read_to_string(path).unwrap();
     text.lines()
@@ -287,12 +278,12 @@ fn columns(path: &Path) -> Vec<Vec<f64>> {
 }
 
 #[test]
-fn the_probe_lists_what_its_cone_sees() {
+fn a_beam_lists_what_it_sees() {
     let Some(display) = Display::start() else {
         return;
     };
     let folder = tempfile::tempdir().unwrap();
-    let mut script = String::from("still\nsection probe\n");
+    let mut script = String::from("still\nsection beam\n");
     for (technique, resolution) in [("voxel-mips", 32), ("svo", 32), ("clipmap", 16)] {
         writeln!(
             script,
@@ -303,21 +294,21 @@ fn the_probe_lists_what_its_cone_sees() {
         for cone in 0..16 {
             writeln!(
                 script,
-                "probe 0.5 0.8 diffuse {cone}\nprobe list {technique}-{cone}.csv"
+                "beam 0.5 0.8 diffuse {cone}\nbeam list {technique}-{cone}.csv"
             )
             .unwrap();
         }
         writeln!(
             script,
-            "view structure\nstill\nprobe 0.5 0.8 mirror\nscreenshot {technique}.png\nprobe off"
+            "view structure\nstill\nbeam 0.5 0.8 mirror\nscreenshot {technique}.png\nbeam off"
         )
         .unwrap();
     }
     // Rays, no cones; then by hand, in split view too.
-    script += "technique left voxel-mips accurate\nview full\nstill\nprobe 0.5 0.8 \
+    script += "technique left voxel-mips accurate\nview full\nstill\nbeam 0.5 0.8 \
                normal\ntechnique left svo cones\nset left resolution 16\nkey P\nkey P\nstill\n";
     script += "compare split\ntechnique right clipmap cones\nset right resolution \
-               16\nstill\nprobe 0.8 0.8 diffuse 3\nprobe list right.csv\nkey Escape\nframes 2\n";
+               16\nstill\nbeam 0.8 0.8 diffuse 3\nbeam list right.csv\nkey Escape\nframes 2\n";
     check_done(&display.view(
         folder.path(),
         &[
@@ -352,7 +343,7 @@ fn the_probe_lists_what_its_cone_sees() {
                     "{row:?}"
                 );
             }
-            // Of equal weights, as those of a disc are.
+            // The samples have equal weights, as on a disc.
             irradiance += std::f64::consts::PI / 16.0 * gathered;
             samples += rows.len();
         }

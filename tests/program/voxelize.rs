@@ -9,9 +9,9 @@ use crate::support::program::{lumivox, words};
 use crate::support::voxels::{compare_sets, oracle_grid};
 use glam::Vec3;
 use lumivox::gi::Context;
-use lumivox::gi::registry::TECHNIQUES;
-use lumivox::gi::shared::voxel::VoxelList;
 use lumivox::gi::shared::voxel::oracle::{Grid, VoxelIndex, voxelize};
+use lumivox::gi::shared::voxel::{VoxelList, list_voxels};
+use lumivox::gi::voxel_cones::{mips, svo};
 use lumivox::image::srgb_from_linear;
 use lumivox::render::GpuScene;
 use lumivox::scene::{LoadOptions, Scene};
@@ -227,10 +227,7 @@ fn techniques_agree() {
     let scene = Scene::open("bundled:cornell", &LoadOptions::default()).unwrap();
     let gpu_scene = GpuScene::new(&gpu, &scene).unwrap();
     let mut lists: Vec<(&str, VoxelList)> = Vec::new();
-    for entry in TECHNIQUES {
-        let Some(list_voxels) = entry.voxels else {
-            continue;
-        };
+    for entry in [&mips::ENTRY, &svo::ENTRY] {
         let settings = entry.settings(None, &["resolution=32"]).unwrap();
         lists.push((
             entry.name,

@@ -75,7 +75,7 @@ impl Display {
         self.view_in(folder, arguments, script, &[])
     }
 
-    /// Likewise, with variables of the environment.
+    /// The same, with environment variables.
     pub fn view_in(
         &self,
         folder: &Path,

@@ -15,7 +15,7 @@ use lumivox::gi::shared::voxel::oracle::{
     Gathered, Receiver, VoxelIndex, interleaved_offset, occupancy_words,
 };
 use lumivox::gi::voxel_cones::mips::{FILTER, mark_matter, matter_image};
-use lumivox::graph::{Frame, Gpu, Image, ImageDesc, ImageKind, ImageUsage, vk};
+use lumivox::graph::{Frame, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Owner, vk};
 use lumivox::render::{FrameConstants, GBuffer, GpuScene};
 use lumivox::scene::{Camera, Scene};
 use rayon::prelude::*;
@@ -44,7 +44,7 @@ impl View {
     ) -> View {
         let constants = scene.frame_constants(camera, size);
         scene.set_frame(gpu, &constants).unwrap();
-        let gbuffer = GBuffer::new(gpu, scene, size).unwrap();
+        let gbuffer = GBuffer::new(gpu, scene, size, false).unwrap();
         let mut frame = Frame::new();
         frame.set_scene(&scene.set, &scene.materials);
         gbuffer.draw(&mut frame, scene);
@@ -57,6 +57,7 @@ impl View {
             mips: 1,
             layers: 1,
             usage: ImageUsage::STORAGE,
+            owner: Owner::Shared,
         };
         let receivers = receivers(gpu, &gbuffer, &constants, grid);
         View {
@@ -141,6 +142,7 @@ pub fn volume(gpu: &Gpu, finest: &Volume) -> Arc<Image> {
         mips: ImageDesc::full_mips(extent),
         layers: 1,
         usage: ImageUsage::STORAGE | ImageUsage::SAMPLED,
+        owner: Owner::Shared,
     };
     let image = gpu.create_image(&desc).unwrap();
     let halves: Vec<u16> = finest
@@ -159,9 +161,11 @@ pub fn filter(frame: &mut Frame, volume: &Arc<Image>, filter: u32) {
         let groups = volume.extent(mip)[0].div_ceil(4);
         frame
             .pass(&FILTER)
-            .bind_mip(volume, mip - 1)
-            .bind_mip(volume, mip)
-            .constants(&[filter])
+            .bind_mip("finer", volume, mip - 1)
+            .bind_mip("coarser", volume, mip)
+            .constant("FILTER", filter)
+            .constant("FACES", false)
+            .constant("FINER_FACES", false)
             .dispatch([groups; 3]);
     }
 }

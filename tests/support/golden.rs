@@ -1,4 +1,5 @@
-//! Golden pictures: what is compared with what somebody looked at, and how close it has to be.
+//! Golden pictures: which pictures are compared with ones that somebody looked at, and how close
+//! they have to be.
 
 use std::path::{Path, PathBuf};
 

@@ -99,7 +99,7 @@ pub fn meaning(access: Access) -> Meaning {
     }
 }
 
-/// The same stages, each by its own name; those of extensions that are not used are left out.
+/// The same stages, each by its own name; stages of extensions that are not used are left out.
 pub fn expand(stages: S) -> S {
     let parts = [
         (

@@ -19,6 +19,7 @@ pub mod golden;
 pub mod hazards;
 pub mod loading;
 pub mod missing;
+pub mod motion;
 pub mod octree;
 pub mod passes;
 #[cfg(feature = "program")]
@@ -32,7 +33,7 @@ pub mod technique;
 pub mod voxels;
 pub mod walker;
 
-use lumivox::graph::{BufferDesc, BufferUsage, Gpu};
+use lumivox::graph::{BufferDesc, BufferUsage, Gpu, Owner};
 
 pub use device::{ValidatedGpu, gpu, own_gpu};
 pub use missing::expected_missing;
@@ -50,6 +51,7 @@ pub fn words(gpu: &Gpu, name: &str, words: &[u32]) -> std::sync::Arc<lumivox::gr
         name: name.into(),
         size_bytes: words.len() as u64 * 4,
         usage: BufferUsage::Storage,
+        owner: Owner::Shared,
     };
     let buffer = gpu.create_buffer(&desc).unwrap();
     gpu.upload_buffer(&buffer, bytemuck::cast_slice(words))

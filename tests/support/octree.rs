@@ -78,7 +78,7 @@ pub fn read_bricks(gpu: &Gpu, tree: &Octree, pool: &BrickPool) -> Result<Vec<Tex
     read_texels(gpu, tree, &pool.image)
 }
 
-/// Likewise of any image with a brick for each tile.
+/// The same for any image with a brick for each tile.
 pub fn read_texels(gpu: &Gpu, tree: &Octree, image: &Arc<Image>) -> Result<Vec<Texels>, String> {
     let halves: Vec<[u16; 4]> = bytemuck::pod_collect_to_vec(&gpu.read_image(image, 0, 0).unwrap());
     let [width, height, _] = image.extent(0);
@@ -231,7 +231,7 @@ pub fn shine_lit(
     gpu.submit(frame).unwrap();
 }
 
-/// The record of a voxel, as far as its normal goes: an axis is that of opposed surfaces.
+/// The record of a voxel, with nothing but its normal; an axis stands for opposed surfaces.
 fn record(voxel: &LitVoxel) -> [u32; 6] {
     let bits = ((voxel.normal + 1.0) / 2.0 * 1023.0).round().as_uvec3();
     let axis = voxel
@@ -243,8 +243,8 @@ fn record(voxel: &LitVoxel) -> [u32; 6] {
     [0, 0, bits.x | bits.y << 10 | bits.z << 20, 0, 0, coverage]
 }
 
-/// Random matter of two sides, of which one or both may be dark: normals of any length as records
-/// hold them, and opposed surfaces.
+/// Random matter with two sides, one or both of which may be dark: normals of any length that
+/// records can hold, and opposed surfaces.
 pub fn lit_matter(random: &mut Random, resolution: u32) -> BTreeMap<VoxelIndex, LitVoxel> {
     let side = |random: &mut Random| {
         if random.below(3) == 0 {

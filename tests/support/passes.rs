@@ -1,11 +1,11 @@
-//! Every pass there is: those of the library, which each module lists, and those of the tests.
+//! Every pass there is: the library's, as each module lists them, and the tests' own.
 
 use lumivox::gi::registry::TECHNIQUES;
 use lumivox::gpu_struct;
 use lumivox::graph::pass::{Binding, Pass, RasterState, Sets, Shaders};
 use lumivox::graph::{Access, vk};
 use lumivox::render;
-use lumivox::shader::{Field, GpuStruct};
+use lumivox::shader::{Field, GpuStruct, StructLayout};
 
 /// All passes. A module that declares passes adds its list here.
 pub fn all_passes() -> Vec<&'static Pass> {
@@ -26,12 +26,12 @@ pub fn all_passes() -> Vec<&'static Pass> {
     all
 }
 
-/// Every struct that Rust and GLSL share, by name. A module that declares some adds them here.
-pub fn all_structs() -> Vec<(&'static str, &'static [Field])> {
+/// Every struct that Rust and GLSL share, by name, but for the parameters of passes.
+pub fn all_structs() -> Vec<StructLayout> {
     let techniques = TECHNIQUES
         .iter()
         .flat_map(|entry| entry.structs.iter().copied().flatten().copied());
-    let mut all = vec![(ColorParams::NAME, ColorParams::FIELDS)];
+    let mut all: Vec<StructLayout> = Vec::new();
     for (name, fields) in render::STRUCTS.iter().copied().chain(techniques) {
         if !all.iter().any(|(known, _)| *known == name) {
             all.push((name, fields));
@@ -48,15 +48,25 @@ gpu_struct! {
     }
 }
 
+/// A word, the parameters of passes of the tests.
+const fn word(name: &'static str) -> Field {
+    Field {
+        name,
+        offset: 0,
+        size: 4,
+    }
+}
+
 /// The passes of the tests.
 pub const TEST_PASSES: &[&Pass] = &[&DOUBLE, &COPY, &STORE, &SAMPLE, &COUNT, &COLOR, &MATERIAL];
 
-/// values[i] = 2 values[i] + 1; constants: workgroup size.
+/// values[i] = 2 values[i] + 1.
 pub static DOUBLE: Pass = Pass {
     name: "test.double",
     shaders: Shaders::Compute("test/double.comp"),
     bindings: &[Binding::buffer("values", Access::ComputeReadWrite)],
-    push_bytes: 4,
+    constants: &["WORKGROUP"],
+    params: Some(("Params", &[word("count")])),
     sets: Sets::None,
 };
 
@@ -68,7 +78,8 @@ pub static COPY: Pass = Pass {
         Binding::buffer("source", Access::ComputeRead),
         Binding::buffer("target", Access::ComputeWrite),
     ],
-    push_bytes: 4,
+    constants: &[],
+    params: Some(("Params", &[word("count")])),
     sets: Sets::None,
 };
 
@@ -77,7 +88,8 @@ pub static STORE: Pass = Pass {
     name: "test.store3d",
     shaders: Shaders::Compute("test/store3d.comp"),
     bindings: &[Binding::image("volume", Access::ComputeWrite)],
-    push_bytes: 0,
+    constants: &[],
+    params: None,
     sets: Sets::None,
 };
 
@@ -89,7 +101,8 @@ pub static SAMPLE: Pass = Pass {
         Binding::sampled("volume", Access::ComputeSampled),
         Binding::buffer("target", Access::ComputeWrite),
     ],
-    push_bytes: 0,
+    constants: &[],
+    params: None,
     sets: Sets::Scene,
 };
 
@@ -103,7 +116,8 @@ pub static COUNT: Pass = Pass {
         state: RasterState::NO_TARGETS,
     },
     bindings: &[Binding::image("counts", Access::RasterReadWrite)],
-    push_bytes: 0,
+    constants: &[],
+    params: None,
     sets: Sets::None,
 };
 
@@ -121,7 +135,8 @@ pub static COLOR: Pass = Pass {
         },
     },
     bindings: &[],
-    push_bytes: size_of::<ColorParams>() as u32,
+    constants: &[],
+    params: Some(ColorParams::LAYOUT),
     sets: Sets::None,
 };
 
@@ -130,6 +145,7 @@ pub static MATERIAL: Pass = Pass {
     name: "test.material",
     shaders: Shaders::Compute("test/material.comp"),
     bindings: &[Binding::buffer("target", Access::ComputeWrite)],
-    push_bytes: 4,
+    constants: &[],
+    params: Some(("Params", &[word("index")])),
     sets: Sets::SceneAndMaterials,
 };

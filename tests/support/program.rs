@@ -2,8 +2,9 @@
 
 use std::ffi::OsString;
 use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 /// Nothing here takes a tenth of it.
@@ -20,14 +21,23 @@ pub struct Ran {
 /// The path of the program.
 pub const PROGRAM: &str = env!("CARGO_BIN_EXE_lumivox");
 
+/// Another program in its place, for a test that is one itself.
+pub static OWN_PROGRAM: OnceLock<PathBuf> = OnceLock::new();
+
+/// The variable that tells [`OWN_PROGRAM`] that it is not to test but to be the program.
+pub const AS_PROGRAM: &str = "LUMIVOX_AS_PROGRAM";
+
 /// The variable under which every command of the program validates: any message of the layer fails
 /// it.
 pub const VALIDATE: (&str, &str) = ("LUMIVOX_VALIDATE", "1");
 
 /// The program, with validation.
 pub fn command() -> Command {
-    let mut command = Command::new(PROGRAM);
-    command.env(VALIDATE.0, VALIDATE.1);
+    let mut command = match OWN_PROGRAM.get() {
+        Some(own) => Command::new(own),
+        None => Command::new(PROGRAM),
+    };
+    command.env(VALIDATE.0, VALIDATE.1).env(AS_PROGRAM, "1");
     command
 }
 

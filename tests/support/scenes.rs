@@ -54,8 +54,7 @@ pub fn scene_of(triangles: &[Corners], emission: f32, random: &mut Random) -> Sc
 }
 
 /// Sets the bounds by which [`lumivox::gi::shared::voxel::VoxelGrid::around`] makes a grid with
-/// origin 0
-/// and voxels of 1 m, whatever the triangles are.
+/// origin 0 and voxels of 1 m, whatever the triangles are.
 pub fn in_unit_grid(scene: &mut GpuScene, resolution: u32) {
     assert!(resolution <= LARGEST_UNIT_GRID);
     scene.bounds = (Vec3::splat(2.25), Vec3::splat(resolution as f32 - 2.25));

@@ -6,7 +6,7 @@ use glam::{DVec4, Vec3};
 use lumivox::gi::shared::cone::oracle::{
     Clipmap, ClipmapLevel, FaceChain, Lattice, Levels, Volume,
 };
-use lumivox::gi::shared::cone::{self, Bound, Constant, FaceWeights};
+use lumivox::gi::shared::cone::{self, Bound, FaceWeights};
 use lumivox::gi::shared::voxel::Directionality;
 use lumivox::gi::voxel_cones::clipmap::{self, Layout};
 use lumivox::gi::voxel_cones::mips;
@@ -43,7 +43,7 @@ impl Structure {
             ..
         } = volume;
         let is = |passes| std::ptr::eq(volume.passes, passes);
-        let image = |index: usize| match bound[index] {
+        let image = |index: usize| match bound[index].1 {
             Bound::Image(image) => image,
             Bound::Buffer(_) => panic!("binding {index} is no image"),
         };
@@ -73,10 +73,11 @@ impl Structure {
                 eye,
             ));
         }
-        let (Bound::Buffer(nodes), [bricks, normals]) = (bound[0], [image(1), image(2)]) else {
+        let (Bound::Buffer(nodes), [bricks, normals]) = (bound[0].1, [image(1), image(2)]) else {
             panic!("an octree has nodes")
         };
-        let [corners, has_normals] = constants.map(|constant| matches!(constant, Constant::Is(1)));
+        let [corners, has_normals] =
+            ["CORNERS", "NORMALS"].map(|name| constants.contains(&Some((name, 1))));
         let tiles = tiles(gpu, nodes, resolution);
         let edge = |level: usize| (resolution >> level) + u32::from(corners);
         let read =

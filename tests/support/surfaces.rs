@@ -95,7 +95,7 @@ pub fn planted_errors_fail<const N: usize>(seen: &[[f64; N]], allowed: &[Vec<Cho
 /// emission.
 pub type GBufferPixel = [f64; 17];
 
-/// Of a pixel without a surface.
+/// What a pixel without a surface holds.
 pub const NO_SURFACE: GBufferPixel = [0.0; 17];
 
 /// A drawn G-buffer.
@@ -110,7 +110,7 @@ pub struct Drawn {
 pub fn draw_gbuffer(gpu: &Gpu, gpu_scene: &GpuScene, scene: &Scene, size: [u32; 2]) -> Drawn {
     let constants = gpu_scene.frame_constants(&scene.camera, size);
     gpu_scene.set_frame(gpu, &constants).unwrap();
-    let gbuffer = GBuffer::new(gpu, gpu_scene, size).unwrap();
+    let gbuffer = GBuffer::new(gpu, gpu_scene, size, false).unwrap();
     let mut frame = Frame::new();
     frame.set_scene(&gpu_scene.set, &gpu_scene.materials);
     gbuffer.draw(&mut frame, gpu_scene);

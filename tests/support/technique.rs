@@ -11,7 +11,7 @@ use lumivox::gi::entry::Entry;
 use lumivox::gi::registry::TECHNIQUES;
 use lumivox::gi::settings::Domain;
 use lumivox::graph::{Error, Gpu};
-use lumivox::image::{Aov, GuideImage, Image, luminance, write_heatmap, write_png};
+use lumivox::image::{Aov, GuideImage, Image, IndirectImage, luminance, write_heatmap, write_png};
 use lumivox::metrics::{Channel, Errors, compare, error_image};
 use lumivox::scene::{
     Camera, Light, LoadOptions, Material, Model, Pose, Scene, Specular, Texture, TextureKind,
@@ -108,7 +108,7 @@ impl Case {
         (self.entry.bounces)(&self.settings(&[])).expect("presets have a fixed number of bounces")
     }
 
-    /// The preset's settings, and those of `pairs` that the technique has.
+    /// The preset's settings, with those `pairs` that the technique knows.
     pub fn settings(&self, pairs: &[(&str, &str)]) -> Settings {
         let has = |name: &str| {
             self.entry
@@ -140,7 +140,8 @@ pub struct Shot {
     pub full: Image,
     pub direct: Image,
     pub indirect: Image,
-    pub irradiance: Image,
+    /// The technique's answer.
+    pub light: IndirectImage,
 }
 
 /// Builds and renders one frame.
@@ -153,13 +154,13 @@ pub fn shoot(
 ) -> Result<Shot, Error> {
     let (mut renderer, _) = Renderer::new(gpu, scene, case.entry, &case.settings(pairs), frame)?;
     renderer.render(&scene.camera)?;
-    let [full, direct, indirect, irradiance] =
-        [Aov::Full, Aov::Direct, Aov::Indirect, Aov::Diffuse].map(|aov| renderer.aov(aov));
+    let [full, direct, indirect] =
+        [Aov::Full, Aov::Direct, Aov::Indirect].map(|aov| renderer.aov(aov));
     Ok(Shot {
         full: full?,
         direct: direct?,
         indirect: indirect?,
-        irradiance: irradiance?,
+        light: renderer.indirect_light()?,
     })
 }
 

@@ -181,7 +181,7 @@ pub struct SetDifference {
     pub oracle: usize,
     /// Voxels that one has and the other has not, all of them within rounding of touching.
     pub rounding: usize,
-    /// Those of them that only the oracle has.
+    /// Voxels that only the oracle has.
     pub missing: usize,
     /// The largest distance from touching among those (voxels).
     pub worst: f64,

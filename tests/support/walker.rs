@@ -5,24 +5,52 @@ use std::sync::Arc;
 
 use glam::Vec3;
 use lumivox::gi::entry::Entry;
-use lumivox::gi::shared::cone::{Bound, Volume};
-use lumivox::gi::{Context, Settings, Technique};
+use lumivox::gi::shared::cone::{Bound, Volume, VoxelVolume};
+use lumivox::gi::voxel_cones::clipmap::Clipmap;
+use lumivox::gi::voxel_cones::mips::Mips;
+use lumivox::gi::voxel_cones::svo::Svo;
+use lumivox::gi::voxel_cones::{VoxelCones, VoxelStore};
+use lumivox::gi::{Change, Context, Inputs, MapNeeds, Settings, Technique};
 use lumivox::graph::{Frame, Gpu, Image};
-use lumivox::render::{GpuScene, LightMaps};
+use lumivox::render::{GBuffer, GpuScene, LightMaps, Output};
 use lumivox::scene::Scene;
 
 const SIZE: [u32; 2] = [8, 8];
 
-/// A technique, its scene, and light maps.
+/// A technique of the family, whatever its store is.
+pub trait WithVolumes: Technique {
+    /// The volumes that it keeps, the light first.
+    fn volumes(&self) -> Vec<VoxelVolume<'_>>;
+}
+
+impl<S: VoxelStore> WithVolumes for VoxelCones<S> {
+    fn volumes(&self) -> Vec<VoxelVolume<'_>> {
+        self.store.volumes()
+    }
+}
+
+fn make(entry: &Entry, context: &Context<'_>, settings: &Settings) -> Box<dyn WithVolumes> {
+    let name = entry.name;
+    match name {
+        "voxel-mips" => Box::new(VoxelCones::<Mips>::new(context, settings, name).unwrap()),
+        "svo" => Box::new(VoxelCones::<Svo>::new(context, settings, name).unwrap()),
+        "clipmap" => Box::new(VoxelCones::<Clipmap>::new(context, settings, name).unwrap()),
+        _ => panic!("{name} keeps no volumes"),
+    }
+}
+
+/// A technique, its scene, and what frames are made of.
 pub struct Walker<'g> {
     gpu: &'g Gpu,
     scene: Scene,
     /// The scene on the device.
     pub gpu_scene: GpuScene,
     maps: LightMaps,
+    gbuffer: GBuffer,
+    output: Output,
     /// The technique.
-    pub technique: Box<dyn Technique>,
-    /// That the last frame ran of the technique's own.
+    pub technique: Box<dyn WithVolumes>,
+    /// Number of the technique's own passes that the last frame ran.
     pub passes: usize,
 }
 
@@ -36,14 +64,23 @@ impl<'g> Walker<'g> {
             size: SIZE,
             eye,
         };
-        let mut technique = (entry.make)(&context, settings).unwrap();
+        let mut technique = make(entry, &context, settings);
         technique.build(&context).unwrap();
-        let maps = LightMaps::new(gpu, &gpu_scene, 64, technique.needs_rsm()).unwrap();
+        let maps = LightMaps::new(
+            gpu,
+            &gpu_scene,
+            64,
+            technique.needs().maps == MapNeeds::Reflective,
+        )
+        .unwrap();
+        let gbuffer = GBuffer::new(gpu, &gpu_scene, SIZE, false).unwrap();
         Walker {
             gpu,
             scene: scene.clone(),
             gpu_scene,
             maps,
+            gbuffer,
+            output: Output::new(gpu, SIZE).unwrap(),
             technique,
             passes: 0,
         }
@@ -53,14 +90,13 @@ impl<'g> Walker<'g> {
     pub fn set_time(&mut self, time_s: f32, eye: Vec3) {
         self.scene.set_time(time_s);
         self.gpu_scene.set_pose(self.gpu, &self.scene).unwrap();
-        self.technique
-            .set_pose(&Context {
-                gpu: self.gpu,
-                scene: &self.gpu_scene,
-                size: SIZE,
-                eye,
-            })
-            .unwrap();
+        let context = Context {
+            gpu: self.gpu,
+            scene: &self.gpu_scene,
+            size: SIZE,
+            eye,
+        };
+        self.technique.follow(&context, Change::Models).unwrap();
     }
 
     /// Every texel of every level and mip, lit, for a camera at `eye`.
@@ -70,24 +106,31 @@ impl<'g> Walker<'g> {
             scene,
             gpu_scene,
             maps,
+            gbuffer,
+            output,
             technique,
             passes,
         } = self;
         gpu_scene
             .set_frame(gpu, &gpu_scene.frame_constants(&scene.camera, SIZE))
             .unwrap();
-        technique
-            .set_view(&Context {
-                gpu,
-                scene: gpu_scene,
-                size: SIZE,
-                eye,
-            })
-            .unwrap();
+        let context = Context {
+            gpu,
+            scene: gpu_scene,
+            size: SIZE,
+            eye,
+        };
+        technique.follow(&context, Change::Camera).unwrap();
         let mut frame = Frame::new();
         frame.set_scene(&gpu_scene.set, &gpu_scene.materials);
         maps.draw(&mut frame, gpu_scene);
-        technique.update(&mut frame, gpu_scene, maps);
+        let given = Inputs {
+            scene: gpu_scene,
+            maps,
+            gbuffer,
+            direct: &output.direct,
+        };
+        technique.update(&mut frame, &given);
         let stats = gpu.submit(frame).unwrap();
         *passes = stats
             .passes
@@ -116,7 +159,7 @@ impl<'g> Walker<'g> {
 /// The images of a volume that hold light; where the same one is bound twice, once.
 fn images(volume: Volume<'_>) -> Vec<&Arc<Image>> {
     let mut images: Vec<&Arc<Image>> = Vec::new();
-    for bound in volume.bound {
+    for (_, bound) in volume.bound {
         if let Bound::Image(image) = bound
             && image.name() != MATTER
             && !images.iter().any(|known| Arc::ptr_eq(known, image))

@@ -1,9 +1,10 @@
 //! The family of techniques that keep light in voxels and gather it by cones: [`VoxelCones`], over
-//! a
-//! store of its own for each technique.
+//! a store of its own for each technique.
 
 pub mod clipmap;
+mod entry;
 pub mod mips;
+mod presets;
 mod store;
 pub mod svo;
 
@@ -11,56 +12,22 @@ use std::sync::Arc;
 
 pub use store::{Relit, VoxelStore};
 
-use crate::gi::entry::{Directions, Part, Stage};
-use crate::gi::shared::cone::{self, ConeTracer, EmissivePatches, VolumePasses};
+use crate::gi::inspect::{Beam, BeamAxis, BeamStart, LightSlots, ViewRow};
+use crate::gi::shared::cone::{ConeTracer, EmissivePatches, VoxelVolume};
 use crate::gi::shared::interleave::deinterleave;
-use crate::gi::shared::voxel::{Bounces, Injection, Viewer};
+use crate::gi::shared::voxel::{Bounces, Injection, Viewer, VoxelSlots};
 use crate::gi::{
-    Context, IndirectLight, LitVoxels, Settings, Technique, TraceAxis, TraceSurface, TracedCone,
-    VoxelVolume,
+    Answer, Change, Context, IndirectLight, Inputs, Inspect, MapNeeds, Needs, Settings, Technique,
 };
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image};
-use crate::render::{GBuffer, GpuScene, LightMaps, Output, screen_image};
-
-/// Gathering along directions.
-pub(crate) static GATHER: Stage = Stage {
-    name: "gather",
-    part: Part::Picture,
-    passes: &[
-        "cone.gather",
-        "voxel.gather_rays",
-        "cone.occlusion",
-        "gi.deinterleave",
-    ],
-};
-
-/// Glossy reflection.
-pub(crate) static SPECULAR: Stage = Stage {
-    name: "specular",
-    part: Part::Picture,
-    passes: &["cone.specular"],
-};
-
-/// The diffuse and the specular cones of a store.
-const fn directions(cones: &'static VolumePasses) -> [Directions; 2] {
-    [
-        Directions {
-            pass: &cones.gather,
-            count: Some(cone::diffuse_count),
-        },
-        Directions {
-            pass: &cones.specular,
-            count: None,
-        },
-    ]
-}
+use crate::render::{GBuffer, screen_image};
 
 /// A technique of the family.
 pub struct VoxelCones<S> {
     /// Voxels, their light, and the volume that cones march through.
     pub store: S,
     cones: ConeTracer,
-    /// Of surfaces that emit, where cones see them.
+    /// Patches of surfaces that emit, where cones see them.
     patches: Option<EmissivePatches>,
     interleave: u32,
     light: IndirectLight,
@@ -79,7 +46,7 @@ pub struct Parts {
 }
 
 impl<S: VoxelStore> VoxelCones<S> {
-    /// Nothing is built yet. `name` is that of the technique's images.
+    /// Nothing is built yet. `name` names the technique's images.
     pub fn new(context: &Context<'_>, settings: &Settings, name: &str) -> Result<Self, Error> {
         let Context {
             gpu, scene, size, ..
@@ -108,40 +75,45 @@ impl<S: VoxelStore> VoxelCones<S> {
 }
 
 impl<S: VoxelStore> Technique for VoxelCones<S> {
+    fn needs(&self) -> Needs {
+        let light = self.store.light_settings();
+        let maps = if light.injection == Injection::Rsm {
+            MapNeeds::Reflective
+        } else if light.reads_maps() || !self.cones.has_shadows() {
+            MapNeeds::Shadows
+        } else {
+            MapNeeds::Nothing
+        };
+        Needs {
+            maps,
+            motion: false,
+        }
+    }
+
     fn build(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
         self.store.build(context)
     }
 
-    fn set_pose(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
-        if context.scene.dynamic.is_none() {
-            return Ok(FrameStats::default());
+    fn follow(&mut self, context: &Context<'_>, change: Change) -> Result<FrameStats, Error> {
+        match change {
+            Change::Models => {
+                if let Some(patches) = &mut self.patches {
+                    patches.follow(context.gpu, context.scene)?;
+                }
+                self.store.follow_models(context)
+            }
+            Change::Lights => {
+                self.store.forget_lights();
+                Ok(FrameStats::default())
+            }
+            Change::Camera => self.store.follow_camera(context),
         }
-        if let Some(patches) = &mut self.patches {
-            patches.follow(context.gpu, context.scene)?;
-        }
-        self.store.follow_models(context)
     }
 
-    fn set_view(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
-        self.store.follow_camera(context)
-    }
-
-    fn forget_lights(&mut self) {
-        self.store.forget_lights();
-    }
-
-    fn needs_rsm(&self) -> bool {
-        self.store.light_settings().injection == Injection::Rsm
-    }
-
-    fn needs_light_maps(&self) -> bool {
-        self.store.light_settings().reads_maps() || !self.cones.has_shadows()
-    }
-
-    fn update(&mut self, frame: &mut Frame, _scene: &GpuScene, maps: &LightMaps) {
+    fn update(&mut self, frame: &mut Frame, given: &Inputs<'_>) {
         let bounces = self.store.light_settings().bounces;
         let count = bounces.before_the_picture();
-        if !self.store.light(frame, maps, count == 0) {
+        if !self.store.light(frame, given.maps, count == 0) {
             return;
         }
         for bounce in 1..=count {
@@ -151,24 +123,18 @@ impl<S: VoxelStore> Technique for VoxelCones<S> {
             } else {
                 Relit::FOR_VOXELS
             };
-            self.store.relight(frame, maps, relit);
+            self.store.relight(frame, given.maps, relit);
         }
         if bounces == Bounces::Feedback {
             self.store.bounce(frame, &self.cones);
             if self.patches.is_some() {
-                self.store.relight(frame, maps, Relit::FOR_PICTURE);
+                self.store.relight(frame, given.maps, Relit::FOR_PICTURE);
             }
         }
     }
 
-    fn gather(
-        &mut self,
-        frame: &mut Frame,
-        _scene: &GpuScene,
-        maps: &LightMaps,
-        gbuffer: &GBuffer,
-    ) -> IndirectLight {
-        let (cones, light) = (&self.cones, &self.light);
+    fn gather(&mut self, frame: &mut Frame, given: &Inputs<'_>) -> Answer {
+        let (cones, light, gbuffer) = (&self.cones, &self.light, given.gbuffer);
         let target = self.interleaved.as_ref().unwrap_or(&light.diffuse);
         let has_gathered = self.store.gather(frame, gbuffer, target);
         if let Some(volume) = self.store.volume() {
@@ -189,35 +155,46 @@ impl<S: VoxelStore> Technique for VoxelCones<S> {
                 viewer: Viewer::Voxels,
                 is_last: true,
             };
-            self.store.relight(frame, maps, relit);
+            self.store.relight(frame, given.maps, relit);
         }
         if let (Some(specular), Some(volume)) = (&light.specular, self.store.volume()) {
             cones.specular(frame, gbuffer, volume, specular);
         }
-        light.clone()
+        let shadowed = self.store.volume().filter(|_| cones.has_shadows());
+        if let Some(volume) = shadowed {
+            cones.shadow(frame, given.scene, gbuffer, volume, given.direct);
+        }
+        Answer {
+            indirect: light.clone(),
+            has_direct: shadowed.is_some(),
+        }
+    }
+}
+
+impl<S: VoxelStore> VoxelCones<S> {
+    /// The volume that a view shows.
+    fn viewed(&self, view: &ViewRow) -> Option<VoxelVolume<'_>> {
+        let name = match view.name {
+            "voxels" | "voxel-opacity" | "structure" => "light",
+            name => name.strip_prefix("voxel-")?,
+        };
+        let mut volumes = self.store.volumes().into_iter();
+        volumes.find(|volume| volume.name == name)
+    }
+}
+
+impl<S: VoxelStore> Inspect for VoxelCones<S> {
+    fn counts(&self, gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {
+        self.store.counts(gpu)
     }
 
-    fn direct(
-        &self,
-        frame: &mut Frame,
-        scene: &GpuScene,
-        maps: &LightMaps,
-        gbuffer: &GBuffer,
-        output: &Output,
-    ) {
-        match self.store.volume() {
-            Some(volume) if self.cones.has_shadows() => {
-                self.cones
-                    .shadow(frame, scene, gbuffer, volume, &output.direct);
-            }
-            _ => output.draw_direct(frame, scene, maps, gbuffer),
-        }
+    fn cell_size(&self) -> Option<f32> {
+        self.store.voxel_size()
     }
 
     fn count_samples(
         &self,
-        gpu: &Gpu,
-        scene: &GpuScene,
+        context: &Context<'_>,
         gbuffer: &GBuffer,
     ) -> Result<Vec<(&'static str, u64)>, Error> {
         let Some(volume) = self.store.volume() else {
@@ -228,36 +205,37 @@ impl<S: VoxelStore> Technique for VoxelCones<S> {
             self.light.specular.is_some(),
         ];
         self.cones
-            .count_samples(gpu, scene, gbuffer, volume, counted)
+            .count_samples(context.gpu, context.scene, gbuffer, volume, counted)
     }
 
-    fn trace(
+    fn levels(&self, view: &ViewRow) -> u32 {
+        self.viewed(view).map_or(0, |volume| volume.levels)
+    }
+
+    fn draw_view(&self, frame: &mut Frame, view: &ViewRow, level: u32, seen: &Arc<Image>) {
+        match self.viewed(view) {
+            Some(volume) if view.name == "structure" => volume.view_structure(frame, level, seen),
+            Some(volume) => volume.view(frame, level, seen),
+            None => {}
+        }
+    }
+
+    fn beam(
         &self,
         context: &Context<'_>,
-        surface: &TraceSurface,
-        axis: TraceAxis,
+        start: &BeamStart,
+        axis: BeamAxis,
         aperture_deg: Option<f32>,
-    ) -> Result<Option<TracedCone>, Error> {
+    ) -> Result<Option<Beam>, Error> {
         let traced = self.store.volume().map(|volume| {
             self.cones
-                .trace(context, volume, surface, (axis, aperture_deg))
+                .trace(context, volume, start, (axis, aperture_deg))
         });
         traced.transpose()
     }
 
-    fn volumes(&self) -> Vec<VoxelVolume<'_>> {
-        self.store.volumes()
-    }
-
-    fn lit_voxels(&mut self) -> Vec<LitVoxels<'_>> {
-        self.store.lit_voxels()
-    }
-
-    fn voxel_size(&self) -> Option<f32> {
-        self.store.voxel_size()
-    }
-
-    fn counts(&self, gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {
-        self.store.counts(gpu)
+    fn light_slots(&mut self, gpu: &Gpu) -> Result<Option<Box<dyn LightSlots + '_>>, Error> {
+        let slots = VoxelSlots::read(gpu, self.store.lit_voxels())?;
+        Ok(slots.map(|slots| Box::new(slots) as Box<dyn LightSlots>))
     }
 }

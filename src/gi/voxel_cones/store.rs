@@ -3,13 +3,13 @@
 use std::sync::Arc;
 
 use super::Parts;
-use crate::gi::shared::cone::{ConeTracer, Volume};
-use crate::gi::shared::voxel::{LightSettings, Viewer};
-use crate::gi::{Context, LitVoxels, Settings, VoxelVolume};
+use crate::gi::shared::cone::{ConeTracer, Volume, VoxelVolume};
+use crate::gi::shared::voxel::{LightSettings, LitVoxels, Viewer};
+use crate::gi::{Context, Settings};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image};
 use crate::render::{GBuffer, LightMaps};
 
-/// What voxels are lit once more for.
+/// Why the voxels are lit once more.
 #[derive(Clone, Copy)]
 pub struct Relit {
     /// Who looks at them next.

@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::scenes::{add_floor, camera, closed_room, lamp};
-use super::{ENERGY, OWN, Probe, StressCase, StressError};
+use super::{ENERGY, OWN, StressCase, StressError, Trial};
 use crate::metrics::Channel;
 use crate::scene::bundled::mesh::{HIGH_X, LOW_X, Mesh};
 use crate::scene::{Material, Scene};
@@ -11,7 +11,7 @@ use crate::scene::{Material, Scene};
 /// Where details are, beyond a border between voxels (voxels): nowhere in particular.
 const PLACE_VOXELS: f32 = 0.3;
 
-/// Gaps let little light through: so many times the usual samples.
+/// Gaps let little light through, so the reference takes this many times the usual samples.
 const GAP_SAMPLES: u32 = 4;
 
 pub(super) static NARROW_GAP: StressCase = StressCase {
@@ -23,7 +23,7 @@ pub(super) static NARROW_GAP: StressCase = StressCase {
     severities: &[8.0, 4.0, 2.0, 1.0, 0.5],
     quick: &[8.0, 0.5],
     figures: ENERGY,
-    measure: |probe, width| energy(probe, &gap(probe.voxel_m(), width as f32, None)),
+    measure: |trial, width| energy(trial, &gap(trial.cell_m(), width as f32, None)),
     ..OWN
 };
 
@@ -36,7 +36,7 @@ pub(super) static DISTANT_GAP: StressCase = StressCase {
     severities: &[2.0, 4.0, 8.0, 10.0],
     quick: &[10.0],
     figures: ENERGY,
-    measure: |probe, distance| energy(probe, &gap(probe.voxel_m(), 8.0, Some(distance as f32))),
+    measure: |trial, distance| energy(trial, &gap(trial.cell_m(), 8.0, Some(distance as f32))),
     ..OWN
 };
 
@@ -47,10 +47,10 @@ pub(super) static SMALL_EMITTER: StressCase = StressCase {
     severity: "edge of the lamp [voxels]",
     severities: &[16.0, 8.0, 4.0, 2.0, 1.0, 0.25],
     quick: &[16.0, 0.25],
-    measure: |probe, edge| {
+    measure: |trial, edge| {
         error(
-            probe,
-            &lamp_room(probe.voxel_m(), edge as f32),
+            trial,
+            &lamp_room(trial.cell_m(), edge as f32),
             Channel::Luminance,
         )
     },
@@ -64,10 +64,10 @@ pub(super) static THIN_COLUMNS: StressCase = StressCase {
     severity: "edge of a column [voxels]",
     severities: &[4.0, 2.0, 1.0, 0.5, 0.25],
     quick: &[4.0, 0.25],
-    measure: |probe, edge| {
+    measure: |trial, edge| {
         error(
-            probe,
-            &columns(probe.voxel_m(), edge as f32),
+            trial,
+            &columns(trial.cell_m(), edge as f32),
             Channel::Luminance,
         )
     },
@@ -83,10 +83,10 @@ pub(super) static OPPOSED_NORMALS: StressCase = StressCase {
     severity: "thickness [voxels]",
     severities: &[4.0, 2.0, 1.0, 0.5, 0.1],
     quick: &[4.0, 0.1],
-    measure: |probe, thickness| {
+    measure: |trial, thickness| {
         error(
-            probe,
-            &partition(probe.voxel_m(), thickness as f32),
+            trial,
+            &partition(trial.cell_m(), thickness as f32),
             Channel::Rgb,
         )
     },
@@ -101,23 +101,23 @@ pub(super) static FACING_SURFACES: StressCase = StressCase {
     severity: "distance [voxels]",
     severities: &[8.0, 4.0, 2.0, 1.0, 0.5],
     quick: &[8.0, 0.5],
-    measure: |probe, distance| {
+    measure: |trial, distance| {
         error(
-            probe,
-            &slab(probe.voxel_m(), distance as f32),
+            trial,
+            &slab(trial.cell_m(), distance as f32),
             Channel::Luminance,
         )
     },
     ..OWN
 };
 
-fn error(probe: &Probe<'_>, scene: &Scene, channel: Channel) -> Result<Vec<f64>, StressError> {
-    Ok(vec![probe.errors(scene, channel, 1)?.rel_rmse])
+fn error(trial: &Trial<'_>, scene: &Scene, channel: Channel) -> Result<Vec<f64>, StressError> {
+    Ok(vec![trial.errors(scene, channel, 1)?.rel_rmse])
 }
 
-fn energy(probe: &Probe<'_>, scene: &Scene) -> Result<Vec<f64>, StressError> {
+fn energy(trial: &Trial<'_>, scene: &Scene) -> Result<Vec<f64>, StressError> {
     Ok(vec![
-        probe
+        trial
             .errors(scene, Channel::Luminance, GAP_SAMPLES)?
             .bias
             .abs(),
@@ -127,13 +127,13 @@ fn energy(probe: &Probe<'_>, scene: &Scene) -> Result<Vec<f64>, StressError> {
 /// Two rooms with a wall of four voxels and a slit in it. The lamp is so far to the side that none
 /// of its own light comes through. The camera sees the room behind, or a wall in it at a distance
 /// (voxels).
-fn gap(voxel_m: f32, width_voxels: f32, distance_voxels: Option<f32>) -> Scene {
+fn gap(cell_m: f32, width_voxels: f32, distance_voxels: Option<f32>) -> Scene {
     let (mut mesh, _) = closed_room();
     let wall = mesh.matte("wall", [0.7, 0.7, 0.7]);
     let (face, middle, half) = (
-        2.0 * voxel_m,
-        PLACE_VOXELS * voxel_m,
-        0.5 * width_voxels * voxel_m,
+        2.0 * cell_m,
+        PLACE_VOXELS * cell_m,
+        0.5 * width_voxels * cell_m,
     );
     for [z0, z1] in [[-2.0, middle - half], [middle + half, 2.0]] {
         mesh.cuboid(
@@ -144,7 +144,7 @@ fn gap(voxel_m: f32, width_voxels: f32, distance_voxels: Option<f32>) -> Scene {
     }
     let seen = match distance_voxels {
         Some(distance) => {
-            let at = face + distance * voxel_m;
+            let at = face + distance * cell_m;
             let receiver = mesh.matte("receiver", [0.7, 0.7, 0.7]);
             mesh.quad(
                 receiver,
@@ -153,9 +153,9 @@ fn gap(voxel_m: f32, width_voxels: f32, distance_voxels: Option<f32>) -> Scene {
             );
             camera(
                 [
-                    face + 0.1 * distance * voxel_m,
+                    face + 0.1 * distance * cell_m,
                     1.5,
-                    middle - 1.2 * distance * voxel_m,
+                    middle - 1.2 * distance * cell_m,
                 ],
                 [at, 1.5, middle],
                 70.0,
@@ -166,9 +166,9 @@ fn gap(voxel_m: f32, width_voxels: f32, distance_voxels: Option<f32>) -> Scene {
     mesh.into_scene("gap", lamp([-0.8, 1.5, 1.5], 10.0), Vec3::ZERO, seen)
 }
 
-fn lamp_room(voxel_m: f32, edge_voxels: f32) -> Scene {
+fn lamp_room(cell_m: f32, edge_voxels: f32) -> Scene {
     let (mut mesh, _) = closed_room();
-    let (at, half) = (PLACE_VOXELS * voxel_m, 0.5 * edge_voxels * voxel_m);
+    let (at, half) = (PLACE_VOXELS * cell_m, 0.5 * edge_voxels * cell_m);
     let emission = Vec3::splat(1.0 / (half * half));
     let lamp = mesh.material(Material {
         name: "lamp".into(),
@@ -189,23 +189,23 @@ fn lamp_room(voxel_m: f32, edge_voxels: f32) -> Scene {
     )
 }
 
-fn columns(voxel_m: f32, edge_voxels: f32) -> Scene {
+fn columns(cell_m: f32, edge_voxels: f32) -> Scene {
     const STEP_VOXELS: f32 = 6.0;
     let mut mesh = Mesh::default();
     let grey = mesh.matte("floor", [0.6, 0.6, 0.6]);
     add_floor(&mut mesh, grey);
     let paint = mesh.matte("columns", [0.6, 0.6, 0.6]);
-    let half = 0.5 * edge_voxels * voxel_m;
+    let half = 0.5 * edge_voxels * cell_m;
     for index in 0..9 {
-        let at = |step: i32| (STEP_VOXELS * (step - 1) as f32 + PLACE_VOXELS) * voxel_m;
+        let at = |step: i32| (STEP_VOXELS * (step - 1) as f32 + PLACE_VOXELS) * cell_m;
         let (x, z) = (at(index % 3), at(index / 3));
         mesh.cuboid(
             [paint; 6],
             Vec3::new(x - half, 0.0, z - half),
-            Vec3::new(x + half, 8.0 * voxel_m, z + half),
+            Vec3::new(x + half, 8.0 * cell_m, z + half),
         );
     }
-    let span = 1.5 * STEP_VOXELS * voxel_m;
+    let span = 1.5 * STEP_VOXELS * cell_m;
     mesh.into_scene(
         "columns",
         Vec::new(),
@@ -218,7 +218,7 @@ fn columns(voxel_m: f32, edge_voxels: f32) -> Scene {
     )
 }
 
-fn partition(voxel_m: f32, thickness_voxels: f32) -> Scene {
+fn partition(cell_m: f32, thickness_voxels: f32) -> Scene {
     let (mut mesh, _) = closed_room();
     let [red, green, grey] = [
         mesh.matte("red", [0.85, 0.1, 0.1]),
@@ -227,7 +227,7 @@ fn partition(voxel_m: f32, thickness_voxels: f32) -> Scene {
     ];
     let mut faces = [grey; 6];
     (faces[LOW_X], faces[HIGH_X]) = (red, green);
-    let (at, half) = (PLACE_VOXELS * voxel_m, 0.5 * thickness_voxels * voxel_m);
+    let (at, half) = (PLACE_VOXELS * cell_m, 0.5 * thickness_voxels * cell_m);
     mesh.cuboid(
         faces,
         Vec3::new(at - half, 0.0, -1.5),
@@ -241,16 +241,16 @@ fn partition(voxel_m: f32, thickness_voxels: f32) -> Scene {
     )
 }
 
-fn slab(voxel_m: f32, distance_voxels: f32) -> Scene {
+fn slab(cell_m: f32, distance_voxels: f32) -> Scene {
     let mut mesh = Mesh::default();
     let grey = mesh.matte("floor", [0.6, 0.6, 0.6]);
     add_floor(&mut mesh, grey);
     let paint = mesh.matte("slab", [0.6, 0.6, 0.6]);
-    let under = distance_voxels * voxel_m;
+    let under = distance_voxels * cell_m;
     mesh.cuboid(
         [paint; 6],
         Vec3::new(-1.2, under, -1.2),
-        Vec3::new(1.2, under + 4.0 * voxel_m, 1.2),
+        Vec3::new(1.2, under + 4.0 * cell_m, 1.2),
     );
     let middle = 0.5 * under;
     mesh.into_scene(
@@ -270,16 +270,16 @@ mod tests {
     /// counted, and its camera is in the open.
     #[test]
     fn scenes_have_the_suites_extent() {
-        for voxel_m in [4.0 / 27.5, 4.0 / 251.5] {
+        for cell_m in [4.0 / 27.5, 4.0 / 251.5] {
             let widths = [0.1, 0.5, 1.0, 4.0, 8.0];
             let all = widths.iter().flat_map(|&width| {
-                let gaps = [2.0, 10.0].map(|distance| gap(voxel_m, width, Some(distance)));
+                let gaps = [2.0, 10.0].map(|distance| gap(cell_m, width, Some(distance)));
                 [
-                    gap(voxel_m, width, None),
-                    lamp_room(voxel_m, width),
-                    columns(voxel_m, width),
-                    partition(voxel_m, width),
-                    slab(voxel_m, width),
+                    gap(cell_m, width, None),
+                    lamp_room(cell_m, width),
+                    columns(cell_m, width),
+                    partition(cell_m, width),
+                    slab(cell_m, width),
                 ]
                 .into_iter()
                 .chain(gaps)

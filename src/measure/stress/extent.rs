@@ -5,28 +5,28 @@ use glam::Vec3;
 use super::light::yard;
 use super::scenes::{anchored, bounds, camera, extent_m, placed};
 use super::{Figure, OWN, StressCase};
-use crate::measure::chart::Ticks;
+use crate::measure::draw::Ticks;
 use crate::metrics::Channel;
 use crate::scene::{Camera, Light, Material, Model, Scene, Triangle, Vertex};
 
 pub(super) static SCENE_SIZE: StressCase = StressCase {
     name: "scene_size",
-    help: "one scene, its lights too, at all sizes: it has to look the same",
+    help: "one scene with its lights, at many sizes: it has to look the same",
     source: "Kahl 2019, section 6.3.1: coordinates as floats",
     severity: "largest extent [m] (harmless at 1)",
     ticks: Ticks::Decades,
     severities: &[1e-3, 1e-1, 1.0, 1e2, 1e4],
     quick: &[1e-3, 1e4],
-    measure: |probe, size_m| {
-        let scene = probe.base()?;
-        let picture = probe.indirect(&placed(
+    measure: |trial, size_m| {
+        let scene = trial.base()?;
+        let picture = trial.indirect(&placed(
             &scene,
             0.0,
             size_m as f32 / extent_m(&scene),
             Vec3::ZERO,
         ))?;
         Ok(vec![
-            probe
+            trial
                 .errors_of(&picture, &scene, Channel::Luminance, 1)?
                 .rel_rmse,
         ])
@@ -45,11 +45,11 @@ pub(super) static TRIANGLE_COUNT: StressCase = StressCase {
     ticks: Ticks::Decades,
     severities: &[1.0, 100.0, 1e4, 1e6, 5e6],
     quick: &[1.0, 1e4],
-    measure: |probe, count| {
+    measure: |trial, count| {
         let cut = |count: f64| cut_triangle(count.sqrt().round() as u32);
-        let picture = probe.indirect(&cut(count))?;
+        let picture = trial.indirect(&cut(count))?;
         Ok(vec![
-            probe
+            trial
                 .errors_of(&picture, &cut(1.0), Channel::Luminance, 1)?
                 .rel_rmse,
         ])
@@ -66,13 +66,13 @@ pub(super) static ONE_VOXEL: StressCase = StressCase {
     // No whole numbers: walls on borders between voxels would be another failure.
     severities: &[15.5, 7.5, 3.5, 1.5, 0.25],
     quick: &[15.5, 0.25],
-    measure: |probe, voxels| {
-        let scene = probe.base()?;
+    measure: |trial, voxels| {
+        let scene = trial.base()?;
         let (low, high) = bounds(&scene);
-        let edge_m = extent_m(&scene) / (voxels as f32 * probe.voxel_share());
-        let picture = probe.indirect(&anchored(scene.clone(), 0.5 * (low + high), edge_m))?;
+        let edge_m = extent_m(&scene) / (voxels as f32 * trial.cell_share());
+        let picture = trial.indirect(&anchored(scene.clone(), 0.5 * (low + high), edge_m))?;
         Ok(vec![
-            probe
+            trial
                 .errors_of(&picture, &scene, Channel::Luminance, 1)?
                 .rel_rmse,
         ])
@@ -89,7 +89,7 @@ pub(super) static FAR_CAMERA: StressCase = StressCase {
     severity: "distance [scene extents]",
     severities: &[1.0, 4.0, 16.0, 64.0],
     quick: &[16.0],
-    measure: |probe, distance| {
+    measure: |trial, distance| {
         let scene = yard(45.0);
         let Camera {
             eye,
@@ -110,7 +110,7 @@ pub(super) static FAR_CAMERA: StressCase = StressCase {
             },
             ..scene
         };
-        Ok(vec![probe.errors(&scene, Channel::Luminance, 1)?.rel_rmse])
+        Ok(vec![trial.errors(&scene, Channel::Luminance, 1)?.rel_rmse])
     },
     ..OWN
 };
@@ -128,13 +128,13 @@ pub(super) static EMPTY: StressCase = StressCase {
         pass: 0.0,
         warn: 0.0,
     }],
-    measure: |probe, _| {
+    measure: |trial, _| {
         let scene = Scene {
             name: "empty".into(),
             environment: Vec3::ONE,
             ..Scene::default()
         };
-        let picture = probe.indirect(&scene)?;
+        let picture = trial.indirect(&scene)?;
         Ok(vec![
             picture
                 .pixels

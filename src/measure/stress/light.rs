@@ -3,10 +3,10 @@
 use glam::Vec3;
 
 use super::scenes::{add_floor, brightened, camera, closed_room};
-use super::{OWN, Probe, StressCase, StressError};
+use super::{OWN, StressCase, StressError, Trial};
 use crate::frame::FrameSettings;
 use crate::image::Image;
-use crate::measure::chart::Ticks;
+use crate::measure::draw::Ticks;
 use crate::metrics::Channel;
 use crate::scene::bundled::mesh::Mesh;
 use crate::scene::{Camera, Light, Scene};
@@ -21,13 +21,13 @@ pub(super) static GRAZING_LIGHT: StressCase = StressCase {
     severity: "height of the sun [degrees]",
     severities: &[60.0, 30.0, 10.0, 3.0, 1.0],
     quick: &[60.0, 3.0],
-    measure: |probe, height| {
-        let coarse = Probe {
+    measure: |trial, height| {
+        let coarse = Trial {
             frame: FrameSettings {
                 shadow_resolution: COARSE_TEXELS,
-                ..probe.frame
+                ..trial.frame
             },
-            ..*probe
+            ..*trial
         };
         error(&coarse, &yard(height as f32))
     },
@@ -41,15 +41,15 @@ pub(super) static RSM_UNDERSAMPLING: StressCase = StressCase {
     severity: "edge of the map [texels]",
     severities: &[512.0, 128.0, 64.0, 32.0, 16.0],
     quick: &[128.0, 16.0],
-    measure: |probe, texels| {
-        let coarse = Probe {
+    measure: |trial, texels| {
+        let coarse = Trial {
             frame: FrameSettings {
                 shadow_resolution: texels as u32,
-                ..probe.frame
+                ..trial.frame
             },
-            ..*probe
+            ..*trial
         };
-        error(&coarse, &probe.base()?)
+        error(&coarse, &trial.base()?)
     },
     any_scene: true,
     ..OWN
@@ -64,9 +64,9 @@ pub(super) static LIGHT_LEVEL: StressCase = StressCase {
     ticks: Ticks::Decades,
     severities: &[1e-4, 1e-2, 1.0, 1e2, 1e4, 1e5],
     quick: &[1e-4, 1e5],
-    measure: |probe, factor| {
-        let scene = probe.base()?;
-        let picture = probe.indirect(&brightened(scene.clone(), factor as f32))?;
+    measure: |trial, factor| {
+        let scene = trial.base()?;
+        let picture = trial.indirect(&brightened(scene.clone(), factor as f32))?;
         let back = Image {
             pixels: picture
                 .pixels
@@ -76,7 +76,7 @@ pub(super) static LIGHT_LEVEL: StressCase = StressCase {
             ..picture
         };
         Ok(vec![
-            probe
+            trial
                 .errors_of(&back, &scene, Channel::Luminance, 1)?
                 .rel_rmse,
         ])
@@ -94,12 +94,12 @@ pub(super) static CONTRAST: StressCase = StressCase {
     ticks: Ticks::Decades,
     severities: &[1.0, 1e3, 1e6, 1e9],
     quick: &[1.0, 1e9],
-    measure: |probe, ratio| error(probe, &dim_room(probe.voxel_m(), ratio as f32)),
+    measure: |trial, ratio| error(trial, &dim_room(trial.cell_m(), ratio as f32)),
     ..OWN
 };
 
-fn error(probe: &Probe<'_>, scene: &Scene) -> Result<Vec<f64>, StressError> {
-    Ok(vec![probe.errors(scene, Channel::Luminance, 1)?.rel_rmse])
+fn error(trial: &Trial<'_>, scene: &Scene) -> Result<Vec<f64>, StressError> {
+    Ok(vec![trial.errors(scene, Channel::Luminance, 1)?.rel_rmse])
 }
 
 /// A floor with a block and a wall behind it, and the sun in front of them so high (degrees).
@@ -132,13 +132,13 @@ pub(super) fn yard(height_deg: f32) -> Scene {
     )
 }
 
-fn dim_room(voxel_m: f32, ratio: f32) -> Scene {
+fn dim_room(cell_m: f32, ratio: f32) -> Scene {
     let (mut mesh, _) = closed_room();
     let wall = mesh.matte("wall", [0.7, 0.7, 0.7]);
     mesh.cuboid(
         [wall; 6],
-        Vec3::new(-4.0 * voxel_m, 0.0, -2.0),
-        Vec3::new(4.0 * voxel_m, 3.0, 2.0),
+        Vec3::new(-4.0 * cell_m, 0.0, -2.0),
+        Vec3::new(4.0 * cell_m, 3.0, 2.0),
     );
     let lamp = |x: f32, intensity: f32| Light::Point {
         position: Vec3::new(x, 2.2, 0.3),

@@ -9,18 +9,18 @@ mod detail;
 mod extent;
 mod light;
 mod motion;
-mod probe;
 mod record;
 pub mod results;
 mod scenes;
 mod stability;
 mod thin_walls;
+mod trial;
 
-pub use probe::{Memo, Probe};
 pub use record::{Figured, Record, Setup, Verdict};
+pub use trial::{Memo, Trial};
 
 use super::bench::Case;
-use super::chart::Ticks;
+use super::draw::Ticks;
 use super::table::value_text;
 use crate::gi::entry::Entry;
 use crate::gi::settings::{Domain, SettingError};
@@ -62,7 +62,7 @@ pub const LEAST_RESOLUTION: u32 = 32;
 
 /// One failure mode.
 pub struct StressCase {
-    /// Its name.
+    /// Name on the command line, in records and in charts.
     pub name: &'static str,
     /// What goes wrong, in one line.
     pub help: &'static str,
@@ -74,7 +74,7 @@ pub struct StressCase {
     pub ticks: Ticks,
     /// How bad it is made, harmless first unless `severity` says what is harmless.
     pub severities: &'static [f64],
-    /// Those of a quick look.
+    /// The severities of a quick look.
     pub quick: &'static [f64],
     /// What is measured.
     pub figures: &'static [Figure],
@@ -83,13 +83,13 @@ pub struct StressCase {
     /// Settings whose effect can be measured, where a technique has them.
     pub changes: &'static [Change],
     /// Measures the figures, in their order.
-    pub measure: fn(&Probe<'_>, f64) -> Result<Vec<f64>, StressError>,
+    pub measure: fn(&Trial<'_>, f64) -> Result<Vec<f64>, StressError>,
 }
 
 /// What is measured, and how it is judged; 0 is ideal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Figure {
-    /// Its name.
+    /// Name in records and in charts.
     pub name: &'static str,
     /// Up to this it passes.
     pub pass: f64,
@@ -128,7 +128,7 @@ const OWN: StressCase = StressCase {
 
 /// A setting that matters to a failure mode.
 pub struct Change {
-    /// Its name.
+    /// Name of the setting.
     pub name: &'static str,
     /// Values to try; none stand for all words that it takes.
     pub values: &'static [&'static str],
@@ -246,16 +246,16 @@ impl StressCase {
     /// refuses and what cannot be compared is told in the record.
     pub fn record(
         &self,
-        probe: &Probe<'_>,
+        trial: &Trial<'_>,
         case: &Case,
         change: &str,
         severity: f64,
     ) -> Result<Record, StressError> {
-        match (self.measure)(probe, severity) {
+        match (self.measure)(trial, severity) {
             Err(other @ (StressError::Scene(_) | StressError::Reference(_))) => Err(other),
             measured => Ok(Record::new(
                 self,
-                probe,
+                trial,
                 case,
                 change,
                 severity,

@@ -4,10 +4,9 @@
 use glam::{Quat, Vec3};
 
 use super::scenes::{camera, closed_room, extent_m, lamp};
-use super::{Figure, OWN, Probe, StressCase, StressError};
+use super::{Figure, OWN, StressCase, StressError, Trial};
 use crate::frame::Renderer;
 use crate::image::{Aov, Image};
-use crate::measure::bench::FEEDBACK_FRAMES;
 use crate::metrics::MetricError;
 use crate::metrics::stability::{excess_flicker, lag, popping};
 use crate::scene::bundled::mesh::Mesh;
@@ -41,8 +40,8 @@ pub(super) static CAMERA_PAN: StressCase = StressCase {
     source: "Hong 2015, section 4.3: trailing and jitter of what is kept from frame to frame",
     severity: "degrees per frame",
     severities: &[0.0625, 0.25, 1.0],
-    measure: |probe, degrees| {
-        let scene = probe.base()?;
+    measure: |trial, degrees| {
+        let scene = trial.base()?;
         let turned = |at: f32| {
             let Camera {
                 eye, target, up, ..
@@ -57,7 +56,7 @@ pub(super) static CAMERA_PAN: StressCase = StressCase {
                 ..scene.clone()
             }
         };
-        figures(probe, |frame| {
+        figures(trial, |frame| {
             turned(to_and_fro(frame, degrees as f32, 10.0))
         })
     },
@@ -70,8 +69,8 @@ pub(super) static CAMERA_DOLLY: StressCase = StressCase {
     help: "the camera moves ahead and back, 60 frames: grids that follow it must not show it",
     source: "Hong 2015, sections 2.3.3 and 2.5.2.7: cascades flicker unless they snap; Panteleev \
              2014: clipmaps",
-    measure: |probe, voxels| {
-        let scene = probe.base()?;
+    measure: |trial, voxels| {
+        let scene = trial.base()?;
         let Camera { eye, target, .. } = scene.camera;
         let moved = |at_m: f32| Scene {
             camera: Camera {
@@ -80,11 +79,11 @@ pub(super) static CAMERA_DOLLY: StressCase = StressCase {
             },
             ..scene.clone()
         };
-        let voxel_m = extent_m(&scene) * probe.voxel_share();
-        figures(probe, |frame| {
+        let cell_m = extent_m(&scene) * trial.cell_share();
+        figures(trial, |frame| {
             moved(to_and_fro(
                 frame,
-                voxels as f32 * voxel_m,
+                voxels as f32 * cell_m,
                 0.15 * extent_m(&scene),
             ))
         })
@@ -98,9 +97,9 @@ pub(super) static MOVING_LIGHT: StressCase = StressCase {
     help: "the first light moves to and fro, 60 frames (a directional light turns)",
     source: "Villegas & Ramírez, section VI-C: voxels are lit by a shadow map; Dachsbacher & \
              Stamminger 2005: texels that jump",
-    measure: |probe, voxels| {
-        let scene = probe.base()?;
-        let voxel_m = extent_m(&scene) * probe.voxel_share();
+    measure: |trial, voxels| {
+        let scene = trial.base()?;
+        let cell_m = extent_m(&scene) * trial.cell_share();
         let way_m = 0.15 * extent_m(&scene);
         let lit = |at_m: f32| {
             let mut moved = scene.clone();
@@ -116,8 +115,8 @@ pub(super) static MOVING_LIGHT: StressCase = StressCase {
             }
             moved
         };
-        figures(probe, |frame| {
-            lit(to_and_fro(frame, voxels as f32 * voxel_m, way_m))
+        figures(trial, |frame| {
+            lit(to_and_fro(frame, voxels as f32 * cell_m, way_m))
         })
     },
     any_scene: true,
@@ -129,10 +128,10 @@ pub(super) static MOVING_OBJECT: StressCase = StressCase {
     help: "a block moves to and fro through a room, 60 frames: its voxels jump from one to the \
            next",
     source: "Crassin et al. 2011: dynamic objects are voxelized anew in each frame",
-    measure: |probe, voxels| {
+    measure: |trial, voxels| {
         let scene = block_in_room();
-        let speed_m = voxels as f32 * probe.voxel_m();
-        figures(probe, |frame| {
+        let speed_m = voxels as f32 * trial.cell_m();
+        figures(trial, |frame| {
             let mut moved = scene.clone();
             moved.set_time(to_and_fro(frame, speed_m, 1.0));
             moved
@@ -182,15 +181,18 @@ fn block_in_room() -> Scene {
     scene
 }
 
+/// Frames after the last move, at least, until a picture is taken to stand still.
+const SETTLE_FRAMES: u32 = 17;
+
 /// Frames of a technique that keeps what it has from one to the next, against the reference of
 /// each.
-fn figures(probe: &Probe<'_>, scene_at: impl Fn(usize) -> Scene) -> Result<Vec<f64>, StressError> {
+fn figures(trial: &Trial<'_>, scene_at: impl Fn(usize) -> Scene) -> Result<Vec<f64>, StressError> {
     let first = scene_at(0);
     let (mut renderer, _) =
-        Renderer::new(probe.gpu, &first, probe.entry, probe.settings, probe.frame)?;
-    (1..probe.warm_up_frames()).try_for_each(|_| renderer.render(&first.camera).map(drop))?;
+        Renderer::new(trial.gpu, &first, trial.entry, trial.settings, trial.frame)?;
+    (1..trial.frames_to_rest()).try_for_each(|_| renderer.render(&first.camera).map(drop))?;
     let (mut frames, mut references) = (Vec::new(), Vec::new());
-    for frame in 0..probe.effort.frames {
+    for frame in 0..trial.effort.frames {
         let scene = scene_at(frame);
         renderer.move_lights(&scene)?;
         if scene.moves() {
@@ -198,10 +200,11 @@ fn figures(probe: &Probe<'_>, scene_at: impl Fn(usize) -> Scene) -> Result<Vec<f
         }
         renderer.render(&scene.camera)?;
         frames.push(renderer.aov(Aov::Indirect)?);
-        references.push(probe.frame_reference(&scene)?);
+        references.push(trial.frame_reference(&scene)?);
     }
-    let last = scene_at(probe.effort.frames - 1);
-    (0..FEEDBACK_FRAMES).try_for_each(|_| renderer.render(&last.camera).map(drop))?;
+    let last = scene_at(trial.effort.frames - 1);
+    let settled = trial.frames_to_rest().max(SETTLE_FRAMES);
+    (0..settled).try_for_each(|_| renderer.render(&last.camera).map(drop))?;
     Ok(judge(&frames, &references, &renderer.aov(Aov::Indirect)?)?)
 }
 

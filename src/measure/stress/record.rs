@@ -5,7 +5,8 @@ use std::fmt::Write as _;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Probe, StressCase, StressError};
+use super::{StressCase, StressError, Trial};
+use crate::gi::settings::RESOLUTION;
 use crate::graph::{Error, Gpu};
 use crate::measure::bench::Case;
 use crate::measure::build::{build, commit};
@@ -20,11 +21,11 @@ const RECORD_VERSION: u32 = 1;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Verdict {
-    /// Good enough.
+    /// Good enough: at most [`Figure::pass`](super::Figure::pass).
     Pass,
-    /// Visible.
+    /// Visible: at most [`Figure::warn`](super::Figure::warn).
     Warn,
-    /// Broken.
+    /// Broken: more than that, or no finite number.
     Fail,
 }
 
@@ -35,7 +36,7 @@ pub struct Setup {
     pub version: String,
     /// The commit that it was built from, or a hash of the executable.
     pub build: String,
-    /// Device.
+    /// Name of the device.
     pub device: String,
     /// Driver and its version.
     pub driver: String,
@@ -54,7 +55,7 @@ pub struct Figured {
     pub name: String,
     /// Its value; `None` where it is no finite number.
     pub value: Option<f64>,
-    /// Its verdict.
+    /// How the value is judged.
     pub verdict: Verdict,
 }
 
@@ -67,14 +68,14 @@ pub struct Record {
     pub key: String,
     /// What it was measured with.
     pub setup: Setup,
-    /// Failure mode.
+    /// Name of the failure mode.
     pub case: String,
     /// Name of the scene, where it is not the suite's own.
     pub scene: Option<String>,
     /// Hash of its content, in hexadecimal digits.
     #[serde(default)]
     pub scene_hash: Option<String>,
-    /// Technique.
+    /// Name of the technique.
     pub technique: String,
     /// Preset that the settings started from.
     pub preset: Option<String>,
@@ -83,7 +84,7 @@ pub struct Record {
     pub changes: BTreeMap<String, String>,
     /// The setting that the suite changed on top, `KEY=VALUE`; empty for none.
     pub change: String,
-    /// All settings.
+    /// All settings and their values, as on the command line.
     pub settings: BTreeMap<String, String>,
     /// How bad it was made.
     pub severity: f64,
@@ -109,7 +110,7 @@ impl records::Record for Record {
 }
 
 impl Setup {
-    /// Whether figures of the two can stand in one table: all but the build is alike.
+    /// Whether figures of the two can stand in one table: everything except the build is the same.
     pub fn is_like(&self, other: &Setup) -> bool {
         let rest = |setup: &Setup| {
             (
@@ -149,16 +150,16 @@ impl Setup {
         )
     }
 
-    fn new(gpu: &Gpu, probe: &Probe<'_>) -> Self {
+    fn new(gpu: &Gpu, trial: &Trial<'_>) -> Self {
         let info = gpu.info();
         Setup {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             build: build(),
             device: info.name.clone(),
             driver: info.driver.clone(),
-            size: probe.frame.size,
-            shadow_resolution: probe.frame.shadow_resolution,
-            effort: probe.effort.name.to_owned(),
+            size: trial.frame.size,
+            shadow_resolution: trial.frame.shadow_resolution,
+            effort: trial.effort.name.to_owned(),
         }
     }
 }
@@ -166,13 +167,13 @@ impl Setup {
 impl Record {
     pub(super) fn new(
         stress: &StressCase,
-        probe: &Probe<'_>,
+        trial: &Trial<'_>,
         case: &Case,
         change: &str,
         severity: f64,
         measured: Result<&[f64], &StressError>,
     ) -> Self {
-        let setup = Setup::new(probe.gpu, probe);
+        let setup = Setup::new(trial.gpu, trial);
         let judged = |(figure, value): (&super::Figure, &f64)| Figured {
             name: figure.name.to_owned(),
             value: value.is_finite().then_some(*value),
@@ -190,18 +191,18 @@ impl Record {
         };
         Record {
             record_version: RECORD_VERSION,
-            key: key(stress, probe, (case, change), severity, &setup),
+            key: key(stress, trial, (case, change), severity, &setup),
             setup,
             case: stress.name.to_owned(),
-            scene: probe.scene.map(|scene| scene.name.clone()),
-            scene_hash: probe
+            scene: trial.scene.map(|scene| scene.name.clone()),
+            scene_hash: trial
                 .scene
                 .map(|scene| format!("{:032x}", scene.content_hash())),
-            technique: probe.entry.name.to_owned(),
+            technique: trial.entry.name.to_owned(),
             preset: case.preset.clone(),
             changes: case.changes(),
             change: change.to_owned(),
-            settings: probe
+            settings: trial
                 .settings
                 .iter()
                 .map(|(name, value)| (name.to_owned(), value_text(&value)))
@@ -216,17 +217,17 @@ impl Record {
     /// The key of a record that may be there already.
     pub fn key_of(
         stress: &StressCase,
-        probe: &Probe<'_>,
+        trial: &Trial<'_>,
         case: &Case,
         change: &str,
         severity: f64,
     ) -> String {
         key(
             stress,
-            probe,
+            trial,
             (case, change),
             severity,
-            &Setup::new(probe.gpu, probe),
+            &Setup::new(trial.gpu, trial),
         )
     }
 
@@ -234,7 +235,7 @@ impl Record {
     pub fn case_name(&self) -> String {
         let resolution = self
             .settings
-            .get("resolution")
+            .get(RESOLUTION)
             .map(|resolution| format!("{resolution}³"));
         let changes = self
             .changes
@@ -284,23 +285,23 @@ impl Record {
 /// Settings alone do not tell two rows apart: one preset with a change may be another one.
 fn key(
     stress: &StressCase,
-    probe: &Probe<'_>,
+    trial: &Trial<'_>,
     (case, change): (&Case, &str),
     severity: f64,
     setup: &Setup,
 ) -> String {
-    let settings: Vec<String> = probe
+    let settings: Vec<String> = trial
         .settings
         .iter()
         .map(|(name, value)| format!("{name}={}", value_text(&value)))
         .collect();
-    let scene = probe.scene.map(crate::scene::Scene::content_hash);
+    let scene = trial.scene.map(crate::scene::Scene::content_hash);
     let mut hash = Fnv::default();
     // Writing to a hash cannot fail.
     let _ = write!(
         hash,
         "{RECORD_VERSION} {setup:?} {} {severity:?} {} {:?} {change} {settings:?} {scene:?}",
-        stress.name, probe.entry.name, case.preset
+        stress.name, trial.entry.name, case.preset
     );
     format!("{:032x}", hash.value())
 }

@@ -1,7 +1,8 @@
 //! Records of failure modes as Markdown, comma-separated values and charts.
 
 use super::{Figure, Figured, Record, Setup, StressCase, Verdict};
-use crate::measure::chart::{Chart, LineAxis, LinePanel, Panels, Scale, Series};
+use crate::gi::settings::RESOLUTION;
+use crate::measure::draw::{Chart, LineAxis, LinePanel, Panels, Scale, Series};
 use crate::measure::table::csv_of;
 
 /// Figures below this are drawn here.
@@ -9,9 +10,9 @@ const LEAST_DRAWN: f64 = 1e-4;
 
 /// One case, and what was measured of it.
 pub struct Results<'r> {
-    /// The case.
+    /// The failure mode that was measured.
     pub case: &'static StressCase,
-    /// Its records.
+    /// The records of that failure mode.
     pub records: &'r [Record],
 }
 
@@ -79,7 +80,7 @@ impl Results<'_> {
                 text("preset", record.preset.as_deref().unwrap_or_default()),
                 text(
                     "resolution",
-                    record.settings.get("resolution").map_or("", String::as_str),
+                    record.settings.get(RESOLUTION).map_or("", String::as_str),
                 ),
                 text("changes", &changes.join(" ")),
                 text("change", &record.change),
@@ -230,8 +231,8 @@ impl Results<'_> {
     }
 }
 
-/// What measured, and all cases in one Markdown table: a row for each case, a column for each
-/// technique and preset as it is. A cell tells the worst verdict and from which severity on.
+/// The setup, and all cases in one Markdown table: a row for each case, a column for each technique
+/// with an unchanged preset. A cell has the worst verdict, and the severity at which it begins.
 pub fn summary(all: &[Results<'_>]) -> String {
     let mut names: Vec<String> = Vec::new();
     for record in all
@@ -282,7 +283,7 @@ pub struct Worst {
 }
 
 impl Worst {
-    /// Of the records of one technique with one set of settings; `None` where there is none.
+    /// The records of one technique with one set of settings; `None` where there is none.
     pub fn of<'r>(
         case: &StressCase,
         records: impl IntoIterator<Item = &'r Record>,
@@ -319,7 +320,7 @@ impl Worst {
             &bad
         };
         let severities = bad.iter().map(|record| record.severity).collect();
-        // A figure that passes at 0 only is as bad as it is large.
+        // If a figure passes only at 0, its own value tells how bad it is.
         let least_pass = |name: &str| {
             case.figures
                 .iter()

@@ -8,9 +8,9 @@ use crate::scene::{Camera, Light, Material, Model, Scene, SceneError, Triangle, 
 /// Largest extent of a scene of the suite's own (m).
 pub(super) const ROOM_M: f32 = 4.0;
 
-/// Edge of a voxel over the largest extent of what a grid of so many voxels is fitted to
+/// Edge of a voxel over the largest extent of what a grid of this resolution is fitted to
 /// ([`VoxelGrid::around`](crate::gi::shared::voxel::VoxelGrid::around)).
-pub(super) fn voxel_share(resolution: u32) -> f64 {
+pub(super) fn cell_share(resolution: u32) -> f64 {
     let n = f64::from(resolution);
     (1.04 / n).max(1.0 / (n - 4.5))
 }
@@ -193,7 +193,7 @@ pub(super) fn add_floor(mesh: &mut Mesh, material: u32) {
     );
 }
 
-/// A camera.
+/// A camera at `eye` that looks at `target` (m), y up.
 pub(super) fn camera(eye: [f32; 3], target: [f32; 3], vfov_deg: f32) -> Camera {
     Camera {
         eye: eye.into(),
@@ -257,7 +257,7 @@ mod tests {
         for resolution in [32, 64, 100, 512] {
             let grid = VoxelGrid::around((Vec3::ZERO, Vec3::new(3.0, 1.0, 2.0)), resolution);
             assert!(
-                (f64::from(grid.voxel_size) / 3.0 / voxel_share(resolution) - 1.0).abs() < 1e-6,
+                (f64::from(grid.voxel_size) / 3.0 / cell_share(resolution) - 1.0).abs() < 1e-6,
                 "{grid:?}"
             );
         }

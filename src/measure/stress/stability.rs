@@ -4,13 +4,13 @@
 use glam::Vec3;
 
 use super::scenes::{anchored, bounds, extent_m, placed};
-use super::{Change, Figure, OWN, Probe, StressCase, StressError};
+use super::{Change, Figure, OWN, StressCase, StressError, Trial};
 use crate::image::Image;
 use crate::metrics::stability::{rotation_spread, run_spread, translation_spread};
 use crate::scene::Scene;
 
-/// Of the grid that the scene lies in, over the scene's own extent: the larger it is, the larger
-/// the voxels.
+/// Extent of the grid that the scene lies in, over the scene's own extent: the larger it is, the
+/// larger the voxels.
 const SEVERITY: &str = "grid over scene (the larger, the coarser the voxels)";
 
 pub(super) static TRANSLATION: StressCase = StressCase {
@@ -26,11 +26,11 @@ pub(super) static TRANSLATION: StressCase = StressCase {
         warn: 0.3,
     }],
     any_scene: true,
-    measure: |probe, grid| {
+    measure: |trial, grid| {
         Ok(vec![translation_spread(&pictures(
-            probe,
+            trial,
             grid,
-            |voxel_m, share| (0.0, Vec3::splat(share * voxel_m)),
+            |cell_m, share| (0.0, Vec3::splat(share * cell_m)),
         )?)?])
     },
     ..OWN
@@ -50,9 +50,9 @@ pub(super) static ROTATION: StressCase = StressCase {
         warn: 0.3,
     }],
     any_scene: true,
-    measure: |probe, grid| {
+    measure: |trial, grid| {
         Ok(vec![rotation_spread(&pictures(
-            probe,
+            trial,
             grid,
             |_, share| (90.0 * share, Vec3::ZERO),
         )?)?])
@@ -79,11 +79,11 @@ pub(super) static REPEAT_RUNS: StressCase = StressCase {
         values: &[],
         needs: None,
     }],
-    measure: |probe, grid| {
-        let scene = in_grid(&probe.base()?, grid);
+    measure: |trial, grid| {
+        let scene = in_grid(&trial.base()?, grid);
         Ok(vec![run_spread(
             &(0..RUNS)
-                .map(|_| probe.indirect(&scene))
+                .map(|_| trial.indirect(&scene))
                 .collect::<Result<Vec<Image>, StressError>>()?,
         )?])
     },
@@ -105,23 +105,23 @@ fn in_grid(scene: &Scene, grid: f64) -> Scene {
 /// Pictures of the scene turned (degrees) and moved (m) as `place` says of the edge of a voxel (m)
 /// and the share of the way.
 fn pictures(
-    probe: &Probe<'_>,
+    trial: &Trial<'_>,
     grid: f64,
     place: impl Fn(f32, f32) -> (f32, Vec3),
 ) -> Result<Vec<Image>, StressError> {
-    let base = probe.base()?;
+    let base = trial.base()?;
     let (low, high) = bounds(&base);
     let edge_m = grid as f32 * extent_m(&base);
     let picture = |step: u32| {
         let (turn_deg, offset) = place(
-            edge_m * probe.voxel_share(),
-            step as f32 / probe.effort.steps as f32,
+            edge_m * trial.cell_share(),
+            step as f32 / trial.effort.steps as f32,
         );
-        probe.indirect(&anchored(
+        trial.indirect(&anchored(
             placed(&base, turn_deg, 1.0, offset),
             0.5 * (low + high),
             edge_m,
         ))
     };
-    (0..probe.effort.steps).map(picture).collect()
+    (0..trial.effort.steps).map(picture).collect()
 }

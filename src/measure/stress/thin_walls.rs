@@ -2,8 +2,8 @@
 
 use glam::Vec3;
 
-use super::scenes::voxel_share;
-use super::{Change, Figure, OWN, Probe, StressCase, StressError};
+use super::scenes::cell_share;
+use super::{Change, Figure, OWN, StressCase, StressError, Trial};
 use crate::frame::Renderer;
 use crate::image::{Aov, Image};
 use crate::metrics::stability::leak;
@@ -113,15 +113,15 @@ pub(super) static CASE: StressCase = StressCase {
 const RAYS: Option<(&str, &str)> = Some(("gather", "rays"));
 const CONES: Option<(&str, &str)> = Some(("gather", "cones"));
 
-/// How the wall lies in the grid: where its middle is, beyond a border between voxels (voxels), so
-/// that its faces lie in neighbouring voxels or, if it is thin, in one; and how far it is turned
-/// about the vertical (degrees), so that it passes through voxels in every way.
+/// How the wall lies in the grid. First: where its middle is, beyond a border between voxels
+/// (voxels): its faces lie in neighbouring voxels or, if it is thin, in one. Second: how far it is
+/// turned about the vertical (degrees), so that it passes through voxels in every way.
 const PLACES: [(f64, f64); 3] = [(0.0, 0.0), (0.4, 0.0), (0.0, 27.0)];
 
-fn measure(probe: &Probe<'_>, wall_voxels: f64) -> Result<Vec<f64>, StressError> {
+fn measure(trial: &Trial<'_>, wall_voxels: f64) -> Result<Vec<f64>, StressError> {
     let leaks = PLACES
         .iter()
-        .map(|place| leak_of(probe, &two_rooms(probe.resolution(), wall_voxels, *place)?));
+        .map(|place| leak_of(trial, &two_rooms(trial.resolution(), wall_voxels, *place)?));
     leaks
         .collect::<Result<Vec<f64>, StressError>>()
         .map(|leaks| vec![leaks.into_iter().fold(0.0, f64::max)])
@@ -137,18 +137,18 @@ fn two_rooms(
     /// Length of both rooms, and width.
     const ROOMS_M: [f64; 2] = [8.0, 4.0];
     let (voxel_over_extent, [sine, cosine]) = (
-        voxel_share(resolution),
+        cell_share(resolution),
         [turn_deg.to_radians().sin(), turn_deg.to_radians().cos()],
     );
     // Extent = rooms + wall + twice the way of the wall, turned.
     let extent_m = (cosine * ROOMS_M[0] + sine * ROOMS_M[1])
         / (1.0 - voxel_over_extent * cosine * (wall_voxels + 2.0 * place_voxels));
-    let voxel_m = voxel_over_extent * extent_m;
+    let cell_m = voxel_over_extent * extent_m;
     let parameters = [
-        ("thickness_m", wall_voxels * voxel_m),
+        ("thickness_m", wall_voxels * cell_m),
         (
             "lit_length_m",
-            0.5 * ROOMS_M[0] + 2.0 * place_voxels * voxel_m,
+            0.5 * ROOMS_M[0] + 2.0 * place_voxels * cell_m,
         ),
         ("turn_deg", turn_deg),
     ];
@@ -158,7 +158,7 @@ fn two_rooms(
     )?)
 }
 
-fn leak_of(probe: &Probe<'_>, scene: &Scene) -> Result<f64, StressError> {
+fn leak_of(trial: &Trial<'_>, scene: &Scene) -> Result<f64, StressError> {
     let dark = scene.camera;
     // Half a turn about the vertical through the wall's middle is the other room.
     let opposite = |point: Vec3| point * Vec3::new(-1.0, 1.0, -1.0);
@@ -168,7 +168,7 @@ fn leak_of(probe: &Probe<'_>, scene: &Scene) -> Result<f64, StressError> {
         ..dark
     };
     let (mut renderer, _) =
-        Renderer::new(probe.gpu, scene, probe.entry, probe.settings, probe.frame)?;
+        Renderer::new(trial.gpu, scene, trial.entry, trial.settings, trial.frame)?;
     let mut look = |camera: &Camera| {
         renderer.render(camera)?;
         renderer.aov(Aov::Indirect)
@@ -176,7 +176,7 @@ fn leak_of(probe: &Probe<'_>, scene: &Scene) -> Result<f64, StressError> {
     let pictures = both(look(&dark)?, look(&lit)?);
     let reference = |camera: Camera| {
         Ok::<Image, StressError>(
-            probe
+            trial
                 .reference(
                     &Scene {
                         camera,

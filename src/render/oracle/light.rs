@@ -38,9 +38,9 @@ pub struct Reflector {
 /// Radiance of light reflected once [W/(m² sr)].
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Reflected {
-    /// By the Lambertian part.
+    /// Radiance by the Lambertian part.
     pub diffuse: DVec3,
-    /// By the lobe.
+    /// Radiance by the GGX lobe.
     pub specular: DVec3,
 }
 

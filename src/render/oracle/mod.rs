@@ -1,11 +1,13 @@
 //! CPU twins of the passes that all techniques share, in f64: what a view shows (`render.gbuffer`,
-//! `render.shadow_maps`, `render.rsm`) and what the lights make of it (`render.direct`, [`light`]).
+//! `render.shadow_maps`, `render.rsm`), how it moves ([`motion`]), and what the lights make of it
+//! (`render.direct`, [`light`]).
 //!
 //! They are written from the radiometric contract, and every ray is tested against every triangle.
 //! A rasterizer rounds corners to a share of a pixel, so that next to an edge a pixel may show what
 //! is on either side of it: [`Scenery::seen`] tells all that a pixel may show.
 
 pub mod light;
+pub mod motion;
 pub mod texture;
 
 use glam::{DVec2, DVec3};
@@ -93,8 +95,8 @@ impl View {
         }
     }
 
-    /// Where a point is seen (px), and its view depth (m). Of perspective views, only points in
-    /// front are seen.
+    /// Where a point is seen (px), and its view depth (m). Perspective views see only points in
+    /// front.
     pub fn project(&self, point: DVec3) -> (DVec2, f64) {
         let offset = point - self.origin;
         let depth_m = offset.dot(self.forward);
@@ -112,7 +114,7 @@ impl View {
 
 /// A scene whose triangles rays are tested against, one by one.
 pub struct Scenery<'s> {
-    /// The scene.
+    /// The scene whose triangles are tested.
     pub scene: &'s Scene,
     /// Corners of each triangle (m); `None` where it has no area.
     corners: Vec<Option<[DVec3; 3]>>,
@@ -131,9 +133,9 @@ struct Hit {
 /// All that a pixel may show.
 #[derive(Clone, Debug)]
 pub struct Seen {
-    /// Triangles, one of which it shows unless it is empty.
+    /// Triangles, one of which the pixel shows; none if it is certain to see nothing.
     pub triangles: Vec<usize>,
-    /// Whether it may show none.
+    /// Whether the pixel may also see no triangle at all.
     pub may_be_empty: bool,
 }
 

@@ -108,7 +108,7 @@ fn sun() -> Light {
 enum Ends {
     /// Arcades and walls, as on its other sides.
     Closed,
-    /// Nothing.
+    /// No arcade and no wall.
     Open,
 }
 
@@ -150,7 +150,7 @@ fn court(ends: Ends) -> Mesh {
     mesh
 }
 
-/// Ground and outer walls, those of the first so many sides.
+/// The ground, and the outer walls of the first `sides` sides.
 fn shell(mesh: &mut Mesh, materials: &Materials, sides: usize) {
     let [x, z] = [COURT.x + GALLERY_M, COURT.y + GALLERY_M];
     let cuts_x = [-x, -COURT.x, COURT.x, x];

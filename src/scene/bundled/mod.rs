@@ -23,13 +23,13 @@ use super::{Scene, SceneError};
 pub struct Parameter {
     /// Its name; a length's name ends in `_m`.
     pub name: &'static str,
-    /// What it does.
+    /// What it changes in the scene, in one line.
     pub description: &'static str,
     /// Its unit; `0 or 1` for a switch, `whole number` for a count, empty where it has none.
     pub unit: &'static str,
-    /// Smallest value.
+    /// Smallest value that is accepted, in the unit.
     pub min: f64,
-    /// Largest value.
+    /// Largest value that is accepted, in the unit.
     pub max: f64,
     /// Value where none is given.
     pub default: f64,
@@ -38,7 +38,7 @@ pub struct Parameter {
 /// One row of the table of bundled scenes.
 #[derive(Clone, Copy)]
 pub struct BundledScene {
-    /// Its name.
+    /// Name on the command line, after `bundled:`.
     pub name: &'static str,
     /// What it is, in one line.
     pub description: &'static str,

@@ -20,7 +20,7 @@ const KEYS: &[(&str, &str)] = &[
     ("C", "one picture, split, difference to the reference"),
     ("< >", "move the divider"),
     ("V, Shift+V", "next view, view before"),
-    ("P, Escape", "probe a cone at the pointer, no probe"),
+    ("P, Escape", "trace a beam at the pointer, no beam"),
     ("[ ]", "exposure down, up by a quarter stop"),
     ("Ctrl+O", "browse for a scene (/ types a path there)"),
     ("Ctrl+L", "type a scene's path or name"),

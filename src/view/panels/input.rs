@@ -37,12 +37,12 @@ pub(super) fn keys(ctx: &Context, scope: &mut Scope<'_>) {
     }
     if pressed(Key::Escape) {
         if !scope.panels.help {
-            session.probe.place = None;
+            session.beam.place = None;
         }
         (scope.panels.help, session.scene_problem) = (false, None);
     }
     if pressed(Key::P) {
-        session.probe.toggle(scope.panels.pointer);
+        session.beam.toggle(scope.panels.pointer);
     }
     if pressed(Key::C) {
         session.compare = match session.compare {

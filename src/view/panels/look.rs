@@ -40,8 +40,7 @@ pub(super) fn show_picture(ui: &mut Ui, scope: &mut Scope<'_>) {
                 ),
                 Layers::Levels => (
                     "level",
-                    "0 is the finest; each is half as fine as the one before, or twice as wide in \
-                     a clipmap",
+                    "0 is the finest; each is half as fine as the one before",
                 ),
             };
             let most = session.newest[0]

@@ -1,12 +1,12 @@
 //! What is drawn in the window: panels at the left, the picture, a status line.
 
+mod beam;
 mod cost;
 mod files;
 mod help;
 mod input;
 mod lights;
 mod look;
-mod probe;
 mod stage;
 mod technique;
 
@@ -22,12 +22,12 @@ use super::store::Remembered;
 pub(super) use stage::Stage;
 
 /// Sections of the panels, in their order.
-pub(super) const SECTIONS: [&str; 8] = [
+pub const SECTIONS: [&str; 8] = [
     "Scene",
     "Compare",
     "Technique",
     "Picture",
-    "Probe",
+    "Beam",
     "Camera",
     "Lights",
     "Cost",
@@ -111,7 +111,7 @@ impl Panels {
 
 /// What the panels ask of the window.
 pub(super) enum Request {
-    /// Load a scene.
+    /// Load this scene.
     Open(OsString),
     /// Write the left picture.
     Save(PathBuf),
@@ -153,7 +153,7 @@ pub(super) fn show(ctx: &Context, scope: &mut Scope<'_>, stage: &Stage) {
     let is_roomy = ctx.content_rect().width() >= 420.0 && ctx.content_rect().height() >= 200.0;
     if scope.remembered.panels && is_roomy {
         TopBottomPanel::bottom("status").show(ctx, |ui| status(ui, scope));
-        // Of one width: what is opened must not move the picture.
+        // The width stays the same: opening a section must not move the picture.
         SidePanel::left("panels")
             .resizable(false)
             .exact_width(WIDTH)
@@ -193,7 +193,7 @@ fn section(ui: &mut Ui, scope: &mut Scope<'_>, index: usize) {
         "Compare" => technique::show_compare(ui, scope),
         "Technique" => technique::show(ui, scope),
         "Picture" => look::show_picture(ui, scope),
-        "Probe" => probe::show(ui, scope),
+        "Beam" => beam::show(ui, scope),
         "Camera" => look::show_camera(ui, scope),
         "Lights" => lights::show(ui, scope),
         _ => cost::show(ui, scope),

@@ -5,7 +5,7 @@ use egui::{
     TextureHandle, TextureOptions, Ui, pos2, vec2,
 };
 
-use super::{Scope, probe};
+use super::{Scope, beam};
 use crate::view::picture::{Look, develop, difference};
 use crate::view::session::{Compare, Session};
 use crate::view::views::VIEWS;
@@ -152,7 +152,7 @@ impl Stage {
                 scope.panels.pointer = response
                     .hover_pos()
                     .map(|at| ((at - rect.min) / rect.size()).into());
-                let followed = &mut scope.session.probe;
+                let followed = &mut scope.session.beam;
                 if followed.follows && followed.place.is_some() {
                     followed.place = scope.panels.pointer.or(followed.place);
                 }
@@ -241,7 +241,7 @@ impl Stage {
                 painter.galley(at, galley, Color32::WHITE);
             }
         }
-        probe::draw(ui, rect, session);
+        beam::draw(ui, rect, session);
         if session.compare != Compare::Single {
             ui.painter().vline(
                 split_x,

@@ -3,7 +3,7 @@
 use egui::{RichText, Slider, Ui};
 
 use super::{Scope, choose, row};
-use crate::gi::registry::TECHNIQUES;
+use crate::gi::registry;
 use crate::gi::settings::{Domain, Setting, Value};
 use crate::view::session::{Choice, Compare};
 
@@ -67,12 +67,13 @@ pub(super) fn show(ui: &mut Ui, scope: &mut Scope<'_>) {
 }
 
 fn show_choice(ui: &mut Ui, choice: &mut Choice, held: &mut bool) {
-    let names = TECHNIQUES.iter().map(|entry| (entry.name, entry.summary));
+    let techniques = registry::all();
+    let names = techniques.iter().map(|entry| (entry.name, entry.summary));
     let chosen = row(ui, "technique", choice.entry.summary, |ui| {
         choose(ui, "technique", choice.entry.name, names)
     });
     if let Some(chosen) = chosen {
-        choice.choose(TECHNIQUES[chosen], None);
+        choice.choose(techniques[chosen], None);
     }
     let presets = choice.entry.presets;
     if let Some(current) = choice.preset {

@@ -13,16 +13,12 @@ layout(std430, set = 1, binding = 4) readonly buffer Cones { vec4 cones[]; };
 // a side: E/π, half floats
 layout(std430, set = 1, binding = 5) restrict buffer VoxelIrradiance { uvec2 voxel_irradiance[]; };
 
+#include "gi/shared/cone/march_settings.glsl"
+
 layout(push_constant) uniform BounceConeParams {
-    // xyz: of the piece of the grid that the voxels are of [their size]; w: voxels along an edge of
-    // the grid
-    vec4 first_voxel;
+    vec4 first_voxel;     // xyz: of the piece of the grid that the voxels are of [their size]
+    MarchSettings march;
     uint voxel_count;
-    float step_factor;
-    float opacity_exponent;
-    float height_clamp;
-    float max_distance;
-    float start_offset;   // of the cones' origin along the normal [voxels]
     uint first_cone;      // of this dispatch, which adds to what those before it left
     uint end_cone;
     float jitter;         // width of a stratum of sin²θ
@@ -42,9 +38,8 @@ void main() {
     vec3 cell = params.first_voxel.xyz + voxel_coordinates(voxel.xy, voxel.z_area);
     vec3 receiver = params.voxel_scale * (cell + unpack_unorm10(voxel.mean_position));
     vec2 pattern = voxel_pattern(uvec3(cell));
-    float start_offset = params.start_offset * largest_texel(receiver);
-    MarchSettings settings = MarchSettings(params.first_voxel.w, params.step_factor,
-        params.opacity_exponent, params.height_clamp, params.max_distance, 1.0, 0.0);
+    MarchSettings settings = params.march;
+    float start_offset = settings.start_offset * largest_texel(receiver);
     uvec2 before = voxel_irradiance[index];
     vec3 sum = params.first_cone == 0u ? vec3(0.0)
                                        : vec3(unpackHalf2x16(before.x), unpackHalf2x16(before.y).x);

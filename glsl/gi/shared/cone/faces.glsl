@@ -10,7 +10,7 @@ layout(constant_id = 4) const bool FINEST_FACES = false;
 // squares of its components as weights.
 layout(constant_id = 5) const bool EXTINCTION = true;
 
-// Of opaque matter, 1 − α as it counts for its extinction, which would be infinite.
+// 1 − α that opaque matter counts with: its extinction would be infinite.
 const float OPAQUE = 1.52587890625e-5;   // 2⁻¹⁶
 
 // With FACES.

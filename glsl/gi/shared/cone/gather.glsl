@@ -12,15 +12,11 @@ layout(set = 1, binding = 6, rgba32f) uniform restrict image2D indirect_diffuse;
 // Instead of light, x is the number of samples.
 layout(constant_id = 1) const bool COUNT_SAMPLES = false;
 
+#include "gi/shared/cone/march_settings.glsl"
+
 layout(push_constant) uniform ConeParams {
     vec4 grid;             // xyz: smallest corner of the grid [m]; w: voxel size [m]
-    float resolution;
-    float step_factor;
-    float opacity_exponent;
-    float height_clamp;
-    float max_distance;
-    float ao_falloff;
-    float start_offset;   // of the cones' origin along the geometric normal [texels read there]
+    MarchSettings march;
     uint first_cone;      // of this dispatch, which adds to what those before it left
     uint end_cone;
     uint interleave;      // n: the set is rotated differently in each pixel of an n×n tile
@@ -41,11 +37,9 @@ void main() {
         imageStore(indirect_diffuse, pixel, vec4(0.0));
         return;
     }
-    MarchSettings settings =
-        MarchSettings(params.resolution, params.step_factor, params.opacity_exponent,
-            params.height_clamp, params.max_distance, params.grid.w, params.ao_falloff);
+    MarchSettings settings = params.march;
     vec3 receiver = (surface.position_ws - params.grid.xyz) / params.grid.w;
-    float start_offset = params.start_offset * largest_texel(receiver);
+    float start_offset = settings.start_offset * largest_texel(receiver);
     vec3 origin = receiver + start_offset * surface.geometric_normal;
     mat3 around = frame_around(surface.shading_normal);
     vec2 offset =

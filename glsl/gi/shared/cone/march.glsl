@@ -9,18 +9,6 @@
 // With RECORD_SAMPLES the including pass has
 //   void record_sample(vec3 position, float centre, float diameter, vec4 texel, float opacity)
 // of every sample, in order; `opacity` that of its step.
-struct MarchSettings {
-    float resolution;        // voxels along an edge of the grid
-    float step_factor;       // β: step in sample diameters
-    // g: 1 is the textbook; above it makes up for what trilinear sampling lets through
-    float opacity_exponent;
-    // k: a sample's diameter is at most its height over the receiver's tangent plane / k; 0: off
-    float height_clamp;
-    float max_distance;      // [voxels]
-    float voxel_size_m;
-    float ao_falloff;        // λ of the ambient visibility's 1 / (1 + λ r) [1/m]
-};
-
 struct ConeResult {
     vec3 radiance;           // [W/(m² sr)]
     float visibility;        // 1 − occlusion, weighted by distance

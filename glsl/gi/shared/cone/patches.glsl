@@ -13,15 +13,12 @@ layout(set = 1, binding = 4) uniform utexture2D normals;
 layout(std430, set = 1, binding = 5) restrict readonly buffer Patches { GpuPatch patches[]; };
 layout(set = 1, binding = 6, rgba32f) uniform restrict image2D indirect_diffuse;
 
+#include "gi/shared/cone/march_settings.glsl"
+
 layout(push_constant) uniform PatchParams {
     vec4 grid;             // xyz: smallest corner of the grid [m]; w: voxel size [m]
-    float resolution;
-    float step_factor;
-    float opacity_exponent;
-    float height_clamp;
-    // of the cones' origin along the geometric normal, and of their end before the patch [texels
-    // read there]
-    float start_offset;
+    // Its start offset is that of the cones' end before the patch, too.
+    MarchSettings march;
     uint first_patch;     // of this dispatch
     uint end_patch;
     uint face_stride;     // of the volume: from a face of what it stores to the next
@@ -35,11 +32,11 @@ layout(push_constant) uniform PatchParams {
 // than cones start, and, where no clamp keeps it narrow, no lower than it is wide [voxels].
 // `cosine` is that of the patch.
 float patch_end(float distance, float cosine, float tan_half, float least) {
-    float narrow =
-        distance - params.start_offset * least / cosine - 0.5 * params.step_factor * least;
+    MarchSettings m = params.march;
+    float narrow = distance - m.start_offset * least / cosine - 0.5 * m.step_factor * least;
     float wide = distance * cosine / (2.0 * tan_half + cosine)
-        * max(1.0 - params.step_factor * tan_half, 0.25);
-    return params.height_clamp > 0.0 ? narrow : min(wide, narrow);
+        * max(1.0 - m.step_factor * tan_half, 0.25);
+    return m.height_clamp > 0.0 ? narrow : min(wide, narrow);
 }
 
 void main() {
@@ -47,11 +44,10 @@ void main() {
     if (any(greaterThanEqual(pixel, ivec2(frame.size_px.xy)))) return;
     Surface surface;
     if (!read_surface(pixel, surface)) return;
-    MarchSettings settings = MarchSettings(params.resolution, params.step_factor,
-        params.opacity_exponent, params.height_clamp, 0.0, params.grid.w, 0.0);
+    MarchSettings settings = params.march;
     vec3 normal = surface.geometric_normal;
     vec3 receiver = (surface.position_ws - params.grid.xyz) / params.grid.w;
-    float start_offset = params.start_offset * largest_texel(receiver);
+    float start_offset = settings.start_offset * largest_texel(receiver);
     vec3 origin = receiver + start_offset * normal;
     vec3 irradiance = vec3(0.0);
     for (uint i = params.first_patch; i < params.end_patch; ++i) {
@@ -73,7 +69,7 @@ void main() {
         float visibility = 1.0;
         if (leaving > 1e-3) {
             float tan_half = min(radius / (params.grid.w * max(distance, 1e-6)), 1.0);
-            float longest = 1.8 * params.resolution,
+            float longest = 1.8 * settings.resolution,
                   least = least_diameter(origin + min(distance, longest) * direction);
             settings.max_distance = min(patch_end(distance, leaving, tan_half, least), longest);
             float rising = max(dot(direction, normal), 0.0);

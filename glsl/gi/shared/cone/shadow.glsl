@@ -8,13 +8,11 @@ layout(set = 1, binding = 5) uniform texture2D albedo;
 layout(set = 1, binding = 6) uniform texture2D specular;
 layout(set = 1, binding = 7, rgba32f) uniform restrict image2D direct;
 
+#include "gi/shared/cone/march_settings.glsl"
+
 layout(push_constant) uniform ShadowConeParams {
     vec4 grid;             // xyz: smallest corner of the grid [m]; w: voxel size [m]
-    float resolution;
-    float step_factor;
-    float opacity_exponent;
-    float height_clamp;
-    float start_offset;   // of the cones' origin along the geometric normal [texels read there]
+    MarchSettings march;
     float tan_half;       // tan(γ/2)
     uint is_glossy;
     uint first_light;     // of this dispatch, which adds to what those before it left
@@ -53,11 +51,10 @@ void main() {
         imageStore(direct, pixel, vec4(0.0));
         return;
     }
-    MarchSettings settings = MarchSettings(params.resolution, params.step_factor,
-        params.opacity_exponent, params.height_clamp, 0.0, params.grid.w, 0.0);
+    MarchSettings settings = params.march;
     vec3 normal = reflector.surface.geometric_normal;
     vec3 receiver = (reflector.surface.position_ws - params.grid.xyz) / params.grid.w;
-    float start_offset = params.start_offset * largest_texel(receiver);
+    float start_offset = settings.start_offset * largest_texel(receiver);
     vec3 origin = receiver + start_offset * normal;
     vec3 radiance = params.first_light == 0u ? vec3(0.0) : imageLoad(direct, pixel).rgb;
     for (uint i = params.first_light; i < params.end_light; ++i) {

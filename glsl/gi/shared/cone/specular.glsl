@@ -12,14 +12,11 @@ layout(set = 1, binding = 7, rgba32f) uniform restrict writeonly image2D indirec
 // Instead of light, x is the number of samples.
 layout(constant_id = 1) const bool COUNT_SAMPLES = false;
 
+#include "gi/shared/cone/march_settings.glsl"
+
 layout(push_constant) uniform SpecularParams {
     vec4 grid;             // xyz: smallest corner of the grid [m]; w: voxel size [m]
-    float resolution;
-    float step_factor;
-    float opacity_exponent;
-    float height_clamp;
-    float max_distance;
-    float start_offset;
+    MarchSettings march;
     uint face_stride;      // of the volume: from a face of what it stores to the next
 } params;
 
@@ -40,10 +37,9 @@ void main() {
         float below = min(dot(direction, surface.geometric_normal) - 0.02, 0.0);
         direction = normalize(direction - below * surface.geometric_normal);
         float tan_half = tan(min(2.0 * atan(0.57735 * ggx_alpha(roughness)), 1.0));
-        MarchSettings settings = MarchSettings(params.resolution, params.step_factor,
-            params.opacity_exponent, params.height_clamp, params.max_distance, params.grid.w, 0.0);
+        MarchSettings settings = params.march;
         vec3 receiver = (surface.position_ws - params.grid.xyz) / params.grid.w;
-        float start_offset = params.start_offset * largest_texel(receiver);
+        float start_offset = settings.start_offset * largest_texel(receiver);
         vec3 origin = receiver + start_offset * surface.geometric_normal;
         float cosine = max(dot(direction, surface.geometric_normal), 0.0);
         vec3 f0 = texelFetch(sampler2D(specular, nearest_clamp), pixel, 0).rgb;

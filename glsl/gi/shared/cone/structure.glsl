@@ -3,7 +3,7 @@
 #ifndef LUMIVOX_STRUCTURE
 #define LUMIVOX_STRUCTURE
 
-// Of a texel that is not empty: rounding lets as much through from the texels beside it.
+// Least opacity of a texel that is not empty: rounding lets this much in from the texels beside it.
 const float LEAST_OPACITY = 2e-4;
 
 struct Cell {
@@ -39,7 +39,7 @@ float line_share(vec3 distances, float half_width_px, vec3 pixel, float edge) {
 
 // A cell where a ray enters it, at the largest of the distances `near`: faces in the level's
 // colour, darker along the edges, and black where 2³ cells (the nodes of a tile, the texels of a
-// mip's texel) end. Of an empty node the edges alone, faint where it is small. The camera's own
+// mip's texel) end. An empty node shows only its edges, faintly where it is small. The camera's own
 // cell hides nothing.
 vec4 draw_cell(Cell cell, bool is_full, vec3 origin, vec3 direction, vec3 near, float level) {
     float t = max(near.x, max(near.y, near.z));

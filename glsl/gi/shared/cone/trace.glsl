@@ -7,17 +7,13 @@ layout(local_size_x = 1) in;
 // radiance premultiplied by opacity, opacity.
 layout(std430, set = 1, binding = 3) restrict writeonly buffer TraceRows { vec4 trace_rows[]; };
 
+#include "gi/shared/cone/march_settings.glsl"
+
 layout(push_constant) uniform TraceParams {
-    // xyz: position [voxels]; w: start of the cone along the normal [texels read there]
-    vec4 receiver;
-    vec4 normal;             // xyz: geometric normal; w: tan(γ/2)
-    vec4 direction;          // xyz: of the axis; w: voxel size [m]
-    float resolution;
-    float step_factor;
-    float opacity_exponent;
-    float height_clamp;
-    float max_distance;
-    float ao_falloff;
+    vec4 receiver;           // xyz: position [voxels]; w: tan(γ/2)
+    vec4 normal;             // xyz: geometric normal
+    vec4 direction;          // xyz: of the axis
+    MarchSettings march;
     uint capacity;           // samples that there is room for
     uint face_stride;        // of the volume: from a face of what it stores to the next
 } params;
@@ -31,8 +27,8 @@ uint sample_count = 0u;
 
 void record_sample(vec3 position, float centre, float diameter, vec4 texel, float opacity) {
     if (sample_count < params.capacity) {
-        trace_rows[2u + 2u * sample_count] =
-            vec4(centre, diameter, sampled_level(position, params.resolution, diameter), opacity);
+        float level = sampled_level(position, params.march.resolution, diameter);
+        trace_rows[2u + 2u * sample_count] = vec4(centre, diameter, level, opacity);
         trace_rows[3u + 2u * sample_count] = texel;
     }
     ++sample_count;
@@ -40,12 +36,10 @@ void record_sample(vec3 position, float centre, float diameter, vec4 texel, floa
 
 void main() {
     vec3 normal = params.normal.xyz, direction = params.direction.xyz;
-    MarchSettings settings =
-        MarchSettings(params.resolution, params.step_factor, params.opacity_exponent,
-            params.height_clamp, params.max_distance, params.direction.w, params.ao_falloff);
-    float start_offset = params.receiver.w * largest_texel(params.receiver.xyz);
+    MarchSettings settings = params.march;
+    float start_offset = settings.start_offset * largest_texel(params.receiver.xyz);
     vec3 origin = params.receiver.xyz + start_offset * normal;
-    ConeResult result = march_cone(origin, direction, params.normal.w, start_offset,
+    ConeResult result = march_cone(origin, direction, params.receiver.w, start_offset,
         max(dot(direction, normal), 0.0), settings);
     trace_rows[0] = vec4(origin, float(sample_count));
     trace_rows[1] = vec4(result.radiance, result.visibility);

@@ -19,6 +19,7 @@ layout(push_constant) uniform ViewVoxelsParams {
     uint face_stride;      // of the volume: from a face of what it stores to the next
 } params;
 
+#include "gi/shared/cone/march_settings.glsl"
 #include "gi/shared/cone/march.glsl"
 #include "gi/shared/cone/structure.glsl"
 

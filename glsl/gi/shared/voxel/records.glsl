@@ -68,8 +68,8 @@ vec3 front_of(Voxel voxel) {
     return normalize(unpack_mean_normal(voxel.normal));
 }
 
-// Whether a ray that hits the voxel sees its back. Of several planes that are not opposed, a
-// corner's, it sees the front if it meets that of any.
+// Whether a ray that hits the voxel sees its back. A corner has several planes that are not
+// opposed: there the ray sees the front if it meets the front of any of them.
 bool sees_back(Voxel voxel, vec3 direction) {
     vec3 n = unpack_mean_normal(voxel.normal);
     if (is_opposed(voxel) || dot(n, n) >= 0.9) return dot(direction, front_of(voxel)) > 0.0;

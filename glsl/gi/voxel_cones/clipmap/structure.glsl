@@ -9,8 +9,8 @@ Cell cell_at(vec3 position, vec3 direction, float resolution, float level) {
     return Cell(floor((position + slack * direction) / edge) * edge, edge, slack, false);
 }
 
-// Of the level that a cell is read from; in the border where a level fades, a mixture with the next
-// one's, half white.
+// The colour of the level that a cell is read from. In the border where a level fades, it is mixed
+// with the next level's colour, half white.
 vec3 cell_color(Cell cell, vec3 position, float level) {
     float faded = level < float(LEVELS)
         ? max(faded_level(position, min(int(level), LEVELS - 1)), level)

@@ -62,7 +62,7 @@ vec4 sample_stored(vec3 at, int face, int level) {
     return textureLod(sampler3D(clipmap, linear_repeat), vec3(at.x, y, z), 0.0);
 }
 
-// Likewise, of a mip above the outermost level, at a position in its cube.
+// The same for a mip above the outermost level, at a position in its cube.
 vec4 sample_top(vec3 at, int face, int mip) {
     if (FACES) at.x = (float(face) + at.x) / 6.0;
     return textureLod(sampler3D(top, linear_clamp), at, float(mip));

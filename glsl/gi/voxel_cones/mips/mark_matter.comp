@@ -30,7 +30,7 @@ uvec2 spread_x(uvec3 block, uint blocks) {
     return own | own >> 1 & 0x77777777u | next << 3 & 0x88888888u;
 }
 
-// Likewise along x and y.
+// The same along x and y.
 uvec2 spread_xy(uvec3 block, uint blocks) {
     uvec2 own = spread_x(block, blocks), next = spread_x(block + uvec3(0, 1, 0), blocks);
     return own | own >> 4 & 0x0fff0fffu | next << 12 & 0xf000f000u;

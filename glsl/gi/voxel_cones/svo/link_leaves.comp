@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // svo.link_leaves: which nodes of a leaf tile are occupied voxels, and the compact index of the
-// first. A thread 16 tiles of the level above, each of which has the leaf tiles of one block; those
+// first. A thread 16 tiles of the level above; each of them has the leaf tiles of one block. Tiles
 // of blocks outside of the given cube of the grid are left as they are.
 layout(local_size_x = 64) in;
 

@@ -6,10 +6,10 @@ float luminance(vec3 color) {
     return dot(color, vec3(0.2126, 0.7152, 0.0722));
 }
 
-// Share of a texel's light that leaves towards a viewer who looks along `direction`: that of the
-// surfaces that face him. Their normals are spread around the mean m / |m| with Toksvig's variance
-// σ² = (1 − |m|) / |m|, so that n·ω is normally distributed; its distribution function as a
-// logistic one.
+// Share of a texel's light that leaves towards a viewer who looks along `direction`: the share of
+// the surfaces that face him. Their normals are spread around the mean m / |m| with Toksvig's
+// variance σ² = (1 − |m|) / |m|, so that n·ω is normally distributed. A logistic function stands
+// in for the distribution function.
 float facing_share(vec3 m, vec3 direction) {
     float concentration = clamp(length(m), 1e-4, 0.999);
     return 1.0

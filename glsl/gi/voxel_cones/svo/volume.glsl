@@ -10,7 +10,8 @@ layout(constant_id = 2) const uint NORMALS = 0;
 layout(std430, set = 1, binding = 0) restrict readonly buffer Nodes { uint nodes[]; };
 // Radiance premultiplied by opacity.
 layout(set = 1, binding = 1) uniform texture3D bricks;
-// Likewise, gi/voxel_cones/svo/lit_normals.glsl.
+// Mean normal of what shines, times its luminance; premultiplied by opacity, too.
+// See gi/voxel_cones/svo/lit_normals.glsl.
 layout(set = 1, binding = 2) uniform texture3D normals_of_bricks;
 
 struct VolumeTexel {

@@ -1,5 +1,6 @@
 //! Cone sets and cone marching, shared by the voxel techniques.
 
+mod march;
 pub mod oracle;
 pub(in crate::gi) mod patches;
 mod sets;
@@ -10,25 +11,17 @@ pub(in crate::gi) mod tracer;
 pub(in crate::gi) mod view;
 pub(in crate::gi) mod volume;
 
-pub use patches::{EmissivePatches, GpuPatch, Patch, PatchParams, patches};
+pub use march::MarchSettings;
+pub use patches::{EmissivePatches, GpuPatch, Patch, PatchParams, has_patches, patches};
 pub use sets::{Cone, ConeSet, KahlRings, check, cone_set, diffuse_set, kahl_set};
 pub use settings::{NARROWEST, SETTINGS, SUBSTITUTIONS, TEXTBOOK, diffuse_count, more_cones};
 pub use shadow::{SOFT_SHADOWS, ShadowConeParams};
-pub use trace::{TraceAxis, TraceParams, TraceSample, TraceSurface, TracedCone};
+pub use trace::TraceParams;
 pub use tracer::{BounceConeParams, ConeParams, ConeSettings, ConeTracer, SpecularParams};
 pub use view::{ViewVoxelsParams, VoxelVolume};
-pub use volume::{Bound, Constant, FaceWeights, Volume, VolumePasses};
+pub use volume::{Bound, FaceWeights, Volume, VolumePasses};
 
-use crate::shader::{Field, GpuStruct};
+use crate::shader::{GpuStruct, StructLayout};
 
-/// All structs that this module shares with shaders.
-pub static STRUCTS: &[(&str, &[Field])] = &[
-    (ConeParams::NAME, ConeParams::FIELDS),
-    (SpecularParams::NAME, SpecularParams::FIELDS),
-    (ShadowConeParams::NAME, ShadowConeParams::FIELDS),
-    (GpuPatch::NAME, GpuPatch::FIELDS),
-    (PatchParams::NAME, PatchParams::FIELDS),
-    (BounceConeParams::NAME, BounceConeParams::FIELDS),
-    (ViewVoxelsParams::NAME, ViewVoxelsParams::FIELDS),
-    (TraceParams::NAME, TraceParams::FIELDS),
-];
+/// The structs that this module shares with shaders, but for the parameters of passes.
+pub static STRUCTS: &[StructLayout] = &[GpuPatch::LAYOUT, MarchSettings::LAYOUT];

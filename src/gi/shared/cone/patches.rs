@@ -5,11 +5,12 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 
+use super::march::MarchSettings;
 use super::tracer::ConeTracer;
 use super::volume::{March, Output, Volume};
 use crate::gi::Settings;
 use crate::gpu_struct;
-use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu, Image};
+use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu, Image, Owner};
 use crate::render::{Emitter, GBuffer, GpuScene, screen_groups, storage};
 
 gpu_struct! {
@@ -29,16 +30,8 @@ gpu_struct! {
     pub struct PatchParams {
         /// xyz: smallest corner of the grid (m); w: voxel size (m).
         pub grid: [f32; 4],
-        /// Voxels along an edge of the grid.
-        pub resolution: f32,
-        /// β.
-        pub step_factor: f32,
-        /// g.
-        pub opacity_exponent: f32,
-        /// k; 0: off.
-        pub height_clamp: f32,
-        /// Start along the geometric normal (voxels).
-        pub start_offset: f32,
+        /// How they are marched.
+        pub march: MarchSettings,
         /// First patch of this dispatch.
         pub first_patch: u32,
         /// One beyond its last patch.
@@ -197,6 +190,11 @@ pub fn patches(emitters: &[Emitter], count: usize, scale_m: f32) -> Vec<Patch> {
     groups.iter().map(|group| group.patch(scale_m)).collect()
 }
 
+/// Whether patches light what is seen, in a scene where something emits.
+pub fn has_patches(settings: &Settings) -> bool {
+    settings.is("shadows", "cones") && settings.count("emissive_patches") > 0
+}
+
 /// The patches of a scene on the device.
 pub struct EmissivePatches {
     most: u32,
@@ -208,22 +206,15 @@ pub struct EmissivePatches {
 const SCALE: f32 = 0.25;
 
 impl EmissivePatches {
-    /// Whether surfaces that emit light what is seen in this way.
-    pub fn are_asked_for(scene: &GpuScene, settings: &Settings) -> bool {
-        !scene.emitters.is_empty()
-            && settings.is("shadows", "cones")
-            && settings.count("emissive_patches") > 0
-    }
-
     /// Of the scene as it is; `None` where nothing emits, or the settings have none.
     pub fn new(gpu: &Gpu, scene: &GpuScene, settings: &Settings) -> Result<Option<Self>, Error> {
-        if !Self::are_asked_for(scene, settings) {
+        if scene.emitters.is_empty() || !has_patches(settings) {
             return Ok(None);
         }
         let most = settings.count("emissive_patches");
         let buffer = storage(
             gpu,
-            "cone.patches",
+            ("cone.patches", Owner::Store),
             &vec![0; size_of::<GpuPatch>() * most as usize],
         )?;
         let mut made = EmissivePatches {
@@ -267,26 +258,18 @@ impl ConeTracer {
         for [first_patch, end_patch] in s.dispatches(volume, patches.count) {
             let params = PatchParams {
                 grid: volume.grid.row(),
-                resolution: volume.grid.resolution as f32,
-                step_factor: s.step_factor,
-                opacity_exponent: s.opacity_exponent,
-                height_clamp: s.height_clamp,
-                start_offset: s.start_offset,
+                march: s.march(volume),
                 first_patch,
                 end_patch,
                 face_stride: volume.face_stride,
             };
-            let march = March {
-                skips_empty: true,
-                output: Output::Light,
-                weights: s.face_weights,
-            };
+            let march = March::new(true, Output::Light, s.face_weights);
             volume
                 .pass(frame, &volume.passes.patches, march)
-                .bind(&gbuffer.view_depth)
-                .bind(&gbuffer.normals)
-                .bind(&patches.buffer)
-                .bind(result)
+                .bind("view_depth", &gbuffer.view_depth)
+                .bind("normals", &gbuffer.normals)
+                .bind("patches", &patches.buffer)
+                .bind("indirect_diffuse", result)
                 .push(&params)
                 .dispatch(screen_groups(gbuffer.size));
         }

@@ -3,9 +3,10 @@
 
 use std::sync::Arc;
 
+use super::march::MarchSettings;
 use super::tracer::ConeTracer;
 use super::volume::{March, Output, Volume};
-use crate::gi::entry::{Part, Stage};
+use crate::gi::entry::Stage;
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Frame, Image};
 use crate::render::{GBuffer, GpuScene, screen_groups};
@@ -15,16 +16,8 @@ gpu_struct! {
     pub struct ShadowConeParams {
         /// xyz: smallest corner of the grid (m); w: voxel size (m).
         pub grid: [f32; 4],
-        /// Voxels along an edge of the grid.
-        pub resolution: f32,
-        /// β.
-        pub step_factor: f32,
-        /// g.
-        pub opacity_exponent: f32,
-        /// k; 0: off.
-        pub height_clamp: f32,
-        /// Start along the geometric normal (voxels).
-        pub start_offset: f32,
+        /// How they are marched.
+        pub march: MarchSettings,
         /// tan(γ/2).
         pub tan_half: f32,
         /// 1 in a scene with specular lobes.
@@ -47,11 +40,7 @@ pub(in crate::gi) const BINDINGS: [Binding; 5] = [
 ];
 
 /// Direct light by cones, and that of surfaces that emit.
-pub static SOFT_SHADOWS: Stage = Stage {
-    name: "soft shadows",
-    part: Part::Picture,
-    passes: &["cone.shadow", "cone.patches"],
-};
+pub static SOFT_SHADOWS: Stage = Stage::picture("soft shadows", &["cone.shadow", "cone.patches"]);
 
 impl ConeTracer {
     /// Adds the direct light of all lights, each seen by a cone; nothing where the settings leave
@@ -77,29 +66,21 @@ impl ConeTracer {
         for [first_light, end_light] in dispatches {
             let params = ShadowConeParams {
                 grid: volume.grid.row(),
-                resolution: volume.grid.resolution as f32,
-                step_factor: s.step_factor,
-                opacity_exponent: s.opacity_exponent,
-                height_clamp: s.height_clamp,
-                start_offset: s.start_offset,
+                march: s.march(volume),
                 tan_half,
                 is_glossy: u32::from(scene.is_glossy),
                 first_light,
                 end_light,
                 face_stride: volume.face_stride,
             };
-            let march = March {
-                skips_empty: true,
-                output: Output::Light,
-                weights: s.face_weights,
-            };
+            let march = March::new(true, Output::Light, s.face_weights);
             volume
                 .pass(frame, &volume.passes.shadow, march)
-                .bind(&gbuffer.view_depth)
-                .bind(&gbuffer.normals)
-                .bind(&gbuffer.albedo)
-                .bind(specular)
-                .bind(direct)
+                .bind("view_depth", &gbuffer.view_depth)
+                .bind("normals", &gbuffer.normals)
+                .bind("albedo", &gbuffer.albedo)
+                .bind("specular", specular)
+                .bind("direct", direct)
                 .push(&params)
                 .dispatch(screen_groups(gbuffer.size));
         }

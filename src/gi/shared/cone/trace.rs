@@ -3,35 +3,27 @@
 
 use glam::Vec3;
 
+use super::march::MarchSettings;
 use super::tracer::{ConeTracer, longest_march};
 use super::volume::{March, Output, Volume};
 use crate::gi::Context;
+use crate::gi::inspect::{Beam, BeamAxis, BeamSample, BeamStart};
 use crate::gi::shared::voxel::oracle::{hemisphere_direction, interleaved_offset};
 use crate::gpu_struct;
-use crate::graph::{Access, Binding, Error, Frame};
+use crate::graph::{Access, Binding, Error, Frame, Owner};
 use crate::render::storage;
 
 gpu_struct! {
     /// Parameters of `cone.trace`.
     pub struct TraceParams {
-        /// xyz: position (voxels); w: start of the cone along the normal (voxels).
+        /// xyz: position (voxels); w: tan(γ/2).
         pub receiver: [f32; 4],
-        /// xyz: geometric normal; w: tan(γ/2).
+        /// xyz: geometric normal.
         pub normal: [f32; 4],
-        /// xyz: direction of the axis; w: voxel size (m).
+        /// xyz: direction of the axis.
         pub direction: [f32; 4],
-        /// Voxels along an edge of the grid.
-        pub resolution: f32,
-        /// β.
-        pub step_factor: f32,
-        /// g.
-        pub opacity_exponent: f32,
-        /// k; 0: off.
-        pub height_clamp: f32,
-        /// Longest distance (voxels).
-        pub max_distance: f32,
-        /// λ (1/m).
-        pub ao_falloff: f32,
+        /// How they are marched.
+        pub march: MarchSettings,
         /// Samples that there is room for.
         pub capacity: u32,
         /// Of the volume, from a face of what it stores to the next.
@@ -42,74 +34,6 @@ gpu_struct! {
 pub(in crate::gi) const BINDINGS: [Binding; 1] =
     [Binding::buffer("trace_rows", Access::ComputeWrite)];
 
-/// Which way a traced cone looks.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum TraceAxis {
-    /// Along the shading normal, as wide as the first diffuse cone.
-    Normal,
-    /// As one of the pixel's diffuse cones.
-    Diffuse(u32),
-    /// Along the mirror direction, as wide as the lobe.
-    Mirror,
-}
-
-/// The surface that a traced cone begins at.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TraceSurface {
-    /// The pixel that sees it.
-    pub pixel: [u32; 2],
-    /// (m).
-    pub position: Vec3,
-    /// A unit vector on the viewer's side.
-    pub geometric_normal: Vec3,
-    /// A unit vector.
-    pub shading_normal: Vec3,
-    /// Of its lobe; 0 where it has none.
-    pub roughness: f32,
-    /// Where it is seen from (m).
-    pub eye: Vec3,
-}
-
-/// One sample of a cone.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TraceSample {
-    /// Of its middle from the apex (m).
-    pub distance_m: f32,
-    /// (m).
-    pub diameter_m: f32,
-    /// The level that it is taken on, 0 the finest.
-    pub level: f32,
-    /// Of what it sees (W/(m² sr)).
-    pub radiance: Vec3,
-    /// Of its step.
-    pub opacity: f32,
-    /// Of all steps up to and with it.
-    pub covered: f32,
-    /// That all steps up to and with it send to the apex (W/(m² sr)).
-    pub gathered: Vec3,
-}
-
-/// One cone.
-#[derive(Clone, Debug, PartialEq)]
-pub struct TracedCone {
-    /// Its apex (m).
-    pub origin: Vec3,
-    /// Its axis, a unit vector.
-    pub direction: Vec3,
-    /// γ (degrees).
-    pub aperture_deg: f32,
-    /// Its share of E/π, where it is one of the diffuse cones.
-    pub weight: Option<f32>,
-    /// Of the diffuse set.
-    pub cone_count: u32,
-    /// Front to back.
-    pub samples: Vec<TraceSample>,
-    /// With the environment behind what is not covered (W/(m² sr)).
-    pub radiance: Vec3,
-    /// Ambient visibility.
-    pub visibility: f32,
-}
-
 impl ConeTracer {
     /// Traces one cone from a surface. `aperture_deg` is γ, where it is not to be the technique's
     /// own. The scene's frame constants are those of the picture.
@@ -117,54 +41,52 @@ impl ConeTracer {
         &self,
         &Context { gpu, scene, .. }: &Context<'_>,
         volume: Volume<'_>,
-        surface: &TraceSurface,
-        (axis, aperture_deg): (TraceAxis, Option<f32>),
-    ) -> Result<TracedCone, Error> {
+        surface: &BeamStart,
+        (axis, aperture_deg): (BeamAxis, Option<f32>),
+    ) -> Result<Beam, Error> {
         let (s, grid) = (&self.settings, &volume.grid);
         let cones: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&gpu.read_buffer(&self.set.cones)?);
         let cones = &cones[..self.set.count as usize];
         let (direction, own_tan_half, weight) = self.axis(surface, cones, axis);
         let tan_half =
             aperture_deg.map_or(own_tan_half, |degrees| (0.5 * degrees.to_radians()).tan());
-        let is_mirror = axis == TraceAxis::Mirror;
+        let is_mirror = axis == BeamAxis::Mirror;
         let capacity = longest_march(volume.voxels_across, s.step_factor);
-        let rows = storage(gpu, "cone.trace", &vec![0; 32 * (capacity as usize + 1)])?;
+        let rows = storage(
+            gpu,
+            ("cone.trace", Owner::Screen),
+            &vec![0; 32 * (capacity as usize + 1)],
+        )?;
         let receiver = (surface.position - grid.origin) / grid.voxel_size;
         let params = TraceParams {
-            receiver: receiver.extend(s.start_offset).to_array(),
-            normal: surface.geometric_normal.extend(tan_half).to_array(),
-            direction: direction.extend(grid.voxel_size).to_array(),
-            resolution: grid.resolution as f32,
-            step_factor: s.step_factor,
-            opacity_exponent: s.opacity_exponent,
-            height_clamp: s.height_clamp,
-            max_distance: s.max_distance(grid),
-            ao_falloff: if is_mirror { 0.0 } else { s.ao_falloff },
+            receiver: receiver.extend(tan_half).to_array(),
+            normal: surface.geometric_normal.extend(0.0).to_array(),
+            direction: direction.extend(0.0).to_array(),
+            march: MarchSettings {
+                ao_falloff: if is_mirror { 0.0 } else { s.ao_falloff },
+                ..s.march(volume)
+            },
             capacity,
             face_stride: volume.face_stride,
         };
         let mut frame = Frame::new();
         frame.set_scene(&scene.set, &scene.materials);
-        let march = March {
-            skips_empty: is_mirror || self.skips_empty,
-            output: Output::Light,
-            weights: s.face_weights,
-        };
+        let march = March::new(is_mirror || self.skips_empty, Output::Light, s.face_weights);
         volume
             .pass(&mut frame, &volume.passes.trace, march)
-            .bind(&rows)
+            .bind("trace_rows", &rows)
             .push(&params)
             .dispatch([1; 3]);
         gpu.submit(frame)?;
         let rows: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&gpu.read_buffer(&rows)?);
         let [[x, y, z, count], [r, g, b, visibility]] = [rows[0], rows[1]];
         let taken = (count as usize).min(capacity as usize);
-        Ok(TracedCone {
+        Ok(Beam {
             origin: grid.origin + grid.voxel_size * Vec3::new(x, y, z),
             direction,
             aperture_deg: 2.0 * tan_half.atan().to_degrees(),
             weight,
-            cone_count: self.set.count,
+            count: self.set.count,
             samples: samples(&rows[2..2 + 2 * taken], grid.voxel_size),
             radiance: Vec3::new(r, g, b),
             visibility,
@@ -174,17 +96,17 @@ impl ConeTracer {
     /// Direction, tan(γ/2) and weight.
     fn axis(
         &self,
-        surface: &TraceSurface,
+        surface: &BeamStart,
         cones: &[[f32; 4]],
-        axis: TraceAxis,
+        axis: BeamAxis,
     ) -> (Vec3, f32, Option<f32>) {
         match axis {
-            TraceAxis::Normal => (
+            BeamAxis::Normal => (
                 surface.shading_normal,
                 cones.first().map_or(0.0, |cone| cone[2]),
                 None,
             ),
-            TraceAxis::Diffuse(index) => {
+            BeamAxis::Diffuse(index) => {
                 let [sin_squared, azimuth_rad, tan_half, weight] = cones
                     .get(index as usize)
                     .or(cones.last())
@@ -206,7 +128,7 @@ impl ConeTracer {
                 );
                 (direction.normalize().as_vec3(), tan_half, Some(weight))
             }
-            TraceAxis::Mirror => {
+            BeamAxis::Mirror => {
                 let to_eye = (surface.eye - surface.position).normalize();
                 let mirrored = (2.0 * surface.shading_normal.dot(to_eye) * surface.shading_normal
                     - to_eye)
@@ -226,7 +148,7 @@ impl ConeTracer {
 }
 
 /// Samples of two rows each, with what they come to together.
-fn samples(rows: &[[f32; 4]], voxel_size: f32) -> Vec<TraceSample> {
+fn samples(rows: &[[f32; 4]], voxel_size: f32) -> Vec<BeamSample> {
     let (mut through, mut gathered) = (1.0, Vec3::ZERO);
     let of = |pair: &[[f32; 4]]| {
         let ([centre, diameter, level, opacity], [r, g, b, a]) = (pair[0], pair[1]);
@@ -237,7 +159,7 @@ fn samples(rows: &[[f32; 4]], voxel_size: f32) -> Vec<TraceSample> {
         };
         gathered += through * opacity * radiance;
         through *= 1.0 - opacity;
-        TraceSample {
+        BeamSample {
             distance_m: centre * voxel_size,
             diameter_m: diameter * voxel_size,
             level,
@@ -268,7 +190,7 @@ mod tests {
             ],
             0.5,
         );
-        let column = |of: fn(&TraceSample) -> f32| found.iter().map(of).collect::<Vec<_>>();
+        let column = |of: fn(&BeamSample) -> f32| found.iter().map(of).collect::<Vec<_>>();
         assert_eq!(column(|sample| sample.distance_m), [0.5, 1.5, 2.5]);
         assert_eq!(column(|sample| sample.diameter_m), [0.5, 1.0, 2.0]);
         assert_eq!(column(|sample| sample.radiance.x), [4.0, 0.0, 2.0]);

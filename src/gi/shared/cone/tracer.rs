@@ -3,6 +3,7 @@
 
 use std::sync::Arc;
 
+use super::march::MarchSettings;
 use super::sets::{ConeSet, cone_set, diffuse_set};
 use super::volume::{FaceWeights, March, Output, Volume};
 use crate::gi::Settings;
@@ -10,7 +11,7 @@ use crate::gi::shared::loops::{LOOP_BUDGET, VECTOR_LANES};
 use crate::gi::shared::voxel::build::linear_groups;
 use crate::gi::shared::voxel::{Bounces, Directionality, VoxelGrid, VoxelRecords};
 use crate::gpu_struct;
-use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu, Image};
+use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu, Image, Owner};
 use crate::render::{GBuffer, GpuScene, screen_groups, screen_image, storage};
 
 gpu_struct! {
@@ -18,20 +19,8 @@ gpu_struct! {
     pub struct ConeParams {
         /// xyz: smallest corner of the grid (m); w: voxel size (m).
         pub grid: [f32; 4],
-        /// Voxels along an edge of the grid.
-        pub resolution: f32,
-        /// β.
-        pub step_factor: f32,
-        /// g.
-        pub opacity_exponent: f32,
-        /// k; 0: off.
-        pub height_clamp: f32,
-        /// Longest distance (voxels).
-        pub max_distance: f32,
-        /// λ (1/m).
-        pub ao_falloff: f32,
-        /// Start along the geometric normal (voxels).
-        pub start_offset: f32,
+        /// How they are marched.
+        pub march: MarchSettings,
         /// First cone of this dispatch.
         pub first_cone: u32,
         /// One beyond its last cone.
@@ -52,18 +41,8 @@ gpu_struct! {
     pub struct SpecularParams {
         /// xyz: smallest corner of the grid (m); w: voxel size (m).
         pub grid: [f32; 4],
-        /// Voxels along an edge of the grid.
-        pub resolution: f32,
-        /// β.
-        pub step_factor: f32,
-        /// g.
-        pub opacity_exponent: f32,
-        /// k; 0: off.
-        pub height_clamp: f32,
-        /// Longest distance (voxels).
-        pub max_distance: f32,
-        /// Start along the geometric normal (voxels).
-        pub start_offset: f32,
+        /// How they are marched.
+        pub march: MarchSettings,
         /// As in [`ConeParams`].
         pub face_stride: u32,
     }
@@ -72,21 +51,12 @@ gpu_struct! {
 gpu_struct! {
     /// Parameters of `voxel.bounce` by cones.
     pub struct BounceConeParams {
-        /// xyz: first voxel of the piece of the grid that the voxels are of; w: voxels along an
-        /// edge of the grid.
+        /// xyz: first voxel of the piece of the grid that the voxels are of.
         pub first_voxel: [f32; 4],
+        /// How they are marched.
+        pub march: MarchSettings,
         /// Number of occupied voxels.
         pub voxel_count: u32,
-        /// β.
-        pub step_factor: f32,
-        /// g.
-        pub opacity_exponent: f32,
-        /// k; 0: off.
-        pub height_clamp: f32,
-        /// Longest distance (voxels).
-        pub max_distance: f32,
-        /// Start along the normal (voxels).
-        pub start_offset: f32,
         /// First cone of this dispatch.
         pub first_cone: u32,
         /// One beyond its last cone.
@@ -162,7 +132,7 @@ impl DeviceSet {
             })
             .collect();
         Ok(DeviceSet {
-            cones: storage(gpu, name, bytemuck::cast_slice(&rows))?,
+            cones: storage(gpu, (name, Owner::Screen), bytemuck::cast_slice(&rows))?,
             count: rows.len() as u32,
             jitter: set.stratum,
             is_narrow,
@@ -319,11 +289,7 @@ impl ConeTracer {
             ao_falloff: *falloff,
             ..self.settings
         };
-        let march = March {
-            skips_empty: set.is_narrow,
-            output: Output::Light,
-            weights: settings.face_weights,
-        };
+        let march = March::new(set.is_narrow, Output::Light, settings.face_weights);
         for (params, groups) in gather_params(&settings, set, volume, gbuffer) {
             let params = ConeParams {
                 is_occlusion: 1,
@@ -331,10 +297,10 @@ impl ConeTracer {
             };
             volume
                 .pass(frame, &volume.passes.occlusion, march)
-                .bind(&gbuffer.view_depth)
-                .bind(&gbuffer.normals)
-                .bind(&set.cones)
-                .bind(result)
+                .bind("view_depth", &gbuffer.view_depth)
+                .bind("normals", &gbuffer.normals)
+                .bind("cones", &set.cones)
+                .bind("indirect_diffuse", result)
                 .push(&params)
                 .dispatch(groups);
         }
@@ -348,18 +314,14 @@ impl ConeTracer {
         result: &Arc<Image>,
         output: Output,
     ) {
-        let march = March {
-            skips_empty: self.skips_empty,
-            output,
-            weights: self.settings.face_weights,
-        };
+        let march = March::new(self.skips_empty, output, self.settings.face_weights);
         for (params, groups) in gather_params(&self.settings, &self.set, volume, gbuffer) {
             volume
                 .pass(frame, &volume.passes.gather, march)
-                .bind(&gbuffer.view_depth)
-                .bind(&gbuffer.normals)
-                .bind(&self.set.cones)
-                .bind(result)
+                .bind("view_depth", &gbuffer.view_depth)
+                .bind("normals", &gbuffer.normals)
+                .bind("cones", &self.set.cones)
+                .bind("indirect_diffuse", result)
                 .push(&params)
                 .dispatch(groups);
         }
@@ -376,21 +338,13 @@ impl ConeTracer {
     ) {
         let Some(set) = &self.bounce_set else { return };
         let (s, grid) = (&self.settings, volume.grid);
-        let march = March {
-            skips_empty: self.skips_empty,
-            output: Output::Light,
-            weights: s.face_weights,
-        };
+        let march = March::new(self.skips_empty, Output::Light, s.face_weights);
         let first_voxel = ((voxels.grid.origin - grid.origin) / voxels.grid.voxel_size).round();
         for [first_cone, end_cone] in s.dispatches(volume, set.count) {
             let params = BounceConeParams {
-                first_voxel: first_voxel.extend(grid.resolution as f32).to_array(),
+                first_voxel: first_voxel.extend(0.0).to_array(),
+                march: s.march(volume),
                 voxel_count: voxels.voxel_count,
-                step_factor: s.step_factor,
-                opacity_exponent: s.opacity_exponent,
-                height_clamp: s.height_clamp,
-                max_distance: s.max_distance(&volume.grid),
-                start_offset: s.start_offset,
                 first_cone,
                 end_cone,
                 jitter: set.jitter,
@@ -399,9 +353,9 @@ impl ConeTracer {
             };
             volume
                 .pass(frame, &volume.passes.bounce, march)
-                .bind(&voxels.records)
-                .bind(&set.cones)
-                .bind(irradiance)
+                .bind("voxel_records", &voxels.records)
+                .bind("cones", &set.cones)
+                .bind("voxel_irradiance", irradiance)
                 .push(&params)
                 .dispatch(linear_groups(volume.sides * voxels.voxel_count));
         }
@@ -432,26 +386,17 @@ impl ConeTracer {
         let s = &self.settings;
         let params = SpecularParams {
             grid: volume.grid.row(),
-            resolution: volume.grid.resolution as f32,
-            step_factor: s.step_factor,
-            opacity_exponent: s.opacity_exponent,
-            height_clamp: s.height_clamp,
-            max_distance: s.max_distance(&volume.grid),
-            start_offset: s.start_offset,
+            march: s.march(volume),
             face_stride: volume.face_stride,
         };
-        let march = March {
-            skips_empty: true,
-            output,
-            weights: s.face_weights,
-        };
+        let march = March::new(true, output, s.face_weights);
         volume
             .pass(frame, &volume.passes.specular, march)
-            .bind(&gbuffer.view_depth)
-            .bind(&gbuffer.normals)
-            .bind(&gbuffer.albedo)
-            .bind(specular)
-            .bind(result)
+            .bind("view_depth", &gbuffer.view_depth)
+            .bind("normals", &gbuffer.normals)
+            .bind("albedo", &gbuffer.albedo)
+            .bind("specular", specular)
+            .bind("indirect_specular", result)
             .push(&params)
             .dispatch(screen_groups(gbuffer.size));
     }
@@ -526,13 +471,10 @@ fn gather_params(
     let face_stride = volume.face_stride;
     let params = move |[first_cone, end_cone]: [u32; 2]| ConeParams {
         grid: volume.grid.row(),
-        resolution: volume.grid.resolution as f32,
-        step_factor: s.step_factor,
-        opacity_exponent: s.opacity_exponent,
-        height_clamp: s.height_clamp,
-        max_distance: s.max_distance(&volume.grid),
-        ao_falloff: s.ao_falloff,
-        start_offset: s.start_offset,
+        march: MarchSettings {
+            ao_falloff: s.ao_falloff,
+            ..s.march(volume)
+        },
         first_cone,
         end_cone,
         interleave: s.interleave,

@@ -75,14 +75,10 @@ impl VoxelVolume<'_> {
                 end_distance,
                 face_stride: volume.face_stride,
             };
-            let march = March {
-                skips_empty: false,
-                output,
-                weights,
-            };
+            let march = March::new(false, output, weights);
             volume
                 .pass(frame, &volume.passes.view, march)
-                .bind(seen)
+                .bind("seen_texels", seen)
                 .push(&params)
                 .dispatch(screen_groups([width, height]));
             begin_distance = end_distance;

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use crate::gi::shared::voxel::{Directionality, VoxelGrid};
 use crate::graph::{Binding, Buffer, Frame, Image, Pass, PassBuilder, Resource, Sets, Shaders};
+use crate::shader::StructLayout;
 
 /// The passes through a store's volume. Each store has entry shaders of its own that include a pass
 /// of `gi/shared/cone` and the store's volume.
@@ -49,72 +50,65 @@ impl VolumePasses {
     }
 }
 
-/// [`VolumePasses`] whose entry shaders are in a folder, from the three bindings of the volume.
+/// [`VolumePasses`] whose entry shaders are in a folder, from the constants 0 and 2 of the volume
+/// (empty where it has none) and its three bindings.
 macro_rules! volume_passes {
-    ($folder:literal, $volume:expr) => {{
-        use $crate::gi::shared::cone::volume::{VolumePasses, pass};
+    ($folder:literal, $constants:expr, $volume:expr) => {
+        $crate::gi::shared::cone::volume::volume_passes!($folder, $constants, $volume =>
+            gather: "cone.gather", "gather", tracer::ConeParams, "COUNT_SAMPLES", tracer::GATHER;
+            occlusion: "cone.occlusion", "gather", tracer::ConeParams, "COUNT_SAMPLES",
+                tracer::GATHER;
+            specular: "cone.specular", "specular", tracer::SpecularParams, "COUNT_SAMPLES",
+                tracer::SPECULAR;
+            shadow: "cone.shadow", "shadow", shadow::ShadowConeParams, "", shadow::BINDINGS;
+            patches: "cone.patches", "patches", patches::PatchParams, "", patches::BINDINGS;
+            bounce: "voxel.bounce", "bounce", tracer::BounceConeParams, "", tracer::BOUNCE;
+            view: "cone.view", "view", view::ViewVoxelsParams, "SHOWN", view::BINDINGS;
+            trace: "cone.trace", "trace", trace::TraceParams, "", trace::BINDINGS;
+        )
+    };
+    ($folder:literal, $constants:expr, $volume:expr => $($field:ident:
+        $name:literal, $file:literal, $params:ty, $constant:literal, $own:expr;)*) => {{
+        use $crate::gi::shared::cone::volume::{VolumePasses, constants, pass};
         use $crate::gi::shared::cone::{patches, shadow, trace, tracer, view};
-        macro_rules! of {
-            ($name:literal, $file:literal, $params:ty, $own:expr) => {{
+        use $crate::shader::GpuStruct;
+        VolumePasses {
+            $($field: {
                 const COUNT: usize = 3 + $own.len();
                 pass(
                     $name,
                     concat!($folder, "/", $file, ".comp"),
-                    size_of::<$params>() as u32,
+                    <$params>::LAYOUT,
                     const { &$crate::graph::pass::join::<3, _, COUNT>($volume, $own) },
+                    const { &constants($constants, $constant) },
                 )
-            }};
-        }
-        VolumePasses {
-            gather: of!("cone.gather", "gather", tracer::ConeParams, tracer::GATHER),
-            occlusion: of!(
-                "cone.occlusion",
-                "gather",
-                tracer::ConeParams,
-                tracer::GATHER
-            ),
-            specular: of!(
-                "cone.specular",
-                "specular",
-                tracer::SpecularParams,
-                tracer::SPECULAR
-            ),
-            shadow: of!(
-                "cone.shadow",
-                "shadow",
-                shadow::ShadowConeParams,
-                shadow::BINDINGS
-            ),
-            patches: of!(
-                "cone.patches",
-                "patches",
-                patches::PatchParams,
-                patches::BINDINGS
-            ),
-            bounce: of!(
-                "voxel.bounce",
-                "bounce",
-                tracer::BounceConeParams,
-                tracer::BOUNCE
-            ),
-            view: of!("cone.view", "view", view::ViewVoxelsParams, view::BINDINGS),
-            trace: of!("cone.trace", "trace", trace::TraceParams, trace::BINDINGS),
+            }),*
         }
     }};
 }
 pub(in crate::gi) use volume_passes;
 
+/// The constants of a pass through a volume: the volume's own, the pass's own, and those of faces.
+pub(in crate::gi) const fn constants(
+    [first, third]: [&'static str; 2],
+    own: &'static str,
+) -> [&'static str; 6] {
+    [first, own, third, "FACES", "FINEST_FACES", "EXTINCTION"]
+}
+
 pub(in crate::gi) const fn pass(
     name: &'static str,
     shader: &'static str,
-    push_bytes: u32,
+    params: StructLayout,
     bindings: &'static [Binding],
+    constants: &'static [&'static str],
 ) -> Pass {
     Pass {
         name,
         shaders: Shaders::Compute(shader),
         bindings,
-        push_bytes,
+        constants,
+        params: Some(params),
         sets: Sets::Scene,
     }
 }
@@ -148,15 +142,6 @@ pub enum Bound<'v> {
     Image(&'v Arc<Image>),
 }
 
-/// A specialization constant of a volume.
-#[derive(Clone, Copy)]
-pub enum Constant {
-    /// A value.
-    Is(u32),
-    /// 1 where a pass skips samples that see no matter.
-    SkipsEmpty,
-}
-
 /// The volume of a store, for one frame.
 #[derive(Clone, Copy)]
 pub struct Volume<'v> {
@@ -164,10 +149,10 @@ pub struct Volume<'v> {
     pub passes: &'static VolumePasses,
     /// Where it is, in its finest voxels.
     pub grid: VoxelGrid,
-    /// Bindings 0 to 2.
-    pub bound: [Bound<'v>; 3],
-    /// Constants 0 and 2.
-    pub constants: [Constant; 2],
+    /// Its bindings, by name.
+    pub bound: [(&'static str, Bound<'v>); 3],
+    /// Its constants, by name, but for that of whether samples without matter are skipped.
+    pub constants: [Option<(&'static str, u32)>; 2],
     /// Which levels have six faces.
     pub directionality: Directionality,
     /// Radiances of a voxel.
@@ -186,38 +171,55 @@ pub(super) struct March {
     pub(super) weights: FaceWeights,
 }
 
+impl March {
+    pub(super) const fn new(skips_empty: bool, output: Output, weights: FaceWeights) -> Self {
+        March {
+            skips_empty,
+            output,
+            weights,
+        }
+    }
+}
+
 impl Volume<'_> {
-    /// Adds one of its passes, with its own bindings and the constants; those of the pass follow.
+    /// Adds one of its passes, with its own bindings and all constants; those bindings that are the
+    /// pass's own are still to be bound.
     pub(super) fn pass<'f>(
         &self,
         frame: &'f mut Frame,
         pass: &'static Pass,
         march: March,
     ) -> PassBuilder<'f> {
-        let own = self.constants.map(|constant| match constant {
-            Constant::Is(value) => value,
-            Constant::SkipsEmpty => u32::from(march.skips_empty),
+        let values = pass
+            .constants
+            .iter()
+            .filter_map(|name| Some((*name, self.constant(name, march)?)));
+        let pass = values.fold(frame.pass(pass), |pass, (name, value)| {
+            pass.constant(name, value)
         });
-        let faces = [
-            self.directionality != Directionality::Isotropic,
-            self.directionality.faces().is_some(),
-            march.weights == FaceWeights::Extinction,
-        ]
-        .map(u32::from);
-        let constants = [
-            own[0],
-            march.output as u32,
-            own[1],
-            faces[0],
-            faces[1],
-            faces[2],
-        ];
-        let bound = self.bound.iter();
-        bound.fold(frame.pass(pass).constants(&constants), |pass, bound| {
-            pass.bind(match *bound {
-                Bound::Buffer(buffer) => Resource::from(buffer),
-                Bound::Image(image) => Resource::from(image),
-            })
+        self.bound.iter().fold(pass, |pass, &(name, bound)| {
+            pass.bind(
+                name,
+                match bound {
+                    Bound::Buffer(buffer) => Resource::from(buffer),
+                    Bound::Image(image) => Resource::from(image),
+                },
+            )
+        })
+    }
+
+    /// The value of a constant of its passes; `None` of one that none of them has.
+    fn constant(&self, name: &str, march: March) -> Option<u32> {
+        Some(match name {
+            "SKIP_EMPTY" => u32::from(march.skips_empty),
+            "COUNT_SAMPLES" | "SHOWN" => march.output as u32,
+            "FACES" => u32::from(self.directionality != Directionality::Isotropic),
+            "FINEST_FACES" => u32::from(self.directionality.faces().is_some()),
+            "EXTINCTION" => u32::from(march.weights == FaceWeights::Extinction),
+            _ => {
+                let mut own = self.constants.iter().flatten();
+                own.find(|(known, _)| *known == name)?.1
+            }
         })
     }
 }

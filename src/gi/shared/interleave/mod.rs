@@ -9,12 +9,12 @@ use std::sync::Arc;
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Frame, Image, Pass, Sets, Shaders};
 use crate::render::{GBuffer, screen_groups};
-use crate::shader::{Field, GpuStruct};
+use crate::shader::GpuStruct;
 
 gpu_struct! {
     /// Parameters of `gi.deinterleave`.
     pub struct DeinterleaveParams {
-        /// n, even.
+        /// n, the window's width (px); even.
         pub interleave: u32,
     }
 }
@@ -30,17 +30,16 @@ pub static DEINTERLEAVE: Pass = Pass {
         Binding::sampled("interleaved", Access::ComputeSampled),
         Binding::image("indirect_diffuse", Access::ComputeWrite),
     ],
-    push_bytes: size_of::<DeinterleaveParams>() as u32,
+    constants: &[],
+    params: Some(DeinterleaveParams::LAYOUT),
     sets: Sets::Scene,
 };
 
 /// All passes of this module.
 pub static PASSES: &[&Pass] = &[&DEINTERLEAVE];
 
-/// All structs that this module shares with shaders.
-pub static STRUCTS: &[(&str, &[Field])] = &[(DeinterleaveParams::NAME, DeinterleaveParams::FIELDS)];
-
-/// Adds the pass.
+/// Adds [`DEINTERLEAVE`] to the frame: from `interleaved` to `result`, both as large as the
+/// picture.
 pub fn deinterleave(
     frame: &mut Frame,
     gbuffer: &GBuffer,
@@ -50,10 +49,10 @@ pub fn deinterleave(
 ) {
     frame
         .pass(&DEINTERLEAVE)
-        .bind(&gbuffer.view_depth)
-        .bind(&gbuffer.normals)
-        .bind(interleaved)
-        .bind(result)
+        .bind("view_depth", &gbuffer.view_depth)
+        .bind("normals", &gbuffer.normals)
+        .bind("interleaved", interleaved)
+        .bind("indirect_diffuse", result)
         .push(&DeinterleaveParams { interleave })
         .dispatch(screen_groups(gbuffer.size));
 }

@@ -3,12 +3,12 @@
 //!
 //! Static geometry is voxelized once; its fragments and lists are kept. Each update voxelizes the
 //! dynamic triangles into an occupancy of their own. In the blocks of 4×4×4 voxels that they touch,
-//! all occupied voxels get records behind the static ones: the block's occupancy becomes that of
-//! both and its base leads there, so that whoever asks for a voxel's compact index finds them
-//! without knowing of it. Their lists of fragments are the dynamic ones followed by the static
-//! list, so that the mean is the exact mean of both, bit for bit that of a voxelization of
-//! everything at once. The next update first puts the touched blocks back as they were. Static
-//! records, fragments and lists are only read.
+//! all occupied voxels get records behind the static ones. The block's occupancy becomes the union
+//! of both, and its base leads to the new records: a look-up of a voxel's compact index finds them
+//! without any change. Their lists of fragments are the dynamic ones followed by the static list.
+//! The mean is so the exact mean of both, bit for bit the same as if everything were voxelized at
+//! once. The next update first puts the touched blocks back as they were. Static records,
+//! fragments and lists are only read.
 
 use std::sync::Arc;
 
@@ -18,9 +18,10 @@ use super::build::passes::{Fragment, Voxel};
 use super::build::{FragmentLists, Triangles, buffer, linear_groups};
 use super::{VoxelGrid, Voxelizer, Voxels};
 use crate::gpu_struct;
-use crate::graph::compute::{pass, read, read_write, write};
+use crate::graph::compute::{read, read_write, write};
 use crate::graph::{Buffer, Error, Frame, FrameStats, Gpu, Pass};
 use crate::render::GpuScene;
+use crate::shader::GpuStruct;
 
 gpu_struct! {
     /// A block that dynamic geometry touches, and what it is without
@@ -50,9 +51,9 @@ gpu_struct! {
         pub touched_count: u32,
         /// Occupied voxels in them.
         pub slot_count: u32,
-        /// Of these, the ones that static geometry does not occupy.
+        /// Occupied voxels in them that static geometry does not occupy.
         pub added_voxels: u32,
-        /// Of these, the ones that dynamic geometry touches.
+        /// Occupied voxels in them that dynamic geometry touches.
         pub dynamic_voxels: u32,
     }
 }
@@ -60,17 +61,17 @@ gpu_struct! {
 gpu_struct! {
     /// Parameters of `voxel.count_touched` and `voxel.index_touched`: a box of blocks.
     pub struct TouchedParams {
-        /// First block.
+        /// First block of the box along x.
         pub first_x: u32,
-        /// Likewise.
+        /// First block of the box along y.
         pub first_y: u32,
-        /// Likewise.
+        /// First block of the box along z.
         pub first_z: u32,
-        /// Blocks along an axis.
+        /// Blocks of the box along x.
         pub size_x: u32,
-        /// Likewise.
+        /// Blocks of the box along y.
         pub size_y: u32,
-        /// Likewise.
+        /// Blocks of the box along z.
         pub size_z: u32,
         /// Blocks of the grid along an axis.
         pub blocks: u32,
@@ -104,7 +105,7 @@ gpu_struct! {
 }
 
 /// Touched blocks become again what they are without dynamic geometry. A thread a touched block.
-pub static RESTORE_BLOCKS: Pass = pass(
+pub static RESTORE_BLOCKS: Pass = Pass::compute(
     "voxel.restore_blocks",
     "gi/shared/voxel/dynamic/restore_blocks.comp",
     &[
@@ -113,12 +114,12 @@ pub static RESTORE_BLOCKS: Pass = pass(
         write("block_bases"),
         write("dynamic_occupancy"),
     ],
-    size_of::<RestoreParams>(),
+    RestoreParams::LAYOUT,
 );
 
 /// Touched blocks and the voxels in them, in each group of 1,024 blocks of the box. Four blocks a
 /// thread.
-pub static COUNT_TOUCHED: Pass = pass(
+pub static COUNT_TOUCHED: Pass = Pass::compute(
     "voxel.count_touched",
     "gi/shared/voxel/dynamic/count_touched.comp",
     &[
@@ -127,20 +128,20 @@ pub static COUNT_TOUCHED: Pass = pass(
         write("touched_sums"),
         read_write("counts"),
     ],
-    size_of::<TouchedParams>(),
+    TouchedParams::LAYOUT,
 );
 
 /// Sums of groups to sums before each group, and the totals. One workgroup.
-pub static SCAN_TOUCHED: Pass = pass(
+pub static SCAN_TOUCHED: Pass = Pass::compute(
     "voxel.scan_touched",
     "gi/shared/voxel/dynamic/scan_touched.comp",
     &[read_write("touched_sums"), read_write("counts")],
-    size_of::<TouchedScanParams>(),
+    TouchedScanParams::LAYOUT,
 );
 
 /// The list of touched blocks; their occupancy and base with dynamic geometry. Four blocks a
 /// thread.
-pub static INDEX_TOUCHED: Pass = pass(
+pub static INDEX_TOUCHED: Pass = Pass::compute(
     "voxel.index_touched",
     "gi/shared/voxel/dynamic/index_touched.comp",
     &[
@@ -150,12 +151,12 @@ pub static INDEX_TOUCHED: Pass = pass(
         read_write("block_bases"),
         write("touched"),
     ],
-    size_of::<TouchedParams>(),
+    TouchedParams::LAYOUT,
 );
 
 /// The list of each voxel of a touched block starts as that of its static fragments. 64 threads a
 /// touched block.
-pub static CONTINUE_LISTS: Pass = pass(
+pub static CONTINUE_LISTS: Pass = Pass::compute(
     "voxel.continue_lists",
     "gi/shared/voxel/dynamic/continue_lists.comp",
     &[
@@ -164,7 +165,7 @@ pub static CONTINUE_LISTS: Pass = pass(
         read("block_bases"),
         read_write("heads"),
     ],
-    size_of::<ListParams>(),
+    ListParams::LAYOUT,
 );
 
 /// What is kept to follow dynamic geometry through static voxels.
@@ -362,10 +363,10 @@ impl DynamicVoxels {
         }
         frame
             .pass(&RESTORE_BLOCKS)
-            .bind(&self.touched)
-            .bind(&voxels.occupancy)
-            .bind(&voxels.block_bases)
-            .bind(&self.occupancy)
+            .bind("touched", &self.touched)
+            .bind("occupancy", &voxels.occupancy)
+            .bind("block_bases", &voxels.block_bases)
+            .bind("dynamic_occupancy", &self.occupancy)
             .push(&RestoreParams {
                 touched_count: self.touched_count,
             })
@@ -376,10 +377,10 @@ impl DynamicVoxels {
         let groups = box_groups(params);
         frame
             .pass(&COUNT_TOUCHED)
-            .bind(&voxels.occupancy)
-            .bind(&self.occupancy)
-            .bind(&self.touched_sums)
-            .bind(&self.counts)
+            .bind("occupancy", &voxels.occupancy)
+            .bind("dynamic_occupancy", &self.occupancy)
+            .bind("touched_sums", &self.touched_sums)
+            .bind("counts", &self.counts)
             .push(params)
             .dispatch([groups, 1, 1]);
         let scan = TouchedScanParams {
@@ -387,8 +388,8 @@ impl DynamicVoxels {
         };
         frame
             .pass(&SCAN_TOUCHED)
-            .bind(&self.touched_sums)
-            .bind(&self.counts)
+            .bind("touched_sums", &self.touched_sums)
+            .bind("counts", &self.counts)
             .push(&scan)
             .dispatch([1, 1, 1]);
     }
@@ -396,19 +397,19 @@ impl DynamicVoxels {
     fn add_index(&self, frame: &mut Frame, voxels: &Voxels, params: &TouchedParams) {
         frame
             .pass(&INDEX_TOUCHED)
-            .bind(&self.occupancy)
-            .bind(&self.touched_sums)
-            .bind(&voxels.occupancy)
-            .bind(&voxels.block_bases)
-            .bind(&self.touched)
+            .bind("dynamic_occupancy", &self.occupancy)
+            .bind("touched_sums", &self.touched_sums)
+            .bind("occupancy", &voxels.occupancy)
+            .bind("block_bases", &voxels.block_bases)
+            .bind("touched", &self.touched)
             .push(params)
             .dispatch([box_groups(params), 1, 1]);
         frame
             .pass(&CONTINUE_LISTS)
-            .bind(&self.touched)
-            .bind(&voxels.occupancy)
-            .bind(&voxels.block_bases)
-            .bind(&self.lists.heads)
+            .bind("touched", &self.touched)
+            .bind("occupancy", &voxels.occupancy)
+            .bind("block_bases", &voxels.block_bases)
+            .bind("heads", &self.lists.heads)
             .push(&ListParams {
                 touched_count: self.touched_count,
             })

@@ -25,8 +25,8 @@ pub use grid::{Lattice, VoxelGrid};
 pub use light::bounce::Bounces;
 pub use light::inject::{BOUND_TILES, INJECT_RSM, LIST_TILES, VoxelLookup, bound_tiles};
 pub use light::settings::{Attenuation, Injection, LightSettings, Occlusion, Sides, Viewer};
-pub use light::slots::{LitVoxels, VoxelMap};
-pub use light::{CLEAR_LIGHT, LIGHT, LIGHT_DENSE, VoxelLight, VoxelRecords};
+pub use light::slots::{LitVoxels, VoxelSlots};
+pub use light::{CLEAR_LIGHT, LIGHT, LIGHT_DENSE, VoxelLight, VoxelRecords, add_counts};
 pub use prefilter::{
     ANISOTROPIC, DIRECTIONAL, Directionality, FACE_SETTINGS, Faces, MIP_FILTER, Prefilter,
 };
@@ -35,10 +35,10 @@ pub use trace::{GATHER_RAYS, RAY_SETTINGS, RaySettings, gather_rays};
 pub use voxel_box::VoxelBox;
 pub use window::{VoxelWindow, WindowScratch};
 
-use crate::gi::entry::{Part, Stage, Substitution};
+use crate::gi::entry::{Stage, Substitution};
 use crate::gi::settings::{Domain, Setting};
 use crate::graph::Pass;
-use crate::shader::{Field, GpuStruct};
+use crate::shader::{GpuStruct, StructLayout};
 
 /// The setting that says how fine a grid around the scene is.
 pub static RESOLUTION: &[Setting] = &[Setting {
@@ -77,8 +77,8 @@ pub static SETTINGS: &[Setting] = &[
     },
     Setting {
         name: "opacity",
-        help: "of a voxel, as cones see it: binary (touched is opaque) or coverage (fraction of \
-               its face that is covered, seen along the dominant axis)",
+        help: "opacity of a voxel, as cones see it: binary (any touched voxel is opaque) or \
+               coverage (covered fraction of its face, seen along the dominant axis)",
         unit: "",
         domain: Domain::Choice(&["binary", "coverage"]),
         default: "binary",
@@ -93,9 +93,9 @@ pub static SETTINGS: &[Setting] = &[
     },
     Setting {
         name: "attenuation",
-        help: "of light on voxels that are shaded (injection = voxel, and holes of rsm): standard \
-               (cosine to the mean normal) or normal-weighted (cosines to the faces on the mean \
-               normal's side, weighted with the squares of its components)",
+        help: "how light on shaded voxels (injection = voxel, and holes of rsm) depends on its \
+               angle: standard (cosine to the mean normal) or normal-weighted (cosines to the \
+               faces on the mean normal's side, weighted with the squares of its components)",
         unit: "",
         domain: Domain::Choice(&["standard", "normal-weighted"]),
         default: "standard",
@@ -103,8 +103,8 @@ pub static SETTINGS: &[Setting] = &[
     Setting {
         name: "voxel_occlusion",
         help: "what hides a light from voxels that are shaded: the shadow map (at their mean \
-               position), shadow-map-area (the same, but of a voxel with several planes the area \
-               that the map shows in it), the shadow map moved half a voxel off along the normal, \
+               position), shadow-map-area (the same, but a voxel with several planes is lit by the \
+               area that the map shows in it), the shadow map moved half a voxel along the normal, \
                rays-hard (the first voxel that a ray to the light hits) or rays-soft (all that it \
                hits, nearer ones more)",
         unit: "",
@@ -187,10 +187,9 @@ pub static PASSES: &[&Pass] = &[
 ];
 
 /// Triangles to voxels.
-pub static VOXELIZATION: Stage = Stage {
-    name: "voxelization",
-    part: Part::Store,
-    passes: &[
+pub static VOXELIZATION: Stage = Stage::store(
+    "voxelization",
+    &[
         "voxel.clear",
         "voxel.fragments",
         "voxel.count_blocks",
@@ -209,82 +208,27 @@ pub static VOXELIZATION: Stage = Stage {
         "voxel.empty_blocks",
         "voxel.move_records",
     ],
-};
+);
 
 /// Direct light into voxels.
-pub static LIGHT_INJECTION: Stage = Stage {
-    name: "light injection",
-    part: Part::Store,
-    passes: &[
+pub static LIGHT_INJECTION: Stage = Stage::store(
+    "light injection",
+    &[
         "voxel.clear_light",
         "voxel.bound_tiles",
         "voxel.list_tiles",
         "voxel.inject_rsm",
         "voxel.light",
     ],
-};
+);
 
 /// Light from voxel to voxel.
-pub static BOUNCES: Stage = Stage {
-    name: "bounces",
-    part: Part::Store,
-    passes: &["voxel.bounce"],
-};
+pub static BOUNCES: Stage = Stage::store("bounces", &["voxel.bounce"]);
 
-/// All structs that this module shares with shaders.
-pub static STRUCTS: &[(&str, &[Field])] = &[
-    (
-        build::passes::FragmentParams::NAME,
-        build::passes::FragmentParams::FIELDS,
-    ),
-    (
-        build::passes::Fragment::NAME,
-        build::passes::Fragment::FIELDS,
-    ),
-    (build::passes::Voxel::NAME, build::passes::Voxel::FIELDS),
-    (
-        build::passes::CountParams::NAME,
-        build::passes::CountParams::FIELDS,
-    ),
-    (
-        build::passes::ScanParams::NAME,
-        build::passes::ScanParams::FIELDS,
-    ),
-    (
-        build::passes::LinkParams::NAME,
-        build::passes::LinkParams::FIELDS,
-    ),
-    (
-        build::passes::ResolveParams::NAME,
-        build::passes::ResolveParams::FIELDS,
-    ),
-    (dynamic::TouchedBlock::NAME, dynamic::TouchedBlock::FIELDS),
-    (
-        dynamic::TouchedCounters::NAME,
-        dynamic::TouchedCounters::FIELDS,
-    ),
-    (dynamic::TouchedParams::NAME, dynamic::TouchedParams::FIELDS),
-    (
-        dynamic::TouchedScanParams::NAME,
-        dynamic::TouchedScanParams::FIELDS,
-    ),
-    (dynamic::RestoreParams::NAME, dynamic::RestoreParams::FIELDS),
-    (dynamic::ListParams::NAME, dynamic::ListParams::FIELDS),
-    (window::ShiftParams::NAME, window::ShiftParams::FIELDS),
-    (window::EmptyParams::NAME, window::EmptyParams::FIELDS),
-    (window::MoveParams::NAME, window::MoveParams::FIELDS),
-    (
-        light::inject::TileParams::NAME,
-        light::inject::TileParams::FIELDS,
-    ),
-    (
-        light::inject::InjectParams::NAME,
-        light::inject::InjectParams::FIELDS,
-    ),
-    (light::LightParams::NAME, light::LightParams::FIELDS),
-    (
-        trace::bounce::BounceRayParams::NAME,
-        trace::bounce::BounceRayParams::FIELDS,
-    ),
-    (trace::RayParams::NAME, trace::RayParams::FIELDS),
+/// The structs that this module shares with shaders, without the parameters of passes.
+pub static STRUCTS: &[StructLayout] = &[
+    build::passes::Fragment::LAYOUT,
+    build::passes::Voxel::LAYOUT,
+    dynamic::TouchedBlock::LAYOUT,
+    dynamic::TouchedCounters::LAYOUT,
 ];

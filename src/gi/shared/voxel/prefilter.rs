@@ -8,8 +8,8 @@ use crate::gi::settings::{Domain, PresetValues, Setting};
 pub const MIP_FILTER: Setting = Setting {
     name: "mip_filter",
     help: "2³ texels to one of the next level: box (their mean), directional (composited along \
-           six directions, then averaged: thin walls stay opaque) or directional-max (that, as \
-           opaque as along its most opaque axis)",
+           six directions, then averaged: thin walls stay opaque) or directional-max (the same, \
+           then made as opaque as along its most opaque axis)",
     unit: "",
     domain: Domain::Choice(&["directional", "directional-max", "box"]),
     default: "directional",
@@ -18,11 +18,11 @@ pub const MIP_FILTER: Setting = Setting {
 /// A filter; its number is the `mode` of `filter_eight` in the shader.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Prefilter {
-    /// The mean.
+    /// The mean of the eight texels.
     Box = 0,
     /// Composited along six directions, then averaged.
     Directional = 1,
-    /// Likewise, with the opacity of the most opaque axis.
+    /// As `Directional`, then brought to the opacity of the most opaque axis.
     DirectionalMax = 2,
 }
 
@@ -38,9 +38,9 @@ pub static FACE_SETTINGS: &[Setting] = &[
     },
     Setting {
         name: "faces",
-        help: "directional voxels: radiance and opacity on all levels one for all directions, or \
-               of six faces, each of the surface that looks its way (front: from behind it is \
-               transparent) or of all across its axis (both: either side blocks)",
+        help: "directional voxels, on all levels: one radiance and opacity for all directions \
+               (one), or six faces; a face shows the surface that looks its way (front: from \
+               behind it is transparent) or all surface across its axis (both: either side blocks)",
         unit: "",
         domain: Domain::Choice(&["one", "front", "both"]),
         default: "one",
@@ -48,7 +48,7 @@ pub static FACE_SETTINGS: &[Setting] = &[
     Setting {
         name: "face_weights",
         help: "how the three faces that a cone meets make one opacity: extinction (their optical \
-               depths along the direction) or squared (of the direction's components, as weights)",
+               depths along the direction) or squared (squares of its components as weights)",
         unit: "",
         domain: Domain::Choice(&["extinction", "squared"]),
         default: "extinction",
@@ -68,16 +68,16 @@ pub const DIRECTIONAL: PresetValues = &[("faces", "both"), ("opacity_exponent", 
 /// Whose surface a face of a directional voxel shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Faces {
-    /// That which looks the face's way.
+    /// The surface that looks the face's way: from behind, the face is transparent.
     Front = 1,
-    /// All across its axis: either side blocks.
+    /// All surface across the face's axis: either side blocks.
     Both = 2,
 }
 
 /// On which levels a texel has six faces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Directionality {
-    /// On none.
+    /// On none: a texel has one value for all directions.
     Isotropic,
     /// On all but the finest: anisotropic voxels (Crassin et al. 2011; Villegas & Ramírez).
     Anisotropic,

@@ -5,20 +5,20 @@ use glam::IVec3;
 /// Voxels of a grid from `low` on, up to but without `end`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct VoxelBox {
-    /// The first.
+    /// Coordinates of the first voxel.
     pub low: IVec3,
     /// One beyond the last.
     pub end: IVec3,
 }
 
 impl VoxelBox {
-    /// No voxel.
+    /// The box without voxels.
     pub const NONE: VoxelBox = VoxelBox {
         low: IVec3::ZERO,
         end: IVec3::ZERO,
     };
 
-    /// A cube of so many voxels along an edge.
+    /// A cube of `edge` voxels along each axis.
     pub fn cube(low: IVec3, edge: u32) -> Self {
         VoxelBox {
             low,
@@ -64,7 +64,7 @@ impl VoxelBox {
         self.low.cmpge(self.end).any()
     }
 
-    /// What of it is not in another: at most six boxes, no two of which share a voxel.
+    /// The part of this box that is not in `other`: at most six boxes that share no voxel.
     pub fn without(self, other: VoxelBox) -> Vec<VoxelBox> {
         let common = self.cut(other);
         if common.is_empty() {

@@ -14,18 +14,19 @@ use super::build::passes::{Fragment, Voxel};
 use super::build::{FragmentLists, GridBuffers, add_index, buffer, linear_groups};
 use super::{VoxelBox, VoxelGrid, VoxelSettings, Voxelizer, Voxels};
 use crate::gpu_struct;
-use crate::graph::compute::{pass, read, write};
+use crate::graph::compute::{read, write};
 use crate::graph::{Buffer, Error, Frame, FrameStats, Gpu, Pass};
 use crate::render::GpuScene;
+use crate::shader::GpuStruct;
 
 gpu_struct! {
     /// Parameters of `voxel.shift_blocks`.
     pub struct ShiftParams {
-        /// That the window has moved by (blocks).
+        /// Blocks that the window has moved by along x.
         pub shift_x: i32,
-        /// Likewise.
+        /// Blocks that the window has moved by along y.
         pub shift_y: i32,
-        /// Likewise.
+        /// Blocks that the window has moved by along z.
         pub shift_z: i32,
         /// Blocks along an edge of the window.
         pub blocks: i32,
@@ -35,17 +36,17 @@ gpu_struct! {
 gpu_struct! {
     /// Parameters of `voxel.empty_blocks`: a box of blocks.
     pub struct EmptyParams {
-        /// First block.
+        /// First block of the box along x.
         pub first_x: u32,
-        /// Likewise.
+        /// First block of the box along y.
         pub first_y: u32,
-        /// Likewise.
+        /// First block of the box along z.
         pub first_z: u32,
-        /// Blocks along an axis.
+        /// Blocks of the box along x.
         pub size_x: u32,
-        /// Likewise.
+        /// Blocks of the box along y.
         pub size_y: u32,
-        /// Likewise.
+        /// Blocks of the box along z.
         pub size_z: u32,
         /// Blocks along an edge of the window.
         pub blocks: u32,
@@ -57,15 +58,15 @@ gpu_struct! {
     pub struct MoveParams {
         /// Blocks of the window.
         pub block_count: u32,
-        /// That the window has moved by (voxels): x + 2¹⁶ y, modulo 2³².
+        /// Voxels that the window has moved by, along x and y: x + 2¹⁶ y, modulo 2³².
         pub shift_xy: u32,
-        /// Likewise, z.
+        /// Voxels that the window has moved by along z, modulo 2³².
         pub shift_z: u32,
     }
 }
 
 /// Occupancy after a move, as far as the window stays where it was. A thread a block.
-pub static SHIFT_BLOCKS: Pass = pass(
+pub static SHIFT_BLOCKS: Pass = Pass::compute(
     "voxel.shift_blocks",
     "gi/shared/voxel/window/shift_blocks.comp",
     &[
@@ -74,36 +75,39 @@ pub static SHIFT_BLOCKS: Pass = pass(
         write("shifted_occupancy"),
         write("moved_from"),
     ],
-    size_of::<ShiftParams>(),
+    ShiftParams::LAYOUT,
 );
 
 /// Blocks that are voxelized anew become empty. A thread a block.
-pub static EMPTY_BLOCKS: Pass = pass(
+pub static EMPTY_BLOCKS: Pass = Pass::compute(
     "voxel.empty_blocks",
     "gi/shared/voxel/window/empty_blocks.comp",
     &[write("shifted_occupancy"), write("moved_from")],
-    size_of::<EmptyParams>(),
+    EmptyParams::LAYOUT,
 );
 
 /// Records of blocks that stay, to their new places. A thread a block.
-pub static MOVE_RECORDS: Pass = pass(
-    "voxel.move_records",
-    "gi/shared/voxel/window/move_records.comp",
-    &[
-        read("moved_from"),
-        read("occupancy"),
-        read("block_bases"),
-        read("old_voxels"),
-        write("voxels"),
-        read("old_emission"),
-        write("voxel_emission"),
-        read("old_carried"),
-        write("carried"),
-        read("old_faces"),
-        write("voxel_faces"),
-    ],
-    size_of::<MoveParams>(),
-);
+pub static MOVE_RECORDS: Pass = Pass {
+    constants: &["EMISSIVE", "CARRIED", "FACES"],
+    ..Pass::compute(
+        "voxel.move_records",
+        "gi/shared/voxel/window/move_records.comp",
+        &[
+            read("moved_from"),
+            read("occupancy"),
+            read("block_bases"),
+            read("old_voxels"),
+            write("voxels"),
+            read("old_emission"),
+            write("voxel_emission"),
+            read("old_carried"),
+            write("carried"),
+            read("old_faces"),
+            write("voxel_faces"),
+        ],
+        MoveParams::LAYOUT,
+    )
+};
 
 /// Grains of a voxel: 2¹⁴ voxels from the anchor, positions are still exact to one.
 pub const GRAINS: f32 = 1024.0;
@@ -115,12 +119,12 @@ pub struct WindowScratch {
     lists: FragmentLists,
     records: Arc<Buffer>,
     emission: Option<Arc<Buffer>>,
-    /// Of windows of directional voxels, from their first update on.
+    /// Only for windows of directional voxels, from their first update on.
     faces: Option<Arc<Buffer>>,
 }
 
 impl WindowScratch {
-    /// Empty.
+    /// Empty buffers, which the first update makes as large as it needs them.
     pub fn new(gpu: &Gpu, scene: &GpuScene) -> Result<Self, Error> {
         Ok(WindowScratch {
             nothing: buffer(gpu, "voxel.nothing", 0)?,
@@ -197,7 +201,7 @@ pub struct VoxelWindow {
     voxelizer: Voxelizer,
     /// Where the window is; nowhere before the first update.
     place: Option<VoxelBox>,
-    /// Of the voxels, and of those after the next update.
+    /// Buffers of the voxels now, and of the voxels after the next update.
     grids: [GridBuffers; 2],
     moved_from: Arc<Buffer>,
     /// The voxels, with coordinates from the window's smallest corner.
@@ -274,9 +278,9 @@ impl VoxelWindow {
     }
 
     /// Moves the window so that it begins at the voxel `first`, whose coordinates are multiples of
-    /// 4, and makes what lies in `stale` (whole blocks) anew. Returns the boxes that are new,
-    /// disjoint, in voxels of the unbounded grid. Light of the voxels that stay (`carried`: so many
-    /// times 8 bytes each) goes along with them.
+    /// 4, and makes what lies in `stale` (whole blocks) anew. Returns the boxes that are new; they
+    /// are disjoint, in voxels of the unbounded grid. The light of the voxels that stay moves with
+    /// them (`carried`: its buffer, and how many times 8 bytes a voxel has there).
     pub fn update(
         &mut self,
         gpu: &Gpu,
@@ -376,10 +380,10 @@ impl VoxelWindow {
         let [shift_x, shift_y, shift_z] = (shift / 4).to_array();
         frame
             .pass(&SHIFT_BLOCKS)
-            .bind(&grid.occupancy)
-            .bind(&grid.block_bases)
-            .bind(&next.occupancy)
-            .bind(&self.moved_from)
+            .bind("occupancy", &grid.occupancy)
+            .bind("block_bases", &grid.block_bases)
+            .bind("shifted_occupancy", &next.occupancy)
+            .bind("moved_from", &self.moved_from)
             .push(&ShiftParams {
                 shift_x,
                 shift_y,
@@ -394,8 +398,8 @@ impl VoxelWindow {
             );
             frame
                 .pass(&EMPTY_BLOCKS)
-                .bind(&next.occupancy)
-                .bind(&self.moved_from)
+                .bind("shifted_occupancy", &next.occupancy)
+                .bind("moved_from", &self.moved_from)
                 .push(&EmptyParams {
                     first_x,
                     first_y,
@@ -470,7 +474,7 @@ impl VoxelWindow {
     ) -> Result<(), Error> {
         let nothing = &scratch.nothing;
         let [old_records, old_emission, old_faces] = old.map(|old| old.unwrap_or(nothing));
-        let [_, has_emission, has_faces] = old.map(|old| u32::from(old.is_some()));
+        let [_, has_emission, has_faces] = old.map(|old| old.is_some());
         let moved_light = match &carried {
             Some((old, parts)) => buffer(
                 gpu,
@@ -487,22 +491,29 @@ impl VoxelWindow {
         };
         let pass = frame
             .pass(&MOVE_RECORDS)
-            .bind(&self.moved_from)
-            .bind(&self.voxels.occupancy)
-            .bind(&self.voxels.block_bases)
-            .bind(old_records);
-        pass.bind(&self.voxels.records)
-            .bind(old_emission)
-            .bind(self.voxels.emission.as_ref().unwrap_or(&moved_light))
-            .bind(carried.as_ref().map_or(nothing, |(old, _)| &**old))
-            .bind(&moved_light)
-            .bind(old_faces)
-            .bind(self.voxels.faces.as_ref().unwrap_or(&moved_light))
-            .constants(&[
-                has_emission,
-                carried.as_ref().map_or(0, |(_, parts)| *parts),
-                has_faces,
-            ])
+            .bind("moved_from", &self.moved_from)
+            .bind("occupancy", &self.voxels.occupancy)
+            .bind("block_bases", &self.voxels.block_bases)
+            .bind("old_voxels", old_records);
+        pass.bind("voxels", &self.voxels.records)
+            .bind("old_emission", old_emission)
+            .bind(
+                "voxel_emission",
+                self.voxels.emission.as_ref().unwrap_or(&moved_light),
+            )
+            .bind(
+                "old_carried",
+                carried.as_ref().map_or(nothing, |(old, _)| &**old),
+            )
+            .bind("carried", &moved_light)
+            .bind("old_faces", old_faces)
+            .bind(
+                "voxel_faces",
+                self.voxels.faces.as_ref().unwrap_or(&moved_light),
+            )
+            .constant("EMISSIVE", has_emission)
+            .constant("CARRIED", carried.as_ref().map_or(0, |(_, parts)| *parts))
+            .constant("FACES", has_faces)
             .push(&params)
             .dispatch(linear_groups(block_count));
         if let Some((carried, _)) = carried {

@@ -26,9 +26,9 @@ pub struct Place {
     pub middle: Vec3,
 }
 
-/// Where the texels of a level are made from those of the next finer one, which never fades there:
-/// beyond, they are those of the level's own voxels, and over the first voxels inside both are
-/// mixed, so that little changes when the camera moves on.
+/// Where the texels of a level are made from the next finer level, which never fades there. Beyond,
+/// texels are made from the level's own voxels. Over the first voxels inside both are mixed, so
+/// that little changes when the camera moves on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Inner {
     /// The middle, in voxels of the finer level: it moves with the camera by one of them.
@@ -40,7 +40,7 @@ pub struct Inner {
 }
 
 impl Inner {
-    /// Of a level without a finer one.
+    /// For a level that has no finer one.
     pub const NONE: Inner = Inner {
         middle: IVec3::ZERO,
         reach: 0,
@@ -56,7 +56,7 @@ impl Inner {
         }
     }
 
-    /// Those of them that are not mixed.
+    /// The part in which the texels are not mixed.
     pub fn core(&self) -> VoxelBox {
         let (half, reach) = (self.middle >> 1, self.reach - self.ramp);
         VoxelBox {
@@ -65,7 +65,7 @@ impl Inner {
         }
     }
 
-    /// How much of a texel is of the level's own voxel, w of equation (3).
+    /// Share of the level's own voxel in a texel, w of equation (3), 0 to 1.
     pub fn own_share(&self, voxel: IVec3) -> f32 {
         let depth =
             self.reach as f32 - 0.5 * (2 * voxel + 1 - self.middle).abs().max_element() as f32;
@@ -136,8 +136,8 @@ impl Layout {
         (self.resolution / 8).ilog2()
     }
 
-    /// Where each level is for a camera at `eye` (m): the camera in the middle, as far as the level
-    /// then does not reach beyond the scene; there it stays at the scene's border. Every level
+    /// Where each level is for a camera at `eye` (m). The camera is in the middle, unless the level
+    /// would then reach beyond the scene: in that case it stays at the scene's border. Every level
     /// lies inside the next.
     pub fn places(&self, eye: Vec3) -> Vec<Place> {
         let mut places = vec![
@@ -190,7 +190,7 @@ impl Layout {
         places
     }
 
-    /// The outermost level as a grid of voxels of level 0, of which all levels are parts.
+    /// The outermost level as a grid of voxels of level 0. All levels are parts of it.
     pub fn grid(&self, outermost: IVec3) -> VoxelGrid {
         let top = self.levels - 1;
         let origin = self.anchor + self.size_of(top) * outermost.as_vec3();
@@ -228,7 +228,7 @@ impl Layout {
         VoxelBox::cube(finer / 2, self.resolution / 2)
     }
 
-    /// Where the texels of a level are made from those of the next finer one.
+    /// Where the texels of a level are made from the next finer level.
     pub fn inner(&self, finer: Place) -> Inner {
         let margin = (UNSHARED + self.resolution.div_ceil(16)).div_ceil(2);
         Inner {

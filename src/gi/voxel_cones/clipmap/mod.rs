@@ -1,6 +1,7 @@
 //! Technique `clipmap`: nested grids around the camera, each twice the extent of the one before
 //! (Panteleev 2014; McLaren 2014), cone-traced.
 
+mod entry;
 pub mod layout;
 mod update;
 pub mod volume;
@@ -9,161 +10,33 @@ use std::sync::Arc;
 
 use glam::{IVec3, Vec3};
 
+pub use entry::ENTRY;
 pub use layout::{Inner, Layout, Place};
 use update::Level;
 pub use volume::ClipmapVolume;
 
-use super::{Parts, Relit, VoxelCones, VoxelStore};
-use crate::gi::entry::{Entry, Part, Stage};
-use crate::gi::settings::{Domain, Preset, Setting, Settings};
+use super::{Parts, Relit, VoxelStore};
+use crate::gi::Context;
+use crate::gi::settings::Settings;
 use crate::gi::shared::cone::volume::volume_passes;
-use crate::gi::shared::cone::{self, ConeTracer, Volume, VolumePasses};
-use crate::gi::shared::interleave;
+use crate::gi::shared::cone::{ConeTracer, Volume, VolumePasses, VoxelVolume};
 use crate::gi::shared::voxel::{
-    self, Bounces, Directionality, FACE_SETTINGS, LightSettings, MIP_FILTER, Prefilter, Sides,
-    VoxelBox, VoxelLight, VoxelRecords, VoxelSettings, VoxelWindow, WindowScratch,
+    Directionality, LightSettings, Prefilter, Sides, VoxelBox, VoxelLight, VoxelRecords,
+    VoxelSettings, VoxelWindow, WindowScratch, add_counts,
 };
-use crate::gi::{Context, Technique, VoxelVolume};
-use crate::graph::{Access, Binding, Buffer, Error, Frame, FrameStats, Gpu, Pass};
+use crate::graph::{Access, Binding, Buffer, Error, Frame, FrameStats, Gpu};
 use crate::render::LightMaps;
-use crate::shader::{Field, GpuStruct};
-
-static SETTINGS: &[Setting] = &[
-    Setting {
-        name: "resolution",
-        help: "voxels along an edge of each level",
-        unit: "voxels",
-        domain: Domain::OneOf(&[16, 32, 64, 128, 256]),
-        default: "128",
-    },
-    Setting {
-        name: "levels",
-        help: "levels, each twice the extent of the one before; those that the scene does not \
-               fill are left out",
-        unit: "",
-        domain: Domain::Count { min: 1, max: 7 },
-        default: "5",
-    },
-    Setting {
-        name: "voxel_size",
-        help: "edge of a voxel of the finest level; 0: such that the outermost level just holds \
-               the scene",
-        unit: "m",
-        domain: Domain::Number { min: 0.0, max: 1e6 },
-        default: "0",
-    },
-    Setting {
-        name: "level_updates",
-        help: "when a level follows the camera and the lights: every-frame, or staggered (level l \
-               in every 2^l-th frame)",
-        unit: "",
-        domain: Domain::Choice(&["every-frame", "staggered"]),
-        default: "every-frame",
-    },
-    Setting {
-        name: "light_updates",
-        help: "when voxels are lit: every-frame, or on-change (what is new in levels that move, \
-               and everything when a light or a model does)",
-        unit: "",
-        domain: Domain::Choice(&["every-frame", "on-change"]),
-        default: "every-frame",
-    },
-    MIP_FILTER,
-];
-
-static PRESETS: &[Preset] = &[
-    Preset {
-        name: "accurate",
-        help: "as cones, but 32 of them and so narrow that they read the finest levels",
-        values: &[cone::NARROWEST],
-    },
-    Preset {
-        name: "cones",
-        help: "cones as they converge best for their time: narrow, interleaved, kept off the \
-               receiver's plane, through texels that stay opaque",
-        values: &[],
-    },
-    Preset {
-        name: "anisotropic",
-        help: "as cones, through levels that look different along each axis from either side",
-        values: &[voxel::ANISOTROPIC],
-    },
-    Preset {
-        name: "directional",
-        help: "as cones, through voxels of six faces on all levels, either side of which blocks",
-        values: &[voxel::DIRECTIONAL],
-    },
-    Preset {
-        name: "textbook",
-        help: "as the papers have it: box-filtered levels, six cones of 60°",
-        values: &[&[("mip_filter", "box")], cone::TEXTBOOK],
-    },
-];
-
-/// The passes of this module.
-pub static PASSES: &[&Pass] = &[
-    &volume::WRITE_VOXELS,
-    &volume::CLEAR_BOX,
-    &volume::FILTER_INNER,
-    &volume::FILTER_TOP,
-];
-
-/// The structs that this module shares with shaders.
-pub static STRUCTS: &[(&str, &[Field])] = &[
-    (volume::WriteParams::NAME, volume::WriteParams::FIELDS),
-    (volume::ClearBoxParams::NAME, volume::ClearBoxParams::FIELDS),
-    (volume::InnerParams::NAME, volume::InnerParams::FIELDS),
-    (volume::TopParams::NAME, volume::TopParams::FIELDS),
-];
 
 /// The passes of cones through the levels.
 pub static CONES: VolumePasses = volume_passes!(
     "gi/voxel_cones/clipmap",
+    ["N", "LEVELS"],
     [
         Binding::buffer("levels", Access::ComputeRead),
         Binding::sampled("clipmap", Access::ComputeSampled),
         Binding::sampled("top", Access::ComputeSampled),
     ]
 );
-
-/// The row of the registry.
-pub static ENTRY: Entry = Entry {
-    name: "clipmap",
-    summary: "nested voxel grids around the camera, cone-traced",
-    bounces: |settings| Bounces::new(settings).count(),
-    settings: &[SETTINGS, voxel::SETTINGS, FACE_SETTINGS, cone::SETTINGS],
-    check: cone::check,
-    presets: PRESETS,
-    passes: &[voxel::PASSES, PASSES, &CONES.all(), interleave::PASSES],
-    structs: &[voxel::STRUCTS, STRUCTS, cone::STRUCTS, interleave::STRUCTS],
-    stages: &[
-        &voxel::VOXELIZATION,
-        &Stage {
-            name: "clearing",
-            part: Part::Store,
-            passes: &["clipmap.clear", "clipmap.clear_box"],
-        },
-        &voxel::LIGHT_INJECTION,
-        &Stage {
-            name: "leaf writing",
-            part: Part::Store,
-            passes: &["clipmap.write_voxels"],
-        },
-        &Stage {
-            name: "mip filtering",
-            part: Part::Store,
-            passes: &["clipmap.filter_inner", "clipmap.filter_top"],
-        },
-        &voxel::BOUNCES,
-        &super::GATHER,
-        &super::SPECULAR,
-        &cone::SOFT_SHADOWS,
-    ],
-    directions: &super::directions(&CONES),
-    substitutions: &[cone::SUBSTITUTIONS, voxel::SUBSTITUTIONS],
-    voxels: None,
-    make,
-};
 
 /// Levels of voxels, their light and their texels.
 pub struct Clipmap {
@@ -185,12 +58,6 @@ pub struct Clipmap {
     frame: u32,
     /// Where dynamic models were at the last update.
     pose: Option<(Vec3, Vec3)>,
-}
-
-fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>, Error> {
-    Ok(Box::new(VoxelCones::<Clipmap>::new(
-        context, settings, "clipmap",
-    )?))
 }
 
 impl VoxelStore for Clipmap {
@@ -363,12 +230,7 @@ impl VoxelStore for Clipmap {
         )];
         counts.push(("levels", self.levels.len() as u64));
         for level in &self.levels {
-            for (name, count) in level.light.counts(gpu)? {
-                match counts.iter_mut().find(|(known, _)| *known == name) {
-                    Some((_, sum)) => *sum += count,
-                    None => counts.push((name, count)),
-                }
-            }
+            add_counts(&mut counts, level.light.counts(gpu)?);
         }
         Ok(counts)
     }

@@ -1,5 +1,4 @@
-//! How levels follow the camera: where they go, and what of their voxels, light and texels is made
-//! anew.
+//! How levels follow the camera: where they go, and which voxels, light and texels are made anew.
 
 use std::sync::Arc;
 
@@ -118,7 +117,7 @@ impl Clipmap {
         Ok(stats)
     }
 
-    /// Where the texels of a level are made from those of the next finer one.
+    /// Where the texels of a level are made from the next finer level.
     pub(super) fn inner(&self, level: usize) -> Inner {
         level.checked_sub(1).map_or(Inner::NONE, |finer| {
             self.layout.inner(self.levels[finer].place)
@@ -230,7 +229,10 @@ impl Clipmap {
                 ..VoxelRecords::from(&level.window.voxels)
             };
             let voxels = &level.window.voxels;
-            let bound = [&voxels.occupancy, &voxels.block_bases];
+            let bound = [
+                ("occupancy", &voxels.occupancy),
+                ("block_bases", &voxels.block_bases),
+            ];
             let lookup = VoxelLookup::by_occupancy(&records, &bound);
             level
                 .light

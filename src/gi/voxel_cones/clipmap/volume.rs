@@ -6,14 +6,15 @@ use glam::IVec3;
 
 use super::CONES;
 use super::layout::{Inner, Layout, Place};
-use crate::gi::shared::cone::{Bound, Constant, Volume};
+use crate::gi::shared::cone::{Bound, Volume};
 use crate::gi::shared::voxel::build::{buffer, linear_groups};
 use crate::gi::shared::voxel::{Directionality, Prefilter, VoxelBox, VoxelLight, Voxels};
 use crate::gpu_struct;
 use crate::graph::{
-    Access, Binding, Buffer, Error, Frame, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Pass,
-    Sets, Shaders, vk,
+    Access, Binding, Buffer, Error, Frame, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Owner,
+    Pass, vk,
 };
+use crate::shader::GpuStruct;
 
 gpu_struct! {
     /// Parameters of `clipmap.write_voxels`.
@@ -31,7 +32,7 @@ gpu_struct! {
         pub region_end: [i32; 4],
         /// Number of voxels.
         pub voxel_count: u32,
-        /// The level.
+        /// The level that is written, 0 the finest.
         pub clipmap_level: i32,
     }
 }
@@ -58,8 +59,8 @@ gpu_struct! {
         pub inner_middle: [i32; 4],
         /// The level that is written.
         pub inner_level: i32,
-        /// Over which the finer level's texels and those of the level's own voxels are mixed
-        /// (voxels).
+        /// Width of the band in which texels of the finer level and of the level's own voxels are
+        /// mixed (voxels).
         pub inner_ramp: i32,
     }
 }
@@ -78,49 +79,57 @@ gpu_struct! {
     }
 }
 
-/// A level's voxels into its texels, but where those of the next finer level alone are shown. A
+/// Writes a level's voxels into its texels, except where only the next finer level is shown. A
 /// thread a voxel.
 pub static WRITE_VOXELS: Pass = Pass {
-    name: "clipmap.write_voxels",
-    shaders: Shaders::Compute("gi/voxel_cones/clipmap/write_voxels.comp"),
-    bindings: &[
-        Binding::buffer("voxels", Access::ComputeRead),
-        Binding::buffer("voxel_radiance", Access::ComputeRead),
-        Binding::image("clipmap", Access::ComputeWrite),
-    ],
-    push_bytes: size_of::<WriteParams>() as u32,
-    sets: Sets::None,
+    constants: &["FACES", "SIX"],
+    ..Pass::compute(
+        "clipmap.write_voxels",
+        "gi/voxel_cones/clipmap/write_voxels.comp",
+        &[
+            Binding::buffer("voxels", Access::ComputeRead),
+            Binding::buffer("voxel_radiance", Access::ComputeRead),
+            Binding::image("clipmap", Access::ComputeWrite),
+        ],
+        WriteParams::LAYOUT,
+    )
 };
 
 /// Texels of a box become empty. A thread a texel.
 pub static CLEAR_BOX: Pass = Pass {
-    name: "clipmap.clear_box",
-    shaders: Shaders::Compute("gi/voxel_cones/clipmap/clear_box.comp"),
-    bindings: &[Binding::image("clipmap", Access::ComputeWrite)],
-    push_bytes: size_of::<ClearBoxParams>() as u32,
-    sets: Sets::None,
+    constants: &["FACES"],
+    ..Pass::compute(
+        "clipmap.clear_box",
+        "gi/voxel_cones/clipmap/clear_box.comp",
+        &[Binding::image("clipmap", Access::ComputeWrite)],
+        ClearBoxParams::LAYOUT,
+    )
 };
 
 /// Texels of a level where the next finer one is shown whole, from that one; towards the end of
 /// that, mixed with those that are there. A thread a texel.
 pub static FILTER_INNER: Pass = Pass {
-    name: "clipmap.filter_inner",
-    shaders: Shaders::Compute("gi/voxel_cones/clipmap/filter_inner.comp"),
-    bindings: &[Binding::image("clipmap", Access::ComputeReadWrite)],
-    push_bytes: size_of::<InnerParams>() as u32,
-    sets: Sets::None,
+    constants: &["FILTER", "FACES", "FINER_FACES"],
+    ..Pass::compute(
+        "clipmap.filter_inner",
+        "gi/voxel_cones/clipmap/filter_inner.comp",
+        &[Binding::image("clipmap", Access::ComputeReadWrite)],
+        InnerParams::LAYOUT,
+    )
 };
 
 /// A mip above the outermost level. A thread a texel.
 pub static FILTER_TOP: Pass = Pass {
-    name: "clipmap.filter_top",
-    shaders: Shaders::Compute("gi/voxel_cones/clipmap/filter_top.comp"),
-    bindings: &[
-        Binding::image("finer", Access::ComputeRead),
-        Binding::image("coarser", Access::ComputeWrite),
-    ],
-    push_bytes: size_of::<TopParams>() as u32,
-    sets: Sets::None,
+    constants: &["FILTER", "FACES", "FINER_FACES", "FROM_LEVEL"],
+    ..Pass::compute(
+        "clipmap.filter_top",
+        "gi/voxel_cones/clipmap/filter_top.comp",
+        &[
+            Binding::image("finer", Access::ComputeRead),
+            Binding::image("coarser", Access::ComputeWrite),
+        ],
+        TopParams::LAYOUT,
+    )
 };
 
 /// The texels of all levels.
@@ -161,6 +170,7 @@ impl ClipmapVolume {
                 mips,
                 layers: 1,
                 usage: ImageUsage::STORAGE | ImageUsage::SAMPLED,
+                owner: Owner::Store,
             })
         };
         let rows = || buffer(gpu, "clipmap.rows", 32 * u64::from(layout.levels));
@@ -212,11 +222,11 @@ impl ClipmapVolume {
             passes: &CONES,
             grid: self.layout.grid(outermost.first),
             bound: [
-                Bound::Buffer(levels),
-                Bound::Image(&self.clipmap),
-                Bound::Image(&self.top),
+                ("levels", Bound::Buffer(levels)),
+                ("clipmap", Bound::Image(&self.clipmap)),
+                ("top", Bound::Image(&self.top)),
             ],
-            constants: [Constant::Is(n), Constant::Is(count)],
+            constants: [Some(("N", n)), Some(("LEVELS", count))],
             directionality: self.directionality,
             sides: 1 + u32::from(self.directionality.faces().is_some()),
             // In each level further out voxels are larger.
@@ -252,8 +262,8 @@ impl ClipmapVolume {
         let groups = (size.as_uvec3() + 3) / 4;
         frame
             .pass(&CLEAR_BOX)
-            .bind(&self.clipmap)
-            .constants(&[self.has_faces()])
+            .bind("clipmap", &self.clipmap)
+            .constant("FACES", self.has_faces())
             .push(&ClearBoxParams {
                 first: self.wrap(cleared.low),
                 size: size.extend(level as i32).to_array(),
@@ -288,10 +298,11 @@ impl ClipmapVolume {
         };
         let pass = frame
             .pass(&WRITE_VOXELS)
-            .bind(&voxels.records)
-            .bind(&light.radiance)
-            .bind(&self.clipmap);
-        pass.constants(&[self.has_faces(), u32::from(light.settings.stores_faces)])
+            .bind("voxels", &voxels.records)
+            .bind("voxel_radiance", &light.radiance)
+            .bind("clipmap", &self.clipmap);
+        pass.constant("FACES", self.has_faces())
+            .constant("SIX", light.settings.stores_faces)
             .push(&params)
             .dispatch(linear_groups(voxels.voxel_count));
     }
@@ -305,12 +316,10 @@ impl ClipmapVolume {
         }
         frame
             .pass(&FILTER_INNER)
-            .bind(&self.clipmap)
-            .constants(&[
-                self.filter as u32,
-                self.has_faces(),
-                self.has_six(level - 1),
-            ])
+            .bind("clipmap", &self.clipmap)
+            .constant("FILTER", self.filter as u32)
+            .constant("FACES", self.has_faces())
+            .constant("FINER_FACES", self.has_six(level - 1))
             .push(&InnerParams {
                 first: self.wrap(made.low),
                 region_size: made.size().extend(0).to_array(),
@@ -344,20 +353,17 @@ impl ClipmapVolume {
             };
             let pass = frame.pass(&FILTER_TOP);
             let (pass, six) = if mip == 0 {
-                (pass.bind(&self.clipmap), self.has_six(outermost))
+                (pass.bind("finer", &self.clipmap), self.has_six(outermost))
             } else {
-                (pass.bind_mip(&self.top, mip - 1), self.has_faces())
+                (pass.bind_mip("finer", &self.top, mip - 1), self.has_faces())
             };
-            let constants = [
-                self.filter as u32,
-                self.has_faces(),
-                six,
-                u32::from(mip == 0),
-            ];
             let [x, y, z] = made.size().as_uvec3().to_array();
             let threads = [x * if self.has_faces() == 0 { 1 } else { 6 }, y, z];
-            pass.bind_mip(&self.top, mip)
-                .constants(&constants)
+            pass.bind_mip("coarser", &self.top, mip)
+                .constant("FILTER", self.filter as u32)
+                .constant("FACES", self.has_faces())
+                .constant("FINER_FACES", six)
+                .constant("FROM_LEVEL", mip == 0)
                 .push(&params)
                 .dispatch(threads.map(|texels| texels.div_ceil(4)));
         }

@@ -5,9 +5,10 @@ use std::sync::Arc;
 
 use crate::gpu_struct;
 use crate::graph::{
-    Access, Binding, Buffer, Error, Frame, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Pass,
-    Sets, Shaders, vk,
+    Access, Binding, Buffer, Error, Frame, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Owner,
+    Pass, Sets, Shaders, vk,
 };
+use crate::shader::GpuStruct;
 
 gpu_struct! {
     /// Parameters of `voxel_mips.reduce_matter`.
@@ -25,18 +26,18 @@ pub static MARK_MATTER: Pass = Pass {
         Binding::buffer("occupancy", Access::ComputeRead),
         Binding::image("matter", Access::ComputeWrite),
     ],
-    push_bytes: 0,
+    constants: &[],
+    params: None,
     sets: Sets::None,
 };
 
 /// A mip of the pyramid from the next finer one. A thread a word.
-pub static REDUCE_MATTER: Pass = Pass {
-    name: "voxel_mips.reduce_matter",
-    shaders: Shaders::Compute("gi/voxel_cones/mips/reduce_matter.comp"),
-    bindings: &[Binding::image("matter", Access::ComputeReadWrite)],
-    push_bytes: size_of::<MatterParams>() as u32,
-    sets: Sets::None,
-};
+pub static REDUCE_MATTER: Pass = Pass::compute(
+    "voxel_mips.reduce_matter",
+    "gi/voxel_cones/mips/reduce_matter.comp",
+    &[Binding::image("matter", Access::ComputeReadWrite)],
+    MatterParams::LAYOUT,
+);
 
 /// The image of a pyramid over a grid of n³ voxels, still without contents: R32, n/4 × n/4 × n
 /// words.
@@ -49,6 +50,7 @@ pub fn matter_image(gpu: &Gpu, resolution: u32) -> Result<Arc<Image>, Error> {
         mips: 1,
         layers: 1,
         usage: ImageUsage::STORAGE | ImageUsage::SAMPLED,
+        owner: Owner::Store,
     })
 }
 
@@ -57,15 +59,15 @@ pub fn mark_matter(frame: &mut Frame, occupancy: &Arc<Buffer>, matter: &Arc<Imag
     let [blocks, _, resolution] = matter.extent(0);
     frame
         .pass(&MARK_MATTER)
-        .bind(occupancy)
-        .bind(matter)
+        .bind("occupancy", occupancy)
+        .bind("matter", matter)
         .dispatch([blocks.pow(3).div_ceil(64), 1, 1]);
     for mip in 1..=resolution.ilog2() {
         let size = resolution >> mip;
         let groups = [size.div_ceil(16), size.div_ceil(16), size.div_ceil(8)];
         frame
             .pass(&REDUCE_MATTER)
-            .bind(matter)
+            .bind("matter", matter)
             .push(&MatterParams { mip: mip as i32 })
             .dispatch(groups);
     }

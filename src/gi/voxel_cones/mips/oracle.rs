@@ -52,9 +52,9 @@ pub fn face_chain(finest: [Volume; 6]) -> Vec<[Volume; 6]> {
     levels
 }
 
-/// The six faces of the next coarser level: of each pair of texels along the face's axis the one
-/// that is nearer to who looks at the face, over the other; the mean of the four (Crassin et al.
-/// 2011, section 5.2). Of a level without faces all six are the same.
+/// The six faces of the next coarser level: of each pair of texels along the face's axis, the one
+/// nearer to the viewer is composited over the other, and the four results are averaged (Crassin et
+/// al. 2011, section 5.2). If the level has no faces, all six inputs are the same.
 pub fn coarser_faces(finer: [&Volume; 6]) -> [Volume; 6] {
     [0, 1, 2, 3, 4, 5].map(|face| {
         let (axis, nearer) = (face / 2, 1 - face as u32 % 2);

@@ -8,24 +8,25 @@ use super::nodes::NodePool;
 use super::touched::Tiles;
 use crate::gi::shared::voxel::Directionality;
 use crate::gi::shared::voxel::build::buffer;
-use crate::graph::{
-    Access, Binding, Buffer, Error, Frame, FrameStats, Gpu, Image, Pass, Sets, Shaders,
-};
+use crate::graph::{Access, Binding, Buffer, Error, Frame, FrameStats, Gpu, Image, Pass};
+use crate::shader::GpuStruct;
 
 /// An attribute of the voxels of each leaf tile into its own brick. A thread a texel.
 pub static WRITE_ATTRIBUTES: Pass = Pass {
-    name: "svo.write_attributes",
-    shaders: Shaders::Compute("gi/voxel_cones/svo/write_attributes.comp"),
-    bindings: &[
-        Binding::buffer("nodes", Access::ComputeRead),
-        Binding::image("bricks", Access::ComputeWrite),
-        Binding::buffer("voxel_records", Access::ComputeRead),
-        Binding::buffer("voxel_emission", Access::ComputeRead),
-        Binding::buffer("touched_levels", Access::ComputeRead),
-        Binding::buffer("touched_tiles", Access::ComputeRead),
-    ],
-    push_bytes: size_of::<RecordParams>() as u32,
-    sets: Sets::None,
+    constants: &["CORNERS", "ATTRIBUTE", "TOUCHED"],
+    ..Pass::compute(
+        "svo.write_attributes",
+        "gi/voxel_cones/svo/write_attributes.comp",
+        &[
+            Binding::buffer("nodes", Access::ComputeRead),
+            Binding::image("bricks", Access::ComputeWrite),
+            Binding::buffer("voxel_records", Access::ComputeRead),
+            Binding::buffer("voxel_emission", Access::ComputeRead),
+            Binding::buffer("touched_levels", Access::ComputeRead),
+            Binding::buffer("touched_tiles", Access::ComputeRead),
+        ],
+        RecordParams::LAYOUT,
+    )
 };
 
 /// RGBA16F, each in a pool of its own: albedo (0 to 1), mean normal (components −1 to 1) and, in a
@@ -43,8 +44,8 @@ impl AttributeBricks {
     /// The pools' names, in the order of `ATTRIBUTE` (`gi/voxel_cones/svo/write_attributes.comp`).
     const NAMES: [&'static str; 3] = ["svo.albedo", "svo.mean_normals", "svo.emission"];
 
-    /// Allocates and fills a brick for each tile and attribute. Lattice and filter are those of the
-    /// light's bricks; no texel has faces.
+    /// Allocates and fills a brick for each tile and attribute. Lattice and filter are the same as
+    /// for the bricks of the light; no texel has faces.
     pub fn new(
         gpu: &Gpu,
         nodes: &NodePool,
@@ -122,16 +123,14 @@ impl AttributeBricks {
                     let emission = range.emission.as_ref().unwrap_or(&self.nothing);
                     let pass = frame
                         .pass(&WRITE_ATTRIBUTES)
-                        .bind(&nodes.nodes)
-                        .bind(pool)
-                        .bind(&range.records)
-                        .bind(emission);
-                    tiles.dispatch(
-                        pass,
-                        &[u32::from(self.settings.corners), attribute as u32],
-                        &range.params(&tiles),
-                        self.settings.leaf_texels(),
-                    );
+                        .bind("nodes", &nodes.nodes)
+                        .bind("bricks", pool)
+                        .bind("voxel_records", &range.records)
+                        .bind("voxel_emission", emission)
+                        .constant("CORNERS", self.settings.corners)
+                        .constant("ATTRIBUTE", attribute as u32);
+                    let texels = self.settings.leaf_texels();
+                    tiles.dispatch(pass, &range.params(&tiles), texels);
                 }
                 self.settings.complete(frame, nodes, pool, &tiles);
             }

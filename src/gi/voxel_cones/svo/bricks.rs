@@ -9,8 +9,9 @@ use crate::gi::shared::voxel::build::{buffer, linear_groups};
 use crate::gpu_struct;
 use crate::graph::{
     Access, Binding, Buffer, Error, Frame, FrameStats, Gpu, Image, ImageDesc, ImageKind,
-    ImageUsage, Pass, Sets, Shaders, vk,
+    ImageUsage, Owner, Pass, vk,
 };
+use crate::shader::GpuStruct;
 
 gpu_struct! {
     /// Parameters of `svo.write_leaves` and `svo.filter`.
@@ -29,9 +30,9 @@ gpu_struct! {
         pub shift: u32,
         /// Bricks from a face to the next.
         pub stride: u32,
-        /// Likewise on the next finer level.
+        /// Bricks from a tile's index to that of its first brick, on the next finer level.
         pub child_shift: u32,
-        /// Likewise.
+        /// Bricks from a face to the next, on the next finer level.
         pub child_stride: u32,
     }
 }
@@ -47,7 +48,7 @@ gpu_struct! {
         pub first_dynamic: u32,
         /// Dynamic tiles of the level.
         pub dynamic_count: u32,
-        /// The level, 0.
+        /// The level, always 0: leaves are on the finest.
         pub level: u32,
         /// Compact index of the first of the voxels whose records are bound.
         pub first_voxel: u32,
@@ -81,7 +82,7 @@ gpu_struct! {
 gpu_struct! {
     /// Parameters of `svo.copy_bricks`.
     pub struct CopyBricksParams {
-        /// How many.
+        /// Number of bricks that are copied.
         pub brick_count: u32,
     }
 }
@@ -91,75 +92,82 @@ const LIST: Binding = Binding::buffer("touched_tiles", Access::ComputeRead);
 
 /// Radiance of the voxels of each leaf tile into its own brick. A thread a texel.
 pub static WRITE_LEAVES: Pass = Pass {
-    name: "svo.write_leaves",
-    shaders: Shaders::Compute("gi/voxel_cones/svo/write_leaves.comp"),
-    bindings: &[
-        Binding::buffer("nodes", Access::ComputeRead),
-        Binding::buffer("voxel_radiance", Access::ComputeRead),
-        Binding::image("bricks", Access::ComputeWrite),
-        LEVELS,
-        LIST,
-    ],
-    push_bytes: size_of::<BrickParams>() as u32,
-    sets: Sets::None,
+    constants: &["CORNERS", "SIDES", "TOUCHED"],
+    ..Pass::compute(
+        "svo.write_leaves",
+        "gi/voxel_cones/svo/write_leaves.comp",
+        &[
+            Binding::buffer("nodes", Access::ComputeRead),
+            Binding::buffer("voxel_radiance", Access::ComputeRead),
+            Binding::image("bricks", Access::ComputeWrite),
+            LEVELS,
+            LIST,
+        ],
+        BrickParams::LAYOUT,
+    )
 };
 
 /// The mean normal of what shines of the voxels of each leaf tile into its own normal brick. A
 /// thread a texel.
 pub static WRITE_NORMALS: Pass = Pass {
-    name: "svo.write_normals",
-    shaders: Shaders::Compute("gi/voxel_cones/svo/write_normals.comp"),
-    bindings: &[
-        Binding::buffer("nodes", Access::ComputeRead),
-        Binding::buffer("voxel_radiance", Access::ComputeRead),
-        Binding::image("bricks", Access::ComputeWrite),
-        Binding::buffer("voxel_records", Access::ComputeRead),
-        LEVELS,
-        LIST,
-    ],
-    push_bytes: size_of::<RecordParams>() as u32,
-    sets: Sets::None,
+    constants: &["CORNERS", "", "TOUCHED"],
+    ..Pass::compute(
+        "svo.write_normals",
+        "gi/voxel_cones/svo/write_normals.comp",
+        &[
+            Binding::buffer("nodes", Access::ComputeRead),
+            Binding::buffer("voxel_radiance", Access::ComputeRead),
+            Binding::image("bricks", Access::ComputeWrite),
+            Binding::buffer("voxel_records", Access::ComputeRead),
+            LEVELS,
+            LIST,
+        ],
+        RecordParams::LAYOUT,
+    )
 };
 
 /// The texels that neighbouring bricks share, along one axis. A thread a tile.
 pub static TRANSFER_BORDERS: Pass = Pass {
-    name: "svo.transfer_borders",
-    shaders: Shaders::Compute("gi/voxel_cones/svo/transfer_borders.comp"),
-    bindings: &[
-        Binding::buffer("neighbours", Access::ComputeRead),
-        Binding::image("bricks", Access::ComputeReadWrite),
-        LEVELS,
-        LIST,
-    ],
-    push_bytes: size_of::<TransferParams>() as u32,
-    sets: Sets::None,
+    constants: &["CORNERS", "FACES", "TOUCHED"],
+    ..Pass::compute(
+        "svo.transfer_borders",
+        "gi/voxel_cones/svo/transfer_borders.comp",
+        &[
+            Binding::buffer("neighbours", Access::ComputeRead),
+            Binding::image("bricks", Access::ComputeReadWrite),
+            LEVELS,
+            LIST,
+        ],
+        TransferParams::LAYOUT,
+    )
 };
 
-/// Bricks of a level from those of the next finer one. A thread a texel.
+/// Makes the bricks of a level from the next finer level's. A thread a texel.
 pub static FILTER: Pass = Pass {
-    name: "svo.filter",
-    shaders: Shaders::Compute("gi/voxel_cones/svo/filter.comp"),
-    bindings: &[
-        Binding::buffer("nodes", Access::ComputeRead),
-        Binding::image("bricks", Access::ComputeReadWrite),
-        LEVELS,
-        LIST,
-    ],
-    push_bytes: size_of::<BrickParams>() as u32,
-    sets: Sets::None,
+    constants: &["FILTER", "CORNERS", "PART", "FACES", "TOUCHED"],
+    ..Pass::compute(
+        "svo.filter",
+        "gi/voxel_cones/svo/filter.comp",
+        &[
+            Binding::buffer("nodes", Access::ComputeRead),
+            Binding::image("bricks", Access::ComputeReadWrite),
+            LEVELS,
+            LIST,
+        ],
+        BrickParams::LAYOUT,
+    )
 };
 
 /// The first bricks of a pool into another. A thread a texel.
-pub static COPY_BRICKS: Pass = Pass {
-    name: "svo.copy_bricks",
-    shaders: Shaders::Compute("gi/voxel_cones/svo/copy_bricks.comp"),
-    bindings: &[
+pub static COPY_BRICKS: Pass = Pass::compute(
+    "svo.copy_bricks",
+    "gi/voxel_cones/svo/copy_bricks.comp",
+    &[
         Binding::image("bricks", Access::ComputeRead),
         Binding::image("larger_bricks", Access::ComputeWrite),
     ],
-    push_bytes: size_of::<CopyBricksParams>() as u32,
-    sets: Sets::None,
-};
+    CopyBricksParams::LAYOUT,
+);
 
 /// How bricks are made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -184,8 +192,8 @@ impl BrickSettings {
         if self.corners { 27 } else { 8 }
     }
 
-    /// Adds the passes that complete the bricks of these tiles: those of the finest level were
-    /// written from voxels, others come from the finer level.
+    /// Adds the passes that complete the bricks of these tiles. Bricks of the finest level were
+    /// written from voxels; the others are made from the finer level.
     pub(super) fn complete(
         &self,
         frame: &mut Frame,
@@ -211,8 +219,10 @@ impl BrickSettings {
         for axis in 0..3 {
             let pass = frame
                 .pass(&TRANSFER_BORDERS)
-                .bind(&nodes.neighbours)
-                .bind(image);
+                .bind("neighbours", &nodes.neighbours)
+                .bind("bricks", image)
+                .constant("CORNERS", self.corners)
+                .constant("FACES", own.faces);
             let params = TransferParams {
                 first,
                 count,
@@ -223,7 +233,7 @@ impl BrickSettings {
                 shift,
                 stride,
             };
-            tiles.dispatch(pass, &[u32::from(self.corners), own.faces], &params, 1);
+            tiles.dispatch(pass, &params, 1);
         }
         if let Some(dynamic) = &nodes.dynamic {
             dynamic.keep_static(frame, level as usize, image);
@@ -241,13 +251,15 @@ impl BrickSettings {
             _ => &[(0, 27)],
         };
         for (part, texels) in parts {
-            let pass = frame.pass(&FILTER).bind(&nodes.nodes).bind(image);
-            tiles.dispatch(
-                pass,
-                &[self.filter, u32::from(self.corners), *part, bricks[0].faces],
-                &tiles.params(bricks),
-                *texels,
-            );
+            let pass = frame
+                .pass(&FILTER)
+                .bind("nodes", &nodes.nodes)
+                .bind("bricks", image)
+                .constant("FILTER", self.filter)
+                .constant("CORNERS", self.corners)
+                .constant("PART", *part)
+                .constant("FACES", bricks[0].faces);
+            tiles.dispatch(pass, &tiles.params(bricks), *texels);
         }
     }
 }
@@ -259,7 +271,7 @@ pub struct LevelBricks {
     pub shift: u32,
     /// From a face to the next.
     pub stride: u32,
-    /// 1 or 6.
+    /// Bricks of a tile: 1, or 6 where faces differ.
     pub faces: u32,
 }
 
@@ -267,7 +279,7 @@ pub struct LevelBricks {
 pub struct RecordRange {
     /// The first of them.
     pub first_voxel: u32,
-    /// How many.
+    /// Number of voxels, and of records.
     pub voxel_count: u32,
     /// One [`crate::gi::shared::voxel::build::passes::Voxel`] each.
     pub records: Arc<Buffer>,
@@ -334,8 +346,8 @@ impl BrickPool {
         Self::allocate(gpu, nodes, settings, None)
     }
 
-    /// Likewise, and a normal brick. A voxel has a radiance for each side; all of them have
-    /// records.
+    /// The same, with a normal brick as well. A voxel has a radiance for each side; all of them
+    /// have records.
     pub fn with_normals(
         gpu: &Gpu,
         nodes: &NodePool,
@@ -462,24 +474,26 @@ impl BrickPool {
         radiance: &Arc<Buffer>,
         tiles: &Tiles,
     ) {
-        let constants = [u32::from(self.settings.corners), self.sides()];
         let texels = self.settings.leaf_texels();
         let pass = frame
             .pass(&WRITE_LEAVES)
-            .bind(&nodes.nodes)
-            .bind(radiance)
-            .bind(&self.image);
+            .bind("nodes", &nodes.nodes)
+            .bind("voxel_radiance", radiance)
+            .bind("bricks", &self.image)
+            .constant("CORNERS", self.settings.corners)
+            .constant("SIDES", self.sides());
         let bricks = level_bricks(nodes, self.settings.directionality, 0);
-        tiles.dispatch(pass, &constants, &tiles.params([bricks; 2]), texels);
+        tiles.dispatch(pass, &tiles.params([bricks; 2]), texels);
         if let Some(NormalBricks { image, records }) = &self.normals {
             for range in records {
                 let pass = frame
                     .pass(&WRITE_NORMALS)
-                    .bind(&nodes.nodes)
-                    .bind(radiance)
-                    .bind(image)
-                    .bind(&range.records);
-                tiles.dispatch(pass, &constants, &range.params(tiles), texels);
+                    .bind("nodes", &nodes.nodes)
+                    .bind("voxel_radiance", radiance)
+                    .bind("bricks", image)
+                    .bind("voxel_records", &range.records)
+                    .constant("CORNERS", self.settings.corners);
+                tiles.dispatch(pass, &range.params(tiles), texels);
             }
         }
     }
@@ -504,14 +518,14 @@ pub(super) fn enlarge(
     let brick_count = nodes.static_end();
     frame
         .pass(&COPY_BRICKS)
-        .bind(image)
-        .bind(&larger)
+        .bind("bricks", image)
+        .bind("larger_bricks", &larger)
         .push(&CopyBricksParams { brick_count })
         .dispatch(linear_groups(27 * brick_count));
     Ok(larger)
 }
 
-/// Room for so many bricks.
+/// An image with room for `count` bricks.
 pub(super) fn pool_image(gpu: &Gpu, name: &str, count: u32) -> Result<Arc<Image>, Error> {
     gpu.create_image(&ImageDesc {
         name: name.into(),
@@ -521,6 +535,7 @@ pub(super) fn pool_image(gpu: &Gpu, name: &str, count: u32) -> Result<Arc<Image>
         mips: 1,
         layers: 1,
         usage: ImageUsage::STORAGE | ImageUsage::SAMPLED,
+        owner: Owner::Store,
     })
 }
 

@@ -1,5 +1,5 @@
-//! Dynamic tiles: those of the octree that dynamic geometry changes, behind the static ones, which
-//! are never written again.
+//! Dynamic tiles: the tiles of the octree that dynamic geometry changes. They lie behind the static
+//! ones, which are never written again.
 //!
 //! A tile is *affected* where voxels of a touched block reach a texel of its brick. An affected
 //! tile gets a copy of its own behind the static tiles, and so do its siblings, as the children of
@@ -16,10 +16,9 @@ use super::nodes::{
 use crate::gi::shared::voxel::build::{buffer, linear_groups};
 use crate::gi::shared::voxel::dynamic::with_slack;
 use crate::gpu_struct;
-use crate::graph::compute::{pass, read, read_write, write};
-use crate::graph::{
-    Access, Binding, Buffer, Error, Frame, FrameStats, Gpu, Image, Pass, Sets, Shaders,
-};
+use crate::graph::compute::{read, read_write, write};
+use crate::graph::{Access, Binding, Buffer, Error, Frame, FrameStats, Gpu, Image, Pass};
+use crate::shader::GpuStruct;
 
 gpu_struct! {
     /// Parameters of `svo.mark_affected`.
@@ -80,19 +79,22 @@ gpu_struct! {
 }
 
 /// The tiles that hold a texel that voxels of touched blocks reach. 64 threads a touched block.
-pub static MARK_AFFECTED: Pass = pass(
-    "svo.mark_affected",
-    "gi/voxel_cones/svo/mark_affected.comp",
-    &[
-        read("touched"),
-        read("occupancy"),
-        read_write("affected_tiles"),
-    ],
-    size_of::<AffectedParams>(),
-);
+pub static MARK_AFFECTED: Pass = Pass {
+    constants: &["CORNERS"],
+    ..Pass::compute(
+        "svo.mark_affected",
+        "gi/voxel_cones/svo/mark_affected.comp",
+        &[
+            read("touched"),
+            read("occupancy"),
+            read_write("affected_tiles"),
+        ],
+        AffectedParams::LAYOUT,
+    )
+};
 
 /// How many dynamic children dynamic tiles have. A thread 16 tiles, as many as the device says.
-pub static FLAG_DYNAMIC: Pass = pass(
+pub static FLAG_DYNAMIC: Pass = Pass::compute(
     "svo.flag_dynamic",
     "gi/voxel_cones/svo/flag_dynamic.comp",
     &[
@@ -103,12 +105,12 @@ pub static FLAG_DYNAMIC: Pass = pass(
         read("affected_tiles"),
         write("group_sums"),
     ],
-    size_of::<DynamicParams>(),
+    DynamicParams::LAYOUT,
 );
 
 /// Words of dynamic tiles, places and static tiles of their children. A thread 16 tiles, as many as
 /// the device says.
-pub static ALLOCATE_DYNAMIC: Pass = pass(
+pub static ALLOCATE_DYNAMIC: Pass = Pass::compute(
     "svo.allocate_dynamic",
     "gi/voxel_cones/svo/allocate_dynamic.comp",
     &[
@@ -119,39 +121,41 @@ pub static ALLOCATE_DYNAMIC: Pass = pass(
         read_write("places"),
         read_write("originals"),
     ],
-    size_of::<DynamicParams>(),
+    DynamicParams::LAYOUT,
 );
 
 /// Which texels of a dynamic tile's brick are made anew. A thread a tile.
-pub static FLAG_TEXELS: Pass = pass(
-    "svo.flag_texels",
-    "gi/voxel_cones/svo/flag_texels.comp",
-    &[
-        read("places"),
-        read("affected_tiles"),
-        write("remade_texels"),
-    ],
-    size_of::<TexelParams>(),
-);
+pub static FLAG_TEXELS: Pass = Pass {
+    constants: &["CORNERS"],
+    ..Pass::compute(
+        "svo.flag_texels",
+        "gi/voxel_cones/svo/flag_texels.comp",
+        &[
+            read("places"),
+            read("affected_tiles"),
+            write("remade_texels"),
+        ],
+        TexelParams::LAYOUT,
+    )
+};
 
 /// All other texels of it become those of the static tile. A thread a texel.
-pub static KEEP_STATIC: Pass = Pass {
-    name: "svo.keep_static",
-    shaders: Shaders::Compute("gi/voxel_cones/svo/keep_static.comp"),
-    bindings: &[
+pub static KEEP_STATIC: Pass = Pass::compute(
+    "svo.keep_static",
+    "gi/voxel_cones/svo/keep_static.comp",
+    &[
         read("originals"),
         read("remade_texels"),
         Binding::image("bricks", Access::ComputeReadWrite),
     ],
-    push_bytes: size_of::<KeepParams>() as u32,
-    sets: Sets::None,
-};
+    KeepParams::LAYOUT,
+);
 
 /// All voxels, and the blocks of 4³ of them that dynamic geometry touches.
 pub struct TouchedVoxels<'v> {
     /// One [`crate::gi::shared::voxel::dynamic::TouchedBlock`] each.
     pub blocks: &'v Arc<Buffer>,
-    /// How many.
+    /// Number of entries in `blocks`.
     pub block_count: u32,
     /// One bit a voxel.
     pub occupancy: &'v Arc<Buffer>,
@@ -192,7 +196,7 @@ impl Slots {
 
 /// The dynamic tiles of a pool.
 pub struct DynamicTiles {
-    /// Where those of each level are, finest first; that of the coarsest is the entry.
+    /// Where the dynamic tiles of each level are, finest first; the coarsest one is the entry.
     pub levels: Vec<LevelRange>,
     /// First tile behind the static ones.
     first: u32,
@@ -271,7 +275,7 @@ impl DynamicTiles {
             .sum()
     }
 
-    /// Those that there is room for.
+    /// Number of tiles that there is room for.
     pub(super) fn tail_room(&self) -> u32 {
         self.slots.capacity - 1
     }
@@ -356,10 +360,10 @@ impl DynamicTiles {
         frame.fill("svo.clear", &self.affected, 0);
         frame
             .pass(&MARK_AFFECTED)
-            .bind(touched.blocks)
-            .bind(touched.occupancy)
-            .bind(&self.affected)
-            .constants(&[u32::from(self.corners)])
+            .bind("touched", touched.blocks)
+            .bind("occupancy", touched.occupancy)
+            .bind("affected_tiles", &self.affected)
+            .constant("CORNERS", self.corners)
             .push(&AffectedParams {
                 touched_count: touched.block_count,
                 blocks: resolution / 4,
@@ -383,12 +387,12 @@ impl DynamicTiles {
             };
             frame
                 .pass(&FLAG_DYNAMIC)
-                .bind(&self.device_levels)
-                .bind(&nodes.nodes)
-                .bind(places)
-                .bind(originals)
-                .bind(&self.affected)
-                .bind(group_sums)
+                .bind("levels", &self.device_levels)
+                .bind("nodes", &nodes.nodes)
+                .bind("places", places)
+                .bind("originals", originals)
+                .bind("affected_tiles", &self.affected)
+                .bind("group_sums", group_sums)
                 .push(&params)
                 .dispatch_indirect(&self.device_levels, arguments(level));
             let scan = LevelParams {
@@ -397,18 +401,18 @@ impl DynamicTiles {
             };
             frame
                 .pass(&SCAN_NODES)
-                .bind(group_sums)
-                .bind(&self.device_levels)
+                .bind("group_sums", group_sums)
+                .bind("levels", &self.device_levels)
                 .push(&scan)
                 .dispatch([1, 1, 1]);
             frame
                 .pass(&ALLOCATE_DYNAMIC)
-                .bind(&self.device_levels)
-                .bind(group_sums)
-                .bind(&self.affected)
-                .bind(&nodes.nodes)
-                .bind(places)
-                .bind(originals)
+                .bind("levels", &self.device_levels)
+                .bind("group_sums", group_sums)
+                .bind("affected_tiles", &self.affected)
+                .bind("nodes", &nodes.nodes)
+                .bind("places", places)
+                .bind("originals", originals)
                 .push(&params)
                 .dispatch_indirect(&self.device_levels, arguments(level));
         }
@@ -422,11 +426,11 @@ impl DynamicTiles {
         let blocks = resolution / 4;
         frame
             .pass(&LINK_LEAVES)
-            .bind(&self.device_levels)
-            .bind(places)
-            .bind(touched.occupancy)
-            .bind(touched.block_bases)
-            .bind(&nodes.nodes)
+            .bind("levels", &self.device_levels)
+            .bind("tiles", places)
+            .bind("occupancy", touched.occupancy)
+            .bind("block_bases", touched.block_bases)
+            .bind("nodes", &nodes.nodes)
             .push(&LeafParams {
                 blocks,
                 first_x: 0,
@@ -444,19 +448,19 @@ impl DynamicTiles {
             if level > 0 {
                 frame
                     .pass(&LINK_NEIGHBOURS)
-                    .bind(&self.device_levels)
-                    .bind(&nodes.nodes)
-                    .bind(&nodes.neighbours)
+                    .bind("levels", &self.device_levels)
+                    .bind("nodes", &nodes.nodes)
+                    .bind("neighbours", &nodes.neighbours)
                     .push(&LevelParams { level, first_child })
                     .dispatch_indirect(&self.device_levels, arguments(level));
             }
             let LevelRange { first, count } = self.levels[level as usize];
             frame
                 .pass(&FLAG_TEXELS)
-                .bind(places)
-                .bind(&self.affected)
-                .bind(remade)
-                .constants(&[u32::from(self.corners)])
+                .bind("places", places)
+                .bind("affected_tiles", &self.affected)
+                .bind("remade_texels", remade)
+                .constant("CORNERS", self.corners)
                 .push(&TexelParams {
                     first,
                     count,
@@ -478,9 +482,9 @@ impl DynamicTiles {
         }
         frame
             .pass(&KEEP_STATIC)
-            .bind(&self.slots.originals)
-            .bind(&self.slots.remade)
-            .bind(bricks)
+            .bind("originals", &self.slots.originals)
+            .bind("remade_texels", &self.slots.remade)
+            .bind("bricks", bricks)
             .push(&KeepParams {
                 first,
                 count,

@@ -4,6 +4,7 @@
 pub mod attributes;
 pub mod bricks;
 pub mod dynamic;
+mod entry;
 pub mod nodes;
 pub mod oracle;
 pub mod pieces;
@@ -14,162 +15,25 @@ use std::sync::Arc;
 pub use attributes::AttributeBricks;
 pub use bricks::{BrickPool, BrickSettings, RecordRange, face_stride};
 pub use dynamic::TouchedVoxels;
+pub use entry::ENTRY;
 pub use nodes::NodePool;
 pub use pieces::{Occupancy, OccupiedCube, PieceVoxelizer, Pieces};
 
-use super::{Parts, Relit, VoxelCones, VoxelStore};
-use crate::gi::entry::{Entry, Part, Stage};
-use crate::gi::settings::{Domain, Preset, Setting, SettingError, Settings};
+use super::{Parts, Relit, VoxelStore};
+use crate::gi::Context;
+use crate::gi::settings::Settings;
 use crate::gi::shared::cone::volume::volume_passes;
-use crate::gi::shared::cone::{self, Bound, ConeTracer, Constant, Volume, VolumePasses};
-use crate::gi::shared::interleave;
+use crate::gi::shared::cone::{Bound, ConeTracer, Volume, VolumePasses, VoxelVolume};
 use crate::gi::shared::voxel::{
-    self, Bounces, Directionality, FACE_SETTINGS, LightSettings, MIP_FILTER, Prefilter, Sides,
-    VoxelGrid, VoxelSettings,
+    Directionality, LightSettings, LitVoxels, Prefilter, Sides, VoxelGrid, VoxelSettings,
 };
-use crate::gi::{Context, LitVoxels, Technique, VoxelVolume};
-use crate::graph::{Access, Binding, Buffer, Error, Frame, FrameStats, Gpu, Image, Pass};
+use crate::graph::{Access, Binding, Buffer, Error, Frame, FrameStats, Gpu, Image};
 use crate::render::LightMaps;
-use crate::shader::{Field, GpuStruct};
-
-static SETTINGS: &[Setting] = &[
-    Setting {
-        name: "lattice",
-        help: "where the bricks' texels are: centres (those of the dense mips' texels; a level is \
-               made of 2³ finer texels) or corners (of voxels, as published: voxels spread to \
-               eight corners, a level is the 27-tap Gaussian of the finer one)",
-        unit: "",
-        domain: Domain::Choice(&["centres", "corners"]),
-        default: "centres",
-    },
-    MIP_FILTER,
-    Setting {
-        name: "filter_split",
-        help: "on corners, the filter of a level in one pass, or in three: centres, faces and \
-               edges, corners of bricks, whose threads then have equal work",
-        unit: "",
-        domain: Domain::Choice(&["one", "three"]),
-        default: "one",
-    },
-    Setting {
-        name: "filter",
-        help: "tiles whose bricks an update makes anew: touched (that hold light, or did in the \
-               last update; on corners all) or all; the bits are the same",
-        unit: "",
-        domain: Domain::Choice(&["touched", "all"]),
-        default: "touched",
-    },
-    Setting {
-        name: "normals",
-        help: "which way the light of a texel leaves it: off (all ways alike) or toksvig (bricks \
-               also hold the mean normal of what shines, and a cone sees the share that faces it, \
-               of normals that are spread by Toksvig's variance)",
-        unit: "",
-        domain: Domain::Choice(&["off", "toksvig"]),
-        default: "off",
-    },
-    Setting {
-        name: "attributes",
-        help: "bricks of the voxels' albedo, mean normal and, where the scene emits, emission \
-               too, so that they can be seen on all levels; no cone reads them",
-        unit: "",
-        domain: Domain::Choice(&["off", "on"]),
-        default: "off",
-    },
-];
-
-static PRESETS: &[Preset] = &[
-    Preset {
-        name: "accurate",
-        help: "as cones, but 32 of them and so narrow that they read the finest levels",
-        values: &[cone::NARROWEST],
-    },
-    Preset {
-        name: "cones",
-        help: "cones as they converge best for their time: narrow, interleaved, kept off the \
-               receiver's plane, through bricks that stay opaque",
-        values: &[],
-    },
-    Preset {
-        name: "anisotropic",
-        help: "as cones, through mips that look different along each axis from either side",
-        values: &[voxel::ANISOTROPIC],
-    },
-    Preset {
-        name: "directional",
-        help: "as cones, through voxels of six faces on all levels, either side of which blocks",
-        values: &[voxel::DIRECTIONAL],
-    },
-    Preset {
-        name: "textbook",
-        help: "as the papers have it: voxels spread to corners, Gaussian bricks, six cones of 60°",
-        values: &[
-            &[
-                ("lattice", "corners"),
-                ("mip_filter", "box"),
-                ("filter_split", "three"),
-            ],
-            cone::TEXTBOOK,
-        ],
-    },
-];
-
-/// The passes of this module.
-pub static PASSES: &[&Pass] = &[
-    &nodes::REDUCE_POINTS,
-    &nodes::FLAG_NODES,
-    &nodes::SCAN_NODES,
-    &nodes::ALLOCATE_TILES,
-    &nodes::LINK_LEAVES,
-    &nodes::LINK_NEIGHBOURS,
-    &bricks::WRITE_LEAVES,
-    &bricks::WRITE_NORMALS,
-    &attributes::WRITE_ATTRIBUTES,
-    &bricks::TRANSFER_BORDERS,
-    &bricks::FILTER,
-    &bricks::COPY_BRICKS,
-    &dynamic::MARK_AFFECTED,
-    &dynamic::FLAG_DYNAMIC,
-    &dynamic::ALLOCATE_DYNAMIC,
-    &dynamic::FLAG_TEXELS,
-    &dynamic::KEEP_STATIC,
-    &touched::FLAG_TOUCHED,
-    &touched::LIST_TOUCHED,
-    &pieces::INJECT_RSM,
-];
-
-/// The structs that this module shares with shaders.
-pub static STRUCTS: &[(&str, &[Field])] = &[
-    (nodes::Level::NAME, nodes::Level::FIELDS),
-    (nodes::ReduceParams::NAME, nodes::ReduceParams::FIELDS),
-    (nodes::FlagParams::NAME, nodes::FlagParams::FIELDS),
-    (nodes::LevelParams::NAME, nodes::LevelParams::FIELDS),
-    (nodes::LeafParams::NAME, nodes::LeafParams::FIELDS),
-    (bricks::BrickParams::NAME, bricks::BrickParams::FIELDS),
-    (bricks::RecordParams::NAME, bricks::RecordParams::FIELDS),
-    (bricks::TransferParams::NAME, bricks::TransferParams::FIELDS),
-    (
-        bricks::CopyBricksParams::NAME,
-        bricks::CopyBricksParams::FIELDS,
-    ),
-    (
-        dynamic::AffectedParams::NAME,
-        dynamic::AffectedParams::FIELDS,
-    ),
-    (dynamic::DynamicParams::NAME, dynamic::DynamicParams::FIELDS),
-    (dynamic::TexelParams::NAME, dynamic::TexelParams::FIELDS),
-    (dynamic::KeepParams::NAME, dynamic::KeepParams::FIELDS),
-    (touched::Touched::NAME, touched::Touched::FIELDS),
-    (touched::TouchParams::NAME, touched::TouchParams::FIELDS),
-    (
-        touched::ListTouchedParams::NAME,
-        touched::ListTouchedParams::FIELDS,
-    ),
-];
 
 /// The passes of cones through the octree.
 pub static CONES: VolumePasses = volume_passes!(
     "gi/voxel_cones/svo",
+    ["CORNERS", "NORMALS"],
     [
         Binding::buffer("nodes", Access::ComputeRead),
         Binding::sampled("bricks", Access::ComputeSampled),
@@ -177,87 +41,10 @@ pub static CONES: VolumePasses = volume_passes!(
     ]
 );
 
-/// The row of the registry.
-pub static ENTRY: Entry = Entry {
-    name: "svo",
-    summary: "sparse voxel octree with bricks, cone-traced",
-    bounces: |settings| Bounces::new(settings).count(),
-    settings: &[
-        voxel::RESOLUTION,
-        voxel::SETTINGS,
-        SETTINGS,
-        FACE_SETTINGS,
-        cone::SETTINGS,
-    ],
-    check,
-    presets: PRESETS,
-    passes: &[voxel::PASSES, PASSES, &CONES.all(), interleave::PASSES],
-    structs: &[voxel::STRUCTS, STRUCTS, cone::STRUCTS, interleave::STRUCTS],
-    stages: &[
-        &voxel::VOXELIZATION,
-        &Stage {
-            name: "node flagging and allocation",
-            part: Part::Store,
-            passes: &[
-                "svo.copy_occupancy",
-                "svo.clear",
-                "svo.reduce_points",
-                "svo.flag_nodes",
-                "svo.scan_nodes",
-                "svo.allocate_tiles",
-                "svo.link_leaves",
-                "svo.link_neighbours",
-                "svo.mark_affected",
-                "svo.flag_dynamic",
-                "svo.allocate_dynamic",
-                "svo.flag_texels",
-                "svo.grow",
-                "svo.copy_bricks",
-            ],
-        },
-        &voxel::LIGHT_INJECTION,
-        &Stage {
-            name: "touched tiles",
-            part: Part::Store,
-            passes: &["svo.clear_touched", "svo.flag_touched", "svo.list_touched"],
-        },
-        &Stage {
-            name: "leaf writing",
-            part: Part::Store,
-            passes: &[
-                "svo.clear_bricks",
-                "svo.merge_radiance",
-                "svo.write_leaves",
-                "svo.write_normals",
-                "svo.write_attributes",
-            ],
-        },
-        &Stage {
-            name: "border transfer",
-            part: Part::Store,
-            passes: &["svo.transfer_borders", "svo.keep_static"],
-        },
-        &Stage {
-            name: "mip filtering",
-            part: Part::Store,
-            passes: &["svo.filter"],
-        },
-        &voxel::BOUNCES,
-        &super::GATHER,
-        &super::SPECULAR,
-        &cone::SOFT_SHADOWS,
-    ],
-    directions: &super::directions(&CONES),
-    substitutions: &[cone::SUBSTITUTIONS, voxel::SUBSTITUTIONS],
-    voxels: Some(voxel::list_voxels),
-    make,
-};
-
 /// The volume of a sparse voxel octree: the node pool, the brick pool, and normal bricks where
-/// texels
-/// shine by their normals. `corners`: its texels are at corners of voxels, not where those of dense
-/// mips are. `faces`: the levels with six faces, and bricks from a face of a tile to the next;
-/// without normal bricks.
+/// texels shine by their normals. `corners`: its texels are at corners of voxels, not where those
+/// of dense mips are. `faces`: the levels with six faces, and bricks from a face of a tile to the
+/// next; without normal bricks.
 pub fn volume<'v>(
     grid: VoxelGrid,
     nodes: &'v Arc<Buffer>,
@@ -270,11 +57,12 @@ pub fn volume<'v>(
         passes: &CONES,
         grid,
         bound: [
-            Bound::Buffer(nodes),
-            Bound::Image(bricks),
-            Bound::Image(normals.unwrap_or(bricks)),
+            ("nodes", Bound::Buffer(nodes)),
+            ("bricks", Bound::Image(bricks)),
+            ("normals_of_bricks", Bound::Image(normals.unwrap_or(bricks))),
         ],
-        constants: [u32::from(corners), u32::from(normals.is_some())].map(Constant::Is),
+        constants: [("CORNERS", corners), ("NORMALS", normals.is_some())]
+            .map(|(name, is_on)| Some((name, u32::from(is_on)))),
         directionality,
         sides: 1 + u32::from(normals.is_some() || directionality.faces().is_some()),
         voxels_across: grid.resolution,
@@ -298,24 +86,6 @@ pub struct Svo {
     has_attributes: bool,
     voxelizer: PieceVoxelizer,
     octree: Option<Octree>,
-}
-
-/// Whether the settings are possible together.
-fn check(settings: &Settings) -> Result<(), SettingError> {
-    if settings.is("normals", "toksvig")
-        && Directionality::new(settings) != Directionality::Isotropic
-    {
-        return Err(SettingError::Together(
-            "normals = toksvig needs anisotropic = off and faces = one: faces know which way \
-             their light leaves them"
-                .into(),
-        ));
-    }
-    cone::check(settings)
-}
-
-fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>, Error> {
-    Ok(Box::new(VoxelCones::<Svo>::new(context, settings, "svo")?))
 }
 
 impl VoxelStore for Svo {

@@ -8,21 +8,22 @@ use super::dynamic::{DynamicTiles, TouchedVoxels};
 use super::pieces::Occupancy;
 use crate::gi::shared::voxel::build::{buffer, linear_groups};
 use crate::gpu_struct;
-use crate::graph::compute::{pass, read, read_write, write};
+use crate::graph::compute::{read, read_write, write};
 use crate::graph::{Buffer, Error, Frame, FrameStats, Gpu, Pass};
+use crate::shader::GpuStruct;
 
 gpu_struct! {
     /// One level of the pool on the device (`gi/voxel_cones/svo/pool.glsl`).
     pub struct Level {
         /// Index of its first tile.
         pub first: u32,
-        /// Its tiles.
+        /// Number of its tiles.
         pub count: u32,
-        /// Workgroups over its tiles.
+        /// Workgroups of a dispatch over its tiles, along x.
         pub groups_x: u32,
-        /// Likewise.
+        /// Workgroups of that dispatch along y.
         pub groups_y: u32,
-        /// Likewise.
+        /// Workgroups of that dispatch along z.
         pub groups_z: u32,
     }
 }
@@ -32,11 +33,11 @@ gpu_struct! {
     pub struct ReduceParams {
         /// Blocks of the finer points along an axis.
         pub finer_blocks: u32,
-        /// First of them in the whole lattice.
+        /// First block of the finer points in the whole lattice, along x.
         pub first_x: i32,
-        /// Likewise.
+        /// First block of the finer points in the whole lattice, along y.
         pub first_y: i32,
-        /// Likewise.
+        /// First block of the finer points in the whole lattice, along z.
         pub first_z: i32,
         /// Blocks of the coarser points along an axis.
         pub point_blocks: u32,
@@ -74,13 +75,13 @@ gpu_struct! {
     pub struct LeafParams {
         /// Blocks along an edge of the cube whose voxels are linked.
         pub blocks: u32,
-        /// Its first block in the whole grid.
+        /// First block of the cube in the whole grid, along x.
         pub first_x: u32,
-        /// Likewise.
+        /// First block of the cube in the whole grid, along y.
         pub first_y: u32,
-        /// Likewise.
+        /// First block of the cube in the whole grid, along z.
         pub first_z: u32,
-        /// Its first compact index.
+        /// Compact index of the cube's first voxel.
         pub first_voxel: u32,
         /// The tile whose place comes first.
         pub first_place: u32,
@@ -91,20 +92,23 @@ gpu_struct! {
 
 /// Points of the next coarser lattice, and tiles of this level, that hold something. A thread 4³ of
 /// the finer points.
-pub static REDUCE_POINTS: Pass = pass(
-    "svo.reduce_points",
-    "gi/voxel_cones/svo/reduce_points.comp",
-    &[
-        read("finer_points"),
-        read_write("coarser_points"),
-        read_write("level_tiles"),
-        read_write("tile_counts"),
-    ],
-    size_of::<ReduceParams>(),
-);
+pub static REDUCE_POINTS: Pass = Pass {
+    constants: &["POINT_REACH", "TILE_REACH"],
+    ..Pass::compute(
+        "svo.reduce_points",
+        "gi/voxel_cones/svo/reduce_points.comp",
+        &[
+            read("finer_points"),
+            read_write("coarser_points"),
+            read_write("level_tiles"),
+            read_write("tile_counts"),
+        ],
+        ReduceParams::LAYOUT,
+    )
+};
 
 /// Which nodes of a level have children. A thread 16 tiles, as many as the device says.
-pub static FLAG_NODES: Pass = pass(
+pub static FLAG_NODES: Pass = Pass::compute(
     "svo.flag_nodes",
     "gi/voxel_cones/svo/flag_nodes.comp",
     &[
@@ -114,20 +118,20 @@ pub static FLAG_NODES: Pass = pass(
         write("nodes"),
         write("group_sums"),
     ],
-    size_of::<FlagParams>(),
+    FlagParams::LAYOUT,
 );
 
 /// Prefix sum over groups of tiles; the next finer level. One workgroup.
-pub static SCAN_NODES: Pass = pass(
+pub static SCAN_NODES: Pass = Pass::compute(
     "svo.scan_nodes",
     "gi/voxel_cones/svo/scan_nodes.comp",
     &[read_write("group_sums"), read_write("levels")],
-    size_of::<LevelParams>(),
+    LevelParams::LAYOUT,
 );
 
 /// Child pointers, and the places of the child tiles. A thread 16 tiles, as many as the device
 /// says.
-pub static ALLOCATE_TILES: Pass = pass(
+pub static ALLOCATE_TILES: Pass = Pass::compute(
     "svo.allocate_tiles",
     "gi/voxel_cones/svo/allocate_tiles.comp",
     &[
@@ -136,11 +140,11 @@ pub static ALLOCATE_TILES: Pass = pass(
         read_write("nodes"),
         read_write("tiles"),
     ],
-    size_of::<LevelParams>(),
+    LevelParams::LAYOUT,
 );
 
 /// Voxels of leaf tiles. A thread 16 tiles of the level above, as many as the device says.
-pub static LINK_LEAVES: Pass = pass(
+pub static LINK_LEAVES: Pass = Pass::compute(
     "svo.link_leaves",
     "gi/voxel_cones/svo/link_leaves.comp",
     &[
@@ -150,16 +154,16 @@ pub static LINK_LEAVES: Pass = pass(
         read("block_bases"),
         read_write("nodes"),
     ],
-    size_of::<LeafParams>(),
+    LeafParams::LAYOUT,
 );
 
 /// The neighbours before each tile that a level's nodes lead to. A thread 16 tiles, as many as the
 /// device says.
-pub static LINK_NEIGHBOURS: Pass = pass(
+pub static LINK_NEIGHBOURS: Pass = Pass::compute(
     "svo.link_neighbours",
     "gi/voxel_cones/svo/link_neighbours.comp",
     &[read("levels"), read("nodes"), read_write("neighbours")],
-    size_of::<LevelParams>(),
+    LevelParams::LAYOUT,
 );
 
 /// An error where there are more tiles, or voxels, than the 24 bits of a child pointer tell apart.
@@ -262,7 +266,8 @@ impl Pyramid {
         }
     }
 
-    /// From so many blocks of finer points along an axis, `first` of them in the whole lattice.
+    /// Reduces a cube of finer points, given in blocks: its edge, and its `first` block in the
+    /// whole lattice.
     fn reduce(
         &self,
         frame: &mut Frame,
@@ -287,11 +292,12 @@ impl Pyramid {
         let [points, tiles] = &self.levels[level as usize];
         frame
             .pass(&REDUCE_POINTS)
-            .bind(finer)
-            .bind(points)
-            .bind(tiles)
-            .bind(&self.counts)
-            .constants(&[u32::from(self.corners) + spread, spread])
+            .bind("finer_points", finer)
+            .bind("coarser_points", points)
+            .bind("level_tiles", tiles)
+            .bind("tile_counts", &self.counts)
+            .constant("POINT_REACH", u32::from(self.corners) + spread)
+            .constant("TILE_REACH", spread)
             .push(&params)
             .dispatch(linear_groups(finer_blocks.pow(3)));
     }
@@ -489,25 +495,25 @@ impl NodePool {
             let child_bits = &pyramid.levels[level as usize - 1][1];
             frame
                 .pass(&FLAG_NODES)
-                .bind(&device_levels)
-                .bind(&tiles)
-                .bind(child_bits)
-                .bind(&self.nodes)
-                .bind(&group_sums)
+                .bind("levels", &device_levels)
+                .bind("tiles", &tiles)
+                .bind("child_bits", child_bits)
+                .bind("nodes", &self.nodes)
+                .bind("group_sums", &group_sums)
                 .push(&flag)
                 .dispatch_indirect(&device_levels, arguments(level));
             frame
                 .pass(&SCAN_NODES)
-                .bind(&group_sums)
-                .bind(&device_levels)
+                .bind("group_sums", &group_sums)
+                .bind("levels", &device_levels)
                 .push(&params)
                 .dispatch([1, 1, 1]);
             frame
                 .pass(&ALLOCATE_TILES)
-                .bind(&device_levels)
-                .bind(&group_sums)
-                .bind(&self.nodes)
-                .bind(&tiles)
+                .bind("levels", &device_levels)
+                .bind("group_sums", &group_sums)
+                .bind("nodes", &self.nodes)
+                .bind("tiles", &tiles)
                 .push(&params)
                 .dispatch_indirect(&device_levels, arguments(level));
         }
@@ -516,11 +522,11 @@ impl NodePool {
             let (blocks, first_voxel) = (cube.resolution / 4, cube.first_voxel);
             frame
                 .pass(&LINK_LEAVES)
-                .bind(&device_levels)
-                .bind(&tiles)
-                .bind(&cube.occupancy)
-                .bind(&cube.block_bases)
-                .bind(&self.nodes)
+                .bind("levels", &device_levels)
+                .bind("tiles", &tiles)
+                .bind("occupancy", &cube.occupancy)
+                .bind("block_bases", &cube.block_bases)
+                .bind("nodes", &self.nodes)
                 .push(&LeafParams {
                     blocks,
                     first_x,
@@ -535,9 +541,9 @@ impl NodePool {
         for level in (1..=root).rev() {
             frame
                 .pass(&LINK_NEIGHBOURS)
-                .bind(&device_levels)
-                .bind(&self.nodes)
-                .bind(&self.neighbours)
+                .bind("levels", &device_levels)
+                .bind("nodes", &self.nodes)
+                .bind("neighbours", &self.neighbours)
                 .push(&LevelParams {
                     level,
                     first_child: 0,

@@ -13,15 +13,14 @@ use crate::gi::shared::voxel::build::buffer;
 use crate::gi::shared::voxel::light::inject::{INJECT_BINDINGS, inject_pass};
 use crate::gi::shared::voxel::{
     Accumulation, DynamicVoxels, LightSettings, LitVoxels, Viewer, VoxelGrid, VoxelLight,
-    VoxelLookup, VoxelRecords, VoxelSettings, Voxelizer, Voxels, bound_tiles,
+    VoxelLookup, VoxelRecords, VoxelSettings, Voxelizer, Voxels, add_counts, bound_tiles,
 };
 use crate::graph::pass::join;
 use crate::graph::{Access, Binding, Buffer, Error, Frame, FrameStats, Gpu, Pass};
 use crate::render::{GpuScene, LightMaps};
 
 /// As `voxel.inject_rsm` elsewhere; voxels are found by descent from the root of the octree
-/// (Crassin
-/// et al. 2011, section 6).
+/// (Crassin et al. 2011, section 6).
 pub static INJECT_RSM: Pass = inject_pass(
     "gi/voxel_cones/svo/inject_rsm.comp",
     const {
@@ -45,7 +44,7 @@ pub struct PieceVoxelizer {
     settings: VoxelSettings,
     grid: VoxelGrid,
     whole: Voxelizer,
-    /// One a piece.
+    /// One for each piece of the grid.
     voxelizers: Vec<Voxelizer>,
     /// Whether dynamic geometry has voxels of its own, which follow it; otherwise all is voxelized
     /// at once.
@@ -62,7 +61,7 @@ pub struct Pieces {
     pub fragment_count: u32,
     /// Radiance and opacity of each voxel, or of each side of it.
     pub radiance: Arc<Buffer>,
-    /// Those that are not empty, or the whole.
+    /// The pieces that are not empty, or the whole grid as one.
     pieces: Vec<Piece>,
 }
 
@@ -83,7 +82,7 @@ pub struct OccupiedCube {
     pub resolution: u32,
     /// One bit a voxel.
     pub occupancy: Arc<Buffer>,
-    /// Of each block, voxels of the cube before its first one.
+    /// For each block: number of the cube's voxels before its first one.
     pub block_bases: Arc<Buffer>,
     /// Compact index of the cube's first voxel.
     pub first_voxel: u32,
@@ -153,13 +152,13 @@ impl PieceVoxelizer {
         })
     }
 
-    /// Cuts the grid into a cube of pieces, so many along an edge.
+    /// Cuts the grid into a cube of pieces, `along` of them on each edge.
     pub fn cut(&mut self, along: u32) {
         self.voxelizers = self.whole.cut(along);
     }
 
-    /// Voxelizes. What is too large to bind is tried again in smaller pieces, but where voxels see
-    /// lights by rays: a piece does not know the others.
+    /// Voxelizes. If a buffer is too large to bind, smaller pieces are tried, unless voxels see
+    /// lights by rays: a ray in one piece does not see the voxels of another.
     pub fn run(
         &mut self,
         gpu: &Gpu,
@@ -306,7 +305,8 @@ impl Pieces {
         Ok(Some(stats))
     }
 
-    /// The voxels, and which of them dynamic geometry touches; `None` where it is not told apart.
+    /// The voxels, and the blocks that dynamic geometry touches; `None` if it has no voxels of its
+    /// own.
     pub fn touched(&self) -> Option<TouchedVoxels<'_>> {
         let (voxels, dynamic) = self.pieces.first()?.dynamic.as_ref()?;
         let (blocks, block_count) = dynamic.touched_blocks();
@@ -333,7 +333,7 @@ impl Pieces {
                 voxels,
                 VoxelLookup {
                     pass: &INJECT_RSM,
-                    bound: &[nodes],
+                    bound: &[("nodes", nodes)],
                     grid: self.grid,
                     first: ((voxels.grid.origin - self.grid.origin) / self.grid.voxel_size)
                         .round()
@@ -421,12 +421,7 @@ impl Pieces {
                     .as_ref()
                     .map(|(_, dynamic)| ("dynamic_voxels", u64::from(dynamic.voxel_count))),
             );
-            for (name, count) in piece.light.counts(gpu)? {
-                match counts.iter_mut().find(|(known, _)| *known == name) {
-                    Some((_, sum)) => *sum += count,
-                    None => counts.push((name, count)),
-                }
-            }
+            add_counts(&mut counts, piece.light.counts(gpu)?);
         }
         Ok(counts)
     }

@@ -10,24 +10,25 @@ use super::bricks::{BrickParams, LevelBricks};
 use super::nodes::{LevelRange, NodePool};
 use crate::gi::shared::voxel::build::{buffer, linear_groups};
 use crate::gpu_struct;
-use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu, Pass, PassBuilder, Sets, Shaders};
+use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu, Pass, PassBuilder};
+use crate::shader::GpuStruct;
 
 gpu_struct! {
     /// The touched tiles of a level on the device (`gi/voxel_cones/svo/touched.glsl`).
     pub struct Touched {
-        /// How many.
+        /// Number of touched tiles.
         pub count: u32,
-        /// Workgroups of 64 threads, eight a tile.
+        /// Workgroups of 64 threads, eight threads a tile: along x.
         pub texel_groups_x: u32,
-        /// Likewise.
+        /// The same dispatch along y.
         pub texel_groups_y: u32,
-        /// Likewise.
+        /// The same dispatch along z.
         pub texel_groups_z: u32,
-        /// Workgroups of 64 threads, one a tile.
+        /// Workgroups of 64 threads, one thread a tile: along x.
         pub tile_groups_x: u32,
-        /// Likewise.
+        /// The same dispatch along y.
         pub tile_groups_y: u32,
-        /// Likewise.
+        /// The same dispatch along z.
         pub tile_groups_z: u32,
     }
 }
@@ -62,32 +63,33 @@ gpu_struct! {
 
 /// Which tiles of a level light has touched. A thread a tile.
 pub static FLAG_TOUCHED: Pass = Pass {
-    name: "svo.flag_touched",
-    shaders: Shaders::Compute("gi/voxel_cones/svo/flag_touched.comp"),
-    bindings: &[
-        Binding::buffer("nodes", Access::ComputeRead),
-        Binding::buffer("neighbours", Access::ComputeRead),
-        Binding::buffer("voxel_radiance", Access::ComputeRead),
-        Binding::buffer("touched_children", Access::ComputeRead),
-        Binding::buffer("touched_bits", Access::ComputeReadWrite),
-        Binding::buffer("lit_leaves", Access::ComputeReadWrite),
-    ],
-    push_bytes: size_of::<TouchParams>() as u32,
-    sets: Sets::None,
+    constants: &["LEAVES", "SIDES"],
+    ..Pass::compute(
+        "svo.flag_touched",
+        "gi/voxel_cones/svo/flag_touched.comp",
+        &[
+            Binding::buffer("nodes", Access::ComputeRead),
+            Binding::buffer("neighbours", Access::ComputeRead),
+            Binding::buffer("voxel_radiance", Access::ComputeRead),
+            Binding::buffer("touched_children", Access::ComputeRead),
+            Binding::buffer("touched_bits", Access::ComputeReadWrite),
+            Binding::buffer("lit_leaves", Access::ComputeReadWrite),
+        ],
+        TouchParams::LAYOUT,
+    )
 };
 
 /// The touched tiles of a level, and all dynamic ones, as a list. A thread 32 tiles.
-pub static LIST_TOUCHED: Pass = Pass {
-    name: "svo.list_touched",
-    shaders: Shaders::Compute("gi/voxel_cones/svo/list_touched.comp"),
-    bindings: &[
+pub static LIST_TOUCHED: Pass = Pass::compute(
+    "svo.list_touched",
+    "gi/voxel_cones/svo/list_touched.comp",
+    &[
         Binding::buffer("touched_bits", Access::ComputeRead),
         Binding::buffer("touched_levels", Access::ComputeReadWrite),
         Binding::buffer("touched_tiles", Access::ComputeWrite),
     ],
-    push_bytes: size_of::<ListTouchedParams>() as u32,
-    sets: Sets::None,
-};
+    ListTouchedParams::LAYOUT,
+);
 
 /// Finds the touched tiles.
 pub(super) struct TouchedTiles {
@@ -162,13 +164,14 @@ impl TouchedTiles {
         frame.fill("svo.clear_touched", own, 0);
         frame
             .pass(&FLAG_TOUCHED)
-            .bind(&nodes.nodes)
-            .bind(&nodes.neighbours)
-            .bind(radiance)
-            .bind(children)
-            .bind(own)
-            .bind(&self.lit_leaves)
-            .constants(&[u32::from(level == 0), sides])
+            .bind("nodes", &nodes.nodes)
+            .bind("neighbours", &nodes.neighbours)
+            .bind("voxel_radiance", radiance)
+            .bind("touched_children", children)
+            .bind("touched_bits", own)
+            .bind("lit_leaves", &self.lit_leaves)
+            .constant("LEAVES", level == 0)
+            .constant("SIDES", sides)
             .push(&TouchParams {
                 first,
                 count,
@@ -185,9 +188,9 @@ impl TouchedTiles {
         let groups = (count.div_ceil(32) + dynamic_count.div_ceil(32)).div_ceil(256);
         frame
             .pass(&LIST_TOUCHED)
-            .bind(own)
-            .bind(&self.levels)
-            .bind(&self.list)
+            .bind("touched_bits", own)
+            .bind("touched_levels", &self.levels)
+            .bind("touched_tiles", &self.list)
             .push(&params)
             .dispatch([groups, 1, 1]);
         Tiles {
@@ -246,8 +249,7 @@ impl<'t> Tiles<'t> {
         }
     }
 
-    /// The parameters of a pass over these tiles, whose bricks and those of their children are
-    /// there.
+    /// The parameters of a pass over these tiles: where their own bricks and their children's are.
     pub(super) fn params(&self, [own, children]: [LevelBricks; 2]) -> BrickParams {
         let [
             LevelRange { first, count },
@@ -272,24 +274,18 @@ impl<'t> Tiles<'t> {
     }
 
     /// Runs a pass with `threads` a tile: eight or one, or any number where no list is followed.
-    /// The lists are its last bindings, whether it follows them its last constant.
+    /// Binds the lists, and says whether it follows them.
     pub(super) fn dispatch<T: bytemuck::Pod>(
         &self,
         pass: PassBuilder<'_>,
-        constants: &[u32],
         params: &T,
         threads: u32,
     ) {
         let [levels, list] = self.lists;
-        let constants: Vec<u32> = constants
-            .iter()
-            .copied()
-            .chain([u32::from(self.is_listed)])
-            .collect();
         let pass = pass
-            .bind(levels)
-            .bind(list)
-            .constants(&constants)
+            .bind("touched_levels", levels)
+            .bind("touched_tiles", list)
+            .constant("TOUCHED", self.is_listed)
             .push(params);
         if self.is_listed {
             let arguments = if threads == 8 { 4 } else { 16 };

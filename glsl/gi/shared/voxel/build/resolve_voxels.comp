@@ -38,8 +38,7 @@ params;
 const float OPPOSED = 0.25;
 
 // Voxel.coverage; `across`: area across each axis, `net`: the same with the normals' signs, that is
-// how much more faces one way than the other. Of what faces one way, no more than one voxel face is
-// seen.
+// how much more faces one way than the other. At most one voxel face can be seen from one side.
 uint pack_coverage(float covered, vec3 across, vec3 net) {
     vec3 along = max(across + net, vec3(0.0)) * 0.5, against = max(across - net, vec3(0.0)) * 0.5;
     vec3 seen_along = min(along, vec3(1.0)), seen_against = min(against, vec3(1.0)),
@@ -65,8 +64,8 @@ uvec2 pack_faces(vec3 across, vec3 net) {
         pack_unorm10(min(scale * along, vec3(1.0))), pack_unorm10(min(scale * against, vec3(1.0))));
 }
 
-// Of products of 32 bits, each in two halves: no carry, as long as the sum of all weights fits in
-// 32 bits.
+// Sum of 32-bit products, each split into two halves: nothing carries while the sum of all weights
+// fits in 32 bits.
 struct SmallSum { uvec3 low, high; };
 
 void add_small(inout SmallSum sum, uint weight, uvec3 value) {
@@ -96,7 +95,7 @@ uvec3 unpack_emission(uvec2 e) {
     return uvec3(e.x & 0x1fffffu, e.y & 0x1fffffu, e.x >> 21 | (e.y >> 21) << 11);
 }
 
-// Of the list's fragments that face the front: emission leaves a surface that way.
+// Emission of the list's fragments that face the front: a surface emits that way.
 Sum emission_ahead(uint at, vec3 front) {
     Sum ahead = Sum(uvec3(0u), uvec3(0u));
     while (at != 0u) {

@@ -160,7 +160,7 @@ bool touches(TriangleSetup s, ivec3 voxel) {
 ivec2 depth_range(TriangleSetup s, ivec2 column) {
     vec2 ends =
         (vec2(s.plane_low, s.plane_high) - dot(s.normal.xy, vec2(column) + 0.5)) / s.normal.z;
-    // Of the lowest and the highest box centre; kept where an int can hold them.
+    // Depths of the lowest and the highest box centre, clamped to what an int can hold.
     ends = clamp(
         vec2(min(ends.x, ends.y), max(ends.x, ends.y)), vec2(s.low.z) - 4.0, vec2(s.high.z) + 4.0);
     ivec2 range = ivec2(ceil(ends.x - 0.51), floor(ends.y - 0.49));
@@ -176,7 +176,7 @@ struct Side {
 
 Side whole(vec3 line) { return Side(line, vec2(-4.0, 4.0)); }
 
-// Cuts two lines' segments to each other's half-plane. Of two lines that coincide, `first` is kept.
+// Cuts two lines' segments to each other's half-plane. If the lines coincide, `first` is kept.
 void meet(inout Side first, inout Side second) {
     float sine = second.line.x * first.line.y - second.line.y * first.line.x;
     float cosine = dot(first.line.xy, second.line.xy);

@@ -126,9 +126,9 @@ int nearby_voxel(Footprint footprint) {
 vec3 permute(vec3 p, uint last) { return last == 0u ? p.yzx : last == 1u ? p.zxy : p; }
 vec3 unpermute(vec3 p, uint last) { return last == 0u ? p.zxy : last == 1u ? p.yzx : p; }
 
-// Spreads a footprint over the voxels that it lies in: that of its centre and, along each axis, the
-// nearer neighbour. It is cut into SPLIT² parts, each of which counts as the box around it. What
-// would fall on empty voxels stays with that of the centre.
+// Spreads a footprint over the voxels that it lies in: the voxel of its centre and, along each
+// axis, the nearer neighbour. It is cut into SPLIT² parts, and each part counts as the box around
+// it. What would fall on empty voxels stays in the voxel of the centre.
 void spread(Footprint footprint) {
     vec3 lit_side =
         dot(footprint.normal, footprint.ray) < 0.0 ? footprint.normal : -footprint.normal;
@@ -171,7 +171,7 @@ void spread(Footprint footprint) {
     else if (distance_from_piece(footprint.centre) < 0.0) atomicAdd(lost_texels, 1u);
 }
 
-// Of one texel; false where the light meets nothing.
+// The footprint of one texel; false where the light meets nothing.
 bool read_texel(ivec3 texel, LightView view, out Footprint footprint) {
     float stored = texelFetch(sampler2DArray(shadow_maps, nearest_clamp), texel, 0).r;
     float depth_m = map_depth(view, stored, view.right.w), size = float(view.light.y);

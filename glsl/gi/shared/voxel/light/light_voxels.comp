@@ -112,7 +112,7 @@ const float RAY_START = 0.05, SELF_HEIGHT = 0.1, CONTOUR_SLACK = 0.1;
 // How far behind `from` the map's surface is, and `to`, along the light [m].
 vec2 mapped_depths(Light light, vec3 from, vec3 to) {
     uint index = light.views.x;
-    if (light.views.y == 6u) index += cube_face(from - light.position_kind.xyz);
+    if (light.views.y == POINT_VIEWS) index += cube_face(from - light.position_kind.xyz);
     LightView view = light_views[index];
     vec3 map = project(view, from);
     if (map.z <= 0.0 || any(greaterThan(abs(map.xy), vec2(1.0)))) return vec2(-1.0);
@@ -238,8 +238,8 @@ bool is_current(uint index, Voxel voxel) {
     return block_bases[block] + set_bits_below(occupancy[block], block_bit(at)) == index;
 }
 
-// Radiance, and opacity in w, of a face (+x, −x, +y, −y, +z, −z) of a voxel with these radiances of
-// its sides: that of the side which the face is on, or of the same share of both.
+// Radiance, and opacity in w, of a face (+x, −x, +y, −y, +z, −z) of a voxel whose sides have these
+// radiances: the radiance of the side that the face is on, or an equal share of both.
 vec4 face_radiance(uint index, uint face, vec3 normal, vec3 sides[2]) {
     uint axis = face >> 1;
     float opacity = unpack_unorm10(voxel_faces[index][face & 1u])[axis];

@@ -8,7 +8,7 @@ layout(local_size_x = 64) in;
 #include "gi/shared/voxel/records.glsl"
 
 layout(constant_id = 0) const uint EMISSIVE = 0;
-// so many a voxel: light that goes along, and is none where it is new
+// Pairs of words of light that move along with each voxel; 0 in new ones.
 layout(constant_id = 1) const uint CARRIED = 0;
 layout(constant_id = 2) const bool FACES = false;
 

@@ -8,7 +8,7 @@ use crate::gi::shared::cone::FaceWeights;
 
 /// One of nested levels. Level l has texels of 2^l voxels.
 pub struct ClipmapLevel {
-    /// Its smallest corner, from that of the outermost level \[voxels of level 0\].
+    /// Its smallest corner, from the outermost level's smallest corner \[voxels of level 0\].
     pub corner: DVec3,
     /// The point from which it fades to all sides, likewise.
     pub middle: DVec3,
@@ -27,7 +27,7 @@ pub struct Clipmap {
 }
 
 impl Clipmap {
-    /// n.
+    /// n, the texels of a level along an edge.
     fn edge(&self) -> f64 {
         f64::from(self.levels[0].texels[0].resolution)
     }
@@ -68,8 +68,8 @@ impl Clipmap {
         self.level_at(position).exp2()
     }
 
-    /// Edge of the texels that cones from here keep off their surface by: those of the next level
-    /// as soon as a quarter of the border has gone.
+    /// Edge of a texel, by which cones from here keep off their surface. It grows to the next
+    /// level's texel over the first quarter of the border.
     pub(super) fn largest_texel(&self, position: DVec3) -> f64 {
         let (level, share) = self.shown(position);
         (level as f64 + (4.0 * (1.0 - share)).min(1.0)).exp2()

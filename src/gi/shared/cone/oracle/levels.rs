@@ -40,7 +40,7 @@ impl Volume {
         self.sample_on(uvw, Lattice::Centres)
     }
 
-    /// Likewise of texels that lie elsewhere.
+    /// The same for texels that lie on another lattice.
     pub fn sample_on(&self, uvw: DVec3, lattice: Lattice) -> DVec4 {
         let at = match lattice {
             Lattice::Centres => uvw * f64::from(self.resolution) - 0.5,
@@ -181,7 +181,7 @@ impl Levels<'_> {
     }
 }
 
-/// Of linear red, green and blue.
+/// Rec. 709 luminance of linear red, green and blue.
 pub fn luminance(color: DVec3) -> f64 {
     color.dot(DVec3::new(0.2126, 0.7152, 0.0722))
 }
@@ -274,8 +274,8 @@ pub fn combine_faces(met: [DVec4; 3], direction: DVec3, weights: FaceWeights) ->
 mod tests {
     use super::*;
 
-    /// A ray sees of each axis the face that looks back at it: along x alone that face as it is,
-    /// whichever the weights.
+    /// On each axis, a ray sees the face that looks back at it. Along x alone it sees that face
+    /// unchanged, whatever the weights.
     #[test]
     fn a_ray_along_an_axis_sees_one_face() {
         let faces = [0, 1, 2, 3, 4, 5]

@@ -49,7 +49,7 @@ pub struct Cone {
     pub origin: DVec3,
     /// Unit direction of the axis.
     pub direction: DVec3,
-    /// tan(γ/2).
+    /// tan(γ/2), half the cone's diameter at distance 1.
     pub tan_half: f64,
     /// Height of the apex over the receiver's tangent plane \[voxels\].
     pub height: f64,
@@ -64,7 +64,7 @@ pub struct ConeResult {
     pub radiance: DVec3,
     /// 1 − occlusion, an occluder at distance r counting 1 / (1 + λ r).
     pub visibility: f64,
-    /// Samples taken.
+    /// Number of samples that the march took.
     pub step_count: u32,
 }
 
@@ -200,7 +200,7 @@ pub struct SetCone {
     pub sin_squared: f64,
     /// φ of the axis \[rad\].
     pub azimuth_rad: f64,
-    /// tan(γ/2).
+    /// tan(γ/2), half the cone's diameter at distance 1.
     pub tan_half: f64,
     /// Share of the cosine-weighted hemisphere; a set's shares sum to 1.
     pub weight: f64,

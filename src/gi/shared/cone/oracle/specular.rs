@@ -8,7 +8,7 @@ use glam::{DVec2, DVec3, DVec4};
 use super::{Cone, Levels, MarchSettings, apex, march};
 use crate::gi::shared::voxel::oracle::Receiver;
 
-/// A GGX lobe.
+/// The GGX lobe of a glossy surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gloss {
     /// Reflectance at normal incidence, F₀.
@@ -68,7 +68,7 @@ impl Gloss {
 }
 
 /// Indirect specular radiance L_s [W/(m² sr)] that a surface sends to an eye in a unit direction.
-/// Of the cone's result no more counts than its radiance.
+/// Only the radiance of the cone's result counts.
 pub fn specular<'l>(
     levels: impl Into<Levels<'l>>,
     receiver: &Receiver,
@@ -99,8 +99,8 @@ mod tests {
     use super::*;
     use crate::gi::shared::cone::oracle::Volume;
 
-    /// How far the fit of the directional albedo is from that of the lobe, over F₀ of 0.04, 0.5 and
-    /// 1, roughness of 0.2 to 1 and cosines of 0.2 to 1.
+    /// The largest error of the fitted directional albedo against the lobe's own, over F₀ of 0.04,
+    /// 0.5 and 1, roughness of 0.2 to 1 and cosines of 0.2 to 1.
     const WORST: f64 = -0.192;
     const MEAN: f64 = -0.047;
 

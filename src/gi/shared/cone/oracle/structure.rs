@@ -28,9 +28,9 @@ pub enum CellKind {
 /// A ray from the eye, and how large a pixel is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EyeRay {
-    /// \[voxels\].
+    /// Where the ray starts, grid space \[voxels\].
     pub origin: DVec3,
-    /// A unit vector.
+    /// Where the ray goes, a unit vector.
     pub direction: DVec3,
     /// Edge of a pixel at distance 1, in the middle of the picture.
     pub pixel: f64,

@@ -18,7 +18,7 @@ pub struct OccupiedVoxel {
     pub albedo: Vec3,
     /// Mean of the geometric normals, world space; shorter than 1 where they differ.
     pub normal: Vec3,
-    /// 0 to 1.
+    /// Share of the voxel that blocks light, 0 to 1.
     pub opacity: f32,
 }
 
@@ -39,8 +39,7 @@ impl VoxelList {
 }
 
 /// Voxelizes a scene, with the settings of [`crate::gi::shared::voxel::SETTINGS`] among others, and
-/// reads the voxels
-/// back; in pieces where the grid is too large to bind.
+/// reads the voxels back; in pieces where the grid is too large to bind.
 pub fn list_voxels(context: &Context<'_>, settings: &Settings) -> Result<VoxelList, Error> {
     let Context { gpu, scene, .. } = *context;
     let settings = VoxelSettings::new(settings);

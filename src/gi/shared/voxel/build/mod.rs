@@ -18,7 +18,7 @@ use crate::gi::shared::voxel::build::settings::{Accumulation, Method, Surface, V
 use crate::gi::shared::voxel::{Lattice, VoxelBox, VoxelGrid};
 use crate::graph::{
     BatchDispatch, Buffer, BufferDesc, BufferUsage, DrawBatch, Error, Frame, FrameStats, Gpu,
-    Image, ImageDesc, ImageKind, ImageUsage, PassBuilder, Targets, vk,
+    Image, ImageDesc, ImageKind, ImageUsage, Owner, Targets, vk,
 };
 use crate::render::{GpuScene, TextureUse};
 use crate::scene::Batch;
@@ -201,7 +201,7 @@ impl Voxelizer {
         self.first_voxel.as_uvec3()
     }
 
-    /// Of a window of an unbounded grid, with so many grains a voxel.
+    /// For a window of an unbounded grid, with this many grains a voxel.
     pub(super) fn of_window(
         gpu: &Gpu,
         settings: VoxelSettings,
@@ -231,10 +231,10 @@ impl Voxelizer {
     }
 
     /// Voxelizes all triangles, static and dynamic alike. The first time, fragments are counted
-    /// before they are stored, so that their buffer is exact; later, a buffer that proves too small
-    /// is made larger and the pass repeated, as it is where a driver ended threads with too
-    /// much to do. The cost of runs that had to be repeated is told
-    /// apart, in [`FrameStats::counting`].
+    /// before they are stored, so that their buffer is exact. Later, a buffer that proves too small
+    /// is made larger and the pass is repeated. It is also repeated where a driver ended threads
+    /// that had too much to do. The cost of the repeated runs is separate, in
+    /// [`FrameStats::counting`].
     pub fn run(&mut self, gpu: &Gpu, scene: &GpuScene) -> Result<(Voxels, FrameStats), Error> {
         let (voxels, _, stats) = self.voxelize(gpu, scene, Triangles::All)?;
         Ok((voxels, stats))
@@ -320,8 +320,8 @@ impl Voxelizer {
         self.buffers = None;
     }
 
-    /// Whether the pass has to be run again, because a driver ended so many of its threads; then
-    /// with more workgroups to share the work.
+    /// Whether the pass has to be run again, because the driver ended some of its threads. The next
+    /// run shares the work among more workgroups.
     pub(super) fn shares_more(&mut self, unfinished_count: u32) -> Result<bool, Error> {
         if unfinished_count > 0 && self.sharing >= MOST_SHARING {
             return Err(Error::Unfinished {
@@ -346,10 +346,10 @@ impl Voxelizer {
         scene: &GpuScene,
         batches: &[Batch],
         clip: VoxelBox,
-        buffers: [&Arc<Buffer>; 4],
+        [occupancy, fragments, emission, counters]: [&Arc<Buffer>; 4],
         capacity: u32,
     ) {
-        // Of a part of the grid, the triangles are runs of a few.
+        // For a part of the grid, the batches are short runs of triangles.
         let alike = if clip == self.whole() {
             1
         } else {
@@ -388,16 +388,16 @@ impl Voxelizer {
                 Method::Raster => &FRAGMENTS_RASTER,
                 Method::RasterHw => &FRAGMENTS_RASTER_HW,
             };
-            let builder = buffers
-                .into_iter()
-                .fold(frame.pass(pass), PassBuilder::bind);
-            let flags = [
-                scene.is_emissive,
-                kind == TextureUse::Masked,
-                kind != TextureUse::None,
-                self.settings.surface == Surface::Thin,
-            ];
-            let builder = builder.constants(&flags.map(u32::from));
+            let builder = frame
+                .pass(pass)
+                .bind("occupancy", occupancy)
+                .bind("fragments", fragments)
+                .bind("fragment_emission", emission)
+                .bind("fragment_count", counters)
+                .constant("EMISSIVE", scene.is_emissive)
+                .constant("MASKED", kind == TextureUse::Masked)
+                .constant("TEXTURED", kind != TextureUse::None)
+                .constant("THIN", self.settings.surface == Surface::Thin);
             if self.settings.method == Method::Compute {
                 let dispatch = |batch: &&Batch| BatchDispatch {
                     material: batch.material,
@@ -476,8 +476,8 @@ impl Voxelizer {
             frame.clear_image("voxel.clear", &averages, 0);
             frame
                 .pass(&RUNNING_AVERAGE)
-                .bind(&fragments)
-                .bind(&averages)
+                .bind("fragments", &fragments)
+                .bind("averages", &averages)
                 .push(&link)
                 .dispatch(linear_groups(fragment_count));
         }
@@ -528,10 +528,10 @@ impl Voxelizer {
         let (fragment_count, voxel_count) = (fragments.len() as u32, slots.len() as u32);
         frame
             .pass(&LINK_FRAGMENTS)
-            .bind(&voxels.occupancy)
-            .bind(&voxels.block_bases)
-            .bind(&lists.fragments)
-            .bind(&lists.heads)
+            .bind("occupancy", &voxels.occupancy)
+            .bind("block_bases", &voxels.block_bases)
+            .bind("fragments", &lists.fragments)
+            .bind("heads", &lists.heads)
             .push(&LinkParams {
                 resolution: self.grid.resolution,
                 fragment_count,
@@ -540,19 +540,23 @@ impl Voxelizer {
             .dispatch(linear_groups(fragment_count));
         frame
             .pass(&RESOLVE_VOXELS)
-            .bind(&lists.fragments)
-            .bind(&lists.emission)
-            .bind(&lists.heads)
-            .bind(&voxels.records)
-            .bind(voxels.emission.as_ref().unwrap_or(&self.nothing))
-            .bind(averages)
-            .bind(voxels.faces.as_ref().unwrap_or(&self.nothing))
-            .constants(&[
-                u32::from(scene.is_emissive),
-                u32::from(self.settings.coverage),
-                u32::from(running),
-                self.settings.faces.map_or(0, |faces| faces as u32),
-            ])
+            .bind("fragments", &lists.fragments)
+            .bind("fragment_emission", &lists.emission)
+            .bind("heads", &lists.heads)
+            .bind("voxels", &voxels.records)
+            .bind(
+                "voxel_emission",
+                voxels.emission.as_ref().unwrap_or(&self.nothing),
+            )
+            .bind("averages", averages)
+            .bind(
+                "voxel_faces",
+                voxels.faces.as_ref().unwrap_or(&self.nothing),
+            )
+            .constant("EMISSIVE", scene.is_emissive)
+            .constant("COVERAGE", self.settings.coverage)
+            .constant("RUNNING", running)
+            .constant("FACES", self.settings.faces.map_or(0, |faces| faces as u32))
             .push(&ResolveParams {
                 voxel_count,
                 emission_unit: scene.largest_emission.max(f32::MIN_POSITIVE),
@@ -561,7 +565,7 @@ impl Voxelizer {
             .dispatch(linear_groups(voxel_count));
     }
 
-    /// Likewise, of dynamic geometry.
+    /// The same for dynamic geometry.
     pub(super) fn add_dynamic_resolve(
         &self,
         frame: &mut Frame,
@@ -593,21 +597,21 @@ pub(super) fn add_index(
     let params = CountParams { block_count };
     frame
         .pass(&COUNT_BLOCKS)
-        .bind(occupancy)
-        .bind(group_sums)
+        .bind("occupancy", occupancy)
+        .bind("group_sums", group_sums)
         .push(&params)
         .dispatch(groups);
     frame
         .pass(&SCAN_GROUPS)
-        .bind(group_sums)
-        .bind(counters)
+        .bind("group_sums", group_sums)
+        .bind("voxel_count", counters)
         .push(&ScanParams { group_count })
         .dispatch([1, 1, 1]);
     frame
         .pass(&INDEX_BLOCKS)
-        .bind(occupancy)
-        .bind(group_sums)
-        .bind(block_bases)
+        .bind("occupancy", occupancy)
+        .bind("group_sums", group_sums)
+        .bind("block_bases", block_bases)
         .push(&params)
         .dispatch(groups);
 }
@@ -651,6 +655,7 @@ pub(crate) fn buffer(gpu: &Gpu, name: &str, size_bytes: u64) -> Result<Arc<Buffe
         name: name.into(),
         size_bytes: size_bytes.max(16),
         usage: BufferUsage::Storage,
+        owner: Owner::Store,
     })
 }
 
@@ -663,6 +668,7 @@ fn average_image(gpu: &Gpu, resolution: u32) -> Result<Arc<Image>, Error> {
         mips: 1,
         layers: 1,
         usage: ImageUsage::STORAGE,
+        owner: Owner::Store,
     })
 }
 

@@ -2,6 +2,7 @@
 
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Pass, RasterState, Sets, Shaders};
+use crate::shader::GpuStruct;
 
 gpu_struct! {
     /// Parameters of `voxel.fragments`.
@@ -25,9 +26,9 @@ gpu_struct! {
         pub emission_unit: f32,
         /// First and last voxel of the piece that is asked for, 16 bits each, along x.
         pub clip_x: u32,
-        /// Likewise, along y.
+        /// The same along y.
         pub clip_y: u32,
-        /// Likewise, along z.
+        /// The same along z.
         pub clip_z: u32,
     }
 }
@@ -126,7 +127,8 @@ pub static FRAGMENTS_COMPUTE: Pass = Pass {
     name: "voxel.fragments",
     shaders: Shaders::Compute("gi/shared/voxel/build/fragments_compute.comp"),
     bindings: &COMPUTE_BINDINGS,
-    push_bytes: size_of::<FragmentParams>() as u32,
+    constants: &["EMISSIVE", "MASKED", "TEXTURED", "THIN"],
+    params: Some(FragmentParams::LAYOUT),
     sets: Sets::SceneAndMaterials,
 };
 
@@ -143,7 +145,8 @@ const fn raster_pass(geometry: &'static str, conservative: bool) -> Pass {
             },
         },
         bindings: &RASTER_BINDINGS,
-        push_bytes: size_of::<FragmentParams>() as u32,
+        constants: &["EMISSIVE", "MASKED", "TEXTURED", "THIN"],
+        params: Some(FragmentParams::LAYOUT),
         sets: Sets::SceneAndMaterials,
     }
 }
@@ -155,82 +158,79 @@ pub static FRAGMENTS_RASTER: Pass = raster_pass("gi/shared/voxel/build/fragments
 pub static FRAGMENTS_RASTER_HW: Pass = raster_pass("gi/shared/voxel/build/fragments_hw.geom", true);
 
 /// Occupied voxels in each group of 1,024 blocks.
-pub static COUNT_BLOCKS: Pass = Pass {
-    name: "voxel.count_blocks",
-    shaders: Shaders::Compute("gi/shared/voxel/build/count_blocks.comp"),
-    bindings: &[
+pub static COUNT_BLOCKS: Pass = Pass::compute(
+    "voxel.count_blocks",
+    "gi/shared/voxel/build/count_blocks.comp",
+    &[
         Binding::buffer("occupancy", Access::ComputeRead),
         Binding::buffer("group_sums", Access::ComputeWrite),
     ],
-    push_bytes: size_of::<CountParams>() as u32,
-    sets: Sets::None,
-};
+    CountParams::LAYOUT,
+);
 
 /// Group sums to group bases, and the number of occupied voxels.
-pub static SCAN_GROUPS: Pass = Pass {
-    name: "voxel.scan_groups",
-    shaders: Shaders::Compute("gi/shared/voxel/build/scan_groups.comp"),
-    bindings: &[
+pub static SCAN_GROUPS: Pass = Pass::compute(
+    "voxel.scan_groups",
+    "gi/shared/voxel/build/scan_groups.comp",
+    &[
         Binding::buffer("group_sums", Access::ComputeReadWrite),
         Binding::buffer("voxel_count", Access::ComputeReadWrite),
     ],
-    push_bytes: size_of::<ScanParams>() as u32,
-    sets: Sets::None,
-};
+    ScanParams::LAYOUT,
+);
 
 /// Compact index of each block's first occupied voxel.
-pub static INDEX_BLOCKS: Pass = Pass {
-    name: "voxel.index_blocks",
-    shaders: Shaders::Compute("gi/shared/voxel/build/index_blocks.comp"),
-    bindings: &[
+pub static INDEX_BLOCKS: Pass = Pass::compute(
+    "voxel.index_blocks",
+    "gi/shared/voxel/build/index_blocks.comp",
+    &[
         Binding::buffer("occupancy", Access::ComputeRead),
         Binding::buffer("group_sums", Access::ComputeRead),
         Binding::buffer("block_bases", Access::ComputeWrite),
     ],
-    push_bytes: size_of::<CountParams>() as u32,
-    sets: Sets::None,
-};
+    CountParams::LAYOUT,
+);
 
 /// One linked list of fragments a voxel.
-pub static LINK_FRAGMENTS: Pass = Pass {
-    name: "voxel.link_fragments",
-    shaders: Shaders::Compute("gi/shared/voxel/build/link_fragments.comp"),
-    bindings: &[
+pub static LINK_FRAGMENTS: Pass = Pass::compute(
+    "voxel.link_fragments",
+    "gi/shared/voxel/build/link_fragments.comp",
+    &[
         Binding::buffer("occupancy", Access::ComputeRead),
         Binding::buffer("block_bases", Access::ComputeRead),
         Binding::buffer("fragments", Access::ComputeReadWrite),
         Binding::buffer("heads", Access::ComputeReadWrite),
     ],
-    push_bytes: size_of::<LinkParams>() as u32,
-    sets: Sets::None,
-};
+    LinkParams::LAYOUT,
+);
 
 /// The papers' moving average of albedo in an RGBA8 image by compare-and-swap (Crassin & Green
 /// 2012, section 22.4.2).
-pub static RUNNING_AVERAGE: Pass = Pass {
-    name: "voxel.running_average",
-    shaders: Shaders::Compute("gi/shared/voxel/build/running_average.comp"),
-    bindings: &[
+pub static RUNNING_AVERAGE: Pass = Pass::compute(
+    "voxel.running_average",
+    "gi/shared/voxel/build/running_average.comp",
+    &[
         Binding::buffer("fragments", Access::ComputeRead),
         Binding::image("averages", Access::ComputeReadWrite),
     ],
-    push_bytes: size_of::<LinkParams>() as u32,
-    sets: Sets::None,
-};
+    LinkParams::LAYOUT,
+);
 
 /// Fragments of each voxel to its record.
 pub static RESOLVE_VOXELS: Pass = Pass {
-    name: "voxel.resolve",
-    shaders: Shaders::Compute("gi/shared/voxel/build/resolve_voxels.comp"),
-    bindings: &[
-        Binding::buffer("fragments", Access::ComputeRead),
-        Binding::buffer("fragment_emission", Access::ComputeRead),
-        Binding::buffer("heads", Access::ComputeRead),
-        Binding::buffer("voxels", Access::ComputeWrite),
-        Binding::buffer("voxel_emission", Access::ComputeWrite),
-        Binding::image("averages", Access::ComputeRead),
-        Binding::buffer("voxel_faces", Access::ComputeWrite),
-    ],
-    push_bytes: size_of::<ResolveParams>() as u32,
-    sets: Sets::None,
+    constants: &["EMISSIVE", "COVERAGE", "RUNNING", "FACES"],
+    ..Pass::compute(
+        "voxel.resolve",
+        "gi/shared/voxel/build/resolve_voxels.comp",
+        &[
+            Binding::buffer("fragments", Access::ComputeRead),
+            Binding::buffer("fragment_emission", Access::ComputeRead),
+            Binding::buffer("heads", Access::ComputeRead),
+            Binding::buffer("voxels", Access::ComputeWrite),
+            Binding::buffer("voxel_emission", Access::ComputeWrite),
+            Binding::image("averages", Access::ComputeRead),
+            Binding::buffer("voxel_faces", Access::ComputeWrite),
+        ],
+        ResolveParams::LAYOUT,
+    )
 };

@@ -28,7 +28,7 @@ pub enum Accumulation {
 pub enum Surface {
     /// All that it touches: 26-separating, and no part of the triangle is outside.
     Conservative,
-    /// Those whose cross it meets, the three lines between the centres of opposite faces:
+    /// The voxels whose cross it meets, the three lines between the centres of opposite faces:
     /// 6-separating (Schwarz & Seidel 2010).
     Thin,
 }

@@ -50,7 +50,7 @@ fn one_by_one<S: Serializer>(voxels: &[OccupiedVoxel], serializer: S) -> Result<
     list.end()
 }
 
-/// Writes them.
+/// Writes the voxels as JSON.
 pub(super) fn write(
     list: &VoxelList,
     scene: &str,

@@ -16,14 +16,14 @@ use std::path::{Path, PathBuf};
 
 use super::VoxelList;
 
-/// A file format.
+/// A file format that voxels can be written in; the file's extension chooses it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ExportFormat {
-    /// MagicaVoxel.
+    /// MagicaVoxel, `.vox`: 8-bit colours from a palette of 255.
     Vox,
-    /// Stanford polygon file.
+    /// Stanford polygon file, `.ply`: a point a voxel.
     Ply,
-    /// JSON.
+    /// JSON, `.json`: the grid and the attributes of each voxel.
     Json,
 }
 
@@ -33,7 +33,7 @@ pub enum ExportError {
     /// No format has this extension.
     #[error("{}: the name must end in .vox, .ply or .json", path.display())]
     Extension {
-        /// The file.
+        /// The file as the user named it.
         path: PathBuf,
     },
     /// There is nothing to write.
@@ -42,7 +42,7 @@ pub enum ExportError {
         path.display()
     )]
     Empty {
-        /// The file.
+        /// The file that was to be written.
         path: PathBuf,
     },
     /// The format has no room for them.
@@ -52,11 +52,11 @@ pub enum ExportError {
         path.display()
     )]
     TooMany {
-        /// The file.
+        /// The file that was to be written.
         path: PathBuf,
         /// Occupied voxels.
         count: usize,
-        /// Those that fit.
+        /// Voxels that fit into the file.
         limit: usize,
     },
     /// The file cannot be written.
@@ -66,9 +66,9 @@ pub enum ExportError {
         path.display()
     )]
     Write {
-        /// The file.
+        /// The file that was to be written.
         path: PathBuf,
-        /// Why.
+        /// What the system said.
         source: std::io::Error,
     },
 }

@@ -27,7 +27,7 @@ struct VertexPly {
     opacity: f32,
 }
 
-/// Writes them.
+/// Writes the voxels as PLY, a point each.
 pub(super) fn write(
     list: &VoxelList,
     scene: &str,

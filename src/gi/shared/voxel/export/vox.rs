@@ -26,7 +26,7 @@ const PALETTE_MAX: usize = 255;
 /// some.
 const TRAINING_COUNT: usize = 1 << 17;
 
-/// Writes them.
+/// Writes the voxels for MagicaVoxel.
 pub(super) fn write(list: &VoxelList, file: &mut impl Write) -> io::Result<()> {
     data(list).write_vox(file)
 }

@@ -28,6 +28,15 @@ impl Bounces {
         }
     }
 
+    /// Frames until the light is complete. Where surfaces reflect three quarters, feedback has all
+    /// but (3/4)^16, 1%, of its light then.
+    pub fn frames_to_rest(self) -> u32 {
+        match self {
+            Bounces::Count(_) => 1,
+            Bounces::Feedback => 17,
+        }
+    }
+
     /// How often the voxels gather in one frame before their light is complete.
     pub fn before_the_picture(self) -> u32 {
         self.count().map_or(0, |count| count - 1)

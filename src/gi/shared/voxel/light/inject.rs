@@ -10,6 +10,7 @@ use crate::gpu_struct;
 use crate::graph::pass::join;
 use crate::graph::{Access, Binding, Buffer, Frame, Image, Pass, Sets, Shaders};
 use crate::render::{LightMaps, TILE};
+use crate::shader::GpuStruct;
 
 gpu_struct! {
     /// Parameters of `voxel.inject_rsm`.
@@ -20,7 +21,7 @@ gpu_struct! {
         pub piece: [i32; 4],
         /// xyz: first voxel of the box whose light stays as it is.
         pub kept_low: [i32; 4],
-        /// xyz: its end.
+        /// xyz: end of that box, one voxel beyond its last.
         pub kept_end: [i32; 4],
         /// Voxels along an edge of the grid.
         pub resolution: u32,
@@ -46,7 +47,7 @@ gpu_struct! {
         pub piece: [i32; 4],
         /// xyz: first voxel of the box whose light stays as it is.
         pub kept_low: [i32; 4],
-        /// xyz: its end.
+        /// xyz: end of that box, one voxel beyond its last.
         pub kept_end: [i32; 4],
     }
 }
@@ -60,7 +61,8 @@ pub static BOUND_TILES: Pass = Pass {
         Binding::sampled("shadow_maps", Access::ComputeSampled),
         Binding::buffer("tile_depths", Access::ComputeWrite),
     ],
-    push_bytes: 0,
+    constants: &[],
+    params: None,
     sets: Sets::Scene,
 };
 
@@ -74,11 +76,12 @@ pub static LIST_TILES: Pass = Pass {
         Binding::buffer("tile_depths", Access::ComputeRead),
         Binding::buffer("list", Access::ComputeReadWrite),
     ],
-    push_bytes: size_of::<TileParams>() as u32,
+    constants: &["BLOCK"],
+    params: Some(TileParams::LAYOUT),
     sets: Sets::Scene,
 };
 
-/// The bindings of a pass that injects, but for those by which it finds voxels.
+/// The bindings of a pass that injects, without the ones by which it finds voxels.
 pub const INJECT_BINDINGS: [Binding; 8] = [
     Binding::buffer("light_views", Access::ComputeRead),
     Binding::sampled("shadow_maps", Access::ComputeSampled),
@@ -107,14 +110,14 @@ pub static INJECT_RSM: Pass = inject_pass(
 );
 
 /// A pass whose shader includes `gi/shared/voxel/light/inject.glsl` and finds voxels in a way of
-/// its
-/// own; `bindings` are [`INJECT_BINDINGS`] and what it reads for that.
+/// its own; `bindings` are [`INJECT_BINDINGS`] and what it reads for that.
 pub const fn inject_pass(shader: &'static str, bindings: &'static [Binding]) -> Pass {
     Pass {
         name: "voxel.inject_rsm",
         shaders: Shaders::Compute(shader),
         bindings,
-        push_bytes: size_of::<InjectParams>() as u32,
+        constants: &["SIDES", "BLOCK", "LISTED"],
+        params: Some(InjectParams::LAYOUT),
         sets: Sets::Scene,
     }
 }
@@ -124,11 +127,11 @@ pub const fn inject_pass(shader: &'static str, bindings: &'static [Binding]) -> 
 pub struct VoxelLookup<'v> {
     /// The pass that injects ([`inject_pass`]).
     pub pass: &'static Pass,
-    /// What it reads to find voxels.
-    pub bound: &'v [&'v Arc<Buffer>],
+    /// What it reads to find voxels, by name.
+    pub bound: &'v [(&'static str, &'v Arc<Buffer>)],
     /// The grid in which it finds them.
     pub grid: VoxelGrid,
-    /// The smallest corner in it of those that are lit (voxels).
+    /// The smallest corner in it of the voxels that are lit (voxels).
     pub first: IVec3,
     /// Index of the first that is lit.
     pub first_voxel: u32,
@@ -136,7 +139,10 @@ pub struct VoxelLookup<'v> {
 
 impl<'v> VoxelLookup<'v> {
     /// By the occupancy and the block bases of the records' own grid.
-    pub fn by_occupancy(voxels: &VoxelRecords, bound: &'v [&'v Arc<Buffer>; 2]) -> Self {
+    pub fn by_occupancy(
+        voxels: &VoxelRecords,
+        bound: &'v [(&'static str, &'v Arc<Buffer>); 2],
+    ) -> Self {
         let VoxelRecords { lattice, grid, .. } = voxels;
         VoxelLookup {
             pass: &INJECT_RSM,
@@ -159,15 +165,15 @@ pub fn bound_tiles(frame: &mut Frame, maps: &LightMaps) {
     let groups = maps.size.div_ceil(TILE).div_ceil(8);
     frame
         .pass(&BOUND_TILES)
-        .bind(&maps.views)
-        .bind(&maps.depth)
-        .bind(&maps.tiles[0])
+        .bind("light_views", &maps.views)
+        .bind("shadow_maps", &maps.depth)
+        .bind("tile_depths", &maps.tiles[0])
         .dispatch([groups, groups, maps.view_count]);
 }
 
 impl VoxelLight {
-    /// Whether these voxels, or those of them that are lit anew, are a small part of what the maps
-    /// show; then their tiles have to be bound before ([`bound_tiles`]).
+    /// Whether these voxels, or the ones among them that are lit anew, are only a part of what the
+    /// maps show. If so, their tiles have to be bound before ([`bound_tiles`]).
     pub fn is_part(&self, voxels: &VoxelRecords) -> bool {
         voxels.grid.resolution < self.scene_resolution || !voxels.kept.is_empty()
     }
@@ -197,10 +203,10 @@ impl VoxelLight {
             frame.fill(CLEAR_LIGHT, list, 0);
             let pass = frame
                 .pass(&LIST_TILES)
-                .bind(&maps.views)
-                .bind(depths)
-                .bind(list)
-                .constants(&[block]);
+                .bind("light_views", &maps.views)
+                .bind("tile_depths", depths)
+                .bind("list", list)
+                .constant("BLOCK", block);
             pass.push(&TileParams {
                 grid: grid.row(),
                 piece,
@@ -227,20 +233,22 @@ impl VoxelLight {
         };
         let pass = frame
             .pass(lookup.pass)
-            .bind(&maps.views)
-            .bind(&maps.depth)
-            .bind(normal)
-            .bind(reflected)
-            .bind(&self.flux)
-            .bind(&self.counters)
-            .bind(&voxels.records)
-            .bind(&maps.tiles[1]);
+            .bind("light_views", &maps.views)
+            .bind("shadow_maps", &maps.depth)
+            .bind("rsm_normal", normal)
+            .bind("rsm_reflected", reflected)
+            .bind("flux", &self.flux)
+            .bind("lost_texels", &self.counters)
+            .bind("voxels", &voxels.records)
+            .bind("list", &maps.tiles[1]);
         let pass = lookup
             .bound
             .iter()
-            .fold(pass, |pass, found| pass.bind(*found));
+            .fold(pass, |pass, (name, found)| pass.bind(name, *found));
         let pass = pass
-            .constants(&[self.settings.sides as u32, block, u32::from(is_part)])
+            .constant("SIDES", self.settings.sides as u32)
+            .constant("BLOCK", block)
+            .constant("LISTED", is_part)
             .push(&params);
         if is_part {
             pass.dispatch_indirect(&maps.tiles[1], 0)

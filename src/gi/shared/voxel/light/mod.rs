@@ -20,6 +20,7 @@ use crate::gpu_struct;
 use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu, Image, Pass, Sets, Shaders};
 use crate::render::{GpuScene, LightMaps};
 use crate::scene::Light;
+use crate::shader::GpuStruct;
 
 gpu_struct! {
     /// Parameters of `voxel.light`.
@@ -30,7 +31,7 @@ gpu_struct! {
         pub first: [i32; 4],
         /// xyz: first voxel of the box whose light stays as it is.
         pub kept_low: [i32; 4],
-        /// xyz: its end.
+        /// xyz: end of that box, one voxel beyond its last.
         pub kept_end: [i32; 4],
         /// Number of records.
         pub voxel_count: u32,
@@ -62,12 +63,25 @@ const LIGHT_BINDINGS: [Binding; 11] = [
     Binding::buffer("voxel_faces", Access::ComputeRead),
 ];
 
+const LIGHT_CONSTANTS: [&str; 9] = [
+    "INJECTION_VOXEL",
+    "EMISSIVE",
+    "SIDES",
+    "INDIRECT",
+    "COUNTING",
+    "NORMAL_WEIGHTED",
+    "OCCLUSION",
+    "DYNAMIC",
+    "FACES",
+];
+
 /// Radiance of each occupied voxel, in compact order. A thread a voxel.
 pub static LIGHT: Pass = Pass {
     name: "voxel.light",
     shaders: Shaders::Compute("gi/shared/voxel/light/light_voxels.comp"),
     bindings: &LIGHT_BINDINGS,
-    push_bytes: size_of::<LightParams>() as u32,
+    constants: &LIGHT_CONSTANTS,
+    params: Some(LightParams::LAYOUT),
     sets: Sets::Scene,
 };
 
@@ -93,7 +107,8 @@ pub static LIGHT_DENSE: Pass = Pass {
             Binding::image("dense_radiance", Access::ComputeWrite),
         ]
     },
-    push_bytes: size_of::<LightParams>() as u32,
+    constants: &LIGHT_CONSTANTS,
+    params: Some(LightParams::LAYOUT),
     sets: Sets::Scene,
 };
 
@@ -104,7 +119,7 @@ pub struct VoxelRecords {
     pub grid: VoxelGrid,
     /// As [`Voxels::lattice`].
     pub lattice: Lattice,
-    /// Those of which the light stays as it is (voxels of the lattice).
+    /// The voxels whose light stays as it is (voxels of the lattice).
     pub kept: VoxelBox,
     /// One [`super::build::passes::Voxel`] each, in compact order.
     pub records: Arc<Buffer>,
@@ -112,7 +127,7 @@ pub struct VoxelRecords {
     pub emission: Option<Arc<Buffer>>,
     /// As [`Voxels::faces`].
     pub faces: Option<Arc<Buffer>>,
-    /// How many.
+    /// Number of records in `records`.
     pub voxel_count: u32,
     /// As [`Voxels::is_dynamic`].
     pub is_dynamic: bool,
@@ -242,8 +257,8 @@ impl VoxelLight {
         })
     }
 
-    /// Makes room for voxels of which those from `first_moved` on are not what they were. With
-    /// feedback, the others keep what they have gathered, and these start from nothing.
+    /// Makes room for voxels that have changed from `first_moved` on. With feedback, the voxels
+    /// before it keep what they have gathered, and the changed ones start from nothing.
     pub fn follow(
         &mut self,
         gpu: &Gpu,
@@ -313,7 +328,10 @@ impl VoxelLight {
     ) {
         let (records, bound) = (
             VoxelRecords::from(voxels),
-            [&voxels.occupancy, &voxels.block_bases],
+            [
+                ("occupancy", &voxels.occupancy),
+                ("block_bases", &voxels.block_bases),
+            ],
         );
         let lookup = VoxelLookup::by_occupancy(&records, &bound);
         self.update_records(frame, &records, lookup, maps, dense);
@@ -394,29 +412,37 @@ impl VoxelLight {
             resolution: voxels.grid.resolution,
             kappa: self.settings.kappa,
         };
+        // Bound where nothing is read.
+        let nothing = &voxels.records;
         let [occupancy, block_bases] = voxels
             .dense
             .as_ref()
-            .map_or([&voxels.records; 2], |dense| dense.each_ref());
+            .map_or([nothing; 2], |dense| dense.each_ref());
         let pass = frame
             .pass(if dense.is_some() {
                 &LIGHT_DENSE
             } else {
                 &LIGHT
             })
-            .bind(&maps.views)
-            .bind(&maps.depth)
-            .bind(&voxels.records)
-            .bind(voxels.emission.as_ref().unwrap_or(&voxels.records))
-            .bind(&self.flux)
-            .bind(&self.radiance)
-            .bind(&self.counters)
-            .bind(self.irradiance.as_ref().unwrap_or(&voxels.records))
-            .bind(occupancy)
-            .bind(block_bases)
-            .bind(voxels.faces.as_ref().unwrap_or(&voxels.records));
+            .bind("light_views", &maps.views)
+            .bind("shadow_maps", &maps.depth)
+            .bind("voxels", &voxels.records)
+            .bind(
+                "voxel_emission",
+                voxels.emission.as_ref().unwrap_or(nothing),
+            )
+            .bind("flux", &self.flux)
+            .bind("voxel_radiance", &self.radiance)
+            .bind("lost_texels", &self.counters)
+            .bind(
+                "voxel_irradiance",
+                self.irradiance.as_ref().unwrap_or(nothing),
+            )
+            .bind("occupancy", occupancy)
+            .bind("block_bases", block_bases)
+            .bind("voxel_faces", voxels.faces.as_ref().unwrap_or(nothing));
         let pass = if let Some(image) = dense {
-            pass.bind(image)
+            pass.bind("dense_radiance", image)
         } else {
             pass
         };
@@ -427,36 +453,22 @@ impl VoxelLight {
             occlusion,
             ..
         } = self.settings;
-        let [is_shaded, is_weighted] = [
-            injection == Injection::Voxel && !self.is_given,
-            attenuation == Attenuation::NormalWeighted,
-        ];
+        let is_shaded = injection == Injection::Voxel && !self.is_given;
+        let is_weighted = attenuation == Attenuation::NormalWeighted;
         let emits = voxels.emission.is_some()
             && !(self.settings.emission_apart && viewer == Viewer::Picture);
         let has_faces = voxels.faces.is_some() && (dense.is_some() || self.settings.stores_faces);
-        let flags = [
-            is_shaded,
-            emits,
-            indirect,
-            counting,
-            is_weighted,
-            voxels.is_dynamic,
-            has_faces,
-        ]
-        .map(u32::from);
-        pass.constants(&[
-            flags[0],
-            flags[1],
-            sides as u32,
-            flags[2],
-            flags[3],
-            flags[4],
-            occlusion as u32,
-            flags[5],
-            flags[6],
-        ])
-        .push(&params)
-        .dispatch(linear_groups(voxels.voxel_count));
+        pass.constant("INJECTION_VOXEL", is_shaded)
+            .constant("EMISSIVE", emits)
+            .constant("SIDES", sides as u32)
+            .constant("INDIRECT", indirect)
+            .constant("COUNTING", counting)
+            .constant("NORMAL_WEIGHTED", is_weighted)
+            .constant("OCCLUSION", occlusion as u32)
+            .constant("DYNAMIC", voxels.is_dynamic)
+            .constant("FACES", has_faces)
+            .push(&params)
+            .dispatch(linear_groups(voxels.voxel_count));
     }
 
     /// Replaces the injection of later frames: `flux` is Φ / (π h²) [W/(m² sr)] of each side of
@@ -474,18 +486,27 @@ impl VoxelLight {
 
     /// RSM texels that lay in no occupied voxel, and lit voxels that no texel fell into, in the
     /// last frame.
-    pub fn counts(&self, gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {
+    pub fn counts(&self, gpu: &Gpu) -> Result<[(&'static str, u64); 2], Error> {
         let counts: Vec<u32> = bytemuck::pod_collect_to_vec(&gpu.read_buffer(&self.counters)?);
-        Ok(vec![
+        Ok([
             ("rsm_texels_lost", u64::from(counts[0])),
             ("rsm_holes_filled", u64::from(counts[1])),
         ])
     }
 }
 
+/// Adds counts to those of the same name.
+pub fn add_counts(sums: &mut Vec<(&'static str, u64)>, counts: [(&'static str, u64); 2]) {
+    for (name, count) in counts {
+        match sums.iter_mut().find(|(known, _)| *known == name) {
+            Some((_, sum)) => *sum += count,
+            None => sums.push((name, count)),
+        }
+    }
+}
+
 /// Four sums of 40 bits as the shaders have them (`gi/shared/voxel/light/flux.glsl`), the lit area
-/// being the
-/// smallest that is not a hole.
+/// being the smallest that is not a hole.
 fn flux_words(flux: Vec3, unit: f32) -> [u32; 5] {
     let [r, g, b] = flux
         .to_array()

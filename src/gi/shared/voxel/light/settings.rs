@@ -74,9 +74,9 @@ pub struct LightSettings {
     pub stores_faces: bool,
     /// Indirect bounces.
     pub bounces: Bounces,
-    /// Of light on shaded voxels.
+    /// How light on shaded voxels falls off with the angle.
     pub attenuation: Attenuation,
-    /// Of lights from shaded voxels.
+    /// What hides lights from shaded voxels.
     pub occlusion: Occlusion,
     /// κ of soft occlusion (voxels).
     pub kappa: f32,
@@ -117,7 +117,7 @@ impl LightSettings {
         }
     }
 
-    /// Everything but these as it is by default.
+    /// Settings with this injection and these sides; everything else is the default.
     pub fn direct(injection: Injection, sides: Sides) -> Self {
         let (attenuation, occlusion) = (Attenuation::Standard, Occlusion::ShadowMap);
         LightSettings {

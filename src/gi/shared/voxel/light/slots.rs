@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use glam::Vec3;
 
+use crate::gi::inspect::LightSlots;
 use crate::gi::shared::voxel::build::list::{area, front, index};
 use crate::gi::shared::voxel::build::passes::Voxel;
 use crate::gi::shared::voxel::{Sides, VoxelLight, VoxelRecords};
@@ -12,15 +13,16 @@ use crate::render::float_from_half;
 
 /// The voxels of a technique, or of a piece of its grid, and their light.
 pub struct LitVoxels<'t> {
-    /// The voxels.
+    /// The records of the voxels that are lit.
     pub voxels: VoxelRecords,
-    /// Their light.
+    /// Where the light of these voxels is kept.
     pub light: &'t mut VoxelLight,
 }
 
-/// Where the voxels of all pieces are, and which way their surfaces face. A *slot* is a side of a
-/// voxel (or a voxel, where it has one radiance), in order.
-pub struct VoxelMap {
+/// The voxels of all pieces, where they are and which way their surfaces face. A slot is a side of
+/// a voxel (or a voxel, where it has one radiance), in order.
+pub struct VoxelSlots<'t> {
+    pieces: Vec<LitVoxels<'t>>,
     origin: Vec3,
     voxel_size: f32,
     sides: usize,
@@ -29,22 +31,15 @@ pub struct VoxelMap {
     areas: Vec<f32>,
 }
 
-impl VoxelMap {
+impl<'t> VoxelSlots<'t> {
     /// Reads where they are; `None` without pieces.
-    pub fn read(gpu: &Gpu, pieces: &[LitVoxels<'_>]) -> Result<Option<Self>, Error> {
+    pub fn read(gpu: &Gpu, pieces: Vec<LitVoxels<'t>>) -> Result<Option<Self>, Error> {
         let Some(first) = pieces.first() else {
             return Ok(None);
         };
         let (grid, sides) = (first.voxels.grid, first.light.settings.sides as usize);
-        let mut map = VoxelMap {
-            origin: grid.origin,
-            voxel_size: grid.voxel_size,
-            sides,
-            voxels: HashMap::new(),
-            fronts: Vec::new(),
-            areas: Vec::new(),
-        };
-        for LitVoxels { voxels, .. } in pieces {
+        let (mut places, mut fronts, mut areas) = (HashMap::new(), Vec::new(), Vec::new());
+        for LitVoxels { voxels, .. } in &pieces {
             let corner = ((voxels.grid.origin - grid.origin) / grid.voxel_size)
                 .round()
                 .as_ivec3()
@@ -56,40 +51,45 @@ impl VoxelMap {
                 .map(bytemuck::pod_read_unaligned)
             {
                 let within = index(&record);
-                // Of two records of one voxel the later is of dynamic geometry too, and has its
-                // index.
-                map.voxels.insert(
+                // A voxel may have two records. The later one includes dynamic geometry, and its
+                // index is the one that counts.
+                places.insert(
                     [0, 1, 2].map(|axis| corner[axis] + within[axis] as i32),
-                    map.fronts.len(),
+                    fronts.len(),
                 );
-                map.fronts.push(front(&record));
-                map.areas.push(area(&record));
+                fronts.push(front(&record));
+                areas.push(area(&record));
             }
         }
-        Ok(Some(map))
+        Ok(Some(VoxelSlots {
+            pieces,
+            origin: grid.origin,
+            voxel_size: grid.voxel_size,
+            sides,
+            voxels: places,
+            fronts,
+            areas,
+        }))
     }
+}
 
-    /// Number of slots.
-    pub fn slot_count(&self) -> usize {
+impl LightSlots for VoxelSlots<'_> {
+    fn count(&self) -> usize {
         self.sides * self.fronts.len()
     }
 
-    /// Area of the surface in the voxel of a slot (voxel faces).
-    pub fn area(&self, slot: usize) -> f32 {
-        self.areas[slot / self.sides]
-    }
-
-    /// Edge of a voxel (m).
-    pub fn voxel_size(&self) -> f32 {
+    fn spacing(&self) -> f32 {
         self.voxel_size
     }
 
-    /// The slots of the surface at a world-space position (m): of the side that `normal` points to,
-    /// and of the other; the same where there is one radiance. The voxel is the position's own,
-    /// or where rounding (or thin voxelization) has left that empty, the nearest of its neighbours;
-    /// `None` where all are empty.
-    pub fn slots(&self, position_ws: Vec3, normal: Vec3) -> Option<[usize; 2]> {
-        let position = (position_ws - self.origin) / self.voxel_size;
+    fn area_m2(&self, slot: usize) -> f32 {
+        self.areas[slot / self.sides] * self.voxel_size * self.voxel_size
+    }
+
+    /// The voxel is the position's own, or where rounding (or thin voxelization) has left that
+    /// empty, the nearest of its neighbours.
+    fn at(&self, position: Vec3, normal: Vec3) -> Option<[usize; 2]> {
+        let position = (position - self.origin) / self.voxel_size;
         let cell = position.floor().as_ivec3().to_array();
         let voxel = self.voxels.get(&cell).copied().or_else(|| {
             let neighbours = (0..27).map(|at| {
@@ -112,10 +112,9 @@ impl VoxelMap {
         Some([seen, self.sides - 1 - seen].map(|side| self.sides * voxel + side))
     }
 
-    /// Reads what each slot sends out [W/(m² sr)].
-    pub fn radiance(&self, gpu: &Gpu, pieces: &[LitVoxels<'_>]) -> Result<Vec<Vec3>, Error> {
-        let mut radiance = Vec::with_capacity(self.slot_count());
-        for LitVoxels { voxels, light } in pieces {
+    fn radiance(&self, gpu: &Gpu) -> Result<Vec<Vec3>, Error> {
+        let mut radiance = Vec::with_capacity(self.count());
+        for LitVoxels { voxels, light } in &self.pieces {
             let halves: Vec<[u16; 4]> =
                 bytemuck::pod_collect_to_vec(&gpu.read_buffer(&light.radiance)?);
             let slots = halves.iter().take(self.sides * voxels.voxel_count as usize);
@@ -125,22 +124,16 @@ impl VoxelMap {
         Ok(radiance)
     }
 
-    /// Replaces the direct light of later frames: `reflected` is by slot the diffuse radiance
-    /// [W/(m² sr)] that leaves the voxel's whole surface on that side, as a mean over both
-    /// sides of that surface; `None` leaves a hole.
-    pub fn set_direct(
-        &self,
-        gpu: &Gpu,
-        pieces: &mut [LitVoxels<'_>],
-        reflected: &[Option<Vec3>],
-    ) -> Result<(), Error> {
+    fn set_direct(&mut self, gpu: &Gpu, reflected: &[Option<Vec3>]) -> Result<(), Error> {
         let flux: Vec<_> = reflected
             .iter()
             .enumerate()
-            .map(|(slot, radiance)| radiance.map(|radiance| radiance * self.area(slot)))
+            .map(|(slot, radiance)| {
+                radiance.map(|radiance| radiance * self.areas[slot / self.sides])
+            })
             .collect();
         let mut first = 0;
-        for LitVoxels { voxels, light } in pieces {
+        for LitVoxels { voxels, light } in &mut self.pieces {
             let end = first + self.sides * voxels.voxel_count as usize;
             light.give_flux(gpu, &flux[first..end])?;
             first = end;

@@ -61,7 +61,7 @@ pub fn voxel_pattern(voxel: VoxelIndex) -> DVec2 {
 }
 
 /// E/π \[W/(m² sr)\] at a voxel, or one side of it, by `ray_count` rays through the others;
-/// `start_offset` is that of the rays' origin along the normal \[voxels\].
+/// Rays start `start_offset` above the voxel, along the normal \[voxels\].
 pub fn bounce_rays(
     grid: &TraceGrid,
     voxel: VoxelIndex,

@@ -16,7 +16,7 @@ use crate::scene::{Material, Scene, Texture};
 pub struct Fragment {
     /// Index into [`Scene::triangles`].
     pub triangle: u32,
-    /// The voxel.
+    /// The voxel that the part lies in.
     pub voxel: VoxelIndex,
     /// The part's outline, grid space \[voxels\]; fewer than three corners where the triangle only
     /// touches the voxel.
@@ -60,8 +60,8 @@ pub struct VoxelSum {
     /// Largest of Σ weight · |normal| over the three axes, [`LEAST_COVERAGE`] to 1: the opacity
     /// where coverage is asked for.
     pub coverage: f64,
-    /// Share of the emission (sum of red, green and blue) that leaves the front: that of the
-    /// fragments that face it.
+    /// Share of the emission (sum of red, green and blue) that leaves the front: the emission of
+    /// the fragments that face it.
     pub emission_ahead: f64,
     /// Areas that face along each axis and against it [voxel faces].
     pub facing: [DVec3; 2],
@@ -85,8 +85,8 @@ impl VoxelSum {
     }
 
     /// Opacities of the faces along each axis and against it, 0 to 1: how much of the face is
-    /// covered by what looks its way, or by all across its axis. With `is_binary` that of the
-    /// most covered one is 1, and the others are in proportion.
+    /// covered by what looks its way, or by all across its axis. With `is_binary` the most
+    /// covered face has opacity 1, and the others are in proportion.
     pub fn face_opacities(&self, faces: Faces, is_binary: bool) -> [DVec3; 2] {
         let [along, against] = self.facing;
         let areas = if faces == Faces::Both {

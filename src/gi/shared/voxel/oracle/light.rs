@@ -80,9 +80,9 @@ pub fn normal_weighted(mean_normal: DVec3, front: Option<DVec3>, to_light: DVec3
         .sum()
 }
 
-/// Area that a light meets first in a voxel, as the light sees it [voxel faces]: of `along`² rays
-/// from the light through each face of the voxel that looks to the unit direction `to_light`, those
-/// which nothing hides before the voxel and something ends within it.
+/// Area that a light meets first in a voxel, as the light sees it [voxel faces]. `along`² rays go
+/// from the light through each face of the voxel that looks to the unit direction `to_light`. The
+/// rays count that nothing stops before the voxel, and something stops within it.
 pub fn lit_area(
     scene: &Scene,
     grid: &Grid,
@@ -166,8 +166,8 @@ pub fn voxel_flux(
         .sum()
 }
 
-/// Mean radiance that a triangle reflects to the side of `front` and to the other, over those of
-/// its points, given as barycentric weights by sample number, that the mask leaves.
+/// Mean radiance that a triangle reflects to the side of `front` and to the other side. The mean is
+/// over the points that the mask leaves; barycentric weights by sample number give the points.
 fn mean_reflected(
     scene: &Scene,
     index: usize,

@@ -54,7 +54,7 @@ pub struct TraceSettings {
 /// A ray's way through one occupied voxel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Crossing {
-    /// The voxel.
+    /// The occupied voxel that the ray passes through.
     pub voxel: VoxelIndex,
     /// Distance at which the ray enters it, 0 where it starts inside \[voxels\].
     pub entry: f64,
@@ -123,9 +123,9 @@ pub fn trace(
     first.map_or_else(|| TraceEnd::Miss(leaves()), TraceEnd::Hit)
 }
 
-/// Share of a light at a distance `reach` \[voxels\] in the given direction that voxels hide: all
-/// of it where any is hit, or with κ = `kappa` \[voxels\] ν ← ν + (1 − ν) κ/t at each that is hit
-/// at a distance t (Villegas & Ramírez, section VI-C).
+/// Share of a light that voxels hide. The light is at a distance `reach` \[voxels\] in the given
+/// direction. Any hit voxel hides all of it. With κ = `kappa` \[voxels\], each voxel hit at a
+/// distance t makes the hidden share ν ← ν + (1 − ν) κ/t (Villegas & Ramírez, section VI-C).
 pub fn occlusion(
     grid: &TraceGrid,
     receiver: &Receiver,
@@ -217,8 +217,8 @@ fn hit_margin(
     height.min(inside).min(ahead)
 }
 
-/// Whether a ray sees the back of a voxel that it hits. Of several planes that are not opposed, a
-/// corner's, it sees the front if it meets that of any.
+/// Whether a ray sees the back of a voxel that it hits. A corner has several planes that are not
+/// opposed: there the ray sees the front if it meets the front of any of them.
 pub(super) fn sees_back(voxel: &TraceVoxel, direction: DVec3) -> bool {
     match voxel.opposed_axis {
         Some(axis) => direction[axis] > 0.0,

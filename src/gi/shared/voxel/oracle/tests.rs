@@ -126,8 +126,8 @@ fn diagonal_triangle_touches_four_voxels() {
     assert!(separation([0, 0, 0]).is_some_and(|gap| close(gap, -1.5 / 3f64.sqrt())));
 }
 
-/// Of the four voxels the plane x + y + z = 1.5 meets the cross of one alone: the others' centres
-/// are 1 / √3 away, their crosses reach ½ / √3.
+/// The plane x + y + z = 1.5 meets the cross of only one of the four voxels: the other centres are
+/// 1 / √3 away, and their crosses reach ½ / √3.
 #[test]
 fn a_thin_diagonal_triangle_is_in_one_voxel() {
     let triangle = [[1.5, 0.0, 0.0], [0.0, 1.5, 0.0], [0.0, 0.0, 1.5]];
@@ -654,8 +654,8 @@ fn sides_keep_their_own_light() {
     }
 }
 
-/// Of two panels that fill a voxel's face one before the other only one is seen: it glows as it
-/// does alone, and to its front only.
+/// Two panels fill a voxel's face, one before the other. Only one is seen: it glows as it does
+/// alone, and to its front only.
 #[test]
 fn stacked_panels_glow_as_one() {
     let corners = [[-4.0, -4.0, 0.5], [4.0, -4.0, 0.5], [0.0, 4.0, 0.5]];

@@ -66,7 +66,7 @@ pub fn is_degenerate(triangle: GridTriangle) -> bool {
 /// A voxel near a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Candidate {
-    /// The voxel.
+    /// The voxel that may touch the triangle.
     pub voxel: VoxelIndex,
     /// Largest gap between closed triangle and closed box (or its cross) over the 13 axes, along
     /// unit vectors \[voxels\]: touching is ≤ 0. A lower bound of the distance where positive,

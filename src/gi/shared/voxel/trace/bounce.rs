@@ -9,6 +9,7 @@ use crate::gi::shared::voxel::Voxels;
 use crate::gi::shared::voxel::build::linear_groups;
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Buffer, Frame, Pass, Sets, Shaders};
+use crate::shader::GpuStruct;
 
 gpu_struct! {
     /// Parameters of `voxel.bounce` by rays.
@@ -44,7 +45,8 @@ pub static BOUNCE_RAYS: Pass = Pass {
         Binding::buffer("voxel_radiance", Access::ComputeRead),
         Binding::buffer("voxel_irradiance", Access::ComputeReadWrite),
     ],
-    push_bytes: size_of::<BounceRayParams>() as u32,
+    constants: &["SIDES"],
+    params: Some(BounceRayParams::LAYOUT),
     sets: Sets::Scene,
 };
 
@@ -73,12 +75,12 @@ pub fn bounce_rays(
         };
         frame
             .pass(&BOUNCE_RAYS)
-            .bind(&voxels.occupancy)
-            .bind(&voxels.block_bases)
-            .bind(&voxels.records)
-            .bind(radiance)
-            .bind(irradiance)
-            .constants(&[sides])
+            .bind("occupancy", &voxels.occupancy)
+            .bind("block_bases", &voxels.block_bases)
+            .bind("voxel_records", &voxels.records)
+            .bind("voxel_radiance", radiance)
+            .bind("voxel_irradiance", irradiance)
+            .constant("SIDES", sides)
             .push(&params)
             .dispatch(linear_groups(sides * voxels.voxel_count));
     }

@@ -11,6 +11,7 @@ use crate::gi::shared::loops::LOOP_BUDGET;
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Frame, Image, Pass, Sets, Shaders};
 use crate::render::{GBuffer, screen_groups};
+use crate::shader::GpuStruct;
 
 gpu_struct! {
     /// Parameters of `voxel.gather_rays`.
@@ -52,7 +53,8 @@ pub static GATHER_RAYS: Pass = Pass {
         Binding::buffer("voxel_radiance", Access::ComputeRead),
         Binding::image("indirect_diffuse", Access::ComputeReadWrite),
     ],
-    push_bytes: size_of::<RayParams>() as u32,
+    constants: &["SIDES"],
+    params: Some(RayParams::LAYOUT),
     sets: Sets::Scene,
 };
 
@@ -60,15 +62,15 @@ pub static GATHER_RAYS: Pass = Pass {
 pub static RAY_SETTINGS: &[Setting] = &[
     Setting {
         name: "rays",
-        help: "directions a pixel, with gather = rays",
+        help: "rays that each pixel casts, with gather = rays",
         unit: "",
         domain: Domain::Count { min: 1, max: 4096 },
         default: "16",
     },
     Setting {
         name: "radiance",
-        help: "of a voxel that a ray hits: isotropic (the mean over its surface) or two-sided \
-               (one for each side of it: walls thinner than a voxel do not glow through)",
+        help: "radiance of a voxel that a ray hits: isotropic (the mean over its surface) or \
+               two-sided (one for each side: walls thinner than a voxel do not glow through)",
         unit: "",
         domain: Domain::Choice(&["isotropic", "two-sided"]),
         default: "two-sided",
@@ -167,14 +169,14 @@ pub fn gather_rays(
         };
         frame
             .pass(&GATHER_RAYS)
-            .bind(&gbuffer.view_depth)
-            .bind(&gbuffer.normals)
-            .bind(&voxels.occupancy)
-            .bind(&voxels.block_bases)
-            .bind(&voxels.records)
-            .bind(&light.radiance)
-            .bind(result)
-            .constants(&[light.settings.sides as u32])
+            .bind("view_depth", &gbuffer.view_depth)
+            .bind("normals", &gbuffer.normals)
+            .bind("occupancy", &voxels.occupancy)
+            .bind("block_bases", &voxels.block_bases)
+            .bind("voxel_records", &voxels.records)
+            .bind("voxel_radiance", &light.radiance)
+            .bind("indirect_diffuse", result)
+            .constant("SIDES", light.settings.sides as u32)
             .push(&params)
             .dispatch(screen_groups(gbuffer.size));
     }

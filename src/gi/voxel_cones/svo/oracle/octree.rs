@@ -5,12 +5,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::{Lattice, add, cube};
 use crate::gi::shared::voxel::oracle::{VoxelIndex, compact_order};
 
-/// 2³ nodes.
+/// 2³ nodes of the octree, stored side by side.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Tile {
     /// Where it is, in tiles of its level.
     pub position: [u32; 3],
-    /// Of each node, x fastest: index of the child tile; on the finest level, compact index of the
+    /// For each node, x fastest: index of the child tile; on the finest level, compact index of the
     /// voxel.
     pub nodes: [Option<u32>; 8],
     /// Index of the neighbour towards −x, −y and −z on the same level.

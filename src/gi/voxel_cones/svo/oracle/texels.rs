@@ -21,7 +21,7 @@ pub struct LitVoxel {
     pub back: DVec3,
     /// Mean normal of its front, no longer than 1; of opposed surfaces the axis that parts them.
     pub normal: DVec3,
-    /// 0 to 1.
+    /// Share of the voxel that blocks light, 0 to 1.
     pub opacity: f64,
 }
 
@@ -41,7 +41,7 @@ impl LitVoxel {
 /// How 2³ texels become one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Filter {
-    /// Their mean.
+    /// The mean of the eight texels.
     Box,
     /// The mean over six directions of front-to-back compositing of pairs along the direction
     /// (Crassin et al. 2011, section 5.2).

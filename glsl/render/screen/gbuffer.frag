@@ -1,0 +1,90 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// render.gbuffer: view depth, normals on the viewer's side, diffuse albedo, where the scene has
+// them the specular lobe and emission, and where it is asked for motion.
+#include "shared/frame.glsl"
+#include "shared/material.glsl"
+#include "shared/packing.glsl"
+
+layout(location = 0) in vec3 position_ws;
+layout(location = 1) in vec3 normal_ws;
+layout(location = 2) in vec2 uv;
+layout(location = 3) flat in uint triangle_index;
+
+layout(location = 0) out float view_depth_m;
+layout(location = 1) out uvec2 normals;        // x: geometric, y: shading; octahedral
+layout(location = 2) out vec4 albedo;          // rgb: diffuse albedo; a: roughness
+#ifdef GLOSSY
+layout(location = 3) out vec4 specular;        // rgb: F0
+#endif
+#ifdef EMISSIVE
+layout(location = EMISSIVE) out vec4 emission; // rgb: radiance [W/(m² sr)]
+#endif
+#ifdef MOTION
+layout(location = 4) in vec4 clip;
+layout(location = 5) in vec4 previous_clip;
+layout(location = MOTION) out vec2 motion_px;  // place in the frame before less that in this
+
+// Motion of what was behind the camera of the frame before (Rust: render::BEHIND_PX).
+const float BEHIND_PX = 1e9;
+
+// Clip depth is the near plane's depth, and w the view depth. Half of it leaves no doubt about what
+// lies on the near plane and has not moved.
+vec2 motion_of(vec4 before, vec4 now) {
+    if (before.w < 0.5 * before.z) return vec2(BEHIND_PX);
+    return 0.5 * vec2(frame.size_px.xy) * (before.xy / before.w - now.xy / now.w);
+}
+#endif
+
+// Shading normal from a tangent-space map, with the tangent frame of the triangle's texture
+// coordinates.
+vec3 mapped_normal(uvec4 triangle, vec3 normal) {
+    Vertex a = vertices[triangle.x], b = vertices[triangle.y], c = vertices[triangle.z];
+    vec3 e1 = b.position - a.position, e2 = c.position - a.position;
+    vec2 d1 = vec2(b.u, b.v) - vec2(a.u, a.v);
+    vec2 d2 = vec2(c.u, c.v) - vec2(a.u, a.v);
+    float determinant = d1.x * d2.y - d2.x * d1.y;
+    if (abs(determinant) < 1e-20) return normal;
+    vec3 tangent = (e1 * d2.y - e2 * d1.y) / determinant;
+    tangent = tangent - normal * dot(normal, tangent);
+    if (dot(tangent, tangent) < 1e-20) return normal;
+    tangent = normalize(tangent);
+    vec3 bitangent = cross(normal, tangent) * sign(determinant);
+    vec3 local = texture(sampler2D(normal_texture, linear_repeat), uv).xyz * 2.0 - 1.0;
+    return normalize(local.x * tangent + local.y * bitangent + local.z * normal);
+}
+
+vec3 on_side_of(vec3 normal, vec3 shading) {
+    return dot(shading, normal) < 0.0 ? -shading : shading;
+}
+
+void main() {
+    uvec4 triangle = triangles[triangle_index];
+    Material m = materials[triangle.w];
+    if (m.albedo.w > 0.0 && texture(sampler2D(mask_texture, linear_repeat), uv).r < 0.5) discard;
+    vec3 base = m.albedo.rgb * texture(sampler2D(albedo_texture, linear_repeat), uv).rgb;
+    vec3 a = vertices[triangle.x].position, b = vertices[triangle.y].position,
+         c = vertices[triangle.z].position;
+    vec3 geometric = normalize(cross(b - a, c - a));
+    vec3 shading = on_side_of(geometric, normalize(normal_ws));
+    if (m.emission.w > 0.0) shading = on_side_of(geometric, mapped_normal(triangle, shading));
+    vec3 to_eye = frame.eye_ws.xyz - position_ws;
+    bool front = dot(geometric, to_eye) >= 0.0;
+    view_depth_m = -dot(to_eye, frame.ray_forward.xyz);
+    normals = front ? uvec2(pack_unit(geometric), pack_unit(shading))
+                    : uvec2(pack_unit(-geometric), pack_unit(-shading));
+    albedo = vec4(base, m.specular.w);
+#ifdef GLOSSY
+    albedo.rgb *= 1.0 - m.metalness.x;
+    specular = vec4(m.specular.w < 0.0 ? vec3(0.0) : mix(m.specular.rgb, base, m.metalness.x), 0.0);
+#endif
+#ifdef EMISSIVE
+    emission =
+        vec4(front ? m.emission.rgb * texture(sampler2D(emission_texture, linear_repeat), uv).rgb
+                   : vec3(0.0),
+            0.0);
+#endif
+#ifdef MOTION
+    motion_px = motion_of(previous_clip, clip);
+#endif
+}

@@ -1,0 +1,106 @@
+//! The row of the registry.
+
+use super::super::entry::{GATHER, SPECULAR, directions, entry};
+use super::super::{VoxelCones, presets};
+use super::{CONES, Clipmap, volume};
+use crate::gi::entry::{Entry, Stage};
+use crate::gi::settings::{Domain, Preset, Setting, Settings};
+use crate::gi::shared::cone;
+use crate::gi::shared::interleave;
+use crate::gi::shared::voxel::{self, FACE_SETTINGS, MIP_FILTER};
+use crate::gi::{Context, Technique};
+use crate::graph::{Error, Pass};
+
+static SETTINGS: &[Setting] = &[
+    Setting {
+        name: "resolution",
+        help: "voxels along an edge of each level",
+        unit: "voxels",
+        domain: Domain::OneOf(&[16, 32, 64, 128, 256]),
+        default: "128",
+    },
+    Setting {
+        name: "levels",
+        help: "number of levels, each with twice the extent of the one before; levels that the \
+               scene does not fill are left out",
+        unit: "",
+        domain: Domain::Count { min: 1, max: 7 },
+        default: "5",
+    },
+    Setting {
+        name: "voxel_size",
+        help: "edge of a voxel of the finest level; 0: such that the outermost level just holds \
+               the scene",
+        unit: "m",
+        domain: Domain::Number { min: 0.0, max: 1e6 },
+        default: "0",
+    },
+    Setting {
+        name: "level_updates",
+        help: "when a level follows the camera and the lights: every-frame, or staggered (level l \
+               in every 2^l-th frame)",
+        unit: "",
+        domain: Domain::Choice(&["every-frame", "staggered"]),
+        default: "every-frame",
+    },
+    Setting {
+        name: "light_updates",
+        help: "when voxels are lit: every-frame, or on-change (what is new in levels that move, \
+               and everything when a light or a model does)",
+        unit: "",
+        domain: Domain::Choice(&["every-frame", "on-change"]),
+        default: "every-frame",
+    },
+    MIP_FILTER,
+];
+
+static PRESETS: &[Preset] = &[
+    presets::NARROWEST,
+    presets::CONES,
+    presets::ANISOTROPIC,
+    presets::DIRECTIONAL,
+    presets::TEXTBOOK,
+];
+
+/// The passes of this module.
+pub(super) static PASSES: &[&Pass] = &[
+    &volume::WRITE_VOXELS,
+    &volume::CLEAR_BOX,
+    &volume::FILTER_INNER,
+    &volume::FILTER_TOP,
+];
+
+/// The row of the registry.
+pub static ENTRY: Entry = Entry {
+    settings: &[SETTINGS, voxel::SETTINGS, FACE_SETTINGS, cone::SETTINGS],
+    presets: PRESETS,
+    passes: &[voxel::PASSES, PASSES, &CONES.all(), interleave::PASSES],
+    structs: &[voxel::STRUCTS, cone::STRUCTS],
+    stages: &[
+        &voxel::VOXELIZATION,
+        &Stage::store("clearing", &["clipmap.clear", "clipmap.clear_box"]),
+        &voxel::LIGHT_INJECTION,
+        &Stage::store("leaf writing", &["clipmap.write_voxels"]),
+        &Stage::store(
+            "mip filtering",
+            &["clipmap.filter_inner", "clipmap.filter_top"],
+        ),
+        &voxel::BOUNCES,
+        &GATHER,
+        &SPECULAR,
+        &cone::SOFT_SHADOWS,
+    ],
+    directions: &directions(&CONES),
+    substitutions: &[cone::SUBSTITUTIONS, voxel::SUBSTITUTIONS],
+    ..entry(
+        "clipmap",
+        "nested voxel grids around the camera, cone-traced",
+        make,
+    )
+};
+
+fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>, Error> {
+    Ok(Box::new(VoxelCones::<Clipmap>::new(
+        context, settings, "clipmap",
+    )?))
+}

@@ -1,0 +1,202 @@
+//! Measuring the points of a sweep that have no record yet.
+
+use std::path::Path;
+
+use super::pictures::PictureFolder;
+use super::point::{Point, Setup, bounces_of};
+use crate::graph::{Error, Gpu};
+use crate::image::Image;
+use crate::measure::bench::{BenchSettings, Case, MAX_SPP, Pictures, Truth, measure_on};
+use crate::measure::records::{RecordError, Records};
+use crate::measure::report::Report;
+use crate::metrics::{BLOCK_PX, MetricError, error_image, exposure_of};
+use crate::reference::{Bounces, ReferenceError, cached};
+use crate::render::GpuScene;
+use crate::scene::Scene;
+
+/// A sweep that cannot go on. What was measured has its records.
+#[derive(Debug, thiserror::Error)]
+pub enum SweepError {
+    /// The reference cannot be rendered.
+    #[error(transparent)]
+    Reference(#[from] ReferenceError),
+    /// A record or picture cannot be written.
+    #[error(transparent)]
+    Record(#[from] RecordError),
+    /// The device is gone.
+    #[error(
+        "{point}: {source}; this point has no record: start again to go on with it, or leave it \
+         out with --grid"
+    )]
+    Lost {
+        /// The point that was being measured, in words.
+        point: String,
+        /// What the driver said.
+        source: Error,
+    },
+    /// Images that cannot be compared.
+    #[error(transparent)]
+    Metric(#[from] MetricError),
+}
+
+/// What a sweep is doing.
+#[derive(Clone, Copy)]
+pub enum Progress<'p> {
+    /// It takes the reference at this number of bounces from the cache, or renders it.
+    Reference(Bounces),
+    /// It measures a case.
+    Case(&'p Case),
+    /// It has measured a point.
+    Done(&'p Point),
+}
+
+/// One scene on one device.
+pub struct Sweep<'s> {
+    gpu: &'s Gpu,
+    scene: &'s Scene,
+    settings: &'s BenchSettings,
+    setup: Setup,
+}
+
+struct Reference {
+    bounces: Bounces,
+    full: Image,
+    exposure: f32,
+    truth: Truth,
+}
+
+impl<'s> Sweep<'s> {
+    /// `max_error` is the reference's: the relative standard error of its 8×8-pixel means.
+    pub fn new(
+        gpu: &'s Gpu,
+        scene: &'s Scene,
+        settings: &'s BenchSettings,
+        max_error: f64,
+    ) -> Self {
+        Sweep {
+            gpu,
+            scene,
+            settings,
+            setup: Setup::new(gpu, scene, settings, max_error),
+        }
+    }
+
+    /// The cases that have no record.
+    pub fn missing<'c>(&self, cases: &'c [Case], records: &Records<Point>) -> Vec<&'c Case> {
+        cases
+            .iter()
+            .filter(|case| records.find(&self.setup.key(case)).is_none())
+            .collect()
+    }
+
+    /// The records of the cases that have one, in the order of the cases.
+    pub fn points(&self, cases: &[Case], records: &Records<Point>) -> Vec<Point> {
+        cases
+            .iter()
+            .filter_map(|case| records.find(&self.setup.key(case)).cloned())
+            .collect()
+    }
+
+    /// Measures cases, writes their pictures, then their records. `cache` is the folder of
+    /// references.
+    pub fn measure(
+        &self,
+        cases: &[&Case],
+        cache: &Path,
+        records: &mut Records<Point>,
+        pictures: &PictureFolder,
+        progress: &mut dyn FnMut(Progress<'_>),
+    ) -> Result<(), SweepError> {
+        let mut uploaded: Option<GpuScene> = None;
+        let mut references: Vec<Reference> = Vec::new();
+        for case in cases {
+            let bounces = bounces_of(case);
+            if !references
+                .iter()
+                .any(|reference| reference.bounces == bounces)
+            {
+                progress(Progress::Reference(bounces));
+                let reference = self.reference(bounces, cache)?;
+                pictures.write_picture(
+                    &self.setup.reference_key(bounces),
+                    &reference.full,
+                    reference.exposure,
+                )?;
+                references.push(reference);
+            }
+            let Some(reference) = references
+                .iter()
+                .find(|reference| reference.bounces == bounces)
+            else {
+                continue;
+            };
+            progress(Progress::Case(case));
+            let (report, taken) = measure_on(
+                self.gpu,
+                &mut uploaded,
+                self.scene,
+                case,
+                self.settings,
+                &reference.truth,
+            );
+            let point = Point::new(&self.setup, case, &report);
+            match taken {
+                Ok(taken) => write_pictures(pictures, &point.key, &taken, reference, &report)?,
+                Err(source @ (Error::DeviceLost { .. } | Error::Vulkan { .. })) => {
+                    return Err(SweepError::Lost {
+                        point: point.name(),
+                        source,
+                    });
+                }
+                // What the device refuses once it refuses always: the point's record says so.
+                Err(_) => {}
+            }
+            records.add(&point)?;
+            progress(Progress::Done(&point));
+        }
+        Ok(())
+    }
+
+    fn reference(&self, bounces: Bounces, cache: &Path) -> Result<Reference, SweepError> {
+        let (size, asked) = (self.setup.size, self.setup.max_error);
+        let image = cached(
+            self.scene,
+            &Truth::settings(size, bounces, asked),
+            cache,
+            &|_| {},
+        )?;
+        let reached = f64::from(image.indirect_error().pixel) / f64::from(BLOCK_PX);
+        if reached > NEAR * asked {
+            log::warn!(
+                "{}: the reference's standard error is {reached:.2e}, above --max-error {asked}; \
+                 it has at most {MAX_SPP} samples a pixel",
+                self.scene.name
+            );
+        }
+        let full = image.radiance();
+        Ok(Reference {
+            bounces,
+            exposure: exposure_of(&full),
+            full,
+            truth: Truth::of(image, bounces),
+        })
+    }
+}
+
+/// So many times the error that was asked for is as good: it is estimated.
+const NEAR: f64 = 1.5;
+
+fn write_pictures(
+    folder: &PictureFolder,
+    key: &str,
+    taken: &Pictures,
+    reference: &Reference,
+    report: &Report,
+) -> Result<(), SweepError> {
+    folder.write_picture(key, &taken.full, reference.exposure)?;
+    if let (Some((indirect, _)), Some(error)) = (&reference.truth.indirect, &report.error) {
+        let scale = (error.pixel.mean_reference as f32).max(f32::MIN_POSITIVE);
+        folder.write_error(key, &error_image(&taken.indirect, indirect)?, scale)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,216 @@
+//! The G-buffer: what each pixel's surface is.
+
+use std::sync::Arc;
+
+use super::super::gpu_scene::{FrameConstants, GpuScene, material_draws};
+use super::motion::{MotionParams, Previous};
+use crate::graph::{
+    Access, Binding, ClearOrLoad, Error, Frame, FrameStats, Gpu, Image, ImageDesc, ImageKind,
+    ImageUsage, Owner, Pass, RasterState, Sets, Shaders, Targets, vk,
+};
+use crate::shader::GpuStruct;
+
+const DEPTH: vk::Format = vk::Format::D32_SFLOAT;
+const VIEW_DEPTH: vk::Format = vk::Format::R32_SFLOAT;
+const NORMALS: vk::Format = vk::Format::R32G32_UINT;
+const ALBEDO: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
+const SPECULAR: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
+const EMISSION: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
+const MOTION: vk::Format = vk::Format::R32G32_SFLOAT;
+
+const PREVIOUS: &[Binding] = &[Binding::buffer("previous_vertices", Access::RasterRead)];
+
+const fn gbuffer_pass(color: &'static [vk::Format], fragment: &'static str) -> Pass {
+    Pass {
+        name: "render.gbuffer",
+        shaders: shaders("render/screen/gbuffer.vert", fragment, color),
+        bindings: &[],
+        constants: &[],
+        params: None,
+        sets: Sets::SceneAndMaterials,
+    }
+}
+
+const fn motion_pass(color: &'static [vk::Format], fragment: &'static str) -> Pass {
+    Pass {
+        name: "render.gbuffer",
+        shaders: shaders("render/screen/gbuffer_motion.vert", fragment, color),
+        bindings: PREVIOUS,
+        constants: &[],
+        params: Some(MotionParams::LAYOUT),
+        sets: Sets::SceneAndMaterials,
+    }
+}
+
+const fn shaders(
+    vertex: &'static str,
+    fragment: &'static str,
+    color: &'static [vk::Format],
+) -> Shaders {
+    Shaders::Raster {
+        vertex,
+        geometry: None,
+        fragment: Some(fragment),
+        state: RasterState {
+            color,
+            depth: Some(DEPTH),
+            depth_compare: vk::CompareOp::GREATER,
+            ..RasterState::NO_TARGETS
+        },
+    }
+}
+
+/// The passes that draw the G-buffer, by what there is to draw: 1 for a glossy scene, 2 for an
+/// emissive one, 4 for motion, or a sum of these. Reads the scene, and for motion where dynamic
+/// models were; writes the images of [`GBuffer`] and a depth buffer.
+pub static GBUFFER: [Pass; 8] = [
+    gbuffer_pass(&[VIEW_DEPTH, NORMALS, ALBEDO], "render/screen/gbuffer.frag"),
+    gbuffer_pass(
+        &[VIEW_DEPTH, NORMALS, ALBEDO, SPECULAR],
+        "render/screen/gbuffer_glossy.frag",
+    ),
+    gbuffer_pass(
+        &[VIEW_DEPTH, NORMALS, ALBEDO, EMISSION],
+        "render/screen/gbuffer_emissive.frag",
+    ),
+    gbuffer_pass(
+        &[VIEW_DEPTH, NORMALS, ALBEDO, SPECULAR, EMISSION],
+        "render/screen/gbuffer_glossy_emissive.frag",
+    ),
+    motion_pass(
+        &[VIEW_DEPTH, NORMALS, ALBEDO, MOTION],
+        "render/screen/gbuffer_motion.frag",
+    ),
+    motion_pass(
+        &[VIEW_DEPTH, NORMALS, ALBEDO, SPECULAR, MOTION],
+        "render/screen/gbuffer_glossy_motion.frag",
+    ),
+    motion_pass(
+        &[VIEW_DEPTH, NORMALS, ALBEDO, EMISSION, MOTION],
+        "render/screen/gbuffer_emissive_motion.frag",
+    ),
+    motion_pass(
+        &[VIEW_DEPTH, NORMALS, ALBEDO, SPECULAR, EMISSION, MOTION],
+        "render/screen/gbuffer_glossy_emissive_motion.frag",
+    ),
+];
+
+/// The images of the G-buffer, one pixel each.
+pub struct GBuffer {
+    /// R32F: view depth (m); 0 where there is no surface.
+    pub view_depth: Arc<Image>,
+    /// RG32UI: geometric and shading normal on the viewer's side, octahedral 2×16 bits.
+    pub normals: Arc<Image>,
+    /// RGBA16F: diffuse albedo, roughness (negative where there is no lobe).
+    pub albedo: Arc<Image>,
+    /// RGBA16F: F0; only in a glossy scene.
+    pub specular: Option<Arc<Image>>,
+    /// RGBA32F: emitted radiance (W/(m² sr)); only in an emissive scene.
+    pub emission: Option<Arc<Image>>,
+    /// RG32F: where the surface was in the picture of the frame before, less where it is (px, x to
+    /// the right, y down), from both cameras and both poses of dynamic models; only where it was
+    /// asked for. Both pictures count as of this frame's size, so that a surface's place in the one
+    /// before, as a share of it, is that of the pixel's centre and this together, whatever size
+    /// that had. It may lie outside of it, and something else may have been in front. What was
+    /// behind the camera has [`BEHIND_PX`](crate::render::BEHIND_PX). 0 in the first frame, where
+    /// nothing moved (exactly), and where there is no surface.
+    pub motion: Option<Arc<Image>>,
+    /// What motion is measured against, where there is motion.
+    previous: Option<Previous>,
+    depth: Arc<Image>,
+    /// Width and height (px).
+    pub size: [u32; 2],
+}
+
+impl GBuffer {
+    /// Allocates what the scene needs; `with_motion` also motion, and what it is measured against.
+    pub fn new(
+        gpu: &Gpu,
+        scene: &GpuScene,
+        size: [u32; 2],
+        with_motion: bool,
+    ) -> Result<Self, Error> {
+        let image = |name: &str, format, usage| {
+            let desc = ImageDesc {
+                name: name.into(),
+                extent: [size[0], size[1], 1],
+                kind: ImageKind::D2,
+                format,
+                mips: 1,
+                layers: 1,
+                usage,
+                owner: Owner::Shared,
+            };
+            gpu.create_image(&desc)
+        };
+        let color = ImageUsage::COLOR | ImageUsage::SAMPLED;
+        Ok(GBuffer {
+            view_depth: image("gbuffer.view_depth", VIEW_DEPTH, color)?,
+            normals: image("gbuffer.normals", NORMALS, color)?,
+            albedo: image("gbuffer.albedo", ALBEDO, color)?,
+            specular: scene
+                .is_glossy
+                .then(|| image("gbuffer.specular", SPECULAR, color))
+                .transpose()?,
+            emission: scene
+                .is_emissive
+                .then(|| image("gbuffer.emission", EMISSION, color))
+                .transpose()?,
+            motion: with_motion
+                .then(|| image("gbuffer.motion", MOTION, color))
+                .transpose()?,
+            previous: with_motion.then(|| Previous::new(gpu, scene)).transpose()?,
+            depth: image("gbuffer.depth", DEPTH, ImageUsage::DEPTH)?,
+            size,
+        })
+    }
+
+    /// Keeps where the dynamic models are, for motion; called before they move. The pose of the
+    /// frame before is the one that it showed, however often they move until the next.
+    pub(crate) fn keep_pose(&mut self, gpu: &Gpu, scene: &GpuScene) -> Result<FrameStats, Error> {
+        match &mut self.previous {
+            Some(previous) => previous.keep_pose(gpu, scene),
+            None => Ok(FrameStats::default()),
+        }
+    }
+
+    /// Makes the frame that was drawn with these constants the one before, for motion; called when
+    /// it is done.
+    pub(crate) fn keep_frame(&mut self, seen_with: &FrameConstants) {
+        if let Some(previous) = &mut self.previous {
+            previous.keep_frame(seen_with);
+        }
+    }
+
+    /// Draws the scene.
+    pub fn draw(&self, frame: &mut Frame, scene: &GpuScene) {
+        let index = usize::from(scene.is_glossy)
+            + 2 * usize::from(scene.is_emissive)
+            + 4 * usize::from(self.motion.is_some());
+        let black = ClearOrLoad::Clear([0.0; 4]);
+        let mut color = vec![
+            (&self.view_depth, 0, 0, black),
+            (&self.normals, 0, 0, ClearOrLoad::ClearUint(0)),
+            (&self.albedo, 0, 0, black),
+        ];
+        color.extend(
+            self.specular
+                .iter()
+                .chain(&self.emission)
+                .chain(&self.motion)
+                .map(|image| (image, 0, 0, black)),
+        );
+        let targets = Targets {
+            color: &color,
+            depth: Some((&self.depth, 0, black)),
+            extent: self.size,
+        };
+        let (pass, draws) = (frame.pass(&GBUFFER[index]), material_draws(scene));
+        match &self.previous {
+            Some(previous) => pass
+                .bind("previous_vertices", previous.bound(scene))
+                .draw(targets, previous.draws(scene, draws)),
+            None => pass.draw(targets, draws),
+        }
+    }
+}
