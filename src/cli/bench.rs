@@ -1,5 +1,6 @@
 //! `lumivox bench`: time, memory and error of techniques, presets and resolutions.
 
+use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::fs::File;
 use std::io::Write as _;
@@ -9,6 +10,7 @@ use crate::gi::entry::Entry;
 use crate::gi::registry::{DEFAULT, find};
 use crate::measure::bench::{BenchSettings, Case, Truth, cases, measure};
 use crate::measure::draw::Chart;
+use crate::measure::records::{read_records, record_files};
 use crate::measure::report::Report;
 use crate::measure::walk::{self, WalkSettings};
 use crate::measure::{
@@ -23,7 +25,7 @@ use super::CliError;
 use super::common::{
     DeviceArgs, FrameArgs, TimingArgs, chart_stem, check_max_error, check_output,
     check_output_folder, make_folder, parse_channel, parse_size, progress_bar, reference,
-    reference_failed, say, stems,
+    reference_failed, say, stems, write_text,
 };
 
 /// Measure techniques, presets and resolutions: time per pass, memory, error against the
@@ -31,7 +33,7 @@ use super::common::{
 #[derive(clap::Args)]
 pub(crate) struct Args {
     /// `bundled:NAME`, or the path of a .toml or .obj file.
-    #[arg(required = true)]
+    #[arg(required_unless_present = "merge")]
     scene: Vec<OsString>,
     /// Techniques; `lumivox techniques` lists them.
     #[arg(
@@ -120,6 +122,10 @@ pub(crate) struct Args {
     /// Render missing textures mid-grey instead of failing.
     #[arg(long)]
     allow_missing_textures: bool,
+    /// Measure nothing: gather the records of these folders, those of equal file names together, and
+    /// draw their tables and charts.
+    #[arg(long, value_name = "DIR", num_args = 1.., conflicts_with = "scene")]
+    merge: Vec<PathBuf>,
     /// The folder for NAME.jsonl, NAME.csv and the charts NAME-*.svg and NAME-*.png of each scene.
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
@@ -127,6 +133,9 @@ pub(crate) struct Args {
 
 /// Loads everything, then measures case by case.
 pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
+    if !args.merge.is_empty() {
+        return merge(&args.merge, &args.output, quiet);
+    }
     check_max_error(args.max_error)?;
     if let Some(time_s) = args.times.iter().find(|time_s| !time_s.is_finite()) {
         return Err(CliError::input(format!(
@@ -263,13 +272,54 @@ fn bench_scene(
         reports.push(report);
     }
     bar.finish_and_clear();
-    let csv = stem.with_extension("csv");
-    std::fs::write(&csv, table::csv(&reports)).map_err(|error| unwritten(&csv, error))?;
-    for (what, chart) in CHARTS {
-        if let Some(chart) = chart(&reports) {
-            chart
-                .write(&chart_stem(stem, what))
-                .map_err(CliError::failed)?;
+    write_tables(&reports, stem)
+}
+
+/// The table and the charts of a scene's reports.
+fn write_tables(reports: &[Report], stem: &Path) -> Result<(), CliError> {
+    write_text(&stem.with_extension("csv"), &table::csv(reports))?;
+    CHARTS
+        .iter()
+        .filter_map(|(what, chart)| Some((what, chart(reports)?)))
+        .try_for_each(|(what, chart)| {
+            let written = chart.write(&chart_stem(stem, what));
+            written.map(drop).map_err(CliError::failed)
+        })
+}
+
+/// Gathers the records of folders in one, and draws what they say.
+fn merge(folders: &[PathBuf], output: &Path, quiet: bool) -> Result<(), CliError> {
+    check_output_folder(output)?;
+    let mut reports: BTreeMap<OsString, Vec<Report>> = BTreeMap::new();
+    for folder in folders {
+        for file in record_files(folder).map_err(CliError::input)? {
+            let name = file.file_name().unwrap_or_default().to_owned();
+            let more = read_records::<Report>(&file).map_err(CliError::input)?;
+            reports.entry(name).or_default().extend(more);
+        }
+    }
+    if reports.values().all(Vec::is_empty) {
+        return Err(CliError::input(
+            "there are no records (*.jsonl) in the folders of --merge",
+        ));
+    }
+    make_folder(output)?;
+    for (name, reports) in &reports {
+        let records = output.join(name);
+        let lines = reports
+            .iter()
+            .map(|report| Ok(serde_json::to_string(report)? + "\n"))
+            .collect::<Result<String, serde_json::Error>>()
+            .map_err(CliError::failed)?;
+        write_text(&records, &lines)?;
+        write_tables(reports, &records.with_extension(""))?;
+        if !quiet {
+            say(&format!("{}: {}", records.display(), table::LEGEND));
+            say(&table::heading());
+            reports
+                .iter()
+                .flat_map(|report| std::iter::once(table::row(report)).chain(walk::lines(report)))
+                .for_each(|line| say(&line));
         }
     }
     Ok(())

@@ -10,7 +10,7 @@ use crate::measure::chart::{
     Cost, DEFAULT_GRID, PictureFolder, Point, Progress, Section, Sweep, SweepError, Troubles,
     bounces_text, grid_cases, page,
 };
-use crate::measure::records::{Records, read_records};
+use crate::measure::records::{Records, read_records, record_files};
 use crate::metrics::Channel;
 use crate::reference::{ReferenceError, cache_dir};
 use crate::scene::{LoadOptions, Scene};
@@ -211,23 +211,9 @@ fn cases(args: &Args) -> Result<Vec<Case>, CliError> {
 
 /// The files of records in a folder, shards last. If a point has several records, the first one
 /// counts; shards may have slowed each other down.
-fn record_files(folder: &Path) -> Result<Vec<PathBuf>, CliError> {
-    let unread = |error| {
-        CliError::input(format!(
-            "cannot read the folder {}: {error}; name a folder with records",
-            folder.display()
-        ))
-    };
-    let entries = std::fs::read_dir(folder).map_err(unread)?;
-    let mut files: Vec<PathBuf> = entries
-        .map(|entry| entry.map(|entry| entry.path()))
-        .collect::<Result<_, _>>()
-        .map_err(unread)?;
-    files.retain(|path| {
-        path.extension()
-            .is_some_and(|extension| extension == "jsonl")
-    });
-    files.sort_by_key(|path| (is_shard(path), path.clone()));
+fn shards_last(folder: &Path) -> Result<Vec<PathBuf>, CliError> {
+    let mut files = record_files(folder).map_err(CliError::input)?;
+    files.sort_by_key(|path| is_shard(path));
     Ok(files)
 }
 
@@ -309,7 +295,7 @@ fn merge(
 ) -> Result<(), CliError> {
     let mut points: Vec<(Point, &PathBuf)> = Vec::new();
     for folder in folders {
-        for file in record_files(folder)? {
+        for file in shards_last(folder)? {
             points.extend(
                 read_records::<Point>(&file)
                     .map_err(CliError::input)?
@@ -354,7 +340,7 @@ fn merge(
         output,
     );
     let mut known: BTreeSet<String> = BTreeSet::new();
-    for file in record_files(output)?.iter().filter(|file| !is_shard(file)) {
+    for file in shards_last(output)?.iter().filter(|file| !is_shard(file)) {
         known.extend(
             read_records::<Point>(file)
                 .map_err(CliError::input)?

@@ -94,7 +94,7 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     let truth = args
         .reference
         .as_ref()
-        .map(|path| Truth::read(path, &scene, &args.picture))
+        .map(|path| ReferenceFile::read(path, &scene, &args.picture))
         .transpose()?;
     let gpu = args.gpu()?;
     let size = args.picture.size.into();
@@ -129,7 +129,7 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     report.build = PassTimes::once(&build.passes);
     report.passes = times.rows();
     report.set_counts(&renderer.counts().map_err(CliError::failed)?);
-    if let (Some(Truth { reference, guide }), Some(path)) = (&truth, &args.reference) {
+    if let (Some(ReferenceFile { reference, guide }), Some(path)) = (&truth, &args.reference) {
         let error = ErrorReport::of(
             args.picture.aov,
             [&image, reference],
@@ -183,13 +183,13 @@ fn choose_view(
 }
 
 /// What the image ought to be, and what each of its pixels sees.
-struct Truth {
+struct ReferenceFile {
     reference: Image,
     guide: GuideImage,
 }
 
-impl Truth {
-    fn read(path: &Path, scene: &Scene, picture: &PictureArgs) -> Result<Truth, CliError> {
+impl ReferenceFile {
+    fn read(path: &Path, scene: &Scene, picture: &PictureArgs) -> Result<ReferenceFile, CliError> {
         let reference = read_aov(path, picture.aov).map_err(CliError::input)?;
         let ((width, height), (wanted_width, wanted_height)) = (reference.size(), picture.size);
         if reference.size() != picture.size {
@@ -207,7 +207,7 @@ impl Truth {
                 path.display()
             )));
         }
-        Ok(Truth {
+        Ok(ReferenceFile {
             reference,
             guide: guide(scene, width, height).map_err(CliError::input)?,
         })

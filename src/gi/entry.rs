@@ -46,7 +46,7 @@ pub struct Entry {
 }
 
 /// What a stage makes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Part {
     /// The world-space store: what a technique builds, and what it updates for the light.

@@ -72,6 +72,26 @@ pub enum Value {
     Choice(&'static str),
 }
 
+/// A value as a record has it.
+#[derive(serde::Deserialize)]
+#[serde(untagged)]
+enum Recorded {
+    Count(u32),
+    Number(f32),
+    Choice(String),
+}
+
+impl<'de> serde::Deserialize<'de> for Value {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        Ok(match Recorded::deserialize(deserializer)? {
+            Recorded::Count(value) => Value::Count(value),
+            Recorded::Number(value) => Value::Number(value),
+            // It stays in memory: a process reads a few records, which have few words.
+            Recorded::Choice(value) => Value::Choice(value.leak()),
+        })
+    }
+}
+
 /// A setting or preset that cannot be used as given.
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SettingError {

@@ -226,7 +226,7 @@ pub(super) fn series(reports: &[Report], value: impl Fn(&Report) -> Option<f64>)
 
 /// Technique and preset.
 pub(super) fn series_name(report: &Report) -> String {
-    [Some(report.technique), report.preset.as_deref()]
+    [Some(report.technique.as_str()), report.preset.as_deref()]
         .into_iter()
         .flatten()
         .collect::<Vec<_>>()
@@ -288,6 +288,7 @@ pub(super) fn notes(reports: &[Report], report: &Report, what: &str) -> Vec<Stri
     };
     let commit = report
         .commit
+        .as_ref()
         .map(|commit| format!(" ({commit})"))
         .unwrap_or_default();
     let mut lines = vec![
@@ -297,10 +298,10 @@ pub(super) fn notes(reports: &[Report], report: &Report, what: &str) -> Vec<Stri
             report.device, report.driver, report.version
         ),
     ];
-    let is_common = |(name, value): &(&&str, &_)| {
+    let is_common = |(name, value): &(&String, &_)| {
         reports
             .iter()
-            .all(|report| report.settings.get(**name).is_none_or(|own| own == *value))
+            .all(|report| report.settings.get(*name).is_none_or(|own| own == *value))
     };
     let all: std::collections::BTreeMap<_, _> =
         reports.iter().flat_map(|report| &report.settings).collect();

@@ -85,8 +85,8 @@ fn chart(
 }
 
 /// Names of all stages, in the order of the technique that has most of them.
-fn stage_names(reports: &[&Report]) -> Vec<&'static str> {
-    let mut all: Vec<Vec<&'static str>> = reports
+fn stage_names<'r>(reports: &[&'r Report]) -> Vec<&'r str> {
+    let mut all: Vec<Vec<&str>> = reports
         .iter()
         .map(|report| construction(report).iter().map(|part| part.0).collect())
         .collect();

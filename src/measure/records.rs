@@ -56,14 +56,18 @@ pub enum RecordError {
     Picture(#[from] ImageError),
 }
 
-/// What is kept, a line each.
-pub trait Record: Clone + Serialize + DeserializeOwned {
+/// What is written as a line each.
+pub trait Versioned: Serialize + DeserializeOwned {
     /// The command that writes it.
     const COMMAND: &'static str;
     /// Version of its format.
     const VERSION: u32;
     /// The version that it was written with.
     fn version(&self) -> u32;
+}
+
+/// What is kept, and not measured again.
+pub trait Keyed: Versioned + Clone {
     /// A hash of all that its figures depend on.
     fn key(&self) -> &str;
 }
@@ -76,7 +80,7 @@ pub struct Records<R> {
     points: Vec<R>,
 }
 
-impl<R: Record> Records<R> {
+impl<R: Keyed> Records<R> {
     /// Opens or makes a file. A last line that was not written to its end is cut off, with a
     /// warning.
     pub fn open(path: &Path) -> Result<Self, RecordError> {
@@ -144,9 +148,31 @@ impl<R: Record> Records<R> {
     }
 }
 
+/// The files of records (`*.jsonl`) in a folder, by name.
+pub fn record_files(folder: &Path) -> Result<Vec<PathBuf>, RecordError> {
+    let failed = |source| RecordError::File {
+        what: "read the folder",
+        path: folder.to_owned(),
+        source,
+    };
+    let entries = std::fs::read_dir(folder).map_err(failed)?;
+    let mut files: Vec<PathBuf> = entries
+        .map(|entry| entry.map(|entry| entry.path()))
+        .collect::<Result<_, _>>()
+        .map_err(failed)?;
+    files.retain(|path| {
+        path.is_file()
+            && path
+                .extension()
+                .is_some_and(|extension| extension == "jsonl")
+    });
+    files.sort();
+    Ok(files)
+}
+
 /// All records of a file that is not to be changed; a last line that was not written to its end is
 /// left out, with a warning.
-pub fn read_records<R: Record>(path: &Path) -> Result<Vec<R>, RecordError> {
+pub fn read_records<R: Versioned>(path: &Path) -> Result<Vec<R>, RecordError> {
     let bytes = std::fs::read(path).map_err(|source| RecordError::File {
         what: "read",
         path: path.to_owned(),
@@ -163,7 +189,7 @@ pub fn read_records<R: Record>(path: &Path) -> Result<Vec<R>, RecordError> {
 }
 
 /// The records, and the number of bytes that they take; what is beyond is a line without an end.
-fn parse<R: Record>(path: &Path, bytes: &[u8]) -> Result<(Vec<R>, usize), RecordError> {
+fn parse<R: Versioned>(path: &Path, bytes: &[u8]) -> Result<(Vec<R>, usize), RecordError> {
     let whole = bytes
         .iter()
         .rposition(|byte| *byte == b'\n')

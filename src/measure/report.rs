@@ -14,6 +14,7 @@ use crate::metrics::{Channel, Comparison, Errors, Flip, MetricError, compare, ex
 use crate::reference::Bounces;
 use crate::scene::Scene;
 
+use super::records::Versioned;
 use super::stages::StageTimes;
 use super::walk::WalkTimes;
 
@@ -40,7 +41,7 @@ pub enum Timing {
 }
 
 /// Error on the surfaces of one material.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MaterialError {
     /// Name of the material.
     pub material: String,
@@ -51,10 +52,10 @@ pub struct MaterialError {
 }
 
 /// Error of one output against a reference.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ErrorReport {
     /// Name of the output that was compared, such as `indirect`.
-    pub aov: &'static str,
+    pub aov: String,
     /// Whether luminances were compared, or red, green and blue each.
     pub channel: Channel,
     /// Over all pixels that see a surface.
@@ -95,7 +96,7 @@ impl ErrorReport {
             block: errors.block,
         });
         Ok(ErrorReport {
-            aov: aov.name(),
+            aov: aov.name().to_owned(),
             channel,
             pixel,
             block,
@@ -107,7 +108,7 @@ impl ErrorReport {
 
 /// The reference that an error was taken against, and its own noise: no error below that noise
 /// means anything.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ReferenceInfo {
     /// Indirect bounces; `full` for all of them.
     pub bounces: Bounces,
@@ -118,7 +119,7 @@ pub struct ReferenceInfo {
 }
 
 /// What one direction of a gather costs.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DirectionCost {
     /// Name of the pass.
     pub pass: String,
@@ -136,7 +137,7 @@ pub struct DirectionCost {
 }
 
 /// What it costs to bring the structure up to the dynamic models at one time.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MotionTimes {
     /// Time at which the models are shown (s).
     pub time_s: f32,
@@ -149,14 +150,14 @@ pub struct MotionTimes {
 }
 
 /// What one run measured, as `lumivox bench` and `lumivox render` write it.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Report {
     /// [`SCHEMA_VERSION`].
     pub schema_version: u32,
     /// Version of the program.
-    pub version: &'static str,
+    pub version: String,
     /// Commit that the program was built from, where it is known.
-    pub commit: Option<&'static str>,
+    pub commit: Option<String>,
     /// Name of the device.
     pub device: String,
     /// Driver and its version.
@@ -170,12 +171,13 @@ pub struct Report {
     /// Width and height of each shadow map (texels), where it is known.
     pub shadow_resolution: Option<u32>,
     /// Name of the technique.
-    pub technique: &'static str,
+    pub technique: String,
     /// Preset that the settings started from, where it is known.
     pub preset: Option<String>,
     /// All settings of the technique and their values.
-    pub settings: BTreeMap<&'static str, Value>,
+    pub settings: BTreeMap<String, Value>,
     /// Edge of its finest cells (m), where it has any and it is known.
+    #[serde(default)]
     pub voxel_size_m: Option<f32>,
     /// Where the times come from, where it is known.
     pub timing: Option<Timing>,
@@ -204,6 +206,7 @@ pub struct Report {
     /// What dynamic models cost, by time.
     pub motion: Vec<MotionTimes>,
     /// What a camera that walks costs, by speed.
+    #[serde(default)]
     pub walks: Vec<WalkTimes>,
     /// Every buffer and image on the device, in order of creation; equal names are summed.
     pub memory: Vec<MemoryRow>,
@@ -211,18 +214,28 @@ pub struct Report {
     pub memory_bytes: u64,
     /// What the technique keeps in the world, for each occupied cell (bytes); where it counts
     /// them.
+    #[serde(default)]
     pub bytes_per_occupied_voxel: Option<f64>,
     /// Bytes of what the technique keeps in the world; `None` where it keeps nothing.
-    #[serde(skip)]
+    #[serde(default)]
     pub structure_bytes: Option<u64>,
     /// Counts, by name.
-    pub counts: BTreeMap<&'static str, u64>,
+    pub counts: BTreeMap<String, u64>,
     /// The reference, where it was rendered for this.
     pub reference: Option<ReferenceInfo>,
     /// The reference's file, where it was given; what in its path is not UTF-8 is U+FFFD.
     pub reference_file: Option<String>,
     /// Error against the reference, where there was one.
     pub error: Option<ErrorReport>,
+}
+
+impl Versioned for Report {
+    const COMMAND: &'static str = "lumivox bench";
+    const VERSION: u32 = SCHEMA_VERSION;
+
+    fn version(&self) -> u32 {
+        self.schema_version
+    }
 }
 
 /// A report that could not be written.
@@ -260,7 +273,10 @@ pub fn memory_rows(gpu: &Gpu) -> Vec<MemoryRow> {
 impl Report {
     /// Sets the counts, and what follows from them.
     pub fn set_counts(&mut self, counts: &[(&'static str, u64)]) {
-        self.counts = counts.iter().copied().collect();
+        self.counts = counts
+            .iter()
+            .map(|(name, count)| ((*name).to_owned(), *count))
+            .collect();
         let cells = self
             .counts
             .get(OCCUPIED)
@@ -275,24 +291,27 @@ impl Report {
         gpu: &Gpu,
         scene: &str,
         size: [u32; 2],
-        technique: &'static str,
+        technique: &str,
         settings: &Settings,
     ) -> Self {
         let info = gpu.info();
         let memory = memory_rows(gpu);
         Report {
             schema_version: SCHEMA_VERSION,
-            version: env!("CARGO_PKG_VERSION"),
-            commit: option_env!("LUMIVOX_COMMIT"),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            commit: option_env!("LUMIVOX_COMMIT").map(str::to_owned),
             device: info.name.clone(),
             driver: info.driver.clone(),
             scene: scene.to_owned(),
             time_s: None,
             size,
             shadow_resolution: None,
-            technique,
+            technique: technique.to_owned(),
             preset: None,
-            settings: settings.iter().collect(),
+            settings: settings
+                .iter()
+                .map(|(name, value)| (name.to_owned(), value))
+                .collect(),
             voxel_size_m: None,
             timing: Some(if gpu.isolates_passes() {
                 Timing::Host

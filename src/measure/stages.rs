@@ -1,6 +1,6 @@
 //! Times of stages: what the registry calls the steps of a technique.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::frame;
 use crate::gi::entry::{Entry, Part, Stage};
@@ -9,7 +9,7 @@ use crate::graph::{FrameStats, Spread};
 use super::report::Report;
 
 /// When a stage runs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum When {
     /// Once for static geometry.
@@ -19,10 +19,10 @@ pub enum When {
 }
 
 /// Time of one stage.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StageTimes {
     /// Name of the stage; [`UNSTAGED`] for passes that are in none.
-    pub name: &'static str,
+    pub name: String,
     /// What it makes; `None` for [`UNSTAGED`].
     pub part: Option<Part>,
     /// Whether it runs once or in every frame.
@@ -71,7 +71,7 @@ pub fn stage_times(entry: &Entry, when: When, runs: &[FrameStats]) -> Vec<StageT
             .any(|run| run.passes.iter().any(|pass| has(&pass.name)));
         let gpu_ms = Spread::of(&runs.iter().map(sum).collect::<Vec<f64>>()).filter(|_| ran)?;
         Some(StageTimes {
-            name: stage.map_or(UNSTAGED, |stage| stage.name),
+            name: stage.map_or(UNSTAGED, |stage| stage.name).to_owned(),
             part: stage.map(|stage| stage.part),
             when,
             gpu_ms,
@@ -82,8 +82,8 @@ pub fn stage_times(entry: &Entry, when: When, runs: &[FrameStats]) -> Vec<StageT
 
 /// What each stage of the world-space store costs where geometry and light change every frame:
 /// medians of a build and of a frame together (ms).
-pub fn construction(report: &Report) -> Vec<(&'static str, f64)> {
-    let mut parts: Vec<(&'static str, f64)> = Vec::new();
+pub fn construction(report: &Report) -> Vec<(&str, f64)> {
+    let mut parts: Vec<(&str, f64)> = Vec::new();
     for stage in report
         .stages
         .iter()
@@ -91,7 +91,7 @@ pub fn construction(report: &Report) -> Vec<(&'static str, f64)> {
     {
         match parts.iter_mut().find(|(name, _)| *name == stage.name) {
             Some((_, sum)) => *sum += stage.gpu_ms.median,
-            None => parts.push((stage.name, stage.gpu_ms.median)),
+            None => parts.push((&stage.name, stage.gpu_ms.median)),
         }
     }
     parts
@@ -161,7 +161,7 @@ mod tests {
                     .iter()
                     .zip(&after)
                     .filter(|(before, after)| after.gpu_ms.median > before.gpu_ms.median + 99.0)
-                    .map(|pair| pair.1.name)
+                    .map(|pair| pair.1.name.as_str())
                     .collect();
                 assert_eq!(
                     grown,
@@ -183,7 +183,7 @@ mod tests {
             assert_eq!(
                 times
                     .iter()
-                    .map(|stage| (stage.name, stage.part, stage.gpu_ms.median))
+                    .map(|stage| (stage.name.as_str(), stage.part, stage.gpu_ms.median))
                     .collect::<Vec<_>>(),
                 [(UNSTAGED, None, 101.0)]
             );

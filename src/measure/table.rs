@@ -158,13 +158,13 @@ fn columns(report: &Report) -> Vec<(String, String)> {
     let mut columns: Vec<(String, String)> = Vec::new();
     let mut add = |name: String, value: String| columns.push((name, value));
     add("scene".into(), report.scene.clone());
-    add("technique".into(), report.technique.into());
+    add("technique".into(), report.technique.clone());
     add("preset".into(), report.preset.clone().unwrap_or_default());
     add("width_px".into(), report.size[0].to_string());
     add("height_px".into(), report.size[1].to_string());
     add("device".into(), report.device.clone());
     add("driver".into(), report.driver.clone());
-    add("commit".into(), report.commit.unwrap_or_default().into());
+    add("commit".into(), report.commit.clone().unwrap_or_default());
     add(
         "timing".into(),
         report

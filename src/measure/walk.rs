@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use glam::Vec3;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::frame::Renderer;
 use crate::gi::entry::{Entry, Part};
@@ -26,7 +26,7 @@ pub struct WalkSettings {
 }
 
 /// What the frames of one walk cost.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct WalkTimes {
     /// Finest cells that the camera moves in each frame.
     pub voxels_per_frame: f32,
@@ -39,7 +39,7 @@ pub struct WalkTimes {
     /// The same as a mean: some frames move more than others, and most may move nothing.
     pub mean_update_ms: f64,
     /// Mean of each stage of the store in a frame (ms).
-    pub stages: BTreeMap<&'static str, f64>,
+    pub stages: BTreeMap<String, f64>,
     /// Each pass, of the frames in which it ran: their number is n.
     pub passes: Vec<PassTimes>,
 }
@@ -142,7 +142,7 @@ fn walk_times(
             .iter()
             .filter(|stage| stage.part == Some(Part::Store))
         {
-            *stages.entry(stage.name).or_insert(0.0) += mean(stage.gpu_ms.median);
+            *stages.entry(stage.name.clone()).or_insert(0.0) += mean(stage.gpu_ms.median);
         }
     }
     let mut times = TimesAccumulator::default();
@@ -159,12 +159,12 @@ fn walk_times(
 }
 
 /// The stages of a build, as far as a report has them.
-fn built(report: &Report) -> impl Iterator<Item = (&'static str, f64)> {
+fn built(report: &Report) -> impl Iterator<Item = (&str, f64)> {
     report
         .stages
         .iter()
         .filter(|stage| stage.when == When::Build)
-        .map(|stage| (stage.name, stage.gpu_ms.median))
+        .map(|stage| (stage.name.as_str(), stage.gpu_ms.median))
 }
 
 /// Mean time that a frame of a walk spends in the stages of a build (ms).
@@ -359,7 +359,7 @@ mod tests {
             times
                 .stages
                 .iter()
-                .map(|(name, ms)| (*name, *ms))
+                .map(|(name, ms)| (name.as_str(), *ms))
                 .collect::<Vec<_>>(),
             [("light injection", 2.0), ("voxelization", 2.0)]
         );

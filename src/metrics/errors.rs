@@ -1,9 +1,9 @@
 //! The four error metrics of a list of values.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Error of T against R over a set of values.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Errors {
     /// sqrt(mean (T − R)²) / mean R.
     pub rel_rmse: f64,

@@ -2,13 +2,13 @@
 //! (P. Andersson et al., *ꟻLIP: A Difference Evaluator for Alternating Images*, HPG 2020), by
 //! NVIDIA's implementation.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::{MetricError, check};
 use crate::image::{Image, luminance, srgb_from_linear};
 
 /// ꟻLIP of a pair, 0 (alike) to 1, at NVIDIA's default of 67 pixels per degree.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Flip {
     /// Mean over the pixels.
     pub mean: f32,

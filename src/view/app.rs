@@ -13,7 +13,7 @@ use winit::window::WindowId;
 
 use super::command::Wanted;
 use super::drive::Driver;
-use super::panels::{self, Panels, Request, Scope, Stage};
+use super::panels::{self, Canvas, Panels, Request, Scope};
 use super::picture::{ToneMap, develop};
 use super::reload::{Compiled, Watcher};
 use super::session::{Choice, Session};
@@ -58,7 +58,7 @@ pub(super) struct App {
     pub(super) panels: Panels,
     pub(super) remembered: Remembered,
     store: Option<PathBuf>,
-    stage: Stage,
+    canvas: Canvas,
     pub(super) window: Option<Window>,
     worker: Worker,
     truth: TruthWorker,
@@ -130,7 +130,7 @@ impl App {
             panels: Panels::default(),
             remembered,
             store,
-            stage: Stage::default(),
+            canvas: Canvas::default(),
             window: None,
             watcher,
             loading: None,
@@ -199,10 +199,10 @@ impl App {
         if size.contains(&0) || !window.painter.prepare(size)? {
             return Ok(());
         }
-        self.stage.update(&self.ctx, &self.session);
+        self.canvas.update(&self.ctx, &self.session);
         let newest = self.session.newest[0]
             .as_ref()
-            .filter(|newest| self.stage.shows(newest.version));
+            .filter(|newest| self.canvas.shows(newest.version));
         let seen = newest.map(|newest| Seen {
             job: newest.picture.job,
             ready: newest.picture.ready,
@@ -231,10 +231,10 @@ impl App {
             window_size: size,
             rate: self.drawn.len() as f32,
         };
-        let stage = &self.stage;
+        let canvas = &self.canvas;
         let output = self
             .ctx
-            .run(input, |ctx| panels::show(ctx, &mut scope, stage));
+            .run(input, |ctx| panels::show(ctx, &mut scope, canvas));
         let requests = std::mem::take(&mut scope.requests);
         window
             .egui

@@ -11,7 +11,7 @@ use glam::Vec3;
 use super::beam::{BeamAnswer, BeamJob, BeamState};
 use super::camera::Controls;
 use super::picture::{Components, Look, ToneMap};
-use super::truth::{MOST_SAMPLES, Truth, TruthJob};
+use super::truth::{MOST_SAMPLES, RefinedReference, TruthJob};
 use super::views::VIEWS;
 use super::worker::{Job, PaneJob, Picture};
 use crate::gi::entry::Entry;
@@ -159,7 +159,7 @@ pub(super) struct Session {
     /// Frame times of each side (ms).
     pub(super) history: [VecDeque<f32>; 2],
     pub(super) builds: [Option<f64>; 2],
-    pub(super) truth: Option<Truth>,
+    pub(super) truth: Option<RefinedReference>,
     asked: Option<Job>,
     truth_asked: Option<u64>,
     /// Samples after which the reference rests.

@@ -33,7 +33,7 @@ pub(super) struct TruthJob {
 
 /// What there is of it so far.
 #[derive(Clone)]
-pub(super) struct Truth {
+pub(super) struct RefinedReference {
     /// The job that it is of.
     pub(super) job: u64,
     /// Outgoing radiance (W/(m² sr)).
@@ -56,7 +56,7 @@ struct Inbox {
 struct Shared {
     inbox: Mutex<Inbox>,
     wake: Condvar,
-    found: Mutex<Option<Result<Truth, String>>>,
+    found: Mutex<Option<Result<RefinedReference, String>>>,
 }
 
 impl Shared {
@@ -92,7 +92,7 @@ impl TruthWorker {
     }
 
     /// What is new since the last call.
-    pub(super) fn take(&self) -> Option<Result<Truth, String>> {
+    pub(super) fn take(&self) -> Option<Result<RefinedReference, String>> {
         self.shared
             .found
             .lock()
@@ -182,7 +182,7 @@ impl Sum {
     }
 
     /// Adds a round, of as many samples as there are, at most 16 and as many as are left.
-    fn refine(&mut self) -> Result<Truth, String> {
+    fn refine(&mut self) -> Result<RefinedReference, String> {
         let spp = self
             .samples
             .clamp(1, 16)
@@ -207,7 +207,7 @@ impl Sum {
         self.samples += spp;
         let scale = 1.0 / self.samples as f32;
         let image = Image::from_fn(width, height, |index| self.sum[index] * scale);
-        Ok(Truth {
+        Ok(RefinedReference {
             job: self.job.id,
             image: Arc::new(image),
             samples: self.samples,

@@ -23,8 +23,8 @@ use lumivox::gi::shared::cone::oracle::{
 use lumivox::gi::shared::cone::{ConeTracer, FaceWeights, cone_set};
 use lumivox::gi::shared::voxel::oracle::{self, TraceGrid, TraceSettings, TraceVoxel, VoxelIndex};
 use lumivox::gi::shared::voxel::{
-    Bounces, Directionality, Faces, Injection, LightSettings, Method, Prefilter, RaySettings,
-    Sides, Viewer, VoxelLight, VoxelRecords, bounce_rays,
+    Directionality, Faces, Injection, LightSettings, Method, Prefilter, RaySettings, Sides, Viewer,
+    VoxelBounces, VoxelLight, VoxelRecords, bounce_rays,
 };
 use lumivox::gi::voxel_cones::mips::{filter_mips, radiance_image};
 use lumivox::gi::voxel_cones::svo::{BrickPool, BrickSettings, NodePool, PieceVoxelizer};
@@ -55,7 +55,7 @@ impl Lit {
             .unwrap();
         let read = voxelize(gpu, &gpu_scene, voxel_settings(resolution, Method::Compute));
         let settings = LightSettings {
-            bounces: Bounces::Count(2),
+            bounces: VoxelBounces::Count(2),
             ..LightSettings::direct(Injection::Voxel, sides)
         };
         let light = VoxelLight::new(gpu, &gpu_scene, &read.voxels, settings).unwrap();
@@ -417,7 +417,7 @@ fn bounces_of_pieces_are_those_of_the_whole() {
         .set_frame(&gpu, &gpu_scene.frame_constants(&scene.camera, [8, 8]))
         .unwrap();
     let light_settings = LightSettings {
-        bounces: Bounces::Count(2),
+        bounces: VoxelBounces::Count(2),
         ..LightSettings::direct(Injection::Voxel, Sides::One)
     };
     let tracer = ConeTracer::new(&gpu, &settings("svo", "cones", &["bounces=2"])).unwrap();

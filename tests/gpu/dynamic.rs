@@ -20,7 +20,8 @@ use lumivox::frame::Renderer;
 use lumivox::gi::shared::voxel::build::passes::Voxel;
 use lumivox::gi::shared::voxel::oracle::{self, VoxelIndex};
 use lumivox::gi::shared::voxel::{
-    Bounces, DynamicVoxels, Injection, LightSettings, Method, Sides, VoxelLight, Voxelizer, Voxels,
+    DynamicVoxels, Injection, LightSettings, Method, Sides, VoxelBounces, VoxelLight, Voxelizer,
+    Voxels,
 };
 use lumivox::graph::{FrameStats, Gpu};
 use lumivox::render::GpuScene;
@@ -451,7 +452,7 @@ fn static_voxels_keep_what_they_gathered() {
         add_model(&mut scene, model, &poses);
         let mut follower = Follower::new(&gpu, &scene, 32);
         let settings = LightSettings {
-            bounces: Bounces::Feedback,
+            bounces: VoxelBounces::Feedback,
             ..LightSettings::direct(Injection::Voxel, sides)
         };
         let mut light =

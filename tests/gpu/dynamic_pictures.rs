@@ -27,6 +27,16 @@ fn pictures(renderer: &Renderer<'_>) -> Vec<Image> {
     .to_vec()
 }
 
+/// Times (s) of the model, and cells: a default preset goes on from update to update, another only
+/// shows that it follows.
+fn effort(is_default: bool) -> (&'static [f32], &'static str) {
+    if is_default {
+        (&[0.4, 1.0, 2.0], "32")
+    } else {
+        (&[1.0], "16")
+    }
+}
+
 /// A renderer that followed a model gives the pictures of one that was made with the model there:
 /// the default preset of every technique with every surface, the others with one in turn.
 #[test]
@@ -42,13 +52,14 @@ fn followed_pictures_are_those_of_a_new_renderer() {
         {
             let (name, light) = small_lights()[(index + turn) % 3];
             let what = format!("{}, {surfaces:?}, {name}", case.name());
+            let (times, resolution) = effort(is_default);
             follow(
                 &gpu,
                 case,
                 moving_room(surfaces, light),
-                &[0.4, 1.0, 2.0],
+                times,
                 &what,
-                &[("resolution", "32")],
+                &[("resolution", resolution)],
             );
         }
     }
@@ -60,9 +71,12 @@ fn followed_pictures_are_those_of_a_new_renderer() {
 fn followed_bounces_are_those_of_a_new_renderer() {
     let gpu = gpu();
     let (name, light) = small_lights()[0];
+    let defaults = default_cases();
     for case in cases().iter().filter(|case| case.entry.name != "none") {
+        let is_default = defaults.iter().any(|default| default.name() == case.name());
+        let (times, resolution) = effort(is_default);
         let pairs = [
-            ("resolution", "32"),
+            ("resolution", resolution),
             ("bounces", "2"),
             ("filter", "all"),
             ("normals", if case.has_faces() { "off" } else { "toksvig" }),
@@ -71,7 +85,7 @@ fn followed_bounces_are_those_of_a_new_renderer() {
             &gpu,
             case,
             moving_room(Surfaces::Diffuse, light),
-            &[0.4, 1.0],
+            times,
             &format!("{}, two bounces, {name}", case.name()),
             &pairs,
         );

@@ -29,7 +29,7 @@ const DEFAULT: LightSettings = LightSettings {
     injection: Injection::Voxel,
     sides: Sides::One,
     stores_faces: false,
-    bounces: lumivox::gi::shared::voxel::Bounces::Count(1),
+    bounces: lumivox::gi::shared::voxel::VoxelBounces::Count(1),
     attenuation: Attenuation::Standard,
     occlusion: Occlusion::RaysSoft,
     kappa: 0.0,

@@ -465,6 +465,77 @@ fn a_refused_case_is_a_row() {
     );
 }
 
+/// Records that are gathered give the files that were written while they were measured.
+#[test]
+fn records_give_their_tables_and_charts_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = [
+        &TINY[..],
+        &["--technique", "voxel-mips,none", "--walk", "2"],
+        &["--speeds", "1", "--times", "0"],
+    ];
+    let measured = bench(folder.path(), &arguments.concat());
+    assert!(measured.status.success(), "{measured:?}");
+    let (out, again) = (folder.path().join("out"), folder.path().join("again"));
+    let merge = |from: &Path| {
+        command()
+            .args(["bench", "--merge"])
+            .arg(from)
+            .arg("-o")
+            .arg(&again)
+            .output()
+            .unwrap()
+    };
+    let merged = merge(&out);
+    assert!(merged.status.success(), "{merged:?}");
+    let mut files = 0;
+    for file in std::fs::read_dir(&out).unwrap() {
+        let file = file.unwrap().path();
+        let drawn = again.join(file.file_name().unwrap());
+        let same = std::fs::read(&file).unwrap() == std::fs::read(&drawn).unwrap();
+        assert!(same, "{}", drawn.display());
+        files += 1;
+    }
+    assert_eq!(std::fs::read_dir(&again).unwrap().count(), files);
+    assert!(files > 6, "{files} files");
+
+    let empty = folder.path().join("empty");
+    std::fs::create_dir(&empty).unwrap();
+    std::fs::write(folder.path().join("cache/bad.jsonl"), "{}\n").unwrap();
+    for (from, message) in [
+        (empty.as_path(), "there are no records"),
+        (&folder.path().join("none"), "cannot read the folder"),
+        (
+            &folder.path().join("cache"),
+            "bad.jsonl:1: this is no record of lumivox bench",
+        ),
+    ] {
+        let refused = merge(from);
+        let stderr = String::from_utf8_lossy(&refused.stderr);
+        assert!(
+            refused.status.code() == Some(2) && stderr.contains(message),
+            "{stderr}"
+        );
+    }
+}
+
+/// Every table and chart in docs/results is what its records say.
+#[test]
+fn results_are_those_of_their_records() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let output = std::process::Command::new(root.join("tools/results"))
+        .args(["--check", "--lumivox"])
+        .arg(env!("CARGO_BIN_EXE_lumivox"))
+        .output()
+        .unwrap();
+    assert!(
+        output.status.success(),
+        "{}{}",
+        String::from_utf8_lossy(&output.stdout),
+        String::from_utf8_lossy(&output.stderr)
+    );
+}
+
 #[test]
 fn wrong_arguments_are_told() {
     let folder = tempfile::tempdir().unwrap();

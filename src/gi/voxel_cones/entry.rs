@@ -3,7 +3,7 @@
 use crate::gi::entry::{Directions, Entry, Make, Stage};
 use crate::gi::inspect::{Channels, Scale, ViewRow};
 use crate::gi::shared::cone::{self, VolumePasses};
-use crate::gi::shared::voxel::Bounces;
+use crate::gi::shared::voxel::VoxelBounces;
 
 /// Gathering along directions.
 pub(super) static GATHER: Stage = Stage::picture(
@@ -69,8 +69,8 @@ pub(super) const VIEWS: &[ViewRow] = &[
 /// What all rows of the family have in common.
 pub(super) const fn entry(name: &'static str, summary: &'static str, make: Make) -> Entry {
     Entry {
-        bounces: |settings| Bounces::new(settings).count(),
-        frames_to_rest: |settings| Bounces::new(settings).frames_to_rest(),
+        bounces: |settings| VoxelBounces::new(settings).count(),
+        frames_to_rest: |settings| VoxelBounces::new(settings).frames_to_rest(),
         check: cone::check,
         emission_in_slots: |settings| {
             if cone::has_patches(settings) {

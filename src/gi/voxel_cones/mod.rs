@@ -15,7 +15,7 @@ pub use store::{Relit, VoxelStore};
 use crate::gi::inspect::{Beam, BeamAxis, BeamStart, LightSlots, ViewRow};
 use crate::gi::shared::cone::{ConeTracer, EmissivePatches, VoxelVolume};
 use crate::gi::shared::interleave::deinterleave;
-use crate::gi::shared::voxel::{Bounces, Injection, Viewer, VoxelSlots};
+use crate::gi::shared::voxel::{Injection, Viewer, VoxelBounces, VoxelSlots};
 use crate::gi::{
     Answer, Change, Context, IndirectLight, Inputs, Inspect, MapNeeds, Needs, Settings, Technique,
 };
@@ -125,7 +125,7 @@ impl<S: VoxelStore> Technique for VoxelCones<S> {
             };
             self.store.relight(frame, given.maps, relit);
         }
-        if bounces == Bounces::Feedback {
+        if bounces == VoxelBounces::Feedback {
             self.store.bounce(frame, &self.cones);
             if self.patches.is_some() {
                 self.store.relight(frame, given.maps, Relit::FOR_PICTURE);

@@ -22,7 +22,7 @@ pub use front::{Price, cheapest, distinct_front, front, near_front};
 pub use grid::{DEFAULT_GRID, GridError, grid_cases};
 pub use page::page;
 pub use pictures::PictureFolder;
-pub use point::{Cost, Point, PointError, RECORD_VERSION, Setup, bounces_of, bounces_text};
+pub use point::{Cost, Point, PointError, RECORD_VERSION, SweepSetup, bounces_of, bounces_text};
 pub use run::{Progress, Sweep, SweepError};
 pub use section::{Group, Section, Standing};
 pub use trouble::{Finding, TroubleRun, Troubles};

@@ -10,7 +10,7 @@ use crate::gi::settings::RESOLUTION;
 use crate::graph::{Gpu, PassTimes, Spread};
 use crate::measure::bench::{BenchSettings, Case};
 use crate::measure::build::build;
-use crate::measure::records::Record;
+use crate::measure::records::{Keyed, Versioned};
 use crate::measure::report::{ErrorReport, MemoryRow, Report, Timing};
 use crate::measure::table::{median_ms, value_text};
 use crate::metrics::{BLOCK_PX, Channel, Errors};
@@ -22,7 +22,7 @@ pub const RECORD_VERSION: u32 = 1;
 
 /// What all points of one chart have alike: points of different setups cannot be compared.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Setup {
+pub struct SweepSetup {
     /// Hash of the scene's content, in hexadecimal digits.
     pub scene_hash: String,
     /// Width and height (px).
@@ -70,7 +70,7 @@ pub struct Point {
     /// Name of the scene.
     pub scene: String,
     /// What the points of a chart have alike.
-    pub setup: Setup,
+    pub setup: SweepSetup,
     /// Name of the technique.
     pub technique: String,
     /// The preset that the settings started from.
@@ -131,11 +131,11 @@ impl Cost {
     pub const ALL: [Cost; 3] = [Cost::Frame, Cost::Rebuild, Cost::Memory];
 }
 
-impl Setup {
+impl SweepSetup {
     /// The setup of a scene on a device; `max_error` is the reference's.
     pub fn new(gpu: &Gpu, scene: &Scene, settings: &BenchSettings, max_error: f64) -> Self {
         let info = gpu.info();
-        Setup {
+        SweepSetup {
             scene_hash: format!("{:032x}", scene.content_hash()),
             size: settings.frame.size,
             shadow_resolution: settings.frame.shadow_resolution,
@@ -174,14 +174,16 @@ impl Setup {
     }
 }
 
-impl Record for Point {
+impl Versioned for Point {
     const COMMAND: &'static str = "lumivox chart";
     const VERSION: u32 = RECORD_VERSION;
 
     fn version(&self) -> u32 {
         self.record_version
     }
+}
 
+impl Keyed for Point {
     fn key(&self) -> &str {
         &self.key
     }
@@ -209,7 +211,7 @@ pub fn bounces_of(case: &Case) -> Bounces {
 
 impl Point {
     /// What a report says of a case.
-    pub fn new(setup: &Setup, case: &Case, report: &Report) -> Self {
+    pub fn new(setup: &SweepSetup, case: &Case, report: &Report) -> Self {
         let text = |(name, value): (&str, _)| (name.to_owned(), value_text(&value));
         let error = report.error.as_ref();
         let (in_blocks, noise_share) = match error.map(|error| error.block) {
@@ -240,11 +242,7 @@ impl Point {
             passes: report.passes.clone(),
             memory_bytes: report.memory_bytes,
             structure_bytes: report.structure_bytes,
-            counts: report
-                .counts
-                .iter()
-                .map(|(name, count)| ((*name).to_owned(), *count))
-                .collect(),
+            counts: report.counts.clone(),
             error: point_error,
             pixel_error: error.and_then(|error| PointError::of(&error.pixel)),
             flip: error
@@ -396,8 +394,8 @@ pub(super) mod tests {
     use super::*;
     use crate::measure::chart::grid_cases;
 
-    pub(in crate::measure::chart) fn setup() -> Setup {
-        Setup {
+    pub(in crate::measure::chart) fn setup() -> SweepSetup {
+        SweepSetup {
             scene_hash: "0123".into(),
             size: [160, 120],
             shadow_resolution: 1024,
@@ -425,7 +423,7 @@ pub(super) mod tests {
     /// figure changes the key.
     #[test]
     fn keys_tell_everything_apart() {
-        let changes: [fn(&mut Setup); 13] = [
+        let changes: [fn(&mut SweepSetup); 13] = [
             |_| {},
             |setup| setup.scene_hash.push('4'),
             |setup| setup.size = [120, 160],

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::pictures::PictureFolder;
-use super::point::{Point, Setup, bounces_of};
+use super::point::{Point, SweepSetup, bounces_of};
 use crate::graph::{Error, Gpu};
 use crate::image::Image;
 use crate::measure::bench::{BenchSettings, Case, MAX_SPP, Pictures, Truth, measure_on};
@@ -55,7 +55,7 @@ pub struct Sweep<'s> {
     gpu: &'s Gpu,
     scene: &'s Scene,
     settings: &'s BenchSettings,
-    setup: Setup,
+    setup: SweepSetup,
 }
 
 struct Reference {
@@ -77,7 +77,7 @@ impl<'s> Sweep<'s> {
             gpu,
             scene,
             settings,
-            setup: Setup::new(gpu, scene, settings, max_error),
+            setup: SweepSetup::new(gpu, scene, settings, max_error),
         }
     }
 

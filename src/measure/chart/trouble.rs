@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::command;
 use super::point::Point;
 use crate::gi::settings::RESOLUTION;
-use crate::measure::records::{RecordError, read_records};
+use crate::measure::records::{RecordError, read_records, record_files};
 use crate::measure::stress::results::Worst;
 use crate::measure::stress::{CASES, Effort, LEAST_RESOLUTION, Record, StressCase};
 
@@ -41,13 +41,11 @@ impl Troubles {
     pub fn read(folder: &Path) -> Result<Self, RecordError> {
         let mut records = Vec::new();
         if folder.is_dir() {
-            let (files, folders) = list(folder)?;
-            let inner = folders
-                .iter()
-                .map(|folder| Ok(list(folder)?.0))
-                .collect::<Result<Vec<_>, RecordError>>()?;
-            for file in files.into_iter().chain(inner.into_iter().flatten()) {
-                records.extend(read_records::<Record>(&file)?);
+            let inner = folders_in(folder)?;
+            for folder in std::iter::once(folder).chain(inner.iter().map(PathBuf::as_path)) {
+                for file in record_files(folder)? {
+                    records.extend(read_records::<Record>(&file)?);
+                }
             }
         }
         Ok(Troubles {
@@ -218,27 +216,21 @@ fn stress_resolution(point: &Point) -> Option<u32> {
         .map(|resolution| resolution.max(LEAST_RESOLUTION))
 }
 
-/// Files of records and folders in a folder, sorted.
-fn list(folder: &Path) -> Result<(Vec<PathBuf>, Vec<PathBuf>), RecordError> {
+/// The folders in a folder, by name.
+fn folders_in(folder: &Path) -> Result<Vec<PathBuf>, RecordError> {
     let failed = |source| RecordError::File {
         what: "read the folder",
         path: folder.to_owned(),
         source,
     };
     let entries = std::fs::read_dir(folder).map_err(failed)?;
-    let mut paths: Vec<PathBuf> = entries
+    let mut folders: Vec<PathBuf> = entries
         .map(|entry| entry.map(|entry| entry.path()))
         .collect::<Result<_, _>>()
         .map_err(failed)?;
-    paths.sort();
-    let folders = paths.iter().filter(|path| path.is_dir()).cloned().collect();
-    paths.retain(|path| {
-        path.is_file()
-            && path
-                .extension()
-                .is_some_and(|extension| extension == "jsonl")
-    });
-    Ok((paths, folders))
+    folders.retain(|path| path.is_dir());
+    folders.sort();
+    Ok(folders)
 }
 
 #[cfg(test)]
@@ -247,7 +239,7 @@ pub(super) mod tests {
 
     use super::super::point::tests::point;
     use super::*;
-    use crate::measure::stress::{Figured, Setup, Verdict};
+    use crate::measure::stress::{Figured, StressSetup, Verdict};
 
     /// A record of a quick run of the preset `cones` at 64³.
     pub(in crate::measure::chart) fn record(
@@ -257,7 +249,7 @@ pub(super) mod tests {
         severity: f64,
         (name, value, verdict): (&str, f64, Verdict),
     ) -> Record {
-        let setup = Setup {
+        let setup = StressSetup {
             version: "1".into(),
             build: "abc".into(),
             device: "a device".into(),

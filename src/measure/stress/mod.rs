@@ -16,7 +16,7 @@ mod stability;
 mod thin_walls;
 mod trial;
 
-pub use record::{Figured, Record, Setup, Verdict};
+pub use record::{Figured, Record, StressSetup, Verdict};
 pub use trial::{Memo, Trial};
 
 use super::bench::Case;

@@ -31,7 +31,7 @@ pub enum Verdict {
 
 /// What records of one chart have in common.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Setup {
+pub struct StressSetup {
     /// Version of the program.
     pub version: String,
     /// The commit that it was built from, or a hash of the executable.
@@ -67,7 +67,7 @@ pub struct Record {
     /// Hash of all that the figures depend on, in hexadecimal digits.
     pub key: String,
     /// What it was measured with.
-    pub setup: Setup,
+    pub setup: StressSetup,
     /// Name of the failure mode.
     pub case: String,
     /// Name of the scene, where it is not the suite's own.
@@ -96,23 +96,25 @@ pub struct Record {
     pub is_lost: bool,
 }
 
-impl records::Record for Record {
+impl records::Versioned for Record {
     const COMMAND: &'static str = "lumivox stress";
     const VERSION: u32 = RECORD_VERSION;
 
     fn version(&self) -> u32 {
         self.record_version
     }
+}
 
+impl records::Keyed for Record {
     fn key(&self) -> &str {
         &self.key
     }
 }
 
-impl Setup {
+impl StressSetup {
     /// Whether figures of the two can stand in one table: everything except the build is the same.
-    pub fn is_like(&self, other: &Setup) -> bool {
-        let rest = |setup: &Setup| {
+    pub fn is_like(&self, other: &StressSetup) -> bool {
+        let rest = |setup: &StressSetup| {
             (
                 setup.device.clone(),
                 setup.driver.clone(),
@@ -125,9 +127,9 @@ impl Setup {
     }
 
     /// Setups that are alike, in a line below a title.
-    pub(super) fn text<'s>(setups: impl IntoIterator<Item = &'s Setup>) -> String {
-        let setups: Vec<&Setup> = setups.into_iter().collect();
-        let Some(Setup {
+    pub(super) fn text<'s>(setups: impl IntoIterator<Item = &'s StressSetup>) -> String {
+        let setups: Vec<&StressSetup> = setups.into_iter().collect();
+        let Some(StressSetup {
             device,
             size: [width, height],
             shadow_resolution,
@@ -152,7 +154,7 @@ impl Setup {
 
     fn new(gpu: &Gpu, trial: &Trial<'_>) -> Self {
         let info = gpu.info();
-        Setup {
+        StressSetup {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             build: build(),
             device: info.name.clone(),
@@ -173,7 +175,7 @@ impl Record {
         severity: f64,
         measured: Result<&[f64], &StressError>,
     ) -> Self {
-        let setup = Setup::new(trial.gpu, trial);
+        let setup = StressSetup::new(trial.gpu, trial);
         let judged = |(figure, value): (&super::Figure, &f64)| Figured {
             name: figure.name.to_owned(),
             value: value.is_finite().then_some(*value),
@@ -227,7 +229,7 @@ impl Record {
             trial,
             (case, change),
             severity,
-            &Setup::new(trial.gpu, trial),
+            &StressSetup::new(trial.gpu, trial),
         )
     }
 
@@ -288,7 +290,7 @@ fn key(
     trial: &Trial<'_>,
     (case, change): (&Case, &str),
     severity: f64,
-    setup: &Setup,
+    setup: &StressSetup,
 ) -> String {
     let settings: Vec<String> = trial
         .settings

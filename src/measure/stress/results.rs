@@ -1,6 +1,6 @@
 //! Records of failure modes as Markdown, comma-separated values and charts.
 
-use super::{Figure, Figured, Record, Setup, StressCase, Verdict};
+use super::{Figure, Figured, Record, StressCase, StressSetup, Verdict};
 use crate::gi::settings::RESOLUTION;
 use crate::measure::draw::{Chart, LineAxis, LinePanel, Panels, Scale, Series};
 use crate::measure::table::csv_of;
@@ -189,7 +189,7 @@ impl Results<'_> {
             .unwrap_or_default();
         let notes = vec![format!(
             "{scene}{}",
-            Setup::text(records().map(|record| &record.setup))
+            StressSetup::text(records().map(|record| &record.setup))
         )];
         Chart {
             title,
@@ -248,7 +248,10 @@ pub fn summary(all: &[Results<'_>]) -> String {
         .iter()
         .flat_map(|results| results.records)
         .map(|record| &record.setup);
-    let mut text = format!("{}\n\n| case | gets worse with |", Setup::text(setups));
+    let mut text = format!(
+        "{}\n\n| case | gets worse with |",
+        StressSetup::text(setups)
+    );
     names.iter().for_each(|name| text += &format!(" {name} |"));
     text += &format!("\n| --- | --- |{}\n", " --- |".repeat(names.len()));
     for results in all {

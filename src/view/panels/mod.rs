@@ -1,13 +1,13 @@
 //! What is drawn in the window: panels at the left, the picture, a status line.
 
 mod beam;
+mod canvas;
 mod cost;
 mod files;
 mod help;
 mod input;
 mod lights;
 mod look;
-mod stage;
 mod technique;
 
 use std::ffi::OsString;
@@ -19,7 +19,7 @@ use egui_file_dialog::{DialogState, FileDialog};
 use super::session::Session;
 use super::store::Remembered;
 
-pub(super) use stage::Stage;
+pub(super) use canvas::Canvas;
 
 /// Sections of the panels, in their order.
 pub const SECTIONS: [&str; 8] = [
@@ -143,7 +143,7 @@ pub(super) struct Scope<'s> {
 }
 
 /// Draws everything.
-pub(super) fn show(ctx: &Context, scope: &mut Scope<'_>, stage: &Stage) {
+pub(super) fn show(ctx: &Context, scope: &mut Scope<'_>, canvas: &Canvas) {
     scope.panels.held = false;
     // What is typed into the dialog moves no camera.
     if !matches!(scope.panels.dialog.state(), DialogState::Open) {
@@ -165,7 +165,7 @@ pub(super) fn show(ctx: &Context, scope: &mut Scope<'_>, stage: &Stage) {
                 });
             });
     }
-    stage.show(ctx, scope);
+    canvas.show(ctx, scope);
     if let Some(problem) = scope
         .session
         .any_problem()

@@ -7,7 +7,7 @@ use glam::{DVec3, Vec3};
 
 use super::march::MarchSettings;
 use super::tracer::ConeTracer;
-use super::volume::{March, Output, Volume};
+use super::volume::{ConeOutput, March, Volume};
 use crate::gi::Settings;
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu, Image, Owner};
@@ -263,7 +263,7 @@ impl ConeTracer {
                 end_patch,
                 face_stride: volume.face_stride,
             };
-            let march = March::new(true, Output::Light, s.face_weights);
+            let march = March::new(true, ConeOutput::Light, s.face_weights);
             volume
                 .pass(frame, &volume.passes.patches, march)
                 .bind("view_depth", &gbuffer.view_depth)

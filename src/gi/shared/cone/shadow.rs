@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::march::MarchSettings;
 use super::tracer::ConeTracer;
-use super::volume::{March, Output, Volume};
+use super::volume::{ConeOutput, March, Volume};
 use crate::gi::entry::Stage;
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Frame, Image};
@@ -73,7 +73,7 @@ impl ConeTracer {
                 end_light,
                 face_stride: volume.face_stride,
             };
-            let march = March::new(true, Output::Light, s.face_weights);
+            let march = March::new(true, ConeOutput::Light, s.face_weights);
             volume
                 .pass(frame, &volume.passes.shadow, march)
                 .bind("view_depth", &gbuffer.view_depth)

@@ -5,7 +5,7 @@ use glam::Vec3;
 
 use super::march::MarchSettings;
 use super::tracer::{ConeTracer, longest_march};
-use super::volume::{March, Output, Volume};
+use super::volume::{ConeOutput, March, Volume};
 use crate::gi::Context;
 use crate::gi::inspect::{Beam, BeamAxis, BeamSample, BeamStart};
 use crate::gi::shared::voxel::oracle::{hemisphere_direction, interleaved_offset};
@@ -71,7 +71,11 @@ impl ConeTracer {
         };
         let mut frame = Frame::new();
         frame.set_scene(&scene.set, &scene.materials);
-        let march = March::new(is_mirror || self.skips_empty, Output::Light, s.face_weights);
+        let march = March::new(
+            is_mirror || self.skips_empty,
+            ConeOutput::Light,
+            s.face_weights,
+        );
         volume
             .pass(&mut frame, &volume.passes.trace, march)
             .bind("trace_rows", &rows)

@@ -5,11 +5,11 @@ use std::sync::Arc;
 
 use super::march::MarchSettings;
 use super::sets::{ConeSet, cone_set, diffuse_set};
-use super::volume::{FaceWeights, March, Output, Volume};
+use super::volume::{ConeOutput, FaceWeights, March, Volume};
 use crate::gi::Settings;
 use crate::gi::shared::loops::{LOOP_BUDGET, VECTOR_LANES};
 use crate::gi::shared::voxel::build::linear_groups;
-use crate::gi::shared::voxel::{Bounces, Directionality, VoxelGrid, VoxelRecords};
+use crate::gi::shared::voxel::{Directionality, VoxelBounces, VoxelGrid, VoxelRecords};
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu, Image, Owner};
 use crate::render::{GBuffer, GpuScene, screen_groups, screen_image, storage};
@@ -221,7 +221,7 @@ impl ConeTracer {
                     FaceWeights::Extinction
                 },
             },
-            bounce_set: Bounces::new(settings)
+            bounce_set: VoxelBounces::new(settings)
                 .any()
                 .then(|| DeviceSet::new(gpu, "cone.bounce_set", &bounce_set))
                 .transpose()?,
@@ -269,7 +269,7 @@ impl ConeTracer {
         volume: Volume<'_>,
         result: &Arc<Image>,
     ) {
-        self.add_gather(frame, gbuffer, volume, result, Output::Light);
+        self.add_gather(frame, gbuffer, volume, result, ConeOutput::Light);
     }
 
     /// Adds the ambient visibility by cones of its own to what was gathered; nothing where the
@@ -289,7 +289,7 @@ impl ConeTracer {
             ao_falloff: *falloff,
             ..self.settings
         };
-        let march = March::new(set.is_narrow, Output::Light, settings.face_weights);
+        let march = March::new(set.is_narrow, ConeOutput::Light, settings.face_weights);
         for (params, groups) in gather_params(&settings, set, volume, gbuffer) {
             let params = ConeParams {
                 is_occlusion: 1,
@@ -312,7 +312,7 @@ impl ConeTracer {
         gbuffer: &GBuffer,
         volume: Volume<'_>,
         result: &Arc<Image>,
-        output: Output,
+        output: ConeOutput,
     ) {
         let march = March::new(self.skips_empty, output, self.settings.face_weights);
         for (params, groups) in gather_params(&self.settings, &self.set, volume, gbuffer) {
@@ -338,7 +338,7 @@ impl ConeTracer {
     ) {
         let Some(set) = &self.bounce_set else { return };
         let (s, grid) = (&self.settings, volume.grid);
-        let march = March::new(self.skips_empty, Output::Light, s.face_weights);
+        let march = March::new(self.skips_empty, ConeOutput::Light, s.face_weights);
         let first_voxel = ((voxels.grid.origin - grid.origin) / voxels.grid.voxel_size).round();
         for [first_cone, end_cone] in s.dispatches(volume, set.count) {
             let params = BounceConeParams {
@@ -369,7 +369,7 @@ impl ConeTracer {
         volume: Volume<'_>,
         result: &Arc<Image>,
     ) {
-        self.add_specular(frame, gbuffer, volume, result, Output::Light);
+        self.add_specular(frame, gbuffer, volume, result, ConeOutput::Light);
     }
 
     fn add_specular(
@@ -378,7 +378,7 @@ impl ConeTracer {
         gbuffer: &GBuffer,
         volume: Volume<'_>,
         result: &Arc<Image>,
-        output: Output,
+        output: ConeOutput,
     ) {
         let Some(specular) = &gbuffer.specular else {
             return;
@@ -423,9 +423,9 @@ impl ConeTracer {
             let mut frame = Frame::new();
             frame.set_scene(&scene.set, &scene.materials);
             if index == 0 {
-                self.add_gather(&mut frame, gbuffer, volume, &result, Output::Samples);
+                self.add_gather(&mut frame, gbuffer, volume, &result, ConeOutput::Samples);
             } else {
-                self.add_specular(&mut frame, gbuffer, volume, &result, Output::Samples);
+                self.add_specular(&mut frame, gbuffer, volume, &result, ConeOutput::Samples);
             }
             gpu.submit(frame)?;
             let texels: Vec<[f32; 4]> =

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use super::tracer::face_turns;
-use super::volume::{FaceWeights, March, Output, Volume};
+use super::volume::{ConeOutput, FaceWeights, March, Volume};
 use crate::gi::shared::loops::{LOOP_BUDGET, VECTOR_LANES};
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Frame, Image};
@@ -45,7 +45,7 @@ impl VoxelVolume<'_> {
     /// Adds the passes that write what the camera of the frame sees of a level into an RGBA32F
     /// image of the frame's size: premultiplied by opacity, opacity.
     pub fn view(&self, frame: &mut Frame, level: u32, seen: &Arc<Image>) {
-        self.add_view(frame, level, seen, Output::Light);
+        self.add_view(frame, level, seen, ConeOutput::Light);
     }
 
     /// As [`VoxelVolume::view`], of the cells that the volume divides space into in place of what
@@ -53,10 +53,10 @@ impl VoxelVolume<'_> {
     /// tiles, and the empty nodes on coarser levels; of a clipmap, the level that each place is
     /// read from; of dense mips, texels.
     pub fn view_structure(&self, frame: &mut Frame, level: u32, seen: &Arc<Image>) {
-        self.add_view(frame, level, seen, Output::Structure);
+        self.add_view(frame, level, seen, ConeOutput::Structure);
     }
 
-    fn add_view(&self, frame: &mut Frame, level: u32, seen: &Arc<Image>, output: Output) {
+    fn add_view(&self, frame: &mut Frame, level: u32, seen: &Arc<Image>, output: ConeOutput) {
         let volume = &self.volume;
         // A cell costs a turn of the march, and a turn a level of the loops that look for its
         // texel.

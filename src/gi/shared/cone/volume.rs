@@ -115,7 +115,7 @@ pub(in crate::gi) const fn pass(
 
 /// What a pass of cones writes.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Output {
+pub(super) enum ConeOutput {
     /// What the cones see.
     Light,
     /// In x, how many samples they take.
@@ -167,12 +167,12 @@ pub struct Volume<'v> {
 #[derive(Clone, Copy)]
 pub(super) struct March {
     pub(super) skips_empty: bool,
-    pub(super) output: Output,
+    pub(super) output: ConeOutput,
     pub(super) weights: FaceWeights,
 }
 
 impl March {
-    pub(super) const fn new(skips_empty: bool, output: Output, weights: FaceWeights) -> Self {
+    pub(super) const fn new(skips_empty: bool, output: ConeOutput, weights: FaceWeights) -> Self {
         March {
             skips_empty,
             output,

@@ -22,7 +22,7 @@ pub use build::settings::{Accumulation, Method, Surface, VoxelSettings};
 pub use build::{Voxelizer, Voxels};
 pub use dynamic::DynamicVoxels;
 pub use grid::{Lattice, VoxelGrid};
-pub use light::bounce::Bounces;
+pub use light::bounce::VoxelBounces;
 pub use light::inject::{BOUND_TILES, INJECT_RSM, LIST_TILES, VoxelLookup, bound_tiles};
 pub use light::settings::{Attenuation, Injection, LightSettings, Occlusion, Sides, Viewer};
 pub use light::slots::{LitVoxels, VoxelSlots};
@@ -149,7 +149,8 @@ pub static SUBSTITUTIONS: &[Substitution] = &[Substitution {
     name: "bounce directions",
     help: "64 directions by which each voxel gathers from the others",
     pairs: |settings| {
-        let is_better = Bounces::new(settings).any() && settings.count("bounce_directions") < 64;
+        let is_better =
+            VoxelBounces::new(settings).any() && settings.count("bounce_directions") < 64;
         if is_better {
             vec!["bounce_directions=64".into()]
         } else {

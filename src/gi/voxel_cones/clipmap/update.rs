@@ -8,7 +8,7 @@ use super::{Clipmap, Inner, Place};
 use crate::gi::Context;
 use crate::gi::shared::cone::Volume;
 use crate::gi::shared::voxel::{
-    self, Bounces, VoxelBox, VoxelLight, VoxelLookup, VoxelRecords, VoxelWindow,
+    self, VoxelBounces, VoxelBox, VoxelLight, VoxelLookup, VoxelRecords, VoxelWindow,
 };
 use crate::graph::{Error, Frame, FrameStats};
 use crate::render::LightMaps;
@@ -70,7 +70,7 @@ impl Clipmap {
     ) -> Result<FrameStats, Error> {
         let mut stats = FrameStats::default();
         let [carries_gathered, lights_slabs] = [
-            self.light_settings.bounces == Bounces::Feedback,
+            self.light_settings.bounces == VoxelBounces::Feedback,
             self.lights_slabs(),
         ];
         for (index, place) in places.iter().copied().enumerate() {
@@ -157,7 +157,7 @@ impl Clipmap {
                 .for_each(|level| level.lit = VoxelBox::NONE);
             return (0..count).collect();
         }
-        if bounces == Bounces::Feedback
+        if bounces == VoxelBounces::Feedback
             || (bounces.any() && (0..count).any(|index| changes(self, index)))
         {
             // Each voxel gathers from all levels.

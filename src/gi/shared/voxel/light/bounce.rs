@@ -4,27 +4,27 @@ use crate::gi::Settings;
 
 /// How many indirect bounces there are, the one to the pixel among them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Bounces {
+pub enum VoxelBounces {
     /// So many in each frame, at least 1.
     Count(u32),
     /// One more with each frame, from the voxels of the last one.
     Feedback,
 }
 
-impl Bounces {
+impl VoxelBounces {
     /// From a technique's settings.
     pub fn new(settings: &Settings) -> Self {
         settings
             .choice("bounces")
             .parse()
-            .map_or(Bounces::Feedback, Bounces::Count)
+            .map_or(VoxelBounces::Feedback, VoxelBounces::Count)
     }
 
     /// How many; `None` where it is all of them, after some frames.
     pub fn count(self) -> Option<u32> {
         match self {
-            Bounces::Count(count) => Some(count),
-            Bounces::Feedback => None,
+            VoxelBounces::Count(count) => Some(count),
+            VoxelBounces::Feedback => None,
         }
     }
 
@@ -32,8 +32,8 @@ impl Bounces {
     /// but (3/4)^16, 1%, of its light then.
     pub fn frames_to_rest(self) -> u32 {
         match self {
-            Bounces::Count(_) => 1,
-            Bounces::Feedback => 17,
+            VoxelBounces::Count(_) => 1,
+            VoxelBounces::Feedback => 17,
         }
     }
 
@@ -44,6 +44,6 @@ impl Bounces {
 
     /// Whether voxels gather at all.
     pub fn any(self) -> bool {
-        self != Bounces::Count(1)
+        self != VoxelBounces::Count(1)
     }
 }

@@ -15,7 +15,7 @@ use glam::Vec3;
 use crate::gi::shared::loops::LOOP_BUDGET;
 use crate::gi::shared::voxel::build::{buffer, linear_groups};
 use crate::gi::shared::voxel::light::settings::{Attenuation, Injection, LightSettings, Viewer};
-use crate::gi::shared::voxel::{Bounces, Lattice, VoxelBox, VoxelGrid, Voxels};
+use crate::gi::shared::voxel::{Lattice, VoxelBounces, VoxelBox, VoxelGrid, Voxels};
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu, Image, Pass, Sets, Shaders};
 use crate::render::{GpuScene, LightMaps};
@@ -230,7 +230,7 @@ impl VoxelLight {
             .any()
             .then(|| buffer(gpu, "voxel.irradiance", sides.radiance_bytes(capacity)))
             .transpose()?;
-        if let (Some(irradiance), Bounces::Feedback) = (&irradiance, bounces) {
+        if let (Some(irradiance), VoxelBounces::Feedback) = (&irradiance, bounces) {
             // The first frame reads what no frame before it has left.
             let mut frame = Frame::new();
             frame.fill(CLEAR_LIGHT, irradiance, 0);
@@ -269,7 +269,7 @@ impl VoxelLight {
         let before = self
             .irradiance
             .as_ref()
-            .filter(|_| self.settings.bounces == Bounces::Feedback)
+            .filter(|_| self.settings.bounces == VoxelBounces::Feedback)
             .map(Arc::clone);
         let grows = voxels.capacity() > self.capacity;
         if grows {
@@ -366,7 +366,7 @@ impl VoxelLight {
             voxels,
             maps,
             dense,
-            [bounces == Bounces::Feedback, true],
+            [bounces == VoxelBounces::Feedback, true],
             viewer,
         );
     }

@@ -1,7 +1,7 @@
 //! How voxels are lit: what a technique chooses, and what it asks of maps and memory.
 
 use crate::gi::Settings;
-use crate::gi::shared::voxel::Bounces;
+use crate::gi::shared::voxel::VoxelBounces;
 
 /// Where the direct light of voxels comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -73,7 +73,7 @@ pub struct LightSettings {
     /// holds the faces.
     pub stores_faces: bool,
     /// Indirect bounces.
-    pub bounces: Bounces,
+    pub bounces: VoxelBounces,
     /// How light on shaded voxels falls off with the angle.
     pub attenuation: Attenuation,
     /// What hides lights from shaded voxels.
@@ -109,7 +109,7 @@ impl LightSettings {
             injection,
             sides,
             stores_faces: false,
-            bounces: Bounces::new(settings),
+            bounces: VoxelBounces::new(settings),
             attenuation,
             occlusion,
             kappa: settings.number("occlusion_kappa"),
@@ -124,7 +124,7 @@ impl LightSettings {
             injection,
             sides,
             stores_faces: false,
-            bounces: Bounces::Count(1),
+            bounces: VoxelBounces::Count(1),
             attenuation,
             occlusion,
             kappa: 1.0,

@@ -12,7 +12,7 @@ use crate::view::views::VIEWS;
 
 /// The pictures as textures.
 #[derive(Default)]
-pub(in crate::view) struct Stage {
+pub(in crate::view) struct Canvas {
     sides: [Option<Side>; 2],
     difference: Option<Side>,
     /// Bias and rel_rmse of the difference that is shown.
@@ -55,7 +55,7 @@ impl Side {
     }
 }
 
-impl Stage {
+impl Canvas {
     /// Brings the textures up to the newest pictures.
     pub(in crate::view) fn update(&mut self, ctx: &Context, session: &Session) {
         let look = session.look();
