@@ -92,6 +92,7 @@ pub mod image;
 #[cfg(feature = "measure")]
 pub mod measure;
 pub mod metrics;
+pub mod output;
 pub mod reference;
 pub mod render;
 pub mod scene;

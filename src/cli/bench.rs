@@ -2,15 +2,13 @@
 
 use std::collections::BTreeMap;
 use std::ffi::OsString;
-use std::fs::File;
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use crate::gi::entry::Entry;
 use crate::gi::registry::{DEFAULT, find};
 use crate::measure::bench::{BenchSettings, Case, Truth, cases, measure};
 use crate::measure::draw::Chart;
-use crate::measure::records::{read_records, record_files};
+use crate::measure::records::{Records, line_of, read_records, record_files};
 use crate::measure::report::Report;
 use crate::measure::walk::{self, WalkSettings};
 use crate::measure::{
@@ -27,6 +25,7 @@ use super::common::{
     check_output_folder, make_folder, parse_channel, parse_size, progress_bar, reference,
     reference_failed, say, stems, write_text,
 };
+use super::files::check_results_folder;
 
 /// Measure techniques, presets and resolutions: time per pass, memory, error against the
 /// path-traced reference.
@@ -122,11 +121,13 @@ pub(crate) struct Args {
     /// Render missing textures mid-grey instead of failing.
     #[arg(long)]
     allow_missing_textures: bool,
-    /// Measure nothing: gather the records of these folders, those of equal file names together, and
-    /// draw their tables and charts.
+    /// Measure nothing: gather the records of these folders, those of equal file names together,
+    /// and draw their tables and charts.
     #[arg(long, value_name = "DIR", num_args = 1.., conflicts_with = "scene")]
     merge: Vec<PathBuf>,
-    /// The folder for NAME.jsonl, NAME.csv and the charts NAME-*.svg and NAME-*.png of each scene.
+    /// The folder for each scene's records NAME-bench.jsonl, table NAME-bench.csv and charts
+    /// NAME-bench-*.svg and .png. Records are added to those that are there; table and charts show
+    /// this run.
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
 }
@@ -169,7 +170,12 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
         .map(|scene| Scene::open(scene, &options))
         .collect::<Result<_, _>>()
         .map_err(CliError::input)?;
-    let stems = stems(scenes.iter().map(|scene| scene.name.as_str()), &args.output);
+    check_results_folder(&args.output, &scenes)?;
+    // `chart` has records of the same scene, without this suffix.
+    let stems: Vec<PathBuf> = stems(scenes.iter().map(|scene| scene.name.as_str()), &args.output)
+        .iter()
+        .map(|stem| chart_stem(stem, "bench"))
+        .collect();
     stems
         .iter()
         .flat_map(|stem| outputs(stem))
@@ -235,11 +241,7 @@ fn bench_scene(
     stem: &Path,
     quiet: bool,
 ) -> Result<(), CliError> {
-    let records = stem.with_extension("jsonl");
-    let unwritten = |path: &Path, error: std::io::Error| {
-        CliError::failed(format!("cannot write {}: {error}", path.display()))
-    };
-    let mut file = File::create(&records).map_err(|error| unwritten(&records, error))?;
+    let mut records = Records::open(&stem.with_extension("jsonl")).map_err(CliError::failed)?;
     let bar = progress_bar(quiet, cases.len());
     if !quiet {
         say(&format!("{}: {}", scene.name, table::LEGEND));
@@ -259,8 +261,7 @@ fn bench_scene(
         };
         let report = measure(scene, case, settings, truth).map_err(CliError::failed)?;
         // One line at a time, so that a run that is stopped keeps what it has.
-        let line = serde_json::to_string(&report).map_err(CliError::failed)?;
-        writeln!(file, "{line}").map_err(|error| unwritten(&records, error))?;
+        records.add(&report).map_err(CliError::failed)?;
         if !quiet {
             bar.suspend(|| {
                 std::iter::once(table::row(&report))
@@ -292,10 +293,16 @@ fn merge(folders: &[PathBuf], output: &Path, quiet: bool) -> Result<(), CliError
     check_output_folder(output)?;
     let mut reports: BTreeMap<OsString, Vec<Report>> = BTreeMap::new();
     for folder in folders {
-        for file in record_files(folder).map_err(CliError::input)? {
+        for file in record_files::<Report>(folder).map_err(CliError::input)? {
             let name = file.file_name().unwrap_or_default().to_owned();
-            let more = read_records::<Report>(&file).map_err(CliError::input)?;
-            reports.entry(name).or_default().extend(more);
+            let known = reports.entry(name).or_default();
+            for report in read_records::<Report>(&file).map_err(CliError::input)? {
+                // What was measured again counts as it was measured last.
+                match known.iter_mut().find(|known| known.is_same_case(&report)) {
+                    Some(known) => *known = report,
+                    None => known.push(report),
+                }
+            }
         }
     }
     if reports.values().all(Vec::is_empty) {
@@ -308,7 +315,7 @@ fn merge(folders: &[PathBuf], output: &Path, quiet: bool) -> Result<(), CliError
         let records = output.join(name);
         let lines = reports
             .iter()
-            .map(|report| Ok(serde_json::to_string(report)? + "\n"))
+            .map(line_of)
             .collect::<Result<String, serde_json::Error>>()
             .map_err(CliError::failed)?;
         write_text(&records, &lines)?;

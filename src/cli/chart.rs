@@ -20,6 +20,7 @@ use super::common::{
     DeviceArgs, FrameArgs, TimingArgs, chart_stem, check_output_folder, check_scenes, make_folder,
     parse_channel, parse_size, progress_bar, say, stems, write_text,
 };
+use super::files::check_results_folder;
 
 /// Chart speed and memory against error: every technique with many settings, the Pareto front, one
 /// page to read.
@@ -132,6 +133,7 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
         .collect::<Result<_, _>>()
         .map_err(CliError::input)?;
     check_scenes(&scenes)?;
+    check_results_folder(folder, &scenes)?;
     let gpu = args.device.options()?;
     let settings = BenchSettings {
         timing: args.timing.choice(&gpu)?,
@@ -212,7 +214,7 @@ fn cases(args: &Args) -> Result<Vec<Case>, CliError> {
 /// The files of records in a folder, shards last. If a point has several records, the first one
 /// counts; shards may have slowed each other down.
 fn shards_last(folder: &Path) -> Result<Vec<PathBuf>, CliError> {
-    let mut files = record_files(folder).map_err(CliError::input)?;
+    let mut files = record_files::<Point>(folder).map_err(CliError::input)?;
     files.sort_by_key(|path| is_shard(path));
     Ok(files)
 }

@@ -4,6 +4,7 @@ use std::ffi::OsString;
 use std::fs::OpenOptions;
 use std::io::{ErrorKind, Write as _};
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 use crate::frame::FrameSettings;
 use crate::gi::Settings;
@@ -14,11 +15,13 @@ use crate::image::{Aov, Image, write_exr, write_png};
 use crate::measure::bench::{Truth, choose_timing};
 use crate::measure::report::Timing;
 use crate::metrics::Channel;
+use crate::output;
 use crate::reference::{Bounces, MAX_SIZE_PX, ReferenceError, cache_dir, cached};
 use crate::scene::{LoadOptions, Scene};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::CliError;
+use super::files::Files;
 
 /// The scene argument, shared by the commands that take a scene.
 #[derive(clap::Args)]
@@ -38,8 +41,9 @@ pub(super) struct SceneArgs {
 }
 
 impl SceneArgs {
-    /// Loads the scene, at the time that was asked for.
-    pub(super) fn open(&self) -> Result<Scene, CliError> {
+    /// Loads the scene, at the time that was asked for; none of its files is one that is written.
+    pub(super) fn open(&self, files: &mut Files) -> Result<Scene, CliError> {
+        files.read_source(&self.scene)?;
         let mut scene = Scene::open(
             &self.scene,
             &LoadOptions {
@@ -47,6 +51,7 @@ impl SceneArgs {
             },
         )
         .map_err(CliError::input)?;
+        files.read_scene(&scene)?;
         self.time.apply(&mut scene)?;
         self.with
             .iter()
@@ -114,34 +119,23 @@ pub(super) struct PictureArgs {
 
 impl PictureArgs {
     /// Checks before any work that the outputs can be written.
-    pub(super) fn check(&self) -> Result<(), CliError> {
-        self.is_exr()?;
+    pub(super) fn check(&self, files: &mut Files) -> Result<(), CliError> {
         check_positive("--exposure", Some(self.exposure))?;
-        check_output(&self.output)?;
-        self.report.iter().try_for_each(|path| check_output(path))
+        files.write(&self.output, &["exr", "png"])?;
+        self.report
+            .iter()
+            .try_for_each(|path| files.write(path, &["json"]))
     }
 
     /// Whether the image is to be EXR rather than PNG, by its extension.
-    pub(super) fn is_exr(&self) -> Result<bool, CliError> {
-        match self
-            .output
-            .extension()
-            .and_then(|extension| extension.to_str())
-            .map(str::to_ascii_lowercase)
-            .as_deref()
-        {
-            Some("exr") => Ok(true),
-            Some("png") => Ok(false),
-            _ => Err(CliError::input(format!(
-                "{}: the name must end in .exr or .png",
-                self.output.display()
-            ))),
-        }
+    pub(super) fn is_exr(&self) -> bool {
+        let extension = self.output.extension().unwrap_or_default();
+        extension.eq_ignore_ascii_case("exr")
     }
 
     /// Writes the image.
     pub(super) fn write(&self, image: &Image) -> Result<(), CliError> {
-        let written = if self.is_exr()? {
+        let written = if self.is_exr() {
             write_exr(&self.output, image)
         } else {
             write_png(&self.output, image, self.exposure)
@@ -310,9 +304,32 @@ pub(super) fn check_max_error(max_error: f64) -> Result<(), CliError> {
     check_positive("--max-error", Some(max_error as f32))
 }
 
-/// Prints a line. A closed pipe is ignored: the work itself has not failed.
+/// What went wrong with the standard output, if anything.
+static UNSAID: OnceLock<std::io::Error> = OnceLock::new();
+
+/// Prints a line; [`check_said`] tells a failure.
 pub(super) fn say(line: &str) {
-    let _ = writeln!(std::io::stdout(), "{line}");
+    said(writeln!(std::io::stdout(), "{line}"));
+}
+
+/// Keeps the first failure of the standard output. A closed pipe is none: its reader has enough.
+pub(super) fn said(result: std::io::Result<()>) {
+    if let Err(error) = result
+        && error.kind() != ErrorKind::BrokenPipe
+    {
+        UNSAID.get_or_init(|| error);
+    }
+}
+
+/// An error if something could not be printed.
+pub(super) fn check_said() -> Result<(), CliError> {
+    said(std::io::stdout().flush());
+    match UNSAID.get() {
+        Some(error) => Err(CliError::failed(format!(
+            "cannot write to the standard output: {error}; give it a place that has space"
+        ))),
+        None => Ok(()),
+    }
 }
 
 /// An error unless the value of an option is finite and above 0.
@@ -383,7 +400,7 @@ fn make_and_remove(path: &Path) -> std::io::Result<()> {
 
 /// Writes a report as one JSON object.
 pub(super) fn write_report(path: &Path, report: &serde_json::Value) -> Result<(), CliError> {
-    std::fs::write(path, format!("{report:#}\n")).map_err(|error| {
+    output::write_text(path, &format!("{report:#}\n")).map_err(|error| {
         CliError::failed(format!(
             "cannot write the report {}: {error}; check that the folder exists, is writable and \
              has space",
@@ -428,7 +445,7 @@ pub(super) fn make_folder(folder: &Path) -> Result<(), CliError> {
 
 /// Writes a whole file of text.
 pub(super) fn write_text(path: &Path, text: &str) -> Result<(), CliError> {
-    std::fs::write(path, text).map_err(|error| {
+    output::write_text(path, text).map_err(|error| {
         CliError::failed(format!(
             "cannot write {}: {error}; check that it is writable and has space",
             path.display()

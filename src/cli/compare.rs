@@ -9,7 +9,8 @@ use crate::reference::guide;
 use crate::scene::{LoadOptions, Scene};
 
 use super::CliError;
-use super::common::{TimeArgs, check_output, check_positive, parse_channel, say, write_report};
+use super::common::{TimeArgs, check_positive, parse_channel, say, write_report};
+use super::files::Files;
 
 /// Compare an image with a reference, both linear EXR.
 #[derive(clap::Args)]
@@ -55,10 +56,16 @@ pub(crate) struct Args {
 pub(crate) fn run(args: &Args) -> Result<(), CliError> {
     check_positive("--exposure", args.exposure)?;
     check_positive("--heatmap-scale", args.heatmap_scale)?;
-    [&args.heatmap, &args.report]
-        .into_iter()
-        .flatten()
-        .try_for_each(|path| check_output(path))?;
+    let mut files = Files::default();
+    files.read(&args.image)?;
+    files.read(&args.reference)?;
+    args.scene
+        .iter()
+        .try_for_each(|source| files.read_source(source))?;
+    for (path, extension) in [(&args.heatmap, "png"), (&args.report, "json")] {
+        path.iter()
+            .try_for_each(|path| files.write(path, &[extension]))?;
+    }
     let image = read_exr(&args.image).map_err(CliError::input)?;
     let reference = read_exr(&args.reference).map_err(CliError::input)?;
     let options = LoadOptions {
@@ -70,9 +77,10 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
         .map(|name| Scene::open(name, &options))
         .transpose()
         .map_err(CliError::input)?;
-    scene
-        .iter_mut()
-        .try_for_each(|scene| args.time.apply(scene))?;
+    if let Some(scene) = &mut scene {
+        files.read_scene(scene)?;
+        args.time.apply(scene)?;
+    }
     let guide = scene
         .as_ref()
         .map(|scene| guide(scene, reference.width, reference.height))

@@ -5,6 +5,7 @@ use std::fmt::Write;
 use crate::vulkan::{Adapter, Check, Error, Instance, InstanceOptions};
 
 use super::CliError;
+use super::common::say;
 
 /// List the Vulkan devices, what each can do, and what is missing where it cannot.
 #[derive(clap::Args)]
@@ -18,7 +19,7 @@ pub(crate) fn run(_args: &Args) -> Result<(), CliError> {
         return Err(CliError::failed(Error::NoDevice));
     }
     for adapter in &adapters {
-        print!("{}", describe(adapter));
+        say(describe(adapter).trim_end());
     }
     Ok(())
 }

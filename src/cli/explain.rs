@@ -12,9 +12,10 @@ use indicatif::ProgressBar;
 
 use super::CliError;
 use super::common::{
-    DeviceArgs, FrameArgs, SceneArgs, TechniqueArgs, TimingArgs, check_max_error, check_output,
-    parse_channel, parse_size, reference, reference_failed, say, write_report,
+    DeviceArgs, FrameArgs, SceneArgs, TechniqueArgs, TimingArgs, check_max_error, parse_channel,
+    parse_size, reference, reference_failed, say, write_report,
 };
+use super::files::Files;
 
 /// Split the error of a technique into its sources: replace one approximation at a time by the
 /// truth, or by a better one, and measure the error again.
@@ -53,9 +54,12 @@ pub(crate) struct Args {
 /// Renders, replaces, compares, prints.
 pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     check_max_error(args.max_error)?;
-    args.report.iter().try_for_each(|path| check_output(path))?;
+    let mut files = Files::default();
+    args.report
+        .iter()
+        .try_for_each(|path| files.write(path, &["json"]))?;
     let (entry, settings) = args.technique.choose([])?;
-    let scene = args.scene.open()?;
+    let scene = args.scene.open(&mut files)?;
     let options = args.device.options()?;
     let isolate_passes = args.timing.choice(&options)? == Timing::Host;
     let bar = if quiet {

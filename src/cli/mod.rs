@@ -9,6 +9,7 @@ mod common;
 mod compare;
 mod devices;
 mod explain;
+mod files;
 mod reference;
 mod render;
 mod scene;
@@ -21,6 +22,8 @@ use std::process::ExitCode;
 
 use crate::graph::Messages;
 use clap::Parser;
+
+use self::common::{check_said, said};
 
 /// Why a command ended without doing its work.
 #[derive(Debug, thiserror::Error)]
@@ -75,7 +78,13 @@ enum Command {
 /// Parses the command line, runs the subcommand, and says in one line (then one per cause) what
 /// went wrong. Exit codes: 0 done, 1 the work failed, 2 bad arguments or input.
 pub fn run() -> ExitCode {
-    let cli = Cli::parse();
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => {
+            said(error.print());
+            return end(check_said().err(), error.exit_code());
+        }
+    };
     let level = if cli.quiet {
         log::LevelFilter::Error
     } else {
@@ -100,27 +109,34 @@ pub fn run() -> ExitCode {
         Command::Voxelize(args) => voxelize::run(&args, cli.quiet),
         Command::Devices(args) => devices::run(&args),
     };
-    match result.and_then(|()| validated()) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("error: {error}");
-            let mut cause = match &error {
-                CliError::Input(inner) | CliError::Failed(inner) => inner.source(),
-            };
-            while let Some(inner) = cause {
-                // Some messages quote their cause.
-                if !error.to_string().contains(&inner.to_string()) {
-                    eprintln!("  caused by: {inner}");
-                }
-                cause = inner.source();
-            }
-            ExitCode::from(if matches!(error, CliError::Input(_)) {
-                2
-            } else {
-                1
-            })
+    let error = result
+        .and_then(|()| validated())
+        .and_then(|()| check_said())
+        .err();
+    end(error, 0)
+}
+
+/// Tells an error, or ends with a code where there is none.
+fn end(error: Option<CliError>, code: i32) -> ExitCode {
+    let Some(error) = error else {
+        return ExitCode::from(u8::try_from(code).unwrap_or(1));
+    };
+    eprintln!("error: {error}");
+    let mut cause = match &error {
+        CliError::Input(inner) | CliError::Failed(inner) => inner.source(),
+    };
+    while let Some(inner) = cause {
+        // Some messages quote their cause.
+        if !error.to_string().contains(&inner.to_string()) {
+            eprintln!("  caused by: {inner}");
         }
+        cause = inner.source();
     }
+    ExitCode::from(if matches!(error, CliError::Input(_)) {
+        2
+    } else {
+        1
+    })
 }
 
 /// Fails if the validation layer had any message about a device of this run, from its opening to

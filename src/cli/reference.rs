@@ -11,6 +11,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::CliError;
 use super::common::{PictureArgs, SceneArgs, say, write_report};
+use super::files::Files;
 
 /// Render the path-traced reference of a scene on the CPU.
 #[derive(clap::Args)]
@@ -48,14 +49,15 @@ pub(crate) struct Args {
 /// Loads, renders or finds in the cache, writes.
 pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     let picture = &args.picture;
-    picture.check()?;
-    if args.layers && !picture.is_exr()? {
+    let mut files = Files::default();
+    picture.check(&mut files)?;
+    if args.layers && !picture.is_exr() {
         return Err(CliError::input(format!(
             "--layers needs an .exr, not {}",
             picture.output.display()
         )));
     }
-    let scene = args.scene.open()?;
+    let scene = args.scene.open(&mut files)?;
     let settings = settings(args);
     let start = Instant::now();
     let bar = progress_bar(quiet);

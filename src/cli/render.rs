@@ -16,6 +16,7 @@ use super::CliError;
 use super::common::{
     DeviceArgs, FrameArgs, PictureArgs, SceneArgs, TechniqueArgs, TimingArgs, say,
 };
+use super::files::Files;
 
 /// Render a scene with one technique.
 #[derive(clap::Args)]
@@ -88,9 +89,13 @@ impl Args {
 
 /// Loads, renders, writes.
 pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
-    args.picture.check()?;
+    let mut files = Files::default();
+    args.picture.check(&mut files)?;
+    args.reference
+        .iter()
+        .try_for_each(|path| files.read(path))?;
     let (entry, settings) = args.technique.choose([])?;
-    let scene = args.scene.open()?;
+    let scene = args.scene.open(&mut files)?;
     let truth = args
         .reference
         .as_ref()

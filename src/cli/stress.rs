@@ -22,6 +22,7 @@ use super::common::{
     DeviceArgs, FrameArgs, check_output_folder, check_scenes, each_once, make_folder, parse_size,
     progress_bar, reference_failed, say, stems, write_text,
 };
+use super::files::check_results_folder;
 
 /// Measure failure modes: each makes one parameter worse, from harmless to fatal, for every
 /// technique and every setting that matters.
@@ -145,6 +146,7 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
         .map_err(CliError::input)?;
     check_scenes(&scenes)?;
     check_output_folder(output)?;
+    check_results_folder(output, &scenes)?;
     let mut gpu = open(args)?;
     let folders = if scenes.is_empty() {
         vec![output.clone()]
@@ -157,6 +159,7 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
         scenes.iter().map(Some).collect()
     };
     for (scene, folder) in of_scene.into_iter().zip(&folders) {
+        check_results_folder(folder, &scenes)?;
         make_folder(folder)?;
         let rows: usize = chosen
             .iter()

@@ -11,7 +11,8 @@ use crate::graph::Gpu;
 use crate::render::GpuScene;
 
 use super::CliError;
-use super::common::{DeviceArgs, SceneArgs, TechniqueArgs, check_output, say};
+use super::common::{DeviceArgs, SceneArgs, TechniqueArgs, say};
+use super::files::Files;
 
 /// The techniques whose voxels are all of one size, in one grid.
 static ONE_GRID: &[&Entry] = &[&mips::ENTRY, &svo::ENTRY];
@@ -50,8 +51,9 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
             known.join(", ")
         )));
     }
-    check_output(&args.output)?;
-    let scene = args.scene.open()?;
+    let mut files = Files::default();
+    files.write(&args.output, &["vox", "ply", "json"])?;
+    let scene = args.scene.open(&mut files)?;
     let gpu = Gpu::new(&args.device.options()?).map_err(CliError::failed)?;
     let gpu_scene = GpuScene::new(&gpu, &scene).map_err(CliError::failed)?;
     let voxels = list_voxels(

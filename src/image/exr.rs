@@ -10,6 +10,7 @@ use exr::prelude::{
 use glam::Vec3;
 
 use super::{Aov, Image, ImageError};
+use crate::output::write_file;
 
 /// Named channels of one size, as an EXR file holds them.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -205,9 +206,8 @@ pub fn write_planes(path: &Path, planes: &Planes) -> Result<(), ImageError> {
         Encoding::SMALL_LOSSLESS,
         AnyChannels::sort(channels.into()),
     );
-    ExrImage::from_layer(layer)
-        .write()
-        .to_file(path)
+    let image = ExrImage::from_layer(layer);
+    write_file(path, |file| image.write().to_buffered(file))
         .map_err(|error| ImageError::write_exr(path, error))
 }
 

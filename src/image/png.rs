@@ -3,8 +3,11 @@
 use std::path::Path;
 
 use glam::Vec3;
+use image::codecs::png::PngEncoder;
+use image::{ExtendedColorType, ImageEncoder as _};
 
 use super::{Image, ImageError, luminance};
+use crate::output::write_file;
 
 /// Writes an image as 8-bit sRGB PNG: multiplied by `exposure`, clamped to 0…1, and encoded by the
 /// sRGB transfer function. Nothing else is done to it, so that equal pictures mean equal light and
@@ -85,14 +88,9 @@ fn save(
 }
 
 fn save_bytes(path: &Path, width: u32, height: u32, bytes: Vec<u8>) -> Result<(), ImageError> {
-    image::save_buffer_with_format(
-        path,
-        &bytes,
-        width,
-        height,
-        image::ExtendedColorType::Rgb8,
-        image::ImageFormat::Png,
-    )
+    write_file(path, |file| {
+        PngEncoder::new(file).write_image(&bytes, width, height, ExtendedColorType::Rgb8)
+    })
     .map_err(|error| match error {
         image::ImageError::IoError(source) => ImageError::write(path, source),
         other => ImageError::write(path, other),

@@ -2,11 +2,11 @@
 //! run that was stopped goes on where it was.
 
 use std::fs::{File, OpenOptions, TryLockError};
-use std::io::{Read as _, Seek as _, SeekFrom, Write as _};
+use std::io::{BufRead as _, BufReader, Read as _, Seek as _, SeekFrom, Write as _};
 use std::path::{Path, PathBuf};
 
-use serde::Serialize;
 use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
 
 use crate::image::ImageError;
 
@@ -57,7 +57,7 @@ pub enum RecordError {
 }
 
 /// What is written as a line each.
-pub trait Versioned: Serialize + DeserializeOwned {
+pub trait Versioned: Clone + Serialize + DeserializeOwned {
     /// The command that writes it.
     const COMMAND: &'static str;
     /// Version of its format.
@@ -67,7 +67,7 @@ pub trait Versioned: Serialize + DeserializeOwned {
 }
 
 /// What is kept, and not measured again.
-pub trait Keyed: Versioned + Clone {
+pub trait Keyed: Versioned {
     /// A hash of all that its figures depend on.
     fn key(&self) -> &str;
 }
@@ -80,7 +80,7 @@ pub struct Records<R> {
     points: Vec<R>,
 }
 
-impl<R: Keyed> Records<R> {
+impl<R: Versioned> Records<R> {
     /// Opens or makes a file. A last line that was not written to its end is cut off, with a
     /// warning.
     pub fn open(path: &Path) -> Result<Self, RecordError> {
@@ -129,11 +129,6 @@ impl<R: Keyed> Records<R> {
         })
     }
 
-    /// The record of a key.
-    pub fn find(&self, key: &str) -> Option<&R> {
-        self.points.iter().find(|point| point.key() == key)
-    }
-
     /// Appends a record that is not there yet.
     pub fn add(&mut self, point: &R) -> Result<(), RecordError> {
         let failed = |source| RecordError::File {
@@ -141,15 +136,51 @@ impl<R: Keyed> Records<R> {
             path: self.path.clone(),
             source,
         };
-        let line = serde_json::to_string(point).map_err(|error| failed(error.into()))? + "\n";
+        let line = line_of(point).map_err(|error| failed(error.into()))?;
         self.file.write_all(line.as_bytes()).map_err(failed)?;
         self.points.push(point.clone());
         Ok(())
     }
 }
 
-/// The files of records (`*.jsonl`) in a folder, by name.
-pub fn record_files(folder: &Path) -> Result<Vec<PathBuf>, RecordError> {
+impl<R: Keyed> Records<R> {
+    /// The record of a key.
+    pub fn find(&self, key: &str) -> Option<&R> {
+        self.points.iter().find(|point| point.key() == key)
+    }
+}
+
+/// A record as the line of a file: its command, then its fields.
+pub fn line_of<R: Versioned>(record: &R) -> serde_json::Result<String> {
+    #[derive(Serialize)]
+    struct Line<'r, R> {
+        command: &'static str,
+        #[serde(flatten)]
+        record: &'r R,
+    }
+    let command = R::COMMAND;
+    Ok(serde_json::to_string(&Line { command, record })? + "\n")
+}
+
+/// The command that wrote a line; the first versions did not say.
+fn command_of(line: &[u8]) -> Option<String> {
+    #[derive(Deserialize)]
+    struct Written {
+        command: Option<String>,
+    }
+    serde_json::from_slice::<Written>(line).ok()?.command
+}
+
+/// Whether the first record of a file says that another command wrote it.
+fn is_of_another<R: Versioned>(path: &Path) -> bool {
+    let mut line = Vec::new();
+    let read = File::open(path).and_then(|file| BufReader::new(file).read_until(b'\n', &mut line));
+    read.is_ok() && command_of(&line).is_some_and(|command| command != R::COMMAND)
+}
+
+/// The files of a command's records (`*.jsonl`) in a folder, by name; those of other commands may
+/// lie beside them.
+pub fn record_files<R: Versioned>(folder: &Path) -> Result<Vec<PathBuf>, RecordError> {
     let failed = |source| RecordError::File {
         what: "read the folder",
         path: folder.to_owned(),
@@ -165,6 +196,7 @@ pub fn record_files(folder: &Path) -> Result<Vec<PathBuf>, RecordError> {
             && path
                 .extension()
                 .is_some_and(|extension| extension == "jsonl")
+            && !is_of_another::<R>(path)
     });
     files.sort();
     Ok(files)
@@ -201,6 +233,9 @@ fn parse<R: Versioned>(path: &Path, bytes: &[u8]) -> Result<(Vec<R>, usize), Rec
         problem,
     };
     let point = |(index, line): (usize, &[u8])| {
+        if let Some(command) = command_of(line).filter(|command| command != R::COMMAND) {
+            return Err(wrong(index, format!("it is a record of {command}")));
+        }
         let point: R =
             serde_json::from_slice(line).map_err(|error| wrong(index, error.to_string()))?;
         let (version, wanted) = (point.version(), R::VERSION);

@@ -11,6 +11,7 @@ use crate::gi::settings::Value;
 use crate::graph::{Gpu, Owner, PassTimes, Spread};
 use crate::image::{Aov, GuideImage, Image};
 use crate::metrics::{Channel, Comparison, Errors, Flip, MetricError, compare, exposure_of, flip};
+use crate::output::write_text;
 use crate::reference::Bounces;
 use crate::scene::Scene;
 
@@ -271,6 +272,20 @@ pub fn memory_rows(gpu: &Gpu) -> Vec<MemoryRow> {
 }
 
 impl Report {
+    /// Whether two reports are of the same work on the same device.
+    pub fn is_same_case(&self, other: &Report) -> bool {
+        let case = |report: &Report| {
+            (
+                report.scene.clone(),
+                (report.time_s.map(f32::to_bits), report.size),
+                report.shadow_resolution,
+                (report.technique.clone(), report.preset.clone()),
+                (report.device.clone(), report.driver.clone()),
+            )
+        };
+        case(self) == case(other) && self.settings == other.settings
+    }
+
     /// Sets the counts, and what follows from them.
     pub fn set_counts(&mut self, counts: &[(&'static str, u64)]) {
         self.counts = counts
@@ -343,7 +358,7 @@ impl Report {
     /// Writes it as JSON.
     pub fn write(&self, path: &Path) -> Result<(), ReportError> {
         let text = serde_json::to_string_pretty(self).map_err(std::io::Error::other);
-        text.and_then(|text| std::fs::write(path, text + "\n"))
+        text.and_then(|text| write_text(path, &(text + "\n")))
             .map_err(|source| ReportError {
                 path: path.to_owned(),
                 source,

@@ -140,6 +140,9 @@ impl Scene {
             )?;
             scene.add_part(part);
         }
+        scene.files = std::iter::once(path.to_owned())
+            .chain(requests.files())
+            .collect();
         scene.textures = requests.read(options)?;
         scene.finish_textures();
         scene.set_time(0.0);

@@ -35,6 +35,8 @@ pub use motion::{Keyframe, Motion, Pose};
 pub use texture::{Texture, TextureKind};
 pub use write::{camera_toml, lights_toml};
 
+use std::path::PathBuf;
+
 use glam::Vec3;
 
 use crate::gpu_struct;
@@ -113,6 +115,8 @@ pub struct Scene {
     pub environment: Vec3,
     /// The camera that a picture is taken with.
     pub camera: Camera,
+    /// The files that it was read from; none of a bundled scene.
+    pub files: Vec<PathBuf>,
 }
 
 impl Scene {

@@ -74,6 +74,7 @@ pub(super) fn load(
     model: &Use,
     requests: &mut TextureRequests,
 ) -> Result<Part, SceneError> {
+    requests.add_source(path);
     let text = paths::read_text(path)?;
     let obj = Obj::parse(path, &text)?;
     if obj.triangles.is_empty() {
@@ -223,6 +224,7 @@ impl Materials {
     ) -> Result<Materials, SceneError> {
         let mut from_name: HashMap<String, (PathBuf, MtlMaterial)> = HashMap::new();
         for file in library_files(path, obj)? {
+            requests.add_source(&file);
             for material in mtl::parse(&file, &paths::read_text(&file)?)? {
                 from_name
                     .entry(material.name.clone())

@@ -23,9 +23,22 @@ pub(super) struct TextureRequests {
     requests: Vec<Request>,
     index_from_file: HashMap<(PathBuf, TextureKind, u32), u32>,
     missing: Vec<String>,
+    /// Models and material libraries that were read.
+    sources: Vec<PathBuf>,
 }
 
 impl TextureRequests {
+    /// A model or material library that was read.
+    pub(super) fn add_source(&mut self, file: &Path) {
+        self.sources.push(file.to_owned());
+    }
+
+    /// All files that the scene is read from, textures included.
+    pub(super) fn files(&self) -> impl Iterator<Item = PathBuf> {
+        let textures = self.requests.iter().flat_map(|request| &request.file);
+        self.sources.iter().chain(textures).cloned()
+    }
+
     /// The material with the indices of the textures that `mtl` (in `file`) names.
     pub(super) fn texture(
         &mut self,

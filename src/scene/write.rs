@@ -11,50 +11,71 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use glam::Vec3;
+use image::codecs::png::PngEncoder;
+use image::{ExtendedColorType, ImageEncoder as _};
+
+use crate::output::{self, is_same_file};
 
 use super::{Camera, Keyframe, Light, Material, Model, Scene, SceneError, Texture, Triangle};
 
 impl Scene {
     /// Writes the scene into `folder`, which is made where it does not exist, and answers the path
-    /// of the `.toml` file in it.
+    /// of the `.toml` file in it. A file that the scene was read from is never replaced: that is
+    /// an error, before anything is written.
     pub fn write(&self, folder: &Path) -> Result<PathBuf, SceneError> {
-        let textures = self.write_textures(folder)?;
-        fs::create_dir_all(folder).map_err(|error| SceneError::write(folder, error))?;
         let mut names = Names::default();
-        let mut models = Vec::new();
-        for model in &self.models {
-            let name = names.unique(&model.name);
+        let textures: Vec<String> = self
+            .textures
+            .iter()
+            .map(|texture| format!("textures/{}.png", names.unique(&stem(&texture.name))))
+            .collect();
+        let mut names = Names::default();
+        let models: Vec<(String, &Model)> = self
+            .models
+            .iter()
+            .map(|model| (names.unique(&model.name), model))
+            .collect();
+        let path = folder.join(format!("{}.toml", file_name(&self.name)));
+        let model_files = |(name, _): &(String, &Model)| {
+            ["mtl", "obj"].map(|extension| folder.join(format!("{name}.{extension}")))
+        };
+        let written = textures
+            .iter()
+            .map(|texture| folder.join(texture))
+            .chain(models.iter().flat_map(model_files))
+            .chain([path.clone()]);
+        for file in written {
+            if self.files.iter().any(|known| is_same_file(known, &file)) {
+                return Err(SceneError::file(
+                    &file,
+                    "the scene was read from this file, which would be replaced",
+                    "write into another folder",
+                ));
+            }
+        }
+        self.write_textures(folder, &textures)?;
+        fs::create_dir_all(folder).map_err(|error| SceneError::write(folder, error))?;
+        for (name, model) in &models {
             write_file(
                 &folder.join(format!("{name}.mtl")),
                 &self.mtl(model, &textures),
             )?;
-            write_file(&folder.join(format!("{name}.obj")), &self.obj(model, &name))?;
-            models.push((name, model));
+            write_file(&folder.join(format!("{name}.obj")), &self.obj(model, name))?;
         }
-        let path = folder.join(format!("{}.toml", file_name(&self.name)));
         write_file(&path, &self.toml(&models))?;
         Ok(path)
     }
 
-    /// Writes all textures and answers their paths relative to `folder`.
-    fn write_textures(&self, folder: &Path) -> Result<Vec<String>, SceneError> {
+    /// Writes all textures to their paths relative to `folder`.
+    fn write_textures(&self, folder: &Path, paths: &[String]) -> Result<(), SceneError> {
         if !self.textures.is_empty() {
             let textures = folder.join("textures");
             fs::create_dir_all(&textures).map_err(|error| SceneError::write(&textures, error))?;
         }
-        let mut names = Names::default();
-        let mut paths = Vec::new();
-        for texture in &self.textures {
-            let stem = Path::new(&texture.name)
-                .file_stem()
-                .unwrap_or_default()
-                .to_string_lossy()
-                .into_owned();
-            let path = format!("textures/{}.png", names.unique(&stem));
-            write_png(&folder.join(&path), texture)?;
-            paths.push(path);
-        }
-        Ok(paths)
+        self.textures
+            .iter()
+            .zip(paths)
+            .try_for_each(|(texture, path)| write_png(&folder.join(path), texture))
     }
 
     fn triangles_of(&self, model: &Model) -> &[Triangle] {
@@ -278,21 +299,22 @@ fn vector(vector: Vec3) -> String {
 }
 
 fn write_file(path: &Path, text: &str) -> Result<(), SceneError> {
-    fs::write(path, text).map_err(|error| SceneError::write(path, error))
+    output::write_text(path, text).map_err(|error| SceneError::write(path, error))
 }
 
 fn write_png(path: &Path, texture: &Texture) -> Result<(), SceneError> {
     let bytes: &[u8] = bytemuck::cast_slice(&texture.texels);
-    let format = image::ColorType::Rgba8;
-    image::save_buffer_with_format(
-        path,
-        bytes,
-        texture.width,
-        texture.height,
-        format,
-        image::ImageFormat::Png,
-    )
-    .map_err(|error| SceneError::write(path, error))
+    let (width, height) = (texture.width, texture.height);
+    output::write_file(path, |file| {
+        PngEncoder::new(file).write_image(bytes, width, height, ExtendedColorType::Rgba8)
+    })
+    .map_err(|error: image::ImageError| SceneError::write(path, error))
+}
+
+/// A texture's name without folders and extension.
+fn stem(name: &str) -> String {
+    let stem = Path::new(name).file_stem().unwrap_or_default();
+    stem.to_string_lossy().into_owned()
 }
 
 /// Bytes of a name, so that a number and an extension fit into the 255 of a file system.

@@ -17,6 +17,7 @@ use super::session::{Choice, Compare};
 use super::views;
 use crate::frame::Traced;
 use crate::gi::registry::find;
+use crate::output::write_text;
 use crate::scene::Light;
 
 /// How long an action may wait for what it is about.
@@ -494,7 +495,7 @@ impl App {
                 None => return Ok(Step::Wait),
             },
             Action::Save(path) => self.save(path)?,
-            Action::Command(path) => std::fs::write(path, self.command_words()?.join("\n"))
+            Action::Command(path) => write_text(path, &self.command_words()?.join("\n"))
                 .map_err(|error| failed(path, error))?,
             Action::Screenshot(path) => {
                 // What was just changed is laid out in the first frame and drawn as it will stay in
@@ -534,7 +535,7 @@ impl App {
         match (action, &answer.found) {
             (_, Err(problem)) => Err(problem.clone()),
             (Action::BeamList(path), Ok(Traced::Beam(beam))) => {
-                std::fs::write(path, table(beam))
+                write_text(path, &table(beam))
                     .map_err(|error| format!("{}: {error}", path.display()))?;
                 Ok(Step::Done)
             }

@@ -4,6 +4,8 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+use crate::output::write_text;
+
 /// How many scenes are remembered.
 const RECENT: usize = 10;
 
@@ -75,9 +77,7 @@ impl Remembered {
     pub(super) fn write(&self, path: &Path) {
         let folder = path.parent().unwrap_or(Path::new("."));
         let text = toml::to_string(self).unwrap_or_default();
-        if let Err(error) =
-            std::fs::create_dir_all(folder).and_then(|()| std::fs::write(path, text))
-        {
+        if let Err(error) = std::fs::create_dir_all(folder).and_then(|()| write_text(path, &text)) {
             log::warn!("{}: {error}; the window is not remembered", path.display());
         }
     }

@@ -33,7 +33,7 @@ fn effort(is_default: bool) -> (&'static [f32], &'static str) {
     if is_default {
         (&[0.4, 1.0, 2.0], "32")
     } else {
-        (&[1.0], "16")
+        (&[0.4, 1.0], "16")
     }
 }
 

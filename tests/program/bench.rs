@@ -56,7 +56,7 @@ fn writes_records_tables_and_charts() {
         String::from_utf8_lossy(&output.stderr)
     );
     let out = folder.path().join("out");
-    let records = records(&out.join("cornell.jsonl"));
+    let records = records(&out.join("cornell-bench.jsonl"));
     assert_eq!(records.len(), 4);
     for record in &records {
         assert!(record["failure"].is_null());
@@ -150,7 +150,7 @@ fn writes_records_tables_and_charts() {
             "{world}, not {expected}"
         );
     }
-    let csv = std::fs::read_to_string(out.join("cornell.csv")).unwrap();
+    let csv = std::fs::read_to_string(out.join("cornell-bench.csv")).unwrap();
     let lines: Vec<&str> = csv.lines().collect();
     assert_eq!(lines.len(), 5);
     assert!(
@@ -169,7 +169,7 @@ fn writes_records_tables_and_charts() {
         "structures",
         "directions",
     ] {
-        let svg = std::fs::read_to_string(out.join(format!("cornell-{name}.svg"))).unwrap();
+        let svg = std::fs::read_to_string(out.join(format!("cornell-bench-{name}.svg"))).unwrap();
         assert!(
             svg.starts_with("<svg")
                 && svg.trim_end().ends_with("</svg>")
@@ -180,7 +180,7 @@ fn writes_records_tables_and_charts() {
                 && svg.contains("cone_set=")
                 && svg.contains(records[0]["device"].as_str().unwrap())
         );
-        let png = image::open(out.join(format!("cornell-{name}.png"))).unwrap();
+        let png = image::open(out.join(format!("cornell-bench-{name}.png"))).unwrap();
         assert_eq!(png.width(), 1000);
     }
 }
@@ -259,7 +259,7 @@ fn stages_have_every_timed_pass_of_every_technique() {
             "{run:?}: {}",
             String::from_utf8_lossy(&output.stderr)
         );
-        for record in records(&folder.join("out/glossy.jsonl")) {
+        for record in records(&folder.join("out/glossy-bench.jsonl")) {
             assert!(
                 record["failure"].is_null(),
                 "{run:?}: {}",
@@ -316,7 +316,7 @@ fn techniques_are_set_side_by_side() {
         "{}",
         String::from_utf8_lossy(&output.stderr)
     );
-    let records = records(&folder.path().join("out/cornell.jsonl"));
+    let records = records(&folder.path().join("out/cornell-bench.jsonl"));
     assert_eq!(
         records
             .iter()
@@ -324,7 +324,8 @@ fn techniques_are_set_side_by_side() {
             .collect::<Vec<_>>(),
         ["voxel-mips", "voxel-mips", "svo", "svo"]
     );
-    let svg = std::fs::read_to_string(folder.path().join("out/cornell-structures.svg")).unwrap();
+    let svg =
+        std::fs::read_to_string(folder.path().join("out/cornell-bench-structures.svg")).unwrap();
     let stages = [
         "voxelization",
         "node flagging and allocation",
@@ -361,7 +362,7 @@ fn a_walk_is_measured_by_speed() {
         String::from_utf8_lossy(&output.stderr)
     );
     let out = folder.path().join("out");
-    let records = records(&out.join("cornell.jsonl"));
+    let records = records(&out.join("cornell-bench.jsonl"));
     assert!(
         records[0]["walks"].as_array().unwrap().is_empty(),
         "there is nothing to walk among"
@@ -392,7 +393,7 @@ fn a_walk_is_measured_by_speed() {
             );
         }
     }
-    let csv = std::fs::read_to_string(out.join("cornell.csv")).unwrap();
+    let csv = std::fs::read_to_string(out.join("cornell-bench.csv")).unwrap();
     assert!(
         csv.lines()
             .next()
@@ -402,7 +403,7 @@ fn a_walk_is_measured_by_speed() {
     );
     assert!(String::from_utf8_lossy(&output.stdout).contains("cells a frame"));
     assert!(
-        std::fs::read_to_string(out.join("cornell-walk.svg"))
+        std::fs::read_to_string(out.join("cornell-bench-walk.svg"))
             .unwrap()
             .contains("clipmap accurate 16, all anew")
     );
@@ -434,7 +435,7 @@ fn a_refused_case_is_a_row() {
         "{}",
         String::from_utf8_lossy(&output.stderr)
     );
-    let records = records(&folder.path().join("out/cornell.jsonl"));
+    let records = records(&folder.path().join("out/cornell-bench.jsonl"));
     assert!(
         records[0]["failure"]
             .as_str()
@@ -446,7 +447,7 @@ fn a_refused_case_is_a_row() {
     assert_eq!(records[0]["refused"]["name"], "voxel_mips.radiance");
     assert!(records[0]["refused"]["bytes"].as_u64().unwrap() >= 8 * 1024u64.pow(3) * 8 / 7);
     assert!(records[0]["stages"].as_array().unwrap().is_empty());
-    let csv = std::fs::read_to_string(folder.path().join("out/cornell.csv")).unwrap();
+    let csv = std::fs::read_to_string(folder.path().join("out/cornell-bench.csv")).unwrap();
     assert!(
         csv.lines()
             .next()
@@ -459,7 +460,7 @@ fn a_refused_case_is_a_row() {
     assert!(String::from_utf8_lossy(&output.stdout).contains("voxel-mips cones 1024"));
     assert!(records[2]["technique"] == "none" && records[2]["failure"].is_null());
     assert!(
-        std::fs::read_to_string(folder.path().join("out/cornell-memory.svg"))
+        std::fs::read_to_string(folder.path().join("out/cornell-bench-memory.svg"))
             .unwrap()
             .contains("voxel-mips cones, refused")
     );

@@ -125,7 +125,7 @@ fn unwritable_outputs_are_told_before_the_work() {
 #[test]
 fn a_folder_in_the_place_of_a_benchmark_file_is_told_before_the_work() {
     let folder = tempfile::tempdir().unwrap();
-    for name in ["cornell.csv", "cornell-passes.svg"] {
+    for name in ["cornell-bench.csv", "cornell-bench-passes.svg"] {
         let taken = folder.path().join("out").join(name);
         std::fs::create_dir_all(&taken).unwrap();
         let ran = lumivox(
@@ -166,6 +166,221 @@ fn a_failure_leaves_what_was_there() {
             contents(folder.path()),
             before,
             "{line}: something was left or changed"
+        );
+    }
+}
+
+/// Runs a command that has to work.
+fn do_it(folder: &Path, arguments: &str) {
+    let ran = lumivox(folder, &words(arguments), &[]);
+    assert_eq!(ran.code, Some(0), "{arguments}: {}", ran.stderr);
+}
+
+/// A scene of its own files, an image and a reference.
+fn inputs() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    do_it(folder.path(), "scene bundled:glossy -o .");
+    for name in ["a.exr", "b.exr"] {
+        let arguments =
+            format!("reference bundled:cornell --size 8x8 --spp 1 --no-cache -o {name}");
+        do_it(folder.path(), &arguments);
+    }
+    std::fs::copy(
+        folder.path().join("glossy.toml"),
+        folder.path().join("scene.json"),
+    )
+    .unwrap();
+    folder
+}
+
+/// No command replaces what it reads, nor one of its outputs by another: not under another name,
+/// not through a link.
+#[test]
+fn nothing_that_is_read_is_replaced() {
+    let folder = inputs();
+    let at = |name: &str| folder.path().join(name);
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink("b.exr", at("link.png")).unwrap();
+        std::os::unix::fs::symlink("glossy.toml", at("link.json")).unwrap();
+        std::os::unix::fs::symlink("fresh.png", at("one.png")).unwrap();
+        std::os::unix::fs::symlink("./fresh.png", at("one.json")).unwrap();
+    }
+    std::fs::hard_link(at("a.exr"), at("hard.png")).unwrap();
+    let small = "--size 8x8 --set resolution=16";
+    let cases = [
+        (
+            "compare a.exr b.exr --heatmap b.exr".into(),
+            "the name must end in .png",
+        ),
+        (
+            "compare a.exr b.exr --heatmap link.png".into(),
+            "link.png is read by this command",
+        ),
+        (
+            "compare a.exr b.exr --heatmap hard.png".into(),
+            "hard.png is read by this command",
+        ),
+        (
+            "compare a.exr b.exr --report ./x.txt".into(),
+            "the name must end in .json",
+        ),
+        (
+            "compare a.exr b.exr --heatmap one.png --report one.json".into(),
+            "is written twice",
+        ),
+        (
+            format!("render glossy.toml {small} -o s.png --report s.png"),
+            "must end in .json",
+        ),
+        (
+            format!("render glossy.toml {small} -o s.png --report glossy.toml"),
+            "end in .json",
+        ),
+        (
+            format!("render glossy.toml {small} -o s.png --report link.json"),
+            "is read by this",
+        ),
+        (
+            format!("render glossy.toml {small} --reference a.exr -o a.exr"),
+            "a.exr is read by",
+        ),
+        (
+            "explain glossy.toml --size 8x8 --report link.json".into(),
+            "is read by this command",
+        ),
+        (
+            "voxelize glossy.toml -o link.json".into(),
+            "is read by this command",
+        ),
+        ("scene glossy.toml -o .".into(), "which would be replaced"),
+        (
+            "scene ./glossy.toml -o ../".to_owned()
+                + folder.path().file_name().unwrap().to_str().unwrap(),
+            "which would be replaced",
+        ),
+    ];
+    let before = contents(folder.path());
+    for (arguments, message) in &cases {
+        let output = lumivox(folder.path(), &words(arguments), &[]);
+        assert_eq!(
+            output.code,
+            Some(if message == &"which would be replaced" {
+                1
+            } else {
+                2
+            })
+        );
+        assert!(
+            output.stderr.contains(message),
+            "{arguments}: {}",
+            output.stderr
+        );
+        assert_eq!(contents(folder.path()), before, "{arguments}");
+    }
+}
+
+/// A texture is one of the scene's files, and results beside the scene could replace it.
+#[test]
+fn a_scenes_textures_are_not_replaced() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    image::RgbImage::new(2, 2).save(at("tile.png")).unwrap();
+    std::fs::write(at("m.mtl"), "newmtl m\nmap_Kd tile.png\n").unwrap();
+    std::fs::write(
+        at("m.obj"),
+        "mtllib m.mtl\nusemtl m\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\n",
+    )
+    .unwrap();
+    let before = contents(folder.path());
+    for (arguments, message) in [
+        (
+            "render m.obj --size 8x8 -o tile.png",
+            "tile.png is read by this command",
+        ),
+        ("bench m.obj --size 8x8 -o .", "could replace"),
+        ("chart m.obj --size 8x8 -o .", "could replace"),
+        ("stress m.obj -o .", "could replace"),
+    ] {
+        let output = lumivox(folder.path(), &words(arguments), &[]);
+        check_error(arguments, &output, 2, &[message]);
+        assert_eq!(contents(folder.path()), before, "{arguments}");
+    }
+}
+
+/// Benchmarks of one scene are kept beside each other and beside the records of `chart`.
+#[test]
+fn records_are_added_to() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join("out").join(name);
+    let lines = |name: &str| std::fs::read_to_string(at(name)).unwrap().lines().count();
+    std::fs::write(
+        folder.path().join("grid.toml"),
+        "[[sweep]]\ntechnique = [\"voxel-mips\"]\npreset = [\"cones\"]\nset = { resolution = [16] }\n",
+    )
+    .unwrap();
+    let size = "--size 16x16 --shadow-resolution 64 --max-error 0.3 --frames 1 -o out --quiet";
+    let chart = format!("chart bundled:cornell --grid grid.toml {size}");
+    let bench = format!("bench bundled:cornell --technique none {size}");
+    for arguments in [
+        &chart,
+        &bench,
+        &bench,
+        &chart,
+        &"chart --merge out -o out".to_owned(),
+    ] {
+        do_it(folder.path(), arguments);
+    }
+    assert_eq!(
+        (lines("cornell.jsonl"), lines("cornell-bench.jsonl")),
+        (1, 2)
+    );
+    // Both were of one case: the later one counts.
+    do_it(folder.path(), "bench --merge out -o merged");
+    let merged = std::fs::read_to_string(folder.path().join("merged/cornell-bench.jsonl"));
+    assert_eq!(merged.unwrap().lines().count(), 1);
+    let records = at("cornell-bench.jsonl");
+    std::fs::copy(at("cornell.jsonl"), &records).unwrap();
+    let output = lumivox(folder.path(), &words(&bench), &[]);
+    check_error(&bench, &output, 1, &["it is a record of lumivox chart"]);
+
+    let file = std::fs::File::open(&records).unwrap();
+    file.lock().unwrap();
+    let output = lumivox(folder.path(), &words(&bench), &[]);
+    check_error(&bench, &output, 1, &["another lumivox writes"]);
+}
+
+/// A place without space is a failure, on disk and on the terminal.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_place_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let small = "--size 8x8 --set resolution=16";
+    for arguments in [
+        format!("render bundled:cornell {small} -o /dev/full"),
+        format!("render bundled:cornell {small} -o a.png --report /dev/full"),
+    ] {
+        let output = lumivox(folder.path(), &words(&arguments), &[]);
+        assert_eq!(output.code, Some(1), "{arguments}: {}", output.stderr);
+        assert!(output.stderr.contains("No space left"), "{}", output.stderr);
+    }
+    for arguments in [
+        "--help",
+        "render --help",
+        "techniques",
+        "devices",
+        "scene --list",
+    ] {
+        let output = crate::support::program::command()
+            .args(words(arguments))
+            .stdout(std::fs::File::create("/dev/full").unwrap())
+            .output()
+            .unwrap();
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{arguments}: {stderr}");
+        assert!(
+            stderr.contains("standard output: No space left"),
+            "{arguments}: {stderr}"
         );
     }
 }

@@ -1,9 +1,11 @@
 //! Pictures of points on disk.
 
+use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use crate::image::{Image, write_heatmap, write_png};
 use crate::measure::records::RecordError;
+use crate::output::write_file;
 
 /// The folder of pictures beside the records: `KEY.png`, what a point looks like, and
 /// `KEY-error.png`, where it is wrong.
@@ -51,7 +53,10 @@ impl PictureFolder {
         ] {
             if from.is_file() && !to.exists() {
                 self.make()?;
-                std::fs::copy(&from, &to).map_err(|source| RecordError::File {
+                let copied = File::open(&from).and_then(|mut from| {
+                    write_file(&to, |file| std::io::copy(&mut from, file).map(drop))
+                });
+                copied.map_err(|source| RecordError::File {
                     what: "write",
                     path: to,
                     source,

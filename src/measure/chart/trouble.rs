@@ -43,7 +43,7 @@ impl Troubles {
         if folder.is_dir() {
             let inner = folders_in(folder)?;
             for folder in std::iter::once(folder).chain(inner.iter().map(PathBuf::as_path)) {
-                for file in record_files(folder)? {
+                for file in record_files::<Record>(folder)? {
                     records.extend(read_records::<Record>(&file)?);
                 }
             }

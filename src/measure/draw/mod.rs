@@ -7,6 +7,9 @@ mod points;
 use std::path::{Path, PathBuf};
 use std::sync::Once;
 
+use crate::output::{write_file, write_text};
+use image::codecs::png::PngEncoder;
+use image::{ExtendedColorType, ImageEncoder as _};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 
@@ -211,17 +214,12 @@ impl Chart {
             path: path.to_owned(),
             problem,
         };
-        std::fs::write(&svg, self.svg()?).map_err(|error| failed(&svg, error.to_string()))?;
+        write_text(&svg, &self.svg()?).map_err(|error| failed(&svg, error.to_string()))?;
         let (width, height) = self.size();
         let pixels = self.pixels()?;
-        let saved = image::save_buffer_with_format(
-            &png,
-            &pixels,
-            width,
-            height,
-            image::ColorType::Rgb8,
-            image::ImageFormat::Png,
-        );
+        let saved: Result<(), image::ImageError> = write_file(&png, |file| {
+            PngEncoder::new(file).write_image(&pixels, width, height, ExtendedColorType::Rgb8)
+        });
         saved.map_err(|error| failed(&png, error.to_string()))?;
         Ok([svg, png])
     }

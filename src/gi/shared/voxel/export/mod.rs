@@ -10,11 +10,10 @@ mod json;
 mod ply;
 mod vox;
 
-use std::fs::File;
-use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use super::VoxelList;
+use crate::output::write_file;
 
 /// A file format that voxels can be written in; the file's extension chooses it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -109,16 +108,12 @@ impl VoxelList {
                 limit: vox::COUNT_MAX,
             });
         }
-        let write = || {
-            let mut file = BufWriter::new(File::create(path)?);
-            match format {
-                ExportFormat::Vox => vox::write(self, &mut file)?,
-                ExportFormat::Ply => ply::write(self, scene, technique, &mut file)?,
-                ExportFormat::Json => json::write(self, scene, technique, &mut file)?,
-            }
-            file.flush()
-        };
-        write().map_err(|source| ExportError::Write {
+        write_file(path, |mut file| match format {
+            ExportFormat::Vox => vox::write(self, &mut file),
+            ExportFormat::Ply => ply::write(self, scene, technique, &mut file),
+            ExportFormat::Json => json::write(self, scene, technique, &mut file),
+        })
+        .map_err(|source| ExportError::Write {
             path: path.to_owned(),
             source,
         })
