@@ -11,8 +11,8 @@ use crate::gi::settings::Preset;
 pub(super) fn introduction() -> Markup {
     html! {
         p.note {
-            "This page compares techniques of global illumination with many settings on one scene. \
-                Errors are differences from a path-traced reference. "
+            "This page compares techniques of global illumination with many settings, one scene at \
+                a time. Errors are differences from a path-traced reference. "
             b { "Look for the row that says what you need. " }
             "It names a time for a frame, or the least time or memory for an error. There are two \
                 times for a frame: one where only light and camera move, and one where all \
