@@ -148,8 +148,8 @@ fn print(budget: &Budget) {
     if let Some(left_out) = &budget.left_out {
         let (bias, rel_rmse) = (left_out.bias, left_out.rel_rmse);
         say(&format!(
-            "the reference at this bounce count, against all bounces: bias {bias:+.4}, rel_rmse \
-             {rel_rmse:.4}; only --set bounces=… brings that"
+            "the reference at this bounce count lacks the light of further bounces: bias \
+             {bias:+.4}, rel_rmse {rel_rmse:.4}; only --set bounces=… adds it"
         ));
     }
     let advice = budget
@@ -162,7 +162,7 @@ fn print(budget: &Budget) {
             .total_cmp(&b.explains.unwrap_or(0.0))
     }) {
         Some(row) => say(&format!(
-            "of the settings, {} gains most: {}",
+            "the setting that gains most is {}: {}",
             row.name,
             row.options.join(" ")
         )),

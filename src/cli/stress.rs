@@ -24,8 +24,8 @@ use super::common::{
 };
 use super::files::check_results_folder;
 
-/// Measure failure modes: each makes one parameter worse, from harmless to fatal, for every
-/// technique and every setting that matters.
+/// Measure failure modes. Each makes one number worse, from harmless to fatal, and measures every
+/// technique.
 #[derive(clap::Args)]
 pub(crate) struct Args {
     /// `bundled:NAME`, or the path of a .toml or .obj file, for the failure modes that take any

@@ -338,10 +338,10 @@ impl Table<'_, '_> {
         };
         drop(points);
         let light =
-            "the lights' light in the store is the mean of exact shadow rays from its surfaces";
+            "exact shadow rays light the store: each side of a cell gets the mean of its surface";
         self.add("direct light", light, Vec::new(), || Ok(exact?))?;
         let rays = format!(
-            "{EXACT_DIRECTIONS} rays a pixel through the scene itself see the store's radiance"
+            "{EXACT_DIRECTIONS} exact rays from each pixel read the store's radiance where they end"
         );
         self.add("visibility", &rays, Vec::new(), || {
             Ok(Picture {
@@ -349,8 +349,7 @@ impl Table<'_, '_> {
                 frame_ms: None,
             })
         })?;
-        let rest =
-            "both: what is left is one radiance for all surface of a cell, or of a side of it";
+        let rest = "both; the error left: a cell, or a side of it, has only one radiance";
         self.add("direct light and visibility", rest, Vec::new(), || {
             Ok(Picture {
                 indirect: both?,

@@ -17,6 +17,9 @@ pub(super) const COORDINATE_MAX: f32 = 1e9;
 /// Largest time of a keyframe \[s\].
 const TIME_MAX: f32 = 1e6;
 
+/// Where every key is described; a hint of messages.
+const MANUAL: &str = "docs/scene-toml.md describes every key";
+
 type Number = Spanned<f32>;
 type Vector = Spanned<[f32; 3]>;
 
@@ -191,8 +194,8 @@ impl Source<'_> {
         toml::from_str(self.text).map_err(|error| {
             let problem = error.message().replace('\n', ", ");
             match error.span() {
-                Some(span) => self.error(&span, problem, "see the scene format in the manual"),
-                None => SceneError::file(self.path, problem, "see the scene format in the manual"),
+                Some(span) => self.error(&span, problem, MANUAL),
+                None => SceneError::file(self.path, problem, MANUAL),
             }
         })
     }

@@ -16,7 +16,7 @@ const GAP_SAMPLES: u32 = 4;
 
 pub(super) static NARROW_GAP: StressCase = StressCase {
     name: "narrow_gap",
-    help: "light of one room comes into the next through a slit",
+    help: "light comes from one room into the next through a slit",
     source: "Crassin et al. 2011: cones average what they pass; Hong 2015, section 3.2: wide \
              cones skip thin geometry",
     severity: "width of the slit [voxels]",
@@ -29,8 +29,8 @@ pub(super) static NARROW_GAP: StressCase = StressCase {
 
 pub(super) static DISTANT_GAP: StressCase = StressCase {
     name: "distant_gap",
-    help: "light through a slit of eight voxels falls on a wall behind it: the further away, the \
-           wider a cone is at the slit",
+    help: "light falls through a slit of eight voxels on a wall behind it; the further the wall, \
+           the wider a cone is at the slit",
     source: "Kahl 2019, section 6.2.2: sizes of samples double from mip to mip",
     severity: "distance of the wall [voxels]",
     severities: &[2.0, 4.0, 8.0, 10.0],
@@ -42,7 +42,7 @@ pub(super) static DISTANT_GAP: StressCase = StressCase {
 
 pub(super) static SMALL_EMITTER: StressCase = StressCase {
     name: "small_emitter",
-    help: "a room lit by one square lamp of the same power, large or small",
+    help: "one square lamp lights a room, with the same power at every size",
     source: "Villegas & Ramírez, figure 16: light of emissive voxels only",
     severity: "edge of the lamp [voxels]",
     severities: &[16.0, 8.0, 4.0, 2.0, 1.0, 0.25],
@@ -59,7 +59,7 @@ pub(super) static SMALL_EMITTER: StressCase = StressCase {
 
 pub(super) static THIN_COLUMNS: StressCase = StressCase {
     name: "thin_columns",
-    help: "nine columns on a floor under the sky: thinner than a voxel, they still fill one",
+    help: "nine columns stand on a floor under the sky; one thinner than a voxel still fills it",
     source: "Villegas & Ramírez, section V-A: conservative voxelization; Hong 2015, section 3.2",
     severity: "edge of a column [voxels]",
     severities: &[4.0, 2.0, 1.0, 0.5, 0.25],
@@ -76,8 +76,8 @@ pub(super) static THIN_COLUMNS: StressCase = StressCase {
 
 pub(super) static OPPOSED_NORMALS: StressCase = StressCase {
     name: "opposed_normals",
-    help: "a partition that is red and lit on one side, green and dark on the other: in one \
-           voxel, normals cancel and colours mix",
+    help: "a partition is red and lit on one side, green and dark on the other; in one voxel the \
+           normals cancel and the colours mix",
     source: "Villegas & Ramírez, section VI-B and figure 3: uneven normals in a voxel; Hong 2015, \
              section 2.4.2: opposite normals",
     severity: "thickness [voxels]",
@@ -95,8 +95,8 @@ pub(super) static OPPOSED_NORMALS: StressCase = StressCase {
 
 pub(super) static FACING_SURFACES: StressCase = StressCase {
     name: "facing_surfaces",
-    help: "a slab above a floor under the sky, seen from between them: cones that start beyond \
-           the slab see the sky",
+    help: "a slab lies above a floor under the sky, with the camera between them; cones that \
+           start beyond the slab see the sky",
     source: "Kahl 2019, section 6.2.2 and figure 6.4: offset and self-collision",
     severity: "distance [voxels]",
     severities: &[8.0, 4.0, 2.0, 1.0, 0.5],

@@ -11,7 +11,7 @@ use crate::scene::{Camera, Light, Material, Model, Scene, Triangle, Vertex};
 
 pub(super) static SCENE_SIZE: StressCase = StressCase {
     name: "scene_size",
-    help: "one scene with its lights, at many sizes: it has to look the same",
+    help: "one scene with its lights at many sizes; it has to look the same",
     source: "Kahl 2019, section 6.3.1: coordinates as floats",
     severity: "largest extent [m] (harmless at 1)",
     ticks: Ticks::Decades,
@@ -37,7 +37,7 @@ pub(super) static SCENE_SIZE: StressCase = StressCase {
 
 pub(super) static TRIANGLE_COUNT: StressCase = StressCase {
     name: "triangle_count",
-    help: "one flat triangle under sun and sky, cut into many: lists, counters and sums of a \
+    help: "one flat triangle under sun and sky is cut into many; lists, counters and sums of a \
            voxel overflow",
     source: "Crassin & Green 2012: fragment lists; Villegas & Ramírez, section V-A: averages of \
              many fragments",
@@ -59,7 +59,7 @@ pub(super) static TRIANGLE_COUNT: StressCase = StressCase {
 
 pub(super) static ONE_VOXEL: StressCase = StressCase {
     name: "one_voxel",
-    help: "the grid is fitted to something far larger than what is seen, down to a scene within \
+    help: "the grid fits something far larger than the scene, until the whole scene lies within \
            one voxel",
     source: "Hong 2015, section 2.5.2.7: one grid is too coarse for a large scene",
     severity: "extent of the scene [voxels]",
@@ -83,8 +83,8 @@ pub(super) static ONE_VOXEL: StressCase = StressCase {
 
 pub(super) static FAR_CAMERA: StressCase = StressCase {
     name: "far_camera",
-    help: "the camera is far away and looks through a long lens: grids around it have nothing of \
-           the scene in them",
+    help: "the camera is far away and looks through a long lens; grids around the camera hold \
+           nothing of the scene",
     source: "Panteleev 2014: clipmaps around the camera",
     severity: "distance [scene extents]",
     severities: &[1.0, 4.0, 16.0, 64.0],
@@ -117,8 +117,8 @@ pub(super) static FAR_CAMERA: StressCase = StressCase {
 
 pub(super) static EMPTY: StressCase = StressCase {
     name: "empty",
-    help: "a scene of no triangles under a sky: nothing is in the grid, and no surface is lit",
-    source: "DESIGN: no more than a scene needs",
+    help: "a scene without triangles under a sky; the grid is empty, and no surface is lit",
+    source: "this project: no more work than a scene needs",
     severity: "triangles",
     ticks: Ticks::Linear,
     severities: &[0.0],

@@ -57,7 +57,7 @@ pub(super) static RSM_UNDERSAMPLING: StressCase = StressCase {
 
 pub(super) static LIGHT_LEVEL: StressCase = StressCase {
     name: "light_level",
-    help: "all light times a factor: the picture has to be the same times that factor",
+    help: "all light is multiplied by a factor; the picture has to change by the same factor",
     source: "Hong 2015, section 2.5.3.1.3: sums overflow the bits of a texel; Crassin & Green \
              2012: RGBA8",
     severity: "factor (harmless at 1)",
@@ -87,8 +87,8 @@ pub(super) static LIGHT_LEVEL: StressCase = StressCase {
 
 pub(super) static CONTRAST: StressCase = StressCase {
     name: "contrast",
-    help: "a dim room behind eight voxels of wall, beside one with a brighter lamp: sums with one \
-           step for all light lose the dim one",
+    help: "a dim room is beside one with a brighter lamp, behind eight voxels of wall; sums with \
+           one step for all light lose the dim room",
     source: "Hong 2015, section 2.5.3.1.3: few bits a channel",
     severity: "lamp of the bright room over that of the dim one",
     ticks: Ticks::Decades,

@@ -66,7 +66,7 @@ pub(super) static CAMERA_PAN: StressCase = StressCase {
 
 pub(super) static CAMERA_DOLLY: StressCase = StressCase {
     name: "camera_dolly",
-    help: "the camera moves ahead and back, 60 frames: grids that follow it must not show it",
+    help: "the camera moves ahead and back, 60 frames; grids that follow it must not show this",
     source: "Hong 2015, sections 2.3.3 and 2.5.2.7: cascades flicker unless they snap; Panteleev \
              2014: clipmaps",
     measure: |trial, voxels| {
@@ -125,8 +125,8 @@ pub(super) static MOVING_LIGHT: StressCase = StressCase {
 
 pub(super) static MOVING_OBJECT: StressCase = StressCase {
     name: "moving_object",
-    help: "a block moves to and fro through a room, 60 frames: its voxels jump from one to the \
-           next",
+    help: "a block moves to and fro through a room, 60 frames; its surface jumps from voxel to \
+           voxel",
     source: "Crassin et al. 2011: dynamic objects are voxelized anew in each frame",
     measure: |trial, voxels| {
         let scene = block_in_room();

@@ -15,7 +15,7 @@ const SEVERITY: &str = "grid over scene (the larger, the coarser the voxels)";
 
 pub(super) static TRANSLATION: StressCase = StressCase {
     name: "translation",
-    help: "scene and camera move through one voxel of a grid that stays, in 16 steps",
+    help: "scene and camera move by one voxel in 16 steps, while the grid stays",
     source: "Kahl 2019, section 6.3.1: walls at 4.9999 and at 5.0",
     severity: SEVERITY,
     severities: &[1.5, 3.0, 6.0, 12.0],
@@ -38,8 +38,8 @@ pub(super) static TRANSLATION: StressCase = StressCase {
 
 pub(super) static ROTATION: StressCase = StressCase {
     name: "rotation",
-    help: "scene, lights and camera turn through 90° about the vertical in a grid that stays, in \
-           16 steps",
+    help: "scene, lights and camera turn by 90° about the vertical in 16 steps, while the grid \
+           stays",
     source: "Villegas & Ramírez, section VI-B: attenuation by axes; Kahl 2019, section 6.3.1",
     severity: SEVERITY,
     severities: &[1.5, 3.0, 6.0, 12.0],
@@ -62,7 +62,7 @@ pub(super) static ROTATION: StressCase = StressCase {
 
 pub(super) static REPEAT_RUNS: StressCase = StressCase {
     name: "repeat_runs",
-    help: "the same picture made anew, four times: sums that depend on the order of threads differ",
+    help: "the same picture is made four times; sums that depend on the order of threads differ",
     source: "Hong 2015, section 2.5.3.1.3: fragments fall into a voxel in arbitrary order; \
              Crassin & Green 2012: running averages",
     severity: SEVERITY,

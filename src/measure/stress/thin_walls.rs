@@ -12,9 +12,9 @@ use crate::scene::{Camera, Scene};
 /// The row of the list.
 pub(super) static CASE: StressCase = StressCase {
     name: "thin_walls",
-    help: "light leaks through a closed wall into the room behind it: indirect light there over \
-           the lit room's mean, with the wall at the worst of two places in the grid and one \
-           turned by 27°",
+    help: "light leaks through a closed wall into a dark room; the figure is the indirect light \
+           there over the lit room's mean; the wall stands at two places in the grid and turned \
+           by 27°, and the worst counts",
     source: "Crassin et al. 2011; Villegas & Ramírez, section XI",
     severity: "wall [voxels]",
     severities: &[4.0, 2.0, 1.0, 0.5, 0.25, 0.1],

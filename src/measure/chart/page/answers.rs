@@ -113,14 +113,16 @@ fn below(section: &Section, unmet: &[Goal], bounces: Bounces) -> Markup {
         .collect();
     html! {
         p.note {
-            "A row answers for all budgets up to the next. Of the points that fit, all within the \
-                reference's noise (" (percent(section.noise(&members))) ", as the error) of the "
-            "least error is taken to be as good; of these the cheapest is named, or one that costs \
-                up to a tenth more and has less error. "
+            "A row answers for all budgets up to the next. Points that fit count as equally good \
+                if their errors are within the reference's noise ("
+                (percent(section.noise(&members))) ") of the least. "
+            "The row names the cheapest of them, or one that costs up to a tenth more and has less \
+                error. "
             @if !bounds.is_empty() {
                 b { "Not reached: " } "an error of at most " (bounds.join(", ")) "; "
-                    (section.least_error_text(bounces)) ". Other settings may do it: "
-                code { "lumivox explain" } " says what limits one, and which setting to raise."
+                    (section.least_error_text(bounces)) ". Other settings may reach it. "
+                code { "lumivox explain" } " says what limits a technique and which setting to \
+                    raise."
             }
         }
     }
@@ -140,9 +142,9 @@ fn blind(section: &Section, picks: &[Pick]) -> Markup {
     html! {
         @if !picks.is_empty() && picks.iter().all(is_hidden) {
             p.note {
-                b.fail { "The error says little of this picture: " }
-                    "8×8 pixels on one plane are few here, and by pixel every pick is wrong by "
-                    (percent(by_pixel))
+                b.fail { "The error says little about this picture. " }
+                    "Few blocks of 8×8 pixels lie on one plane here. By pixel, every row has an \
+                    error of " (percent(by_pixel))
                 " or more. Measure a larger picture (" code { "--size" } ") before you choose."
             }
         }
@@ -160,10 +162,10 @@ fn without_blocks(section: &Section, bounces: Bounces) -> Markup {
     html! {
         @if errors.peek().is_some() && errors.all(|(error, by_pixel)| error == by_pixel) {
             p.note {
-                b { "Errors are by pixel here: " }
-                    "no 8×8 pixels of this picture lie on one plane and one material. Grain counts \
-                    in them, of the technique and of the "
-                "reference, and no picture is marked as rough: look at it."
+                b { "Errors are by pixel here. " }
+                    "No 8×8 pixels of this picture lie on one plane and have one material. So the \
+                    grain of the technique and of the reference counts. "
+                "No picture is marked as rough. Look at the pictures."
             }
         }
     }
@@ -202,7 +204,7 @@ fn side_by_side(section: &Section, picks: &[Pick], bounces: Bounces) -> Markup {
                     th.word { "technique" }
                     @for ms in &budgets {
                         th.word { @if ms.is_finite() { "light moves, " (short(*ms)) " ms a frame" }
-                        @else { "no budget: the cheapest of its best" } } }
+                        @else { "no budget: the cheapest of its best points" } } }
                 } }
                 tbody { @for technique in techniques { tr {
                     td.word { b { (technique) } }
@@ -391,7 +393,7 @@ mod tests {
         assert!(
             !html.contains("as above")
                 && !html.contains("Not reached:")
-                && html.contains("noise (0.2%, as the error)")
+                && html.contains("the reference's noise (0.2%) of the least.")
         );
     }
 
@@ -438,8 +440,8 @@ mod tests {
         });
         section.points.retain(|point| point.technique != "d");
         assert!(html(&section).contains(
-            "The error says little of this picture: </b>8×8 pixels on one plane are few here, and \
-             by pixel every pick is wrong by 80%"
+            "The error says little about this picture. </b>Few blocks of 8×8 pixels lie on one \
+             plane here. By pixel, every row has an error of 80% or more."
         ));
         section.points[0].pixel_error =
             section.points[0]

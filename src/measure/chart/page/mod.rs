@@ -89,9 +89,9 @@ fn section(
         h2 id={ "scene-" (number) } { (first.scene) }
         (references(section, first, pictures))
         p.note {
-            "Pictures show direct light too, by shadow maps of " (first.setup.shadow_resolution)
-                " texels: specks and jagged shadows that all techniques have are theirs. "
-            "Errors are of indirect light alone."
+            "Pictures show direct light too. Specks and jagged shadows that all techniques have \
+                come from the shadow maps of " (first.setup.shadow_resolution) " texels. "
+            "Errors count indirect light alone."
         }
         (answers::answers(number, section, pictures, troubles))
         (troubles::troubles(number, section, troubles))
@@ -102,10 +102,11 @@ fn section(
         @for svg in charts { div.chart { (PreEscaped(svg)) } }
         h3 { (first.scene) ": all points" }
         p.note {
-            "Those on a front first, then by error. Press a heading to sort. Tinted rows have a \
-                number on a chart; " i { "same" } " is on a front too, but differs "
-            "from a numbered one by less than the noise of the reference or the spread of the \
-                times; " i { "near" } " is beaten by less than that spread."
+            "Points on a front come first, then all others by error. Press a heading to sort. \
+                Tinted rows have a number on a chart. "
+            "A point marked " i { "same" } " is on a front too. It differs from a numbered point \
+                by less than the reference's noise or the spread of the times. "
+            "A point marked " i { "near" } " is beaten by less than that spread."
         }
         (table::table(section, pictures))
     })
@@ -143,10 +144,10 @@ fn setup(section: &Section, first: &Point) -> Markup {
                 (setup.rebuilds) " builds"
                 @if setup.frames.min(setup.rebuilds) < 3
                     { b { ": too few to tell a spread" }
-                    ", and what else the machine does shows in them" } }
+                    ". Other work of the machine shows in them" } }
             dt { "reference" } dd {
-                "standard error of 8×8-pixel means: " (percent(setup.max_error))
-                    " asked for; reached, in the measure of the error: "
+                "standard error of 8×8-pixel means: at most " (percent(setup.max_error))
+                    " asked for. In the measure of the error, the noise is "
                 (noises(section).join(", "))
             }
             dt { "scene content" } dd { (setup.scene_hash) }
@@ -204,7 +205,7 @@ fn heat_bar() -> Markup {
             img src={ "data:image/png;base64," (STANDARD.encode(bytes.into_inner())) }
                 alt="colours of heat maps";
             div { @for label in ["0", "25%", "50%", "75%", "100% or more"] { span { (label) } } }
-            figcaption { "heat maps: |T − R| of the indirect light at a pixel, over the mean of R" }
+            figcaption { "heat maps: |T − R| of a pixel's indirect light, over the mean of R" }
         }
     }
 }

@@ -133,25 +133,28 @@ pub(super) fn troubles(number: usize, section: &Section, troubles: &Troubles) ->
         @if columns.is_empty() {
             p.note { b { "Not measured." }
                 " Nothing on this page says whether these settings leak, flicker or break. The \
-                commands below measure it; then run "
+                commands below measure that. Then run "
                 code { "lumivox chart" } " again." }
         } @else {
             p.note {
-                "From " code { "lumivox stress" }
-                    ": each row is a failure that the literature names, in a scene of its own (in \
-                    this one where it was measured with it),
-                    made worse step by step. " b.fail { "fail" } ": anybody sees it; "
-                b.warn { "warn" } ": you see it when you look for it; " b.pass { "pass" }
-                    ": hardly. \"from 0.5\": there and in all that is worse, with the "
-                "figure there; \"at 0.5\": there alone. Severities in cells hold at any \
-                    resolution, but coarser cells translate and rotate worse. A quick run has one
-                    to three severities a failure, so that its \"from\" is where the step lies."
+                "The figures are from " code { "lumivox stress" }
+                    ". Each row is a failure that the literature names, made worse step by step. \
+                    It has a scene of its own, or this scene if it was measured with it. "
+                b.fail { "fail" } ": anybody sees it. "
+                b.warn { "warn" } ": you see it when you look for it. "
+                b.pass { "pass" } ": you will hardly see it. "
+                "\"from 0.5\": the verdict holds at 0.5 and at everything worse, and the figure is \
+                    that at 0.5. \"at 0.5\": the verdict holds there alone. "
+                "Severities in cells hold at any resolution, but " i { "translation" } " and " i
+                    { "rotation" } " get worse with larger cells. "
+                "A quick run has only one to three severities for each failure, so the true \
+                    \"from\" may lie between two of them."
             }
             (table(&columns))
         }
         @if !commands.is_empty() {
-            p.note { "For these there is no stress run of all failure modes with their own \
-                settings and resolution:" }
+            p.note { "These have no stress run of all failure modes with their own settings and \
+                resolution:" }
             ul.commands { @for (command, points) in &commands
                 { li { @for point in points { (name(point)) "  " } br; code { (command) } } } }
         }
@@ -183,7 +186,8 @@ fn table(columns: &[(TroubleRun<'_>, Vec<&Point>)]) -> Markup {
                 }
             } }
             tbody { @for (case, _) in cases { tr {
-                td.word { b { (case.name) } br; small { (case.help) "; by " (case.severity) } }
+                td.word { b { (case.name) } br; small { (case.help) ". Gets worse with: "
+                    (case.severity) } }
                 @for findings in &findings {
                     @match findings.iter().find(|finding| std::ptr::eq(finding.case, case)) {
                         Some(finding) => (cell(finding)),

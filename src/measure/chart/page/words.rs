@@ -11,14 +11,15 @@ use crate::gi::settings::Preset;
 pub(super) fn introduction() -> Markup {
     html! {
         p.note {
-            "Techniques of global illumination with many settings, each measured on the same scene \
-                and held against a path-traced reference. "
-            b { "Look for the row that says what you need: " }
-            "the time that a frame may take while light and camera move, the same with all \
-                geometry new in each frame, or the least memory. "
-            "The row has settings, cost, error, what will go wrong, and the commands that measure \
-                it again and render its picture. "
-            "Times hold for this device and this size of picture, errors for this scene."
+            "This page compares techniques of global illumination with many settings, one scene at \
+                a time. Errors are differences from a path-traced reference. "
+            b { "Look for the row that says what you need. " }
+            "It names a time for a frame, or the least time or memory for an error. There are two \
+                times for a frame: one where only light and camera move, and one where all \
+                geometry is new in each frame. "
+            "The row has settings, cost, error and what will go wrong. One of its commands \
+                measures the point again, the other renders its picture. "
+            "Times hold for this device and this size of picture. Errors hold for this scene."
         }
     }
 }
@@ -28,11 +29,12 @@ pub(super) fn how_to_read_charts() -> Markup {
         p.note {
             b { "Lower and further left is better. " }
                 "The step line is the Pareto front: no other point is both cheaper and closer to \
-                the reference than a point on "
-            "it. Its points have numbers, T on the chart of time, R with a rebuild, M of memory, \
-                and the key says what they are. Points that differ from a numbered "
-            "one by less than the noise of the reference or the spread of the times are grey and \
-                have none. The dashed line is the reference's own noise."
+                the reference than a point on it. "
+            "Points of the front have numbers: T on the chart of time, R with a rebuild, M on the \
+                chart of memory. The key says what they are. "
+            "Grey points have no number. They differ from a numbered point by less than the \
+                reference's noise or the spread of the times. "
+            "The dashed line is the reference's own noise."
         }
     }
 }
@@ -52,10 +54,10 @@ pub(super) fn techniques(sections: &[&Section]) -> Markup {
     html! {
         h2 #techniques { "Techniques and presets" }
         p.note {
-            "A preset is a name for settings of its technique. " b
-                { "One name can stand for different gathers" }
-                " in different techniques: read what it sets before "
-            "you compare the two. All settings: " code { "lumivox techniques" } "."
+            "A preset is a named set of settings of one technique. " b
+                { "The same name can mean different gathers" }
+                " in different techniques. Read what a preset sets before you compare it. "
+            code { "lumivox techniques" } " lists all settings."
         }
         table.glossary {
             thead { tr { th.word { "technique" } th.word { "preset" } th.word { "what it is" }
@@ -123,93 +125,95 @@ pub(super) fn glossary() -> Markup {
     let words: [(&str, String); 15] = [
         (
             "error",
-            "rel_rmse of the indirect light over blocks: √mean(T − R)² / mean R, T the technique, \
-             R the path-traced reference with as many bounces. 0% is perfect; no indirect light \
-             at all has about 100%."
+            "rel_rmse of the indirect light over blocks: √mean(T − R)² / mean R. T is the \
+             technique, R the path-traced reference with as many bounces. 0% is perfect. A picture \
+             without indirect light has about 100%."
                 .into(),
         ),
         (
             "block",
-            "The mean of 8×8 pixels that lie on one plane and one material: misplaced light \
-             counts, grain and silhouettes do not."
+            "The mean of 8×8 pixels that lie on one plane and have one material. Misplaced light \
+             counts here. Grain and silhouettes do not."
                 .into(),
         ),
         (
             "bias",
-            "mean(T − R) / mean R over the same blocks: light made up (+) or lost (−). Beside a \
-             material it is that material's."
+            "mean(T − R) / mean R over the same blocks: the light that the technique adds (+) or \
+             loses (−). Beside a material it is that material's."
                 .into(),
         ),
         (
             "error by pixel",
-            "The same as the error, by pixel: with grain, silhouettes, small things, and the \
-             reference's own grain."
+            "The same as the error, over single pixels. Grain, silhouettes, small things and the \
+             reference's own grain count here."
                 .into(),
         ),
         (
             "rough",
             format!(
-                "What blocks hide is more than {}: √(by pixel² − error² − reference by pixel²). \
-                 The picture looks grainy, or is wrong in what is small: look at it. Very rough: \
-                 three times that.",
+                "The fine error is what blocks hide: √(by pixel² − error² − reference by pixel²). \
+                 A rough picture has more than {}. It looks grainy, or is wrong in small details: \
+                 look at it. A very rough picture has more than three times that.",
                 percent(ROUGH)
             ),
         ),
         (
             "worst material",
-            "Where the error is largest, relative to that material's own light: one figure for \
-             the whole picture hides a bad wall."
+            "The material with the largest error, relative to its own light. One figure for the \
+             whole picture hides a bad wall."
                 .into(),
         ),
         (
             "light moves",
-            "A frame, all passes: shadow maps, visible surfaces, update of the structure, gather, \
-             composite. Geometry stands still."
+            "The time of a frame, all passes: shadow maps, visible surfaces, update of the \
+             structure, gather, composite. Geometry stands still."
                 .into(),
         ),
         (
             "everything moves",
-            "A build of the structure and a frame.".into(),
+            "The time of a build of the structure and of a frame.".into(),
         ),
         (
             "spread",
-            "Below the median: with the smallest and the largest time of the indirect light. What \
-             all techniques share has one time for all."
+            "The two figures below a median: the time with the fastest and with the slowest \
+             indirect light. Passes that all techniques share have one time everywhere."
                 .into(),
         ),
         (
             "memory",
-            "All bytes on the device; in brackets what the technique keeps in the world.".into(),
+            "All bytes on the device. In brackets: the bytes that the technique keeps in the world."
+                .into(),
         ),
         (
             "Pareto front",
             format!(
-                "The points that no other one beats in cost and error at once. What has an error \
-                 above {} is an answer to a budget of time only if nothing better was measured.",
+                "The points that no other point beats in both cost and error. A point with an \
+                 error above {} answers a time budget only if nothing better was measured.",
                 percent(USABLE)
             ),
         ),
         (
             "floor, noise",
-            "The reference's standard error in the measure of the error: differences below it \
-             mean nothing."
+            "The reference's standard error, in the same measure as the error. Differences below \
+             it mean nothing."
                 .into(),
         ),
         (
             "leak",
-            "Light where the reference is dark, over the light where it is lit. Passes up to \
+            "Light where the reference is dark, divided by the light where it is lit. Passes up to \
              0.03, fails above 0.1."
                 .into(),
         ),
         (
             "flicker",
-            "How much more or less than the reference's a picture changes from one frame to the \
-             next. Passes up to 0.02, fails above 0.05."
+            "How far the change from one frame to the next is from the reference's change. Passes \
+             up to 0.02, fails above 0.05."
                 .into(),
         ),
         (
             "flip",
-            "NVIDIA's ꟻLIP of the tone-mapped pair, 0 to 1: what a person would see.".into(),
+            "NVIDIA's ꟻLIP of the tone-mapped pair, 0 to 1: the difference that a person sees."
+                .into(),
         ),
     ];
     html! {
