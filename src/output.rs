@@ -19,6 +19,9 @@ pub fn write_file<E: From<Error>>(
     fill: impl FnOnce(&mut dyn Sink) -> Result<(), E>,
 ) -> Result<(), E> {
     let target = resolve(path);
+    if target.is_symlink() {
+        return Err(Error::other("its links lead to no file").into());
+    }
     let found = std::fs::metadata(&target).ok();
     if found.as_ref().is_some_and(|found| !found.is_file()) {
         let mut bytes = Cursor::new(Vec::new());

@@ -22,14 +22,18 @@ use crate::scene::{LoadOptions, Scene};
 use super::CliError;
 use super::common::{
     DeviceArgs, FrameArgs, TimingArgs, chart_stem, check_max_error, check_output,
-    check_output_folder, make_folder, parse_channel, parse_size, progress_bar, reference,
-    reference_failed, say, stems, write_text,
+    check_output_folder, make_folder, parse_channel, parse_size, progress_bar, reference, say,
+    stems, write_text,
 };
 use super::files::check_results_folder;
+use super::stop;
 
 /// Measure techniques, presets and resolutions: time per pass, memory, error against the
 /// path-traced reference.
 #[derive(clap::Args)]
+#[command(after_help = "Examples:\n\
+\x20 lumivox bench bundled:cornell --technique voxel-mips,svo --resolution 64,128 -o out\n\
+\x20 lumivox bench --merge out -o tables")]
 pub(crate) struct Args {
     /// `bundled:NAME`, or the path of a .toml or .obj file.
     #[arg(required_unless_present = "merge")]
@@ -242,6 +246,9 @@ fn bench_scene(
     quiet: bool,
 ) -> Result<(), CliError> {
     let mut records = Records::open(&stem.with_extension("jsonl")).map_err(CliError::failed)?;
+    stop::keeps(
+        "the cases that were measured are in the records; --merge draws their tables and charts",
+    );
     let bar = progress_bar(quiet, cases.len());
     if !quiet {
         say(&format!("{}: {}", scene.name, table::LEGEND));
@@ -337,7 +344,7 @@ fn truth(args: &Args, scene: &Scene, bounces: Bounces) -> Result<Truth, CliError
     let (width, height) = args.size;
     if args.no_reference {
         return Ok(Truth {
-            guide: guide(scene, width, height).map_err(reference_failed)?,
+            guide: guide(scene, width, height).map_err(CliError::input)?,
             indirect: None,
         });
     }

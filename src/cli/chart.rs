@@ -10,9 +10,9 @@ use crate::measure::chart::{
     Cost, DEFAULT_GRID, PictureFolder, Point, Progress, Section, Sweep, SweepError, Troubles,
     bounces_text, grid_cases, page,
 };
-use crate::measure::records::{Records, read_records, record_files};
+use crate::measure::records::{Records, newest, read_records, record_files};
 use crate::metrics::Channel;
-use crate::reference::{ReferenceError, cache_dir};
+use crate::reference::cache_dir;
 use crate::scene::{LoadOptions, Scene};
 
 use super::CliError;
@@ -21,10 +21,14 @@ use super::common::{
     parse_channel, parse_size, progress_bar, say, stems, write_text,
 };
 use super::files::check_results_folder;
+use super::stop;
 
 /// Chart speed and memory against error: every technique with many settings, the Pareto front, one
 /// page to read.
 #[derive(clap::Args)]
+#[command(after_help = "Examples:\n\
+\x20 lumivox chart bundled:cornell -o out\n\
+\x20 lumivox chart room.toml --grid grid.toml --size 320x240 -o out")]
 pub(crate) struct Args {
     /// `bundled:NAME`, or the path of a .toml or .obj file.
     #[arg(required_unless_present_any = ["merge", "list"])]
@@ -247,6 +251,7 @@ fn sweep_scene(
         ),
     };
     let mut records = Records::open(&stem.with_extension("jsonl")).map_err(CliError::failed)?;
+    stop::keeps("the points that were measured are kept; the same command measures the others");
     let missing = sweep.missing(&cases, &records);
     if !quiet {
         say(&format!(
@@ -262,6 +267,7 @@ fn sweep_scene(
             bar.set_message(format!("reference, {}", bounces_text(bounces)))
         }
         Progress::Case(case) => bar.set_message(case.entry.name),
+        Progress::Again(count) => bar.inc_length(count as u64),
         Progress::Done(point) => {
             point.failure.iter().for_each(|failure| {
                 bar.suspend(|| log::warn!("{} {}: {failure}", point.name(), point.changes_text()))
@@ -279,9 +285,7 @@ fn sweep_scene(
             &mut progress,
         )
         .map_err(|error| match error {
-            SweepError::Reference(
-                ReferenceError::Setting { .. } | ReferenceError::Scene { .. },
-            ) => CliError::input(error),
+            SweepError::Reference(_) => CliError::input(error),
             _ => CliError::failed(error),
         })?;
     bar.finish_and_clear();
@@ -298,12 +302,8 @@ fn merge(
     let mut points: Vec<(Point, &PathBuf)> = Vec::new();
     for folder in folders {
         for file in shards_last(folder)? {
-            points.extend(
-                read_records::<Point>(&file)
-                    .map_err(CliError::input)?
-                    .into_iter()
-                    .map(|point| (point, folder)),
-            );
+            let read = read_records::<Point>(&file).map_err(CliError::input)?;
+            points.extend(newest(read).into_iter().map(|point| (point, folder)));
         }
     }
     if points.is_empty() {

@@ -16,7 +16,7 @@ use crate::measure::bench::{Truth, choose_timing};
 use crate::measure::report::Timing;
 use crate::metrics::Channel;
 use crate::output;
-use crate::reference::{Bounces, MAX_SIZE_PX, ReferenceError, cache_dir, cached};
+use crate::reference::{Bounces, MAX_SIZE_PX, cache_dir, cached};
 use crate::scene::{LoadOptions, Scene};
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -25,6 +25,7 @@ use super::files::Files;
 
 /// The scene argument, shared by the commands that take a scene.
 #[derive(clap::Args)]
+#[command(next_help_heading = "Scene")]
 pub(super) struct SceneArgs {
     /// `bundled:NAME`, or the path of a .toml or .obj file.
     scene: OsString,
@@ -98,6 +99,7 @@ impl TimeArgs {
 
 /// Which picture of a scene, and where it goes.
 #[derive(clap::Args)]
+#[command(next_help_heading = "Picture")]
 pub(super) struct PictureArgs {
     /// Width and height (px).
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse_size)]
@@ -146,6 +148,7 @@ impl PictureArgs {
 
 /// Which technique, with which settings.
 #[derive(clap::Args)]
+#[command(next_help_heading = "Technique")]
 pub(super) struct TechniqueArgs {
     /// Technique; `lumivox techniques` lists them.
     #[arg(long, default_value = DEFAULT)]
@@ -182,6 +185,7 @@ impl TechniqueArgs {
 
 /// The Vulkan device to run on.
 #[derive(clap::Args)]
+#[command(next_help_heading = "Device")]
 pub(super) struct DeviceArgs {
     /// Device, by index or part of its name; `lumivox devices` lists them.
     #[arg(long, value_name = "INDEX|NAME")]
@@ -218,6 +222,7 @@ impl DeviceArgs {
 
 /// How passes are timed.
 #[derive(clap::Args)]
+#[command(next_help_heading = "Device")]
 pub(super) struct TimingArgs {
     /// Where times come from: timestamps, or host (every pass by itself) [default: host on a CPU
     /// device, timestamps elsewhere].
@@ -244,6 +249,7 @@ fn parse_timing(text: &str) -> Result<Timing, String> {
 
 /// What all techniques share.
 #[derive(clap::Args)]
+#[command(next_help_heading = "Frame")]
 pub(super) struct FrameArgs {
     /// Width and height of each shadow map and reflective shadow map (texels) [default: 1024; of
     /// chart and stress 256].
@@ -287,16 +293,8 @@ pub(super) fn reference(
         &cache_dir(),
         &|_| {},
     )
-    .map_err(reference_failed)?;
+    .map_err(CliError::input)?;
     Ok(Truth::of(image, bounces))
-}
-
-/// Tells whether the input or the work is to blame that there is no reference.
-pub(super) fn reference_failed(error: ReferenceError) -> CliError {
-    match error {
-        ReferenceError::CacheDir { .. } => CliError::failed(error),
-        ReferenceError::Setting { .. } | ReferenceError::Scene { .. } => CliError::input(error),
-    }
 }
 
 /// An error unless the reference's noise can be brought below this.

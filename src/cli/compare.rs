@@ -14,6 +14,8 @@ use super::files::Files;
 
 /// Compare an image with a reference, both linear EXR.
 #[derive(clap::Args)]
+#[command(after_help = "Example:\n\
+\x20 lumivox compare image.exr reference.exr --scene bundled:cornell --heatmap error.png")]
 pub(crate) struct Args {
     /// The image to judge (.exr).
     image: PathBuf,
@@ -51,6 +53,9 @@ pub(crate) struct Args {
     #[arg(long, value_name = "FILE.json")]
     report: Option<PathBuf>,
 }
+
+/// Fewer blocks than this say little of an image.
+const FEW_BLOCKS: usize = 16;
 
 /// Reads, compares, prints.
 pub(crate) fn run(args: &Args) -> Result<(), CliError> {
@@ -163,6 +168,14 @@ fn print_table(comparison: &Comparison, flip: &Flip, names: &[&str]) {
             &errors.pixel,
             &errors.block,
         );
+    }
+    if let Some(block) = &comparison.block
+        && block.count < FEW_BLOCKS
+    {
+        say(&format!(
+            "few blocks lie on one plane and material: judge by pixels, or by larger images: {}",
+            block.count
+        ));
     }
     say(&format!(
         "flip mean {:.5}, 99th percentile {:.5} (exposure {:.4}, clamped, sRGB)",

@@ -13,13 +13,15 @@ use indicatif::ProgressBar;
 use super::CliError;
 use super::common::{
     DeviceArgs, FrameArgs, SceneArgs, TechniqueArgs, TimingArgs, check_max_error, parse_channel,
-    parse_size, reference, reference_failed, say, write_report,
+    parse_size, reference, say, write_report,
 };
 use super::files::Files;
 
 /// Split the error of a technique into its sources: replace one approximation at a time by the
 /// truth, or by a better one, and measure the error again.
 #[derive(clap::Args)]
+#[command(after_help = "Example:\n\
+\x20 lumivox explain bundled:cornell --preset cones")]
 pub(crate) struct Args {
     #[command(flatten)]
     scene: SceneArgs,
@@ -106,7 +108,7 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
         bar.tick();
     };
     let budget = explain(&subject, all.as_ref(), &progress).map_err(|error| match error {
-        ExplainError::Reference(error) => reference_failed(error),
+        ExplainError::Reference(error) => CliError::input(error),
         other => CliError::failed(other),
     })?;
     bar.finish_and_clear();

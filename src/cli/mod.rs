@@ -13,6 +13,7 @@ mod files;
 mod reference;
 mod render;
 mod scene;
+mod stop;
 mod stress;
 mod techniques;
 mod view;
@@ -85,6 +86,7 @@ pub fn run() -> ExitCode {
             return end(check_said().err(), error.exit_code());
         }
     };
+    stop::listen();
     let level = if cli.quiet {
         log::LevelFilter::Error
     } else {

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use crate::image::write_planes;
 use crate::reference::{
-    Bounces, Filter, ReferenceError, ReferenceImage, Sampling, Settings, cache_dir, cached, render,
+    Bounces, Filter, ReferenceImage, Sampling, Settings, cache_dir, cached, render,
 };
 use crate::scene::Scene;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -15,6 +15,9 @@ use super::files::Files;
 
 /// Render the path-traced reference of a scene on the CPU.
 #[derive(clap::Args)]
+#[command(after_help = "Examples:\n\
+\x20 lumivox reference bundled:cornell --bounces full -o reference.exr\n\
+\x20 lumivox reference bundled:cornell --spp 64 --aov indirect -o indirect.png")]
 pub(crate) struct Args {
     #[command(flatten)]
     scene: SceneArgs,
@@ -66,10 +69,7 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
         true => render(&scene, &settings, &progress),
         false => cached(&scene, &settings, &cache_dir(), &progress),
     }
-    .map_err(|error| match error {
-        ReferenceError::CacheDir { .. } => CliError::failed(error),
-        ReferenceError::Setting { .. } | ReferenceError::Scene { .. } => CliError::input(error),
-    })?;
+    .map_err(CliError::input)?;
     bar.finish_and_clear();
     let wall_s = start.elapsed().as_secs_f64();
     if args.layers {
@@ -83,11 +83,17 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     if !quiet {
         let error = image.radiance_error();
         let (path, samples) = (picture.output.display(), image.mean_samples());
+        let noise = if error.pixel.is_finite() {
+            format!(
+                "standard error {:.2}% per pixel, {:.4}% of the image mean",
+                error.pixel * 100.0,
+                error.image * 100.0
+            )
+        } else {
+            "standard error unknown: more samples are needed to measure it".to_owned()
+        };
         say(&format!(
-            "{path}: {samples:.0} samples per pixel, standard error {:.2}% per pixel, {:.4}% of \
-             the image mean, {wall_s:.1} s",
-            error.pixel * 100.0,
-            error.image * 100.0
+            "{path}: {samples:.0} samples per pixel, {noise}, {wall_s:.1} s"
         ));
     }
     Ok(())

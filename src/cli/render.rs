@@ -20,6 +20,9 @@ use super::files::Files;
 
 /// Render a scene with one technique.
 #[derive(clap::Args)]
+#[command(after_help = "Examples:\n\
+\x20 lumivox render bundled:cornell -o cornell.png\n\
+\x20 lumivox render room.obj --technique svo --preset cones --set resolution=256 -o room.exr")]
 pub(crate) struct Args {
     #[command(flatten)]
     scene: SceneArgs,

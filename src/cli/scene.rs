@@ -10,6 +10,9 @@ use super::common::{check_output_folder, say};
 
 /// List the bundled scenes, or write one (or a copy of any scene) as TOML, OBJ, MTL and PNG files.
 #[derive(clap::Args)]
+#[command(after_help = "Examples:\n\
+\x20 lumivox scene --list\n\
+\x20 lumivox scene bundled:two-rooms --set door=0.5 -o two-rooms")]
 pub(crate) struct Args {
     /// A bundled scene's name, or the path of a .toml or .obj file.
     #[arg(required_unless_present = "list")]

@@ -20,13 +20,17 @@ use indicatif::ProgressBar;
 use super::CliError;
 use super::common::{
     DeviceArgs, FrameArgs, check_output_folder, check_scenes, each_once, make_folder, parse_size,
-    progress_bar, reference_failed, say, stems, write_text,
+    progress_bar, say, stems, write_text,
 };
 use super::files::check_results_folder;
+use super::stop;
 
 /// Measure failure modes. Each makes one number worse, from harmless to fatal, and measures every
 /// technique.
 #[derive(clap::Args)]
+#[command(after_help = "Examples:\n\
+\x20 lumivox stress --list\n\
+\x20 lumivox stress thin_walls --quick -o out")]
 pub(crate) struct Args {
     /// `bundled:NAME`, or the path of a .toml or .obj file, for the failure modes that take any
     /// scene [default: the suite's own, and all failure modes].
@@ -165,6 +169,7 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
             .iter()
             .map(|case| Ok(runs(args, case, &presets)?.len() * severities(args, case).len()))
             .sum::<Result<_, CliError>>()?;
+        stop::keeps("the rows that were measured are kept; the same command measures the others");
         let suite = Suite {
             args,
             scene,
@@ -326,7 +331,7 @@ impl Suite<'_> {
 /// Tells whether the input or the work is to blame that nothing could be measured.
 fn failed(error: StressError) -> CliError {
     match error {
-        StressError::Reference(error) => reference_failed(error),
+        StressError::Reference(error) => CliError::input(error),
         _ => CliError::failed(error),
     }
 }

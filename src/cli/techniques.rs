@@ -6,19 +6,58 @@ use crate::gi::registry::{all, find};
 use super::CliError;
 use super::common::say;
 
-/// List the techniques, their presets and their settings with units, ranges and defaults.
+/// List the techniques and their presets; of one, its settings with units, ranges and defaults.
 #[derive(clap::Args)]
+#[command(after_help = "Examples:\n\
+\x20 lumivox techniques\n\
+\x20 lumivox techniques svo")]
 pub(crate) struct Args {
-    /// Describe only this technique [default: all of them].
+    /// Describe this technique with all its settings [default: a table of all techniques].
     technique: Option<String>,
 }
 
-/// Prints one technique, or all of them.
+/// Prints one technique, or a table of all.
 pub(crate) fn run(args: &Args) -> Result<(), CliError> {
     match &args.technique {
         Some(name) => describe(find(name).map_err(CliError::input)?),
-        None => all().into_iter().try_for_each(describe),
+        None => {
+            print_table(&all());
+            Ok(())
+        }
     }
+}
+
+fn print_table(techniques: &[&Entry]) {
+    let presets = |entry: &Entry| -> String {
+        let names: Vec<&str> = entry.presets.iter().map(|preset| preset.name).collect();
+        names.join(", ")
+    };
+    let rows: Vec<[String; 3]> = techniques
+        .iter()
+        .map(|entry| {
+            [
+                entry.name.to_owned(),
+                presets(entry),
+                entry.summary.to_owned(),
+            ]
+        })
+        .collect();
+    let width = |column: usize, heading: &str| {
+        rows.iter()
+            .map(|row| row[column].chars().count())
+            .max()
+            .unwrap_or(0)
+            .max(heading.len())
+    };
+    let names = width(0, "technique");
+    say(&format!("{:names$}  what it is", "technique"));
+    for [name, presets, summary] in &rows {
+        say(&format!("{name:names$}  {summary}"));
+        if !presets.is_empty() {
+            say(&format!("{:names$}  presets: {presets}", ""));
+        }
+    }
+    say("\nThe first preset is the default. `lumivox techniques NAME` lists all settings.");
 }
 
 fn describe(entry: &Entry) -> Result<(), CliError> {

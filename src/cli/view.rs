@@ -14,6 +14,8 @@ use super::common::{DeviceArgs, FrameArgs, TimingArgs, parse_size};
 
 /// Open a window: techniques side by side, everything changed by hand, and what it costs.
 #[derive(clap::Args)]
+#[command(after_help = "Example:\n\
+\x20 lumivox view bundled:atrium")]
 pub(crate) struct Args {
     /// `bundled:NAME`, or the path of a .toml or .obj file.
     #[arg(default_value = "bundled:cornell")]

@@ -19,6 +19,8 @@ static ONE_GRID: &[&Entry] = &[&mips::ENTRY, &svo::ENTRY];
 
 /// Write the voxels that a technique makes of a scene.
 #[derive(clap::Args)]
+#[command(after_help = "Example:\n\
+\x20 lumivox voxelize bundled:cornell --resolution 64 -o cornell.vox")]
 pub(crate) struct Args {
     #[command(flatten)]
     scene: SceneArgs,

@@ -144,10 +144,22 @@ impl<R: Versioned> Records<R> {
 }
 
 impl<R: Keyed> Records<R> {
-    /// The record of a key.
+    /// The newest record of a key.
     pub fn find(&self, key: &str) -> Option<&R> {
-        self.points.iter().find(|point| point.key() == key)
+        self.points.iter().rfind(|point| point.key() == key)
     }
+}
+
+/// The records without those that a later one of the same key replaces.
+pub fn newest<R: Keyed>(records: Vec<R>) -> Vec<R> {
+    let mut kept: Vec<R> = Vec::new();
+    for record in records {
+        match kept.iter_mut().find(|known| known.key() == record.key()) {
+            Some(known) => *known = record,
+            None => kept.push(record),
+        }
+    }
+    kept
 }
 
 /// A record as the line of a file: its command, then its fields.

@@ -5,15 +5,15 @@ use serde::{Deserialize, Serialize};
 /// Error of T against R over a set of values.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Errors {
-    /// sqrt(mean (T − R)²) / mean R.
+    /// sqrt(mean (T − R)²) / mean |R|.
     pub rel_rmse: f64,
-    /// mean (T − R) / mean R.
+    /// mean (T − R) / mean |R|.
     pub bias: f64,
     /// mean ((T − R)² / (R² + ε²)).
     pub rel_mse: f64,
-    /// 95th percentile (nearest rank) of |T − R| / (R + ε).
+    /// 95th percentile (nearest rank) of |T − R| / (|R| + ε).
     pub p95: f64,
-    /// Mean R, in the unit of the images.
+    /// Mean |R|, in the unit of the images; light is never negative, normals are.
     pub mean_reference: f64,
     /// Number of values.
     pub count: usize,
@@ -33,7 +33,7 @@ pub fn errors_of_values(technique: &[f32], reference: &[f32]) -> Option<Errors> 
             .map(|(&t, &r)| (f64::from(t), f64::from(r)))
     };
     let mean = |sum: f64| sum / count as f64;
-    let mean_reference = mean(pairs().map(|(_, r)| r).sum());
+    let mean_reference = mean(pairs().map(|(_, r)| r.abs()).sum());
     let epsilon = 0.01 * mean_reference;
     let mean_difference = mean(pairs().map(|(t, r)| t - r).sum());
     let mean_square = mean(pairs().map(|(t, r)| (t - r).powi(2)).sum());
@@ -43,7 +43,7 @@ pub fn errors_of_values(technique: &[f32], reference: &[f32]) -> Option<Errors> 
             .sum(),
     );
     let mut relative: Vec<f64> = pairs()
-        .map(|(t, r)| ratio((t - r).abs(), r + epsilon))
+        .map(|(t, r)| ratio((t - r).abs(), r.abs() + epsilon))
         .collect();
     relative.sort_by(f64::total_cmp);
     let rank = ((0.95 * count as f64).ceil() as usize).clamp(1, count);

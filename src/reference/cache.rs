@@ -52,34 +52,23 @@ pub fn cached(
             ),
         }
     }
-    std::fs::create_dir_all(dir).map_err(|source| ReferenceError::CacheDir {
-        path: dir.to_owned(),
-        source,
-    })?;
     let image = render(scene, settings, progress)?;
-    if let Err(problem) = store(&image, key, dir, &path) {
+    if let Err(problem) = store(&image, dir, &path) {
         log::warn!(
-            "the reference cannot be kept in the cache {}: {problem}",
+            "the reference cannot be kept in the cache {}: {problem}; it will be rendered again",
             dir.display()
         );
     }
     Ok(image)
 }
 
-/// Writes beside the final name and renames, so that a reader never sees half a file.
 fn store(
     image: &ReferenceImage,
-    key: u128,
     dir: &Path,
     path: &Path,
 ) -> Result<(), Box<dyn std::error::Error>> {
-    let unfinished = dir.join(format!(
-        ".{key:032x}.{}.{:?}.exr",
-        std::process::id(),
-        std::thread::current().id()
-    ));
-    write_planes(&unfinished, &to_planes(image))?;
-    Ok(std::fs::rename(&unfinished, path)?)
+    std::fs::create_dir_all(dir)?;
+    Ok(write_planes(path, &to_planes(image))?)
 }
 
 /// The hash of everything that the image depends on.

@@ -35,8 +35,6 @@ mod substitute;
 mod texture;
 mod world;
 
-use std::path::PathBuf;
-
 pub use self::cache::{cache_dir, cached};
 pub use self::render::{guide, render};
 pub use self::result::{ReferenceImage, StandardError};
@@ -168,17 +166,6 @@ pub enum ReferenceError {
         scene: String,
         /// What is wrong with it.
         problem: String,
-    },
-    /// The folder of the cache cannot be made.
-    #[error(
-        "cannot make the cache folder {path}; set LUMIVOX_CACHE to a folder that can be written, \
-         or to nothing for one among the temporary files"
-    )]
-    CacheDir {
-        /// The folder that was to be made.
-        path: PathBuf,
-        /// What the system said.
-        source: std::io::Error,
     },
 }
 

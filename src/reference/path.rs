@@ -20,6 +20,10 @@ use super::{Bounces, bsdf::Lobe};
 /// Roulette starts at this indirect bounce.
 const ROULETTE_FROM_BOUNCE: u32 = 3;
 
+/// The same where bounces are counted: beyond what anybody needs without noise of it, and before a
+/// path takes forever.
+const COUNTED_ROULETTE_FROM_BOUNCE: u32 = 64;
+
 /// One sample, or the mean of many, of a pixel's terms.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Terms {
@@ -217,7 +221,11 @@ impl World<'_> {
                 break;
             };
             radiance += throughput * self.weighted_emission(&ray, &next, scatter.density);
-            if bounces == Bounces::Full && bounce >= ROULETTE_FROM_BOUNCE {
+            let roulette_from = match bounces {
+                Bounces::Full => ROULETTE_FROM_BOUNCE,
+                Bounces::Count(_) => COUNTED_ROULETTE_FROM_BOUNCE,
+            };
+            if bounce >= roulette_from {
                 let survival = throughput.max_element().min(0.95);
                 if sampler.next_1d() >= survival {
                     break;

@@ -66,7 +66,9 @@ impl Buffer {
                 limit,
             });
         }
-        device.memory().check(&desc.name, desc.size_bytes)?;
+        device
+            .memory()
+            .check(&desc.name, desc.size_bytes, location(desc.usage))?;
         let info = vk::BufferCreateInfo::default()
             .size(padded(desc.size_bytes))
             .usage(usage_flags(desc.usage));
@@ -149,18 +151,13 @@ impl Buffer {
     }
 
     fn bind_memory(&mut self) -> Result<(), Error> {
-        let location = match self.usage {
-            BufferUsage::Storage => MemoryLocation::GpuOnly,
-            BufferUsage::Uniform | BufferUsage::Staging => MemoryLocation::CpuToGpu,
-            BufferUsage::Readback => MemoryLocation::GpuToCpu,
-        };
         // SAFETY: the buffer is alive.
         let requirements = unsafe { self.device.raw().get_buffer_memory_requirements(self.raw) };
         let allocation = self.device.memory().allocate(
             self.id,
             (&self.name, self.owner),
             requirements,
-            location,
+            location(self.usage),
             true,
         )?;
         // SAFETY: the memory fits the requirements, and is freed only after the buffer.
@@ -174,6 +171,15 @@ impl Buffer {
             .get_mut()
             .unwrap_or_else(PoisonError::into_inner) = Some(allocation);
         bound.during(&format!("binding memory of the buffer {}", self.name))
+    }
+}
+
+/// The kind of memory that a buffer lies in.
+fn location(usage: BufferUsage) -> MemoryLocation {
+    match usage {
+        BufferUsage::Storage => MemoryLocation::GpuOnly,
+        BufferUsage::Uniform | BufferUsage::Staging => MemoryLocation::CpuToGpu,
+        BufferUsage::Readback => MemoryLocation::GpuToCpu,
     }
 }
 

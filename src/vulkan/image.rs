@@ -156,7 +156,9 @@ impl Image {
                 .get_device_image_memory_requirements(&query, &mut requirements)
         };
         let requirements = requirements.memory_requirements;
-        device.memory().check(&desc.name, requirements.size)?;
+        device
+            .memory()
+            .check(&desc.name, requirements.size, MemoryLocation::GpuOnly)?;
         // SAFETY: as above.
         let raw = unsafe { device.raw().create_image(&info, None) }
             .during(&format!("creating the image {}", desc.name))?;

@@ -32,6 +32,8 @@ pub enum Owner {
 struct Entry {
     name: String,
     owner: Owner,
+    /// Index of the heap.
+    heap: usize,
     bytes: u64,
 }
 
@@ -39,6 +41,8 @@ struct Entry {
 pub(super) struct Memory {
     allocator: Mutex<Option<Allocator>>,
     ledger: Mutex<BTreeMap<u64, Entry>>,
+    properties: vk::PhysicalDeviceMemoryProperties,
+    /// Bytes that a heap is taken to have at most.
     heap_bytes: u64,
     allocation_bytes: u64,
     poisons: bool,
@@ -64,21 +68,14 @@ impl Memory {
             what: format!("opening the memory allocator: {error}"),
             result: vk::Result::ERROR_INITIALIZATION_FAILED,
         })?;
-        let heap_bytes = adapter
-            .memory
-            .memory_heaps_as_slice()
-            .iter()
-            .map(|heap| heap.size)
-            .max()
-            .unwrap_or(0)
-            .min(adapter.limits.heap_bytes);
         let (allocator, allocation_bytes) =
             (Mutex::new(Some(allocator)), adapter.limits.allocation_bytes);
         let (poisons, planted) = (instance.poisons(), Arc::clone(planted));
         Ok(Memory {
             allocator,
             ledger: Mutex::default(),
-            heap_bytes,
+            properties: adapter.memory,
+            heap_bytes: adapter.limits.heap_bytes,
             allocation_bytes,
             poisons,
             planted,
@@ -94,7 +91,8 @@ impl Memory {
         location: MemoryLocation,
         linear: bool,
     ) -> Result<Allocation, Error> {
-        self.check(name, requirements.size)?;
+        let heap = heap_of(&self.properties, requirements.memory_type_bits, location);
+        self.check_in(heap, name, requirements.size)?;
         let description = AllocationCreateDesc {
             name,
             requirements,
@@ -119,12 +117,15 @@ impl Memory {
                     Entry {
                         name: name.to_owned(),
                         owner,
+                        heap,
                         bytes: allocation.size(),
                     },
                 );
                 Ok(allocation)
             }
-            Err(AllocationError::OutOfMemory) => Err(self.out_of_memory(name, requirements.size)),
+            Err(AllocationError::OutOfMemory) => {
+                Err(self.out_of_memory(heap, name, requirements.size))
+            }
             Err(error) => Err(Error::Vulkan {
                 what: format!("{name}: allocating {} bytes: {error}", requirements.size),
                 result: vk::Result::ERROR_UNKNOWN,
@@ -132,8 +133,18 @@ impl Memory {
         }
     }
 
-    /// Whether `bytes` can be had at all.
-    pub(super) fn check(&self, name: &str, bytes: u64) -> Result<(), Error> {
+    /// Whether `bytes` of a kind of memory can be had at all.
+    pub(super) fn check(
+        &self,
+        name: &str,
+        bytes: u64,
+        location: MemoryLocation,
+    ) -> Result<(), Error> {
+        let heap = heap_of(&self.properties, u32::MAX, location);
+        self.check_in(heap, name, bytes)
+    }
+
+    fn check_in(&self, heap: usize, name: &str, bytes: u64) -> Result<(), Error> {
         if bytes > self.allocation_bytes {
             return Err(Error::TooLarge {
                 resource: name.to_owned(),
@@ -142,8 +153,8 @@ impl Memory {
                 limit: "maxMemoryAllocationSize",
             });
         }
-        if bytes > self.available() {
-            Err(self.out_of_memory(name, bytes))
+        if bytes > self.available(heap) {
+            Err(self.out_of_memory(heap, name, bytes))
         } else {
             Ok(())
         }
@@ -185,16 +196,22 @@ impl Memory {
         drop(self.allocator().take());
     }
 
-    fn available(&self) -> u64 {
-        self.heap_bytes
-            .saturating_sub(self.ledger().values().map(|entry| entry.bytes).sum())
+    /// Bytes left in a heap.
+    fn available(&self, heap: usize) -> u64 {
+        let heaps = self.properties.memory_heaps_as_slice();
+        let bytes = heaps.get(heap).map_or(0, |heap| heap.size);
+        let ledger = self.ledger();
+        let used = ledger.values().filter(|entry| entry.heap == heap);
+        bytes
+            .min(self.heap_bytes)
+            .saturating_sub(used.map(|entry| entry.bytes).sum())
     }
 
-    fn out_of_memory(&self, name: &str, wanted: u64) -> Error {
+    fn out_of_memory(&self, heap: usize, name: &str, wanted: u64) -> Error {
         Error::OutOfMemory {
             resource: name.to_owned(),
             wanted,
-            available: self.available(),
+            available: self.available(heap),
         }
     }
 
@@ -206,5 +223,59 @@ impl Memory {
 
     fn ledger(&self) -> MutexGuard<'_, BTreeMap<u64, Entry>> {
         self.ledger.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// The heap that the allocator takes memory of a kind from: that of the first type with all
+/// properties that it prefers, else of the first that it can do with.
+fn heap_of(
+    properties: &vk::PhysicalDeviceMemoryProperties,
+    type_bits: u32,
+    location: MemoryLocation,
+) -> usize {
+    use vk::MemoryPropertyFlags as Flags;
+    let host = Flags::HOST_VISIBLE | Flags::HOST_COHERENT;
+    let (preferred, needed) = match location {
+        MemoryLocation::CpuToGpu => (host | Flags::DEVICE_LOCAL, host),
+        MemoryLocation::GpuToCpu => (host | Flags::HOST_CACHED, host),
+        MemoryLocation::GpuOnly | MemoryLocation::Unknown => (Flags::DEVICE_LOCAL, Flags::empty()),
+    };
+    let types = properties.memory_types_as_slice();
+    let find = |wanted: Flags| {
+        (0u32..)
+            .zip(types)
+            .find(|(index, kind)| {
+                type_bits & (1 << index) != 0 && kind.property_flags.contains(wanted)
+            })
+            .map(|(_, kind)| kind.heap_index as usize)
+    };
+    find(preferred).or_else(|| find(needed)).unwrap_or(0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// As of a discrete GPU: memory of its own, the host's, and a small window on its own.
+    #[test]
+    fn each_kind_of_memory_has_its_heap() {
+        use vk::MemoryPropertyFlags as Flags;
+        let host = Flags::HOST_VISIBLE | Flags::HOST_COHERENT;
+        let mut properties = vk::PhysicalDeviceMemoryProperties::default();
+        let types = [
+            (Flags::DEVICE_LOCAL, 0),
+            (host, 1),
+            (host | Flags::HOST_CACHED, 1),
+            (host | Flags::DEVICE_LOCAL, 2),
+        ];
+        properties.memory_type_count = types.len() as u32;
+        for (slot, (property_flags, heap_index)) in properties.memory_types.iter_mut().zip(types) {
+            (slot.property_flags, slot.heap_index) = (property_flags, heap_index);
+        }
+        let heap = |bits, location| heap_of(&properties, bits, location);
+        assert_eq!(heap(u32::MAX, MemoryLocation::GpuOnly), 0);
+        assert_eq!(heap(u32::MAX, MemoryLocation::GpuToCpu), 1);
+        assert_eq!(heap(u32::MAX, MemoryLocation::CpuToGpu), 2);
+        assert_eq!(heap(0b0111, MemoryLocation::CpuToGpu), 1);
     }
 }

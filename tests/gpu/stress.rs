@@ -483,7 +483,7 @@ fn what_is_measured_is_told() {
     assert!(changes.contains("a=b") && changes.contains("as it is"));
     let text = summary(&[results]);
     assert!(
-        text.contains("| thin_walls | wall [voxels] | fail from 0.5 | warn from 1 |"),
+        text.contains("| thin_walls | wall [voxels] | fail from 0.5 down | warn from 1 down |"),
         "{text}"
     );
 }
@@ -529,7 +529,7 @@ fn what_recovers_is_told_apart() {
         record(1e4, 0.7),
         record(1e5, 0.6),
     ];
-    assert_eq!(worst(&high), ("fail from 10000".into(), Some(0.7)));
+    assert_eq!(worst(&high), ("fail from 10000 up".into(), Some(0.7)));
 }
 
 /// A preset with one change may be another preset: each has a record of its own. What the user set

@@ -316,7 +316,8 @@ fn records_are_added_to() {
     let lines = |name: &str| std::fs::read_to_string(at(name)).unwrap().lines().count();
     std::fs::write(
         folder.path().join("grid.toml"),
-        "[[sweep]]\ntechnique = [\"voxel-mips\"]\npreset = [\"cones\"]\nset = { resolution = [16] }\n",
+        "[[sweep]]\ntechnique = [\"voxel-mips\"]\npreset = [\"cones\"]\n\
+         set = { resolution = [16] }\n",
     )
     .unwrap();
     let size = "--size 16x16 --shadow-resolution 64 --max-error 0.3 --frames 1 -o out --quiet";
@@ -383,4 +384,49 @@ fn a_full_place_is_told() {
             "{arguments}: {stderr}"
         );
     }
+}
+
+/// A program that is stopped says what is kept, and ends by the signal.
+#[cfg(unix)]
+#[test]
+fn a_stopped_program_says_what_is_kept() {
+    use std::os::unix::process::ExitStatusExt;
+    use std::time::{Duration, Instant};
+    let folder = tempfile::tempdir().unwrap();
+    let mut child = crate::support::program::command()
+        .args(words(
+            "chart bundled:cornell --size 16x16 --shadow-resolution 64 --max-error 0.3 -o out",
+        ))
+        .current_dir(folder.path())
+        .stdout(std::process::Stdio::null())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    let records = folder.path().join("out/cornell.jsonl");
+    let start = Instant::now();
+    while std::fs::read_to_string(&records)
+        .unwrap_or_default()
+        .is_empty()
+    {
+        assert!(
+            start.elapsed() < Duration::from_secs(60),
+            "nothing is measured"
+        );
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    let killed = std::process::Command::new("kill")
+        .args(["-INT", &child.id().to_string()])
+        .status()
+        .unwrap();
+    assert!(killed.success());
+    let status = child.wait().unwrap();
+    let mut stderr = String::new();
+    std::io::Read::read_to_string(&mut child.stderr.take().unwrap(), &mut stderr).unwrap();
+    assert_eq!(status.signal(), Some(2), "{stderr}");
+    assert!(
+        stderr.contains("stopped: the points that were measured are kept"),
+        "{stderr}"
+    );
+    let whole = std::fs::read_to_string(&records).unwrap();
+    assert!(whole.ends_with('\n'));
 }

@@ -8,6 +8,7 @@ mod bench;
 mod chart;
 mod cli;
 mod cli_outputs;
+mod docs;
 mod faults;
 mod golden_window;
 mod scene_errors;

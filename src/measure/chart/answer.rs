@@ -339,7 +339,7 @@ impl Section {
 
     /// A line a pick, and one of what was not reached.
     pub fn answer_lines(&self) -> Vec<String> {
-        let mut lines = Vec::new();
+        let mut lines: Vec<String> = self.machine.text().into_iter().collect();
         for Picks {
             bounces,
             picks,

@@ -1,9 +1,13 @@
 //! Measuring the points of a sweep that have no record yet.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
+use super::front::front;
+use super::machine::{is_unsteady, slowness};
 use super::pictures::PictureFolder;
-use super::point::{Point, SweepSetup, bounces_of};
+use super::point::{Cost, Point, SweepSetup, bounces_of};
+use super::section::Section;
 use crate::graph::{Error, Gpu};
 use crate::image::Image;
 use crate::measure::bench::{BenchSettings, Case, MAX_SPP, Pictures, Truth, measure_on};
@@ -48,6 +52,8 @@ pub enum Progress<'p> {
     Case(&'p Case),
     /// It has measured a point.
     Done(&'p Point),
+    /// It measures so many points again: the front, and where the machine was not steady.
+    Again(usize),
 }
 
 /// One scene on one device.
@@ -98,7 +104,8 @@ impl<'s> Sweep<'s> {
     }
 
     /// Measures cases, writes their pictures, then their records. `cache` is the folder of
-    /// references.
+    /// references. The order is mixed, so that a busy machine slows no technique more than another.
+    /// At the end the front is measured again, and each point at which the machine was not steady.
     pub fn measure(
         &self,
         cases: &[&Case],
@@ -107,54 +114,48 @@ impl<'s> Sweep<'s> {
         pictures: &PictureFolder,
         progress: &mut dyn FnMut(Progress<'_>),
     ) -> Result<(), SweepError> {
-        let mut uploaded: Option<GpuScene> = None;
-        let mut references: Vec<Reference> = Vec::new();
-        for case in cases {
-            let bounces = bounces_of(case);
-            if !references
-                .iter()
-                .any(|reference| reference.bounces == bounces)
-            {
-                progress(Progress::Reference(bounces));
-                let reference = self.reference(bounces, cache)?;
-                pictures.write_picture(
-                    &self.setup.reference_key(bounces),
-                    &reference.full,
-                    reference.exposure,
-                )?;
-                references.push(reference);
-            }
-            let Some(reference) = references
-                .iter()
-                .find(|reference| reference.bounces == bounces)
-            else {
-                continue;
-            };
-            progress(Progress::Case(case));
-            let (report, taken) = measure_on(
-                self.gpu,
-                &mut uploaded,
-                self.scene,
-                case,
-                self.settings,
-                &reference.truth,
-            );
-            let point = Point::new(&self.setup, case, &report);
-            match taken {
-                Ok(taken) => write_pictures(pictures, &point.key, &taken, reference, &report)?,
-                Err(source @ (Error::DeviceLost { .. } | Error::Vulkan { .. })) => {
-                    return Err(SweepError::Lost {
-                        point: point.name(),
-                        source,
-                    });
-                }
-                // What the device refuses once it refuses always: the point's record says so.
-                Err(_) => {}
-            }
-            records.add(&point)?;
-            progress(Progress::Done(&point));
+        let mut run = Run {
+            sweep: self,
+            cache,
+            pictures,
+            uploaded: None,
+            references: Vec::new(),
+        };
+        for case in mixed(cases) {
+            run.measure(case, records, progress)?;
+        }
+        let again = self.unsure(cases, records);
+        progress(Progress::Again(again.len()));
+        for case in again {
+            run.measure(case, records, progress)?;
         }
         Ok(())
+    }
+
+    /// The cases on a front, and those at which the machine was not steady.
+    fn unsure<'c>(&self, cases: &[&'c Case], records: &Records<Point>) -> Vec<&'c Case> {
+        let measured: Vec<(&Case, Point)> = cases
+            .iter()
+            .filter_map(|case| Some((*case, records.find(&self.setup.key(case))?.clone())))
+            .filter(|(_, point)| point.failure.is_none())
+            .collect();
+        let points: Vec<Point> = measured.iter().map(|(_, point)| point.clone()).collect();
+        let slowness = slowness(&points);
+        let section = Section::new(points, None);
+        let on_front: BTreeSet<usize> = Cost::ALL
+            .iter()
+            .flat_map(|cost| section.groups(*cost))
+            .flat_map(|group| {
+                let points = group.points.clone();
+                front(&group.prices)
+                    .into_iter()
+                    .map(move |member| points[member])
+            })
+            .collect();
+        (0..measured.len())
+            .filter(|index| on_front.contains(index) || is_unsteady(slowness[*index]))
+            .map(|index| measured[index].0)
+            .collect()
     }
 
     fn reference(&self, bounces: Bounces, cache: &Path) -> Result<Reference, SweepError> {
@@ -182,6 +183,80 @@ impl<'s> Sweep<'s> {
         })
     }
 }
+
+/// What a sweep keeps from point to point.
+struct Run<'r> {
+    sweep: &'r Sweep<'r>,
+    cache: &'r Path,
+    pictures: &'r PictureFolder,
+    uploaded: Option<GpuScene>,
+    references: Vec<Reference>,
+}
+
+impl Run<'_> {
+    fn measure(
+        &mut self,
+        case: &Case,
+        records: &mut Records<Point>,
+        progress: &mut dyn FnMut(Progress<'_>),
+    ) -> Result<(), SweepError> {
+        let (sweep, bounces) = (self.sweep, bounces_of(case));
+        let known = self
+            .references
+            .iter()
+            .position(|reference| reference.bounces == bounces);
+        let index = match known {
+            Some(index) => index,
+            None => {
+                progress(Progress::Reference(bounces));
+                let reference = sweep.reference(bounces, self.cache)?;
+                self.pictures.write_picture(
+                    &sweep.setup.reference_key(bounces),
+                    &reference.full,
+                    reference.exposure,
+                )?;
+                self.references.push(reference);
+                self.references.len() - 1
+            }
+        };
+        let reference = &self.references[index];
+        progress(Progress::Case(case));
+        let (report, taken) = measure_on(
+            sweep.gpu,
+            &mut self.uploaded,
+            sweep.scene,
+            case,
+            sweep.settings,
+            &reference.truth,
+        );
+        let point = Point::new(&sweep.setup, case, &report);
+        match taken {
+            Ok(taken) => write_pictures(self.pictures, &point.key, &taken, reference, &report)?,
+            Err(source @ (Error::DeviceLost { .. } | Error::Vulkan { .. })) => {
+                return Err(SweepError::Lost {
+                    point: point.name(),
+                    source,
+                });
+            }
+            // What the device refuses once it refuses always: the point's record says so.
+            Err(_) => {}
+        }
+        records.add(&point)?;
+        progress(Progress::Done(&point));
+        Ok(())
+    }
+}
+
+/// The cases in an order in which neighbours are far apart: by the fractional parts of multiples of
+/// the golden ratio.
+fn mixed<'c>(cases: &[&'c Case]) -> Vec<&'c Case> {
+    let mut order: Vec<usize> = (0..cases.len()).collect();
+    let place = |index: &usize| (*index as f64 * GOLDEN_RATIO).fract();
+    order.sort_by(|a, b| place(a).total_cmp(&place(b)));
+    order.into_iter().map(|index| cases[index]).collect()
+}
+
+const GOLDEN_RATIO: f64 = 1.618_033_988_749_895;
 
 /// So many times the error that was asked for is as good: it is estimated.
 const NEAR: f64 = 1.5;

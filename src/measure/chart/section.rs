@@ -1,11 +1,9 @@
 //! Points that can be compared with each other, and what they say.
 
-use std::collections::BTreeMap;
-
 use super::front::{Price, distinct_front, front, near_front};
+use super::machine::Machine;
 use super::point::{Cost, Point, bounces_text};
-use crate::frame;
-use crate::graph::{PassTimes, Spread};
+use crate::graph::Spread;
 use crate::measure::build::commit;
 use crate::measure::draw::{Chart, FrontPoint, Panels, PointPanel, Series, short};
 use crate::measure::report::Timing;
@@ -19,65 +17,8 @@ pub struct Section {
     pub points: Vec<Point>,
     /// The scene as a command line names it, where that is known.
     pub source: Option<String>,
-}
-
-/// Gives every frame the same shared passes: the median over all points that have them. Each point
-/// measured its own, and a machine that is busier at one point than at another would have them
-/// decide between techniques. The spread that is left is that of indirect light.
-fn settle_shared_passes(points: &mut [Point]) {
-    let is_shared = |pass: &&PassTimes| {
-        frame::STAGES
-            .iter()
-            .any(|stage| stage.passes.contains(&pass.name.as_str()))
-    };
-    let mut times: BTreeMap<String, Vec<f64>> = BTreeMap::new();
-    for pass in points
-        .iter()
-        .flat_map(|point| &point.passes)
-        .filter(is_shared)
-    {
-        times
-            .entry(pass.name.clone())
-            .or_default()
-            .push(pass.gpu_ms.median);
-    }
-    let medians: BTreeMap<String, f64> = times
-        .into_iter()
-        .filter_map(|(name, times)| Some((name, Spread::of(&times)?.median)))
-        .collect();
-    for point in points {
-        let shared: f64 = point
-            .passes
-            .iter()
-            .filter(is_shared)
-            .filter_map(|pass| medians.get(&pass.name))
-            .sum();
-        let own = point.total("indirect").unwrap_or(Spread {
-            median: 0.0,
-            min: 0.0,
-            max: 0.0,
-            n: point.setup.frames as usize,
-        });
-        let frame = Spread {
-            median: own.median + shared,
-            min: own.min + shared,
-            max: own.max + shared,
-            n: own.n,
-        };
-        let shared = Spread {
-            median: shared,
-            min: shared,
-            max: shared,
-            n: own.n,
-        };
-        for total in &mut point.totals {
-            match total.name.as_str() {
-                "shared" => total.gpu_ms = shared,
-                "frame" => total.gpu_ms = frame,
-                _ => {}
-            }
-        }
-    }
+    /// How steady the machine was.
+    pub machine: Machine,
 }
 
 /// The points of one number of bounces that have a price, by index, and their prices.
@@ -200,11 +141,14 @@ pub(super) fn signed_percent(share: f64) -> String {
 }
 
 impl Section {
-    /// Points of one scene and one setup; what all techniques share takes one time for all of them,
-    /// the median.
+    /// Points of one scene and one setup, as if the machine had been equally fast at each.
     pub fn new(mut points: Vec<Point>, source: Option<String>) -> Self {
-        settle_shared_passes(&mut points);
-        Section { points, source }
+        let machine = Machine::settle(&mut points);
+        Section {
+            points,
+            source,
+            machine,
+        }
     }
 
     /// Points of any scenes and setups, sorted into sections in the order in which they come; of
@@ -553,6 +497,7 @@ fn columns(point: &Point) -> Vec<(String, String)> {
 pub(super) mod tests {
     use super::super::point::tests::point;
     use super::*;
+    use crate::graph::PassTimes;
 
     /// Planted: of one bounce `b` is slower and worse than `a`, `c` better and dearer, and `d`
     /// better still but of two bounces.
@@ -562,6 +507,7 @@ pub(super) mod tests {
         let c = point("c", 1, [999.0, 1.0], 3 << 20, 0.04);
         let d = point("d", 2, [4.0, 1.0], 1 << 19, 0.01);
         Section {
+            machine: Machine::STEADY,
             points: vec![a, b, c, d],
             source: None,
         }
@@ -705,7 +651,8 @@ pub(super) mod tests {
     #[test]
     fn a_busy_machine_does_not_slow_one_points_frame() {
         let shared = [4.0, 4.0, 40.0, 4.2, 3.8].map(|ms| {
-            let mut point = point("a", 1, [9.0, 1.0], 1 << 20, 0.15);
+            let gather = if ms == 40.0 { 99.0 } else { 9.0 };
+            let mut point = point("a", 1, [gather, 1.0], 1 << 20, 0.15);
             let pass = |name: &str, ms: f64| PassTimes {
                 name: name.into(),
                 gpu_ms: Spread {
@@ -715,7 +662,7 @@ pub(super) mod tests {
                     n: 3,
                 },
             };
-            point.passes = vec![pass("render.gbuffer", ms), pass("cone.gather", 9.0)];
+            point.passes = vec![pass("render.gbuffer", ms), pass("cone.gather", gather)];
             point
                 .passes
                 .extend((ms != 4.2).then(|| pass("render.rsm", 2.0 * ms)));

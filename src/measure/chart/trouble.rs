@@ -439,7 +439,7 @@ pub(super) mod tests {
         let wanted = [
             row("thin_walls", "pass", 0.02),
             row("rotation", "pass", 0.01),
-            row("narrow_gap", "fail from 1", 0.7),
+            row("narrow_gap", "fail from 1 down", 0.7),
         ];
         assert_eq!(found(records.clone()), wanted);
         let mut own = record(
@@ -451,7 +451,7 @@ pub(super) mod tests {
         );
         (own.scene, own.scene_hash) = (Some("room".into()), Some("0123".into()));
         records.push(own);
-        assert_eq!(found(records)[1], row("rotation", "warn from 6", 0.2));
+        assert_eq!(found(records)[1], row("rotation", "warn from 6 up", 0.2));
     }
 
     #[test]

@@ -278,6 +278,8 @@ pub struct Worst {
     pub severities: Vec<f64>,
     /// Whether all from the first of them on have it.
     pub goes_on: bool,
+    /// Whether smaller severities are worse.
+    pub falls: bool,
     /// Name of the figure that is furthest beyond what passes at these, and its value, `None`
     /// where it is no finite number; where they go on, at the first.
     pub figure: (String, Option<f64>),
@@ -291,6 +293,7 @@ impl Worst {
         case: &StressCase,
         records: impl IntoIterator<Item = &'r Record>,
     ) -> Option<Worst> {
+        let falls = case.severities.first() > case.severities.last();
         let mut row: Vec<&Record> = records.into_iter().collect();
         row.sort_by_key(|record| {
             case.severities
@@ -306,6 +309,7 @@ impl Worst {
                 verdict: None,
                 severities: vec![severity],
                 goes_on: false,
+                falls,
                 figure: (String::new(), None),
                 refused,
             });
@@ -344,18 +348,26 @@ impl Worst {
             verdict: Some(verdict),
             severities,
             goes_on,
+            falls,
             figure: (largest.name.clone(), largest.value),
             refused,
         })
     }
 
-    /// Where it is so bad: "from 0.5" if all that follows is, else "at 0.0001, 100000".
-    pub fn place(&self) -> String {
+    /// Where it is so bad, with the unit: "from 0.5 m down" if all that follows is, else "at 0.0001,
+    /// 100000 m".
+    pub fn place(&self, unit: &str) -> String {
         let texts: Vec<String> = self.severities.iter().copied().map(severity_text).collect();
-        if self.goes_on {
-            format!("from {}", texts.first().map_or("", String::as_str))
+        let first = texts.first().map_or("", String::as_str);
+        let unit = if unit.is_empty() {
+            String::new()
         } else {
-            format!("at {}", texts.join(", "))
+            format!(" {unit}")
+        };
+        match (self.goes_on, self.falls) {
+            (true, true) => format!("from {first}{unit} down"),
+            (true, false) => format!("from {first}{unit} up"),
+            (false, _) => format!("at {}{unit}", texts.join(", ")),
         }
     }
 }
@@ -364,8 +376,8 @@ impl std::fmt::Display for Worst {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self.verdict {
             Some(Verdict::Pass) => write!(f, "{}", Verdict::Pass.word())?,
-            Some(verdict) => write!(f, "{} {}", verdict.word(), self.place())?,
-            None => return write!(f, "no figure {}", self.place()),
+            Some(verdict) => write!(f, "{} {}", verdict.word(), self.place(""))?,
+            None => return write!(f, "no figure {}", self.place("")),
         }
         self.refused.map_or(Ok(()), |severity| {
             write!(f, "; no figure at {}", severity_text(severity))

@@ -76,9 +76,8 @@ fn with_unit(finding: &Finding) -> String {
         .severity
         .split_once('[')
         .and_then(|(_, rest)| rest.split(']').next())
-        .map(|unit| format!(" {unit}"))
         .unwrap_or_default();
-    finding.worst.place() + &unit
+    finding.worst.place(unit)
 }
 
 /// The largest value of a figure in all failure modes.
@@ -143,8 +142,8 @@ pub(super) fn troubles(number: usize, section: &Section, troubles: &Troubles) ->
                 b.fail { "fail" } ": anybody sees it. "
                 b.warn { "warn" } ": you see it when you look for it. "
                 b.pass { "pass" } ": you will hardly see it. "
-                "\"from 0.5\": the verdict holds at 0.5 and at everything worse, and the figure is \
-                    that at 0.5. \"at 0.5\": the verdict holds there alone. "
+                "\"from 0.5 down\": the verdict holds at 0.5 and at everything below, and the \
+                    figure is that at 0.5. \"at 0.5\": the verdict holds there alone. "
                 "Severities in cells hold at any resolution, but " i { "translation" } " and " i
                     { "rotation" } " get worse with larger cells. "
                 "A quick run has only one to three severities for each failure, so the true \
@@ -239,12 +238,14 @@ mod tests {
     use super::super::super::point::tests::point;
     use super::super::super::trouble::tests::{record, troubles_of};
     use super::*;
+    use crate::measure::chart::Machine;
     use crate::measure::stress::Record;
 
     fn section() -> Section {
         let mut good = point("svo", 1, [9.0, 1.0], 1 << 20, 0.04);
         good.settings.insert("cones".into(), "9".into());
         Section {
+            machine: Machine::STEADY,
             points: vec![good],
             source: None,
         }
@@ -310,14 +311,14 @@ mod tests {
         ];
         let html = super::tests::html(&section(), &troubles_of(records.clone()));
         for text in [
-            "<b class=\"fail\">Fails: </b>narrow_gap from 0.5 voxels, contrast from 1e9<",
-            "<b class=\"warn\">Visible: </b>rotation from 6<",
+            "<b class=\"fail\">Fails: </b>narrow_gap from 0.5 voxels down, contrast from 1e9 up<",
+            "<b class=\"warn\">Visible: </b>rotation from 6 up<",
             "<b class=\"warn\">No figure, the device refused: </b>triangle_count at 5e6<",
             "leak up to 0.01",
             "without 18 of 23 failure modes",
             "<code>lumivox stress --technique svo",
             "svo cones 64³ (quick)<",
-            "<b class=\"fail\">fail from 0.5</b><br><small>energy_error 0.987</small>",
+            "<b class=\"fail\">fail from 0.5 down</b><br><small>energy_error 0.987</small>",
             "<b class=\"pass\">pass</b><br><small>leak 0.01</small>",
         ] {
             assert!(html.contains(text), "{text} is not in {html}");
