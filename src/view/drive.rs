@@ -9,7 +9,7 @@ use egui::{Event, Key, Modifiers, PointerButton, Pos2, RawInput, pos2};
 use glam::Vec3;
 
 use super::ViewError;
-use super::app::App;
+use super::app::{App, LOOK_PERIOD};
 use super::beam::table;
 use super::panels::SECTIONS;
 use super::script::Action;
@@ -37,6 +37,8 @@ pub(super) struct Driver {
     dropped: Vec<std::path::PathBuf>,
     memory: Option<f64>,
     holds: bool,
+    /// Whether the button of a drag was let go.
+    is_released: bool,
     latency: Latency,
 }
 
@@ -61,6 +63,8 @@ struct Began {
     turn: u32,
     /// Longest time between two frames.
     gap: Duration,
+    /// For how long neither the window nor the render thread had anything to do.
+    idle: Duration,
     last: Instant,
 }
 
@@ -79,6 +83,7 @@ impl Driver {
             dropped: Vec::new(),
             memory: None,
             holds: false,
+            is_released: false,
             latency: Latency::default(),
         }
     }
@@ -107,6 +112,11 @@ impl Driver {
         self.holds
     }
 
+    /// Whether the window is to draw only what it would draw without a script.
+    pub(super) fn lets_window_alone(&self) -> bool {
+        matches!(self.rest.front(), Some(Action::Settled(_)))
+    }
+
     /// How long a picture is waited for where frames are counted and not time: a machine that is
     /// busy must not count.
     pub(super) fn picture_patience(&self) -> Option<Duration> {
@@ -129,6 +139,7 @@ impl App {
     pub(super) fn drive(&mut self) -> Result<(), ViewError> {
         let now = Instant::now();
         let (frames, pictures) = (self.frames, self.session.pictures());
+        let is_busy = self.worker.is_busy();
         let Some(driver) = &mut self.driver else {
             return Ok(());
         };
@@ -142,9 +153,14 @@ impl App {
             pictures,
             turn: 0,
             gap: Duration::ZERO,
+            idle: Duration::ZERO,
             last: now,
         });
         began.gap = began.gap.max(now - began.last);
+        if !is_busy {
+            // Longer is not idleness: the window, or the machine, was at work meanwhile.
+            began.idle += (now - began.last).min(2 * LOOK_PERIOD);
+        }
         began.last = now;
         let current = *began;
         began.turn += 1;
@@ -189,13 +205,14 @@ impl App {
             | Action::Reference(_)
             | Action::Responsive(..)
             | Action::Latency(_) => self.act_wait(action, began),
+            Action::Settled(seconds) => self.act_settled(*seconds, began.idle),
             Action::Load(_) | Action::Drop(_) | Action::Opened(_) => self.act_scene(action, began),
             Action::Resize(..)
             | Action::Minimised(_)
             | Action::Fullscreen(_)
             | Action::Vsync(_)
             | Action::Scale(_) => self.act_window(action, began),
-            Action::Divider(_) | Action::Drag(_) | Action::Key(_) | Action::Type(_) => {
+            Action::Divider(_) | Action::Drag(..) | Action::Key(_) | Action::Type(_) => {
                 self.act_hands(action, began)
             }
             Action::Copy(..)
@@ -431,7 +448,7 @@ impl App {
         };
         let (from, to) = match action {
             Action::Divider(x) => (at(divider, 0.3), at(*x, 0.3)),
-            Action::Drag([x0, y0, x1, y1]) => (at(*x0, *y0), at(*x1, *y1)),
+            Action::Drag([x0, y0, x1, y1], _) => (at(*x0, *y0), at(*x1, *y1)),
             Action::Key(name) => {
                 // A character stands for the key that makes it.
                 let Some(key) = Key::from_name(name) else {
@@ -457,16 +474,16 @@ impl App {
             }
             _ => return Ok(Step::Done),
         };
+        let way = match action {
+            Action::Drag(_, Some(seconds)) => began.at.elapsed().as_secs_f32() / seconds,
+            _ => began.turn.saturating_sub(1) as f32 / 8.0,
+        };
         driver.holds = true;
         match began.turn {
             0 => driver.events.push(Event::PointerMoved(from)),
             1 => driver.button(from, true),
-            turn @ 2..=9 => driver
-                .events
-                .push(Event::PointerMoved(from.lerp(to, (turn - 1) as f32 / 8.0))),
-            10 => driver.button(to, false),
-            _ => {
-                driver.holds = false;
+            _ if driver.is_released => {
+                (driver.holds, driver.is_released) = (false, false);
                 driver.events.push(Event::PointerGone);
                 return match action {
                     Action::Divider(x) if (self.session.divider - x).abs() > 0.02 => {
@@ -475,6 +492,46 @@ impl App {
                     _ => Ok(Step::Done),
                 };
             }
+            _ if way <= 1.0 => driver.events.push(Event::PointerMoved(from.lerp(to, way))),
+            _ => {
+                driver.button(to, false);
+                driver.is_released = true;
+            }
+        }
+        Ok(Step::Wait)
+    }
+
+    /// Compares what is drawn, what is said of it and what is to be drawn.
+    fn act_settled(&self, seconds: f64, idle: Duration) -> Result<Step, String> {
+        let (session, told) = (&self.session, &self.panels.told);
+        let shown: Vec<Option<[u32; 2]>> = (0..session.pane_count())
+            .map(|side| self.canvas.size(side))
+            .collect();
+        for [width, height] in shown.iter().flatten() {
+            let size = format!("{width}×{height} ");
+            if !told.text.is_empty() && !told.text.contains(&size) {
+                return Err(format!(
+                    "{width}×{height} px are shown under the status {:?}",
+                    told.text
+                ));
+            }
+        }
+        let is_map = views::VIEWS[session.view].is_map();
+        let is_full = is_map || shown.iter().all(|size| *size == Some(session.size));
+        if told.is_at_rest && !is_full {
+            return Err(format!("{shown:?} px are shown under a green dot"));
+        }
+        if told.is_at_rest {
+            return Ok(Step::Done);
+        }
+        if idle.as_secs_f64() > seconds {
+            return Err(format!(
+                "after {:.2} s with nothing to do, {shown:?} px of {:?} are shown under the status \
+                 {:?}",
+                idle.as_secs_f64(),
+                session.size,
+                told.text
+            ));
         }
         Ok(Step::Wait)
     }

@@ -60,7 +60,10 @@ impl Canvas {
     pub(in crate::view) fn update(&mut self, ctx: &Context, session: &Session) {
         let look = session.look();
         for (side, newest) in self.sides.iter_mut().zip(&session.newest) {
-            let Some(newest) = newest else { continue };
+            let Some(newest) = newest else {
+                *side = None;
+                continue;
+            };
             let of = (newest.version, 0, look);
             if side.as_ref().is_some_and(|side| side.of == of) {
                 continue;
@@ -113,6 +116,12 @@ impl Canvas {
             );
             self.errors = errors;
         }
+    }
+
+    /// Width and height of what a side shows (px); `None` where it shows nothing.
+    pub(in crate::view) fn size(&self, side: usize) -> Option<[u32; 2]> {
+        let side = self.sides[side].as_ref()?;
+        Some(side.texture.size().map(|size| size as u32))
     }
 
     /// Whether the left side is the picture of this version.
@@ -206,6 +215,8 @@ impl Canvas {
                 None if index < session.pane_count() => {
                     let text = if session.newest[index].is_some() {
                         format!("no {} here: see the view's tooltip", session.view_name())
+                    } else if session.has_failed() {
+                        "no picture".to_owned()
                     } else {
                         "rendering …".to_owned()
                     };
