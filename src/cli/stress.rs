@@ -19,8 +19,8 @@ use indicatif::ProgressBar;
 
 use super::CliError;
 use super::common::{
-    DeviceArgs, FrameArgs, check_output_folder, check_scenes, each_once, make_folder, parse_size,
-    progress_bar, reference_failed, say, stems, write_text,
+    DeviceArgs, FrameArgs, bad_setting, check_output_folder, check_scenes, each_once, make_folder,
+    parse_size, progress_bar, reference_failed, say, stems, warn_of_idle_in, write_text,
 };
 
 /// Measure failure modes: each makes one parameter worse, from harmless to fatal, for every
@@ -123,7 +123,8 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
         &[args.resolution],
         &args.set,
     )
-    .map_err(CliError::input)?;
+    .map_err(bad_setting)?;
+    warn_of_idle_in(&presets, &args.set);
     if let Some(coarse) = presets
         .iter()
         .filter_map(|case| case.settings.resolution())

@@ -6,6 +6,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use egui::{Event, Key, Modifiers, PointerButton, Pos2, RawInput, pos2};
+use egui_file_dialog::DialogState;
 use glam::Vec3;
 
 use super::ViewError;
@@ -15,6 +16,7 @@ use super::panels::SECTIONS;
 use super::script::Action;
 use super::session::{Choice, Compare};
 use super::views;
+use super::window::Window;
 use crate::frame::Traced;
 use crate::gi::registry::find;
 use crate::scene::Light;
@@ -27,6 +29,9 @@ const LATENCIES: usize = 41;
 
 /// How long for a size that no window manager grants.
 const RESIZE_PATIENCE: Duration = Duration::from_secs(10);
+
+/// How long for what a hand outside of the script is to do.
+const HAND_PATIENCE: Duration = Duration::from_secs(30);
 
 /// A script on its way.
 pub(super) struct Driver {
@@ -205,6 +210,13 @@ impl App {
             | Action::Reference(_)
             | Action::Responsive(..)
             | Action::Latency(_) => self.act_wait(action, began),
+            Action::Until(wanted) => {
+                let is_so = self.state().contains(wanted);
+                if !is_so && began.at.elapsed() > HAND_PATIENCE {
+                    return Err(format!("the window is so: {}", self.state().join(", ")));
+                }
+                Ok(if is_so { Step::Done } else { Step::Wait })
+            }
             Action::Settled(seconds) => self.act_settled(*seconds, began.idle),
             Action::Load(_) | Action::Drop(_) | Action::Opened(_) => self.act_scene(action, began),
             Action::Resize(..)
@@ -499,6 +511,30 @@ impl App {
             }
         }
         Ok(Step::Wait)
+    }
+
+    /// How the window is, in the words of `until`.
+    fn state(&self) -> Vec<String> {
+        let (session, panels) = (&self.session, &self.panels);
+        let switch = |name: &str, on: bool| format!("{name} {}", if on { "on" } else { "off" });
+        let is_fullscreen = self.window.as_ref().is_some_and(Window::is_fullscreen);
+        let mut state = vec![
+            format!("compare {:?}", session.compare).to_lowercase(),
+            format!("camera {:?}", session.controls.mode).to_lowercase(),
+            format!("view {}", session.view_name()),
+            format!("exposure {}", session.exposure_ev),
+            switch("panels", self.remembered.panels),
+            switch("help", panels.help),
+            switch("beam", session.beam.place.is_some()),
+            switch("dialog", *panels.dialog.state() == DialogState::Open),
+            switch("fullscreen", is_fullscreen),
+        ];
+        let set = session.controls.bookmarks.iter().enumerate();
+        state.extend(
+            set.filter(|(_, camera)| camera.is_some())
+                .map(|(slot, _)| format!("bookmark {}", slot + 1)),
+        );
+        state
     }
 
     /// Compares what is drawn, what is said of it and what is to be drawn.

@@ -59,6 +59,10 @@ pub enum Action {
     Settled(f64),
     /// `key NAME`: press and release it, as egui names it.
     Key(String),
+    /// `until WHAT`: wait until the window is so, whoever brings it there: `compare`, `view` or
+    /// `camera` and a name, `panels`, `help`, `beam`, `dialog` or `fullscreen` and on or off, `bookmark`
+    /// and its number, `exposure` and stops.
+    Until(String),
     /// `type TEXT`: into what has the focus.
     Type(String),
     /// `browse`: open the dialog for scenes.
@@ -174,6 +178,7 @@ fn action(text: &str) -> Option<Action> {
         ),
         ["settled", seconds] => Action::Settled(seconds.parse().ok()?),
         ["key", name] => Action::Key(name.to_owned()),
+        ["until", ..] => Action::Until(words[1..].join(" ")),
         ["type", ..] => Action::Type(text["type".len()..].trim().to_owned()),
         ["browse"] => Action::Browse,
         ["opened", ..] => Action::Opened(text["opened".len()..].trim().into()),

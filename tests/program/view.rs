@@ -502,6 +502,65 @@ fn the_full_picture_follows_whatever_moved_and_the_status_says_what_is_shown() {
     );
 }
 
+/// Real keys, which the window manager passes on to the window that has the focus: Ctrl and Shift
+/// with them, and those that other programs take for themselves.
+#[test]
+fn the_keys_of_a_keyboard_do_what_the_overview_says() {
+    let Some(display) = Display::start() else {
+        return;
+    };
+    if display.manager.is_none() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let keys = [
+        ("F1", "help on"),
+        ("Escape", "help off"),
+        ("F2", "panels off"),
+        ("F2", "panels on"),
+        ("c", "compare split"),
+        ("c", "compare difference"),
+        ("c", "compare single"),
+        ("v", "view direct"),
+        ("Shift+v", "view full"),
+        ("o", "camera orbit"),
+        ("o", "camera fly"),
+        ("]", "exposure 0.25"),
+        ("[", "exposure 0"),
+        ("Ctrl+3", "bookmark 3"),
+        ("Ctrl+o", "dialog on"),
+        ("Escape", "dialog off"),
+        ("F11", "fullscreen on"),
+        ("F11", "fullscreen off"),
+    ];
+    let mut script = String::from("still\n");
+    for (index, (_, becomes)) in keys.iter().enumerate() {
+        writeln!(script, "command {index}.txt\nuntil {becomes}").unwrap();
+    }
+    script += "command last.txt\nframes 100000\n";
+    let arguments = ["--size", "640x400", "--technique", "none"];
+    let wait_for = |name: &str, ran: &dyn Fn() -> bool| {
+        while !folder.path().join(name).exists() && !ran() {
+            std::thread::sleep(std::time::Duration::from_millis(20));
+        }
+    };
+    let ran = std::thread::scope(|scope| {
+        let window = scope.spawn(|| display.view_in(folder.path(), &arguments, &script, &TIMED));
+        let hand = display.hand();
+        for (index, (key, _)) in keys.iter().enumerate() {
+            wait_for(&format!("{index}.txt"), &|| window.is_finished());
+            // The window may be slower to get the focus, or the dialog to open, than a hand is.
+            std::thread::sleep(std::time::Duration::from_millis(100));
+            hand.press(key);
+        }
+        wait_for("last.txt", &|| window.is_finished());
+        std::thread::sleep(std::time::Duration::from_millis(100));
+        hand.press("Ctrl+q");
+        window.join().unwrap()
+    });
+    check_done(&ran);
+}
+
 #[test]
 fn a_quick_picture_is_shown_in_the_next_frame() {
     let Some(display) = Display::start() else {

@@ -1,5 +1,6 @@
 //! The picture: one or two sides and the divider, the mouse on it, and what is under the pointer.
 
+use egui::text::{LayoutJob, TextWrapping};
 use egui::{
     Align2, Color32, ColorImage, Context, CursorIcon, FontId, PointerButton, Pos2, Rect, Sense,
     TextureHandle, TextureOptions, Ui, pos2, vec2,
@@ -10,13 +11,16 @@ use crate::view::picture::{Look, develop, difference};
 use crate::view::session::{Compare, Session};
 use crate::view::views::VIEWS;
 
+/// Behind words over the picture, so that they are read over white too.
+const BACKING: Color32 = Color32::from_black_alpha(240);
+
 /// The pictures as textures.
 #[derive(Default)]
 pub(in crate::view) struct Canvas {
     sides: [Option<Side>; 2],
     difference: Option<Side>,
-    /// Bias and rel_rmse of the difference that is shown.
-    errors: [f32; 2],
+    /// Of the difference that is shown, in words.
+    errors: String,
 }
 
 struct Side {
@@ -104,7 +108,8 @@ impl Canvas {
             .image
             .as_ref()
             .filter(|_| is_new && newest.picture.job == truth.job && newest.picture.is_full)
-            && let Some((rgb, errors)) = difference(image, &truth.image, session.difference_scale)
+            && let Some((rgb, errors)) =
+                difference(image, &truth.image, truth.noise, session.difference_scale)
         {
             Side::set(
                 &mut self.difference,
@@ -114,7 +119,7 @@ impl Canvas {
                 &rgb,
                 of,
             );
-            self.errors = errors;
+            self.errors = errors.told(truth.is_done);
         }
     }
 
@@ -185,12 +190,8 @@ impl Canvas {
                 [0, 1].map(|index| title(session, index)),
             ),
             Compare::Difference => {
-                let error = format!(
-                    "|difference|: bias {:+.3}, rel_rmse {:.3}",
-                    self.errors[0], self.errors[1]
-                );
                 let waiting = if self.difference.is_some() {
-                    error
+                    format!("|difference|: {}", self.errors)
                 } else {
                     "the reference is being rendered".to_owned()
                 };
@@ -230,39 +231,52 @@ impl Canvas {
                 }
                 None => {}
             }
-            if !names[index].is_empty() && rect.width() > 300.0 {
-                let galley =
-                    painter.layout_no_wrap(names[index].clone(), font.clone(), Color32::WHITE);
-                let x = if index == 0 {
-                    clip.left() + 8.0
-                } else {
-                    clip.right() - galley.size().x - 8.0
-                };
-                // One above the other, so that they never overlap.
-                let at = pos2(
-                    x.max(rect.left() + 8.0),
-                    rect.top() + 6.0 + 24.0 * index as f32,
-                );
-                let painter = ui.painter();
-                painter.rect_filled(
-                    Rect::from_min_size(at, galley.size()).expand(3.0),
-                    3.0,
-                    Color32::from_black_alpha(150),
-                );
-                painter.galley(at, galley, Color32::WHITE);
-            }
         }
         beam::draw(ui, rect, session);
         if session.compare != Compare::Single {
-            ui.painter().vline(
-                split_x,
-                rect.y_range(),
-                egui::Stroke::new(1.0, Color32::WHITE),
-            );
-            ui.painter()
-                .circle_filled(pos2(split_x, rect.center().y), 5.0, Color32::WHITE);
+            draw_divider(ui, rect, split_x);
+        }
+        for (index, name) in names.iter().enumerate() {
+            if !name.is_empty() && rect.width() > 300.0 {
+                draw_title(ui, rect, sides[index].1, (index, name));
+            }
         }
     }
+}
+
+fn draw_divider(ui: &Ui, rect: Rect, split_x: f32) {
+    let (painter, handle) = (ui.painter(), pos2(split_x, rect.center().y));
+    // Dark around it, so that it is seen over white too.
+    for (color, wider) in [(BACKING, 1.0), (Color32::WHITE, 0.0)] {
+        let line = egui::Stroke::new(1.0 + 2.0 * wider, color);
+        painter.vline(split_x, rect.y_range(), line);
+        painter.circle_filled(handle, 5.0 + wider, color);
+    }
+}
+
+/// The name of a side in its upper corner, over both pictures where it is long.
+fn draw_title(ui: &Ui, rect: Rect, side: Rect, (index, name): (usize, &str)) {
+    let mut text =
+        LayoutJob::simple_singleline(name.to_owned(), FontId::proportional(13.0), Color32::WHITE);
+    text.wrap = TextWrapping::truncate_at_width(rect.width() - 16.0);
+    let painter = ui.painter();
+    let galley = painter.layout_job(text);
+    let x = if index == 0 {
+        side.left() + 8.0
+    } else {
+        side.right() - galley.size().x - 8.0
+    };
+    // One above the other, so that they never overlap.
+    let at = pos2(
+        x.max(rect.left() + 8.0),
+        rect.top() + 6.0 + 24.0 * index as f32,
+    );
+    painter.rect_filled(
+        Rect::from_min_size(at, galley.size()).expand(3.0),
+        3.0,
+        BACKING,
+    );
+    painter.galley(at, galley, Color32::WHITE);
 }
 
 /// What a side shows.
