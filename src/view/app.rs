@@ -233,6 +233,7 @@ impl App {
                 .map(|path| Request::Open(path.into()))
                 .collect(),
             is_busy,
+            errors: self.canvas.errors(),
             window_device: &window_device,
             window_size: size,
             rate: self.drawn.len() as f32,

@@ -129,6 +129,11 @@ impl Canvas {
         Some(side.texture.size().map(|size| size as u32))
     }
 
+    /// What is wrong with the left picture in all, in words; empty where it is not known.
+    pub(in crate::view) fn errors(&self) -> &str {
+        self.difference.as_ref().map_or("", |_| &self.errors)
+    }
+
     /// Whether the left side is the picture of this version.
     pub(in crate::view) fn shows(&self, version: u64) -> bool {
         self.sides[0]

@@ -151,6 +151,8 @@ pub(super) struct Scope<'s> {
     pub(super) requests: Vec<Request>,
     /// Whether the render thread is at work.
     pub(super) is_busy: bool,
+    /// As [`Canvas::errors`].
+    pub(super) errors: &'s str,
     /// Name of the device that draws the window.
     pub(super) window_device: &'s str,
     /// Width and height of the window (px).

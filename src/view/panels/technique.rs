@@ -43,6 +43,9 @@ pub(super) fn show_compare(ui: &mut Ui, scope: &mut Scope<'_>) {
         });
         let samples = session.truth.as_ref().map_or(0, |truth| truth.samples);
         ui.label(format!("reference: {samples} samples a pixel"));
+        if scope.panels.times {
+            ui.label(scope.errors);
+        }
     }
 }
 
