@@ -21,9 +21,9 @@ use crate::scene::{LoadOptions, Scene};
 
 use super::CliError;
 use super::common::{
-    DeviceArgs, FrameArgs, TimingArgs, chart_stem, check_max_error, check_output,
+    DeviceArgs, FrameArgs, TimingArgs, bad_setting, chart_stem, check_max_error, check_output,
     check_output_folder, make_folder, parse_channel, parse_size, progress_bar, reference, say,
-    stems, write_text,
+    stems, warn_of_idle_in, write_text,
 };
 use super::files::check_results_folder;
 use super::stop;
@@ -163,7 +163,8 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
         .collect::<Result<_, _>>()
         .map_err(CliError::input)?;
     let cases =
-        cases(&techniques, &args.preset, &args.resolution, &args.set).map_err(CliError::input)?;
+        cases(&techniques, &args.preset, &args.resolution, &args.set).map_err(bad_setting)?;
+    warn_of_idle_in(&cases, &args.set);
     check_output_folder(&args.output)?;
     let options = LoadOptions {
         allow_missing_textures: args.allow_missing_textures,

@@ -7,12 +7,12 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use crate::frame::FrameSettings;
-use crate::gi::Settings;
 use crate::gi::entry::Entry;
-use crate::gi::registry::{DEFAULT, find};
+use crate::gi::registry::{DEFAULT, find, owners};
+use crate::gi::{SettingError, Settings};
 use crate::graph::{DeviceChoice, Faults, GpuOptions};
 use crate::image::{Aov, Image, write_exr, write_png};
-use crate::measure::bench::{Truth, choose_timing};
+use crate::measure::bench::{Case, Truth, choose_timing};
 use crate::measure::report::Timing;
 use crate::metrics::Channel;
 use crate::output;
@@ -169,9 +169,8 @@ impl TechniqueArgs {
     ) -> Result<(&'static Entry, Settings), CliError> {
         let entry = find(&self.technique).map_err(CliError::input)?;
         let set: Vec<String> = self.set.iter().cloned().chain(more).collect();
-        let settings = entry
-            .settings(self.preset.as_deref(), &set)
-            .map_err(CliError::input)?;
+        let settings = settings(entry, self.preset.as_deref(), &set)?;
+        warn_of_idle([(entry, &settings)], &self.set);
         Ok((entry, settings))
     }
 
@@ -181,6 +180,55 @@ impl TechniqueArgs {
             .clone()
             .or_else(|| entry.presets.first().map(|preset| preset.name.to_owned()))
     }
+}
+
+/// The settings of a technique. What it does not know is said with who does.
+pub(super) fn settings(
+    entry: &Entry,
+    preset: Option<&str>,
+    pairs: &[String],
+) -> Result<Settings, CliError> {
+    entry.settings(preset, pairs).map_err(bad_setting)
+}
+
+/// A setting that cannot be used; one of other techniques is said to be theirs.
+pub(super) fn bad_setting(error: SettingError) -> CliError {
+    let SettingError::Unknown { name, known } = &error else {
+        return CliError::input(error);
+    };
+    let owners = owners(name).join(" and ");
+    if owners.is_empty() {
+        return CliError::input(error);
+    }
+    CliError::input(format!(
+        "there is no setting {name}: it is one of {owners}; there are: {known}"
+    ))
+}
+
+/// Names the given settings that have an effect in none of these cases.
+pub(super) fn warn_of_idle<'c>(
+    cases: impl IntoIterator<Item = (&'c Entry, &'c Settings)>,
+    given: &[String],
+) {
+    let all_idle = cases
+        .into_iter()
+        .map(|(entry, settings)| entry.without_effect(given, settings))
+        .reduce(|mut idle, other| {
+            idle.retain(|name| other.contains(name));
+            idle
+        });
+    let idle = all_idle.unwrap_or_default();
+    if !idle.is_empty() {
+        log::warn!(
+            "--set: no effect together with the others: {}",
+            idle.join(", ")
+        );
+    }
+}
+
+/// As [`warn_of_idle`], of what is measured.
+pub(super) fn warn_of_idle_in(cases: &[Case], given: &[String]) {
+    warn_of_idle(cases.iter().map(|case| (case.entry, &case.settings)), given);
 }
 
 /// The Vulkan device to run on.

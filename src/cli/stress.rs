@@ -19,8 +19,8 @@ use indicatif::ProgressBar;
 
 use super::CliError;
 use super::common::{
-    DeviceArgs, FrameArgs, check_output_folder, check_scenes, each_once, make_folder, parse_size,
-    progress_bar, say, stems, write_text,
+    DeviceArgs, FrameArgs, bad_setting, check_output_folder, check_scenes, each_once, make_folder,
+    parse_size, progress_bar, say, stems, warn_of_idle_in, write_text,
 };
 use super::files::check_results_folder;
 use super::stop;
@@ -128,7 +128,8 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
         &[args.resolution],
         &args.set,
     )
-    .map_err(CliError::input)?;
+    .map_err(bad_setting)?;
+    warn_of_idle_in(&presets, &args.set);
     if let Some(coarse) = presets
         .iter()
         .filter_map(|case| case.settings.resolution())

@@ -2,6 +2,7 @@
 
 use crate::gi::entry::Entry;
 use crate::gi::registry::{all, find};
+use crate::gi::settings::{Group, Setting};
 
 use super::CliError;
 use super::common::say;
@@ -90,16 +91,23 @@ fn describe(entry: &Entry) -> Result<(), CliError> {
     for view in entry.views.iter().copied().flatten() {
         say(&format!("  --view {}: {}", view.name, view.help));
     }
-    for setting in entry.settings.iter().copied().flatten() {
-        let unit = if setting.unit.is_empty() {
-            String::new()
-        } else {
-            format!(" [{}]", setting.unit)
-        };
-        say(&format!(
-            "  --set {}={}{unit}: {}; {}",
-            setting.name, setting.default, setting.help, setting.domain
-        ));
+    for (group, settings) in entry.groups() {
+        if group != Group::Other {
+            say(&format!("  {}:", group.name()));
+        }
+        settings.into_iter().for_each(describe_setting);
     }
     Ok(())
+}
+
+fn describe_setting(setting: &Setting) {
+    let unit = if setting.unit.is_empty() {
+        String::new()
+    } else {
+        format!(" [{}]", setting.unit)
+    };
+    say(&format!(
+        "  --set {}={}{unit}: {}; {}",
+        setting.name, setting.default, setting.help, setting.domain
+    ));
 }

@@ -10,7 +10,7 @@ use crate::scene::{LoadOptions, Scene};
 use crate::view::{Options, ViewError, parse_script, run as run_view};
 
 use super::CliError;
-use super::common::{DeviceArgs, FrameArgs, TimingArgs, parse_size};
+use super::common::{DeviceArgs, FrameArgs, TimingArgs, parse_size, settings, warn_of_idle};
 
 /// Open a window: techniques side by side, everything changed by hand, and what it costs.
 #[derive(clap::Args)]
@@ -63,9 +63,8 @@ pub(crate) struct Args {
 /// Loads the scene and opens the window.
 pub(crate) fn run(args: &Args) -> Result<(), CliError> {
     let technique = find(&args.technique).map_err(CliError::input)?;
-    technique
-        .settings(args.preset.as_deref(), &args.set)
-        .map_err(CliError::input)?;
+    let chosen = settings(technique, args.preset.as_deref(), &args.set)?;
+    warn_of_idle([(technique, &chosen)], &args.set);
     let unreadable = |path: &Path, error: &dyn std::fmt::Display| {
         CliError::input(format!("{}: {error}", path.display()))
     };

@@ -1,7 +1,7 @@
 //! What the program knows of a technique before it is made: a row of the registry.
 
 use super::inspect::ViewRow;
-use super::settings::{Preset, Setting, SettingError, Settings};
+use super::settings::{Group, Preset, Rule, Setting, SettingError, Settings};
 use super::{Context, Technique};
 use crate::graph::{Error, Pass};
 use crate::shader::StructLayout;
@@ -20,6 +20,8 @@ pub struct Entry {
     pub frames_to_rest: fn(&Settings) -> u32,
     /// Its settings, in groups.
     pub settings: &'static [&'static [Setting]],
+    /// What its settings are about, and when they have an effect, in groups.
+    pub rules: &'static [&'static [Rule]],
     /// Whether values of settings are possible together.
     pub check: fn(&Settings) -> Result<(), SettingError>,
     /// Its presets; the first is the default.
@@ -114,6 +116,7 @@ impl Entry {
             bounces: |_| Some(1),
             frames_to_rest: |_| 1,
             settings: &[],
+            rules: &[],
             check: |_| Ok(()),
             presets: &[],
             passes: &[],
@@ -132,6 +135,43 @@ impl Entry {
     pub fn view(&self, name: &str) -> Option<&'static ViewRow> {
         let mut views = self.views.iter().copied().flatten();
         views.find(|view| view.name == name || view.aliases.contains(&name))
+    }
+
+    fn rule(&self, setting: &str) -> Option<&'static Rule> {
+        let mut rules = self.rules.iter().copied().flatten();
+        rules.find(|rule| rule.settings.contains(&setting))
+    }
+
+    /// The groups that it has settings in, with those settings.
+    pub fn groups(&self) -> Vec<(Group, Vec<&'static Setting>)> {
+        let in_group = |group: Group| {
+            let all = self.settings.iter().copied().flatten();
+            let of = |setting: &&Setting| {
+                self.rule(setting.name)
+                    .map_or(Group::Other, |rule| rule.group)
+                    == group
+            };
+            (group, all.filter(of).collect::<Vec<_>>())
+        };
+        let groups = Group::ALL.into_iter().map(in_group);
+        groups.filter(|(_, all)| !all.is_empty()).collect()
+    }
+
+    /// Whether a change of this setting can have an effect with these settings.
+    pub fn applies(&self, setting: &str, settings: &Settings) -> bool {
+        self.rule(setting)
+            .is_none_or(|rule| (rule.applies)(settings))
+    }
+
+    /// The names in `KEY=VALUE` pairs whose settings have no effect with these settings.
+    pub fn without_effect<'p>(&self, pairs: &'p [String], settings: &Settings) -> Vec<&'p str> {
+        let mut idle = Vec::new();
+        for name in pairs.iter().filter_map(|pair| pair.split('=').next()) {
+            if !idle.contains(&name.trim()) && !self.applies(name.trim(), settings) {
+                idle.push(name.trim());
+            }
+        }
+        idle
     }
 
     /// The default preset, or the named one, with `KEY=VALUE` pairs on top.

@@ -46,6 +46,19 @@ pub fn all() -> Vec<&'static Entry> {
     TECHNIQUES.iter().chain(added.iter()).copied().collect()
 }
 
+/// Names of the techniques that have a setting of this name.
+pub fn owners(setting: &str) -> Vec<&'static str> {
+    let has = |entry: &&Entry| {
+        let mut settings = entry.settings.iter().copied().flatten();
+        settings.any(|known| known.name == setting)
+    };
+    all()
+        .into_iter()
+        .filter(has)
+        .map(|entry| entry.name)
+        .collect()
+}
+
 /// The technique of a name.
 pub fn find(name: &str) -> Result<&'static Entry, UnknownTechnique> {
     let all = all();

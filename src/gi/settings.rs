@@ -46,6 +46,70 @@ pub struct Setting {
     pub default: &'static str,
 }
 
+/// What part of a technique a setting is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Group {
+    /// How space is divided, and what is kept of the scene there.
+    Structure,
+    /// How light comes into that, and to what is seen.
+    Light,
+    /// How a pixel gathers light.
+    Gather,
+    /// How light goes on from there.
+    Bounces,
+    /// What pixels share, and what is of the picture alone.
+    Screen,
+    /// What no rule speaks of.
+    Other,
+}
+
+impl Group {
+    /// In the order in which they are listed.
+    pub const ALL: [Group; 6] = [
+        Group::Structure,
+        Group::Light,
+        Group::Gather,
+        Group::Bounces,
+        Group::Screen,
+        Group::Other,
+    ];
+
+    /// Its name in lists.
+    pub fn name(self) -> &'static str {
+        match self {
+            Group::Structure => "structure",
+            Group::Light => "light",
+            Group::Gather => "gather",
+            Group::Bounces => "bounces",
+            Group::Screen => "screen",
+            Group::Other => "other",
+        }
+    }
+}
+
+/// What is said of some settings of a technique. A setting without a rule is in [`Group::Other`]
+/// and always applies.
+#[derive(Clone, Copy, Debug)]
+pub struct Rule {
+    /// What they are about.
+    pub group: Group,
+    /// Their names.
+    pub settings: &'static [&'static str],
+    /// Whether a change of them can have an effect while the others are as they are.
+    pub applies: fn(&Settings) -> bool,
+}
+
+impl Rule {
+    /// Of settings that apply whatever the others are.
+    pub const fn always(group: Group, settings: &'static [&'static str]) -> Self {
+        Rule {
+            group,
+            settings,
+            applies: |_| true,
+        }
+    }
+}
+
 /// Names of settings, and values as they would be written on the command line.
 pub type PresetValues = &'static [(&'static str, &'static str)];
 
@@ -131,7 +195,12 @@ pub enum SettingError {
 
 /// Names, for a message.
 pub(super) fn listed<'n>(names: impl Iterator<Item = &'n str>) -> String {
-    names.collect::<Vec<_>>().join(", ")
+    let names: Vec<&str> = names.collect();
+    if names.is_empty() {
+        "none".to_owned()
+    } else {
+        names.join(", ")
+    }
 }
 
 impl fmt::Display for Domain {

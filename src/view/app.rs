@@ -35,6 +35,9 @@ const QUICK: Duration = Duration::from_millis(14);
 /// How long the window waits for something to happen while a picture is being rendered.
 const BUSY_PERIOD: Duration = Duration::from_millis(80);
 
+/// How often a script that leaves the window alone looks at it.
+pub(super) const LOOK_PERIOD: Duration = Duration::from_millis(10);
+
 /// A scene on its way.
 type Loading = (OsString, Receiver<Result<Scene, SceneError>>);
 
@@ -58,9 +61,9 @@ pub(super) struct App {
     pub(super) panels: Panels,
     pub(super) remembered: Remembered,
     store: Option<PathBuf>,
-    canvas: Canvas,
+    pub(super) canvas: Canvas,
     pub(super) window: Option<Window>,
-    worker: Worker,
+    pub(super) worker: Worker,
     truth: TruthWorker,
     watcher: Option<Watcher>,
     pub(super) loading: Option<Loading>,
@@ -185,7 +188,8 @@ impl App {
     fn frame(&mut self, event_loop: &ActiveEventLoop) -> Result<(), ViewError> {
         self.frame_began = Instant::now();
         self.receive(Duration::ZERO);
-        if self.driver.is_some() {
+        let is_scripted = self.driver.as_ref();
+        if is_scripted.is_some_and(|driver| !driver.lets_window_alone()) {
             self.drive()?;
         }
         if self.closing {
@@ -218,6 +222,8 @@ impl App {
             .filter_map(|file| file.path.clone())
             .collect();
         let window_device = window.painter.device_name().to_owned();
+        // What is drawn of it is drawn again until it is false.
+        let is_busy = self.worker.is_busy();
         let mut scope = Scope {
             session: &mut self.session,
             panels: &mut self.panels,
@@ -226,7 +232,8 @@ impl App {
                 .into_iter()
                 .map(|path| Request::Open(path.into()))
                 .collect(),
-            is_busy: self.worker.is_busy(),
+            is_busy,
+            errors: self.canvas.errors(),
             window_device: &window_device,
             window_size: size,
             rate: self.drawn.len() as f32,
@@ -280,17 +287,18 @@ impl App {
             .map(|viewport| viewport.repaint_delay)
             .min()
             .unwrap_or(Duration::MAX);
-        let delay = if self.worker.is_busy() || self.loading.is_some() {
+        let delay = if is_busy || self.worker.is_busy() || self.loading.is_some() {
             delay.min(BUSY_PERIOD)
         } else {
             delay
         };
-        let redraw_at = Instant::now().checked_add(delay);
-        self.redraw_at = [self.redraw_at.take(), redraw_at]
-            .into_iter()
-            .flatten()
-            .min();
+        self.redraw_by(Instant::now().checked_add(delay));
         Ok(())
+    }
+
+    /// Draws the window again at this time at the latest.
+    fn redraw_by(&mut self, at: Option<Instant>) {
+        self.redraw_at = [self.redraw_at.take(), at].into_iter().flatten().min();
     }
 
     fn count_frame(&mut self) {
@@ -385,6 +393,9 @@ impl App {
                 self.receive(patience.unwrap_or(QUICK));
             }
             self.redraw_at = Some(Instant::now());
+        }
+        if !held {
+            self.redraw_by(self.session.rests_at());
         }
         if let Some(beam) = self.session.next_beam() {
             self.worker.ask_beam(beam);
@@ -583,15 +594,29 @@ impl ApplicationHandler<()> for App {
 
     fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
         let Some(window) = &self.window else { return };
-        let is_due = self.redraw_at.is_some_and(|at| at <= Instant::now());
-        if self.driver.is_some() && window.size().contains(&0) {
+        let now = Instant::now();
+        let is_due = self.redraw_at.is_some_and(|at| at <= now);
+        let is_scripted = self
+            .driver
+            .as_ref()
+            .map(|driver| !driver.lets_window_alone());
+        if is_scripted == Some(false) && !is_due {
+            // The script looks at the window, but draws nothing and wakes nothing.
+            if let Err(failure) = self.drive() {
+                self.fail(event_loop, failure);
+            }
+            let look_at = now + LOOK_PERIOD;
+            event_loop.set_control_flow(ControlFlow::WaitUntil(
+                self.redraw_at.map_or(look_at, |at| at.min(look_at)),
+            ));
+        } else if self.driver.is_some() && window.size().contains(&0) {
             // No redraws come for a window that nobody sees; the script goes on.
             if let Err(failure) = self.frame(event_loop) {
                 self.fail(event_loop, failure);
             }
             std::thread::sleep(Duration::from_millis(5));
             event_loop.set_control_flow(ControlFlow::Poll);
-        } else if is_due || self.driver.is_some() {
+        } else if is_due || is_scripted == Some(true) {
             window.raw.request_redraw();
             event_loop.set_control_flow(ControlFlow::Wait);
         } else {

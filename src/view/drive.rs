@@ -6,15 +6,17 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use egui::{Event, Key, Modifiers, PointerButton, Pos2, RawInput, pos2};
+use egui_file_dialog::DialogState;
 use glam::Vec3;
 
 use super::ViewError;
-use super::app::App;
+use super::app::{App, LOOK_PERIOD};
 use super::beam::table;
 use super::panels::SECTIONS;
 use super::script::Action;
 use super::session::{Choice, Compare};
 use super::views;
+use super::window::Window;
 use crate::frame::Traced;
 use crate::gi::registry::find;
 use crate::output::write_text;
@@ -29,6 +31,9 @@ const LATENCIES: usize = 41;
 /// How long for a size that no window manager grants.
 const RESIZE_PATIENCE: Duration = Duration::from_secs(10);
 
+/// How long for what a hand outside of the script is to do.
+const HAND_PATIENCE: Duration = Duration::from_secs(30);
+
 /// A script on its way.
 pub(super) struct Driver {
     rest: VecDeque<Action>,
@@ -38,6 +43,8 @@ pub(super) struct Driver {
     dropped: Vec<std::path::PathBuf>,
     memory: Option<f64>,
     holds: bool,
+    /// Whether the button of a drag was let go.
+    is_released: bool,
     latency: Latency,
 }
 
@@ -62,6 +69,8 @@ struct Began {
     turn: u32,
     /// Longest time between two frames.
     gap: Duration,
+    /// For how long neither the window nor the render thread had anything to do.
+    idle: Duration,
     last: Instant,
 }
 
@@ -80,6 +89,7 @@ impl Driver {
             dropped: Vec::new(),
             memory: None,
             holds: false,
+            is_released: false,
             latency: Latency::default(),
         }
     }
@@ -108,6 +118,11 @@ impl Driver {
         self.holds
     }
 
+    /// Whether the window is to draw only what it would draw without a script.
+    pub(super) fn lets_window_alone(&self) -> bool {
+        matches!(self.rest.front(), Some(Action::Settled(_)))
+    }
+
     /// How long a picture is waited for where frames are counted and not time: a machine that is
     /// busy must not count.
     pub(super) fn picture_patience(&self) -> Option<Duration> {
@@ -130,6 +145,7 @@ impl App {
     pub(super) fn drive(&mut self) -> Result<(), ViewError> {
         let now = Instant::now();
         let (frames, pictures) = (self.frames, self.session.pictures());
+        let is_busy = self.worker.is_busy();
         let Some(driver) = &mut self.driver else {
             return Ok(());
         };
@@ -143,9 +159,14 @@ impl App {
             pictures,
             turn: 0,
             gap: Duration::ZERO,
+            idle: Duration::ZERO,
             last: now,
         });
         began.gap = began.gap.max(now - began.last);
+        if !is_busy {
+            // Longer is not idleness: the window, or the machine, was at work meanwhile.
+            began.idle += (now - began.last).min(2 * LOOK_PERIOD);
+        }
         began.last = now;
         let current = *began;
         began.turn += 1;
@@ -190,13 +211,21 @@ impl App {
             | Action::Reference(_)
             | Action::Responsive(..)
             | Action::Latency(_) => self.act_wait(action, began),
+            Action::Until(wanted) => {
+                let is_so = self.state().contains(wanted);
+                if !is_so && began.at.elapsed() > HAND_PATIENCE {
+                    return Err(format!("the window is so: {}", self.state().join(", ")));
+                }
+                Ok(if is_so { Step::Done } else { Step::Wait })
+            }
+            Action::Settled(seconds) => self.act_settled(*seconds, began.idle),
             Action::Load(_) | Action::Drop(_) | Action::Opened(_) => self.act_scene(action, began),
             Action::Resize(..)
             | Action::Minimised(_)
             | Action::Fullscreen(_)
             | Action::Vsync(_)
             | Action::Scale(_) => self.act_window(action, began),
-            Action::Divider(_) | Action::Drag(_) | Action::Key(_) | Action::Type(_) => {
+            Action::Divider(_) | Action::Drag(..) | Action::Key(_) | Action::Type(_) => {
                 self.act_hands(action, began)
             }
             Action::Copy(..)
@@ -432,7 +461,7 @@ impl App {
         };
         let (from, to) = match action {
             Action::Divider(x) => (at(divider, 0.3), at(*x, 0.3)),
-            Action::Drag([x0, y0, x1, y1]) => (at(*x0, *y0), at(*x1, *y1)),
+            Action::Drag([x0, y0, x1, y1], _) => (at(*x0, *y0), at(*x1, *y1)),
             Action::Key(name) => {
                 // A character stands for the key that makes it.
                 let Some(key) = Key::from_name(name) else {
@@ -458,16 +487,16 @@ impl App {
             }
             _ => return Ok(Step::Done),
         };
+        let way = match action {
+            Action::Drag(_, Some(seconds)) => began.at.elapsed().as_secs_f32() / seconds,
+            _ => began.turn.saturating_sub(1) as f32 / 8.0,
+        };
         driver.holds = true;
         match began.turn {
             0 => driver.events.push(Event::PointerMoved(from)),
             1 => driver.button(from, true),
-            turn @ 2..=9 => driver
-                .events
-                .push(Event::PointerMoved(from.lerp(to, (turn - 1) as f32 / 8.0))),
-            10 => driver.button(to, false),
-            _ => {
-                driver.holds = false;
+            _ if driver.is_released => {
+                (driver.holds, driver.is_released) = (false, false);
                 driver.events.push(Event::PointerGone);
                 return match action {
                     Action::Divider(x) if (self.session.divider - x).abs() > 0.02 => {
@@ -476,6 +505,70 @@ impl App {
                     _ => Ok(Step::Done),
                 };
             }
+            _ if way <= 1.0 => driver.events.push(Event::PointerMoved(from.lerp(to, way))),
+            _ => {
+                driver.button(to, false);
+                driver.is_released = true;
+            }
+        }
+        Ok(Step::Wait)
+    }
+
+    /// How the window is, in the words of `until`.
+    fn state(&self) -> Vec<String> {
+        let (session, panels) = (&self.session, &self.panels);
+        let switch = |name: &str, on: bool| format!("{name} {}", if on { "on" } else { "off" });
+        let is_fullscreen = self.window.as_ref().is_some_and(Window::is_fullscreen);
+        let mut state = vec![
+            format!("compare {:?}", session.compare).to_lowercase(),
+            format!("camera {:?}", session.controls.mode).to_lowercase(),
+            format!("view {}", session.view_name()),
+            format!("exposure {}", session.exposure_ev),
+            switch("panels", self.remembered.panels),
+            switch("help", panels.help),
+            switch("beam", session.beam.place.is_some()),
+            switch("dialog", *panels.dialog.state() == DialogState::Open),
+            switch("fullscreen", is_fullscreen),
+        ];
+        let set = session.controls.bookmarks.iter().enumerate();
+        state.extend(
+            set.filter(|(_, camera)| camera.is_some())
+                .map(|(slot, _)| format!("bookmark {}", slot + 1)),
+        );
+        state
+    }
+
+    /// Compares what is drawn, what is said of it and what is to be drawn.
+    fn act_settled(&self, seconds: f64, idle: Duration) -> Result<Step, String> {
+        let (session, told) = (&self.session, &self.panels.told);
+        let shown: Vec<Option<[u32; 2]>> = (0..session.pane_count())
+            .map(|side| self.canvas.size(side))
+            .collect();
+        for [width, height] in shown.iter().flatten() {
+            let size = format!("{width}×{height} ");
+            if !told.text.is_empty() && !told.text.contains(&size) {
+                return Err(format!(
+                    "{width}×{height} px are shown under the status {:?}",
+                    told.text
+                ));
+            }
+        }
+        let is_map = views::VIEWS[session.view].is_map();
+        let is_full = is_map || shown.iter().all(|size| *size == Some(session.size));
+        if told.is_at_rest && !is_full {
+            return Err(format!("{shown:?} px are shown under a green dot"));
+        }
+        if told.is_at_rest {
+            return Ok(Step::Done);
+        }
+        if idle.as_secs_f64() > seconds {
+            return Err(format!(
+                "after {:.2} s with nothing to do, {shown:?} px of {:?} are shown under the status \
+                 {:?}",
+                idle.as_secs_f64(),
+                session.size,
+                told.text
+            ));
         }
         Ok(Step::Wait)
     }

@@ -156,7 +156,10 @@ impl<'g> Pane<'g> {
         } else {
             self.quick_size(job)
         };
-        let is_full = size == job.size;
+        let rest_frames = rest_frames(wanted);
+        // While something moves, one frame of many is quick, whatever its size.
+        let has_all = job.rest || job.continuous || rest_frames == 1;
+        let is_full = size == job.size && has_all;
         if !job.continuous
             && self
                 .shown
@@ -164,7 +167,6 @@ impl<'g> Pane<'g> {
         {
             return Ok(None);
         }
-        let rest_frames = rest_frames(wanted);
         let is_exact = is_full && job.rest && !job.continuous && rest_frames > 1;
         if is_exact && (self.frames != 0 || self.camera != Some(job.camera)) {
             // Later frames depend on earlier ones: the picture at rest starts over.

@@ -211,12 +211,13 @@ fn reinhard(pixel: Vec3) -> Vec3 {
 }
 
 /// Heat map of the luminance's error against the reference, relative to the reference's mean,
-/// `scale` and above brightest; and bias and rel_rmse.
+/// `scale` and above brightest; and the figures. `noise` is the reference's (W/(m² sr)).
 pub(super) fn difference(
     image: &Image,
     reference: &Image,
+    noise: Option<f32>,
     scale: f32,
-) -> Option<(Vec<[u8; 3]>, [f32; 2])> {
+) -> Option<(Vec<[u8; 3]>, Figures)> {
     if image.size() != reference.size() {
         return None;
     }
@@ -245,7 +246,51 @@ pub(super) fn difference(
         .iter()
         .map(|error| heat_color(error.abs() / (scale * mean as f32).max(1e-30)))
         .collect();
-    Some((colors, [bias as f32, rmse as f32]))
+    let figures = Figures {
+        bias: bias as f32,
+        rel_rmse: rmse as f32,
+        noise: noise.map(|noise| noise / mean.max(1e-30) as f32),
+    };
+    Some((colors, figures))
+}
+
+/// Of a whole difference, relative to the mean of the reference.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Figures {
+    /// Mean of the error.
+    pub(super) bias: f32,
+    /// Root mean square of the error, with what of it is the reference's noise.
+    pub(super) rel_rmse: f32,
+    /// Root mean square of the reference's noise; `None` where it is not known yet.
+    pub(super) noise: Option<f32>,
+}
+
+impl Figures {
+    /// In words. No error is told that is below the noise that it was measured with.
+    pub(super) fn told(&self, is_done: bool) -> String {
+        let refining = if is_done { "" } else { ", refining" };
+        let Some(noise) = self.noise else {
+            return "the noise of the reference is not known yet, refining".to_owned();
+        };
+        let error = if self.rel_rmse > noise {
+            format!("{} ± {} noise", percent(self.rel_rmse), percent(noise))
+        } else {
+            format!("no more than {}, the noise", percent(noise))
+        };
+        let sign = if self.bias < 0.0 { "−" } else { "+" };
+        let bias = percent(self.bias.abs());
+        format!("rel_rmse {error}, bias {sign}{bias}{refining}")
+    }
+}
+
+/// With two digits.
+fn percent(share: f32) -> String {
+    let percent = 100.0 * share;
+    match percent {
+        0.0..0.095 => format!("{percent:.2}%"),
+        0.0..9.95 => format!("{percent:.1}%"),
+        _ => format!("{percent:.0}%"),
+    }
 }
 
 #[cfg(test)]
@@ -299,13 +344,35 @@ mod tests {
     fn a_picture_does_not_differ_from_itself_and_a_brighter_one_does() {
         let image = Image::from_fn(4, 2, |index| Vec3::splat(index as f32));
         assert_eq!(
-            difference(&image, &image, 0.5).map(|(colors, errors)| (colors[3], errors)),
-            Some((heat_color(0.0), [0.0; 2]))
+            difference(&image, &image, None, 0.5).map(|(colors, errors)| (colors[3], errors)),
+            Some((heat_color(0.0), Figures::default()))
         );
         let brighter = Image::from_fn(4, 2, |index| Vec3::splat(1.1 * index as f32));
-        let bias = difference(&brighter, &image, 0.5).map_or(0.0, |(_, [bias, _])| bias);
+        let bias = difference(&brighter, &image, None, 0.5).map_or(0.0, |(_, all)| all.bias);
         assert!((bias - 0.1).abs() < 1e-5, "{bias}");
-        assert_eq!(difference(&image, &Image::new(1, 1), 0.5), None);
+        assert_eq!(difference(&image, &Image::new(1, 1), None, 0.5), None);
+    }
+
+    #[test]
+    fn no_error_is_told_that_is_below_the_noise() {
+        let told = |rel_rmse, noise, is_done| {
+            let bias = -0.0123;
+            let figures = Figures {
+                bias,
+                rel_rmse,
+                noise,
+            };
+            figures.told(is_done)
+        };
+        assert_eq!(
+            told(0.39, Some(0.35), false),
+            "rel_rmse 39% ± 35% noise, bias −1.2%, refining"
+        );
+        assert_eq!(
+            told(0.002, Some(0.0111), true),
+            "rel_rmse no more than 1.1%, the noise, bias −1.2%"
+        );
+        assert!(told(0.39, None, false).contains("not known yet"));
     }
 
     #[test]

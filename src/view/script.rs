@@ -51,10 +51,18 @@ pub enum Action {
     Exposure(f32),
     /// `component NAME on|off`.
     Component(String, bool),
-    /// `drag X0 Y0 X1 Y1`: with the left button, shares of the picture.
-    Drag([f32; 4]),
+    /// `drag X0 Y0 X1 Y1 [SECONDS]`: with the left button, shares of the picture; without a time,
+    /// in eight steps.
+    Drag([f32; 4], Option<f32>),
+    /// `settled SECONDS`: leave the window alone until the full picture is drawn; fail where it is
+    /// not after so long without work, or where the status line is wrong.
+    Settled(f64),
     /// `key NAME`: press and release it, as egui names it.
     Key(String),
+    /// `until WHAT`: wait until the window is so, whoever brings it there: `compare`, `view` or
+    /// `camera` and a name, `panels`, `help`, `beam`, `dialog` or `fullscreen` and on or off, `bookmark`
+    /// and its number, `exposure` and stops.
+    Until(String),
     /// `type TEXT`: into what has the focus.
     Type(String),
     /// `browse`: open the dialog for scenes.
@@ -161,8 +169,16 @@ fn action(text: &str) -> Option<Action> {
         ["view", name, layer] => Action::View(name.to_owned(), layer.parse().ok()?),
         ["exposure", ev] => Action::Exposure(number(ev)?),
         ["component", name, word] => Action::Component(name.to_owned(), switch(word)?),
-        ["drag", a, b, c, d] => Action::Drag([number(a)?, number(b)?, number(c)?, number(d)?]),
+        ["drag", a, b, c, d, ref time @ ..] if time.len() <= 1 => Action::Drag(
+            [number(a)?, number(b)?, number(c)?, number(d)?],
+            match time {
+                [seconds] => Some(number(seconds).filter(|seconds| *seconds > 0.0)?),
+                _ => None,
+            },
+        ),
+        ["settled", seconds] => Action::Settled(seconds.parse().ok()?),
         ["key", name] => Action::Key(name.to_owned()),
+        ["until", ..] => Action::Until(words[1..].join(" ")),
         ["type", ..] => Action::Type(text["type".len()..].trim().to_owned()),
         ["browse"] => Action::Browse,
         ["opened", ..] => Action::Opened(text["opened".len()..].trim().into()),

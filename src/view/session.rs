@@ -301,6 +301,13 @@ impl Session {
         Some(job)
     }
 
+    /// When the picture is to be asked for in full, where nothing changes until then: nothing else
+    /// may wake the window for it. `None` where it has been asked for.
+    pub(super) fn rests_at(&self) -> Option<Instant> {
+        let is_asked = self.asked.as_ref().is_none_or(|asked| asked.rest);
+        (!is_asked && !self.size.contains(&0)).then(|| self.changed_at + REST)
+    }
+
     /// The reference to ask for, where there is a new one; the inner `None` is that none is wanted
     /// any more.
     pub(super) fn next_truth(&mut self) -> Option<Option<TruthJob>> {

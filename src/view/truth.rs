@@ -6,7 +6,7 @@ use std::thread::JoinHandle;
 
 use glam::Vec3;
 
-use crate::image::Image;
+use crate::image::{Image, luminance};
 use crate::reference::{self, Bounces, Filter, Sampling};
 use crate::scene::{Camera, Light, Scene};
 
@@ -40,6 +40,11 @@ pub(super) struct RefinedReference {
     pub(super) image: Arc<Image>,
     /// Samples of each pixel.
     pub(super) samples: u32,
+    /// Root mean square of what the luminance of a pixel is off by chance (W/(m² sr)); `None` with
+    /// one sample, from which it cannot be told.
+    pub(super) noise: Option<f32>,
+    /// Whether it gets no better.
+    pub(super) is_done: bool,
 }
 
 /// Samples after which the reference rests, unless a script says otherwise.
@@ -117,6 +122,12 @@ impl Drop for TruthWorker {
 struct Sum {
     job: TruthJob,
     scene: Scene,
+    /// Of two halves of the rounds, whose difference tells the noise.
+    halves: [Half; 2],
+    samples: u32,
+}
+
+struct Half {
     sum: Vec<Vec3>,
     samples: u32,
 }
@@ -172,11 +183,14 @@ impl Sum {
             .map_or_else(|| (*job.scene).clone(), |old| old.scene);
         (scene.lights, scene.environment, scene.camera) =
             (job.lights.to_vec(), job.environment, job.camera);
-        let sum = vec![Vec3::ZERO; (job.size[0] * job.size[1]) as usize];
+        let pixels = (job.size[0] * job.size[1]) as usize;
         Sum {
             job,
             scene,
-            sum,
+            halves: [0, 1].map(|_| Half {
+                sum: vec![Vec3::ZERO; pixels],
+                samples: 0,
+            }),
             samples: 0,
         }
     }
@@ -200,17 +214,77 @@ impl Sum {
         let image = reference::render(&self.scene, &settings, &|_| {})
             .map_err(|error| error.to_string())?
             .radiance();
-        self.sum
+        let [first, second] = &mut self.halves;
+        let half = if first.samples <= second.samples {
+            first
+        } else {
+            second
+        };
+        half.sum
             .iter_mut()
             .zip(&image.pixels)
             .for_each(|(sum, pixel)| *sum += *pixel * spp as f32);
+        half.samples += spp;
         self.samples += spp;
         let scale = 1.0 / self.samples as f32;
-        let image = Image::from_fn(width, height, |index| self.sum[index] * scale);
+        let [first, second] = &self.halves;
+        let image = Image::from_fn(width, height, |index| {
+            (first.sum[index] + second.sum[index]) * scale
+        });
         Ok(RefinedReference {
             job: self.job.id,
             image: Arc::new(image),
             samples: self.samples,
+            noise: noise(first, second),
+            is_done: self.samples >= self.job.most_samples,
         })
+    }
+}
+
+/// Where a sample of a pixel has the variance σ², the means of two halves of a and b samples differ
+/// by σ² (1/a + 1/b) in the mean square, and the mean of all is off by σ² / (a + b).
+fn noise(first: &Half, second: &Half) -> Option<f32> {
+    if first.samples == 0 || second.samples == 0 {
+        return None;
+    }
+    let [a, b] = [first, second].map(|half| f64::from(half.samples));
+    let differences = first
+        .sum
+        .iter()
+        .zip(&second.sum)
+        .map(|(x, y)| (f64::from(luminance(*x)) / a - f64::from(luminance(*y)) / b).powi(2));
+    let square = differences.sum::<f64>() / first.sum.len().max(1) as f64;
+    Some((square * a * b).sqrt() as f32 / (a + b) as f32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Sums of samples of 0 or 2, each by a coin: a mean of n is off by 1/√n.
+    fn half(pixels: usize, samples: u32, seed: u32) -> Half {
+        let mut state = seed;
+        let mut coin = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 16 & 1) as f32
+        };
+        let sum = (0..pixels)
+            .map(|_| Vec3::splat((0..samples).map(|_| 2.0 * coin()).sum()))
+            .collect();
+        Half { sum, samples }
+    }
+
+    #[test]
+    fn noise_is_that_of_the_mean_of_all_samples() {
+        for (a, b) in [(1, 1), (4, 12), (24, 8)] {
+            let (first, second) = (half(40_000, a, 1), half(40_000, b, 2));
+            let found = noise(&first, &second).unwrap_or_default();
+            let expected = 1.0 / ((a + b) as f32).sqrt();
+            assert!(
+                (found / expected - 1.0).abs() < 0.03,
+                "{found}, not {expected}"
+            );
+        }
+        assert_eq!(noise(&half(4, 1, 1), &half(4, 0, 1)), None);
     }
 }

@@ -34,6 +34,7 @@ mod oracle_voxels;
 mod patches;
 mod planner;
 mod properties;
+mod rules;
 mod soft_shadows;
 #[cfg(feature = "measure")]
 mod stress;

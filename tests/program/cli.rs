@@ -786,6 +786,59 @@ fn no_device() {
     }
 }
 
+/// One line names all that is given without effect, and nothing that has one; what another technique
+/// has is said to be its own.
+#[test]
+fn settings_without_effect_and_of_other_techniques_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let small = "--size 8x8 --shadow-resolution 16 --set resolution=8 -o a.png";
+    for (options, warns) in [
+        (
+            "--preset cones --set rays=4096 --set kahl_side=on --set cones=9",
+            Some("no effect together with the others: rays, kahl_side"),
+        ),
+        (
+            "--preset cones --set gather=rays --set rays=4 --set cones=9 --set cones=5",
+            Some("no effect together with the others: cones"),
+        ),
+        (
+            "--set cone_set=kahl --set gather=cones --set kahl_side=on",
+            None,
+        ),
+    ] {
+        let ran = lumivox(
+            folder.path(),
+            &words(&format!("render bundled:cornell {small} {options}")),
+            &[],
+        );
+        assert_eq!(ran.code, Some(0), "{options}: {}", ran.stderr);
+        let found: Vec<&str> = ran
+            .stderr
+            .lines()
+            .filter(|line| line.contains("no effect"))
+            .collect();
+        let is_so = match warns {
+            Some(warns) => found.len() == 1 && found[0].ends_with(warns),
+            None => found.is_empty(),
+        };
+        assert!(is_so, "{options}: {}", ran.stderr);
+    }
+    for (line, owner) in [
+        (
+            "render bundled:cornell -o a.png --technique svo --set rays=4",
+            "voxel-mips",
+        ),
+        ("view --technique none --set levels=2", "clipmap"),
+        (
+            "bench bundled:cornell -o b --technique clipmap --set lattice=corners",
+            "svo",
+        ),
+    ] {
+        let says = ["there is no setting", &format!("it is one of {owner}")];
+        check_error(line, &lumivox(folder.path(), &words(line), &[]), 2, &says);
+    }
+}
+
 fn json(path: &Path) -> serde_json::Value {
     serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
 }

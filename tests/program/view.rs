@@ -452,6 +452,115 @@ fn the_window_answers_while_a_frame_takes_long() {
     );
 }
 
+/// The window is left alone after each drag: nothing but itself brings the full picture. A machine
+/// that is busy only makes the full picture late, which does not count.
+#[test]
+fn the_full_picture_follows_whatever_moved_and_the_status_says_what_is_shown() {
+    let Some(display) = Display::start() else {
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let mut script = String::from("still\n");
+    let mut state = 7_u32;
+    let mut random = |low: f32, high: f32| {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        low + (high - low) * (state >> 8) as f32 / (1 << 24) as f32
+    };
+    for _ in 0..12 {
+        let [x, y, seconds] = [random(0.1, 0.9), random(0.2, 0.8), random(0.05, 0.6)];
+        writeln!(script, "drag 0.5 0.5 {x:.2} {y:.2} {seconds:.2}\nsettled 1").unwrap();
+    }
+    script += "key W\nsettled 1\nresize 520 380\nsettled 1\nlight move 0 0.1 0 0\nsettled 1\n";
+    script += "compare split\ntechnique right none\nsettled 1\ndrag 0.3 0.5 0.4 0.6 0.3\nsettled \
+               1\ncompare single\n";
+    // Frames that depend on each other: one of them is not the full picture, whatever its size.
+    script += "resize 120 90\nset left bounces feedback\nstill\ndrag 0.5 0.5 0.7 0.6 0.3\nsettled \
+               1\nsave shown.exr\ncommand shown.txt\n";
+    let arguments = [
+        "--size",
+        "480x360",
+        "--preset",
+        "cones",
+        "--set",
+        "resolution=32",
+        "--shadow-resolution",
+        "256",
+    ];
+    check_done(&display.view_in(folder.path(), &arguments, &script, &TIMED));
+    let mut words: Vec<OsString> = std::fs::read_to_string(folder.path().join("shown.txt"))
+        .unwrap()
+        .lines()
+        .map(OsString::from)
+        .collect();
+    let output = words.iter().position(|word| word == "-o").unwrap() + 1;
+    words[output] = "again.exr".into();
+    check_done(&lumivox(folder.path(), &words, &[]));
+    let read = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
+    assert!(
+        read("shown.exr") == read("again.exr"),
+        "the picture at rest differs from that of {words:?}"
+    );
+}
+
+/// Real keys, which the window manager passes on to the window that has the focus: Ctrl and Shift
+/// with them, and those that other programs take for themselves.
+#[test]
+fn the_keys_of_a_keyboard_do_what_the_overview_says() {
+    let Some(display) = Display::start() else {
+        return;
+    };
+    if display.manager.is_none() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let keys = [
+        ("F1", "help on"),
+        ("Escape", "help off"),
+        ("F2", "panels off"),
+        ("F2", "panels on"),
+        ("c", "compare split"),
+        ("c", "compare difference"),
+        ("c", "compare single"),
+        ("v", "view direct"),
+        ("Shift+v", "view full"),
+        ("o", "camera orbit"),
+        ("o", "camera fly"),
+        ("]", "exposure 0.25"),
+        ("[", "exposure 0"),
+        ("Ctrl+3", "bookmark 3"),
+        ("Ctrl+o", "dialog on"),
+        ("Escape", "dialog off"),
+        ("F11", "fullscreen on"),
+        ("F11", "fullscreen off"),
+    ];
+    let mut script = String::from("still\n");
+    for (index, (_, becomes)) in keys.iter().enumerate() {
+        writeln!(script, "command {index}.txt\nuntil {becomes}").unwrap();
+    }
+    script += "command last.txt\nframes 100000\n";
+    let arguments = ["--size", "640x400", "--technique", "none"];
+    let wait_for = |name: &str, ran: &dyn Fn() -> bool| {
+        while !folder.path().join(name).exists() && !ran() {
+            std::thread::sleep(std::time::Duration::from_millis(20));
+        }
+    };
+    let ran = std::thread::scope(|scope| {
+        let window = scope.spawn(|| display.view_in(folder.path(), &arguments, &script, &TIMED));
+        let hand = display.hand();
+        for (index, (key, _)) in keys.iter().enumerate() {
+            wait_for(&format!("{index}.txt"), &|| window.is_finished());
+            // The window may be slower to get the focus, or the dialog to open, than a hand is.
+            std::thread::sleep(std::time::Duration::from_millis(100));
+            hand.press(key);
+        }
+        wait_for("last.txt", &|| window.is_finished());
+        std::thread::sleep(std::time::Duration::from_millis(100));
+        hand.press("Ctrl+q");
+        window.join().unwrap()
+    });
+    check_done(&ran);
+}
+
 #[test]
 fn a_quick_picture_is_shown_in_the_next_frame() {
     let Some(display) = Display::start() else {

@@ -7,12 +7,64 @@ use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
 use lumivox::view::parse_script;
+use x11rb::connection::Connection as _;
+use x11rb::protocol::xproto::{ConnectionExt as _, KEY_PRESS_EVENT, KEY_RELEASE_EVENT};
+use x11rb::protocol::xtest::ConnectionExt as _;
+use x11rb::rust_connection::RustConnection;
 
 use super::program::{Ran, lumivox_within};
 use super::{Missing, skipped};
 
 /// Scripts give up by themselves where something does not come.
 const TIMEOUT: Duration = Duration::from_secs(600);
+
+/// Names of keys as X has them, for those that tests press (X11/keysymdef.h).
+const KEYSYMS: [(&str, u32); 4] = [
+    ("Escape", 0xff1b),
+    ("F1", 0xffbe),
+    ("F2", 0xffbf),
+    ("F11", 0xffc8),
+];
+
+/// Keys that are held while another is pressed.
+const MODIFIERS: [(&str, u32); 2] = [("Ctrl", 0xffe3), ("Shift", 0xffe1)];
+
+/// A hand at the keyboard of a display.
+pub struct Hand {
+    connection: RustConnection,
+    /// By number of the key, from the first on: what it means, with Shift next.
+    symbols: Vec<Vec<u32>>,
+    first: u8,
+}
+
+impl Hand {
+    /// Presses a key and lets it go, as `F1`, `c` or `Ctrl+O`.
+    pub fn press(&self, keys: &str) {
+        let codes: Vec<u8> = keys.split('+').map(|name| self.code(name)).collect();
+        let fake = |kind: u8, code: &u8| {
+            let sent = self
+                .connection
+                .xtest_fake_input(kind, *code, 0, x11rb::NONE, 0, 0, 0);
+            sent.unwrap().check().unwrap();
+        };
+        codes.iter().for_each(|code| fake(KEY_PRESS_EVENT, code));
+        codes
+            .iter()
+            .rev()
+            .for_each(|code| fake(KEY_RELEASE_EVENT, code));
+    }
+
+    fn code(&self, name: &str) -> u8 {
+        let mut named = KEYSYMS.iter().chain(&MODIFIERS);
+        // What is no name is a character, whose symbol is its code in Latin-1.
+        let symbol = named.find(|(known, _)| *known == name).map_or_else(
+            || u32::from(name.to_lowercase().chars().next().unwrap()),
+            |(_, symbol)| *symbol,
+        );
+        let place = self.symbols.iter().position(|all| all[0] == symbol);
+        self.first + u8::try_from(place.unwrap_or_else(|| panic!("no key {name}"))).unwrap()
+    }
+}
 
 /// A display of its own, with a window manager where one is installed; ended on drop.
 pub struct Display {
@@ -68,6 +120,24 @@ impl Display {
             server,
             manager,
         })
+    }
+
+    /// A hand at its keyboard.
+    pub fn hand(&self) -> Hand {
+        let (connection, _) = RustConnection::connect(Some(&self.name)).unwrap();
+        let setup = connection.setup();
+        let (first, last) = (setup.min_keycode, setup.max_keycode);
+        let mapped = connection
+            .get_keyboard_mapping(first, last - first + 1)
+            .unwrap();
+        let mapped = mapped.reply().unwrap();
+        let each = usize::from(mapped.keysyms_per_keycode);
+        let symbols = mapped.keysyms.chunks(each).map(<[u32]>::to_vec).collect();
+        Hand {
+            connection,
+            symbols,
+            first,
+        }
     }
 
     /// Runs a script in a window.

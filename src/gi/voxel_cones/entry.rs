@@ -1,5 +1,6 @@
 //! What rows of the family have in common: stages and views.
 
+use super::rules::RULES;
 use crate::gi::entry::{Directions, Entry, Make, Stage};
 use crate::gi::inspect::{Channels, Scale, ViewRow};
 use crate::gi::shared::cone::{self, VolumePasses};
@@ -81,6 +82,7 @@ pub(super) const fn entry(name: &'static str, summary: &'static str, make: Make)
         },
         directions_setting: |_| Some("cones"),
         views: &[VIEWS],
+        rules: &[RULES],
         ..Entry::new(name, summary, make)
     }
 }

@@ -5,6 +5,7 @@ pub mod clipmap;
 mod entry;
 pub mod mips;
 mod presets;
+mod rules;
 mod store;
 pub mod svo;
 

@@ -1,5 +1,6 @@
 //! The picture: one or two sides and the divider, the mouse on it, and what is under the pointer.
 
+use egui::text::{LayoutJob, TextWrapping};
 use egui::{
     Align2, Color32, ColorImage, Context, CursorIcon, FontId, PointerButton, Pos2, Rect, Sense,
     TextureHandle, TextureOptions, Ui, pos2, vec2,
@@ -10,13 +11,16 @@ use crate::view::picture::{Look, develop, difference};
 use crate::view::session::{Compare, Session};
 use crate::view::views::VIEWS;
 
+/// Behind words over the picture, so that they are read over white too.
+const BACKING: Color32 = Color32::from_black_alpha(240);
+
 /// The pictures as textures.
 #[derive(Default)]
 pub(in crate::view) struct Canvas {
     sides: [Option<Side>; 2],
     difference: Option<Side>,
-    /// Bias and rel_rmse of the difference that is shown.
-    errors: [f32; 2],
+    /// Of the difference that is shown, in words.
+    errors: String,
 }
 
 struct Side {
@@ -60,7 +64,10 @@ impl Canvas {
     pub(in crate::view) fn update(&mut self, ctx: &Context, session: &Session) {
         let look = session.look();
         for (side, newest) in self.sides.iter_mut().zip(&session.newest) {
-            let Some(newest) = newest else { continue };
+            let Some(newest) = newest else {
+                *side = None;
+                continue;
+            };
             let of = (newest.version, 0, look);
             if side.as_ref().is_some_and(|side| side.of == of) {
                 continue;
@@ -101,7 +108,8 @@ impl Canvas {
             .image
             .as_ref()
             .filter(|_| is_new && newest.picture.job == truth.job && newest.picture.is_full)
-            && let Some((rgb, errors)) = difference(image, &truth.image, session.difference_scale)
+            && let Some((rgb, errors)) =
+                difference(image, &truth.image, truth.noise, session.difference_scale)
         {
             Side::set(
                 &mut self.difference,
@@ -111,8 +119,19 @@ impl Canvas {
                 &rgb,
                 of,
             );
-            self.errors = errors;
+            self.errors = errors.told(truth.is_done);
         }
+    }
+
+    /// Width and height of what a side shows (px); `None` where it shows nothing.
+    pub(in crate::view) fn size(&self, side: usize) -> Option<[u32; 2]> {
+        let side = self.sides[side].as_ref()?;
+        Some(side.texture.size().map(|size| size as u32))
+    }
+
+    /// What is wrong with the left picture in all, in words; empty where it is not known.
+    pub(in crate::view) fn errors(&self) -> &str {
+        self.difference.as_ref().map_or("", |_| &self.errors)
     }
 
     /// Whether the left side is the picture of this version.
@@ -176,12 +195,8 @@ impl Canvas {
                 [0, 1].map(|index| title(session, index)),
             ),
             Compare::Difference => {
-                let error = format!(
-                    "|difference|: bias {:+.3}, rel_rmse {:.3}",
-                    self.errors[0], self.errors[1]
-                );
                 let waiting = if self.difference.is_some() {
-                    error
+                    format!("|difference|: {}", self.errors)
                 } else {
                     "the reference is being rendered".to_owned()
                 };
@@ -206,6 +221,8 @@ impl Canvas {
                 None if index < session.pane_count() => {
                     let text = if session.newest[index].is_some() {
                         format!("no {} here: see the view's tooltip", session.view_name())
+                    } else if session.has_failed() {
+                        "no picture".to_owned()
                     } else {
                         "rendering …".to_owned()
                     };
@@ -219,39 +236,52 @@ impl Canvas {
                 }
                 None => {}
             }
-            if !names[index].is_empty() && rect.width() > 300.0 {
-                let galley =
-                    painter.layout_no_wrap(names[index].clone(), font.clone(), Color32::WHITE);
-                let x = if index == 0 {
-                    clip.left() + 8.0
-                } else {
-                    clip.right() - galley.size().x - 8.0
-                };
-                // One above the other, so that they never overlap.
-                let at = pos2(
-                    x.max(rect.left() + 8.0),
-                    rect.top() + 6.0 + 24.0 * index as f32,
-                );
-                let painter = ui.painter();
-                painter.rect_filled(
-                    Rect::from_min_size(at, galley.size()).expand(3.0),
-                    3.0,
-                    Color32::from_black_alpha(150),
-                );
-                painter.galley(at, galley, Color32::WHITE);
-            }
         }
         beam::draw(ui, rect, session);
         if session.compare != Compare::Single {
-            ui.painter().vline(
-                split_x,
-                rect.y_range(),
-                egui::Stroke::new(1.0, Color32::WHITE),
-            );
-            ui.painter()
-                .circle_filled(pos2(split_x, rect.center().y), 5.0, Color32::WHITE);
+            draw_divider(ui, rect, split_x);
+        }
+        for (index, name) in names.iter().enumerate() {
+            if !name.is_empty() && rect.width() > 300.0 {
+                draw_title(ui, rect, sides[index].1, (index, name));
+            }
         }
     }
+}
+
+fn draw_divider(ui: &Ui, rect: Rect, split_x: f32) {
+    let (painter, handle) = (ui.painter(), pos2(split_x, rect.center().y));
+    // Dark around it, so that it is seen over white too.
+    for (color, wider) in [(BACKING, 1.0), (Color32::WHITE, 0.0)] {
+        let line = egui::Stroke::new(1.0 + 2.0 * wider, color);
+        painter.vline(split_x, rect.y_range(), line);
+        painter.circle_filled(handle, 5.0 + wider, color);
+    }
+}
+
+/// The name of a side in its upper corner, over both pictures where it is long.
+fn draw_title(ui: &Ui, rect: Rect, side: Rect, (index, name): (usize, &str)) {
+    let mut text =
+        LayoutJob::simple_singleline(name.to_owned(), FontId::proportional(13.0), Color32::WHITE);
+    text.wrap = TextWrapping::truncate_at_width(rect.width() - 16.0);
+    let painter = ui.painter();
+    let galley = painter.layout_job(text);
+    let x = if index == 0 {
+        side.left() + 8.0
+    } else {
+        side.right() - galley.size().x - 8.0
+    };
+    // One above the other, so that they never overlap.
+    let at = pos2(
+        x.max(rect.left() + 8.0),
+        rect.top() + 6.0 + 24.0 * index as f32,
+    );
+    painter.rect_filled(
+        Rect::from_min_size(at, galley.size()).expand(3.0),
+        3.0,
+        BACKING,
+    );
+    painter.galley(at, galley, Color32::WHITE);
 }
 
 /// What a side shows.

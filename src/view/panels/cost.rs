@@ -164,8 +164,16 @@ fn history(ui: &mut Ui, times: &VecDeque<f32>) {
     ));
 }
 
+fn mib(bytes: u64) -> String {
+    format!("{:.2} MiB", bytes as f64 / f64::from(1 << 20))
+}
+
+/// The memory of all resources.
+pub(super) fn memory_in_all(memory: &[(String, u64)]) -> String {
+    mib(memory.iter().map(|(_, bytes)| bytes).sum())
+}
+
 fn memory(ui: &mut Ui, memory: &[(String, u64)]) {
-    let mib = |bytes: u64| format!("{:.2} MiB", bytes as f64 / f64::from(1 << 20));
     let mut by_name: Vec<(&str, u64)> = Vec::new();
     for (name, bytes) in memory {
         match by_name.iter_mut().find(|(known, _)| known == name) {
@@ -175,8 +183,7 @@ fn memory(ui: &mut Ui, memory: &[(String, u64)]) {
     }
     by_name.sort_by_key(|(_, bytes)| std::cmp::Reverse(*bytes));
     ui.separator();
-    let total: u64 = memory.iter().map(|(_, bytes)| bytes).sum();
-    ui.label(RichText::new(format!("memory {}", mib(total))).strong());
+    ui.label(RichText::new(format!("memory {}", memory_in_all(memory))).strong());
     by_name
         .iter()
         .for_each(|(name, bytes)| figure(ui, name, &mib(*bytes)));

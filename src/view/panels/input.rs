@@ -1,6 +1,6 @@
 //! Keys of the window: everything that the wheel and the mouse do can be done by them.
 
-use egui::{Context, Key, Modifiers};
+use egui::{Context, Event, Key, Modifiers};
 use glam::Vec3;
 
 use super::files::window_path;
@@ -52,11 +52,15 @@ pub(super) fn keys(ctx: &Context, scope: &mut Scope<'_>) {
         };
     }
     if pressed(Key::V) {
-        let step = if ctx.input(|input| input.modifiers.shift) {
-            VIEWS.len() - 1
-        } else {
-            1
+        // As it was held when the key went down: both may be up again before a frame is drawn.
+        let is_back = |event: &Event| {
+            matches!(
+                event,
+                Event::Key { key: Key::V, pressed: true, modifiers, .. } if modifiers.shift
+            )
         };
+        let is_back = ctx.input(|input| input.events.iter().any(is_back));
+        let step = if is_back { VIEWS.len() - 1 } else { 1 };
         (session.view, session.layer) = ((session.view + step) % VIEWS.len(), 0);
     }
     for (key, step) in [(Key::OpenBracket, -0.25), (Key::CloseBracket, 0.25)] {

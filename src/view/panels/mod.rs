@@ -18,6 +18,8 @@ use egui_file_dialog::{DialogState, FileDialog};
 
 use super::session::Session;
 use super::store::Remembered;
+use super::views::VIEWS;
+use super::worker::Picture;
 
 pub(super) use canvas::Canvas;
 
@@ -38,6 +40,9 @@ const WIDTH: f32 = 312.0;
 
 /// What stands out.
 const ACCENT: egui::Color32 = egui::Color32::from_rgb(255, 170, 60);
+
+/// What is done.
+const REST: egui::Color32 = egui::Color32::from_rgb(90, 170, 90);
 
 /// Dark, with text that is read at any scale. Scripts have no use for animations.
 pub(super) fn set_style(ctx: &Context, is_script: bool) {
@@ -77,6 +82,17 @@ pub(super) struct Panels {
     pub(super) pointer: Option<[f32; 2]>,
     /// Whether a button or key is held down that changes the picture.
     pub(super) held: bool,
+    /// What the status line says.
+    pub(super) told: Told,
+}
+
+/// What the status line says of the picture, where there is room for one.
+#[derive(Default)]
+pub(super) struct Told {
+    /// Its size, whether that is the full one, and its cost.
+    pub(super) text: String,
+    /// Whether the dot is green.
+    pub(super) is_at_rest: bool,
 }
 
 impl Default for Panels {
@@ -95,6 +111,7 @@ impl Default for Panels {
             readout: String::new(),
             pointer: None,
             held: false,
+            told: Told::default(),
         }
     }
 }
@@ -134,6 +151,8 @@ pub(super) struct Scope<'s> {
     pub(super) requests: Vec<Request>,
     /// Whether the render thread is at work.
     pub(super) is_busy: bool,
+    /// As [`Canvas::errors`].
+    pub(super) errors: &'s str,
     /// Name of the device that draws the window.
     pub(super) window_device: &'s str,
     /// Width and height of the window (px).
@@ -145,6 +164,10 @@ pub(super) struct Scope<'s> {
 /// Draws everything.
 pub(super) fn show(ctx: &Context, scope: &mut Scope<'_>, canvas: &Canvas) {
     scope.panels.held = false;
+    scope.panels.told = Told {
+        text: told(scope.session, scope.panels.times),
+        is_at_rest: scope.session.is_still() && !scope.session.continuous,
+    };
     // What is typed into the dialog moves no camera.
     if !matches!(scope.panels.dialog.state(), DialogState::Open) {
         input::keys(ctx, scope);
@@ -207,28 +230,18 @@ fn section(ui: &mut Ui, scope: &mut Scope<'_>, index: usize) {
 fn status(ui: &mut Ui, scope: &mut Scope<'_>) {
     let session = &*scope.session;
     ui.horizontal(|ui| {
-        let (color, meaning) = if scope.is_busy {
-            (ACCENT, "rendering")
+        let (color, meaning) = if scope.panels.told.is_at_rest {
+            (REST, "the picture is at rest")
+        } else if session.has_failed() && !scope.is_busy {
+            (ui.visuals().error_fg_color, "there is no such picture")
         } else {
-            (
-                egui::Color32::from_rgb(90, 170, 90),
-                "the picture is at rest",
-            )
+            (ACCENT, "rendering")
         };
         let (dot, response) = ui.allocate_exact_size(egui::vec2(10.0, 10.0), egui::Sense::hover());
         ui.painter().circle_filled(dot.center(), 4.0, color);
         response.on_hover_text(meaning);
-        if let Some(newest) = &session.newest[0] {
-            let picture = &newest.picture;
-            let [width, height] = session.size;
-            let quality = if picture.is_full { "full" } else { "quick" };
-            let time = if scope.panels.times {
-                format!(", {:.1} ms", picture.stats.total_ms())
-            } else {
-                String::new()
-            };
-            ui.label(format!("{width}×{height} {quality}{time}"));
-        }
+        ui.label(&scope.panels.told.text)
+            .on_hover_text("size of the picture, time of its frame, memory on the device");
         if scope.panels.times {
             ui.label(format!("{:.0}/s", scope.rate))
                 .on_hover_text("how often the window was drawn in the last second");
@@ -257,6 +270,50 @@ fn status(ui: &mut Ui, scope: &mut Scope<'_>) {
             _ => drop(ui.add(egui::Label::new(&session.note).truncate())),
         }
     });
+}
+
+/// Sizes, times and memory of what is shown; a size once where both sides have it.
+fn told(session: &Session, times: bool) -> String {
+    let pictures: Vec<&Picture> = session.newest[..session.pane_count()]
+        .iter()
+        .flatten()
+        .map(|newest| &newest.picture)
+        .collect();
+    let mut sizes: Vec<String> = pictures
+        .iter()
+        .map(|picture| told_size(picture, session.size))
+        .collect();
+    sizes.dedup();
+    let sizes = sizes.join(" | ");
+    let Some(last) = pictures.last().filter(|_| times) else {
+        return sizes;
+    };
+    let times: Vec<String> = pictures
+        .iter()
+        .map(|picture| format!("{:.1}", picture.stats.total_ms()))
+        .collect();
+    let memory = cost::memory_in_all(&last.memory);
+    format!("{sizes}, {} ms, {memory}", times.join(" | "))
+}
+
+fn told_size(picture: &Picture, wanted: [u32; 2]) -> String {
+    let Some(image) = &picture.image else {
+        return "no picture".to_owned();
+    };
+    let (width, height) = image.size();
+    // A light map has its own size, whatever the window's is.
+    let is_whole = [width, height] == wanted || VIEWS[picture.view].is_map();
+    let of = if is_whole {
+        String::new()
+    } else {
+        format!("of {}×{} ", wanted[0], wanted[1])
+    };
+    let quality = match (picture.is_full, is_whole) {
+        (false, _) => "quick",
+        (true, true) => "full",
+        (true, false) => "before",
+    };
+    format!("{width}×{height} {of}{quality}")
 }
 
 /// A row: a name with what it means, and a widget. Widgets end flush with the panel.

@@ -1,10 +1,10 @@
 //! Techniques, presets and settings, all from the registry: a new technique appears by itself.
 
-use egui::{RichText, Slider, Ui};
+use egui::{CollapsingHeader, RichText, Slider, Ui};
 
 use super::{Scope, choose, row};
 use crate::gi::registry;
-use crate::gi::settings::{Domain, Setting, Value};
+use crate::gi::settings::{Domain, Group, Setting, Value};
 use crate::view::session::{Choice, Compare};
 
 /// Which pictures are side by side.
@@ -43,6 +43,9 @@ pub(super) fn show_compare(ui: &mut Ui, scope: &mut Scope<'_>) {
         });
         let samples = session.truth.as_ref().map_or(0, |truth| truth.samples);
         ui.label(format!("reference: {samples} samples a pixel"));
+        if scope.panels.times {
+            ui.label(scope.errors);
+        }
     }
 }
 
@@ -104,10 +107,7 @@ fn show_choice(ui: &mut Ui, choice: &mut Choice, held: &mut bool) {
                 .color(ui.visuals().error_fg_color),
         );
     }
-    let mut changed = false;
-    for setting in choice.entry.settings.iter().copied().flatten() {
-        changed |= show_setting(ui, choice, setting, held);
-    }
+    let mut changed = show_groups(ui, choice, held);
     if !choice.set.is_empty()
         && ui
             .button("as the preset has it")
@@ -120,6 +120,34 @@ fn show_choice(ui: &mut Ui, choice: &mut Choice, held: &mut bool) {
     if changed {
         choice.update();
     }
+}
+
+/// The settings that have an effect, by group; says whether one was changed.
+fn show_groups(ui: &mut Ui, choice: &mut Choice, held: &mut bool) -> bool {
+    let mut changed = false;
+    for (group, settings) in choice.entry.groups() {
+        let (shown, idle): (Vec<_>, Vec<_>) = settings
+            .into_iter()
+            .partition(|setting| choice.entry.applies(setting.name, &choice.settings));
+        let list = |ui: &mut Ui| {
+            for setting in shown {
+                changed |= show_setting(ui, choice, setting, held);
+            }
+            if !idle.is_empty() {
+                let names: Vec<&str> = idle.iter().map(|setting| setting.name).collect();
+                ui.label(RichText::new(format!("{} more without effect now", idle.len())).weak())
+                    .on_hover_text(names.join("\n"));
+            }
+        };
+        if group == Group::Other {
+            list(ui);
+        } else {
+            CollapsingHeader::new(RichText::new(group.name()).strong())
+                .default_open(true)
+                .show_unindented(ui, list);
+        }
+    }
+    changed
 }
 
 fn show_setting(

@@ -1,0 +1,168 @@
+//! What part of a technique each setting of the family is about, and with which others it has an
+//! effect. A setting that a technique of the family does not have is in the table all the same.
+
+use crate::gi::Settings;
+use crate::gi::settings::{Group, Rule};
+use crate::gi::shared::voxel::{Directionality, VoxelBounces};
+
+/// All rules; a test changes what does not apply, and finds the same picture.
+pub(super) const RULES: &[Rule] = &[
+    Rule::always(
+        Group::Structure,
+        &[
+            "resolution",
+            "levels",
+            "voxel_size",
+            "level_updates",
+            "voxelization",
+            "surface",
+            "accumulation",
+            "lattice",
+            "normals",
+            "attributes",
+        ],
+    ),
+    Rule {
+        group: Group::Structure,
+        settings: &["opacity", "faces"],
+        applies: has_cones,
+    },
+    Rule {
+        group: Group::Structure,
+        settings: &["anisotropic"],
+        applies: |settings| has_cones(settings) && settings.is("faces", "one"),
+    },
+    Rule {
+        group: Group::Structure,
+        settings: &["face_weights"],
+        applies: |settings| has_cones(settings) && !is_isotropic(settings),
+    },
+    Rule {
+        group: Group::Structure,
+        settings: &["mip_filter"],
+        applies: |settings| has_cones(settings) && is_isotropic(settings),
+    },
+    Rule {
+        group: Group::Structure,
+        settings: &["mip_method"],
+        applies: |settings| {
+            has_cones(settings) && is_isotropic(settings) && settings.is("mip_filter", "box")
+        },
+    },
+    Rule {
+        group: Group::Structure,
+        settings: &["filter_split"],
+        applies: |settings| settings.is("lattice", "corners"),
+    },
+    Rule {
+        group: Group::Structure,
+        settings: &["filter"],
+        applies: |settings| settings.is("lattice", "centres"),
+    },
+    Rule::always(
+        Group::Light,
+        &[
+            "injection",
+            "attenuation",
+            "voxel_occlusion",
+            "light_updates",
+            "shadows",
+        ],
+    ),
+    Rule {
+        group: Group::Light,
+        settings: &["occlusion_kappa"],
+        applies: |settings| settings.is("voxel_occlusion", "rays-soft"),
+    },
+    Rule {
+        group: Group::Light,
+        settings: &["shadow_aperture", "emissive_patches"],
+        applies: |settings| settings.is("shadows", "cones"),
+    },
+    Rule::always(Group::Gather, &["gather", "specular"]),
+    Rule {
+        group: Group::Gather,
+        settings: &["cone_set"],
+        applies: is_gathered_by_cones,
+    },
+    Rule {
+        group: Group::Gather,
+        settings: &["cones"],
+        applies: |settings| is_gathered_by_cones(settings) && !settings.is("cone_set", "kahl"),
+    },
+    Rule {
+        group: Group::Gather,
+        settings: &["kahl_front", "kahl_intermediate", "kahl_side"],
+        applies: |settings| is_gathered_by_cones(settings) && settings.is("cone_set", "kahl"),
+    },
+    Rule {
+        group: Group::Gather,
+        settings: &["aperture_scale"],
+        applies: |settings| is_gathered_by_cones(settings) || has_occlusion_cones(settings),
+    },
+    Rule {
+        group: Group::Gather,
+        settings: &[
+            "step_factor",
+            "opacity_exponent",
+            "height_clamp",
+            "start_offset",
+        ],
+        applies: has_cones,
+    },
+    Rule {
+        group: Group::Gather,
+        settings: &["max_distance"],
+        applies: |settings| is_gathered_by_cones(settings) || settings.is("specular", "on"),
+    },
+    Rule {
+        group: Group::Gather,
+        settings: &[
+            "rays",
+            "radiance",
+            "ray_start",
+            "self_height",
+            "contour_slack",
+        ],
+        applies: |settings| !is_gathered_by_cones(settings),
+    },
+    Rule::always(Group::Bounces, &["bounces"]),
+    Rule {
+        group: Group::Bounces,
+        settings: &["bounce_directions"],
+        applies: |settings| VoxelBounces::new(settings).any(),
+    },
+    Rule::always(Group::Screen, &["interleave", "occlusion_cones"]),
+    Rule {
+        group: Group::Screen,
+        settings: &["ao_falloff"],
+        applies: |settings| !has_occlusion_cones(settings),
+    },
+    Rule {
+        group: Group::Screen,
+        settings: &["occlusion_distance", "occlusion_falloff"],
+        applies: has_occlusion_cones,
+    },
+];
+
+/// Whether cones, not rays, gather the diffuse light.
+fn is_gathered_by_cones(settings: &Settings) -> bool {
+    settings.find_choice("gather") != Some("rays")
+}
+
+fn has_occlusion_cones(settings: &Settings) -> bool {
+    settings.count("occlusion_cones") > 0
+}
+
+/// Whether there may be cones at all, and so a volume that they march through: glossy surfaces and
+/// surfaces that emit are up to the scene.
+fn has_cones(settings: &Settings) -> bool {
+    is_gathered_by_cones(settings)
+        || has_occlusion_cones(settings)
+        || settings.is("specular", "on")
+        || settings.is("shadows", "cones")
+}
+
+fn is_isotropic(settings: &Settings) -> bool {
+    Directionality::new(settings) == Directionality::Isotropic
+}
