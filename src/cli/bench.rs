@@ -19,11 +19,11 @@ use crate::measure::{
 };
 use crate::metrics::Channel;
 use crate::reference::{Bounces, guide};
-use crate::scene::{LoadOptions, Scene};
+use crate::scene::Scene;
 
 use super::CliError;
 use super::common::{
-    DeviceArgs, FrameArgs, TimingArgs, chart_stem, check_max_error, check_output,
+    DeviceArgs, FrameArgs, LoadArgs, TimingArgs, chart_stem, check_max_error, check_output,
     check_output_folder, make_folder, parse_channel, parse_size, progress_bar, reference,
     reference_failed, say, stems, write_text,
 };
@@ -119,9 +119,8 @@ pub(crate) struct Args {
     device: DeviceArgs,
     #[command(flatten)]
     timing: TimingArgs,
-    /// Render missing textures mid-grey instead of failing.
-    #[arg(long)]
-    allow_missing_textures: bool,
+    #[command(flatten)]
+    load: LoadArgs,
     /// Measure nothing: gather the records of these folders, those of equal file names together, and
     /// draw their tables and charts.
     #[arg(long, value_name = "DIR", num_args = 1.., conflicts_with = "scene")]
@@ -160,9 +159,7 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     let cases =
         cases(&techniques, &args.preset, &args.resolution, &args.set).map_err(CliError::input)?;
     check_output_folder(&args.output)?;
-    let options = LoadOptions {
-        allow_missing_textures: args.allow_missing_textures,
-    };
+    let options = args.load.options();
     let scenes: Vec<Scene> = args
         .scene
         .iter()

@@ -15,19 +15,49 @@ use crate::measure::bench::{Truth, choose_timing};
 use crate::measure::report::Timing;
 use crate::metrics::Channel;
 use crate::reference::{Bounces, MAX_SIZE_PX, ReferenceError, cache_dir, cached};
-use crate::scene::{LoadOptions, Scene};
+use crate::scene::{LoadOptions, Scene, Up};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::CliError;
 
+/// How scenes are loaded, shared by the commands that open scenes.
+#[derive(clap::Args)]
+pub(super) struct LoadArgs {
+    /// Render missing textures and materials mid-grey instead of failing.
+    #[arg(long)]
+    allow_missing_textures: bool,
+    /// The axis that points up in an .obj given alone; a .toml says it by `rotate_deg`.
+    #[arg(long, value_name = "y|z", default_value = "y", value_parser = parse_up)]
+    up: Up,
+}
+
+impl LoadArgs {
+    /// The same, for [`Scene::open`].
+    pub(super) fn options(&self) -> LoadOptions {
+        LoadOptions {
+            allow_missing_textures: self.allow_missing_textures,
+            up: self.up,
+        }
+    }
+}
+
+/// An axis that points up, by its name.
+pub(super) fn parse_up(text: &str) -> Result<Up, String> {
+    match text {
+        "y" => Ok(Up::Y),
+        "z" => Ok(Up::Z),
+        _ => Err(String::from("write y or z")),
+    }
+}
+
 /// The scene argument, shared by the commands that take a scene.
 #[derive(clap::Args)]
 pub(super) struct SceneArgs {
-    /// `bundled:NAME`, or the path of a .toml or .obj file.
+    /// `bundled:NAME`, or the path of a .toml or .obj file. An .obj alone gets a camera, a light
+    /// and, as a .png, an exposure.
     scene: OsString,
-    /// Render missing textures mid-grey instead of failing.
-    #[arg(long)]
-    allow_missing_textures: bool,
+    #[command(flatten)]
+    load: LoadArgs,
     /// TOML in the scene format that replaces the scene's camera, light or environment, as
     /// `lumivox view` copies it: 'camera = { eye = [0.0, 1.0, 2.0], target = [0.0, 1.0, 0.0]
     /// }'; may be repeated.
@@ -40,13 +70,7 @@ pub(super) struct SceneArgs {
 impl SceneArgs {
     /// Loads the scene, at the time that was asked for.
     pub(super) fn open(&self) -> Result<Scene, CliError> {
-        let mut scene = Scene::open(
-            &self.scene,
-            &LoadOptions {
-                allow_missing_textures: self.allow_missing_textures,
-            },
-        )
-        .map_err(CliError::input)?;
+        let mut scene = Scene::open(&self.scene, &self.load.options()).map_err(CliError::input)?;
         self.time.apply(&mut scene)?;
         self.with
             .iter()

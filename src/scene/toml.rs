@@ -18,7 +18,8 @@ pub(super) const COORDINATE_MAX: f32 = 1e9;
 const TIME_MAX: f32 = 1e6;
 
 type Number = Spanned<f32>;
-type Vector = Spanned<[f32; 3]>;
+/// Its length is checked where the field's name is known.
+type Vector = Spanned<Vec<f32>>;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -222,7 +223,14 @@ impl Source<'_> {
     }
 
     fn vector(&self, field: &str, vector: &Vector, range: Range<f32>) -> Result<Vec3, SceneError> {
-        let values = Vec3::from(*vector.get_ref());
+        let &[x, y, z] = vector.get_ref().as_slice() else {
+            return Err(self.error(
+                &vector.span(),
+                format!("`{field}` has {} numbers", vector.get_ref().len()),
+                "give an array of length 3, as in [0.0, 1.0, 0.0]",
+            ));
+        };
+        let values = Vec3::new(x, y, z);
         if values.cmpge(Vec3::splat(range.start)).all()
             && values.cmple(Vec3::splat(range.end)).all()
         {
@@ -319,6 +327,7 @@ impl Source<'_> {
                 placement,
                 dynamic: model.dynamic,
                 keyframes,
+                ..Use::default()
             },
         })
     }

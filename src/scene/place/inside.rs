@@ -1,0 +1,267 @@
+//! Rooms and halls: a camera that stands in the air and sees most of them, and a point light.
+
+use glam::Vec3;
+
+use super::{
+    Chosen, SAMPLES, Sample, Seen, Space, best, direction, quantile, rays_of, sphere, spread,
+};
+use crate::scene::toml::LIGHT_MAX;
+use crate::scene::{Camera, Light};
+
+/// Points in the bounds that are looked around from.
+const POINTS: usize = 96;
+
+/// Rays that look around from each.
+const RAYS: usize = 26;
+
+/// Share of the rays from a point in a room that may escape, as through a missing roof.
+const ESCAPES_MAX: f32 = 0.3;
+
+/// Share of the rays that end on fronts, of those from a point in the air of a room.
+const FRONTS_MIN: f32 = 0.35;
+
+/// Share of the bounds that is air of a room, of a model to be seen from inside.
+const AIR_MIN: f32 = 0.35;
+
+/// Share of the bounds that is enclosed, of a room whose walls face outwards.
+const TURNED_AIR_MIN: f32 = 0.8;
+
+/// Share of the rays from there that end on fronts: on what stands in that room.
+const TURNED_FRONTS_MIN: f32 = 0.01;
+
+/// Least distance of the camera from all surfaces, of half the longest side.
+const CLEARANCE: f32 = 0.04;
+
+/// What stands nearer to the camera hides the room.
+const NEAR: f32 = 0.12;
+
+/// Vertical field of view \[degrees\].
+const VFOV_DEG: f32 = 60.0;
+
+/// Irradiance that the light gives to half of what is seen, at least [W/m²].
+const IRRADIANCE: f32 = 1.0;
+
+/// Most that it gives to all but the brightest twentieth [W/m²].
+const IRRADIANCE_MAX: f32 = 6.0;
+
+/// A point in the air of a room.
+#[derive(Clone, Copy)]
+pub(super) struct Free {
+    point: Vec3,
+    /// Distance to the nearest surface.
+    clearance: f32,
+    /// Share of the rays that escape.
+    escapes: f32,
+    /// How far up it is between floor and ceiling, 0 to 1.
+    height: f32,
+}
+
+/// What rays from a point of the bounds meet.
+struct Around {
+    free: Free,
+    /// Share of those that meet something and meet its front.
+    fronts: f32,
+}
+
+fn look_around(space: &Space, point: Vec3) -> Around {
+    let seen: Vec<Seen> = sphere(RAYS)
+        .filter_map(|ray| space.trace(point, ray))
+        .collect();
+    let fronts = seen.iter().filter(|seen| space.shows_front(seen)).count();
+    let distance = |ray: Vec3, otherwise: f32| {
+        space
+            .trace(point, ray)
+            .map_or(otherwise.max(0.0), |seen| seen.distance)
+    };
+    let below = distance(Vec3::NEG_Y, point.y + space.half.y);
+    let above = distance(Vec3::Y, space.half.y - point.y);
+    Around {
+        free: Free {
+            point,
+            clearance: seen
+                .iter()
+                .fold(f32::INFINITY, |least, seen| least.min(seen.distance)),
+            escapes: 1.0 - seen.len() as f32 / RAYS as f32,
+            height: below / (below + above).max(f32::MIN_POSITIVE),
+        },
+        fronts: fronts as f32 / seen.len().max(1) as f32,
+    }
+}
+
+/// Points in the air, where the model is a room or a hall. A room may have walls that face
+/// outwards; then something that faces the air stands in it, or it would be a solid.
+pub(super) fn free_points(space: &Space) -> Option<Vec<Free>> {
+    let point = |index| (2.0 * Vec3::from(spread(index)) - 1.0) * space.half;
+    let around = (0..POINTS).map(|index| look_around(space, point(index)));
+    let enclosed: Vec<Around> = around
+        .filter(|around| around.free.escapes <= ESCAPES_MAX)
+        .collect();
+    let (air, backs): (Vec<&Around>, Vec<&Around>) = enclosed
+        .iter()
+        .partition(|around| around.fronts >= FRONTS_MIN);
+    let is_share = |count: usize, least: f32| count as f32 >= least * POINTS as f32;
+    let points = |of: &[&Around]| of.iter().map(|around| around.free).collect::<Vec<_>>();
+    if is_share(air.len(), AIR_MIN) {
+        return Some(points(&air));
+    }
+    let fronts = backs.iter().map(|around| around.fronts).sum::<f32>() / backs.len().max(1) as f32;
+    let is_turned = is_share(backs.len(), TURNED_AIR_MIN) && fronts >= TURNED_FRONTS_MIN;
+    let outside_of_things: Vec<&Around> = backs
+        .into_iter()
+        .filter(|around| around.fronts > 0.0)
+        .collect();
+    is_turned.then(|| points(&outside_of_things))
+}
+
+/// Chooses among points in the air.
+pub(super) fn place(space: &Space, free: &[Free]) -> Chosen {
+    let camera = camera(space, free);
+    let seen = space.seen(&camera);
+    let escapes = free.iter().map(|free| free.escapes).sum::<f32>() / free.len() as f32;
+    Chosen {
+        light: light(space, free, &camera, &seen),
+        camera,
+        place: "inside it, where it sees most",
+        is_open: escapes > 0.01,
+    }
+}
+
+fn looking(eye: Vec3, forward: Vec3) -> Camera {
+    Camera {
+        eye,
+        target: eye + 0.5 * forward,
+        up: Vec3::Y,
+        vfov_deg: VFOV_DEG,
+    }
+}
+
+/// The camera that sees most of the surface, at a height between floor and ceiling where people or
+/// painters stand.
+fn camera(space: &Space, free: &[Free]) -> Camera {
+    let samples = space.samples(|_| true);
+    let mut choices: Vec<(f32, Camera)> = Vec::new();
+    for at in free.iter().filter(|free| free.clearance >= CLEARANCE) {
+        let visible: Vec<&Sample> = samples
+            .iter()
+            .filter(|sample| space.is_clear(sample.position, sample.triangle, at.point))
+            .collect();
+        choices.extend((0..16).map(|step| {
+            let camera = looking(at.point, pitched(at.point, 22.5 * step as f32, &visible));
+            (
+                share_in_picture(&camera, &visible) * standing(at.height),
+                camera,
+            )
+        }));
+    }
+    choices.sort_by(|one, other| other.0.total_cmp(&one.0));
+    choices.truncate(12);
+    let mut cameras: Vec<Camera> = Vec::new();
+    for (_, camera) in &choices {
+        cameras.extend([*camera, stepped_back(space, camera)]);
+    }
+    let rated = cameras.iter().map(|camera| {
+        let visible: Vec<&Sample> = samples
+            .iter()
+            .filter(|sample| space.is_clear(sample.position, sample.triangle, camera.eye))
+            .collect();
+        let height = look_around(space, camera.eye).free.height;
+        share_in_picture(camera, &visible) * standing(height) * openness(space, camera)
+    });
+    let first = || looking(free[0].point, Vec3::NEG_Z);
+    best(rated).map_or_else(first, |index| cameras[index])
+}
+
+/// A direction of this azimuth, a little up or down towards what is visible there.
+fn pitched(eye: Vec3, azimuth_deg: f32, visible: &[&Sample]) -> Vec3 {
+    let level = direction(azimuth_deg, 0.0);
+    let towards = visible
+        .iter()
+        .map(|sample| (sample.position - eye).normalize_or_zero())
+        .filter(|towards| towards.dot(level) > 0.6)
+        .sum::<Vec3>()
+        .normalize_or(level);
+    (level + Vec3::Y * towards.y.clamp(-0.25, 0.15)).normalize()
+}
+
+/// The share of all samples that are visible and in the picture.
+fn share_in_picture(camera: &Camera, visible: &[&Sample]) -> f32 {
+    let [right, up, forward] = camera.basis();
+    let tan_y = (0.5 * camera.vfov_deg.to_radians()).tan();
+    let is_in = |sample: &&&Sample| {
+        let to = sample.position - camera.eye;
+        let depth = to.dot(forward);
+        depth > 0.0
+            && to.dot(right).abs() <= 1.6 * tan_y * depth
+            && to.dot(up).abs() <= tan_y * depth
+    };
+    visible.iter().filter(is_in).count() as f32 / SAMPLES as f32
+}
+
+/// How well a camera stands at a height between floor (0) and ceiling (1).
+fn standing(height: f32) -> f32 {
+    (1.0 - 1.5 * (height - 0.42).abs()).max(0.2)
+}
+
+/// The same view from further back, as far as the room goes.
+fn stepped_back(space: &Space, camera: &Camera) -> Camera {
+    let [_, _, forward] = camera.basis();
+    let level = Vec3::new(forward.x, 0.0, forward.z).normalize_or(forward);
+    let room = space
+        .trace(camera.eye, -level)
+        .map_or(0.0, |seen| seen.distance);
+    looking(
+        camera.eye - level * (room - 1.5 * CLEARANCE).max(0.0),
+        forward,
+    )
+}
+
+/// How much of the picture is neither something near nor nothing at all, 0 to 1.
+fn openness(space: &Space, camera: &Camera) -> f32 {
+    let rays = rays_of(camera);
+    let rated = rays.map(|ray| match space.trace(camera.eye, ray) {
+        None => 0.5,
+        Some(seen) => (seen.distance / NEAR).min(1.0),
+    });
+    let rated: Vec<f32> = rated.collect();
+    rated.iter().sum::<f32>() / rated.len() as f32
+}
+
+/// A point light that reaches most of what the camera sees, most evenly, from above.
+fn light(space: &Space, free: &[Free], camera: &Camera, seen: &[Seen]) -> Light {
+    let some: Vec<&Seen> = seen.iter().step_by(2).collect();
+    let irradiances = |at: Vec3| -> Vec<f32> {
+        let irradiance = |seen: &&Seen| {
+            let way = at - seen.position;
+            let cosine = way.normalize_or_zero().dot(seen.normal);
+            let is_lit = cosine > 0.0 && space.is_clear(seen.position, seen.triangle, at);
+            if is_lit {
+                cosine / way.length_squared()
+            } else {
+                0.0
+            }
+        };
+        some.iter().map(irradiance).collect()
+    };
+    let rated = free.iter().map(|free| {
+        let mut values = irradiances(free.point);
+        let roots = values.iter().map(|value| value.sqrt()).sum::<f32>();
+        let bright = quantile(&mut values, 0.95).sqrt().max(f32::MIN_POSITIVE);
+        let above = (1.0 - 0.8 * (free.height - 0.75).abs()).max(0.3);
+        let from_walls = (free.clearance / (3.0 * CLEARANCE)).min(1.0);
+        roots / bright * above * from_walls
+    });
+    let at = best(rated).map_or(camera.eye, |index| free[index].point);
+    let mut values = irradiances(at);
+    values.retain(|value| *value > 0.0);
+    let (middle, bright) = (quantile(&mut values, 0.5), quantile(&mut values, 0.95));
+    let intensity = if middle > 0.0 {
+        (IRRADIANCE / middle).min(IRRADIANCE_MAX / bright)
+    } else {
+        IRRADIANCE
+    };
+    let intensity = f64::from(intensity) * space.unit_m * space.unit_m;
+    Light::Point {
+        position: space.point_m(at),
+        intensity: Vec3::splat((intensity as f32).clamp(f32::MIN_POSITIVE, LIGHT_MAX)),
+    }
+}
