@@ -10,15 +10,17 @@ use crate::gi::Settings;
 use crate::gi::entry::Entry;
 use crate::gi::registry::{DEFAULT, find};
 use crate::graph::{DeviceChoice, Faults, GpuOptions};
-use crate::image::{Aov, Image, write_exr, write_png};
+use crate::image::{Aov, Image, exposure_to_see, write_exr, write_png};
 use crate::measure::bench::{Truth, choose_timing};
 use crate::measure::report::Timing;
 use crate::metrics::Channel;
 use crate::reference::{Bounces, MAX_SIZE_PX, ReferenceError, cache_dir, cached};
 use crate::scene::{LoadOptions, Scene, Up};
+use glam::Vec3;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::CliError;
+use super::nothing::Nothing;
 
 /// How scenes are loaded, shared by the commands that open scenes.
 #[derive(clap::Args)]
@@ -128,9 +130,10 @@ pub(super) struct PictureArgs {
     /// The image: .exr (linear, 32-bit float) or .png (sRGB).
     #[arg(short, long, value_name = "FILE")]
     pub(super) output: PathBuf,
-    /// Factor applied before the clamp of a .png.
-    #[arg(long, value_name = "X", default_value_t = 1.0)]
-    exposure: f32,
+    /// Factor applied before the clamp of a .png [default: 1; of an .obj alone, one at which its
+    /// picture can be judged].
+    #[arg(long, value_name = "X")]
+    exposure: Option<f32>,
     /// Write settings and what was measured as JSON.
     #[arg(long, value_name = "FILE.json")]
     pub(super) report: Option<PathBuf>,
@@ -140,7 +143,7 @@ impl PictureArgs {
     /// Checks before any work that the outputs can be written.
     pub(super) fn check(&self) -> Result<(), CliError> {
         self.is_exr()?;
-        check_positive("--exposure", Some(self.exposure))?;
+        check_positive("--exposure", self.exposure)?;
         check_output(&self.output)?;
         self.report.iter().try_for_each(|path| check_output(path))
     }
@@ -163,14 +166,58 @@ impl PictureArgs {
         }
     }
 
-    /// Writes the image.
-    pub(super) fn write(&self, image: &Image) -> Result<(), CliError> {
+    /// Writes the image of a scene, at the exposure that is asked for, or else suits it.
+    pub(super) fn write(
+        &self,
+        image: &Image,
+        (args, scene): (&SceneArgs, &Scene),
+        is_light: bool,
+    ) -> Result<(), CliError> {
         let written = if self.is_exr()? {
             write_exr(&self.output, image)
         } else {
-            write_png(&self.output, image, self.exposure)
+            let exposure = self.exposure(image, (args, scene), is_light);
+            if self.exposure.is_none() && exposure != 1.0 {
+                log::warn!("no exposure is given; the picture gets --exposure {exposure:?}");
+            }
+            write_png(&self.output, image, exposure)
         };
         written.map_err(CliError::failed)
+    }
+
+    /// The exposure of a .png. Without a choice, light of a model alone gets one that suits it, to
+    /// three digits, because nobody chose how bright that light is.
+    fn exposure(&self, image: &Image, (args, scene): (&SceneArgs, &Scene), is_light: bool) -> f32 {
+        let suits = is_light && Scene::is_model_alone(&args.scene);
+        let background = scene.environment;
+        let chosen = || match suits {
+            true => format!("{:.2e}", exposure_to_see(image, background))
+                .parse()
+                .unwrap_or(1.0),
+            false => 1.0,
+        };
+        self.exposure.unwrap_or_else(chosen)
+    }
+
+    /// Warns where the picture of a scene is black, white or of one value, and says why. Of an .exr
+    /// only the absence of light counts.
+    pub(super) fn warn_of_nothing(
+        &self,
+        image: &Image,
+        (args, scene): (&SceneArgs, &Scene),
+    ) -> Result<(), CliError> {
+        let exposure = match self.is_exr()? {
+            true => exposure_to_see(image, Vec3::ZERO),
+            false => self.exposure(image, (args, scene), true),
+        };
+        if let Some(nothing) = Nothing::of(image, exposure) {
+            let path = self.output.display();
+            log::warn!(
+                "{path}: the picture is {nothing}: {}",
+                nothing.reason(scene, exposure)
+            );
+        }
+        Ok(())
     }
 }
 

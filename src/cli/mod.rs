@@ -9,6 +9,7 @@ mod common;
 mod compare;
 mod devices;
 mod explain;
+mod nothing;
 mod reference;
 mod render;
 mod scene;

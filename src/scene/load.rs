@@ -113,7 +113,7 @@ impl Scene {
                         scene.name
                     );
                 }
-                scene.choose_camera_and_light();
+                scene.choose_camera_and_lights();
                 Ok(scene)
             }
             _ if !path.exists() => Err(SceneError::read(path, std::io::ErrorKind::NotFound.into())),
@@ -199,17 +199,17 @@ impl Scene {
         }
     }
 
-    /// Puts the camera where it sees most of the scene, and a light where it reaches most of that.
-    fn choose_camera_and_light(&mut self) {
+    /// Puts the camera where it sees most of the scene, and lights where they reach most of that.
+    fn choose_camera_and_lights(&mut self) {
         let Some(placement) = place::place(self) else {
             return;
         };
         self.take_camera(&placement);
         self.environment = placement.environment;
-        if let Some(light) = placement.light {
+        for light in &placement.lights {
             log::warn!("{}: no light is given; it gets {light:?}", self.name);
-            self.lights = vec![light];
         }
+        self.lights = placement.lights;
         if self.environment != Vec3::ZERO {
             let sky = self.environment.to_array();
             log::warn!(

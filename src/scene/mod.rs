@@ -21,6 +21,7 @@ mod picture;
 mod place;
 mod polygon;
 pub(crate) mod rays;
+mod sight;
 mod texture;
 mod textures;
 mod toml;
@@ -34,6 +35,7 @@ pub use load::{LoadOptions, Up};
 pub use material::{Material, Specular};
 pub(crate) use motion::union;
 pub use motion::{Keyframe, Motion, Pose};
+pub use sight::Sight;
 pub use texture::{Texture, TextureKind};
 pub use write::{camera_toml, lights_toml};
 

@@ -1,4 +1,4 @@
-//! Rooms and halls: a camera that stands in the air and sees most of them, and a point light.
+//! Rooms and halls: a camera that stands in the air and sees most of them, and point lights.
 
 use glam::Vec3;
 
@@ -38,10 +38,16 @@ const NEAR: f32 = 0.12;
 /// Vertical field of view \[degrees\].
 const VFOV_DEG: f32 = 60.0;
 
-/// Irradiance that the light gives to half of what is seen, at least [W/m²].
+/// Most lights of a room.
+const LIGHTS_MAX: usize = 3;
+
+/// How much more evenly the room must be lit for another light.
+const LIGHT_WORTH: f32 = 1.08;
+
+/// Irradiance that the lights give to half of what is seen, at least [W/m²].
 const IRRADIANCE: f32 = 1.0;
 
-/// Most that it gives to all but the brightest twentieth [W/m²].
+/// Most that they give to all but the brightest twentieth [W/m²].
 const IRRADIANCE_MAX: f32 = 6.0;
 
 /// A point in the air of a room.
@@ -68,13 +74,15 @@ fn look_around(space: &Space, point: Vec3) -> Around {
         .filter_map(|ray| space.trace(point, ray))
         .collect();
     let fronts = seen.iter().filter(|seen| space.shows_front(seen)).count();
-    let distance = |ray: Vec3, otherwise: f32| {
-        space
-            .trace(point, ray)
-            .map_or(otherwise.max(0.0), |seen| seen.distance)
+    let reach = |side: f32| {
+        let rays = sphere(RAYS).filter(|ray| ray.y * side > 0.5);
+        rays.map(|ray| match space.trace(point, ray) {
+            Some(seen) => side * (seen.position.y - point.y),
+            None => space.half.y - side * point.y,
+        })
+        .fold(0.0, f32::max)
     };
-    let below = distance(Vec3::NEG_Y, point.y + space.half.y);
-    let above = distance(Vec3::Y, space.half.y - point.y);
+    let (below, above) = (reach(-1.0), reach(1.0));
     Around {
         free: Free {
             point,
@@ -119,7 +127,7 @@ pub(super) fn place(space: &Space, free: &[Free]) -> Chosen {
     let seen = space.seen(&camera);
     let escapes = free.iter().map(|free| free.escapes).sum::<f32>() / free.len() as f32;
     Chosen {
-        light: light(space, free, &camera, &seen),
+        lights: lights(space, free, &camera, &seen),
         camera,
         place: "inside it, where it sees most",
         is_open: escapes > 0.01,
@@ -199,7 +207,7 @@ fn share_in_picture(camera: &Camera, visible: &[&Sample]) -> f32 {
 
 /// How well a camera stands at a height between floor (0) and ceiling (1).
 fn standing(height: f32) -> f32 {
-    (1.0 - 1.5 * (height - 0.42).abs()).max(0.2)
+    (-((height - 0.38) / 0.25).powi(2)).exp().max(0.02)
 }
 
 /// The same view from further back, as far as the room goes.
@@ -226,14 +234,15 @@ fn openness(space: &Space, camera: &Camera) -> f32 {
     rated.iter().sum::<f32>() / rated.len() as f32
 }
 
-/// A point light that reaches most of what the camera sees, most evenly, from above.
-fn light(space: &Space, free: &[Free], camera: &Camera, seen: &[Seen]) -> Light {
+/// Point lights that reach most of what the camera sees, most evenly, from above: one, or as many
+/// as make it much more even.
+fn lights(space: &Space, free: &[Free], camera: &Camera, seen: &[Seen]) -> Vec<Light> {
     let some: Vec<&Seen> = seen.iter().step_by(2).collect();
-    let irradiances = |at: Vec3| -> Vec<f32> {
+    let irradiances = |free: &Free| -> Vec<f32> {
         let irradiance = |seen: &&Seen| {
-            let way = at - seen.position;
+            let way = free.point - seen.position;
             let cosine = way.normalize_or_zero().dot(seen.normal);
-            let is_lit = cosine > 0.0 && space.is_clear(seen.position, seen.triangle, at);
+            let is_lit = cosine > 0.0 && space.is_clear(seen.position, seen.triangle, free.point);
             if is_lit {
                 cosine / way.length_squared()
             } else {
@@ -242,26 +251,50 @@ fn light(space: &Space, free: &[Free], camera: &Camera, seen: &[Seen]) -> Light 
         };
         some.iter().map(irradiance).collect()
     };
-    let rated = free.iter().map(|free| {
-        let mut values = irradiances(free.point);
-        let roots = values.iter().map(|value| value.sqrt()).sum::<f32>();
-        let bright = quantile(&mut values, 0.95).sqrt().max(f32::MIN_POSITIVE);
-        let above = (1.0 - 0.8 * (free.height - 0.75).abs()).max(0.3);
-        let from_walls = (free.clearance / (3.0 * CLEARANCE)).min(1.0);
-        roots / bright * above * from_walls
-    });
-    let at = best(rated).map_or(camera.eye, |index| free[index].point);
-    let mut values = irradiances(at);
-    values.retain(|value| *value > 0.0);
-    let (middle, bright) = (quantile(&mut values, 0.5), quantile(&mut values, 0.95));
-    let intensity = if middle > 0.0 {
-        (IRRADIANCE / middle).min(IRRADIANCE_MAX / bright)
-    } else {
-        IRRADIANCE
-    };
-    let intensity = f64::from(intensity) * space.unit_m * space.unit_m;
-    Light::Point {
-        position: space.point_m(at),
-        intensity: Vec3::splat((intensity as f32).clamp(f32::MIN_POSITIVE, LIGHT_MAX)),
+    let each: Vec<Vec<f32>> = free.iter().map(irradiances).collect();
+    let (mut total, mut chosen, mut score) = (vec![0.0; some.len()], Vec::new(), 0.0);
+    while chosen.len() < LIGHTS_MAX {
+        let with = |index: usize| total.iter().zip(&each[index]).map(|(sum, more)| sum + more);
+        let rated = |index: usize| evenness(with(index).collect()) * hanging(&free[index]);
+        let Some(next) = best((0..free.len()).map(rated)) else {
+            break;
+        };
+        if !chosen.is_empty() && rated(next) < LIGHT_WORTH * score {
+            break;
+        }
+        score = rated(next);
+        total = with(next).collect();
+        chosen.push(free[next].point);
     }
+    total.retain(|value| *value > 0.0);
+    let (middle, bright) = (quantile(&mut total, 0.5), quantile(&mut total, 0.95));
+    let unit_intensity = match middle > 0.0 {
+        true => (IRRADIANCE / middle).min(IRRADIANCE_MAX / bright),
+        false => IRRADIANCE,
+    };
+    let intensity = f64::from(unit_intensity) * space.unit_m * space.unit_m;
+    let intensity = Vec3::splat((intensity as f32).clamp(f32::MIN_POSITIVE, LIGHT_MAX));
+    let points = if chosen.is_empty() {
+        vec![camera.eye]
+    } else {
+        chosen
+    };
+    let light = |point: &Vec3| Light::Point {
+        position: space.point_m(*point),
+        intensity,
+    };
+    points.iter().map(light).collect()
+}
+
+/// How evenly points are lit, the brightest twentieth aside, 0 to about 1.
+fn evenness(mut irradiances: Vec<f32>) -> f32 {
+    let roots = irradiances.iter().map(|value| value.sqrt()).sum::<f32>();
+    let bright = quantile(&mut irradiances, 0.95).sqrt();
+    roots / (bright * irradiances.len() as f32).max(f32::MIN_POSITIVE)
+}
+
+/// How well a lamp hangs at a point: above heads, and away from ceiling and walls.
+fn hanging(free: &Free) -> f32 {
+    let above = (1.0 - 1.2 * (free.height - 0.62).abs()).max(0.3);
+    above * (free.clearance / (4.0 * CLEARANCE)).min(1.0)
 }

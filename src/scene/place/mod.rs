@@ -1,12 +1,12 @@
-//! The camera and the light of a model that comes with neither, placed by what rays see.
+//! The camera and the lights of a model that comes with neither, placed by what rays see.
 //!
 //! All of it happens in units in which the model reaches from −1 to 1 along its longest side, so
 //! that neither its size nor its place matters.
 //!
 //! Points all over the bounds tell whether the model is a place to be in: from most points of a
 //! room or a hall, most rays end on the fronts of walls; around an object they escape, and inside a
-//! solid they end on backs. The camera is where it sees most of the model, the light where it
-//! reaches most of what the camera sees.
+//! solid they end on backs. The camera is where it sees most of the model, lights where they
+//! reach most of what the camera sees.
 
 mod inside;
 mod outside;
@@ -15,12 +15,12 @@ use std::f32::consts::PI;
 
 use glam::{DVec3, Vec3};
 
-use crate::scene::rays::{Accel, Hit, NO_TRIANGLE, Ray, corners, texture_coordinates};
+use crate::scene::rays::{Accel, NO_TRIANGLE, Ray, corners};
 use crate::scene::{Camera, Light, Scene, Triangle};
 
 /// Radiance of the sky that is added where rays escape [W/(m² sr)]: dim beside the sun, and blue
 /// enough to tell shadows from dirt.
-const SKY: Vec3 = Vec3::new(0.22, 0.25, 0.3);
+const SKY: Vec3 = Vec3::new(0.14, 0.17, 0.22);
 
 /// Points of the surface whose visibility is compared.
 const SAMPLES: usize = 240;
@@ -37,8 +37,8 @@ pub(super) struct Placement {
     pub(super) camera: Camera,
     /// Where the camera stands, in words.
     pub(super) place: &'static str,
-    /// The light; `None` where what the model emits is enough.
-    pub(super) light: Option<Light>,
+    /// The lights; none where what the model emits is enough.
+    pub(super) lights: Vec<Light>,
     /// Radiance of the sky [W/(m² sr)]; zero where no ray escapes.
     pub(super) environment: Vec3,
 }
@@ -74,7 +74,7 @@ struct Space<'s> {
     unit_m: f64,
 }
 
-/// Chooses camera, light and sky; `None` without triangles.
+/// Chooses camera, lights and sky; `None` without triangles.
 pub(super) fn place(scene: &Scene) -> Option<Placement> {
     let space = Space::new(scene)?;
     let chosen = match inside::free_points(&space) {
@@ -83,20 +83,24 @@ pub(super) fn place(scene: &Scene) -> Option<Placement> {
     };
     let seen = space.seen(&chosen.camera);
     let is_lit_by_itself = scene.is_emissive() && space.emitted_share(&seen) >= EMITTED_SHARE;
-    let light = (!is_lit_by_itself).then_some(chosen.light);
+    let lights = if is_lit_by_itself {
+        Vec::new()
+    } else {
+        chosen.lights
+    };
     Some(Placement {
         camera: space.camera_m(&chosen.camera),
         place: chosen.place,
-        light,
+        lights,
         environment: if chosen.is_open { SKY } else { Vec3::ZERO },
     })
 }
 
-/// A choice, with the camera in units of the space and the light in metres.
+/// A choice, with the camera in units of the space and the lights in metres.
 struct Chosen {
     camera: Camera,
     place: &'static str,
-    light: Light,
+    lights: Vec<Light>,
     is_open: bool,
 }
 
@@ -146,15 +150,6 @@ impl<'s> Space<'s> {
         }
     }
 
-    fn is_solid(&self, hit: Hit) -> bool {
-        let triangle = &self.scene.triangles[hit.triangle as usize];
-        let Some(mask) = self.scene.materials[triangle.material as usize].mask_texture else {
-            return true;
-        };
-        let [u, v] = texture_coordinates(self.scene, triangle, hit.u, hit.v);
-        self.scene.textures[mask as usize].sample(u, v).x >= 0.5
-    }
-
     /// What a ray from a point of the air meets.
     fn trace(&self, origin: Vec3, direction: Vec3) -> Option<Seen> {
         let ray = Ray {
@@ -162,7 +157,9 @@ impl<'s> Space<'s> {
             direction,
             leaves: NO_TRIANGLE,
         };
-        let hit = self.accel.closest(|hit| self.is_solid(hit), &ray)?;
+        let hit = self
+            .accel
+            .closest(|hit| self.scene.has_surface(hit), &ray)?;
         let [a, b, c] = self.corners[hit.triangle as usize];
         let position = a * (1.0 - hit.u - hit.v) + b * hit.u + c * hit.v;
         let front = normal([a, b, c]);
@@ -192,7 +189,7 @@ impl<'s> Space<'s> {
             direction: way / distance,
             leaves: triangle,
         };
-        let is_solid = |hit| self.is_solid(hit);
+        let is_solid = |hit| self.scene.has_surface(hit);
         !self.accel.is_occluded(is_solid, &ray, distance, triangle)
     }
 

@@ -8,8 +8,8 @@ use crate::scene::{Camera, Light};
 /// Vertical field of view \[degrees\].
 const VFOV_DEG: f32 = 40.0;
 
-/// Width of the picture that the model must fit in, by its height: every usual picture is wider.
-const ASPECT: f32 = 4.0 / 3.0;
+/// Width of the picture that the model must fit in, by its height: most pictures are wider.
+const ASPECT: f32 = 1.5;
 
 /// Share of the height below which a surface may be a floor.
 const FLOOR_HEIGHT: f32 = 0.05;
@@ -31,12 +31,12 @@ const ELEVATIONS_DEG: [f32; 3] = [24.0, 38.0, 12.0];
 
 /// Where the sun stands, to the right of the camera, and how high; the best known first.
 const SUNS_DEG: [[f32; 2]; 8] = [
-    [-55.0, 48.0],
-    [55.0, 48.0],
-    [-80.0, 55.0],
-    [80.0, 55.0],
-    [-25.0, 60.0],
-    [25.0, 60.0],
+    [30.0, 50.0],
+    [-62.0, 52.0],
+    [62.0, 52.0],
+    [-30.0, 50.0],
+    [-85.0, 55.0],
+    [85.0, 55.0],
     [-130.0, 65.0],
     [130.0, 65.0],
 ];
@@ -74,10 +74,10 @@ pub(super) fn place(space: &Space) -> Chosen {
     Chosen {
         camera,
         place: "outside it, looking at it",
-        light: Light::Directional {
+        lights: vec![Light::Directional {
             direction: -towards_sun,
             irradiance: Vec3::splat(SUN),
-        },
+        }],
         is_open: true,
     }
 }
