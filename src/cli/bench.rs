@@ -121,8 +121,8 @@ pub(crate) struct Args {
     timing: TimingArgs,
     #[command(flatten)]
     load: LoadArgs,
-    /// Measure nothing: gather the records of these folders, those of equal file names together, and
-    /// draw their tables and charts.
+    /// Measure nothing: gather the records of these folders, those of equal file names together,
+    /// and draw their tables and charts.
     #[arg(long, value_name = "DIR", num_args = 1.., conflicts_with = "scene")]
     merge: Vec<PathBuf>,
     /// The folder for NAME.jsonl, NAME.csv and the charts NAME-*.svg and NAME-*.png of each scene.

@@ -12,7 +12,7 @@ use super::{Light, Scene, SceneError, bundled, model, paths, place, toml};
 /// How to load a scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LoadOptions {
-    /// Render missing textures and materials mid-grey, with a warning, where they would be an error.
+    /// Render missing textures and materials mid-grey, with a warning; otherwise they are errors.
     pub allow_missing_textures: bool,
     /// The axis that points up in an `.obj` alone.
     pub up: Up,

@@ -229,7 +229,8 @@ impl Origin<'_> {
             |(low, high): (Vec3, Vec3), position: Vec3| (low.min(position), high.max(position)),
         );
         let extent_m = (high - low).max_element();
-        if part.vertices.is_empty() || extent_m >= EXTENT_MIN {
+        // What has no extent at all has no area either, which is said later.
+        if part.vertices.is_empty() || extent_m == 0.0 || extent_m >= EXTENT_MIN {
             return Ok(());
         }
         let problem = format!(

@@ -114,7 +114,7 @@ impl MtlMaterial {
         self.map_d.is_none() && self.dissolve.is_some_and(|dissolve| dissolve < 0.5)
     }
 
-    /// What its maps do to texture coordinates, `None` for nothing: what the first of them does. The
+    /// What its maps do to texture coordinates, `None` for nothing: what the first does. The
     /// second value is true where another map does something else.
     pub(super) fn uv_shift(&self) -> (Option<UvShift>, bool) {
         let bump = self.bump.as_ref().filter(|_| self.norm.is_none());

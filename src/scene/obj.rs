@@ -1,8 +1,8 @@
 //! OBJ geometry, parsed line by line so that every error has its line.
 //!
 //! Read: `v`, `vt`, `vn`, `f` (any number of corners, negative indices), `usemtl`, `mtllib`, and
-//! lines that a `\` at their end continues; everything else (groups, smoothing, lines, points, free-form surfaces) is passed over. Extra
-//! numbers on `v` and `vt` (w, vertex colours) are ignored. Polygons become triangles
+//! lines that a `\` at their end continues. Everything else (groups, smoothing, lines, points,
+//! free-form surfaces) is passed over. Extra numbers on `v` and `vt` (w, vertex colours) are ignored. Polygons become triangles
 //! ([`super::polygon`]).
 
 use std::collections::HashMap;

@@ -7,11 +7,10 @@ use glam::Vec3;
 use serde::Deserialize;
 use toml::Spanned;
 
+use super::light::LIGHT_MAX;
 use super::model::{Placement, Use};
 use super::{Camera, Keyframe, Light, Pose, SceneError, paths};
 
-/// Largest light value [W/m², W/sr, W/(m² sr)]: beyond it 32-bit sums lose meaning.
-pub(super) const LIGHT_MAX: f32 = 1e12;
 /// Largest coordinate \[m\].
 pub(super) const COORDINATE_MAX: f32 = 1e9;
 /// Largest time of a keyframe \[s\].

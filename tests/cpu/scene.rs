@@ -809,8 +809,8 @@ fn values_of_maps_get_base_and_gain() {
     assert_eq!(texel("map_Kd a.png"), 128);
     assert_eq!(texel("map_Kd -mm 0 0 a.png"), 0);
     assert_eq!(texel("map_Kd -mm 1 0 a.png"), 255);
-    // Linear 0.216 twice is 0.432, which is 175 as sRGB.
-    assert_eq!(texel("map_Kd -mm 0 2 a.png"), 175);
+    // Linear 0.216 twice is 0.432, which is 176 as sRGB.
+    assert_eq!(texel("map_Kd -mm 0 2 a.png"), 176);
     assert_eq!(texel("map_d -mm 0 0.5 a.png"), 64);
 }
 

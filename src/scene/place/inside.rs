@@ -5,7 +5,7 @@ use glam::Vec3;
 use super::{
     Chosen, SAMPLES, Sample, Seen, Space, best, direction, quantile, rays_of, sphere, spread,
 };
-use crate::scene::toml::LIGHT_MAX;
+use crate::scene::light::LIGHT_MAX;
 use crate::scene::{Camera, Light};
 
 /// Points in the bounds that are looked around from.

@@ -156,7 +156,10 @@ impl Subject {
         let centre = 0.5 * (self.low + self.high);
         let tan_y = (0.5 * VFOV_DEG.to_radians()).tan() / self.margin;
         let corners = (0..8).map(|corner: u32| {
-            let pick = |axis: usize| if corner >> axis & 1 == 0 { self.low } else { self.high }[axis];
+            let pick = |axis: usize| match corner >> axis & 1 {
+                0 => self.low[axis],
+                _ => self.high[axis],
+            };
             Vec3::new(pick(0), pick(1), pick(2))
         });
         let distance_for = |point: Vec3| {
