@@ -2,8 +2,8 @@
 //!
 //! Read: `v`, `vt`, `vn`, `f` (any number of corners, negative indices), `usemtl`, `mtllib`, and
 //! lines that a `\` at their end continues. Everything else (groups, smoothing, lines, points,
-//! free-form surfaces) is passed over. Extra numbers on `v` and `vt` (w, vertex colours) are ignored. Polygons become triangles
-//! ([`super::polygon`]).
+//! free-form surfaces) is passed over. Extra numbers on `v` and `vt` (w, vertex colours) are
+//! ignored. Polygons become triangles ([`super::polygon`]).
 
 use std::collections::HashMap;
 use std::path::Path;
