@@ -259,7 +259,8 @@ fn lights(space: &Space, free: &[Free], camera: &Camera, seen: &[Seen]) -> Vec<L
         let Some(next) = best((0..free.len()).map(rated)) else {
             break;
         };
-        if !chosen.is_empty() && rated(next) < LIGHT_WORTH * score {
+        let is_there = chosen.contains(&free[next].point);
+        if is_there || (!chosen.is_empty() && rated(next) < LIGHT_WORTH * score) {
             break;
         }
         score = rated(next);
