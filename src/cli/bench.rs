@@ -17,13 +17,13 @@ use crate::measure::{
 };
 use crate::metrics::Channel;
 use crate::reference::{Bounces, guide};
-use crate::scene::{LoadOptions, Scene};
+use crate::scene::Scene;
 
 use super::CliError;
 use super::common::{
-    DeviceArgs, FrameArgs, TimingArgs, bad_setting, chart_stem, check_max_error, check_output,
-    check_output_folder, make_folder, parse_channel, parse_size, progress_bar, reference, say,
-    stems, warn_of_idle_in, write_text,
+    DeviceArgs, FrameArgs, LoadArgs, TimingArgs, bad_setting, chart_stem, check_max_error,
+    check_output, check_output_folder, make_folder, parse_channel, parse_size, progress_bar,
+    reference, say, stems, warn_of_idle_in, write_text,
 };
 use super::files::check_results_folder;
 use super::stop;
@@ -122,9 +122,8 @@ pub(crate) struct Args {
     device: DeviceArgs,
     #[command(flatten)]
     timing: TimingArgs,
-    /// Render missing textures mid-grey instead of failing.
-    #[arg(long)]
-    allow_missing_textures: bool,
+    #[command(flatten)]
+    load: LoadArgs,
     /// Measure nothing: gather the records of these folders, those of equal file names together,
     /// and draw their tables and charts.
     #[arg(long, value_name = "DIR", num_args = 1.., conflicts_with = "scene")]
@@ -166,9 +165,7 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
         cases(&techniques, &args.preset, &args.resolution, &args.set).map_err(bad_setting)?;
     warn_of_idle_in(&cases, &args.set);
     check_output_folder(&args.output)?;
-    let options = LoadOptions {
-        allow_missing_textures: args.allow_missing_textures,
-    };
+    let options = args.load.options();
     let scenes: Vec<Scene> = args
         .scene
         .iter()

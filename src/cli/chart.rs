@@ -13,12 +13,12 @@ use crate::measure::chart::{
 use crate::measure::records::{Records, newest, read_records, record_files};
 use crate::metrics::Channel;
 use crate::reference::cache_dir;
-use crate::scene::{LoadOptions, Scene};
+use crate::scene::Scene;
 
 use super::CliError;
 use super::common::{
-    DeviceArgs, FrameArgs, TimingArgs, chart_stem, check_output_folder, check_scenes, make_folder,
-    parse_channel, parse_size, progress_bar, say, stems, write_text,
+    DeviceArgs, FrameArgs, LoadArgs, TimingArgs, chart_stem, check_output_folder, check_scenes,
+    make_folder, parse_channel, parse_size, progress_bar, say, stems, write_text,
 };
 use super::files::check_results_folder;
 use super::stop;
@@ -76,9 +76,8 @@ pub(crate) struct Args {
     device: DeviceArgs,
     #[command(flatten)]
     timing: TimingArgs,
-    /// Render missing textures mid-grey instead of failing.
-    #[arg(long)]
-    allow_missing_textures: bool,
+    #[command(flatten)]
+    load: LoadArgs,
     /// Measure every n-th point only, from the i-th, and write nothing but its records, as
     /// NAME-shard-i-of-n.jsonl.
     #[arg(long, value_name = "i/n", value_parser = parse_shard)]
@@ -127,9 +126,7 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     }
     let cases = cases(args)?;
     check_output_folder(folder)?;
-    let options = LoadOptions {
-        allow_missing_textures: args.allow_missing_textures,
-    };
+    let options = args.load.options();
     let scenes: Vec<Scene> = args
         .scene
         .iter()

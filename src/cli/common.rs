@@ -11,27 +11,59 @@ use crate::gi::entry::Entry;
 use crate::gi::registry::{DEFAULT, find, owners};
 use crate::gi::{SettingError, Settings};
 use crate::graph::{DeviceChoice, Faults, GpuOptions};
-use crate::image::{Aov, Image, write_exr, write_png};
+use crate::image::{Aov, Image, exposure_to_see, write_exr, write_png};
 use crate::measure::bench::{Case, Truth, choose_timing};
 use crate::measure::report::Timing;
 use crate::metrics::Channel;
 use crate::output;
 use crate::reference::{Bounces, MAX_SIZE_PX, cache_dir, cached};
-use crate::scene::{LoadOptions, Scene};
+use crate::scene::{LoadOptions, Scene, Up};
+use glam::Vec3;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::CliError;
 use super::files::Files;
+use super::nothing::Nothing;
+
+/// How scenes are loaded, shared by the commands that open scenes.
+#[derive(clap::Args)]
+pub(super) struct LoadArgs {
+    /// Render missing textures and materials mid-grey instead of failing.
+    #[arg(long)]
+    allow_missing_textures: bool,
+    /// The axis that points up in an .obj given alone; a .toml says it by `rotate_deg`.
+    #[arg(long, value_name = "y|z", default_value = "y", value_parser = parse_up)]
+    up: Up,
+}
+
+impl LoadArgs {
+    /// The same, for [`Scene::open`].
+    pub(super) fn options(&self) -> LoadOptions {
+        LoadOptions {
+            allow_missing_textures: self.allow_missing_textures,
+            up: self.up,
+        }
+    }
+}
+
+/// An axis that points up, by its name.
+pub(super) fn parse_up(text: &str) -> Result<Up, String> {
+    match text {
+        "y" => Ok(Up::Y),
+        "z" => Ok(Up::Z),
+        _ => Err(String::from("write y or z")),
+    }
+}
 
 /// The scene argument, shared by the commands that take a scene.
 #[derive(clap::Args)]
 #[command(next_help_heading = "Scene")]
 pub(super) struct SceneArgs {
-    /// `bundled:NAME`, or the path of a .toml or .obj file.
+    /// `bundled:NAME`, or the path of a .toml or .obj file. An .obj alone gets a camera, a light
+    /// and, as a .png, an exposure.
     scene: OsString,
-    /// Render missing textures mid-grey instead of failing.
-    #[arg(long)]
-    allow_missing_textures: bool,
+    #[command(flatten)]
+    load: LoadArgs,
     /// TOML in the scene format that replaces the scene's camera, light or environment, as
     /// `lumivox view` copies it: 'camera = { eye = [0.0, 1.0, 2.0], target = [0.0, 1.0, 0.0]
     /// }'; may be repeated.
@@ -45,13 +77,7 @@ impl SceneArgs {
     /// Loads the scene, at the time that was asked for; none of its files is one that is written.
     pub(super) fn open(&self, files: &mut Files) -> Result<Scene, CliError> {
         files.read_source(&self.scene)?;
-        let mut scene = Scene::open(
-            &self.scene,
-            &LoadOptions {
-                allow_missing_textures: self.allow_missing_textures,
-            },
-        )
-        .map_err(CliError::input)?;
+        let mut scene = Scene::open(&self.scene, &self.load.options()).map_err(CliError::input)?;
         files.read_scene(&scene)?;
         self.time.apply(&mut scene)?;
         self.with
@@ -111,9 +137,10 @@ pub(super) struct PictureArgs {
     /// The image: .exr (linear, 32-bit float) or .png (sRGB).
     #[arg(short, long, value_name = "FILE")]
     pub(super) output: PathBuf,
-    /// Factor applied before the clamp of a .png.
-    #[arg(long, value_name = "X", default_value_t = 1.0)]
-    exposure: f32,
+    /// Factor applied before the clamp of a .png [default: 1; of an .obj alone, one at which its
+    /// picture can be judged].
+    #[arg(long, value_name = "X")]
+    exposure: Option<f32>,
     /// Write settings and what was measured as JSON.
     #[arg(long, value_name = "FILE.json")]
     pub(super) report: Option<PathBuf>,
@@ -122,7 +149,7 @@ pub(super) struct PictureArgs {
 impl PictureArgs {
     /// Checks before any work that the outputs can be written.
     pub(super) fn check(&self, files: &mut Files) -> Result<(), CliError> {
-        check_positive("--exposure", Some(self.exposure))?;
+        check_positive("--exposure", self.exposure)?;
         files.write(&self.output, &["exr", "png"])?;
         self.report
             .iter()
@@ -135,14 +162,53 @@ impl PictureArgs {
         extension.eq_ignore_ascii_case("exr")
     }
 
-    /// Writes the image.
-    pub(super) fn write(&self, image: &Image) -> Result<(), CliError> {
+    /// Writes the image of a scene, at the exposure that is asked for, or else suits it.
+    pub(super) fn write(
+        &self,
+        image: &Image,
+        (args, scene): (&SceneArgs, &Scene),
+        is_light: bool,
+    ) -> Result<(), CliError> {
         let written = if self.is_exr() {
             write_exr(&self.output, image)
         } else {
-            write_png(&self.output, image, self.exposure)
+            let exposure = self.exposure(image, (args, scene), is_light);
+            if self.exposure.is_none() && exposure != 1.0 {
+                log::warn!("no exposure is given; the picture gets --exposure {exposure:?}");
+            }
+            write_png(&self.output, image, exposure)
         };
         written.map_err(CliError::failed)
+    }
+
+    /// The exposure of a .png. Without a choice, light of a model alone gets one that suits it, to
+    /// three digits, because nobody chose how bright that light is.
+    fn exposure(&self, image: &Image, (args, scene): (&SceneArgs, &Scene), is_light: bool) -> f32 {
+        let suits = is_light && Scene::is_model_alone(&args.scene);
+        let background = scene.environment;
+        let chosen = || match suits {
+            true => format!("{:.2e}", exposure_to_see(image, background))
+                .parse()
+                .unwrap_or(1.0),
+            false => 1.0,
+        };
+        self.exposure.unwrap_or_else(chosen)
+    }
+
+    /// Warns where the picture of a scene is black, white or of one value, and says why. Of an .exr
+    /// only the absence of light counts.
+    pub(super) fn warn_of_nothing(&self, image: &Image, (args, scene): (&SceneArgs, &Scene)) {
+        let exposure = match self.is_exr() {
+            true => exposure_to_see(image, Vec3::ZERO),
+            false => self.exposure(image, (args, scene), true),
+        };
+        if let Some(nothing) = Nothing::of(image, exposure) {
+            let path = self.output.display();
+            log::warn!(
+                "{path}: the picture is {nothing}: {}",
+                nothing.reason(scene, exposure)
+            );
+        }
     }
 }
 

@@ -6,10 +6,10 @@ use std::path::PathBuf;
 use crate::image::{Image, luminance, read_exr, write_heatmap};
 use crate::metrics::{Channel, Comparison, Errors, Flip, compare, error_image, exposure_of, flip};
 use crate::reference::guide;
-use crate::scene::{LoadOptions, Scene};
+use crate::scene::{LoadOptions, Scene, Up};
 
 use super::CliError;
-use super::common::{TimeArgs, check_positive, parse_channel, say, write_report};
+use super::common::{TimeArgs, check_positive, parse_channel, parse_up, say, write_report};
 use super::files::Files;
 
 /// Compare an image with a reference, both linear EXR.
@@ -36,6 +36,15 @@ pub(crate) struct Args {
     /// Render missing textures mid-grey instead of failing.
     #[arg(long, requires = "scene")]
     allow_missing_textures: bool,
+    /// The axis that points up in an .obj given alone.
+    #[arg(
+        long,
+        value_name = "y|z",
+        default_value = "y",
+        value_parser = parse_up,
+        requires = "scene",
+    )]
+    up: Up,
     #[command(flatten)]
     time: TimeArgs,
     /// Factor applied to both images before the clamp that FLIP sees [default: mean luminance of
@@ -75,6 +84,7 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
     let reference = read_exr(&args.reference).map_err(CliError::input)?;
     let options = LoadOptions {
         allow_missing_textures: args.allow_missing_textures,
+        up: args.up,
     };
     let mut scene = args
         .scene

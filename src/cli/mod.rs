@@ -10,6 +10,7 @@ mod compare;
 mod devices;
 mod explain;
 mod files;
+mod nothing;
 mod reference;
 mod render;
 mod scene;

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use crate::image::write_planes;
+use crate::image::{Aov, write_planes};
 use crate::reference::{
     Bounces, Filter, ReferenceImage, Sampling, Settings, cache_dir, cached, render,
 };
@@ -75,7 +75,11 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     if args.layers {
         write_planes(&picture.output, &image.aov_planes()).map_err(CliError::failed)
     } else {
-        picture.write(&image.aov(picture.aov))
+        let pixels = image.aov(picture.aov);
+        if picture.aov == Aov::Full {
+            picture.warn_of_nothing(&pixels, (&args.scene, &scene));
+        }
+        picture.write(&pixels, (&args.scene, &scene), picture.aov.is_light())
     }?;
     if let Some(path) = &picture.report {
         write_report(path, &report(args, &scene, &image, wall_s))?;

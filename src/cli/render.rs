@@ -6,7 +6,7 @@ use crate::frame::Renderer;
 use crate::gi::entry::Entry;
 use crate::gi::inspect::ViewRow;
 use crate::graph::{Gpu, GpuOptions, PassTimes, TimesAccumulator};
-use crate::image::{GuideImage, Image, read_aov};
+use crate::image::{Aov, GuideImage, Image, read_aov};
 use crate::measure::report::{ErrorReport, Report, Timing};
 use crate::metrics::{Channel, Errors};
 use crate::reference::guide;
@@ -128,7 +128,13 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
             .ok_or_else(|| CliError::failed("the technique has dropped what the view shows"))?,
         None => renderer.aov(args.picture.aov).map_err(CliError::failed)?,
     };
-    args.picture.write(&image)?;
+    let is_view = args.view.is_some();
+    let is_light = !is_view && args.picture.aov.is_light();
+    args.picture
+        .write(&image, (&args.scene, &scene), is_light)?;
+    if !is_view && args.picture.aov == Aov::Full {
+        args.picture.warn_of_nothing(&image, (&args.scene, &scene));
+    }
     let mut report = Report::new(&gpu, &scene.name, size, entry.name, &settings);
     report.preset = args.technique.preset(entry);
     report.time_s = args.scene.time_s();

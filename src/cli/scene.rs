@@ -3,10 +3,10 @@
 use std::ffi::{OsStr, OsString};
 use std::path::PathBuf;
 
-use crate::scene::{LoadOptions, Scene, SceneError, bundled};
+use crate::scene::{Scene, SceneError, bundled};
 
 use super::CliError;
-use super::common::{check_output_folder, say};
+use super::common::{LoadArgs, check_output_folder, say};
 
 /// List the bundled scenes, or write one (or a copy of any scene) as TOML, OBJ, MTL and PNG files.
 #[derive(clap::Args)]
@@ -27,9 +27,8 @@ pub(crate) struct Args {
     /// A parameter of the bundled scene (repeatable).
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// Render missing textures mid-grey instead of failing.
-    #[arg(long)]
-    allow_missing_textures: bool,
+    #[command(flatten)]
+    load: LoadArgs,
 }
 
 /// Lists, or loads and writes.
@@ -56,12 +55,7 @@ fn open(source: &OsStr, args: &Args) -> Result<Scene, SceneError> {
     let is_bundled = bundled::TABLE.iter().any(|row| row.name == name);
     let looks_like_path = source.to_str().is_none() || name.contains(['/', '\\', '.', ':']);
     if looks_like_path && !is_bundled && args.set.is_empty() {
-        return Scene::open(
-            source,
-            &LoadOptions {
-                allow_missing_textures: args.allow_missing_textures,
-            },
-        );
+        return Scene::open(source, &args.load.options());
     }
     let name = name.strip_prefix("bundled:").unwrap_or(&name);
     let parameters = args

@@ -14,13 +14,13 @@ use crate::measure::stress::{
     CASES, Effort, LEAST_RESOLUTION, Memo, Record, StressCase, StressError, Trial,
 };
 use crate::reference::cache_dir;
-use crate::scene::{LoadOptions, Scene};
+use crate::scene::Scene;
 use indicatif::ProgressBar;
 
 use super::CliError;
 use super::common::{
-    DeviceArgs, FrameArgs, bad_setting, check_output_folder, check_scenes, each_once, make_folder,
-    parse_size, progress_bar, say, stems, warn_of_idle_in, write_text,
+    DeviceArgs, FrameArgs, LoadArgs, bad_setting, check_output_folder, check_scenes, each_once,
+    make_folder, parse_size, progress_bar, say, stems, warn_of_idle_in, write_text,
 };
 use super::files::check_results_folder;
 use super::stop;
@@ -67,9 +67,8 @@ pub(crate) struct Args {
     frame: FrameArgs,
     #[command(flatten)]
     device: DeviceArgs,
-    /// Render missing textures mid-grey instead of failing.
-    #[arg(long)]
-    allow_missing_textures: bool,
+    #[command(flatten)]
+    load: LoadArgs,
     /// Measure nothing: gather the records of these folders, and write what they say.
     #[arg(long, value_name = "DIR", num_args = 1.., conflicts_with_all = ["scene", "case", "list"])]
     merge: Vec<PathBuf>,
@@ -140,9 +139,7 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
              cells"
         )));
     }
-    let options = LoadOptions {
-        allow_missing_textures: args.allow_missing_textures,
-    };
+    let options = args.load.options();
     let scenes: Vec<Scene> = args
         .scene
         .iter()

@@ -6,11 +6,13 @@ use std::path::{Path, PathBuf};
 use crate::gi::registry::{DEFAULT, find};
 use crate::graph::GpuOptions;
 use crate::measure::report::Timing;
-use crate::scene::{LoadOptions, Scene};
+use crate::scene::Scene;
 use crate::view::{Options, ViewError, parse_script, run as run_view};
 
 use super::CliError;
-use super::common::{DeviceArgs, FrameArgs, TimingArgs, parse_size, settings, warn_of_idle};
+use super::common::{
+    DeviceArgs, FrameArgs, LoadArgs, TimingArgs, parse_size, settings, warn_of_idle,
+};
 
 /// Open a window: techniques side by side, everything changed by hand, and what it costs.
 #[derive(clap::Args)]
@@ -20,9 +22,8 @@ pub(crate) struct Args {
     /// `bundled:NAME`, or the path of a .toml or .obj file.
     #[arg(default_value = "bundled:cornell")]
     scene: OsString,
-    /// Render missing textures mid-grey instead of failing.
-    #[arg(long)]
-    allow_missing_textures: bool,
+    #[command(flatten)]
+    load: LoadArgs,
     /// Technique; `lumivox techniques` lists them.
     #[arg(long, default_value = DEFAULT)]
     technique: String,
@@ -85,19 +86,14 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
         .glsl
         .clone()
         .or_else(|| Some(PathBuf::from("glsl")).filter(|folder| folder.join("render").is_dir()));
-    let scene = Scene::open(
-        &args.scene,
-        &LoadOptions {
-            allow_missing_textures: args.allow_missing_textures,
-        },
-    )
-    .map_err(CliError::input)?;
+    let load = args.load.options();
+    let scene = Scene::open(&args.scene, &load).map_err(CliError::input)?;
     let gpu = args.device.options()?;
     let isolate_passes = args.timing.choice(&gpu)? == Timing::Host;
     let options = Options {
         source: args.scene.clone(),
         scene,
-        allow_missing_textures: args.allow_missing_textures,
+        load,
         technique,
         preset: args.preset.clone(),
         set: args.set.clone(),

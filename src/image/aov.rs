@@ -44,6 +44,14 @@ impl Aov {
         Aov::Depth,
     ];
 
+    /// Whether it is light, whose picture may be too dark or too bright to judge.
+    pub fn is_light(self) -> bool {
+        !matches!(
+            self,
+            Aov::Visibility | Aov::Albedo | Aov::Normal | Aov::Depth
+        )
+    }
+
     /// The name on the command line and in reports.
     pub fn name(self) -> &'static str {
         match self {

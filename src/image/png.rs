@@ -9,6 +9,9 @@ use image::{ExtendedColorType, ImageEncoder as _};
 use super::{Image, ImageError, luminance};
 use crate::output::write_file;
 
+/// What [`exposure_to_see`] makes of the median luminance; 0.63 as sRGB.
+const EXPOSED_MEDIAN: f32 = 0.35;
+
 /// Writes an image as 8-bit sRGB PNG: multiplied by `exposure`, clamped to 0…1, and encoded by the
 /// sRGB transfer function. Nothing else is done to it, so that equal pictures mean equal light and
 /// a clipped highlight shows as white.
@@ -19,6 +22,26 @@ pub fn write_png(path: &Path, image: &Image, exposure: f32) -> Result<(), ImageE
         image.height,
         image.pixels.iter().map(|&pixel| pixel * exposure),
     )
+}
+
+/// The exposure at which a picture of linear light can be judged: its median luminance becomes a
+/// light grey, unless more than a twentieth of it would be clipped. 1 where nothing is lit. Pixels
+/// that show the `background` [W/(m² sr)] alone do not count.
+pub fn exposure_to_see(image: &Image, background: Vec3) -> f32 {
+    let is_background =
+        |pixel: Vec3| pixel.abs_diff_eq(background, 1e-3 * background.max_element());
+    let shown = image.pixels.iter().filter(|pixel| !is_background(**pixel));
+    let bright = shown.map(|&pixel| luminance(pixel));
+    let mut lit: Vec<f32> = bright
+        .filter(|value| value.is_finite() && *value > 0.0)
+        .collect();
+    if lit.is_empty() {
+        return 1.0;
+    }
+    lit.sort_unstable_by(f32::total_cmp);
+    let at = |share: f32| lit[(share * (lit.len() - 1) as f32) as usize];
+    let exposure = (EXPOSED_MEDIAN / at(0.5)).min(1.0 / at(0.95));
+    exposure.clamp(f32::MIN_POSITIVE, f32::MAX)
 }
 
 /// Writes the luminance of an image as a heat map PNG: 0 is black, `scale` and above is the

@@ -23,7 +23,6 @@
 //! # Ok::<(), lumivox::reference::ReferenceError>(())
 //! ```
 
-mod accel;
 mod bsdf;
 mod cache;
 mod emitters;
@@ -220,7 +219,7 @@ fn validate_scene(scene: &Scene) -> Result<(), ReferenceError> {
             problem,
         })
     };
-    if scene.triangles.len() >= accel::NO_TRIANGLE as usize {
+    if scene.triangles.len() >= crate::scene::rays::NO_TRIANGLE as usize {
         return fail(format!("{} triangles are too many", scene.triangles.len()));
     }
     for (index, triangle) in scene.triangles.iter().enumerate() {

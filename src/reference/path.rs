@@ -10,12 +10,12 @@ use std::f32::consts::PI;
 
 use glam::Vec3;
 
-use super::accel::Ray;
 use super::bsdf::{Scatter, cosine_density, sample_cosine};
 use super::emitters::EmitterSample;
 use super::sampler::Sampler;
 use super::world::{Surface, World};
 use super::{Bounces, bsdf::Lobe};
+use crate::scene::rays::Ray;
 
 /// Roulette starts at this indirect bounce.
 const ROULETTE_FROM_BOUNCE: u32 = 3;

@@ -5,7 +5,6 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::accel::{NO_TRIANGLE, Ray};
 use super::path::Terms;
 use super::result::{Accumulator, ReferenceImage};
 use super::sampler::Sampler;
@@ -13,6 +12,7 @@ use super::world::{Surface, World};
 use super::{Filter, ReferenceError, Sampling, Settings, validate_scene};
 use crate::image::{GuideImage, luminance};
 use crate::scene::Scene;
+use crate::scene::rays::{NO_TRIANGLE, Ray};
 
 /// Side of the blocks that are rendered by one thread and judged by adaptive sampling (px).
 const BLOCK_PX: u32 = 8;

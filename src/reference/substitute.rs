@@ -6,7 +6,6 @@ use std::f32::consts::PI;
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::accel::{Hit, corners};
 use super::bsdf::sample_cosine;
 use super::render::PixelCamera;
 use super::sampler::Sampler;
@@ -14,6 +13,7 @@ use super::world::World;
 use super::{ReferenceError, Settings, validate_scene};
 use crate::image::Image;
 use crate::scene::Scene;
+use crate::scene::rays::{Hit, corners};
 
 /// A point of a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,12 +2,12 @@
 
 use glam::{Vec2, Vec3};
 
-use super::accel::{Accel, Hit, Masks, NO_TRIANGLE, Ray, corners, texture_coordinates};
 use super::bsdf::{Lobe, Scatter, cosine_density, sample_cosine};
 use super::emitters::Emitters;
 use super::sampler::Sampler;
 use super::texture::TextureSampler;
 use crate::image::luminance;
+use crate::scene::rays::{Accel, Hit, NO_TRIANGLE, Ray, corners, texture_coordinates};
 use crate::scene::{Material, Scene, Triangle};
 
 /// Rays start this far from a surface, in units of the largest coordinate of its triangle: 16 units
@@ -60,35 +60,34 @@ impl<'a> World<'a> {
         }
     }
 
-    fn masks(&self) -> Masks<'_> {
-        Masks {
-            scene: self.scene,
-            textures: &self.textures,
-        }
-    }
-
     /// The surface that a ray meets first.
     pub(super) fn trace(&self, ray: &Ray) -> Option<Surface> {
         self.accel
-            .closest(self.masks(), ray)
+            .closest(|hit| self.is_solid(hit), ray)
             .map(|hit| self.surface(hit, -ray.direction))
     }
 
     /// Whether something is in the way before `distance_m`.
     pub(super) fn is_occluded(&self, ray: &Ray, distance_m: f32) -> bool {
         self.accel
-            .is_occluded(self.masks(), ray, distance_m, NO_TRIANGLE)
+            .is_occluded(|hit| self.is_solid(hit), ray, distance_m, NO_TRIANGLE)
     }
 
     /// Whether something is between the start of a ray and the triangle that it aims at.
     pub(super) fn is_hidden(&self, ray: &Ray, distance_m: f32, target: u32) -> bool {
         self.accel
-            .is_occluded(self.masks(), ray, distance_m, target)
+            .is_occluded(|hit| self.is_solid(hit), ray, distance_m, target)
     }
 
     /// Whether the alpha mask leaves a surface at a hit.
     pub(super) fn is_solid(&self, hit: Hit) -> bool {
-        self.masks().is_solid(hit.triangle, hit.u, hit.v)
+        let triangle = &self.scene.triangles[hit.triangle as usize];
+        let Some(mask) = self.scene.materials[triangle.material as usize].mask_texture else {
+            return true;
+        };
+        let texcoord = texture_coordinates(self.scene, triangle, hit.u, hit.v);
+        let mask = &self.scene.textures[mask as usize];
+        self.textures.sample(mask, texcoord).x >= 0.5
     }
 
     /// The surface at a hit, seen along `wo`.

@@ -2,6 +2,9 @@
 
 use glam::Vec3;
 
+/// Largest light value [W/m², W/sr, W/(m² sr)]: beyond it 32-bit sums lose meaning.
+pub(super) const LIGHT_MAX: f32 = 1e12;
+
 /// A light without extent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Light {

@@ -6,18 +6,27 @@ use std::path::Path;
 use glam::Vec3;
 
 use super::textures::TextureRequests;
-use super::toml::{LIGHT_MAX, ModelEntry, SceneFile};
-use super::{Camera, Light, Scene, SceneError, bundled, model, paths, toml};
+use super::toml::{ModelEntry, SceneFile};
+use super::{Light, Scene, SceneError, bundled, model, paths, place, toml};
 
 /// How to load a scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LoadOptions {
-    /// Render missing textures mid-grey, with a warning, where they would be an error.
+    /// Render missing textures and materials mid-grey, with a warning; otherwise they are errors.
     pub allow_missing_textures: bool,
+    /// The axis that points up in an `.obj` alone.
+    pub up: Up,
 }
 
-/// Vertical field of view of a camera that is chosen from the bounds \[degrees\].
-const CHOSEN_VFOV_DEG: f32 = 60.0;
+/// An axis of a model's file that points up.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Up {
+    /// +y, as everywhere in this crate.
+    #[default]
+    Y,
+    /// +z: the model is turned, so that its z becomes y and its y becomes −z.
+    Z,
+}
 
 impl Scene {
     /// Opens a scene as a user names it: `bundled:NAME`, `bundled:NAME,KEY=VALUE,…`, or the path of
@@ -29,6 +38,7 @@ impl Scene {
             .and_then(|text| text.strip_prefix("bundled:"))
         {
             Some(text) => {
+                warn_of_up(source, options);
                 let (name, parameters) = bundled::parse_source(text)?;
                 Scene::bundled(name, &parameters)
             }
@@ -36,8 +46,15 @@ impl Scene {
         }
     }
 
-    /// Loads a `.toml` scene file, or an `.obj` alone, which gets a camera and a light chosen from
-    /// its bounds.
+    /// Whether a source, as [`Scene::open`] takes it, is a model alone, whose camera, light and
+    /// environment are chosen.
+    pub fn is_model_alone(source: impl AsRef<OsStr>) -> bool {
+        let extension = Path::new(source.as_ref()).extension();
+        extension.is_some_and(|extension| extension.eq_ignore_ascii_case("obj"))
+    }
+
+    /// Loads a `.toml` scene file, or an `.obj` alone, which gets a camera, a light and an
+    /// environment by what rays see of it.
     pub fn load(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> {
         let extension = path
             .extension()
@@ -50,8 +67,16 @@ impl Scene {
                 std::io::ErrorKind::IsADirectory.into(),
             ));
         }
+        if let Some(kind) = paths::not_a_file(path) {
+            return Err(SceneError::file(
+                path,
+                format!("this is {kind}, not a file"),
+                "copy what it holds into a .toml or .obj file, and give that",
+            ));
+        }
         match extension.as_str() {
             "toml" => {
+                warn_of_up(path.as_os_str(), options);
                 let text = std::fs::read(path).map_err(|error| SceneError::read(path, error))?;
                 let text = String::from_utf8(text).map_err(|error| {
                     let line = 1 + error.as_bytes()[..error.utf8_error().valid_up_to()]
@@ -70,7 +95,10 @@ impl Scene {
             "obj" => {
                 let entry = ModelEntry {
                     path: path.to_owned(),
-                    model: model::Use::default(),
+                    model: model::Use {
+                        up: options.up,
+                        ..model::Use::default()
+                    },
                 };
                 let file = SceneFile {
                     models: vec![entry],
@@ -79,8 +107,13 @@ impl Scene {
                     environment: Vec3::ZERO,
                 };
                 let mut scene = Scene::from_parts(path, &file, options)?;
-                scene.choose_camera();
-                scene.choose_light();
+                if options.up == Up::Y && place::looks_z_up(&scene) {
+                    log::warn!(
+                        "{}: it looks as if z pointed up in it; if so, pass --up z",
+                        scene.name
+                    );
+                }
+                scene.choose_camera_and_lights();
                 Ok(scene)
             }
             _ if !path.exists() => Err(SceneError::read(path, std::io::ErrorKind::NotFound.into())),
@@ -132,7 +165,7 @@ impl Scene {
             ..Scene::default()
         };
         for entry in &file.models {
-            let part = model::load(&entry.path, &entry.model, &mut requests)?;
+            let part = model::load(&entry.path, &entry.model, &mut requests, options)?;
             Scene::check_counts(
                 path,
                 scene.vertices.len() + part.vertices.len(),
@@ -162,85 +195,51 @@ impl Scene {
             || self.lights.iter().any(carries_light)
     }
 
-    /// Whether most of the surface faces the middle of the bounds: a room, to be seen from inside.
-    fn is_interior(&self, centre: Vec3) -> bool {
-        let inwards = |corners: [Vec3; 3]| {
-            let [a, b, c] = corners.map(|corner| corner.as_dvec3());
-            let away = (a + b + c) / 3.0 - centre.as_dvec3();
-            -(b - a).cross(c - a).dot(away.normalize_or_zero())
-        };
-        let corners = |vertices: [u32; 3]| {
-            vertices.map(|index| Vec3::from(self.vertices[index as usize].position))
-        };
-        self.triangles
-            .iter()
-            .map(|triangle| inwards(corners(triangle.vertices)))
-            .sum::<f64>()
-            > 0.0
+    /// Puts the camera where it sees most of the scene.
+    fn choose_camera(&mut self) {
+        if let Some(placement) = place::place(self) {
+            self.take_camera(&placement);
+        }
     }
 
-    fn choose_camera(&mut self) {
-        let Some((low, high)) = self.bounds() else {
+    /// Puts the camera where it sees most of the scene, and lights where they reach most of that.
+    fn choose_camera_and_lights(&mut self) {
+        let Some(placement) = place::place(self) else {
             return;
         };
-        // However small the scene is: eye and target stay two points after rounding.
-        let least_m = (1e-5 * low.abs().max(high.abs()).max_element()).max(1e-15);
-        let (centre, extent) = (0.5 * (low + high), (high - low).max(Vec3::splat(least_m)));
-        let (eye, target, place) = if self.is_interior(centre) {
-            let along = if extent.x > extent.z {
-                Vec3::X
-            } else {
-                Vec3::Z
-            };
-            let eye = centre + 0.4 * along * extent - Vec3::Y * 0.15 * extent.y;
-            (
-                eye,
-                eye - 0.8 * along * extent,
-                "inside it, looking along its longer side",
-            )
-        } else {
-            let radius_m = 0.5 * extent.length();
-            let distance_m = 1.05 * radius_m / (0.5 * CHOSEN_VFOV_DEG.to_radians()).sin();
-            (
-                centre + Vec3::new(0.4, 0.35, 0.85).normalize() * distance_m,
-                centre,
-                "outside it, looking at its middle",
-            )
-        };
-        self.camera = Camera {
-            eye,
-            target,
-            up: Vec3::Y,
-            vfov_deg: CHOSEN_VFOV_DEG,
-        };
+        self.take_camera(&placement);
+        self.environment = placement.environment;
+        for light in &placement.lights {
+            log::warn!("{}: no light is given; it gets {light:?}", self.name);
+        }
+        self.lights = placement.lights;
+        if self.environment != Vec3::ZERO {
+            let sky = self.environment.to_array();
+            log::warn!(
+                "{}: no environment is given; it gets a sky of {sky:?}",
+                self.name
+            );
+        }
+    }
+
+    fn take_camera(&mut self, placement: &place::Placement) {
+        self.camera = placement.camera;
         log::warn!(
-            "{}: no camera is given; one is put {place}, at {:?}",
+            "{}: no camera is given; one is put {}, at {:?}",
             self.name,
-            eye.to_array()
+            placement.place,
+            self.camera.eye.to_array()
         );
     }
+}
 
-    fn choose_light(&mut self) {
-        if self.is_emissive() {
-            return;
-        }
-        let Some((low, high)) = self.bounds() else {
-            return;
-        };
-        let (centre, extent) = (0.5 * (low + high), high - low);
-        let light = if self.is_interior(centre) {
-            let intensity = Vec3::splat((2.5 * extent.length_squared() / 4.0).min(LIGHT_MAX));
-            Light::Point {
-                position: centre + Vec3::Y * 0.25 * extent.y,
-                intensity,
-            }
-        } else {
-            Light::Directional {
-                direction: Vec3::new(-0.4, -0.8, -0.45).normalize(),
-                irradiance: Vec3::splat(5.0),
-            }
-        };
-        self.lights = vec![light];
-        log::warn!("{}: no light is given; it gets {light:?}", self.name);
+/// Scenes other than a model alone say themselves how their models stand.
+fn warn_of_up(source: &OsStr, options: &LoadOptions) {
+    if options.up != Up::Y {
+        log::warn!(
+            "{}: --up is for an .obj alone and changes nothing here; in a .toml, write \
+             `rotate_deg = [-90.0, 0.0, 0.0]` in the [[model]]",
+            source.to_string_lossy()
+        );
     }
 }

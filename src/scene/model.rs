@@ -6,15 +6,20 @@ use std::path::{Path, PathBuf};
 use glam::{Affine3A, DVec3, Mat3, Vec3};
 
 use super::assemble::Part;
-use super::mtl::{self, MtlMaterial};
+use super::mtl::{self, MtlMaterial, UvShift};
 use super::obj::{Corner, NONE, Obj};
 use super::textures::TextureRequests;
 use super::toml::COORDINATE_MAX;
-use super::{Keyframe, Material, Pose, Scene, SceneError, Triangle, Vertex, paths};
+use super::{
+    Keyframe, LoadOptions, Material, Pose, Scene, SceneError, Triangle, Up, Vertex, paths,
+};
 
 /// Normals whose squared length is this close to 1 stay as they are, so that loading what was
 /// written changes no bit.
 const UNIT_TOLERANCE: f32 = 1e-6;
+
+/// Least extent of a model \[m\]: 32-bit products of smaller lengths have no digits left.
+const EXTENT_MIN: f32 = 1e-9;
 
 /// Where a model stands: scaled, then posed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -66,6 +71,8 @@ pub(super) struct Use {
     pub(super) dynamic: bool,
     /// Where it stands at which time, in place of the placement's pose.
     pub(super) keyframes: Vec<Keyframe>,
+    /// The axis of the file that points up.
+    pub(super) up: Up,
 }
 
 /// Loads the OBJ file at `path` with its materials, and places it as `model` says.
@@ -73,10 +80,14 @@ pub(super) fn load(
     path: &Path,
     model: &Use,
     requests: &mut TextureRequests,
+    options: &LoadOptions,
 ) -> Result<Part, SceneError> {
     requests.add_source(path);
     let text = paths::read_text(path)?;
-    let obj = Obj::parse(path, &text)?;
+    let mut obj = Obj::parse(path, &text)?;
+    if model.up == Up::Z {
+        obj.turn_z_up();
+    }
     if obj.triangles.is_empty() {
         return Err(SceneError::file(
             path,
@@ -85,11 +96,12 @@ pub(super) fn load(
         ));
     }
     Scene::check_counts(path, 3 * obj.triangles.len(), obj.triangles.len())?;
-    let materials = Materials::load(path, &obj, requests)?;
+    let materials = Materials::load(path, &obj, requests, options)?;
     let mut builder = Builder {
         obj: &obj,
         materials: &materials,
         part: Part::default(),
+        positions: Vec::new(),
         index_from_corner: HashMap::new(),
         counts: Counts::default(),
     };
@@ -98,32 +110,32 @@ pub(super) fn load(
     }
     let Builder {
         mut part,
+        positions,
         mut counts,
         ..
     } = builder;
+    let origin = Origin {
+        path,
+        obj: &obj,
+        positions: &positions,
+    };
     for keyframe in &model.keyframes {
-        place(
-            path,
-            &mut part.clone(),
-            &Placement {
-                pose: keyframe.pose,
-                ..model.placement
-            },
-        )?;
+        let placement = Placement {
+            pose: keyframe.pose,
+            ..model.placement
+        };
+        origin.place(&mut part.clone(), &placement)?;
     }
     let rest = Placement {
         pose: Pose::default(),
         ..model.placement
     };
-    place(
-        path,
-        &mut part,
-        if model.keyframes.is_empty() {
-            &model.placement
-        } else {
-            &rest
-        },
-    )?;
+    let placement = match model.keyframes.is_empty() {
+        true => &model.placement,
+        false => &rest,
+    };
+    origin.place(&mut part, placement)?;
+    origin.check_extent(&part, placement)?;
     counts.zero_area += part.drop_triangles_without_area();
     warn(path, &obj, &counts);
     if part.triangles.is_empty() {
@@ -174,37 +186,78 @@ fn warn(path: &Path, obj: &Obj, counts: &Counts) {
     }
 }
 
-fn place(path: &Path, part: &mut Part, placement: &Placement) -> Result<(), SceneError> {
-    if let Some(world_from_model) = placement.world_from_model() {
-        let rotation = Mat3::from(world_from_model.matrix3) * (1.0 / placement.scale);
-        for vertex in &mut part.vertices {
-            vertex.position = world_from_model
-                .transform_point3(Vec3::from(vertex.position))
-                .to_array();
-            vertex.normal = (rotation * Vec3::from(vertex.normal))
-                .normalize()
-                .to_array();
+/// Where the vertices of a part come from, for messages.
+struct Origin<'a> {
+    path: &'a Path,
+    obj: &'a Obj,
+    /// Index of each vertex's position in the file.
+    positions: &'a [u32],
+}
+
+impl Origin<'_> {
+    fn place(&self, part: &mut Part, placement: &Placement) -> Result<(), SceneError> {
+        if let Some(world_from_model) = placement.world_from_model() {
+            let rotation = Mat3::from(world_from_model.matrix3) * (1.0 / placement.scale);
+            for vertex in &mut part.vertices {
+                vertex.position = world_from_model
+                    .transform_point3(Vec3::from(vertex.position))
+                    .to_array();
+                vertex.normal = (rotation * Vec3::from(vertex.normal))
+                    .normalize()
+                    .to_array();
+            }
         }
+        let is_far = |vertex: &Vertex| {
+            let reach = Vec3::from(vertex.position).abs();
+            !reach.cmple(Vec3::splat(COORDINATE_MAX)).all()
+        };
+        let Some(index) = part.vertices.iter().position(is_far) else {
+            return Ok(());
+        };
+        let problem = format!(
+            "is at {:?}{}, further than {COORDINATE_MAX:?} m from the origin",
+            part.vertices[index].position,
+            after(placement)
+        );
+        Err(self.error(index, &problem, "use a smaller scale, nearer to the origin"))
     }
-    let is_near = |vertex: &Vertex| {
-        Vec3::from(vertex.position)
-            .abs()
-            .cmple(Vec3::splat(COORDINATE_MAX))
-            .all()
-    };
-    match part.vertices.iter().find(|vertex| !is_near(vertex)) {
-        None => Ok(()),
-        Some(Vertex { position, .. }) => {
-            let problem = format!(
-                "a vertex is at {position:?} after `scale` and `translate`, further than \
-                 {COORDINATE_MAX:?} m from the origin"
-            );
-            Err(SceneError::file(
-                path,
-                problem,
-                "use a smaller scale or translation",
-            ))
+
+    /// An error where the model is too small to compute with.
+    fn check_extent(&self, part: &Part, placement: &Placement) -> Result<(), SceneError> {
+        let positions = || part.vertices.iter().map(|vertex| vertex.position.into());
+        let (low, high) = positions().fold(
+            (Vec3::INFINITY, Vec3::NEG_INFINITY),
+            |(low, high): (Vec3, Vec3), position: Vec3| (low.min(position), high.max(position)),
+        );
+        let extent_m = (high - low).max_element();
+        // What has no extent at all has no area either, which is said later.
+        if part.vertices.is_empty() || extent_m == 0.0 || extent_m >= EXTENT_MIN {
+            return Ok(());
         }
+        let problem = format!(
+            "and all others lie within {extent_m:?} m{}, less than {EXTENT_MIN:?} m",
+            after(placement)
+        );
+        Err(self.error(0, &problem, "use a larger scale: coordinates are metres"))
+    }
+
+    fn error(&self, vertex: usize, problem: &str, hint: &str) -> SceneError {
+        let position = self.positions[vertex] as usize;
+        SceneError::line(
+            self.path,
+            self.obj.position_lines[position] as usize,
+            format!("vertex {} {problem}", position + 1),
+            hint,
+        )
+    }
+}
+
+/// What has been done to coordinates since they were read.
+fn after(placement: &Placement) -> &'static str {
+    if *placement == Placement::default() {
+        ""
+    } else {
+        " after `scale` and `translate`"
     }
 }
 
@@ -214,6 +267,8 @@ struct Materials {
     list: Vec<Material>,
     removed: Vec<bool>,
     known: Vec<bool>,
+    /// What a material's maps do to texture coordinates; `None` for nothing.
+    shifts: Vec<Option<UvShift>>,
 }
 
 impl Materials {
@@ -221,9 +276,10 @@ impl Materials {
         path: &Path,
         obj: &Obj,
         requests: &mut TextureRequests,
+        options: &LoadOptions,
     ) -> Result<Materials, SceneError> {
         let mut from_name: HashMap<String, (PathBuf, MtlMaterial)> = HashMap::new();
-        for file in library_files(path, obj)? {
+        for file in library_files(path, obj, options)? {
             requests.add_source(&file);
             for material in mtl::parse(&file, &paths::read_text(&file)?)? {
                 from_name
@@ -235,8 +291,9 @@ impl Materials {
             list: Vec::new(),
             removed: Vec::new(),
             known: Vec::new(),
+            shifts: Vec::new(),
         };
-        let mut matt = Vec::new();
+        let (mut matt, mut torn) = (Vec::new(), Vec::new());
         for (name, line) in &obj.material_names {
             let Some((file, material)) = from_name.get(name) else {
                 log::warn!(
@@ -250,6 +307,7 @@ impl Materials {
                     },
                     false,
                     false,
+                    None,
                 );
                 continue;
             };
@@ -257,10 +315,18 @@ impl Materials {
             if specular_ignored {
                 matt.push(format!("`{name}`"));
             }
+            let (shift, is_torn) = material.uv_shift();
+            if let Some(shift) = shift {
+                shift.check(file, &obj.texcoords)?;
+            }
+            if is_torn {
+                torn.push(format!("`{name}`"));
+            }
             materials.push(
                 requests.texture(file, material, converted),
                 material.is_removed(),
                 true,
+                shift,
             );
         }
         materials.push(
@@ -270,7 +336,16 @@ impl Materials {
             },
             false,
             false,
+            None,
         );
+        if !torn.is_empty() {
+            log::warn!(
+                "{}: the maps of a material share their texture coordinates; `-s` and `-o` differ \
+                 between maps, and those of the first map stand: {}",
+                path.display(),
+                torn.join(", ")
+            );
+        }
         if !matt.is_empty() {
             log::warn!(
                 "{}: `Ks` without `Pr` or `Ns` does not say how rough it is and is ignored: {}",
@@ -281,10 +356,11 @@ impl Materials {
         Ok(materials)
     }
 
-    fn push(&mut self, material: Material, removed: bool, known: bool) {
+    fn push(&mut self, material: Material, removed: bool, known: bool, shift: Option<UvShift>) {
         self.list.push(material);
         self.removed.push(removed);
         self.known.push(known);
+        self.shifts.push(shift);
     }
 }
 
@@ -298,7 +374,11 @@ fn free_name(obj: &Obj, mut name: String) -> String {
 
 /// The MTL files of all `mtllib` lines; an argument is one file name with spaces where that exists,
 /// else several names.
-fn library_files(path: &Path, obj: &Obj) -> Result<Vec<PathBuf>, SceneError> {
+fn library_files(
+    path: &Path,
+    obj: &Obj,
+    options: &LoadOptions,
+) -> Result<Vec<PathBuf>, SceneError> {
     let folder = paths::folder_of(path);
     let mut files = Vec::new();
     for (argument, line) in &obj.libraries {
@@ -307,14 +387,26 @@ fn library_files(path: &Path, obj: &Obj) -> Result<Vec<PathBuf>, SceneError> {
             continue;
         }
         for name in argument.split_whitespace() {
-            files.push(paths::resolve(folder, name).ok_or_else(|| {
-                SceneError::line(
+            if let Some(file) = paths::resolve(folder, name) {
+                files.push(file);
+                continue;
+            }
+            let problem = match paths::not_a_file(&folder.join(name)) {
+                Some(kind) => format!("the material file `{name}` is {kind}, not a file"),
+                None => format!("the material file `{name}` does not exist"),
+            };
+            if !options.allow_missing_textures {
+                return Err(SceneError::line(
                     path,
                     *line,
-                    format!("the material file `{name}` does not exist"),
-                    "put it beside the OBJ, or remove the `mtllib` line",
-                )
-            })?);
+                    problem,
+                    "put it beside the OBJ, or pass --allow-missing-textures for grey materials",
+                ));
+            }
+            log::warn!(
+                "{}:{line}: {problem}; grey materials stand in",
+                path.display()
+            );
         }
     }
     Ok(files)
@@ -325,7 +417,10 @@ struct Builder<'a> {
     obj: &'a Obj,
     materials: &'a Materials,
     part: Part,
-    index_from_corner: HashMap<(Corner, u32), u32>,
+    /// Index of each vertex's position in the file.
+    positions: Vec<u32>,
+    /// By corner, face where that gives the normal, and material where that shifts coordinates.
+    index_from_corner: HashMap<(Corner, u32, u32), u32>,
     counts: Counts,
 }
 
@@ -350,22 +445,26 @@ impl Builder<'_> {
         let mut vertices = [0; 3];
         for ((vertex, corner), normal) in vertices.iter_mut().zip(corners).zip(normals) {
             let flat_face = if normal.is_some() { NONE } else { triangle };
-            *vertex = self.vertex(*corner, flat_face, normal.unwrap_or(face_normal));
+            *vertex = self.vertex(*corner, flat_face, material, normal.unwrap_or(face_normal));
         }
         self.part.triangles.push(Triangle { vertices, material });
     }
 
-    fn vertex(&mut self, corner: Corner, flat_face: u32, normal: Vec3) -> u32 {
+    fn vertex(&mut self, corner: Corner, flat_face: u32, material: u32, normal: Vec3) -> u32 {
         let vertices = &mut self.part.vertices;
+        let shift = self.materials.shifts[material as usize].as_ref();
+        let shifted_by = if shift.is_some() { material } else { NONE };
         *self
             .index_from_corner
-            .entry((corner, flat_face))
+            .entry((corner, flat_face, shifted_by))
             .or_insert_with(|| {
-                let [u, v] = if corner.texcoord == NONE {
+                let written = if corner.texcoord == NONE {
                     [0.0; 2]
                 } else {
                     self.obj.texcoords[corner.texcoord as usize]
                 };
+                let [u, v] = shift.map_or(written, |shift| shift.apply(written));
+                self.positions.push(corner.position);
                 let position = self.obj.positions[corner.position as usize].to_array();
                 vertices.push(Vertex {
                     position,

@@ -4,16 +4,20 @@
 //! `map_Bump`, `bump`. `Ka`, `Ni`, `Tf` and `illum` have no part in physically based light
 //! transport and are passed over; other keys are passed over with one warning.
 //!
+//! Of the options of maps, `-s` and `-o` are baked into texture coordinates, `-mm` into texels and
+//! `-bm` into normals; each kind of the others that would change the picture gets one warning.
+//!
 //! A specular lobe needs a roughness: `Pr` (perceptual r, GGX α = r²), or else `Ns`, by matching
 //! the Blinn-Phong lobe: α = √(2 / (Ns + 2)), r = √α. F0 is `Ks`; where `Pr` is there without `Ks`,
 //! F0 is 0.04.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use glam::Vec3;
 
-use super::{Material, SceneError, Specular};
+use super::obj::TEXCOORD_MAX;
+use super::{Material, SceneError, Specular, paths};
 
 /// Largest radiance that a material may emit [W/(m² sr)]: beyond it 32-bit sums lose meaning.
 const EMISSION_MAX: f32 = 1e12;
@@ -27,7 +31,58 @@ pub(super) struct MapRef {
     pub(super) line: usize,
     /// `-bm`: height of a bump map.
     pub(super) bump_multiplier: f32,
+    /// `-mm`: what is added to values after the second has multiplied them; \[0, 1\] for nothing.
+    pub(super) base_and_gain: [f32; 2],
+    /// `-s`, then `-o`.
+    shift: UvShift,
 }
+
+/// What a map does to texture coordinates: they are multiplied, then moved.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct UvShift {
+    /// Line in the MTL.
+    line: usize,
+    scale: [f32; 2],
+    offset: [f32; 2],
+}
+
+impl UvShift {
+    fn at(line: usize) -> UvShift {
+        UvShift {
+            line,
+            scale: [1.0; 2],
+            offset: [0.0; 2],
+        }
+    }
+
+    fn is_same(&self, other: &UvShift) -> bool {
+        self.scale == other.scale && self.offset == other.offset
+    }
+
+    /// The coordinates that a texture is looked up at.
+    pub(super) fn apply(&self, texcoord: [f32; 2]) -> [f32; 2] {
+        std::array::from_fn(|axis| texcoord[axis] * self.scale[axis] + self.offset[axis])
+    }
+
+    /// An error where one of the coordinates would go out of range; `path` is the MTL.
+    pub(super) fn check(&self, path: &Path, texcoords: &[[f32; 2]]) -> Result<(), SceneError> {
+        let is_far = |value: &f32| value.abs() > TEXCOORD_MAX || !value.is_finite();
+        let moved = texcoords.iter().flat_map(|texcoord| self.apply(*texcoord));
+        match moved.into_iter().find(is_far) {
+            None => Ok(()),
+            Some(value) => Err(SceneError::line(
+                path,
+                self.line,
+                format!("`-s` and `-o` make the texture coordinate {value:?}, out of range"),
+                format!("they must keep it between -{TEXCOORD_MAX:?} and {TEXCOORD_MAX:?}"),
+            )),
+        }
+    }
+}
+
+/// Options of maps that are not done, for one warning each: how many maps have one, and the line of
+/// the first.
+type Undone = BTreeMap<String, (usize, usize)>;
 
 /// One `newmtl`, as written.
 #[derive(Clone, Debug, Default)]
@@ -57,6 +112,23 @@ impl MtlMaterial {
     /// Whether a constant `d` below 0.5 removes the surface.
     pub(super) fn is_removed(&self) -> bool {
         self.map_d.is_none() && self.dissolve.is_some_and(|dissolve| dissolve < 0.5)
+    }
+
+    /// What its maps do to texture coordinates, `None` for nothing: what the first does. The
+    /// second value is true where another map does something else.
+    pub(super) fn uv_shift(&self) -> (Option<UvShift>, bool) {
+        let bump = self.bump.as_ref().filter(|_| self.norm.is_none());
+        let mut shifts = [&self.map_kd, &self.map_ke, &self.map_d, &self.norm]
+            .into_iter()
+            .flatten()
+            .chain(bump)
+            .map(|map| map.shift);
+        let Some(first) = shifts.next() else {
+            return (None, false);
+        };
+        let is_torn = shifts.any(|shift| !shift.is_same(&first));
+        let is_there = !first.is_same(&UvShift::at(first.line));
+        (is_there.then_some(first), is_torn)
     }
 
     /// The material, without its textures. The second value is true where a specular colour is
@@ -109,12 +181,9 @@ impl MtlMaterial {
 /// Parses the text of an MTL file; `path` is for messages only.
 pub(super) fn parse(path: &Path, text: &str) -> Result<Vec<MtlMaterial>, SceneError> {
     let mut materials: Vec<MtlMaterial> = Vec::new();
-    let mut unread = BTreeSet::new();
-    for (index, line) in text.lines().enumerate() {
-        let at = At {
-            path,
-            line: index + 1,
-        };
+    let (mut unread, mut undone) = (BTreeSet::new(), Undone::new());
+    for (number, line) in paths::joined_lines(text) {
+        let at = At { path, line: number };
         let (key, rest) = line
             .trim()
             .split_once(char::is_whitespace)
@@ -135,7 +204,7 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Vec<MtlMaterial>, SceneEr
                 ..MtlMaterial::default()
             });
         } else if let Some(material) = materials.last_mut() {
-            read_key(&at, material, key, rest, &mut unread)?;
+            read_key(&at, material, [key, rest], &mut unread, &mut undone)?;
         } else if !key.is_empty() {
             return Err(at.error(
                 format!("`{key}` stands before the first `newmtl`"),
@@ -151,16 +220,25 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Vec<MtlMaterial>, SceneEr
             keys.join(", ")
         );
     }
+    for (option, (count, line)) in undone {
+        let maps = if count == 1 { "map has" } else { "maps have" };
+        log::warn!(
+            "{}:{line}: {count} {maps} the option `{option}`, which is not done; the map is used \
+             without it",
+            path.display()
+        );
+    }
     Ok(materials)
 }
 
-fn read_key<'a>(
+fn read_key(
     at: &At,
     material: &mut MtlMaterial,
-    key: &'a str,
-    rest: &str,
-    unread: &mut BTreeSet<&'a str>,
+    [key, rest]: [&str; 2],
+    unread: &mut BTreeSet<String>,
+    undone: &mut Undone,
 ) -> Result<(), SceneError> {
+    let mut map = || at.map(key, rest, undone).map(Some);
     match key {
         "Kd" => material.kd = Some(at.color(key, rest, 1.0)?),
         "Ks" => material.ks = Some(at.color(key, rest, 1.0)?),
@@ -173,14 +251,14 @@ fn read_key<'a>(
                 Some(at.number(key, rest.trim_start_matches("-halo").trim(), 1.0)?)
         }
         "Tr" => material.dissolve = Some(1.0 - at.number(key, rest, 1.0)?),
-        "map_Kd" => material.map_kd = Some(at.map(key, rest)?),
-        "map_Ke" => material.map_ke = Some(at.map(key, rest)?),
-        "map_d" => material.map_d = Some(at.map(key, rest)?),
-        "norm" => material.norm = Some(at.map(key, rest)?),
-        "map_Bump" | "map_bump" | "bump" => material.bump = Some(at.map(key, rest)?),
+        "map_Kd" => material.map_kd = map()?,
+        "map_Ke" => material.map_ke = map()?,
+        "map_d" => material.map_d = map()?,
+        "norm" => material.norm = map()?,
+        "map_Bump" | "map_bump" | "bump" => material.bump = map()?,
         "" | "Ka" | "Ni" | "Tf" | "illum" | "map_Ka" => {}
         _ => {
-            unread.insert(key);
+            unread.insert(key.to_owned());
         }
     }
     Ok(())
@@ -232,53 +310,101 @@ impl At<'_> {
     }
 
     /// A texture path after its options.
-    fn map(&self, key: &str, text: &str) -> Result<MapRef, SceneError> {
+    fn map(&self, key: &str, text: &str, undone: &mut Undone) -> Result<MapRef, SceneError> {
+        let mut map = MapRef {
+            path: String::new(),
+            line: self.line,
+            bump_multiplier: 1.0,
+            base_and_gain: [0.0, 1.0],
+            shift: UvShift::at(self.line),
+        };
         let mut rest = text;
-        let mut bump_multiplier = 1.0;
         while let Some(option) = rest.strip_prefix('-') {
-            let (name, after) = option
-                .split_once(char::is_whitespace)
-                .unwrap_or((option, ""));
-            rest = after.trim_start();
-            let is_vector = matches!(name, "o" | "s" | "t");
-            let limit = if is_vector {
-                3
-            } else if name == "mm" {
-                2
-            } else {
-                1
-            };
-            for taken in 0..limit {
-                let (word, after) = rest.split_once(char::is_whitespace).unwrap_or((rest, ""));
+            let (name, after) = cut_word(option);
+            let mut words = Vec::new();
+            rest = after;
+            for taken in 0..words_of(name) {
+                let (word, after) = cut_word(rest);
+                let is_vector = matches!(name, "o" | "s" | "t");
                 if is_vector && taken > 0 && word.parse::<f32>().is_err() {
                     break;
                 }
-                if name == "bm" {
-                    bump_multiplier = word
-                        .parse()
-                        .ok()
-                        .filter(|value: &f32| value.is_finite())
-                        .ok_or_else(|| {
-                            self.error(
-                                format!("`{key} -bm` is `{word}`, which is not a finite number"),
-                                "write one decimal number",
-                            )
-                        })?;
-                }
-                rest = after.trim_start();
+                words.push(word);
+                rest = after;
+            }
+            if !self.option(key, name, &words, &mut map)? {
+                let option = format!("-{name} {}", words.join(" "));
+                let known = ["blendu", "blendv", "cc", "clamp"].contains(&name);
+                let kind = if known {
+                    &option
+                } else {
+                    &option[..=name.len()]
+                };
+                undone.entry(kind.to_owned()).or_insert((0, self.line)).0 += 1;
             }
         }
         if rest.is_empty() {
             return Err(self.error(format!("`{key}` names no file"), "give the texture's path"));
         }
-        Ok(MapRef {
-            path: rest.to_owned(),
-            line: self.line,
-            bump_multiplier,
-        })
+        rest.clone_into(&mut map.path);
+        Ok(map)
+    }
+
+    /// Takes one option of a map; false where it changes the picture but is not done.
+    fn option(
+        &self,
+        key: &str,
+        name: &str,
+        words: &[&str],
+        map: &mut MapRef,
+    ) -> Result<bool, SceneError> {
+        let number = |word: &str| {
+            let number = word.parse().ok().filter(|value: &f32| value.is_finite());
+            number.ok_or_else(|| {
+                self.error(
+                    format!("`{key} -{name}` is `{word}`, which is not a finite number"),
+                    "write one decimal number",
+                )
+            })
+        };
+        let is_normal_map = key == "norm";
+        match (name, words) {
+            ("bm", [word]) => map.bump_multiplier = number(word)?,
+            ("mm", [base, gain]) if !is_normal_map => {
+                map.base_and_gain = [number(base)?, number(gain)?];
+            }
+            ("s" | "o", [first, ..]) => {
+                let vector = match name {
+                    "s" => &mut map.shift.scale,
+                    _ => &mut map.shift.offset,
+                };
+                vector[0] = number(first)?;
+                if let Some(second) = words.get(1) {
+                    vector[1] = number(second)?;
+                }
+            }
+            ("clamp" | "cc", ["off"]) | ("blendu" | "blendv", ["on"]) => {}
+            _ => return Ok(false),
+        }
+        Ok(true)
     }
 
     fn error(&self, problem: String, hint: impl Into<String>) -> SceneError {
         SceneError::line(self.path, self.line, problem, hint)
+    }
+}
+
+/// The first word of a text, and what follows it.
+fn cut_word(text: &str) -> (&str, &str) {
+    let (word, after) = text.split_once(char::is_whitespace).unwrap_or((text, ""));
+    (word, after.trim_start())
+}
+
+/// The most words that follow an option of a map.
+fn words_of(option: &str) -> usize {
+    match option {
+        "o" | "s" | "t" => 3,
+        "mm" => 2,
+        _ => 1,
     }
 }

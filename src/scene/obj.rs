@@ -1,23 +1,23 @@
 //! OBJ geometry, parsed line by line so that every error has its line.
 //!
-//! Read: `v`, `vt`, `vn`, `f` (any number of corners, negative indices), `usemtl`, `mtllib`;
-//! everything else (groups, smoothing, lines, points, free-form surfaces) is passed over. Extra
-//! numbers on `v` and `vt` (w, vertex colours) are ignored. Polygons become triangles
-//! ([`super::polygon`]).
+//! Read: `v`, `vt`, `vn`, `f` (any number of corners, negative indices), `usemtl`, `mtllib`, and
+//! lines that a `\` at their end continues. Everything else (groups, smoothing, lines, points,
+//! free-form surfaces) is passed over. Extra numbers on `v` and `vt` (w, vertex colours) are
+//! ignored. Polygons become triangles ([`super::polygon`]).
 
 use std::collections::HashMap;
 use std::path::Path;
 
 use glam::{DVec3, Vec3};
 
-use super::SceneError;
 use super::polygon::Splitter;
+use super::{SceneError, paths};
 
 /// Stands for "no texture coordinate", "no normal" or "no material".
 pub(super) const NONE: u32 = u32::MAX;
 
 /// Largest texture coordinate: far beyond it 32-bit numbers tell no texels apart.
-const TEXCOORD_MAX: f32 = 1e9;
+pub(super) const TEXCOORD_MAX: f32 = 1e9;
 
 /// Indices of one triangle corner into the lists of [`Obj`]; texture coordinate and normal may be
 /// [`NONE`].
@@ -46,6 +46,8 @@ pub(super) struct Obj {
     pub(super) material_names: Vec<(String, usize)>,
     /// `mtllib` arguments with their lines.
     pub(super) libraries: Vec<(String, usize)>,
+    /// The line of each position.
+    pub(super) position_lines: Vec<u32>,
     /// Faces that cross themselves, and the line of the first.
     pub(super) crossing: (usize, usize),
 }
@@ -73,11 +75,18 @@ impl Obj {
             polygon: Vec::new(),
             splitter: Splitter::default(),
         };
-        for line in text.lines() {
-            parser.line += 1;
-            parser.read_line(line)?;
+        for (number, line) in paths::joined_lines(text) {
+            parser.line = number;
+            parser.read_line(&line)?;
         }
         Ok(parser.obj)
+    }
+
+    /// Makes +y of what was +z, without rounding.
+    pub(super) fn turn_z_up(&mut self) {
+        for vector in self.positions.iter_mut().chain(&mut self.normals) {
+            *vector = Vec3::new(vector.x, vector.z, -vector.y);
+        }
     }
 }
 
@@ -93,6 +102,7 @@ impl Parser<'_> {
             "v" => {
                 let position = Vec3::from(self.numbers::<3>("v", numbers, 3)?);
                 self.obj.positions.push(position);
+                self.obj.position_lines.push(self.line as u32);
             }
             "vt" => {
                 let texcoord = self.numbers::<2>("vt", numbers, 1)?;

@@ -1,5 +1,6 @@
 //! Finding files that scene files name.
 
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use super::SceneError;
@@ -64,10 +65,49 @@ pub(super) fn stem_of(path: &Path) -> String {
         .into_owned()
 }
 
-/// The file as text; bytes that are not UTF-8 (comments and names of old exporters) become
-/// replacement characters.
+/// What is at a path in place of a file, as "a folder": `None` where there is a file, or nothing.
+/// Asking does not open it: a pipe would wait for its writer, and a device may have no end.
+pub(super) fn not_a_file(path: &Path) -> Option<&'static str> {
+    let kind = std::fs::metadata(path).ok()?.file_type();
+    match kind {
+        _ if kind.is_file() => None,
+        _ if kind.is_dir() => Some("a folder"),
+        _ => Some("a device, pipe or socket"),
+    }
+}
+
+/// The file as text, without a byte order mark; bytes that are not UTF-8 (comments and names of
+/// old exporters) become replacement characters.
 pub(super) fn read_text(path: &Path) -> Result<String, SceneError> {
     let bytes = std::fs::read(path).map_err(|error| SceneError::read(path, error))?;
-    Ok(String::from_utf8(bytes)
-        .unwrap_or_else(|error| String::from_utf8_lossy(error.as_bytes()).into_owned()))
+    let text = String::from_utf8(bytes)
+        .unwrap_or_else(|error| String::from_utf8_lossy(error.as_bytes()).into_owned());
+    Ok(match text.strip_prefix('\u{feff}') {
+        Some(rest) => rest.to_owned(),
+        None => text,
+    })
+}
+
+/// The lines of an OBJ or MTL file, each with the number of the first line that it stands on: a
+/// `\` at the end of a line joins the next one to it, but not at the end of a comment.
+pub(super) fn joined_lines(text: &str) -> impl Iterator<Item = (usize, Cow<'_, str>)> {
+    let mut lines = (1..).zip(text.lines());
+    std::iter::from_fn(move || {
+        let (number, first) = lines.next()?;
+        let mut line = Cow::Borrowed(first);
+        while let Some(start) = continued(&line) {
+            let (start, next) = (start.to_owned(), lines.next());
+            line = Cow::Owned(match next {
+                Some((_, next)) => start + " " + next,
+                None => start,
+            });
+        }
+        Some((number, line))
+    })
+}
+
+/// A line without its last `\`; `None` where it has none, or is a comment.
+fn continued(line: &str) -> Option<&str> {
+    let is_comment = line.trim_start().starts_with('#');
+    line.trim_end().strip_suffix('\\').filter(|_| !is_comment)
 }

@@ -3,9 +3,11 @@
 use std::path::Path;
 
 use glam::Vec3;
-use image::{ImageReader, Limits};
+use image::{ImageFormat, ImageReader, Limits};
 
+use super::texture::linear_from_srgb;
 use super::{SceneError, Texture, TextureKind};
+use crate::image::srgb_from_linear;
 
 /// Largest width and height of a texture \[texels\].
 const SIZE_MAX: u32 = 16_384;
@@ -57,12 +59,22 @@ impl Use {
     }
 }
 
-/// Reads a picture (grey, RGB or RGBA, 8 or 16 bits) as a texture called `name`.
-pub(super) fn read(path: &Path, name: &str, wanted: Use) -> Result<Texture, SceneError> {
+/// Reads a picture (grey, RGB or RGBA, 8 or 16 bits) as a texture called `name`; linear values
+/// (colours, coverage, heights) become base + gain · value.
+pub(super) fn read(
+    path: &Path,
+    name: &str,
+    wanted: Use,
+    [base, gain]: [f32; 2],
+) -> Result<Texture, SceneError> {
     let (width, height, mut texels) = decode(path)?;
     match wanted {
-        Use::Color | Use::Normal => {}
-        Use::Mask => mask_from_alpha(&mut texels),
+        Use::Color => adjust_colors(&mut texels, [base, gain]),
+        Use::Normal => {}
+        Use::Mask => {
+            mask_from_alpha(&mut texels);
+            adjust_masks(&mut texels, [base, gain]);
+        }
         Use::Bump(_) if is_normal_map(&texels) => {
             log::warn!(
                 "{}: named as a bump map but holds normals; read as a normal map",
@@ -70,7 +82,8 @@ pub(super) fn read(path: &Path, name: &str, wanted: Use) -> Result<Texture, Scen
             );
         }
         Use::Bump(multiplier) => {
-            texels = normals_from_heights(width, height, &texels, multiplier * BUMP_HEIGHT_TEXELS)
+            let height_texels = multiplier * gain * BUMP_HEIGHT_TEXELS;
+            texels = normals_from_heights(width, height, &texels, height_texels);
         }
     }
     Ok(Texture {
@@ -95,7 +108,15 @@ fn decode(path: &Path) -> Result<(u32, u32, Vec<[u8; 4]>), SceneError> {
             .and_then(ImageReader::with_guessed_format)
             .map_err(|error| SceneError::read(path, error))
     };
-    let (width, height) = open()?.into_dimensions().map_err(damaged)?;
+    let reader = open()?;
+    if let Some(problem) = unread_format(reader.format()) {
+        return Err(SceneError::file(
+            path,
+            problem,
+            "convert it to PNG, JPEG, TGA or BMP, and name that file in the material",
+        ));
+    }
+    let (width, height) = reader.into_dimensions().map_err(damaged)?;
     if width > SIZE_MAX || height > SIZE_MAX {
         return Err(SceneError::file(
             path,
@@ -122,6 +143,22 @@ fn decode(path: &Path) -> Result<(u32, u32, Vec<[u8; 4]>), SceneError> {
     ))
 }
 
+/// Why pictures of a format are not read; `None` where they are.
+fn unread_format(format: Option<ImageFormat>) -> Option<String> {
+    match format {
+        Some(format) if format.reading_enabled() => None,
+        Some(format) => {
+            let name = format!("{format:?}").to_uppercase();
+            Some(format!(
+                "this is a {name} picture, a format that is not read"
+            ))
+        }
+        None => Some(String::from(
+            "this is no picture, or of a format that is not read",
+        )),
+    }
+}
+
 fn mask_from_alpha(texels: &mut [[u8; 4]]) {
     let has_alpha = texels.iter().any(|texel| texel[3] != texels[0][3]);
     if has_alpha {
@@ -129,6 +166,26 @@ fn mask_from_alpha(texels: &mut [[u8; 4]]) {
             *texel = [texel[3], texel[3], texel[3], 255];
         }
     }
+}
+
+/// Makes each colour base + gain · colour, clamped to 0…1.
+fn adjust_colors(texels: &mut [[u8; 4]], [base, gain]: [f32; 2]) {
+    if [base, gain] == [0.0, 1.0] {
+        return;
+    }
+    let table: [u8; 256] =
+        std::array::from_fn(|value| srgb_from_linear(base + gain * linear_from_srgb(value as u8)));
+    for [r, g, b, _] in texels {
+        [*r, *g, *b] = [*r, *g, *b].map(|value| table[usize::from(value)]);
+    }
+}
+
+/// Makes each coverage base + gain · coverage, clamped to 0…1.
+fn adjust_masks(texels: &mut [[u8; 4]], [base, gain]: [f32; 2]) {
+    let adjusted = |value: u8| (base * 255.0 + gain * f32::from(value)).round() as u8;
+    texels
+        .iter_mut()
+        .for_each(|texel| texel[0] = adjusted(texel[0]));
 }
 
 /// Whether most texels are bluish as in a tangent-space normal map, rather than grey heights.

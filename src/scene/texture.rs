@@ -61,7 +61,7 @@ impl Texture {
 }
 
 /// The sRGB transfer function (IEC 61966-2-1), decoding 8 bits to linear.
-fn linear_from_srgb(encoded: u8) -> f32 {
+pub(super) fn linear_from_srgb(encoded: u8) -> f32 {
     let value = f32::from(encoded) / 255.0;
     if value <= 0.04045 {
         value / 12.92

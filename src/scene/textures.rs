@@ -15,13 +15,16 @@ struct Request {
     name: String,
     file: Option<PathBuf>,
     wanted: Use,
+    /// What is added to values after the second has multiplied them.
+    base_and_gain: [f32; 2],
 }
 
 /// Collects requests, so that all missing files are reported together and each file is read once.
 #[derive(Default)]
 pub(super) struct TextureRequests {
     requests: Vec<Request>,
-    index_from_file: HashMap<(PathBuf, TextureKind, u32), u32>,
+    /// By path, kind, and the bits of `-bm` and `-mm`.
+    index_from_file: HashMap<(PathBuf, TextureKind, [u32; 3]), u32>,
     missing: Vec<String>,
     /// Models and material libraries that were read.
     sources: Vec<PathBuf>,
@@ -70,13 +73,18 @@ impl TextureRequests {
         } else {
             0.0
         };
-        let key = (path, wanted.kind(), multiplier.to_bits());
+        let [base, gain] = map.base_and_gain;
+        let numbers = [multiplier, base, gain].map(f32::to_bits);
+        let key = (path, wanted.kind(), numbers);
         if let Some(index) = self.index_from_file.get(&key) {
             return *index;
         }
         if found.is_none() {
+            let kind = paths::not_a_file(&key.0)
+                .map(|kind| format!("{kind}, not a file; "))
+                .unwrap_or_default();
             self.missing.push(format!(
-                "{} (material `{}`, {}:{})",
+                "{} ({kind}material `{}`, {}:{})",
                 key.0.display(),
                 mtl.name,
                 mtl_file.display(),
@@ -88,6 +96,7 @@ impl TextureRequests {
             name: map.path.replace('\\', "/"),
             file: found,
             wanted,
+            base_and_gain: map.base_and_gain,
         });
         self.index_from_file.insert(key, index);
         index
@@ -108,7 +117,7 @@ impl TextureRequests {
             );
         }
         let read = |request: &Request| match &request.file {
-            Some(file) => picture::read(file, &request.name, request.wanted),
+            Some(file) => picture::read(file, &request.name, request.wanted, request.base_and_gain),
             None => Ok(request.wanted.placeholder(&request.name)),
         };
         self.requests.par_iter().map(read).collect()

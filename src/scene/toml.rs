@@ -7,11 +7,10 @@ use glam::Vec3;
 use serde::Deserialize;
 use toml::Spanned;
 
+use super::light::LIGHT_MAX;
 use super::model::{Placement, Use};
 use super::{Camera, Keyframe, Light, Pose, SceneError, paths};
 
-/// Largest light value [W/m², W/sr, W/(m² sr)]: beyond it 32-bit sums lose meaning.
-pub(super) const LIGHT_MAX: f32 = 1e12;
 /// Largest coordinate \[m\].
 pub(super) const COORDINATE_MAX: f32 = 1e9;
 /// Largest time of a keyframe \[s\].
@@ -21,7 +20,8 @@ const TIME_MAX: f32 = 1e6;
 const MANUAL: &str = "docs/scene-toml.md describes every key";
 
 type Number = Spanned<f32>;
-type Vector = Spanned<[f32; 3]>;
+/// Its length is checked where the field's name is known.
+type Vector = Spanned<Vec<f32>>;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -225,7 +225,14 @@ impl Source<'_> {
     }
 
     fn vector(&self, field: &str, vector: &Vector, range: Range<f32>) -> Result<Vec3, SceneError> {
-        let values = Vec3::from(*vector.get_ref());
+        let &[x, y, z] = vector.get_ref().as_slice() else {
+            return Err(self.error(
+                &vector.span(),
+                format!("`{field}` has {} numbers", vector.get_ref().len()),
+                "give an array of length 3, as in [0.0, 1.0, 0.0]",
+            ));
+        };
+        let values = Vec3::new(x, y, z);
         if values.cmpge(Vec3::splat(range.start)).all()
             && values.cmple(Vec3::splat(range.end)).all()
         {
@@ -322,6 +329,7 @@ impl Source<'_> {
                 placement,
                 dynamic: model.dynamic,
                 keyframes,
+                ..Use::default()
             },
         })
     }

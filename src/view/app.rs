@@ -25,7 +25,7 @@ use super::worker::{Event, Worker};
 use super::{Options, ViewError};
 use crate::gi::inspect::Scale;
 use crate::image::{ImageError, write_exr, write_png};
-use crate::scene::{LoadOptions, Scene, SceneError, camera_toml};
+use crate::scene::{Scene, SceneError, camera_toml};
 use crate::vulkan::Shown;
 
 /// A picture that is ready sooner than this is waited for, so that the frame after an input shows
@@ -100,7 +100,7 @@ impl App {
             choice,
             options.shadow_resolution,
         );
-        session.allow_missing_textures = options.allow_missing_textures;
+        session.load = options.load;
         let driver = options.script.take().map(Driver::new);
         let store = if driver.is_some() {
             None
@@ -449,9 +449,7 @@ impl App {
     pub(super) fn open(&mut self, source: OsString) {
         let (send, receiver) = channel();
         self.session.scene_problem = None;
-        let options = LoadOptions {
-            allow_missing_textures: self.session.allow_missing_textures,
-        };
+        let options = self.session.load;
         let (name, proxy) = (source.clone(), self.proxy.clone());
         let work = move || {
             // Whoever opens another scene meanwhile does not wait for this one.
@@ -526,7 +524,7 @@ impl App {
         then(&Wanted {
             source: &session.source,
             scene: &session.scene.1,
-            allow_missing_textures: session.allow_missing_textures,
+            load: session.load,
             lights: &session.lights,
             environment: session.environment,
             camera: session.controls.camera,

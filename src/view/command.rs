@@ -9,7 +9,7 @@ use super::picture::{Components, Look, ToneMap};
 use super::views::{Source, View};
 use super::worker::PaneJob;
 use crate::image::Aov;
-use crate::scene::{Camera, Light, Scene, camera_toml, lights_toml};
+use crate::scene::{Camera, Light, LoadOptions, Scene, Up, camera_toml, lights_toml};
 
 /// What a command line is made from.
 pub(super) struct Wanted<'w> {
@@ -17,8 +17,8 @@ pub(super) struct Wanted<'w> {
     pub(super) source: &'w OsStr,
     /// As it was loaded.
     pub(super) scene: &'w Scene,
-    /// Whether textures may be missing.
-    pub(super) allow_missing_textures: bool,
+    /// How it was loaded.
+    pub(super) load: LoadOptions,
     /// The lights as they are now.
     pub(super) lights: &'w [Light],
     /// The environment as it is now (W/(m² sr)).
@@ -88,14 +88,17 @@ impl Wanted<'_> {
         if rest_frames(self.pane) > 1 {
             add("--frames", rest_frames(self.pane).to_string());
         }
-        if self.look.exposure != 1.0 {
+        if self.load.up == Up::Z {
+            add("--up", "z".to_owned());
+        }
+        if self.look.exposure != 1.0 || Scene::is_model_alone(self.source) {
             add("--exposure", format!("{:?}", self.look.exposure));
         }
         self.device
             .iter()
             .for_each(|device| add("--device", (*device).to_owned()));
         add("-o", self.output.to_owned());
-        if self.allow_missing_textures {
+        if self.load.allow_missing_textures {
             words.push("--allow-missing-textures".to_owned());
         }
         Ok(words)

@@ -31,7 +31,7 @@ use winit::event_loop::EventLoop;
 use crate::gi::SettingError;
 use crate::gi::entry::Entry;
 use crate::graph::{Error, GpuOptions};
-use crate::scene::Scene;
+use crate::scene::{LoadOptions, Scene};
 
 pub use panels::SECTIONS;
 pub use script::{Action, ScriptError, parse as parse_script};
@@ -42,8 +42,8 @@ pub struct Options {
     pub source: OsString,
     /// The loaded scene.
     pub scene: Scene,
-    /// Whether textures of scenes may be missing.
-    pub allow_missing_textures: bool,
+    /// How it was loaded, and how others are.
+    pub load: LoadOptions,
     /// The technique of the left side.
     pub technique: &'static Entry,
     /// Its preset; `None` for the default.

@@ -18,7 +18,7 @@ use crate::gi::entry::Entry;
 use crate::gi::{SettingError, Settings};
 use crate::image::Aov;
 use crate::reference::Bounces;
-use crate::scene::{Light, Scene};
+use crate::scene::{Light, LoadOptions, Scene};
 
 /// How long after the last change the picture counts as at rest.
 const REST: Duration = Duration::from_millis(150);
@@ -120,7 +120,8 @@ pub(super) struct Newest {
 pub(super) struct Session {
     /// As it was named.
     pub(super) source: OsString,
-    pub(super) allow_missing_textures: bool,
+    /// How scenes are loaded.
+    pub(super) load: LoadOptions,
     /// Number and scene, as loaded.
     pub(super) scene: (u64, Arc<Scene>),
     pub(super) lights: Vec<Light>,
@@ -178,7 +179,7 @@ impl Session {
         let bounds = scene.bounds().unwrap_or((Vec3::ZERO, Vec3::ONE));
         Session {
             source,
-            allow_missing_textures: false,
+            load: LoadOptions::default(),
             lights: scene.lights.clone(),
             environment: scene.environment,
             controls: Controls::new(scene.camera, bounds),

@@ -356,6 +356,7 @@ fn folder() -> tempfile::TempDir {
 fn loads_or_says_why(path: &Path) -> Result<Scene, String> {
     let options = LoadOptions {
         allow_missing_textures: true,
+        ..LoadOptions::default()
     };
     let error = match Scene::load(path, &options) {
         Ok(scene) => {

@@ -95,7 +95,7 @@ fn triangle(corners: [[f32; 3]; 3], toml: Option<&str>) -> Result<Scene, String>
 #[test]
 fn scenes_without_a_camera_get_one_that_looks_somewhere() {
     for at in [0.0f32, 1.0, -1000.0, 1e6, 9e8] {
-        for size in [1e-18f32, 1e-9, 1e-3, 1.0, 1e7] {
+        for size in [1e-9f32, 1e-3, 1.0, 1e7] {
             let far = if at + size == at {
                 at * (1.0 + 2.0 * f32::EPSILON)
             } else {
@@ -701,6 +701,7 @@ fn missing_textures_are_mid_grey_on_request() {
         &folder.path().join("scene.obj"),
         &LoadOptions {
             allow_missing_textures: true,
+            ..LoadOptions::default()
         },
     )
     .unwrap();
@@ -769,4 +770,186 @@ fn degenerate_faces_leave_the_others() {
     assert_eq!(facing_area(&scene, Vec3::Z), (4.0, 0.0));
     let crossing = load_obj(folder.path(), &format!("{points}f 1 6 3 7\n"), "");
     assert!(!crossing.triangles.is_empty());
+}
+
+/// The first texture coordinates of a triangle whose material has these lines.
+fn texcoord_with(lines: &str) -> [f32; 2] {
+    let folder = tempfile::tempdir().unwrap();
+    image::RgbImage::new(2, 2)
+        .save(folder.path().join("a.png"))
+        .unwrap();
+    let obj = "mtllib scene.mtl\nusemtl m\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0.5 0.25\nf 1/1 2/1 3/1\n";
+    let scene = load_obj(folder.path(), obj, &format!("newmtl m\n{lines}\n"));
+    [scene.vertices[0].u, scene.vertices[0].v]
+}
+
+#[test]
+fn maps_are_scaled_and_moved_by_their_options() {
+    assert_eq!(texcoord_with("map_Kd a.png"), [0.5, 0.25]);
+    assert_eq!(texcoord_with("map_Kd -s 4 2 1 a.png"), [2.0, 0.5]);
+    assert_eq!(texcoord_with("map_Kd -o 1 2 a.png"), [1.5, 2.25]);
+    assert_eq!(
+        texcoord_with("map_Kd -o 1 -s 2 2 2 -clamp on a.png"),
+        [2.0, 0.5]
+    );
+    // The first map's stand for all.
+    assert_eq!(
+        texcoord_with("map_d a.png\nmap_Kd -s 4 4 a.png"),
+        [2.0, 1.0]
+    );
+}
+
+#[test]
+fn values_of_maps_get_base_and_gain() {
+    let folder = tempfile::tempdir().unwrap();
+    image::RgbImage::from_pixel(1, 1, image::Rgb([128, 128, 128]))
+        .save(folder.path().join("a.png"))
+        .unwrap();
+    let texel = |lines: &str| with_maps(folder.path(), lines).textures[0].texels[0][0];
+    assert_eq!(texel("map_Kd a.png"), 128);
+    assert_eq!(texel("map_Kd -mm 0 0 a.png"), 0);
+    assert_eq!(texel("map_Kd -mm 1 0 a.png"), 255);
+    // Linear 0.216 twice is 0.432, which is 176 as sRGB.
+    assert_eq!(texel("map_Kd -mm 0 2 a.png"), 176);
+    assert_eq!(texel("map_d -mm 0 0.5 a.png"), 64);
+}
+
+/// A byte order mark, lines that go on, and a backslash at the end of a comment.
+#[test]
+fn marks_and_continued_lines() {
+    let folder = tempfile::tempdir().unwrap();
+    let obj = "\u{feff}mtllib \\\nscene.mtl\nusemtl m\nv 0 0 \\\n0\nv 1 0 0\n# C:\\models\\\n\
+               v 0 1 0\nf 1 \\\n 2 \\\r\n 3\n";
+    let scene = load_obj(folder.path(), obj, "\u{feff}newmtl m\nKd 0.1 \\\n0.2 0.3\n");
+    assert_eq!(scene.triangles.len(), 1);
+    assert_eq!(scene.materials[0].albedo, Vec3::new(0.1, 0.2, 0.3));
+    let path = folder.path().join("scene.obj");
+    std::fs::write(&path, "v 0 0 \\\n0\nv 1 0 x\n").unwrap();
+    let message = Scene::load(&path, &LoadOptions::default())
+        .unwrap_err()
+        .to_string();
+    assert!(message.contains("scene.obj:3"), "{message}");
+}
+
+#[test]
+fn long_normals_are_made_unit() {
+    let folder = tempfile::tempdir().unwrap();
+    let obj = |length: &str| {
+        format!("v 0 0 0\nv 1 0 0\nv 0 1 0\nvn {length} 0 {length}\nf 1//1 2//1 3//1\n")
+    };
+    let normal = |length: &str| load_obj(folder.path(), &obj(length), "").vertices[0].normal;
+    for length in ["1e38", "3.4e38", "1e-38", "1e-45"] {
+        assert_eq!(normal(length), normal("1"), "{length}");
+    }
+}
+
+#[test]
+fn a_missing_material_file_is_grey_on_request() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.obj");
+    let text = "mtllib gone.mtl\nusemtl m\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    std::fs::write(&path, text).unwrap();
+    let message = Scene::load(&path, &LoadOptions::default())
+        .unwrap_err()
+        .to_string();
+    assert!(message.contains("scene.obj:1") && message.contains("--allow-missing-textures"));
+    let options = LoadOptions {
+        allow_missing_textures: true,
+        ..LoadOptions::default()
+    };
+    let scene = Scene::load(&path, &options).unwrap();
+    assert_eq!(scene.materials[0].albedo, Vec3::splat(0.5));
+}
+
+/// A vertex that is too far away, and a model that is too small, by vertex and line.
+#[test]
+fn vertices_out_of_range_are_named() {
+    let far = triangle([[0.0, 0.0, 0.0], [2e9, 0.0, 0.0], [0.0, 1.0, 0.0]], None).unwrap_err();
+    assert!(far.contains("scene.obj:2: vertex 2 is at"), "{far}");
+    let small = [[0.0, 0.0, 0.0], [1e-12, 0.0, 0.0], [0.0, 1e-12, 0.0]];
+    let message = triangle(small, None).unwrap_err();
+    assert!(
+        message.contains("scene.obj:1: vertex 1") && message.contains("1e-9 m"),
+        "{message}"
+    );
+    assert!(triangle(small, Some("scale = 1e6\n")).is_ok());
+}
+
+#[test]
+fn pictures_of_other_formats_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.obj");
+    let obj = "mtllib scene.mtl\nusemtl m\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    std::fs::write(&path, obj).unwrap();
+    for (name, bytes, says) in [
+        ("a.gif", &b"GIF89a\x01\0\x01\0\0\0\0;"[..], "a GIF picture"),
+        ("a.png", b"RIFF\x24\0\0\0WEBPVP8 ", "a WEBP picture"),
+        ("a.psd", b"8BPS\0\x01", "no picture"),
+    ] {
+        std::fs::write(folder.path().join(name), bytes).unwrap();
+        let mtl = format!("newmtl m\nmap_Kd {name}\n");
+        std::fs::write(folder.path().join("scene.mtl"), mtl).unwrap();
+        let message = Scene::load(&path, &LoadOptions::default())
+            .unwrap_err()
+            .to_string();
+        assert!(
+            message.contains(says) && message.contains(name) && message.contains("convert it"),
+            "{message}"
+        );
+    }
+}
+
+/// Neither a pipe nor a device is opened: this test would wait for ever.
+#[cfg(unix)]
+#[test]
+fn pipes_and_devices_are_refused_by_type() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let message = |path: &Path| {
+        Scene::load(path, &LoadOptions::default())
+            .unwrap_err()
+            .to_string()
+    };
+    for name in ["pipe.obj", "pipe.toml", "pipe.png"] {
+        let made = std::process::Command::new("mkfifo").arg(at(name)).status();
+        assert!(made.unwrap().success());
+    }
+    std::os::unix::fs::symlink("/dev/zero", at("zero.obj")).unwrap();
+    for name in ["pipe.obj", "pipe.toml", "zero.obj"] {
+        let message = message(&at(name));
+        assert!(
+            message.contains(name) && message.contains("a device, pipe"),
+            "{message}"
+        );
+    }
+    let obj = "mtllib a.mtl\nusemtl m\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    std::fs::write(at("a.obj"), obj).unwrap();
+    std::fs::write(at("a.mtl"), "newmtl m\nmap_Kd pipe.png\n").unwrap();
+    let message = message(&at("a.obj"));
+    assert!(message.contains("pipe.png (a device, pipe"), "{message}");
+}
+
+#[test]
+fn vectors_have_three_numbers() {
+    let unit = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    for (toml, says) in [
+        (
+            "translate = [1, 2, 3, 4]\n",
+            "`model[0].translate` has 4 numbers",
+        ),
+        (
+            "[camera]\neye = [0, 0, 1, 0]\ntarget = [0, 0, 0]\n",
+            "`camera.eye` has 4 numbers",
+        ),
+        (
+            "[environment]\nradiance = [1, 1]\n",
+            "`environment.radiance` has 2 numbers",
+        ),
+    ] {
+        let message = triangle(unit, Some(toml)).unwrap_err();
+        assert!(
+            message.contains(says) && message.contains("scene.toml:"),
+            "{message}"
+        );
+    }
 }

@@ -50,6 +50,7 @@ const NOT_RUN: &[(&str, &str)] = &[
     ("lumivox view", "it opens a window"),
     ("--merge", "it gathers what other lines measure"),
     ("my-scene/scene.toml", "the page's block is that scene"),
+    ("thing.obj", "it is the reader's own model"),
 ];
 
 /// Replaces the value of an option, or adds the option.

@@ -32,6 +32,7 @@ pub fn check_scene(path: &Path) {
         path,
         &LoadOptions {
             allow_missing_textures: true,
+            ..LoadOptions::default()
         },
     ) {
         Ok(scene) => {

@@ -1,4 +1,5 @@
-//! Ray queries against a scene: a compressed wide BVH over its triangles, alpha masks applied.
+//! Ray queries against a scene: a compressed wide BVH over its triangles. Who asks says where alpha
+//! masks leave a surface.
 
 use std::time::Duration;
 
@@ -9,11 +10,10 @@ use obvhs::cwbvh::builder::build_cwbvh_from_tris;
 use obvhs::ray::{Ray as BvhRay, RayHit};
 use obvhs::triangle::Triangle as BvhTriangle;
 
-use super::texture::TextureSampler;
-use crate::scene::{Scene, Triangle};
+use super::{Scene, Triangle};
 
 /// No triangle: for rays that start at the camera.
-pub(super) const NO_TRIANGLE: u32 = u32::MAX;
+pub(crate) const NO_TRIANGLE: u32 = u32::MAX;
 
 /// See [`Accel`]: what is nearer than 6 millionths of the scene's size is then lost. More would
 /// bring the rounding of boxes beyond the absolute 1e-5 that the builder's own check allows in
@@ -22,24 +22,24 @@ const LARGEST_COORDINATE: f32 = 32.0;
 
 /// A ray that leaves a surface or the camera.
 #[derive(Clone, Copy)]
-pub(super) struct Ray {
+pub(crate) struct Ray {
     /// Where it starts, world space (m).
-    pub(super) origin: Vec3,
+    pub(crate) origin: Vec3,
     /// Unit direction.
-    pub(super) direction: Vec3,
+    pub(crate) direction: Vec3,
     /// The triangle it leaves, which it cannot hit; or [`NO_TRIANGLE`].
-    pub(super) leaves: u32,
+    pub(crate) leaves: u32,
 }
 
 /// Where a ray meets a triangle.
 #[derive(Clone, Copy)]
-pub(super) struct Hit {
+pub(crate) struct Hit {
     /// Index into the scene's triangles.
-    pub(super) triangle: u32,
+    pub(crate) triangle: u32,
     /// Barycentric coordinate of the second vertex.
-    pub(super) u: f32,
+    pub(crate) u: f32,
     /// Barycentric coordinate of the third vertex.
-    pub(super) v: f32,
+    pub(crate) v: f32,
 }
 
 /// One triangle, ready to intersect.
@@ -56,7 +56,7 @@ struct Packed {
 /// It is built in units in which the largest coordinate is about [`LARGEST_COORDINATE`], because
 /// the traversal enters no box that ends nearer than an absolute 1e-4. The factor is a power of
 /// two, so that no coordinate is rounded.
-pub(super) struct Accel {
+pub(crate) struct Accel {
     /// Units per metre.
     units_per_m: f32,
     /// `None` where there is nothing to hit.
@@ -65,32 +65,8 @@ pub(super) struct Accel {
     triangles: Vec<Packed>,
 }
 
-/// What masks are looked up in.
-#[derive(Clone, Copy)]
-pub(super) struct Masks<'a> {
-    pub(super) scene: &'a Scene,
-    pub(super) textures: &'a TextureSampler,
-}
-
-impl Masks<'_> {
-    /// Whether the mask leaves a surface there.
-    pub(super) fn is_solid(&self, index: u32, u: f32, v: f32) -> bool {
-        let triangle = &self.scene.triangles[index as usize];
-        let Some(mask) = self.scene.materials[triangle.material as usize].mask_texture else {
-            return true;
-        };
-        self.textures
-            .sample(
-                &self.scene.textures[mask as usize],
-                texture_coordinates(self.scene, triangle, u, v),
-            )
-            .x
-            >= 0.5
-    }
-}
-
 /// Interpolated texture coordinates.
-pub(super) fn texture_coordinates(scene: &Scene, triangle: &Triangle, u: f32, v: f32) -> [f32; 2] {
+pub(crate) fn texture_coordinates(scene: &Scene, triangle: &Triangle, u: f32, v: f32) -> [f32; 2] {
     let [a, b, c] = triangle
         .vertices
         .map(|index| &scene.vertices[index as usize]);
@@ -99,7 +75,7 @@ pub(super) fn texture_coordinates(scene: &Scene, triangle: &Triangle, u: f32, v:
 }
 
 /// World-space corners of a triangle (m).
-pub(super) fn corners(scene: &Scene, triangle: &Triangle) -> [Vec3; 3] {
+pub(crate) fn corners(scene: &Scene, triangle: &Triangle) -> [Vec3; 3] {
     triangle
         .vertices
         .map(|index| Vec3::from(scene.vertices[index as usize].position))
@@ -107,13 +83,29 @@ pub(super) fn corners(scene: &Scene, triangle: &Triangle) -> [Vec3; 3] {
 
 impl Accel {
     /// Builds the structure; triangles without area are left out.
-    pub(super) fn new(scene: &Scene) -> Self {
-        let units_per_m = units_per_m(scene);
-        let mut indices = Vec::with_capacity(scene.triangles.len());
-        let mut shapes = Vec::with_capacity(scene.triangles.len());
-        for (index, triangle) in scene.triangles.iter().enumerate() {
-            let [v0, v1, v2] =
-                corners(scene, triangle).map(|corner| Vec3A::from(corner * units_per_m));
+    pub(crate) fn new(scene: &Scene) -> Self {
+        let corners: Vec<[Vec3; 3]> = scene
+            .triangles
+            .iter()
+            .map(|triangle| corners(scene, triangle))
+            .collect();
+        let is_masked = |triangle: usize| {
+            let material = scene.triangles[triangle].material;
+            scene.materials[material as usize].mask_texture.is_some()
+        };
+        Accel::of_corners(&corners, is_masked, units_per_m(scene))
+    }
+
+    /// Builds the structure of triangles by their corners.
+    pub(crate) fn of_corners(
+        corners: &[[Vec3; 3]],
+        is_masked: impl Fn(usize) -> bool,
+        units_per_m: f32,
+    ) -> Self {
+        let mut indices = Vec::with_capacity(corners.len());
+        let mut shapes = Vec::with_capacity(corners.len());
+        for (index, corners) in corners.iter().enumerate() {
+            let [v0, v1, v2] = corners.map(|corner| Vec3A::from(corner * units_per_m));
             if (v1 - v0).cross(v2 - v0).length_squared() > 0.0 {
                 indices.push(index as u32);
                 shapes.push(BvhTriangle { v0, v1, v2 });
@@ -133,14 +125,12 @@ impl Accel {
         );
         let pack = |&primitive: &u32| {
             let (shape, triangle) = (&shapes[primitive as usize], indices[primitive as usize]);
-            let material = scene.triangles[triangle as usize].material;
-            let is_masked = scene.materials[material as usize].mask_texture.is_some();
             Packed {
                 origin: shape.v0,
                 edge_1: shape.v1 - shape.v0,
                 edge_2: shape.v2 - shape.v0,
                 triangle,
-                is_masked,
+                is_masked: is_masked(triangle as usize),
             }
         };
         let triangles = bvh.primitive_indices.iter().map(pack).collect();
@@ -151,13 +141,13 @@ impl Accel {
         }
     }
 
-    /// The nearest hit.
-    pub(super) fn closest(&self, masks: Masks, ray: &Ray) -> Option<Hit> {
+    /// The nearest hit. `is_solid` tells whether a mask leaves a surface at a hit.
+    pub(crate) fn closest(&self, is_solid: impl Fn(Hit) -> bool, ray: &Ray) -> Option<Hit> {
         let bvh = self.bvh.as_ref()?;
         let mut closest = None;
         let test = |query: &BvhRay, primitive: usize| {
-            let Some((t, hit)) = self.triangles[primitive].intersect(masks, query, ray.leaves)
-            else {
+            let packed = &self.triangles[primitive];
+            let Some((t, hit)) = packed.intersect(&is_solid, query, ray.leaves) else {
                 return f32::INFINITY;
             };
             closest = Some(hit);
@@ -168,9 +158,9 @@ impl Accel {
     }
 
     /// Whether something other than the triangle `target` is nearer than `distance_m`.
-    pub(super) fn is_occluded(
+    pub(crate) fn is_occluded(
         &self,
-        masks: Masks,
+        is_solid: impl Fn(Hit) -> bool,
         ray: &Ray,
         distance_m: f32,
         target: u32,
@@ -179,7 +169,7 @@ impl Accel {
             return false;
         };
         let test = |query: &BvhRay, primitive: usize| match self.triangles[primitive]
-            .intersect(masks, query, ray.leaves)
+            .intersect(&is_solid, query, ray.leaves)
         {
             Some((t, hit)) if hit.triangle != target => t,
             _ => f32::INFINITY,
@@ -221,7 +211,12 @@ impl Packed {
     /// Distance and barycentric coordinates of a hit nearer than the query's end (T. Möller and B.
     /// Trumbore, 1997), both sides.
     #[inline]
-    fn intersect(&self, masks: Masks, query: &BvhRay, leaves: u32) -> Option<(f32, Hit)> {
+    fn intersect(
+        &self,
+        is_solid: impl Fn(Hit) -> bool,
+        query: &BvhRay,
+        leaves: u32,
+    ) -> Option<(f32, Hit)> {
         let p = query.direction.cross(self.edge_2);
         let determinant = self.edge_1.dot(p);
         if determinant == 0.0 {
@@ -239,16 +234,14 @@ impl Packed {
             && t > 0.0
             && t < query.tmax
             && self.triangle != leaves;
-        if !is_hit || (self.is_masked && !masks.is_solid(self.triangle, u, v)) {
+        let hit = Hit {
+            triangle: self.triangle,
+            u,
+            v,
+        };
+        if !is_hit || (self.is_masked && !is_solid(hit)) {
             return None;
         }
-        Some((
-            t,
-            Hit {
-                triangle: self.triangle,
-                u,
-                v,
-            },
-        ))
+        Some((t, hit))
     }
 }
