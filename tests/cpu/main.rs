@@ -11,6 +11,7 @@ mod flip;
 mod graph;
 mod layers;
 mod metrics;
+mod output;
 mod placement;
 mod properties;
 mod reference;

@@ -231,7 +231,8 @@ mod tests {
                 assert_eq!(picks(points.clone()), steady, "{planted} from {first}");
                 let machine = Section::new(points, None).machine;
                 assert_eq!(machine.corrected, 8);
-                assert!(machine.text().unwrap().contains(&format!("{planted:.2}")));
+                let slowness = format!("{planted:.2}");
+                assert!(machine.text().is_some_and(|text| text.contains(&slowness)));
             }
         }
         assert_eq!(Section::new(measured(), None).machine.text(), None);
