@@ -1,6 +1,6 @@
 //! What several subcommands need.
 
-use std::ffi::OsString;
+use std::ffi::{OsStr, OsString};
 use std::fs::OpenOptions;
 use std::io::{ErrorKind, Write as _};
 use std::path::{Path, PathBuf};
@@ -11,19 +11,16 @@ use crate::gi::entry::Entry;
 use crate::gi::registry::{DEFAULT, find, owners};
 use crate::gi::{SettingError, Settings};
 use crate::graph::{DeviceChoice, Faults, GpuOptions};
-use crate::image::{Aov, Image, exposure_to_see, write_exr, write_png};
 use crate::measure::bench::{Case, Truth, choose_timing};
 use crate::measure::report::Timing;
 use crate::metrics::Channel;
 use crate::output;
 use crate::reference::{Bounces, MAX_SIZE_PX, cache_dir, cached};
 use crate::scene::{LoadOptions, Scene, Up};
-use glam::Vec3;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::CliError;
 use super::files::Files;
-use super::nothing::Nothing;
 
 /// How scenes are loaded, shared by the commands that open scenes.
 #[derive(clap::Args)]
@@ -87,6 +84,16 @@ impl SceneArgs {
         Ok(scene)
     }
 
+    /// Whether it stands on the command line how a part of the scene is replaced.
+    pub(super) fn replaces(&self) -> bool {
+        !self.with.is_empty()
+    }
+
+    /// As it stands on the command line.
+    pub(super) fn source(&self) -> &OsStr {
+        &self.scene
+    }
+
     /// The time \[s\], where one is asked for.
     pub(super) fn time_s(&self) -> Option<f32> {
         self.time.time
@@ -120,95 +127,6 @@ impl TimeArgs {
         }
         scene.set_time(time_s);
         Ok(())
-    }
-}
-
-/// Which picture of a scene, and where it goes.
-#[derive(clap::Args)]
-#[command(next_help_heading = "Picture")]
-pub(super) struct PictureArgs {
-    /// Width and height (px).
-    #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse_size)]
-    pub(super) size: (u32, u32),
-    /// What to write: full, direct, indirect, diffuse, specular, visibility, emission, albedo,
-    /// normal, depth.
-    #[arg(long, default_value = "full")]
-    pub(super) aov: Aov,
-    /// The image: .exr (linear, 32-bit float) or .png (sRGB).
-    #[arg(short, long, value_name = "FILE")]
-    pub(super) output: PathBuf,
-    /// Factor applied before the clamp of a .png [default: 1; of an .obj alone, one at which its
-    /// picture can be judged].
-    #[arg(long, value_name = "X")]
-    exposure: Option<f32>,
-    /// Write settings and what was measured as JSON.
-    #[arg(long, value_name = "FILE.json")]
-    pub(super) report: Option<PathBuf>,
-}
-
-impl PictureArgs {
-    /// Checks before any work that the outputs can be written.
-    pub(super) fn check(&self, files: &mut Files) -> Result<(), CliError> {
-        check_positive("--exposure", self.exposure)?;
-        files.write(&self.output, &["exr", "png"])?;
-        self.report
-            .iter()
-            .try_for_each(|path| files.write(path, &["json"]))
-    }
-
-    /// Whether the image is to be EXR rather than PNG, by its extension.
-    pub(super) fn is_exr(&self) -> bool {
-        let extension = self.output.extension().unwrap_or_default();
-        extension.eq_ignore_ascii_case("exr")
-    }
-
-    /// Writes the image of a scene, at the exposure that is asked for, or else suits it.
-    pub(super) fn write(
-        &self,
-        image: &Image,
-        (args, scene): (&SceneArgs, &Scene),
-        is_light: bool,
-    ) -> Result<(), CliError> {
-        let written = if self.is_exr() {
-            write_exr(&self.output, image)
-        } else {
-            let exposure = self.exposure(image, (args, scene), is_light);
-            if self.exposure.is_none() && exposure != 1.0 {
-                log::warn!("no exposure is given; the picture gets --exposure {exposure:?}");
-            }
-            write_png(&self.output, image, exposure)
-        };
-        written.map_err(CliError::failed)
-    }
-
-    /// The exposure of a .png. Without a choice, light of a model alone gets one that suits it, to
-    /// three digits, because nobody chose how bright that light is.
-    fn exposure(&self, image: &Image, (args, scene): (&SceneArgs, &Scene), is_light: bool) -> f32 {
-        let suits = is_light && Scene::is_model_alone(&args.scene);
-        let background = scene.environment;
-        let chosen = || match suits {
-            true => format!("{:.2e}", exposure_to_see(image, background))
-                .parse()
-                .unwrap_or(1.0),
-            false => 1.0,
-        };
-        self.exposure.unwrap_or_else(chosen)
-    }
-
-    /// Warns where the picture of a scene is black, white or of one value, and says why. Of an .exr
-    /// only the absence of light counts.
-    pub(super) fn warn_of_nothing(&self, image: &Image, (args, scene): (&SceneArgs, &Scene)) {
-        let exposure = match self.is_exr() {
-            true => exposure_to_see(image, Vec3::ZERO),
-            false => self.exposure(image, (args, scene), true),
-        };
-        if let Some(nothing) = Nothing::of(image, exposure) {
-            let path = self.output.display();
-            log::warn!(
-                "{path}: the picture is {nothing}: {}",
-                nothing.reason(scene, exposure)
-            );
-        }
     }
 }
 

@@ -11,6 +11,7 @@ mod devices;
 mod explain;
 mod files;
 mod nothing;
+mod picture;
 mod reference;
 mod render;
 mod scene;

@@ -99,7 +99,8 @@ impl Nothing {
 }
 
 impl Sight {
-    fn is_in_a_solid(&self) -> bool {
+    /// Whether the camera stands in what it sees.
+    pub(super) fn is_in_a_solid(&self) -> bool {
         self.backs >= IN_A_SOLID * self.surfaces && self.surfaces >= IN_A_SOLID
     }
 }

@@ -10,8 +10,9 @@ use crate::scene::Scene;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::CliError;
-use super::common::{PictureArgs, SceneArgs, say, write_report};
+use super::common::{SceneArgs, say, write_report};
 use super::files::Files;
+use super::picture::PictureArgs;
 
 /// Render the path-traced reference of a scene on the CPU.
 #[derive(clap::Args)]

@@ -13,10 +13,9 @@ use crate::reference::guide;
 use crate::scene::Scene;
 
 use super::CliError;
-use super::common::{
-    DeviceArgs, FrameArgs, PictureArgs, SceneArgs, TechniqueArgs, TimingArgs, say,
-};
+use super::common::{DeviceArgs, FrameArgs, SceneArgs, TechniqueArgs, TimingArgs, say};
 use super::files::Files;
+use super::picture::PictureArgs;
 
 /// Render a scene with one technique.
 #[derive(clap::Args)]

@@ -899,3 +899,65 @@ fn render_reports_the_error_against_a_reference() {
     run("render bundled:cornell --size 48x32 --set resolution=16 -o t.exr --report t.json");
     assert!(json(&folder.path().join("t.json"))["error"].is_null());
 }
+
+/// A picture that shows nothing is warned of, with the reason; a model says which way up it looks.
+#[test]
+fn pictures_of_nothing_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    // A cube of 1 m, with fronts outwards, on the plane z = 0.
+    let mut cube = String::new();
+    for corner in 0..8 {
+        let [x, y, z] = [corner & 1, corner >> 1 & 1, corner >> 2];
+        cube += &format!("v {x} {y} {z}\n");
+    }
+    cube += "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
+    std::fs::write(folder.path().join("cube.obj"), &cube).unwrap();
+    std::fs::write(
+        folder.path().join("dark.toml"),
+        "[[model]]\npath = \"cube.obj\"\n",
+    )
+    .unwrap();
+    let inside = "--with 'camera={eye=[0.5,0.5,0.5],target=[0.5,0.5,0.0],up=[0.0,1.0,0.0]}'";
+    let away = "--with 'camera={eye=[3.0,3.0,3.0],target=[9.0,9.0,9.0]}'";
+    for (arguments, says) in [
+        (
+            "render dark.toml".to_owned(),
+            "there is no light, no emission and no environment",
+        ),
+        ("render cube.obj".to_owned(), ""),
+        (
+            format!("render cube.obj {inside}"),
+            "the camera is inside a solid",
+        ),
+        (
+            format!("render dark.toml {away}"),
+            "the camera sees no surface",
+        ),
+        ("render dark.toml --up z".to_owned(), "--up"),
+        (
+            "render bundled:cornell --exposure 1e9".to_owned(),
+            "pass --exposure",
+        ),
+        (
+            "render bundled:cornell --exposure 1e-9".to_owned(),
+            "pass --exposure",
+        ),
+    ] {
+        let line = format!("{arguments} --size 16x12 --set resolution=16 -o a.png");
+        let words: Vec<OsString> = line
+            .split('\'')
+            .enumerate()
+            .flat_map(|(index, part)| match index % 2 {
+                1 => vec![OsString::from(part)],
+                _ => part.split_whitespace().map(OsString::from).collect(),
+            })
+            .collect();
+        let ran = lumivox(folder.path(), &words, &[]);
+        assert_eq!(ran.code, Some(0), "{line}: {}", ran.stderr);
+        assert!(ran.stderr.contains(says), "{line}: {}", ran.stderr);
+        // A cube without more is to be seen.
+        if says.is_empty() {
+            assert!(!ran.stderr.contains("the picture is"), "{}", ran.stderr);
+        }
+    }
+}

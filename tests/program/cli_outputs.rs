@@ -334,7 +334,7 @@ fn records_are_added_to() {
     }
     assert_eq!(
         (lines("cornell.jsonl"), lines("cornell-bench.jsonl")),
-        (1, 2)
+        (2, 2)
     );
     // Both were of one case: the later one counts.
     do_it(folder.path(), "bench --merge out -o merged");

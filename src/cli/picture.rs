@@ -1,0 +1,105 @@
+//! The picture that a command writes: size, file, exposure, and a warning where it shows nothing.
+
+use std::path::PathBuf;
+
+use glam::Vec3;
+
+use crate::image::{Aov, Image, exposure_to_see, write_exr, write_png};
+use crate::scene::Scene;
+
+use super::CliError;
+use super::common::{SceneArgs, check_positive, parse_size};
+use super::files::Files;
+use super::nothing::Nothing;
+
+/// Which picture of a scene, and where it goes.
+#[derive(clap::Args)]
+#[command(next_help_heading = "Picture")]
+pub(super) struct PictureArgs {
+    /// Width and height (px).
+    #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse_size)]
+    pub(super) size: (u32, u32),
+    /// What to write: full, direct, indirect, diffuse, specular, visibility, emission, albedo,
+    /// normal, depth.
+    #[arg(long, default_value = "full")]
+    pub(super) aov: Aov,
+    /// The image: .exr (linear, 32-bit float) or .png (sRGB).
+    #[arg(short, long, value_name = "FILE")]
+    pub(super) output: PathBuf,
+    /// Factor applied before the clamp of a .png [default: 1; of an .obj alone, one at which its
+    /// picture can be judged].
+    #[arg(long, value_name = "X")]
+    exposure: Option<f32>,
+    /// Write settings and what was measured as JSON.
+    #[arg(long, value_name = "FILE.json")]
+    pub(super) report: Option<PathBuf>,
+}
+
+impl PictureArgs {
+    /// Checks before any work that the outputs can be written.
+    pub(super) fn check(&self, files: &mut Files) -> Result<(), CliError> {
+        check_positive("--exposure", self.exposure)?;
+        files.write(&self.output, &["exr", "png"])?;
+        self.report
+            .iter()
+            .try_for_each(|path| files.write(path, &["json"]))
+    }
+
+    /// Whether the image is to be EXR rather than PNG, by its extension.
+    pub(super) fn is_exr(&self) -> bool {
+        let extension = self.output.extension().unwrap_or_default();
+        extension.eq_ignore_ascii_case("exr")
+    }
+
+    /// Writes the image of a scene, at the exposure that is asked for, or else suits it.
+    pub(super) fn write(
+        &self,
+        image: &Image,
+        (args, scene): (&SceneArgs, &Scene),
+        is_light: bool,
+    ) -> Result<(), CliError> {
+        let written = if self.is_exr() {
+            write_exr(&self.output, image)
+        } else {
+            let exposure = self.exposure(image, (args, scene), is_light);
+            if self.exposure.is_none() && exposure != 1.0 {
+                log::warn!("no exposure is given; the picture gets --exposure {exposure:?}");
+            }
+            write_png(&self.output, image, exposure)
+        };
+        written.map_err(CliError::failed)
+    }
+
+    /// The exposure of a .png. Without a choice, light of a model alone gets one that suits it, to
+    /// three digits, because nobody chose how bright that light is.
+    fn exposure(&self, image: &Image, (args, scene): (&SceneArgs, &Scene), is_light: bool) -> f32 {
+        let suits = is_light && Scene::is_model_alone(args.source());
+        let background = scene.environment;
+        let chosen = || match suits {
+            true => format!("{:.2e}", exposure_to_see(image, background))
+                .parse()
+                .unwrap_or(1.0),
+            false => 1.0,
+        };
+        self.exposure.unwrap_or_else(chosen)
+    }
+
+    /// Warns where the picture of a scene is black, white or of one value, and says why. Of an .exr
+    /// only the absence of light counts.
+    pub(super) fn warn_of_nothing(&self, image: &Image, (args, scene): (&SceneArgs, &Scene)) {
+        let exposure = match self.is_exr() {
+            true => exposure_to_see(image, Vec3::ZERO),
+            false => self.exposure(image, (args, scene), true),
+        };
+        let path = self.output.display();
+        if let Some(nothing) = Nothing::of(image, exposure) {
+            log::warn!(
+                "{path}: the picture is {nothing}: {}",
+                nothing.reason(scene, exposure)
+            );
+        } else if args.replaces() && scene.sight().is_in_a_solid() {
+            // An exposure may lift what little light there is.
+            log::warn!("{path}: the camera is inside a solid, or in a wall, and sees its back");
+        }
+    }
+}
