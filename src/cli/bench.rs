@@ -32,7 +32,7 @@ use super::stop;
 /// path-traced reference.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n\
-\x20 lumivox bench bundled:cornell --technique voxel-mips,svo --resolution 64,128 -o out\n\
+\x20 lumivox bench bundled:cornell --technique svo --preset accurate,textbook -o out\n\
 \x20 lumivox bench --merge out -o tables")]
 pub(crate) struct Args {
     /// `bundled:NAME`, or the path of a .toml or .obj file.

@@ -21,7 +21,7 @@ use super::files::Files;
 /// truth, or by a better one, and measure the error again.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n\
-\x20 lumivox explain bundled:cornell --preset cones")]
+\x20 lumivox explain bundled:cornell --technique svo")]
 pub(crate) struct Args {
     #[command(flatten)]
     scene: SceneArgs,

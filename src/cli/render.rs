@@ -21,7 +21,7 @@ use super::picture::PictureArgs;
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n\
 \x20 lumivox render bundled:cornell -o cornell.png\n\
-\x20 lumivox render room.obj --technique svo --preset cones --set resolution=256 -o room.exr")]
+\x20 lumivox render room.obj --technique svo --set resolution=256 -o room.exr")]
 pub(crate) struct Args {
     #[command(flatten)]
     scene: SceneArgs,

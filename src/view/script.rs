@@ -60,8 +60,8 @@ pub enum Action {
     /// `key NAME`: press and release it, as egui names it.
     Key(String),
     /// `until WHAT`: wait until the window is so, whoever brings it there: `compare`, `view` or
-    /// `camera` and a name, `panels`, `help`, `beam`, `dialog` or `fullscreen` and on or off, `bookmark`
-    /// and its number, `exposure` and stops.
+    /// `camera` and a name, `panels`, `help`, `beam`, `dialog` or `fullscreen` and on or off,
+    /// `bookmark` and its number, `exposure` and stops.
     Until(String),
     /// `type TEXT`: into what has the focus.
     Type(String),

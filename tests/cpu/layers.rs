@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 /// A module: its names from the root of the crate on.
 type Module = Vec<String>;
 
-/// The layers, the lowest first; `image` is below all.
+/// The layers, the lowest first; `image` is below all, and `output` below `image`.
 const LAYERS: &[&str] = &[
     "vulkan", "shader", "graph", "scene", "render", "gi", "frame", "measure", "view", "cli",
 ];
@@ -16,7 +16,8 @@ fn may_use(user: &str, used: &str) -> bool {
     let rank = |module: &str| LAYERS.iter().position(|layer| *layer == module);
     match (user, used) {
         _ if user == used => true,
-        (_, "image") => true,
+        ("output", _) => false,
+        (_, "image" | "output") => true,
         ("reference" | "metrics", used) => used == "scene",
         ("measure" | "view" | "cli", "reference" | "metrics") => true,
         ("view", "measure") => false,

@@ -515,6 +515,7 @@ fn models_move_by_keyframes() {
     assert_eq!(
         Scene {
             name: again.name.clone(),
+            files: again.files.clone(),
             ..at_start
         },
         again

@@ -786,8 +786,8 @@ fn no_device() {
     }
 }
 
-/// One line names all that is given without effect, and nothing that has one; what another technique
-/// has is said to be its own.
+/// One line names all that is given without effect, and nothing that has one; what another
+/// technique has is said to be its own.
 #[test]
 fn settings_without_effect_and_of_other_techniques_are_named() {
     let folder = tempfile::tempdir().unwrap();

@@ -354,8 +354,8 @@ impl Worst {
         })
     }
 
-    /// Where it is so bad, with the unit: "from 0.5 m down" if all that follows is, else "at 0.0001,
-    /// 100000 m".
+    /// Where it is so bad, with the unit: "from 0.5 m down" if all that follows is, else "at 0.5, 4
+    /// m".
     pub fn place(&self, unit: &str) -> String {
         let texts: Vec<String> = self.severities.iter().copied().map(severity_text).collect();
         let first = texts.first().map_or("", String::as_str);
