@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use crate::measure::bench::{BenchSettings, Case, open};
 use crate::measure::chart::{
     Cost, DEFAULT_GRID, PictureFolder, Point, Progress, Section, Sweep, SweepError, Troubles,
-    bounces_text, grid_cases, page,
+    bounces_text, grid_cases, measure_left_out, page,
 };
 use crate::measure::records::{Records, newest, read_records, record_files};
 use crate::metrics::Channel;
@@ -154,6 +154,16 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     for ((scene, source), stem) in scenes.iter().zip(&args.scene).zip(&stems) {
         let sweep = Sweep::new(&gpu, scene, &settings, args.max_error);
         let points = sweep_scene(&sweep, &scene.name, &cases, args.shard, stem, quiet)?;
+        let bar = progress_bar(quiet, 1);
+        measure_left_out(
+            scene,
+            &points,
+            &cache_dir(),
+            &PictureFolder::of(folder),
+            &mut || bar.set_message("reference, all bounces"),
+        )
+        .map_err(failed)?;
+        bar.finish_and_clear();
         sections.push(Section::new(
             points,
             Some(source.to_string_lossy().into_owned()),
@@ -281,12 +291,16 @@ fn sweep_scene(
             &PictureFolder::of(folder),
             &mut progress,
         )
-        .map_err(|error| match error {
-            SweepError::Reference(_) => CliError::input(error),
-            _ => CliError::failed(error),
-        })?;
+        .map_err(failed)?;
     bar.finish_and_clear();
     Ok(sweep.points(&cases, &records))
+}
+
+fn failed(error: SweepError) -> CliError {
+    match error {
+        SweepError::Reference(_) => CliError::input(error),
+        _ => CliError::failed(error),
+    }
 }
 
 /// Gathers the records and pictures of folders in one.

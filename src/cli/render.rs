@@ -5,11 +5,13 @@ use std::path::{Path, PathBuf};
 use crate::frame::Renderer;
 use crate::gi::entry::Entry;
 use crate::gi::inspect::ViewRow;
+use crate::gi::settings::Settings;
 use crate::graph::{Gpu, GpuOptions, PassTimes, TimesAccumulator};
 use crate::image::{Aov, GuideImage, Image, read_aov};
+use crate::measure::chart::{BounceSetting, bounces_text};
 use crate::measure::report::{ErrorReport, Report, Timing};
 use crate::metrics::{Channel, Errors};
-use crate::reference::guide;
+use crate::reference::{Bounces, guide};
 use crate::scene::Scene;
 
 use super::CliError;
@@ -159,8 +161,29 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     }
     if !quiet {
         print_report(&report);
+        if args.reference.is_some() {
+            left_out(entry, &settings).iter().for_each(|line| say(line));
+        }
     }
     Ok(())
+}
+
+/// What the technique does not compute, so that a reference with other bounces is not mistaken for
+/// its error; a file of the reference does not say how many it has.
+fn left_out(entry: &Entry, settings: &Settings) -> Option<String> {
+    let count = (entry.bounces)(settings)?;
+    let more = BounceSetting::of(entry, settings)
+        .map(|setting| {
+            let values = setting.values.join(", ");
+            format!("; --set {}=… adds more: {values}", setting.name)
+        })
+        .unwrap_or_default();
+    Some(format!(
+        "{} computes {} of indirect light and leaves the others out, as does `lumivox reference \
+         --bounces {count}`{more}",
+        entry.name,
+        bounces_text(Bounces::Count(count))
+    ))
 }
 
 /// The view of a name, where the technique has it, and this level of it.

@@ -5,7 +5,7 @@ use std::fmt;
 
 use super::front::{Price, cheapest, distinct_front};
 use super::point::{Point, bounces_text};
-use super::section::{MIB, Section, percent, signed_percent};
+use super::section::{MIB, Section, bias_text, error_text, percent};
 use crate::graph::Spread;
 use crate::measure::draw::short;
 use crate::reference::Bounces;
@@ -397,22 +397,22 @@ impl Section {
         let error = point.error.map(|error| {
             format!(
                 "error {}, bias {}",
-                percent(error.rel_rmse),
-                signed_percent(error.bias)
+                error_text(error.rel_rmse),
+                bias_text(error.bias)
             )
         });
         let worst = point.worst_material().filter(|_| point.materials.len() > 1);
         let worst = worst.map(|(name, error)| {
             format!(
                 "on {name} error {}, bias {}",
-                percent(error.rel_rmse),
-                signed_percent(error.bias)
+                error_text(error.rel_rmse),
+                bias_text(error.bias)
             )
         });
         let fine = point.pixel_error.map(|error| {
             format!(
                 "by pixel {}{}",
-                percent(error.rel_rmse),
+                error_text(error.rel_rmse),
                 if is_rough(point) { " (rough)" } else { "" }
             )
         });
@@ -447,7 +447,7 @@ impl Section {
         format!(
             "the least error of {} {points} {}",
             errors.len(),
-            percent(errors.iter().copied().fold(f64::INFINITY, f64::min))
+            error_text(errors.iter().copied().fold(f64::INFINITY, f64::min))
         )
     }
 }

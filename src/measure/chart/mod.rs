@@ -7,6 +7,7 @@
 //! tells what `lumivox stress` found ([`Troubles`]) beside them.
 
 mod answer;
+mod bounces;
 mod command;
 mod front;
 mod grid;
@@ -19,6 +20,7 @@ mod section;
 mod trouble;
 
 pub use answer::{Answer, Goal, Pick, Picks, ROUGH};
+pub use bounces::{BounceSetting, LeftOut, measure_left_out};
 pub use front::{Price, cheapest, distinct_front, front, near_front};
 pub use grid::{DEFAULT_GRID, GridError, grid_cases};
 pub use machine::Machine;

@@ -130,14 +130,25 @@ fn fits(section: &[Point], point: &Point) -> bool {
         .is_some_and(|first| first.scene == point.scene && first.setup == point.setup)
 }
 
-/// A share in per cent, such as `4.25%`.
+/// A limit in per cent, such as `5%`.
 pub(super) fn percent(share: f64) -> String {
     format!("{}%", short(100.0 * share))
 }
 
-/// A signed share in per cent.
-pub(super) fn signed_percent(share: f64) -> String {
-    format!("{}{}", if share > 0.0 { "+" } else { "" }, percent(share))
+/// An error in per cent, such as `4.3%`: one digit after the point wherever an error stands.
+pub(super) fn error_text(share: f64) -> String {
+    format!("{:.1}%", tenths(share))
+}
+
+/// The same of a bias, with its sign.
+pub(super) fn bias_text(share: f64) -> String {
+    let sign = if tenths(share) > 0.0 { "+" } else { "" };
+    format!("{sign}{}", error_text(share))
+}
+
+/// Per cent, rounded as they are shown; no zero is negative.
+fn tenths(share: f64) -> f64 {
+    (1000.0 * share).round() / 10.0 + 0.0
 }
 
 impl Section {
@@ -318,19 +329,42 @@ impl Section {
         front(&group.prices).into_iter().map(numbered).collect()
     }
 
-    fn panel(&self, cost: Cost, group: &Group, standings: &[Option<Standing>]) -> PointPanel {
-        let at = |price: &Price| (cost.in_unit(price.cost.median), 100.0 * price.error);
-        let mut series: Vec<Series> = Vec::new();
-        for (&index, price) in group.points.iter().zip(&group.prices) {
-            let name = &self.points[index].technique;
-            match series.iter_mut().find(|series| series.name == *name) {
-                Some(series) => series.points.push(at(price)),
-                None => series.push(Series {
-                    name: name.clone(),
-                    points: vec![at(price)],
-                }),
+    /// The members of a group by technique, as the series of its panel.
+    fn by_technique(&self, group: &Group) -> Vec<(&str, Vec<usize>)> {
+        let mut series: Vec<(&str, Vec<usize>)> = Vec::new();
+        for (member, &index) in group.points.iter().enumerate() {
+            let name = self.points[index].technique.as_str();
+            match series.iter_mut().find(|series| series.0 == name) {
+                Some((_, members)) => members.push(member),
+                None => series.push((name, vec![member])),
             }
         }
+        series
+    }
+
+    /// The points of a chart by index, in the order in which it draws them.
+    pub(super) fn drawn(&self, cost: Cost) -> Vec<usize> {
+        let points_of = |group: &Group| -> Vec<usize> {
+            let series = self.by_technique(group);
+            let members = series.into_iter().flat_map(|(_, members)| members);
+            members.map(|member| group.points[member]).collect()
+        };
+        self.groups(cost).iter().flat_map(points_of).collect()
+    }
+
+    fn panel(&self, cost: Cost, group: &Group, standings: &[Option<Standing>]) -> PointPanel {
+        let at = |price: &Price| (cost.in_unit(price.cost.median), 100.0 * price.error);
+        let series: Vec<Series> = self
+            .by_technique(group)
+            .into_iter()
+            .map(|(name, members)| Series {
+                name: name.to_owned(),
+                points: members
+                    .into_iter()
+                    .map(|member| at(&group.prices[member]))
+                    .collect(),
+            })
+            .collect();
         let front_point = |member: usize| {
             let price = &group.prices[member];
             let x_range = (cost.in_unit(price.cost.min), cost.in_unit(price.cost.max));
@@ -405,7 +439,7 @@ fn label(point: &Point, cost: Cost, price: &Price) -> Vec<String> {
     for word in changes.chain([format!(
         "{}, error {}",
         cost.text(price.cost),
-        percent(price.error)
+        error_text(price.error)
     )]) {
         if !line.is_empty() && line.chars().count() + 2 + word.chars().count() > KEY_CHARS {
             lines.push(std::mem::take(&mut line));

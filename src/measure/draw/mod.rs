@@ -204,7 +204,10 @@ fn color(index: usize) -> RGBColor {
     COLORS[index % COLORS.len()]
 }
 
-type Drawn<DB> = Result<(), DrawingAreaErrorKind<<DB as DrawingBackend>::ErrorType>>;
+type Drawn<DB, T = ()> = Result<T, DrawingAreaErrorKind<<DB as DrawingBackend>::ErrorType>>;
+
+/// A place in a chart, in the units of its SVG's `viewBox`.
+pub type Place = (i32, i32);
 
 impl Chart {
     /// Writes `STEM.svg` and `STEM.png`.
@@ -226,11 +229,17 @@ impl Chart {
 
     /// As an SVG document.
     pub fn svg(&self) -> Result<String, ChartError> {
+        Ok(self.svg_and_places()?.0)
+    }
+
+    /// As an SVG document, and where each of the [`Panels::Points`] lies: panel after panel, series
+    /// after series.
+    pub fn svg_and_places(&self) -> Result<(String, Vec<Place>), ChartError> {
         let mut text = String::new();
         let area = SVGBackend::with_string(&mut text, self.size()).into_drawing_area();
-        self.draw(&area).map_err(|error| self.failed(&error))?;
+        let places = self.draw(&area).map_err(|error| self.failed(&error))?;
         drop(area);
-        Ok(text)
+        Ok((text, places))
     }
 
     /// As 8-bit RGB pixels, row 0 at the top.
@@ -298,7 +307,8 @@ impl Chart {
         names
     }
 
-    fn draw<DB: DrawingBackend>(&self, area: &DrawingArea<DB, Shift>) -> Drawn<DB> {
+    /// Draws everything, and returns where each point of the panels lies.
+    fn draw<DB: DrawingBackend>(&self, area: &DrawingArea<DB, Shift>) -> Drawn<DB, Vec<Place>> {
         register_font();
         area.fill(&WHITE)?;
         let names = self.names();
@@ -334,6 +344,7 @@ impl Chart {
             ))?;
         }
         let (_, below) = area.split_vertically(self.header_height());
+        let mut places = Vec::new();
         match &self.panels {
             Panels::Lines(axis, panels) => {
                 for (panel, area) in panels
@@ -355,12 +366,13 @@ impl Chart {
                 let mut rest = below;
                 for panel in panels {
                     let (area, after) = rest.split_vertically(point_panel_height(panel));
-                    draw_points(&area, panel, panels, &names)?;
+                    places.extend(draw_points(&area, panel, panels, &names)?);
                     rest = after;
                 }
             }
         }
-        area.present()
+        area.present()?;
+        Ok(places)
     }
 }
 

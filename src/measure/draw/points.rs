@@ -6,7 +6,9 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 
 use super::axis::{Axis, log_ticks, range};
-use super::{Drawn, FrontPoint, MARGIN_PX, PointPanel, Scale, TEXT_PX, WIDTH_PX, color, short};
+use super::{
+    Drawn, FrontPoint, MARGIN_PX, Place, PointPanel, Scale, TEXT_PX, WIDTH_PX, color, short,
+};
 
 /// Width of the key beside the axes.
 const KEY_PX: i32 = 350;
@@ -74,13 +76,14 @@ fn rounded(radius: f64, share: f64) -> i32 {
     (radius * share).round() as i32
 }
 
-/// Points over the ranges of all panels; `names` gives colours and shapes.
+/// Points over the ranges of all panels; `names` gives colours and shapes. Returns where each
+/// point of each series lies.
 pub(super) fn draw_points<DB: DrawingBackend>(
     area: &DrawingArea<DB, Shift>,
     panel: &PointPanel,
     all: &[PointPanel],
     names: &[&str],
-) -> Drawn<DB> {
+) -> Drawn<DB, Vec<Place>> {
     let [x, y] = ranges(all);
     let (plot, key) = area.split_horizontally(WIDTH_PX as i32 - KEY_PX);
     plot.draw(&Text::new(
@@ -156,7 +159,7 @@ pub(super) fn draw_points<DB: DrawingBackend>(
         }),
     )?;
     let pixel = |at: &(f64, f64)| chart.backend_coord(at);
-    let points: Vec<(i32, i32)> = panel
+    let points: Vec<Place> = panel
         .series
         .iter()
         .flat_map(|series| &series.points)
@@ -191,7 +194,8 @@ pub(super) fn draw_points<DB: DrawingBackend>(
         );
         chart.draw_series([EmptyElement::at(point.at) + text])?;
     }
-    draw_key(&key, panel)
+    draw_key(&key, panel)?;
+    Ok(points)
 }
 
 /// What the marks of the front are.

@@ -6,9 +6,9 @@ use super::super::answer::{Goal, Pick, Picks, ROUGH, goals_text, mib};
 use super::super::command;
 use super::super::pictures::PictureFolder;
 use super::super::point::{Cost, Point, bounces_text};
-use super::super::section::{Section, Standing, percent, signed_percent, standing_text};
+use super::super::section::{Section, Standing, bias_text, error_text, percent, standing_text};
 use super::super::trouble::Troubles;
-use super::{device, thumbnails, troubles};
+use super::{device, images, troubles};
 use crate::graph::Spread;
 use crate::measure::draw::short;
 use crate::reference::Bounces;
@@ -62,7 +62,7 @@ pub(super) fn answers(
                     tr id={ "pick-" (point.key) } {
                         td.word { @for goal in goals_text(&pick.goals) { (goal) br; } }
                         td.word.pair { @for image in
-                            thumbnails(point, pictures).into_iter().flatten() { (image) } }
+                            images::shown(point, pictures).into_iter().flatten() { (image) } }
                         td.word {
                             (name(point)) br;
                             @if let Some(size_m) = point.voxel_size_m
@@ -73,9 +73,9 @@ pub(super) fn answers(
                         td { (time(point.moving_ms())) }
                         td { (mib(point.memory_bytes)) @if let Some(bytes) = point.structure_bytes
                             { br; small { "(" (mib(bytes)) ")" } } }
-                        td { @if let Some(error) = point.error { b { (percent(error.rel_rmse)) } } }
-                        td { @if let Some(error) = point.error { (signed_percent(error.bias)) } }
-                        td { @if let Some(error) = point.pixel_error { (percent(error.rel_rmse)) }
+                        td { @if let Some(error) = point.error { b { (error_text(error.rel_rmse)) } } }
+                        td { @if let Some(error) = point.error { (bias_text(error.bias)) } }
+                        td { @if let Some(error) = point.pixel_error { (error_text(error.rel_rmse)) }
                             (rough(point)) }
                         td.word { (worst(point)) }
                     }
@@ -115,7 +115,7 @@ fn below(section: &Section, unmet: &[Goal], bounces: Bounces) -> Markup {
         p.note {
             "A row answers for all budgets up to the next. Points that fit count as equally good \
                 if their errors are within the reference's noise ("
-                (percent(section.noise(&members))) ") of the least. "
+                (error_text(section.noise(&members))) ") of the least. "
             "The row names the cheapest of them, or one that costs up to a tenth more and has less \
                 error. "
             @if !bounds.is_empty() {
@@ -144,7 +144,7 @@ fn blind(section: &Section, picks: &[Pick]) -> Markup {
             p.note {
                 b.fail { "The error says little about this picture. " }
                     "Few blocks of 8×8 pixels lie on one plane here. By pixel, every row has an \
-                    error of " (percent(by_pixel))
+                    error of " (error_text(by_pixel))
                 " or more. Measure a larger picture (" code { "--size" } ") before you choose."
             }
         }
@@ -230,7 +230,7 @@ fn at_best(point: &Point) -> Markup {
     .flatten()
     .collect();
     html! {
-        @if let Some(error) = point.error { b { (percent(error.rel_rmse)) } }
+        @if let Some(error) = point.error { b { (error_text(error.rel_rmse)) } }
         @if let Some(frame) = point.frame_ms() { " in " (short(frame.median)) " ms" }
         ", " (mib(point.memory_bytes)) " MiB" br;
         small { (name.join(" ")) @if !point.changes.is_empty() { " " (point.changes_text()) } }
@@ -283,8 +283,8 @@ const VERY: f64 = 3.0;
 fn worst(point: &Point) -> Markup {
     html! { @if let Some((name, error)) =
     point.worst_material().filter(|_| point.materials.len() > 1)
-    { (name) br; small { "error " (percent(error.rel_rmse)) br;
-    "bias " (signed_percent(error.bias)) } } }
+    { (name) br; small { "error " (error_text(error.rel_rmse)) br;
+    "bias " (bias_text(error.bias)) } } }
 }
 
 /// The scene as a command line names it; a bundled one is known by its content.

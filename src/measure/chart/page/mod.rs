@@ -2,30 +2,23 @@
 //! HTML file that needs nothing beside it.
 
 mod answers;
+mod bounces;
+mod charts;
+mod images;
 mod table;
 mod troubles;
 mod words;
 
-use base64::Engine as _;
-use base64::engine::general_purpose::STANDARD;
-use image::{ImageFormat, RgbImage};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use std::io::Cursor;
-use std::path::Path;
-
 use super::pictures::PictureFolder;
-use super::point::{Cost, Point, bounces_text};
-use super::section::{Section, percent};
+use super::point::{Point, bounces_text};
+use super::section::{Section, error_text, percent};
 use super::trouble::Troubles;
-use crate::image::heat_color;
 use crate::measure::build::commit;
 use crate::measure::draw::ChartError;
 use crate::measure::report::Timing;
 use crate::reference::Bounces;
-
-/// Width of a picture in the page (px).
-const THUMBNAIL_PX: u32 = 160;
 
 /// The page of some sections. Pictures that are not in the folder are left out.
 pub fn page(
@@ -64,6 +57,9 @@ pub fn page(
                 @for part in parts { (part) }
                 (words::techniques(&sections))
                 (words::glossary())
+                div #card hidden {}
+                dialog #lightbox { form method="dialog" {
+                    img alt=""; p {} button { "close" } } }
                 script { (PreEscaped(include_str!("page.js"))) }
             }
         }
@@ -80,14 +76,12 @@ fn section(
     let Some(first) = section.points.first() else {
         return Ok(html! {});
     };
-    let charts = Cost::ALL
-        .iter()
-        .filter_map(|cost| section.chart(*cost))
-        .map(|chart| chart.svg())
-        .collect::<Result<Vec<_>, _>>()?;
+    let charts = charts::charts(section)?;
     Ok(html! {
         h2 id={ "scene-" (number) } { (first.scene) }
-        (references(section, first, pictures))
+        (bounces::left_out(section, pictures))
+        @if let Some(text) = section.machine.text() { p.note { (text) } }
+        (images::references(section, pictures))
         p.note {
             "Pictures show direct light too. Specks and jagged shadows that all techniques have \
                 come from the shadow maps of " (first.setup.shadow_resolution) " texels. "
@@ -99,7 +93,9 @@ fn section(
         (setup(section, first))
         h3 { (first.scene) ": charts" }
         (words::how_to_read_charts())
-        @for svg in charts { div.chart { (PreEscaped(svg)) } }
+        (charts)
+        h3 { (first.scene) ": two pictures" }
+        (images::comparison(section, pictures))
         h3 { (first.scene) ": all points" }
         p.note {
             "Points on a front come first, then all others by error. Press a heading to sort. \
@@ -123,7 +119,7 @@ fn noises(section: &Section) -> Vec<String> {
     noises.dedup_by_key(|(bounces, _)| *bounces);
     noises
         .into_iter()
-        .map(|(bounces, noise)| format!("{} ({})", percent(noise), bounces_text(bounces)))
+        .map(|(bounces, noise)| format!("{} ({})", error_text(noise), bounces_text(bounces)))
         .collect()
 }
 
@@ -166,73 +162,4 @@ fn device(point: &Point) -> String {
     } else {
         name.clone()
     }
-}
-
-fn references(section: &Section, first: &Point, pictures: &PictureFolder) -> Markup {
-    let mut bounces: Vec<Bounces> = section.points.iter().map(|point| point.bounces).collect();
-    bounces.sort();
-    bounces.dedup();
-    let shown: Vec<_> = bounces
-        .into_iter()
-        .filter_map(|bounces| {
-            Some((
-                bounces,
-                data_uri(&pictures.picture(&first.setup.reference_key(bounces)))?,
-            ))
-        })
-        .collect();
-    html! {
-        @if !shown.is_empty() {
-            div.references {
-                @for (bounces, uri) in shown {
-                    figure { img src=(uri) alt={ "reference, " (bounces_text(bounces)) };
-                        figcaption { "reference, " (bounces_text(bounces)) } }
-                }
-                (heat_bar())
-            }
-        }
-    }
-}
-
-/// Colours of heat maps, and what they stand for.
-fn heat_bar() -> Markup {
-    let bar = RgbImage::from_fn(256, 1, |x, _| image::Rgb(heat_color(x as f32 / 255.0)));
-    let mut bytes = Cursor::new(Vec::new());
-    // Writing to memory cannot fail.
-    let _ = bar.write_to(&mut bytes, ImageFormat::Png);
-    html! {
-        figure.heat {
-            img src={ "data:image/png;base64," (STANDARD.encode(bytes.into_inner())) }
-                alt="colours of heat maps";
-            div { @for label in ["0", "25%", "50%", "75%", "100% or more"] { span { (label) } } }
-            figcaption { "heat maps: |T − R| of a pixel's indirect light, over the mean of R" }
-        }
-    }
-}
-
-/// Picture and heat map of a point, as far as there are any.
-fn thumbnails(point: &Point, pictures: &PictureFolder) -> [Option<Markup>; 2] {
-    let name = format!("{} {}", point.name(), point.changes_text());
-    [
-        ("picture", pictures.picture(&point.key)),
-        ("error", pictures.error(&point.key)),
-    ]
-    .map(|(what, path)| {
-        data_uri(&path).map(|uri| html! { img src=(uri) alt={ (what) ", " (name) }; })
-    })
-}
-
-/// A picture as a small PNG inside an address; `None` where it cannot be read.
-fn data_uri(path: &Path) -> Option<String> {
-    let picture = image::open(path).ok()?;
-    let small = if picture.width() > THUMBNAIL_PX {
-        picture.thumbnail(THUMBNAIL_PX, u32::MAX)
-    } else {
-        picture
-    };
-    let mut bytes = Vec::new();
-    small
-        .write_to(&mut Cursor::new(&mut bytes), ImageFormat::Png)
-        .ok()?;
-    Some(format!("data:image/png;base64,{}", STANDARD.encode(bytes)))
 }

@@ -5,8 +5,8 @@ use maud::{Markup, html};
 use super::super::answer::mib;
 use super::super::pictures::PictureFolder;
 use super::super::point::{Cost, Point};
-use super::super::section::{MIB, Section, Standing, percent, signed_percent, standing_text};
-use super::{answers, thumbnails};
+use super::super::section::{MIB, Section, Standing, bias_text, error_text, standing_text};
+use super::{answers, images};
 use crate::graph::Spread;
 use crate::measure::draw::short;
 use crate::reference::Bounces;
@@ -92,19 +92,31 @@ const HEADINGS: [(&str, bool); 22] = [
     ("all memory [MiB]", false),
 ];
 
+/// The columns of which the card beside a chart is made.
+const ON_CARD: [&str; 7] = [
+    "technique",
+    "preset",
+    "resolution",
+    "differs from the preset",
+    "error",
+    "time: update + gather [ms]",
+    "structure [MiB]",
+];
+
 /// All points, those on a front first, then by error; numbers of bounces one after the other.
 pub(super) fn table(section: &Section, pictures: &PictureFolder) -> Markup {
     let standings = Cost::ALL.map(|cost| section.standings(cost));
     let standings_of = |index: usize| [0, 1, 2].map(|cost| standings[cost][index]);
     html! {
-        div.table {
+        div.table tabindex="0" role="region" aria-label="all points" {
             table {
                 thead {
                     tr {
                         th.word { "picture" }
                         th.word { "error" }
                         @for (name, is_word) in HEADINGS
-                            { th.word[is_word] { button type="button" { (name) } } }
+                            { th.word[is_word] data-card[ON_CARD.contains(&name)]
+                                { button type="button" { (name) } } }
                     }
                 }
                 tbody { @for index in order(section, standings_of)
@@ -144,7 +156,7 @@ fn row(point: &Point, standings: [Option<Standing>; 3], pictures: &PictureFolder
         .any(|standing| matches!(standing, Some(Standing::Front(_))));
     html! {
         tr id=(point.key) .front[on_front] {
-            @for image in thumbnails(point, pictures)
+            @for image in images::embedded(point, pictures)
                 { td.word { @if let Some(image) = image { (image) } } }
             @for cell in cells(point, standings)
                 { td.word[cell.is_word] data-value=(cell.value) { (cell.shown) } }
@@ -166,7 +178,7 @@ fn cells(point: &Point, standings: [Option<Standing>; 3]) -> Vec<Cell> {
         },
         None => Cell::word(&point.changes_text()),
     };
-    let by_pixel = Cell::number(point.pixel_error.map(|error| error.rel_rmse), percent);
+    let by_pixel = Cell::number(point.pixel_error.map(|error| error.rel_rmse), error_text);
     let in_mib = |bytes: u64| bytes as f64 / MIB;
     let all_memory = Some(point.memory_bytes).filter(|_| !point.totals.is_empty());
     let mut cells = vec![
@@ -197,15 +209,15 @@ fn cells(point: &Point, standings: [Option<Standing>; 3]) -> Vec<Cell> {
             .map(|(cost, standing)| Cell::standing(cost, standing)),
     );
     cells.extend([
-        Cell::number(point.error.map(|error| error.rel_rmse), percent),
-        Cell::number(point.error.map(|error| error.bias), signed_percent),
+        Cell::number(point.error.map(|error| error.rel_rmse), error_text),
+        Cell::number(point.error.map(|error| error.bias), bias_text),
         Cell {
             shown: html! { (by_pixel.shown) (answers::rough(point)) },
             ..by_pixel
         },
         Cell::word(worst.map_or("", |(name, _)| name)),
-        Cell::number(worst.map(|(_, error)| error.rel_rmse), percent),
-        Cell::number(point.flip, short),
+        Cell::number(worst.map(|(_, error)| error.rel_rmse), error_text),
+        Cell::number(point.flip, |flip| format!("{flip:.3}")),
     ]);
     cells.extend(
         ["indirect", "update", "gather", "build", "frame"]

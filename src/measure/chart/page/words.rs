@@ -34,7 +34,8 @@ pub(super) fn how_to_read_charts() -> Markup {
                 chart of memory. The key says what they are. "
             "Grey points have no number. They differ from a numbered point by less than the \
                 reference's noise or the spread of the times. "
-            "The dashed line is the reference's own noise."
+            "The dashed line is the reference's own noise. "
+            "Every point leads to its row in the table of all points."
         }
     }
 }
