@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use lumivox::measure::chart::{Cost, PictureFolder, Point, Section, Standing, Troubles, page};
-use lumivox::measure::records::read_records;
+use lumivox::measure::records::{newest, read_records};
 
 const GRID: &str = "[[sweep]]\ntechnique = [\"voxel-mips\", \"svo\"]\npreset = [\"cones\", \
                     \"textbook\"]\nset = { resolution = [8, 16] }\n";
@@ -62,7 +62,7 @@ impl Place {
     }
 
     fn points(&self, file: &str) -> Vec<Point> {
-        read_records(&self.path(file)).unwrap()
+        newest(read_records(&self.path(file)).unwrap())
     }
 
     fn text(&self, file: &str) -> String {
@@ -211,7 +211,7 @@ fn charts_and_tables_are_complete(place: &Place, points: &[Point]) {
     }
     let csv = place.text("out/cornell.csv");
     assert_eq!(csv.lines().count(), 1 + COUNT);
-    for point in points {
+    for point in &section.points {
         let row = csv
             .lines()
             .find(|line| line.starts_with(&point.key))
@@ -464,7 +464,7 @@ fn cut_off_record_is_measured_again(place: &Place) {
         stderr(&output)
     );
     let again = place.text("out/cornell.jsonl");
-    assert!(again.starts_with(&kept) && again.lines().count() == COUNT);
+    assert!(again.starts_with(&kept) && again.lines().count() >= COUNT);
     assert_eq!(figures(&place.points("out/cornell.jsonl")).len(), COUNT);
 }
 
@@ -607,23 +607,28 @@ fn refusals_and_odd_names_are_shown() {
         stderr(&output)
     );
     let mut points = place.points("out/cornell.jsonl");
+    let of = |resolution: Option<&str>| {
+        points
+            .iter()
+            .find(|point| point.resolution() == resolution)
+            .unwrap()
+    };
+    let (refused, measured, none) = (of(Some("1024")), of(Some("8")), of(None));
     assert!(
-        points[0]
+        refused
             .failure
             .as_ref()
             .unwrap()
             .contains("voxel_mips.radiance")
-            && points[0].refused.is_some()
-            && points[0].cost(Cost::Frame).is_none()
+            && refused.refused.is_some()
+            && refused.cost(Cost::Frame).is_none()
     );
-    assert!(points[1].failure.is_none());
+    assert!(measured.failure.is_none());
     // `none` has no light, and nothing to be relative to; it is no failure either.
     assert!(
-        points[2].error.is_none()
-            && points[2].failure.is_none()
-            && Cost::ALL
-                .iter()
-                .all(|cost| points[2].price(*cost).is_none())
+        none.error.is_none()
+            && none.failure.is_none()
+            && Cost::ALL.iter().all(|cost| none.price(*cost).is_none())
     );
     let html = place.text("out/chart.html");
     assert!(
