@@ -248,13 +248,20 @@ fn page_is_complete(html: &str, points: &[Point], pictures: &PictureFolder) {
         );
         assert!(row.contains(&format!("data-value=\"{}\"", point.error.unwrap().rel_rmse)));
     }
-    assert_eq!(html.matches("<svg").count(), Cost::ALL.len());
+    points_lead_to_rows(html, points);
+    errors_have_one_digit(html);
     assert!(
         html.contains(&points[0].setup.device)
             && html.contains(&points[0].setup.driver)
             && html.contains("reference, 1 bounce")
+            && html.contains("Of all indirect light, 1 bounce leaves out ")
+            && html.contains("<code>--set bounces=…</code> adds more: 2, 3, 4, feedback")
     );
+    assert!(html.contains(include_str!("../../src/measure/chart/page/page.js")));
     for outside in [
+        "http:",
+        "https:",
+        "<script src",
         "src=\"http",
         "url(",
         "@import",
@@ -268,6 +275,7 @@ fn page_is_complete(html: &str, points: &[Point], pictures: &PictureFolder) {
         .split("href=\"")
         .skip(1)
         .map(|rest| rest.split('"').next().unwrap())
+        .filter(|place| !place.starts_with("data:image/png;base64,"))
     {
         let id = place
             .strip_prefix('#')
@@ -278,6 +286,60 @@ fn page_is_complete(html: &str, points: &[Point], pictures: &PictureFolder) {
         );
     }
     picks_are_complete(html, points);
+}
+
+/// Every chart has every point, as a link to its row; a picture is embedded once and shown often.
+fn points_lead_to_rows(html: &str, points: &[Point]) {
+    let charts: Vec<&str> = html.split("<div class=\"chart\">").skip(1).collect();
+    assert_eq!(charts.len(), Cost::ALL.len());
+    for chart in charts {
+        let chart = chart.split("</svg>").next().unwrap();
+        assert!(chart.starts_with("<svg ") && chart.contains("viewBox"));
+        assert_eq!(chart.matches("<a class=\"point\"").count(), points.len());
+        for point in points {
+            assert!(chart.contains(&format!("<a class=\"point\" href=\"#{}\">", point.key)));
+        }
+    }
+    for point in points {
+        let row = format!(" id=\"{}\"", point.key);
+        let image = format!("<image id=\"picture-{}\"", point.key);
+        assert_eq!([&row, &image].map(|id| html.matches(id).count()), [1, 1]);
+    }
+    let heat_bars = 1;
+    let references = html.matches("<image id=\"reference-").count();
+    assert_eq!(
+        html.matches("data:image/png").count(),
+        2 * points.len() + references + heat_bars
+    );
+}
+
+/// What follows the word "error" has one digit after the point, and so has what a column of errors
+/// shows.
+fn errors_have_one_digit(html: &str) {
+    let has_one = |text: &str| {
+        let digits = text.split_once('.').map(|(_, digits)| digits);
+        digits.is_some_and(|digits| digits.len() == 1)
+    };
+    let mut errors = 0;
+    for rest in html.split("error ").skip(1) {
+        let number: String = rest
+            .chars()
+            .take_while(|c| c.is_ascii_digit() || *c == '.')
+            .collect();
+        if !number.is_empty() && rest[number.len()..].starts_with('%') {
+            assert!(has_one(&number), "error {number}%");
+            errors += 1;
+        }
+    }
+    let cells = html.split("<td data-value=").skip(1).filter_map(|cell| {
+        let shown = cell.split_once('>')?.1.split('<').next()?;
+        shown.strip_suffix('%')
+    });
+    for shown in cells {
+        assert!(has_one(shown), "a cell shows {shown}%");
+        errors += 1;
+    }
+    assert!(errors > 0);
 }
 
 /// The first tables have a row a pick, with its settings' own command; what was not put to the

@@ -598,7 +598,7 @@ mod tests {
             .into_iter()
             .find(|text| text.contains(": c cones"))
             .unwrap_or_default();
-        assert!(text.contains("by pixel 20% (rough)"), "{text}");
+        assert!(text.contains("by pixel 20.0% (rough)"), "{text}");
     }
 
     /// Settings are told each time, bias is said to be whose it is, and what nobody measured is not
@@ -609,13 +609,13 @@ mod tests {
         let wanted = "1 bounce, light moves, 1500 ms a frame; everything moves, 1500 ms a frame; \
                       least time, error at most 5%, 10%; least memory, error at most 5%, 10%: c \
                       cones 64³ with cones=999: frame 1004 ms (904 to 1205), with a build 1005 ms \
-                      (904 to 1206), 6 MiB (structure 3), error 4%, bias -2%, on lamp error 8%, \
-                      bias +4%, by pixel 4.31%";
+                      (904 to 1206), 6 MiB (structure 3), error 4.0%, bias -2.0%, on lamp error \
+                      8.0%, bias +4.0%, by pixel 4.3%";
         assert!(lines.contains(&wanted.to_owned()), "{lines:#?}");
         let mut worse = section();
         worse.points.retain(|point| point.technique == "b");
         let wanted = "1 bounce, least time, error at most 5%, 10%; least memory, error at most \
-                      5%, 10%: not reached; the least error of 1 point is 16%";
+                      5%, 10%: not reached; the least error of 1 point is 16.0%";
         assert!(
             worse.answer_lines().contains(&wanted.to_owned()),
             "{:#?}",

@@ -547,6 +547,20 @@ pub(super) mod tests {
         }
     }
 
+    /// One digit after the point, whatever the size; a bias that rounds to 0 has no sign.
+    #[test]
+    fn errors_have_one_digit_after_the_point() {
+        let shares = [0.04, 0.0431, 0.153_49, 1.0, 12.3456, 0.0];
+        assert_eq!(
+            shares.map(error_text),
+            ["4.0%", "4.3%", "15.3%", "100.0%", "1234.6%", "0.0%"]
+        );
+        assert_eq!(
+            [0.02, -0.02, 0.0001, -0.0001].map(bias_text),
+            ["+2.0%", "-2.0%", "0.0%", "0.0%"]
+        );
+    }
+
     #[test]
     fn bounces_have_fronts_of_their_own() {
         let standings = section().standings(Cost::Frame);

@@ -351,12 +351,12 @@ mod tests {
             "904–1206",
             ">6<",
             "(3)",
-            "<b>4%</b>",
-            ">-2%<",
-            ">4.31%<",
+            "<b>4.0%</b>",
+            ">-2.0%<",
+            ">4.3%<",
             "lamp",
-            "error 8%",
-            "bias +4%",
+            "error 8.0%",
+            "bias +4.0%",
             "on the charts: T2 at 1000 ms, R2 at 1001 ms, M2 at 3 MiB",
             "not measured",
             "lumivox bench SCENE --technique c --preset cones --resolution 64 --set cones=999 \
@@ -379,15 +379,15 @@ mod tests {
             .next()
             .unwrap_or("");
         for text in [
-            "<b>15%</b> in 14 ms, 2 MiB<br><small>cones 64³ cones=9</small>",
+            "<b>15.0%</b> in 14 ms, 2 MiB<br><small>cones 64³ cones=9</small>",
             "none measured is as fast",
-            "<b>16%</b> in 104 ms",
-            "<b>4%</b> in 1004 ms, 6 MiB",
+            "<b>16.0%</b> in 104 ms",
+            "<b>4.0%</b> in 1004 ms, 6 MiB",
         ] {
             assert!(beside.contains(text), "{text} is not in {beside}");
         }
         assert!(
-            !beside.contains("<b>1%</b>"),
+            !beside.contains("<b>1.0%</b>"),
             "what has two bounces is beside what has one"
         );
         assert!(
@@ -441,7 +441,7 @@ mod tests {
         section.points.retain(|point| point.technique != "d");
         assert!(html(&section).contains(
             "The error says little about this picture. </b>Few blocks of 8×8 pixels lie on one \
-             plane here. By pixel, every row has an error of 80% or more."
+             plane here. By pixel, every row has an error of 80.0% or more."
         ));
         section.points[0].pixel_error =
             section.points[0]
@@ -468,7 +468,7 @@ mod tests {
         assert!(
             html.contains(
                 "<b>Not reached: </b>an error of at most 5%, 10%; the least error of 1 point is \
-                 16%"
+                 16.0%"
             ),
             "{html}"
         );

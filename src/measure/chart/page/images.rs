@@ -125,7 +125,7 @@ pub(super) fn references(section: &Section, pictures: &PictureFolder) -> Markup 
 }
 
 /// Two pictures, one over the other, with a slider between them.
-pub(super) fn comparison(section: &Section, pictures: &PictureFolder) -> Markup {
+pub(super) fn comparison(scene: &str, section: &Section, pictures: &PictureFolder) -> Markup {
     let mut choices: Vec<(String, String)> = reference_pictures(section, pictures)
         .into_iter()
         .map(|picture| (picture.id, picture.alt))
@@ -134,10 +134,10 @@ pub(super) fn comparison(section: &Section, pictures: &PictureFolder) -> Markup 
     let points = section.points.iter().filter_map(|point| {
         let [picture, _] = Picture::of(point, pictures);
         let error = point.error?.rel_rmse;
+        let name = [point.name(), point.changes_text()].join(" ");
         let text = format!(
-            "{} {} ({}, error {})",
-            point.name(),
-            point.changes_text(),
+            "{} ({}, error {})",
+            name.trim_end(),
             bounces_text(point.bounces),
             error_text(error)
         );
@@ -153,6 +153,7 @@ pub(super) fn comparison(section: &Section, pictures: &PictureFolder) -> Markup 
         |place: usize, id: &String| best.as_ref().map_or(place == references, |best| best == id);
     html! {
         @if choices.len() > 1 {
+            h3 { (scene) ": two pictures" }
             div.compare hidden {
                 p {
                     label { "left " select { @for (id, text) in &choices

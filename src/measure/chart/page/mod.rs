@@ -94,8 +94,7 @@ fn section(
         h3 { (first.scene) ": charts" }
         (words::how_to_read_charts())
         (charts)
-        h3 { (first.scene) ": two pictures" }
-        (images::comparison(section, pictures))
+        (images::comparison(&first.scene, section, pictures))
         h3 { (first.scene) ": all points" }
         p.note {
             "Points on a front come first, then all others by error. Press a heading to sort. \

@@ -26,6 +26,7 @@ function show(img, id) {
   img.onerror = () => { img.onerror = null; img.src = embedded; };
   img.src = picture?.dataset.file ?? embedded;
   img.hidden = !picture;
+  if (picture) img.style.aspectRatio = `${picture.getAttribute("width")} / ${picture.getAttribute("height")}`;
   return picture;
 }
 
@@ -89,7 +90,6 @@ for (const link of document.querySelectorAll("a.picture")) {
     event.preventDefault();
     const caption = picture.closest("svg").getAttribute("aria-label");
     img.alt = caption;
-    img.style.setProperty("--ratio", picture.getAttribute("width") / picture.getAttribute("height"));
     lightbox.querySelector("p").textContent = caption;
     lightbox.showModal();
   });
