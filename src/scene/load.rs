@@ -209,8 +209,9 @@ impl Scene {
         };
         self.take_camera(&placement);
         self.environment = placement.environment;
-        for light in &placement.lights {
-            log::warn!("{}: no light is given; it gets {light:?}", self.name);
+        if !placement.lights.is_empty() {
+            let lights = super::lights_toml(&placement.lights);
+            log::warn!("{}: no light is given; it gets {lights}", self.name);
         }
         self.lights = placement.lights;
         if self.environment != Vec3::ZERO {
