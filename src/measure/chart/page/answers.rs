@@ -73,9 +73,11 @@ pub(super) fn answers(
                         td { (time(point.moving_ms())) }
                         td { (mib(point.memory_bytes)) @if let Some(bytes) = point.structure_bytes
                             { br; small { "(" (mib(bytes)) ")" } } }
-                        td { @if let Some(error) = point.error { b { (error_text(error.rel_rmse)) } } }
+                        td { @if let Some(error) = point.error
+                            { b { (error_text(error.rel_rmse)) } } }
                         td { @if let Some(error) = point.error { (bias_text(error.bias)) } }
-                        td { @if let Some(error) = point.pixel_error { (error_text(error.rel_rmse)) }
+                        td { @if let Some(error) = point.pixel_error
+                            { (error_text(error.rel_rmse)) }
                             (rough(point)) }
                         td.word { (worst(point)) }
                     }

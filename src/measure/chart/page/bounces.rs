@@ -35,7 +35,8 @@ fn share(section: &Section, pictures: &PictureFolder, bounces: Bounces) -> Marku
         // The noise of the two references is larger than what is left out.
         Some(_) => html! { b { "Next to nothing is left out at " (text) "." } (judged) },
         None => html! {
-            b { "What " (text) " " (leaves(bounces)) " out of all indirect light was not measured." }
+            b { "What " (text) " " (leaves(bounces))
+                " out of all indirect light was not measured." }
             (judged) " " code { "lumivox chart" } " with the scene, in this folder, measures it."
         },
     }
