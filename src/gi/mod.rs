@@ -8,6 +8,7 @@
 
 pub mod entry;
 pub mod inspect;
+pub mod lpv;
 pub mod none;
 pub mod registry;
 pub mod settings;

@@ -3,12 +3,19 @@
 use std::sync::{PoisonError, RwLock};
 
 use super::entry::Entry;
+use super::lpv;
 use super::none;
 use super::settings::listed;
 use super::voxel_cones::{clipmap, mips, svo};
 
 /// Lumivox's own techniques.
-pub static TECHNIQUES: &[&Entry] = &[&none::ENTRY, &mips::ENTRY, &svo::ENTRY, &clipmap::ENTRY];
+pub static TECHNIQUES: &[&Entry] = &[
+    &none::ENTRY,
+    &mips::ENTRY,
+    &svo::ENTRY,
+    &clipmap::ENTRY,
+    &lpv::ENTRY,
+];
 
 /// The technique that commands take where none is named.
 pub const DEFAULT: &str = mips::ENTRY.name;

@@ -89,6 +89,8 @@ pub(super) struct Target {
 /// What a pass runs.
 pub(super) enum Run {
     Dispatch(Vec<BatchDispatch>),
+    /// Each after the one before has finished.
+    Chain(Vec<BatchDispatch>),
     Indirect(Arc<Buffer>, u64),
     Draw {
         color: Vec<Target>,
@@ -111,8 +113,8 @@ pub(super) struct PassCall {
 
 /// A pass being added to a frame. Bindings and constants are given by name, in any order, and each
 /// of the declaration once.
-#[must_use = "a pass runs only when one of dispatch, dispatch_indirect, dispatch_batches or draw \
-              is called"]
+#[must_use = "a pass runs only when one of dispatch, dispatch_indirect, dispatch_batches, \
+              dispatch_chain or draw is called"]
 pub struct PassBuilder<'f> {
     frame: &'f mut Frame,
     pass: &'static Pass,
@@ -218,6 +220,13 @@ impl<'f> PassBuilder<'f> {
     pub fn dispatch_batches(self, batches: Vec<BatchDispatch>) {
         self.check_compute();
         self.finish(Run::Dispatch(batches), Vec::new());
+    }
+
+    /// Runs several dispatches, each after the one before has finished: it reads what that wrote to
+    /// storage.
+    pub fn dispatch_chain(self, batches: Vec<BatchDispatch>) {
+        self.check_compute();
+        self.finish(Run::Chain(batches), Vec::new());
     }
 
     /// Draws triangles by vertex index, all in one rendering scope.
@@ -460,7 +469,7 @@ fn check_batches(pass: &Pass, push: &[u8], run: &Run, materials: usize) {
         );
     };
     match run {
-        Run::Dispatch(batches) => batches
+        Run::Dispatch(batches) | Run::Chain(batches) => batches
             .iter()
             .for_each(|batch| check(batch.material, &batch.push)),
         Run::Indirect(..) => check(0, &[]),

@@ -365,6 +365,18 @@ impl Recorder<'_> {
                     self.commands.dispatch(batch.groups);
                 }
             }
+            Run::Chain(batches) => {
+                for (index, batch) in batches.iter().enumerate() {
+                    if index > 0 {
+                        let (wrote, reads) = (Access::ComputeWrite, Access::ComputeReadWrite);
+                        let [src, dst] = [wrote.sync(), reads.sync()];
+                        self.commands
+                            .memory_barrier((src.stage, src.access), (dst.stage, dst.access));
+                    }
+                    self.batch(&pipeline, call, batch.material, &batch.push);
+                    self.commands.dispatch(batch.groups);
+                }
+            }
             Run::Draw {
                 extent, batches, ..
             } => {
@@ -451,7 +463,9 @@ fn issued(
     let mut used_materials = Vec::new();
     match &call.run {
         Run::Indirect(buffer, _) => touched.push(Touch::buffer(buffer, Access::IndirectRead)),
-        Run::Dispatch(batches) => used_materials.extend(batches.iter().map(|batch| batch.material)),
+        Run::Dispatch(batches) | Run::Chain(batches) => {
+            used_materials.extend(batches.iter().map(|batch| batch.material));
+        }
         Run::Draw {
             color,
             depth,

@@ -462,7 +462,7 @@ impl GpuScene {
     }
 
     /// Smallest and largest corner (m) of all that light can fall on, at any time.
-    pub(super) fn lit_bounds(&self) -> (Vec3, Vec3) {
+    pub fn lit_bounds(&self) -> (Vec3, Vec3) {
         self.dynamic.as_ref().map_or(self.bounds, |dynamic| {
             union(self.bounds, dynamic.motion_bounds)
         })

@@ -3,6 +3,13 @@
 /// Stem and SPIR-V.
 #[rustfmt::skip]
 pub(super) static MODULES: &[(&str, &[u8])] = &[
+    ("gi/lpv/faces.frag", include_bytes!("../../spirv/gi/lpv/faces.frag.spv")),
+    ("gi/lpv/faces.vert", include_bytes!("../../spirv/gi/lpv/faces.vert.spv")),
+    ("gi/lpv/gather.comp", include_bytes!("../../spirv/gi/lpv/gather.comp.spv")),
+    ("gi/lpv/inject.comp", include_bytes!("../../spirv/gi/lpv/inject.comp.spv")),
+    ("gi/lpv/specular.comp", include_bytes!("../../spirv/gi/lpv/specular.comp.spv")),
+    ("gi/lpv/sum.comp", include_bytes!("../../spirv/gi/lpv/sum.comp.spv")),
+    ("gi/lpv/sweep.comp", include_bytes!("../../spirv/gi/lpv/sweep.comp.spv")),
     (
         "gi/shared/interleave/deinterleave.comp",
         include_bytes!("../../spirv/gi/shared/interleave/deinterleave.comp.spv"),

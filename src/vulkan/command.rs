@@ -116,6 +116,22 @@ impl Commands {
         unsafe { self.device.raw().cmd_pipeline_barrier2(self.raw, &info) };
     }
 
+    /// A barrier for all memory, which changes no layout.
+    pub(crate) fn memory_barrier(
+        &self,
+        (src_stage, src_access): (vk::PipelineStageFlags2, vk::AccessFlags2),
+        (dst_stage, dst_access): (vk::PipelineStageFlags2, vk::AccessFlags2),
+    ) {
+        let barrier = [vk::MemoryBarrier2::default()
+            .src_stage_mask(src_stage)
+            .src_access_mask(src_access)
+            .dst_stage_mask(dst_stage)
+            .dst_access_mask(dst_access)];
+        let info = vk::DependencyInfo::default().memory_barriers(&barrier);
+        // SAFETY: as for `barriers`.
+        unsafe { self.device.raw().cmd_pipeline_barrier2(self.raw, &info) };
+    }
+
     pub(crate) fn begin_label(&self, name: &str) {
         if let Some(debug) = self.device.debug_utils() {
             let name = c_name(name);

@@ -1,0 +1,34 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// lpv.gather: irradiance and ambient visibility by a lookup off the surface, E(n) = Σ A_l c_lm
+// Y_lm(n), A = π, 2π/3, π/4 (Ramamoorthi & Hanrahan 2001, equations 4 and 8).
+layout(local_size_x = 8, local_size_y = 8) in;
+
+layout(set = 1, binding = 0) uniform texture3D light;
+layout(set = 1, binding = 1) uniform texture2D view_depth;
+layout(set = 1, binding = 2) uniform utexture2D normals;
+layout(set = 1, binding = 3, rgba32f) uniform restrict writeonly image2D indirect_diffuse;
+
+#include "shared/gbuffer.glsl"
+#include "gi/lpv/lookup.glsl"
+
+void main() {
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(pixel, ivec2(frame.size_px.xy)))) return;
+    Surface surface;
+    vec4 result = vec4(0.0);
+    if (read_surface(pixel, surface)) {
+        vec4 coefficients[COEFFICIENTS];
+        look_up(surface, coefficients);
+        float basis[COEFFICIENTS];
+        sh_basis(surface.shading_normal, basis);
+        vec4 sum = vec4(0.0);
+        for (int i = 0; i < COEFFICIENTS; ++i) {
+            float band = i == 0 ? PI : i < 4 ? 2.0 / 3.0 * PI : 0.25 * PI;
+            sum += band * basis[i] * coefficients[i];
+        }
+        sum = max(sum, vec4(0.0));
+        result = vec4(sum.rgb + sum.a * frame.environment.rgb, min(sum.a / PI, 1.0));
+    }
+    imageStore(indirect_diffuse, pixel, result);
+}

@@ -1,0 +1,38 @@
+// The grid of cells. The including pass declares push constants `params` with `grid` and `size`.
+#ifndef LUMIVOX_LPV_GRID
+#define LUMIVOX_LPV_GRID
+
+struct CellGrid {
+    vec4 place;   // xyz: smallest corner [m]; w: edge of a cell [m]
+    ivec4 size;   // xyz: cells along each axis
+};
+
+// Opaque faces of a cell, one bit each: −x, +x, −y, +y, −z, +z.
+const uint FACES = 6u;
+
+int cell_index(CellGrid grid, ivec3 cell) {
+    return cell.x + grid.size.x * (cell.y + grid.size.y * cell.z);
+}
+
+bool is_inside(CellGrid grid, ivec3 cell) {
+    return all(greaterThanEqual(cell, ivec3(0))) && all(lessThan(cell, grid.size.xyz));
+}
+
+// Where a position is [cells].
+vec3 to_cells(CellGrid grid, vec3 position_ws) {
+    return (position_ws - grid.place.xyz) / grid.place.w;
+}
+
+// Moves a position [cells] off its surface, so far along the normal that a whole number of shifts
+// takes the centre of the cell there to the surface's front, however oblique it is.
+vec3 shifted(vec3 position, vec3 normal, float shift) {
+    vec3 m = abs(normal);
+    return position + shift * (m.x + m.y + m.z) * normal;
+}
+
+// Where the coefficient of a basis function is in the volume of light: 3×3 blocks across x and y.
+ivec3 light_texel(CellGrid grid, ivec3 cell, int coefficient) {
+    return cell + ivec3(coefficient % 3, coefficient / 3, 0) * grid.size.xyz;
+}
+
+#endif

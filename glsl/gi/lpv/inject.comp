@@ -1,0 +1,99 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// lpv.inject: texels of the reflective shadow maps add their reflected flux, as a vector along the
+// surface's normal, to the cell in front of the surface.
+//
+// Φ = ρ E A for a parallel light (A: area of a texel across the beam), Φ = ρ I Ω for a perspective
+// map (Ω: solid angle of the texel, Olovsson 2012, section 3.3). Sums are integers, the same in
+// every run.
+layout(local_size_x = 8, local_size_y = 8) in;
+
+#include "shared/light_view.glsl"
+#include "shared/packing.glsl"
+#include "gi/lpv/grid.glsl"
+
+layout(std430, set = 1, binding = 0) restrict readonly buffer LightViews {
+    LightView light_views[];
+};
+layout(set = 1, binding = 1) uniform texture2DArray shadow_maps;
+layout(set = 1, binding = 2) uniform utexture2DArray rsm_normal;
+layout(set = 1, binding = 3) uniform texture2DArray rsm_reflected;
+// x, y, z of red, of green, of blue; each for all cells
+layout(std430, set = 1, binding = 4) restrict buffer Flux { int flux[]; };
+
+layout(push_constant) uniform InjectParams {
+    CellGrid grid;
+    float flux_unit;   // one integer step [W]
+    float shift;       // off the surface [cells]
+    uint stride;       // texels along an edge of the square that one texel stands for
+} params;
+
+// texels that a thread reads, along an edge of a square; neighbours of one cell are added as one
+const int BLOCK = 4;
+
+struct Sample {
+    int cell;     // −1: none
+    vec3 normal;
+    vec3 flux;    // of r, g, b [W]
+};
+
+Sample read_sample(ivec2 square, int layer, LightView view) {
+    int size = int(view.light.y), stride = int(params.stride);
+    ivec2 first = square * stride, end = min(first + stride, ivec2(size));
+    ivec3 texel = ivec3((first + end) / 2, layer);
+    float stored = any(greaterThanEqual(first, ivec2(size)))
+        ? 0.0
+        : texelFetch(sampler2DArray(shadow_maps, nearest_clamp), texel, 0).r;
+    if (stored == 0.0) return Sample(-1, vec3(0.0), vec3(0.0));
+    bool parallel = view.origin_kind.w == 0.0;
+    vec2 map = (vec2(texel.xy) + 0.5) / float(size) * 2.0 - 1.0;
+    vec3 across = map.x * view.right.xyz + map.y * view.down.xyz;
+    vec3 ray = parallel ? view.forward.xyz : view.forward.xyz + across;
+    vec3 start = parallel ? view.origin_kind.xyz + across : view.origin_kind.xyz;
+    vec3 position = start + ray * map_depth(view, stored, view.right.w);
+    vec3 normal = unpack_unit(texelFetch(usampler2DArray(rsm_normal, nearest_clamp), texel, 0).r);
+    if (dot(normal, ray) > 0.0) normal = -normal;
+    vec3 root = texelFetch(sampler2DArray(rsm_reflected, nearest_clamp), texel, 0).rgb;
+
+    // A [m²], or Ω [sr], of the square about its own middle
+    vec2 middle = vec2(first + end) / float(size) - 1.0, edges = vec2(end - first) / float(size);
+    vec3 towards = view.forward.xyz + middle.x * view.right.xyz + middle.y * view.down.xyz;
+    float squared = dot(towards, towards);
+    float extent = 4.0 * edges.x * edges.y * length(view.right.xyz) * length(view.down.xyz);
+    if (!parallel) extent /= squared * sqrt(squared);
+
+    ivec3 cell =
+        ivec3(floor(shifted(to_cells(params.grid, position), normal, params.shift)));
+    return Sample(is_inside(params.grid, cell) ? cell_index(params.grid, cell) : -1, normal,
+        root * root * lights[view.light.x].power_outer.rgb * extent);
+}
+
+void add(int cell, mat3 sum) {
+    int cells = params.grid.size.x * params.grid.size.y * params.grid.size.z;
+    for (int colour = 0; colour < 3; ++colour) {
+        ivec3 steps = ivec3(round(sum[colour] / params.flux_unit));
+        for (int axis = 0; axis < 3; ++axis)
+            if (steps[axis] != 0) atomicAdd(flux[(3 * colour + axis) * cells + cell], steps[axis]);
+    }
+}
+
+void main() {
+    int layer = int(gl_GlobalInvocationID.z);
+    LightView view = light_views[layer];
+    ivec2 first = ivec2(gl_GlobalInvocationID.xy) * BLOCK;
+    if (any(greaterThanEqual(first * int(params.stride), ivec2(view.light.y)))) return;
+    int cell = -1;
+    mat3 sum = mat3(0.0);
+    for (int i = 0; i <= BLOCK * BLOCK; ++i) {
+        // there and back again from row to row: neighbours are often in one cell
+        int row = i / BLOCK, column = (row & 1) == 0 ? i % BLOCK : BLOCK - 1 - i % BLOCK;
+        Sample texel = Sample(-1, vec3(0.0), vec3(0.0));
+        if (i < BLOCK * BLOCK) texel = read_sample(first + ivec2(column, row), layer, view);
+        if (texel.cell != cell) {
+            if (cell >= 0) add(cell, sum);
+            cell = texel.cell;
+            sum = mat3(0.0);
+        }
+        sum += outerProduct(texel.normal, texel.flux);
+    }
+}

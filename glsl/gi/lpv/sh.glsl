@@ -1,0 +1,24 @@
+// Real spherical harmonics of three bands without the Condon–Shortley phase, in the order l² + l +
+// m (Ramamoorthi & Hanrahan 2001).
+#ifndef LUMIVOX_LPV_SH
+#define LUMIVOX_LPV_SH
+
+const int COEFFICIENTS = 9;
+
+void sh_basis(vec3 d, out float y[COEFFICIENTS]) {
+    y[0] = 0.28209479;
+    y[1] = 0.48860251 * d.y;
+    y[2] = 0.48860251 * d.z;
+    y[3] = 0.48860251 * d.x;
+    y[4] = 1.09254843 * d.x * d.y;
+    y[5] = 1.09254843 * d.y * d.z;
+    y[6] = 0.31539157 * (3.0 * d.z * d.z - 1.0);
+    y[7] = 1.09254843 * d.x * d.z;
+    y[8] = 0.54627422 * (d.x * d.x - d.y * d.y);
+}
+
+int sh_band(int coefficient) {
+    return coefficient == 0 ? 0 : coefficient < 4 ? 1 : 2;
+}
+
+#endif

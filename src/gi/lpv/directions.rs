@@ -1,0 +1,151 @@
+//! Discrete directions, by octant.
+
+use std::f64::consts::{PI, TAU};
+
+use glam::{DMat3, DQuat, DVec3};
+
+/// Directions of travel with weights, sorted by octant.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Directions {
+    /// Unit vectors, and weights (sr).
+    pub all: Vec<(DVec3, f64)>,
+    /// The first direction of each octant, and how many it has. Bits 0, 1 and 2 of an octant say
+    /// that x, y and z fall.
+    pub octants: [[u32; 2]; 8],
+}
+
+/// Moments that the weights are corrected to: Σw = 4π, Σwω = 0, Σwωω = 4π/3.
+const MOMENTS: usize = 10;
+
+impl Directions {
+    /// `count` directions on a spiral from pole to pole (Fibonacci), turned once so that none
+    /// lies along an axis, with weights whose moments up to the second are those of the sphere.
+    pub fn spiral(count: u32) -> Self {
+        let turn = DMat3::from_quat(DQuat::from_euler(glam::EulerRot::ZYX, 0.37, 0.71, 1.13));
+        let step = PI * (1.0 + 5f64.sqrt());
+        let ends: Vec<DVec3> = (0..count)
+            .map(|k| {
+                let z = 1.0 - 2.0 * (f64::from(k) + 0.5) / f64::from(count);
+                let (sin, cos) = ((f64::from(k) + 0.5) * step % TAU).sin_cos();
+                let across = (1.0 - z * z).max(0.0).sqrt();
+                turn * DVec3::new(across * cos, across * sin, z)
+            })
+            .collect();
+        let weights = corrected(&ends);
+        let mut all: Vec<(DVec3, f64)> = ends.into_iter().zip(weights).collect();
+        all.sort_by_key(|(direction, _)| octant(*direction));
+        let mut octants = [[0; 2]; 8];
+        for (place, (direction, _)) in (0u32..).zip(&all) {
+            let own = &mut octants[octant(*direction)];
+            if own[1] == 0 {
+                own[0] = place;
+            }
+            own[1] += 1;
+        }
+        Directions { all, octants }
+    }
+
+    /// Directions of the octant that has most.
+    pub fn most(&self) -> u32 {
+        self.octants
+            .iter()
+            .map(|[_, count]| *count)
+            .max()
+            .unwrap_or(0)
+    }
+
+    /// As `lpv.sweep` reads them: the octants, then the directions.
+    pub fn words(&self) -> Vec<u32> {
+        let octants = self
+            .octants
+            .iter()
+            .flat_map(|[first, count]| [*first, *count, 0, 0]);
+        let all = self.all.iter().flat_map(|(direction, weight)| {
+            direction
+                .extend(*weight)
+                .as_vec4()
+                .to_array()
+                .map(f32::to_bits)
+        });
+        octants.chain(all).collect()
+    }
+}
+
+fn octant(direction: DVec3) -> usize {
+    usize::from(direction.x < 0.0)
+        + 2 * usize::from(direction.y < 0.0)
+        + 4 * usize::from(direction.z < 0.0)
+}
+
+fn moments(d: DVec3) -> [f64; MOMENTS] {
+    [
+        1.0,
+        d.x,
+        d.y,
+        d.z,
+        d.x * d.x,
+        d.y * d.y,
+        d.z * d.z,
+        d.x * d.y,
+        d.y * d.z,
+        d.z * d.x,
+    ]
+}
+
+/// The weights nearest to equal ones that have the sphere's moments: w = w₀ + Mᵀ λ. The first
+/// moment is the sum of three others, so that one of the equations is left out.
+fn corrected(ends: &[DVec3]) -> Vec<f64> {
+    let third = 4.0 * PI / 3.0;
+    let target = [0.0, 0.0, 0.0, 0.0, third, third, third, 0.0, 0.0, 0.0];
+    let equal = 4.0 * PI / ends.len().max(1) as f64;
+    let rows: Vec<[f64; MOMENTS]> = ends.iter().map(|end| moments(*end)).collect();
+    let (mut matrix, mut missing) = ([[0.0; MOMENTS]; MOMENTS], target);
+    for row in &rows {
+        for i in 1..MOMENTS {
+            missing[i] -= equal * row[i];
+            for j in 1..MOMENTS {
+                matrix[i][j] += row[i] * row[j];
+            }
+        }
+    }
+    matrix[0][0] = 1.0;
+    missing[0] = 0.0;
+    let Some(lambda) = solved(matrix, missing) else {
+        return vec![equal; ends.len()];
+    };
+    let weight =
+        |row: &[f64; MOMENTS]| equal + (1..MOMENTS).map(|i| lambda[i] * row[i]).sum::<f64>();
+    let weights: Vec<f64> = rows.iter().map(weight).collect();
+    // Few directions may have no positive weights of these moments.
+    if weights.iter().all(|weight| *weight > 0.0) {
+        weights
+    } else {
+        vec![equal; ends.len()]
+    }
+}
+
+/// Gaussian elimination with pivots; `None` where the rows depend on each other.
+fn solved(mut m: [[f64; MOMENTS]; MOMENTS], mut b: [f64; MOMENTS]) -> Option<[f64; MOMENTS]> {
+    for column in 0..MOMENTS {
+        let pivot =
+            (column..MOMENTS).max_by(|a, b| m[*a][column].abs().total_cmp(&m[*b][column].abs()))?;
+        if m[pivot][column].abs() < 1e-9 {
+            return None;
+        }
+        m.swap(column, pivot);
+        b.swap(column, pivot);
+        for row in column + 1..MOMENTS {
+            let factor = m[row][column] / m[column][column];
+            let upper = m[column];
+            for (own, above) in m[row].iter_mut().zip(upper).skip(column) {
+                *own -= factor * above;
+            }
+            b[row] -= factor * b[column];
+        }
+    }
+    for column in (0..MOMENTS).rev() {
+        let known: f64 = (column + 1..MOMENTS).map(|at| m[column][at] * b[at]).sum();
+        b[column] = (b[column] - known) / m[column][column];
+    }
+    Some(b)
+}

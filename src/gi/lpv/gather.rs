@@ -1,0 +1,85 @@
+//! From cells to pixels.
+
+use std::sync::Arc;
+
+use super::grid::{CellGrid, GridRow};
+use crate::gpu_struct;
+use crate::graph::{Access, Binding, Frame, Image, Pass, Sets, Shaders};
+use crate::render::{GBuffer, IndirectLight, screen_groups};
+use crate::shader::GpuStruct;
+
+gpu_struct! {
+    /// Parameters of `lpv.gather` and `lpv.specular`.
+    pub struct LookupParams {
+        /// The grid.
+        pub grid: GridRow,
+        /// Off the surface (cells).
+        pub shift: f32,
+    }
+}
+
+/// Irradiance and ambient visibility by a lookup off the surface. A thread a pixel.
+pub static GATHER: Pass = Pass {
+    name: "lpv.gather",
+    shaders: Shaders::Compute("gi/lpv/gather.comp"),
+    bindings: &[
+        Binding::sampled("light", Access::ComputeSampled),
+        Binding::sampled("view_depth", Access::ComputeSampled),
+        Binding::sampled("normals", Access::ComputeSampled),
+        Binding::image("indirect_diffuse", Access::ComputeWrite),
+    ],
+    constants: &[],
+    params: Some(LookupParams::LAYOUT),
+    sets: Sets::Scene,
+};
+
+/// Specular radiance by the same lookup. A thread a pixel.
+pub static SPECULAR: Pass = Pass {
+    name: "lpv.specular",
+    shaders: Shaders::Compute("gi/lpv/specular.comp"),
+    bindings: &[
+        Binding::sampled("light", Access::ComputeSampled),
+        Binding::sampled("view_depth", Access::ComputeSampled),
+        Binding::sampled("normals", Access::ComputeSampled),
+        Binding::sampled("albedo", Access::ComputeSampled),
+        Binding::sampled("specular", Access::ComputeSampled),
+        Binding::image("indirect_specular", Access::ComputeWrite),
+    ],
+    constants: &[],
+    params: Some(LookupParams::LAYOUT),
+    sets: Sets::Scene,
+};
+
+/// Adds the passes that answer for each pixel.
+pub(super) fn gather(
+    frame: &mut Frame,
+    gbuffer: &GBuffer,
+    (grid, cells): (&CellGrid, &Arc<Image>),
+    shift: f32,
+    answer: &IndirectLight,
+) {
+    let params = LookupParams {
+        grid: grid.row(0),
+        shift,
+    };
+    frame
+        .pass(&GATHER)
+        .bind("light", cells)
+        .bind("view_depth", &gbuffer.view_depth)
+        .bind("normals", &gbuffer.normals)
+        .bind("indirect_diffuse", &answer.diffuse)
+        .push(&params)
+        .dispatch(screen_groups(gbuffer.size));
+    if let (Some(result), Some(specular)) = (&answer.specular, &gbuffer.specular) {
+        frame
+            .pass(&SPECULAR)
+            .bind("light", cells)
+            .bind("view_depth", &gbuffer.view_depth)
+            .bind("normals", &gbuffer.normals)
+            .bind("albedo", &gbuffer.albedo)
+            .bind("specular", specular)
+            .bind("indirect_specular", result)
+            .push(&params)
+            .dispatch(screen_groups(gbuffer.size));
+    }
+}

@@ -1,0 +1,68 @@
+//! The grid: cubes around the scene's box.
+
+use glam::{UVec3, Vec3};
+
+use crate::gpu_struct;
+
+/// Where the cells are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CellGrid {
+    /// Smallest corner (m).
+    pub origin: Vec3,
+    /// Edge of a cell (m).
+    pub cell_size: f32,
+    /// Cells along each axis.
+    pub size: UVec3,
+}
+
+gpu_struct! {
+    /// A grid as the shaders read it (`gi/lpv/grid.glsl`).
+    pub struct GridRow {
+        /// xyz: smallest corner (m); w: edge of a cell (m).
+        pub place: [f32; 4],
+        /// xyz: cells along each axis; w: another number of the pass.
+        pub size: [i32; 4],
+    }
+}
+
+impl CellGrid {
+    /// Cells around a box (m), `cells` of them along its longest side, with `margin` empty ones at
+    /// either end of every axis: a wall between the last centre and the border would lie on no
+    /// segment between two centres.
+    pub fn around((low, high): (Vec3, Vec3), cells: u32, margin: u32) -> Self {
+        let extent = (high - low).max(Vec3::ZERO);
+        let longest = extent.max_element().max(1e-6);
+        let inner = cells.saturating_sub(2 * margin).max(1);
+        let cell_size = longest / inner as f32;
+        // A side that rounding makes a hair longer than whole cells has no cell more.
+        let needed = (extent / cell_size - 1e-3)
+            .ceil()
+            .as_uvec3()
+            .max(UVec3::ONE);
+        let size = needed.min(UVec3::splat(inner)) + 2 * margin;
+        let origin = 0.5 * (low + high) - 0.5 * cell_size * size.as_vec3();
+        CellGrid {
+            origin,
+            cell_size,
+            size,
+        }
+    }
+
+    /// Number of cells.
+    pub fn count(&self) -> u32 {
+        self.size.element_product()
+    }
+
+    /// Where a cell is in lists of all cells.
+    pub fn index(&self, cell: UVec3) -> usize {
+        (cell.x + self.size.x * (cell.y + self.size.y * cell.z)) as usize
+    }
+
+    /// As the shaders take it, with a number of the pass.
+    pub fn row(&self, number: u32) -> GridRow {
+        GridRow {
+            place: self.origin.extend(self.cell_size).to_array(),
+            size: self.size.extend(number).as_ivec4().to_array(),
+        }
+    }
+}

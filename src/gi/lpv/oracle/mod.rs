@@ -1,0 +1,1 @@
+//! Plain twins of the passes, in double precision.
