@@ -4,6 +4,8 @@
 #define LUMIVOX_LPV_SH
 
 const int COEFFICIENTS = 9;
+// of coefficients that share a texel; the last has one
+const int COEFFICIENT_PAIRS = 5;
 
 void sh_basis(vec3 d, out float y[COEFFICIENTS]) {
     y[0] = 0.28209479;

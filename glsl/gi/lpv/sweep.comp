@@ -11,7 +11,7 @@
 // Lx is the upwind neighbour's along x: 0 behind an opaque face. What a cell has is added to
 // spherical harmonics of the directions that its light comes from. Alpha is the light of an
 // environment of radiance 1.
-layout(local_size_x = 8, local_size_y = 8) in;
+layout(local_size_x = 64) in;
 
 #include "gi/lpv/grid.glsl"
 #include "gi/lpv/sh.glsl"
@@ -19,30 +19,58 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(constant_id = 0) const bool ADD = false;   // to what other octants have left
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer Directions {
-    uvec4 octants[8];      // x: its first direction; y: how many it has
+    uvec4 octants[8];      // x: its first pair of directions; y: how many pairs it has
     vec4 directions[];     // xyz: unit vector of travel; w: weight [sr]
 };
-layout(std430, set = 1, binding = 1) restrict readonly buffer Faces { uint faces[]; };
-layout(std430, set = 1, binding = 2) restrict readonly buffer Flux { int flux[]; };
-// radiance of the cells of this step and of the one before, by octant, direction, parity, b, a
-layout(std430, set = 1, binding = 3) restrict buffer Front { vec4 front[]; };
-layout(set = 1, binding = 4, rgba16f) uniform restrict image3D light;
+layout(std430, set = 1, binding = 1) restrict readonly buffer Order { uint order[]; };
+layout(std430, set = 1, binding = 2) restrict readonly buffer Faces { uint faces[]; };
+layout(std430, set = 1, binding = 3) restrict readonly buffer Flux { int flux[]; };
+// radiance of the cells of this step and of the one before: x, y: a, b; z: octant, pair of
+// directions, parity of the step. A texel has two times four half floats.
+layout(set = 1, binding = 4, rgba32ui) uniform restrict uimage3D front;
+// sums over the directions of an octant: x: pair of coefficients and x of the cell; z: octant, z
+layout(set = 1, binding = 5, rgba32ui) uniform restrict uimage3D slabs;
 
 layout(push_constant) uniform SweepParams {
-    CellGrid grid;           // size.w: directions that an octant has at most
-    ivec4 step;              // x: step; y, z: first a and b of it; w: first octant
+    CellGrid grid;           // size.w: pairs of directions that an octant has at most
+    uint step;
+    uint first_cell;         // of the step, in the order
+    uint cell_count;
+    uint first_octant;
     float radiance_unit;     // one integer step of flux, over π h² [W/(m² sr)]
 } params;
 
-const vec4 INFLOW = vec4(0.0, 0.0, 0.0, 1.0);
+struct Pair { vec4 radiance[2]; };
+
+const Pair DARK = Pair(vec4[2](vec4(0.0), vec4(0.0)));
+const Pair INFLOW = Pair(vec4[2](vec4(0.0, 0.0, 0.0, 1.0), vec4(0.0, 0.0, 0.0, 1.0)));
+
+uvec4 pack(Pair pair) {
+    return uvec4(packHalf2x16(pair.radiance[0].xy), packHalf2x16(pair.radiance[0].zw),
+        packHalf2x16(pair.radiance[1].xy), packHalf2x16(pair.radiance[1].zw));
+}
+
+Pair unpack(uvec4 words) {
+    return Pair(vec4[2](vec4(unpackHalf2x16(words.x), unpackHalf2x16(words.y)),
+        vec4(unpackHalf2x16(words.z), unpackHalf2x16(words.w))));
+}
+
+// What comes from the upwind neighbour along an axis.
+Pair upwind(ivec3 neighbour, bool is_open, bool is_border) {
+    if (!is_open) return DARK;
+    if (is_border) return INFLOW;
+    return unpack(imageLoad(front, neighbour));
+}
 
 void main() {
+    if (gl_GlobalInvocationID.x >= params.cell_count) return;
     ivec3 size = params.grid.size.xyz;
-    ivec2 ab = ivec2(gl_GlobalInvocationID.xy) + params.step.yz;
-    ivec3 own = ivec3(ab, params.step.x - ab.x - ab.y);
-    if (any(lessThan(own, ivec3(0))) || any(greaterThanEqual(own, size))) return;
-    int slab = int(gl_GlobalInvocationID.z), octant = params.step.w + slab;
-    bvec3 is_reversed = bvec3((octant & 1) != 0, (octant & 2) != 0, (octant & 4) != 0);
+    uint packed_ab = order[params.first_cell + gl_GlobalInvocationID.x];
+    ivec2 ab = ivec2(packed_ab & 0xffffu, packed_ab >> 16);
+    ivec3 own = ivec3(ab, int(params.step) - ab.x - ab.y);
+    int slab = int(gl_GlobalInvocationID.y);
+    uint octant = params.first_octant + uint(slab);
+    bvec3 is_reversed = bvec3((octant & 1u) != 0u, (octant & 2u) != 0u, (octant & 4u) != 0u);
     ivec3 cell = mix(own, size - 1 - own, is_reversed);
     int index = cell_index(params.grid, cell), cells = size.x * size.y * size.z;
 
@@ -56,34 +84,40 @@ void main() {
             source[axis][colour] =
                 float(flux[(3 * colour + axis) * cells + index]) * params.radiance_unit;
 
-    vec4 sums[COEFFICIENTS];
-    for (int i = 0; i < COEFFICIENTS; ++i) sums[i] = vec4(0.0);
+    vec4 sums[COEFFICIENTS + 1];
+    for (int i = 0; i <= COEFFICIENTS; ++i) sums[i] = vec4(0.0);
 
-    int plane = size.x * size.y, at = ab.x + size.x * ab.y;
-    int parity = params.step.x & 1;
+    int parity = int(params.step & 1u);
     uint first = octants[octant].x, count = octants[octant].y;
     for (uint k = 0u; k < count; ++k) {
-        vec4 direction = directions[first + k];
-        vec3 steepness = abs(direction.xyz);
-        int row = ((slab * params.grid.size.w + int(k)) * 2) * plane + at;
-        int before = row + (1 - parity) * plane;
-        vec4 radiance = vec4(max(source * direction.xyz, vec3(0.0)), 0.0);
-        if (is_open.x)
-            radiance += steepness.x * (is_border.x ? INFLOW : front[before - 1]);
-        if (is_open.y)
-            radiance += steepness.y * (is_border.y ? INFLOW : front[before - size.x]);
-        if (is_open.z) radiance += steepness.z * (is_border.z ? INFLOW : front[before]);
-        radiance /= steepness.x + steepness.y + steepness.z;
-        front[row + parity * plane] = radiance;
+        int layer = 2 * (slab * params.grid.size.w + int(k));
+        ivec3 before = ivec3(ab, layer + 1 - parity);
+        Pair x = upwind(before - ivec3(1, 0, 0), is_open.x, is_border.x),
+             y = upwind(before - ivec3(0, 1, 0), is_open.y, is_border.y),
+             z = upwind(before, is_open.z, is_border.z), here;
+        for (int i = 0; i < 2; ++i) {
+            vec4 direction = directions[2u * (first + k) + uint(i)];
+            vec3 steepness = abs(direction.xyz);
+            vec4 sent = vec4(max(source * direction.xyz, vec3(0.0)), 0.0);
+            sent += steepness.x * x.radiance[i] + steepness.y * y.radiance[i]
+                + steepness.z * z.radiance[i];
+            here.radiance[i] = sent / (steepness.x + steepness.y + steepness.z);
 
-        float basis[COEFFICIENTS];
-        sh_basis(-direction.xyz, basis);
-        radiance *= direction.w;
-        for (int i = 0; i < COEFFICIENTS; ++i) sums[i] += basis[i] * radiance;
+            float basis[COEFFICIENTS];
+            sh_basis(-direction.xyz, basis);
+            vec4 weighted = direction.w * here.radiance[i];
+            for (int j = 0; j < COEFFICIENTS; ++j) sums[j] += basis[j] * weighted;
+        }
+        imageStore(front, ivec3(ab, layer + parity), pack(here));
     }
-    ivec3 home = cell + ivec3(0, 0, slab * size.z);
-    for (int i = 0; i < COEFFICIENTS; ++i) {
-        ivec3 texel = light_texel(params.grid, home, i);
-        imageStore(light, texel, ADD ? sums[i] + imageLoad(light, texel) : sums[i]);
+    for (int i = 0; i < COEFFICIENT_PAIRS; ++i) {
+        ivec3 texel = cell + ivec3(i * size.x, 0, slab * size.z);
+        Pair sum = Pair(vec4[2](sums[2 * i], sums[2 * i + 1]));
+        if (ADD) {
+            Pair before = unpack(imageLoad(slabs, texel));
+            sum.radiance[0] += before.radiance[0];
+            sum.radiance[1] += before.radiance[1];
+        }
+        imageStore(slabs, texel, pack(sum));
     }
 }

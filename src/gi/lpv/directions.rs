@@ -45,29 +45,32 @@ impl Directions {
         Directions { all, octants }
     }
 
-    /// Directions of the octant that has most.
-    pub fn most(&self) -> u32 {
-        self.octants
-            .iter()
-            .map(|[_, count]| *count)
-            .max()
-            .unwrap_or(0)
+    /// Pairs of directions of the octant that has most.
+    pub fn most_pairs(&self) -> u32 {
+        let counts = self.octants.iter().map(|[_, count]| count.div_ceil(2));
+        counts.max().unwrap_or(0)
     }
 
-    /// As `lpv.sweep` reads them: the octants, then the directions.
+    /// As `lpv.sweep` reads them: first pair and number of pairs of each octant, then all pairs.
+    /// An odd octant's last direction has a partner without weight.
     pub fn words(&self) -> Vec<u32> {
-        let octants = self
-            .octants
-            .iter()
-            .flat_map(|[first, count]| [*first, *count, 0, 0]);
-        let all = self.all.iter().flat_map(|(direction, weight)| {
-            direction
-                .extend(*weight)
-                .as_vec4()
-                .to_array()
-                .map(f32::to_bits)
-        });
-        octants.chain(all).collect()
+        let (mut octants, mut pairs) = (Vec::new(), Vec::new());
+        for [first, count] in self.octants {
+            octants.extend([pairs.len() as u32 / 8, count.div_ceil(2), 0, 0]);
+            let own = &self.all[first as usize..][..count as usize];
+            let partner = own.last().filter(|_| count % 2 == 1);
+            let all = own.iter().copied();
+            let all = all.chain(partner.map(|(direction, _)| (*direction, 0.0)));
+            pairs.extend(all.flat_map(|(direction, weight)| {
+                direction
+                    .extend(weight)
+                    .as_vec4()
+                    .to_array()
+                    .map(f32::to_bits)
+            }));
+        }
+        octants.append(&mut pairs);
+        octants
     }
 }
 

@@ -8,8 +8,8 @@ use super::directions::Directions;
 use super::grid::{CellGrid, GridRow};
 use crate::gpu_struct;
 use crate::graph::{
-    Access, BatchDispatch, Binding, Buffer, BufferDesc, BufferUsage, Error, Frame, Gpu, Image,
-    ImageDesc, ImageKind, ImageUsage, Owner, Pass, vk,
+    Access, BatchDispatch, Binding, Buffer, Error, Frame, Gpu, Image, ImageDesc, ImageKind,
+    ImageUsage, Owner, Pass, vk,
 };
 use crate::render::storage;
 use crate::shader::GpuStruct;
@@ -17,10 +17,16 @@ use crate::shader::GpuStruct;
 gpu_struct! {
     /// Parameters of `lpv.sweep`.
     pub struct SweepParams {
-        /// The grid; w of its size: directions that an octant has at most.
+        /// The grid; w of its size: pairs of directions that an octant has at most.
         pub grid: GridRow,
-        /// x: step; y and z: smallest a and b of its cells; w: first octant.
-        pub step: [i32; 4],
+        /// Which step it is.
+        pub step: u32,
+        /// Where its cells begin in the order.
+        pub first_cell: u32,
+        /// How many there are.
+        pub cell_count: u32,
+        /// The first octant that is swept.
+        pub first_octant: u32,
         /// One integer step of flux, over π h² (W/(m² sr)).
         pub radiance_unit: f32,
     }
@@ -29,8 +35,8 @@ gpu_struct! {
 gpu_struct! {
     /// Parameters of `lpv.sum`.
     pub struct SumParams {
-        /// xyz: texels of the volume; w: slabs.
-        pub size: [i32; 4],
+        /// The grid; w of its size: slabs.
+        pub grid: GridRow,
     }
 }
 
@@ -43,16 +49,17 @@ pub static SWEEP: Pass = Pass {
         "gi/lpv/sweep.comp",
         &[
             Binding::buffer("directions", Access::ComputeRead),
+            Binding::buffer("order", Access::ComputeRead),
             Binding::buffer("faces", Access::ComputeRead),
             Binding::buffer("flux", Access::ComputeRead),
-            Binding::buffer("front", Access::ComputeReadWrite),
-            Binding::image("light", Access::ComputeReadWrite),
+            Binding::image("front", Access::ComputeReadWrite),
+            Binding::image("slabs", Access::ComputeReadWrite),
         ],
         SweepParams::LAYOUT,
     )
 };
 
-/// Sums the slabs of the octants. A thread a texel.
+/// Sums the slabs of the octants. A thread a cell.
 pub static SUM: Pass = Pass::compute(
     "lpv.sum",
     "gi/lpv/sum.comp",
@@ -63,38 +70,46 @@ pub static SUM: Pass = Pass::compute(
     SumParams::LAYOUT,
 );
 
-/// What a texel of the light has: RGBA16F.
-const TEXEL_BYTES: u64 = 8;
-/// Coefficients of three bands.
-const COEFFICIENTS: u64 = 9;
+/// Pairs of the nine coefficients of three bands.
+const COEFFICIENT_PAIRS: u32 = 5;
+/// A texel of what is on its way: two times four half floats.
+const PAIR_BYTES: u64 = 16;
 /// Octants that are swept at once share this much for their sums (bytes).
-const MOST_SLAB_BYTES: u64 = 40 << 20;
+const MOST_SLAB_BYTES: u64 = 48 << 20;
 /// The same for the radiance on their way (bytes).
-const MOST_FRONT_BYTES: u64 = 64 << 20;
+const MOST_FRONT_BYTES: u64 = 48 << 20;
+/// Texels along the longest side of a volume that every device has.
+const MOST_TEXELS: u32 = 2048;
 
 /// Sweeps of one grid.
 pub(super) struct Sweep {
     grid: CellGrid,
     directions: Directions,
     list: Arc<Buffer>,
-    front: Arc<Buffer>,
-    /// One for each octant that is swept at once, where there are several.
-    slabs: Option<Arc<Image>>,
+    order: Arc<Buffer>,
+    front: Arc<Image>,
+    /// One for each octant that is swept at once.
+    slabs: Arc<Image>,
     octants_at_once: u32,
     /// What the directions of all octants bring each cell: nine coefficients (W/(m² sr)), in alpha
     /// those of an environment of radiance 1.
     pub(super) light: Arc<Image>,
 }
 
-fn volume(gpu: &Gpu, name: &str, size: UVec3, slabs: u32) -> Result<Arc<Image>, Error> {
+fn volume(
+    gpu: &Gpu,
+    (name, format): (&str, vk::Format),
+    extent: [u32; 3],
+    usage: ImageUsage,
+) -> Result<Arc<Image>, Error> {
     gpu.create_image(&ImageDesc {
         name: name.into(),
-        extent: [3 * size.x, 3 * size.y, slabs * size.z],
+        extent,
         kind: ImageKind::D3,
-        format: vk::Format::R16G16B16A16_SFLOAT,
+        format,
         mips: 1,
         layers: 1,
-        usage: ImageUsage::STORAGE | ImageUsage::SAMPLED,
+        usage,
         owner: Owner::Store,
     })
 }
@@ -102,32 +117,44 @@ fn volume(gpu: &Gpu, name: &str, size: UVec3, slabs: u32) -> Result<Arc<Image>, 
 impl Sweep {
     pub(super) fn new(gpu: &Gpu, grid: CellGrid, directions: u32) -> Result<Self, Error> {
         let directions = Directions::spiral(directions);
-        let slab = u64::from(grid.count()) * COEFFICIENTS * TEXEL_BYTES;
-        let plane = u64::from(grid.size.x * grid.size.y);
-        let front = u64::from(directions.most()) * 2 * plane * size_of::<[f32; 4]>() as u64;
-        let fits = |octants: &u64| {
-            octants * slab <= MOST_SLAB_BYTES && octants * front <= MOST_FRONT_BYTES
+        let [x, y, z] = grid.size.to_array();
+        let slab_bytes = u64::from(grid.count() * COEFFICIENT_PAIRS) * PAIR_BYTES;
+        let layers = 2 * directions.most_pairs();
+        let front_bytes = u64::from(x * y * layers) * PAIR_BYTES;
+        let fits = |octants: &u32| {
+            let count = u64::from(*octants);
+            count * slab_bytes <= MOST_SLAB_BYTES
+                && count * front_bytes <= MOST_FRONT_BYTES
+                && octants * z.max(layers) <= MOST_TEXELS
         };
         let octants_at_once = [8, 4, 2].into_iter().find(fits).unwrap_or(1);
+        let list =
+            |name, words: &[u32]| storage(gpu, (name, Owner::Store), bytemuck::cast_slice(words));
+        let pairs = vk::Format::R32G32B32A32_UINT;
         Ok(Sweep {
             grid,
-            list: storage(
-                gpu,
-                ("lpv.directions", Owner::Store),
-                bytemuck::cast_slice(&directions.words()),
-            )?,
+            list: list("lpv.directions", &directions.words())?,
             directions,
-            front: gpu.create_buffer(&BufferDesc {
-                name: "lpv.front".into(),
-                size_bytes: octants_at_once * front,
-                usage: BufferUsage::Storage,
-                owner: Owner::Store,
-            })?,
-            slabs: (octants_at_once > 1)
-                .then(|| volume(gpu, "lpv.slabs", grid.size, octants_at_once as u32))
-                .transpose()?,
-            octants_at_once: octants_at_once as u32,
-            light: volume(gpu, "lpv.light", grid.size, 1)?,
+            order: list("lpv.order", &order(grid.size))?,
+            front: volume(
+                gpu,
+                ("lpv.front", pairs),
+                [x, y, octants_at_once * layers],
+                ImageUsage::STORAGE,
+            )?,
+            slabs: volume(
+                gpu,
+                ("lpv.slabs", pairs),
+                [COEFFICIENT_PAIRS * x, y, octants_at_once * z],
+                ImageUsage::STORAGE,
+            )?,
+            octants_at_once,
+            light: volume(
+                gpu,
+                ("lpv.light", vk::Format::R16G16B16A16_SFLOAT),
+                [3 * x, 3 * y, z],
+                ImageUsage::STORAGE | ImageUsage::SAMPLED,
+            )?,
         })
     }
 
@@ -139,70 +166,74 @@ impl Sweep {
         (flux, flux_unit): (&Arc<Buffer>, f32),
     ) {
         let face_m2 = self.grid.cell_size * self.grid.cell_size;
-        let target = self.slabs.as_ref().unwrap_or(&self.light);
-        for first in (0..8).step_by(self.octants_at_once as usize) {
-            let steps = steps(self.grid.size).map(|step| {
+        let steps = steps(self.grid.size);
+        for first_octant in (0..8).step_by(self.octants_at_once as usize) {
+            let mut first_cell = 0;
+            let chain = (0u32..).zip(&steps).map(|(step, &cell_count)| {
                 let params = SweepParams {
-                    grid: self.grid.row(self.directions.most()),
-                    step: [step.index, step.first[0], step.first[1], first as i32],
+                    grid: self.grid.row(self.directions.most_pairs()),
+                    step,
+                    first_cell,
+                    cell_count,
+                    first_octant,
                     radiance_unit: flux_unit / (std::f32::consts::PI * face_m2),
                 };
+                first_cell += cell_count;
                 BatchDispatch {
                     push: bytemuck::bytes_of(&params).to_vec(),
-                    groups: [
-                        step.count[0].div_ceil(8),
-                        step.count[1].div_ceil(8),
-                        self.octants_at_once,
-                    ],
+                    groups: [cell_count.div_ceil(64), self.octants_at_once, 1],
                     ..Default::default()
                 }
             });
+            let chain = chain.collect();
             frame
                 .pass(&SWEEP)
                 .bind("directions", &self.list)
+                .bind("order", &self.order)
                 .bind("faces", faces)
                 .bind("flux", flux)
                 .bind("front", &self.front)
-                .bind("light", target)
-                .constant("ADD", first > 0)
-                .dispatch_chain(steps.collect());
+                .bind("slabs", &self.slabs)
+                .constant("ADD", first_octant > 0)
+                .dispatch_chain(chain);
         }
-        if let Some(slabs) = &self.slabs {
-            let [x, y, z] = self.light.extent(0);
-            frame
-                .pass(&SUM)
-                .bind("slabs", slabs)
-                .bind("light", &self.light)
-                .push(&SumParams {
-                    size: [x, y, z, self.octants_at_once].map(|number| number as i32),
-                })
-                .dispatch([x.div_ceil(8), y.div_ceil(8), z]);
-        }
+        let [x, y, z] = self.grid.size.to_array();
+        frame
+            .pass(&SUM)
+            .bind("slabs", &self.slabs)
+            .bind("light", &self.light)
+            .push(&SumParams {
+                grid: self.grid.row(self.octants_at_once),
+            })
+            .dispatch([x.div_ceil(8), y.div_ceil(8), z]);
     }
 }
 
-/// A step of a sweep: the cells (a, b, c) with a + b + c = index.
-struct Step {
-    index: i32,
-    /// Smallest a and b.
-    first: [i32; 2],
-    /// How many there are of each.
-    count: [u32; 2],
+/// The cells (a, b, c) with a + b + c = `step`: a and b of each.
+fn cells_of(size: UVec3, step: u32) -> impl Iterator<Item = (u32, u32)> {
+    let rows = step.saturating_sub(size.x + size.z - 2)..size.y.min(step + 1);
+    rows.flat_map(move |b| {
+        let first = (step - b).saturating_sub(size.z - 1);
+        (first..size.x.min(step - b + 1)).map(move |a| (a, b))
+    })
 }
 
-/// The steps of a sweep through a grid.
-fn steps(size: UVec3) -> impl Iterator<Item = Step> {
-    let [x, y, z] = size.as_ivec3().to_array();
-    (0..x + y + z - 2).map(move |index| {
-        let range = |own: i32, others: i32| {
-            let first = (index - (others - 2)).max(0);
-            (first, (own - 1).min(index) - first + 1)
-        };
-        let ((a, a_count), (b, b_count)) = (range(x, y + z), range(y, x + z));
-        Step {
-            index,
-            first: [a, b],
-            count: [a_count as u32, b_count as u32],
-        }
-    })
+/// Number of steps of a sweep.
+fn step_count(size: UVec3) -> u32 {
+    size.element_sum() - 2
+}
+
+/// How many cells each step has.
+fn steps(size: UVec3) -> Vec<u32> {
+    (0..step_count(size))
+        .map(|step| cells_of(size, step).count() as u32)
+        .collect()
+}
+
+/// a and b of all cells, 16 bits each, step by step.
+fn order(size: UVec3) -> Vec<u32> {
+    (0..step_count(size))
+        .flat_map(|step| cells_of(size, step))
+        .map(|(a, b)| a | b << 16)
+        .collect()
 }
