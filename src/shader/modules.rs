@@ -7,8 +7,12 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     ("gi/lpv/faces.vert", include_bytes!("../../spirv/gi/lpv/faces.vert.spv")),
     ("gi/lpv/gather.comp", include_bytes!("../../spirv/gi/lpv/gather.comp.spv")),
     ("gi/lpv/inject.comp", include_bytes!("../../spirv/gi/lpv/inject.comp.spv")),
+    ("gi/lpv/light_sides.comp", include_bytes!("../../spirv/gi/lpv/light_sides.comp.spv")),
+    ("gi/lpv/nearest.frag", include_bytes!("../../spirv/gi/lpv/nearest.frag.spv")),
+    ("gi/lpv/number_sides.comp", include_bytes!("../../spirv/gi/lpv/number_sides.comp.spv")),
     ("gi/lpv/specular.comp", include_bytes!("../../spirv/gi/lpv/specular.comp.spv")),
     ("gi/lpv/sum.comp", include_bytes!("../../spirv/gi/lpv/sum.comp.spv")),
+    ("gi/lpv/surfaces.frag", include_bytes!("../../spirv/gi/lpv/surfaces.frag.spv")),
     ("gi/lpv/sweep.comp", include_bytes!("../../spirv/gi/lpv/sweep.comp.spv")),
     (
         "gi/shared/interleave/deinterleave.comp",

@@ -1,7 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// lpv.gather: irradiance and ambient visibility by a lookup off the surface, E(n) = Σ A_l c_lm
-// Y_lm(n), A = π, 2π/3, π/4 (Ramamoorthi & Hanrahan 2001, equations 4 and 8).
+// lpv.gather: irradiance and ambient visibility by a lookup off the surface.
 layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(set = 1, binding = 0) uniform texture3D light;
@@ -20,14 +19,7 @@ void main() {
     if (read_surface(pixel, surface)) {
         vec4 coefficients[COEFFICIENTS];
         look_up(surface, coefficients);
-        float basis[COEFFICIENTS];
-        sh_basis(surface.shading_normal, basis);
-        vec4 sum = vec4(0.0);
-        for (int i = 0; i < COEFFICIENTS; ++i) {
-            float band = i == 0 ? PI : i < 4 ? 2.0 / 3.0 * PI : 0.25 * PI;
-            sum += band * basis[i] * coefficients[i];
-        }
-        sum = max(sum, vec4(0.0));
+        vec4 sum = sh_irradiance(coefficients, surface.shading_normal);
         result = vec4(sum.rgb + sum.a * frame.environment.rgb, min(sum.a / PI, 1.0));
     }
     imageStore(indirect_diffuse, pixel, result);

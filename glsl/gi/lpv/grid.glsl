@@ -7,8 +7,15 @@ struct CellGrid {
     ivec4 size;   // xyz: cells along each axis
 };
 
-// Opaque faces of a cell, one bit each: −x, +x, −y, +y, −z, +z.
-const uint FACES = 6u;
+// A cell's word of faces. Bits 0 to 5: the opaque ones, in the order −x, +x, −y, +y, −z, +z. Bits
+// from 8: the place of the first of them in the list of sides; a side is a face as its cell sees
+// it.
+const uint FACE_BITS = 63u;
+const uint FIRST_SIDE_SHIFT = 8u;
+
+uint side_of(uint word, uint face) {
+    return (word >> FIRST_SIDE_SHIFT) + uint(bitCount(word & ((1u << face) - 1u)));
+}
 
 int cell_index(CellGrid grid, ivec3 cell) {
     return cell.x + grid.size.x * (cell.y + grid.size.y * cell.z);

@@ -23,4 +23,17 @@ int sh_band(int coefficient) {
     return coefficient == 0 ? 0 : coefficient < 4 ? 1 : 2;
 }
 
+// E(n) = Σ A_l c_lm Y_lm(n), A = π, 2π/3, π/4 (Ramamoorthi & Hanrahan 2001, equations 4 and 8).
+vec4 sh_irradiance(vec4 coefficients[COEFFICIENTS], vec3 normal) {
+    const float FULL = 3.14159265358979;
+    float basis[COEFFICIENTS];
+    sh_basis(normal, basis);
+    vec4 sum = vec4(0.0);
+    for (int i = 0; i < COEFFICIENTS; ++i) {
+        float weight = i == 0 ? FULL : i < 4 ? 2.0 / 3.0 * FULL : 0.25 * FULL;
+        sum += weight * basis[i] * coefficients[i];
+    }
+    return max(sum, vec4(0.0));
+}
+
 #endif

@@ -16,7 +16,8 @@ layout(local_size_x = 64) in;
 #include "gi/lpv/grid.glsl"
 #include "gi/lpv/sh.glsl"
 
-layout(constant_id = 0) const bool ADD = false;   // to what other octants have left
+layout(constant_id = 0) const bool ADD = false;     // to what other octants have left
+layout(constant_id = 1) const bool SIDES = false;   // opaque faces send light
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer Directions {
     uvec4 octants[8];      // x: its first pair of directions; y: how many pairs it has
@@ -30,6 +31,7 @@ layout(std430, set = 1, binding = 3) restrict readonly buffer Flux { int flux[];
 layout(set = 1, binding = 4, rgba32ui) uniform restrict uimage3D front;
 // sums over the directions of an octant: x: pair of coefficients and x of the cell; z: octant, z
 layout(set = 1, binding = 5, rgba32ui) uniform restrict uimage3D slabs;
+layout(std430, set = 1, binding = 6) restrict readonly buffer SideLight { vec4 side_light[]; };
 
 layout(push_constant) uniform SweepParams {
     CellGrid grid;           // size.w: pairs of directions that an octant has at most
@@ -42,8 +44,6 @@ layout(push_constant) uniform SweepParams {
 
 struct Pair { vec4 radiance[2]; };
 
-const Pair DARK = Pair(vec4[2](vec4(0.0), vec4(0.0)));
-const Pair INFLOW = Pair(vec4[2](vec4(0.0, 0.0, 0.0, 1.0), vec4(0.0, 0.0, 0.0, 1.0)));
 
 uvec4 pack(Pair pair) {
     return uvec4(packHalf2x16(pair.radiance[0].xy), packHalf2x16(pair.radiance[0].zw),
@@ -55,11 +55,10 @@ Pair unpack(uvec4 words) {
         vec4(unpackHalf2x16(words.z), unpackHalf2x16(words.w))));
 }
 
-// What comes from the upwind neighbour along an axis.
-Pair upwind(ivec3 neighbour, bool is_open, bool is_border) {
-    if (!is_open) return DARK;
-    if (is_border) return INFLOW;
-    return unpack(imageLoad(front, neighbour));
+// What comes from the upwind neighbour along an axis; `otherwise`, where there is none.
+Pair upwind(ivec3 neighbour, bool is_there, vec4 otherwise) {
+    return is_there ? unpack(imageLoad(front, neighbour))
+                    : Pair(vec4[2](otherwise, otherwise));
 }
 
 void main() {
@@ -74,9 +73,18 @@ void main() {
     ivec3 cell = mix(own, size - 1 - own, is_reversed);
     int index = cell_index(params.grid, cell), cells = size.x * size.y * size.z;
 
-    uvec3 upwind_face = uvec3(0u, 2u, 4u) + uvec3(is_reversed);
-    bvec3 is_open = equal(uvec3(faces[index]) >> upwind_face & 1u, uvec3(0u));
-    bvec3 is_border = equal(own, ivec3(0));
+    // What comes in where there is no upwind neighbour: light of the opaque face, or of the
+    // environment.
+    uint word = faces[index];
+    bvec3 is_there;
+    mat3x4 otherwise;
+    for (uint axis = 0u; axis < 3u; ++axis) {
+        uint face = 2u * axis + uint(is_reversed[axis]);
+        bool is_opaque = (word >> face & 1u) != 0u;
+        is_there[axis] = !is_opaque && own[axis] > 0;
+        otherwise[axis] = is_opaque ? vec4(0.0) : vec4(0.0, 0.0, 0.0, 1.0);
+        if (SIDES && is_opaque) otherwise[axis] = side_light[side_of(word, face)];
+    }
 
     mat3 source;
     for (int colour = 0; colour < 3; ++colour)
@@ -92,9 +100,9 @@ void main() {
     for (uint k = 0u; k < count; ++k) {
         int layer = 2 * (slab * params.grid.size.w + int(k));
         ivec3 before = ivec3(ab, layer + 1 - parity);
-        Pair x = upwind(before - ivec3(1, 0, 0), is_open.x, is_border.x),
-             y = upwind(before - ivec3(0, 1, 0), is_open.y, is_border.y),
-             z = upwind(before, is_open.z, is_border.z), here;
+        Pair x = upwind(before - ivec3(1, 0, 0), is_there.x, otherwise[0]),
+             y = upwind(before - ivec3(0, 1, 0), is_there.y, otherwise[1]),
+             z = upwind(before, is_there.z, otherwise[2]), here;
         for (int i = 0; i < 2; ++i) {
             vec4 direction = directions[2u * (first + k) + uint(i)];
             vec3 steepness = abs(direction.xyz);

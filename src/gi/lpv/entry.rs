@@ -1,14 +1,13 @@
 //! The row of the registry.
 
-use super::faces::FACES;
+use super::faces::{FACES, LIGHT_SIDES, NEAREST, NUMBER_SIDES, SURFACES, Side};
 use super::gather::{GATHER, SPECULAR};
 use super::grid::GridRow;
 use super::inject::INJECT;
 use super::sweep::{SUM, SWEEP};
-use super::{Context, Lpv, Settings, Technique};
+use super::{Settings, make};
 use crate::gi::entry::{Entry, Stage};
 use crate::gi::settings::{Domain, Group, Preset, Rule, Setting, SettingError};
-use crate::graph::Error;
 use crate::shader::GpuStruct;
 
 static SETTINGS: &[Setting] = &[
@@ -26,6 +25,21 @@ static SETTINGS: &[Setting] = &[
         unit: "",
         domain: Domain::Count { min: 0, max: 1024 },
         default: "0",
+    },
+    Setting {
+        name: "source",
+        help: "where light starts: texels of reflective shadow maps, or opaque faces, lit where \
+               the segment between two cells meets a surface",
+        unit: "",
+        domain: Domain::Choice(&["rsm", "faces"]),
+        default: "rsm",
+    },
+    Setting {
+        name: "bounces",
+        help: "bounces, each a sweep; from the second on, light comes from opaque faces",
+        unit: "",
+        domain: Domain::Count { min: 1, max: 8 },
+        default: "1",
     },
     Setting {
         name: "rsm_texels",
@@ -52,29 +66,64 @@ static SETTINGS: &[Setting] = &[
 
 static RULES: &[Rule] = &[
     Rule::always(Group::Structure, &["resolution"]),
-    Rule::always(Group::Light, &["rsm_texels", "injection_shift"]),
-    Rule::always(Group::Bounces, &["directions"]),
+    Rule::always(Group::Light, &["source"]),
+    Rule {
+        group: Group::Light,
+        settings: &["rsm_texels", "injection_shift"],
+        applies: |settings| settings.is("source", "rsm"),
+    },
+    Rule::always(Group::Bounces, &["directions", "bounces"]),
     Rule::always(Group::Gather, &["gather_shift"]),
 ];
 
-static PRESETS: &[Preset] = &[Preset {
-    name: "accurate",
-    help: "discrete directions swept through opaque faces: it converges as cells shrink",
-    values: &[],
-}];
+static PRESETS: &[Preset] = &[
+    Preset {
+        name: "accurate",
+        help: "discrete directions swept through opaque faces: it converges as cells shrink",
+        values: &[],
+    },
+    Preset {
+        name: "faces",
+        help: "as accurate, but light starts at opaque faces, as further bounces do",
+        values: &[&[("source", "faces")]],
+    },
+];
 
 /// The row of the registry.
 pub static ENTRY: Entry = Entry {
-    bounces: |_| Some(1),
+    bounces: |settings| Some(settings.count("bounces")),
     settings: &[SETTINGS],
     rules: &[RULES],
     check,
     presets: PRESETS,
-    passes: &[&[&FACES, &INJECT, &SWEEP, &SUM, &GATHER, &SPECULAR]],
-    structs: &[&[("CellGrid", GridRow::FIELDS)]],
+    passes: &[&[
+        &FACES,
+        &NUMBER_SIDES,
+        &NEAREST,
+        &SURFACES,
+        &INJECT,
+        &LIGHT_SIDES,
+        &SWEEP,
+        &SUM,
+        &GATHER,
+        &SPECULAR,
+    ]],
+    structs: &[&[("CellGrid", GridRow::FIELDS), Side::LAYOUT]],
     stages: &[
-        &Stage::store("opaque faces", &["lpv.clear_faces", "lpv.faces"]),
-        &Stage::store("light injection", &["lpv.clear_flux", "lpv.inject"]),
+        &Stage::store(
+            "opaque faces",
+            &[
+                "lpv.clear_faces",
+                "lpv.faces",
+                "lpv.number_sides",
+                "lpv.nearest",
+                "lpv.surfaces",
+            ],
+        ),
+        &Stage::store(
+            "light injection",
+            &["lpv.clear_flux", "lpv.inject", "lpv.light_sides"],
+        ),
         &Stage::store("propagation", &["lpv.sweep", "lpv.sum"]),
         &Stage::picture("gather", &["lpv.gather"]),
         &Stage::picture("specular", &["lpv.specular"]),
@@ -85,18 +134,6 @@ pub static ENTRY: Entry = Entry {
         make,
     )
 };
-
-fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>, Error> {
-    Ok(Box::new(Lpv::new(context, settings)?))
-}
-
-/// How many directions light goes along.
-pub(super) fn directions(settings: &Settings) -> u32 {
-    match settings.count("directions") {
-        0 => (3 * settings.count("resolution")).min(1024),
-        count => count,
-    }
-}
 
 fn check(settings: &Settings) -> Result<(), SettingError> {
     match settings.count("directions") {

@@ -1,17 +1,18 @@
-//! Opaque faces: which neighbours cannot see each other.
+//! Opaque faces: which neighbours cannot see each other, and what they see instead.
 
 use std::sync::Arc;
 
 use super::grid::{CellGrid, GridRow};
 use crate::gpu_struct;
 use crate::graph::{
-    Access, Binding, Buffer, DrawBatch, Frame, Pass, RasterState, Sets, Shaders, Targets,
+    Access, Binding, Buffer, BufferDesc, BufferUsage, DrawBatch, Error, Frame, FrameStats, Gpu,
+    Image, Owner, Pass, RasterState, Sets, Shaders, Targets,
 };
-use crate::render::GpuScene;
+use crate::render::{GpuScene, LightMaps};
 use crate::shader::GpuStruct;
 
 gpu_struct! {
-    /// Parameters of `lpv.faces`.
+    /// Parameters of `lpv.faces`, `lpv.nearest` and `lpv.surfaces`.
     pub struct FacesParams {
         /// The grid.
         pub grid: GridRow,
@@ -20,49 +21,254 @@ gpu_struct! {
     }
 }
 
+gpu_struct! {
+    /// Parameters of `lpv.number_sides`.
+    pub struct NumberParams {
+        /// Cells of the grid.
+        pub cell_count: u32,
+    }
+}
+
+gpu_struct! {
+    /// Parameters of `lpv.light_sides`.
+    pub struct SideParams {
+        /// The grid.
+        pub grid: GridRow,
+        /// How many sides there are.
+        pub side_count: u32,
+    }
+}
+
+gpu_struct! {
+    /// What a cell sees of an opaque face (`gi/lpv/sides.glsl`).
+    pub struct Side {
+        /// xyz: the surface (m); w: index of the cell, as bits.
+        pub place: [f32; 4],
+        /// xyz: unit vector towards the cell; w: 0.
+        pub normal: [f32; 4],
+        /// rgb: diffuse albedo; w: 0.
+        pub albedo: [f32; 4],
+        /// rgb: what it emits towards the cell (W/(m² sr)); w: 0.
+        pub emission: [f32; 4],
+    }
+}
+
+const fn raster(name: &'static str, fragment: &'static str, bindings: &'static [Binding]) -> Pass {
+    Pass {
+        name,
+        shaders: Shaders::Raster {
+            vertex: "gi/lpv/faces.vert",
+            geometry: None,
+            fragment: Some(fragment),
+            state: RasterState::NO_TARGETS,
+        },
+        bindings,
+        constants: &[],
+        params: Some(FacesParams::LAYOUT),
+        sets: Sets::SceneAndMaterials,
+    }
+}
+
 /// The face between two cells is opaque where the segment between their centres meets a triangle.
 /// Rasterizes the scene along one axis, a pixel a row of cells; sets six bits a cell.
-pub static FACES: Pass = Pass {
-    name: "lpv.faces",
-    shaders: Shaders::Raster {
-        vertex: "gi/lpv/faces.vert",
-        geometry: None,
-        fragment: Some("gi/lpv/faces.frag"),
-        state: RasterState::NO_TARGETS,
-    },
-    bindings: &[Binding::buffer("faces", Access::RasterReadWrite)],
-    constants: &[],
-    params: Some(FacesParams::LAYOUT),
-    sets: Sets::SceneAndMaterials,
+pub static FACES: Pass = raster(
+    "lpv.faces",
+    "gi/lpv/faces.frag",
+    &[Binding::buffer("faces", Access::RasterReadWrite)],
+);
+
+/// A place in the list of sides for each opaque face of each cell. A thread a cell.
+pub static NUMBER_SIDES: Pass = Pass::compute(
+    "lpv.number_sides",
+    "gi/lpv/number_sides.comp",
+    &[
+        Binding::buffer("faces", Access::ComputeReadWrite),
+        Binding::buffer("side_count", Access::ComputeReadWrite),
+    ],
+    NumberParams::LAYOUT,
+);
+
+/// Which surface each cell sees of its opaque faces: as [`FACES`], for the nearest.
+pub static NEAREST: Pass = raster(
+    "lpv.nearest",
+    "gi/lpv/nearest.frag",
+    &[
+        Binding::buffer("faces", Access::RasterRead),
+        Binding::buffer("nearest", Access::RasterReadWrite),
+    ],
+);
+
+/// What these surfaces are like: as [`FACES`], for those that [`NEAREST`] has found.
+pub static SURFACES: Pass = raster(
+    "lpv.surfaces",
+    "gi/lpv/surfaces.frag",
+    &[
+        Binding::buffer("faces", Access::RasterRead),
+        Binding::buffer("nearest", Access::RasterRead),
+        Binding::buffer("sides", Access::RasterReadWrite),
+    ],
+);
+
+/// What opaque faces send into their cells. A thread a side.
+pub static LIGHT_SIDES: Pass = Pass {
+    name: "lpv.light_sides",
+    shaders: Shaders::Compute("gi/lpv/light_sides.comp"),
+    bindings: &[
+        Binding::buffer("light_views", Access::ComputeRead),
+        Binding::sampled("shadow_maps", Access::ComputeSampled),
+        Binding::buffer("sides", Access::ComputeRead),
+        Binding::sampled("light", Access::ComputeSampled),
+        Binding::buffer("side_light", Access::ComputeWrite),
+    ],
+    constants: &["DIRECT", "AGAIN"],
+    params: Some(SideParams::LAYOUT),
+    sets: Sets::Scene,
 };
 
-/// Adds the passes that find all opaque faces of a scene.
-pub(super) fn find_faces(
-    frame: &mut Frame,
-    scene: &GpuScene,
-    grid: &CellGrid,
-    faces: &Arc<Buffer>,
-) {
-    frame.fill("lpv.clear_faces", faces, 0);
-    for axis in 0..3 {
-        let across = [
-            [grid.size.y, grid.size.z],
-            [grid.size.z, grid.size.x],
-            [grid.size.x, grid.size.y],
-        ][axis];
-        let draws = scene.batches.iter().map(|batch| DrawBatch {
-            material: batch.material,
-            push: Vec::new(),
-            first_vertex: 3 * batch.first_triangle,
-            vertex_count: 3 * batch.triangle_count,
-        });
+fn words(gpu: &Gpu, name: &str, count: u32) -> Result<Arc<Buffer>, Error> {
+    gpu.create_buffer(&BufferDesc {
+        name: name.into(),
+        size_bytes: 4 * u64::from(count.max(4)),
+        usage: BufferUsage::Storage,
+        owner: Owner::Store,
+    })
+}
+
+/// The opaque faces of a grid.
+pub struct Faces {
+    grid: CellGrid,
+    /// A word a cell: bits 0 to 5 are the opaque faces −x, +x, −y, +y, −z, +z; bits from 8 on are
+    /// the place of the first in the list of sides.
+    pub words: Arc<Buffer>,
+    /// What the cells see of them, where light comes from faces.
+    pub sides: Option<Sides>,
+}
+
+/// The opaque faces as cells see them, in a list.
+pub struct Sides {
+    /// How many there are.
+    pub count: u32,
+    counter: Arc<Buffer>,
+    nearest: Arc<Buffer>,
+    /// A [`Side`] each.
+    pub list: Arc<Buffer>,
+    /// Radiance that each sends into its cell: RGB and a 0 (W/(m² sr)).
+    pub light: Arc<Buffer>,
+}
+
+impl Sides {
+    fn new(gpu: &Gpu, count: u32) -> Result<Self, Error> {
+        Ok(Sides {
+            count,
+            counter: words(gpu, "lpv.side_count", 1)?,
+            nearest: words(gpu, "lpv.nearest", count)?,
+            list: words(gpu, "lpv.sides", count * (size_of::<Side>() / 4) as u32)?,
+            light: words(gpu, "lpv.side_light", 4 * count)?,
+        })
+    }
+}
+
+impl Faces {
+    /// Allocates; `with_sides` also for the list of sides.
+    pub fn new(gpu: &Gpu, grid: CellGrid, with_sides: bool) -> Result<Self, Error> {
+        Ok(Faces {
+            grid,
+            words: words(gpu, "lpv.faces", grid.count())?,
+            sides: with_sides.then(|| Sides::new(gpu, 0)).transpose()?,
+        })
+    }
+
+    /// Finds all opaque faces of a scene, where it is now.
+    pub fn find(&mut self, gpu: &Gpu, scene: &GpuScene) -> Result<FrameStats, Error> {
+        let mut frame = Frame::new();
+        frame.set_scene(&scene.set, &scene.materials);
+        frame.fill("lpv.clear_faces", &self.words, 0);
+        self.rasterize(&mut frame, scene, &FACES, &[("faces", &self.words)]);
+        let Some(sides) = &mut self.sides else {
+            return gpu.submit(frame);
+        };
+        frame.fill("lpv.clear_faces", &sides.counter, 0);
         frame
-            .pass(&FACES)
-            .bind("faces", faces)
-            .push(&FacesParams {
-                grid: grid.row(0),
-                axis: axis as u32,
+            .pass(&NUMBER_SIDES)
+            .bind("faces", &self.words)
+            .bind("side_count", &sides.counter)
+            .push(&NumberParams {
+                cell_count: self.grid.count(),
             })
-            .draw(Targets::none(across), draws.collect());
+            .dispatch([self.grid.count().div_ceil(64), 1, 1]);
+        let mut stats = gpu.submit(frame)?;
+        let counted: Vec<u32> = bytemuck::pod_collect_to_vec(&gpu.read_buffer(&sides.counter)?);
+        let count = counted.first().copied().unwrap_or(0);
+        if u64::from(count) * size_of::<Side>() as u64 > sides.list.size_bytes() {
+            // A quarter more, for models that move.
+            *sides = Sides::new(gpu, count + count / 4)?;
+        }
+        sides.count = count;
+        let Some(sides) = &self.sides else {
+            return Ok(stats);
+        };
+        let mut frame = Frame::new();
+        frame.set_scene(&scene.set, &scene.materials);
+        frame.fill("lpv.clear_faces", &sides.nearest, u32::MAX);
+        let found = [("faces", &self.words), ("nearest", &sides.nearest)];
+        self.rasterize(&mut frame, scene, &NEAREST, &found);
+        let noted = [found[0], found[1], ("sides", &sides.list)];
+        self.rasterize(&mut frame, scene, &SURFACES, &noted);
+        stats.append(gpu.submit(frame)?);
+        Ok(stats)
+    }
+
+    fn rasterize(
+        &self,
+        frame: &mut Frame,
+        scene: &GpuScene,
+        pass: &'static Pass,
+        bound: &[(&str, &Arc<Buffer>)],
+    ) {
+        let [x, y, z] = self.grid.size.to_array();
+        for (axis, across) in (0..).zip([[y, z], [z, x], [x, y]]) {
+            let draws = scene.batches.iter().map(|batch| DrawBatch {
+                material: batch.material,
+                push: Vec::new(),
+                first_vertex: 3 * batch.first_triangle,
+                vertex_count: 3 * batch.triangle_count,
+            });
+            let mut builder = frame.pass(pass);
+            for (name, buffer) in bound {
+                builder = builder.bind(name, *buffer);
+            }
+            builder
+                .push(&FacesParams {
+                    grid: self.grid.row(0),
+                    axis,
+                })
+                .draw(Targets::none(across), draws.collect());
+        }
+    }
+
+    /// Adds the pass that lights the sides: emission, direct light if asked for, and what is in
+    /// `before`, the volume of a sweep.
+    pub(super) fn light(
+        &self,
+        frame: &mut Frame,
+        maps: &LightMaps,
+        with_direct: bool,
+        (before, again): (&Arc<Image>, bool),
+    ) {
+        let Some(sides) = &self.sides else { return };
+        frame
+            .pass(&LIGHT_SIDES)
+            .bind("light_views", &maps.views)
+            .bind("shadow_maps", &maps.depth)
+            .bind("sides", &sides.list)
+            .bind("light", before)
+            .bind("side_light", &sides.light)
+            .constant("DIRECT", with_direct)
+            .constant("AGAIN", again)
+            .push(&SideParams {
+                grid: self.grid.row(0),
+                side_count: sides.count,
+            })
+            .dispatch([sides.count.div_ceil(64).max(1), 1, 1]);
     }
 }

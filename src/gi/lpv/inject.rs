@@ -1,10 +1,9 @@
 //! Reflective shadow maps into cells.
 
-use std::sync::Arc;
-
+use super::cells::Cells;
 use super::grid::{CellGrid, GridRow};
 use crate::gpu_struct;
-use crate::graph::{Access, Binding, Buffer, Frame, Pass, Sets, Shaders};
+use crate::graph::{Access, Binding, Frame, Pass, Sets, Shaders};
 use crate::render::LightMaps;
 use crate::scene::Light;
 use crate::shader::GpuStruct;
@@ -57,18 +56,12 @@ pub fn flux_unit(lights: &[Light], grid: &CellGrid) -> f32 {
     (sum / (1u32 << 30) as f32).max(f32::MIN_POSITIVE)
 }
 
-/// Adds the passes that inject the light of all maps; about `texels` of them along an edge of each.
-pub(super) fn inject(
-    frame: &mut Frame,
-    maps: &LightMaps,
-    (grid, flux): (&CellGrid, &Arc<Buffer>),
-    (flux_unit, shift, texels): (f32, f32, u32),
-) {
-    frame.fill("lpv.clear_flux", flux, 0);
+/// Adds the pass that injects the light of all maps.
+pub(super) fn inject(frame: &mut Frame, maps: &LightMaps, cells: &Cells, flux_unit: f32) {
     let Some([normal, reflected]) = maps.rsm.as_ref().filter(|_| maps.view_count > 0) else {
         return;
     };
-    let stride = (maps.size / texels.max(1)).max(1);
+    let stride = (maps.size / cells.settings.rsm_texels.max(1)).max(1);
     let groups = maps.size.div_ceil(stride).div_ceil(4 * 8);
     frame
         .pass(&INJECT)
@@ -76,11 +69,11 @@ pub(super) fn inject(
         .bind("shadow_maps", &maps.depth)
         .bind("rsm_normal", normal)
         .bind("rsm_reflected", reflected)
-        .bind("flux", flux)
+        .bind("flux", &cells.flux)
         .push(&InjectParams {
-            grid: grid.row(0),
+            grid: cells.grid.row(0),
             flux_unit,
-            shift,
+            shift: cells.settings.injection_shift,
             stride,
         })
         .dispatch([groups, groups, maps.view_count]);

@@ -1,11 +1,14 @@
 //! Light propagation volumes (Kaplanyan & Dachsbacher 2010): light goes from cell to cell of a grid,
 //! and surfaces look it up.
 //!
-//! - [`faces`]: which neighbours cannot see each other.
+//! - [`faces`]: which neighbours cannot see each other, and what they see instead.
 //! - [`inject`]: what surfaces reflect, into cells.
 //! - [`sweep`]: from cells to all others.
 //! - [`gather`]: from cells to pixels.
+//!
+//! [`Cells`] is all but the last, for one grid.
 
+mod cells;
 mod directions;
 mod entry;
 pub mod faces;
@@ -15,17 +18,15 @@ pub mod inject;
 pub mod oracle;
 pub mod sweep;
 
+pub use cells::{CellSettings, Cells, Source};
 pub use directions::Directions;
 pub use entry::ENTRY;
 pub use grid::{CellGrid, GridRow};
 
-use std::sync::Arc;
-
-use self::sweep::Sweep;
 use super::{
-    Answer, Change, Context, IndirectLight, Inputs, Inspect, MapNeeds, Needs, Settings, Technique,
+    Answer, Context, IndirectLight, Inputs, Inspect, MapNeeds, Needs, Settings, Technique,
 };
-use crate::graph::{Buffer, BufferDesc, BufferUsage, Error, Frame, FrameStats, Owner};
+use crate::graph::{Error, Frame, FrameStats, Gpu};
 use crate::render::screen_image;
 
 /// Empty cells around the scene.
@@ -33,87 +34,52 @@ const MARGIN: u32 = 1;
 
 /// The technique, of one scene.
 struct Lpv {
-    grid: CellGrid,
-    /// Opaque faces: a word a cell.
-    faces: Arc<Buffer>,
-    /// Injected flux: nine integers a cell.
-    flux: Arc<Buffer>,
-    sweep: Sweep,
-    injection_shift: f32,
+    cells: Cells,
     gather_shift: f32,
-    rsm_texels: u32,
     light: IndirectLight,
 }
 
-impl Lpv {
-    fn new(context: &Context<'_>, settings: &Settings) -> Result<Self, Error> {
-        let Context {
-            gpu, scene, size, ..
-        } = *context;
-        let grid = CellGrid::around(scene.lit_bounds(), settings.count("resolution"), MARGIN);
-        let words = |name: &str, count: u32| {
-            gpu.create_buffer(&BufferDesc {
-                name: name.into(),
-                size_bytes: 4 * u64::from(count),
-                usage: BufferUsage::Storage,
-                owner: Owner::Store,
-            })
-        };
-        let specular = || screen_image(gpu, "lpv.specular", size);
-        Ok(Lpv {
-            grid,
-            faces: words("lpv.faces", grid.count())?,
-            flux: words("lpv.flux", inject::FLUX_NUMBERS * grid.count())?,
-            sweep: Sweep::new(gpu, grid, entry::directions(settings))?,
-            injection_shift: settings.number("injection_shift"),
-            gather_shift: settings.number("gather_shift"),
-            rsm_texels: settings.count("rsm_texels"),
-            light: IndirectLight {
-                diffuse: screen_image(gpu, "lpv.diffuse", size)?,
-                specular: scene.is_glossy.then(specular).transpose()?,
-            },
-        })
-    }
+fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>, Error> {
+    let Context {
+        gpu, scene, size, ..
+    } = *context;
+    let grid = CellGrid::around(scene.lit_bounds(), settings.count("resolution"), MARGIN);
+    let specular = || screen_image(gpu, "lpv.specular", size);
+    Ok(Box::new(Lpv {
+        cells: Cells::new(gpu, scene, grid, CellSettings::new(settings))?,
+        gather_shift: settings.number("gather_shift"),
+        light: IndirectLight {
+            diffuse: screen_image(gpu, "lpv.diffuse", size)?,
+            specular: scene.is_glossy.then(specular).transpose()?,
+        },
+    }))
 }
 
 impl Technique for Lpv {
     fn needs(&self) -> Needs {
+        let maps = match self.cells.settings.source {
+            Source::Rsm => MapNeeds::Reflective,
+            Source::Faces => MapNeeds::Shadows,
+        };
         Needs {
-            maps: MapNeeds::Reflective,
+            maps,
             motion: false,
         }
     }
 
     fn build(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
-        let mut frame = Frame::new();
-        frame.set_scene(&context.scene.set, &context.scene.materials);
-        faces::find_faces(&mut frame, context.scene, &self.grid, &self.faces);
-        context.gpu.submit(frame)
-    }
-
-    fn follow(&mut self, context: &Context<'_>, change: Change) -> Result<FrameStats, Error> {
-        match change {
-            Change::Models => self.build(context),
-            Change::Lights | Change::Camera => Ok(FrameStats::default()),
-        }
+        self.cells.faces.find(context.gpu, context.scene)
     }
 
     fn update(&mut self, frame: &mut Frame, given: &Inputs<'_>) {
-        let flux_unit = inject::flux_unit(&given.scene.lights, &self.grid);
-        inject::inject(
-            frame,
-            given.maps,
-            (&self.grid, &self.flux),
-            (flux_unit, self.injection_shift, self.rsm_texels),
-        );
-        self.sweep.run(frame, &self.faces, (&self.flux, flux_unit));
+        self.cells.light(frame, given.scene, given.maps);
     }
 
     fn gather(&mut self, frame: &mut Frame, given: &Inputs<'_>) -> Answer {
         gather::gather(
             frame,
             given.gbuffer,
-            (&self.grid, &self.sweep.light),
+            (&self.cells.grid, &self.cells.sweep.light),
             self.gather_shift,
             &self.light,
         );
@@ -125,7 +91,14 @@ impl Technique for Lpv {
 }
 
 impl Inspect for Lpv {
+    fn counts(&self, _gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {
+        let sides = self.cells.faces.sides.as_ref();
+        let sides = sides.map(|sides| ("opaque_sides", u64::from(sides.count)));
+        let cells = ("cells", u64::from(self.cells.grid.count()));
+        Ok([Some(cells), sides].into_iter().flatten().collect())
+    }
+
     fn cell_size(&self) -> Option<f32> {
-        Some(self.grid.cell_size)
+        Some(self.cells.grid.cell_size)
     }
 }

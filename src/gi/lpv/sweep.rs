@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::UVec3;
 
 use super::directions::Directions;
+use super::faces::Faces;
 use super::grid::{CellGrid, GridRow};
 use crate::gpu_struct;
 use crate::graph::{
@@ -43,7 +44,7 @@ gpu_struct! {
 /// One step for all directions of some octants: cells whose upwind neighbours are all done. A
 /// thread a cell and octant; the steps of a sweep are a chain.
 pub static SWEEP: Pass = Pass {
-    constants: &["ADD"],
+    constants: &["ADD", "SIDES"],
     ..Pass::compute(
         "lpv.sweep",
         "gi/lpv/sweep.comp",
@@ -54,6 +55,7 @@ pub static SWEEP: Pass = Pass {
             Binding::buffer("flux", Access::ComputeRead),
             Binding::image("front", Access::ComputeReadWrite),
             Binding::image("slabs", Access::ComputeReadWrite),
+            Binding::buffer("side_light", Access::ComputeRead),
         ],
         SweepParams::LAYOUT,
     )
@@ -82,9 +84,10 @@ const MOST_FRONT_BYTES: u64 = 48 << 20;
 const MOST_TEXELS: u32 = 2048;
 
 /// Sweeps of one grid.
-pub(super) struct Sweep {
+pub struct Sweep {
     grid: CellGrid,
-    directions: Directions,
+    /// The directions.
+    pub directions: Directions,
     list: Arc<Buffer>,
     order: Arc<Buffer>,
     front: Arc<Image>,
@@ -93,7 +96,7 @@ pub(super) struct Sweep {
     octants_at_once: u32,
     /// What the directions of all octants bring each cell: nine coefficients (W/(m² sr)), in alpha
     /// those of an environment of radiance 1.
-    pub(super) light: Arc<Image>,
+    pub light: Arc<Image>,
 }
 
 fn volume(
@@ -115,7 +118,8 @@ fn volume(
 }
 
 impl Sweep {
-    pub(super) fn new(gpu: &Gpu, grid: CellGrid, directions: u32) -> Result<Self, Error> {
+    /// Allocates a sweep of a grid along this many directions.
+    pub fn new(gpu: &Gpu, grid: CellGrid, directions: u32) -> Result<Self, Error> {
         let directions = Directions::spiral(directions);
         let [x, y, z] = grid.size.to_array();
         let slab_bytes = u64::from(grid.count() * COEFFICIENT_PAIRS) * PAIR_BYTES;
@@ -158,13 +162,10 @@ impl Sweep {
         })
     }
 
-    /// Adds the passes that bring the flux of all cells to all others.
-    pub(super) fn run(
-        &self,
-        frame: &mut Frame,
-        faces: &Arc<Buffer>,
-        (flux, flux_unit): (&Arc<Buffer>, f32),
-    ) {
+    /// Adds the passes that bring the flux of all cells (integers of `flux_unit`, W), and the light
+    /// of the sides of all opaque faces, to all cells.
+    pub fn run(&self, frame: &mut Frame, faces: &Faces, (flux, flux_unit): (&Arc<Buffer>, f32)) {
+        let side_light = faces.sides.as_ref().map(|sides| &sides.light);
         let face_m2 = self.grid.cell_size * self.grid.cell_size;
         let steps = steps(self.grid.size);
         for first_octant in (0..8).step_by(self.octants_at_once as usize) {
@@ -190,11 +191,13 @@ impl Sweep {
                 .pass(&SWEEP)
                 .bind("directions", &self.list)
                 .bind("order", &self.order)
-                .bind("faces", faces)
+                .bind("faces", &faces.words)
                 .bind("flux", flux)
                 .bind("front", &self.front)
                 .bind("slabs", &self.slabs)
+                .bind("side_light", side_light.unwrap_or(&self.list))
                 .constant("ADD", first_octant > 0)
+                .constant("SIDES", side_light.is_some())
                 .dispatch_chain(chain);
         }
         let [x, y, z] = self.grid.size.to_array();

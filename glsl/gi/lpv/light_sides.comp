@@ -1,0 +1,64 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// lpv.light_sides: what opaque faces send into their cells, L = L_e + ρ/π (E_direct + E_before):
+// direct light by shadow maps, and what the sweep before has brought to the cell.
+layout(local_size_x = 64) in;
+
+#include "shared/light_view.glsl"
+#include "gi/lpv/grid.glsl"
+#include "gi/lpv/sh.glsl"
+#include "gi/lpv/sides.glsl"
+
+layout(constant_id = 0) const bool DIRECT = false;   // with direct light
+layout(constant_id = 1) const bool AGAIN = false;    // with what the sweep before has brought
+
+layout(std430, set = 1, binding = 0) restrict readonly buffer LightViews {
+    LightView light_views[];
+};
+layout(set = 1, binding = 1) uniform texture2DArray shadow_maps;
+layout(std430, set = 1, binding = 2) restrict readonly buffer Sides { Side sides[]; };
+layout(set = 1, binding = 3) uniform texture3D light;
+layout(std430, set = 1, binding = 4) restrict writeonly buffer SideLight {
+    vec4 side_light[];   // rgb: [W/(m² sr)]; w: 0
+};
+
+layout(push_constant) uniform SideParams {
+    CellGrid grid;
+    uint side_count;
+} params;
+
+#include "shared/visibility.glsl"
+
+vec3 direct_irradiance(Side side) {
+    vec3 sum = vec3(0.0), to_light;
+    for (uint i = 0u; i < frame.size_px.z; ++i) {
+        vec3 irradiance = light_irradiance(lights[i], side.place.xyz, to_light);
+        float cosine = dot(side.normal.xyz, to_light);
+        if (cosine > 0.0)
+            sum += irradiance
+                * (cosine * light_visibility(lights[i], side.place.xyz, side.normal.xyz, 0.0));
+    }
+    return sum;
+}
+
+vec3 irradiance_before(Side side) {
+    int index = floatBitsToInt(side.place.w);
+    ivec3 size = params.grid.size.xyz;
+    ivec3 cell = ivec3(index % size.x, index / size.x % size.y, index / (size.x * size.y));
+    vec4 coefficients[COEFFICIENTS];
+    for (int i = 0; i < COEFFICIENTS; ++i)
+        coefficients[i] = texelFetch(
+            sampler3D(light, nearest_clamp), light_texel(params.grid, cell, i), 0);
+    vec4 sum = sh_irradiance(coefficients, side.normal.xyz);
+    return sum.rgb + sum.a * frame.environment.rgb;
+}
+
+void main() {
+    uint index = gl_GlobalInvocationID.x;
+    if (index >= params.side_count) return;
+    Side side = sides[index];
+    vec3 irradiance = vec3(0.0);
+    if (DIRECT) irradiance += direct_irradiance(side);
+    if (AGAIN) irradiance += irradiance_before(side);
+    side_light[index] = vec4(side.emission.rgb + side.albedo.rgb * irradiance / PI, 0.0);
+}

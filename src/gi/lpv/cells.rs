@@ -1,0 +1,110 @@
+//! One grid, from surfaces to the light in all its cells.
+
+use std::sync::Arc;
+
+use super::faces::Faces;
+use super::grid::CellGrid;
+use super::inject::{FLUX_NUMBERS, flux_unit, inject};
+use super::sweep::Sweep;
+use crate::gi::Settings;
+use crate::graph::{Buffer, BufferDesc, BufferUsage, Error, Frame, Gpu, Owner};
+use crate::render::{GpuScene, LightMaps};
+
+/// Where the light of lights comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Source {
+    /// Texels of reflective shadow maps, into the cells in front of them.
+    Rsm,
+    /// Opaque faces, lit at the place where the segment between two cells meets a surface.
+    Faces,
+}
+
+/// How cells are lit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CellSettings {
+    /// Where light comes from.
+    pub source: Source,
+    /// Discrete directions that it goes along.
+    pub directions: u32,
+    /// Bounces, at least 1: a sweep each.
+    pub bounces: u32,
+    /// Texels along an edge of each reflective shadow map that inject light.
+    pub rsm_texels: u32,
+    /// How far off the surface its light is injected (cells).
+    pub injection_shift: f32,
+}
+
+impl CellSettings {
+    /// As the technique's settings say.
+    pub fn new(settings: &Settings) -> Self {
+        CellSettings {
+            source: if settings.is("source", "faces") {
+                Source::Faces
+            } else {
+                Source::Rsm
+            },
+            directions: match settings.count("directions") {
+                0 => (3 * settings.count("resolution")).min(1024),
+                count => count,
+            },
+            bounces: settings.count("bounces"),
+            rsm_texels: settings.count("rsm_texels"),
+            injection_shift: settings.number("injection_shift"),
+        }
+    }
+}
+
+/// The cells of one grid.
+pub struct Cells {
+    /// Where they are.
+    pub grid: CellGrid,
+    /// How they are lit.
+    pub settings: CellSettings,
+    /// Which neighbours cannot see each other.
+    pub faces: Faces,
+    /// Injected flux, x, y and z of red, of green, of blue, each for all cells: integers of
+    /// [`flux_unit`].
+    pub flux: Arc<Buffer>,
+    /// From cells to all others.
+    pub sweep: Sweep,
+}
+
+impl Cells {
+    /// Allocates.
+    pub fn new(
+        gpu: &Gpu,
+        scene: &GpuScene,
+        grid: CellGrid,
+        settings: CellSettings,
+    ) -> Result<Self, Error> {
+        let faces_send =
+            settings.source == Source::Faces || settings.bounces > 1 || scene.is_emissive;
+        Ok(Cells {
+            grid,
+            settings,
+            faces: Faces::new(gpu, grid, faces_send)?,
+            flux: gpu.create_buffer(&BufferDesc {
+                name: "lpv.flux".into(),
+                size_bytes: 4 * u64::from(FLUX_NUMBERS * grid.count()),
+                usage: BufferUsage::Storage,
+                owner: Owner::Store,
+            })?,
+            sweep: Sweep::new(gpu, grid, settings.directions)?,
+        })
+    }
+
+    /// Adds the passes that light the cells: once by the lights, and again for each further bounce.
+    pub fn light(&self, frame: &mut Frame, scene: &GpuScene, maps: &LightMaps) {
+        let flux_unit = flux_unit(&scene.lights, &self.grid);
+        frame.fill("lpv.clear_flux", &self.flux, 0);
+        if self.settings.source == Source::Rsm {
+            inject(frame, maps, self, flux_unit);
+        }
+        let with_direct = self.settings.source == Source::Faces;
+        for bounce in 0..self.settings.bounces {
+            let before = (&self.sweep.light, bounce > 0);
+            self.faces.light(frame, maps, with_direct, before);
+            self.sweep.run(frame, &self.faces, (&self.flux, flux_unit));
+        }
+    }
+}
