@@ -97,7 +97,7 @@ impl Band {
             if m == 0 {
                 entry -= v * std::f64::consts::SQRT_2 * (p(1, 1) + p(-1, -1));
             } else if size == 1 {
-                // The other of the two terms would be of m = 0 twice.
+                // One term of the two is left: m = 0 of the last band has no partner.
                 entry += v * std::f64::consts::SQRT_2 * p(sign, 0);
             } else {
                 let (one, other) = (p(1, m - sign), p(-1, sign - m));
