@@ -20,8 +20,8 @@ pub struct Products {
 }
 
 impl Products {
-    /// By a quadrature that is exact for three factors of `bands` bands. With 8 bands it takes about
-    /// 7 ms, so make it once.
+    /// By a quadrature that is exact for three factors of `bands` bands. With 8 bands it takes
+    /// about 7 ms, so make it once.
     pub fn new(bands: usize) -> Products {
         // The smallest triple of 8 bands is 0.005.
         const ROUNDING: f64 = 1e-9;
