@@ -373,6 +373,7 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     ("test/material.comp", include_bytes!("../../spirv/test/material.comp.spv")),
     ("test/quad.vert", include_bytes!("../../spirv/test/quad.vert.spv")),
     ("test/sample3d.comp", include_bytes!("../../spirv/test/sample3d.comp.spv")),
+    ("test/sh.comp", include_bytes!("../../spirv/test/sh.comp.spv")),
     ("test/store3d.comp", include_bytes!("../../spirv/test/store3d.comp.spv")),
     ("test/through.geom", include_bytes!("../../spirv/test/through.geom.spv")),
 ];

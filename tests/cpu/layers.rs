@@ -332,6 +332,7 @@ fn shaders_keep_their_layers() {
         let parts: Vec<&str> = path.split('/').collect();
         match parts[..] {
             ["gi", "shared", ..] => vec!["shared".into()],
+            ["test", ..] => vec!["test".into()],
             ["gi", family, technique, _, ..] => vec![family.into(), technique.into()],
             ["gi", family, ..] => vec![family.into()],
             _ => Vec::new(),

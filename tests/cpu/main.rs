@@ -17,5 +17,6 @@ mod properties;
 mod reference;
 mod repository;
 mod scene;
+mod spherical_harmonics;
 #[cfg(feature = "view")]
 mod window;

@@ -27,6 +27,7 @@ mod oracle_light;
 mod oracle_motion;
 mod oracle_rays;
 mod oracle_render;
+mod oracle_spherical_harmonics;
 mod oracle_structures;
 mod oracle_svo;
 mod oracle_svo_dynamic;

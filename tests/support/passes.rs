@@ -58,7 +58,9 @@ const fn word(name: &'static str) -> Field {
 }
 
 /// The passes of the tests.
-pub const TEST_PASSES: &[&Pass] = &[&DOUBLE, &COPY, &STORE, &SAMPLE, &COUNT, &COLOR, &MATERIAL];
+pub const TEST_PASSES: &[&Pass] = &[
+    &DOUBLE, &COPY, &STORE, &SAMPLE, &COUNT, &COLOR, &MATERIAL, &HARMONICS,
+];
 
 /// values[i] = 2 values[i] + 1.
 pub static DOUBLE: Pass = Pass {
@@ -148,4 +150,17 @@ pub static MATERIAL: Pass = Pass {
     constants: &[],
     params: Some(("Params", &[word("index")])),
     sets: Sets::SceneAndMaterials,
+};
+
+/// Every function of `gi/shared/sh.glsl`; a thread a case.
+pub static HARMONICS: Pass = Pass {
+    name: "test.sh",
+    shaders: Shaders::Compute("test/sh.comp"),
+    bindings: &[
+        Binding::buffer("cases", Access::ComputeRead),
+        Binding::buffer("results", Access::ComputeWrite),
+    ],
+    constants: &[],
+    params: Some(("Params", &[word("count")])),
+    sets: Sets::None,
 };

@@ -3,4 +3,5 @@
 pub mod cone;
 pub mod interleave;
 mod loops;
+pub mod sh;
 pub mod voxel;
