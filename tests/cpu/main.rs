@@ -10,6 +10,7 @@ mod comparators;
 mod flip;
 mod graph;
 mod layers;
+mod lpv;
 mod metrics;
 mod output;
 mod placement;

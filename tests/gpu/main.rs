@@ -19,6 +19,7 @@ mod faults;
 mod frame;
 #[cfg(feature = "flip")]
 mod golden;
+mod lpv;
 mod oracle_attributes;
 mod oracle_direct;
 mod oracle_gather;

@@ -19,7 +19,7 @@ void main() {
     if (read_surface(pixel, surface)) {
         vec4 coefficients[COEFFICIENTS];
         look_up(surface, coefficients);
-        vec4 sum = sh_irradiance(coefficients, surface.shading_normal);
+        vec4 sum = irradiance(coefficients, surface.shading_normal);
         result = vec4(sum.rgb + sum.a * frame.environment.rgb, min(sum.a / PI, 1.0));
     }
     imageStore(indirect_diffuse, pixel, result);

@@ -6,7 +6,7 @@ layout(local_size_x = 64) in;
 
 #include "shared/light_view.glsl"
 #include "gi/lpv/grid.glsl"
-#include "gi/lpv/sh.glsl"
+#include "gi/lpv/harmonics.glsl"
 #include "gi/lpv/sides.glsl"
 
 layout(constant_id = 0) const bool DIRECT = false;   // with direct light
@@ -32,10 +32,10 @@ layout(push_constant) uniform SideParams {
 vec3 direct_irradiance(Side side) {
     vec3 sum = vec3(0.0), to_light;
     for (uint i = 0u; i < frame.size_px.z; ++i) {
-        vec3 irradiance = light_irradiance(lights[i], side.place.xyz, to_light);
+        vec3 arriving = light_irradiance(lights[i], side.place.xyz, to_light);
         float cosine = dot(side.normal.xyz, to_light);
         if (cosine > 0.0)
-            sum += irradiance
+            sum += arriving
                 * (cosine * light_visibility(lights[i], side.place.xyz, side.normal.xyz, 0.0));
     }
     return sum;
@@ -49,16 +49,16 @@ vec3 irradiance_before(Side side) {
     for (int i = 0; i < COEFFICIENTS; ++i)
         coefficients[i] = texelFetch(
             sampler3D(light, nearest_clamp), light_texel(params.grid, cell, i), 0);
-    vec4 sum = sh_irradiance(coefficients, side.normal.xyz);
-    return sum.rgb + sum.a * frame.environment.rgb;
+    vec4 found = irradiance(coefficients, side.normal.xyz);
+    return found.rgb + found.a * frame.environment.rgb;
 }
 
 void main() {
     uint index = gl_GlobalInvocationID.x;
     if (index >= params.side_count) return;
     Side side = sides[index];
-    vec3 irradiance = vec3(0.0);
-    if (DIRECT) irradiance += direct_irradiance(side);
-    if (AGAIN) irradiance += irradiance_before(side);
-    side_light[index] = vec4(side.emission.rgb + side.albedo.rgb * irradiance / PI, 0.0);
+    vec3 sum = vec3(0.0);
+    if (DIRECT) sum += direct_irradiance(side);
+    if (AGAIN) sum += irradiance_before(side);
+    side_light[index] = vec4(side.emission.rgb + side.albedo.rgb * sum / PI, 0.0);
 }

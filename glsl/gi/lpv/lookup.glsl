@@ -4,7 +4,7 @@
 #define LUMIVOX_LPV_LOOKUP
 
 #include "gi/lpv/grid.glsl"
-#include "gi/lpv/sh.glsl"
+#include "gi/lpv/harmonics.glsl"
 
 layout(push_constant) uniform LookupParams {
     CellGrid grid;

@@ -25,11 +25,11 @@ void main() {
         vec3 to_eye = normalize(frame.eye_ws.xyz - surface.position_ws);
         vec4 coefficients[COEFFICIENTS];
         look_up(surface, coefficients);
-        float alpha = ggx_alpha(roughness), basis[COEFFICIENTS];
-        sh_basis(reflect(-to_eye, surface.shading_normal), basis);
+        float alpha = ggx_alpha(roughness);
+        float basis[COEFFICIENTS] = sh_evaluate3(reflect(-to_eye, surface.shading_normal));
         vec4 sum = vec4(0.0);
         for (int i = 0; i < COEFFICIENTS; ++i) {
-            float band = float(sh_band(i));
+            float band = float(band_of(i));
             sum += exp(-0.5 * band * (band + 1.0) * alpha * alpha) * basis[i] * coefficients[i];
         }
         sum = max(sum, vec4(0.0));

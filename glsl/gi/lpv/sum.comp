@@ -4,7 +4,7 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 
 #include "gi/lpv/grid.glsl"
-#include "gi/lpv/sh.glsl"
+#include "gi/lpv/harmonics.glsl"
 
 layout(set = 1, binding = 0, rgba32ui) uniform restrict readonly uimage3D slabs;
 layout(set = 1, binding = 1, rgba16f) uniform restrict writeonly image3D light;

@@ -14,7 +14,7 @@
 layout(local_size_x = 64) in;
 
 #include "gi/lpv/grid.glsl"
-#include "gi/lpv/sh.glsl"
+#include "gi/lpv/harmonics.glsl"
 
 layout(constant_id = 0) const bool ADD = false;     // to what other octants have left
 layout(constant_id = 1) const bool SIDES = false;   // opaque faces send light
@@ -111,8 +111,7 @@ void main() {
                 + steepness.z * z.radiance[i];
             here.radiance[i] = sent / (steepness.x + steepness.y + steepness.z);
 
-            float basis[COEFFICIENTS];
-            sh_basis(-direction.xyz, basis);
+            float basis[COEFFICIENTS] = sh_evaluate3(-direction.xyz);
             vec4 weighted = direction.w * here.radiance[i];
             for (int j = 0; j < COEFFICIENTS; ++j) sums[j] += basis[j] * weighted;
         }

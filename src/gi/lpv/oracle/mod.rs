@@ -1,1 +1,9 @@
 //! Plain twins of the passes, in double precision.
+
+mod faces;
+mod light;
+mod sweep;
+
+pub use faces::{Crossings, crossings};
+pub use light::{Texel, inject, irradiance};
+pub use sweep::{Boundary, Ledger, Swept, jacobi, sweep};
