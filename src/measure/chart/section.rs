@@ -6,9 +6,11 @@ use super::point::{Cost, Point, bounces_text};
 use crate::graph::Spread;
 use crate::measure::build::commit;
 use crate::measure::draw::{Chart, FrontPoint, Panels, PointPanel, Series, short};
+use crate::measure::records::Keyed as _;
 use crate::measure::report::Timing;
 use crate::measure::table::csv_of;
 use crate::reference::Bounces;
+use crate::text::counted;
 
 /// Points of one scene with one setup.
 #[derive(Clone, Debug)]
@@ -152,9 +154,10 @@ fn tenths(share: f64) -> f64 {
 }
 
 impl Section {
-    /// Points of one scene and one setup, as if the machine had been equally fast at each.
-    pub fn new(mut points: Vec<Point>, source: Option<String>) -> Self {
-        let machine = Machine::settle(&mut points);
+    /// Points of one scene and one setup, of all rounds, as if the machine had been equally fast at
+    /// each: the rounds of a point become one.
+    pub fn new(measured: Vec<Point>, source: Option<String>) -> Self {
+        let (points, machine) = Machine::settle(measured);
         Section {
             points,
             source,
@@ -163,12 +166,12 @@ impl Section {
     }
 
     /// Points of any scenes and setups, sorted into sections in the order in which they come; of
-    /// points with one key the first is kept.
+    /// points with one key and round the first is kept.
     pub fn sort(points: impl IntoIterator<Item = Point>) -> Vec<Section> {
         let mut sections: Vec<Vec<Point>> = Vec::new();
         for point in points {
             match sections.iter_mut().find(|section| fits(section, &point)) {
-                Some(section) if section.iter().any(|known| known.key == point.key) => {}
+                Some(section) if section.iter().any(|known| known.is_same(&point)) => {}
                 Some(section) => section.push(point),
                 None => sections.push(vec![point]),
             }
@@ -282,9 +285,12 @@ impl Section {
         } else {
             "passes timed by timestamps"
         };
+        let in_rounds = self.points.iter().any(|point| point.round.is_some());
         let medians = format!(
-            "medians of {} frames and {} builds; bars: smallest and largest",
-            setup.frames, setup.rebuilds
+            "medians of {} and {}{}; bars: smallest and largest",
+            counted(setup.frames as usize, "frame"),
+            counted(setup.rebuilds as usize, "build"),
+            if in_rounds { ", in rounds" } else { "" }
         );
         let mut notes = vec![
             cost.what().to_owned(),
@@ -381,9 +387,9 @@ impl Section {
         let noise = Some(self.noise(&group.points)).filter(|noise| *noise > 0.0);
         PointPanel {
             title: format!(
-                "{}: {} points, the numbered ones are the Pareto front",
+                "{}: {}, the numbered ones are the Pareto front",
                 bounces_text(group.bounces),
-                group.points.len()
+                counted(group.points.len(), "point")
             ),
             x_label: cost.axis().to_owned(),
             y_label: "rel_rmse of indirect light [%]".to_owned(),
@@ -782,7 +788,7 @@ pub(super) mod tests {
         assert!(
             chart
                 .svg()
-                .is_ok_and(|svg| svg.contains("cones=999") && svg.contains("2 bounces: 1 points"))
+                .is_ok_and(|svg| svg.contains("cones=999") && svg.contains("2 bounces: 1 point,"))
         );
     }
 
