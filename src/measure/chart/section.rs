@@ -285,18 +285,14 @@ impl Section {
         } else {
             "passes timed by timestamps"
         };
-        let in_rounds = self.points.iter().any(|point| point.round.is_some());
-        let medians = format!(
-            "medians of {} and {}{}; bars: smallest and largest",
-            counted(setup.frames as usize, "frame"),
-            counted(setup.rebuilds as usize, "build"),
-            if in_rounds { ", in rounds" } else { "" }
-        );
         let mut notes = vec![
             cost.what().to_owned(),
             format!(
-                "{}x{} px, shadow maps {}; {medians}",
-                setup.size[0], setup.size[1], setup.shadow_resolution
+                "{}x{} px, shadow maps {}; {}; bars: smallest and largest",
+                setup.size[0],
+                setup.size[1],
+                setup.shadow_resolution,
+                self.medians_text(first)
             ),
             format!(
                 "{}, {}, {timing}; lumivox {}{}",
@@ -318,6 +314,17 @@ impl Section {
             notes,
             panels: Panels::Points(panels),
         })
+    }
+
+    /// What times are: medians of how many frames and builds.
+    pub(super) fn medians_text(&self, first: &Point) -> String {
+        let in_rounds = self.points.iter().any(|point| point.round.is_some());
+        format!(
+            "medians of {} and {}{}",
+            counted(first.setup.frames as usize, "frame"),
+            counted(first.setup.rebuilds as usize, "build"),
+            if in_rounds { ", in rounds" } else { "" }
+        )
     }
 
     /// The points that the step line joins: the front. A numbered point takes the place of others
@@ -704,7 +711,7 @@ pub(super) mod tests {
     /// maps. Only what techniques do is left between their frames.
     #[test]
     fn a_busy_machine_does_not_slow_one_points_frame() {
-        let shared = [4.0, 4.0, 40.0, 4.2, 3.8].map(|ms| {
+        let shared = [(1, 4.0), (2, 4.0), (3, 40.0), (4, 4.2), (5, 3.8)].map(|(key, ms)| {
             let gather = if ms == 40.0 { 99.0 } else { 9.0 };
             let mut point = point("a", 1, [gather, 1.0], 1 << 20, 0.15);
             let pass = |name: &str, ms: f64| PassTimes {
@@ -716,6 +723,7 @@ pub(super) mod tests {
                     n: 3,
                 },
             };
+            point.key = key.to_string();
             point.passes = vec![pass("render.gbuffer", ms), pass("cone.gather", gather)];
             point
                 .passes
