@@ -291,7 +291,7 @@ pub fn walk_chart(reports: &[Report]) -> Option<Chart> {
         first,
         &format!(
             "means of {} a point; what costs nothing is left out",
-            counted(frames as usize, "frame")
+            counted(frames, "frame")
         ),
     );
     Some(Chart {

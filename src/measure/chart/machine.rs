@@ -95,19 +95,19 @@ fn one_of_rounds(mut rounds: Vec<Point>) -> Option<Point> {
         rounds.retain(|round| round.failure.is_none());
     }
     let mut point = rounds.pop()?;
-    let times: [(&mut Vec<PassTimes>, fn(&Point) -> &[PassTimes]); 3] = [
-        (&mut point.totals, |round| &round.totals),
-        (&mut point.build, |round| &round.build),
-        (&mut point.passes, |round| &round.passes),
-    ];
-    for (rows, of) in times {
-        for row in rows {
-            let others = rounds.iter().flat_map(of);
-            let same = others.filter(|other| other.name == row.name);
-            row.gpu_ms = spread_of(same.map(|other| other.gpu_ms), row.gpu_ms);
-        }
-    }
+    put_together(&mut point.totals, &rounds, |round| &round.totals);
+    put_together(&mut point.build, &rounds, |round| &round.build);
+    put_together(&mut point.passes, &rounds, |round| &round.passes);
     Some(point)
+}
+
+/// Adds the times of other rounds to the rows of the same names.
+fn put_together(rows: &mut [PassTimes], rounds: &[Point], of: fn(&Point) -> &[PassTimes]) {
+    for row in rows {
+        let others = rounds.iter().flat_map(of);
+        let same = others.filter(|other| other.name == row.name);
+        row.gpu_ms = spread_of(same.map(|other| other.gpu_ms), row.gpu_ms);
+    }
 }
 
 fn spread_of(others: impl Iterator<Item = Spread>, last: Spread) -> Spread {
@@ -376,7 +376,7 @@ mod tests {
             ..round(2, 30.0)
         };
         assert_eq!(one(&[rounds[0].clone(), failed.clone()]), rounds[0]);
-        assert_eq!(one(&[failed.clone()]), failed);
+        assert_eq!(one(std::slice::from_ref(&failed)), failed);
     }
 
     /// A third of the points is measured while the machine is slower or faster: the answers are

@@ -314,7 +314,7 @@ pub(super) fn order(count: usize, round: u32) -> Vec<usize> {
     let mut order: Vec<usize> = (0..count).collect();
     let place = |index: &usize| (*index as f64 * GOLDEN_RATIO).fract();
     order.sort_by(|a, b| place(a).total_cmp(&place(b)));
-    if round % 2 == 0 {
+    if round.is_multiple_of(2) {
         order.reverse();
     }
     order
