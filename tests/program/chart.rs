@@ -66,12 +66,13 @@ impl Place {
     }
 
     /// What the records say, rounds put together.
+    fn sections(&self, file: &str) -> Vec<Section> {
+        Section::sort(newest(self.records(file)))
+    }
+
     fn points(&self, file: &str) -> Vec<Point> {
-        let sections = Section::sort(newest(self.records(file)));
-        sections
-            .into_iter()
-            .flat_map(|section| section.points)
-            .collect()
+        let sections = self.sections(file).into_iter();
+        sections.flat_map(|section| section.points).collect()
     }
 
     fn text(&self, file: &str) -> String {
@@ -156,8 +157,9 @@ fn measures_once_and_shows_what_it_measured() {
     }
     rounds_are_interleaved(&place.records("out/cornell.jsonl"), &points);
     pictures_are_their_points(&points, &pictures);
-    charts_and_tables_are_complete(&place, &points);
-    page_is_complete(&place.text("out/chart.html"), &points, &pictures);
+    let section = place.sections("out/cornell.jsonl").remove(0);
+    charts_and_tables_are_complete(&place, &section);
+    page_is_complete(&place.text("out/chart.html"), &section, &pictures);
     second_run_is_served(&place);
     cut_off_record_is_measured_again(&place);
     wrong_records_are_told(&place);
@@ -220,8 +222,8 @@ fn pictures_are_their_points(points: &[Point], pictures: &PictureFolder) {
     }
 }
 
-fn charts_and_tables_are_complete(place: &Place, points: &[Point]) {
-    let section = Section::new(points.to_vec(), None);
+fn charts_and_tables_are_complete(place: &Place, section: &Section) {
+    let points = &section.points;
     for cost in Cost::ALL {
         let svg = place.text(&format!("out/cornell-{}.svg", cost.file_suffix()));
         assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"));
@@ -264,7 +266,8 @@ fn charts_and_tables_are_complete(place: &Place, points: &[Point]) {
 }
 
 /// Every point has a row with its own pictures, and nothing is fetched from elsewhere.
-fn page_is_complete(html: &str, points: &[Point], pictures: &PictureFolder) {
+fn page_is_complete(html: &str, section: &Section, pictures: &PictureFolder) {
+    let points = &section.points;
     use base64::Engine as _;
     let encode = |path: &Path| {
         let mut bytes = std::io::Cursor::new(Vec::new());
@@ -324,7 +327,7 @@ fn page_is_complete(html: &str, points: &[Point], pictures: &PictureFolder) {
             "there is no {place}"
         );
     }
-    picks_are_complete(html, points);
+    picks_are_complete(html, section);
 }
 
 /// Every chart has every point, as a link to its row; a picture is embedded once and shown often.
@@ -383,8 +386,8 @@ fn errors_have_one_digit(html: &str) {
 
 /// The first tables have a row a pick, with its settings' own command; what was not put to the
 /// stress test is said not to have been.
-fn picks_are_complete(html: &str, points: &[Point]) {
-    let section = Section::new(points.to_vec(), None);
+fn picks_are_complete(html: &str, section: &Section) {
+    let points = &section.points;
     let picks = section.picks();
     assert!(picks.len() == 1 && !picks[0].picks.is_empty(), "{picks:?}");
     for pick in &picks[0].picks {
@@ -663,7 +666,8 @@ fn merge_is_the_whole(place: &Place, parts: &str) {
         .collect();
     assert!(records.iter().all(|record| measured.contains(record)) && records.len() > COUNT);
     let html = place.text("merged/chart.html");
-    page_is_complete(&html, &merged, &PictureFolder::of(&place.path("merged")));
+    let section = place.sections("merged/cornell.jsonl").remove(0);
+    page_is_complete(&html, &section, &PictureFolder::of(&place.path("merged")));
     assert!(
         place.path("merged/cornell-time.svg").is_file()
             && place.path("merged/cornell.csv").is_file()

@@ -306,10 +306,10 @@ impl Run<'_> {
     }
 }
 
-/// The order of a round. Neighbours are far apart, by the fractional parts of multiples of the golden
-/// ratio, so that a busy machine slows no technique more than another. Every second round goes
-/// backwards: what comes early in one comes late in the other, and a machine that gets slower all
-/// the time slows the mean of the two equally everywhere.
+/// The order of a round. Neighbours are far apart, by the fractional parts of multiples of the
+/// golden ratio, so that a busy machine slows no technique more than another. Every second round
+/// goes backwards: what comes early in one comes late in the other, and a machine that gets slower
+/// all the time slows the mean of the two equally everywhere.
 pub(super) fn order(count: usize, round: u32) -> Vec<usize> {
     let mut order: Vec<usize> = (0..count).collect();
     let place = |index: &usize| (*index as f64 * GOLDEN_RATIO).fract();
