@@ -97,6 +97,7 @@ pub mod reference;
 pub mod render;
 pub mod scene;
 pub mod shader;
+mod text;
 #[cfg(feature = "view")]
 pub mod view;
 pub mod vulkan;

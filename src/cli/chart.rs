@@ -10,10 +10,11 @@ use crate::measure::chart::{
     Cost, DEFAULT_GRID, PictureFolder, Point, Progress, Section, Sweep, SweepError, Troubles,
     bounces_text, grid_cases, measure_left_out, page,
 };
-use crate::measure::records::{Records, newest, read_records, record_files};
+use crate::measure::records::{Keyed as _, Records, newest, read_records, record_files};
 use crate::metrics::Channel;
 use crate::reference::cache_dir;
 use crate::scene::Scene;
+use crate::text::counted;
 
 use super::CliError;
 use super::common::{
@@ -39,7 +40,8 @@ pub(crate) struct Args {
     /// Only print the points of the grid.
     #[arg(long, conflicts_with_all = ["merge", "shard"])]
     list: bool,
-    /// Frames to measure, after one that warms up (16 with `bounces=feedback`).
+    /// Frames to measure, half in each of two rounds, after one that warms up (16 with
+    /// `bounces=feedback`).
     #[arg(
         long,
         value_name = "N",
@@ -47,7 +49,7 @@ pub(crate) struct Args {
         value_parser = clap::value_parser!(u32).range(1..=100_000),
     )]
     frames: u32,
-    /// Builds of the static structure to measure, after the first.
+    /// Builds of the static structure to measure, half in each round, after the first.
     #[arg(
         long,
         value_name = "N",
@@ -262,19 +264,20 @@ fn sweep_scene(
     let missing = sweep.missing(&cases, &records);
     if !quiet {
         say(&format!(
-            "{name}: {} points, {} to measure, {} from the records",
-            cases.len(),
+            "{name}: {}, {} to measure, {} from the records",
+            counted(cases.len(), "point"),
             missing.len(),
             cases.len() - missing.len()
         ));
     }
-    let bar = progress_bar(quiet, missing.len());
+    let bar = progress_bar(quiet, 0);
     let mut progress = |step: Progress<'_>| match step {
         Progress::Reference(bounces) => {
             bar.set_message(format!("reference, {}", bounces_text(bounces)))
         }
         Progress::Case(case) => bar.set_message(case.entry.name),
-        Progress::Again(count) => bar.inc_length(count as u64),
+        Progress::Begin(count) => bar.inc_length(count as u64),
+        Progress::Refused => bar.inc(1),
         Progress::Done(point) => {
             point.failure.iter().for_each(|failure| {
                 bar.suspend(|| log::warn!("{} {}: {failure}", point.name(), point.changes_text()))
@@ -285,7 +288,7 @@ fn sweep_scene(
     let folder = stem.parent().unwrap_or(Path::new("."));
     sweep
         .measure(
-            &missing,
+            &cases,
             &cache_dir(),
             &mut records,
             &PictureFolder::of(folder),
@@ -352,13 +355,13 @@ fn merge(
             .map(|point| point.scene.as_str()),
         output,
     );
-    let mut known: BTreeSet<String> = BTreeSet::new();
+    let mut known: BTreeSet<(String, u32)> = BTreeSet::new();
     for file in shards_last(output)?.iter().filter(|file| !is_shard(file)) {
         known.extend(
             read_records::<Point>(file)
                 .map_err(CliError::input)?
                 .into_iter()
-                .map(|point| point.key),
+                .map(|point| (point.key().to_owned(), point.round())),
         );
     }
     for (section, stem) in sections.iter().zip(&stems) {
@@ -366,7 +369,7 @@ fn merge(
         // As they were measured, unless they stand in the folder already.
         let of_section = |key: &str| section.points.iter().any(|point| point.key == key);
         for (point, _) in points.iter().filter(|(point, _)| of_section(&point.key)) {
-            if known.insert(point.key.clone()) {
+            if known.insert((point.key.clone(), point.round())) {
                 records.add(point).map_err(CliError::failed)?;
             }
         }

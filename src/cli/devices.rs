@@ -36,7 +36,7 @@ fn describe(adapter: &Adapter) -> String {
     // Writing to a string cannot fail.
     let _ = writeln!(
         text,
-        "[{}] {} ({:?}): {verdict}",
+        "[{}] {} ({}): {verdict}",
         adapter.index, info.name, info.kind
     );
     let _ = writeln!(

@@ -4,16 +4,16 @@ use std::path::PathBuf;
 
 use crate::graph::{Gpu, GpuOptions};
 use crate::measure::bench::Case;
-use crate::measure::explain::{Budget, ExplainError, Row, Subject, explain};
+use crate::measure::explain::{Budget, ExplainError, Row, Step, Subject, explain};
 use crate::measure::report::Timing;
 use crate::metrics::Channel;
 use crate::reference::Bounces;
-use indicatif::ProgressBar;
+use crate::text::counted;
 
 use super::CliError;
 use super::common::{
     DeviceArgs, FrameArgs, SceneArgs, TechniqueArgs, TimingArgs, check_max_error, parse_channel,
-    parse_size, reference, say, write_report,
+    parse_size, progress_bar, reference, say, write_report,
 };
 use super::files::Files;
 
@@ -64,14 +64,12 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     let scene = args.scene.open(&mut files)?;
     let options = args.device.options()?;
     let isolate_passes = args.timing.choice(&options)? == Timing::Host;
-    let bar = if quiet {
-        ProgressBar::hidden()
-    } else {
-        ProgressBar::new_spinner()
-    };
-    bar.set_message("reference");
     let bounces = (entry.bounces)(&settings).map_or(Bounces::Full, Bounces::Count);
+    let references = if bounces == Bounces::Full { 1 } else { 2 };
+    let bar = progress_bar(quiet, references);
+    bar.set_message("reference");
     let truth = reference(&scene, args.size.into(), bounces, args.max_error)?;
+    bar.inc(1);
     // What is left out is large, and paths without end are dear.
     let all = (bounces != Bounces::Full)
         .then(|| {
@@ -103,9 +101,10 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
         channel: args.channel,
         truth: &truth,
     };
-    let progress = |name: &str| {
-        bar.set_message(name.to_owned());
-        bar.tick();
+    let progress = |step: Step<'_>| {
+        bar.set_message(step.name.to_owned());
+        bar.set_length((references + step.rows) as u64);
+        bar.set_position((references + step.done) as u64);
     };
     let budget = explain(&subject, all.as_ref(), &progress).map_err(|error| match error {
         ExplainError::Reference(error) => CliError::input(error),
@@ -125,14 +124,14 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
 fn print(budget: &Budget) {
     if let Some(error) = &budget.report.error {
         let pixels = format!(
-            "{} pixels (no 8x8 of them lie on one plane and material)",
-            error.pixel.count
+            "{} (no 8x8 of them lie on one plane and material)",
+            counted(error.pixel.count, "pixel")
         );
         say(&format!(
             "errors over {}",
             error.block.map_or(pixels, |block| format!(
-                "{} blocks of 8x8 pixels on one plane and material",
-                block.count
+                "{} of 8x8 pixels on one plane and material",
+                counted(block.count, "block")
             ))
         ));
     }

@@ -24,6 +24,7 @@ mod voxelize;
 use std::process::ExitCode;
 
 use crate::graph::Messages;
+use crate::text::counted;
 use clap::Parser;
 
 use self::common::{check_said, said};
@@ -149,8 +150,8 @@ fn validated() -> Result<(), CliError> {
     match Messages::of_process().as_slice() {
         [] => Ok(()),
         messages @ [first, ..] => Err(CliError::failed(format!(
-            "{} validation messages, the first: {first}",
-            messages.len()
+            "{}, the first: {first}",
+            counted(messages.len(), "validation message")
         ))),
     }
 }

@@ -6,6 +6,7 @@ use glam::Vec3;
 
 use crate::image::{Aov, Image, exposure_to_see, write_exr, write_png};
 use crate::scene::Scene;
+use crate::text::number;
 
 use super::CliError;
 use super::common::{SceneArgs, check_positive, parse_size};
@@ -63,7 +64,10 @@ impl PictureArgs {
         } else {
             let exposure = self.exposure(image, (args, scene), is_light);
             if self.exposure.is_none() && exposure != 1.0 {
-                log::warn!("no exposure is given; the picture gets --exposure {exposure:?}");
+                log::warn!(
+                    "no exposure is given; the picture gets --exposure {}",
+                    number(exposure)
+                );
             }
             write_png(&self.output, image, exposure)
         };

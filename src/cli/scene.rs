@@ -4,6 +4,7 @@ use std::ffi::{OsStr, OsString};
 use std::path::PathBuf;
 
 use crate::scene::{Scene, SceneError, bundled};
+use crate::text::{counted, vector};
 
 use super::CliError;
 use super::common::{LoadArgs, check_output_folder, say};
@@ -89,19 +90,19 @@ fn print_list() {
 
 fn print_summary(scene: &Scene) {
     say(&format!(
-        "{}: {} triangles, {} vertices, {} materials, {} textures, {} lights",
+        "{}: {}, {}, {}, {}, {}",
         scene.name,
-        scene.triangles.len(),
-        scene.vertices.len(),
-        scene.materials.len(),
-        scene.textures.len(),
-        scene.lights.len()
+        counted(scene.triangles.len(), "triangle"),
+        counted(scene.vertices.len(), "vertex"),
+        counted(scene.materials.len(), "material"),
+        counted(scene.textures.len(), "texture"),
+        counted(scene.lights.len(), "light")
     ));
     if let Some((low, high)) = scene.bounds() {
         say(&format!(
-            "bounds: {:?} to {:?} m",
-            low.to_array(),
-            high.to_array()
+            "bounds: {} to {} m",
+            vector(low.to_array()),
+            vector(high.to_array())
         ));
     }
 }

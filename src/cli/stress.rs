@@ -104,9 +104,11 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
             } else {
                 ""
             };
+            let severities: Vec<String> = case.severities.iter().map(f64::to_string).collect();
+            let severities = severities.join(", ");
             say(&format!(
-                "{}: {} [{}: {:?}; {}{scenes}]",
-                case.name, case.help, case.severity, case.severities, case.source
+                "{}: {} [{}: {severities}; {}{scenes}]",
+                case.name, case.help, case.severity, case.source
             ));
         });
         return Ok(());

@@ -9,6 +9,7 @@ use crate::gi::shared::voxel::list_voxels;
 use crate::gi::voxel_cones::{mips, svo};
 use crate::graph::Gpu;
 use crate::render::GpuScene;
+use crate::text::vector;
 
 use super::CliError;
 use super::common::{DeviceArgs, SceneArgs, TechniqueArgs, say};
@@ -72,13 +73,14 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
         .write(&args.output, &scene.name, entry.name)
         .map_err(CliError::failed)?;
     if !quiet {
-        let (grid, origin) = (&voxels.grid, voxels.grid.origin.to_array());
+        let grid = &voxels.grid;
         say(&format!(
-            "{}: {} of {}³ voxels, {} m each, the smallest corner at {origin:?} m",
+            "{}: {} of {}³ voxels, {} m each, the smallest corner at {} m",
             args.output.display(),
             voxels.voxels.len(),
             grid.resolution,
-            grid.voxel_size
+            grid.voxel_size,
+            vector(grid.origin.to_array())
         ));
     }
     Ok(())

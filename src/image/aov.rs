@@ -1,5 +1,6 @@
 //! The names of what an image can show.
 
+use crate::text::quoted;
 use std::fmt;
 use std::str::FromStr;
 
@@ -78,8 +79,9 @@ impl fmt::Display for Aov {
 /// No [`Aov`] has this name.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "unknown output {0:?}; known are full, direct, indirect, diffuse, specular, visibility, \
-     emission, albedo, normal, depth"
+    "unknown output {}; known are full, direct, indirect, diffuse, specular, visibility, \
+     emission, albedo, normal, depth",
+    quoted(.0)
 )]
 pub struct UnknownAov(String);
 

@@ -11,6 +11,7 @@ use glam::Vec3;
 
 use super::{Aov, Image, ImageError};
 use crate::output::write_file;
+use crate::text::quoted;
 
 /// Named channels of one size, as an EXR file holds them.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -196,7 +197,10 @@ pub fn write_planes(path: &Path, planes: &Planes) -> Result<(), ImageError> {
     let mut channels = Vec::with_capacity(planes.planes.len());
     for (name, values) in &planes.planes {
         let text = Text::new_or_none(name).ok_or_else(|| {
-            ImageError::write(path, format!("the channel name {name:?} is not Latin-1"))
+            ImageError::write(
+                path,
+                format!("the channel name {} is not Latin-1", quoted(name)),
+            )
         })?;
         channels.push(AnyChannel::new(text, FlatSamples::F32(values.clone())));
     }

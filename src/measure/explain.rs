@@ -5,6 +5,7 @@ use glam::Vec3;
 use serde::Serialize;
 
 use crate::frame::{FrameSettings, Renderer};
+use crate::gi::entry::Substitution;
 use crate::gi::inspect::LightSlots;
 use crate::gi::settings::RESOLUTION;
 use crate::gi::{SettingError, Settings};
@@ -34,6 +35,15 @@ const FINER_MAPS: u32 = 2;
 
 /// Widest shadow map (texels).
 const WIDEST_MAP: u32 = 8192;
+
+/// The first row.
+const AS_IT_IS: &str = "as it is";
+
+/// Rows of exact light and rays, where the store has slots for light.
+const EXACT_ROWS: usize = 3;
+
+/// Rows of smaller cells.
+const CELL_ROWS: usize = 2;
 
 /// What became of the error with something replaced.
 #[derive(Clone, Debug, Serialize)]
@@ -107,12 +117,23 @@ pub struct Subject<'s> {
     pub truth: &'s Truth,
 }
 
+/// What is done next.
+#[derive(Clone, Copy, Debug)]
+pub struct Step<'n> {
+    /// What is replaced.
+    pub name: &'n str,
+    /// Rows that are done.
+    pub done: usize,
+    /// Rows of the whole budget, as far as it is known.
+    pub rows: usize,
+}
+
 /// Measures the error budget. `progress` is told what is replaced next; `all_bounces` is the
 /// reference with all of them.
 pub fn explain(
     subject: &Subject<'_>,
     all_bounces: Option<&Image>,
-    progress: &dyn Fn(&str),
+    progress: &dyn Fn(Step<'_>),
 ) -> Result<Budget, ExplainError> {
     let Subject {
         gpu,
@@ -126,8 +147,18 @@ pub fn explain(
         .indirect
         .as_ref()
         .ok_or(MetricError::Empty("an error budget needs the reference"))?;
-    progress("as it is");
+    let mut table = Table {
+        subject,
+        reference,
+        rows: Vec::new(),
+        planned: subject.row_count()?,
+        progress,
+    };
+    table.tell(AS_IT_IS);
     let (mut renderer, picture) = subject.render(&case.settings, frame, None)?;
+    if renderer.light_slots()?.is_some() {
+        table.planned += EXACT_ROWS;
+    }
     let mut report = Report {
         preset: case.preset.clone(),
         shadow_resolution: Some(frame.shadow_resolution),
@@ -148,13 +179,7 @@ pub fn explain(
         &truth.guide,
         channel,
     )?);
-    let mut table = Table {
-        subject,
-        reference,
-        rows: Vec::new(),
-        progress,
-    };
-    table.add("as it is", "", Vec::new(), || Ok(picture.clone()))?;
+    table.add(AS_IT_IS, "", Vec::new(), || Ok(picture.clone()))?;
     table.add_exact(&mut renderer, &picture)?;
     drop(renderer);
     table.add_maps()?;
@@ -180,6 +205,9 @@ pub fn explain(
         left_out,
     })
 }
+
+/// A better setting, the settings with it, and the options that ask for it.
+type Better = (&'static Substitution, Settings, Vec<String>);
 
 /// A picture of the indirect light.
 #[derive(Clone)]
@@ -208,6 +236,66 @@ impl<'s> Subject<'s> {
             Some(renderer.render(&self.scene.camera)?.total_ms()).filter(|_| points.is_none());
         let indirect = renderer.aov(Aov::Indirect)?;
         Ok((renderer, Picture { indirect, frame_ms }))
+    }
+
+    /// The rows that do not depend on what the technique keeps.
+    fn row_count(&self) -> Result<usize, ExplainError> {
+        let maps = usize::from(self.finer_maps().is_some());
+        let cells = usize::from(self.finer_cells().is_some()) * CELL_ROWS;
+        Ok(1 + maps + self.substitutions()?.len() + cells)
+    }
+
+    /// How wide finer shadow maps are; `None` where there are none.
+    fn finer_maps(&self) -> Option<u32> {
+        let now = self.frame.shadow_resolution;
+        let finer = (FINER_MAPS * now).min(WIDEST_MAP);
+        (!self.scene.lights.is_empty() && finer > now).then_some(finer)
+    }
+
+    /// The better settings that the technique has, with the options that ask for them.
+    fn substitutions(&self) -> Result<Vec<Better>, ExplainError> {
+        let all = self.case.entry.substitutions.iter().copied().flatten();
+        let mut better = Vec::new();
+        for substitution in all {
+            let pairs = (substitution.pairs)(&self.case.settings);
+            if let Some((settings, options)) = self.changed(substitution.name, &pairs)? {
+                better.push((substitution, settings, options));
+            }
+        }
+        Ok(better)
+    }
+
+    /// The settings with cells half as large; the finest resolution has no double.
+    fn finer_cells(&self) -> Option<(Settings, Vec<String>)> {
+        let resolution = self.case.settings.resolution()?;
+        self.changed("resolution", &[format!("{RESOLUTION}={}", 2 * resolution)])
+            .ok()?
+    }
+
+    /// The settings with these pairs on top, and the pairs that change something, as options;
+    /// `None` where none does.
+    fn changed(
+        &self,
+        name: &'static str,
+        pairs: &[String],
+    ) -> Result<Option<(Settings, Vec<String>)>, ExplainError> {
+        let Case {
+            entry, settings, ..
+        } = self.case;
+        let old: Vec<String> = settings
+            .iter()
+            .map(|(name, value)| format!("{name}={}", value_text(&value)))
+            .collect();
+        let all: Vec<String> = old.iter().chain(pairs).cloned().collect();
+        let new = entry
+            .settings(None, &all)
+            .map_err(|source| ExplainError::Setting { name, source })?;
+        let options: Vec<String> = pairs
+            .iter()
+            .filter(|pair| !old.contains(pair))
+            .map(|pair| format!("--set {pair}"))
+            .collect();
+        Ok((new != *settings).then_some((new, options)))
     }
 
     /// Error over blocks where there are blocks, else over pixels.
@@ -265,10 +353,20 @@ struct Table<'t, 's> {
     subject: &'t Subject<'s>,
     reference: &'t Image,
     rows: Vec<Row>,
-    progress: &'t dyn Fn(&str),
+    /// Rows that there will be.
+    planned: usize,
+    progress: &'t dyn Fn(Step<'_>),
 }
 
 impl Table<'_, '_> {
+    fn tell(&self, name: &str) {
+        (self.progress)(Step {
+            name,
+            done: self.rows.len(),
+            rows: self.planned,
+        });
+    }
+
     /// Adds a row with the error of a picture; what the device refuses is told in it.
     fn add(
         &mut self,
@@ -277,7 +375,7 @@ impl Table<'_, '_> {
         options: Vec<String>,
         make: impl FnOnce() -> Result<Picture, ExplainError>,
     ) -> Result<(), ExplainError> {
-        (self.progress)(name);
+        self.tell(name);
         let (error, frame_ms, failure) = match make() {
             Ok(Picture { indirect, frame_ms }) => (
                 Some(self.subject.error(&indirect, self.reference)?),
@@ -309,6 +407,7 @@ impl Table<'_, '_> {
         let Some(spacing_m) = renderer.light_slots()?.map(|slots| slots.spacing()) else {
             return Ok(());
         };
+        self.tell("direct light");
         let spacing_m = (spacing_m / POINTS_ALONG)
             .max((surface_area_m2(subject.scene) / MOST_POINTS).sqrt() as f32);
         // The slots that exact rays see have to hold what surfaces emit, too.
@@ -316,7 +415,7 @@ impl Table<'_, '_> {
             let Case {
                 entry, settings, ..
             } = subject.case;
-            self.changed("visibility", &(entry.emission_in_slots)(settings))?
+            subject.changed("visibility", &(entry.emission_in_slots)(settings))?
         } else {
             None
         };
@@ -360,14 +459,11 @@ impl Table<'_, '_> {
 
     /// Finer shadow maps.
     fn add_maps(&mut self) -> Result<(), ExplainError> {
-        let Subject {
-            scene, case, frame, ..
-        } = *self.subject;
-        let shadow_resolution = (FINER_MAPS * frame.shadow_resolution).min(WIDEST_MAP);
-        if scene.lights.is_empty() || shadow_resolution <= frame.shadow_resolution {
-            return Ok(());
-        }
         let subject = self.subject;
+        let Subject { case, frame, .. } = *subject;
+        let Some(shadow_resolution) = subject.finer_maps() else {
+            return Ok(());
+        };
         let options = vec![format!("--shadow-resolution {shadow_resolution}")];
         let finer = FrameSettings {
             shadow_resolution,
@@ -384,14 +480,7 @@ impl Table<'_, '_> {
     /// What the technique has better settings for.
     fn add_settings(&mut self) -> Result<(), ExplainError> {
         let subject = self.subject;
-        for substitution in subject.case.entry.substitutions.iter().copied().flatten() {
-            let Some((settings, options)) = self.changed(
-                substitution.name,
-                &(substitution.pairs)(&subject.case.settings),
-            )?
-            else {
-                continue;
-            };
+        for (substitution, settings, options) in subject.substitutions()? {
             self.add(substitution.name, substitution.help, options, || {
                 Ok(subject.render(&settings, subject.frame, None)?.1)
             })?;
@@ -402,13 +491,7 @@ impl Table<'_, '_> {
     /// Cells half as large, and what the two resolutions tell of cells without size.
     fn add_resolution(&mut self, picture: &Picture) -> Result<(), ExplainError> {
         let subject = self.subject;
-        let Some(resolution) = subject.case.settings.resolution() else {
-            return Ok(());
-        };
-        // The finest resolution has no double.
-        let Ok(Some((settings, options))) =
-            self.changed("resolution", &[format!("{RESOLUTION}={}", 2 * resolution)])
-        else {
+        let Some((settings, options)) = subject.finer_cells() else {
             return Ok(());
         };
         let mut finer = None;
@@ -429,31 +512,5 @@ impl Table<'_, '_> {
                 frame_ms: None,
             })
         })
-    }
-
-    /// The settings with these pairs on top, and the pairs that change something, as options;
-    /// `None` where none does.
-    fn changed(
-        &self,
-        name: &'static str,
-        pairs: &[String],
-    ) -> Result<Option<(Settings, Vec<String>)>, ExplainError> {
-        let Case {
-            entry, settings, ..
-        } = self.subject.case;
-        let old: Vec<String> = settings
-            .iter()
-            .map(|(name, value)| format!("{name}={}", value_text(&value)))
-            .collect();
-        let all: Vec<String> = old.iter().chain(pairs).cloned().collect();
-        let new = entry
-            .settings(None, &all)
-            .map_err(|source| ExplainError::Setting { name, source })?;
-        let options: Vec<String> = pairs
-            .iter()
-            .filter(|pair| !old.contains(pair))
-            .map(|pair| format!("--set {pair}"))
-            .collect();
-        Ok((new != *settings).then_some((new, options)))
     }
 }

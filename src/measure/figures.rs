@@ -1,6 +1,7 @@
 //! The charts of a benchmark.
 
 use crate::graph::PassTimes;
+use crate::text::counted;
 
 use super::draw::{Bar, BarPanel, Chart, LineAxis, LinePanel, Panels, Scale, Series};
 use super::report::{Report, Timing};
@@ -119,9 +120,9 @@ pub fn passes_chart(reports: &[Report]) -> Option<Chart> {
         .collect();
     let count = |rows: &[PassTimes]| rows.first().map_or(0, |row| row.gpu_ms.n);
     let what = format!(
-        "medians of {} builds and {} frames, {}x{} px",
-        count(&first.build),
-        count(&first.passes),
+        "medians of {} and {}, {}x{} px",
+        counted(count(&first.build), "build"),
+        counted(count(&first.passes), "frame"),
         first.size[0],
         first.size[1]
     );
@@ -169,7 +170,7 @@ pub fn motion_chart(reports: &[Report]) -> Option<Chart> {
     let notes = notes(
         reports,
         first,
-        &format!("medians of {count} updates a point"),
+        &format!("medians of {} a point", counted(count, "update")),
     );
     Some(Chart {
         title: format!("Time of dynamic models: {}", first.scene),

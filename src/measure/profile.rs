@@ -5,6 +5,7 @@ use super::figures::{lines, notes, series, series_name};
 use super::report::Report;
 use super::stages::{When, construction};
 use super::table::resolution;
+use crate::text::counted;
 
 /// Time of each stage of the world-space store, stacked, a panel a technique and preset; `None`
 /// where nothing was built.
@@ -73,9 +74,9 @@ fn chart(
             .map_or(0, |stage| stage.gpu_ms.n)
     };
     let what = format!(
-        "world-space store, geometry and light anew each frame: medians of {} builds + {} updates",
-        count(When::Build),
-        count(When::Frame)
+        "world-space store, geometry and light anew each frame: medians of {} + {}",
+        counted(count(When::Build), "build"),
+        counted(count(When::Frame), "update")
     );
     Some(Chart {
         title: format!("{title}: {}", first.scene),

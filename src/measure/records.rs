@@ -70,6 +70,16 @@ pub trait Versioned: Clone + Serialize + DeserializeOwned {
 pub trait Keyed: Versioned {
     /// A hash of all that its figures depend on.
     fn key(&self) -> &str;
+
+    /// Which of several measurements of one key it is; 0 where there is one alone.
+    fn round(&self) -> u32 {
+        0
+    }
+
+    /// Whether it is the same measurement as another.
+    fn is_same(&self, other: &Self) -> bool {
+        (self.key(), self.round()) == (other.key(), other.round())
+    }
 }
 
 /// An open file of records, which no other process can open meanwhile.
@@ -148,13 +158,30 @@ impl<R: Keyed> Records<R> {
     pub fn find(&self, key: &str) -> Option<&R> {
         self.points.iter().rfind(|point| point.key() == key)
     }
+
+    /// The records of a key, the newest of each round.
+    pub fn rounds<'r>(&'r self, key: &str) -> Vec<&'r R> {
+        let of_key: Vec<&R> = self
+            .points
+            .iter()
+            .filter(|point| point.key() == key)
+            .collect();
+        let replaced = |index: usize| {
+            let later = &of_key[index + 1..];
+            later.iter().any(|point| point.is_same(of_key[index]))
+        };
+        (0..of_key.len())
+            .filter(|index| !replaced(*index))
+            .map(|index| of_key[index])
+            .collect()
+    }
 }
 
-/// The records without those that a later one of the same key replaces.
+/// The records without those that a later one of the same key and round replaces.
 pub fn newest<R: Keyed>(records: Vec<R>) -> Vec<R> {
     let mut kept: Vec<R> = Vec::new();
     for record in records {
-        match kept.iter_mut().find(|known| known.key() == record.key()) {
+        match kept.iter_mut().find(|known| known.is_same(&record)) {
             Some(known) => *known = record,
             None => kept.push(record),
         }

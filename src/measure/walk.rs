@@ -9,6 +9,7 @@ use crate::frame::Renderer;
 use crate::gi::entry::{Entry, Part};
 use crate::graph::{Error, FrameStats, PassTimes, Spread, TimesAccumulator};
 use crate::scene::{Camera, Scene};
+use crate::text::counted;
 
 use super::draw::{Chart, LineAxis, LinePanel, Panels, Scale, Series};
 use super::figures::notes;
@@ -288,7 +289,10 @@ pub fn walk_chart(reports: &[Report]) -> Option<Chart> {
     let notes = notes(
         reports,
         first,
-        &format!("means of {frames} frames a point; what costs nothing is left out"),
+        &format!(
+            "means of {} a point; what costs nothing is left out",
+            counted(frames, "frame")
+        ),
     );
     Some(Chart {
         title: format!("Time of a walk: {}", first.scene),

@@ -39,6 +39,7 @@ pub use self::render::{guide, render};
 pub use self::result::{ReferenceImage, StandardError};
 pub use self::substitute::{LitPoint, SurfacePoint, gather, light_surfaces, surface_area_m2};
 use crate::scene::Scene;
+use crate::text::counted;
 
 /// How many times light goes from surface to surface (or from the environment to one), the last
 /// time to the one that is seen. Light of the analytic lights reaches its first surface without
@@ -159,7 +160,7 @@ pub enum ReferenceError {
         range: &'static str,
     },
     /// The scene refers to what it does not have, or holds numbers that are not finite.
-    #[error("the scene {scene:?} cannot be traced: {problem}")]
+    #[error("the scene {scene} cannot be traced: {problem}")]
     Scene {
         /// The scene's name.
         scene: String,
@@ -228,9 +229,9 @@ fn validate_scene(scene: &Scene) -> Result<(), ReferenceError> {
             .iter()
             .any(|&vertex| vertex as usize >= scene.vertices.len())
         {
+            let [a, b, c] = triangle.vertices;
             return fail(format!(
-                "triangle {index} has the vertices {:?} of {}",
-                triangle.vertices,
+                "triangle {index} has the vertices {a}, {b}, {c} of {}",
                 scene.vertices.len()
             ));
         }
@@ -266,7 +267,7 @@ fn validate_scene(scene: &Scene) -> Result<(), ReferenceError> {
             .find(|&texture| texture as usize >= scene.textures.len())
         {
             return fail(format!(
-                "material {:?} has the texture {texture} of {}",
+                "material {} has the texture {texture} of {}",
                 material.name,
                 scene.textures.len()
             ));
@@ -277,9 +278,9 @@ fn validate_scene(scene: &Scene) -> Result<(), ReferenceError> {
             || texture.texels.len() != texture.width as usize * texture.height as usize
     }) {
         Some(texture) => fail(format!(
-            "texture {:?} has {} texels",
+            "texture {} has {}",
             texture.name,
-            texture.texels.len()
+            counted(texture.texels.len(), "texel")
         )),
         None => Ok(()),
     }

@@ -1,5 +1,6 @@
 //! Why a scene could not be loaded, made or written.
 
+use crate::text::counted;
 use std::path::{Path, PathBuf};
 
 /// What is wrong with a scene, where, and what to do about it; always one line of text.
@@ -39,9 +40,9 @@ pub enum SceneError {
     },
     /// Textures that materials refer to do not exist; all of them.
     #[error(
-        "{} missing texture{}: {}; add the files, or pass --allow-missing-textures to render them \
+        "{}: {}; add the files, or pass --allow-missing-textures to render them \
             mid-grey",
-        missing.len(), if missing.len() == 1 { "" } else { "s" }, one_line(missing.join(", "))
+        counted(missing.len(), "missing texture"), one_line(missing.join(", "))
     )]
     MissingTextures {
         /// One entry a texture: its path, and the material, file and line that want it.

@@ -8,6 +8,7 @@ use glam::Vec3;
 use super::textures::TextureRequests;
 use super::toml::{ModelEntry, SceneFile};
 use super::{Light, Scene, SceneError, bundled, model, paths, place, toml};
+use crate::text::vector;
 
 /// How to load a scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -215,9 +216,9 @@ impl Scene {
         }
         self.lights = placement.lights;
         if self.environment != Vec3::ZERO {
-            let sky = self.environment.to_array();
+            let sky = vector(self.environment.to_array());
             log::warn!(
-                "{}: no environment is given; it gets a sky of {sky:?}",
+                "{}: no environment is given; it gets a sky of {sky}",
                 self.name
             );
         }
@@ -226,10 +227,10 @@ impl Scene {
     fn take_camera(&mut self, placement: &place::Placement) {
         self.camera = placement.camera;
         log::warn!(
-            "{}: no camera is given; one is put {}, at {:?}",
+            "{}: no camera is given; one is put {}, at {}",
             self.name,
             placement.place,
-            self.camera.eye.to_array()
+            vector(self.camera.eye.to_array())
         );
     }
 }

@@ -13,6 +13,7 @@ use super::toml::COORDINATE_MAX;
 use super::{
     Keyframe, LoadOptions, Material, Pose, Scene, SceneError, Triangle, Up, Vertex, paths,
 };
+use crate::text::{counted, number, vector};
 
 /// Normals whose squared length is this close to 1 stay as they are, so that loading what was
 /// written changes no bit.
@@ -156,32 +157,32 @@ fn warn(path: &Path, obj: &Obj, counts: &Counts) {
     let path = path.display();
     if let (count @ 1.., line) = obj.crossing {
         log::warn!(
-            "{path}:{line}: {count} faces cross themselves, this one first; they are split into \
-             triangles as well as can be"
+            "{path}:{line}: faces that cross themselves: {count}, this one first; they are split \
+             into triangles as well as can be"
         );
     }
     if counts.zero_area > 0 {
         log::warn!(
-            "{path}: dropped {} triangles without area",
-            counts.zero_area
+            "{path}: dropped {} without area",
+            counted(counts.zero_area, "triangle")
         );
     }
     if counts.without_material > 0 {
         log::warn!(
-            "{path}: {} triangles have no known material; they get a grey one",
-            counts.without_material
+            "{path}: {} without a known material; a grey one is taken",
+            counted(counts.without_material, "triangle")
         );
     }
     if counts.removed > 0 {
         log::warn!(
-            "{path}: dropped {} triangles whose material has `d` below 0.5",
-            counts.removed
+            "{path}: dropped {} whose material has `d` below 0.5",
+            counted(counts.removed, "triangle")
         );
     }
     if counts.without_normal > 0 {
         log::info!(
-            "{path}: {} triangles have corners without a normal; those get the face normal",
-            counts.without_normal
+            "{path}: {} with corners without a normal; those get the face normal",
+            counted(counts.without_normal, "triangle")
         );
     }
 }
@@ -215,9 +216,10 @@ impl Origin<'_> {
             return Ok(());
         };
         let problem = format!(
-            "is at {:?}{}, further than {COORDINATE_MAX:?} m from the origin",
-            part.vertices[index].position,
-            after(placement)
+            "is at {}{}, further than {} m from the origin",
+            vector(part.vertices[index].position),
+            after(placement),
+            number(COORDINATE_MAX)
         );
         Err(self.error(index, &problem, "use a smaller scale, nearer to the origin"))
     }
@@ -235,8 +237,10 @@ impl Origin<'_> {
             return Ok(());
         }
         let problem = format!(
-            "and all others lie within {extent_m:?} m{}, less than {EXTENT_MIN:?} m",
-            after(placement)
+            "and all others lie within {} m{}, less than {} m",
+            number(extent_m),
+            after(placement),
+            number(EXTENT_MIN)
         );
         Err(self.error(0, &problem, "use a larger scale: coordinates are metres"))
     }

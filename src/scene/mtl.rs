@@ -18,6 +18,7 @@ use glam::Vec3;
 
 use super::obj::TEXCOORD_MAX;
 use super::{Material, SceneError, Specular, paths};
+use crate::text::{counted, number};
 
 /// Largest radiance that a material may emit [W/(m² sr)]: beyond it 32-bit sums lose meaning.
 const EMISSION_MAX: f32 = 1e12;
@@ -73,8 +74,15 @@ impl UvShift {
             Some(value) => Err(SceneError::line(
                 path,
                 self.line,
-                format!("`-s` and `-o` make the texture coordinate {value:?}, out of range"),
-                format!("they must keep it between -{TEXCOORD_MAX:?} and {TEXCOORD_MAX:?}"),
+                format!(
+                    "`-s` and `-o` make the texture coordinate {}, out of range",
+                    number(value)
+                ),
+                format!(
+                    "they must keep it between {} and {}",
+                    number(-TEXCOORD_MAX),
+                    number(TEXCOORD_MAX)
+                ),
             )),
         }
     }
@@ -303,7 +311,7 @@ impl At<'_> {
             [grey] => Ok(Vec3::splat(grey)),
             [r, g, b] => Ok(Vec3::new(r, g, b)),
             _ => Err(self.error(
-                format!("`{key}` has {} numbers", values.len()),
+                format!("`{key}` has {}", counted(values.len(), "number")),
                 "give red, green and blue, or one number for a grey",
             )),
         }

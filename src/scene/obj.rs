@@ -12,6 +12,7 @@ use glam::{DVec3, Vec3};
 
 use super::polygon::Splitter;
 use super::{SceneError, paths};
+use crate::text::{counted, number};
 
 /// Stands for "no texture coordinate", "no normal" or "no material".
 pub(super) const NONE: u32 = u32::MAX;
@@ -107,10 +108,14 @@ impl Parser<'_> {
             "vt" => {
                 let texcoord = self.numbers::<2>("vt", numbers, 1)?;
                 if let Some(value) = texcoord.iter().find(|value| value.abs() > TEXCOORD_MAX) {
-                    let problem = format!("`vt` has {value:?}, out of range");
+                    let problem = format!("`vt` has {}, out of range", number(*value));
                     return Err(self.error(
                         problem,
-                        &format!("it must be between -{TEXCOORD_MAX:?} and {TEXCOORD_MAX:?}"),
+                        &format!(
+                            "it must be between {} and {}",
+                            number(-TEXCOORD_MAX),
+                            number(TEXCOORD_MAX)
+                        ),
                     ));
                 }
                 self.obj.texcoords.push(texcoord);
@@ -153,7 +158,10 @@ impl Parser<'_> {
         }
         if count < required {
             return Err(self.error(
-                format!("`{key}` has {count} numbers where {required} are needed"),
+                format!(
+                    "`{key}` has {} where {required} are needed",
+                    counted(count, "number")
+                ),
                 "complete the line, or export the model again",
             ));
         }

@@ -148,7 +148,8 @@ fn unread_format(format: Option<ImageFormat>) -> Option<String> {
     match format {
         Some(format) if format.reading_enabled() => None,
         Some(format) => {
-            let name = format!("{format:?}").to_uppercase();
+            let extension = format.extensions_str().first();
+            let name = extension.map_or_else(String::new, |name| name.to_uppercase());
             Some(format!(
                 "this is a {name} picture, a format that is not read"
             ))

@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use super::mtl::{MapRef, MtlMaterial};
 use super::picture::{self, Use};
 use super::{LoadOptions, Material, SceneError, Texture, TextureKind, paths};
+use crate::text::counted;
 
 /// One texture to read.
 struct Request {
@@ -111,8 +112,8 @@ impl TextureRequests {
                 });
             }
             log::warn!(
-                "{} missing textures are rendered mid-grey: {}",
-                self.missing.len(),
+                "{}, rendered mid-grey: {}",
+                counted(self.missing.len(), "missing texture"),
                 self.missing.join(", ")
             );
         }

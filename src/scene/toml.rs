@@ -10,6 +10,7 @@ use toml::Spanned;
 use super::light::LIGHT_MAX;
 use super::model::{Placement, Use};
 use super::{Camera, Keyframe, Light, Pose, SceneError, paths};
+use crate::text;
 
 /// Largest coordinate \[m\].
 pub(super) const COORDINATE_MAX: f32 = 1e9;
@@ -216,7 +217,11 @@ impl Source<'_> {
         if value >= range.start && value <= range.end {
             return Ok(value);
         }
-        let hint = format!("it must be between {:?} and {:?}", range.start, range.end);
+        let hint = format!(
+            "it must be between {} and {}",
+            text::number(range.start),
+            text::number(range.end)
+        );
         Err(self.error(
             &number.span(),
             format!("`{field}` is {value}, out of range"),
@@ -228,7 +233,10 @@ impl Source<'_> {
         let &[x, y, z] = vector.get_ref().as_slice() else {
             return Err(self.error(
                 &vector.span(),
-                format!("`{field}` has {} numbers", vector.get_ref().len()),
+                format!(
+                    "`{field}` has {}",
+                    text::counted(vector.get_ref().len(), "number")
+                ),
                 "give an array of length 3, as in [0.0, 1.0, 0.0]",
             ));
         };
@@ -239,12 +247,13 @@ impl Source<'_> {
             return Ok(values);
         }
         let hint = format!(
-            "each number must be between {:?} and {:?}",
-            range.start, range.end
+            "each number must be between {} and {}",
+            text::number(range.start),
+            text::number(range.end)
         );
         Err(self.error(
             &vector.span(),
-            format!("`{field}` is {:?}, out of range", vector.get_ref()),
+            format!("`{field}` is {}, out of range", text::vector([x, y, z])),
             hint,
         ))
     }

@@ -15,6 +15,7 @@ use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder as _};
 
 use crate::output::{self, is_same_file};
+use crate::text::{self, number};
 
 use super::{Camera, Keyframe, Light, Material, Model, Scene, SceneError, Texture, Triangle};
 
@@ -157,8 +158,8 @@ impl Scene {
             };
             let _ = writeln!(
                 text,
-                "[[model]]\npath = {:?}\n{dynamic}",
-                format!("{name}.obj")
+                "[[model]]\npath = {}\n{dynamic}",
+                text::quoted(&format!("{name}.obj"))
             );
             for Keyframe { time_s, pose } in
                 model.motion.iter().flat_map(|motion| &motion.keyframes)
@@ -166,8 +167,9 @@ impl Scene {
                 let (translate, rotate_deg) = (vector(pose.translate), vector(pose.rotate_deg));
                 let _ = writeln!(
                     text,
-                    "[[model.keyframe]]\ntime_s = {time_s:?}\ntranslate = {translate}\nrotate_deg \
-                     = {rotate_deg}\n"
+                    "[[model.keyframe]]\ntime_s = {}\ntranslate = {translate}\nrotate_deg \
+                     = {rotate_deg}\n",
+                    number(*time_s)
                 );
             }
         }
@@ -175,8 +177,8 @@ impl Scene {
         let (eye, target, up) = (vector(camera.eye), vector(camera.target), vector(camera.up));
         let _ = writeln!(
             text,
-            "[camera]\neye = {eye}\ntarget = {target}\nup = {up}\nvfov_deg = {:?}\n",
-            camera.vfov_deg
+            "[camera]\neye = {eye}\ntarget = {target}\nup = {up}\nvfov_deg = {}\n",
+            number(camera.vfov_deg)
         );
         for light in &self.lights {
             push_light(&mut text, light);
@@ -225,10 +227,12 @@ fn push_light(text: &mut String, light: &Light) {
         } => writeln!(
             text,
             "[[light]]\nkind = \"spot\"\nposition = {}\ndirection = {}\nintensity = {}\ninner_deg \
-             = {inner_deg:?}\nouter_deg = {outer_deg:?}\n",
+             = {}\nouter_deg = {}\n",
             vector(position),
             vector(direction),
-            vector(intensity)
+            vector(intensity),
+            number(inner_deg),
+            number(outer_deg)
         ),
     };
 }
@@ -272,10 +276,11 @@ pub fn camera_toml(camera: &Camera) -> String {
         vfov_deg,
     } = *camera;
     format!(
-        "camera = {{ eye = {}, target = {}, up = {}, vfov_deg = {vfov_deg:?} }}",
+        "camera = {{ eye = {}, target = {}, up = {}, vfov_deg = {} }}",
         vector(eye),
         vector(target),
-        vector(up)
+        vector(up),
+        number(vfov_deg)
     )
 }
 
@@ -293,9 +298,9 @@ pub fn lights_toml(lights: &[Light]) -> String {
     )
 }
 
-/// A TOML array; `{:?}` keeps the decimal point that makes it a float.
+/// A TOML array.
 fn vector(vector: Vec3) -> String {
-    format!("[{:?}, {:?}, {:?}]", vector.x, vector.y, vector.z)
+    text::vector(vector.to_array())
 }
 
 fn write_file(path: &Path, text: &str) -> Result<(), SceneError> {

@@ -13,6 +13,16 @@ pub(super) enum Mode {
     Orbit,
 }
 
+impl Mode {
+    /// The name that scripts have for it.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Mode::Fly => "fly",
+            Mode::Orbit => "orbit",
+        }
+    }
+}
+
 /// Bookmarks, by the digit keys 1 to 9.
 pub(super) const BOOKMARKS: usize = 9;
 

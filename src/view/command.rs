@@ -10,6 +10,7 @@ use super::views::{Source, View};
 use super::worker::PaneJob;
 use crate::image::Aov;
 use crate::scene::{Camera, Light, LoadOptions, Scene, Up, camera_toml, lights_toml};
+use crate::text::{number, vector};
 
 /// What a command line is made from.
 pub(super) struct Wanted<'w> {
@@ -60,10 +61,10 @@ impl Wanted<'_> {
             add("--with", lights_toml(self.lights));
         }
         if self.environment != self.scene.environment {
-            let [r, g, b] = self.environment.to_array();
+            let radiance = vector(self.environment.to_array());
             add(
                 "--with",
-                format!("environment = {{ radiance = [{r:?}, {g:?}, {b:?}] }}"),
+                format!("environment = {{ radiance = {radiance} }}"),
             );
         }
         add("--technique", self.pane.entry.name.to_owned());
@@ -92,7 +93,7 @@ impl Wanted<'_> {
             add("--up", "z".to_owned());
         }
         if self.look.exposure != 1.0 || Scene::is_model_alone(self.source) {
-            add("--exposure", format!("{:?}", self.look.exposure));
+            add("--exposure", number(self.look.exposure));
         }
         self.device
             .iter()

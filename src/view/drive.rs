@@ -13,7 +13,7 @@ use super::ViewError;
 use super::app::{App, LOOK_PERIOD};
 use super::beam::table;
 use super::panels::SECTIONS;
-use super::script::Action;
+use super::script::{Action, Line};
 use super::session::{Choice, Compare};
 use super::views;
 use super::window::Window;
@@ -21,6 +21,7 @@ use crate::frame::Traced;
 use crate::gi::registry::find;
 use crate::output::write_text;
 use crate::scene::Light;
+use crate::text::{counted, quoted};
 
 /// How long an action may wait for what it is about.
 const PATIENCE: Duration = Duration::from_secs(240);
@@ -36,7 +37,7 @@ const HAND_PATIENCE: Duration = Duration::from_secs(30);
 
 /// A script on its way.
 pub(super) struct Driver {
-    rest: VecDeque<Action>,
+    rest: VecDeque<Line>,
     /// When the action at the front began, and what was so then.
     began: Option<Began>,
     events: Vec<Event>,
@@ -81,7 +82,7 @@ enum Step {
 }
 
 impl Driver {
-    pub(super) fn new(script: VecDeque<Action>) -> Self {
+    pub(super) fn new(script: VecDeque<Line>) -> Self {
         Driver {
             rest: script,
             began: None,
@@ -92,6 +93,10 @@ impl Driver {
             is_released: false,
             latency: Latency::default(),
         }
+    }
+
+    fn front(&self) -> Option<&Action> {
+        self.rest.front().map(|line| &line.action)
     }
 
     /// What the script's hands do in this frame.
@@ -120,13 +125,13 @@ impl Driver {
 
     /// Whether the window is to draw only what it would draw without a script.
     pub(super) fn lets_window_alone(&self) -> bool {
-        matches!(self.rest.front(), Some(Action::Settled(_)))
+        matches!(self.front(), Some(Action::Settled(_)))
     }
 
     /// How long a picture is waited for where frames are counted and not time: a machine that is
     /// busy must not count.
     pub(super) fn picture_patience(&self) -> Option<Duration> {
-        matches!(self.rest.front(), Some(Action::Latency(_))).then_some(PATIENCE)
+        matches!(self.front(), Some(Action::Latency(_))).then_some(PATIENCE)
     }
 
     fn button(&mut self, at: Pos2, pressed: bool) {
@@ -149,7 +154,7 @@ impl App {
         let Some(driver) = &mut self.driver else {
             return Ok(());
         };
-        let Some(action) = driver.rest.front().cloned() else {
+        let Some(Line { text, action }) = driver.rest.front().cloned() else {
             self.closing = true;
             return Ok(());
         };
@@ -172,7 +177,7 @@ impl App {
         began.turn += 1;
         driver.holds = false;
         let failed = |problem: String| ViewError::Script {
-            action: format!("{action:?}"),
+            action: text.clone(),
             problem,
         };
         let patience = if matches!(action, Action::Frames(_)) {
@@ -183,7 +188,7 @@ impl App {
         match self.act(&action, current).map_err(failed)? {
             Step::Done => {
                 eprintln!(
-                    "script: {action:?}: {:.2} s",
+                    "script: {text}: {:.2} s",
                     current.at.elapsed().as_secs_f64()
                 );
                 if let Some(driver) = &mut self.driver {
@@ -419,9 +424,8 @@ impl App {
                     window.raw.set_minimized(*on);
                 }
                 if began.at.elapsed() > RESIZE_PATIENCE {
-                    return Err(format!(
-                        "the window manager (is there one?) leaves it as it is; minimised: {:?}",
-                        window.raw.is_minimized()
+                    return Err(String::from(
+                        "the window manager (is there one?) leaves it as it is",
                     ));
                 }
                 window.is_minimised() == *on && began.at.elapsed() > Duration::from_millis(200)
@@ -520,8 +524,8 @@ impl App {
         let switch = |name: &str, on: bool| format!("{name} {}", if on { "on" } else { "off" });
         let is_fullscreen = self.window.as_ref().is_some_and(Window::is_fullscreen);
         let mut state = vec![
-            format!("compare {:?}", session.compare).to_lowercase(),
-            format!("camera {:?}", session.controls.mode).to_lowercase(),
+            format!("compare {}", session.compare.name()),
+            format!("camera {}", session.controls.mode.name()),
             format!("view {}", session.view_name()),
             format!("exposure {}", session.exposure_ev),
             switch("panels", self.remembered.panels),
@@ -548,26 +552,26 @@ impl App {
             let size = format!("{width}×{height} ");
             if !told.text.is_empty() && !told.text.contains(&size) {
                 return Err(format!(
-                    "{width}×{height} px are shown under the status {:?}",
-                    told.text
+                    "{width}×{height} px are shown under the status {}",
+                    quoted(&told.text)
                 ));
             }
         }
         let is_map = views::VIEWS[session.view].is_map();
         let is_full = is_map || shown.iter().all(|size| *size == Some(session.size));
         if told.is_at_rest && !is_full {
-            return Err(format!("{shown:?} px are shown under a green dot"));
+            return Err(format!("{} are shown under a green dot", sizes(&shown)));
         }
         if told.is_at_rest {
             return Ok(Step::Done);
         }
         if idle.as_secs_f64() > seconds {
             return Err(format!(
-                "after {:.2} s with nothing to do, {shown:?} px of {:?} are shown under the status \
-                 {:?}",
+                "after {:.2} s with nothing to do, {} of {} are shown under the status {}",
                 idle.as_secs_f64(),
-                session.size,
-                told.text
+                sizes(&shown),
+                sizes(&[Some(session.size)]),
+                quoted(&told.text)
             ));
         }
         Ok(Step::Wait)
@@ -632,7 +636,7 @@ impl App {
                     .map_err(|error| format!("{}: {error}", path.display()))?;
                 Ok(Step::Done)
             }
-            (Action::BeamList(_), Ok(other)) => Err(format!("there is no beam: {other:?}")),
+            (Action::BeamList(_), Ok(_)) => Err(String::from("there is no beam")),
             _ => Ok(Step::Done),
         }
     }
@@ -742,7 +746,12 @@ impl App {
                 Some(Light::Directional { direction, .. }) => {
                     *direction = (*direction + Vec3::from(*by)).normalize()
                 }
-                None => return Err(format!("there are {} lights", session.lights.len())),
+                None => {
+                    return Err(format!(
+                        "the scene has {}",
+                        counted(session.lights.len(), "light")
+                    ));
+                }
             },
             Action::AddLight => {
                 let position = session.controls.camera.eye;
@@ -751,10 +760,19 @@ impl App {
                     intensity: Vec3::ONE,
                 });
             }
-            other => return Err(format!("{other:?} is not carried out here")),
+            _ => return Err(String::from("it is not carried out here")),
         }
         Ok(())
     }
+}
+
+/// Sizes of pictures, in words.
+fn sizes(shown: &[Option<[u32; 2]>]) -> String {
+    let words = shown.iter().map(|size| match size {
+        Some([width, height]) => format!("{width}×{height} px"),
+        None => "nothing".to_owned(),
+    });
+    words.collect::<Vec<_>>().join(" and ")
 }
 
 /// Resident memory of this process (bytes); `None` where the system does not tell.

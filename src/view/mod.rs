@@ -32,9 +32,10 @@ use crate::gi::SettingError;
 use crate::gi::entry::Entry;
 use crate::graph::{Error, GpuOptions};
 use crate::scene::{LoadOptions, Scene};
+use crate::text::counted;
 
 pub use panels::SECTIONS;
-pub use script::{Action, ScriptError, parse as parse_script};
+pub use script::{Action, Line, ScriptError, parse as parse_script};
 
 /// What a window opens with.
 pub struct Options {
@@ -65,7 +66,7 @@ pub struct Options {
     /// GLSL that is compiled again when it changes; `None` to watch nothing.
     pub shaders: Option<PathBuf>,
     /// Actions that drive the window; with them, nothing is remembered.
-    pub script: Option<VecDeque<Action>>,
+    pub script: Option<VecDeque<Line>>,
 }
 
 /// Why there is no window, or why it closed.
@@ -87,15 +88,15 @@ pub enum ViewError {
     #[error("a thread cannot be started: {0}")]
     Thread(#[from] std::io::Error),
     /// An action of the script failed.
-    #[error("the script's action {action}: {problem}")]
+    #[error("the script's action `{action}`: {problem}")]
     Script {
-        /// The action that failed, as [`Action`] is printed.
+        /// The action that failed, as the script has it.
         action: String,
         /// What went wrong, in words.
         problem: String,
     },
     /// The validation layer had something to say.
-    #[error("{count} validation messages, the first: {first}")]
+    #[error("{}, the first: {first}", counted(*count, "validation message"))]
     Validation {
         /// Number of messages.
         count: usize,

@@ -7,6 +7,7 @@ use std::collections::VecDeque;
 use std::path::PathBuf;
 
 use crate::gi::inspect::BeamAxis;
+use crate::text::quoted;
 
 /// One action of a script that drives the window.
 #[derive(Clone, Debug, PartialEq)]
@@ -105,16 +106,25 @@ pub enum Action {
     Close,
 }
 
+/// A line of a script.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Line {
+    /// As it was written.
+    pub text: String,
+    /// What it asks for.
+    pub action: Action,
+}
+
 /// A line that is no action.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("line {line}: {text:?} is no action; docs/view.md lists them")]
+#[error("line {line}: {} is no action; docs/view.md lists them", quoted(text))]
 pub struct ScriptError {
     line: usize,
     text: String,
 }
 
 /// Reads a script.
-pub fn parse(text: &str) -> Result<VecDeque<Action>, ScriptError> {
+pub fn parse(text: &str) -> Result<VecDeque<Line>, ScriptError> {
     let lines = text
         .lines()
         .enumerate()
@@ -122,10 +132,11 @@ pub fn parse(text: &str) -> Result<VecDeque<Action>, ScriptError> {
     lines
         .filter(|(_, line)| !line.is_empty())
         .map(|(line, text)| {
-            action(text).ok_or_else(|| ScriptError {
-                line,
-                text: text.to_owned(),
-            })
+            let text = text.to_owned();
+            match action(&text) {
+                Some(action) => Ok(Line { text, action }),
+                None => Err(ScriptError { line, text }),
+            }
         })
         .collect()
 }
@@ -222,11 +233,18 @@ mod tests {
             "# all\nframes 120\n\nresize 1 1 # small\ntechnique left svo cones\nload a b.toml\n",
         );
         let wanted = [
-            Action::Frames(120),
-            Action::Resize(1, 1),
-            Action::Technique(0, "svo".to_owned(), Some("cones".to_owned())),
-            Action::Load("a b.toml".to_owned()),
+            ("frames 120", Action::Frames(120)),
+            ("resize 1 1", Action::Resize(1, 1)),
+            (
+                "technique left svo cones",
+                Action::Technique(0, "svo".to_owned(), Some("cones".to_owned())),
+            ),
+            ("load a b.toml", Action::Load("a b.toml".to_owned())),
         ];
+        let wanted = wanted.map(|(text, action)| Line {
+            text: text.to_owned(),
+            action,
+        });
         assert_eq!(script, Ok(VecDeque::from(wanted)));
         assert_eq!(
             parse("still\ndivider nan"),

@@ -37,6 +37,17 @@ pub(super) enum Compare {
     Difference,
 }
 
+impl Compare {
+    /// The name that scripts have for it.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Compare::Single => "single",
+            Compare::Split => "split",
+            Compare::Difference => "difference",
+        }
+    }
+}
+
 /// A technique with its settings, as the user chose them.
 #[derive(Clone)]
 pub(super) struct Choice {
@@ -426,6 +437,13 @@ impl Session {
     /// What is wrong, the scene first.
     pub(super) fn any_problem(&self) -> Option<&String> {
         self.scene_problem.as_ref().or(self.problem.as_ref())
+    }
+
+    /// That, or else why a shader was not taken.
+    pub(super) fn any_error(&self) -> Option<&String> {
+        let shader = self.shader.as_ref();
+        self.any_problem()
+            .or(shader.and_then(|told| told.as_ref().err()))
     }
 
     /// Whether something failed for good.

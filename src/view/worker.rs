@@ -18,6 +18,7 @@ use crate::gi::entry::Entry;
 use crate::graph::{FrameStats, Gpu, GpuOptions, Messages};
 use crate::image::Image;
 use crate::scene::{Camera, Light, Scene};
+use crate::text::counted;
 
 /// What one side of the window is to show.
 #[derive(Clone)]
@@ -287,7 +288,7 @@ fn work(shared: &Shared, options: &GpuOptions, notify: &dyn Fn()) {
             let result = gpu.replace_module(&stem, words);
             send(Event::Shader(
                 result
-                    .map(|count| format!("{stem}: built into {count} pipelines"))
+                    .map(|count| format!("{stem}: built into {}", counted(count, "pipeline")))
                     .map_err(|error| error.to_string()),
             ));
         }

@@ -17,6 +17,18 @@ pub enum DeviceKind {
     Other,
 }
 
+impl std::fmt::Display for DeviceKind {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            DeviceKind::Discrete => "graphics card",
+            DeviceKind::Integrated => "GPU in the processor",
+            DeviceKind::Virtual => "GPU of a virtual machine",
+            DeviceKind::Cpu => "renders on the CPU",
+            DeviceKind::Other => "kind unknown",
+        })
+    }
+}
+
 /// What a device calls itself.
 #[derive(Clone, Debug)]
 pub struct DeviceInfo {

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 /// A module: its names from the root of the crate on.
 type Module = Vec<String>;
 
-/// The layers, the lowest first; `image` is below all, and `output` below `image`.
+/// The layers, the lowest first; `image` is below all, `output` and `text` below `image`.
 const LAYERS: &[&str] = &[
     "vulkan", "shader", "graph", "scene", "render", "gi", "frame", "measure", "view", "cli",
 ];
@@ -16,8 +16,8 @@ fn may_use(user: &str, used: &str) -> bool {
     let rank = |module: &str| LAYERS.iter().position(|layer| *layer == module);
     match (user, used) {
         _ if user == used => true,
-        ("output", _) => false,
-        (_, "image" | "output") => true,
+        ("output" | "text", _) => false,
+        (_, "image" | "output" | "text") => true,
         ("reference" | "metrics", used) => used == "scene",
         ("measure" | "view" | "cli", "reference" | "metrics") => true,
         ("view", "measure") => false,

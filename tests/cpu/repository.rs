@@ -56,6 +56,49 @@ fn lines_have_at_most_100_columns() {
     }
 }
 
+/// Where values may be written as Rust prints them, and why.
+const DEBUG_TEXT: [(&str, &str); 4] = [
+    ("src/measure/chart/point.rs", "keys of records"),
+    ("src/measure/stress/record.rs", "keys of records"),
+    ("src/reference/cache.rs", "names of files in the cache"),
+    ("src/scene/hash.rs", "what a scene's hash is of"),
+];
+
+/// What a user reads is in words: no `Vec3(0.0, 1.0, 0.0)` and no `Some("x")`. Numbers, vectors and
+/// quoted text are written by `text`.
+#[test]
+fn messages_have_no_debug_text() {
+    let folders = [
+        "cli",
+        "view",
+        "measure",
+        "scene",
+        "image",
+        "reference",
+        "metrics",
+    ];
+    let mut found: BTreeSet<String> = BTreeSet::new();
+    for path in folders
+        .iter()
+        .flat_map(|folder| files(&root().join("src").join(folder)))
+        .filter(|path| path.extension().is_some_and(|kind| kind == "rs"))
+    {
+        let code = std::fs::read_to_string(&path).unwrap();
+        let name = path.strip_prefix(root()).unwrap().display().to_string();
+        let code = code.split("#[cfg(test)]").next().unwrap();
+        for (number, line) in (1..).zip(code.lines()) {
+            if line.contains(":?}") || line.contains(":#?}") {
+                let may = DEBUG_TEXT.iter().any(|(file, _)| *file == name);
+                assert!(may, "{name}:{number}: {}", line.trim());
+                found.insert(name.clone());
+            }
+        }
+    }
+    for (file, why) in DEBUG_TEXT {
+        assert!(found.contains(file), "{file} needs no leave ({why})");
+    }
+}
+
 /// Where shared code may have words of one family, and why. A path that ends in / is a folder.
 const FAMILY_WORDS: [(&str, &str, &str); 9] = [
     ("src/gi/mod.rs", "pub mod voxel_cones", "names the families"),

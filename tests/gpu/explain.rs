@@ -1,6 +1,8 @@
 //! `lumivox explain`: a planted error shows in the row of its source, and exact light is the
 //! oracle's.
 
+use std::cell::Cell;
+
 use crate::support::gpu;
 use crate::support::scenes::bundled;
 use crate::support::voxels::oracle_grid;
@@ -68,7 +70,8 @@ fn budget(
         size: SIZE,
         shadow_resolution,
     };
-    explain(
+    let last = Cell::new((0, 0));
+    let budget = explain(
         &Subject {
             gpu,
             scene,
@@ -78,9 +81,18 @@ fn budget(
             truth,
         },
         None,
-        &|_| {},
+        &|step| {
+            assert!(step.done < step.rows && step.done >= last.get().0);
+            last.set((step.done, step.rows));
+        },
     )
-    .unwrap()
+    .unwrap();
+    assert_eq!(
+        last.get(),
+        (budget.budget.len() - 1, budget.budget.len()),
+        "a bar that follows the steps ends where the budget does"
+    );
+    budget
 }
 
 /// What a row explains.

@@ -9,6 +9,7 @@ use super::section::{MIB, Section, bias_text, error_text, percent};
 use crate::graph::Spread;
 use crate::measure::draw::short;
 use crate::reference::Bounces;
+use crate::text::counted;
 
 /// What is asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -439,14 +440,9 @@ impl Section {
             .filter(|point| point.bounces == bounces)
             .filter_map(|point| Some(point.error?.rel_rmse))
             .collect();
-        let points = if errors.len() == 1 {
-            "point is"
-        } else {
-            "points is"
-        };
         format!(
-            "the least error of {} {points} {}",
-            errors.len(),
+            "the least error of {} is {}",
+            counted(errors.len(), "point"),
             error_text(errors.iter().copied().fold(f64::INFINITY, f64::min))
         )
     }

@@ -1,23 +1,23 @@
 //! How fast the machine was at each point, by the passes that all points share.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::point::Point;
 use crate::frame;
 use crate::graph::{PassTimes, Spread};
 
-/// Points whose shared passes took more than this times the median, or less than its inverse, were
-/// measured while the machine was slower or faster than else.
+/// Measurements whose shared passes took more than this times the median, or less than its inverse,
+/// were taken while the machine was slower or faster than else.
 pub(super) const STEADY: f64 = 1.1;
 
 /// How steady the machine was while points were measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Machine {
-    /// The longest time of the shared passes of a point, over the median.
+    /// The longest time of the shared passes of a measurement, over the median.
     pub slowest: f64,
     /// The shortest, likewise.
     pub fastest: f64,
-    /// Points whose times were corrected.
+    /// Points of which a measurement was corrected.
     pub corrected: usize,
 }
 
@@ -29,25 +29,32 @@ impl Machine {
         corrected: 0,
     };
 
-    /// Makes all points as if the machine had been equally fast at each: times are divided by how
-    /// slow it was, where that is beyond [`STEADY`]. Then every frame gets the same shared passes,
-    /// the median over all points that have them. The spread that is left is that of indirect
-    /// light.
-    pub(super) fn settle(points: &mut [Point]) -> Self {
-        let slowness = slowness(points);
+    /// Makes all points as if the machine had been equally fast at each: the times of a measurement
+    /// are divided by how slow it was, where that is beyond [`STEADY`]. Then the rounds of a point
+    /// become one, and every frame gets the same shared passes, the median over all points that
+    /// have them. The spread that is left is that of indirect light.
+    pub(super) fn settle(measured: Vec<Point>) -> (Vec<Point>, Self) {
+        let slowness = slowness(&measured);
         let mut machine = Machine {
             slowest: slowness.iter().copied().fold(1.0, f64::max),
             fastest: slowness.iter().copied().fold(1.0, f64::min),
             ..Machine::STEADY
         };
-        for (point, slowness) in points.iter_mut().zip(&slowness) {
-            if is_unsteady(*slowness) {
-                machine.corrected += 1;
-                correct(point, *slowness);
-            }
-        }
-        settle_shared_passes(points);
-        machine
+        let mut corrected = BTreeSet::new();
+        let steady = measured
+            .into_iter()
+            .zip(slowness)
+            .map(|(mut point, slowness)| {
+                if is_unsteady(slowness) {
+                    corrected.insert(point.key.clone());
+                    correct(&mut point, slowness);
+                }
+                point
+            });
+        let mut points = together(steady);
+        machine.corrected = corrected.len();
+        settle_shared_passes(&mut points);
+        (points, machine)
     }
 
     /// What a reader has to know; `None` where the machine was steady.
@@ -67,12 +74,64 @@ impl Machine {
     }
 }
 
-/// Whether the machine was slower or faster than at most points.
+/// One point of all rounds of a key, in the order in which keys come first. Its times have the
+/// median of the rounds' medians, and their extremes; all else is the last round's.
+fn together(measured: impl Iterator<Item = Point>) -> Vec<Point> {
+    let mut order: BTreeMap<String, usize> = BTreeMap::new();
+    let mut points: Vec<Vec<Point>> = Vec::new();
+    for point in measured {
+        let index = *order.entry(point.key.clone()).or_insert(points.len());
+        match points.get_mut(index) {
+            Some(rounds) => rounds.push(point),
+            None => points.push(vec![point]),
+        }
+    }
+    points.into_iter().filter_map(one_of_rounds).collect()
+}
+
+fn one_of_rounds(mut rounds: Vec<Point>) -> Option<Point> {
+    // What failed in one round has no times in it.
+    if rounds.iter().any(|round| round.failure.is_none()) {
+        rounds.retain(|round| round.failure.is_none());
+    }
+    let mut point = rounds.pop()?;
+    put_together(&mut point.totals, &rounds, |round| &round.totals);
+    put_together(&mut point.build, &rounds, |round| &round.build);
+    put_together(&mut point.passes, &rounds, |round| &round.passes);
+    Some(point)
+}
+
+/// Adds the times of other rounds to the rows of the same names.
+fn put_together(rows: &mut [PassTimes], rounds: &[Point], of: fn(&Point) -> &[PassTimes]) {
+    for row in rows {
+        let others = rounds.iter().flat_map(of);
+        let same = others.filter(|other| other.name == row.name);
+        row.gpu_ms = spread_of(same.map(|other| other.gpu_ms), row.gpu_ms);
+    }
+}
+
+fn spread_of(others: impl Iterator<Item = Spread>, last: Spread) -> Spread {
+    let spreads: Vec<Spread> = others.chain([last]).collect();
+    let medians: Vec<f64> = spreads.iter().map(|spread| spread.median).collect();
+    Spread {
+        median: Spread::of(&medians).map_or(last.median, |medians| medians.median),
+        min: spreads
+            .iter()
+            .fold(last.min, |min, spread| min.min(spread.min)),
+        max: spreads
+            .iter()
+            .fold(last.max, |max, spread| max.max(spread.max)),
+        n: spreads.iter().map(|spread| spread.n).sum(),
+    }
+}
+
+/// Whether the machine was slower or faster than at most measurements.
 pub(super) fn is_unsteady(slowness: f64) -> bool {
     !(1.0 / STEADY..=STEADY).contains(&slowness)
 }
 
-/// The time of each point's shared passes, over the medians of these passes; 1 where it has none.
+/// The time of each measurement's shared passes, over the medians of these passes; 1 where it has
+/// none.
 pub(super) fn slowness(points: &[Point]) -> Vec<f64> {
     let medians = shared_medians(points);
     points
@@ -178,6 +237,7 @@ fn settle_shared_passes(points: &mut [Point]) {
 mod tests {
     use super::super::answer::Answer;
     use super::super::point::tests::point;
+    use super::super::run::order;
     use super::super::section::Section;
     use super::*;
 
@@ -215,6 +275,108 @@ mod tests {
             .iter()
             .map(|answer: &Answer| format!("{:?} {:?}", answer.goal, answer.point))
             .collect()
+    }
+
+    /// The points as two rounds measure them, the second in the other order. The machine takes
+    /// `slowness(when)` times as long, where `when` goes from 0 to 1; passes that all points share
+    /// show it or not.
+    fn in_rounds(slowness: impl Fn(f64) -> f64, is_shown: bool) -> Vec<Point> {
+        let points = measured();
+        let count = points.len();
+        let mut rounds = Vec::new();
+        for round in 1..=2 {
+            for (turn, index) in order(count, round).into_iter().enumerate() {
+                let when = (turn + (round as usize - 1) * count) as f64;
+                let slowness = slowness(when / (2 * count - 1) as f64);
+                let mut point = Point {
+                    round: Some(round),
+                    ..points[index].clone()
+                };
+                let passes = point.passes.clone();
+                correct(&mut point, 1.0 / slowness);
+                if !is_shown {
+                    point.passes = passes;
+                }
+                rounds.push((index, point));
+            }
+        }
+        // As a sweep gives them: all rounds of a case, case by case.
+        rounds.sort_by_key(|(index, _)| *index);
+        rounds.into_iter().map(|(_, point)| point).collect()
+    }
+
+    /// A machine that gets slower and slower, by two thirds in all, is evened out by the order of
+    /// the rounds alone, where no pass shows it. The first round alone is far off.
+    #[test]
+    fn rounds_even_out_a_drift_that_no_pass_shows() {
+        let points = in_rounds(|when| 0.75 + 0.5 * when, false);
+        assert_eq!(points.len(), 2 * measured().len());
+        let first = points.iter().filter(|point| point.round == Some(1));
+        let first: Vec<Point> = first.cloned().collect();
+        let off = |points: Vec<Point>| {
+            let steady = Section::new(measured(), None).points;
+            let points = Section::new(points, None).points;
+            let ratios = points.iter().zip(&steady).filter_map(|(point, steady)| {
+                assert_eq!(point.key, steady.key);
+                Some(point.median_ms("indirect")? / steady.median_ms("indirect")?)
+            });
+            ratios.map(|ratio| (ratio - 1.0).abs()).fold(0.0, f64::max)
+        };
+        assert!(off(points) < 1e-9);
+        assert!(off(first) > 0.2);
+    }
+
+    /// The machine is slower or faster for a third of the run: each measurement is corrected by its
+    /// own passes.
+    #[test]
+    fn a_busy_time_changes_no_answer() {
+        let steady = picks(measured());
+        for planted in [0.4, 2.1] {
+            for begin in [0.0, 0.2, 0.4, 0.6] {
+                let busy = begin..begin + 1.0 / 3.0;
+                let slowness = |when: f64| if busy.contains(&when) { planted } else { 1.0 };
+                let points = in_rounds(slowness, true);
+                assert_eq!(picks(points.clone()), steady, "{planted} from {begin}");
+                let machine = Section::new(points, None).machine;
+                assert!((8..=16).contains(&machine.corrected), "{machine:?}");
+            }
+        }
+    }
+
+    /// Two rounds and one more: the median of their medians, their extremes, and all that was
+    /// measured; what failed once counts only where nothing else is there.
+    #[test]
+    fn rounds_become_one_point() {
+        let round = |round: u32, ms: f64| Point {
+            key: "same".to_owned(),
+            round: Some(round),
+            ..point("a", 1, [ms, ms], 1, 0.1)
+        };
+        let one = |rounds: &[Point]| {
+            let mut points = together(rounds.iter().cloned());
+            assert_eq!(points.len(), 1);
+            points.remove(0)
+        };
+        let rounds = [round(1, 10.0), round(2, 30.0), round(3, 12.0)];
+        let build = one(&rounds).total("build").map(|build| {
+            let Spread {
+                median,
+                min,
+                max,
+                n,
+            } = build;
+            ([median, min, max], n)
+        });
+        assert_eq!(build, Some(([12.0, 9.0, 36.0], 9)));
+        let mean = one(&rounds[..2]).total("build").map(|build| build.median);
+        assert_eq!(mean, Some(20.0));
+        let failed = Point {
+            failure: Some("gone".to_owned()),
+            totals: Vec::new(),
+            ..round(2, 30.0)
+        };
+        assert_eq!(one(&[rounds[0].clone(), failed.clone()]), rounds[0]);
+        assert_eq!(one(std::slice::from_ref(&failed)), failed);
     }
 
     /// A third of the points is measured while the machine is slower or faster: the answers are

@@ -16,6 +16,7 @@ use crate::measure::table::{median_ms, value_text};
 use crate::metrics::{BLOCK_PX, Channel, Errors};
 use crate::reference::Bounces;
 use crate::scene::{Fnv, Scene};
+use crate::text::counted;
 
 /// Version of the record's form; a change of meaning raises it.
 pub const RECORD_VERSION: u32 = 1;
@@ -67,6 +68,9 @@ pub struct Point {
     pub record_version: u32,
     /// Hash of setup, technique and settings, in hexadecimal digits.
     pub key: String,
+    /// The round in which it was measured, from 1; `None` in records from before there were rounds.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub round: Option<u32>,
     /// Name of the scene.
     pub scene: String,
     /// What the points of a chart have alike.
@@ -187,6 +191,10 @@ impl Keyed for Point {
     fn key(&self) -> &str {
         &self.key
     }
+
+    fn round(&self) -> u32 {
+        self.round.unwrap_or(0)
+    }
 }
 
 impl PointError {
@@ -227,6 +235,7 @@ impl Point {
         Point {
             record_version: RECORD_VERSION,
             key: setup.key(case),
+            round: None,
             scene: report.scene.clone(),
             setup: setup.clone(),
             technique: case.entry.name.to_owned(),
@@ -383,8 +392,7 @@ fn material_errors(error: &ErrorReport) -> Vec<(String, PointError)> {
 /// "1 bounce", "2 bounces", "all bounces".
 pub fn bounces_text(bounces: Bounces) -> String {
     match bounces {
-        Bounces::Count(1) => "1 bounce".into(),
-        Bounces::Count(count) => format!("{count} bounces"),
+        Bounces::Count(count) => counted(count as usize, "bounce"),
         Bounces::Full => "all bounces".into(),
     }
 }
@@ -488,6 +496,7 @@ pub(super) mod tests {
         Point {
             record_version: RECORD_VERSION,
             key: format!("{technique} {bounces} {gather} {bytes} {}", error.rel_rmse),
+            round: None,
             scene: "room".into(),
             setup: setup(),
             technique: technique.into(),

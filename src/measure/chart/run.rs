@@ -11,7 +11,7 @@ use super::section::Section;
 use crate::graph::{Error, Gpu};
 use crate::image::Image;
 use crate::measure::bench::{BenchSettings, Case, MAX_SPP, Pictures, Truth, measure_on};
-use crate::measure::records::{RecordError, Records};
+use crate::measure::records::{Keyed as _, RecordError, Records};
 use crate::measure::report::Report;
 use crate::metrics::{BLOCK_PX, MetricError, error_image, exposure_of};
 use crate::reference::{Bounces, ReferenceError, cached};
@@ -52,8 +52,10 @@ pub enum Progress<'p> {
     Case(&'p Case),
     /// It has measured a point.
     Done(&'p Point),
-    /// It measures so many points again: the front, and where the machine was not steady.
-    Again(usize),
+    /// It leaves out a measurement: the device refused the case in the round before.
+    Refused,
+    /// It begins with so many measurements: all rounds, or what is measured once more.
+    Begin(usize),
 }
 
 /// One scene on one device.
@@ -87,28 +89,33 @@ impl<'s> Sweep<'s> {
         }
     }
 
-    /// The cases that have no record.
+    /// The cases of which a measurement is missing.
     pub fn missing<'c>(&self, cases: &'c [Case], records: &Records<Point>) -> Vec<&'c Case> {
-        cases
-            .iter()
-            .filter(|case| records.find(&self.setup.key(case)).is_none())
-            .collect()
+        let mut plan = self.rounds(cases, records);
+        if plan.is_empty() {
+            plan = self.unsure(cases, records);
+        }
+        let is_missing = |case: &&Case| plan.iter().any(|(_, other)| std::ptr::eq(*case, *other));
+        cases.iter().filter(is_missing).collect()
     }
 
-    /// The records of the cases that have one, in the order of the cases.
+    /// The records of the cases that have one, all rounds, in the order of the cases.
     pub fn points(&self, cases: &[Case], records: &Records<Point>) -> Vec<Point> {
         cases
             .iter()
-            .filter_map(|case| records.find(&self.setup.key(case)).cloned())
+            .flat_map(|case| records.rounds(&self.setup.key(case)))
+            .cloned()
             .collect()
     }
 
-    /// Measures cases, writes their pictures, then their records. `cache` is the folder of
-    /// references. The order is mixed, so that a busy machine slows no technique more than another.
-    /// At the end the front is measured again, and each point at which the machine was not steady.
+    /// Takes the missing measurements of cases, writes their pictures, then their records. `cache`
+    /// is the folder of references. Each case is measured in several rounds, with a share of the
+    /// frames and builds in each, and the orders of the rounds even out a machine that gets slower
+    /// or faster. At the end the front is measured once more, and each point at which the machine
+    /// was not steady.
     pub fn measure(
         &self,
-        cases: &[&Case],
+        cases: &[Case],
         cache: &Path,
         records: &mut Records<Point>,
         pictures: &PictureFolder,
@@ -121,41 +128,85 @@ impl<'s> Sweep<'s> {
             uploaded: None,
             references: Vec::new(),
         };
-        for case in mixed(cases) {
-            run.measure(case, records, progress)?;
-        }
-        let again = self.unsure(cases, records);
-        progress(Progress::Again(again.len()));
-        for case in again {
-            run.measure(case, records, progress)?;
+        for plan in [Self::rounds, Self::unsure] {
+            let plan = plan(self, cases, records);
+            progress(Progress::Begin(plan.len()));
+            for (round, case) in plan {
+                run.measure(case, round, records, progress)?;
+            }
         }
         Ok(())
     }
 
-    /// The cases on a front, and those at which the machine was not steady.
-    fn unsure<'c>(&self, cases: &[&'c Case], records: &Records<Point>) -> Vec<&'c Case> {
-        let measured: Vec<(&Case, Point)> = cases
-            .iter()
-            .filter_map(|case| Some((*case, records.find(&self.setup.key(case))?.clone())))
-            .filter(|(_, point)| point.failure.is_none())
-            .collect();
-        let points: Vec<Point> = measured.iter().map(|(_, point)| point.clone()).collect();
-        let slowness = slowness(&points);
-        let section = Section::new(points, None);
-        let on_front: BTreeSet<usize> = Cost::ALL
-            .iter()
-            .flat_map(|cost| section.groups(*cost))
-            .flat_map(|group| {
-                let points = group.points.clone();
-                front(&group.prices)
-                    .into_iter()
-                    .map(move |member| points[member])
+    /// The measurements of the rounds that are missing.
+    fn rounds<'c>(&self, cases: &'c [Case], records: &Records<Point>) -> Vec<(u32, &'c Case)> {
+        (1..=self.round_count())
+            .flat_map(|round| {
+                let order = order(cases.len(), round).into_iter();
+                order.map(move |index| (round, &cases[index]))
             })
-            .collect();
-        (0..measured.len())
-            .filter(|index| on_front.contains(index) || is_unsteady(slowness[*index]))
-            .map(|index| measured[index].0)
+            .filter(|(round, case)| self.is_missing(case, *round, records))
             .collect()
+    }
+
+    /// The measurements of one more round that are missing: of the cases on a front, and of those
+    /// at which the machine was not steady. Only the rounds before it say which these are, so that
+    /// a run that was stopped goes on with the same.
+    fn unsure<'c>(&self, cases: &'c [Case], records: &Records<Point>) -> Vec<(u32, &'c Case)> {
+        let more = self.round_count() + 1;
+        let mut measured = self.points(cases, records);
+        measured.retain(|point| point.failure.is_none() && point.round() < more);
+        let mut unsure: BTreeSet<String> = measured
+            .iter()
+            .zip(slowness(&measured))
+            .filter(|(_, slowness)| is_unsteady(*slowness))
+            .map(|(point, _)| point.key.clone())
+            .collect();
+        let section = Section::new(measured, None);
+        for group in Cost::ALL.iter().flat_map(|cost| section.groups(*cost)) {
+            let keys = front(&group.prices)
+                .into_iter()
+                .map(|member| section.points[group.points[member]].key.clone());
+            unsure.extend(keys);
+        }
+        order(cases.len(), more)
+            .into_iter()
+            .map(|index| (more, &cases[index]))
+            .filter(|(round, case)| {
+                unsure.contains(&self.setup.key(case)) && self.is_missing(case, *round, records)
+            })
+            .collect()
+    }
+
+    /// Whether a case has no record of a round. What the device refused has no further rounds.
+    fn is_missing(&self, case: &Case, round: u32, records: &Records<Point>) -> bool {
+        let known = records.rounds(&self.setup.key(case));
+        !known
+            .iter()
+            .any(|point| point.round() == round || point.failure.is_some())
+    }
+
+    /// Rounds over which frames and builds are spread; each has at least one of both.
+    fn round_count(&self) -> u32 {
+        let BenchSettings {
+            frames, rebuilds, ..
+        } = *self.settings;
+        ROUNDS.min(frames).min(rebuilds)
+    }
+
+    /// How to measure in a round: with its share of the frames and builds. The round that is one
+    /// more has as many as all others together.
+    fn round_settings(&self, round: u32) -> BenchSettings {
+        let rounds = self.round_count();
+        let share = |total: u32| match round {
+            round if round > rounds => total,
+            round => total * round / rounds - total * (round - 1) / rounds,
+        };
+        BenchSettings {
+            frames: share(self.settings.frames),
+            rebuilds: share(self.settings.rebuilds),
+            ..self.settings.clone()
+        }
     }
 
     fn reference(&self, bounces: Bounces, cache: &Path) -> Result<Reference, SweepError> {
@@ -197,10 +248,15 @@ impl Run<'_> {
     fn measure(
         &mut self,
         case: &Case,
+        round: u32,
         records: &mut Records<Point>,
         progress: &mut dyn FnMut(Progress<'_>),
     ) -> Result<(), SweepError> {
         let (sweep, bounces) = (self.sweep, bounces_of(case));
+        if !sweep.is_missing(case, round, records) {
+            progress(Progress::Refused);
+            return Ok(());
+        }
         let known = self
             .references
             .iter()
@@ -226,10 +282,13 @@ impl Run<'_> {
             &mut self.uploaded,
             sweep.scene,
             case,
-            sweep.settings,
+            &sweep.round_settings(round),
             &reference.truth,
         );
-        let point = Point::new(&sweep.setup, case, &report);
+        let point = Point {
+            round: Some(round),
+            ..Point::new(&sweep.setup, case, &report)
+        };
         match taken {
             Ok(taken) => write_pictures(self.pictures, &point.key, &taken, reference, &report)?,
             Err(source @ (Error::DeviceLost { .. } | Error::Vulkan { .. })) => {
@@ -247,16 +306,24 @@ impl Run<'_> {
     }
 }
 
-/// The cases in an order in which neighbours are far apart: by the fractional parts of multiples of
-/// the golden ratio.
-fn mixed<'c>(cases: &[&'c Case]) -> Vec<&'c Case> {
-    let mut order: Vec<usize> = (0..cases.len()).collect();
+/// The order of a round. Neighbours are far apart, by the fractional parts of multiples of the
+/// golden ratio, so that a busy machine slows no technique more than another. Every second round
+/// goes backwards: what comes early in one comes late in the other, and a machine that gets slower
+/// all the time slows the mean of the two equally everywhere.
+pub(super) fn order(count: usize, round: u32) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..count).collect();
     let place = |index: &usize| (*index as f64 * GOLDEN_RATIO).fract();
     order.sort_by(|a, b| place(a).total_cmp(&place(b)));
-    order.into_iter().map(|index| cases[index]).collect()
+    if round.is_multiple_of(2) {
+        order.reverse();
+    }
+    order
 }
 
 const GOLDEN_RATIO: f64 = 1.618_033_988_749_895;
+
+/// Rounds of a sweep. A round costs a build and a frame that warms up for each point.
+const ROUNDS: u32 = 2;
 
 /// So many times the error that was asked for is as good: it is estimated.
 const NEAR: f64 = 1.5;
@@ -274,4 +341,26 @@ fn write_pictures(
         folder.write_error(key, &error_image(&taken.indirect, indirect)?, scale)?;
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rounds_measure_all_and_even_out() {
+        for count in [1, 2, 7, 118] {
+            let places = [1, 2].map(|round| {
+                let mut places = vec![None; count];
+                for (place, index) in order(count, round).into_iter().enumerate() {
+                    assert_eq!(places[index].replace(place), None, "measured twice");
+                }
+                places
+            });
+            for (one, other) in places[0].iter().zip(&places[1]) {
+                let sum = one.zip(*other).map(|(one, other)| one + other);
+                assert_eq!(sum, Some(count - 1), "{count} points");
+            }
+        }
+    }
 }

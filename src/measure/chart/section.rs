@@ -6,9 +6,11 @@ use super::point::{Cost, Point, bounces_text};
 use crate::graph::Spread;
 use crate::measure::build::commit;
 use crate::measure::draw::{Chart, FrontPoint, Panels, PointPanel, Series, short};
+use crate::measure::records::Keyed as _;
 use crate::measure::report::Timing;
 use crate::measure::table::csv_of;
 use crate::reference::Bounces;
+use crate::text::counted;
 
 /// Points of one scene with one setup.
 #[derive(Clone, Debug)]
@@ -152,9 +154,10 @@ fn tenths(share: f64) -> f64 {
 }
 
 impl Section {
-    /// Points of one scene and one setup, as if the machine had been equally fast at each.
-    pub fn new(mut points: Vec<Point>, source: Option<String>) -> Self {
-        let machine = Machine::settle(&mut points);
+    /// Points of one scene and one setup, of all rounds, as if the machine had been equally fast at
+    /// each: the rounds of a point become one.
+    pub fn new(measured: Vec<Point>, source: Option<String>) -> Self {
+        let (points, machine) = Machine::settle(measured);
         Section {
             points,
             source,
@@ -163,12 +166,12 @@ impl Section {
     }
 
     /// Points of any scenes and setups, sorted into sections in the order in which they come; of
-    /// points with one key the first is kept.
+    /// points with one key and round the first is kept.
     pub fn sort(points: impl IntoIterator<Item = Point>) -> Vec<Section> {
         let mut sections: Vec<Vec<Point>> = Vec::new();
         for point in points {
             match sections.iter_mut().find(|section| fits(section, &point)) {
-                Some(section) if section.iter().any(|known| known.key == point.key) => {}
+                Some(section) if section.iter().any(|known| known.is_same(&point)) => {}
                 Some(section) => section.push(point),
                 None => sections.push(vec![point]),
             }
@@ -282,15 +285,14 @@ impl Section {
         } else {
             "passes timed by timestamps"
         };
-        let medians = format!(
-            "medians of {} frames and {} builds; bars: smallest and largest",
-            setup.frames, setup.rebuilds
-        );
         let mut notes = vec![
             cost.what().to_owned(),
             format!(
-                "{}x{} px, shadow maps {}; {medians}",
-                setup.size[0], setup.size[1], setup.shadow_resolution
+                "{}x{} px, shadow maps {}; {}; bars: smallest and largest",
+                setup.size[0],
+                setup.size[1],
+                setup.shadow_resolution,
+                self.medians_text(first)
             ),
             format!(
                 "{}, {}, {timing}; lumivox {}{}",
@@ -312,6 +314,17 @@ impl Section {
             notes,
             panels: Panels::Points(panels),
         })
+    }
+
+    /// What times are: medians of how many frames and builds.
+    pub(super) fn medians_text(&self, first: &Point) -> String {
+        let in_rounds = self.points.iter().any(|point| point.round.is_some());
+        format!(
+            "medians of {} and {}{}",
+            counted(first.setup.frames as usize, "frame"),
+            counted(first.setup.rebuilds as usize, "build"),
+            if in_rounds { ", in rounds" } else { "" }
+        )
     }
 
     /// The points that the step line joins: the front. A numbered point takes the place of others
@@ -381,9 +394,9 @@ impl Section {
         let noise = Some(self.noise(&group.points)).filter(|noise| *noise > 0.0);
         PointPanel {
             title: format!(
-                "{}: {} points, the numbered ones are the Pareto front",
+                "{}: {}, the numbered ones are the Pareto front",
                 bounces_text(group.bounces),
-                group.points.len()
+                counted(group.points.len(), "point")
             ),
             x_label: cost.axis().to_owned(),
             y_label: "rel_rmse of indirect light [%]".to_owned(),
@@ -698,7 +711,7 @@ pub(super) mod tests {
     /// maps. Only what techniques do is left between their frames.
     #[test]
     fn a_busy_machine_does_not_slow_one_points_frame() {
-        let shared = [4.0, 4.0, 40.0, 4.2, 3.8].map(|ms| {
+        let shared = [(1, 4.0), (2, 4.0), (3, 40.0), (4, 4.2), (5, 3.8)].map(|(key, ms)| {
             let gather = if ms == 40.0 { 99.0 } else { 9.0 };
             let mut point = point("a", 1, [gather, 1.0], 1 << 20, 0.15);
             let pass = |name: &str, ms: f64| PassTimes {
@@ -710,6 +723,7 @@ pub(super) mod tests {
                     n: 3,
                 },
             };
+            point.key = key.to_string();
             point.passes = vec![pass("render.gbuffer", ms), pass("cone.gather", gather)];
             point
                 .passes
@@ -782,7 +796,7 @@ pub(super) mod tests {
         assert!(
             chart
                 .svg()
-                .is_ok_and(|svg| svg.contains("cones=999") && svg.contains("2 bounces: 1 points"))
+                .is_ok_and(|svg| svg.contains("cones=999") && svg.contains("2 bounces: 1 point,"))
         );
     }
 

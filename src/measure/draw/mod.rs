@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Once;
 
 use crate::output::{write_file, write_text};
+use crate::text::quoted;
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder as _};
 use plotters::coord::Shift;
@@ -153,7 +154,7 @@ pub struct Chart {
 #[derive(Debug, thiserror::Error)]
 pub enum ChartError {
     /// The drawing failed.
-    #[error("cannot draw the chart {title:?}: {problem}")]
+    #[error("cannot draw the chart {}: {problem}", quoted(title))]
     Draw {
         /// Title of the chart.
         title: String,

@@ -12,6 +12,7 @@ use crate::frame::Traced;
 use crate::gi::inspect::{Beam, BeamAxis};
 use crate::image::luminance;
 use crate::scene::Camera;
+use crate::text::counted;
 use crate::view::beam::table;
 use crate::view::session::{Compare, Session};
 use crate::view::views::VIEWS;
@@ -144,9 +145,9 @@ fn list(ui: &mut Ui, beam: &Beam, lists_empty: bool) {
         .filter(|sample| sample.opacity > 0.0)
         .count();
     ui.label(format!(
-        "γ {:.2}°, {} samples, {taken} of them see matter",
+        "γ {:.2}°, {}, {taken} of them with matter",
         beam.aperture_deg,
-        beam.samples.len()
+        counted(beam.samples.len(), "sample")
     ));
     ui.label(format!("L = {} W/(m² sr)", rgb(beam.radiance)))
         .on_hover_text(

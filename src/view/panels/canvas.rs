@@ -14,6 +14,12 @@ use crate::view::views::VIEWS;
 /// Behind words over the picture, so that they are read over white too.
 const BACKING: Color32 = Color32::from_black_alpha(240);
 
+/// Where pictures are at most this wide (points), names find no room.
+const NARROW: f32 = 300.0;
+
+/// Where they are narrower than this, errors find none either.
+const TINY: f32 = 100.0;
+
 /// The pictures as textures.
 #[derive(Default)]
 pub(in crate::view) struct Canvas {
@@ -241,8 +247,13 @@ impl Canvas {
         if session.compare != Compare::Single {
             draw_divider(ui, rect, split_x);
         }
+        let is_narrow = rect.width() <= NARROW;
         for (index, name) in names.iter().enumerate() {
-            if !name.is_empty() && rect.width() > 300.0 {
+            // A narrow picture has no room for names, but its error is told nowhere else where
+            // there are no panels.
+            let is_error = session.compare == Compare::Difference && index == 1;
+            let fits = !is_narrow || (is_error && rect.width() >= TINY);
+            if !name.is_empty() && fits {
                 draw_title(ui, rect, sides[index].1, (index, name));
             }
         }
@@ -263,7 +274,13 @@ fn draw_divider(ui: &Ui, rect: Rect, split_x: f32) {
 fn draw_title(ui: &Ui, rect: Rect, side: Rect, (index, name): (usize, &str)) {
     let mut text =
         LayoutJob::simple_singleline(name.to_owned(), FontId::proportional(13.0), Color32::WHITE);
-    text.wrap = TextWrapping::truncate_at_width(rect.width() - 16.0);
+    let is_narrow = rect.width() <= NARROW;
+    let width = rect.width() - 16.0;
+    text.wrap = if is_narrow {
+        TextWrapping::wrap_at_width(width)
+    } else {
+        TextWrapping::truncate_at_width(width)
+    };
     let painter = ui.painter();
     let galley = painter.layout_job(text);
     let x = if index == 0 {
@@ -272,9 +289,10 @@ fn draw_title(ui: &Ui, rect: Rect, side: Rect, (index, name): (usize, &str)) {
         side.right() - galley.size().x - 8.0
     };
     // One above the other, so that they never overlap.
+    let row = if is_narrow { 0 } else { index };
     let at = pos2(
         x.max(rect.left() + 8.0),
-        rect.top() + 6.0 + 24.0 * index as f32,
+        rect.top() + 6.0 + 24.0 * row as f32,
     );
     painter.rect_filled(
         Rect::from_min_size(at, galley.size()).expand(3.0),

@@ -7,16 +7,17 @@ use egui_file_dialog::{FileDialog, FileDialogKeyBindings, KeyBinding};
 
 use super::{Request, Scope};
 use crate::scene::bundled;
+use crate::text::counted;
 
 /// Opening, saving, copying.
 pub(super) fn show(ui: &mut Ui, scope: &mut Scope<'_>) {
     let scene = &scope.session.scene.1;
     ui.label(RichText::new(scope.session.source.to_string_lossy()).strong());
     ui.label(format!(
-        "{} triangles, {} materials, {} textures",
-        scene.triangles.len(),
-        scene.materials.len(),
-        scene.textures.len()
+        "{}, {}, {}",
+        counted(scene.triangles.len(), "triangle"),
+        counted(scene.materials.len(), "material"),
+        counted(scene.textures.len(), "texture")
     ));
     ui.horizontal(|ui| {
         let width = ui.available_width() - 96.0;

@@ -191,7 +191,7 @@ pub(super) fn show(ctx: &Context, scope: &mut Scope<'_>, canvas: &Canvas) {
     canvas.show(ctx, scope);
     if let Some(problem) = scope
         .session
-        .any_problem()
+        .any_error()
         .filter(|_| !(scope.remembered.panels && is_roomy))
     {
         // Where there is no status line to tell it.
@@ -247,14 +247,8 @@ fn status(ui: &mut Ui, scope: &mut Scope<'_>) {
                 .on_hover_text("how often the window was drawn in the last second");
         }
         ui.separator();
-        match (session.any_problem(), &session.shader) {
-            (Some(problem), _) => drop(
-                ui.add(
-                    egui::Label::new(RichText::new(problem).color(ui.visuals().error_fg_color))
-                        .truncate(),
-                ),
-            ),
-            (None, Some(Err(error))) => drop(
+        match (session.any_error(), &session.shader) {
+            (Some(error), _) => drop(
                 ui.add(
                     egui::Label::new(RichText::new(error).color(ui.visuals().error_fg_color))
                         .truncate(),

@@ -5,6 +5,7 @@ use egui::{CollapsingHeader, RichText, Slider, Ui};
 use super::{Scope, choose, row};
 use crate::gi::registry;
 use crate::gi::settings::{Domain, Group, Setting, Value};
+use crate::text::counted;
 use crate::view::session::{Choice, Compare};
 
 /// Which pictures are side by side.
@@ -42,7 +43,10 @@ pub(super) fn show_compare(ui: &mut Ui, scope: &mut Scope<'_>) {
             ui.add(Slider::new(&mut session.difference_scale, 0.02..=5.0).logarithmic(true))
         });
         let samples = session.truth.as_ref().map_or(0, |truth| truth.samples);
-        ui.label(format!("reference: {samples} samples a pixel"));
+        ui.label(format!(
+            "reference: {} a pixel",
+            counted(samples as usize, "sample")
+        ));
         if scope.panels.times {
             ui.label(scope.errors);
         }

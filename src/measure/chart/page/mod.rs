@@ -135,8 +135,7 @@ fn setup(section: &Section, first: &Point) -> Markup {
             dt { "picture" } dd {
                 (setup.size[0]) "×" (setup.size[1]) " px, shadow maps " (setup.shadow_resolution)
                 " texels" }
-            dt { "times" } dd { (timing) "; medians of " (setup.frames) " frames and "
-                (setup.rebuilds) " builds"
+            dt { "times" } dd { (timing) "; " (section.medians_text(first))
                 @if setup.frames.min(setup.rebuilds) < 3
                     { b { ": too few to tell a spread" }
                     ". Other work of the machine shows in them" } }
