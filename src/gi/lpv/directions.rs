@@ -14,8 +14,11 @@ pub struct Directions {
     pub octants: [[u32; 2]; 8],
 }
 
-/// Moments that the weights are corrected to: Σw = 4π, Σwω = 0, Σwωω = 4π/3.
-const MOMENTS: usize = 10;
+/// Moments that the weights are corrected to: Σwω = 0, Σwωω = 4π/3 (and so Σw = 4π), and Σw|ωx| =
+/// 2π for each axis, so that a face takes and sends what it should.
+const MOMENTS: usize = 12;
+/// The first of them that are of half a sphere.
+const HALVES: usize = 9;
 
 impl Directions {
     /// `count` directions on a spiral from pole to pole (Fibonacci), turned once so that none
@@ -82,7 +85,6 @@ fn octant(direction: DVec3) -> usize {
 
 fn moments(d: DVec3) -> [f64; MOMENTS] {
     [
-        1.0,
         d.x,
         d.y,
         d.z,
@@ -92,39 +94,45 @@ fn moments(d: DVec3) -> [f64; MOMENTS] {
         d.x * d.y,
         d.y * d.z,
         d.z * d.x,
+        d.x.abs(),
+        d.y.abs(),
+        d.z.abs(),
     ]
 }
 
-/// The weights nearest to equal ones that have the sphere's moments: w = w₀ + Mᵀ λ. The first
-/// moment is the sum of three others, so that one of the equations is left out.
+/// The weights nearest to equal ones that have the sphere's moments: w = w₀ + Mᵀ λ. Few directions
+/// may have no positive weights with all of them.
 fn corrected(ends: &[DVec3]) -> Vec<f64> {
-    let third = 4.0 * PI / 3.0;
-    let target = [0.0, 0.0, 0.0, 0.0, third, third, third, 0.0, 0.0, 0.0];
-    let equal = 4.0 * PI / ends.len().max(1) as f64;
+    let equal = vec![4.0 * PI / ends.len().max(1) as f64; ends.len()];
+    let mut tried = [MOMENTS, HALVES]
+        .into_iter()
+        .filter_map(|count| with_moments(ends, equal.first().copied()?, count));
+    tried
+        .find(|weights| weights.iter().all(|weight| *weight > 0.0))
+        .unwrap_or(equal)
+}
+
+/// The same, positive or not, with the first `count` moments.
+fn with_moments(ends: &[DVec3], equal: f64, count: usize) -> Option<Vec<f64>> {
+    let (third, half) = (4.0 * PI / 3.0, 2.0 * PI);
+    let target = [
+        0.0, 0.0, 0.0, third, third, third, 0.0, 0.0, 0.0, half, half, half,
+    ];
     let rows: Vec<[f64; MOMENTS]> = ends.iter().map(|end| moments(*end)).collect();
-    let (mut matrix, mut missing) = ([[0.0; MOMENTS]; MOMENTS], target);
-    for row in &rows {
-        for i in 1..MOMENTS {
-            missing[i] -= equal * row[i];
-            for j in 1..MOMENTS {
-                matrix[i][j] += row[i] * row[j];
+    let (mut matrix, mut missing) = ([[0.0; MOMENTS]; MOMENTS], [0.0; MOMENTS]);
+    for i in 0..MOMENTS {
+        if i < count {
+            missing[i] = target[i] - equal * rows.iter().map(|row| row[i]).sum::<f64>();
+            for j in 0..count {
+                matrix[i][j] = rows.iter().map(|row| row[i] * row[j]).sum();
             }
+        } else {
+            matrix[i][i] = 1.0;
         }
     }
-    matrix[0][0] = 1.0;
-    missing[0] = 0.0;
-    let Some(lambda) = solved(matrix, missing) else {
-        return vec![equal; ends.len()];
-    };
-    let weight =
-        |row: &[f64; MOMENTS]| equal + (1..MOMENTS).map(|i| lambda[i] * row[i]).sum::<f64>();
-    let weights: Vec<f64> = rows.iter().map(weight).collect();
-    // Few directions may have no positive weights of these moments.
-    if weights.iter().all(|weight| *weight > 0.0) {
-        weights
-    } else {
-        vec![equal; ends.len()]
-    }
+    let lambda = solved(matrix, missing)?;
+    let more = |row: &[f64; MOMENTS]| lambda.iter().zip(row).map(|(l, m)| l * m).sum::<f64>();
+    Some(rows.iter().map(|row| equal + more(row)).collect())
 }
 
 /// Gaussian elimination with pivots; `None` where the rows depend on each other.

@@ -31,7 +31,9 @@ impl CellGrid {
     /// segment between two centres.
     pub fn around((low, high): (Vec3, Vec3), cells: u32, margin: u32) -> Self {
         let extent = (high - low).max(Vec3::ZERO);
-        let longest = extent.max_element().max(1e-6);
+        // Cells of a point, or far from the origin, are still some steps of its coordinates wide.
+        let farthest = low.abs().max(high.abs()).max_element();
+        let longest = extent.max_element().max(2e-4 * farthest).max(1e-6);
         let inner = cells.saturating_sub(2 * margin).max(1);
         let cell_size = longest / inner as f32;
         // A side that rounding makes a hair longer than whole cells has no cell more.
