@@ -388,3 +388,70 @@ fn cover(scene: &Scene, [low, high]: [Vec3; 2], axis: usize, from_top: bool) -> 
     let face = extent[(axis + 1) % 3] * extent[(axis + 2) % 3];
     scene.triangles.iter().map(area).sum::<f64>() / face.max(f64::MIN_POSITIVE)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Material, Vertex};
+
+    /// Squares of 1 m side by side, 20 by 20, at heights along +z; those that are not `wanted` are
+    /// left out.
+    fn ground(height: impl Fn(f32, f32) -> f32, wanted: impl Fn(usize) -> bool) -> Scene {
+        let mut scene = Scene {
+            materials: vec![Material::default()],
+            ..Scene::default()
+        };
+        for square in (0..400).filter(|square| wanted(*square)) {
+            let first = scene.vertices.len() as u32;
+            for [right, up] in [[0, 0], [1, 0], [1, 1], [0, 1]] {
+                let (x, y) = ((square % 20 + right) as f32, (square / 20 + up) as f32);
+                scene.vertices.push(Vertex {
+                    position: [x, y, height(x, y)],
+                    u: 0.0,
+                    normal: [0.0, 0.0, 1.0],
+                    v: 0.0,
+                });
+            }
+            for vertices in [[0, 1, 2], [0, 2, 3]] {
+                let vertices = vertices.map(|corner| first + corner);
+                scene.triangles.push(Triangle {
+                    vertices,
+                    material: 0,
+                });
+            }
+        }
+        scene
+    }
+
+    /// The same with y upwards, as it should be.
+    fn turned(mut scene: Scene) -> Scene {
+        for vertex in &mut scene.vertices {
+            let [x, y, z] = vertex.position;
+            vertex.position = [x, z, -y];
+        }
+        scene
+    }
+
+    #[test]
+    fn hills_along_z_look_so() {
+        let hills = |x: f32, y: f32| 2.0 * (0.3 * x).sin() * (0.4 * y).cos();
+        let all = |_: usize| true;
+        assert!(looks_z_up(&ground(hills, all)));
+        assert!(!looks_z_up(&turned(ground(hills, all))));
+    }
+
+    /// Loose leaves before a window, each in several layers: they face +z as much as hills do.
+    #[test]
+    fn leaves_that_hang_do_not() {
+        let some = |square: usize| square % 5 < 2 || square == 399;
+        let wave = |x: f32, y: f32| 2.0 * (0.9 * x).sin() * (0.7 * y).cos();
+        let mut leaves = ground(wave, some);
+        for _ in 0..2 {
+            let layer = leaves.triangles.clone();
+            leaves.triangles.extend(layer);
+        }
+        let bounds = leaves.bounds().map(|(low, high)| [low, high]);
+        assert!(bounds.is_some_and(|bounds| facing(&leaves, bounds, 2) > 0.8));
+        assert!(!looks_z_up(&leaves));
+    }
+}
