@@ -159,8 +159,8 @@ pub struct ShadowMap {
 impl ShadowMap {
     /// Least and largest share of the light that may reach a point by four comparisons, weighted
     /// bilinearly, each with the nearer of the receiver and its tangent plane on the texel's ray,
-    /// less [`ShadowMap::facet_m`]. A comparison that rounding decides counts as both. Beyond the map, all light arrives in a parallel view, and
-    /// none in any other.
+    /// less [`ShadowMap::facet_m`]. A comparison that rounding decides counts as both. Beyond the
+    /// map, all light arrives in a parallel view, and none in any other.
     pub fn visibility(&self, position: DVec3, normal: DVec3) -> [f64; 2] {
         let size = f64::from(self.view.size[0]);
         let (at_px, depth_m) = self.view.project(position);
