@@ -9,6 +9,9 @@
 // Light views of a point light (Rust: POINT_VIEWS of render); no other kind has as many.
 const uint POINT_VIEWS = 6u;
 
+// Slope of a facet beside a receiver: depth over distance across the light.
+const float FACET_SLOPE = 0.5;
+
 // The view of a point light that looks along the axis nearest to `direction`: +x, −x, +y, −y, +z,
 // −z.
 uint cube_face(vec3 direction) {
@@ -42,8 +45,10 @@ float plane_depth(LightView view, vec2 map, vec3 position, vec3 normal, float ot
 
 // Fraction of the light that reaches `position`: four depth comparisons, weighted bilinearly. Each
 // compares with the receiver's tangent plane at its own texel, so that a lit plane does not shadow
-// itself however coarse the map is. `slack_m` is the depth difference that still counts as lit.
-float light_visibility(Light light, vec3 position, vec3 normal, float slack_m) {
+// itself however coarse the map is. `slack_m` is the depth difference that still counts as lit. A
+// receiver on a surface of facets is `faceted`: beside it, another facet may be nearer to the light
+// than its plane and than itself, by `FACET_SLOPE` of the way to the texel, and does not shadow it.
+float light_visibility(Light light, vec3 position, vec3 normal, float slack_m, bool faceted) {
     uint index = light.views.x;
     if (light.views.y == POINT_VIEWS) index += cube_face(position - light.position_kind.xyz);
     LightView view = light_views[index];
@@ -53,6 +58,8 @@ float light_visibility(Light light, vec3 position, vec3 normal, float slack_m) {
     float size = float(view.light.y);
     vec2 texel = (map.xy * 0.5 + 0.5) * size - 0.5;
     vec2 base = floor(texel), f = texel - base;
+    float texel_m
+        = 2.0 * length(view.right.xyz) * (view.origin_kind.w == 0.0 ? 1.0 : map.z) / size;
     float lit = 0.0;
     for (int i = 0; i < 4; ++i) {
         vec2 corner = vec2(i & 1, i >> 1);
@@ -61,6 +68,8 @@ float light_visibility(Light light, vec3 position, vec3 normal, float slack_m) {
             texelFetch(sampler2DArray(shadow_maps, nearest_clamp), ivec3(at, index), 0).r,
             view.right.w);
         float receiver = plane_depth(view, (at + 0.5) / size * 2.0 - 1.0, position, normal, map.z);
+        if (faceted)
+            receiver = min(receiver, map.z) - FACET_SLOPE * texel_m * length(at - texel);
         vec2 weight = mix(1.0 - f, f, corner);
         lit += stored >= receiver - slack_m - 1e-4 * map.z ? weight.x * weight.y : 0.0;
     }

@@ -155,6 +155,87 @@ fn hall() -> Obj {
     hall
 }
 
+/// A gallery of 30 m that is as wide as a door is high, between two rows of pillars.
+fn gallery() -> Obj {
+    let walls = [Vec3::new(-15.0, 0.0, -2.0), Vec3::new(15.0, 3.5, 2.0)];
+    let mut gallery = Obj::default().cuboid("walls", walls, true);
+    for pillar in 0..20 {
+        let x = 3.0 * (pillar / 2) as f32 - 13.5;
+        let z = 2.8 * (pillar % 2) as f32 - 1.4;
+        let corners = [
+            Vec3::new(x - 0.15, 0.0, z - 0.15),
+            Vec3::new(x + 0.15, 3.5, z + 0.15),
+        ];
+        gallery = gallery.cuboid("thing", corners, false);
+    }
+    gallery
+}
+
+/// Two rooms of 6 m, with a doorway of 1 m between them and a thing in each.
+fn two_rooms() -> Obj {
+    let walls = [Vec3::new(-6.0, 0.0, -3.0), Vec3::new(6.0, 3.0, 3.0)];
+    let wall = |low: [f32; 2], high: [f32; 2]| {
+        [
+            Vec3::new(-0.1, low[0], low[1]),
+            Vec3::new(0.1, high[0], high[1]),
+        ]
+    };
+    Obj::default()
+        .cuboid("walls", walls, true)
+        .cuboid("wall", wall([0.0, -3.0], [3.0, -0.5]), false)
+        .cuboid("wall", wall([0.0, 0.5], [3.0, 3.0]), false)
+        .cuboid("wall", wall([2.1, -0.5], [3.0, 0.5]), false)
+        .cuboid(
+            "thing",
+            [Vec3::new(-4.5, 0.0, -2.0), Vec3::new(-3.0, 0.8, -0.6)],
+            false,
+        )
+        .cuboid(
+            "thing",
+            [Vec3::new(3.0, 0.0, 1.0), Vec3::new(4.0, 1.8, 2.2)],
+            false,
+        )
+}
+
+/// A court of 20 m by 16 m between walls of 6 m, without a roof, with a basin in the middle.
+fn court() -> Obj {
+    let cuboids = [
+        ("floor", [-10.0, -0.3, -8.0], [10.0, 0.0, 8.0]),
+        ("wall", [-10.0, 0.0, -8.0], [10.0, 6.0, -7.5]),
+        ("wall", [-10.0, 0.0, 7.5], [10.0, 6.0, 8.0]),
+        ("wall", [-10.0, 0.0, -7.5], [-9.5, 6.0, 7.5]),
+        ("wall", [9.5, 0.0, -7.5], [10.0, 6.0, 7.5]),
+        ("wall", [-9.5, 3.6, -7.5], [9.5, 3.9, -5.0]),
+        ("wall", [-9.5, 3.6, 5.0], [9.5, 3.9, 7.5]),
+        ("wall", [-9.5, 3.6, -5.0], [-7.0, 3.9, 5.0]),
+        ("wall", [7.0, 3.6, -5.0], [9.5, 3.9, 5.0]),
+        ("thing", [-2.5, 0.0, -2.5], [2.5, 1.2, 2.5]),
+    ];
+    cuboids
+        .into_iter()
+        .fold(Obj::default(), |court, (name, low, high)| {
+            court.cuboid(name, [low, high].map(Vec3::from), false)
+        })
+}
+
+/// Hills of 40 m with z upwards: one open surface.
+fn hills() -> Obj {
+    const SIDE: usize = 24;
+    let corner = |index: usize| {
+        let [x, y] = [index / SIDE, index % SIDE].map(|at| 40.0 * at as f32 / (SIDE - 1) as f32);
+        Vec3::new(x, y, 2.2 * (0.2 * x).sin() * (0.15 * y).cos())
+    };
+    let face = |at: usize| {
+        let first = at / (SIDE - 1) * SIDE + at % (SIDE - 1);
+        [first, first + SIDE, first + SIDE + 1, first + 1]
+    };
+    let corners: Vec<Vec3> = (0..SIDE * SIDE).map(corner).collect();
+    let faces: Vec<[usize; 4]> = (0..(SIDE - 1) * (SIDE - 1)).map(face).collect();
+    let mut hills = Obj::default();
+    hills.add("thing", &corners, &faces);
+    hills
+}
+
 /// Renders a scene; says the share of the picture that shows the material `thing`, the median
 /// luminance after exposure, and the share that is clipped.
 fn judged(scene: &Scene) -> [f32; 3] {
@@ -233,6 +314,10 @@ fn first_pictures_can_be_judged() {
         ("room", room(true), Up::Y),
         ("room from its back", room(false), Up::Y),
         ("hall", hall(), Up::Y),
+        ("gallery", gallery(), Up::Y),
+        ("two rooms", two_rooms(), Up::Y),
+        ("court", court(), Up::Y),
+        ("hills, z up and told so", hills(), Up::Z),
     ];
     for (name, obj, up) in cases {
         assert_can_be_judged(name, &obj.load(up));
@@ -270,6 +355,59 @@ fn unit_and_place_change_nothing() {
     let turned = torus_on_floor().moved(|[x, y, z]| [x, -z, y]).load(Up::Z);
     assert_eq!(metres.vertices, turned.vertices);
     assert_eq!(metres.camera, turned.camera);
+}
+
+/// Lamps light most of what the camera sees themselves. A lamp behind a pillar or in the next room
+/// lights little of it, however evenly.
+#[test]
+fn lamps_hang_where_the_camera_looks() {
+    for (name, obj) in [
+        ("room", room(true)),
+        ("hall", hall()),
+        ("gallery", gallery()),
+        ("two rooms", two_rooms()),
+    ] {
+        let sight = obj.load(Up::Y).sight();
+        println!("{name}: {sight:?}");
+        assert!(
+            sight.lit > 0.6 * sight.surfaces,
+            "{name}: light reaches {} of {}",
+            sight.lit,
+            sight.surfaces
+        );
+    }
+}
+
+/// A court has the sun, although most of its points are enclosed; a room with a hole in its roof
+/// has lamps.
+#[test]
+fn the_sun_lights_what_has_no_roof() {
+    let kinds = |scene: &Scene| -> Vec<bool> {
+        let is_sun = |light: &Light| matches!(light, Light::Directional { .. });
+        scene.lights.iter().map(is_sun).collect()
+    };
+    assert_eq!(kinds(&court().load(Up::Y)), [true]);
+    let [low, high] = [Vec3::new(-5.0, 0.0, -5.0), Vec3::new(5.0, 6.0, 5.0)];
+    let rim = [
+        [low.x, low.z, high.x, -1.0],
+        [low.x, 1.0, high.x, high.z],
+        [low.x, -1.0, -1.0, 1.0],
+        [1.0, -1.0, high.x, 1.0],
+    ];
+    let walls = Obj::default().cuboid("walls", [low, high], true);
+    let text = walls.text.replace("f 4 8 7 3\n", "");
+    assert!(text.len() < walls.text.len(), "{text}");
+    let with_hole = rim.into_iter().fold(
+        Obj { text, ..walls },
+        |room, [x_low, z_low, x_high, z_high]| {
+            let slab = [Vec3::new(x_low, 6.0, z_low), Vec3::new(x_high, 6.3, z_high)];
+            room.cuboid("roof", slab, false)
+        },
+    );
+    let scene = with_hole.load(Up::Y);
+    assert!(scene.environment != Vec3::ZERO);
+    let kinds = kinds(&scene);
+    assert!(!kinds.is_empty() && !kinds.contains(&true), "{kinds:?}");
 }
 
 #[test]

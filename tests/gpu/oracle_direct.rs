@@ -163,13 +163,14 @@ fn by_rays(scenery: &Scenery<'_>, map: &ShadowMap, at: &Reflector) -> Option<boo
         let (origin, direction) = map.view.ray(at_px);
         let plane_m =
             at.geometric_normal.dot(at.position - origin) / at.geometric_normal.dot(direction);
-        let nearer = 1.0 - scenery.certain_hit(&map.view, at_px)? / plane_m;
+        let hit_m = scenery.certain_hit(&map.view, at_px)?;
+        let facet_m = plane_m.min(depth_m) - map.facet_m(at_px, at.position);
         // Steep planes leave the reach of a comparison.
         let is_plain = plane_m > 0.0 && (plane_m / depth_m - 1.0).abs() < 0.2;
-        match nearer {
+        match hit_m {
             _ if !is_plain => None,
-            nearer if nearer > 2.0 * SHADOW_BIAS => Some(false),
-            nearer if nearer < 0.5 * SHADOW_BIAS => Some(true),
+            hit_m if hit_m < facet_m - 2.0 * SHADOW_BIAS * plane_m => Some(false),
+            hit_m if hit_m > plane_m - 0.5 * SHADOW_BIAS * plane_m => Some(true),
             _ => None,
         }
     });
@@ -442,6 +443,43 @@ fn lobes_are_those_of_the_papers() {
             "{name}: {bright}, {certain}"
         );
         planted_errors_fail(&lit.seen, &bounds, &tolerance);
+    }
+}
+
+/// Strips of ground that rise and fall by a tenth: light reaches all of them, and their edges throw
+/// no shadow on each other, in maps of any size.
+#[test]
+fn creases_throw_no_shadows() {
+    let gpu = gpu();
+    let mut builder = Builder::default();
+    let ground = builder.matte("ground", Vec3::splat(0.5));
+    for strip in 0..24 {
+        let rise = if strip % 2 == 0 { 0.01 } else { -0.01 };
+        let corner = Vec3::new(0.1 * strip as f32 - 1.2, 0.005 - 0.5 * rise, -1.2);
+        builder.quad(ground, corner, 2.4 * Vec3::Z, Vec3::new(0.1, rise, 0.0));
+    }
+    let camera = Camera {
+        eye: Vec3::new(0.06, 0.7, 1.9),
+        target: Vec3::new(0.0, 0.0, 0.15),
+        up: Vec3::Y,
+        vfov_deg: 50.0,
+    };
+    let scene = builder.finish("strips", Vec::new(), Vec3::ZERO, camera);
+    for (name, light) in &kinds()[..2] {
+        let scene = lit_by(scene.clone(), vec![*light]);
+        for map_size in [64, 256, 1024] {
+            let lit = light_up(&gpu, &scene, SIZE, map_size);
+            let of =
+                |at: &Option<Reflector>| at.map_or(DVec3::ZERO, |at| total(reflect(light, &at)));
+            let bounds: Vec<Bounds> = lit.reflectors.iter().map(|at| [of(at); 2]).collect();
+            let tolerance: Vec<DVec3> = lit
+                .reflectors
+                .iter()
+                .map(|at| tolerance(&scene, at, 1e-3))
+                .collect();
+            judge(&lit.seen, &bounds, &tolerance)
+                .unwrap_or_else(|error| panic!("{name}, {map_size} texels: {error}"));
+        }
     }
 }
 

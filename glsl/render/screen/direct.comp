@@ -35,8 +35,8 @@ void main() {
         float cosine;
         vec3 reflected = reflected_light(lights[i], reflector, to_light, cosine);
         if (cosine <= 0.0) continue;
-        float lit = light_visibility(
-            lights[i], reflector.surface.position_ws, reflector.surface.geometric_normal, 0.0);
+        float lit = light_visibility(lights[i], reflector.surface.position_ws,
+            reflector.surface.geometric_normal, 0.0, true);
         radiance += reflected * (cosine * lit);
     }
     imageStore(direct, pixel, vec4(radiance, 1.0));

@@ -13,6 +13,9 @@ pub const SMALLEST_ALPHA: f64 = 1e-3;
 /// Depth differences up to this share of the depth are no shadow.
 pub const SHADOW_BIAS: f64 = 1e-4;
 
+/// Slope of a facet beside a receiver: depth over distance across the light.
+const FACET_SLOPE: f64 = 0.5;
+
 /// A receiver's plane is followed no farther than this many widths of a texel.
 const PLANE_REACH_TEXELS: f64 = 16.0;
 
@@ -155,9 +158,9 @@ pub struct ShadowMap {
 
 impl ShadowMap {
     /// Least and largest share of the light that may reach a point by four comparisons, weighted
-    /// bilinearly, each with the receiver's tangent plane on the texel's ray. A comparison that
-    /// rounding decides counts as both. Beyond the map, all light arrives in a parallel view, and
-    /// none in any other.
+    /// bilinearly, each with the nearer of the receiver and its tangent plane on the texel's ray,
+    /// less [`ShadowMap::facet_m`]. A comparison that rounding decides counts as both. Beyond the
+    /// map, all light arrives in a parallel view, and none in any other.
     pub fn visibility(&self, position: DVec3, normal: DVec3) -> [f64; 2] {
         let size = f64::from(self.view.size[0]);
         let (at_px, depth_m) = self.view.project(position);
@@ -184,13 +187,25 @@ impl ShadowMap {
         bounds
     }
 
+    /// The edge of a texel \[m\] at a depth.
+    fn texel_m(&self, depth_m: f64) -> f64 {
+        let scale = if self.view.is_parallel { 1.0 } else { depth_m };
+        2.0 * self.view.right.length() / f64::from(self.view.size[0]) * scale
+    }
+
+    /// How much nearer to the light than a receiver the surface may be that a texel beside it sees,
+    /// and yet be a facet of the same surface \[m\].
+    pub fn facet_m(&self, texel_px: DVec2, position: DVec3) -> f64 {
+        let (at_px, depth_m) = self.view.project(position);
+        FACET_SLOPE * self.texel_m(depth_m) * at_px.distance(texel_px)
+    }
+
     /// Whether a texel may let light pass to the receiver's plane, and whether it must.
     fn compare(&self, texel: DVec2, position: DVec3, normal: DVec3, depth_m: f64) -> [bool; 2] {
         let stored_m = self.depth_m[(texel.x + texel.y * f64::from(self.view.size[0])) as usize];
         let (origin, direction) = self.view.ray(texel + 0.5);
         let on_plane = normal.dot(position - origin) / normal.dot(direction);
-        let texel_m = 2.0 * self.view.right.length() / f64::from(self.view.size[0])
-            * if self.view.is_parallel { 1.0 } else { depth_m };
+        let texel_m = self.texel_m(depth_m);
         let reach_m = PLANE_REACH_TEXELS * texel_m;
         // The plane is as steep as its normal is exact.
         let steepness = direction.length() / normal.dot(direction).abs();
@@ -201,7 +216,8 @@ impl ShadowMap {
         } else {
             [depth_m - reach_m, depth_m + reach_m]
         };
-        let bias_m = SHADOW_BIAS * depth_m;
+        let receivers = receivers.map(|receiver| receiver.min(depth_m));
+        let bias_m = SHADOW_BIAS * depth_m + self.facet_m(texel + 0.5, position);
         [
             stored_m + 2e-6 * depth_m >= receivers[0] - bias_m,
             stored_m - 2e-6 * depth_m >= receivers[1] - bias_m,
@@ -273,6 +289,43 @@ mod tests {
         );
     }
 
+    /// Texels of 0.5 m, 0.5 px to the left of a point and 0.5 px above and below it, see something
+    /// nearer. It is a facet of the same surface up to 0.5 · 0.5 m · √(0.5² + 0.5²) = 0.177 m, also
+    /// where the point's plane is further away there.
+    #[test]
+    fn a_facet_beside_a_point_does_not_shadow_it() {
+        let view = View {
+            origin: DVec3::ZERO,
+            right: DVec3::X,
+            down: DVec3::Y,
+            forward: DVec3::Z,
+            near_m: 0.0,
+            is_parallel: true,
+            size: [4; 2],
+        };
+        let falling = DVec3::new(-1.0, 0.0, -1.0).normalize();
+        for (nearer, normal, expected) in [
+            (0.17, DVec3::NEG_Z, 1.0),
+            (0.19, DVec3::NEG_Z, 0.5),
+            (0.17, falling, 1.0),
+            (0.19, falling, 0.5),
+        ] {
+            let depth = |texel| {
+                if texel % 4 < 2 {
+                    2.0 - nearer
+                } else {
+                    f64::INFINITY
+                }
+            };
+            let map = ShadowMap {
+                view,
+                depth_m: (0..16).map(depth).collect(),
+            };
+            let found = map.visibility(DVec3::new(0.0, 0.0, 2.0), normal);
+            assert_eq!(found, [expected; 2], "{nearer} m, {normal}");
+        }
+    }
+
     /// Half of a map of 4 × 4 texels is nearer than the receiver: full light, none, and in between
     /// as far as the point is from the edge.
     #[test]
@@ -312,7 +365,7 @@ mod tests {
             [1.0; 2]
         );
         assert_eq!(
-            map.visibility(DVec3::new(-0.6, 0.1, 1.0 + SHADOW_BIAS), DVec3::NEG_Z),
+            map.visibility(DVec3::new(-0.75, 0.25, 1.0 + SHADOW_BIAS), DVec3::NEG_Z),
             [0.0, 1.0]
         );
         let spot = ShadowMap {

@@ -3,7 +3,8 @@
 use glam::Vec3;
 
 use super::{
-    Chosen, SAMPLES, Sample, Seen, Space, best, direction, quantile, rays_of, sphere, spread,
+    Chosen, SAMPLES, Sample, Seen, Space, best, direction, outside, quantile, rays_of, sphere,
+    spread,
 };
 use crate::scene::light::LIGHT_MAX;
 use crate::scene::{Camera, Light};
@@ -37,6 +38,12 @@ const NEAR: f32 = 0.12;
 
 /// Vertical field of view \[degrees\].
 const VFOV_DEG: f32 = 60.0;
+
+/// Share of what the camera sees that has nothing above it, of a court rather than a room.
+const OPEN_MIN: f32 = 0.25;
+
+/// Share of it that the sun must reach to light a court.
+const SUNLIT_MIN: f32 = 0.25;
 
 /// Most lights of a room.
 const LIGHTS_MAX: usize = 3;
@@ -126,8 +133,14 @@ pub(super) fn place(space: &Space, free: &[Free]) -> Chosen {
     let camera = camera(space, free);
     let seen = space.seen(&camera);
     let escapes = free.iter().map(|free| free.escapes).sum::<f32>() / free.len() as f32;
+    let sun = || outside::sun(space, azimuth_deg(&camera), &seen);
+    let under_sky = || open_share(space, &seen) >= OPEN_MIN;
+    let lights = match under_sky().then(sun) {
+        Some((sun, lit_share)) if lit_share >= SUNLIT_MIN => vec![sun],
+        _ => lights(space, free, &camera, &seen),
+    };
     Chosen {
-        lights: lights(space, free, &camera, &seen),
+        lights,
         camera,
         place: "inside it, where it sees most",
         is_open: escapes > 0.01,
@@ -234,6 +247,22 @@ fn openness(space: &Space, camera: &Camera) -> f32 {
     rated.iter().sum::<f32>() / rated.len() as f32
 }
 
+/// The azimuth from what a camera looks at to the camera, as in [`direction`].
+fn azimuth_deg(camera: &Camera) -> f32 {
+    let back = camera.eye - camera.target;
+    back.x.atan2(back.z).to_degrees()
+}
+
+/// The share of points that have nothing above them. Rays lean away from walls.
+fn open_share(space: &Space, seen: &[Seen]) -> f32 {
+    let is_open = |seen: &&Seen| {
+        let above = seen.position + 4.0 * (Vec3::Y + 0.2 * seen.normal).normalize();
+        space.is_clear(seen.position, seen.triangle, above)
+    };
+    let open = seen.iter().filter(|seen| seen.normal.y > -0.1);
+    open.filter(is_open).count() as f32 / seen.len().max(1) as f32
+}
+
 /// Point lights that reach most of what the camera sees, most evenly, from above: one, or as many
 /// as make it much more even.
 fn lights(space: &Space, free: &[Free], camera: &Camera, seen: &[Seen]) -> Vec<Light> {
@@ -255,7 +284,8 @@ fn lights(space: &Space, free: &[Free], camera: &Camera, seen: &[Seen]) -> Vec<L
     let (mut total, mut chosen, mut score) = (vec![0.0; some.len()], Vec::new(), 0.0);
     while chosen.len() < LIGHTS_MAX {
         let with = |index: usize| total.iter().zip(&each[index]).map(|(sum, more)| sum + more);
-        let rated = |index: usize| evenness(with(index).collect()) * hanging(&free[index]);
+        let rated =
+            |index: usize| evenness(&with(index).collect::<Vec<_>>()) * hanging(&free[index]);
         let Some(next) = best((0..free.len()).map(rated)) else {
             break;
         };
@@ -287,11 +317,13 @@ fn lights(space: &Space, free: &[Free], camera: &Camera, seen: &[Seen]) -> Vec<L
     points.iter().map(light).collect()
 }
 
-/// How evenly points are lit, the brightest twentieth aside, 0 to about 1.
-fn evenness(mut irradiances: Vec<f32>) -> f32 {
-    let roots = irradiances.iter().map(|value| value.sqrt()).sum::<f32>();
-    let bright = quantile(&mut irradiances, 0.95).sqrt();
-    roots / (bright * irradiances.len() as f32).max(f32::MIN_POSITIVE)
+/// How evenly points are lit, 0 to 1. What is brighter than all but a twentieth of the lit points
+/// counts no more than they do, and what is dark counts nothing.
+fn evenness(irradiances: &[f32]) -> f32 {
+    let mut lit: Vec<f32> = irradiances.iter().copied().filter(|v| *v > 0.0).collect();
+    let bright = quantile(&mut lit, 0.95).max(f32::MIN_POSITIVE);
+    let roots = lit.iter().map(|value| (value / bright).min(1.0).sqrt());
+    roots.sum::<f32>() / irradiances.len().max(1) as f32
 }
 
 /// How well a lamp hangs at a point: above heads, and away from ceiling and walls.

@@ -320,20 +320,52 @@ fn quantile(values: &mut [f32], share: f32) -> f32 {
         .unwrap_or(0.0)
 }
 
+/// Height of a terrain over its shorter side, at most.
+const RELIEF: f64 = 0.35;
+
 /// Whether a model looks as if z pointed up in it: it has a floor across its lowest z and no wall
-/// at its highest, nor the same along y, or it is flat along z alone.
+/// at its highest, nor the same along y, or it is flat along z alone, or an open terrain along it.
 pub(super) fn looks_z_up(scene: &Scene) -> bool {
     let Some((low, high)) = scene.bounds() else {
         return false;
     };
     let extent = (high - low).as_dvec3();
-    let is_flat = |axis: usize| {
+    let is_lower = |axis: usize, share: f64| {
         let others = [(axis + 1) % 3, (axis + 2) % 3].map(|other| extent[other]);
-        extent[axis] < 0.1 * others[0].min(others[1])
+        extent[axis] < share * others[0].min(others[1])
     };
+    let is_flat = |axis: usize| is_lower(axis, 0.1);
     let cover = |axis: usize, from_top: bool| cover(scene, [low, high], axis, from_top);
     let stands_on = |axis: usize| cover(axis, false) > 0.8 && cover(axis, true) < 0.8;
-    (stands_on(2) && !stands_on(1)) || (is_flat(2) && !is_flat(1))
+    let is_terrain =
+        is_lower(2, RELIEF) && facing(scene, [low, high], 2) > 0.8 && covers_ground(scene);
+    (stands_on(2) && !stands_on(1)) || (is_flat(2) && !is_flat(1)) || is_terrain
+}
+
+/// The share of the bounds' face along an axis that open surfaces cover: what faces up less what
+/// faces down, so that closed things count nothing.
+fn facing(scene: &Scene, [low, high]: [Vec3; 2], axis: usize) -> f64 {
+    let extent = (high - low).as_dvec3();
+    let area = |triangle: &Triangle| {
+        let [a, b, c] = corners(scene, triangle).map(Vec3::as_dvec3);
+        0.5 * (b - a).cross(c - a)[axis]
+    };
+    let face = extent[(axis + 1) % 3] * extent[(axis + 2) % 3];
+    scene.triangles.iter().map(area).sum::<f64>() / face.max(f64::MIN_POSITIVE)
+}
+
+/// Whether surfaces are in the way nearly everywhere along z, as leaves and lattices are not.
+fn covers_ground(scene: &Scene) -> bool {
+    const RAYS: usize = 64;
+    let Some(space) = Space::new(scene) else {
+        return false;
+    };
+    let is_met = |index: &usize| {
+        let [x, y, _] = spread(*index);
+        let above = ((2.0 * Vec3::new(x, y, 0.0) - 1.0) * space.half).with_z(2.0);
+        space.trace(above, Vec3::NEG_Z).is_some()
+    };
+    (0..RAYS).filter(is_met).count() as f32 > 0.9 * RAYS as f32
 }
 
 /// The share of the bounds' lowest or highest face along an axis that surfaces there cover, those
@@ -355,4 +387,71 @@ fn cover(scene: &Scene, [low, high]: [Vec3; 2], axis: usize, from_top: bool) -> 
     };
     let face = extent[(axis + 1) % 3] * extent[(axis + 2) % 3];
     scene.triangles.iter().map(area).sum::<f64>() / face.max(f64::MIN_POSITIVE)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Material, Vertex};
+
+    /// Squares of 1 m side by side, 20 by 20, at heights along +z; those that are not `wanted` are
+    /// left out.
+    fn ground(height: impl Fn(f32, f32) -> f32, wanted: impl Fn(usize) -> bool) -> Scene {
+        let mut scene = Scene {
+            materials: vec![Material::default()],
+            ..Scene::default()
+        };
+        for square in (0..400).filter(|square| wanted(*square)) {
+            let first = scene.vertices.len() as u32;
+            for [right, up] in [[0, 0], [1, 0], [1, 1], [0, 1]] {
+                let (x, y) = ((square % 20 + right) as f32, (square / 20 + up) as f32);
+                scene.vertices.push(Vertex {
+                    position: [x, y, height(x, y)],
+                    u: 0.0,
+                    normal: [0.0, 0.0, 1.0],
+                    v: 0.0,
+                });
+            }
+            for vertices in [[0, 1, 2], [0, 2, 3]] {
+                let vertices = vertices.map(|corner| first + corner);
+                scene.triangles.push(Triangle {
+                    vertices,
+                    material: 0,
+                });
+            }
+        }
+        scene
+    }
+
+    /// The same with y upwards, as it should be.
+    fn turned(mut scene: Scene) -> Scene {
+        for vertex in &mut scene.vertices {
+            let [x, y, z] = vertex.position;
+            vertex.position = [x, z, -y];
+        }
+        scene
+    }
+
+    #[test]
+    fn hills_along_z_look_so() {
+        let hills = |x: f32, y: f32| 2.0 * (0.3 * x).sin() * (0.4 * y).cos();
+        let all = |_: usize| true;
+        assert!(looks_z_up(&ground(hills, all)));
+        assert!(!looks_z_up(&turned(ground(hills, all))));
+    }
+
+    /// Loose leaves before a window, each in several layers: they face +z as much as hills do.
+    #[test]
+    fn leaves_that_hang_do_not() {
+        let some = |square: usize| square % 5 < 2 || square == 399;
+        let wave = |x: f32, y: f32| 2.0 * (0.9 * x).sin() * (0.7 * y).cos();
+        let mut leaves = ground(wave, some);
+        for _ in 0..2 {
+            let layer = leaves.triangles.clone();
+            leaves.triangles.extend(layer);
+        }
+        let bounds = leaves.bounds().map(|(low, high)| [low, high]);
+        assert!(bounds.is_some_and(|bounds| facing(&leaves, bounds, 2) > 0.8));
+        assert!(!looks_z_up(&leaves));
+    }
 }

@@ -65,21 +65,29 @@ pub(super) fn place(space: &Space) -> Chosen {
         });
     let (azimuth, camera) = cameras[best(rated).unwrap_or(0)];
     let seen = space.seen(&camera);
-    let suns = SUNS_DEG.map(|[beside, elevation]| direction(azimuth + beside, elevation));
-    let rated = suns
-        .iter()
-        .enumerate()
-        .map(|(index, sun)| lit_share(space, &seen, *sun).min(LIT_SHARE) - 0.01 * index as f32);
-    let towards_sun = suns[best(rated).unwrap_or(0)];
+    let (sun, _) = sun(space, azimuth, &seen);
     Chosen {
         camera,
         place: "outside it, looking at it",
-        lights: vec![Light::Directional {
-            direction: -towards_sun,
-            irradiance: Vec3::splat(SUN),
-        }],
+        lights: vec![sun],
         is_open: true,
     }
+}
+
+/// The sun that lights enough of what a camera in this azimuth sees, and the share that it lights.
+pub(super) fn sun(space: &Space, azimuth_deg: f32, seen: &[Seen]) -> (Light, f32) {
+    let suns = SUNS_DEG.map(|[beside, elevation]| direction(azimuth_deg + beside, elevation));
+    let shares = suns.map(|sun| lit_share(space, seen, sun));
+    let rated = shares
+        .iter()
+        .enumerate()
+        .map(|(index, share)| share.min(LIT_SHARE) - 0.01 * index as f32);
+    let index = best(rated).unwrap_or(0);
+    let sun = Light::Directional {
+        direction: -suns[index],
+        irradiance: Vec3::splat(SUN),
+    };
+    (sun, shares[index])
 }
 
 /// The share of the samples that show their front; one that shows its back counts a third.

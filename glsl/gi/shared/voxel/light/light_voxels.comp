@@ -142,7 +142,8 @@ float unoccluded(Light light, vec3 position, vec3 to_light, vec3 lit_side, bool 
         return 1.0
             - soft_occlusion(origin, to_light, receiver, lit_side, settings, reach, params.kappa);
     vec3 from = OCCLUSION == 1u ? position + 0.5 * size * lit_side : position;
-    return light_visibility(light, from, lit_side, visibility_slack(light, position, one_plane));
+    float slack_m = visibility_slack(light, position, one_plane);
+    return light_visibility(light, from, lit_side, slack_m, false);
 }
 
 // Share of the voxel's surface that its radiance, or that of one side of it, is the mean of.
