@@ -36,7 +36,8 @@ vec3 direct_irradiance(Side side) {
         float cosine = dot(side.normal.xyz, to_light);
         if (cosine > 0.0)
             sum += arriving
-                * (cosine * light_visibility(lights[i], side.place.xyz, side.normal.xyz));
+                * (cosine * light_visibility(
+                        lights[i], side.place.xyz, side.normal.xyz, 0.0, true));
     }
     return sum;
 }
