@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use crate::support::compare::{Largest, Worst};
 use glam::{DVec3, DVec4, UVec3, Vec3};
 use lumivox::gi::lpv::oracle::{Boundary, Swept, irradiance, jacobi, sweep};
 use lumivox::gi::lpv::{CellGrid, Directions};
@@ -60,11 +61,7 @@ fn directions_have_the_moments_of_the_sphere() {
         }
         let equal = 4.0 * PI / f64::from(count);
         let far = |weight: f64| (weight / equal - 1.0).abs();
-        let worst = directions
-            .all
-            .iter()
-            .map(|(_, w)| far(*w))
-            .fold(0.0, f64::max);
+        let worst = directions.all.iter().map(|(_, w)| far(*w)).worst();
         println!("{count} directions: weights differ by {worst:.3} at most");
         assert!(worst < 0.5, "{count}: {worst}");
         // Sorted by octant, none along an axis, each octant with its own.
@@ -124,18 +121,14 @@ fn a_furnace_has_the_light_of_its_walls() {
         for normal in [wall, (wall + 0.4 * DVec3::X).normalize()] {
             let found = irradiance(&swept.light, &grid, (position, wall), normal, 1.0);
             let expected = PI * DVec4::new(1.0, 2.0, 0.5, 0.0);
-            let error = (found / expected - 1.0).truncate().abs().max_element();
+            let error = (found / expected - 1.0).truncate().abs().largest();
             println!("furnace at {position}: {error:.4}");
             assert!(error < 0.005, "{position}: {found}");
         }
     }
     // All that the walls send they take back. (The outside of the box sends too.)
     let lost = swept.ledger.lost() / swept.ledger.injected.max(DVec4::splat(1e-9));
-    assert!(
-        lost.truncate().abs().max_element() < 1e-9,
-        "{:?}",
-        swept.ledger
-    );
+    assert!(lost.truncate().abs().largest() < 1e-9, "{:?}", swept.ledger);
 }
 
 /// E = π L on an open plane under a sky, and half of it on a wall.
@@ -224,9 +217,7 @@ fn light_of_one_cell_spreads_as_flux_does() {
 
 fn difference(a: &Swept, b: &Swept) -> f64 {
     let pairs = a.light.iter().flatten().zip(b.light.iter().flatten());
-    pairs
-        .map(|(a, b)| (*a - *b).abs().max_element())
-        .fold(0.0, f64::max)
+    pairs.map(|(a, b)| (*a - *b).abs().largest()).worst()
 }
 
 /// Steps of all cells at once come to the sweep, once there are as many as a path has cells.
@@ -248,5 +239,5 @@ fn steps_of_all_cells_at_once_come_to_the_sweep() {
     assert!(difference(&whole, &jacobi(&grid, &directions, &boundary, 20)) < 1e-12);
     assert!(difference(&whole, &jacobi(&grid, &directions, &boundary, 4)) > 1e-3);
     let lost = whole.ledger.lost() / (whole.ledger.injected + whole.ledger.entered);
-    assert!(lost.abs().max_element() < 1e-12, "{:?}", whole.ledger);
+    assert!(lost.abs().largest() < 1e-12, "{:?}", whole.ledger);
 }

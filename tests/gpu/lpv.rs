@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use crate::support::compare::{Largest, Worst, larger};
 use crate::support::scenes::{bundled, scene_of, soup};
 use crate::support::{Random, gpu, read_words};
 use glam::{DVec2, DVec3, DVec4, UVec3, Vec3};
@@ -205,7 +206,7 @@ fn no_light_comes_into_a_closed_box() {
             let index = index as u32;
             let cell = UVec3::new(index % 21, index / 21 % 21, index / 441).as_vec3();
             let centre = grid.origin + grid.cell_size * (cell + 0.5);
-            if (rotation.inverse() * centre).abs().max_element() < 0.5 - 1e-3 {
+            if (rotation.inverse() * centre).abs().largest() < 0.5 - 1e-3 {
                 assert_eq!(
                     *coefficients,
                     [DVec4::ZERO; 9],
@@ -326,17 +327,14 @@ fn injected_flux_is_the_oracles() {
     for (name, scene) in lights() {
         let lit = light(&gpu, &scene, 24, SETTINGS);
         let texels = texels_of(&gpu, &lit);
-        let most = texels
-            .iter()
-            .map(|texel| texel.flux.max_element())
-            .fold(0.0, f64::max);
+        let most = texels.iter().map(|texel| texel.flux.largest()).worst();
         let expected = oracle::inject(texels.iter().copied(), &lit.cells.grid, 0.5);
         let (mut sums, mut different) = ([[DVec3::ZERO; 3]; 2], 0);
         for (got, expected) in lit.flux.iter().zip(&expected) {
             for colour in 0..3 {
                 sums[0][colour] += got[colour];
                 sums[1][colour] += expected[colour];
-                let error = (got[colour] - expected[colour]).abs().max_element();
+                let error = (got[colour] - expected[colour]).abs().largest();
                 let scale = expected[colour].length();
                 different += u32::from(error > 2e-3 * scale + 1e-4 * most);
                 assert!(
@@ -348,7 +346,7 @@ fn injected_flux_is_the_oracles() {
         let total: DVec3 = texels.iter().map(|texel| texel.flux).sum();
         let error = (0..3)
             .map(|colour| (sums[0][colour] - sums[1][colour]).length() / total[colour])
-            .fold(0.0, f64::max);
+            .worst();
         println!("{name}: sums differ by {error:.1e} of the flux, {different} colours of cells");
         assert!(
             error < 1e-3 && different < 120,
@@ -413,7 +411,7 @@ fn check_sweep(name: &str, lit: &Lit, sides: &[DVec4]) {
     );
     let largest = |channel: usize| {
         let all = swept.light.iter().map(|cell| cell[0][channel].abs());
-        all.fold(0.0, f64::max).max(1e-9)
+        all.worst().max(1e-9)
     };
     let scale = DVec4::from([0, 1, 2, 3].map(largest));
     let mut worst = 0f64;
@@ -423,12 +421,7 @@ fn check_sweep(name: &str, lit: &Lit, sides: &[DVec4]) {
                 // A half float is good to 2⁻¹¹ of itself; sums of eight octants to more.
                 let error = (got[channel] - expected[channel]).abs();
                 let relative = error / (scale[channel] + 20.0 * expected[channel].abs());
-                worst = if relative > worst || relative.is_nan() {
-                    relative
-                } else {
-                    worst
-                };
-                assert!(!relative.is_nan(), "{name}");
+                worst = larger(worst, relative);
             }
         }
     }

@@ -91,12 +91,24 @@ struct Life {
 }
 
 /// Few, which run every pass of every technique between them.
-const LIVES: [Life; 10] = [
+const LIVES: [Life; 12] = [
     Life {
         technique: "none",
         preset: None,
         pairs: &[],
         surfaces: Surfaces::Diffuse,
+    },
+    Life {
+        technique: "lpv",
+        preset: Some("accurate"),
+        pairs: &[],
+        surfaces: Surfaces::Glossy,
+    },
+    Life {
+        technique: "lpv",
+        preset: Some("accurate"),
+        pairs: &[("source", "faces"), ("bounces", "2")],
+        surfaces: Surfaces::Emissive,
     },
     Life {
         technique: "voxel-mips",

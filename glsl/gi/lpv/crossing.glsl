@@ -1,5 +1,5 @@
-// A fragment of the rasterizations along an axis: where the segment between the centres of two cells
-// meets a triangle.
+// A fragment of the rasterizations along an axis: where the segment between the centres of two
+// cells meets a triangle.
 #ifndef LUMIVOX_LPV_CROSSING
 #define LUMIVOX_LPV_CROSSING
 

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// lpv.faces, lpv.nearest and lpv.surfaces: vertex pulling, orthographic along one axis; a pixel is a
-// row of cells.
+// lpv.faces, lpv.nearest and lpv.surfaces: vertex pulling, orthographic along one axis. A pixel is
+// a row of cells.
 #include "shared/frame.glsl"
 #include "gi/lpv/grid.glsl"
 

@@ -1,5 +1,5 @@
-//! Light propagation volumes (Kaplanyan & Dachsbacher 2010): light goes from cell to cell of a grid,
-//! and surfaces look it up.
+//! Light propagation volumes (Kaplanyan & Dachsbacher 2010): light goes from cell to cell of a
+//! grid, and surfaces look it up.
 //!
 //! - [`faces`]: which neighbours cannot see each other, and what they see instead.
 //! - [`inject`]: what surfaces reflect, into cells.
