@@ -8,7 +8,7 @@ use crate::support::gather::{
     matter, occupied, random_volume, read_chain, read_faces, upload_faces, volume,
 };
 use crate::support::scenes::bundled;
-use crate::support::technique::{Case, default_cases, frame, mean, shoot};
+use crate::support::technique::{Case, default_cases, default_cases_with, frame, mean, shoot};
 use crate::support::voxels::{
     Read, coordinates, half, mean_normal, opposed_axis, to_half, unorm10, voxel_settings, voxelize,
 };
@@ -487,7 +487,7 @@ fn bounces_of_pieces_are_those_of_the_whole() {
 fn each_frame_of_feedback_is_a_bounce_more() {
     let gpu = gpu();
     let scene = bundled("cornell");
-    for case in default_cases() {
+    for case in default_cases_with("bounces=feedback") {
         let feedback = case.settings(&[("resolution", "16"), ("bounces", "feedback")]);
         assert_eq!((case.entry.bounces)(&feedback), None);
         let (mut renderer, _) =
@@ -516,7 +516,7 @@ fn each_frame_of_feedback_is_a_bounce_more() {
 fn one_bounce_has_nothing_of_the_others() {
     let gpu = gpu();
     let scene = bundled("cornell");
-    for case in default_cases() {
+    for case in default_cases_with("bounces=feedback") {
         for (bounces, expected) in [
             ("1", [false, false]),
             ("2", [true, true]),
@@ -576,6 +576,9 @@ fn energy_of_a_furnace() {
                 "{}, {count} bounces: {found}",
                 case.name()
             );
+        }
+        if !case.accepts("bounces=feedback") {
+            continue;
         }
         let settings = case.settings(&[("resolution", "16"), ("bounces", "feedback")]);
         let (mut renderer, _) =

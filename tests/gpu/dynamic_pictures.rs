@@ -4,8 +4,8 @@
 use crate::support::compare::larger;
 use crate::support::gpu;
 use crate::support::technique::{
-    Case, Surfaces, cases, default_cases, frame, is_sound, largest_difference, moving_room,
-    small_lights, small_room,
+    Case, Surfaces, cases, default_cases, default_cases_with, frame, is_sound, largest_difference,
+    moving_room, small_lights, small_room,
 };
 use glam::Vec3;
 use lumivox::frame::Renderer;
@@ -217,7 +217,7 @@ fn follow(
 fn feedback_goes_on_after_a_move() {
     let gpu = gpu();
     let (_, light) = small_lights()[0];
-    for case in default_cases() {
+    for case in default_cases_with("bounces=feedback") {
         let mut scene = moving_room(Surfaces::Diffuse, light);
         let settings = case.settings(&[("resolution", "32"), ("bounces", "feedback")]);
         scene.set_time(2.0);

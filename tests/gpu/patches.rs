@@ -7,7 +7,7 @@ use crate::support::gather::{
 };
 use crate::support::scenes::{add_model, bundled, still};
 use crate::support::technique::{
-    Builder, Case, Surfaces, block_errors, default_cases, frame, is_sound, largest_difference,
+    Builder, Case, Surfaces, block_errors, default_cases_with, frame, is_sound, largest_difference,
     mean, shoot, small_lights, small_room,
 };
 use crate::support::{Random, gpu};
@@ -294,7 +294,7 @@ fn an_open_panel_is_seen_whole() {
     let scene = builder.finish("panel", Vec::new(), Vec3::ZERO, camera);
     let (reference, guide) = traced(&scene, [32, 24]);
     let expected = mean(&reference, &guide);
-    for case in default_cases() {
+    for case in default_cases_with("shadows=cones") {
         for count in ["1", "4", "32", "256"] {
             let pairs = [
                 ("resolution", "64"),
@@ -360,7 +360,7 @@ fn later_bounces_and_reflections_keep_emission() {
     let gpu = gpu();
     let scene = bundled("cornell-lamp");
     let guide = reference::guide(&scene, 24, 18).unwrap();
-    for case in default_cases() {
+    for case in default_cases_with("shadows=cones") {
         let lit = |bounces: &str, count: &str| {
             let pairs = [
                 ("resolution", "16"),
@@ -408,7 +408,7 @@ fn glossy_surfaces_reflect_what_emits() {
     };
     let mut glowing = scene.clone();
     glowing.materials[3].emission = Vec3::splat(2.0);
-    for case in default_cases() {
+    for case in default_cases_with("shadows=cones") {
         let reflected = |count| {
             let pairs = [
                 ("resolution", "32"),
@@ -466,7 +466,7 @@ fn patches_follow_their_models() {
     );
     let mut moved = scene.clone();
     moved.set_time(1.0);
-    for case in default_cases() {
+    for case in default_cases_with("shadows=cones") {
         let settings = case.settings(&[
             ("resolution", "32"),
             ("shadows", "cones"),
@@ -503,7 +503,7 @@ fn what_does_not_emit_costs_nothing() {
     let dark = small_room(Surfaces::Diffuse, vec![light]);
     let mut glowing = dark.clone();
     glowing.materials[0].emission = Vec3::ONE;
-    for case in default_cases() {
+    for case in default_cases_with("shadows=cones") {
         for (scene, pairs, own) in [
             (&dark, &[("shadows", "cones")][..], false),
             (&glowing, &[], false),

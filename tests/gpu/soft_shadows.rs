@@ -9,7 +9,8 @@ use crate::support::gather::{
 };
 use crate::support::scenes::bundled;
 use crate::support::technique::{
-    Builder, Case, Surfaces, default_cases, frame, shoot, small_lights, small_room, write_failure,
+    Builder, Case, Surfaces, default_cases, default_cases_with, frame, shoot, small_lights,
+    small_room, write_failure,
 };
 use crate::support::voxels::half;
 use crate::support::{Random, gpu};
@@ -546,7 +547,7 @@ fn what_is_not_asked_for_costs_nothing() {
         ("injection", "voxel"),
         ("voxel_occlusion", "rays-hard"),
     ];
-    for case in default_cases() {
+    for case in default_cases_with("shadows=cones") {
         for (pairs, own, maps) in [
             (&[][..], false, true),
             (&cones[..2], true, true),

@@ -69,6 +69,13 @@ pub fn default_cases() -> Vec<Case> {
         .collect()
 }
 
+/// Of [`default_cases`], those that have a setting and value, `KEY=VALUE`.
+pub fn default_cases_with(pair: &str) -> Vec<Case> {
+    let mut cases = default_cases();
+    cases.retain(|case| case.accepts(pair));
+    cases
+}
+
 impl std::fmt::Debug for Case {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(&self.name())
@@ -96,6 +103,11 @@ impl Case {
             Some(Domain::OneOf([16, ..])) => "16",
             _ => "8",
         }
+    }
+
+    /// Whether the technique has a setting and value, `KEY=VALUE`.
+    pub fn accepts(&self, pair: &str) -> bool {
+        self.entry.settings(self.preset, &[pair]).is_ok()
     }
 
     /// Whether the preset has six faces of texels on some level.

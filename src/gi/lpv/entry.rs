@@ -76,18 +76,11 @@ static RULES: &[Rule] = &[
     Rule::always(Group::Gather, &["gather_shift"]),
 ];
 
-static PRESETS: &[Preset] = &[
-    Preset {
-        name: "accurate",
-        help: "discrete directions swept through opaque faces: it converges as cells shrink",
-        values: &[],
-    },
-    Preset {
-        name: "faces",
-        help: "as accurate, but light starts at opaque faces, as further bounces do",
-        values: &[&[("source", "faces")]],
-    },
-];
+static PRESETS: &[Preset] = &[Preset {
+    name: "accurate",
+    help: "discrete directions swept through opaque faces: it converges as cells shrink",
+    values: &[],
+}];
 
 /// The row of the registry.
 pub static ENTRY: Entry = Entry {

@@ -41,6 +41,21 @@ pub(super) static CASE: StressCase = StressCase {
             needs: None,
         },
         Change {
+            name: "source",
+            values: &[],
+            needs: None,
+        },
+        Change {
+            name: "injection_shift",
+            values: &["0", "1"],
+            needs: None,
+        },
+        Change {
+            name: "gather_shift",
+            values: &["0.5", "1.5"],
+            needs: None,
+        },
+        Change {
             name: "anisotropic",
             values: &[],
             needs: None,
