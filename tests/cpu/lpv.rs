@@ -7,7 +7,7 @@ use glam::{DVec3, DVec4, UVec3, Vec3};
 use lumivox::gi::lpv::oracle::{Boundary, Swept, irradiance, jacobi, sweep};
 use lumivox::gi::lpv::{CellGrid, Directions};
 
-fn cube(size: u32) -> CellGrid {
+pub(crate) fn cube(size: u32) -> CellGrid {
     CellGrid {
         origin: Vec3::ZERO,
         cell_size: 1.0,
@@ -15,7 +15,7 @@ fn cube(size: u32) -> CellGrid {
     }
 }
 
-fn cell_of(grid: &CellGrid, index: usize) -> UVec3 {
+pub(crate) fn cell_of(grid: &CellGrid, index: usize) -> UVec3 {
     let at = index as u32;
     UVec3::new(
         at % grid.size.x,
@@ -25,7 +25,7 @@ fn cell_of(grid: &CellGrid, index: usize) -> UVec3 {
 }
 
 /// Faces between cells inside and outside of a box of cells.
-fn box_faces(grid: &CellGrid, low: UVec3, end: UVec3) -> Vec<u32> {
+pub(crate) fn box_faces(grid: &CellGrid, low: UVec3, end: UVec3) -> Vec<u32> {
     let is_in = |cell: UVec3| cell.cmpge(low).all() && cell.cmplt(end).all();
     let word = |index| {
         let cell = cell_of(grid, index);

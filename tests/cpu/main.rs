@@ -11,6 +11,7 @@ mod flip;
 mod graph;
 mod layers;
 mod lpv;
+mod lpv_lobes;
 mod metrics;
 mod output;
 mod placement;

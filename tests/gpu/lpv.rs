@@ -8,8 +8,9 @@ use crate::support::{Random, gpu, read_words};
 use glam::{DVec2, DVec3, DVec4, UVec3, Vec3};
 use lumivox::gi::lpv::faces::{Faces, Side};
 use lumivox::gi::lpv::inject::flux_unit;
+use lumivox::gi::lpv::lobes::Occlusion;
 use lumivox::gi::lpv::oracle::{self, Boundary, Texel};
-use lumivox::gi::lpv::{CellGrid, CellSettings, Cells, Source};
+use lumivox::gi::lpv::{CellGrid, CellSettings, Cells, Propagation, Source};
 use lumivox::graph::{Frame, Gpu};
 use lumivox::render::oracle::View;
 use lumivox::render::{GpuLightView, GpuScene, LightMaps, MapChannel, read_light_map};
@@ -17,12 +18,14 @@ use lumivox::scene::{Light, Scene};
 
 use crate::support::voxels::half;
 
-const SETTINGS: CellSettings = CellSettings {
+pub(crate) const SETTINGS: CellSettings = CellSettings {
     source: Source::Rsm,
     directions: 48,
     bounces: 1,
     rsm_texels: 64,
     injection_shift: 0.5,
+    occlusion: Occlusion::Faces,
+    lobes: None,
 };
 
 /// A grid in general position: no wall of a bundled scene lies on a centre.
@@ -40,24 +43,24 @@ fn grid_of(scene: &GpuScene, cells: u32) -> CellGrid {
 }
 
 /// Everything of one frame.
-struct Lit {
-    scene: GpuScene,
-    maps: LightMaps,
-    cells: Cells,
+pub(crate) struct Lit {
+    pub(crate) scene: GpuScene,
+    pub(crate) maps: LightMaps,
+    pub(crate) cells: Cells,
     /// Words of faces.
-    words: Vec<u32>,
+    pub(crate) words: Vec<u32>,
     /// Flux vectors (W).
-    flux: Vec<[DVec3; 3]>,
-    light: Vec<[DVec4; 9]>,
+    pub(crate) flux: Vec<[DVec3; 3]>,
+    pub(crate) light: Vec<[DVec4; 9]>,
 }
 
-fn light(gpu: &Gpu, scene: &Scene, cells: u32, settings: CellSettings) -> Lit {
+pub(crate) fn light(gpu: &Gpu, scene: &Scene, cells: u32, settings: CellSettings) -> Lit {
     let scene_on = GpuScene::new(gpu, scene).unwrap();
     let grid = grid_of(&scene_on, cells);
     light_in(gpu, scene, scene_on, grid, settings)
 }
 
-fn light_in(
+pub(crate) fn light_in(
     gpu: &Gpu,
     scene: &Scene,
     scene_on: GpuScene,
@@ -67,9 +70,10 @@ fn light_in(
     scene_on
         .set_frame(gpu, &scene_on.frame_constants(&scene.camera, [8, 8]))
         .unwrap();
-    let maps = LightMaps::new(gpu, &scene_on, 64, settings.source == Source::Rsm).unwrap();
+    let needs_rsm = settings.source == Source::Rsm || settings.occlusion == Occlusion::Fuzzy;
+    let maps = LightMaps::new(gpu, &scene_on, 64, needs_rsm).unwrap();
     let mut cells = Cells::new(gpu, &scene_on, grid, settings).unwrap();
-    cells.faces.find(gpu, &scene_on).unwrap();
+    cells.find_faces(gpu, &scene_on).unwrap();
     let mut frame = Frame::new();
     frame.set_scene(&scene_on.set, &scene_on.materials);
     maps.draw(&mut frame, &scene_on);
@@ -102,7 +106,7 @@ fn light_in(
 fn read_light(gpu: &Gpu, cells: &Cells) -> Vec<[DVec4; 9]> {
     let size = cells.grid.size;
     let texels: Vec<[u16; 4]> =
-        bytemuck::pod_collect_to_vec(&gpu.read_image(&cells.sweep.light, 0, 0).unwrap());
+        bytemuck::pod_collect_to_vec(&gpu.read_image(cells.volume(), 0, 0).unwrap());
     let at = |cell: UVec3, coefficient: u32| {
         let (x, y) = (
             cell.x + coefficient % 3 * size.x,
@@ -220,7 +224,7 @@ fn no_light_comes_into_a_closed_box() {
 }
 
 /// What the maps reflect, texel square by texel square, with exact solid angles.
-fn texels_of(gpu: &Gpu, lit: &Lit) -> Vec<Texel> {
+pub(crate) fn texels_of(gpu: &Gpu, lit: &Lit) -> Vec<Texel> {
     let views: Vec<GpuLightView> =
         bytemuck::pod_collect_to_vec(&gpu.read_buffer(&lit.maps.views).unwrap());
     let mut all = Vec::new();
@@ -272,6 +276,13 @@ fn texels_of(gpu: &Gpu, lit: &Lit) -> Vec<Texel> {
                 } else {
                     normal
                 },
+                area_m2: extent
+                    * if view.is_parallel {
+                        1.0
+                    } else {
+                        (along * ray).length_squared()
+                    }
+                    / normal.dot(ray.normalize()).abs(),
                 flux: extent * power * reflected.pixels[at].as_dvec3(),
             });
         }
@@ -285,7 +296,7 @@ fn solid_angle([a, b, c]: [DVec3; 3]) -> f64 {
     2.0 * volume.atan2(1.0 + a.dot(b) + b.dot(c) + c.dot(a))
 }
 
-fn lights() -> Vec<(&'static str, Scene)> {
+pub(crate) fn lights() -> Vec<(&'static str, Scene)> {
     let scene = bundled("cornell");
     let with = |light: Light| Scene {
         lights: vec![light],
@@ -387,7 +398,14 @@ fn all_power_of_a_point_light_is_injected() {
 /// The sweep of the same flux and faces in double precision. Half floats on the way and in the
 /// result cost the rest.
 fn check_sweep(name: &str, lit: &Lit, sides: &[DVec4]) {
-    let Cells { grid, sweep, .. } = &lit.cells;
+    let Cells {
+        grid,
+        propagation: Propagation::Sweep(sweep),
+        ..
+    } = &lit.cells
+    else {
+        panic!("{name} has no sweep");
+    };
     let face_m2 = f64::from(grid.cell_size).powi(2);
     let swept = oracle::sweep(
         grid,
@@ -460,7 +478,7 @@ fn swept_light_is_the_oracles() {
     }
 }
 
-fn read_sides(gpu: &Gpu, lit: &Lit) -> Vec<DVec4> {
+pub(crate) fn read_sides(gpu: &Gpu, lit: &Lit) -> Vec<DVec4> {
     let Some(sides) = &lit.cells.faces.sides else {
         return Vec::new();
     };

@@ -91,7 +91,7 @@ struct Life {
 }
 
 /// Few, which run every pass of every technique between them.
-const LIVES: [Life; 12] = [
+const LIVES: [Life; 14] = [
     Life {
         technique: "none",
         preset: None,
@@ -108,6 +108,22 @@ const LIVES: [Life; 12] = [
         technique: "lpv",
         preset: Some("accurate"),
         pairs: &[("source", "faces"), ("bounces", "2")],
+        surfaces: Surfaces::Emissive,
+    },
+    Life {
+        technique: "lpv",
+        preset: Some("textbook"),
+        pairs: &[],
+        surfaces: Surfaces::Glossy,
+    },
+    Life {
+        technique: "lpv",
+        preset: Some("textbook"),
+        pairs: &[
+            ("propagation", "stream"),
+            ("occlusion", "faces"),
+            ("bounces", "2"),
+        ],
         surfaces: Surfaces::Emissive,
     },
     Life {

@@ -9,8 +9,9 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 
 #include "shared/light_view.glsl"
-#include "shared/packing.glsl"
 #include "gi/lpv/grid.glsl"
+
+layout(constant_id = 0) const bool POWER = false;   // also Φ itself, which lobes need
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer LightViews {
     LightView light_views[];
@@ -18,7 +19,7 @@ layout(std430, set = 1, binding = 0) restrict readonly buffer LightViews {
 layout(set = 1, binding = 1) uniform texture2DArray shadow_maps;
 layout(set = 1, binding = 2) uniform utexture2DArray rsm_normal;
 layout(set = 1, binding = 3) uniform texture2DArray rsm_reflected;
-// x, y, z of red, of green, of blue; each for all cells
+// x, y, z of red, of green, of blue; each for all cells. Then, with POWER, red, green and blue.
 layout(std430, set = 1, binding = 4) restrict buffer Flux { int flux[]; };
 
 layout(push_constant) uniform InjectParams {
@@ -28,8 +29,7 @@ layout(push_constant) uniform InjectParams {
     uint stride;       // texels along an edge of the square that one texel stands for
 } params;
 
-// texels that a thread reads, along an edge of a square; neighbours of one cell are added as one
-const int BLOCK = 4;
+#include "gi/lpv/reflected.glsl"
 
 struct Sample {
     int cell;     // −1: none
@@ -38,42 +38,23 @@ struct Sample {
 };
 
 Sample read_sample(ivec2 square, int layer, LightView view) {
-    int size = int(view.light.y), stride = int(params.stride);
-    ivec2 first = square * stride, end = min(first + stride, ivec2(size));
-    ivec3 texel = ivec3((first + end) / 2, layer);
-    float stored = any(greaterThanEqual(first, ivec2(size)))
-        ? 0.0
-        : texelFetch(sampler2DArray(shadow_maps, nearest_clamp), texel, 0).r;
-    if (stored == 0.0) return Sample(-1, vec3(0.0), vec3(0.0));
-    bool parallel = view.origin_kind.w == 0.0;
-    vec2 map = (vec2(texel.xy) + 0.5) / float(size) * 2.0 - 1.0;
-    vec3 across = map.x * view.right.xyz + map.y * view.down.xyz;
-    vec3 ray = parallel ? view.forward.xyz : view.forward.xyz + across;
-    vec3 start = parallel ? view.origin_kind.xyz + across : view.origin_kind.xyz;
-    vec3 position = start + ray * map_depth(view, stored, view.right.w);
-    vec3 normal = unpack_unit(texelFetch(usampler2DArray(rsm_normal, nearest_clamp), texel, 0).r);
-    if (dot(normal, ray) > 0.0) normal = -normal;
-    vec3 root = texelFetch(sampler2DArray(rsm_reflected, nearest_clamp), texel, 0).rgb;
-
-    // A [m²], or Ω [sr], of the square about its own middle
-    vec2 middle = vec2(first + end) / float(size) - 1.0, edges = vec2(end - first) / float(size);
-    vec3 towards = view.forward.xyz + middle.x * view.right.xyz + middle.y * view.down.xyz;
-    float squared = dot(towards, towards);
-    float extent = 4.0 * edges.x * edges.y * length(view.right.xyz) * length(view.down.xyz);
-    if (!parallel) extent /= squared * sqrt(squared);
-
-    ivec3 cell =
-        ivec3(floor(shifted(to_cells(params.grid, position), normal, params.shift)));
-    return Sample(is_inside(params.grid, cell) ? cell_index(params.grid, cell) : -1, normal,
-        root * root * lights[view.light.x].power_outer.rgb * extent);
+    Reflected found = read_reflected(square, layer, view, int(params.stride));
+    if (!found.is_there) return Sample(-1, vec3(0.0), vec3(0.0));
+    vec3 root = texelFetch(sampler2DArray(rsm_reflected, nearest_clamp), found.texel, 0).rgb;
+    ivec3 cell = ivec3(
+        floor(shifted(to_cells(params.grid, found.position), found.normal, params.shift)));
+    return Sample(is_inside(params.grid, cell) ? cell_index(params.grid, cell) : -1, found.normal,
+        root * root * lights[view.light.x].power_outer.rgb * found.extent);
 }
 
-void add(int cell, mat3 sum) {
+void add(int cell, mat3 sum, vec3 power) {
     int cells = params.grid.size.x * params.grid.size.y * params.grid.size.z;
     for (int colour = 0; colour < 3; ++colour) {
         ivec3 steps = ivec3(round(sum[colour] / params.flux_unit));
         for (int axis = 0; axis < 3; ++axis)
             if (steps[axis] != 0) atomicAdd(flux[(3 * colour + axis) * cells + cell], steps[axis]);
+        int step = int(round(power[colour] / params.flux_unit));
+        if (POWER && step != 0) atomicAdd(flux[(9 + colour) * cells + cell], step);
     }
 }
 
@@ -84,16 +65,19 @@ void main() {
     if (any(greaterThanEqual(first * int(params.stride), ivec2(view.light.y)))) return;
     int cell = -1;
     mat3 sum = mat3(0.0);
+    vec3 power = vec3(0.0);
     for (int i = 0; i <= BLOCK * BLOCK; ++i) {
         // there and back again from row to row: neighbours are often in one cell
         int row = i / BLOCK, column = (row & 1) == 0 ? i % BLOCK : BLOCK - 1 - i % BLOCK;
         Sample texel = Sample(-1, vec3(0.0), vec3(0.0));
         if (i < BLOCK * BLOCK) texel = read_sample(first + ivec2(column, row), layer, view);
         if (texel.cell != cell) {
-            if (cell >= 0) add(cell, sum);
+            if (cell >= 0) add(cell, sum, power);
             cell = texel.cell;
             sum = mat3(0.0);
+            power = vec3(0.0);
         }
         sum += outerProduct(texel.normal, texel.flux);
+        power += texel.flux;
     }
 }

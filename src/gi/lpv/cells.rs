@@ -4,10 +4,11 @@ use std::sync::Arc;
 
 use super::faces::Faces;
 use super::grid::CellGrid;
-use super::inject::{FLUX_NUMBERS, flux_unit, inject};
+use super::inject::{FLUX_NUMBERS, POWER_NUMBERS, flux_unit, inject};
+use super::lobes::{LobeSettings, Lobes, Occlusion};
 use super::sweep::Sweep;
 use crate::gi::Settings;
-use crate::graph::{Buffer, BufferDesc, BufferUsage, Error, Frame, Gpu, Owner};
+use crate::graph::{Buffer, BufferDesc, BufferUsage, Error, Frame, FrameStats, Gpu, Image, Owner};
 use crate::render::{GpuScene, LightMaps};
 
 /// Where the light of lights comes from.
@@ -32,6 +33,10 @@ pub struct CellSettings {
     pub rsm_texels: u32,
     /// How far off the surface its light is injected (cells).
     pub injection_shift: f32,
+    /// What stops light between two cells.
+    pub occlusion: Occlusion,
+    /// How lobes are handed on, where no directions are swept.
+    pub lobes: Option<LobeSettings>,
 }
 
 impl CellSettings {
@@ -50,8 +55,18 @@ impl CellSettings {
             bounces: settings.count("bounces"),
             rsm_texels: settings.count("rsm_texels"),
             injection_shift: settings.number("injection_shift"),
+            occlusion: Occlusion::new(settings),
+            lobes: LobeSettings::new(settings),
         }
     }
+}
+
+/// From cells to all others.
+pub enum Propagation {
+    /// Along discrete directions.
+    Sweep(Sweep),
+    /// As lobes.
+    Lobes(Lobes),
 }
 
 /// The cells of one grid.
@@ -63,10 +78,10 @@ pub struct Cells {
     /// Which neighbours cannot see each other.
     pub faces: Faces,
     /// Injected flux, x, y and z of red, of green, of blue, each for all cells: integers of
-    /// [`flux_unit`].
+    /// [`flux_unit`]. For lobes then also the power, red, green, blue.
     pub flux: Arc<Buffer>,
     /// From cells to all others.
-    pub sweep: Sweep,
+    pub propagation: Propagation,
 }
 
 impl Cells {
@@ -79,18 +94,43 @@ impl Cells {
     ) -> Result<Self, Error> {
         let faces_send =
             settings.source == Source::Faces || settings.bounces > 1 || scene.is_emissive;
+        let power_numbers = settings.lobes.map_or(0, |_| POWER_NUMBERS);
         Ok(Cells {
             grid,
             settings,
             faces: Faces::new(gpu, grid, faces_send)?,
             flux: gpu.create_buffer(&BufferDesc {
                 name: "lpv.flux".into(),
-                size_bytes: 4 * u64::from(FLUX_NUMBERS * grid.count()),
+                size_bytes: 4 * u64::from((FLUX_NUMBERS + power_numbers) * grid.count()),
                 usage: BufferUsage::Storage,
                 owner: Owner::Store,
             })?,
-            sweep: Sweep::new(gpu, grid, settings.directions)?,
+            propagation: match settings.lobes {
+                None => Propagation::Sweep(Sweep::new(gpu, grid, settings.directions)?),
+                Some(lobes) => {
+                    Propagation::Lobes(Lobes::new(gpu, grid, lobes, settings.occlusion)?)
+                }
+            },
         })
+    }
+
+    /// Finds the opaque faces, where anything asks for them.
+    pub fn find_faces(&mut self, gpu: &Gpu, scene: &GpuScene) -> Result<FrameStats, Error> {
+        let do_send = self.settings.lobes.is_some() && self.faces.sides.is_some();
+        if self.settings.occlusion == Occlusion::Faces || do_send {
+            return self.faces.find(gpu, scene);
+        }
+        let mut frame = Frame::new();
+        frame.fill("lpv.clear_faces", &self.faces.words, 0);
+        gpu.submit(frame)
+    }
+
+    /// The light of all cells (see [`Sweep::light`]).
+    pub fn volume(&self) -> &Arc<Image> {
+        match &self.propagation {
+            Propagation::Sweep(sweep) => &sweep.light,
+            Propagation::Lobes(lobes) => &lobes.light,
+        }
     }
 
     /// Adds the passes that light the cells: once by the lights, and again for each further bounce.
@@ -100,11 +140,18 @@ impl Cells {
         if self.settings.source == Source::Rsm {
             inject(frame, maps, self, flux_unit);
         }
+        if let Propagation::Lobes(lobes) = &self.propagation {
+            lobes.block(frame, scene, maps, self.settings.rsm_texels);
+        }
         let with_direct = self.settings.source == Source::Faces;
         for bounce in 0..self.settings.bounces {
-            let before = (&self.sweep.light, bounce > 0);
+            let before = (self.volume(), bounce > 0);
             self.faces.light(frame, maps, with_direct, before);
-            self.sweep.run(frame, &self.faces, (&self.flux, flux_unit));
+            let flux = (&self.flux, flux_unit);
+            match &self.propagation {
+                Propagation::Sweep(sweep) => sweep.run(frame, &self.faces, flux),
+                Propagation::Lobes(lobes) => lobes.run(frame, &self.faces, flux),
+            }
         }
     }
 }

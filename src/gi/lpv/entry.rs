@@ -1,9 +1,11 @@
 //! The row of the registry.
 
+use super::blockers::{GEOMETRY, MERGE};
 use super::faces::{FACES, LIGHT_SIDES, NEAREST, NUMBER_SIDES, SURFACES, Side};
 use super::gather::{GATHER, SPECULAR};
 use super::grid::GridRow;
 use super::inject::INJECT;
+use super::lobes::{FINISH, PROPAGATE, SEED};
 use super::sweep::{SUM, SWEEP};
 use super::{Settings, make};
 use crate::gi::entry::{Entry, Stage};
@@ -62,6 +64,43 @@ static SETTINGS: &[Setting] = &[
         domain: Domain::Number { min: 0.0, max: 2.0 },
         default: "1",
     },
+    Setting {
+        name: "propagation",
+        help: "discrete directions, swept once; or the published steps of all cells at once: \
+               30 lobes (2010), one along each axis (2009), or streams that keep direction",
+        unit: "",
+        domain: Domain::Choice(&["ordinates", "lobes30", "axis6", "stream"]),
+        default: "ordinates",
+    },
+    Setting {
+        name: "iterations",
+        help: "steps of all cells at once; light comes as many cells far",
+        unit: "",
+        domain: Domain::Count { min: 1, max: 1024 },
+        default: "8",
+    },
+    Setting {
+        name: "gain",
+        help: "fraction of the flux that goes on at each step",
+        unit: "",
+        domain: Domain::Number { min: 0.0, max: 1.0 },
+        default: "1",
+    },
+    Setting {
+        name: "clamp_negative",
+        help: "whether flux through a face that two bands make negative is 0",
+        unit: "",
+        domain: Domain::Choice(&["on", "off"]),
+        default: "on",
+    },
+    Setting {
+        name: "occlusion",
+        help: "what stops light between two cells: opaque faces, nothing, or the blocking \
+               potential of the surfaces that lights see",
+        unit: "",
+        domain: Domain::Choice(&["faces", "none", "fuzzy"]),
+        default: "faces",
+    },
 ];
 
 static RULES: &[Rule] = &[
@@ -69,18 +108,53 @@ static RULES: &[Rule] = &[
     Rule::always(Group::Light, &["source"]),
     Rule {
         group: Group::Light,
-        settings: &["rsm_texels", "injection_shift"],
+        settings: &["rsm_texels"],
+        applies: |settings| settings.is("source", "rsm") || settings.is("occlusion", "fuzzy"),
+    },
+    Rule {
+        group: Group::Light,
+        settings: &["injection_shift"],
         applies: |settings| settings.is("source", "rsm"),
     },
-    Rule::always(Group::Bounces, &["directions", "bounces"]),
+    Rule::always(Group::Bounces, &["propagation", "occlusion", "bounces"]),
+    Rule {
+        group: Group::Bounces,
+        settings: &["directions"],
+        applies: |settings| settings.is("propagation", "ordinates"),
+    },
+    Rule {
+        group: Group::Bounces,
+        settings: &["iterations", "gain"],
+        applies: |settings| !settings.is("propagation", "ordinates"),
+    },
+    Rule {
+        group: Group::Bounces,
+        settings: &["clamp_negative"],
+        applies: |settings| {
+            settings.is("propagation", "lobes30") || settings.is("propagation", "axis6")
+        },
+    },
     Rule::always(Group::Gather, &["gather_shift"]),
 ];
 
-static PRESETS: &[Preset] = &[Preset {
-    name: "accurate",
-    help: "discrete directions swept through opaque faces: it converges as cells shrink",
-    values: &[],
-}];
+static PRESETS: &[Preset] = &[
+    Preset {
+        name: "accurate",
+        help: "discrete directions swept through opaque faces: it converges as cells shrink",
+        values: &[],
+    },
+    Preset {
+        name: "textbook",
+        help: "the published method: 8 steps of 30 lobes, fuzzy occlusion, lookup half a cell off",
+        values: &[&[
+            ("resolution", "32"),
+            ("propagation", "lobes30"),
+            ("occlusion", "fuzzy"),
+            ("rsm_texels", "256"),
+            ("gather_shift", "0.5"),
+        ]],
+    },
+];
 
 /// The row of the registry.
 pub static ENTRY: Entry = Entry {
@@ -98,6 +172,11 @@ pub static ENTRY: Entry = Entry {
         &LIGHT_SIDES,
         &SWEEP,
         &SUM,
+        &GEOMETRY,
+        &MERGE,
+        &SEED,
+        &PROPAGATE,
+        &FINISH,
         &GATHER,
         &SPECULAR,
     ]],
@@ -117,18 +196,49 @@ pub static ENTRY: Entry = Entry {
             "light injection",
             &["lpv.clear_flux", "lpv.inject", "lpv.light_sides"],
         ),
-        &Stage::store("propagation", &["lpv.sweep", "lpv.sum"]),
+        &Stage::store(
+            "geometry volume",
+            &["lpv.clear_areas", "lpv.geometry", "lpv.merge"],
+        ),
+        &Stage::store(
+            "propagation",
+            &[
+                "lpv.sweep",
+                "lpv.sum",
+                "lpv.seed",
+                "lpv.propagate",
+                "lpv.finish",
+            ],
+        ),
         &Stage::picture("gather", &["lpv.gather"]),
         &Stage::picture("specular", &["lpv.specular"]),
     ],
     ..Entry::new(
         "lpv",
-        "light propagation volume, swept along discrete directions",
+        "light propagation volume, swept along discrete directions or stepped as published",
         make,
     )
 };
 
 fn check(settings: &Settings) -> Result<(), SettingError> {
+    if !settings.is("propagation", "ordinates") {
+        return Ok(());
+    }
+    let occlusion = settings.choice("occlusion");
+    if occlusion == "fuzzy" {
+        return Err(SettingError::Together(
+            "occlusion=fuzzy: propagation=ordinates has opaque faces or nothing; give \
+             occlusion=faces or none, or another propagation"
+                .to_owned(),
+        ));
+    }
+    if occlusion == "none" && (settings.is("source", "faces") || settings.count("bounces") > 1) {
+        return Err(SettingError::Together(
+            "occlusion=none: with propagation=ordinates, light that starts at faces and further \
+             bounces need occlusion=faces"
+                .to_owned(),
+        ));
+    }
     match settings.count("directions") {
         count @ 1..8 => Err(SettingError::Together(format!(
             "directions={count}: light needs at least one direction in each of the 8 octants; \

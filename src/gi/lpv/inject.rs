@@ -34,13 +34,15 @@ pub static INJECT: Pass = Pass {
         Binding::sampled("rsm_reflected", Access::ComputeSampled),
         Binding::buffer("flux", Access::ComputeReadWrite),
     ],
-    constants: &[],
+    constants: &["POWER"],
     params: Some(InjectParams::LAYOUT),
     sets: Sets::Scene,
 };
 
 /// Numbers of a cell's flux: x, y and z of each colour.
 pub(super) const FLUX_NUMBERS: u32 = 9;
+/// Numbers of its power besides, which lobes need: one of each colour.
+pub(super) const POWER_NUMBERS: u32 = 3;
 
 /// One integer step of flux (W): no cell can have more than 2³⁰ of them. A parallel light brings a
 /// cell at most E times the beam that meets it and its neighbours, any other light its whole power.
@@ -70,6 +72,7 @@ pub(super) fn inject(frame: &mut Frame, maps: &LightMaps, cells: &Cells, flux_un
         .bind("rsm_normal", normal)
         .bind("rsm_reflected", reflected)
         .bind("flux", &cells.flux)
+        .constant("POWER", cells.settings.lobes.is_some())
         .push(&InjectParams {
             grid: cells.grid.row(0),
             flux_unit,

@@ -3,11 +3,13 @@
 //!
 //! - [`faces`]: which neighbours cannot see each other, and what they see instead.
 //! - [`inject`]: what surfaces reflect, into cells.
-//! - [`sweep`]: from cells to all others.
+//! - [`sweep`]: from cells to all others, along discrete directions.
+//! - [`lobes`]: the same by the published method, and [`blockers`], its fuzzy occlusion.
 //! - [`gather`]: from cells to pixels.
 //!
 //! [`Cells`] is all but the last, for one grid.
 
+pub mod blockers;
 mod cells;
 mod directions;
 mod entry;
@@ -15,14 +17,16 @@ pub mod faces;
 pub mod gather;
 mod grid;
 pub mod inject;
+pub mod lobes;
 pub mod oracle;
 pub mod sweep;
 
-pub use cells::{CellSettings, Cells, Source};
+pub use cells::{CellSettings, Cells, Propagation, Source};
 pub use directions::Directions;
 pub use entry::ENTRY;
 pub use grid::{CellGrid, GridRow};
 
+use self::lobes::Occlusion;
 use super::{
     Answer, Context, IndirectLight, Inputs, Inspect, MapNeeds, Needs, Settings, Technique,
 };
@@ -57,9 +61,13 @@ fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>
 
 impl Technique for Lpv {
     fn needs(&self) -> Needs {
-        let maps = match self.cells.settings.source {
-            Source::Rsm => MapNeeds::Reflective,
-            Source::Faces => MapNeeds::Shadows,
+        let CellSettings {
+            source, occlusion, ..
+        } = self.cells.settings;
+        let maps = if source == Source::Rsm || occlusion == Occlusion::Fuzzy {
+            MapNeeds::Reflective
+        } else {
+            MapNeeds::Shadows
         };
         Needs {
             maps,
@@ -68,7 +76,7 @@ impl Technique for Lpv {
     }
 
     fn build(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
-        self.cells.faces.find(context.gpu, context.scene)
+        self.cells.find_faces(context.gpu, context.scene)
     }
 
     fn update(&mut self, frame: &mut Frame, given: &Inputs<'_>) {
@@ -79,7 +87,7 @@ impl Technique for Lpv {
         gather::gather(
             frame,
             given.gbuffer,
-            (&self.cells.grid, &self.cells.sweep.light),
+            (&self.cells.grid, self.cells.volume()),
             self.gather_shift,
             &self.light,
         );

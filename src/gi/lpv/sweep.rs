@@ -99,7 +99,7 @@ pub struct Sweep {
     pub light: Arc<Image>,
 }
 
-fn volume(
+pub(super) fn volume(
     gpu: &Gpu,
     (name, format): (&str, vk::Format),
     extent: [u32; 3],

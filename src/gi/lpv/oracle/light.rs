@@ -14,10 +14,12 @@ pub struct Texel {
     pub normal: DVec3,
     /// Reflected flux of red, green, blue (W).
     pub flux: DVec3,
+    /// Of the surface (m²).
+    pub area_m2: f64,
 }
 
 /// A position (m) in cells, moved off its surface by `shift` |n|₁ n.
-fn shifted(grid: &CellGrid, position: DVec3, normal: DVec3, shift: f64) -> DVec3 {
+pub(super) fn shifted(grid: &CellGrid, position: DVec3, normal: DVec3, shift: f64) -> DVec3 {
     let place = (position - grid.origin.as_dvec3()) / f64::from(grid.cell_size);
     place + shift * normal.abs().element_sum() * normal
 }

@@ -2,6 +2,7 @@
 
 mod faces;
 mod light;
+pub mod lobes;
 mod sweep;
 
 pub use faces::{Crossings, crossings};

@@ -1,0 +1,317 @@
+//! The published propagation: lobes of intensity in two bands, handed on from cell to cell, all
+//! cells at once.
+
+use std::sync::Arc;
+
+use glam::{DMat4, DVec3, DVec4};
+
+use super::blockers::Blockers;
+use super::faces::Faces;
+use super::grid::{CellGrid, GridRow};
+use super::sweep::volume;
+use crate::gi::Settings;
+use crate::gi::shared::sh::{self, Quadrature};
+use crate::gpu_struct;
+use crate::graph::{
+    Access, BatchDispatch, Binding, Buffer, Error, Frame, Gpu, Image, ImageUsage, Owner, Pass,
+    Sets, Shaders, vk,
+};
+use crate::render::{GpuScene, LightMaps, storage};
+use crate::shader::GpuStruct;
+
+gpu_struct! {
+    /// Parameters of `lpv.seed`.
+    pub struct SeedParams {
+        /// The grid.
+        pub grid: GridRow,
+        /// One integer step of flux, over π h² (W/(m² sr)).
+        pub peak_unit: f32,
+    }
+}
+
+gpu_struct! {
+    /// Parameters of `lpv.propagate`.
+    pub struct PropagateParams {
+        /// The grid.
+        pub grid: GridRow,
+        /// Which step it is, from 1.
+        pub step: u32,
+        /// Fraction of the flux that goes on.
+        pub gain: f32,
+    }
+}
+
+gpu_struct! {
+    /// Parameters of `lpv.finish`.
+    pub struct FinishParams {
+        /// The grid.
+        pub grid: GridRow,
+    }
+}
+
+/// What cells send at first, and the start of the sum. A thread a cell.
+pub static SEED: Pass = Pass {
+    constants: &["SIDES"],
+    ..Pass::compute(
+        "lpv.seed",
+        "gi/lpv/seed.comp",
+        &[
+            Binding::buffer("flux", Access::ComputeRead),
+            Binding::buffer("faces", Access::ComputeRead),
+            Binding::buffer("side_light", Access::ComputeRead),
+            Binding::image("lobes", Access::ComputeWrite),
+            Binding::image("sum", Access::ComputeWrite),
+        ],
+        SeedParams::LAYOUT,
+    )
+};
+
+/// One step of all cells: from what the step before has left, into the other half of the volume. A
+/// thread a cell; the steps are a chain.
+pub static PROPAGATE: Pass = Pass {
+    name: "lpv.propagate",
+    shaders: Shaders::Compute("gi/lpv/propagate.comp"),
+    bindings: &[
+        Binding::buffer("faces", Access::ComputeRead),
+        Binding::buffer("streams", Access::ComputeRead),
+        Binding::sampled("blockers", Access::ComputeSampled),
+        Binding::image("lobes", Access::ComputeReadWrite),
+        Binding::image("sum", Access::ComputeReadWrite),
+    ],
+    constants: &["SCHEME", "OCCLUSION", "CLAMP"],
+    params: Some(PropagateParams::LAYOUT),
+    sets: Sets::Scene,
+};
+
+/// The sum of all steps, as what pixels look up. A thread a cell.
+pub static FINISH: Pass = Pass::compute(
+    "lpv.finish",
+    "gi/lpv/finish.comp",
+    &[
+        Binding::image("sum", Access::ComputeRead),
+        Binding::image("light", Access::ComputeWrite),
+    ],
+    FinishParams::LAYOUT,
+);
+
+/// How a cell hands on what it has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scheme {
+    /// To the five other faces of each neighbour, and a lobe towards each (Kaplanyan & Dachsbacher
+    /// 2010).
+    Lobes30,
+    /// Along the six axes, and a lobe along each (Kaplanyan 2009).
+    Axis6,
+    /// The fraction of each direction that goes through each face, without lobes.
+    Stream,
+}
+
+/// What stops light on its way from a cell to its neighbour.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Occlusion {
+    /// Nothing.
+    None,
+    /// An opaque face stops all of it.
+    Faces,
+    /// The blocking potential of the surfaces that lights see.
+    Fuzzy,
+}
+
+impl Occlusion {
+    /// As the technique's settings say.
+    pub fn new(settings: &Settings) -> Self {
+        match settings.choice("occlusion") {
+            "none" => Occlusion::None,
+            "fuzzy" => Occlusion::Fuzzy,
+            _ => Occlusion::Faces,
+        }
+    }
+}
+
+/// How lobes are handed on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LobeSettings {
+    /// To which neighbours, as what.
+    pub scheme: Scheme,
+    /// Number of steps.
+    pub iterations: u32,
+    /// Fraction of the flux that goes on at each step.
+    pub gain: f32,
+    /// Negative flux is none.
+    pub clamp_negative: bool,
+}
+
+impl LobeSettings {
+    /// As the technique's settings say; `None` where discrete directions are swept.
+    pub fn new(settings: &Settings) -> Option<Self> {
+        let scheme = match settings.choice("propagation") {
+            "lobes30" => Scheme::Lobes30,
+            "axis6" => Scheme::Axis6,
+            "stream" => Scheme::Stream,
+            _ => return None,
+        };
+        Some(LobeSettings {
+            scheme,
+            iterations: settings.count("iterations"),
+            gain: settings.number("gain"),
+            clamp_negative: settings.is("clamp_negative", "on"),
+        })
+    }
+}
+
+/// The direction of an axis: of the faces −x, +x, −y, +y, −z, +z.
+pub(super) fn axis_direction(face: u32) -> DVec3 {
+    let mut direction = DVec3::ZERO;
+    direction[(face / 2) as usize] = if face.is_multiple_of(2) { -1.0 } else { 1.0 };
+    direction
+}
+
+/// M_d = ∫ Y Yᵀ max(0, ω·d)/(|ωx| + |ωy| + |ωz|) dω: of two bands, what a cell passes on along d.
+/// All six add up to 1.
+pub fn stream(direction: DVec3) -> DMat4 {
+    // The integrand has edges at the borders of octants: an error of 10⁻⁶.
+    let quadrature = Quadrature::exact_to(400);
+    let basis = |d: DVec3| {
+        let mut values = [0.0; 4];
+        sh::evaluate(2, d, &mut values);
+        DVec4::from(values)
+    };
+    let columns = quadrature.nodes.iter().map(|&(d, weight)| {
+        let share = weight * d.dot(direction).max(0.0) / d.abs().element_sum();
+        let basis = basis(d);
+        DMat4::from_cols(
+            share * basis.x * basis,
+            share * basis.y * basis,
+            share * basis.z * basis,
+            share * basis.w * basis,
+        )
+    });
+    columns.sum()
+}
+
+/// Lobes of one grid.
+pub struct Lobes {
+    grid: CellGrid,
+    settings: LobeSettings,
+    occlusion: Occlusion,
+    blockers: Option<Blockers>,
+    streams: Arc<Buffer>,
+    /// What the last two steps have left: four coefficients of intensity over h² (W/(m² sr)).
+    lobes: Arc<Image>,
+    /// The same of all steps.
+    sum: Arc<Image>,
+    /// What they bring each cell, in the format of [`super::sweep::Sweep::light`].
+    pub light: Arc<Image>,
+}
+
+impl Lobes {
+    /// Allocates.
+    pub fn new(
+        gpu: &Gpu,
+        grid: CellGrid,
+        settings: LobeSettings,
+        occlusion: Occlusion,
+    ) -> Result<Self, Error> {
+        let [x, y, z] = grid.size.to_array();
+        let is_stream = settings.scheme == Scheme::Stream;
+        let streams = |face: u32| stream(-axis_direction(face)).as_mat4().to_cols_array();
+        let streams: Vec<f32> = (0..6).filter(|_| is_stream).flat_map(streams).collect();
+        let pairs = vk::Format::R32G32B32A32_UINT;
+        let stored = ImageUsage::STORAGE;
+        let blockers = || Blockers::new(gpu, grid);
+        Ok(Lobes {
+            grid,
+            settings,
+            occlusion,
+            blockers: (occlusion == Occlusion::Fuzzy).then(blockers).transpose()?,
+            streams: storage(
+                gpu,
+                ("lpv.streams", Owner::Store),
+                bytemuck::cast_slice(&streams),
+            )?,
+            lobes: volume(gpu, ("lpv.lobes", pairs), [2 * x, y, 2 * z], stored)?,
+            // Half floats would lose what late steps add to it.
+            sum: volume(
+                gpu,
+                ("lpv.lobe_sum", vk::Format::R32G32B32A32_SFLOAT),
+                [2 * x, 2 * y, z],
+                stored,
+            )?,
+            light: volume(
+                gpu,
+                ("lpv.light", vk::Format::R16G16B16A16_SFLOAT),
+                [3 * x, 3 * y, z],
+                stored | ImageUsage::SAMPLED,
+            )?,
+        })
+    }
+
+    /// What blocks light, where that is of the surfaces that lights see.
+    pub fn blockers(&self) -> Option<&Blockers> {
+        self.blockers.as_ref()
+    }
+
+    /// Adds the passes that find what blocks light.
+    pub(super) fn block(
+        &self,
+        frame: &mut Frame,
+        scene: &GpuScene,
+        maps: &LightMaps,
+        rsm_texels: u32,
+    ) {
+        if let Some(blockers) = &self.blockers {
+            blockers.find(frame, scene, maps, rsm_texels);
+        }
+    }
+
+    /// Adds the passes that bring the flux of all cells (integers of `flux_unit`, W), and the light
+    /// of the sides of all opaque faces, to the cells that it reaches.
+    pub fn run(&self, frame: &mut Frame, faces: &Faces, (flux, flux_unit): (&Arc<Buffer>, f32)) {
+        let side_light = faces.sides.as_ref().map(|sides| &sides.light);
+        let face_m2 = self.grid.cell_size * self.grid.cell_size;
+        let grid = self.grid.row(0);
+        let [x, y, z] = self.grid.size.to_array();
+        let groups = [x.div_ceil(8), y.div_ceil(8), z];
+        frame
+            .pass(&SEED)
+            .bind("flux", flux)
+            .bind("faces", &faces.words)
+            .bind("side_light", side_light.unwrap_or(flux))
+            .bind("lobes", &self.lobes)
+            .bind("sum", &self.sum)
+            .constant("SIDES", side_light.is_some())
+            .push(&SeedParams {
+                grid,
+                peak_unit: flux_unit / (std::f32::consts::PI * face_m2),
+            })
+            .dispatch(groups);
+        let step = |step| BatchDispatch {
+            push: bytemuck::bytes_of(&PropagateParams {
+                grid,
+                step,
+                gain: self.settings.gain,
+            })
+            .to_vec(),
+            groups,
+            ..Default::default()
+        };
+        let blockers = self.blockers.as_ref().map(|blockers| &blockers.volume);
+        frame
+            .pass(&PROPAGATE)
+            .bind("faces", &faces.words)
+            .bind("streams", &self.streams)
+            .bind("blockers", blockers.unwrap_or(&self.light))
+            .bind("lobes", &self.lobes)
+            .bind("sum", &self.sum)
+            .constant("SCHEME", self.settings.scheme as u32)
+            .constant("OCCLUSION", self.occlusion as u32)
+            .constant("CLAMP", self.settings.clamp_negative)
+            .dispatch_chain((1..=self.settings.iterations).map(step).collect());
+        frame
+            .pass(&FINISH)
+            .bind("sum", &self.sum)
+            .bind("light", &self.light)
+            .push(&FinishParams { grid })
+            .dispatch(groups);
+    }
+}
