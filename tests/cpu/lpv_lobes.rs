@@ -120,8 +120,8 @@ fn a_lobe_moves_one_cell() {
 /// Walls that emit and reflect nothing: axes have the radiance of the wall, lobes more.
 #[test]
 fn a_furnace_of_axes_has_the_light_of_its_walls() {
-    let grid = cube(12);
-    let faces = box_faces(&grid, UVec3::ONE, UVec3::splat(11));
+    let grid = cube(10);
+    let faces = box_faces(&grid, UVec3::ONE, UVec3::splat(9));
     let (flux, power) = (
         vec![[DVec3::ZERO; 3]; faces.len()],
         vec![DVec3::ZERO; faces.len()],
@@ -130,7 +130,7 @@ fn a_furnace_of_axes_has_the_light_of_its_walls() {
     let furnace = |scheme| {
         let steps = Steps {
             settings: LobeSettings {
-                iterations: 500,
+                iterations: 350,
                 ..steps_of(scheme, false).settings
             },
             occlusion: Occlusion::Faces,
@@ -140,9 +140,9 @@ fn a_furnace_of_axes_has_the_light_of_its_walls() {
         let light = finish(&propagate(&grid, &steps, &first));
         let at = |place: DVec3, normal| irradiance(&light, &grid, (place, normal), normal, 0.5).x;
         [
-            at(DVec3::new(6.0, 6.0, 1.0), DVec3::Z) / PI,
-            at(DVec3::new(6.0, 1.5, 1.0), DVec3::Z) / PI,
-            at(DVec3::splat(6.0), DVec3::X) / PI,
+            at(DVec3::new(5.0, 5.0, 1.0), DVec3::Z) / PI,
+            at(DVec3::new(5.0, 1.5, 1.0), DVec3::Z) / PI,
+            at(DVec3::splat(5.0), DVec3::X) / PI,
         ]
     };
     let axes = furnace(Scheme::Axis6);
@@ -159,7 +159,7 @@ fn a_furnace_of_axes_has_the_light_of_its_walls() {
     );
     let lobes = furnace(Scheme::Lobes30);
     println!("lobes {lobes:.4?}");
-    assert!(lobes.iter().all(|light| *light > 1.02), "{lobes:?}");
+    assert!((lobes[0] - 1.1).abs() < 0.04 && lobes[2] > 1.4, "{lobes:?}");
 }
 
 /// An environment that is alike on all sides is the same in all cells.

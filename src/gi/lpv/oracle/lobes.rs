@@ -1,6 +1,7 @@
 //! Twins of `lpv.geometry`, `lpv.seed`, `lpv.propagate` and `lpv.finish`.
 
 use std::f64::consts::PI;
+use std::sync::OnceLock;
 
 use glam::{DMat4, DVec3, DVec4, UVec3};
 
@@ -9,7 +10,6 @@ use super::light::shifted;
 use super::sweep::neighbour;
 use crate::gi::lpv::CellGrid;
 use crate::gi::lpv::lobes::{LobeSettings, Occlusion, Scheme, axis_direction, stream};
-use crate::gi::shared::sh;
 
 /// Two bands of intensity over h², by the directions that light goes to: rgb, and in alpha that of
 /// an environment of radiance 1 (W/(m² sr)).
@@ -63,16 +63,16 @@ pub fn blockers(texels: impl IntoIterator<Item = Texel>, grid: &CellGrid) -> Vec
     blockers
 }
 
-fn basis(direction: DVec3) -> DVec4 {
-    let mut values = [0.0; 4];
-    sh::evaluate(2, direction, &mut values);
-    DVec4::from(values)
+/// Two bands: √(1/4π), and √(3/4π) (y, z, x).
+fn basis(d: DVec3) -> DVec4 {
+    let band = (0.75 / PI).sqrt() * DVec3::new(d.y, d.z, d.x);
+    DVec4::new((0.25 / PI).sqrt(), band.x, band.y, band.z)
 }
 
-/// ⟨d,ω⟩₊ in two bands.
-fn cosine_lobe(direction: DVec3) -> DVec4 {
-    let lobe = sh::rotate_zonal(&sh::clamped_cosine(2), direction);
-    DVec4::from_slice(&lobe)
+/// ⟨d,ω⟩₊ in two bands: √π/2, and √(π/3) (y, z, x).
+fn cosine_lobe(d: DVec3) -> DVec4 {
+    let band = (PI / 3.0).sqrt() * DVec3::new(d.y, d.z, d.x);
+    DVec4::new(0.5 * PI.sqrt(), band.x, band.y, band.z)
 }
 
 fn add_lobe(to: &mut Lobe, peak: DVec4, direction: DVec3) {
@@ -95,17 +95,13 @@ pub fn seed(
     side: &dyn Fn(usize, u32) -> DVec4,
 ) -> Vec<Lobe> {
     let peak = 1.0 / (PI * f64::from(grid.cell_size).powi(2));
-    let factors = sh::clamped_cosine(2);
-    let [zero, one] = [
-        (factors[0], basis(DVec3::ZERO).x),
-        (factors[1], basis(DVec3::X).w),
-    ];
+    let [zero, one] = [0.5 * PI.sqrt(), (PI / 3.0).sqrt()];
     let cell = |index: usize| {
         let mut lobe = [DVec4::ZERO; 4];
-        lobe[0] = (peak * zero.0 * zero.1 * power[index]).extend(0.0);
+        lobe[0] = (peak * zero * power[index]).extend(0.0);
         for (coefficient, axis) in [(1, 1), (2, 2), (3, 0)] {
             let along = flux[index].map(|vector| vector[axis]);
-            lobe[coefficient] = (peak * one.0 * one.1 * DVec3::from(along)).extend(0.0);
+            lobe[coefficient] = (peak * one * DVec3::from(along)).extend(0.0);
         }
         for face in (0..6).filter(|face| faces[index] >> face & 1 == 1) {
             add_lobe(&mut lobe, side(index, face), -axis_direction(face));
@@ -135,6 +131,12 @@ fn blocking(grid: &CellGrid, blockers: &[DVec4], cell: UVec3, face: u32) -> DVec
     sum
 }
 
+/// What goes into a cell through each of its faces.
+fn streams() -> &'static [DMat4; 6] {
+    static STREAMS: OnceLock<[DMat4; 6]> = OnceLock::new();
+    STREAMS.get_or_init(|| [0, 1, 2, 3, 4, 5].map(|face| stream(-axis_direction(face))))
+}
+
 /// A step of all cells, the first being 1, from what the step before has left.
 pub fn step(grid: &CellGrid, steps: &Steps<'_>, before: &[Lobe], number: u32) -> Vec<Lobe> {
     let settings = &steps.settings;
@@ -145,10 +147,6 @@ pub fn step(grid: &CellGrid, steps: &Steps<'_>, before: &[Lobe], number: u32) ->
     } else {
         [DVec4::ZERO; 4]
     };
-    let streams: Vec<DMat4> = (0..6)
-        .filter(|_| settings.scheme == Scheme::Stream)
-        .map(|face| stream(-axis_direction(face)))
-        .collect();
     let [far, aside] = solid_angles();
     let cell = |index: u32| {
         let cell = UVec3::new(
@@ -189,7 +187,7 @@ pub fn step(grid: &CellGrid, steps: &Steps<'_>, before: &[Lobe], number: u32) ->
                 Scheme::Axis6 => hand_on(onwards, onwards, 2.0 * PI / 3.0),
                 Scheme::Stream => {
                     let [r, g, b, a] = [0, 1, 2, 3].map(|channel| {
-                        streams[face as usize] * DVec4::from(sent.map(|c| c[channel]))
+                        streams()[face as usize] * DVec4::from(sent.map(|c| c[channel]))
                     });
                     for (i, own) in arrived.iter_mut().enumerate() {
                         *own += passing(onwards) * DVec4::new(r[i], g[i], b[i], a[i]);
