@@ -4,7 +4,7 @@ use super::faces::{FACES, LIGHT_SIDES, NEAREST, NUMBER_SIDES, SURFACES, Side};
 use super::gather::{GATHER, SPECULAR};
 use super::grid::GridRow;
 use super::inject::INJECT;
-use super::sweep::{SUM, SWEEP};
+use super::sweep::{SOURCES, SUM, SWEEP};
 use super::{Settings, make};
 use crate::gi::entry::{Entry, Stage};
 use crate::gi::settings::{Domain, Group, Preset, Rule, Setting, SettingError};
@@ -96,6 +96,7 @@ pub static ENTRY: Entry = Entry {
         &SURFACES,
         &INJECT,
         &LIGHT_SIDES,
+        &SOURCES,
         &SWEEP,
         &SUM,
         &GATHER,
@@ -117,7 +118,7 @@ pub static ENTRY: Entry = Entry {
             "light injection",
             &["lpv.clear_flux", "lpv.inject", "lpv.light_sides"],
         ),
-        &Stage::store("propagation", &["lpv.sweep", "lpv.sum"]),
+        &Stage::store("propagation", &["lpv.sources", "lpv.sweep", "lpv.sum"]),
         &Stage::picture("gather", &["lpv.gather"]),
         &Stage::picture("specular", &["lpv.specular"]),
     ],
