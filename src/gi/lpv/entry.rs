@@ -6,7 +6,7 @@ use super::gather::{GATHER, SPECULAR};
 use super::grid::GridRow;
 use super::inject::INJECT;
 use super::lobes::{FINISH, PROPAGATE, SEED};
-use super::sweep::{SUM, SWEEP};
+use super::sweep::{SOURCES, SUM, SWEEP};
 use super::{Settings, make};
 use crate::gi::entry::{Entry, Stage};
 use crate::gi::settings::{Domain, Group, Preset, Rule, Setting, SettingError};
@@ -170,6 +170,7 @@ pub static ENTRY: Entry = Entry {
         &SURFACES,
         &INJECT,
         &LIGHT_SIDES,
+        &SOURCES,
         &SWEEP,
         &SUM,
         &GEOMETRY,
@@ -203,6 +204,7 @@ pub static ENTRY: Entry = Entry {
         &Stage::store(
             "propagation",
             &[
+                "lpv.sources",
                 "lpv.sweep",
                 "lpv.sum",
                 "lpv.seed",

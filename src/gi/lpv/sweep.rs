@@ -28,6 +28,14 @@ gpu_struct! {
         pub cell_count: u32,
         /// The first octant that is swept.
         pub first_octant: u32,
+    }
+}
+
+gpu_struct! {
+    /// Parameters of `lpv.sources`.
+    pub struct SourceParams {
+        /// The grid.
+        pub grid: GridRow,
         /// One integer step of flux, over π h² (W/(m² sr)).
         pub radiance_unit: f32,
     }
@@ -41,6 +49,18 @@ gpu_struct! {
     }
 }
 
+/// What cells send, and their opaque faces, as [`SWEEP`] reads them. A thread a cell.
+pub static SOURCES: Pass = Pass::compute(
+    "lpv.sources",
+    "gi/lpv/sources.comp",
+    &[
+        Binding::buffer("faces", Access::ComputeRead),
+        Binding::buffer("flux", Access::ComputeRead),
+        Binding::image("sources", Access::ComputeWrite),
+    ],
+    SourceParams::LAYOUT,
+);
+
 /// One step for all directions of some octants: cells whose upwind neighbours are all done. A
 /// thread a cell and octant; the steps of a sweep are a chain.
 pub static SWEEP: Pass = Pass {
@@ -50,9 +70,8 @@ pub static SWEEP: Pass = Pass {
         "gi/lpv/sweep.comp",
         &[
             Binding::buffer("directions", Access::ComputeRead),
-            Binding::buffer("order", Access::ComputeRead),
-            Binding::buffer("faces", Access::ComputeRead),
-            Binding::buffer("flux", Access::ComputeRead),
+            Binding::image("order", Access::ComputeRead),
+            Binding::image("sources", Access::ComputeRead),
             Binding::image("front", Access::ComputeReadWrite),
             Binding::image("slabs", Access::ComputeReadWrite),
             Binding::buffer("side_light", Access::ComputeRead),
@@ -72,6 +91,8 @@ pub static SUM: Pass = Pass::compute(
     SumParams::LAYOUT,
 );
 
+/// Threads of a workgroup of the sweep.
+const GROUP: u32 = 256;
 /// Pairs of the nine coefficients of three bands.
 const COEFFICIENT_PAIRS: u32 = 5;
 /// A texel of what is on its way: two times four half floats.
@@ -89,7 +110,8 @@ pub struct Sweep {
     /// The directions.
     pub directions: Directions,
     list: Arc<Buffer>,
-    order: Arc<Buffer>,
+    order: Arc<Image>,
+    sources: Arc<Image>,
     front: Arc<Image>,
     /// One for each octant that is swept at once.
     slabs: Arc<Image>,
@@ -139,7 +161,13 @@ impl Sweep {
             grid,
             list: list("lpv.directions", &directions.words())?,
             directions,
-            order: list("lpv.order", &order(grid.size))?,
+            order: upload_order(gpu, grid.size)?,
+            sources: volume(
+                gpu,
+                ("lpv.sources", pairs),
+                [3 * x, y, z],
+                ImageUsage::STORAGE,
+            )?,
             front: volume(
                 gpu,
                 ("lpv.front", pairs),
@@ -167,6 +195,17 @@ impl Sweep {
     pub fn run(&self, frame: &mut Frame, faces: &Faces, (flux, flux_unit): (&Arc<Buffer>, f32)) {
         let side_light = faces.sides.as_ref().map(|sides| &sides.light);
         let face_m2 = self.grid.cell_size * self.grid.cell_size;
+        let [x, y, z] = self.grid.size.to_array();
+        frame
+            .pass(&SOURCES)
+            .bind("faces", &faces.words)
+            .bind("flux", flux)
+            .bind("sources", &self.sources)
+            .push(&SourceParams {
+                grid: self.grid.row(0),
+                radiance_unit: flux_unit / (std::f32::consts::PI * face_m2),
+            })
+            .dispatch([x.div_ceil(8), y.div_ceil(8), z]);
         let steps = steps(self.grid.size);
         for first_octant in (0..8).step_by(self.octants_at_once as usize) {
             let mut first_cell = 0;
@@ -177,12 +216,11 @@ impl Sweep {
                     first_cell,
                     cell_count,
                     first_octant,
-                    radiance_unit: flux_unit / (std::f32::consts::PI * face_m2),
                 };
                 first_cell += cell_count;
                 BatchDispatch {
                     push: bytemuck::bytes_of(&params).to_vec(),
-                    groups: [cell_count.div_ceil(64), self.octants_at_once, 1],
+                    groups: [cell_count.div_ceil(GROUP), self.octants_at_once, 1],
                     ..Default::default()
                 }
             });
@@ -191,8 +229,7 @@ impl Sweep {
                 .pass(&SWEEP)
                 .bind("directions", &self.list)
                 .bind("order", &self.order)
-                .bind("faces", &faces.words)
-                .bind("flux", flux)
+                .bind("sources", &self.sources)
                 .bind("front", &self.front)
                 .bind("slabs", &self.slabs)
                 .bind("side_light", side_light.unwrap_or(&self.list))
@@ -200,7 +237,6 @@ impl Sweep {
                 .constant("SIDES", side_light.is_some())
                 .dispatch_chain(chain);
         }
-        let [x, y, z] = self.grid.size.to_array();
         frame
             .pass(&SUM)
             .bind("slabs", &self.slabs)
@@ -233,10 +269,25 @@ fn steps(size: UVec3) -> Vec<u32> {
         .collect()
 }
 
-/// a and b of all cells, 16 bits each, step by step.
-fn order(size: UVec3) -> Vec<u32> {
-    (0..step_count(size))
-        .flat_map(|step| cells_of(size, step))
-        .map(|(a, b)| a | b << 16)
-        .collect()
+/// Texels of a row of the order (`ORDER_ROW` in `gi/lpv/sweep.comp`).
+const ORDER_ROW: u32 = 1024;
+
+/// a and b of all cells, 16 bits each, step by step, in rows of an image.
+fn upload_order(gpu: &Gpu, size: UVec3) -> Result<Arc<Image>, Error> {
+    let cells = (0..step_count(size)).flat_map(|step| cells_of(size, step));
+    let mut words: Vec<u32> = cells.map(|(a, b)| a | b << 16).collect();
+    let rows = (words.len() as u32).div_ceil(ORDER_ROW);
+    words.resize((ORDER_ROW * rows) as usize, 0);
+    let image = gpu.create_image(&ImageDesc {
+        name: "lpv.order".into(),
+        extent: [ORDER_ROW, rows, 1],
+        kind: ImageKind::D2,
+        format: vk::Format::R32_UINT,
+        mips: 1,
+        layers: 1,
+        usage: ImageUsage::STORAGE,
+        owner: Owner::Store,
+    })?;
+    gpu.upload_image(&image, 0, 0, bytemuck::cast_slice(&words))?;
+    Ok(image)
 }
