@@ -151,6 +151,14 @@ const STATED: &[Stated] = &[
         furnace: [-0.002, 0.016],
         plates: [0.000, 0.094],
     },
+    // 8 steps, in which light comes 8 cells far; plates 64.
+    Stated {
+        name: "lpv.textbook",
+        lit_sphere: [-0.691, 0.691],
+        sky: [-0.389, 0.389],
+        furnace: [-0.220, 0.222],
+        plates: [0.0, 0.0],
+    },
 ];
 
 fn stated(case: &Case) -> &'static Stated {
@@ -278,6 +286,16 @@ fn finest(case: &Case) -> &'static str {
     } else {
         "128"
     }
+}
+
+/// Lobes need as many steps as the plates are cells apart.
+fn plate_settings(case: &Case) -> Vec<(&'static str, &'static str)> {
+    let is_lpv = case.entry.name == "lpv";
+    let steps = is_lpv.then_some(("iterations", "64"));
+    [Some(("resolution", finest(case))), steps]
+        .into_iter()
+        .flatten()
+        .collect()
 }
 
 const AT_64: &[(&str, &str)] = &[("resolution", "64")];
@@ -447,7 +465,7 @@ fn two_plates() {
             &gpu,
             &plates.scene,
             &case,
-            &[("resolution", finest(&case))],
+            &plate_settings(&case),
             frame(96, 64, 64),
         )
         .unwrap()
