@@ -5,6 +5,7 @@ use super::gather::{GATHER, SPECULAR};
 use super::grid::GridRow;
 use super::inject::INJECT;
 use super::sweep::{SOURCES, SUM, SWEEP};
+use super::view::{CELLS, VIEW};
 use super::{Settings, make};
 use crate::gi::entry::{Entry, Stage};
 use crate::gi::settings::{Domain, Group, Preset, Rule, Setting, SettingError};
@@ -101,8 +102,10 @@ pub static ENTRY: Entry = Entry {
         &SUM,
         &GATHER,
         &SPECULAR,
+        &VIEW,
     ]],
     structs: &[&[("CellGrid", GridRow::FIELDS), Side::LAYOUT]],
+    views: &[std::slice::from_ref(&CELLS)],
     stages: &[
         &Stage::store(
             "opaque faces",

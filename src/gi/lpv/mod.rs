@@ -5,8 +5,9 @@
 //! - [`inject`]: what surfaces reflect, into cells.
 //! - [`sweep`]: from cells to all others.
 //! - [`gather`]: from cells to pixels.
+//! - [`view`]: cells to look at.
 //!
-//! [`Cells`] is all but the last, for one grid.
+//! [`Cells`] is all from surfaces to cells, for one grid.
 
 mod cells;
 mod directions;
@@ -17,16 +18,20 @@ mod grid;
 pub mod inject;
 pub mod oracle;
 pub mod sweep;
+pub mod view;
 
 pub use cells::{CellSettings, Cells, Source};
 pub use directions::Directions;
 pub use entry::ENTRY;
 pub use grid::{CellGrid, GridRow};
 
+use std::sync::Arc;
+
+use super::inspect::ViewRow;
 use super::{
     Answer, Context, IndirectLight, Inputs, Inspect, MapNeeds, Needs, Settings, Technique,
 };
-use crate::graph::{Error, Frame, FrameStats, Gpu};
+use crate::graph::{Error, Frame, FrameStats, Gpu, Image};
 use crate::render::screen_image;
 
 /// Empty cells around the scene.
@@ -100,5 +105,13 @@ impl Inspect for Lpv {
 
     fn cell_size(&self) -> Option<f32> {
         Some(self.cells.grid.cell_size)
+    }
+
+    fn levels(&self, view: &ViewRow) -> u32 {
+        u32::from(*view == view::CELLS)
+    }
+
+    fn draw_view(&self, frame: &mut Frame, _view: &ViewRow, _level: u32, seen: &Arc<Image>) {
+        view::draw(frame, &self.cells, seen);
     }
 }
