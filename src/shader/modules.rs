@@ -20,6 +20,7 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     ("gi/lpv/sum.comp", include_bytes!("../../spirv/gi/lpv/sum.comp.spv")),
     ("gi/lpv/surfaces.frag", include_bytes!("../../spirv/gi/lpv/surfaces.frag.spv")),
     ("gi/lpv/sweep.comp", include_bytes!("../../spirv/gi/lpv/sweep.comp.spv")),
+    ("gi/lpv/view.comp", include_bytes!("../../spirv/gi/lpv/view.comp.spv")),
     (
         "gi/shared/interleave/deinterleave.comp",
         include_bytes!("../../spirv/gi/shared/interleave/deinterleave.comp.spv"),

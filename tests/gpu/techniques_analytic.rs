@@ -814,6 +814,41 @@ fn cornell_octree_is_no_worse_than_mips() {
     );
 }
 
+/// Resolution, largest |bias| and RMSE of light that goes from cell to cell along directions: with
+/// the light where it is, and at two other places.
+const CELL_BARS: [(&str, [f64; 2], [f64; 2]); 2] = [
+    ("32", [0.05, 0.11], [0.06, 0.16]),
+    ("64", [0.04, 0.08], [0.05, 0.11]),
+];
+
+fn cells_hold_their_bars(
+    gpu: &lumivox::graph::Gpu,
+    scene: &Scene,
+    reference: &ReferenceImage,
+    is_moved: bool,
+) {
+    let case = Case {
+        entry: lumivox::gi::registry::find("lpv").unwrap(),
+        preset: Some("accurate"),
+    };
+    let mut before = f64::INFINITY;
+    for (resolution, first, moved) in CELL_BARS {
+        let bars = if is_moved { moved } else { first };
+        let pairs = [("resolution", resolution)];
+        let [bias, rmse] = cornell_errors(gpu, scene, reference, &case, &pairs);
+        assert!(
+            bias.abs() <= bars[0] && rmse <= bars[1] && rmse < before,
+            "{resolution}³: bias {bias:+.4}, rel_rmse {rmse:.4}"
+        );
+        before = rmse;
+    }
+}
+
+#[test]
+fn cornell_cells_hold_their_bars() {
+    cells_hold_their_bars(&gpu(), &cornell(None), reference(), false);
+}
+
 /// The light at two other places: at most 1.4 times the bars of the first.
 #[test]
 fn cornell_with_the_light_moved() {
@@ -821,6 +856,7 @@ fn cornell_with_the_light_moved() {
     for position in [Vec3::new(0.3, 1.0, 0.7), Vec3::new(-0.5, 1.5, 0.6)] {
         let scene = cornell(Some(position));
         let reference = one_bounce(&scene, 128);
+        cells_hold_their_bars(&gpu, &scene, &reference, true);
         for (cones, bias_bar, rmse_bar) in CONE_BARS {
             for resolution in ["128", "256"] {
                 let pairs = [("resolution", resolution), ("cones", cones)];

@@ -7,6 +7,7 @@ use super::grid::GridRow;
 use super::inject::INJECT;
 use super::lobes::{FINISH, PROPAGATE, SEED};
 use super::sweep::{SOURCES, SUM, SWEEP};
+use super::view::{CELLS, VIEW};
 use super::{Settings, make};
 use crate::gi::entry::{Entry, Stage};
 use crate::gi::settings::{Domain, Group, Preset, Rule, Setting, SettingError};
@@ -180,8 +181,10 @@ pub static ENTRY: Entry = Entry {
         &FINISH,
         &GATHER,
         &SPECULAR,
+        &VIEW,
     ]],
     structs: &[&[("CellGrid", GridRow::FIELDS), Side::LAYOUT]],
+    views: &[std::slice::from_ref(&CELLS)],
     stages: &[
         &Stage::store(
             "opaque faces",

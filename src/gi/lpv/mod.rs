@@ -6,8 +6,9 @@
 //! - [`sweep`]: from cells to all others, along discrete directions.
 //! - [`lobes`]: the same by the published method, and [`blockers`], its fuzzy occlusion.
 //! - [`gather`]: from cells to pixels.
+//! - [`view`]: cells to look at.
 //!
-//! [`Cells`] is all but the last, for one grid.
+//! [`Cells`] is all from surfaces to cells, for one grid.
 
 pub mod blockers;
 mod cells;
@@ -20,17 +21,21 @@ pub mod inject;
 pub mod lobes;
 pub mod oracle;
 pub mod sweep;
+pub mod view;
 
 pub use cells::{CellSettings, Cells, Propagation, Source};
 pub use directions::Directions;
 pub use entry::ENTRY;
 pub use grid::{CellGrid, GridRow};
 
+use std::sync::Arc;
+
 use self::lobes::Occlusion;
+use super::inspect::ViewRow;
 use super::{
     Answer, Context, IndirectLight, Inputs, Inspect, MapNeeds, Needs, Settings, Technique,
 };
-use crate::graph::{Error, Frame, FrameStats, Gpu};
+use crate::graph::{Error, Frame, FrameStats, Gpu, Image};
 use crate::render::screen_image;
 
 /// Empty cells around the scene.
@@ -108,5 +113,13 @@ impl Inspect for Lpv {
 
     fn cell_size(&self) -> Option<f32> {
         Some(self.cells.grid.cell_size)
+    }
+
+    fn levels(&self, view: &ViewRow) -> u32 {
+        u32::from(*view == view::CELLS)
+    }
+
+    fn draw_view(&self, frame: &mut Frame, _view: &ViewRow, _level: u32, seen: &Arc<Image>) {
+        view::draw(frame, &self.cells, seen);
     }
 }

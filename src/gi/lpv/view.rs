@@ -1,0 +1,57 @@
+//! The cells as the camera sees them.
+
+use std::sync::Arc;
+
+use super::cells::Cells;
+use super::grid::GridRow;
+use crate::gi::inspect::{Channels, Scale, ViewRow};
+use crate::gpu_struct;
+use crate::graph::{Access, Binding, Frame, Image, Pass, Sets, Shaders};
+use crate::render::screen_groups;
+use crate::shader::GpuStruct;
+
+gpu_struct! {
+    /// Parameters of `lpv.view`.
+    pub struct ViewParams {
+        /// The grid.
+        pub grid: GridRow,
+    }
+}
+
+/// Opaque faces by their irradiance. A thread a pixel.
+pub static VIEW: Pass = Pass {
+    name: "lpv.view",
+    shaders: Shaders::Compute("gi/lpv/view.comp"),
+    bindings: &[
+        Binding::buffer("faces", Access::ComputeRead),
+        Binding::sampled("light", Access::ComputeSampled),
+        Binding::image("seen", Access::ComputeWrite),
+    ],
+    constants: &[],
+    params: Some(ViewParams::LAYOUT),
+    sets: Sets::Scene,
+};
+
+/// The view.
+pub(super) static CELLS: ViewRow = ViewRow {
+    name: "cells",
+    aliases: &[],
+    help: "opaque faces between cells, by the light that their cells bring them",
+    unit: "W/m²",
+    scale: Scale::Light,
+    channels: Channels::Rgb,
+};
+
+/// Adds the pass that draws it.
+pub(super) fn draw(frame: &mut Frame, cells: &Cells, seen: &Arc<Image>) {
+    let [width, height, _] = seen.extent(0);
+    frame
+        .pass(&VIEW)
+        .bind("faces", &cells.faces.words)
+        .bind("light", cells.volume())
+        .bind("seen", seen)
+        .push(&ViewParams {
+            grid: cells.grid.row(0),
+        })
+        .dispatch(screen_groups([width, height]));
+}
