@@ -114,10 +114,10 @@ impl Cells {
         })
     }
 
-    /// Finds the opaque faces, where anything asks for them.
+    /// Finds the opaque faces. A sweep that is to be stopped by none has none; lobes leave them
+    /// out on their way, but may start there, and the view shows them.
     pub fn find_faces(&mut self, gpu: &Gpu, scene: &GpuScene) -> Result<FrameStats, Error> {
-        let do_send = self.settings.lobes.is_some() && self.faces.sides.is_some();
-        if self.settings.occlusion == Occlusion::Faces || do_send {
+        if self.settings.occlusion == Occlusion::Faces || self.settings.lobes.is_some() {
             return self.faces.find(gpu, scene);
         }
         let mut frame = Frame::new();
