@@ -31,7 +31,7 @@ pub(crate) fn box_faces(grid: &CellGrid, low: UVec3, end: UVec3) -> Vec<u32> {
         let cell = cell_of(grid, index);
         let face = |face: usize| {
             let mut next = cell.as_ivec3();
-            next[face / 2] += if face % 2 == 0 { -1 } else { 1 };
+            next[face / 2] += if face.is_multiple_of(2) { -1 } else { 1 };
             let is_there = next.cmpge(glam::IVec3::ZERO).all();
             let next_in = is_there && is_in(next.as_uvec3());
             u32::from(is_in(cell) != next_in) << face
