@@ -113,7 +113,8 @@ fn read_light(gpu: &Gpu, cells: &Cells) -> Vec<[DVec4; 9]> {
             cell.y + coefficient / 3 * size.y,
         );
         let texel = texels[(x + 3 * size.x * (y + 3 * size.y * cell.z)) as usize];
-        DVec4::from(texel.map(half))
+        let scale = f64::from(cells.scale);
+        DVec4::from(texel.map(half)) * DVec4::new(scale, scale, scale, 1.0)
     };
     (0..cells.grid.count())
         .map(|index| {
@@ -487,7 +488,7 @@ pub(crate) fn read_sides(gpu: &Gpu, lit: &Lit) -> Vec<DVec4> {
     texels
         .iter()
         .take(sides.count as usize)
-        .map(|texel| DVec4::from(texel.map(f64::from)))
+        .map(|texel| f64::from(lit.cells.scale) * DVec4::from(texel.map(f64::from)))
         .collect()
 }
 

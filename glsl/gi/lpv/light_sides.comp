@@ -19,12 +19,13 @@ layout(set = 1, binding = 1) uniform texture2DArray shadow_maps;
 layout(std430, set = 1, binding = 2) restrict readonly buffer Sides { Side sides[]; };
 layout(set = 1, binding = 3) uniform texture3D light;
 layout(std430, set = 1, binding = 4) restrict writeonly buffer SideLight {
-    vec4 side_light[];   // rgb: [W/(m² sr)]; w: 0
+    vec4 side_light[];   // rgb: in steps of the scale; w: 0
 };
 
 layout(push_constant) uniform SideParams {
     CellGrid grid;
     uint side_count;
+    float scale;   // radiance of a stored 1 [W/(m² sr)]
 } params;
 
 #include "shared/visibility.glsl"
@@ -51,7 +52,7 @@ vec3 irradiance_before(Side side) {
         coefficients[i] = texelFetch(
             sampler3D(light, nearest_clamp), light_texel(params.grid, cell, i), 0);
     vec4 found = irradiance(coefficients, side.normal.xyz);
-    return found.rgb + found.a * frame.environment.rgb;
+    return params.scale * found.rgb + found.a * frame.environment.rgb;
 }
 
 void main() {
@@ -61,5 +62,6 @@ void main() {
     vec3 sum = vec3(0.0);
     if (DIRECT) sum += direct_irradiance(side);
     if (AGAIN) sum += irradiance_before(side);
-    side_light[index] = vec4(side.emission.rgb + side.albedo.rgb * sum / PI, 0.0);
+    vec3 radiance = side.emission.rgb + side.albedo.rgb * sum / PI;
+    side_light[index] = vec4(radiance / params.scale, 0.0);
 }

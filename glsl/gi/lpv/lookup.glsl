@@ -9,6 +9,7 @@
 layout(push_constant) uniform LookupParams {
     CellGrid grid;
     float shift;   // off the surface [cells]
+    float scale;   // radiance of a stored 1 [W/(m² sr)]
 } params;
 
 void look_up(Surface surface, out vec4 coefficients[COEFFICIENTS]) {
@@ -20,7 +21,8 @@ void look_up(Surface surface, out vec4 coefficients[COEFFICIENTS]) {
     for (int i = 0; i < COEFFICIENTS; ++i) {
         vec3 texel = position + vec3(i % 3, i / 3, 0.0) * size;
         coefficients[i] =
-            textureLod(sampler3D(light, linear_clamp), texel / (size * vec3(3, 3, 1)), 0.0);
+            textureLod(sampler3D(light, linear_clamp), texel / (size * vec3(3, 3, 1)), 0.0)
+            * vec4(vec3(params.scale), 1.0);
     }
 }
 

@@ -12,7 +12,10 @@ layout(set = 1, binding = 2, rgba32f) uniform restrict writeonly image2D seen;
 #include "gi/lpv/grid.glsl"
 #include "gi/lpv/harmonics.glsl"
 
-layout(push_constant) uniform ViewParams { CellGrid grid; } params;
+layout(push_constant) uniform ViewParams {
+    CellGrid grid;
+    float scale;   // radiance of a stored 1 [W/(m² sr)]
+} params;
 
 vec4 irradiance_of(ivec3 cell, vec3 normal) {
     vec4 coefficients[COEFFICIENTS];
@@ -20,7 +23,7 @@ vec4 irradiance_of(ivec3 cell, vec3 normal) {
         coefficients[i] = texelFetch(
             sampler3D(light, nearest_clamp), light_texel(params.grid, cell, i), 0);
     vec4 found = irradiance(coefficients, normal);
-    return vec4(found.rgb + found.a * frame.environment.rgb, found.a / PI);
+    return vec4(params.scale * found.rgb + found.a * frame.environment.rgb, found.a / PI);
 }
 
 void main() {

@@ -82,6 +82,27 @@ pub struct Cells {
     pub flux: Arc<Buffer>,
     /// From cells to all others.
     pub propagation: Propagation,
+    /// Radiance of a stored 1 (W/(m² sr)), of the last light.
+    pub scale: f32,
+}
+
+/// Of what half floats hold, so that the integral of this radiance over all directions fits too.
+const MOST_STORED: f32 = 1.5e4;
+/// Times the radiance of one bounce or of a lamp that all bounces of a bright room may have.
+const MANY_BOUNCES: f32 = 64.0;
+
+/// Radiance of a stored 1 (W/(m² sr)): a power of two, so that twice the light is the same numbers
+/// with twice the scale, and such that no cell has more than half floats hold.
+fn radiance_scale(scene: &GpuScene, grid: &CellGrid) -> f32 {
+    let face_m2 = grid.cell_size * grid.cell_size;
+    let injected = flux_unit(&scene.lights, grid) * (1u32 << 30) as f32;
+    let lasting = scene.largest_emission + scene.environment.max_element();
+    let most = injected / (std::f32::consts::PI * face_m2) + MANY_BOUNCES * lasting;
+    (most / MOST_STORED)
+        .max(f32::MIN_POSITIVE)
+        .log2()
+        .ceil()
+        .exp2()
 }
 
 impl Cells {
@@ -111,6 +132,7 @@ impl Cells {
                     Propagation::Lobes(Lobes::new(gpu, grid, lobes, settings.occlusion)?)
                 }
             },
+            scale: 1.0,
         })
     }
 
@@ -125,7 +147,7 @@ impl Cells {
         gpu.submit(frame)
     }
 
-    /// The light of all cells (see [`Sweep::light`]).
+    /// The light of all cells (see [`Sweep::light`]), in steps of [`Cells::scale`].
     pub fn volume(&self) -> &Arc<Image> {
         match &self.propagation {
             Propagation::Sweep(sweep) => &sweep.light,
@@ -134,8 +156,9 @@ impl Cells {
     }
 
     /// Adds the passes that light the cells: once by the lights, and again for each further bounce.
-    pub fn light(&self, frame: &mut Frame, scene: &GpuScene, maps: &LightMaps) {
+    pub fn light(&mut self, frame: &mut Frame, scene: &GpuScene, maps: &LightMaps) {
         let flux_unit = flux_unit(&scene.lights, &self.grid);
+        self.scale = radiance_scale(scene, &self.grid);
         frame.fill("lpv.clear_flux", &self.flux, 0);
         if self.settings.source == Source::Rsm {
             inject(frame, maps, self, flux_unit);
@@ -146,8 +169,9 @@ impl Cells {
         let with_direct = self.settings.source == Source::Faces;
         for bounce in 0..self.settings.bounces {
             let before = (self.volume(), bounce > 0);
-            self.faces.light(frame, maps, with_direct, before);
-            let flux = (&self.flux, flux_unit);
+            self.faces
+                .light(frame, maps, (with_direct, self.scale), before);
+            let flux = (&self.flux, flux_unit / self.scale);
             match &self.propagation {
                 Propagation::Sweep(sweep) => sweep.run(frame, &self.faces, flux),
                 Propagation::Lobes(lobes) => lobes.run(frame, &self.faces, flux),

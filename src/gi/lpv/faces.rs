@@ -36,6 +36,8 @@ gpu_struct! {
         pub grid: GridRow,
         /// How many sides there are.
         pub side_count: u32,
+        /// Radiance of a stored 1 (W/(m² sr)).
+        pub scale: f32,
     }
 }
 
@@ -152,7 +154,9 @@ pub struct Sides {
     nearest: Arc<Buffer>,
     /// A [`Side`] each.
     pub list: Arc<Buffer>,
-    /// Radiance that each sends into its cell: RGB and a 0 (W/(m² sr)).
+    /// Radiance that each sends into its cell: RGB and a 0, in steps of [`Cells::scale`].
+    ///
+    /// [`Cells::scale`]: super::Cells::scale
     pub light: Arc<Buffer>,
 }
 
@@ -247,12 +251,12 @@ impl Faces {
     }
 
     /// Adds the pass that lights the sides: emission, direct light if asked for, and what is in
-    /// `before`, the volume of a sweep.
+    /// `before`, the volume of a sweep; `scale` is the radiance of a stored 1 (W/(m² sr)).
     pub(super) fn light(
         &self,
         frame: &mut Frame,
         maps: &LightMaps,
-        with_direct: bool,
+        (with_direct, scale): (bool, f32),
         (before, again): (&Arc<Image>, bool),
     ) {
         let Some(sides) = &self.sides else { return };
@@ -268,6 +272,7 @@ impl Faces {
             .push(&SideParams {
                 grid: self.grid.row(0),
                 side_count: sides.count,
+                scale,
             })
             .dispatch([sides.count.div_ceil(64).max(1), 1, 1]);
     }

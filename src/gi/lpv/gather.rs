@@ -1,10 +1,9 @@
 //! From cells to pixels.
 
-use std::sync::Arc;
-
-use super::grid::{CellGrid, GridRow};
+use super::cells::Cells;
+use super::grid::GridRow;
 use crate::gpu_struct;
-use crate::graph::{Access, Binding, Frame, Image, Pass, Sets, Shaders};
+use crate::graph::{Access, Binding, Frame, Pass, Sets, Shaders};
 use crate::render::{GBuffer, IndirectLight, screen_groups};
 use crate::shader::GpuStruct;
 
@@ -15,6 +14,8 @@ gpu_struct! {
         pub grid: GridRow,
         /// Off the surface (cells).
         pub shift: f32,
+        /// Radiance of a stored 1 (W/(m² sr)).
+        pub scale: f32,
     }
 }
 
@@ -54,17 +55,18 @@ pub static SPECULAR: Pass = Pass {
 pub(super) fn gather(
     frame: &mut Frame,
     gbuffer: &GBuffer,
-    (grid, cells): (&CellGrid, &Arc<Image>),
+    cells: &Cells,
     shift: f32,
     answer: &IndirectLight,
 ) {
     let params = LookupParams {
-        grid: grid.row(0),
+        grid: cells.grid.row(0),
         shift,
+        scale: cells.scale,
     };
     frame
         .pass(&GATHER)
-        .bind("light", cells)
+        .bind("light", cells.volume())
         .bind("view_depth", &gbuffer.view_depth)
         .bind("normals", &gbuffer.normals)
         .bind("indirect_diffuse", &answer.diffuse)
@@ -73,7 +75,7 @@ pub(super) fn gather(
     if let (Some(result), Some(specular)) = (&answer.specular, &gbuffer.specular) {
         frame
             .pass(&SPECULAR)
-            .bind("light", cells)
+            .bind("light", cells.volume())
             .bind("view_depth", &gbuffer.view_depth)
             .bind("normals", &gbuffer.normals)
             .bind("albedo", &gbuffer.albedo)

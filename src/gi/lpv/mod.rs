@@ -92,7 +92,7 @@ impl Technique for Lpv {
         gather::gather(
             frame,
             given.gbuffer,
-            (&self.cells.grid, self.cells.volume()),
+            &self.cells,
             self.gather_shift,
             &self.light,
         );

@@ -15,6 +15,8 @@ gpu_struct! {
     pub struct ViewParams {
         /// The grid.
         pub grid: GridRow,
+        /// Radiance of a stored 1 (W/(m² sr)).
+        pub scale: f32,
     }
 }
 
@@ -52,6 +54,7 @@ pub(super) fn draw(frame: &mut Frame, cells: &Cells, seen: &Arc<Image>) {
         .bind("seen", seen)
         .push(&ViewParams {
             grid: cells.grid.row(0),
+            scale: cells.scale,
         })
         .dispatch(screen_groups([width, height]));
 }
