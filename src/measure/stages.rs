@@ -134,7 +134,8 @@ mod tests {
                     .iter()
                     .any(|directions| directions.pass.name == pass.name)
                     && pass.name == "voxel.gather_rays";
-                let may_be_in_none = is_shared || matches!(pass.name, "cone.view" | "cone.trace");
+                let may_be_in_none =
+                    is_shared || matches!(pass.name, "cone.view" | "cone.trace" | "lpv.view");
                 assert!(
                     stages == 1 || (may_be_in_none && stages == 0),
                     "{}: {} is in {stages} stages",
