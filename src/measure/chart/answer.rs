@@ -20,7 +20,7 @@ pub enum Goal {
     CleanFrame(f64),
     /// The least error where a build and a frame together take at most this many ms.
     Moving(f64),
-    /// The least time of a frame with an error of at most this.
+    /// The least time of a frame with an error of at most this; of times alike the least error.
     Time(f64),
     /// The least memory with an error of at most this; of equals the fastest.
     Memory(f64),
@@ -159,10 +159,7 @@ impl Choice<'_> {
                 .map(|(ms, member)| (Goal::Moving(ms), Some(member))),
         );
         for bound in BOUNDS {
-            answers.push((
-                Goal::Time(bound),
-                cheapest(&frames, bound, |member| bytes[member].cost.median),
-            ));
+            answers.push((Goal::Time(bound), least_of_alike(&frames, bound)));
         }
         for bound in BOUNDS {
             answers.push((
@@ -174,14 +171,20 @@ impl Choice<'_> {
     }
 }
 
-/// First finds the cheapest of all prices that are as good as the best, within the noise. Then
-/// takes the best of all that cost hardly more than that.
+/// The best of all whose error is as good as the least, within the noise, and that cost hardly more
+/// than the cheapest of them.
 fn best(prices: &[Price], noise: f64) -> Option<usize> {
     let least = prices
         .iter()
         .map(|price| price.error)
         .fold(f64::INFINITY, f64::min);
-    let cheapest = prices[cheapest(prices, least + noise, |member| prices[member].error)?]
+    least_of_alike(prices, least + noise)
+}
+
+/// The least error of all that cost hardly more than the cheapest with an error of at most `bound`:
+/// which of them is the fastest changes from run to run, and their errors do not.
+fn least_of_alike(prices: &[Price], bound: f64) -> Option<usize> {
+    let cheapest = prices[cheapest(prices, bound, |member| prices[member].error)?]
         .cost
         .median;
     let costs_as_much = |&member: &usize| prices[member].cost.median <= ALIKE * cheapest;
@@ -682,6 +685,34 @@ mod tests {
             Some(0)
         );
         assert_eq!(best(&[], 0.02), None);
+    }
+
+    /// Of two that are equally fast but for the machine's noise, the one with less error is taken
+    /// whichever came out faster.
+    #[test]
+    fn the_fastest_is_the_same_in_every_run() {
+        let price = |cost: f64, error: f64| Price {
+            cost: Spread {
+                median: cost,
+                min: cost,
+                max: cost,
+                n: 1,
+            },
+            error,
+        };
+        for times in [[51.8, 56.0], [52.0, 49.0]] {
+            let prices = [
+                price(times[0], 0.044),
+                price(times[1], 0.037),
+                price(30.0, 0.09),
+            ];
+            assert_eq!(least_of_alike(&prices, 0.05), Some(1));
+            assert_eq!(least_of_alike(&prices, 0.03), None);
+        }
+        assert_eq!(
+            least_of_alike(&[price(50.0, 0.044), price(60.0, 0.037)], 0.05),
+            Some(0)
+        );
     }
 
     #[test]
