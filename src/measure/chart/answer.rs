@@ -657,11 +657,8 @@ mod tests {
         assert_eq!(named(&section, 1, Goal::Memory(0.05)), Some("b"));
     }
 
-    /// The cheapest of all points as good as the best is taken, but a saving of a twentieth of the
-    /// time does not count.
-    #[test]
-    fn a_little_time_does_not_decide() {
-        let price = |cost: f64, error: f64| Price {
+    fn price(cost: f64, error: f64) -> Price {
+        Price {
             cost: Spread {
                 median: cost,
                 min: cost,
@@ -669,7 +666,13 @@ mod tests {
                 n: 1,
             },
             error,
-        };
+        }
+    }
+
+    /// The cheapest of all points as good as the best is taken, but a saving of a twentieth of the
+    /// time does not count.
+    #[test]
+    fn a_little_time_does_not_decide() {
         assert_eq!(
             best(
                 &[price(95.0, 0.06), price(98.0, 0.05), price(120.0, 0.045)],
@@ -691,15 +694,6 @@ mod tests {
     /// whichever came out faster.
     #[test]
     fn the_fastest_is_the_same_in_every_run() {
-        let price = |cost: f64, error: f64| Price {
-            cost: Spread {
-                median: cost,
-                min: cost,
-                max: cost,
-                n: 1,
-            },
-            error,
-        };
         for times in [[51.8, 56.0], [52.0, 49.0]] {
             let prices = [
                 price(times[0], 0.044),
@@ -721,15 +715,6 @@ mod tests {
             [0.9, 1.0, 1.01, 13.0, 16.0, 71.0, 123.0, 7001.0].map(budget),
             [1.0, 1.0, 1.5, 15.0, 20.0, 100.0, 150.0, 10000.0]
         );
-        let price = |cost: f64, error: f64| Price {
-            cost: Spread {
-                median: cost,
-                min: cost,
-                max: cost,
-                n: 1,
-            },
-            error,
-        };
         assert_eq!(
             budgets(
                 &[
