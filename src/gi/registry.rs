@@ -14,7 +14,7 @@ pub static TECHNIQUES: &[&Entry] = &[
     &mips::ENTRY,
     &svo::ENTRY,
     &clipmap::ENTRY,
-    &lpv::ENTRY,
+    &lpv::uniform::ENTRY,
 ];
 
 /// The technique that commands take where none is named.

@@ -1,4 +1,4 @@
-//! The row of the registry.
+//! What rows of the family have in common: settings, passes and stages.
 
 use super::blockers::{GEOMETRY, MERGE};
 use super::faces::{FACES, LIGHT_SIDES, NEAREST, NUMBER_SIDES, SURFACES, Side};
@@ -7,20 +7,15 @@ use super::grid::GridRow;
 use super::inject::INJECT;
 use super::lobes::{FINISH, PROPAGATE, SEED};
 use super::sweep::{SOURCES, SUM, SWEEP};
-use super::view::{CELLS, VIEW};
-use super::{Settings, make};
-use crate::gi::entry::{Entry, Stage};
-use crate::gi::settings::{Domain, Group, Preset, Rule, Setting, SettingError};
-use crate::shader::GpuStruct;
+use super::view::VIEW;
+use crate::gi::Settings;
+use crate::gi::entry::Stage;
+use crate::gi::settings::{Domain, Group, Rule, Setting, SettingError};
+use crate::graph::Pass;
+use crate::shader::{GpuStruct, StructLayout};
 
-static SETTINGS: &[Setting] = &[
-    Setting {
-        name: "resolution",
-        help: "cells along the longest side of the scene, with an empty one at either end",
-        unit: "cells",
-        domain: Domain::Count { min: 8, max: 256 },
-        default: "64",
-    },
+/// How cells are lit and looked up.
+pub(super) static SETTINGS: &[Setting] = &[
     Setting {
         name: "directions",
         help: "discrete directions that light goes along, at least 8; 0: three times the \
@@ -104,7 +99,8 @@ static SETTINGS: &[Setting] = &[
     },
 ];
 
-static RULES: &[Rule] = &[
+/// Their groups, and when they have an effect.
+pub(super) static RULES: &[Rule] = &[
     Rule::always(Group::Structure, &["resolution"]),
     Rule::always(Group::Light, &["source"]),
     Rule {
@@ -138,94 +134,75 @@ static RULES: &[Rule] = &[
     Rule::always(Group::Gather, &["gather_shift"]),
 ];
 
-static PRESETS: &[Preset] = &[
-    Preset {
-        name: "accurate",
-        help: "discrete directions swept through opaque faces: it converges as cells shrink",
-        values: &[],
-    },
-    Preset {
-        name: "textbook",
-        help: "the published method: 8 steps of 30 lobes, fuzzy occlusion, lookup half a cell off",
-        values: &[&[
-            ("resolution", "32"),
-            ("propagation", "lobes30"),
-            ("occlusion", "fuzzy"),
-            ("rsm_texels", "256"),
-            ("gather_shift", "0.5"),
-        ]],
-    },
+/// The passes from surfaces to cells and from cells to pixels.
+pub(super) static PASSES: &[&Pass] = &[
+    &FACES,
+    &NUMBER_SIDES,
+    &NEAREST,
+    &SURFACES,
+    &INJECT,
+    &LIGHT_SIDES,
+    &SOURCES,
+    &SWEEP,
+    &SUM,
+    &GEOMETRY,
+    &MERGE,
+    &SEED,
+    &PROPAGATE,
+    &FINISH,
+    &GATHER,
+    &SPECULAR,
+    &VIEW,
 ];
 
-/// The row of the registry.
-pub static ENTRY: Entry = Entry {
-    bounces: |settings| Some(settings.count("bounces")),
-    settings: &[SETTINGS],
-    rules: &[RULES],
-    check,
-    presets: PRESETS,
-    passes: &[&[
-        &FACES,
-        &NUMBER_SIDES,
-        &NEAREST,
-        &SURFACES,
-        &INJECT,
-        &LIGHT_SIDES,
-        &SOURCES,
-        &SWEEP,
-        &SUM,
-        &GEOMETRY,
-        &MERGE,
-        &SEED,
-        &PROPAGATE,
-        &FINISH,
-        &GATHER,
-        &SPECULAR,
-        &VIEW,
-    ]],
-    structs: &[&[("CellGrid", GridRow::FIELDS), Side::LAYOUT]],
-    views: &[std::slice::from_ref(&CELLS)],
-    stages: &[
-        &Stage::store(
-            "opaque faces",
-            &[
-                "lpv.clear_faces",
-                "lpv.faces",
-                "lpv.number_sides",
-                "lpv.nearest",
-                "lpv.surfaces",
-            ],
-        ),
-        &Stage::store(
-            "light injection",
-            &["lpv.clear_flux", "lpv.inject", "lpv.light_sides"],
-        ),
-        &Stage::store(
-            "geometry volume",
-            &["lpv.clear_areas", "lpv.geometry", "lpv.merge"],
-        ),
-        &Stage::store(
-            "propagation",
-            &[
-                "lpv.sources",
-                "lpv.sweep",
-                "lpv.sum",
-                "lpv.seed",
-                "lpv.propagate",
-                "lpv.finish",
-            ],
-        ),
-        &Stage::picture("gather", &["lpv.gather"]),
-        &Stage::picture("specular", &["lpv.specular"]),
-    ],
-    ..Entry::new(
-        "lpv",
-        "light propagation volume, swept along discrete directions or stepped as published",
-        make,
-    )
-};
+/// Structs of their buffers.
+pub(super) static STRUCTS: &[StructLayout] = &[("CellGrid", GridRow::FIELDS), Side::LAYOUT];
 
-fn check(settings: &Settings) -> Result<(), SettingError> {
+/// Which neighbours cannot see each other.
+pub(super) static OPAQUE_FACES: Stage = Stage::store(
+    "opaque faces",
+    &[
+        "lpv.clear_faces",
+        "lpv.faces",
+        "lpv.number_sides",
+        "lpv.nearest",
+        "lpv.surfaces",
+    ],
+);
+
+/// Light into cells.
+pub(super) static LIGHT_INJECTION: Stage = Stage::store(
+    "light injection",
+    &["lpv.clear_flux", "lpv.inject", "lpv.light_sides"],
+);
+
+/// What blocks lobes.
+pub(super) static GEOMETRY_VOLUME: Stage = Stage::store(
+    "geometry volume",
+    &["lpv.clear_areas", "lpv.geometry", "lpv.merge"],
+);
+
+/// From cells to all others.
+pub(super) static PROPAGATION: Stage = Stage::store(
+    "propagation",
+    &[
+        "lpv.sources",
+        "lpv.sweep",
+        "lpv.sum",
+        "lpv.seed",
+        "lpv.propagate",
+        "lpv.finish",
+    ],
+);
+
+/// From cells to pixels.
+pub(super) static LOOKUP: Stage = Stage::picture("gather", &["lpv.gather"]);
+
+/// Glossy reflection.
+pub(super) static REFLECTION: Stage = Stage::picture("specular", &["lpv.specular"]);
+
+/// Settings that do not go together.
+pub(super) fn check(settings: &Settings) -> Result<(), SettingError> {
     if !settings.is("propagation", "ordinates") {
         return Ok(());
     }

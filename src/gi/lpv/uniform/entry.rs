@@ -1,0 +1,62 @@
+//! The row of the registry.
+
+use super::make;
+use crate::gi::entry::Entry;
+use crate::gi::lpv::settings::{
+    self, GEOMETRY_VOLUME, LIGHT_INJECTION, LOOKUP, OPAQUE_FACES, PASSES, PROPAGATION, REFLECTION,
+    RULES, STRUCTS,
+};
+use crate::gi::lpv::view::CELLS;
+use crate::gi::settings::{Domain, Preset, Setting};
+
+static SETTINGS: &[Setting] = &[Setting {
+    name: "resolution",
+    help: "cells along the longest side of the scene, with an empty one at either end",
+    unit: "cells",
+    domain: Domain::Count { min: 8, max: 256 },
+    default: "64",
+}];
+
+static PRESETS: &[Preset] = &[
+    Preset {
+        name: "accurate",
+        help: "discrete directions swept through opaque faces: it converges as cells shrink",
+        values: &[],
+    },
+    Preset {
+        name: "textbook",
+        help: "the published method: 8 steps of 30 lobes, fuzzy occlusion, lookup half a cell off",
+        values: &[&[
+            ("resolution", "32"),
+            ("propagation", "lobes30"),
+            ("occlusion", "fuzzy"),
+            ("rsm_texels", "256"),
+            ("gather_shift", "0.5"),
+        ]],
+    },
+];
+
+/// The row of the registry.
+pub static ENTRY: Entry = Entry {
+    bounces: |settings| Some(settings.count("bounces")),
+    settings: &[SETTINGS, settings::SETTINGS],
+    rules: &[RULES],
+    check: settings::check,
+    presets: PRESETS,
+    passes: &[PASSES],
+    structs: &[STRUCTS],
+    views: &[std::slice::from_ref(&CELLS)],
+    stages: &[
+        &OPAQUE_FACES,
+        &LIGHT_INJECTION,
+        &GEOMETRY_VOLUME,
+        &PROPAGATION,
+        &LOOKUP,
+        &REFLECTION,
+    ],
+    ..Entry::new(
+        "lpv",
+        "light propagation volume, swept along discrete directions or stepped as published",
+        make,
+    )
+};
