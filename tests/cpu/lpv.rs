@@ -8,11 +8,7 @@ use lumivox::gi::lpv::oracle::{Boundary, Swept, irradiance, jacobi, sweep};
 use lumivox::gi::lpv::{CellGrid, Directions};
 
 pub(crate) fn cube(size: u32) -> CellGrid {
-    CellGrid {
-        origin: Vec3::ZERO,
-        cell_size: 1.0,
-        size: UVec3::splat(size),
-    }
+    CellGrid::new(Vec3::ZERO, 1.0, UVec3::splat(size))
 }
 
 pub(crate) fn cell_of(grid: &CellGrid, index: usize) -> UVec3 {

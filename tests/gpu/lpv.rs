@@ -161,11 +161,7 @@ fn opaque_faces_are_the_segments_that_triangles_meet() {
     for _ in 0..6 {
         let scene = scene_of(&soup(&mut random, 16), 0.0, &mut random);
         let scene_on = GpuScene::new(&gpu, &scene).unwrap();
-        let grid = CellGrid {
-            origin: Vec3::new(-0.3, 0.2, 0.7),
-            cell_size: 1.07,
-            size: UVec3::new(17, 12, 15),
-        };
+        let grid = CellGrid::new(Vec3::new(-0.3, 0.2, 0.7), 1.07, UVec3::new(17, 12, 15));
         let mut faces = Faces::new(&gpu, grid, false).unwrap();
         faces.find(&gpu, &scene_on).unwrap();
         check_faces(&read_words(&gpu, &faces.words), &scene, &grid);
@@ -468,11 +464,7 @@ fn swept_light_is_the_oracles() {
     let scene = &lights()[0].1;
     for size in [[3, 19, 7], [40, 3, 3], [3, 3, 3], [5, 9, 64]] {
         let scene_on = GpuScene::new(&gpu, scene).unwrap();
-        let grid = CellGrid {
-            origin: Vec3::new(-1.1, -0.05, -1.1),
-            cell_size: 0.13,
-            size: UVec3::from(size),
-        };
+        let grid = CellGrid::new(Vec3::new(-1.1, -0.05, -1.1), 0.13, UVec3::from(size));
         let lit = light_in(&gpu, scene, scene_on, grid, SETTINGS);
         let side_light = read_sides(&gpu, &lit);
         check_sweep(&format!("{size:?}"), &lit, &side_light);

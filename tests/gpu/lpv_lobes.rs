@@ -128,11 +128,7 @@ fn lobes_in_thin_grids_are_the_oracles() {
     for size in [[3, 19, 7], [40, 3, 3], [3, 3, 3], [5, 9, 64]] {
         for occlusion in [Occlusion::Faces, Occlusion::Fuzzy] {
             let scene_on = GpuScene::new(&gpu, scene).unwrap();
-            let grid = CellGrid {
-                origin: Vec3::new(-1.1, -0.05, -1.1),
-                cell_size: 0.13,
-                size: UVec3::from(size),
-            };
+            let grid = CellGrid::new(Vec3::new(-1.1, -0.05, -1.1), 0.13, UVec3::from(size));
             let settings = settings(Scheme::Lobes30, occlusion);
             let lit = light_in(&gpu, scene, scene_on, grid, settings);
             check(&gpu, &format!("{size:?}"), &lit);

@@ -5,34 +5,53 @@
 
 #include "shared/frame.glsl"
 #include "shared/material.glsl"
-#include "gi/lpv/grid.glsl"
+#include "gi/lpv/box.glsl"
 
-layout(push_constant) uniform FacesParams {
-    CellGrid grid;
-    uint axis;
-} params;
+layout(location = 0) flat in uint triangle_index;
 
-layout(location = 0) in float depth;
-layout(location = 1) in vec2 uv;
-layout(location = 2) flat in uint triangle_index;
-layout(location = 3) flat in vec3 normal;
-
-// The two cells, and the one's share of the segment.
+// The two cells, the one's share of the segment, and the surface there.
 struct Crossing {
     ivec3 low, high;
     float share;
+    vec2 uv;
+    vec3 normal;   // of the front, not of unit length
 };
 
-// Leaves fragments in holes of a mask.
+// Twice the area of the triangle from the origin to two points.
+float doubled_area(vec2 a, vec2 b) {
+    precise float area = a.x * b.y - a.y * b.x;
+    return area;
+}
+
+// Leaves fragments beyond the box and in holes of a mask. Everything is of the triangle and of the
+// row's place in the lattice: interpolated depths would tell where the box is.
 Crossing find_crossing() {
-    if (materials[triangles[triangle_index].w].albedo.w > 0.0
+    uvec4 triangle = triangles[triangle_index];
+    vec3 a = lattice_position(triangle.x), to_b = lattice_position(triangle.y) - a,
+         to_c = lattice_position(triangle.z) - a;
+    vec3 from = turned(a), along_b = turned(to_b), along_c = turned(to_c);
+    ivec2 row = ivec2(gl_FragCoord.xy);
+    ivec3 first = turned(params.grid.first.xyz + params.low.xyz);
+    vec2 place = vec2(first.xy + row) + 0.5 - from.xy;
+    float area = doubled_area(along_b.xy, along_c.xy);
+    float b = doubled_area(place, along_c.xy) / area, c = doubled_area(along_b.xy, place) / area;
+    vec2 uv_a = texture_uv(vertices[triangle.x]), uv_b = texture_uv(vertices[triangle.y]),
+         uv_c = texture_uv(vertices[triangle.z]);
+    vec2 uv = uv_a + b * (uv_b - uv_a) + c * (uv_c - uv_a);
+    if (materials[triangle.w].albedo.w > 0.0
         && texture(sampler2D(mask_texture, linear_repeat), uv).r < 0.5)
         discard;
-    ivec3 turned = ivec3(ivec2(gl_FragCoord.xy), int(floor(depth)));
-    ivec3 low = params.axis == 0u ? turned.zxy : params.axis == 1u ? turned.yzx : turned;
+    if (any(greaterThanEqual(row, turned(params.size.xyz).xy))) discard;
+    precise float depth = from.z + b * along_b.z + c * along_c.z - 0.5;
+    ivec3 cell = ivec3(row, int(floor(depth)) - first.z);
+    uint axis = uint(params.low.w);
+    ivec3 low = params.low.xyz + (axis == 0u ? cell.zxy : axis == 1u ? cell.yzx : cell);
     ivec3 high = low;
-    high[params.axis] += 1;
-    return Crossing(low, high, depth - floor(depth));
+    high[axis] += 1;
+    vec3 corner = vertices[triangle.x].position;
+    vec3 normal = cross(
+        vertices[triangle.y].position - corner, vertices[triangle.z].position - corner);
+    return Crossing(low, high, depth - floor(depth), uv, normal);
 }
 
 #endif

@@ -8,9 +8,9 @@ layout(std430, set = 1, binding = 0) restrict buffer Faces { uint faces[]; };
 
 void main() {
     Crossing crossing = find_crossing();
-    uint high_side = 1u << 2u * params.axis;
-    if (is_inside(params.grid, crossing.low))
+    uint high_side = 1u << 2 * params.low.w;
+    if (is_in_box(crossing.low))
         atomicOr(faces[cell_index(params.grid, crossing.low)], high_side << 1u);
-    if (is_inside(params.grid, crossing.high))
+    if (is_in_box(crossing.high))
         atomicOr(faces[cell_index(params.grid, crossing.high)], high_side);
 }

@@ -3,8 +3,9 @@
 #define LUMIVOX_LPV_GRID
 
 struct CellGrid {
-    vec4 place;   // xyz: smallest corner [m]; w: edge of a cell [m]
+    vec4 place;   // xyz: corner of the lattice's cell (0, 0, 0) [m]; w: edge of a cell [m]
     ivec4 size;   // xyz: cells along each axis
+    ivec4 first;  // xyz: the first cell in the lattice; w: first layer in the volume of light
 };
 
 // A cell's word of faces. Bits 0 to 5: the opaque ones, in the order −x, +x, −y, +y, −z, +z. Bits
@@ -25,9 +26,14 @@ bool is_inside(CellGrid grid, ivec3 cell) {
     return all(greaterThanEqual(cell, ivec3(0))) && all(lessThan(cell, grid.size.xyz));
 }
 
-// Where a position is [cells].
-vec3 to_cells(CellGrid grid, vec3 position_ws) {
+// Where a position is in the lattice [cells].
+vec3 to_lattice(CellGrid grid, vec3 position_ws) {
     return (position_ws - grid.place.xyz) / grid.place.w;
+}
+
+// Where a position is in the grid [cells].
+vec3 to_cells(CellGrid grid, vec3 position_ws) {
+    return to_lattice(grid, position_ws) - vec3(grid.first.xyz);
 }
 
 // Moves a position [cells] off its surface, so far along the normal that a whole number of shifts
@@ -39,7 +45,8 @@ vec3 shifted(vec3 position, vec3 normal, float shift) {
 
 // Where the coefficient of a basis function is in the volume of light: 3×3 blocks across x and y.
 ivec3 light_texel(CellGrid grid, ivec3 cell, int coefficient) {
-    return cell + ivec3(coefficient % 3, coefficient / 3, 0) * grid.size.xyz;
+    return cell + ivec3(coefficient % 3, coefficient / 3, 0) * grid.size.xyz
+        + ivec3(0, 0, grid.first.w);
 }
 
 #endif

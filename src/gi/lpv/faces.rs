@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use glam::UVec3;
+
 use super::grid::{CellGrid, GridRow};
 use crate::gpu_struct;
 use crate::graph::{
@@ -16,8 +18,10 @@ gpu_struct! {
     pub struct FacesParams {
         /// The grid.
         pub grid: GridRow,
-        /// Axis that is looked along: 0, 1, 2.
-        pub axis: u32,
+        /// xyz: the first cell of the box that is looked at; w: axis that is looked along.
+        pub low: [i32; 4],
+        /// xyz: cells of the box along each axis; w: 0.
+        pub size: [i32; 4],
     }
 }
 
@@ -127,6 +131,25 @@ pub static LIGHT_SIDES: Pass = Pass {
     sets: Sets::Scene,
 };
 
+/// A part of a grid.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct CellBox {
+    /// Its first cell in the grid.
+    low: UVec3,
+    /// Cells along each axis.
+    size: UVec3,
+}
+
+impl CellBox {
+    /// All of a grid.
+    fn of(grid: &CellGrid) -> Self {
+        CellBox {
+            low: UVec3::ZERO,
+            size: grid.size,
+        }
+    }
+}
+
 fn words(gpu: &Gpu, name: &str, count: u32) -> Result<Arc<Buffer>, Error> {
     gpu.create_buffer(&BufferDesc {
         name: name.into(),
@@ -187,7 +210,8 @@ impl Faces {
         let mut frame = Frame::new();
         frame.set_scene(&scene.set, &scene.materials);
         frame.fill("lpv.clear_faces", &self.words, 0);
-        self.rasterize(&mut frame, scene, &FACES, &[("faces", &self.words)]);
+        let whole = [CellBox::of(&self.grid)];
+        self.rasterize(&mut frame, scene, &FACES, &[("faces", &self.words)], &whole);
         let Some(sides) = &mut self.sides else {
             return gpu.submit(frame);
         };
@@ -215,9 +239,9 @@ impl Faces {
         frame.set_scene(&scene.set, &scene.materials);
         frame.fill("lpv.clear_faces", &sides.nearest, u32::MAX);
         let found = [("faces", &self.words), ("nearest", &sides.nearest)];
-        self.rasterize(&mut frame, scene, &NEAREST, &found);
+        self.rasterize(&mut frame, scene, &NEAREST, &found, &whole);
         let noted = [found[0], found[1], ("sides", &sides.list)];
-        self.rasterize(&mut frame, scene, &SURFACES, &noted);
+        self.rasterize(&mut frame, scene, &SURFACES, &noted, &whole);
         stats.append(gpu.submit(frame)?);
         Ok(stats)
     }
@@ -228,9 +252,11 @@ impl Faces {
         scene: &GpuScene,
         pass: &'static Pass,
         bound: &[(&str, &Arc<Buffer>)],
+        boxes: &[CellBox],
     ) {
-        let [x, y, z] = self.grid.size.to_array();
-        for (axis, across) in (0..).zip([[y, z], [z, x], [x, y]]) {
+        for (axis, cells) in (0..3).flat_map(|axis| boxes.iter().map(move |cells| (axis, cells))) {
+            let [x, y, z] = cells.size.to_array();
+            let across = [[y, z], [z, x], [x, y]][axis as usize].map(u32::next_power_of_two);
             let draws = scene.batches.iter().map(|batch| DrawBatch {
                 material: batch.material,
                 push: Vec::new(),
@@ -244,7 +270,8 @@ impl Faces {
             builder
                 .push(&FacesParams {
                     grid: self.grid.row(0),
-                    axis,
+                    low: cells.low.extend(axis).as_ivec4().to_array(),
+                    size: cells.size.extend(0).as_ivec4().to_array(),
                 })
                 .draw(Targets::none(across), draws.collect());
         }

@@ -25,7 +25,8 @@ pub fn crossings(scene: &Scene, grid: &CellGrid) -> Crossings {
     };
     let place = |vertex: u32| {
         let position = scene.vertices[vertex as usize].position;
-        (DVec3::from(position.map(f64::from)) - grid.origin.as_dvec3()) / f64::from(grid.cell_size)
+        (DVec3::from(position.map(f64::from)) - grid.corner().as_dvec3())
+            / f64::from(grid.cell_size)
             - 0.5
     };
     for triangle in &scene.triangles {

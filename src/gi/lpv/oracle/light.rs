@@ -20,7 +20,7 @@ pub struct Texel {
 
 /// A position (m) in cells, moved off its surface by `shift` |n|₁ n.
 pub(super) fn shifted(grid: &CellGrid, position: DVec3, normal: DVec3, shift: f64) -> DVec3 {
-    let place = (position - grid.origin.as_dvec3()) / f64::from(grid.cell_size);
+    let place = (position - grid.corner().as_dvec3()) / f64::from(grid.cell_size);
     place + shift * normal.abs().element_sum() * normal
 }
 
