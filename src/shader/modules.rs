@@ -15,6 +15,8 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     ("gi/lpv/number_sides.comp", include_bytes!("../../spirv/gi/lpv/number_sides.comp.spv")),
     ("gi/lpv/propagate.comp", include_bytes!("../../spirv/gi/lpv/propagate.comp.spv")),
     ("gi/lpv/seed.comp", include_bytes!("../../spirv/gi/lpv/seed.comp.spv")),
+    ("gi/lpv/shift_faces.comp", include_bytes!("../../spirv/gi/lpv/shift_faces.comp.spv")),
+    ("gi/lpv/shift_sides.comp", include_bytes!("../../spirv/gi/lpv/shift_sides.comp.spv")),
     ("gi/lpv/sources.comp", include_bytes!("../../spirv/gi/lpv/sources.comp.spv")),
     ("gi/lpv/specular.comp", include_bytes!("../../spirv/gi/lpv/specular.comp.spv")),
     ("gi/lpv/sum.comp", include_bytes!("../../spirv/gi/lpv/sum.comp.spv")),

@@ -104,7 +104,7 @@ fn a_furnace_has_the_light_of_its_walls() {
     let boundary = Boundary {
         faces: &faces,
         side: &|_, _| DVec4::new(1.0, 2.0, 0.5, 0.0),
-        inflow: &|_| DVec4::W,
+        inflow: &|_, _, _| DVec4::W,
         source: &|_, _| DVec4::ZERO,
     };
     let swept = sweep(&grid, &Directions::spiral(96), &boundary);
@@ -141,7 +141,7 @@ fn an_open_plane_sees_the_whole_sky() {
         faces: &faces,
         side: &|_, _| DVec4::ZERO,
         // The plane ends, and what would come from below it beyond its end is not of the sky.
-        inflow: &|direction| DVec4::splat(f64::from(direction.z < 0.0)),
+        inflow: &|_, _, direction| DVec4::splat(f64::from(direction.z < 0.0)),
         source: &|_, _| DVec4::ZERO,
     };
     let swept = sweep(&grid, &Directions::spiral(192), &boundary);
@@ -161,7 +161,7 @@ fn light_of_one_cell_spreads_as_flux_does() {
     let boundary = Boundary {
         faces: &faces,
         side: &|_, _| DVec4::ZERO,
-        inflow: &|_| DVec4::ZERO,
+        inflow: &|_, _, _| DVec4::ZERO,
         source: &|cell, _| {
             if cell == middle {
                 DVec4::ONE
@@ -227,7 +227,7 @@ fn steps_of_all_cells_at_once_come_to_the_sweep() {
     let boundary = Boundary {
         faces: &faces,
         side: &|cell, face| DVec4::splat((cell % 5) as f64 + f64::from(face)),
-        inflow: &|direction| DVec4::splat(direction.z.max(0.0)),
+        inflow: &|_, _, direction| DVec4::splat(direction.z.max(0.0)),
         source: &|cell, direction| DVec4::splat((cell % 3) as f64 * direction.x.max(0.0)),
     };
     let directions = Directions::spiral(24);

@@ -106,7 +106,7 @@ pub(crate) fn light_in(
 fn read_light(gpu: &Gpu, cells: &Cells) -> Vec<[DVec4; 9]> {
     let size = cells.grid.size;
     let texels: Vec<[u16; 4]> =
-        bytemuck::pod_collect_to_vec(&gpu.read_image(cells.volume(), 0, 0).unwrap());
+        bytemuck::pod_collect_to_vec(&gpu.read_image(&cells.light, 0, 0).unwrap());
     let at = |cell: UVec3, coefficient: u32| {
         let (x, y) = (
             cell.x + coefficient % 3 * size.x,
@@ -395,14 +395,10 @@ fn all_power_of_a_point_light_is_injected() {
 /// The sweep of the same flux and faces in double precision. Half floats on the way and in the
 /// result cost the rest.
 fn check_sweep(name: &str, lit: &Lit, sides: &[DVec4]) {
-    let Cells {
-        grid,
-        propagation: Propagation::Sweep(sweep),
-        ..
-    } = &lit.cells
-    else {
+    let Propagation::Sweep(sweep) = &*lit.cells.propagation else {
         panic!("{name} has no sweep");
     };
+    let grid = &lit.cells.grid;
     let face_m2 = f64::from(grid.cell_size).powi(2);
     let swept = oracle::sweep(
         grid,
@@ -417,7 +413,7 @@ fn check_sweep(name: &str, lit: &Lit, sides: &[DVec4]) {
                     .copied()
                     .unwrap_or_default()
             },
-            inflow: &|_| DVec4::W,
+            inflow: &|_, _, _| DVec4::W,
             source: &|cell, direction| {
                 let [r, g, b] = lit.flux[cell].map(|vector| vector.dot(direction).max(0.0));
                 DVec3::new(r, g, b).extend(0.0) / (PI * face_m2)

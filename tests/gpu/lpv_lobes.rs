@@ -43,7 +43,7 @@ fn power(gpu: &Gpu, lit: &Lit) -> Vec<DVec3> {
 
 /// Blocking potential of all nodes.
 fn blockers(gpu: &Gpu, lit: &Lit) -> Vec<DVec4> {
-    let Propagation::Lobes(lobes) = &lit.cells.propagation else {
+    let Propagation::Lobes(lobes) = &*lit.cells.propagation else {
         panic!("there are no lobes");
     };
     let Some(blockers) = lobes.blockers() else {

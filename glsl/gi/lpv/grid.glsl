@@ -22,6 +22,11 @@ int cell_index(CellGrid grid, ivec3 cell) {
     return cell.x + grid.size.x * (cell.y + grid.size.y * cell.z);
 }
 
+ivec3 cell_at(CellGrid grid, int index) {
+    ivec3 size = grid.size.xyz;
+    return ivec3(index % size.x, index / size.x % size.y, index / (size.x * size.y));
+}
+
 bool is_inside(CellGrid grid, ivec3 cell) {
     return all(greaterThanEqual(cell, ivec3(0))) && all(lessThan(cell, grid.size.xyz));
 }

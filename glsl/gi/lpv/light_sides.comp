@@ -44,9 +44,7 @@ vec3 direct_irradiance(Side side) {
 }
 
 vec3 irradiance_before(Side side) {
-    int index = floatBitsToInt(side.place.w);
-    ivec3 size = params.grid.size.xyz;
-    ivec3 cell = ivec3(index % size.x, index / size.x % size.y, index / (size.x * size.y));
+    ivec3 cell = cell_at(params.grid, floatBitsToInt(side.place.w));
     vec4 coefficients[COEFFICIENTS];
     for (int i = 0; i < COEFFICIENTS; ++i)
         coefficients[i] = texelFetch(

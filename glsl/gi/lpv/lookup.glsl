@@ -6,24 +6,57 @@
 #include "gi/lpv/grid.glsl"
 #include "gi/lpv/harmonics.glsl"
 
+layout(constant_id = 0) const uint LEVELS = 1u;   // nested grids, each in its slab along z
+
 layout(push_constant) uniform LookupParams {
-    CellGrid grid;
-    float shift;   // off the surface [cells]
-    float scale;   // radiance of a stored 1 [W/(m² sr)]
+    CellGrid grid;   // the outermost
+    uvec4 inner;     // where each inner grid is from the first cell of the one around it [its own
+                     // cells], 10 bits an axis
+    float shift;     // off the surface [cells]
+    float scale;     // radiance of a stored 1 [W/(m² sr)]
+    float blend;     // cells over which a grid goes over into the one around it
 } params;
 
-void look_up(Surface surface, out vec4 coefficients[COEFFICIENTS]) {
+// Adds a share of the light at a position of a grid [cells].
+void add_light(
+    vec3 position, uint level, vec4 share, inout vec4 coefficients[COEFFICIENTS]) {
     vec3 size = vec3(params.grid.size.xyz);
-    vec3 position = to_cells(params.grid, surface.position_ws);
-    position = shifted(position, surface.geometric_normal, params.shift);
     // The blocks lie side by side: half a cell from a block's border the filter stays inside.
-    position = clamp(position, vec3(0.5), size - 0.5);
+    position = clamp(position, vec3(0.5), size - 0.5) + vec3(0.0, 0.0, float(level) * size.z);
     for (int i = 0; i < COEFFICIENTS; ++i) {
         vec3 texel = position + vec3(i % 3, i / 3, 0.0) * size;
-        coefficients[i] =
-            textureLod(sampler3D(light, linear_clamp), texel / (size * vec3(3, 3, 1)), 0.0)
-            * vec4(vec3(params.scale), 1.0);
+        coefficients[i] += share
+            * textureLod(
+                sampler3D(light, linear_clamp), texel / (size * vec3(3, 3, LEVELS)), 0.0);
     }
+}
+
+void look_up(Surface surface, out vec4 coefficients[COEFFICIENTS]) {
+    vec3 positions[LEVELS], lattice = to_lattice(params.grid, surface.position_ws);
+    ivec3 first = params.grid.first.xyz;
+    for (uint level = 0u; level < LEVELS; ++level) {
+        if (level > 0u) {
+            uint inner = params.inner[level - 1u];
+            first = 2 * first + ivec3(inner & 1023u, inner >> 10 & 1023u, inner >> 20);
+            lattice *= 2.0;
+        }
+        positions[level] =
+            shifted(lattice - vec3(first), surface.geometric_normal, params.shift);
+    }
+    for (int i = 0; i < COEFFICIENTS; ++i) coefficients[i] = vec4(0.0);
+    vec4 unit = vec4(vec3(params.scale), 1.0);
+    float left = 1.0;
+    // from the finest grid outwards, until all is told
+    for (uint level = LEVELS; level-- > 1u && left > 0.0;) {
+        vec3 inside = 0.5 * vec3(params.grid.size.xyz) - 0.5
+            - abs(positions[level] - 0.5 * vec3(params.grid.size.xyz));
+        float reach = min(inside.x, min(inside.y, inside.z));
+        float share = params.blend > 0.0 ? clamp(reach / params.blend, 0.0, 1.0)
+                                         : float(reach >= 0.0);
+        if (share > 0.0) add_light(positions[level], level, left * share * unit, coefficients);
+        left *= 1.0 - share;
+    }
+    if (left > 0.0) add_light(positions[0], 0u, left * unit, coefficients);
 }
 
 #endif

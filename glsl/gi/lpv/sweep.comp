@@ -11,6 +11,10 @@
 // Lx is the upwind neighbour's along x: 0 behind an opaque face. What a cell has is added to
 // spherical harmonics of the directions that its light comes from. Alpha is the light of an
 // environment of radiance 1.
+//
+// A coarser grid hands on what comes to the border of a finer one inside it, whose cells are half as
+// large: cells in front of the border leave their radiance there, and the finer sweep begins with
+// it.
 layout(local_size_x = 256) in;
 
 #include "gi/lpv/grid.glsl"
@@ -18,6 +22,8 @@ layout(local_size_x = 256) in;
 
 layout(constant_id = 0) const bool ADD = false;     // to what other octants have left
 layout(constant_id = 1) const bool SIDES = false;   // opaque faces send light
+layout(constant_id = 2) const bool IS_INNER = false;   // a coarser grid's light comes in
+layout(constant_id = 3) const bool HAS_INNER = false;  // a finer grid inside takes light
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer Directions {
     uvec4 octants[8];      // x: its first pair of directions; y: how many pairs it has
@@ -31,6 +37,9 @@ layout(set = 1, binding = 3, rgba32ui) uniform restrict uimage3D front;
 // sums over the directions of an octant: x: pair of coefficients and x of the cell; z: octant, z
 layout(set = 1, binding = 4, rgba32ui) uniform restrict uimage3D slabs;
 layout(std430, set = 1, binding = 5) restrict readonly buffer SideLight { vec4 side_light[]; };
+// what comes to the borders of finer grids, in texels as of front: x, y: cell of the coarser grid
+// along the border, for one finer grid after the other along y; z: octant, axis, pair of directions
+layout(set = 1, binding = 6, rgba32ui) uniform restrict uimage3D borders;
 
 layout(push_constant) uniform SweepParams {
     CellGrid grid;           // size.w: pairs of directions that an octant has at most
@@ -38,6 +47,8 @@ layout(push_constant) uniform SweepParams {
     uint first_cell;         // of the step, in the order
     uint cell_count;
     uint first_octant;
+    ivec4 inner;             // xyz: the finer grid's first cell; w: its cells along each axis
+    ivec4 rows;              // where borders begin along y; x: the own one, y: the finer grid's
 } params;
 
 const uint ORDER_ROW = 1024u;   // Rust: ORDER_ROW of lpv::sweep
@@ -55,10 +66,35 @@ Pair unpack(uvec4 words) {
         vec4(unpackHalf2x16(words.z), unpackHalf2x16(words.w))));
 }
 
-// What comes from the upwind neighbour along an axis; `otherwise`, where there is none.
-Pair upwind(ivec3 neighbour, bool is_there, vec4 otherwise) {
-    return is_there ? unpack(imageLoad(front, neighbour))
-                    : Pair(vec4[2](otherwise, otherwise));
+const ivec3 NOWHERE = ivec3(0, 0, -4096);   // whichever pair of directions is added
+
+// What comes from the upwind neighbour along an axis; where there is none, what comes to the border,
+// or `otherwise`.
+Pair upwind(ivec3 neighbour, bool is_there, ivec3 border, vec4 otherwise) {
+    if (is_there) return unpack(imageLoad(front, neighbour));
+    if (IS_INNER && border.z >= 0) return unpack(imageLoad(borders, border));
+    return Pair(vec4[2](otherwise, otherwise));
+}
+
+// Where the first pair of directions comes to a border along an axis, at a cell of the coarser grid
+// behind it, from the finer grid's first.
+ivec3 border_texel(ivec3 behind, uint octant, int axis, int row) {
+    return ivec3(behind[(axis + 1) % 3], row + behind[(axis + 2) % 3],
+        (3 * int(octant) + axis) * params.grid.size.w);
+}
+
+// Where a cell leaves its radiance for a finer grid that it is in front of.
+ivec3 outward_texel(ivec3 cell, uint octant, bvec3 is_reversed) {
+    ivec3 place = cell - params.inner.xyz;
+    for (int axis = 0; axis < 3; ++axis) {
+        ivec3 behind = place;
+        behind[axis] += is_reversed[axis] ? -1 : 1;
+        bool is_in_front = place[axis] == (is_reversed[axis] ? params.inner.w : -1);
+        if (is_in_front && all(greaterThanEqual(behind, ivec3(0)))
+            && all(lessThan(behind, ivec3(params.inner.w))))
+            return border_texel(behind, octant, axis, params.rows.y);
+    }
+    return NOWHERE;
 }
 
 void main() {
@@ -83,13 +119,17 @@ void main() {
     uint word = red.w;
     bvec3 is_there;
     mat3x4 otherwise;
+    ivec3 border[3] = ivec3[3](NOWHERE, NOWHERE, NOWHERE);
     for (uint axis = 0u; axis < 3u; ++axis) {
         uint face = 2u * axis + uint(is_reversed[axis]);
         bool is_opaque = (word >> face & 1u) != 0u;
         is_there[axis] = !is_opaque && own[axis] > 0;
         otherwise[axis] = is_opaque ? vec4(0.0) : vec4(0.0, 0.0, 0.0, 1.0);
         if (SIDES && is_opaque) otherwise[axis] = side_light[side_of(word, face)];
+        if (IS_INNER && !is_opaque)
+            border[axis] = border_texel(cell >> 1, octant, int(axis), params.rows.x);
     }
+    ivec3 outward = HAS_INNER ? outward_texel(cell, octant, is_reversed) : NOWHERE;
 
     vec4 sums[COEFFICIENTS + 1];
     for (int i = 0; i <= COEFFICIENTS; ++i) sums[i] = vec4(0.0);
@@ -99,9 +139,12 @@ void main() {
     for (uint k = 0u; k < count; ++k) {
         int layer = 2 * (slab * params.grid.size.w + int(k));
         ivec3 before = ivec3(ab, layer + 1 - parity);
-        Pair x = upwind(before - ivec3(1, 0, 0), is_there.x, otherwise[0]),
-             y = upwind(before - ivec3(0, 1, 0), is_there.y, otherwise[1]),
-             z = upwind(before, is_there.z, otherwise[2]), here;
+        ivec3 behind = ivec3(0, 0, int(k));
+        Pair x = upwind(
+                 before - ivec3(1, 0, 0), is_there.x, border[0] + behind, otherwise[0]),
+             y = upwind(
+                 before - ivec3(0, 1, 0), is_there.y, border[1] + behind, otherwise[1]),
+             z = upwind(before, is_there.z, border[2] + behind, otherwise[2]), here;
         vec4 pair[2] = vec4[2](directions[2u * (first + k)], directions[2u * (first + k) + 1u]);
         for (int i = 0; i < 2; ++i) {
             vec3 steepness = abs(pair[i].xyz);
@@ -116,7 +159,10 @@ void main() {
         float other[COEFFICIENTS] = sh_evaluate3(-pair[1].xyz);
         for (int i = 0; i < COEFFICIENTS; ++i)
             sums[i] += basis[i] * weighted[0] + other[i] * weighted[1];
-        imageStore(front, ivec3(ab, layer + parity), pack(here));
+        uvec4 packed = pack(here);
+        imageStore(front, ivec3(ab, layer + parity), packed);
+        if (HAS_INNER && outward.z >= 0)
+            imageStore(borders, outward + ivec3(0, 0, int(k)), packed);
     }
     for (int i = 0; i < COEFFICIENT_PAIRS; ++i) {
         ivec3 texel = cell + ivec3(i * size.x, 0, slab * size.z);

@@ -3,6 +3,8 @@
 
 use std::sync::Arc;
 
+use glam::UVec3;
+
 use super::grid::{CellGrid, GridRow};
 use super::sweep::volume;
 use crate::gpu_struct;
@@ -71,9 +73,8 @@ const SHARE_UNIT: f32 = 1.0 / (1 << 18) as f32;
 /// Light views that a light has at most.
 const MOST_VIEWS: u32 = 6;
 
-/// What blocks light in one grid.
+/// What blocks light in grids of one size.
 pub struct Blockers {
-    grid: CellGrid,
     areas: Arc<Buffer>,
     /// Blocking potential at the corners of all cells: B(ω) = Σ A ⟨n,ω⟩₊ / h² in two bands.
     pub volume: Arc<Image>,
@@ -81,10 +82,9 @@ pub struct Blockers {
 
 impl Blockers {
     /// Allocates.
-    pub fn new(gpu: &Gpu, grid: CellGrid) -> Result<Self, Error> {
-        let nodes = grid.size + 1;
+    pub fn new(gpu: &Gpu, size: UVec3) -> Result<Self, Error> {
+        let nodes = size + 1;
         Ok(Blockers {
-            grid,
             areas: gpu.create_buffer(&BufferDesc {
                 name: "lpv.areas".into(),
                 size_bytes: 16 * u64::from(nodes.element_product()),
@@ -104,13 +104,13 @@ impl Blockers {
     pub(super) fn find(
         &self,
         frame: &mut Frame,
+        grid: &CellGrid,
         scene: &GpuScene,
-        maps: &LightMaps,
-        rsm_texels: u32,
+        (maps, rsm_texels): (&LightMaps, u32),
     ) {
         let stride = (maps.size / rsm_texels.max(1)).max(1);
         let groups = maps.size.div_ceil(stride).div_ceil(4 * 8);
-        let nodes = self.grid.size + 1;
+        let nodes = grid.size + 1;
         let normal = maps.rsm.as_ref().map(|[normal, _]| normal);
         // Without lights there is one volume without blockers.
         for light in 0..scene.lights.len().max(1) as u32 {
@@ -123,10 +123,10 @@ impl Blockers {
                     .bind("rsm_normal", normal)
                     .bind("areas", &self.areas)
                     .push(&GeometryParams {
-                        grid: self.grid.row(0),
+                        grid: grid.row(0),
                         light,
                         stride,
-                        area_unit: SHARE_UNIT * self.grid.cell_size * self.grid.cell_size,
+                        area_unit: SHARE_UNIT * grid.cell_size * grid.cell_size,
                     })
                     .dispatch([groups, groups, MOST_VIEWS]);
             }
@@ -135,7 +135,7 @@ impl Blockers {
                 .bind("areas", &self.areas)
                 .bind("blockers", &self.volume)
                 .push(&MergeParams {
-                    grid: self.grid.row(0),
+                    grid: grid.row(0),
                     is_first: u32::from(light == 0),
                     share_unit: SHARE_UNIT,
                 })

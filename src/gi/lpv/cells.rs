@@ -2,13 +2,17 @@
 
 use std::sync::Arc;
 
+use glam::UVec3;
+
 use super::faces::Faces;
 use super::grid::CellGrid;
 use super::inject::{FLUX_NUMBERS, POWER_NUMBERS, flux_unit, inject};
 use super::lobes::{LobeSettings, Lobes, Occlusion};
-use super::sweep::Sweep;
-use crate::gi::Settings;
-use crate::graph::{Buffer, BufferDesc, BufferUsage, Error, Frame, FrameStats, Gpu, Image, Owner};
+use super::sweep::{Nesting, Sweep, volume};
+use crate::gi::{MapNeeds, Needs, Settings};
+use crate::graph::{
+    Buffer, BufferDesc, BufferUsage, Error, Frame, FrameStats, Gpu, Image, ImageUsage, Owner, vk,
+};
 use crate::render::{GpuScene, LightMaps};
 
 /// Where the light of lights comes from.
@@ -61,12 +65,52 @@ impl CellSettings {
     }
 }
 
+impl CellSettings {
+    /// What lighting cells reads.
+    pub(super) fn needs(&self) -> Needs {
+        let reads_texels = self.source == Source::Rsm || self.occlusion == Occlusion::Fuzzy;
+        Needs {
+            maps: if reads_texels {
+                MapNeeds::Reflective
+            } else {
+                MapNeeds::Shadows
+            },
+            motion: false,
+        }
+    }
+}
+
 /// From cells to all others.
 pub enum Propagation {
     /// Along discrete directions.
     Sweep(Sweep),
     /// As lobes.
     Lobes(Lobes),
+}
+
+/// What grids of one size share.
+struct Parts {
+    propagation: Arc<Propagation>,
+    light: Arc<Image>,
+}
+
+impl Parts {
+    fn new(gpu: &Gpu, size: UVec3, grids: u32, settings: &CellSettings) -> Result<Self, Error> {
+        let [x, y, z] = size.to_array();
+        let propagation = match settings.lobes {
+            None => Propagation::Sweep(Sweep::new(gpu, size, settings.directions, grids - 1)?),
+            Some(lobes) => Propagation::Lobes(Lobes::new(gpu, size, lobes, settings.occlusion)?),
+        };
+        Ok(Parts {
+            propagation: Arc::new(propagation),
+            light: volume(
+                gpu,
+                ("lpv.light", vk::Format::R16G16B16A16_SFLOAT),
+                [3 * x, 3 * y, grids * z],
+                ImageUsage::STORAGE | ImageUsage::SAMPLED,
+            )?,
+        })
+    }
 }
 
 /// The cells of one grid.
@@ -80,8 +124,12 @@ pub struct Cells {
     /// Injected flux, x, y and z of red, of green, of blue, each for all cells: integers of
     /// [`flux_unit`]. For lobes then also the power, red, green, blue.
     pub flux: Arc<Buffer>,
-    /// From cells to all others.
-    pub propagation: Propagation,
+    /// From cells to all others; grids of one size share it.
+    pub propagation: Arc<Propagation>,
+    /// What the directions of all octants bring each cell: nine coefficients (W/(m² sr)), in steps
+    /// of the scale, in alpha those of an environment of radiance 1. Grids of one size share it,
+    /// each with its slab.
+    pub light: Arc<Image>,
     /// Radiance of a stored 1 (W/(m² sr)), of the last light.
     pub scale: f32,
 }
@@ -93,7 +141,7 @@ const MANY_BOUNCES: f32 = 64.0;
 
 /// Radiance of a stored 1 (W/(m² sr)): a power of two, so that twice the light is the same numbers
 /// with twice the scale, and such that no cell has more than half floats hold.
-fn radiance_scale(scene: &GpuScene, grid: &CellGrid) -> f32 {
+pub(super) fn radiance_scale(scene: &GpuScene, grid: &CellGrid) -> f32 {
     let face_m2 = grid.cell_size * grid.cell_size;
     let injected = flux_unit(&scene.lights, grid) * (1u32 << 30) as f32;
     let lasting = scene.largest_emission + scene.environment.max_element();
@@ -106,12 +154,36 @@ fn radiance_scale(scene: &GpuScene, grid: &CellGrid) -> f32 {
 }
 
 impl Cells {
-    /// Allocates.
+    /// Allocates the cells of one grid.
     pub fn new(
         gpu: &Gpu,
         scene: &GpuScene,
         grid: CellGrid,
         settings: CellSettings,
+    ) -> Result<Self, Error> {
+        let parts = Parts::new(gpu, grid.size, 1, &settings)?;
+        Cells::with(gpu, scene, grid, settings, &parts)
+    }
+
+    /// Allocates the cells of grids of one size, each inside the next and with cells half as large.
+    pub fn nested(
+        gpu: &Gpu,
+        scene: &GpuScene,
+        grids: &[CellGrid],
+        settings: CellSettings,
+    ) -> Result<Vec<Self>, Error> {
+        let size = grids.first().map_or(UVec3::ONE, |grid| grid.size);
+        let parts = Parts::new(gpu, size, grids.len() as u32, &settings)?;
+        let cells = |grid: &CellGrid| Cells::with(gpu, scene, *grid, settings, &parts);
+        grids.iter().map(cells).collect()
+    }
+
+    fn with(
+        gpu: &Gpu,
+        scene: &GpuScene,
+        grid: CellGrid,
+        settings: CellSettings,
+        parts: &Parts,
     ) -> Result<Self, Error> {
         let faces_send =
             settings.source == Source::Faces || settings.bounces > 1 || scene.is_emissive;
@@ -126,20 +198,15 @@ impl Cells {
                 usage: BufferUsage::Storage,
                 owner: Owner::Store,
             })?,
-            propagation: match settings.lobes {
-                None => Propagation::Sweep(Sweep::new(gpu, grid, settings.directions)?),
-                Some(lobes) => {
-                    Propagation::Lobes(Lobes::new(gpu, grid, lobes, settings.occlusion)?)
-                }
-            },
+            propagation: Arc::clone(&parts.propagation),
+            light: Arc::clone(&parts.light),
             scale: 1.0,
         })
     }
 
-    /// Finds the opaque faces. A sweep that is to be stopped by none has none; lobes leave them
-    /// out on their way, but may start there, and the view shows them.
+    /// Finds the opaque faces.
     pub fn find_faces(&mut self, gpu: &Gpu, scene: &GpuScene) -> Result<FrameStats, Error> {
-        if self.settings.occlusion == Occlusion::Faces || self.settings.lobes.is_some() {
+        if self.has_faces() {
             return self.faces.find(gpu, scene);
         }
         let mut frame = Frame::new();
@@ -147,34 +214,78 @@ impl Cells {
         gpu.submit(frame)
     }
 
-    /// The light of all cells (see [`Sweep::light`]), in steps of [`Cells::scale`].
-    pub fn volume(&self) -> &Arc<Image> {
-        match &self.propagation {
-            Propagation::Sweep(sweep) => &sweep.light,
-            Propagation::Lobes(lobes) => &lobes.light,
+    /// Moves the grid through its lattice, and finds the faces of the cells that come into it.
+    pub fn follow(
+        &mut self,
+        gpu: &Gpu,
+        scene: &GpuScene,
+        grid: CellGrid,
+    ) -> Result<FrameStats, Error> {
+        self.grid = grid;
+        if self.has_faces() {
+            self.faces.follow(gpu, scene, grid)
+        } else {
+            self.faces.grid = grid;
+            Ok(FrameStats::default())
         }
+    }
+
+    /// Places the grid elsewhere in its lattice, where its faces are still to be found.
+    pub(super) fn place(&mut self, grid: CellGrid) {
+        (self.grid, self.faces.grid) = (grid, grid);
+    }
+
+    /// A sweep that is to be stopped by no face has none; lobes leave them out on their way, but
+    /// may start there, and the view shows them.
+    fn has_faces(&self) -> bool {
+        self.settings.occlusion == Occlusion::Faces || self.settings.lobes.is_some()
     }
 
     /// Adds the passes that light the cells: once by the lights, and again for each further bounce.
     pub fn light(&mut self, frame: &mut Frame, scene: &GpuScene, maps: &LightMaps) {
-        let flux_unit = flux_unit(&scene.lights, &self.grid);
-        self.scale = radiance_scale(scene, &self.grid);
+        self.inject(frame, (scene, maps), radiance_scale(scene, &self.grid));
+        for bounce in 0..self.settings.bounces {
+            self.propagate(frame, (scene, maps), bounce, Nesting::default());
+        }
+    }
+
+    /// Adds the passes that inject what surfaces reflect of the lights; `scale` is the radiance of
+    /// a stored 1 (W/(m² sr)), one for grids that share a volume of light.
+    pub(super) fn inject(
+        &mut self,
+        frame: &mut Frame,
+        (scene, maps): (&GpuScene, &LightMaps),
+        scale: f32,
+    ) {
+        self.scale = scale;
         frame.fill("lpv.clear_flux", &self.flux, 0);
         if self.settings.source == Source::Rsm {
-            inject(frame, maps, self, flux_unit);
+            inject(frame, maps, self, flux_unit(&scene.lights, &self.grid));
         }
-        if let Propagation::Lobes(lobes) = &self.propagation {
-            lobes.block(frame, scene, maps, self.settings.rsm_texels);
-        }
+    }
+
+    /// Adds the passes that bring injected light, and that of faces, to all cells. Bounces are
+    /// counted from 0; all but the first begin with what the one before has left.
+    pub(super) fn propagate(
+        &self,
+        frame: &mut Frame,
+        (scene, maps): (&GpuScene, &LightMaps),
+        bounce: u32,
+        nesting: Nesting,
+    ) {
         let with_direct = self.settings.source == Source::Faces;
-        for bounce in 0..self.settings.bounces {
-            let before = (self.volume(), bounce > 0);
-            self.faces
-                .light(frame, maps, (with_direct, self.scale), before);
-            let flux = (&self.flux, flux_unit / self.scale);
-            match &self.propagation {
-                Propagation::Sweep(sweep) => sweep.run(frame, &self.faces, flux),
-                Propagation::Lobes(lobes) => lobes.run(frame, &self.faces, flux),
+        let before = (&self.light, bounce > 0);
+        self.faces
+            .light(frame, maps, (with_direct, self.scale), before);
+        let flux_unit = flux_unit(&scene.lights, &self.grid) / self.scale;
+        let flux = (&self.flux, flux_unit);
+        match &*self.propagation {
+            Propagation::Sweep(sweep) => {
+                sweep.run(frame, &self.faces, flux, &self.light, nesting);
+            }
+            Propagation::Lobes(lobes) => {
+                lobes.block(frame, &self.grid, scene, (maps, self.settings.rsm_texels));
+                lobes.run(frame, &self.faces, flux, &self.light);
             }
         }
     }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::UVec3;
 
 use super::grid::{CellGrid, GridRow};
+use super::scroll::Before;
 use crate::gpu_struct;
 use crate::graph::{
     Access, Binding, Buffer, BufferDesc, BufferUsage, DrawBatch, Error, Frame, FrameStats, Gpu,
@@ -133,16 +134,16 @@ pub static LIGHT_SIDES: Pass = Pass {
 
 /// A part of a grid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct CellBox {
+pub(super) struct CellBox {
     /// Its first cell in the grid.
-    low: UVec3,
+    pub(super) low: UVec3,
     /// Cells along each axis.
-    size: UVec3,
+    pub(super) size: UVec3,
 }
 
 impl CellBox {
     /// All of a grid.
-    fn of(grid: &CellGrid) -> Self {
+    pub(super) fn of(grid: &CellGrid) -> Self {
         CellBox {
             low: UVec3::ZERO,
             size: grid.size,
@@ -150,7 +151,7 @@ impl CellBox {
     }
 }
 
-fn words(gpu: &Gpu, name: &str, count: u32) -> Result<Arc<Buffer>, Error> {
+pub(super) fn words(gpu: &Gpu, name: &str, count: u32) -> Result<Arc<Buffer>, Error> {
     gpu.create_buffer(&BufferDesc {
         name: name.into(),
         size_bytes: 4 * u64::from(count.max(4)),
@@ -161,12 +162,15 @@ fn words(gpu: &Gpu, name: &str, count: u32) -> Result<Arc<Buffer>, Error> {
 
 /// The opaque faces of a grid.
 pub struct Faces {
-    grid: CellGrid,
+    /// The grid.
+    pub grid: CellGrid,
     /// A word a cell: bits 0 to 5 are the opaque faces −x, +x, −y, +y, −z, +z; bits from 8 on are
     /// the place of the first in the list of sides.
     pub words: Arc<Buffer>,
     /// What the cells see of them, where light comes from faces.
     pub sides: Option<Sides>,
+    /// What a grid that moves had before, once it has moved.
+    pub(super) before: Option<Before>,
 }
 
 /// The opaque faces as cells see them, in a list.
@@ -174,7 +178,7 @@ pub struct Sides {
     /// How many there are.
     pub count: u32,
     counter: Arc<Buffer>,
-    nearest: Arc<Buffer>,
+    pub(super) nearest: Arc<Buffer>,
     /// A [`Side`] each.
     pub list: Arc<Buffer>,
     /// Radiance that each sends into its cell: RGB and a 0, in steps of [`Cells::scale`].
@@ -202,6 +206,7 @@ impl Faces {
             grid,
             words: words(gpu, "lpv.faces", grid.count())?,
             sides: with_sides.then(|| Sides::new(gpu, 0)).transpose()?,
+            before: None,
         })
     }
 
@@ -212,6 +217,21 @@ impl Faces {
         frame.fill("lpv.clear_faces", &self.words, 0);
         let whole = [CellBox::of(&self.grid)];
         self.rasterize(&mut frame, scene, &FACES, &[("faces", &self.words)], &whole);
+        let mut stats = self.number_sides(gpu, frame)?;
+        let mut frame = Frame::new();
+        frame.set_scene(&scene.set, &scene.materials);
+        self.note_surfaces(&mut frame, scene, &whole);
+        stats.append(gpu.submit(frame)?);
+        Ok(stats)
+    }
+
+    /// Submits a frame that leaves the bits of all opaque faces, and gives their sides places in
+    /// the list, which then has room for them.
+    pub(super) fn number_sides(
+        &mut self,
+        gpu: &Gpu,
+        mut frame: Frame,
+    ) -> Result<FrameStats, Error> {
         let Some(sides) = &mut self.sides else {
             return gpu.submit(frame);
         };
@@ -224,29 +244,29 @@ impl Faces {
                 cell_count: self.grid.count(),
             })
             .dispatch([self.grid.count().div_ceil(64), 1, 1]);
-        let mut stats = gpu.submit(frame)?;
+        let stats = gpu.submit(frame)?;
         let counted: Vec<u32> = bytemuck::pod_collect_to_vec(&gpu.read_buffer(&sides.counter)?);
-        let count = counted.first().copied().unwrap_or(0);
-        if u64::from(count) * size_of::<Side>() as u64 > sides.list.size_bytes() {
-            // A quarter more, for models that move.
+        sides.count = counted.first().copied().unwrap_or(0);
+        if u64::from(sides.count) * size_of::<Side>() as u64 > sides.list.size_bytes() {
+            // A quarter more, for models that move and grids that do.
+            let count = sides.count;
             *sides = Sides::new(gpu, count + count / 4)?;
+            sides.count = count;
         }
-        sides.count = count;
-        let Some(sides) = &self.sides else {
-            return Ok(stats);
-        };
-        let mut frame = Frame::new();
-        frame.set_scene(&scene.set, &scene.materials);
-        frame.fill("lpv.clear_faces", &sides.nearest, u32::MAX);
-        let found = [("faces", &self.words), ("nearest", &sides.nearest)];
-        self.rasterize(&mut frame, scene, &NEAREST, &found, &whole);
-        let noted = [found[0], found[1], ("sides", &sides.list)];
-        self.rasterize(&mut frame, scene, &SURFACES, &noted, &whole);
-        stats.append(gpu.submit(frame)?);
         Ok(stats)
     }
 
-    fn rasterize(
+    /// Adds the passes that find the surfaces that cells of some boxes see.
+    pub(super) fn note_surfaces(&self, frame: &mut Frame, scene: &GpuScene, boxes: &[CellBox]) {
+        let Some(sides) = &self.sides else { return };
+        frame.fill("lpv.clear_faces", &sides.nearest, u32::MAX);
+        let found = [("faces", &self.words), ("nearest", &sides.nearest)];
+        self.rasterize(frame, scene, &NEAREST, &found, boxes);
+        let noted = [found[0], found[1], ("sides", &sides.list)];
+        self.rasterize(frame, scene, &SURFACES, &noted, boxes);
+    }
+
+    pub(super) fn rasterize(
         &self,
         frame: &mut Frame,
         scene: &GpuScene,

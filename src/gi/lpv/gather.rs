@@ -10,12 +10,17 @@ use crate::shader::GpuStruct;
 gpu_struct! {
     /// Parameters of `lpv.gather` and `lpv.specular`.
     pub struct LookupParams {
-        /// The grid.
+        /// The grid; of nested ones the outermost.
         pub grid: GridRow,
+        /// Where each inner grid is from the first cell of the one around it (its own cells), 10
+        /// bits an axis.
+        pub inner: [u32; 4],
         /// Off the surface (cells).
         pub shift: f32,
         /// Radiance of a stored 1 (W/(m² sr)).
         pub scale: f32,
+        /// Cells over which a grid goes over into the one around it.
+        pub blend: f32,
     }
 }
 
@@ -29,7 +34,7 @@ pub static GATHER: Pass = Pass {
         Binding::sampled("normals", Access::ComputeSampled),
         Binding::image("indirect_diffuse", Access::ComputeWrite),
     ],
-    constants: &[],
+    constants: &["LEVELS"],
     params: Some(LookupParams::LAYOUT),
     sets: Sets::Scene,
 };
@@ -46,41 +51,60 @@ pub static SPECULAR: Pass = Pass {
         Binding::sampled("specular", Access::ComputeSampled),
         Binding::image("indirect_specular", Access::ComputeWrite),
     ],
-    constants: &[],
+    constants: &["LEVELS"],
     params: Some(LookupParams::LAYOUT),
     sets: Sets::Scene,
 };
 
-/// Adds the passes that answer for each pixel.
+/// How light is looked up.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Lookup {
+    /// Off the surface (cells).
+    pub(super) shift: f32,
+    /// Cells over which a grid goes over into the one around it.
+    pub(super) blend: f32,
+}
+
+/// Adds the passes that answer for each pixel, from nested grids, outermost first.
 pub(super) fn gather(
     frame: &mut Frame,
     gbuffer: &GBuffer,
-    cells: &Cells,
-    shift: f32,
+    levels: &[Cells],
+    lookup: Lookup,
     answer: &IndirectLight,
 ) {
+    let Some(cells) = levels.first() else { return };
+    let mut inner = [0; 4];
+    for (inner, pair) in inner.iter_mut().zip(levels.windows(2)) {
+        let from = (pair[1].grid.first - 2 * pair[0].grid.first).as_uvec3();
+        *inner = from.x | from.y << 10 | from.z << 20;
+    }
     let params = LookupParams {
         grid: cells.grid.row(0),
-        shift,
+        inner,
+        shift: lookup.shift,
         scale: cells.scale,
+        blend: lookup.blend,
     };
     frame
         .pass(&GATHER)
-        .bind("light", cells.volume())
+        .bind("light", &cells.light)
         .bind("view_depth", &gbuffer.view_depth)
         .bind("normals", &gbuffer.normals)
         .bind("indirect_diffuse", &answer.diffuse)
+        .constant("LEVELS", levels.len() as u32)
         .push(&params)
         .dispatch(screen_groups(gbuffer.size));
     if let (Some(result), Some(specular)) = (&answer.specular, &gbuffer.specular) {
         frame
             .pass(&SPECULAR)
-            .bind("light", cells.volume())
+            .bind("light", &cells.light)
             .bind("view_depth", &gbuffer.view_depth)
             .bind("normals", &gbuffer.normals)
             .bind("albedo", &gbuffer.albedo)
             .bind("specular", specular)
             .bind("indirect_specular", result)
+            .constant("LEVELS", levels.len() as u32)
             .push(&params)
             .dispatch(screen_groups(gbuffer.size));
     }

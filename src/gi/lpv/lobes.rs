@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use glam::{DMat4, DVec3, DVec4};
+use glam::{DMat4, DVec3, DVec4, UVec3};
 
 use super::blockers::Blockers;
 use super::faces::Faces;
@@ -189,9 +189,8 @@ pub fn stream(direction: DVec3) -> DMat4 {
     columns.sum()
 }
 
-/// Lobes of one grid.
+/// Lobes of grids of one size.
 pub struct Lobes {
-    grid: CellGrid,
     settings: LobeSettings,
     occlusion: Occlusion,
     blockers: Option<Blockers>,
@@ -200,27 +199,24 @@ pub struct Lobes {
     lobes: Arc<Image>,
     /// The same of all steps.
     sum: Arc<Image>,
-    /// What they bring each cell, in the format of [`super::sweep::Sweep::light`].
-    pub light: Arc<Image>,
 }
 
 impl Lobes {
     /// Allocates.
     pub fn new(
         gpu: &Gpu,
-        grid: CellGrid,
+        size: UVec3,
         settings: LobeSettings,
         occlusion: Occlusion,
     ) -> Result<Self, Error> {
-        let [x, y, z] = grid.size.to_array();
+        let [x, y, z] = size.to_array();
         let is_stream = settings.scheme == Scheme::Stream;
         let streams = |face: u32| stream(-axis_direction(face)).as_mat4().to_cols_array();
         let streams: Vec<f32> = (0..6).filter(|_| is_stream).flat_map(streams).collect();
         let pairs = vk::Format::R32G32B32A32_UINT;
         let stored = ImageUsage::STORAGE;
-        let blockers = || Blockers::new(gpu, grid);
+        let blockers = || Blockers::new(gpu, size);
         Ok(Lobes {
-            grid,
             settings,
             occlusion,
             blockers: (occlusion == Occlusion::Fuzzy).then(blockers).transpose()?,
@@ -237,12 +233,6 @@ impl Lobes {
                 [2 * x, 2 * y, z],
                 stored,
             )?,
-            light: volume(
-                gpu,
-                ("lpv.light", vk::Format::R16G16B16A16_SFLOAT),
-                [3 * x, 3 * y, z],
-                stored | ImageUsage::SAMPLED,
-            )?,
         })
     }
 
@@ -255,22 +245,28 @@ impl Lobes {
     pub(super) fn block(
         &self,
         frame: &mut Frame,
+        grid: &CellGrid,
         scene: &GpuScene,
-        maps: &LightMaps,
-        rsm_texels: u32,
+        (maps, rsm_texels): (&LightMaps, u32),
     ) {
         if let Some(blockers) = &self.blockers {
-            blockers.find(frame, scene, maps, rsm_texels);
+            blockers.find(frame, grid, scene, (maps, rsm_texels));
         }
     }
 
     /// Adds the passes that bring the flux of all cells (integers of `flux_unit`, W), and the light
     /// of the sides of all opaque faces, to the cells that it reaches.
-    pub fn run(&self, frame: &mut Frame, faces: &Faces, (flux, flux_unit): (&Arc<Buffer>, f32)) {
+    pub fn run(
+        &self,
+        frame: &mut Frame,
+        faces: &Faces,
+        (flux, flux_unit): (&Arc<Buffer>, f32),
+        light: &Arc<Image>,
+    ) {
         let side_light = faces.sides.as_ref().map(|sides| &sides.light);
-        let face_m2 = self.grid.cell_size * self.grid.cell_size;
-        let grid = self.grid.row(0);
-        let [x, y, z] = self.grid.size.to_array();
+        let face_m2 = faces.grid.cell_size * faces.grid.cell_size;
+        let grid = faces.grid.row(0);
+        let [x, y, z] = faces.grid.size.to_array();
         let groups = [x.div_ceil(8), y.div_ceil(8), z];
         frame
             .pass(&SEED)
@@ -300,7 +296,7 @@ impl Lobes {
             .pass(&PROPAGATE)
             .bind("faces", &faces.words)
             .bind("streams", &self.streams)
-            .bind("blockers", blockers.unwrap_or(&self.light))
+            .bind("blockers", blockers.unwrap_or(light))
             .bind("lobes", &self.lobes)
             .bind("sum", &self.sum)
             .constant("SCHEME", self.settings.scheme as u32)
@@ -310,7 +306,7 @@ impl Lobes {
         frame
             .pass(&FINISH)
             .bind("sum", &self.sum)
-            .bind("light", &self.light)
+            .bind("light", light)
             .push(&FinishParams { grid })
             .dispatch(groups);
     }

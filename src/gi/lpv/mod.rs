@@ -8,9 +8,13 @@
 //! - [`gather`]: from cells to pixels.
 //! - [`view`]: cells to look at.
 //!
-//! [`Cells`] is all from surfaces to cells, for one grid. [`uniform`] is a technique of one grid.
+//! [`Cells`] is all from surfaces to cells, for one grid. Techniques:
+//!
+//! - [`uniform`]: one grid around the scene.
+//! - [`cascaded`]: nested grids around the camera.
 
 pub mod blockers;
+pub mod cascaded;
 mod cells;
 mod directions;
 pub mod faces;
@@ -19,6 +23,7 @@ mod grid;
 pub mod inject;
 pub mod lobes;
 pub mod oracle;
+pub mod scroll;
 mod settings;
 pub mod sweep;
 pub mod uniform;

@@ -6,6 +6,7 @@ use super::gather::{GATHER, SPECULAR};
 use super::grid::GridRow;
 use super::inject::INJECT;
 use super::lobes::{FINISH, PROPAGATE, SEED};
+use super::scroll::{SHIFT_FACES, SHIFT_SIDES};
 use super::sweep::{SOURCES, SUM, SWEEP};
 use super::view::VIEW;
 use crate::gi::Settings;
@@ -140,6 +141,8 @@ pub(super) static PASSES: &[&Pass] = &[
     &NUMBER_SIDES,
     &NEAREST,
     &SURFACES,
+    &SHIFT_FACES,
+    &SHIFT_SIDES,
     &INJECT,
     &LIGHT_SIDES,
     &SOURCES,
@@ -167,6 +170,8 @@ pub(super) static OPAQUE_FACES: Stage = Stage::store(
         "lpv.number_sides",
         "lpv.nearest",
         "lpv.surfaces",
+        "lpv.shift_faces",
+        "lpv.shift_sides",
     ],
 );
 

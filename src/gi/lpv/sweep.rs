@@ -6,7 +6,7 @@ use glam::UVec3;
 
 use super::directions::Directions;
 use super::faces::Faces;
-use super::grid::{CellGrid, GridRow};
+use super::grid::GridRow;
 use crate::gpu_struct;
 use crate::graph::{
     Access, BatchDispatch, Binding, Buffer, Error, Frame, Gpu, Image, ImageDesc, ImageKind,
@@ -28,6 +28,10 @@ gpu_struct! {
         pub cell_count: u32,
         /// The first octant that is swept.
         pub first_octant: u32,
+        /// xyz: the first cell of the finer grid inside; w: its cells of this size along an edge.
+        pub inner: [i32; 4],
+        /// Rows where borders begin; x: the grid's own, y: the finer grid's.
+        pub rows: [i32; 4],
     }
 }
 
@@ -64,7 +68,7 @@ pub static SOURCES: Pass = Pass::compute(
 /// One step for all directions of some octants: cells whose upwind neighbours are all done. A
 /// thread a cell and octant; the steps of a sweep are a chain.
 pub static SWEEP: Pass = Pass {
-    constants: &["ADD", "SIDES"],
+    constants: &["ADD", "SIDES", "IS_INNER", "HAS_INNER"],
     ..Pass::compute(
         "lpv.sweep",
         "gi/lpv/sweep.comp",
@@ -75,6 +79,7 @@ pub static SWEEP: Pass = Pass {
             Binding::image("front", Access::ComputeReadWrite),
             Binding::image("slabs", Access::ComputeReadWrite),
             Binding::buffer("side_light", Access::ComputeRead),
+            Binding::image("borders", Access::ComputeReadWrite),
         ],
         SweepParams::LAYOUT,
     )
@@ -104,9 +109,9 @@ const MOST_FRONT_BYTES: u64 = 48 << 20;
 /// Texels along the longest side of a volume that every device has.
 const MOST_TEXELS: u32 = 2048;
 
-/// Sweeps of one grid.
+/// Sweeps of grids of one size.
 pub struct Sweep {
-    grid: CellGrid,
+    size: UVec3,
     /// The directions.
     pub directions: Directions,
     list: Arc<Buffer>,
@@ -116,9 +121,36 @@ pub struct Sweep {
     /// One for each octant that is swept at once.
     slabs: Arc<Image>,
     octants_at_once: u32,
-    /// What the directions of all octants bring each cell: nine coefficients (W/(m² sr)), in alpha
-    /// those of an environment of radiance 1.
-    pub light: Arc<Image>,
+    borders: Arc<Image>,
+}
+
+/// A grid inside another whose cells are twice as large.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Nested {
+    /// How many grids it is inside of.
+    pub depth: u32,
+    /// Its first cell of the outer one.
+    pub first: UVec3,
+}
+
+/// What a sweep has to do with other grids.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Nesting {
+    /// The grid itself, where light comes in from the outer one.
+    pub own: Option<Nested>,
+    /// The grid inside, to which it hands light on.
+    pub inner: Option<Nested>,
+}
+
+impl Sweep {
+    /// Cells of the outer grid along an edge of one inside it.
+    fn inner_cells(size: UVec3) -> u32 {
+        size.x / 2
+    }
+
+    fn row(size: UVec3, nested: Option<Nested>) -> u32 {
+        nested.map_or(0, |nested| (nested.depth - 1) * Self::inner_cells(size))
+    }
 }
 
 pub(super) fn volume(
@@ -140,11 +172,12 @@ pub(super) fn volume(
 }
 
 impl Sweep {
-    /// Allocates a sweep of a grid along this many directions.
-    pub fn new(gpu: &Gpu, grid: CellGrid, directions: u32) -> Result<Self, Error> {
+    /// Allocates sweeps of grids of this size along this many directions, `nested` of them inside
+    /// others: these are cubes.
+    pub fn new(gpu: &Gpu, size: UVec3, directions: u32, nested: u32) -> Result<Self, Error> {
         let directions = Directions::spiral(directions);
-        let [x, y, z] = grid.size.to_array();
-        let slab_bytes = u64::from(grid.count() * COEFFICIENT_PAIRS) * PAIR_BYTES;
+        let [x, y, z] = size.to_array();
+        let slab_bytes = u64::from(x * y * z * COEFFICIENT_PAIRS) * PAIR_BYTES;
         let layers = 2 * directions.most_pairs();
         let front_bytes = u64::from(x * y * layers) * PAIR_BYTES;
         let fits = |octants: &u32| {
@@ -157,11 +190,18 @@ impl Sweep {
         let list =
             |name, words: &[u32]| storage(gpu, (name, Owner::Store), bytemuck::cast_slice(words));
         let pairs = vk::Format::R32G32B32A32_UINT;
+        let borders = match nested {
+            0 => [1; 3],
+            _ => {
+                let cells = Self::inner_cells(size);
+                [cells, nested * cells, 8 * 3 * directions.most_pairs()]
+            }
+        };
         Ok(Sweep {
-            grid,
+            size,
             list: list("lpv.directions", &directions.words())?,
             directions,
-            order: upload_order(gpu, grid.size)?,
+            order: upload_order(gpu, size)?,
             sources: volume(
                 gpu,
                 ("lpv.sources", pairs),
@@ -181,41 +221,51 @@ impl Sweep {
                 ImageUsage::STORAGE,
             )?,
             octants_at_once,
-            light: volume(
-                gpu,
-                ("lpv.light", vk::Format::R16G16B16A16_SFLOAT),
-                [3 * x, 3 * y, z],
-                ImageUsage::STORAGE | ImageUsage::SAMPLED,
-            )?,
+            borders: volume(gpu, ("lpv.borders", pairs), borders, ImageUsage::STORAGE)?,
         })
     }
 
     /// Adds the passes that bring the flux of all cells (integers of `flux_unit`, W), and the light
     /// of the sides of all opaque faces, to all cells.
-    pub fn run(&self, frame: &mut Frame, faces: &Faces, (flux, flux_unit): (&Arc<Buffer>, f32)) {
+    pub fn run(
+        &self,
+        frame: &mut Frame,
+        faces: &Faces,
+        (flux, flux_unit): (&Arc<Buffer>, f32),
+        light: &Arc<Image>,
+        nesting: Nesting,
+    ) {
         let side_light = faces.sides.as_ref().map(|sides| &sides.light);
-        let face_m2 = self.grid.cell_size * self.grid.cell_size;
-        let [x, y, z] = self.grid.size.to_array();
+        let grid = faces.grid;
+        let face_m2 = grid.cell_size * grid.cell_size;
+        let [x, y, z] = self.size.to_array();
         frame
             .pass(&SOURCES)
             .bind("faces", &faces.words)
             .bind("flux", flux)
             .bind("sources", &self.sources)
             .push(&SourceParams {
-                grid: self.grid.row(0),
+                grid: grid.row(0),
                 radiance_unit: flux_unit / (std::f32::consts::PI * face_m2),
             })
             .dispatch([x.div_ceil(8), y.div_ceil(8), z]);
-        let steps = steps(self.grid.size);
+        let steps = steps(self.size);
+        let inner = nesting.inner.map_or(UVec3::ZERO, |inner| inner.first);
+        let rows = [nesting.own, nesting.inner].map(|nested| Self::row(self.size, nested));
         for first_octant in (0..8).step_by(self.octants_at_once as usize) {
             let mut first_cell = 0;
             let chain = (0u32..).zip(&steps).map(|(step, &cell_count)| {
                 let params = SweepParams {
-                    grid: self.grid.row(self.directions.most_pairs()),
+                    grid: grid.row(self.directions.most_pairs()),
                     step,
                     first_cell,
                     cell_count,
                     first_octant,
+                    inner: inner
+                        .extend(Self::inner_cells(self.size))
+                        .as_ivec4()
+                        .to_array(),
+                    rows: [rows[0] as i32, rows[1] as i32, 0, 0],
                 };
                 first_cell += cell_count;
                 BatchDispatch {
@@ -233,16 +283,19 @@ impl Sweep {
                 .bind("front", &self.front)
                 .bind("slabs", &self.slabs)
                 .bind("side_light", side_light.unwrap_or(&self.list))
+                .bind("borders", &self.borders)
                 .constant("ADD", first_octant > 0)
                 .constant("SIDES", side_light.is_some())
+                .constant("IS_INNER", nesting.own.is_some())
+                .constant("HAS_INNER", nesting.inner.is_some())
                 .dispatch_chain(chain);
         }
         frame
             .pass(&SUM)
             .bind("slabs", &self.slabs)
-            .bind("light", &self.light)
+            .bind("light", light)
             .push(&SumParams {
-                grid: self.grid.row(self.octants_at_once),
+                grid: grid.row(self.octants_at_once),
             })
             .dispatch([x.div_ceil(8), y.div_ceil(8), z]);
     }

@@ -50,7 +50,7 @@ pub(super) fn draw(frame: &mut Frame, cells: &Cells, seen: &Arc<Image>) {
     frame
         .pass(&VIEW)
         .bind("faces", &cells.faces.words)
-        .bind("light", cells.volume())
+        .bind("light", &cells.light)
         .bind("seen", seen)
         .push(&ViewParams {
             grid: cells.grid.row(0),

@@ -7,4 +7,4 @@ mod sweep;
 
 pub use faces::{Crossings, crossings};
 pub use light::{Texel, inject, irradiance};
-pub use sweep::{Boundary, Ledger, Swept, jacobi, sweep};
+pub use sweep::{Boundary, Ledger, Swept, field, jacobi, sweep};

@@ -12,8 +12,8 @@ pub struct Boundary<'b> {
     pub faces: &'b [u32],
     /// What an opaque face (0 to 5) of a cell sends into it.
     pub side: &'b dyn Fn(usize, u32) -> DVec4,
-    /// What comes through the border along a direction.
-    pub inflow: &'b dyn Fn(DVec3) -> DVec4,
+    /// What comes to a cell through a face (0 to 5) at the border along a direction.
+    pub inflow: &'b dyn Fn(usize, u32, DVec3) -> DVec4,
     /// Q: what a cell sends along a direction, as flux over projected area h².
     pub source: &'b dyn Fn(usize, DVec3) -> DVec4,
 }
@@ -80,7 +80,8 @@ fn sent(
             (boundary.side)(index, face)
         } else {
             let next = neighbour(grid, cell, face);
-            next.map_or_else(|| (boundary.inflow)(direction), |next| of(grid.index(next)))
+            let inflow = || (boundary.inflow)(index, face, direction);
+            next.map_or_else(inflow, |next| of(grid.index(next)))
         };
         sum += direction[axis].abs() * arriving;
     }
@@ -102,16 +103,20 @@ fn upwind_order(size: UVec3, direction: DVec3) -> impl Iterator<Item = UVec3> {
     })
 }
 
-/// Each cell once a direction, in upwind order.
+/// Radiance of all cells along one direction (W/(m² sr)), each cell once, in upwind order.
+pub fn field(grid: &CellGrid, boundary: &Boundary<'_>, direction: DVec3) -> Vec<DVec4> {
+    let mut field = vec![DVec4::ZERO; grid.count() as usize];
+    for cell in upwind_order(grid.size, direction) {
+        field[grid.index(cell)] = sent(grid, boundary, cell, direction, |at| field[at]);
+    }
+    field
+}
+
+/// The [`field`] of every direction.
 pub fn sweep(grid: &CellGrid, directions: &Directions, boundary: &Boundary<'_>) -> Swept {
-    let field = |direction: DVec3| {
-        let mut field = vec![DVec4::ZERO; grid.count() as usize];
-        for cell in upwind_order(grid.size, direction) {
-            field[grid.index(cell)] = sent(grid, boundary, cell, direction, |at| field[at]);
-        }
-        field
-    };
-    summed(grid, directions, boundary, field)
+    summed(grid, directions, boundary, |direction| {
+        field(grid, boundary, direction)
+    })
 }
 
 /// All cells at once, from what the step before has left, `steps` times.
@@ -163,7 +168,7 @@ fn summed(
                 if is_opaque(up) {
                     ledger.injected += through * (boundary.side)(index, up);
                 } else if neighbour(grid, cell, up).is_none() {
-                    ledger.entered += through * (boundary.inflow)(direction);
+                    ledger.entered += through * (boundary.inflow)(index, up, direction);
                 }
                 if is_opaque(down) {
                     ledger.absorbed += through * field[index];

@@ -6,12 +6,10 @@ use std::sync::Arc;
 
 pub use entry::ENTRY;
 
-use super::lobes::Occlusion;
-use super::{CellGrid, CellSettings, Cells, Source, gather, view};
+use super::gather::Lookup;
+use super::{CellGrid, CellSettings, Cells, gather, view};
 use crate::gi::inspect::ViewRow;
-use crate::gi::{
-    Answer, Context, IndirectLight, Inputs, Inspect, MapNeeds, Needs, Settings, Technique,
-};
+use crate::gi::{Answer, Context, IndirectLight, Inputs, Inspect, Needs, Settings, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image};
 use crate::render::screen_image;
 
@@ -21,7 +19,7 @@ const MARGIN: u32 = 1;
 /// The technique, of one scene.
 struct Lpv {
     cells: Cells,
-    gather_shift: f32,
+    lookup: Lookup,
     light: IndirectLight,
 }
 
@@ -33,7 +31,10 @@ fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>
     let specular = || screen_image(gpu, "lpv.specular", size);
     Ok(Box::new(Lpv {
         cells: Cells::new(gpu, scene, grid, CellSettings::new(settings))?,
-        gather_shift: settings.number("gather_shift"),
+        lookup: Lookup {
+            shift: settings.number("gather_shift"),
+            blend: 0.0,
+        },
         light: IndirectLight {
             diffuse: screen_image(gpu, "lpv.diffuse", size)?,
             specular: scene.is_glossy.then(specular).transpose()?,
@@ -43,18 +44,7 @@ fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>
 
 impl Technique for Lpv {
     fn needs(&self) -> Needs {
-        let CellSettings {
-            source, occlusion, ..
-        } = self.cells.settings;
-        let maps = if source == Source::Rsm || occlusion == Occlusion::Fuzzy {
-            MapNeeds::Reflective
-        } else {
-            MapNeeds::Shadows
-        };
-        Needs {
-            maps,
-            motion: false,
-        }
+        self.cells.settings.needs()
     }
 
     fn build(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
@@ -69,8 +59,8 @@ impl Technique for Lpv {
         gather::gather(
             frame,
             given.gbuffer,
-            &self.cells,
-            self.gather_shift,
+            std::slice::from_ref(&self.cells),
+            self.lookup,
             &self.light,
         );
         Answer {

@@ -1,0 +1,123 @@
+//! The row of the registry.
+
+use super::make;
+use crate::gi::Settings;
+use crate::gi::entry::Entry;
+use crate::gi::lpv::settings::{
+    self, GEOMETRY_VOLUME, LIGHT_INJECTION, LOOKUP, OPAQUE_FACES, PASSES, PROPAGATION, REFLECTION,
+    RULES, STRUCTS,
+};
+use crate::gi::lpv::view::CELLS;
+use crate::gi::settings::{Domain, Group, Preset, Rule, Setting, SettingError};
+
+static SETTINGS: &[Setting] = &[
+    Setting {
+        name: "resolution",
+        help: "cells along an edge of each grid",
+        unit: "cells",
+        domain: Domain::OneOf(&[8, 16, 32, 64, 128]),
+        default: "32",
+    },
+    Setting {
+        name: "levels",
+        help: "number of nested grids, each with twice the extent of the one inside it; grids \
+               that the scene does not fill are left out",
+        unit: "",
+        domain: Domain::Count { min: 1, max: 5 },
+        default: "3",
+    },
+    Setting {
+        name: "cell_size",
+        help: "edge of a cell of the finest grid; 0: such that the outermost grid just holds the \
+               scene",
+        unit: "m",
+        domain: Domain::Number { min: 0.0, max: 1e6 },
+        default: "0",
+    },
+    Setting {
+        name: "nesting",
+        help: "what comes in at a grid's border: inflow, the light of the grid around it; or \
+               independent, the environment alone, as published",
+        unit: "",
+        domain: Domain::Choice(&["inflow", "independent"]),
+        default: "inflow",
+    },
+    Setting {
+        name: "blend",
+        help: "cells over which a grid's light goes over into that of the grid around it",
+        unit: "cells",
+        domain: Domain::Number { min: 0.0, max: 8.0 },
+        default: "2",
+    },
+];
+
+static OWN_RULES: &[Rule] = &[
+    Rule::always(Group::Structure, &["levels", "cell_size"]),
+    Rule {
+        group: Group::Bounces,
+        settings: &["nesting"],
+        applies: |settings| settings.count("levels") > 1,
+    },
+    Rule {
+        group: Group::Gather,
+        settings: &["blend"],
+        applies: |settings| settings.count("levels") > 1,
+    },
+];
+
+static PRESETS: &[Preset] = &[
+    Preset {
+        name: "accurate",
+        help: "directions swept from the outermost grid inwards, light from opaque faces: cells \
+               may be smaller than texels of the maps",
+        values: &[&[("source", "faces")]],
+    },
+    Preset {
+        name: "textbook",
+        help: "the published method: three independent grids, 8 steps of 30 lobes in each",
+        values: &[&[
+            ("nesting", "independent"),
+            ("propagation", "lobes30"),
+            ("occlusion", "fuzzy"),
+            ("rsm_texels", "256"),
+            ("gather_shift", "0.5"),
+        ]],
+    },
+];
+
+/// The row of the registry.
+pub static ENTRY: Entry = Entry {
+    bounces: |settings| Some(settings.count("bounces")),
+    settings: &[SETTINGS, settings::SETTINGS],
+    rules: &[RULES, OWN_RULES],
+    check,
+    presets: PRESETS,
+    passes: &[PASSES],
+    structs: &[STRUCTS],
+    views: &[std::slice::from_ref(&CELLS)],
+    stages: &[
+        &OPAQUE_FACES,
+        &LIGHT_INJECTION,
+        &GEOMETRY_VOLUME,
+        &PROPAGATION,
+        &LOOKUP,
+        &REFLECTION,
+    ],
+    ..Entry::new(
+        "lpv-cascaded",
+        "nested light propagation volumes around the camera, the outer lighting the inner",
+        make,
+    )
+};
+
+fn check(settings: &Settings) -> Result<(), SettingError> {
+    settings::check(settings)?;
+    if settings.is("nesting", "inflow") && !settings.is("propagation", "ordinates") {
+        return Err(SettingError::Together(
+            "nesting=inflow: only propagation=ordinates hands light on to inner grids; give \
+             nesting=independent, or that propagation"
+                .to_owned(),
+        ));
+    }
+    Ok(())
+}

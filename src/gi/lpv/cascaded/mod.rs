@@ -1,0 +1,155 @@
+//! Technique `lpv-cascaded`: nested grids around the camera, each with cells twice as large as those
+//! of the grid inside it (Kaplanyan & Dachsbacher 2010, section 6; Hong 2015, section 2.5.2.7).
+
+mod entry;
+pub mod layout;
+
+use std::sync::Arc;
+
+pub use entry::ENTRY;
+pub use layout::Layout;
+
+use super::cells::radiance_scale;
+use super::gather::Lookup;
+use super::sweep::Nesting;
+use super::{CellSettings, Cells, gather, view};
+use crate::gi::inspect::ViewRow;
+use crate::gi::{
+    Answer, Change, Context, IndirectLight, Inputs, Inspect, Needs, Settings, Technique,
+};
+use crate::graph::{Error, Frame, FrameStats, Gpu, Image};
+use crate::render::screen_image;
+
+/// The technique, of one scene.
+struct CascadedLpv {
+    layout: Layout,
+    /// Outermost first.
+    levels: Vec<Cells>,
+    /// Whether light comes into a grid from the one around it.
+    takes_light: bool,
+    lookup: Lookup,
+    light: IndirectLight,
+}
+
+fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>, Error> {
+    let Context {
+        gpu, scene, size, ..
+    } = *context;
+    let layout = Layout::new(
+        scene.lit_bounds(),
+        settings.count("resolution"),
+        settings.count("levels"),
+        settings.number("cell_size"),
+    );
+    let specular = || screen_image(gpu, "lpv.specular", size);
+    let grids = layout.grids(context.eye);
+    Ok(Box::new(CascadedLpv {
+        layout,
+        levels: Cells::nested(gpu, scene, &grids, CellSettings::new(settings))?,
+        takes_light: settings.is("nesting", "inflow"),
+        lookup: Lookup {
+            shift: settings.number("gather_shift"),
+            blend: settings.number("blend"),
+        },
+        light: IndirectLight {
+            diffuse: screen_image(gpu, "lpv.diffuse", size)?,
+            specular: scene.is_glossy.then(specular).transpose()?,
+        },
+    }))
+}
+
+impl CascadedLpv {
+    fn nesting(&self, level: usize) -> Nesting {
+        if !self.takes_light {
+            return Nesting::default();
+        }
+        let grids: Vec<_> = self.levels.iter().map(|cells| cells.grid).collect();
+        Nesting {
+            own: Layout::nested(&grids, level),
+            inner: Layout::nested(&grids, level + 1),
+        }
+    }
+}
+
+impl Technique for CascadedLpv {
+    fn needs(&self) -> Needs {
+        self.levels[0].settings.needs()
+    }
+
+    fn build(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
+        let mut stats = FrameStats::default();
+        for (cells, grid) in self.levels.iter_mut().zip(self.layout.grids(context.eye)) {
+            cells.place(grid);
+            stats.append(cells.find_faces(context.gpu, context.scene)?);
+        }
+        Ok(stats)
+    }
+
+    fn follow(&mut self, context: &Context<'_>, change: Change) -> Result<FrameStats, Error> {
+        match change {
+            Change::Models => self.build(context),
+            Change::Camera => {
+                let mut stats = FrameStats::default();
+                for (cells, grid) in self.levels.iter_mut().zip(self.layout.grids(context.eye)) {
+                    stats.append(cells.follow(context.gpu, context.scene, grid)?);
+                }
+                Ok(stats)
+            }
+            Change::Lights => Ok(FrameStats::default()),
+        }
+    }
+
+    fn update(&mut self, frame: &mut Frame, given: &Inputs<'_>) {
+        let lit = (given.scene, given.maps);
+        // The finest cells have the most radiance: a lamp's power over the smallest faces.
+        let finest = self.levels.last().map(|cells| cells.grid);
+        let scale = finest.map_or(1.0, |grid| radiance_scale(given.scene, &grid));
+        for cells in &mut self.levels {
+            cells.inject(frame, lit, scale);
+        }
+        for bounce in 0..self.levels[0].settings.bounces {
+            for (level, cells) in self.levels.iter().enumerate() {
+                cells.propagate(frame, lit, bounce, self.nesting(level));
+            }
+        }
+    }
+
+    fn gather(&mut self, frame: &mut Frame, given: &Inputs<'_>) -> Answer {
+        let Inputs { gbuffer, .. } = *given;
+        gather::gather(frame, gbuffer, &self.levels, self.lookup, &self.light);
+        Answer {
+            indirect: self.light.clone(),
+            has_direct: false,
+        }
+    }
+}
+
+impl Inspect for CascadedLpv {
+    fn counts(&self, _gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {
+        let cells = self.levels.iter().map(|cells| cells.grid.count());
+        let sides = self.levels.iter().map(|cells| cells.faces.sides.as_ref());
+        let sides: Option<u64> = sides.map(|sides| Some(u64::from(sides?.count))).sum();
+        let cells = ("cells", cells.map(u64::from).sum());
+        let sides = sides.map(|sides| ("opaque_sides", sides));
+        Ok([Some(cells), sides].into_iter().flatten().collect())
+    }
+
+    fn cell_size(&self) -> Option<f32> {
+        self.levels.last().map(|cells| cells.grid.cell_size)
+    }
+
+    fn levels(&self, view: &ViewRow) -> u32 {
+        if *view == view::CELLS {
+            self.levels.len() as u32
+        } else {
+            0
+        }
+    }
+
+    fn draw_view(&self, frame: &mut Frame, _view: &ViewRow, level: u32, seen: &Arc<Image>) {
+        let mut finest_first = self.levels.iter().rev();
+        if let Some(cells) = finest_first.nth(level as usize) {
+            view::draw(frame, cells, seen);
+        }
+    }
+}
