@@ -41,6 +41,10 @@ pub struct Targets<'t> {
     pub depth: Option<(&'t Arc<Image>, u32, ClearOrLoad)>,
     /// Width and height of viewport and scissor (px).
     pub extent: [u32; 2],
+    /// Width and height of a larger viewport with that extent in its middle (px), so that
+    /// triangles that reach beyond the extent are not cut there, which would round their edges
+    /// anew; at most 4096, which every device has.
+    pub viewport: Option<u32>,
 }
 
 impl Targets<'_> {
@@ -50,6 +54,7 @@ impl Targets<'_> {
             color: &[],
             depth: None,
             extent,
+            viewport: None,
         }
     }
 }
@@ -96,6 +101,7 @@ pub(super) enum Run {
         color: Vec<Target>,
         depth: Option<Target>,
         extent: [u32; 2],
+        viewport: Option<u32>,
         batches: Vec<DrawBatch>,
     },
 }
@@ -279,6 +285,7 @@ impl<'f> PassBuilder<'f> {
                 color,
                 depth,
                 extent: targets.extent,
+                viewport: targets.viewport,
                 batches,
             },
             uses,

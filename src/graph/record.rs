@@ -378,12 +378,16 @@ impl Recorder<'_> {
                 }
             }
             Run::Draw {
-                extent, batches, ..
+                extent,
+                viewport,
+                batches,
+                ..
             } => {
                 self.commands.begin_rendering(&Rendering {
                     color,
                     depth: depth.first().copied(),
                     extent: *extent,
+                    viewport: *viewport,
                 });
                 for batch in batches {
                     self.batch(&pipeline, call, batch.material, &batch.push);

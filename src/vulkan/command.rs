@@ -30,6 +30,8 @@ pub(crate) struct Rendering {
     pub(crate) color: Vec<Attachment>,
     pub(crate) depth: Option<Attachment>,
     pub(crate) extent: [u32; 2],
+    /// Edge of a viewport with the extent in its middle, where that is larger (px).
+    pub(crate) viewport: Option<u32>,
 }
 
 /// A command pool with one buffer, and the fence that says when its work is done.
@@ -228,11 +230,16 @@ impl Commands {
             Some(depth) => info.depth_attachment(depth),
             None => info,
         };
+        let [across, down] = match rendering.viewport {
+            Some(edge) => [edge; 2],
+            None => rendering.extent,
+        }
+        .map(|edge| edge as f32);
         let viewport = vk::Viewport {
-            x: 0.0,
-            y: 0.0,
-            width: width as f32,
-            height: height as f32,
+            x: 0.5 * (width as f32 - across),
+            y: 0.5 * (height as f32 - down),
+            width: across,
+            height: down,
             min_depth: 0.0,
             max_depth: 1.0,
         };

@@ -103,7 +103,7 @@ pub(crate) fn light_in(
 }
 
 /// The coefficients of all cells.
-fn read_light(gpu: &Gpu, cells: &Cells) -> Vec<[DVec4; 9]> {
+pub(crate) fn read_light(gpu: &Gpu, cells: &Cells) -> Vec<[DVec4; 9]> {
     let size = cells.grid.size;
     let texels: Vec<[u16; 4]> =
         bytemuck::pod_collect_to_vec(&gpu.read_image(&cells.light, 0, 0).unwrap());
@@ -112,7 +112,8 @@ fn read_light(gpu: &Gpu, cells: &Cells) -> Vec<[DVec4; 9]> {
             cell.x + coefficient % 3 * size.x,
             cell.y + coefficient / 3 * size.y,
         );
-        let texel = texels[(x + 3 * size.x * (y + 3 * size.y * cell.z)) as usize];
+        let z = cells.grid.slab * size.z + cell.z;
+        let texel = texels[(x + 3 * size.x * (y + 3 * size.y * z)) as usize];
         let scale = f64::from(cells.scale);
         DVec4::from(texel.map(half)) * DVec4::new(scale, scale, scale, 1.0)
     };

@@ -20,6 +20,7 @@ mod frame;
 #[cfg(feature = "flip")]
 mod golden;
 mod lpv;
+mod lpv_cascaded;
 mod lpv_lobes;
 mod oracle_attributes;
 mod oracle_direct;

@@ -239,6 +239,7 @@ fn draws_reach_the_colour_target_and_depth_rejects_the_second() {
         color: &[(&color, 0, 0, clear)],
         depth: Some((&depth, 0, clear)),
         extent: [8, 4],
+        viewport: None,
     };
     frame.pass(&COLOR).draw(
         targets,

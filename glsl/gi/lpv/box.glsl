@@ -10,14 +10,6 @@ layout(push_constant) uniform FacesParams {
     ivec4 size;   // xyz: cells of the box along each axis
 } params;
 
-// Positions are rounded to so many grains of a cell: whole cells from them are then exact, wherever
-// in the lattice the grid is. Rasterizers have 256 themselves.
-const float GRAINS = 1024.0;
-
-vec3 lattice_position(uint vertex) {
-    return round(to_lattice(params.grid, vertices[vertex].position) * GRAINS) / GRAINS;
-}
-
 // With the axis that is looked along last.
 vec3 turned(vec3 v) {
     return params.low.w == 0 ? v.yzx : params.low.w == 1 ? v.zxy : v;

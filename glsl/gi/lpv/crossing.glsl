@@ -17,14 +17,18 @@ struct Crossing {
     vec3 normal;   // of the front, not of unit length
 };
 
+vec3 lattice_position(uint vertex) {
+    return to_lattice(params.grid, vertices[vertex].position);
+}
+
 // Twice the area of the triangle from the origin to two points.
 float doubled_area(vec2 a, vec2 b) {
     precise float area = a.x * b.y - a.y * b.x;
     return area;
 }
 
-// Leaves fragments beyond the box and in holes of a mask. Everything is of the triangle and of the
-// row's place in the lattice: interpolated depths would tell where the box is.
+// Leaves fragments in holes of a mask. Everything is of the triangle and of the row's place in the
+// lattice: interpolated depths would tell where the box is.
 Crossing find_crossing() {
     uvec4 triangle = triangles[triangle_index];
     vec3 a = lattice_position(triangle.x), to_b = lattice_position(triangle.y) - a,
@@ -41,7 +45,6 @@ Crossing find_crossing() {
     if (materials[triangle.w].albedo.w > 0.0
         && texture(sampler2D(mask_texture, linear_repeat), uv).r < 0.5)
         discard;
-    if (any(greaterThanEqual(row, turned(params.size.xyz).xy))) discard;
     precise float depth = from.z + b * along_b.z + c * along_c.z - 0.5;
     ivec3 cell = ivec3(row, int(floor(depth)) - first.z);
     uint axis = uint(params.low.w);

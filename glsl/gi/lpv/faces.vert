@@ -7,11 +7,17 @@
 
 layout(location = 0) flat out uint triangle_index;
 
+// Positions are rounded to so many grains of a cell: whole cells from them are then exact, wherever
+// in the lattice the box is. Rasterizers round to as many, and to a side that depends on the place
+// where a position is halfway between two.
+const float GRAINS = 256.0;
+const float VIEWPORT = 4096.0;   // edge [px], the box in its middle; Rust: VIEWPORT of lpv::faces
+
 void main() {
     triangle_index = gl_VertexIndex / 3;
     uint corner = triangles[triangle_index][gl_VertexIndex % 3];
-    vec3 position = turned(lattice_position(corner) - vec3(params.grid.first.xyz + params.low.xyz));
-    // Powers of two, so that no rounding tells where the box is.
-    ivec2 extent = ivec2(1) << (findMSB(turned(params.size.xyz).xy - 1) + 1);
-    gl_Position = vec4(2.0 * position.xy / vec2(extent) - 1.0, 0.5, 1.0);
+    vec3 lattice = to_lattice(params.grid, vertices[corner].position);
+    vec3 position = round(lattice * GRAINS) / GRAINS
+        - vec3(params.grid.first.xyz + params.low.xyz) - 0.5 * vec3(params.size.xyz);
+    gl_Position = vec4(turned(position).xy / (0.5 * VIEWPORT), 0.5, 1.0);
 }

@@ -132,6 +132,9 @@ pub static LIGHT_SIDES: Pass = Pass {
     sets: Sets::Scene,
 };
 
+/// Edge of the viewport of the rasterizations (px; `VIEWPORT` in `gi/lpv/faces.vert`).
+const VIEWPORT: u32 = 4096;
+
 /// A part of a grid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct CellBox {
@@ -276,7 +279,7 @@ impl Faces {
     ) {
         for (axis, cells) in (0..3).flat_map(|axis| boxes.iter().map(move |cells| (axis, cells))) {
             let [x, y, z] = cells.size.to_array();
-            let across = [[y, z], [z, x], [x, y]][axis as usize].map(u32::next_power_of_two);
+            let across = [[y, z], [z, x], [x, y]][axis as usize];
             let draws = scene.batches.iter().map(|batch| DrawBatch {
                 material: batch.material,
                 push: Vec::new(),
@@ -293,7 +296,13 @@ impl Faces {
                     low: cells.low.extend(axis).as_ivec4().to_array(),
                     size: cells.size.extend(0).as_ivec4().to_array(),
                 })
-                .draw(Targets::none(across), draws.collect());
+                .draw(
+                    Targets {
+                        viewport: Some(VIEWPORT),
+                        ..Targets::none(across)
+                    },
+                    draws.collect(),
+                );
         }
     }
 

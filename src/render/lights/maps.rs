@@ -203,6 +203,7 @@ impl LightMaps {
                 color: &color,
                 depth: Some((&self.depth, view, clear)),
                 extent: [self.size; 2],
+                viewport: None,
             };
             let pass = if self.rsm.is_some() {
                 &RSM

@@ -204,6 +204,7 @@ impl GBuffer {
             color: &color,
             depth: Some((&self.depth, 0, black)),
             extent: self.size,
+            viewport: None,
         };
         let (pass, draws) = (frame.pass(&GBUFFER[index]), material_draws(scene));
         match &self.previous {

@@ -21,10 +21,10 @@ use crate::graph::{Error, Frame, FrameStats, Gpu, Image};
 use crate::render::screen_image;
 
 /// The technique, of one scene.
-struct CascadedLpv {
+pub struct CascadedLpv {
     layout: Layout,
-    /// Outermost first.
-    levels: Vec<Cells>,
+    /// The grids, outermost first.
+    pub levels: Vec<Cells>,
     /// Whether light comes into a grid from the one around it.
     takes_light: bool,
     lookup: Lookup,
@@ -32,33 +32,38 @@ struct CascadedLpv {
 }
 
 fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>, Error> {
-    let Context {
-        gpu, scene, size, ..
-    } = *context;
-    let layout = Layout::new(
-        scene.lit_bounds(),
-        settings.count("resolution"),
-        settings.count("levels"),
-        settings.number("cell_size"),
-    );
-    let specular = || screen_image(gpu, "lpv.specular", size);
-    let grids = layout.grids(context.eye);
-    Ok(Box::new(CascadedLpv {
-        layout,
-        levels: Cells::nested(gpu, scene, &grids, CellSettings::new(settings))?,
-        takes_light: settings.is("nesting", "inflow"),
-        lookup: Lookup {
-            shift: settings.number("gather_shift"),
-            blend: settings.number("blend"),
-        },
-        light: IndirectLight {
-            diffuse: screen_image(gpu, "lpv.diffuse", size)?,
-            specular: scene.is_glossy.then(specular).transpose()?,
-        },
-    }))
+    Ok(Box::new(CascadedLpv::new(context, settings)?))
 }
 
 impl CascadedLpv {
+    /// Allocates, for where the camera is.
+    pub fn new(context: &Context<'_>, settings: &Settings) -> Result<Self, Error> {
+        let Context {
+            gpu, scene, size, ..
+        } = *context;
+        let layout = Layout::new(
+            scene.lit_bounds(),
+            settings.count("resolution"),
+            settings.count("levels"),
+            settings.number("cell_size"),
+        );
+        let specular = || screen_image(gpu, "lpv.specular", size);
+        let grids = layout.grids(context.eye);
+        Ok(CascadedLpv {
+            layout,
+            levels: Cells::nested(gpu, scene, &grids, CellSettings::new(settings))?,
+            takes_light: settings.is("nesting", "inflow"),
+            lookup: Lookup {
+                shift: settings.number("gather_shift"),
+                blend: settings.number("blend"),
+            },
+            light: IndirectLight {
+                diffuse: screen_image(gpu, "lpv.diffuse", size)?,
+                specular: scene.is_glossy.then(specular).transpose()?,
+            },
+        })
+    }
+
     fn nesting(&self, level: usize) -> Nesting {
         if !self.takes_light {
             return Nesting::default();

@@ -1,0 +1,296 @@
+//! Nested grids of light propagation volumes: light from outer to inner ones, and what moves.
+
+use std::collections::HashMap;
+use std::f64::consts::PI;
+
+use crate::lpv::read_light;
+use crate::support::compare::{Largest, Worst};
+use crate::support::scenes::bundled;
+use crate::support::{Random, ValidatedGpu, gpu, read_words};
+use glam::{DVec3, DVec4, IVec3, Vec3};
+use lumivox::gi::lpv::cascaded::{self, CascadedLpv};
+use lumivox::gi::lpv::faces::Side;
+use lumivox::gi::lpv::inject::flux_unit;
+use lumivox::gi::lpv::oracle::{self, Boundary};
+use lumivox::gi::lpv::{CellGrid, Cells, Propagation};
+use lumivox::gi::{Change, Context, Inputs, MapNeeds, Settings, Technique};
+use lumivox::graph::{Frame, Gpu};
+use lumivox::render::{GBuffer, GpuScene, LightMaps, Output};
+use lumivox::scene::Scene;
+
+const SIZE: [u32; 2] = [8, 8];
+
+fn settings(pairs: &[&str]) -> Settings {
+    cascaded::ENTRY.settings(Some("accurate"), pairs).unwrap()
+}
+
+/// The technique in a scene, and what it reads.
+struct Walk<'g> {
+    gpu: &'g ValidatedGpu,
+    scene: GpuScene,
+    maps: LightMaps,
+    gbuffer: GBuffer,
+    output: Output,
+    technique: CascadedLpv,
+}
+
+impl<'g> Walk<'g> {
+    fn new(gpu: &'g ValidatedGpu, scene: &Scene, settings: &Settings, eye: Vec3) -> Self {
+        let on_gpu = GpuScene::new(gpu, scene).unwrap();
+        let constants = on_gpu.frame_constants(&scene.camera, SIZE);
+        on_gpu.set_frame(gpu, &constants).unwrap();
+        let context = Context {
+            gpu,
+            scene: &on_gpu,
+            size: SIZE,
+            eye,
+        };
+        let mut technique = CascadedLpv::new(&context, settings).unwrap();
+        technique.build(&context).unwrap();
+        let is_reflective = technique.needs().maps == MapNeeds::Reflective;
+        Walk {
+            gpu,
+            maps: LightMaps::new(gpu, &on_gpu, 64, is_reflective).unwrap(),
+            gbuffer: GBuffer::new(gpu, &on_gpu, SIZE, false).unwrap(),
+            output: Output::new(gpu, SIZE).unwrap(),
+            scene: on_gpu,
+            technique,
+        }
+    }
+
+    fn follow(&mut self, eye: Vec3) {
+        let context = Context {
+            gpu: self.gpu,
+            scene: &self.scene,
+            size: SIZE,
+            eye,
+        };
+        self.technique.follow(&context, Change::Camera).unwrap();
+    }
+
+    fn light(&mut self) {
+        let mut frame = Frame::new();
+        frame.set_scene(&self.scene.set, &self.scene.materials);
+        self.maps.draw(&mut frame, &self.scene);
+        let given = Inputs {
+            scene: &self.scene,
+            maps: &self.maps,
+            gbuffer: &self.gbuffer,
+            direct: &self.output.direct,
+        };
+        self.technique.update(&mut frame, &given);
+        self.gpu.submit(frame).unwrap();
+    }
+
+    /// All that the levels hold, bit by bit, with sides by cell and face.
+    fn state(&mut self) -> Vec<Vec<u32>> {
+        self.light();
+        let light = self.gpu.read_image(&self.technique.levels[0].light, 0, 0);
+        let light = bytemuck::pod_collect_to_vec(&light.unwrap());
+        let mut all = Vec::new();
+        for cells in &self.technique.levels {
+            let words = read_words(self.gpu, &cells.faces.words);
+            if let Some(sides) = &cells.faces.sides {
+                let list = read_words(self.gpu, &sides.list);
+                let row = size_of::<Side>() / 4;
+                let first = |word: &u32| (word >> 8) as usize * row;
+                let of = |word: &u32| {
+                    list[first(word)..][..row * (word & 63).count_ones() as usize].to_vec()
+                };
+                let opaque = words.iter().filter(|word| **word & 63 != 0);
+                all.push(opaque.flat_map(of).collect());
+            }
+            all.push(words.iter().map(|word| word & 63).collect());
+        }
+        all.push(light);
+        all
+    }
+}
+
+fn side_light(gpu: &Gpu, cells: &Cells) -> Vec<DVec4> {
+    let Some(sides) = &cells.faces.sides else {
+        return Vec::new();
+    };
+    let texels = gpu.read_buffer(&sides.light).unwrap();
+    let texels: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&texels);
+    let radiance = |texel: &[f32; 4]| f64::from(cells.scale) * DVec4::from(texel.map(f64::from));
+    texels.iter().map(radiance).collect()
+}
+
+fn flux_of(gpu: &Gpu, cells: &Cells, unit: f64) -> Vec<[DVec3; 3]> {
+    let steps = read_words(gpu, &cells.flux);
+    let count = cells.grid.count() as usize;
+    let number =
+        |cell: usize, place: usize| unit * f64::from(steps[place * count + cell].cast_signed());
+    let colour =
+        |cell, colour: usize| DVec3::from([0, 1, 2].map(|axis| number(cell, 3 * colour + axis)));
+    (0..count)
+        .map(|cell| [0, 1, 2].map(|of| colour(cell, of)))
+        .collect()
+}
+
+fn cell_at(grid: &CellGrid, index: usize) -> IVec3 {
+    let (index, size) = (index as u32, grid.size);
+    IVec3::new(
+        (index % size.x).cast_signed(),
+        (index / size.x % size.y).cast_signed(),
+        (index / (size.x * size.y)).cast_signed(),
+    )
+}
+
+/// From the outermost grid inwards, each as the oracle sweeps it with what the oracle's sweep of the
+/// grid around it brings to its border.
+#[test]
+fn nested_light_is_the_oracles() {
+    let gpu = gpu();
+    let scene = bundled("cornell");
+    for (source, directions, eye) in [
+        ("faces", 33, Vec3::new(0.1, 0.7, 0.2)),
+        ("rsm", 40, Vec3::new(-0.6, 1.4, -0.3)),
+    ] {
+        let pairs = [
+            "resolution=16".to_owned(),
+            format!("source={source}"),
+            format!("directions={directions}"),
+        ];
+        let settings = settings(&pairs.each_ref().map(String::as_str));
+        let mut walk = Walk::new(&gpu, &scene, &settings, eye);
+        walk.light();
+        let mut outer: Option<(CellGrid, HashMap<[u64; 3], Vec<DVec4>>)> = None;
+        assert_eq!(walk.technique.levels.len(), 3);
+        for (level, cells) in walk.technique.levels.iter().enumerate() {
+            let Propagation::Sweep(sweep) = &*cells.propagation else {
+                panic!("there is no sweep");
+            };
+            let grid = &cells.grid;
+            let unit = f64::from(flux_unit(&walk.scene.lights, grid));
+            let (words, sides) = (
+                read_words(&gpu, &cells.faces.words),
+                side_light(&gpu, cells),
+            );
+            let flux = flux_of(&gpu, cells, unit);
+            let face_m2 = f64::from(grid.cell_size).powi(2);
+            let key = |direction: DVec3| direction.to_array().map(f64::to_bits);
+            let boundary = Boundary {
+                faces: &words,
+                side: &|cell, face| {
+                    let before = (words[cell] & ((1 << face) - 1)).count_ones();
+                    let place = ((words[cell] >> 8) + before) as usize;
+                    sides.get(place).copied().unwrap_or_default()
+                },
+                inflow: &|cell, face, direction| {
+                    let Some((around, fields)) = &outer else {
+                        return DVec4::W;
+                    };
+                    let mut behind: IVec3 = (grid.first + cell_at(grid, cell)) >> 1;
+                    behind[(face / 2) as usize] += if face % 2 == 0 { -1 } else { 1 };
+                    let place = (behind - around.first).as_uvec3();
+                    fields[&key(direction)][around.index(place)]
+                },
+                source: &|cell, direction| {
+                    let [r, g, b] = flux[cell].map(|vector| vector.dot(direction).max(0.0));
+                    DVec3::new(r, g, b).extend(0.0) / (PI * face_m2)
+                },
+            };
+            let swept = oracle::sweep(grid, &sweep.directions, &boundary);
+            let got = read_light(&gpu, cells);
+            let largest = |channel: usize| {
+                let all = swept.light.iter().map(|cell| cell[0][channel].abs());
+                all.worst().max(1e-9)
+            };
+            let scale = DVec4::from([0, 1, 2, 3].map(largest));
+            let errors = got.iter().zip(&swept.light).flat_map(|(got, expected)| {
+                let error = |i: usize| {
+                    let slack = scale + 20.0 * expected[i].abs();
+                    ((got[i] - expected[i]) / slack).abs().truncate().largest()
+                };
+                (0..9).map(error)
+            });
+            let worst = errors.worst();
+            println!("{source}, level {level}: {worst:.1e}");
+            assert!(worst < 2e-3, "{source}, level {level}");
+            let all = sweep.directions.all.iter();
+            let field = |&(direction, _): &(DVec3, f64)| {
+                (key(direction), oracle::field(grid, &boundary, direction))
+            };
+            outer = Some((*grid, all.map(field).collect()));
+        }
+    }
+}
+
+fn same_bits(name: &str, got: &[Vec<u32>], expected: &[Vec<u32>]) {
+    for (part, (got, expected)) in got.iter().zip(expected).enumerate() {
+        assert_eq!(got.len(), expected.len(), "{name}, part {part}: lengths");
+        let differ = |(_, (a, b)): &(usize, (&u32, &u32))| a != b;
+        let different: Vec<_> = got
+            .iter()
+            .zip(expected)
+            .enumerate()
+            .filter(differ)
+            .collect();
+        let first = &different[..different.len().min(8)];
+        assert!(
+            different.is_empty(),
+            "{name}, part {part}: {} of {} words differ, the first {first:x?}",
+            different.len(),
+            got.len()
+        );
+    }
+}
+
+/// 1,000 steps there and back, over the borders of cells of all levels: every bit of faces, sides
+/// and light is as before, and as in grids that were never elsewhere.
+#[test]
+fn a_walk_there_and_back_leaves_every_bit() {
+    let gpu = gpu();
+    let mut random = Random::new(20);
+    for (name, cell_size, steps) in [("cornell", 0.05, 1000), ("atrium", 0.4, 150)] {
+        let scene = bundled(name);
+        let size = format!("cell_size={cell_size}");
+        let settings = settings(&["resolution=16", "levels=3", "directions=24", &size]);
+        let start = scene.camera.eye.lerp(scene.camera.target, 0.4);
+        let mut walk = Walk::new(&gpu, &scene, &settings, start);
+        let before = walk.state();
+        let mut path = vec![start];
+        let mut heading = Vec3::new(0.7, 0.2, -0.6);
+        for _ in 0..steps {
+            let at = path[path.len() - 1] + cell_size * heading;
+            let (low, high) = scene.bounds().unwrap();
+            let is_inside = at.clamp(low, high) == at;
+            if !is_inside || random.unit() < 0.05 {
+                heading = 2.0 * Vec3::from([0, 1, 2].map(|_| random.unit())) - 1.0;
+            }
+            if is_inside {
+                path.push(at);
+            }
+        }
+        let mut moves = 0;
+        let mut go = |walk: &mut Walk<'_>, eye: Vec3| {
+            let places = |walk: &Walk<'_>| {
+                let grids = walk.technique.levels.iter().map(|cells| cells.grid.first);
+                grids.collect::<Vec<_>>()
+            };
+            let from = places(walk);
+            walk.follow(eye);
+            let after = places(walk);
+            moves += from.iter().zip(&after).filter(|(a, b)| a != b).count();
+        };
+        for eye in &path {
+            go(&mut walk, *eye);
+        }
+        let far = walk.state();
+        let end = path[path.len() - 1];
+        let fresh = Walk::new(&gpu, &scene, &settings, end).state();
+        same_bits(
+            &format!("{name}, grids that were never elsewhere"),
+            &far,
+            &fresh,
+        );
+        for eye in path.iter().rev() {
+            go(&mut walk, *eye);
+        }
+        same_bits(&format!("{name}, back again"), &walk.state(), &before);
+        println!("{name}: {} steps, {moves} moves of levels", path.len());
+        assert!(moves > 100, "{name}: {moves} moves");
+    }
+}
