@@ -3,6 +3,7 @@
 mod faces;
 mod light;
 pub mod lobes;
+pub mod octree;
 mod sweep;
 
 pub use faces::{Crossings, crossings};
