@@ -4,8 +4,10 @@ mod faces;
 mod light;
 pub mod lobes;
 pub mod octree;
+pub mod simulator;
 mod sweep;
 
 pub use faces::{Crossings, crossings};
 pub use light::{Texel, inject, irradiance};
+pub(crate) use sweep::neighbour;
 pub use sweep::{Boundary, Ledger, Swept, jacobi, sweep};
