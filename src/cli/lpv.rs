@@ -142,20 +142,21 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
         .map(|name| Propagator::new(name, args.directions).map_err(CliError::input))
         .collect::<Result<_, _>>()?;
     check_memory(&setup, &propagators)?;
+    let plans: Vec<Plan<'_>> = propagators
+        .iter()
+        .map(|propagator| Plan::new(args, &setup, propagator))
+        .collect::<Result<_, _>>()?;
     make_folder(&args.output)?;
     let mut recorders = Vec::new();
     let bar = progress_bar(quiet, 0);
-    for propagator in &propagators {
+    for Plan {
+        propagator,
+        actions,
+        shown,
+    } in plans
+    {
         bar.set_message(propagator.name.clone());
         let mut recorder = Recorder::new(&setup, propagator, args.reference_iterations);
-        let levels = recorder.run.levels.len();
-        let shown = shown(args, levels, &propagator.name)?;
-        let actions = if args.actions.is_empty() {
-            Run::automatic(propagator.structure, levels, args.iterations)
-        } else {
-            args.actions.clone()
-        };
-        check_actions(&actions, levels, &propagator.name)?;
         bar.inc_length(actions.len() as u64);
         for (number, action) in (1..).zip(&actions) {
             recorder.act(*action);
@@ -193,6 +194,30 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     }
     say(&format!("written to {}", args.output.display()));
     Ok(())
+}
+
+/// What is done with a propagator.
+struct Plan<'p> {
+    propagator: &'p Propagator,
+    actions: Vec<Action>,
+    shown: Shown,
+}
+
+impl<'p> Plan<'p> {
+    fn new(args: &Args, setup: &Setup, propagator: &'p Propagator) -> Result<Self, CliError> {
+        let levels = setup.level_count(propagator.structure);
+        let actions = if args.actions.is_empty() {
+            Run::automatic(propagator.structure, levels, args.iterations)
+        } else {
+            args.actions.clone()
+        };
+        check_actions(&actions, levels, &propagator.name)?;
+        Ok(Plan {
+            propagator,
+            actions,
+            shown: shown(args, levels, &propagator.name)?,
+        })
+    }
 }
 
 fn check_number(option: &str, value: f64, most: f64) -> Result<(), CliError> {

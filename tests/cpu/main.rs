@@ -13,6 +13,7 @@ mod layers;
 mod lpv;
 mod lpv_lobes;
 mod lpv_octree;
+mod lpv_octree_claims;
 mod lpv_simulator;
 mod metrics;
 mod output;

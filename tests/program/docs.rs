@@ -117,6 +117,11 @@ fn small(command: &str) -> Vec<String> {
             unset(&mut words, "--max-error");
             set(&mut words, "--spp", "4");
         }
+        "lpv" => {
+            // Places of cells are those of the grid that the page has.
+            set(&mut words, "--iterations", "2");
+            words.retain(|word| word != "--each");
+        }
         "explain" => {
             set(&mut words, "--size", "16x12");
             set(&mut words, "--shadow-resolution", "64");

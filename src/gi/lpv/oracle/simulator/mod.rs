@@ -143,6 +143,14 @@ impl Setup {
         }
     }
 
+    /// How many grids light goes through.
+    pub fn level_count(&self, structure: Structure) -> usize {
+        match structure {
+            Structure::Uniform => 1,
+            Structure::Octree | Structure::Residual => octree::levels(self.grid).len(),
+        }
+    }
+
     /// The grids of all levels with their opaque faces, the finest first.
     fn levels(&self, structure: Structure) -> Vec<(CellGrid, Vec<u32>)> {
         let mut levels = vec![(self.grid, self.faces.clone())];
