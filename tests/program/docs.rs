@@ -118,9 +118,11 @@ fn small(command: &str) -> Vec<String> {
             set(&mut words, "--spp", "4");
         }
         "lpv" => {
-            // Places of cells are those of the grid that the page has.
-            set(&mut words, "--iterations", "2");
-            words.retain(|word| word != "--each");
+            for option in ["--iterations", "--reference-iterations"] {
+                if words.iter().any(|word| word == option) {
+                    set(&mut words, option, "2");
+                }
+            }
         }
         "explain" => {
             set(&mut words, "--size", "16x12");

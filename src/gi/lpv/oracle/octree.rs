@@ -70,7 +70,8 @@ pub fn sum_of_children(fine: &CellGrid, coarse: &CellGrid, cells: &[Lobe]) -> Ve
 /// Opaque faces of the next level. A segment between two centres crosses a fine face in the middle,
 /// and has one at either end; the lower of the two is its own, so that no wall is lost or doubled.
 /// It is opaque where any of its four columns is: what is closed stays closed, and a door that is
-/// narrower than a coarse cell closes.
+/// narrower than a coarse cell closes. But a coarse cell that a wall goes through has the light of
+/// both its sides.
 pub fn coarse_faces(fine: &CellGrid, coarse: &CellGrid, faces: &[u32]) -> Vec<u32> {
     let is_opaque = |cell: UVec3, axis: usize| {
         let at = |cell: UVec3| {
