@@ -10,6 +10,7 @@ mod compare;
 mod devices;
 mod explain;
 mod files;
+mod lpv;
 mod nothing;
 mod picture;
 mod reference;
@@ -74,6 +75,7 @@ enum Command {
     Compare(compare::Args),
     Explain(Box<explain::Args>),
     Stress(Box<stress::Args>),
+    Lpv(Box<lpv::Args>),
     View(Box<view::Args>),
     Voxelize(voxelize::Args),
     Devices(devices::Args),
@@ -110,6 +112,7 @@ pub fn run() -> ExitCode {
         Command::Compare(args) => compare::run(&args),
         Command::Explain(args) => explain::run(&args, cli.quiet),
         Command::Stress(args) => stress::run(&args, cli.quiet),
+        Command::Lpv(args) => lpv::run(&args, cli.quiet),
         Command::View(args) => view::run(&args),
         Command::Voxelize(args) => voxelize::run(&args, cli.quiet),
         Command::Devices(args) => devices::run(&args),

@@ -6,6 +6,7 @@ pub mod chart;
 pub mod draw;
 pub mod explain;
 mod figures;
+pub mod lpv;
 mod profile;
 pub mod records;
 pub mod report;

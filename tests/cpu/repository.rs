@@ -100,7 +100,7 @@ fn messages_have_no_debug_text() {
 }
 
 /// Where shared code may have words of one family, and why. A path that ends in / is a folder.
-const FAMILY_WORDS: [(&str, &str, &str); 9] = [
+const FAMILY_WORDS: [(&str, &str, &str); 11] = [
     ("src/gi/mod.rs", "pub mod voxel_cones", "names the families"),
     ("src/gi/registry.rs", "", "names the techniques"),
     (
@@ -109,6 +109,12 @@ const FAMILY_WORDS: [(&str, &str, &str); 9] = [
         "counts of reports, which older files have",
     ),
     ("src/cli/voxelize.rs", "", "is about voxels"),
+    (
+        "src/cli/lpv.rs",
+        "",
+        "is about light propagation volumes, in octrees too",
+    ),
+    ("src/measure/lpv/", "", "is about the same"),
     ("src/cli/mod.rs", "voxelize", "names that command"),
     (
         "src/cli/render.rs",

@@ -138,6 +138,9 @@ fn cell_at(grid: &CellGrid, index: usize) -> IVec3 {
     )
 }
 
+/// Radiance of all cells, by the bits of a direction.
+type Fields = HashMap<[u64; 3], Vec<DVec4>>;
+
 /// From the outermost grid inwards, each as the oracle sweeps it with what the oracle's sweep of the
 /// grid around it brings to its border.
 #[test]
@@ -156,7 +159,7 @@ fn nested_light_is_the_oracles() {
         let settings = settings(&pairs.each_ref().map(String::as_str));
         let mut walk = Walk::new(&gpu, &scene, &settings, eye);
         walk.light();
-        let mut outer: Option<(CellGrid, HashMap<[u64; 3], Vec<DVec4>>)> = None;
+        let mut outer: Option<(CellGrid, Fields)> = None;
         assert_eq!(walk.technique.levels.len(), 3);
         for (level, cells) in walk.technique.levels.iter().enumerate() {
             let Propagation::Sweep(sweep) = &*cells.propagation else {

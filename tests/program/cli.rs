@@ -779,6 +779,7 @@ fn no_device() {
     for line in [
         "techniques",
         "scene --list",
+        "lpv bundled:cornell --cells 8 --iterations 1 -o bench",
         "reference bundled:cornell --size 4x4 --spp 1 --no-cache -o a.exr",
     ] {
         let ran = lumivox(folder.path(), &words(line), &nothing);

@@ -41,6 +41,7 @@ const WORK: &[(&str, &str)] = &[
 const FOLDER_WORK: &[&str] = &[
     "bench bundled:cornell --size 2048x2048 --frames 100000 -o OUT",
     "scene bundled:cornell -o OUT",
+    "lpv --injector wall --cells 128 --iterations 1000 -o OUT",
 ];
 
 /// A folder with a file, a file that is not to be written, a folder where a file would go, and a

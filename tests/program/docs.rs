@@ -117,6 +117,13 @@ fn small(command: &str) -> Vec<String> {
             unset(&mut words, "--max-error");
             set(&mut words, "--spp", "4");
         }
+        "lpv" => {
+            for option in ["--iterations", "--reference-iterations"] {
+                if words.iter().any(|word| word == option) {
+                    set(&mut words, option, "2");
+                }
+            }
+        }
         "explain" => {
             set(&mut words, "--size", "16x12");
             set(&mut words, "--shadow-resolution", "64");

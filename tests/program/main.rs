@@ -11,6 +11,7 @@ mod cli_outputs;
 mod docs;
 mod faults;
 mod golden_window;
+mod lpv;
 mod scene_errors;
 mod view;
 mod voxelize;

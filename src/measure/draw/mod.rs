@@ -378,7 +378,7 @@ impl Chart {
 }
 
 /// The bundled font; drawing text fails without one.
-fn register_font() {
+pub(in crate::measure) fn register_font() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
         if plotters::style::register_font("sans-serif", FontStyle::Normal, dejavu::sans::regular())

@@ -1,5 +1,6 @@
-//! Technique `lpv-cascaded`: nested grids around the camera, each with cells twice as large as those
-//! of the grid inside it (Kaplanyan & Dachsbacher 2010, section 6; Hong 2015, section 2.5.2.7).
+//! Technique `lpv-cascaded`: nested grids around the camera, each with cells twice as large as
+//! those of the grid inside it (Kaplanyan & Dachsbacher 2010, section 6; Hong 2015, section
+//! 2.5.2.7).
 
 mod entry;
 pub mod layout;

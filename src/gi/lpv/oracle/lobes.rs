@@ -64,13 +64,13 @@ pub fn blockers(texels: impl IntoIterator<Item = Texel>, grid: &CellGrid) -> Vec
 }
 
 /// Two bands: √(1/4π), and √(3/4π) (y, z, x).
-fn basis(d: DVec3) -> DVec4 {
+pub(crate) fn basis(d: DVec3) -> DVec4 {
     let band = (0.75 / PI).sqrt() * DVec3::new(d.y, d.z, d.x);
     DVec4::new((0.25 / PI).sqrt(), band.x, band.y, band.z)
 }
 
 /// ⟨d,ω⟩₊ in two bands: √π/2, and √(π/3) (y, z, x).
-fn cosine_lobe(d: DVec3) -> DVec4 {
+pub(crate) fn cosine_lobe(d: DVec3) -> DVec4 {
     let band = (PI / 3.0).sqrt() * DVec3::new(d.y, d.z, d.x);
     DVec4::new(0.5 * PI.sqrt(), band.x, band.y, band.z)
 }
@@ -112,7 +112,7 @@ pub fn seed(
 }
 
 /// Solid angles of the far face and of a side one, 1½ and about 1 cell away (sr).
-fn solid_angles() -> [f64; 2] {
+pub(crate) fn solid_angles() -> [f64; 2] {
     let far = 4.0 * (0.25 / (1.5 * 2.75f64.sqrt())).atan();
     [far, 0.25 * (4.0 * PI / 6.0 - far)]
 }
@@ -132,7 +132,7 @@ fn blocking(grid: &CellGrid, blockers: &[DVec4], cell: UVec3, face: u32) -> DVec
 }
 
 /// What goes into a cell through each of its faces.
-fn streams() -> &'static [DMat4; 6] {
+pub(crate) fn streams() -> &'static [DMat4; 6] {
     static STREAMS: OnceLock<[DMat4; 6]> = OnceLock::new();
     STREAMS.get_or_init(|| [0, 1, 2, 3, 4, 5].map(|face| stream(-axis_direction(face))))
 }

@@ -53,7 +53,7 @@ fn face(direction: DVec3, axis: usize, is_upwind: bool) -> u32 {
 }
 
 /// The neighbour of a cell through a face; `None` where the border is.
-pub(super) fn neighbour(grid: &CellGrid, cell: UVec3, face: u32) -> Option<UVec3> {
+pub(crate) fn neighbour(grid: &CellGrid, cell: UVec3, face: u32) -> Option<UVec3> {
     let axis = (face / 2) as usize;
     let mut next = cell;
     next[axis] = if face.is_multiple_of(2) {
