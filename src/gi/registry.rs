@@ -15,6 +15,7 @@ pub static TECHNIQUES: &[&Entry] = &[
     &svo::ENTRY,
     &clipmap::ENTRY,
     &lpv::uniform::ENTRY,
+    &lpv::octree::ENTRY,
 ];
 
 /// The technique that commands take where none is named.

@@ -12,6 +12,7 @@ mod graph;
 mod layers;
 mod lpv;
 mod lpv_lobes;
+mod lpv_octree;
 mod metrics;
 mod output;
 mod placement;

@@ -21,6 +21,7 @@ mod frame;
 mod golden;
 mod lpv;
 mod lpv_lobes;
+mod lpv_octree;
 mod oracle_attributes;
 mod oracle_direct;
 mod oracle_gather;

@@ -5,6 +5,8 @@ use std::sync::Arc;
 use super::faces::Faces;
 use super::grid::CellGrid;
 use super::inject::{FLUX_NUMBERS, POWER_NUMBERS, flux_unit, inject};
+use super::leaf_sweep::LeafSweep;
+use super::leaves::LeafSettings;
 use super::lobes::{LobeSettings, Lobes, Occlusion};
 use super::sweep::Sweep;
 use crate::gi::Settings;
@@ -37,6 +39,8 @@ pub struct CellSettings {
     pub occlusion: Occlusion,
     /// How lobes are handed on, where no directions are swept.
     pub lobes: Option<LobeSettings>,
+    /// Where cells are leaves of an octree, those that are swept.
+    pub leaves: Option<LeafSettings>,
 }
 
 impl CellSettings {
@@ -57,6 +61,7 @@ impl CellSettings {
             injection_shift: settings.number("injection_shift"),
             occlusion: Occlusion::new(settings),
             lobes: LobeSettings::new(settings),
+            leaves: None,
         }
     }
 }
@@ -65,6 +70,8 @@ impl CellSettings {
 pub enum Propagation {
     /// Along discrete directions.
     Sweep(Sweep),
+    /// Along discrete directions, by leaves of an octree.
+    Leaves(LeafSweep),
     /// As lobes.
     Lobes(Lobes),
 }
@@ -77,8 +84,8 @@ pub struct Cells {
     pub settings: CellSettings,
     /// Which neighbours cannot see each other.
     pub faces: Faces,
-    /// Injected flux, x, y and z of red, of green, of blue, each for all cells: integers of
-    /// [`flux_unit`]. For lobes then also the power, red, green, blue.
+    /// Injected flux, x, y and z of red, of green, of blue, each for all cells, or leaves of an
+    /// octree: integers of [`flux_unit`]. For lobes then also the power, red, green, blue.
     pub flux: Arc<Buffer>,
     /// From cells to all others.
     pub propagation: Propagation,
@@ -105,6 +112,15 @@ fn radiance_scale(scene: &GpuScene, grid: &CellGrid) -> f32 {
         .exp2()
 }
 
+fn flux(gpu: &Gpu, numbers: u32) -> Result<Arc<Buffer>, Error> {
+    gpu.create_buffer(&BufferDesc {
+        name: "lpv.flux".into(),
+        size_bytes: 4 * u64::from(numbers.max(4)),
+        usage: BufferUsage::Storage,
+        owner: Owner::Store,
+    })
+}
+
 impl Cells {
     /// Allocates.
     pub fn new(
@@ -116,21 +132,21 @@ impl Cells {
         let faces_send =
             settings.source == Source::Faces || settings.bounces > 1 || scene.is_emissive;
         let power_numbers = settings.lobes.map_or(0, |_| POWER_NUMBERS);
+        // Of leaves there is the number once they are found.
+        let receivers = settings.leaves.map_or(grid.count(), |_| 0);
         Ok(Cells {
             grid,
             settings,
             faces: Faces::new(gpu, grid, faces_send)?,
-            flux: gpu.create_buffer(&BufferDesc {
-                name: "lpv.flux".into(),
-                size_bytes: 4 * u64::from((FLUX_NUMBERS + power_numbers) * grid.count()),
-                usage: BufferUsage::Storage,
-                owner: Owner::Store,
-            })?,
-            propagation: match settings.lobes {
-                None => Propagation::Sweep(Sweep::new(gpu, grid, settings.directions)?),
-                Some(lobes) => {
+            flux: flux(gpu, (FLUX_NUMBERS + power_numbers) * receivers)?,
+            propagation: match (settings.lobes, settings.leaves) {
+                (Some(lobes), _) => {
                     Propagation::Lobes(Lobes::new(gpu, grid, lobes, settings.occlusion)?)
                 }
+                (None, Some(leaves)) => {
+                    Propagation::Leaves(LeafSweep::new(gpu, grid, (settings.directions, leaves))?)
+                }
+                (None, None) => Propagation::Sweep(Sweep::new(gpu, grid, settings.directions)?),
             },
             scale: 1.0,
         })
@@ -139,18 +155,37 @@ impl Cells {
     /// Finds the opaque faces. A sweep that is to be stopped by none has none; lobes leave them
     /// out on their way, but may start there, and the view shows them.
     pub fn find_faces(&mut self, gpu: &Gpu, scene: &GpuScene) -> Result<FrameStats, Error> {
-        if self.settings.occlusion == Occlusion::Faces || self.settings.lobes.is_some() {
-            return self.faces.find(gpu, scene);
+        let has_faces = self.settings.occlusion == Occlusion::Faces;
+        let stats = if has_faces || self.settings.lobes.is_some() {
+            self.faces.find(gpu, scene)?
+        } else {
+            let mut frame = Frame::new();
+            frame.fill("lpv.clear_faces", &self.faces.words, 0);
+            gpu.submit(frame)?
+        };
+        if let Propagation::Leaves(sweep) = &mut self.propagation {
+            sweep.divide(gpu, &self.faces)?;
+            let numbers = FLUX_NUMBERS * sweep.leaves.all.len() as u32;
+            if self.flux.size_bytes() < 4 * u64::from(numbers) {
+                self.flux = flux(gpu, numbers)?;
+            }
         }
-        let mut frame = Frame::new();
-        frame.fill("lpv.clear_faces", &self.faces.words, 0);
-        gpu.submit(frame)
+        Ok(stats)
+    }
+
+    /// How many cells, or leaves, have flux.
+    pub(super) fn receivers(&self) -> u32 {
+        match &self.propagation {
+            Propagation::Leaves(sweep) => sweep.leaves.all.len() as u32,
+            Propagation::Sweep(_) | Propagation::Lobes(_) => self.grid.count(),
+        }
     }
 
     /// The light of all cells (see [`Sweep::light`]), in steps of [`Cells::scale`].
     pub fn volume(&self) -> &Arc<Image> {
         match &self.propagation {
             Propagation::Sweep(sweep) => &sweep.light,
+            Propagation::Leaves(sweep) => &sweep.light,
             Propagation::Lobes(lobes) => &lobes.light,
         }
     }
@@ -174,6 +209,7 @@ impl Cells {
             let flux = (&self.flux, flux_unit / self.scale);
             match &self.propagation {
                 Propagation::Sweep(sweep) => sweep.run(frame, &self.faces, flux),
+                Propagation::Leaves(sweep) => sweep.run(frame, &self.faces, flux),
                 Propagation::Lobes(lobes) => lobes.run(frame, &self.faces, flux),
             }
         }

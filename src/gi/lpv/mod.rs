@@ -4,11 +4,13 @@
 //! - [`faces`]: which neighbours cannot see each other, and what they see instead.
 //! - [`inject`]: what surfaces reflect, into cells.
 //! - [`sweep`]: from cells to all others, along discrete directions.
+//! - [`leaf_sweep`]: the same by [`leaves`] of an octree, in the order of a [`schedule`].
 //! - [`lobes`]: the same by the published method, and [`blockers`], its fuzzy occlusion.
 //! - [`gather`]: from cells to pixels.
 //! - [`view`]: cells to look at.
 //!
-//! [`Cells`] is all from surfaces to cells, for one grid. [`uniform`] is a technique of one grid.
+//! [`Cells`] is all from surfaces to cells, for one grid. [`uniform`] is a technique of one grid,
+//! [`octree`] one whose cells are larger far from surfaces.
 
 pub mod blockers;
 mod cells;
@@ -17,8 +19,12 @@ pub mod faces;
 pub mod gather;
 mod grid;
 pub mod inject;
+pub mod leaf_sweep;
+pub mod leaves;
 pub mod lobes;
+pub mod octree;
 pub mod oracle;
+pub mod schedule;
 mod settings;
 pub mod sweep;
 pub mod uniform;

@@ -1,10 +1,12 @@
 //! Plain twins of the passes, in double precision.
 
 mod faces;
+mod leaves;
 mod light;
 pub mod lobes;
 mod sweep;
 
 pub use faces::{Crossings, crossings};
+pub use leaves::{leaf_of, sweep_leaves};
 pub use light::{Texel, inject, irradiance};
 pub use sweep::{Boundary, Ledger, Swept, jacobi, sweep};

@@ -39,7 +39,7 @@ static PRESETS: &[Preset] = &[
 /// The row of the registry.
 pub static ENTRY: Entry = Entry {
     bounces: |settings| Some(settings.count("bounces")),
-    settings: &[SETTINGS, settings::SETTINGS],
+    settings: &[SETTINGS, settings::CELL_SETTINGS, settings::LOBE_SETTINGS],
     rules: &[RULES],
     check: settings::check,
     presets: PRESETS,

@@ -1,0 +1,109 @@
+//! Technique `lpv-octree`: cells are larger far from surfaces.
+
+mod entry;
+
+use std::sync::Arc;
+
+pub use entry::ENTRY;
+
+use super::leaves::LeafSettings;
+use super::{CellGrid, CellSettings, Cells, Propagation, Source, gather, view};
+use crate::gi::inspect::ViewRow;
+use crate::gi::{
+    Answer, Context, IndirectLight, Inputs, Inspect, MapNeeds, Needs, Settings, Technique,
+};
+use crate::graph::{Error, Frame, FrameStats, Gpu, Image};
+use crate::render::screen_image;
+
+/// Empty cells around the scene.
+const MARGIN: u32 = 1;
+
+/// The technique, of one scene.
+struct LpvOctree {
+    cells: Cells,
+    gather_shift: f32,
+    light: IndirectLight,
+}
+
+fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>, Error> {
+    let Context {
+        gpu, scene, size, ..
+    } = *context;
+    let grid = CellGrid::around(scene.lit_bounds(), settings.count("resolution"), MARGIN);
+    let cell_settings = CellSettings {
+        leaves: Some(LeafSettings {
+            guard: settings.count("guard"),
+            max_level: settings.count("max_level"),
+        }),
+        ..CellSettings::new(settings)
+    };
+    let specular = || screen_image(gpu, "lpv.specular", size);
+    Ok(Box::new(LpvOctree {
+        cells: Cells::new(gpu, scene, grid, cell_settings)?,
+        gather_shift: settings.number("gather_shift"),
+        light: IndirectLight {
+            diffuse: screen_image(gpu, "lpv.diffuse", size)?,
+            specular: scene.is_glossy.then(specular).transpose()?,
+        },
+    }))
+}
+
+impl Technique for LpvOctree {
+    fn needs(&self) -> Needs {
+        let maps = match self.cells.settings.source {
+            Source::Rsm => MapNeeds::Reflective,
+            Source::Faces => MapNeeds::Shadows,
+        };
+        Needs {
+            maps,
+            motion: false,
+        }
+    }
+
+    fn build(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
+        self.cells.find_faces(context.gpu, context.scene)
+    }
+
+    fn update(&mut self, frame: &mut Frame, given: &Inputs<'_>) {
+        self.cells.light(frame, given.scene, given.maps);
+    }
+
+    fn gather(&mut self, frame: &mut Frame, given: &Inputs<'_>) -> Answer {
+        gather::gather(
+            frame,
+            given.gbuffer,
+            &self.cells,
+            self.gather_shift,
+            &self.light,
+        );
+        Answer {
+            indirect: self.light.clone(),
+            has_direct: false,
+        }
+    }
+}
+
+impl Inspect for LpvOctree {
+    fn counts(&self, _gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {
+        let sides = self.cells.faces.sides.as_ref();
+        let sides = sides.map(|sides| ("opaque_sides", u64::from(sides.count)));
+        let leaves = match &self.cells.propagation {
+            Propagation::Leaves(sweep) => Some(("leaves", sweep.leaves.all.len() as u64)),
+            Propagation::Sweep(_) | Propagation::Lobes(_) => None,
+        };
+        let cells = ("cells", u64::from(self.cells.grid.count()));
+        Ok([Some(cells), leaves, sides].into_iter().flatten().collect())
+    }
+
+    fn cell_size(&self) -> Option<f32> {
+        Some(self.cells.grid.cell_size)
+    }
+
+    fn levels(&self, view: &ViewRow) -> u32 {
+        u32::from(*view == view::CELLS)
+    }
+
+    fn draw_view(&self, frame: &mut Frame, _view: &ViewRow, _level: u32, seen: &Arc<Image>) {
+        view::draw(frame, &self.cells, seen);
+    }
+}
