@@ -16,6 +16,7 @@ pub static TECHNIQUES: &[&Entry] = &[
     &clipmap::ENTRY,
     &lpv::uniform::ENTRY,
     &lpv::cascaded::ENTRY,
+    &lpv::octree::ENTRY,
 ];
 
 /// The technique that commands take where none is named.

@@ -11,6 +11,7 @@ mod flip;
 mod graph;
 mod layers;
 mod lpv;
+mod lpv_leaves;
 mod lpv_lobes;
 mod lpv_octree;
 mod lpv_octree_claims;

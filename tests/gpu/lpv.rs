@@ -26,6 +26,7 @@ pub(crate) const SETTINGS: CellSettings = CellSettings {
     injection_shift: 0.5,
     occlusion: Occlusion::Faces,
     lobes: None,
+    leaves: None,
 };
 
 /// A grid in general position: no wall of a bundled scene lies on a centre.
@@ -49,7 +50,7 @@ pub(crate) struct Lit {
     pub(crate) cells: Cells,
     /// Words of faces.
     pub(crate) words: Vec<u32>,
-    /// Flux vectors (W).
+    /// Flux vectors, of cells or leaves (W).
     pub(crate) flux: Vec<[DVec3; 3]>,
     pub(crate) light: Vec<[DVec4; 9]>,
 }
@@ -82,7 +83,10 @@ pub(crate) fn light_in(
     let words = read_words(gpu, &cells.faces.words);
     let unit = f64::from(flux_unit(&scene_on.lights, &grid));
     let steps = read_words(gpu, &cells.flux);
-    let count = grid.count() as usize;
+    let count = match &*cells.propagation {
+        Propagation::Leaves(sweep) => sweep.leaves.all.len(),
+        _ => grid.count() as usize,
+    };
     let flux = |cell: usize| {
         [0, 1, 2].map(|colour| {
             DVec3::from([0, 1, 2].map(|axis| {

@@ -22,6 +22,7 @@ mod golden;
 mod lpv;
 mod lpv_cascaded;
 mod lpv_lobes;
+mod lpv_octree;
 mod oracle_attributes;
 mod oracle_direct;
 mod oracle_gather;

@@ -91,7 +91,7 @@ struct Life {
 }
 
 /// Few, which run every pass of every technique between them.
-const LIVES: [Life; 14] = [
+const LIVES: [Life; 16] = [
     Life {
         technique: "none",
         preset: None,
@@ -115,6 +115,18 @@ const LIVES: [Life; 14] = [
         preset: Some("textbook"),
         pairs: &[],
         surfaces: Surfaces::Glossy,
+    },
+    Life {
+        technique: "lpv-octree",
+        preset: Some("accurate"),
+        pairs: &[],
+        surfaces: Surfaces::Glossy,
+    },
+    Life {
+        technique: "lpv-octree",
+        preset: Some("accurate"),
+        pairs: &[("source", "faces"), ("bounces", "2")],
+        surfaces: Surfaces::Emissive,
     },
     Life {
         technique: "lpv",

@@ -11,7 +11,8 @@ layout(local_size_x = 8, local_size_y = 8) in;
 #include "shared/light_view.glsl"
 #include "gi/lpv/grid.glsl"
 
-layout(constant_id = 0) const bool POWER = false;   // also Φ itself, which lobes need
+layout(constant_id = 0) const bool POWER = false;    // also Φ itself, which lobes need
+layout(constant_id = 1) const bool LEAVES = false;   // not cells but leaves have flux
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer LightViews {
     LightView light_views[];
@@ -21,9 +22,10 @@ layout(set = 1, binding = 2) uniform utexture2DArray rsm_normal;
 layout(set = 1, binding = 3) uniform texture2DArray rsm_reflected;
 // x, y, z of red, of green, of blue; each for all cells. Then, with POWER, red, green and blue.
 layout(std430, set = 1, binding = 4) restrict buffer Flux { int flux[]; };
+layout(std430, set = 1, binding = 5) restrict readonly buffer LeafOf { uint leaf_of[]; };
 
 layout(push_constant) uniform InjectParams {
-    CellGrid grid;
+    CellGrid grid;     // size.w: cells or leaves that have flux
     float flux_unit;   // one integer step [W]
     float shift;       // off the surface [cells]
     uint stride;       // texels along an edge of the square that one texel stands for
@@ -32,7 +34,7 @@ layout(push_constant) uniform InjectParams {
 #include "gi/lpv/reflected.glsl"
 
 struct Sample {
-    int cell;     // −1: none
+    int cell;     // or leaf; −1: none
     vec3 normal;
     vec3 flux;    // of r, g, b [W]
 };
@@ -43,12 +45,14 @@ Sample read_sample(ivec2 square, int layer, LightView view) {
     vec3 root = texelFetch(sampler2DArray(rsm_reflected, nearest_clamp), found.texel, 0).rgb;
     ivec3 cell = ivec3(
         floor(shifted(to_cells(params.grid, found.position), found.normal, params.shift)));
-    return Sample(is_inside(params.grid, cell) ? cell_index(params.grid, cell) : -1, found.normal,
+    int index = is_inside(params.grid, cell) ? cell_index(params.grid, cell) : -1;
+    if (LEAVES && index >= 0) index = int(leaf_of[index]);
+    return Sample(index, found.normal,
         root * root * lights[view.light.x].power_outer.rgb * found.extent);
 }
 
 void add(int cell, mat3 sum, vec3 power) {
-    int cells = params.grid.size.x * params.grid.size.y * params.grid.size.z;
+    int cells = params.grid.size.w;
     for (int colour = 0; colour < 3; ++colour) {
         ivec3 steps = ivec3(round(sum[colour] / params.flux_unit));
         for (int axis = 0; axis < 3; ++axis)

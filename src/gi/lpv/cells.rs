@@ -7,6 +7,8 @@ use glam::UVec3;
 use super::faces::Faces;
 use super::grid::CellGrid;
 use super::inject::{FLUX_NUMBERS, POWER_NUMBERS, flux_unit, inject};
+use super::leaf_sweep::LeafSweep;
+use super::leaves::LeafSettings;
 use super::lobes::{LobeSettings, Lobes, Occlusion};
 use super::sweep::{Nesting, Sweep, volume};
 use crate::gi::{MapNeeds, Needs, Settings};
@@ -41,6 +43,8 @@ pub struct CellSettings {
     pub occlusion: Occlusion,
     /// How lobes are handed on, where no directions are swept.
     pub lobes: Option<LobeSettings>,
+    /// Where cells are leaves of an octree, those that are swept.
+    pub leaves: Option<LeafSettings>,
 }
 
 impl CellSettings {
@@ -61,6 +65,7 @@ impl CellSettings {
             injection_shift: settings.number("injection_shift"),
             occlusion: Occlusion::new(settings),
             lobes: LobeSettings::new(settings),
+            leaves: None,
         }
     }
 }
@@ -84,6 +89,8 @@ impl CellSettings {
 pub enum Propagation {
     /// Along discrete directions.
     Sweep(Sweep),
+    /// Along discrete directions, by leaves of an octree.
+    Leaves(LeafSweep),
     /// As lobes.
     Lobes(Lobes),
 }
@@ -97,9 +104,13 @@ struct Parts {
 impl Parts {
     fn new(gpu: &Gpu, size: UVec3, grids: u32, settings: &CellSettings) -> Result<Self, Error> {
         let [x, y, z] = size.to_array();
-        let propagation = match settings.lobes {
-            None => Propagation::Sweep(Sweep::new(gpu, size, settings.directions, grids - 1)?),
-            Some(lobes) => Propagation::Lobes(Lobes::new(gpu, size, lobes, settings.occlusion)?),
+        let directions = settings.directions;
+        let propagation = match (settings.lobes, settings.leaves) {
+            (Some(lobes), _) => {
+                Propagation::Lobes(Lobes::new(gpu, size, lobes, settings.occlusion)?)
+            }
+            (None, Some(leaves)) => Propagation::Leaves(LeafSweep::new(gpu, (directions, leaves))?),
+            (None, None) => Propagation::Sweep(Sweep::new(gpu, size, directions, grids - 1)?),
         };
         Ok(Parts {
             propagation: Arc::new(propagation),
@@ -121,8 +132,8 @@ pub struct Cells {
     pub settings: CellSettings,
     /// Which neighbours cannot see each other.
     pub faces: Faces,
-    /// Injected flux, x, y and z of red, of green, of blue, each for all cells: integers of
-    /// [`flux_unit`]. For lobes then also the power, red, green, blue.
+    /// Injected flux, x, y and z of red, of green, of blue, each for all cells, or leaves of an
+    /// octree: integers of [`flux_unit`]. For lobes then also the power, red, green, blue.
     pub flux: Arc<Buffer>,
     /// From cells to all others; grids of one size share it.
     pub propagation: Arc<Propagation>,
@@ -151,6 +162,15 @@ pub(super) fn radiance_scale(scene: &GpuScene, grid: &CellGrid) -> f32 {
         .log2()
         .ceil()
         .exp2()
+}
+
+fn flux(gpu: &Gpu, numbers: u32) -> Result<Arc<Buffer>, Error> {
+    gpu.create_buffer(&BufferDesc {
+        name: "lpv.flux".into(),
+        size_bytes: 4 * u64::from(numbers.max(4)),
+        usage: BufferUsage::Storage,
+        owner: Owner::Store,
+    })
 }
 
 impl Cells {
@@ -188,16 +208,13 @@ impl Cells {
         let faces_send =
             settings.source == Source::Faces || settings.bounces > 1 || scene.is_emissive;
         let power_numbers = settings.lobes.map_or(0, |_| POWER_NUMBERS);
+        // Of leaves there is the number once they are found.
+        let receivers = settings.leaves.map_or(grid.count(), |_| 0);
         Ok(Cells {
             grid,
             settings,
             faces: Faces::new(gpu, grid, faces_send)?,
-            flux: gpu.create_buffer(&BufferDesc {
-                name: "lpv.flux".into(),
-                size_bytes: 4 * u64::from((FLUX_NUMBERS + power_numbers) * grid.count()),
-                usage: BufferUsage::Storage,
-                owner: Owner::Store,
-            })?,
+            flux: flux(gpu, (FLUX_NUMBERS + power_numbers) * receivers)?,
             propagation: Arc::clone(&parts.propagation),
             light: Arc::clone(&parts.light),
             scale: 1.0,
@@ -206,12 +223,30 @@ impl Cells {
 
     /// Finds the opaque faces.
     pub fn find_faces(&mut self, gpu: &Gpu, scene: &GpuScene) -> Result<FrameStats, Error> {
-        if self.has_faces() {
-            return self.faces.find(gpu, scene);
+        let stats = if self.has_faces() {
+            self.faces.find(gpu, scene)?
+        } else {
+            let mut frame = Frame::new();
+            frame.fill("lpv.clear_faces", &self.faces.words, 0);
+            gpu.submit(frame)?
+        };
+        // Leaves are those of one grid: it shares them with none.
+        if let Some(Propagation::Leaves(sweep)) = Arc::get_mut(&mut self.propagation) {
+            sweep.divide(gpu, &self.faces)?;
+            let numbers = FLUX_NUMBERS * sweep.leaves.all.len() as u32;
+            if self.flux.size_bytes() < 4 * u64::from(numbers) {
+                self.flux = flux(gpu, numbers)?;
+            }
         }
-        let mut frame = Frame::new();
-        frame.fill("lpv.clear_faces", &self.faces.words, 0);
-        gpu.submit(frame)
+        Ok(stats)
+    }
+
+    /// How many cells, or leaves, have flux.
+    pub(super) fn receivers(&self) -> u32 {
+        match &*self.propagation {
+            Propagation::Leaves(sweep) => sweep.leaves.all.len() as u32,
+            Propagation::Sweep(_) | Propagation::Lobes(_) => self.grid.count(),
+        }
     }
 
     /// Moves the grid through its lattice, and finds the faces of the cells that come into it.
@@ -283,6 +318,7 @@ impl Cells {
             Propagation::Sweep(sweep) => {
                 sweep.run(frame, &self.faces, flux, &self.light, nesting);
             }
+            Propagation::Leaves(sweep) => sweep.run(frame, &self.faces, flux, &self.light),
             Propagation::Lobes(lobes) => {
                 lobes.block(frame, &self.grid, scene, (maps, self.settings.rsm_texels));
                 lobes.run(frame, &self.faces, flux, &self.light);

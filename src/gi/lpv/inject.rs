@@ -1,6 +1,6 @@
 //! Reflective shadow maps into cells.
 
-use super::cells::Cells;
+use super::cells::{Cells, Propagation};
 use super::grid::{CellGrid, GridRow};
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Frame, Pass, Sets, Shaders};
@@ -11,7 +11,7 @@ use crate::shader::GpuStruct;
 gpu_struct! {
     /// Parameters of `lpv.inject`.
     pub struct InjectParams {
-        /// The grid.
+        /// The grid; w of its size: cells or leaves that have flux.
         pub grid: GridRow,
         /// One integer step (W).
         pub flux_unit: f32,
@@ -33,8 +33,9 @@ pub static INJECT: Pass = Pass {
         Binding::sampled("rsm_normal", Access::ComputeSampled),
         Binding::sampled("rsm_reflected", Access::ComputeSampled),
         Binding::buffer("flux", Access::ComputeReadWrite),
+        Binding::buffer("leaf_of", Access::ComputeRead),
     ],
-    constants: &["POWER"],
+    constants: &["POWER", "LEAVES"],
     params: Some(InjectParams::LAYOUT),
     sets: Sets::Scene,
 };
@@ -65,6 +66,10 @@ pub(super) fn inject(frame: &mut Frame, maps: &LightMaps, cells: &Cells, flux_un
     };
     let stride = (maps.size / cells.settings.rsm_texels.max(1)).max(1);
     let groups = maps.size.div_ceil(stride).div_ceil(4 * 8);
+    let leaf_of = match &*cells.propagation {
+        Propagation::Leaves(sweep) => sweep.of_cell(),
+        Propagation::Sweep(_) | Propagation::Lobes(_) => None,
+    };
     frame
         .pass(&INJECT)
         .bind("light_views", &maps.views)
@@ -72,9 +77,11 @@ pub(super) fn inject(frame: &mut Frame, maps: &LightMaps, cells: &Cells, flux_un
         .bind("rsm_normal", normal)
         .bind("rsm_reflected", reflected)
         .bind("flux", &cells.flux)
+        .bind("leaf_of", leaf_of.unwrap_or(&cells.faces.words))
         .constant("POWER", cells.settings.lobes.is_some())
+        .constant("LEAVES", leaf_of.is_some())
         .push(&InjectParams {
-            grid: cells.grid.row(0),
+            grid: cells.grid.row(cells.receivers()),
             flux_unit,
             shift: cells.settings.injection_shift,
             stride,

@@ -120,9 +120,9 @@ pub enum Occlusion {
 impl Occlusion {
     /// As the technique's settings say.
     pub fn new(settings: &Settings) -> Self {
-        match settings.choice("occlusion") {
-            "none" => Occlusion::None,
-            "fuzzy" => Occlusion::Fuzzy,
+        match settings.find_choice("occlusion") {
+            Some("none") => Occlusion::None,
+            Some("fuzzy") => Occlusion::Fuzzy,
             _ => Occlusion::Faces,
         }
     }
@@ -144,7 +144,7 @@ pub struct LobeSettings {
 impl LobeSettings {
     /// As the technique's settings say; `None` where discrete directions are swept.
     pub fn new(settings: &Settings) -> Option<Self> {
-        let scheme = match settings.choice("propagation") {
+        let scheme = match settings.find_choice("propagation")? {
             "lobes30" => Scheme::Lobes30,
             "axis6" => Scheme::Axis6,
             "stream" => Scheme::Stream,

@@ -4,6 +4,7 @@
 //! - [`faces`]: which neighbours cannot see each other, and what they see instead.
 //! - [`inject`]: what surfaces reflect, into cells.
 //! - [`sweep`]: from cells to all others, along discrete directions.
+//! - [`leaf_sweep`]: the same by [`leaves`] of an octree, in the order of a [`schedule`].
 //! - [`lobes`]: the same by the published method, and [`blockers`], its fuzzy occlusion.
 //! - [`gather`]: from cells to pixels.
 //! - [`view`]: cells to look at.
@@ -12,6 +13,7 @@
 //!
 //! - [`uniform`]: one grid around the scene.
 //! - [`cascaded`]: nested grids around the camera.
+//! - [`octree`]: one grid, with larger cells far from surfaces.
 
 pub mod blockers;
 pub mod cascaded;
@@ -21,8 +23,13 @@ pub mod faces;
 pub mod gather;
 mod grid;
 pub mod inject;
+pub mod leaf_sweep;
+pub mod leaves;
 pub mod lobes;
+pub mod octree;
+mod one_grid;
 pub mod oracle;
+pub mod schedule;
 pub mod scroll;
 mod settings;
 pub mod sweep;

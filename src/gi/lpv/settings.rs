@@ -16,7 +16,7 @@ use crate::graph::Pass;
 use crate::shader::{GpuStruct, StructLayout};
 
 /// How cells are lit and looked up.
-pub(super) static SETTINGS: &[Setting] = &[
+pub(super) static CELL_SETTINGS: &[Setting] = &[
     Setting {
         name: "directions",
         help: "discrete directions that light goes along, at least 8; 0: three times the \
@@ -61,6 +61,10 @@ pub(super) static SETTINGS: &[Setting] = &[
         domain: Domain::Number { min: 0.0, max: 2.0 },
         default: "1",
     },
+];
+
+/// What else light may go along than discrete directions, and what stops it.
+pub(super) static LOBE_SETTINGS: &[Setting] = &[
     Setting {
         name: "propagation",
         help: "discrete directions, swept once; or the published steps of all cells at once: \
@@ -226,6 +230,11 @@ pub(super) fn check(settings: &Settings) -> Result<(), SettingError> {
                 .to_owned(),
         ));
     }
+    check_directions(settings)
+}
+
+/// Each octant is to have directions.
+pub(super) fn check_directions(settings: &Settings) -> Result<(), SettingError> {
     match settings.count("directions") {
         count @ 1..8 => Err(SettingError::Together(format!(
             "directions={count}: light needs at least one direction in each of the 8 octants; \

@@ -99,9 +99,9 @@ pub static SUM: Pass = Pass::compute(
 /// Threads of a workgroup of the sweep.
 const GROUP: u32 = 256;
 /// Pairs of the nine coefficients of three bands.
-const COEFFICIENT_PAIRS: u32 = 5;
+pub(super) const COEFFICIENT_PAIRS: u32 = 5;
 /// A texel of what is on its way: two times four half floats.
-const PAIR_BYTES: u64 = 16;
+pub(super) const PAIR_BYTES: u64 = 16;
 /// Octants that are swept at once share this much for their sums (bytes).
 const MOST_SLAB_BYTES: u64 = 48 << 20;
 /// The same for the radiance on their way (bytes).

@@ -4,8 +4,8 @@ use super::make;
 use crate::gi::Settings;
 use crate::gi::entry::Entry;
 use crate::gi::lpv::settings::{
-    self, GEOMETRY_VOLUME, LIGHT_INJECTION, LOOKUP, OPAQUE_FACES, PASSES, PROPAGATION, REFLECTION,
-    RULES, STRUCTS,
+    self, CELL_SETTINGS, GEOMETRY_VOLUME, LIGHT_INJECTION, LOBE_SETTINGS, LOOKUP, OPAQUE_FACES,
+    PASSES, PROPAGATION, REFLECTION, RULES, STRUCTS,
 };
 use crate::gi::lpv::view::CELLS;
 use crate::gi::settings::{Domain, Group, Preset, Rule, Setting, SettingError};
@@ -88,7 +88,7 @@ static PRESETS: &[Preset] = &[
 /// The row of the registry.
 pub static ENTRY: Entry = Entry {
     bounces: |settings| Some(settings.count("bounces")),
-    settings: &[SETTINGS, settings::SETTINGS],
+    settings: &[SETTINGS, CELL_SETTINGS, LOBE_SETTINGS],
     rules: &[RULES, OWN_RULES],
     check,
     presets: PRESETS,

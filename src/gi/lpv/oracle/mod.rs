@@ -1,6 +1,7 @@
 //! Plain twins of the passes, in double precision.
 
 mod faces;
+mod leaves;
 mod light;
 pub mod lobes;
 pub mod octree;
@@ -8,6 +9,7 @@ pub mod simulator;
 mod sweep;
 
 pub use faces::{Crossings, crossings};
+pub use leaves::{leaf_of, sweep_leaves};
 pub use light::{Texel, inject, irradiance};
 pub(crate) use sweep::neighbour;
 pub use sweep::{Boundary, Ledger, Swept, field, jacobi, sweep};

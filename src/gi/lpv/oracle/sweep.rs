@@ -48,7 +48,7 @@ pub struct Swept {
 }
 
 /// The face of a cell towards its neighbour along an axis, up- or downwind of a direction.
-fn face(direction: DVec3, axis: usize, is_upwind: bool) -> u32 {
+pub(super) fn face(direction: DVec3, axis: usize, is_upwind: bool) -> u32 {
     2 * axis as u32 + u32::from((direction[axis] < 0.0) == is_upwind)
 }
 

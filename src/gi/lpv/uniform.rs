@@ -1,13 +1,15 @@
-//! The row of the registry.
+//! Technique `lpv`: one grid of equal cells.
 
-use super::make;
-use crate::gi::entry::Entry;
-use crate::gi::lpv::settings::{
+use super::one_grid::OneGrid;
+use super::settings::{
     self, GEOMETRY_VOLUME, LIGHT_INJECTION, LOOKUP, OPAQUE_FACES, PASSES, PROPAGATION, REFLECTION,
     RULES, STRUCTS,
 };
-use crate::gi::lpv::view::CELLS;
+use super::view::CELLS;
+use crate::gi::entry::Entry;
 use crate::gi::settings::{Domain, Preset, Setting};
+use crate::gi::{Context, Settings, Technique};
+use crate::graph::Error;
 
 static SETTINGS: &[Setting] = &[Setting {
     name: "resolution",
@@ -39,7 +41,7 @@ static PRESETS: &[Preset] = &[
 /// The row of the registry.
 pub static ENTRY: Entry = Entry {
     bounces: |settings| Some(settings.count("bounces")),
-    settings: &[SETTINGS, settings::SETTINGS],
+    settings: &[SETTINGS, settings::CELL_SETTINGS, settings::LOBE_SETTINGS],
     rules: &[RULES],
     check: settings::check,
     presets: PRESETS,
@@ -60,3 +62,7 @@ pub static ENTRY: Entry = Entry {
         make,
     )
 };
+
+fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>, Error> {
+    Ok(Box::new(OneGrid::new(context, settings, None)?))
+}

@@ -1,13 +1,10 @@
-//! Technique `lpv`: one grid around the scene.
-
-mod entry;
+//! Techniques of one grid around the scene.
 
 use std::sync::Arc;
 
-pub use entry::ENTRY;
-
 use super::gather::Lookup;
-use super::{CellGrid, CellSettings, Cells, gather, view};
+use super::leaves::LeafSettings;
+use super::{CellGrid, CellSettings, Cells, Propagation, gather, view};
 use crate::gi::inspect::ViewRow;
 use crate::gi::{Answer, Context, IndirectLight, Inputs, Inspect, Needs, Settings, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image};
@@ -16,33 +13,44 @@ use crate::render::screen_image;
 /// Empty cells around the scene.
 const MARGIN: u32 = 1;
 
-/// The technique, of one scene.
-struct Lpv {
+/// A technique of one scene.
+pub(super) struct OneGrid {
     cells: Cells,
     lookup: Lookup,
     light: IndirectLight,
 }
 
-fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>, Error> {
-    let Context {
-        gpu, scene, size, ..
-    } = *context;
-    let grid = CellGrid::around(scene.lit_bounds(), settings.count("resolution"), MARGIN);
-    let specular = || screen_image(gpu, "lpv.specular", size);
-    Ok(Box::new(Lpv {
-        cells: Cells::new(gpu, scene, grid, CellSettings::new(settings))?,
-        lookup: Lookup {
-            shift: settings.number("gather_shift"),
-            blend: 0.0,
-        },
-        light: IndirectLight {
-            diffuse: screen_image(gpu, "lpv.diffuse", size)?,
-            specular: scene.is_glossy.then(specular).transpose()?,
-        },
-    }))
+impl OneGrid {
+    /// Allocates; with `leaves`, cells are larger far from surfaces.
+    pub(super) fn new(
+        context: &Context<'_>,
+        settings: &Settings,
+        leaves: Option<LeafSettings>,
+    ) -> Result<Self, Error> {
+        let Context {
+            gpu, scene, size, ..
+        } = *context;
+        let grid = CellGrid::around(scene.lit_bounds(), settings.count("resolution"), MARGIN);
+        let cell_settings = CellSettings {
+            leaves,
+            ..CellSettings::new(settings)
+        };
+        let specular = || screen_image(gpu, "lpv.specular", size);
+        Ok(OneGrid {
+            cells: Cells::new(gpu, scene, grid, cell_settings)?,
+            lookup: Lookup {
+                shift: settings.number("gather_shift"),
+                blend: 0.0,
+            },
+            light: IndirectLight {
+                diffuse: screen_image(gpu, "lpv.diffuse", size)?,
+                specular: scene.is_glossy.then(specular).transpose()?,
+            },
+        })
+    }
 }
 
-impl Technique for Lpv {
+impl Technique for OneGrid {
     fn needs(&self) -> Needs {
         self.cells.settings.needs()
     }
@@ -70,12 +78,16 @@ impl Technique for Lpv {
     }
 }
 
-impl Inspect for Lpv {
+impl Inspect for OneGrid {
     fn counts(&self, _gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {
         let sides = self.cells.faces.sides.as_ref();
         let sides = sides.map(|sides| ("opaque_sides", u64::from(sides.count)));
         let cells = ("cells", u64::from(self.cells.grid.count()));
-        Ok([Some(cells), sides].into_iter().flatten().collect())
+        let leaves = match &*self.cells.propagation {
+            Propagation::Leaves(sweep) => Some(("leaves", sweep.leaves.all.len() as u64)),
+            Propagation::Sweep(_) | Propagation::Lobes(_) => None,
+        };
+        Ok([Some(cells), leaves, sides].into_iter().flatten().collect())
     }
 
     fn cell_size(&self) -> Option<f32> {

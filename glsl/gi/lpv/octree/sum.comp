@@ -1,0 +1,33 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// lpv.leaf_sum: the light of all octants, into the cells that are looked up.
+layout(local_size_x = 8, local_size_y = 8) in;
+
+#include "gi/lpv/grid.glsl"
+#include "gi/lpv/harmonics.glsl"
+#include "gi/lpv/octree/leaves.glsl"
+
+layout(std430, set = 1, binding = 0) restrict readonly buffer LeafOf { uint leaf_of[]; };
+layout(set = 1, binding = 1, rgba32ui) uniform restrict readonly uimage3D slabs;
+layout(set = 1, binding = 2, rgba16f) uniform restrict writeonly image3D light;
+
+layout(push_constant) uniform LeafSumParams {
+    CellGrid grid;    // size.w: slabs
+} params;
+
+void main() {
+    ivec3 cell = ivec3(gl_GlobalInvocationID);
+    if (!is_inside(params.grid, cell)) return;
+    uint leaf = leaf_of[cell_index(params.grid, cell)];
+    for (int pair = 0; pair < COEFFICIENT_PAIRS; ++pair) {
+        vec4 first = vec4(0.0), second = vec4(0.0);
+        for (int slab = 0; slab < params.grid.size.w; ++slab) {
+            uvec4 words = imageLoad(slabs, leaf_texel(leaf, slab * COEFFICIENT_PAIRS + pair));
+            first += vec4(unpackHalf2x16(words.x), unpackHalf2x16(words.y));
+            second += vec4(unpackHalf2x16(words.z), unpackHalf2x16(words.w));
+        }
+        imageStore(light, light_texel(params.grid, cell, 2 * pair), first);
+        if (2 * pair + 1 < COEFFICIENTS)
+            imageStore(light, light_texel(params.grid, cell, 2 * pair + 1), second);
+    }
+}
