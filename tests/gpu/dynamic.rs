@@ -538,7 +538,7 @@ fn static_scenes_pay_nothing() {
         // A clipmap voxelizes whatever comes into its windows, static or not, and keeps what it
         // needs for that; an octree with faces is made anew.
         let follows = |case: &&Case| {
-            !(["none", "clipmap", "lpv", "lpv-octree"].contains(&case.entry.name)
+            !(["none", "clipmap", "lpv", "lpv-cascaded", "lpv-octree"].contains(&case.entry.name)
                 || case.entry.name == "svo" && case.has_faces())
         };
         for case in cases().iter().filter(follows) {

@@ -91,7 +91,7 @@ struct Life {
 }
 
 /// Few, which run every pass of every technique between them.
-const LIVES: [Life; 16] = [
+const LIVES: [Life; 19] = [
     Life {
         technique: "none",
         preset: None,
@@ -114,6 +114,24 @@ const LIVES: [Life; 16] = [
         technique: "lpv",
         preset: Some("textbook"),
         pairs: &[],
+        surfaces: Surfaces::Glossy,
+    },
+    Life {
+        technique: "lpv-cascaded",
+        preset: Some("accurate"),
+        pairs: &[("cell_size", "0.03"), ("bounces", "2")],
+        surfaces: Surfaces::Emissive,
+    },
+    Life {
+        technique: "lpv-cascaded",
+        preset: Some("accurate"),
+        pairs: &[("cell_size", "0.03"), ("source", "rsm")],
+        surfaces: Surfaces::Glossy,
+    },
+    Life {
+        technique: "lpv-cascaded",
+        preset: Some("textbook"),
+        pairs: &[("cell_size", "0.03")],
         surfaces: Surfaces::Glossy,
     },
     Life {
@@ -269,7 +287,7 @@ impl Life {
             .settings(&[&[("resolution", "16")], self.pairs].concat());
         let entry = find(self.technique).unwrap();
         let (mut renderer, _) = Renderer::new(gpu, &scene, entry, &settings, frame(16, 8, 32))?;
-        for way_m in [0.0, 0.3, 1.1, 0.7] {
+        for way_m in [0.0, 0.3, 3.4, 3.1] {
             renderer.render(&walked(&scene.camera, way_m))?;
         }
         for time_s in [1.0, 2.0] {

@@ -296,6 +296,8 @@ const LEAKS: &[(&str, f64)] = &[
     ("clipmap.textbook", 0.004_54),
     ("lpv.accurate", 0.0),
     ("lpv.textbook", 0.000_23),
+    ("lpv-cascaded.accurate", 0.0),
+    ("lpv-cascaded.textbook", 0.0),
     ("lpv-octree.accurate", 0.0),
 ];
 

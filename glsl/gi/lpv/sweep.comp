@@ -12,9 +12,9 @@
 // spherical harmonics of the directions that its light comes from. Alpha is the light of an
 // environment of radiance 1.
 //
-// A coarser grid hands on what comes to the border of a finer one inside it, whose cells are half as
-// large: cells in front of the border leave their radiance there, and the finer sweep begins with
-// it.
+// A coarser grid hands on what comes to the border of a finer one inside it, whose cells are half
+// as large: cells in front of the border leave their radiance there, and the finer sweep begins
+// with it.
 layout(local_size_x = 256) in;
 
 #include "gi/lpv/grid.glsl"

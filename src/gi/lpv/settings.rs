@@ -6,7 +6,6 @@ use super::gather::{GATHER, SPECULAR};
 use super::grid::GridRow;
 use super::inject::INJECT;
 use super::lobes::{FINISH, PROPAGATE, SEED};
-use super::scroll::{SHIFT_FACES, SHIFT_SIDES};
 use super::sweep::{SOURCES, SUM, SWEEP};
 use super::view::VIEW;
 use crate::gi::Settings;
@@ -145,8 +144,6 @@ pub(super) static PASSES: &[&Pass] = &[
     &NUMBER_SIDES,
     &NEAREST,
     &SURFACES,
-    &SHIFT_FACES,
-    &SHIFT_SIDES,
     &INJECT,
     &LIGHT_SIDES,
     &SOURCES,

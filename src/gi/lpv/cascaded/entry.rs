@@ -3,6 +3,7 @@
 use super::make;
 use crate::gi::Settings;
 use crate::gi::entry::Entry;
+use crate::gi::lpv::scroll::{SHIFT_FACES, SHIFT_SIDES};
 use crate::gi::lpv::settings::{
     self, CELL_SETTINGS, GEOMETRY_VOLUME, LIGHT_INJECTION, LOBE_SETTINGS, LOOKUP, OPAQUE_FACES,
     PASSES, PROPAGATION, REFLECTION, RULES, STRUCTS,
@@ -92,7 +93,7 @@ pub static ENTRY: Entry = Entry {
     rules: &[RULES, OWN_RULES],
     check,
     presets: PRESETS,
-    passes: &[PASSES],
+    passes: &[PASSES, &[&SHIFT_FACES, &SHIFT_SIDES]],
     structs: &[STRUCTS],
     views: &[std::slice::from_ref(&CELLS)],
     stages: &[
