@@ -6,19 +6,20 @@ use std::f64::consts::PI;
 use crate::lpv::read_light;
 use crate::support::compare::{Largest, Worst};
 use crate::support::scenes::bundled;
+use crate::support::technique::block_errors;
 use crate::support::{Random, ValidatedGpu, gpu, read_words};
+use crate::techniques_analytic::{cornell, reference};
 use glam::{DVec3, DVec4, IVec3, Vec3};
-use lumivox::gi::lpv::cascaded::{self, CascadedLpv};
+use lumivox::gi::lpv::cascaded::{self, CascadedLpv, Layout};
 use lumivox::gi::lpv::faces::Side;
 use lumivox::gi::lpv::inject::flux_unit;
 use lumivox::gi::lpv::oracle::{self, Boundary};
 use lumivox::gi::lpv::{CellGrid, Cells, Propagation};
-use lumivox::gi::{Change, Context, Inputs, MapNeeds, Settings, Technique};
+use lumivox::gi::{Change, Context, IndirectLight, Inputs, MapNeeds, Settings, Technique};
 use lumivox::graph::{Frame, Gpu};
+use lumivox::image::{GuideImage, Image, NO_SURFACE};
 use lumivox::render::{GBuffer, GpuScene, LightMaps, Output};
 use lumivox::scene::Scene;
-
-const SIZE: [u32; 2] = [8, 8];
 
 fn settings(pairs: &[&str]) -> Settings {
     cascaded::ENTRY.settings(Some("accurate"), pairs).unwrap()
@@ -36,13 +37,23 @@ struct Walk<'g> {
 
 impl<'g> Walk<'g> {
     fn new(gpu: &'g ValidatedGpu, scene: &Scene, settings: &Settings, eye: Vec3) -> Self {
+        Walk::of_size(gpu, scene, settings, (eye, [8, 8], 64))
+    }
+
+    /// With grids for a camera at `eye`, pictures of this size (px), maps of so many texels.
+    fn of_size(
+        gpu: &'g ValidatedGpu,
+        scene: &Scene,
+        settings: &Settings,
+        (eye, size, texels): (Vec3, [u32; 2], u32),
+    ) -> Self {
         let on_gpu = GpuScene::new(gpu, scene).unwrap();
-        let constants = on_gpu.frame_constants(&scene.camera, SIZE);
+        let constants = on_gpu.frame_constants(&scene.camera, size);
         on_gpu.set_frame(gpu, &constants).unwrap();
         let context = Context {
             gpu,
             scene: &on_gpu,
-            size: SIZE,
+            size,
             eye,
         };
         let mut technique = CascadedLpv::new(&context, settings).unwrap();
@@ -50,9 +61,9 @@ impl<'g> Walk<'g> {
         let is_reflective = technique.needs().maps == MapNeeds::Reflective;
         Walk {
             gpu,
-            maps: LightMaps::new(gpu, &on_gpu, 64, is_reflective).unwrap(),
-            gbuffer: GBuffer::new(gpu, &on_gpu, SIZE, false).unwrap(),
-            output: Output::new(gpu, SIZE).unwrap(),
+            maps: LightMaps::new(gpu, &on_gpu, texels, is_reflective).unwrap(),
+            gbuffer: GBuffer::new(gpu, &on_gpu, size, false).unwrap(),
+            output: Output::new(gpu, size).unwrap(),
             scene: on_gpu,
             technique,
         }
@@ -62,16 +73,18 @@ impl<'g> Walk<'g> {
         let context = Context {
             gpu: self.gpu,
             scene: &self.scene,
-            size: SIZE,
+            size: self.gbuffer.size,
             eye,
         };
         self.technique.follow(&context, Change::Camera).unwrap();
     }
 
-    fn light(&mut self) {
+    /// A frame.
+    fn light(&mut self) -> IndirectLight {
         let mut frame = Frame::new();
         frame.set_scene(&self.scene.set, &self.scene.materials);
         self.maps.draw(&mut frame, &self.scene);
+        self.gbuffer.draw(&mut frame, &self.scene);
         let given = Inputs {
             scene: &self.scene,
             maps: &self.maps,
@@ -79,7 +92,9 @@ impl<'g> Walk<'g> {
             direct: &self.output.direct,
         };
         self.technique.update(&mut frame, &given);
+        let answer = self.technique.gather(&mut frame, &given);
         self.gpu.submit(frame).unwrap();
+        answer.indirect
     }
 
     /// All that the levels hold, bit by bit, with sides by cell and face.
@@ -295,5 +310,133 @@ fn a_walk_there_and_back_leaves_every_bit() {
         same_bits(&format!("{name}, back again"), &walk.state(), &before);
         println!("{name}: {} steps, {moves} moves of levels", path.len());
         assert!(moves > 100, "{name}: {moves} moves");
+    }
+}
+
+/// Step of the picture between neighbouring pixels of one plane, of which one is in a box and the
+/// other is not: RMS, in the mean of the whole picture.
+fn step_across(
+    image: &Image,
+    whole: &Image,
+    guide: &GuideImage,
+    is_inside: impl Fn(Vec3) -> bool,
+) -> f64 {
+    let (width, mut steps) = (guide.width as usize, Vec::new());
+    for at in 0..image.pixels.len() {
+        for next in [at + 1, at + width] {
+            let is_row = next != at + 1 || !next.is_multiple_of(width);
+            if next < image.pixels.len()
+                && is_row
+                && guide.is_surface(at)
+                && guide.material[at] == guide.material[next]
+                && guide.normal[at].dot(guide.normal[next]) > 0.9999
+                && is_inside(guide.position[at]) != is_inside(guide.position[next])
+            {
+                let step = image.pixels[at] - image.pixels[next];
+                steps.push(f64::from(step.element_sum()).powi(2) / 9.0);
+            }
+        }
+    }
+    assert!(steps.len() > 30, "{} pairs of pixels", steps.len());
+    let mean = |sum: f64, count: usize| sum / count as f64;
+    let pixels = whole.pixels.iter().map(|pixel| pixel.element_sum());
+    let picture = mean(f64::from(pixels.sum::<f32>()) / 3.0, whole.pixels.len());
+    mean(steps.iter().sum(), steps.len()).sqrt() / picture
+}
+
+/// What the camera of a scene sees, with grids for a camera elsewhere; rgb of ρ E/π.
+fn indirect(
+    gpu: &ValidatedGpu,
+    scene: &Scene,
+    guide: &GuideImage,
+    settings: &Settings,
+    eye: Vec3,
+) -> Image {
+    let size = [guide.width, guide.height];
+    let mut walk = Walk::of_size(gpu, scene, settings, (eye, size, 512));
+    let indirect = walk.light();
+    let diffuse = gpu.read_image(&indirect.diffuse, 0, 0).unwrap();
+    let irradiance: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&diffuse);
+    let radiance = |(irradiance, material): (&[f32; 4], &u32)| {
+        let albedo = scene
+            .materials
+            .get(*material as usize)
+            .map(|material| material.albedo);
+        albedo.unwrap_or_default() * Vec3::from_slice(irradiance) / std::f32::consts::PI
+    };
+    let pixels = irradiance.iter().zip(&guide.material).map(radiance);
+    Image {
+        width: guide.width,
+        height: guide.height,
+        pixels: pixels.collect(),
+    }
+}
+
+/// Where light starts, cells along an edge; error inside the fine grid, in the one of the coarse
+/// grid there, with the fine grid on the floor and at the upper front of a room. Measured. Where it
+/// is above 1.2 the coarse grid alone is better than all others, by errors that cancel: on the floor
+/// a uniform grid of the fine cells has 1.5 times its error too.
+const INSIDE: [(&str, u32, [f64; 2]); 4] = [
+    ("faces", 32, [1.86, 0.90]),
+    ("faces", 64, [1.25, 1.18]),
+    ("rsm", 32, [1.02, 0.73]),
+    ("rsm", 64, [0.81, 1.53]),
+];
+
+/// A fine grid around two places of a room: its error, in that of the coarse grid alone, is as
+/// stated, and at its border is no step.
+#[test]
+fn fine_grids_have_the_stated_errors_and_no_seam() {
+    let gpu = gpu();
+    let scene = cornell(None);
+    let reference = reference();
+    let guide = &reference.guide;
+    for (source, resolution, stated) in INSIDE {
+        let pairs = |levels: &str| {
+            let pairs = [
+                format!("source={source}"),
+                format!("resolution={resolution}"),
+                format!("levels={levels}"),
+            ];
+            settings(&pairs.each_ref().map(String::as_str))
+        };
+        let coarse = indirect(&gpu, &scene, guide, &pairs("1"), Vec3::ZERO);
+        let places = [Vec3::new(0.1, 0.5, 0.1), Vec3::new(0.0, 1.5, 0.5)];
+        for (eye, stated) in places.into_iter().zip(stated) {
+            let layout = Layout::new(scene.bounds().unwrap(), resolution, 2, 0.0);
+            let fine = layout.grids(eye)[1];
+            let (low, extent) = (fine.corner(), fine.cell_size * resolution as f32);
+            // Half a cell before the border all light is the coarse grid's.
+            let margin = 0.5 * fine.cell_size;
+            let is_inside = |place: Vec3| {
+                let inside = place - low;
+                inside.min_element() > margin && inside.max_element() < extent - margin
+            };
+            let mut inner = guide.clone();
+            for (material, place) in inner.material.iter_mut().zip(&inner.position) {
+                if !is_inside(*place) {
+                    *material = NO_SURFACE;
+                }
+            }
+            let nested = indirect(&gpu, &scene, guide, &pairs("2"), eye);
+            let error = |image: &Image| block_errors(image, &reference.indirect(), &inner).rel_rmse;
+            let inside = [&coarse, &nested].map(error);
+            // A step that the coarse grid does not have: of what the fine one changes.
+            let mut change = nested;
+            for (pixel, coarse) in change.pixels.iter_mut().zip(&coarse.pixels) {
+                *pixel -= *coarse;
+            }
+            let step = step_across(&change, &coarse, guide, is_inside);
+            let ratio = inside[1] / inside[0];
+            println!(
+                "{source}, {resolution}³, grid around {eye}: rel_rmse inside {:.4} of the coarse \
+                 grid, {ratio:.3} times that with the fine one; step at the border {step:.4}",
+                inside[0]
+            );
+            assert!(
+                (ratio - stated).abs() <= 0.03 && step <= 0.05,
+                "{source}, {resolution}³, {eye}: {ratio} for {stated}, step {step}"
+            );
+        }
     }
 }

@@ -614,10 +614,10 @@ fn errors_of_a_wrong_image_are_seen() {
 // The point-lit Cornell box, one bounce, by block metrics over R, G and B against our own
 // reference.
 
-const SIZE_PX: u32 = 128;
+pub(crate) const SIZE_PX: u32 = 128;
 
 /// The shared scene, or one made here where that is absent, with its light at `position`.
-fn cornell(position: Option<Vec3>) -> Scene {
+pub(crate) fn cornell(position: Option<Vec3>) -> Scene {
     let mut scene = shared_scene("cornell_point.toml").unwrap_or_else(open_cornell);
     if let (Some(position), [Light::Point { position: p, .. }]) =
         (position, scene.lights.as_mut_slice())
@@ -628,12 +628,12 @@ fn cornell(position: Option<Vec3>) -> Scene {
 }
 
 /// The reference of [`cornell`] with its light where it is, rendered once.
-fn reference() -> &'static ReferenceImage {
+pub(crate) fn reference() -> &'static ReferenceImage {
     static REFERENCE: OnceLock<ReferenceImage> = OnceLock::new();
     REFERENCE.get_or_init(|| one_bounce(&cornell(None), 512))
 }
 
-fn one_bounce(scene: &Scene, spp: u32) -> ReferenceImage {
+pub(crate) fn one_bounce(scene: &Scene, spp: u32) -> ReferenceImage {
     let settings = Settings {
         width: SIZE_PX,
         height: SIZE_PX,
