@@ -280,7 +280,12 @@ impl Faces {
         for (axis, cells) in (0..3).flat_map(|axis| boxes.iter().map(move |cells| (axis, cells))) {
             let [x, y, z] = cells.size.to_array();
             let across = [[y, z], [z, x], [x, y]][axis as usize];
-            let draws = scene.batches.iter().map(|batch| DrawBatch {
+            // Segments go on to the centres of the cells around the box.
+            let (low, size) = (cells.low.as_vec3(), cells.size.as_vec3());
+            let [low, high] = [low - 1.0, low + size + 1.0]
+                .map(|place| self.grid.corner() + self.grid.cell_size * place);
+            let triangles = scene.triangles_in(low, high);
+            let draws = triangles.iter().map(|batch| DrawBatch {
                 material: batch.material,
                 push: Vec::new(),
                 first_vertex: 3 * batch.first_triangle,
