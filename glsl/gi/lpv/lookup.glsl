@@ -17,21 +17,21 @@ layout(push_constant) uniform LookupParams {
     float blend;     // cells over which a grid goes over into the one around it
 } params;
 
-// Adds a share of the light at a position of a grid [cells].
-void add_light(
-    vec3 position, uint level, vec4 share, inout vec4 coefficients[COEFFICIENTS]) {
+// The light at a position of a grid [cells].
+void fetch_light(vec3 position, uint level, out vec4 found[COEFFICIENTS]) {
     vec3 size = vec3(params.grid.size.xyz);
     // The blocks lie side by side: half a cell from a block's border the filter stays inside.
     position = clamp(position, vec3(0.5), size - 0.5) + vec3(0.0, 0.0, float(level) * size.z);
     for (int i = 0; i < COEFFICIENTS; ++i) {
         vec3 texel = position + vec3(i % 3, i / 3, 0.0) * size;
-        coefficients[i] += share
-            * textureLod(
-                sampler3D(light, linear_clamp), texel / (size * vec3(3, 3, LEVELS)), 0.0);
+        found[i] = textureLod(
+                       sampler3D(light, linear_clamp), texel / (size * vec3(3, 3, LEVELS)), 0.0)
+            * vec4(vec3(params.scale), 1.0);
     }
 }
 
-void look_up(Surface surface, out vec4 coefficients[COEFFICIENTS]) {
+// From the finest grid outwards, until all is told.
+void look_up_nested(Surface surface, out vec4 coefficients[COEFFICIENTS]) {
     vec3 positions[LEVELS], lattice = to_lattice(params.grid, surface.position_ws);
     ivec3 first = params.grid.first.xyz;
     for (uint level = 0u; level < LEVELS; ++level) {
@@ -44,19 +44,28 @@ void look_up(Surface surface, out vec4 coefficients[COEFFICIENTS]) {
             shifted(lattice - vec3(first), surface.geometric_normal, params.shift);
     }
     for (int i = 0; i < COEFFICIENTS; ++i) coefficients[i] = vec4(0.0);
-    vec4 unit = vec4(vec3(params.scale), 1.0);
+    vec3 middle = 0.5 * vec3(params.grid.size.xyz);
     float left = 1.0;
-    // from the finest grid outwards, until all is told
-    for (uint level = LEVELS; level-- > 1u && left > 0.0;) {
-        vec3 inside = 0.5 * vec3(params.grid.size.xyz) - 0.5
-            - abs(positions[level] - 0.5 * vec3(params.grid.size.xyz));
-        float reach = min(inside.x, min(inside.y, inside.z));
-        float share = params.blend > 0.0 ? clamp(reach / params.blend, 0.0, 1.0)
-                                         : float(reach >= 0.0);
-        if (share > 0.0) add_light(positions[level], level, left * share * unit, coefficients);
+    for (uint level = LEVELS; level-- > 0u && left > 0.0;) {
+        vec3 inside = middle - 0.5 - abs(positions[level] - middle);
+        float reach = min(inside.x, min(inside.y, inside.z)), share = float(reach >= 0.0);
+        if (params.blend > 0.0) share = clamp(reach / params.blend, 0.0, 1.0);
+        if (level == 0u) share = 1.0;
+        if (share == 0.0) continue;
+        vec4 found[COEFFICIENTS];
+        fetch_light(positions[level], level, found);
+        for (int i = 0; i < COEFFICIENTS; ++i) coefficients[i] += left * share * found[i];
         left *= 1.0 - share;
     }
-    if (left > 0.0) add_light(positions[0], 0u, left * unit, coefficients);
+}
+
+void look_up(Surface surface, out vec4 coefficients[COEFFICIENTS]) {
+    if (LEVELS > 1u) {
+        look_up_nested(surface, coefficients);
+        return;
+    }
+    vec3 position = to_cells(params.grid, surface.position_ws);
+    fetch_light(shifted(position, surface.geometric_normal, params.shift), 0u, coefficients);
 }
 
 #endif
