@@ -7,6 +7,7 @@
 #include "gi/lpv/harmonics.glsl"
 
 layout(constant_id = 0) const uint LEVELS = 1u;   // nested grids, each in its slab along z
+layout(constant_id = 1) const bool NESTED = false;   // there are several
 
 layout(push_constant) uniform LookupParams {
     CellGrid grid;   // the outermost
@@ -60,7 +61,7 @@ void look_up_nested(Surface surface, out vec4 coefficients[COEFFICIENTS]) {
 }
 
 void look_up(Surface surface, out vec4 coefficients[COEFFICIENTS]) {
-    if (LEVELS > 1u) {
+    if (NESTED) {
         look_up_nested(surface, coefficients);
         return;
     }

@@ -68,8 +68,8 @@ Pair unpack(uvec4 words) {
 
 const ivec3 NOWHERE = ivec3(0, 0, -4096);   // whichever pair of directions is added
 
-// What comes from the upwind neighbour along an axis; where there is none, what comes to the border,
-// or `otherwise`.
+// What comes from the upwind neighbour along an axis; where there is none, what comes to the
+// border, or `otherwise`.
 Pair upwind(ivec3 neighbour, bool is_there, ivec3 border, vec4 otherwise) {
     if (is_there) return unpack(imageLoad(front, neighbour));
     if (IS_INNER && border.z >= 0) return unpack(imageLoad(borders, border));

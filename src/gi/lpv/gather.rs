@@ -34,7 +34,7 @@ pub static GATHER: Pass = Pass {
         Binding::sampled("normals", Access::ComputeSampled),
         Binding::image("indirect_diffuse", Access::ComputeWrite),
     ],
-    constants: &["LEVELS"],
+    constants: &["LEVELS", "NESTED"],
     params: Some(LookupParams::LAYOUT),
     sets: Sets::Scene,
 };
@@ -51,7 +51,7 @@ pub static SPECULAR: Pass = Pass {
         Binding::sampled("specular", Access::ComputeSampled),
         Binding::image("indirect_specular", Access::ComputeWrite),
     ],
-    constants: &["LEVELS"],
+    constants: &["LEVELS", "NESTED"],
     params: Some(LookupParams::LAYOUT),
     sets: Sets::Scene,
 };
@@ -93,6 +93,7 @@ pub(super) fn gather(
         .bind("normals", &gbuffer.normals)
         .bind("indirect_diffuse", &answer.diffuse)
         .constant("LEVELS", levels.len() as u32)
+        .constant("NESTED", levels.len() > 1)
         .push(&params)
         .dispatch(screen_groups(gbuffer.size));
     if let (Some(result), Some(specular)) = (&answer.specular, &gbuffer.specular) {
@@ -105,6 +106,7 @@ pub(super) fn gather(
             .bind("specular", specular)
             .bind("indirect_specular", result)
             .constant("LEVELS", levels.len() as u32)
+            .constant("NESTED", levels.len() > 1)
             .push(&params)
             .dispatch(screen_groups(gbuffer.size));
     }
