@@ -156,8 +156,8 @@ fn cell_at(grid: &CellGrid, index: usize) -> IVec3 {
 /// Radiance of all cells, by the bits of a direction.
 type Fields = HashMap<[u64; 3], Vec<DVec4>>;
 
-/// From the outermost grid inwards, each as the oracle sweeps it with what the oracle's sweep of the
-/// grid around it brings to its border.
+/// From the outermost grid inwards, each as the oracle sweeps it with what the oracle's sweep of
+/// the grid around it brings to its border.
 #[test]
 fn nested_light_is_the_oracles() {
     let gpu = gpu();
@@ -374,8 +374,8 @@ fn indirect(
 
 /// Where light starts, cells along an edge; error inside the fine grid, in the one of the coarse
 /// grid there, with the fine grid on the floor and at the upper front of a room. Measured. Where it
-/// is above 1.2 the coarse grid alone is better than all others, by errors that cancel: on the floor
-/// a uniform grid of the fine cells has 1.5 times its error too.
+/// is above 1.2 the coarse grid alone is better than all others, by errors that cancel: on the
+/// floor a uniform grid of the fine cells has 1.5 times its error too.
 const INSIDE: [(&str, u32, [f64; 2]); 4] = [
     ("faces", 32, [1.86, 0.90]),
     ("faces", 64, [1.25, 1.18]),

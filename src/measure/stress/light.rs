@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::scenes::{add_floor, brightened, camera, closed_room};
-use super::{OWN, StressCase, StressError, Trial};
+use super::{Change, OWN, StressCase, StressError, Trial};
 use crate::frame::FrameSettings;
 use crate::image::Image;
 use crate::measure::draw::Ticks;
@@ -97,6 +97,47 @@ pub(super) static CONTRAST: StressCase = StressCase {
     measure: |trial, ratio| error(trial, &dim_room(trial.cell_m(), ratio as f32)),
     ..OWN
 };
+
+/// How far the spot light is off the floor (m).
+const SPOT_M: f32 = 1.2;
+
+pub(super) static RAY_EFFECT: StressCase = StressCase {
+    name: "ray_effect",
+    help: "a spot light shrinks and keeps its power: light that leaves the small patch along few \
+           directions makes rays",
+    source: "Lathrop 1968: ray effects of discrete ordinates",
+    severity: "width of the patch [cells]",
+    severities: &[16.0, 8.0, 4.0, 2.0, 1.0, 0.5],
+    quick: &[8.0, 1.0],
+    changes: &[Change {
+        name: "directions",
+        values: &["8", "32", "96", "192", "384", "1024"],
+        needs: None,
+    }],
+    measure: |trial, width| error(trial, &spotted_room(0.5 * width as f32 * trial.cell_m())),
+    ..OWN
+};
+
+/// A closed room, and a spot light on a patch of its floor with this radius (m).
+fn spotted_room(radius_m: f32) -> Scene {
+    let (mesh, _) = closed_room();
+    let outer = radius_m.atan2(SPOT_M);
+    // 20 W/sr over a right angle.
+    let intensity = 20.0 * (1.0 - std::f32::consts::FRAC_PI_4.cos()) / (1.0 - outer.cos());
+    let light = Light::Spot {
+        position: Vec3::new(0.3, SPOT_M, -0.4),
+        direction: -Vec3::Y,
+        intensity: Vec3::splat(intensity),
+        inner_deg: 0.9 * outer.to_degrees(),
+        outer_deg: outer.to_degrees(),
+    };
+    mesh.into_scene(
+        "spotted-room",
+        vec![light],
+        Vec3::ZERO,
+        camera([-1.6, 2.2, 1.7], [0.4, 0.9, -1.0], 75.0),
+    )
+}
 
 fn error(trial: &Trial<'_>, scene: &Scene) -> Result<Vec<f64>, StressError> {
     Ok(vec![trial.errors(scene, Channel::Luminance, 1)?.rel_rmse])

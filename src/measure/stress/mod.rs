@@ -50,6 +50,7 @@ pub static CASES: &[&StressCase] = &[
     &light::RSM_UNDERSAMPLING,
     &light::LIGHT_LEVEL,
     &light::CONTRAST,
+    &light::RAY_EFFECT,
     &extent::SCENE_SIZE,
     &extent::TRIANGLE_COUNT,
     &extent::ONE_VOXEL,
