@@ -26,7 +26,7 @@ pub(crate) const SETTINGS: CellSettings = CellSettings {
     injection_shift: 0.5,
     occlusion: Occlusion::Faces,
     lobes: None,
-    leaves: None,
+    octree: None,
 };
 
 /// A grid in general position: no wall of a bundled scene lies on a centre.

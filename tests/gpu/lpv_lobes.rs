@@ -8,7 +8,7 @@ use crate::support::{gpu, read_words};
 use glam::{DVec3, DVec4, UVec3, Vec3};
 use lumivox::gi::lpv::inject::flux_unit;
 use lumivox::gi::lpv::lobes::{LobeSettings, Occlusion, Scheme};
-use lumivox::gi::lpv::oracle::lobes::{self as oracle, Steps};
+use lumivox::gi::lpv::oracle::lobes::{self as oracle, Lobe, Steps};
 use lumivox::gi::lpv::{CellGrid, CellSettings, Propagation, Source};
 use lumivox::graph::Gpu;
 use lumivox::render::GpuScene;
@@ -55,29 +55,36 @@ fn blockers(gpu: &Gpu, lit: &Lit) -> Vec<DVec4> {
     texels.iter().map(number).collect()
 }
 
+/// What cells send at first.
+pub(crate) fn first_of(gpu: &Gpu, lit: &Lit) -> Vec<Lobe> {
+    let side_light = read_sides(gpu, lit);
+    let side = |cell: usize, face: u32| {
+        let word = lit.words[cell];
+        let before = (word & ((1 << face) - 1)).count_ones();
+        let side = side_light.get(((word >> 8) + before) as usize);
+        side.copied().unwrap_or_default()
+    };
+    let given = (&lit.flux[..], &power(gpu, lit)[..]);
+    oracle::seed(&lit.cells.grid, given, &lit.words, &side)
+}
+
 /// The steps of the same flux, faces, sides and blockers in double precision. Half floats between
 /// the steps and in the result cost the rest.
 fn check(gpu: &Gpu, name: &str, lit: &Lit) {
     let (grid, settings) = (&lit.cells.grid, lit.cells.settings);
-    let (side_light, blockers) = (read_sides(gpu, lit), blockers(gpu, lit));
-    let first = oracle::seed(
-        grid,
-        (&lit.flux, &power(gpu, lit)),
-        &lit.words,
-        &|cell, face| {
-            let word = lit.words[cell];
-            let before = (word & ((1 << face) - 1)).count_ones();
-            let side = side_light.get(((word >> 8) + before) as usize);
-            side.copied().unwrap_or_default()
-        },
-    );
+    let (first, blockers) = (first_of(gpu, lit), blockers(gpu, lit));
     let steps = Steps {
         settings: settings.lobes.unwrap(),
         occlusion: settings.occlusion,
         faces: &lit.words,
         blockers: &blockers,
     };
-    let expected = oracle::finish(&oracle::propagate(grid, &steps, &first));
+    check_light(name, lit, &oracle::propagate(grid, &steps, &first));
+}
+
+/// The light of all cells, which is to be that of lobes.
+pub(crate) fn check_light(name: &str, lit: &Lit, lobes: &[Lobe]) {
+    let expected = oracle::finish(lobes);
     let largest = |channel: usize| {
         let all = expected.iter().map(|cell| cell[0][channel].abs());
         all.worst().max(1e-9)

@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 use glam::{DVec3, DVec4, UVec3, Vec3};
 use lumivox::gi::lpv::leaves::LeafSettings;
 use lumivox::gi::lpv::oracle::{self, Boundary};
-use lumivox::gi::lpv::{CellGrid, CellSettings, Cells, Propagation, Source};
+use lumivox::gi::lpv::{CellGrid, CellSettings, Cells, Octree, Propagation, Source};
 use lumivox::graph::{Frame, Gpu};
 use lumivox::render::{GpuScene, LightMaps};
 use lumivox::scene::Light;
@@ -19,7 +19,7 @@ use crate::support::{Random, gpu, read_words};
 
 fn settings(guard: u32, max_level: u32) -> CellSettings {
     CellSettings {
-        leaves: Some(LeafSettings { guard, max_level }),
+        octree: Some(Octree::Leaves(LeafSettings { guard, max_level })),
         ..SETTINGS
     }
 }

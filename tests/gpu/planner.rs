@@ -91,7 +91,7 @@ struct Life {
 }
 
 /// Few, which run every pass of every technique between them.
-const LIVES: [Life; 19] = [
+const LIVES: [Life; 21] = [
     Life {
         technique: "none",
         preset: None,
@@ -144,6 +144,22 @@ const LIVES: [Life; 19] = [
         technique: "lpv-octree",
         preset: Some("accurate"),
         pairs: &[("source", "faces"), ("bounces", "2")],
+        surfaces: Surfaces::Emissive,
+    },
+    Life {
+        technique: "lpv-octree",
+        preset: Some("textbook"),
+        pairs: &[],
+        surfaces: Surfaces::Glossy,
+    },
+    Life {
+        technique: "lpv-octree",
+        preset: Some("textbook"),
+        pairs: &[
+            ("transfer", "residual"),
+            ("occlusion", "faces"),
+            ("bounces", "2"),
+        ],
         surfaces: Surfaces::Emissive,
     },
     Life {

@@ -175,6 +175,15 @@ const STATED: &[Stated] = &[
         furnace: [-0.002, 0.016],
         plates: [-0.001, 0.128],
     },
+    // 4 steps of gain ¾; past them coarser levels have what means have left, plates at 16³. Sky:
+    // without any lamp the coarsest level has it.
+    Stated {
+        name: "lpv-octree.textbook",
+        lit_sphere: [-0.922, 0.922],
+        sky: [-0.330, 0.330],
+        furnace: [-0.342, 0.342],
+        plates: [-0.987, 1.068],
+    },
     // 8 steps, in which light comes 8 cells far; plates at 16³, 64 steps.
     Stated {
         name: "lpv.textbook",
@@ -318,6 +327,8 @@ fn finest(case: &Case) -> &'static str {
 fn plate_settings(case: &Case) -> Vec<(&'static str, &'static str)> {
     if case.entry.name.starts_with("lpv") && case.preset == Some("textbook") {
         vec![("resolution", "16"), ("iterations", "64")]
+    } else if case.name() == "lpv-octree.textbook" {
+        vec![("resolution", "16")]
     } else {
         vec![("resolution", finest(case))]
     }

@@ -27,6 +27,11 @@ uvec4 pack(vec4 first, vec4 second) {
         packHalf2x16(second.zw));
 }
 
+void unpack(uvec4 words, out vec4 first, out vec4 second) {
+    first = vec4(unpackHalf2x16(words.x), unpackHalf2x16(words.y));
+    second = vec4(unpackHalf2x16(words.z), unpackHalf2x16(words.w));
+}
+
 vec3 axis_direction(uint face) {
     vec3 direction = vec3(0.0);
     direction[face >> 1] = (face & 1u) != 0u ? 1.0 : -1.0;

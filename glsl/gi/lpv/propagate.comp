@@ -46,8 +46,7 @@ mat4 sent_by(ivec3 neighbour) {
         for (int i = 0; i < 2; ++i) {
             uvec4 words =
                 imageLoad(lobes, pair_texel(params.grid, neighbour, i, params.step - 1u));
-            sent[2 * i] = vec4(unpackHalf2x16(words.x), unpackHalf2x16(words.y));
-            sent[2 * i + 1] = vec4(unpackHalf2x16(words.z), unpackHalf2x16(words.w));
+            unpack(words, sent[2 * i], sent[2 * i + 1]);
         }
     } else if (params.step == 1u) {
         // ∫ (|ωx| + |ωy| + |ωz|) Y_0 dω = 6π Y_0 of radiance 1

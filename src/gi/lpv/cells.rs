@@ -9,6 +9,7 @@ use super::grid::CellGrid;
 use super::inject::{FLUX_NUMBERS, POWER_NUMBERS, flux_unit, inject};
 use super::leaf_sweep::LeafSweep;
 use super::leaves::LeafSettings;
+use super::levels::{Levels, Transfer};
 use super::lobes::{LobeSettings, Lobes, Occlusion};
 use super::sweep::{Nesting, Sweep, volume};
 use crate::gi::{MapNeeds, Needs, Settings};
@@ -24,6 +25,28 @@ pub enum Source {
     Rsm,
     /// Opaque faces, lit at the place where the segment between two cells meets a surface.
     Faces,
+}
+
+/// What larger cells there are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Octree {
+    /// Far from surfaces, instead of smaller ones.
+    Leaves(LeafSettings),
+    /// Whole grids of them.
+    Levels(Transfer),
+}
+
+impl Octree {
+    /// As the technique's settings say; `None` where it has none.
+    fn new(settings: &Settings) -> Option<Self> {
+        Some(match settings.find_choice("octree")? {
+            "levels" => Octree::Levels(Transfer::new(settings)),
+            _ => Octree::Leaves(LeafSettings {
+                guard: settings.count("guard"),
+                max_level: settings.count("max_level"),
+            }),
+        })
+    }
 }
 
 /// How cells are lit.
@@ -43,13 +66,16 @@ pub struct CellSettings {
     pub occlusion: Occlusion,
     /// How lobes are handed on, where no directions are swept.
     pub lobes: Option<LobeSettings>,
-    /// Where cells are leaves of an octree, those that are swept.
-    pub leaves: Option<LeafSettings>,
+    /// Larger cells besides those of the grid: leaves where directions are swept, levels where
+    /// lobes are handed on.
+    pub octree: Option<Octree>,
 }
 
 impl CellSettings {
     /// As the technique's settings say.
     pub fn new(settings: &Settings) -> Self {
+        let octree = Octree::new(settings);
+        let has_leaves = matches!(octree, Some(Octree::Leaves(_)));
         CellSettings {
             source: if settings.is("source", "faces") {
                 Source::Faces
@@ -63,9 +89,13 @@ impl CellSettings {
             bounces: settings.count("bounces"),
             rsm_texels: settings.count("rsm_texels"),
             injection_shift: settings.number("injection_shift"),
-            occlusion: Occlusion::new(settings),
-            lobes: LobeSettings::new(settings),
-            leaves: None,
+            occlusion: if has_leaves {
+                Occlusion::Faces
+            } else {
+                Occlusion::new(settings)
+            },
+            lobes: LobeSettings::new(settings).filter(|_| !has_leaves),
+            octree,
         }
     }
 }
@@ -93,6 +123,8 @@ pub enum Propagation {
     Leaves(LeafSweep),
     /// As lobes.
     Lobes(Lobes),
+    /// As lobes, in levels of an octree.
+    Levels(Levels),
 }
 
 /// What grids of one size share.
@@ -105,12 +137,18 @@ impl Parts {
     fn new(gpu: &Gpu, size: UVec3, grids: u32, settings: &CellSettings) -> Result<Self, Error> {
         let [x, y, z] = size.to_array();
         let directions = settings.directions;
-        let propagation = match (settings.lobes, settings.leaves) {
+        let propagation = match (settings.lobes, settings.octree) {
+            (Some(lobes), Some(Octree::Levels(transfer))) => {
+                let steps = (lobes, settings.occlusion);
+                Propagation::Levels(Levels::new(gpu, size, steps, transfer)?)
+            }
             (Some(lobes), _) => {
                 Propagation::Lobes(Lobes::new(gpu, size, lobes, settings.occlusion)?)
             }
-            (None, Some(leaves)) => Propagation::Leaves(LeafSweep::new(gpu, (directions, leaves))?),
-            (None, None) => Propagation::Sweep(Sweep::new(gpu, size, directions, grids - 1)?),
+            (None, Some(Octree::Leaves(leaves))) => {
+                Propagation::Leaves(LeafSweep::new(gpu, (directions, leaves))?)
+            }
+            (None, _) => Propagation::Sweep(Sweep::new(gpu, size, directions, grids - 1)?),
         };
         Ok(Parts {
             propagation: Arc::new(propagation),
@@ -209,7 +247,10 @@ impl Cells {
             settings.source == Source::Faces || settings.bounces > 1 || scene.is_emissive;
         let power_numbers = settings.lobes.map_or(0, |_| POWER_NUMBERS);
         // Of leaves there is the number once they are found.
-        let receivers = settings.leaves.map_or(grid.count(), |_| 0);
+        let receivers = match parts.propagation.as_ref() {
+            Propagation::Leaves(_) => 0,
+            _ => grid.count(),
+        };
         Ok(Cells {
             grid,
             settings,
@@ -223,13 +264,18 @@ impl Cells {
 
     /// Finds the opaque faces.
     pub fn find_faces(&mut self, gpu: &Gpu, scene: &GpuScene) -> Result<FrameStats, Error> {
-        let stats = if self.has_faces() {
+        let mut stats = if self.has_faces() {
             self.faces.find(gpu, scene)?
         } else {
             let mut frame = Frame::new();
             frame.fill("lpv.clear_faces", &self.faces.words, 0);
             gpu.submit(frame)?
         };
+        if let Propagation::Levels(levels) = &*self.propagation {
+            let mut frame = Frame::new();
+            levels.find_faces(&mut frame, &self.faces);
+            stats.append(gpu.submit(frame)?);
+        }
         // Leaves are those of one grid: it shares them with none.
         if let Some(Propagation::Leaves(sweep)) = Arc::get_mut(&mut self.propagation) {
             sweep.divide(gpu, &self.faces)?;
@@ -245,7 +291,9 @@ impl Cells {
     pub(super) fn receivers(&self) -> u32 {
         match &*self.propagation {
             Propagation::Leaves(sweep) => sweep.leaves.all.len() as u32,
-            Propagation::Sweep(_) | Propagation::Lobes(_) => self.grid.count(),
+            Propagation::Sweep(_) | Propagation::Lobes(_) | Propagation::Levels(_) => {
+                self.grid.count()
+            }
         }
     }
 
@@ -323,6 +371,7 @@ impl Cells {
                 lobes.block(frame, &self.grid, scene, (maps, self.settings.rsm_texels));
                 lobes.run(frame, &self.faces, flux, &self.light);
             }
+            Propagation::Levels(levels) => levels.run(frame, &self.faces, flux, &self.light),
         }
     }
 }

@@ -196,9 +196,9 @@ pub struct Lobes {
     blockers: Option<Blockers>,
     streams: Arc<Buffer>,
     /// What the last two steps have left: four coefficients of intensity over h² (W/(m² sr)).
-    lobes: Arc<Image>,
+    pub(super) lobes: Arc<Image>,
     /// The same of all steps.
-    sum: Arc<Image>,
+    pub(super) sum: Arc<Image>,
 }
 
 impl Lobes {
@@ -260,14 +260,23 @@ impl Lobes {
         &self,
         frame: &mut Frame,
         faces: &Faces,
-        (flux, flux_unit): (&Arc<Buffer>, f32),
+        flux: (&Arc<Buffer>, f32),
         light: &Arc<Image>,
+    ) {
+        self.seed(frame, faces, flux);
+        self.step(frame, (&faces.grid, &faces.words), 0, light);
+        self.finish(frame, &faces.grid, light);
+    }
+
+    /// Adds the pass that gives cells what they send at first.
+    pub(super) fn seed(
+        &self,
+        frame: &mut Frame,
+        faces: &Faces,
+        (flux, flux_unit): (&Arc<Buffer>, f32),
     ) {
         let side_light = faces.sides.as_ref().map(|sides| &sides.light);
         let face_m2 = faces.grid.cell_size * faces.grid.cell_size;
-        let grid = faces.grid.row(0);
-        let [x, y, z] = faces.grid.size.to_array();
-        let groups = [x.div_ceil(8), y.div_ceil(8), z];
         frame
             .pass(&SEED)
             .bind("flux", flux)
@@ -277,24 +286,36 @@ impl Lobes {
             .bind("sum", &self.sum)
             .constant("SIDES", side_light.is_some())
             .push(&SeedParams {
-                grid,
+                grid: faces.grid.row(0),
                 peak_unit: flux_unit / (std::f32::consts::PI * face_m2),
             })
-            .dispatch(groups);
+            .dispatch(groups(&faces.grid));
+    }
+
+    /// Adds all steps, the first of which comes after the step `done`. What blocks light are
+    /// `faces`, a word a cell, where nothing else does.
+    pub(super) fn step(
+        &self,
+        frame: &mut Frame,
+        (grid, faces): (&CellGrid, &Arc<Buffer>),
+        done: u32,
+        light: &Arc<Image>,
+    ) {
         let step = |step| BatchDispatch {
             push: bytemuck::bytes_of(&PropagateParams {
-                grid,
+                grid: grid.row(0),
                 step,
                 gain: self.settings.gain,
             })
             .to_vec(),
-            groups,
+            groups: groups(grid),
             ..Default::default()
         };
+        let steps = done + 1..=done + self.settings.iterations;
         let blockers = self.blockers.as_ref().map(|blockers| &blockers.volume);
         frame
             .pass(&PROPAGATE)
-            .bind("faces", &faces.words)
+            .bind("faces", faces)
             .bind("streams", &self.streams)
             .bind("blockers", blockers.unwrap_or(light))
             .bind("lobes", &self.lobes)
@@ -302,12 +323,22 @@ impl Lobes {
             .constant("SCHEME", self.settings.scheme as u32)
             .constant("OCCLUSION", self.occlusion as u32)
             .constant("CLAMP", self.settings.clamp_negative)
-            .dispatch_chain((1..=self.settings.iterations).map(step).collect());
+            .dispatch_chain(steps.map(step).collect());
+    }
+
+    /// Adds the pass that makes the sum of all steps what pixels look up.
+    pub(super) fn finish(&self, frame: &mut Frame, grid: &CellGrid, light: &Arc<Image>) {
         frame
             .pass(&FINISH)
             .bind("sum", &self.sum)
             .bind("light", light)
-            .push(&FinishParams { grid })
-            .dispatch(groups);
+            .push(&FinishParams { grid: grid.row(0) })
+            .dispatch(groups(grid));
     }
+}
+
+/// Workgroups of the passes of which a thread has a cell.
+pub(super) fn groups(grid: &CellGrid) -> [u32; 3] {
+    let [x, y, z] = grid.size.to_array();
+    [x.div_ceil(8), y.div_ceil(8), z]
 }

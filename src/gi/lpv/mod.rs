@@ -6,6 +6,7 @@
 //! - [`sweep`]: from cells to all others, along discrete directions.
 //! - [`leaf_sweep`]: the same by [`leaves`] of an octree, in the order of a [`schedule`].
 //! - [`lobes`]: the same by the published method, and [`blockers`], its fuzzy occlusion.
+//! - [`levels`]: the published method in all levels of an octree.
 //! - [`gather`]: from cells to pixels.
 //! - [`view`]: cells to look at.
 //!
@@ -13,7 +14,7 @@
 //!
 //! - [`uniform`]: one grid around the scene.
 //! - [`cascaded`]: nested grids around the camera.
-//! - [`octree`]: one grid, with larger cells far from surfaces.
+//! - [`octree`]: one grid, with larger cells far from surfaces, or levels of them.
 
 pub mod blockers;
 pub mod cascaded;
@@ -25,6 +26,7 @@ mod grid;
 pub mod inject;
 pub mod leaf_sweep;
 pub mod leaves;
+pub mod levels;
 pub mod lobes;
 pub mod octree;
 mod one_grid;
@@ -36,6 +38,6 @@ pub mod sweep;
 pub mod uniform;
 pub mod view;
 
-pub use cells::{CellSettings, Cells, Propagation, Source};
+pub use cells::{CellSettings, Cells, Octree, Propagation, Source};
 pub use directions::Directions;
 pub use grid::{CellGrid, GridRow};

@@ -1,21 +1,32 @@
-//! Technique `lpv-octree`: cells are larger far from surfaces.
+//! Technique `lpv-octree`: cells are larger far from surfaces, or there are whole levels of larger
+//! ones.
 
 use super::faces::{FACES, LIGHT_SIDES, NEAREST, NUMBER_SIDES, SURFACES};
 use super::gather::{GATHER, SPECULAR};
 use super::inject::INJECT;
 use super::leaf_sweep::{LEAF_SOURCES, LEAF_SUM, LEAF_SWEEP};
-use super::leaves::LeafSettings;
+use super::levels::{DOWN_SAMPLE, LEVEL_FACES, MERGE_LEVELS};
+use super::lobes::{FINISH, PROPAGATE, SEED};
 use super::one_grid::OneGrid;
 use super::settings::{
-    CELL_SETTINGS, LIGHT_INJECTION, LOOKUP, OPAQUE_FACES, REFLECTION, STRUCTS, check_directions,
+    CELL_SETTINGS, CLAMP_NEGATIVE, GAIN, ITERATIONS, LIGHT_INJECTION, LOOKUP, OPAQUE_FACES,
+    REFLECTION, STRUCTS, check_directions,
 };
 use super::view::{CELLS, VIEW};
 use crate::gi::entry::{Entry, Stage};
-use crate::gi::settings::{Domain, Group, Preset, Rule, Setting};
+use crate::gi::settings::{Domain, Group, Preset, Rule, Setting, SettingError};
 use crate::gi::{Context, Settings, Technique};
 use crate::graph::{Error, Pass};
 
 static SETTINGS: &[Setting] = &[
+    Setting {
+        name: "octree",
+        help: "leaves: cells are larger far from surfaces, and directions are swept through them; \
+               levels: whole grids of larger and larger cells, in which lobes are handed on (2012)",
+        unit: "",
+        domain: Domain::Choice(&["leaves", "levels"]),
+        default: "leaves",
+    },
     Setting {
         name: "resolution",
         help: "cells along the longest side of the scene, with an empty one at either end; as \
@@ -39,14 +50,60 @@ static SETTINGS: &[Setting] = &[
         domain: Domain::Count { min: 0, max: 8 },
         default: "1",
     },
+    Setting {
+        name: "transfer",
+        help: "what a level begins with: the mean of what the finer one begins with, of which the \
+               finest that has light counts, as published; or the sum of what the finer one has \
+               left after its steps, where levels add up",
+        unit: "",
+        domain: Domain::Choice(&["mean", "residual"]),
+        default: "mean",
+    },
+    Setting {
+        name: "propagation",
+        help: "how lobes are handed on: 30 of them (2010), one along each axis (2009), or streams \
+               that keep direction",
+        unit: "",
+        domain: Domain::Choice(&["lobes30", "axis6", "stream"]),
+        default: "lobes30",
+    },
+    ITERATIONS,
+    GAIN,
+    CLAMP_NEGATIVE,
+    Setting {
+        name: "occlusion",
+        help: "what stops lobes between two cells: opaque faces, of larger cells where any part \
+               is, or nothing",
+        unit: "",
+        domain: Domain::Choice(&["faces", "none"]),
+        default: "faces",
+    },
 ];
 
+fn has_leaves(settings: &Settings) -> bool {
+    settings.is("octree", "leaves")
+}
+
+fn has_levels(settings: &Settings) -> bool {
+    settings.is("octree", "levels")
+}
+
 static RULES: &[Rule] = &[
-    Rule::always(Group::Structure, &["resolution", "max_level"]),
+    Rule::always(Group::Structure, &["octree", "resolution"]),
+    Rule {
+        group: Group::Structure,
+        settings: &["max_level"],
+        applies: has_leaves,
+    },
     Rule {
         group: Group::Structure,
         settings: &["guard"],
-        applies: |settings| settings.count("max_level") > 0,
+        applies: |settings| has_leaves(settings) && settings.count("max_level") > 0,
+    },
+    Rule {
+        group: Group::Structure,
+        settings: &["transfer"],
+        applies: has_levels,
     },
     Rule::always(Group::Light, &["source"]),
     Rule {
@@ -54,15 +111,47 @@ static RULES: &[Rule] = &[
         settings: &["rsm_texels", "injection_shift"],
         applies: |settings| settings.is("source", "rsm"),
     },
-    Rule::always(Group::Bounces, &["directions", "bounces"]),
+    Rule {
+        group: Group::Bounces,
+        settings: &["directions"],
+        applies: has_leaves,
+    },
+    Rule {
+        group: Group::Bounces,
+        settings: &["propagation", "iterations", "gain", "occlusion"],
+        applies: has_levels,
+    },
+    Rule {
+        group: Group::Bounces,
+        settings: &["clamp_negative"],
+        applies: |settings| has_levels(settings) && !settings.is("propagation", "stream"),
+    },
+    Rule::always(Group::Bounces, &["bounces"]),
     Rule::always(Group::Gather, &["gather_shift"]),
 ];
 
-static PRESETS: &[Preset] = &[Preset {
-    name: "accurate",
-    help: "discrete directions swept through leaves: single cells near surfaces, larger far off",
-    values: &[],
-}];
+static PRESETS: &[Preset] = &[
+    Preset {
+        name: "accurate",
+        help: "discrete directions swept through leaves: single cells near surfaces, larger far \
+               off",
+        values: &[],
+    },
+    Preset {
+        name: "textbook",
+        help: "the published method: 4 steps of 30 lobes in each level, each alone, with a \
+               propagation factor of 3, which is a gain of ¾; lookup half a cell off",
+        values: &[&[
+            ("octree", "levels"),
+            ("resolution", "32"),
+            ("iterations", "4"),
+            ("gain", "0.75"),
+            ("occlusion", "none"),
+            ("rsm_texels", "256"),
+            ("gather_shift", "0.5"),
+        ]],
+    },
+];
 
 static PASSES: &[&Pass] = &[
     &FACES,
@@ -74,15 +163,30 @@ static PASSES: &[&Pass] = &[
     &LEAF_SOURCES,
     &LEAF_SWEEP,
     &LEAF_SUM,
+    &LEVEL_FACES,
+    &SEED,
+    &DOWN_SAMPLE,
+    &PROPAGATE,
+    &MERGE_LEVELS,
+    &FINISH,
     &GATHER,
     &SPECULAR,
     &VIEW,
 ];
 
-/// From leaves to all others.
+/// From leaves, or cells of levels, to all others.
 static PROPAGATION: Stage = Stage::store(
     "propagation",
-    &["lpv.leaf_sources", "lpv.leaf_sweep", "lpv.leaf_sum"],
+    &[
+        "lpv.leaf_sources",
+        "lpv.leaf_sweep",
+        "lpv.leaf_sum",
+        "lpv.seed",
+        "lpv.down_sample",
+        "lpv.propagate",
+        "lpv.merge_levels",
+        "lpv.finish",
+    ],
 );
 
 /// The row of the registry.
@@ -90,7 +194,7 @@ pub static ENTRY: Entry = Entry {
     bounces: |settings| Some(settings.count("bounces")),
     settings: &[SETTINGS, CELL_SETTINGS],
     rules: &[RULES],
-    check: check_directions,
+    check,
     presets: PRESETS,
     passes: &[PASSES],
     structs: &[STRUCTS],
@@ -104,16 +208,20 @@ pub static ENTRY: Entry = Entry {
     ],
     ..Entry::new(
         "lpv-octree",
-        "light propagation volume swept along discrete directions, in larger cells far from \
-         surfaces",
+        "light propagation volume swept in larger cells far from surfaces, or stepped in levels of \
+         them as published",
         make,
     )
 };
 
+fn check(settings: &Settings) -> Result<(), SettingError> {
+    if has_leaves(settings) {
+        check_directions(settings)
+    } else {
+        Ok(())
+    }
+}
+
 fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>, Error> {
-    let leaves = LeafSettings {
-        guard: settings.count("guard"),
-        max_level: settings.count("max_level"),
-    };
-    Ok(Box::new(OneGrid::new(context, settings, Some(leaves))?))
+    Ok(Box::new(OneGrid::new(context, settings)?))
 }

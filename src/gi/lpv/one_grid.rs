@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use super::gather::Lookup;
-use super::leaves::LeafSettings;
 use super::{CellGrid, CellSettings, Cells, Propagation, gather, view};
 use crate::gi::inspect::ViewRow;
 use crate::gi::{Answer, Context, IndirectLight, Inputs, Inspect, Needs, Settings, Technique};
@@ -21,20 +20,13 @@ pub(super) struct OneGrid {
 }
 
 impl OneGrid {
-    /// Allocates; with `leaves`, cells are larger far from surfaces.
-    pub(super) fn new(
-        context: &Context<'_>,
-        settings: &Settings,
-        leaves: Option<LeafSettings>,
-    ) -> Result<Self, Error> {
+    /// Allocates.
+    pub(super) fn new(context: &Context<'_>, settings: &Settings) -> Result<Self, Error> {
         let Context {
             gpu, scene, size, ..
         } = *context;
         let grid = CellGrid::around(scene.lit_bounds(), settings.count("resolution"), MARGIN);
-        let cell_settings = CellSettings {
-            leaves,
-            ..CellSettings::new(settings)
-        };
+        let cell_settings = CellSettings::new(settings);
         let specular = || screen_image(gpu, "lpv.specular", size);
         Ok(OneGrid {
             cells: Cells::new(gpu, scene, grid, cell_settings)?,
@@ -83,11 +75,12 @@ impl Inspect for OneGrid {
         let sides = self.cells.faces.sides.as_ref();
         let sides = sides.map(|sides| ("opaque_sides", u64::from(sides.count)));
         let cells = ("cells", u64::from(self.cells.grid.count()));
-        let leaves = match &*self.cells.propagation {
+        let larger = match &*self.cells.propagation {
             Propagation::Leaves(sweep) => Some(("leaves", sweep.leaves.all.len() as u64)),
+            Propagation::Levels(levels) => Some(("levels", u64::from(levels.count()))),
             Propagation::Sweep(_) | Propagation::Lobes(_) => None,
         };
-        Ok([Some(cells), leaves, sides].into_iter().flatten().collect())
+        Ok([Some(cells), larger, sides].into_iter().flatten().collect())
     }
 
     fn cell_size(&self) -> Option<f32> {

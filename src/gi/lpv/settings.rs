@@ -62,6 +62,33 @@ pub(super) static CELL_SETTINGS: &[Setting] = &[
     },
 ];
 
+/// How often lobes are handed on.
+pub(super) const ITERATIONS: Setting = Setting {
+    name: "iterations",
+    help: "steps of all cells at once; light comes as many cells far",
+    unit: "",
+    domain: Domain::Count { min: 1, max: 1024 },
+    default: "8",
+};
+
+/// How much of them.
+pub(super) const GAIN: Setting = Setting {
+    name: "gain",
+    help: "fraction of the flux that goes on at each step",
+    unit: "",
+    domain: Domain::Number { min: 0.0, max: 1.0 },
+    default: "1",
+};
+
+/// What becomes of flux below 0.
+pub(super) const CLAMP_NEGATIVE: Setting = Setting {
+    name: "clamp_negative",
+    help: "whether flux through a face that two bands make negative is 0",
+    unit: "",
+    domain: Domain::Choice(&["on", "off"]),
+    default: "on",
+};
+
 /// What else light may go along than discrete directions, and what stops it.
 pub(super) static LOBE_SETTINGS: &[Setting] = &[
     Setting {
@@ -72,27 +99,9 @@ pub(super) static LOBE_SETTINGS: &[Setting] = &[
         domain: Domain::Choice(&["ordinates", "lobes30", "axis6", "stream"]),
         default: "ordinates",
     },
-    Setting {
-        name: "iterations",
-        help: "steps of all cells at once; light comes as many cells far",
-        unit: "",
-        domain: Domain::Count { min: 1, max: 1024 },
-        default: "8",
-    },
-    Setting {
-        name: "gain",
-        help: "fraction of the flux that goes on at each step",
-        unit: "",
-        domain: Domain::Number { min: 0.0, max: 1.0 },
-        default: "1",
-    },
-    Setting {
-        name: "clamp_negative",
-        help: "whether flux through a face that two bands make negative is 0",
-        unit: "",
-        domain: Domain::Choice(&["on", "off"]),
-        default: "on",
-    },
+    ITERATIONS,
+    GAIN,
+    CLAMP_NEGATIVE,
     Setting {
         name: "occlusion",
         help: "what stops light between two cells: opaque faces, nothing, or the blocking \
@@ -173,6 +182,7 @@ pub(super) static OPAQUE_FACES: Stage = Stage::store(
         "lpv.surfaces",
         "lpv.shift_faces",
         "lpv.shift_sides",
+        "lpv.level_faces",
     ],
 );
 

@@ -64,5 +64,5 @@ pub static ENTRY: Entry = Entry {
 };
 
 fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>, Error> {
-    Ok(Box::new(OneGrid::new(context, settings, None)?))
+    Ok(Box::new(OneGrid::new(context, settings)?))
 }

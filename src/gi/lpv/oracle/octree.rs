@@ -5,25 +5,10 @@ use glam::{DVec4, UVec3};
 
 use super::lobes::{Lobe, Steps, propagate, step};
 use crate::gi::lpv::CellGrid;
+pub use crate::gi::lpv::levels::grids as levels;
 
 /// What a cell without light has.
 const DARK: Lobe = [DVec4::ZERO; 4];
-
-/// The grids of all levels, the finest first; the last has two cells or fewer along each axis. A
-/// level of an odd number of cells ends half a coarse cell before its next one does.
-pub fn levels(finest: CellGrid) -> Vec<CellGrid> {
-    let mut grids = vec![finest];
-    let mut grid = finest;
-    while grid.size.max_element() > 2 {
-        grid = CellGrid {
-            cell_size: 2.0 * grid.cell_size,
-            size: (grid.size + 1) / 2,
-            ..grid
-        };
-        grids.push(grid);
-    }
-    grids
-}
 
 /// The cell of a place in lists of all cells.
 pub(crate) fn cell_at(grid: &CellGrid, index: usize) -> UVec3 {
