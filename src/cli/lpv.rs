@@ -6,14 +6,13 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 
 use crate::gi::lpv::oracle::simulator::{
-    Action, Injector, Occluder, Propagator, Run, Setup, Structure, Transport, direction,
-    inject_file,
+    Action, CSV_HEADER, Injector, Occluder, Propagator, Recorder, Run, Setup, Shown, Slice, Spread,
+    Structure, Transport, Which, direction, draw_slice, inject_file, scene_setup,
 };
+use crate::gi::simulator::LitScene;
 use crate::measure::draw::Chart;
-use crate::measure::lpv::{
-    CSV_HEADER, Recorder, Shown, Slice, SlicePicture, Spread, Which, error_chart, flux_chart,
-    reference_chart, scene_setup,
-};
+use crate::measure::lpv::{error_chart, flux_chart, reference_chart, write_drawing};
+use crate::reference::light_surfaces;
 use crate::scene::Scene;
 use crate::text::{counted, quoted};
 
@@ -173,9 +172,8 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
                 } else {
                     Spread::Linear
                 };
-                SlicePicture::new(&recorder.run, slice, shown, spread)
-                    .write(&args.output.join(name))
-                    .map_err(CliError::failed)?;
+                let drawing = draw_slice(&recorder.run, slice, shown, spread);
+                write_drawing(&drawing, &args.output.join(name)).map_err(CliError::failed)?;
             }
         }
         say(&summary(&recorder));
@@ -277,7 +275,13 @@ fn setup(args: &Args) -> Result<Setup, CliError> {
         Some(source) => {
             let scene = Scene::open(source, &args.load.options()).map_err(CliError::input)?;
             check_results_folder(&args.output, std::slice::from_ref(&scene))?;
-            scene_setup(&scene, args.cells, args.multiplier).map_err(CliError::input)?
+            let lit = LitScene {
+                scene: &scene,
+                light: |scene, spacing_m| {
+                    light_surfaces(scene, spacing_m).map_err(|error| error.to_string())
+                },
+            };
+            scene_setup(&lit, args.cells, args.multiplier).map_err(CliError::input)?
         }
         None => {
             let mut setup = Setup::empty(args.cells);

@@ -2,6 +2,7 @@
 
 use super::inspect::ViewRow;
 use super::settings::{Group, Preset, Rule, Setting, SettingError, Settings};
+use super::simulator::SimulatorRow;
 use super::{Context, Technique};
 use crate::graph::{Error, Pass};
 use crate::shader::StructLayout;
@@ -43,6 +44,8 @@ pub struct Entry {
     pub emission_in_slots: fn(&Settings) -> Vec<String>,
     /// The views that it has of itself, in groups; which of them are there depends on the settings.
     pub views: &'static [&'static [ViewRow]],
+    /// Its method on the CPU, to be watched step by step.
+    pub simulator: Option<&'static SimulatorRow>,
     /// Makes it.
     pub make: Make,
 }
@@ -127,6 +130,7 @@ impl Entry {
             substitutions: &[],
             emission_in_slots: |_| Vec::new(),
             views: &[],
+            simulator: None,
             make,
         }
     }

@@ -13,6 +13,7 @@ pub mod none;
 pub mod registry;
 pub mod settings;
 pub mod shared;
+pub mod simulator;
 pub mod voxel_cones;
 
 pub use crate::render::IndirectLight;

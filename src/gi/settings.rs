@@ -136,6 +136,17 @@ pub enum Value {
     Choice(&'static str),
 }
 
+impl fmt::Display for Value {
+    /// As it would be written on the command line.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Value::Count(count) => write!(f, "{count}"),
+            Value::Number(number) => write!(f, "{number}"),
+            Value::Choice(word) => write!(f, "{word}"),
+        }
+    }
+}
+
 /// A value as a record has it.
 #[derive(serde::Deserialize)]
 #[serde(untagged)]

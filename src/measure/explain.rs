@@ -12,10 +12,8 @@ use crate::gi::{SettingError, Settings};
 use crate::graph::{Error, Gpu};
 use crate::image::{Aov, Image};
 use crate::metrics::{Channel, Errors, MetricError, compare};
-use crate::reference::{
-    LitPoint, ReferenceError, SurfacePoint, gather, light_surfaces, surface_area_m2,
-};
-use crate::scene::Scene;
+use crate::reference::{ReferenceError, gather, light_surfaces, surface_area_m2};
+use crate::scene::{LitPoint, Scene, SurfacePoint};
 
 use super::bench::{Case, Truth, warm_up_frames};
 use super::report::{ErrorReport, Report};

@@ -37,7 +37,7 @@ mod world;
 pub use self::cache::{cache_dir, cached};
 pub use self::render::{guide, render};
 pub use self::result::{ReferenceImage, StandardError};
-pub use self::substitute::{LitPoint, SurfacePoint, gather, light_surfaces, surface_area_m2};
+pub use self::substitute::{gather, light_surfaces, surface_area_m2};
 use crate::scene::Scene;
 use crate::text::counted;
 

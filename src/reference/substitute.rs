@@ -12,26 +12,8 @@ use super::sampler::Sampler;
 use super::world::World;
 use super::{ReferenceError, Settings, validate_scene};
 use crate::image::Image;
-use crate::scene::Scene;
 use crate::scene::rays::{Hit, corners};
-
-/// A point of a surface.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SurfacePoint {
-    /// World-space position (m).
-    pub position: Vec3,
-    /// Unit geometric normal on the side that is seen.
-    pub normal: Vec3,
-}
-
-/// What the analytic lights make of a point of a surface.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LitPoint {
-    /// The point, seen from the front of its triangle.
-    pub surface: SurfacePoint,
-    /// Diffuse radiance ρ/π Σ E cos θ V that leaves the front and the back [W/(m² sr)].
-    pub radiance: [Vec3; 2],
-}
+use crate::scene::{LitPoint, Scene, SurfacePoint};
 
 /// Points that cover all surfaces evenly, one for every square of an edge of `spacing_m` (m), lit
 /// by exact shadow rays. What a mask takes away has none.

@@ -17,6 +17,7 @@ use super::panels::{self, Canvas, Panels, Request, Scope};
 use super::picture::{ToneMap, develop};
 use super::reload::{Compiled, Watcher};
 use super::session::{Choice, Session};
+use super::simulator::SimulatorWorker;
 use super::store::Remembered;
 use super::truth::TruthWorker;
 use super::views::VIEWS;
@@ -65,6 +66,7 @@ pub(super) struct App {
     pub(super) window: Option<Window>,
     pub(super) worker: Worker,
     truth: TruthWorker,
+    simulator: SimulatorWorker,
     watcher: Option<Watcher>,
     pub(super) loading: Option<Loading>,
     pub(super) driver: Option<Driver>,
@@ -126,6 +128,7 @@ impl App {
         Ok(App {
             worker: Worker::start(options.gpu.clone(), notify(&proxy))?,
             truth: TruthWorker::start(notify(&proxy))?,
+            simulator: SimulatorWorker::start(notify(&proxy))?,
             options,
             proxy,
             ctx,
@@ -359,6 +362,9 @@ impl App {
             Some(Err(problem)) => self.session.problem = Some(problem),
             None => {}
         }
+        if let Some(report) = self.simulator.take() {
+            self.session.simulator.report = Some(report);
+        }
         self.receive_scene();
     }
 
@@ -399,6 +405,12 @@ impl App {
         }
         if let Some(beam) = self.session.next_beam() {
             self.worker.ask_beam(beam);
+        }
+        if self.panels.shows_simulator() {
+            let orders = self.session.next_orders();
+            orders
+                .into_iter()
+                .for_each(|order| self.simulator.ask(order));
         }
         if let Some(truth) = self.session.next_truth() {
             if truth.is_some() {

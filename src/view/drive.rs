@@ -15,6 +15,7 @@ use super::beam::table;
 use super::panels::SECTIONS;
 use super::script::{Action, Line};
 use super::session::{Choice, Compare};
+use super::simulator::Order;
 use super::views;
 use super::window::Window;
 use crate::frame::Traced;
@@ -242,6 +243,11 @@ impl App {
             Action::Beam(..) | Action::BeamList(_) | Action::BeamOff => {
                 self.act_beam(action, began)
             }
+            Action::SimulatorSet(..)
+            | Action::SimulatorAct(_)
+            | Action::SimulatorRun(_)
+            | Action::SimulatorOver
+            | Action::SimulatorList(_) => self.act_simulator(action, began),
             Action::Close => {
                 self.closing = true;
                 Ok(Step::Done)
@@ -639,6 +645,45 @@ impl App {
             (Action::BeamList(_), Ok(_)) => Err(String::from("there is no beam")),
             _ => Ok(Step::Done),
         }
+    }
+
+    fn act_simulator(&mut self, action: &Action, began: Began) -> Result<Step, String> {
+        let entry = self.session.choices[0].entry;
+        let state = &mut self.session.simulator;
+        if entry.simulator.is_none() {
+            return Err(format!("{} has no simulator", entry.name));
+        }
+        if !self.panels.shows_simulator() {
+            return Err("the section of the simulator is not open".to_owned());
+        }
+        let Some((row, ..)) = state.values() else {
+            return Ok(Step::Wait);
+        };
+        if began.turn == 0 {
+            match action {
+                Action::SimulatorSet(name, value) => {
+                    state.set(name, value).map_err(|error| error.to_string())?;
+                }
+                Action::SimulatorAct(name) => {
+                    let known = row.actions.iter().position(|action| action.name == name);
+                    let known = known.ok_or_else(|| format!("there is no action {name}"))?;
+                    state.order(Order::Act(known));
+                }
+                Action::SimulatorRun(steps) => state.order(Order::Run(*steps)),
+                Action::SimulatorOver => state.start_over(),
+                _ => {}
+            }
+        }
+        if began.turn < 2 || !state.is_idle() {
+            return Ok(Step::Wait);
+        }
+        if let Some(Err(problem)) = state.report.as_ref().map(|report| &report.known) {
+            return Err(problem.clone());
+        }
+        if let (Action::SimulatorList(path), Some(table)) = (action, state.table()) {
+            write_text(path, &table).map_err(|error| format!("{}: {error}", path.display()))?;
+        }
+        Ok(Step::Done)
     }
 
     fn act_memory(&mut self, action: &Action) -> Result<Step, String> {

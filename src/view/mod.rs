@@ -16,6 +16,7 @@ mod picture;
 mod reload;
 mod script;
 mod session;
+mod simulator;
 mod store;
 mod truth;
 mod views;

@@ -80,6 +80,16 @@ pub enum Action {
     BeamList(PathBuf),
     /// `beam off`: no beam any more.
     BeamOff,
+    /// `simulator set KEY VALUE`.
+    SimulatorSet(String, String),
+    /// `simulator act NAME`: one action of the simulator, whose section is open; waits for it.
+    SimulatorAct(String),
+    /// `simulator run STEPS`: all actions; waits for them.
+    SimulatorRun(u32),
+    /// `simulator over`: start over.
+    SimulatorOver,
+    /// `simulator list FILE`: its figures, as CSV.
+    SimulatorList(PathBuf),
     /// `copy FROM TO`: a file.
     Copy(PathBuf, PathBuf),
     /// `shader ok|error`: wait until a shader was taken or refused since the last such action.
@@ -205,6 +215,11 @@ fn action(text: &str) -> Option<Action> {
             [number(x)?, number(y)?],
             BeamAxis::Diffuse(index.parse().ok()?),
         ),
+        ["simulator", "set", key, value] => Action::SimulatorSet(key.to_owned(), value.to_owned()),
+        ["simulator", "act", name] => Action::SimulatorAct(name.to_owned()),
+        ["simulator", "run", steps] => Action::SimulatorRun(steps.parse().ok()?),
+        ["simulator", "over"] => Action::SimulatorOver,
+        ["simulator", "list", path] => Action::SimulatorList(path.into()),
         ["copy", from, to] => Action::Copy(from.into(), to.into()),
         ["shader", "ok"] => Action::Shader(true),
         ["shader", "error"] => Action::Shader(false),

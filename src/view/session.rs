@@ -11,6 +11,7 @@ use glam::Vec3;
 use super::beam::{BeamAnswer, BeamJob, BeamState};
 use super::camera::Controls;
 use super::picture::{Components, Look, ToneMap};
+use super::simulator::{Order, SimulatorState};
 use super::truth::{MOST_SAMPLES, RefinedReference, TruthJob};
 use super::views::VIEWS;
 use super::worker::{Job, PaneJob, Picture};
@@ -146,6 +147,7 @@ pub(super) struct Session {
     pub(super) layer: u32,
     pub(super) components: Components,
     pub(super) beam: BeamState,
+    pub(super) simulator: SimulatorState,
     /// Exposure (stops), 0 for none.
     pub(super) exposure_ev: f32,
     pub(super) tone_map: ToneMap,
@@ -202,6 +204,7 @@ impl Session {
             layer: 0,
             components: Components::default(),
             beam: BeamState::default(),
+            simulator: SimulatorState::default(),
             exposure_ev: 0.0,
             tone_map: ToneMap::Clamp,
             difference_scale: 0.5,
@@ -370,6 +373,17 @@ impl Session {
             aperture_deg: self.beam.aperture_deg,
         };
         (self.beam.asked.replace(wanted) != Some(wanted)).then_some(wanted)
+    }
+
+    /// What the simulator is to be asked for, where the left technique has one.
+    pub(super) fn next_orders(&mut self) -> Vec<Order> {
+        let Some(row) = self.choices[0].entry.simulator else {
+            return Vec::new();
+        };
+        if let Err(error) = self.simulator.choose(row) {
+            self.problem = Some(error.to_string());
+        }
+        self.simulator.next_orders(&self.scene, &self.lights)
     }
 
     /// The beam that came back, where there is to be one and it is from what is shown.

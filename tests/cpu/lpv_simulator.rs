@@ -14,6 +14,11 @@ use lumivox::gi::lpv::oracle::simulator::{
     direction, errors_to, errors_within, inject_file,
 };
 use lumivox::gi::lpv::oracle::{Boundary, jacobi};
+use lumivox::gi::lpv::simulator::SIMULATOR;
+use lumivox::gi::settings::{Domain, Setting};
+use lumivox::gi::simulator::{LitScene, Shape, Simulator, SimulatorRow};
+use lumivox::reference::light_surfaces;
+use lumivox::scene::{LoadOptions, Scene};
 
 use crate::support::compare::{Largest, Worst, exceeds};
 
@@ -299,4 +304,79 @@ fn words_of_the_command_line_are_told_when_wrong() {
     assert_eq!(direction("0,-2,0").unwrap(), DVec3::NEG_Y);
     let unknown = Propagator::new("lobes", 8).unwrap_err();
     assert!(unknown.contains("lobes30, axis6"), "{unknown}");
+}
+
+/// Every value of every setting makes a simulator, which tells and draws what the bench has.
+#[test]
+fn the_row_of_the_window_is_the_bench() {
+    let values = |list: &[Setting], pairs: &[String]| SimulatorRow::values(list, pairs).unwrap();
+    let names: Vec<&str> = [SIMULATOR.settings, SIMULATOR.shown]
+        .concat()
+        .iter()
+        .map(|setting| setting.name)
+        .collect();
+    let of_rules = SIMULATOR.rules.iter().flat_map(|rule| rule.settings);
+    assert!(of_rules.clone().all(|name| names.contains(name)) && of_rules.count() >= 4);
+    let scene = Scene::open("bundled:cornell", &LoadOptions::default()).unwrap();
+    let lit = LitScene {
+        scene: &scene,
+        light: |scene, spacing_m| {
+            light_surfaces(scene, spacing_m).map_err(|error| error.to_string())
+        },
+    };
+    let make = |pairs: &[&str]| {
+        let mut all = vec!["cells=8".to_owned(), "directions=8".to_owned()];
+        all.extend(pairs.iter().map(|pair| (*pair).to_owned()));
+        (SIMULATOR.make)(&values(SIMULATOR.settings, &all), &lit).unwrap()
+    };
+    let told = |simulator: &dyn Simulator, name: &str| -> String {
+        let figures = simulator.figures();
+        let found = figures.iter().find(|(known, _)| *known == name);
+        found.map_or_else(String::new, |(_, value)| value.clone())
+    };
+    for setting in SIMULATOR.settings {
+        let Domain::Choice(words) = setting.domain else {
+            continue;
+        };
+        for word in words {
+            let mut simulator = make(&[&format!("{}={word}", setting.name)]);
+            for action in simulator.automatic(2) {
+                simulator.act(action);
+            }
+            let lost = told(&*simulator, "lost");
+            assert!(
+                !told(&*simulator, "injected").starts_with("0 ")
+                    && (word == &"on" || lost.starts_with("0 ") || lost.starts_with("-0 ")),
+                "{} {word}: {lost} lost",
+                setting.name
+            );
+            for shown in ["merged", "source", "target", "sum"] {
+                let pairs = [format!("show={shown}"), "level=6".to_owned()];
+                let drawing = simulator.draw(&values(SIMULATOR.shown, &pairs));
+                assert!(drawing.size.contains(&8), "{shown}");
+                assert!(drawing.title.contains(shown), "{}", drawing.title);
+            }
+        }
+    }
+    // Lobes of the slice that has the middle cell, before and after a step.
+    let mut simulator = make(&["injector=cell"]);
+    let stars = |simulator: &dyn Simulator, pairs: &[String]| {
+        let drawing = simulator.draw(&values(SIMULATOR.shown, pairs));
+        let is_star = |shape: &&Shape| matches!(shape, Shape::Star { .. });
+        drawing.shapes.iter().filter(is_star).count()
+    };
+    let index = |name: &str| {
+        let mut actions = SIMULATOR.actions.iter();
+        actions.position(|action| action.name == name).unwrap()
+    };
+    let middle = ["index=4".to_owned()];
+    assert_eq!(stars(&*simulator, &middle), 0);
+    simulator.act(index("inject"));
+    // Two bands: a lobe, and behind it what is below zero.
+    assert_eq!(stars(&*simulator, &middle), 2);
+    assert_eq!(stars(&*simulator, &["index=3".to_owned()]), 0);
+    simulator.act(index("step"));
+    assert!(stars(&*simulator, &middle) > 2 && stars(&*simulator, &["index=3".to_owned()]) > 0);
+    assert_eq!(told(&*simulator, "steps"), "1");
+    assert_eq!(simulator.most("index"), Some(7));
 }

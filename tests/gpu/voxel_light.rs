@@ -20,9 +20,9 @@ use lumivox::gi::shared::voxel::{
 use lumivox::graph::{Error, Frame, Gpu};
 use lumivox::image::luminance;
 use lumivox::measure::explain::give_light;
-use lumivox::reference::{LitPoint, light_surfaces};
+use lumivox::reference::light_surfaces;
 use lumivox::render::{GpuScene, LightMaps};
-use lumivox::scene::{Light, Scene};
+use lumivox::scene::{Light, LitPoint, Scene};
 use rayon::prelude::*;
 
 const DEFAULT: LightSettings = LightSettings {

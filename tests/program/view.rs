@@ -2,6 +2,7 @@
 //! no leak, and the pictures of `lumivox render`.
 
 use crate::support::{Missing, skipped};
+use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::fmt::Write as _;
 use std::path::Path;
@@ -354,6 +355,87 @@ fn a_beam_lists_what_it_sees() {
         );
     }
     assert!(!columns(&folder.path().join("right.csv")).is_empty());
+}
+
+/// Figures of a simulator's list: names, and their numbers without units.
+fn figures(path: &Path) -> BTreeMap<String, f64> {
+    let text = std::fs::read_to_string(path).unwrap();
+    let figure = |line: &str| {
+        let (name, value) = line.split_once(',')?;
+        let number = value.split([' ', ',']).next()?.parse().ok()?;
+        Some((name.to_owned(), number))
+    };
+    text.lines().skip(1).filter_map(figure).collect()
+}
+
+#[test]
+fn the_simulator_does_what_its_buttons_say() {
+    let Some(display) = Display::start() else {
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let script = "still\nsection simulator\nsimulator set cells 8\nsimulator list new.csv\n\
+                  screenshot new.png\nsimulator act inject\nsimulator list injected.csv\n\
+                  screenshot injected.png\nsimulator act step\nsimulator list stepped.csv\n\
+                  screenshot stepped.png\nsimulator set axis x\nscreenshot across.png\n\
+                  simulator over\nsimulator list over.csv\n\
+                  simulator set propagator octree-axis6\nsimulator set occluder y\n\
+                  simulator run 3\nsimulator set show merged\nsimulator list octree.csv\n\
+                  screenshot octree.png\nsimulator set injector scene\nsimulator run 2\n\
+                  simulator list scene.csv\nclose\n";
+    let arguments = [
+        "--validate",
+        "--size",
+        "760x620",
+        "--technique",
+        "lpv",
+        "--set",
+        "resolution=8",
+        "--shadow-resolution",
+        "64",
+    ];
+    check_done(&display.view(folder.path(), &arguments, script));
+    let path = |name: &str| folder.path().join(name);
+    let [new, injected, stepped, over, octree, scene] =
+        ["new", "injected", "stepped", "over", "octree", "scene"]
+            .map(|name| figures(&path(&format!("{name}.csv"))));
+    assert_eq!((new["injected"], over["injected"]), (0.0, 0.0));
+    assert_eq!((injected["on its way"], injected["steps"]), (64.0, 0.0));
+    let accounted = stepped["on its way"] + stepped["left"] + stepped["lost"];
+    assert!(
+        stepped["steps"] == 1.0 && stepped["centre moved"] > 0.1 && (accounted - 64.0).abs() < 0.1,
+        "{stepped:?}"
+    );
+    assert!(octree["steps"] == 3.0 && octree["levels"] == 3.0 && octree["absorbed"] > 0.0);
+    assert!(octree["e_abs"] > 0.0 && octree["e_rel to one grid"] > 0.0);
+    assert!(scene["injected"] > 0.0 && scene["injected"] != octree["injected"]);
+    // Each of them is another picture.
+    let seen = ["new", "injected", "stepped", "across", "octree"]
+        .map(|name| std::fs::read(path(&format!("{name}.png"))).unwrap());
+    for (index, picture) in seen.iter().enumerate() {
+        assert!(!seen[..index].contains(picture), "picture {index}");
+    }
+    for (technique, script, says) in [
+        (
+            "lpv",
+            "section simulator\nframes 2\nsimulator act jump\n",
+            "no action jump",
+        ),
+        ("lpv", "simulator act step\n", "not open"),
+        (
+            "none",
+            "section simulator\nsimulator act step\n",
+            "no simulator",
+        ),
+    ] {
+        let arguments = ["--technique", technique, "--shadow-resolution", "16"];
+        let ran = display.view(folder.path(), &arguments, script);
+        assert!(
+            ran.code == Some(1) && ran.stderr.contains(says),
+            "{script}: {}",
+            ran.stderr
+        );
+    }
 }
 
 /// Memory of the process over 10,000 frames: 15 s; without validation, whose layers keep books of

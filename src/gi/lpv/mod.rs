@@ -9,6 +9,7 @@
 //! - [`levels`]: the published method in all levels of an octree.
 //! - [`gather`]: from cells to pixels.
 //! - [`view`]: cells to look at.
+//! - [`simulator`]: the published method on the CPU, to be watched.
 //!
 //! [`Cells`] is all from surfaces to cells, for one grid. Techniques:
 //!
@@ -34,6 +35,7 @@ pub mod oracle;
 pub mod schedule;
 pub mod scroll;
 mod settings;
+pub mod simulator;
 pub mod sweep;
 pub mod uniform;
 pub mod view;

@@ -12,6 +12,7 @@ use super::settings::{
     CELL_SETTINGS, CLAMP_NEGATIVE, GAIN, ITERATIONS, LIGHT_INJECTION, LOOKUP, OPAQUE_FACES,
     REFLECTION, STRUCTS, check_directions,
 };
+use super::simulator::SIMULATOR;
 use super::view::{CELLS, VIEW};
 use crate::gi::entry::{Entry, Stage};
 use crate::gi::settings::{Domain, Group, Preset, Rule, Setting, SettingError};
@@ -199,6 +200,7 @@ pub static ENTRY: Entry = Entry {
     passes: &[PASSES],
     structs: &[STRUCTS],
     views: &[std::slice::from_ref(&CELLS)],
+    simulator: Some(&SIMULATOR),
     stages: &[
         &OPAQUE_FACES,
         &LIGHT_INJECTION,

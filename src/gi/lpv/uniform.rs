@@ -5,6 +5,7 @@ use super::settings::{
     self, GEOMETRY_VOLUME, LIGHT_INJECTION, LOOKUP, OPAQUE_FACES, PASSES, PROPAGATION, REFLECTION,
     RULES, STRUCTS,
 };
+use super::simulator::SIMULATOR;
 use super::view::CELLS;
 use crate::gi::entry::Entry;
 use crate::gi::settings::{Domain, Preset, Setting};
@@ -48,6 +49,7 @@ pub static ENTRY: Entry = Entry {
     passes: &[PASSES],
     structs: &[STRUCTS],
     views: &[std::slice::from_ref(&CELLS)],
+    simulator: Some(&SIMULATOR),
     stages: &[
         &OPAQUE_FACES,
         &LIGHT_INJECTION,

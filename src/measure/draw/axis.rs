@@ -98,24 +98,6 @@ pub(super) fn log_ticks(range: &Range<f64>) -> Vec<f64> {
         .collect()
 }
 
-/// A number with three digits that count.
-pub(in crate::measure) fn short(value: f64) -> String {
-    if value.abs() < 1e-12 || !value.is_finite() {
-        return if value.is_finite() {
-            "0".to_owned()
-        } else {
-            format!("{value}")
-        };
-    }
-    let digits = (2 - value.abs().log10().floor() as i32).clamp(0, 6) as usize;
-    let text = format!("{value:.digits$}");
-    if text.contains('.') {
-        text.trim_end_matches('0').trim_end_matches('.').to_owned()
-    } else {
-        text
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -128,22 +110,5 @@ mod tests {
             [-0.6000000000000001, -0.4, -0.2, 0.0]
         );
         assert_eq!(log_ticks(&(11.0..45.0)), [15.0, 20.0, 30.0, 40.0]);
-    }
-
-    #[test]
-    fn short_numbers() {
-        let cases = [
-            (0.0, "0"),
-            (-1e-17, "0"),
-            (0.0213, "0.0213"),
-            (1.5, "1.5"),
-            (12.345, "12.3"),
-            (1234.5, "1234"),
-            (-0.25, "-0.25"),
-            (100.0, "100"),
-        ];
-        cases
-            .iter()
-            .for_each(|(value, text)| assert_eq!(short(*value), *text));
     }
 }

@@ -4,8 +4,9 @@ use plotters::coord::Shift;
 use plotters::coord::ranged1d::SegmentValue;
 use plotters::prelude::*;
 
-use super::axis::{Axis, linear_ticks, log_ticks, range, short};
+use super::axis::{Axis, linear_ticks, log_ticks, range};
 use super::{Bar, BarPanel, Drawn, LineAxis, LinePanel, MARGIN_PX, Scale, TEXT_PX, Ticks, color};
+use crate::text::short;
 
 /// Lines over a number; `names` gives the colours.
 pub(super) fn draw_lines<DB: DrawingBackend>(

@@ -14,7 +14,7 @@ use image::{ExtendedColorType, ImageEncoder as _};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 
-pub(in crate::measure) use axis::short;
+pub(in crate::measure) use crate::text::short;
 use lines::{draw_bars, draw_lines};
 use points::{draw_marker, draw_points, point_panel_height};
 

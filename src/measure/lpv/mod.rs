@@ -1,12 +1,8 @@
-//! The bench for light propagation ([`crate::gi::lpv::oracle::simulator`]): what it starts from,
-//! what it writes down after each action, and its pictures.
+//! Files of the simulator of light propagation ([`crate::gi::lpv::oracle::simulator`]): drawings,
+//! and plots of what it writes down after each action.
 
+mod drawing;
 mod plots;
-mod record;
-mod scene;
-mod slice;
 
+pub use drawing::write_drawing;
 pub use plots::{error_chart, flux_chart, reference_chart};
-pub use record::{CSV_HEADER, Record, Recorder};
-pub use scene::{SceneSetupError, scene_setup};
-pub use slice::{Shown, Slice, SlicePicture, Spread, Which};

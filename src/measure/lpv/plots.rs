@@ -1,7 +1,6 @@
 //! Lines over steps.
 
-use super::record::{Record, Recorder};
-use crate::gi::lpv::oracle::simulator::Errors;
+use crate::gi::lpv::oracle::simulator::{Errors, Record, Recorder};
 use crate::measure::draw::{Chart, LineAxis, LinePanel, Panels, Scale, Series, Ticks};
 
 /// Lines of all recorders that have the number, over steps.

@@ -60,7 +60,7 @@ pub(super) fn show(ui: &mut Ui, scope: &mut Scope<'_>) {
 }
 
 /// A name at the left, a number at the right.
-fn figure(ui: &mut Ui, name: &str, number: &str) {
+pub(super) fn figure(ui: &mut Ui, name: &str, number: &str) {
     ui.horizontal(|ui| {
         let width = ui.available_width();
         let height = ui.text_style_height(&egui::TextStyle::Body);

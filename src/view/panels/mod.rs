@@ -8,6 +8,7 @@ mod help;
 mod input;
 mod lights;
 mod look;
+mod simulator;
 mod technique;
 
 use std::ffi::OsString;
@@ -24,16 +25,20 @@ use super::worker::Picture;
 pub(super) use canvas::Canvas;
 
 /// Sections of the panels, in their order.
-pub const SECTIONS: [&str; 8] = [
+pub const SECTIONS: [&str; 9] = [
     "Scene",
     "Compare",
     "Technique",
     "Picture",
     "Beam",
+    SIMULATOR,
     "Camera",
     "Lights",
     "Cost",
 ];
+
+/// The section that is there with techniques that have a simulator.
+const SIMULATOR: &str = "Simulator";
 
 /// Width of the panels (points).
 const WIDTH: f32 = 312.0;
@@ -117,6 +122,12 @@ impl Default for Panels {
 }
 
 impl Panels {
+    /// Whether the section of the simulator is open.
+    pub(super) fn shows_simulator(&self) -> bool {
+        let mut sections = SECTIONS.iter().zip(self.open);
+        sections.any(|(section, is_open)| is_open && *section == SIMULATOR)
+    }
+
     /// Opens the dialog, as large as the window allows.
     pub(super) fn browse(&mut self, ctx: &Context) {
         // Its bars and margins are not counted.
@@ -189,6 +200,10 @@ pub(super) fn show(ctx: &Context, scope: &mut Scope<'_>, canvas: &Canvas) {
             });
     }
     canvas.show(ctx, scope);
+    let has_simulator = scope.session.choices[0].entry.simulator.is_some();
+    if scope.remembered.panels && is_roomy && has_simulator && scope.panels.shows_simulator() {
+        simulator::show_drawing(ctx, &scope.session.simulator, scope.panels.picture);
+    }
     if let Some(problem) = scope
         .session
         .any_error()
@@ -209,6 +224,9 @@ pub(super) fn show(ctx: &Context, scope: &mut Scope<'_>, canvas: &Canvas) {
 }
 
 fn section(ui: &mut Ui, scope: &mut Scope<'_>, index: usize) {
+    if SECTIONS[index] == SIMULATOR && scope.session.choices[0].entry.simulator.is_none() {
+        return;
+    }
     let header = CollapsingHeader::new(RichText::new(SECTIONS[index]).strong())
         .open(Some(scope.panels.open[index]));
     let response = header.show(ui, |ui| match SECTIONS[index] {
@@ -217,6 +235,7 @@ fn section(ui: &mut Ui, scope: &mut Scope<'_>, index: usize) {
         "Technique" => technique::show(ui, scope),
         "Picture" => look::show_picture(ui, scope),
         "Beam" => beam::show(ui, scope),
+        SIMULATOR => simulator::show(ui, scope),
         "Camera" => look::show_camera(ui, scope),
         "Lights" => lights::show(ui, scope),
         _ => cost::show(ui, scope),

@@ -4,7 +4,7 @@ use egui::{CollapsingHeader, RichText, Slider, Ui};
 
 use super::{Scope, choose, row};
 use crate::gi::registry;
-use crate::gi::settings::{Domain, Group, Setting, Value};
+use crate::gi::settings::{Domain, Group, Setting};
 use crate::text::counted;
 use crate::view::session::{Choice, Compare};
 
@@ -172,7 +172,7 @@ fn show_setting(
         .set
         .get(setting.name)
         .cloned()
-        .unwrap_or_else(|| text(value));
+        .unwrap_or_else(|| value.to_string());
     let unit = if setting.unit.is_empty() {
         String::new()
     } else {
@@ -221,7 +221,12 @@ fn show_setting(
 }
 
 /// The new value, as it would be written on the command line.
-fn widget(ui: &mut Ui, setting: &Setting, text: &str, held: &mut bool) -> Option<String> {
+pub(super) fn widget(
+    ui: &mut Ui,
+    setting: &Setting,
+    text: &str,
+    held: &mut bool,
+) -> Option<String> {
     let mut slider = |ui: &mut Ui, slider: Slider<'_>| {
         ui.spacing_mut().slider_width = (ui.available_width() - 62.0).max(30.0);
         let response = ui.add(slider);
@@ -260,13 +265,5 @@ fn widget(ui: &mut Ui, setting: &Setting, text: &str, held: &mut bool) -> Option
             choose(ui, setting.name, text, words.iter().map(|word| (*word, "")))
                 .map(|chosen| words[chosen].to_owned())
         }
-    }
-}
-
-fn text(value: Value) -> String {
-    match value {
-        Value::Count(count) => count.to_string(),
-        Value::Number(number) => number.to_string(),
-        Value::Choice(word) => word.to_owned(),
     }
 }

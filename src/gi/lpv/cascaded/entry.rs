@@ -8,6 +8,7 @@ use crate::gi::lpv::settings::{
     self, CELL_SETTINGS, GEOMETRY_VOLUME, LIGHT_INJECTION, LOBE_SETTINGS, LOOKUP, OPAQUE_FACES,
     PASSES, PROPAGATION, REFLECTION, RULES, STRUCTS,
 };
+use crate::gi::lpv::simulator::SIMULATOR;
 use crate::gi::lpv::view::CELLS;
 use crate::gi::settings::{Domain, Group, Preset, Rule, Setting, SettingError};
 
@@ -96,6 +97,7 @@ pub static ENTRY: Entry = Entry {
     passes: &[PASSES, &[&SHIFT_FACES, &SHIFT_SIDES]],
     structs: &[STRUCTS],
     views: &[std::slice::from_ref(&CELLS)],
+    simulator: Some(&SIMULATOR),
     stages: &[
         &OPAQUE_FACES,
         &LIGHT_INJECTION,

@@ -8,7 +8,10 @@ mod account;
 mod file;
 mod injectors;
 mod light;
+mod record;
 mod run;
+mod scene;
+mod slice;
 
 use glam::{DVec3, UVec3};
 
@@ -16,7 +19,10 @@ pub use account::{Account, Errors, difference, errors_to, errors_within};
 pub use file::{InjectorError, inject_file};
 pub use injectors::{Injector, Occluder, direction};
 pub use light::{Light, Shape};
+pub use record::{CSV_HEADER, Record, Recorder};
 pub use run::{Action, Level, Run};
+pub use scene::{SceneSetupError, scene_setup};
+pub use slice::{Shown, Slice, Spread, Which, draw_slice};
 
 use super::octree;
 use crate::gi::lpv::lobes::Scheme;

@@ -1,10 +1,10 @@
 //! Numbers of each action.
 
-use crate::gi::lpv::oracle::lobes::Lobe;
-use crate::gi::lpv::oracle::simulator::{
+use super::{
     Account, Action, Errors, Propagator, Run, Setup, Structure, difference, errors_to,
     errors_within,
 };
+use crate::gi::lpv::oracle::lobes::Lobe;
 
 /// What is known after an action.
 #[derive(Clone, Debug, PartialEq)]

@@ -4,13 +4,11 @@ use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3};
 
+use super::{Emission, Injected, Setup};
 use crate::gi::lpv::CellGrid;
 use crate::gi::lpv::oracle::crossings;
-use crate::gi::lpv::oracle::simulator::{Emission, Injected, Setup};
+use crate::gi::simulator::LitScene;
 use crate::image::luminance;
-use crate::reference::{ReferenceError, light_surfaces};
-
-use crate::scene::Scene;
 
 /// Squares of a surface along the edge of a cell.
 const SQUARES_PER_CELL: f32 = 4.0;
@@ -29,14 +27,18 @@ pub enum SceneSetupError {
          directional, spot and point lights"
     )]
     Dark(String),
-    /// Its surfaces cannot be lit.
-    #[error(transparent)]
-    Reference(#[from] ReferenceError),
+    /// Its surfaces cannot be lit, in words.
+    #[error("{0}")]
+    Unlit(String),
 }
 
 /// A grid around the scene's box, `cells` along its longest side. Light is the luminance of what
-/// surfaces reflect of lights, by exact shadow rays.
-pub fn scene_setup(scene: &Scene, cells: u32, multiplier: f64) -> Result<Setup, SceneSetupError> {
+/// surfaces reflect of lights.
+pub fn scene_setup(
+    LitScene { scene, light }: &LitScene<'_>,
+    cells: u32,
+    multiplier: f64,
+) -> Result<Setup, SceneSetupError> {
     let empty = || SceneSetupError::Empty(scene.name.clone());
     let grid = CellGrid::around(scene.bounds().ok_or_else(empty)?, cells, 1);
     let found = crossings(scene, &grid);
@@ -45,7 +47,7 @@ pub fn scene_setup(scene: &Scene, cells: u32, multiplier: f64) -> Result<Setup, 
     let spacing_m = grid.cell_size / SQUARES_PER_CELL;
     let square_m2 = f64::from(spacing_m).powi(2);
     let mut injected = Vec::new();
-    for point in light_surfaces(scene, spacing_m)? {
+    for point in light(scene, spacing_m).map_err(SceneSetupError::Unlit)? {
         for (radiance, side) in point.radiance.into_iter().zip([1.0, -1.0]) {
             let normal = side * point.surface.normal.as_dvec3();
             let place = place(&grid, point.surface.position, normal);
