@@ -13,7 +13,7 @@ use super::settings::{
     REFLECTION, STRUCTS, check_directions,
 };
 use super::simulator::SIMULATOR;
-use super::view::{CELLS, VIEW};
+use super::view::{VIEW, VIEWS};
 use crate::gi::entry::{Entry, Stage};
 use crate::gi::settings::{Domain, Group, Preset, Rule, Setting, SettingError};
 use crate::gi::{Context, Settings, Technique};
@@ -199,7 +199,7 @@ pub static ENTRY: Entry = Entry {
     presets: PRESETS,
     passes: &[PASSES],
     structs: &[STRUCTS],
-    views: &[std::slice::from_ref(&CELLS)],
+    views: &[&VIEWS],
     simulator: Some(&SIMULATOR),
     stages: &[
         &OPAQUE_FACES,

@@ -88,10 +88,10 @@ impl Inspect for OneGrid {
     }
 
     fn levels(&self, view: &ViewRow) -> u32 {
-        u32::from(*view == view::CELLS)
+        u32::from(view::VIEWS.contains(view))
     }
 
-    fn draw_view(&self, frame: &mut Frame, _view: &ViewRow, _level: u32, seen: &Arc<Image>) {
-        view::draw(frame, &self.cells, seen);
+    fn draw_view(&self, frame: &mut Frame, view: &ViewRow, _level: u32, seen: &Arc<Image>) {
+        view::draw(frame, view, &self.cells, seen);
     }
 }

@@ -6,7 +6,7 @@ use super::settings::{
     RULES, STRUCTS,
 };
 use super::simulator::SIMULATOR;
-use super::view::CELLS;
+use super::view::VIEWS;
 use crate::gi::entry::Entry;
 use crate::gi::settings::{Domain, Preset, Setting};
 use crate::gi::{Context, Settings, Technique};
@@ -48,7 +48,7 @@ pub static ENTRY: Entry = Entry {
     presets: PRESETS,
     passes: &[PASSES],
     structs: &[STRUCTS],
-    views: &[std::slice::from_ref(&CELLS)],
+    views: &[&VIEWS],
     simulator: Some(&SIMULATOR),
     stages: &[
         &OPAQUE_FACES,

@@ -20,7 +20,7 @@ gpu_struct! {
     }
 }
 
-/// Opaque faces by their irradiance. A thread a pixel.
+/// Opaque faces by their irradiance, or cells beside them as lobes of theirs. A thread a pixel.
 pub static VIEW: Pass = Pass {
     name: "lpv.view",
     shaders: Shaders::Compute("gi/lpv/view.comp"),
@@ -29,29 +29,43 @@ pub static VIEW: Pass = Pass {
         Binding::sampled("light", Access::ComputeSampled),
         Binding::image("seen", Access::ComputeWrite),
     ],
-    constants: &[],
+    constants: &["LOBES"],
     params: Some(ViewParams::LAYOUT),
     sets: Sets::Scene,
 };
 
-/// The view.
-pub(super) static CELLS: ViewRow = ViewRow {
-    name: "cells",
-    aliases: &[],
-    help: "opaque faces between cells, by the light that their cells bring them",
-    unit: "W/m²",
-    scale: Scale::Light,
-    channels: Channels::Rgb,
-};
+/// The views.
+pub(super) static VIEWS: [ViewRow; 2] = [
+    ViewRow {
+        name: "cells",
+        aliases: &[],
+        help: "opaque faces between cells, by the light that their cells bring them",
+        unit: "W/m²",
+        scale: Scale::Light,
+        channels: Channels::Rgb,
+    },
+    ViewRow {
+        name: LOBES,
+        aliases: &[],
+        help: "the light of cells beside opaque faces: as far from a cell's centre as a receiver \
+               that faces there gets irradiance, which is its colour",
+        unit: "W/m²",
+        scale: Scale::Light,
+        channels: Channels::Rgb,
+    },
+];
 
-/// Adds the pass that draws it.
-pub(super) fn draw(frame: &mut Frame, cells: &Cells, seen: &Arc<Image>) {
+const LOBES: &str = "lobes";
+
+/// Adds the pass that draws one of them.
+pub(super) fn draw(frame: &mut Frame, view: &ViewRow, cells: &Cells, seen: &Arc<Image>) {
     let [width, height, _] = seen.extent(0);
     frame
         .pass(&VIEW)
         .bind("faces", &cells.faces.words)
         .bind("light", &cells.light)
         .bind("seen", seen)
+        .constant("LOBES", u32::from(view.name == LOBES))
         .push(&ViewParams {
             grid: cells.grid.row(0),
             scale: cells.scale,

@@ -9,7 +9,7 @@ use crate::gi::lpv::settings::{
     PASSES, PROPAGATION, REFLECTION, RULES, STRUCTS,
 };
 use crate::gi::lpv::simulator::SIMULATOR;
-use crate::gi::lpv::view::CELLS;
+use crate::gi::lpv::view::VIEWS;
 use crate::gi::settings::{Domain, Group, Preset, Rule, Setting, SettingError};
 
 static SETTINGS: &[Setting] = &[
@@ -96,7 +96,7 @@ pub static ENTRY: Entry = Entry {
     presets: PRESETS,
     passes: &[PASSES, &[&SHIFT_FACES, &SHIFT_SIDES]],
     structs: &[STRUCTS],
-    views: &[std::slice::from_ref(&CELLS)],
+    views: &[&VIEWS],
     simulator: Some(&SIMULATOR),
     stages: &[
         &OPAQUE_FACES,

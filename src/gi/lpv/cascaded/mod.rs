@@ -145,17 +145,17 @@ impl Inspect for CascadedLpv {
     }
 
     fn levels(&self, view: &ViewRow) -> u32 {
-        if *view == view::CELLS {
+        if view::VIEWS.contains(view) {
             self.levels.len() as u32
         } else {
             0
         }
     }
 
-    fn draw_view(&self, frame: &mut Frame, _view: &ViewRow, level: u32, seen: &Arc<Image>) {
+    fn draw_view(&self, frame: &mut Frame, view: &ViewRow, level: u32, seen: &Arc<Image>) {
         let mut finest_first = self.levels.iter().rev();
         if let Some(cells) = finest_first.nth(level as usize) {
-            view::draw(frame, cells, seen);
+            view::draw(frame, view, cells, seen);
         }
     }
 }
