@@ -325,10 +325,10 @@ fn finest(case: &Case) -> &'static str {
 
 /// Lobes spread as heat does: in k steps over about √k cells. The plates are 7 of 16 apart.
 fn plate_settings(case: &Case) -> Vec<(&'static str, &'static str)> {
-    if case.entry.name.starts_with("lpv") && case.preset == Some("textbook") {
-        vec![("resolution", "16"), ("iterations", "64")]
-    } else if case.name() == "lpv-octree.textbook" {
+    if case.name() == "lpv-octree.textbook" {
         vec![("resolution", "16")]
+    } else if case.entry.name.starts_with("lpv") && case.preset == Some("textbook") {
+        vec![("resolution", "16"), ("iterations", "64")]
     } else {
         vec![("resolution", finest(case))]
     }
