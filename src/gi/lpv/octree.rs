@@ -9,12 +9,13 @@ use super::levels::{DOWN_SAMPLE, LEVEL_FACES, MERGE_LEVELS};
 use super::lobes::{FINISH, PROPAGATE, SEED};
 use super::one_grid::OneGrid;
 use super::settings::{
-    CELL_SETTINGS, CLAMP_NEGATIVE, GAIN, ITERATIONS, LIGHT_INJECTION, LOOKUP, OPAQUE_FACES,
-    REFLECTION, STRUCTS, check_directions,
+    CELL_SETTINGS, CLAMP_NEGATIVE, GAIN, ITERATIONS, LIGHT_INJECTION, LOBES_REPLACED, LOOKUP,
+    MARGIN, OPAQUE_FACES, REFLECTION, STRUCTS, SUBSTITUTIONS, check_directions, check_margin,
+    without_lobes,
 };
 use super::simulator::SIMULATOR;
 use super::view::{VIEW, VIEWS};
-use crate::gi::entry::{Entry, Stage};
+use crate::gi::entry::{Entry, Stage, Substitution};
 use crate::gi::settings::{Domain, Group, Preset, Rule, Setting, SettingError};
 use crate::gi::{Context, Settings, Technique};
 use crate::graph::{Error, Pass};
@@ -30,12 +31,13 @@ static SETTINGS: &[Setting] = &[
     },
     Setting {
         name: "resolution",
-        help: "cells along the longest side of the scene, with an empty one at either end; as \
+        help: "cells along the longest side of the scene, with the margin at either end; as \
                small as leaves are near surfaces",
         unit: "cells",
         domain: Domain::Count { min: 8, max: 256 },
         default: "64",
     },
+    MARGIN,
     Setting {
         name: "guard",
         help: "blocks around a leaf that hold no opaque face either",
@@ -90,7 +92,7 @@ fn has_levels(settings: &Settings) -> bool {
 }
 
 static RULES: &[Rule] = &[
-    Rule::always(Group::Structure, &["octree", "resolution"]),
+    Rule::always(Group::Structure, &["octree", "resolution", "margin"]),
     Rule {
         group: Group::Structure,
         settings: &["max_level"],
@@ -196,6 +198,26 @@ pub static ENTRY: Entry = Entry {
     settings: &[SETTINGS, CELL_SETTINGS],
     rules: &[RULES],
     check,
+    substitutions: &[
+        SUBSTITUTIONS,
+        &[
+            Substitution {
+                pairs: |settings| without_lobes(settings, &["octree=leaves"]),
+                ..LOBES_REPLACED
+            },
+            Substitution {
+                name: "leaves",
+                help: "single cells everywhere",
+                pairs: |settings| {
+                    if settings.is("octree", "leaves") {
+                        vec!["max_level=0".to_owned()]
+                    } else {
+                        Vec::new()
+                    }
+                },
+            },
+        ],
+    ],
     presets: PRESETS,
     passes: &[PASSES],
     structs: &[STRUCTS],
@@ -217,6 +239,7 @@ pub static ENTRY: Entry = Entry {
 };
 
 fn check(settings: &Settings) -> Result<(), SettingError> {
+    check_margin(settings)?;
     if has_leaves(settings) {
         check_directions(settings)
     } else {

@@ -9,9 +9,6 @@ use crate::gi::{Answer, Context, IndirectLight, Inputs, Inspect, Needs, Settings
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image};
 use crate::render::screen_image;
 
-/// Empty cells around the scene.
-const MARGIN: u32 = 1;
-
 /// A technique of one scene.
 pub(super) struct OneGrid {
     cells: Cells,
@@ -25,7 +22,8 @@ impl OneGrid {
         let Context {
             gpu, scene, size, ..
         } = *context;
-        let grid = CellGrid::around(scene.lit_bounds(), settings.count("resolution"), MARGIN);
+        let [cells, margin] = ["resolution", "margin"].map(|name| settings.count(name));
+        let grid = CellGrid::around(scene.lit_bounds(), cells, margin);
         let cell_settings = CellSettings::new(settings);
         let specular = || screen_image(gpu, "lpv.specular", size);
         Ok(OneGrid {

@@ -1,6 +1,7 @@
 //! What rows of the family have in common: settings, passes and stages.
 
 use super::blockers::{GEOMETRY, MERGE};
+use super::cells::{CellSettings, Source};
 use super::faces::{FACES, LIGHT_SIDES, NEAREST, NUMBER_SIDES, SURFACES, Side};
 use super::gather::{GATHER, SPECULAR};
 use super::grid::GridRow;
@@ -9,7 +10,7 @@ use super::lobes::{FINISH, PROPAGATE, SEED};
 use super::sweep::{SOURCES, SUM, SWEEP};
 use super::view::VIEW;
 use crate::gi::Settings;
-use crate::gi::entry::Stage;
+use crate::gi::entry::{Stage, Substitution};
 use crate::gi::settings::{Domain, Group, Rule, Setting, SettingError};
 use crate::graph::Pass;
 use crate::shader::{GpuStruct, StructLayout};
@@ -61,6 +62,15 @@ pub(super) static CELL_SETTINGS: &[Setting] = &[
         default: "1",
     },
 ];
+
+/// Around the scene, of one grid.
+pub(super) const MARGIN: Setting = Setting {
+    name: "margin",
+    help: "empty cells at either end of every axis, within the resolution",
+    unit: "cells",
+    domain: Domain::Count { min: 1, max: 8 },
+    default: "1",
+};
 
 /// How often lobes are handed on.
 pub(super) const ITERATIONS: Setting = Setting {
@@ -147,6 +157,67 @@ pub(super) static RULES: &[Rule] = &[
     Rule::always(Group::Gather, &["gather_shift"]),
 ];
 
+/// What an error budget tries where directions are swept.
+pub(super) static SUBSTITUTIONS: &[Substitution] = &[
+    Substitution {
+        name: "directions",
+        help: "four times as many directions, so that less light falls between them",
+        pairs: |settings| {
+            let cells = CellSettings::new(settings);
+            let more = (4 * cells.directions).min(1024);
+            if cells.lobes.is_none() && more > cells.directions {
+                vec![format!("directions={more}")]
+            } else {
+                Vec::new()
+            }
+        },
+    },
+    Substitution {
+        name: "texels",
+        help: "four times as many texels of the maps along each edge",
+        pairs: |settings| {
+            let cells = CellSettings::new(settings);
+            if cells.source == Source::Rsm && cells.rsm_texels <= 512 {
+                vec![format!("rsm_texels={}", 4 * cells.rsm_texels)]
+            } else {
+                Vec::new()
+            }
+        },
+    },
+    Substitution {
+        name: "source",
+        help: "light that starts at opaque faces, not in the cells before them",
+        pairs: |settings| {
+            let cells = CellSettings::new(settings);
+            if cells.source == Source::Rsm && cells.lobes.is_none() {
+                vec!["source=faces".to_owned(), "occlusion=faces".to_owned()]
+            } else {
+                Vec::new()
+            }
+        },
+    },
+];
+
+/// By what an error budget replaces lobes; with these pairs besides.
+pub(super) fn without_lobes(settings: &Settings, besides: &[&str]) -> Vec<String> {
+    if CellSettings::new(settings).lobes.is_none() {
+        return Vec::new();
+    }
+    let pairs = ["occlusion=faces", "gather_shift=1"];
+    pairs
+        .iter()
+        .chain(besides)
+        .map(|pair| (*pair).to_owned())
+        .collect()
+}
+
+/// What [`without_lobes`] replaces.
+pub(super) const LOBES_REPLACED: Substitution = Substitution {
+    name: "lobes",
+    help: "discrete directions through opaque faces, not lobes",
+    pairs: |settings| without_lobes(settings, &["propagation=ordinates"]),
+};
+
 /// The passes from surfaces to cells and from cells to pixels.
 pub(super) static PASSES: &[&Pass] = &[
     &FACES,
@@ -216,6 +287,18 @@ pub(super) static LOOKUP: Stage = Stage::picture("gather", &["lpv.gather"]);
 
 /// Glossy reflection.
 pub(super) static REFLECTION: Stage = Stage::picture("specular", &["lpv.specular"]);
+
+/// Whether the margin leaves cells for the scene.
+pub(super) fn check_margin(settings: &Settings) -> Result<(), SettingError> {
+    let (margin, cells) = (settings.count("margin"), settings.count("resolution"));
+    if 2 * margin < cells {
+        return Ok(());
+    }
+    Err(SettingError::Together(format!(
+        "margin={margin}: resolution={cells} leaves no cell for the scene; give a margin below {}",
+        cells.div_ceil(2)
+    )))
+}
 
 /// Settings that do not go together.
 pub(super) fn check(settings: &Settings) -> Result<(), SettingError> {

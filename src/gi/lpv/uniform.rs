@@ -2,23 +2,28 @@
 
 use super::one_grid::OneGrid;
 use super::settings::{
-    self, GEOMETRY_VOLUME, LIGHT_INJECTION, LOOKUP, OPAQUE_FACES, PASSES, PROPAGATION, REFLECTION,
-    RULES, STRUCTS,
+    self, GEOMETRY_VOLUME, LIGHT_INJECTION, LOBES_REPLACED, LOOKUP, MARGIN, OPAQUE_FACES, PASSES,
+    PROPAGATION, REFLECTION, RULES, STRUCTS, SUBSTITUTIONS, check_margin,
 };
 use super::simulator::SIMULATOR;
 use super::view::VIEWS;
 use crate::gi::entry::Entry;
-use crate::gi::settings::{Domain, Preset, Setting};
+use crate::gi::settings::{Domain, Group, Preset, Rule, Setting};
 use crate::gi::{Context, Settings, Technique};
 use crate::graph::Error;
 
-static SETTINGS: &[Setting] = &[Setting {
-    name: "resolution",
-    help: "cells along the longest side of the scene, with an empty one at either end",
-    unit: "cells",
-    domain: Domain::Count { min: 8, max: 256 },
-    default: "64",
-}];
+static SETTINGS: &[Setting] = &[
+    Setting {
+        name: "resolution",
+        help: "cells along the longest side of the scene, with the margin at either end",
+        unit: "cells",
+        domain: Domain::Count { min: 8, max: 256 },
+        default: "64",
+    },
+    MARGIN,
+];
+
+static OWN_RULES: &[Rule] = &[Rule::always(Group::Structure, &["margin"])];
 
 static PRESETS: &[Preset] = &[
     Preset {
@@ -43,8 +48,9 @@ static PRESETS: &[Preset] = &[
 pub static ENTRY: Entry = Entry {
     bounces: |settings| Some(settings.count("bounces")),
     settings: &[SETTINGS, settings::CELL_SETTINGS, settings::LOBE_SETTINGS],
-    rules: &[RULES],
-    check: settings::check,
+    rules: &[RULES, OWN_RULES],
+    check: |settings| check_margin(settings).and_then(|()| settings::check(settings)),
+    substitutions: &[SUBSTITUTIONS, &[LOBES_REPLACED]],
     presets: PRESETS,
     passes: &[PASSES],
     structs: &[STRUCTS],

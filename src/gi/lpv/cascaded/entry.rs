@@ -2,11 +2,11 @@
 
 use super::make;
 use crate::gi::Settings;
-use crate::gi::entry::Entry;
+use crate::gi::entry::{Entry, Substitution};
 use crate::gi::lpv::scroll::{SHIFT_FACES, SHIFT_SIDES};
 use crate::gi::lpv::settings::{
-    self, CELL_SETTINGS, GEOMETRY_VOLUME, LIGHT_INJECTION, LOBE_SETTINGS, LOOKUP, OPAQUE_FACES,
-    PASSES, PROPAGATION, REFLECTION, RULES, STRUCTS,
+    self, CELL_SETTINGS, GEOMETRY_VOLUME, LIGHT_INJECTION, LOBE_SETTINGS, LOBES_REPLACED, LOOKUP,
+    OPAQUE_FACES, PASSES, PROPAGATION, REFLECTION, RULES, STRUCTS, SUBSTITUTIONS, without_lobes,
 };
 use crate::gi::lpv::simulator::SIMULATOR;
 use crate::gi::lpv::view::VIEWS;
@@ -93,6 +93,28 @@ pub static ENTRY: Entry = Entry {
     settings: &[SETTINGS, CELL_SETTINGS, LOBE_SETTINGS],
     rules: &[RULES, OWN_RULES],
     check,
+    substitutions: &[
+        SUBSTITUTIONS,
+        &[
+            Substitution {
+                pairs: |settings| {
+                    without_lobes(settings, &["propagation=ordinates", "nesting=inflow"])
+                },
+                ..LOBES_REPLACED
+            },
+            Substitution {
+                name: "nesting",
+                help: "light from outer to inner grids",
+                pairs: |settings| {
+                    if settings.is("propagation", "ordinates") {
+                        vec!["nesting=inflow".to_owned()]
+                    } else {
+                        Vec::new()
+                    }
+                },
+            },
+        ],
+    ],
     presets: PRESETS,
     passes: &[PASSES, &[&SHIFT_FACES, &SHIFT_SIDES]],
     structs: &[STRUCTS],
