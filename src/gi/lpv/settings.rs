@@ -264,13 +264,13 @@ pub(super) static LIGHT_INJECTION: Stage = Stage::store(
 );
 
 /// What blocks lobes.
-pub(super) static GEOMETRY_VOLUME: Stage = Stage::store(
+static GEOMETRY_VOLUME: Stage = Stage::store(
     "geometry volume",
     &["lpv.clear_areas", "lpv.geometry", "lpv.merge"],
 );
 
 /// From cells to all others.
-pub(super) static PROPAGATION: Stage = Stage::store(
+static PROPAGATION: Stage = Stage::store(
     "propagation",
     &[
         "lpv.sources",
@@ -287,6 +287,16 @@ pub(super) static LOOKUP: Stage = Stage::picture("gather", &["lpv.gather"]);
 
 /// Glossy reflection.
 pub(super) static REFLECTION: Stage = Stage::picture("specular", &["lpv.specular"]);
+
+/// The steps of techniques that keep cells in grids.
+pub(super) static STAGES: &[&Stage] = &[
+    &OPAQUE_FACES,
+    &LIGHT_INJECTION,
+    &GEOMETRY_VOLUME,
+    &PROPAGATION,
+    &LOOKUP,
+    &REFLECTION,
+];
 
 /// Whether the margin leaves cells for the scene.
 pub(super) fn check_margin(settings: &Settings) -> Result<(), SettingError> {

@@ -2,8 +2,7 @@
 
 use super::one_grid::OneGrid;
 use super::settings::{
-    self, GEOMETRY_VOLUME, LIGHT_INJECTION, LOBES_REPLACED, LOOKUP, MARGIN, OPAQUE_FACES, PASSES,
-    PROPAGATION, REFLECTION, RULES, STRUCTS, SUBSTITUTIONS, check_margin,
+    self, LOBES_REPLACED, MARGIN, PASSES, RULES, STAGES, STRUCTS, SUBSTITUTIONS, check_margin,
 };
 use super::simulator::SIMULATOR;
 use super::view::VIEWS;
@@ -56,14 +55,7 @@ pub static ENTRY: Entry = Entry {
     structs: &[STRUCTS],
     views: &[&VIEWS],
     simulator: Some(&SIMULATOR),
-    stages: &[
-        &OPAQUE_FACES,
-        &LIGHT_INJECTION,
-        &GEOMETRY_VOLUME,
-        &PROPAGATION,
-        &LOOKUP,
-        &REFLECTION,
-    ],
+    stages: STAGES,
     ..Entry::new(
         "lpv",
         "light propagation volume, swept along discrete directions or stepped as published",

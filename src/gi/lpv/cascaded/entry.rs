@@ -5,8 +5,8 @@ use crate::gi::Settings;
 use crate::gi::entry::{Entry, Substitution};
 use crate::gi::lpv::scroll::{SHIFT_FACES, SHIFT_SIDES};
 use crate::gi::lpv::settings::{
-    self, CELL_SETTINGS, GEOMETRY_VOLUME, LIGHT_INJECTION, LOBE_SETTINGS, LOBES_REPLACED, LOOKUP,
-    OPAQUE_FACES, PASSES, PROPAGATION, REFLECTION, RULES, STRUCTS, SUBSTITUTIONS, without_lobes,
+    self, CELL_SETTINGS, LOBE_SETTINGS, LOBES_REPLACED, PASSES, RULES, STAGES, STRUCTS,
+    SUBSTITUTIONS, without_lobes,
 };
 use crate::gi::lpv::simulator::SIMULATOR;
 use crate::gi::lpv::view::VIEWS;
@@ -120,14 +120,7 @@ pub static ENTRY: Entry = Entry {
     structs: &[STRUCTS],
     views: &[&VIEWS],
     simulator: Some(&SIMULATOR),
-    stages: &[
-        &OPAQUE_FACES,
-        &LIGHT_INJECTION,
-        &GEOMETRY_VOLUME,
-        &PROPAGATION,
-        &LOOKUP,
-        &REFLECTION,
-    ],
+    stages: STAGES,
     ..Entry::new(
         "lpv-cascaded",
         "nested light propagation volumes around the camera, the outer lighting the inner",
