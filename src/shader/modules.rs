@@ -7,6 +7,10 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     ("gi/lpv/faces.vert", include_bytes!("../../spirv/gi/lpv/faces.vert.spv")),
     ("gi/lpv/finish.comp", include_bytes!("../../spirv/gi/lpv/finish.comp.spv")),
     ("gi/lpv/gather.comp", include_bytes!("../../spirv/gi/lpv/gather.comp.spv")),
+    (
+        "gi/lpv/gather_directions.comp",
+        include_bytes!("../../spirv/gi/lpv/gather_directions.comp.spv"),
+    ),
     ("gi/lpv/geometry.comp", include_bytes!("../../spirv/gi/lpv/geometry.comp.spv")),
     ("gi/lpv/inject.comp", include_bytes!("../../spirv/gi/lpv/inject.comp.spv")),
     (
@@ -28,6 +32,10 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     ("gi/lpv/shift_sides.comp", include_bytes!("../../spirv/gi/lpv/shift_sides.comp.spv")),
     ("gi/lpv/sources.comp", include_bytes!("../../spirv/gi/lpv/sources.comp.spv")),
     ("gi/lpv/specular.comp", include_bytes!("../../spirv/gi/lpv/specular.comp.spv")),
+    (
+        "gi/lpv/specular_directions.comp",
+        include_bytes!("../../spirv/gi/lpv/specular_directions.comp.spv"),
+    ),
     ("gi/lpv/sum.comp", include_bytes!("../../spirv/gi/lpv/sum.comp.spv")),
     ("gi/lpv/surfaces.frag", include_bytes!("../../spirv/gi/lpv/surfaces.frag.spv")),
     ("gi/lpv/sweep.comp", include_bytes!("../../spirv/gi/lpv/sweep.comp.spv")),

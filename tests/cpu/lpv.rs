@@ -4,11 +4,21 @@ use std::f64::consts::PI;
 
 use crate::support::compare::{Largest, Worst};
 use glam::{DVec3, DVec4, UVec3, Vec3};
-use lumivox::gi::lpv::oracle::{Boundary, Swept, irradiance, jacobi, sweep};
+use lumivox::gi::lpv::oracle::{Boundary, Place, Swept, irradiance, jacobi, sweep};
 use lumivox::gi::lpv::{CellGrid, Directions};
 
 pub(crate) fn cube(size: u32) -> CellGrid {
     CellGrid::new(Vec3::ZERO, 1.0, UVec3::splat(size))
+}
+
+/// All cells around a place off a surface.
+pub(crate) fn off(position: DVec3, normal: DVec3, shift: f64) -> Place {
+    Place {
+        position,
+        normal,
+        shift,
+        masked: false,
+    }
 }
 
 pub(crate) fn cell_of(grid: &CellGrid, index: usize) -> UVec3 {
@@ -115,7 +125,7 @@ fn a_furnace_has_the_light_of_its_walls() {
     ];
     for (position, wall) in places {
         for normal in [wall, (wall + 0.4 * DVec3::X).normalize()] {
-            let found = irradiance(&swept.light, &grid, (position, wall), normal, 1.0);
+            let found = irradiance(&swept.light, &grid, &off(position, wall, 1.0), normal);
             let expected = PI * DVec4::new(1.0, 2.0, 0.5, 0.0);
             let error = (found / expected - 1.0).truncate().abs().largest();
             println!("furnace at {position}: {error:.4}");
@@ -146,9 +156,9 @@ fn an_open_plane_sees_the_whole_sky() {
     };
     let swept = sweep(&grid, &Directions::spiral(192), &boundary);
     let at = DVec3::new(8.0, 8.0, 4.0);
-    let up = irradiance(&swept.light, &grid, (at, DVec3::Z), DVec3::Z, 1.0);
+    let up = irradiance(&swept.light, &grid, &off(at, DVec3::Z, 1.0), DVec3::Z);
     assert!((up.x / PI - 1.0).abs() < 0.01, "{up}");
-    let aside = irradiance(&swept.light, &grid, (at, DVec3::Z), DVec3::X, 1.0);
+    let aside = irradiance(&swept.light, &grid, &off(at, DVec3::Z, 1.0), DVec3::X);
     assert!((aside.x / PI - 0.5).abs() < 0.03, "{aside}");
 }
 

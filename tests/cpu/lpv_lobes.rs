@@ -11,7 +11,7 @@ use lumivox::gi::lpv::oracle::lobes::{
 };
 use lumivox::gi::shared::sh;
 
-use crate::lpv::{box_faces, cell_of, cube};
+use crate::lpv::{box_faces, cell_of, cube, off};
 use crate::support::compare::{Largest, Worst};
 
 const SCHEMES: [Scheme; 3] = [Scheme::Lobes30, Scheme::Axis6, Scheme::Stream];
@@ -138,7 +138,8 @@ fn a_furnace_of_axes_has_the_light_of_its_walls() {
             blockers: &[],
         };
         let light = finish(&propagate(&grid, &steps, &first));
-        let at = |place: DVec3, normal| irradiance(&light, &grid, (place, normal), normal, 0.5).x;
+        let at =
+            |place: DVec3, normal| irradiance(&light, &grid, &off(place, normal, 0.5), normal).x;
         [
             at(DVec3::new(5.0, 5.0, 1.0), DVec3::Z) / PI,
             at(DVec3::new(5.0, 1.5, 1.0), DVec3::Z) / PI,

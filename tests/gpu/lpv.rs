@@ -27,6 +27,7 @@ pub(crate) const SETTINGS: CellSettings = CellSettings {
     occlusion: Occlusion::Faces,
     lobes: None,
     octree: None,
+    keeps_directions: false,
 };
 
 /// A grid in general position: no wall of a bundled scene lies on a centre.

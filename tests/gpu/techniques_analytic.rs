@@ -151,6 +151,14 @@ const STATED: &[Stated] = &[
         furnace: [-0.002, 0.016],
         plates: [0.000, 0.094],
     },
+    // Half a cell off the sphere's wall, the cells in front of it are half in its stairs.
+    Stated {
+        name: "lpv.best",
+        lit_sphere: [-0.127, 0.129],
+        sky: [0.000, 0.000],
+        furnace: [-0.002, 0.016],
+        plates: [-0.013, 0.064],
+    },
     // Three grids of 32³. Sphere: light from faces starts on them, not in a cell before them.
     Stated {
         name: "lpv-cascaded.accurate",
@@ -894,6 +902,27 @@ fn cells_hold_their_bars(
 #[test]
 fn cornell_cells_hold_their_bars() {
     cells_hold_their_bars(&gpu(), &cornell(None), reference(), false);
+}
+
+/// Largest |bias| and rel_rmse of `best`, by resolution.
+const BEST_BARS: [(&str, [f64; 2]); 2] = [("32", [0.03, 0.07]), ("64", [0.02, 0.05])];
+
+#[test]
+fn cornell_cells_looked_up_by_direction() {
+    let gpu = gpu();
+    let case = Case {
+        entry: lumivox::gi::registry::find("lpv").unwrap(),
+        preset: Some("best"),
+    };
+    for (resolution, bars) in BEST_BARS {
+        let pairs = [("resolution", resolution)];
+        let [bias, rmse] = cornell_errors(&gpu, &cornell(None), reference(), &case, &pairs);
+        println!("{resolution}³: bias {bias:+.4}, rel_rmse {rmse:.4}");
+        assert!(
+            bias.abs() <= bars[0] && rmse <= bars[1],
+            "{resolution}³: bias {bias:+.4}, rel_rmse {rmse:.4}"
+        );
+    }
 }
 
 /// The light at two other places: at most 1.4 times the bars of the first.

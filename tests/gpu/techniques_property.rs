@@ -295,6 +295,7 @@ const LEAKS: &[(&str, f64)] = &[
     ("clipmap.directional", 0.000_24),
     ("clipmap.textbook", 0.004_54),
     ("lpv.accurate", 0.0),
+    ("lpv.best", 0.0),
     ("lpv.textbook", 0.000_23),
     ("lpv-cascaded.accurate", 0.0),
     ("lpv-cascaded.textbook", 0.0),

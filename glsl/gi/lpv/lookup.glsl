@@ -8,6 +8,7 @@
 
 layout(constant_id = 0) const uint LEVELS = 1u;   // nested grids, each in its slab along z
 layout(constant_id = 1) const bool NESTED = false;   // there are several
+layout(constant_id = 2) const bool MASKED = false;   // no light of cells behind the surface
 
 layout(push_constant) uniform LookupParams {
     CellGrid grid;   // the outermost
@@ -18,9 +19,28 @@ layout(push_constant) uniform LookupParams {
     float blend;     // cells over which a grid goes over into the one around it
 } params;
 
-// The light at a position of a grid [cells].
-void fetch_light(vec3 position, uint level, out vec4 found[COEFFICIENTS]) {
-    vec3 size = vec3(params.grid.size.xyz);
+#include "gi/lpv/corners.glsl"
+
+// The light of some cells.
+void fetch_corners(Corners corners, uint level, out vec4 found[COEFFICIENTS]) {
+    ivec3 size = params.grid.size.xyz;
+    for (int i = 0; i < COEFFICIENTS; ++i) {
+        ivec3 block = ivec3(i % 3, i / 3, int(level)) * size;
+        vec4 sum = vec4(0.0);
+        for (int at = 0; at < 8; ++at)
+            sum += corners.weights[at]
+                * texelFetch(sampler3D(light, nearest_clamp), block + corners.cells[at], 0);
+        found[i] = sum * vec4(vec3(params.scale), 1.0);
+    }
+}
+
+// The light off a surface at a place of a grid [cells].
+void fetch_light(vec3 place, vec3 normal, uint level, out vec4 found[COEFFICIENTS]) {
+    vec3 position = shifted(place, normal, params.shift), size = vec3(params.grid.size.xyz);
+    if (MASKED) {
+        fetch_corners(corners_around(position, place, normal, true), level, found);
+        return;
+    }
     // The blocks lie side by side: half a cell from a block's border the filter stays inside.
     position = clamp(position, vec3(0.5), size - 0.5) + vec3(0.0, 0.0, float(level) * size.z);
     for (int i = 0; i < COEFFICIENTS; ++i) {
@@ -33,7 +53,7 @@ void fetch_light(vec3 position, uint level, out vec4 found[COEFFICIENTS]) {
 
 // From the finest grid outwards, until all is told.
 void look_up_nested(Surface surface, out vec4 coefficients[COEFFICIENTS]) {
-    vec3 positions[LEVELS], lattice = to_lattice(params.grid, surface.position_ws);
+    vec3 places[LEVELS], lattice = to_lattice(params.grid, surface.position_ws);
     ivec3 first = params.grid.first.xyz;
     for (uint level = 0u; level < LEVELS; ++level) {
         if (level > 0u) {
@@ -41,20 +61,20 @@ void look_up_nested(Surface surface, out vec4 coefficients[COEFFICIENTS]) {
             first = 2 * first + ivec3(inner & 1023u, inner >> 10 & 1023u, inner >> 20);
             lattice *= 2.0;
         }
-        positions[level] =
-            shifted(lattice - vec3(first), surface.geometric_normal, params.shift);
+        places[level] = lattice - vec3(first);
     }
     for (int i = 0; i < COEFFICIENTS; ++i) coefficients[i] = vec4(0.0);
     vec3 middle = 0.5 * vec3(params.grid.size.xyz);
     float left = 1.0;
     for (uint level = LEVELS; level-- > 0u && left > 0.0;) {
-        vec3 inside = middle - 0.5 - abs(positions[level] - middle);
+        vec3 position = shifted(places[level], surface.geometric_normal, params.shift);
+        vec3 inside = middle - 0.5 - abs(position - middle);
         float reach = min(inside.x, min(inside.y, inside.z)), share = float(reach >= 0.0);
         if (params.blend > 0.0) share = clamp(reach / params.blend, 0.0, 1.0);
         if (level == 0u) share = 1.0;
         if (share == 0.0) continue;
         vec4 found[COEFFICIENTS];
-        fetch_light(positions[level], level, found);
+        fetch_light(places[level], surface.geometric_normal, level, found);
         for (int i = 0; i < COEFFICIENTS; ++i) coefficients[i] += left * share * found[i];
         left *= 1.0 - share;
     }
@@ -65,8 +85,8 @@ void look_up(Surface surface, out vec4 coefficients[COEFFICIENTS]) {
         look_up_nested(surface, coefficients);
         return;
     }
-    vec3 position = to_cells(params.grid, surface.position_ws);
-    fetch_light(shifted(position, surface.geometric_normal, params.shift), 0u, coefficients);
+    vec3 place = to_cells(params.grid, surface.position_ws);
+    fetch_light(place, surface.geometric_normal, 0u, coefficients);
 }
 
 #endif

@@ -25,15 +25,17 @@ layout(constant_id = 1) const bool SIDES = false;   // opaque faces send light
 layout(constant_id = 2) const bool IS_INNER = false;   // a coarser grid's light comes in
 layout(constant_id = 3) const bool HAS_INNER = false;  // a finer grid inside takes light
 layout(constant_id = 4) const bool SLABS = false;      // several octants at once, each with a slab
+layout(constant_id = 5) const bool KEEP = false;       // the radiance of all cells
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer Directions {
     uvec4 octants[8];      // x: its first pair of directions; y: how many pairs it has
     vec4 directions[];     // xyz: unit vector of travel; w: weight [sr]
 };
 layout(set = 1, binding = 1, r32ui) uniform restrict readonly uimage2D order;
-layout(set = 1, binding = 2, rgba32ui) uniform restrict uimage3D sources;
+layout(set = 1, binding = 2, rgba32ui) uniform restrict readonly uimage3D sources;
 // radiance of the cells of this step and of the one before: x, y: a, b; z: octant, pair of
-// directions, parity of the step. A texel has two times four half floats.
+// directions, parity of the step. With KEEP, of all cells: x, y: of the cell; z: octant, pair of
+// directions, z of the cell. A texel has two times four half floats.
 layout(set = 1, binding = 3, rgba32ui) uniform restrict uimage3D front;
 // sums over the directions of an octant: x: pair of coefficients and x of the cell; z: octant, z
 layout(set = 1, binding = 4, rgba32ui) uniform restrict uimage3D slabs;
@@ -51,23 +53,14 @@ layout(push_constant) uniform SweepParams {
     uint first_octant;
     ivec4 inner;             // xyz: the finer grid's first cell; w: its cells along each axis
     ivec4 rows;              // where borders begin along y; x: the own one, y: the finer grid's
+    uint first_pair;         // of each octant
+    uint pair_count;
 } params;
 
 const uint ORDER_ROW = 1024u;   // Rust: ORDER_ROW of lpv::sweep
 
+#include "gi/lpv/pairs.glsl"
 #include "gi/lpv/sources.glsl"
-
-struct Pair { vec4 radiance[2]; };
-
-uvec4 pack(Pair pair) {
-    return uvec4(packHalf2x16(pair.radiance[0].xy), packHalf2x16(pair.radiance[0].zw),
-        packHalf2x16(pair.radiance[1].xy), packHalf2x16(pair.radiance[1].zw));
-}
-
-Pair unpack(uvec4 words) {
-    return Pair(vec4[2](vec4(unpackHalf2x16(words.x), unpackHalf2x16(words.y)),
-        vec4(unpackHalf2x16(words.z), unpackHalf2x16(words.w))));
-}
 
 const ivec3 NOWHERE = ivec3(0, 0, -4096);   // whichever pair of directions is added
 
@@ -125,8 +118,8 @@ void add_to_light(ivec3 cell, vec4 sums[COEFFICIENTS + 1]) {
 void main() {
     if (gl_GlobalInvocationID.x >= params.cell_count) return;
     ivec3 size = params.grid.size.xyz;
-    uint place = params.first_cell + gl_GlobalInvocationID.x;
-    uint packed_ab = imageLoad(order, ivec2(place % ORDER_ROW, place / ORDER_ROW)).x;
+    uint number = params.first_cell + gl_GlobalInvocationID.x;
+    uint packed_ab = imageLoad(order, ivec2(number % ORDER_ROW, number / ORDER_ROW)).x;
     ivec2 ab = ivec2(packed_ab & 0xffffu, packed_ab >> 16);
     ivec3 own = ivec3(ab, int(params.step) - ab.x - ab.y);
     int slab = int(gl_GlobalInvocationID.y);
@@ -155,17 +148,22 @@ void main() {
     vec4 sums[COEFFICIENTS + 1];
     for (int i = 0; i <= COEFFICIENTS; ++i) sums[i] = vec4(0.0);
 
-    int parity = int(params.step & 1u);
-    uint first = octants[octant].x, count = octants[octant].y;
-    for (uint k = 0u; k < count; ++k) {
-        int layer = 2 * (slab * params.grid.size.w + int(k));
-        ivec3 before = ivec3(ab, layer + 1 - parity);
+    // From a cell's place to those of its upwind neighbours.
+    int parity = int(params.step & 1u), flip = 1 - 2 * parity;
+    ivec3 place = KEEP ? cell : ivec3(ab, parity);
+    ivec3 upwards = mix(ivec3(-1), ivec3(1), is_reversed);
+    ivec3 to_x = KEEP ? ivec3(upwards.x, 0, 0) : ivec3(-1, 0, flip),
+          to_y = KEEP ? ivec3(0, upwards.y, 0) : ivec3(0, -1, flip),
+          to_z = KEEP ? ivec3(0, 0, upwards.z) : ivec3(0, 0, flip);
+    int layers = KEEP ? size.z : 2, first_layer = slab * int(params.pair_count) * layers;
+    uint first = octants[octant].x;
+    uint end = min(octants[octant].y, params.first_pair + params.pair_count);
+    for (uint k = params.first_pair; k < end; ++k) {
+        ivec3 texel = place + ivec3(0, 0, first_layer + int(k - params.first_pair) * layers);
         ivec3 behind = ivec3(0, 0, int(k));
-        Pair x = upwind(
-                 before - ivec3(1, 0, 0), is_there.x, border[0] + behind, otherwise[0]),
-             y = upwind(
-                 before - ivec3(0, 1, 0), is_there.y, border[1] + behind, otherwise[1]),
-             z = upwind(before, is_there.z, border[2] + behind, otherwise[2]), here;
+        Pair x = upwind(texel + to_x, is_there.x, border[0] + behind, otherwise[0]),
+             y = upwind(texel + to_y, is_there.y, border[1] + behind, otherwise[1]),
+             z = upwind(texel + to_z, is_there.z, border[2] + behind, otherwise[2]), here;
         vec4 pair[2] = vec4[2](directions[2u * (first + k)], directions[2u * (first + k) + 1u]);
         for (int i = 0; i < 2; ++i) {
             vec3 steepness = abs(pair[i].xyz);
@@ -181,7 +179,7 @@ void main() {
         for (int i = 0; i < COEFFICIENTS; ++i)
             sums[i] += basis[i] * weighted[0] + other[i] * weighted[1];
         uvec4 packed = pack(here);
-        imageStore(front, ivec3(ab, layer + parity), packed);
+        imageStore(front, texel, packed);
         if (HAS_INNER && outward.z >= 0)
             imageStore(borders, outward + ivec3(0, 0, int(k)), packed);
     }

@@ -11,7 +11,7 @@ use super::leaf_sweep::LeafSweep;
 use super::leaves::LeafSettings;
 use super::levels::{Levels, Transfer};
 use super::lobes::{LobeSettings, Lobes, Occlusion};
-use super::sweep::{Nesting, Sweep, volume};
+use super::sweep::{Batch, Nesting, Sweep, volume};
 use crate::gi::{MapNeeds, Needs, Settings};
 use crate::graph::{
     Buffer, BufferDesc, BufferUsage, Error, Frame, FrameStats, Gpu, Image, ImageUsage, Owner, vk,
@@ -69,6 +69,8 @@ pub struct CellSettings {
     /// Larger cells besides those of the grid: leaves where directions are swept, levels where
     /// lobes are handed on.
     pub octree: Option<Octree>,
+    /// Whether pixels look up direction by direction, while the last bounce is swept.
+    pub keeps_directions: bool,
 }
 
 impl CellSettings {
@@ -96,6 +98,7 @@ impl CellSettings {
             },
             lobes: LobeSettings::new(settings).filter(|_| !has_leaves),
             octree,
+            keeps_directions: settings.find_choice("lookup") == Some("directions"),
         }
     }
 }
@@ -148,7 +151,10 @@ impl Parts {
             (None, Some(Octree::Leaves(leaves))) => {
                 Propagation::Leaves(LeafSweep::new(gpu, (directions, leaves))?)
             }
-            (None, _) => Propagation::Sweep(Sweep::new(gpu, size, directions, grids - 1)?),
+            (None, _) => {
+                let keeps = settings.keeps_directions;
+                Propagation::Sweep(Sweep::new(gpu, size, directions, grids - 1, keeps)?)
+            }
         };
         Ok(Parts {
             propagation: Arc::new(propagation),
@@ -327,7 +333,8 @@ impl Cells {
     /// Adds the passes that light the cells: once by the lights, and again for each further bounce.
     pub fn light(&mut self, frame: &mut Frame, scene: &GpuScene, maps: &LightMaps) {
         self.inject(frame, (scene, maps), radiance_scale(scene, &self.grid));
-        for bounce in 0..self.settings.bounces {
+        let later = u32::from(self.settings.keeps_directions);
+        for bounce in 0..self.settings.bounces.saturating_sub(later) {
             self.propagate(frame, (scene, maps), bounce, Nesting::default());
         }
     }
@@ -347,14 +354,37 @@ impl Cells {
         }
     }
 
-    /// Adds the passes that bring injected light, and that of faces, to all cells. Bounces are
-    /// counted from 0; all but the first begin with what the one before has left.
+    /// The same of one bounce.
     pub(super) fn propagate(
         &self,
         frame: &mut Frame,
-        (scene, maps): (&GpuScene, &LightMaps),
+        given: (&GpuScene, &LightMaps),
         bounce: u32,
         nesting: Nesting,
+    ) {
+        self.propagate_with(frame, given, (bounce, nesting), &mut |_, _, _| ());
+    }
+
+    /// The same of the last bounce, where [`CellSettings::keeps_directions`]; `after` each batch of
+    /// directions others may read what the sweep has kept of it.
+    pub(super) fn propagate_last(
+        &self,
+        frame: &mut Frame,
+        given: (&GpuScene, &LightMaps),
+        after: &mut dyn FnMut(&mut Frame, &Sweep, Batch),
+    ) {
+        let last = self.settings.bounces.saturating_sub(1);
+        self.propagate_with(frame, given, (last, Nesting::default()), after);
+    }
+
+    /// Adds the passes that bring injected light, and that of faces, to all cells. Bounces are
+    /// counted from 0; all but the first begin with what the one before has left.
+    fn propagate_with(
+        &self,
+        frame: &mut Frame,
+        (scene, maps): (&GpuScene, &LightMaps),
+        (bounce, nesting): (u32, Nesting),
+        after: &mut dyn FnMut(&mut Frame, &Sweep, Batch),
     ) {
         let with_direct = self.settings.source == Source::Faces;
         let before = (&self.light, bounce > 0);
@@ -364,7 +394,10 @@ impl Cells {
         let flux = (&self.flux, flux_unit);
         match &*self.propagation {
             Propagation::Sweep(sweep) => {
-                sweep.run(frame, &self.faces, flux, &self.light, nesting);
+                let light = (&self.light, nesting);
+                sweep.run(frame, &self.faces, flux, light, &mut |frame, batch| {
+                    after(frame, sweep, batch);
+                });
             }
             Propagation::Leaves(sweep) => sweep.run(frame, &self.faces, flux, &self.light),
             Propagation::Lobes(lobes) => {

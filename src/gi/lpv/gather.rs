@@ -2,6 +2,7 @@
 
 use super::cells::Cells;
 use super::grid::GridRow;
+use crate::gi::Settings;
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Frame, Pass, Sets, Shaders};
 use crate::render::{GBuffer, IndirectLight, screen_groups};
@@ -34,7 +35,7 @@ pub static GATHER: Pass = Pass {
         Binding::sampled("normals", Access::ComputeSampled),
         Binding::image("indirect_diffuse", Access::ComputeWrite),
     ],
-    constants: &["LEVELS", "NESTED"],
+    constants: &["LEVELS", "NESTED", "MASKED"],
     params: Some(LookupParams::LAYOUT),
     sets: Sets::Scene,
 };
@@ -51,22 +52,35 @@ pub static SPECULAR: Pass = Pass {
         Binding::sampled("specular", Access::ComputeSampled),
         Binding::image("indirect_specular", Access::ComputeWrite),
     ],
-    constants: &["LEVELS", "NESTED"],
+    constants: &["LEVELS", "NESTED", "MASKED"],
     params: Some(LookupParams::LAYOUT),
     sets: Sets::Scene,
 };
 
 /// How light is looked up.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Lookup {
+pub struct Lookup {
     /// Off the surface (cells).
-    pub(super) shift: f32,
+    pub shift: f32,
     /// Cells over which a grid goes over into the one around it.
-    pub(super) blend: f32,
+    pub blend: f32,
+    /// Whether cells behind the surface are left out.
+    pub masked: bool,
+}
+
+impl Lookup {
+    /// As the technique's settings say.
+    pub(super) fn new(settings: &Settings, blend: f32) -> Self {
+        Lookup {
+            shift: settings.number("gather_shift"),
+            blend,
+            masked: settings.is("gather_filter", "masked"),
+        }
+    }
 }
 
 /// Adds the passes that answer for each pixel, from nested grids, outermost first.
-pub(super) fn gather(
+pub fn gather(
     frame: &mut Frame,
     gbuffer: &GBuffer,
     levels: &[Cells],
@@ -94,6 +108,7 @@ pub(super) fn gather(
         .bind("indirect_diffuse", &answer.diffuse)
         .constant("LEVELS", levels.len() as u32)
         .constant("NESTED", levels.len() > 1)
+        .constant("MASKED", lookup.masked)
         .push(&params)
         .dispatch(screen_groups(gbuffer.size));
     if let (Some(result), Some(specular)) = (&answer.specular, &gbuffer.specular) {
@@ -107,6 +122,7 @@ pub(super) fn gather(
             .bind("indirect_specular", result)
             .constant("LEVELS", levels.len() as u32)
             .constant("NESTED", levels.len() > 1)
+            .constant("MASKED", lookup.masked)
             .push(&params)
             .dispatch(screen_groups(gbuffer.size));
     }

@@ -7,7 +7,7 @@
 //! - [`leaf_sweep`]: the same by [`leaves`] of an octree, in the order of a [`schedule`].
 //! - [`lobes`]: the same by the published method, and [`blockers`], its fuzzy occlusion.
 //! - [`levels`]: the published method in all levels of an octree.
-//! - [`gather`]: from cells to pixels.
+//! - [`gather`]: from cells to pixels, and [`by_direction`], the same without harmonics.
 //! - [`view`]: cells to look at.
 //! - [`simulator`]: the published method on the CPU, to be watched.
 //!
@@ -18,6 +18,7 @@
 //! - [`octree`]: one grid, with larger cells far from surfaces, or levels of them.
 
 pub mod blockers;
+pub mod by_direction;
 pub mod cascaded;
 mod cells;
 mod directions;

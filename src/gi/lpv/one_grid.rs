@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::gather::Lookup;
-use super::{CellGrid, CellSettings, Cells, Propagation, gather, view};
+use super::{CellGrid, CellSettings, Cells, Propagation, by_direction, gather, view};
 use crate::gi::inspect::ViewRow;
 use crate::gi::{Answer, Context, IndirectLight, Inputs, Inspect, Needs, Settings, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image};
@@ -28,10 +28,7 @@ impl OneGrid {
         let specular = || screen_image(gpu, "lpv.specular", size);
         Ok(OneGrid {
             cells: Cells::new(gpu, scene, grid, cell_settings)?,
-            lookup: Lookup {
-                shift: settings.number("gather_shift"),
-                blend: 0.0,
-            },
+            lookup: Lookup::new(settings, 0.0),
             light: IndirectLight {
                 diffuse: screen_image(gpu, "lpv.diffuse", size)?,
                 specular: scene.is_glossy.then(specular).transpose()?,
@@ -54,13 +51,13 @@ impl Technique for OneGrid {
     }
 
     fn gather(&mut self, frame: &mut Frame, given: &Inputs<'_>) -> Answer {
-        gather::gather(
-            frame,
-            given.gbuffer,
-            std::slice::from_ref(&self.cells),
-            self.lookup,
-            &self.light,
-        );
+        let cells = &self.cells;
+        if cells.settings.keeps_directions {
+            by_direction::gather(frame, given, cells, self.lookup, &self.light);
+        } else {
+            let levels = std::slice::from_ref(cells);
+            gather::gather(frame, given.gbuffer, levels, self.lookup, &self.light);
+        }
         Answer {
             indirect: self.light.clone(),
             has_direct: false,

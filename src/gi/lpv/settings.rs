@@ -1,6 +1,7 @@
 //! What rows of the family have in common: settings, passes and stages.
 
 use super::blockers::{GEOMETRY, MERGE};
+use super::by_direction::{GATHER_DIRECTIONS, SPECULAR_DIRECTIONS};
 use super::cells::{CellSettings, Source};
 use super::faces::{FACES, LIGHT_SIDES, NEAREST, NUMBER_SIDES, SURFACES, Side};
 use super::gather::{GATHER, SPECULAR};
@@ -60,6 +61,14 @@ pub(super) static CELL_SETTINGS: &[Setting] = &[
         unit: "cells",
         domain: Domain::Number { min: 0.0, max: 2.0 },
         default: "1",
+    },
+    Setting {
+        name: "gather_filter",
+        help: "of the eight cells around the lookup, all, or those whose centre is not behind the \
+               surface",
+        unit: "",
+        domain: Domain::Choice(&["trilinear", "masked"]),
+        default: "trilinear",
     },
 ];
 
@@ -154,7 +163,7 @@ pub(super) static RULES: &[Rule] = &[
             settings.is("propagation", "lobes30") || settings.is("propagation", "axis6")
         },
     },
-    Rule::always(Group::Gather, &["gather_shift"]),
+    Rule::always(Group::Gather, &["gather_shift", "gather_filter"]),
 ];
 
 /// What an error budget tries where directions are swept.
@@ -239,6 +248,9 @@ pub(super) static PASSES: &[&Pass] = &[
     &VIEW,
 ];
 
+/// The passes of a lookup direction by direction.
+pub(super) static BY_DIRECTION: &[&Pass] = &[&GATHER_DIRECTIONS, &SPECULAR_DIRECTIONS];
+
 /// Structs of their buffers.
 pub(super) static STRUCTS: &[StructLayout] = &[("CellGrid", GridRow::FIELDS), Side::LAYOUT];
 
@@ -283,10 +295,12 @@ static PROPAGATION: Stage = Stage::store(
 );
 
 /// From cells to pixels.
-pub(super) static LOOKUP: Stage = Stage::picture("gather", &["lpv.gather"]);
+pub(super) static LOOKUP: Stage =
+    Stage::picture("gather", &["lpv.gather", "lpv.gather_directions"]);
 
 /// Glossy reflection.
-pub(super) static REFLECTION: Stage = Stage::picture("specular", &["lpv.specular"]);
+pub(super) static REFLECTION: Stage =
+    Stage::picture("specular", &["lpv.specular", "lpv.specular_directions"]);
 
 /// The steps of techniques that keep cells in grids.
 pub(super) static STAGES: &[&Stage] = &[

@@ -32,6 +32,10 @@ gpu_struct! {
         pub inner: [i32; 4],
         /// Rows where borders begin; x: the grid's own, y: the finer grid's.
         pub rows: [i32; 4],
+        /// The first pair of directions of each octant that is swept.
+        pub first_pair: u32,
+        /// How many pairs of each octant are swept.
+        pub pair_count: u32,
     }
 }
 
@@ -68,7 +72,7 @@ pub static SOURCES: Pass = Pass::compute(
 /// One step for all directions of some octants: cells whose upwind neighbours are all done. A
 /// thread a cell and octant; the steps of a sweep are a chain.
 pub static SWEEP: Pass = Pass {
-    constants: &["ADD", "SIDES", "IS_INNER", "HAS_INNER", "SLABS"],
+    constants: &["ADD", "SIDES", "IS_INNER", "HAS_INNER", "SLABS", "KEEP"],
     ..Pass::compute(
         "lpv.sweep",
         "gi/lpv/sweep.comp",
@@ -107,6 +111,8 @@ pub(super) const PAIR_BYTES: u64 = 16;
 const MOST_SLAB_BYTES: u64 = 24 << 20;
 /// The same for the radiance on their way (bytes).
 const MOST_FRONT_BYTES: u64 = 24 << 20;
+/// The same for radiance that is kept of all cells (bytes).
+const MOST_KEPT_BYTES: u64 = 128 << 20;
 /// Texels along the longest side of a volume that every device has.
 const MOST_TEXELS: u32 = 2048;
 
@@ -115,14 +121,32 @@ pub struct Sweep {
     size: UVec3,
     /// The directions.
     pub directions: Directions,
-    list: Arc<Buffer>,
+    pub(super) list: Arc<Buffer>,
     order: Arc<Image>,
     sources: Arc<Image>,
-    front: Arc<Image>,
+    /// Radiance on its way, or that of all cells (`gi/lpv/sweep.comp`).
+    pub(super) front: Arc<Image>,
     /// One for each octant that is swept at once; one alone adds to the light itself.
     slabs: Arc<Image>,
     octants_at_once: u32,
+    pairs_at_once: u32,
+    keeps: bool,
     borders: Arc<Image>,
+}
+
+/// Directions that are swept at once.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Batch {
+    /// The first octant.
+    pub(super) first_octant: u32,
+    /// How many octants there are.
+    pub(super) octants: u32,
+    /// The first pair of directions of each.
+    pub(super) first_pair: u32,
+    /// How many pairs each has at most.
+    pub(super) pairs: u32,
+    /// Whether none follows.
+    pub(super) is_last: bool,
 }
 
 /// A grid inside another whose cells are twice as large.
@@ -174,20 +198,42 @@ pub(super) fn volume(
 
 impl Sweep {
     /// Allocates sweeps of grids of this size along this many directions, `nested` of them inside
-    /// others: these are cubes.
-    pub fn new(gpu: &Gpu, size: UVec3, directions: u32, nested: u32) -> Result<Self, Error> {
+    /// others: these are cubes. One that `keeps` has the radiance of all cells along the directions
+    /// of a batch.
+    pub fn new(
+        gpu: &Gpu,
+        size: UVec3,
+        directions: u32,
+        nested: u32,
+        keeps: bool,
+    ) -> Result<Self, Error> {
         let directions = Directions::spiral(directions);
         let [x, y, z] = size.to_array();
         let slab_bytes = u64::from(x * y * z * COEFFICIENT_PAIRS) * PAIR_BYTES;
-        let layers = 2 * directions.most_pairs();
-        let front_bytes = u64::from(x * y * layers) * PAIR_BYTES;
-        let fits = |octants: &u32| {
-            let count = u64::from(*octants);
-            count * slab_bytes <= MOST_SLAB_BYTES
-                && count * front_bytes <= MOST_FRONT_BYTES
-                && octants * z.max(layers) <= MOST_TEXELS
+        // Of each pair of directions.
+        let (layers, most_bytes) = if keeps {
+            (z, MOST_KEPT_BYTES)
+        } else {
+            (2, MOST_FRONT_BYTES)
         };
-        let octants_at_once = [8, 4, 2].into_iter().find(fits).unwrap_or(1);
+        let most_pairs = directions.most_pairs();
+        let fits = |octants: u32, pairs: u32| {
+            let deepest = octants * (layers * pairs).max(z);
+            u64::from(octants) * slab_bytes <= MOST_SLAB_BYTES
+                && u64::from(x * y * octants * layers * pairs) * PAIR_BYTES <= most_bytes
+                && deepest <= MOST_TEXELS
+        };
+        let octants_at_once = [8, 4, 2]
+            .into_iter()
+            .find(|octants| fits(*octants, most_pairs))
+            .unwrap_or(1);
+        let pair_bytes = u64::from(x * y * layers) * PAIR_BYTES;
+        let pairs_at_once = if keeps {
+            let room = (most_bytes / pair_bytes).min(u64::from(MOST_TEXELS / z)) as u32;
+            (room / octants_at_once).clamp(1, most_pairs.max(1))
+        } else {
+            most_pairs
+        };
         let list =
             |name, words: &[u32]| storage(gpu, (name, Owner::Store), bytemuck::cast_slice(words));
         let pairs = vk::Format::R32G32B32A32_UINT;
@@ -212,7 +258,7 @@ impl Sweep {
             front: volume(
                 gpu,
                 ("lpv.front", pairs),
-                [x, y, octants_at_once * layers],
+                [x, y, octants_at_once * layers * pairs_at_once.max(1)],
                 ImageUsage::STORAGE,
             )?,
             slabs: volume(
@@ -225,21 +271,44 @@ impl Sweep {
                 ImageUsage::STORAGE,
             )?,
             octants_at_once,
+            pairs_at_once,
+            keeps,
             borders: volume(gpu, ("lpv.borders", pairs), borders, ImageUsage::STORAGE)?,
         })
     }
 
+    fn batches(&self) -> Vec<Batch> {
+        let all = self.directions.most_pairs();
+        let octants = (0..8).step_by(self.octants_at_once as usize);
+        let mut batches: Vec<Batch> = octants
+            .flat_map(|first_octant| {
+                let pairs = (0..all).step_by(self.pairs_at_once.max(1) as usize);
+                pairs.map(move |first_pair| Batch {
+                    first_octant,
+                    octants: self.octants_at_once,
+                    first_pair,
+                    pairs: self.pairs_at_once,
+                    is_last: false,
+                })
+            })
+            .collect();
+        if let Some(last) = batches.last_mut() {
+            last.is_last = true;
+        }
+        batches
+    }
+
     /// Adds the passes that bring the flux of all cells (integers of `flux_unit`, W), and the light
-    /// of the sides of all opaque faces, to all cells.
-    pub fn run(
+    /// of the sides of all opaque faces, to all cells; `after` each batch of directions, others may
+    /// read what is kept of it.
+    pub(super) fn run(
         &self,
         frame: &mut Frame,
         faces: &Faces,
         (flux, flux_unit): (&Arc<Buffer>, f32),
-        light: &Arc<Image>,
-        nesting: Nesting,
+        (light, nesting): (&Arc<Image>, Nesting),
+        after: &mut dyn FnMut(&mut Frame, Batch),
     ) {
-        let side_light = faces.sides.as_ref().map(|sides| &sides.light);
         let grid = faces.grid;
         let face_m2 = grid.cell_size * grid.cell_size;
         let [x, y, z] = self.size.to_array();
@@ -254,59 +323,73 @@ impl Sweep {
             })
             .dispatch([x.div_ceil(8), y.div_ceil(8), z]);
         let steps = steps(self.size);
+        for batch in self.batches() {
+            self.run_batch(frame, faces, (batch, &steps), (light, nesting));
+            after(frame, batch);
+        }
+        if self.octants_at_once > 1 {
+            frame
+                .pass(&SUM)
+                .bind("slabs", &self.slabs)
+                .bind("light", light)
+                .push(&SumParams {
+                    grid: grid.row(self.octants_at_once),
+                })
+                .dispatch([x.div_ceil(8), y.div_ceil(8), z]);
+        }
+    }
+
+    fn run_batch(
+        &self,
+        frame: &mut Frame,
+        faces: &Faces,
+        (batch, steps): (Batch, &[u32]),
+        (light, nesting): (&Arc<Image>, Nesting),
+    ) {
+        let side_light = faces.sides.as_ref().map(|sides| &sides.light);
         let inner = nesting.inner.map_or(UVec3::ZERO, |inner| inner.first);
         let rows = [nesting.own, nesting.inner].map(|nested| Self::row(self.size, nested));
-        for first_octant in (0..8).step_by(self.octants_at_once as usize) {
-            let mut first_cell = 0;
-            let chain = (0u32..).zip(&steps).map(|(step, &cell_count)| {
-                let params = SweepParams {
-                    grid: grid.row(self.directions.most_pairs()),
-                    step,
-                    first_cell,
-                    cell_count,
-                    first_octant,
-                    inner: inner
-                        .extend(Self::inner_cells(self.size))
-                        .as_ivec4()
-                        .to_array(),
-                    rows: [rows[0] as i32, rows[1] as i32, 0, 0],
-                };
-                first_cell += cell_count;
-                BatchDispatch {
-                    push: bytemuck::bytes_of(&params).to_vec(),
-                    groups: [cell_count.div_ceil(GROUP), self.octants_at_once, 1],
-                    ..Default::default()
-                }
-            });
-            let chain = chain.collect();
-            frame
-                .pass(&SWEEP)
-                .bind("directions", &self.list)
-                .bind("order", &self.order)
-                .bind("sources", &self.sources)
-                .bind("front", &self.front)
-                .bind("slabs", &self.slabs)
-                .bind("side_light", side_light.unwrap_or(&self.list))
-                .bind("borders", &self.borders)
-                .bind("light", light)
-                .constant("ADD", first_octant > 0)
-                .constant("SIDES", side_light.is_some())
-                .constant("IS_INNER", nesting.own.is_some())
-                .constant("HAS_INNER", nesting.inner.is_some())
-                .constant("SLABS", self.octants_at_once > 1)
-                .dispatch_chain(chain);
-        }
-        if self.octants_at_once == 1 {
-            return;
-        }
+        let mut first_cell = 0;
+        let chain = (0u32..).zip(steps).map(|(step, &cell_count)| {
+            let params = SweepParams {
+                grid: faces.grid.row(self.directions.most_pairs()),
+                step,
+                first_cell,
+                cell_count,
+                first_octant: batch.first_octant,
+                inner: inner
+                    .extend(Self::inner_cells(self.size))
+                    .as_ivec4()
+                    .to_array(),
+                rows: [rows[0] as i32, rows[1] as i32, 0, 0],
+                first_pair: batch.first_pair,
+                pair_count: batch.pairs,
+            };
+            first_cell += cell_count;
+            BatchDispatch {
+                push: bytemuck::bytes_of(&params).to_vec(),
+                groups: [cell_count.div_ceil(GROUP), batch.octants, 1],
+                ..Default::default()
+            }
+        });
+        let chain = chain.collect();
         frame
-            .pass(&SUM)
+            .pass(&SWEEP)
+            .bind("directions", &self.list)
+            .bind("order", &self.order)
+            .bind("sources", &self.sources)
+            .bind("front", &self.front)
             .bind("slabs", &self.slabs)
+            .bind("side_light", side_light.unwrap_or(&self.list))
+            .bind("borders", &self.borders)
             .bind("light", light)
-            .push(&SumParams {
-                grid: grid.row(self.octants_at_once),
-            })
-            .dispatch([x.div_ceil(8), y.div_ceil(8), z]);
+            .constant("ADD", batch.first_octant > 0 || batch.first_pair > 0)
+            .constant("SIDES", side_light.is_some())
+            .constant("IS_INNER", nesting.own.is_some())
+            .constant("HAS_INNER", nesting.inner.is_some())
+            .constant("SLABS", self.octants_at_once > 1)
+            .constant("KEEP", self.keeps)
+            .dispatch_chain(chain);
     }
 }
 

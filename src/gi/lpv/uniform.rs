@@ -2,12 +2,13 @@
 
 use super::one_grid::OneGrid;
 use super::settings::{
-    self, LOBES_REPLACED, MARGIN, PASSES, RULES, STAGES, STRUCTS, SUBSTITUTIONS, check_margin,
+    self, BY_DIRECTION, LOBES_REPLACED, MARGIN, PASSES, RULES, STAGES, STRUCTS, SUBSTITUTIONS,
+    check_margin,
 };
 use super::simulator::SIMULATOR;
 use super::view::VIEWS;
 use crate::gi::entry::Entry;
-use crate::gi::settings::{Domain, Group, Preset, Rule, Setting};
+use crate::gi::settings::{Domain, Group, Preset, Rule, Setting, SettingError};
 use crate::gi::{Context, Settings, Technique};
 use crate::graph::Error;
 
@@ -20,15 +21,52 @@ static SETTINGS: &[Setting] = &[
         default: "64",
     },
     MARGIN,
+    Setting {
+        name: "lookup",
+        help: "what pixels look up: nine harmonics of each cell, or every direction, while the \
+               last bounce is swept",
+        unit: "",
+        domain: Domain::Choice(&["harmonics", "directions"]),
+        default: "harmonics",
+    },
 ];
 
-static OWN_RULES: &[Rule] = &[Rule::always(Group::Structure, &["margin"])];
+static OWN_RULES: &[Rule] = &[
+    Rule::always(Group::Structure, &["margin"]),
+    Rule {
+        group: Group::Gather,
+        settings: &["lookup"],
+        applies: |settings| settings.is("propagation", "ordinates"),
+    },
+];
+
+fn check(settings: &Settings) -> Result<(), SettingError> {
+    check_margin(settings)?;
+    settings::check(settings)?;
+    if settings.is("lookup", "directions") && !settings.is("propagation", "ordinates") {
+        return Err(SettingError::Together(format!(
+            "lookup=directions: propagation={} has lobes in its cells; give lookup=harmonics or \
+             propagation=ordinates",
+            settings.choice("propagation")
+        )));
+    }
+    Ok(())
+}
 
 static PRESETS: &[Preset] = &[
     Preset {
         name: "accurate",
         help: "discrete directions swept through opaque faces: it converges as cells shrink",
         values: &[],
+    },
+    Preset {
+        name: "best",
+        help: "the least error: each pixel looks every direction up, in cells before its surface",
+        values: &[&[
+            ("lookup", "directions"),
+            ("gather_filter", "masked"),
+            ("gather_shift", "0.5"),
+        ]],
     },
     Preset {
         name: "textbook",
@@ -48,10 +86,10 @@ pub static ENTRY: Entry = Entry {
     bounces: |settings| Some(settings.count("bounces")),
     settings: &[SETTINGS, settings::CELL_SETTINGS, settings::LOBE_SETTINGS],
     rules: &[RULES, OWN_RULES],
-    check: |settings| check_margin(settings).and_then(|()| settings::check(settings)),
+    check,
     substitutions: &[SUBSTITUTIONS, &[LOBES_REPLACED]],
     presets: PRESETS,
-    passes: &[PASSES],
+    passes: &[PASSES, BY_DIRECTION],
     structs: &[STRUCTS],
     views: &[&VIEWS],
     simulator: Some(&SIMULATOR),

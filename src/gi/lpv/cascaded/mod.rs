@@ -54,10 +54,7 @@ impl CascadedLpv {
             layout,
             levels: Cells::nested(gpu, scene, &grids, CellSettings::new(settings))?,
             takes_light: settings.is("nesting", "inflow"),
-            lookup: Lookup {
-                shift: settings.number("gather_shift"),
-                blend: settings.number("blend"),
-            },
+            lookup: Lookup::new(settings, settings.number("blend")),
             light: IndirectLight {
                 diffuse: screen_image(gpu, "lpv.diffuse", size)?,
                 specular: scene.is_glossy.then(specular).transpose()?,

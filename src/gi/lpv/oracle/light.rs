@@ -1,9 +1,8 @@
-//! Twins of `lpv.inject` and `lpv.gather`.
+//! Twin of `lpv.inject`.
 
-use glam::{DVec3, DVec4, UVec3};
+use glam::DVec3;
 
 use crate::gi::lpv::CellGrid;
-use crate::gi::shared::sh;
 
 /// A texel of a reflective shadow map.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,37 +41,4 @@ pub fn inject(
         }
     }
     flux
-}
-
-/// Irradiance (rgb, W/m²) and that of an environment of radiance 1 (alpha) on a surface, from the
-/// nine coefficients of all cells, by a trilinear lookup off the surface.
-pub fn irradiance(
-    light: &[[DVec4; 9]],
-    grid: &CellGrid,
-    (position, normal): (DVec3, DVec3),
-    shading_normal: DVec3,
-    shift: f64,
-) -> DVec4 {
-    let place = shifted(grid, position, normal, shift) - 0.5;
-    let place = place.clamp(DVec3::ZERO, grid.size.as_dvec3() - 1.0);
-    let base = place.floor();
-    let share = place - base;
-    let mut basis = [0.0; 9];
-    sh::evaluate(3, shading_normal, &mut basis);
-    let factors = sh::clamped_cosine(3);
-    let mut sum = DVec4::ZERO;
-    for corner in 0..8u32 {
-        let step = UVec3::new(corner & 1, corner >> 1 & 1, corner >> 2);
-        let cell = (base.as_uvec3() + step).min(grid.size - 1);
-        let weight = DVec3::select(
-            glam::BVec3::new(step.x == 1, step.y == 1, step.z == 1),
-            share,
-            1.0 - share,
-        );
-        for (at, coefficient) in light[grid.index(cell)].iter().enumerate() {
-            let band = at.isqrt();
-            sum += weight.element_product() * factors[band] * basis[at] * *coefficient;
-        }
-    }
-    sum.max(DVec4::ZERO)
 }

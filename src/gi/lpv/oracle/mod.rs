@@ -4,12 +4,14 @@ mod faces;
 mod leaves;
 mod light;
 pub mod lobes;
+mod lookup;
 pub mod octree;
 pub mod simulator;
 mod sweep;
 
 pub use faces::{Crossings, crossings};
 pub use leaves::{leaf_of, sweep_leaves};
-pub use light::{Texel, inject, irradiance};
+pub use light::{Texel, inject};
+pub use lookup::{Place, by_direction, irradiance, specular};
 pub(crate) use sweep::neighbour;
 pub use sweep::{Boundary, Ledger, Swept, field, jacobi, sweep};
