@@ -9,6 +9,8 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     ("gi/lpv/gather.comp", include_bytes!("../../spirv/gi/lpv/gather.comp.spv")),
     ("gi/lpv/geometry.comp", include_bytes!("../../spirv/gi/lpv/geometry.comp.spv")),
     ("gi/lpv/inject.comp", include_bytes!("../../spirv/gi/lpv/inject.comp.spv")),
+    ("gi/lpv/jacobi.comp", include_bytes!("../../spirv/gi/lpv/jacobi.comp.spv")),
+    ("gi/lpv/jacobi_sum.comp", include_bytes!("../../spirv/gi/lpv/jacobi_sum.comp.spv")),
     (
         "gi/lpv/levels/down_sample.comp",
         include_bytes!("../../spirv/gi/lpv/levels/down_sample.comp.spv"),

@@ -19,6 +19,7 @@ layout(local_size_x = 256) in;
 
 #include "gi/lpv/grid.glsl"
 #include "gi/lpv/harmonics.glsl"
+#include "gi/lpv/pairs.glsl"
 
 layout(constant_id = 0) const bool ADD = false;     // to what other octants have left
 layout(constant_id = 1) const bool SIDES = false;   // opaque faces send light
@@ -52,19 +53,6 @@ layout(push_constant) uniform SweepParams {
 } params;
 
 const uint ORDER_ROW = 1024u;   // Rust: ORDER_ROW of lpv::sweep
-
-struct Pair { vec4 radiance[2]; };
-
-
-uvec4 pack(Pair pair) {
-    return uvec4(packHalf2x16(pair.radiance[0].xy), packHalf2x16(pair.radiance[0].zw),
-        packHalf2x16(pair.radiance[1].xy), packHalf2x16(pair.radiance[1].zw));
-}
-
-Pair unpack(uvec4 words) {
-    return Pair(vec4[2](vec4(unpackHalf2x16(words.x), unpackHalf2x16(words.y)),
-        vec4(unpackHalf2x16(words.z), unpackHalf2x16(words.w))));
-}
 
 const ivec3 NOWHERE = ivec3(0, 0, -4096);   // whichever pair of directions is added
 

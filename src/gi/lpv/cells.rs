@@ -7,6 +7,7 @@ use glam::UVec3;
 use super::faces::Faces;
 use super::grid::CellGrid;
 use super::inject::{FLUX_NUMBERS, POWER_NUMBERS, flux_unit, inject};
+use super::jacobi::Jacobi;
 use super::leaf_sweep::LeafSweep;
 use super::leaves::LeafSettings;
 use super::levels::{Levels, Transfer};
@@ -25,6 +26,25 @@ pub enum Source {
     Rsm,
     /// Opaque faces, lit at the place where the segment between two cells meets a surface.
     Faces,
+}
+
+/// How light goes along discrete directions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ordinates {
+    /// Each cell once, in upwind order.
+    Sweep,
+    /// All cells at once, in so many steps.
+    Jacobi(u32),
+}
+
+impl Ordinates {
+    /// As the technique's settings say.
+    fn new(settings: &Settings) -> Self {
+        match settings.find_choice("schedule") {
+            Some("jacobi") => Ordinates::Jacobi(settings.count("iterations")),
+            _ => Ordinates::Sweep,
+        }
+    }
 }
 
 /// What larger cells there are.
@@ -56,6 +76,8 @@ pub struct CellSettings {
     pub source: Source,
     /// Discrete directions that it goes along.
     pub directions: u32,
+    /// How it goes along them.
+    pub ordinates: Ordinates,
     /// Bounces, at least 1: a sweep each.
     pub bounces: u32,
     /// Texels along an edge of each reflective shadow map that inject light.
@@ -86,6 +108,7 @@ impl CellSettings {
                 0 => (3 * settings.count("resolution")).min(1024),
                 count => count,
             },
+            ordinates: Ordinates::new(settings),
             bounces: settings.count("bounces"),
             rsm_texels: settings.count("rsm_texels"),
             injection_shift: settings.number("injection_shift"),
@@ -119,6 +142,8 @@ impl CellSettings {
 pub enum Propagation {
     /// Along discrete directions.
     Sweep(Sweep),
+    /// Along discrete directions, in steps of all cells at once.
+    Jacobi(Jacobi),
     /// Along discrete directions, by leaves of an octree.
     Leaves(LeafSweep),
     /// As lobes.
@@ -147,6 +172,9 @@ impl Parts {
             }
             (None, Some(Octree::Leaves(leaves))) => {
                 Propagation::Leaves(LeafSweep::new(gpu, (directions, leaves))?)
+            }
+            (None, None) if let Ordinates::Jacobi(steps) = settings.ordinates => {
+                Propagation::Jacobi(Jacobi::new(gpu, size, (directions, steps))?)
             }
             (None, _) => Propagation::Sweep(Sweep::new(gpu, size, directions, grids - 1)?),
         };
@@ -291,9 +319,7 @@ impl Cells {
     pub(super) fn receivers(&self) -> u32 {
         match &*self.propagation {
             Propagation::Leaves(sweep) => sweep.leaves.all.len() as u32,
-            Propagation::Sweep(_) | Propagation::Lobes(_) | Propagation::Levels(_) => {
-                self.grid.count()
-            }
+            _ => self.grid.count(),
         }
     }
 
@@ -366,6 +392,7 @@ impl Cells {
             Propagation::Sweep(sweep) => {
                 sweep.run(frame, &self.faces, flux, &self.light, nesting);
             }
+            Propagation::Jacobi(jacobi) => jacobi.run(frame, &self.faces, flux, &self.light),
             Propagation::Leaves(sweep) => sweep.run(frame, &self.faces, flux, &self.light),
             Propagation::Lobes(lobes) => {
                 lobes.block(frame, &self.grid, scene, (maps, self.settings.rsm_texels));

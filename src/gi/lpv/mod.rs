@@ -4,6 +4,7 @@
 //! - [`faces`]: which neighbours cannot see each other, and what they see instead.
 //! - [`inject`]: what surfaces reflect, into cells.
 //! - [`sweep`]: from cells to all others, along discrete directions.
+//! - [`jacobi`]: the same in steps of all cells at once.
 //! - [`leaf_sweep`]: the same by [`leaves`] of an octree, in the order of a [`schedule`].
 //! - [`lobes`]: the same by the published method, and [`blockers`], its fuzzy occlusion.
 //! - [`levels`]: the published method in all levels of an octree.
@@ -25,6 +26,7 @@ pub mod faces;
 pub mod gather;
 mod grid;
 pub mod inject;
+pub mod jacobi;
 pub mod leaf_sweep;
 pub mod leaves;
 pub mod levels;
@@ -40,6 +42,6 @@ pub mod sweep;
 pub mod uniform;
 pub mod view;
 
-pub use cells::{CellSettings, Cells, Octree, Propagation, Source};
+pub use cells::{CellSettings, Cells, Octree, Ordinates, Propagation, Source};
 pub use directions::Directions;
 pub use grid::{CellGrid, GridRow};

@@ -6,6 +6,7 @@ use super::faces::{FACES, LIGHT_SIDES, NEAREST, NUMBER_SIDES, SURFACES, Side};
 use super::gather::{GATHER, SPECULAR};
 use super::grid::GridRow;
 use super::inject::INJECT;
+use super::jacobi::{JACOBI, JACOBI_SUM};
 use super::lobes::{FINISH, PROPAGATE, SEED};
 use super::sweep::{SOURCES, SUM, SWEEP};
 use super::view::VIEW;
@@ -109,6 +110,14 @@ pub(super) static LOBE_SETTINGS: &[Setting] = &[
         domain: Domain::Choice(&["ordinates", "lobes30", "axis6", "stream"]),
         default: "ordinates",
     },
+    Setting {
+        name: "schedule",
+        help: "of discrete directions: sweep, each cell once, from its upwind neighbours; or \
+               jacobi, all cells at once, from the step before, which costs more",
+        unit: "",
+        domain: Domain::Choice(&["sweep", "jacobi"]),
+        default: "sweep",
+    },
     ITERATIONS,
     GAIN,
     CLAMP_NEGATIVE,
@@ -121,6 +130,10 @@ pub(super) static LOBE_SETTINGS: &[Setting] = &[
         default: "faces",
     },
 ];
+
+fn has_directions(settings: &Settings) -> bool {
+    settings.is("propagation", "ordinates")
+}
 
 /// Their groups, and when they have an effect.
 pub(super) static RULES: &[Rule] = &[
@@ -140,12 +153,22 @@ pub(super) static RULES: &[Rule] = &[
     Rule {
         group: Group::Bounces,
         settings: &["directions"],
-        applies: |settings| settings.is("propagation", "ordinates"),
+        applies: has_directions,
     },
     Rule {
         group: Group::Bounces,
-        settings: &["iterations", "gain"],
-        applies: |settings| !settings.is("propagation", "ordinates"),
+        settings: &["schedule"],
+        applies: has_directions,
+    },
+    Rule {
+        group: Group::Bounces,
+        settings: &["iterations"],
+        applies: |settings| !has_directions(settings) || settings.is("schedule", "jacobi"),
+    },
+    Rule {
+        group: Group::Bounces,
+        settings: &["gain"],
+        applies: |settings| !has_directions(settings),
     },
     Rule {
         group: Group::Bounces,
@@ -167,6 +190,19 @@ pub(super) static SUBSTITUTIONS: &[Substitution] = &[
             let more = (4 * cells.directions).min(1024);
             if cells.lobes.is_none() && more > cells.directions {
                 vec![format!("directions={more}")]
+            } else {
+                Vec::new()
+            }
+        },
+    },
+    Substitution {
+        name: "schedule",
+        help: "each cell once in upwind order, so that light comes as far as there are cells",
+        pairs: |settings| {
+            if CellSettings::new(settings).lobes.is_none()
+                && settings.find_choice("schedule") == Some("jacobi")
+            {
+                vec!["schedule=sweep".to_owned()]
             } else {
                 Vec::new()
             }
@@ -229,6 +265,8 @@ pub(super) static PASSES: &[&Pass] = &[
     &SOURCES,
     &SWEEP,
     &SUM,
+    &JACOBI,
+    &JACOBI_SUM,
     &GEOMETRY,
     &MERGE,
     &SEED,
@@ -276,6 +314,8 @@ static PROPAGATION: Stage = Stage::store(
         "lpv.sources",
         "lpv.sweep",
         "lpv.sum",
+        "lpv.jacobi",
+        "lpv.jacobi_sum",
         "lpv.seed",
         "lpv.propagate",
         "lpv.finish",
@@ -312,7 +352,7 @@ pub(super) fn check_margin(settings: &Settings) -> Result<(), SettingError> {
 
 /// Settings that do not go together.
 pub(super) fn check(settings: &Settings) -> Result<(), SettingError> {
-    if !settings.is("propagation", "ordinates") {
+    if !has_directions(settings) {
         return Ok(());
     }
     let occlusion = settings.choice("occlusion");

@@ -7,6 +7,7 @@ use glam::UVec3;
 use super::directions::Directions;
 use super::faces::Faces;
 use super::grid::GridRow;
+use super::lobes::groups;
 use crate::gpu_struct;
 use crate::graph::{
     Access, BatchDispatch, Binding, Buffer, Error, Frame, Gpu, Image, ImageDesc, ImageKind,
@@ -107,7 +108,7 @@ const MOST_SLAB_BYTES: u64 = 48 << 20;
 /// The same for the radiance on their way (bytes).
 const MOST_FRONT_BYTES: u64 = 48 << 20;
 /// Texels along the longest side of a volume that every device has.
-const MOST_TEXELS: u32 = 2048;
+pub(super) const MOST_TEXELS: u32 = 2048;
 
 /// Sweeps of grids of one size.
 pub struct Sweep {
@@ -231,24 +232,14 @@ impl Sweep {
         &self,
         frame: &mut Frame,
         faces: &Faces,
-        (flux, flux_unit): (&Arc<Buffer>, f32),
+        flux: (&Arc<Buffer>, f32),
         light: &Arc<Image>,
         nesting: Nesting,
     ) {
         let side_light = faces.sides.as_ref().map(|sides| &sides.light);
         let grid = faces.grid;
-        let face_m2 = grid.cell_size * grid.cell_size;
         let [x, y, z] = self.size.to_array();
-        frame
-            .pass(&SOURCES)
-            .bind("faces", &faces.words)
-            .bind("flux", flux)
-            .bind("sources", &self.sources)
-            .push(&SourceParams {
-                grid: grid.row(0),
-                radiance_unit: flux_unit / (std::f32::consts::PI * face_m2),
-            })
-            .dispatch([x.div_ceil(8), y.div_ceil(8), z]);
+        find_sources(frame, faces, flux, &self.sources);
         let steps = steps(self.size);
         let inner = nesting.inner.map_or(UVec3::ZERO, |inner| inner.first);
         let rows = [nesting.own, nesting.inner].map(|nested| Self::row(self.size, nested));
@@ -299,6 +290,27 @@ impl Sweep {
             })
             .dispatch([x.div_ceil(8), y.div_ceil(8), z]);
     }
+}
+
+/// Adds the pass that finds what cells send of this flux (integers of the unit, W).
+pub(super) fn find_sources(
+    frame: &mut Frame,
+    faces: &Faces,
+    (flux, flux_unit): (&Arc<Buffer>, f32),
+    sources: &Arc<Image>,
+) {
+    let grid = faces.grid;
+    let face_m2 = grid.cell_size * grid.cell_size;
+    frame
+        .pass(&SOURCES)
+        .bind("faces", &faces.words)
+        .bind("flux", flux)
+        .bind("sources", sources)
+        .push(&SourceParams {
+            grid: grid.row(0),
+            radiance_unit: flux_unit / (std::f32::consts::PI * face_m2),
+        })
+        .dispatch(groups(&grid));
 }
 
 /// The cells (a, b, c) with a + b + c = `step`: a and b of each.

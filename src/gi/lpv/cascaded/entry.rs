@@ -137,5 +137,12 @@ fn check(settings: &Settings) -> Result<(), SettingError> {
                 .to_owned(),
         ));
     }
+    if settings.is("nesting", "inflow") && settings.is("schedule", "jacobi") {
+        return Err(SettingError::Together(
+            "nesting=inflow: only schedule=sweep hands light on to inner grids; give \
+             nesting=independent, or that schedule"
+                .to_owned(),
+        ));
+    }
     Ok(())
 }
