@@ -28,6 +28,7 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     ("gi/lpv/seed.comp", include_bytes!("../../spirv/gi/lpv/seed.comp.spv")),
     ("gi/lpv/shift_faces.comp", include_bytes!("../../spirv/gi/lpv/shift_faces.comp.spv")),
     ("gi/lpv/shift_sides.comp", include_bytes!("../../spirv/gi/lpv/shift_sides.comp.spv")),
+    ("gi/lpv/slices.comp", include_bytes!("../../spirv/gi/lpv/slices.comp.spv")),
     ("gi/lpv/sources.comp", include_bytes!("../../spirv/gi/lpv/sources.comp.spv")),
     ("gi/lpv/specular.comp", include_bytes!("../../spirv/gi/lpv/specular.comp.spv")),
     ("gi/lpv/sum.comp", include_bytes!("../../spirv/gi/lpv/sum.comp.spv")),

@@ -177,6 +177,15 @@ fn opaque_faces_are_the_segments_that_triangles_meet() {
 /// Whatever is around a closed box, none of it comes in.
 #[test]
 fn no_light_comes_into_a_closed_box() {
+    for ordinates in [Ordinates::Sweep, Ordinates::Slices] {
+        check_closed_box(CellSettings {
+            ordinates,
+            ..SETTINGS
+        });
+    }
+}
+
+fn check_closed_box(settings: CellSettings) {
     let gpu = gpu();
     let mut random = Random::new(7);
     let corner = |i: u32| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32);
@@ -207,7 +216,7 @@ fn no_light_comes_into_a_closed_box() {
         }
         let scene_on = GpuScene::new(&gpu, &turned).unwrap();
         let grid = CellGrid::around((Vec3::splat(-1.6), Vec3::splat(1.6)), 21, 1);
-        let lit = light_in(&gpu, &turned, scene_on, grid, SETTINGS);
+        let lit = light_in(&gpu, &turned, scene_on, grid, settings);
         let mut inside = 0;
         for (index, coefficients) in lit.light.iter().enumerate() {
             let index = index as u32;
@@ -421,6 +430,7 @@ fn swept_by_oracle(lit: &Lit, sides: &[DVec4]) -> oracle::Swept {
     let directions = Directions::spiral(lit.cells.settings.directions);
     match lit.cells.settings.ordinates {
         Ordinates::Sweep => oracle::sweep(grid, &directions, &boundary),
+        Ordinates::Slices => oracle::slices(grid, &directions, &boundary),
         Ordinates::Jacobi(steps) => oracle::jacobi(grid, &directions, &boundary, steps),
     }
 }
@@ -531,6 +541,15 @@ fn stepped_light_is_the_oracles() {
             ..SETTINGS
         });
     }
+}
+
+#[test]
+fn marched_light_is_the_oracles() {
+    check_in_grids(|cells| CellSettings {
+        directions: 6 * cells,
+        ordinates: Ordinates::Slices,
+        ..SETTINGS
+    });
 }
 
 /// As many steps as a path has cells are the sweep, to rounding.

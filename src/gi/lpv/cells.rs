@@ -12,6 +12,7 @@ use super::leaf_sweep::LeafSweep;
 use super::leaves::LeafSettings;
 use super::levels::{Levels, Transfer};
 use super::lobes::{LobeSettings, Lobes, Occlusion};
+use super::slices::Slices;
 use super::sweep::{Nesting, Sweep, volume};
 use crate::gi::{MapNeeds, Needs, Settings};
 use crate::graph::{
@@ -31,8 +32,10 @@ pub enum Source {
 /// How light goes along discrete directions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ordinates {
-    /// Each cell once, in upwind order.
+    /// Each cell once, from its upwind neighbours.
     Sweep,
+    /// Each cell once, from four cells of the slice before.
+    Slices,
     /// All cells at once, in so many steps.
     Jacobi(u32),
 }
@@ -42,6 +45,7 @@ impl Ordinates {
     fn new(settings: &Settings) -> Self {
         match settings.find_choice("schedule") {
             Some("jacobi") => Ordinates::Jacobi(settings.count("iterations")),
+            _ if settings.find_choice("scheme") == Some("slices") => Ordinates::Slices,
             _ => Ordinates::Sweep,
         }
     }
@@ -144,6 +148,8 @@ pub enum Propagation {
     Sweep(Sweep),
     /// Along discrete directions, in steps of all cells at once.
     Jacobi(Jacobi),
+    /// Along discrete directions, slice by slice.
+    Slices(Slices),
     /// Along discrete directions, by leaves of an octree.
     Leaves(LeafSweep),
     /// As lobes.
@@ -173,10 +179,15 @@ impl Parts {
             (None, Some(Octree::Leaves(leaves))) => {
                 Propagation::Leaves(LeafSweep::new(gpu, (directions, leaves))?)
             }
-            (None, None) if let Ordinates::Jacobi(steps) = settings.ordinates => {
-                Propagation::Jacobi(Jacobi::new(gpu, size, (directions, steps))?)
-            }
-            (None, _) => Propagation::Sweep(Sweep::new(gpu, size, directions, grids - 1)?),
+            (None, _) => match settings.ordinates {
+                Ordinates::Sweep => {
+                    Propagation::Sweep(Sweep::new(gpu, size, directions, grids - 1)?)
+                }
+                Ordinates::Slices => Propagation::Slices(Slices::new(gpu, size, directions)?),
+                Ordinates::Jacobi(steps) => {
+                    Propagation::Jacobi(Jacobi::new(gpu, size, (directions, steps))?)
+                }
+            },
         };
         Ok(Parts {
             propagation: Arc::new(propagation),
@@ -393,6 +404,7 @@ impl Cells {
                 sweep.run(frame, &self.faces, flux, &self.light, nesting);
             }
             Propagation::Jacobi(jacobi) => jacobi.run(frame, &self.faces, flux, &self.light),
+            Propagation::Slices(slices) => slices.run(frame, &self.faces, flux, &self.light),
             Propagation::Leaves(sweep) => sweep.run(frame, &self.faces, flux, &self.light),
             Propagation::Lobes(lobes) => {
                 lobes.block(frame, &self.grid, scene, (maps, self.settings.rsm_texels));

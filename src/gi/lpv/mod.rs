@@ -5,6 +5,7 @@
 //! - [`inject`]: what surfaces reflect, into cells.
 //! - [`sweep`]: from cells to all others, along discrete directions.
 //! - [`jacobi`]: the same in steps of all cells at once.
+//! - [`slices`]: the same in slices, with smoother steps.
 //! - [`leaf_sweep`]: the same by [`leaves`] of an octree, in the order of a [`schedule`].
 //! - [`lobes`]: the same by the published method, and [`blockers`], its fuzzy occlusion.
 //! - [`levels`]: the published method in all levels of an octree.
@@ -38,6 +39,7 @@ pub mod schedule;
 pub mod scroll;
 mod settings;
 pub mod simulator;
+pub mod slices;
 pub mod sweep;
 pub mod uniform;
 pub mod view;

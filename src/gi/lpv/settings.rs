@@ -8,6 +8,7 @@ use super::grid::GridRow;
 use super::inject::INJECT;
 use super::jacobi::{JACOBI, JACOBI_SUM};
 use super::lobes::{FINISH, PROPAGATE, SEED};
+use super::slices::SLICES;
 use super::sweep::{SOURCES, SUM, SWEEP};
 use super::view::VIEW;
 use crate::gi::Settings;
@@ -111,6 +112,14 @@ pub(super) static LOBE_SETTINGS: &[Setting] = &[
         default: "ordinates",
     },
     Setting {
+        name: "scheme",
+        help: "where a swept cell's light comes from: upwind, its three upwind neighbours; or \
+               slices, the four cells of the slice before around the point that it comes from",
+        unit: "",
+        domain: Domain::Choice(&["upwind", "slices"]),
+        default: "upwind",
+    },
+    Setting {
         name: "schedule",
         help: "of discrete directions: sweep, each cell once, from its upwind neighbours; or \
                jacobi, all cells at once, from the step before, which costs more",
@@ -159,6 +168,11 @@ pub(super) static RULES: &[Rule] = &[
         group: Group::Bounces,
         settings: &["schedule"],
         applies: has_directions,
+    },
+    Rule {
+        group: Group::Bounces,
+        settings: &["scheme"],
+        applies: |settings| has_directions(settings) && settings.is("schedule", "sweep"),
     },
     Rule {
         group: Group::Bounces,
@@ -265,6 +279,7 @@ pub(super) static PASSES: &[&Pass] = &[
     &SOURCES,
     &SWEEP,
     &SUM,
+    &SLICES,
     &JACOBI,
     &JACOBI_SUM,
     &GEOMETRY,
@@ -314,6 +329,7 @@ static PROPAGATION: Stage = Stage::store(
         "lpv.sources",
         "lpv.sweep",
         "lpv.sum",
+        "lpv.slices",
         "lpv.jacobi",
         "lpv.jacobi_sum",
         "lpv.seed",

@@ -104,9 +104,9 @@ pub(super) const COEFFICIENT_PAIRS: u32 = 5;
 /// A texel of what is on its way: two times four half floats.
 pub(super) const PAIR_BYTES: u64 = 16;
 /// Octants that are swept at once share this much for their sums (bytes).
-const MOST_SLAB_BYTES: u64 = 48 << 20;
+pub(super) const MOST_SLAB_BYTES: u64 = 48 << 20;
 /// The same for the radiance on their way (bytes).
-const MOST_FRONT_BYTES: u64 = 48 << 20;
+pub(super) const MOST_FRONT_BYTES: u64 = 48 << 20;
 /// Texels along the longest side of a volume that every device has.
 pub(super) const MOST_TEXELS: u32 = 2048;
 

@@ -6,10 +6,12 @@ mod light;
 pub mod lobes;
 pub mod octree;
 pub mod simulator;
+mod slices;
 mod sweep;
 
 pub use faces::{Crossings, crossings};
 pub use leaves::{leaf_of, sweep_leaves};
 pub use light::{Texel, inject, irradiance};
+pub use slices::slices;
 pub(crate) use sweep::neighbour;
 pub use sweep::{Boundary, Ledger, Swept, field, jacobi, sweep};
