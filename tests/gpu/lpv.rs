@@ -27,6 +27,7 @@ pub(crate) const SETTINGS: CellSettings = CellSettings {
     injection_shift: 0.5,
     occlusion: Occlusion::Faces,
     lobes: None,
+    bands: 2,
     octree: None,
 };
 

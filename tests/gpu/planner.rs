@@ -91,7 +91,7 @@ struct Life {
 }
 
 /// Few, which run every pass of every technique between them.
-const LIVES: [Life; 23] = [
+const LIVES: [Life; 24] = [
     Life {
         technique: "none",
         preset: None,
@@ -180,6 +180,17 @@ const LIVES: [Life; 23] = [
         pairs: &[
             ("propagation", "stream"),
             ("occlusion", "faces"),
+            ("bounces", "2"),
+        ],
+        surfaces: Surfaces::Emissive,
+    },
+    Life {
+        technique: "lpv-cascaded",
+        preset: Some("textbook"),
+        pairs: &[
+            ("cell_size", "0.03"),
+            ("propagation", "stream"),
+            ("bands", "4"),
             ("bounces", "2"),
         ],
         surfaces: Surfaces::Emissive,

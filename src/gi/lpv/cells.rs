@@ -4,6 +4,8 @@ use std::sync::Arc;
 
 use glam::UVec3;
 
+use super::bands::Streams;
+use super::blockers::Blockers;
 use super::faces::Faces;
 use super::grid::CellGrid;
 use super::inject::{FLUX_NUMBERS, POWER_NUMBERS, flux_unit, inject};
@@ -11,7 +13,7 @@ use super::jacobi::Jacobi;
 use super::leaf_sweep::LeafSweep;
 use super::leaves::LeafSettings;
 use super::levels::{Levels, Transfer};
-use super::lobes::{LobeSettings, Lobes, Occlusion};
+use super::lobes::{LobeSettings, Lobes, Occlusion, Scheme};
 use super::slices::Slices;
 use super::sweep::{Nesting, Sweep, volume};
 use crate::gi::{MapNeeds, Needs, Settings};
@@ -92,6 +94,8 @@ pub struct CellSettings {
     pub occlusion: Occlusion,
     /// How lobes are handed on, where no directions are swept.
     pub lobes: Option<LobeSettings>,
+    /// Bands of spherical harmonics that lobes have; of streams 2 to 4, of others 2.
+    pub bands: u32,
     /// Larger cells besides those of the grid: leaves where directions are swept, levels where
     /// lobes are handed on.
     pub octree: Option<Octree>,
@@ -122,6 +126,7 @@ impl CellSettings {
                 Occlusion::new(settings)
             },
             lobes: LobeSettings::new(settings).filter(|_| !has_leaves),
+            bands: settings.find_count("bands").unwrap_or(2),
             octree,
         }
     }
@@ -154,6 +159,8 @@ pub enum Propagation {
     Leaves(LeafSweep),
     /// As lobes.
     Lobes(Lobes),
+    /// As streams in more bands than lobes have.
+    Streams(Streams),
     /// As lobes, in levels of an octree.
     Levels(Levels),
 }
@@ -172,6 +179,10 @@ impl Parts {
             (Some(lobes), Some(Octree::Levels(transfer))) => {
                 let steps = (lobes, settings.occlusion);
                 Propagation::Levels(Levels::new(gpu, size, steps, transfer)?)
+            }
+            (Some(lobes), _) if lobes.scheme == Scheme::Stream && settings.bands > 2 => {
+                let steps = (lobes, settings.bands);
+                Propagation::Streams(Streams::new(gpu, size, steps, settings.occlusion)?)
             }
             (Some(lobes), _) => {
                 Propagation::Lobes(Lobes::new(gpu, size, lobes, settings.occlusion)?)
@@ -407,10 +418,26 @@ impl Cells {
             Propagation::Slices(slices) => slices.run(frame, &self.faces, flux, &self.light),
             Propagation::Leaves(sweep) => sweep.run(frame, &self.faces, flux, &self.light),
             Propagation::Lobes(lobes) => {
-                lobes.block(frame, &self.grid, scene, (maps, self.settings.rsm_texels));
+                self.block(frame, lobes.blockers(), (scene, maps));
                 lobes.run(frame, &self.faces, flux, &self.light);
             }
+            Propagation::Streams(streams) => {
+                self.block(frame, streams.blockers(), (scene, maps));
+                streams.run(frame, &self.faces, flux, &self.light);
+            }
             Propagation::Levels(levels) => levels.run(frame, &self.faces, flux, &self.light),
+        }
+    }
+
+    /// Adds the passes that find what blocks light, where that is of the surfaces that lights see.
+    fn block(
+        &self,
+        frame: &mut Frame,
+        blockers: Option<&Blockers>,
+        (scene, maps): (&GpuScene, &LightMaps),
+    ) {
+        if let Some(blockers) = blockers {
+            blockers.find(frame, &self.grid, scene, (maps, self.settings.rsm_texels));
         }
     }
 }

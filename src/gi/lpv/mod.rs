@@ -8,6 +8,7 @@
 //! - [`slices`]: the same in slices, with smoother steps.
 //! - [`leaf_sweep`]: the same by [`leaves`] of an octree, in the order of a [`schedule`].
 //! - [`lobes`]: the same by the published method, and [`blockers`], its fuzzy occlusion.
+//! - [`bands`]: streams of the published method in more bands.
 //! - [`levels`]: the published method in all levels of an octree.
 //! - [`gather`]: from cells to pixels.
 //! - [`view`]: cells to look at.
@@ -19,6 +20,7 @@
 //! - [`cascaded`]: nested grids around the camera.
 //! - [`octree`]: one grid, with larger cells far from surfaces, or levels of them.
 
+pub mod bands;
 pub mod blockers;
 pub mod cascaded;
 mod cells;

@@ -1,5 +1,6 @@
 //! What rows of the family have in common: settings, passes and stages.
 
+use super::bands::{FINISH_BANDS, SEED_BANDS, STREAM};
 use super::blockers::{GEOMETRY, MERGE};
 use super::cells::{CellSettings, Source};
 use super::faces::{FACES, LIGHT_SIDES, NEAREST, NUMBER_SIDES, SURFACES, Side};
@@ -131,6 +132,14 @@ pub(super) static LOBE_SETTINGS: &[Setting] = &[
     GAIN,
     CLAMP_NEGATIVE,
     Setting {
+        name: "bands",
+        help: "bands of spherical harmonics that streams keep: 4 have the least error; 3 have more \
+               than 2, with a warning",
+        unit: "",
+        domain: Domain::OneOf(&[2, 3, 4]),
+        default: "2",
+    },
+    Setting {
         name: "occlusion",
         help: "what stops light between two cells: opaque faces, nothing, or the blocking \
                potential of the surfaces that lights see",
@@ -190,6 +199,11 @@ pub(super) static RULES: &[Rule] = &[
         applies: |settings| {
             settings.is("propagation", "lobes30") || settings.is("propagation", "axis6")
         },
+    },
+    Rule {
+        group: Group::Bounces,
+        settings: &["bands"],
+        applies: |settings| settings.is("propagation", "stream"),
     },
     Rule::always(Group::Gather, &["gather_shift"]),
 ];
@@ -287,6 +301,9 @@ pub(super) static PASSES: &[&Pass] = &[
     &SEED,
     &PROPAGATE,
     &FINISH,
+    &SEED_BANDS,
+    &STREAM,
+    &FINISH_BANDS,
     &GATHER,
     &SPECULAR,
     &VIEW,
@@ -335,6 +352,9 @@ static PROPAGATION: Stage = Stage::store(
         "lpv.seed",
         "lpv.propagate",
         "lpv.finish",
+        "lpv.seed_bands",
+        "lpv.stream",
+        "lpv.finish_bands",
     ],
 );
 
@@ -364,6 +384,13 @@ pub(super) fn check_margin(settings: &Settings) -> Result<(), SettingError> {
         "margin={margin}: resolution={cells} leaves no cell for the scene; give a margin below {}",
         cells.div_ceil(2)
     )))
+}
+
+/// Warns of settings that give more error than others that cost less.
+pub(super) fn warn(settings: &Settings) {
+    if settings.is("propagation", "stream") && settings.count("bands") == 3 {
+        log::warn!("bands=3: streams in three bands have more error than in two; give 2 or 4");
+    }
 }
 
 /// Settings that do not go together.

@@ -64,5 +64,6 @@ pub static ENTRY: Entry = Entry {
 };
 
 fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>, Error> {
+    settings::warn(settings);
     Ok(Box::new(OneGrid::new(context, settings)?))
 }

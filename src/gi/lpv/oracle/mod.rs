@@ -1,5 +1,6 @@
 //! Plain twins of the passes, in double precision.
 
+pub mod bands;
 mod faces;
 mod leaves;
 mod light;
