@@ -23,6 +23,7 @@ mod lpv;
 mod lpv_cascaded;
 mod lpv_levels;
 mod lpv_lobes;
+mod lpv_lookup;
 mod lpv_octree;
 mod lpv_view;
 mod oracle_attributes;

@@ -8,6 +8,7 @@
 
 layout(constant_id = 0) const uint LEVELS = 1u;   // nested grids, each in its slab along z
 layout(constant_id = 1) const bool NESTED = false;   // there are several
+layout(constant_id = 2) const bool DAMPING = false;  // of light that falls off from the surface
 
 layout(push_constant) uniform LookupParams {
     CellGrid grid;   // the outermost
@@ -32,7 +33,7 @@ void fetch_light(vec3 position, uint level, out vec4 found[COEFFICIENTS]) {
 }
 
 // From the finest grid outwards, until all is told.
-void look_up_nested(Surface surface, out vec4 coefficients[COEFFICIENTS]) {
+void look_up_nested(Surface surface, float shift, out vec4 coefficients[COEFFICIENTS]) {
     vec3 positions[LEVELS], lattice = to_lattice(params.grid, surface.position_ws);
     ivec3 first = params.grid.first.xyz;
     for (uint level = 0u; level < LEVELS; ++level) {
@@ -42,7 +43,7 @@ void look_up_nested(Surface surface, out vec4 coefficients[COEFFICIENTS]) {
             lattice *= 2.0;
         }
         positions[level] =
-            shifted(lattice - vec3(first), surface.geometric_normal, params.shift);
+            shifted(lattice - vec3(first), surface.geometric_normal, shift);
     }
     for (int i = 0; i < COEFFICIENTS; ++i) coefficients[i] = vec4(0.0);
     vec3 middle = 0.5 * vec3(params.grid.size.xyz);
@@ -60,13 +61,35 @@ void look_up_nested(Surface surface, out vec4 coefficients[COEFFICIENTS]) {
     }
 }
 
-void look_up(Surface surface, out vec4 coefficients[COEFFICIENTS]) {
+void look_up_off(Surface surface, float shift, out vec4 coefficients[COEFFICIENTS]) {
     if (NESTED) {
-        look_up_nested(surface, coefficients);
+        look_up_nested(surface, shift, coefficients);
         return;
     }
     vec3 position = to_cells(params.grid, surface.position_ws);
-    fetch_light(shifted(position, surface.geometric_normal, params.shift), 0u, coefficients);
+    fetch_light(shifted(position, surface.geometric_normal, shift), 0u, coefficients);
+}
+
+// Light that changes along the normal against itself, as it does where it comes through the wall:
+// times 1 + ⟨c, ∂c/∂n⟩/⟨c, c⟩ between 0 and 1, the derivative being a difference over one cell.
+void damp(Surface surface, inout vec4 coefficients[COEFFICIENTS]) {
+    vec4 front[COEFFICIENTS], behind[COEFFICIENTS];
+    look_up_off(surface, params.shift + 0.5, front);
+    look_up_off(surface, params.shift - 0.5, behind);
+    vec4 unit = vec4(1e-37), along = vec4(0.0), square = vec4(0.0);
+    for (int i = 0; i < COEFFICIENTS; ++i) unit = max(unit, abs(coefficients[i]));
+    for (int i = 0; i < COEFFICIENTS; ++i) {
+        vec4 own = coefficients[i] / unit;
+        along += own * ((front[i] - behind[i]) / unit);
+        square += own * own;
+    }
+    vec4 factor = clamp(1.0 + along / max(square, vec4(1e-20)), 0.0, 1.0);
+    for (int i = 0; i < COEFFICIENTS; ++i) coefficients[i] *= factor;
+}
+
+void look_up(Surface surface, out vec4 coefficients[COEFFICIENTS]) {
+    look_up_off(surface, params.shift, coefficients);
+    if (DAMPING) damp(surface, coefficients);
 }
 
 #endif

@@ -34,7 +34,7 @@ pub static GATHER: Pass = Pass {
         Binding::sampled("normals", Access::ComputeSampled),
         Binding::image("indirect_diffuse", Access::ComputeWrite),
     ],
-    constants: &["LEVELS", "NESTED"],
+    constants: &["LEVELS", "NESTED", "DAMPING"],
     params: Some(LookupParams::LAYOUT),
     sets: Sets::Scene,
 };
@@ -51,22 +51,24 @@ pub static SPECULAR: Pass = Pass {
         Binding::sampled("specular", Access::ComputeSampled),
         Binding::image("indirect_specular", Access::ComputeWrite),
     ],
-    constants: &["LEVELS", "NESTED"],
+    constants: &["LEVELS", "NESTED", "DAMPING"],
     params: Some(LookupParams::LAYOUT),
     sets: Sets::Scene,
 };
 
 /// How light is looked up.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Lookup {
+pub struct Lookup {
     /// Off the surface (cells).
-    pub(super) shift: f32,
+    pub shift: f32,
     /// Cells over which a grid goes over into the one around it.
-    pub(super) blend: f32,
+    pub blend: f32,
+    /// Light that falls off from the surface is damped.
+    pub damping: bool,
 }
 
 /// Adds the passes that answer for each pixel, from nested grids, outermost first.
-pub(super) fn gather(
+pub fn gather(
     frame: &mut Frame,
     gbuffer: &GBuffer,
     levels: &[Cells],
@@ -94,6 +96,7 @@ pub(super) fn gather(
         .bind("indirect_diffuse", &answer.diffuse)
         .constant("LEVELS", levels.len() as u32)
         .constant("NESTED", levels.len() > 1)
+        .constant("DAMPING", lookup.damping)
         .push(&params)
         .dispatch(screen_groups(gbuffer.size));
     if let (Some(result), Some(specular)) = (&answer.specular, &gbuffer.specular) {
@@ -107,6 +110,7 @@ pub(super) fn gather(
             .bind("indirect_specular", result)
             .constant("LEVELS", levels.len() as u32)
             .constant("NESTED", levels.len() > 1)
+            .constant("DAMPING", lookup.damping)
             .push(&params)
             .dispatch(screen_groups(gbuffer.size));
     }

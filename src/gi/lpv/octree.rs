@@ -130,7 +130,7 @@ static RULES: &[Rule] = &[
         applies: |settings| has_levels(settings) && !settings.is("propagation", "stream"),
     },
     Rule::always(Group::Bounces, &["bounces"]),
-    Rule::always(Group::Gather, &["gather_shift"]),
+    Rule::always(Group::Gather, &["gather_shift", "damping"]),
 ];
 
 static PRESETS: &[Preset] = &[

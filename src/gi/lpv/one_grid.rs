@@ -31,6 +31,7 @@ impl OneGrid {
             lookup: Lookup {
                 shift: settings.number("gather_shift"),
                 blend: 0.0,
+                damping: settings.is("damping", "on"),
             },
             light: IndirectLight {
                 diffuse: screen_image(gpu, "lpv.diffuse", size)?,

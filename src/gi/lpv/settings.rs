@@ -64,6 +64,14 @@ pub(super) static CELL_SETTINGS: &[Setting] = &[
         domain: Domain::Number { min: 0.0, max: 2.0 },
         default: "1",
     },
+    Setting {
+        name: "damping",
+        help: "whether light is damped where it falls off from the surface, as it does where it \
+               leaks: a look, not a measure of light",
+        unit: "",
+        domain: Domain::Choice(&["on", "off"]),
+        default: "off",
+    },
 ];
 
 /// Around the scene, of one grid.
@@ -205,7 +213,7 @@ pub(super) static RULES: &[Rule] = &[
         settings: &["bands"],
         applies: |settings| settings.is("propagation", "stream"),
     },
-    Rule::always(Group::Gather, &["gather_shift"]),
+    Rule::always(Group::Gather, &["gather_shift", "damping"]),
 ];
 
 /// What an error budget tries where directions are swept.

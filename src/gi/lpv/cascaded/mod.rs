@@ -58,6 +58,7 @@ impl CascadedLpv {
             lookup: Lookup {
                 shift: settings.number("gather_shift"),
                 blend: settings.number("blend"),
+                damping: settings.is("damping", "on"),
             },
             light: IndirectLight {
                 diffuse: screen_image(gpu, "lpv.diffuse", size)?,

@@ -44,23 +44,18 @@ pub fn inject(
     flux
 }
 
-/// Irradiance (rgb, W/m²) and that of an environment of radiance 1 (alpha) on a surface, from the
-/// nine coefficients of all cells, by a trilinear lookup off the surface.
-pub fn irradiance(
+/// The nine coefficients by a trilinear lookup off the surface.
+fn looked_up(
     light: &[[DVec4; 9]],
     grid: &CellGrid,
     (position, normal): (DVec3, DVec3),
-    shading_normal: DVec3,
     shift: f64,
-) -> DVec4 {
+) -> [DVec4; 9] {
     let place = shifted(grid, position, normal, shift) - 0.5;
     let place = place.clamp(DVec3::ZERO, grid.size.as_dvec3() - 1.0);
     let base = place.floor();
     let share = place - base;
-    let mut basis = [0.0; 9];
-    sh::evaluate(3, shading_normal, &mut basis);
-    let factors = sh::clamped_cosine(3);
-    let mut sum = DVec4::ZERO;
+    let mut found = [DVec4::ZERO; 9];
     for corner in 0..8u32 {
         let step = UVec3::new(corner & 1, corner >> 1 & 1, corner >> 2);
         let cell = (base.as_uvec3() + step).min(grid.size - 1);
@@ -69,10 +64,54 @@ pub fn irradiance(
             share,
             1.0 - share,
         );
-        for (at, coefficient) in light[grid.index(cell)].iter().enumerate() {
-            let band = at.isqrt();
-            sum += weight.element_product() * factors[band] * basis[at] * *coefficient;
+        for (sum, coefficient) in found.iter_mut().zip(light[grid.index(cell)]) {
+            *sum += weight.element_product() * coefficient;
         }
     }
+    found
+}
+
+fn irradiance_of(coefficients: &[DVec4; 9], normal: DVec3) -> DVec4 {
+    let mut basis = [0.0; 9];
+    sh::evaluate(3, normal, &mut basis);
+    let factors = sh::clamped_cosine(3);
+    let terms = coefficients.iter().zip(basis).enumerate();
+    let sum: DVec4 = terms
+        .map(|(at, (coefficient, basis))| factors[at.isqrt()] * basis * *coefficient)
+        .sum();
     sum.max(DVec4::ZERO)
+}
+
+/// Irradiance (rgb, W/m²) and that of an environment of radiance 1 (alpha) on a surface, from the
+/// nine coefficients of all cells, by a trilinear lookup off the surface.
+pub fn irradiance(
+    light: &[[DVec4; 9]],
+    grid: &CellGrid,
+    surface: (DVec3, DVec3),
+    shading_normal: DVec3,
+    shift: f64,
+) -> DVec4 {
+    irradiance_of(&looked_up(light, grid, surface, shift), shading_normal)
+}
+
+/// The same, damped where light falls off from the surface: times 1 + ⟨c, ∂c/∂n⟩/⟨c, c⟩, between 0
+/// and 1.
+pub fn damped_irradiance(
+    light: &[[DVec4; 9]],
+    grid: &CellGrid,
+    surface: (DVec3, DVec3),
+    shading_normal: DVec3,
+    shift: f64,
+) -> DVec4 {
+    let [own, front, behind] =
+        [shift, shift + 0.5, shift - 0.5].map(|shift| looked_up(light, grid, surface, shift));
+    let (mut along, mut square) = (DVec4::ZERO, DVec4::ZERO);
+    for (own, (front, behind)) in own.iter().zip(front.iter().zip(&behind)) {
+        along += *own * (*front - *behind);
+        square += *own * *own;
+    }
+    // Where there is no light, any factor will do.
+    let square = DVec4::select(square.cmpgt(DVec4::ZERO), square, DVec4::ONE);
+    let factor = (1.0 + along / square).clamp(DVec4::ZERO, DVec4::ONE);
+    factor * irradiance_of(&own, shading_normal)
 }

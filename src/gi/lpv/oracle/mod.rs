@@ -12,7 +12,7 @@ mod sweep;
 
 pub use faces::{Crossings, crossings};
 pub use leaves::{leaf_of, sweep_leaves};
-pub use light::{Texel, inject, irradiance};
+pub use light::{Texel, damped_irradiance, inject, irradiance};
 pub use slices::slices;
 pub(crate) use sweep::neighbour;
 pub use sweep::{Boundary, Ledger, Swept, field, jacobi, sweep};
