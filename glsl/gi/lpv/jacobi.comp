@@ -17,7 +17,7 @@ layout(std430, set = 1, binding = 0) restrict readonly buffer Directions {
     uvec4 octants[8];
     vec4 directions[];     // xyz: unit vector of travel; w: weight [sr]
 };
-layout(set = 1, binding = 1, rgba32ui) uniform restrict readonly uimage3D sources;
+layout(set = 1, binding = 1, rgba32ui) uniform restrict uimage3D sources;
 // radiance; z: parity of the step, pair of directions, z of the cell
 layout(set = 1, binding = 2, rgba32ui) uniform restrict uimage3D fields;
 layout(std430, set = 1, binding = 3) restrict readonly buffer SideLight { vec4 side_light[]; };
@@ -28,6 +28,8 @@ layout(push_constant) uniform JacobiParams {
     uint pair_count;
     uint step;           // from 1
 } params;
+
+#include "gi/lpv/sources.glsl"
 
 ivec3 field_texel(ivec3 cell, int pair, uint step) {
     int half_of_volume = int(step & 1u) * params.grid.size.w;
@@ -41,14 +43,10 @@ void main() {
     if (!is_inside(params.grid, cell)) return;
     uint first = 2u * (params.first_pair + uint(k));
     vec3 pair[2] = vec3[2](directions[first].xyz, directions[first + 1u].xyz);
-    uvec4 red = imageLoad(sources, cell), green = imageLoad(sources, cell + ivec3(size.x, 0, 0)),
-          blue = imageLoad(sources, cell + ivec3(2 * size.x, 0, 0));
-    // times a direction: r, g, b
-    mat3 source = transpose(mat3(
-        uintBitsToFloat(red.xyz), uintBitsToFloat(green.xyz), uintBitsToFloat(blue.xyz)));
+    CellSource found = load_source(cell, size.x);
     Pair here;
     for (int i = 0; i < 2; ++i)
-        here.radiance[i] = vec4(max(source * pair[i], vec3(0.0)), 0.0);
+        here.radiance[i] = vec4(max(pair[i] * found.vectors, vec3(0.0)), 0.0);
     for (int axis = 0; axis < 3; ++axis) {
         // Both of a pair are of one octant, and no direction lies along an axis.
         bool is_reversed = pair[0][axis] < 0.0;
@@ -56,9 +54,9 @@ void main() {
         ivec3 next = cell;
         next[axis] += is_reversed ? 1 : -1;
         Pair arriving = Pair(vec4[2](vec4(0.0), vec4(0.0)));
-        if ((red.w >> face & 1u) != 0u) {
+        if ((found.faces >> face & 1u) != 0u) {
             if (SIDES) {
-                vec4 side = side_light[side_of(red.w, face)];
+                vec4 side = side_light[side_of(found.faces, face)];
                 arriving = Pair(vec4[2](side, side));
             }
         } else if (!is_inside(params.grid, next)) {

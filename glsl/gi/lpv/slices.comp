@@ -26,7 +26,7 @@ layout(std430, set = 1, binding = 0) restrict readonly buffer Directions {
     uvec4 groups[24];      // x: first pair of directions; y: how many; z: axis; w: octant
     vec4 directions[];     // xyz: unit vector of travel; w: weight [sr]
 };
-layout(set = 1, binding = 1, rgba32ui) uniform restrict readonly uimage3D sources;
+layout(set = 1, binding = 1, rgba32ui) uniform restrict uimage3D sources;
 // radiance of this slice and the one before: x, y: cell along b and c in the octant's own order; z:
 // group, pair of directions, parity of the slice
 layout(set = 1, binding = 2, rgba32ui) uniform restrict uimage3D front;
@@ -40,6 +40,8 @@ layout(push_constant) uniform SlicesParams {
     uint first_group;
 } params;
 
+#include "gi/lpv/sources.glsl"
+
 // Bits of a corner of the cube of eight cells: a cell further upwind along a, b, c.
 const uint A = 1u, B = 2u, C = 4u;
 
@@ -48,7 +50,7 @@ struct Step { float open; vec4 light; };
 // Of one step upwind from a cell: whether there is a cell, or else what light comes.
 Step step_from(ivec3 cell, bool is_inside_grid, int axis, bool is_reversed) {
     if (!is_inside_grid) return Step(0.0, vec4(0.0, 0.0, 0.0, 1.0));
-    uint word = imageLoad(sources, cell).w, face = 2u * uint(axis) + uint(is_reversed);
+    uint word = load_faces(cell, params.grid.size.x), face = 2u * uint(axis) + uint(is_reversed);
     if ((word >> face & 1u) != 0u) {
         vec4 light = vec4(0.0);
         if (SIDES) light = side_light[side_of(word, face)];
@@ -81,11 +83,7 @@ void main() {
     own[b] = bc.x;
     own[c] = bc.y;
     ivec3 cell = mix(own, size - 1 - own, is_reversed);
-    uvec4 red = imageLoad(sources, cell), green = imageLoad(sources, cell + ivec3(size.x, 0, 0)),
-          blue = imageLoad(sources, cell + ivec3(2 * size.x, 0, 0));
-    // times a direction: r, g, b
-    mat3 source = transpose(mat3(
-        uintBitsToFloat(red.xyz), uintBitsToFloat(green.xyz), uintBitsToFloat(blue.xyz)));
+    CellSource found = load_source(cell, size.x);
 
     // All steps along the edges of the cube of eight cells: by the corner they start at, and axis.
     Step steps[24];
@@ -125,8 +123,10 @@ void main() {
         vec4 pair[2] = vec4[2](
             directions[2u * (group.x + k)], directions[2u * (group.x + k) + 1u]);
         Pair here;
-        for (int i = 0; i < 2; ++i)
-            here.radiance[i] = vec4(max(source * pair[i].xyz, vec3(0.0)), 0.0) / abs(pair[i][a]);
+        for (int i = 0; i < 2; ++i) {
+            vec3 sent = max(pair[i].xyz * found.vectors, vec3(0.0));
+            here.radiance[i] = vec4(sent, 0.0) / abs(pair[i][a]);
+        }
         for (int n = 0; n < 4; ++n) {
             ivec2 up = ivec2(n & 1, n >> 1);
             Pair there = Pair(vec4[2](vec4(0.0), vec4(0.0)));

@@ -25,13 +25,14 @@ layout(constant_id = 0) const bool ADD = false;     // to what other octants hav
 layout(constant_id = 1) const bool SIDES = false;   // opaque faces send light
 layout(constant_id = 2) const bool IS_INNER = false;   // a coarser grid's light comes in
 layout(constant_id = 3) const bool HAS_INNER = false;  // a finer grid inside takes light
+layout(constant_id = 4) const bool SLABS = false;      // several octants at once, each with a slab
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer Directions {
     uvec4 octants[8];      // x: its first pair of directions; y: how many pairs it has
     vec4 directions[];     // xyz: unit vector of travel; w: weight [sr]
 };
 layout(set = 1, binding = 1, r32ui) uniform restrict readonly uimage2D order;
-layout(set = 1, binding = 2, rgba32ui) uniform restrict readonly uimage3D sources;
+layout(set = 1, binding = 2, rgba32ui) uniform restrict uimage3D sources;
 // radiance of the cells of this step and of the one before: x, y: a, b; z: octant, pair of
 // directions, parity of the step. A texel has two times four half floats.
 layout(set = 1, binding = 3, rgba32ui) uniform restrict uimage3D front;
@@ -41,6 +42,7 @@ layout(std430, set = 1, binding = 5) restrict readonly buffer SideLight { vec4 s
 // what comes to the borders of finer grids, in texels as of front: x, y: cell of the coarser grid
 // along the border, for one finer grid after the other along y; z: octant, axis, pair of directions
 layout(set = 1, binding = 6, rgba32ui) uniform restrict uimage3D borders;
+layout(set = 1, binding = 7, rgba16f) uniform restrict image3D light;
 
 layout(push_constant) uniform SweepParams {
     CellGrid grid;           // size.w: pairs of directions that an octant has at most
@@ -53,6 +55,8 @@ layout(push_constant) uniform SweepParams {
 } params;
 
 const uint ORDER_ROW = 1024u;   // Rust: ORDER_ROW of lpv::sweep
+
+#include "gi/lpv/sources.glsl"
 
 const ivec3 NOWHERE = ivec3(0, 0, -4096);   // whichever pair of directions is added
 
@@ -85,6 +89,28 @@ ivec3 outward_texel(ivec3 cell, uint octant, bvec3 is_reversed) {
     return NOWHERE;
 }
 
+void add_to_slab(ivec3 texel, vec4 sums[COEFFICIENTS + 1]) {
+    for (int i = 0; i < COEFFICIENT_PAIRS; ++i) {
+        Pair sum = Pair(vec4[2](sums[2 * i], sums[2 * i + 1]));
+        if (ADD) {
+            Pair before = unpack(imageLoad(slabs, texel));
+            sum.radiance[0] += before.radiance[0];
+            sum.radiance[1] += before.radiance[1];
+        }
+        imageStore(slabs, texel, pack(sum));
+        texel.x += params.grid.size.x;
+    }
+}
+
+void add_to_light(ivec3 cell, vec4 sums[COEFFICIENTS + 1]) {
+    for (int i = 0; i < COEFFICIENTS; ++i) {
+        ivec3 texel = light_texel(params.grid, cell, i);
+        vec4 sum = sums[i];
+        if (ADD) sum += imageLoad(light, texel);
+        imageStore(light, texel, sum);
+    }
+}
+
 void main() {
     if (gl_GlobalInvocationID.x >= params.cell_count) return;
     ivec3 size = params.grid.size.xyz;
@@ -96,15 +122,11 @@ void main() {
     uint octant = params.first_octant + uint(slab);
     bvec3 is_reversed = bvec3((octant & 1u) != 0u, (octant & 2u) != 0u, (octant & 4u) != 0u);
     ivec3 cell = mix(own, size - 1 - own, is_reversed);
-    uvec4 red = imageLoad(sources, cell), green = imageLoad(sources, cell + ivec3(size.x, 0, 0)),
-          blue = imageLoad(sources, cell + ivec3(2 * size.x, 0, 0));
-    // times a direction: r, g, b
-    mat3 source = transpose(mat3(
-        uintBitsToFloat(red.xyz), uintBitsToFloat(green.xyz), uintBitsToFloat(blue.xyz)));
+    CellSource found = load_source(cell, size.x);
 
     // What comes in where there is no upwind neighbour: light of the opaque face, or of the
     // environment.
-    uint word = red.w;
+    uint word = found.faces;
     bvec3 is_there;
     mat3x4 otherwise;
     ivec3 border[3] = ivec3[3](NOWHERE, NOWHERE, NOWHERE);
@@ -136,7 +158,7 @@ void main() {
         vec4 pair[2] = vec4[2](directions[2u * (first + k)], directions[2u * (first + k) + 1u]);
         for (int i = 0; i < 2; ++i) {
             vec3 steepness = abs(pair[i].xyz);
-            vec4 sent = vec4(max(source * pair[i].xyz, vec3(0.0)), 0.0);
+            vec4 sent = vec4(max(pair[i].xyz * found.vectors, vec3(0.0)), 0.0);
             sent += steepness.x * x.radiance[i] + steepness.y * y.radiance[i]
                 + steepness.z * z.radiance[i];
             here.radiance[i] = sent / (steepness.x + steepness.y + steepness.z);
@@ -152,14 +174,9 @@ void main() {
         if (HAS_INNER && outward.z >= 0)
             imageStore(borders, outward + ivec3(0, 0, int(k)), packed);
     }
-    for (int i = 0; i < COEFFICIENT_PAIRS; ++i) {
-        ivec3 texel = cell + ivec3(i * size.x, 0, slab * size.z);
-        Pair sum = Pair(vec4[2](sums[2 * i], sums[2 * i + 1]));
-        if (ADD) {
-            Pair before = unpack(imageLoad(slabs, texel));
-            sum.radiance[0] += before.radiance[0];
-            sum.radiance[1] += before.radiance[1];
-        }
-        imageStore(slabs, texel, pack(sum));
+    if (SLABS) {
+        add_to_slab(cell + ivec3(0, 0, slab * size.z), sums);
+    } else {
+        add_to_light(cell, sums);
     }
 }

@@ -98,7 +98,7 @@ impl Jacobi {
             )?,
             directions,
             steps,
-            sources: stored("lpv.sources", pairs, [3 * x, y, z])?,
+            sources: stored("lpv.sources", pairs, [2 * x, y, z])?,
             fields: stored("lpv.fields", pairs, [x, y, 2 * pairs_at_once * z])?,
             pairs_at_once,
             sum: stored(

@@ -128,7 +128,7 @@ impl Slices {
                 bytemuck::cast_slice(&words),
             )?,
             most_pairs,
-            sources: stored("lpv.sources", [3 * x, y, z])?,
+            sources: stored("lpv.sources", [2 * x, y, z])?,
             front: stored("lpv.front", [edge, edge, groups_at_once * layers])?,
             slabs: stored("lpv.slabs", [COEFFICIENT_PAIRS * x, y, groups_at_once * z])?,
             groups_at_once,

@@ -69,7 +69,7 @@ pub static SOURCES: Pass = Pass::compute(
 /// One step for all directions of some octants: cells whose upwind neighbours are all done. A
 /// thread a cell and octant; the steps of a sweep are a chain.
 pub static SWEEP: Pass = Pass {
-    constants: &["ADD", "SIDES", "IS_INNER", "HAS_INNER"],
+    constants: &["ADD", "SIDES", "IS_INNER", "HAS_INNER", "SLABS"],
     ..Pass::compute(
         "lpv.sweep",
         "gi/lpv/sweep.comp",
@@ -81,6 +81,7 @@ pub static SWEEP: Pass = Pass {
             Binding::image("slabs", Access::ComputeReadWrite),
             Binding::buffer("side_light", Access::ComputeRead),
             Binding::image("borders", Access::ComputeReadWrite),
+            Binding::image("light", Access::ComputeReadWrite),
         ],
         SweepParams::LAYOUT,
     )
@@ -104,9 +105,9 @@ pub(super) const COEFFICIENT_PAIRS: u32 = 5;
 /// A texel of what is on its way: two times four half floats.
 pub(super) const PAIR_BYTES: u64 = 16;
 /// Octants that are swept at once share this much for their sums (bytes).
-pub(super) const MOST_SLAB_BYTES: u64 = 48 << 20;
+pub(super) const MOST_SLAB_BYTES: u64 = 24 << 20;
 /// The same for the radiance on their way (bytes).
-pub(super) const MOST_FRONT_BYTES: u64 = 48 << 20;
+pub(super) const MOST_FRONT_BYTES: u64 = 24 << 20;
 /// Texels along the longest side of a volume that every device has.
 pub(super) const MOST_TEXELS: u32 = 2048;
 
@@ -119,7 +120,7 @@ pub struct Sweep {
     order: Arc<Image>,
     sources: Arc<Image>,
     front: Arc<Image>,
-    /// One for each octant that is swept at once.
+    /// One for each octant that is swept at once; one alone adds to the light itself.
     slabs: Arc<Image>,
     octants_at_once: u32,
     borders: Arc<Image>,
@@ -206,7 +207,7 @@ impl Sweep {
             sources: volume(
                 gpu,
                 ("lpv.sources", pairs),
-                [3 * x, y, z],
+                [2 * x, y, z],
                 ImageUsage::STORAGE,
             )?,
             front: volume(
@@ -218,7 +219,10 @@ impl Sweep {
             slabs: volume(
                 gpu,
                 ("lpv.slabs", pairs),
-                [COEFFICIENT_PAIRS * x, y, octants_at_once * z],
+                match octants_at_once {
+                    1 => [1; 3],
+                    slabs => [COEFFICIENT_PAIRS * x, y, slabs * z],
+                },
                 ImageUsage::STORAGE,
             )?,
             octants_at_once,
@@ -275,11 +279,16 @@ impl Sweep {
                 .bind("slabs", &self.slabs)
                 .bind("side_light", side_light.unwrap_or(&self.list))
                 .bind("borders", &self.borders)
+                .bind("light", light)
                 .constant("ADD", first_octant > 0)
                 .constant("SIDES", side_light.is_some())
                 .constant("IS_INNER", nesting.own.is_some())
                 .constant("HAS_INNER", nesting.inner.is_some())
+                .constant("SLABS", self.octants_at_once > 1)
                 .dispatch_chain(chain);
+        }
+        if self.octants_at_once == 1 {
+            return;
         }
         frame
             .pass(&SUM)
