@@ -3,6 +3,9 @@
 /// Stem and SPIR-V.
 #[rustfmt::skip]
 pub(super) static MODULES: &[(&str, &[u8])] = &[
+    ("gi/lpv/bands/finish.comp", include_bytes!("../../spirv/gi/lpv/bands/finish.comp.spv")),
+    ("gi/lpv/bands/seed.comp", include_bytes!("../../spirv/gi/lpv/bands/seed.comp.spv")),
+    ("gi/lpv/bands/stream.comp", include_bytes!("../../spirv/gi/lpv/bands/stream.comp.spv")),
     ("gi/lpv/faces.frag", include_bytes!("../../spirv/gi/lpv/faces.frag.spv")),
     ("gi/lpv/faces.vert", include_bytes!("../../spirv/gi/lpv/faces.vert.spv")),
     ("gi/lpv/finish.comp", include_bytes!("../../spirv/gi/lpv/finish.comp.spv")),
@@ -13,6 +16,8 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     ),
     ("gi/lpv/geometry.comp", include_bytes!("../../spirv/gi/lpv/geometry.comp.spv")),
     ("gi/lpv/inject.comp", include_bytes!("../../spirv/gi/lpv/inject.comp.spv")),
+    ("gi/lpv/jacobi.comp", include_bytes!("../../spirv/gi/lpv/jacobi.comp.spv")),
+    ("gi/lpv/jacobi_sum.comp", include_bytes!("../../spirv/gi/lpv/jacobi_sum.comp.spv")),
     (
         "gi/lpv/levels/down_sample.comp",
         include_bytes!("../../spirv/gi/lpv/levels/down_sample.comp.spv"),
@@ -30,6 +35,7 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     ("gi/lpv/seed.comp", include_bytes!("../../spirv/gi/lpv/seed.comp.spv")),
     ("gi/lpv/shift_faces.comp", include_bytes!("../../spirv/gi/lpv/shift_faces.comp.spv")),
     ("gi/lpv/shift_sides.comp", include_bytes!("../../spirv/gi/lpv/shift_sides.comp.spv")),
+    ("gi/lpv/slices.comp", include_bytes!("../../spirv/gi/lpv/slices.comp.spv")),
     ("gi/lpv/sources.comp", include_bytes!("../../spirv/gi/lpv/sources.comp.spv")),
     ("gi/lpv/specular.comp", include_bytes!("../../spirv/gi/lpv/specular.comp.spv")),
     (

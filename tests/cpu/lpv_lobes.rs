@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use glam::{DMat4, DVec3, DVec4, UVec3, Vec3};
 use lumivox::gi::lpv::CellGrid;
+use lumivox::gi::lpv::bands::streams;
 use lumivox::gi::lpv::lobes::{LobeSettings, Occlusion, Scheme, stream};
 use lumivox::gi::lpv::oracle::irradiance;
 use lumivox::gi::lpv::oracle::lobes::{
@@ -12,7 +13,7 @@ use lumivox::gi::lpv::oracle::lobes::{
 use lumivox::gi::shared::sh;
 
 use crate::lpv::{box_faces, cell_of, cube, off};
-use crate::support::compare::{Largest, Worst};
+use crate::support::compare::{Largest, Worst, larger};
 
 const SCHEMES: [Scheme; 3] = [Scheme::Lobes30, Scheme::Axis6, Scheme::Stream];
 
@@ -295,4 +296,30 @@ fn a_seed_is_a_cosine_lobe_of_its_flux() {
     let peak = intensity(middle, normal).x;
     assert!((peak - 0.75 / (PI * 0.25)).abs() < 1e-12, "{peak}");
     assert!((flux_of(&cells).x - 1.0 / 0.25).abs() < 1e-12);
+}
+
+/// What goes through all six faces is all there is; two bands are the corner of more.
+#[test]
+fn streams_in_more_bands_keep_the_flux() {
+    for bands in [2usize, 3, 4] {
+        let (all, count) = (streams(bands), bands * bands);
+        let mut worst = 0f64;
+        for row in 0..count {
+            for column in 0..count {
+                let sum: f64 = all.iter().map(|matrix| matrix[row * count + column]).sum();
+                let expected = f64::from(u8::from(row == column));
+                worst = larger(worst, (sum - expected).abs());
+                if row < 4 && column < 4 {
+                    for (face, own) in all.iter().enumerate() {
+                        let mut onwards = DVec3::ZERO;
+                        onwards[face / 2] = if face % 2 == 0 { 1.0 } else { -1.0 };
+                        let two = stream(onwards).col(column)[row];
+                        worst = larger(worst, (own[row * count + column] - two).abs());
+                    }
+                }
+            }
+        }
+        println!("{bands} bands: {worst:.1e}");
+        assert!(worst < 1e-9, "{bands}: {worst}");
+    }
 }

@@ -2,12 +2,13 @@
 
 use crate::lpv::{Lit, SETTINGS, light, light_in, lights, read_sides, texels_of};
 use crate::support::compare::{Largest, Worst, larger};
-use crate::support::scenes::bundled;
+use crate::support::scenes::{bundled, scene_of, soup};
 use crate::support::voxels::half;
-use crate::support::{gpu, read_words};
+use crate::support::{Random, gpu, read_words};
 use glam::{DVec3, DVec4, UVec3, Vec3};
 use lumivox::gi::lpv::inject::flux_unit;
 use lumivox::gi::lpv::lobes::{LobeSettings, Occlusion, Scheme};
+use lumivox::gi::lpv::oracle::bands;
 use lumivox::gi::lpv::oracle::lobes::{self as oracle, Lobe, Steps};
 use lumivox::gi::lpv::{CellGrid, CellSettings, Propagation, Source};
 use lumivox::graph::Gpu;
@@ -43,10 +44,12 @@ fn power(gpu: &Gpu, lit: &Lit) -> Vec<DVec3> {
 
 /// Blocking potential of all nodes.
 fn blockers(gpu: &Gpu, lit: &Lit) -> Vec<DVec4> {
-    let Propagation::Lobes(lobes) = &*lit.cells.propagation else {
-        panic!("there are no lobes");
+    let blockers = match &*lit.cells.propagation {
+        Propagation::Lobes(lobes) => lobes.blockers(),
+        Propagation::Streams(streams) => streams.blockers(),
+        _ => panic!("there are no lobes"),
     };
-    let Some(blockers) = lobes.blockers() else {
+    let Some(blockers) = blockers else {
         return Vec::new();
     };
     let texels: Vec<[u16; 4]> =
@@ -57,41 +60,62 @@ fn blockers(gpu: &Gpu, lit: &Lit) -> Vec<DVec4> {
 
 /// What cells send at first.
 pub(crate) fn first_of(gpu: &Gpu, lit: &Lit) -> Vec<Lobe> {
+    let given = (&lit.flux[..], &power(gpu, lit)[..]);
+    oracle::seed(&lit.cells.grid, given, &lit.words, &sides_of(gpu, lit))
+}
+
+/// What the opaque faces of cells send.
+fn sides_of(gpu: &Gpu, lit: &Lit) -> impl Fn(usize, u32) -> DVec4 {
     let side_light = read_sides(gpu, lit);
-    let side = |cell: usize, face: u32| {
+    move |cell, face| {
         let word = lit.words[cell];
         let before = (word & ((1 << face) - 1)).count_ones();
         let side = side_light.get(((word >> 8) + before) as usize);
         side.copied().unwrap_or_default()
-    };
-    let given = (&lit.flux[..], &power(gpu, lit)[..]);
-    oracle::seed(&lit.cells.grid, given, &lit.words, &side)
+    }
 }
 
 /// The steps of the same flux, faces, sides and blockers in double precision. Half floats between
 /// the steps and in the result cost the rest.
 fn check(gpu: &Gpu, name: &str, lit: &Lit) {
     let (grid, settings) = (&lit.cells.grid, lit.cells.settings);
-    let (first, blockers) = (first_of(gpu, lit), blockers(gpu, lit));
+    let blockers = blockers(gpu, lit);
     let steps = Steps {
         settings: settings.lobes.unwrap(),
         occlusion: settings.occlusion,
         faces: &lit.words,
         blockers: &blockers,
     };
-    check_light(name, lit, &oracle::propagate(grid, &steps, &first));
+    if settings.bands == 2 {
+        check_light(
+            name,
+            lit,
+            &oracle::propagate(grid, &steps, &first_of(gpu, lit)),
+        );
+        return;
+    }
+    let given = (&lit.flux[..], settings.bands as usize);
+    let first = bands::seed(grid, given, &lit.words, &sides_of(gpu, lit));
+    check_finished(
+        name,
+        lit,
+        &bands::finish(&bands::propagate(grid, &steps, &first)),
+    );
 }
 
 /// The light of all cells, which is to be that of lobes.
 pub(crate) fn check_light(name: &str, lit: &Lit, lobes: &[Lobe]) {
-    let expected = oracle::finish(lobes);
+    check_finished(name, lit, &oracle::finish(lobes));
+}
+
+fn check_finished(name: &str, lit: &Lit, expected: &[[DVec4; 9]]) {
     let largest = |channel: usize| {
         let all = expected.iter().map(|cell| cell[0][channel].abs());
         all.worst().max(1e-9)
     };
     let scale = DVec4::from([0, 1, 2, 3].map(largest));
     let mut worst = 0f64;
-    for (got, expected) in lit.light.iter().zip(&expected) {
+    for (got, expected) in lit.light.iter().zip(expected) {
         for (got, expected) in got.iter().zip(expected) {
             worst = larger(worst, ((*got - *expected).abs() / scale).largest());
         }
@@ -124,6 +148,46 @@ fn light_of_lobes_is_the_oracles() {
         });
         let lit = light(&gpu, scene, 12, settings);
         check(&gpu, &format!("{iterations} steps, gain {gain}"), &lit);
+    }
+}
+
+#[test]
+fn streams_in_more_bands_are_the_oracles() {
+    let gpu = gpu();
+    for bands in [3, 4] {
+        for (name, scene) in lights() {
+            for occlusion in [Occlusion::Faces, Occlusion::None, Occlusion::Fuzzy] {
+                let settings = CellSettings {
+                    bands,
+                    ..settings(Scheme::Stream, occlusion)
+                };
+                let lit = light(&gpu, &scene, 13, settings);
+                check(&gpu, &format!("{name}, {bands} bands, {occlusion:?}"), &lit);
+            }
+        }
+        // Light of faces that lie about, and many steps with a loss.
+        let mut random = Random::new(21);
+        let mut scene = scene_of(&soup(&mut random, 20), 0.0, &mut random);
+        for material in &mut scene.materials {
+            material.emission = Vec3::new(1.0, 2.0, 3.0);
+        }
+        for size in [[11, 9, 13], [3, 15, 4], [3, 3, 3]] {
+            let scene_on = GpuScene::new(&gpu, &scene).unwrap();
+            let grid = CellGrid::new(Vec3::new(-0.3, 0.2, 0.7), 1.07, UVec3::from(size));
+            let mut settings = CellSettings {
+                bands,
+                source: Source::Faces,
+                bounces: 2,
+                ..settings(Scheme::Stream, Occlusion::Faces)
+            };
+            settings.lobes = settings.lobes.map(|lobes| LobeSettings {
+                iterations: 30,
+                gain: 0.75,
+                ..lobes
+            });
+            let lit = light_in(&gpu, &scene, scene_on, grid, settings);
+            check(&gpu, &format!("{size:?}, {bands} bands"), &lit);
+        }
     }
 }
 

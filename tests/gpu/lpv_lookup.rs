@@ -3,6 +3,7 @@
 use glam::{DVec3, DVec4, UVec3, Vec3};
 use lumivox::gi::Inputs;
 use lumivox::gi::lpv::gather::{self, Lookup};
+use lumivox::gi::lpv::lobes::Occlusion;
 use lumivox::gi::lpv::oracle::{self, Boundary, Place};
 use lumivox::gi::lpv::{CellGrid, CellSettings, Propagation, by_direction};
 use lumivox::gi::shared::voxel::VoxelGrid;
@@ -143,6 +144,7 @@ fn check(gpu: &Gpu, scene: &Scene, settings: CellSettings, grid: GridOf, lookup:
             normal: receiver.geometric_normal,
             shift: f64::from(lookup.shift),
             masked: lookup.masked,
+            damping: lookup.damping,
         };
         let normal = receiver.shading_normal;
         let to_eye = (eye - receiver.position).normalize();
@@ -200,18 +202,27 @@ fn lookups_are_the_oracles() {
         shift,
         blend: 0.0,
         masked,
+        damping: false,
+    };
+    let damped = |shift, masked| Lookup {
+        damping: true,
+        ..lookup(shift, masked)
     };
     let all = lights();
-    for (at, lookup) in [lookup(1.0, false), lookup(0.5, true), lookup(0.0, true)]
-        .into_iter()
-        .enumerate()
-    {
+    let cases = [
+        (48, 12, Occlusion::Faces, lookup(1.0, false)),
+        (33, 9, Occlusion::Faces, lookup(0.5, true)),
+        (60, 16, Occlusion::Faces, lookup(0.0, true)),
+        (48, 14, Occlusion::Faces, damped(1.0, false)),
+        (48, 13, Occlusion::None, damped(0.5, true)),
+    ];
+    for (at, (directions, cells, occlusion, lookup)) in cases.into_iter().enumerate() {
         let settings = CellSettings {
-            directions: [48, 33, 60][at],
+            directions,
+            occlusion,
             ..SETTINGS
         };
-        let grid = GridOf::Cells([12, 9, 16][at]);
-        check(&gpu, &all[at % 2].1, settings, grid, lookup);
+        check(&gpu, &all[at % 2].1, settings, GridOf::Cells(cells), lookup);
     }
     // So long that an octant's pairs of directions come one after the other.
     let settings = CellSettings {

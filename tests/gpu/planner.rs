@@ -91,7 +91,7 @@ struct Life {
 }
 
 /// Few, which run every pass of every technique between them.
-const LIVES: [Life; 22] = [
+const LIVES: [Life; 25] = [
     Life {
         technique: "none",
         preset: None,
@@ -115,6 +115,18 @@ const LIVES: [Life; 22] = [
         preset: Some("best"),
         pairs: &[("bounces", "2")],
         surfaces: Surfaces::Glossy,
+    },
+    Life {
+        technique: "lpv",
+        preset: Some("accurate"),
+        pairs: &[("scheme", "slices"), ("bounces", "2")],
+        surfaces: Surfaces::Emissive,
+    },
+    Life {
+        technique: "lpv",
+        preset: Some("accurate"),
+        pairs: &[("schedule", "jacobi"), ("bounces", "2")],
+        surfaces: Surfaces::Emissive,
     },
     Life {
         technique: "lpv",
@@ -174,6 +186,17 @@ const LIVES: [Life; 22] = [
         pairs: &[
             ("propagation", "stream"),
             ("occlusion", "faces"),
+            ("bounces", "2"),
+        ],
+        surfaces: Surfaces::Emissive,
+    },
+    Life {
+        technique: "lpv-cascaded",
+        preset: Some("textbook"),
+        pairs: &[
+            ("cell_size", "0.03"),
+            ("propagation", "stream"),
+            ("bands", "4"),
             ("bounces", "2"),
         ],
         surfaces: Surfaces::Emissive,

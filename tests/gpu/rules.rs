@@ -37,6 +37,9 @@ const COMBINATIONS: [&[(&str, &str)]; 9] = [
     &[("voxel_occlusion", "rays-soft"), ("bounces", "2")],
 ];
 
+/// On top of the published steps of techniques that have lobes.
+const STREAMS: &[(&str, &str)] = &[("propagation", "stream"), ("bands", "4")];
+
 /// Another value than the one that a setting has.
 fn other_value(setting: &Setting, settings: &Settings) -> String {
     let after = |position: Option<usize>, count: usize| (position.unwrap_or(0) + 1) % count;
@@ -84,7 +87,11 @@ fn combinations() -> Vec<(Case, Vec<(&'static str, &'static str)>)> {
             .filter(move |pairs| pairs.iter().all(|(name, _)| has(&case, name)))
             .map(move |pairs| (case, pairs.to_vec()))
     });
-    presets.chain(more).collect()
+    let lobes = bounce_cases().into_iter().filter(|case| {
+        case.preset == Some("textbook") && STREAMS.iter().all(|(name, _)| has(case, name))
+    });
+    let streams = lobes.map(|case| (case, STREAMS.to_vec()));
+    presets.chain(more).chain(streams).collect()
 }
 
 /// A room in which the voxels' light, glossy reflection and emission are to be seen.

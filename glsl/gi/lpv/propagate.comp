@@ -18,7 +18,6 @@ layout(constant_id = 1) const uint OCCLUSION = 0u;
 layout(constant_id = 2) const bool CLAMP = false;   // no negative flux
 
 const uint LOBES30 = 0u, AXIS6 = 1u, STREAM = 2u;
-const uint NONE = 0u, FACES = 1u, FUZZY = 2u;
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer Faces { uint faces[]; };
 // of the faces −x, +x, −y, …: what goes towards the cell
@@ -55,16 +54,7 @@ mat4 sent_by(ivec3 neighbour) {
     return sent;
 }
 
-// Blocking potential at the middle of a face; no light was blocked before the first step.
-vec4 blocking_at(vec3 place) {
-    if (OCCLUSION != FUZZY || params.step == 1u) return vec4(0.0);
-    vec3 nodes = vec3(params.grid.size.xyz + 1);
-    return textureLod(sampler3D(blockers, linear_clamp), (place + 0.5) / nodes, 0.0);
-}
-
-float passing(vec4 blocking, vec3 direction) {
-    return 1.0 - clamp(dot(blocking, sh_evaluate2(-direction)), 0.0, 1.0);
-}
+#include "gi/lpv/blocking.glsl"
 
 // A lobe towards `face`, from what goes along `direction` within `solid` [sr].
 mat4 lobe(mat4 sent, vec4 blocking, vec3 direction, vec3 face, float solid) {

@@ -17,4 +17,8 @@ CellSource load_source(ivec3 cell, int size_x) {
         mat3(vec3(r, m.x), vec3(m.y, g), vec3(b, unpackHalf2x16(second.x).x)), second.y);
 }
 
+uint load_faces(ivec3 cell, int size_x) {
+    return imageLoad(sources, cell + ivec3(size_x, 0, 0)).y;
+}
+
 #endif

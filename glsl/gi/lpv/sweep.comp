@@ -19,6 +19,7 @@ layout(local_size_x = 256) in;
 
 #include "gi/lpv/grid.glsl"
 #include "gi/lpv/harmonics.glsl"
+#include "gi/lpv/pairs.glsl"
 
 layout(constant_id = 0) const bool ADD = false;     // to what other octants have left
 layout(constant_id = 1) const bool SIDES = false;   // opaque faces send light

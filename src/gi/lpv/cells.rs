@@ -4,13 +4,17 @@ use std::sync::Arc;
 
 use glam::UVec3;
 
+use super::bands::Streams;
+use super::blockers::Blockers;
 use super::faces::Faces;
 use super::grid::CellGrid;
 use super::inject::{FLUX_NUMBERS, POWER_NUMBERS, flux_unit, inject};
+use super::jacobi::Jacobi;
 use super::leaf_sweep::LeafSweep;
 use super::leaves::LeafSettings;
 use super::levels::{Levels, Transfer};
-use super::lobes::{LobeSettings, Lobes, Occlusion};
+use super::lobes::{LobeSettings, Lobes, Occlusion, Scheme};
+use super::slices::Slices;
 use super::sweep::{Batch, Nesting, Sweep, volume};
 use crate::gi::{MapNeeds, Needs, Settings};
 use crate::graph::{
@@ -25,6 +29,28 @@ pub enum Source {
     Rsm,
     /// Opaque faces, lit at the place where the segment between two cells meets a surface.
     Faces,
+}
+
+/// How light goes along discrete directions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ordinates {
+    /// Each cell once, from its upwind neighbours.
+    Sweep,
+    /// Each cell once, from four cells of the slice before.
+    Slices,
+    /// All cells at once, in so many steps.
+    Jacobi(u32),
+}
+
+impl Ordinates {
+    /// As the technique's settings say.
+    fn new(settings: &Settings) -> Self {
+        match settings.find_choice("schedule") {
+            Some("jacobi") => Ordinates::Jacobi(settings.count("iterations")),
+            _ if settings.find_choice("scheme") == Some("slices") => Ordinates::Slices,
+            _ => Ordinates::Sweep,
+        }
+    }
 }
 
 /// What larger cells there are.
@@ -56,6 +82,8 @@ pub struct CellSettings {
     pub source: Source,
     /// Discrete directions that it goes along.
     pub directions: u32,
+    /// How it goes along them.
+    pub ordinates: Ordinates,
     /// Bounces, at least 1: a sweep each.
     pub bounces: u32,
     /// Texels along an edge of each reflective shadow map that inject light.
@@ -66,6 +94,8 @@ pub struct CellSettings {
     pub occlusion: Occlusion,
     /// How lobes are handed on, where no directions are swept.
     pub lobes: Option<LobeSettings>,
+    /// Bands of spherical harmonics that lobes have; of streams 2 to 4, of others 2.
+    pub bands: u32,
     /// Larger cells besides those of the grid: leaves where directions are swept, levels where
     /// lobes are handed on.
     pub octree: Option<Octree>,
@@ -88,6 +118,7 @@ impl CellSettings {
                 0 => (3 * settings.count("resolution")).min(1024),
                 count => count,
             },
+            ordinates: Ordinates::new(settings),
             bounces: settings.count("bounces"),
             rsm_texels: settings.count("rsm_texels"),
             injection_shift: settings.number("injection_shift"),
@@ -97,9 +128,16 @@ impl CellSettings {
                 Occlusion::new(settings)
             },
             lobes: LobeSettings::new(settings).filter(|_| !has_leaves),
+            bands: settings.find_count("bands").unwrap_or(2),
             octree,
             keeps_directions: settings.find_choice("lookup") == Some("directions"),
         }
+    }
+
+    /// Whether each cell of the grid is swept once, from its upwind neighbours.
+    pub fn sweeps(&self) -> bool {
+        let has_cells = self.lobes.is_none() && self.octree.is_none();
+        has_cells && self.ordinates == Ordinates::Sweep
     }
 }
 
@@ -122,10 +160,16 @@ impl CellSettings {
 pub enum Propagation {
     /// Along discrete directions.
     Sweep(Sweep),
+    /// Along discrete directions, in steps of all cells at once.
+    Jacobi(Jacobi),
+    /// Along discrete directions, slice by slice.
+    Slices(Slices),
     /// Along discrete directions, by leaves of an octree.
     Leaves(LeafSweep),
     /// As lobes.
     Lobes(Lobes),
+    /// As streams in more bands than lobes have.
+    Streams(Streams),
     /// As lobes, in levels of an octree.
     Levels(Levels),
 }
@@ -145,16 +189,26 @@ impl Parts {
                 let steps = (lobes, settings.occlusion);
                 Propagation::Levels(Levels::new(gpu, size, steps, transfer)?)
             }
+            (Some(lobes), _) if lobes.scheme == Scheme::Stream && settings.bands > 2 => {
+                let steps = (lobes, settings.bands);
+                Propagation::Streams(Streams::new(gpu, size, steps, settings.occlusion)?)
+            }
             (Some(lobes), _) => {
                 Propagation::Lobes(Lobes::new(gpu, size, lobes, settings.occlusion)?)
             }
             (None, Some(Octree::Leaves(leaves))) => {
                 Propagation::Leaves(LeafSweep::new(gpu, (directions, leaves))?)
             }
-            (None, _) => {
-                let keeps = settings.keeps_directions;
-                Propagation::Sweep(Sweep::new(gpu, size, directions, grids - 1, keeps)?)
-            }
+            (None, _) => match settings.ordinates {
+                Ordinates::Sweep => {
+                    let keeps = settings.keeps_directions;
+                    Propagation::Sweep(Sweep::new(gpu, size, directions, grids - 1, keeps)?)
+                }
+                Ordinates::Slices => Propagation::Slices(Slices::new(gpu, size, directions)?),
+                Ordinates::Jacobi(steps) => {
+                    Propagation::Jacobi(Jacobi::new(gpu, size, (directions, steps))?)
+                }
+            },
         };
         Ok(Parts {
             propagation: Arc::new(propagation),
@@ -297,9 +351,7 @@ impl Cells {
     pub(super) fn receivers(&self) -> u32 {
         match &*self.propagation {
             Propagation::Leaves(sweep) => sweep.leaves.all.len() as u32,
-            Propagation::Sweep(_) | Propagation::Lobes(_) | Propagation::Levels(_) => {
-                self.grid.count()
-            }
+            _ => self.grid.count(),
         }
     }
 
@@ -399,12 +451,30 @@ impl Cells {
                     after(frame, sweep, batch);
                 });
             }
+            Propagation::Jacobi(jacobi) => jacobi.run(frame, &self.faces, flux, &self.light),
+            Propagation::Slices(slices) => slices.run(frame, &self.faces, flux, &self.light),
             Propagation::Leaves(sweep) => sweep.run(frame, &self.faces, flux, &self.light),
             Propagation::Lobes(lobes) => {
-                lobes.block(frame, &self.grid, scene, (maps, self.settings.rsm_texels));
+                self.block(frame, lobes.blockers(), (scene, maps));
                 lobes.run(frame, &self.faces, flux, &self.light);
             }
+            Propagation::Streams(streams) => {
+                self.block(frame, streams.blockers(), (scene, maps));
+                streams.run(frame, &self.faces, flux, &self.light);
+            }
             Propagation::Levels(levels) => levels.run(frame, &self.faces, flux, &self.light),
+        }
+    }
+
+    /// Adds the passes that find what blocks light, where that is of the surfaces that lights see.
+    fn block(
+        &self,
+        frame: &mut Frame,
+        blockers: Option<&Blockers>,
+        (scene, maps): (&GpuScene, &LightMaps),
+    ) {
+        if let Some(blockers) = blockers {
+            blockers.find(frame, &self.grid, scene, (maps, self.settings.rsm_texels));
         }
     }
 }

@@ -54,6 +54,14 @@ impl Directions {
         counts.max().unwrap_or(0)
     }
 
+    /// Pairs of directions of all octants.
+    pub fn pair_count(&self) -> u32 {
+        self.octants
+            .iter()
+            .map(|[_, count]| count.div_ceil(2))
+            .sum()
+    }
+
     /// As `lpv.sweep` reads them: first pair and number of pairs of each octant, then all pairs.
     /// An odd octant's last direction has a partner without weight.
     pub fn words(&self) -> Vec<u32> {

@@ -35,7 +35,7 @@ pub static GATHER: Pass = Pass {
         Binding::sampled("normals", Access::ComputeSampled),
         Binding::image("indirect_diffuse", Access::ComputeWrite),
     ],
-    constants: &["LEVELS", "NESTED", "MASKED"],
+    constants: &["LEVELS", "NESTED", "MASKED", "DAMPING"],
     params: Some(LookupParams::LAYOUT),
     sets: Sets::Scene,
 };
@@ -52,7 +52,7 @@ pub static SPECULAR: Pass = Pass {
         Binding::sampled("specular", Access::ComputeSampled),
         Binding::image("indirect_specular", Access::ComputeWrite),
     ],
-    constants: &["LEVELS", "NESTED", "MASKED"],
+    constants: &["LEVELS", "NESTED", "MASKED", "DAMPING"],
     params: Some(LookupParams::LAYOUT),
     sets: Sets::Scene,
 };
@@ -66,6 +66,8 @@ pub struct Lookup {
     pub blend: f32,
     /// Whether cells behind the surface are left out.
     pub masked: bool,
+    /// Whether light that falls off from the surface is damped.
+    pub damping: bool,
 }
 
 impl Lookup {
@@ -75,6 +77,7 @@ impl Lookup {
             shift: settings.number("gather_shift"),
             blend,
             masked: settings.is("gather_filter", "masked"),
+            damping: settings.is("damping", "on"),
         }
     }
 }
@@ -109,6 +112,7 @@ pub fn gather(
         .constant("LEVELS", levels.len() as u32)
         .constant("NESTED", levels.len() > 1)
         .constant("MASKED", lookup.masked)
+        .constant("DAMPING", lookup.damping)
         .push(&params)
         .dispatch(screen_groups(gbuffer.size));
     if let (Some(result), Some(specular)) = (&answer.specular, &gbuffer.specular) {
@@ -123,6 +127,7 @@ pub fn gather(
             .constant("LEVELS", levels.len() as u32)
             .constant("NESTED", levels.len() > 1)
             .constant("MASKED", lookup.masked)
+            .constant("DAMPING", lookup.damping)
             .push(&params)
             .dispatch(screen_groups(gbuffer.size));
     }

@@ -68,7 +68,7 @@ pub(super) fn inject(frame: &mut Frame, maps: &LightMaps, cells: &Cells, flux_un
     let groups = maps.size.div_ceil(stride).div_ceil(4 * 8);
     let leaf_of = match &*cells.propagation {
         Propagation::Leaves(sweep) => sweep.of_cell(),
-        Propagation::Sweep(_) | Propagation::Lobes(_) | Propagation::Levels(_) => None,
+        _ => None,
     };
     frame
         .pass(&INJECT)

@@ -16,7 +16,7 @@ use crate::graph::{
     Access, BatchDispatch, Binding, Buffer, Error, Frame, Gpu, Image, ImageUsage, Owner, Pass,
     Sets, Shaders, vk,
 };
-use crate::render::{GpuScene, LightMaps, storage};
+use crate::render::storage;
 use crate::shader::GpuStruct;
 
 gpu_struct! {
@@ -239,19 +239,6 @@ impl Lobes {
     /// What blocks light, where that is of the surfaces that lights see.
     pub fn blockers(&self) -> Option<&Blockers> {
         self.blockers.as_ref()
-    }
-
-    /// Adds the passes that find what blocks light.
-    pub(super) fn block(
-        &self,
-        frame: &mut Frame,
-        grid: &CellGrid,
-        scene: &GpuScene,
-        (maps, rsm_texels): (&LightMaps, u32),
-    ) {
-        if let Some(blockers) = &self.blockers {
-            blockers.find(frame, grid, scene, (maps, rsm_texels));
-        }
     }
 
     /// Adds the passes that bring the flux of all cells (integers of `flux_unit`, W), and the light

@@ -4,8 +4,11 @@
 //! - [`faces`]: which neighbours cannot see each other, and what they see instead.
 //! - [`inject`]: what surfaces reflect, into cells.
 //! - [`sweep`]: from cells to all others, along discrete directions.
+//! - [`jacobi`]: the same in steps of all cells at once.
+//! - [`slices`]: the same in slices, with smoother steps.
 //! - [`leaf_sweep`]: the same by [`leaves`] of an octree, in the order of a [`schedule`].
 //! - [`lobes`]: the same by the published method, and [`blockers`], its fuzzy occlusion.
+//! - [`bands`]: streams of the published method in more bands.
 //! - [`levels`]: the published method in all levels of an octree.
 //! - [`gather`]: from cells to pixels, and [`by_direction`], the same without harmonics.
 //! - [`view`]: cells to look at.
@@ -17,6 +20,7 @@
 //! - [`cascaded`]: nested grids around the camera.
 //! - [`octree`]: one grid, with larger cells far from surfaces, or levels of them.
 
+pub mod bands;
 pub mod blockers;
 pub mod by_direction;
 pub mod cascaded;
@@ -26,6 +30,7 @@ pub mod faces;
 pub mod gather;
 mod grid;
 pub mod inject;
+pub mod jacobi;
 pub mod leaf_sweep;
 pub mod leaves;
 pub mod levels;
@@ -37,10 +42,11 @@ pub mod schedule;
 pub mod scroll;
 mod settings;
 pub mod simulator;
+pub mod slices;
 pub mod sweep;
 pub mod uniform;
 pub mod view;
 
-pub use cells::{CellSettings, Cells, Octree, Propagation, Source};
+pub use cells::{CellSettings, Cells, Octree, Ordinates, Propagation, Source};
 pub use directions::Directions;
 pub use grid::{CellGrid, GridRow};

@@ -130,7 +130,7 @@ static RULES: &[Rule] = &[
         applies: |settings| has_levels(settings) && !settings.is("propagation", "stream"),
     },
     Rule::always(Group::Bounces, &["bounces"]),
-    Rule::always(Group::Gather, &["gather_shift", "gather_filter"]),
+    Rule::always(Group::Gather, &["gather_shift", "gather_filter", "damping"]),
 ];
 
 static PRESETS: &[Preset] = &[

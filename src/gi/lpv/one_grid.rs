@@ -73,7 +73,7 @@ impl Inspect for OneGrid {
         let larger = match &*self.cells.propagation {
             Propagation::Leaves(sweep) => Some(("leaves", sweep.leaves.all.len() as u64)),
             Propagation::Levels(levels) => Some(("levels", u64::from(levels.count()))),
-            Propagation::Sweep(_) | Propagation::Lobes(_) => None,
+            _ => None,
         };
         Ok([Some(cells), larger, sides].into_iter().flatten().collect())
     }

@@ -1,5 +1,6 @@
 //! What rows of the family have in common: settings, passes and stages.
 
+use super::bands::{FINISH_BANDS, SEED_BANDS, STREAM};
 use super::blockers::{GEOMETRY, MERGE};
 use super::by_direction::{GATHER_DIRECTIONS, SPECULAR_DIRECTIONS};
 use super::cells::{CellSettings, Source};
@@ -7,7 +8,9 @@ use super::faces::{FACES, LIGHT_SIDES, NEAREST, NUMBER_SIDES, SURFACES, Side};
 use super::gather::{GATHER, SPECULAR};
 use super::grid::GridRow;
 use super::inject::INJECT;
+use super::jacobi::{JACOBI, JACOBI_SUM};
 use super::lobes::{FINISH, PROPAGATE, SEED};
+use super::slices::SLICES;
 use super::sweep::{SOURCES, SUM, SWEEP};
 use super::view::VIEW;
 use crate::gi::Settings;
@@ -70,6 +73,14 @@ pub(super) static CELL_SETTINGS: &[Setting] = &[
         domain: Domain::Choice(&["trilinear", "masked"]),
         default: "trilinear",
     },
+    Setting {
+        name: "damping",
+        help: "whether light is damped where it falls off from the surface, as it does where it \
+               leaks: a look, not a measure of light",
+        unit: "",
+        domain: Domain::Choice(&["on", "off"]),
+        default: "off",
+    },
 ];
 
 /// Around the scene, of one grid.
@@ -118,9 +129,33 @@ pub(super) static LOBE_SETTINGS: &[Setting] = &[
         domain: Domain::Choice(&["ordinates", "lobes30", "axis6", "stream"]),
         default: "ordinates",
     },
+    Setting {
+        name: "scheme",
+        help: "where a swept cell's light comes from: upwind, its three upwind neighbours; or \
+               slices, the four cells of the slice before around the point that it comes from",
+        unit: "",
+        domain: Domain::Choice(&["upwind", "slices"]),
+        default: "upwind",
+    },
+    Setting {
+        name: "schedule",
+        help: "of discrete directions: sweep, each cell once, from its upwind neighbours; or \
+               jacobi, all cells at once, from the step before, which costs more",
+        unit: "",
+        domain: Domain::Choice(&["sweep", "jacobi"]),
+        default: "sweep",
+    },
     ITERATIONS,
     GAIN,
     CLAMP_NEGATIVE,
+    Setting {
+        name: "bands",
+        help: "bands of spherical harmonics that streams keep: 4 have the least error; 3 have more \
+               than 2, with a warning",
+        unit: "",
+        domain: Domain::OneOf(&[2, 3, 4]),
+        default: "2",
+    },
     Setting {
         name: "occlusion",
         help: "what stops light between two cells: opaque faces, nothing, or the blocking \
@@ -130,6 +165,10 @@ pub(super) static LOBE_SETTINGS: &[Setting] = &[
         default: "faces",
     },
 ];
+
+fn has_directions(settings: &Settings) -> bool {
+    settings.is("propagation", "ordinates")
+}
 
 /// Their groups, and when they have an effect.
 pub(super) static RULES: &[Rule] = &[
@@ -149,12 +188,27 @@ pub(super) static RULES: &[Rule] = &[
     Rule {
         group: Group::Bounces,
         settings: &["directions"],
-        applies: |settings| settings.is("propagation", "ordinates"),
+        applies: has_directions,
     },
     Rule {
         group: Group::Bounces,
-        settings: &["iterations", "gain"],
-        applies: |settings| !settings.is("propagation", "ordinates"),
+        settings: &["schedule"],
+        applies: has_directions,
+    },
+    Rule {
+        group: Group::Bounces,
+        settings: &["scheme"],
+        applies: |settings| has_directions(settings) && settings.is("schedule", "sweep"),
+    },
+    Rule {
+        group: Group::Bounces,
+        settings: &["iterations"],
+        applies: |settings| !has_directions(settings) || settings.is("schedule", "jacobi"),
+    },
+    Rule {
+        group: Group::Bounces,
+        settings: &["gain"],
+        applies: |settings| !has_directions(settings),
     },
     Rule {
         group: Group::Bounces,
@@ -163,7 +217,17 @@ pub(super) static RULES: &[Rule] = &[
             settings.is("propagation", "lobes30") || settings.is("propagation", "axis6")
         },
     },
+    Rule {
+        group: Group::Bounces,
+        settings: &["bands"],
+        applies: |settings| settings.is("propagation", "stream"),
+    },
     Rule::always(Group::Gather, &["gather_shift", "gather_filter"]),
+    Rule {
+        group: Group::Gather,
+        settings: &["damping"],
+        applies: |settings| settings.find_choice("lookup") != Some("directions"),
+    },
 ];
 
 /// What an error budget tries where directions are swept.
@@ -176,6 +240,19 @@ pub(super) static SUBSTITUTIONS: &[Substitution] = &[
             let more = (4 * cells.directions).min(1024);
             if cells.lobes.is_none() && more > cells.directions {
                 vec![format!("directions={more}")]
+            } else {
+                Vec::new()
+            }
+        },
+    },
+    Substitution {
+        name: "schedule",
+        help: "each cell once in upwind order, so that light comes as far as there are cells",
+        pairs: |settings| {
+            if CellSettings::new(settings).lobes.is_none()
+                && settings.find_choice("schedule") == Some("jacobi")
+            {
+                vec!["schedule=sweep".to_owned()]
             } else {
                 Vec::new()
             }
@@ -238,11 +315,17 @@ pub(super) static PASSES: &[&Pass] = &[
     &SOURCES,
     &SWEEP,
     &SUM,
+    &SLICES,
+    &JACOBI,
+    &JACOBI_SUM,
     &GEOMETRY,
     &MERGE,
     &SEED,
     &PROPAGATE,
     &FINISH,
+    &SEED_BANDS,
+    &STREAM,
+    &FINISH_BANDS,
     &GATHER,
     &SPECULAR,
     &VIEW,
@@ -288,9 +371,15 @@ static PROPAGATION: Stage = Stage::store(
         "lpv.sources",
         "lpv.sweep",
         "lpv.sum",
+        "lpv.slices",
+        "lpv.jacobi",
+        "lpv.jacobi_sum",
         "lpv.seed",
         "lpv.propagate",
         "lpv.finish",
+        "lpv.seed_bands",
+        "lpv.stream",
+        "lpv.finish_bands",
     ],
 );
 
@@ -324,9 +413,16 @@ pub(super) fn check_margin(settings: &Settings) -> Result<(), SettingError> {
     )))
 }
 
+/// Warns of settings that give more error than others that cost less.
+pub(super) fn warn(settings: &Settings) {
+    if settings.is("propagation", "stream") && settings.count("bands") == 3 {
+        log::warn!("bands=3: streams in three bands have more error than in two; give 2 or 4");
+    }
+}
+
 /// Settings that do not go together.
 pub(super) fn check(settings: &Settings) -> Result<(), SettingError> {
-    if !settings.is("propagation", "ordinates") {
+    if !has_directions(settings) {
         return Ok(());
     }
     let occlusion = settings.choice("occlusion");

@@ -7,6 +7,7 @@ use glam::UVec3;
 use super::directions::Directions;
 use super::faces::Faces;
 use super::grid::GridRow;
+use super::lobes::groups;
 use crate::gpu_struct;
 use crate::graph::{
     Access, BatchDispatch, Binding, Buffer, Error, Frame, Gpu, Image, ImageDesc, ImageKind,
@@ -108,13 +109,13 @@ pub(super) const COEFFICIENT_PAIRS: u32 = 5;
 /// A texel of what is on its way: two times four half floats.
 pub(super) const PAIR_BYTES: u64 = 16;
 /// Octants that are swept at once share this much for their sums (bytes).
-const MOST_SLAB_BYTES: u64 = 24 << 20;
+pub(super) const MOST_SLAB_BYTES: u64 = 24 << 20;
 /// The same for the radiance on their way (bytes).
-const MOST_FRONT_BYTES: u64 = 24 << 20;
+pub(super) const MOST_FRONT_BYTES: u64 = 24 << 20;
 /// The same for radiance that is kept of all cells (bytes).
 const MOST_KEPT_BYTES: u64 = 128 << 20;
 /// Texels along the longest side of a volume that every device has.
-const MOST_TEXELS: u32 = 2048;
+pub(super) const MOST_TEXELS: u32 = 2048;
 
 /// Sweeps of grids of one size.
 pub struct Sweep {
@@ -305,23 +306,13 @@ impl Sweep {
         &self,
         frame: &mut Frame,
         faces: &Faces,
-        (flux, flux_unit): (&Arc<Buffer>, f32),
+        flux: (&Arc<Buffer>, f32),
         (light, nesting): (&Arc<Image>, Nesting),
         after: &mut dyn FnMut(&mut Frame, Batch),
     ) {
         let grid = faces.grid;
-        let face_m2 = grid.cell_size * grid.cell_size;
         let [x, y, z] = self.size.to_array();
-        frame
-            .pass(&SOURCES)
-            .bind("faces", &faces.words)
-            .bind("flux", flux)
-            .bind("sources", &self.sources)
-            .push(&SourceParams {
-                grid: grid.row(0),
-                radiance_unit: flux_unit / (std::f32::consts::PI * face_m2),
-            })
-            .dispatch([x.div_ceil(8), y.div_ceil(8), z]);
+        find_sources(frame, faces, flux, &self.sources);
         let steps = steps(self.size);
         for batch in self.batches() {
             self.run_batch(frame, faces, (batch, &steps), (light, nesting));
@@ -391,6 +382,27 @@ impl Sweep {
             .constant("KEEP", self.keeps)
             .dispatch_chain(chain);
     }
+}
+
+/// Adds the pass that finds what cells send of this flux (integers of the unit, W).
+pub(super) fn find_sources(
+    frame: &mut Frame,
+    faces: &Faces,
+    (flux, flux_unit): (&Arc<Buffer>, f32),
+    sources: &Arc<Image>,
+) {
+    let grid = faces.grid;
+    let face_m2 = grid.cell_size * grid.cell_size;
+    frame
+        .pass(&SOURCES)
+        .bind("faces", &faces.words)
+        .bind("flux", flux)
+        .bind("sources", sources)
+        .push(&SourceParams {
+            grid: grid.row(0),
+            radiance_unit: flux_unit / (std::f32::consts::PI * face_m2),
+        })
+        .dispatch(groups(&grid));
 }
 
 /// The cells (a, b, c) with a + b + c = `step`: a and b of each.

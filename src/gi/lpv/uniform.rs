@@ -1,5 +1,6 @@
 //! Technique `lpv`: one grid of equal cells.
 
+use super::cells::CellSettings;
 use super::one_grid::OneGrid;
 use super::settings::{
     self, BY_DIRECTION, LOBES_REPLACED, MARGIN, PASSES, RULES, STAGES, STRUCTS, SUBSTITUTIONS,
@@ -36,21 +37,36 @@ static OWN_RULES: &[Rule] = &[
     Rule {
         group: Group::Gather,
         settings: &["lookup"],
-        applies: |settings| settings.is("propagation", "ordinates"),
+        applies: sweeps,
     },
 ];
+
+/// Whether each cell is swept once, from its upwind neighbours.
+fn sweeps(settings: &Settings) -> bool {
+    CellSettings::new(settings).sweeps()
+}
 
 fn check(settings: &Settings) -> Result<(), SettingError> {
     check_margin(settings)?;
     settings::check(settings)?;
-    if settings.is("lookup", "directions") && !settings.is("propagation", "ordinates") {
-        return Err(SettingError::Together(format!(
-            "lookup=directions: propagation={} has lobes in its cells; give lookup=harmonics or \
-             propagation=ordinates",
-            settings.choice("propagation")
-        )));
+    let needed = [
+        ("propagation", "ordinates"),
+        ("schedule", "sweep"),
+        ("scheme", "upwind"),
+    ];
+    let other = needed
+        .into_iter()
+        .find(|(name, needed)| !settings.is(name, needed));
+    match other {
+        Some((name, needed)) if settings.is("lookup", "directions") => {
+            Err(SettingError::Together(format!(
+                "lookup=directions: it cannot be had with {name}={}; give lookup=harmonics or \
+                 {name}={needed}",
+                settings.choice(name)
+            )))
+        }
+        _ => Ok(()),
     }
-    Ok(())
 }
 
 static PRESETS: &[Preset] = &[
@@ -102,5 +118,6 @@ pub static ENTRY: Entry = Entry {
 };
 
 fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>, Error> {
+    settings::warn(settings);
     Ok(Box::new(OneGrid::new(context, settings)?))
 }

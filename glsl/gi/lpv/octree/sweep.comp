@@ -14,6 +14,7 @@ layout(local_size_x = 64) in;
 #include "gi/lpv/grid.glsl"
 #include "gi/lpv/harmonics.glsl"
 #include "gi/lpv/octree/leaves.glsl"
+#include "gi/lpv/pairs.glsl"
 
 layout(constant_id = 0) const bool ADD = false;     // to what other octants have left
 layout(constant_id = 1) const bool SIDES = false;   // opaque faces send light
@@ -42,18 +43,6 @@ layout(push_constant) uniform LeafSweepParams {
     uint first_octant;
     uint most_pairs;         // pairs of directions that an octant has at most
 } params;
-
-struct Pair { vec4 radiance[2]; };
-
-uvec4 pack(Pair pair) {
-    return uvec4(packHalf2x16(pair.radiance[0].xy), packHalf2x16(pair.radiance[0].zw),
-        packHalf2x16(pair.radiance[1].xy), packHalf2x16(pair.radiance[1].zw));
-}
-
-Pair unpack(uvec4 words) {
-    return Pair(vec4[2](vec4(unpackHalf2x16(words.x), unpackHalf2x16(words.y)),
-        vec4(unpackHalf2x16(words.z), unpackHalf2x16(words.w))));
-}
 
 void main() {
     int slab = int(gl_GlobalInvocationID.y);

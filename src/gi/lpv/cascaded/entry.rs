@@ -137,5 +137,13 @@ fn check(settings: &Settings) -> Result<(), SettingError> {
                 .to_owned(),
         ));
     }
+    for (name, needed) in [("schedule", "sweep"), ("scheme", "upwind")] {
+        if settings.is("nesting", "inflow") && !settings.is(name, needed) {
+            return Err(SettingError::Together(format!(
+                "nesting=inflow: only {name}={needed} hands light on to inner grids; give \
+                 nesting=independent, or that {name}"
+            )));
+        }
+    }
     Ok(())
 }

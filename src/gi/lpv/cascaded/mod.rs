@@ -13,7 +13,7 @@ pub use layout::Layout;
 use super::cells::radiance_scale;
 use super::gather::Lookup;
 use super::sweep::Nesting;
-use super::{CellSettings, Cells, gather, view};
+use super::{CellSettings, Cells, gather, settings as family, view};
 use crate::gi::inspect::ViewRow;
 use crate::gi::{
     Answer, Change, Context, IndirectLight, Inputs, Inspect, Needs, Settings, Technique,
@@ -33,6 +33,7 @@ pub struct CascadedLpv {
 }
 
 fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>, Error> {
+    family::warn(settings);
     Ok(Box::new(CascadedLpv::new(context, settings)?))
 }
 

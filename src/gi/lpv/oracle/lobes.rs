@@ -118,7 +118,7 @@ pub(crate) fn solid_angles() -> [f64; 2] {
 }
 
 /// Mean of the four nodes around the middle of a face.
-fn blocking(grid: &CellGrid, blockers: &[DVec4], cell: UVec3, face: u32) -> DVec4 {
+pub(super) fn blocking(grid: &CellGrid, blockers: &[DVec4], cell: UVec3, face: u32) -> DVec4 {
     let (nodes, axis) = (nodes(grid), (face / 2) as usize);
     let mut sum = DVec4::ZERO;
     for corner in 0..4u32 {

@@ -20,6 +20,18 @@ pub struct Place {
     pub shift: f64,
     /// Whether cells behind the surface are left out.
     pub masked: bool,
+    /// Whether harmonics are damped where they fall off from the surface.
+    pub damping: bool,
+}
+
+impl Place {
+    /// The same, further off the surface (cells).
+    fn further(&self, cells: f64) -> Place {
+        Place {
+            shift: self.shift + cells,
+            ..*self
+        }
+    }
 }
 
 /// The eight cells around a place off a surface, with weights whose sum is 1.
@@ -62,6 +74,21 @@ fn mean<const N: usize>(
     sum
 }
 
+/// Times 1 + ⟨c, ∂c/∂n⟩/⟨c, c⟩, between 0 and 1; the derivative is a difference over one cell.
+fn damp(own: &mut [DVec4; 9], front: &[DVec4; 9], behind: &[DVec4; 9]) {
+    let (mut along, mut square) = (DVec4::ZERO, DVec4::ZERO);
+    for (own, (front, behind)) in own.iter().zip(front.iter().zip(behind)) {
+        along += *own * (*front - *behind);
+        square += *own * *own;
+    }
+    // Where there is no light, any factor will do.
+    let square = DVec4::select(square.cmpgt(DVec4::ZERO), square, DVec4::ONE);
+    let factor = (1.0 + along / square).clamp(DVec4::ZERO, DVec4::ONE);
+    for coefficient in own {
+        *coefficient *= factor;
+    }
+}
+
 /// Σ f_l c_lm Y_lm(direction) of nine coefficients off a surface, at least 0: radiance or
 /// irradiance (rgb), and that of an environment of radiance 1 (alpha).
 fn of_harmonics(
@@ -73,7 +100,12 @@ fn of_harmonics(
 ) -> DVec4 {
     let mut basis = [0.0; 9];
     sh::evaluate(3, direction, &mut basis);
-    let found = mean(grid, place, |cell| light[cell]);
+    let coefficients_at = |place: &Place| mean(grid, place, |cell| light[cell]);
+    let mut found = coefficients_at(place);
+    if place.damping {
+        let [front, behind] = [0.5, -0.5].map(|cells| coefficients_at(&place.further(cells)));
+        damp(&mut found, &front, &behind);
+    }
     let terms = found.iter().zip(basis).enumerate();
     let sum: DVec4 = terms
         .map(|(at, (coefficient, basis))| factors[at.isqrt()] * basis * *coefficient)

@@ -1,5 +1,6 @@
 //! Plain twins of the passes, in double precision.
 
+pub mod bands;
 mod faces;
 mod leaves;
 mod light;
@@ -7,11 +8,13 @@ pub mod lobes;
 mod lookup;
 pub mod octree;
 pub mod simulator;
+mod slices;
 mod sweep;
 
 pub use faces::{Crossings, crossings};
 pub use leaves::{leaf_of, sweep_leaves};
 pub use light::{Texel, inject};
 pub use lookup::{Place, by_direction, irradiance, specular};
+pub use slices::slices;
 pub(crate) use sweep::neighbour;
 pub use sweep::{Boundary, Ledger, Swept, field, jacobi, sweep};

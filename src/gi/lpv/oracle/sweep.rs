@@ -89,7 +89,7 @@ fn sent(
 }
 
 /// All cells, in the order in which a direction meets them.
-fn upwind_order(size: UVec3, direction: DVec3) -> impl Iterator<Item = UVec3> {
+pub(super) fn upwind_order(size: UVec3, direction: DVec3) -> impl Iterator<Item = UVec3> {
     let along = move |axis: usize, step: u32| {
         if direction[axis] < 0.0 {
             size[axis] - 1 - step
