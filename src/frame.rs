@@ -284,7 +284,8 @@ impl<'g> Renderer<'g> {
         let seen = screen_image(self.gpu, "frame.view", [width, height])?;
         let mut frame = Frame::new();
         frame.set_scene(&self.scene.set, &self.scene.materials);
-        self.technique.draw_view(&mut frame, view, level, &seen);
+        self.technique
+            .draw_view(&mut frame, (view, level), &self.gbuffer, &seen);
         self.gpu.submit(frame)?;
         let texels: Vec<Vec4> = bytemuck::pod_collect_to_vec(&self.gpu.read_image(&seen, 0, 0)?);
         let shown = |texel: Vec4| match view.channels {

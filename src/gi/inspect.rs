@@ -177,8 +177,16 @@ pub trait Inspect {
     }
 
     /// Adds the passes that write a level of a view into `seen`, as the camera of the frame sees
-    /// it: RGBA32F, of the frame's size. Only called for views and levels that there are.
-    fn draw_view(&self, _frame: &mut Frame, _view: &ViewRow, _level: u32, _seen: &Arc<Image>) {}
+    /// it in `gbuffer`: RGBA32F, of the frame's size. Only called for views and levels that there
+    /// are.
+    fn draw_view(
+        &self,
+        _frame: &mut Frame,
+        (_view, _level): (&ViewRow, u32),
+        _gbuffer: &GBuffer,
+        _seen: &Arc<Image>,
+    ) {
+    }
 
     /// One beam of the gather, through what the last frame left, with its samples; `aperture_deg`
     /// in place of its own width. `None` where it gathers without beams.

@@ -28,6 +28,15 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     ("gi/lpv/shift_sides.comp", include_bytes!("../../spirv/gi/lpv/shift_sides.comp.spv")),
     ("gi/lpv/sources.comp", include_bytes!("../../spirv/gi/lpv/sources.comp.spv")),
     ("gi/lpv/specular.comp", include_bytes!("../../spirv/gi/lpv/specular.comp.spv")),
+    ("gi/lpv/structure/grids.comp", include_bytes!("../../spirv/gi/lpv/structure/grids.comp.spv")),
+    (
+        "gi/lpv/structure/leaves.comp",
+        include_bytes!("../../spirv/gi/lpv/structure/leaves.comp.spv"),
+    ),
+    (
+        "gi/lpv/structure/levels.comp",
+        include_bytes!("../../spirv/gi/lpv/structure/levels.comp.spv"),
+    ),
     ("gi/lpv/sum.comp", include_bytes!("../../spirv/gi/lpv/sum.comp.spv")),
     ("gi/lpv/surfaces.frag", include_bytes!("../../spirv/gi/lpv/surfaces.frag.spv")),
     ("gi/lpv/sweep.comp", include_bytes!("../../spirv/gi/lpv/sweep.comp.spv")),

@@ -8,7 +8,7 @@
 //! - [`lobes`]: the same by the published method, and [`blockers`], its fuzzy occlusion.
 //! - [`levels`]: the published method in all levels of an octree.
 //! - [`gather`]: from cells to pixels.
-//! - [`view`]: cells to look at.
+//! - [`view`]: cells to look at, and [`structure`], by their level.
 //! - [`simulator`]: the published method on the CPU, to be watched.
 //!
 //! [`Cells`] is all from surfaces to cells, for one grid. Techniques:
@@ -36,6 +36,7 @@ pub mod schedule;
 pub mod scroll;
 mod settings;
 pub mod simulator;
+pub mod structure;
 pub mod sweep;
 pub mod uniform;
 pub mod view;

@@ -3,11 +3,12 @@
 use std::sync::Arc;
 
 use super::gather::Lookup;
+use super::structure::{self, Structure};
 use super::{CellGrid, CellSettings, Cells, Propagation, gather, view};
 use crate::gi::inspect::ViewRow;
 use crate::gi::{Answer, Context, IndirectLight, Inputs, Inspect, Needs, Settings, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image};
-use crate::render::screen_image;
+use crate::render::{GBuffer, screen_image};
 
 /// A technique of one scene.
 pub(super) struct OneGrid {
@@ -86,10 +87,29 @@ impl Inspect for OneGrid {
     }
 
     fn levels(&self, view: &ViewRow) -> u32 {
-        u32::from(view::VIEWS.contains(view))
+        match view.name {
+            view::LEVELS => structure::count(std::slice::from_ref(&self.cells)),
+            _ => u32::from(view::VIEWS.contains(view)),
+        }
     }
 
-    fn draw_view(&self, frame: &mut Frame, view: &ViewRow, _level: u32, seen: &Arc<Image>) {
-        view::draw(frame, view, &self.cells, seen);
+    fn draw_view(
+        &self,
+        frame: &mut Frame,
+        (view, level): (&ViewRow, u32),
+        gbuffer: &GBuffer,
+        seen: &Arc<Image>,
+    ) {
+        if view.name != view::LEVELS {
+            view::draw(frame, view, &self.cells, seen);
+            return;
+        }
+        let structure = Structure {
+            grids: std::slice::from_ref(&self.cells),
+            shift: self.lookup.shift,
+            blend: self.lookup.blend,
+            from: level,
+        };
+        structure.draw(frame, gbuffer, seen);
     }
 }

@@ -5,6 +5,7 @@ use super::settings::{
     self, LOBES_REPLACED, MARGIN, PASSES, RULES, STAGES, STRUCTS, SUBSTITUTIONS, check_margin,
 };
 use super::simulator::SIMULATOR;
+use super::structure::GRID_STRUCTURE;
 use super::view::VIEWS;
 use crate::gi::entry::Entry;
 use crate::gi::settings::{Domain, Group, Preset, Rule, Setting};
@@ -51,7 +52,7 @@ pub static ENTRY: Entry = Entry {
     check: |settings| check_margin(settings).and_then(|()| settings::check(settings)),
     substitutions: &[SUBSTITUTIONS, &[LOBES_REPLACED]],
     presets: PRESETS,
-    passes: &[PASSES],
+    passes: &[PASSES, &[&GRID_STRUCTURE]],
     structs: &[STRUCTS],
     views: &[&VIEWS],
     simulator: Some(&SIMULATOR),

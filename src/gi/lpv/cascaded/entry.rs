@@ -9,6 +9,7 @@ use crate::gi::lpv::settings::{
     SUBSTITUTIONS, without_lobes,
 };
 use crate::gi::lpv::simulator::SIMULATOR;
+use crate::gi::lpv::structure::GRID_STRUCTURE;
 use crate::gi::lpv::view::VIEWS;
 use crate::gi::settings::{Domain, Group, Preset, Rule, Setting, SettingError};
 
@@ -116,7 +117,7 @@ pub static ENTRY: Entry = Entry {
         ],
     ],
     presets: PRESETS,
-    passes: &[PASSES, &[&SHIFT_FACES, &SHIFT_SIDES]],
+    passes: &[PASSES, &[&SHIFT_FACES, &SHIFT_SIDES, &GRID_STRUCTURE]],
     structs: &[STRUCTS],
     views: &[&VIEWS],
     simulator: Some(&SIMULATOR),

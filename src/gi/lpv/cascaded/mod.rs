@@ -12,6 +12,7 @@ pub use layout::Layout;
 
 use super::cells::radiance_scale;
 use super::gather::Lookup;
+use super::structure::Structure;
 use super::sweep::Nesting;
 use super::{CellSettings, Cells, gather, view};
 use crate::gi::inspect::ViewRow;
@@ -19,7 +20,7 @@ use crate::gi::{
     Answer, Change, Context, IndirectLight, Inputs, Inspect, Needs, Settings, Technique,
 };
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image};
-use crate::render::screen_image;
+use crate::render::{GBuffer, screen_image};
 
 /// The technique, of one scene.
 pub struct CascadedLpv {
@@ -152,7 +153,23 @@ impl Inspect for CascadedLpv {
         }
     }
 
-    fn draw_view(&self, frame: &mut Frame, view: &ViewRow, level: u32, seen: &Arc<Image>) {
+    fn draw_view(
+        &self,
+        frame: &mut Frame,
+        (view, level): (&ViewRow, u32),
+        gbuffer: &GBuffer,
+        seen: &Arc<Image>,
+    ) {
+        if view.name == view::LEVELS {
+            let structure = Structure {
+                grids: &self.levels,
+                shift: self.lookup.shift,
+                blend: self.lookup.blend,
+                from: level,
+            };
+            structure.draw(frame, gbuffer, seen);
+            return;
+        }
         let mut finest_first = self.levels.iter().rev();
         if let Some(cells) = finest_first.nth(level as usize) {
             view::draw(frame, view, cells, seen);
