@@ -84,7 +84,10 @@ pub enum Traced {
     Beam(Beam),
     /// The pixel sees no surface.
     NoSurface,
-    /// The technique gathers without beams, with these settings.
+    /// It gathers without beams, with these settings, from what has these figures: names, and
+    /// numbers in words with their units.
+    Figures(Vec<(&'static str, String)>),
+    /// It gathers without beams, with these settings, and has no figures.
     NoBeams,
 }
 
@@ -298,7 +301,7 @@ impl<'g> Renderer<'g> {
     }
 
     /// One beam from what a pixel of the last frame sees, as the technique's gather traces it;
-    /// `aperture_deg` in place of its own (degrees).
+    /// `aperture_deg` in place of its own (degrees). Without beams, figures of what it gathers from.
     pub fn trace(
         &self,
         pixel: [u32; 2],
@@ -325,7 +328,15 @@ impl<'g> Renderer<'g> {
         let beam = self
             .technique
             .beam(&context!(self), &start, axis, aperture_deg)?;
-        Ok(beam.map_or(Traced::NoBeams, Traced::Beam))
+        if let Some(beam) = beam {
+            return Ok(Traced::Beam(beam));
+        }
+        let figures = self.technique.figures_at(&context!(self), &start)?;
+        Ok(if figures.is_empty() {
+            Traced::NoBeams
+        } else {
+            Traced::Figures(figures)
+        })
     }
 
     /// A channel of the last frame's G-buffer.

@@ -1,5 +1,5 @@
 //! What tools may ask of a technique besides its answer: how it looks inside, what it counts, how
-//! it gathers at one place, and what light it keeps. A technique that has nothing to say of one of
+//! it gathers at one place or what it keeps there, and what light it keeps. A technique that has nothing to say of one of
 //! these keeps the default.
 
 use std::sync::Arc;
@@ -198,6 +198,17 @@ pub trait Inspect {
         _aperture_deg: Option<f32>,
     ) -> Result<Option<Beam>, Error> {
         Ok(None)
+    }
+
+    /// What it keeps where the light of a surface comes from, through what the last frame left:
+    /// names, and numbers in words with their units. For where it gathers without beams; empty
+    /// where it keeps nothing.
+    fn figures_at(
+        &self,
+        _context: &Context<'_>,
+        _start: &BeamStart,
+    ) -> Result<Vec<(&'static str, String)>, Error> {
+        Ok(Vec::new())
     }
 
     /// The light that it keeps on surfaces; `None` where it keeps none, or none that can be
