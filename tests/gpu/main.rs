@@ -24,6 +24,7 @@ mod lpv_cascaded;
 mod lpv_levels;
 mod lpv_lobes;
 mod lpv_octree;
+mod lpv_place;
 mod lpv_structure;
 mod lpv_view;
 mod oracle_attributes;

@@ -278,6 +278,74 @@ fn columns(path: &Path) -> Vec<Vec<f64>> {
         .collect()
 }
 
+/// Techniques of cells have no beam, and list the cell at the pixel.
+#[test]
+fn the_cell_at_a_pixel_is_listed() {
+    let Some(display) = Display::start() else {
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let mut script = String::from("still\nsection beam\n");
+    let techniques = ["lpv", "lpv-octree", "lpv-cascaded"];
+    for technique in techniques {
+        writeln!(
+            script,
+            "technique left {technique}\nset left resolution 16\nstill\nbeam 0.5 0.02 normal\n\
+             beam list {technique}.csv\nscreenshot {technique}.png\nbeam off"
+        )
+        .unwrap();
+    }
+    let arguments = [
+        "--validate",
+        "--size",
+        "560x600",
+        "--shadow-resolution",
+        "64",
+    ];
+    check_done(&display.view(folder.path(), &arguments, &script));
+    for technique in techniques {
+        let path = folder.path().join(format!("{technique}.csv"));
+        let text = std::fs::read_to_string(path).unwrap();
+        let names: Vec<&str> = text
+            .lines()
+            .filter_map(|line| line.split(',').next())
+            .collect();
+        assert_eq!(names[..2], ["name", "surface"], "{technique}");
+        for name in [
+            "cell",
+            "opaque faces",
+            "flux injected",
+            "E facing +y",
+            "E facing as the surface",
+        ] {
+            assert!(names.contains(&name), "{technique}: {text}");
+        }
+        assert_eq!(
+            names.contains(&"grid"),
+            technique == "lpv-cascaded",
+            "{technique}"
+        );
+        assert_eq!(
+            names.contains(&"leaf"),
+            technique == "lpv-octree",
+            "{technique}"
+        );
+        // The ceiling faces −y, and light comes to it from there.
+        let value = |name: &str| {
+            let line = text.lines().find(|line| line.starts_with(name)).unwrap();
+            line.split_once(',')
+                .map(|(_, value)| value.to_owned())
+                .unwrap()
+        };
+        assert_eq!(
+            value("E facing as the surface"),
+            value("E facing −y"),
+            "{technique}"
+        );
+        assert!(value("E facing −y") != value("E facing +y"), "{technique}");
+    }
+}
+
 #[test]
 fn a_beam_lists_what_it_sees() {
     let Some(display) = Display::start() else {

@@ -9,6 +9,7 @@
 //! - [`levels`]: the published method in all levels of an octree.
 //! - [`gather`]: from cells to pixels.
 //! - [`view`]: cells to look at, and [`structure`], by their level.
+//! - [`place`]: what the cell at a pixel has, in words.
 //! - [`simulator`]: the published method on the CPU, to be watched.
 //!
 //! [`Cells`] is all from surfaces to cells, for one grid. Techniques:
@@ -32,6 +33,7 @@ pub mod lobes;
 pub mod octree;
 mod one_grid;
 pub mod oracle;
+pub mod place;
 pub mod schedule;
 pub mod scroll;
 mod settings;

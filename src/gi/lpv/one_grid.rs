@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use super::gather::Lookup;
 use super::structure::{self, Structure};
-use super::{CellGrid, CellSettings, Cells, Propagation, gather, view};
-use crate::gi::inspect::ViewRow;
+use super::{CellGrid, CellSettings, Cells, Propagation, gather, place, view};
+use crate::gi::inspect::{BeamStart, ViewRow};
 use crate::gi::{Answer, Context, IndirectLight, Inputs, Inspect, Needs, Settings, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image};
 use crate::render::{GBuffer, screen_image};
@@ -111,5 +111,19 @@ impl Inspect for OneGrid {
             from: level,
         };
         structure.draw(frame, gbuffer, seen);
+    }
+
+    fn figures_at(
+        &self,
+        context: &Context<'_>,
+        start: &BeamStart,
+    ) -> Result<Vec<(&'static str, String)>, Error> {
+        let of = (context.gpu, context.scene);
+        place::figures(
+            of,
+            std::slice::from_ref(&self.cells),
+            self.lookup.shift,
+            start,
+        )
     }
 }

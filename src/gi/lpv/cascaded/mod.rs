@@ -14,8 +14,8 @@ use super::cells::radiance_scale;
 use super::gather::Lookup;
 use super::structure::Structure;
 use super::sweep::Nesting;
-use super::{CellSettings, Cells, gather, view};
-use crate::gi::inspect::ViewRow;
+use super::{CellSettings, Cells, gather, place, view};
+use crate::gi::inspect::{BeamStart, ViewRow};
 use crate::gi::{
     Answer, Change, Context, IndirectLight, Inputs, Inspect, Needs, Settings, Technique,
 };
@@ -174,5 +174,14 @@ impl Inspect for CascadedLpv {
         if let Some(cells) = finest_first.nth(level as usize) {
             view::draw(frame, view, cells, seen);
         }
+    }
+
+    fn figures_at(
+        &self,
+        context: &Context<'_>,
+        start: &BeamStart,
+    ) -> Result<Vec<(&'static str, String)>, Error> {
+        let of = (context.gpu, context.scene);
+        place::figures(of, &self.levels, self.lookup.shift, start)
     }
 }
