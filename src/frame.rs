@@ -3,7 +3,7 @@
 use glam::{Vec3, Vec4};
 
 use crate::gi::entry::{Entry, Part, Stage};
-use crate::gi::inspect::{Beam, BeamAxis, BeamStart, Channels, LightSlots, ViewRow};
+use crate::gi::inspect::{Beam, BeamAxis, BeamStart, Channels, Energy, LightSlots, ViewRow};
 use crate::gi::{Answer, Change, Context, IndirectLight, Inputs, MapNeeds, Settings, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu};
 use crate::image::{Aov, Image, IndirectImage};
@@ -369,6 +369,11 @@ impl<'g> Renderer<'g> {
     /// Edge of the finest cells of the technique's store (m); `None` where it has none.
     pub fn cell_size(&self) -> Option<f32> {
         self.technique.cell_size()
+    }
+
+    /// Where the last frame's light has gone; `None` where the technique does not count it.
+    pub fn energy(&self) -> Result<Option<Energy>, Error> {
+        self.technique.energy(&context!(self))
     }
 
     /// Counts of the last frame, by name.
