@@ -9,6 +9,7 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     ("gi/lpv/gather.comp", include_bytes!("../../spirv/gi/lpv/gather.comp.spv")),
     ("gi/lpv/geometry.comp", include_bytes!("../../spirv/gi/lpv/geometry.comp.spv")),
     ("gi/lpv/inject.comp", include_bytes!("../../spirv/gi/lpv/inject.comp.spv")),
+    ("gi/lpv/ledger.comp", include_bytes!("../../spirv/gi/lpv/ledger.comp.spv")),
     (
         "gi/lpv/levels/down_sample.comp",
         include_bytes!("../../spirv/gi/lpv/levels/down_sample.comp.spv"),
@@ -16,6 +17,7 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     ("gi/lpv/levels/faces.comp", include_bytes!("../../spirv/gi/lpv/levels/faces.comp.spv")),
     ("gi/lpv/levels/merge.comp", include_bytes!("../../spirv/gi/lpv/levels/merge.comp.spv")),
     ("gi/lpv/light_sides.comp", include_bytes!("../../spirv/gi/lpv/light_sides.comp.spv")),
+    ("gi/lpv/lobe_ledger.comp", include_bytes!("../../spirv/gi/lpv/lobe_ledger.comp.spv")),
     ("gi/lpv/merge.comp", include_bytes!("../../spirv/gi/lpv/merge.comp.spv")),
     ("gi/lpv/nearest.frag", include_bytes!("../../spirv/gi/lpv/nearest.frag.spv")),
     ("gi/lpv/number_sides.comp", include_bytes!("../../spirv/gi/lpv/number_sides.comp.spv")),

@@ -21,6 +21,7 @@ mod frame;
 mod golden;
 mod lpv;
 mod lpv_cascaded;
+mod lpv_ledger;
 mod lpv_levels;
 mod lpv_lobes;
 mod lpv_octree;

@@ -9,6 +9,7 @@
 //! - [`levels`]: the published method in all levels of an octree.
 //! - [`gather`]: from cells to pixels.
 //! - [`view`]: cells to look at, and [`structure`], by their level.
+//! - [`ledger`]: where the light has gone, in watts.
 //! - [`place`]: what the cell at a pixel has, in words.
 //! - [`simulator`]: the published method on the CPU, to be watched.
 //!
@@ -28,6 +29,7 @@ mod grid;
 pub mod inject;
 pub mod leaf_sweep;
 pub mod leaves;
+pub mod ledger;
 pub mod levels;
 pub mod lobes;
 pub mod octree;

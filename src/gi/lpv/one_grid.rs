@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use super::gather::Lookup;
 use super::structure::{self, Structure};
-use super::{CellGrid, CellSettings, Cells, Propagation, gather, place, view};
-use crate::gi::inspect::{BeamStart, ViewRow};
+use super::{CellGrid, CellSettings, Cells, Propagation, gather, ledger, place, view};
+use crate::gi::inspect::{BeamStart, Energy, ViewRow};
 use crate::gi::{Answer, Context, IndirectLight, Inputs, Inspect, Needs, Settings, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image};
 use crate::render::{GBuffer, screen_image};
@@ -80,6 +80,10 @@ impl Inspect for OneGrid {
             Propagation::Sweep(_) | Propagation::Lobes(_) => None,
         };
         Ok([Some(cells), larger, sides].into_iter().flatten().collect())
+    }
+
+    fn energy(&self, context: &Context<'_>) -> Result<Option<Energy>, Error> {
+        ledger::energy(context.gpu, context.scene, &self.cells)
     }
 
     fn cell_size(&self) -> Option<f32> {

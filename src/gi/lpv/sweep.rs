@@ -7,6 +7,7 @@ use glam::UVec3;
 use super::directions::Directions;
 use super::faces::Faces;
 use super::grid::GridRow;
+use super::ledger::count_sweep_step;
 use crate::gpu_struct;
 use crate::graph::{
     Access, BatchDispatch, Binding, Buffer, Error, Frame, Gpu, Image, ImageDesc, ImageKind,
@@ -235,6 +236,23 @@ impl Sweep {
         light: &Arc<Image>,
         nesting: Nesting,
     ) {
+        self.run_with(frame, faces, (flux, flux_unit), light, (nesting, None));
+    }
+
+    /// Cells of the step that has most.
+    pub(super) fn widest_step(&self) -> u32 {
+        steps(self.size).into_iter().max().unwrap_or(0)
+    }
+
+    /// The same, step by step, with what counts beside each where there is an account.
+    pub(super) fn run_with(
+        &self,
+        frame: &mut Frame,
+        faces: &Faces,
+        (flux, flux_unit): (&Arc<Buffer>, f32),
+        light: &Arc<Image>,
+        (nesting, ledger): (Nesting, Option<&Arc<Buffer>>),
+    ) {
         let side_light = faces.sides.as_ref().map(|sides| &sides.light);
         let grid = faces.grid;
         let face_m2 = grid.cell_size * grid.cell_size;
@@ -274,21 +292,34 @@ impl Sweep {
                     ..Default::default()
                 }
             });
-            let chain = chain.collect();
-            frame
-                .pass(&SWEEP)
-                .bind("directions", &self.list)
-                .bind("order", &self.order)
-                .bind("sources", &self.sources)
-                .bind("front", &self.front)
-                .bind("slabs", &self.slabs)
-                .bind("side_light", side_light.unwrap_or(&self.list))
-                .bind("borders", &self.borders)
-                .constant("ADD", first_octant > 0)
-                .constant("SIDES", side_light.is_some())
-                .constant("IS_INNER", nesting.own.is_some())
-                .constant("HAS_INNER", nesting.inner.is_some())
-                .dispatch_chain(chain);
+            let chain: Vec<BatchDispatch> = chain.collect();
+            // A step's radiance is gone two steps later.
+            let at_once = if ledger.is_some() { 1 } else { chain.len() };
+            for part in chain.chunks(at_once) {
+                frame
+                    .pass(&SWEEP)
+                    .bind("directions", &self.list)
+                    .bind("order", &self.order)
+                    .bind("sources", &self.sources)
+                    .bind("front", &self.front)
+                    .bind("slabs", &self.slabs)
+                    .bind("side_light", side_light.unwrap_or(&self.list))
+                    .bind("borders", &self.borders)
+                    .constant("ADD", first_octant > 0)
+                    .constant("SIDES", side_light.is_some())
+                    .constant("IS_INNER", nesting.own.is_some())
+                    .constant("HAS_INNER", nesting.inner.is_some())
+                    .dispatch_chain(part.to_vec());
+                if let Some(ledger) = ledger {
+                    count_sweep_step(
+                        frame,
+                        [&self.list, side_light.unwrap_or(&self.list), ledger],
+                        [&self.order, &self.sources, &self.front],
+                        side_light.is_some(),
+                        part.to_vec(),
+                    );
+                }
+            }
         }
         frame
             .pass(&SUM)

@@ -1,5 +1,6 @@
 //! Technique `lpv`: one grid of equal cells.
 
+use super::ledger::{LEDGER, LOBE_LEDGER};
 use super::one_grid::OneGrid;
 use super::settings::{
     self, LOBES_REPLACED, MARGIN, PASSES, RULES, STAGES, STRUCTS, SUBSTITUTIONS, check_margin,
@@ -52,7 +53,7 @@ pub static ENTRY: Entry = Entry {
     check: |settings| check_margin(settings).and_then(|()| settings::check(settings)),
     substitutions: &[SUBSTITUTIONS, &[LOBES_REPLACED]],
     presets: PRESETS,
-    passes: &[PASSES, &[&GRID_STRUCTURE]],
+    passes: &[PASSES, &[&GRID_STRUCTURE, &LEDGER, &LOBE_LEDGER]],
     structs: &[STRUCTS],
     views: &[&VIEWS],
     simulator: Some(&SIMULATOR),
