@@ -448,7 +448,8 @@ fn the_simulator_does_what_its_buttons_say() {
                   screenshot stepped.png\nsimulator set axis x\nscreenshot across.png\n\
                   simulator over\nsimulator list over.csv\n\
                   simulator set propagator octree-axis6\nsimulator set occluder y\n\
-                  simulator run 3\nsimulator set show merged\nsimulator list octree.csv\n\
+                  simulator run 3\nsimulator set level 1\nsimulator act step-level\n\
+                  simulator list level.csv\nsimulator set show merged\nsimulator list octree.csv\n\
                   screenshot octree.png\nsimulator set injector scene\nsimulator run 2\n\
                   simulator list scene.csv\nclose\n";
     let arguments = [
@@ -474,7 +475,12 @@ fn the_simulator_does_what_its_buttons_say() {
         stepped["steps"] == 1.0 && stepped["centre moved"] > 0.1 && (accounted - 64.0).abs() < 0.1,
         "{stepped:?}"
     );
-    assert!(octree["steps"] == 3.0 && octree["levels"] == 3.0 && octree["absorbed"] > 0.0);
+    let level = figures(&path("level.csv"));
+    assert!(
+        level["steps"] == 4.0 && level["injected"] > 0.0,
+        "{level:?}"
+    );
+    assert!(octree["steps"] == 4.0 && octree["levels"] == 3.0 && octree["absorbed"] > 0.0);
     assert!(octree["e_abs"] > 0.0 && octree["e_rel to one grid"] > 0.0);
     assert!(scene["injected"] > 0.0 && scene["injected"] != octree["injected"]);
     // Each of them is another picture.
