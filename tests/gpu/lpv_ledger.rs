@@ -3,12 +3,14 @@
 use std::f64::consts::PI;
 
 use glam::{DVec3, DVec4, UVec3, Vec3};
+use lumivox::frame::Renderer;
 use lumivox::gi::inspect::Energy;
 use lumivox::gi::lpv::leaves::LeafSettings;
 use lumivox::gi::lpv::ledger::energy;
 use lumivox::gi::lpv::lobes::{LobeSettings, Occlusion, Scheme};
 use lumivox::gi::lpv::oracle::{self, Boundary};
 use lumivox::gi::lpv::{CellGrid, CellSettings, Octree, Propagation, Source};
+use lumivox::gi::registry::find;
 use lumivox::graph::Gpu;
 use lumivox::render::GpuScene;
 use lumivox::scene::{Light, Scene};
@@ -16,6 +18,7 @@ use lumivox::scene::{Light, Scene};
 use crate::lpv::{Lit, SETTINGS, light, light_in, read_light, read_sides};
 use crate::support::compare::Largest;
 use crate::support::scenes::{bundled, scene_of, soup};
+use crate::support::technique::frame;
 use crate::support::{Random, gpu};
 
 /// The oracle's account of the same flux, faces and sides.
@@ -234,4 +237,32 @@ fn octrees_have_no_account() {
     };
     let lit = light(gpu, &bundled("cornell"), 10, settings);
     assert_eq!(energy(gpu, &lit.scene, &lit.cells).unwrap(), None);
+}
+
+/// Of nested grids the outermost has an account, and what looks light up afterwards finds the same.
+#[test]
+fn the_outermost_grid_has_an_account() {
+    let gpu = &gpu();
+    let scene = bundled("cornell");
+    let picture = |asks: bool| {
+        let entry = find("lpv-cascaded").unwrap();
+        let settings = entry
+            .settings(
+                Some("accurate"),
+                &["resolution=16", "cell_size=0.03", "bounces=2"],
+            )
+            .unwrap();
+        let (mut renderer, _) =
+            Renderer::new(gpu, &scene, entry, &settings, frame(16, 12, 64)).unwrap();
+        renderer.render(&scene.camera).unwrap();
+        if asks {
+            let energy = renderer.energy().unwrap().unwrap();
+            let share = energy.lost() / (energy.injected + energy.entered);
+            println!("{energy:?}: {share:.6} lost");
+            assert!(energy.injected.min_element() > 1.0 && share.abs().largest() < 1e-4);
+        }
+        let view = entry.views.iter().copied().flatten().next().unwrap();
+        renderer.view(view, 2).unwrap().unwrap().pixels
+    };
+    assert!(picture(true) == picture(false));
 }

@@ -14,8 +14,8 @@ use super::cells::radiance_scale;
 use super::gather::Lookup;
 use super::structure::Structure;
 use super::sweep::Nesting;
-use super::{CellSettings, Cells, gather, place, view};
-use crate::gi::inspect::{BeamStart, ViewRow};
+use super::{CellSettings, Cells, Propagation, gather, ledger, place, view};
+use crate::gi::inspect::{BeamStart, Energy, ViewRow};
 use crate::gi::{
     Answer, Change, Context, IndirectLight, Inputs, Inspect, Needs, Settings, Technique,
 };
@@ -139,6 +139,16 @@ impl Inspect for CascadedLpv {
         let cells = ("cells", cells.map(u64::from).sum());
         let sides = sides.map(|sides| ("opaque_sides", sides));
         Ok([Some(cells), sides].into_iter().flatten().collect())
+    }
+
+    /// Of the outermost grid: all light goes through it, and it takes none from the others.
+    fn energy(&self, context: &Context<'_>) -> Result<Option<Energy>, Error> {
+        let outermost = &self.levels[0];
+        // What blocks lobes is that of the innermost grid by now.
+        match &*outermost.propagation {
+            Propagation::Sweep(_) => ledger::energy(context.gpu, context.scene, outermost),
+            _ => Ok(None),
+        }
     }
 
     fn cell_size(&self) -> Option<f32> {
