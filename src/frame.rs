@@ -301,7 +301,8 @@ impl<'g> Renderer<'g> {
     }
 
     /// One beam from what a pixel of the last frame sees, as the technique's gather traces it;
-    /// `aperture_deg` in place of its own (degrees). Without beams, figures of what it gathers from.
+    /// `aperture_deg` in place of its own (degrees). Without beams, figures of what it gathers
+    /// from.
     pub fn trace(
         &self,
         pixel: [u32; 2],

@@ -1,6 +1,6 @@
 //! What tools may ask of a technique besides its answer: how it looks inside, what it counts, how
-//! it gathers at one place or what it keeps there, and what light it keeps. A technique that has nothing to say of one of
-//! these keeps the default.
+//! it gathers at one place or what it keeps there, and what light it keeps. A technique that has
+//! nothing to say of one of these keeps the default.
 
 use std::sync::Arc;
 

@@ -57,8 +57,8 @@ pub(super) static VIEWS: [ViewRow; 3] = [
         name: LEVELS,
         aliases: &[],
         help: "the level of the cell that a surface's light is looked up in: a leaf or level of \
-               the octree, or one of nested grids, whose borders are white; of leaves also those in \
-               a plane across the middle",
+               the octree, or one of nested grids, whose borders are white; of leaves also those \
+               in a plane across the middle",
         unit: "",
         scale: Scale::Share,
         channels: Channels::Rgb,

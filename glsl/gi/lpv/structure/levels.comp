@@ -3,8 +3,8 @@
 // lpv.level_structure: of a full octree of cells, the level whose light a seen surface looks up.
 //
 // Merged, a cell of a level has its own light, or that of the level above it (Olovsson 2012, eq.
-// 10), so the level is the first that differs from the one above. Where levels add up, it is the one
-// that adds most.
+// 10), so the level is the first that differs from the one above. Where levels add up, it is the
+// one that adds most.
 layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(constant_id = 0) const bool FINEST = true;   // as published
