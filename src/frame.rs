@@ -3,7 +3,7 @@
 use glam::{Vec3, Vec4};
 
 use crate::gi::entry::{Entry, Part, Stage};
-use crate::gi::inspect::{Beam, BeamAxis, BeamStart, Channels, LightSlots, ViewRow};
+use crate::gi::inspect::{Beam, BeamAxis, BeamStart, Channels, Energy, LightSlots, ViewRow};
 use crate::gi::{Answer, Change, Context, IndirectLight, Inputs, MapNeeds, Settings, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu};
 use crate::image::{Aov, Image, IndirectImage};
@@ -84,7 +84,10 @@ pub enum Traced {
     Beam(Beam),
     /// The pixel sees no surface.
     NoSurface,
-    /// The technique gathers without beams, with these settings.
+    /// It gathers without beams, with these settings, from what has these figures: names, and
+    /// numbers in words with their units.
+    Figures(Vec<(&'static str, String)>),
+    /// It gathers without beams, with these settings, and has no figures.
     NoBeams,
 }
 
@@ -284,7 +287,8 @@ impl<'g> Renderer<'g> {
         let seen = screen_image(self.gpu, "frame.view", [width, height])?;
         let mut frame = Frame::new();
         frame.set_scene(&self.scene.set, &self.scene.materials);
-        self.technique.draw_view(&mut frame, view, level, &seen);
+        self.technique
+            .draw_view(&mut frame, (view, level), &self.gbuffer, &seen);
         self.gpu.submit(frame)?;
         let texels: Vec<Vec4> = bytemuck::pod_collect_to_vec(&self.gpu.read_image(&seen, 0, 0)?);
         let shown = |texel: Vec4| match view.channels {
@@ -297,7 +301,8 @@ impl<'g> Renderer<'g> {
     }
 
     /// One beam from what a pixel of the last frame sees, as the technique's gather traces it;
-    /// `aperture_deg` in place of its own (degrees).
+    /// `aperture_deg` in place of its own (degrees). Without beams, figures of what it gathers
+    /// from.
     pub fn trace(
         &self,
         pixel: [u32; 2],
@@ -324,7 +329,15 @@ impl<'g> Renderer<'g> {
         let beam = self
             .technique
             .beam(&context!(self), &start, axis, aperture_deg)?;
-        Ok(beam.map_or(Traced::NoBeams, Traced::Beam))
+        if let Some(beam) = beam {
+            return Ok(Traced::Beam(beam));
+        }
+        let figures = self.technique.figures_at(&context!(self), &start)?;
+        Ok(if figures.is_empty() {
+            Traced::NoBeams
+        } else {
+            Traced::Figures(figures)
+        })
     }
 
     /// A channel of the last frame's G-buffer.
@@ -357,6 +370,11 @@ impl<'g> Renderer<'g> {
     /// Edge of the finest cells of the technique's store (m); `None` where it has none.
     pub fn cell_size(&self) -> Option<f32> {
         self.technique.cell_size()
+    }
+
+    /// Where the last frame's light has gone; `None` where the technique does not count it.
+    pub fn energy(&self) -> Result<Option<Energy>, Error> {
+        self.technique.energy(&context!(self))
     }
 
     /// Counts of the last frame, by name.

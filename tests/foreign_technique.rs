@@ -27,7 +27,7 @@ use lumivox::gi::settings::{Domain, Preset, Setting, Settings};
 use lumivox::gi::{Answer, Change, Context, IndirectLight, Inputs, MapNeeds, Needs, Technique};
 use lumivox::graph::{Error, Frame, FrameStats, Gpu, Image};
 use lumivox::image::{Aov, read_exr};
-use lumivox::render::screen_image;
+use lumivox::render::{GBuffer, screen_image};
 use support::display::{Display, check_done};
 use support::program::{AS_PROGRAM, OWN_PROGRAM, check_error, lumivox, words};
 
@@ -138,7 +138,13 @@ impl Inspect for Toy {
         1
     }
 
-    fn draw_view(&self, frame: &mut Frame, _view: &ViewRow, _level: u32, seen: &Arc<Image>) {
+    fn draw_view(
+        &self,
+        frame: &mut Frame,
+        _view: (&ViewRow, u32),
+        _gbuffer: &GBuffer,
+        seen: &Arc<Image>,
+    ) {
         frame.clear_image("toy.view", seen, self.texel());
     }
 }

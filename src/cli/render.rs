@@ -9,10 +9,11 @@ use crate::gi::settings::Settings;
 use crate::graph::{Gpu, GpuOptions, PassTimes, TimesAccumulator};
 use crate::image::{Aov, GuideImage, Image, read_aov};
 use crate::measure::chart::{BounceSetting, bounces_text};
-use crate::measure::report::{ErrorReport, Report, Timing};
+use crate::measure::report::{EnergyRow, ErrorReport, Report, Timing};
 use crate::metrics::{Channel, Errors};
 use crate::reference::{Bounces, guide};
 use crate::scene::Scene;
+use crate::text::short;
 
 use super::CliError;
 use super::common::{DeviceArgs, FrameArgs, SceneArgs, TechniqueArgs, TimingArgs, say};
@@ -144,6 +145,9 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     report.build = PassTimes::once(&build.passes);
     report.passes = times.rows();
     report.set_counts(&renderer.counts().map_err(CliError::failed)?);
+    if args.picture.report.is_some() {
+        report.set_energy(renderer.energy().map_err(CliError::failed)?);
+    }
     if let (Some(ReferenceFile { reference, guide }), Some(path)) = (&truth, &args.reference) {
         let error = ErrorReport::of(
             args.picture.aov,
@@ -280,6 +284,10 @@ fn print_report(report: &Report) {
         .counts
         .iter()
         .for_each(|(name, count)| say(&format!("  {name:<28} {count:>10}")));
+    for EnergyRow { name, watts } in &report.energy {
+        let [red, green, blue] = watts.map(short);
+        say(&format!("  {name:<28} {red} {green} {blue} W"));
+    }
     if let Some(error) = &report.error {
         let row = |of: &str, errors: &Errors| {
             say(&format!(

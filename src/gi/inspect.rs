@@ -1,10 +1,10 @@
 //! What tools may ask of a technique besides its answer: how it looks inside, what it counts, how
-//! it gathers at one place, and what light it keeps. A technique that has nothing to say of one of
-//! these keeps the default.
+//! it gathers at one place or what it keeps there, and what light it keeps. A technique that has
+//! nothing to say of one of these keeps the default.
 
 use std::sync::Arc;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use super::Context;
 use crate::graph::{Error, Frame, Gpu, Image};
@@ -148,6 +148,41 @@ pub trait LightSlots: Sync {
     fn set_direct(&mut self, gpu: &Gpu, reflected: &[Option<Vec3>]) -> Result<(), Error>;
 }
 
+/// Where the light is and has gone that a technique hands on from place to place: flux by colour
+/// (W).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Energy {
+    /// By surfaces and lights.
+    pub injected: DVec3,
+    /// From the environment, through the border.
+    pub entered: DVec3,
+    /// By surfaces.
+    pub absorbed: DVec3,
+    /// Out through the border.
+    pub left: DVec3,
+    /// Still on its way after the last step.
+    pub on_its_way: DVec3,
+}
+
+impl Energy {
+    /// What is in no other account (W); negative where light is made.
+    pub fn lost(&self) -> DVec3 {
+        self.injected + self.entered - self.absorbed - self.left - self.on_its_way
+    }
+
+    /// All accounts by name, and what is lost (W).
+    pub fn rows(&self) -> [(&'static str, DVec3); 6] {
+        [
+            ("injected", self.injected),
+            ("entered", self.entered),
+            ("absorbed", self.absorbed),
+            ("left", self.left),
+            ("on_its_way", self.on_its_way),
+            ("lost", self.lost()),
+        ]
+    }
+}
+
 /// What tools may ask.
 pub trait Inspect {
     /// Counts for the report, by name; some are read back from the device.
@@ -158,6 +193,12 @@ pub trait Inspect {
     /// Edge of the finest cells of its store (m); `None` where it has no cells.
     fn cell_size(&self) -> Option<f32> {
         None
+    }
+
+    /// Where the last frame's light has gone. It is counted on the device in a run of its own;
+    /// `None` where nothing counts it.
+    fn energy(&self, _context: &Context<'_>) -> Result<Option<Energy>, Error> {
+        Ok(None)
     }
 
     /// Samples that the gather of the last frame took over the whole picture, by the name of the
@@ -177,8 +218,16 @@ pub trait Inspect {
     }
 
     /// Adds the passes that write a level of a view into `seen`, as the camera of the frame sees
-    /// it: RGBA32F, of the frame's size. Only called for views and levels that there are.
-    fn draw_view(&self, _frame: &mut Frame, _view: &ViewRow, _level: u32, _seen: &Arc<Image>) {}
+    /// it in `gbuffer`: RGBA32F, of the frame's size. Only called for views and levels that there
+    /// are.
+    fn draw_view(
+        &self,
+        _frame: &mut Frame,
+        (_view, _level): (&ViewRow, u32),
+        _gbuffer: &GBuffer,
+        _seen: &Arc<Image>,
+    ) {
+    }
 
     /// One beam of the gather, through what the last frame left, with its samples; `aperture_deg`
     /// in place of its own width. `None` where it gathers without beams.
@@ -190,6 +239,17 @@ pub trait Inspect {
         _aperture_deg: Option<f32>,
     ) -> Result<Option<Beam>, Error> {
         Ok(None)
+    }
+
+    /// What it keeps where the light of a surface comes from, through what the last frame left:
+    /// names, and numbers in words with their units. For where it gathers without beams; empty
+    /// where it keeps nothing.
+    fn figures_at(
+        &self,
+        _context: &Context<'_>,
+        _start: &BeamStart,
+    ) -> Result<Vec<(&'static str, String)>, Error> {
+        Ok(Vec::new())
     }
 
     /// The light that it keeps on surfaces; `None` where it keeps none, or none that can be

@@ -45,8 +45,9 @@ pub type MakeSimulator = fn(&Settings, &LitScene<'_>) -> Result<Box<dyn Simulato
 
 /// A method at work.
 pub trait Simulator {
-    /// Carries out one of [`SimulatorRow::actions`].
-    fn act(&mut self, action: usize);
+    /// Carries out one of [`SimulatorRow::actions`], with what is shown by
+    /// [`SimulatorRow::shown`].
+    fn act(&mut self, action: usize, shown: &Settings);
 
     /// The actions of a whole run with so many steps, in their order.
     fn automatic(&self, steps: u32) -> Vec<usize>;

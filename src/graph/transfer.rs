@@ -98,6 +98,20 @@ impl Gpu {
         self.read_after(frame, &source)
     }
 
+    /// Part of a storage buffer, from a byte on, once all work before has finished.
+    pub fn read_part(
+        &self,
+        buffer: &Arc<Buffer>,
+        first_byte: u64,
+        size_bytes: u64,
+    ) -> Result<Vec<u8>, Error> {
+        let mut frame = Frame::new();
+        let staging = self.readback(buffer.name(), size_bytes)?;
+        let name = format!("read {}", buffer.name());
+        frame.copy_buffer(name, (buffer, first_byte), (&staging, 0), size_bytes);
+        self.read_after(frame, &staging)
+    }
+
     /// The texels of one mip and layer of an image, tightly packed, once all work before has
     /// finished.
     pub fn read_image(&self, image: &Arc<Image>, mip: u32, layer: u32) -> Result<Vec<u8>, Error> {
@@ -106,16 +120,18 @@ impl Gpu {
         self.read_region(image, ImageRegion { mip, layer, texel }, bytes)
     }
 
-    /// One texel of the finest mip of a 2D image, once all work before has finished.
-    pub fn read_texel(&self, image: &Arc<Image>, [x, y]: [u32; 2]) -> Result<Vec<u8>, Error> {
-        let [width, height, _] = image.extent(0);
-        let name = image.name();
-        assert!(x < width && y < height, "image {name}: no texel {x}, {y}");
-        let bytes = check_region(image, 0, 0) / (u64::from(width) * u64::from(height));
+    /// One texel of the finest mip of an image without layers, once all work before has finished.
+    pub fn read_texel(&self, image: &Arc<Image>, texel: [u32; 3]) -> Result<Vec<u8>, Error> {
+        let (extent, name) = (image.extent(0), image.name());
+        let is_there = texel.iter().zip(extent).all(|(at, size)| *at < size);
+        let [x, y, z] = texel;
+        assert!(is_there, "image {name}: no texel {x}, {y}, {z}");
+        let texels: u64 = extent.map(u64::from).iter().product();
+        let bytes = check_region(image, 0, 0) / texels;
         let region = ImageRegion {
             mip: 0,
             layer: 0,
-            texel: Some([x, y]),
+            texel: Some(texel),
         };
         self.read_region(image, region, bytes)
     }

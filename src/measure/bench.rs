@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use crate::frame::{FrameSettings, Renderer};
 use crate::gi::Settings;
 use crate::gi::entry::{Directions, Entry, Part};
-use crate::gi::inspect::DYNAMIC;
+use crate::gi::inspect::{DYNAMIC, Energy};
 use crate::gi::settings::{RESOLUTION, SettingError};
 use crate::graph::{Error, FrameStats, Gpu, GpuOptions, PassTimes, Spread, TimesAccumulator};
 use crate::image::{Aov, GuideImage, Image};
@@ -305,6 +305,7 @@ struct Run<'g> {
     walks: Vec<WalkTimes>,
     pictures: Pictures,
     counts: Vec<(&'static str, u64)>,
+    energy: Option<Energy>,
     /// Samples of the gather, by pass.
     samples: Vec<(&'static str, u64)>,
     /// Alive until memory has been listed.
@@ -333,6 +334,11 @@ fn run<'g>(
         indirect: renderer.aov(Aov::Indirect)?,
     };
     let counts = renderer.counts()?;
+    let energy = if settings.samples {
+        renderer.energy()?
+    } else {
+        None
+    };
     let samples = if settings.samples {
         renderer.count_samples()?
     } else {
@@ -353,6 +359,7 @@ fn run<'g>(
         walks,
         pictures,
         counts,
+        energy,
         samples,
         renderer,
     })
@@ -425,6 +432,7 @@ impl Run<'_> {
             ..empty_report(gpu, scene, case, settings)
         };
         report.set_counts(&self.counts);
+        report.set_energy(self.energy);
         report
     }
 }

@@ -170,6 +170,7 @@ pub fn explain(
         )
     };
     report.set_counts(&renderer.counts()?);
+    report.set_energy(renderer.energy()?);
     report.error = Some(ErrorReport::of(
         Aov::Indirect,
         [&picture.indirect, reference],

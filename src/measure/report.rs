@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use crate::gi::Settings;
-use crate::gi::inspect::OCCUPIED;
+use crate::gi::inspect::{Energy, OCCUPIED};
 use crate::gi::settings::Value;
 use crate::graph::{Gpu, Owner, PassTimes, Spread};
 use crate::image::{Aov, GuideImage, Image};
@@ -39,6 +39,16 @@ pub enum Timing {
     Host,
     /// The device's timestamps around each pass.
     Timestamps,
+}
+
+/// One account of where light is and has gone.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct EnergyRow {
+    /// `injected`, `entered`, `absorbed`, `left`, `on_its_way` or `lost`: the first two less the
+    /// others but this.
+    pub name: String,
+    /// Flux, red, green, blue (W).
+    pub watts: [f64; 3],
 }
 
 /// Error on the surfaces of one material.
@@ -222,6 +232,10 @@ pub struct Report {
     pub structure_bytes: Option<u64>,
     /// Counts, by name.
     pub counts: BTreeMap<String, u64>,
+    /// Where the light is and has gone; empty where the technique does not count it, or was not
+    /// asked to.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub energy: Vec<EnergyRow>,
     /// The reference, where it was rendered for this.
     pub reference: Option<ReferenceInfo>,
     /// The reference's file, where it was given; what in its path is not UTF-8 is U+FFFD.
@@ -301,6 +315,17 @@ impl Report {
             cells.and_then(|cells| Some(self.structure_bytes? as f64 / cells as f64));
     }
 
+    /// Sets where the light is and has gone.
+    pub fn set_energy(&mut self, energy: Option<Energy>) {
+        let rows = energy.iter().flat_map(Energy::rows);
+        self.energy = rows
+            .map(|(name, watts)| EnergyRow {
+                name: name.to_owned(),
+                watts: watts.to_array(),
+            })
+            .collect();
+    }
+
     /// A report without times, counts and error.
     pub fn new(
         gpu: &Gpu,
@@ -349,6 +374,7 @@ impl Report {
             bytes_per_occupied_voxel: None,
             structure_bytes: Some(gpu.bytes_of(Owner::Store)).filter(|bytes| *bytes > 0),
             counts: BTreeMap::new(),
+            energy: Vec::new(),
             reference: None,
             reference_file: None,
             error: None,

@@ -283,6 +283,11 @@ fn columns(report: &Report) -> Vec<(String, String)> {
         .counts
         .iter()
         .for_each(|(name, count)| add(format!("count {name}"), count.to_string()));
+    for row in &report.energy {
+        for (colour, watts) in ["red", "green", "blue"].into_iter().zip(row.watts) {
+            add(format!("{} {colour} W", row.name), watts.to_string());
+        }
+    }
     columns.extend(walk::columns(report));
     columns
 }

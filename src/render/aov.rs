@@ -133,13 +133,14 @@ pub fn read_pixel(
     gbuffer: &GBuffer,
     pixel: [u32; 2],
 ) -> Result<Option<SurfacePixel>, Error> {
-    let depth_m = bytemuck::pod_read_unaligned(&gpu.read_texel(&gbuffer.view_depth, pixel)?);
+    let texel = [pixel[0], pixel[1], 0];
+    let depth_m = bytemuck::pod_read_unaligned(&gpu.read_texel(&gbuffer.view_depth, texel)?);
     if depth_m <= 0.0 {
         return Ok(None);
     }
-    let normals: [u32; 2] = bytemuck::pod_read_unaligned(&gpu.read_texel(&gbuffer.normals, pixel)?);
+    let normals: [u32; 2] = bytemuck::pod_read_unaligned(&gpu.read_texel(&gbuffer.normals, texel)?);
     let [geometric_normal, shading_normal] = normals.map(unit_from_octahedral);
-    let albedo: [u16; 4] = bytemuck::pod_read_unaligned(&gpu.read_texel(&gbuffer.albedo, pixel)?);
+    let albedo: [u16; 4] = bytemuck::pod_read_unaligned(&gpu.read_texel(&gbuffer.albedo, texel)?);
     Ok(Some(SurfacePixel {
         depth_m,
         geometric_normal,

@@ -18,6 +18,7 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     ("gi/lpv/inject.comp", include_bytes!("../../spirv/gi/lpv/inject.comp.spv")),
     ("gi/lpv/jacobi.comp", include_bytes!("../../spirv/gi/lpv/jacobi.comp.spv")),
     ("gi/lpv/jacobi_sum.comp", include_bytes!("../../spirv/gi/lpv/jacobi_sum.comp.spv")),
+    ("gi/lpv/ledger.comp", include_bytes!("../../spirv/gi/lpv/ledger.comp.spv")),
     (
         "gi/lpv/levels/down_sample.comp",
         include_bytes!("../../spirv/gi/lpv/levels/down_sample.comp.spv"),
@@ -25,6 +26,7 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     ("gi/lpv/levels/faces.comp", include_bytes!("../../spirv/gi/lpv/levels/faces.comp.spv")),
     ("gi/lpv/levels/merge.comp", include_bytes!("../../spirv/gi/lpv/levels/merge.comp.spv")),
     ("gi/lpv/light_sides.comp", include_bytes!("../../spirv/gi/lpv/light_sides.comp.spv")),
+    ("gi/lpv/lobe_ledger.comp", include_bytes!("../../spirv/gi/lpv/lobe_ledger.comp.spv")),
     ("gi/lpv/merge.comp", include_bytes!("../../spirv/gi/lpv/merge.comp.spv")),
     ("gi/lpv/nearest.frag", include_bytes!("../../spirv/gi/lpv/nearest.frag.spv")),
     ("gi/lpv/number_sides.comp", include_bytes!("../../spirv/gi/lpv/number_sides.comp.spv")),
@@ -41,6 +43,15 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     (
         "gi/lpv/specular_directions.comp",
         include_bytes!("../../spirv/gi/lpv/specular_directions.comp.spv"),
+    ),
+    ("gi/lpv/structure/grids.comp", include_bytes!("../../spirv/gi/lpv/structure/grids.comp.spv")),
+    (
+        "gi/lpv/structure/leaves.comp",
+        include_bytes!("../../spirv/gi/lpv/structure/leaves.comp.spv"),
+    ),
+    (
+        "gi/lpv/structure/levels.comp",
+        include_bytes!("../../spirv/gi/lpv/structure/levels.comp.spv"),
     ),
     ("gi/lpv/sum.comp", include_bytes!("../../spirv/gi/lpv/sum.comp.spv")),
     ("gi/lpv/surfaces.frag", include_bytes!("../../spirv/gi/lpv/surfaces.frag.spv")),

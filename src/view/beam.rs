@@ -82,6 +82,16 @@ pub(super) fn table(beam: &Beam) -> String {
     text
 }
 
+/// Figures as CSV: a name and a quoted value a line.
+pub(super) fn figure_table(figures: &[(&'static str, String)]) -> String {
+    let lines = figures
+        .iter()
+        .map(|(name, value)| format!("{name},\"{value}\"\n"));
+    std::iter::once(String::from("name,value\n"))
+        .chain(lines)
+        .collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

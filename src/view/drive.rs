@@ -11,7 +11,7 @@ use glam::Vec3;
 
 use super::ViewError;
 use super::app::{App, LOOK_PERIOD};
-use super::beam::table;
+use super::beam::{figure_table, table};
 use super::panels::SECTIONS;
 use super::script::{Action, Line};
 use super::session::{Choice, Compare};
@@ -639,6 +639,11 @@ impl App {
             (_, Err(problem)) => Err(problem.clone()),
             (Action::BeamList(path), Ok(Traced::Beam(beam))) => {
                 write_text(path, &table(beam))
+                    .map_err(|error| format!("{}: {error}", path.display()))?;
+                Ok(Step::Done)
+            }
+            (Action::BeamList(path), Ok(Traced::Figures(figures))) => {
+                write_text(path, &figure_table(figures))
                     .map_err(|error| format!("{}: {error}", path.display()))?;
                 Ok(Step::Done)
             }

@@ -287,8 +287,8 @@ fn work(receiver: &Receiver<Order>, tell: impl Fn(Report)) {
             }),
             None => {
                 let action = waiting.pop_front();
-                if let (Ok((simulator, ..)), Some(action)) = (&mut bench, action) {
-                    simulator.act(action);
+                if let (Ok((simulator, _, shown)), Some(action)) = (&mut bench, action) {
+                    simulator.act(action, shown);
                 }
             }
         }
@@ -331,4 +331,125 @@ fn make(start: Start) -> Result<(Box<dyn Simulator>, &'static SimulatorRow, Sett
     };
     let made = (row.make)(&settings, &lit)?;
     Ok((made, row, shown))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::{Duration, Instant};
+
+    use super::*;
+    use crate::gi::simulator::ActionRow;
+
+    /// Counts its actions, each of which takes a while.
+    struct Slow(u32);
+
+    const EACH: Duration = Duration::from_millis(5);
+
+    impl Simulator for Slow {
+        fn act(&mut self, _action: usize, _shown: &Settings) {
+            std::thread::sleep(EACH);
+            self.0 += 1;
+        }
+
+        fn automatic(&self, steps: u32) -> Vec<usize> {
+            vec![0; steps as usize]
+        }
+
+        fn figures(&self) -> Vec<(&'static str, String)> {
+            vec![("done", self.0.to_string())]
+        }
+
+        fn most(&self, _setting: &str) -> Option<u32> {
+            None
+        }
+
+        fn draw(&self, _shown: &Settings) -> Drawing {
+            Drawing {
+                title: String::new(),
+                legend: String::new(),
+                size: [1, 1],
+                shapes: Vec::new(),
+            }
+        }
+    }
+
+    static SLOW: SimulatorRow = SimulatorRow {
+        summary: "slow",
+        settings: &[],
+        shown: &[],
+        rules: &[],
+        actions: &[ActionRow {
+            name: "wait",
+            help: "waits",
+        }],
+        make: |_, _| Ok(Box::new(Slow(0))),
+    };
+
+    /// More than a test can wait for.
+    const STEPS: u32 = 1_000_000;
+
+    fn started() -> Option<SimulatorWorker> {
+        let worker = SimulatorWorker::start(Box::new(|| ())).ok()?;
+        let none = SimulatorRow::values(&[], &[]).ok()?;
+        worker.ask(Order::Start(Box::new(Start {
+            row: &SLOW,
+            settings: none.clone(),
+            shown: none,
+            scene: Arc::default(),
+            lights: Vec::new(),
+        })));
+        worker.ask(Order::Run(STEPS));
+        Some(worker)
+    }
+
+    /// The first report that is as wanted.
+    fn until(worker: &SimulatorWorker, is_wanted: impl Fn(&Report) -> bool) -> Report {
+        let began = Instant::now();
+        loop {
+            if let Some(report) = worker.take().filter(|report| is_wanted(report)) {
+                return report;
+            }
+            assert!(began.elapsed() < Duration::from_secs(20), "no such report");
+            std::thread::sleep(Duration::from_millis(1));
+        }
+    }
+
+    fn done(report: &Report) -> u32 {
+        let known = report.known.as_ref();
+        known.map_or(0, |known| known.figures[0].1.parse().unwrap_or(0))
+    }
+
+    #[test]
+    fn a_slow_run_can_be_stopped_and_goes_on() {
+        let Some(worker) = started() else {
+            panic!("the thread does not start")
+        };
+        until(&worker, |report| done(report) > 3 && report.waiting > 0);
+        worker.ask(Order::Stop);
+        let stopped = until(&worker, |report| report.waiting == 0);
+        let count = done(&stopped);
+        assert!(count < STEPS / 2, "{count} actions");
+        std::thread::sleep(4 * EACH);
+        assert!(worker.take().is_none(), "it goes on after it was stopped");
+        worker.ask(Order::Act(0));
+        assert_eq!(
+            done(&until(&worker, |report| done(report) > count)),
+            count + 1
+        );
+    }
+
+    #[test]
+    fn a_slow_run_ends_with_the_window() {
+        let Some(worker) = started() else {
+            panic!("the thread does not start")
+        };
+        until(&worker, |report| done(report) > 0);
+        let began = Instant::now();
+        drop(worker);
+        assert!(
+            began.elapsed() < 200 * EACH,
+            "{} s",
+            began.elapsed().as_secs_f64()
+        );
+    }
 }

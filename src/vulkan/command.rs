@@ -13,7 +13,7 @@ pub(crate) struct ImageRegion {
     pub(crate) mip: u32,
     pub(crate) layer: u32,
     /// One texel of it; `None` for all.
-    pub(crate) texel: Option<[u32; 2]>,
+    pub(crate) texel: Option<[u32; 3]>,
 }
 
 /// One attachment of a rendering scope.
@@ -401,7 +401,7 @@ fn attachment_info(attachment: &Attachment) -> vk::RenderingAttachmentInfo<'stat
 
 fn buffer_image_copy(image: &Image, region: ImageRegion) -> vk::BufferImageCopy {
     let [width, height, depth] = region.texel.map_or(image.extent(region.mip), |_| [1; 3]);
-    let [x, y] = region.texel.unwrap_or_default().map(|at| at as i32);
+    let [x, y, z] = region.texel.unwrap_or_default().map(|at| at as i32);
     vk::BufferImageCopy {
         image_subresource: vk::ImageSubresourceLayers {
             aspect_mask: image.aspect(),
@@ -409,7 +409,7 @@ fn buffer_image_copy(image: &Image, region: ImageRegion) -> vk::BufferImageCopy 
             base_array_layer: region.layer,
             layer_count: 1,
         },
-        image_offset: vk::Offset3D { x, y, z: 0 },
+        image_offset: vk::Offset3D { x, y, z },
         image_extent: vk::Extent3D {
             width,
             height,

@@ -355,6 +355,7 @@ impl Life {
         }
         renderer.trace([8, 4], BeamAxis::Normal, None)?;
         renderer.count_samples()?;
+        renderer.energy()?;
         renderer.aov(Aov::Full).map(drop)
     }
 }

@@ -4,6 +4,32 @@ use std::path::Path;
 
 use crate::support::program::{check_error, lumivox, words};
 
+/// A report has the account of the picture's light, where the technique keeps one.
+#[test]
+fn reports_have_the_account_of_light() {
+    let folder = tempfile::tempdir().unwrap();
+    let rows = |technique: &str| {
+        let line = format!(
+            "render bundled:cornell --technique {technique} --set resolution=16 --size 16x12 \
+             --shadow-resolution 64 -o a.exr --report a.json"
+        );
+        let ran = lumivox(folder.path(), &words(&line), &[]);
+        assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+        let text = std::fs::read_to_string(folder.path().join("a.json")).unwrap();
+        let report: serde_json::Value = serde_json::from_str(&text).unwrap();
+        report["energy"].as_array().cloned()
+    };
+    let energy = rows("lpv").unwrap();
+    let watts = |name: &str| {
+        let row = energy.iter().find(|row| row["name"] == name).unwrap();
+        row["watts"][0].as_f64().unwrap()
+    };
+    assert!(watts("injected") > 1.0 && watts("on_its_way") == 0.0);
+    assert!(watts("absorbed") > watts("left"));
+    assert!(watts("lost").abs() < 1e-4 * watts("injected"), "{energy:?}");
+    assert!(rows("svo").is_none());
+}
+
 /// Arguments, and what the error must say.
 const BAD: &[(&str, &[&str])] = &[
     ("-o a", &["required"]),

@@ -278,6 +278,74 @@ fn columns(path: &Path) -> Vec<Vec<f64>> {
         .collect()
 }
 
+/// Techniques of cells have no beam, and list the cell at the pixel.
+#[test]
+fn the_cell_at_a_pixel_is_listed() {
+    let Some(display) = Display::start() else {
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let mut script = String::from("still\nsection beam\n");
+    let techniques = ["lpv", "lpv-octree", "lpv-cascaded"];
+    for technique in techniques {
+        writeln!(
+            script,
+            "technique left {technique}\nset left resolution 16\nstill\nbeam 0.5 0.02 normal\n\
+             beam list {technique}.csv\nscreenshot {technique}.png\nbeam off"
+        )
+        .unwrap();
+    }
+    let arguments = [
+        "--validate",
+        "--size",
+        "560x600",
+        "--shadow-resolution",
+        "64",
+    ];
+    check_done(&display.view(folder.path(), &arguments, &script));
+    for technique in techniques {
+        let path = folder.path().join(format!("{technique}.csv"));
+        let text = std::fs::read_to_string(path).unwrap();
+        let names: Vec<&str> = text
+            .lines()
+            .filter_map(|line| line.split(',').next())
+            .collect();
+        assert_eq!(names[..2], ["name", "surface"], "{technique}");
+        for name in [
+            "cell",
+            "opaque faces",
+            "flux injected",
+            "E facing +y",
+            "E facing as the surface",
+        ] {
+            assert!(names.contains(&name), "{technique}: {text}");
+        }
+        assert_eq!(
+            names.contains(&"grid"),
+            technique == "lpv-cascaded",
+            "{technique}"
+        );
+        assert_eq!(
+            names.contains(&"leaf"),
+            technique == "lpv-octree",
+            "{technique}"
+        );
+        // The ceiling faces −y, and light comes to it from there.
+        let value = |name: &str| {
+            let line = text.lines().find(|line| line.starts_with(name)).unwrap();
+            line.split_once(',')
+                .map(|(_, value)| value.to_owned())
+                .unwrap()
+        };
+        assert_eq!(
+            value("E facing as the surface"),
+            value("E facing −y"),
+            "{technique}"
+        );
+        assert!(value("E facing −y") != value("E facing +y"), "{technique}");
+    }
+}
+
 #[test]
 fn a_beam_lists_what_it_sees() {
     let Some(display) = Display::start() else {
@@ -380,7 +448,8 @@ fn the_simulator_does_what_its_buttons_say() {
                   screenshot stepped.png\nsimulator set axis x\nscreenshot across.png\n\
                   simulator over\nsimulator list over.csv\n\
                   simulator set propagator octree-axis6\nsimulator set occluder y\n\
-                  simulator run 3\nsimulator set show merged\nsimulator list octree.csv\n\
+                  simulator run 3\nsimulator set level 1\nsimulator act step-level\n\
+                  simulator list level.csv\nsimulator set show merged\nsimulator list octree.csv\n\
                   screenshot octree.png\nsimulator set injector scene\nsimulator run 2\n\
                   simulator list scene.csv\nclose\n";
     let arguments = [
@@ -406,7 +475,12 @@ fn the_simulator_does_what_its_buttons_say() {
         stepped["steps"] == 1.0 && stepped["centre moved"] > 0.1 && (accounted - 64.0).abs() < 0.1,
         "{stepped:?}"
     );
-    assert!(octree["steps"] == 3.0 && octree["levels"] == 3.0 && octree["absorbed"] > 0.0);
+    let level = figures(&path("level.csv"));
+    assert!(
+        level["steps"] == 4.0 && level["injected"] > 0.0,
+        "{level:?}"
+    );
+    assert!(octree["steps"] == 4.0 && octree["levels"] == 3.0 && octree["absorbed"] > 0.0);
     assert!(octree["e_abs"] > 0.0 && octree["e_rel to one grid"] > 0.0);
     assert!(scene["injected"] > 0.0 && scene["injected"] != octree["injected"]);
     // Each of them is another picture.

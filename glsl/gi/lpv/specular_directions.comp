@@ -1,7 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// lpv.specular_directions: radiance around the mirror direction r, Σ w exp((−ω·r − 1)/α²) L over
-// the sum of these weights: what a batch of directions brings. Such a lobe is a Gaussian of width α.
+// lpv.specular_directions: radiance around the mirror direction r, what a batch of directions
+// brings: Σ w exp((−ω·r − 1)/α²) L over the sum of these weights. Such a lobe is a Gaussian of
+// width α.
 layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer Directions {

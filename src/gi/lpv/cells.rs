@@ -15,7 +15,7 @@ use super::leaves::LeafSettings;
 use super::levels::{Levels, Transfer};
 use super::lobes::{LobeSettings, Lobes, Occlusion, Scheme};
 use super::slices::Slices;
-use super::sweep::{Batch, Nesting, Sweep, volume};
+use super::sweep::{Batch, Nesting, Sweep, Watch, volume};
 use crate::gi::{MapNeeds, Needs, Settings};
 use crate::graph::{
     Buffer, BufferDesc, BufferUsage, Error, Frame, FrameStats, Gpu, Image, ImageUsage, Owner, vk,
@@ -108,7 +108,7 @@ impl CellSettings {
     pub fn new(settings: &Settings) -> Self {
         let octree = Octree::new(settings);
         let has_leaves = matches!(octree, Some(Octree::Leaves(_)));
-        CellSettings {
+        let this = CellSettings {
             source: if settings.is("source", "faces") {
                 Source::Faces
             } else {
@@ -130,7 +130,12 @@ impl CellSettings {
             lobes: LobeSettings::new(settings).filter(|_| !has_leaves),
             bands: settings.find_count("bands").unwrap_or(2),
             octree,
-            keeps_directions: settings.find_choice("lookup") == Some("directions"),
+            keeps_directions: false,
+        };
+        let is_asked = settings.find_choice("lookup") == Some("directions");
+        CellSettings {
+            keeps_directions: is_asked && this.sweeps(),
+            ..this
         }
     }
 
@@ -447,9 +452,9 @@ impl Cells {
         match &*self.propagation {
             Propagation::Sweep(sweep) => {
                 let light = (&self.light, nesting);
-                sweep.run(frame, &self.faces, flux, light, &mut |frame, batch| {
-                    after(frame, sweep, batch);
-                });
+                let mut after = |frame: &mut Frame, batch| after(frame, sweep, batch);
+                let mut watch = Watch::Batches(&mut after);
+                sweep.run(frame, &self.faces, flux, light, &mut watch);
             }
             Propagation::Jacobi(jacobi) => jacobi.run(frame, &self.faces, flux, &self.light),
             Propagation::Slices(slices) => slices.run(frame, &self.faces, flux, &self.light),

@@ -82,6 +82,17 @@ impl Lookup {
     }
 }
 
+/// Where each inner grid is from the first cell of the one around it (its own cells), 10 bits an
+/// axis.
+pub(super) fn inner_places(levels: &[Cells]) -> [u32; 4] {
+    let mut inner = [0; 4];
+    for (inner, pair) in inner.iter_mut().zip(levels.windows(2)) {
+        let from = (pair[1].grid.first - 2 * pair[0].grid.first).as_uvec3();
+        *inner = from.x | from.y << 10 | from.z << 20;
+    }
+    inner
+}
+
 /// Adds the passes that answer for each pixel, from nested grids, outermost first.
 pub fn gather(
     frame: &mut Frame,
@@ -91,14 +102,9 @@ pub fn gather(
     answer: &IndirectLight,
 ) {
     let Some(cells) = levels.first() else { return };
-    let mut inner = [0; 4];
-    for (inner, pair) in inner.iter_mut().zip(levels.windows(2)) {
-        let from = (pair[1].grid.first - 2 * pair[0].grid.first).as_uvec3();
-        *inner = from.x | from.y << 10 | from.z << 20;
-    }
     let params = LookupParams {
         grid: cells.grid.row(0),
-        inner,
+        inner: inner_places(levels),
         shift: lookup.shift,
         scale: cells.scale,
         blend: lookup.blend,

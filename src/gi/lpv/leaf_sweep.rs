@@ -185,6 +185,11 @@ impl LeafSweep {
         self.tables.as_ref().map(|tables| &tables.of_cell)
     }
 
+    /// A word a leaf, once they are found.
+    pub(super) fn words(&self) -> Option<&Arc<Buffer>> {
+        self.tables.as_ref().map(|tables| &tables.words)
+    }
+
     /// Adds the passes that bring the flux of all leaves (integers of `flux_unit`, W), and the
     /// light of the sides of all opaque faces, to all cells.
     pub fn run(

@@ -120,7 +120,7 @@ struct Level {
 
 /// Lobes of all levels of an octree.
 pub struct Levels {
-    transfer: Transfer,
+    pub(super) transfer: Transfer,
     iterations: u32,
     finest: Lobes,
     coarser: Vec<Level>,
@@ -154,6 +154,13 @@ impl Levels {
     /// How many levels there are.
     pub fn count(&self) -> u32 {
         1 + self.coarser.len() as u32
+    }
+
+    /// What the lookup has of a level and those above it; of the coarsest beyond that.
+    pub(super) fn sum(&self, level: usize) -> &Arc<Image> {
+        let last = self.coarser.len();
+        let coarser = level.min(last).checked_sub(1);
+        coarser.map_or(&self.finest.sum, |at| &self.coarser[at].lobes.sum)
     }
 
     /// Opaque faces of each level but the finest, where they stop light.

@@ -1,6 +1,7 @@
 //! The published propagation: lobes of intensity in two bands, handed on from cell to cell, all
 //! cells at once.
 
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use glam::{DMat4, DVec3, DVec4, UVec3};
@@ -191,10 +192,10 @@ pub fn stream(direction: DVec3) -> DMat4 {
 
 /// Lobes of grids of one size.
 pub struct Lobes {
-    settings: LobeSettings,
-    occlusion: Occlusion,
+    pub(super) settings: LobeSettings,
+    pub(super) occlusion: Occlusion,
     blockers: Option<Blockers>,
-    streams: Arc<Buffer>,
+    pub(super) streams: Arc<Buffer>,
     /// What the last two steps have left: four coefficients of intensity over h² (W/(m² sr)).
     pub(super) lobes: Arc<Image>,
     /// The same of all steps.
@@ -288,6 +289,18 @@ impl Lobes {
         done: u32,
         light: &Arc<Image>,
     ) {
+        let steps = done + 1..=done + self.settings.iterations;
+        self.steps(frame, (grid, faces), steps, light);
+    }
+
+    /// Adds these steps.
+    pub(super) fn steps(
+        &self,
+        frame: &mut Frame,
+        (grid, faces): (&CellGrid, &Arc<Buffer>),
+        steps: RangeInclusive<u32>,
+        light: &Arc<Image>,
+    ) {
         let step = |step| BatchDispatch {
             push: bytemuck::bytes_of(&PropagateParams {
                 grid: grid.row(0),
@@ -298,7 +311,6 @@ impl Lobes {
             groups: groups(grid),
             ..Default::default()
         };
-        let steps = done + 1..=done + self.settings.iterations;
         let blockers = self.blockers.as_ref().map(|blockers| &blockers.volume);
         frame
             .pass(&PROPAGATE)

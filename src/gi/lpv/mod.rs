@@ -11,7 +11,9 @@
 //! - [`bands`]: streams of the published method in more bands.
 //! - [`levels`]: the published method in all levels of an octree.
 //! - [`gather`]: from cells to pixels, and [`by_direction`], the same without harmonics.
-//! - [`view`]: cells to look at.
+//! - [`view`]: cells to look at, and [`structure`], by their level.
+//! - [`ledger`]: where the light has gone, in watts.
+//! - [`place`]: what the cell at a pixel has, in words.
 //! - [`simulator`]: the published method on the CPU, to be watched.
 //!
 //! [`Cells`] is all from surfaces to cells, for one grid. Techniques:
@@ -33,16 +35,19 @@ pub mod inject;
 pub mod jacobi;
 pub mod leaf_sweep;
 pub mod leaves;
+pub mod ledger;
 pub mod levels;
 pub mod lobes;
 pub mod octree;
 mod one_grid;
 pub mod oracle;
+pub mod place;
 pub mod schedule;
 pub mod scroll;
 mod settings;
 pub mod simulator;
 pub mod slices;
+pub mod structure;
 pub mod sweep;
 pub mod uniform;
 pub mod view;

@@ -14,6 +14,7 @@ use super::settings::{
     without_lobes,
 };
 use super::simulator::SIMULATOR;
+use super::structure::{LEAF_STRUCTURE, LEVEL_STRUCTURE};
 use super::view::{VIEW, VIEWS};
 use crate::gi::entry::{Entry, Stage, Substitution};
 use crate::gi::settings::{Domain, Group, Preset, Rule, Setting, SettingError};
@@ -175,6 +176,8 @@ static PASSES: &[&Pass] = &[
     &GATHER,
     &SPECULAR,
     &VIEW,
+    &LEAF_STRUCTURE,
+    &LEVEL_STRUCTURE,
 ];
 
 /// From leaves, or cells of levels, to all others.

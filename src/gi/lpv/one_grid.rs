@@ -3,11 +3,14 @@
 use std::sync::Arc;
 
 use super::gather::Lookup;
-use super::{CellGrid, CellSettings, Cells, Propagation, by_direction, gather, view};
-use crate::gi::inspect::ViewRow;
+use super::structure::{self, Structure};
+use super::{
+    CellGrid, CellSettings, Cells, Propagation, by_direction, gather, ledger, place, view,
+};
+use crate::gi::inspect::{BeamStart, Energy, ViewRow};
 use crate::gi::{Answer, Context, IndirectLight, Inputs, Inspect, Needs, Settings, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image};
-use crate::render::screen_image;
+use crate::render::{GBuffer, screen_image};
 
 /// A technique of one scene.
 pub(super) struct OneGrid {
@@ -78,15 +81,52 @@ impl Inspect for OneGrid {
         Ok([Some(cells), larger, sides].into_iter().flatten().collect())
     }
 
+    fn energy(&self, context: &Context<'_>) -> Result<Option<Energy>, Error> {
+        ledger::energy(context.gpu, context.scene, &self.cells)
+    }
+
     fn cell_size(&self) -> Option<f32> {
         Some(self.cells.grid.cell_size)
     }
 
     fn levels(&self, view: &ViewRow) -> u32 {
-        u32::from(view::VIEWS.contains(view))
+        match view.name {
+            view::LEVELS => structure::count(std::slice::from_ref(&self.cells)),
+            _ => u32::from(view::VIEWS.contains(view)),
+        }
     }
 
-    fn draw_view(&self, frame: &mut Frame, view: &ViewRow, _level: u32, seen: &Arc<Image>) {
-        view::draw(frame, view, &self.cells, seen);
+    fn draw_view(
+        &self,
+        frame: &mut Frame,
+        (view, level): (&ViewRow, u32),
+        gbuffer: &GBuffer,
+        seen: &Arc<Image>,
+    ) {
+        if view.name != view::LEVELS {
+            view::draw(frame, view, &self.cells, seen);
+            return;
+        }
+        let structure = Structure {
+            grids: std::slice::from_ref(&self.cells),
+            shift: self.lookup.shift,
+            blend: self.lookup.blend,
+            from: level,
+        };
+        structure.draw(frame, gbuffer, seen);
+    }
+
+    fn figures_at(
+        &self,
+        context: &Context<'_>,
+        start: &BeamStart,
+    ) -> Result<Vec<(&'static str, String)>, Error> {
+        let of = (context.gpu, context.scene);
+        place::figures(
+            of,
+            std::slice::from_ref(&self.cells),
+            self.lookup.shift,
+            start,
+        )
     }
 }

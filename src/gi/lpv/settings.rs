@@ -226,7 +226,7 @@ pub(super) static RULES: &[Rule] = &[
     Rule {
         group: Group::Gather,
         settings: &["damping"],
-        applies: |settings| settings.find_choice("lookup") != Some("directions"),
+        applies: |settings| !CellSettings::new(settings).keeps_directions,
     },
 ];
 

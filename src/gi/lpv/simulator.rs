@@ -111,7 +111,7 @@ static SHOWN: &[Setting] = &[
     },
     Setting {
         name: "level",
-        help: "0 the finest",
+        help: "0 the finest: the one that step-level steps, and that is shown but for merged",
         unit: "",
         domain: Domain::Count { min: 0, max: 6 },
         default: "0",
@@ -144,19 +144,15 @@ static RULES: &[Rule] = &[
             name.ends_with("lobes30") || name.ends_with("axis6")
         },
     },
-    Rule {
-        group: Group::Other,
-        settings: &["level"],
-        applies: |settings| !settings.is("show", "merged"),
-    },
 ];
 
-/// In the order of [`SIMULATOR`]'s actions.
-const ACTIONS: [Action; 4] = [
+/// In the order of [`SIMULATOR`]'s actions; the last is of the level that is shown.
+const ACTIONS: [Action; 5] = [
     Action::Inject,
     Action::Downsample,
     Action::Step(None),
     Action::Merge,
+    Action::Step(Some(0)),
 ];
 
 /// The row of the techniques that have it.
@@ -183,6 +179,10 @@ pub static SIMULATOR: SimulatorRow = SimulatorRow {
         ActionRow {
             name: "merge",
             help: "brings all levels onto the finest grid",
+        },
+        ActionRow {
+            name: "step-level",
+            help: "one step of the level that is chosen below alone",
         },
     ],
     make,
@@ -244,9 +244,19 @@ fn main_direction(settings: &Settings) -> DVec3 {
     }
 }
 
+impl Bench {
+    /// The level that is chosen, or the coarsest where there are fewer.
+    fn level(&self, shown: &Settings) -> usize {
+        (shown.count("level") as usize).min(self.0.run.levels.len() - 1)
+    }
+}
+
 impl Simulator for Bench {
-    fn act(&mut self, action: usize) {
-        self.0.act(ACTIONS[action]);
+    fn act(&mut self, action: usize, shown: &Settings) {
+        self.0.act(match ACTIONS[action] {
+            Action::Step(Some(_)) => Action::Step(Some(self.level(shown))),
+            action => action,
+        });
     }
 
     fn automatic(&self, steps: u32) -> Vec<usize> {
@@ -304,7 +314,7 @@ impl Simulator for Bench {
     fn draw(&self, shown: &Settings) -> Drawing {
         let run = &self.0.run;
         let axis = axis(shown.choice("axis")).unwrap_or(2);
-        let level = (shown.count("level") as usize).min(run.levels.len() - 1);
+        let level = self.level(shown);
         let what = match shown.choice("show") {
             "source" => Shown::Level(level, Which::Source),
             "target" => Shown::Level(level, Which::Target),

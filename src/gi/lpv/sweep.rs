@@ -123,15 +123,15 @@ pub struct Sweep {
     /// The directions.
     pub directions: Directions,
     pub(super) list: Arc<Buffer>,
-    order: Arc<Image>,
-    sources: Arc<Image>,
+    pub(super) order: Arc<Image>,
+    pub(super) sources: Arc<Image>,
     /// Radiance on its way, or that of all cells (`gi/lpv/sweep.comp`).
     pub(super) front: Arc<Image>,
     /// One for each octant that is swept at once; one alone adds to the light itself.
     slabs: Arc<Image>,
     octants_at_once: u32,
     pairs_at_once: u32,
-    keeps: bool,
+    pub(super) keeps: bool,
     borders: Arc<Image>,
 }
 
@@ -148,6 +148,14 @@ pub(super) struct Batch {
     pub(super) pairs: u32,
     /// Whether none follows.
     pub(super) is_last: bool,
+}
+
+/// What others do while light is swept.
+pub(super) enum Watch<'a> {
+    /// After each batch, they may read the radiance that is kept of all cells.
+    Batches(&'a mut dyn FnMut(&mut Frame, Batch)),
+    /// After each step, they may read its radiance, which is gone two steps later.
+    Steps(&'a mut dyn FnMut(&mut Frame, &[BatchDispatch])),
 }
 
 /// A grid inside another whose cells are twice as large.
@@ -299,24 +307,30 @@ impl Sweep {
         batches
     }
 
+    /// Cells of the step that has most.
+    pub(super) fn widest_step(&self) -> u32 {
+        steps(self.size).into_iter().max().unwrap_or(0)
+    }
+
     /// Adds the passes that bring the flux of all cells (integers of `flux_unit`, W), and the light
-    /// of the sides of all opaque faces, to all cells; `after` each batch of directions, others may
-    /// read what is kept of it.
+    /// of the sides of all opaque faces, to all cells.
     pub(super) fn run(
         &self,
         frame: &mut Frame,
         faces: &Faces,
         flux: (&Arc<Buffer>, f32),
         (light, nesting): (&Arc<Image>, Nesting),
-        after: &mut dyn FnMut(&mut Frame, Batch),
+        watch: &mut Watch<'_>,
     ) {
         let grid = faces.grid;
         let [x, y, z] = self.size.to_array();
         find_sources(frame, faces, flux, &self.sources);
         let steps = steps(self.size);
         for batch in self.batches() {
-            self.run_batch(frame, faces, (batch, &steps), (light, nesting));
-            after(frame, batch);
+            self.run_batch(frame, faces, (batch, &steps), (light, nesting), watch);
+            if let Watch::Batches(after) = watch {
+                after(frame, batch);
+            }
         }
         if self.octants_at_once > 1 {
             frame
@@ -336,6 +350,7 @@ impl Sweep {
         faces: &Faces,
         (batch, steps): (Batch, &[u32]),
         (light, nesting): (&Arc<Image>, Nesting),
+        watch: &mut Watch<'_>,
     ) {
         let side_light = faces.sides.as_ref().map(|sides| &sides.light);
         let inner = nesting.inner.map_or(UVec3::ZERO, |inner| inner.first);
@@ -363,24 +378,33 @@ impl Sweep {
                 ..Default::default()
             }
         });
-        let chain = chain.collect();
-        frame
-            .pass(&SWEEP)
-            .bind("directions", &self.list)
-            .bind("order", &self.order)
-            .bind("sources", &self.sources)
-            .bind("front", &self.front)
-            .bind("slabs", &self.slabs)
-            .bind("side_light", side_light.unwrap_or(&self.list))
-            .bind("borders", &self.borders)
-            .bind("light", light)
-            .constant("ADD", batch.first_octant > 0 || batch.first_pair > 0)
-            .constant("SIDES", side_light.is_some())
-            .constant("IS_INNER", nesting.own.is_some())
-            .constant("HAS_INNER", nesting.inner.is_some())
-            .constant("SLABS", self.octants_at_once > 1)
-            .constant("KEEP", self.keeps)
-            .dispatch_chain(chain);
+        let chain: Vec<BatchDispatch> = chain.collect();
+        let at_once = match watch {
+            Watch::Steps(_) => 1,
+            Watch::Batches(_) => chain.len(),
+        };
+        for part in chain.chunks(at_once) {
+            frame
+                .pass(&SWEEP)
+                .bind("directions", &self.list)
+                .bind("order", &self.order)
+                .bind("sources", &self.sources)
+                .bind("front", &self.front)
+                .bind("slabs", &self.slabs)
+                .bind("side_light", side_light.unwrap_or(&self.list))
+                .bind("borders", &self.borders)
+                .bind("light", light)
+                .constant("ADD", batch.first_octant > 0 || batch.first_pair > 0)
+                .constant("SIDES", side_light.is_some())
+                .constant("IS_INNER", nesting.own.is_some())
+                .constant("HAS_INNER", nesting.inner.is_some())
+                .constant("SLABS", self.octants_at_once > 1)
+                .constant("KEEP", self.keeps)
+                .dispatch_chain(part.to_vec());
+            if let Watch::Steps(after) = watch {
+                after(frame, part);
+            }
+        }
     }
 }
 

@@ -1,15 +1,17 @@
 //! Technique `lpv`: one grid of equal cells.
 
 use super::cells::CellSettings;
+use super::ledger::{LEDGER, LOBE_LEDGER};
 use super::one_grid::OneGrid;
 use super::settings::{
     self, BY_DIRECTION, LOBES_REPLACED, MARGIN, PASSES, RULES, STAGES, STRUCTS, SUBSTITUTIONS,
     check_margin,
 };
 use super::simulator::SIMULATOR;
+use super::structure::GRID_STRUCTURE;
 use super::view::VIEWS;
 use crate::gi::entry::Entry;
-use crate::gi::settings::{Domain, Group, Preset, Rule, Setting, SettingError};
+use crate::gi::settings::{Domain, Group, Preset, Rule, Setting};
 use crate::gi::{Context, Settings, Technique};
 use crate::graph::Error;
 
@@ -37,37 +39,9 @@ static OWN_RULES: &[Rule] = &[
     Rule {
         group: Group::Gather,
         settings: &["lookup"],
-        applies: sweeps,
+        applies: |settings| CellSettings::new(settings).sweeps(),
     },
 ];
-
-/// Whether each cell is swept once, from its upwind neighbours.
-fn sweeps(settings: &Settings) -> bool {
-    CellSettings::new(settings).sweeps()
-}
-
-fn check(settings: &Settings) -> Result<(), SettingError> {
-    check_margin(settings)?;
-    settings::check(settings)?;
-    let needed = [
-        ("propagation", "ordinates"),
-        ("schedule", "sweep"),
-        ("scheme", "upwind"),
-    ];
-    let other = needed
-        .into_iter()
-        .find(|(name, needed)| !settings.is(name, needed));
-    match other {
-        Some((name, needed)) if settings.is("lookup", "directions") => {
-            Err(SettingError::Together(format!(
-                "lookup=directions: it cannot be had with {name}={}; give lookup=harmonics or \
-                 {name}={needed}",
-                settings.choice(name)
-            )))
-        }
-        _ => Ok(()),
-    }
-}
 
 static PRESETS: &[Preset] = &[
     Preset {
@@ -102,10 +76,14 @@ pub static ENTRY: Entry = Entry {
     bounces: |settings| Some(settings.count("bounces")),
     settings: &[SETTINGS, settings::CELL_SETTINGS, settings::LOBE_SETTINGS],
     rules: &[RULES, OWN_RULES],
-    check,
+    check: |settings| check_margin(settings).and_then(|()| settings::check(settings)),
     substitutions: &[SUBSTITUTIONS, &[LOBES_REPLACED]],
     presets: PRESETS,
-    passes: &[PASSES, BY_DIRECTION],
+    passes: &[
+        PASSES,
+        BY_DIRECTION,
+        &[&GRID_STRUCTURE, &LEDGER, &LOBE_LEDGER],
+    ],
     structs: &[STRUCTS],
     views: &[&VIEWS],
     simulator: Some(&SIMULATOR),

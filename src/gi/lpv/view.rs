@@ -35,7 +35,7 @@ pub static VIEW: Pass = Pass {
 };
 
 /// The views.
-pub(super) static VIEWS: [ViewRow; 2] = [
+pub(super) static VIEWS: [ViewRow; 3] = [
     ViewRow {
         name: "cells",
         aliases: &[],
@@ -53,9 +53,22 @@ pub(super) static VIEWS: [ViewRow; 2] = [
         scale: Scale::Light,
         channels: Channels::Rgb,
     },
+    ViewRow {
+        name: LEVELS,
+        aliases: &[],
+        help: "the level of the cell that a surface's light is looked up in: a leaf or level of \
+               the octree, or one of nested grids, whose borders are white; of leaves also those \
+               in a plane across the middle",
+        unit: "",
+        scale: Scale::Share,
+        channels: Channels::Rgb,
+    },
 ];
 
 const LOBES: &str = "lobes";
+
+/// Name of the view of cells by level.
+pub(super) const LEVELS: &str = "cell-levels";
 
 /// Adds the pass that draws one of them.
 pub(super) fn draw(frame: &mut Frame, view: &ViewRow, cells: &Cells, seen: &Arc<Image>) {

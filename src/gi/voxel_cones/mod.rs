@@ -213,7 +213,13 @@ impl<S: VoxelStore> Inspect for VoxelCones<S> {
         self.viewed(view).map_or(0, |volume| volume.levels)
     }
 
-    fn draw_view(&self, frame: &mut Frame, view: &ViewRow, level: u32, seen: &Arc<Image>) {
+    fn draw_view(
+        &self,
+        frame: &mut Frame,
+        (view, level): (&ViewRow, u32),
+        _gbuffer: &GBuffer,
+        seen: &Arc<Image>,
+    ) {
         match self.viewed(view) {
             Some(volume) if view.name == "structure" => volume.view_structure(frame, level, seen),
             Some(volume) => volume.view(frame, level, seen),

@@ -7,13 +7,14 @@ use egui::{
 };
 use glam::Vec3;
 
+use super::cost::figure as figure_row;
 use super::{Scope, row};
 use crate::frame::Traced;
 use crate::gi::inspect::{Beam, BeamAxis};
 use crate::image::luminance;
 use crate::scene::Camera;
 use crate::text::counted;
-use crate::view::beam::table;
+use crate::view::beam::{BeamState, figure_table, table};
 use crate::view::session::{Compare, Session};
 use crate::view::views::VIEWS;
 
@@ -27,13 +28,18 @@ const TABLE: f32 = 240.0;
 pub(super) fn show(ui: &mut Ui, scope: &mut Scope<'_>) {
     let session = &mut *scope.session;
     let [width, height] = session.size;
-    let count = match session.traced().map(|answer| &answer.found) {
-        Some(Ok(Traced::Beam(beam))) => beam.count,
-        _ => 1,
+    let traced = session
+        .traced()
+        .and_then(|answer| answer.found.as_ref().ok());
+    let (count, has_beams) = match traced {
+        Some(Traced::Beam(beam)) => (beam.count, true),
+        Some(Traced::Figures(_)) => (1, false),
+        _ => (1, true),
     };
     let mut is_on = session.beam.place.is_some();
     let help = "P: at the pointer; Escape: away. A beam from the surface there, as the technique \
-                traces it, with every sample that it takes";
+                traces it, with every sample that it takes; or what it gathers from, where it has \
+                no beams";
     if ui
         .checkbox(&mut is_on, "trace a beam")
         .on_hover_text(help)
@@ -58,6 +64,14 @@ pub(super) fn show(ui: &mut Ui, scope: &mut Scope<'_>) {
         }
     });
     ui.checkbox(&mut beam.follows, "follow the pointer");
+    if has_beams {
+        choose_beam(ui, beam, count);
+    }
+    show_answer(ui, scope.session);
+}
+
+/// Which beam: its axis and width.
+fn choose_beam(ui: &mut Ui, beam: &mut BeamState, count: u32) {
     row(ui, "direction", "of its axis", |ui| {
         ui.spacing_mut().item_spacing.x = 2.0;
         let axes = [
@@ -115,7 +129,10 @@ pub(super) fn show(ui: &mut Ui, scope: &mut Scope<'_>) {
         },
     );
     ui.checkbox(&mut beam.lists_empty, "list samples of empty space");
-    let session = &*scope.session;
+}
+
+/// What came back.
+fn show_answer(ui: &mut Ui, session: &Session) {
     match session.traced().map(|answer| answer.found.as_ref()) {
         None => drop(ui.label("…")),
         Some(Err(problem)) => {
@@ -125,6 +142,15 @@ pub(super) fn show(ui: &mut Ui, scope: &mut Scope<'_>) {
         Some(Ok(Traced::NoBeams)) => drop(
             ui.label("with these settings the technique gathers without beams; try another preset"),
         ),
+        Some(Ok(Traced::Figures(figures))) => {
+            for (name, value) in figures {
+                figure_row(ui, name, value);
+            }
+            let help = "names and values as CSV, into the clipboard";
+            if ui.button("copy figures").on_hover_text(help).clicked() {
+                ui.ctx().copy_text(figure_table(figures));
+            }
+        }
         Some(Ok(Traced::Beam(beam))) => list(ui, beam, session.beam.lists_empty),
     }
 }

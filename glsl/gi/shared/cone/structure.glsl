@@ -3,6 +3,8 @@
 #ifndef LUMIVOX_STRUCTURE
 #define LUMIVOX_STRUCTURE
 
+#include "gi/shared/levels.glsl"
+
 // Least opacity of a texel that is not empty: rounding lets this much in from the texels beside it.
 const float LEAST_OPACITY = 2e-4;
 
@@ -18,24 +20,8 @@ struct Cell {
 // The cell of a level that a position lies in; a store's structure.glsl defines it.
 Cell cell_at(vec3 position, vec3 direction, float resolution, float level);
 
-// A colour for each level, finer ones first: red, yellow, green, cyan, blue, magenta; then the
-// same, darker.
-vec3 level_color(float level) {
-    return (level < 5.5 ? 1.0 : 0.5)
-        * (0.5 + 0.5 * cos(2.0 * PI * (level - vec3(0.0, 2.0, 4.0)) / 6.0));
-}
-
 // The colour of a cell, at a position in it; a store's structure.glsl defines it.
 vec3 cell_color(Cell cell, vec3 position, float level);
-
-// 1 on a line of this half width [px], at distances from one across each axis [voxels], where a
-// pixel is so large along each [voxels]. Lines between cells of this edge fade before they are all
-// that is seen.
-float line_share(vec3 distances, float half_width_px, vec3 pixel, float edge) {
-    vec3 share = clamp(half_width_px + 0.5 - distances / pixel, 0.0, 1.0)
-        * clamp(0.25 * edge / pixel - 0.5, 0.0, 1.0);
-    return max(share.x, max(share.y, share.z));
-}
 
 // A cell where a ray enters it, at the largest of the distances `near`: faces in the level's
 // colour, darker along the edges, and black where 2³ cells (the nodes of a tile, the texels of a

@@ -3,12 +3,14 @@
 use super::make;
 use crate::gi::Settings;
 use crate::gi::entry::{Entry, Substitution};
+use crate::gi::lpv::ledger::LEDGER;
 use crate::gi::lpv::scroll::{SHIFT_FACES, SHIFT_SIDES};
 use crate::gi::lpv::settings::{
     self, CELL_SETTINGS, LOBE_SETTINGS, LOBES_REPLACED, PASSES, RULES, STAGES, STRUCTS,
     SUBSTITUTIONS, without_lobes,
 };
 use crate::gi::lpv::simulator::SIMULATOR;
+use crate::gi::lpv::structure::GRID_STRUCTURE;
 use crate::gi::lpv::view::VIEWS;
 use crate::gi::settings::{Domain, Group, Preset, Rule, Setting, SettingError};
 
@@ -116,7 +118,10 @@ pub static ENTRY: Entry = Entry {
         ],
     ],
     presets: PRESETS,
-    passes: &[PASSES, &[&SHIFT_FACES, &SHIFT_SIDES]],
+    passes: &[
+        PASSES,
+        &[&SHIFT_FACES, &SHIFT_SIDES, &GRID_STRUCTURE, &LEDGER],
+    ],
     structs: &[STRUCTS],
     views: &[&VIEWS],
     simulator: Some(&SIMULATOR),

@@ -12,14 +12,15 @@ pub use layout::Layout;
 
 use super::cells::radiance_scale;
 use super::gather::Lookup;
+use super::structure::Structure;
 use super::sweep::Nesting;
-use super::{CellSettings, Cells, gather, settings as family, view};
-use crate::gi::inspect::ViewRow;
+use super::{CellSettings, Cells, Propagation, gather, ledger, place, settings as family, view};
+use crate::gi::inspect::{BeamStart, Energy, ViewRow};
 use crate::gi::{
     Answer, Change, Context, IndirectLight, Inputs, Inspect, Needs, Settings, Technique,
 };
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image};
-use crate::render::screen_image;
+use crate::render::{GBuffer, screen_image};
 
 /// The technique, of one scene.
 pub struct CascadedLpv {
@@ -138,6 +139,16 @@ impl Inspect for CascadedLpv {
         Ok([Some(cells), sides].into_iter().flatten().collect())
     }
 
+    /// Of the outermost grid: all light goes through it, and it takes none from the others.
+    fn energy(&self, context: &Context<'_>) -> Result<Option<Energy>, Error> {
+        let outermost = &self.levels[0];
+        // What blocks lobes is that of the innermost grid by now.
+        match &*outermost.propagation {
+            Propagation::Sweep(_) => ledger::energy(context.gpu, context.scene, outermost),
+            _ => Ok(None),
+        }
+    }
+
     fn cell_size(&self) -> Option<f32> {
         self.levels.last().map(|cells| cells.grid.cell_size)
     }
@@ -150,10 +161,35 @@ impl Inspect for CascadedLpv {
         }
     }
 
-    fn draw_view(&self, frame: &mut Frame, view: &ViewRow, level: u32, seen: &Arc<Image>) {
+    fn draw_view(
+        &self,
+        frame: &mut Frame,
+        (view, level): (&ViewRow, u32),
+        gbuffer: &GBuffer,
+        seen: &Arc<Image>,
+    ) {
+        if view.name == view::LEVELS {
+            let structure = Structure {
+                grids: &self.levels,
+                shift: self.lookup.shift,
+                blend: self.lookup.blend,
+                from: level,
+            };
+            structure.draw(frame, gbuffer, seen);
+            return;
+        }
         let mut finest_first = self.levels.iter().rev();
         if let Some(cells) = finest_first.nth(level as usize) {
             view::draw(frame, view, cells, seen);
         }
+    }
+
+    fn figures_at(
+        &self,
+        context: &Context<'_>,
+        start: &BeamStart,
+    ) -> Result<Vec<(&'static str, String)>, Error> {
+        let of = (context.gpu, context.scene);
+        place::figures(of, &self.levels, self.lookup.shift, start)
     }
 }
