@@ -89,7 +89,7 @@ fn accounts_of_the_sweep_are_the_oracles() {
                     source,
                     bounces,
                     directions,
-                    keeps_directions: bounces == 1 && cells == 20,
+                    keeps_directions: source == Source::Rsm && bounces == 1 && cells == 20,
                     ..SETTINGS
                 };
                 let lit = light(gpu, &scene, cells, settings);
