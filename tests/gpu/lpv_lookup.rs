@@ -135,8 +135,8 @@ fn check(gpu: &Gpu, scene: &Scene, settings: CellSettings, grid: GridOf, lookup:
     };
     let grid = &lit[0].cells.grid;
     let eye = scene.camera.eye.as_dvec3();
-    let (mut pairs, mut mirrored): (Vec<[DVec4; 2]>, Vec<(f64, [f64; 2])>) =
-        (Vec::new(), Vec::new());
+    let mut pairs: Vec<[DVec4; 2]> = Vec::new();
+    let mut mirrored: Vec<(f64, [f64; 2])> = Vec::new();
     for ([x, y], receiver) in &views[0].receivers {
         let pixel = (x + SIZE[0] * y) as usize;
         let place = Place {
