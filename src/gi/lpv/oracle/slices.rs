@@ -102,7 +102,7 @@ fn field(grid: &CellGrid, boundary: &Boundary<'_>, direction: DVec3) -> Vec<DVec
     field
 }
 
-/// The [`field`] of every direction.
+/// The `field` of every direction.
 pub fn slices(grid: &CellGrid, directions: &Directions, boundary: &Boundary<'_>) -> Swept {
     let mut swept = Swept {
         light: vec![[DVec4::ZERO; 9]; grid.count() as usize],
