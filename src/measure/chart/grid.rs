@@ -111,9 +111,21 @@ impl Reader<'_> {
                         .concat()
                         .join(" ")
                     };
-                    let settings = entry.settings(preset, &pairs).map_err(|error| {
-                        self.error(start(block), format!("{}: {error}", named()))
-                    })?;
+                    let settings_of = |pairs: &[String]| {
+                        entry.settings(preset, pairs).map_err(|error| {
+                            self.error(start(block), format!("{}: {error}", named()))
+                        })
+                    };
+                    // What has no effect beside the rest makes no point of its own.
+                    let all = settings_of(&pairs)?;
+                    let idle = entry.without_effect(&pairs, &all);
+                    let has_effect = |pair: &&String| {
+                        pair.split('=')
+                            .next()
+                            .is_none_or(|name| !idle.contains(&name))
+                    };
+                    let kept: Vec<String> = pairs.iter().filter(has_effect).cloned().collect();
+                    let settings = settings_of(&kept)?;
                     cases.push(Case {
                         entry,
                         preset: preset.map(str::to_owned),
@@ -302,6 +314,30 @@ mod tests {
                 |known| known.entry.name == case.entry.name && known.settings == case.settings
             ));
         }
+        Ok(())
+    }
+
+    /// Lobes have no directions, and rays no cones.
+    #[test]
+    fn what_has_no_effect_makes_no_point() -> Result<(), GridError> {
+        let text = r#"
+            [[sweep]]
+            technique = ["lpv"]
+            preset = ["textbook", "accurate"]
+            set = { resolution = [16], directions = [24, 48] }"#;
+        let cases = grid_cases("grid.toml", text)?;
+        let found: Vec<_> = cases
+            .iter()
+            .map(|case| (case.preset.as_deref(), case.settings.count("directions")))
+            .collect();
+        assert_eq!(
+            found,
+            [
+                (Some("textbook"), 0),
+                (Some("accurate"), 24),
+                (Some("accurate"), 48)
+            ]
+        );
         Ok(())
     }
 
