@@ -350,6 +350,14 @@ impl Settings {
         }
     }
 
+    /// The value of a real-number setting; `None` where the technique has none of this name.
+    pub fn find_number(&self, name: &str) -> Option<f32> {
+        match self.values.get(name) {
+            Some(Value::Number(value)) => Some(*value),
+            _ => None,
+        }
+    }
+
     /// The value of a real-number setting that the technique has.
     pub fn number(&self, name: &str) -> f32 {
         match self.values.get(name) {

@@ -28,6 +28,8 @@ pub enum Access {
     DepthTarget,
     /// Arguments of an indirect dispatch or draw.
     IndirectRead,
+    /// The word that says whether passes run.
+    ConditionRead,
     /// Source of a copy or blit.
     TransferRead,
     /// Destination of a copy, blit, fill or clear.
@@ -61,7 +63,7 @@ const RASTER: vk::PipelineStageFlags2 = vk::PipelineStageFlags2::from_raw(
 
 impl Access {
     /// All words, for tests.
-    pub const ALL: [Access; 14] = [
+    pub const ALL: [Access; 15] = [
         Access::ComputeRead,
         Access::ComputeWrite,
         Access::ComputeReadWrite,
@@ -72,6 +74,7 @@ impl Access {
         Access::ColorTarget,
         Access::DepthTarget,
         Access::IndirectRead,
+        Access::ConditionRead,
         Access::TransferRead,
         Access::TransferWrite,
         Access::HostRead,
@@ -115,6 +118,12 @@ impl Access {
             Access::IndirectRead => (
                 S::DRAW_INDIRECT,
                 A::INDIRECT_COMMAND_READ,
+                A::NONE,
+                L::UNDEFINED,
+            ),
+            Access::ConditionRead => (
+                S::CONDITIONAL_RENDERING_EXT,
+                A::CONDITIONAL_RENDERING_READ_EXT,
                 A::NONE,
                 L::UNDEFINED,
             ),

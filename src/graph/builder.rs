@@ -115,6 +115,8 @@ pub(super) struct PassCall {
     pub(super) scene: Option<Arc<SceneSet>>,
     pub(super) materials: Option<MaterialSets>,
     pub(super) run: Run,
+    /// Runs only if its first word is not 0.
+    pub(super) condition: Option<Arc<Buffer>>,
 }
 
 /// A pass being added to a frame. Bindings and constants are given by name, in any order, and each
@@ -359,6 +361,18 @@ impl<'f> PassBuilder<'f> {
             let used = resource.used(access);
             uses.push((resource, used));
         }
+        let condition = frame.condition.clone();
+        if let Some(word) = &condition {
+            // The clears of attachments would take place all the same.
+            assert!(
+                pass.is_compute(),
+                "pass {}: it draws, and has a condition",
+                pass.name
+            );
+            let resource = Resource::from(word);
+            let used = resource.used(Access::ConditionRead);
+            uses.push((resource, used));
+        }
         let call = PassCall {
             pass,
             resources,
@@ -367,6 +381,7 @@ impl<'f> PassBuilder<'f> {
             scene,
             materials,
             run,
+            condition,
         };
         frame.push(pass.name.to_owned(), uses, Work::Pass(Box::new(call)));
     }

@@ -132,6 +132,8 @@ pub struct Frame {
     pub(super) steps: Vec<Step>,
     scene: Option<Arc<SceneSet>>,
     materials: Option<MaterialSets>,
+    /// Of the passes that are being added.
+    pub(super) condition: Option<Arc<Buffer>>,
 }
 
 impl Frame {
@@ -145,6 +147,16 @@ impl Frame {
     pub fn set_scene(&mut self, scene: &Arc<SceneSet>, materials: &MaterialSets) {
         self.scene = Some(Arc::clone(scene));
         self.materials = Some(Arc::clone(materials));
+    }
+
+    /// The compute passes that `add` adds run only if the buffer's first word is not 0 by then.
+    /// Transfers among them run always. The device needs
+    /// [`crate::vulkan::Features::conditional_rendering`].
+    pub fn only_if(&mut self, word: &Arc<Buffer>, add: impl FnOnce(&mut Frame)) {
+        let outer = self.condition.replace(Arc::clone(word));
+        assert!(outer.is_none(), "condition {}: inside another", word.name());
+        add(self);
+        self.condition = None;
     }
 
     /// Starts a pass; it is added by one of the builder's last words (`dispatch`, `draw`, …).

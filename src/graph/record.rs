@@ -357,6 +357,9 @@ impl Recorder<'_> {
             );
         }
         self.commands.push(&pipeline, &call.push);
+        if let Some(word) = &call.condition {
+            self.commands.begin_condition(word);
+        }
         match &call.run {
             Run::Indirect(buffer, offset) => self.commands.dispatch_indirect(buffer, *offset),
             Run::Dispatch(batches) => {
@@ -395,6 +398,9 @@ impl Recorder<'_> {
                 }
                 self.commands.end_rendering();
             }
+        }
+        if call.condition.is_some() {
+            self.commands.end_condition();
         }
         Ok(())
     }
@@ -464,6 +470,8 @@ fn issued(
             .flat_map(|scene| &scene.storage)
             .map(|buffer| Touch::buffer(buffer, read)),
     );
+    let conditions = call.condition.iter();
+    touched.extend(conditions.map(|word| Touch::buffer(word, Access::ConditionRead)));
     let mut used_materials = Vec::new();
     match &call.run {
         Run::Indirect(buffer, _) => touched.push(Touch::buffer(buffer, Access::IndirectRead)),

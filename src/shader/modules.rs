@@ -6,6 +6,7 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     ("gi/lpv/bands/finish.comp", include_bytes!("../../spirv/gi/lpv/bands/finish.comp.spv")),
     ("gi/lpv/bands/seed.comp", include_bytes!("../../spirv/gi/lpv/bands/seed.comp.spv")),
     ("gi/lpv/bands/stream.comp", include_bytes!("../../spirv/gi/lpv/bands/stream.comp.spv")),
+    ("gi/lpv/compare.comp", include_bytes!("../../spirv/gi/lpv/compare.comp.spv")),
     ("gi/lpv/faces.frag", include_bytes!("../../spirv/gi/lpv/faces.frag.spv")),
     ("gi/lpv/faces.vert", include_bytes!("../../spirv/gi/lpv/faces.vert.spv")),
     ("gi/lpv/finish.comp", include_bytes!("../../spirv/gi/lpv/finish.comp.spv")),

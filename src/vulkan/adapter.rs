@@ -64,6 +64,8 @@ pub struct Features {
     pub shader_int64: bool,
     /// `VK_EXT_conservative_rasterization`.
     pub conservative_rasterization: bool,
+    /// `VK_EXT_conditional_rendering`.
+    pub conditional_rendering: bool,
     /// Arithmetic and ballot subgroup operations in compute shaders.
     pub subgroup_arithmetic: bool,
     /// Invocations in a subgroup.
@@ -258,6 +260,8 @@ impl Adapter {
         found.shader_int64 = base.shader_int64 == vk::TRUE;
         found.conservative_rasterization =
             has_extension(instance, self.raw, vk::EXT_CONSERVATIVE_RASTERIZATION_NAME);
+        found.conditional_rendering =
+            has_extension(instance, self.raw, vk::EXT_CONDITIONAL_RENDERING_NAME);
         self.optional = found.checks();
     }
 
@@ -304,7 +308,7 @@ impl Adapter {
 
 impl Features {
     /// Name of each, whether it is there, and what its absence costs.
-    fn optional(&mut self) -> [(&'static str, &mut bool, &'static str); 5] {
+    fn optional(&mut self) -> [(&'static str, &mut bool, &'static str); 6] {
         [
             (
                 "geometryShader",
@@ -315,6 +319,11 @@ impl Features {
                 "VK_EXT_conservative_rasterization",
                 &mut self.conservative_rasterization,
                 "no raster-hw voxelization; triangles are enlarged in a geometry shader",
+            ),
+            (
+                "VK_EXT_conditional_rendering",
+                &mut self.conditional_rendering,
+                "no pass is left out on the device's own word; bounces go on to the last",
             ),
             (
                 "samplerAnisotropy",

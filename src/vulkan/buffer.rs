@@ -71,7 +71,7 @@ impl Buffer {
             .check(&desc.name, desc.size_bytes, location(desc.usage))?;
         let info = vk::BufferCreateInfo::default()
             .size(padded(desc.size_bytes))
-            .usage(usage_flags(desc.usage));
+            .usage(usage_flags(device, desc.usage));
         // SAFETY: the device is alive and the size is neither zero nor beyond its limits.
         let raw = unsafe { device.raw().create_buffer(&info, None) }
             .during(&format!("creating the buffer {}", desc.name))?;
@@ -205,11 +205,19 @@ fn padded(size_bytes: u64) -> u64 {
     size_bytes.max(4).next_multiple_of(4)
 }
 
-fn usage_flags(usage: BufferUsage) -> vk::BufferUsageFlags {
+fn usage_flags(device: &Device, usage: BufferUsage) -> vk::BufferUsageFlags {
     let copies = vk::BufferUsageFlags::TRANSFER_SRC | vk::BufferUsageFlags::TRANSFER_DST;
+    let conditions = if device.adapter().features.conditional_rendering {
+        vk::BufferUsageFlags::CONDITIONAL_RENDERING_EXT
+    } else {
+        vk::BufferUsageFlags::empty()
+    };
     match usage {
         BufferUsage::Storage => {
-            copies | vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::INDIRECT_BUFFER
+            copies
+                | conditions
+                | vk::BufferUsageFlags::STORAGE_BUFFER
+                | vk::BufferUsageFlags::INDIRECT_BUFFER
         }
         BufferUsage::Uniform => {
             copies | vk::BufferUsageFlags::UNIFORM_BUFFER | vk::BufferUsageFlags::STORAGE_BUFFER

@@ -214,6 +214,23 @@ impl Commands {
         };
     }
 
+    /// Draws and dispatches up to [`Self::end_condition`] run if the buffer's first word is not 0.
+    pub(crate) fn begin_condition(&self, buffer: &Buffer) {
+        if let Some(conditions) = self.device.conditions() {
+            let info = vk::ConditionalRenderingBeginInfoEXT::default().buffer(buffer.raw());
+            // SAFETY: as for `barriers`; storage buffers are made for this use, and no condition
+            // is open.
+            unsafe { (conditions.fp().cmd_begin_conditional_rendering_ext)(self.raw, &info) };
+        }
+    }
+
+    pub(crate) fn end_condition(&self) {
+        if let Some(conditions) = self.device.conditions() {
+            // SAFETY: as for `barriers`; `begin_condition` was called before.
+            unsafe { (conditions.fp().cmd_end_conditional_rendering_ext)(self.raw) };
+        }
+    }
+
     pub(crate) fn begin_rendering(&self, rendering: &Rendering) {
         let [width, height] = rendering.extent;
         let area = vk::Rect2D {

@@ -35,6 +35,7 @@ pub struct Device {
     queue: vk::Queue,
     memory: Memory,
     names: Option<ash::ext::debug_utils::Device>,
+    conditions: Option<ash::ext::conditional_rendering::Device>,
     adapter: Adapter,
     next_id: AtomicU64,
     retired: Mutex<Vec<u64>>,
@@ -69,12 +70,17 @@ impl Device {
         let names = instance
             .has_debug_utils()
             .then(|| ash::ext::debug_utils::Device::new(instance.raw(), &raw));
+        let conditions = adapter
+            .features
+            .conditional_rendering
+            .then(|| ash::ext::conditional_rendering::Device::new(instance.raw(), &raw));
         let (next_id, retired) = (AtomicU64::new(1), Mutex::new(Vec::new()));
         Ok(Arc::new(Device {
             raw,
             queue,
             memory,
             names,
+            conditions,
             adapter,
             next_id,
             retired,
@@ -162,6 +168,10 @@ impl Device {
 
     pub(super) fn debug_utils(&self) -> Option<&ash::ext::debug_utils::Device> {
         self.names.as_ref()
+    }
+
+    pub(super) fn conditions(&self) -> Option<&ash::ext::conditional_rendering::Device> {
+        self.conditions.as_ref()
     }
 
     /// Names an object for validation messages and debuggers.
@@ -267,11 +277,17 @@ fn open(
         .synchronization2(true)
         .maintenance4(true)
         .robust_image_access(is_robust);
+    let mut condition =
+        vk::PhysicalDeviceConditionalRenderingFeaturesEXT::default().conditional_rendering(true);
     let mut features = vk::PhysicalDeviceFeatures2::default()
         .features(base)
         .push_next(&mut v12)
         .push_next(&mut v13);
     let mut extensions = Vec::new();
+    if found.conditional_rendering {
+        features = features.push_next(&mut condition);
+        extensions.push(vk::EXT_CONDITIONAL_RENDERING_NAME.as_ptr());
+    }
     if found.conservative_rasterization {
         extensions.push(vk::EXT_CONSERVATIVE_RASTERIZATION_NAME.as_ptr());
     }

@@ -23,6 +23,7 @@ pub(crate) const SETTINGS: CellSettings = CellSettings {
     directions: 48,
     ordinates: Ordinates::Sweep,
     bounces: 1,
+    least_change: 0.0,
     rsm_texels: 64,
     injection_shift: 0.5,
     occlusion: Occlusion::Faces,

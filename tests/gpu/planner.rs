@@ -119,7 +119,11 @@ const LIVES: [Life; 25] = [
     Life {
         technique: "lpv",
         preset: Some("accurate"),
-        pairs: &[("scheme", "slices"), ("bounces", "2")],
+        pairs: &[
+            ("scheme", "slices"),
+            ("bounces", "3"),
+            ("bounce_change", "0.1"),
+        ],
         surfaces: Surfaces::Emissive,
     },
     Life {

@@ -215,7 +215,7 @@ fn values_outside_of_their_domain_are_refused() {
                     (u64::from(max) + 1).to_string(),
                     "1.5".to_owned(),
                 ],
-                Domain::OneOf(_) => ["3".to_owned(), "-8".to_owned(), "99999999999".to_owned()],
+                Domain::OneOf(_) => ["7".to_owned(), "-8".to_owned(), "99999999999".to_owned()],
                 Domain::Number { min, max } => [
                     "nan".to_owned(),
                     (min - 1.0).to_string(),

@@ -40,6 +40,9 @@ const COMBINATIONS: [&[(&str, &str)]; 9] = [
 /// On top of the published steps of techniques that have lobes.
 const STREAMS: &[(&str, &str)] = &[("propagation", "stream"), ("bands", "4")];
 
+/// On top of techniques whose bounces may end early.
+const BOUNCES: &[(&str, &str)] = &[("bounces", "3")];
+
 /// Another value than the one that a setting has.
 fn other_value(setting: &Setting, settings: &Settings) -> String {
     let after = |position: Option<usize>, count: usize| (position.unwrap_or(0) + 1) % count;
@@ -91,7 +94,10 @@ fn combinations() -> Vec<(Case, Vec<(&'static str, &'static str)>)> {
         case.preset == Some("textbook") && STREAMS.iter().all(|(name, _)| has(case, name))
     });
     let streams = lobes.map(|case| (case, STREAMS.to_vec()));
-    presets.chain(more).chain(streams).collect()
+    let early = bounce_cases().into_iter();
+    let early = early.filter(|case| case.preset == Some("accurate") && has(case, "bounce_change"));
+    let bounces = early.map(|case| (case, BOUNCES.to_vec()));
+    presets.chain(more).chain(streams).chain(bounces).collect()
 }
 
 /// A room in which the voxels' light, glossy reflection and emission are to be seen.

@@ -80,6 +80,12 @@ pub fn meaning(access: Access) -> Meaning {
             A::NONE,
             L::UNDEFINED,
         ),
+        Access::ConditionRead => (
+            S::CONDITIONAL_RENDERING_EXT,
+            A::CONDITIONAL_RENDERING_READ_EXT,
+            A::NONE,
+            L::UNDEFINED,
+        ),
         Access::TransferRead => (transfer, A::TRANSFER_READ, A::NONE, L::TRANSFER_SRC_OPTIMAL),
         Access::TransferWrite => (
             transfer,

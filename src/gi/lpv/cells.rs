@@ -5,8 +5,7 @@ use std::sync::Arc;
 use glam::UVec3;
 
 use super::bands::Streams;
-use super::blockers::Blockers;
-use super::faces::Faces;
+use super::faces::{BounceTest, Faces};
 use super::grid::CellGrid;
 use super::inject::{FLUX_NUMBERS, POWER_NUMBERS, flux_unit, inject};
 use super::jacobi::Jacobi;
@@ -86,6 +85,9 @@ pub struct CellSettings {
     pub ordinates: Ordinates,
     /// Bounces, at least 1: a sweep each.
     pub bounces: u32,
+    /// No further bounce where what opaque faces send changes by this much or less, over the whole;
+    /// 0: all bounces.
+    pub least_change: f32,
     /// Texels along an edge of each reflective shadow map that inject light.
     pub rsm_texels: u32,
     /// How far off the surface its light is injected (cells).
@@ -120,6 +122,7 @@ impl CellSettings {
             },
             ordinates: Ordinates::new(settings),
             bounces: settings.count("bounces"),
+            least_change: settings.find_number("bounce_change").unwrap_or(0.0),
             rsm_texels: settings.count("rsm_texels"),
             injection_shift: settings.number("injection_shift"),
             occlusion: if has_leaves {
@@ -246,7 +249,11 @@ pub struct Cells {
     pub light: Arc<Image>,
     /// Radiance of a stored 1 (W/(m² sr)), of the last light.
     pub scale: f32,
+    bounce_test: Option<BounceTest>,
 }
+
+/// Others that read what a sweep keeps of a batch of directions.
+type After<'a> = &'a mut dyn FnMut(&mut Frame, &Sweep, Batch);
 
 /// Of what half floats hold, so that the integral of this radiance over all directions fits too.
 const MOST_STORED: f32 = 1.5e4;
@@ -324,7 +331,22 @@ impl Cells {
             propagation: Arc::clone(&parts.propagation),
             light: Arc::clone(&parts.light),
             scale: 1.0,
+            bounce_test: Self::bounce_test(gpu, &settings)?,
         })
+    }
+
+    fn bounce_test(gpu: &Gpu, settings: &CellSettings) -> Result<Option<BounceTest>, Error> {
+        let is_asked = settings.bounces > 1 && settings.least_change > 0.0;
+        if is_asked && !gpu.features().conditional_rendering {
+            log::warn!(
+                "bounce_change: the device has no VK_EXT_conditional_rendering; all bounces are \
+                 swept"
+            );
+            return Ok(None);
+        }
+        is_asked
+            .then(|| BounceTest::new(gpu, settings.least_change))
+            .transpose()
     }
 
     /// Finds the opaque faces.
@@ -419,7 +441,8 @@ impl Cells {
         bounce: u32,
         nesting: Nesting,
     ) {
-        self.propagate_with(frame, given, (bounce, nesting), &mut |_, _, _| ());
+        let test = self.bounce_test.as_ref();
+        self.propagate_with(frame, given, (bounce, nesting), (test, &mut |_, _, _| ()));
     }
 
     /// The same of the last bounce, where [`CellSettings::keeps_directions`]; `after` each batch of
@@ -428,10 +451,10 @@ impl Cells {
         &self,
         frame: &mut Frame,
         given: (&GpuScene, &LightMaps),
-        after: &mut dyn FnMut(&mut Frame, &Sweep, Batch),
+        after: After<'_>,
     ) {
         let last = self.settings.bounces.saturating_sub(1);
-        self.propagate_with(frame, given, (last, Nesting::default()), after);
+        self.propagate_with(frame, given, (last, Nesting::default()), (None, after));
     }
 
     /// Adds the passes that bring injected light, and that of faces, to all cells. Bounces are
@@ -441,43 +464,46 @@ impl Cells {
         frame: &mut Frame,
         (scene, maps): (&GpuScene, &LightMaps),
         (bounce, nesting): (u32, Nesting),
-        after: &mut dyn FnMut(&mut Frame, &Sweep, Batch),
+        (test, after): (Option<&BounceTest>, After<'_>),
     ) {
         let with_direct = self.settings.source == Source::Faces;
         let before = (&self.light, bounce > 0);
-        self.faces
-            .light(frame, maps, (with_direct, self.scale), before);
+        let scale = (with_direct, self.scale);
+        self.faces.light(frame, maps, scale, before, test);
+        self.block(frame, (scene, maps));
         let flux_unit = flux_unit(&scene.lights, &self.grid) / self.scale;
-        let flux = (&self.flux, flux_unit);
-        match &*self.propagation {
-            Propagation::Sweep(sweep) => {
-                let light = (&self.light, nesting);
-                let mut after = |frame: &mut Frame, batch| after(frame, sweep, batch);
-                let mut watch = Watch::Batches(&mut after);
-                sweep.run(frame, &self.faces, flux, light, &mut watch);
+        let mut hand_on = |frame: &mut Frame| {
+            let flux = (&self.flux, flux_unit);
+            match &*self.propagation {
+                Propagation::Sweep(sweep) => {
+                    let light = (&self.light, nesting);
+                    let mut after = |frame: &mut Frame, batch| after(frame, sweep, batch);
+                    let mut watch = Watch::Batches(&mut after);
+                    sweep.run(frame, &self.faces, flux, light, &mut watch);
+                }
+                Propagation::Jacobi(jacobi) => jacobi.run(frame, &self.faces, flux, &self.light),
+                Propagation::Slices(slices) => slices.run(frame, &self.faces, flux, &self.light),
+                Propagation::Leaves(sweep) => sweep.run(frame, &self.faces, flux, &self.light),
+                Propagation::Lobes(lobes) => lobes.run(frame, &self.faces, flux, &self.light),
+                Propagation::Streams(streams) => {
+                    streams.run(frame, &self.faces, flux, &self.light);
+                }
+                Propagation::Levels(levels) => levels.run(frame, &self.faces, flux, &self.light),
             }
-            Propagation::Jacobi(jacobi) => jacobi.run(frame, &self.faces, flux, &self.light),
-            Propagation::Slices(slices) => slices.run(frame, &self.faces, flux, &self.light),
-            Propagation::Leaves(sweep) => sweep.run(frame, &self.faces, flux, &self.light),
-            Propagation::Lobes(lobes) => {
-                self.block(frame, lobes.blockers(), (scene, maps));
-                lobes.run(frame, &self.faces, flux, &self.light);
-            }
-            Propagation::Streams(streams) => {
-                self.block(frame, streams.blockers(), (scene, maps));
-                streams.run(frame, &self.faces, flux, &self.light);
-            }
-            Propagation::Levels(levels) => levels.run(frame, &self.faces, flux, &self.light),
+        };
+        match test.filter(|_| bounce > 0) {
+            Some(test) => frame.only_if(&test.goes_on, hand_on),
+            None => hand_on(frame),
         }
     }
 
     /// Adds the passes that find what blocks light, where that is of the surfaces that lights see.
-    fn block(
-        &self,
-        frame: &mut Frame,
-        blockers: Option<&Blockers>,
-        (scene, maps): (&GpuScene, &LightMaps),
-    ) {
+    fn block(&self, frame: &mut Frame, (scene, maps): (&GpuScene, &LightMaps)) {
+        let blockers = match &*self.propagation {
+            Propagation::Lobes(lobes) => lobes.blockers(),
+            Propagation::Streams(streams) => streams.blockers(),
+            _ => None,
+        };
         if let Some(blockers) = blockers {
             blockers.find(frame, &self.grid, scene, (maps, self.settings.rsm_texels));
         }

@@ -47,6 +47,16 @@ gpu_struct! {
 }
 
 gpu_struct! {
+    /// Parameters of `lpv.compare`.
+    pub struct CompareParams {
+        /// How many sums there are.
+        pub sum_count: u32,
+        /// The change from which on there is another bounce, over the whole.
+        pub least_change: f32,
+    }
+}
+
+gpu_struct! {
     /// What a cell sees of an opaque face (`gi/lpv/sides.glsl`).
     pub struct Side {
         /// xyz: the surface (m); w: index of the cell, as bits.
@@ -125,13 +135,27 @@ pub static LIGHT_SIDES: Pass = Pass {
         Binding::sampled("shadow_maps", Access::ComputeSampled),
         Binding::buffer("sides", Access::ComputeRead),
         Binding::sampled("light", Access::ComputeSampled),
-        Binding::buffer("side_light", Access::ComputeWrite),
+        Binding::buffer("side_light", Access::ComputeReadWrite),
+        Binding::buffer("changes", Access::ComputeWrite),
     ],
-    constants: &["DIRECT", "AGAIN"],
+    constants: &["DIRECT", "AGAIN", "COMPARE"],
     params: Some(SideParams::LAYOUT),
     sets: Sets::Scene,
 };
 
+/// Whether what opaque faces send has changed so much that there is another bounce. One workgroup.
+pub static COMPARE: Pass = Pass::compute(
+    "lpv.compare",
+    "gi/lpv/compare.comp",
+    &[
+        Binding::buffer("changes", Access::ComputeRead),
+        Binding::buffer("goes_on", Access::ComputeWrite),
+    ],
+    CompareParams::LAYOUT,
+);
+
+/// Sides that a workgroup lights.
+const SIDE_GROUP: u32 = 64;
 /// Edge of the viewport of the rasterizations (px; `VIEWPORT` in `gi/lpv/faces.vert`).
 const VIEWPORT: u32 = 4096;
 
@@ -188,6 +212,26 @@ pub struct Sides {
     ///
     /// [`Cells::scale`]: super::Cells::scale
     pub light: Arc<Buffer>,
+    /// Of each workgroup that lights them: Σ|change| since the bounce before, and Σ.
+    changes: Arc<Buffer>,
+}
+
+/// When bounces end before the last.
+pub(super) struct BounceTest {
+    /// Not 0: the bounce takes place.
+    pub(super) goes_on: Arc<Buffer>,
+    /// The change of what opaque faces send from which on it does, over the whole.
+    pub(super) least_change: f32,
+}
+
+impl BounceTest {
+    /// Allocates.
+    pub(super) fn new(gpu: &Gpu, least_change: f32) -> Result<Self, Error> {
+        Ok(BounceTest {
+            goes_on: words(gpu, "lpv.goes_on", 1)?,
+            least_change,
+        })
+    }
 }
 
 impl Sides {
@@ -198,6 +242,7 @@ impl Sides {
             nearest: words(gpu, "lpv.nearest", count)?,
             list: words(gpu, "lpv.sides", count * (size_of::<Side>() / 4) as u32)?,
             light: words(gpu, "lpv.side_light", 4 * count)?,
+            changes: words(gpu, "lpv.changes", 4 * count.div_ceil(SIDE_GROUP))?,
         })
     }
 }
@@ -312,15 +357,19 @@ impl Faces {
     }
 
     /// Adds the pass that lights the sides: emission, direct light if asked for, and what is in
-    /// `before`, the volume of a sweep; `scale` is the radiance of a stored 1 (W/(m² sr)).
+    /// `before`, the volume of a sweep; `scale` is the radiance of a stored 1 (W/(m² sr)). A bounce
+    /// after the first is tested, if there is a test.
     pub(super) fn light(
         &self,
         frame: &mut Frame,
         maps: &LightMaps,
         (with_direct, scale): (bool, f32),
         (before, again): (&Arc<Image>, bool),
+        test: Option<&BounceTest>,
     ) {
         let Some(sides) = &self.sides else { return };
+        let test = test.filter(|_| again);
+        let groups = sides.count.div_ceil(SIDE_GROUP).max(1);
         frame
             .pass(&LIGHT_SIDES)
             .bind("light_views", &maps.views)
@@ -328,13 +377,26 @@ impl Faces {
             .bind("sides", &sides.list)
             .bind("light", before)
             .bind("side_light", &sides.light)
+            .bind("changes", &sides.changes)
             .constant("DIRECT", with_direct)
             .constant("AGAIN", again)
+            .constant("COMPARE", test.is_some())
             .push(&SideParams {
                 grid: self.grid.row(0),
                 side_count: sides.count,
                 scale,
             })
-            .dispatch([sides.count.div_ceil(64).max(1), 1, 1]);
+            .dispatch([groups, 1, 1]);
+        if let Some(test) = test {
+            frame
+                .pass(&COMPARE)
+                .bind("changes", &sides.changes)
+                .bind("goes_on", &test.goes_on)
+                .push(&CompareParams {
+                    sum_count: groups,
+                    least_change: test.least_change,
+                })
+                .dispatch([1, 1, 1]);
+        }
     }
 }

@@ -355,7 +355,12 @@ pub(super) static OPAQUE_FACES: Stage = Stage::store(
 /// Light into cells.
 pub(super) static LIGHT_INJECTION: Stage = Stage::store(
     "light injection",
-    &["lpv.clear_flux", "lpv.inject", "lpv.light_sides"],
+    &[
+        "lpv.clear_flux",
+        "lpv.inject",
+        "lpv.light_sides",
+        "lpv.compare",
+    ],
 );
 
 /// What blocks lobes.

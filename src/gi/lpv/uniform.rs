@@ -1,6 +1,7 @@
 //! Technique `lpv`: one grid of equal cells.
 
 use super::cells::CellSettings;
+use super::faces::COMPARE;
 use super::ledger::{LEDGER, LOBE_LEDGER};
 use super::one_grid::OneGrid;
 use super::settings::{
@@ -25,6 +26,14 @@ static SETTINGS: &[Setting] = &[
     },
     MARGIN,
     Setting {
+        name: "bounce_change",
+        help: "bounces end where what opaque faces send changes by this much or less, over the \
+               whole; 0: with the last",
+        unit: "",
+        domain: Domain::Number { min: 0.0, max: 1.0 },
+        default: "0",
+    },
+    Setting {
         name: "lookup",
         help: "what pixels look up: nine harmonics of each cell, or every direction, while the \
                last bounce is swept",
@@ -36,6 +45,11 @@ static SETTINGS: &[Setting] = &[
 
 static OWN_RULES: &[Rule] = &[
     Rule::always(Group::Structure, &["margin"]),
+    Rule {
+        group: Group::Bounces,
+        settings: &["bounce_change"],
+        applies: |settings| settings.count("bounces") > 1,
+    },
     Rule {
         group: Group::Gather,
         settings: &["lookup"],
@@ -82,6 +96,7 @@ pub static ENTRY: Entry = Entry {
     passes: &[
         PASSES,
         BY_DIRECTION,
+        &[&COMPARE],
         &[&GRID_STRUCTURE, &LEDGER, &LOBE_LEDGER],
     ],
     structs: &[STRUCTS],
