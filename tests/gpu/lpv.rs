@@ -1,6 +1,7 @@
 //! Stages of the light propagation volume on the device against their CPU oracles.
 
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use crate::support::compare::{Largest, Worst, larger};
 use crate::support::scenes::{bundled, scene_of, soup};
@@ -11,7 +12,7 @@ use lumivox::gi::lpv::inject::flux_unit;
 use lumivox::gi::lpv::lobes::Occlusion;
 use lumivox::gi::lpv::oracle::{self, Boundary, Texel};
 use lumivox::gi::lpv::{CellGrid, CellSettings, Cells, Directions, Ordinates, Propagation, Source};
-use lumivox::graph::{Frame, Gpu};
+use lumivox::graph::{Frame, Gpu, Image};
 use lumivox::render::oracle::View;
 use lumivox::render::{GpuLightView, GpuScene, LightMaps, MapChannel, read_light_map};
 use lumivox::scene::{Light, Scene};
@@ -112,15 +113,23 @@ pub(crate) fn light_in(
 /// The coefficients of all cells.
 pub(crate) fn read_light(gpu: &Gpu, cells: &Cells) -> Vec<[DVec4; 9]> {
     let size = cells.grid.size;
-    let texels: Vec<[u16; 4]> =
-        bytemuck::pod_collect_to_vec(&gpu.read_image(&cells.light, 0, 0).unwrap());
+    let read = |image: &Arc<Image>| -> Vec<[u16; 4]> {
+        bytemuck::pod_collect_to_vec(&gpu.read_image(image, 0, 0).unwrap())
+    };
+    let (low, band2) = (read(&cells.light.low), cells.light.band2.as_ref().map(read));
     let at = |cell: UVec3, coefficient: u32| {
-        let (x, y) = (
-            cell.x + coefficient % 3 * size.x,
-            cell.y + coefficient / 3 * size.y,
-        );
-        let z = cells.grid.slab * size.z + cell.z;
-        let texel = texels[(x + 3 * size.x * (y + 3 * size.y * z)) as usize];
+        let block = match coefficient.checked_sub(4) {
+            None => UVec3::new(coefficient % 2, coefficient / 2, cells.grid.slab),
+            Some(beyond) => UVec3::new(beyond, 0, cells.grid.slab),
+        };
+        let place = cell + block * size;
+        let (texels, blocks) = match &band2 {
+            _ if coefficient < 4 => (&low, [2, 2]),
+            Some(band2) => (band2, [5, 1]),
+            None => return DVec4::ZERO,
+        };
+        let row = place.y + blocks[1] * size.y * place.z;
+        let texel = texels[(place.x + blocks[0] * size.x * row) as usize];
         let scale = f64::from(cells.scale);
         DVec4::from(texel.map(half)) * DVec4::new(scale, scale, scale, 1.0)
     };

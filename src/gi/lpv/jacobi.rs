@@ -7,6 +7,7 @@ use glam::UVec3;
 use super::directions::Directions;
 use super::faces::Faces;
 use super::grid::GridRow;
+use super::light::Light;
 use super::sweep::{MOST_TEXELS, PAIR_BYTES, find_sources, volume};
 use crate::gpu_struct;
 use crate::graph::{
@@ -55,6 +56,7 @@ pub static JACOBI_SUM: Pass = Pass::compute(
         Binding::image("fields", Access::ComputeRead),
         Binding::image("sum", Access::ComputeReadWrite),
         Binding::image("light", Access::ComputeWrite),
+        Binding::image("light_band2", Access::ComputeWrite),
     ],
     JacobiParams::LAYOUT,
 );
@@ -111,13 +113,7 @@ impl Jacobi {
 
     /// Adds the passes that bring the flux of all cells (integers of `flux_unit`, W), and the light
     /// of the sides of all opaque faces, as many cells far as there are steps.
-    pub fn run(
-        &self,
-        frame: &mut Frame,
-        faces: &Faces,
-        flux: (&Arc<Buffer>, f32),
-        light: &Arc<Image>,
-    ) {
+    pub fn run(&self, frame: &mut Frame, faces: &Faces, flux: (&Arc<Buffer>, f32), light: &Light) {
         find_sources(frame, faces, flux, &self.sources);
         let side_light = faces.sides.as_ref().map(|sides| &sides.light);
         let [x, y, z] = self.size.to_array();
@@ -148,7 +144,8 @@ impl Jacobi {
                 .bind("directions", &self.list)
                 .bind("fields", &self.fields)
                 .bind("sum", &self.sum)
-                .bind("light", light)
+                .bind("light", &light.low)
+                .bind("light_band2", light.bound_band2())
                 .push(&params(self.steps))
                 .dispatch([x.div_ceil(8), y.div_ceil(8), z]);
         }

@@ -8,6 +8,7 @@ use glam::{DVec3, UVec3};
 use super::directions::Directions;
 use super::faces::Faces;
 use super::grid::GridRow;
+use super::light::Light;
 use super::lobes::groups;
 use super::sweep::{
     COEFFICIENT_PAIRS, MOST_FRONT_BYTES, MOST_SLAB_BYTES, MOST_TEXELS, PAIR_BYTES, SUM, SumParams,
@@ -137,13 +138,7 @@ impl Slices {
 
     /// Adds the passes that bring the flux of all cells (integers of `flux_unit`, W), and the light
     /// of the sides of all opaque faces, to all cells.
-    pub fn run(
-        &self,
-        frame: &mut Frame,
-        faces: &Faces,
-        flux: (&Arc<Buffer>, f32),
-        light: &Arc<Image>,
-    ) {
+    pub fn run(&self, frame: &mut Frame, faces: &Faces, flux: (&Arc<Buffer>, f32), light: &Light) {
         find_sources(frame, faces, flux, &self.sources);
         let side_light = faces.sides.as_ref().map(|sides| &sides.light);
         let grid = faces.grid;
@@ -174,7 +169,8 @@ impl Slices {
         frame
             .pass(&SUM)
             .bind("slabs", &self.slabs)
-            .bind("light", light)
+            .bind("light", &light.low)
+            .bind("light_band2", light.bound_band2())
             .push(&SumParams {
                 grid: grid.row(self.groups_at_once),
             })

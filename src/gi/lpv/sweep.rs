@@ -7,6 +7,7 @@ use glam::UVec3;
 use super::directions::Directions;
 use super::faces::Faces;
 use super::grid::GridRow;
+use super::light::Light;
 use super::lobes::groups;
 use crate::gpu_struct;
 use crate::graph::{
@@ -86,6 +87,7 @@ pub static SWEEP: Pass = Pass {
             Binding::buffer("side_light", Access::ComputeRead),
             Binding::image("borders", Access::ComputeReadWrite),
             Binding::image("light", Access::ComputeReadWrite),
+            Binding::image("light_band2", Access::ComputeReadWrite),
         ],
         SweepParams::LAYOUT,
     )
@@ -98,6 +100,7 @@ pub static SUM: Pass = Pass::compute(
     &[
         Binding::image("slabs", Access::ComputeRead),
         Binding::image("light", Access::ComputeWrite),
+        Binding::image("light_band2", Access::ComputeWrite),
     ],
     SumParams::LAYOUT,
 );
@@ -319,7 +322,7 @@ impl Sweep {
         frame: &mut Frame,
         faces: &Faces,
         flux: (&Arc<Buffer>, f32),
-        (light, nesting): (&Arc<Image>, Nesting),
+        (light, nesting): (&Light, Nesting),
         watch: &mut Watch<'_>,
     ) {
         let grid = faces.grid;
@@ -336,7 +339,8 @@ impl Sweep {
             frame
                 .pass(&SUM)
                 .bind("slabs", &self.slabs)
-                .bind("light", light)
+                .bind("light", &light.low)
+                .bind("light_band2", light.bound_band2())
                 .push(&SumParams {
                     grid: grid.row(self.octants_at_once),
                 })
@@ -349,7 +353,7 @@ impl Sweep {
         frame: &mut Frame,
         faces: &Faces,
         (batch, steps): (Batch, &[u32]),
-        (light, nesting): (&Arc<Image>, Nesting),
+        (light, nesting): (&Light, Nesting),
         watch: &mut Watch<'_>,
     ) {
         let side_light = faces.sides.as_ref().map(|sides| &sides.light);
@@ -393,7 +397,8 @@ impl Sweep {
                 .bind("slabs", &self.slabs)
                 .bind("side_light", side_light.unwrap_or(&self.list))
                 .bind("borders", &self.borders)
-                .bind("light", light)
+                .bind("light", &light.low)
+                .bind("light_band2", light.bound_band2())
                 .constant("ADD", batch.first_octant > 0 || batch.first_pair > 0)
                 .constant("SIDES", side_light.is_some())
                 .constant("IS_INNER", nesting.own.is_some())
