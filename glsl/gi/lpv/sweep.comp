@@ -46,6 +46,7 @@ layout(std430, set = 1, binding = 5) restrict readonly buffer SideLight { vec4 s
 layout(set = 1, binding = 6, rgba32ui) uniform restrict uimage3D borders;
 layout(set = 1, binding = 7, rgba16f) uniform restrict image3D light;
 layout(set = 1, binding = 8, rgba16f) uniform restrict image3D light_band2;
+layout(set = 1, binding = 9, rgba16ui) uniform restrict readonly uimage3D source_faces;
 
 layout(push_constant) uniform SweepParams {
     CellGrid grid;           // size.w: pairs of directions that an octant has at most
@@ -131,7 +132,7 @@ void main() {
     uint octant = params.first_octant + uint(slab);
     bvec3 is_reversed = bvec3((octant & 1u) != 0u, (octant & 2u) != 0u, (octant & 4u) != 0u);
     ivec3 cell = mix(own, size - 1 - own, is_reversed);
-    CellSource found = load_source(cell, size.x);
+    CellSource found = load_source(cell);
 
     // What comes in where there is no upwind neighbour: light of the opaque face, or of the
     // environment.

@@ -8,7 +8,7 @@ use super::directions::Directions;
 use super::faces::Faces;
 use super::grid::GridRow;
 use super::light::Light;
-use super::sweep::{MOST_TEXELS, PAIR_BYTES, find_sources, volume};
+use super::sweep::{MOST_TEXELS, PAIR_BYTES, Sources, find_sources, volume};
 use crate::gpu_struct;
 use crate::graph::{
     Access, BatchDispatch, Binding, Buffer, Error, Frame, Gpu, Image, ImageUsage, Owner, Pass, vk,
@@ -42,6 +42,7 @@ pub static JACOBI: Pass = Pass {
             Binding::image("sources", Access::ComputeRead),
             Binding::image("fields", Access::ComputeReadWrite),
             Binding::buffer("side_light", Access::ComputeRead),
+            Binding::image("source_faces", Access::ComputeRead),
         ],
         JacobiParams::LAYOUT,
     )
@@ -72,7 +73,7 @@ pub struct Jacobi {
     pub directions: Directions,
     steps: u32,
     list: Arc<Buffer>,
-    sources: Arc<Image>,
+    sources: Sources,
     /// Radiance after the last two steps.
     fields: Arc<Image>,
     pairs_at_once: u32,
@@ -100,7 +101,7 @@ impl Jacobi {
             )?,
             directions,
             steps,
-            sources: stored("lpv.sources", pairs, [2 * x, y, z])?,
+            sources: Sources::new(gpu, size)?,
             fields: stored("lpv.fields", pairs, [x, y, 2 * pairs_at_once * z])?,
             pairs_at_once,
             sum: stored(
@@ -134,7 +135,8 @@ impl Jacobi {
             frame
                 .pass(&JACOBI)
                 .bind("directions", &self.list)
-                .bind("sources", &self.sources)
+                .bind("sources", &self.sources.vectors)
+                .bind("source_faces", &self.sources.faces)
                 .bind("fields", &self.fields)
                 .bind("side_light", side_light.unwrap_or(&self.list))
                 .constant("SIDES", side_light.is_some())

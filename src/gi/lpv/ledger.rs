@@ -32,6 +32,7 @@ pub static LEDGER: Pass = Pass {
             Binding::image("front", Access::ComputeRead),
             Binding::buffer("side_light", Access::ComputeRead),
             Binding::buffer("ledger", Access::ComputeReadWrite),
+            Binding::image("source_faces", Access::ComputeRead),
         ],
         SweepParams::LAYOUT,
     )
@@ -80,7 +81,8 @@ fn count_sweep(
             .pass(&LEDGER)
             .bind("directions", &sweep.list)
             .bind("order", &sweep.order)
-            .bind("sources", &sweep.sources)
+            .bind("sources", &sweep.sources.vectors)
+            .bind("source_faces", &sweep.sources.faces)
             .bind("front", &sweep.front)
             .bind("side_light", side_light.unwrap_or(&sweep.list))
             .bind("ledger", ledger)

@@ -11,8 +11,8 @@ use super::grid::GridRow;
 use super::light::Light;
 use super::lobes::groups;
 use super::sweep::{
-    COEFFICIENT_PAIRS, MOST_FRONT_BYTES, MOST_SLAB_BYTES, MOST_TEXELS, PAIR_BYTES, SUM, SumParams,
-    find_sources, volume,
+    COEFFICIENT_PAIRS, MOST_FRONT_BYTES, MOST_SLAB_BYTES, MOST_TEXELS, PAIR_BYTES, SUM, Sources,
+    SumParams, find_sources, volume,
 };
 use crate::gpu_struct;
 use crate::graph::{
@@ -45,6 +45,7 @@ pub static SLICES: Pass = Pass {
             Binding::image("front", Access::ComputeReadWrite),
             Binding::image("slabs", Access::ComputeReadWrite),
             Binding::buffer("side_light", Access::ComputeRead),
+            Binding::image("source_faces", Access::ComputeRead),
         ],
         SlicesParams::LAYOUT,
     )
@@ -70,7 +71,7 @@ pub struct Slices {
     list: Arc<Buffer>,
     /// Pairs of directions that a group has at most.
     most_pairs: u32,
-    sources: Arc<Image>,
+    sources: Sources,
     front: Arc<Image>,
     /// One for each group that is marched at once.
     slabs: Arc<Image>,
@@ -129,7 +130,7 @@ impl Slices {
                 bytemuck::cast_slice(&words),
             )?,
             most_pairs,
-            sources: stored("lpv.sources", [2 * x, y, z])?,
+            sources: Sources::new(gpu, size)?,
             front: stored("lpv.front", [edge, edge, groups_at_once * layers])?,
             slabs: stored("lpv.slabs", [COEFFICIENT_PAIRS * x, y, groups_at_once * z])?,
             groups_at_once,
@@ -158,7 +159,8 @@ impl Slices {
             frame
                 .pass(&SLICES)
                 .bind("directions", &self.list)
-                .bind("sources", &self.sources)
+                .bind("sources", &self.sources.vectors)
+                .bind("source_faces", &self.sources.faces)
                 .bind("front", &self.front)
                 .bind("slabs", &self.slabs)
                 .bind("side_light", side_light.unwrap_or(&self.list))
