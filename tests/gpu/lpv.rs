@@ -1,6 +1,7 @@
 //! Stages of the light propagation volume on the device against their CPU oracles.
 
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use crate::support::compare::{Largest, Worst, larger};
 use crate::support::scenes::{bundled, scene_of, soup};
@@ -8,10 +9,10 @@ use crate::support::{Random, gpu, read_words};
 use glam::{DVec2, DVec3, DVec4, UVec3, Vec3};
 use lumivox::gi::lpv::faces::{Faces, Side};
 use lumivox::gi::lpv::inject::flux_unit;
-use lumivox::gi::lpv::lobes::Occlusion;
+use lumivox::gi::lpv::lobes::{LobeSettings, Occlusion, Scheme};
 use lumivox::gi::lpv::oracle::{self, Boundary, Texel};
 use lumivox::gi::lpv::{CellGrid, CellSettings, Cells, Directions, Ordinates, Propagation, Source};
-use lumivox::graph::{Frame, Gpu};
+use lumivox::graph::{Frame, Gpu, Image, Owner};
 use lumivox::render::oracle::View;
 use lumivox::render::{GpuLightView, GpuScene, LightMaps, MapChannel, read_light_map};
 use lumivox::scene::{Light, Scene};
@@ -113,15 +114,23 @@ pub(crate) fn light_in(
 /// The coefficients of all cells.
 pub(crate) fn read_light(gpu: &Gpu, cells: &Cells) -> Vec<[DVec4; 9]> {
     let size = cells.grid.size;
-    let texels: Vec<[u16; 4]> =
-        bytemuck::pod_collect_to_vec(&gpu.read_image(&cells.light, 0, 0).unwrap());
+    let read = |image: &Arc<Image>| -> Vec<[u16; 4]> {
+        bytemuck::pod_collect_to_vec(&gpu.read_image(image, 0, 0).unwrap())
+    };
+    let (low, band2) = (read(&cells.light.low), cells.light.band2.as_ref().map(read));
     let at = |cell: UVec3, coefficient: u32| {
-        let (x, y) = (
-            cell.x + coefficient % 3 * size.x,
-            cell.y + coefficient / 3 * size.y,
-        );
-        let z = cells.grid.slab * size.z + cell.z;
-        let texel = texels[(x + 3 * size.x * (y + 3 * size.y * z)) as usize];
+        let block = match coefficient.checked_sub(4) {
+            None => UVec3::new(coefficient % 2, coefficient / 2, cells.grid.slab),
+            Some(beyond) => UVec3::new(beyond, 0, cells.grid.slab),
+        };
+        let place = cell + block * size;
+        let (texels, blocks) = match &band2 {
+            _ if coefficient < 4 => (&low, [2, 2]),
+            Some(band2) => (band2, [5, 1]),
+            None => return DVec4::ZERO,
+        };
+        let row = place.y + blocks[1] * size.y * place.z;
+        let texel = texels[(place.x + blocks[0] * size.x * row) as usize];
         let scale = f64::from(cells.scale);
         DVec4::from(texel.map(half)) * DVec4::new(scale, scale, scale, 1.0)
     };
@@ -698,4 +707,47 @@ fn sides_are_what_cells_see_of_opaque_faces() {
     assert!(taken.iter().all(|taken| *taken), "places are left out");
     // Where two surfaces are a thousandth of a segment apart, either may be taken.
     assert!(seen > 3000 && unlike * 200 < seen, "{unlike} of {seen}");
+}
+
+/// What one grid of 128 cells a side has is at most what every device lets a buffer have, of the
+/// presets and of streams in two bands.
+#[test]
+fn nothing_of_128_cells_a_side_is_larger_than_128_mib() {
+    let lobes = |scheme| CellSettings {
+        lobes: Some(LobeSettings {
+            scheme,
+            iterations: 8,
+            gain: 1.0,
+            clamp_negative: true,
+        }),
+        ..SETTINGS
+    };
+    let accurate = CellSettings {
+        directions: 384,
+        ..SETTINGS
+    };
+    let best = CellSettings {
+        keeps_directions: true,
+        ..accurate
+    };
+    let textbook = CellSettings {
+        occlusion: Occlusion::Fuzzy,
+        ..lobes(Scheme::Lobes30)
+    };
+    for (name, settings, most_store) in [
+        ("accurate", accurate, 310e6),
+        ("best", best, 430e6),
+        ("textbook", textbook, 500e6),
+        ("stream", lobes(Scheme::Stream), 450e6),
+    ] {
+        let gpu = gpu();
+        let scene = GpuScene::new(&gpu, &bundled("cornell")).unwrap();
+        let grid = CellGrid::new(Vec3::ZERO, 1.0, UVec3::splat(128));
+        let _cells = Cells::new(&gpu, &scene, grid, settings).unwrap();
+        for (resource, bytes) in gpu.memory() {
+            assert!(bytes <= 128 << 20, "{name}: {resource} has {bytes} bytes");
+        }
+        let store = gpu.bytes_of(Owner::Store);
+        assert!(store as f64 <= most_store, "{name}: {store} bytes");
+    }
 }

@@ -100,8 +100,15 @@ impl<'g> Walk<'g> {
     /// All that the levels hold, bit by bit, with sides by cell and face.
     fn state(&mut self) -> Vec<Vec<u32>> {
         self.light();
-        let light = self.gpu.read_image(&self.technique.levels[0].light, 0, 0);
-        let light = bytemuck::pod_collect_to_vec(&light.unwrap());
+        let light = &self.technique.levels[0].light;
+        let images = [Some(&light.low), light.band2.as_ref()];
+        let read = |image| self.gpu.read_image(image, 0, 0).unwrap();
+        let light = images
+            .into_iter()
+            .flatten()
+            .flat_map(read)
+            .collect::<Vec<_>>();
+        let light = bytemuck::pod_collect_to_vec(&light);
         let mut all = Vec::new();
         for cells in &self.technique.levels {
             let words = read_words(self.gpu, &cells.faces.words);

@@ -128,9 +128,11 @@ fn faces_and_lobes_are_those_of_a_plain_march() {
         frame
             .pass(&VIEW)
             .bind("faces", &lit.cells.faces.words)
-            .bind("light", &lit.cells.light)
+            .bind("light", &lit.cells.light.low)
+            .bind("light_band2", lit.cells.light.bound_band2())
             .bind("seen", &image)
             .constant("LOBES", u32::from(has_lobes))
+            .constant("HAS_BAND2", lit.cells.light.band2.is_some())
             .push(&ViewParams {
                 grid: grid.row(0),
                 scale: lit.cells.scale,

@@ -4,9 +4,10 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(set = 1, binding = 0) uniform texture3D light;
-layout(set = 1, binding = 1) uniform texture2D view_depth;
-layout(set = 1, binding = 2) uniform utexture2D normals;
-layout(set = 1, binding = 3, rgba32f) uniform restrict writeonly image2D indirect_diffuse;
+layout(set = 1, binding = 1) uniform texture3D light_band2;
+layout(set = 1, binding = 2) uniform texture2D view_depth;
+layout(set = 1, binding = 3) uniform utexture2D normals;
+layout(set = 1, binding = 4, rgba32f) uniform restrict writeonly image2D indirect_diffuse;
 
 #include "shared/gbuffer.glsl"
 #include "gi/lpv/lookup.glsl"

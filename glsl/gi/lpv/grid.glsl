@@ -5,7 +5,7 @@
 struct CellGrid {
     vec4 place;   // xyz: corner of the lattice's cell (0, 0, 0) [m]; w: edge of a cell [m]
     ivec4 size;   // xyz: cells along each axis
-    ivec4 first;  // xyz: the first cell in the lattice; w: first layer in the volume of light
+    ivec4 first;  // xyz: the first cell in the lattice; w: first layer in the images of light
 };
 
 // A cell's word of faces. Bits 0 to 5: the opaque ones, in the order −x, +x, −y, +y, −z, +z. Bits
@@ -46,12 +46,6 @@ vec3 to_cells(CellGrid grid, vec3 position_ws) {
 vec3 shifted(vec3 position, vec3 normal, float shift) {
     vec3 m = abs(normal);
     return position + shift * (m.x + m.y + m.z) * normal;
-}
-
-// Where the coefficient of a basis function is in the volume of light: 3×3 blocks across x and y.
-ivec3 light_texel(CellGrid grid, ivec3 cell, int coefficient) {
-    return cell + ivec3(coefficient % 3, coefficient / 3, 0) * grid.size.xyz
-        + ivec3(0, 0, grid.first.w);
 }
 
 #endif

@@ -21,6 +21,7 @@ layout(set = 1, binding = 1, rgba32ui) uniform restrict readonly uimage3D source
 // radiance; z: parity of the step, pair of directions, z of the cell
 layout(set = 1, binding = 2, rgba32ui) uniform restrict uimage3D fields;
 layout(std430, set = 1, binding = 3) restrict readonly buffer SideLight { vec4 side_light[]; };
+layout(set = 1, binding = 4, rgba16ui) uniform restrict readonly uimage3D source_faces;
 
 layout(push_constant) uniform JacobiParams {
     CellGrid grid;       // size.w: pairs of directions that a half of the volume has room for
@@ -43,7 +44,7 @@ void main() {
     if (!is_inside(params.grid, cell)) return;
     uint first = 2u * (params.first_pair + uint(k));
     vec3 pair[2] = vec3[2](directions[first].xyz, directions[first + 1u].xyz);
-    CellSource found = load_source(cell, size.x);
+    CellSource found = load_source(cell);
     Pair here;
     for (int i = 0; i < 2; ++i)
         here.radiance[i] = vec4(max(pair[i] * found.vectors, vec3(0.0)), 0.0);

@@ -15,6 +15,7 @@ layout(std430, set = 1, binding = 0) restrict readonly buffer Directions {
 layout(set = 1, binding = 1, rgba32ui) uniform restrict readonly uimage3D fields;
 layout(set = 1, binding = 2, rgba32f) uniform restrict image3D sum;
 layout(set = 1, binding = 3, rgba16f) uniform restrict writeonly image3D light;
+layout(set = 1, binding = 4, rgba16f) uniform restrict writeonly image3D light_band2;
 
 layout(push_constant) uniform JacobiParams {
     CellGrid grid;       // size.w: pairs of directions that a half of the volume has room for
@@ -22,6 +23,8 @@ layout(push_constant) uniform JacobiParams {
     uint pair_count;
     uint step;           // the last one
 } params;
+
+#include "gi/lpv/store_light.glsl"
 
 void main() {
     ivec3 size = params.grid.size.xyz, cell = ivec3(gl_GlobalInvocationID);
@@ -43,6 +46,6 @@ void main() {
         ivec3 texel = cell + ivec3(i % 3, i / 3, 0) * size;
         if (params.first_pair > 0u) sums[i] += imageLoad(sum, texel);
         imageStore(sum, texel, sums[i]);
-        imageStore(light, light_texel(params.grid, cell, i), sums[i]);
+        store_light(params.grid, cell, i, sums[i]);
     }
 }

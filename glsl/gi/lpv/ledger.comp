@@ -21,6 +21,7 @@ layout(set = 1, binding = 3, rgba32ui) uniform restrict readonly uimage3D front;
 layout(std430, set = 1, binding = 4) restrict readonly buffer SideLight { vec4 side_light[]; };
 // injected, entered, absorbed, left, on its way, of each thread
 layout(std430, set = 1, binding = 5) restrict buffer Ledger { vec4 ledger[]; };
+layout(set = 1, binding = 6, rgba16ui) uniform restrict readonly uimage3D source_faces;
 
 layout(push_constant) uniform SweepParams {
     CellGrid grid;           // size.w: pairs of directions that an octant has at most
@@ -52,7 +53,7 @@ void main() {
     uint octant = params.first_octant + uint(slab);
     bvec3 is_reversed = bvec3((octant & 1u) != 0u, (octant & 2u) != 0u, (octant & 4u) != 0u);
     ivec3 cell = mix(own, size - 1 - own, is_reversed);
-    CellSource source = load_source(cell, size.x);
+    CellSource source = load_source(cell);
 
     // Through one unit of each face, what opaque faces send in and what comes from outside.
     mat3x4 sent = mat3x4(0.0), inflow = mat3x4(0.0);

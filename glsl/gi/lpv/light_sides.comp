@@ -6,13 +6,13 @@ layout(local_size_x = 64) in;
 
 #include "shared/light_view.glsl"
 #include "gi/lpv/grid.glsl"
-#include "gi/lpv/harmonics.glsl"
 #include "gi/lpv/sides.glsl"
 #include "gi/lpv/changes.glsl"
 
 layout(constant_id = 0) const bool DIRECT = false;   // with direct light
 layout(constant_id = 1) const bool AGAIN = false;    // with what the sweep before has brought
 layout(constant_id = 2) const bool COMPARE = false;  // with what was sent in the bounce before
+layout(constant_id = 3) const bool HAS_BAND2 = true;
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer LightViews {
     LightView light_views[];
@@ -20,11 +20,12 @@ layout(std430, set = 1, binding = 0) restrict readonly buffer LightViews {
 layout(set = 1, binding = 1) uniform texture2DArray shadow_maps;
 layout(std430, set = 1, binding = 2) restrict readonly buffer Sides { Side sides[]; };
 layout(set = 1, binding = 3) uniform texture3D light;
-layout(std430, set = 1, binding = 4) restrict buffer SideLight {
+layout(set = 1, binding = 4) uniform texture3D light_band2;
+layout(std430, set = 1, binding = 5) restrict buffer SideLight {
     vec4 side_light[];   // rgb: in steps of the scale; w: 0
 };
 
-layout(std430, set = 1, binding = 5) restrict writeonly buffer Changes {
+layout(std430, set = 1, binding = 6) restrict writeonly buffer Changes {
     uvec4 changes[];   // of each workgroup: Σ|change|, Σ, over red, green and blue
 };
 
@@ -35,6 +36,7 @@ layout(push_constant) uniform SideParams {
 } params;
 
 #include "shared/visibility.glsl"
+#include "gi/lpv/fetch_light.glsl"
 
 vec3 direct_irradiance(Side side) {
     vec3 sum = vec3(0.0), to_light;
@@ -51,11 +53,7 @@ vec3 direct_irradiance(Side side) {
 
 vec3 irradiance_before(Side side) {
     ivec3 cell = cell_at(params.grid, floatBitsToInt(side.place.w));
-    vec4 coefficients[COEFFICIENTS];
-    for (int i = 0; i < COEFFICIENTS; ++i)
-        coefficients[i] = texelFetch(
-            sampler3D(light, nearest_clamp), light_texel(params.grid, cell, i), 0);
-    vec4 found = irradiance(coefficients, side.normal.xyz);
+    vec4 found = irradiance(fetch_light_of(params.grid, cell), side.normal.xyz);
     return params.scale * found.rgb + found.a * frame.environment.rgb;
 }
 

@@ -1,15 +1,15 @@
-// What arrives off a surface. The including pass declares `light`, a volume of nine blocks
-// (light_texel), and includes shared/gbuffer.glsl before.
+// What arrives off a surface. The including pass declares `light` and `light_band2`
+// (gi/lpv/light.glsl), and includes shared/gbuffer.glsl before.
 #ifndef LUMIVOX_LPV_LOOKUP
 #define LUMIVOX_LPV_LOOKUP
 
-#include "gi/lpv/grid.glsl"
-#include "gi/lpv/harmonics.glsl"
+#include "gi/lpv/light.glsl"
 
 layout(constant_id = 0) const uint LEVELS = 1u;   // nested grids, each in its slab along z
 layout(constant_id = 1) const bool NESTED = false;   // there are several
 layout(constant_id = 2) const bool MASKED = false;   // no light of cells behind the surface
 layout(constant_id = 3) const bool DAMPING = false;  // of light that falls off from the surface
+layout(constant_id = 4) const bool HAS_BAND2 = true;
 
 layout(push_constant) uniform LookupParams {
     CellGrid grid;   // the outermost
@@ -26,11 +26,16 @@ layout(push_constant) uniform LookupParams {
 void fetch_corners(Corners corners, uint level, out vec4 found[COEFFICIENTS]) {
     ivec3 size = params.grid.size.xyz;
     for (int i = 0; i < COEFFICIENTS; ++i) {
-        ivec3 block = ivec3(i % 3, i / 3, int(level)) * size;
+        ivec3 block = (light_block(i) + ivec3(0, 0, level)) * size;
         vec4 sum = vec4(0.0);
-        for (int at = 0; at < 8; ++at)
-            sum += corners.weights[at]
-                * texelFetch(sampler3D(light, nearest_clamp), block + corners.cells[at], 0);
+        for (int at = 0; at < 8; ++at) {
+            ivec3 texel = block + corners.cells[at];
+            if (i < LOW_COEFFICIENTS)
+                sum += corners.weights[at] * texelFetch(sampler3D(light, nearest_clamp), texel, 0);
+            else if (HAS_BAND2)
+                sum += corners.weights[at]
+                    * texelFetch(sampler3D(light_band2, nearest_clamp), texel, 0);
+        }
         found[i] = sum * vec4(vec3(params.scale), 1.0);
     }
 }
@@ -45,10 +50,15 @@ void fetch_light(vec3 place, vec3 normal, float shift, uint level, out vec4 foun
     // The blocks lie side by side: half a cell from a block's border the filter stays inside.
     position = clamp(position, vec3(0.5), size - 0.5) + vec3(0.0, 0.0, float(level) * size.z);
     for (int i = 0; i < COEFFICIENTS; ++i) {
-        vec3 texel = position + vec3(i % 3, i / 3, 0.0) * size;
-        found[i] = textureLod(
-                       sampler3D(light, linear_clamp), texel / (size * vec3(3, 3, LEVELS)), 0.0)
-            * vec4(vec3(params.scale), 1.0);
+        vec3 texel = position + vec3(light_block(i)) * size;
+        vec4 sum = vec4(0.0);
+        if (i < LOW_COEFFICIENTS)
+            sum = textureLod(
+                sampler3D(light, linear_clamp), texel / (size * vec3(2, 2, LEVELS)), 0.0);
+        else if (HAS_BAND2)
+            sum = textureLod(
+                sampler3D(light_band2, linear_clamp), texel / (size * vec3(5, 1, LEVELS)), 0.0);
+        found[i] = sum * vec4(vec3(params.scale), 1.0);
     }
 }
 

@@ -33,6 +33,7 @@ layout(set = 1, binding = 2, rgba32ui) uniform restrict uimage3D front;
 // sums over the directions of a group: x: pair of coefficients and x of the cell; z: group, z
 layout(set = 1, binding = 3, rgba32ui) uniform restrict uimage3D slabs;
 layout(std430, set = 1, binding = 4) restrict readonly buffer SideLight { vec4 side_light[]; };
+layout(set = 1, binding = 5, rgba16ui) uniform restrict readonly uimage3D source_faces;
 
 layout(push_constant) uniform SlicesParams {
     CellGrid grid;      // size.w: pairs of directions that a group has at most
@@ -50,7 +51,7 @@ struct Step { float open; vec4 light; };
 // Of one step upwind from a cell: whether there is a cell, or else what light comes.
 Step step_from(ivec3 cell, bool is_inside_grid, int axis, bool is_reversed) {
     if (!is_inside_grid) return Step(0.0, vec4(0.0, 0.0, 0.0, 1.0));
-    uint word = load_faces(cell, params.grid.size.x), face = 2u * uint(axis) + uint(is_reversed);
+    uint word = load_faces(cell), face = 2u * uint(axis) + uint(is_reversed);
     if ((word >> face & 1u) != 0u) {
         vec4 light = vec4(0.0);
         if (SIDES) light = side_light[side_of(word, face)];
@@ -83,7 +84,7 @@ void main() {
     own[b] = bc.x;
     own[c] = bc.y;
     ivec3 cell = mix(own, size - 1 - own, is_reversed);
-    CellSource found = load_source(cell, size.x);
+    CellSource found = load_source(cell);
 
     // All steps along the edges of the cube of eight cells: by the corner they start at, and axis.
     Step steps[24];

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// lpv.sources: what a cell sends and which of its faces are opaque, two texels side by side. Half
-// floats, as all radiance on its way; gi/lpv/sources.glsl reads them.
+// lpv.sources: what a cell sends and which of its faces are opaque, a texel of each of two images.
+// Half floats, as all radiance on its way; gi/lpv/sources.glsl reads them.
 layout(local_size_x = 8, local_size_y = 8) in;
 
 #include "gi/lpv/grid.glsl"
@@ -9,6 +9,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(std430, set = 1, binding = 0) restrict readonly buffer Faces { uint faces[]; };
 layout(std430, set = 1, binding = 1) restrict readonly buffer Flux { int flux[]; };
 layout(set = 1, binding = 2, rgba32ui) uniform restrict writeonly uimage3D sources;
+layout(set = 1, binding = 3, rgba16ui) uniform restrict writeonly uimage3D source_faces;
 
 layout(push_constant) uniform SourceParams {
     CellGrid grid;
@@ -29,6 +30,7 @@ void main() {
     imageStore(sources, cell,
         uvec4(packHalf2x16(r.xy), packHalf2x16(vec2(r.z, g.x)), packHalf2x16(g.yz),
             packHalf2x16(b.xy)));
-    imageStore(sources, cell + ivec3(size.x, 0, 0),
-        uvec4(packHalf2x16(vec2(b.z, 0.0)), faces[index], 0u, 0u));
+    uint word = faces[index];
+    imageStore(source_faces, cell,
+        uvec4(packHalf2x16(vec2(b.z, 0.0)), word & 0xffffu, word >> 16, 0u));
 }

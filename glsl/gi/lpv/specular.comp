@@ -5,11 +5,12 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(set = 1, binding = 0) uniform texture3D light;
-layout(set = 1, binding = 1) uniform texture2D view_depth;
-layout(set = 1, binding = 2) uniform utexture2D normals;
-layout(set = 1, binding = 3) uniform texture2D albedo;
-layout(set = 1, binding = 4) uniform texture2D specular;
-layout(set = 1, binding = 5, rgba32f) uniform restrict writeonly image2D indirect_specular;
+layout(set = 1, binding = 1) uniform texture3D light_band2;
+layout(set = 1, binding = 2) uniform texture2D view_depth;
+layout(set = 1, binding = 3) uniform utexture2D normals;
+layout(set = 1, binding = 4) uniform texture2D albedo;
+layout(set = 1, binding = 5) uniform texture2D specular;
+layout(set = 1, binding = 6, rgba32f) uniform restrict writeonly image2D indirect_specular;
 
 #include "shared/gbuffer.glsl"
 #include "shared/ggx.glsl"

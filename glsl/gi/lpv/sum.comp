@@ -8,10 +8,13 @@ layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(set = 1, binding = 0, rgba32ui) uniform restrict readonly uimage3D slabs;
 layout(set = 1, binding = 1, rgba16f) uniform restrict writeonly image3D light;
+layout(set = 1, binding = 2, rgba16f) uniform restrict writeonly image3D light_band2;
 
 layout(push_constant) uniform SumParams {
     CellGrid grid;    // size.w: slabs
 } params;
+
+#include "gi/lpv/store_light.glsl"
 
 void main() {
     ivec3 size = params.grid.size.xyz, cell = ivec3(gl_GlobalInvocationID);
@@ -23,8 +26,8 @@ void main() {
             first += vec4(unpackHalf2x16(words.x), unpackHalf2x16(words.y));
             second += vec4(unpackHalf2x16(words.z), unpackHalf2x16(words.w));
         }
-        imageStore(light, light_texel(params.grid, cell, 2 * pair), first);
+        store_light(params.grid, cell, 2 * pair, first);
         if (2 * pair + 1 < COEFFICIENTS)
-            imageStore(light, light_texel(params.grid, cell, 2 * pair + 1), second);
+            store_light(params.grid, cell, 2 * pair + 1, second);
     }
 }

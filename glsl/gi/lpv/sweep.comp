@@ -45,6 +45,8 @@ layout(std430, set = 1, binding = 5) restrict readonly buffer SideLight { vec4 s
 // along the border, for one finer grid after the other along y; z: octant, axis, pair of directions
 layout(set = 1, binding = 6, rgba32ui) uniform restrict uimage3D borders;
 layout(set = 1, binding = 7, rgba16f) uniform restrict image3D light;
+layout(set = 1, binding = 8, rgba16f) uniform restrict image3D light_band2;
+layout(set = 1, binding = 9, rgba16ui) uniform restrict readonly uimage3D source_faces;
 
 layout(push_constant) uniform SweepParams {
     CellGrid grid;           // size.w: pairs of directions that an octant has at most
@@ -62,6 +64,7 @@ const uint ORDER_ROW = 1024u;   // Rust: ORDER_ROW of lpv::sweep
 
 #include "gi/lpv/pairs.glsl"
 #include "gi/lpv/sources.glsl"
+#include "gi/lpv/store_light.glsl"
 
 const ivec3 NOWHERE = ivec3(0, 0, -4096);   // whichever pair of directions is added
 
@@ -109,10 +112,12 @@ void add_to_slab(ivec3 texel, vec4 sums[COEFFICIENTS + 1]) {
 
 void add_to_light(ivec3 cell, vec4 sums[COEFFICIENTS + 1]) {
     for (int i = 0; i < COEFFICIENTS; ++i) {
-        ivec3 texel = light_texel(params.grid, cell, i);
         vec4 sum = sums[i];
-        if (ADD) sum += imageLoad(light, texel);
-        imageStore(light, texel, sum);
+        if (ADD) {
+            ivec3 texel = light_texel(params.grid, cell, i);
+            sum += i < LOW_COEFFICIENTS ? imageLoad(light, texel) : imageLoad(light_band2, texel);
+        }
+        store_light(params.grid, cell, i, sum);
     }
 }
 
@@ -127,7 +132,7 @@ void main() {
     uint octant = params.first_octant + uint(slab);
     bvec3 is_reversed = bvec3((octant & 1u) != 0u, (octant & 2u) != 0u, (octant & 4u) != 0u);
     ivec3 cell = mix(own, size - 1 - own, is_reversed);
-    CellSource found = load_source(cell, size.x);
+    CellSource found = load_source(cell);
 
     // What comes in where there is no upwind neighbour: light of the opaque face, or of the
     // environment.

@@ -8,13 +8,14 @@ layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer Faces { uint faces[]; };
 layout(set = 1, binding = 1) uniform texture3D light;
-layout(set = 1, binding = 2, rgba32f) uniform restrict writeonly image2D seen;
+layout(set = 1, binding = 2) uniform texture3D light_band2;
+layout(set = 1, binding = 3, rgba32f) uniform restrict writeonly image2D seen;
 
 layout(constant_id = 0) const bool LOBES = false;
+layout(constant_id = 1) const bool HAS_BAND2 = true;
 
 #include "shared/frame.glsl"
-#include "gi/lpv/grid.glsl"
-#include "gi/lpv/harmonics.glsl"
+#include "gi/lpv/fetch_light.glsl"
 
 layout(push_constant) uniform ViewParams {
     CellGrid grid;
@@ -27,14 +28,6 @@ const float REACH = 0.48;
 const float NEAREST_LOBE = 2.0;
 // Of a ray through a lobe's sphere, and halvings of the one in which it meets the lobe.
 const int STEPS = 32, HALVINGS = 6;
-
-vec4[COEFFICIENTS] light_of(ivec3 cell) {
-    vec4 coefficients[COEFFICIENTS];
-    for (int i = 0; i < COEFFICIENTS; ++i)
-        coefficients[i] = texelFetch(
-            sampler3D(light, nearest_clamp), light_texel(params.grid, cell, i), 0);
-    return coefficients;
-}
 
 vec4 irradiance_of(vec4 coefficients[COEFFICIENTS], vec3 normal) {
     vec4 found = irradiance(coefficients, normal);
@@ -78,7 +71,7 @@ bool meets_lobe(ivec3 cell, vec3 origin, vec3 direction, out vec4 found) {
     float half_chord = REACH * REACH - dot(from, from) + nearest * nearest;
     if (half_chord <= 0.0) return false;
     half_chord = sqrt(half_chord);
-    vec4 coefficients[COEFFICIENTS] = light_of(cell);
+    vec4 coefficients[COEFFICIENTS] = fetch_light_of(params.grid, cell);
     float luminances[COEFFICIENTS] = luminance_of(coefficients);
     float largest = bound(luminances);
     if (largest <= 0.0) return false;
@@ -126,7 +119,7 @@ void main() {
             if ((word >> face & 1u) != 0u) {
                 vec3 normal = vec3(0.0);
                 normal[axis] = -float(steps[axis]);
-                result = irradiance_of(light_of(cell), normal);
+                result = irradiance_of(fetch_light_of(params.grid, cell), normal);
                 break;
             }
             cell[axis] += steps[axis];

@@ -7,6 +7,7 @@ use glam::UVec3;
 
 use super::blockers::Blockers;
 use super::faces::Faces;
+use super::light::Light;
 use super::lobes::{
     FinishParams, LobeSettings, Occlusion, PropagateParams, SeedParams, axis_direction, groups,
 };
@@ -62,6 +63,7 @@ pub static FINISH_BANDS: Pass = Pass {
         &[
             Binding::image("sum", Access::ComputeRead),
             Binding::image("light", Access::ComputeWrite),
+            Binding::image("light_band2", Access::ComputeWrite),
         ],
         FinishParams::LAYOUT,
     )
@@ -158,7 +160,7 @@ impl Streams {
         frame: &mut Frame,
         faces: &Faces,
         (flux, flux_unit): (&Arc<Buffer>, f32),
-        light: &Arc<Image>,
+        light: &Light,
     ) {
         let grid = faces.grid;
         let side_light = faces.sides.as_ref().map(|sides| &sides.light);
@@ -192,7 +194,7 @@ impl Streams {
             .pass(&STREAM)
             .bind("faces", &faces.words)
             .bind("streams", &self.matrices)
-            .bind("blockers", blockers.unwrap_or(light))
+            .bind("blockers", blockers.unwrap_or(&light.low))
             .bind("lobes", &self.lobes)
             .bind("sum", &self.sum)
             .constant("BANDS", self.bands)
@@ -201,7 +203,8 @@ impl Streams {
         frame
             .pass(&FINISH_BANDS)
             .bind("sum", &self.sum)
-            .bind("light", light)
+            .bind("light", &light.low)
+            .bind("light_band2", light.bound_band2())
             .constant("BANDS", self.bands)
             .push(&FinishParams { grid: grid.row(0) })
             .dispatch(groups(&grid));

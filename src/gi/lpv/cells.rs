@@ -12,13 +12,12 @@ use super::jacobi::Jacobi;
 use super::leaf_sweep::LeafSweep;
 use super::leaves::LeafSettings;
 use super::levels::{Levels, Transfer};
+use super::light::Light;
 use super::lobes::{LobeSettings, Lobes, Occlusion, Scheme};
 use super::slices::Slices;
-use super::sweep::{Batch, Nesting, Sweep, Watch, volume};
+use super::sweep::{Batch, Nesting, Sweep, Watch};
 use crate::gi::{MapNeeds, Needs, Settings};
-use crate::graph::{
-    Buffer, BufferDesc, BufferUsage, Error, Frame, FrameStats, Gpu, Image, ImageUsage, Owner, vk,
-};
+use crate::graph::{Buffer, BufferDesc, BufferUsage, Error, Frame, FrameStats, Gpu, Owner};
 use crate::render::{GpuScene, LightMaps};
 
 /// Where the light of lights comes from.
@@ -185,12 +184,11 @@ pub enum Propagation {
 /// What grids of one size share.
 struct Parts {
     propagation: Arc<Propagation>,
-    light: Arc<Image>,
+    light: Arc<Light>,
 }
 
 impl Parts {
     fn new(gpu: &Gpu, size: UVec3, grids: u32, settings: &CellSettings) -> Result<Self, Error> {
-        let [x, y, z] = size.to_array();
         let directions = settings.directions;
         let propagation = match (settings.lobes, settings.octree) {
             (Some(lobes), Some(Octree::Levels(transfer))) => {
@@ -218,14 +216,10 @@ impl Parts {
                 }
             },
         };
+        let has_two_bands = matches!(propagation, Propagation::Lobes(_) | Propagation::Levels(_));
         Ok(Parts {
             propagation: Arc::new(propagation),
-            light: volume(
-                gpu,
-                ("lpv.light", vk::Format::R16G16B16A16_SFLOAT),
-                [3 * x, 3 * y, grids * z],
-                ImageUsage::STORAGE | ImageUsage::SAMPLED,
-            )?,
+            light: Arc::new(Light::new(gpu, size, grids, !has_two_bands)?),
         })
     }
 }
@@ -243,10 +237,9 @@ pub struct Cells {
     pub flux: Arc<Buffer>,
     /// From cells to all others; grids of one size share it.
     pub propagation: Arc<Propagation>,
-    /// What the directions of all octants bring each cell: nine coefficients (W/(m² sr)), in steps
-    /// of the scale, in alpha those of an environment of radiance 1. Grids of one size share it,
-    /// each with its slab.
-    pub light: Arc<Image>,
+    /// What all directions bring each cell: coefficients of radiance (W/(m² sr)), in steps of the
+    /// scale, in alpha those of an environment of radiance 1. Grids of one size share it.
+    pub light: Arc<Light>,
     /// Radiance of a stored 1 (W/(m² sr)), of the last light.
     pub scale: f32,
     bounce_test: Option<BounceTest>,
@@ -419,7 +412,7 @@ impl Cells {
     }
 
     /// Adds the passes that inject what surfaces reflect of the lights; `scale` is the radiance of
-    /// a stored 1 (W/(m² sr)), one for grids that share a volume of light.
+    /// a stored 1 (W/(m² sr)), one for grids that share light.
     pub(super) fn inject(
         &mut self,
         frame: &mut Frame,
@@ -467,7 +460,7 @@ impl Cells {
         (test, after): (Option<&BounceTest>, After<'_>),
     ) {
         let with_direct = self.settings.source == Source::Faces;
-        let before = (&self.light, bounce > 0);
+        let before = (&*self.light, bounce > 0);
         let scale = (with_direct, self.scale);
         self.faces.light(frame, maps, scale, before, test);
         self.block(frame, (scene, maps));
@@ -476,7 +469,7 @@ impl Cells {
             let flux = (&self.flux, flux_unit);
             match &*self.propagation {
                 Propagation::Sweep(sweep) => {
-                    let light = (&self.light, nesting);
+                    let light = (&*self.light, nesting);
                     let mut after = |frame: &mut Frame, batch| after(frame, sweep, batch);
                     let mut watch = Watch::Batches(&mut after);
                     sweep.run(frame, &self.faces, flux, light, &mut watch);

@@ -5,11 +5,12 @@ use std::sync::Arc;
 use glam::UVec3;
 
 use super::grid::{CellGrid, GridRow};
+use super::light::Light;
 use super::scroll::Before;
 use crate::gpu_struct;
 use crate::graph::{
     Access, Binding, Buffer, BufferDesc, BufferUsage, DrawBatch, Error, Frame, FrameStats, Gpu,
-    Image, Owner, Pass, RasterState, Sets, Shaders, Targets,
+    Owner, Pass, RasterState, Sets, Shaders, Targets,
 };
 use crate::render::{GpuScene, LightMaps};
 use crate::shader::GpuStruct;
@@ -135,10 +136,11 @@ pub static LIGHT_SIDES: Pass = Pass {
         Binding::sampled("shadow_maps", Access::ComputeSampled),
         Binding::buffer("sides", Access::ComputeRead),
         Binding::sampled("light", Access::ComputeSampled),
+        Binding::sampled("light_band2", Access::ComputeSampled),
         Binding::buffer("side_light", Access::ComputeReadWrite),
         Binding::buffer("changes", Access::ComputeWrite),
     ],
-    constants: &["DIRECT", "AGAIN", "COMPARE"],
+    constants: &["DIRECT", "AGAIN", "COMPARE", "HAS_BAND2"],
     params: Some(SideParams::LAYOUT),
     sets: Sets::Scene,
 };
@@ -357,14 +359,14 @@ impl Faces {
     }
 
     /// Adds the pass that lights the sides: emission, direct light if asked for, and what is in
-    /// `before`, the volume of a sweep; `scale` is the radiance of a stored 1 (W/(m² sr)). A bounce
+    /// `before`, the light of a sweep; `scale` is the radiance of a stored 1 (W/(m² sr)). A bounce
     /// after the first is tested, if there is a test.
     pub(super) fn light(
         &self,
         frame: &mut Frame,
         maps: &LightMaps,
         (with_direct, scale): (bool, f32),
-        (before, again): (&Arc<Image>, bool),
+        (before, again): (&Light, bool),
         test: Option<&BounceTest>,
     ) {
         let Some(sides) = &self.sides else { return };
@@ -375,12 +377,14 @@ impl Faces {
             .bind("light_views", &maps.views)
             .bind("shadow_maps", &maps.depth)
             .bind("sides", &sides.list)
-            .bind("light", before)
+            .bind("light", &before.low)
+            .bind("light_band2", before.bound_band2())
             .bind("side_light", &sides.light)
             .bind("changes", &sides.changes)
             .constant("DIRECT", with_direct)
             .constant("AGAIN", again)
             .constant("COMPARE", test.is_some())
+            .constant("HAS_BAND2", before.band2.is_some())
             .push(&SideParams {
                 grid: self.grid.row(0),
                 side_count: sides.count,

@@ -31,11 +31,12 @@ pub static GATHER: Pass = Pass {
     shaders: Shaders::Compute("gi/lpv/gather.comp"),
     bindings: &[
         Binding::sampled("light", Access::ComputeSampled),
+        Binding::sampled("light_band2", Access::ComputeSampled),
         Binding::sampled("view_depth", Access::ComputeSampled),
         Binding::sampled("normals", Access::ComputeSampled),
         Binding::image("indirect_diffuse", Access::ComputeWrite),
     ],
-    constants: &["LEVELS", "NESTED", "MASKED", "DAMPING"],
+    constants: &["LEVELS", "NESTED", "MASKED", "DAMPING", "HAS_BAND2"],
     params: Some(LookupParams::LAYOUT),
     sets: Sets::Scene,
 };
@@ -46,13 +47,14 @@ pub static SPECULAR: Pass = Pass {
     shaders: Shaders::Compute("gi/lpv/specular.comp"),
     bindings: &[
         Binding::sampled("light", Access::ComputeSampled),
+        Binding::sampled("light_band2", Access::ComputeSampled),
         Binding::sampled("view_depth", Access::ComputeSampled),
         Binding::sampled("normals", Access::ComputeSampled),
         Binding::sampled("albedo", Access::ComputeSampled),
         Binding::sampled("specular", Access::ComputeSampled),
         Binding::image("indirect_specular", Access::ComputeWrite),
     ],
-    constants: &["LEVELS", "NESTED", "MASKED", "DAMPING"],
+    constants: &["LEVELS", "NESTED", "MASKED", "DAMPING", "HAS_BAND2"],
     params: Some(LookupParams::LAYOUT),
     sets: Sets::Scene,
 };
@@ -111,7 +113,8 @@ pub fn gather(
     };
     frame
         .pass(&GATHER)
-        .bind("light", &cells.light)
+        .bind("light", &cells.light.low)
+        .bind("light_band2", cells.light.bound_band2())
         .bind("view_depth", &gbuffer.view_depth)
         .bind("normals", &gbuffer.normals)
         .bind("indirect_diffuse", &answer.diffuse)
@@ -119,12 +122,14 @@ pub fn gather(
         .constant("NESTED", levels.len() > 1)
         .constant("MASKED", lookup.masked)
         .constant("DAMPING", lookup.damping)
+        .constant("HAS_BAND2", cells.light.band2.is_some())
         .push(&params)
         .dispatch(screen_groups(gbuffer.size));
     if let (Some(result), Some(specular)) = (&answer.specular, &gbuffer.specular) {
         frame
             .pass(&SPECULAR)
-            .bind("light", &cells.light)
+            .bind("light", &cells.light.low)
+            .bind("light_band2", cells.light.bound_band2())
             .bind("view_depth", &gbuffer.view_depth)
             .bind("normals", &gbuffer.normals)
             .bind("albedo", &gbuffer.albedo)
@@ -134,6 +139,7 @@ pub fn gather(
             .constant("NESTED", levels.len() > 1)
             .constant("MASKED", lookup.masked)
             .constant("DAMPING", lookup.damping)
+            .constant("HAS_BAND2", cells.light.band2.is_some())
             .push(&params)
             .dispatch(screen_groups(gbuffer.size));
     }

@@ -15,7 +15,7 @@ pub struct CellGrid {
     pub first: IVec3,
     /// Cells along each axis.
     pub size: UVec3,
-    /// Where the grid is among those that share a volume of light.
+    /// Where the grid is among those that share images of light.
     pub slab: u32,
 }
 
@@ -26,7 +26,7 @@ gpu_struct! {
         pub place: [f32; 4],
         /// xyz: cells along each axis; w: another number of the pass.
         pub size: [i32; 4],
-        /// xyz: the first cell in the lattice; w: first layer in the volume of light.
+        /// xyz: the first cell in the lattice; w: first layer in the images of light.
         pub first: [i32; 4],
     }
 }

@@ -7,7 +7,8 @@ use glam::UVec3;
 use super::directions::Directions;
 use super::faces::Faces;
 use super::grid::GridRow;
-use super::sweep::{MOST_TEXELS, PAIR_BYTES, find_sources, volume};
+use super::light::Light;
+use super::sweep::{MOST_TEXELS, PAIR_BYTES, Sources, find_sources, volume};
 use crate::gpu_struct;
 use crate::graph::{
     Access, BatchDispatch, Binding, Buffer, Error, Frame, Gpu, Image, ImageUsage, Owner, Pass, vk,
@@ -41,6 +42,7 @@ pub static JACOBI: Pass = Pass {
             Binding::image("sources", Access::ComputeRead),
             Binding::image("fields", Access::ComputeReadWrite),
             Binding::buffer("side_light", Access::ComputeRead),
+            Binding::image("source_faces", Access::ComputeRead),
         ],
         JacobiParams::LAYOUT,
     )
@@ -55,6 +57,7 @@ pub static JACOBI_SUM: Pass = Pass::compute(
         Binding::image("fields", Access::ComputeRead),
         Binding::image("sum", Access::ComputeReadWrite),
         Binding::image("light", Access::ComputeWrite),
+        Binding::image("light_band2", Access::ComputeWrite),
     ],
     JacobiParams::LAYOUT,
 );
@@ -70,7 +73,7 @@ pub struct Jacobi {
     pub directions: Directions,
     steps: u32,
     list: Arc<Buffer>,
-    sources: Arc<Image>,
+    sources: Sources,
     /// Radiance after the last two steps.
     fields: Arc<Image>,
     pairs_at_once: u32,
@@ -98,7 +101,7 @@ impl Jacobi {
             )?,
             directions,
             steps,
-            sources: stored("lpv.sources", pairs, [2 * x, y, z])?,
+            sources: Sources::new(gpu, size)?,
             fields: stored("lpv.fields", pairs, [x, y, 2 * pairs_at_once * z])?,
             pairs_at_once,
             sum: stored(
@@ -111,13 +114,7 @@ impl Jacobi {
 
     /// Adds the passes that bring the flux of all cells (integers of `flux_unit`, W), and the light
     /// of the sides of all opaque faces, as many cells far as there are steps.
-    pub fn run(
-        &self,
-        frame: &mut Frame,
-        faces: &Faces,
-        flux: (&Arc<Buffer>, f32),
-        light: &Arc<Image>,
-    ) {
+    pub fn run(&self, frame: &mut Frame, faces: &Faces, flux: (&Arc<Buffer>, f32), light: &Light) {
         find_sources(frame, faces, flux, &self.sources);
         let side_light = faces.sides.as_ref().map(|sides| &sides.light);
         let [x, y, z] = self.size.to_array();
@@ -138,7 +135,8 @@ impl Jacobi {
             frame
                 .pass(&JACOBI)
                 .bind("directions", &self.list)
-                .bind("sources", &self.sources)
+                .bind("sources", &self.sources.vectors)
+                .bind("source_faces", &self.sources.faces)
                 .bind("fields", &self.fields)
                 .bind("side_light", side_light.unwrap_or(&self.list))
                 .constant("SIDES", side_light.is_some())
@@ -148,7 +146,8 @@ impl Jacobi {
                 .bind("directions", &self.list)
                 .bind("fields", &self.fields)
                 .bind("sum", &self.sum)
-                .bind("light", light)
+                .bind("light", &light.low)
+                .bind("light_band2", light.bound_band2())
                 .push(&params(self.steps))
                 .dispatch([x.div_ceil(8), y.div_ceil(8), z]);
         }

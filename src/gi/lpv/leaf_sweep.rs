@@ -8,6 +8,7 @@ use super::directions::Directions;
 use super::faces::Faces;
 use super::grid::GridRow;
 use super::leaves::{LeafSettings, Leaves};
+use super::light::Light;
 use super::schedule::{ENVIRONMENT, Schedule, TooManyOnTheirWay};
 use super::sweep::{COEFFICIENT_PAIRS, PAIR_BYTES, volume};
 use crate::gpu_struct;
@@ -93,6 +94,7 @@ pub static LEAF_SUM: Pass = Pass::compute(
         Binding::buffer("leaf_of", Access::ComputeRead),
         Binding::image("slabs", Access::ComputeRead),
         Binding::image("light", Access::ComputeWrite),
+        Binding::image("light_band2", Access::ComputeWrite),
     ],
     LeafSumParams::LAYOUT,
 );
@@ -197,7 +199,7 @@ impl LeafSweep {
         frame: &mut Frame,
         faces: &Faces,
         (flux, flux_unit): (&Arc<Buffer>, f32),
-        light: &Arc<Image>,
+        light: &Light,
     ) {
         let Some(tables) = &self.tables else { return };
         let leaf_count = self.leaves.all.len() as u32;
@@ -235,7 +237,8 @@ impl LeafSweep {
             .pass(&LEAF_SUM)
             .bind("leaf_of", &tables.of_cell)
             .bind("slabs", &tables.slabs)
-            .bind("light", light)
+            .bind("light", &light.low)
+            .bind("light_band2", light.bound_band2())
             .push(&LeafSumParams {
                 grid: grid.row(tables.octants_at_once),
             })

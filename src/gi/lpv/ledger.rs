@@ -8,12 +8,13 @@ use glam::{DVec3, DVec4};
 use super::cells::{Cells, Propagation};
 use super::grid::CellGrid;
 use super::inject::flux_unit;
+use super::light::Light;
 use super::lobes::{Lobes, PropagateParams};
 use super::sweep::{Nesting, Sweep, SweepParams, Watch};
 use crate::gi::inspect::Energy;
 use crate::graph::{
-    Access, BatchDispatch, Binding, Buffer, BufferDesc, BufferUsage, Error, Frame, Gpu, Image,
-    Owner, Pass, Sets, Shaders,
+    Access, BatchDispatch, Binding, Buffer, BufferDesc, BufferUsage, Error, Frame, Gpu, Owner,
+    Pass, Sets, Shaders,
 };
 use crate::render::GpuScene;
 use crate::shader::GpuStruct;
@@ -31,6 +32,7 @@ pub static LEDGER: Pass = Pass {
             Binding::image("front", Access::ComputeRead),
             Binding::buffer("side_light", Access::ComputeRead),
             Binding::buffer("ledger", Access::ComputeReadWrite),
+            Binding::image("source_faces", Access::ComputeRead),
         ],
         SweepParams::LAYOUT,
     )
@@ -79,7 +81,8 @@ fn count_sweep(
             .pass(&LEDGER)
             .bind("directions", &sweep.list)
             .bind("order", &sweep.order)
-            .bind("sources", &sweep.sources)
+            .bind("sources", &sweep.sources.vectors)
+            .bind("source_faces", &sweep.sources.faces)
             .bind("front", &sweep.front)
             .bind("side_light", side_light.unwrap_or(&sweep.list))
             .bind("ledger", ledger)
@@ -124,7 +127,7 @@ fn count_lobes(
 fn count_step(
     frame: &mut Frame,
     lobes: &Lobes,
-    (grid, faces, light): (&CellGrid, &Arc<Buffer>, &Arc<Image>),
+    (grid, faces, light): (&CellGrid, &Arc<Buffer>, &Light),
     step: u32,
     ledger: &Arc<Buffer>,
 ) {
@@ -134,7 +137,7 @@ fn count_step(
         .pass(&LOBE_LEDGER)
         .bind("faces", faces)
         .bind("streams", &lobes.streams)
-        .bind("blockers", blockers.unwrap_or(light))
+        .bind("blockers", blockers.unwrap_or(&light.low))
         .bind("lobes", &lobes.lobes)
         .bind("ledger", ledger)
         .constant("SCHEME", settings.scheme as u32)

@@ -7,6 +7,7 @@ use glam::{UVec3, Vec3};
 
 use super::faces::{Faces, words};
 use super::grid::{CellGrid, GridRow};
+use super::light::Light;
 use super::lobes::{LobeSettings, Lobes, Occlusion, groups};
 use crate::gi::Settings;
 use crate::gpu_struct;
@@ -187,13 +188,7 @@ impl Levels {
 
     /// Adds the passes that bring the flux of all cells (integers of `flux_unit`, W), and the light
     /// of the sides of all opaque faces, to the cells that it reaches.
-    pub fn run(
-        &self,
-        frame: &mut Frame,
-        faces: &Faces,
-        flux: (&Arc<Buffer>, f32),
-        light: &Arc<Image>,
-    ) {
+    pub fn run(&self, frame: &mut Frame, faces: &Faces, flux: (&Arc<Buffer>, f32), light: &Light) {
         let grids = grids(faces.grid);
         let lobes = |level: usize| match level {
             0 => &self.finest,

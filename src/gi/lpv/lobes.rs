@@ -9,6 +9,7 @@ use glam::{DMat4, DVec3, DVec4, UVec3};
 use super::blockers::Blockers;
 use super::faces::Faces;
 use super::grid::{CellGrid, GridRow};
+use super::light::Light;
 use super::sweep::volume;
 use crate::gi::Settings;
 use crate::gi::shared::sh::{self, Quadrature};
@@ -244,13 +245,7 @@ impl Lobes {
 
     /// Adds the passes that bring the flux of all cells (integers of `flux_unit`, W), and the light
     /// of the sides of all opaque faces, to the cells that it reaches.
-    pub fn run(
-        &self,
-        frame: &mut Frame,
-        faces: &Faces,
-        flux: (&Arc<Buffer>, f32),
-        light: &Arc<Image>,
-    ) {
+    pub fn run(&self, frame: &mut Frame, faces: &Faces, flux: (&Arc<Buffer>, f32), light: &Light) {
         self.seed(frame, faces, flux);
         self.step(frame, (&faces.grid, &faces.words), 0, light);
         self.finish(frame, &faces.grid, light);
@@ -287,7 +282,7 @@ impl Lobes {
         frame: &mut Frame,
         (grid, faces): (&CellGrid, &Arc<Buffer>),
         done: u32,
-        light: &Arc<Image>,
+        light: &Light,
     ) {
         let steps = done + 1..=done + self.settings.iterations;
         self.steps(frame, (grid, faces), steps, light);
@@ -299,7 +294,7 @@ impl Lobes {
         frame: &mut Frame,
         (grid, faces): (&CellGrid, &Arc<Buffer>),
         steps: RangeInclusive<u32>,
-        light: &Arc<Image>,
+        light: &Light,
     ) {
         let step = |step| BatchDispatch {
             push: bytemuck::bytes_of(&PropagateParams {
@@ -316,7 +311,7 @@ impl Lobes {
             .pass(&PROPAGATE)
             .bind("faces", faces)
             .bind("streams", &self.streams)
-            .bind("blockers", blockers.unwrap_or(light))
+            .bind("blockers", blockers.unwrap_or(&light.low))
             .bind("lobes", &self.lobes)
             .bind("sum", &self.sum)
             .constant("SCHEME", self.settings.scheme as u32)
@@ -326,11 +321,11 @@ impl Lobes {
     }
 
     /// Adds the pass that makes the sum of all steps what pixels look up.
-    pub(super) fn finish(&self, frame: &mut Frame, grid: &CellGrid, light: &Arc<Image>) {
+    pub(super) fn finish(&self, frame: &mut Frame, grid: &CellGrid, light: &Light) {
         frame
             .pass(&FINISH)
             .bind("sum", &self.sum)
-            .bind("light", light)
+            .bind("light", &light.low)
             .push(&FinishParams { grid: grid.row(0) })
             .dispatch(groups(grid));
     }

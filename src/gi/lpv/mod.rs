@@ -10,6 +10,7 @@
 //! - [`lobes`]: the same by the published method, and [`blockers`], its fuzzy occlusion.
 //! - [`bands`]: streams of the published method in more bands.
 //! - [`levels`]: the published method in all levels of an octree.
+//! - [`light`]: what the light of cells is kept in.
 //! - [`gather`]: from cells to pixels, and [`by_direction`], the same without harmonics.
 //! - [`view`]: cells to look at, and [`structure`], by their level.
 //! - [`ledger`]: where the light has gone, in watts.
@@ -37,6 +38,7 @@ pub mod leaf_sweep;
 pub mod leaves;
 pub mod ledger;
 pub mod levels;
+pub mod light;
 pub mod lobes;
 pub mod octree;
 mod one_grid;

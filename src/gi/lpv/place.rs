@@ -80,9 +80,10 @@ impl<'c> Found<'c> {
         let (grid, index) = (&cells.grid, cells.grid.index(cell) as u64);
         let scale = f64::from(cells.scale);
         let mut coefficients = [DVec4::ZERO; 9];
-        for (at, coefficient) in (0u32..).zip(&mut coefficients) {
-            let block = UVec3::new(at % 3, at / 3, grid.slab) * grid.size;
-            let texel = gpu.read_texel(&cells.light, (cell + block).to_array())?;
+        let own = (0..cells.light.coefficients()).zip(&mut coefficients);
+        for (at, coefficient) in own {
+            let (image, first) = cells.light.place(at, (grid.size, grid.slab));
+            let texel = gpu.read_texel(image, (cell + first).to_array())?;
             let halves: [u16; 4] = bytemuck::pod_read_unaligned(&texel);
             let [r, g, b, a] = halves.map(|half| f64::from(float_from_half(half)));
             *coefficient = DVec4::new(scale * r, scale * g, scale * b, a);

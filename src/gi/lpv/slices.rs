@@ -8,10 +8,11 @@ use glam::{DVec3, UVec3};
 use super::directions::Directions;
 use super::faces::Faces;
 use super::grid::GridRow;
+use super::light::Light;
 use super::lobes::groups;
 use super::sweep::{
-    COEFFICIENT_PAIRS, MOST_FRONT_BYTES, MOST_SLAB_BYTES, MOST_TEXELS, PAIR_BYTES, SUM, SumParams,
-    find_sources, volume,
+    COEFFICIENT_PAIRS, MOST_FRONT_BYTES, MOST_SLAB_BYTES, MOST_TEXELS, PAIR_BYTES, SUM, Sources,
+    SumParams, find_sources, volume,
 };
 use crate::gpu_struct;
 use crate::graph::{
@@ -44,6 +45,7 @@ pub static SLICES: Pass = Pass {
             Binding::image("front", Access::ComputeReadWrite),
             Binding::image("slabs", Access::ComputeReadWrite),
             Binding::buffer("side_light", Access::ComputeRead),
+            Binding::image("source_faces", Access::ComputeRead),
         ],
         SlicesParams::LAYOUT,
     )
@@ -69,7 +71,7 @@ pub struct Slices {
     list: Arc<Buffer>,
     /// Pairs of directions that a group has at most.
     most_pairs: u32,
-    sources: Arc<Image>,
+    sources: Sources,
     front: Arc<Image>,
     /// One for each group that is marched at once.
     slabs: Arc<Image>,
@@ -128,7 +130,7 @@ impl Slices {
                 bytemuck::cast_slice(&words),
             )?,
             most_pairs,
-            sources: stored("lpv.sources", [2 * x, y, z])?,
+            sources: Sources::new(gpu, size)?,
             front: stored("lpv.front", [edge, edge, groups_at_once * layers])?,
             slabs: stored("lpv.slabs", [COEFFICIENT_PAIRS * x, y, groups_at_once * z])?,
             groups_at_once,
@@ -137,13 +139,7 @@ impl Slices {
 
     /// Adds the passes that bring the flux of all cells (integers of `flux_unit`, W), and the light
     /// of the sides of all opaque faces, to all cells.
-    pub fn run(
-        &self,
-        frame: &mut Frame,
-        faces: &Faces,
-        flux: (&Arc<Buffer>, f32),
-        light: &Arc<Image>,
-    ) {
+    pub fn run(&self, frame: &mut Frame, faces: &Faces, flux: (&Arc<Buffer>, f32), light: &Light) {
         find_sources(frame, faces, flux, &self.sources);
         let side_light = faces.sides.as_ref().map(|sides| &sides.light);
         let grid = faces.grid;
@@ -163,7 +159,8 @@ impl Slices {
             frame
                 .pass(&SLICES)
                 .bind("directions", &self.list)
-                .bind("sources", &self.sources)
+                .bind("sources", &self.sources.vectors)
+                .bind("source_faces", &self.sources.faces)
                 .bind("front", &self.front)
                 .bind("slabs", &self.slabs)
                 .bind("side_light", side_light.unwrap_or(&self.list))
@@ -174,7 +171,8 @@ impl Slices {
         frame
             .pass(&SUM)
             .bind("slabs", &self.slabs)
-            .bind("light", light)
+            .bind("light", &light.low)
+            .bind("light_band2", light.bound_band2())
             .push(&SumParams {
                 grid: grid.row(self.groups_at_once),
             })

@@ -7,6 +7,7 @@ use glam::UVec3;
 use super::directions::Directions;
 use super::faces::Faces;
 use super::grid::GridRow;
+use super::light::Light;
 use super::lobes::groups;
 use crate::gpu_struct;
 use crate::graph::{
@@ -66,6 +67,7 @@ pub static SOURCES: Pass = Pass::compute(
         Binding::buffer("faces", Access::ComputeRead),
         Binding::buffer("flux", Access::ComputeRead),
         Binding::image("sources", Access::ComputeWrite),
+        Binding::image("source_faces", Access::ComputeWrite),
     ],
     SourceParams::LAYOUT,
 );
@@ -86,6 +88,8 @@ pub static SWEEP: Pass = Pass {
             Binding::buffer("side_light", Access::ComputeRead),
             Binding::image("borders", Access::ComputeReadWrite),
             Binding::image("light", Access::ComputeReadWrite),
+            Binding::image("light_band2", Access::ComputeReadWrite),
+            Binding::image("source_faces", Access::ComputeRead),
         ],
         SweepParams::LAYOUT,
     )
@@ -98,6 +102,7 @@ pub static SUM: Pass = Pass::compute(
     &[
         Binding::image("slabs", Access::ComputeRead),
         Binding::image("light", Access::ComputeWrite),
+        Binding::image("light_band2", Access::ComputeWrite),
     ],
     SumParams::LAYOUT,
 );
@@ -124,7 +129,7 @@ pub struct Sweep {
     pub directions: Directions,
     pub(super) list: Arc<Buffer>,
     pub(super) order: Arc<Image>,
-    pub(super) sources: Arc<Image>,
+    pub(super) sources: Sources,
     /// Radiance on its way, or that of all cells (`gi/lpv/sweep.comp`).
     pub(super) front: Arc<Image>,
     /// One for each octant that is swept at once; one alone adds to the light itself.
@@ -258,12 +263,7 @@ impl Sweep {
             list: list("lpv.directions", &directions.words())?,
             directions,
             order: upload_order(gpu, size)?,
-            sources: volume(
-                gpu,
-                ("lpv.sources", pairs),
-                [2 * x, y, z],
-                ImageUsage::STORAGE,
-            )?,
+            sources: Sources::new(gpu, size)?,
             front: volume(
                 gpu,
                 ("lpv.front", pairs),
@@ -319,7 +319,7 @@ impl Sweep {
         frame: &mut Frame,
         faces: &Faces,
         flux: (&Arc<Buffer>, f32),
-        (light, nesting): (&Arc<Image>, Nesting),
+        (light, nesting): (&Light, Nesting),
         watch: &mut Watch<'_>,
     ) {
         let grid = faces.grid;
@@ -336,7 +336,8 @@ impl Sweep {
             frame
                 .pass(&SUM)
                 .bind("slabs", &self.slabs)
-                .bind("light", light)
+                .bind("light", &light.low)
+                .bind("light_band2", light.bound_band2())
                 .push(&SumParams {
                     grid: grid.row(self.octants_at_once),
                 })
@@ -349,7 +350,7 @@ impl Sweep {
         frame: &mut Frame,
         faces: &Faces,
         (batch, steps): (Batch, &[u32]),
-        (light, nesting): (&Arc<Image>, Nesting),
+        (light, nesting): (&Light, Nesting),
         watch: &mut Watch<'_>,
     ) {
         let side_light = faces.sides.as_ref().map(|sides| &sides.light);
@@ -388,12 +389,14 @@ impl Sweep {
                 .pass(&SWEEP)
                 .bind("directions", &self.list)
                 .bind("order", &self.order)
-                .bind("sources", &self.sources)
+                .bind("sources", &self.sources.vectors)
+                .bind("source_faces", &self.sources.faces)
                 .bind("front", &self.front)
                 .bind("slabs", &self.slabs)
                 .bind("side_light", side_light.unwrap_or(&self.list))
                 .bind("borders", &self.borders)
-                .bind("light", light)
+                .bind("light", &light.low)
+                .bind("light_band2", light.bound_band2())
                 .constant("ADD", batch.first_octant > 0 || batch.first_pair > 0)
                 .constant("SIDES", side_light.is_some())
                 .constant("IS_INNER", nesting.own.is_some())
@@ -408,12 +411,31 @@ impl Sweep {
     }
 }
 
+/// What cells send, and their opaque faces (`gi/lpv/sources.glsl`).
+pub(super) struct Sources {
+    /// Eight of nine numbers of flux.
+    pub(super) vectors: Arc<Image>,
+    /// The ninth, and the word of faces.
+    pub(super) faces: Arc<Image>,
+}
+
+impl Sources {
+    /// Allocates.
+    pub(super) fn new(gpu: &Gpu, size: UVec3) -> Result<Self, Error> {
+        let stored = |name, format| volume(gpu, (name, format), size.into(), ImageUsage::STORAGE);
+        Ok(Sources {
+            vectors: stored("lpv.sources", vk::Format::R32G32B32A32_UINT)?,
+            faces: stored("lpv.source_faces", vk::Format::R16G16B16A16_UINT)?,
+        })
+    }
+}
+
 /// Adds the pass that finds what cells send of this flux (integers of the unit, W).
 pub(super) fn find_sources(
     frame: &mut Frame,
     faces: &Faces,
     (flux, flux_unit): (&Arc<Buffer>, f32),
-    sources: &Arc<Image>,
+    sources: &Sources,
 ) {
     let grid = faces.grid;
     let face_m2 = grid.cell_size * grid.cell_size;
@@ -421,7 +443,8 @@ pub(super) fn find_sources(
         .pass(&SOURCES)
         .bind("faces", &faces.words)
         .bind("flux", flux)
-        .bind("sources", sources)
+        .bind("sources", &sources.vectors)
+        .bind("source_faces", &sources.faces)
         .push(&SourceParams {
             grid: grid.row(0),
             radiance_unit: flux_unit / (std::f32::consts::PI * face_m2),

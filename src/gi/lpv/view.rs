@@ -27,9 +27,10 @@ pub static VIEW: Pass = Pass {
     bindings: &[
         Binding::buffer("faces", Access::ComputeRead),
         Binding::sampled("light", Access::ComputeSampled),
+        Binding::sampled("light_band2", Access::ComputeSampled),
         Binding::image("seen", Access::ComputeWrite),
     ],
-    constants: &["LOBES"],
+    constants: &["LOBES", "HAS_BAND2"],
     params: Some(ViewParams::LAYOUT),
     sets: Sets::Scene,
 };
@@ -76,9 +77,11 @@ pub(super) fn draw(frame: &mut Frame, view: &ViewRow, cells: &Cells, seen: &Arc<
     frame
         .pass(&VIEW)
         .bind("faces", &cells.faces.words)
-        .bind("light", &cells.light)
+        .bind("light", &cells.light.low)
+        .bind("light_band2", cells.light.bound_band2())
         .bind("seen", seen)
         .constant("LOBES", u32::from(view.name == LOBES))
+        .constant("HAS_BAND2", cells.light.band2.is_some())
         .push(&ViewParams {
             grid: cells.grid.row(0),
             scale: cells.scale,
