@@ -164,7 +164,7 @@ fn leaves_follow_what_moves() {
     let mut frame = Frame::new();
     frame.set_scene(&lit.scene.set, &lit.scene.materials);
     maps.draw(&mut frame, &lit.scene);
-    cells.light(&mut frame, &lit.scene, &maps);
+    cells.light(&mut frame, &lit.scene, &maps, &[]);
     gpu.submit(frame).unwrap();
     let read = |cells: &Cells| gpu.read_image(&cells.light, 0, 0).unwrap();
     assert!(read(&cells) == read(&lit.cells), "light differs");

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::UVec3;
 
 use super::bands::Streams;
-use super::blockers::Blockers;
+use super::blockers::{self, Blockers};
 use super::faces::Faces;
 use super::grid::CellGrid;
 use super::inject::{FLUX_NUMBERS, POWER_NUMBERS, flux_unit, inject};
@@ -14,6 +14,7 @@ use super::leaf_sweep::LeafSweep;
 use super::leaves::LeafSettings;
 use super::levels::{Levels, Transfer};
 use super::lobes::{LobeSettings, Lobes, Occlusion, Scheme};
+use super::peel::Layer;
 use super::slices::Slices;
 use super::sweep::{Batch, Nesting, Sweep, Watch, volume};
 use crate::gi::{MapNeeds, Needs, Settings};
@@ -92,6 +93,8 @@ pub struct CellSettings {
     pub injection_shift: f32,
     /// What stops light between two cells.
     pub occlusion: Occlusion,
+    /// Layers of what the camera sees that stop light besides what lights see.
+    pub blocker_layers: u32,
     /// How lobes are handed on, where no directions are swept.
     pub lobes: Option<LobeSettings>,
     /// Bands of spherical harmonics that lobes have; of streams 2 to 4, of others 2.
@@ -127,13 +130,16 @@ impl CellSettings {
             } else {
                 Occlusion::new(settings)
             },
+            blocker_layers: 0,
             lobes: LobeSettings::new(settings).filter(|_| !has_leaves),
             bands: settings.find_count("bands").unwrap_or(2),
             octree,
             keeps_directions: false,
         };
         let is_asked = settings.find_choice("lookup") == Some("directions");
+        let layers = settings.find_count("blocker_layers").unwrap_or(0);
         CellSettings {
+            blocker_layers: if this.is_fuzzy() { layers } else { 0 },
             keeps_directions: is_asked && this.sweeps(),
             ..this
         }
@@ -147,6 +153,11 @@ impl CellSettings {
 }
 
 impl CellSettings {
+    /// Whether blocking potential stops light.
+    fn is_fuzzy(&self) -> bool {
+        self.occlusion == Occlusion::Fuzzy && self.lobes.is_some()
+    }
+
     /// What lighting cells reads.
     pub(super) fn needs(&self) -> Needs {
         let reads_texels = self.source == Source::Rsm || self.occlusion == Occlusion::Fuzzy;
@@ -182,6 +193,7 @@ pub enum Propagation {
 /// What grids of one size share.
 struct Parts {
     propagation: Arc<Propagation>,
+    areas: Option<Arc<Buffer>>,
     light: Arc<Image>,
 }
 
@@ -217,6 +229,10 @@ impl Parts {
         };
         Ok(Parts {
             propagation: Arc::new(propagation),
+            areas: settings
+                .is_fuzzy()
+                .then(|| blockers::areas(gpu, size))
+                .transpose()?,
             light: volume(
                 gpu,
                 ("lpv.light", vk::Format::R16G16B16A16_SFLOAT),
@@ -235,6 +251,8 @@ pub struct Cells {
     pub settings: CellSettings,
     /// Which neighbours cannot see each other.
     pub faces: Faces,
+    /// What blocks light, where that is of the surfaces that lights and the camera see.
+    pub blockers: Option<Blockers>,
     /// Injected flux, x, y and z of red, of green, of blue, each for all cells, or leaves of an
     /// octree: integers of [`flux_unit`]. For lobes then also the power, red, green, blue.
     pub flux: Arc<Buffer>,
@@ -320,6 +338,11 @@ impl Cells {
             grid,
             settings,
             faces: Faces::new(gpu, grid, faces_send)?,
+            blockers: parts
+                .areas
+                .as_ref()
+                .map(|areas| Blockers::new(gpu, grid.size, areas, settings.blocker_layers > 0))
+                .transpose()?,
             flux: flux(gpu, (FLUX_NUMBERS + power_numbers) * receivers)?,
             propagation: Arc::clone(&parts.propagation),
             light: Arc::clone(&parts.light),
@@ -329,6 +352,7 @@ impl Cells {
 
     /// Finds the opaque faces.
     pub fn find_faces(&mut self, gpu: &Gpu, scene: &GpuScene) -> Result<FrameStats, Error> {
+        self.forget_blockers();
         let mut stats = if self.has_faces() {
             self.faces.find(gpu, scene)?
         } else {
@@ -367,6 +391,9 @@ impl Cells {
         scene: &GpuScene,
         grid: CellGrid,
     ) -> Result<FrameStats, Error> {
+        if self.grid != grid {
+            self.forget_blockers();
+        }
         self.grid = grid;
         if self.has_faces() {
             self.faces.follow(gpu, scene, grid)
@@ -381,6 +408,18 @@ impl Cells {
         (self.grid, self.faces.grid) = (grid, grid);
     }
 
+    /// What lights see is to be found anew: they have moved.
+    pub(super) fn forget_blockers(&mut self) {
+        if let Some(blockers) = &mut self.blockers {
+            blockers.forget();
+        }
+    }
+
+    /// What blocks lobes; where nothing reads it, any volume.
+    pub(super) fn blocking(&self) -> &Arc<Image> {
+        self.blockers.as_ref().map_or(&self.light, Blockers::volume)
+    }
+
     /// A sweep that is to be stopped by no face has none; lobes leave them out on their way, but
     /// may start there, and the view shows them.
     fn has_faces(&self) -> bool {
@@ -388,23 +427,37 @@ impl Cells {
     }
 
     /// Adds the passes that light the cells: once by the lights, and again for each further bounce.
-    pub fn light(&mut self, frame: &mut Frame, scene: &GpuScene, maps: &LightMaps) {
-        self.inject(frame, (scene, maps), radiance_scale(scene, &self.grid));
+    /// `layers` are those of what the camera sees.
+    pub fn light(
+        &mut self,
+        frame: &mut Frame,
+        scene: &GpuScene,
+        maps: &LightMaps,
+        layers: &[Layer],
+    ) {
+        let scale = radiance_scale(scene, &self.grid);
+        self.inject(frame, (scene, maps), layers, scale);
         let later = u32::from(self.settings.keeps_directions);
         for bounce in 0..self.settings.bounces.saturating_sub(later) {
             self.propagate(frame, (scene, maps), bounce, Nesting::default());
         }
     }
 
-    /// Adds the passes that inject what surfaces reflect of the lights; `scale` is the radiance of
-    /// a stored 1 (W/(m² sr)), one for grids that share a volume of light.
+    /// Adds the passes that inject what surfaces reflect of the lights, and those that find what
+    /// blocks it; `scale` is the radiance of a stored 1 (W/(m² sr)), one for grids that share a
+    /// volume of light.
     pub(super) fn inject(
         &mut self,
         frame: &mut Frame,
         (scene, maps): (&GpuScene, &LightMaps),
+        layers: &[Layer],
         scale: f32,
     ) {
         self.scale = scale;
+        if let Some(blockers) = &mut self.blockers {
+            let texels = (maps, self.settings.rsm_texels);
+            blockers.find(frame, &self.grid, (scene, layers), texels);
+        }
         frame.fill("lpv.clear_flux", &self.flux, 0);
         if self.settings.source == Source::Rsm {
             inject(frame, maps, self, flux_unit(&scene.lights, &self.grid));
@@ -460,26 +513,14 @@ impl Cells {
             Propagation::Slices(slices) => slices.run(frame, &self.faces, flux, &self.light),
             Propagation::Leaves(sweep) => sweep.run(frame, &self.faces, flux, &self.light),
             Propagation::Lobes(lobes) => {
-                self.block(frame, lobes.blockers(), (scene, maps));
-                lobes.run(frame, &self.faces, flux, &self.light);
+                let light = (&self.light, self.blocking());
+                lobes.run(frame, &self.faces, flux, light);
             }
             Propagation::Streams(streams) => {
-                self.block(frame, streams.blockers(), (scene, maps));
-                streams.run(frame, &self.faces, flux, &self.light);
+                let light = (&self.light, self.blocking());
+                streams.run(frame, &self.faces, flux, light);
             }
             Propagation::Levels(levels) => levels.run(frame, &self.faces, flux, &self.light),
-        }
-    }
-
-    /// Adds the passes that find what blocks light, where that is of the surfaces that lights see.
-    fn block(
-        &self,
-        frame: &mut Frame,
-        blockers: Option<&Blockers>,
-        (scene, maps): (&GpuScene, &LightMaps),
-    ) {
-        if let Some(blockers) = blockers {
-            blockers.find(frame, &self.grid, scene, (maps, self.settings.rsm_texels));
         }
     }
 }

@@ -110,12 +110,12 @@ fn count_lobes(
         count_step(
             frame,
             lobes,
-            (grid, &faces.words, &cells.light),
+            (grid, &faces.words, cells.blocking()),
             step,
             ledger,
         );
         if step < last {
-            lobes.steps(frame, (grid, &faces.words), step..=step, &cells.light);
+            lobes.steps(frame, (grid, &faces.words), step..=step, cells.blocking());
         }
     }
     lobes.finish(frame, grid, &cells.light);
@@ -124,17 +124,16 @@ fn count_lobes(
 fn count_step(
     frame: &mut Frame,
     lobes: &Lobes,
-    (grid, faces, light): (&CellGrid, &Arc<Buffer>, &Arc<Image>),
+    (grid, faces, blockers): (&CellGrid, &Arc<Buffer>, &Arc<Image>),
     step: u32,
     ledger: &Arc<Buffer>,
 ) {
     let settings = lobes.settings;
-    let blockers = lobes.blockers().map(|blockers| &blockers.volume);
     frame
         .pass(&LOBE_LEDGER)
         .bind("faces", faces)
         .bind("streams", &lobes.streams)
-        .bind("blockers", blockers.unwrap_or(light))
+        .bind("blockers", blockers)
         .bind("lobes", &lobes.lobes)
         .bind("ledger", ledger)
         .constant("SCHEME", settings.scheme as u32)
