@@ -118,7 +118,13 @@ fn check(gpu: &Gpu, name: &str, scene: &Scene, (size, stride, layers): ([u32; 2]
          {apart:.1e}",
         sums[1].x
     );
-    assert!(error < 0.01 && apart < 0.05, "{name}: {error}, {apart}");
+    // A few pixels at edges.
+    let pixels: u32 = size.map(|side| side.div_ceil(stride)).iter().product();
+    let spare = 4.0 / f64::from(pixels);
+    assert!(
+        error < 0.01 + spare && apart < 0.01 + spare,
+        "{name}: {error}, {apart}"
+    );
 }
 
 #[test]
@@ -233,7 +239,7 @@ fn walls_that_only_the_camera_sees_block_layer_by_layer() {
             mean(&found.light, grid.size, 0..3),
         ]);
     }
-    println!("walls {walls:.3?}, light behind them {lit:.4?}");
+    println!("walls {walls:.3?}, light behind them {lit:?}");
     // Half of the corners have all of the wall, with A = h².
     let whole = 0.5 * 0.5 * std::f64::consts::PI.sqrt();
     for (layers, [near, far]) in walls.iter().enumerate() {
