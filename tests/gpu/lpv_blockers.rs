@@ -7,7 +7,7 @@ use crate::support::scenes::{bundled, scene_of, soup};
 use crate::support::technique::{Builder, Surfaces, frame, moving_room, small_lights};
 use crate::support::voxels::half;
 use crate::support::{Random, gpu};
-use glam::{DVec4, UVec3, Vec3};
+use glam::{DVec4, Quat, UVec3, Vec3};
 use lumivox::frame::Renderer;
 use lumivox::gi::Settings;
 use lumivox::gi::lpv::lobes::{LobeSettings, Occlusion, Scheme};
@@ -304,6 +304,33 @@ fn camera_blockers_are_the_same_in_every_run() {
     assert!(first.bits.iter().any(|node| node[0] > 0));
     assert_eq!(first.bits, second.bits);
     assert_eq!(first.light, second.light);
+}
+
+/// A camera that turns where it is changes the light where what it sees counts, and not elsewhere.
+#[test]
+fn light_depends_on_the_view_with_camera_layers_alone() {
+    let gpu = gpu();
+    let (_, mut scene) = lights().swap_remove(0);
+    let grid = grid_of(&GpuScene::new(&gpu, &scene).unwrap(), 32);
+    let camera = scene.camera;
+    let mut lit_by = |layers: u32, degrees: f32| {
+        let turn = Quat::from_rotation_y(degrees.to_radians());
+        scene.camera.target = camera.eye + turn * (camera.target - camera.eye);
+        find_in(&gpu, &scene, grid, [128, 128], layers).light
+    };
+    for layers in [0, 1, 2, 4] {
+        let [ahead, aside, back] = [0.0, 40.0, 180.0].map(|degrees| lit_by(layers, degrees));
+        let change = |turned: &[f64]| {
+            let pairs = || ahead.iter().zip(turned);
+            let sum: f64 = pairs().map(|(a, b)| (a - b).powi(2)).sum();
+            let bias: f64 = pairs().map(|(a, b)| b - a).sum();
+            let squares: f64 = ahead.iter().map(|a| a * a).sum();
+            [(sum / squares).sqrt(), bias / ahead.iter().sum::<f64>()]
+        };
+        let [aside, back] = [change(&aside), change(&back)];
+        println!("{layers} layers: rms and mean change {aside:.4?} at 40°, {back:.4?} at 180°");
+        assert_eq!(aside[0] == 0.0, layers == 0, "{layers} layers");
+    }
 }
 
 /// Techniques with blockers of lights alone, and of the camera too.

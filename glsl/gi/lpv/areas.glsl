@@ -26,7 +26,7 @@ void add(Areas found) {
     if (found.node < 0) return;
     ivec4 steps = ivec4(round(found.sum / params.area_unit));
     for (int i = 0; i < 4; ++i)
-        if (steps[i] != 0) atomicAdd(areas[found.node][i], steps[i]);
+        if (steps[i] != 0) atomicAdd(areas[4 * found.node + i], steps[i]);
 }
 
 // Adds a surfel to those at the same corner; at another, these are done.

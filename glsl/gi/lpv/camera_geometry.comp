@@ -10,8 +10,8 @@ layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(set = 1, binding = 0) uniform texture2D view_depth;
 layout(set = 1, binding = 1) uniform utexture2D normals;
-// x, y, z of A n, then A, of all nodes
-layout(std430, set = 1, binding = 2) restrict buffer AreaSums { ivec4 areas[]; };
+// x, y, z of A n, then A, node by node
+layout(std430, set = 1, binding = 2) restrict buffer AreaSums { int areas[]; };
 
 layout(push_constant) uniform CameraGeometryParams {
     CellGrid grid;

@@ -13,8 +13,8 @@ layout(std430, set = 1, binding = 0) restrict readonly buffer LightViews {
 };
 layout(set = 1, binding = 1) uniform texture2DArray shadow_maps;
 layout(set = 1, binding = 2) uniform utexture2DArray rsm_normal;
-// x, y, z of A n, then A, of all nodes
-layout(std430, set = 1, binding = 3) restrict buffer AreaSums { ivec4 areas[]; };
+// x, y, z of A n, then A, node by node
+layout(std430, set = 1, binding = 3) restrict buffer AreaSums { int areas[]; };
 
 layout(push_constant) uniform GeometryParams {
     CellGrid grid;

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// lpv.merge_camera: what the camera sees of the surfaces, with the volume of all lights, which stays
-// as it is. As in lpv.merge, a node keeps what sees most of it.
+// lpv.merge_camera: what the camera sees of the surfaces, with the volume of all lights, which
+// stays as it is. As in lpv.merge, a node keeps what sees most of it.
 layout(local_size_x = 8, local_size_y = 8) in;
 
 #include "gi/lpv/grid.glsl"
