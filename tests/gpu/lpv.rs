@@ -28,6 +28,7 @@ pub(crate) const SETTINGS: CellSettings = CellSettings {
     rsm_texels: 64,
     injection_shift: 0.5,
     occlusion: Occlusion::Faces,
+    blocker_layers: 0,
     lobes: None,
     bands: 2,
     octree: None,
@@ -35,7 +36,7 @@ pub(crate) const SETTINGS: CellSettings = CellSettings {
 };
 
 /// A grid in general position: no wall of a bundled scene lies on a centre.
-fn grid_of(scene: &GpuScene, cells: u32) -> CellGrid {
+pub(crate) fn grid_of(scene: &GpuScene, cells: u32) -> CellGrid {
     let (low, high) = scene.lit_bounds();
     let size = (high - low).max_element();
     CellGrid::around(
@@ -83,7 +84,7 @@ pub(crate) fn light_in(
     let mut frame = Frame::new();
     frame.set_scene(&scene_on.set, &scene_on.materials);
     maps.draw(&mut frame, &scene_on);
-    cells.light(&mut frame, &scene_on, &maps);
+    cells.light(&mut frame, &scene_on, &maps, &[]);
     gpu.submit(frame).unwrap();
     let words = read_words(gpu, &cells.faces.words);
     let unit = f64::from(flux_unit(&scene_on.lights, &grid));

@@ -10,7 +10,7 @@ use lumivox::gi::lpv::inject::flux_unit;
 use lumivox::gi::lpv::lobes::{LobeSettings, Occlusion, Scheme};
 use lumivox::gi::lpv::oracle::bands;
 use lumivox::gi::lpv::oracle::lobes::{self as oracle, Lobe, Steps};
-use lumivox::gi::lpv::{CellGrid, CellSettings, Propagation, Source};
+use lumivox::gi::lpv::{CellGrid, CellSettings, Source};
 use lumivox::graph::Gpu;
 use lumivox::render::GpuScene;
 use lumivox::scene::Scene;
@@ -44,16 +44,11 @@ fn power(gpu: &Gpu, lit: &Lit) -> Vec<DVec3> {
 
 /// Blocking potential of all nodes.
 fn blockers(gpu: &Gpu, lit: &Lit) -> Vec<DVec4> {
-    let blockers = match &*lit.cells.propagation {
-        Propagation::Lobes(lobes) => lobes.blockers(),
-        Propagation::Streams(streams) => streams.blockers(),
-        _ => panic!("there are no lobes"),
-    };
-    let Some(blockers) = blockers else {
+    let Some(blockers) = &lit.cells.blockers else {
         return Vec::new();
     };
     let texels: Vec<[u16; 4]> =
-        bytemuck::pod_collect_to_vec(&gpu.read_image(&blockers.volume, 0, 0).unwrap());
+        bytemuck::pod_collect_to_vec(&gpu.read_image(blockers.volume(), 0, 0).unwrap());
     let number = |texel: &[u16; 4]| DVec4::from(texel.map(half));
     texels.iter().map(number).collect()
 }

@@ -164,7 +164,7 @@ fn leaves_follow_what_moves() {
     let mut frame = Frame::new();
     frame.set_scene(&lit.scene.set, &lit.scene.materials);
     maps.draw(&mut frame, &lit.scene);
-    cells.light(&mut frame, &lit.scene, &maps);
+    cells.light(&mut frame, &lit.scene, &maps, &[]);
     gpu.submit(frame).unwrap();
     let read = |cells: &Cells| {
         let images = [Some(&cells.light.low), cells.light.band2.as_ref()];

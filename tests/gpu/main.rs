@@ -20,6 +20,7 @@ mod frame;
 #[cfg(feature = "flip")]
 mod golden;
 mod lpv;
+mod lpv_blockers;
 mod lpv_bounces;
 mod lpv_cascaded;
 mod lpv_ledger;

@@ -91,7 +91,7 @@ struct Life {
 }
 
 /// Few, which run every pass of every technique between them.
-const LIVES: [Life; 25] = [
+const LIVES: [Life; 27] = [
     Life {
         technique: "none",
         preset: None,
@@ -148,6 +148,18 @@ const LIVES: [Life; 25] = [
         technique: "lpv-cascaded",
         preset: Some("accurate"),
         pairs: &[("cell_size", "0.03"), ("source", "rsm")],
+        surfaces: Surfaces::Glossy,
+    },
+    Life {
+        technique: "lpv",
+        preset: Some("textbook"),
+        pairs: &[("blocker_layers", "3"), ("bounces", "2")],
+        surfaces: Surfaces::Masked,
+    },
+    Life {
+        technique: "lpv-cascaded",
+        preset: Some("textbook"),
+        pairs: &[("cell_size", "0.03"), ("blocker_layers", "2")],
         surfaces: Surfaces::Glossy,
     },
     Life {

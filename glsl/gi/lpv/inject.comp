@@ -31,6 +31,7 @@ layout(push_constant) uniform InjectParams {
     uint stride;       // texels along an edge of the square that one texel stands for
 } params;
 
+#include "gi/lpv/block.glsl"
 #include "gi/lpv/reflected.glsl"
 
 struct Sample {
@@ -71,10 +72,8 @@ void main() {
     mat3 sum = mat3(0.0);
     vec3 power = vec3(0.0);
     for (int i = 0; i <= BLOCK * BLOCK; ++i) {
-        // there and back again from row to row: neighbours are often in one cell
-        int row = i / BLOCK, column = (row & 1) == 0 ? i % BLOCK : BLOCK - 1 - i % BLOCK;
         Sample texel = Sample(-1, vec3(0.0), vec3(0.0));
-        if (i < BLOCK * BLOCK) texel = read_sample(first + ivec2(column, row), layer, view);
+        if (i < BLOCK * BLOCK) texel = read_sample(first + in_block(i), layer, view);
         if (texel.cell != cell) {
             if (cell >= 0) add(cell, sum, power);
             cell = texel.cell;

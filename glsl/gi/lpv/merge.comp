@@ -3,14 +3,14 @@
 // lpv.merge: what a light sees of the surfaces, into the volume of all lights. A node keeps the
 // light that sees most of it: surfaces that two lights see count once.
 //
-// B(ω) = Σ A ⟨n,ω⟩₊ / h² in two bands. (Kaplanyan & Dachsbacher 2010 take the largest of each
-// coefficient; those of band 1 have signs, and there the largest of −½ and 0 would be no blocker.)
+// Kaplanyan & Dachsbacher 2010 take the largest of each coefficient; those of band 1 have signs,
+// and there the largest of −½ and 0 would be no blocker.
 layout(local_size_x = 8, local_size_y = 8) in;
 
 #include "gi/lpv/grid.glsl"
-#include "gi/shared/sh.glsl"
+#include "gi/lpv/potential.glsl"
 
-layout(std430, set = 1, binding = 0) restrict readonly buffer Areas { ivec4 areas[]; };
+layout(std430, set = 1, binding = 0) restrict readonly buffer AreaSums { ivec4 areas[]; };
 layout(set = 1, binding = 1, rgba16f) uniform restrict image3D blockers;
 
 layout(push_constant) uniform MergeParams {
@@ -24,8 +24,7 @@ void main() {
     nodes.size.xyz += 1;
     ivec3 node = ivec3(gl_GlobalInvocationID);
     if (!is_inside(nodes, node)) return;
-    vec4 found = vec4(areas[cell_index(nodes, node)]) * params.share_unit;
-    vec4 own = vec4(SH_COSINE.x * SH_Y0 * found.w, SH_COSINE.y * SH_Y1 * found.yzx);
+    vec4 own = potential(vec4(areas[cell_index(nodes, node)]) * params.share_unit);
     if (params.is_first != 0u || own.x > imageLoad(blockers, node).x)
         imageStore(blockers, node, own);
 }

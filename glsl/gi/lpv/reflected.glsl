@@ -6,9 +6,6 @@
 #include "shared/light_view.glsl"
 #include "shared/packing.glsl"
 
-// texels that a thread reads, along an edge of a square; neighbours of one cell are added as one
-const int BLOCK = 4;
-
 struct Reflected {
     bool is_there;
     vec3 position;   // [m]

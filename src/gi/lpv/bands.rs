@@ -5,7 +5,6 @@ use std::sync::Arc;
 
 use glam::UVec3;
 
-use super::blockers::Blockers;
 use super::faces::Faces;
 use super::light::Light;
 use super::lobes::{
@@ -99,7 +98,6 @@ pub struct Streams {
     settings: LobeSettings,
     bands: u32,
     occlusion: Occlusion,
-    blockers: Option<Blockers>,
     matrices: Arc<Buffer>,
     /// What the last two steps have left: coefficients of intensity over h² (W/(m² sr)).
     lobes: Arc<Image>,
@@ -122,12 +120,10 @@ impl Streams {
             .map(|entry| *entry as f32)
             .collect();
         let pairs = (bands * bands).div_ceil(2);
-        let blockers = || Blockers::new(gpu, size);
         Ok(Streams {
             settings,
             bands,
             occlusion,
-            blockers: (occlusion == Occlusion::Fuzzy).then(blockers).transpose()?,
             matrices: storage(
                 gpu,
                 ("lpv.streams", Owner::Store),
@@ -148,19 +144,15 @@ impl Streams {
         })
     }
 
-    /// What blocks light, where that is of the surfaces that lights see.
-    pub fn blockers(&self) -> Option<&Blockers> {
-        self.blockers.as_ref()
-    }
-
     /// Adds the passes that bring the flux of all cells (integers of `flux_unit`, W), and the light
-    /// of the sides of all opaque faces, to the cells that it reaches.
+    /// of the sides of all opaque faces, to the cells that it reaches. `blockers` are read where
+    /// they are what stops light.
     pub fn run(
         &self,
         frame: &mut Frame,
         faces: &Faces,
         (flux, flux_unit): (&Arc<Buffer>, f32),
-        light: &Light,
+        (light, blockers): (&Light, &Arc<Image>),
     ) {
         let grid = faces.grid;
         let side_light = faces.sides.as_ref().map(|sides| &sides.light);
@@ -189,12 +181,11 @@ impl Streams {
             groups: groups(&grid),
             ..Default::default()
         };
-        let blockers = self.blockers.as_ref().map(|blockers| &blockers.volume);
         frame
             .pass(&STREAM)
             .bind("faces", &faces.words)
             .bind("streams", &self.matrices)
-            .bind("blockers", blockers.unwrap_or(&light.low))
+            .bind("blockers", blockers)
             .bind("lobes", &self.lobes)
             .bind("sum", &self.sum)
             .constant("BANDS", self.bands)

@@ -1,11 +1,12 @@
-//! Fuzzy occlusion: the surfaces that lights see, as what blocks light (Kaplanyan & Dachsbacher
-//! 2010, section 5.2).
+//! Fuzzy occlusion: the surfaces that lights and the camera see, as what blocks light (Kaplanyan &
+//! Dachsbacher 2010, section 5.2).
 
 use std::sync::Arc;
 
 use glam::UVec3;
 
 use super::grid::{CellGrid, GridRow};
+use super::peel::Layer;
 use super::sweep::volume;
 use crate::gpu_struct;
 use crate::graph::{
@@ -26,6 +27,30 @@ gpu_struct! {
         pub stride: u32,
         /// One integer step (m²).
         pub area_unit: f32,
+    }
+}
+
+gpu_struct! {
+    /// Parameters of `lpv.camera_geometry`.
+    pub struct CameraGeometryParams {
+        /// The grid.
+        pub grid: GridRow,
+        /// Width and height of the layer's picture (px).
+        pub size_px: [u32; 2],
+        /// Pixels along an edge of the square that one pixel stands for.
+        pub stride: u32,
+        /// One integer step (m²).
+        pub area_unit: f32,
+    }
+}
+
+gpu_struct! {
+    /// Parameters of `lpv.merge_camera`.
+    pub struct MergeCameraParams {
+        /// The grid.
+        pub grid: GridRow,
+        /// One integer step, over h².
+        pub share_unit: f32,
     }
 }
 
@@ -68,40 +93,116 @@ pub static MERGE: Pass = Pass::compute(
     MergeParams::LAYOUT,
 );
 
+/// Pixels of one layer of what the camera sees add A and A n, as texels of a light do. A thread 4×4
+/// of the pixels that are read.
+pub static CAMERA_GEOMETRY: Pass = Pass {
+    name: "lpv.camera_geometry",
+    shaders: Shaders::Compute("gi/lpv/camera_geometry.comp"),
+    bindings: &[
+        Binding::sampled("view_depth", Access::ComputeSampled),
+        Binding::sampled("normals", Access::ComputeSampled),
+        Binding::buffer("areas", Access::ComputeReadWrite),
+    ],
+    constants: &[],
+    params: Some(CameraGeometryParams::LAYOUT),
+    sets: Sets::Scene,
+};
+
+/// Blocking potential of what the camera sees, with that of all lights, which is kept. A thread a
+/// node.
+pub static MERGE_CAMERA: Pass = Pass::compute(
+    "lpv.merge_camera",
+    "gi/lpv/merge_camera.comp",
+    &[
+        Binding::buffer("areas", Access::ComputeRead),
+        Binding::image("of_lights", Access::ComputeRead),
+        Binding::image("blockers", Access::ComputeWrite),
+    ],
+    MergeCameraParams::LAYOUT,
+);
+
 /// One integer step of area, over h²: a node can have 8192 times the face of a cell.
 const SHARE_UNIT: f32 = 1.0 / (1 << 18) as f32;
 /// Light views that a light has at most.
 const MOST_VIEWS: u32 = 6;
 
-/// What blocks light in grids of one size.
+/// What blocks light in one grid.
+///
+/// What lights see is kept between frames: it is a function of the lights, the models and the
+/// grid, and found anew once one of them has changed. What the camera sees is found in each frame.
 pub struct Blockers {
     areas: Arc<Buffer>,
-    /// Blocking potential at the corners of all cells: B(ω) = Σ A ⟨n,ω⟩₊ / h² in two bands.
-    pub volume: Arc<Image>,
+    /// Blocking potential of what lights see, at the corners of all cells.
+    of_lights: Arc<Image>,
+    /// The same with what the camera sees, where that counts.
+    of_all: Option<Arc<Image>>,
+    /// Whether `of_lights` holds what the lights see now.
+    is_kept: bool,
+}
+
+/// Room for the sums of areas of one grid, which grids of one size share.
+pub(super) fn areas(gpu: &Gpu, size: UVec3) -> Result<Arc<Buffer>, Error> {
+    gpu.create_buffer(&BufferDesc {
+        name: "lpv.areas".into(),
+        size_bytes: 16 * u64::from((size + 1).element_product()),
+        usage: BufferUsage::Storage,
+        owner: Owner::Store,
+    })
 }
 
 impl Blockers {
-    /// Allocates.
-    pub fn new(gpu: &Gpu, size: UVec3) -> Result<Self, Error> {
-        let nodes = size + 1;
-        Ok(Blockers {
-            areas: gpu.create_buffer(&BufferDesc {
-                name: "lpv.areas".into(),
-                size_bytes: 16 * u64::from(nodes.element_product()),
-                usage: BufferUsage::Storage,
-                owner: Owner::Store,
-            })?,
-            volume: volume(
+    /// Allocates; `with_camera` for what the camera sees too.
+    pub(super) fn new(
+        gpu: &Gpu,
+        size: UVec3,
+        areas: &Arc<Buffer>,
+        with_camera: bool,
+    ) -> Result<Self, Error> {
+        let nodes = |name| {
+            volume(
                 gpu,
-                ("lpv.blockers", vk::Format::R16G16B16A16_SFLOAT),
-                nodes.to_array(),
+                (name, vk::Format::R16G16B16A16_SFLOAT),
+                (size + 1).to_array(),
                 ImageUsage::STORAGE | ImageUsage::SAMPLED,
-            )?,
+            )
+        };
+        let of_all = || nodes("lpv.blockers_of_all");
+        Ok(Blockers {
+            areas: Arc::clone(areas),
+            of_lights: nodes("lpv.blockers")?,
+            of_all: with_camera.then(of_all).transpose()?,
+            is_kept: false,
         })
     }
 
-    /// Adds the passes that find the surfaces that each light sees.
+    /// Blocking potential at the corners of all cells: B(ω) = Σ A ⟨n,ω⟩₊ / h² in two bands.
+    pub fn volume(&self) -> &Arc<Image> {
+        self.of_all.as_ref().unwrap_or(&self.of_lights)
+    }
+
+    /// Lights, models or the grid have changed.
+    pub(super) fn forget(&mut self) {
+        self.is_kept = false;
+    }
+
+    /// Adds the passes that find the surfaces that each light sees, where that is not known yet,
+    /// and those in the camera's layers.
     pub(super) fn find(
+        &mut self,
+        frame: &mut Frame,
+        grid: &CellGrid,
+        (scene, layers): (&GpuScene, &[Layer]),
+        (maps, rsm_texels): (&LightMaps, u32),
+    ) {
+        if !std::mem::replace(&mut self.is_kept, true) {
+            self.find_of_lights(frame, grid, scene, (maps, rsm_texels));
+        }
+        if let Some(of_all) = &self.of_all {
+            self.find_of_camera(frame, grid, layers, of_all);
+        }
+    }
+
+    fn find_of_lights(
         &self,
         frame: &mut Frame,
         grid: &CellGrid,
@@ -110,7 +211,6 @@ impl Blockers {
     ) {
         let stride = (maps.size / rsm_texels.max(1)).max(1);
         let groups = maps.size.div_ceil(stride).div_ceil(4 * 8);
-        let nodes = grid.size + 1;
         let normal = maps.rsm.as_ref().map(|[normal, _]| normal);
         // Without lights there is one volume without blockers.
         for light in 0..scene.lights.len().max(1) as u32 {
@@ -126,20 +226,66 @@ impl Blockers {
                         grid: grid.row(0),
                         light,
                         stride,
-                        area_unit: SHARE_UNIT * grid.cell_size * grid.cell_size,
+                        area_unit: area_unit(grid),
                     })
                     .dispatch([groups, groups, MOST_VIEWS]);
             }
             frame
                 .pass(&MERGE)
                 .bind("areas", &self.areas)
-                .bind("blockers", &self.volume)
+                .bind("blockers", &self.of_lights)
                 .push(&MergeParams {
                     grid: grid.row(0),
                     is_first: u32::from(light == 0),
                     share_unit: SHARE_UNIT,
                 })
-                .dispatch([nodes.x.div_ceil(8), nodes.y.div_ceil(8), nodes.z]);
+                .dispatch(node_groups(grid));
         }
     }
+
+    fn find_of_camera(
+        &self,
+        frame: &mut Frame,
+        grid: &CellGrid,
+        layers: &[Layer],
+        of_all: &Arc<Image>,
+    ) {
+        frame.fill("lpv.clear_areas", &self.areas, 0);
+        for layer in layers {
+            let groups = |side: u32| side.div_ceil(layer.stride).div_ceil(4 * 8);
+            frame
+                .pass(&CAMERA_GEOMETRY)
+                .bind("view_depth", &layer.view_depth)
+                .bind("normals", &layer.normals)
+                .bind("areas", &self.areas)
+                .push(&CameraGeometryParams {
+                    grid: grid.row(0),
+                    size_px: layer.size,
+                    stride: layer.stride,
+                    area_unit: area_unit(grid),
+                })
+                .dispatch([groups(layer.size[0]), groups(layer.size[1]), 1]);
+        }
+        frame
+            .pass(&MERGE_CAMERA)
+            .bind("areas", &self.areas)
+            .bind("of_lights", &self.of_lights)
+            .bind("blockers", of_all)
+            .push(&MergeCameraParams {
+                grid: grid.row(0),
+                share_unit: SHARE_UNIT,
+            })
+            .dispatch(node_groups(grid));
+    }
+}
+
+/// One integer step of area (m²).
+fn area_unit(grid: &CellGrid) -> f32 {
+    SHARE_UNIT * grid.cell_size * grid.cell_size
+}
+
+/// Workgroups of the passes of which a thread has a node.
+fn node_groups(grid: &CellGrid) -> [u32; 3] {
+    let nodes = grid.size + 1;
+    [nodes.x.div_ceil(8), nodes.y.div_ceil(8), nodes.z]
 }

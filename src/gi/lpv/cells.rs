@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::UVec3;
 
 use super::bands::Streams;
+use super::blockers::{self, Blockers};
 use super::faces::{BounceTest, Faces};
 use super::grid::CellGrid;
 use super::inject::{FLUX_NUMBERS, POWER_NUMBERS, flux_unit, inject};
@@ -14,10 +15,11 @@ use super::leaves::LeafSettings;
 use super::levels::{Levels, Transfer};
 use super::light::Light;
 use super::lobes::{LobeSettings, Lobes, Occlusion, Scheme};
+use super::peel::Layer;
 use super::slices::Slices;
 use super::sweep::{Batch, Nesting, Sweep, Watch};
 use crate::gi::{MapNeeds, Needs, Settings};
-use crate::graph::{Buffer, BufferDesc, BufferUsage, Error, Frame, FrameStats, Gpu, Owner};
+use crate::graph::{Buffer, BufferDesc, BufferUsage, Error, Frame, FrameStats, Gpu, Image, Owner};
 use crate::render::{GpuScene, LightMaps};
 
 /// Where the light of lights comes from.
@@ -93,6 +95,8 @@ pub struct CellSettings {
     pub injection_shift: f32,
     /// What stops light between two cells.
     pub occlusion: Occlusion,
+    /// Layers of what the camera sees that stop light besides what lights see.
+    pub blocker_layers: u32,
     /// How lobes are handed on, where no directions are swept.
     pub lobes: Option<LobeSettings>,
     /// Bands of spherical harmonics that lobes have; of streams 2 to 4, of others 2.
@@ -129,13 +133,16 @@ impl CellSettings {
             } else {
                 Occlusion::new(settings)
             },
+            blocker_layers: 0,
             lobes: LobeSettings::new(settings).filter(|_| !has_leaves),
             bands: settings.find_count("bands").unwrap_or(2),
             octree,
             keeps_directions: false,
         };
         let is_asked = settings.find_choice("lookup") == Some("directions");
+        let layers = settings.find_count("blocker_layers").unwrap_or(0);
         CellSettings {
+            blocker_layers: if this.is_fuzzy() { layers } else { 0 },
             keeps_directions: is_asked && this.sweeps(),
             ..this
         }
@@ -149,6 +156,11 @@ impl CellSettings {
 }
 
 impl CellSettings {
+    /// Whether blocking potential stops light.
+    fn is_fuzzy(&self) -> bool {
+        self.occlusion == Occlusion::Fuzzy && self.lobes.is_some()
+    }
+
     /// What lighting cells reads.
     pub(super) fn needs(&self) -> Needs {
         let reads_texels = self.source == Source::Rsm || self.occlusion == Occlusion::Fuzzy;
@@ -184,6 +196,7 @@ pub enum Propagation {
 /// What grids of one size share.
 struct Parts {
     propagation: Arc<Propagation>,
+    areas: Option<Arc<Buffer>>,
     light: Arc<Light>,
 }
 
@@ -220,6 +233,10 @@ impl Parts {
         Ok(Parts {
             propagation: Arc::new(propagation),
             light: Arc::new(Light::new(gpu, size, grids, !has_two_bands)?),
+            areas: settings
+                .is_fuzzy()
+                .then(|| blockers::areas(gpu, size))
+                .transpose()?,
         })
     }
 }
@@ -232,6 +249,8 @@ pub struct Cells {
     pub settings: CellSettings,
     /// Which neighbours cannot see each other.
     pub faces: Faces,
+    /// What blocks light, where that is of the surfaces that lights and the camera see.
+    pub blockers: Option<Blockers>,
     /// Injected flux, x, y and z of red, of green, of blue, each for all cells, or leaves of an
     /// octree: integers of [`flux_unit`]. For lobes then also the power, red, green, blue.
     pub flux: Arc<Buffer>,
@@ -320,6 +339,11 @@ impl Cells {
             grid,
             settings,
             faces: Faces::new(gpu, grid, faces_send)?,
+            blockers: parts
+                .areas
+                .as_ref()
+                .map(|areas| Blockers::new(gpu, grid.size, areas, settings.blocker_layers > 0))
+                .transpose()?,
             flux: flux(gpu, (FLUX_NUMBERS + power_numbers) * receivers)?,
             propagation: Arc::clone(&parts.propagation),
             light: Arc::clone(&parts.light),
@@ -344,6 +368,7 @@ impl Cells {
 
     /// Finds the opaque faces.
     pub fn find_faces(&mut self, gpu: &Gpu, scene: &GpuScene) -> Result<FrameStats, Error> {
+        self.forget_blockers();
         let mut stats = if self.has_faces() {
             self.faces.find(gpu, scene)?
         } else {
@@ -382,6 +407,9 @@ impl Cells {
         scene: &GpuScene,
         grid: CellGrid,
     ) -> Result<FrameStats, Error> {
+        if self.grid != grid {
+            self.forget_blockers();
+        }
         self.grid = grid;
         if self.has_faces() {
             self.faces.follow(gpu, scene, grid)
@@ -396,6 +424,20 @@ impl Cells {
         (self.grid, self.faces.grid) = (grid, grid);
     }
 
+    /// What lights see is to be found anew: they have moved.
+    pub(super) fn forget_blockers(&mut self) {
+        if let Some(blockers) = &mut self.blockers {
+            blockers.forget();
+        }
+    }
+
+    /// What blocks lobes; where nothing reads it, any volume.
+    pub(super) fn blocking(&self) -> &Arc<Image> {
+        self.blockers
+            .as_ref()
+            .map_or(&self.light.low, Blockers::volume)
+    }
+
     /// A sweep that is to be stopped by no face has none; lobes leave them out on their way, but
     /// may start there, and the view shows them.
     fn has_faces(&self) -> bool {
@@ -403,23 +445,37 @@ impl Cells {
     }
 
     /// Adds the passes that light the cells: once by the lights, and again for each further bounce.
-    pub fn light(&mut self, frame: &mut Frame, scene: &GpuScene, maps: &LightMaps) {
-        self.inject(frame, (scene, maps), radiance_scale(scene, &self.grid));
+    /// `layers` are those of what the camera sees.
+    pub fn light(
+        &mut self,
+        frame: &mut Frame,
+        scene: &GpuScene,
+        maps: &LightMaps,
+        layers: &[Layer],
+    ) {
+        let scale = radiance_scale(scene, &self.grid);
+        self.inject(frame, (scene, maps), layers, scale);
         let later = u32::from(self.settings.keeps_directions);
         for bounce in 0..self.settings.bounces.saturating_sub(later) {
             self.propagate(frame, (scene, maps), bounce, Nesting::default());
         }
     }
 
-    /// Adds the passes that inject what surfaces reflect of the lights; `scale` is the radiance of
-    /// a stored 1 (W/(m² sr)), one for grids that share light.
+    /// Adds the passes that inject what surfaces reflect of the lights, and those that find what
+    /// blocks it; `scale` is the radiance of a stored 1 (W/(m² sr)), one for grids that share
+    /// light.
     pub(super) fn inject(
         &mut self,
         frame: &mut Frame,
         (scene, maps): (&GpuScene, &LightMaps),
+        layers: &[Layer],
         scale: f32,
     ) {
         self.scale = scale;
+        if let Some(blockers) = &mut self.blockers {
+            let texels = (maps, self.settings.rsm_texels);
+            blockers.find(frame, &self.grid, (scene, layers), texels);
+        }
         frame.fill("lpv.clear_flux", &self.flux, 0);
         if self.settings.source == Source::Rsm {
             inject(frame, maps, self, flux_unit(&scene.lights, &self.grid));
@@ -463,7 +519,6 @@ impl Cells {
         let before = (&*self.light, bounce > 0);
         let scale = (with_direct, self.scale);
         self.faces.light(frame, maps, scale, before, test);
-        self.block(frame, (scene, maps));
         let flux_unit = flux_unit(&scene.lights, &self.grid) / self.scale;
         let mut hand_on = |frame: &mut Frame| {
             let flux = (&self.flux, flux_unit);
@@ -477,9 +532,13 @@ impl Cells {
                 Propagation::Jacobi(jacobi) => jacobi.run(frame, &self.faces, flux, &self.light),
                 Propagation::Slices(slices) => slices.run(frame, &self.faces, flux, &self.light),
                 Propagation::Leaves(sweep) => sweep.run(frame, &self.faces, flux, &self.light),
-                Propagation::Lobes(lobes) => lobes.run(frame, &self.faces, flux, &self.light),
+                Propagation::Lobes(lobes) => {
+                    let light = (&*self.light, self.blocking());
+                    lobes.run(frame, &self.faces, flux, light);
+                }
                 Propagation::Streams(streams) => {
-                    streams.run(frame, &self.faces, flux, &self.light);
+                    let light = (&*self.light, self.blocking());
+                    streams.run(frame, &self.faces, flux, light);
                 }
                 Propagation::Levels(levels) => levels.run(frame, &self.faces, flux, &self.light),
             }
@@ -487,18 +546,6 @@ impl Cells {
         match test.filter(|_| bounce > 0) {
             Some(test) => frame.only_if(&test.goes_on, hand_on),
             None => hand_on(frame),
-        }
-    }
-
-    /// Adds the passes that find what blocks light, where that is of the surfaces that lights see.
-    fn block(&self, frame: &mut Frame, (scene, maps): (&GpuScene, &LightMaps)) {
-        let blockers = match &*self.propagation {
-            Propagation::Lobes(lobes) => lobes.blockers(),
-            Propagation::Streams(streams) => streams.blockers(),
-            _ => None,
-        };
-        if let Some(blockers) = blockers {
-            blockers.find(frame, &self.grid, scene, (maps, self.settings.rsm_texels));
         }
     }
 }

@@ -8,13 +8,12 @@ use glam::{DVec3, DVec4};
 use super::cells::{Cells, Propagation};
 use super::grid::CellGrid;
 use super::inject::flux_unit;
-use super::light::Light;
 use super::lobes::{Lobes, PropagateParams};
 use super::sweep::{Nesting, Sweep, SweepParams, Watch};
 use crate::gi::inspect::Energy;
 use crate::graph::{
-    Access, BatchDispatch, Binding, Buffer, BufferDesc, BufferUsage, Error, Frame, Gpu, Owner,
-    Pass, Sets, Shaders,
+    Access, BatchDispatch, Binding, Buffer, BufferDesc, BufferUsage, Error, Frame, Gpu, Image,
+    Owner, Pass, Sets, Shaders,
 };
 use crate::render::GpuScene;
 use crate::shader::GpuStruct;
@@ -113,12 +112,12 @@ fn count_lobes(
         count_step(
             frame,
             lobes,
-            (grid, &faces.words, &cells.light),
+            (grid, &faces.words, cells.blocking()),
             step,
             ledger,
         );
         if step < last {
-            lobes.steps(frame, (grid, &faces.words), step..=step, &cells.light);
+            lobes.steps(frame, (grid, &faces.words), step..=step, cells.blocking());
         }
     }
     lobes.finish(frame, grid, &cells.light);
@@ -127,17 +126,16 @@ fn count_lobes(
 fn count_step(
     frame: &mut Frame,
     lobes: &Lobes,
-    (grid, faces, light): (&CellGrid, &Arc<Buffer>, &Light),
+    (grid, faces, blockers): (&CellGrid, &Arc<Buffer>, &Arc<Image>),
     step: u32,
     ledger: &Arc<Buffer>,
 ) {
     let settings = lobes.settings;
-    let blockers = lobes.blockers().map(|blockers| &blockers.volume);
     frame
         .pass(&LOBE_LEDGER)
         .bind("faces", faces)
         .bind("streams", &lobes.streams)
-        .bind("blockers", blockers.unwrap_or(&light.low))
+        .bind("blockers", blockers)
         .bind("lobes", &lobes.lobes)
         .bind("ledger", ledger)
         .constant("SCHEME", settings.scheme as u32)

@@ -233,7 +233,7 @@ impl Levels {
             if is_residual && level > 0 {
                 down_sample(frame, level, done);
             }
-            lobes(level).step(frame, (grid, level_faces(level)), done, light);
+            lobes(level).step(frame, (grid, level_faces(level)), done, &light.low);
         }
         for level in (1..grids.len()).rev() {
             frame

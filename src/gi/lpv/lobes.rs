@@ -6,7 +6,6 @@ use std::sync::Arc;
 
 use glam::{DMat4, DVec3, DVec4, UVec3};
 
-use super::blockers::Blockers;
 use super::faces::Faces;
 use super::grid::{CellGrid, GridRow};
 use super::light::Light;
@@ -115,7 +114,7 @@ pub enum Occlusion {
     None,
     /// An opaque face stops all of it.
     Faces,
-    /// The blocking potential of the surfaces that lights see.
+    /// The blocking potential of the surfaces that lights and the camera see.
     Fuzzy,
 }
 
@@ -195,7 +194,6 @@ pub fn stream(direction: DVec3) -> DMat4 {
 pub struct Lobes {
     pub(super) settings: LobeSettings,
     pub(super) occlusion: Occlusion,
-    blockers: Option<Blockers>,
     pub(super) streams: Arc<Buffer>,
     /// What the last two steps have left: four coefficients of intensity over h² (W/(m² sr)).
     pub(super) lobes: Arc<Image>,
@@ -217,11 +215,9 @@ impl Lobes {
         let streams: Vec<f32> = (0..6).filter(|_| is_stream).flat_map(streams).collect();
         let pairs = vk::Format::R32G32B32A32_UINT;
         let stored = ImageUsage::STORAGE;
-        let blockers = || Blockers::new(gpu, size);
         Ok(Lobes {
             settings,
             occlusion,
-            blockers: (occlusion == Occlusion::Fuzzy).then(blockers).transpose()?,
             streams: storage(
                 gpu,
                 ("lpv.streams", Owner::Store),
@@ -238,16 +234,18 @@ impl Lobes {
         })
     }
 
-    /// What blocks light, where that is of the surfaces that lights see.
-    pub fn blockers(&self) -> Option<&Blockers> {
-        self.blockers.as_ref()
-    }
-
     /// Adds the passes that bring the flux of all cells (integers of `flux_unit`, W), and the light
-    /// of the sides of all opaque faces, to the cells that it reaches.
-    pub fn run(&self, frame: &mut Frame, faces: &Faces, flux: (&Arc<Buffer>, f32), light: &Light) {
+    /// of the sides of all opaque faces, to the cells that it reaches. `blockers` are read where
+    /// they are what stops light.
+    pub fn run(
+        &self,
+        frame: &mut Frame,
+        faces: &Faces,
+        flux: (&Arc<Buffer>, f32),
+        (light, blockers): (&Light, &Arc<Image>),
+    ) {
         self.seed(frame, faces, flux);
-        self.step(frame, (&faces.grid, &faces.words), 0, light);
+        self.step(frame, (&faces.grid, &faces.words), 0, blockers);
         self.finish(frame, &faces.grid, light);
     }
 
@@ -282,10 +280,10 @@ impl Lobes {
         frame: &mut Frame,
         (grid, faces): (&CellGrid, &Arc<Buffer>),
         done: u32,
-        light: &Light,
+        blockers: &Arc<Image>,
     ) {
         let steps = done + 1..=done + self.settings.iterations;
-        self.steps(frame, (grid, faces), steps, light);
+        self.steps(frame, (grid, faces), steps, blockers);
     }
 
     /// Adds these steps.
@@ -294,7 +292,7 @@ impl Lobes {
         frame: &mut Frame,
         (grid, faces): (&CellGrid, &Arc<Buffer>),
         steps: RangeInclusive<u32>,
-        light: &Light,
+        blockers: &Arc<Image>,
     ) {
         let step = |step| BatchDispatch {
             push: bytemuck::bytes_of(&PropagateParams {
@@ -306,12 +304,11 @@ impl Lobes {
             groups: groups(grid),
             ..Default::default()
         };
-        let blockers = self.blockers.as_ref().map(|blockers| &blockers.volume);
         frame
             .pass(&PROPAGATE)
             .bind("faces", faces)
             .bind("streams", &self.streams)
-            .bind("blockers", blockers.unwrap_or(&light.low))
+            .bind("blockers", blockers)
             .bind("lobes", &self.lobes)
             .bind("sum", &self.sum)
             .constant("SCHEME", self.settings.scheme as u32)

@@ -7,7 +7,8 @@
 //! - [`jacobi`]: the same in steps of all cells at once.
 //! - [`slices`]: the same in slices, with smoother steps.
 //! - [`leaf_sweep`]: the same by [`leaves`] of an octree, in the order of a [`schedule`].
-//! - [`lobes`]: the same by the published method, and [`blockers`], its fuzzy occlusion.
+//! - [`lobes`]: the same by the published method, and [`blockers`], its fuzzy occlusion, of what
+//!   lights see and the camera, in layers that [`peel`] finds.
 //! - [`bands`]: streams of the published method in more bands.
 //! - [`levels`]: the published method in all levels of an octree.
 //! - [`light`]: what the light of cells is kept in.
@@ -43,6 +44,7 @@ pub mod lobes;
 pub mod octree;
 mod one_grid;
 pub mod oracle;
+pub mod peel;
 pub mod place;
 pub mod schedule;
 pub mod scroll;

@@ -3,18 +3,22 @@
 use std::sync::Arc;
 
 use super::gather::Lookup;
+use super::peel::CameraLayers;
 use super::structure::{self, Structure};
 use super::{
     CellGrid, CellSettings, Cells, Propagation, by_direction, gather, ledger, place, view,
 };
 use crate::gi::inspect::{BeamStart, Energy, ViewRow};
-use crate::gi::{Answer, Context, IndirectLight, Inputs, Inspect, Needs, Settings, Technique};
+use crate::gi::{
+    Answer, Change, Context, IndirectLight, Inputs, Inspect, Needs, Settings, Technique,
+};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image};
 use crate::render::{GBuffer, screen_image};
 
 /// A technique of one scene.
 pub(super) struct OneGrid {
     cells: Cells,
+    layers: CameraLayers,
     lookup: Lookup,
     light: IndirectLight,
 }
@@ -31,6 +35,7 @@ impl OneGrid {
         let specular = || screen_image(gpu, "lpv.specular", size);
         Ok(OneGrid {
             cells: Cells::new(gpu, scene, grid, cell_settings)?,
+            layers: CameraLayers::new(gpu, size, cell_settings.blocker_layers)?,
             lookup: Lookup::new(settings, 0.0),
             light: IndirectLight {
                 diffuse: screen_image(gpu, "lpv.diffuse", size)?,
@@ -49,8 +54,26 @@ impl Technique for OneGrid {
         self.cells.find_faces(context.gpu, context.scene)
     }
 
+    fn follow(&mut self, context: &Context<'_>, change: Change) -> Result<FrameStats, Error> {
+        match change {
+            Change::Models => self.build(context),
+            Change::Lights => {
+                self.cells.forget_blockers();
+                Ok(FrameStats::default())
+            }
+            Change::Camera => Ok(FrameStats::default()),
+        }
+    }
+
     fn update(&mut self, frame: &mut Frame, given: &Inputs<'_>) {
-        self.cells.light(frame, given.scene, given.maps);
+        let Inputs {
+            scene,
+            maps,
+            gbuffer,
+            ..
+        } = *given;
+        let layers = self.layers.draw(frame, scene, gbuffer);
+        self.cells.light(frame, scene, maps, &layers);
     }
 
     fn gather(&mut self, frame: &mut Frame, given: &Inputs<'_>) -> Answer {

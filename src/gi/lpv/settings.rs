@@ -1,7 +1,7 @@
 //! What rows of the family have in common: settings, passes and stages.
 
 use super::bands::{FINISH_BANDS, SEED_BANDS, STREAM};
-use super::blockers::{GEOMETRY, MERGE};
+use super::blockers::{CAMERA_GEOMETRY, GEOMETRY, MERGE, MERGE_CAMERA};
 use super::by_direction::{GATHER_DIRECTIONS, SPECULAR_DIRECTIONS};
 use super::cells::{CellSettings, Source};
 use super::faces::{FACES, LIGHT_SIDES, NEAREST, NUMBER_SIDES, SURFACES, Side};
@@ -10,6 +10,7 @@ use super::grid::GridRow;
 use super::inject::INJECT;
 use super::jacobi::{JACOBI, JACOBI_SUM};
 use super::lobes::{FINISH, PROPAGATE, SEED};
+use super::peel::PEEL;
 use super::slices::SLICES;
 use super::sweep::{SOURCES, SUM, SWEEP};
 use super::view::VIEW;
@@ -164,6 +165,15 @@ pub(super) static LOBE_SETTINGS: &[Setting] = &[
         domain: Domain::Choice(&["faces", "none", "fuzzy"]),
         default: "faces",
     },
+    Setting {
+        name: "blocker_layers",
+        help: "layers of surfaces that the camera sees, which block light besides those that \
+               lights see: 0, none; 1, the nearest; more, those behind by depth peeling. Light \
+               then depends on the view",
+        unit: "",
+        domain: Domain::Count { min: 0, max: 4 },
+        default: "0",
+    },
 ];
 
 fn has_directions(settings: &Settings) -> bool {
@@ -185,6 +195,11 @@ pub(super) static RULES: &[Rule] = &[
         applies: |settings| settings.is("source", "rsm"),
     },
     Rule::always(Group::Bounces, &["propagation", "occlusion", "bounces"]),
+    Rule {
+        group: Group::Bounces,
+        settings: &["blocker_layers"],
+        applies: |settings| settings.is("occlusion", "fuzzy"),
+    },
     Rule {
         group: Group::Bounces,
         settings: &["directions"],
@@ -320,6 +335,9 @@ pub(super) static PASSES: &[&Pass] = &[
     &JACOBI_SUM,
     &GEOMETRY,
     &MERGE,
+    &PEEL,
+    &CAMERA_GEOMETRY,
+    &MERGE_CAMERA,
     &SEED,
     &PROPAGATE,
     &FINISH,
@@ -366,7 +384,14 @@ pub(super) static LIGHT_INJECTION: Stage = Stage::store(
 /// What blocks lobes.
 static GEOMETRY_VOLUME: Stage = Stage::store(
     "geometry volume",
-    &["lpv.clear_areas", "lpv.geometry", "lpv.merge"],
+    &[
+        "lpv.clear_areas",
+        "lpv.geometry",
+        "lpv.merge",
+        "lpv.peel",
+        "lpv.camera_geometry",
+        "lpv.merge_camera",
+    ],
 );
 
 /// From cells to all others.

@@ -12,6 +12,7 @@ pub use layout::Layout;
 
 use super::cells::radiance_scale;
 use super::gather::Lookup;
+use super::peel::CameraLayers;
 use super::structure::Structure;
 use super::sweep::Nesting;
 use super::{CellSettings, Cells, Propagation, gather, ledger, place, settings as family, view};
@@ -29,6 +30,7 @@ pub struct CascadedLpv {
     pub levels: Vec<Cells>,
     /// Whether light comes into a grid from the one around it.
     takes_light: bool,
+    layers: CameraLayers,
     lookup: Lookup,
     light: IndirectLight,
 }
@@ -52,9 +54,11 @@ impl CascadedLpv {
         );
         let specular = || screen_image(gpu, "lpv.specular", size);
         let grids = layout.grids(context.eye);
+        let cell_settings = CellSettings::new(settings);
         Ok(CascadedLpv {
             layout,
-            levels: Cells::nested(gpu, scene, &grids, CellSettings::new(settings))?,
+            levels: Cells::nested(gpu, scene, &grids, cell_settings)?,
+            layers: CameraLayers::new(gpu, size, cell_settings.blocker_layers)?,
             takes_light: settings.is("nesting", "inflow"),
             lookup: Lookup::new(settings, settings.number("blend")),
             light: IndirectLight {
@@ -100,7 +104,10 @@ impl Technique for CascadedLpv {
                 }
                 Ok(stats)
             }
-            Change::Lights => Ok(FrameStats::default()),
+            Change::Lights => {
+                self.levels.iter_mut().for_each(Cells::forget_blockers);
+                Ok(FrameStats::default())
+            }
         }
     }
 
@@ -109,8 +116,9 @@ impl Technique for CascadedLpv {
         // The finest cells have the most radiance: a lamp's power over the smallest faces.
         let finest = self.levels.last().map(|cells| cells.grid);
         let scale = finest.map_or(1.0, |grid| radiance_scale(given.scene, &grid));
+        let layers = self.layers.draw(frame, given.scene, given.gbuffer);
         for cells in &mut self.levels {
-            cells.inject(frame, lit, scale);
+            cells.inject(frame, lit, &layers, scale);
         }
         for bounce in 0..self.levels[0].settings.bounces {
             for (level, cells) in self.levels.iter().enumerate() {
@@ -142,7 +150,7 @@ impl Inspect for CascadedLpv {
     /// Of the outermost grid: all light goes through it, and it takes none from the others.
     fn energy(&self, context: &Context<'_>) -> Result<Option<Energy>, Error> {
         let outermost = &self.levels[0];
-        // What blocks lobes is that of the innermost grid by now.
+        // Of lobes there is an account in techniques of one grid alone.
         match &*outermost.propagation {
             Propagation::Sweep(_) => ledger::energy(context.gpu, context.scene, outermost),
             _ => Ok(None),

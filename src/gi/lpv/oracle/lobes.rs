@@ -48,7 +48,8 @@ pub fn nodes(grid: &CellGrid) -> CellGrid {
     }
 }
 
-/// B(ω) = Σ A ⟨n,ω⟩₊ / h² of the surfaces that one light sees, at the corners of all cells.
+/// B(ω) = Σ A ⟨n,ω⟩₊ / h² of the surfaces that one light or the camera sees, at the corners of all
+/// cells.
 pub fn blockers(texels: impl IntoIterator<Item = Texel>, grid: &CellGrid) -> Vec<DVec4> {
     let nodes = nodes(grid);
     let mut blockers = vec![DVec4::ZERO; nodes.count() as usize];

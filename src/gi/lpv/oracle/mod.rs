@@ -9,6 +9,7 @@ mod lookup;
 pub mod octree;
 pub mod simulator;
 mod slices;
+mod surfels;
 mod sweep;
 
 pub use faces::{Crossings, crossings};
@@ -16,5 +17,6 @@ pub use leaves::{leaf_of, sweep_leaves};
 pub use light::{Texel, inject};
 pub use lookup::{Place, by_direction, irradiance, specular};
 pub use slices::slices;
+pub use surfels::{merge, surfels};
 pub(crate) use sweep::neighbour;
 pub use sweep::{Boundary, Ledger, Swept, field, jacobi, sweep};
