@@ -17,13 +17,6 @@ layout(set = 0, binding = 1) uniform sampler linear_clamp;
 layout(set = 0, binding = 2) uniform sampler nearest_clamp;
 layout(set = 0, binding = 3) uniform sampler linear_repeat;
 
-struct Vertex {
-    vec3 position;            // [m]
-    float u;
-    vec3 normal;              // unit shading normal
-    float v;                  // upwards
-};
-
 struct Material {
     vec4 albedo;              // rgb: diffuse albedo; w: 1 where there is a mask texture
     vec4 emission;            // rgb: emitted radiance [W/(m² sr)]; w: 1 where there is a normal map
@@ -38,16 +31,44 @@ struct Light {
     uvec4 views;              // x: first light view; y: number of light views
 };
 
-layout(std430, set = 0, binding = 4) readonly buffer Vertices { Vertex vertices[]; };
-layout(std430, set = 0, binding = 5) readonly buffer Triangles { uvec4 triangles[]; };
-layout(std430, set = 0, binding = 6) readonly buffer Materials { Material materials[]; };
-layout(std430, set = 0, binding = 7) readonly buffer Lights { Light lights[]; };
+// Several buffers, since the size of one binding is limited and most passes read positions alone.
+// A vec3 in an array would take the room of four numbers.
+layout(std430, set = 0, binding = 4) readonly buffer Positions { float positions[]; };   // [m]
+layout(std430, set = 0, binding = 5) readonly buffer ShadingNormals { float shading_normals[]; };
+layout(std430, set = 0, binding = 6) readonly buffer Uvs { vec2 uvs[]; };   // v upwards
+layout(std430, set = 0, binding = 7) readonly buffer TriangleVertices {
+    uint triangle_vertices[];
+};
+layout(std430, set = 0, binding = 8) readonly buffer TriangleMaterials {
+    uint triangle_materials[];
+};
+layout(std430, set = 0, binding = 9) readonly buffer Materials { Material materials[]; };
+layout(std430, set = 0, binding = 10) readonly buffer Lights { Light lights[]; };
 
 const float PI = 3.14159265358979;
 
+// The vertices of a triangle, counter-clockwise from the front.
+uvec3 vertices_of(uint triangle) {
+    uint first = 3u * triangle;
+    return uvec3(triangle_vertices[first], triangle_vertices[first + 1u],
+        triangle_vertices[first + 2u]);
+}
+
+// Position of a vertex [m].
+vec3 position_of(uint vertex) {
+    uint first = 3u * vertex;
+    return vec3(positions[first], positions[first + 1u], positions[first + 2u]);
+}
+
+// Unit shading normal of a vertex.
+vec3 shading_normal_of(uint vertex) {
+    uint first = 3u * vertex;
+    return vec3(shading_normals[first], shading_normals[first + 1u], shading_normals[first + 2u]);
+}
+
 // Texture coordinates of a vertex in Vulkan's orientation: v downwards.
-vec2 texture_uv(Vertex vertex) {
-    return vec2(vertex.u, 1.0 - vertex.v);
+vec2 texture_uv(uint vertex) {
+    return vec2(uvs[vertex].x, 1.0 - uvs[vertex].y);
 }
 
 // Position [m] of the surface at view depth `depth_m` through the centre of a pixel.

@@ -120,7 +120,7 @@ impl Gpu {
     }
 
     /// Makes set 0, which shows these buffers to every pass that asks for the scene.
-    pub fn create_scene_set(&self, bindings: &SceneBindings<'_>) -> Result<Arc<SceneSet>, Error> {
+    pub fn create_scene_set(&self, bindings: &SceneBindings) -> Result<Arc<SceneSet>, Error> {
         SceneSet::new(&self.device, &self.shared, bindings)
     }
 

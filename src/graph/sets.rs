@@ -9,26 +9,33 @@ use crate::vulkan::{
 };
 
 /// The buffers of set 0.
-#[derive(Clone, Copy)]
-pub struct SceneBindings<'b> {
+#[derive(Clone)]
+pub struct SceneBindings {
     /// Binding 0: frame constants, a uniform buffer.
-    pub frame_uniform: &'b Arc<Buffer>,
-    /// Binding 4: the vertices of all triangles.
-    pub vertices: &'b Arc<Buffer>,
-    /// Binding 5: the triangles.
-    pub triangles: &'b Arc<Buffer>,
-    /// Binding 6: the materials.
-    pub materials: &'b Arc<Buffer>,
-    /// Binding 7: the lights.
-    pub lights: &'b Arc<Buffer>,
+    pub frame_uniform: Arc<Buffer>,
+    /// Binding 4: the positions of vertices (m), three numbers each.
+    pub positions: Arc<Buffer>,
+    /// Binding 5: their unit shading normals, three numbers each.
+    pub normals: Arc<Buffer>,
+    /// Binding 6: their texture coordinates, two numbers each.
+    pub uvs: Arc<Buffer>,
+    /// Binding 7: the vertices of triangles, three each.
+    pub triangle_vertices: Arc<Buffer>,
+    /// Binding 8: the materials of triangles, one each.
+    pub triangle_materials: Arc<Buffer>,
+    /// Binding 9: the materials.
+    pub materials: Arc<Buffer>,
+    /// Binding 10: the lights.
+    pub lights: Arc<Buffer>,
 }
 
 /// Set 0: frame constants (0), samplers (1 linear clamp, 2 nearest clamp, 3 linear repeat),
-/// vertices (4), triangles (5), materials (6), lights (7).
+/// positions (4), normals (5) and texture coordinates (6) of vertices, vertices (7) and materials
+/// (8) of triangles, materials (9), lights (10).
 pub struct SceneSet {
     pub(super) raw: vk::DescriptorSet,
     /// The storage buffers; every pass that uses the set reads them.
-    pub(super) storage: [Arc<Buffer>; 4],
+    pub(super) storage: [Arc<Buffer>; 7],
     _frame_uniform: Arc<Buffer>,
     _shared: Arc<SharedSets>,
     _pool: DescriptorPool,
@@ -54,20 +61,15 @@ pub(super) struct SharedSets {
 impl SharedSets {
     pub(super) fn new(device: &Arc<Device>) -> Result<Arc<Self>, Error> {
         use vk::DescriptorType as T;
-        let storage = T::STORAGE_BUFFER;
         let scene = SetLayout::new(
             device,
             "scene",
             &[
-                T::UNIFORM_BUFFER,
-                T::SAMPLER,
-                T::SAMPLER,
-                T::SAMPLER,
-                storage,
-                storage,
-                storage,
-                storage,
-            ],
+                &[T::UNIFORM_BUFFER][..],
+                &[T::SAMPLER; 3],
+                &[T::STORAGE_BUFFER; 7],
+            ]
+            .concat(),
         )?;
         let material = SetLayout::new(device, "material", &[T::SAMPLED_IMAGE; 4])?;
         let samplers = [
@@ -108,13 +110,16 @@ impl SceneSet {
     pub(super) fn new(
         device: &Arc<Device>,
         shared: &Arc<SharedSets>,
-        bindings: &SceneBindings<'_>,
+        bindings: &SceneBindings,
     ) -> Result<Arc<Self>, Error> {
         let storage = [
-            bindings.vertices,
-            bindings.triangles,
-            bindings.materials,
-            bindings.lights,
+            &bindings.positions,
+            &bindings.normals,
+            &bindings.uvs,
+            &bindings.triangle_vertices,
+            &bindings.triangle_materials,
+            &bindings.materials,
+            &bindings.lights,
         ]
         .map(Arc::clone);
         let mut descriptors = vec![Descriptor::Buffer(bindings.frame_uniform.raw())];
@@ -134,7 +139,7 @@ impl SceneSet {
         Ok(Arc::new(SceneSet {
             raw,
             storage,
-            _frame_uniform: Arc::clone(bindings.frame_uniform),
+            _frame_uniform: Arc::clone(&bindings.frame_uniform),
             _shared: Arc::clone(shared),
             _pool: pool,
         }))

@@ -3,6 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use bytemuck::cast_slice;
 use glam::Vec3;
 
 use super::emitters::{Emitter, emitters};
@@ -153,10 +154,8 @@ pub struct GpuScene {
     pub lights: Vec<Light>,
     /// Radiance of the environment (W/(m² sr)).
     pub environment: Vec3,
-    frame_uniform: Arc<Buffer>,
-    light_buffer: Arc<Buffer>,
-    /// Vertices, triangles and materials, for another set 0.
-    geometry: [Arc<Buffer>; 3],
+    /// What `set` shows.
+    buffers: SceneBindings,
 }
 
 /// The models of a scene that may move.
@@ -167,9 +166,10 @@ pub struct DynamicGeometry {
     pub bounds: (Vec3, Vec3),
     /// Smallest and largest corner of all places that it comes to (m).
     pub motion_bounds: (Vec3, Vec3),
-    vertices: Arc<Buffer>,
     models: Vec<DynamicModel>,
-    /// Vertices on their way to the device.
+    /// Vertices of all models.
+    vertex_count: usize,
+    /// Positions on their way to the device, and normals behind them.
     staging: Arc<Buffer>,
 }
 
@@ -181,7 +181,7 @@ struct DynamicModel {
 }
 
 impl DynamicGeometry {
-    fn new(gpu: &Gpu, scene: &Scene, vertices: &Arc<Buffer>) -> Result<Option<Self>, Error> {
+    fn new(gpu: &Gpu, scene: &Scene) -> Result<Option<Self>, Error> {
         let Some(motion_bounds) = scene.dynamic_bounds() else {
             return Ok(None);
         };
@@ -201,11 +201,10 @@ impl DynamicGeometry {
                 corners: first_corner..first_corner + 3 * model.triangle_count,
             });
         }
-        let count: usize = models.iter().map(|model| model.vertices.len()).sum();
-        let size_bytes = vertex_bytes(count);
+        let vertex_count = models.iter().map(|model| model.vertices.len()).sum();
         let staging = gpu.create_buffer(&BufferDesc {
             name: "scene.dynamic_vertices".into(),
-            size_bytes,
+            size_bytes: 2 * bytes_of_vectors(vertex_count),
             usage: BufferUsage::Staging,
             owner: Owner::Shared,
         })?;
@@ -213,8 +212,8 @@ impl DynamicGeometry {
             materials,
             bounds: motion_bounds,
             motion_bounds,
-            vertices: Arc::clone(vertices),
             models,
+            vertex_count,
             staging,
         };
         made.bounds = made.bounds_in(scene);
@@ -251,9 +250,9 @@ impl DynamicGeometry {
         })
     }
 
-    /// Size of the vertices of all models (bytes).
-    pub(super) fn size_bytes(&self) -> u64 {
-        self.staging.size_bytes()
+    /// Size of the positions of all models (bytes).
+    pub(super) fn positions_bytes(&self) -> u64 {
+        bytes_of_vectors(self.vertex_count)
     }
 
     fn bounds_in(&self, scene: &Scene) -> (Vec3, Vec3) {
@@ -267,9 +266,9 @@ impl DynamicGeometry {
     }
 }
 
-/// Size of this many vertices (bytes).
-pub(super) fn vertex_bytes(count: usize) -> u64 {
-    (size_of::<Vertex>() * count) as u64
+/// Size of this many positions or normals (bytes).
+pub(super) fn bytes_of_vectors(count: usize) -> u64 {
+    (size_of::<[f32; 3]>() * count) as u64
 }
 
 /// Name of the copy of vertices that have moved.
@@ -284,36 +283,40 @@ impl GpuScene {
             usage: BufferUsage::Uniform,
             owner: Owner::Shared,
         })?;
-        let vertices = storage(
-            gpu,
-            ("scene.vertices", Owner::Shared),
-            bytemuck::cast_slice(&scene.vertices),
-        )?;
-        let triangles = storage(
-            gpu,
-            ("scene.triangles", Owner::Shared),
-            bytemuck::cast_slice(&scene.triangles),
-        )?;
-        let gpu_materials: Vec<GpuMaterial> = scene.materials.iter().map(gpu_material).collect();
-        let materials_buffer = storage(
-            gpu,
-            ("scene.materials", Owner::Shared),
-            bytemuck::cast_slice(&gpu_materials),
-        )?;
-        let lights = storage(
-            gpu,
-            ("scene.lights", Owner::Shared),
-            bytemuck::cast_slice(&gpu_lights(&scene.lights)),
-        )?;
-        let bindings = SceneBindings {
-            frame_uniform: &frame_uniform,
-            vertices: &vertices,
-            triangles: &triangles,
-            materials: &materials_buffer,
-            lights: &lights,
+        let shared = |name, bytes: &[u8]| storage(gpu, (name, Owner::Shared), bytes);
+        let vectors = |of: fn(&Vertex) -> [f32; 3]| -> Vec<[f32; 3]> {
+            scene.vertices.iter().map(of).collect()
         };
-        let set = gpu.create_scene_set(&bindings)?;
-        let dynamic = DynamicGeometry::new(gpu, scene, &vertices)?;
+        let uvs: Vec<[f32; 2]> = scene
+            .vertices
+            .iter()
+            .map(|vertex| [vertex.u, vertex.v])
+            .collect();
+        let triangles = scene.triangles.iter();
+        let triangle_vertices: Vec<[u32; 3]> = triangles.clone().map(|one| one.vertices).collect();
+        let triangle_materials: Vec<u32> = triangles.map(|one| one.material).collect();
+        let materials: Vec<GpuMaterial> = scene.materials.iter().map(gpu_material).collect();
+        let buffers = SceneBindings {
+            frame_uniform,
+            positions: shared(
+                "scene.positions",
+                cast_slice(&vectors(|vertex| vertex.position)),
+            )?,
+            normals: shared(
+                "scene.normals",
+                cast_slice(&vectors(|vertex| vertex.normal)),
+            )?,
+            uvs: shared("scene.uvs", cast_slice(&uvs))?,
+            triangle_vertices: shared("scene.triangle_vertices", cast_slice(&triangle_vertices))?,
+            triangle_materials: shared(
+                "scene.triangle_materials",
+                cast_slice(&triangle_materials),
+            )?,
+            materials: shared("scene.materials", cast_slice(&materials))?,
+            lights: shared("scene.lights", cast_slice(&gpu_lights(&scene.lights)))?,
+        };
+        let set = gpu.create_scene_set(&buffers)?;
+        let dynamic = DynamicGeometry::new(gpu, scene)?;
         let motion_bounds = dynamic.as_ref().map(|dynamic| dynamic.motion_bounds);
         let largest_emission = scene
             .materials
@@ -338,9 +341,7 @@ impl GpuScene {
             eye: scene.camera.eye,
             lights: scene.lights.clone(),
             environment: scene.environment,
-            frame_uniform,
-            light_buffer: lights,
-            geometry: [vertices, triangles, materials_buffer],
+            buffers,
         })
     }
 
@@ -352,21 +353,12 @@ impl GpuScene {
         lights: &[Light],
         environment: Vec3,
     ) -> Result<(), Error> {
-        let [vertices, triangles, materials] = &self.geometry;
-        let buffer = storage(
+        self.buffers.lights = storage(
             gpu,
             ("scene.lights", Owner::Shared),
-            bytemuck::cast_slice(&gpu_lights(lights)),
+            cast_slice(&gpu_lights(lights)),
         )?;
-        let frame_uniform = &self.frame_uniform;
-        self.set = gpu.create_scene_set(&SceneBindings {
-            frame_uniform,
-            vertices,
-            triangles,
-            materials,
-            lights: &buffer,
-        })?;
-        self.light_buffer = buffer;
+        self.set = gpu.create_scene_set(&self.buffers)?;
         (self.lights, self.environment) = (lights.to_vec(), environment);
         Ok(())
     }
@@ -386,16 +378,24 @@ impl GpuScene {
         {
             self.emitters = emitters(scene);
         }
-        let moved: Vec<Vertex> = dynamic.vertices_in(scene).copied().collect();
-        gpu.upload_buffer(&dynamic.staging, bytemuck::cast_slice(&moved))?;
+        let positions = dynamic.vertices_in(scene).map(|vertex| vertex.position);
+        let normals = dynamic.vertices_in(scene).map(|vertex| vertex.normal);
+        let moved: Vec<[f32; 3]> = positions.chain(normals).collect();
+        gpu.upload_buffer(&dynamic.staging, cast_slice(&moved))?;
         let mut frame = Frame::new();
         for (first, range) in dynamic.packed() {
-            frame.copy_buffer(
-                SET_POSE,
-                (&dynamic.staging, vertex_bytes(first)),
-                (&dynamic.vertices, vertex_bytes(range.start)),
-                vertex_bytes(range.len()),
-            );
+            let targets = [&self.buffers.positions, &self.buffers.normals];
+            for (target, first) in targets
+                .into_iter()
+                .zip([first, dynamic.vertex_count + first])
+            {
+                frame.copy_buffer(
+                    SET_POSE,
+                    (&dynamic.staging, bytes_of_vectors(first)),
+                    (target, bytes_of_vectors(range.start)),
+                    bytes_of_vectors(range.len()),
+                );
+            }
         }
         gpu.submit(frame)
     }
@@ -415,18 +415,15 @@ impl GpuScene {
             "lights that move keep their number and kinds"
         );
         if !lights.is_empty() {
-            gpu.upload_buffer(
-                &self.light_buffer,
-                bytemuck::cast_slice(&gpu_lights(lights)),
-            )?;
+            gpu.upload_buffer(&self.buffers.lights, cast_slice(&gpu_lights(lights)))?;
         }
         self.lights = lights.to_vec();
         Ok(())
     }
 
-    /// All vertices, a storage buffer of [`Vertex`].
-    pub(super) fn vertices(&self) -> &Arc<Buffer> {
-        &self.geometry[0]
+    /// The positions of all vertices (m), a storage buffer with three numbers each.
+    pub(super) fn positions(&self) -> &Arc<Buffer> {
+        &self.buffers.positions
     }
 
     /// Whether the triangles of a material are of a dynamic model.
@@ -470,7 +467,7 @@ impl GpuScene {
 
     /// Sets what the next frame is seen with.
     pub fn set_frame(&self, gpu: &Gpu, constants: &FrameConstants) -> Result<(), Error> {
-        gpu.upload_buffer(&self.frame_uniform, bytemuck::bytes_of(constants))
+        gpu.upload_buffer(&self.buffers.frame_uniform, bytemuck::bytes_of(constants))
     }
 
     /// Constants for a camera.
@@ -644,7 +641,7 @@ fn upload_texture(gpu: &Gpu, texture: &Texture) -> Result<Arc<Image>, Error> {
         usage: ImageUsage::SAMPLED,
         owner: Owner::Shared,
     })?;
-    gpu.upload_image(&image, 0, 0, bytemuck::cast_slice(&texture.texels))?;
+    gpu.upload_image(&image, 0, 0, cast_slice(&texture.texels))?;
     let mut frame = Frame::new();
     frame.blit_mips("scene.texture_mips", &image);
     gpu.submit(frame)?;

@@ -46,7 +46,6 @@ pub static PASSES: &[&Pass] = &[
 /// The structs that this module shares with shaders, without the parameters of passes.
 pub static STRUCTS: &[StructLayout] = &[
     FrameConstants::LAYOUT,
-    ("Vertex", crate::scene::Vertex::FIELDS),
     ("Material", GpuMaterial::FIELDS),
     ("Light", GpuLight::FIELDS),
     ("LightView", GpuLightView::FIELDS),

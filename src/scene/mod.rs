@@ -45,21 +45,18 @@ use std::path::PathBuf;
 
 use glam::Vec3;
 
-use crate::gpu_struct;
-
-gpu_struct! {
-    /// One vertex, laid out as the shaders read it: two 16-byte rows.
-    pub struct Vertex {
-        /// World-space position (m).
-        pub position: [f32; 3],
-        /// First texture coordinate, to the right.
-        pub u: f32,
-        /// Unit shading normal in world space.
-        pub normal: [f32; 3],
-        /// Second texture coordinate, upwards (OBJ convention: v = 0 is the bottom row of the
-        /// picture).
-        pub v: f32,
-    }
+/// One vertex.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct Vertex {
+    /// World-space position (m).
+    pub position: [f32; 3],
+    /// First texture coordinate, to the right.
+    pub u: f32,
+    /// Unit shading normal in world space.
+    pub normal: [f32; 3],
+    /// Second texture coordinate, upwards (OBJ convention: v = 0 is the bottom row of the picture).
+    pub v: f32,
 }
 
 /// One triangle: three vertices, counter-clockwise from the front, and its material.

@@ -519,7 +519,7 @@ fn fits_scene(binding: u32, kind: &DescriptorType) -> bool {
     match binding {
         0 => matches!(kind, DescriptorType::UniformBuffer()),
         1..=3 => matches!(kind, DescriptorType::Sampler()),
-        4..=7 => matches!(kind, DescriptorType::StorageBuffer(AccessType::ReadOnly)),
+        4..=10 => matches!(kind, DescriptorType::StorageBuffer(AccessType::ReadOnly)),
         _ => false,
     }
 }

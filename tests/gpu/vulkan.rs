@@ -51,14 +51,16 @@ fn empty_scene(gpu: &Gpu) -> Arc<SceneSet> {
             owner: Owner::Shared,
         })
         .unwrap();
-    let [vertices, triangles, materials, lights] =
-        ["vertices", "triangles", "materials", "lights"].map(|name| words(gpu, name, &[0; 16]));
+    let storage = |name| words(gpu, name, &[0; 16]);
     let bindings = SceneBindings {
-        frame_uniform: &frame_uniform,
-        vertices: &vertices,
-        triangles: &triangles,
-        materials: &materials,
-        lights: &lights,
+        frame_uniform,
+        positions: storage("positions"),
+        normals: storage("normals"),
+        uvs: storage("uvs"),
+        triangle_vertices: storage("triangle_vertices"),
+        triangle_materials: storage("triangle_materials"),
+        materials: storage("materials"),
+        lights: storage("lights"),
     };
     gpu.create_scene_set(&bindings).unwrap()
 }
@@ -368,8 +370,8 @@ fn a_leak_is_seen() {
     let left = gpu.residue();
     assert!(
         left[0].starts_with("values, ")
-            && left.len() == 7
-            && left[6].contains("objects without memory"),
+            && left.len() == 10
+            && left[9].contains("objects without memory"),
         "{left:?}"
     );
     drop(set);

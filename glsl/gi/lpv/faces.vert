@@ -15,8 +15,7 @@ const float VIEWPORT = 4096.0;   // edge [px], the box in its middle; Rust: VIEW
 
 void main() {
     triangle_index = gl_VertexIndex / 3;
-    uint corner = triangles[triangle_index][gl_VertexIndex % 3];
-    vec3 lattice = to_lattice(params.grid, vertices[corner].position);
+    vec3 lattice = to_lattice(params.grid, position_of(triangle_vertices[gl_VertexIndex]));
     vec3 position = round(lattice * GRAINS) / GRAINS
         - vec3(params.grid.first.xyz + params.low.xyz) - 0.5 * vec3(params.size.xyz);
     gl_Position = vec4(turned(position).xy / (0.5 * VIEWPORT), 0.5, 1.0);

@@ -23,8 +23,8 @@ layout(location = 1) out uint normal;   // geometric, on the viewer's side; octa
 const float SAME = 1e-5;
 
 void main() {
-    uvec4 triangle = triangles[triangle_index];
-    if (materials[triangle.w].albedo.w > 0.0
+    uvec3 triangle = vertices_of(triangle_index);
+    if (materials[triangle_materials[triangle_index]].albedo.w > 0.0
         && texture(sampler2D(mask_texture, linear_repeat), uv).r < 0.5)
         discard;
     vec3 from_eye = position_ws - frame.eye_ws.xyz;
@@ -34,8 +34,8 @@ void main() {
             texelFetch(sampler2D(before, nearest_clamp), ivec2(gl_FragCoord.xy), 0).r;
         if (nearer <= 0.0 || view_depth_m <= nearer * (1.0 + SAME)) discard;
     }
-    vec3 a = vertices[triangle.x].position;
+    vec3 a = position_of(triangle.x);
     vec3 geometric = normalize(
-        cross(vertices[triangle.y].position - a, vertices[triangle.z].position - a));
+        cross(position_of(triangle.y) - a, position_of(triangle.z) - a));
     normal = pack_unit(dot(geometric, from_eye) <= 0.0 ? geometric : -geometric);
 }

@@ -23,7 +23,7 @@ void note(ivec3 cell, uint face, float distance, Side seen) {
 
 void main() {
     Crossing crossing = find_crossing();
-    Material material = materials[triangles[triangle_index].w];
+    Material material = materials[triangle_materials[triangle_index]];
     vec3 place = vec3(params.grid.first.xyz + crossing.low) + 0.5;
     place[params.low.w] += crossing.share;
     vec2 uv = crossing.uv;

@@ -12,10 +12,9 @@ layout(location = 1) out vec2 uv;
 layout(location = 2) flat out uint material;
 
 void main() {
-    uvec4 triangle = triangles[gl_VertexIndex / 3];
-    Vertex vertex = vertices[triangle[gl_VertexIndex % 3]];
-    position_ws = vertex.position;
+    uint vertex = triangle_vertices[gl_VertexIndex];
+    position_ws = position_of(vertex);
     uv = texture_uv(vertex);
-    material = triangle.w;
+    material = triangle_materials[gl_VertexIndex / 3];
     gl_Position = light_views[params.view].clip_from_world * vec4(position_ws, 1.0);
 }

@@ -38,11 +38,11 @@ vec2 motion_of(vec4 before, vec4 now) {
 
 // Shading normal from a tangent-space map, with the tangent frame of the triangle's texture
 // coordinates.
-vec3 mapped_normal(uvec4 triangle, vec3 normal) {
-    Vertex a = vertices[triangle.x], b = vertices[triangle.y], c = vertices[triangle.z];
-    vec3 e1 = b.position - a.position, e2 = c.position - a.position;
-    vec2 d1 = vec2(b.u, b.v) - vec2(a.u, a.v);
-    vec2 d2 = vec2(c.u, c.v) - vec2(a.u, a.v);
+vec3 mapped_normal(uvec3 triangle, vec3 normal) {
+    vec3 a = position_of(triangle.x);
+    vec3 e1 = position_of(triangle.y) - a, e2 = position_of(triangle.z) - a;
+    vec2 d1 = uvs[triangle.y] - uvs[triangle.x];
+    vec2 d2 = uvs[triangle.z] - uvs[triangle.x];
     float determinant = d1.x * d2.y - d2.x * d1.y;
     if (abs(determinant) < 1e-20) return normal;
     vec3 tangent = (e1 * d2.y - e2 * d1.y) / determinant;
@@ -59,12 +59,11 @@ vec3 on_side_of(vec3 normal, vec3 shading) {
 }
 
 void main() {
-    uvec4 triangle = triangles[triangle_index];
-    Material m = materials[triangle.w];
+    uvec3 triangle = vertices_of(triangle_index);
+    Material m = materials[triangle_materials[triangle_index]];
     if (m.albedo.w > 0.0 && texture(sampler2D(mask_texture, linear_repeat), uv).r < 0.5) discard;
     vec3 base = m.albedo.rgb * texture(sampler2D(albedo_texture, linear_repeat), uv).rgb;
-    vec3 a = vertices[triangle.x].position, b = vertices[triangle.y].position,
-         c = vertices[triangle.z].position;
+    vec3 a = position_of(triangle.x), b = position_of(triangle.y), c = position_of(triangle.z);
     vec3 geometric = normalize(cross(b - a, c - a));
     vec3 shading = on_side_of(geometric, normalize(normal_ws));
     if (m.emission.w > 0.0) shading = on_side_of(geometric, mapped_normal(triangle, shading));

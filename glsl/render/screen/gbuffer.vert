@@ -16,16 +16,15 @@ layout(location = 5) precise out vec4 previous_clip;
 
 void main() {
     triangle_index = uint(gl_VertexIndex) / 3u;
-    Vertex vertex = vertices[triangles[triangle_index][gl_VertexIndex % 3]];
-    position_ws = vertex.position;
-    normal_ws = vertex.normal;
+    uint vertex = triangle_vertices[gl_VertexIndex];
+    position_ws = position_of(vertex);
+    normal_ws = shading_normal_of(vertex);
     uv = texture_uv(vertex);
     gl_Position = frame.clip_from_world * vec4(position_ws, 1.0);
 #ifdef MOTION
-    uint index = triangles[triangle_index][gl_VertexIndex % 3];
-    clip = frame.clip_from_world * vec4(vertex.position, 1.0);
+    clip = frame.clip_from_world * vec4(position_ws, 1.0);
     previous_clip = motion.has_previous != 0u
-        ? motion.previous_clip_from_world * vec4(previous_position(index, vertex.position), 1.0)
+        ? motion.previous_clip_from_world * vec4(previous_position(vertex, position_ws), 1.0)
         : clip;
 #endif
 }

@@ -4,9 +4,9 @@
 
 #include "shared/frame.glsl"
 
-// Copies of dynamic models' vertices, as the frame before showed them.
-layout(std430, set = 1, binding = 0) readonly buffer PreviousVertices {
-    Vertex previous_vertices[];
+// Where dynamic models' vertices were in the frame before [m], three numbers a vertex.
+layout(std430, set = 1, binding = 0) readonly buffer PreviousPositions {
+    float previous_positions[];
 };
 
 layout(push_constant) uniform MotionParams {
@@ -17,9 +17,11 @@ layout(push_constant) uniform MotionParams {
 } motion;
 
 // Where a vertex was in the frame before [m].
-vec3 previous_position(uint index, vec3 position) {
-    return motion.has_moved != 0u ? previous_vertices[index + motion.first_copy].position
-                                  : position;
+vec3 previous_position(uint vertex, vec3 position) {
+    if (motion.has_moved == 0u) return position;
+    uint first = 3u * (vertex + motion.first_copy);
+    return vec3(previous_positions[first], previous_positions[first + 1u],
+        previous_positions[first + 2u]);
 }
 
 #endif

@@ -18,7 +18,7 @@ const SPECULAR: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
 const EMISSION: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
 const MOTION: vk::Format = vk::Format::R32G32_SFLOAT;
 
-const PREVIOUS: &[Binding] = &[Binding::buffer("previous_vertices", Access::RasterRead)];
+const PREVIOUS: &[Binding] = &[Binding::buffer("previous_positions", Access::RasterRead)];
 
 const fn gbuffer_pass(color: &'static [vk::Format], fragment: &'static str) -> Pass {
     Pass {
@@ -209,7 +209,7 @@ impl GBuffer {
         let (pass, draws) = (frame.pass(&GBUFFER[index]), material_draws(scene));
         match &self.previous {
             Some(previous) => pass
-                .bind("previous_vertices", previous.bound(scene))
+                .bind("previous_positions", previous.bound(scene))
                 .draw(targets, previous.draws(scene, draws)),
             None => pass.draw(targets, draws),
         }

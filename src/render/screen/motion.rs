@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::super::gpu_scene::{FrameConstants, GpuScene, vertex_bytes};
+use super::super::gpu_scene::{FrameConstants, GpuScene, bytes_of_vectors};
 use crate::gpu_struct;
 use crate::graph::{
     Buffer, BufferDesc, BufferUsage, DrawBatch, Error, Frame, FrameStats, Gpu, Owner,
@@ -29,15 +29,16 @@ gpu_struct! {
     }
 }
 
-/// What motion needs of the frame before. Vertices are copied only when models move, and at most
+/// What motion needs of the frame before. Positions are copied only when models move, and at most
 /// once a frame. Until the next frame is drawn, the copy is what the last frame showed, however
 /// often models are moved.
 pub(super) struct Previous {
     /// World to clip space; `None` before the first frame.
     clip_from_world: Option<[[f32; 4]; 4]>,
-    /// The vertices of dynamic models, one model behind the other; `None` where there are none.
-    vertices: Option<Arc<Buffer>>,
-    /// Whether models have moved since, so that `vertices` differ from the scene's.
+    /// Positions of the vertices of dynamic models (m), one model behind the other; `None` where
+    /// there are none.
+    positions: Option<Arc<Buffer>>,
+    /// Whether models have moved since, so that `positions` differ from the scene's.
     has_moved: bool,
 }
 
@@ -45,22 +46,22 @@ impl Previous {
     pub(super) fn new(gpu: &Gpu, scene: &GpuScene) -> Result<Self, Error> {
         let copies = scene.dynamic.as_ref().map(|dynamic| {
             gpu.create_buffer(&BufferDesc {
-                name: "gbuffer.previous_vertices".into(),
-                size_bytes: dynamic.size_bytes(),
+                name: "gbuffer.previous_positions".into(),
+                size_bytes: dynamic.positions_bytes(),
                 usage: BufferUsage::Storage,
                 owner: Owner::Shared,
             })
         });
         Ok(Previous {
             clip_from_world: None,
-            vertices: copies.transpose()?,
+            positions: copies.transpose()?,
             has_moved: false,
         })
     }
 
-    /// Keeps the vertices that the last frame showed; called before they change.
+    /// Keeps the positions that the last frame showed; called before they change.
     pub(super) fn keep_pose(&mut self, gpu: &Gpu, scene: &GpuScene) -> Result<FrameStats, Error> {
-        let (Some(dynamic), Some(copies)) = (&scene.dynamic, &self.vertices) else {
+        let (Some(dynamic), Some(copies)) = (&scene.dynamic, &self.positions) else {
             return Ok(FrameStats::default());
         };
         if self.has_moved || self.clip_from_world.is_none() {
@@ -70,9 +71,9 @@ impl Previous {
         for (first, range) in dynamic.packed() {
             frame.copy_buffer(
                 KEEP_POSE,
-                (scene.vertices(), vertex_bytes(range.start)),
-                (copies, vertex_bytes(first)),
-                vertex_bytes(range.len()),
+                (scene.positions(), bytes_of_vectors(range.start)),
+                (copies, bytes_of_vectors(first)),
+                bytes_of_vectors(range.len()),
             );
         }
         let stats = gpu.submit(frame)?;
@@ -86,9 +87,9 @@ impl Previous {
         self.has_moved = false;
     }
 
-    /// What the pass reads: copies, or where there is none anything that vertices may be read from.
+    /// What the pass reads: copies, or where there is none anything that has positions.
     pub(super) fn bound<'b>(&'b self, scene: &'b GpuScene) -> &'b Arc<Buffer> {
-        self.vertices.as_ref().unwrap_or(scene.vertices())
+        self.positions.as_ref().unwrap_or(scene.positions())
     }
 
     /// The same draws with what motion is measured against; dynamic models are drawn one by one.

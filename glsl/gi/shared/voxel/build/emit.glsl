@@ -31,9 +31,8 @@ struct TexturePosition {
 
 // `position` in the dominant projection.
 TexturePosition texture_position(TriangleSetup s, uint triangle, vec2 position) {
-    uvec4 corners = triangles[triangle];
-    vec2 uv0 = texture_uv(vertices[corners.x]), uv1 = texture_uv(vertices[corners.y]) - uv0,
-         uv2 = texture_uv(vertices[corners.z]) - uv0;
+    uvec3 at = vertices_of(triangle);
+    vec2 uv0 = texture_uv(at.x), uv1 = texture_uv(at.y) - uv0, uv2 = texture_uv(at.z) - uv0;
     vec2 p = position - s.v0.xy, e1 = s.v1.xy - s.v0.xy, e2 = s.v2.xy - s.v0.xy;
     vec2 b = clamp(vec2(p.x * e2.y - p.y * e2.x, e1.x * p.y - e1.y * p.x) / s.normal.z, 0.0, 1.0);
     return TexturePosition(uv0 + b.x * uv1 + b.y * uv2,

@@ -24,7 +24,7 @@ layout(push_constant) uniform FragmentParams {
 
 vec3 grid_position(uint vertex) {
     precise vec3 p =
-        (vertices[vertex].position - params.origin_inverse_size.xyz) * params.origin_inverse_size.w;
+        (position_of(vertex) - params.origin_inverse_size.xyz) * params.origin_inverse_size.w;
     // Whole grains are exact in a float wherever the piece is, as long as they are less than 2²⁴
     // away.
     float grains = params.first_voxel.w;
@@ -34,7 +34,7 @@ vec3 grid_position(uint vertex) {
 
 // False where the triangle touches nothing.
 bool fetch_triangle(uint index, out TriangleSetup setup) {
-    uvec4 triangle = triangles[index];
+    uvec3 triangle = vertices_of(index);
     uvec3 clipped = uvec3(params.clip_x, params.clip_y, params.clip_z);
     Clip clip = Clip(ivec3(clipped & 0xffffu), ivec3(clipped >> 16), int(params.resolution),
         params.first_voxel.w > 0.0);
