@@ -150,6 +150,7 @@ fn split(command: &str) -> Vec<String> {
 /// Files of the project that commands read.
 const GRIDS: &[&str] = &[
     "docs/results/bundled/grid.toml",
+    "docs/results/lpv-versus-cones/grid.toml",
     "docs/results/structures/grid.toml",
 ];
 
