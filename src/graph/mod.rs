@@ -54,6 +54,6 @@ pub use sets::{MaterialSet, MaterialSets, SceneBindings, SceneSet};
 pub use stats::{FrameStats, PassTime, PassTimes, Spread, TimesAccumulator};
 
 pub use crate::vulkan::{
-    Buffer, BufferDesc, BufferUsage, DeviceChoice, DeviceInfo, Error, Faults, Features, Image,
-    ImageDesc, ImageKind, ImageUsage, Limits, Messages, Owner, vk,
+    Buffer, BufferDesc, BufferUsage, DeviceChoice, DeviceInfo, DeviceKind, Error, Faults, Features,
+    Image, ImageDesc, ImageKind, ImageUsage, Limits, Messages, Owner, vk,
 };

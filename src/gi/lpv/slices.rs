@@ -11,8 +11,8 @@ use super::grid::GridRow;
 use super::light::Light;
 use super::lobes::groups;
 use super::sweep::{
-    COEFFICIENT_PAIRS, MOST_FRONT_BYTES, MOST_SLAB_BYTES, MOST_TEXELS, PAIR_BYTES, SUM, Sources,
-    SumParams, find_sources, volume,
+    COEFFICIENT_PAIRS, MOST_FRONT_BYTES, MOST_TEXELS, PAIR_BYTES, SUM, Sources, SumParams,
+    find_sources, most_slab_bytes, volume,
 };
 use crate::gpu_struct;
 use crate::graph::{
@@ -115,7 +115,7 @@ impl Slices {
         let front_bytes = u64::from(edge * edge * layers) * PAIR_BYTES;
         let fits = |groups: &u32| {
             let count = u64::from(*groups);
-            count * slab_bytes <= MOST_SLAB_BYTES
+            count * slab_bytes <= most_slab_bytes(gpu)
                 && count * front_bytes <= MOST_FRONT_BYTES
                 && groups * z.max(layers) <= MOST_TEXELS
         };

@@ -11,8 +11,8 @@ use super::light::Light;
 use super::lobes::groups;
 use crate::gpu_struct;
 use crate::graph::{
-    Access, BatchDispatch, Binding, Buffer, Error, Frame, Gpu, Image, ImageDesc, ImageKind,
-    ImageUsage, Owner, Pass, vk,
+    Access, BatchDispatch, Binding, Buffer, DeviceKind, Error, Frame, Gpu, Image, ImageDesc,
+    ImageKind, ImageUsage, Owner, Pass, vk,
 };
 use crate::render::storage;
 use crate::shader::GpuStruct;
@@ -113,8 +113,15 @@ const GROUP: u32 = 256;
 pub(super) const COEFFICIENT_PAIRS: u32 = 5;
 /// A texel of what is on its way: two times four half floats.
 pub(super) const PAIR_BYTES: u64 = 16;
-/// Octants that are swept at once share this much for their sums (bytes).
-pub(super) const MOST_SLAB_BYTES: u64 = 24 << 20;
+/// Octants that are swept at once share this much for their sums (bytes). At once there are fewer
+/// barriers, which a processor without its own memory and clock hardly notices.
+pub(super) fn most_slab_bytes(gpu: &Gpu) -> u64 {
+    match gpu.info().kind {
+        DeviceKind::Cpu => 3 << 20,
+        _ => 24 << 20,
+    }
+}
+
 /// The same for the radiance on their way (bytes).
 pub(super) const MOST_FRONT_BYTES: u64 = 24 << 20;
 /// The same for radiance that is kept of all cells (bytes).
@@ -233,7 +240,7 @@ impl Sweep {
         let most_pairs = directions.most_pairs();
         let fits = |octants: u32, pairs: u32| {
             let deepest = octants * (layers * pairs).max(z);
-            u64::from(octants) * slab_bytes <= MOST_SLAB_BYTES
+            u64::from(octants) * slab_bytes <= most_slab_bytes(gpu)
                 && u64::from(x * y * octants * layers * pairs) * PAIR_BYTES <= most_bytes
                 && deepest <= MOST_TEXELS
         };
