@@ -4,6 +4,7 @@ use glam::{Vec3, Vec4};
 
 use crate::gi::entry::{Entry, Part, Stage};
 use crate::gi::inspect::{Beam, BeamAxis, BeamStart, Channels, Energy, LightSlots, ViewRow};
+use crate::gi::shared::screen::{self, Screen};
 use crate::gi::{Answer, Change, Context, IndirectLight, Inputs, MapNeeds, Settings, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu};
 use crate::image::{Aov, Image, IndirectImage};
@@ -34,6 +35,8 @@ pub static STAGES: &[&Stage] = &[
         part: Part::Shared,
         passes: &["render.shadow_maps", "render.rsm"],
     },
+    &screen::REUSE,
+    &screen::BLURRING,
     &Stage {
         name: "surfaces and composite",
         part: Part::Shared,
@@ -60,6 +63,7 @@ pub struct Renderer<'g> {
     maps: LightMaps,
     gbuffer: GBuffer,
     output: Output,
+    screen: Screen,
     technique: Box<dyn Technique>,
     settings: FrameSettings,
     /// The largest width and height (px); the images have this size.
@@ -127,7 +131,9 @@ impl<'g> Renderer<'g> {
             MapNeeds::Shadows => LightMaps::new(gpu, &scene, resolution, false)?,
             MapNeeds::Reflective => LightMaps::new(gpu, &scene, resolution, true)?,
         };
-        let gbuffer = GBuffer::new(gpu, &scene, frame.size, needs.motion)?;
+        let screen = Screen::new(gpu, entry.screen(settings), frame.size)?;
+        let with_motion = needs.motion || screen.needs_motion();
+        let gbuffer = GBuffer::new(gpu, &scene, frame.size, with_motion)?;
         let output = Output::new(gpu, frame.size)?;
         Ok((
             Renderer {
@@ -136,6 +142,7 @@ impl<'g> Renderer<'g> {
                 maps,
                 gbuffer,
                 output,
+                screen,
                 technique,
                 settings: frame,
                 capacity: frame.size,
@@ -147,6 +154,13 @@ impl<'g> Renderer<'g> {
             },
             build,
         ))
+    }
+
+    /// The next frame is the first of its history: what it shows has nothing to do with the frame
+    /// before.
+    pub fn cut(&mut self) {
+        self.screen.forget();
+        self.gbuffer.forget_frame();
     }
 
     /// The scene on the device, for another renderer.
@@ -163,6 +177,9 @@ impl<'g> Renderer<'g> {
             "pictures of {size:?} px do not fit into {:?} px",
             self.capacity
         );
+        if size != self.settings.size {
+            self.screen.forget();
+        }
         (self.settings.size, self.gbuffer.size) = (size, size);
     }
 
@@ -199,13 +216,14 @@ impl<'g> Renderer<'g> {
         self.has_maps = false;
         self.scene.move_lights(self.gpu, &scene.lights)?;
         self.maps.move_lights(self.gpu, &self.scene)?;
+        self.screen.doubt();
         self.technique
             .follow(&context!(self), Change::Lights)
             .map(drop)
     }
 
-    /// Renders one frame: lights, visible surfaces, world-space store, indirect light, direct
-    /// light, composite.
+    /// Renders one frame: lights, visible surfaces, world-space store, indirect light, what pixels
+    /// share of it, direct light, composite.
     pub fn render(&mut self, camera: &Camera) -> Result<FrameStats, Error> {
         self.has_maps = false;
         self.render_again(camera)
@@ -214,7 +232,8 @@ impl<'g> Renderer<'g> {
     /// As [`Renderer::render`], with the light maps of the frame before where nothing but the
     /// camera has moved since: the same picture in less time.
     pub fn render_again(&mut self, camera: &Camera) -> Result<FrameStats, Error> {
-        let seen_with = self.scene.frame_constants(camera, self.settings.size);
+        let mut seen_with = self.scene.frame_constants(camera, self.settings.size);
+        seen_with.walk[0] = self.screen.walk();
         self.scene.set_frame(self.gpu, &seen_with)?;
         (self.eye, self.camera) = (camera.eye, Some(*camera));
         let mut stats = if self.is_whole {
@@ -238,9 +257,10 @@ impl<'g> Renderer<'g> {
         };
         self.technique.update(&mut frame, &given);
         let Answer {
-            indirect: light,
+            indirect,
             has_direct,
         } = self.technique.gather(&mut frame, &given);
+        let light = self.screen.share(&mut frame, &self.gbuffer, indirect);
         if !has_direct {
             self.output
                 .draw_direct(&mut frame, &self.scene, &self.maps, &self.gbuffer);
@@ -250,6 +270,7 @@ impl<'g> Renderer<'g> {
         self.light = Some(light);
         stats.append(self.gpu.submit(frame)?);
         self.gbuffer.keep_frame(&seen_with);
+        self.screen.keep_frame(&seen_with);
         (self.is_whole, self.has_maps) = (true, true);
         Ok(stats)
     }
@@ -325,6 +346,7 @@ impl<'g> Renderer<'g> {
             shading_normal: seen.shading_normal,
             roughness: seen.roughness,
             eye: camera.eye,
+            walk: self.screen.walk().saturating_sub(1),
         };
         let beam = self
             .technique
@@ -349,6 +371,12 @@ impl<'g> Renderer<'g> {
     /// map.
     pub fn light_map(&self, channel: MapChannel, view: u32) -> Result<Option<Image>, Error> {
         read_light_map(self.gpu, &self.maps, channel, view)
+    }
+
+    /// How many frames the diffuse light of each pixel of the last frame weighs, grey; `None` where
+    /// the settings have no history.
+    pub fn history(&self) -> Result<Option<Image>, Error> {
+        self.screen.weights(self.gpu, &self.gbuffer)
     }
 
     /// How many light maps there are.

@@ -17,19 +17,26 @@ vec3 hemisphere_direction(mat3 around, float u, float phi) {
     return around * vec3(r * cos(phi), r * sin(phi), sqrt(max(1.0 - u, 0.0)));
 }
 
-// Two numbers of [0, 1) for a pixel: one of n² patterns that repeat every n×n pixels (interleaved
+// Two numbers of [0, 1) for a pixel: one of w·h patterns that repeat every w×h pixels (interleaved
 // sampling, Keller & Heidrich 2001), as the points of a Hammersley set, so that the patterns of a
-// tile cover what one pixel leaves out.
-vec2 interleaved_offset(ivec2 pixel, uint n) {
-    uint count = n * n;
-    // Consecutive numbers lie far apart in the tile: a fixed odd stride through it.
-    uint index = (uint(pixel.x) % n + n * (uint(pixel.y) % n)) * 7u % count;
+// tile cover what one pixel leaves out. `pattern` has w, h and the stride, 8 bits each; `walk` is
+// the frame's number: each pixel walks through all patterns, and each time around their points
+// move by the two numbers of the R2 sequence (Roberts 2018). Rust: gi::shared::interleave::Pattern.
+vec2 interleaved_offset(ivec2 pixel, uint pattern, uint walk) {
+    uvec2 size = uvec2(pattern & 0xffu, pattern >> 8 & 0xffu), at = uvec2(pixel) % size;
+    uint count = size.x * size.y;
+    float moved = float((0x80000000u + 0xc13fa9a9u * walk) >> 8) * (1.0 / 16777216.0);
+    uint turn = 0x91e10da6u * walk;
+    uint index = (at.x + size.x * at.y + walk % count) * (pattern >> 16) % count;
+    if (count > 1u) {
+        // Azimuths differ between tiles, so that what the patterns miss is noise rather than bands.
+        uvec2 tile = uvec2(pixel) / size;
+        uint mixed = tile.x * 0x9e3779b1u ^ tile.y * 0x85ebca77u;
+        turn += (mixed ^ mixed >> 15) * 0x2c1b3c6du;
+    }
     float inverse = float(bitfieldReverse(index)) * 2.3283064365386963e-10;
-    // Azimuths differ between tiles, so that what the patterns miss is noise rather than bands.
-    uint tile = (uint(pixel.x) / n) * 0x9e3779b1u ^ (uint(pixel.y) / n) * 0x85ebca77u;
-    tile = (tile ^ tile >> 15) * 0x2c1b3c6du;
-    return vec2((float(index) + 0.5) / float(count),
-        fract(inverse + float(tile >> 8) * (1.0 / 16777216.0)));
+    return vec2((float(index) + moved) / float(count),
+        fract(inverse + float(turn >> 8) * (1.0 / 16777216.0)));
 }
 
 #endif

@@ -2,6 +2,7 @@
 
 use super::inspect::ViewRow;
 use super::settings::{Group, Preset, Rule, Setting, SettingError, Settings};
+use super::shared::screen::settings::{self as screen, ScreenSettings};
 use super::simulator::SimulatorRow;
 use super::{Context, Technique};
 use crate::graph::{Error, Pass};
@@ -17,9 +18,9 @@ pub struct Entry {
     /// is compared with the reference at this count.
     pub bounces: fn(&Settings) -> Option<u32>,
     /// Frames, at least 1, until a picture of what stands still has all its light: more than one
-    /// where each frame goes on from the one before.
+    /// where each frame's store goes on from the one before.
     pub frames_to_rest: fn(&Settings) -> u32,
-    /// Its settings, in groups.
+    /// Its own settings, in groups; [`Entry::all_settings`] has those of all techniques too.
     pub settings: &'static [&'static [Setting]],
     /// What its settings are about, and when they have an effect, in groups.
     pub rules: &'static [&'static [Rule]],
@@ -135,6 +136,34 @@ impl Entry {
         }
     }
 
+    /// Its settings and those of the stages that every technique has; none where it has none of its
+    /// own, as it makes no light then.
+    pub fn all_settings(&self) -> impl Iterator<Item = &'static Setting> {
+        self.tables().into_iter().flatten()
+    }
+
+    fn tables(&self) -> Vec<&'static [Setting]> {
+        let mut tables = self.settings.to_vec();
+        if tables.iter().any(|table| !table.is_empty()) {
+            tables.push(screen::SETTINGS);
+        }
+        tables
+    }
+
+    /// Frames, at least 1, until a picture of what stands still is as it stays.
+    pub fn rest(&self, settings: &Settings) -> u32 {
+        (self.frames_to_rest)(settings).max(self.screen(settings).frames_to_rest())
+    }
+
+    /// How the stages that every technique has are run.
+    pub fn screen(&self, settings: &Settings) -> ScreenSettings {
+        let directions = (self.directions_setting)(settings);
+        ScreenSettings::new(
+            settings,
+            directions.and_then(|name| settings.find_count(name)),
+        )
+    }
+
     /// The view of a name, or of an alias.
     pub fn view(&self, name: &str) -> Option<&'static ViewRow> {
         let mut views = self.views.iter().copied().flatten();
@@ -142,14 +171,14 @@ impl Entry {
     }
 
     fn rule(&self, setting: &str) -> Option<&'static Rule> {
-        let mut rules = self.rules.iter().copied().flatten();
+        let mut rules = self.rules.iter().copied().flatten().chain(screen::RULES);
         rules.find(|rule| rule.settings.contains(&setting))
     }
 
     /// The groups that it has settings in, with those settings.
     pub fn groups(&self) -> Vec<(Group, Vec<&'static Setting>)> {
         let in_group = |group: Group| {
-            let all = self.settings.iter().copied().flatten();
+            let all = self.all_settings();
             let of = |setting: &&Setting| {
                 self.rule(setting.name)
                     .map_or(Group::Other, |rule| rule.group)
@@ -185,7 +214,7 @@ impl Entry {
         pairs: &[S],
     ) -> Result<Settings, SettingError> {
         let settings = Settings::new(
-            self.settings,
+            &self.tables(),
             self.presets,
             preset.or(self.presets.first().map(|preset| preset.name)),
             pairs,

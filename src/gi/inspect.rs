@@ -81,6 +81,8 @@ pub struct BeamStart {
     pub roughness: f32,
     /// Where it is seen from (m).
     pub eye: Vec3,
+    /// Number of the frame, for patterns that change from frame to frame.
+    pub walk: u32,
 }
 
 /// One sample of a beam.

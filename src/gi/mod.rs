@@ -4,7 +4,8 @@
 //! diffuse irradiance, the indirect specular radiance and the ambient visibility
 //! ([`IndirectLight`])? It keeps its own world-space store between frames. [`registry`] lists all
 //! techniques; [`entry::Entry`] is what is known of one before it is made, [`Technique`] what it
-//! does in a frame, and [`Inspect`] what tools may ask.
+//! does in a frame, and [`Inspect`] what tools may ask. [`shared::screen`] has the stages that any
+//! technique's answer goes through.
 
 pub mod entry;
 pub mod inspect;

@@ -57,10 +57,7 @@ pub fn all() -> Vec<&'static Entry> {
 
 /// Names of the techniques that have a setting of this name.
 pub fn owners(setting: &str) -> Vec<&'static str> {
-    let has = |entry: &&Entry| {
-        let mut settings = entry.settings.iter().copied().flatten();
-        settings.any(|known| known.name == setting)
-    };
+    let has = |entry: &&Entry| entry.all_settings().any(|known| known.name == setting);
     all()
         .into_iter()
         .filter(has)

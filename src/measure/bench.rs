@@ -401,7 +401,7 @@ fn motion(
 
 /// Frames before those that are measured: the first may have to compile pipelines.
 pub(super) fn warm_up_frames(case: &Case) -> u32 {
-    ((case.entry.frames_to_rest)(&case.settings) - 1).max(1)
+    (case.entry.rest(&case.settings) - 1).max(1)
 }
 
 impl Run<'_> {

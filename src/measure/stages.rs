@@ -101,6 +101,7 @@ pub fn construction(report: &Report) -> Vec<(&str, f64)> {
 mod tests {
     use super::*;
     use crate::gi::registry::TECHNIQUES;
+    use crate::gi::shared::screen;
     use crate::graph::PassTime;
     use crate::render;
 
@@ -120,7 +121,9 @@ mod tests {
     #[test]
     fn every_declared_pass_has_one_stage() {
         for entry in TECHNIQUES {
-            for pass in entry.passes.iter().copied().flatten().chain(render::PASSES) {
+            for pass in (entry.passes.iter().copied().flatten())
+                .chain(render::PASSES.iter().chain(screen::PASSES))
+            {
                 let stages = entry
                     .stages
                     .iter()

@@ -158,8 +158,8 @@ pub enum SurfaceChannel {
     Roughness,
     /// Specular reflectance at normal incidence.
     F0,
-    /// Where the surface was in the frame before, less where it is, as [`GBuffer::motion`] has it
-    /// (px; z is 0); 0 where that was not asked for.
+    /// x, y: where the surface was in the frame before, less where it is (px); z: its view depth
+    /// there (m); as [`GBuffer::motion`] has it, 0 where that was not asked for.
     Motion,
 }
 
@@ -189,12 +189,23 @@ pub fn read_surface(gpu: &Gpu, gbuffer: &GBuffer, channel: SurfaceChannel) -> Re
             Some(image) => Ok(image_of(
                 gbuffer,
                 floats(gpu, image)?
-                    .chunks_exact(2)
-                    .map(|texel| Vec3::new(texel[0], texel[1], 0.0)),
+                    .chunks_exact(4)
+                    .map(|texel| Vec3::new(texel[0], texel[1], texel[2])),
             )),
             None => Ok(Image::new(gbuffer.size[0], gbuffer.size[1])),
         },
     }
+}
+
+/// The last component of an RGBA32UI image of the picture's size, as floats, grey.
+pub(crate) fn read_last_float(
+    gpu: &Gpu,
+    gbuffer: &GBuffer,
+    image: &Arc<GpuImage>,
+) -> Result<Image, Error> {
+    let texels = floats(gpu, image)?;
+    let last = texels.chunks_exact(4).map(|texel| Vec3::splat(texel[3]));
+    Ok(image_of(gbuffer, last))
 }
 
 /// A channel of the light maps.

@@ -31,6 +31,8 @@ gpu_struct! {
         pub environment: [f32; 4],
         /// xy: image size (px); z: number of lights; w: number of light views.
         pub size_px: [u32; 4],
+        /// x: number of the frame, for patterns that change from frame to frame; 0 where they do not.
+        pub walk: [u32; 4],
     }
 }
 
@@ -493,6 +495,7 @@ impl GpuScene {
                 self.lights.len() as u32,
                 light_view_count(&self.lights),
             ],
+            walk: [0; 4],
         }
     }
 }

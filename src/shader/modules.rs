@@ -65,6 +65,11 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         "gi/shared/interleave/deinterleave.comp",
         include_bytes!("../../spirv/gi/shared/interleave/deinterleave.comp.spv"),
     ),
+    ("gi/shared/screen/blur.comp", include_bytes!("../../spirv/gi/shared/screen/blur.comp.spv")),
+    (
+        "gi/shared/screen/history.comp",
+        include_bytes!("../../spirv/gi/shared/screen/history.comp.spv"),
+    ),
     (
         "gi/shared/voxel/build/count_blocks.comp",
         include_bytes!("../../spirv/gi/shared/voxel/build/count_blocks.comp.spv"),

@@ -24,7 +24,7 @@ const LIGHT_MAPS: [&str; 2] = [SHADOW_MAPS.name, RSM.name];
 
 /// Frames of a picture at rest; `lumivox render --frames` is given the same.
 pub(super) fn rest_frames(job: &PaneJob) -> u32 {
-    (job.entry.frames_to_rest)(&job.settings)
+    job.entry.rest(&job.settings)
 }
 
 /// A renderer, what it was made for and what it has done.

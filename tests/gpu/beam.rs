@@ -179,6 +179,7 @@ fn samples_are_the_oracles() {
                 shading_normal: normal,
                 roughness: 0.2,
                 eye: place + unit(&mut random) + normal,
+                walk: 0,
             };
             let volume = mips::volume(grid, &image, &matter, None);
             let axis = if case == 0 {

@@ -170,6 +170,7 @@ fn follow(
     for time_s in times_s {
         scene.set_time(*time_s);
         follower.set_pose(&scene).unwrap();
+        follower.cut();
         follower.render(&scene.camera).unwrap();
         let (mut fresh, _) =
             Renderer::new(gpu, &scene, case.entry, &settings, frame(24, 16, 64)).unwrap();
@@ -195,6 +196,7 @@ fn follow(
     }
     scene.set_time(times_s[0]);
     follower.set_pose(&scene).unwrap();
+    follower.cut();
     follower.render(&scene.camera).unwrap();
     let again = pictures(&follower);
     assert!(

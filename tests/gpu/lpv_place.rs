@@ -57,6 +57,7 @@ fn check(gpu: &Gpu, name: &str, lit: &Lit, random: &mut Random) -> usize {
             shading_normal: normal,
             roughness: 0.0,
             eye: Vec3::ZERO,
+            walk: 0,
         };
         let cells = std::slice::from_ref(&lit.cells);
         let found = figures((gpu, &lit.scene), cells, 0.5, &start).unwrap();

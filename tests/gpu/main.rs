@@ -48,6 +48,7 @@ mod patches;
 mod planner;
 mod properties;
 mod rules;
+mod screen;
 mod soft_shadows;
 #[cfg(feature = "measure")]
 mod stress;

@@ -8,8 +8,8 @@ use crate::support::scenes::bundled;
 use crate::support::technique::Builder;
 use crate::support::{Random, gpu};
 use glam::{DVec3, DVec4, Vec3};
-use lumivox::gi::shared::interleave::deinterleave;
 use lumivox::gi::shared::interleave::oracle::{Sample, deinterleave as by_oracle};
+use lumivox::gi::shared::interleave::{Pattern, deinterleave};
 use lumivox::gi::shared::voxel::VoxelGrid;
 use lumivox::graph::{Frame, Gpu, ImageDesc, ImageKind, ImageUsage, Owner, vk};
 use lumivox::render::GpuScene;
@@ -43,7 +43,7 @@ impl Seen {
     }
 
     /// What the device makes of an image.
-    fn on_gpu(&self, gpu: &Gpu, interleave: u32, value: impl Fn([u32; 2]) -> DVec4) -> Vec<DVec4> {
+    fn on_gpu(&self, gpu: &Gpu, pattern: Pattern, value: impl Fn([u32; 2]) -> DVec4) -> Vec<DVec4> {
         let texels: Vec<[f32; 4]> = (0..SIZE[0] * SIZE[1])
             .map(|at| value([at % SIZE[0], at / SIZE[0]]).as_vec4().to_array())
             .collect();
@@ -67,13 +67,13 @@ impl Seen {
             &self.view.gbuffer,
             &image,
             &self.view.result,
-            interleave,
+            pattern,
         );
         gpu.submit(frame).unwrap();
         self.view.results(gpu)
     }
 
-    fn by_oracle(&self, interleave: u32, value: impl Fn([u32; 2]) -> DVec4) -> Vec<DVec4> {
+    fn by_oracle(&self, pattern: Pattern, value: impl Fn([u32; 2]) -> DVec4) -> Vec<DVec4> {
         let samples: BTreeMap<_, _> = self
             .view
             .receivers
@@ -88,7 +88,7 @@ impl Seen {
                 )
             })
             .collect();
-        let means = by_oracle(&samples, self.eye, self.footprint, interleave);
+        let means = by_oracle(&samples, self.eye, self.footprint, pattern);
         self.view
             .receivers
             .iter()
@@ -142,26 +142,41 @@ fn plane() -> Scene {
 
 const TOLERANCE: f64 = 2e-6;
 
+fn patterns() -> impl Iterator<Item = Pattern> {
+    let sizes = [
+        [2, 2],
+        [3, 3],
+        [4, 4],
+        [5, 5],
+        [8, 8],
+        [3, 2],
+        [1, 7],
+        [6, 5],
+    ];
+    sizes.into_iter().map(|size| Pattern { size })
+}
+
 #[test]
 fn means_are_the_oracles() {
     let gpu = gpu();
     for name in ["cornell", "glossy"] {
         let seen = Seen::new(&gpu, &bundled(name));
-        for interleave in [2, 4, 8] {
-            let mut random = Random::new(u64::from(interleave));
+        for pattern in patterns() {
+            let [width, height] = pattern.size;
+            let mut random = Random::new(u64::from(8 * width + height));
             let values: Vec<DVec4> = (0..SIZE[0] * SIZE[1])
                 .map(|_| DVec4::from([0; 4].map(|_: u32| f64::from(random.unit()))))
                 .collect();
             let value = |[x, y]: [u32; 2]| values[(x + SIZE[0] * y) as usize];
             let difference = seen.largest_difference(
-                &seen.on_gpu(&gpu, interleave, value),
-                &seen.by_oracle(interleave, value),
+                &seen.on_gpu(&gpu, pattern, value),
+                &seen.by_oracle(pattern, value),
                 0,
             );
-            println!("{name}, {interleave}×{interleave}: off by {difference:.1e}");
+            println!("{name}, {width}×{height}: off by {difference:.1e}");
             assert!(
                 difference <= TOLERANCE,
-                "{name}, {interleave}×{interleave}: off by {difference}"
+                "{name}, {width}×{height}: off by {difference}"
             );
         }
     }
@@ -191,41 +206,42 @@ fn every_value(seen: &Seen, value: impl Fn([u32; 2]) -> DVec4) -> Vec<DVec4> {
 fn gradients_stay_where_they_are() {
     let gpu = gpu();
     let seen = Seen::new(&gpu, &plane());
-    for interleave in [2, 4, 8] {
-        let means = seen.on_gpu(&gpu, interleave, ramp);
-        let difference = seen.largest_difference(&means, &every_value(&seen, ramp), interleave / 2);
+    for pattern in patterns() {
+        let ([width, height], means) = (pattern.size, seen.on_gpu(&gpu, pattern, ramp));
+        let reach = width.max(height) / 2;
+        let difference = seen.largest_difference(&means, &every_value(&seen, ramp), reach);
         assert!(
             difference <= TOLERANCE,
-            "{interleave}×{interleave}: a ramp moves by {difference}"
+            "{width}×{height}: a ramp moves by {difference}"
         );
     }
 }
 
-/// Each of the n² patterns has the same weight.
+/// Each pattern of a tile has the same weight.
 #[test]
 fn patterns_weigh_the_same() {
     let gpu = gpu();
     let seen = Seen::new(&gpu, &plane());
-    for interleave in [2u32, 4, 8] {
+    for pattern in patterns() {
+        let [width, height] = pattern.size;
         let is_at = |pixel: [u32; 2], at: [u32; 2]| {
-            f64::from(u32::from(pixel.map(|axis| axis % interleave) == at))
+            f64::from(u32::from([pixel[0] % width, pixel[1] % height] == at))
         };
-        let last = interleave - 1;
         let marks = |pixel| {
             DVec4::new(
                 is_at(pixel, [0, 0]),
-                is_at(pixel, [last, 0]),
-                is_at(pixel, [interleave / 2, last]),
-                is_at(pixel, [1, 1]),
+                is_at(pixel, [width - 1, 0]),
+                is_at(pixel, [width / 2, height - 1]),
+                is_at(pixel, [1 % width, 1 % height]),
             )
         };
-        let even =
-            vec![DVec4::splat(1.0 / f64::from(interleave * interleave)); seen.view.receivers.len()];
-        let difference =
-            seen.largest_difference(&seen.on_gpu(&gpu, interleave, marks), &even, interleave / 2);
+        let share = 1.0 / f64::from(pattern.count());
+        let even = vec![DVec4::splat(share); seen.view.receivers.len()];
+        let means = seen.on_gpu(&gpu, pattern, marks);
+        let difference = seen.largest_difference(&means, &even, width.max(height) / 2);
         assert!(
             difference <= TOLERANCE,
-            "{interleave}×{interleave}: weights differ by {difference}"
+            "{width}×{height}: weights differ by {difference}"
         );
     }
 }

@@ -10,12 +10,14 @@ use crate::support::voxels::{
     Read, coordinates, mean_normal, opposed_axis, to_half, unorm10, voxel_settings, voxelize,
 };
 use crate::support::{Random, gpu};
-use glam::{DVec2, DVec3, DVec4, Vec3};
+use glam::{DVec3, DVec4, Vec3};
 use lumivox::gi::Settings;
 use lumivox::gi::registry::find;
+use lumivox::gi::shared::interleave::Pattern;
+use lumivox::gi::shared::interleave::oracle::interleaved_offset;
 use lumivox::gi::shared::voxel::oracle::{
     Crossing, GatherSettings, TraceGrid, TraceSettings, TraceVoxel, VoxelIndex, crossings,
-    gather_rays as oracle_rays, hemisphere_direction, interleaved_offset,
+    gather_rays as oracle_rays, hemisphere_direction,
 };
 use lumivox::gi::shared::voxel::{
     Injection, LightSettings, Method, RaySettings, Sides, VoxelLight, gather_rays,
@@ -220,7 +222,7 @@ fn rays_hit_the_oracles_voxels() {
                 let code = seen[index] / PI;
                 let hit = (code.z > 0.5)
                     .then(|| order[code.x.round() as usize + 1024 * code.y.round() as usize]);
-                let pattern = interleaved_offset(*pixel, 8);
+                let pattern = interleaved_offset(*pixel, Pattern { size: [8; 2] }, 0);
                 let direction = hemisphere_direction(
                     receiver.shading_normal,
                     pattern.x,
@@ -317,18 +319,14 @@ fn gathered_rays(gpu: &Gpu, scene: Scene, sides: Sides) {
             .collect();
         let settings = settings(&pairs);
         let seen = rays.gather(gpu, radiance, &settings);
-        let interleave = settings.count("interleave");
+        let pattern = Pattern::new(&settings);
         let of = |(pixel, receiver): &([u32; 2], _)| {
             let gather_settings = GatherSettings {
                 ray_count: settings.count("rays"),
                 start_offset: f64::from(settings.number("ray_start")),
                 trace: trace_settings(&settings),
                 ao_falloff: f64::from(settings.number("ao_falloff")) * voxel_size,
-                pattern: if interleave > 1 {
-                    interleaved_offset(*pixel, interleave)
-                } else {
-                    DVec2::new(0.5, 0.0)
-                },
+                pattern: interleaved_offset(*pixel, pattern, 0),
                 environment: rays.scene.environment.as_dvec3(),
             };
             let gathered = oracle_rays(&grid, receiver, &gather_settings);

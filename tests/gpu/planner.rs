@@ -91,7 +91,13 @@ struct Life {
 }
 
 /// Few, which run every pass of every technique between them.
-const LIVES: [Life; 27] = [
+const LIVES: [Life; 28] = [
+    Life {
+        technique: "voxel-mips",
+        preset: Some("fast"),
+        pairs: &[],
+        surfaces: Surfaces::Emissive,
+    },
     Life {
         technique: "none",
         preset: None,

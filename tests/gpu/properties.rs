@@ -156,7 +156,9 @@ fn settings_that_are_legal_together_give_sound_light() {
 fn settings_that_are_not_legal_together_are_named() {
     let mut refused = BTreeSet::new();
     for case in bounce_cases() {
-        let choices: Vec<String> = (case.entry.settings.iter().copied().flatten())
+        let choices: Vec<String> = case
+            .entry
+            .all_settings()
             .flat_map(|setting| match setting.domain {
                 Domain::Choice(words) => words
                     .iter()
@@ -207,7 +209,7 @@ fn settings_that_are_not_legal_together_are_named() {
 #[test]
 fn values_outside_of_their_domain_are_refused() {
     for case in bounce_cases() {
-        for setting in case.entry.settings.iter().copied().flatten() {
+        for setting in case.entry.all_settings() {
             let outside = match setting.domain {
                 Domain::Count { min, max } => [
                     min.checked_sub(1)

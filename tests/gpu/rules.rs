@@ -7,12 +7,13 @@ use lumivox::gi::Settings;
 use lumivox::gi::entry::Entry;
 use lumivox::gi::registry::TECHNIQUES;
 use lumivox::gi::settings::{Domain, Setting};
+use lumivox::gi::shared::screen;
 use lumivox::graph::Gpu;
 use lumivox::scene::Scene;
 
 use crate::support::gpu;
 use crate::support::technique::{
-    Case, Surfaces, bounce_cases, frame, shoot, small_lights, small_room,
+    Case, Surfaces, bounce_cases, default_cases, frame, shoot, small_lights, small_room,
 };
 
 /// On top of a technique's cones, those of them that it has.
@@ -43,6 +44,9 @@ const STREAMS: &[(&str, &str)] = &[("propagation", "stream"), ("bands", "4")];
 /// On top of techniques whose bounces may end early.
 const BOUNCES: &[(&str, &str)] = &[("bounces", "3")];
 
+/// On top of the default presets: what pixels share.
+const SHARED: &[(&str, &str)] = &[("history", "2"), ("blur", "even")];
+
 /// Another value than the one that a setting has.
 fn other_value(setting: &Setting, settings: &Settings) -> String {
     let after = |position: Option<usize>, count: usize| (position.unwrap_or(0) + 1) % count;
@@ -66,7 +70,7 @@ fn other_value(setting: &Setting, settings: &Settings) -> String {
 
 /// Settings of a technique that apply, or that do not.
 fn applying(entry: &'static Entry, settings: &Settings, do_apply: bool) -> Vec<&'static Setting> {
-    let all = entry.settings.iter().copied().flatten();
+    let all = entry.all_settings();
     all.filter(|setting| entry.applies(setting.name, settings) == do_apply)
         .collect()
 }
@@ -81,7 +85,7 @@ fn cone_cases() -> Vec<Case> {
 fn combinations() -> Vec<(Case, Vec<(&'static str, &'static str)>)> {
     let presets = bounce_cases().into_iter().map(|case| (case, Vec::new()));
     let has = |case: &Case, name: &str| {
-        let mut all = case.entry.settings.iter().copied().flatten();
+        let mut all = case.entry.all_settings();
         all.any(|setting| setting.name == name)
     };
     let more = cone_cases().into_iter().flat_map(|case| {
@@ -97,7 +101,11 @@ fn combinations() -> Vec<(Case, Vec<(&'static str, &'static str)>)> {
     let early = bounce_cases().into_iter();
     let early = early.filter(|case| case.preset == Some("accurate") && has(case, "bounce_change"));
     let bounces = early.map(|case| (case, BOUNCES.to_vec()));
-    presets.chain(more).chain(streams).chain(bounces).collect()
+    let shared = default_cases().into_iter();
+    let shared = shared.map(|case| (case, SHARED.to_vec()));
+    (presets.chain(more).chain(streams).chain(bounces))
+        .chain(shared)
+        .collect()
 }
 
 /// A room in which the voxels' light, glossy reflection and emission are to be seen.
@@ -168,8 +176,13 @@ fn what_applies_changes_the_picture() {
 fn every_setting_has_a_rule_and_applies_somewhere() {
     let mut known = BTreeSet::new();
     for entry in TECHNIQUES {
-        for name in entry.settings.iter().copied().flatten().map(|s| s.name) {
-            let rules = entry.rules.iter().copied().flatten();
+        for name in entry.all_settings().map(|s| s.name) {
+            let rules = entry
+                .rules
+                .iter()
+                .copied()
+                .flatten()
+                .chain(screen::settings::RULES);
             let count = rules.filter(|rule| rule.settings.contains(&name)).count();
             assert_eq!(count, 1, "rules of {}'s {name}", entry.name);
             known.insert(name);
@@ -182,6 +195,7 @@ fn every_setting_has_a_rule_and_applies_somewhere() {
     for rule in TECHNIQUES
         .iter()
         .flat_map(|entry| entry.rules.iter().copied().flatten())
+        .chain(screen::settings::RULES)
     {
         for name in rule.settings {
             assert!(

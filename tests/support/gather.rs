@@ -10,10 +10,10 @@ use lumivox::gi::shared::cone::oracle::{
     Levels, MarchSettings, Placement, SetCone, Volume, gather,
 };
 use lumivox::gi::shared::cone::{ConeSet, diffuse_set};
+use lumivox::gi::shared::interleave::Pattern;
+use lumivox::gi::shared::interleave::oracle::interleaved_offset;
 use lumivox::gi::shared::voxel::VoxelGrid;
-use lumivox::gi::shared::voxel::oracle::{
-    Gathered, Receiver, VoxelIndex, interleaved_offset, occupancy_words,
-};
+use lumivox::gi::shared::voxel::oracle::{Gathered, Receiver, VoxelIndex, occupancy_words};
 use lumivox::gi::voxel_cones::mips::{FILTER, mark_matter, matter_image};
 use lumivox::graph::{Frame, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Owner, vk};
 use lumivox::render::{FrameConstants, GBuffer, GpuScene};
@@ -340,13 +340,9 @@ pub fn by_oracle_with(
         ao_falloff: number(falloff) * voxel_size,
         environment: scene.environment.as_dvec3(),
     };
-    let interleave = settings.count("interleave");
+    let pattern = Pattern::new(settings);
     let of = |(pixel, receiver): &([u32; 2], _)| {
-        let pattern = if interleave > 1 {
-            interleaved_offset(*pixel, interleave)
-        } else {
-            DVec2::new(0.5, 0.0)
-        };
+        let pattern = interleaved_offset(*pixel, pattern, 0);
         let placement = Placement {
             start_offset: number("start_offset"),
             pattern,

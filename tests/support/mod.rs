@@ -14,6 +14,7 @@ pub mod device;
 #[cfg(feature = "program")]
 pub mod display;
 pub mod gather;
+pub mod given;
 #[cfg(feature = "flip")]
 pub mod golden;
 pub mod hazards;

@@ -1,6 +1,7 @@
 //! Every pass there is: the library's, as each module lists them, and the tests' own.
 
 use lumivox::gi::registry::TECHNIQUES;
+use lumivox::gi::shared::screen;
 use lumivox::gpu_struct;
 use lumivox::graph::pass::{Binding, Pass, RasterState, Sets, Shaders};
 use lumivox::graph::{Access, vk};
@@ -17,6 +18,7 @@ pub fn all_passes() -> Vec<&'static Pass> {
         .iter()
         .copied()
         .chain(render::PASSES.iter().copied())
+        .chain(screen::PASSES.iter().copied())
         .chain(techniques)
     {
         if !all.iter().any(|known| std::ptr::eq(*known, pass)) {

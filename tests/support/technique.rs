@@ -94,10 +94,7 @@ impl Case {
     pub fn smallest_resolution(&self) -> &'static str {
         let setting = self
             .entry
-            .settings
-            .iter()
-            .copied()
-            .flatten()
+            .all_settings()
             .find(|setting| setting.name == "resolution");
         match setting.map(|setting| setting.domain) {
             Some(Domain::OneOf([16, ..])) => "16",
@@ -124,10 +121,7 @@ impl Case {
     pub fn settings(&self, pairs: &[(&str, &str)]) -> Settings {
         let has = |name: &str| {
             self.entry
-                .settings
-                .iter()
-                .copied()
-                .flatten()
+                .all_settings()
                 .any(|setting| setting.name == name)
         };
         let pairs: Vec<String> = pairs
@@ -156,7 +150,20 @@ pub struct Shot {
     pub light: IndirectImage,
 }
 
-/// Builds and renders one frame.
+/// Renders one frame that has nothing to do with those before; where pixels have history, as many
+/// as a picture at rest takes.
+pub fn render_anew(
+    renderer: &mut Renderer<'_>,
+    case: &Case,
+    settings: &Settings,
+    camera: &Camera,
+) -> Result<(), Error> {
+    renderer.cut();
+    let frames = case.entry.screen(settings).frames_to_rest();
+    (0..frames).try_for_each(|_| renderer.render(camera).map(drop))
+}
+
+/// Builds and renders a picture.
 pub fn shoot(
     gpu: &Gpu,
     scene: &Scene,
@@ -164,8 +171,9 @@ pub fn shoot(
     pairs: &[(&str, &str)],
     frame: FrameSettings,
 ) -> Result<Shot, Error> {
-    let (mut renderer, _) = Renderer::new(gpu, scene, case.entry, &case.settings(pairs), frame)?;
-    renderer.render(&scene.camera)?;
+    let settings = case.settings(pairs);
+    let (mut renderer, _) = Renderer::new(gpu, scene, case.entry, &settings, frame)?;
+    render_anew(&mut renderer, case, &settings, &scene.camera)?;
     let [full, direct, indirect] =
         [Aov::Full, Aov::Direct, Aov::Indirect].map(|aov| renderer.aov(aov));
     Ok(Shot {

@@ -23,7 +23,8 @@ layout(location = EMISSIVE) out vec4 emission; // rgb: radiance [W/(m² sr)]
 #ifdef MOTION
 layout(location = 4) in vec4 clip;
 layout(location = 5) in vec4 previous_clip;
-layout(location = MOTION) out vec2 motion_px;  // place in the frame before less that in this
+// xy: place in the frame before less that in this [px]; z: view depth there [m]
+layout(location = MOTION) out vec4 motion;
 
 // Motion of what was behind the camera of the frame before (Rust: render::BEHIND_PX).
 const float BEHIND_PX = 1e9;
@@ -84,6 +85,6 @@ void main() {
             0.0);
 #endif
 #ifdef MOTION
-    motion_px = motion_of(previous_clip, clip);
+    motion = vec4(motion_of(previous_clip, clip), previous_clip.w, 0.0);
 #endif
 }

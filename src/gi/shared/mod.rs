@@ -3,5 +3,6 @@
 pub mod cone;
 pub mod interleave;
 mod loops;
+pub mod screen;
 pub mod sh;
 pub mod voxel;

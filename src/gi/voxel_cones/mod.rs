@@ -15,7 +15,7 @@ pub use store::{Relit, VoxelStore};
 
 use crate::gi::inspect::{Beam, BeamAxis, BeamStart, LightSlots, ViewRow};
 use crate::gi::shared::cone::{ConeTracer, EmissivePatches, VoxelVolume};
-use crate::gi::shared::interleave::deinterleave;
+use crate::gi::shared::interleave::{Pattern, deinterleave};
 use crate::gi::shared::voxel::{Injection, Viewer, VoxelBounces, VoxelSlots};
 use crate::gi::{
     Answer, Change, Context, IndirectLight, Inputs, Inspect, MapNeeds, Needs, Settings, Technique,
@@ -30,7 +30,7 @@ pub struct VoxelCones<S> {
     cones: ConeTracer,
     /// Patches of surfaces that emit, where cones see them.
     patches: Option<EmissivePatches>,
-    interleave: u32,
+    pattern: Pattern,
     light: IndirectLight,
     /// The gather's result before the tile's patterns are averaged; absent without interleaving.
     interleaved: Option<Arc<Image>>,
@@ -54,7 +54,7 @@ impl<S: VoxelStore> VoxelCones<S> {
         } = *context;
         let image = |kind: &str| screen_image(gpu, &format!("{name}.{kind}"), size);
         let specular = scene.is_glossy && settings.is("specular", "on");
-        let interleave = settings.count("interleave");
+        let pattern = Pattern::new(settings);
         let patches = EmissivePatches::new(gpu, scene, settings)?;
         let parts = Parts {
             cones: ConeTracer::new(gpu, settings)?,
@@ -65,12 +65,14 @@ impl<S: VoxelStore> VoxelCones<S> {
             store: S::new(context, settings, &parts)?,
             cones: parts.cones,
             patches,
-            interleave,
+            pattern,
             light: IndirectLight {
                 diffuse: image("diffuse")?,
                 specular: specular.then(|| image("specular")).transpose()?,
             },
-            interleaved: (interleave > 1).then(|| image("interleaved")).transpose()?,
+            interleaved: (pattern.count() > 1)
+                .then(|| image("interleaved"))
+                .transpose()?,
         })
     }
 }
@@ -145,7 +147,7 @@ impl<S: VoxelStore> Technique for VoxelCones<S> {
             cones.occlusion(frame, gbuffer, volume, target);
         }
         if let Some(interleaved) = &self.interleaved {
-            deinterleave(frame, gbuffer, interleaved, &light.diffuse, self.interleave);
+            deinterleave(frame, gbuffer, interleaved, &light.diffuse, self.pattern);
         }
         if let (Some(patches), Some(volume)) = (&self.patches, self.store.volume()) {
             cones.patches(frame, gbuffer, volume, patches, &light.diffuse);

@@ -2,6 +2,7 @@
 
 use crate::gi::settings::{Preset, PresetValues};
 use crate::gi::shared::cone;
+use crate::gi::shared::screen;
 use crate::gi::shared::voxel;
 
 /// Many cones, so narrow that they read the finest levels.
@@ -9,6 +10,13 @@ pub(super) const NARROWEST: Preset = Preset {
     name: "accurate",
     help: "as cones, but 32 of them and so narrow that they read the finest levels",
     values: &[cone::NARROWEST],
+};
+
+/// One cone a pixel, and what pixels share.
+pub(super) const FAST: Preset = Preset {
+    name: "fast",
+    help: "as cones, but one a pixel, with the light of earlier frames and of neighbours",
+    values: &[&[("cones", "1")], screen::settings::FAST],
 };
 
 /// The settings' defaults.

@@ -132,7 +132,10 @@ pub(super) const RULES: &[Rule] = &[
         settings: &["bounce_directions"],
         applies: |settings| VoxelBounces::new(settings).any(),
     },
-    Rule::always(Group::Screen, &["interleave", "occlusion_cones"]),
+    Rule::always(
+        Group::Screen,
+        &["interleave", "interleave_rows", "occlusion_cones"],
+    ),
     Rule {
         group: Group::Screen,
         settings: &["ao_falloff"],

@@ -49,7 +49,7 @@ impl BounceSetting {
                 .settings(None, &pairs)
                 .is_ok_and(|changed| (entry.bounces)(&changed).is_none_or(|count| count > now))
         };
-        let all = entry.settings.iter().copied().flatten();
+        let all = entry.all_settings();
         all.map(|setting| BounceSetting {
             name: setting.name,
             values: ends(setting)

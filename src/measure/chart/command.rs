@@ -61,7 +61,7 @@ fn frames_to_rest(point: &Point) -> u32 {
         .ok()
         .and_then(|entry| {
             let settings = entry.settings(None, &pairs.collect::<Vec<_>>()).ok()?;
-            Some((entry.frames_to_rest)(&settings))
+            Some(entry.rest(&settings))
         })
         .unwrap_or(1)
 }

@@ -89,7 +89,7 @@ impl Trial<'_> {
 
     /// Frames until a still picture has all its light.
     pub(super) fn frames_to_rest(&self) -> u32 {
-        (self.entry.frames_to_rest)(self.settings)
+        self.entry.rest(self.settings)
     }
 
     /// The technique's indirect light in a still scene.

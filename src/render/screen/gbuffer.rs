@@ -16,7 +16,7 @@ const NORMALS: vk::Format = vk::Format::R32G32_UINT;
 const ALBEDO: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
 const SPECULAR: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
 const EMISSION: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
-const MOTION: vk::Format = vk::Format::R32G32_SFLOAT;
+const MOTION: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
 
 const PREVIOUS: &[Binding] = &[Binding::buffer("previous_positions", Access::RasterRead)];
 
@@ -107,13 +107,13 @@ pub struct GBuffer {
     pub specular: Option<Arc<Image>>,
     /// RGBA32F: emitted radiance (W/(m² sr)); only in an emissive scene.
     pub emission: Option<Arc<Image>>,
-    /// RG32F: where the surface was in the picture of the frame before, less where it is (px, x to
-    /// the right, y down), from both cameras and both poses of dynamic models; only where it was
-    /// asked for. Both pictures count as of this frame's size, so that a surface's place in the one
+    /// RGBA32F. rg: where the surface was in the picture of the frame before, less where it is (px,
+    /// x to the right, y down), from both cameras and both poses of dynamic models; b: its view
+    /// depth there (m); only where it was asked for. Both pictures count as of this frame's size, so that a surface's place in the one
     /// before, as a share of it, is that of the pixel's centre and this together, whatever size
     /// that had. It may lie outside of it, and something else may have been in front. What was
-    /// behind the camera has [`BEHIND_PX`](crate::render::BEHIND_PX). 0 in the first frame, where
-    /// nothing moved (exactly), and where there is no surface.
+    /// behind the camera has [`BEHIND_PX`](crate::render::BEHIND_PX). rg is 0 in the first frame,
+    /// where nothing moved (exactly), and where there is no surface.
     pub motion: Option<Arc<Image>>,
     /// What motion is measured against, where there is motion.
     previous: Option<Previous>,
@@ -171,6 +171,13 @@ impl GBuffer {
         match &mut self.previous {
             Some(previous) => previous.keep_pose(gpu, scene),
             None => Ok(FrameStats::default()),
+        }
+    }
+
+    /// The next frame is the first: nothing has moved in it.
+    pub(crate) fn forget_frame(&mut self) {
+        if let Some(previous) = &mut self.previous {
+            previous.forget_frame();
         }
     }
 

@@ -81,6 +81,11 @@ impl Previous {
         Ok(stats)
     }
 
+    /// There is no frame before.
+    pub(super) fn forget_frame(&mut self) {
+        (self.clip_from_world, self.has_moved) = (None, false);
+    }
+
     /// Makes the frame that was drawn just now the one before.
     pub(super) fn keep_frame(&mut self, seen_with: &FrameConstants) {
         self.clip_from_world = Some(seen_with.clip_from_world);

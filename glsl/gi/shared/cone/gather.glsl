@@ -19,7 +19,7 @@ layout(push_constant) uniform ConeParams {
     MarchSettings march;
     uint first_cone;      // of this dispatch, which adds to what those before it left
     uint end_cone;
-    uint interleave;      // n: the set is rotated differently in each pixel of an n×n tile
+    uint pattern;         // of a tile of pixels, each of which turns the set differently
     float jitter;         // width of a stratum of sin²θ; 0 where the set has fixed elevations
     uint is_occlusion;    // 1: visibility alone
     uint face_stride;     // of the volume: from a face of what it stores to the next
@@ -42,8 +42,7 @@ void main() {
     float start_offset = settings.start_offset * largest_texel(receiver);
     vec3 origin = receiver + start_offset * surface.geometric_normal;
     mat3 around = frame_around(surface.shading_normal);
-    vec2 offset =
-        params.interleave > 1u ? interleaved_offset(pixel, params.interleave) : vec2(0.5, 0.0);
+    vec2 offset = interleaved_offset(pixel, params.pattern, frame.walk.x);
     bool adds = params.first_cone > 0u;
     vec4 sum = adds || params.is_occlusion != 0u ? imageLoad(indirect_diffuse, pixel) : vec4(0.0);
     if (!adds) sum.a = 0.0;

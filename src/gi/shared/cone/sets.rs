@@ -7,6 +7,7 @@ use std::f32::consts::{FRAC_PI_2, FRAC_PI_3, FRAC_PI_4, PI, TAU};
 
 use crate::gi::Settings;
 use crate::gi::settings::SettingError;
+use crate::gi::shared::interleave::Pattern;
 
 /// One cone around the surface normal.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -74,7 +75,15 @@ pub fn diffuse_set(settings: &Settings) -> ConeSet {
     let aperture_scale = settings.number("aperture_scale");
     match settings.choice("cone_set") {
         "kahl" => kahl_set(KahlRings::new(settings), aperture_scale),
-        set => cone_set(settings.count("cones"), set == "disc", aperture_scale),
+        set => {
+            let shares = Pattern::new(settings).count();
+            shared_cone_set(
+                settings.count("cones"),
+                set == "disc",
+                aperture_scale,
+                shares,
+            )
+        }
     }
 }
 
@@ -119,6 +128,12 @@ pub fn kahl_set(rings: KahlRings, aperture_scale: f32) -> ConeSet {
 /// 3/20). 9: the normal, four at 45° and four at 60° turned by 45°, 40°. The weights of 5 and 9 are
 /// proportional to cos θ times the cone's solid angle.
 pub fn cone_set(count: u32, disc: bool, aperture_scale: f32) -> ConeSet {
+    shared_cone_set(count, disc, aperture_scale, count)
+}
+
+/// As [`cone_set`], where `shares` pixels with sets of their own complete each other: apertures of
+/// the spiral are those of so many cones, where that is more.
+fn shared_cone_set(count: u32, disc: bool, aperture_scale: f32, shares: u32) -> ConeSet {
     let ring = |n: u32, theta: f32, turn: f32, half: f32, weight: f32| {
         (0..n).map(move |i| Cone {
             sin2_theta: theta.sin().powi(2),
@@ -128,7 +143,7 @@ pub fn cone_set(count: u32, disc: bool, aperture_scale: f32) -> ConeSet {
         })
     };
     let (mut cones, stratum): (Vec<Cone>, f32) = match count {
-        _ if disc || count > 9 => (disc_cones(count), 1.0 / count as f32),
+        _ if disc || count > 9 => (disc_cones(count, shares), 1.0 / count as f32),
         1 => (ring(1, 0.0, 0.0, FRAC_PI_3, 1.0).collect(), 0.0),
         5 => {
             let side = FRAC_PI_4.cos();
@@ -166,14 +181,14 @@ pub fn cone_set(count: u32, disc: bool, aperture_scale: f32) -> ConeSet {
     ConeSet { cones, stratum }
 }
 
-fn disc_cones(count: u32) -> Vec<Cone> {
-    let n = count as f32;
+fn disc_cones(count: u32, shares: u32) -> Vec<Cone> {
+    let (n, shares) = (count as f32, shares.max(count) as f32);
     let cone = |i: u32| {
         let sin2_theta = (i as f32 + 0.5) / n;
         let cos_theta = (1.0 - sin2_theta).sqrt();
         // A cone of solid angle Ω has cos(γ/2) = 1 − Ω / 2π; shares near the horizon are kept below
         // a hemisphere.
-        let cos_half = (1.0 - 0.5 / (n * cos_theta)).max(0.2);
+        let cos_half = (1.0 - 0.5 / (shares * cos_theta)).max(0.2);
         Cone {
             sin2_theta,
             phi_rad: i as f32 * GOLDEN_ANGLE_RAD,

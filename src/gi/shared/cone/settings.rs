@@ -113,14 +113,6 @@ pub static SETTINGS: &[Setting] = &[
         default: "0",
     },
     Setting {
-        name: "interleave",
-        help: "n: each pixel of an n×n tile gathers in its own directions, then neighbours on one \
-               surface are averaged; 1: off",
-        unit: "px",
-        domain: Domain::OneOf(&[1, 2, 4, 8]),
-        default: "4",
-    },
-    Setting {
         name: "ao_falloff",
         help: "λ in the ambient visibility's weight 1 / (1 + λ r)",
         unit: "1/m",

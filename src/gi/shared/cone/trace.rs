@@ -8,7 +8,8 @@ use super::tracer::{ConeTracer, longest_march};
 use super::volume::{ConeOutput, March, Volume};
 use crate::gi::Context;
 use crate::gi::inspect::{Beam, BeamAxis, BeamSample, BeamStart};
-use crate::gi::shared::voxel::oracle::{hemisphere_direction, interleaved_offset};
+use crate::gi::shared::interleave::oracle::interleaved_offset;
+use crate::gi::shared::voxel::oracle::hemisphere_direction;
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Error, Frame, Owner};
 use crate::render::storage;
@@ -116,12 +117,8 @@ impl ConeTracer {
                     .or(cones.last())
                     .copied()
                     .unwrap_or_default();
-                let n = self.settings.interleave;
-                let pattern = if n > 1 {
-                    interleaved_offset(surface.pixel, n)
-                } else {
-                    glam::DVec2::new(0.5, 0.0)
-                };
+                let pattern =
+                    interleaved_offset(surface.pixel, self.settings.pattern, surface.walk);
                 let sin_squared =
                     f64::from(sin_squared) + (pattern.x - 0.5) * f64::from(self.set.jitter);
                 let azimuth_rad = f64::from(azimuth_rad) + pattern.y * std::f64::consts::TAU;

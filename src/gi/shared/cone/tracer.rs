@@ -7,6 +7,7 @@ use super::march::MarchSettings;
 use super::sets::{ConeSet, cone_set, diffuse_set};
 use super::volume::{ConeOutput, FaceWeights, March, Volume};
 use crate::gi::Settings;
+use crate::gi::shared::interleave::Pattern;
 use crate::gi::shared::loops::{LOOP_BUDGET, VECTOR_LANES};
 use crate::gi::shared::voxel::build::linear_groups;
 use crate::gi::shared::voxel::{Directionality, VoxelBounces, VoxelGrid, VoxelRecords};
@@ -25,8 +26,8 @@ gpu_struct! {
         pub first_cone: u32,
         /// One beyond its last cone.
         pub end_cone: u32,
-        /// n of the n×n interleaving tile.
-        pub interleave: u32,
+        /// Of a tile of pixels, as [`Pattern`] packs it.
+        pub pattern: u32,
         /// Width of a stratum of sin²θ; 0 where elevations are fixed.
         pub jitter: f32,
         /// 1 for visibility alone.
@@ -94,8 +95,8 @@ pub(in crate::gi) const BOUNCE: [Binding; 3] = [
 /// How cones are traced.
 #[derive(Clone, Copy, Debug)]
 pub struct ConeSettings {
-    /// n of the interleaving tile.
-    pub interleave: u32,
+    /// Which directions the pixels of a tile take.
+    pub pattern: Pattern,
     pub(super) step_factor: f32,
     pub(super) opacity_exponent: f32,
     pub(super) height_clamp: f32,
@@ -208,7 +209,7 @@ impl ConeTracer {
         let bounce_set = cone_set(settings.count("bounce_directions"), true, aperture_scale);
         Ok(ConeTracer {
             settings: ConeSettings {
-                interleave: settings.count("interleave"),
+                pattern: Pattern::new(settings),
                 step_factor: settings.number("step_factor"),
                 opacity_exponent: settings.number("opacity_exponent"),
                 height_clamp: settings.number("height_clamp"),
@@ -477,7 +478,7 @@ fn gather_params(
         },
         first_cone,
         end_cone,
-        interleave: s.interleave,
+        pattern: s.pattern.bits(),
         jitter: set.jitter,
         is_occlusion: 0,
         face_stride,

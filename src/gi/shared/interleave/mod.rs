@@ -1,11 +1,13 @@
-//! Interleaved sampling (Keller & Heidrich 2001; Hong 2015, section 3): each pixel of an n×n tile
-//! gathers over its own directions, then the results are averaged over the neighbours on the same
-//! surface. `oracle` is the CPU twin.
+//! Interleaved sampling (Keller & Heidrich 2001; Hong 2015, section 3): each pixel of a tile has
+//! directions of its own, then what they bring is averaged over the neighbours on one surface.
+//! `oracle` is the CPU twin.
 
 pub mod oracle;
 
 use std::sync::Arc;
 
+use crate::gi::Settings;
+use crate::gi::settings::{Domain, Setting};
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Frame, Image, Pass, Sets, Shaders};
 use crate::render::{GBuffer, screen_groups};
@@ -14,12 +16,77 @@ use crate::shader::GpuStruct;
 gpu_struct! {
     /// Parameters of `gi.deinterleave`.
     pub struct DeinterleaveParams {
-        /// n, the window's width (px); even.
-        pub interleave: u32,
+        /// The window's width and height (px).
+        pub window: [u32; 2],
     }
 }
 
-/// Mean over a window n pixels wide around the pixel, on its own surface. Reads the G-buffer and an
+/// Settings of patterns.
+pub static SETTINGS: &[Setting] = &[
+    Setting {
+        name: "interleave",
+        help: "n: each pixel of an n×n tile gathers in its own directions, then neighbours on one \
+               surface are averaged; 1: off",
+        unit: "px",
+        domain: Domain::Count { min: 1, max: 8 },
+        default: "4",
+    },
+    Setting {
+        name: "interleave_rows",
+        help: "m of an n×m tile; 0: as many as columns",
+        unit: "px",
+        domain: Domain::Count { min: 0, max: 8 },
+        default: "0",
+    },
+];
+
+/// Tiles of pixels that gather in different directions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Pattern {
+    /// Width and height of a tile (px).
+    pub size: [u32; 2],
+}
+
+impl Pattern {
+    /// From a technique's settings.
+    pub fn new(settings: &Settings) -> Self {
+        let width = settings.count("interleave");
+        let height = match settings.count("interleave_rows") {
+            0 => width,
+            rows => rows,
+        };
+        Pattern {
+            size: [width, height],
+        }
+    }
+
+    /// Pixels of a tile.
+    pub fn count(self) -> u32 {
+        self.size[0] * self.size[1]
+    }
+
+    /// Numbers of neighbouring pixels differ by this: the smallest number from .382 of all pixels
+    /// on (a golden section) that has no factor in common with them. So a tile has each once.
+    pub fn stride(self) -> u32 {
+        let count = self.count();
+        let first = (0.382 * f64::from(count)).ceil() as u32;
+        let is_coprime = |stride: &u32| {
+            let (mut a, mut b) = (*stride, count);
+            while b > 0 {
+                (a, b) = (b, a % b);
+            }
+            a == 1
+        };
+        (first..).find(is_coprime).unwrap_or(1)
+    }
+
+    /// As shaders read it: width, height and stride, 8 bits each.
+    pub(in crate::gi) fn bits(self) -> u32 {
+        self.size[0] | self.size[1] << 8 | self.stride() << 16
+    }
+}
+
+/// Mean over a window around the pixel, on its own surface. Reads the G-buffer and an
 /// RGBA32F image, writes an RGBA32F image; a thread a pixel.
 pub static DEINTERLEAVE: Pass = Pass {
     name: "gi.deinterleave",
@@ -45,7 +112,7 @@ pub fn deinterleave(
     gbuffer: &GBuffer,
     interleaved: &Arc<Image>,
     result: &Arc<Image>,
-    interleave: u32,
+    pattern: Pattern,
 ) {
     frame
         .pass(&DEINTERLEAVE)
@@ -53,6 +120,8 @@ pub fn deinterleave(
         .bind("normals", &gbuffer.normals)
         .bind("interleaved", interleaved)
         .bind("indirect_diffuse", result)
-        .push(&DeinterleaveParams { interleave })
+        .push(&DeinterleaveParams {
+            window: pattern.size,
+        })
         .dispatch(screen_groups(gbuffer.size));
 }

@@ -1,13 +1,44 @@
-//! CPU twin of `gi.deinterleave`: the mean over a window around each pixel, in f64.
+//! CPU twins: the numbers of a pixel's pattern, and `gi.deinterleave`, the mean over a window around
+//! each pixel, in f64.
 
 use std::collections::BTreeMap;
 
-use glam::{DVec3, DVec4};
+use glam::{DVec2, DVec3, DVec4};
 
+use super::Pattern;
 use crate::gi::shared::voxel::oracle::Receiver;
 
 /// Cosine of two shading normals below which two pixels are not on one surface.
 const ONE_SURFACE: f64 = 0.9;
+
+/// Two numbers of [0, 1) that shift sin²θ of a pixel's directions by a part of a stratum and their
+/// azimuths by a part of a turn, in the frame of number `walk`.
+///
+/// The point of a Hammersley set with the pixel's number. The first number moves within its
+/// stratum from frame to frame, and azimuths turn, by the numbers of the R2 sequence in 32-bit fixed
+/// point; the azimuths of each tile are turned besides by a number of its own (a hash of 24 bits).
+pub fn interleaved_offset(pixel: [u32; 2], pattern: Pattern, walk: u32) -> DVec2 {
+    let ([width, height], count) = (pattern.size, pattern.count());
+    let fixed = |number: u32| f64::from(number >> 8) / f64::from(1 << 24);
+    let number = pixel[0] % width + width * (pixel[1] % height) + walk % count;
+    let index = number * pattern.stride() % count;
+    let radical_inverse: f64 = (0..32)
+        .filter(|bit| index >> bit & 1 == 1)
+        .map(|bit| 0.5f64.powi(bit + 1))
+        .sum();
+    let mixed = (pixel[0] / width).wrapping_mul(0x9e37_79b1)
+        ^ (pixel[1] / height).wrapping_mul(0x85eb_ca77);
+    let hash = match count {
+        1 => 0,
+        _ => (mixed ^ (mixed >> 15)).wrapping_mul(0x2c1b_3c6d),
+    };
+    let moved = fixed(0x8000_0000u32.wrapping_add(0xc13f_a9a9u32.wrapping_mul(walk)));
+    let turn = fixed(hash.wrapping_add(0x91e1_0da6u32.wrapping_mul(walk)));
+    DVec2::new(
+        (f64::from(index) + moved) / f64::from(count),
+        (radical_inverse + turn).fract(),
+    )
+}
 
 /// What one pixel gathered, and where.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,14 +49,14 @@ pub struct Sample {
     pub value: DVec4,
 }
 
-/// Mean of what the pixels gathered in a window `interleave` (even) pixels wide around each, over
-/// those on its own surface, weighted by the share of the pixel that lies inside the window.
+/// Mean of what the pixels gathered in a window as large as a tile around each, over those on its
+/// own surface, weighted by the share of the pixel that lies inside the window.
 /// `footprint` is a pixel's height at distance 1.
 pub fn deinterleave(
     samples: &BTreeMap<[u32; 2], Sample>,
     eye: DVec3,
     footprint: f64,
-    interleave: u32,
+    pattern: Pattern,
 ) -> BTreeMap<[u32; 2], DVec4> {
     samples
         .iter()
@@ -37,7 +68,7 @@ pub fn deinterleave(
                     *pixel,
                     own,
                     footprint * own.receiver.position.distance(eye),
-                    interleave,
+                    pattern,
                 ),
             )
         })
@@ -49,12 +80,14 @@ fn window_mean(
     pixel: [u32; 2],
     own: &Sample,
     footprint: f64,
-    interleave: u32,
+    pattern: Pattern,
 ) -> DVec4 {
-    let reach = interleave / 2;
-    let range = |at: u32| at.saturating_sub(reach)..=at + reach;
+    let range = |axis: usize| {
+        let reach = pattern.size[axis] / 2;
+        pixel[axis].saturating_sub(reach)..=pixel[axis] + reach
+    };
     let (mut sum, mut weight_sum) = (DVec4::ZERO, 0.0);
-    for other_pixel in range(pixel[1]).flat_map(|y| range(pixel[0]).map(move |x| [x, y])) {
+    for other_pixel in range(1).flat_map(|y| range(0).map(move |x| [x, y])) {
         let Some(other) = samples.get(&other_pixel) else {
             continue;
         };
@@ -70,8 +103,8 @@ fn window_mean(
         {
             continue;
         }
-        let weight = share_inside(pixel[0], other_pixel[0], interleave)
-            * share_inside(pixel[1], other_pixel[1], interleave);
+        let share = |axis: usize| share_inside(pixel[axis], other_pixel[axis], pattern.size[axis]);
+        let weight = share(0) * share(1);
         sum += weight * other.value;
         weight_sum += weight;
     }
@@ -87,6 +120,64 @@ fn share_inside(centre: u32, other: u32, width: u32) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn all_sizes() -> impl Iterator<Item = Pattern> {
+        (1..=8).flat_map(|width| {
+            (1..=8).map(move |height| Pattern {
+                size: [width, height],
+            })
+        })
+    }
+
+    /// In every frame, and over as many frames as a tile has pixels each pixel has each.
+    #[test]
+    fn a_tile_has_each_number_once() {
+        for pattern in all_sizes() {
+            let ([width, height], count) = (pattern.size, pattern.count());
+            let number = |x: u32, y: u32, walk: u32| {
+                (interleaved_offset([x, y], pattern, walk).x * f64::from(count)).floor() as u32
+            };
+            let every: Vec<u32> = (0..count).collect();
+            for walk in [0, 1, 5, 1_000_003, u32::MAX] {
+                let mut of_tile: Vec<u32> = (0..count)
+                    .map(|at| number(width + at % width, 2 * height + at / width, walk))
+                    .collect();
+                of_tile.sort_unstable();
+                assert_eq!(of_tile, every, "{pattern:?}, frame {walk}");
+            }
+            let mut of_pixel: Vec<u32> = (0..count).map(|walk| number(1, 2, walk)).collect();
+            of_pixel.sort_unstable();
+            assert_eq!(of_pixel, every, "{pattern:?}");
+        }
+    }
+
+    #[test]
+    fn patterns_by_hand() {
+        let pattern = Pattern { size: [4, 4] };
+        assert_eq!(pattern.stride(), 7);
+        // Pixel (1, 0) has number 7 of 16, in bits 0111; its reversal is 0.1110 (binary).
+        let first = interleaved_offset([1, 0], pattern, 0);
+        assert_eq!(first, DVec2::new(7.5 / 16.0, 0.875));
+        // In the next frame number 14, reversal 0.0111; .5 + .75487766 − 1 into its stratum, .56984029
+        // of a turn.
+        let next = interleaved_offset([1, 0], pattern, 1);
+        let expected = DVec2::new(14.254_877_66 / 16.0, (0.4375f64 + 0.569_840_29).fract());
+        assert!((next - expected).abs().max_element() < 1e-6, "{next}");
+        // Another tile: the same elevations, all azimuths turned alike.
+        let turn = |pixel: [u32; 2]| {
+            let other = interleaved_offset([pixel[0] + 4, pixel[1] + 4], pattern, 0);
+            (other - interleaved_offset(pixel, pattern, 0)).rem_euclid(DVec2::ONE)
+        };
+        assert_eq!(turn([0, 0]).x, 0.0);
+        let is_near = |a: f64, b: f64| (a - b).abs() < 1e-12;
+        assert!(turn([0, 0]).y > 0.0 && (1..4).all(|x| is_near(turn([x, 2]).y, turn([0, 0]).y)));
+        // One pattern for all pixels turns by frame alone.
+        let one = Pattern { size: [1, 1] };
+        assert_eq!(interleaved_offset([5, 9], one, 0), DVec2::new(0.5, 0.0));
+        let alike =
+            |walk| interleaved_offset([5, 9], one, walk) == interleaved_offset([0, 3], one, walk);
+        assert!((0..9).all(alike));
+    }
 
     /// By hand: in a row of pixels on one plane, 2 wide: (½ a + b + ½ c) / 2, and (b + ½ a) / 1½ at
     /// the end. A step of the surface ends the window.
@@ -112,7 +203,8 @@ mod tests {
             sample(2, 0.0, 9.0),
             sample(3, 5.0, 100.0),
         ]);
-        let means = deinterleave(&samples, DVec3::new(0.0, 0.0, 50.0), 0.02, 2);
+        let pattern = Pattern { size: [2, 2] };
+        let means = deinterleave(&samples, DVec3::new(0.0, 0.0, 50.0), 0.02, pattern);
         let expected = [
             (4.0 + 2.0 * 1.0) / 3.0,
             (1.0 + 8.0 + 9.0) / 4.0,

@@ -56,6 +56,7 @@ static SETTINGS: &[Setting] = &[
 
 static PRESETS: &[Preset] = &[
     presets::NARROWEST,
+    presets::FAST,
     presets::CONES,
     presets::ANISOTROPIC,
     presets::DIRECTIONAL,
@@ -72,7 +73,13 @@ pub(super) static PASSES: &[&Pass] = &[
 
 /// The row of the registry.
 pub static ENTRY: Entry = Entry {
-    settings: &[SETTINGS, voxel::SETTINGS, FACE_SETTINGS, cone::SETTINGS],
+    settings: &[
+        SETTINGS,
+        voxel::SETTINGS,
+        FACE_SETTINGS,
+        cone::SETTINGS,
+        interleave::SETTINGS,
+    ],
     presets: PRESETS,
     passes: &[voxel::PASSES, PASSES, &CONES.all(), interleave::PASSES],
     structs: &[voxel::STRUCTS, cone::STRUCTS],

@@ -6,7 +6,8 @@ use super::{CLEAR_DYNAMIC, CONES, FILTER, MARK_MATTER, Mips, REDUCE_MATTER};
 use crate::gi::entry::{Directions, Entry, Stage, Substitution};
 use crate::gi::settings::{Domain, Preset, Setting, Settings};
 use crate::gi::shared::cone;
-use crate::gi::shared::interleave;
+use crate::gi::shared::interleave::{self, Pattern};
+use crate::gi::shared::screen;
 use crate::gi::shared::voxel::{self, FACE_SETTINGS, MIP_FILTER, RAY_SETTINGS};
 use crate::gi::{Context, Technique};
 use crate::graph::Error;
@@ -36,6 +37,11 @@ static PRESETS: &[Preset] = &[
         help: "exact rays, interleaved over 4×4 pixels: the least error for its time where walls \
                are flat",
         values: &[&[("gather", "rays")]],
+    },
+    Preset {
+        name: "fast",
+        help: "as accurate, but one ray a pixel, with the light of earlier frames and of neighbours",
+        values: &[&[("gather", "rays"), ("rays", "1")], screen::settings::FAST],
     },
     presets::CONES,
     presets::ANISOTROPIC,
@@ -73,7 +79,7 @@ static SUBSTITUTIONS: &[Substitution] = &[
 fn more_rays(settings: &Settings) -> Vec<String> {
     vec![format!(
         "rays={}",
-        (4096 / settings.count("interleave").pow(2)).max(settings.count("rays"))
+        (4096 / Pattern::new(settings).count()).max(settings.count("rays"))
     )]
 }
 
@@ -87,6 +93,7 @@ pub static ENTRY: Entry = Entry {
         SETTINGS,
         FACE_SETTINGS,
         cone::SETTINGS,
+        interleave::SETTINGS,
         RAY_SETTINGS,
     ],
     presets: PRESETS,

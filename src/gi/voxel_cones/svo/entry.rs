@@ -61,6 +61,7 @@ static SETTINGS: &[Setting] = &[
 
 static PRESETS: &[Preset] = &[
     presets::NARROWEST,
+    presets::FAST,
     presets::CONES,
     presets::ANISOTROPIC,
     presets::DIRECTIONAL,
@@ -137,6 +138,7 @@ pub static ENTRY: Entry = Entry {
         SETTINGS,
         FACE_SETTINGS,
         cone::SETTINGS,
+        interleave::SETTINGS,
     ],
     check,
     presets: PRESETS,

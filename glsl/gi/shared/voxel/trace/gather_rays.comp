@@ -27,7 +27,7 @@ layout(push_constant) uniform RayParams {
     uint ray_count;        // of all dispatches
     uint first_ray;        // of this dispatch, which adds to what those before it left
     uint end_ray;
-    uint interleave;
+    uint pattern;          // of a tile of pixels, each of which turns the rays differently
     float start_offset;    // [voxels]
     float self_height;     // [voxels]
     float contour_slack;   // [voxels]
@@ -53,8 +53,7 @@ void main() {
     vec3 receiver = (surface.position_ws - params.grid.xyz) / params.grid.w;
     vec3 origin = receiver + params.start_offset * surface.geometric_normal;
     mat3 around = frame_around(surface.shading_normal);
-    vec2 offset =
-        params.interleave > 1u ? interleaved_offset(pixel, params.interleave) : vec2(0.5, 0.0);
+    vec2 offset = interleaved_offset(pixel, params.pattern, frame.walk.x);
     vec3 radiance = vec3(0.0);
     float occlusion = 0.0;
     for (uint i = params.first_ray; i < params.end_ray; ++i) {

@@ -241,7 +241,7 @@ pub struct GatherSettings {
     /// λ of the ambient visibility's 1 / (1 + λ r), for distances in voxels [1/voxel].
     pub ao_falloff: f64,
     /// Two numbers of [0, 1) that shift sin²θ by a part of a stratum and the azimuth by a part of
-    /// a turn ([`interleaved_offset`]).
+    /// a turn ([`interleaved_offset`](crate::gi::shared::interleave::oracle::interleaved_offset)).
     pub pattern: DVec2,
     /// Constant radiance of the environment [W/(m² sr)].
     pub environment: DVec3,
@@ -303,23 +303,4 @@ pub fn hemisphere_direction(normal: DVec3, sin_squared: f64, azimuth_rad: f64) -
     sine * azimuth_rad.cos() * tangent
         + sine * azimuth_rad.sin() * bitangent
         + (1.0 - sin_squared).max(0.0).sqrt() * normal
-}
-
-/// The pattern of a pixel: points of an n²-point Hammersley set, repeated every n×n pixels,
-/// consecutive points 1/7 of a turn through the tile apart; the azimuths of each tile are turned by
-/// a number of its own (a hash of 24 bits).
-pub fn interleaved_offset(pixel: [u32; 2], n: u32) -> DVec2 {
-    let count = n * n;
-    let index = (pixel[0] % n + n * (pixel[1] % n)) * 7 % count;
-    let radical_inverse: f64 = (0..32)
-        .filter(|bit| index >> bit & 1 == 1)
-        .map(|bit| 0.5f64.powi(bit + 1))
-        .sum();
-    let mixed = (pixel[0] / n).wrapping_mul(0x9e37_79b1) ^ (pixel[1] / n).wrapping_mul(0x85eb_ca77);
-    let hash = (mixed ^ (mixed >> 15)).wrapping_mul(0x2c1b_3c6d);
-    let turn = f64::from(hash >> 8) / f64::from(1 << 24);
-    DVec2::new(
-        (f64::from(index) + 0.5) / f64::from(count),
-        (radical_inverse + turn).fract(),
-    )
 }

@@ -532,31 +532,6 @@ fn directions_are_cosine_distributed_unit_vectors() {
 }
 
 #[test]
-fn patterns_fill_a_tile() {
-    let mut firsts: Vec<f64> = (0..16)
-        .map(|index| interleaved_offset([index % 4, index / 4], 4).x * 16.0)
-        .collect();
-    firsts.sort_by(f64::total_cmp);
-    assert_eq!(
-        firsts,
-        (0..16)
-            .map(|index| f64::from(index) + 0.5)
-            .collect::<Vec<_>>()
-    );
-    // Pixel (1, 0) has number 7 of 16, in bits 0111; its reversal is 0.1110 (binary).
-    assert_eq!(interleaved_offset([1, 0], 4), DVec2::new(7.5 / 16.0, 0.875));
-    // Another tile: the same elevations, all azimuths turned alike.
-    let turn = |pixel: [u32; 2]| {
-        (interleaved_offset([pixel[0] + 4, pixel[1] + 4], 4) - interleaved_offset(pixel, 4))
-            .rem_euclid(DVec2::ONE)
-    };
-    assert_eq!(turn([0, 0]).x, 0.0);
-    assert!(turn([0, 0]).y > 0.0 && (1..4).all(|x| close(turn([x, 2]).y, turn([0, 0]).y)));
-}
-
-/// A floor of albedo ½ under a beam at 60° to its normal: L = ½/π · 4 · ½ in every voxel; and its
-/// flux.
-#[test]
 fn floor_reflects_a_beam() {
     let mut scene = scene_of(&floor(4.0, 1.25, 0.5));
     let direction = Vec3::new(0.75f32.sqrt(), 0.0, -0.5);

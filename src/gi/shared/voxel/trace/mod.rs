@@ -7,6 +7,7 @@ use std::sync::Arc;
 use super::{Sides, VoxelLight, Voxels};
 use crate::gi::Settings;
 use crate::gi::settings::{Domain, Setting};
+use crate::gi::shared::interleave::Pattern;
 use crate::gi::shared::loops::LOOP_BUDGET;
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Frame, Image, Pass, Sets, Shaders};
@@ -26,8 +27,8 @@ gpu_struct! {
         pub first_ray: u32,
         /// One beyond its last ray.
         pub end_ray: u32,
-        /// n of the n×n interleaving tile.
-        pub interleave: u32,
+        /// Of a tile of pixels, as [`Pattern`] packs it.
+        pub pattern: u32,
         /// Start along the geometric normal (voxels).
         pub start_offset: f32,
         /// Lowest surface over the tangent plane that can be hit (voxels).
@@ -112,7 +113,7 @@ pub struct RaySettings {
     count: u32,
     /// Radiances of a voxel.
     pub sides: Sides,
-    interleave: u32,
+    pattern: Pattern,
     /// Start along the normal (voxels).
     pub start_offset: f32,
     /// Lowest surface over the tangent plane that can be hit (voxels).
@@ -132,7 +133,7 @@ impl RaySettings {
             } else {
                 Sides::One
             },
-            interleave: settings.count("interleave"),
+            pattern: Pattern::new(settings),
             start_offset: settings.number("ray_start"),
             self_height: settings.number("self_height"),
             contour_slack: settings.number("contour_slack"),
@@ -161,7 +162,7 @@ pub fn gather_rays(
             ray_count: settings.count,
             first_ray,
             end_ray: (first_ray + rays_a_dispatch).min(settings.count),
-            interleave: settings.interleave,
+            pattern: settings.pattern.bits(),
             start_offset: settings.start_offset,
             self_height: settings.self_height,
             contour_slack: settings.contour_slack,

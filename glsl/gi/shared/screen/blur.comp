@@ -1,0 +1,64 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// screen.blur: a mean along one axis of the picture over pixels of one surface, by a Gaussian (a
+// separable bilateral filter, Pham & van Vliet 2005; Hong 2015, section 4.2). The more history a
+// pixel has, the narrower it is.
+layout(local_size_x = 8, local_size_y = 8) in;
+
+layout(constant_id = 0) const bool HAS_HISTORY = false;
+
+layout(set = 1, binding = 0) uniform texture2D view_depth;
+layout(set = 1, binding = 1) uniform utexture2D normals;
+layout(set = 1, binding = 2) uniform texture2D light;
+layout(set = 1, binding = 3) uniform utexture2D guide;   // w: weight of history [frames]
+layout(set = 1, binding = 4, rgba32f) uniform restrict writeonly image2D blurred;
+
+layout(push_constant) uniform BlurParams {
+    uint axis;               // 0: rows, 1: columns
+    float radius;            // of a pixel with one direction [px]
+    float least_radius;      // [px]
+    float directions;        // of a pixel, in a frame
+    float plane_tolerance;   // [footprints]
+    float normal_cosine;
+} params;
+
+#include "gi/shared/screen/one_surface.glsl"
+#include "shared/gbuffer.glsl"
+
+float radius_of(ivec2 pixel) {
+    float frames = 1.0;
+    if (HAS_HISTORY)
+        frames = max(
+            uintBitsToFloat(texelFetch(usampler2D(guide, nearest_clamp), pixel, 0).w), 1.0);
+    return max(params.radius / sqrt(sqrt(frames * params.directions)), params.least_radius);
+}
+
+void main() {
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), size = ivec2(frame.size_px.xy);
+    if (any(greaterThanEqual(pixel, size))) return;
+    Surface surface;
+    if (!read_surface(pixel, surface)) {
+        imageStore(blurred, pixel, vec4(0.0));
+        return;
+    }
+    float radius = radius_of(pixel), sigma = 0.5 * (radius + 1.0);
+    int reach = int(radius + 0.5);
+    Limits limits =
+        Limits(params.plane_tolerance * footprint_of(surface.position_ws), params.normal_cosine);
+    vec4 sum = vec4(0.0);
+    float weight_sum = 0.0;
+    for (int i = -reach; i <= reach; ++i) {
+        ivec2 tap = pixel;
+        tap[params.axis] += i;
+        if (tap[params.axis] < 0 || tap[params.axis] >= size[params.axis]) continue;
+        Surface other;
+        if (!read_surface(tap, other)
+            || !is_one_surface(limits, other.position_ws - surface.position_ws,
+                surface.geometric_normal, surface.shading_normal, other.shading_normal))
+            continue;
+        float weight = exp(-0.5 * float(i * i) / (sigma * sigma));
+        sum += weight * texelFetch(sampler2D(light, nearest_clamp), tap, 0);
+        weight_sum += weight;
+    }
+    imageStore(blurred, pixel, sum / weight_sum);
+}

@@ -1,0 +1,169 @@
+//! Light of the frames before.
+
+use std::sync::Arc;
+
+use bytemuck::Zeroable;
+
+use super::ScreenSettings;
+use crate::gpu_struct;
+use crate::graph::{
+    Access, Binding, Error, Frame, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Owner, Pass, Sets,
+    Shaders, vk,
+};
+use crate::render::{FrameConstants, GBuffer, screen_groups};
+use crate::shader::GpuStruct;
+
+gpu_struct! {
+    /// Parameters of `screen.history`.
+    pub struct HistoryParams {
+        /// xyz: where the frame before was seen from (m); w: 1 where there was one.
+        pub eye_before: [f32; 4],
+        /// As in [`FrameConstants`], of the frame before.
+        pub ray_right_before: [f32; 4],
+        /// As in [`FrameConstants`], of the frame before.
+        pub ray_up_before: [f32; 4],
+        /// As in [`FrameConstants`], of the frame before.
+        pub ray_forward_before: [f32; 4],
+        /// What history and this frame weigh at most (frames).
+        pub longest: f32,
+        /// Off a pixel's plane (footprints).
+        pub plane_tolerance: f32,
+        /// Least cosine of two normals.
+        pub normal_cosine: f32,
+    }
+}
+
+/// Mean of what was gathered and of what the frame before had at the same place of the surface, by
+/// weight. Reads the G-buffer with motion and the frame before; writes light and a guide.
+pub static HISTORY: Pass = Pass {
+    name: "screen.history",
+    shaders: Shaders::Compute("gi/shared/screen/history.comp"),
+    bindings: &[
+        Binding::sampled("view_depth", Access::ComputeSampled),
+        Binding::sampled("normals", Access::ComputeSampled),
+        Binding::sampled("motion", Access::ComputeSampled),
+        Binding::sampled("gathered", Access::ComputeSampled),
+        Binding::sampled("light_before", Access::ComputeSampled),
+        Binding::sampled("guide_before", Access::ComputeSampled),
+        Binding::image("light_now", Access::ComputeWrite),
+        Binding::image("guide_now", Access::ComputeWrite),
+    ],
+    constants: &[],
+    params: Some(HistoryParams::LAYOUT),
+    sets: Sets::Scene,
+};
+
+/// What history weighs at most while lights change (frames).
+const LONGEST_IN_DOUBT: u32 = 4;
+
+/// What is kept of a frame.
+struct Kept {
+    /// RGBA32F: as what was gathered.
+    light: Arc<Image>,
+    /// RGBA32UI: view depth, normals, weight (`gi/shared/screen/history.comp`).
+    guide: Arc<Image>,
+}
+
+/// Light of the frames before.
+pub(super) struct History {
+    kept: [Kept; 2],
+    /// Which of them is of this frame.
+    now: usize,
+    /// What the frame before was seen with.
+    before: Option<FrameConstants>,
+    /// Frames so far.
+    pub(super) frames: u32,
+    /// Whether lights have changed since the frame before.
+    pub(super) is_doubtful: bool,
+}
+
+impl History {
+    pub(super) fn new(gpu: &Gpu, size: [u32; 2]) -> Result<Self, Error> {
+        let image = |name: &str, format| {
+            gpu.create_image(&ImageDesc {
+                name: name.into(),
+                extent: [size[0], size[1], 1],
+                kind: ImageKind::D2,
+                format,
+                mips: 1,
+                layers: 1,
+                usage: ImageUsage::STORAGE | ImageUsage::SAMPLED,
+                owner: Owner::Screen,
+            })
+        };
+        let kept = || -> Result<Kept, Error> {
+            Ok(Kept {
+                light: image("screen.history", vk::Format::R32G32B32A32_SFLOAT)?,
+                guide: image("screen.guide", vk::Format::R32G32B32A32_UINT)?,
+            })
+        };
+        Ok(History {
+            kept: [kept()?, kept()?],
+            now: 0,
+            before: None,
+            frames: 0,
+            is_doubtful: false,
+        })
+    }
+
+    pub(super) fn forget(&mut self) {
+        (self.before, self.frames, self.is_doubtful) = (None, 0, false);
+    }
+
+    /// What this frame's pixels know besides their light.
+    pub(super) fn guide(&self) -> &Arc<Image> {
+        &self.kept[self.now].guide
+    }
+
+    /// The same of the frame that was drawn last.
+    pub(super) fn last_guide(&self) -> &Arc<Image> {
+        &self.kept[1 - self.now].guide
+    }
+
+    /// Adds the pass; returns the light with that of frames before.
+    pub(super) fn add(
+        &self,
+        frame: &mut Frame,
+        gbuffer: &GBuffer,
+        gathered: &Arc<Image>,
+        settings: &ScreenSettings,
+    ) -> Arc<Image> {
+        let (now, before) = (&self.kept[self.now], &self.kept[1 - self.now]);
+        let motion = gbuffer.motion.as_ref().unwrap_or(&gbuffer.view_depth);
+        let longest = if self.is_doubtful {
+            settings.longest_history.min(LONGEST_IN_DOUBT)
+        } else {
+            settings.longest_history
+        };
+        let seen = self.before.unwrap_or(FrameConstants::zeroed());
+        let [x, y, z, _] = seen.eye_ws;
+        frame
+            .pass(&HISTORY)
+            .bind("view_depth", &gbuffer.view_depth)
+            .bind("normals", &gbuffer.normals)
+            .bind("motion", motion)
+            .bind("gathered", gathered)
+            .bind("light_before", &before.light)
+            .bind("guide_before", &before.guide)
+            .bind("light_now", &now.light)
+            .bind("guide_now", &now.guide)
+            .push(&HistoryParams {
+                eye_before: [x, y, z, f32::from(u8::from(self.before.is_some()))],
+                ray_right_before: seen.ray_right,
+                ray_up_before: seen.ray_up,
+                ray_forward_before: seen.ray_forward,
+                longest: longest.max(1) as f32,
+                plane_tolerance: settings.plane_tolerance,
+                normal_cosine: settings.normal_cosine,
+            })
+            .dispatch(screen_groups(gbuffer.size));
+        Arc::clone(&now.light)
+    }
+
+    pub(super) fn keep_frame(&mut self, seen_with: &FrameConstants) {
+        self.before = Some(*seen_with);
+        self.now = 1 - self.now;
+        self.frames = self.frames.wrapping_add(1);
+        self.is_doubtful = false;
+    }
+}

@@ -1,0 +1,127 @@
+//! What can be set of the stages that all techniques share.
+
+use crate::gi::Settings;
+use crate::gi::settings::{Domain, Group, PresetValues, Rule, Setting};
+
+/// Settings that every technique has.
+pub static SETTINGS: &[Setting] = &[
+    Setting {
+        name: "history",
+        help: "frames that the diffuse light of all frames so far weighs at most; 0: each frame \
+               stands alone",
+        unit: "frames",
+        domain: Domain::Count { min: 0, max: 256 },
+        default: "0",
+    },
+    Setting {
+        name: "blur",
+        help: "mean over neighbours on one surface: off, as wide everywhere, or narrower where \
+               there is more history and where pixels have more directions",
+        unit: "",
+        domain: Domain::Choice(&["off", "even", "adaptive"]),
+        default: "off",
+    },
+    Setting {
+        name: "blur_radius",
+        help: "radius of an even blur, and of an adaptive one of one direction a pixel",
+        unit: "px",
+        domain: Domain::Number {
+            min: 0.5,
+            max: 32.0,
+        },
+        default: "8",
+    },
+    Setting {
+        name: "plane_tolerance",
+        help: "pixels further than this off a pixel's plane share nothing with it",
+        unit: "px",
+        domain: Domain::Number {
+            min: 0.1,
+            max: 16.0,
+        },
+        default: "1",
+    },
+    Setting {
+        name: "normal_cosine",
+        help: "pixels whose normals have a smaller cosine share nothing",
+        unit: "",
+        domain: Domain::Number {
+            min: -1.0,
+            max: 0.999,
+        },
+        default: "0.9",
+    },
+];
+
+/// Values of a preset that gathers along few directions.
+pub const FAST: PresetValues = &[("history", "32"), ("blur", "adaptive")];
+
+/// When they have an effect.
+pub static RULES: &[Rule] = &[
+    Rule::always(Group::Screen, &["history", "blur"]),
+    Rule {
+        group: Group::Screen,
+        settings: &["blur_radius"],
+        applies: |settings| !settings.is("blur", "off"),
+    },
+    Rule {
+        group: Group::Screen,
+        settings: &["plane_tolerance", "normal_cosine"],
+        applies: |settings| settings.count("history") > 0 || !settings.is("blur", "off"),
+    },
+];
+
+/// Which radius a blur has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Blurring {
+    /// There is none.
+    Off,
+    /// The same everywhere.
+    Even,
+    /// Smaller by the fourth root of the directions that a pixel's light is the mean of.
+    Adaptive,
+}
+
+/// How the stages are run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ScreenSettings {
+    /// What history and a frame weigh at most (frames); 0: there is no history.
+    pub longest_history: u32,
+    /// Which blur there is.
+    pub blur: Blurring,
+    /// Its radius (px).
+    pub blur_radius: f32,
+    /// Off a pixel's plane (footprints of a pixel).
+    pub plane_tolerance: f32,
+    /// Least cosine of two normals.
+    pub normal_cosine: f32,
+    /// Directions of a pixel in a frame.
+    pub directions: f32,
+}
+
+/// Directions of a pixel where a technique has no number of them: so many that a blur is narrow.
+const COUNTLESS: f32 = 256.0;
+
+impl ScreenSettings {
+    /// As a technique's settings say; `directions` a pixel, where there is a number of them.
+    pub fn new(settings: &Settings, directions: Option<u32>) -> Self {
+        ScreenSettings {
+            longest_history: settings.find_count("history").unwrap_or(0),
+            blur: match settings.find_choice("blur") {
+                Some("even") => Blurring::Even,
+                Some("adaptive") => Blurring::Adaptive,
+                _ => Blurring::Off,
+            },
+            blur_radius: settings.find_number("blur_radius").unwrap_or(0.0),
+            plane_tolerance: settings.find_number("plane_tolerance").unwrap_or(1.0),
+            normal_cosine: settings.find_number("normal_cosine").unwrap_or(0.9),
+            directions: directions.map_or(COUNTLESS, |count| count as f32),
+        }
+    }
+
+    /// Frames until a picture of what stands still is as it stays: half of what history may weigh is
+    /// there.
+    pub fn frames_to_rest(&self) -> u32 {
+        (self.longest_history / 2).max(1)
+    }
+}

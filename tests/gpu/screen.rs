@@ -1,0 +1,489 @@
+//! What pixels share, on the device: each frame's history and blur against the CPU oracles, and
+//! what any such stage must keep.
+
+use crate::support::compare::Worst as _;
+use crate::support::given::{GIVEN, answer};
+use crate::support::scenes::{add_model, lump, random_pose, scene_of, still};
+use crate::support::surfaces::every_surface;
+use crate::support::technique::{Builder, frame};
+use crate::support::{Random, ValidatedGpu, gpu};
+use glam::{DVec2, DVec3, DVec4, Vec3};
+use lumivox::frame::Renderer;
+use lumivox::gi::shared::screen::oracle::{
+    Judged, KeptPixel, Limits, Moved, Picture, Seen, adaptive_radius, blur, history,
+};
+use lumivox::image::Aov;
+use lumivox::render::SurfaceChannel;
+use lumivox::scene::{Camera, Scene};
+
+const SIZE: [u32; 2] = [56, 40];
+
+/// Decisions nearer to a limit than this (footprints, cosines, shares of a sample) may fall either
+/// way on the device.
+const UNDECIDED: f64 = 3e-3;
+/// Largest difference of light of about 1.
+const TOLERANCE: f64 = 1e-4;
+
+/// A renderer of given light.
+struct Shown<'g> {
+    renderer: Renderer<'g>,
+    scene: Scene,
+    camera: Camera,
+}
+
+/// What a frame shows.
+struct Frame {
+    seen: Vec<Option<Seen>>,
+    moved: Vec<Option<Moved>>,
+    light: Vec<DVec4>,
+    weight: Vec<f64>,
+}
+
+fn places() -> impl Iterator<Item = [u32; 2]> {
+    (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| [x, y]))
+}
+
+/// Where a camera sees a place of the picture (px) at this view depth (m).
+fn position(camera: &Camera, place: DVec2, depth_m: f64) -> DVec3 {
+    let [right, up, forward] = camera.basis().map(Vec3::as_dvec3);
+    let [width, height] = SIZE.map(f64::from);
+    let tan = f64::from((0.5 * camera.vfov_deg.to_radians()).tan());
+    let x = (2.0 * place.x / width - 1.0) * tan * width / height;
+    let y = (1.0 - 2.0 * place.y / height) * tan;
+    camera.eye.as_dvec3() + depth_m * (forward + x * right + y * up)
+}
+
+impl<'g> Shown<'g> {
+    fn new(gpu: &'g ValidatedGpu, scene: Scene, pairs: &[&str]) -> Self {
+        let settings = GIVEN.settings(None, pairs).unwrap();
+        let [width, height] = SIZE;
+        let (renderer, _) =
+            Renderer::new(gpu, &scene, &GIVEN, &settings, frame(width, height, 8)).unwrap();
+        let camera = scene.camera;
+        Shown {
+            renderer,
+            scene,
+            camera,
+        }
+    }
+
+    fn pose(&mut self, time_s: f32) {
+        self.scene.set_time(time_s);
+        self.renderer.set_pose(&self.scene).unwrap();
+    }
+
+    fn light(&self) -> Vec<DVec4> {
+        let found = self.renderer.indirect_light().unwrap();
+        let rgb = found.irradiance.pixels.iter().map(|rgb| rgb.as_dvec3());
+        rgb.zip(&found.visibility)
+            .map(|(rgb, open)| rgb.extend(f64::from(*open)))
+            .collect()
+    }
+
+    /// Draws a frame; `before` is where the frame before was seen from.
+    fn draw(&mut self, before: &Camera) -> Frame {
+        self.renderer.render(&self.camera).unwrap();
+        let channel = |channel| self.renderer.surface(channel).unwrap().pixels;
+        let aov = |aov| self.renderer.aov(aov).unwrap().pixels;
+        let (depth, shading) = (aov(Aov::Depth), aov(Aov::Normal));
+        let geometric = channel(SurfaceChannel::GeometricNormal);
+        let motion = channel(SurfaceChannel::Motion);
+        let tan = f64::from((0.5 * self.camera.vfov_deg.to_radians()).tan());
+        let of = |(index, [x, y]): (usize, [u32; 2])| {
+            let depth_m = f64::from(depth[index].x);
+            let centre = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
+            let at = position(&self.camera, centre, depth_m);
+            let seen = (depth_m > 0.0).then(|| Seen {
+                position: at,
+                geometric_normal: geometric[index].as_dvec3(),
+                shading_normal: shading[index].as_dvec3(),
+                footprint: at.distance(self.camera.eye.as_dvec3()) * 2.0 * tan / f64::from(SIZE[1]),
+            });
+            let moved_px = motion.get(index).copied().unwrap_or_default().as_dvec3();
+            let place = centre + moved_px.truncate();
+            let is_inside =
+                place.cmpge(DVec2::ZERO).all() && place.cmple(SIZE.map(f64::from).into()).all();
+            let moved = (depth_m > 0.0 && is_inside).then(|| Moved {
+                place,
+                position: position(before, place, moved_px.z),
+            });
+            (seen, moved)
+        };
+        let (seen, moved) = places().enumerate().map(of).unzip();
+        let weights = self.renderer.history().unwrap();
+        Frame {
+            seen,
+            moved,
+            light: self.light(),
+            weight: weights.map_or_else(Vec::new, |weights| {
+                weights
+                    .pixels
+                    .iter()
+                    .map(|weight| f64::from(weight.x))
+                    .collect()
+            }),
+        }
+    }
+}
+
+/// A room of every kind of surface, with two models that jump about.
+fn room() -> Scene {
+    let mut scene = every_surface(false, false);
+    let mut random = Random::new(3);
+    for _ in 0..2 {
+        let model = scene_of(&lump(5, 1), 0.0, &mut random);
+        let mut poses = vec![still(Vec3::new(0.2, 0.8, 0.1))];
+        poses.extend((0..4).map(|_| random_pose(&mut random, 0.4)));
+        add_model(&mut scene, model, &poses);
+    }
+    scene
+}
+
+fn nudged(camera: &Camera, random: &mut Random, reach_m: f32) -> Camera {
+    let mut nudge = || reach_m * (Vec3::from([0; 3].map(|_: u32| random.unit())) - 0.5);
+    Camera {
+        eye: camera.eye + nudge(),
+        target: camera.target + nudge(),
+        ..*camera
+    }
+}
+
+/// The largest difference where all decisions are clear, and the share of pixels where they are.
+fn compare(found: &[DVec4], expected: &[Option<Judged<DVec4>>]) -> (f64, f64) {
+    let clear = || {
+        (found.iter().zip(expected))
+            .filter_map(|(found, expected)| expected.map(|expected| (found, expected)))
+            .filter(|(_, expected)| expected.least_margin > UNDECIDED)
+    };
+    let difference = clear().map(|(found, expected)| {
+        let apart = (*found - expected.value).abs();
+        apart.to_array().into_iter().worst()
+    });
+    let surfaces = expected.iter().flatten().count();
+    (difference.worst(), clear().count() as f64 / surfaces as f64)
+}
+
+const LIMITS: Limits = Limits {
+    plane_tolerance: 1.0,
+    normal_cosine: 0.9,
+};
+
+#[test]
+fn each_frame_is_the_oracles() {
+    let gpu = gpu();
+    let mut shown = Shown::new(&gpu, room(), &["history=6"]);
+    let mut random = Random::new(11);
+    let mut before: Option<(Camera, Frame)> = None;
+    let (mut worst, mut least_clear, mut most_kept) = (0.0f64, 1.0f64, 0.0f64);
+    for number in 0..12 {
+        match number {
+            3 | 5 => shown.pose(0.4 * number as f32),
+            1 | 4 | 7 => shown.camera = nudged(&shown.camera, &mut random, 0.1),
+            8 => shown.camera = nudged(&shown.camera, &mut random, 0.6),
+            _ => {}
+        }
+        let seen_from = before.as_ref().map_or(shown.camera, |(camera, _)| *camera);
+        let now = shown.draw(&seen_from);
+        let gathered = answer("noise", number, SIZE);
+        let kept: Vec<Option<KeptPixel>> = match &before {
+            None => vec![None; gathered.len()],
+            Some((_, frame)) => (0..gathered.len())
+                .map(|at| {
+                    frame.seen[at].map(|seen| KeptPixel {
+                        seen,
+                        light: frame.light[at],
+                        weight: frame.weight[at],
+                    })
+                })
+                .collect(),
+        };
+        let picture = Picture {
+            size: SIZE,
+            pixels: &kept,
+        };
+        let of = |at: usize| {
+            let moved = before.as_ref().and(now.moved[at].as_ref());
+            let light = gathered[at].as_dvec4();
+            now.seen[at].map(|seen| history(&seen, light, moved, &picture, (LIMITS, 6.0)))
+        };
+        let expected: Vec<_> = (0..gathered.len()).map(of).collect();
+        let lights: Vec<_> = expected
+            .iter()
+            .map(|judged| {
+                judged.map(|judged| Judged {
+                    value: judged.value.0,
+                    least_margin: judged.least_margin,
+                })
+            })
+            .collect();
+        let weights: Vec<_> = expected
+            .iter()
+            .map(|judged| {
+                judged.map(|judged| Judged {
+                    value: DVec4::splat(judged.value.1),
+                    least_margin: judged.least_margin,
+                })
+            })
+            .collect();
+        let found: Vec<DVec4> = now
+            .weight
+            .iter()
+            .map(|weight| DVec4::splat(*weight))
+            .collect();
+        let ((light_off, clear), (weight_off, _)) =
+            (compare(&now.light, &lights), compare(&found, &weights));
+        let kept = now.weight.iter().filter(|weight| **weight > 1.5).count() as f64;
+        println!(
+            "frame {number}: light {light_off:.1e}, weight {weight_off:.1e}, clear {clear:.3}, \
+             with history {:.3}",
+            kept / now.weight.len() as f64
+        );
+        worst = worst.max(light_off).max(weight_off);
+        least_clear = least_clear.min(clear);
+        most_kept = most_kept.max(kept / now.weight.len() as f64);
+        before = Some((shown.camera, now));
+    }
+    assert!(worst <= TOLERANCE, "off by {worst}");
+    assert!(
+        least_clear > 0.9 && most_kept > 0.8,
+        "{least_clear}, {most_kept}"
+    );
+}
+
+#[test]
+fn blurs_are_the_oracles() {
+    let gpu = gpu();
+    for (pairs, radius) in [
+        (&["blur=even", "blur_radius=3"][..], 3.0),
+        (&["blur=even", "blur_radius=0.5"], 0.5),
+        (
+            &["blur=adaptive", "blur_radius=8"],
+            adaptive_radius(8.0, 256.0),
+        ),
+    ] {
+        let mut shown = Shown::new(&gpu, room(), pairs);
+        let camera = shown.camera;
+        let now = shown.draw(&camera);
+        let gathered = answer("noise", 0, SIZE);
+        let along = |axis: usize, light: &dyn Fn(usize) -> DVec4| -> Vec<Option<Judged<DVec4>>> {
+            let pixels: Vec<_> = (0..gathered.len())
+                .map(|at| now.seen[at].map(|seen| (seen, light(at))))
+                .collect();
+            let picture = Picture {
+                size: SIZE,
+                pixels: &pixels,
+            };
+            places()
+                .enumerate()
+                .map(|(at, pixel)| {
+                    now.seen[at].map(|_| blur(pixel, axis, radius, &picture, LIMITS))
+                })
+                .collect()
+        };
+        let rows = along(0, &|at| gathered[at].as_dvec4());
+        let columns = along(1, &|at| rows[at].map_or(DVec4::ZERO, |judged| judged.value));
+        // A decision of the rows is in all pixels of a column.
+        let reach = (radius + 0.5) as usize;
+        let width = SIZE[0] as usize;
+        let expected: Vec<_> = (0..columns.len())
+            .map(|at| {
+                let of_rows = (0..=2 * reach)
+                    .filter_map(|step| (at + step * width).checked_sub(reach * width))
+                    .filter_map(|at| rows.get(at).copied().flatten())
+                    .map(|judged| judged.least_margin);
+                let lesser = |a: f64, b: f64| if b < a { b } else { a };
+                let least = of_rows.fold(f64::INFINITY, lesser);
+                columns[at].map(|judged| Judged {
+                    least_margin: judged.least_margin.min(least),
+                    ..judged
+                })
+            })
+            .collect();
+        let (difference, clear) = compare(&now.light, &expected);
+        println!("{pairs:?}: off by {difference:.1e}, clear {clear:.3}");
+        assert!(difference <= TOLERANCE, "{pairs:?}: off by {difference}");
+        assert!(clear > 0.7, "{pairs:?}: {clear}");
+    }
+}
+
+/// Without history there is none, and the first frame with it is as without; so are those after a
+/// cut and after a change of size.
+#[test]
+fn first_frames_are_as_without_history() {
+    let gpu = gpu();
+    let with = |pairs: &[&str]| {
+        let mut shown = Shown::new(&gpu, room(), pairs);
+        let mut lights = Vec::new();
+        for number in 0..6 {
+            if number == 2 {
+                shown.renderer.cut();
+            }
+            if number == 4 {
+                shown.renderer.set_size([SIZE[0] - 9, SIZE[1] - 3]);
+            }
+            shown.renderer.render(&shown.camera).unwrap();
+            lights.push(shown.light());
+        }
+        lights
+    };
+    let (off, on) = (with(&["blur=even"]), with(&["history=32", "blur=even"]));
+    for number in 0..6 {
+        let is_first = number % 2 == 0;
+        assert_eq!(off[number] == on[number], is_first, "frame {number}");
+    }
+}
+
+/// n frames of what stands still come to their mean, until history weighs as much as it may.
+#[test]
+fn still_frames_come_to_their_mean() {
+    let gpu = gpu();
+    let mut shown = Shown::new(&gpu, room(), &["history=5", "answer=number"]);
+    let mut expected = 0.0;
+    for number in 0..9 {
+        let camera = shown.camera;
+        let now = shown.draw(&camera);
+        let weight = f64::from((number + 1).min(5));
+        expected += (f64::from(number) - expected) / weight;
+        for at in 0..now.light.len() {
+            if now.seen[at].is_some() {
+                let (light, found) = (now.light[at], now.weight[at]);
+                let off = (light - DVec4::splat(expected)).abs();
+                assert!(
+                    off.to_array().into_iter().worst() < 1e-5,
+                    "{light}, {expected}"
+                );
+                assert!((found - weight).abs() < 1e-5, "{found}, {weight}");
+            }
+        }
+    }
+}
+
+/// Light that is the same everywhere stays so, whatever moves; and what is no number is gone in the
+/// next frame.
+#[test]
+fn constants_stay_and_no_number_does() {
+    let gpu = gpu();
+    for kind in ["one", "no-number"] {
+        let pairs = [&format!("answer={kind}"), "history=16", "blur=adaptive"];
+        let mut shown = Shown::new(&gpu, room(), &pairs);
+        let mut random = Random::new(2);
+        for number in 0..6 {
+            if number > 3 {
+                shown.camera = nudged(&shown.camera, &mut random, 0.1);
+                shown.pose(0.3 * number as f32);
+            }
+            let camera = shown.camera;
+            let now = shown.draw(&camera);
+            for at in (0..now.light.len()).filter(|at| now.seen[*at].is_some()) {
+                let off = (now.light[at] - DVec4::ONE).abs();
+                assert!(
+                    off.to_array().into_iter().worst() < 1e-6,
+                    "{kind}, frame {number}: {}",
+                    now.light[at]
+                );
+            }
+        }
+    }
+}
+
+/// A floor with a step of `height_m`, or with a crease where it rises by `slope`, seen from above.
+fn floors(height_m: f32, slope: f32) -> Scene {
+    let mut builder = Builder::default();
+    let ground = builder.matte("ground", Vec3::splat(0.5));
+    builder.quad(
+        ground,
+        Vec3::new(-9.0, 0.0, -9.0),
+        Vec3::Z * 18.0,
+        Vec3::X * 9.0,
+    );
+    let up = Vec3::new(0.0, height_m, -9.0);
+    builder.quad(ground, up, Vec3::Z * 18.0, Vec3::new(9.0, 9.0 * slope, 0.0));
+    let camera = Camera {
+        eye: Vec3::new(0.0, 4.0, 0.0),
+        target: Vec3::ZERO,
+        up: Vec3::NEG_Z,
+        vfov_deg: 40.0,
+    };
+    builder.finish("floors", Vec::new(), Vec3::ZERO, camera)
+}
+
+/// Nothing crosses a step of two footprints or a crease of 30°; half a footprint may be crossed.
+#[test]
+fn steps_and_creases_are_not_crossed() {
+    let gpu = gpu();
+    // Height of a pixel on the floor.
+    let footprint_m = 4.0 * 2.0 * 20f32.to_radians().tan() / SIZE[1] as f32;
+    let crossed = |height_m: f32, slope: f32| {
+        let scene = floors(height_m, slope);
+        let mut shown = Shown::new(&gpu, scene, &["answer=marks", "blur=even", "history=8"]);
+        let camera = shown.camera;
+        shown.draw(&camera);
+        let now = shown.draw(&camera);
+        let mixed = |light: &&DVec4| light.x > 1e-6 && light.x < 1.0 - 1e-6;
+        now.light.iter().filter(mixed).count()
+    };
+    assert_eq!(crossed(2.0 * footprint_m, 0.0), 0);
+    assert_eq!(crossed(0.0, 30f32.to_radians().tan()), 0);
+    assert!(crossed(0.5 * footprint_m, 0.0) > 100);
+    assert!(crossed(0.0, 0.0) > 100);
+}
+
+/// A linear ramp across a plane stays where it is.
+#[test]
+fn ramps_stay_where_they_are() {
+    let gpu = gpu();
+    let mut shown = Shown::new(&gpu, floors(0.0, 0.0), &["answer=ramp", "blur=even"]);
+    let camera = shown.camera;
+    let now = shown.draw(&camera);
+    let ramp = answer("ramp", 0, SIZE);
+    let is_inside = |[x, y]: [u32; 2]| {
+        let inside = |at: u32, size: u32| (8..size - 8).contains(&at);
+        inside(x, SIZE[0]) && inside(y, SIZE[1])
+    };
+    for (at, _) in places().enumerate().filter(|(_, pixel)| is_inside(*pixel)) {
+        let off = (now.light[at] - ramp[at].as_dvec4()).abs();
+        assert!(off.to_array().into_iter().worst() < 1e-3, "{at}: {off}");
+    }
+}
+
+/// A wall that is seen at 5° keeps its history while the camera moves along it.
+#[test]
+fn walls_seen_at_a_grazing_angle_keep_their_history() {
+    let gpu = gpu();
+    let mut builder = Builder::default();
+    let wall = builder.matte("wall", Vec3::splat(0.5));
+    builder.quad(
+        wall,
+        Vec3::new(-1.0, -60.0, -600.0),
+        Vec3::Z * 620.0,
+        Vec3::Y * 120.0,
+    );
+    let camera = Camera {
+        eye: Vec3::ZERO,
+        target: Vec3::new(-5f32.to_radians().tan(), 0.0, -1.0),
+        up: Vec3::Y,
+        vfov_deg: 6.0,
+    };
+    let scene = builder.finish("wall", Vec::new(), Vec3::ZERO, camera);
+    let mut shown = Shown::new(&gpu, scene, &["history=32"]);
+    for number in 0..8 {
+        let before = shown.camera;
+        if number > 0 {
+            let step = 0.05 * Vec3::NEG_Z;
+            (shown.camera.eye, shown.camera.target) = (before.eye + step, before.target + step);
+        }
+        let now = shown.draw(&before);
+        let inside = now.moved.iter().zip(&now.weight).filter(|(moved, _)| {
+            moved.is_some_and(|moved| {
+                let size = DVec2::from(SIZE.map(f64::from));
+                moved.place.cmpge(DVec2::ONE).all() && moved.place.cmple(size - 1.0).all()
+            })
+        });
+        let (mut kept, mut all) = (0, 0);
+        for (_, weight) in inside {
+            all += 1;
+            kept += usize::from(number == 0 || *weight > f64::from(number) * 0.5 + 0.9);
+        }
+        assert!(all > 1000 && kept == all, "frame {number}: {kept} of {all}");
+    }
+}
