@@ -1,5 +1,5 @@
-//! CPU twins: the numbers of a pixel's pattern, and `gi.deinterleave`, the mean over a window around
-//! each pixel, in f64.
+//! CPU twins, in f64: the numbers of a pixel's pattern, and `gi.deinterleave`, the mean over a
+//! window around each pixel.
 
 use std::collections::BTreeMap;
 
