@@ -31,7 +31,7 @@ gpu_struct! {
         pub environment: [f32; 4],
         /// xy: image size (px); z: number of lights; w: number of light views.
         pub size_px: [u32; 4],
-        /// x: number of the frame, for patterns that change from frame to frame; 0 where they do not.
+        /// x: number of the frame, for patterns that change from frame to frame; otherwise 0.
         pub walk: [u32; 4],
     }
 }

@@ -15,7 +15,7 @@ layout(set = 1, binding = 6, rgba32f) uniform restrict writeonly image2D light_n
 layout(set = 1, binding = 7, rgba32ui) uniform restrict writeonly uimage2D guide_now;
 
 layout(push_constant) uniform HistoryParams {
-    vec4 eye_before;         // xyz: where the frame before was seen from [m]; w: 1 where there was one
+    vec4 eye_before;         // xyz: where the frame before was seen from [m]; w: 1 if there was one
     vec4 ray_right_before;   // as in FrameConstants
     vec4 ray_up_before;
     vec4 ray_forward_before;

@@ -15,8 +15,8 @@ const ONE_SURFACE: f64 = 0.9;
 /// azimuths by a part of a turn, in the frame of number `walk`.
 ///
 /// The point of a Hammersley set with the pixel's number. The first number moves within its
-/// stratum from frame to frame, and azimuths turn, by the numbers of the R2 sequence in 32-bit fixed
-/// point; the azimuths of each tile are turned besides by a number of its own (a hash of 24 bits).
+/// stratum from frame to frame, and azimuths turn, by the numbers of the R2 sequence in 32-bit
+/// fixed point; the azimuths of each tile are turned besides by a number of its own (a hash of 24 bits).
 pub fn interleaved_offset(pixel: [u32; 2], pattern: Pattern, walk: u32) -> DVec2 {
     let ([width, height], count) = (pattern.size, pattern.count());
     let fixed = |number: u32| f64::from(number >> 8) / f64::from(1 << 24);
@@ -158,8 +158,8 @@ mod tests {
         // Pixel (1, 0) has number 7 of 16, in bits 0111; its reversal is 0.1110 (binary).
         let first = interleaved_offset([1, 0], pattern, 0);
         assert_eq!(first, DVec2::new(7.5 / 16.0, 0.875));
-        // In the next frame number 14, reversal 0.0111; .5 + .75487766 − 1 into its stratum, .56984029
-        // of a turn.
+        // In the next frame number 14, reversal 0.0111; .5 + .75487766 − 1 into its stratum,
+        // .56984029 of a turn.
         let next = interleaved_offset([1, 0], pattern, 1);
         let expected = DVec2::new(14.254_877_66 / 16.0, (0.4375f64 + 0.569_840_29).fract());
         assert!((next - expected).abs().max_element() < 1e-6, "{next}");

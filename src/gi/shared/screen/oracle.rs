@@ -64,8 +64,8 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// How far inside the limits (positive) or outside another surface is: the smaller of footprints
-    /// and cosine left. `from_here` leads to it from where `seen` is or was (m).
+    /// How far inside the limits (positive) or outside another surface is: the smaller of
+    /// footprints and cosine left. `from_here` leads to it from where `seen` is or was (m).
     pub fn margin(&self, seen: &Seen, from_here: DVec3, other: &Seen) -> f64 {
         let off_plane = from_here.dot(seen.geometric_normal).abs() / seen.footprint;
         let cosine = seen.shading_normal.dot(other.shading_normal);
@@ -82,8 +82,8 @@ pub struct Judged<T> {
     pub least_margin: f64,
 }
 
-/// The light of a pixel and its weight (frames): `light` of this frame, and of the frame before what
-/// a bilinear sample finds on the same surface, which together weigh `longest` at most.
+/// The light of a pixel and its weight (frames): `light` of this frame, and of the frame before
+/// what a bilinear sample finds on the same surface, which together weigh `longest` at most.
 pub fn history(
     seen: &Seen,
     light: DVec4,

@@ -119,8 +119,8 @@ impl ScreenSettings {
         }
     }
 
-    /// Frames until a picture of what stands still is as it stays: half of what history may weigh is
-    /// there.
+    /// Frames until a picture of what stands still is as it stays: half of what history may weigh
+    /// is there.
     pub fn frames_to_rest(&self) -> u32 {
         (self.longest_history / 2).max(1)
     }

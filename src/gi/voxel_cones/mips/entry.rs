@@ -40,7 +40,8 @@ static PRESETS: &[Preset] = &[
     },
     Preset {
         name: "fast",
-        help: "as accurate, but one ray a pixel, with the light of earlier frames and of neighbours",
+        help: "as accurate, but one ray a pixel, with the light of earlier frames and of \
+               neighbours",
         values: &[&[("gather", "rays"), ("rays", "1")], screen::settings::FAST],
     },
     presets::CONES,
