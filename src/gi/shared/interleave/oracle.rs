@@ -16,7 +16,8 @@ const ONE_SURFACE: f64 = 0.9;
 ///
 /// The point of a Hammersley set with the pixel's number. The first number moves within its
 /// stratum from frame to frame, and azimuths turn, by the numbers of the R2 sequence in 32-bit
-/// fixed point; the azimuths of each tile are turned besides by a number of its own (a hash of 24 bits).
+/// fixed point. The azimuths of each tile are turned besides by a number of its own (a hash of 24
+/// bits).
 pub fn interleaved_offset(pixel: [u32; 2], pattern: Pattern, walk: u32) -> DVec2 {
     let ([width, height], count) = (pattern.size, pattern.count());
     let fixed = |number: u32| f64::from(number >> 8) / f64::from(1 << 24);
