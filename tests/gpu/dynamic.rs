@@ -568,7 +568,7 @@ fn static_scenes_pay_nothing() {
                 );
             }
             let (has_volume, has_octree) = (
-                case.entry.name == "voxel-mips" && case.preset != Some("accurate"),
+                case.entry.name == "voxel-mips" && case.settings(&[]).is("gather", "cones"),
                 case.entry.name == "svo",
             );
             for name in svo_names {
