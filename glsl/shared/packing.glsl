@@ -9,11 +9,16 @@ vec2 octahedral_from_unit(vec3 n) {
     return n.z >= 0.0 ? p : folded;
 }
 
-vec3 unit_from_octahedral(vec2 p) {
+// Its direction, not of unit length.
+vec3 direction_from_octahedral(vec2 p) {
     vec3 n = vec3(p, 1.0 - abs(p.x) - abs(p.y));
     float fold = max(-n.z, 0.0);
     n.xy += vec2(n.x >= 0.0 ? -fold : fold, n.y >= 0.0 ? -fold : fold);
-    return normalize(n);
+    return n;
+}
+
+vec3 unit_from_octahedral(vec2 p) {
+    return normalize(direction_from_octahedral(p));
 }
 
 uint pack_unit(vec3 n) {

@@ -3,7 +3,7 @@
 use std::ffi::OsString;
 use std::path::PathBuf;
 
-use crate::image::{Image, luminance, read_exr, write_heatmap};
+use crate::image::{Image, luminance, read_exr, write_bins, write_heatmap};
 use crate::metrics::{Channel, Comparison, Errors, Flip, compare, error_image, exposure_of, flip};
 use crate::reference::guide;
 use crate::scene::{LoadOptions, Scene, Up};
@@ -57,6 +57,10 @@ pub(crate) struct Args {
     /// The difference shown brightest [default: the mean luminance of the reference].
     #[arg(long, value_name = "X", requires = "heatmap")]
     heatmap_scale: Option<f32>,
+    /// Write the sum of the differences of red, green and blue, at the exposure that FLIP sees, in
+    /// three colours: red to 0.1, green to 0.2, blue above.
+    #[arg(long, value_name = "FILE.png")]
+    bins: Option<PathBuf>,
     /// Write the metrics as JSON (a metric that is not finite is null; parts of a path that are not
     /// UTF-8 become U+FFFD).
     #[arg(long, value_name = "FILE.json")]
@@ -76,7 +80,12 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
     args.scene
         .iter()
         .try_for_each(|source| files.read_source(source))?;
-    for (path, extension) in [(&args.heatmap, "png"), (&args.report, "json")] {
+    let written = [
+        (&args.heatmap, "png"),
+        (&args.bins, "png"),
+        (&args.report, "json"),
+    ];
+    for (path, extension) in written {
         path.iter()
             .try_for_each(|path| files.write(path, &[extension]))?;
     }
@@ -103,12 +112,8 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
         .map_err(CliError::input)?;
     let comparison =
         compare(&image, &reference, guide.as_ref(), args.channel).map_err(CliError::input)?;
-    let flip = flip(
-        &image,
-        &reference,
-        args.exposure.unwrap_or_else(|| exposure_of(&reference)),
-    )
-    .map_err(CliError::input)?;
+    let exposure = args.exposure.unwrap_or_else(|| exposure_of(&reference));
+    let flip = flip(&image, &reference, exposure).map_err(CliError::input)?;
     let names: Vec<&str> = scene
         .iter()
         .flat_map(|scene| &scene.materials)
@@ -124,6 +129,16 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
         say(&format!(
             "{}: black is no difference, the brightest a difference in luminance of {scale:.4} or \
              more",
+            path.display()
+        ));
+    }
+    if let Some(path) = &args.bins {
+        let difference = error_image(&image, &reference).map_err(CliError::input)?;
+        let shares = write_bins(path, &difference, exposure).map_err(CliError::failed)?;
+        let [red, green, blue] = shares.map(|share| 100.0 * share);
+        say(&format!(
+            "{}: red is a difference up to 0.1 ({red:.1}% of the pixels), green up to 0.2 \
+             ({green:.1}%), blue above ({blue:.1}%), at exposure {exposure:.4}",
             path.display()
         ));
     }

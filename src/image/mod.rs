@@ -16,7 +16,9 @@ pub use self::error::ImageError;
 pub use self::exr::{Planes, read_aov, read_exr, read_planes, write_exr, write_planes};
 pub use self::guide::{GuideImage, NO_SURFACE};
 pub use self::indirect::IndirectImage;
-pub use self::png::{exposure_to_see, heat_color, srgb_from_linear, write_heatmap, write_png};
+pub use self::png::{
+    exposure_to_see, heat_color, srgb_from_linear, write_bins, write_heatmap, write_png,
+};
 
 use glam::Vec3;
 

@@ -55,6 +55,31 @@ pub fn write_heatmap(path: &Path, error: &Image, scale: f32) -> Result<(), Image
     save_bytes(path, error.width, error.height, bytes)
 }
 
+/// Writes the sum of an image's channels, times `exposure`, as a PNG of three bins: red up to 0.1
+/// (black for 0), green up to 0.2, blue above and where it is no number (Hong 2015, figure 71).
+/// Returns the share of the pixels in each bin.
+pub fn write_bins(path: &Path, error: &Image, exposure: f32) -> Result<[f64; 3], ImageError> {
+    let sums = error
+        .pixels
+        .iter()
+        .map(|pixel| pixel.element_sum() * exposure);
+    let mut counts = [0.0; 3];
+    let color = |sum: f32| {
+        let (bin, color) = if sum <= 0.1 {
+            (0, [(55.0 + 2000.0 * sum) as u8, 0, 0])
+        } else if sum <= 0.2 {
+            (1, [0, 255, 0])
+        } else {
+            (2, [0, 0, 255])
+        };
+        counts[bin] += 1.0;
+        if sum == 0.0 { [0; 3] } else { color }
+    };
+    let bytes = sums.flat_map(color).collect();
+    save_bytes(path, error.width, error.height, bytes)?;
+    Ok(counts.map(|count| count / (error.pixels.len() as f64).max(1.0)))
+}
+
 /// Encodes linear light 0…1 as an 8-bit sRGB value (IEC 61966-2-1), clamping what is outside; NaN
 /// is 0.
 pub fn srgb_from_linear(linear: f32) -> u8 {
@@ -118,4 +143,26 @@ fn save_bytes(path: &Path, width: u32, height: u32, bytes: Vec<u8>) -> Result<()
         image::ImageError::IoError(source) => ImageError::write(path, source),
         other => ImageError::write(path, other),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bins_are_counted_and_coloured() -> Result<(), Box<dyn std::error::Error>> {
+        let sums = [0.0, 0.05, 0.1, 0.15, 0.5, f32::NAN];
+        let error = Image::from_fn(6, 1, |at| Vec3::new(0.25 * sums[at], 0.25 * sums[at], 0.0));
+        let folder = tempfile::tempdir()?;
+        let path = folder.path().join("bins.png");
+        let shares = write_bins(&path, &error, 2.0)?;
+        assert_eq!(shares, [3.0, 1.0, 2.0].map(|count: f64| count / 6.0));
+        let read = ::image::open(&path)?.to_rgb8();
+        let colors: Vec<[u8; 3]> = read.pixels().map(|pixel| pixel.0).collect();
+        let (green, blue) = ([0, 255, 0], [0, 0, 255]);
+        assert_eq!(colors[0], [0; 3]);
+        assert!(colors[1][0] > 100 && colors[2][0] > colors[1][0]);
+        assert_eq!(colors[3..], [green, blue, blue]);
+        Ok(())
+    }
 }

@@ -10,12 +10,18 @@ use crate::support::{Random, gpu};
 use glam::{DVec3, DVec4, Vec3};
 use lumivox::gi::shared::interleave::oracle::{Sample, deinterleave as by_oracle};
 use lumivox::gi::shared::interleave::{Pattern, deinterleave};
+use lumivox::gi::shared::screen::settings::Limits;
 use lumivox::gi::shared::voxel::VoxelGrid;
 use lumivox::graph::{Frame, Gpu, ImageDesc, ImageKind, ImageUsage, Owner, vk};
 use lumivox::render::GpuScene;
 use lumivox::scene::{Camera, Scene};
 
 const SIZE: [u32; 2] = [61, 43];
+
+const LIMITS: Limits = Limits {
+    plane_tolerance: 0.5,
+    normal_cosine: 0.9,
+};
 
 /// A scene seen from its camera.
 struct Seen {
@@ -67,7 +73,7 @@ impl Seen {
             &self.view.gbuffer,
             &image,
             &self.view.result,
-            pattern,
+            (pattern, LIMITS),
         );
         gpu.submit(frame).unwrap();
         self.view.results(gpu)
@@ -88,7 +94,7 @@ impl Seen {
                 )
             })
             .collect();
-        let means = by_oracle(&samples, self.eye, self.footprint, pattern);
+        let means = by_oracle(&samples, self.eye, self.footprint, (pattern, LIMITS));
         self.view
             .receivers
             .iter()

@@ -34,6 +34,7 @@ const WORK: &[(&str, &str)] = &[
     ),
     ("voxelize gone.obj --resolution 1024 -o OUT", ".json"),
     ("compare gone.exr gone.exr --heatmap OUT", ".png"),
+    ("compare gone.exr gone.exr --bins OUT", ".png"),
     ("compare gone.exr gone.exr --report OUT", ".json"),
 ];
 

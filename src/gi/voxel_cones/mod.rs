@@ -16,6 +16,7 @@ pub use store::{Relit, VoxelStore};
 use crate::gi::inspect::{Beam, BeamAxis, BeamStart, LightSlots, ViewRow};
 use crate::gi::shared::cone::{ConeTracer, EmissivePatches, VoxelVolume};
 use crate::gi::shared::interleave::{Pattern, deinterleave};
+use crate::gi::shared::screen::settings::Limits;
 use crate::gi::shared::voxel::{Injection, Viewer, VoxelBounces, VoxelSlots};
 use crate::gi::{
     Answer, Change, Context, IndirectLight, Inputs, Inspect, MapNeeds, Needs, Settings, Technique,
@@ -31,6 +32,7 @@ pub struct VoxelCones<S> {
     /// Patches of surfaces that emit, where cones see them.
     patches: Option<EmissivePatches>,
     pattern: Pattern,
+    limits: Limits,
     light: IndirectLight,
     /// The gather's result before the tile's patterns are averaged; absent without interleaving.
     interleaved: Option<Arc<Image>>,
@@ -66,6 +68,7 @@ impl<S: VoxelStore> VoxelCones<S> {
             cones: parts.cones,
             patches,
             pattern,
+            limits: Limits::new(settings),
             light: IndirectLight {
                 diffuse: image("diffuse")?,
                 specular: specular.then(|| image("specular")).transpose()?,
@@ -147,7 +150,8 @@ impl<S: VoxelStore> Technique for VoxelCones<S> {
             cones.occlusion(frame, gbuffer, volume, target);
         }
         if let Some(interleaved) = &self.interleaved {
-            deinterleave(frame, gbuffer, interleaved, &light.diffuse, self.pattern);
+            let shared = (self.pattern, self.limits);
+            deinterleave(frame, gbuffer, interleaved, &light.diffuse, shared);
         }
         if let (Some(patches), Some(volume)) = (&self.patches, self.store.volume()) {
             cones.patches(frame, gbuffer, volume, patches, &light.diffuse);

@@ -12,9 +12,13 @@ layout(set = 1, binding = 1) uniform utexture2D normals;
 layout(set = 1, binding = 2) uniform texture2D interleaved;
 layout(set = 1, binding = 3, rgba32f) uniform restrict writeonly image2D indirect_diffuse;
 
-layout(push_constant) uniform DeinterleaveParams { uvec2 window; } params;   // w, h [px]
+layout(push_constant) uniform DeinterleaveParams {
+    uvec2 window;            // w, h [px]
+    float plane_tolerance;   // [footprints]
+    float normal_cosine;
+} params;
 
-#include "shared/gbuffer.glsl"
+#include "gi/shared/screen/one_surface.glsl"
 
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), size = ivec2(frame.size_px.xy);
@@ -22,28 +26,22 @@ void main() {
     Surface surface;
     vec4 sum = vec4(0.0);
     if (read_surface(pixel, surface)) {
-        float footprint = length(surface.position_ws - frame.eye_ws.xyz) * 2.0
-            * length(frame.ray_up.xyz) / float(size.y);
-        ivec2 window = ivec2(params.window), reach = window / 2, taps = 2 * reach + 1;
+        Own own = own_surface(surface, params.plane_tolerance, params.normal_cosine);
+        ivec2 window = ivec2(params.window), reach = window / 2;
         // Of the outermost columns and rows.
         vec2 last = vec2(window.x % 2 == 0 ? 0.5 : 1.0, window.y % 2 == 0 ? 0.5 : 1.0);
         float weight_sum = 0.0;
-        for (int i = 0; i < taps.x * taps.y; ++i) {
-            ivec2 offset = ivec2(i % taps.x, i / taps.x) - reach;
-            ivec2 at = pixel + offset;
-            Surface other;
-            if (any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, size))
-                || !read_surface(at, other))
-                continue;
-            float off_plane =
-                abs(dot(other.position_ws - surface.position_ws, surface.geometric_normal));
-            if (off_plane > 0.5 * footprint
-                || dot(other.shading_normal, surface.shading_normal) < 0.9)
-                continue;
-            float weight = (abs(offset.x) == reach.x ? last.x : 1.0)
-                * (abs(offset.y) == reach.y ? last.y : 1.0);
-            sum += weight * texelFetch(sampler2D(interleaved, nearest_clamp), at, 0);
-            weight_sum += weight;
+        for (int y = -reach.y; y <= reach.y; ++y) {
+            for (int x = -reach.x; x <= reach.x; ++x) {
+                ivec2 at = pixel + ivec2(x, y);
+                if (any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, size))
+                    || !shares_surface(own, at))
+                    continue;
+                float weight =
+                    (abs(x) == reach.x ? last.x : 1.0) * (abs(y) == reach.y ? last.y : 1.0);
+                sum += weight * texelFetch(sampler2D(interleaved, nearest_clamp), at, 0);
+                weight_sum += weight;
+            }
         }
         sum /= max(weight_sum, 1.0);
     }

@@ -23,14 +23,13 @@ layout(push_constant) uniform BlurParams {
 } params;
 
 #include "gi/shared/screen/one_surface.glsl"
-#include "shared/gbuffer.glsl"
 
 float radius_of(ivec2 pixel) {
     float frames = 1.0;
     if (HAS_HISTORY)
         frames = max(
             uintBitsToFloat(texelFetch(usampler2D(guide, nearest_clamp), pixel, 0).w), 1.0);
-    return max(params.radius / sqrt(sqrt(frames * params.directions)), params.least_radius);
+    return max(params.radius / sqrt(frames * params.directions), params.least_radius);
 }
 
 void main() {
@@ -43,18 +42,14 @@ void main() {
     }
     float radius = radius_of(pixel), sigma = 0.5 * (radius + 1.0);
     int reach = int(radius + 0.5);
-    Limits limits =
-        Limits(params.plane_tolerance * footprint_of(surface.position_ws), params.normal_cosine);
+    Own own = own_surface(surface, params.plane_tolerance, params.normal_cosine);
     vec4 sum = vec4(0.0);
     float weight_sum = 0.0;
     for (int i = -reach; i <= reach; ++i) {
         ivec2 tap = pixel;
         tap[params.axis] += i;
-        if (tap[params.axis] < 0 || tap[params.axis] >= size[params.axis]) continue;
-        Surface other;
-        if (!read_surface(tap, other)
-            || !is_one_surface(limits, other.position_ws - surface.position_ws,
-                surface.geometric_normal, surface.shading_normal, other.shading_normal))
+        if (tap[params.axis] < 0 || tap[params.axis] >= size[params.axis]
+            || !shares_surface(own, tap))
             continue;
         float weight = exp(-0.5 * float(i * i) / (sigma * sigma));
         sum += weight * texelFetch(sampler2D(light, nearest_clamp), tap, 0);

@@ -25,7 +25,6 @@ layout(push_constant) uniform HistoryParams {
 } params;
 
 #include "gi/shared/screen/one_surface.glsl"
-#include "shared/gbuffer.glsl"
 
 // Less than this of a bilinear sample is no history; a small part of one weighs less.
 const float LEAST_KEPT = 1e-3, WHOLE_KEPT = 0.05;
@@ -53,8 +52,7 @@ History find_history(ivec2 pixel, Surface surface) {
         || any(greaterThan(place, size)))
         return found;
     vec3 position = position_before(place, moved.z);
-    Limits limits =
-        Limits(params.plane_tolerance * footprint_of(surface.position_ws), params.normal_cosine);
+    float off_plane_m = params.plane_tolerance * footprint_of(surface.position_ws);
     vec2 corner = floor(place - 0.5), share = place - 0.5 - corner;
     float kept = 0.0;
     for (int i = 0; i < 4; ++i) {
@@ -63,9 +61,8 @@ History find_history(ivec2 pixel, Surface surface) {
         uvec4 guide = texelFetch(usampler2D(guide_before, nearest_clamp), tap, 0);
         float depth_m = uintBitsToFloat(guide.x);
         vec3 from_here = position_before(vec2(tap) + 0.5, depth_m) - position;
-        if (depth_m <= 0.0
-            || !is_one_surface(limits, from_here, surface.geometric_normal, surface.shading_normal,
-                unpack_unit(guide.z)))
+        if (depth_m <= 0.0 || abs(dot(from_here, surface.geometric_normal)) > off_plane_m
+            || dot(surface.shading_normal, unpack_unit(guide.z)) < params.normal_cosine)
             continue;
         vec2 near = mix(1.0 - share, share, vec2(step));
         float part = near.x * near.y;

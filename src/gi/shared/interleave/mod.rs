@@ -6,6 +6,7 @@ pub mod oracle;
 
 use std::sync::Arc;
 
+use super::screen::settings::Limits;
 use crate::gi::Settings;
 use crate::gi::settings::{Domain, Setting};
 use crate::gpu_struct;
@@ -18,6 +19,10 @@ gpu_struct! {
     pub struct DeinterleaveParams {
         /// The window's width and height (px).
         pub window: [u32; 2],
+        /// Off a pixel's plane (footprints).
+        pub plane_tolerance: f32,
+        /// Least cosine of two normals.
+        pub normal_cosine: f32,
     }
 }
 
@@ -112,7 +117,7 @@ pub fn deinterleave(
     gbuffer: &GBuffer,
     interleaved: &Arc<Image>,
     result: &Arc<Image>,
-    pattern: Pattern,
+    (pattern, limits): (Pattern, Limits),
 ) {
     frame
         .pass(&DEINTERLEAVE)
@@ -122,6 +127,8 @@ pub fn deinterleave(
         .bind("indirect_diffuse", result)
         .push(&DeinterleaveParams {
             window: pattern.size,
+            plane_tolerance: limits.plane_tolerance,
+            normal_cosine: limits.normal_cosine,
         })
         .dispatch(screen_groups(gbuffer.size));
 }

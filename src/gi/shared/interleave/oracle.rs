@@ -6,10 +6,8 @@ use std::collections::BTreeMap;
 use glam::{DVec2, DVec3, DVec4};
 
 use super::Pattern;
+use crate::gi::shared::screen::settings::Limits;
 use crate::gi::shared::voxel::oracle::Receiver;
-
-/// Cosine of two shading normals below which two pixels are not on one surface.
-const ONE_SURFACE: f64 = 0.9;
 
 /// Two numbers of [0, 1) that shift sin²θ of a pixel's directions by a part of a stratum and their
 /// azimuths by a part of a turn, in the frame of number `walk`.
@@ -57,7 +55,7 @@ pub fn deinterleave(
     samples: &BTreeMap<[u32; 2], Sample>,
     eye: DVec3,
     footprint: f64,
-    pattern: Pattern,
+    (pattern, limits): (Pattern, Limits),
 ) -> BTreeMap<[u32; 2], DVec4> {
     samples
         .iter()
@@ -69,7 +67,7 @@ pub fn deinterleave(
                     *pixel,
                     own,
                     footprint * own.receiver.position.distance(eye),
-                    pattern,
+                    (pattern, limits),
                 ),
             )
         })
@@ -81,7 +79,7 @@ fn window_mean(
     pixel: [u32; 2],
     own: &Sample,
     footprint: f64,
-    pattern: Pattern,
+    (pattern, limits): (Pattern, Limits),
 ) -> DVec4 {
     let range = |axis: usize| {
         let reach = pattern.size[axis] / 2;
@@ -95,12 +93,12 @@ fn window_mean(
         let off_plane = (other.receiver.position - own.receiver.position)
             .dot(own.receiver.geometric_normal)
             .abs();
-        if off_plane > 0.5 * footprint
+        if off_plane > f64::from(limits.plane_tolerance) * footprint
             || other
                 .receiver
                 .shading_normal
                 .dot(own.receiver.shading_normal)
-                < ONE_SURFACE
+                < f64::from(limits.normal_cosine)
         {
             continue;
         }
@@ -121,6 +119,11 @@ fn share_inside(centre: u32, other: u32, width: u32) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    const LIMITS: Limits = Limits {
+        plane_tolerance: 0.5,
+        normal_cosine: 0.9,
+    };
 
     fn all_sizes() -> impl Iterator<Item = Pattern> {
         (1..=8).flat_map(|width| {
@@ -205,7 +208,12 @@ mod tests {
             sample(3, 5.0, 100.0),
         ]);
         let pattern = Pattern { size: [2, 2] };
-        let means = deinterleave(&samples, DVec3::new(0.0, 0.0, 50.0), 0.02, pattern);
+        let means = deinterleave(
+            &samples,
+            DVec3::new(0.0, 0.0, 50.0),
+            0.02,
+            (pattern, LIMITS),
+        );
         let expected = [
             (4.0 + 2.0 * 1.0) / 3.0,
             (1.0 + 8.0 + 9.0) / 4.0,

@@ -44,7 +44,7 @@ pub static BLUR: Pass = Pass {
 };
 
 /// The smallest radius of an adaptive blur (px).
-pub(super) const LEAST_RADIUS: f32 = 2.0;
+pub(super) const LEAST_RADIUS: f32 = 0.5;
 
 /// Light of the neighbours.
 pub(super) struct Blur {
@@ -92,8 +92,8 @@ impl Blur {
                     } else {
                         1.0
                     },
-                    plane_tolerance: settings.plane_tolerance,
-                    normal_cosine: settings.normal_cosine,
+                    plane_tolerance: settings.limits.plane_tolerance,
+                    normal_cosine: settings.limits.normal_cosine,
                 })
                 .dispatch(screen_groups(gbuffer.size));
         }

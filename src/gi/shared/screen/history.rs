@@ -153,8 +153,8 @@ impl History {
                 ray_up_before: seen.ray_up,
                 ray_forward_before: seen.ray_forward,
                 longest: longest.max(1) as f32,
-                plane_tolerance: settings.plane_tolerance,
-                normal_cosine: settings.normal_cosine,
+                plane_tolerance: settings.limits.plane_tolerance,
+                normal_cosine: settings.limits.normal_cosine,
             })
             .dispatch(screen_groups(gbuffer.size));
         Arc::clone(&now.light)

@@ -39,7 +39,7 @@ pub static SETTINGS: &[Setting] = &[
             min: 0.1,
             max: 16.0,
         },
-        default: "1",
+        default: "0.5",
     },
     Setting {
         name: "normal_cosine",
@@ -67,7 +67,14 @@ pub static RULES: &[Rule] = &[
     Rule {
         group: Group::Screen,
         settings: &["plane_tolerance", "normal_cosine"],
-        applies: |settings| settings.count("history") > 0 || !settings.is("blur", "off"),
+        applies: |settings| {
+            settings.count("history") > 0
+                || !settings.is("blur", "off")
+                || settings.find_count("interleave").is_some_and(|n| n > 1)
+                || settings
+                    .find_count("interleave_rows")
+                    .is_some_and(|n| n > 1)
+        },
     },
 ];
 
@@ -78,8 +85,27 @@ pub enum Blurring {
     Off,
     /// The same everywhere.
     Even,
-    /// Smaller by the fourth root of the directions that a pixel's light is the mean of.
+    /// Smaller by the root of the directions that a pixel's light is the mean of.
     Adaptive,
+}
+
+/// How near two pixels' surfaces have to be to be one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits {
+    /// Off a pixel's plane (footprints of a pixel).
+    pub plane_tolerance: f32,
+    /// Least cosine of two shading normals.
+    pub normal_cosine: f32,
+}
+
+impl Limits {
+    /// As a technique's settings say.
+    pub fn new(settings: &Settings) -> Self {
+        Limits {
+            plane_tolerance: settings.find_number("plane_tolerance").unwrap_or(0.5),
+            normal_cosine: settings.find_number("normal_cosine").unwrap_or(0.9),
+        }
+    }
 }
 
 /// How the stages are run.
@@ -91,10 +117,8 @@ pub struct ScreenSettings {
     pub blur: Blurring,
     /// Its radius (px).
     pub blur_radius: f32,
-    /// Off a pixel's plane (footprints of a pixel).
-    pub plane_tolerance: f32,
-    /// Least cosine of two normals.
-    pub normal_cosine: f32,
+    /// Which pixels share.
+    pub limits: Limits,
     /// Directions of a pixel in a frame.
     pub directions: f32,
 }
@@ -113,8 +137,7 @@ impl ScreenSettings {
                 _ => Blurring::Off,
             },
             blur_radius: settings.find_number("blur_radius").unwrap_or(0.0),
-            plane_tolerance: settings.find_number("plane_tolerance").unwrap_or(1.0),
-            normal_cosine: settings.find_number("normal_cosine").unwrap_or(0.9),
+            limits: Limits::new(settings),
             directions: directions.map_or(COUNTLESS, |count| count as f32),
         }
     }
