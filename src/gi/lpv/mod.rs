@@ -28,6 +28,7 @@ pub mod bands;
 pub mod blockers;
 pub mod by_direction;
 pub mod cascaded;
+mod cell_settings;
 mod cells;
 mod directions;
 pub mod faces;
@@ -56,6 +57,7 @@ pub mod sweep;
 pub mod uniform;
 pub mod view;
 
-pub use cells::{CellSettings, Cells, Octree, Ordinates, Propagation, Source};
+pub use cell_settings::{CellSettings, Octree, Ordinates, Source};
+pub use cells::{Cells, Propagation};
 pub use directions::Directions;
 pub use grid::{CellGrid, GridRow};

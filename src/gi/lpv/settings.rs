@@ -3,7 +3,7 @@
 use super::bands::{FINISH_BANDS, SEED_BANDS, STREAM};
 use super::blockers::{CAMERA_GEOMETRY, GEOMETRY, MERGE, MERGE_CAMERA};
 use super::by_direction::{GATHER_DIRECTIONS, SPECULAR_DIRECTIONS};
-use super::cells::{CellSettings, Source};
+use super::cell_settings::{CellSettings, Source};
 use super::faces::{FACES, LIGHT_SIDES, NEAREST, NUMBER_SIDES, SURFACES, Side};
 use super::gather::{GATHER, SPECULAR};
 use super::grid::GridRow;

@@ -1,6 +1,6 @@
 //! Technique `lpv`: one grid of equal cells.
 
-use super::cells::CellSettings;
+use super::cell_settings::CellSettings;
 use super::faces::COMPARE;
 use super::ledger::{LEDGER, LOBE_LEDGER};
 use super::one_grid::OneGrid;
