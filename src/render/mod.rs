@@ -22,7 +22,9 @@ pub use lights::maps::{LightMaps, RSM, SHADOW_MAPS, TILE, ViewParams};
 pub use lights::views::GpuLightView;
 pub use screen::gbuffer::{GBUFFER, GBuffer};
 pub use screen::motion::{BEHIND_PX, KEEP_POSE, MotionParams};
-pub use screen::output::{COMPOSITE, DIRECT, IndirectLight, Output, screen_groups, screen_image};
+pub use screen::output::{
+    COMPOSITE, DIRECT, IndirectLight, Output, screen_groups, screen_image, screen_image_of,
+};
 
 use crate::graph::Pass;
 use crate::shader::{GpuStruct, StructLayout};

@@ -358,6 +358,23 @@ fn still_frames_come_to_their_mean() {
     }
 }
 
+/// After lights have moved, what was seen before weighs little, in one frame.
+#[test]
+fn history_is_doubted_where_lights_move() {
+    let gpu = gpu();
+    let mut shown = Shown::new(&gpu, room(), &["history=32"]);
+    let camera = shown.camera;
+    let mut weights = Vec::new();
+    for number in 0..9 {
+        if number == 7 {
+            shown.renderer.move_lights(&shown.scene).unwrap();
+        }
+        let now = shown.draw(&camera);
+        weights.push(now.weight.into_iter().worst());
+    }
+    assert_eq!(weights, [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 4.0, 5.0]);
+}
+
 /// Light that is the same everywhere stays so, whatever moves; and what is no number is gone in the
 /// next frame.
 #[test]

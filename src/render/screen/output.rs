@@ -71,7 +71,7 @@ pub struct Output {
 impl Output {
     /// Allocates the pictures.
     pub fn new(gpu: &Gpu, size: [u32; 2]) -> Result<Self, Error> {
-        let image = |name: &str| image(gpu, name, size, Owner::Shared);
+        let image = |name: &str| image_of(gpu, name, size, (LIGHT, Owner::Shared));
         Ok(Output {
             direct: image("output.direct")?,
             indirect: image("output.indirect")?,
@@ -128,15 +128,32 @@ impl Output {
 
 /// An RGBA32F image of the size of the screen, for a technique.
 pub fn screen_image(gpu: &Gpu, name: &str, size: [u32; 2]) -> Result<Arc<Image>, Error> {
-    image(gpu, name, size, Owner::Screen)
+    image_of(gpu, name, size, (LIGHT, Owner::Screen))
 }
 
-fn image(gpu: &Gpu, name: &str, size: [u32; 2], owner: Owner) -> Result<Arc<Image>, Error> {
+/// An image of the size of the screen and of any format, for a technique.
+pub fn screen_image_of(
+    gpu: &Gpu,
+    name: &str,
+    size: [u32; 2],
+    format: vk::Format,
+) -> Result<Arc<Image>, Error> {
+    image_of(gpu, name, size, (format, Owner::Screen))
+}
+
+const LIGHT: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
+
+fn image_of(
+    gpu: &Gpu,
+    name: &str,
+    size: [u32; 2],
+    (format, owner): (vk::Format, Owner),
+) -> Result<Arc<Image>, Error> {
     gpu.create_image(&ImageDesc {
         name: name.into(),
         extent: [size[0], size[1], 1],
         kind: ImageKind::D2,
-        format: vk::Format::R32G32B32A32_SFLOAT,
+        format,
         mips: 1,
         layers: 1,
         usage: ImageUsage::STORAGE | ImageUsage::SAMPLED,

@@ -6,11 +6,8 @@ use bytemuck::Zeroable;
 
 use super::ScreenSettings;
 use crate::gpu_struct;
-use crate::graph::{
-    Access, Binding, Error, Frame, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Owner, Pass, Sets,
-    Shaders, vk,
-};
-use crate::render::{FrameConstants, GBuffer, screen_groups};
+use crate::graph::{Access, Binding, Error, Frame, Gpu, Image, Pass, Sets, Shaders, vk};
+use crate::render::{FrameConstants, GBuffer, screen_groups, screen_image, screen_image_of};
 use crate::shader::GpuStruct;
 
 gpu_struct! {
@@ -79,22 +76,10 @@ pub(super) struct History {
 
 impl History {
     pub(super) fn new(gpu: &Gpu, size: [u32; 2]) -> Result<Self, Error> {
-        let image = |name: &str, format| {
-            gpu.create_image(&ImageDesc {
-                name: name.into(),
-                extent: [size[0], size[1], 1],
-                kind: ImageKind::D2,
-                format,
-                mips: 1,
-                layers: 1,
-                usage: ImageUsage::STORAGE | ImageUsage::SAMPLED,
-                owner: Owner::Screen,
-            })
-        };
         let kept = || -> Result<Kept, Error> {
             Ok(Kept {
-                light: image("screen.history", vk::Format::R32G32B32A32_SFLOAT)?,
-                guide: image("screen.guide", vk::Format::R32G32B32A32_UINT)?,
+                light: screen_image(gpu, "screen.history", size)?,
+                guide: screen_image_of(gpu, "screen.guide", size, vk::Format::R32G32B32A32_UINT)?,
             })
         };
         Ok(History {
