@@ -5,7 +5,7 @@ use glam::{Vec3, Vec4};
 use crate::gi::entry::{Entry, Part, Stage};
 use crate::gi::inspect::{Beam, BeamAxis, BeamStart, Channels, Energy, LightSlots, ViewRow};
 use crate::gi::shared::screen::{self, Screen};
-use crate::gi::{Answer, Change, Context, IndirectLight, Inputs, MapNeeds, Settings, Technique};
+use crate::gi::{Change, Context, IndirectLight, Inputs, MapNeeds, Settings, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu};
 use crate::image::{Aov, Image, IndirectImage};
 use crate::render::{
@@ -35,6 +35,8 @@ pub static STAGES: &[&Stage] = &[
         part: Part::Shared,
         passes: &["render.shadow_maps", "render.rsm"],
     },
+    &screen::SOME_PIXELS,
+    &screen::WINDOW,
     &screen::REUSE,
     &screen::BLURRING,
     &Stage {
@@ -131,7 +133,7 @@ impl<'g> Renderer<'g> {
             MapNeeds::Shadows => LightMaps::new(gpu, &scene, resolution, false)?,
             MapNeeds::Reflective => LightMaps::new(gpu, &scene, resolution, true)?,
         };
-        let screen = Screen::new(gpu, entry.screen(settings), frame.size)?;
+        let screen = Screen::new(gpu, &scene, entry.screen(settings), frame.size)?;
         let with_motion = needs.motion || screen.needs_motion();
         let gbuffer = GBuffer::new(gpu, &scene, frame.size, with_motion)?;
         let output = Output::new(gpu, frame.size)?;
@@ -233,7 +235,7 @@ impl<'g> Renderer<'g> {
     /// camera has moved since: the same picture in less time.
     pub fn render_again(&mut self, camera: &Camera) -> Result<FrameStats, Error> {
         let mut seen_with = self.scene.frame_constants(camera, self.settings.size);
-        seen_with.walk[0] = self.screen.walk();
+        self.screen.set(self.gpu, &mut seen_with)?;
         self.scene.set_frame(self.gpu, &seen_with)?;
         (self.eye, self.camera) = (camera.eye, Some(*camera));
         let mut stats = if self.is_whole {
@@ -256,12 +258,8 @@ impl<'g> Renderer<'g> {
             direct: &self.output.direct,
         };
         self.technique.update(&mut frame, &given);
-        let Answer {
-            indirect,
-            has_direct,
-        } = self.technique.gather(&mut frame, &given);
-        let light = self.screen.share(&mut frame, &self.gbuffer, indirect);
-        if !has_direct {
+        let light = (self.screen).light(&mut frame, &given, &mut *self.technique);
+        if !self.technique.shadow_direct(&mut frame, &given) {
             self.output
                 .draw_direct(&mut frame, &self.scene, &self.maps, &self.gbuffer);
         }

@@ -38,7 +38,7 @@
 //! maps.draw(frame, scene)               shadow maps, or reflective shadow maps, as it needs
 //! gbuffer.draw(frame, scene)            depth, normal, albedo, roughness, emission of each pixel
 //! technique.update(frame, given)        this frame's light into the world-space store
-//! answer = technique.gather(frame, ...) IndirectLight: E, L, ambient visibility of each pixel
+//! screen.light(frame, technique, ...)   IndirectLight: E, L, ambient visibility of each pixel
 //! output.draw_direct(frame, ...)        L_direct
 //! output.draw_composite(frame, ...)     L = L_e + L_direct + ρ/π · E_i + L_s
 //! gpu.submit(frame)                     plan barriers, record, run, time every pass

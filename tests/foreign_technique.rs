@@ -24,10 +24,10 @@ use lumivox::gi::entry::{Entry, Stage};
 use lumivox::gi::inspect::{Channels, Inspect, Scale, ViewRow};
 use lumivox::gi::registry;
 use lumivox::gi::settings::{Domain, Preset, Setting, Settings};
-use lumivox::gi::{Answer, Change, Context, IndirectLight, Inputs, MapNeeds, Needs, Technique};
+use lumivox::gi::{Change, Context, Inputs, MapNeeds, Needs, Technique};
 use lumivox::graph::{Error, Frame, FrameStats, Gpu, Image};
 use lumivox::image::{Aov, read_exr};
-use lumivox::render::{GBuffer, screen_image};
+use lumivox::render::{GBuffer, Receivers};
 use support::display::{Display, check_done};
 use support::program::{AS_PROGRAM, OWN_PROGRAM, check_error, lumivox, words};
 
@@ -71,14 +71,10 @@ static TOY: Entry = Entry {
     ..Entry::new("toy", "the same irradiance everywhere", make)
 };
 
-fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>, Error> {
+fn make(_context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>, Error> {
     Ok(Box::new(Toy {
         irradiance: settings.number("irradiance"),
         frames: 0,
-        light: IndirectLight {
-            diffuse: screen_image(context.gpu, "toy.diffuse", context.size)?,
-            specular: None,
-        },
     }))
 }
 
@@ -86,7 +82,6 @@ struct Toy {
     irradiance: f32,
     /// Since it was built, or a light or model moved.
     frames: u32,
-    light: IndirectLight,
 }
 
 impl Toy {
@@ -120,12 +115,8 @@ impl Technique for Toy {
         self.frames += 1;
     }
 
-    fn gather(&mut self, frame: &mut Frame, _given: &Inputs<'_>) -> Answer {
-        frame.clear_image("toy.fill", &self.light.diffuse, self.texel());
-        Answer {
-            indirect: self.light.clone(),
-            has_direct: false,
-        }
+    fn gather(&mut self, frame: &mut Frame, _given: &Inputs<'_>, receivers: &Receivers<'_>) {
+        frame.clear_image("toy.fill", receivers.light, self.texel());
     }
 }
 

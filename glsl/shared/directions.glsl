@@ -19,7 +19,8 @@ vec3 hemisphere_direction(mat3 around, float u, float phi) {
 
 // Two numbers of [0, 1) for a pixel: one of w·h patterns that repeat every w×h pixels (interleaved
 // sampling, Keller & Heidrich 2001), as the points of a Hammersley set, so that the patterns of a
-// tile cover what one pixel leaves out. `pattern` has w, h and the stride, 8 bits each; `walk` is
+// tile cover what one pixel leaves out. `pattern` has w, h and the stride, 8 bits each, and whether
+// tiles are turned; `walk` is
 // the frame's number: each pixel walks through all patterns, and each time around their points
 // move by the two numbers of the R2 sequence (Roberts 2018). Rust: gi::shared::interleave::Pattern.
 vec2 interleaved_offset(ivec2 pixel, uint pattern, uint walk) {
@@ -27,8 +28,8 @@ vec2 interleaved_offset(ivec2 pixel, uint pattern, uint walk) {
     uint count = size.x * size.y;
     float moved = float((0x80000000u + 0xc13fa9a9u * walk) >> 8) * (1.0 / 16777216.0);
     uint turn = 0x91e10da6u * walk;
-    uint index = (at.x + size.x * at.y + walk % count) * (pattern >> 16) % count;
-    if (count > 1u) {
+    uint index = (at.x + size.x * at.y + walk % count) * (pattern >> 16 & 0xffu) % count;
+    if (count > 1u && pattern >> 24 != 0u) {
         // Azimuths differ between tiles, so that what the patterns miss is noise rather than bands.
         uvec2 tile = uvec2(pixel) / size;
         uint mixed = tile.x * 0x9e3779b1u ^ tile.y * 0x85ebca77u;

@@ -12,6 +12,7 @@ layout(std140, set = 0, binding = 0) uniform FrameConstants {
     vec4 environment;         // xyz: radiance [W/(m² sr)]
     uvec4 size_px;            // xy: image size [px]; z: number of lights; w: number of light views
     uvec4 walk;               // x: number of the frame, for patterns that change with it
+    uvec4 gathered;           // which pixels are gathered (shared/receiver.glsl)
 } frame;
 
 layout(set = 0, binding = 1) uniform sampler linear_clamp;

@@ -1,11 +1,11 @@
 //! Global illumination: the seam that every technique stands behind.
 //!
-//! A technique answers one question: given the G-buffer, what are, at each pixel, the indirect
-//! diffuse irradiance, the indirect specular radiance and the ambient visibility
-//! ([`IndirectLight`])? It keeps its own world-space store between frames. [`registry`] lists all
-//! techniques; [`entry::Entry`] is what is known of one before it is made, [`Technique`] what it
-//! does in a frame, and [`Inspect`] what tools may ask. [`shared::screen`] has the stages that any
-//! technique's answer goes through.
+//! A technique answers one question: given surfaces, what are the indirect diffuse irradiance, the
+//! ambient visibility and, at each pixel, the indirect specular radiance ([`IndirectLight`])? It
+//! keeps its own world-space store between frames. [`registry`] lists all techniques;
+//! [`entry::Entry`] is what is known of one before it is made, [`Technique`] what it does in a
+//! frame, and [`Inspect`] what tools may ask. [`shared::screen`] says for which surfaces it
+//! gathers, and what pixels share of it.
 
 pub mod entry;
 pub mod inspect;
@@ -26,7 +26,7 @@ use std::sync::Arc;
 use glam::Vec3;
 
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image};
-use crate::render::{GBuffer, GpuScene, LightMaps};
+use crate::render::{GBuffer, GpuScene, LightMaps, Receivers};
 
 /// What a technique is made for, and where it stands.
 #[derive(Clone, Copy)]
@@ -85,15 +85,6 @@ pub struct Inputs<'i> {
     pub direct: &'i Arc<Image>,
 }
 
-/// What a gather answers.
-#[derive(Clone)]
-pub struct Answer {
-    /// The indirect light of each pixel.
-    pub indirect: IndirectLight,
-    /// Whether [`Inputs::direct`] holds the direct light. Otherwise it is drawn with shadow maps.
-    pub has_direct: bool,
-}
-
 /// One complete way to compute indirect light.
 pub trait Technique: Inspect {
     /// What its passes read: only that is drawn.
@@ -115,6 +106,23 @@ pub trait Technique: Inspect {
     /// Adds the passes that bring the world-space store up to this frame's light.
     fn update(&mut self, frame: &mut Frame, given: &Inputs<'_>);
 
-    /// Adds the passes that answer for each pixel of the G-buffer.
-    fn gather(&mut self, frame: &mut Frame, given: &Inputs<'_>) -> Answer;
+    /// Adds the passes that gather the diffuse light of these surfaces. Called once a frame or
+    /// more; what is gathered in one call is read before the next.
+    fn gather(&mut self, frame: &mut Frame, given: &Inputs<'_>, receivers: &Receivers<'_>);
+
+    /// Adds to the diffuse light of each pixel what has no noise and no neighbours' share in it.
+    /// The default adds nothing.
+    fn add_apart(&mut self, _frame: &mut Frame, _given: &Inputs<'_>, _diffuse: &Arc<Image>) {}
+
+    /// Adds the passes that mirror light at each pixel; returns the indirect specular radiance, as
+    /// [`IndirectLight::specular`] has it. The default mirrors nothing.
+    fn mirror(&mut self, _frame: &mut Frame, _given: &Inputs<'_>) -> Option<Arc<Image>> {
+        None
+    }
+
+    /// Writes [`Inputs::direct`], where the technique shadows the direct light itself. Otherwise,
+    /// as by default, it is drawn with shadow maps.
+    fn shadow_direct(&mut self, _frame: &mut Frame, _given: &Inputs<'_>) -> bool {
+        false
+    }
 }

@@ -7,6 +7,7 @@ use bytemuck::cast_slice;
 use glam::Vec3;
 
 use super::emitters::{Emitter, emitters};
+use super::grid::Grid;
 use crate::gpu_struct;
 use crate::graph::{
     Buffer, BufferDesc, BufferUsage, DrawBatch, Error, Frame, FrameStats, Gpu, Image, ImageDesc,
@@ -33,6 +34,8 @@ gpu_struct! {
         pub size_px: [u32; 4],
         /// x: number of the frame, for patterns that change from frame to frame; otherwise 0.
         pub walk: [u32; 4],
+        /// Which pixels are gathered ([`Grid`](super::Grid)).
+        pub gathered: [u32; 4],
     }
 }
 
@@ -467,6 +470,18 @@ impl GpuScene {
         })
     }
 
+    /// Set 0 with frame constants of another buffer.
+    pub(super) fn set_with(
+        &self,
+        gpu: &Gpu,
+        frame_uniform: Arc<Buffer>,
+    ) -> Result<Arc<SceneSet>, Error> {
+        gpu.create_scene_set(&SceneBindings {
+            frame_uniform,
+            ..self.buffers.clone()
+        })
+    }
+
     /// Sets what the next frame is seen with.
     pub fn set_frame(&self, gpu: &Gpu, constants: &FrameConstants) -> Result<(), Error> {
         gpu.upload_buffer(&self.buffers.frame_uniform, bytemuck::bytes_of(constants))
@@ -496,6 +511,7 @@ impl GpuScene {
                 light_view_count(&self.lights),
             ],
             walk: [0; 4],
+            gathered: Grid::whole([width, height]).row(),
         }
     }
 }

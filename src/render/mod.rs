@@ -4,6 +4,7 @@
 mod aov;
 pub mod emitters;
 mod gpu_scene;
+mod grid;
 mod lights;
 pub mod oracle;
 mod screen;
@@ -18,6 +19,7 @@ pub(crate) use gpu_scene::storage;
 pub use gpu_scene::{
     DynamicGeometry, FrameConstants, GpuLight, GpuMaterial, GpuScene, SET_POSE, TextureUse,
 };
+pub use grid::Grid;
 pub use lights::maps::{LightMaps, RSM, SHADOW_MAPS, TILE, ViewParams};
 pub use lights::views::GpuLightView;
 pub use screen::gbuffer::{GBUFFER, GBuffer};
@@ -25,6 +27,7 @@ pub use screen::motion::{BEHIND_PX, KEEP_POSE, MotionParams};
 pub use screen::output::{
     COMPOSITE, DIRECT, IndirectLight, Output, screen_groups, screen_image, screen_image_of,
 };
+pub use screen::receivers::{PICK, Picked, Receivers};
 
 use crate::graph::Pass;
 use crate::shader::{GpuStruct, StructLayout};
@@ -43,6 +46,7 @@ pub static PASSES: &[&Pass] = &[
     &GBUFFER[7],
     &DIRECT,
     &COMPOSITE,
+    &PICK,
 ];
 
 /// The structs that this module shares with shaders, without the parameters of passes.

@@ -70,6 +70,15 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         "gi/shared/screen/history.comp",
         include_bytes!("../../spirv/gi/shared/screen/history.comp.spv"),
     ),
+    ("gi/shared/screen/join.comp", include_bytes!("../../spirv/gi/shared/screen/join.comp.spv")),
+    (
+        "gi/shared/screen/left_over.comp",
+        include_bytes!("../../spirv/gi/shared/screen/left_over.comp.spv"),
+    ),
+    (
+        "gi/shared/screen/upsample.comp",
+        include_bytes!("../../spirv/gi/shared/screen/upsample.comp.spv"),
+    ),
     (
         "gi/shared/voxel/build/count_blocks.comp",
         include_bytes!("../../spirv/gi/shared/voxel/build/count_blocks.comp.spv"),
@@ -418,10 +427,12 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         "render/screen/gbuffer_motion.vert",
         include_bytes!("../../spirv/render/screen/gbuffer_motion.vert.spv"),
     ),
+    ("render/screen/pick.comp", include_bytes!("../../spirv/render/screen/pick.comp.spv")),
     ("test/color.frag", include_bytes!("../../spirv/test/color.frag.spv")),
     ("test/copy.comp", include_bytes!("../../spirv/test/copy.comp.spv")),
     ("test/count.frag", include_bytes!("../../spirv/test/count.frag.spv")),
     ("test/double.comp", include_bytes!("../../spirv/test/double.comp.spv")),
+    ("test/given.comp", include_bytes!("../../spirv/test/given.comp.spv")),
     ("test/material.comp", include_bytes!("../../spirv/test/material.comp.spv")),
     ("test/quad.vert", include_bytes!("../../spirv/test/quad.vert.spv")),
     ("test/sample3d.comp", include_bytes!("../../spirv/test/sample3d.comp.spv")),

@@ -10,11 +10,12 @@ use lumivox::gi::shared::voxel::VoxelGrid;
 use lumivox::gi::voxel_cones::VoxelCones;
 use lumivox::gi::voxel_cones::clipmap::{self, Clipmap, Layout};
 use lumivox::gi::{Change, Context, Inputs, MapNeeds, Settings, Technique};
-use lumivox::graph::{Frame, Gpu};
+use lumivox::graph::{Frame, Gpu, Image as GpuImage};
 use lumivox::image::{Aov, Image};
 use lumivox::metrics::stability::{flicker, translation_spread};
-use lumivox::render::{GBuffer, GpuScene, LightMaps, Output};
+use lumivox::render::{GBuffer, GpuScene, LightMaps, Output, screen_image};
 use lumivox::scene::{Camera, Light, Scene, Triangle, Vertex};
+use std::sync::Arc;
 
 const SIZE: [u32; 2] = [48, 36];
 
@@ -237,6 +238,7 @@ struct Still<'g> {
     maps: LightMaps,
     gbuffer: GBuffer,
     output: Output,
+    light: Arc<GpuImage>,
     technique: VoxelCones<Clipmap>,
 }
 
@@ -265,6 +267,7 @@ impl<'g> Still<'g> {
             maps,
             gbuffer,
             output: Output::new(gpu, SIZE).unwrap(),
+            light: screen_image(gpu, "light", SIZE).unwrap(),
             technique,
         }
     }
@@ -278,6 +281,7 @@ impl<'g> Still<'g> {
             maps,
             gbuffer,
             output,
+            light,
             technique,
         } = self;
         gpu_scene
@@ -301,9 +305,9 @@ impl<'g> Still<'g> {
             direct: &output.direct,
         };
         technique.update(&mut frame, &given);
-        let light = technique.gather(&mut frame, &given).indirect;
+        technique.gather(&mut frame, &given, &gbuffer.receivers(gpu_scene, light));
         gpu.submit(frame).unwrap();
-        bytemuck::pod_collect_to_vec::<u8, [f32; 4]>(&gpu.read_image(&light.diffuse, 0, 0).unwrap())
+        bytemuck::pod_collect_to_vec::<u8, [f32; 4]>(&gpu.read_image(light, 0, 0).unwrap())
             .into_iter()
             .map(|texel| texel[1])
             .collect()

@@ -192,7 +192,7 @@ fn cones_through_faces_are_the_oracles() {
             let mut frame = Frame::new();
             frame.set_scene(&gpu_scene.set, &gpu_scene.materials);
             let volume = mips::volume(grid, &radiance, &matter, Some((&faces, directionality)));
-            tracer.gather(&mut frame, &view.gbuffer, volume, &view.result);
+            tracer.gather(&mut frame, &view.all(&gpu_scene), volume);
             gpu.submit(frame).unwrap();
             view.results(&gpu)
         });

@@ -18,7 +18,7 @@ use lumivox::gi::lpv::{CellGrid, Cells, Propagation};
 use lumivox::gi::{Change, Context, IndirectLight, Inputs, MapNeeds, Settings, Technique};
 use lumivox::graph::{Frame, Gpu};
 use lumivox::image::{GuideImage, Image, NO_SURFACE};
-use lumivox::render::{GBuffer, GpuScene, LightMaps, Output};
+use lumivox::render::{GBuffer, GpuScene, LightMaps, Output, screen_image};
 use lumivox::scene::Scene;
 
 fn settings(pairs: &[&str]) -> Settings {
@@ -92,9 +92,12 @@ impl<'g> Walk<'g> {
             direct: &self.output.direct,
         };
         self.technique.update(&mut frame, &given);
-        let answer = self.technique.gather(&mut frame, &given);
+        let diffuse = screen_image(self.gpu, "diffuse", self.gbuffer.size).unwrap();
+        let receivers = self.gbuffer.receivers(&self.scene, &diffuse);
+        self.technique.gather(&mut frame, &given, &receivers);
+        let specular = self.technique.mirror(&mut frame, &given);
         self.gpu.submit(frame).unwrap();
-        answer.indirect
+        IndirectLight { diffuse, specular }
     }
 
     /// All that the levels hold, bit by bit, with sides by cell and face.

@@ -8,7 +8,7 @@ use lumivox::gi::lpv::oracle::{self, Boundary, Place};
 use lumivox::gi::lpv::{CellGrid, CellSettings, Propagation, by_direction};
 use lumivox::gi::shared::voxel::VoxelGrid;
 use lumivox::graph::{Frame, Gpu, Image};
-use lumivox::render::{GpuScene, IndirectLight, screen_image};
+use lumivox::render::{GpuScene, screen_image};
 use lumivox::scene::{Scene, Specular};
 
 use crate::lpv::{Lit, SETTINGS, light, light_in, lights, read_sides};
@@ -58,10 +58,8 @@ fn read(gpu: &Gpu, image: &std::sync::Arc<Image>) -> Vec<DVec4> {
 /// Diffuse and specular answer of each pixel.
 fn answer(gpu: &Gpu, lit: &Lit, view: &View, lookup: Lookup) -> [Vec<DVec4>; 2] {
     let image = |name| screen_image(gpu, name, SIZE).unwrap();
-    let indirect = IndirectLight {
-        diffuse: image("diffuse"),
-        specular: Some(image("specular")),
-    };
+    let (diffuse, specular) = (image("diffuse"), image("specular"));
+    let receivers = view.gbuffer.receivers(&lit.scene, &diffuse);
     let mut frame = Frame::new();
     frame.set_scene(&lit.scene.set, &lit.scene.materials);
     if lit.cells.settings.keeps_directions {
@@ -71,13 +69,15 @@ fn answer(gpu: &Gpu, lit: &Lit, view: &View, lookup: Lookup) -> [Vec<DVec4>; 2] 
             gbuffer: &view.gbuffer,
             direct: &view.result,
         };
-        by_direction::gather(&mut frame, &given, &lit.cells, lookup, &indirect);
+        let answer = (&receivers, Some(&specular));
+        by_direction::gather(&mut frame, &given, &lit.cells, lookup, answer);
     } else {
         let levels = std::slice::from_ref(&lit.cells);
-        gather::gather(&mut frame, &view.gbuffer, levels, lookup, &indirect);
+        gather::gather(&mut frame, &receivers, levels, lookup);
+        gather::mirror(&mut frame, &view.gbuffer, levels, lookup, &specular);
     }
     gpu.submit(frame).unwrap();
-    [&indirect.diffuse, &indirect.specular.unwrap()].map(|image| read(gpu, image))
+    [&diffuse, &specular].map(|image| read(gpu, image))
 }
 
 /// Radiance of all cells along each direction.

@@ -49,6 +49,7 @@ mod planner;
 mod properties;
 mod rules;
 mod screen;
+mod screen_gather;
 mod soft_shadows;
 #[cfg(feature = "measure")]
 mod stress;

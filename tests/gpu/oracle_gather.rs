@@ -124,12 +124,8 @@ fn gather_cones(
     tracer.skips_empty = skips_empty;
     let mut frame = Frame::new();
     frame.set_scene(&scene.set, &scene.materials);
-    tracer.gather(
-        &mut frame,
-        &view.gbuffer,
-        mips::volume(*grid, radiance, matter, None),
-        &view.result,
-    );
+    let volume = mips::volume(*grid, radiance, matter, None);
+    tracer.gather(&mut frame, &view.all(scene), volume);
     gpu.submit(frame).unwrap();
     view.results(gpu)
 }
@@ -377,12 +373,8 @@ fn cones_through_bricks_are_the_oracles() {
                 false,
                 (Directionality::Isotropic, 0),
             );
-            ConeTracer::new(&gpu, &settings).unwrap().gather(
-                &mut frame,
-                &view.gbuffer,
-                volume,
-                &view.result,
-            );
+            let tracer = ConeTracer::new(&gpu, &settings).unwrap();
+            tracer.gather(&mut frame, &view.all(&gpu_scene), volume);
             gpu.submit(frame).unwrap();
             view.results(&gpu)
         };
@@ -455,12 +447,12 @@ fn occlusion_cones_are_the_oracles() {
         let mut frame = Frame::new();
         frame.set_scene(&gpu_scene.set, &gpu_scene.materials);
         filter(&mut frame, &image, 1);
-        tracer.gather(&mut frame, &view.gbuffer, cones, &view.result);
+        tracer.gather(&mut frame, &view.all(&gpu_scene), cones);
         gpu.submit(frame).unwrap();
         let gathered = view.results(&gpu);
         let mut frame = Frame::new();
         frame.set_scene(&gpu_scene.set, &gpu_scene.materials);
-        tracer.occlusion(&mut frame, &view.gbuffer, cones, &view.result);
+        tracer.occlusion(&mut frame, &view.all(&gpu_scene), cones);
         gpu.submit(frame).unwrap();
         let seen = view.results(&gpu);
         assert!(

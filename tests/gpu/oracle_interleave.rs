@@ -10,7 +10,7 @@ use crate::support::{Random, gpu};
 use glam::{DVec3, DVec4, Vec3};
 use lumivox::gi::shared::interleave::oracle::{Sample, deinterleave as by_oracle};
 use lumivox::gi::shared::interleave::{Pattern, deinterleave};
-use lumivox::gi::shared::screen::settings::Limits;
+use lumivox::gi::shared::surfaces::Limits;
 use lumivox::gi::shared::voxel::VoxelGrid;
 use lumivox::graph::{Frame, Gpu, ImageDesc, ImageKind, ImageUsage, Owner, vk};
 use lumivox::render::GpuScene;
@@ -68,13 +68,8 @@ impl Seen {
             .unwrap();
         let mut frame = Frame::new();
         frame.set_scene(&self.gpu_scene.set, &self.gpu_scene.materials);
-        deinterleave(
-            &mut frame,
-            &self.view.gbuffer,
-            &image,
-            &self.view.result,
-            (pattern, LIMITS),
-        );
+        let gathered = self.view.gbuffer.receivers(&self.gpu_scene, &image);
+        deinterleave(&mut frame, &gathered, &self.view.result, (pattern, LIMITS));
         gpu.submit(frame).unwrap();
         self.view.results(gpu)
     }
@@ -159,7 +154,7 @@ fn patterns() -> impl Iterator<Item = Pattern> {
         [1, 7],
         [6, 5],
     ];
-    sizes.into_iter().map(|size| Pattern { size })
+    sizes.into_iter().map(Pattern::of)
 }
 
 #[test]

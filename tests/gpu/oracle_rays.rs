@@ -92,11 +92,10 @@ impl RayScene {
         frame.set_scene(&self.gpu_scene.set, &self.gpu_scene.materials);
         gather_rays(
             &mut frame,
-            &self.view.gbuffer,
+            &self.view.all(&self.gpu_scene),
             &self.read.voxels,
             &self.light,
             &RaySettings::new(settings),
-            &self.view.result,
         );
         gpu.submit(frame).unwrap();
         self.view.results(gpu)
@@ -222,7 +221,7 @@ fn rays_hit_the_oracles_voxels() {
                 let code = seen[index] / PI;
                 let hit = (code.z > 0.5)
                     .then(|| order[code.x.round() as usize + 1024 * code.y.round() as usize]);
-                let pattern = interleaved_offset(*pixel, Pattern { size: [8; 2] }, 0);
+                let pattern = interleaved_offset(*pixel, Pattern::of([8; 2]), 0);
                 let direction = hemisphere_direction(
                     receiver.shading_normal,
                     pattern.x,

@@ -273,8 +273,8 @@ fn render(
     };
     let (gbuffer, volume, result) = (&view.gbuffer, volume.volume, &view.result);
     Seen {
-        gathered: results(&|frame| tracer.gather(frame, gbuffer, volume, result)),
-        occluded: results(&|frame| tracer.occlusion(frame, gbuffer, volume, result)),
+        gathered: results(&|frame| tracer.gather(frame, &view.all(scene), volume)),
+        occluded: results(&|frame| tracer.occlusion(frame, &view.all(scene), volume)),
         specular: results(&|frame| tracer.specular(frame, gbuffer, volume, result)),
         direct: results(&|frame| tracer.shadow(frame, scene, gbuffer, volume, result)),
     }

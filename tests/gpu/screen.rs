@@ -1,172 +1,18 @@
-//! What pixels share, on the device: each frame's history and blur against the CPU oracles, and
-//! what any such stage must keep.
+//! Light of earlier frames and of neighbours on the device: against the CPU oracles, and what any
+//! such stage must keep.
 
 use crate::support::compare::Worst as _;
-use crate::support::given::{GIVEN, answer};
-use crate::support::scenes::{add_model, lump, random_pose, scene_of, still};
-use crate::support::surfaces::every_surface;
-use crate::support::technique::{Builder, frame};
-use crate::support::{Random, ValidatedGpu, gpu};
-use glam::{DVec2, DVec3, DVec4, Vec3};
-use lumivox::frame::Renderer;
+use crate::support::given::answer;
+use crate::support::shown::{
+    Frame, LIMITS, SIZE, Shown, TOLERANCE, compare, floors, nudged, places, room,
+};
+use crate::support::technique::Builder;
+use crate::support::{Random, gpu};
+use glam::{DVec2, DVec4, Vec3};
 use lumivox::gi::shared::screen::oracle::{
-    Judged, KeptPixel, Limits, Moved, Picture, Seen, adaptive_radius, blur, history,
+    Judged, KeptPixel, Picture, adaptive_radius, blur, history,
 };
-use lumivox::image::Aov;
-use lumivox::render::SurfaceChannel;
-use lumivox::scene::{Camera, Scene};
-
-const SIZE: [u32; 2] = [56, 40];
-
-/// Decisions nearer to a limit than this (footprints, cosines, shares of a sample) may fall either
-/// way on the device.
-const UNDECIDED: f64 = 3e-3;
-/// Largest difference of light of about 1.
-const TOLERANCE: f64 = 1e-4;
-
-/// A renderer of given light.
-struct Shown<'g> {
-    renderer: Renderer<'g>,
-    scene: Scene,
-    camera: Camera,
-}
-
-/// What a frame shows.
-struct Frame {
-    seen: Vec<Option<Seen>>,
-    moved: Vec<Option<Moved>>,
-    light: Vec<DVec4>,
-    weight: Vec<f64>,
-}
-
-fn places() -> impl Iterator<Item = [u32; 2]> {
-    (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| [x, y]))
-}
-
-/// Where a camera sees a place of the picture (px) at this view depth (m).
-fn position(camera: &Camera, place: DVec2, depth_m: f64) -> DVec3 {
-    let [right, up, forward] = camera.basis().map(Vec3::as_dvec3);
-    let [width, height] = SIZE.map(f64::from);
-    let tan = f64::from((0.5 * camera.vfov_deg.to_radians()).tan());
-    let x = (2.0 * place.x / width - 1.0) * tan * width / height;
-    let y = (1.0 - 2.0 * place.y / height) * tan;
-    camera.eye.as_dvec3() + depth_m * (forward + x * right + y * up)
-}
-
-impl<'g> Shown<'g> {
-    fn new(gpu: &'g ValidatedGpu, scene: Scene, pairs: &[&str]) -> Self {
-        let settings = GIVEN.settings(None, pairs).unwrap();
-        let [width, height] = SIZE;
-        let (renderer, _) =
-            Renderer::new(gpu, &scene, &GIVEN, &settings, frame(width, height, 8)).unwrap();
-        let camera = scene.camera;
-        Shown {
-            renderer,
-            scene,
-            camera,
-        }
-    }
-
-    fn pose(&mut self, time_s: f32) {
-        self.scene.set_time(time_s);
-        self.renderer.set_pose(&self.scene).unwrap();
-    }
-
-    fn light(&self) -> Vec<DVec4> {
-        let found = self.renderer.indirect_light().unwrap();
-        let rgb = found.irradiance.pixels.iter().map(|rgb| rgb.as_dvec3());
-        rgb.zip(&found.visibility)
-            .map(|(rgb, open)| rgb.extend(f64::from(*open)))
-            .collect()
-    }
-
-    /// Draws a frame; `before` is where the frame before was seen from.
-    fn draw(&mut self, before: &Camera) -> Frame {
-        self.renderer.render(&self.camera).unwrap();
-        let channel = |channel| self.renderer.surface(channel).unwrap().pixels;
-        let aov = |aov| self.renderer.aov(aov).unwrap().pixels;
-        let (depth, shading) = (aov(Aov::Depth), aov(Aov::Normal));
-        let geometric = channel(SurfaceChannel::GeometricNormal);
-        let motion = channel(SurfaceChannel::Motion);
-        let tan = f64::from((0.5 * self.camera.vfov_deg.to_radians()).tan());
-        let of = |(index, [x, y]): (usize, [u32; 2])| {
-            let depth_m = f64::from(depth[index].x);
-            let centre = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
-            let at = position(&self.camera, centre, depth_m);
-            let seen = (depth_m > 0.0).then(|| Seen {
-                position: at,
-                geometric_normal: geometric[index].as_dvec3(),
-                shading_normal: shading[index].as_dvec3(),
-                footprint: at.distance(self.camera.eye.as_dvec3()) * 2.0 * tan / f64::from(SIZE[1]),
-            });
-            let moved_px = motion.get(index).copied().unwrap_or_default().as_dvec3();
-            let place = centre + moved_px.truncate();
-            let is_inside =
-                place.cmpge(DVec2::ZERO).all() && place.cmple(SIZE.map(f64::from).into()).all();
-            let moved = (depth_m > 0.0 && is_inside).then(|| Moved {
-                place,
-                position: position(before, place, moved_px.z),
-            });
-            (seen, moved)
-        };
-        let (seen, moved) = places().enumerate().map(of).unzip();
-        let weights = self.renderer.history().unwrap();
-        Frame {
-            seen,
-            moved,
-            light: self.light(),
-            weight: weights.map_or_else(Vec::new, |weights| {
-                weights
-                    .pixels
-                    .iter()
-                    .map(|weight| f64::from(weight.x))
-                    .collect()
-            }),
-        }
-    }
-}
-
-/// A room of every kind of surface, with two models that jump about.
-fn room() -> Scene {
-    let mut scene = every_surface(false, false);
-    let mut random = Random::new(3);
-    for _ in 0..2 {
-        let model = scene_of(&lump(5, 1), 0.0, &mut random);
-        let mut poses = vec![still(Vec3::new(0.2, 0.8, 0.1))];
-        poses.extend((0..4).map(|_| random_pose(&mut random, 0.4)));
-        add_model(&mut scene, model, &poses);
-    }
-    scene
-}
-
-fn nudged(camera: &Camera, random: &mut Random, reach_m: f32) -> Camera {
-    let mut nudge = || reach_m * (Vec3::from([0; 3].map(|_: u32| random.unit())) - 0.5);
-    Camera {
-        eye: camera.eye + nudge(),
-        target: camera.target + nudge(),
-        ..*camera
-    }
-}
-
-/// The largest difference where all decisions are clear, and the share of pixels where they are.
-fn compare(found: &[DVec4], expected: &[Option<Judged<DVec4>>]) -> (f64, f64) {
-    let clear = || {
-        (found.iter().zip(expected))
-            .filter_map(|(found, expected)| expected.map(|expected| (found, expected)))
-            .filter(|(_, expected)| expected.least_margin > UNDECIDED)
-    };
-    let difference = clear().map(|(found, expected)| {
-        let apart = (*found - expected.value).abs();
-        apart.to_array().into_iter().worst()
-    });
-    let surfaces = expected.iter().flatten().count();
-    (difference.worst(), clear().count() as f64 / surfaces as f64)
-}
-
-const LIMITS: Limits = Limits {
-    plane_tolerance: 0.5,
-    normal_cosine: 0.9,
-};
+use lumivox::scene::Camera;
 
 #[test]
 fn each_frame_is_the_oracles() {
@@ -401,27 +247,6 @@ fn constants_stay_and_no_number_does() {
             }
         }
     }
-}
-
-/// A floor with a step of `height_m`, or with a crease where it rises by `slope`, seen from above.
-fn floors(height_m: f32, slope: f32) -> Scene {
-    let mut builder = Builder::default();
-    let ground = builder.matte("ground", Vec3::splat(0.5));
-    builder.quad(
-        ground,
-        Vec3::new(-9.0, 0.0, -9.0),
-        Vec3::Z * 18.0,
-        Vec3::X * 9.0,
-    );
-    let up = Vec3::new(0.0, height_m, -9.0);
-    builder.quad(ground, up, Vec3::Z * 18.0, Vec3::new(9.0, 9.0 * slope, 0.0));
-    let camera = Camera {
-        eye: Vec3::new(0.0, 4.0, 0.0),
-        target: Vec3::ZERO,
-        up: Vec3::NEG_Z,
-        vfov_deg: 40.0,
-    };
-    builder.finish("floors", Vec::new(), Vec3::ZERO, camera)
 }
 
 /// Nothing crosses a step of two footprints or a crease of 30°; .4 of a footprint may be crossed.

@@ -16,7 +16,7 @@ use lumivox::gi::shared::voxel::VoxelGrid;
 use lumivox::gi::shared::voxel::oracle::{Gathered, Receiver, VoxelIndex, occupancy_words};
 use lumivox::gi::voxel_cones::mips::{FILTER, mark_matter, matter_image};
 use lumivox::graph::{Frame, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Owner, vk};
-use lumivox::render::{FrameConstants, GBuffer, GpuScene};
+use lumivox::render::{FrameConstants, GBuffer, GpuScene, Receivers};
 use lumivox::scene::{Camera, Scene};
 use rayon::prelude::*;
 
@@ -34,6 +34,11 @@ pub struct View {
 }
 
 impl View {
+    /// All its pixels, which answer into the result.
+    pub fn all<'r>(&'r self, scene: &'r GpuScene) -> Receivers<'r> {
+        self.gbuffer.receivers(scene, &self.result)
+    }
+
     /// Draws the scene and makes receivers in the grid.
     pub fn new(
         gpu: &Gpu,

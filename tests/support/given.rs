@@ -3,14 +3,13 @@
 use glam::Vec4;
 use lumivox::gi::entry::Entry;
 use lumivox::gi::settings::{Domain, Setting};
-use lumivox::gi::{
-    Answer, Change, Context, IndirectLight, Inputs, Inspect, MapNeeds, Needs, Settings, Technique,
-};
+use lumivox::gi::{Change, Context, Inputs, Inspect, MapNeeds, Needs, Settings, Technique};
 use lumivox::graph::{Error, Frame, FrameStats, Image};
-use lumivox::render::screen_image;
+use lumivox::render::{Receivers, screen_image};
 use std::sync::Arc;
 
 use super::Random;
+use super::passes::ANSWER;
 
 /// Its row; no registry has it.
 pub static GIVEN: Entry = Entry {
@@ -86,15 +85,18 @@ impl Technique for Given {
 
     fn update(&mut self, _: &mut Frame, _: &Inputs<'_>) {}
 
-    fn gather(&mut self, frame: &mut Frame, given: &Inputs<'_>) -> Answer {
+    fn gather(&mut self, frame: &mut Frame, _: &Inputs<'_>, receivers: &Receivers<'_>) {
+        frame
+            .pass(&ANSWER)
+            .bind("view_depth", receivers.view_depth)
+            .bind("given", &self.diffuse)
+            .bind("indirect_diffuse", receivers.light)
+            .dispatch(receivers.groups());
+    }
+
+    fn shadow_direct(&mut self, frame: &mut Frame, given: &Inputs<'_>) -> bool {
         frame.clear_image("given.no_direct", given.direct, [0.0; 4]);
-        Answer {
-            indirect: IndirectLight {
-                diffuse: Arc::clone(&self.diffuse),
-                specular: None,
-            },
-            has_direct: true,
-        }
+        true
     }
 }
 

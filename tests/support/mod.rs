@@ -27,6 +27,7 @@ pub mod passes;
 pub mod program;
 pub mod scenes;
 pub mod sha256;
+pub mod shown;
 pub mod skip;
 pub mod structures;
 pub mod surfaces;

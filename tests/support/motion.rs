@@ -1,24 +1,18 @@
 //! A technique that does nothing but ask for motion.
 
 use lumivox::gi::entry::Entry;
-use lumivox::gi::{
-    Answer, Context, IndirectLight, Inputs, Inspect, MapNeeds, Needs, Settings, Technique,
-};
-use lumivox::graph::{Error, Frame, FrameStats, Image};
-use lumivox::render::screen_image;
-use std::sync::Arc;
+use lumivox::gi::{Context, Inputs, Inspect, MapNeeds, Needs, Settings, Technique};
+use lumivox::graph::{Error, Frame, FrameStats};
+use lumivox::render::Receivers;
 
 /// Its row; no registry has it.
 pub static WITH_MOTION: Entry = Entry::new("with-motion", "asks for motion", make);
 
-fn make(context: &Context<'_>, _: &Settings) -> Result<Box<dyn Technique>, Error> {
-    let diffuse = screen_image(context.gpu, "with_motion.diffuse", context.size)?;
-    Ok(Box::new(WithMotion { diffuse }))
+fn make(_: &Context<'_>, _: &Settings) -> Result<Box<dyn Technique>, Error> {
+    Ok(Box::new(WithMotion))
 }
 
-struct WithMotion {
-    diffuse: Arc<Image>,
-}
+struct WithMotion;
 
 impl Technique for WithMotion {
     fn needs(&self) -> Needs {
@@ -34,16 +28,13 @@ impl Technique for WithMotion {
 
     fn update(&mut self, _: &mut Frame, _: &Inputs<'_>) {}
 
-    fn gather(&mut self, frame: &mut Frame, given: &Inputs<'_>) -> Answer {
-        frame.clear_image("with_motion.clear", &self.diffuse, [0.0; 4]);
+    fn gather(&mut self, frame: &mut Frame, _: &Inputs<'_>, receivers: &Receivers<'_>) {
+        frame.clear_image("with_motion.clear", receivers.light, [0.0; 4]);
+    }
+
+    fn shadow_direct(&mut self, frame: &mut Frame, given: &Inputs<'_>) -> bool {
         frame.clear_image("with_motion.no_direct", given.direct, [0.0; 4]);
-        Answer {
-            indirect: IndirectLight {
-                diffuse: Arc::clone(&self.diffuse),
-                specular: None,
-            },
-            has_direct: true,
-        }
+        true
     }
 }
 

@@ -61,7 +61,7 @@ const fn word(name: &'static str) -> Field {
 
 /// The passes of the tests.
 pub const TEST_PASSES: &[&Pass] = &[
-    &DOUBLE, &COPY, &STORE, &SAMPLE, &COUNT, &COLOR, &MATERIAL, &HARMONICS,
+    &DOUBLE, &COPY, &STORE, &SAMPLE, &COUNT, &COLOR, &MATERIAL, &HARMONICS, &ANSWER,
 ];
 
 /// values[i] = 2 values[i] + 1.
@@ -165,4 +165,18 @@ pub static HARMONICS: Pass = Pass {
     constants: &[],
     params: Some(("Params", &[word("count")])),
     sets: Sets::None,
+};
+
+/// The answer of each surface's pixel.
+pub static ANSWER: Pass = Pass {
+    name: "given.answer",
+    shaders: Shaders::Compute("test/given.comp"),
+    bindings: &[
+        Binding::sampled("view_depth", Access::ComputeSampled),
+        Binding::sampled("given", Access::ComputeSampled),
+        Binding::image("indirect_diffuse", Access::ComputeWrite),
+    ],
+    constants: &[],
+    params: None,
+    sets: Sets::Scene,
 };

@@ -9,19 +9,19 @@ layout(set = 1, binding = 2) uniform texture2D view_depth;
 layout(set = 1, binding = 3) uniform utexture2D normals;
 layout(set = 1, binding = 4, rgba32f) uniform restrict writeonly image2D indirect_diffuse;
 
-#include "shared/gbuffer.glsl"
+#include "shared/receiver.glsl"
 #include "gi/lpv/lookup.glsl"
 
 void main() {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(pixel, ivec2(frame.size_px.xy)))) return;
+    ivec2 texel = ivec2(gl_GlobalInvocationID.xy);
+    if (!is_gathered(texel)) return;
     Surface surface;
     vec4 result = vec4(0.0);
-    if (read_surface(pixel, surface)) {
+    if (read_receiver(texel, surface)) {
         vec4 coefficients[COEFFICIENTS];
         look_up(surface, coefficients);
         vec4 sum = irradiance(coefficients, surface.shading_normal);
         result = vec4(sum.rgb + sum.a * frame.environment.rgb, min(sum.a / PI, 1.0));
     }
-    imageStore(indirect_diffuse, pixel, result);
+    imageStore(indirect_diffuse, texel, result);
 }

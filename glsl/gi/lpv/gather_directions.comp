@@ -13,15 +13,15 @@ layout(set = 1, binding = 2) uniform texture2D view_depth;
 layout(set = 1, binding = 3) uniform utexture2D normals;
 layout(set = 1, binding = 4, rgba32f) uniform restrict image2D indirect_diffuse;
 
-#include "shared/gbuffer.glsl"
+#include "shared/receiver.glsl"
 #include "gi/lpv/by_direction.glsl"
 
 void main() {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(pixel, ivec2(frame.size_px.xy)))) return;
+    ivec2 texel = ivec2(gl_GlobalInvocationID.xy);
+    if (!is_gathered(texel)) return;
     Surface surface;
     vec4 result = vec4(0.0);
-    if (read_surface(pixel, surface)) {
+    if (read_receiver(texel, surface)) {
         Corners corners = corners_off(surface);
         for (uint slab = 0u; slab < params.octant_count; ++slab) {
             uvec4 octant = octants[params.first_octant + slab];
@@ -39,7 +39,7 @@ void main() {
             }
         }
     }
-    if (ADD) result += imageLoad(indirect_diffuse, pixel);
+    if (ADD) result += imageLoad(indirect_diffuse, texel);
     result.a = min(result.a, 1.0);
-    imageStore(indirect_diffuse, pixel, result);
+    imageStore(indirect_diffuse, texel, result);
 }

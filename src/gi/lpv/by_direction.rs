@@ -1,13 +1,15 @@
 //! From cells to pixels, direction by direction.
 
+use std::sync::Arc;
+
 use super::cells::Cells;
 use super::gather::Lookup;
 use super::grid::GridRow;
 use super::sweep::{Batch, Sweep};
 use crate::gi::Inputs;
 use crate::gpu_struct;
-use crate::graph::{Access, Binding, Frame, Pass, Sets, Shaders};
-use crate::render::{IndirectLight, screen_groups};
+use crate::graph::{Access, Binding, Frame, Image, Pass, Sets, Shaders};
+use crate::render::{Receivers, screen_groups};
 use crate::shader::GpuStruct;
 
 gpu_struct! {
@@ -66,14 +68,18 @@ pub static SPECULAR_DIRECTIONS: Pass = Pass {
     sets: Sets::Scene,
 };
 
+/// What is answered: the diffuse light of surfaces, and where there is an image the specular light
+/// of each pixel.
+pub type Answer<'a> = (&'a Receivers<'a>, Option<&'a Arc<Image>>);
+
 /// Adds the passes that sweep the last bounce, and after each batch of directions add what it
-/// brings each pixel.
+/// brings.
 pub fn gather(
     frame: &mut Frame,
     given: &Inputs<'_>,
     cells: &Cells,
     lookup: Lookup,
-    answer: &IndirectLight,
+    answer: Answer<'_>,
 ) {
     cells.propagate_last(
         frame,
@@ -89,7 +95,7 @@ fn look_up(
     given: &Inputs<'_>,
     (cells, sweep, batch): (&Cells, &Sweep, Batch),
     lookup: Lookup,
-    answer: &IndirectLight,
+    (receivers, specular): Answer<'_>,
 ) {
     let gbuffer = given.gbuffer;
     let params = DirectionParams {
@@ -108,15 +114,17 @@ fn look_up(
         .pass(&GATHER_DIRECTIONS)
         .bind("directions", &sweep.list)
         .bind("radiance", &sweep.front)
-        .bind("view_depth", &gbuffer.view_depth)
-        .bind("normals", &gbuffer.normals)
-        .bind("indirect_diffuse", &answer.diffuse)
+        .bind("view_depth", receivers.view_depth)
+        .bind("normals", receivers.normals)
+        .bind("indirect_diffuse", receivers.light)
         .constant("MASKED", lookup.masked)
         .constant("ADD", !is_first)
         .constant("LAST", batch.is_last)
         .push(&params)
-        .dispatch(screen_groups(gbuffer.size));
-    if let (Some(result), Some(specular)) = (&answer.specular, &gbuffer.specular) {
+        .dispatch(receivers.groups());
+    if let (Some(result), Some(specular)) = (specular, &gbuffer.specular) {
+        // All pixels are answered for, whichever surfaces are.
+        frame.set_scene(&given.scene.set, &given.scene.materials);
         frame
             .pass(&SPECULAR_DIRECTIONS)
             .bind("directions", &sweep.list)
@@ -131,5 +139,6 @@ fn look_up(
             .constant("LAST", batch.is_last)
             .push(&params)
             .dispatch(screen_groups(gbuffer.size));
+        frame.set_scene(receivers.set, &given.scene.materials);
     }
 }

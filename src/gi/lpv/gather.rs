@@ -1,11 +1,13 @@
 //! From cells to pixels.
 
+use std::sync::Arc;
+
 use super::cells::Cells;
 use super::grid::GridRow;
 use crate::gi::Settings;
 use crate::gpu_struct;
-use crate::graph::{Access, Binding, Frame, Pass, Sets, Shaders};
-use crate::render::{GBuffer, IndirectLight, screen_groups};
+use crate::graph::{Access, Binding, Frame, Image, Pass, Sets, Shaders};
+use crate::render::{GBuffer, Receivers, screen_groups};
 use crate::shader::GpuStruct;
 
 gpu_struct! {
@@ -95,52 +97,60 @@ pub(super) fn inner_places(levels: &[Cells]) -> [u32; 4] {
     inner
 }
 
-/// Adds the passes that answer for each pixel, from nested grids, outermost first.
-pub fn gather(
-    frame: &mut Frame,
-    gbuffer: &GBuffer,
-    levels: &[Cells],
-    lookup: Lookup,
-    answer: &IndirectLight,
-) {
-    let Some(cells) = levels.first() else { return };
-    let params = LookupParams {
+fn params(levels: &[Cells], cells: &Cells, lookup: Lookup) -> LookupParams {
+    LookupParams {
         grid: cells.grid.row(0),
         inner: inner_places(levels),
         shift: lookup.shift,
         scale: cells.scale,
         blend: lookup.blend,
-    };
+    }
+}
+
+/// Adds [`GATHER`] for surfaces, from nested grids, outermost first.
+pub fn gather(frame: &mut Frame, receivers: &Receivers<'_>, levels: &[Cells], lookup: Lookup) {
+    let Some(cells) = levels.first() else { return };
     frame
         .pass(&GATHER)
         .bind("light", &cells.light.low)
         .bind("light_band2", cells.light.bound_band2())
-        .bind("view_depth", &gbuffer.view_depth)
-        .bind("normals", &gbuffer.normals)
-        .bind("indirect_diffuse", &answer.diffuse)
+        .bind("view_depth", receivers.view_depth)
+        .bind("normals", receivers.normals)
+        .bind("indirect_diffuse", receivers.light)
         .constant("LEVELS", levels.len() as u32)
         .constant("NESTED", levels.len() > 1)
         .constant("MASKED", lookup.masked)
         .constant("DAMPING", lookup.damping)
         .constant("HAS_BAND2", cells.light.band2.is_some())
-        .push(&params)
+        .push(&params(levels, cells, lookup))
+        .dispatch(receivers.groups());
+}
+
+/// Adds [`SPECULAR`] for each pixel, from nested grids, outermost first.
+pub fn mirror(
+    frame: &mut Frame,
+    gbuffer: &GBuffer,
+    levels: &[Cells],
+    lookup: Lookup,
+    result: &Arc<Image>,
+) {
+    let (Some(cells), Some(specular)) = (levels.first(), &gbuffer.specular) else {
+        return;
+    };
+    frame
+        .pass(&SPECULAR)
+        .bind("light", &cells.light.low)
+        .bind("light_band2", cells.light.bound_band2())
+        .bind("view_depth", &gbuffer.view_depth)
+        .bind("normals", &gbuffer.normals)
+        .bind("albedo", &gbuffer.albedo)
+        .bind("specular", specular)
+        .bind("indirect_specular", result)
+        .constant("LEVELS", levels.len() as u32)
+        .constant("NESTED", levels.len() > 1)
+        .constant("MASKED", lookup.masked)
+        .constant("DAMPING", lookup.damping)
+        .constant("HAS_BAND2", cells.light.band2.is_some())
+        .push(&params(levels, cells, lookup))
         .dispatch(screen_groups(gbuffer.size));
-    if let (Some(result), Some(specular)) = (&answer.specular, &gbuffer.specular) {
-        frame
-            .pass(&SPECULAR)
-            .bind("light", &cells.light.low)
-            .bind("light_band2", cells.light.bound_band2())
-            .bind("view_depth", &gbuffer.view_depth)
-            .bind("normals", &gbuffer.normals)
-            .bind("albedo", &gbuffer.albedo)
-            .bind("specular", specular)
-            .bind("indirect_specular", result)
-            .constant("LEVELS", levels.len() as u32)
-            .constant("NESTED", levels.len() > 1)
-            .constant("MASKED", lookup.masked)
-            .constant("DAMPING", lookup.damping)
-            .constant("HAS_BAND2", cells.light.band2.is_some())
-            .push(&params)
-            .dispatch(screen_groups(gbuffer.size));
-    }
 }

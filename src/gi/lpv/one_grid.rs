@@ -9,18 +9,17 @@ use super::{
     CellGrid, CellSettings, Cells, Propagation, by_direction, gather, ledger, place, view,
 };
 use crate::gi::inspect::{BeamStart, Energy, ViewRow};
-use crate::gi::{
-    Answer, Change, Context, IndirectLight, Inputs, Inspect, Needs, Settings, Technique,
-};
+use crate::gi::{Change, Context, Inputs, Inspect, Needs, Settings, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image};
-use crate::render::{GBuffer, screen_image};
+use crate::render::{GBuffer, Receivers, screen_image};
 
 /// A technique of one scene.
 pub(super) struct OneGrid {
     cells: Cells,
     layers: CameraLayers,
     lookup: Lookup,
-    light: IndirectLight,
+    /// RGBA32F: indirect specular radiance; absent where nothing mirrors.
+    specular: Option<Arc<Image>>,
 }
 
 impl OneGrid {
@@ -37,10 +36,7 @@ impl OneGrid {
             cells: Cells::new(gpu, scene, grid, cell_settings)?,
             layers: CameraLayers::new(gpu, size, cell_settings.blocker_layers)?,
             lookup: Lookup::new(settings, 0.0),
-            light: IndirectLight {
-                diffuse: screen_image(gpu, "lpv.diffuse", size)?,
-                specular: scene.is_glossy.then(specular).transpose()?,
-            },
+            specular: scene.is_glossy.then(specular).transpose()?,
         })
     }
 }
@@ -76,18 +72,23 @@ impl Technique for OneGrid {
         self.cells.light(frame, scene, maps, &layers);
     }
 
-    fn gather(&mut self, frame: &mut Frame, given: &Inputs<'_>) -> Answer {
+    fn gather(&mut self, frame: &mut Frame, given: &Inputs<'_>, receivers: &Receivers<'_>) {
         let cells = &self.cells;
         if cells.settings.keeps_directions {
-            by_direction::gather(frame, given, cells, self.lookup, &self.light);
+            let specular = self.specular.as_ref();
+            by_direction::gather(frame, given, cells, self.lookup, (receivers, specular));
         } else {
-            let levels = std::slice::from_ref(cells);
-            gather::gather(frame, given.gbuffer, levels, self.lookup, &self.light);
+            gather::gather(frame, receivers, std::slice::from_ref(cells), self.lookup);
         }
-        Answer {
-            indirect: self.light.clone(),
-            has_direct: false,
+    }
+
+    fn mirror(&mut self, frame: &mut Frame, given: &Inputs<'_>) -> Option<Arc<Image>> {
+        let specular = self.specular.as_ref()?;
+        if !self.cells.settings.keeps_directions {
+            let levels = std::slice::from_ref(&self.cells);
+            gather::mirror(frame, given.gbuffer, levels, self.lookup, specular);
         }
+        Some(Arc::clone(specular))
     }
 }
 

@@ -2,9 +2,9 @@
 
 use super::entry::{Entry, Stage};
 use super::settings::Settings;
-use super::{Answer, Context, IndirectLight, Inputs, Inspect, MapNeeds, Needs, Technique};
+use super::{Context, Inputs, Inspect, MapNeeds, Needs, Technique};
 use crate::graph::{Error, Frame, FrameStats};
-use crate::render::screen_image;
+use crate::render::Receivers;
 
 /// The row of the registry.
 pub static ENTRY: Entry = Entry {
@@ -13,18 +13,11 @@ pub static ENTRY: Entry = Entry {
     ..Entry::new("none", "no indirect light", make)
 };
 
-fn make(context: &Context<'_>, _settings: &Settings) -> Result<Box<dyn Technique>, Error> {
-    Ok(Box::new(NoLight {
-        light: IndirectLight {
-            diffuse: screen_image(context.gpu, "none.diffuse", context.size)?,
-            specular: None,
-        },
-    }))
+fn make(_context: &Context<'_>, _settings: &Settings) -> Result<Box<dyn Technique>, Error> {
+    Ok(Box::new(NoLight))
 }
 
-struct NoLight {
-    light: IndirectLight,
-}
+struct NoLight;
 
 impl Technique for NoLight {
     fn needs(&self) -> Needs {
@@ -40,12 +33,8 @@ impl Technique for NoLight {
 
     fn update(&mut self, _frame: &mut Frame, _given: &Inputs<'_>) {}
 
-    fn gather(&mut self, frame: &mut Frame, _given: &Inputs<'_>) -> Answer {
-        frame.clear_image("none.clear", &self.light.diffuse, [0.0; 4]);
-        Answer {
-            indirect: self.light.clone(),
-            has_direct: false,
-        }
+    fn gather(&mut self, frame: &mut Frame, _given: &Inputs<'_>, receivers: &Receivers<'_>) {
+        frame.clear_image("none.clear", receivers.light, [0.0; 4]);
     }
 }
 

@@ -5,4 +5,5 @@ pub mod interleave;
 mod loops;
 pub mod screen;
 pub mod sh;
+pub mod surfaces;
 pub mod voxel;

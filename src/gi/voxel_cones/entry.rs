@@ -9,12 +9,7 @@ use crate::gi::shared::voxel::VoxelBounces;
 /// Gathering along directions.
 pub(super) static GATHER: Stage = Stage::picture(
     "gather",
-    &[
-        "cone.gather",
-        "voxel.gather_rays",
-        "cone.occlusion",
-        "gi.deinterleave",
-    ],
+    &["cone.gather", "voxel.gather_rays", "cone.occlusion"],
 );
 
 /// Glossy reflection.

@@ -15,14 +15,10 @@ pub use store::{Relit, VoxelStore};
 
 use crate::gi::inspect::{Beam, BeamAxis, BeamStart, LightSlots, ViewRow};
 use crate::gi::shared::cone::{ConeTracer, EmissivePatches, VoxelVolume};
-use crate::gi::shared::interleave::{Pattern, deinterleave};
-use crate::gi::shared::screen::settings::Limits;
 use crate::gi::shared::voxel::{Injection, Viewer, VoxelBounces, VoxelSlots};
-use crate::gi::{
-    Answer, Change, Context, IndirectLight, Inputs, Inspect, MapNeeds, Needs, Settings, Technique,
-};
+use crate::gi::{Change, Context, Inputs, Inspect, MapNeeds, Needs, Settings, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image};
-use crate::render::{GBuffer, screen_image};
+use crate::render::{GBuffer, Receivers, screen_image};
 
 /// A technique of the family.
 pub struct VoxelCones<S> {
@@ -31,11 +27,8 @@ pub struct VoxelCones<S> {
     cones: ConeTracer,
     /// Patches of surfaces that emit, where cones see them.
     patches: Option<EmissivePatches>,
-    pattern: Pattern,
-    limits: Limits,
-    light: IndirectLight,
-    /// The gather's result before the tile's patterns are averaged; absent without interleaving.
-    interleaved: Option<Arc<Image>>,
+    /// RGBA32F: indirect specular radiance; absent where nothing mirrors.
+    specular: Option<Arc<Image>>,
 }
 
 /// What a store is made with, besides its settings.
@@ -49,32 +42,24 @@ pub struct Parts {
 }
 
 impl<S: VoxelStore> VoxelCones<S> {
-    /// Nothing is built yet. `name` names the technique's images.
+    /// Nothing is built yet. `name` names the technique's image.
     pub fn new(context: &Context<'_>, settings: &Settings, name: &str) -> Result<Self, Error> {
         let Context {
             gpu, scene, size, ..
         } = *context;
-        let image = |kind: &str| screen_image(gpu, &format!("{name}.{kind}"), size);
-        let specular = scene.is_glossy && settings.is("specular", "on");
-        let pattern = Pattern::new(settings);
+        let has_specular = scene.is_glossy && settings.is("specular", "on");
         let patches = EmissivePatches::new(gpu, scene, settings)?;
         let parts = Parts {
             cones: ConeTracer::new(gpu, settings)?,
-            has_specular: specular,
+            has_specular,
             has_patches: patches.is_some(),
         };
         Ok(VoxelCones {
             store: S::new(context, settings, &parts)?,
             cones: parts.cones,
             patches,
-            pattern,
-            limits: Limits::new(settings),
-            light: IndirectLight {
-                diffuse: image("diffuse")?,
-                specular: specular.then(|| image("specular")).transpose()?,
-            },
-            interleaved: (pattern.count() > 1)
-                .then(|| image("interleaved"))
+            specular: has_specular
+                .then(|| screen_image(gpu, &format!("{name}.specular"), size))
                 .transpose()?,
         })
     }
@@ -139,24 +124,25 @@ impl<S: VoxelStore> Technique for VoxelCones<S> {
         }
     }
 
-    fn gather(&mut self, frame: &mut Frame, given: &Inputs<'_>) -> Answer {
-        let (cones, light, gbuffer) = (&self.cones, &self.light, given.gbuffer);
-        let target = self.interleaved.as_ref().unwrap_or(&light.diffuse);
-        let has_gathered = self.store.gather(frame, gbuffer, target);
+    fn gather(&mut self, frame: &mut Frame, _given: &Inputs<'_>, receivers: &Receivers<'_>) {
+        let has_gathered = self.store.gather(frame, receivers);
         if let Some(volume) = self.store.volume() {
             if !has_gathered {
-                cones.gather(frame, gbuffer, volume, target);
+                self.cones.gather(frame, receivers, volume);
             }
-            cones.occlusion(frame, gbuffer, volume, target);
+            self.cones.occlusion(frame, receivers, volume);
         }
-        if let Some(interleaved) = &self.interleaved {
-            let shared = (self.pattern, self.limits);
-            deinterleave(frame, gbuffer, interleaved, &light.diffuse, shared);
-        }
+    }
+
+    fn add_apart(&mut self, frame: &mut Frame, given: &Inputs<'_>, diffuse: &Arc<Image>) {
         if let (Some(patches), Some(volume)) = (&self.patches, self.store.volume()) {
-            cones.patches(frame, gbuffer, volume, patches, &light.diffuse);
+            (self.cones).patches(frame, given.gbuffer, volume, patches, diffuse);
         }
-        if light.specular.is_some() && self.patches.is_some() {
+    }
+
+    fn mirror(&mut self, frame: &mut Frame, given: &Inputs<'_>) -> Option<Arc<Image>> {
+        let specular = self.specular.as_ref()?;
+        if self.patches.is_some() {
             // The mirror image of a lamp is in the voxels alone.
             let relit = Relit {
                 viewer: Viewer::Voxels,
@@ -164,17 +150,17 @@ impl<S: VoxelStore> Technique for VoxelCones<S> {
             };
             self.store.relight(frame, given.maps, relit);
         }
-        if let (Some(specular), Some(volume)) = (&light.specular, self.store.volume()) {
-            cones.specular(frame, gbuffer, volume, specular);
-        }
-        let shadowed = self.store.volume().filter(|_| cones.has_shadows());
+        let volume = self.store.volume()?;
+        (self.cones).specular(frame, given.gbuffer, volume, specular);
+        Some(Arc::clone(specular))
+    }
+
+    fn shadow_direct(&mut self, frame: &mut Frame, given: &Inputs<'_>) -> bool {
+        let shadowed = self.store.volume().filter(|_| self.cones.has_shadows());
         if let Some(volume) = shadowed {
-            cones.shadow(frame, given.scene, gbuffer, volume, given.direct);
+            (self.cones).shadow(frame, given.scene, given.gbuffer, volume, given.direct);
         }
-        Answer {
-            indirect: light.clone(),
-            has_direct: shadowed.is_some(),
-        }
+        shadowed.is_some()
     }
 }
 
@@ -207,10 +193,7 @@ impl<S: VoxelStore> Inspect for VoxelCones<S> {
         let Some(volume) = self.store.volume() else {
             return Ok(Vec::new());
         };
-        let counted = [
-            self.store.is_gathered_by_cones(),
-            self.light.specular.is_some(),
-        ];
+        let counted = [self.store.is_gathered_by_cones(), self.specular.is_some()];
         self.cones
             .count_samples(context.gpu, context.scene, gbuffer, volume, counted)
     }

@@ -3,6 +3,7 @@
 
 use crate::gi::Settings;
 use crate::gi::settings::{Group, Rule};
+use crate::gi::shared::interleave::Pattern;
 use crate::gi::shared::voxel::{Directionality, VoxelBounces};
 
 /// All rules; a test changes what does not apply, and finds the same picture.
@@ -136,6 +137,11 @@ pub(super) const RULES: &[Rule] = &[
         Group::Screen,
         &["interleave", "interleave_rows", "occlusion_cones"],
     ),
+    Rule {
+        group: Group::Screen,
+        settings: &["interleave_order", "interleave_turn"],
+        applies: |settings| Pattern::new(settings).count() > 1,
+    },
     Rule {
         group: Group::Screen,
         settings: &["ao_falloff"],

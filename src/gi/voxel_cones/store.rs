@@ -1,13 +1,11 @@
 //! What a technique of the family keeps: voxels, their light, and a volume for cones.
 
-use std::sync::Arc;
-
 use super::Parts;
 use crate::gi::shared::cone::{ConeTracer, Volume, VoxelVolume};
 use crate::gi::shared::voxel::{LightSettings, LitVoxels, Viewer};
 use crate::gi::{Context, Settings};
-use crate::graph::{Error, Frame, FrameStats, Gpu, Image};
-use crate::render::{GBuffer, LightMaps};
+use crate::graph::{Error, Frame, FrameStats, Gpu};
+use crate::render::{LightMaps, Receivers};
 
 /// Why the voxels are lit once more.
 #[derive(Clone, Copy)]
@@ -76,7 +74,7 @@ pub trait VoxelStore: Sized {
     }
 
     /// Adds the passes of a diffuse gather of its own; false where it has none, and cones gather.
-    fn gather(&self, _frame: &mut Frame, _gbuffer: &GBuffer, _target: &Arc<Image>) -> bool {
+    fn gather(&self, _frame: &mut Frame, _receivers: &Receivers<'_>) -> bool {
         false
     }
 

@@ -25,16 +25,16 @@ layout(push_constant) uniform ConeParams {
     uint face_stride;     // of the volume: from a face of what it stores to the next
 } params;
 
-#include "shared/gbuffer.glsl"
+#include "shared/receiver.glsl"
 #include "shared/directions.glsl"
 #include "gi/shared/cone/march.glsl"
 
 void main() {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(pixel, ivec2(frame.size_px.xy)))) return;
+    ivec2 texel = ivec2(gl_GlobalInvocationID.xy);
+    if (!is_gathered(texel)) return;
     Surface surface;
-    if (!read_surface(pixel, surface)) {
-        imageStore(indirect_diffuse, pixel, vec4(0.0));
+    if (!read_receiver(texel, surface)) {
+        imageStore(indirect_diffuse, texel, vec4(0.0));
         return;
     }
     MarchSettings settings = params.march;
@@ -42,9 +42,9 @@ void main() {
     float start_offset = settings.start_offset * largest_texel(receiver);
     vec3 origin = receiver + start_offset * surface.geometric_normal;
     mat3 around = frame_around(surface.shading_normal);
-    vec2 offset = interleaved_offset(pixel, params.pattern, frame.walk.x);
+    vec2 offset = interleaved_offset(place_of(texel), params.pattern, frame.walk.x);
     bool adds = params.first_cone > 0u;
-    vec4 sum = adds || params.is_occlusion != 0u ? imageLoad(indirect_diffuse, pixel) : vec4(0.0);
+    vec4 sum = adds || params.is_occlusion != 0u ? imageLoad(indirect_diffuse, texel) : vec4(0.0);
     if (!adds) sum.a = 0.0;
     for (uint i = params.first_cone; i < params.end_cone; ++i) {
         vec4 cone = cones[i];
@@ -56,5 +56,5 @@ void main() {
         sum += COUNT_SAMPLES ? vec4(result.samples, 0.0, 0.0, 0.0)
                              : cone.w * vec4(irradiance, result.visibility);
     }
-    imageStore(indirect_diffuse, pixel, sum);
+    imageStore(indirect_diffuse, texel, sum);
 }

@@ -21,11 +21,11 @@ layout(push_constant) uniform DeinterleaveParams {
 #include "gi/shared/screen/one_surface.glsl"
 
 void main() {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), size = ivec2(frame.size_px.xy);
-    if (any(greaterThanEqual(pixel, size))) return;
+    ivec2 texel = ivec2(gl_GlobalInvocationID.xy), size = ivec2(frame.gathered.xy);
+    if (!is_gathered(texel)) return;
     Surface surface;
     vec4 sum = vec4(0.0);
-    if (read_surface(pixel, surface)) {
+    if (read_receiver(texel, surface)) {
         Own own = own_surface(surface, params.plane_tolerance, params.normal_cosine);
         ivec2 window = ivec2(params.window), reach = window / 2;
         // Of the outermost columns and rows.
@@ -33,7 +33,7 @@ void main() {
         float weight_sum = 0.0;
         for (int y = -reach.y; y <= reach.y; ++y) {
             for (int x = -reach.x; x <= reach.x; ++x) {
-                ivec2 at = pixel + ivec2(x, y);
+                ivec2 at = texel + ivec2(x, y);
                 if (any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, size))
                     || !shares_surface(own, at))
                     continue;
@@ -45,5 +45,5 @@ void main() {
         }
         sum /= max(weight_sum, 1.0);
     }
-    imageStore(indirect_diffuse, pixel, sum);
+    imageStore(indirect_diffuse, texel, sum);
 }

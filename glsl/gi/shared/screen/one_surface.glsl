@@ -2,7 +2,7 @@
 #ifndef LUMIVOX_ONE_SURFACE
 #define LUMIVOX_ONE_SURFACE
 
-#include "shared/gbuffer.glsl"
+#include "shared/receiver.glsl"
 
 // Height [m] of a pixel that shows this place.
 float footprint_of(vec3 position) {
@@ -10,7 +10,7 @@ float footprint_of(vec3 position) {
         / float(frame.size_px.y);
 }
 
-// A pixel's surface, for its neighbours. Off its plane are points at view depth d of pixel q by
+// A pixel's surface, for its neighbours. Off its plane are points at view depth d of place q by
 // d (along.z + along.xy · q) − eye_m: n · (eye + d ray(q)) is linear in q.
 struct Own {
     vec3 along;
@@ -24,7 +24,10 @@ Own own_surface(Surface surface, float plane_tolerance, float normal_cosine) {
     vec3 n = surface.geometric_normal;
     vec2 pixel = 2.0 / vec2(frame.size_px.xy);
     vec2 slope = vec2(dot(n, frame.ray_right.xyz), -dot(n, frame.ray_up.xyz));
-    vec3 along = vec3(pixel * slope, dot(n, frame.ray_forward.xyz) + dot(0.5 * pixel - 1.0, slope));
+    // Of pixel_of, which is linear too.
+    vec2 first = vec2(pixel_of(ivec2(0))), step = vec2(pixel_of(ivec2(1))) - first;
+    vec3 along = vec3(pixel * slope * step,
+        dot(n, frame.ray_forward.xyz) + dot((first + 0.5) * pixel - 1.0, slope));
     return Own(along, dot(n, surface.position_ws - frame.eye_ws.xyz), surface.shading_normal,
         plane_tolerance * footprint_of(surface.position_ws), normal_cosine);
 }

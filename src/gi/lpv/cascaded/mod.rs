@@ -17,11 +17,9 @@ use super::structure::Structure;
 use super::sweep::Nesting;
 use super::{CellSettings, Cells, Propagation, gather, ledger, place, settings as family, view};
 use crate::gi::inspect::{BeamStart, Energy, ViewRow};
-use crate::gi::{
-    Answer, Change, Context, IndirectLight, Inputs, Inspect, Needs, Settings, Technique,
-};
+use crate::gi::{Change, Context, Inputs, Inspect, Needs, Settings, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image};
-use crate::render::{GBuffer, screen_image};
+use crate::render::{GBuffer, Receivers, screen_image};
 
 /// The technique, of one scene.
 pub struct CascadedLpv {
@@ -32,7 +30,8 @@ pub struct CascadedLpv {
     takes_light: bool,
     layers: CameraLayers,
     lookup: Lookup,
-    light: IndirectLight,
+    /// RGBA32F: indirect specular radiance; absent where nothing mirrors.
+    specular: Option<Arc<Image>>,
 }
 
 fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>, Error> {
@@ -61,10 +60,7 @@ impl CascadedLpv {
             layers: CameraLayers::new(gpu, size, cell_settings.blocker_layers)?,
             takes_light: settings.is("nesting", "inflow"),
             lookup: Lookup::new(settings, settings.number("blend")),
-            light: IndirectLight {
-                diffuse: screen_image(gpu, "lpv.diffuse", size)?,
-                specular: scene.is_glossy.then(specular).transpose()?,
-            },
+            specular: scene.is_glossy.then(specular).transpose()?,
         })
     }
 
@@ -127,13 +123,14 @@ impl Technique for CascadedLpv {
         }
     }
 
-    fn gather(&mut self, frame: &mut Frame, given: &Inputs<'_>) -> Answer {
-        let Inputs { gbuffer, .. } = *given;
-        gather::gather(frame, gbuffer, &self.levels, self.lookup, &self.light);
-        Answer {
-            indirect: self.light.clone(),
-            has_direct: false,
-        }
+    fn gather(&mut self, frame: &mut Frame, _given: &Inputs<'_>, receivers: &Receivers<'_>) {
+        gather::gather(frame, receivers, &self.levels, self.lookup);
+    }
+
+    fn mirror(&mut self, frame: &mut Frame, given: &Inputs<'_>) -> Option<Arc<Image>> {
+        let specular = self.specular.as_ref()?;
+        gather::mirror(frame, given.gbuffer, &self.levels, self.lookup, specular);
+        Some(Arc::clone(specular))
     }
 }
 

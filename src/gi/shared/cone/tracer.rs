@@ -13,7 +13,7 @@ use crate::gi::shared::voxel::build::linear_groups;
 use crate::gi::shared::voxel::{Directionality, VoxelBounces, VoxelGrid, VoxelRecords};
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu, Image, Owner};
-use crate::render::{GBuffer, GpuScene, screen_groups, screen_image, storage};
+use crate::render::{GBuffer, GpuScene, Receivers, screen_groups, screen_image, storage};
 
 gpu_struct! {
     /// Parameters of `cone.gather`.
@@ -263,25 +263,13 @@ impl ConeTracer {
     }
 
     /// Adds the diffuse gather.
-    pub fn gather(
-        &self,
-        frame: &mut Frame,
-        gbuffer: &GBuffer,
-        volume: Volume<'_>,
-        result: &Arc<Image>,
-    ) {
-        self.add_gather(frame, gbuffer, volume, result, ConeOutput::Light);
+    pub fn gather(&self, frame: &mut Frame, receivers: &Receivers<'_>, volume: Volume<'_>) {
+        self.add_gather(frame, receivers, volume, ConeOutput::Light);
     }
 
     /// Adds the ambient visibility by cones of its own to what was gathered; nothing where the
     /// settings have none.
-    pub fn occlusion(
-        &self,
-        frame: &mut Frame,
-        gbuffer: &GBuffer,
-        volume: Volume<'_>,
-        result: &Arc<Image>,
-    ) {
+    pub fn occlusion(&self, frame: &mut Frame, receivers: &Receivers<'_>, volume: Volume<'_>) {
         let Some((set, reach_m, falloff)) = &self.occlusion else {
             return;
         };
@@ -291,40 +279,39 @@ impl ConeTracer {
             ..self.settings
         };
         let march = March::new(set.is_narrow, ConeOutput::Light, settings.face_weights);
-        for (params, groups) in gather_params(&settings, set, volume, gbuffer) {
+        for params in gather_params(&settings, set, volume) {
             let params = ConeParams {
                 is_occlusion: 1,
                 ..params
             };
             volume
                 .pass(frame, &volume.passes.occlusion, march)
-                .bind("view_depth", &gbuffer.view_depth)
-                .bind("normals", &gbuffer.normals)
+                .bind("view_depth", receivers.view_depth)
+                .bind("normals", receivers.normals)
                 .bind("cones", &set.cones)
-                .bind("indirect_diffuse", result)
+                .bind("indirect_diffuse", receivers.light)
                 .push(&params)
-                .dispatch(groups);
+                .dispatch(receivers.groups());
         }
     }
 
     fn add_gather(
         &self,
         frame: &mut Frame,
-        gbuffer: &GBuffer,
+        receivers: &Receivers<'_>,
         volume: Volume<'_>,
-        result: &Arc<Image>,
         output: ConeOutput,
     ) {
         let march = March::new(self.skips_empty, output, self.settings.face_weights);
-        for (params, groups) in gather_params(&self.settings, &self.set, volume, gbuffer) {
+        for params in gather_params(&self.settings, &self.set, volume) {
             volume
                 .pass(frame, &volume.passes.gather, march)
-                .bind("view_depth", &gbuffer.view_depth)
-                .bind("normals", &gbuffer.normals)
+                .bind("view_depth", receivers.view_depth)
+                .bind("normals", receivers.normals)
                 .bind("cones", &self.set.cones)
-                .bind("indirect_diffuse", result)
+                .bind("indirect_diffuse", receivers.light)
                 .push(&params)
-                .dispatch(groups);
+                .dispatch(receivers.groups());
         }
     }
 
@@ -424,7 +411,8 @@ impl ConeTracer {
             let mut frame = Frame::new();
             frame.set_scene(&scene.set, &scene.materials);
             if index == 0 {
-                self.add_gather(&mut frame, gbuffer, volume, &result, ConeOutput::Samples);
+                let receivers = gbuffer.receivers(scene, &result);
+                self.add_gather(&mut frame, &receivers, volume, ConeOutput::Samples);
             } else {
                 self.add_specular(&mut frame, gbuffer, volume, &result, ConeOutput::Samples);
             }
@@ -462,13 +450,12 @@ impl ConeSettings {
     }
 }
 
-/// What `cone.gather` and `cone.occlusion` are told, and their workgroups, dispatch by dispatch.
+/// What `cone.gather` and `cone.occlusion` are told, dispatch by dispatch.
 fn gather_params(
     s: &ConeSettings,
     set: &DeviceSet,
     volume: Volume<'_>,
-    gbuffer: &GBuffer,
-) -> impl Iterator<Item = (ConeParams, [u32; 3])> {
+) -> impl Iterator<Item = ConeParams> {
     let face_stride = volume.face_stride;
     let params = move |[first_cone, end_cone]: [u32; 2]| ConeParams {
         grid: volume.grid.row(),
@@ -483,8 +470,5 @@ fn gather_params(
         is_occlusion: 0,
         face_stride,
     };
-    let groups = screen_groups(gbuffer.size);
-    s.dispatches(volume, set.count)
-        .into_iter()
-        .map(move |cones| (params(cones), groups))
+    s.dispatches(volume, set.count).into_iter().map(params)
 }

@@ -6,12 +6,12 @@ pub mod oracle;
 
 use std::sync::Arc;
 
-use super::screen::settings::Limits;
+use super::surfaces::Limits;
 use crate::gi::Settings;
 use crate::gi::settings::{Domain, Setting};
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Frame, Image, Pass, Sets, Shaders};
-use crate::render::{GBuffer, screen_groups};
+use crate::render::Receivers;
 use crate::shader::GpuStruct;
 
 gpu_struct! {
@@ -43,6 +43,21 @@ pub static SETTINGS: &[Setting] = &[
         domain: Domain::Count { min: 0, max: 8 },
         default: "0",
     },
+    Setting {
+        name: "interleave_order",
+        help: "pixels gather where they are, or split: those with the same place in their tiles \
+               beside each other",
+        unit: "",
+        domain: Domain::Choice(&["picture", "split"]),
+        default: "picture",
+    },
+    Setting {
+        name: "interleave_turn",
+        help: "whether the directions of each tile are turned by an angle of its own",
+        unit: "",
+        domain: Domain::Choice(&["on", "off"]),
+        default: "on",
+    },
 ];
 
 /// Tiles of pixels that gather in different directions.
@@ -50,18 +65,29 @@ pub static SETTINGS: &[Setting] = &[
 pub struct Pattern {
     /// Width and height of a tile (px).
     pub size: [u32; 2],
+    /// Whether each tile's directions are turned by an angle of its own.
+    pub is_turned: bool,
 }
 
 impl Pattern {
-    /// From a technique's settings.
+    /// From a technique's settings; one pixel where it has no patterns.
     pub fn new(settings: &Settings) -> Self {
-        let width = settings.count("interleave");
-        let height = match settings.count("interleave_rows") {
-            0 => width,
-            rows => rows,
+        let width = settings.find_count("interleave").unwrap_or(1);
+        let height = match settings.find_count("interleave_rows") {
+            None | Some(0) => width,
+            Some(rows) => rows,
         };
         Pattern {
             size: [width, height],
+            is_turned: settings.find_choice("interleave_turn") != Some("off"),
+        }
+    }
+
+    /// Tiles of this size (px), each turned by an angle of its own.
+    pub const fn of(size: [u32; 2]) -> Self {
+        Pattern {
+            size,
+            is_turned: true,
         }
     }
 
@@ -85,9 +111,10 @@ impl Pattern {
         (first..).find(is_coprime).unwrap_or(1)
     }
 
-    /// As shaders read it: width, height and stride, 8 bits each.
+    /// As shaders read it: width, height and stride, 8 bits each, and whether tiles are turned.
     pub(in crate::gi) fn bits(self) -> u32 {
-        self.size[0] | self.size[1] << 8 | self.stride() << 16
+        let [width, height] = self.size;
+        width | height << 8 | self.stride() << 16 | u32::from(self.is_turned) << 24
     }
 }
 
@@ -110,25 +137,23 @@ pub static DEINTERLEAVE: Pass = Pass {
 /// All passes of this module.
 pub static PASSES: &[&Pass] = &[&DEINTERLEAVE];
 
-/// Adds [`DEINTERLEAVE`] to the frame: from `interleaved` to `result`, both as large as the
-/// picture.
+/// Adds [`DEINTERLEAVE`] to the frame: from what was gathered to `result`, both as large.
 pub fn deinterleave(
     frame: &mut Frame,
-    gbuffer: &GBuffer,
-    interleaved: &Arc<Image>,
+    gathered: &Receivers<'_>,
     result: &Arc<Image>,
     (pattern, limits): (Pattern, Limits),
 ) {
     frame
         .pass(&DEINTERLEAVE)
-        .bind("view_depth", &gbuffer.view_depth)
-        .bind("normals", &gbuffer.normals)
-        .bind("interleaved", interleaved)
+        .bind("view_depth", gathered.view_depth)
+        .bind("normals", gathered.normals)
+        .bind("interleaved", gathered.light)
         .bind("indirect_diffuse", result)
         .push(&DeinterleaveParams {
             window: pattern.size,
             plane_tolerance: limits.plane_tolerance,
             normal_cosine: limits.normal_cosine,
         })
-        .dispatch(screen_groups(gbuffer.size));
+        .dispatch(gathered.groups());
 }

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use glam::{DVec2, DVec3, DVec4};
 
 use super::Pattern;
-use crate::gi::shared::screen::settings::Limits;
+use crate::gi::shared::surfaces::Limits;
 use crate::gi::shared::voxel::oracle::Receiver;
 
 /// Two numbers of [0, 1) that shift sin²θ of a pixel's directions by a part of a stratum and their
@@ -27,8 +27,8 @@ pub fn interleaved_offset(pixel: [u32; 2], pattern: Pattern, walk: u32) -> DVec2
         .sum();
     let mixed = (pixel[0] / width).wrapping_mul(0x9e37_79b1)
         ^ (pixel[1] / height).wrapping_mul(0x85eb_ca77);
-    let hash = match count {
-        1 => 0,
+    let hash = match () {
+        _ if count == 1 || !pattern.is_turned => 0,
         _ => (mixed ^ (mixed >> 15)).wrapping_mul(0x2c1b_3c6d),
     };
     let moved = fixed(0x8000_0000u32.wrapping_add(0xc13f_a9a9u32.wrapping_mul(walk)));
@@ -126,11 +126,7 @@ mod tests {
     };
 
     fn all_sizes() -> impl Iterator<Item = Pattern> {
-        (1..=8).flat_map(|width| {
-            (1..=8).map(move |height| Pattern {
-                size: [width, height],
-            })
-        })
+        (1..=8).flat_map(|width| (1..=8).map(move |height| Pattern::of([width, height])))
     }
 
     /// In every frame, and over as many frames as a tile has pixels each pixel has each.
@@ -157,7 +153,7 @@ mod tests {
 
     #[test]
     fn patterns_by_hand() {
-        let pattern = Pattern { size: [4, 4] };
+        let pattern = Pattern::of([4, 4]);
         assert_eq!(pattern.stride(), 7);
         // Pixel (1, 0) has number 7 of 16, in bits 0111; its reversal is 0.1110 (binary).
         let first = interleaved_offset([1, 0], pattern, 0);
@@ -175,8 +171,16 @@ mod tests {
         assert_eq!(turn([0, 0]).x, 0.0);
         let is_near = |a: f64, b: f64| (a - b).abs() < 1e-12;
         assert!(turn([0, 0]).y > 0.0 && (1..4).all(|x| is_near(turn([x, 2]).y, turn([0, 0]).y)));
+        let unturned = Pattern {
+            is_turned: false,
+            ..pattern
+        };
+        let alike = |x, y| {
+            interleaved_offset([x, y], unturned, 3) == interleaved_offset([x + 4, y], unturned, 3)
+        };
+        assert!((0..4).all(|x| alike(x, 1)));
         // One pattern for all pixels turns by frame alone.
-        let one = Pattern { size: [1, 1] };
+        let one = Pattern::of([1, 1]);
         assert_eq!(interleaved_offset([5, 9], one, 0), DVec2::new(0.5, 0.0));
         let alike =
             |walk| interleaved_offset([5, 9], one, walk) == interleaved_offset([0, 3], one, walk);
@@ -207,7 +211,7 @@ mod tests {
             sample(2, 0.0, 9.0),
             sample(3, 5.0, 100.0),
         ]);
-        let pattern = Pattern { size: [2, 2] };
+        let pattern = Pattern::of([2, 2]);
         let means = deinterleave(
             &samples,
             DVec3::new(0.0, 0.0, 50.0),

@@ -1,27 +1,39 @@
-//! What pixels share after a technique has gathered, whichever it is: light of frames before
-//! ([`HISTORY`]) and of neighbours ([`BLUR`]), each by settings that all techniques have, and each
-//! off by default. `oracle` is the CPU twin.
+//! What pixels share of what a technique gathers, whichever it is: which of them gather
+//! ([`UPSAMPLE`], [`JOIN`]), light of frames before ([`HISTORY`]), of neighbours ([`BLUR`]). Each
+//! is a setting that all techniques have, and is off by default. `oracle` is the CPU twin.
 
 mod blur;
+mod gather;
 mod history;
 pub mod oracle;
 pub mod settings;
 
 pub use blur::{BLUR, BlurParams};
+pub use gather::{CoarseParams, JOIN, JoinParams, LEFT_OVER, UPSAMPLE};
 pub use history::{HISTORY, HistoryParams};
 pub use settings::{Blurring, ScreenSettings};
 
 use blur::Blur;
+use gather::Gather;
 use history::History;
 
-use crate::gi::IndirectLight;
 use crate::gi::entry::Stage;
+use crate::gi::shared::interleave::DEINTERLEAVE;
+use crate::gi::{IndirectLight, Inputs, Technique};
 use crate::graph::{Error, Frame, Gpu, Pass};
 use crate::image::Image;
-use crate::render::{FrameConstants, GBuffer, read_last_float};
+use crate::render::{FrameConstants, GBuffer, GpuScene, PICK, read_last_float};
 
-/// All passes of this module.
-pub static PASSES: &[&Pass] = &[&HISTORY, &BLUR];
+/// All passes of this module, and those of windows.
+pub static PASSES: &[&Pass] = &[&JOIN, &LEFT_OVER, &UPSAMPLE, &DEINTERLEAVE, &HISTORY, &BLUR];
+
+/// Which pixels gather.
+pub static SOME_PIXELS: Stage = Stage::picture(
+    "fewer or sorted pixels",
+    &[PICK.name, JOIN.name, LEFT_OVER.name, UPSAMPLE.name],
+);
+/// Light of the pixels of a tile.
+pub static WINDOW: Stage = Stage::picture("interleaving", &["gi.deinterleave"]);
 
 /// Light of frames before.
 pub static REUSE: Stage = Stage::picture("reuse over time", &["screen.history"]);
@@ -31,17 +43,24 @@ pub static BLURRING: Stage = Stage::picture("blur", &["screen.blur"]);
 /// The stages of one picture.
 pub struct Screen {
     settings: ScreenSettings,
+    gather: Gather,
     history: Option<History>,
     blur: Option<Blur>,
 }
 
 impl Screen {
     /// Allocates what these settings need, for pictures of at most this size (px).
-    pub fn new(gpu: &Gpu, settings: ScreenSettings, size: [u32; 2]) -> Result<Self, Error> {
+    pub fn new(
+        gpu: &Gpu,
+        scene: &GpuScene,
+        settings: ScreenSettings,
+        size: [u32; 2],
+    ) -> Result<Self, Error> {
         let history = (settings.longest_history > 0).then(|| History::new(gpu, size));
         let blur = (settings.blur != Blurring::Off).then(|| Blur::new(gpu, size));
         Ok(Screen {
             settings,
+            gather: Gather::new(gpu, scene, &settings, size)?,
             history: history.transpose()?,
             blur: blur.transpose()?,
         })
@@ -73,23 +92,33 @@ impl Screen {
         }
     }
 
-    /// Adds the passes that bring other pixels' light, and that of frames before, to what a
-    /// technique has gathered.
-    pub fn share(
+    /// The next frame is seen with these constants; sets the number of the frame in them.
+    pub fn set(&mut self, gpu: &Gpu, seen_with: &mut FrameConstants) -> Result<(), Error> {
+        seen_with.walk[0] = self.walk();
+        self.gather.set(gpu, &self.settings, seen_with)
+    }
+
+    /// Adds the passes that answer for each pixel of the G-buffer: the technique's, for the pixels
+    /// that gather, and those by which pixels share.
+    pub fn light(
         &self,
         frame: &mut Frame,
-        gbuffer: &GBuffer,
-        gathered: IndirectLight,
+        given: &Inputs<'_>,
+        technique: &mut dyn Technique,
     ) -> IndirectLight {
-        let mut light = gathered;
+        let mut diffuse = self.gather.add(frame, given, technique, &self.settings);
         if let Some(history) = &self.history {
-            light.diffuse = history.add(frame, gbuffer, &light.diffuse, &self.settings);
+            diffuse = history.add(frame, given.gbuffer, &diffuse, &self.settings);
         }
         if let Some(blur) = &self.blur {
             let guide = self.history.as_ref().map(History::guide);
-            light.diffuse = blur.add(frame, gbuffer, (&light.diffuse, guide), &self.settings);
+            diffuse = blur.add(frame, given.gbuffer, (&diffuse, guide), &self.settings);
         }
-        light
+        technique.add_apart(frame, given, &diffuse);
+        IndirectLight {
+            diffuse,
+            specular: technique.mirror(frame, given),
+        }
     }
 
     /// How many frames the light of each pixel of the last frame weighs, grey; `None` without

@@ -2,9 +2,19 @@
 
 use crate::gi::Settings;
 use crate::gi::settings::{Domain, Group, PresetValues, Rule, Setting};
+use crate::gi::shared::interleave::Pattern;
+use crate::gi::shared::surfaces::Limits;
 
 /// Settings that every technique has.
 pub static SETTINGS: &[Setting] = &[
+    Setting {
+        name: "gather_scale",
+        help: "one pixel gathers in each square so wide, and the others take from those around \
+               them on their own surface; who finds none gathers too",
+        unit: "px",
+        domain: Domain::OneOf(&[1, 2, 4]),
+        default: "1",
+    },
     Setting {
         name: "history",
         help: "frames that the diffuse light of all frames so far weighs at most; 0: each frame \
@@ -58,7 +68,7 @@ pub const FAST: PresetValues = &[("history", "32"), ("blur", "adaptive")];
 
 /// When they have an effect.
 pub static RULES: &[Rule] = &[
-    Rule::always(Group::Screen, &["history", "blur"]),
+    Rule::always(Group::Screen, &["gather_scale", "history", "blur"]),
     Rule {
         group: Group::Screen,
         settings: &["blur_radius"],
@@ -69,6 +79,7 @@ pub static RULES: &[Rule] = &[
         settings: &["plane_tolerance", "normal_cosine"],
         applies: |settings| {
             settings.count("history") > 0
+                || settings.count("gather_scale") > 1
                 || !settings.is("blur", "off")
                 || settings.find_count("interleave").is_some_and(|n| n > 1)
                 || settings
@@ -89,28 +100,15 @@ pub enum Blurring {
     Adaptive,
 }
 
-/// How near two pixels' surfaces have to be to be one.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Limits {
-    /// Off a pixel's plane (footprints of a pixel).
-    pub plane_tolerance: f32,
-    /// Least cosine of two shading normals.
-    pub normal_cosine: f32,
-}
-
-impl Limits {
-    /// As a technique's settings say.
-    pub fn new(settings: &Settings) -> Self {
-        Limits {
-            plane_tolerance: settings.find_number("plane_tolerance").unwrap_or(0.5),
-            normal_cosine: settings.find_number("normal_cosine").unwrap_or(0.9),
-        }
-    }
-}
-
 /// How the stages are run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ScreenSettings {
+    /// Which directions the pixels of a tile take.
+    pub pattern: Pattern,
+    /// Whether they gather in parts, each along one direction.
+    pub splits: bool,
+    /// Width of the squares in each of which a pixel gathers (px).
+    pub scale: u32,
     /// What history and a frame weigh at most (frames); 0: there is no history.
     pub longest_history: u32,
     /// Which blur there is.
@@ -130,6 +128,9 @@ impl ScreenSettings {
     /// As a technique's settings say; `directions` a pixel, where there is a number of them.
     pub fn new(settings: &Settings, directions: Option<u32>) -> Self {
         ScreenSettings {
+            pattern: Pattern::new(settings),
+            splits: settings.find_choice("interleave_order") == Some("split"),
+            scale: settings.find_count("gather_scale").unwrap_or(1),
             longest_history: settings.find_count("history").unwrap_or(0),
             blur: match settings.find_choice("blur") {
                 Some("even") => Blurring::Even,

@@ -81,7 +81,7 @@ pub static ENTRY: Entry = Entry {
         interleave::SETTINGS,
     ],
     presets: PRESETS,
-    passes: &[voxel::PASSES, PASSES, &CONES.all(), interleave::PASSES],
+    passes: &[voxel::PASSES, PASSES, &CONES.all()],
     structs: &[voxel::STRUCTS, cone::STRUCTS],
     stages: &[
         &voxel::VOXELIZATION,

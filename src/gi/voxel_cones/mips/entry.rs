@@ -102,7 +102,6 @@ pub static ENTRY: Entry = Entry {
         voxel::PASSES,
         &[&CLEAR_DYNAMIC, &MARK_MATTER, &REDUCE_MATTER, &FILTER],
         &CONES.all(),
-        interleave::PASSES,
     ],
     structs: &[voxel::STRUCTS, cone::STRUCTS],
     stages: &[

@@ -24,7 +24,7 @@ use crate::gi::shared::voxel::{
 };
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Error, Frame, FrameStats, Gpu, Image, Pass};
-use crate::render::{GBuffer, LightMaps};
+use crate::render::{LightMaps, Receivers};
 use crate::shader::GpuStruct;
 
 gpu_struct! {
@@ -236,9 +236,9 @@ impl VoxelStore for Mips {
         self.rays.is_none()
     }
 
-    fn gather(&self, frame: &mut Frame, gbuffer: &GBuffer, target: &Arc<Image>) -> bool {
+    fn gather(&self, frame: &mut Frame, receivers: &Receivers<'_>) -> bool {
         if let (Some(rays), Some((voxels, light))) = (&self.rays, &self.lit) {
-            gather_rays(frame, gbuffer, voxels, light, rays, target);
+            gather_rays(frame, receivers, voxels, light, rays);
         }
         self.rays.is_some()
     }

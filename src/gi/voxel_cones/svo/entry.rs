@@ -143,7 +143,7 @@ pub static ENTRY: Entry = Entry {
     check,
     presets: PRESETS,
     views: &[VIEWS, ATTRIBUTE_VIEWS],
-    passes: &[voxel::PASSES, PASSES, &CONES.all(), interleave::PASSES],
+    passes: &[voxel::PASSES, PASSES, &CONES.all()],
     structs: &[voxel::STRUCTS, STRUCTS, cone::STRUCTS],
     stages: &[
         &voxel::VOXELIZATION,

@@ -34,18 +34,18 @@ layout(push_constant) uniform RayParams {
     float ao_falloff;      // [1/m]
 } params;
 
-#include "shared/gbuffer.glsl"
+#include "shared/receiver.glsl"
 #include "shared/directions.glsl"
 #include "gi/shared/voxel/trace/trace.glsl"
 
 const float GOLDEN_ANGLE = 2.399963229728653;
 
 void main() {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(pixel, ivec2(frame.size_px.xy)))) return;
+    ivec2 texel = ivec2(gl_GlobalInvocationID.xy);
+    if (!is_gathered(texel)) return;
     Surface surface;
-    if (!read_surface(pixel, surface)) {
-        imageStore(indirect_diffuse, pixel, vec4(0.0));
+    if (!read_receiver(texel, surface)) {
+        imageStore(indirect_diffuse, texel, vec4(0.0));
         return;
     }
     TraceSettings settings =
@@ -53,7 +53,7 @@ void main() {
     vec3 receiver = (surface.position_ws - params.grid.xyz) / params.grid.w;
     vec3 origin = receiver + params.start_offset * surface.geometric_normal;
     mat3 around = frame_around(surface.shading_normal);
-    vec2 offset = interleaved_offset(pixel, params.pattern, frame.walk.x);
+    vec2 offset = interleaved_offset(place_of(texel), params.pattern, frame.walk.x);
     vec3 radiance = vec3(0.0);
     float occlusion = 0.0;
     for (uint i = params.first_ray; i < params.end_ray; ++i) {
@@ -74,7 +74,7 @@ void main() {
         }
     }
     vec4 before =
-        params.first_ray == 0u ? vec4(0.0, 0.0, 0.0, 1.0) : imageLoad(indirect_diffuse, pixel);
-    imageStore(indirect_diffuse, pixel,
+        params.first_ray == 0u ? vec4(0.0, 0.0, 0.0, 1.0) : imageLoad(indirect_diffuse, texel);
+    imageStore(indirect_diffuse, texel,
         before + vec4(PI * radiance, -occlusion) / float(params.ray_count));
 }

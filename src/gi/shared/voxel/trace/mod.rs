@@ -2,16 +2,14 @@
 
 pub mod bounce;
 
-use std::sync::Arc;
-
 use super::{Sides, VoxelLight, Voxels};
 use crate::gi::Settings;
 use crate::gi::settings::{Domain, Setting};
 use crate::gi::shared::interleave::Pattern;
 use crate::gi::shared::loops::LOOP_BUDGET;
 use crate::gpu_struct;
-use crate::graph::{Access, Binding, Frame, Image, Pass, Sets, Shaders};
-use crate::render::{GBuffer, screen_groups};
+use crate::graph::{Access, Binding, Frame, Pass, Sets, Shaders};
+use crate::render::Receivers;
 use crate::shader::GpuStruct;
 
 gpu_struct! {
@@ -146,11 +144,10 @@ impl RaySettings {
 /// `LOOP_BUDGET`.
 pub fn gather_rays(
     frame: &mut Frame,
-    gbuffer: &GBuffer,
+    receivers: &Receivers<'_>,
     voxels: &Voxels,
     light: &VoxelLight,
     settings: &RaySettings,
-    result: &Arc<Image>,
 ) {
     let resolution = voxels.grid.resolution;
     // A line crosses at most 3 n voxels of an n³ grid, and each is a turn of the loop.
@@ -170,15 +167,15 @@ pub fn gather_rays(
         };
         frame
             .pass(&GATHER_RAYS)
-            .bind("view_depth", &gbuffer.view_depth)
-            .bind("normals", &gbuffer.normals)
+            .bind("view_depth", receivers.view_depth)
+            .bind("normals", receivers.normals)
             .bind("occupancy", &voxels.occupancy)
             .bind("block_bases", &voxels.block_bases)
             .bind("voxel_records", &voxels.records)
             .bind("voxel_radiance", &light.radiance)
-            .bind("indirect_diffuse", result)
+            .bind("indirect_diffuse", receivers.light)
             .constant("SIDES", light.settings.sides as u32)
             .push(&params)
-            .dispatch(screen_groups(gbuffer.size));
+            .dispatch(receivers.groups());
     }
 }
