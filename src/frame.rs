@@ -68,6 +68,8 @@ pub struct Renderer<'g> {
     screen: Screen,
     technique: Box<dyn Technique>,
     settings: FrameSettings,
+    /// Frames until the technique's light of what has changed is as it stays.
+    frames_to_rest: u32,
     /// The largest width and height (px); the images have this size.
     capacity: [u32; 2],
     /// Whether the technique's structure is as it should be. Where something failed on the way,
@@ -133,6 +135,7 @@ impl<'g> Renderer<'g> {
             MapNeeds::Shadows => LightMaps::new(gpu, &scene, resolution, false)?,
             MapNeeds::Reflective => LightMaps::new(gpu, &scene, resolution, true)?,
         };
+        let frames_to_rest = (entry.frames_to_rest)(settings);
         let screen = Screen::new(gpu, &scene, entry.screen(settings), frame.size)?;
         let with_motion = needs.motion || screen.needs_motion();
         let gbuffer = GBuffer::new(gpu, &scene, frame.size, with_motion)?;
@@ -147,6 +150,7 @@ impl<'g> Renderer<'g> {
                 screen,
                 technique,
                 settings: frame,
+                frames_to_rest,
                 capacity: frame.size,
                 is_whole: true,
                 has_maps: false,
@@ -207,6 +211,7 @@ impl<'g> Renderer<'g> {
         stats.append(self.scene.set_pose(self.gpu, scene)?);
         if was_whole && self.scene.dynamic.is_some() {
             stats.append(self.technique.follow(&context!(self), Change::Models)?);
+            self.screen.expect_change(self.frames_to_rest);
         }
         self.is_whole = was_whole;
         Ok(stats)
@@ -219,6 +224,7 @@ impl<'g> Renderer<'g> {
         self.scene.move_lights(self.gpu, &scene.lights)?;
         self.maps.move_lights(self.gpu, &self.scene)?;
         self.screen.doubt();
+        self.screen.expect_change(self.frames_to_rest);
         self.technique
             .follow(&context!(self), Change::Lights)
             .map(drop)
@@ -371,8 +377,8 @@ impl<'g> Renderer<'g> {
         read_light_map(self.gpu, &self.maps, channel, view)
     }
 
-    /// How many frames the diffuse light of each pixel of the last frame weighs, grey; `None` where
-    /// the settings have no history.
+    /// How many frames the diffuse light of each pixel of the last frame weighs, in red, and its
+    /// visibility, in green; `None` where the settings have no history.
     pub fn history(&self) -> Result<Option<Image>, Error> {
         self.screen.weights(self.gpu, &self.gbuffer)
     }

@@ -161,6 +161,8 @@ pub enum SurfaceChannel {
     /// x, y: where the surface was in the frame before, less where it is (px); z: its view depth
     /// there (m); as [`GBuffer::motion`] has it, 0 where that was not asked for.
     Motion,
+    /// Unit shading normal in the frame before, of models that have moved; 0 elsewhere.
+    Turned,
 }
 
 /// Reads a channel of the G-buffer; 0 where there is no surface.
@@ -185,27 +187,45 @@ pub fn read_surface(gpu: &Gpu, gbuffer: &GBuffer, channel: SurfaceChannel) -> Re
             )),
             None => Ok(Image::new(gbuffer.size[0], gbuffer.size[1])),
         },
-        SurfaceChannel::Motion => match &gbuffer.motion {
-            Some(image) => Ok(image_of(
-                gbuffer,
-                floats(gpu, image)?
-                    .chunks_exact(4)
-                    .map(|texel| Vec3::new(texel[0], texel[1], texel[2])),
-            )),
-            None => Ok(Image::new(gbuffer.size[0], gbuffer.size[1])),
-        },
+        SurfaceChannel::Motion => read_motion(gpu, gbuffer, |texel| {
+            Vec3::new(texel[0], texel[1], texel[2])
+        }),
+        SurfaceChannel::Turned => read_motion(gpu, gbuffer, |texel| unpack_turned(texel[3])),
     }
 }
 
-/// The last component of an RGBA32UI image of the picture's size, as floats, grey.
-pub(crate) fn read_last_float(
+fn read_motion(gpu: &Gpu, gbuffer: &GBuffer, of: fn(&[f32]) -> Vec3) -> Result<Image, Error> {
+    match &gbuffer.motion {
+        Some(image) => Ok(image_of(
+            gbuffer,
+            floats(gpu, image)?.chunks_exact(4).map(of),
+        )),
+        None => Ok(Image::new(gbuffer.size[0], gbuffer.size[1])),
+    }
+}
+
+/// As `shared/turned.glsl` has it.
+fn unpack_turned(packed: f32) -> Vec3 {
+    if packed == 0.0 {
+        return Vec3::ZERO;
+    }
+    let bits = packed as u32 - 1;
+    let part = |bits: u32| (bits & 4095) as f32 / 4095.0 * 2.0 - 1.0;
+    from_octahedral(Vec2::new(part(bits), part(bits >> 12)))
+}
+
+/// The last and second components of an RGBA32UI image of the picture's size, as floats, in red and
+/// green.
+pub(crate) fn read_weights(
     gpu: &Gpu,
     gbuffer: &GBuffer,
     image: &Arc<GpuImage>,
 ) -> Result<Image, Error> {
     let texels = floats(gpu, image)?;
-    let last = texels.chunks_exact(4).map(|texel| Vec3::splat(texel[3]));
-    Ok(image_of(gbuffer, last))
+    let weights = texels
+        .chunks_exact(4)
+        .map(|texel| Vec3::new(texel[3], texel[1], 0.0));
+    Ok(image_of(gbuffer, weights))
 }
 
 /// A channel of the light maps.
@@ -286,7 +306,10 @@ pub(crate) fn float_from_half(half: u16) -> f32 {
 /// Inverse of `pack_unit` in `shared/packing.glsl`.
 fn unit_from_octahedral(packed: u32) -> Vec3 {
     let snorm = |bits: u32| (f32::from(bits as u16 as i16) / 32767.0).max(-1.0);
-    let p = Vec2::new(snorm(packed), snorm(packed >> 16));
+    from_octahedral(Vec2::new(snorm(packed), snorm(packed >> 16)))
+}
+
+fn from_octahedral(p: Vec2) -> Vec3 {
     let z = 1.0 - p.x.abs() - p.y.abs();
     let fold = (-z).max(0.0);
     Vec3::new(p.x - fold.copysign(p.x), p.y - fold.copysign(p.y), z).normalize()

@@ -13,7 +13,7 @@ pub use aov::{
     MapChannel, SurfaceChannel, SurfacePixel, read_aov, read_indirect, read_light_map, read_pixel,
     read_surface,
 };
-pub(crate) use aov::{float_from_half, read_last_float};
+pub(crate) use aov::{float_from_half, read_weights};
 pub use emitters::Emitter;
 pub(crate) use gpu_scene::storage;
 pub use gpu_scene::{

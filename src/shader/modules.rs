@@ -76,6 +76,14 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         include_bytes!("../../spirv/gi/shared/screen/left_over.comp.spv"),
     ),
     (
+        "gi/shared/screen/relight.comp",
+        include_bytes!("../../spirv/gi/shared/screen/relight.comp.spv"),
+    ),
+    (
+        "gi/shared/screen/remember.comp",
+        include_bytes!("../../spirv/gi/shared/screen/remember.comp.spv"),
+    ),
+    (
         "gi/shared/screen/upsample.comp",
         include_bytes!("../../spirv/gi/shared/screen/upsample.comp.spv"),
     ),

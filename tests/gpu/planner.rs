@@ -95,7 +95,7 @@ const LIVES: [Life; 28] = [
     Life {
         technique: "voxel-mips",
         preset: Some("fast"),
-        pairs: &[],
+        pairs: &[("gather_scale", "2"), ("interleave_order", "split")],
         surfaces: Surfaces::Emissive,
     },
     Life {
@@ -119,7 +119,7 @@ const LIVES: [Life; 28] = [
     Life {
         technique: "lpv",
         preset: Some("best"),
-        pairs: &[("bounces", "2")],
+        pairs: &[("bounces", "2"), ("history", "8"), ("gather_scale", "4")],
         surfaces: Surfaces::Glossy,
     },
     Life {

@@ -4,7 +4,7 @@
 use crate::support::compare::Worst as _;
 use crate::support::given::answer;
 use crate::support::shown::{LIMITS, SIZE, Shown, TOLERANCE, compare, floors, places, room};
-use crate::support::technique::{Surfaces, frame, small_lights, small_room};
+use crate::support::technique::{Case, Surfaces, default_cases, frame, small_lights, small_room};
 use crate::support::{ValidatedGpu, gpu};
 use glam::DVec4;
 use lumivox::frame::Renderer;
@@ -112,5 +112,35 @@ fn split_pictures_are_the_same() {
             )
         };
         assert!(of("split") == of("picture"), "{pairs:?}");
+    }
+}
+
+/// Where lights are told to move and do not, pixels of the frame before gather the same again, bit
+/// by bit, and history stays.
+#[test]
+fn what_has_not_changed_is_kept() {
+    let gpu = gpu();
+    let scene = small_room(Surfaces::Diffuse, vec![small_lights()[0].1]);
+    let best = Case {
+        entry: find("lpv").unwrap(),
+        preset: Some("best"),
+    };
+    for case in default_cases().into_iter().chain([best]) {
+        let settings = case.settings(&[("history", "8"), ("resolution", "16")]);
+        let (mut renderer, _) =
+            Renderer::new(&gpu, &scene, case.entry, &settings, frame(40, 30, 64)).unwrap();
+        for number in 0..6u32 {
+            if number == 4 {
+                renderer.move_lights(&scene).unwrap();
+            }
+            let mut camera = scene.camera;
+            camera.eye.x += 0.003 * number as f32;
+            renderer.render(&camera).unwrap();
+        }
+        let weights = renderer.history().unwrap().unwrap().pixels;
+        let kept = weights.iter().filter(|weight| weight.x > 0.0);
+        let whole = kept.clone().filter(|weight| weight.x >= 0.99 * weight.y);
+        let (whole, kept) = (whole.count(), kept.count());
+        assert!(kept > 600 && whole == kept, "{case:?}: {whole} of {kept}");
     }
 }

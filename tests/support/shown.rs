@@ -38,10 +38,14 @@ pub struct Frame {
     pub seen: Vec<Option<Seen>>,
     /// Where that was in the frame before.
     pub moved: Vec<Option<Moved>>,
+    /// Whether its model has moved.
+    pub has_moved: Vec<bool>,
     /// Its light.
     pub light: Vec<DVec4>,
     /// What that weighs (frames).
     pub weight: Vec<f64>,
+    /// What its visibility weighs (frames).
+    pub visibility_weight: Vec<f64>,
 }
 
 /// All pixels.
@@ -97,6 +101,7 @@ impl<'g> Shown<'g> {
         let (depth, shading) = (aov(Aov::Depth), aov(Aov::Normal));
         let geometric = channel(SurfaceChannel::GeometricNormal);
         let motion = channel(SurfaceChannel::Motion);
+        let turned = channel(SurfaceChannel::Turned);
         let tan = f64::from((0.5 * self.camera.vfov_deg.to_radians()).tan());
         let of = |(index, [x, y]): (usize, [u32; 2])| {
             let depth_m = f64::from(depth[index].x);
@@ -115,22 +120,20 @@ impl<'g> Shown<'g> {
             let moved = (depth_m > 0.0 && is_inside).then(|| Moved {
                 place,
                 position: position(before, place, moved_px.z),
+                turned: (turned[index] != Vec3::ZERO).then(|| turned[index].as_dvec3()),
             });
             (seen, moved)
         };
         let (seen, moved) = places().enumerate().map(of).unzip();
         let weights = self.renderer.history().unwrap();
+        let weights = weights.map_or_else(Vec::new, |weights| weights.pixels);
         Frame {
             seen,
             moved,
+            has_moved: turned.iter().map(|turned| *turned != Vec3::ZERO).collect(),
             light: self.light(),
-            weight: weights.map_or_else(Vec::new, |weights| {
-                weights
-                    .pixels
-                    .iter()
-                    .map(|weight| f64::from(weight.x))
-                    .collect()
-            }),
+            weight: weights.iter().map(|weight| f64::from(weight.x)).collect(),
+            visibility_weight: weights.iter().map(|weight| f64::from(weight.y)).collect(),
         }
     }
 }

@@ -23,17 +23,35 @@ layout(location = EMISSIVE) out vec4 emission; // rgb: radiance [W/(m² sr)]
 #ifdef MOTION
 layout(location = 4) in vec4 clip;
 layout(location = 5) in vec4 previous_clip;
-// xy: place in the frame before less that in this [px]; z: view depth there [m]
+// xy: place in the frame before less that in this [px]; z: view depth there [m]; w: of what has
+// moved, the shading normal there (shared/turned.glsl), 0 elsewhere
 layout(location = MOTION) out vec4 motion;
+
+#include "render/screen/motion.glsl"
+#include "shared/turned.glsl"
 
 // Motion of what was behind the camera of the frame before (Rust: render::BEHIND_PX).
 const float BEHIND_PX = 1e9;
 
 // Clip depth is the near plane's depth, and w the view depth. Half of it leaves no doubt about what
 // lies on the near plane and has not moved.
-vec2 motion_of(vec4 before, vec4 now) {
-    if (before.w < 0.5 * before.z) return vec2(BEHIND_PX);
-    return 0.5 * vec2(frame.size_px.xy) * (before.xy / before.w - now.xy / now.w);
+vec2 motion_of(vec4 then, vec4 now) {
+    if (then.w < 0.5 * then.z) return vec2(BEHIND_PX);
+    return 0.5 * vec2(frame.size_px.xy) * (then.xy / then.w - now.xy / now.w);
+}
+
+// Right-handed axes along the first edge of a triangle and its normal.
+mat3 axes_of(vec3 a, vec3 b, vec3 c) {
+    vec3 along = normalize(b - a), normal = normalize(cross(b - a, c - a));
+    return mat3(along, cross(normal, along), normal);
+}
+
+// A direction on a triangle that has moved, as it was in the frame before.
+vec3 direction_before(uvec3 triangle, vec3 direction) {
+    vec3 a = position_of(triangle.x), b = position_of(triangle.y), c = position_of(triangle.z);
+    return axes_of(previous_position(triangle.x, a), previous_position(triangle.y, b),
+               previous_position(triangle.z, c))
+        * (direction * axes_of(a, b, c));
 }
 #endif
 
@@ -85,6 +103,9 @@ void main() {
             0.0);
 #endif
 #ifdef MOTION
-    motion = vec4(motion_of(previous_clip, clip), previous_clip.w, 0.0);
+    float turned = before.has_moved == 0u
+        ? 0.0
+        : pack_turned(direction_before(triangle, front ? shading : -shading));
+    motion = vec4(motion_of(previous_clip, clip), previous_clip.w, turned);
 #endif
 }

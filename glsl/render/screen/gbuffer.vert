@@ -23,8 +23,8 @@ void main() {
     gl_Position = frame.clip_from_world * vec4(position_ws, 1.0);
 #ifdef MOTION
     clip = frame.clip_from_world * vec4(position_ws, 1.0);
-    previous_clip = motion.has_previous != 0u
-        ? motion.previous_clip_from_world * vec4(previous_position(vertex, position_ws), 1.0)
+    previous_clip = before.has_previous != 0u
+        ? before.previous_clip_from_world * vec4(previous_position(vertex, position_ws), 1.0)
         : clip;
 #endif
 }

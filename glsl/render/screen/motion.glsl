@@ -14,12 +14,12 @@ layout(push_constant) uniform MotionParams {
     uint has_previous;        // 1 where there is a frame before
     uint has_moved;           // 1 where the draw's vertices have moved since
     uint first_copy;          // from the index of a vertex to that of its copy, modulo 2^32
-} motion;
+} before;
 
 // Where a vertex was in the frame before [m].
 vec3 previous_position(uint vertex, vec3 position) {
-    if (motion.has_moved == 0u) return position;
-    uint first = 3u * (vertex + motion.first_copy);
+    if (before.has_moved == 0u) return position;
+    uint first = 3u * (vertex + before.first_copy);
     return vec3(previous_positions[first], previous_positions[first + 1u],
         previous_positions[first + 2u]);
 }

@@ -109,11 +109,13 @@ pub struct GBuffer {
     pub emission: Option<Arc<Image>>,
     /// RGBA32F. rg: where the surface was in the picture of the frame before, less where it is (px,
     /// x to the right, y down), from both cameras and both poses of dynamic models; b: its view
-    /// depth there (m); only where it was asked for. Both pictures count as of this frame's size.
-    /// So a surface's place in the one before, as a share of it, is that of the pixel's centre and
-    /// this together, whatever size that had. It may lie outside of it, and something else may have
-    /// been in front. What was behind the camera has [`BEHIND_PX`](crate::render::BEHIND_PX). rg is
-    /// 0 in the first frame, where nothing moved (exactly), and where there is no surface.
+    /// depth there (m); a: of what has moved, the shading normal there, packed
+    /// (`shared/turned.glsl`), 0 elsewhere. Only where it was asked for. Both pictures count as of
+    /// this frame's size. So a surface's place in the one before, as a share of it, is that of the
+    /// pixel's centre and this together, whatever size that had. It may lie outside of it, and
+    /// something else may have been in front. What was behind the camera has
+    /// [`BEHIND_PX`](crate::render::BEHIND_PX). rg is 0 in the first frame, where nothing moved
+    /// (exactly), and where there is no surface.
     pub motion: Option<Arc<Image>>,
     /// What motion is measured against, where there is motion.
     previous: Option<Previous>,

@@ -63,8 +63,10 @@ pub static PICK: Pass = Pass {
 
 /// Surfaces of a grid's pixels, with frame constants that say which they are.
 pub struct Picked {
-    view_depth: Arc<Image>,
-    normals: Arc<Image>,
+    /// R32F: view depth (m); 0 where there is no surface.
+    pub view_depth: Arc<Image>,
+    /// RGBA32UI: geometric and shading normal in r and g.
+    pub normals: Arc<Image>,
     uniform: Arc<Buffer>,
     set: Arc<SceneSet>,
     /// Which pixels.

@@ -10,24 +10,34 @@ layout(set = 1, binding = 2) uniform texture2D motion;
 layout(set = 1, binding = 3) uniform texture2D gathered;
 layout(set = 1, binding = 4) uniform texture2D light_before;
 layout(set = 1, binding = 5) uniform utexture2D guide_before;
-layout(set = 1, binding = 6, rgba32f) uniform restrict writeonly image2D light_now;
-// x: view depth [m], 0 without a surface; y, z: normals, as in `normals`; w: weight [frames]
-layout(set = 1, binding = 7, rgba32ui) uniform restrict writeonly uimage2D guide_now;
+layout(set = 1, binding = 6) uniform texture2D change;   // of light since the frame before
+layout(set = 1, binding = 7, rgba32f) uniform restrict writeonly image2D light_now;
+// x: view depth [m], 0 without a surface; y: weight of visibility [frames]; z: shading normal, as
+// in `normals`; w: weight of light [frames]
+layout(set = 1, binding = 8, rgba32ui) uniform restrict writeonly uimage2D guide_now;
 
 layout(push_constant) uniform HistoryParams {
     vec4 eye_before;         // xyz: where the frame before was seen from [m]; w: 1 if there was one
     vec4 ray_right_before;   // as in FrameConstants
     vec4 ray_up_before;
     vec4 ray_forward_before;
-    float longest;           // what history and this frame weigh at most [frames]
+    uvec2 change_size;       // [texels]
+    float change_px;         // width of a texel of it; 0 where light has not changed
+    float change_slack;      // change that takes half of a frame's weight
+    float longest;           // what visibility, with this frame, weighs at most [frames]
+    float longest_light;     // what light does
     float plane_tolerance;   // [footprints]
     float normal_cosine;
 } params;
 
 #include "gi/shared/screen/one_surface.glsl"
+#include "shared/turned.glsl"
 
 // Less than this of a bilinear sample is no history; a small part of one weighs less.
 const float LEAST_KEPT = 1e-3, WHOLE_KEPT = 0.05;
+
+// Cosine of the largest turn of a surface from frame to frame.
+const float LEAST_TURNED = -0.8;
 
 vec3 position_before(vec2 place, float depth_m) {
     vec2 ndc = place / vec2(frame.size_px.xy) * 2.0 - 1.0;
@@ -37,22 +47,44 @@ vec3 position_before(vec2 place, float depth_m) {
             - ndc.y * params.ray_up_before.xyz);
 }
 
-// What the frame before knew of a surface, and what that weighs [frames].
+// What the frame before knew of a surface, and what light and visibility weigh [frames].
 struct History {
     vec4 light;
-    float weight;
+    vec2 weights;
 };
 
+// What light of the frame before weighs at most [frames], where it was seen there.
+float longest_light(vec2 place) {
+    float longest = params.longest_light - 1.0;
+    if (params.change_px == 0.0) return longest;
+    ivec2 tile = min(ivec2(place / params.change_px), ivec2(params.change_size) - 1);
+    float changed = texelFetch(sampler2D(change, nearest_clamp), tile, 0).r;
+    float slack = params.change_slack;
+    return changed > 0.0 ? min(longest, max(slack / changed - slack, 0.0)) : longest;
+}
+
+// A surface's normals in the frame before: of what has moved, `turned` has the shading normal.
+// False where that was nearly the opposite.
+bool turn_back(float turned, inout Surface surface) {
+    if (turned == 0.0) return true;
+    vec3 before = unpack_turned(turned);
+    surface.geometric_normal = rotated(surface.shading_normal, before, surface.geometric_normal);
+    bool is_known = dot(surface.shading_normal, before) > LEAST_TURNED;
+    surface.shading_normal = before;
+    return is_known;
+}
+
 History find_history(ivec2 pixel, Surface surface) {
-    History found = History(vec4(0.0), 0.0);
-    vec3 moved = texelFetch(sampler2D(motion, nearest_clamp), pixel, 0).xyz;
+    History found = History(vec4(0.0), vec2(0.0));
+    vec4 moved = texelFetch(sampler2D(motion, nearest_clamp), pixel, 0);
     vec2 place = vec2(pixel) + 0.5 + moved.xy;
     vec2 size = vec2(frame.size_px.xy);
     if (params.eye_before.w == 0.0 || any(lessThan(place, vec2(0.0)))
         || any(greaterThan(place, size)))
         return found;
-    vec3 position = position_before(place, moved.z);
     float off_plane_m = params.plane_tolerance * footprint_of(surface.position_ws);
+    if (!turn_back(moved.w, surface)) return found;
+    vec3 position = position_before(place, moved.z);
     vec2 corner = floor(place - 0.5), share = place - 0.5 - corner;
     float kept = 0.0;
     for (int i = 0; i < 4; ++i) {
@@ -67,12 +99,13 @@ History find_history(ivec2 pixel, Surface surface) {
         vec2 near = mix(1.0 - share, share, vec2(step));
         float part = near.x * near.y;
         found.light += part * texelFetch(sampler2D(light_before, nearest_clamp), tap, 0);
-        found.weight += part * uintBitsToFloat(guide.w);
+        found.weights += part * uintBitsToFloat(guide.wy);
         kept += part;
     }
-    if (kept < LEAST_KEPT) return History(vec4(0.0), 0.0);
+    if (kept < LEAST_KEPT) return History(vec4(0.0), vec2(0.0));
     found.light /= kept;
-    found.weight *= min(kept / WHOLE_KEPT, 1.0) / kept;
+    found.weights *= min(kept / WHOLE_KEPT, 1.0) / kept;
+    found.weights = min(found.weights, vec2(longest_light(place), params.longest - 1.0));
     return found;
 }
 
@@ -87,16 +120,18 @@ void main() {
     }
     vec4 light = texelFetch(sampler2D(gathered, nearest_clamp), pixel, 0);
     History history = find_history(pixel, surface);
-    float weight = min(history.weight, params.longest - 1.0);
+    vec2 weights = history.weights;
     // What is no number must not stay for as long as history does.
     if (any(isnan(light)) || any(isinf(light))) {
         light = history.light;
     } else {
-        light += (history.light - light) * (weight / (weight + 1.0));
-        weight += 1.0;
+        light += (history.light - light) * (weights / (weights + 1.0)).xxxy;
+        weights += 1.0;
     }
     imageStore(light_now, pixel, light);
-    uvec2 packed = texelFetch(usampler2D(normals, nearest_clamp), pixel, 0).rg;
+    uint shading = texelFetch(usampler2D(normals, nearest_clamp), pixel, 0).g;
     float depth_m = texelFetch(sampler2D(view_depth, nearest_clamp), pixel, 0).r;
-    imageStore(guide_now, pixel, uvec4(floatBitsToUint(depth_m), packed, floatBitsToUint(weight)));
+    imageStore(guide_now, pixel,
+        uvec4(floatBitsToUint(depth_m), floatBitsToUint(weights.y), shading,
+            floatBitsToUint(weights.x)));
 }

@@ -169,6 +169,16 @@ impl Gather {
         Ok(())
     }
 
+    /// Which pixels gather, in order.
+    pub(super) fn grid(&self) -> Grid {
+        self.grid
+    }
+
+    /// What each of them gathered alone.
+    pub(super) fn gathered(&self) -> &Arc<Image> {
+        &self.gathered
+    }
+
     /// Adds the passes; returns the light of each pixel.
     pub(super) fn add(
         &self,

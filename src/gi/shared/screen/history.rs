@@ -5,6 +5,7 @@ use std::sync::Arc;
 use bytemuck::Zeroable;
 
 use super::ScreenSettings;
+use super::relight::Change;
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Error, Frame, Gpu, Image, Pass, Sets, Shaders, vk};
 use crate::render::{FrameConstants, GBuffer, screen_groups, screen_image, screen_image_of};
@@ -21,8 +22,16 @@ gpu_struct! {
         pub ray_up_before: [f32; 4],
         /// As in [`FrameConstants`], of the frame before.
         pub ray_forward_before: [f32; 4],
-        /// What history and this frame weigh at most (frames).
+        /// Width and height of what says where light has changed (texels).
+        pub change_size: [u32; 2],
+        /// Width of one of its texels (px); 0 where light has not changed.
+        pub change_px: f32,
+        /// Change that takes half of a frame's weight.
+        pub change_slack: f32,
+        /// What history and this frame's visibility weigh at most (frames).
         pub longest: f32,
+        /// What history and this frame's light weigh at most (frames).
+        pub longest_light: f32,
         /// Off a pixel's plane (footprints).
         pub plane_tolerance: f32,
         /// Least cosine of two normals.
@@ -42,6 +51,7 @@ pub static HISTORY: Pass = Pass {
         Binding::sampled("gathered", Access::ComputeSampled),
         Binding::sampled("light_before", Access::ComputeSampled),
         Binding::sampled("guide_before", Access::ComputeSampled),
+        Binding::sampled("change", Access::ComputeSampled),
         Binding::image("light_now", Access::ComputeWrite),
         Binding::image("guide_now", Access::ComputeWrite),
     ],
@@ -50,14 +60,14 @@ pub static HISTORY: Pass = Pass {
     sets: Sets::Scene,
 };
 
-/// What history weighs at most while lights change (frames).
+/// What history weighs at most while lights change, and nothing says where (frames).
 const LONGEST_IN_DOUBT: u32 = 4;
 
 /// What is kept of a frame.
 struct Kept {
     /// RGBA32F: as what was gathered.
     light: Arc<Image>,
-    /// RGBA32UI: view depth, normals, weight (`gi/shared/screen/history.comp`).
+    /// RGBA32UI: view depth, normal, weights (`gi/shared/screen/history.comp`).
     guide: Arc<Image>,
 }
 
@@ -70,7 +80,7 @@ pub(super) struct History {
     before: Option<FrameConstants>,
     /// Frames so far.
     pub(super) frames: u32,
-    /// Whether lights have changed since the frame before.
+    /// Whether lights have changed since the frame before, and nothing says where.
     pub(super) is_doubtful: bool,
 }
 
@@ -105,20 +115,22 @@ impl History {
         &self.kept[1 - self.now].guide
     }
 
-    /// Adds the pass; returns the light with that of frames before.
+    /// Adds the pass; returns the light with that of frames before, which weighs less where it has
+    /// changed.
     pub(super) fn add(
         &self,
         frame: &mut Frame,
         gbuffer: &GBuffer,
-        gathered: &Arc<Image>,
+        (gathered, change): (&Arc<Image>, Option<&Change<'_>>),
         settings: &ScreenSettings,
     ) -> Arc<Image> {
         let (now, before) = (&self.kept[self.now], &self.kept[1 - self.now]);
         let motion = gbuffer.motion.as_ref().unwrap_or(&gbuffer.view_depth);
-        let longest = if self.is_doubtful {
-            settings.longest_history.min(LONGEST_IN_DOUBT)
+        let longest = settings.longest_history.max(1);
+        let longest_light = if self.is_doubtful {
+            longest.min(LONGEST_IN_DOUBT)
         } else {
-            settings.longest_history
+            longest
         };
         let seen = self.before.unwrap_or(FrameConstants::zeroed());
         let [x, y, z, _] = seen.eye_ws;
@@ -130,6 +142,10 @@ impl History {
             .bind("gathered", gathered)
             .bind("light_before", &before.light)
             .bind("guide_before", &before.guide)
+            .bind(
+                "change",
+                change.map_or(&before.light, |change| change.image),
+            )
             .bind("light_now", &now.light)
             .bind("guide_now", &now.guide)
             .push(&HistoryParams {
@@ -137,7 +153,11 @@ impl History {
                 ray_right_before: seen.ray_right,
                 ray_up_before: seen.ray_up,
                 ray_forward_before: seen.ray_forward,
-                longest: longest.max(1) as f32,
+                change_size: change.map_or([1; 2], |change| change.size),
+                change_px: change.map_or(0.0, |change| change.px as f32),
+                change_slack: settings.relight_slack,
+                longest: longest as f32,
+                longest_light: longest_light as f32,
                 plane_tolerance: settings.limits.plane_tolerance,
                 normal_cosine: settings.limits.normal_cosine,
             })

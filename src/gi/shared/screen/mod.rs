@@ -6,26 +6,38 @@ mod blur;
 mod gather;
 mod history;
 pub mod oracle;
+mod relight;
 pub mod settings;
 
 pub use blur::{BLUR, BlurParams};
 pub use gather::{CoarseParams, JOIN, JoinParams, LEFT_OVER, UPSAMPLE};
 pub use history::{HISTORY, HistoryParams};
+pub use relight::{RELIGHT, REMEMBER};
 pub use settings::{Blurring, ScreenSettings};
 
 use blur::Blur;
 use gather::Gather;
 use history::History;
+use relight::Relight;
 
 use crate::gi::entry::Stage;
 use crate::gi::shared::interleave::DEINTERLEAVE;
 use crate::gi::{IndirectLight, Inputs, Technique};
 use crate::graph::{Error, Frame, Gpu, Pass};
 use crate::image::Image;
-use crate::render::{FrameConstants, GBuffer, GpuScene, PICK, read_last_float};
+use crate::render::{FrameConstants, GBuffer, GpuScene, PICK, read_weights};
 
 /// All passes of this module, and those of windows.
-pub static PASSES: &[&Pass] = &[&JOIN, &LEFT_OVER, &UPSAMPLE, &DEINTERLEAVE, &HISTORY, &BLUR];
+pub static PASSES: &[&Pass] = &[
+    &JOIN,
+    &LEFT_OVER,
+    &UPSAMPLE,
+    &DEINTERLEAVE,
+    &REMEMBER,
+    &RELIGHT,
+    &HISTORY,
+    &BLUR,
+];
 
 /// Which pixels gather.
 pub static SOME_PIXELS: Stage = Stage::picture(
@@ -36,7 +48,10 @@ pub static SOME_PIXELS: Stage = Stage::picture(
 pub static WINDOW: Stage = Stage::picture("interleaving", &["gi.deinterleave"]);
 
 /// Light of frames before.
-pub static REUSE: Stage = Stage::picture("reuse over time", &["screen.history"]);
+pub static REUSE: Stage = Stage::picture(
+    "reuse over time",
+    &[REMEMBER.name, RELIGHT.name, HISTORY.name],
+);
 /// Light of neighbours.
 pub static BLURRING: Stage = Stage::picture("blur", &["screen.blur"]);
 
@@ -44,6 +59,7 @@ pub static BLURRING: Stage = Stage::picture("blur", &["screen.blur"]);
 pub struct Screen {
     settings: ScreenSettings,
     gather: Gather,
+    relight: Option<Relight>,
     history: Option<History>,
     blur: Option<Blur>,
 }
@@ -56,11 +72,15 @@ impl Screen {
         settings: ScreenSettings,
         size: [u32; 2],
     ) -> Result<Self, Error> {
-        let history = (settings.longest_history > 0).then(|| History::new(gpu, size));
+        let has_history = settings.longest_history > 0;
+        let history = has_history.then(|| History::new(gpu, size));
+        let relight = (has_history && settings.relight_tile > 0)
+            .then(|| Relight::new(gpu, scene, (settings.relight_tile, settings.scale), size));
         let blur = (settings.blur != Blurring::Off).then(|| Blur::new(gpu, size));
         Ok(Screen {
             settings,
             gather: Gather::new(gpu, scene, &settings, size)?,
+            relight: relight.transpose()?,
             history: history.transpose()?,
             blur: blur.transpose()?,
         })
@@ -82,20 +102,35 @@ impl Screen {
         if let Some(history) = &mut self.history {
             history.forget();
         }
+        if let Some(relight) = &mut self.relight {
+            relight.forget();
+        }
     }
 
-    /// Lights have changed. What frames before have seen is wrong now, and weighs little in the
-    /// next frame.
+    /// Lights or models have moved: for so many frames, the light of frames before may be wrong.
+    pub fn expect_change(&mut self, frames: u32) {
+        if let Some(relight) = &mut self.relight {
+            relight.expect_change(frames);
+        }
+    }
+
+    /// Lights have moved. Where nothing says by how much that changes the light of a pixel, frames
+    /// before weigh little in the next frame.
     pub fn doubt(&mut self) {
-        if let Some(history) = &mut self.history {
+        if let Some(history) = self.history.as_mut().filter(|_| self.relight.is_none()) {
             history.is_doubtful = true;
         }
     }
 
     /// The next frame is seen with these constants; sets the number of the frame in them.
     pub fn set(&mut self, gpu: &Gpu, seen_with: &mut FrameConstants) -> Result<(), Error> {
-        seen_with.walk[0] = self.walk();
-        self.gather.set(gpu, &self.settings, seen_with)
+        let number = self.walk();
+        seen_with.walk[0] = number;
+        self.gather.set(gpu, &self.settings, seen_with)?;
+        match &mut self.relight {
+            Some(relight) => relight.set(gpu, seen_with, (self.gather.grid(), number)),
+            None => Ok(()),
+        }
     }
 
     /// Adds the passes that answer for each pixel of the G-buffer: the technique's, for the pixels
@@ -106,9 +141,15 @@ impl Screen {
         given: &Inputs<'_>,
         technique: &mut dyn Technique,
     ) -> IndirectLight {
+        let relight = self.relight.as_ref();
+        let change = relight.and_then(|relight| relight.find(frame, given, technique));
         let mut diffuse = self.gather.add(frame, given, technique, &self.settings);
+        if let Some(relight) = relight {
+            relight.remember(frame, given, &self.gather);
+        }
         if let Some(history) = &self.history {
-            diffuse = history.add(frame, given.gbuffer, &diffuse, &self.settings);
+            let light = (&diffuse, change.as_ref());
+            diffuse = history.add(frame, given.gbuffer, light, &self.settings);
         }
         if let Some(blur) = &self.blur {
             let guide = self.history.as_ref().map(History::guide);
@@ -121,12 +162,12 @@ impl Screen {
         }
     }
 
-    /// How many frames the light of each pixel of the last frame weighs, grey; `None` without
-    /// history.
+    /// How many frames the light of each pixel of the last frame weighs, in red, and its
+    /// visibility, in green; `None` without history.
     pub fn weights(&self, gpu: &Gpu, gbuffer: &GBuffer) -> Result<Option<Image>, Error> {
         let guide = self.history.as_ref().map(History::last_guide);
         guide
-            .map(|guide| read_last_float(gpu, gbuffer, guide))
+            .map(|guide| read_weights(gpu, gbuffer, guide))
             .transpose()
     }
 
@@ -134,6 +175,9 @@ impl Screen {
     pub fn keep_frame(&mut self, seen_with: &FrameConstants) {
         if let Some(history) = &mut self.history {
             history.keep_frame(seen_with);
+        }
+        if let Some(relight) = &mut self.relight {
+            relight.keep_frame();
         }
     }
 }

@@ -1,6 +1,7 @@
-//! CPU twins of `screen.history` and `screen.blur`, in f64, pixel by pixel.
+//! CPU twins of `screen.upsample`, `screen.relight`, `screen.history` and `screen.blur`, in f64,
+//! pixel by pixel.
 
-use glam::{DVec2, DVec3, DVec4};
+use glam::{DQuat, DVec2, DVec3, DVec4, Vec2Swizzles as _};
 
 use super::blur::LEAST_RADIUS;
 
@@ -24,6 +25,8 @@ pub struct Moved {
     pub place: DVec2,
     /// In space (m).
     pub position: DVec3,
+    /// Of what has moved, the shading normal there.
+    pub turned: Option<DVec3>,
 }
 
 /// What the frame before kept of a pixel.
@@ -31,10 +34,10 @@ pub struct Moved {
 pub struct KeptPixel {
     /// The surface.
     pub seen: Seen,
-    /// Its light.
+    /// Its light and visibility.
     pub light: DVec4,
-    /// What that weighs (frames).
-    pub weight: f64,
+    /// What light weighs (frames), and what visibility does.
+    pub weights: [f64; 2],
 }
 
 /// A picture of what may be there or not, row by row.
@@ -82,18 +85,59 @@ pub struct Judged<T> {
     pub least_margin: f64,
 }
 
-/// The light of a pixel and its weight (frames): `light` of this frame, and of the frame before
-/// what a bilinear sample finds on the same surface, which together weigh `longest` at most.
+/// Cosine of the largest turn of a surface from frame to frame.
+const LEAST_TURNED: f64 = -0.8;
+
+/// The same surface in the frame before, and how far it is from having turned too much: what has
+/// moved is turned by the smallest angle that turns its shading normal to what it was.
+fn turned_back(seen: &Seen, moved: &Moved) -> (Seen, f64) {
+    let Some(before) = moved.turned else {
+        return (*seen, f64::INFINITY);
+    };
+    let cosine = seen.shading_normal.dot(before);
+    let turn = DQuat::from_rotation_arc(seen.shading_normal.normalize(), before.normalize());
+    let there = Seen {
+        geometric_normal: turn * seen.geometric_normal,
+        shading_normal: before,
+        ..*seen
+    };
+    (there, cosine - LEAST_TURNED)
+}
+
+/// What history weighs at most (frames).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Longest {
+    /// With this frame's visibility.
+    pub visibility: f64,
+    /// With this frame's light.
+    pub light: f64,
+    /// Light alone, without this frame's: less where that has changed.
+    pub unchanged: f64,
+}
+
+/// What history weighs where light has changed by the share `change`, 0 to 1 (frames).
+pub fn unchanged(change: f64, slack: f64) -> f64 {
+    if change > 0.0 {
+        slack / change - slack
+    } else {
+        f64::INFINITY
+    }
+}
+
+/// The light of a pixel and what it and its visibility weigh (frames): `light` of this frame, and
+/// of the frame before what a bilinear sample finds on the same surface.
 pub fn history(
     seen: &Seen,
     light: DVec4,
     moved: Option<&Moved>,
     before: &Picture<'_, KeptPixel>,
-    (limits, longest): (Limits, f64),
-) -> Judged<(DVec4, f64)> {
-    let (mut found, mut weight, mut kept, mut least_margin) =
-        (DVec4::ZERO, 0.0, 0.0, f64::INFINITY);
+    (limits, longest): (Limits, Longest),
+) -> Judged<(DVec4, [f64; 2])> {
+    let (mut found, mut weights, mut kept, mut least_margin) =
+        (DVec4::ZERO, DVec2::ZERO, 0.0, f64::INFINITY);
     if let Some(moved) = moved {
+        let (there, known) = turned_back(seen, moved);
+        least_margin = least_margin.min(known.abs());
         let corner = (moved.place - 0.5).floor();
         let share = moved.place - 0.5 - corner;
         for (x, y) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
@@ -102,34 +146,55 @@ pub fn history(
             let Some(tap) = before.at(corner.x as i64 + x, corner.y as i64 + y) else {
                 continue;
             };
-            let margin = limits.margin(seen, tap.seen.position - moved.position, &tap.seen);
+            let margin = limits.margin(&there, tap.seen.position - moved.position, &tap.seen);
             least_margin = least_margin.min(margin.abs());
-            if margin >= 0.0 {
+            if margin >= 0.0 && known > 0.0 {
                 found += part * tap.light;
-                weight += part * tap.weight;
+                weights += part * DVec2::from(tap.weights);
                 kept += part;
             }
         }
         if kept > 0.0 {
-            least_margin = least_margin.min((kept - 1e-3).abs());
+            // A small part of a sample is as uncertain as its place.
+            least_margin = least_margin.min((kept - 1e-3).abs()).min(0.05 * kept);
         }
     }
     let is_kept = kept >= 1e-3;
-    let (found, weight) = match is_kept {
-        true => (found / kept, weight / kept * (kept / 0.05).min(1.0)),
-        false => (DVec4::ZERO, 0.0),
+    let (found, weights) = match is_kept {
+        true => (found / kept, weights / kept * (kept / 0.05).min(1.0)),
+        false => (DVec4::ZERO, DVec2::ZERO),
     };
-    let weight = weight.min(longest - 1.0);
+    let most = DVec2::new(
+        longest.light.min(longest.unchanged + 1.0),
+        longest.visibility,
+    );
+    let weights = weights.min(most - 1.0);
     let value = if light.is_finite() {
-        let mean = light + (found - light) * (weight / (weight + 1.0));
-        (mean, weight + 1.0)
+        let shares = weights / (weights + 1.0);
+        let mean = light + (found - light) * shares.xxxy();
+        (mean, (weights + 1.0).to_array())
     } else {
-        (found, weight)
+        (found, weights.to_array())
     };
     Judged {
         value,
         least_margin,
     }
+}
+
+/// λ = Σ|L′ − L| / Σ max(L′, L) around a texel, by a Gaussian: of surfaces, what they gathered
+/// (`before`) and gather now.
+pub fn relight(texel: [u32; 2], picture: &Picture<'_, [DVec3; 2]>) -> f64 {
+    let [x, y] = texel.map(i64::from);
+    let (mut apart, mut all) = (0.0, 0.0);
+    for (i, j) in (-2..=2).flat_map(|j| (-2..=2).map(move |i| (i, j))) {
+        if let Some([before, now]) = picture.at(x + i, y + j) {
+            let weight = (-0.5 * (i * i + j * j) as f64 / (1.5 * 1.5)).exp();
+            apart += weight * (*now - *before).abs().element_sum();
+            all += weight * now.max(*before).element_sum();
+        }
+    }
+    if all > 0.0 { apart / all } else { 0.0 }
 }
 
 /// The light of a pixel by those texels of a coarse picture that show its own surface. `coarse` has
@@ -234,25 +299,69 @@ mod tests {
             Some(KeptPixel {
                 seen: seen(height),
                 light: DVec4::splat(light),
-                weight,
+                weights: [weight, 0.5 * weight],
             })
         };
         let moved = Moved {
             place: DVec2::new(0.75, 0.5),
             position: DVec3::ZERO,
+            turned: None,
         };
-        let of = |second: f64| {
+        let of = |second: f64, change: f64| {
+            let longest = Longest {
+                unchanged: unchanged(change, 0.3),
+                ..longest(6.0)
+            };
             let pixels = [kept(0.05, 4.0, 3.0), kept(second, 8.0, 7.0)];
             let before = Picture {
                 size: [2, 1],
                 pixels: &pixels,
             };
-            history(&seen(0.0), DVec4::ONE, Some(&moved), &before, (LIMITS, 6.0)).value
+            history(
+                &seen(0.0),
+                DVec4::ONE,
+                Some(&moved),
+                &before,
+                (LIMITS, longest),
+            )
+            .value
         };
-        // ¾ · 4 + ¼ · 8 = 5, with weight 4: (1 + 4 · 5) / 5.
-        assert_eq!(of(0.0), (DVec4::splat(4.2), 5.0));
-        // The first alone: (1 + 3 · 4) / 4.
-        assert_eq!(of(0.2), (DVec4::splat(3.25), 4.0));
+        let light = |rgb: f64, visibility: f64| DVec3::splat(rgb).extend(visibility);
+        // ¾ · 4 + ¼ · 8 = 5, with weight 4: (1 + 4 · 5) / 5; with weight 2: (1 + 2 · 5) / 3.
+        assert_eq!(of(0.0, 0.0), (light(4.2, 11.0 / 3.0), [5.0, 3.0]));
+        // The first alone: (1 + 3 · 4) / 4, (1 + 1.5 · 4) / 2.5.
+        assert_eq!(of(0.2, 0.0), (light(3.25, 2.8), [4.0, 2.5]));
+        // A change of .2 leaves .3 / .2 − .3 = 1.2 frames of light: (1 + 1.2 · 5) / 2.2.
+        let (found, weights) = of(0.0, 0.2);
+        let expected = light(7.0 / 2.2, 11.0 / 3.0);
+        assert!((found - expected).abs().max_element() < 1e-12, "{found}");
+        assert!((weights[0] - 2.2).abs() < 1e-12 && weights[1] == 3.0);
+    }
+
+    fn longest(frames: f64) -> Longest {
+        Longest {
+            visibility: frames,
+            light: frames,
+            unchanged: f64::INFINITY,
+        }
+    }
+
+    /// By hand: one texel of two has doubled.
+    #[test]
+    fn a_change_by_hand() {
+        let pixels = [
+            Some([DVec3::ONE, DVec3::splat(2.0)]),
+            Some([DVec3::ONE, DVec3::ONE]),
+        ];
+        let picture = Picture {
+            size: [2, 1],
+            pixels: &pixels,
+        };
+        let beside = (-0.5f64 / 2.25).exp();
+        let found = relight([0, 0], &picture);
+        assert!((found - 1.0 / (2.0 + beside)).abs() < 1e-12, "{found}");
+        let found = relight([1, 0], &picture);
+        assert!((found - beside / (1.0 + 2.0 * beside)).abs() < 1e-12);
     }
 
     /// After n frames of what stands still: their mean, with the weight n.
@@ -261,6 +370,7 @@ mod tests {
         let moved = Moved {
             place: DVec2::splat(0.5),
             position: DVec3::ZERO,
+            turned: None,
         };
         let mut pixels = [None];
         for frame in 1..=9 {
@@ -269,14 +379,14 @@ mod tests {
                 pixels: &pixels,
             };
             let light = DVec4::splat(f64::from(frame));
-            let limits = (LIMITS, 32.0);
-            let (light, weight) = history(&seen(0.0), light, Some(&moved), &before, limits).value;
+            let limits = (LIMITS, longest(32.0));
+            let (light, weights) = history(&seen(0.0), light, Some(&moved), &before, limits).value;
             assert!((light.x - 0.5 * f64::from(frame + 1)).abs() < 1e-12);
-            assert_eq!(weight, f64::from(frame));
+            assert_eq!(weights, [f64::from(frame); 2]);
             pixels = [Some(KeptPixel {
                 seen: seen(0.0),
                 light,
-                weight,
+                weights,
             })];
         }
     }
@@ -289,8 +399,9 @@ mod tests {
             pixels: &[None],
         };
         let light = DVec4::new(1.0, f64::NAN, 0.0, 0.0);
-        let (light, weight) = history(&seen(0.0), light, None, &before, (LIMITS, 9.0)).value;
-        assert_eq!((light, weight), (DVec4::ZERO, 0.0));
+        let limits = (LIMITS, longest(9.0));
+        let found = history(&seen(0.0), light, None, &before, limits).value;
+        assert_eq!(found, (DVec4::ZERO, [0.0; 2]));
     }
 
     /// By hand: radius 1 has σ 1; the pixel beyond a step does not count.

@@ -24,6 +24,24 @@ pub static SETTINGS: &[Setting] = &[
         default: "0",
     },
     Setting {
+        name: "relight_tile",
+        help: "where light changes, one pixel in each square of so many that gather tells by how \
+               much, and history weighs less there; 0: history weighs 4 frames while lights move",
+        unit: "",
+        domain: Domain::Count { min: 0, max: 16 },
+        default: "4",
+    },
+    Setting {
+        name: "relight_slack",
+        help: "ε: where light changes by the share λ, history weighs ε/λ − ε frames",
+        unit: "",
+        domain: Domain::Number {
+            min: 0.01,
+            max: 4.0,
+        },
+        default: "0.3",
+    },
+    Setting {
         name: "blur",
         help: "mean over neighbours on one surface: off, as wide everywhere, or narrower where \
                there is more history and where pixels have more directions",
@@ -71,6 +89,16 @@ pub static RULES: &[Rule] = &[
     Rule::always(Group::Screen, &["gather_scale", "history", "blur"]),
     Rule {
         group: Group::Screen,
+        settings: &["relight_tile"],
+        applies: |settings| settings.count("history") > 0,
+    },
+    Rule {
+        group: Group::Screen,
+        settings: &["relight_slack"],
+        applies: |settings| settings.count("history") > 0 && settings.count("relight_tile") > 0,
+    },
+    Rule {
+        group: Group::Screen,
         settings: &["blur_radius"],
         applies: |settings| !settings.is("blur", "off"),
     },
@@ -111,6 +139,11 @@ pub struct ScreenSettings {
     pub scale: u32,
     /// What history and a frame weigh at most (frames); 0: there is no history.
     pub longest_history: u32,
+    /// Where light changes, one in so many pixels along each axis that gather tells by how much;
+    /// 0: none does.
+    pub relight_tile: u32,
+    /// ε: where light changes by the share λ, history weighs ε/λ − ε frames.
+    pub relight_slack: f32,
     /// Which blur there is.
     pub blur: Blurring,
     /// Its radius (px).
@@ -132,6 +165,8 @@ impl ScreenSettings {
             splits: settings.find_choice("interleave_order") == Some("split"),
             scale: settings.find_count("gather_scale").unwrap_or(1),
             longest_history: settings.find_count("history").unwrap_or(0),
+            relight_tile: settings.find_count("relight_tile").unwrap_or(0),
+            relight_slack: settings.find_number("relight_slack").unwrap_or(0.0),
             blur: match settings.find_choice("blur") {
                 Some("even") => Blurring::Even,
                 Some("adaptive") => Blurring::Adaptive,
