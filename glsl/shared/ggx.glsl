@@ -34,4 +34,22 @@ vec3 ggx_albedo(vec3 f0, float roughness, float cosine) {
     return max(f0 * ab.x + ab.y, vec3(0.0));
 }
 
+// A half vector around +z that an eye in direction `wo` sees, distributed as the facets that it
+// sees are, for two numbers of [0, 1) (Dupuy & Benyoub 2023).
+vec3 visible_half_vector(vec3 wo, float alpha, vec2 uv) {
+    vec3 stretched = normalize(vec3(alpha * wo.xy, wo.z));
+    float z = (1.0 - uv.x) * (1.0 + stretched.z) - stretched.z;
+    float across = sqrt(clamp(1.0 - z * z, 0.0, 1.0)), phi = 6.28318530717959 * uv.y;
+    vec3 cap = vec3(across * cos(phi), across * sin(phi), z) + stretched;
+    return normalize(vec3(alpha * cap.xy, max(cap.z, 1e-6)));
+}
+
+// Share of those facets' light in direction `wi` that no other facet stops: G₂ / G₁(wo), both
+// directions around +z (Heitz 2014).
+float unmasked_share(vec3 wo, vec3 wi, float alpha) {
+    vec2 cosines = vec2(wo.z, wi.z), tan2 = 1.0 / (cosines * cosines) - 1.0;
+    vec2 masked = 0.5 * (sqrt(1.0 + alpha * alpha * tan2) - 1.0);
+    return (1.0 + masked.x) / (1.0 + masked.x + masked.y);
+}
+
 #endif

@@ -70,6 +70,10 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         "gi/shared/screen/history.comp",
         include_bytes!("../../spirv/gi/shared/screen/history.comp.spv"),
     ),
+    (
+        "gi/shared/screen/history_mirrored.comp",
+        include_bytes!("../../spirv/gi/shared/screen/history_mirrored.comp.spv"),
+    ),
     ("gi/shared/screen/join.comp", include_bytes!("../../spirv/gi/shared/screen/join.comp.spv")),
     (
         "gi/shared/screen/left_over.comp",

@@ -50,6 +50,7 @@ mod properties;
 mod rules;
 mod screen;
 mod screen_gather;
+mod screen_mirrored;
 mod soft_shadows;
 #[cfg(feature = "measure")]
 mod stress;

@@ -17,6 +17,8 @@ use lumivox::gi::shared::cone::VoxelVolume;
 use lumivox::gi::shared::cone::oracle::specular::{Gloss, specular};
 use lumivox::gi::shared::cone::oracle::{LightPlace, MarchSettings, light_visibility};
 use lumivox::gi::shared::cone::{ConeTracer, FaceWeights, cone_set};
+use lumivox::gi::shared::interleave::Pattern;
+use lumivox::gi::shared::interleave::oracle::interleaved_offset;
 use lumivox::gi::shared::voxel::oracle::Receiver;
 use lumivox::gi::voxel_cones::clipmap::Layout;
 use lumivox::graph::{Frame, Gpu, Image};
@@ -112,6 +114,7 @@ fn glossy_room(eye: Vec3) -> Scene {
 
 /// What a pixel shows.
 struct Pixel {
+    at: [u32; 2],
     receiver: Receiver,
     to_eye: DVec3,
     albedo: DVec3,
@@ -136,6 +139,7 @@ fn pixels(gpu: &Gpu, view: &View, eye: DVec3) -> Vec<Pixel> {
             roughness: albedo.w,
         });
         Pixel {
+            at: [*x, *y],
             receiver: *receiver,
             to_eye: (eye - receiver.position).normalize(),
             albedo: albedo.truncate(),
@@ -244,6 +248,9 @@ fn cone_settings(random: &mut Random, wide: bool) -> Vec<String> {
     set("shadow_aperture", 2.0 + 18.0 * random.unit());
     pairs.push(format!("cone_set={}", if wide { "papers" } else { "disc" }));
     pairs.push("interleave=4".to_owned());
+    if wide {
+        pairs.push("specular_interleave=3".to_owned());
+    }
     pairs
 }
 
@@ -286,7 +293,7 @@ fn specular_by_oracle(
     pixels: &[Pixel],
     march: &MarchSettings,
     start_offset: f64,
-    roughening: f64,
+    (pattern, roughening): (Pattern, f64),
 ) -> Vec<DVec4> {
     let of = |pixel: &Pixel| {
         let Some(gloss) = &pixel.gloss else {
@@ -296,11 +303,20 @@ fn specular_by_oracle(
             roughness: gloss.roughness * roughening,
             ..*gloss
         };
+        let (normal, to_eye) = (pixel.receiver.shading_normal, pixel.to_eye);
+        let lobe = match pattern.count() {
+            1 => gloss.whole(normal, to_eye),
+            count => gloss.part(
+                normal,
+                to_eye,
+                interleaved_offset(pixel.at, pattern, 0),
+                count,
+            ),
+        };
         specular(
             structure.levels(),
             &pixel.receiver,
-            pixel.to_eye,
-            &gloss,
+            &lobe,
             start_offset,
             march,
         )
@@ -545,7 +561,7 @@ fn compare_case(gpu: &Gpu, case: &Case, cones: &[String], eye: Vec3, plants: boo
             &pixels,
             march,
             start_offset,
-            roughening,
+            (Pattern::specular(&settings), roughening),
         ))
     };
     let expected = by_oracle(&march, start_offset, 1.0);

@@ -95,8 +95,12 @@ const LIVES: [Life; 28] = [
     Life {
         technique: "voxel-mips",
         preset: Some("fast"),
-        pairs: &[("gather_scale", "2"), ("interleave_order", "split")],
-        surfaces: Surfaces::Emissive,
+        pairs: &[
+            ("gather_scale", "2"),
+            ("interleave_order", "split"),
+            ("specular_interleave", "2"),
+        ],
+        surfaces: Surfaces::Glossy,
     },
     Life {
         technique: "none",

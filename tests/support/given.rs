@@ -13,19 +13,29 @@ use super::passes::ANSWER;
 
 /// Its row; no registry has it.
 pub static GIVEN: Entry = Entry {
-    settings: &[&[Setting {
-        name: "answer",
-        help: "what it answers",
-        unit: "",
-        domain: Domain::Choice(&["noise", "one", "ramp", "number", "no-number", "marks"]),
-        default: "noise",
-    }]],
+    settings: &[&[
+        Setting {
+            name: "answer",
+            help: "what it answers",
+            unit: "",
+            domain: Domain::Choice(&["noise", "one", "ramp", "number", "no-number", "marks"]),
+            default: "noise",
+        },
+        Setting {
+            name: "specular_interleave",
+            help: "what it answers is mirrored too, where this is more than 1",
+            unit: "px",
+            domain: Domain::Count { min: 1, max: 8 },
+            default: "1",
+        },
+    ]],
     ..Entry::new("given", "answers what it is told to", make)
 };
 
 fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>, Error> {
     Ok(Box::new(Given {
         answer: settings.choice("answer"),
+        mirrors: settings.count("specular_interleave") > 1,
         frame: 0,
         diffuse: screen_image(context.gpu, "given.diffuse", context.size)?,
     }))
@@ -57,6 +67,7 @@ pub fn answer(kind: &str, frame: u32, [width, height]: [u32; 2]) -> Vec<Vec4> {
 
 struct Given {
     answer: &'static str,
+    mirrors: bool,
     frame: u32,
     diffuse: Arc<Image>,
 }
@@ -92,6 +103,10 @@ impl Technique for Given {
             .bind("given", &self.diffuse)
             .bind("indirect_diffuse", receivers.light)
             .dispatch(receivers.groups());
+    }
+
+    fn mirror(&mut self, _: &mut Frame, _: &Inputs<'_>) -> Option<Arc<Image>> {
+        self.mirrors.then(|| Arc::clone(&self.diffuse))
     }
 
     fn shadow_direct(&mut self, frame: &mut Frame, given: &Inputs<'_>) -> bool {

@@ -46,6 +46,10 @@ pub struct Frame {
     pub weight: Vec<f64>,
     /// What its visibility weighs (frames).
     pub visibility_weight: Vec<f64>,
+    /// What it mirrors.
+    pub mirrored: Vec<DVec3>,
+    /// Roughness of its lobe; 0 where there is none.
+    pub roughness: Vec<f64>,
 }
 
 /// All pixels.
@@ -127,7 +131,11 @@ impl<'g> Shown<'g> {
         let (seen, moved) = places().enumerate().map(of).unzip();
         let weights = self.renderer.history().unwrap();
         let weights = weights.map_or_else(Vec::new, |weights| weights.pixels);
+        let mirrored = aov(Aov::Specular).into_iter().map(|rgb| rgb.as_dvec3());
+        let roughness = channel(SurfaceChannel::Roughness).into_iter();
         Frame {
+            mirrored: mirrored.collect(),
+            roughness: roughness.map(|roughness| f64::from(roughness.x)).collect(),
             seen,
             moved,
             has_moved: turned.iter().map(|turned| *turned != Vec3::ZERO).collect(),

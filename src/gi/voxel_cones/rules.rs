@@ -139,6 +139,11 @@ pub(super) const RULES: &[Rule] = &[
     ),
     Rule {
         group: Group::Screen,
+        settings: &["specular_interleave"],
+        applies: |settings| settings.is("specular", "on"),
+    },
+    Rule {
+        group: Group::Screen,
         settings: &["interleave_order", "interleave_turn"],
         applies: |settings| Pattern::new(settings).count() > 1,
     },

@@ -1,6 +1,7 @@
 // cone.specular: indirect specular radiance L_s by one cone along the mirror direction. Its half
 // angle is that within which a quarter of the GGX half-vectors fall, doubled: tan θ_h = α √(u / (1
-// − u)) with u = 1/4; the lobe's directional albedo scales it.
+// − u)) with u = 1/4; the lobe's directional albedo scales it. Where the pixels of a tile have K
+// directions between them, each mirrors about a half vector of its own, and u = 1/(4 K).
 layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(set = 1, binding = 3) uniform texture2D view_depth;
@@ -18,11 +19,41 @@ layout(push_constant) uniform SpecularParams {
     vec4 grid;             // xyz: smallest corner of the grid [m]; w: voxel size [m]
     MarchSettings march;
     uint face_stride;      // of the volume: from a face of what it stores to the next
+    uint pattern;          // of a tile of pixels, each of which mirrors about its own half vector
 } params;
 
 #include "shared/gbuffer.glsl"
 #include "shared/ggx.glsl"
+#include "shared/directions.glsl"
 #include "gi/shared/cone/march.glsl"
+
+// A cone of the lobe, and what of its light is reflected.
+struct Mirrored {
+    vec3 direction;
+    float tan_half;
+    vec3 reflected;
+};
+
+float tan_half_of(float alpha, float share) {
+    return tan(min(2.0 * atan(alpha * sqrt(share / (1.0 - share))), 1.0));
+}
+
+Mirrored mirror(ivec2 pixel, vec3 n, vec3 to_eye, vec3 f0, float roughness) {
+    float alpha = ggx_alpha(roughness);
+    uint count = (params.pattern & 0xffu) * (params.pattern >> 8 & 0xffu);
+    if (count == 1u) {
+        vec3 albedo_ggx = ggx_albedo(f0, roughness, max(dot(n, to_eye), 0.0));
+        return Mirrored(reflect(-to_eye, n), tan_half_of(alpha, 0.25), albedo_ggx);
+    }
+    mat3 around = frame_around(n);
+    vec3 wo = to_eye * around;
+    wo = normalize(vec3(wo.xy, max(wo.z, 1e-3)));
+    vec2 uv = interleaved_offset(pixel, params.pattern, frame.walk.x);
+    vec3 h = visible_half_vector(wo, alpha, uv), wi = reflect(-wo, h);
+    vec3 reflected =
+        wi.z > 0.0 ? schlick(f0, dot(wo, h)) * unmasked_share(wo, wi, alpha) : vec3(0.0);
+    return Mirrored(around * wi, tan_half_of(alpha, 0.25 / float(count)), reflected);
+}
 
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
@@ -32,20 +63,21 @@ void main() {
     vec3 result = vec3(0.0);
     if (read_surface(pixel, surface) && roughness >= 0.0) {
         vec3 to_eye = normalize(frame.eye_ws.xyz - surface.position_ws);
-        vec3 direction = reflect(-to_eye, surface.shading_normal);
+        vec3 f0 = texelFetch(sampler2D(specular, nearest_clamp), pixel, 0).rgb;
+        Mirrored mirrored = mirror(pixel, surface.shading_normal, to_eye, f0, roughness);
+        vec3 direction = mirrored.direction;
         // A shading normal may reflect below the surface: lift the direction onto the horizon.
         float below = min(dot(direction, surface.geometric_normal) - 0.02, 0.0);
         direction = normalize(direction - below * surface.geometric_normal);
-        float tan_half = tan(min(2.0 * atan(0.57735 * ggx_alpha(roughness)), 1.0));
         MarchSettings settings = params.march;
         vec3 receiver = (surface.position_ws - params.grid.xyz) / params.grid.w;
         float start_offset = settings.start_offset * largest_texel(receiver);
         vec3 origin = receiver + start_offset * surface.geometric_normal;
         float cosine = max(dot(direction, surface.geometric_normal), 0.0);
-        vec3 f0 = texelFetch(sampler2D(specular, nearest_clamp), pixel, 0).rgb;
-        ConeResult cone = march_cone(origin, direction, tan_half, start_offset, cosine, settings);
-        vec3 albedo_ggx = ggx_albedo(f0, roughness, max(dot(surface.shading_normal, to_eye), 0.0));
-        result = COUNT_SAMPLES ? vec3(cone.samples, 0.0, 0.0) : albedo_ggx * cone.radiance;
+        ConeResult cone =
+            march_cone(origin, direction, mirrored.tan_half, start_offset, cosine, settings);
+        result =
+            COUNT_SAMPLES ? vec3(cone.samples, 0.0, 0.0) : mirrored.reflected * cone.radiance;
     }
     imageStore(indirect_specular, pixel, vec4(result, 0.0));
 }

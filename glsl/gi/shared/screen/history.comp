@@ -1,7 +1,9 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // screen.history: what was gathered in this frame and in those before, each surface followed to
-// where it was (reverse reprojection, Nehab et al. 2007; Hong 2015, section 4.3).
+// where it was (reverse reprojection, Nehab et al. 2007; Hong 2015, section 4.3). MIRRORED: of
+// mirrored light, which slides over surfaces where the eye moves: the narrower a lobe is, the fewer
+// frames it weighs.
 layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(set = 1, binding = 0) uniform texture2D view_depth;
@@ -12,9 +14,13 @@ layout(set = 1, binding = 4) uniform texture2D light_before;
 layout(set = 1, binding = 5) uniform utexture2D guide_before;
 layout(set = 1, binding = 6) uniform texture2D change;   // of light since the frame before
 layout(set = 1, binding = 7, rgba32f) uniform restrict writeonly image2D light_now;
+#ifdef MIRRORED
+layout(set = 1, binding = 8) uniform texture2D albedo;   // a: roughness
+#else
 // x: view depth [m], 0 without a surface; y: weight of visibility [frames]; z: shading normal, as
 // in `normals`; w: weight of light [frames]
 layout(set = 1, binding = 8, rgba32ui) uniform restrict writeonly uimage2D guide_now;
+#endif
 
 layout(push_constant) uniform HistoryParams {
     vec4 eye_before;         // xyz: where the frame before was seen from [m]; w: 1 if there was one
@@ -32,6 +38,7 @@ layout(push_constant) uniform HistoryParams {
 
 #include "gi/shared/screen/one_surface.glsl"
 #include "shared/turned.glsl"
+#include "shared/ggx.glsl"
 
 // Less than this of a bilinear sample is no history; a small part of one weighs less.
 const float LEAST_KEPT = 1e-3, WHOLE_KEPT = 0.05;
@@ -63,6 +70,18 @@ float longest_light(vec2 place) {
     return changed > 0.0 ? min(longest, max(slack / changed - slack, 0.0)) : longest;
 }
 
+#ifdef MIRRORED
+// What a mirrored light weighs at most [frames], so that in the mean of them it slides by a quarter
+// of the lobe's half angle. `now` and `then` are the directions to the eye seen from the surface.
+float longest_mirrored(ivec2 pixel, Surface now, vec3 to_eye_now, Surface then, vec3 to_eye_then) {
+    float alpha = ggx_alpha(texelFetch(sampler2D(albedo, nearest_clamp), pixel, 0).a);
+    float half_angle = 2.0 * atan(0.57735 * alpha);
+    float turned = length(now.shading_normal - then.shading_normal);
+    float slid = length(to_eye_now - to_eye_then) + 2.0 * turned;
+    return slid > 0.0 ? 0.5 * half_angle / slid : params.longest;
+}
+#endif
+
 // A surface's normals in the frame before: of what has moved, `turned` has the shading normal.
 // False where that was nearly the opposite.
 bool turn_back(float turned, inout Surface surface) {
@@ -83,6 +102,7 @@ History find_history(ivec2 pixel, Surface surface) {
         || any(greaterThan(place, size)))
         return found;
     float off_plane_m = params.plane_tolerance * footprint_of(surface.position_ws);
+    Surface seen = surface;
     if (!turn_back(moved.w, surface)) return found;
     vec3 position = position_before(place, moved.z);
     vec2 corner = floor(place - 0.5), share = place - 0.5 - corner;
@@ -98,14 +118,25 @@ History find_history(ivec2 pixel, Surface surface) {
             continue;
         vec2 near = mix(1.0 - share, share, vec2(step));
         float part = near.x * near.y;
-        found.light += part * texelFetch(sampler2D(light_before, nearest_clamp), tap, 0);
+        vec4 light = texelFetch(sampler2D(light_before, nearest_clamp), tap, 0);
+        found.light += part * light;
+#ifdef MIRRORED
+        found.weights += part * light.a;
+#else
         found.weights += part * uintBitsToFloat(guide.wy);
+#endif
         kept += part;
     }
     if (kept < LEAST_KEPT) return History(vec4(0.0), vec2(0.0));
     found.light /= kept;
     found.weights *= min(kept / WHOLE_KEPT, 1.0) / kept;
     found.weights = min(found.weights, vec2(longest_light(place), params.longest - 1.0));
+#ifdef MIRRORED
+    vec3 to_eye_now = normalize(frame.eye_ws.xyz - seen.position_ws),
+         to_eye_then = normalize(params.eye_before.xyz - position);
+    float longest = longest_mirrored(pixel, seen, to_eye_now, surface, to_eye_then);
+    found.weights = min(found.weights, vec2(longest));
+#endif
     return found;
 }
 
@@ -115,7 +146,9 @@ void main() {
     Surface surface;
     if (!read_surface(pixel, surface)) {
         imageStore(light_now, pixel, vec4(0.0));
+#ifndef MIRRORED
         imageStore(guide_now, pixel, uvec4(0u));
+#endif
         return;
     }
     vec4 light = texelFetch(sampler2D(gathered, nearest_clamp), pixel, 0);
@@ -128,10 +161,14 @@ void main() {
         light += (history.light - light) * (weights / (weights + 1.0)).xxxy;
         weights += 1.0;
     }
+#ifdef MIRRORED
+    imageStore(light_now, pixel, vec4(light.rgb, weights.x));
+#else
     imageStore(light_now, pixel, light);
     uint shading = texelFetch(usampler2D(normals, nearest_clamp), pixel, 0).g;
     float depth_m = texelFetch(sampler2D(view_depth, nearest_clamp), pixel, 0).r;
     imageStore(guide_now, pixel,
         uvec4(floatBitsToUint(depth_m), floatBitsToUint(weights.y), shading,
             floatBitsToUint(weights.x)));
+#endif
 }

@@ -1,9 +1,10 @@
 //! One cone from one place of the picture, with every sample that it takes, as the gathers trace
 //! it.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use super::march::MarchSettings;
+use super::oracle::specular::{Gloss, lifted};
 use super::tracer::{ConeTracer, longest_march};
 use super::volume::{ConeOutput, March, Volume};
 use crate::gi::Context;
@@ -130,17 +131,24 @@ impl ConeTracer {
                 (direction.normalize().as_vec3(), tan_half, Some(weight))
             }
             BeamAxis::Mirror => {
-                let to_eye = (surface.eye - surface.position).normalize();
-                let mirrored = (2.0 * surface.shading_normal.dot(to_eye) * surface.shading_normal
-                    - to_eye)
-                    .normalize();
-                // As cone.specular lifts a direction that goes below the surface.
-                let below = (mirrored.dot(surface.geometric_normal) - 0.02).min(0.0);
-                let alpha = (surface.roughness * surface.roughness).max(1e-3);
-                let tan_half = (2.0 * (0.57735 * alpha).atan()).min(1.0).tan();
+                let to_eye = (surface.eye - surface.position).normalize().as_dvec3();
+                let (normal, pattern) = (
+                    surface.shading_normal.as_dvec3(),
+                    self.settings.specular_pattern,
+                );
+                let gloss = Gloss {
+                    f0: DVec3::ONE,
+                    roughness: surface.roughness.into(),
+                };
+                let cone = if pattern.count() == 1 {
+                    gloss.whole(normal, to_eye)
+                } else {
+                    let uv = interleaved_offset(surface.pixel, pattern, surface.walk);
+                    gloss.part(normal, to_eye, uv, pattern.count())
+                };
                 (
-                    (mirrored - below * surface.geometric_normal).normalize(),
-                    tan_half,
+                    lifted(cone.direction, surface.geometric_normal.as_dvec3()).as_vec3(),
+                    cone.half_angle_rad.tan() as f32,
                     None,
                 )
             }

@@ -46,6 +46,8 @@ gpu_struct! {
         pub march: MarchSettings,
         /// As in [`ConeParams`].
         pub face_stride: u32,
+        /// As in [`ConeParams`]; each pixel mirrors about a half vector of its own.
+        pub pattern: u32,
     }
 }
 
@@ -97,6 +99,8 @@ pub(in crate::gi) const BOUNCE: [Binding; 3] = [
 pub struct ConeSettings {
     /// Which directions the pixels of a tile take.
     pub pattern: Pattern,
+    /// Which directions of the glossy lobe they take.
+    pub specular_pattern: Pattern,
     pub(super) step_factor: f32,
     pub(super) opacity_exponent: f32,
     pub(super) height_clamp: f32,
@@ -210,6 +214,7 @@ impl ConeTracer {
         Ok(ConeTracer {
             settings: ConeSettings {
                 pattern: Pattern::new(settings),
+                specular_pattern: Pattern::specular(settings),
                 step_factor: settings.number("step_factor"),
                 opacity_exponent: settings.number("opacity_exponent"),
                 height_clamp: settings.number("height_clamp"),
@@ -376,6 +381,7 @@ impl ConeTracer {
             grid: volume.grid.row(),
             march: s.march(volume),
             face_stride: volume.face_stride,
+            pattern: s.specular_pattern.bits(),
         };
         let march = March::new(true, output, s.face_weights);
         volume

@@ -60,6 +60,16 @@ pub static SETTINGS: &[Setting] = &[
     },
 ];
 
+/// The setting of patterns of glossy reflections.
+pub static SPECULAR_SETTINGS: &[Setting] = &[Setting {
+    name: "specular_interleave",
+    help: "n: each pixel of an n×n tile mirrors about its own half vector of the glossy lobe, then \
+           neighbours on one surface are averaged; 1: all by one cone as wide as the lobe",
+    unit: "px",
+    domain: Domain::Count { min: 1, max: 8 },
+    default: "1",
+}];
+
 /// Tiles of pixels that gather in different directions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Pattern {
@@ -81,6 +91,11 @@ impl Pattern {
             size: [width, height],
             is_turned: settings.find_choice("interleave_turn") != Some("off"),
         }
+    }
+
+    /// Of glossy reflections, from a technique's settings; one pixel where it has no such patterns.
+    pub fn specular(settings: &Settings) -> Self {
+        Pattern::of([settings.find_count("specular_interleave").unwrap_or(1); 2])
     }
 
     /// Tiles of this size (px), each turned by an angle of its own.

@@ -39,12 +39,27 @@ gpu_struct! {
     }
 }
 
+const fn history_pass(
+    name: &'static str,
+    module: &'static str,
+    bindings: &'static [Binding],
+) -> Pass {
+    Pass {
+        name,
+        shaders: Shaders::Compute(module),
+        bindings,
+        constants: &[],
+        params: Some(HistoryParams::LAYOUT),
+        sets: Sets::Scene,
+    }
+}
+
 /// Mean of what was gathered and of what the frame before had at the same place of the surface, by
 /// weight. Reads the G-buffer with motion and the frame before; writes light and a guide.
-pub static HISTORY: Pass = Pass {
-    name: "screen.history",
-    shaders: Shaders::Compute("gi/shared/screen/history.comp"),
-    bindings: &[
+pub static HISTORY: Pass = history_pass(
+    "screen.history",
+    "gi/shared/screen/history.comp",
+    &[
         Binding::sampled("view_depth", Access::ComputeSampled),
         Binding::sampled("normals", Access::ComputeSampled),
         Binding::sampled("motion", Access::ComputeSampled),
@@ -55,10 +70,25 @@ pub static HISTORY: Pass = Pass {
         Binding::image("light_now", Access::ComputeWrite),
         Binding::image("guide_now", Access::ComputeWrite),
     ],
-    constants: &[],
-    params: Some(HistoryParams::LAYOUT),
-    sets: Sets::Scene,
-};
+);
+
+/// The same of mirrored light, which weighs fewer frames where the eye moves and the lobe is
+/// narrow. Its weight (frames) is in alpha.
+pub static HISTORY_MIRRORED: Pass = history_pass(
+    "screen.history_mirrored",
+    "gi/shared/screen/history_mirrored.comp",
+    &[
+        Binding::sampled("view_depth", Access::ComputeSampled),
+        Binding::sampled("normals", Access::ComputeSampled),
+        Binding::sampled("motion", Access::ComputeSampled),
+        Binding::sampled("gathered", Access::ComputeSampled),
+        Binding::sampled("light_before", Access::ComputeSampled),
+        Binding::sampled("guide_before", Access::ComputeSampled),
+        Binding::sampled("change", Access::ComputeSampled),
+        Binding::image("light_now", Access::ComputeWrite),
+        Binding::sampled("albedo", Access::ComputeSampled),
+    ],
+);
 
 /// What history weighs at most while lights change, and nothing says where (frames).
 const LONGEST_IN_DOUBT: u32 = 4;
@@ -69,6 +99,8 @@ struct Kept {
     light: Arc<Image>,
     /// RGBA32UI: view depth, normal, weights (`gi/shared/screen/history.comp`).
     guide: Arc<Image>,
+    /// RGBA32F: mirrored light and its weight; absent where that has no noise.
+    mirrored: Option<Arc<Image>>,
 }
 
 /// Light of the frames before.
@@ -85,11 +117,14 @@ pub(super) struct History {
 }
 
 impl History {
-    pub(super) fn new(gpu: &Gpu, size: [u32; 2]) -> Result<Self, Error> {
+    /// `mirrors`: mirrored light has a history too.
+    pub(super) fn new(gpu: &Gpu, size: [u32; 2], mirrors: bool) -> Result<Self, Error> {
+        let mirrored = || screen_image(gpu, "screen.history_mirrored", size);
         let kept = || -> Result<Kept, Error> {
             Ok(Kept {
                 light: screen_image(gpu, "screen.history", size)?,
                 guide: screen_image_of(gpu, "screen.guide", size, vk::Format::R32G32B32A32_UINT)?,
+                mirrored: mirrors.then(mirrored).transpose()?,
             })
         };
         Ok(History {
@@ -125,20 +160,14 @@ impl History {
         settings: &ScreenSettings,
     ) -> Arc<Image> {
         let (now, before) = (&self.kept[self.now], &self.kept[1 - self.now]);
-        let motion = gbuffer.motion.as_ref().unwrap_or(&gbuffer.view_depth);
-        let longest = settings.longest_history.max(1);
-        let longest_light = if self.is_doubtful {
-            longest.min(LONGEST_IN_DOUBT)
-        } else {
-            longest
-        };
-        let seen = self.before.unwrap_or(FrameConstants::zeroed());
-        let [x, y, z, _] = seen.eye_ws;
         frame
             .pass(&HISTORY)
             .bind("view_depth", &gbuffer.view_depth)
             .bind("normals", &gbuffer.normals)
-            .bind("motion", motion)
+            .bind(
+                "motion",
+                gbuffer.motion.as_ref().unwrap_or(&gbuffer.view_depth),
+            )
             .bind("gathered", gathered)
             .bind("light_before", &before.light)
             .bind("guide_before", &before.guide)
@@ -148,21 +177,68 @@ impl History {
             )
             .bind("light_now", &now.light)
             .bind("guide_now", &now.guide)
-            .push(&HistoryParams {
-                eye_before: [x, y, z, f32::from(u8::from(self.before.is_some()))],
-                ray_right_before: seen.ray_right,
-                ray_up_before: seen.ray_up,
-                ray_forward_before: seen.ray_forward,
-                change_size: change.map_or([1; 2], |change| change.size),
-                change_px: change.map_or(0.0, |change| change.px as f32),
-                change_slack: settings.relight_slack,
-                longest: longest as f32,
-                longest_light: longest_light as f32,
-                plane_tolerance: settings.limits.plane_tolerance,
-                normal_cosine: settings.limits.normal_cosine,
-            })
+            .push(&self.params(change, settings))
             .dispatch(screen_groups(gbuffer.size));
         Arc::clone(&now.light)
+    }
+
+    /// Adds the pass of mirrored light; as [`History::add`].
+    pub(super) fn add_mirrored(
+        &self,
+        frame: &mut Frame,
+        gbuffer: &GBuffer,
+        (mirrored, change): (&Arc<Image>, Option<&Change<'_>>),
+        settings: &ScreenSettings,
+    ) -> Arc<Image> {
+        let before = &self.kept[1 - self.now];
+        let images = (&self.kept[self.now].mirrored, &before.mirrored);
+        let (Some(now), Some(light_before)) = images else {
+            return Arc::clone(mirrored);
+        };
+        frame
+            .pass(&HISTORY_MIRRORED)
+            .bind("view_depth", &gbuffer.view_depth)
+            .bind("normals", &gbuffer.normals)
+            .bind(
+                "motion",
+                gbuffer.motion.as_ref().unwrap_or(&gbuffer.view_depth),
+            )
+            .bind("gathered", mirrored)
+            .bind("light_before", light_before)
+            .bind("guide_before", &before.guide)
+            .bind(
+                "change",
+                change.map_or(&before.light, |change| change.image),
+            )
+            .bind("light_now", now)
+            .bind("albedo", &gbuffer.albedo)
+            .push(&self.params(change, settings))
+            .dispatch(screen_groups(gbuffer.size));
+        Arc::clone(now)
+    }
+
+    fn params(&self, change: Option<&Change<'_>>, settings: &ScreenSettings) -> HistoryParams {
+        let longest = settings.longest_history.max(1);
+        let longest_light = if self.is_doubtful {
+            longest.min(LONGEST_IN_DOUBT)
+        } else {
+            longest
+        };
+        let seen = self.before.unwrap_or(FrameConstants::zeroed());
+        let [x, y, z, _] = seen.eye_ws;
+        HistoryParams {
+            eye_before: [x, y, z, f32::from(u8::from(self.before.is_some()))],
+            ray_right_before: seen.ray_right,
+            ray_up_before: seen.ray_up,
+            ray_forward_before: seen.ray_forward,
+            change_size: change.map_or([1; 2], |change| change.size),
+            change_px: change.map_or(0.0, |change| change.px as f32),
+            change_slack: settings.relight_slack,
+            longest: longest as f32,
+            longest_light: longest_light as f32,
+            plane_tolerance: settings.limits.plane_tolerance,
+            normal_cosine: settings.limits.normal_cosine,
+        }
     }
 
     pub(super) fn keep_frame(&mut self, seen_with: &FrameConstants) {

@@ -11,21 +11,23 @@ pub mod settings;
 
 pub use blur::{BLUR, BlurParams};
 pub use gather::{CoarseParams, JOIN, JoinParams, LEFT_OVER, UPSAMPLE};
-pub use history::{HISTORY, HistoryParams};
+pub use history::{HISTORY, HISTORY_MIRRORED, HistoryParams};
 pub use relight::{RELIGHT, REMEMBER};
 pub use settings::{Blurring, ScreenSettings};
+
+use std::sync::Arc;
 
 use blur::Blur;
 use gather::Gather;
 use history::History;
-use relight::Relight;
+use relight::{Change, Relight};
 
 use crate::gi::entry::Stage;
-use crate::gi::shared::interleave::DEINTERLEAVE;
+use crate::gi::shared::interleave::{DEINTERLEAVE, deinterleave};
 use crate::gi::{IndirectLight, Inputs, Technique};
-use crate::graph::{Error, Frame, Gpu, Pass};
+use crate::graph::{Error, Frame, Gpu, Image as GpuImage, Pass};
 use crate::image::Image;
-use crate::render::{FrameConstants, GBuffer, GpuScene, PICK, read_weights};
+use crate::render::{FrameConstants, GBuffer, GpuScene, PICK, read_weights, screen_image};
 
 /// All passes of this module, and those of windows.
 pub static PASSES: &[&Pass] = &[
@@ -36,6 +38,7 @@ pub static PASSES: &[&Pass] = &[
     &REMEMBER,
     &RELIGHT,
     &HISTORY,
+    &HISTORY_MIRRORED,
     &BLUR,
 ];
 
@@ -50,7 +53,12 @@ pub static WINDOW: Stage = Stage::picture("interleaving", &["gi.deinterleave"]);
 /// Light of frames before.
 pub static REUSE: Stage = Stage::picture(
     "reuse over time",
-    &[REMEMBER.name, RELIGHT.name, HISTORY.name],
+    &[
+        REMEMBER.name,
+        RELIGHT.name,
+        HISTORY.name,
+        HISTORY_MIRRORED.name,
+    ],
 );
 /// Light of neighbours.
 pub static BLURRING: Stage = Stage::picture("blur", &["screen.blur"]);
@@ -62,6 +70,8 @@ pub struct Screen {
     relight: Option<Relight>,
     history: Option<History>,
     blur: Option<Blur>,
+    /// RGBA32F: mirrored light after its window; absent without patterns of it.
+    mirrored: Option<Arc<GpuImage>>,
 }
 
 impl Screen {
@@ -73,7 +83,8 @@ impl Screen {
         size: [u32; 2],
     ) -> Result<Self, Error> {
         let has_history = settings.longest_history > 0;
-        let history = has_history.then(|| History::new(gpu, size));
+        let mirrors = scene.is_glossy && settings.specular_pattern.count() > 1;
+        let history = has_history.then(|| History::new(gpu, size, mirrors));
         let relight = (has_history && settings.relight_tile > 0)
             .then(|| Relight::new(gpu, scene, (settings.relight_tile, settings.scale), size));
         let blur = (settings.blur != Blurring::Off).then(|| Blur::new(gpu, size));
@@ -83,6 +94,9 @@ impl Screen {
             relight: relight.transpose()?,
             history: history.transpose()?,
             blur: blur.transpose()?,
+            mirrored: mirrors
+                .then(|| screen_image(gpu, "screen.mirrored", size))
+                .transpose()?,
         })
     }
 
@@ -156,9 +170,35 @@ impl Screen {
             diffuse = blur.add(frame, given.gbuffer, (&diffuse, guide), &self.settings);
         }
         technique.add_apart(frame, given, &diffuse);
+        let specular = technique.mirror(frame, given);
         IndirectLight {
             diffuse,
-            specular: technique.mirror(frame, given),
+            specular: specular.map(|light| self.share_mirrored(frame, given, light, change)),
+        }
+    }
+
+    /// Adds the passes by which pixels share mirrored light, where each has directions of its own.
+    fn share_mirrored(
+        &self,
+        frame: &mut Frame,
+        given: &Inputs<'_>,
+        light: Arc<GpuImage>,
+        change: Option<Change<'_>>,
+    ) -> Arc<GpuImage> {
+        let Some(windowed) = &self.mirrored else {
+            return light;
+        };
+        let mirrored = given.gbuffer.receivers(given.scene, &light);
+        let shared = (self.settings.specular_pattern, self.settings.limits);
+        deinterleave(frame, &mirrored, windowed, shared);
+        match &self.history {
+            Some(history) => history.add_mirrored(
+                frame,
+                given.gbuffer,
+                (windowed, change.as_ref()),
+                &self.settings,
+            ),
+            None => Arc::clone(windowed),
         }
     }
 

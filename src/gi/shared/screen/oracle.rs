@@ -124,6 +124,28 @@ pub fn unchanged(change: f64, slack: f64) -> f64 {
     }
 }
 
+/// What mirrored light of the frame before weighs at most (frames), where the directions to the eye
+/// are seen from the surface: in the mean of so many, it slides by a quarter of the half angle of a
+/// lobe of this roughness.
+pub fn unslid(
+    seen: &Seen,
+    moved: &Moved,
+    [to_eye, to_eye_before]: [DVec3; 2],
+    roughness: f64,
+) -> f64 {
+    let alpha = roughness.powi(2).max(1e-3);
+    let half_angle = 2.0 * (alpha / 3f64.sqrt()).atan();
+    let turned = moved
+        .turned
+        .map_or(0.0, |before| seen.shading_normal.distance(before));
+    let slid = to_eye.distance(to_eye_before) + 2.0 * turned;
+    if slid > 0.0 {
+        0.5 * half_angle / slid
+    } else {
+        f64::INFINITY
+    }
+}
+
 /// The light of a pixel and what it and its visibility weigh (frames): `light` of this frame, and
 /// of the frame before what a bilinear sample finds on the same surface.
 pub fn history(

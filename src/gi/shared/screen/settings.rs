@@ -133,6 +133,8 @@ pub enum Blurring {
 pub struct ScreenSettings {
     /// Which directions the pixels of a tile take.
     pub pattern: Pattern,
+    /// Which directions of a glossy lobe they mirror.
+    pub specular_pattern: Pattern,
     /// Whether they gather in parts, each along one direction.
     pub splits: bool,
     /// Width of the squares in each of which a pixel gathers (px).
@@ -162,6 +164,7 @@ impl ScreenSettings {
     pub fn new(settings: &Settings, directions: Option<u32>) -> Self {
         ScreenSettings {
             pattern: Pattern::new(settings),
+            specular_pattern: Pattern::specular(settings),
             splits: settings.find_choice("interleave_order") == Some("split"),
             scale: settings.find_count("gather_scale").unwrap_or(1),
             longest_history: settings.find_count("history").unwrap_or(0),

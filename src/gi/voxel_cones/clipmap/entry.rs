@@ -79,6 +79,7 @@ pub static ENTRY: Entry = Entry {
         FACE_SETTINGS,
         cone::SETTINGS,
         interleave::SETTINGS,
+        interleave::SPECULAR_SETTINGS,
     ],
     presets: PRESETS,
     passes: &[voxel::PASSES, PASSES, &CONES.all()],

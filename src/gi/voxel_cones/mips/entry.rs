@@ -95,6 +95,7 @@ pub static ENTRY: Entry = Entry {
         FACE_SETTINGS,
         cone::SETTINGS,
         interleave::SETTINGS,
+        interleave::SPECULAR_SETTINGS,
         RAY_SETTINGS,
     ],
     presets: PRESETS,

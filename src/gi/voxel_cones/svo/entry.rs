@@ -139,6 +139,7 @@ pub static ENTRY: Entry = Entry {
         FACE_SETTINGS,
         cone::SETTINGS,
         interleave::SETTINGS,
+        interleave::SPECULAR_SETTINGS,
     ],
     check,
     presets: PRESETS,

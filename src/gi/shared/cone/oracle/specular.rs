@@ -17,6 +17,17 @@ pub struct Gloss {
     pub roughness: f64,
 }
 
+/// A cone of the glossy lobe.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LobeCone {
+    /// Unit vector away from the surface; it may lead below it.
+    pub direction: DVec3,
+    /// γ/2 \[rad\].
+    pub half_angle_rad: f64,
+    /// What of its light is reflected.
+    pub reflected: DVec3,
+}
+
 /// Widest half angle of a cone \[rad\].
 const WIDEST_RAD: f64 = 1.0;
 
@@ -33,9 +44,54 @@ impl Gloss {
     /// vectors lies within tan²θ = α² u / (1 − u) of the normal, and a direction turns by twice
     /// as much as the half vector. u is ¼.
     pub fn half_angle_rad(&self) -> f64 {
-        let u: f64 = 0.25;
+        self.half_angle_of(0.25)
+    }
+
+    fn half_angle_of(&self, u: f64) -> f64 {
         let tan = self.alpha() * (u / (1.0 - u)).sqrt();
         (2.0 * tan.atan()).min(WIDEST_RAD)
+    }
+
+    /// The whole lobe as one cone, for a viewer in a unit direction.
+    pub fn whole(&self, shading: DVec3, to_eye: DVec3) -> LobeCone {
+        LobeCone {
+            direction: 2.0 * shading.dot(to_eye) * shading - to_eye,
+            half_angle_rad: self.half_angle_rad(),
+            reflected: self.directional_albedo(shading.dot(to_eye).max(0.0)),
+        }
+    }
+
+    /// One of `count` cones of the lobe: about the half vector that two numbers of \[0, 1) stand
+    /// for, distributed as the facets that the viewer sees (Dupuy & Benyoub 2023), with the light
+    /// that other facets stop left out (Heitz 2014).
+    pub fn part(&self, shading: DVec3, to_eye: DVec3, uv: DVec2, count: u32) -> LobeCone {
+        let alpha = self.alpha();
+        let [tangent, bitangent] = tangents(shading);
+        let local = |v: DVec3| DVec3::new(v.dot(tangent), v.dot(bitangent), v.dot(shading));
+        let seen = local(to_eye);
+        let eye = DVec3::new(seen.x, seen.y, seen.z.max(1e-3)).normalize();
+        let stretched = DVec3::new(alpha * eye.x, alpha * eye.y, eye.z).normalize();
+        let z = (1.0 - uv.x) * (1.0 + stretched.z) - stretched.z;
+        let (sin, cos) = (2.0 * PI * uv.y).sin_cos();
+        let across = (1.0 - z * z).max(0.0).sqrt();
+        let cap = DVec3::new(across * cos, across * sin, z) + stretched;
+        let half = DVec3::new(alpha * cap.x, alpha * cap.y, cap.z.max(1e-6)).normalize();
+        let light = 2.0 * eye.dot(half) * half - eye;
+        let masked = |cosine: f64| {
+            0.5 * ((1.0 + alpha * alpha * (1.0 / (cosine * cosine) - 1.0)).sqrt() - 1.0)
+        };
+        let reflected = if light.z > 0.0 {
+            let (of_eye, of_light) = (masked(eye.z), masked(light.z));
+            let fresnel = self.f0 + (1.0 - self.f0) * (1.0 - eye.dot(half)).powi(5);
+            fresnel * ((1.0 + of_eye) / (1.0 + of_eye + of_light))
+        } else {
+            DVec3::ZERO
+        };
+        LobeCone {
+            direction: light.x * tangent + light.y * bitangent + light.z * shading,
+            half_angle_rad: self.half_angle_of(0.25 / f64::from(count)),
+            reflected,
+        }
     }
 
     /// Share of the light from all sides that the lobe reflects to a viewer at this cosine to the
@@ -67,31 +123,45 @@ impl Gloss {
     }
 }
 
-/// Indirect specular radiance L_s [W/(m² sr)] that a surface sends to an eye in a unit direction.
-/// Only the radiance of the cone's result counts.
+/// A tangent and bitangent of a unit vector, as shaders choose them (Duff et al. 2017).
+fn tangents(n: DVec3) -> [DVec3; 2] {
+    let sign = if n.z >= 0.0 { 1.0 } else { -1.0 };
+    let a = -1.0 / (sign + n.z);
+    let b = n.x * n.y * a;
+    [
+        DVec3::new(1.0 + sign * n.x * n.x * a, sign * b, -sign * n.x),
+        DVec3::new(b, sign + n.y * n.y * a, -n.y),
+    ]
+}
+
+/// Above the surface of this unit normal, at least by [`LEAST_COSINE`]: a shading normal may
+/// mirror below it.
+pub fn lifted(direction: DVec3, normal: DVec3) -> DVec3 {
+    let rise = (LEAST_COSINE - direction.dot(normal)).max(0.0);
+    (direction + rise * normal).normalize()
+}
+
+/// Indirect specular radiance L_s [W/(m² sr)] that a surface reflects by a cone of its lobe. Only
+/// the radiance of the cone's result counts.
 pub fn specular<'l>(
     levels: impl Into<Levels<'l>>,
     receiver: &Receiver,
-    to_eye: DVec3,
-    gloss: &Gloss,
+    lobe: &LobeCone,
     start_offset: f64,
     settings: &MarchSettings,
 ) -> DVec3 {
     let levels = levels.into();
-    let (normal, shading) = (receiver.geometric_normal, receiver.shading_normal);
-    let mirrored = 2.0 * shading.dot(to_eye) * shading - to_eye;
-    // A shading normal may mirror below the surface.
-    let rise = (LEAST_COSINE - mirrored.dot(normal)).max(0.0);
-    let direction = (mirrored + rise * normal).normalize();
+    let normal = receiver.geometric_normal;
+    let direction = lifted(lobe.direction, normal);
     let (origin, height) = apex(levels, receiver, start_offset);
     let cone = Cone {
         origin,
         direction,
-        tan_half: gloss.half_angle_rad().tan(),
+        tan_half: lobe.half_angle_rad.tan(),
         height,
         cosine: direction.dot(normal).max(0.0),
     };
-    gloss.directional_albedo(shading.dot(to_eye).max(0.0)) * march(levels, &cone, settings).radiance
+    lobe.reflected * march(levels, &cone, settings).radiance
 }
 
 #[cfg(test)]
@@ -182,6 +252,35 @@ mod tests {
         );
     }
 
+    /// The cones of a lobe reflect together what its integral does, whatever the viewer's angle.
+    #[test]
+    fn parts_reflect_what_the_lobe_does() {
+        for (roughness, cosine) in [(0.2, 0.9), (0.5, 0.4), (0.8, 1.0), (1.0, 0.15)] {
+            let (gloss, n) = (gloss(roughness), 64);
+            let mean = (0..n * n)
+                .map(|at| {
+                    let uv = [at % n, at / n].map(|at| (f64::from(at) + 0.5) / f64::from(n));
+                    gloss
+                        .part(DVec3::Z, self::at(cosine), uv.into(), 16)
+                        .reflected
+                })
+                .sum::<DVec3>()
+                / f64::from(n * n);
+            let off = mean - integrated_albedo(&gloss, cosine);
+            assert!(
+                off.abs().max_element() < 4e-3,
+                "roughness {roughness}, cosine {cosine}: {off}"
+            );
+        }
+        // A mirror has one direction; 16 cones of a lobe are about a quarter as wide as one.
+        let (eye, uv) = (at(0.6), DVec2::new(0.3, 0.8));
+        let part = gloss(0.0).part(DVec3::Z, eye, uv, 16);
+        assert!((part.direction - DVec3::new(-eye.x, 0.0, eye.z)).length() < 3e-3);
+        let lobe = gloss(0.3);
+        let narrower = lobe.part(DVec3::Z, eye, uv, 16).half_angle_rad / lobe.half_angle_rad();
+        assert!((narrower - 0.218).abs() < 2e-3, "{narrower}");
+    }
+
     /// A quarter of the half vectors is within half of the cone's half angle, of any roughness that
     /// the widest cone leaves room for; a mirror is a line.
     #[test]
@@ -229,8 +328,8 @@ mod tests {
                 f0: DVec3::ONE,
                 roughness: 0.0,
             };
-            specular(wall.as_slice(), &receiver, to_eye, &gloss, 1.0, &settings)
-                / gloss.directional_albedo(normal.dot(to_eye))
+            let lobe = gloss.whole(normal, to_eye);
+            specular(wall.as_slice(), &receiver, &lobe, 1.0, &settings) / lobe.reflected
         };
         assert!((seen(DVec3::Z, DVec3::Z) - DVec3::Z).abs().max_element() < 1e-9);
         // An eye at −x sees +x in the floor.
