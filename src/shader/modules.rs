@@ -65,6 +65,10 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         "gi/shared/interleave/deinterleave.comp",
         include_bytes!("../../spirv/gi/shared/interleave/deinterleave.comp.spv"),
     ),
+    (
+        "gi/shared/screen/a_trous.comp",
+        include_bytes!("../../spirv/gi/shared/screen/a_trous.comp.spv"),
+    ),
     ("gi/shared/screen/blur.comp", include_bytes!("../../spirv/gi/shared/screen/blur.comp.spv")),
     (
         "gi/shared/screen/history.comp",
@@ -73,6 +77,10 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     (
         "gi/shared/screen/history_mirrored.comp",
         include_bytes!("../../spirv/gi/shared/screen/history_mirrored.comp.spv"),
+    ),
+    (
+        "gi/shared/screen/history_moments.comp",
+        include_bytes!("../../spirv/gi/shared/screen/history_moments.comp.spv"),
     ),
     ("gi/shared/screen/join.comp", include_bytes!("../../spirv/gi/shared/screen/join.comp.spv")),
     (
@@ -90,6 +98,10 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     (
         "gi/shared/screen/upsample.comp",
         include_bytes!("../../spirv/gi/shared/screen/upsample.comp.spv"),
+    ),
+    (
+        "gi/shared/screen/variance.comp",
+        include_bytes!("../../spirv/gi/shared/screen/variance.comp.spv"),
     ),
     (
         "gi/shared/voxel/build/count_blocks.comp",

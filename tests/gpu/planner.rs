@@ -123,7 +123,12 @@ const LIVES: [Life; 28] = [
     Life {
         technique: "lpv",
         preset: Some("best"),
-        pairs: &[("bounces", "2"), ("history", "8"), ("gather_scale", "4")],
+        pairs: &[
+            ("bounces", "2"),
+            ("history", "8"),
+            ("gather_scale", "4"),
+            ("blur", "a-trous"),
+        ],
         surfaces: Surfaces::Glossy,
     },
     Life {

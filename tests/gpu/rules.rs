@@ -45,7 +45,10 @@ const STREAMS: &[(&str, &str)] = &[("propagation", "stream"), ("bands", "4")];
 const BOUNCES: &[(&str, &str)] = &[("bounces", "3")];
 
 /// On top of the default presets: what pixels share.
-const SHARED: &[(&str, &str)] = &[("history", "2"), ("blur", "even")];
+const SHARED: [&[(&str, &str)]; 2] = [
+    &[("history", "2"), ("blur", "even")],
+    &[("blur", "a-trous"), ("gather_scale", "2")],
+];
 
 /// Another value than the one that a setting has.
 fn other_value(setting: &Setting, settings: &Settings) -> String {
@@ -102,7 +105,7 @@ fn combinations() -> Vec<(Case, Vec<(&'static str, &'static str)>)> {
     let early = early.filter(|case| case.preset == Some("accurate") && has(case, "bounce_change"));
     let bounces = early.map(|case| (case, BOUNCES.to_vec()));
     let shared = default_cases().into_iter();
-    let shared = shared.map(|case| (case, SHARED.to_vec()));
+    let shared = shared.flat_map(|case| SHARED.map(|pairs| (case, pairs.to_vec())));
     (presets.chain(more).chain(streams).chain(bounces))
         .chain(shared)
         .collect()

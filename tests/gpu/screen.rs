@@ -10,7 +10,8 @@ use crate::support::technique::Builder;
 use crate::support::{Random, gpu};
 use glam::{DVec2, DVec4, Vec3, Vec4};
 use lumivox::gi::shared::screen::oracle::{
-    Judged, KeptPixel, Longest, Moved, Picture, adaptive_radius, blur, history, relight, unchanged,
+    Judged, KeptPixel, Longest, Moved, Picture, a_trous, adaptive_radius, blur, history, relight,
+    unchanged, variance,
 };
 use lumivox::render::Grid;
 use lumivox::scene::Camera;
@@ -301,8 +302,16 @@ fn history_is_doubted_where_lights_move() {
 #[test]
 fn constants_stay_and_no_number_does() {
     let gpu = gpu();
-    for kind in ["one", "no-number"] {
-        let pairs = [&format!("answer={kind}"), "history=16", "blur=adaptive"];
+    for (kind, blur) in [
+        ("one", "adaptive"),
+        ("no-number", "adaptive"),
+        ("no-number", "a-trous"),
+    ] {
+        let pairs = [
+            &format!("answer={kind}"),
+            "history=16",
+            &format!("blur={blur}"),
+        ];
         let mut shown = Shown::new(&gpu, room(), &pairs);
         let mut random = Random::new(2);
         for number in 0..6 {
@@ -403,4 +412,70 @@ fn walls_seen_at_a_grazing_angle_keep_their_history() {
         }
         assert!(all > 1000 && kept == all, "frame {number}: {kept} of {all}");
     }
+}
+
+/// Noise without history: variance of neighbours, then three levels.
+#[test]
+fn a_trous_levels_are_the_oracles() {
+    let gpu = gpu();
+    let mut shown = Shown::new(&gpu, room(), &["blur=a-trous"]);
+    let camera = shown.camera;
+    let now = shown.draw(&camera);
+    let seen = |light: &dyn Fn(usize) -> DVec4| -> Vec<_> {
+        (0..now.seen.len())
+            .map(|at| now.seen[at].map(|seen| (seen, light(at))))
+            .collect()
+    };
+    let gathered = answer("noise", 0, SIZE);
+    let mut pixels = seen(&|at| gathered[at].as_dvec4());
+    // A decision is in all pixels that a level reaches, so only those far from one are compared.
+    let mut margins: Vec<f64> = Vec::new();
+    let mut variances: Vec<f64> = Vec::new();
+    for (at, pixel) in places().enumerate() {
+        let picture = Picture {
+            size: SIZE,
+            pixels: &pixels,
+        };
+        let judged = variance(pixel, &picture, LIMITS);
+        variances.push(now.seen[at].map_or(0.0, |_| judged.value));
+        margins.push(judged.least_margin);
+    }
+    let mut lights = Vec::new();
+    for level in 0..3 {
+        let picture = Picture {
+            size: SIZE,
+            pixels: &pixels,
+        };
+        let judged: Vec<_> = places()
+            .map(|pixel| a_trous(pixel, 1 << level, (&picture, &variances), (LIMITS, 4.0)))
+            .collect();
+        for (at, judged) in judged.iter().enumerate() {
+            margins[at] = margins[at].min(judged.least_margin);
+            variances[at] = now.seen[at].map_or(0.0, |_| judged.value.1);
+        }
+        lights = judged.iter().map(|judged| judged.value.0).collect();
+        pixels = seen(&|at| lights[at]);
+    }
+    let reach = 2 + 4 + 8 + 3;
+    let least_around = |[x, y]: [u32; 2]| {
+        let range = |at: u32, size: u32| at.saturating_sub(reach)..(at + reach + 1).min(size);
+        let rows = range(y, SIZE[1]);
+        let around = rows.flat_map(|y| range(x, SIZE[0]).map(move |x| (y * SIZE[0] + x) as usize));
+        let lesser = |a: f64, b: f64| if b < a { b } else { a };
+        around.map(|at| margins[at]).fold(f64::INFINITY, lesser)
+    };
+    let expected: Vec<_> = places()
+        .enumerate()
+        .map(|(at, pixel)| {
+            now.seen[at].map(|_| Judged {
+                value: lights[at],
+                // Limits are reached in few pixels, but nearly all are within reach of one.
+                least_margin: 100.0 * least_around(pixel),
+            })
+        })
+        .collect();
+    let (difference, clear) = compare(&now.light, &expected);
+    println!("off by {difference:.1e}, clear {clear:.3}");
+    assert!(difference <= TOLERANCE, "off by {difference}");
+    assert!(clear > 0.3, "{clear}");
 }

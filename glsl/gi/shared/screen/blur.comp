@@ -5,12 +5,14 @@
 // pixel has, the narrower it is.
 layout(local_size_x = 8, local_size_y = 8) in;
 
-layout(constant_id = 0) const bool HAS_HISTORY = false;
+layout(constant_id = 0) const bool HAS_GUIDE = false;
+layout(constant_id = 1) const bool IS_ADAPTIVE = false;
 
 layout(set = 1, binding = 0) uniform texture2D view_depth;
 layout(set = 1, binding = 1) uniform utexture2D normals;
 layout(set = 1, binding = 2) uniform texture2D light;
-layout(set = 1, binding = 3) uniform utexture2D guide;   // w: weight of history [frames]
+// x: view depth [m]; z: shading normal; w: weight of history [frames]
+layout(set = 1, binding = 3) uniform utexture2D guide;
 layout(set = 1, binding = 4, rgba32f) uniform restrict writeonly image2D blurred;
 
 layout(push_constant) uniform BlurParams {
@@ -26,10 +28,20 @@ layout(push_constant) uniform BlurParams {
 
 float radius_of(ivec2 pixel) {
     float frames = 1.0;
-    if (HAS_HISTORY)
-        frames = max(
-            uintBitsToFloat(texelFetch(usampler2D(guide, nearest_clamp), pixel, 0).w), 1.0);
+    if (HAS_GUIDE) {
+        float weight = uintBitsToFloat(texelFetch(usampler2D(guide, nearest_clamp), pixel, 0).w);
+        if (IS_ADAPTIVE) frames = max(weight, 1.0);
+    }
     return max(params.radius / sqrt(frames * params.directions), params.least_radius);
+}
+
+// One fetch where there is a guide, and two where there is none.
+bool is_same(Own own, ivec2 tap) {
+    if (HAS_GUIDE) {
+        uvec4 seen = texelFetch(usampler2D(guide, nearest_clamp), tap, 0);
+        return is_on_plane(own, tap, uintBitsToFloat(seen.x)) && has_normal(own, seen.z);
+    }
+    return shares_surface(own, tap);
 }
 
 void main() {
@@ -49,7 +61,7 @@ void main() {
         ivec2 tap = pixel;
         tap[params.axis] += i;
         if (tap[params.axis] < 0 || tap[params.axis] >= size[params.axis]
-            || !shares_surface(own, tap))
+            || !is_same(own, tap))
             continue;
         float weight = exp(-0.5 * float(i * i) / (sigma * sigma));
         sum += weight * texelFetch(sampler2D(light, nearest_clamp), tap, 0);

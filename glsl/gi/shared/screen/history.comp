@@ -1,9 +1,9 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // screen.history: what was gathered in this frame and in those before, each surface followed to
-// where it was (reverse reprojection, Nehab et al. 2007; Hong 2015, section 4.3). MIRRORED: of
-// mirrored light, which slides over surfaces where the eye moves: the narrower a lobe is, the fewer
-// frames it weighs.
+// where it was (reverse reprojection, Nehab et al. 2007; Hong 2015, section 4.3). MOMENTS: and how
+// the luminance of the frames differs. MIRRORED: of mirrored light, which slides over surfaces
+// where the eye moves: the narrower a lobe is, the fewer frames it weighs.
 layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(set = 1, binding = 0) uniform texture2D view_depth;
@@ -17,6 +17,11 @@ layout(set = 1, binding = 7, rgba32f) uniform restrict writeonly image2D light_n
 #ifdef MIRRORED
 layout(set = 1, binding = 8) uniform texture2D albedo;   // a: roughness
 #else
+#ifdef MOMENTS
+layout(set = 1, binding = 9) uniform texture2D moments_before;
+// x: mean of luminance over the frames; y: mean of its square
+layout(set = 1, binding = 10, rgba32f) uniform restrict writeonly image2D moments_now;
+#endif
 // x: view depth [m], 0 without a surface; y: weight of visibility [frames]; z: shading normal, as
 // in `normals`; w: weight of light [frames]
 layout(set = 1, binding = 8, rgba32ui) uniform restrict writeonly uimage2D guide_now;
@@ -39,6 +44,7 @@ layout(push_constant) uniform HistoryParams {
 #include "gi/shared/screen/one_surface.glsl"
 #include "shared/turned.glsl"
 #include "shared/ggx.glsl"
+#include "gi/shared/screen/luminance.glsl"
 
 // Less than this of a bilinear sample is no history; a small part of one weighs less.
 const float LEAST_KEPT = 1e-3, WHOLE_KEPT = 0.05;
@@ -58,6 +64,7 @@ vec3 position_before(vec2 place, float depth_m) {
 struct History {
     vec4 light;
     vec2 weights;
+    vec2 moments;
 };
 
 // What light of the frame before weighs at most [frames], where it was seen there.
@@ -94,7 +101,7 @@ bool turn_back(float turned, inout Surface surface) {
 }
 
 History find_history(ivec2 pixel, Surface surface) {
-    History found = History(vec4(0.0), vec2(0.0));
+    History found = History(vec4(0.0), vec2(0.0), vec2(0.0));
     vec4 moved = texelFetch(sampler2D(motion, nearest_clamp), pixel, 0);
     vec2 place = vec2(pixel) + 0.5 + moved.xy;
     vec2 size = vec2(frame.size_px.xy);
@@ -120,6 +127,9 @@ History find_history(ivec2 pixel, Surface surface) {
         float part = near.x * near.y;
         vec4 light = texelFetch(sampler2D(light_before, nearest_clamp), tap, 0);
         found.light += part * light;
+#ifdef MOMENTS
+        found.moments += part * texelFetch(sampler2D(moments_before, nearest_clamp), tap, 0).xy;
+#endif
 #ifdef MIRRORED
         found.weights += part * light.a;
 #else
@@ -127,8 +137,9 @@ History find_history(ivec2 pixel, Surface surface) {
 #endif
         kept += part;
     }
-    if (kept < LEAST_KEPT) return History(vec4(0.0), vec2(0.0));
+    if (kept < LEAST_KEPT) return History(vec4(0.0), vec2(0.0), vec2(0.0));
     found.light /= kept;
+    found.moments /= kept;
     found.weights *= min(kept / WHOLE_KEPT, 1.0) / kept;
     found.weights = min(found.weights, vec2(longest_light(place), params.longest - 1.0));
 #ifdef MIRRORED
@@ -154,6 +165,13 @@ void main() {
     vec4 light = texelFetch(sampler2D(gathered, nearest_clamp), pixel, 0);
     History history = find_history(pixel, surface);
     vec2 weights = history.weights;
+#ifdef MOMENTS
+    float luminance = luminance_of(light.rgb);
+    vec2 moments = vec2(luminance, luminance * luminance);
+    bool is_number = !any(isnan(light)) && !any(isinf(light));
+    if (is_number) moments += (history.moments - moments) * (weights.x / (weights.x + 1.0));
+    imageStore(moments_now, pixel, vec4(is_number ? moments : history.moments, 0.0, 0.0));
+#endif
     // What is no number must not stay for as long as history does.
     if (any(isnan(light)) || any(isinf(light))) {
         light = history.light;

@@ -32,15 +32,22 @@ Own own_surface(Surface surface, float plane_tolerance, float normal_cosine) {
         plane_tolerance * footprint_of(surface.position_ws), normal_cosine);
 }
 
-bool shares_surface(Own own, ivec2 pixel) {
-    float depth_m = texelFetch(sampler2D(view_depth, nearest_clamp), pixel, 0).r;
+bool is_on_plane(Own own, ivec2 pixel, float depth_m) {
     float off_m = depth_m * (own.along.z + dot(own.along.xy, vec2(pixel))) - own.eye_m;
-    if (depth_m <= 0.0 || abs(off_m) > own.off_plane_m) return false;
-    uint packed = texelFetch(usampler2D(normals, nearest_clamp), pixel, 0).g;
+    return depth_m > 0.0 && abs(off_m) <= own.off_plane_m;
+}
+
+bool has_normal(Own own, uint packed) {
     vec3 other = direction_from_octahedral(unpackSnorm2x16(packed));
     // Squares that keep their sign save the root of the other's length.
     float along = dot(own.shading_normal, other);
     return along * abs(along) >= own.cosine * abs(own.cosine) * dot(other, other);
+}
+
+bool shares_surface(Own own, ivec2 pixel) {
+    float depth_m = texelFetch(sampler2D(view_depth, nearest_clamp), pixel, 0).r;
+    return is_on_plane(own, pixel, depth_m)
+        && has_normal(own, texelFetch(usampler2D(normals, nearest_clamp), pixel, 0).g);
 }
 
 #endif

@@ -38,7 +38,7 @@ pub static BLUR: Pass = Pass {
         Binding::sampled("guide", Access::ComputeSampled),
         Binding::image("blurred", Access::ComputeWrite),
     ],
-    constants: &["HAS_HISTORY"],
+    constants: &["HAS_GUIDE", "IS_ADAPTIVE"],
     params: Some(BlurParams::LAYOUT),
     sets: Sets::Scene,
 };
@@ -78,7 +78,8 @@ impl Blur {
                 .bind("light", from)
                 .bind("guide", guide.unwrap_or(&gbuffer.normals))
                 .bind("blurred", to)
-                .constant("HAS_HISTORY", is_adaptive && guide.is_some())
+                .constant("HAS_GUIDE", guide.is_some())
+                .constant("IS_ADAPTIVE", is_adaptive)
                 .push(&BlurParams {
                     axis,
                     radius: settings.blur_radius,

@@ -72,6 +72,25 @@ pub static HISTORY: Pass = history_pass(
     ],
 );
 
+/// The same, and the mean of the luminance over frames and of its square.
+pub static HISTORY_MOMENTS: Pass = history_pass(
+    "screen.history",
+    "gi/shared/screen/history_moments.comp",
+    &[
+        Binding::sampled("view_depth", Access::ComputeSampled),
+        Binding::sampled("normals", Access::ComputeSampled),
+        Binding::sampled("motion", Access::ComputeSampled),
+        Binding::sampled("gathered", Access::ComputeSampled),
+        Binding::sampled("light_before", Access::ComputeSampled),
+        Binding::sampled("guide_before", Access::ComputeSampled),
+        Binding::sampled("change", Access::ComputeSampled),
+        Binding::image("light_now", Access::ComputeWrite),
+        Binding::image("guide_now", Access::ComputeWrite),
+        Binding::sampled("moments_before", Access::ComputeSampled),
+        Binding::image("moments_now", Access::ComputeWrite),
+    ],
+);
+
 /// The same of mirrored light, which weighs fewer frames where the eye moves and the lobe is
 /// narrow. Its weight (frames) is in alpha.
 pub static HISTORY_MIRRORED: Pass = history_pass(
@@ -101,6 +120,8 @@ struct Kept {
     guide: Arc<Image>,
     /// RGBA32F: mirrored light and its weight; absent where that has no noise.
     mirrored: Option<Arc<Image>>,
+    /// RGBA32F: mean of the luminance and of its square; absent where nothing asks.
+    moments: Option<Arc<Image>>,
 }
 
 /// Light of the frames before.
@@ -117,14 +138,20 @@ pub(super) struct History {
 }
 
 impl History {
-    /// `mirrors`: mirrored light has a history too.
-    pub(super) fn new(gpu: &Gpu, size: [u32; 2], mirrors: bool) -> Result<Self, Error> {
+    /// `mirrors`: mirrored light has a history too; `has_moments`: luminance has moments.
+    pub(super) fn new(
+        gpu: &Gpu,
+        size: [u32; 2],
+        [mirrors, has_moments]: [bool; 2],
+    ) -> Result<Self, Error> {
+        let moments = || screen_image(gpu, "screen.moments", size);
         let mirrored = || screen_image(gpu, "screen.history_mirrored", size);
         let kept = || -> Result<Kept, Error> {
             Ok(Kept {
                 light: screen_image(gpu, "screen.history", size)?,
                 guide: screen_image_of(gpu, "screen.guide", size, vk::Format::R32G32B32A32_UINT)?,
                 mirrored: mirrors.then(mirrored).transpose()?,
+                moments: has_moments.then(moments).transpose()?,
             })
         };
         Ok(History {
@@ -145,7 +172,12 @@ impl History {
         &self.kept[self.now].guide
     }
 
-    /// The same of the frame that was drawn last.
+    /// Mean of the luminance over this frame and those before, and of its square.
+    pub(super) fn moments(&self) -> Option<&Arc<Image>> {
+        self.kept[self.now].moments.as_ref()
+    }
+
+    /// [`History::guide`] of the frame that was drawn last.
     pub(super) fn last_guide(&self) -> &Arc<Image> {
         &self.kept[1 - self.now].guide
     }
@@ -160,9 +192,15 @@ impl History {
         settings: &ScreenSettings,
     ) -> Arc<Image> {
         let (now, before) = (&self.kept[self.now], &self.kept[1 - self.now]);
-        frame
-            .pass(&HISTORY)
-            .bind("view_depth", &gbuffer.view_depth)
+        let moments = now.moments.as_ref().zip(before.moments.as_ref());
+        let pass = match moments {
+            Some((now, before)) => frame
+                .pass(&HISTORY_MOMENTS)
+                .bind("moments_before", before)
+                .bind("moments_now", now),
+            None => frame.pass(&HISTORY),
+        };
+        pass.bind("view_depth", &gbuffer.view_depth)
             .bind("normals", &gbuffer.normals)
             .bind(
                 "motion",

@@ -2,6 +2,7 @@
 //! ([`UPSAMPLE`], [`JOIN`]), light of frames before ([`HISTORY`]), of neighbours ([`BLUR`]). Each
 //! is a setting that all techniques have, and is off by default. `oracle` is the CPU twin.
 
+mod a_trous;
 mod blur;
 mod gather;
 mod history;
@@ -9,14 +10,16 @@ pub mod oracle;
 mod relight;
 pub mod settings;
 
+pub use a_trous::{A_TROUS, ATrousParams, VARIANCE, VarianceParams};
 pub use blur::{BLUR, BlurParams};
 pub use gather::{CoarseParams, JOIN, JoinParams, LEFT_OVER, UPSAMPLE};
-pub use history::{HISTORY, HISTORY_MIRRORED, HistoryParams};
+pub use history::{HISTORY, HISTORY_MIRRORED, HISTORY_MOMENTS, HistoryParams};
 pub use relight::{RELIGHT, REMEMBER};
 pub use settings::{Blurring, ScreenSettings};
 
 use std::sync::Arc;
 
+use a_trous::ATrous;
 use blur::Blur;
 use gather::Gather;
 use history::History;
@@ -38,8 +41,11 @@ pub static PASSES: &[&Pass] = &[
     &REMEMBER,
     &RELIGHT,
     &HISTORY,
+    &HISTORY_MOMENTS,
     &HISTORY_MIRRORED,
     &BLUR,
+    &VARIANCE,
+    &A_TROUS,
 ];
 
 /// Which pixels gather.
@@ -61,7 +67,7 @@ pub static REUSE: Stage = Stage::picture(
     ],
 );
 /// Light of neighbours.
-pub static BLURRING: Stage = Stage::picture("blur", &["screen.blur"]);
+pub static BLURRING: Stage = Stage::picture("blur", &[BLUR.name, VARIANCE.name, A_TROUS.name]);
 
 /// The stages of one picture.
 pub struct Screen {
@@ -70,6 +76,7 @@ pub struct Screen {
     relight: Option<Relight>,
     history: Option<History>,
     blur: Option<Blur>,
+    a_trous: Option<ATrous>,
     /// RGBA32F: mirrored light after its window; absent without patterns of it.
     mirrored: Option<Arc<GpuImage>>,
 }
@@ -84,16 +91,19 @@ impl Screen {
     ) -> Result<Self, Error> {
         let has_history = settings.longest_history > 0;
         let mirrors = scene.is_glossy && settings.specular_pattern.count() > 1;
-        let history = has_history.then(|| History::new(gpu, size, mirrors));
+        let is_a_trous = settings.blur == Blurring::ATrous;
+        let history = has_history.then(|| History::new(gpu, size, [mirrors, is_a_trous]));
         let relight = (has_history && settings.relight_tile > 0)
             .then(|| Relight::new(gpu, scene, (settings.relight_tile, settings.scale), size));
-        let blur = (settings.blur != Blurring::Off).then(|| Blur::new(gpu, size));
+        let blur = matches!(settings.blur, Blurring::Even | Blurring::Adaptive)
+            .then(|| Blur::new(gpu, size));
         Ok(Screen {
             settings,
             gather: Gather::new(gpu, scene, &settings, size)?,
             relight: relight.transpose()?,
             history: history.transpose()?,
             blur: blur.transpose()?,
+            a_trous: is_a_trous.then(|| ATrous::new(gpu, size)).transpose()?,
             mirrored: mirrors
                 .then(|| screen_image(gpu, "screen.mirrored", size))
                 .transpose()?,
@@ -168,6 +178,10 @@ impl Screen {
         if let Some(blur) = &self.blur {
             let guide = self.history.as_ref().map(History::guide);
             diffuse = blur.add(frame, given.gbuffer, (&diffuse, guide), &self.settings);
+        }
+        if let Some(a_trous) = &self.a_trous {
+            let light = (&diffuse, self.history.as_ref());
+            diffuse = a_trous.add(frame, given.gbuffer, light, &self.settings);
         }
         technique.add_apart(frame, given, &diffuse);
         let specular = technique.mirror(frame, given);

@@ -43,10 +43,11 @@ pub static SETTINGS: &[Setting] = &[
     },
     Setting {
         name: "blur",
-        help: "mean over neighbours on one surface: off, as wide everywhere, or narrower where \
-               there is more history and where pixels have more directions",
+        help: "mean over neighbours on one surface: off, as wide everywhere, narrower where there \
+               is more history and where pixels have more directions, or a-trous: as far as light \
+               differs by noise alone",
         unit: "",
-        domain: Domain::Choice(&["off", "even", "adaptive"]),
+        domain: Domain::Choice(&["off", "even", "adaptive", "a-trous"]),
         default: "off",
     },
     Setting {
@@ -58,6 +59,23 @@ pub static SETTINGS: &[Setting] = &[
             max: 32.0,
         },
         default: "8",
+    },
+    Setting {
+        name: "blur_levels",
+        help: "levels of the à-trous filter, each twice as wide as the one before",
+        unit: "",
+        domain: Domain::Count { min: 1, max: 5 },
+        default: "3",
+    },
+    Setting {
+        name: "blur_contrast",
+        help: "neighbours whose luminance differs by so many standard deviations weigh 1/e",
+        unit: "",
+        domain: Domain::Number {
+            min: 0.1,
+            max: 100.0,
+        },
+        default: "4",
     },
     Setting {
         name: "plane_tolerance",
@@ -100,7 +118,12 @@ pub static RULES: &[Rule] = &[
     Rule {
         group: Group::Screen,
         settings: &["blur_radius"],
-        applies: |settings| !settings.is("blur", "off"),
+        applies: |settings| settings.is("blur", "even") || settings.is("blur", "adaptive"),
+    },
+    Rule {
+        group: Group::Screen,
+        settings: &["blur_levels", "blur_contrast"],
+        applies: |settings| settings.is("blur", "a-trous"),
     },
     Rule {
         group: Group::Screen,
@@ -126,6 +149,8 @@ pub enum Blurring {
     Even,
     /// Smaller by the root of the directions that a pixel's light is the mean of.
     Adaptive,
+    /// None: neighbours weigh by how much their light differs.
+    ATrous,
 }
 
 /// How the stages are run.
@@ -150,6 +175,10 @@ pub struct ScreenSettings {
     pub blur: Blurring,
     /// Its radius (px).
     pub blur_radius: f32,
+    /// Levels of an à-trous filter.
+    pub blur_levels: u32,
+    /// Standard deviations of luminance at which a neighbour weighs 1/e in it.
+    pub blur_contrast: f32,
     /// Which pixels share.
     pub limits: Limits,
     /// Directions of a pixel in a frame.
@@ -173,9 +202,12 @@ impl ScreenSettings {
             blur: match settings.find_choice("blur") {
                 Some("even") => Blurring::Even,
                 Some("adaptive") => Blurring::Adaptive,
+                Some("a-trous") => Blurring::ATrous,
                 _ => Blurring::Off,
             },
             blur_radius: settings.find_number("blur_radius").unwrap_or(0.0),
+            blur_levels: settings.find_count("blur_levels").unwrap_or(0),
+            blur_contrast: settings.find_number("blur_contrast").unwrap_or(0.0),
             limits: Limits::new(settings),
             directions: directions.map_or(COUNTLESS, |count| count as f32),
         }

@@ -134,8 +134,8 @@ fn tangents(n: DVec3) -> [DVec3; 2] {
     ]
 }
 
-/// Above the surface of this unit normal, at least by [`LEAST_COSINE`]: a shading normal may
-/// mirror below it.
+/// Above the surface of this unit normal by a cosine of at least .02 before it is brought to unit
+/// length: a shading normal may mirror below it.
 pub fn lifted(direction: DVec3, normal: DVec3) -> DVec3 {
     let rise = (LEAST_COSINE - direction.dot(normal)).max(0.0);
     (direction + rise * normal).normalize()
