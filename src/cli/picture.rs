@@ -21,7 +21,8 @@ pub(super) struct PictureArgs {
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse_size)]
     pub(super) size: (u32, u32),
     /// What to write: full, direct, indirect, diffuse, specular, visibility, emission, albedo,
-    /// normal, depth.
+    /// normal, depth, discontinuity (where pixels share no light: red by position, green by
+    /// normal).
     #[arg(long, default_value = "full")]
     pub(super) aov: Aov,
     /// The image: .exr (linear, 32-bit float) or .png (sRGB).

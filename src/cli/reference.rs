@@ -61,6 +61,9 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
             picture.output.display()
         )));
     }
+    if picture.aov == Aov::Discontinuity {
+        return Err(no_such_aov(picture.aov));
+    }
     let scene = args.scene.open(&mut files)?;
     let settings = settings(args);
     let start = Instant::now();
@@ -76,7 +79,9 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     if args.layers {
         write_planes(&picture.output, &image.aov_planes()).map_err(CliError::failed)
     } else {
-        let pixels = image.aov(picture.aov);
+        let pixels = image
+            .aov(picture.aov)
+            .ok_or_else(|| no_such_aov(picture.aov))?;
         if picture.aov == Aov::Full {
             picture.warn_of_nothing(&pixels, (&args.scene, &scene));
         }
@@ -102,6 +107,13 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
         ));
     }
     Ok(())
+}
+
+fn no_such_aov(aov: Aov) -> CliError {
+    CliError::input(format!(
+        "a reference has no --aov {aov}, which depends on settings of techniques; `lumivox render` \
+         has it"
+    ))
 }
 
 fn settings(args: &Args) -> Settings {

@@ -3,6 +3,7 @@
 //! is a setting that all techniques have, and is off by default. `oracle` is the CPU twin.
 
 mod blur;
+mod discontinuity;
 mod gather;
 mod history;
 pub mod oracle;
@@ -10,6 +11,7 @@ mod relight;
 pub mod settings;
 
 pub use blur::{BLUR, BlurParams};
+pub use discontinuity::discontinuity;
 pub use gather::{CoarseParams, JOIN, JoinParams, LEFT_OVER, UPSAMPLE};
 pub use history::{HISTORY, HISTORY_MIRRORED, HistoryParams};
 pub use relight::{RELIGHT, REMEMBER};
@@ -27,7 +29,10 @@ use crate::gi::shared::interleave::{DEINTERLEAVE, deinterleave};
 use crate::gi::{IndirectLight, Inputs, Technique};
 use crate::graph::{Error, Frame, Gpu, Image as GpuImage, Pass};
 use crate::image::Image;
-use crate::render::{FrameConstants, GBuffer, GpuScene, PICK, read_weights, screen_image};
+use crate::render::{
+    FrameConstants, GBuffer, GpuScene, PICK, read_pixels, read_weights, screen_image,
+};
+use crate::scene::Camera;
 
 /// All passes of this module, and those of windows.
 pub static PASSES: &[&Pass] = &[
@@ -209,6 +214,22 @@ impl Screen {
         guide
             .map(|guide| read_weights(gpu, gbuffer, guide))
             .transpose()
+    }
+
+    /// Where pixels of the last frame, seen by this camera, are too far apart to share light.
+    pub fn discontinuity(
+        &self,
+        gpu: &Gpu,
+        gbuffer: &GBuffer,
+        camera: &Camera,
+    ) -> Result<Image, Error> {
+        let surfaces = read_pixels(gpu, gbuffer)?;
+        Ok(discontinuity(
+            &surfaces,
+            gbuffer.size,
+            camera,
+            self.settings.limits,
+        ))
     }
 
     /// Makes the frame that was drawn with these constants the one before; called when it is done.
