@@ -1,6 +1,6 @@
 //! The pinhole camera.
 
-use glam::{Mat4, Vec2, Vec3, Vec4};
+use glam::{Mat4, Quat, Vec2, Vec3, Vec4};
 
 /// A pinhole camera; right-handed, looking along −z of its view space.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,6 +32,19 @@ impl Camera {
         let forward = (self.target - self.eye).normalize();
         let right = forward.cross(self.up).normalize();
         [right, right.cross(forward), forward]
+    }
+
+    /// Turned to the left about its up (degrees).
+    pub fn turned(&self, degrees: f32) -> Camera {
+        // The same bits, without rounding.
+        if degrees == 0.0 {
+            return *self;
+        }
+        let turn = Quat::from_axis_angle(self.up.normalize(), degrees.to_radians());
+        Camera {
+            target: self.eye + turn * (self.target - self.eye),
+            ..*self
+        }
     }
 
     /// Unit direction of the ray through a pixel position; (0, 0) is the top left corner of the

@@ -7,8 +7,9 @@ use super::scenes::{camera, closed_room, extent_m, lamp};
 use super::{Figure, OWN, StressCase, StressError, Trial};
 use crate::frame::Renderer;
 use crate::image::{Aov, Image};
+use crate::measure::over_time::SQUARE_PX;
 use crate::metrics::MetricError;
-use crate::metrics::stability::{excess_flicker, lag, popping};
+use crate::metrics::stability::{excess_flicker, lag, popping, squares};
 use crate::scene::bundled::mesh::Mesh;
 use crate::scene::{Camera, Keyframe, Light, Pose, Scene};
 
@@ -30,10 +31,6 @@ const FIGURES: &[Figure] = &[
     },
 ];
 
-/// Side of the squares whose means are compared (px): smaller than what one sees flicker, larger
-/// than the reference's noise.
-const SQUARE_PX: u32 = 4;
-
 pub(super) static CAMERA_PAN: StressCase = StressCase {
     name: "camera_pan",
     help: "the camera turns to and fro, 60 frames",
@@ -42,19 +39,9 @@ pub(super) static CAMERA_PAN: StressCase = StressCase {
     severities: &[0.0625, 0.25, 1.0],
     measure: |trial, degrees| {
         let scene = trial.base()?;
-        let turned = |at: f32| {
-            let Camera {
-                eye, target, up, ..
-            } = scene.camera;
-            let target =
-                eye + Quat::from_axis_angle(up.normalize(), at.to_radians()) * (target - eye);
-            Scene {
-                camera: Camera {
-                    target,
-                    ..scene.camera
-                },
-                ..scene.clone()
-            }
+        let turned = |at: f32| Scene {
+            camera: scene.camera.turned(at),
+            ..scene.clone()
         };
         figures(trial, |frame| {
             turned(to_and_fro(frame, degrees as f32, 10.0))
@@ -214,7 +201,12 @@ fn judge(
     references: &[Image],
     converged: &Image,
 ) -> Result<Vec<f64>, MetricError> {
-    let coarse = |images: &[Image]| images.iter().map(squares).collect::<Vec<Image>>();
+    let coarse = |images: &[Image]| {
+        images
+            .iter()
+            .map(|image| squares(image, SQUARE_PX))
+            .collect::<Vec<Image>>()
+    };
     let (shown, truth) = (coarse(frames), coarse(references));
     let last = frames
         .last()
@@ -224,21 +216,6 @@ fn judge(
         popping(&shown, &truth)?,
         lag(last, converged)?,
     ])
-}
-
-/// Means of squares of pixels; what is left over at the right and below is left out, unless the
-/// picture is smaller than a square.
-fn squares(image: &Image) -> Image {
-    let side = SQUARE_PX.min(image.width).min(image.height).max(1);
-    let (columns, rows) = (image.width / side, image.height / side);
-    Image::from_fn(columns, rows, |index| {
-        let (column, row) = (index as u32 % columns, index as u32 / columns);
-        let pixel = |i: u32| {
-            image.pixels
-                [((row * side + i / side) * image.width + column * side + i % side) as usize]
-        };
-        (0..side * side).map(pixel).sum::<Vec3>() / (side * side) as f32
-    })
 }
 
 #[cfg(test)]
@@ -290,18 +267,6 @@ mod tests {
         );
         assert!(judge(&reference[..7], &reference, &reference[6]).is_err());
         Ok(())
-    }
-
-    #[test]
-    fn squares_are_means() {
-        let image = Image::from_fn(9, 4, |index| {
-            Vec3::splat(if index % 9 < 4 { 1.0 } else { 3.0 })
-        });
-        let means = squares(&image);
-        assert_eq!(
-            (means.size(), means.pixels[0], means.pixels[1]),
-            ((2, 1), Vec3::ONE, Vec3::splat(3.0))
-        );
     }
 
     /// The block moves, and stays in the room.
