@@ -4,6 +4,7 @@
 use glam::{Quat, Vec3};
 
 use super::scenes::{camera, closed_room, extent_m, lamp};
+use super::trial::SETTLE_FRAMES;
 use super::{Figure, OWN, StressCase, StressError, Trial};
 use crate::frame::Renderer;
 use crate::image::{Aov, Image};
@@ -88,22 +89,8 @@ pub(super) static MOVING_LIGHT: StressCase = StressCase {
         let scene = trial.base()?;
         let cell_m = extent_m(&scene) * trial.cell_share();
         let way_m = 0.15 * extent_m(&scene);
-        let lit = |at_m: f32| {
-            let mut moved = scene.clone();
-            match moved.lights.first_mut() {
-                Some(Light::Point { position, .. } | Light::Spot { position, .. }) => {
-                    position.x += at_m
-                }
-                // As if the light were one extent away.
-                Some(Light::Directional { direction, .. }) => {
-                    *direction = Quat::from_rotation_z(at_m / extent_m(&scene)) * *direction
-                }
-                None => {}
-            }
-            moved
-        };
         figures(trial, |frame| {
-            lit(to_and_fro(frame, voxels as f32 * cell_m, way_m))
+            moved_light(&scene, to_and_fro(frame, voxels as f32 * cell_m, way_m))
         })
     },
     any_scene: true,
@@ -135,9 +122,22 @@ const MOTION: StressCase = StressCase {
     ..OWN
 };
 
+/// The scene with its first light moved along x (m), or turned as if it were one extent away.
+pub(super) fn moved_light(scene: &Scene, at_m: f32) -> Scene {
+    let mut moved = scene.clone();
+    match moved.lights.first_mut() {
+        Some(Light::Point { position, .. } | Light::Spot { position, .. }) => position.x += at_m,
+        Some(Light::Directional { direction, .. }) => {
+            *direction = Quat::from_rotation_z(at_m / extent_m(scene)) * *direction
+        }
+        None => {}
+    }
+    moved
+}
+
 /// How far something is in a frame that moves so far from each to the next, and turns back at the
 /// end of its way.
-fn to_and_fro(frame: usize, speed: f32, way: f32) -> f32 {
+pub(super) fn to_and_fro(frame: usize, speed: f32, way: f32) -> f32 {
     let along = (frame as f32 * speed) % (2.0 * way);
     along.min(2.0 * way - along)
 }
@@ -167,9 +167,6 @@ fn block_in_room() -> Scene {
     block.add_moving(&mut scene, "block", vec![keyframe(0.0), keyframe(1.0)]);
     scene
 }
-
-/// Frames after the last move, at least, until a picture is taken to stand still.
-const SETTLE_FRAMES: u32 = 17;
 
 /// Frames of a technique that keeps what it has from one to the next, against the reference of
 /// each.
