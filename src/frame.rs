@@ -1,6 +1,6 @@
 //! The frame, top to bottom.
 
-use glam::{Vec3, Vec4};
+use glam::{Vec2, Vec3, Vec4};
 
 use crate::gi::entry::{Entry, Part, Stage};
 use crate::gi::inspect::{Beam, BeamAxis, BeamStart, Channels, Energy, LightSlots, ViewRow};
@@ -281,10 +281,12 @@ impl<'g> Renderer<'g> {
 
     /// One of the last frame's images.
     pub fn aov(&self, aov: Aov) -> Result<Image, Error> {
-        let Some(light) = &self.light else {
+        let (Some(light), Some(camera)) = (&self.light, &self.camera) else {
             return Ok(Image::new(self.settings.size[0], self.settings.size[1]));
         };
-        read_aov(self.gpu, &self.gbuffer, &self.output, light, aov)
+        let image = read_aov(self.gpu, &self.gbuffer, &self.output, light, aov)?;
+        let made = || self.screen.discontinuity(self.gpu, &self.gbuffer, camera);
+        image.map_or_else(made, Ok)
     }
 
     /// The last frame's answer, as the reference gives its own.
@@ -341,11 +343,10 @@ impl<'g> Renderer<'g> {
         let Some(seen) = read_pixel(self.gpu, &self.gbuffer, pixel)? else {
             return Ok(Traced::NoSurface);
         };
-        let ray = camera.ray_direction(pixel[0] as f32 + 0.5, pixel[1] as f32 + 0.5, width, height);
-        let [.., forward] = camera.basis();
+        let centre = Vec2::from(pixel.map(|at| at as f32 + 0.5));
         let start = BeamStart {
             pixel,
-            position: camera.eye + seen.depth_m / ray.dot(forward) * ray,
+            position: camera.position_at(centre, seen.depth_m, [width, height]),
             geometric_normal: seen.geometric_normal,
             shading_normal: seen.shading_normal,
             roughness: seen.roughness,

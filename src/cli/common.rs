@@ -96,7 +96,7 @@ impl SceneArgs {
 
     /// The time \[s\], where one is asked for.
     pub(super) fn time_s(&self) -> Option<f32> {
-        self.time.time
+        self.time.time_s()
     }
 }
 
@@ -109,6 +109,11 @@ pub(super) struct TimeArgs {
 }
 
 impl TimeArgs {
+    /// The time (s), where one is asked for.
+    pub(super) fn time_s(&self) -> Option<f32> {
+        self.time
+    }
+
     /// Moves the scene's models.
     pub(super) fn apply(&self, scene: &mut Scene) -> Result<(), CliError> {
         let Some(time_s) = self.time else {

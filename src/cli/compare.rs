@@ -8,19 +8,23 @@ use crate::metrics::{Channel, Comparison, Errors, Flip, compare, error_image, ex
 use crate::reference::guide;
 use crate::scene::{LoadOptions, Scene, Up};
 
-use super::CliError;
 use super::common::{TimeArgs, check_positive, parse_channel, parse_up, say, write_report};
 use super::files::Files;
+use super::sequence::{Numbered, SequenceArgs};
+use super::{CliError, compare_frames};
 
 /// Compare an image with a reference, both linear EXR.
 #[derive(clap::Args)]
-#[command(after_help = "Example:\n\
-\x20 lumivox compare image.exr reference.exr --scene bundled:cornell --heatmap error.png")]
+#[command(after_help = "Examples:\n\
+\x20 lumivox compare image.exr reference.exr --scene bundled:cornell --heatmap error.png\n\
+\x20 lumivox compare pan_####.exr r_####.exr --scene bundled:cornell --pan 1 --chart pan.svg")]
 pub(crate) struct Args {
-    /// The image to judge (.exr).
-    image: PathBuf,
-    /// The reference to judge it by (.exr).
-    reference: PathBuf,
+    /// The image to judge (.exr). A run of # in its name stands for the number of a frame, from 0
+    /// on: then it is a sequence.
+    pub(super) image: PathBuf,
+    /// The reference to judge it by (.exr): of a sequence another one, or one picture for all
+    /// frames.
+    pub(super) reference: PathBuf,
     /// Compare luminance, or red, green and blue.
     #[arg(
         long,
@@ -28,11 +32,11 @@ pub(crate) struct Args {
         default_value = "luminance",
         value_parser = parse_channel,
     )]
-    channel: Channel,
+    pub(super) channel: Channel,
     /// The scene that both images show from its camera: leaves out pixels without a surface, and
     /// adds the errors over blocks and by material.
     #[arg(long)]
-    scene: Option<OsString>,
+    pub(super) scene: Option<OsString>,
     /// Render missing textures mid-grey instead of failing.
     #[arg(long, requires = "scene")]
     allow_missing_textures: bool,
@@ -46,25 +50,84 @@ pub(crate) struct Args {
     )]
     up: Up,
     #[command(flatten)]
-    time: TimeArgs,
+    pub(super) time: TimeArgs,
+    #[command(flatten)]
+    pub(super) sequence: SequenceArgs,
+    /// The technique's own pictures as they are without history, a sequence or one picture (.exr):
+    /// the lag of each frame behind them.
+    #[arg(long, value_name = "FILE.exr", help_heading = "Sequence")]
+    pub(super) converged: Option<PathBuf>,
+    /// The technique's own picture before a change of light, without noise (.exr): with --after,
+    /// the share of the change that each frame shows.
+    #[arg(
+        long,
+        value_name = "FILE.exr",
+        requires = "after",
+        help_heading = "Sequence"
+    )]
+    pub(super) before: Option<PathBuf>,
+    /// The same after the change.
+    #[arg(
+        long,
+        value_name = "FILE.exr",
+        requires = "before",
+        help_heading = "Sequence"
+    )]
+    pub(super) after: Option<PathBuf>,
+    /// Draw error and bias over time.
+    #[arg(long, value_name = "FILE.svg|.png", help_heading = "Sequence")]
+    pub(super) chart: Option<PathBuf>,
     /// Factor applied to both images before the clamp that FLIP sees [default: mean luminance of
     /// the reference to 0.18].
     #[arg(long, value_name = "X")]
-    exposure: Option<f32>,
+    pub(super) exposure: Option<f32>,
     /// Write the luminance of the difference as a heat map.
     #[arg(long, value_name = "FILE.png")]
-    heatmap: Option<PathBuf>,
+    pub(super) heatmap: Option<PathBuf>,
     /// The difference shown brightest [default: the mean luminance of the reference].
     #[arg(long, value_name = "X", requires = "heatmap")]
     heatmap_scale: Option<f32>,
     /// Write the sum of the differences of red, green and blue, at the exposure that FLIP sees, in
     /// three colours: red to 0.1, green to 0.2, blue above.
     #[arg(long, value_name = "FILE.png")]
-    bins: Option<PathBuf>,
+    pub(super) bins: Option<PathBuf>,
     /// Write the metrics as JSON (a metric that is not finite is null; parts of a path that are not
     /// UTF-8 become U+FFFD).
     #[arg(long, value_name = "FILE.json")]
-    report: Option<PathBuf>,
+    pub(super) report: Option<PathBuf>,
+}
+
+impl Args {
+    /// The scene that is shown, at its time.
+    pub(super) fn open_scene(&self, files: &mut Files) -> Result<Option<Scene>, CliError> {
+        let Some(source) = &self.scene else {
+            return Ok(None);
+        };
+        files.read_source(source)?;
+        let options = LoadOptions {
+            allow_missing_textures: self.allow_missing_textures,
+            up: self.up,
+        };
+        let mut scene = Scene::open(source, &options).map_err(CliError::input)?;
+        files.read_scene(&scene)?;
+        self.time.apply(&mut scene)?;
+        Ok(Some(scene))
+    }
+
+    /// An error if what only a sequence has is asked of two pictures.
+    fn check_pair(&self) -> Result<(), CliError> {
+        let given = [
+            ("--converged", self.converged.is_some()),
+            ("--before", self.before.is_some()),
+            ("--chart", self.chart.is_some()),
+        ];
+        match given.into_iter().find(|(_, is_given)| *is_given) {
+            Some((option, _)) => Err(CliError::input(format!(
+                "{option} is for sequences; name one, as in image_####.exr"
+            ))),
+            None => self.sequence.check(1),
+        }
+    }
 }
 
 /// Fewer blocks than this say little of an image.
@@ -74,6 +137,18 @@ const FEW_BLOCKS: usize = 16;
 pub(crate) fn run(args: &Args) -> Result<(), CliError> {
     check_positive("--exposure", args.exposure)?;
     check_positive("--heatmap-scale", args.heatmap_scale)?;
+    let name = Numbered::of(&args.image)?;
+    if let Some(name) = &name {
+        return compare_frames::run(args, name);
+    }
+    if Numbered::of(&args.reference)?.is_some() {
+        return Err(CliError::input(format!(
+            "{} is a sequence and {} is one picture; compare it with a sequence",
+            args.reference.display(),
+            args.image.display()
+        )));
+    }
+    args.check_pair()?;
     let mut files = Files::default();
     files.read(&args.image)?;
     files.read(&args.reference)?;
@@ -91,20 +166,7 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
     }
     let image = read_exr(&args.image).map_err(CliError::input)?;
     let reference = read_exr(&args.reference).map_err(CliError::input)?;
-    let options = LoadOptions {
-        allow_missing_textures: args.allow_missing_textures,
-        up: args.up,
-    };
-    let mut scene = args
-        .scene
-        .as_ref()
-        .map(|name| Scene::open(name, &options))
-        .transpose()
-        .map_err(CliError::input)?;
-    if let Some(scene) = &mut scene {
-        files.read_scene(scene)?;
-        args.time.apply(scene)?;
-    }
+    let scene = args.open_scene(&mut files)?;
     let guide = scene
         .as_ref()
         .map(|scene| guide(scene, reference.width, reference.height))

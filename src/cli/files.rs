@@ -8,6 +8,7 @@ use crate::scene::Scene;
 
 use super::CliError;
 use super::common::check_output;
+use super::sequence::Numbered;
 
 /// What the results of measurements are, by extension.
 const RESULTS: &[&str] = &["csv", "html", "jsonl", "md", "png", "svg"];
@@ -62,6 +63,25 @@ impl Files {
         }
         check_output(path)?;
         self.written.push(path.to_owned());
+        Ok(())
+    }
+
+    /// The files of a sequence's frames. The first stands for those that are not there yet.
+    pub(super) fn write_frames(
+        &mut self,
+        name: &Numbered,
+        frames: u32,
+        extensions: &[&str],
+    ) -> Result<(), CliError> {
+        self.write(&name.path(0), extensions)?;
+        let others = (1..frames).map(|frame| name.path(frame));
+        for path in others.filter(|path| std::fs::symlink_metadata(path).is_ok()) {
+            if self.read.iter().any(|known| is_same_file(known, &path)) {
+                return Err(clash(&path, "is read by this command"));
+            }
+            check_output(&path)?;
+            self.written.push(path);
+        }
         Ok(())
     }
 }

@@ -3,9 +3,7 @@
 use std::time::Instant;
 
 use crate::image::{Aov, write_planes};
-use crate::reference::{
-    Bounces, Filter, ReferenceImage, Sampling, Settings, cache_dir, cached, render,
-};
+use crate::reference::{Bounces, Filter, Sampling, Settings, cache_dir, cached, render};
 use crate::scene::Scene;
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -13,17 +11,29 @@ use super::CliError;
 use super::common::{SceneArgs, say, write_report};
 use super::files::Files;
 use super::picture::PictureArgs;
+use super::sequence::SequenceArgs;
 
 /// Render the path-traced reference of a scene on the CPU.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n\
 \x20 lumivox reference bundled:cornell --bounces full -o reference.exr\n\
-\x20 lumivox reference bundled:cornell --spp 64 --aov indirect -o indirect.png")]
+\x20 lumivox reference bundled:cornell --spp 64 --aov indirect -o indirect.png\n\
+\x20 lumivox reference bundled:cornell --spp 64 --frames 30 --pan 1 -o r_####.exr")]
 pub(crate) struct Args {
     #[command(flatten)]
     scene: SceneArgs,
     #[command(flatten)]
     picture: PictureArgs,
+    /// Frames; with more than one, the name of the image needs # for their numbers.
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 1,
+        value_parser = clap::value_parser!(u32).range(1..=100_000),
+    )]
+    frames: u32,
+    #[command(flatten)]
+    sequence: SequenceArgs,
     /// Indirect bounces: a number (0 is direct light only), or `full` for all.
     #[arg(long, value_name = "N|full", default_value = "full", value_parser = parse_bounces)]
     bounces: Bounces,
@@ -54,40 +64,76 @@ pub(crate) struct Args {
 pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     let picture = &args.picture;
     let mut files = Files::default();
-    picture.check(&mut files)?;
+    picture.check(&mut files, args.frames)?;
+    args.sequence.check(args.frames)?;
+    if args.frames > 1 && !picture.has_numbers() {
+        return Err(CliError::input(format!(
+            "--frames is {}, and {} has no number; write # for it, as in frame_####.exr",
+            args.frames,
+            picture.output.display()
+        )));
+    }
     if args.layers && !picture.is_exr() {
         return Err(CliError::input(format!(
             "--layers needs an .exr, not {}",
             picture.output.display()
         )));
     }
-    let scene = args.scene.open(&mut files)?;
-    let settings = settings(args);
+    if picture.aov == Aov::Discontinuity {
+        return Err(no_such_aov(picture.aov));
+    }
+    let mut scene = args.scene.open(&mut files)?;
+    let shot = args.sequence.shot(&scene, args.scene.time_s());
+    let mut frames = Vec::new();
+    for frame in 0..args.frames {
+        shot.place(&mut scene, frame);
+        frames.push(draw(args, &scene, frame, quiet)?);
+    }
+    let mut report = report(args, &scene);
+    match frames.as_slice() {
+        [only] if !picture.has_numbers() => only
+            .iter()
+            .for_each(|(key, value)| report[key] = value.clone()),
+        _ => report["frames"] = frames.into(),
+    }
+    picture
+        .report
+        .as_ref()
+        .map_or(Ok(()), |path| write_report(path, &report))
+}
+
+/// What a report says of one frame.
+type FrameReport = serde_json::Map<String, serde_json::Value>;
+
+/// Renders a frame or finds it in the cache, and writes it.
+fn draw(args: &Args, scene: &Scene, frame: u32, quiet: bool) -> Result<FrameReport, CliError> {
+    let (picture, settings) = (&args.picture, settings(args));
     let start = Instant::now();
     let bar = progress_bar(quiet);
     let progress = |share: f32| bar.set_position((share * 1000.0) as u64);
     let image = match args.no_cache {
-        true => render(&scene, &settings, &progress),
-        false => cached(&scene, &settings, &cache_dir(), &progress),
+        true => render(scene, &settings, &progress),
+        false => cached(scene, &settings, &cache_dir(), &progress),
     }
     .map_err(CliError::input)?;
     bar.finish_and_clear();
     let wall_s = start.elapsed().as_secs_f64();
+    let path = picture.path(frame);
     if args.layers {
-        write_planes(&picture.output, &image.aov_planes()).map_err(CliError::failed)
+        write_planes(&path, &image.aov_planes()).map_err(CliError::failed)?;
     } else {
-        let pixels = image.aov(picture.aov);
+        let pixels = image
+            .aov(picture.aov)
+            .ok_or_else(|| no_such_aov(picture.aov))?;
         if picture.aov == Aov::Full {
-            picture.warn_of_nothing(&pixels, (&args.scene, &scene));
+            picture.warn_of_nothing(frame, &pixels, (&args.scene, scene));
         }
-        picture.write(&pixels, (&args.scene, &scene), picture.aov.is_light())
-    }?;
-    if let Some(path) = &picture.report {
-        write_report(path, &report(args, &scene, &image, wall_s))?;
+        let is_light = picture.aov.is_light();
+        picture.write(frame, &pixels, (&args.scene, scene), is_light)?;
     }
+    let error = image.radiance_error();
     if !quiet {
-        let error = image.radiance_error();
-        let (path, samples) = (picture.output.display(), image.mean_samples());
+        let (path, samples) = (path.display(), image.mean_samples());
         let noise = if error.pixel.is_finite() {
             format!(
                 "standard error {:.2}% per pixel, {:.4}% of the image mean",
@@ -101,7 +147,19 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
             "{path}: {samples:.0} samples per pixel, {noise}, {wall_s:.1} s"
         ));
     }
-    Ok(())
+    let errors = serde_json::json!({ "full": error, "indirect": image.indirect_error() });
+    Ok(FrameReport::from_iter([
+        ("samples_per_pixel".to_owned(), image.mean_samples().into()),
+        ("standard_error".to_owned(), errors),
+        ("wall_s".to_owned(), wall_s.into()),
+    ]))
+}
+
+fn no_such_aov(aov: Aov) -> CliError {
+    CliError::input(format!(
+        "a reference has no --aov {aov}, which depends on settings of techniques; `lumivox render` \
+         has it"
+    ))
 }
 
 fn settings(args: &Args) -> Settings {
@@ -134,12 +192,13 @@ fn progress_bar(quiet: bool) -> ProgressBar {
     ProgressBar::new(1000).with_style(style)
 }
 
-fn report(args: &Args, scene: &Scene, image: &ReferenceImage, wall_s: f64) -> serde_json::Value {
+fn report(args: &Args, scene: &Scene) -> serde_json::Value {
     serde_json::json!({
         "schema_version": 1,
         "version": env!("CARGO_PKG_VERSION"),
         "scene": scene.name,
         "time_s": args.scene.time_s(),
+        "sequence": args.sequence.json(),
         "technique": "reference",
         "settings": {
             "width": args.picture.size.0,
@@ -152,9 +211,6 @@ fn report(args: &Args, scene: &Scene, image: &ReferenceImage, wall_s: f64) -> se
             "seed": args.seed,
         },
         "aov": args.picture.aov.name(),
-        "samples_per_pixel": image.mean_samples(),
-        "standard_error": { "full": image.radiance_error(), "indirect": image.indirect_error() },
-        "wall_s": wall_s,
     })
 }
 

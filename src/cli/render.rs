@@ -6,7 +6,7 @@ use crate::frame::Renderer;
 use crate::gi::entry::Entry;
 use crate::gi::inspect::ViewRow;
 use crate::gi::settings::Settings;
-use crate::graph::{Gpu, GpuOptions, PassTimes, TimesAccumulator};
+use crate::graph::{FrameStats, Gpu, GpuOptions, PassTimes, TimesAccumulator};
 use crate::image::{Aov, GuideImage, Image, read_aov};
 use crate::measure::chart::{BounceSetting, bounces_text};
 use crate::measure::report::{EnergyRow, ErrorReport, Report, Timing};
@@ -19,12 +19,14 @@ use super::CliError;
 use super::common::{DeviceArgs, FrameArgs, SceneArgs, TechniqueArgs, TimingArgs, say};
 use super::files::Files;
 use super::picture::PictureArgs;
+use super::sequence::SequenceArgs;
 
 /// Render a scene with one technique.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n\
 \x20 lumivox render bundled:cornell -o cornell.png\n\
-\x20 lumivox render room.obj --technique svo --set resolution=256 -o room.exr")]
+\x20 lumivox render room.obj --technique svo --set resolution=256 -o room.exr\n\
+\x20 lumivox render bundled:cornell --set history=32 --frames 30 --pan 1 -o pan_####.exr")]
 pub(crate) struct Args {
     #[command(flatten)]
     scene: SceneArgs,
@@ -36,7 +38,8 @@ pub(crate) struct Args {
     frame: FrameArgs,
     #[command(flatten)]
     device: DeviceArgs,
-    /// Frames to render; times are the medians over all but the first.
+    /// Frames to render; times are the medians over all but the first. The last is written, or
+    /// each where the name of the image has #.
     #[arg(
         long,
         value_name = "N",
@@ -44,8 +47,10 @@ pub(crate) struct Args {
         value_parser = clap::value_parser!(u32).range(1..=100_000),
     )]
     frames: u32,
-    /// The reference's image of the same output, or all outputs as `reference --layers` writes
-    /// them: the report gets the error against it.
+    #[command(flatten)]
+    sequence: SequenceArgs,
+    /// The reference's image of the same output and of the last frame, or all outputs as
+    /// `reference --layers` writes them: the report gets the error against it.
     #[arg(long, value_name = "FILE.exr")]
     reference: Option<PathBuf>,
     /// Instead of the picture, write a view of the technique's own data, as the camera sees it;
@@ -95,16 +100,23 @@ impl Args {
 /// Loads, renders, writes.
 pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     let mut files = Files::default();
-    args.picture.check(&mut files)?;
+    args.picture.check(&mut files, args.frames)?;
+    args.sequence.check(args.frames)?;
     args.reference
         .iter()
         .try_for_each(|path| files.read(path))?;
     let (entry, settings) = args.technique.choose([])?;
-    let scene = args.scene.open(&mut files)?;
+    let mut scene = args.scene.open(&mut files)?;
+    let shot = args.sequence.shot(&scene, args.scene.time_s());
+    let last = args.frames - 1;
     let truth = args
         .reference
         .as_ref()
-        .map(|path| ReferenceFile::read(path, &scene, &args.picture))
+        .map(|path| {
+            let mut scene = scene.clone();
+            shot.place(&mut scene, last);
+            ReferenceFile::read(path, &scene, &args.picture)
+        })
         .transpose()?;
     let gpu = args.gpu()?;
     let size = args.picture.size.into();
@@ -116,26 +128,36 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
         .as_ref()
         .map(|name| choose_view(entry, &renderer, name, args.level))
         .transpose()?;
+    let is_light = view.is_none() && args.picture.aov.is_light();
     let mut times = TimesAccumulator::default();
-    for index in 0..args.frames {
-        let stats = renderer.render(&scene.camera).map_err(CliError::failed)?;
-        if index > 0 || args.frames == 1 {
+    let mut image = Image::new(0, 0);
+    for frame in 0..args.frames {
+        let moves = frame > 0 && shot.place(&mut scene, frame);
+        let mut stats = match moves {
+            true => renderer.set_pose(&scene).map_err(CliError::failed)?,
+            false => FrameStats::default(),
+        };
+        stats.append(renderer.render(&scene.camera).map_err(CliError::failed)?);
+        if frame > 0 || args.frames == 1 {
             times.add(&stats.passes);
         }
+        if frame == last || args.picture.has_numbers() {
+            image = match view {
+                Some(view) => renderer
+                    .view(view, args.level)
+                    .map_err(CliError::failed)?
+                    .ok_or_else(|| {
+                        CliError::failed("the technique has dropped what the view shows")
+                    })?,
+                None => renderer.aov(args.picture.aov).map_err(CliError::failed)?,
+            };
+            args.picture
+                .write(frame, &image, (&args.scene, &scene), is_light)?;
+        }
     }
-    let image = match view {
-        Some(view) => renderer
-            .view(view, args.level)
-            .map_err(CliError::failed)?
-            .ok_or_else(|| CliError::failed("the technique has dropped what the view shows"))?,
-        None => renderer.aov(args.picture.aov).map_err(CliError::failed)?,
-    };
-    let is_view = args.view.is_some();
-    let is_light = !is_view && args.picture.aov.is_light();
-    args.picture
-        .write(&image, (&args.scene, &scene), is_light)?;
-    if !is_view && args.picture.aov == Aov::Full {
-        args.picture.warn_of_nothing(&image, (&args.scene, &scene));
+    if view.is_none() && args.picture.aov == Aov::Full {
+        args.picture
+            .warn_of_nothing(last, &image, (&args.scene, &scene));
     }
     let mut report = Report::new(&gpu, &scene.name, size, entry.name, &settings);
     report.preset = args.technique.preset(entry);

@@ -28,11 +28,15 @@ pub enum Aov {
     Normal,
     /// Distance along the view axis (m); 0 where nothing is seen.
     Depth,
+    /// Where a pixel's surface is another than that of a pixel to its right, below it or both: red
+    /// 1 by position, green 1 by shading normal, else 0. The limits are those within which the
+    /// technique's pixels share light, so a reference has none.
+    Discontinuity,
 }
 
 impl Aov {
     /// All of them, in the order of the documentation.
-    pub const ALL: [Aov; 10] = [
+    pub const ALL: [Aov; 11] = [
         Aov::Full,
         Aov::Direct,
         Aov::Indirect,
@@ -43,13 +47,14 @@ impl Aov {
         Aov::Albedo,
         Aov::Normal,
         Aov::Depth,
+        Aov::Discontinuity,
     ];
 
     /// Whether it is light, whose picture may be too dark or too bright to judge.
     pub fn is_light(self) -> bool {
         !matches!(
             self,
-            Aov::Visibility | Aov::Albedo | Aov::Normal | Aov::Depth
+            Aov::Visibility | Aov::Albedo | Aov::Normal | Aov::Depth | Aov::Discontinuity
         )
     }
 
@@ -66,6 +71,7 @@ impl Aov {
             Aov::Albedo => "albedo",
             Aov::Normal => "normal",
             Aov::Depth => "depth",
+            Aov::Discontinuity => "discontinuity",
         }
     }
 }
@@ -80,7 +86,7 @@ impl fmt::Display for Aov {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "unknown output {}; known are full, direct, indirect, diffuse, specular, visibility, \
-     emission, albedo, normal, depth",
+     emission, albedo, normal, depth, discontinuity",
     quoted(.0)
 )]
 pub struct UnknownAov(String);

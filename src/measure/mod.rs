@@ -7,6 +7,7 @@ pub mod draw;
 pub mod explain;
 mod figures;
 pub mod lpv;
+pub mod over_time;
 mod profile;
 pub mod records;
 pub mod report;

@@ -9,7 +9,7 @@
 //! - [`Errors`]: `rel_rmse`, `bias`, `rel_mse`, `p95`
 //! - [`flip`]: ꟻLIP of the tone-mapped pair (feature `flip`)
 //! - [`stability`]: `translation_spread`, `rotation_spread`, `flicker`, `excess_flicker`,
-//!   `popping`, `lag`, `leak`, `run_spread`
+//!   `popping`, `lag`, `shown_change`, `leak`, `run_spread`
 
 mod blocks;
 mod compare;

@@ -1,5 +1,7 @@
 //! Stability metrics over sequences of images of one size, on luminance. The ideal of each is 0.
 
+use glam::Vec3;
+
 use super::errors::ratio;
 use super::{MetricError, check};
 use crate::image::{GuideImage, Image, luminance};
@@ -63,6 +65,50 @@ pub fn lag(frame: &Image, converged: &Image) -> Result<f64, MetricError> {
             .sum::<f64>(),
         then.iter().sum(),
     ))
+}
+
+/// Share of a change that a frame shows: Σ (T − A)(B − A) / Σ (B − A)² over pixels, where A and B
+/// are the same technique's converged pictures before and after the change. 0: none of it, 1: all.
+/// Noise of T that does not go with the change does not move it.
+pub fn shown_change(frame: &Image, [before, after]: [&Image; 2]) -> Result<f64, MetricError> {
+    check("the picture before the change", before, before.size())?;
+    check("the picture after the change", after, before.size())?;
+    check("the image", frame, before.size())?;
+    let [now, old, new] = [frame, before, after].map(luminances);
+    let (mut shown, mut whole) = (0.0, 0.0);
+    for ((now, old), new) in now.iter().zip(&old).zip(&new) {
+        shown += (now - old) * (new - old);
+        whole += (new - old).powi(2);
+    }
+    if whole == 0.0 {
+        return Err(MetricError::Empty(
+            "the pictures before and after the change are the same",
+        ));
+    }
+    Ok(shown / whole)
+}
+
+/// The first of these frames from which on at least this share of the change is shown in each;
+/// `None` where the last shows less.
+pub fn shown_from(shown: &[f64], share: f64) -> Option<usize> {
+    let late = shown.iter().rposition(|shown| *shown < share);
+    let first = late.map_or(0, |late| late + 1);
+    (first < shown.len()).then_some(first)
+}
+
+/// Means of squares of pixels of this side (px); what is left over at the right and below is left
+/// out, unless the picture is smaller than a square.
+pub fn squares(image: &Image, side_px: u32) -> Image {
+    let side = side_px.min(image.width).min(image.height).max(1);
+    let (columns, rows) = (image.width / side, image.height / side);
+    Image::from_fn(columns, rows, |index| {
+        let (column, row) = (index as u32 % columns, index as u32 / columns);
+        let pixel = |i: u32| {
+            image.pixels
+                [((row * side + i / side) * image.width + column * side + i % side) as usize]
+        };
+        (0..side * side).map(pixel).sum::<Vec3>() / (side * side) as f32
+    })
 }
 
 /// For each frame but the first: the mean over pixels of |ΔT − ΔR| over the mean of R.

@@ -153,9 +153,9 @@ impl ReferenceImage {
         self.map(|i| self.diffuse.pixels[i] + self.light.specular.pixels[i])
     }
 
-    /// The image of one output, by its name.
-    pub fn aov(&self, aov: Aov) -> Image {
-        match aov {
+    /// The image of one output, by its name; `None` for what depends on settings of techniques.
+    pub fn aov(&self, aov: Aov) -> Option<Image> {
+        Some(match aov {
             Aov::Full => self.radiance(),
             Aov::Direct => self.direct.clone(),
             Aov::Indirect => self.indirect(),
@@ -166,7 +166,8 @@ impl ReferenceImage {
             Aov::Albedo => self.albedo.clone(),
             Aov::Normal => self.normal.clone(),
             Aov::Depth => self.map(|i| Vec3::splat(self.guide.depth_m[i])),
-        }
+            Aov::Discontinuity => return None,
+        })
     }
 
     /// Every output as channels of one file: `full` as R, G, B, the others as layers of their
@@ -179,7 +180,9 @@ impl ReferenceImage {
             .into_iter()
             .filter(|aov| !matches!(aov, Aov::Full | Aov::Visibility | Aov::Depth))
         {
-            planes.push_image(aov.name(), &self.aov(aov));
+            if let Some(image) = self.aov(aov) {
+                planes.push_image(aov.name(), &image);
+            }
         }
         planes.push("visibility.Y", self.light.visibility.clone());
         planes.push("depth.Z", self.guide.depth_m.clone());

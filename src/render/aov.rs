@@ -8,17 +8,17 @@ use super::{GBuffer, IndirectLight, LightMaps, Output};
 use crate::graph::{Error, Gpu, Image as GpuImage};
 use crate::image::{Aov, Image, IndirectImage};
 
-/// Reads one output of a frame.
+/// Reads one output of a frame; `None` for what no image of it has.
 pub fn read_aov(
     gpu: &Gpu,
     gbuffer: &GBuffer,
     output: &Output,
     light: &IndirectLight,
     aov: Aov,
-) -> Result<Image, Error> {
+) -> Result<Option<Image>, Error> {
     let [width, height] = gbuffer.size;
     let rgb = |image: &Arc<GpuImage>| read_rgb(gpu, gbuffer, image);
-    match aov {
+    let image = match aov {
         Aov::Full => rgb(&output.radiance),
         Aov::Direct => rgb(&output.direct),
         Aov::Indirect => rgb(&output.indirect),
@@ -57,7 +57,9 @@ pub fn read_aov(
                 .into_iter()
                 .map(Vec3::splat),
         )),
-    }
+        Aov::Discontinuity => return Ok(None),
+    };
+    image.map(Some)
 }
 
 /// Reads what a technique answered.
@@ -101,17 +103,22 @@ fn read_rgb(gpu: &Gpu, gbuffer: &GBuffer, image: &Arc<GpuImage>) -> Result<Image
 
 /// The part of the images that the frame has drawn.
 fn image_of(gbuffer: &GBuffer, pixels: impl Iterator<Item = Vec3>) -> Image {
-    let [width, height] = gbuffer.size.map(|size| size as usize);
-    let stride = gbuffer.view_depth.extent(0)[0] as usize;
-    let inside = pixels
-        .take(stride * height)
-        .enumerate()
-        .filter(|(index, _)| index % stride < width);
     Image {
         width: gbuffer.size[0],
         height: gbuffer.size[1],
-        pixels: inside.map(|(_, pixel)| pixel).collect(),
+        pixels: inside(gbuffer, pixels).collect(),
     }
+}
+
+/// The pixels of an image that the frame has drawn.
+fn inside<T>(gbuffer: &GBuffer, pixels: impl Iterator<Item = T>) -> impl Iterator<Item = T> {
+    let [width, height] = gbuffer.size.map(|size| size as usize);
+    let stride = gbuffer.view_depth.extent(0)[0] as usize;
+    pixels
+        .take(stride * height)
+        .enumerate()
+        .filter(move |(index, _)| index % stride < width)
+        .map(|(_, pixel)| pixel)
 }
 
 /// What one pixel of the G-buffer sees.
@@ -138,15 +145,34 @@ pub fn read_pixel(
     if depth_m <= 0.0 {
         return Ok(None);
     }
-    let normals: [u32; 2] = bytemuck::pod_read_unaligned(&gpu.read_texel(&gbuffer.normals, texel)?);
-    let [geometric_normal, shading_normal] = normals.map(unit_from_octahedral);
-    let albedo: [u16; 4] = bytemuck::pod_read_unaligned(&gpu.read_texel(&gbuffer.albedo, texel)?);
-    Ok(Some(SurfacePixel {
-        depth_m,
-        geometric_normal,
-        shading_normal,
-        roughness: float_from_half(albedo[3]).max(0.0),
-    }))
+    let normals = bytemuck::pod_read_unaligned(&gpu.read_texel(&gbuffer.normals, texel)?);
+    let albedo = bytemuck::pod_read_unaligned(&gpu.read_texel(&gbuffer.albedo, texel)?);
+    Ok(SurfacePixel::unpack(depth_m, normals, albedo))
+}
+
+/// Reads all pixels of the G-buffer, row by row.
+pub fn read_pixels(gpu: &Gpu, gbuffer: &GBuffer) -> Result<Vec<Option<SurfacePixel>>, Error> {
+    let depths = floats(gpu, &gbuffer.view_depth)?;
+    let normals: Vec<[u32; 2]> =
+        bytemuck::pod_collect_to_vec(&gpu.read_image(&gbuffer.normals, 0, 0)?);
+    let albedos: Vec<[u16; 4]> =
+        bytemuck::pod_collect_to_vec(&gpu.read_image(&gbuffer.albedo, 0, 0)?);
+    let texels = depths.into_iter().zip(normals).zip(albedos);
+    let pixels =
+        texels.map(|((depth_m, normals), albedo)| SurfacePixel::unpack(depth_m, normals, albedo));
+    Ok(inside(gbuffer, pixels).collect())
+}
+
+impl SurfacePixel {
+    fn unpack(depth_m: f32, normals: [u32; 2], albedo: [u16; 4]) -> Option<SurfacePixel> {
+        let [geometric_normal, shading_normal] = normals.map(unit_from_octahedral);
+        (depth_m > 0.0).then(|| SurfacePixel {
+            depth_m,
+            geometric_normal,
+            shading_normal,
+            roughness: float_from_half(albedo[3]).max(0.0),
+        })
+    }
 }
 
 /// A channel of the G-buffer that no technique is compared by.

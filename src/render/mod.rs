@@ -11,7 +11,7 @@ mod screen;
 
 pub use aov::{
     MapChannel, SurfaceChannel, SurfacePixel, read_aov, read_indirect, read_light_map, read_pixel,
-    read_surface,
+    read_pixels, read_surface,
 };
 pub(crate) use aov::{float_from_half, read_weights};
 pub use emitters::Emitter;

@@ -1,6 +1,6 @@
 //! The pinhole camera.
 
-use glam::{Mat4, Vec3, Vec4};
+use glam::{Mat4, Quat, Vec2, Vec3, Vec4};
 
 /// A pinhole camera; right-handed, looking along −z of its view space.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,6 +34,19 @@ impl Camera {
         [right, right.cross(forward), forward]
     }
 
+    /// Turned to the left about its up (degrees).
+    pub fn turned(&self, degrees: f32) -> Camera {
+        // The same bits, without rounding.
+        if degrees == 0.0 {
+            return *self;
+        }
+        let turn = Quat::from_axis_angle(self.up.normalize(), degrees.to_radians());
+        Camera {
+            target: self.eye + turn * (self.target - self.eye),
+            ..*self
+        }
+    }
+
     /// Unit direction of the ray through a pixel position; (0, 0) is the top left corner of the
     /// image, (`width`, `height`) the bottom right.
     pub fn ray_direction(&self, x_px: f32, y_px: f32, width: u32, height: u32) -> Vec3 {
@@ -43,6 +56,14 @@ impl Camera {
         let x = 2.0 * x_px / width as f32 - 1.0;
         let y = 1.0 - 2.0 * y_px / height as f32;
         (forward + right * (x * tan_x) + up * (y * tan_y)).normalize()
+    }
+
+    /// Where the ray through a pixel position of an image of this size (px) is at this distance
+    /// along the view axis (m).
+    pub fn position_at(&self, place_px: Vec2, depth_m: f32, [width, height]: [u32; 2]) -> Vec3 {
+        let ray = self.ray_direction(place_px.x, place_px.y, width, height);
+        let [.., forward] = self.basis();
+        self.eye + depth_m / ray.dot(forward) * ray
     }
 
     /// World space to Vulkan clip space: y down, depth reversed with an infinite far plane (1 at

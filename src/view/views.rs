@@ -140,6 +140,13 @@ static SHARED: &[View] = &[
         Scale::Range,
     ),
     row(
+        "discontinuity",
+        "where pixels share no light: red by position, green by normal",
+        "",
+        Source::Aov(Aov::Discontinuity),
+        Scale::Share,
+    ),
+    row(
         "geometric-normal",
         "G-buffer: normal of the triangle, on the viewer's side",
         "",

@@ -6,7 +6,8 @@ use lumivox::image::{
     write_heatmap, write_planes, write_png,
 };
 use lumivox::metrics::stability::{
-    excess_flicker, flicker, lag, leak, popping, rotation_spread, run_spread, translation_spread,
+    excess_flicker, flicker, lag, leak, popping, rotation_spread, run_spread, shown_change,
+    shown_from, squares, translation_spread,
 };
 use lumivox::metrics::{Channel, MetricError, compare, errors_of_values, find_blocks};
 
@@ -280,6 +281,35 @@ fn change_beyond_the_references_own_by_hand() {
         2.0 / 5.0,
     );
     assert_eq!(lag(&reference[0], &reference[0]).unwrap(), 0.0);
+}
+
+/// By hand, and whatever noise is added that does not go with the change.
+#[test]
+fn shown_changes_by_hand() {
+    let (before, after) = (grey(3, &[1.0, 2.0, 5.0]), grey(3, &[3.0, 1.0, 5.0]));
+    let shown = |values: &[f32]| shown_change(&grey(3, values), [&before, &after]);
+    assert_near(shown(&[1.0, 2.0, 5.0]).unwrap(), 0.0);
+    assert_near(shown(&[3.0, 1.0, 5.0]).unwrap(), 1.0);
+    assert_near(shown(&[2.0, 1.5, 5.0]).unwrap(), 0.5);
+    assert_near(shown(&[2.0 + 0.3, 1.5 + 0.6, 9.0]).unwrap(), 0.5);
+    assert!(shown_change(&after, [&before, &before]).is_err());
+    assert!(shown_change(&grey(2, &[1.0, 2.0]), [&before, &after]).is_err());
+    let late = [0.2, 0.95, 0.8, 0.9, 0.99];
+    assert_eq!(shown_from(&late, 0.9), Some(3));
+    assert_eq!(shown_from(&late, 0.1), Some(0));
+    assert_eq!(shown_from(&late, 1.0), None);
+}
+
+#[test]
+fn squares_are_means() {
+    let image = Image::from_fn(9, 4, |index| {
+        Vec3::splat(if index % 9 < 4 { 1.0 } else { 3.0 })
+    });
+    let means = squares(&image, 4);
+    assert_eq!(
+        (means.size(), means.pixels[0], means.pixels[1]),
+        ((2, 1), Vec3::ONE, Vec3::splat(3.0))
+    );
 }
 
 #[test]

@@ -255,7 +255,7 @@ fn traced(scene: &Scene, [width, height]: [u32; 2]) -> (Image, GuideImage) {
     (
         reference::render(scene, &settings, &|_| {})
             .unwrap()
-            .aov(Aov::Indirect),
+            .indirect(),
         reference::guide(scene, width, height).unwrap(),
     )
 }

@@ -23,7 +23,7 @@ use lumivox::gi::shared::cone::oracle::{LightPlace, MarchSettings, Volume, light
 use lumivox::gi::shared::voxel::VoxelGrid;
 use lumivox::gi::voxel_cones::mips;
 use lumivox::graph::{Frame, Gpu};
-use lumivox::image::{Aov, Image};
+use lumivox::image::Image;
 use lumivox::metrics::{Channel, compare};
 use lumivox::reference::{self, Bounces, Filter, Sampling};
 use lumivox::render::GpuScene;
@@ -430,7 +430,7 @@ fn traced_profile(scene: &Scene, (width, height): (u32, u32)) -> Vec<f64> {
     profile(
         &reference::render(scene, &settings, &|_| {})
             .unwrap()
-            .aov(Aov::Indirect),
+            .indirect(),
         4,
     )
 }

@@ -208,6 +208,68 @@ fn motion_is_held_against_the_references_own() {
     );
 }
 
+/// All figures of the preset with the fewest directions, with these settings.
+fn fast(gpu: &Gpu, name: &str, pairs: &[&str], severity: f64) -> Vec<f64> {
+    let pairs = [&["resolution=32"], pairs].concat();
+    let record = record(
+        gpu,
+        stress(name),
+        &case("voxel-mips", "fast", &pairs),
+        severity,
+    );
+    println!(
+        "{name} at {severity}, {pairs:?}: {:?} {:?}",
+        record.figures, record.failure
+    );
+    let values = record.figures.iter().map(|figure| figure.value.unwrap());
+    values.collect()
+}
+
+/// Light that changed is late where history keeps it whatever happens, less and less, earlier where
+/// changes are looked for, and in time where nothing is kept.
+#[test]
+fn late_light_is_seen() {
+    let gpu = gpu();
+    for (name, severity) in [("light_switch", 0.0), ("light_jump", 0.25)] {
+        let of = |pairs: &[&str]| fast(&gpu, name, pairs, severity);
+        let off = of(&["history=0"]);
+        assert!(off.iter().all(|late| *late < 1e-4), "{name}: {off:?}");
+        let blind = of(&["history=32", "relight_tile=0"]);
+        assert!(
+            blind[0] > 0.2 && blind[0] > blind[1] && blind[1] > blind[2],
+            "{name}: {blind:?}"
+        );
+        let looking = of(&["history=32"]);
+        let is_earlier = blind.iter().zip(&looking).all(|(late, early)| early < late);
+        assert!(is_earlier, "{name}: {looking:?}, {blind:?}");
+    }
+}
+
+/// Nothing of a fence's light stays on the wall behind it, however noisy it is; planted: where the
+/// fence counts as part of the wall, it does.
+#[test]
+fn ghosts_are_seen() {
+    let gpu = gpu();
+    let of = |pairs: &[&str]| fast(&gpu, "ghost", pairs, 2.0)[0];
+    assert_eq!(of(&["history=0"]), 0.0);
+    let tested = of(&["history=32"]);
+    let untested = of(&["history=32", "plane_tolerance=16", "interleave=1"]);
+    assert!(tested < 0.15 && untested > 0.5, "{tested}, {untested}");
+}
+
+/// Bars of a pixel have more error than bars of eight, which history helps.
+#[test]
+fn thin_bars_are_worse() {
+    let gpu = gpu();
+    let of = |history: &str, width: f64| fast(&gpu, "thin_bars", &[history], width)[0];
+    let (wide, thin) = (of("history=32", 8.0), of("history=32", 1.0));
+    let without = of("history=0", 8.0);
+    assert!(
+        wide < thin && wide < 0.9 * without,
+        "{wide}, {thin}, {without}"
+    );
+}
+
 /// Details of many voxels are seen, details smaller than a voxel are not: each figure is larger
 /// where it ought to be fatal.
 #[test]

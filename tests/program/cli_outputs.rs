@@ -36,6 +36,7 @@ const WORK: &[(&str, &str)] = &[
     ("compare gone.exr gone.exr --heatmap OUT", ".png"),
     ("compare gone.exr gone.exr --bins OUT", ".png"),
     ("compare gone.exr gone.exr --report OUT", ".json"),
+    ("compare gone_#.exr gone_#.exr --chart OUT", ".svg"),
 ];
 
 /// Commands that write into a folder.
@@ -52,7 +53,7 @@ fn places() -> tempfile::TempDir {
     let at = |name: &str| folder.path().join(name);
     std::fs::write(at("file"), "kept").unwrap();
     std::fs::create_dir(at("locked")).unwrap();
-    for extension in ["exr", "png", "json"] {
+    for extension in ["exr", "png", "json", "svg"] {
         std::fs::create_dir(at(&format!("folder.{extension}"))).unwrap();
         std::fs::write(at(&format!("kept.{extension}")), "kept").unwrap();
         lock(&at(&format!("kept.{extension}")));

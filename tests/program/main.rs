@@ -13,5 +13,6 @@ mod faults;
 mod golden_window;
 mod lpv;
 mod scene_errors;
+mod sequences;
 mod view;
 mod voxelize;

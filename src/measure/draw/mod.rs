@@ -214,18 +214,30 @@ impl Chart {
     /// Writes `STEM.svg` and `STEM.png`.
     pub fn write(&self, stem: &Path) -> Result<[PathBuf; 2], ChartError> {
         let [svg, png] = ["svg", "png"].map(|extension| stem.with_extension(extension));
-        let failed = |path: &Path, problem: String| ChartError::Write {
+        self.write_svg(&svg)?;
+        self.write_png(&png)?;
+        Ok([svg, png])
+    }
+
+    /// Writes an SVG file.
+    pub fn write_svg(&self, path: &Path) -> Result<(), ChartError> {
+        write_text(path, &self.svg()?).map_err(|error| ChartError::Write {
             path: path.to_owned(),
-            problem,
-        };
-        write_text(&svg, &self.svg()?).map_err(|error| failed(&svg, error.to_string()))?;
+            problem: error.to_string(),
+        })
+    }
+
+    /// Writes a PNG file.
+    pub fn write_png(&self, path: &Path) -> Result<(), ChartError> {
         let (width, height) = self.size();
         let pixels = self.pixels()?;
-        let saved: Result<(), image::ImageError> = write_file(&png, |file| {
+        let saved: Result<(), image::ImageError> = write_file(path, |file| {
             PngEncoder::new(file).write_image(&pixels, width, height, ExtendedColorType::Rgb8)
         });
-        saved.map_err(|error| failed(&png, error.to_string()))?;
-        Ok([svg, png])
+        saved.map_err(|error| ChartError::Write {
+            path: path.to_owned(),
+            problem: error.to_string(),
+        })
     }
 
     /// As an SVG document.

@@ -5,8 +5,10 @@
 //! [`StressCase::record`] measures one technique at one severity; [`results`] are records as tables
 //! and charts.
 
+mod change;
 mod detail;
 mod extent;
+mod fence;
 mod light;
 mod motion;
 mod record;
@@ -39,6 +41,10 @@ pub static CASES: &[&StressCase] = &[
     &motion::CAMERA_DOLLY,
     &motion::MOVING_LIGHT,
     &motion::MOVING_OBJECT,
+    &change::LIGHT_SWITCH,
+    &change::LIGHT_JUMP,
+    &fence::GHOST,
+    &fence::THIN_BARS,
     &stability::REPEAT_RUNS,
     &detail::NARROW_GAP,
     &detail::DISTANT_GAP,
@@ -184,6 +190,9 @@ pub enum StressError {
     /// The scene cannot be traced.
     #[error(transparent)]
     Reference(#[from] ReferenceError),
+    /// The technique does not take the settings.
+    #[error(transparent)]
+    Setting(#[from] SettingError),
     /// There is nothing to compare.
     #[error(transparent)]
     Metric(#[from] MetricError),
@@ -205,10 +214,6 @@ impl StressCase {
         entry: &Entry,
         settings: &Settings,
     ) -> Result<Vec<(String, Settings)>, SettingError> {
-        let old: Vec<String> = settings
-            .iter()
-            .map(|(name, value)| format!("{name}={}", value_text(&value)))
-            .collect();
         let is_met = |(name, wanted): &(&str, &str)| {
             settings
                 .iter()
@@ -220,21 +225,13 @@ impl StressCase {
             .iter()
             .filter(|change| change.needs.as_ref().is_none_or(is_met))
         {
-            let Some(setting) = entry
-                .settings
-                .iter()
-                .copied()
-                .flatten()
-                .find(|setting| setting.name == change.name)
-            else {
+            let mut all = entry.all_settings();
+            let Some(setting) = all.find(|setting| setting.name == change.name) else {
                 continue;
             };
             for value in values(change, setting) {
                 let pair = format!("{}={value}", change.name);
-                let new = entry.settings(
-                    None,
-                    &old.iter().chain([&pair]).cloned().collect::<Vec<_>>(),
-                )?;
+                let new = changed(entry, settings, &[&pair])?;
                 if new != *settings {
                     variants.push((pair, new));
                 }
@@ -264,6 +261,17 @@ impl StressCase {
             )),
         }
     }
+}
+
+/// The settings with `KEY=VALUE` pairs on top.
+fn changed(entry: &Entry, settings: &Settings, pairs: &[&str]) -> Result<Settings, SettingError> {
+    let old = settings
+        .iter()
+        .map(|(name, value)| format!("{name}={}", value_text(&value)));
+    let all: Vec<String> = old
+        .chain(pairs.iter().map(|pair| (*pair).to_owned()))
+        .collect();
+    entry.settings(None, &all)
 }
 
 fn values(change: &Change, setting: &Setting) -> Vec<&'static str> {

@@ -4,11 +4,13 @@
 use glam::{Quat, Vec3};
 
 use super::scenes::{camera, closed_room, extent_m, lamp};
+use super::trial::SETTLE_FRAMES;
 use super::{Figure, OWN, StressCase, StressError, Trial};
 use crate::frame::Renderer;
 use crate::image::{Aov, Image};
+use crate::measure::over_time::SQUARE_PX;
 use crate::metrics::MetricError;
-use crate::metrics::stability::{excess_flicker, lag, popping};
+use crate::metrics::stability::{excess_flicker, lag, popping, squares};
 use crate::scene::bundled::mesh::Mesh;
 use crate::scene::{Camera, Keyframe, Light, Pose, Scene};
 
@@ -30,10 +32,6 @@ const FIGURES: &[Figure] = &[
     },
 ];
 
-/// Side of the squares whose means are compared (px): smaller than what one sees flicker, larger
-/// than the reference's noise.
-const SQUARE_PX: u32 = 4;
-
 pub(super) static CAMERA_PAN: StressCase = StressCase {
     name: "camera_pan",
     help: "the camera turns to and fro, 60 frames",
@@ -42,19 +40,9 @@ pub(super) static CAMERA_PAN: StressCase = StressCase {
     severities: &[0.0625, 0.25, 1.0],
     measure: |trial, degrees| {
         let scene = trial.base()?;
-        let turned = |at: f32| {
-            let Camera {
-                eye, target, up, ..
-            } = scene.camera;
-            let target =
-                eye + Quat::from_axis_angle(up.normalize(), at.to_radians()) * (target - eye);
-            Scene {
-                camera: Camera {
-                    target,
-                    ..scene.camera
-                },
-                ..scene.clone()
-            }
+        let turned = |at: f32| Scene {
+            camera: scene.camera.turned(at),
+            ..scene.clone()
         };
         figures(trial, |frame| {
             turned(to_and_fro(frame, degrees as f32, 10.0))
@@ -101,22 +89,8 @@ pub(super) static MOVING_LIGHT: StressCase = StressCase {
         let scene = trial.base()?;
         let cell_m = extent_m(&scene) * trial.cell_share();
         let way_m = 0.15 * extent_m(&scene);
-        let lit = |at_m: f32| {
-            let mut moved = scene.clone();
-            match moved.lights.first_mut() {
-                Some(Light::Point { position, .. } | Light::Spot { position, .. }) => {
-                    position.x += at_m
-                }
-                // As if the light were one extent away.
-                Some(Light::Directional { direction, .. }) => {
-                    *direction = Quat::from_rotation_z(at_m / extent_m(&scene)) * *direction
-                }
-                None => {}
-            }
-            moved
-        };
         figures(trial, |frame| {
-            lit(to_and_fro(frame, voxels as f32 * cell_m, way_m))
+            moved_light(&scene, to_and_fro(frame, voxels as f32 * cell_m, way_m))
         })
     },
     any_scene: true,
@@ -148,9 +122,22 @@ const MOTION: StressCase = StressCase {
     ..OWN
 };
 
+/// The scene with its first light moved along x (m), or turned as if it were one extent away.
+pub(super) fn moved_light(scene: &Scene, at_m: f32) -> Scene {
+    let mut moved = scene.clone();
+    match moved.lights.first_mut() {
+        Some(Light::Point { position, .. } | Light::Spot { position, .. }) => position.x += at_m,
+        Some(Light::Directional { direction, .. }) => {
+            *direction = Quat::from_rotation_z(at_m / extent_m(scene)) * *direction
+        }
+        None => {}
+    }
+    moved
+}
+
 /// How far something is in a frame that moves so far from each to the next, and turns back at the
 /// end of its way.
-fn to_and_fro(frame: usize, speed: f32, way: f32) -> f32 {
+pub(super) fn to_and_fro(frame: usize, speed: f32, way: f32) -> f32 {
     let along = (frame as f32 * speed) % (2.0 * way);
     along.min(2.0 * way - along)
 }
@@ -180,9 +167,6 @@ fn block_in_room() -> Scene {
     block.add_moving(&mut scene, "block", vec![keyframe(0.0), keyframe(1.0)]);
     scene
 }
-
-/// Frames after the last move, at least, until a picture is taken to stand still.
-const SETTLE_FRAMES: u32 = 17;
 
 /// Frames of a technique that keeps what it has from one to the next, against the reference of
 /// each.
@@ -214,7 +198,12 @@ fn judge(
     references: &[Image],
     converged: &Image,
 ) -> Result<Vec<f64>, MetricError> {
-    let coarse = |images: &[Image]| images.iter().map(squares).collect::<Vec<Image>>();
+    let coarse = |images: &[Image]| {
+        images
+            .iter()
+            .map(|image| squares(image, SQUARE_PX))
+            .collect::<Vec<Image>>()
+    };
     let (shown, truth) = (coarse(frames), coarse(references));
     let last = frames
         .last()
@@ -224,21 +213,6 @@ fn judge(
         popping(&shown, &truth)?,
         lag(last, converged)?,
     ])
-}
-
-/// Means of squares of pixels; what is left over at the right and below is left out, unless the
-/// picture is smaller than a square.
-fn squares(image: &Image) -> Image {
-    let side = SQUARE_PX.min(image.width).min(image.height).max(1);
-    let (columns, rows) = (image.width / side, image.height / side);
-    Image::from_fn(columns, rows, |index| {
-        let (column, row) = (index as u32 % columns, index as u32 / columns);
-        let pixel = |i: u32| {
-            image.pixels
-                [((row * side + i / side) * image.width + column * side + i % side) as usize]
-        };
-        (0..side * side).map(pixel).sum::<Vec3>() / (side * side) as f32
-    })
 }
 
 #[cfg(test)]
@@ -290,18 +264,6 @@ mod tests {
         );
         assert!(judge(&reference[..7], &reference, &reference[6]).is_err());
         Ok(())
-    }
-
-    #[test]
-    fn squares_are_means() {
-        let image = Image::from_fn(9, 4, |index| {
-            Vec3::splat(if index % 9 < 4 { 1.0 } else { 3.0 })
-        });
-        let means = squares(&image);
-        assert_eq!(
-            (means.size(), means.pixels[0], means.pixels[1]),
-            ((2, 1), Vec3::ONE, Vec3::splat(3.0))
-        );
     }
 
     /// The block moves, and stays in the room.

@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use super::{Effort, StressError, scenes};
+use super::{Effort, StressError, changed, scenes};
 use crate::frame::{FrameSettings, Renderer};
 use crate::gi::Settings;
 use crate::gi::entry::Entry;
@@ -54,6 +54,9 @@ impl Memo {
 /// Resolution of a technique without that setting (cells).
 const RESOLUTION: u32 = 64;
 
+/// Frames after the last move, at least, until a picture is taken to stand still.
+pub(super) const SETTLE_FRAMES: u32 = 17;
+
 /// Fewer blocks than this say little of a picture.
 const FEWEST_BLOCKS: usize = 4;
 
@@ -90,6 +93,22 @@ impl Trial<'_> {
     /// Frames until a still picture has all its light.
     pub(super) fn frames_to_rest(&self) -> u32 {
         self.entry.rest(self.settings)
+    }
+
+    /// Frames until it is so too after something else was seen, with as much history as there may
+    /// be.
+    pub(super) fn frames_to_settle(&self) -> u32 {
+        (2 * self.frames_to_rest()).max(SETTLE_FRAMES)
+    }
+
+    /// The settings with those of these `KEY=VALUE` pairs on top that the technique has.
+    pub(super) fn settings_with(&self, pairs: &[&str]) -> Result<Settings, StressError> {
+        let is_known = |pair: &&&str| {
+            let mut all = self.entry.all_settings();
+            all.any(|setting| pair.split('=').next() == Some(setting.name))
+        };
+        let known: Vec<&str> = pairs.iter().filter(is_known).copied().collect();
+        Ok(changed(self.entry, self.settings, &known)?)
     }
 
     /// The technique's indirect light in a still scene.

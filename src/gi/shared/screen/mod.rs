@@ -4,6 +4,7 @@
 
 mod a_trous;
 mod blur;
+mod discontinuity;
 mod gather;
 mod history;
 pub mod oracle;
@@ -12,6 +13,7 @@ pub mod settings;
 
 pub use a_trous::{A_TROUS, ATrousParams, VARIANCE, VarianceParams};
 pub use blur::{BLUR, BlurParams};
+pub use discontinuity::discontinuity;
 pub use gather::{CoarseParams, JOIN, JoinParams, LEFT_OVER, UPSAMPLE};
 pub use history::{HISTORY, HISTORY_MIRRORED, HISTORY_MOMENTS, HistoryParams};
 pub use relight::{RELIGHT, REMEMBER};
@@ -30,7 +32,10 @@ use crate::gi::shared::interleave::{DEINTERLEAVE, deinterleave};
 use crate::gi::{IndirectLight, Inputs, Technique};
 use crate::graph::{Error, Frame, Gpu, Image as GpuImage, Pass};
 use crate::image::Image;
-use crate::render::{FrameConstants, GBuffer, GpuScene, PICK, read_weights, screen_image};
+use crate::render::{
+    FrameConstants, GBuffer, GpuScene, PICK, read_pixels, read_weights, screen_image,
+};
+use crate::scene::Camera;
 
 /// All passes of this module, and those of windows.
 pub static PASSES: &[&Pass] = &[
@@ -223,6 +228,22 @@ impl Screen {
         guide
             .map(|guide| read_weights(gpu, gbuffer, guide))
             .transpose()
+    }
+
+    /// Where pixels of the last frame, seen by this camera, are too far apart to share light.
+    pub fn discontinuity(
+        &self,
+        gpu: &Gpu,
+        gbuffer: &GBuffer,
+        camera: &Camera,
+    ) -> Result<Image, Error> {
+        let surfaces = read_pixels(gpu, gbuffer)?;
+        Ok(discontinuity(
+            &surfaces,
+            gbuffer.size,
+            camera,
+            self.settings.limits,
+        ))
     }
 
     /// Makes the frame that was drawn with these constants the one before; called when it is done.

@@ -49,7 +49,7 @@ pub struct Picture<'p, T> {
 }
 
 impl<T> Picture<'_, T> {
-    fn at(&self, x: i64, y: i64) -> Option<&T> {
+    pub(super) fn at(&self, x: i64, y: i64) -> Option<&T> {
         let is_inside = |at: i64, size: u32| (0..i64::from(size)).contains(&at);
         (is_inside(x, self.size[0]) && is_inside(y, self.size[1]))
             .then(|| self.pixels[(y * i64::from(self.size[0]) + x) as usize].as_ref())
@@ -70,9 +70,18 @@ impl Limits {
     /// How far inside the limits (positive) or outside another surface is: the smaller of
     /// footprints and cosine left. `from_here` leads to it from where `seen` is or was (m).
     pub fn margin(&self, seen: &Seen, from_here: DVec3, other: &Seen) -> f64 {
+        let [of_position, of_normal] = self.margins(seen, from_here, other);
+        of_position.min(of_normal)
+    }
+
+    /// The same, of each limit: footprints left, and cosine left.
+    pub fn margins(&self, seen: &Seen, from_here: DVec3, other: &Seen) -> [f64; 2] {
         let off_plane = from_here.dot(seen.geometric_normal).abs() / seen.footprint;
         let cosine = seen.shading_normal.dot(other.shading_normal);
-        (self.plane_tolerance - off_plane).min(cosine - self.normal_cosine)
+        [
+            self.plane_tolerance - off_plane,
+            cosine - self.normal_cosine,
+        ]
     }
 }
 
