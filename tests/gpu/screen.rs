@@ -8,9 +8,9 @@ use crate::support::shown::{
 };
 use crate::support::technique::Builder;
 use crate::support::{Random, gpu};
-use glam::{DVec2, DVec4, Vec3, Vec4};
+use glam::{DVec2, DVec3, DVec4, Vec3, Vec4};
 use lumivox::gi::shared::screen::oracle::{
-    Judged, KeptPixel, Longest, Moved, Picture, a_trous, adaptive_radius, blur, history, relight,
+    Judged, KeptPixel, Moved, Picture, Terms, a_trous, adaptive_radius, blur, history, relight,
     unchanged, variance,
 };
 use lumivox::render::Grid;
@@ -34,9 +34,9 @@ impl Drawn {
         })
     }
 
-    /// By how much light has changed in each tile, where `now` is gathered along the same
+    /// How light has changed in each tile, where `now` is gathered along the same
     /// directions.
-    fn changes(&self, now: &[Vec4]) -> Vec<f64> {
+    fn changes(&self, now: &[Vec4]) -> Vec<(DVec3, f64)> {
         let [width, height] = self.sparse.size;
         let texels = (0..height).flat_map(|y| (0..width).map(move |x| [x, y]));
         let pixels: Vec<_> = texels
@@ -56,7 +56,7 @@ impl Drawn {
     }
 
     /// The same at a place of the picture (px), and how far in a tile that is.
-    fn change_at(&self, changes: &[f64], place: DVec2) -> (f64, f64) {
+    fn change_at(&self, changes: &[(DVec3, f64)], place: DVec2) -> ((DVec3, f64), f64) {
         let tile = place / f64::from(self.sparse.step);
         let last = self.sparse.size.map(|size| size - 1);
         let at = (tile.as_uvec2()).min(last.into());
@@ -95,21 +95,22 @@ fn each_frame_is_the_oracles() {
         let changes = before.as_ref().map(|drawn| drawn.changes(&gathered));
         let of = |at: usize| {
             let moved = before.as_ref().and(now.moved[at].as_ref());
-            let mut longest = Longest {
-                visibility: 6.0,
-                light: 6.0,
+            let mut terms = Terms {
+                factor: DVec3::ONE,
                 unchanged: f64::INFINITY,
+                longest: 6.0,
             };
             let mut in_tile = f64::INFINITY;
             if let (true, Some(drawn), Some(changes), Some(moved)) =
                 (is_posed, &before, &changes, moved)
             {
-                let (change, inside) = drawn.change_at(changes, moved.place);
-                (longest.unchanged, in_tile) = (unchanged(change, 0.3), inside);
+                let ((factor, change), inside) = drawn.change_at(changes, moved.place);
+                (terms.factor, terms.unchanged) = (factor, unchanged(change, 0.3));
+                in_tile = inside;
             }
             let light = gathered[at].as_dvec4();
             now.seen[at].map(|seen| {
-                let judged = history(&seen, light, moved, &picture, (LIMITS, longest));
+                let judged = history(&seen, light, moved, &picture, (LIMITS, terms));
                 Judged {
                     least_margin: judged.least_margin.min(in_tile),
                     ..judged
@@ -288,13 +289,35 @@ fn history_is_doubted_where_lights_move() {
     let mut doubted = all;
     (doubted[4][0], doubted[5][0]) = (4.0, 5.0);
     assert_eq!(weights(&["relight_tile=0"]), doubted);
-    // All of it is another number now: λ = ¼, so .3 / .25 − .3 frames.
-    let mut changed = all;
-    (changed[4][0], changed[5][0]) = (1.9, 2.9);
-    let found = weights(&["answer=number"]);
-    let off = (found.iter().flatten().zip(changed.iter().flatten()))
-        .map(|(found, expected)| (found - expected).abs());
-    assert!(off.worst() < 1e-5, "{found:?}");
+    // All of it is brighter by one factor, which history is given too.
+    assert_eq!(weights(&["answer=number"]), all);
+}
+
+/// Where all light changes by one factor, the next frame shows all of the change.
+#[test]
+fn dimmed_light_is_dimmed_at_once() {
+    let gpu = gpu();
+    let mut shown = Shown::new(&gpu, room(), &["history=32", "answer=number"]);
+    let camera = shown.camera;
+    for number in 0..6u32 {
+        if number == 5 {
+            shown.renderer.move_lights(&shown.scene).unwrap();
+        }
+        let now = shown.draw(&camera);
+        // The mean of 0 to 4 is 2, and 5/4 of it is 2.5: (5 · 2.5 + 5) / 6.
+        let expected = if number == 5 {
+            17.5 / 6.0
+        } else {
+            f64::from(number) / 2.0
+        };
+        for at in (0..now.light.len()).filter(|at| now.seen[*at].is_some()) {
+            assert!(
+                (now.light[at].x - expected).abs() < 1e-4,
+                "{number}: {}",
+                now.light[at]
+            );
+        }
+    }
 }
 
 /// Light that is the same everywhere stays so, whatever moves; and what is no number is gone in the

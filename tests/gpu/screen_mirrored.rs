@@ -7,11 +7,11 @@ use crate::support::given::answer;
 use crate::support::shown::{LIMITS, SIZE, Shown, TOLERANCE, compare, nudged, places};
 use crate::support::surfaces::every_surface;
 use crate::support::{Random, gpu};
-use glam::{DVec4, Vec4};
+use glam::{DVec3, DVec4, Vec4};
 use lumivox::gi::shared::interleave::Pattern;
 use lumivox::gi::shared::interleave::oracle::{Sample, deinterleave};
 use lumivox::gi::shared::screen::oracle::{
-    Judged, KeptPixel, Longest, Picture, Seen, history, unslid,
+    Judged, KeptPixel, Picture, Seen, Terms, history, unslid,
 };
 use lumivox::gi::shared::surfaces;
 use lumivox::gi::shared::voxel::oracle::Receiver;
@@ -75,18 +75,12 @@ fn each_frame_is_the_oracles() {
                     let then = (seen_from.eye.as_dvec3() - moved.position).normalize();
                     unslid(&seen, moved, [to_eye, then], now.roughness[at])
                 });
-                let longest = Longest {
-                    visibility: 8.0,
-                    light: 8.0,
+                let terms = Terms {
+                    factor: DVec3::ONE,
                     unchanged,
+                    longest: 8.0,
                 };
-                Some(history(
-                    &seen,
-                    means[at],
-                    moved,
-                    &picture,
-                    (LIMITS, longest),
-                ))
+                Some(history(&seen, means[at], moved, &picture, (LIMITS, terms)))
             })
             .collect();
         let light = |judged: Judged<(DVec4, [f64; 2])>| Judged {

@@ -67,14 +67,16 @@ struct History {
     vec2 moments;
 };
 
-// What light of the frame before weighs at most [frames], where it was seen there.
-float longest_light(vec2 place) {
+// Brings light of the frame before, which was seen there, to this frame's: a factor, and in alpha
+// what it weighs at most [frames].
+vec4 changed_light(vec2 place) {
     float longest = params.longest_light - 1.0;
-    if (params.change_px == 0.0) return longest;
+    if (params.change_px == 0.0) return vec4(vec3(1.0), longest);
     ivec2 tile = min(ivec2(place / params.change_px), ivec2(params.change_size) - 1);
-    float changed = texelFetch(sampler2D(change, nearest_clamp), tile, 0).r;
+    vec4 changed = texelFetch(sampler2D(change, nearest_clamp), tile, 0);
     float slack = params.change_slack;
-    return changed > 0.0 ? min(longest, max(slack / changed - slack, 0.0)) : longest;
+    return vec4(changed.rgb,
+        changed.a > 0.0 ? min(longest, max(slack / changed.a - slack, 0.0)) : longest);
 }
 
 #ifdef MIRRORED
@@ -141,7 +143,11 @@ History find_history(ivec2 pixel, Surface surface) {
     found.light /= kept;
     found.moments /= kept;
     found.weights *= min(kept / WHOLE_KEPT, 1.0) / kept;
-    found.weights = min(found.weights, vec2(longest_light(place), params.longest - 1.0));
+    vec4 changed = changed_light(place);
+    found.light.rgb *= changed.rgb;
+    float brighter = luminance_of(changed.rgb);
+    found.moments *= vec2(brighter, brighter * brighter);
+    found.weights = min(found.weights, vec2(changed.a, params.longest - 1.0));
 #ifdef MIRRORED
     vec3 to_eye_now = normalize(frame.eye_ws.xyz - seen.position_ws),
          to_eye_then = normalize(params.eye_before.xyz - position);

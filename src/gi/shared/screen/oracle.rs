@@ -113,18 +113,18 @@ fn turned_back(seen: &Seen, moved: &Moved) -> (Seen, f64) {
     (there, cosine - LEAST_TURNED)
 }
 
-/// What history weighs at most (frames).
+/// What brings light of the frame before to this frame's, and what weighs at most (frames).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Longest {
-    /// With this frame's visibility.
-    pub visibility: f64,
-    /// With this frame's light.
-    pub light: f64,
-    /// Light alone, without this frame's: less where that has changed.
+pub struct Terms {
+    /// Times light of the frame before.
+    pub factor: DVec3,
+    /// What light of the frame before weighs, without this frame's: less where it has changed.
     pub unchanged: f64,
+    /// What light and visibility weigh with this frame's.
+    pub longest: f64,
 }
 
-/// What history weighs where light has changed by the share `change`, 0 to 1 (frames).
+/// What light of the frame before weighs (frames) where it differs by the share `change`, 0 to 1.
 pub fn unchanged(change: f64, slack: f64) -> f64 {
     if change > 0.0 {
         slack / change - slack
@@ -162,7 +162,7 @@ pub fn history(
     light: DVec4,
     moved: Option<&Moved>,
     before: &Picture<'_, KeptPixel>,
-    (limits, longest): (Limits, Longest),
+    (limits, terms): (Limits, Terms),
 ) -> Judged<(DVec4, [f64; 2])> {
     let (mut found, mut weights, mut kept, mut least_margin) =
         (DVec4::ZERO, DVec2::ZERO, 0.0, f64::INFINITY);
@@ -195,11 +195,9 @@ pub fn history(
         true => (found / kept, weights / kept * (kept / 0.05).min(1.0)),
         false => (DVec4::ZERO, DVec2::ZERO),
     };
-    let most = DVec2::new(
-        longest.light.min(longest.unchanged + 1.0),
-        longest.visibility,
-    );
-    let weights = weights.min(most - 1.0);
+    let found = (found.truncate() * terms.factor).extend(found.w);
+    let longest = terms.longest - 1.0;
+    let weights = weights.min(DVec2::new(longest.min(terms.unchanged), longest));
     let value = if light.is_finite() {
         let shares = weights / (weights + 1.0);
         let mean = light + (found - light) * shares.xxxy();
@@ -213,19 +211,32 @@ pub fn history(
     }
 }
 
-/// λ = Σ|L′ − L| / Σ max(L′, L) around a texel, by a Gaussian: of surfaces, what they gathered
-/// (`before`) and gather now.
-pub fn relight(texel: [u32; 2], picture: &Picture<'_, [DVec3; 2]>) -> f64 {
+/// ρ = Σ L′ / Σ L, at most 4, and λ = Σ|L′ − ρL| / Σ max(L′, ρL) around a texel, by a Gaussian: of
+/// surfaces, what they gathered (`before`) and gather now.
+pub fn relight(texel: [u32; 2], picture: &Picture<'_, [DVec3; 2]>) -> (DVec3, f64) {
     let [x, y] = texel.map(i64::from);
-    let (mut apart, mut all) = (0.0, 0.0);
-    for (i, j) in (-2..=2).flat_map(|j| (-2..=2).map(move |i| (i, j))) {
-        if let Some([before, now]) = picture.at(x + i, y + j) {
+    let around = || {
+        let taps = (-2..=2).flat_map(|j| (-2..=2).map(move |i| (i, j)));
+        taps.filter_map(|(i, j)| {
             let weight = (-0.5 * (i * i + j * j) as f64 / (1.5 * 1.5)).exp();
-            apart += weight * (*now - *before).abs().element_sum();
-            all += weight * now.max(*before).element_sum();
-        }
+            picture.at(x + i, y + j).map(|pair| (weight, *pair))
+        })
+    };
+    let sum = |of: fn([DVec3; 2]) -> DVec3| -> DVec3 {
+        around().map(|(weight, pair)| weight * of(pair)).sum()
+    };
+    let (before, now) = (sum(|[before, _]| before), sum(|[_, now]| now));
+    let factor = DVec3::select(
+        before.cmpgt(DVec3::ZERO),
+        (now / before).min(DVec3::splat(4.0)),
+        DVec3::ONE,
+    );
+    let (mut apart, mut all) = (0.0, 0.0);
+    for (weight, [before, now]) in around() {
+        apart += weight * (now - factor * before).abs().element_sum();
+        all += weight * now.max(factor * before).element_sum();
     }
-    if all > 0.0 { apart / all } else { 0.0 }
+    (factor, if all > 0.0 { apart / all } else { 0.0 })
 }
 
 /// The light of a pixel by those texels of a coarse picture that show its own surface. `coarse` has
@@ -423,9 +434,9 @@ mod tests {
             turned: None,
         };
         let of = |second: f64, change: f64| {
-            let longest = Longest {
+            let terms = Terms {
                 unchanged: unchanged(change, 0.3),
-                ..longest(6.0)
+                ..terms(6.0)
             };
             let pixels = [kept(0.05, 4.0, 3.0), kept(second, 8.0, 7.0)];
             let before = Picture {
@@ -437,7 +448,7 @@ mod tests {
                 DVec4::ONE,
                 Some(&moved),
                 &before,
-                (LIMITS, longest),
+                (LIMITS, terms),
             )
             .value
         };
@@ -453,30 +464,40 @@ mod tests {
         assert!((weights[0] - 2.2).abs() < 1e-12 && weights[1] == 3.0);
     }
 
-    fn longest(frames: f64) -> Longest {
-        Longest {
-            visibility: frames,
-            light: frames,
+    fn terms(longest: f64) -> Terms {
+        Terms {
+            factor: DVec3::ONE,
             unchanged: f64::INFINITY,
+            longest,
         }
     }
 
-    /// By hand: one texel of two has doubled.
+    /// By hand: one texel of two has doubled; and where all have, they differ by a factor alone.
     #[test]
     fn a_change_by_hand() {
         let pixels = [
             Some([DVec3::ONE, DVec3::splat(2.0)]),
             Some([DVec3::ONE, DVec3::ONE]),
         ];
-        let picture = Picture {
-            size: [2, 1],
-            pixels: &pixels,
+        let of = |pixels: &[Option<[DVec3; 2]>]| {
+            let picture = Picture {
+                size: [2, 1],
+                pixels,
+            };
+            relight([0, 0], &picture)
         };
         let beside = (-0.5f64 / 2.25).exp();
-        let found = relight([0, 0], &picture);
-        assert!((found - 1.0 / (2.0 + beside)).abs() < 1e-12, "{found}");
-        let found = relight([1, 0], &picture);
-        assert!((found - beside / (1.0 + 2.0 * beside)).abs() < 1e-12);
+        let (factor, change) = of(&pixels);
+        let mean = (2.0 + beside) / (1.0 + beside);
+        assert!((factor - mean).abs().max_element() < 1e-12, "{factor}");
+        let apart = (2.0 - mean) + beside * (mean - 1.0);
+        let expected = apart / (2.0 + beside * mean);
+        assert!((change - expected).abs() < 1e-12, "{change}");
+        let (factor, change) = of(&[pixels[0], pixels[0]]);
+        assert_eq!((factor, change), (DVec3::splat(2.0), 0.0));
+        assert_eq!(of(&[pixels[1], None]), (DVec3::ONE, 0.0));
+        let lit = Some([DVec3::ZERO, DVec3::ONE]);
+        assert_eq!(of(&[lit, lit]), (DVec3::ONE, 1.0));
     }
 
     /// After n frames of what stands still: their mean, with the weight n.
@@ -494,7 +515,7 @@ mod tests {
                 pixels: &pixels,
             };
             let light = DVec4::splat(f64::from(frame));
-            let limits = (LIMITS, longest(32.0));
+            let limits = (LIMITS, terms(32.0));
             let (light, weights) = history(&seen(0.0), light, Some(&moved), &before, limits).value;
             assert!((light.x - 0.5 * f64::from(frame + 1)).abs() < 1e-12);
             assert_eq!(weights, [f64::from(frame); 2]);
@@ -514,7 +535,7 @@ mod tests {
             pixels: &[None],
         };
         let light = DVec4::new(1.0, f64::NAN, 0.0, 0.0);
-        let limits = (LIMITS, longest(9.0));
+        let limits = (LIMITS, terms(9.0));
         let found = history(&seen(0.0), light, None, &before, limits).value;
         assert_eq!(found, (DVec4::ZERO, [0.0; 2]));
     }

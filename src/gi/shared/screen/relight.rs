@@ -4,10 +4,8 @@ use std::sync::Arc;
 
 use super::gather::Gather;
 use crate::gi::{Inputs, Technique};
-use crate::graph::{Access, Binding, Error, Frame, Gpu, Image, Pass, Sets, Shaders, vk};
-use crate::render::{
-    FrameConstants, GpuScene, Grid, Picked, screen_groups, screen_image, screen_image_of,
-};
+use crate::graph::{Access, Binding, Error, Frame, Gpu, Image, Pass, Sets, Shaders};
+use crate::render::{FrameConstants, GpuScene, Grid, Picked, screen_groups, screen_image};
 
 /// What a few pixels see and gathered. Reads the G-buffer and RGBA32F; writes R32F, RGBA32UI and
 /// RGBA32F, a thread a texel.
@@ -28,8 +26,9 @@ pub static REMEMBER: Pass = Pass {
     sets: Sets::Scene,
 };
 
-/// λ = Σ|L′ − L| / Σ max(L′, L) over the texels around each, by a Gaussian: L is what they gathered
-/// in the frame before, L′ the same in this frame's light. Writes R32F, a thread a texel.
+/// ρ = Σ L′ / Σ L and λ = Σ|L′ − ρL| / Σ max(L′, ρL) over the texels around each, by a Gaussian: L is
+/// what they gathered in the frame before, L′ the same in this frame's light. Writes RGBA32F (ρ, λ),
+/// a thread a texel.
 pub static RELIGHT: Pass = Pass {
     name: "screen.relight",
     shaders: Shaders::Compute("gi/shared/screen/relight.comp"),
@@ -53,7 +52,7 @@ struct Kept {
 
 /// By how much light has changed, and where.
 pub(super) struct Change<'c> {
-    /// R32F: λ, 0 to 1.
+    /// RGBA32F: ρ; λ, 0 to 1.
     pub(super) image: &'c Arc<Image>,
     /// Width and height (texels).
     pub(super) size: [u32; 2],
@@ -68,7 +67,7 @@ pub(super) struct Relight {
     now: usize,
     /// RGBA32F: what the pixels of the frame before gather now.
     again: Arc<Image>,
-    /// R32F: λ.
+    /// RGBA32F: ρ and λ.
     change: Arc<Image>,
     /// One in so many pixels that gather, along each axis.
     tile: u32,
@@ -96,7 +95,7 @@ impl Relight {
             kept: [kept("screen.kept")?, kept("screen.kept_before")?],
             now: 0,
             again: screen_image(gpu, "screen.light_again", size)?,
-            change: screen_image_of(gpu, "screen.change", size, vk::Format::R32_SFLOAT)?,
+            change: screen_image(gpu, "screen.change", size)?,
             tile,
             has_before: false,
             open: 0,
