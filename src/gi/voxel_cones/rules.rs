@@ -144,7 +144,7 @@ pub(super) const RULES: &[Rule] = &[
     },
     Rule {
         group: Group::Screen,
-        settings: &["interleave_order", "interleave_turn"],
+        settings: &["interleave_window", "interleave_order", "interleave_turn"],
         applies: |settings| Pattern::new(settings).count() > 1,
     },
     Rule {

@@ -44,6 +44,14 @@ pub static SETTINGS: &[Setting] = &[
         default: "0",
     },
     Setting {
+        name: "interleave_window",
+        help: "mean over a window as large as a tile, at once; off: earlier frames and neighbours \
+               alone bring the other pixels' directions",
+        unit: "",
+        domain: Domain::Choice(&["on", "off"]),
+        default: "on",
+    },
+    Setting {
         name: "interleave_order",
         help: "pixels gather where they are, or split: those with the same place in their tiles \
                beside each other",

@@ -145,7 +145,9 @@ impl Gather {
             gathered: image("screen.gathered")?,
             coarse: (settings.scale > 1).then(coarse).transpose()?,
             split: (settings.splits && has_pattern).then(split).transpose()?,
-            windowed: has_pattern.then(|| image("screen.windowed")).transpose()?,
+            windowed: (settings.has_window && has_pattern)
+                .then(|| image("screen.windowed"))
+                .transpose()?,
             grid,
         })
     }

@@ -26,9 +26,9 @@ pub static REMEMBER: Pass = Pass {
     sets: Sets::Scene,
 };
 
-/// ρ = Σ L′ / Σ L and λ = Σ|L′ − ρL| / Σ max(L′, ρL) over the texels around each, by a Gaussian: L is
-/// what they gathered in the frame before, L′ the same in this frame's light. Writes RGBA32F (ρ, λ),
-/// a thread a texel.
+/// ρ = Σ L′ / Σ L and λ = Σ|L′ − ρL| / Σ max(L′, ρL) over the texels around each, by a Gaussian.
+/// L is what they gathered in the frame before, L′ the same in this frame's light. Writes RGBA32F
+/// (ρ, λ), a thread a texel.
 pub static RELIGHT: Pass = Pass {
     name: "screen.relight",
     shaders: Shaders::Compute("gi/shared/screen/relight.comp"),

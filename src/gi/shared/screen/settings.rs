@@ -158,6 +158,8 @@ pub enum Blurring {
 pub struct ScreenSettings {
     /// Which directions the pixels of a tile take.
     pub pattern: Pattern,
+    /// Whether there is a mean over windows as large as a tile.
+    pub has_window: bool,
     /// Which directions of a glossy lobe they mirror.
     pub specular_pattern: Pattern,
     /// Whether they gather in parts, each along one direction.
@@ -193,6 +195,7 @@ impl ScreenSettings {
     pub fn new(settings: &Settings, directions: Option<u32>) -> Self {
         ScreenSettings {
             pattern: Pattern::new(settings),
+            has_window: settings.find_choice("interleave_window") != Some("off"),
             specular_pattern: Pattern::specular(settings),
             splits: settings.find_choice("interleave_order") == Some("split"),
             scale: settings.find_count("gather_scale").unwrap_or(1),
