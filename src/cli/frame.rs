@@ -15,7 +15,7 @@ pub(super) struct FrameArgs {
     /// [default: 1].
     #[arg(long, value_name = "N", value_parser = parse_cascades)]
     cascades: Option<u32>,
-    /// Where cascades end: logarithmic (1) to uniform (0) [default: 0.98].
+    /// Where cascades end: logarithmic (1) to uniform (0) [default: 0.995].
     #[arg(long, value_name = "X", value_parser = parse_share)]
     split_lambda: Option<f32>,
     /// How direct light compares with shadow maps: point, pcf or pcss [default: pcf].

@@ -78,7 +78,7 @@ impl ShadowSettings {
         ShadowSettings {
             resolution,
             cascades: 1,
-            split_lambda: 0.98,
+            split_lambda: 0.995,
             filter: ShadowFilter::Pcf,
             sun_angle_deg: SUN_ANGLE_DEG,
         }
