@@ -9,18 +9,19 @@ use crate::gi::{Change, Context, IndirectLight, Inputs, MapNeeds, Settings, Tech
 use crate::graph::{Error, Frame, FrameStats, Gpu};
 use crate::image::{Aov, Image, IndirectImage};
 use crate::render::{
-    GBuffer, GpuScene, KEEP_POSE, LightMaps, MapChannel, Output, SET_POSE, SurfaceChannel,
-    read_aov, read_indirect, read_light_map, read_pixel, read_surface, screen_image,
+    GBuffer, GpuScene, KEEP_POSE, LightCascades, LightMaps, MapChannel, Output, SET_POSE,
+    ShadowSettings, SurfaceChannel, UNDERSAMPLED, Watcher, read_aov, read_indirect, read_light_map,
+    read_pixel, read_surface, screen_image, undersampled,
 };
 use crate::scene::{Camera, Scene};
 
 /// What all techniques share.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrameSettings {
     /// Width and height of the pictures (px).
     pub size: [u32; 2],
-    /// Width and height of each shadow map and reflective shadow map (texels).
-    pub shadow_resolution: u32,
+    /// The maps of the lights.
+    pub shadows: ShadowSettings,
 }
 
 /// The stages of a frame that all techniques share.
@@ -75,8 +76,6 @@ pub struct Renderer<'g> {
     /// Whether the technique's structure is as it should be. Where something failed on the way,
     /// the next frame builds it anew.
     is_whole: bool,
-    /// Whether the light maps are drawn and nothing has moved since.
-    has_maps: bool,
     /// Where the camera was last (m).
     eye: Vec3,
     /// The camera of the last frame.
@@ -114,7 +113,7 @@ impl<'g> Renderer<'g> {
     /// As [`Renderer::new`], of a scene that is on the device already.
     pub fn of(
         gpu: &'g Gpu,
-        scene: GpuScene,
+        mut scene: GpuScene,
         entry: &Entry,
         settings: &Settings,
         frame: FrameSettings,
@@ -128,12 +127,18 @@ impl<'g> Renderer<'g> {
         };
         let mut technique = (entry.make)(&context, settings)?;
         let build = technique.build(&context)?;
-        let resolution = frame.shadow_resolution;
         let needs = technique.needs();
+        let cascades = LightCascades {
+            count: frame.shadows.cascades,
+            everywhere: needs.maps > MapNeeds::Direct || frame.shadows.cascades == 1,
+        };
+        scene.set_cascades(gpu, cascades)?;
         let maps = match needs.maps {
             MapNeeds::Nothing => LightMaps::none(gpu)?,
-            MapNeeds::Shadows => LightMaps::new(gpu, &scene, resolution, false)?,
-            MapNeeds::Reflective => LightMaps::new(gpu, &scene, resolution, true)?,
+            reads => {
+                let with_rsm = reads == MapNeeds::Reflective;
+                LightMaps::new(gpu, &scene, frame.shadows.resolution, with_rsm)?
+            }
         };
         let frames_to_rest = (entry.frames_to_rest)(settings);
         let screen = Screen::new(gpu, &scene, entry.screen(settings), frame.size)?;
@@ -153,7 +158,6 @@ impl<'g> Renderer<'g> {
                 frames_to_rest,
                 capacity: frame.size,
                 is_whole: true,
-                has_maps: false,
                 eye,
                 camera: None,
                 light: None,
@@ -205,10 +209,15 @@ impl<'g> Renderer<'g> {
     /// Moves the dynamic models to where they are in the scene that this was made of, after
     /// [`Scene::set_time`], and brings the technique's structure up to it.
     pub fn set_pose(&mut self, scene: &Scene) -> Result<FrameStats, Error> {
-        self.has_maps = false;
         let was_whole = std::mem::take(&mut self.is_whole);
         let mut stats = self.gbuffer.keep_pose(self.gpu, &self.scene)?;
-        stats.append(self.scene.set_pose(self.gpu, scene)?);
+        let places = |scene: &GpuScene| scene.dynamic.as_ref().map(|models| models.bounds);
+        let before = places(&self.scene);
+        let moved = self.scene.set_pose(self.gpu, scene);
+        for bounds in [before, places(&self.scene)].into_iter().flatten() {
+            self.maps.moved_in(bounds);
+        }
+        stats.append(moved?);
         if was_whole && self.scene.dynamic.is_some() {
             stats.append(self.technique.follow(&context!(self), Change::Models)?);
             self.screen.expect_change(self.frames_to_rest);
@@ -220,9 +229,7 @@ impl<'g> Renderer<'g> {
     /// Moves the lights to where they are in a scene that has as many, of the same kinds; the next
     /// frame shows it.
     pub fn move_lights(&mut self, scene: &Scene) -> Result<(), Error> {
-        self.has_maps = false;
         self.scene.move_lights(self.gpu, &scene.lights)?;
-        self.maps.move_lights(self.gpu, &self.scene)?;
         self.screen.doubt();
         self.screen.expect_change(self.frames_to_rest);
         self.technique
@@ -233,12 +240,13 @@ impl<'g> Renderer<'g> {
     /// Renders one frame: lights, visible surfaces, world-space store, indirect light, what pixels
     /// share of it, direct light, composite.
     pub fn render(&mut self, camera: &Camera) -> Result<FrameStats, Error> {
-        self.has_maps = false;
+        self.maps.forget();
         self.render_again(camera)
     }
 
-    /// As [`Renderer::render`], with the light maps of the frame before where nothing but the
-    /// camera has moved since: the same picture in less time.
+    /// As [`Renderer::render`], with those light maps of the frame before that still hold: a map is
+    /// drawn again if its light has moved, if models have moved that it sees, or if it is a cascade
+    /// that has moved with the camera. The same picture in less time.
     pub fn render_again(&mut self, camera: &Camera) -> Result<FrameStats, Error> {
         let mut seen_with = self.scene.frame_constants(camera, self.settings.size);
         self.screen.set(self.gpu, &mut seen_with)?;
@@ -250,12 +258,17 @@ impl<'g> Renderer<'g> {
             self.rebuild()?
         };
         self.is_whole = false;
+        let [width, height] = self.settings.size;
+        let watcher = Watcher {
+            camera: *camera,
+            aspect: width as f32 / height as f32,
+            split_lambda: self.settings.shadows.split_lambda,
+        };
+        self.maps.follow(self.gpu, &self.scene, Some(watcher))?;
         stats.append(self.technique.follow(&context!(self), Change::Camera)?);
         let mut frame = Frame::new();
         frame.set_scene(&self.scene.set, &self.scene.materials);
-        if !self.has_maps {
-            self.maps.draw(&mut frame, &self.scene);
-        }
+        self.maps.draw(&mut frame, &self.scene);
         self.gbuffer.draw(&mut frame, &self.scene);
         let given = Inputs {
             scene: &self.scene,
@@ -266,8 +279,9 @@ impl<'g> Renderer<'g> {
         self.technique.update(&mut frame, &given);
         let light = (self.screen).light(&mut frame, &given, &mut *self.technique);
         if !self.technique.shadow_direct(&mut frame, &given) {
+            let maps = (&self.maps, &self.settings.shadows);
             self.output
-                .draw_direct(&mut frame, &self.scene, &self.maps, &self.gbuffer);
+                .draw_direct(&mut frame, &self.scene, maps, &self.gbuffer);
         }
         self.output
             .draw_composite(&mut frame, &self.gbuffer, &light);
@@ -275,7 +289,8 @@ impl<'g> Renderer<'g> {
         stats.append(self.gpu.submit(frame)?);
         self.gbuffer.keep_frame(&seen_with);
         self.screen.keep_frame(&seen_with);
-        (self.is_whole, self.has_maps) = (true, true);
+        self.maps.keep();
+        self.is_whole = true;
         Ok(stats)
     }
 
@@ -386,7 +401,7 @@ impl<'g> Renderer<'g> {
 
     /// How many light maps there are.
     pub fn light_map_count(&self) -> u32 {
-        self.maps.view_count
+        self.maps.rows().len() as u32
     }
 
     /// Samples that the last frame's gather took, by the name of the pass.
@@ -413,5 +428,18 @@ impl<'g> Renderer<'g> {
     /// Counts of the last frame, by name.
     pub fn counts(&self) -> Result<Vec<(&'static str, u64)>, Error> {
         self.technique.counts(self.gpu)
+    }
+
+    /// Counts of the last frame for a report: those of [`Renderer::counts`], and where shadow maps
+    /// are drawn, the pixels where they are coarser than the picture ([`UNDERSAMPLED`]).
+    pub fn counts_of_report(&self) -> Result<Vec<(&'static str, u64)>, Error> {
+        let mut counts = self.counts()?;
+        if let Some(camera) = self.camera.filter(|_| !self.maps.rows().is_empty()) {
+            let depth = self.aov(Aov::Depth)?;
+            let normals = self.surface(SurfaceChannel::GeometricNormal)?;
+            let pixels = undersampled(&self.scene, &self.maps, &camera, (&depth, &normals));
+            counts.push((UNDERSAMPLED, pixels));
+        }
+        Ok(counts)
     }
 }

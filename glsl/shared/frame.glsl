@@ -10,7 +10,7 @@ layout(std140, set = 0, binding = 0) uniform FrameConstants {
     vec4 ray_up;              // xyz: from the image's centre to its top edge at view depth 1
     vec4 ray_forward;         // xyz: unit view direction
     vec4 environment;         // xyz: radiance [W/(m² sr)]
-    uvec4 size_px;            // xy: image size [px]; z: number of lights; w: number of light views
+    uvec4 size_px;            // xy: image size [px]; z: number of lights; w: of light views
     uvec4 walk;               // x: number of the frame, for patterns that change with it
     uvec4 gathered;           // which pixels are gathered (shared/receiver.glsl)
 } frame;
@@ -30,7 +30,8 @@ struct Light {
     vec4 position_kind;       // xyz: position [m]; w: 0 directional, 1 point, 2 spot
     vec4 direction_inner; // xyz: direction of travel; w: inner half angle [rad]
     vec4 power_outer;     // rgb: irradiance [W/m²] or intensity [W/sr]; w: outer half angle [rad]
-    uvec4 views;              // x: first light view; y: number of light views
+    // x: first light view for lookups anywhere; y: their number; zw: the same for what is seen
+    uvec4 views;
 };
 
 // Several buffers, since the size of one binding is limited and most passes read positions alone.

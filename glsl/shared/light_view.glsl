@@ -12,10 +12,16 @@ struct LightView {
     vec4 right;
     vec4 down;          // xyz: from the map's centre to its lower edge, likewise
     vec4 forward;       // xyz: unit direction of travel; w: depth of the near plane [m]
-    uvec4 light;        // x: index of the light; y: map size [texels]
+    // x: index of the light; y: map size [texels]; zw: of a cascade, its first texel
+    uvec4 light;
+    // of a cascade, xyz: where texels are counted from, on the near plane [m]; w: 1 + its number,
+    // 0 the finest; else 0
+    vec4 anchor;
+    vec4 border;        // xy: of a cascade, 1 where the scene goes on beyond its edge
 };
 
 const float LIGHT_DIRECTIONAL = 0.0;
+const float LIGHT_POINT = 1.0;
 const float LIGHT_SPOT = 2.0;
 
 // View depth [m] from the depth buffer: parallel views are linear, perspective ones reversed with

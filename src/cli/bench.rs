@@ -21,11 +21,12 @@ use crate::scene::Scene;
 
 use super::CliError;
 use super::common::{
-    DeviceArgs, FrameArgs, LoadArgs, TimingArgs, bad_setting, chart_stem, check_max_error,
-    check_output, check_output_folder, make_folder, parse_channel, parse_size, progress_bar,
-    reference, say, stems, warn_of_idle_in, write_text,
+    DeviceArgs, LoadArgs, TimingArgs, bad_setting, chart_stem, check_max_error, check_output,
+    check_output_folder, make_folder, parse_channel, parse_size, progress_bar, reference, say,
+    stems, warn_of_idle_in, write_text,
 };
 use super::files::check_results_folder;
+use super::frame::FrameArgs;
 use super::stop;
 
 /// Measure techniques, presets and resolutions: time per pass, memory, error against the

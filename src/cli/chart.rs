@@ -18,10 +18,11 @@ use crate::text::counted;
 
 use super::CliError;
 use super::common::{
-    DeviceArgs, FrameArgs, LoadArgs, TimingArgs, chart_stem, check_output_folder, check_scenes,
-    make_folder, parse_channel, parse_size, progress_bar, say, stems, write_text,
+    DeviceArgs, LoadArgs, TimingArgs, chart_stem, check_output_folder, check_scenes, make_folder,
+    parse_channel, parse_size, progress_bar, say, stems, write_text,
 };
 use super::files::check_results_folder;
+use super::frame::FrameArgs;
 use super::stop;
 
 /// Chart speed and memory against error: every technique with many settings, the Pareto front, one

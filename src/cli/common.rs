@@ -6,7 +6,6 @@ use std::io::{ErrorKind, Write as _};
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use crate::frame::FrameSettings;
 use crate::gi::entry::Entry;
 use crate::gi::registry::{DEFAULT, find, owners};
 use crate::gi::{SettingError, Settings};
@@ -281,39 +280,6 @@ fn parse_timing(text: &str) -> Result<Timing, String> {
         "host" => Ok(Timing::Host),
         "timestamps" => Ok(Timing::Timestamps),
         _ => Err(String::from("write host or timestamps")),
-    }
-}
-
-/// What all techniques share.
-#[derive(clap::Args)]
-#[command(next_help_heading = "Frame")]
-pub(super) struct FrameArgs {
-    /// Width and height of each shadow map and reflective shadow map (texels) [default: 1024; of
-    /// chart and stress 256].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(16..=8192))]
-    shadow_resolution: Option<u32>,
-}
-
-impl FrameArgs {
-    /// Width and height of each map of a light (texels).
-    pub(super) fn shadow_resolution(&self) -> u32 {
-        self.shadow_resolution.unwrap_or(1024)
-    }
-
-    /// For pictures of this width and height (px).
-    pub(super) fn settings(&self, (width, height): (u32, u32)) -> FrameSettings {
-        FrameSettings {
-            size: [width, height],
-            shadow_resolution: self.shadow_resolution(),
-        }
-    }
-
-    /// For the small pictures that are measured by the hundred.
-    pub(super) fn small(&self, size: (u32, u32)) -> FrameSettings {
-        FrameSettings {
-            shadow_resolution: self.shadow_resolution.unwrap_or(256),
-            ..self.settings(size)
-        }
     }
 }
 

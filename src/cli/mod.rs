@@ -11,6 +11,7 @@ mod compare_frames;
 mod devices;
 mod explain;
 mod files;
+mod frame;
 mod lpv;
 mod nothing;
 mod picture;

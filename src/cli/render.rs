@@ -9,15 +9,16 @@ use crate::gi::settings::Settings;
 use crate::graph::{FrameStats, Gpu, GpuOptions, PassTimes, TimesAccumulator};
 use crate::image::{Aov, GuideImage, Image, read_aov};
 use crate::measure::chart::{BounceSetting, bounces_text};
-use crate::measure::report::{EnergyRow, ErrorReport, Report, Timing};
+use crate::measure::report::{EnergyRow, ErrorReport, Report, Timing, shadow_changes};
 use crate::metrics::{Channel, Errors};
 use crate::reference::{Bounces, guide};
 use crate::scene::Scene;
 use crate::text::short;
 
 use super::CliError;
-use super::common::{DeviceArgs, FrameArgs, SceneArgs, TechniqueArgs, TimingArgs, say};
+use super::common::{DeviceArgs, SceneArgs, TechniqueArgs, TimingArgs, say};
 use super::files::Files;
+use super::frame::FrameArgs;
 use super::picture::PictureArgs;
 use super::sequence::SequenceArgs;
 
@@ -166,7 +167,8 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     report.counting = PassTimes::once(&build.counting);
     report.build = PassTimes::once(&build.passes);
     report.passes = times.rows();
-    report.set_counts(&renderer.counts().map_err(CliError::failed)?);
+    report.shadows = shadow_changes(&frame.shadows);
+    report.set_counts(&renderer.counts_of_report().map_err(CliError::failed)?);
     if args.picture.report.is_some() {
         report.set_energy(renderer.energy().map_err(CliError::failed)?);
     }

@@ -10,9 +10,8 @@ use crate::scene::Scene;
 use crate::view::{Options, ViewError, parse_script, run as run_view};
 
 use super::CliError;
-use super::common::{
-    DeviceArgs, FrameArgs, LoadArgs, TimingArgs, parse_size, settings, warn_of_idle,
-};
+use super::common::{DeviceArgs, LoadArgs, TimingArgs, parse_size, settings, warn_of_idle};
+use super::frame::FrameArgs;
 
 /// Open a window: techniques side by side, everything changed by hand, and what it costs.
 #[derive(clap::Args)]
@@ -97,7 +96,7 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
         technique,
         preset: args.preset.clone(),
         set: args.set.clone(),
-        shadow_resolution: args.frame.shadow_resolution(),
+        shadows: args.frame.shadows(),
         size: args.size.map(Into::into),
         scale: args.scale,
         vsync: args.no_vsync.then_some(false),

@@ -46,7 +46,9 @@ pub struct Context<'c> {
 pub enum MapNeeds {
     /// None, not for the direct light either: none are drawn.
     Nothing,
-    /// Shadow maps.
+    /// Shadow maps for the direct light of what the camera sees.
+    Direct,
+    /// Shadow maps, also for lookups anywhere in the scene.
     Shadows,
     /// Reflective shadow maps.
     Reflective,

@@ -17,6 +17,7 @@ use crate::vulkan::DeviceKind;
 
 use super::report::{
     DirectionCost, ErrorReport, MemoryRow, MotionTimes, ReferenceInfo, Report, Timing,
+    shadow_changes,
 };
 use super::stages::{StageTimes, When, part_ms, stage_times};
 use super::table::value_text;
@@ -285,7 +286,8 @@ fn refused(failure: &Error) -> Option<MemoryRow> {
 fn empty_report(gpu: &Gpu, scene: &Scene, case: &Case, settings: &BenchSettings) -> Report {
     Report {
         preset: case.preset.clone(),
-        shadow_resolution: Some(settings.frame.shadow_resolution),
+        shadow_resolution: Some(settings.frame.shadows.resolution),
+        shadows: shadow_changes(&settings.frame.shadows),
         ..Report::new(
             gpu,
             &scene.name,
@@ -333,7 +335,7 @@ fn run<'g>(
         full: renderer.aov(Aov::Full)?,
         indirect: renderer.aov(Aov::Indirect)?,
     };
-    let counts = renderer.counts()?;
+    let counts = renderer.counts_of_report()?;
     let energy = if settings.samples {
         renderer.energy()?
     } else {

@@ -13,10 +13,11 @@ use crate::graph::{Error, Gpu};
 use crate::image::{Aov, Image};
 use crate::metrics::{Channel, Errors, MetricError, compare};
 use crate::reference::{ReferenceError, gather, light_surfaces, surface_area_m2};
+use crate::render::ShadowSettings;
 use crate::scene::{LitPoint, Scene, SurfacePoint};
 
 use super::bench::{Case, Truth, warm_up_frames};
-use super::report::{ErrorReport, Report};
+use super::report::{ErrorReport, Report, shadow_changes};
 use super::table::value_text;
 
 /// Points that exact light is measured at, along the distance from slot to slot.
@@ -159,7 +160,8 @@ pub fn explain(
     }
     let mut report = Report {
         preset: case.preset.clone(),
-        shadow_resolution: Some(frame.shadow_resolution),
+        shadow_resolution: Some(frame.shadows.resolution),
+        shadows: shadow_changes(&frame.shadows),
         reference: Some(*info),
         ..Report::new(
             gpu,
@@ -169,7 +171,7 @@ pub fn explain(
             &case.settings,
         )
     };
-    report.set_counts(&renderer.counts()?);
+    report.set_counts(&renderer.counts_of_report()?);
     report.set_energy(renderer.energy()?);
     report.error = Some(ErrorReport::of(
         Aov::Indirect,
@@ -246,7 +248,7 @@ impl<'s> Subject<'s> {
 
     /// How wide finer shadow maps are; `None` where there are none.
     fn finer_maps(&self) -> Option<u32> {
-        let now = self.frame.shadow_resolution;
+        let now = self.frame.shadows.resolution;
         let finer = (FINER_MAPS * now).min(WIDEST_MAP);
         (!self.scene.lights.is_empty() && finer > now).then_some(finer)
     }
@@ -465,7 +467,10 @@ impl Table<'_, '_> {
         };
         let options = vec![format!("--shadow-resolution {shadow_resolution}")];
         let finer = FrameSettings {
-            shadow_resolution,
+            shadows: ShadowSettings {
+                resolution: shadow_resolution,
+                ..frame.shadows
+            },
             ..frame
         };
         self.add(

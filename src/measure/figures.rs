@@ -313,8 +313,12 @@ pub(super) fn notes(reports: &[Report], report: &Report, what: &str) -> Vec<Stri
     let shadow = report
         .shadow_resolution
         .map(|texels| format!("shadow_resolution={texels}"));
+    let shadows = report.shadows.iter();
+    let shadow = shadow
+        .into_iter()
+        .chain(shadows.map(|(name, value)| format!("{name}={value}")));
     let mut line = "settings:".to_owned();
-    for setting in shadow.into_iter().chain(settings) {
+    for setting in shadow.chain(settings) {
         if line.chars().count() + setting.len() > NOTE_CHARS {
             lines.push(std::mem::take(&mut line));
         }

@@ -13,6 +13,7 @@ use crate::image::{Aov, GuideImage, Image};
 use crate::metrics::{Channel, Comparison, Errors, Flip, MetricError, compare, exposure_of, flip};
 use crate::output::write_text;
 use crate::reference::Bounces;
+use crate::render::ShadowSettings;
 use crate::scene::Scene;
 
 use super::records::Versioned;
@@ -181,6 +182,9 @@ pub struct Report {
     pub size: [u32; 2],
     /// Width and height of each shadow map (texels), where it is known.
     pub shadow_resolution: Option<u32>,
+    /// Settings of shadows that are not the defaults, by name.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub shadows: BTreeMap<String, String>,
     /// Name of the technique.
     pub technique: String,
     /// Preset that the settings started from, where it is known.
@@ -285,6 +289,22 @@ pub fn memory_rows(gpu: &Gpu) -> Vec<MemoryRow> {
     rows
 }
 
+/// Settings of shadows that are not the defaults, by name.
+pub fn shadow_changes(shadows: &ShadowSettings) -> BTreeMap<String, String> {
+    let changes = shadows.changes().into_iter();
+    changes
+        .map(|(name, value)| (name.to_owned(), value))
+        .collect()
+}
+
+/// Such settings behind the size of shadow maps.
+pub(super) fn shadow_text(changes: &BTreeMap<String, String>) -> String {
+    let changes = changes.iter();
+    changes
+        .map(|(name, value)| format!(", {} {value}", name.replace('-', " ")))
+        .collect()
+}
+
 impl Report {
     /// Whether two reports are of the same work on the same device.
     pub fn is_same_case(&self, other: &Report) -> bool {
@@ -292,7 +312,7 @@ impl Report {
             (
                 report.scene.clone(),
                 (report.time_s.map(f32::to_bits), report.size),
-                report.shadow_resolution,
+                (report.shadow_resolution, report.shadows.clone()),
                 (report.technique.clone(), report.preset.clone()),
                 (report.device.clone(), report.driver.clone()),
             )
@@ -346,6 +366,7 @@ impl Report {
             time_s: None,
             size,
             shadow_resolution: None,
+            shadows: BTreeMap::new(),
             technique: technique.to_owned(),
             preset: None,
             settings: settings

@@ -278,7 +278,11 @@ pub fn read_light_map(
         (MapChannel::Reflected, Some([_, reflected])) => reflected,
         (_, None) => return Ok(None),
     };
-    if view >= maps.view_count {
+    let layers = match channel {
+        MapChannel::Depth => maps.rows().len() as u32,
+        MapChannel::Normal | MapChannel::Reflected => maps.view_count,
+    };
+    if view >= layers {
         return Ok(None);
     }
     let words: Vec<u32> = bytemuck::pod_collect_to_vec(&gpu.read_image(image, 0, view)?);

@@ -8,6 +8,7 @@ use glam::Vec3;
 
 use super::emitters::{Emitter, emitters};
 use super::grid::Grid;
+use super::lights::views::{LightCascades, ViewRanges};
 use crate::gpu_struct;
 use crate::graph::{
     Buffer, BufferDesc, BufferUsage, DrawBatch, Error, Frame, FrameStats, Gpu, Image, ImageDesc,
@@ -30,7 +31,8 @@ gpu_struct! {
         pub ray_forward: [f32; 4],
         /// xyz: radiance of the environment (W/(m² sr)).
         pub environment: [f32; 4],
-        /// xy: image size (px); z: number of lights; w: number of light views.
+        /// xy: image size (px); z: number of lights; w: number of light views for
+        /// lookups anywhere.
         pub size_px: [u32; 4],
         /// x: number of the frame, for patterns that change from frame to frame; otherwise 0.
         pub walk: [u32; 4],
@@ -62,7 +64,7 @@ gpu_struct! {
         pub direction_inner: [f32; 4],
         /// rgb: irradiance (W/m²) or intensity (W/sr); w: outer half angle (rad).
         pub power_outer: [f32; 4],
-        /// x: first light view; y: number of light views.
+        /// x: first light view; y: number of light views; zw: the same for what the camera sees.
         pub views: [u32; 4],
     }
 }
@@ -157,6 +159,8 @@ pub struct GpuScene {
     pub eye: Vec3,
     /// The lights as they are now.
     pub lights: Vec<Light>,
+    /// How many maps directional lights have.
+    pub cascades: LightCascades,
     /// Radiance of the environment (W/(m² sr)).
     pub environment: Vec3,
     /// What `set` shows.
@@ -318,7 +322,10 @@ impl GpuScene {
                 cast_slice(&triangle_materials),
             )?,
             materials: shared("scene.materials", cast_slice(&materials))?,
-            lights: shared("scene.lights", cast_slice(&gpu_lights(&scene.lights)))?,
+            lights: shared(
+                "scene.lights",
+                cast_slice(&gpu_lights(&scene.lights, LightCascades::ONE)),
+            )?,
         };
         let set = gpu.create_scene_set(&buffers)?;
         let dynamic = DynamicGeometry::new(gpu, scene)?;
@@ -345,6 +352,7 @@ impl GpuScene {
             dynamic,
             eye: scene.camera.eye,
             lights: scene.lights.clone(),
+            cascades: LightCascades::ONE,
             environment: scene.environment,
             buffers,
         })
@@ -361,7 +369,7 @@ impl GpuScene {
         self.buffers.lights = storage(
             gpu,
             ("scene.lights", Owner::Shared),
-            cast_slice(&gpu_lights(lights)),
+            cast_slice(&gpu_lights(lights, self.cascades)),
         )?;
         self.set = gpu.create_scene_set(&self.buffers)?;
         (self.lights, self.environment) = (lights.to_vec(), environment);
@@ -420,9 +428,22 @@ impl GpuScene {
             "lights that move keep their number and kinds"
         );
         if !lights.is_empty() {
-            gpu.upload_buffer(&self.buffers.lights, cast_slice(&gpu_lights(lights)))?;
+            gpu.upload_buffer(
+                &self.buffers.lights,
+                cast_slice(&gpu_lights(lights, self.cascades)),
+            )?;
         }
         self.lights = lights.to_vec();
+        Ok(())
+    }
+
+    /// Sets how many maps directional lights have, for light maps that are made from now on.
+    pub fn set_cascades(&mut self, gpu: &Gpu, cascades: LightCascades) -> Result<(), Error> {
+        if cascades != self.cascades {
+            self.cascades = cascades;
+            let lights = self.lights.clone();
+            self.move_lights(gpu, &lights)?;
+        }
         Ok(())
     }
 
@@ -508,30 +529,12 @@ impl GpuScene {
                 width,
                 height,
                 self.lights.len() as u32,
-                light_view_count(&self.lights),
+                ViewRanges::of(&self.lights, self.cascades).anywhere,
             ],
             walk: [0; 4],
             gathered: Grid::whole([width, height]).row(),
         }
     }
-}
-
-/// Light views of a point light, one a side of a cube (`POINT_VIEWS` in `shared/visibility.glsl`);
-/// any other light has one.
-pub(super) const POINT_VIEWS: u32 = 6;
-
-/// Number of light views of all lights.
-pub(super) fn light_view_count(lights: &[Light]) -> u32 {
-    lights
-        .iter()
-        .map(|light| {
-            if matches!(light, Light::Point { .. }) {
-                POINT_VIEWS
-            } else {
-                1
-            }
-        })
-        .sum()
 }
 
 /// One draw for the triangles of each material.
@@ -582,11 +585,10 @@ fn gpu_material(material: &Material) -> GpuMaterial {
     }
 }
 
-fn gpu_lights(lights: &[Light]) -> Vec<GpuLight> {
-    let mut first_view = 0;
+fn gpu_lights(lights: &[Light], cascades: LightCascades) -> Vec<GpuLight> {
     let mut all = Vec::with_capacity(lights.len());
-    for light in lights {
-        let view_count = light_view_count(std::slice::from_ref(light));
+    let ranges = ViewRanges::of(lights, cascades).lights;
+    for (light, views) in lights.iter().zip(ranges) {
         let (kind, position, direction, power, inner_deg, outer_deg) = match *light {
             Light::Directional {
                 direction,
@@ -608,9 +610,8 @@ fn gpu_lights(lights: &[Light]) -> Vec<GpuLight> {
             position_kind: position.extend(kind).to_array(),
             direction_inner: direction.extend(inner_deg.to_radians()).to_array(),
             power_outer: power.extend(outer_deg.to_radians()).to_array(),
-            views: [first_view, view_count, 0, 0],
+            views,
         });
-        first_view += view_count;
     }
     all
 }

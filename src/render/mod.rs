@@ -20,12 +20,18 @@ pub use gpu_scene::{
     DynamicGeometry, FrameConstants, GpuLight, GpuMaterial, GpuScene, SET_POSE, TextureUse,
 };
 pub use grid::Grid;
-pub use lights::maps::{LightMaps, RSM, SHADOW_MAPS, TILE, ViewParams};
-pub use lights::views::GpuLightView;
+pub use lights::cascades::{Watcher, sphere_of_part, splits};
+pub use lights::maps::{
+    LightMaps, RSM, RSM_CASCADES, SHADOW_CASCADES, SHADOW_MAPS, TILE, ViewParams,
+};
+pub use lights::sampling::{UNDERSAMPLED, undersampled};
+pub use lights::settings::{CASCADES, SUN_ANGLE_DEG, ShadowFilter, ShadowSettings};
+pub use lights::views::{GpuLightView, LightCascades};
 pub use screen::gbuffer::{GBUFFER, GBuffer};
 pub use screen::motion::{BEHIND_PX, KEEP_POSE, MotionParams};
 pub use screen::output::{
-    COMPOSITE, DIRECT, IndirectLight, Output, screen_groups, screen_image, screen_image_of,
+    COMPOSITE, DIRECT, DirectParams, IndirectLight, Output, screen_groups, screen_image,
+    screen_image_of,
 };
 pub use screen::receivers::{PICK, Picked, Receivers};
 
@@ -35,7 +41,9 @@ use crate::shader::{GpuStruct, StructLayout};
 /// All passes of this module.
 pub static PASSES: &[&Pass] = &[
     &SHADOW_MAPS,
+    &SHADOW_CASCADES,
     &RSM,
+    &RSM_CASCADES,
     &GBUFFER[0],
     &GBUFFER[1],
     &GBUFFER[2],

@@ -404,10 +404,22 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         include_bytes!("../../spirv/gi/voxel_cones/svo/write_normals.comp.spv"),
     ),
     (
+        "render/lights/light_cascade.vert",
+        include_bytes!("../../spirv/render/lights/light_cascade.vert.spv"),
+    ),
+    (
         "render/lights/light_view.vert",
         include_bytes!("../../spirv/render/lights/light_view.vert.spv"),
     ),
     ("render/lights/rsm.frag", include_bytes!("../../spirv/render/lights/rsm.frag.spv")),
+    (
+        "render/lights/rsm_cascade.frag",
+        include_bytes!("../../spirv/render/lights/rsm_cascade.frag.spv"),
+    ),
+    (
+        "render/lights/shadow_cascade.frag",
+        include_bytes!("../../spirv/render/lights/shadow_cascade.frag.spv"),
+    ),
     (
         "render/lights/shadow_map.frag",
         include_bytes!("../../spirv/render/lights/shadow_map.frag.spv"),

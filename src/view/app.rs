@@ -96,12 +96,7 @@ impl App {
         };
         let choice = Choice::new(options.technique, options.preset.as_deref(), &options.set)?;
         let scene = std::mem::take(&mut options.scene);
-        let mut session = Session::new(
-            options.source.clone(),
-            scene,
-            choice,
-            options.shadow_resolution,
-        );
+        let mut session = Session::new(options.source.clone(), scene, choice, options.shadows);
         session.load = options.load;
         let driver = options.script.take().map(Driver::new);
         let store = if driver.is_some() {
@@ -544,7 +539,7 @@ impl App {
             view: &VIEWS[pane.view],
             pane: &pane,
             size: session.size,
-            shadow_resolution: session.shadow_resolution,
+            shadows: session.shadows,
             look: session.look(),
             device: self.options.device.as_deref(),
             output: self.panels.save_path.trim(),

@@ -9,6 +9,7 @@ use super::picture::{Components, Look, ToneMap};
 use super::views::{Source, View};
 use super::worker::PaneJob;
 use crate::image::Aov;
+use crate::render::ShadowSettings;
 use crate::scene::{Camera, Light, LoadOptions, Scene, Up, camera_toml, lights_toml};
 use crate::text::{number, vector};
 
@@ -34,8 +35,8 @@ pub(super) struct Wanted<'w> {
     pub(super) view: &'w View,
     /// Width and height (px).
     pub(super) size: [u32; 2],
-    /// Width and height of light maps (texels).
-    pub(super) shadow_resolution: u32,
+    /// The maps of the lights.
+    pub(super) shadows: ShadowSettings,
     /// Exposure and tone map.
     pub(super) look: Look,
     /// The device, where the user named one.
@@ -77,7 +78,10 @@ impl Wanted<'_> {
             .iter()
             .for_each(|pair| add("--set", pair.clone()));
         add("--size", format!("{}x{}", self.size[0], self.size[1]));
-        add("--shadow-resolution", self.shadow_resolution.to_string());
+        add("--shadow-resolution", self.shadows.resolution.to_string());
+        for (name, value) in self.shadows.changes() {
+            add(&format!("--{name}"), value);
+        }
         match shown {
             Shown::Aov(Aov::Full) => {}
             Shown::Aov(aov) => add("--aov", aov.to_string()),

@@ -32,6 +32,7 @@ use winit::event_loop::EventLoop;
 use crate::gi::SettingError;
 use crate::gi::entry::Entry;
 use crate::graph::{Error, GpuOptions};
+use crate::render::ShadowSettings;
 use crate::scene::{LoadOptions, Scene};
 use crate::text::counted;
 
@@ -52,8 +53,8 @@ pub struct Options {
     pub preset: Option<String>,
     /// `KEY=VALUE` on top of the preset.
     pub set: Vec<String>,
-    /// Width and height of light maps (texels).
-    pub shadow_resolution: u32,
+    /// The maps of the lights.
+    pub shadows: ShadowSettings,
     /// Width and height of the window (px); `None` for the remembered one.
     pub size: Option<[u32; 2]>,
     /// Pixels of a point; `None` for what the display says.

@@ -9,7 +9,7 @@ use crate::frame::{FrameSettings, Renderer};
 use crate::gi::Settings;
 use crate::graph::{Error, FrameStats, Gpu};
 use crate::image::Aov;
-use crate::render::{GpuScene, RSM, SHADOW_MAPS};
+use crate::render::{GpuScene, RSM, SHADOW_MAPS, ShadowSettings};
 use crate::scene::{Camera, Light};
 
 /// How long a picture may take while something moves (ms).
@@ -48,7 +48,7 @@ struct MadeFor {
     environment: glam::Vec3,
     technique: &'static str,
     settings: Settings,
-    shadow_resolution: u32,
+    shadows: ShadowSettings,
 }
 
 impl MadeFor {
@@ -59,7 +59,7 @@ impl MadeFor {
             environment: job.environment,
             technique: pane.entry.name,
             settings: pane.settings.clone(),
-            shadow_resolution: job.shadow_resolution,
+            shadows: job.shadows,
         }
     }
 
@@ -70,7 +70,7 @@ impl MadeFor {
     fn fits(&self, job: &Job, pane: &PaneJob) -> bool {
         let same = self.scene == job.scene.0
             && self.technique == pane.entry.name
-            && self.shadow_resolution == job.shadow_resolution;
+            && self.shadows == job.shadows;
         same && self.has_light_of(job) && self.settings == pane.settings
     }
 }
@@ -117,7 +117,7 @@ impl<'g> Pane<'g> {
         let size = job.size.map(|size| size.next_multiple_of(STEP_PX));
         let frame = FrameSettings {
             size,
-            shadow_resolution: job.shadow_resolution,
+            shadows: job.shadows,
         };
         let (renderer, build) = Renderer::of(gpu, uploaded, wanted.entry, &wanted.settings, frame)?;
         let made_for = MadeFor::of(job, wanted);

@@ -19,6 +19,7 @@ use crate::gi::entry::Entry;
 use crate::gi::{SettingError, Settings};
 use crate::image::Aov;
 use crate::reference::Bounces;
+use crate::render::ShadowSettings;
 use crate::scene::{Light, LoadOptions, Scene};
 
 /// How long after the last change the picture counts as at rest.
@@ -153,7 +154,7 @@ pub(super) struct Session {
     pub(super) tone_map: ToneMap,
     /// Brightest colour of differences, as a share of the reference's mean.
     pub(super) difference_scale: f32,
-    pub(super) shadow_resolution: u32,
+    pub(super) shadows: ShadowSettings,
     /// Width and height of the picture (px).
     pub(super) size: [u32; 2],
     /// Whether frames follow each other although nothing changes.
@@ -187,7 +188,7 @@ impl Session {
         source: OsString,
         scene: Scene,
         choice: Choice,
-        shadow_resolution: u32,
+        shadows: ShadowSettings,
     ) -> Self {
         let bounds = scene.bounds().unwrap_or((Vec3::ZERO, Vec3::ONE));
         Session {
@@ -208,7 +209,7 @@ impl Session {
             exposure_ev: 0.0,
             tone_map: ToneMap::Clamp,
             difference_scale: 0.5,
-            shadow_resolution,
+            shadows,
             size: [0; 2],
             continuous: false,
             device: String::new(),
@@ -291,7 +292,7 @@ impl Session {
                 .map(|index| self.pane_job(index))
                 .collect(),
             size: self.size,
-            shadow_resolution: self.shadow_resolution,
+            shadows: self.shadows,
             rest: false,
             continuous: self.continuous,
         };
@@ -489,9 +490,7 @@ fn same(a: &Job, b: &Job) -> bool {
         && *a.lights == *b.lights
         && a.environment == b.environment
         && a.camera == b.camera;
-    let same_size = a.size == b.size
-        && a.shadow_resolution == b.shadow_resolution
-        && a.continuous == b.continuous;
+    let same_size = a.size == b.size && a.shadows == b.shadows && a.continuous == b.continuous;
     same_scene
         && same_size
         && a.panes.len() == b.panes.len()

@@ -17,6 +17,7 @@ use crate::gi::Settings;
 use crate::gi::entry::Entry;
 use crate::graph::{FrameStats, Gpu, GpuOptions, Messages};
 use crate::image::Image;
+use crate::render::ShadowSettings;
 use crate::scene::{Camera, Light, Scene};
 use crate::text::counted;
 
@@ -52,8 +53,8 @@ pub(super) struct Job {
     pub(super) panes: Vec<PaneJob>,
     /// Width and height (px).
     pub(super) size: [u32; 2],
-    /// Width and height of light maps (texels).
-    pub(super) shadow_resolution: u32,
+    /// The maps of the lights.
+    pub(super) shadows: ShadowSettings,
     /// Whether nothing moves, so that the full picture is wanted.
     pub(super) rest: bool,
     /// Whether frames are wanted even where nothing changes.

@@ -20,6 +20,7 @@ use lumivox::metrics::Channel;
 use lumivox::reference::{
     Bounces, Filter, Sampling, Settings, gather, light_surfaces, render, surface_area_m2,
 };
+use lumivox::render::ShadowSettings;
 use lumivox::scene::Scene;
 
 const SIZE: [u32; 2] = [48, 32];
@@ -68,7 +69,7 @@ fn budget(
     };
     let frame = FrameSettings {
         size: SIZE,
-        shadow_resolution,
+        shadows: ShadowSettings::of_resolution(shadow_resolution),
     };
     let last = Cell::new((0, 0));
     let budget = explain(
@@ -229,7 +230,7 @@ fn exact_light_is_the_oracles() {
         &settings,
         FrameSettings {
             size: SIZE,
-            shadow_resolution: 64,
+            shadows: ShadowSettings::of_resolution(64),
         },
     )
     .unwrap();

@@ -7,6 +7,7 @@ mod support;
 mod accesses;
 mod beam;
 mod bounces;
+mod cascades;
 mod clipmap;
 mod clipmap_walk;
 mod dynamic;

@@ -13,14 +13,16 @@ use glam::{DVec2, DVec3, Vec2, Vec3};
 use lumivox::graph::{Frame, Gpu, Image as GpuImage, ImageDesc, ImageKind, ImageUsage, Owner, vk};
 use lumivox::image::{Aov, Image, srgb_from_linear, write_png};
 use lumivox::reference::{self, Bounces, Filter, ReferenceImage, Sampling};
-use lumivox::render::oracle::light::{
-    Reflected, Reflector, SHADOW_BIAS, ShadowMap, light_at, reflect,
+use lumivox::render::oracle::light::{Reflected, Reflector, light_at, reflect};
+use lumivox::render::oracle::shadow::{
+    Cascade, Comparison, SHADOW_BIAS, ShadowMap, cascaded_visibility,
 };
 use lumivox::render::oracle::texture::linear_from_srgb;
 use lumivox::render::oracle::{Scenery, Surface, View};
 use lumivox::render::{
-    GpuLightView, GpuScene, IndirectLight, LightMaps, MapChannel, Output, SurfaceChannel, read_aov,
-    read_indirect, read_light_map, read_surface,
+    GpuLightView, GpuScene, IndirectLight, LightCascades, LightMaps, MapChannel, Output,
+    ShadowFilter, ShadowSettings, SurfaceChannel, Watcher, read_aov, read_indirect, read_light_map,
+    read_surface,
 };
 use lumivox::scene::{Camera, Light, Material, Scene, Specular};
 use rayon::prelude::*;
@@ -36,6 +38,7 @@ struct Lit {
     reflectors: Vec<Option<Reflector>>,
     /// The shadow maps of each light.
     maps: Vec<Vec<ShadowMap>>,
+    comparison: Comparison,
 }
 
 fn xyz(pixel: &GBufferPixel, first: usize) -> DVec3 {
@@ -61,7 +64,7 @@ fn read_shadow_maps(gpu: &Gpu, scene: &Scene, maps: &LightMaps) -> Vec<Vec<Shado
     let rows: Vec<GpuLightView> =
         bytemuck::pod_collect_to_vec(&gpu.read_buffer(&maps.views).unwrap());
     let mut by_light = vec![Vec::new(); scene.lights.len()];
-    for (index, row) in (0..maps.view_count).zip(&rows) {
+    for (index, row) in (0..).zip(&rows) {
         let depth = read_light_map(gpu, maps, MapChannel::Depth, index)
             .unwrap()
             .unwrap();
@@ -73,20 +76,36 @@ fn read_shadow_maps(gpu: &Gpu, scene: &Scene, maps: &LightMaps) -> Vec<Vec<Shado
         by_light[row.light[0] as usize].push(ShadowMap {
             view: View::of_light(row),
             depth_m: depth.pixels.iter().map(|stored| metres(stored.x)).collect(),
+            cascade: Cascade::of_light(row),
         });
     }
     by_light
 }
 
 fn light_up(gpu: &Gpu, scene: &Scene, size: [u32; 2], map_size: u32) -> Lit {
-    let gpu_scene = GpuScene::new(gpu, scene).unwrap();
+    light_up_by(gpu, scene, size, ShadowSettings::of_resolution(map_size))
+}
+
+fn light_up_by(gpu: &Gpu, scene: &Scene, size: [u32; 2], shadows: ShadowSettings) -> Lit {
+    let mut gpu_scene = GpuScene::new(gpu, scene).unwrap();
+    let cascades = LightCascades {
+        count: shadows.cascades,
+        everywhere: shadows.cascades == 1,
+    };
+    gpu_scene.set_cascades(gpu, cascades).unwrap();
     let drawn = draw_gbuffer(gpu, &gpu_scene, scene, size);
-    let maps = LightMaps::new(gpu, &gpu_scene, map_size, false).unwrap();
+    let mut maps = LightMaps::new(gpu, &gpu_scene, shadows.resolution, false).unwrap();
+    let watcher = Watcher {
+        camera: scene.camera,
+        aspect: size[0] as f32 / size[1] as f32,
+        split_lambda: shadows.split_lambda,
+    };
+    maps.follow(gpu, &gpu_scene, Some(watcher)).unwrap();
     let output = Output::new(gpu, size).unwrap();
     let mut frame = Frame::new();
     frame.set_scene(&gpu_scene.set, &gpu_scene.materials);
     maps.draw(&mut frame, &gpu_scene);
-    output.draw_direct(&mut frame, &gpu_scene, &maps, &drawn.gbuffer);
+    output.draw_direct(&mut frame, &gpu_scene, (&maps, &shadows), &drawn.gbuffer);
     gpu.submit(frame).unwrap();
     let texels: Vec<[f32; 4]> =
         bytemuck::pod_collect_to_vec(&gpu.read_image(&output.direct, 0, 0).unwrap());
@@ -111,6 +130,10 @@ fn light_up(gpu: &Gpu, scene: &Scene, size: [u32; 2], map_size: u32) -> Lit {
         seen,
         reflectors,
         maps: read_shadow_maps(gpu, scene, &maps),
+        comparison: Comparison {
+            filter: shadows.filter,
+            sun_tangent: (0.5 * f64::from(shadows.sun_angle_deg).to_radians()).tan(),
+        },
     }
 }
 
@@ -135,8 +158,12 @@ fn by_maps(scene: &Scene, lit: &Lit) -> Vec<Bounds> {
         };
         let mut bounds = [DVec3::ZERO; 2];
         for (light, maps) in scene.lights.iter().zip(&lit.maps) {
-            let share =
-                maps[map_of(maps, at.position)].visibility(at.position, at.geometric_normal);
+            let place = (at.position, at.geometric_normal);
+            let maps = match light {
+                Light::Directional { .. } => &maps[..],
+                _ => &maps[map_of(maps, at.position)..][..1],
+            };
+            let share = cascaded_visibility(maps, place, lit.comparison);
             let reflected = total(reflect(light, at));
             bounds = [
                 bounds[0] + share[0] * reflected,
@@ -480,6 +507,57 @@ fn creases_throw_no_shadows() {
             judge(&lit.seen, &bounds, &tolerance)
                 .unwrap_or_else(|error| panic!("{name}, {map_size} texels: {error}"));
         }
+    }
+}
+
+/// As many cascades as there may be, with each filter, in maps so coarse that every border is seen:
+/// what the maps' texels make of it at every pixel.
+#[test]
+fn cascades_and_filters_are_those_of_the_maps() {
+    let gpu = gpu();
+    let scene = lit_by(
+        every_surface(true, false),
+        kinds().into_iter().map(|(_, light)| light).collect(),
+    );
+    let sun = lit_by(scene.clone(), vec![kinds()[0].1]);
+    for (scene, cascades, filter, sun_angle_deg) in [
+        (&sun, 2, ShadowFilter::Pcf, 0.5),
+        (&sun, 4, ShadowFilter::Pcf, 0.5),
+        (&sun, 6, ShadowFilter::Point, 0.5),
+        (&sun, 1, ShadowFilter::Point, 0.5),
+        (&sun, 3, ShadowFilter::Pcss, 6.0),
+        (&sun, 1, ShadowFilter::Pcss, 6.0),
+        (&scene, 3, ShadowFilter::Pcf, 0.5),
+        (&scene, 2, ShadowFilter::Pcss, 3.0),
+    ] {
+        let shadows = ShadowSettings {
+            cascades,
+            filter,
+            sun_angle_deg,
+            split_lambda: 0.7,
+            ..ShadowSettings::of_resolution(48)
+        };
+        let lit = light_up_by(&gpu, scene, SIZE, shadows);
+        let bounds = by_maps(scene, &lit);
+        let tolerance: Vec<DVec3> = lit
+            .reflectors
+            .iter()
+            .map(|at| tolerance(scene, at, 1e-3))
+            .collect();
+        let name = format!("{cascades} cascades, {filter}");
+        let worst =
+            judge(&lit.seen, &bounds, &tolerance).unwrap_or_else(|error| panic!("{name}: {error}"));
+        let certain = bounds
+            .iter()
+            .filter(|[low, high]| (*high - *low).cmplt(DVec3::splat(0.01)).all())
+            .count();
+        println!("{name}: {worst:.3} of the tolerance, {certain} certain");
+        assert!(
+            certain > lit.seen.len() * 7 / 10,
+            "{name}: {certain} of {} certain",
+            lit.seen.len()
+        );
+        planted_errors_fail(&lit.seen, &bounds, &tolerance);
     }
 }
 

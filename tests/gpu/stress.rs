@@ -12,11 +12,12 @@ use lumivox::graph::Gpu;
 use lumivox::measure::bench::Case;
 use lumivox::measure::stress::results::{Results, Worst, summary};
 use lumivox::measure::stress::{CASES, Effort, Figured, Memo, Record, StressCase, Trial, Verdict};
+use lumivox::render::ShadowSettings;
 use lumivox::scene::Scene;
 
 const FRAME: FrameSettings = FrameSettings {
     size: [48, 32],
-    shadow_resolution: 128,
+    shadows: ShadowSettings::of_resolution(128),
 };
 
 /// Few steps, for figures that need no more.

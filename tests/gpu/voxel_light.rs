@@ -481,7 +481,7 @@ impl Cloths {
             &settings,
             FrameSettings {
                 size: [8, 8],
-                shadow_resolution: 1024,
+                shadows: lumivox::render::ShadowSettings::of_resolution(1024),
             },
         )
         .unwrap();

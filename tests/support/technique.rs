@@ -13,6 +13,7 @@ use lumivox::gi::settings::Domain;
 use lumivox::graph::{Error, Gpu};
 use lumivox::image::{Aov, GuideImage, Image, IndirectImage, luminance, write_heatmap, write_png};
 use lumivox::metrics::{Channel, Errors, compare, error_image};
+use lumivox::render::ShadowSettings;
 use lumivox::scene::{
     Camera, Light, LoadOptions, Material, Model, Pose, Scene, Specular, Texture, TextureKind,
     Triangle, Vertex,
@@ -137,7 +138,7 @@ impl Case {
 pub fn frame(width: u32, height: u32, shadow_resolution: u32) -> FrameSettings {
     FrameSettings {
         size: [width, height],
-        shadow_resolution,
+        shadows: ShadowSettings::of_resolution(shadow_resolution),
     }
 }
 

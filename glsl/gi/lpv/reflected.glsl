@@ -3,6 +3,7 @@
 #ifndef LUMIVOX_LPV_REFLECTED
 #define LUMIVOX_LPV_REFLECTED
 
+#include "shared/cascade.glsl"
 #include "shared/light_view.glsl"
 #include "shared/packing.glsl"
 
@@ -24,7 +25,7 @@ Reflected read_reflected(ivec2 square, int layer, LightView view, int stride) {
     float stored = any(greaterThanEqual(first, ivec2(size)))
         ? 0.0
         : texelFetch(sampler2DArray(shadow_maps, nearest_clamp), found.texel, 0).r;
-    found.is_there = stored != 0.0;
+    found.is_there = stored != 0.0 && !is_in_finer_cascade(layer, view, found.texel.xy);
     if (!found.is_there) return found;
     bool parallel = view.origin_kind.w == 0.0;
     vec2 map = (vec2(found.texel.xy) + 0.5) / float(size) * 2.0 - 1.0;

@@ -7,6 +7,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 #include "shared/light_view.glsl"
 
 layout(constant_id = 0) const uint GLOSSY = 0;
+layout(constant_id = 1) const uint SHADOW_FILTER = 1;   // 0: point; 1: pcf; 2: pcss
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer LightViews {
     LightView light_views[];
@@ -18,6 +19,11 @@ layout(set = 1, binding = 4) uniform texture2D albedo;
 layout(set = 1, binding = 5) uniform texture2D specular;
 layout(set = 1, binding = 6, rgba32f) uniform restrict writeonly image2D direct;
 
+layout(push_constant) uniform DirectParams { float sun_tangent; } params;
+
+float sun_tangent() { return params.sun_tangent; }
+
+#define SHADOW_FILTERS
 #include "shared/visibility.glsl"
 #include "shared/direct.glsl"
 
@@ -35,7 +41,7 @@ void main() {
         float cosine;
         vec3 reflected = reflected_light(lights[i], reflector, to_light, cosine);
         if (cosine <= 0.0) continue;
-        float lit = light_visibility(lights[i], reflector.surface.position_ws,
+        float lit = visibility_in(lights[i], lights[i].views.zw, reflector.surface.position_ws,
             reflector.surface.geometric_normal, 0.0, true);
         radiance += reflected * (cosine * lit);
     }

@@ -194,7 +194,9 @@ impl Blockers {
         (scene, layers): (&GpuScene, &[Layer]),
         (maps, rsm_texels): (&LightMaps, u32),
     ) {
-        if !std::mem::replace(&mut self.is_kept, true) {
+        // Cascades see more where the camera is.
+        let has_moved = scene.cascades.count > 1;
+        if !std::mem::replace(&mut self.is_kept, true) || has_moved {
             self.find_of_lights(frame, grid, scene, (maps, rsm_texels));
         }
         if let Some(of_all) = &self.of_all {

@@ -22,7 +22,7 @@ struct NoLight;
 impl Technique for NoLight {
     fn needs(&self) -> Needs {
         Needs {
-            maps: MapNeeds::Shadows,
+            maps: MapNeeds::Direct,
             motion: false,
         }
     }

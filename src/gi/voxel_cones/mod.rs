@@ -70,8 +70,10 @@ impl<S: VoxelStore> Technique for VoxelCones<S> {
         let light = self.store.light_settings();
         let maps = if light.injection == Injection::Rsm {
             MapNeeds::Reflective
-        } else if light.reads_maps() || !self.cones.has_shadows() {
+        } else if light.reads_maps() {
             MapNeeds::Shadows
+        } else if !self.cones.has_shadows() {
+            MapNeeds::Direct
         } else {
             MapNeeds::Nothing
         };

@@ -122,11 +122,21 @@ fn changes(point: &Point) -> String {
         .collect()
 }
 
+fn shadow_options(point: &Point) -> String {
+    let shadows = point.setup.shadows.iter();
+    shadows
+        .map(|(name, value)| format!(" --{name} {value}"))
+        .collect()
+}
+
 fn picture(point: &Point) -> String {
     let setup = &point.setup;
     format!(
-        " --size {}x{} --shadow-resolution {}",
-        setup.size[0], setup.size[1], setup.shadow_resolution
+        " --size {}x{} --shadow-resolution {}{}",
+        setup.size[0],
+        setup.size[1],
+        setup.shadow_resolution,
+        shadow_options(point)
     )
 }
 

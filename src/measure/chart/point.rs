@@ -11,7 +11,7 @@ use crate::graph::{Gpu, PassTimes, Spread};
 use crate::measure::bench::{BenchSettings, Case};
 use crate::measure::build::build;
 use crate::measure::records::{Keyed, Versioned};
-use crate::measure::report::{ErrorReport, MemoryRow, Report, Timing};
+use crate::measure::report::{ErrorReport, MemoryRow, Report, Timing, shadow_changes};
 use crate::measure::table::{median_ms, value_text};
 use crate::metrics::{BLOCK_PX, Channel, Errors};
 use crate::reference::Bounces;
@@ -30,6 +30,9 @@ pub struct SweepSetup {
     pub size: [u32; 2],
     /// Width and height of each shadow map (texels).
     pub shadow_resolution: u32,
+    /// Settings of shadows that are not the defaults, by name.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub shadows: BTreeMap<String, String>,
     /// Frames that were measured.
     pub frames: u32,
     /// Builds that were measured.
@@ -142,7 +145,8 @@ impl SweepSetup {
         SweepSetup {
             scene_hash: format!("{:032x}", scene.content_hash()),
             size: settings.frame.size,
-            shadow_resolution: settings.frame.shadow_resolution,
+            shadow_resolution: settings.frame.shadows.resolution,
+            shadows: shadow_changes(&settings.frame.shadows),
             frames: settings.frames,
             rebuilds: settings.rebuilds,
             max_error,
@@ -407,6 +411,7 @@ pub(super) mod tests {
             scene_hash: "0123".into(),
             size: [160, 120],
             shadow_resolution: 1024,
+            shadows: BTreeMap::new(),
             frames: 5,
             rebuilds: 3,
             max_error: 0.01,

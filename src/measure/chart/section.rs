@@ -7,7 +7,7 @@ use crate::graph::Spread;
 use crate::measure::build::commit;
 use crate::measure::draw::{Chart, FrontPoint, Panels, PointPanel, Series, short};
 use crate::measure::records::Keyed as _;
-use crate::measure::report::Timing;
+use crate::measure::report::{Timing, shadow_text};
 use crate::measure::table::csv_of;
 use crate::reference::Bounces;
 use crate::text::counted;
@@ -288,10 +288,11 @@ impl Section {
         let mut notes = vec![
             cost.what().to_owned(),
             format!(
-                "{}x{} px, shadow maps {}; {}; bars: smallest and largest",
+                "{}x{} px, shadow maps {}{}; {}; bars: smallest and largest",
                 setup.size[0],
                 setup.size[1],
                 setup.shadow_resolution,
+                shadow_text(&setup.shadows),
                 self.medians_text(first)
             ),
             format!(

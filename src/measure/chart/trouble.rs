@@ -121,6 +121,7 @@ impl<'t> TroubleRun<'t> {
                 record.setup.device.clone(),
                 record.setup.size,
                 record.setup.shadow_resolution,
+                record.setup.shadows.clone(),
             )
         };
         first.settings == record.settings
@@ -256,6 +257,7 @@ pub(super) mod tests {
             driver: "a driver".into(),
             size: [64, 48],
             shadow_resolution: 256,
+            shadows: Default::default(),
             effort: "quick".into(),
         };
         Record {

@@ -8,6 +8,7 @@ use crate::frame::FrameSettings;
 use crate::image::Image;
 use crate::measure::draw::Ticks;
 use crate::metrics::Channel;
+use crate::render::ShadowSettings;
 use crate::scene::bundled::mesh::Mesh;
 use crate::scene::{Camera, Light, Scene};
 
@@ -24,7 +25,10 @@ pub(super) static GRAZING_LIGHT: StressCase = StressCase {
     measure: |trial, height| {
         let coarse = Trial {
             frame: FrameSettings {
-                shadow_resolution: COARSE_TEXELS,
+                shadows: ShadowSettings {
+                    resolution: COARSE_TEXELS,
+                    ..trial.frame.shadows
+                },
                 ..trial.frame
             },
             ..*trial
@@ -44,7 +48,10 @@ pub(super) static RSM_UNDERSAMPLING: StressCase = StressCase {
     measure: |trial, texels| {
         let coarse = Trial {
             frame: FrameSettings {
-                shadow_resolution: texels as u32,
+                shadows: ShadowSettings {
+                    resolution: texels as u32,
+                    ..trial.frame.shadows
+                },
                 ..trial.frame
             },
             ..*trial

@@ -11,6 +11,7 @@ use crate::graph::{Error, Gpu};
 use crate::measure::bench::Case;
 use crate::measure::build::{build, commit};
 use crate::measure::records;
+use crate::measure::report::{shadow_changes, shadow_text};
 use crate::measure::table::value_text;
 use crate::scene::Fnv;
 
@@ -44,6 +45,9 @@ pub struct StressSetup {
     pub size: [u32; 2],
     /// Width and height of each shadow map (texels).
     pub shadow_resolution: u32,
+    /// Settings of shadows that are not the defaults, by name.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub shadows: BTreeMap<String, String>,
     /// `full` or `quick`.
     pub effort: String,
 }
@@ -119,7 +123,7 @@ impl StressSetup {
                 setup.device.clone(),
                 setup.driver.clone(),
                 setup.size,
-                setup.shadow_resolution,
+                (setup.shadow_resolution, setup.shadows.clone()),
                 setup.effort.clone(),
             )
         };
@@ -133,6 +137,7 @@ impl StressSetup {
             device,
             size: [width, height],
             shadow_resolution,
+            shadows,
             effort,
             ..
         }) = setups.first()
@@ -146,9 +151,10 @@ impl StressSetup {
         builds.sort();
         builds.dedup();
         format!(
-            "{device}; lumivox {}; {width}×{height} px, maps of {shadow_resolution}² texels, \
+            "{device}; lumivox {}; {width}×{height} px, maps of {shadow_resolution}² texels{}, \
              {effort} effort",
-            builds.join(" and ")
+            builds.join(" and "),
+            shadow_text(shadows)
         )
     }
 
@@ -160,7 +166,8 @@ impl StressSetup {
             device: info.name.clone(),
             driver: info.driver.clone(),
             size: trial.frame.size,
-            shadow_resolution: trial.frame.shadow_resolution,
+            shadow_resolution: trial.frame.shadows.resolution,
+            shadows: shadow_changes(&trial.frame.shadows),
             effort: trial.effort.name.to_owned(),
         }
     }

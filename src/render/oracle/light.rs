@@ -1,23 +1,13 @@
-//! What surfaces reflect of analytic lights, and how much of a light a shadow map lets through.
+//! What surfaces reflect of analytic lights.
 
 use std::f64::consts::PI;
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 
-use super::View;
 use crate::scene::Light;
 
 /// The smallest α of a lobe.
 pub const SMALLEST_ALPHA: f64 = 1e-3;
-
-/// Depth differences up to this share of the depth are no shadow.
-pub const SHADOW_BIAS: f64 = 1e-4;
-
-/// Slope of a facet beside a receiver: depth over distance across the light.
-const FACET_SLOPE: f64 = 0.5;
-
-/// A receiver's plane is followed no farther than this many widths of a texel.
-const PLANE_REACH_TEXELS: f64 = 16.0;
 
 /// A point that light falls on.
 #[derive(Clone, Copy, Debug)]
@@ -147,84 +137,6 @@ pub fn reflect(light: &Light, at: &Reflector) -> Reflected {
     }
 }
 
-/// A shadow map: its view, and the view depth (m) of each texel, infinite where there is nothing.
-#[derive(Clone, Debug)]
-pub struct ShadowMap {
-    /// How it looks into the scene.
-    pub view: View,
-    /// Depth of each texel (m), row 0 at the top.
-    pub depth_m: Vec<f64>,
-}
-
-impl ShadowMap {
-    /// Least and largest share of the light that may reach a point by four comparisons, weighted
-    /// bilinearly, each with the nearer of the receiver and its tangent plane on the texel's ray,
-    /// less [`ShadowMap::facet_m`]. A comparison that rounding decides counts as both. Beyond the
-    /// map, all light arrives in a parallel view, and none in any other.
-    pub fn visibility(&self, position: DVec3, normal: DVec3) -> [f64; 2] {
-        let size = f64::from(self.view.size[0]);
-        let (at_px, depth_m) = self.view.project(position);
-        let is_inside = at_px.cmpge(DVec2::ZERO).all()
-            && at_px.cmple(DVec2::splat(size)).all()
-            && depth_m > 0.0;
-        if !is_inside {
-            return if self.view.is_parallel {
-                [1.0; 2]
-            } else {
-                [0.0; 2]
-            };
-        }
-        let first = (at_px - 0.5).floor();
-        let share = at_px - 0.5 - first;
-        let mut bounds = [0.0; 2];
-        for corner in [DVec2::ZERO, DVec2::X, DVec2::Y, DVec2::ONE] {
-            let texel = (first + corner).clamp(DVec2::ZERO, DVec2::splat(size - 1.0));
-            let weight = (DVec2::ONE - corner - share).abs();
-            let [may_be, must_be] = self.compare(texel, position, normal, depth_m);
-            bounds[0] += if must_be { weight.x * weight.y } else { 0.0 };
-            bounds[1] += if may_be { weight.x * weight.y } else { 0.0 };
-        }
-        bounds
-    }
-
-    /// The edge of a texel \[m\] at a depth.
-    fn texel_m(&self, depth_m: f64) -> f64 {
-        let scale = if self.view.is_parallel { 1.0 } else { depth_m };
-        2.0 * self.view.right.length() / f64::from(self.view.size[0]) * scale
-    }
-
-    /// How much nearer to the light than a receiver the surface may be that a texel beside it sees,
-    /// and yet be a facet of the same surface \[m\].
-    pub fn facet_m(&self, texel_px: DVec2, position: DVec3) -> f64 {
-        let (at_px, depth_m) = self.view.project(position);
-        FACET_SLOPE * self.texel_m(depth_m) * at_px.distance(texel_px)
-    }
-
-    /// Whether a texel may let light pass to the receiver's plane, and whether it must.
-    fn compare(&self, texel: DVec2, position: DVec3, normal: DVec3, depth_m: f64) -> [bool; 2] {
-        let stored_m = self.depth_m[(texel.x + texel.y * f64::from(self.view.size[0])) as usize];
-        let (origin, direction) = self.view.ray(texel + 0.5);
-        let on_plane = normal.dot(position - origin) / normal.dot(direction);
-        let texel_m = self.texel_m(depth_m);
-        let reach_m = PLANE_REACH_TEXELS * texel_m;
-        // The plane is as steep as its normal is exact.
-        let steepness = direction.length() / normal.dot(direction).abs();
-        let rounding_m = 2e-6 * depth_m + 2e-6 * steepness * (depth_m + texel_m);
-        let receivers = if on_plane.is_finite() {
-            [on_plane - rounding_m, on_plane + rounding_m]
-                .map(|plane| plane.clamp(depth_m - reach_m, depth_m + reach_m))
-        } else {
-            [depth_m - reach_m, depth_m + reach_m]
-        };
-        let receivers = receivers.map(|receiver| receiver.min(depth_m));
-        let bias_m = SHADOW_BIAS * depth_m + self.facet_m(texel + 0.5, position);
-        [
-            stored_m + 2e-6 * depth_m >= receivers[0] - bias_m,
-            stored_m - 2e-6 * depth_m >= receivers[1] - bias_m,
-        ]
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -286,102 +198,6 @@ mod tests {
         assert_eq!(
             [10.0, 20.0, 35.0, 50.0, 60.0].map(|angle| spot_share(angle, 20.0, 50.0)),
             [1.0, 1.0, 0.5, 0.0, 0.0]
-        );
-    }
-
-    /// Texels of 0.5 m, 0.5 px to the left of a point and 0.5 px above and below it, see something
-    /// nearer. It is a facet of the same surface up to 0.5 · 0.5 m · √(0.5² + 0.5²) = 0.177 m, also
-    /// where the point's plane is further away there.
-    #[test]
-    fn a_facet_beside_a_point_does_not_shadow_it() {
-        let view = View {
-            origin: DVec3::ZERO,
-            right: DVec3::X,
-            down: DVec3::Y,
-            forward: DVec3::Z,
-            near_m: 0.0,
-            is_parallel: true,
-            size: [4; 2],
-        };
-        let falling = DVec3::new(-1.0, 0.0, -1.0).normalize();
-        for (nearer, normal, expected) in [
-            (0.17, DVec3::NEG_Z, 1.0),
-            (0.19, DVec3::NEG_Z, 0.5),
-            (0.17, falling, 1.0),
-            (0.19, falling, 0.5),
-        ] {
-            let depth = |texel| {
-                if texel % 4 < 2 {
-                    2.0 - nearer
-                } else {
-                    f64::INFINITY
-                }
-            };
-            let map = ShadowMap {
-                view,
-                depth_m: (0..16).map(depth).collect(),
-            };
-            let found = map.visibility(DVec3::new(0.0, 0.0, 2.0), normal);
-            assert_eq!(found, [expected; 2], "{nearer} m, {normal}");
-        }
-    }
-
-    /// Half of a map of 4 × 4 texels is nearer than the receiver: full light, none, and in between
-    /// as far as the point is from the edge.
-    #[test]
-    fn shadow_maps_are_compared_by_hand() {
-        let view = View {
-            origin: DVec3::ZERO,
-            right: DVec3::X,
-            down: DVec3::Y,
-            forward: DVec3::Z,
-            near_m: 0.0,
-            is_parallel: true,
-            size: [4; 2],
-        };
-        let map = ShadowMap {
-            view,
-            depth_m: (0..16)
-                .map(|texel| if texel % 4 < 2 { 1.0 } else { f64::INFINITY })
-                .collect(),
-        };
-        for (x, expected) in [
-            (-0.6, 0.0),
-            (-0.25, 0.0),
-            (0.0, 0.5),
-            (0.125, 0.75),
-            (0.25, 1.0),
-            (0.9, 1.0),
-            (1.1, 1.0),
-        ] {
-            assert_eq!(
-                map.visibility(DVec3::new(x, 0.1, 2.0), DVec3::NEG_Z),
-                [expected; 2],
-                "x = {x}"
-            );
-        }
-        assert_eq!(
-            map.visibility(DVec3::new(-0.6, 0.1, 0.5), DVec3::NEG_Z),
-            [1.0; 2]
-        );
-        assert_eq!(
-            map.visibility(DVec3::new(-0.75, 0.25, 1.0 + SHADOW_BIAS), DVec3::NEG_Z),
-            [0.0, 1.0]
-        );
-        let spot = ShadowMap {
-            view: View {
-                is_parallel: false,
-                ..view
-            },
-            ..map
-        };
-        assert_eq!(
-            spot.visibility(DVec3::new(3.0, 0.1, 2.0), DVec3::NEG_Z),
-            [0.0; 2]
-        );
-        assert_eq!(
-            spot.visibility(DVec3::new(0.0, 0.1, -2.0), DVec3::NEG_Z),
-            [0.0; 2]
         );
     }
 }

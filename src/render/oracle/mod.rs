@@ -8,6 +8,7 @@
 
 pub mod light;
 pub mod motion;
+pub mod shadow;
 pub mod texture;
 
 use glam::{DVec2, DVec3};

@@ -2,12 +2,14 @@
 
 use std::sync::Arc;
 
-use super::super::{GpuScene, LightMaps};
+use super::super::{GpuScene, LightMaps, ShadowSettings};
 use super::gbuffer::GBuffer;
+use crate::gpu_struct;
 use crate::graph::{
     Access, Binding, Error, Frame, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Owner, Pass, Sets,
     Shaders, vk,
 };
+use crate::shader::GpuStruct;
 
 /// Light reflected once.
 pub static DIRECT: Pass = Pass {
@@ -22,10 +24,18 @@ pub static DIRECT: Pass = Pass {
         Binding::sampled("specular", Access::ComputeSampled),
         Binding::image("direct", Access::ComputeWrite),
     ],
-    constants: &["GLOSSY"],
-    params: None,
+    constants: &["GLOSSY", "SHADOW_FILTER"],
+    params: Some(DirectParams::LAYOUT),
     sets: Sets::Scene,
 };
+
+gpu_struct! {
+    /// Parameters of `render.direct`.
+    pub struct DirectParams {
+        /// Tangent of half the angular diameter of directional lights.
+        pub sun_tangent: f32,
+    }
+}
 
 /// L = L_e + L_direct + ρ/π · E_i + L_s.
 pub static COMPOSITE: Pass = Pass {
@@ -84,7 +94,7 @@ impl Output {
         &self,
         frame: &mut Frame,
         scene: &GpuScene,
-        maps: &LightMaps,
+        (maps, shadows): (&LightMaps, &ShadowSettings),
         gbuffer: &GBuffer,
     ) {
         frame
@@ -100,6 +110,10 @@ impl Output {
             )
             .bind("direct", &self.direct)
             .constant("GLOSSY", scene.is_glossy)
+            .constant("SHADOW_FILTER", shadows.filter as u32)
+            .push(&DirectParams {
+                sun_tangent: (0.5 * shadows.sun_angle_deg.to_radians()).tan(),
+            })
             .dispatch(screen_groups(gbuffer.size));
     }
 

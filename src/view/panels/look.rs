@@ -3,6 +3,7 @@
 use egui::{DragValue, Slider, Ui};
 
 use super::{Request, Scope, choose, row};
+use crate::render::{CASCADES, ShadowFilter, ShadowSettings};
 use crate::view::camera::{BOOKMARKS, Mode};
 use crate::view::picture::ToneMap;
 use crate::view::session::Compare;
@@ -81,7 +82,8 @@ pub(super) fn show_picture(ui: &mut Ui, scope: &mut Scope<'_>) {
     });
     let maps = [256, 512, 1024, 2048, 4096].map(|size: u32| size.to_string());
     let help = "width and height of each shadow map and reflective shadow map (texels)";
-    let current = session.shadow_resolution.to_string();
+    let shadows = &mut session.shadows;
+    let current = shadows.resolution.to_string();
     let chosen = row(ui, "light maps", help, |ui| {
         choose(
             ui,
@@ -90,11 +92,39 @@ pub(super) fn show_picture(ui: &mut Ui, scope: &mut Scope<'_>) {
             maps.iter().map(|size| (size.as_str(), "")),
         )
     });
-    session.shadow_resolution = chosen
+    shadows.resolution = chosen
         .and_then(|index| maps[index].parse().ok())
-        .unwrap_or(session.shadow_resolution);
+        .unwrap_or(shadows.resolution);
+    show_shadows(ui, shadows);
     ui.checkbox(&mut session.continuous, "frames all the time")
         .on_hover_text("render again although nothing changes, for the history of times");
+}
+
+/// How the maps of directional lights are laid and read.
+fn show_shadows(ui: &mut Ui, shadows: &mut ShadowSettings) {
+    let help = "maps of a directional light: 1 of the whole scene, or cascades that follow the \
+                camera";
+    row(ui, "cascades", help, |ui| {
+        ui.add(Slider::new(&mut shadows.cascades, CASCADES))
+    });
+    if shadows.cascades > 1 {
+        let help = "where cascades end: logarithmic (1) to uniform (0)";
+        row(ui, "split lambda", help, |ui| {
+            ui.add(Slider::new(&mut shadows.split_lambda, 0.0..=1.0).max_decimals(2))
+        });
+    }
+    let help = "how the direct light compares with shadow maps";
+    row(ui, "shadow filter", help, |ui| {
+        for filter in ShadowFilter::ALL {
+            ui.selectable_value(&mut shadows.filter, filter, filter.name());
+        }
+    });
+    if shadows.filter == ShadowFilter::Pcss {
+        let help = "angular diameter of directional lights (degrees)";
+        row(ui, "sun angle [°]", help, |ui| {
+            ui.add(Slider::new(&mut shadows.sun_angle_deg, 0.05..=20.0).max_decimals(2))
+        });
+    }
 }
 
 /// Where the camera is and how it moves.

@@ -52,8 +52,9 @@ pub struct Clipmap {
     /// The levels whose texels this frame makes anew.
     due: Vec<usize>,
     scratch: WindowScratch,
-    /// The depths of tiles of the maps that have been bound since models moved last.
-    bound: Option<Arc<Buffer>>,
+    /// The depths of tiles of the maps that have been bound since models moved last, and how often
+    /// the maps had moved.
+    bound: Option<(Arc<Buffer>, u64)>,
     /// Number of frames since the last build.
     frame: u32,
     /// Where dynamic models were at the last update.

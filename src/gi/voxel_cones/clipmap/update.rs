@@ -202,13 +202,12 @@ impl Clipmap {
     /// Adds the pass that injection into levels needs, unless its result is kept and nothing has
     /// moved since.
     pub(super) fn bound_tiles(&mut self, frame: &mut Frame, maps: &LightMaps) {
-        let is_bound = self
-            .bound
-            .as_ref()
-            .is_some_and(|bound| Arc::ptr_eq(bound, &maps.tiles[0]));
+        let is_bound = self.bound.as_ref().is_some_and(|(bound, moves)| {
+            Arc::ptr_eq(bound, &maps.tiles[0]) && *moves == maps.moves
+        });
         if !(is_bound && self.keeps_light) {
             voxel::bound_tiles(frame, maps);
-            self.bound = Some(Arc::clone(&maps.tiles[0]));
+            self.bound = Some((Arc::clone(&maps.tiles[0]), maps.moves));
         }
     }
 

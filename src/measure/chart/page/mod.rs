@@ -17,7 +17,7 @@ use super::section::{Section, error_text, percent};
 use super::trouble::Troubles;
 use crate::measure::build::commit;
 use crate::measure::draw::ChartError;
-use crate::measure::report::Timing;
+use crate::measure::report::{Timing, shadow_text};
 use crate::reference::Bounces;
 
 /// The page of some sections. Pictures that are not in the folder are left out.
@@ -84,7 +84,8 @@ fn section(
         (images::references(section, pictures))
         p.note {
             "Pictures show direct light too. Specks and jagged shadows that all techniques have \
-                come from the shadow maps of " (first.setup.shadow_resolution) " texels. "
+                come from the shadow maps of " (first.setup.shadow_resolution) " texels"
+                (shadow_text(&first.setup.shadows)) ". "
             "Errors count indirect light alone."
         }
         (answers::answers(number, section, pictures, troubles))
@@ -134,7 +135,7 @@ fn setup(section: &Section, first: &Point) -> Markup {
             dt { "program" } dd { "lumivox " (setup.version) (commit(&setup.build)) }
             dt { "picture" } dd {
                 (setup.size[0]) "×" (setup.size[1]) " px, shadow maps " (setup.shadow_resolution)
-                " texels" }
+                " texels" (shadow_text(&setup.shadows)) }
             dt { "times" } dd { (timing) "; " (section.medians_text(first))
                 @if setup.frames.min(setup.rebuilds) < 3
                     { b { ": too few to tell a spread" }

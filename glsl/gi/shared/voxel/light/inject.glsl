@@ -25,6 +25,7 @@ const int SPLIT = 3;
 layout(std430, set = 1, binding = 0) restrict readonly buffer LightViews {
     LightView light_views[];
 };
+#include "shared/cascade.glsl"
 layout(set = 1, binding = 1) uniform texture2DArray shadow_maps;
 layout(set = 1, binding = 2) uniform utexture2DArray rsm_normal;
 layout(set = 1, binding = 3) uniform texture2DArray rsm_reflected;
@@ -200,7 +201,7 @@ bool read_texel(ivec3 texel, LightView view, out Footprint footprint) {
     float edge = 2.0 * scale_m / (size * voxel_size);
     footprint = Footprint(
         (position - params.grid.xyz) / voxel_size, edge * right, edge * down, normal, ray, values);
-    return stored != 0.0;
+    return stored != 0.0 && !is_in_finer_cascade(texel.z, view, texel.xy);
 }
 
 void main() {

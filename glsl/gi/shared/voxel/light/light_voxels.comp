@@ -86,8 +86,11 @@ float injected(uint side, uint channel) {
 // that its neighbours in the map lie on: in a corner of a room they are nearer to the light by
 // about a texel.
 float visibility_slack(Light light, vec3 position, bool one_plane) {
-    LightView view = light_views[light.views.x];
-    float distance_m = view.origin_kind.w == 0.0 ? 1.0 : length(position - view.origin_kind.xyz);
+    bool parallel = light.position_kind.w == LIGHT_DIRECTIONAL;
+    uint index = light.views.x;
+    if (parallel) index = view_of(light, light.views.xy, position);
+    LightView view = light_views[index];
+    float distance_m = parallel ? 1.0 : length(position - view.origin_kind.xyz);
     float texel_m = 2.0 * length(view.right.xyz) * distance_m / float(view.light.y);
     return max(0.25 * params.grid.w, one_plane ? 0.0 : 2.0 * texel_m);
 }
@@ -111,8 +114,7 @@ const float RAY_START = 0.05, SELF_HEIGHT = 0.1, CONTOUR_SLACK = 0.1;
 
 // How far behind `from` the map's surface is, and `to`, along the light [m].
 vec2 mapped_depths(Light light, vec3 from, vec3 to) {
-    uint index = light.views.x;
-    if (light.views.y == POINT_VIEWS) index += cube_face(from - light.position_kind.xyz);
+    uint index = view_of(light, light.views.xy, from);
     LightView view = light_views[index];
     vec3 map = project(view, from);
     if (map.z <= 0.0 || any(greaterThan(abs(map.xy), vec2(1.0)))) return vec2(-1.0);
