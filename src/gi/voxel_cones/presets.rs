@@ -16,7 +16,10 @@ pub(super) const NARROWEST: Preset = Preset {
 pub(super) const FAST: Preset = Preset {
     name: "fast",
     help: "as cones, but one a pixel, with the light of earlier frames and of neighbours",
-    values: &[&[("cones", "1")], screen::settings::FAST],
+    values: &[
+        &[("cones", "1"), ("interleave_window", "off")],
+        screen::settings::FAST,
+    ],
 };
 
 /// The settings' defaults.

@@ -42,7 +42,14 @@ static PRESETS: &[Preset] = &[
         name: "fast",
         help: "as accurate, but one ray a pixel, with the light of earlier frames and of \
                neighbours",
-        values: &[&[("gather", "rays"), ("rays", "1")], screen::settings::FAST],
+        values: &[
+            &[
+                ("gather", "rays"),
+                ("rays", "1"),
+                ("interleave_window", "off"),
+            ],
+            screen::settings::FAST,
+        ],
     },
     presets::CONES,
     presets::ANISOTROPIC,
