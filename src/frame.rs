@@ -141,7 +141,12 @@ impl<'g> Renderer<'g> {
             }
         };
         let frames_to_rest = (entry.frames_to_rest)(settings);
-        let screen = Screen::new(gpu, &scene, entry.screen(settings), frame.size)?;
+        let screen = Screen::new(
+            gpu,
+            &scene,
+            (entry.screen(settings), technique.adds_apart()),
+            frame.size,
+        )?;
         let with_motion = needs.motion || screen.needs_motion();
         let gbuffer = GBuffer::new(gpu, &scene, frame.size, with_motion)?;
         let output = Output::new(gpu, frame.size)?;
@@ -210,6 +215,7 @@ impl<'g> Renderer<'g> {
     /// [`Scene::set_time`], and brings the technique's structure up to it.
     pub fn set_pose(&mut self, scene: &Scene) -> Result<FrameStats, Error> {
         let was_whole = std::mem::take(&mut self.is_whole);
+        self.screen.expect_change(self.frames_to_rest);
         let mut stats = self.gbuffer.keep_pose(self.gpu, &self.scene)?;
         let places = |scene: &GpuScene| scene.dynamic.as_ref().map(|models| models.bounds);
         let before = places(&self.scene);
@@ -220,7 +226,6 @@ impl<'g> Renderer<'g> {
         stats.append(moved?);
         if was_whole && self.scene.dynamic.is_some() {
             stats.append(self.technique.follow(&context!(self), Change::Models)?);
-            self.screen.expect_change(self.frames_to_rest);
         }
         self.is_whole = was_whole;
         Ok(stats)
@@ -229,9 +234,9 @@ impl<'g> Renderer<'g> {
     /// Moves the lights to where they are in a scene that has as many, of the same kinds; the next
     /// frame shows it.
     pub fn move_lights(&mut self, scene: &Scene) -> Result<(), Error> {
-        self.scene.move_lights(self.gpu, &scene.lights)?;
         self.screen.doubt();
         self.screen.expect_change(self.frames_to_rest);
+        self.scene.move_lights(self.gpu, &scene.lights)?;
         self.technique
             .follow(&context!(self), Change::Lights)
             .map(drop)
@@ -248,6 +253,9 @@ impl<'g> Renderer<'g> {
     /// drawn again if its light has moved, if models have moved that it sees, or if it is a cascade
     /// that has moved with the camera. The same picture in less time.
     pub fn render_again(&mut self, camera: &Camera) -> Result<FrameStats, Error> {
+        if !self.is_whole {
+            self.cut();
+        }
         let mut seen_with = self.scene.frame_constants(camera, self.settings.size);
         self.screen.set(self.gpu, &mut seen_with)?;
         self.scene.set_frame(self.gpu, &seen_with)?;
@@ -361,6 +369,7 @@ impl<'g> Renderer<'g> {
         let centre = Vec2::from(pixel.map(|at| at as f32 + 0.5));
         let start = BeamStart {
             pixel,
+            place: self.screen.place(pixel),
             position: camera.position_at(centre, seen.depth_m, [width, height]),
             geometric_normal: seen.geometric_normal,
             shading_normal: seen.shading_normal,
@@ -404,7 +413,7 @@ impl<'g> Renderer<'g> {
         self.maps.rows().len() as u32
     }
 
-    /// Samples that the last frame's gather took, by the name of the pass.
+    /// Samples that a gather of all pixels takes in the last frame's light, by the name of the pass.
     pub fn count_samples(&self) -> Result<Vec<(&'static str, u64)>, Error> {
         self.technique.count_samples(&context!(self), &self.gbuffer)
     }

@@ -157,7 +157,8 @@ impl Entry {
 
     /// How the stages that every technique has are run.
     pub fn screen(&self, settings: &Settings) -> ScreenSettings {
-        let directions = (self.directions_setting)(settings);
+        let directions =
+            (self.directions_setting)(settings).filter(|name| self.applies(name, settings));
         ScreenSettings::new(
             settings,
             directions.and_then(|name| settings.find_count(name)),

@@ -71,6 +71,8 @@ pub enum BeamAxis {
 pub struct BeamStart {
     /// The pixel that sees it.
     pub pixel: [u32; 2],
+    /// Which of the pixels that gather this is, counted along each axis; its own where all do.
+    pub place: [u32; 2],
     /// In world space (m).
     pub position: Vec3,
     /// A unit vector on the viewer's side.

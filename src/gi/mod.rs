@@ -112,8 +112,13 @@ pub trait Technique: Inspect {
     /// more; what is gathered in one call is read before the next.
     fn gather(&mut self, frame: &mut Frame, given: &Inputs<'_>, receivers: &Receivers<'_>);
 
-    /// Adds to the diffuse light of each pixel what has no noise and no neighbours' share in it.
-    /// The default adds nothing.
+    /// Whether [`Technique::add_apart`] adds anything.
+    fn adds_apart(&self) -> bool {
+        false
+    }
+
+    /// Adds to the diffuse light of each pixel what has no noise, and is not shared with other
+    /// pixels or kept for later frames. The default adds nothing.
     fn add_apart(&mut self, _frame: &mut Frame, _given: &Inputs<'_>, _diffuse: &Arc<Image>) {}
 
     /// Adds the passes that mirror light at each pixel; returns the indirect specular radiance, as

@@ -139,6 +139,7 @@ impl<'g> Pane<'g> {
         // The store was built by the old ones; what fails here fails again, and is told, when the
         // picture is asked for.
         self.build = self.renderer.rebuild().ok();
+        self.renderer.cut();
         self.frames = 0;
     }
 
@@ -171,6 +172,7 @@ impl<'g> Pane<'g> {
         if is_exact && (self.frames != 0 || self.camera != Some(job.camera)) {
             // Later frames depend on earlier ones: the picture at rest starts over.
             self.build = Some(self.renderer.rebuild()?);
+            self.renderer.cut();
             self.frames = 0;
         }
         self.renderer.set_size(size);

@@ -174,6 +174,7 @@ fn samples_are_the_oracles() {
             let normal = unit(&mut random);
             let surface = BeamStart {
                 pixel: [0; 2],
+                place: [0; 2],
                 position: place,
                 geometric_normal: normal,
                 shading_normal: normal,

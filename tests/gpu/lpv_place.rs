@@ -52,6 +52,7 @@ fn check(gpu: &Gpu, name: &str, lit: &Lit, random: &mut Random) -> usize {
         let normal = (Vec3::from_slice(&normal) - 0.5).normalize_or(Vec3::Y);
         let start = BeamStart {
             pixel: [0, 0],
+            place: [0, 0],
             position,
             geometric_normal: normal,
             shading_normal: normal,

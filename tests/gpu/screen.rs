@@ -9,6 +9,7 @@ use crate::support::shown::{
 use crate::support::technique::Builder;
 use crate::support::{Random, gpu};
 use glam::{DVec2, DVec3, DVec4, Vec3, Vec4};
+use lumivox::gi::shared::interleave::Pattern;
 use lumivox::gi::shared::screen::oracle::{
     Judged, KeptPixel, Moved, Picture, Terms, a_trous, adaptive_radius, blur, history, relight,
     unchanged, variance,
@@ -143,7 +144,7 @@ fn each_frame_is_the_oracles() {
         most_kept = most_kept.max(kept / now.weight.len() as f64);
         let turned = |moved: &&Moved| moved.turned.is_some();
         most_turned = most_turned.max(now.moved.iter().flatten().filter(turned).count());
-        let at = number * 7 % 16;
+        let at = number * Pattern::of([4, 4]).stride() % 16;
         before = Some(Drawn {
             camera: shown.camera,
             frame: now,

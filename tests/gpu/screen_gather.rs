@@ -144,3 +144,27 @@ fn what_has_not_changed_is_kept() {
         assert!(kept > 600 && whole == kept, "{case:?}: {whole} of {kept}");
     }
 }
+
+/// Light that is added apart is added once, however many frames the rest weighs.
+#[test]
+fn light_apart_does_not_pile_up() {
+    let gpu = gpu();
+    let scene = small_room(Surfaces::Emissive, vec![small_lights()[0].1]);
+    let entry = find("voxel-mips").unwrap();
+    for blur in ["blur=off", "blur=even"] {
+        let pairs = ["resolution=32", "shadows=cones", "history=16", blur];
+        let settings = entry.settings(None, &pairs).unwrap();
+        let (mut renderer, _) =
+            Renderer::new(&gpu, &scene, entry, &settings, frame(40, 30, 64)).unwrap();
+        let mut means = (0..8).map(|_| {
+            renderer.render(&scene.camera).unwrap();
+            let pixels = renderer.indirect_light().unwrap().irradiance.pixels;
+            pixels.iter().map(|rgb| f64::from(rgb.y)).sum::<f64>() / pixels.len() as f64
+        });
+        let (first, last) = (means.next().unwrap(), means.last().unwrap());
+        assert!(
+            first > 0.05 && (last / first - 1.0).abs() < 0.05,
+            "{blur}: {first}, {last}"
+        );
+    }
+}

@@ -136,6 +136,10 @@ impl<S: VoxelStore> Technique for VoxelCones<S> {
         }
     }
 
+    fn adds_apart(&self) -> bool {
+        self.patches.is_some()
+    }
+
     fn add_apart(&mut self, frame: &mut Frame, given: &Inputs<'_>, diffuse: &Arc<Image>) {
         if let (Some(patches), Some(volume)) = (&self.patches, self.store.volume()) {
             (self.cones).patches(frame, given.gbuffer, volume, patches, diffuse);

@@ -35,7 +35,7 @@ void main() {
             for (int x = -reach.x; x <= reach.x; ++x) {
                 ivec2 at = texel + ivec2(x, y);
                 if (any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, size))
-                    || !shares_surface(own, at))
+                    || (at != texel && !shares_surface(own, at)))
                     continue;
                 float weight =
                     (abs(x) == reach.x ? last.x : 1.0) * (abs(y) == reach.y ? last.y : 1.0);

@@ -59,7 +59,7 @@ void main() {
         for (int x = -2; x <= 2; ++x) {
             ivec2 tap = pixel + params.step * ivec2(x, y);
             if (any(lessThan(tap, ivec2(0))) || any(greaterThanEqual(tap, size))
-                || !shares_surface(own, tap))
+                || (tap != pixel && !shares_surface(own, tap)))
                 continue;
             vec4 other = texelFetch(sampler2D(light, nearest_clamp), tap, 0);
             float apart = abs(luminance_of(other.rgb) - luminance);

@@ -61,7 +61,7 @@ void main() {
         ivec2 tap = pixel;
         tap[params.axis] += i;
         if (tap[params.axis] < 0 || tap[params.axis] >= size[params.axis]
-            || !is_same(own, tap))
+            || (i != 0 && !is_same(own, tap)))
             continue;
         float weight = exp(-0.5 * float(i * i) / (sigma * sigma));
         sum += weight * texelFetch(sampler2D(light, nearest_clamp), tap, 0);

@@ -18,10 +18,11 @@ vec4 coarse_weights(ivec2 pixel, Surface surface, out ivec2 corner) {
     Own own = own_surface(surface, params.plane_tolerance, params.normal_cosine);
     vec4 weights = vec4(0.0);
     for (int i = 0; i < 4; ++i) {
-        ivec2 step = ivec2(i & 1, i >> 1), at = corner + step;
+        ivec2 step = ivec2(i & 1, i >> 1), at = corner + step, seen = at * scale + scale / 2;
         vec2 near = mix(1.0 - share, share, vec2(step));
         if (near.x * near.y > 0.0 && all(greaterThanEqual(at, ivec2(0)))
-            && all(lessThan(at, ivec2(params.size))) && shares_surface(own, at * scale + scale / 2))
+            && all(lessThan(at, ivec2(params.size)))
+            && all(lessThan(seen, ivec2(frame.size_px.xy))) && shares_surface(own, seen))
             weights[i] = near.x * near.y;
     }
     return weights;

@@ -144,9 +144,16 @@ History find_history(ivec2 pixel, Surface surface) {
     found.moments /= kept;
     found.weights *= min(kept / WHOLE_KEPT, 1.0) / kept;
     vec4 changed = changed_light(place);
-    found.light.rgb *= changed.rgb;
     float brighter = luminance_of(changed.rgb);
+#ifdef MIRRORED
+    // What is mirrored may have changed by another factor, so it is forgotten.
+    float apart = 1.0 - min(brighter, 1.0 / max(brighter, 1e-6));
+    if (apart > 0.0)
+        changed.a = min(changed.a, params.change_slack / apart - params.change_slack);
+#else
+    found.light.rgb *= changed.rgb;
     found.moments *= vec2(brighter, brighter * brighter);
+#endif
     found.weights = min(found.weights, vec2(changed.a, params.longest - 1.0));
 #ifdef MIRRORED
     vec3 to_eye_now = normalize(frame.eye_ws.xyz - seen.position_ws),

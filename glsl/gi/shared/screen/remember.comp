@@ -3,8 +3,6 @@
 // screen.remember: of a few pixels, what they see and what they gathered, for the frame after.
 layout(local_size_x = 8, local_size_y = 8) in;
 
-layout(constant_id = 0) const bool HAS_MOTION = false;
-
 layout(set = 1, binding = 0) uniform texture2D view_depth;
 layout(set = 1, binding = 1) uniform utexture2D normals;
 layout(set = 1, binding = 2) uniform texture2D motion;
@@ -25,7 +23,7 @@ void main() {
         depth_m = texelFetch(sampler2D(view_depth, nearest_clamp), pixel, 0).r;
         packed = texelFetch(usampler2D(normals, nearest_clamp), pixel, 0).rg;
         // What moves will be elsewhere.
-        if (HAS_MOTION && texelFetch(sampler2D(motion, nearest_clamp), pixel, 0).w > 0.0)
+        if (texelFetch(sampler2D(motion, nearest_clamp), pixel, 0).w > 0.0)
             depth_m = 0.0;
     }
     imageStore(kept_depth, texel, vec4(depth_m));

@@ -32,7 +32,7 @@ float of_neighbours(ivec2 pixel, Surface surface) {
         for (int x = -REACH; x <= REACH; ++x) {
             ivec2 tap = pixel + ivec2(x, y);
             if (any(lessThan(tap, ivec2(0))) || any(greaterThanEqual(tap, size))
-                || !shares_surface(own, tap))
+                || (tap != pixel && !shares_surface(own, tap)))
                 continue;
             float l = luminance_of(texelFetch(sampler2D(light, nearest_clamp), tap, 0).rgb);
             sums += vec3(l, l * l, 1.0);

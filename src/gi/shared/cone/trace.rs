@@ -119,7 +119,7 @@ impl ConeTracer {
                     .copied()
                     .unwrap_or_default();
                 let pattern =
-                    interleaved_offset(surface.pixel, self.settings.pattern, surface.walk);
+                    interleaved_offset(surface.place, self.settings.pattern, surface.walk);
                 let sin_squared =
                     f64::from(sin_squared) + (pattern.x - 0.5) * f64::from(self.set.jitter);
                 let azimuth_rad = f64::from(azimuth_rad) + pattern.y * std::f64::consts::TAU;

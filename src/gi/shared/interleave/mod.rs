@@ -45,8 +45,8 @@ pub static SETTINGS: &[Setting] = &[
     },
     Setting {
         name: "interleave_window",
-        help: "mean over a window as large as a tile, at once; off: earlier frames and neighbours \
-               alone bring the other pixels' directions",
+        help: "mean of the diffuse light over a window as large as a tile; off: history and blur \
+               bring the other pixels' directions, and without them each pixel has its own alone",
         unit: "",
         domain: Domain::Choice(&["on", "off"]),
         default: "on",

@@ -28,7 +28,7 @@ use history::History;
 use relight::{Change, Relight};
 
 use crate::gi::entry::Stage;
-use crate::gi::shared::interleave::{DEINTERLEAVE, deinterleave};
+use crate::gi::shared::interleave::{DEINTERLEAVE, Pattern, deinterleave};
 use crate::gi::{IndirectLight, Inputs, Technique};
 use crate::graph::{Error, Frame, Gpu, Image as GpuImage, Pass};
 use crate::image::Image;
@@ -82,20 +82,24 @@ pub struct Screen {
     history: Option<History>,
     blur: Option<Blur>,
     a_trous: Option<ATrous>,
+    /// RGBA32F: a copy of the light that is kept, where a technique adds to it what is not.
+    whole: Option<Arc<GpuImage>>,
     /// RGBA32F: mirrored light after its window; absent without patterns of it.
     mirrored: Option<Arc<GpuImage>>,
 }
 
 impl Screen {
-    /// Allocates what these settings need, for pictures of at most this size (px).
+    /// Allocates what these settings need, for pictures of at most this size (px); `adds_apart` as
+    /// [`Technique::adds_apart`].
     pub fn new(
         gpu: &Gpu,
         scene: &GpuScene,
-        settings: ScreenSettings,
+        (settings, adds_apart): (ScreenSettings, bool),
         size: [u32; 2],
     ) -> Result<Self, Error> {
         let has_history = settings.longest_history > 0;
         let mirrors = scene.is_glossy && settings.specular_pattern.count() > 1;
+        let shows_kept = has_history && settings.blur == Blurring::Off;
         let is_a_trous = settings.blur == Blurring::ATrous;
         let history = has_history.then(|| History::new(gpu, size, [mirrors, is_a_trous]));
         let relight = (has_history && settings.relight_tile > 0)
@@ -109,6 +113,9 @@ impl Screen {
             history: history.transpose()?,
             blur: blur.transpose()?,
             a_trous: is_a_trous.then(|| ATrous::new(gpu, size)).transpose()?,
+            whole: (adds_apart && shows_kept)
+                .then(|| screen_image(gpu, "screen.whole", size))
+                .transpose()?,
             mirrored: mirrors
                 .then(|| screen_image(gpu, "screen.mirrored", size))
                 .transpose()?,
@@ -151,6 +158,12 @@ impl Screen {
         }
     }
 
+    /// Which of the pixels that gather has the directions that a pixel shows, counted along each
+    /// axis.
+    pub fn place(&self, pixel: [u32; 2]) -> [u32; 2] {
+        pixel.map(|at| at / self.settings.scale)
+    }
+
     /// The next frame is seen with these constants; sets the number of the frame in them.
     pub fn set(&mut self, gpu: &Gpu, seen_with: &mut FrameConstants) -> Result<(), Error> {
         let number = self.walk();
@@ -187,6 +200,17 @@ impl Screen {
         if let Some(a_trous) = &self.a_trous {
             let light = (&diffuse, self.history.as_ref());
             diffuse = a_trous.add(frame, given.gbuffer, light, &self.settings);
+        }
+        if let Some(whole) = &self.whole {
+            // A window of one pixel is a copy.
+            let kept = given.gbuffer.receivers(given.scene, &diffuse);
+            deinterleave(
+                frame,
+                &kept,
+                whole,
+                (Pattern::of([1, 1]), self.settings.limits),
+            );
+            diffuse = Arc::clone(whole);
         }
         technique.add_apart(frame, given, &diffuse);
         let specular = technique.mirror(frame, given);

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::gather::Gather;
+use crate::gi::shared::interleave::Pattern;
 use crate::gi::{Inputs, Technique};
 use crate::graph::{Access, Binding, Error, Frame, Gpu, Image, Pass, Sets, Shaders};
 use crate::render::{FrameConstants, GpuScene, Grid, Picked, screen_groups, screen_image};
@@ -21,7 +22,7 @@ pub static REMEMBER: Pass = Pass {
         Binding::image("kept_normals", Access::ComputeWrite),
         Binding::image("kept_light", Access::ComputeWrite),
     ],
-    constants: &["HAS_MOTION"],
+    constants: &[],
     params: None,
     sets: Sets::Scene,
 };
@@ -73,8 +74,8 @@ pub(super) struct Relight {
     tile: u32,
     /// Whether there is a frame before.
     has_before: bool,
-    /// Frames that are yet to be compared with the one before.
-    open: u32,
+    /// Frames to come that light is compared in with the one before.
+    frames_to_compare: u32,
 }
 
 impl Relight {
@@ -98,7 +99,7 @@ impl Relight {
             change: screen_image(gpu, "screen.change", size)?,
             tile,
             has_before: false,
-            open: 0,
+            frames_to_compare: 0,
         })
     }
 
@@ -108,7 +109,7 @@ impl Relight {
 
     /// Light is to be compared with that of the frame before, in so many frames.
     pub(super) fn expect_change(&mut self, frames: u32) {
-        self.open = self.open.max(frames);
+        self.frames_to_compare = self.frames_to_compare.max(frames);
     }
 
     /// Frame `number` is seen with these constants, by pixels that gather in this grid.
@@ -119,7 +120,8 @@ impl Relight {
         (grid, number): (Grid, u32),
     ) -> Result<(), Error> {
         // All pixels of a tile, one after the other, neighbours far apart in time.
-        let at = number.wrapping_mul(7) % (self.tile * self.tile);
+        let tile = Pattern::of([self.tile; 2]);
+        let at = number % tile.count() * tile.stride() % tile.count();
         let grid = grid.sparse(self.tile, [at % self.tile, at / self.tile]);
         self.kept[self.now].picked.set(gpu, seen_with, grid)
     }
@@ -131,7 +133,7 @@ impl Relight {
         given: &Inputs<'_>,
         technique: &mut dyn Technique,
     ) -> Option<Change<'_>> {
-        if self.open == 0 || !self.has_before {
+        if self.frames_to_compare == 0 || !self.has_before {
             return None;
         }
         let Kept { picked, light } = &self.kept[1 - self.now];
@@ -169,7 +171,6 @@ impl Relight {
             .bind("kept_depth", &picked.view_depth)
             .bind("kept_normals", &picked.normals)
             .bind("kept_light", light)
-            .constant("HAS_MOTION", gbuffer.motion.is_some())
             .dispatch(screen_groups(picked.grid().size));
         frame.set_scene(&given.scene.set, &given.scene.materials);
     }
@@ -177,6 +178,6 @@ impl Relight {
     pub(super) fn keep_frame(&mut self) {
         self.now = 1 - self.now;
         self.has_before = true;
-        self.open = self.open.saturating_sub(1);
+        self.frames_to_compare = self.frames_to_compare.saturating_sub(1);
     }
 }

@@ -25,9 +25,9 @@ pub static SETTINGS: &[Setting] = &[
     },
     Setting {
         name: "relight_tile",
-        help: "where light changes, one pixel in each square of so many that gather tells by how \
-               much, and history weighs less there; 0: history weighs 4 frames while lights move",
-        unit: "",
+        help: "width of squares of which one pixel gathers again where light may have changed, so \
+               that history follows; 0: none does, and history weighs 4 frames while lights move",
+        unit: "px",
         domain: Domain::Count { min: 0, max: 16 },
         default: "4",
     },
@@ -132,13 +132,19 @@ pub static RULES: &[Rule] = &[
             settings.count("history") > 0
                 || settings.count("gather_scale") > 1
                 || !settings.is("blur", "off")
-                || settings.find_count("interleave").is_some_and(|n| n > 1)
-                || settings
-                    .find_count("interleave_rows")
-                    .is_some_and(|n| n > 1)
+                || (Pattern::new(settings).count() > 1 && has_window(settings))
+                || (Pattern::specular(settings).count() > 1 && mirrors(settings))
         },
     },
 ];
+
+fn has_window(settings: &Settings) -> bool {
+    settings.find_choice("interleave_window") != Some("off")
+}
+
+fn mirrors(settings: &Settings) -> bool {
+    settings.find_choice("specular") != Some("off")
+}
 
 /// Which radius a blur has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -195,8 +201,12 @@ impl ScreenSettings {
     pub fn new(settings: &Settings, directions: Option<u32>) -> Self {
         ScreenSettings {
             pattern: Pattern::new(settings),
-            has_window: settings.find_choice("interleave_window") != Some("off"),
-            specular_pattern: Pattern::specular(settings),
+            has_window: has_window(settings),
+            specular_pattern: if mirrors(settings) {
+                Pattern::specular(settings)
+            } else {
+                Pattern::of([1, 1])
+            },
             splits: settings.find_choice("interleave_order") == Some("split"),
             scale: settings.find_count("gather_scale").unwrap_or(1),
             longest_history: settings.find_count("history").unwrap_or(0),
