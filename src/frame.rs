@@ -413,7 +413,7 @@ impl<'g> Renderer<'g> {
         self.maps.rows().len() as u32
     }
 
-    /// Samples that a gather of all pixels takes in the last frame's light, by the name of the pass.
+    /// Samples that a gather of all pixels takes, by the name of the pass.
     pub fn count_samples(&self) -> Result<Vec<(&'static str, u64)>, Error> {
         self.technique.count_samples(&context!(self), &self.gbuffer)
     }

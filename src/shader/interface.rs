@@ -127,7 +127,7 @@ mod tests {
             Some("its stage or workgroup")
         );
         assert_eq!(
-            interface("render/screen/direct.comp").difference(&composite),
+            interface("render/screen/pick.comp").difference(&composite),
             Some("its specialization constants")
         );
         let fewer = Interface {

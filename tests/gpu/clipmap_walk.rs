@@ -6,6 +6,8 @@ use crate::support::{ValidatedGpu, gpu};
 use glam::Vec3;
 use lumivox::frame::Renderer;
 use lumivox::gi::registry::find;
+use lumivox::gi::shared::interleave::{Pattern, deinterleave};
+use lumivox::gi::shared::surfaces::Limits;
 use lumivox::gi::shared::voxel::VoxelGrid;
 use lumivox::gi::voxel_cones::VoxelCones;
 use lumivox::gi::voxel_cones::clipmap::{self, Clipmap, Layout};
@@ -239,6 +241,8 @@ struct Still<'g> {
     gbuffer: GBuffer,
     output: Output,
     light: Arc<GpuImage>,
+    windowed: Arc<GpuImage>,
+    window: (Pattern, Limits),
     technique: VoxelCones<Clipmap>,
 }
 
@@ -268,6 +272,8 @@ impl<'g> Still<'g> {
             gbuffer,
             output: Output::new(gpu, SIZE).unwrap(),
             light: screen_image(gpu, "light", SIZE).unwrap(),
+            windowed: screen_image(gpu, "windowed", SIZE).unwrap(),
+            window: (Pattern::new(settings), Limits::new(settings)),
             technique,
         }
     }
@@ -282,6 +288,8 @@ impl<'g> Still<'g> {
             gbuffer,
             output,
             light,
+            windowed,
+            window,
             technique,
         } = self;
         gpu_scene
@@ -305,9 +313,11 @@ impl<'g> Still<'g> {
             direct: &output.direct,
         };
         technique.update(&mut frame, &given);
-        technique.gather(&mut frame, &given, &gbuffer.receivers(gpu_scene, light));
+        let receivers = gbuffer.receivers(gpu_scene, light);
+        technique.gather(&mut frame, &given, &receivers);
+        deinterleave(&mut frame, &receivers, windowed, *window);
         gpu.submit(frame).unwrap();
-        bytemuck::pod_collect_to_vec::<u8, [f32; 4]>(&gpu.read_image(light, 0, 0).unwrap())
+        bytemuck::pod_collect_to_vec::<u8, [f32; 4]>(&gpu.read_image(windowed, 0, 0).unwrap())
             .into_iter()
             .map(|texel| texel[1])
             .collect()

@@ -440,6 +440,25 @@ fn moving_with_motion(gpu: &Gpu, surfaces: Surfaces, is_glossy_too: bool) -> Res
     Ok(())
 }
 
+/// Frames of a technique that reads these maps of a sun with cascades, while camera and models move.
+fn moving_with_cascades(gpu: &Gpu, pair: &str) -> Result<(), Error> {
+    let (_, sun) = small_lights()[2].clone();
+    let mut scene = moving_room(Surfaces::Masked, sun);
+    let entry = find("lpv").unwrap();
+    let settings = entry
+        .settings(Some("accurate"), &["resolution=8", pair])
+        .unwrap();
+    let mut frame = frame(16, 8, 32);
+    frame.shadows.cascades = 2;
+    let (mut renderer, _) = Renderer::new(gpu, &scene, entry, &settings, frame)?;
+    for time_s in [0.0, 1.0, 2.0] {
+        scene.set_time(time_s);
+        renderer.set_pose(&scene)?;
+        renderer.render_again(&walked(&scene.camera, time_s))?;
+    }
+    Ok(())
+}
+
 /// Everything that may change between two frames, with settings that no preset has; every pass runs
 /// at least once.
 #[test]
@@ -465,6 +484,11 @@ fn every_hazard_of_every_pass_is_covered() {
             moving_with_motion(&gpu, surfaces, has_both).unwrap();
             ran.extend(passes(&judge(&format!("motion, {surfaces:?}"), &gpu)));
         }
+    }
+    for pair in ["source=rsm", "source=faces"] {
+        gpu.take_journal();
+        moving_with_cascades(&gpu, pair).unwrap();
+        ran.extend(passes(&judge(&format!("cascades, {pair}"), &gpu)));
     }
     let missing = |pass: &&'static Pass| {
         !ran.contains(&std::ptr::from_ref(*pass)) && excuse(pass, gpu.features()).is_none()
