@@ -440,9 +440,9 @@ fn moving_with_motion(gpu: &Gpu, surfaces: Surfaces, is_glossy_too: bool) -> Res
     Ok(())
 }
 
-/// Frames of a technique that reads these maps of a sun with cascades, while camera and models move.
+/// Frames of a technique that reads such maps of a sun with cascades, while all moves.
 fn moving_with_cascades(gpu: &Gpu, pair: &str) -> Result<(), Error> {
-    let (_, sun) = small_lights()[2].clone();
+    let (_, sun) = small_lights()[2];
     let mut scene = moving_room(Surfaces::Masked, sun);
     let entry = find("lpv").unwrap();
     let settings = entry

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::point::Point;
 use crate::frame;
+use crate::gi::entry::Part;
 use crate::graph::{PassTimes, Spread};
 
 /// Measurements whose shared passes took more than this times the median, or less than its inverse,
@@ -153,9 +154,9 @@ pub(super) fn slowness(points: &[Point]) -> Vec<f64> {
 }
 
 fn is_shared(pass: &&PassTimes) -> bool {
-    frame::STAGES
-        .iter()
-        .any(|stage| stage.passes.contains(&pass.name.as_str()))
+    // Those of pictures depend on settings, and are in few points.
+    let mut stages = frame::STAGES.iter();
+    stages.any(|stage| stage.part == Part::Shared && stage.passes.contains(&pass.name.as_str()))
 }
 
 fn shared_medians(points: &[Point]) -> BTreeMap<String, f64> {

@@ -58,8 +58,8 @@ pub static SOME_PIXELS: Stage = Stage::picture(
     "fewer or sorted pixels",
     &[PICK.name, JOIN.name, LEFT_OVER.name, UPSAMPLE.name],
 );
-/// Light of the pixels of a tile.
-pub static WINDOW: Stage = Stage::picture("interleaving", &["gi.deinterleave"]);
+/// Light of the pixels of a tile, a part of the gather.
+pub static WINDOW: Stage = Stage::picture("gather", &["gi.deinterleave"]);
 
 /// Light of frames before.
 pub static REUSE: Stage = Stage::picture(
