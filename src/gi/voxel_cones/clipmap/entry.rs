@@ -7,7 +7,7 @@ use crate::gi::entry::{Entry, Stage};
 use crate::gi::settings::{Domain, Preset, Setting, Settings};
 use crate::gi::shared::cone;
 use crate::gi::shared::interleave;
-use crate::gi::shared::voxel::{self, FACE_SETTINGS, MIP_FILTER, VoxelBounces};
+use crate::gi::shared::voxel::{self, FACE_SETTINGS, MIP_FILTER};
 use crate::gi::{Context, Technique};
 use crate::graph::{Error, Pass};
 
@@ -73,14 +73,6 @@ pub(super) static PASSES: &[&Pass] = &[
 
 /// The row of the registry.
 pub static ENTRY: Entry = Entry {
-    frames_to_rest: |settings| {
-        let bounces = VoxelBounces::new(settings).frames_to_rest();
-        if settings.is("level_updates", "staggered") {
-            bounces.max(1 << (settings.count("levels") - 1))
-        } else {
-            bounces
-        }
-    },
     settings: &[
         SETTINGS,
         voxel::SETTINGS,
