@@ -21,13 +21,13 @@ use crate::scene::Scene;
 
 use super::CliError;
 use super::common::{
-    DeviceArgs, LoadArgs, TimingArgs, bad_setting, chart_stem, check_max_error, check_output,
-    check_output_folder, make_folder, parse_channel, parse_size, progress_bar, reference, say,
-    stems, warn_of_idle_in, write_text,
+    DeviceArgs, LoadArgs, TimingArgs, bad_setting, check_max_error, parse_channel, parse_size,
+    progress_bar, reference, say, warn_of_idle_in,
 };
 use super::files::check_results_folder;
 use super::frame::FrameArgs;
 use super::stop;
+use super::write::{chart_stem, check_output, check_output_folder, make_folder, stems, write_text};
 
 /// Measure techniques, presets and resolutions: time per pass, memory, error against the
 /// path-traced reference.

@@ -18,12 +18,12 @@ use crate::text::counted;
 
 use super::CliError;
 use super::common::{
-    DeviceArgs, LoadArgs, TimingArgs, chart_stem, check_output_folder, check_scenes, make_folder,
-    parse_channel, parse_size, progress_bar, say, stems, write_text,
+    DeviceArgs, LoadArgs, TimingArgs, check_scenes, parse_channel, parse_size, progress_bar, say,
 };
 use super::files::check_results_folder;
 use super::frame::FrameArgs;
 use super::stop;
+use super::write::{chart_stem, check_output_folder, make_folder, stems, write_text};
 
 /// Chart speed and memory against error: every technique with many settings, the Pareto front, one
 /// page to read.

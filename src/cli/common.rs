@@ -1,9 +1,7 @@
 //! What several subcommands need.
 
 use std::ffi::{OsStr, OsString};
-use std::fs::OpenOptions;
 use std::io::{ErrorKind, Write as _};
-use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use crate::gi::entry::Entry;
@@ -13,7 +11,6 @@ use crate::graph::{DeviceChoice, Faults, GpuOptions};
 use crate::measure::bench::{Case, Truth, choose_timing};
 use crate::measure::report::Timing;
 use crate::metrics::Channel;
-use crate::output;
 use crate::reference::{Bounces, MAX_SIZE_PX, cache_dir, cached};
 use crate::scene::{LoadOptions, Scene, Up};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -159,6 +156,12 @@ impl TechniqueArgs {
         let set: Vec<String> = self.set.iter().cloned().chain(more).collect();
         let settings = settings(entry, self.preset.as_deref(), &set)?;
         warn_of_idle([(entry, &settings)], &self.set);
+        if entry.screen(&settings).shows_patterns() {
+            log::warn!(
+                "interleave_window=off: without history and blur each pixel has its own directions \
+                 alone, which is noise; --set history=32, or --set blur=even"
+            );
+        }
         Ok((entry, settings))
     }
 
@@ -343,73 +346,6 @@ pub(super) fn check_positive(option: &str, value: Option<f32>) -> Result<(), Cli
     }
 }
 
-/// Checks that a file can be written before the work that fills it: opens it, changes nothing in
-/// it, and removes it if it was not there before.
-pub(super) fn check_output(path: &Path) -> Result<(), CliError> {
-    let probe = match std::fs::metadata(path) {
-        Ok(found) if found.is_dir() => {
-            return Err(CliError::failed(format!(
-                "cannot write {}: it is a folder; name a file in it",
-                path.display()
-            )));
-        }
-        // A pipe would wait for its reader here.
-        Ok(found) if !found.is_file() => return Ok(()),
-        Ok(_) => OpenOptions::new().write(true).open(path).map(drop),
-        // A link to a file that is still to be made.
-        Err(_) if path.is_symlink() => return Ok(()),
-        Err(_) => make_and_remove(path),
-    };
-    probe.map_err(|error| {
-        CliError::failed(format!(
-            "cannot write {}: {error}; check that the folder exists, is writable and has space",
-            path.display()
-        ))
-    })
-}
-
-/// Checks that files can be written into a folder. If it does not exist, it is made later.
-pub(super) fn check_output_folder(path: &Path) -> Result<(), CliError> {
-    let above = path.ancestors().map(|folder| {
-        if folder.as_os_str().is_empty() {
-            Path::new(".")
-        } else {
-            folder
-        }
-    });
-    let existing = above
-        .into_iter()
-        .find(|folder| folder.exists())
-        .unwrap_or(path);
-    let probe = match existing.is_dir() {
-        true => make_and_remove(&existing.join(format!(".lumivox-{}", std::process::id()))),
-        false => Err(ErrorKind::NotADirectory.into()),
-    };
-    probe.map_err(|error| {
-        let (path, existing) = (path.display(), existing.display());
-        CliError::failed(format!(
-            "cannot write into the folder {path}: {existing}: {error}; make it a writable folder, \
-             or name another with -o"
-        ))
-    })
-}
-
-fn make_and_remove(path: &Path) -> std::io::Result<()> {
-    OpenOptions::new().write(true).create_new(true).open(path)?;
-    std::fs::remove_file(path)
-}
-
-/// Writes a report as one JSON object.
-pub(super) fn write_report(path: &Path, report: &serde_json::Value) -> Result<(), CliError> {
-    output::write_text(path, &format!("{report:#}\n")).map_err(|error| {
-        CliError::failed(format!(
-            "cannot write the report {}: {error}; check that the folder exists, is writable and \
-             has space",
-            path.display()
-        ))
-    })
-}
-
 /// A size written as WIDTHxHEIGHT.
 pub(super) fn parse_size(text: &str) -> Result<(u32, u32), String> {
     let parts = text
@@ -434,26 +370,6 @@ pub(super) fn parse_channel(text: &str) -> Result<Channel, String> {
     }
 }
 
-/// Makes the folder of an output.
-pub(super) fn make_folder(folder: &Path) -> Result<(), CliError> {
-    std::fs::create_dir_all(folder).map_err(|error| {
-        CliError::failed(format!(
-            "cannot make the folder {}: {error}; name another with -o",
-            folder.display()
-        ))
-    })
-}
-
-/// Writes a whole file of text.
-pub(super) fn write_text(path: &Path, text: &str) -> Result<(), CliError> {
-    output::write_text(path, text).map_err(|error| {
-        CliError::failed(format!(
-            "cannot write {}: {error}; check that it is writable and has space",
-            path.display()
-        ))
-    })
-}
-
 /// An error if a scene is named twice.
 pub(super) fn check_scenes(scenes: &[Scene]) -> Result<(), CliError> {
     let hashes: Vec<u128> = scenes.iter().map(Scene::content_hash).collect();
@@ -474,39 +390,6 @@ pub(super) fn each_once<T: PartialEq + Clone>(values: &[T]) -> Vec<T> {
         .filter(|(index, value)| !values[..*index].contains(value))
         .map(|(_, value)| value.clone())
         .collect()
-}
-
-/// Where the files of each scene go, without what follows the scene's name.
-pub(super) fn stems<'n>(scenes: impl Iterator<Item = &'n str>, folder: &Path) -> Vec<PathBuf> {
-    let mut names: Vec<String> = Vec::new();
-    scenes.for_each(|scene| names.push(unused_stem(scene, &names)));
-    names.iter().map(|name| folder.join(name)).collect()
-}
-
-/// A file name for a scene that no scene before it has.
-fn unused_stem(name: &str, used: &[String]) -> String {
-    let safe: String = name
-        .chars()
-        .map(|c| {
-            if c.is_alphanumeric() || "-_".contains(c) {
-                c
-            } else {
-                '_'
-            }
-        })
-        .collect();
-    let numbered = (2..).map(|number| format!("{safe}_{number}"));
-    std::iter::once(safe.clone())
-        .chain(numbered)
-        .find(|stem| !used.contains(stem))
-        .unwrap_or(safe)
-}
-
-/// `NAME-WHAT` beside `NAME`.
-pub(super) fn chart_stem(stem: &Path, what: &str) -> PathBuf {
-    let mut name = stem.file_name().unwrap_or_default().to_owned();
-    name.push(format!("-{what}"));
-    stem.with_file_name(name)
 }
 
 /// A bar on stderr, where that is a terminal.

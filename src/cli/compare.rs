@@ -8,9 +8,10 @@ use crate::metrics::{Channel, Comparison, Errors, Flip, compare, error_image, ex
 use crate::reference::guide;
 use crate::scene::{LoadOptions, Scene, Up};
 
-use super::common::{TimeArgs, check_positive, parse_channel, parse_up, say, write_report};
+use super::common::{TimeArgs, check_positive, parse_channel, parse_up, say};
 use super::files::Files;
-use super::sequence::{Numbered, SequenceArgs};
+use super::sequence::{Numbered, PathArgs};
+use super::write::write_report;
 use super::{CliError, compare_frames};
 
 /// Compare an image with a reference, both linear EXR.
@@ -52,7 +53,7 @@ pub(crate) struct Args {
     #[command(flatten)]
     pub(super) time: TimeArgs,
     #[command(flatten)]
-    pub(super) sequence: SequenceArgs,
+    pub(super) path: PathArgs,
     /// The technique's own pictures as they are without history, a sequence or one picture (.exr):
     /// the lag of each frame behind them.
     #[arg(long, value_name = "FILE.exr", help_heading = "Sequence")]
@@ -125,7 +126,7 @@ impl Args {
             Some((option, _)) => Err(CliError::input(format!(
                 "{option} is for sequences; name one, as in image_####.exr"
             ))),
-            None => self.sequence.check(1),
+            None => self.path.check(1),
         }
     }
 }

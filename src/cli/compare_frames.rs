@@ -4,16 +4,18 @@ use std::path::{Path, PathBuf};
 
 use crate::image::{GuideImage, Image, read_exr};
 use crate::measure::over_time::{FrameErrors, OverTime, Own, SQUARE_PX, Steadiness};
+use crate::measure::report::SequenceRow;
 use crate::metrics::Errors;
 use crate::metrics::stability::shown_from;
 use crate::reference::guide;
 use crate::scene::{Scene, Shot};
 
 use super::CliError;
-use super::common::{say, write_report};
+use super::common::say;
 use super::compare::Args;
 use super::files::Files;
 use super::sequence::Numbered;
+use super::write::write_report;
 
 /// Shares of a change whose frames are told.
 const SHARES: [f64; 2] = [0.9, 0.99];
@@ -75,7 +77,7 @@ pub(super) fn run(args: &Args, name: &Numbered) -> Result<(), CliError> {
             name.path(0).display()
         )));
     }
-    args.sequence.check(frames)?;
+    args.path.check(frames)?;
     let images = Pictures::of(&args.image)?;
     let references = Pictures::of(&args.reference)?;
     let converged = args.converged.as_deref().map(Pictures::of).transpose()?;
@@ -113,6 +115,11 @@ pub(super) fn run(args: &Args, name: &Numbered) -> Result<(), CliError> {
             })?;
     }
     let steadiness = over_time.steadiness().map_err(CliError::input)?;
+    say(&format!(
+        "{frames} frames, {} to {}",
+        images.path(0).display(),
+        images.path(frames - 1).display()
+    ));
     print_table(&over_time, steadiness);
     if let Some(path) = &args.chart {
         let notes = vec![format!(
@@ -131,7 +138,11 @@ pub(super) fn run(args: &Args, name: &Numbered) -> Result<(), CliError> {
         written.map_err(CliError::failed)?;
     }
     match &args.report {
-        Some(path) => write_report(path, &report(args, &over_time, steadiness)),
+        Some(path) => {
+            let shot = guides.scene.as_ref().map(|(_, shot)| shot);
+            let sequence = shot.and_then(|shot| args.path.row(frames, shot));
+            write_report(path, &report(args, sequence, &over_time, steadiness))
+        }
         None => Ok(()),
     }
 }
@@ -143,7 +154,7 @@ fn check_options(args: &Args) -> Result<(), CliError> {
         ("--bins", args.bins.is_some()),
         ("--exposure", args.exposure.is_some()),
     ];
-    if let (None, [option, ..]) = (&args.scene, args.sequence.given().as_slice()) {
+    if let (None, [option, ..]) = (&args.scene, args.path.given().as_slice()) {
         return Err(CliError::input(format!(
             "{option} says where a scene is seen from; name it with --scene"
         )));
@@ -166,7 +177,7 @@ struct Guides {
 impl Guides {
     fn of(args: &Args, scene: Option<Scene>) -> Self {
         let with_shot = |scene: Scene| {
-            let shot = args.sequence.shot(&scene, args.time.time_s());
+            let shot = args.path.shot(&scene, args.time.time_s());
             (scene, shot)
         };
         Guides {
@@ -240,7 +251,12 @@ fn shown(over_time: &OverTime) -> Vec<f64> {
     shown.into_iter().map(|(_, shown)| shown).collect()
 }
 
-fn report(args: &Args, over_time: &OverTime, steadiness: Option<Steadiness>) -> serde_json::Value {
+fn report(
+    args: &Args,
+    sequence: Option<SequenceRow>,
+    over_time: &OverTime,
+    steadiness: Option<Steadiness>,
+) -> serde_json::Value {
     let errors = |of: &dyn Fn(&FrameErrors) -> Option<Errors>| {
         let mean = |value: &dyn Fn(Errors) -> f64| over_time.mean(|frame| of(frame).map(value));
         serde_json::json!({
@@ -260,7 +276,7 @@ fn report(args: &Args, over_time: &OverTime, steadiness: Option<Steadiness>) -> 
         "image": args.image.to_string_lossy(),
         "reference": args.reference.to_string_lossy(),
         "scene": args.scene.as_ref().map(|scene| scene.to_string_lossy()),
-        "sequence": args.sequence.json(),
+        "sequence": sequence,
         "channel": args.channel,
         "frames": over_time.frames,
         "mean": {

@@ -13,10 +13,11 @@ use crate::text::counted;
 use super::CliError;
 use super::common::{
     DeviceArgs, SceneArgs, TechniqueArgs, TimingArgs, check_max_error, parse_channel, parse_size,
-    progress_bar, reference, say, write_report,
+    progress_bar, reference, say,
 };
 use super::files::Files;
 use super::frame::FrameArgs;
+use super::write::write_report;
 
 /// Split the error of a technique into its sources: replace one approximation at a time by the
 /// truth, or by a better one, and measure the error again.

@@ -7,8 +7,8 @@ use crate::output::is_same_file;
 use crate::scene::Scene;
 
 use super::CliError;
-use super::common::check_output;
 use super::sequence::Numbered;
+use super::write::check_output;
 
 /// What the results of measurements are, by extension.
 const RESULTS: &[&str] = &["csv", "html", "jsonl", "md", "png", "svg"];

@@ -17,10 +17,9 @@ use crate::scene::Scene;
 use crate::text::{counted, quoted};
 
 use super::CliError;
-use super::common::{
-    LoadArgs, check_output_folder, each_once, make_folder, progress_bar, say, write_text,
-};
+use super::common::{LoadArgs, each_once, progress_bar, say};
 use super::files::{Files, check_results_folder};
+use super::write::{check_output_folder, make_folder, write_text};
 
 /// Powers of ten of `--log`.
 const DECADES: f64 = 4.0;

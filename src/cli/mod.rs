@@ -24,6 +24,7 @@ mod stress;
 mod techniques;
 mod view;
 mod voxelize;
+mod write;
 
 use std::process::ExitCode;
 

@@ -1,7 +1,7 @@
 //! The picture that a command writes: size, file, exposure, and a warning where it shows nothing.
 
 use std::cell::OnceCell;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use glam::Vec3;
 
@@ -48,7 +48,10 @@ impl PictureArgs {
     pub(super) fn check(&self, files: &mut Files, frames: u32) -> Result<(), CliError> {
         check_positive("--exposure", self.exposure)?;
         match Numbered::of(&self.output)? {
-            Some(name) => files.write_frames(&name, frames, &["exr", "png"])?,
+            Some(name) => {
+                files.write_frames(&name, frames, &["exr", "png"])?;
+                warn_of_longer(&name.path(frames));
+            }
             None => files.write(&self.output, &["exr", "png"])?,
         }
         self.report
@@ -137,5 +140,16 @@ impl PictureArgs {
             // An exposure may lift what little light there is.
             log::warn!("{path}: the camera is inside a solid, or in a wall, and sees its back");
         }
+    }
+}
+
+/// Warns where the first file behind a sequence's last is there.
+fn warn_of_longer(next: &Path) {
+    if next.exists() {
+        log::warn!(
+            "{} is of a longer sequence; `lumivox compare` takes it for the next frame: remove it, \
+             or write to other names",
+            next.display()
+        );
     }
 }

@@ -4,14 +4,15 @@ use std::time::Instant;
 
 use crate::image::{Aov, write_planes};
 use crate::reference::{Bounces, Filter, Sampling, Settings, cache_dir, cached, render};
-use crate::scene::Scene;
+use crate::scene::{Scene, Shot};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::CliError;
-use super::common::{SceneArgs, say, write_report};
+use super::common::{SceneArgs, say};
 use super::files::Files;
 use super::picture::PictureArgs;
 use super::sequence::SequenceArgs;
+use super::write::write_report;
 
 /// Render the path-traced reference of a scene on the CPU.
 #[derive(clap::Args)]
@@ -24,14 +25,6 @@ pub(crate) struct Args {
     scene: SceneArgs,
     #[command(flatten)]
     picture: PictureArgs,
-    /// Frames; with more than one, the name of the image needs # for their numbers.
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 1,
-        value_parser = clap::value_parser!(u32).range(1..=100_000),
-    )]
-    frames: u32,
     #[command(flatten)]
     sequence: SequenceArgs,
     /// Indirect bounces: a number (0 is direct light only), or `full` for all.
@@ -64,12 +57,12 @@ pub(crate) struct Args {
 pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     let picture = &args.picture;
     let mut files = Files::default();
-    picture.check(&mut files, args.frames)?;
-    args.sequence.check(args.frames)?;
-    if args.frames > 1 && !picture.has_numbers() {
+    picture.check(&mut files, args.sequence.frames)?;
+    args.sequence.check()?;
+    if args.sequence.frames > 1 && !picture.has_numbers() {
         return Err(CliError::input(format!(
             "--frames is {}, and {} has no number; write # for it, as in frame_####.exr",
-            args.frames,
+            args.sequence.frames,
             picture.output.display()
         )));
     }
@@ -83,13 +76,13 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
         return Err(no_such_aov(picture.aov));
     }
     let mut scene = args.scene.open(&mut files)?;
-    let shot = args.sequence.shot(&scene, args.scene.time_s());
+    let shot = args.sequence.path.shot(&scene, args.scene.time_s());
     let mut frames = Vec::new();
-    for frame in 0..args.frames {
+    for frame in 0..args.sequence.frames {
         shot.place(&mut scene, frame);
         frames.push(draw(args, &scene, frame, quiet)?);
     }
-    let mut report = report(args, &scene);
+    let mut report = report(args, &scene, &shot);
     match frames.as_slice() {
         [only] if !picture.has_numbers() => only
             .iter()
@@ -192,13 +185,13 @@ fn progress_bar(quiet: bool) -> ProgressBar {
     ProgressBar::new(1000).with_style(style)
 }
 
-fn report(args: &Args, scene: &Scene) -> serde_json::Value {
+fn report(args: &Args, scene: &Scene, shot: &Shot) -> serde_json::Value {
     serde_json::json!({
         "schema_version": 1,
         "version": env!("CARGO_PKG_VERSION"),
         "scene": scene.name,
         "time_s": args.scene.time_s(),
-        "sequence": args.sequence.json(),
+        "sequence": args.sequence.row(shot),
         "technique": "reference",
         "settings": {
             "width": args.picture.size.0,

@@ -39,15 +39,6 @@ pub(crate) struct Args {
     frame: FrameArgs,
     #[command(flatten)]
     device: DeviceArgs,
-    /// Frames to render; times are the medians over all but the first. The last is written, or
-    /// each where the name of the image has #.
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 1,
-        value_parser = clap::value_parser!(u32).range(1..=100_000),
-    )]
-    frames: u32,
     #[command(flatten)]
     sequence: SequenceArgs,
     /// The reference's image of the same output and of the last frame, or all outputs as
@@ -101,15 +92,15 @@ impl Args {
 /// Loads, renders, writes.
 pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     let mut files = Files::default();
-    args.picture.check(&mut files, args.frames)?;
-    args.sequence.check(args.frames)?;
+    args.picture.check(&mut files, args.sequence.frames)?;
+    args.sequence.check()?;
     args.reference
         .iter()
         .try_for_each(|path| files.read(path))?;
     let (entry, settings) = args.technique.choose([])?;
     let mut scene = args.scene.open(&mut files)?;
-    let shot = args.sequence.shot(&scene, args.scene.time_s());
-    let last = args.frames - 1;
+    let shot = args.sequence.path.shot(&scene, args.scene.time_s());
+    let last = args.sequence.frames - 1;
     let truth = args
         .reference
         .as_ref()
@@ -132,14 +123,14 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     let is_light = view.is_none() && args.picture.aov.is_light();
     let mut times = TimesAccumulator::default();
     let mut image = Image::new(0, 0);
-    for frame in 0..args.frames {
+    for frame in 0..args.sequence.frames {
         let moves = frame > 0 && shot.place(&mut scene, frame);
         let mut stats = match moves {
             true => renderer.set_pose(&scene).map_err(CliError::failed)?,
             false => FrameStats::default(),
         };
         stats.append(renderer.render(&scene.camera).map_err(CliError::failed)?);
-        if frame > 0 || args.frames == 1 {
+        if frame > 0 || args.sequence.frames == 1 {
             times.add(&stats.passes);
         }
         if frame == last || args.picture.has_numbers() {
@@ -163,6 +154,7 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     let mut report = Report::new(&gpu, &scene.name, size, entry.name, &settings);
     report.preset = args.technique.preset(entry);
     report.time_s = args.scene.time_s();
+    report.sequence = args.sequence.row(&shot);
     report.voxel_size_m = renderer.cell_size();
     report.counting = PassTimes::once(&build.counting);
     report.build = PassTimes::once(&build.passes);

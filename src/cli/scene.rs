@@ -7,7 +7,8 @@ use crate::scene::{Scene, SceneError, bundled};
 use crate::text::{counted, vector};
 
 use super::CliError;
-use super::common::{LoadArgs, check_output_folder, say};
+use super::common::{LoadArgs, say};
+use super::write::check_output_folder;
 
 /// List the bundled scenes, or write one (or a copy of any scene) as TOML, OBJ, MTL and PNG files.
 #[derive(clap::Args)]

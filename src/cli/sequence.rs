@@ -1,16 +1,46 @@
 //! Sequences of pictures: how the scene goes on, and how the files are called.
 
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
+use crate::measure::report::SequenceRow;
 use crate::scene::{Scene, Shot};
 
 use super::CliError;
-use super::common::check_positive;
+
+/// The frames that are rendered.
+#[derive(clap::Args)]
+#[command(next_help_heading = "Sequence")]
+pub(super) struct SequenceArgs {
+    /// Frames to render, each to a file of its own where the name of the image has # for its
+    /// number. Without it, `render` writes the last. Times are medians over all but the first.
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 1,
+        value_parser = clap::value_parser!(u32).range(1..=100_000),
+    )]
+    pub(super) frames: u32,
+    #[command(flatten)]
+    pub(super) path: PathArgs,
+}
+
+impl SequenceArgs {
+    /// As [`PathArgs::check`].
+    pub(super) fn check(&self) -> Result<(), CliError> {
+        self.path.check(self.frames)
+    }
+
+    /// As [`PathArgs::row`].
+    pub(super) fn row(&self, shot: &Shot) -> Option<SequenceRow> {
+        self.path.row(self.frames, shot)
+    }
+}
 
 /// How a scene goes on from frame to frame.
 #[derive(clap::Args)]
 #[command(next_help_heading = "Sequence")]
-pub(super) struct SequenceArgs {
+pub(super) struct PathArgs {
     /// Frames a second: models with keyframes move, from --time on [default: they stand still].
     #[arg(long, value_name = "F")]
     fps: Option<f32>,
@@ -22,26 +52,32 @@ pub(super) struct SequenceArgs {
     dolly: Option<f32>,
 }
 
-impl SequenceArgs {
+impl PathArgs {
     /// The options that are given.
     pub(super) fn given(&self) -> Vec<&'static str> {
+        self.values()
+            .into_iter()
+            .filter_map(|(option, value, ..)| value.map(|_| option))
+            .collect()
+    }
+
+    /// Each option, its value and the values that can be used, so that no frame of a sequence is
+    /// at a place or time without bounds.
+    fn values(&self) -> [(&'static str, Option<f32>, RangeInclusive<f32>); 3] {
         [
-            ("--fps", self.fps),
-            ("--pan", self.pan),
-            ("--dolly", self.dolly),
+            ("--fps", self.fps, 0.001..=1e6),
+            ("--pan", self.pan, -360.0..=360.0),
+            ("--dolly", self.dolly, -1e4..=1e4),
         ]
-        .into_iter()
-        .filter_map(|(option, value)| value.map(|_| option))
-        .collect()
     }
 
     /// An error unless the values can be used. A warning where there are no frames to use them.
     pub(super) fn check(&self, frames: u32) -> Result<(), CliError> {
-        check_positive("--fps", self.fps)?;
-        for (option, value) in [("--pan", self.pan), ("--dolly", self.dolly)] {
-            if let Some(value) = value.filter(|value| !value.is_finite()) {
+        for (option, value, range) in self.values() {
+            if let Some(value) = value.filter(|value| !range.contains(value)) {
+                let (least, most) = (range.start(), range.end());
                 return Err(CliError::input(format!(
-                    "{option} is {value}; it must be a number"
+                    "{option} is {value}; it must be {least} to {most}"
                 )));
             }
         }
@@ -69,9 +105,15 @@ impl SequenceArgs {
         }
     }
 
-    /// For reports.
-    pub(super) fn json(&self) -> serde_json::Value {
-        serde_json::json!({ "fps": self.fps, "pan_deg": self.pan, "dolly_m": self.dolly })
+    /// For reports; `None` of one frame.
+    pub(super) fn row(&self, frames: u32, shot: &Shot) -> Option<SequenceRow> {
+        (frames > 1).then(|| SequenceRow {
+            frames,
+            fps: self.fps,
+            last_time_s: self.fps.map(|_| shot.time_s(frames - 1)),
+            pan_deg: shot.pan_deg,
+            dolly_m: shot.dolly_m,
+        })
     }
 }
 

@@ -19,12 +19,13 @@ use indicatif::ProgressBar;
 
 use super::CliError;
 use super::common::{
-    DeviceArgs, LoadArgs, bad_setting, check_output_folder, check_scenes, each_once, make_folder,
-    parse_size, progress_bar, say, stems, warn_of_idle_in, write_text,
+    DeviceArgs, LoadArgs, bad_setting, check_scenes, each_once, parse_size, progress_bar, say,
+    warn_of_idle_in,
 };
 use super::files::check_results_folder;
 use super::frame::FrameArgs;
 use super::stop;
+use super::write::{check_output_folder, make_folder, stems, write_text};
 
 /// Measure failure modes. Each makes one number worse, from harmless to fatal, and measures every
 /// technique.

@@ -161,6 +161,22 @@ pub struct MotionTimes {
     pub passes: Vec<PassTimes>,
 }
 
+/// How a scene goes on from frame to frame. Times of passes are medians over all frames but the
+/// first; picture, counts and errors are those of the last.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SequenceRow {
+    /// Frames, 2 or more.
+    pub frames: u32,
+    /// Frames a second; `None` where models stand still.
+    pub fps: Option<f32>,
+    /// Time at which the last is shown (s).
+    pub last_time_s: Option<f32>,
+    /// How far the camera turns to the left in each frame (degrees).
+    pub pan_deg: f32,
+    /// How far it then moves ahead (m).
+    pub dolly_m: f32,
+}
+
 /// What one run measured, as `lumivox bench` and `lumivox render` write it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Report {
@@ -176,8 +192,11 @@ pub struct Report {
     pub driver: String,
     /// Name of the scene.
     pub scene: String,
-    /// Time at which it is shown (s), where one was asked for.
+    /// Time at which it is shown (s), where one was asked for; of a sequence, its first frame.
     pub time_s: Option<f32>,
+    /// How it goes on from frame to frame, where it does.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sequence: Option<SequenceRow>,
     /// Width and height (px).
     pub size: [u32; 2],
     /// Width and height of each shadow map (texels), where it is known.
@@ -311,7 +330,8 @@ impl Report {
         let case = |report: &Report| {
             (
                 report.scene.clone(),
-                (report.time_s.map(f32::to_bits), report.size),
+                (report.time_s.map(f32::to_bits), report.sequence.clone()),
+                report.size,
                 (report.shadow_resolution, report.shadows.clone()),
                 (report.technique.clone(), report.preset.clone()),
                 (report.device.clone(), report.driver.clone()),
@@ -364,6 +384,7 @@ impl Report {
             driver: info.driver.clone(),
             scene: scene.to_owned(),
             time_s: None,
+            sequence: None,
             size,
             shadow_resolution: None,
             shadows: BTreeMap::new(),

@@ -6,9 +6,10 @@ use crate::support::given::answer;
 use crate::support::shown::{
     Frame, LIMITS, SIZE, Shown, TOLERANCE, compare, floors, nudged, places, room,
 };
-use crate::support::technique::Builder;
+use crate::support::technique::{Builder, Surfaces, small_lights, small_room};
 use crate::support::{Random, gpu};
 use glam::{DVec2, DVec3, DVec4, Vec3, Vec4};
+use lumivox::gi::registry::find;
 use lumivox::gi::shared::interleave::Pattern;
 use lumivox::gi::shared::screen::oracle::{
     Judged, KeptPixel, Moved, Picture, Terms, a_trous, adaptive_radius, blur, history, relight,
@@ -159,6 +160,42 @@ fn each_frame_is_the_oracles() {
     );
 }
 
+/// What the oracle makes of the light of a frame: a mean along rows, then along columns.
+fn blurred(now: &Frame, light: &[DVec4], radius: f64) -> Vec<Option<Judged<DVec4>>> {
+    let along = |axis: usize, of: &dyn Fn(usize) -> DVec4| -> Vec<Option<Judged<DVec4>>> {
+        let pixels: Vec<_> = (0..light.len())
+            .map(|at| now.seen[at].map(|seen| (seen, of(at))))
+            .collect();
+        let picture = Picture {
+            size: SIZE,
+            pixels: &pixels,
+        };
+        places()
+            .enumerate()
+            .map(|(at, pixel)| now.seen[at].map(|_| blur(pixel, axis, radius, &picture, LIMITS)))
+            .collect()
+    };
+    let rows = along(0, &|at| light[at]);
+    let columns = along(1, &|at| rows[at].map_or(DVec4::ZERO, |judged| judged.value));
+    // A decision of the rows is in all pixels of a column.
+    let reach = (radius + 0.5) as usize;
+    let width = SIZE[0] as usize;
+    (0..columns.len())
+        .map(|at| {
+            let of_rows = (0..=2 * reach)
+                .filter_map(|step| (at + step * width).checked_sub(reach * width))
+                .filter_map(|at| rows.get(at).copied().flatten())
+                .map(|judged| judged.least_margin);
+            let lesser = |a: f64, b: f64| if b < a { b } else { a };
+            let least = of_rows.fold(f64::INFINITY, lesser);
+            columns[at].map(|judged| Judged {
+                least_margin: judged.least_margin.min(least),
+                ..judged
+            })
+        })
+        .collect()
+}
+
 #[test]
 fn blurs_are_the_oracles() {
     let gpu = gpu();
@@ -174,45 +211,44 @@ fn blurs_are_the_oracles() {
         let camera = shown.camera;
         let now = shown.draw(&camera);
         let gathered = answer("noise", 0, SIZE);
-        let along = |axis: usize, light: &dyn Fn(usize) -> DVec4| -> Vec<Option<Judged<DVec4>>> {
-            let pixels: Vec<_> = (0..gathered.len())
-                .map(|at| now.seen[at].map(|seen| (seen, light(at))))
-                .collect();
-            let picture = Picture {
-                size: SIZE,
-                pixels: &pixels,
-            };
-            places()
-                .enumerate()
-                .map(|(at, pixel)| {
-                    now.seen[at].map(|_| blur(pixel, axis, radius, &picture, LIMITS))
-                })
-                .collect()
-        };
-        let rows = along(0, &|at| gathered[at].as_dvec4());
-        let columns = along(1, &|at| rows[at].map_or(DVec4::ZERO, |judged| judged.value));
-        // A decision of the rows is in all pixels of a column.
-        let reach = (radius + 0.5) as usize;
-        let width = SIZE[0] as usize;
-        let expected: Vec<_> = (0..columns.len())
-            .map(|at| {
-                let of_rows = (0..=2 * reach)
-                    .filter_map(|step| (at + step * width).checked_sub(reach * width))
-                    .filter_map(|at| rows.get(at).copied().flatten())
-                    .map(|judged| judged.least_margin);
-                let lesser = |a: f64, b: f64| if b < a { b } else { a };
-                let least = of_rows.fold(f64::INFINITY, lesser);
-                columns[at].map(|judged| Judged {
-                    least_margin: judged.least_margin.min(least),
-                    ..judged
-                })
-            })
-            .collect();
+        let gathered: Vec<DVec4> = gathered.iter().map(|light| light.as_dvec4()).collect();
+        let expected = blurred(&now, &gathered, radius);
         let (difference, clear) = compare(&now.light, &expected);
         println!("{pairs:?}: off by {difference:.1e}, clear {clear:.3}");
         assert!(difference <= TOLERANCE, "{pairs:?}: off by {difference}");
         assert!(clear > 0.7, "{pairs:?}: {clear}");
     }
+}
+
+/// Light that one pixel gathers alone, without a window and without history, is blurred too.
+#[test]
+fn raw_cones_are_blurred() {
+    let gpu = gpu();
+    let raw = ["resolution=32", "gather=cones", "interleave=1"];
+    let scene = small_room(Surfaces::Diffuse, vec![small_lights()[0].1]);
+    let draw = |more: &[&str]| {
+        let entry = find("voxel-mips").unwrap();
+        let mut shown = Shown::by(entry, &gpu, scene.clone(), &[&raw[..], more].concat());
+        let camera = shown.camera;
+        let now = shown.draw(&camera);
+        let stats = shown.renderer.render(&camera).unwrap();
+        (now, stats.passes)
+    };
+    let (alone, _) = draw(&[]);
+    let (now, passes) = draw(&["blur=even", "blur_radius=3"]);
+    let has = |name| passes.iter().any(|pass| pass.name == name);
+    assert!(has("cone.gather") && has("screen.blur"));
+    assert!(!has("gi.deinterleave") && !has("screen.history"));
+    let expected = blurred(&alone, &alone.light, 3.0);
+    let brightest = alone.light.iter().map(|light| light.max_element()).worst();
+    let (difference, clear) = compare(&now.light, &expected);
+    let (unblurred, _) = compare(&alone.light, &expected);
+    println!("off by {difference:.1e} of {brightest:.2}, clear {clear:.3}");
+    assert!(difference <= TOLERANCE * brightest, "off by {difference}");
+    assert!(
+        clear > 0.7 && unblurred > 0.01 * brightest,
+        "{clear}, {unblurred}"
+    );
 }
 
 /// Without history there is none, and the first frame with it is as without; so are those after a

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::support::program::{Ran, check_error, lumivox, words};
+use crate::support::program::{Ran, check_error, command, lumivox, words};
 use serde_json::Value;
 
 const SMALL: &str = "--size 32x24";
@@ -92,6 +92,66 @@ fn frames_show_what_the_path_says() {
     assert_eq!(bytes("l.exr"), bytes("n_2.exr"));
 }
 
+/// A report says how the scene goes on, the same of all three commands. Files behind the last frame
+/// are told, and what is compared.
+#[test]
+fn reports_say_what_was_shown() {
+    let place = tempfile::tempdir().unwrap();
+    let folder = place.path();
+    write_moving_scene(folder);
+    let path = "--fps 4 --time 0.25 --pan -2";
+    let of = format!("moving.toml {SMALL} {path} --report r.json");
+    let sequence = |name: &str| json(folder, name)["sequence"].clone();
+    let expected = |frames: u32, last_time_s: f64| {
+        let (fps, pan_deg, dolly_m) = (4.0, -2.0, 0.0);
+        serde_json::json!({ "frames": frames, "fps": fps, "last_time_s": last_time_s,
+            "pan_deg": pan_deg, "dolly_m": dolly_m })
+    };
+    let render = format!("render {of} --technique none --shadow-resolution 64 --frames");
+    done(folder, &format!("{render} 3 -o t_#.exr"));
+    assert_eq!(sequence("r.json"), expected(3, 0.75));
+    done(
+        folder,
+        &format!("reference {of} --spp 1 --frames 3 -o r_#.exr"),
+    );
+    assert_eq!(sequence("r.json"), expected(3, 0.75));
+    let shorter = run(folder, &format!("{render} 2 -o t_#.exr"));
+    assert!(shorter.stderr.contains("t_2.exr"), "{}", shorter.stderr);
+    let compare = format!("compare t_#.exr r_#.exr --scene moving.toml {path} --report r.json");
+    let mut command = command();
+    command.args(words(&compare)).current_dir(folder);
+    let said = command.output().unwrap().stdout;
+    assert!(said.starts_with(b"3 frames, t_0.exr to t_2.exr\n"));
+    assert_eq!(sequence("r.json"), expected(3, 0.75));
+    std::fs::remove_file(folder.join("t_2.exr")).unwrap();
+    let ran = run(folder, &format!("{render} 2 -o t_#.exr"));
+    assert!(!ran.stderr.contains("t_2.exr"), "{}", ran.stderr);
+    done(folder, &compare);
+    assert_eq!(sequence("r.json"), expected(2, 0.5));
+    done(folder, &format!("{render} 1 -o t.exr"));
+    assert_eq!(sequence("r.json"), Value::Null);
+}
+
+/// Pixels that share nothing of their different directions are told.
+#[test]
+fn patterns_that_stay_are_told() {
+    let place = tempfile::tempdir().unwrap();
+    let folder = place.path();
+    let line = format!(
+        "render bundled:cornell {SMALL} --technique voxel-mips --set resolution=16 --set \
+         interleave_window=off -o p.exr"
+    );
+    for (more, is_told) in [
+        ("", true),
+        (" --set blur=even", false),
+        (" --set interleave=1", false),
+    ] {
+        let ran = run(folder, &format!("{line}{more}"));
+        assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+        assert_eq!(ran.stderr.contains("which is noise"), is_told, "{more}");
+    }
+}
+
 /// A change that is shown by halves, planted: error, lag and the share that is shown fall and rise
 /// with it, and the chart and the report are written.
 #[test]
@@ -173,7 +233,9 @@ fn wrong_sequences_are_told() {
         ),
         ("compare t_#.exr t_#.exr --before t_0.exr", &["required"]),
         ("RENDER --pan NaN -o a.exr", &["--pan is NaN"]),
-        ("RENDER --fps 0 -o a.exr", &["--fps is 0"]),
+        ("RENDER --fps 0 -o a.exr", &["--fps is 0", "0.001 to"]),
+        ("RENDER --fps 1e-39 -o a.exr", &["--fps is", "0.001 to"]),
+        ("RENDER --dolly 1e38 -o a.exr", &["--dolly is", "to 10000"]),
         ("RENDER -o a_#_#.exr", &["a_#_#.exr", "one run of #"]),
         (
             "RENDER --frames 2 --reference t_1.exr -o t_#.exr",

@@ -1,4 +1,4 @@
-//! Pictures of given light, and what each pixel of them sees.
+//! Pictures of given light or of a technique's, and what each pixel of them sees.
 
 use super::compare::Worst as _;
 use super::given::GIVEN;
@@ -8,6 +8,7 @@ use super::technique::{Builder, frame};
 use super::{Random, ValidatedGpu};
 use glam::{DVec2, DVec3, DVec4, Vec3};
 use lumivox::frame::Renderer;
+use lumivox::gi::entry::Entry;
 use lumivox::gi::shared::screen::oracle::{Judged, Limits, Moved, Seen};
 use lumivox::image::Aov;
 use lumivox::render::SurfaceChannel;
@@ -22,7 +23,7 @@ pub const UNDECIDED: f64 = 3e-3;
 /// Largest difference of light of about 1.
 pub const TOLERANCE: f64 = 1e-4;
 
-/// A renderer of given light.
+/// A renderer of small pictures.
 pub struct Shown<'g> {
     /// Draws it.
     pub renderer: Renderer<'g>,
@@ -68,12 +69,17 @@ pub fn position(camera: &Camera, place: DVec2, depth_m: f64) -> DVec3 {
 }
 
 impl<'g> Shown<'g> {
-    /// With these settings.
+    /// Of given light, with these settings.
     pub fn new(gpu: &'g ValidatedGpu, scene: Scene, pairs: &[&str]) -> Self {
-        let settings = GIVEN.settings(None, pairs).unwrap();
+        Shown::by(&GIVEN, gpu, scene, pairs)
+    }
+
+    /// By a technique, with these settings.
+    pub fn by(entry: &'static Entry, gpu: &'g ValidatedGpu, scene: Scene, pairs: &[&str]) -> Self {
+        let settings = entry.settings(None, pairs).unwrap();
         let [width, height] = SIZE;
         let (renderer, _) =
-            Renderer::new(gpu, &scene, &GIVEN, &settings, frame(width, height, 8)).unwrap();
+            Renderer::new(gpu, &scene, entry, &settings, frame(width, height, 8)).unwrap();
         let camera = scene.camera;
         Shown {
             renderer,

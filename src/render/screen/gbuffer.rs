@@ -167,6 +167,13 @@ impl GBuffer {
         })
     }
 
+    /// [`GBuffer::motion`], for a stage for which the G-buffer was made with it.
+    pub(crate) fn motion_asked_for(&self) -> &Arc<Image> {
+        self.motion
+            .as_ref()
+            .unwrap_or_else(|| unreachable!("a stage that reads motion asks for it"))
+    }
+
     /// Keeps where the dynamic models are, for motion; called before they move. The pose of the
     /// frame before is the one that it showed, however often they move until the next.
     pub(crate) fn keep_pose(&mut self, gpu: &Gpu, scene: &GpuScene) -> Result<FrameStats, Error> {

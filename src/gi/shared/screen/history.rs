@@ -7,7 +7,10 @@ use bytemuck::Zeroable;
 use super::ScreenSettings;
 use super::relight::Change;
 use crate::gpu_struct;
-use crate::graph::{Access, Binding, Error, Frame, Gpu, Image, Pass, Sets, Shaders, vk};
+use crate::graph::pass::join;
+use crate::graph::{
+    Access, Binding, Error, Frame, Gpu, Image, Pass, PassBuilder, Sets, Shaders, vk,
+};
 use crate::render::{FrameConstants, GBuffer, screen_groups, screen_image, screen_image_of};
 use crate::shader::GpuStruct;
 
@@ -39,6 +42,18 @@ gpu_struct! {
     }
 }
 
+/// What all passes of history bind.
+const COMMON: [Binding; 8] = [
+    Binding::sampled("view_depth", Access::ComputeSampled),
+    Binding::sampled("normals", Access::ComputeSampled),
+    Binding::sampled("motion", Access::ComputeSampled),
+    Binding::sampled("gathered", Access::ComputeSampled),
+    Binding::sampled("light_before", Access::ComputeSampled),
+    Binding::sampled("guide_before", Access::ComputeSampled),
+    Binding::sampled("change", Access::ComputeSampled),
+    Binding::image("light_now", Access::ComputeWrite),
+];
+
 const fn history_pass(
     name: &'static str,
     module: &'static str,
@@ -59,36 +74,21 @@ const fn history_pass(
 pub static HISTORY: Pass = history_pass(
     "screen.history",
     "gi/shared/screen/history.comp",
-    &[
-        Binding::sampled("view_depth", Access::ComputeSampled),
-        Binding::sampled("normals", Access::ComputeSampled),
-        Binding::sampled("motion", Access::ComputeSampled),
-        Binding::sampled("gathered", Access::ComputeSampled),
-        Binding::sampled("light_before", Access::ComputeSampled),
-        Binding::sampled("guide_before", Access::ComputeSampled),
-        Binding::sampled("change", Access::ComputeSampled),
-        Binding::image("light_now", Access::ComputeWrite),
-        Binding::image("guide_now", Access::ComputeWrite),
-    ],
+    &join::<8, 1, 9>(COMMON, [Binding::image("guide_now", Access::ComputeWrite)]),
 );
 
 /// The same, and the mean of the luminance over frames and of its square.
 pub static HISTORY_MOMENTS: Pass = history_pass(
     "screen.history",
     "gi/shared/screen/history_moments.comp",
-    &[
-        Binding::sampled("view_depth", Access::ComputeSampled),
-        Binding::sampled("normals", Access::ComputeSampled),
-        Binding::sampled("motion", Access::ComputeSampled),
-        Binding::sampled("gathered", Access::ComputeSampled),
-        Binding::sampled("light_before", Access::ComputeSampled),
-        Binding::sampled("guide_before", Access::ComputeSampled),
-        Binding::sampled("change", Access::ComputeSampled),
-        Binding::image("light_now", Access::ComputeWrite),
-        Binding::image("guide_now", Access::ComputeWrite),
-        Binding::sampled("moments_before", Access::ComputeSampled),
-        Binding::image("moments_now", Access::ComputeWrite),
-    ],
+    &join::<8, 3, 11>(
+        COMMON,
+        [
+            Binding::image("guide_now", Access::ComputeWrite),
+            Binding::sampled("moments_before", Access::ComputeSampled),
+            Binding::image("moments_now", Access::ComputeWrite),
+        ],
+    ),
 );
 
 /// The same of mirrored light, which weighs fewer frames where the eye moves and the lobe is
@@ -96,17 +96,7 @@ pub static HISTORY_MOMENTS: Pass = history_pass(
 pub static HISTORY_MIRRORED: Pass = history_pass(
     "screen.history_mirrored",
     "gi/shared/screen/history_mirrored.comp",
-    &[
-        Binding::sampled("view_depth", Access::ComputeSampled),
-        Binding::sampled("normals", Access::ComputeSampled),
-        Binding::sampled("motion", Access::ComputeSampled),
-        Binding::sampled("gathered", Access::ComputeSampled),
-        Binding::sampled("light_before", Access::ComputeSampled),
-        Binding::sampled("guide_before", Access::ComputeSampled),
-        Binding::sampled("change", Access::ComputeSampled),
-        Binding::image("light_now", Access::ComputeWrite),
-        Binding::sampled("albedo", Access::ComputeSampled),
-    ],
+    &join::<8, 1, 9>(COMMON, [Binding::sampled("albedo", Access::ComputeSampled)]),
 );
 
 /// What history weighs at most while lights change, and nothing says where (frames).
@@ -200,19 +190,9 @@ impl History {
                 .bind("moments_now", now),
             None => frame.pass(&HISTORY),
         };
-        pass.bind("view_depth", &gbuffer.view_depth)
-            .bind("normals", &gbuffer.normals)
-            .bind(
-                "motion",
-                gbuffer.motion.as_ref().unwrap_or(&gbuffer.view_depth),
-            )
+        self.bind(pass, gbuffer, change)
             .bind("gathered", gathered)
             .bind("light_before", &before.light)
-            .bind("guide_before", &before.guide)
-            .bind(
-                "change",
-                change.map_or(&before.light, |change| change.image),
-            )
             .bind("light_now", &now.light)
             .bind("guide_now", &now.guide)
             .push(&self.params(change, settings))
@@ -228,31 +208,34 @@ impl History {
         (mirrored, change): (&Arc<Image>, Option<&Change<'_>>),
         settings: &ScreenSettings,
     ) -> Arc<Image> {
-        let before = &self.kept[1 - self.now];
-        let images = (&self.kept[self.now].mirrored, &before.mirrored);
-        let (Some(now), Some(light_before)) = images else {
+        let [now, before] = [self.now, 1 - self.now].map(|at| self.kept[at].mirrored.as_ref());
+        let (Some(now), Some(light_before)) = (now, before) else {
             return Arc::clone(mirrored);
         };
-        frame
-            .pass(&HISTORY_MIRRORED)
-            .bind("view_depth", &gbuffer.view_depth)
-            .bind("normals", &gbuffer.normals)
-            .bind(
-                "motion",
-                gbuffer.motion.as_ref().unwrap_or(&gbuffer.view_depth),
-            )
+        self.bind(frame.pass(&HISTORY_MIRRORED), gbuffer, change)
             .bind("gathered", mirrored)
             .bind("light_before", light_before)
-            .bind("guide_before", &before.guide)
-            .bind(
-                "change",
-                change.map_or(&before.light, |change| change.image),
-            )
             .bind("light_now", now)
             .bind("albedo", &gbuffer.albedo)
             .push(&self.params(change, settings))
             .dispatch(screen_groups(gbuffer.size));
         Arc::clone(now)
+    }
+
+    /// Binds what all passes of history read of this frame and of the one before.
+    fn bind<'f>(
+        &self,
+        pass: PassBuilder<'f>,
+        gbuffer: &GBuffer,
+        change: Option<&Change<'_>>,
+    ) -> PassBuilder<'f> {
+        let before = &self.kept[1 - self.now];
+        let unchanged = &before.light;
+        pass.bind("view_depth", &gbuffer.view_depth)
+            .bind("normals", &gbuffer.normals)
+            .bind("motion", gbuffer.motion_asked_for())
+            .bind("guide_before", &before.guide)
+            .bind("change", change.map_or(unchanged, |change| change.image))
     }
 
     fn params(&self, change: Option<&Change<'_>>, settings: &ScreenSettings) -> HistoryParams {

@@ -163,10 +163,7 @@ impl Relight {
             .pass(&REMEMBER)
             .bind("view_depth", &gbuffer.view_depth)
             .bind("normals", &gbuffer.normals)
-            .bind(
-                "motion",
-                gbuffer.motion.as_ref().unwrap_or(&gbuffer.view_depth),
-            )
+            .bind("motion", gbuffer.motion_asked_for())
             .bind("gathered", gather.gathered())
             .bind("kept_depth", &picked.view_depth)
             .bind("kept_normals", &picked.normals)

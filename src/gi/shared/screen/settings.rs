@@ -226,6 +226,14 @@ impl ScreenSettings {
         }
     }
 
+    /// Whether pixels of a tile gather along different directions and share nothing.
+    pub fn shows_patterns(&self) -> bool {
+        self.pattern.count() > 1
+            && !self.has_window
+            && self.longest_history == 0
+            && self.blur == Blurring::Off
+    }
+
     /// Frames until a picture of what stands still is as it stays: half of what history may weigh
     /// is there.
     pub fn frames_to_rest(&self) -> u32 {
