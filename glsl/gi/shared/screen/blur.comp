@@ -17,7 +17,7 @@ layout(set = 1, binding = 4, rgba32f) uniform restrict writeonly image2D blurred
 
 layout(push_constant) uniform BlurParams {
     uint axis;               // 0: rows, 1: columns
-    float radius;            // of a pixel with one direction [px]
+    float radius;            // of a pixel with at most four directions [px]
     float least_radius;      // [px]
     float directions;        // of a pixel, in a frame
     float plane_tolerance;   // [footprints]
@@ -32,7 +32,8 @@ float radius_of(ivec2 pixel) {
         float weight = uintBitsToFloat(texelFetch(usampler2D(guide, nearest_clamp), pixel, 0).w);
         if (IS_ADAPTIVE) frames = max(weight, 1.0);
     }
-    return max(params.radius / sqrt(frames * params.directions), params.least_radius);
+    float directions = frames * params.directions;
+    return max(params.radius * min(1.0, 4.0 / directions), params.least_radius);
 }
 
 // One fetch where there is a guide, and two where there is none.

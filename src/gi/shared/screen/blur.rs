@@ -13,7 +13,7 @@ gpu_struct! {
     pub struct BlurParams {
         /// 0 along rows, 1 along columns.
         pub axis: u32,
-        /// Of a pixel with one direction (px).
+        /// Of a pixel with at most four directions (px).
         pub radius: f32,
         /// The smallest (px).
         pub least_radius: f32,

@@ -52,7 +52,7 @@ pub static SETTINGS: &[Setting] = &[
     },
     Setting {
         name: "blur_radius",
-        help: "radius of an even blur, and of an adaptive one of one direction a pixel",
+        help: "radius of an even blur, and of an adaptive one of up to four directions a pixel",
         unit: "px",
         domain: Domain::Number {
             min: 0.5,

@@ -6,9 +6,9 @@ use super::super::blur::LEAST_RADIUS;
 use super::{Judged, Limits, Picture, Seen};
 
 /// Radius (px) of an adaptive blur where the light is the mean of this many directions; `radius`
-/// for one.
+/// for up to four.
 pub fn adaptive_radius(radius: f64, directions: f64) -> f64 {
-    (radius / directions.sqrt()).max(f64::from(LEAST_RADIUS).min(radius))
+    (radius * (4.0 / directions).min(1.0)).max(f64::from(LEAST_RADIUS).min(radius))
 }
 
 /// Mean of a pixel's row (`axis` 0) or column (1) around it, over pixels on its own surface, by a
@@ -66,6 +66,7 @@ mod tests {
         let found = blur([1, 0], 0, 1.0, &row, LIMITS).value;
         assert!((found.x - expected).abs() < 1e-12);
         assert_eq!(blur([1, 0], 1, 1.0, &row, LIMITS).value, DVec4::splat(3.0));
+        assert_eq!(adaptive_radius(8.0, 3.0), 8.0);
         assert_eq!(adaptive_radius(8.0, 16.0), 2.0);
         assert_eq!(adaptive_radius(8.0, 1e6), 0.5);
     }
