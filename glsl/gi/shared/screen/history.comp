@@ -46,8 +46,11 @@ layout(push_constant) uniform HistoryParams {
 #include "shared/ggx.glsl"
 #include "gi/shared/screen/luminance.glsl"
 
-// Less than this of a bilinear sample is no history; a small part of one weighs less.
-const float LEAST_KEPT = 1e-3, WHOLE_KEPT = 0.05;
+// Less than this of a bilinear sample is no history.
+const float LEAST_KEPT = 1e-3;
+
+// Light slides along the edge of a surface by no more, in the mean of frames [px].
+const float LONGEST_SLIDE_PX = 0.5;
 
 // Cosine of the largest turn of a surface from frame to frame.
 const float LEAST_TURNED = -0.8;
@@ -116,6 +119,7 @@ History find_history(ivec2 pixel, Surface surface) {
     vec3 position = position_before(place, moved.z);
     vec2 corner = floor(place - 0.5), share = place - 0.5 - corner;
     float kept = 0.0;
+    vec2 aside_px = vec2(0.0);
     for (int i = 0; i < 4; ++i) {
         ivec2 step = ivec2(i & 1, i >> 1), tap = ivec2(corner) + step;
         if (any(lessThan(tap, ivec2(0))) || any(greaterThanEqual(tap, ivec2(size)))) continue;
@@ -138,11 +142,14 @@ History find_history(ivec2 pixel, Surface surface) {
         found.weights += part * uintBitsToFloat(guide.wy);
 #endif
         kept += part;
+        aside_px += part * (vec2(step) - share);
     }
     if (kept < LEAST_KEPT) return History(vec4(0.0), vec2(0.0), vec2(0.0));
     found.light /= kept;
     found.moments /= kept;
-    found.weights *= min(kept / WHOLE_KEPT, 1.0) / kept;
+    // Pixels of the other surface are missing, so the mean of the rest is of a place beside this one.
+    float slid_px = length(aside_px) / kept;
+    found.weights = min(found.weights / kept, vec2(LONGEST_SLIDE_PX / max(slid_px, 1e-4)));
     vec4 changed = changed_light(place);
     float brighter = luminance_of(changed.rgb);
 #ifdef MIRRORED

@@ -29,6 +29,9 @@ pub struct KeptPixel {
 /// Cosine of the largest turn of a surface from frame to frame.
 const LEAST_TURNED: f64 = -0.8;
 
+/// Light slides along the edge of a surface by no more, in the mean of frames (px).
+const LONGEST_SLIDE_PX: f64 = 0.5;
+
 /// The same surface in the frame before, and how far it is from having turned too much: what has
 /// moved is turned by the smallest angle that turns its shading normal to what it was.
 fn turned_back(seen: &Seen, moved: &Moved) -> (Seen, f64) {
@@ -96,8 +99,8 @@ pub fn history(
     before: &Picture<'_, KeptPixel>,
     (limits, terms): (Limits, Terms),
 ) -> Judged<(DVec4, [f64; 2])> {
-    let (mut found, mut weights, mut kept, mut least_margin) =
-        (DVec4::ZERO, DVec2::ZERO, 0.0, f64::INFINITY);
+    let (mut found, mut weights, mut kept, mut aside_px, mut least_margin) =
+        (DVec4::ZERO, DVec2::ZERO, 0.0, DVec2::ZERO, f64::INFINITY);
     if let Some(moved) = moved {
         let (there, known) = turned_back(seen, moved);
         least_margin = least_margin.min(known.abs());
@@ -115,6 +118,7 @@ pub fn history(
                 found += part * tap.light;
                 weights += part * DVec2::from(tap.weights);
                 kept += part;
+                aside_px += part * (DVec2::new(x as f64, y as f64) - share);
             }
         }
         if kept > 0.0 {
@@ -124,7 +128,11 @@ pub fn history(
     }
     let is_kept = kept >= 1e-3;
     let (found, weights) = match is_kept {
-        true => (found / kept, weights / kept * (kept / 0.05).min(1.0)),
+        true => {
+            let slid_px = (aside_px / kept).length().max(1e-4);
+            let longest = DVec2::splat(LONGEST_SLIDE_PX / slid_px);
+            (found / kept, (weights / kept).min(longest))
+        }
         false => (DVec4::ZERO, DVec2::ZERO),
     };
     let found = (found.truncate() * terms.factor).extend(found.w);
@@ -149,7 +157,7 @@ mod tests {
     use super::*;
 
     /// By hand: a place a quarter of the way from one pixel to the next; half a footprint off the
-    /// plane is on it, two are not, and what stays of the sample weighs as all of it.
+    /// plane is on it, two are not, and what stays of the sample weighs less.
     #[test]
     fn a_sample_by_hand() {
         let kept = |height: f64, light: f64, weight: f64| {
@@ -186,8 +194,8 @@ mod tests {
         let light = |rgb: f64, visibility: f64| DVec3::splat(rgb).extend(visibility);
         // ¾ · 4 + ¼ · 8 = 5, with weight 4: (1 + 4 · 5) / 5; with weight 2: (1 + 2 · 5) / 3.
         assert_eq!(of(0.0, 0.0), (light(4.2, 11.0 / 3.0), [5.0, 3.0]));
-        // The first alone: (1 + 3 · 4) / 4, (1 + 1.5 · 4) / 2.5.
-        assert_eq!(of(0.2, 0.0), (light(3.25, 2.8), [4.0, 2.5]));
+        // The first alone, a quarter of a pixel beside, weighs ½ / ¼: (1 + 2 · 4) / 3, (1 + 1.5 · 4) / 2.5.
+        assert_eq!(of(0.2, 0.0), (light(3.0, 2.8), [3.0, 2.5]));
         // A change of .2 leaves .3 / .2 − .3 = 1.2 frames of light: (1 + 1.2 · 5) / 2.2.
         let (found, weights) = of(0.0, 0.2);
         let expected = light(7.0 / 2.2, 11.0 / 3.0);
