@@ -150,8 +150,9 @@ impl<'g> Moving<'g> {
     }
 }
 
-/// Directions of a pixel, at least, where it has a number of them.
-const DIRECTIONS: u32 = 16;
+/// Directions of a pixel, where it has a number of them: the first that it may have. With 16 the
+/// figure is mostly noise.
+const DIRECTIONS: [u32; 3] = [64, 32, 16];
 
 /// Every so many frames are looked at.
 const STRIDE: usize = 4;
@@ -205,19 +206,17 @@ fn ghost(trial: &Trial<'_>, speed_px: f64) -> Result<Vec<f64>, StressError> {
 /// error, and with more directions, where a technique has so many: less noise, the same history.
 fn settings_of_ghosts(trial: &Trial<'_>) -> Result<Settings, StressError> {
     let plain = trial.settings_with(&["blur=off"])?;
-    let few = (trial.entry.directions_setting)(&plain).filter(|name| {
-        plain
-            .find_count(name)
-            .is_some_and(|count| count < DIRECTIONS)
-    });
-    let many = few.map(|name| {
-        let trial = Trial {
-            settings: &plain,
-            ..*trial
-        };
-        trial.settings_with(&[&format!("{name}={DIRECTIONS}")])
-    });
-    Ok(many.and_then(Result::ok).unwrap_or(plain))
+    let Some(name) = (trial.entry.directions_setting)(&plain) else {
+        return Ok(plain);
+    };
+    let trial = Trial {
+        settings: &plain,
+        ..*trial
+    };
+    let has_fewer = |count: &u32| plain.find_count(name).is_some_and(|own| own < *count);
+    let mut many = (DIRECTIONS.into_iter().filter(has_fewer))
+        .filter_map(|count| trial.settings_with(&[&format!("{name}={count}")]).ok());
+    Ok(many.next().unwrap_or_else(|| plain.clone()))
 }
 
 /// A pixel of a bilinear sample, and its weight in it.

@@ -50,7 +50,7 @@ layout(push_constant) uniform HistoryParams {
 const float LEAST_KEPT = 1e-3;
 
 // Light slides along the edge of a surface by no more, in the mean of frames [px].
-const float LONGEST_SLIDE_PX = 0.5;
+const float LONGEST_SLIDE_PX = 1.0;
 
 // Cosine of the largest turn of a surface from frame to frame.
 const float LEAST_TURNED = -0.8;

@@ -30,7 +30,7 @@ pub struct KeptPixel {
 const LEAST_TURNED: f64 = -0.8;
 
 /// Light slides along the edge of a surface by no more, in the mean of frames (px).
-const LONGEST_SLIDE_PX: f64 = 0.5;
+const LONGEST_SLIDE_PX: f64 = 1.0;
 
 /// The same surface in the frame before, and how far it is from having turned too much: what has
 /// moved is turned by the smallest angle that turns its shading normal to what it was.
@@ -194,13 +194,38 @@ mod tests {
         let light = |rgb: f64, visibility: f64| DVec3::splat(rgb).extend(visibility);
         // ¾ · 4 + ¼ · 8 = 5, with weight 4: (1 + 4 · 5) / 5; with weight 2: (1 + 2 · 5) / 3.
         assert_eq!(of(0.0, 0.0), (light(4.2, 11.0 / 3.0), [5.0, 3.0]));
-        // The first alone, a quarter of a pixel beside, weighs ½ / ¼: (1 + 2 · 4) / 3, (1 + 1.5 · 4) / 2.5.
-        assert_eq!(of(0.2, 0.0), (light(3.0, 2.8), [3.0, 2.5]));
+        // The first alone, a quarter of a pixel beside, may weigh 4: (1 + 3 · 4) / 4 and
+        // (1 + 1.5 · 4) / 2.5.
+        assert_eq!(of(0.2, 0.0), (light(3.25, 2.8), [4.0, 2.5]));
         // A change of .2 leaves .3 / .2 − .3 = 1.2 frames of light: (1 + 1.2 · 5) / 2.2.
         let (found, weights) = of(0.0, 0.2);
         let expected = light(7.0 / 2.2, 11.0 / 3.0);
         assert!((found - expected).abs().max_element() < 1e-12, "{found}");
         assert!((weights[0] - 2.2).abs() < 1e-12 && weights[1] == 3.0);
+    }
+
+    /// By hand: what a surface shows a quarter of the sample, ¾ of a pixel beside, weighs 1 / ¾.
+    #[test]
+    fn light_beside_the_place_weighs_less() {
+        let kept = KeptPixel {
+            seen: seen(0.0),
+            light: DVec4::splat(8.0),
+            weights: [9.0, 1.0],
+        };
+        let before = Picture {
+            size: [2, 1],
+            pixels: &[None, Some(kept)],
+        };
+        let moved = Moved {
+            place: DVec2::new(0.75, 0.5),
+            position: DVec3::ZERO,
+            turned: None,
+        };
+        let limits = (LIMITS, terms(32.0));
+        let (light, weights) = history(&seen(0.0), DVec4::ONE, Some(&moved), &before, limits).value;
+        assert!((weights[0] - 7.0 / 3.0).abs() < 1e-12 && weights[1] == 2.0);
+        assert!((light.x - (1.0 + 8.0 * 4.0 / 3.0) / (7.0 / 3.0)).abs() < 1e-12);
+        assert_eq!(light.w, 4.5);
     }
 
     fn terms(longest: f64) -> Terms {
