@@ -471,6 +471,7 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     ("test/given.comp", include_bytes!("../../spirv/test/given.comp.spv")),
     ("test/material.comp", include_bytes!("../../spirv/test/material.comp.spv")),
     ("test/quad.vert", include_bytes!("../../spirv/test/quad.vert.spv")),
+    ("test/rays.comp", include_bytes!("../../spirv/test/rays.comp.spv")),
     ("test/sample3d.comp", include_bytes!("../../spirv/test/sample3d.comp.spv")),
     ("test/sh.comp", include_bytes!("../../spirv/test/sh.comp.spv")),
     ("test/store3d.comp", include_bytes!("../../spirv/test/store3d.comp.spv")),
