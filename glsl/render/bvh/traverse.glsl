@@ -23,11 +23,11 @@ uint put_off[BVH_STACK];
 uint put_off_keys[BVH_STACK];
 uint put_off_count;
 
-// The box that was put off last and is entered before `t`, or DONE.
+// The box that was put off last and is entered by `t`, or DONE.
 uint take_back(float t) {
     while (put_off_count > 0u) {
         --put_off_count;
-        if (uintBitsToFloat(put_off_keys[put_off_count]) < t) return put_off[put_off_count];
+        if (uintBitsToFloat(put_off_keys[put_off_count]) <= t) return put_off[put_off_count];
     }
     return DONE;
 }
@@ -105,6 +105,12 @@ bool meets_triangle(uint triangle, vec3 origin, vec3 direction, out float t, out
     return determinant != 0.0 && u >= 0.0 && w >= 0.0 && sum <= 1.0 && along > 0.0;
 }
 
+// Of two triangles as near, the first counts, in whatever order a hierarchy has them.
+bool is_nearer(float t, uint triangle, RayHit hit) {
+    if (t == hit.t) return hit.triangle != NO_TRIANGLE && triangle < hit.triangle;
+    return t < hit.t;
+}
+
 // A ray from `origin` up to `t_max` that leaves the triangle `leaves`, and so cannot hit it, nor
 // `target`. With `any`, some hit; otherwise the nearest.
 RayHit traverse(
@@ -122,7 +128,8 @@ RayHit traverse(
                 uint word = bvh_triangles[slot], triangle = word & 0x7fffffffu;
                 float t;
                 vec2 at;
-                if (!meets_triangle(triangle, origin, direction, t, at) || t >= hit.t) continue;
+                if (!meets_triangle(triangle, origin, direction, t, at)) continue;
+                if (!is_nearer(t, triangle, hit)) continue;
                 if (triangle == leaves || triangle == target) continue;
                 if (BVH_MASKS != 0u) {
                     if (word >= 0x80000000u && !is_solid(triangle, at)) continue;

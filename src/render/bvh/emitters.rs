@@ -31,33 +31,23 @@ pub struct EmissiveTriangles {
     pub densities: Arc<Buffer>,
     /// Number of rows.
     pub count: u32,
+    /// Mean emitted luminance of each material (W/(m² sr)).
+    luminances: Vec<f64>,
 }
 
 impl EmissiveTriangles {
     /// Of a scene as it is on the device.
     pub fn new(gpu: &Gpu, scene: &GpuScene) -> Result<Self, Error> {
-        let materials: Vec<GpuMaterial> =
-            bytemuck::pod_collect_to_vec(&gpu.read_buffer(&scene.buffers.materials)?);
-        let mut luminances = Vec::with_capacity(materials.len());
-        for (index, textures) in scene.material_textures.iter().enumerate() {
-            let [red, green, blue, _] = materials[index].emission;
-            let emission = Vec3::new(red, green, blue);
-            let tint = match textures[1] {
-                Some(texture) if emission != Vec3::ZERO => mean(gpu, scene, texture as usize)?,
-                _ => Vec3::ONE,
-            };
-            luminances.push(f64::from(luminance(emission * tint)));
-        }
-        let geometry = Geometry::read(gpu, scene)?;
-        let powers: Vec<(u32, f64)> = (0..geometry.triangles.len() as u32)
-            .filter_map(|triangle| {
-                let [a, b, c] = geometry.of(triangle);
-                let area = 0.5 * f64::from((b - a).cross(c - a).length());
-                let material = geometry.materials[triangle as usize];
-                let power = area * luminances[material as usize];
-                (power > 0.0).then_some((triangle, power))
-            })
-            .collect();
+        let luminances = if scene.is_emissive {
+            luminances(gpu, scene)?
+        } else {
+            Vec::new()
+        };
+        EmissiveTriangles::of(gpu, scene, luminances)
+    }
+
+    fn of(gpu: &Gpu, scene: &GpuScene, luminances: Vec<f64>) -> Result<Self, Error> {
+        let powers = powers(gpu, scene, &luminances)?;
         let total: f64 = powers.iter().map(|(_, power)| power).sum();
         let density = |luminance: &f64| if total > 0.0 { luminance / total } else { 0.0 } as f32;
         let densities: Vec<f32> = luminances.iter().map(density).collect();
@@ -67,8 +57,55 @@ impl EmissiveTriangles {
             rows: buffer("bvh.emitters", cast_slice(&rows))?,
             densities: buffer("bvh.emitter_densities", cast_slice(&densities))?,
             count: rows.len() as u32,
+            luminances,
         })
     }
+
+    /// Brings the table up to where models are that emit.
+    pub fn follow(&mut self, gpu: &Gpu, scene: &GpuScene) -> Result<(), Error> {
+        let moves =
+            |(material, luminance): (u32, &f64)| *luminance > 0.0 && scene.is_dynamic(material);
+        if (0..).zip(&self.luminances).any(moves) {
+            let luminances = std::mem::take(&mut self.luminances);
+            *self = EmissiveTriangles::of(gpu, scene, luminances)?;
+        }
+        Ok(())
+    }
+}
+
+/// Mean emitted luminance of each material (W/(m² sr)).
+fn luminances(gpu: &Gpu, scene: &GpuScene) -> Result<Vec<f64>, Error> {
+    let materials: Vec<GpuMaterial> =
+        bytemuck::pod_collect_to_vec(&gpu.read_buffer(&scene.buffers.materials)?);
+    let of = |(material, textures): (&GpuMaterial, &[Option<u32>; 4])| {
+        let [red, green, blue, _] = material.emission;
+        let emission = Vec3::new(red, green, blue);
+        let tint = match textures[1] {
+            Some(texture) if emission != Vec3::ZERO => mean(gpu, scene, texture as usize)?,
+            _ => Vec3::ONE,
+        };
+        Ok(f64::from(luminance(emission * tint)))
+    };
+    materials
+        .iter()
+        .zip(&scene.material_textures)
+        .map(of)
+        .collect()
+}
+
+/// Triangles that emit, and area times luminance of each (W/sr).
+fn powers(gpu: &Gpu, scene: &GpuScene, luminances: &[f64]) -> Result<Vec<(u32, f64)>, Error> {
+    if luminances.is_empty() {
+        return Ok(Vec::new());
+    }
+    let geometry = Geometry::read(gpu, scene)?;
+    let power = |(triangle, material): (u32, &u32)| {
+        let [a, b, c] = geometry.of(triangle);
+        let area = 0.5 * f64::from((b - a).cross(c - a).length());
+        let power = area * luminances[*material as usize];
+        (power > 0.0).then_some((triangle, power))
+    };
+    Ok((0..).zip(&geometry.materials).filter_map(power).collect())
 }
 
 /// The mean of a texture's texels, decoded.
@@ -84,7 +121,7 @@ fn mean(gpu: &Gpu, scene: &GpuScene, texture: usize) -> Result<Vec3, Error> {
         }
     };
     let decoded: [f64; 256] = std::array::from_fn(|value| decode(value as u8));
-    let texels = gpu.read_image(image, 0, 0)?;
+    let texels = gpu.read_texture(image)?;
     let (texels, _) = texels.as_chunks::<4>();
     let sum: DVec3 = texels
         .iter()

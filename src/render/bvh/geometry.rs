@@ -1,5 +1,7 @@
 //! The triangles of a scene on the device, on the host.
 
+use std::ops::Range;
+
 use glam::Vec3;
 
 use super::super::gpu_scene::GpuScene;
@@ -56,6 +58,16 @@ impl Geometry {
         groups
     }
 
+    /// The vertices of triangles, and those between them.
+    pub(super) fn vertices(&self, triangles: &[u32]) -> Range<usize> {
+        let all = || {
+            let triangles = triangles.iter();
+            triangles.flat_map(|triangle| self.triangles[*triangle as usize])
+        };
+        let first = all().min().unwrap_or(0) as usize;
+        first..all().max().map_or(first, |last| last as usize + 1)
+    }
+
     /// World-space corners of triangles (m).
     pub(super) fn corners(&self, triangles: &[u32]) -> Vec<[Vec3; 3]> {
         triangles.iter().map(|index| self.of(*index)).collect()
@@ -65,6 +77,18 @@ impl Geometry {
     pub(super) fn of(&self, triangle: u32) -> [Vec3; 3] {
         self.triangles[triangle as usize].map(|vertex| self.positions[vertex as usize])
     }
+}
+
+/// Positions of some vertices, as the device has them now (m).
+pub(super) fn positions_of(
+    gpu: &Gpu,
+    scene: &GpuScene,
+    vertices: &Range<usize>,
+) -> Result<Vec<Vec3>, Error> {
+    let row = size_of::<[f32; 3]>();
+    let (first, size) = ((row * vertices.start) as u64, (row * vertices.len()) as u64);
+    let positions: Vec<[f32; 3]> = rows(&gpu.read_part(&scene.buffers.positions, first, size)?);
+    Ok(positions.into_iter().map(Vec3::from).collect())
 }
 
 /// The whole rows of a buffer.

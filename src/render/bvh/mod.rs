@@ -13,12 +13,14 @@ mod wide;
 pub use emitters::{EmissiveTriangles, GpuEmitter};
 pub use wide::WideBvh;
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use bytemuck::cast_slice;
 use geometry::Geometry;
+use glam::Vec3;
 use textures::SceneTextures;
-use wide::{LEAF, MOST_TRIANGLES, NODE_WORDS, WIDTH};
+use wide::{LEAF, MOST_TRIANGLES, NODE_WORDS, WIDTH, has_area};
 
 use super::gpu_scene::{GpuScene, storage};
 use crate::graph::{Access, Binding, Buffer, Error, Gpu, Owner, PassBuilder};
@@ -41,9 +43,12 @@ const LONGEST_STACK: u32 = 1024;
 /// Set in the number of a triangle whose material has a mask.
 const MASKED: u32 = 1 << 31;
 
-/// A model that may move: its triangles, and where its nodes are.
+/// A model that may move, and where its nodes are.
 struct Moving {
-    triangles: Vec<u32>,
+    /// Its vertices.
+    vertices: Range<usize>,
+    /// Of each triangle, counted from the first of these.
+    triangles: Vec<[u32; 3]>,
     bvh: WideBvh,
     first_node: usize,
     first_triangle: usize,
@@ -57,6 +62,7 @@ pub struct SceneRays {
     textures: SceneTextures,
     stack: u32,
     root_count: u32,
+    triangle_count: u32,
     has_masks: bool,
     moving: Vec<Moving>,
     /// All nodes, where some may move.
@@ -95,7 +101,11 @@ impl SceneRays {
         let groups = geometry.groups(scene);
         let (mut nodes, mut order, mut roots, mut moving) = (vec![], vec![], vec![], vec![]);
         let mut stack = 1;
-        for (index, triangles) in groups.into_iter().enumerate() {
+        for (index, mut triangles) in groups.into_iter().enumerate() {
+            // What moves may have an area elsewhere.
+            if index == 0 {
+                triangles.retain(|one| has_area(&geometry.of(*one), geometry.units_per_m));
+            }
             let bvh = WideBvh::new(&geometry.corners(&triangles), geometry.units_per_m);
             let (first_node, first_triangle) = (nodes.len() / NODE_WORDS, order.len());
             if bvh.nodes.is_empty() {
@@ -112,8 +122,14 @@ impl SceneRays {
             };
             order.extend(bvh.triangles.iter().map(number));
             if index > 0 {
+                let vertices = geometry.vertices(&triangles);
+                let first = vertices.start as u32;
+                let of = |triangle: &u32| {
+                    geometry.triangles[*triangle as usize].map(|vertex| vertex - first)
+                };
                 moving.push(Moving {
-                    triangles,
+                    vertices,
+                    triangles: triangles.iter().map(of).collect(),
                     bvh,
                     first_node,
                     first_triangle,
@@ -135,6 +151,7 @@ impl SceneRays {
             // In steps, so that like scenes have one pipeline.
             stack: stack.next_multiple_of(16),
             root_count: roots.len() as u32,
+            triangle_count: order.len() as u32,
             has_masks: order.iter().any(|number| number & MASKED != 0),
             words: if moving.is_empty() { Vec::new() } else { nodes },
             moving,
@@ -143,14 +160,16 @@ impl SceneRays {
 
     /// Brings the boxes of models up to where their vertices are.
     pub fn follow(&mut self, gpu: &Gpu, scene: &GpuScene) -> Result<(), Error> {
-        if self.moving.is_empty() {
-            return Ok(());
-        }
-        let geometry = Geometry::read(gpu, scene)?;
         for model in &mut self.moving {
-            model.bvh.refit(&geometry.corners(&model.triangles));
+            let positions = geometry::positions_of(gpu, scene, &model.vertices)?;
+            let corners = |triangle: &[u32; 3]| triangle.map(|vertex| positions[vertex as usize]);
+            let corners: Vec<[Vec3; 3]> = model.triangles.iter().map(corners).collect();
+            model.bvh.refit(&corners);
             let words = relocated(&model.bvh, model.first_node, model.first_triangle);
             self.words[NODE_WORDS * model.first_node..][..words.len()].copy_from_slice(&words);
+        }
+        if self.moving.is_empty() {
+            return Ok(());
         }
         gpu.upload_buffer(&self.nodes, cast_slice(&self.words))
     }
@@ -169,11 +188,9 @@ impl SceneRays {
 
     /// Counts, by name.
     pub fn counts(&self) -> Vec<(&'static str, u64)> {
-        let nodes = self.nodes.size_bytes() / (4 * NODE_WORDS) as u64;
         vec![
-            ("bvh_nodes", if self.root_count > 0 { nodes } else { 0 }),
+            ("bvh_triangles", self.triangle_count.into()),
             ("bvh_trees", self.root_count.into()),
-            ("bvh_stack", self.stack.into()),
         ]
     }
 }

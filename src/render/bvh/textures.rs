@@ -31,7 +31,7 @@ impl SceneTextures {
                 });
             }
             places.push([texels.len() as u32 / 4, width | height << 16]);
-            texels.extend(gpu.read_image(texture, 0, 0)?);
+            texels.extend(gpu.read_texture(texture)?);
         }
         let row = |index: &Option<u32>| index.map_or([0; 2], |index| places[index as usize]);
         let rows: Vec<[[u32; 2]; 4]> = scene
