@@ -5,6 +5,7 @@ use std::sync::{PoisonError, RwLock};
 use super::entry::Entry;
 use super::lpv;
 use super::none;
+use super::ray_traced;
 use super::settings::listed;
 use super::voxel_cones::{clipmap, mips, svo};
 
@@ -17,6 +18,7 @@ pub static TECHNIQUES: &[&Entry] = &[
     &lpv::uniform::ENTRY,
     &lpv::cascaded::ENTRY,
     &lpv::octree::ENTRY,
+    &ray_traced::ENTRY,
 ];
 
 /// The technique that commands take where none is named.

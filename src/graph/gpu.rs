@@ -127,9 +127,15 @@ impl Gpu {
     /// Makes set 2 from albedo, emission, normal and mask textures, which are complete and only
     /// read from now on.
     pub fn create_material_set(&self, images: [&Arc<Image>; 4]) -> Result<Arc<MaterialSet>, Error> {
+        self.make_ready(&images)?;
+        MaterialSet::new(&self.device, &self.shared, images)
+    }
+
+    /// Textures can be sampled from now on.
+    pub(super) fn make_ready(&self, images: &[&Arc<Image>]) -> Result<(), Error> {
         let mut frame = Frame::new();
         for image in images {
-            let resource = Resource::from(image);
+            let resource = Resource::from(*image);
             let uses = [Access::ComputeSampled, Access::RasterSampled]
                 .map(|access| (resource.clone(), resource.used(access)));
             frame.push(
@@ -138,8 +144,7 @@ impl Gpu {
                 Work::Nothing,
             );
         }
-        self.submit(frame)?;
-        MaterialSet::new(&self.device, &self.shared, images)
+        self.submit(frame).map(drop)
     }
 
     /// Plans, records and runs a frame, and waits for it.

@@ -120,6 +120,13 @@ impl Gpu {
         self.read_region(image, ImageRegion { mip, layer, texel }, bytes)
     }
 
+    /// The finest texels of a texture of a material, which is then as it was: frames that use
+    /// materials take for granted that it can be sampled.
+    pub fn read_texture(&self, image: &Arc<Image>) -> Result<Vec<u8>, Error> {
+        let texels = self.read_image(image, 0, 0)?;
+        self.make_ready(&[image]).map(|()| texels)
+    }
+
     /// One texel of the finest mip of an image without layers, once all work before has finished.
     pub fn read_texel(&self, image: &Arc<Image>, texel: [u32; 3]) -> Result<Vec<u8>, Error> {
         let (extent, name) = (image.extent(0), image.name());

@@ -164,7 +164,11 @@ pub struct GpuScene {
     /// Radiance of the environment (W/(m² sr)).
     pub environment: Vec3,
     /// What `set` shows.
-    buffers: SceneBindings,
+    pub(super) buffers: SceneBindings,
+    /// All textures.
+    pub(super) textures: Vec<Arc<Image>>,
+    /// Which of them each material has: albedo, emission, normal, mask.
+    pub(super) material_textures: Vec<[Option<u32>; 4]>,
 }
 
 /// The models of a scene that may move.
@@ -259,6 +263,12 @@ impl DynamicGeometry {
         })
     }
 
+    /// The triangles of each model.
+    pub(super) fn triangles(&self) -> impl Iterator<Item = Range<usize>> {
+        let corners = self.models.iter().map(|model| &model.corners);
+        corners.map(|corners| corners.start as usize / 3..corners.end as usize / 3)
+    }
+
     /// Size of the positions of all models (bytes).
     pub(super) fn positions_bytes(&self) -> u64 {
         bytes_of_vectors(self.vertex_count)
@@ -335,9 +345,16 @@ impl GpuScene {
             .iter()
             .map(|material| material.emission.max_element())
             .fold(0.0, f32::max);
+        let textures = scene
+            .textures
+            .iter()
+            .map(|texture| upload_texture(gpu, texture))
+            .collect::<Result<Vec<_>, _>>()?;
+        let material_textures: Vec<[Option<u32>; 4]> =
+            scene.materials.iter().map(textures_of).collect();
         Ok(GpuScene {
             set,
-            materials: material_sets(gpu, scene)?,
+            materials: material_sets(gpu, &textures, &material_textures)?,
             batches: scene.batches(),
             clusters: clusters(scene),
             texture_use: scene.materials.iter().map(TextureUse::of).collect(),
@@ -355,6 +372,8 @@ impl GpuScene {
             cascades: LightCascades::ONE,
             environment: scene.environment,
             buffers,
+            textures,
+            material_textures,
         })
     }
 
@@ -450,6 +469,13 @@ impl GpuScene {
     /// The positions of all vertices (m), a storage buffer with three numbers each.
     pub(super) fn positions(&self) -> &Arc<Buffer> {
         &self.buffers.positions
+    }
+
+    /// Whether some material has a normal map.
+    pub fn has_bumps(&self) -> bool {
+        self.material_textures
+            .iter()
+            .any(|[_, _, normal, _]| normal.is_some())
     }
 
     /// Whether the triangles of a material are of a dynamic model.
@@ -616,7 +642,21 @@ fn gpu_lights(lights: &[Light], cascades: LightCascades) -> Vec<GpuLight> {
     all
 }
 
-fn material_sets(gpu: &Gpu, scene: &Scene) -> Result<MaterialSets, Error> {
+/// Its textures of albedo, emission, normal and mask, as shaders number them.
+fn textures_of(material: &Material) -> [Option<u32>; 4] {
+    [
+        material.albedo_texture,
+        material.emission_texture,
+        material.normal_texture,
+        material.mask_texture,
+    ]
+}
+
+fn material_sets(
+    gpu: &Gpu,
+    textures: &[Arc<Image>],
+    material_textures: &[[Option<u32>; 4]],
+) -> Result<MaterialSets, Error> {
     let white = upload_texture(
         gpu,
         &Texture {
@@ -627,20 +667,10 @@ fn material_sets(gpu: &Gpu, scene: &Scene) -> Result<MaterialSets, Error> {
             texels: vec![[255; 4]],
         },
     )?;
-    let textures = scene
-        .textures
+    let image = |index: &Option<u32>| index.map_or(&white, |index| &textures[index as usize]);
+    let sets = material_textures
         .iter()
-        .map(|texture| upload_texture(gpu, texture))
-        .collect::<Result<Vec<_>, _>>()?;
-    let image = |index: Option<u32>| index.map_or(&white, |index| &textures[index as usize]);
-    let sets = scene.materials.iter().map(|material| {
-        gpu.create_material_set([
-            image(material.albedo_texture),
-            image(material.emission_texture),
-            image(material.normal_texture),
-            image(material.mask_texture),
-        ])
-    });
+        .map(|textures| gpu.create_material_set(textures.each_ref().map(image)));
     Ok(sets.collect::<Result<Vec<_>, _>>()?.into())
 }
 

@@ -2,6 +2,7 @@
 //! direct light, composite.
 
 mod aov;
+pub mod bvh;
 pub mod emitters;
 mod gpu_scene;
 mod grid;

@@ -190,12 +190,16 @@ impl Accel {
 /// The power of two that brings the largest coordinate of the scene and its camera just below
 /// [`LARGEST_COORDINATE`].
 fn units_per_m(scene: &Scene) -> f32 {
-    let largest = |point: Vec3| point.abs().max_element();
-    let vertices = scene
-        .vertices
-        .iter()
-        .map(|vertex| largest(Vec3::from(vertex.position)));
-    let largest_m = vertices.fold(largest(scene.camera.eye), f32::max);
+    let positions = scene.vertices.iter().map(|vertex| vertex.position.into());
+    units_of(positions.chain([scene.camera.eye]))
+}
+
+/// The power of two that brings the largest coordinate of points just below
+/// [`LARGEST_COORDINATE`].
+pub(crate) fn units_of(points: impl Iterator<Item = Vec3>) -> f32 {
+    let largest_m = points.fold(0.0, |largest: f32, point| {
+        largest.max(point.abs().max_element())
+    });
     if largest_m > 0.0 {
         (LARGEST_COORDINATE / largest_m)
             .log2()

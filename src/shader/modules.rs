@@ -61,6 +61,8 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     ("gi/lpv/surfaces.frag", include_bytes!("../../spirv/gi/lpv/surfaces.frag.spv")),
     ("gi/lpv/sweep.comp", include_bytes!("../../spirv/gi/lpv/sweep.comp.spv")),
     ("gi/lpv/view.comp", include_bytes!("../../spirv/gi/lpv/view.comp.spv")),
+    ("gi/ray_traced/gather.comp", include_bytes!("../../spirv/gi/ray_traced/gather.comp.spv")),
+    ("gi/ray_traced/mirror.comp", include_bytes!("../../spirv/gi/ray_traced/mirror.comp.spv")),
     (
         "gi/shared/interleave/deinterleave.comp",
         include_bytes!("../../spirv/gi/shared/interleave/deinterleave.comp.spv"),
@@ -471,6 +473,7 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     ("test/given.comp", include_bytes!("../../spirv/test/given.comp.spv")),
     ("test/material.comp", include_bytes!("../../spirv/test/material.comp.spv")),
     ("test/quad.vert", include_bytes!("../../spirv/test/quad.vert.spv")),
+    ("test/rays.comp", include_bytes!("../../spirv/test/rays.comp.spv")),
     ("test/sample3d.comp", include_bytes!("../../spirv/test/sample3d.comp.spv")),
     ("test/sh.comp", include_bytes!("../../spirv/test/sh.comp.spv")),
     ("test/store3d.comp", include_bytes!("../../spirv/test/store3d.comp.spv")),

@@ -91,7 +91,19 @@ struct Life {
 }
 
 /// Few, which run every pass of every technique between them.
-const LIVES: [Life; 28] = [
+const LIVES: [Life; 30] = [
+    Life {
+        technique: "ray-traced",
+        preset: Some("default"),
+        pairs: &[("rays", "2"), ("mirror_rays", "2"), ("bounces", "2")],
+        surfaces: Surfaces::Glossy,
+    },
+    Life {
+        technique: "ray-traced",
+        preset: Some("fast"),
+        pairs: &[("bounces", "2")],
+        surfaces: Surfaces::Emissive,
+    },
     Life {
         technique: "voxel-mips",
         preset: Some("fast"),

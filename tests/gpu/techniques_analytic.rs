@@ -221,6 +221,28 @@ const STATED: &[Stated] = &[
         furnace: [-0.220, 0.222],
         plates: [-0.604, 0.627],
     },
+    // Plates: means over tiles of pixels, where the light changes within a tile.
+    Stated {
+        name: "ray-traced.default",
+        lit_sphere: [0.0, 0.0],
+        sky: [0.0, 0.0],
+        furnace: [0.0, 0.0],
+        plates: [0.007, 0.070],
+    },
+    Stated {
+        name: "ray-traced.fast",
+        lit_sphere: [0.0, 0.0],
+        sky: [0.0, 0.0],
+        furnace: [0.0, 0.0],
+        plates: [0.007, 0.066],
+    },
+    Stated {
+        name: "ray-traced.accurate",
+        lit_sphere: [0.0, 0.0],
+        sky: [0.0, 0.0],
+        furnace: [0.0, 0.0],
+        plates: [0.006, 0.063],
+    },
 ];
 
 fn stated(case: &Case) -> &'static Stated {
@@ -979,6 +1001,7 @@ const DEFAULT_BARS: &[(&str, f64, f64)] = &[
     ("lpv.accurate", 0.04, 0.08),
     ("lpv-cascaded.accurate", 0.05, 0.11),
     ("lpv-octree.accurate", 0.04, 0.08),
+    ("ray-traced.default", 0.02, 0.05),
 ];
 
 /// The default preset of every technique, at a bar that each states.

@@ -3,9 +3,9 @@
 use lumivox::gi::registry::TECHNIQUES;
 use lumivox::gi::shared::screen;
 use lumivox::gpu_struct;
-use lumivox::graph::pass::{Binding, Pass, RasterState, Sets, Shaders};
+use lumivox::graph::pass::{Binding, Pass, RasterState, Sets, Shaders, join};
 use lumivox::graph::{Access, vk};
-use lumivox::render;
+use lumivox::render::{self, bvh};
 use lumivox::shader::{Field, GpuStruct, StructLayout};
 
 /// All passes. A module that declares passes adds its list here.
@@ -59,9 +59,17 @@ const fn word(name: &'static str) -> Field {
     }
 }
 
+/// The same at an offset (bytes).
+const fn word_at(name: &'static str, offset: usize) -> Field {
+    Field {
+        offset,
+        ..word(name)
+    }
+}
+
 /// The passes of the tests.
 pub const TEST_PASSES: &[&Pass] = &[
-    &DOUBLE, &COPY, &STORE, &SAMPLE, &COUNT, &COLOR, &MATERIAL, &HARMONICS, &ANSWER,
+    &DOUBLE, &COPY, &STORE, &SAMPLE, &COUNT, &COLOR, &MATERIAL, &HARMONICS, &ANSWER, &RAYS,
 ];
 
 /// values[i] = 2 values[i] + 1.
@@ -178,5 +186,21 @@ pub static ANSWER: Pass = Pass {
     ],
     constants: &[],
     params: None,
+    sets: Sets::Scene,
+};
+
+/// What rays meet; a thread a ray.
+pub static RAYS: Pass = Pass {
+    name: "test.rays",
+    shaders: Shaders::Compute("test/rays.comp"),
+    bindings: &join::<5, 2, 7>(
+        bvh::BINDINGS,
+        [
+            Binding::buffer("rays", Access::ComputeRead),
+            Binding::buffer("hits", Access::ComputeWrite),
+        ],
+    ),
+    constants: &bvh::CONSTANTS,
+    params: Some(("Params", &[word("count"), word_at("any", 4)])),
     sets: Sets::Scene,
 };

@@ -2,7 +2,7 @@
 
 pub mod cone;
 pub mod interleave;
-mod loops;
+pub(in crate::gi) mod loops;
 pub mod screen;
 pub mod sh;
 pub mod surfaces;

@@ -1,0 +1,57 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// ray_traced.mirror: indirect specular radiance L_s of glossy surfaces, by paths along directions
+// of the lobe's visible normals.
+layout(local_size_x = 8, local_size_y = 8) in;
+
+#include "gi/ray_traced/bindings.glsl"
+
+layout(set = 1, binding = 9) uniform texture2D view_depth;
+layout(set = 1, binding = 10) uniform utexture2D normals;
+layout(set = 1, binding = 11) uniform texture2D albedo;
+layout(set = 1, binding = 12) uniform texture2D specular;
+layout(set = 1, binding = 13, rgba32f) uniform restrict image2D indirect_specular;
+
+layout(push_constant) uniform MirrorParams {
+    uint ray_count;        // of all dispatches
+    uint first_ray;        // of this dispatch, which adds to what those before it left
+    uint end_ray;
+    uint pattern;          // of a tile of pixels, each of which has directions of its own
+    uint bounces;
+    float start_offset;    // share of distances and coordinates
+} params;
+
+#include "shared/gbuffer.glsl"
+#include "gi/ray_traced/path.glsl"
+#include "gi/ray_traced/start.glsl"
+
+void main() {
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(pixel, ivec2(frame.size_px.xy)))) return;
+    Surface surface;
+    float roughness = texelFetch(sampler2D(albedo, nearest_clamp), pixel, 0).a;
+    if (!read_surface(pixel, surface) || roughness < 0.0) {
+        imageStore(indirect_specular, pixel, vec4(0.0));
+        return;
+    }
+    vec3 to_eye = normalize(frame.eye_ws.xyz - surface.position_ws);
+    vec3 f0 = texelFetch(sampler2D(specular, nearest_clamp), pixel, 0).rgb;
+    PathVertex start =
+        first_vertex(surface, to_eye, vec3(0.0), f0, roughness, params.start_offset);
+    // Without a pattern each pixel begins anywhere.
+    bool is_alone = (params.pattern & 0xffffu) == 0x101u;
+    vec2 offset = is_alone
+        ? unit_numbers(pcg3(uvec3(pixel, frame.walk.x))).xy
+        : interleaved_offset(pixel, params.pattern, frame.walk.x);
+    vec3 sum = vec3(0.0);
+    for (uint i = params.first_ray; i < params.end_ray; ++i) {
+        // The R2 sequence (Roberts 2018), from where the pixel is in its tile.
+        vec2 random = fract(offset + float(i) * vec2(0.7548776662466927, 0.5698402909980532));
+        bool escaped;
+        uint n = frame.walk.x * params.ray_count + i;
+        sum += light_along(start, lobe_direction(start, random), pixel, n, params.bounces, escaped);
+    }
+    vec3 before =
+        params.first_ray == 0u ? vec3(0.0) : imageLoad(indirect_specular, pixel).rgb;
+    imageStore(indirect_specular, pixel, vec4(before + sum / float(params.ray_count), 0.0));
+}

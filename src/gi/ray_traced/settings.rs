@@ -1,0 +1,122 @@
+//! Settings, presets and rules.
+
+use crate::gi::settings::{Domain, Group, Preset, Rule, Setting, Settings};
+use crate::gi::shared::interleave::Pattern;
+use crate::gi::shared::screen;
+
+/// The technique's own settings; patterns have theirs.
+pub(super) const SETTINGS: &[Setting] = &[
+    Setting {
+        name: "rays",
+        help: "cosine-distributed rays that a pixel gathers diffuse light along",
+        unit: "rays",
+        domain: Domain::Count { min: 1, max: 1024 },
+        default: "16",
+    },
+    Setting {
+        name: "specular",
+        help: "glossy reflections",
+        unit: "",
+        domain: Domain::Choice(&["on", "off"]),
+        default: "on",
+    },
+    Setting {
+        name: "mirror_rays",
+        help: "rays that a pixel of a glossy surface mirrors, about the facets that the eye sees",
+        unit: "rays",
+        domain: Domain::Count { min: 1, max: 1024 },
+        default: "16",
+    },
+    Setting {
+        name: "bounces",
+        help: "indirect bounces",
+        unit: "",
+        domain: Domain::Count { min: 1, max: 8 },
+        default: "1",
+    },
+    Setting {
+        name: "hit_light",
+        help: "what says which light reaches what a ray hits: rays, or the lights' shadow maps",
+        unit: "",
+        domain: Domain::Choice(&["rays", "maps"]),
+        default: "rays",
+    },
+];
+
+/// The presets.
+pub(super) const PRESETS: &[Preset] = &[
+    Preset {
+        name: "default",
+        help: "16 rays a pixel, and means over tiles of pixels; shadow rays at what they hit",
+        values: &[],
+    },
+    Preset {
+        name: "fast",
+        help: "one ray a pixel and shadow maps, with the light of earlier frames and of \
+               neighbours",
+        values: &[
+            &[
+                ("rays", "1"),
+                ("mirror_rays", "1"),
+                ("hit_light", "maps"),
+                ("interleave_window", "off"),
+            ],
+            screen::settings::FAST,
+        ],
+    },
+    Preset {
+        name: "accurate",
+        help: "64 rays a pixel",
+        values: &[&[("rays", "64"), ("mirror_rays", "64")]],
+    },
+];
+
+/// In which group settings are, and when they have an effect.
+pub(super) const RULES: &[Rule] = &[
+    Rule::always(Group::Light, &["hit_light"]),
+    Rule::always(Group::Gather, &["rays", "specular"]),
+    Rule {
+        group: Group::Gather,
+        settings: &["mirror_rays"],
+        applies: |settings| settings.is("specular", "on"),
+    },
+    Rule::always(Group::Bounces, &["bounces"]),
+    Rule::always(Group::Screen, &["interleave", "interleave_rows"]),
+    Rule {
+        group: Group::Screen,
+        settings: &["specular_interleave"],
+        applies: |settings| settings.is("specular", "on"),
+    },
+    Rule {
+        group: Group::Screen,
+        settings: &["interleave_window", "interleave_order", "interleave_turn"],
+        applies: |settings| Pattern::new(settings).count() > 1,
+    },
+];
+
+/// Which of the settings passes are run with.
+#[derive(Clone, Copy)]
+pub(super) struct RaySettings {
+    pub(super) rays: u32,
+    /// None: nothing is mirrored.
+    pub(super) mirror_rays: Option<u32>,
+    pub(super) bounces: u32,
+    pub(super) uses_maps: bool,
+    pub(super) pattern: Pattern,
+    pub(super) specular_pattern: Pattern,
+}
+
+impl RaySettings {
+    pub(super) fn new(settings: &Settings) -> Self {
+        RaySettings {
+            rays: settings.count("rays"),
+            mirror_rays: settings
+                .is("specular", "on")
+                .then(|| settings.count("mirror_rays")),
+            bounces: settings.count("bounces"),
+            uses_maps: settings.is("hit_light", "maps"),
+            pattern: Pattern::new(settings),
+            specular_pattern: Pattern::specular(settings),
+        }
+    }
+}
