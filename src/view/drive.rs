@@ -746,13 +746,8 @@ impl App {
             }
             Action::Set(side, key, value) => {
                 let choice = &mut session.choices[*side];
-                let setting = choice
-                    .entry
-                    .settings
-                    .iter()
-                    .copied()
-                    .flatten()
-                    .find(|setting| setting.name == key);
+                let mut all = choice.entry.all_settings();
+                let setting = all.find(|setting| setting.name == key);
                 let setting =
                     setting.ok_or_else(|| format!("{} has no setting {key}", choice.entry.name))?;
                 choice.set.insert(setting.name, value.clone());

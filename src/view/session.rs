@@ -82,13 +82,8 @@ impl Choice {
             problem: None,
         };
         for (name, value) in pairs.iter().filter_map(|pair| pair.split_once('=')) {
-            if let Some(setting) = entry
-                .settings
-                .iter()
-                .copied()
-                .flatten()
-                .find(|setting| setting.name == name.trim())
-            {
+            let mut all = entry.all_settings();
+            if let Some(setting) = all.find(|setting| setting.name == name.trim()) {
                 choice.set.insert(setting.name, value.trim().to_owned());
             }
         }
@@ -495,4 +490,21 @@ fn same(a: &Job, b: &Job) -> bool {
         && same_size
         && a.panes.len() == b.panes.len()
         && a.panes.iter().zip(&b.panes).all(same_pane)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gi::registry::all;
+
+    /// Those of the stages that all techniques share, too.
+    #[test]
+    fn settings_that_are_given_are_kept() -> Result<(), SettingError> {
+        let with_history = |entry: &&Entry| entry.all_settings().any(|s| s.name == "history");
+        for entry in all().into_iter().filter(with_history) {
+            let choice = Choice::new(entry, None, &["history = 8".to_owned()])?;
+            assert_eq!(choice.pairs(), ["history=8"], "{}", entry.name);
+        }
+        Ok(())
+    }
 }

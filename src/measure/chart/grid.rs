@@ -244,12 +244,7 @@ impl Reader<'_> {
 }
 
 fn has_setting(entry: &Entry, name: &str) -> bool {
-    entry
-        .settings
-        .iter()
-        .copied()
-        .flatten()
-        .any(|setting| setting.name == name)
+    entry.all_settings().any(|setting| setting.name == name)
 }
 
 fn has_preset(entry: &Entry, name: &str) -> bool {
@@ -338,6 +333,22 @@ mod tests {
                 (Some("accurate"), 48)
             ]
         );
+        Ok(())
+    }
+
+    #[test]
+    fn stages_that_all_techniques_share_are_swept() -> Result<(), GridError> {
+        let text = r#"
+            [[sweep]]
+            technique = ["svo"]
+            preset = ["cones"]
+            set = { history = [0, 8] }"#;
+        let mut frames: Vec<u32> = grid_cases("grid.toml", text)?
+            .iter()
+            .map(|case| case.settings.count("history"))
+            .collect();
+        frames.dedup();
+        assert_eq!(frames, [0, 8]);
         Ok(())
     }
 
