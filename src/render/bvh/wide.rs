@@ -43,7 +43,7 @@ const MANY: usize = 1 << 20;
 /// The hierarchy of some triangles.
 #[derive(Default)]
 pub struct WideBvh {
-    /// [`NODE_WORDS`] a node, the root first; none where there is nothing to hit.
+    /// 14 words a node, the root first; none where there is nothing to hit.
     pub nodes: Vec<u32>,
     /// Indices of the given triangles, in the order of the leaves.
     pub triangles: Vec<u32>,

@@ -147,7 +147,7 @@ History find_history(ivec2 pixel, Surface surface) {
     if (kept < LEAST_KEPT) return History(vec4(0.0), vec2(0.0), vec2(0.0));
     found.light /= kept;
     found.moments /= kept;
-    // Pixels of the other surface are missing, so the mean of the rest is of a place beside this one.
+    // Pixels of another surface are missing, so the mean of the rest is of a place beside this one.
     float slid_px = length(aside_px) / kept;
     found.weights = min(found.weights / kept, vec2(LONGEST_SLIDE_PX / max(slid_px, 1e-4)));
     vec4 changed = changed_light(place);
