@@ -9,7 +9,7 @@ use crate::gi::{Change, Context, IndirectLight, Inputs, MapNeeds, Settings, Tech
 use crate::graph::{Error, Frame, FrameStats, Gpu};
 use crate::image::{Aov, Image, IndirectImage};
 use crate::render::{
-    GBuffer, GpuScene, KEEP_POSE, LightCascades, LightMaps, MapChannel, Output, SET_POSE,
+    Follows, GBuffer, GpuScene, KEEP_POSE, LightCascades, LightMaps, MapChannel, Output, SET_POSE,
     ShadowSettings, SurfaceChannel, UNDERSAMPLED, Watcher, read_aov, read_indirect, read_light_map,
     read_pixel, read_surface, screen_image, undersampled,
 };
@@ -147,8 +147,12 @@ impl<'g> Renderer<'g> {
             (entry.screen(settings), technique.adds_apart()),
             frame.size,
         )?;
-        let with_motion = needs.motion || screen.needs_motion();
-        let gbuffer = GBuffer::new(gpu, &scene, frame.size, with_motion)?;
+        let follows = if needs.motion {
+            screen.follows().max(Follows::Motion)
+        } else {
+            screen.follows()
+        };
+        let gbuffer = GBuffer::new(gpu, &scene, frame.size, follows)?;
         let output = Output::new(gpu, frame.size)?;
         Ok((
             Renderer {

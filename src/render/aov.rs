@@ -189,6 +189,9 @@ pub enum SurfaceChannel {
     Motion,
     /// Unit shading normal in the frame before, of models that have moved; 0 elsewhere.
     Turned,
+    /// Number of the material, 1 for the first, as [`GBuffer::materials`] has it; 0 where that was
+    /// not asked for.
+    Material,
 }
 
 /// Reads a channel of the G-buffer; 0 where there is no surface.
@@ -216,6 +219,15 @@ pub fn read_surface(gpu: &Gpu, gbuffer: &GBuffer, channel: SurfaceChannel) -> Re
         SurfaceChannel::Motion => read_motion(gpu, gbuffer, |texel| {
             Vec3::new(texel[0], texel[1], texel[2])
         }),
+        SurfaceChannel::Material => match &gbuffer.materials {
+            Some([_, last]) => Ok(image_of(
+                gbuffer,
+                bytemuck::pod_collect_to_vec::<u8, u32>(&gpu.read_image(last, 0, 0)?)
+                    .into_iter()
+                    .map(|number| Vec3::splat(number as f32)),
+            )),
+            None => Ok(Image::new(gbuffer.size[0], gbuffer.size[1])),
+        },
         SurfaceChannel::Turned => read_motion(gpu, gbuffer, |texel| unpack_turned(texel[3])),
     }
 }

@@ -28,7 +28,7 @@ pub use lights::maps::{
 pub use lights::sampling::{UNDERSAMPLED, undersampled};
 pub use lights::settings::{CASCADES, SUN_ANGLE_DEG, ShadowFilter, ShadowSettings};
 pub use lights::views::{GpuLightView, LightCascades};
-pub use screen::gbuffer::{GBUFFER, GBuffer};
+pub use screen::gbuffer::{Follows, GBUFFER, GBuffer};
 pub use screen::motion::{BEHIND_PX, KEEP_POSE, MotionParams};
 pub use screen::output::{
     COMPOSITE, DIRECT, DirectParams, IndirectLight, Output, screen_groups, screen_image,
@@ -53,6 +53,10 @@ pub static PASSES: &[&Pass] = &[
     &GBUFFER[5],
     &GBUFFER[6],
     &GBUFFER[7],
+    &GBUFFER[8],
+    &GBUFFER[9],
+    &GBUFFER[10],
+    &GBUFFER[11],
     &DIRECT,
     &COMPOSITE,
     &PICK,

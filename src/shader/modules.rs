@@ -438,6 +438,10 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         include_bytes!("../../spirv/render/screen/gbuffer_emissive.frag.spv"),
     ),
     (
+        "render/screen/gbuffer_emissive_material.frag",
+        include_bytes!("../../spirv/render/screen/gbuffer_emissive_material.frag.spv"),
+    ),
+    (
         "render/screen/gbuffer_emissive_motion.frag",
         include_bytes!("../../spirv/render/screen/gbuffer_emissive_motion.frag.spv"),
     ),
@@ -450,12 +454,24 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         include_bytes!("../../spirv/render/screen/gbuffer_glossy_emissive.frag.spv"),
     ),
     (
+        "render/screen/gbuffer_glossy_emissive_material.frag",
+        include_bytes!("../../spirv/render/screen/gbuffer_glossy_emissive_material.frag.spv"),
+    ),
+    (
         "render/screen/gbuffer_glossy_emissive_motion.frag",
         include_bytes!("../../spirv/render/screen/gbuffer_glossy_emissive_motion.frag.spv"),
     ),
     (
+        "render/screen/gbuffer_glossy_material.frag",
+        include_bytes!("../../spirv/render/screen/gbuffer_glossy_material.frag.spv"),
+    ),
+    (
         "render/screen/gbuffer_glossy_motion.frag",
         include_bytes!("../../spirv/render/screen/gbuffer_glossy_motion.frag.spv"),
+    ),
+    (
+        "render/screen/gbuffer_material.frag",
+        include_bytes!("../../spirv/render/screen/gbuffer_material.frag.spv"),
     ),
     (
         "render/screen/gbuffer_motion.frag",

@@ -15,7 +15,7 @@ use lumivox::gi::{Change, Context, Inputs, MapNeeds, Settings, Technique};
 use lumivox::graph::{Frame, Gpu, Image as GpuImage};
 use lumivox::image::{Aov, Image};
 use lumivox::metrics::stability::{flicker, translation_spread};
-use lumivox::render::{GBuffer, GpuScene, LightMaps, Output, screen_image};
+use lumivox::render::{Follows, GBuffer, GpuScene, LightMaps, Output, screen_image};
 use lumivox::scene::{Camera, Light, Scene, Triangle, Vertex};
 use std::sync::Arc;
 
@@ -264,7 +264,7 @@ impl<'g> Still<'g> {
             technique.needs().maps == MapNeeds::Reflective,
         )
         .unwrap();
-        let gbuffer = GBuffer::new(gpu, &gpu_scene, SIZE, false).unwrap();
+        let gbuffer = GBuffer::new(gpu, &gpu_scene, SIZE, Follows::Nothing).unwrap();
         Still {
             gpu,
             gpu_scene,

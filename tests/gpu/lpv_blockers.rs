@@ -18,7 +18,7 @@ use lumivox::gi::registry::find;
 use lumivox::graph::{Frame, Gpu, Issued};
 use lumivox::image::Aov;
 use lumivox::render::oracle::View;
-use lumivox::render::{GBuffer, GpuScene, LightMaps};
+use lumivox::render::{Follows, GBuffer, GpuScene, LightMaps};
 use lumivox::scene::{Camera, Light, Scene};
 
 fn settings(blocker_layers: u32) -> CellSettings {
@@ -57,7 +57,7 @@ fn find_in(gpu: &Gpu, scene: &Scene, grid: CellGrid, size: [u32; 2], layers: u32
     let constants = on_gpu.frame_constants(&scene.camera, size);
     on_gpu.set_frame(gpu, &constants).unwrap();
     let maps = LightMaps::new(gpu, &on_gpu, 64, true).unwrap();
-    let gbuffer = GBuffer::new(gpu, &on_gpu, size, false).unwrap();
+    let gbuffer = GBuffer::new(gpu, &on_gpu, size, Follows::Nothing).unwrap();
     let camera_layers = CameraLayers::new(gpu, size, layers).unwrap();
     let mut cells = Cells::new(gpu, &on_gpu, grid, settings(layers)).unwrap();
     cells.find_faces(gpu, &on_gpu).unwrap();

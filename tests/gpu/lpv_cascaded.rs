@@ -18,7 +18,7 @@ use lumivox::gi::lpv::{CellGrid, Cells, Propagation};
 use lumivox::gi::{Change, Context, IndirectLight, Inputs, MapNeeds, Settings, Technique};
 use lumivox::graph::{Frame, Gpu};
 use lumivox::image::{GuideImage, Image, NO_SURFACE};
-use lumivox::render::{GBuffer, GpuScene, LightMaps, Output, screen_image};
+use lumivox::render::{Follows, GBuffer, GpuScene, LightMaps, Output, screen_image};
 use lumivox::scene::Scene;
 
 fn settings(pairs: &[&str]) -> Settings {
@@ -62,7 +62,7 @@ impl<'g> Walk<'g> {
         Walk {
             gpu,
             maps: LightMaps::new(gpu, &on_gpu, texels, is_reflective).unwrap(),
-            gbuffer: GBuffer::new(gpu, &on_gpu, size, false).unwrap(),
+            gbuffer: GBuffer::new(gpu, &on_gpu, size, Follows::Nothing).unwrap(),
             output: Output::new(gpu, size).unwrap(),
             scene: on_gpu,
             technique,

@@ -10,7 +10,7 @@ use lumivox::gi::lpv::{
     CellGrid, CellSettings, Cells, Octree, Propagation, cascaded, leaves::LeafSettings,
 };
 use lumivox::graph::{Frame, Gpu};
-use lumivox::render::{GBuffer, GpuScene, screen_image};
+use lumivox::render::{Follows, GBuffer, GpuScene, screen_image};
 use lumivox::scene::Scene;
 
 use crate::lpv::{SETTINGS, light};
@@ -34,7 +34,7 @@ struct Seen {
 fn look(gpu: &Gpu, scene: &Scene, on_gpu: &GpuScene, structure: &Structure<'_>) -> Vec<Seen> {
     let constants = on_gpu.frame_constants(&scene.camera, SIZE);
     on_gpu.set_frame(gpu, &constants).unwrap();
-    let gbuffer = GBuffer::new(gpu, on_gpu, SIZE, false).unwrap();
+    let gbuffer = GBuffer::new(gpu, on_gpu, SIZE, Follows::Nothing).unwrap();
     let image = screen_image(gpu, "test.seen", SIZE).unwrap();
     let mut frame = Frame::new();
     frame.set_scene(&on_gpu.set, &on_gpu.materials);

@@ -4,6 +4,7 @@
 
 use std::collections::HashSet;
 
+use crate::support::given::GIVEN;
 use crate::support::hazards::Stream;
 use crate::support::motion::WITH_MOTION;
 use crate::support::passes::{COPY, DOUBLE, TEST_PASSES, all_passes};
@@ -13,6 +14,7 @@ use crate::support::technique::{
 use crate::support::{Missing, gpu, skipped, words};
 use glam::Vec3;
 use lumivox::frame::Renderer;
+use lumivox::gi::entry::Entry;
 use lumivox::gi::inspect::BeamAxis;
 use lumivox::gi::registry::find;
 use lumivox::gi::shared::voxel::{FRAGMENTS_RASTER, FRAGMENTS_RASTER_HW};
@@ -435,19 +437,26 @@ fn passes(journal: &[JournalFrame]) -> Vec<*const Pass> {
     issued.filter_map(pass).collect()
 }
 
-/// Frames of a technique that asks for motion, while camera and models move.
-fn moving_with_motion(gpu: &Gpu, surfaces: Surfaces, is_glossy_too: bool) -> Result<(), Error> {
+/// Frames of a technique that asks for motion, or with history for materials too, while camera and
+/// models move.
+fn moving_with_motion(
+    gpu: &Gpu,
+    (entry, pairs): (&'static Entry, &[&str]),
+    surfaces: Surfaces,
+    is_glossy_too: bool,
+) -> Result<(), Error> {
     let mut scene = moving_room(surfaces, small_lights()[0].1);
     if is_glossy_too {
         scene.materials[0].specular = Some(GLOSS);
     }
-    let settings = WITH_MOTION.settings::<&str>(None, &[]).unwrap();
-    let (mut renderer, _) = Renderer::new(gpu, &scene, &WITH_MOTION, &settings, frame(16, 8, 32))?;
+    let settings = entry.settings(None, pairs).unwrap();
+    let (mut renderer, _) = Renderer::new(gpu, &scene, entry, &settings, frame(16, 8, 32))?;
     for time_s in [0.0, 1.0, 2.0] {
         scene.set_time(time_s);
         renderer.set_pose(&scene)?;
         renderer.render(&walked(&scene.camera, time_s))?;
         renderer.surface(SurfaceChannel::Motion)?;
+        renderer.surface(SurfaceChannel::Material)?;
     }
     Ok(())
 }
@@ -492,9 +501,13 @@ fn every_hazard_of_every_pass_is_covered() {
     }
     for has_both in [false, true] {
         for surfaces in Surfaces::ALL {
-            gpu.take_journal();
-            moving_with_motion(&gpu, surfaces, has_both).unwrap();
-            ran.extend(passes(&judge(&format!("motion, {surfaces:?}"), &gpu)));
+            let materials: &[&str] = &["history=8", "material_test=on"];
+            for asks in [(&WITH_MOTION, &[] as &[&str]), (&GIVEN, materials)] {
+                gpu.take_journal();
+                moving_with_motion(&gpu, asks, surfaces, has_both).unwrap();
+                let what = format!("{}, {surfaces:?}", asks.0.name);
+                ran.extend(passes(&judge(&what, &gpu)));
+            }
         }
     }
     for pair in ["source=rsm", "source=faces"] {

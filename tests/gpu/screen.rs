@@ -70,8 +70,17 @@ impl Drawn {
 
 #[test]
 fn each_frame_is_the_oracles() {
+    for pairs in [
+        &["history=6"] as &[&str],
+        &["history=6", "material_test=on"],
+    ] {
+        frames_are_the_oracles(pairs);
+    }
+}
+
+fn frames_are_the_oracles(pairs: &[&str]) {
     let gpu = gpu();
-    let mut shown = Shown::new(&gpu, room(), &["history=6"]);
+    let mut shown = Shown::new(&gpu, room(), pairs);
     let mut random = Random::new(11);
     let mut before: Option<Drawn> = None;
     let (mut worst, mut least_clear, mut most_kept) = (0.0f64, 1.0f64, 0.0f64);
@@ -158,6 +167,34 @@ fn each_frame_is_the_oracles() {
         least_clear > 0.9 && most_kept > 0.8 && most_turned > 50,
         "{least_clear}, {most_kept}, {most_turned}"
     );
+}
+
+/// On one plane, where two materials meet: light of the other is not kept. The share of pixels with
+/// full history tells, while the camera moves by a quarter of a pixel.
+#[test]
+fn light_of_another_material_is_not_kept() {
+    let gpu = gpu();
+    let young = |pairs: &[&str]| -> usize {
+        let mut shown = Shown::new(&gpu, floors(0.0, 0.0), pairs);
+        let mut before = shown.camera;
+        let mut count = 0;
+        for number in 0..4 {
+            let aside = 0.25 * 8.0 / SIZE[0] as f32 * number as f32 * Vec3::X;
+            shown.camera.eye = Vec3::new(0.0, 4.0, 0.0) + aside;
+            shown.camera.target = aside;
+            let drawn = shown.draw(&before);
+            before = shown.camera;
+            let is_in_doubt = |weight: &&f64| **weight < f64::from(number) + 0.5;
+            count += drawn.weight.iter().filter(is_in_doubt).count();
+        }
+        count
+    };
+    let (off, on) = (
+        young(&["history=6"]),
+        young(&["history=6", "material_test=on"]),
+    );
+    println!("{off} and {on} pixels with less than all history");
+    assert!(on > off + SIZE[1] as usize / 2, "{off}, {on}");
 }
 
 /// What the oracle makes of the light of a frame: a mean along rows, then along columns.

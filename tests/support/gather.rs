@@ -16,7 +16,7 @@ use lumivox::gi::shared::voxel::VoxelGrid;
 use lumivox::gi::shared::voxel::oracle::{Gathered, Receiver, VoxelIndex, occupancy_words};
 use lumivox::gi::voxel_cones::mips::{FILTER, mark_matter, matter_image};
 use lumivox::graph::{Frame, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Owner, vk};
-use lumivox::render::{FrameConstants, GBuffer, GpuScene, Receivers};
+use lumivox::render::{Follows, FrameConstants, GBuffer, GpuScene, Receivers};
 use lumivox::scene::{Camera, Scene};
 use rayon::prelude::*;
 
@@ -49,7 +49,7 @@ impl View {
     ) -> View {
         let constants = scene.frame_constants(camera, size);
         scene.set_frame(gpu, &constants).unwrap();
-        let gbuffer = GBuffer::new(gpu, scene, size, false).unwrap();
+        let gbuffer = GBuffer::new(gpu, scene, size, Follows::Nothing).unwrap();
         let mut frame = Frame::new();
         frame.set_scene(&scene.set, &scene.materials);
         gbuffer.draw(&mut frame, scene);

@@ -112,6 +112,7 @@ impl<'g> Shown<'g> {
         let geometric = channel(SurfaceChannel::GeometricNormal);
         let motion = channel(SurfaceChannel::Motion);
         let turned = channel(SurfaceChannel::Turned);
+        let material = channel(SurfaceChannel::Material);
         let tan = f64::from((0.5 * self.camera.vfov_deg.to_radians()).tan());
         let of = |(index, [x, y]): (usize, [u32; 2])| {
             let depth_m = f64::from(depth[index].x);
@@ -121,6 +122,7 @@ impl<'g> Shown<'g> {
                 position: at,
                 geometric_normal: geometric[index].as_dvec3(),
                 shading_normal: shading[index].as_dvec3(),
+                material: material[index].x as u32,
                 footprint: at.distance(self.camera.eye.as_dvec3()) * 2.0 * tan / f64::from(SIZE[1]),
             });
             let moved_px = motion.get(index).copied().unwrap_or_default().as_dvec3();
@@ -196,18 +198,19 @@ pub const LIMITS: Limits = Limits {
     normal_cosine: 0.9,
 };
 
-/// A floor with a step of `height_m`, or with a crease where it rises by `slope`, seen from above.
+/// A floor of two materials, with a step of `height_m` where they meet, or with a crease where it
+/// rises by `slope`, seen from above.
 pub fn floors(height_m: f32, slope: f32) -> Scene {
     let mut builder = Builder::default();
-    let ground = builder.matte("ground", Vec3::splat(0.5));
+    let [left, right] = ["left", "right"].map(|name| builder.matte(name, Vec3::splat(0.5)));
     builder.quad(
-        ground,
+        left,
         Vec3::new(-9.0, 0.0, -9.0),
         Vec3::Z * 18.0,
         Vec3::X * 9.0,
     );
     let up = Vec3::new(0.0, height_m, -9.0);
-    builder.quad(ground, up, Vec3::Z * 18.0, Vec3::new(9.0, 9.0 * slope, 0.0));
+    builder.quad(right, up, Vec3::Z * 18.0, Vec3::new(9.0, 9.0 * slope, 0.0));
     let camera = Camera {
         eye: Vec3::new(0.0, 4.0, 0.0),
         target: Vec3::ZERO,

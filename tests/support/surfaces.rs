@@ -4,7 +4,7 @@ use super::compare::Worst as _;
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use lumivox::graph::{Frame, Gpu};
 use lumivox::render::oracle::{Scenery, Surface, View};
-use lumivox::render::{FrameConstants, GBuffer, GpuScene};
+use lumivox::render::{Follows, FrameConstants, GBuffer, GpuScene};
 use lumivox::scene::{
     Camera, Light, Material, Scene, Specular, Texture, TextureKind, Triangle, Vertex,
 };
@@ -110,7 +110,7 @@ pub struct Drawn {
 pub fn draw_gbuffer(gpu: &Gpu, gpu_scene: &GpuScene, scene: &Scene, size: [u32; 2]) -> Drawn {
     let constants = gpu_scene.frame_constants(&scene.camera, size);
     gpu_scene.set_frame(gpu, &constants).unwrap();
-    let gbuffer = GBuffer::new(gpu, gpu_scene, size, false).unwrap();
+    let gbuffer = GBuffer::new(gpu, gpu_scene, size, Follows::Nothing).unwrap();
     let mut frame = Frame::new();
     frame.set_scene(&gpu_scene.set, &gpu_scene.materials);
     gbuffer.draw(&mut frame, gpu_scene);

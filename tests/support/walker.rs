@@ -12,7 +12,7 @@ use lumivox::gi::voxel_cones::svo::Svo;
 use lumivox::gi::voxel_cones::{VoxelCones, VoxelStore};
 use lumivox::gi::{Change, Context, Inputs, MapNeeds, Settings, Technique};
 use lumivox::graph::{Frame, Gpu, Image};
-use lumivox::render::{GBuffer, GpuScene, LightMaps, Output};
+use lumivox::render::{Follows, GBuffer, GpuScene, LightMaps, Output};
 use lumivox::scene::Scene;
 
 const SIZE: [u32; 2] = [8, 8];
@@ -73,7 +73,7 @@ impl<'g> Walker<'g> {
             technique.needs().maps == MapNeeds::Reflective,
         )
         .unwrap();
-        let gbuffer = GBuffer::new(gpu, &gpu_scene, SIZE, false).unwrap();
+        let gbuffer = GBuffer::new(gpu, &gpu_scene, SIZE, Follows::Nothing).unwrap();
         Walker {
             gpu,
             scene: scene.clone(),

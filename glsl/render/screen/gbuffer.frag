@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // render.gbuffer: view depth, normals on the viewer's side, diffuse albedo, where the scene has
-// them the specular lobe and emission, and where it is asked for motion.
+// them the specular lobe and emission, and where they are asked for motion and the material.
 #include "shared/frame.glsl"
 #include "shared/material.glsl"
 #include "shared/packing.glsl"
@@ -26,6 +26,10 @@ layout(location = 5) in vec4 previous_clip;
 // xy: place in the frame before less that in this [px]; z: view depth there [m]; w: of what has
 // moved, the shading normal there (shared/turned.glsl), 0 elsewhere
 layout(location = MOTION) out vec4 motion;
+
+#ifdef MATERIAL
+layout(location = MATERIAL) out uint material; // 1 for the first
+#endif
 
 #include "render/screen/motion.glsl"
 #include "shared/turned.glsl"
@@ -107,5 +111,8 @@ void main() {
         ? 0.0
         : pack_turned(direction_before(triangle, front ? shading : -shading));
     motion = vec4(motion_of(previous_clip, clip), previous_clip.w, turned);
+#endif
+#ifdef MATERIAL
+    material = triangle_materials[triangle_index] + 1u;
 #endif
 }

@@ -17,6 +17,7 @@ const ALBEDO: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
 const SPECULAR: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
 const EMISSION: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
 const MOTION: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
+const MATERIAL: vk::Format = vk::Format::R32_UINT;
 
 const PREVIOUS: &[Binding] = &[Binding::buffer("previous_positions", Access::RasterRead)];
 
@@ -61,9 +62,9 @@ const fn shaders(
 }
 
 /// The passes that draw the G-buffer, by what there is to draw: 1 for a glossy scene, 2 for an
-/// emissive one, 4 for motion, or a sum of these. Reads the scene, and for motion where dynamic
-/// models were; writes the images of [`GBuffer`] and a depth buffer.
-pub static GBUFFER: [Pass; 8] = [
+/// emissive one, 4 for motion, 8 for motion and materials, or a sum of these. Reads the scene, and
+/// for motion where dynamic models were; writes the images of [`GBuffer`] and a depth buffer.
+pub static GBUFFER: [Pass; 12] = [
     gbuffer_pass(&[VIEW_DEPTH, NORMALS, ALBEDO], "render/screen/gbuffer.frag"),
     gbuffer_pass(
         &[VIEW_DEPTH, NORMALS, ALBEDO, SPECULAR],
@@ -93,7 +94,36 @@ pub static GBUFFER: [Pass; 8] = [
         &[VIEW_DEPTH, NORMALS, ALBEDO, SPECULAR, EMISSION, MOTION],
         "render/screen/gbuffer_glossy_emissive_motion.frag",
     ),
+    motion_pass(
+        &[VIEW_DEPTH, NORMALS, ALBEDO, MOTION, MATERIAL],
+        "render/screen/gbuffer_material.frag",
+    ),
+    motion_pass(
+        &[VIEW_DEPTH, NORMALS, ALBEDO, SPECULAR, MOTION, MATERIAL],
+        "render/screen/gbuffer_glossy_material.frag",
+    ),
+    motion_pass(
+        &[VIEW_DEPTH, NORMALS, ALBEDO, EMISSION, MOTION, MATERIAL],
+        "render/screen/gbuffer_emissive_material.frag",
+    ),
+    motion_pass(
+        &[
+            VIEW_DEPTH, NORMALS, ALBEDO, SPECULAR, EMISSION, MOTION, MATERIAL,
+        ],
+        "render/screen/gbuffer_glossy_emissive_material.frag",
+    ),
 ];
+
+/// What a G-buffer follows from frame to frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Follows {
+    /// Nothing.
+    Nothing,
+    /// Where surfaces were in the frame before.
+    Motion,
+    /// That, and which material each pixel showed.
+    Materials,
+}
 
 /// The images of the G-buffer, one pixel each.
 pub struct GBuffer {
@@ -117,6 +147,9 @@ pub struct GBuffer {
     /// [`BEHIND_PX`](crate::render::BEHIND_PX). rg is 0 in the first frame, where nothing moved
     /// (exactly), and where there is no surface.
     pub motion: Option<Arc<Image>>,
+    /// R32UI: 1 for the scene's first material; 0 where there is no surface. Of this frame and of
+    /// the one before. Only where they were asked for.
+    pub materials: Option<[Arc<Image>; 2]>,
     /// What motion is measured against, where there is motion.
     previous: Option<Previous>,
     depth: Arc<Image>,
@@ -125,12 +158,12 @@ pub struct GBuffer {
 }
 
 impl GBuffer {
-    /// Allocates what the scene needs; `with_motion` also motion, and what it is measured against.
+    /// Allocates what the scene needs, and what is to be followed.
     pub fn new(
         gpu: &Gpu,
         scene: &GpuScene,
         size: [u32; 2],
-        with_motion: bool,
+        follows: Follows,
     ) -> Result<Self, Error> {
         let image = |name: &str, format, usage| {
             let desc = ImageDesc {
@@ -146,6 +179,9 @@ impl GBuffer {
             gpu.create_image(&desc)
         };
         let color = ImageUsage::COLOR | ImageUsage::SAMPLED;
+        let with_motion = follows >= Follows::Motion;
+        let material = || image("gbuffer.material", MATERIAL, color);
+        let materials = || -> Result<_, Error> { Ok([material()?, material()?]) };
         Ok(GBuffer {
             view_depth: image("gbuffer.view_depth", VIEW_DEPTH, color)?,
             normals: image("gbuffer.normals", NORMALS, color)?,
@@ -160,6 +196,9 @@ impl GBuffer {
                 .transpose()?,
             motion: with_motion
                 .then(|| image("gbuffer.motion", MOTION, color))
+                .transpose()?,
+            materials: (follows == Follows::Materials)
+                .then(materials)
                 .transpose()?,
             previous: with_motion.then(|| Previous::new(gpu, scene)).transpose()?,
             depth: image("gbuffer.depth", DEPTH, ImageUsage::DEPTH)?,
@@ -196,13 +235,17 @@ impl GBuffer {
         if let Some(previous) = &mut self.previous {
             previous.keep_frame(seen_with);
         }
+        if let Some(materials) = &mut self.materials {
+            materials.reverse();
+        }
     }
 
     /// Draws the scene.
     pub fn draw(&self, frame: &mut Frame, scene: &GpuScene) {
         let index = usize::from(scene.is_glossy)
             + 2 * usize::from(scene.is_emissive)
-            + 4 * usize::from(self.motion.is_some());
+            + 4 * usize::from(self.motion.is_some())
+            + 4 * usize::from(self.materials.is_some());
         let black = ClearOrLoad::Clear([0.0; 4]);
         let mut color = vec![
             (&self.view_depth, 0, 0, black),
@@ -216,6 +259,8 @@ impl GBuffer {
                 .chain(&self.motion)
                 .map(|image| (image, 0, 0, black)),
         );
+        let nowhere = ClearOrLoad::ClearUint(0);
+        color.extend((self.materials.iter()).map(|[now, _]| (now, 0, 0, nowhere)));
         let targets = Targets {
             color: &color,
             depth: Some((&self.depth, 0, black)),

@@ -6,6 +6,8 @@
 // where the eye moves: the narrower a lobe is, the fewer frames it weighs.
 layout(local_size_x = 8, local_size_y = 8) in;
 
+layout(constant_id = 0) const bool TESTS_MATERIAL = false;
+
 layout(set = 1, binding = 0) uniform texture2D view_depth;
 layout(set = 1, binding = 1) uniform utexture2D normals;
 layout(set = 1, binding = 2) uniform texture2D motion;
@@ -13,18 +15,20 @@ layout(set = 1, binding = 3) uniform texture2D gathered;
 layout(set = 1, binding = 4) uniform texture2D light_before;
 layout(set = 1, binding = 5) uniform utexture2D guide_before;
 layout(set = 1, binding = 6) uniform texture2D change;   // of light since the frame before
-layout(set = 1, binding = 7, rgba32f) uniform restrict writeonly image2D light_now;
+layout(set = 1, binding = 7) uniform utexture2D material;
+layout(set = 1, binding = 8) uniform utexture2D material_before;
+layout(set = 1, binding = 9, rgba32f) uniform restrict writeonly image2D light_now;
 #ifdef MIRRORED
-layout(set = 1, binding = 8) uniform texture2D albedo;   // a: roughness
+layout(set = 1, binding = 10) uniform texture2D albedo;   // a: roughness
 #else
 #ifdef MOMENTS
-layout(set = 1, binding = 9) uniform texture2D moments_before;
+layout(set = 1, binding = 11) uniform texture2D moments_before;
 // x: mean of luminance over the frames; y: mean of its square
-layout(set = 1, binding = 10, rgba32f) uniform restrict writeonly image2D moments_now;
+layout(set = 1, binding = 12, rgba32f) uniform restrict writeonly image2D moments_now;
 #endif
 // x: view depth [m], 0 without a surface; y: weight of visibility [frames]; z: shading normal, as
 // in `normals`; w: weight of light [frames]
-layout(set = 1, binding = 8, rgba32ui) uniform restrict writeonly uimage2D guide_now;
+layout(set = 1, binding = 10, rgba32ui) uniform restrict writeonly uimage2D guide_now;
 #endif
 
 layout(push_constant) uniform HistoryParams {
@@ -105,6 +109,10 @@ bool turn_back(float turned, inout Surface surface) {
     return is_known;
 }
 
+uint material_at(utexture2D materials, ivec2 pixel) {
+    return texelFetch(usampler2D(materials, nearest_clamp), pixel, 0).r;
+}
+
 History find_history(ivec2 pixel, Surface surface) {
     History found = History(vec4(0.0), vec2(0.0), vec2(0.0));
     vec4 moved = texelFetch(sampler2D(motion, nearest_clamp), pixel, 0);
@@ -129,6 +137,9 @@ History find_history(ivec2 pixel, Surface surface) {
         if (depth_m <= 0.0 || abs(dot(from_here, surface.geometric_normal)) > off_plane_m
             || dot(surface.shading_normal, unpack_unit(guide.z)) < params.normal_cosine)
             continue;
+        if (TESTS_MATERIAL) {
+            if (material_at(material, pixel) != material_at(material_before, tap)) continue;
+        }
         vec2 near = mix(1.0 - share, share, vec2(step));
         float part = near.x * near.y;
         vec4 light = texelFetch(sampler2D(light_before, nearest_clamp), tap, 0);

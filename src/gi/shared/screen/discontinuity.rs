@@ -67,6 +67,7 @@ fn seen(surface: &SurfacePixel, index: u32, size: [u32; 2], camera: &Camera) -> 
         geometric_normal: unit(surface.geometric_normal),
         shading_normal: unit(surface.shading_normal),
         footprint: (position.distance(camera.eye) * 2.0 * tan / size[1] as f32).into(),
+        material: 0,
     }
 }
 

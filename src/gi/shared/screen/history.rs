@@ -43,7 +43,7 @@ gpu_struct! {
 }
 
 /// What all passes of history bind.
-const COMMON: [Binding; 8] = [
+const COMMON: [Binding; 10] = [
     Binding::sampled("view_depth", Access::ComputeSampled),
     Binding::sampled("normals", Access::ComputeSampled),
     Binding::sampled("motion", Access::ComputeSampled),
@@ -51,6 +51,8 @@ const COMMON: [Binding; 8] = [
     Binding::sampled("light_before", Access::ComputeSampled),
     Binding::sampled("guide_before", Access::ComputeSampled),
     Binding::sampled("change", Access::ComputeSampled),
+    Binding::sampled("material", Access::ComputeSampled),
+    Binding::sampled("material_before", Access::ComputeSampled),
     Binding::image("light_now", Access::ComputeWrite),
 ];
 
@@ -63,7 +65,7 @@ const fn history_pass(
         name,
         shaders: Shaders::Compute(module),
         bindings,
-        constants: &[],
+        constants: &["TESTS_MATERIAL"],
         params: Some(HistoryParams::LAYOUT),
         sets: Sets::Scene,
     }
@@ -74,14 +76,14 @@ const fn history_pass(
 pub static HISTORY: Pass = history_pass(
     "screen.history",
     "gi/shared/screen/history.comp",
-    &join::<8, 1, 9>(COMMON, [Binding::image("guide_now", Access::ComputeWrite)]),
+    &join::<10, 1, 11>(COMMON, [Binding::image("guide_now", Access::ComputeWrite)]),
 );
 
 /// The same, and the mean of the luminance over frames and of its square.
 pub static HISTORY_MOMENTS: Pass = history_pass(
     "screen.history",
     "gi/shared/screen/history_moments.comp",
-    &join::<8, 3, 11>(
+    &join::<10, 3, 13>(
         COMMON,
         [
             Binding::image("guide_now", Access::ComputeWrite),
@@ -96,7 +98,7 @@ pub static HISTORY_MOMENTS: Pass = history_pass(
 pub static HISTORY_MIRRORED: Pass = history_pass(
     "screen.history_mirrored",
     "gi/shared/screen/history_mirrored.comp",
-    &join::<8, 1, 9>(COMMON, [Binding::sampled("albedo", Access::ComputeSampled)]),
+    &join::<10, 1, 11>(COMMON, [Binding::sampled("albedo", Access::ComputeSampled)]),
 );
 
 /// What history weighs at most while lights change, and nothing says where (frames).
@@ -231,7 +233,14 @@ impl History {
     ) -> PassBuilder<'f> {
         let before = &self.kept[1 - self.now];
         let unchanged = &before.light;
-        pass.bind("view_depth", &gbuffer.view_depth)
+        let [material, material_before] = match &gbuffer.materials {
+            Some([now, before]) => [now, before],
+            None => [&gbuffer.normals; 2],
+        };
+        pass.constant("TESTS_MATERIAL", gbuffer.materials.is_some())
+            .bind("material", material)
+            .bind("material_before", material_before)
+            .bind("view_depth", &gbuffer.view_depth)
             .bind("normals", &gbuffer.normals)
             .bind("motion", gbuffer.motion_asked_for())
             .bind("guide_before", &before.guide)

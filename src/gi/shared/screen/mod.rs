@@ -33,7 +33,7 @@ use crate::gi::{IndirectLight, Inputs, Technique};
 use crate::graph::{Error, Frame, Gpu, Image as GpuImage, Pass};
 use crate::image::Image;
 use crate::render::{
-    FrameConstants, GBuffer, GpuScene, PICK, read_pixels, read_weights, screen_image,
+    Follows, FrameConstants, GBuffer, GpuScene, PICK, read_pixels, read_weights, screen_image,
 };
 use crate::scene::Camera;
 
@@ -122,9 +122,13 @@ impl Screen {
         })
     }
 
-    /// Whether [`GBuffer::motion`] is read.
-    pub fn needs_motion(&self) -> bool {
-        self.history.is_some()
+    /// What of the frame before is read in the G-buffer.
+    pub fn follows(&self) -> Follows {
+        match &self.history {
+            None => Follows::Nothing,
+            Some(_) if self.settings.tests_material => Follows::Materials,
+            Some(_) => Follows::Motion,
+        }
     }
 
     /// Number of the frame in the walk of patterns ([`FrameConstants::walk`]); 0 where nothing is

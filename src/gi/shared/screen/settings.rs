@@ -24,6 +24,13 @@ pub static SETTINGS: &[Setting] = &[
         default: "0",
     },
     Setting {
+        name: "material_test",
+        help: "whether light of frames before has to be of the same material",
+        unit: "",
+        domain: Domain::Choice(&["off", "on"]),
+        default: "off",
+    },
+    Setting {
         name: "relight_tile",
         help: "width of squares of which one pixel gathers again where light may have changed, so \
                that history follows; 0: none does, and history weighs 4 frames while lights move",
@@ -107,7 +114,7 @@ pub static RULES: &[Rule] = &[
     Rule::always(Group::Screen, &["gather_scale", "history", "blur"]),
     Rule {
         group: Group::Screen,
-        settings: &["relight_tile"],
+        settings: &["relight_tile", "material_test"],
         applies: |settings| settings.count("history") > 0,
     },
     Rule {
@@ -174,6 +181,8 @@ pub struct ScreenSettings {
     pub scale: u32,
     /// What history and a frame weigh at most (frames); 0: there is no history.
     pub longest_history: u32,
+    /// Whether history has to be of the same material.
+    pub tests_material: bool,
     /// Where light changes, one in so many pixels along each axis that gather tells by how much;
     /// 0: none does.
     pub relight_tile: u32,
@@ -210,6 +219,7 @@ impl ScreenSettings {
             splits: settings.find_choice("interleave_order") == Some("split"),
             scale: settings.find_count("gather_scale").unwrap_or(1),
             longest_history: settings.find_count("history").unwrap_or(0),
+            tests_material: settings.find_choice("material_test") == Some("on"),
             relight_tile: settings.find_count("relight_tile").unwrap_or(0),
             relight_slack: settings.find_number("relight_slack").unwrap_or(0.0),
             blur: match settings.find_choice("blur") {

@@ -114,7 +114,7 @@ pub fn history(
             };
             let margin = limits.margin(&there, tap.seen.position - moved.position, &tap.seen);
             least_margin = least_margin.min(margin.abs());
-            if margin >= 0.0 && known > 0.0 {
+            if margin >= 0.0 && known > 0.0 && tap.seen.material == seen.material {
                 found += part * tap.light;
                 weights += part * DVec2::from(tap.weights);
                 kept += part;

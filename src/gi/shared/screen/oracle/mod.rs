@@ -26,6 +26,8 @@ pub struct Seen {
     pub shading_normal: DVec3,
     /// Height of a pixel there (m).
     pub footprint: f64,
+    /// Number of its material; the same everywhere where nobody asks.
+    pub material: u32,
 }
 
 /// A picture of what may be there or not, row by row.
@@ -99,6 +101,7 @@ mod tests {
             geometric_normal: DVec3::Z,
             shading_normal: DVec3::Z,
             footprint: 0.1,
+            material: 0,
         }
     }
 }
