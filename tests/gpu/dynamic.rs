@@ -535,11 +535,19 @@ fn static_scenes_pay_nothing() {
         (small_room(Surfaces::Emissive, vec![light]), false),
         (moving_room(Surfaces::Emissive, light), true),
     ] {
+        // Rays through triangles have no voxels.
         // A clipmap voxelizes whatever comes into its windows, static or not, and keeps what it
         // needs for that; an octree with faces is made anew.
         let follows = |case: &&Case| {
-            !(["none", "clipmap", "lpv", "lpv-cascaded", "lpv-octree"].contains(&case.entry.name)
-                || case.entry.name == "svo" && case.has_faces())
+            let others = [
+                "none",
+                "ray-traced",
+                "clipmap",
+                "lpv",
+                "lpv-cascaded",
+                "lpv-octree",
+            ];
+            !(others.contains(&case.entry.name) || case.entry.name == "svo" && case.has_faces())
         };
         for case in cases().iter().filter(follows) {
             gpu.take_journal();

@@ -103,6 +103,13 @@ impl Case {
         }
     }
 
+    /// Whether the technique has a setting of this name.
+    pub fn has(&self, name: &str) -> bool {
+        self.entry
+            .all_settings()
+            .any(|setting| setting.name == name)
+    }
+
     /// Whether the technique has a setting and value, `KEY=VALUE`.
     pub fn accepts(&self, pair: &str) -> bool {
         self.entry.settings(self.preset, &[pair]).is_ok()
@@ -120,14 +127,9 @@ impl Case {
 
     /// The preset's settings, with those `pairs` that the technique knows.
     pub fn settings(&self, pairs: &[(&str, &str)]) -> Settings {
-        let has = |name: &str| {
-            self.entry
-                .all_settings()
-                .any(|setting| setting.name == name)
-        };
         let pairs: Vec<String> = pairs
             .iter()
-            .filter(|(name, _)| has(name))
+            .filter(|(name, _)| self.has(name))
             .map(|(name, value)| format!("{name}={value}"))
             .collect();
         self.entry.settings(self.preset, &pairs).unwrap()
