@@ -190,12 +190,8 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         include_bytes!("../../spirv/gi/shared/voxel/light/list_tiles.comp.spv"),
     ),
     (
-        "gi/shared/voxel/trace/bounce_rays.comp",
-        include_bytes!("../../spirv/gi/shared/voxel/trace/bounce_rays.comp.spv"),
-    ),
-    (
-        "gi/shared/voxel/trace/gather_rays.comp",
-        include_bytes!("../../spirv/gi/shared/voxel/trace/gather_rays.comp.spv"),
+        "gi/shared/voxel/trace/pack_surfaces.comp",
+        include_bytes!("../../spirv/gi/shared/voxel/trace/pack_surfaces.comp.spv"),
     ),
     (
         "gi/shared/voxel/window/empty_blocks.comp",
@@ -214,6 +210,10 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         include_bytes!("../../spirv/gi/voxel_cones/clipmap/bounce.comp.spv"),
     ),
     (
+        "gi/voxel_cones/clipmap/bounce_rays.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/clipmap/bounce_rays.comp.spv"),
+    ),
+    (
         "gi/voxel_cones/clipmap/clear_box.comp",
         include_bytes!("../../spirv/gi/voxel_cones/clipmap/clear_box.comp.spv"),
     ),
@@ -228,6 +228,18 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     (
         "gi/voxel_cones/clipmap/gather.comp",
         include_bytes!("../../spirv/gi/voxel_cones/clipmap/gather.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/clipmap/gather_rays.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/clipmap/gather_rays.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/clipmap/gather_triangles.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/clipmap/gather_triangles.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/clipmap/pack_blocks.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/clipmap/pack_blocks.comp.spv"),
     ),
     (
         "gi/voxel_cones/clipmap/patches.comp",
@@ -258,6 +270,10 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         include_bytes!("../../spirv/gi/voxel_cones/mips/bounce.comp.spv"),
     ),
     (
+        "gi/voxel_cones/mips/bounce_rays.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/mips/bounce_rays.comp.spv"),
+    ),
+    (
         "gi/voxel_cones/mips/clear_dynamic.comp",
         include_bytes!("../../spirv/gi/voxel_cones/mips/clear_dynamic.comp.spv"),
     ),
@@ -268,6 +284,14 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     (
         "gi/voxel_cones/mips/gather.comp",
         include_bytes!("../../spirv/gi/voxel_cones/mips/gather.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/mips/gather_rays.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/mips/gather_rays.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/mips/gather_triangles.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/mips/gather_triangles.comp.spv"),
     ),
     (
         "gi/voxel_cones/mips/mark_matter.comp",
@@ -310,6 +334,10 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         include_bytes!("../../spirv/gi/voxel_cones/svo/bounce.comp.spv"),
     ),
     (
+        "gi/voxel_cones/svo/bounce_rays.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/svo/bounce_rays.comp.spv"),
+    ),
+    (
         "gi/voxel_cones/svo/copy_bricks.comp",
         include_bytes!("../../spirv/gi/voxel_cones/svo/copy_bricks.comp.spv"),
     ),
@@ -338,6 +366,18 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         include_bytes!("../../spirv/gi/voxel_cones/svo/gather.comp.spv"),
     ),
     (
+        "gi/voxel_cones/svo/gather_rays.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/svo/gather_rays.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/svo/gather_triangles.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/svo/gather_triangles.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/svo/index_tiles.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/svo/index_tiles.comp.spv"),
+    ),
+    (
         "gi/voxel_cones/svo/inject_rsm.comp",
         include_bytes!("../../spirv/gi/voxel_cones/svo/inject_rsm.comp.spv"),
     ),
@@ -360,6 +400,10 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     (
         "gi/voxel_cones/svo/mark_affected.comp",
         include_bytes!("../../spirv/gi/voxel_cones/svo/mark_affected.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/svo/pack_blocks.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/svo/pack_blocks.comp.spv"),
     ),
     (
         "gi/voxel_cones/svo/patches.comp",

@@ -23,12 +23,12 @@ use lumivox::gi::shared::cone::oracle::{
 use lumivox::gi::shared::cone::{ConeTracer, FaceWeights, cone_set};
 use lumivox::gi::shared::voxel::oracle::{self, TraceGrid, TraceSettings, TraceVoxel, VoxelIndex};
 use lumivox::gi::shared::voxel::{
-    Directionality, Faces, Injection, LightSettings, Method, Prefilter, RaySettings, Sides, Viewer,
-    VoxelBounces, VoxelLight, VoxelRecords, bounce_rays,
+    Directionality, Faces, Injection, LightSettings, Method, Prefilter, RaySettings, RayTracer,
+    Sides, Viewer, VoxelBounces, VoxelLight, VoxelRecords,
 };
 use lumivox::gi::voxel_cones::mips::{filter_mips, radiance_image};
 use lumivox::gi::voxel_cones::svo::{BrickPool, BrickSettings, NodePool, PieceVoxelizer};
-use lumivox::gi::voxel_cones::{mips, svo};
+use lumivox::gi::voxel_cones::{Gatherer, mips, svo};
 use lumivox::graph::{Frame, Gpu};
 use lumivox::image::Aov;
 use lumivox::metrics::{Channel, compare};
@@ -176,13 +176,11 @@ fn light_gathered_by_rays_is_the_oracles() {
         );
         let mut frame = lit.frame();
         let irradiance = lit.light.irradiance.as_ref().unwrap();
-        bounce_rays(
+        RayTracer::new(RaySettings::new(&settings), rays).bounce(
             &mut frame,
-            &lit.read.voxels,
-            &lit.light.radiance,
+            &VoxelRecords::from(&lit.read.voxels),
+            &mips::space(&lit.read.voxels, &lit.light),
             irradiance,
-            &RaySettings::new(&settings),
-            rays,
         );
         gpu.submit(frame).unwrap();
         let seen = lit.irradiance(&gpu);
@@ -420,7 +418,7 @@ fn bounces_of_pieces_are_those_of_the_whole() {
         bounces: VoxelBounces::Count(2),
         ..LightSettings::direct(Injection::Voxel, Sides::One)
     };
-    let tracer = ConeTracer::new(&gpu, &settings("svo", "cones", &["bounces=2"])).unwrap();
+    let gatherer = Gatherer::new(&gpu, &settings("svo", "cones", &["bounces=2"])).unwrap();
     let light = |along: u32| {
         let mut voxelizer =
             PieceVoxelizer::new(&gpu, &gpu_scene, voxel_settings(32, Method::Compute)).unwrap();
@@ -434,7 +432,7 @@ fn bounces_of_pieces_are_those_of_the_whole() {
             touched: false,
             directionality: Directionality::Isotropic,
         };
-        let (mut bricks, _) = BrickPool::new(&gpu, &nodes, settings).unwrap();
+        let (mut bricks, _) = BrickPool::new(&gpu, &nodes, settings, Sides::One, None).unwrap();
         let maps = LightMaps::new(&gpu, &gpu_scene, 512, false).unwrap();
         let sum = || {
             let halves: Vec<[u16; 4]> =
@@ -454,18 +452,15 @@ fn bounces_of_pieces_are_those_of_the_whole() {
         let direct = sum();
         let mut frame = Frame::new();
         frame.set_scene(&gpu_scene.set, &gpu_scene.materials);
-        pieces.bounce(
-            &mut frame,
-            &tracer,
-            svo::volume(
-                pieces.grid,
-                &nodes.nodes,
-                &bricks.image,
-                None,
-                false,
-                (Directionality::Isotropic, 0),
-            ),
+        let volume = svo::volume(
+            pieces.grid,
+            &nodes.nodes,
+            &bricks.image,
+            None,
+            false,
+            (Directionality::Isotropic, 0),
         );
+        pieces.bounce(&mut frame, &gatherer, (Some(volume), None));
         pieces.relight(&mut frame, &maps, Viewer::Picture);
         gpu.submit(frame).unwrap();
         [direct, sum()]

@@ -48,6 +48,7 @@ mod oracle_voxels;
 mod patches;
 mod planner;
 mod properties;
+mod ray_spaces;
 mod rays;
 mod rules;
 mod screen;

@@ -646,7 +646,7 @@ impl<'s> Stand<'s> {
             )
             .unwrap();
         let (nodes, _) = NodePool::build(gpu, &occupancy, settings.corners).unwrap();
-        let (bricks, _) = BrickPool::new(gpu, &nodes, settings).unwrap();
+        let (bricks, _) = BrickPool::new(gpu, &nodes, settings, Sides::One, None).unwrap();
         Stand {
             gpu,
             pieces,

@@ -7,9 +7,9 @@ use std::sync::Arc;
 use crate::support::octree::{lattice, matter, packed_radiance, plant};
 use crate::support::{Random, gpu, read_words, words};
 use glam::{DVec4, UVec3};
-use lumivox::gi::shared::voxel::Directionality;
 use lumivox::gi::shared::voxel::dynamic::TouchedBlock;
 use lumivox::gi::shared::voxel::oracle::{VoxelIndex, block_bases, compact_order, occupancy_words};
+use lumivox::gi::shared::voxel::{Directionality, Sides};
 use lumivox::gi::voxel_cones::svo::oracle::octree;
 use lumivox::gi::voxel_cones::svo::{
     BrickPool, BrickSettings, NodePool, Occupancy, OccupiedCube, TouchedVoxels,
@@ -233,7 +233,7 @@ impl<'g> Follower<'g> {
                 &pose(gpu, &still, &Values::new(), resolution).touched(),
             )
             .unwrap();
-        let (bricks, _) = BrickPool::new(gpu, &nodes, settings).unwrap();
+        let (bricks, _) = BrickPool::new(gpu, &nodes, settings, Sides::One, None).unwrap();
         let first = (
             read_words(gpu, &nodes.nodes),
             read_words(gpu, &nodes.neighbours),
@@ -315,7 +315,7 @@ impl<'g> Follower<'g> {
 
 fn grow(gpu: &Gpu, occupancy: &Occupancy, settings: BrickSettings) -> (NodePool, BrickPool) {
     let (nodes, _) = NodePool::build(gpu, occupancy, settings.corners).unwrap();
-    let (bricks, _) = BrickPool::new(gpu, &nodes, settings).unwrap();
+    let (bricks, _) = BrickPool::new(gpu, &nodes, settings, Sides::One, None).unwrap();
     (nodes, bricks)
 }
 

@@ -312,6 +312,36 @@ const LIVES: [Life; 30] = [
         surfaces: Surfaces::Emissive,
     },
     Life {
+        technique: "svo",
+        preset: Some("accurate"),
+        pairs: &[("bounces", "2")],
+        surfaces: Surfaces::Glossy,
+    },
+    Life {
+        technique: "svo",
+        preset: Some("triangles"),
+        pairs: &[("bounces", "2")],
+        surfaces: Surfaces::Masked,
+    },
+    Life {
+        technique: "voxel-mips",
+        preset: Some("triangles"),
+        pairs: &[("bounces", "2")],
+        surfaces: Surfaces::Emissive,
+    },
+    Life {
+        technique: "clipmap",
+        preset: Some("accurate"),
+        pairs: &[("levels", "3"), ("voxel_size", "0.06"), ("bounces", "2")],
+        surfaces: Surfaces::Glossy,
+    },
+    Life {
+        technique: "clipmap",
+        preset: Some("triangles"),
+        pairs: &[("levels", "3"), ("voxel_size", "0.06"), ("bounces", "2")],
+        surfaces: Surfaces::Diffuse,
+    },
+    Life {
         technique: "clipmap",
         preset: Some("cones"),
         pairs: &[

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use glam::{DVec3, DVec4, UVec3};
+use lumivox::gi::shared::voxel::Sides;
 use lumivox::gi::shared::voxel::oracle::{VoxelIndex, block_bases, compact_order, occupancy_words};
 use lumivox::gi::voxel_cones::svo::oracle::{Lattice, LitVoxel, Octree, Texels, Tile};
 use lumivox::gi::voxel_cones::svo::{
@@ -127,7 +128,7 @@ pub fn grow(
     let occupied: BTreeSet<VoxelIndex> = voxels.keys().copied().collect();
     let (nodes, _) =
         NodePool::build(gpu, &plant(gpu, &occupied, resolution), settings.corners).unwrap();
-    let (mut bricks, _) = BrickPool::new(gpu, &nodes, settings).unwrap();
+    let (mut bricks, _) = BrickPool::new(gpu, &nodes, settings, Sides::One, None).unwrap();
     shine(gpu, &nodes, &mut bricks, voxels);
     (nodes, bricks)
 }
@@ -188,13 +189,8 @@ pub fn grow_lit(
             emission: None,
         }
     };
-    let (mut bricks, _) = BrickPool::with_normals(
-        gpu,
-        &nodes,
-        settings,
-        vec![range(0, first), range(first.len(), second)],
-    )
-    .unwrap();
+    let records = vec![range(0, first), range(first.len(), second)];
+    let (mut bricks, _) = BrickPool::new(gpu, &nodes, settings, Sides::Two, Some(records)).unwrap();
     shine_lit(gpu, &nodes, &mut bricks, voxels);
     (nodes, bricks)
 }

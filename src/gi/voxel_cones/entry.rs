@@ -1,15 +1,20 @@
 //! What rows of the family have in common: stages and views.
 
 use super::rules::RULES;
-use crate::gi::entry::{Directions, Entry, Make, Stage};
+use crate::gi::entry::{Directions, Entry, Make, Stage, Substitution};
 use crate::gi::inspect::{Channels, Scale, ViewRow};
 use crate::gi::shared::cone::{self, VolumePasses};
-use crate::gi::shared::voxel::VoxelBounces;
+use crate::gi::shared::voxel::{self, SpacePasses, VoxelBounces};
 
 /// Gathering along directions.
 pub(super) static GATHER: Stage = Stage::picture(
     "gather",
-    &["cone.gather", "voxel.gather_rays", "cone.occlusion"],
+    &[
+        "cone.gather",
+        "voxel.gather_rays",
+        "voxel.gather_triangles",
+        "cone.occlusion",
+    ],
 );
 
 /// Glossy reflection.
@@ -75,19 +80,63 @@ pub(super) const fn entry(name: &'static str, summary: &'static str, make: Make)
                 Vec::new()
             }
         },
-        directions_setting: |_| Some("cones"),
+        directions_setting: |settings| {
+            Some(if settings.is("gather", "cones") {
+                "cones"
+            } else {
+                "rays"
+            })
+        },
         views: &[VIEWS],
         rules: &[RULES],
         ..Entry::new(name, summary, make)
     }
 }
 
-/// The diffuse and the specular cones of a store.
-pub(super) const fn directions(cones: &'static VolumePasses) -> [Directions; 2] {
+/// What an error budget tries in place of the gather's settings.
+pub(super) const SUBSTITUTIONS: &[Substitution] = &[
+    Substitution {
+        name: "directions",
+        help: "as many directions as the gather's settings allow, so that no light falls between \
+               them",
+        pairs: |settings| {
+            if settings.is("gather", "cones") {
+                cone::more_cones(settings)
+            } else {
+                voxel::more_rays(settings)
+            }
+        },
+    },
+    Substitution {
+        name: "filtering",
+        help: "exact rays through the finest voxels, instead of samples of filtered ones",
+        pairs: |settings| {
+            if settings.is("gather", "cones") {
+                vec!["gather=rays".into()]
+            } else {
+                Vec::new()
+            }
+        },
+    },
+];
+
+/// The diffuse and the specular cones of a store, and its rays.
+pub(super) const fn directions(
+    cones: &'static VolumePasses,
+    rays: &'static SpacePasses,
+) -> [Directions; 4] {
     [
         Directions {
             pass: &cones.gather,
             count: Some(cone::diffuse_count),
+        },
+        Directions {
+            pass: &rays.gather_rays,
+            count: Some(|settings| settings.count("rays")),
+        },
+        Directions {
+            pass: &rays.gather_triangles,
+            count: Some(|settings| settings.count("rays")),
         },
         Directions {
             pass: &cones.specular,

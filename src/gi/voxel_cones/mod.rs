@@ -3,6 +3,7 @@
 
 pub mod clipmap;
 mod entry;
+pub mod gatherer;
 pub mod mips;
 mod presets;
 mod rules;
@@ -11,10 +12,11 @@ pub mod svo;
 
 use std::sync::Arc;
 
+pub use gatherer::Gatherer;
 pub use store::{Relit, VoxelStore};
 
 use crate::gi::inspect::{Beam, BeamAxis, BeamStart, LightSlots, ViewRow};
-use crate::gi::shared::cone::{ConeTracer, EmissivePatches, VoxelVolume};
+use crate::gi::shared::cone::{EmissivePatches, VoxelVolume};
 use crate::gi::shared::voxel::{Injection, Viewer, VoxelBounces, VoxelSlots};
 use crate::gi::{Change, Context, Inputs, Inspect, MapNeeds, Needs, Settings, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image};
@@ -22,9 +24,9 @@ use crate::render::{GBuffer, Receivers, screen_image};
 
 /// A technique of the family.
 pub struct VoxelCones<S> {
-    /// Voxels, their light, and the volume that cones march through.
+    /// Voxels, their light, and what cones and rays go through.
     pub store: S,
-    cones: ConeTracer,
+    gatherer: Gatherer,
     /// Patches of surfaces that emit, where cones see them.
     patches: Option<EmissivePatches>,
     /// RGBA32F: indirect specular radiance; absent where nothing mirrors.
@@ -33,8 +35,8 @@ pub struct VoxelCones<S> {
 
 /// What a store is made with, besides its settings.
 pub struct Parts {
-    /// How cones are traced.
-    pub cones: ConeTracer,
+    /// How cones and rays are traced.
+    pub gatherer: Gatherer,
     /// Whether there is a specular cone.
     pub has_specular: bool,
     /// Whether patches give what surfaces emit, and voxels keep it apart.
@@ -50,13 +52,13 @@ impl<S: VoxelStore> VoxelCones<S> {
         let has_specular = scene.is_glossy && settings.is("specular", "on");
         let patches = EmissivePatches::new(gpu, scene, settings)?;
         let parts = Parts {
-            cones: ConeTracer::new(gpu, settings)?,
+            gatherer: Gatherer::new(gpu, settings)?,
             has_specular,
             has_patches: patches.is_some(),
         };
         Ok(VoxelCones {
             store: S::new(context, settings, &parts)?,
-            cones: parts.cones,
+            gatherer: parts.gatherer,
             patches,
             specular: has_specular
                 .then(|| screen_image(gpu, &format!("{name}.specular"), size))
@@ -72,7 +74,7 @@ impl<S: VoxelStore> Technique for VoxelCones<S> {
             MapNeeds::Reflective
         } else if light.reads_maps() {
             MapNeeds::Shadows
-        } else if !self.cones.has_shadows() {
+        } else if !self.gatherer.cones.has_shadows() {
             MapNeeds::Direct
         } else {
             MapNeeds::Nothing
@@ -84,6 +86,9 @@ impl<S: VoxelStore> Technique for VoxelCones<S> {
     }
 
     fn build(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
+        if let Some(rays) = &mut self.gatherer.rays {
+            rays.build(context.gpu, context.scene)?;
+        }
         self.store.build(context)
     }
 
@@ -92,6 +97,9 @@ impl<S: VoxelStore> Technique for VoxelCones<S> {
             Change::Models => {
                 if let Some(patches) = &mut self.patches {
                     patches.follow(context.gpu, context.scene)?;
+                }
+                if let Some(rays) = &mut self.gatherer.rays {
+                    rays.follow(context.gpu, context.scene)?;
                 }
                 self.store.follow_models(context)
             }
@@ -110,7 +118,7 @@ impl<S: VoxelStore> Technique for VoxelCones<S> {
             return;
         }
         for bounce in 1..=count {
-            self.store.bounce(frame, &self.cones);
+            self.store.bounce(frame, &self.gatherer);
             let relit = if bounce == count {
                 Relit::FOR_PICTURE
             } else {
@@ -119,7 +127,7 @@ impl<S: VoxelStore> Technique for VoxelCones<S> {
             self.store.relight(frame, given.maps, relit);
         }
         if bounces == VoxelBounces::Feedback {
-            self.store.bounce(frame, &self.cones);
+            self.store.bounce(frame, &self.gatherer);
             if self.patches.is_some() {
                 self.store.relight(frame, given.maps, Relit::FOR_PICTURE);
             }
@@ -127,12 +135,15 @@ impl<S: VoxelStore> Technique for VoxelCones<S> {
     }
 
     fn gather(&mut self, frame: &mut Frame, _given: &Inputs<'_>, receivers: &Receivers<'_>) {
-        let has_gathered = self.store.gather(frame, receivers);
+        let Gatherer { cones, rays } = &self.gatherer;
+        if let (Some(rays), Some(space)) = (rays, self.store.space()) {
+            rays.gather(frame, receivers, &space);
+        }
         if let Some(volume) = self.store.volume() {
-            if !has_gathered {
-                self.cones.gather(frame, receivers, volume);
+            if rays.is_none() {
+                cones.gather(frame, receivers, volume);
             }
-            self.cones.occlusion(frame, receivers, volume);
+            cones.occlusion(frame, receivers, volume);
         }
     }
 
@@ -142,7 +153,7 @@ impl<S: VoxelStore> Technique for VoxelCones<S> {
 
     fn add_apart(&mut self, frame: &mut Frame, given: &Inputs<'_>, diffuse: &Arc<Image>) {
         if let (Some(patches), Some(volume)) = (&self.patches, self.store.volume()) {
-            (self.cones).patches(frame, given.gbuffer, volume, patches, diffuse);
+            (self.gatherer.cones).patches(frame, given.gbuffer, volume, patches, diffuse);
         }
     }
 
@@ -157,14 +168,15 @@ impl<S: VoxelStore> Technique for VoxelCones<S> {
             self.store.relight(frame, given.maps, relit);
         }
         let volume = self.store.volume()?;
-        (self.cones).specular(frame, given.gbuffer, volume, specular);
+        (self.gatherer.cones).specular(frame, given.gbuffer, volume, specular);
         Some(Arc::clone(specular))
     }
 
     fn shadow_direct(&mut self, frame: &mut Frame, given: &Inputs<'_>) -> bool {
-        let shadowed = self.store.volume().filter(|_| self.cones.has_shadows());
+        let cones = &self.gatherer.cones;
+        let shadowed = self.store.volume().filter(|_| cones.has_shadows());
         if let Some(volume) = shadowed {
-            (self.cones).shadow(frame, given.scene, given.gbuffer, volume, given.direct);
+            cones.shadow(frame, given.scene, given.gbuffer, volume, given.direct);
         }
         shadowed.is_some()
     }
@@ -184,7 +196,9 @@ impl<S: VoxelStore> VoxelCones<S> {
 
 impl<S: VoxelStore> Inspect for VoxelCones<S> {
     fn counts(&self, gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {
-        self.store.counts(gpu)
+        let mut counts = self.store.counts(gpu)?;
+        counts.extend(self.gatherer.rays.iter().flat_map(|rays| rays.counts()));
+        Ok(counts)
     }
 
     fn cell_size(&self) -> Option<f32> {
@@ -199,9 +213,8 @@ impl<S: VoxelStore> Inspect for VoxelCones<S> {
         let Some(volume) = self.store.volume() else {
             return Ok(Vec::new());
         };
-        let counted = [self.store.is_gathered_by_cones(), self.specular.is_some()];
-        self.cones
-            .count_samples(context.gpu, context.scene, gbuffer, volume, counted)
+        let counted = [self.gatherer.rays.is_none(), self.specular.is_some()];
+        (self.gatherer.cones).count_samples(context.gpu, context.scene, gbuffer, volume, counted)
     }
 
     fn levels(&self, view: &ViewRow) -> u32 {
@@ -230,8 +243,7 @@ impl<S: VoxelStore> Inspect for VoxelCones<S> {
         aperture_deg: Option<f32>,
     ) -> Result<Option<Beam>, Error> {
         let traced = self.store.volume().map(|volume| {
-            self.cones
-                .trace(context, volume, start, (axis, aperture_deg))
+            (self.gatherer.cones).trace(context, volume, start, (axis, aperture_deg))
         });
         traced.transpose()
     }

@@ -5,21 +5,34 @@ use crate::gi::shared::cone;
 use crate::gi::shared::screen;
 use crate::gi::shared::voxel;
 
-/// Many cones, so narrow that they read the finest levels.
-pub(super) const NARROWEST: Preset = Preset {
+/// Exact rays.
+pub(super) const ACCURATE: Preset = Preset {
     name: "accurate",
-    help: "as cones, but 32 of them and so narrow that they read the finest levels",
-    values: &[cone::NARROWEST],
+    help: "exact rays, interleaved over 4×4 pixels: the least error for its time where walls are \
+           flat",
+    values: &[&[("gather", "rays")]],
 };
 
-/// One cone a pixel, and what pixels share.
+/// One ray a pixel, and what pixels share.
 pub(super) const FAST: Preset = Preset {
     name: "fast",
-    help: "as cones, but one a pixel, with the light of earlier frames and of neighbours",
+    help: "as accurate, but one ray a pixel, with the light of earlier frames and of neighbours",
     values: &[
-        &[("cones", "1"), ("interleave_window", "off")],
+        &[
+            ("gather", "rays"),
+            ("rays", "1"),
+            ("interleave_window", "off"),
+        ],
         screen::settings::FAST,
     ],
+};
+
+/// Exact visibility.
+pub(super) const TRIANGLES: Preset = Preset {
+    name: "triangles",
+    help: "as accurate, but rays meet the scene's own triangles: voxels only keep light, so walls \
+           and bars thinner than a voxel hide what they should",
+    values: &[&[("gather", "triangles")]],
 };
 
 /// The settings' defaults.

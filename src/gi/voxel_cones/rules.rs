@@ -25,13 +25,21 @@ pub(super) const RULES: &[Rule] = &[
     ),
     Rule {
         group: Group::Structure,
-        settings: &["opacity", "faces"],
+        settings: &["opacity"],
         applies: has_cones,
     },
     Rule {
         group: Group::Structure,
+        settings: &["faces"],
+        applies: is_gathered_by_cones,
+    },
+    Rule {
+        group: Group::Structure,
         settings: &["anisotropic"],
-        applies: |settings| has_cones(settings) && settings.is("faces", "one"),
+        applies: |settings| {
+            let has_faces = is_gathered_by_cones(settings) && !settings.is("faces", "one");
+            has_cones(settings) && !has_faces
+        },
     },
     Rule {
         group: Group::Structure,
@@ -118,14 +126,16 @@ pub(super) const RULES: &[Rule] = &[
     },
     Rule {
         group: Group::Gather,
-        settings: &[
-            "rays",
-            "radiance",
-            "ray_start",
-            "self_height",
-            "contour_slack",
-        ],
+        settings: &["rays", "radiance"],
         applies: |settings| !is_gathered_by_cones(settings),
+    },
+    Rule {
+        group: Group::Gather,
+        settings: &["ray_start", "self_height", "contour_slack"],
+        applies: |settings| {
+            settings.is("gather", "rays")
+                || settings.is("gather", "triangles") && VoxelBounces::new(settings).any()
+        },
     },
     Rule::always(Group::Bounces, &["bounces"]),
     Rule {
@@ -161,7 +171,7 @@ pub(super) const RULES: &[Rule] = &[
 
 /// Whether cones, not rays, gather the diffuse light.
 fn is_gathered_by_cones(settings: &Settings) -> bool {
-    settings.find_choice("gather") != Some("rays")
+    settings.is("gather", "cones")
 }
 
 fn has_occlusion_cones(settings: &Settings) -> bool {

@@ -1,11 +1,12 @@
 //! What a technique of the family keeps: voxels, their light, and a volume for cones.
 
 use super::Parts;
-use crate::gi::shared::cone::{ConeTracer, Volume, VoxelVolume};
-use crate::gi::shared::voxel::{LightSettings, LitVoxels, Viewer};
+use super::gatherer::Gatherer;
+use crate::gi::shared::cone::{Volume, VoxelVolume};
+use crate::gi::shared::voxel::{LightSettings, LitVoxels, Space, Viewer};
 use crate::gi::{Context, Settings};
 use crate::graph::{Error, Frame, FrameStats, Gpu};
-use crate::render::{LightMaps, Receivers};
+use crate::render::LightMaps;
 
 /// Why the voxels are lit once more.
 #[derive(Clone, Copy)]
@@ -58,7 +59,7 @@ pub trait VoxelStore: Sized {
     fn light(&mut self, frame: &mut Frame, maps: &LightMaps, is_last: bool) -> bool;
 
     /// Adds the passes by which voxels gather from each other.
-    fn bounce(&self, frame: &mut Frame, cones: &ConeTracer);
+    fn bounce(&self, frame: &mut Frame, gatherer: &Gatherer);
 
     /// Adds the passes that light the voxels once more, with what they gathered, and make the
     /// volume.
@@ -68,15 +69,9 @@ pub trait VoxelStore: Sized {
     /// traces cones.
     fn volume(&self) -> Option<Volume<'_>>;
 
-    /// Whether cones gather the diffuse light.
-    fn is_gathered_by_cones(&self) -> bool {
-        true
-    }
-
-    /// Adds the passes of a diffuse gather of its own; false where it has none, and cones gather.
-    fn gather(&self, _frame: &mut Frame, _receivers: &Receivers<'_>) -> bool {
-        false
-    }
+    /// What the rays of the picture, and of its voxels, go through. `None` before it is built, and
+    /// where nothing traces rays.
+    fn space(&self) -> Option<Space<'_>>;
 
     /// The volumes that can be looked at, the light first.
     fn volumes(&self) -> Vec<VoxelVolume<'_>>;

@@ -76,6 +76,24 @@ bool sees_back(Voxel voxel, vec3 direction) {
     return all(greaterThan(direction * n, vec3(-0.05)));
 }
 
+// What rays read of a voxel:
+// bits 0               30             32
+// x    | mean position | axis         |
+// y    | mean normal   | opposed | 0  |
+uvec2 pack_surface(Voxel voxel) {
+    uint axis = voxel.coverage >> 30, opposed = voxel.coverage >> 29 & 1u;
+    return uvec2(voxel.mean_position | axis << 30, voxel.normal | opposed << 30);
+}
+
+// As much of a voxel's record.
+Voxel unpack_surface(uvec2 surface) {
+    Voxel voxel = Voxel(0u, 0u, 0u, 0u, 0u, 0u);
+    voxel.mean_position = surface.x;
+    voxel.normal = surface.y;
+    voxel.coverage = surface.x & 0xc0000000u | (surface.y >> 30 & 1u) << 29;
+    return voxel;
+}
+
 vec3 unpack_albedo(uint packed) {
     vec3 root = unpack_unorm10(packed);
     return root * root;

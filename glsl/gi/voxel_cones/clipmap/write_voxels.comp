@@ -9,6 +9,10 @@ layout(local_size_x = 64) in;
 layout(constant_id = 0) const bool FACES = false;
 // each voxel has six radiances, and not one for all faces
 layout(constant_id = 1) const bool SIX = false;
+// each voxel has two radiances, one a side; texels have both together
+layout(constant_id = 2) const bool TWO = false;
+
+const float LARGEST_HALF = 65504.0;
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer Voxels { Voxel voxels[]; };
 layout(std430, set = 1, binding = 1) restrict readonly buffer VoxelRadiance {
@@ -29,6 +33,11 @@ layout(push_constant) uniform WriteParams {
     int clipmap_level;
 } params;
 
+vec4 radiance_and_opacity(uint side) {
+    uvec2 packed = voxel_radiance[side];
+    return vec4(unpackHalf2x16(packed.x), unpackHalf2x16(packed.y));
+}
+
 void main() {
     uint index = gl_GlobalInvocationID.x + gl_GlobalInvocationID.y * 4194240u;
     if (index >= params.voxel_count) return;
@@ -45,9 +54,13 @@ void main() {
     for (int face = 0; face < faces; ++face) {
         uint at = index;
         if (SIX) at = 6u * index + uint(face);
-        uvec2 radiance = voxel_radiance[at];
-        vec2 rg = unpackHalf2x16(radiance.x), ba = unpackHalf2x16(radiance.y);
-        store_texel(
-            texel, face, params.clipmap_level, params.first.w, vec4(vec3(rg, ba.x) * ba.y, ba.y));
+        if (TWO) at = 2u * index;
+        vec4 light = radiance_and_opacity(at);
+        if (TWO) {
+            vec4 back = radiance_and_opacity(at + 1u);
+            light.rgb = min((light.rgb + back.rgb) * back.w, vec3(LARGEST_HALF));
+        }
+        store_texel(texel, face, params.clipmap_level, params.first.w,
+            vec4(light.rgb * light.w, light.w));
     }
 }

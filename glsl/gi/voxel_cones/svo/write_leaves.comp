@@ -8,6 +8,8 @@ layout(local_size_x = 64) in;
 
 // radiances of a voxel: 1, 2, or 6, one a face, and then as many bricks of a tile
 layout(constant_id = 1) const uint SIDES = 1;
+// 1: normal bricks tell the sides of a voxel apart
+layout(constant_id = 3) const uint NORMALS = 0;
 
 const float LARGEST_HALF = 65504.0;
 
@@ -43,8 +45,13 @@ vec4 side_of_voxel(uint side) {
 
 vec4 voxel_texel(uint voxel, uint face) {
     vec4 light = side_of_voxel(SIDES * voxel + face);
-    if (SIDES == 2u)
-        light.rgb = min(light.rgb + side_of_voxel(2u * voxel + 1u).rgb, vec3(LARGEST_HALF));
+    if (SIDES == 2u) {
+        vec4 back = side_of_voxel(2u * voxel + 1u);
+        light.rgb += back.rgb;
+        // seen by one radiance for all directions
+        if (NORMALS == 0u) light.rgb *= back.w;
+        light.rgb = min(light.rgb, vec3(LARGEST_HALF));
+    }
     return vec4(light.rgb * light.a, light.a);
 }
 

@@ -14,7 +14,7 @@ pub(in crate::gi) mod volume;
 pub use march::MarchSettings;
 pub use patches::{EmissivePatches, GpuPatch, Patch, PatchParams, has_patches, patches};
 pub use sets::{Cone, ConeSet, KahlRings, check, cone_set, diffuse_set, kahl_set};
-pub use settings::{NARROWEST, SETTINGS, SUBSTITUTIONS, TEXTBOOK, diffuse_count, more_cones};
+pub use settings::{SETTINGS, TEXTBOOK, diffuse_count, more_cones};
 pub use shadow::{SOFT_SHADOWS, ShadowConeParams};
 pub use trace::TraceParams;
 pub use tracer::{BounceConeParams, ConeParams, ConeSettings, ConeTracer, SpecularParams};

@@ -2,7 +2,6 @@
 
 use super::sets::diffuse_set;
 use crate::gi::Settings;
-use crate::gi::entry::Substitution;
 use crate::gi::settings::{Domain, PresetValues, Setting};
 
 /// Cones as the papers have them: six of 60°, unclamped, the same in every pixel.
@@ -16,9 +15,6 @@ pub const TEXTBOOK: PresetValues = &[
     ("start_offset", "1.5"),
     ("interleave", "1"),
 ];
-
-/// As many cones as there are, so narrow that they read the finest levels.
-pub const NARROWEST: PresetValues = &[("cones", "32"), ("aperture_scale", "0.05")];
 
 /// Settings of cones.
 pub static SETTINGS: &[Setting] = &[
@@ -173,26 +169,6 @@ pub static SETTINGS: &[Setting] = &[
         unit: "",
         domain: Domain::Choice(&["on", "off"]),
         default: "on",
-    },
-];
-
-/// Substitutions of a technique that gathers by cones alone.
-pub static SUBSTITUTIONS: &[Substitution] = &[
-    Substitution {
-        name: "directions",
-        help: "as many cones as the settings allow, so that no light falls between them",
-        pairs: more_cones,
-    },
-    Substitution {
-        name: "filtering",
-        help: "cones so narrow that they read the finest voxels alone",
-        pairs: |settings| {
-            if settings.number("aperture_scale") > 0.05 {
-                vec!["aperture_scale=0.05".into()]
-            } else {
-                Vec::new()
-            }
-        },
     },
 ];
 

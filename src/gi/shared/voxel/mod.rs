@@ -30,8 +30,7 @@ pub use light::{CLEAR_LIGHT, LIGHT, LIGHT_DENSE, VoxelLight, VoxelRecords, add_c
 pub use prefilter::{
     ANISOTROPIC, DIRECTIONAL, Directionality, FACE_SETTINGS, Faces, MIP_FILTER, Prefilter,
 };
-pub use trace::bounce::{BOUNCE_RAYS, bounce_rays};
-pub use trace::{GATHER_RAYS, RAY_SETTINGS, RaySettings, gather_rays};
+pub use trace::{RAY_SETTINGS, RaySettings, RayTracer, Space, SpacePasses, more_rays};
 pub use voxel_box::VoxelBox;
 pub use window::{VoxelWindow, WindowScratch};
 
@@ -183,8 +182,7 @@ pub static PASSES: &[&Pass] = &[
     &INJECT_RSM,
     &LIGHT,
     &LIGHT_DENSE,
-    &BOUNCE_RAYS,
-    &GATHER_RAYS,
+    &trace::surfaces::PACK_SURFACES,
 ];
 
 /// Triangles to voxels.
@@ -208,6 +206,7 @@ pub static VOXELIZATION: Stage = Stage::store(
         "voxel.shift_blocks",
         "voxel.empty_blocks",
         "voxel.move_records",
+        "voxel.pack_surfaces",
     ],
 );
 

@@ -87,10 +87,14 @@ pub enum Directionality {
 
 impl Directionality {
     /// From a technique's settings; faces on all levels include those of the coarser ones.
-    /// Isotropic where the technique does not have the settings.
+    /// Isotropic where the technique does not have the settings. Rays see the sides of the finest
+    /// voxels, so these have no faces then.
     pub fn new(settings: &Settings) -> Self {
+        let has_cones = settings
+            .find_choice("gather")
+            .is_none_or(|by| by == "cones");
         match (
-            settings.find_choice("faces"),
+            settings.find_choice("faces").filter(|_| has_cones),
             settings.find_choice("anisotropic"),
         ) {
             (Some("front"), _) => Directionality::Directional(Faces::Front),

@@ -1,13 +1,13 @@
 //! The row of the registry.
 
-use super::super::entry::{GATHER, SPECULAR, directions, entry};
+use super::super::entry::{GATHER, SPECULAR, SUBSTITUTIONS, directions, entry};
 use super::super::{VoxelCones, presets};
-use super::{CONES, Clipmap, volume};
+use super::{CONES, Clipmap, RAYS, space, volume};
 use crate::gi::entry::{Entry, Stage};
 use crate::gi::settings::{Domain, Preset, Setting, Settings};
 use crate::gi::shared::cone;
 use crate::gi::shared::interleave;
-use crate::gi::shared::voxel::{self, FACE_SETTINGS, MIP_FILTER};
+use crate::gi::shared::voxel::{self, FACE_SETTINGS, MIP_FILTER, RAY_SETTINGS};
 use crate::gi::{Context, Technique};
 use crate::graph::{Error, Pass};
 
@@ -55,8 +55,9 @@ static SETTINGS: &[Setting] = &[
 ];
 
 static PRESETS: &[Preset] = &[
-    presets::NARROWEST,
+    presets::ACCURATE,
     presets::FAST,
+    presets::TRIANGLES,
     presets::CONES,
     presets::ANISOTROPIC,
     presets::DIRECTIONAL,
@@ -69,6 +70,7 @@ pub(super) static PASSES: &[&Pass] = &[
     &volume::CLEAR_BOX,
     &volume::FILTER_INNER,
     &volume::FILTER_TOP,
+    &space::PACK_BLOCKS,
 ];
 
 /// The row of the registry.
@@ -80,15 +82,23 @@ pub static ENTRY: Entry = Entry {
         cone::SETTINGS,
         interleave::SETTINGS,
         interleave::SPECULAR_SETTINGS,
+        RAY_SETTINGS,
     ],
     presets: PRESETS,
-    passes: &[voxel::PASSES, PASSES, &CONES.all()],
+    passes: &[voxel::PASSES, PASSES, &CONES.all(), &RAYS.all()],
     structs: &[voxel::STRUCTS, cone::STRUCTS],
     stages: &[
         &voxel::VOXELIZATION,
         &Stage::store("clearing", &["clipmap.clear", "clipmap.clear_box"]),
         &voxel::LIGHT_INJECTION,
-        &Stage::store("leaf writing", &["clipmap.write_voxels"]),
+        &Stage::store(
+            "leaf writing",
+            &[
+                "clipmap.write_voxels",
+                "clipmap.pack_blocks",
+                "clipmap.merge_radiance",
+            ],
+        ),
         &Stage::store(
             "mip filtering",
             &["clipmap.filter_inner", "clipmap.filter_top"],
@@ -98,8 +108,8 @@ pub static ENTRY: Entry = Entry {
         &SPECULAR,
         &cone::SOFT_SHADOWS,
     ],
-    directions: &directions(&CONES),
-    substitutions: &[cone::SUBSTITUTIONS, voxel::SUBSTITUTIONS],
+    directions: &directions(&CONES, &RAYS),
+    substitutions: &[SUBSTITUTIONS, voxel::SUBSTITUTIONS],
     ..entry(
         "clipmap",
         "nested voxel grids around the camera, cone-traced",

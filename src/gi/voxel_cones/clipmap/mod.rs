@@ -3,6 +3,7 @@
 
 mod entry;
 pub mod layout;
+pub mod space;
 mod update;
 pub mod volume;
 
@@ -12,17 +13,19 @@ use glam::{IVec3, Vec3};
 
 pub use entry::ENTRY;
 pub use layout::{Inner, Layout, Place};
+use space::ClipmapSpace;
 use update::Level;
 pub use volume::ClipmapVolume;
 
-use super::{Parts, Relit, VoxelStore};
+use super::{Gatherer, Parts, Relit, VoxelStore};
 use crate::gi::Context;
 use crate::gi::settings::Settings;
 use crate::gi::shared::cone::volume::volume_passes;
-use crate::gi::shared::cone::{ConeTracer, Volume, VolumePasses, VoxelVolume};
+use crate::gi::shared::cone::{Volume, VolumePasses, VoxelVolume};
+use crate::gi::shared::voxel::trace::space::space_passes;
 use crate::gi::shared::voxel::{
-    Directionality, LightSettings, Prefilter, Sides, VoxelBox, VoxelLight, VoxelRecords,
-    VoxelSettings, VoxelWindow, WindowScratch, add_counts,
+    Directionality, LightSettings, Prefilter, Sides, Space, SpacePasses, VoxelBox, VoxelLight,
+    VoxelRecords, VoxelSettings, VoxelWindow, WindowScratch, add_counts,
 };
 use crate::graph::{Access, Binding, Buffer, Error, Frame, FrameStats, Gpu};
 use crate::render::LightMaps;
@@ -38,6 +41,13 @@ pub static CONES: VolumePasses = volume_passes!(
     ]
 );
 
+/// The passes of rays through the levels.
+pub static RAYS: SpacePasses = space_passes!(
+    "gi/voxel_cones/clipmap",
+    ["SIDES", "N", "LEVELS"],
+    ["levels", "blocks", "surfaces", "voxel_radiance"]
+);
+
 /// Levels of voxels, their light and their texels.
 pub struct Clipmap {
     layout: Layout,
@@ -46,8 +56,10 @@ pub struct Clipmap {
     is_staggered: bool,
     /// Lights stand still.
     keeps_light: bool,
-    /// The texels of all levels.
-    pub volume: ClipmapVolume,
+    /// The texels of all levels; absent where nothing traces cones.
+    pub volume: Option<ClipmapVolume>,
+    /// The voxels of all levels as rays go through them; absent where cones gather.
+    space: Option<ClipmapSpace>,
     levels: Vec<Level>,
     /// The levels whose texels this frame makes anew.
     due: Vec<usize>,
@@ -77,20 +89,27 @@ impl VoxelStore for Clipmap {
         } else {
             Sides::One
         };
+        let light_settings = LightSettings {
+            stores_faces: faces.is_some(),
+            emission_apart: parts.has_patches,
+            ..LightSettings::new(settings, parts.gatherer.sides_or(sides))
+        };
+        let filter = Prefilter::new(settings);
+        let volume = (parts.gatherer.needs_volume(parts.has_specular))
+            .then(|| ClipmapVolume::new(gpu, layout, filter, directionality));
+        let space =
+            (parts.gatherer.rays.is_some()).then(|| ClipmapSpace::new(gpu, layout, light_settings));
         Ok(Clipmap {
             layout,
             voxel_settings: VoxelSettings {
                 faces,
                 ..VoxelSettings::new(settings)
             },
-            light_settings: LightSettings {
-                stores_faces: faces.is_some(),
-                emission_apart: parts.has_patches,
-                ..LightSettings::new(settings, sides)
-            },
+            light_settings,
             is_staggered: settings.is("level_updates", "staggered"),
             keeps_light: settings.is("light_updates", "on-change"),
-            volume: ClipmapVolume::new(gpu, layout, Prefilter::new(settings), directionality)?,
+            volume: volume.transpose()?,
+            space: space.transpose()?,
             levels: Vec::new(),
             due: Vec::new(),
             scratch: WindowScratch::new(gpu, scene)?,
@@ -131,7 +150,9 @@ impl VoxelStore for Clipmap {
             });
         }
         let mut frame = Frame::new();
-        self.volume.clear(&mut frame);
+        if let Some(volume) = &self.volume {
+            volume.clear(&mut frame);
+        }
         let mut stats = gpu.submit(frame)?;
         self.bound = None;
         (self.frame, self.pose) = (0, scene.dynamic.as_ref().map(|dynamic| dynamic.bounds));
@@ -175,18 +196,12 @@ impl VoxelStore for Clipmap {
         !self.due.is_empty()
     }
 
-    fn bounce(&self, frame: &mut Frame, cones: &ConeTracer) {
-        let Some(volume) = self.seen_by_voxels() else {
-            return;
-        };
+    fn bounce(&self, frame: &mut Frame, gatherer: &Gatherer) {
+        let (volume, space) = (self.seen_by_voxels(), self.space());
         for Level { window, light, .. } in &self.levels {
             if let Some(irradiance) = &light.irradiance {
-                cones.bounce(
-                    frame,
-                    &VoxelRecords::from(&window.voxels),
-                    volume,
-                    irradiance,
-                );
+                let records = VoxelRecords::from(&window.voxels);
+                gatherer.bounce(frame, &records, (volume, space.as_ref()), irradiance);
             }
         }
     }
@@ -198,13 +213,19 @@ impl VoxelStore for Clipmap {
             light.relight(frame, &records, maps, None, relit.viewer);
             let (extent, inner) = (self.levels[index].extent(), self.inner(index).region());
             self.write_level(frame, index, extent, inner);
+            self.light_space(frame, index);
         }
         self.filter_top(frame, self.outermost().extent());
     }
 
     fn volume(&self) -> Option<Volume<'_>> {
         let outermost = self.levels.last()?;
-        Some(self.volume.as_volume(outermost.place))
+        Some(self.volume.as_ref()?.as_volume(outermost.place))
+    }
+
+    fn space(&self) -> Option<Space<'_>> {
+        let outermost = self.levels.last()?;
+        Some(self.space.as_ref()?.as_space(outermost.place))
     }
 
     fn volumes(&self) -> Vec<VoxelVolume<'_>> {
@@ -212,7 +233,7 @@ impl VoxelStore for Clipmap {
         let volumes = volume.map(|volume| VoxelVolume {
             name: "light",
             volume,
-            levels: self.layout.levels + self.volume.top.mips(),
+            levels: self.layout.levels + self.layout.top_mips(),
         });
         volumes.collect()
     }

@@ -113,7 +113,12 @@ impl Clipmap {
             new.extend(boxes);
             stats.append(cost);
         }
-        self.volume.set_places(context.gpu, places)?;
+        if let Some(volume) = &self.volume {
+            volume.set_places(context.gpu, places)?;
+        }
+        if let Some(space) = &mut self.space {
+            stats.append(space.follow(context.gpu, &self.levels, places)?);
+        }
         Ok(stats)
     }
 
@@ -248,10 +253,13 @@ impl Clipmap {
         level.lit = if keeps_light { extent } else { VoxelBox::NONE };
         // A voxel that has gone leaves its texel behind, and so does a finer level that has moved
         // away.
-        for cleared in new {
-            self.volume.clear_box(frame, index as u32, cleared);
+        if let Some(volume) = &self.volume {
+            for cleared in new {
+                volume.clear_box(frame, index as u32, cleared);
+            }
         }
         self.write_level(frame, index, changed, remade);
+        self.light_space(frame, index);
         changed
     }
 
@@ -264,9 +272,10 @@ impl Clipmap {
         region: VoxelBox,
         cleared: VoxelBox,
     ) {
+        let Some(volume) = &self.volume else { return };
         let (level, number, inner) = (&self.levels[index], index as u32, self.inner(index));
-        self.volume.clear_box(frame, number, cleared);
-        self.volume.write_voxels(
+        volume.clear_box(frame, number, cleared);
+        volume.write_voxels(
             frame,
             number,
             region,
@@ -274,14 +283,22 @@ impl Clipmap {
             &level.window.voxels,
             &level.light,
         );
-        self.volume.filter_inner(frame, number, region, &inner);
+        volume.filter_inner(frame, number, region, &inner);
+    }
+
+    /// Adds the copy of a level's light to where rays see it.
+    pub(super) fn light_space(&self, frame: &mut Frame, index: usize) {
+        if let Some(space) = &self.space {
+            space.light(frame, index, &self.levels[index]);
+        }
     }
 
     /// Adds the passes that make the mips above the outermost level, where its texels in `region`
     /// are seen.
     pub(super) fn filter_top(&self, frame: &mut Frame, region: VoxelBox) {
-        self.volume
-            .filter_top(frame, self.outermost().place.first, region);
+        if let Some(volume) = &self.volume {
+            volume.filter_top(frame, self.outermost().place.first, region);
+        }
     }
 
     pub(super) fn outermost(&self) -> &Level {
@@ -291,6 +308,6 @@ impl Clipmap {
     /// What the cones of voxels march through.
     pub(super) fn seen_by_voxels(&self) -> Option<Volume<'_>> {
         let outermost = self.levels.last()?;
-        Some(self.volume.as_seen_by_voxels(outermost.place))
+        Some(self.volume.as_ref()?.as_seen_by_voxels(outermost.place))
     }
 }

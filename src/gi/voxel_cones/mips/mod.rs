@@ -13,18 +13,19 @@ pub use matter::{MARK_MATTER, MatterParams, REDUCE_MATTER, mark_matter, matter_i
 use volume::DenseVolume;
 pub use volume::{CONES, FILTER, filter_mips, radiance_image, volume};
 
-use super::{Parts, Relit, VoxelStore};
+use super::{Gatherer, Parts, Relit, VoxelStore};
 use crate::gi::Context;
 use crate::gi::settings::Settings;
-use crate::gi::shared::cone::{ConeTracer, Volume, VoxelVolume};
+use crate::gi::shared::cone::{Volume, VoxelVolume};
 use crate::gi::shared::voxel::build::linear_groups;
+use crate::gi::shared::voxel::trace::space::space_passes;
 use crate::gi::shared::voxel::{
-    Accumulation, Directionality, DynamicVoxels, LightSettings, LitVoxels, Prefilter, RaySettings,
-    Sides, VoxelLight, VoxelRecords, VoxelSettings, Voxelizer, Voxels, bounce_rays, gather_rays,
+    Accumulation, Directionality, DynamicVoxels, LightSettings, LitVoxels, Prefilter, Sides, Space,
+    SpacePasses, VoxelLight, VoxelRecords, VoxelSettings, Voxelizer, Voxels,
 };
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Error, Frame, FrameStats, Gpu, Image, Pass};
-use crate::render::{LightMaps, Receivers};
+use crate::render::LightMaps;
 use crate::shader::GpuStruct;
 
 gpu_struct! {
@@ -49,16 +50,47 @@ pub static CLEAR_DYNAMIC: Pass = Pass::compute(
     ClearParams::LAYOUT,
 );
 
+/// The passes of rays through the grid.
+pub static RAYS: SpacePasses = space_passes!(
+    "gi/voxel_cones/mips",
+    ["SIDES"],
+    [
+        "occupancy",
+        "block_bases",
+        "voxel_records",
+        "voxel_radiance"
+    ]
+);
+
+/// The space of a dense grid of voxels with their light.
+pub fn space<'v>(voxels: &'v Voxels, light: &'v VoxelLight) -> Space<'v> {
+    Space {
+        passes: &RAYS,
+        grid: voxels.grid,
+        bound: vec![
+            ("occupancy", &voxels.occupancy),
+            ("block_bases", &voxels.block_bases),
+            ("voxel_records", &voxels.records),
+            ("voxel_radiance", &light.radiance),
+        ],
+        constants: Vec::new(),
+        words: [0; 4],
+        sides: light.settings.sides,
+        // A line crosses at most 3 n voxels of an n³ grid, and each is a turn of the loop.
+        turns: 3 * voxels.grid.resolution + 1,
+    }
+}
+
 /// Voxels, their light and its mips.
 pub struct Mips {
     filter: Prefilter,
     /// Whether the hardware's linear filter makes the mips.
     blits: bool,
     light_settings: LightSettings,
-    bounce_directions: u32,
     /// Fragments can be added to a voxel and taken away again.
     is_exact: bool,
-    rays: Option<RaySettings>,
+    /// Whether cones gather the diffuse light.
+    has_cones: bool,
     voxelizer: Voxelizer,
     /// Absent where nothing traces cones.
     volume: Option<DenseVolume>,
@@ -70,11 +102,7 @@ pub struct Mips {
 impl Mips {
     fn add_mips(&self, frame: &mut Frame, is_last: bool) {
         // Rays see the finest level alone, so mips are for the picture only.
-        let Some(volume) = self
-            .volume
-            .as_ref()
-            .filter(|_| is_last || self.rays.is_none())
-        else {
+        let Some(volume) = self.volume.as_ref().filter(|_| is_last || self.has_cones) else {
             return;
         };
         if self.blits {
@@ -94,12 +122,9 @@ impl VoxelStore for Mips {
     fn new(context: &Context<'_>, settings: &Settings, parts: &Parts) -> Result<Self, Error> {
         let Context { gpu, scene, .. } = *context;
         let directionality = Directionality::new(settings);
-        let rays = settings
-            .is("gather", "rays")
-            .then(|| RaySettings::new(settings));
         let filter = Prefilter::new(settings);
-        let skips_empty = parts.has_specular || parts.cones.needs_matter();
-        let has_volume = rays.is_none() || parts.has_specular || parts.cones.is_beside_gather();
+        let skips_empty = parts.has_specular || parts.gatherer.cones.needs_matter();
+        let has_volume = parts.gatherer.needs_volume(parts.has_specular);
         let voxel_settings = VoxelSettings {
             faces: directionality.faces().filter(|_| has_volume),
             ..VoxelSettings::new(settings)
@@ -109,7 +134,7 @@ impl VoxelStore for Mips {
         } else {
             Sides::One
         };
-        let sides = rays.map_or(sides, |rays| rays.sides);
+        let sides = parts.gatherer.sides_or(sides);
         let resolution = voxel_settings.resolution;
         Ok(Mips {
             filter,
@@ -120,12 +145,11 @@ impl VoxelStore for Mips {
                 emission_apart: parts.has_patches,
                 ..LightSettings::new(settings, sides)
             },
-            bounce_directions: settings.count("bounce_directions"),
             is_exact: voxel_settings.accumulation == Accumulation::Exact,
             volume: has_volume
                 .then(|| DenseVolume::new(gpu, resolution, directionality, skips_empty))
                 .transpose()?,
-            rays,
+            has_cones: parts.gatherer.rays.is_none(),
             voxelizer: Voxelizer::new(gpu, scene, voxel_settings)?,
             lit: None,
             dynamic: None,
@@ -202,18 +226,13 @@ impl VoxelStore for Mips {
         true
     }
 
-    fn bounce(&self, frame: &mut Frame, cones: &ConeTracer) {
-        let Some((voxels, light)) = &self.lit else {
-            return;
-        };
-        let Some(irradiance) = &light.irradiance else {
-            return;
-        };
-        if let Some(rays) = &self.rays {
-            let (radiance, directions) = (&light.radiance, self.bounce_directions);
-            bounce_rays(frame, voxels, radiance, irradiance, rays, directions);
-        } else if let Some(volume) = self.volume() {
-            cones.bounce(frame, &VoxelRecords::from(voxels), volume, irradiance);
+    fn bounce(&self, frame: &mut Frame, gatherer: &Gatherer) {
+        if let Some((voxels, light)) = &self.lit
+            && let Some(irradiance) = &light.irradiance
+        {
+            let through = (self.volume(), self.space());
+            let records = VoxelRecords::from(voxels);
+            gatherer.bounce(frame, &records, (through.0, through.1.as_ref()), irradiance);
         }
     }
 
@@ -232,15 +251,9 @@ impl VoxelStore for Mips {
         Some(volume.as_volume(voxels.grid))
     }
 
-    fn is_gathered_by_cones(&self) -> bool {
-        self.rays.is_none()
-    }
-
-    fn gather(&self, frame: &mut Frame, receivers: &Receivers<'_>) -> bool {
-        if let (Some(rays), Some((voxels, light))) = (&self.rays, &self.lit) {
-            gather_rays(frame, receivers, voxels, light, rays);
-        }
-        self.rays.is_some()
+    fn space(&self) -> Option<Space<'_>> {
+        let (voxels, light) = self.lit.as_ref().filter(|_| !self.has_cones)?;
+        Some(space(voxels, light))
     }
 
     fn volumes(&self) -> Vec<VoxelVolume<'_>> {

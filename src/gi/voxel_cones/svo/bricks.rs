@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use super::nodes::NodePool;
 use super::touched::{Tiles, TouchedTiles};
-use crate::gi::shared::voxel::Directionality;
 use crate::gi::shared::voxel::build::{buffer, linear_groups};
+use crate::gi::shared::voxel::{Directionality, Sides};
 use crate::gpu_struct;
 use crate::graph::{
     Access, Binding, Buffer, Error, Frame, FrameStats, Gpu, Image, ImageDesc, ImageKind,
@@ -92,7 +92,7 @@ const LIST: Binding = Binding::buffer("touched_tiles", Access::ComputeRead);
 
 /// Radiance of the voxels of each leaf tile into its own brick. A thread a texel.
 pub static WRITE_LEAVES: Pass = Pass {
-    constants: &["CORNERS", "SIDES", "TOUCHED"],
+    constants: &["CORNERS", "SIDES", "TOUCHED", "NORMALS"],
     ..Pass::compute(
         "svo.write_leaves",
         "gi/voxel_cones/svo/write_leaves.comp",
@@ -330,6 +330,8 @@ pub struct BrickPool {
     /// Bricks that there is room for.
     capacity: u32,
     settings: BrickSettings,
+    /// Radiances of a voxel: 1, 2 (a side each) or 6 (a face each).
+    sides: u32,
     touched: Option<TouchedTiles>,
     /// Bound where nothing is read.
     nothing: Arc<Buffer>,
@@ -337,30 +339,13 @@ pub struct BrickPool {
 }
 
 impl BrickPool {
-    /// Allocates a brick for each tile, all zero. A voxel has one radiance.
+    /// Allocates a brick for each tile, all zero; given the records of all voxels, which then have
+    /// a radiance for each side, a normal brick as well.
     pub fn new(
         gpu: &Gpu,
         nodes: &NodePool,
         settings: BrickSettings,
-    ) -> Result<(Self, FrameStats), Error> {
-        Self::allocate(gpu, nodes, settings, None)
-    }
-
-    /// The same, with a normal brick as well. A voxel has a radiance for each side; all of them
-    /// have records.
-    pub fn with_normals(
-        gpu: &Gpu,
-        nodes: &NodePool,
-        settings: BrickSettings,
-        records: Vec<RecordRange>,
-    ) -> Result<(Self, FrameStats), Error> {
-        Self::allocate(gpu, nodes, settings, Some(records))
-    }
-
-    fn allocate(
-        gpu: &Gpu,
-        nodes: &NodePool,
-        settings: BrickSettings,
+        sides: Sides,
         records: Option<Vec<RecordRange>>,
     ) -> Result<(Self, FrameStats), Error> {
         let capacity = nodes.room();
@@ -392,6 +377,11 @@ impl BrickPool {
                 normals,
                 capacity,
                 settings,
+                sides: if settings.directionality.faces().is_some() {
+                    6
+                } else {
+                    sides as u32
+                },
                 touched,
                 nothing: buffer(gpu, "svo.nothing", 0)?,
                 is_filled: false,
@@ -434,22 +424,13 @@ impl BrickPool {
         self.normals.as_ref().map(|normals| &normals.image)
     }
 
-    /// Radiances of a voxel.
-    fn sides(&self) -> u32 {
-        if self.settings.directionality.faces().is_some() {
-            6
-        } else {
-            1 + u32::from(self.normals.is_some())
-        }
-    }
-
     /// Adds the passes from the voxels' light to all levels.
     pub fn update(&mut self, frame: &mut Frame, nodes: &NodePool, radiance: &Arc<Buffer>) {
         let is_filled = std::mem::replace(&mut self.is_filled, true);
         for level in 0..nodes.levels.len() {
             let tiles = match &self.touched {
                 Some(touched) if is_filled => {
-                    touched.find(frame, nodes, radiance, self.sides(), level)
+                    touched.find(frame, nodes, radiance, self.sides, level)
                 }
                 _ => Tiles::all(nodes, level, &self.nothing),
             };
@@ -462,7 +443,7 @@ impl BrickPool {
         }
         if let (Some(touched), false) = (&self.touched, is_filled) {
             for level in 0..nodes.levels.len() {
-                touched.find(frame, nodes, radiance, self.sides(), level);
+                touched.find(frame, nodes, radiance, self.sides, level);
             }
         }
     }
@@ -481,7 +462,8 @@ impl BrickPool {
             .bind("voxel_radiance", radiance)
             .bind("bricks", &self.image)
             .constant("CORNERS", self.settings.corners)
-            .constant("SIDES", self.sides());
+            .constant("SIDES", self.sides)
+            .constant("NORMALS", self.normals.is_some());
         let bricks = level_bricks(nodes, self.settings.directionality, 0);
         tiles.dispatch(pass, &tiles.params([bricks; 2]), texels);
         if let Some(NormalBricks { image, records }) = &self.normals {

@@ -1,14 +1,14 @@
 //! The row of the registry.
 
-use super::super::entry::{GATHER, SPECULAR, VIEWS, directions, entry, view};
+use super::super::entry::{GATHER, SPECULAR, SUBSTITUTIONS, VIEWS, directions, entry, view};
 use super::super::{VoxelCones, presets};
-use super::{CONES, Svo, attributes, bricks, dynamic, nodes, pieces, touched};
+use super::{CONES, RAYS, Svo, attributes, bricks, dynamic, nodes, pieces, space, touched};
 use crate::gi::entry::{Entry, Stage};
 use crate::gi::inspect::{Scale, ViewRow};
 use crate::gi::settings::{Domain, Preset, Setting, SettingError, Settings};
 use crate::gi::shared::cone;
 use crate::gi::shared::interleave;
-use crate::gi::shared::voxel::{self, Directionality, FACE_SETTINGS, MIP_FILTER};
+use crate::gi::shared::voxel::{self, Directionality, FACE_SETTINGS, MIP_FILTER, RAY_SETTINGS};
 use crate::gi::{Context, Technique};
 use crate::graph::{Error, Pass};
 use crate::shader::{GpuStruct, StructLayout};
@@ -60,8 +60,9 @@ static SETTINGS: &[Setting] = &[
 ];
 
 static PRESETS: &[Preset] = &[
-    presets::NARROWEST,
+    presets::ACCURATE,
     presets::FAST,
+    presets::TRIANGLES,
     presets::CONES,
     presets::ANISOTROPIC,
     presets::DIRECTIONAL,
@@ -125,6 +126,8 @@ pub(super) static PASSES: &[&Pass] = &[
     &touched::FLAG_TOUCHED,
     &touched::LIST_TOUCHED,
     &pieces::INJECT_RSM,
+    &space::INDEX_TILES,
+    &space::PACK_BLOCKS,
 ];
 
 /// The structs that this module shares with shaders, without the parameters of passes.
@@ -140,11 +143,12 @@ pub static ENTRY: Entry = Entry {
         cone::SETTINGS,
         interleave::SETTINGS,
         interleave::SPECULAR_SETTINGS,
+        RAY_SETTINGS,
     ],
     check,
     presets: PRESETS,
     views: &[VIEWS, ATTRIBUTE_VIEWS],
-    passes: &[voxel::PASSES, PASSES, &CONES.all()],
+    passes: &[voxel::PASSES, PASSES, &CONES.all(), &RAYS.all()],
     structs: &[voxel::STRUCTS, STRUCTS, cone::STRUCTS],
     stages: &[
         &voxel::VOXELIZATION,
@@ -165,6 +169,8 @@ pub static ENTRY: Entry = Entry {
                 "svo.flag_texels",
                 "svo.grow",
                 "svo.copy_bricks",
+                "svo.index_tiles",
+                "svo.pack_blocks",
             ],
         ),
         &voxel::LIGHT_INJECTION,
@@ -192,8 +198,8 @@ pub static ENTRY: Entry = Entry {
         &SPECULAR,
         &cone::SOFT_SHADOWS,
     ],
-    directions: &directions(&CONES),
-    substitutions: &[cone::SUBSTITUTIONS, voxel::SUBSTITUTIONS],
+    directions: &directions(&CONES, &RAYS),
+    substitutions: &[SUBSTITUTIONS, voxel::SUBSTITUTIONS],
     ..entry("svo", "sparse voxel octree with bricks, cone-traced", make)
 };
 

@@ -8,6 +8,7 @@ mod entry;
 pub mod nodes;
 pub mod oracle;
 pub mod pieces;
+pub mod space;
 pub mod touched;
 
 use std::sync::Arc;
@@ -18,14 +19,17 @@ pub use dynamic::TouchedVoxels;
 pub use entry::ENTRY;
 pub use nodes::NodePool;
 pub use pieces::{Occupancy, OccupiedCube, PieceVoxelizer, Pieces};
+use space::OctreeSpace;
 
-use super::{Parts, Relit, VoxelStore};
+use super::{Gatherer, Parts, Relit, VoxelStore};
 use crate::gi::Context;
 use crate::gi::settings::Settings;
 use crate::gi::shared::cone::volume::volume_passes;
-use crate::gi::shared::cone::{Bound, ConeTracer, Volume, VolumePasses, VoxelVolume};
+use crate::gi::shared::cone::{Bound, Volume, VolumePasses, VoxelVolume};
+use crate::gi::shared::voxel::trace::space::space_passes;
 use crate::gi::shared::voxel::{
-    Directionality, LightSettings, LitVoxels, Prefilter, Sides, VoxelGrid, VoxelSettings,
+    Directionality, LightSettings, LitVoxels, Prefilter, Sides, Space, SpacePasses, VoxelGrid,
+    VoxelSettings,
 };
 use crate::graph::{Access, Binding, Buffer, Error, Frame, FrameStats, Gpu, Image};
 use crate::render::LightMaps;
@@ -70,18 +74,32 @@ pub fn volume<'v>(
     }
 }
 
+/// The passes of rays through the octree.
+pub static RAYS: SpacePasses = space_passes!(
+    "gi/voxel_cones/svo",
+    ["SIDES", "SURFACE_WORDS"],
+    ["nodes", "top_tiles", "blocks", "surfaces", "voxel_radiance"]
+);
+
 /// What is built from the scene.
 struct Octree {
     voxels: Pieces,
     nodes: NodePool,
-    bricks: BrickPool,
+    /// Absent where nothing traces cones.
+    bricks: Option<BrickPool>,
     attributes: Option<AttributeBricks>,
+    /// Only where rays gather the diffuse light.
+    space: Option<OctreeSpace>,
 }
 
 /// Voxels, their light, and the octree over them.
 pub struct Svo {
     light_settings: LightSettings,
     bricks: BrickSettings,
+    /// Whether anything traces cones.
+    has_bricks: bool,
+    /// Whether rays gather the diffuse light.
+    has_rays: bool,
     has_normals: bool,
     has_attributes: bool,
     voxelizer: PieceVoxelizer,
@@ -99,6 +117,9 @@ impl VoxelStore for Svo {
         } else {
             Sides::One
         };
+        let sides = parts.gatherer.sides_or(sides);
+        let has_attributes = settings.is("attributes", "on");
+        let has_bricks = has_attributes || parts.gatherer.needs_volume(parts.has_specular);
         let voxel_settings = VoxelSettings {
             faces,
             ..VoxelSettings::new(settings)
@@ -113,8 +134,10 @@ impl VoxelStore for Svo {
                 emission_apart: parts.has_patches,
                 ..LightSettings::new(settings, sides)
             },
+            has_bricks,
+            has_rays: parts.gatherer.rays.is_some(),
             has_normals,
-            has_attributes: settings.is("attributes", "on"),
+            has_attributes,
             bricks: BrickSettings {
                 corners: settings.is("lattice", "corners"),
                 filter: Prefilter::new(settings) as u32,
@@ -134,7 +157,7 @@ impl VoxelStore for Svo {
     fn build(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
         // The old octree goes first, so that rebuilding needs no more memory than building.
         self.octree = None;
-        let (voxels, occupancy, mut stats) =
+        let (mut voxels, occupancy, mut stats) =
             self.voxelizer
                 .run(context.gpu, context.scene, self.light_settings)?;
         let build = if voxels.touched().is_some() {
@@ -149,12 +172,14 @@ impl VoxelStore for Svo {
         if let Some(touched) = voxels.touched() {
             stats.append(nodes.follow(context.gpu, &touched)?);
         }
-        let (bricks, cleared) = if self.has_normals {
-            BrickPool::with_normals(context.gpu, &nodes, self.bricks, voxels.records())?
-        } else {
-            BrickPool::new(context.gpu, &nodes, self.bricks)?
-        };
-        stats.append(cleared);
+        let mut bricks = None;
+        if self.has_bricks {
+            let records = self.has_normals.then(|| voxels.records());
+            let sides = self.light_settings.sides;
+            let (made, cleared) = BrickPool::new(context.gpu, &nodes, self.bricks, sides, records)?;
+            stats.append(cleared);
+            bricks = Some(made);
+        }
         let mut attributes = None;
         if self.has_attributes {
             let (made, written) =
@@ -162,11 +187,19 @@ impl VoxelStore for Svo {
             stats.append(written);
             attributes = Some(made);
         }
+        let mut space = None;
+        if self.has_rays {
+            stats.append(voxels.pack(context.gpu)?);
+            let (made, indexed) = OctreeSpace::new(context.gpu, &nodes)?;
+            stats.append(indexed);
+            space = Some(made);
+        }
         self.octree = Some(Octree {
             voxels,
             nodes,
             bricks,
             attributes,
+            space,
         });
         Ok(stats)
     }
@@ -186,17 +219,21 @@ impl VoxelStore for Svo {
         if let Some(touched) = octree.voxels.touched() {
             stats.append(octree.nodes.follow(context.gpu, &touched)?);
         }
-        stats.append(
-            octree
-                .bricks
-                .follow(context.gpu, &octree.nodes, octree.voxels.records())?,
-        );
+        if let Some(bricks) = &mut octree.bricks {
+            let records = octree.voxels.records();
+            stats.append(bricks.follow(context.gpu, &octree.nodes, records)?);
+        }
         if let Some(attributes) = &mut octree.attributes {
             stats.append(attributes.follow(
                 context.gpu,
                 &octree.nodes,
                 &octree.voxels.records(),
             )?);
+        }
+        if let Some(space) = &mut octree.space {
+            let (made, indexed) = OctreeSpace::new(context.gpu, &octree.nodes)?;
+            stats.append(indexed);
+            *space = made;
         }
         self.octree = Some(octree);
         Ok(stats)
@@ -213,13 +250,17 @@ impl VoxelStore for Svo {
             ..
         } = octree;
         voxels.update(frame, maps, &nodes.nodes);
-        bricks.update(frame, nodes, &voxels.radiance);
+        if let Some(bricks) = bricks {
+            bricks.update(frame, nodes, &voxels.radiance);
+        }
         true
     }
 
-    fn bounce(&self, frame: &mut Frame, cones: &ConeTracer) {
-        if let (Some(octree), Some(volume)) = (&self.octree, self.volume()) {
-            octree.voxels.bounce(frame, cones, volume);
+    fn bounce(&self, frame: &mut Frame, gatherer: &Gatherer) {
+        if let Some(octree) = &self.octree {
+            let space = self.space();
+            let through = (self.volume(), space.as_ref());
+            octree.voxels.bounce(frame, gatherer, through);
         }
     }
 
@@ -232,7 +273,9 @@ impl VoxelStore for Svo {
                 ..
             } = octree;
             voxels.relight(frame, maps, relit.viewer);
-            bricks.update(frame, nodes, &voxels.radiance);
+            if let Some(bricks) = bricks {
+                bricks.update(frame, nodes, &voxels.radiance);
+            }
         }
     }
 
@@ -249,6 +292,7 @@ impl VoxelStore for Svo {
             ..
         } = self.bricks;
         let faces = (directionality, face_stride(nodes, directionality));
+        let bricks = bricks.as_ref()?;
         let (image, normals) = (&bricks.image, bricks.normals());
         Some(volume(
             voxels.grid,
@@ -258,6 +302,17 @@ impl VoxelStore for Svo {
             corners,
             faces,
         ))
+    }
+
+    fn space(&self) -> Option<Space<'_>> {
+        let Octree {
+            voxels,
+            nodes,
+            space,
+            ..
+        } = self.octree.as_ref()?;
+        let sides = self.light_settings.sides;
+        space.as_ref()?.as_space(voxels, nodes, sides)
     }
 
     fn volumes(&self) -> Vec<VoxelVolume<'_>> {
@@ -315,12 +370,12 @@ impl VoxelStore for Svo {
         };
         let tiles = u64::from(nodes.tile_count());
         let mut counts = voxels.counts(gpu)?;
-        counts.extend([("nodes", 8 * tiles), ("tiles", tiles), ("bricks", tiles)]);
-        counts.extend(
-            bricks
-                .touched_count(gpu)?
-                .map(|touched| ("touched_tiles", touched)),
-        );
+        counts.extend([("nodes", 8 * tiles), ("tiles", tiles)]);
+        if let Some(bricks) = bricks {
+            counts.push(("bricks", tiles));
+            let touched = bricks.touched_count(gpu)?;
+            counts.extend(touched.map(|touched| ("touched_tiles", touched)));
+        }
         Ok(counts)
     }
 }

@@ -5,14 +5,17 @@ use std::sync::Arc;
 
 use glam::UVec3;
 
+use super::super::Gatherer;
 use super::bricks::RecordRange;
 use super::dynamic::TouchedVoxels;
 use super::nodes::require_pointers;
-use crate::gi::shared::cone::{ConeTracer, Volume};
+use crate::gi::shared::cone::Volume;
 use crate::gi::shared::voxel::build::buffer;
+use crate::gi::shared::voxel::build::passes::Voxel;
 use crate::gi::shared::voxel::light::inject::{INJECT_BINDINGS, inject_pass};
+use crate::gi::shared::voxel::trace::surfaces::{SURFACE_BYTES, pack_surfaces};
 use crate::gi::shared::voxel::{
-    Accumulation, DynamicVoxels, LightSettings, LitVoxels, Viewer, VoxelGrid, VoxelLight,
+    Accumulation, DynamicVoxels, LightSettings, LitVoxels, Space, Viewer, VoxelGrid, VoxelLight,
     VoxelLookup, VoxelRecords, VoxelSettings, Voxelizer, Voxels, add_counts, bound_tiles,
 };
 use crate::graph::pass::join;
@@ -30,6 +33,9 @@ pub static INJECT_RSM: Pass = inject_pass(
         )
     },
 );
+
+/// Words of a voxel's record.
+const RECORD_WORDS: u32 = (size_of::<Voxel>() / 4) as u32;
 
 /// A piece and its light.
 struct Piece {
@@ -63,6 +69,8 @@ pub struct Pieces {
     pub radiance: Arc<Buffer>,
     /// The pieces that are not empty, or the whole grid as one.
     pieces: Vec<Piece>,
+    /// What rays read of the voxels of several pieces.
+    packed: Option<Arc<Buffer>>,
 }
 
 /// What the octree is built over: all voxels, or with dynamic models the static ones. Needed during
@@ -258,6 +266,7 @@ fn attempt(
             fragment_count,
             radiance,
             pieces,
+            packed: None,
         },
         occupancy,
         stats,
@@ -354,12 +363,42 @@ impl Pieces {
     }
 
     /// Adds the passes by which the voxels gather.
-    pub fn bounce(&self, frame: &mut Frame, cones: &ConeTracer, volume: Volume<'_>) {
+    pub fn bounce(
+        &self,
+        frame: &mut Frame,
+        gatherer: &Gatherer,
+        through: (Option<Volume<'_>>, Option<&Space<'_>>),
+    ) {
         for Piece { voxels, light, .. } in &self.pieces {
             if let Some(irradiance) = &light.irradiance {
-                cones.bounce(frame, voxels, volume, irradiance);
+                gatherer.bounce(frame, voxels, through, irradiance);
             }
         }
+    }
+
+    /// What rays read of all voxels, and the words of each: the records where the grid is in one
+    /// piece, and otherwise what [`Pieces::pack`] has made of them. `None` where it has not.
+    pub fn surfaces(&self) -> Option<(&Arc<Buffer>, u32)> {
+        match self.pieces.as_slice() {
+            [whole] => Some((&whole.voxels.records, RECORD_WORDS)),
+            _ => Some((self.packed.as_ref()?, (SURFACE_BYTES / 4) as u32)),
+        }
+    }
+
+    /// Packs what rays read of the voxels, where these are in several pieces.
+    pub fn pack(&mut self, gpu: &Gpu) -> Result<FrameStats, Error> {
+        if self.pieces.len() == 1 {
+            return Ok(FrameStats::default());
+        }
+        let bytes = SURFACE_BYTES * u64::from(self.voxel_count);
+        let packed = buffer(gpu, "svo.surfaces", bytes)?;
+        let mut frame = Frame::new();
+        for range in self.records() {
+            let records = (&range.records, range.voxel_count);
+            pack_surfaces(&mut frame, records, &packed, range.first_voxel);
+        }
+        self.packed = Some(packed);
+        gpu.submit(frame)
     }
 
     /// Adds passes of each piece, given its first voxel, and puts the radiances together.

@@ -229,14 +229,13 @@ mod tests {
     use super::*;
     use crate::measure::stress::CASES;
 
-    /// `accurate` sends rays in one technique and cones in another, and the page says so; what
-    /// nobody measured is left out.
+    /// The page says what presets set; what nobody measured is left out.
     #[test]
     fn presets_say_what_they_set() {
         let mut section = section();
         for (point, (technique, preset)) in section.points.iter_mut().zip([
             ("voxel-mips", "accurate"),
-            ("svo", "accurate"),
+            ("svo", "anisotropic"),
             ("voxel-mips", "cones"),
         ]) {
             (point.technique, point.preset) = (technique.into(), Some(preset.into()));
@@ -244,7 +243,7 @@ mod tests {
         let html = techniques(&[&section]).into_string();
         for text in [
             "<code>gather=rays rays=16</code>",
-            "<code>cones=32 aperture_scale=0.05</code>",
+            "<code>anisotropic=on</code>",
             "nothing; defaults: ",
             "gather=cones",
             "mip_filter=directional",

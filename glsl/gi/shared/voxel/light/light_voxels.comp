@@ -37,7 +37,7 @@ layout(std430, set = 1, binding = 3) restrict readonly buffer VoxelEmission {
     vec4 voxel_emission[];
 };
 layout(std430, set = 1, binding = 4) restrict readonly buffer Flux { uint flux[]; };
-// a side or face: half floats r, g, b, opacity
+// a side or face: half floats r, g, b, opacity, or of a back s/r (9b)
 layout(std430, set = 1, binding = 5) restrict writeonly buffer VoxelRadiance {
     uvec2 voxel_radiance[];
 };
@@ -70,8 +70,12 @@ layout(push_constant) uniform LightParams {
 } params;
 
 #include "shared/visibility.glsl"
-#define voxel_records voxels
 #include "gi/shared/voxel/trace/trace.glsl"
+#include "gi/shared/voxel/trace/dense.glsl"
+
+Voxel surface_of(uint slot) {
+    return voxels[slot];
+}
 
 const float LARGEST_HALF = 65504.0;
 // Below this much surface in a voxel [faces], which texels fall into it is mere chance.
@@ -291,8 +295,11 @@ void main() {
 #ifndef DENSE
         if (FACES != 0u) continue;
 #endif
+        // With the back goes what both sides together are multiplied by for a single radiance.
+        vec2 seen = unpack_seen(voxel.coverage);
+        float beside = side == 0u ? opacity : seen.x / seen.y;
         voxel_radiance[SIDES * index + side] =
-            uvec2(packHalf2x16(radiance.rg), packHalf2x16(vec2(radiance.b, opacity)));
+            uvec2(packHalf2x16(radiance.rg), packHalf2x16(vec2(radiance.b, beside)));
     }
     uint faces = 0u;
     if (FACES != 0u) faces = 6u;

@@ -24,7 +24,7 @@ pub use light::{
 };
 pub use rays::{
     Crossing, GatherSettings, Gathered, Receiver, TraceEnd, TraceGrid, TraceSettings, TraceVoxel,
-    crossings, gather_rays, hemisphere_direction, occlusion, trace,
+    crossings, gather_rays, gather_triangles, hemisphere_direction, occlusion, trace,
 };
 pub use touching::{Candidate, candidates, is_degenerate, touched_voxels};
 

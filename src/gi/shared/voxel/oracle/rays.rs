@@ -259,6 +259,74 @@ pub struct Gathered {
 /// E = π / n Σ L_i over n cosine-distributed directions: sin²θ is stratified and azimuths are
 /// golden angles apart (Vogel 1979). A direction below the geometric surface sees nothing.
 pub fn gather_rays(grid: &TraceGrid, receiver: &Receiver, settings: &GatherSettings) -> Gathered {
+    gather(receiver, settings, |origin, direction| {
+        match trace(grid, origin, direction, receiver, &settings.trace) {
+            TraceEnd::Miss(_) => None,
+            TraceEnd::Hit(hit) => {
+                let voxel = &grid.voxels[&hit.voxel];
+                let radiance = voxel.radiance[usize::from(sees_back(voxel, direction))];
+                Some((radiance, hit.entry))
+            }
+        }
+    })
+}
+
+/// As [`gather_rays`], of rays against triangles, corners in voxels: the nearest hit has the
+/// radiance of the voxel that it lies in, on the side that the ray comes from.
+pub fn gather_triangles(
+    grid: &TraceGrid,
+    triangles: &[[DVec3; 3]],
+    receiver: &Receiver,
+    settings: &GatherSettings,
+) -> Gathered {
+    gather(receiver, settings, |origin, direction| {
+        let met = triangles.iter().filter_map(|triangle| {
+            let distance = meets(triangle, origin, direction)?;
+            Some((distance, triangle))
+        });
+        let (distance, [a, b, c]) = met.min_by(|one, other| one.0.total_cmp(&other.0))?;
+        let normal = (*b - *a).cross(*c - *a).normalize();
+        let facing = normal * -normal.dot(direction).signum();
+        let place = origin + distance * direction;
+        let radiance = radiance_at(grid, place, facing);
+        Some((radiance.unwrap_or(DVec3::ZERO), distance))
+    })
+}
+
+/// Distance at which a ray meets a triangle, from either side: the signed volumes of its edges with
+/// the ray have one sign.
+fn meets([a, b, c]: &[DVec3; 3], origin: DVec3, direction: DVec3) -> Option<f64> {
+    let volumes = [(a, b), (b, c), (c, a)]
+        .map(|(from, to)| direction.dot((*from - origin).cross(*to - origin)));
+    let sum: f64 = volumes.iter().sum();
+    let is_inside = volumes.iter().all(|volume| volume * sum >= 0.0) && sum != 0.0;
+    let at = (volumes[1] * *a + volumes[2] * *b + volumes[0] * *c) / sum;
+    let distance = direction.dot(at - origin);
+    (is_inside && distance > 0.0).then_some(distance)
+}
+
+/// Radiance of a surface at a place [voxels], whose normal faces the viewer: of the voxel there, or
+/// of the first that is found along the normal; none in empty space.
+fn radiance_at(grid: &TraceGrid, place: DVec3, facing: DVec3) -> Option<DVec3> {
+    let found = [0.0, -0.05, 0.05, -0.5, 0.5].into_iter().find_map(|step| {
+        let cell = (place + step * facing).floor();
+        let is_inside = cell.min_element() >= 0.0 && cell.max_element() < grid.resolution.into();
+        let index = cell.to_array().map(|at| at as u32);
+        is_inside.then(|| grid.voxels.get(&index)).flatten()
+    })?;
+    let front = match found.opposed_axis {
+        Some(axis) => DVec3::AXES[axis],
+        None => found.mean_normal,
+    };
+    Some(found.radiance[usize::from(facing.dot(front) < 0.0)])
+}
+
+/// What directions see, each by its radiance and its distance [voxels], or nothing.
+fn gather(
+    receiver: &Receiver,
+    settings: &GatherSettings,
+    seen: impl Fn(DVec3, DVec3) -> Option<(DVec3, f64)>,
+) -> Gathered {
     let golden_angle = PI * (3.0 - 5f64.sqrt());
     let count = f64::from(settings.ray_count);
     let origin = receiver.position + settings.start_offset * receiver.geometric_normal;
@@ -272,12 +340,11 @@ pub fn gather_rays(grid: &TraceGrid, receiver: &Receiver, settings: &GatherSetti
         if direction.dot(receiver.geometric_normal) <= 0.0 {
             continue;
         }
-        match trace(grid, origin, direction, receiver, &settings.trace) {
-            TraceEnd::Miss(_) => radiance += settings.environment,
-            TraceEnd::Hit(hit) => {
-                let voxel = &grid.voxels[&hit.voxel];
-                radiance += voxel.radiance[usize::from(sees_back(voxel, direction))];
-                occlusion += 1.0 / (1.0 + settings.ao_falloff * hit.entry);
+        match seen(origin, direction) {
+            None => radiance += settings.environment,
+            Some((seen, distance)) => {
+                radiance += seen;
+                occlusion += 1.0 / (1.0 + settings.ao_falloff * distance);
             }
         }
     }

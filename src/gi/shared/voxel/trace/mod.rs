@@ -1,23 +1,31 @@
-//! Gathering by exact rays through the occupied voxels.
+//! Gathering by exact rays: through the voxels of a store, or against the scene's triangles, where
+//! voxels are a cache of light.
 
-pub mod bounce;
+mod settings;
+pub mod space;
+pub mod surfaces;
 
-use super::{Sides, VoxelLight, Voxels};
-use crate::gi::Settings;
-use crate::gi::settings::{Domain, Setting};
-use crate::gi::shared::interleave::Pattern;
+use std::sync::Arc;
+
+pub use settings::{RAY_SETTINGS, RaySettings, more_rays};
+pub use space::{Space, SpacePasses};
+
+use super::VoxelRecords;
+use super::build::linear_groups;
 use crate::gi::shared::loops::LOOP_BUDGET;
 use crate::gpu_struct;
-use crate::graph::{Access, Binding, Frame, Pass, Sets, Shaders};
-use crate::render::Receivers;
-use crate::shader::GpuStruct;
+use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu};
+use crate::render::bvh::SceneRays;
+use crate::render::{GpuScene, Receivers};
 
 gpu_struct! {
-    /// Parameters of `voxel.gather_rays`.
+    /// Parameters of `voxel.gather_rays` and `voxel.gather_triangles`.
     pub struct RayParams {
-        /// xyz: smallest corner of the grid (m); w: voxel size (m).
+        /// xyz: smallest corner of the space (m); w: edge of its finest voxels (m).
         pub grid: [f32; 4],
-        /// Voxels along an edge of the grid.
+        /// As [`Space::words`].
+        pub space: [u32; 4],
+        /// Edge of the space (voxels).
         pub resolution: u32,
         /// Rays a pixel, of all dispatches.
         pub ray_count: u32,
@@ -25,9 +33,10 @@ gpu_struct! {
         pub first_ray: u32,
         /// One beyond its last ray.
         pub end_ray: u32,
-        /// Of a tile of pixels, as [`Pattern`] packs it.
+        /// Of a tile of pixels, as [`crate::gi::shared::interleave::Pattern`] packs it.
         pub pattern: u32,
-        /// Start along the geometric normal (voxels).
+        /// Start along the geometric normal (voxels; against triangles a share of coordinates and
+        /// distances).
         pub start_offset: f32,
         /// Lowest surface over the tangent plane that can be hit (voxels).
         pub self_height: f32,
@@ -38,144 +47,172 @@ gpu_struct! {
     }
 }
 
-/// E = π / n Σ L over cosine-distributed rays. Reads the G-buffer and the voxels, writes RGBA32F
-/// (irradiance, ambient visibility); a thread a pixel.
-pub static GATHER_RAYS: Pass = Pass {
-    name: "voxel.gather_rays",
-    shaders: Shaders::Compute("gi/shared/voxel/trace/gather_rays.comp"),
-    bindings: &[
-        Binding::sampled("view_depth", Access::ComputeSampled),
-        Binding::sampled("normals", Access::ComputeSampled),
-        Binding::buffer("occupancy", Access::ComputeRead),
-        Binding::buffer("block_bases", Access::ComputeRead),
-        Binding::buffer("voxel_records", Access::ComputeRead),
-        Binding::buffer("voxel_radiance", Access::ComputeRead),
-        Binding::image("indirect_diffuse", Access::ComputeReadWrite),
-    ],
-    constants: &["SIDES"],
-    params: Some(RayParams::LAYOUT),
-    sets: Sets::Scene,
-};
-
-/// Settings of the gather by rays.
-pub static RAY_SETTINGS: &[Setting] = &[
-    Setting {
-        name: "rays",
-        help: "rays that each pixel casts, with gather = rays",
-        unit: "",
-        domain: Domain::Count { min: 1, max: 4096 },
-        default: "16",
-    },
-    Setting {
-        name: "radiance",
-        help: "radiance of a voxel that a ray hits: isotropic (the mean over its surface) or \
-               two-sided (one for each side: walls thinner than a voxel do not glow through)",
-        unit: "",
-        domain: Domain::Choice(&["isotropic", "two-sided"]),
-        default: "two-sided",
-    },
-    Setting {
-        name: "ray_start",
-        help: "start of a ray over the surface, along its normal",
-        unit: "voxels",
-        domain: Domain::Number { min: 0.0, max: 8.0 },
-        default: "0.05",
-    },
-    Setting {
-        name: "self_height",
-        help: "a voxel whose surface lies lower than this over the receiver's tangent plane is \
-               the receiver itself",
-        unit: "voxels",
-        domain: Domain::Number {
-            min: -8.0,
-            max: 8.0,
-        },
-        default: "0.1",
-    },
-    Setting {
-        name: "contour_slack",
-        help: "a ray must meet the mean plane of a voxel's surface inside the voxel enlarged by \
-               this; −1: any touched voxel is hit",
-        unit: "voxels",
-        domain: Domain::Number {
-            min: -1.0,
-            max: 8.0,
-        },
-        default: "0.1",
-    },
-];
-
-/// How rays are gathered.
-#[derive(Clone, Copy, Debug)]
-pub struct RaySettings {
-    count: u32,
-    /// Radiances of a voxel.
-    pub sides: Sides,
-    pattern: Pattern,
-    /// Start along the normal (voxels).
-    pub start_offset: f32,
-    /// Lowest surface over the tangent plane that can be hit (voxels).
-    pub self_height: f32,
-    /// Slack of the contour test (voxels); negative: off.
-    pub contour_slack: f32,
-    ao_falloff: f32,
+gpu_struct! {
+    /// Parameters of `voxel.bounce` by rays.
+    pub struct BounceRayParams {
+        /// xyz: first voxel of the grid that the voxels are of (their size).
+        pub first_voxel: [f32; 4],
+        /// As [`Space::words`].
+        pub space: [u32; 4],
+        /// Edge of the space (voxels).
+        pub resolution: u32,
+        /// Number of voxels that gather.
+        pub voxel_count: u32,
+        /// Rays a side, of all dispatches.
+        pub ray_count: u32,
+        /// First ray of this dispatch.
+        pub first_ray: u32,
+        /// One beyond its last ray.
+        pub end_ray: u32,
+        /// Edge of the voxels that gather (voxels of the space).
+        pub voxel_scale: f32,
+        /// Start along the normal (voxels).
+        pub start_offset: f32,
+        /// Lowest surface over the tangent plane that can be hit (voxels).
+        pub self_height: f32,
+        /// Slack of the contour test (voxels); negative: off.
+        pub contour_slack: f32,
+    }
 }
 
-impl RaySettings {
-    /// From a technique's settings.
-    pub fn new(settings: &Settings) -> Self {
-        RaySettings {
-            count: settings.count("rays"),
-            sides: if settings.is("radiance", "two-sided") {
-                Sides::Two
-            } else {
-                Sides::One
-            },
-            pattern: Pattern::new(settings),
-            start_offset: settings.number("ray_start"),
-            self_height: settings.number("self_height"),
-            contour_slack: settings.number("contour_slack"),
-            ao_falloff: settings.number("ao_falloff"),
+/// What a pass over pixels binds before the space.
+const PIXEL: [Binding; 3] = [
+    Binding::sampled("view_depth", Access::ComputeSampled),
+    Binding::sampled("normals", Access::ComputeSampled),
+    Binding::image("indirect_diffuse", Access::ComputeReadWrite),
+];
+
+/// What a pass over voxels binds before the space.
+const BOUNCE: [Binding; 2] = [
+    Binding::buffer("gathering_voxels", Access::ComputeRead),
+    Binding::buffer("voxel_irradiance", Access::ComputeReadWrite),
+];
+
+/// Where the rays of a pixel start against triangles: the rounding of positions from the depth
+/// buffer, as a share of distances and coordinates, and room.
+const START_SHARE: f32 = 2e-5;
+
+/// Turns of loops that a ray against triangles is trusted to stay below.
+const TURNS_AGAINST_TRIANGLES: u32 = 1024;
+
+/// Rays of pixels and of voxels.
+pub struct RayTracer {
+    /// How they are traced.
+    pub settings: RaySettings,
+    /// Rays of a voxel, or of a side of it.
+    bounce_directions: u32,
+    /// What rays of pixels meet in place of voxels; made by the first [`RayTracer::build`].
+    triangles: Option<SceneRays>,
+}
+
+impl RayTracer {
+    /// Nothing is built yet.
+    pub fn new(settings: RaySettings, bounce_directions: u32) -> Self {
+        RayTracer {
+            settings,
+            bounce_directions,
+            triangles: None,
+        }
+    }
+
+    /// Makes the hierarchy over the scene's triangles, where rays meet them.
+    pub fn build(&mut self, gpu: &Gpu, scene: &GpuScene) -> Result<(), Error> {
+        self.triangles = None;
+        if self.settings.meets_triangles {
+            self.triangles = Some(SceneRays::new(gpu, scene)?);
+        }
+        Ok(())
+    }
+
+    /// Brings the hierarchy up to models that have moved.
+    pub fn follow(&mut self, gpu: &Gpu, scene: &GpuScene) -> Result<(), Error> {
+        (self.triangles.as_mut()).map_or(Ok(()), |triangles| triangles.follow(gpu, scene))
+    }
+
+    /// Counts, by name.
+    pub fn counts(&self) -> Vec<(&'static str, u64)> {
+        (self.triangles.as_ref()).map_or_else(Vec::new, SceneRays::counts)
+    }
+
+    /// Adds the gather of a picture.
+    pub fn gather(&self, frame: &mut Frame, receivers: &Receivers<'_>, space: &Space<'_>) {
+        let s = &self.settings;
+        let turns = space.turns
+            + self
+                .triangles
+                .as_ref()
+                .map_or(0, |_| TURNS_AGAINST_TRIANGLES);
+        for [first_ray, end_ray] in dispatches(s.count, turns) {
+            let params = RayParams {
+                grid: space.grid.row(),
+                space: space.words,
+                resolution: space.grid.resolution,
+                ray_count: s.count,
+                first_ray,
+                end_ray,
+                pattern: s.pattern.bits(),
+                start_offset: if self.triangles.is_some() {
+                    START_SHARE
+                } else {
+                    s.start_offset
+                },
+                self_height: s.self_height,
+                contour_slack: s.contour_slack,
+                ao_falloff: s.ao_falloff,
+            };
+            let pass = match &self.triangles {
+                Some(triangles) => {
+                    triangles.bind(space.pass(frame, &space.passes.gather_triangles))
+                }
+                None => space.pass(frame, &space.passes.gather_rays),
+            };
+            pass.bind("view_depth", receivers.view_depth)
+                .bind("normals", receivers.normals)
+                .bind("indirect_diffuse", receivers.light)
+                .push(&params)
+                .dispatch(receivers.groups());
+        }
+    }
+
+    /// Adds `voxel.bounce` of voxels whose grid is a part of the space, or is coarser.
+    pub fn bounce(
+        &self,
+        frame: &mut Frame,
+        voxels: &VoxelRecords,
+        space: &Space<'_>,
+        irradiance: &Arc<Buffer>,
+    ) {
+        let (s, grid) = (&self.settings, &voxels.grid);
+        let first_voxel = ((grid.origin - space.grid.origin) / grid.voxel_size).round();
+        for [first_ray, end_ray] in dispatches(self.bounce_directions, space.turns) {
+            let params = BounceRayParams {
+                first_voxel: first_voxel.extend(0.0).to_array(),
+                space: space.words,
+                resolution: space.grid.resolution,
+                voxel_count: voxels.voxel_count,
+                ray_count: self.bounce_directions,
+                first_ray,
+                end_ray,
+                voxel_scale: grid.voxel_size / space.grid.voxel_size,
+                start_offset: s.start_offset,
+                self_height: s.self_height,
+                contour_slack: s.contour_slack,
+            };
+            space
+                .pass(frame, &space.passes.bounce_rays)
+                .bind("gathering_voxels", &voxels.records)
+                .bind("voxel_irradiance", irradiance)
+                .push(&params)
+                .dispatch(linear_groups(space.sides as u32 * voxels.voxel_count));
         }
     }
 }
 
-/// Adds the pass, in as many dispatches as keep a ray's worst walk through the grid within
+/// First ray, and one beyond the last, of as many dispatches as keep a thread's loops within
 /// `LOOP_BUDGET`.
-pub fn gather_rays(
-    frame: &mut Frame,
-    receivers: &Receivers<'_>,
-    voxels: &Voxels,
-    light: &VoxelLight,
-    settings: &RaySettings,
-) {
-    let resolution = voxels.grid.resolution;
-    // A line crosses at most 3 n voxels of an n³ grid, and each is a turn of the loop.
-    let rays_a_dispatch = (LOOP_BUDGET / (3 * resolution + 1)).max(1);
-    for first_ray in (0..settings.count).step_by(rays_a_dispatch as usize) {
-        let params = RayParams {
-            grid: voxels.grid.row(),
-            resolution,
-            ray_count: settings.count,
-            first_ray,
-            end_ray: (first_ray + rays_a_dispatch).min(settings.count),
-            pattern: settings.pattern.bits(),
-            start_offset: settings.start_offset,
-            self_height: settings.self_height,
-            contour_slack: settings.contour_slack,
-            ao_falloff: settings.ao_falloff,
-        };
-        frame
-            .pass(&GATHER_RAYS)
-            .bind("view_depth", receivers.view_depth)
-            .bind("normals", receivers.normals)
-            .bind("occupancy", &voxels.occupancy)
-            .bind("block_bases", &voxels.block_bases)
-            .bind("voxel_records", &voxels.records)
-            .bind("voxel_radiance", &light.radiance)
-            .bind("indirect_diffuse", receivers.light)
-            .constant("SIDES", light.settings.sides as u32)
-            .push(&params)
-            .dispatch(receivers.groups());
-    }
+fn dispatches(count: u32, turns: u32) -> impl Iterator<Item = [u32; 2]> {
+    let most = (LOOP_BUDGET / turns).max(1);
+    (0..count)
+        .step_by(most as usize)
+        .map(move |first| [first, (first + most).min(count)])
 }

@@ -1,0 +1,62 @@
+// voxel.bounce by rays: the light that reaches each side of each voxel, E/π = 1/n Σ L_i over
+// cosine-distributed directions from its mean position, which voxel.light then reflects. A thread a
+// side.
+layout(local_size_x = 64) in;
+
+#include "gi/shared/voxel/records.glsl"
+
+layout(std430, set = 1, binding = 0) restrict readonly buffer GatheringVoxels {
+    Voxel gathering_voxels[];
+};
+// a side: E/π, half floats
+layout(std430, set = 1, binding = 1) restrict buffer VoxelIrradiance { uvec2 voxel_irradiance[]; };
+
+layout(push_constant) uniform BounceRayParams {
+    vec4 first_voxel;      // xyz: of the grid that the voxels are of [their size]
+    uvec4 space;           // what the store tells its space
+    uint resolution;       // edge of the space [voxels]
+    uint voxel_count;
+    uint ray_count;        // of all dispatches
+    uint first_ray;        // of this dispatch, which adds to what those before it left
+    uint end_ray;
+    float voxel_scale;     // edge of the voxels that gather [voxels of the space]
+    float start_offset;    // [voxels]
+    float self_height;     // [voxels]
+    float contour_slack;   // [voxels]
+} params;
+
+#include "shared/frame.glsl"
+#include "gi/shared/voxel/light/bounce.glsl"
+#include "gi/shared/voxel/trace/trace.glsl"
+
+void main() {
+    uint index = gl_GlobalInvocationID.x + gl_GlobalInvocationID.y * 4194240u;
+    if (index >= sides_of_voxels() * params.voxel_count) return;
+    Voxel voxel = gathering_voxels[index / sides_of_voxels()];
+    vec3 cell = params.first_voxel.xyz + voxel_coordinates(voxel.xy, voxel.z_area);
+    vec3 receiver = params.voxel_scale * (cell + unpack_unorm10(voxel.mean_position));
+    vec2 pattern = voxel_pattern(uvec3(cell));
+    TraceSettings settings =
+        TraceSettings(params.resolution, params.self_height, params.contour_slack);
+    float start_offset = params.voxel_scale * params.start_offset;
+    uvec2 before = voxel_irradiance[index];
+    vec3 sum = params.first_ray == 0u ? vec3(0.0)
+                                      : vec3(unpackHalf2x16(before.x), unpackHalf2x16(before.y).x);
+    for (uint i = params.first_ray; i < params.end_ray; ++i) {
+        vec3 normal = looking_normal(voxel, sides_of_voxels(), index % sides_of_voxels(), i);
+        float u = (float(i) + pattern.x) / float(params.ray_count);
+        vec3 direction = hemisphere_direction(
+            frame_around(normal), u, float(i) * GOLDEN_ANGLE + pattern.y * 2.0 * PI);
+        float distance;
+        int slot = trace(receiver + start_offset * normal, direction, receiver, normal, settings,
+            distance);
+        vec3 radiance = frame.environment.rgb;
+        if (slot >= 0) {
+            uint side = uint(slot);
+            if (sides_of_voxels() == 2u) side = 2u * side + uint(sees_back(surface_of(side), direction));
+            radiance = radiance_of(side);
+        }
+        sum += radiance / float(params.ray_count);
+    }
+    voxel_irradiance[index] = uvec2(packHalf2x16(sum.rg), packHalf2x16(vec2(sum.b, 0.0)));
+}

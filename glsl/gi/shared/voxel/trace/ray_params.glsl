@@ -1,0 +1,19 @@
+// What a pixel's rays are told.
+#ifndef LUMIVOX_RAY_PARAMS
+#define LUMIVOX_RAY_PARAMS
+
+layout(push_constant) uniform RayParams {
+    vec4 grid;             // xyz: smallest corner of the space [m]; w: edge of its finest voxels [m]
+    uvec4 space;           // what the store tells its space
+    uint resolution;       // edge of the space [voxels]
+    uint ray_count;        // of all dispatches
+    uint first_ray;        // of this dispatch, which adds to what those before it left
+    uint end_ray;
+    uint pattern;          // of a tile of pixels, each of which turns the rays differently
+    float start_offset;    // [voxels]
+    float self_height;     // [voxels]
+    float contour_slack;   // [voxels]
+    float ao_falloff;      // [1/m]
+} params;
+
+#endif

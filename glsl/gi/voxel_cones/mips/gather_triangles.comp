@@ -1,0 +1,6 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#define SPACE_BINDING 8
+#define SPACE_CONSTANT 3
+#include "gi/shared/voxel/trace/gather_triangles.glsl"
+#include "gi/voxel_cones/mips/space.glsl"

@@ -1,0 +1,22 @@
+// The space of gi/shared/voxel/trace/space.glsl as the dense grid of voxels.
+layout(constant_id = SPACE_CONSTANT) const uint SIDES = 1;   // 2: a radiance for each side
+
+layout(std430, set = 1, binding = SPACE_BINDING) restrict readonly buffer Occupancy {
+    uvec2 occupancy[];
+};
+layout(std430, set = 1, binding = SPACE_BINDING + 1) restrict readonly buffer BlockBases {
+    uint block_bases[];
+};
+layout(std430, set = 1, binding = SPACE_BINDING + 2) restrict readonly buffer VoxelRecords {
+    Voxel voxel_records[];
+};
+layout(std430, set = 1, binding = SPACE_BINDING + 3) restrict readonly buffer VoxelRadiance {
+    uvec2 voxel_radiance[];
+};
+
+#include "gi/shared/voxel/trace/dense.glsl"
+#include "gi/shared/voxel/trace/radiance.glsl"
+
+Voxel surface_of(uint slot) {
+    return voxel_records[slot];
+}

@@ -1,0 +1,192 @@
+//! What exact rays walk through: the space of a store, as data, and the passes through it.
+
+use std::sync::Arc;
+
+use super::{BOUNCE, BounceRayParams, PIXEL, RayParams};
+use crate::gi::shared::voxel::{Sides, VoxelGrid};
+use crate::graph::pass::join;
+use crate::graph::{Binding, Buffer, Frame, Pass, PassBuilder, Sets, Shaders};
+use crate::render::bvh;
+use crate::shader::{GpuStruct, StructLayout};
+
+/// The passes through a store's space. Each store has entry shaders of its own that include a pass
+/// of `gi/shared/voxel/trace` and the store's space.
+pub struct SpacePasses {
+    /// E = π / n Σ L over cosine-distributed rays through the voxels. Reads the G-buffer, writes
+    /// RGBA32F (irradiance, ambient visibility); a thread a pixel.
+    pub gather_rays: Pass,
+    /// The same by rays against the scene's triangles, which see the light of the voxels that they
+    /// hit them in.
+    pub gather_triangles: Pass,
+    /// E/π = 1/n Σ L over cosine-distributed rays from each voxel. Reads voxels, writes half
+    /// floats; a thread a side of a voxel.
+    pub bounce_rays: Pass,
+}
+
+impl SpacePasses {
+    /// All of them.
+    pub const fn all(&'static self) -> [&'static Pass; 3] {
+        [&self.gather_rays, &self.gather_triangles, &self.bounce_rays]
+    }
+}
+
+/// [`SpacePasses`] whose entry shaders are in a folder, from the constants and the bindings of the
+/// space, of which it reads storage buffers only.
+macro_rules! space_passes {
+    ($folder:literal, [$($constant:literal),*], [$($buffer:literal),*]) => {{
+        use $crate::gi::shared::voxel::trace::space;
+        const BUFFERS: &[$crate::graph::Binding] = &[
+            $($crate::graph::Binding::buffer($buffer, $crate::graph::Access::ComputeRead)),*
+        ];
+        const SPACE: [$crate::graph::Binding; BUFFERS.len()] = {
+            let mut space = [BUFFERS[0]; BUFFERS.len()];
+            let mut i = 1;
+            while i < BUFFERS.len() {
+                space[i] = BUFFERS[i];
+                i += 1;
+            }
+            space
+        };
+        space::SpacePasses {
+            gather_rays: space::gather_rays(
+                concat!($folder, "/gather_rays.comp"),
+                const { &space::of_pixel::<{ SPACE.len() }, { SPACE.len() + 3 }>(SPACE) },
+                &[$($constant),*],
+            ),
+            gather_triangles: space::gather_triangles(
+                concat!($folder, "/gather_triangles.comp"),
+                const {
+                    &space::of_triangles::<
+                        { SPACE.len() },
+                        { SPACE.len() + 3 },
+                        { SPACE.len() + 8 },
+                    >(SPACE)
+                },
+                const {
+                    use $crate::render::bvh::CONSTANTS;
+                    &[CONSTANTS[0], CONSTANTS[1], CONSTANTS[2], $($constant),*]
+                },
+            ),
+            bounce_rays: space::bounce_rays(
+                concat!($folder, "/bounce_rays.comp"),
+                const { &space::of_voxel::<{ SPACE.len() }, { SPACE.len() + 2 }>(SPACE) },
+                &[$($constant),*],
+            ),
+        }
+    }};
+}
+pub(in crate::gi) use space_passes;
+
+const fn pass(
+    name: &'static str,
+    shader: &'static str,
+    bindings: &'static [Binding],
+    constants: &'static [&'static str],
+    params: StructLayout,
+) -> Pass {
+    Pass {
+        name,
+        shaders: Shaders::Compute(shader),
+        bindings,
+        constants,
+        params: Some(params),
+        sets: Sets::Scene,
+    }
+}
+
+pub(in crate::gi) const fn gather_rays(
+    shader: &'static str,
+    bindings: &'static [Binding],
+    constants: &'static [&'static str],
+) -> Pass {
+    pass(
+        "voxel.gather_rays",
+        shader,
+        bindings,
+        constants,
+        RayParams::LAYOUT,
+    )
+}
+
+pub(in crate::gi) const fn gather_triangles(
+    shader: &'static str,
+    bindings: &'static [Binding],
+    constants: &'static [&'static str],
+) -> Pass {
+    pass(
+        "voxel.gather_triangles",
+        shader,
+        bindings,
+        constants,
+        RayParams::LAYOUT,
+    )
+}
+
+pub(in crate::gi) const fn bounce_rays(
+    shader: &'static str,
+    bindings: &'static [Binding],
+    constants: &'static [&'static str],
+) -> Pass {
+    pass(
+        "voxel.bounce",
+        shader,
+        bindings,
+        constants,
+        BounceRayParams::LAYOUT,
+    )
+}
+
+/// Bindings of a pass over pixels.
+pub(in crate::gi) const fn of_pixel<const SPACE: usize, const ALL: usize>(
+    space: [Binding; SPACE],
+) -> [Binding; ALL] {
+    join::<3, SPACE, ALL>(PIXEL, space)
+}
+
+/// Bindings of a pass over pixels that also meets triangles.
+pub(in crate::gi) const fn of_triangles<
+    const SPACE: usize,
+    const PIXELS: usize,
+    const ALL: usize,
+>(
+    space: [Binding; SPACE],
+) -> [Binding; ALL] {
+    join::<5, PIXELS, ALL>(bvh::BINDINGS, join::<3, SPACE, PIXELS>(PIXEL, space))
+}
+
+/// Bindings of a pass over voxels.
+pub(in crate::gi) const fn of_voxel<const SPACE: usize, const ALL: usize>(
+    space: [Binding; SPACE],
+) -> [Binding; ALL] {
+    join::<2, SPACE, ALL>(BOUNCE, space)
+}
+
+/// The space of a store, for one frame.
+pub struct Space<'v> {
+    /// The store's passes.
+    pub passes: &'static SpacePasses,
+    /// Where it is, in its finest voxels.
+    pub grid: VoxelGrid,
+    /// Its buffers, by name.
+    pub bound: Vec<(&'static str, &'v Arc<Buffer>)>,
+    /// Its constants, by name, but for the radiances of a voxel.
+    pub constants: Vec<(&'static str, u32)>,
+    /// What else its shader is told.
+    pub words: [u32; 4],
+    /// Radiances of a voxel.
+    pub sides: Sides,
+    /// Turns of a shader's loops that a ray is trusted to stay below.
+    pub turns: u32,
+}
+
+impl Space<'_> {
+    /// Adds one of its passes, with its buffers and constants.
+    pub(super) fn pass<'f>(&self, frame: &'f mut Frame, pass: &'static Pass) -> PassBuilder<'f> {
+        let sides = ("SIDES", self.sides as u32);
+        let pass = (self.constants.iter().chain([&sides]))
+            .fold(frame.pass(pass), |pass, &(name, value)| {
+                pass.constant(name, value)
+            });
+        (self.bound.iter()).fold(pass, |pass, &(name, buffer)| pass.bind(name, buffer))
+    }
+}
