@@ -190,8 +190,16 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         include_bytes!("../../spirv/gi/shared/voxel/light/list_tiles.comp.spv"),
     ),
     (
+        "gi/shared/voxel/trace/bounce_emitters.comp",
+        include_bytes!("../../spirv/gi/shared/voxel/trace/bounce_emitters.comp.spv"),
+    ),
+    (
         "gi/shared/voxel/trace/bounce_rays.comp",
         include_bytes!("../../spirv/gi/shared/voxel/trace/bounce_rays.comp.spv"),
+    ),
+    (
+        "gi/shared/voxel/trace/gather_emitters.comp",
+        include_bytes!("../../spirv/gi/shared/voxel/trace/gather_emitters.comp.spv"),
     ),
     (
         "gi/shared/voxel/trace/gather_rays.comp",

@@ -14,21 +14,65 @@ use std::sync::Arc;
 pub use store::{Relit, VoxelStore};
 
 use crate::gi::inspect::{Beam, BeamAxis, BeamStart, LightSlots, ViewRow};
-use crate::gi::shared::cone::{ConeTracer, EmissivePatches, VoxelVolume};
-use crate::gi::shared::voxel::{Injection, Viewer, VoxelBounces, VoxelSlots};
+use crate::gi::shared::cone::{ConeTracer, EmissivePatches, EmitterMethod, VoxelVolume};
+use crate::gi::shared::voxel::{
+    EmissionSeenBy, EmitterPoints, Injection, Viewer, VoxelBounces, VoxelSlots,
+};
 use crate::gi::{Change, Context, Inputs, Inspect, MapNeeds, Needs, Settings, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image};
-use crate::render::{GBuffer, Receivers, screen_image};
+use crate::render::{GBuffer, GpuScene, Receivers, screen_image};
 
 /// A technique of the family.
 pub struct VoxelCones<S> {
     /// Voxels, their light, and the volume that cones march through.
     pub store: S,
     cones: ConeTracer,
-    /// Patches of surfaces that emit, where cones see them.
-    patches: Option<EmissivePatches>,
+    emitters: Emitters,
     /// RGBA32F: indirect specular radiance; absent where nothing mirrors.
     specular: Option<Arc<Image>>,
+}
+
+/// What surfaces emit, where it does not come to the picture through the voxels.
+enum Emitters {
+    /// It comes through the voxels, or there is none.
+    InVoxels,
+    /// As patches, each seen by a cone.
+    Patches(EmissivePatches),
+    /// As points, each seen by a ray.
+    Points(EmitterPoints),
+}
+
+impl Emitters {
+    fn new<S: VoxelStore>(gpu: &Gpu, scene: &GpuScene, settings: &Settings) -> Result<Self, Error> {
+        let most = settings.count("emissive_patches");
+        Ok(match EmitterMethod::new(settings) {
+            _ if scene.emitters.is_empty() => Emitters::InVoxels,
+            EmitterMethod::Gather => Emitters::InVoxels,
+            EmitterMethod::Points if S::TRACES_TO_EMITTERS => {
+                Emitters::Points(EmitterPoints::new(gpu, scene)?)
+            }
+            EmitterMethod::Points | EmitterMethod::Patches => {
+                Emitters::Patches(EmissivePatches::new(gpu, scene, most.max(1))?)
+            }
+        })
+    }
+
+    fn follow(&mut self, gpu: &Gpu, scene: &GpuScene) -> Result<(), Error> {
+        match self {
+            Emitters::InVoxels => Ok(()),
+            Emitters::Patches(patches) => patches.follow(gpu, scene),
+            Emitters::Points(points) => points.follow(gpu, scene),
+        }
+    }
+
+    /// Who sees it in the voxels.
+    fn seen_by(&self) -> EmissionSeenBy {
+        match self {
+            Emitters::InVoxels => EmissionSeenBy::All,
+            Emitters::Patches(_) => EmissionSeenBy::VoxelsAndMirror,
+            Emitters::Points(_) => EmissionSeenBy::Mirror,
+        }
+    }
 }
 
 /// What a store is made with, besides its settings.
@@ -37,8 +81,10 @@ pub struct Parts {
     pub cones: ConeTracer,
     /// Whether there is a specular cone.
     pub has_specular: bool,
-    /// Whether patches give what surfaces emit, and voxels keep it apart.
+    /// Whether cones see patches of what emits.
     pub has_patches: bool,
+    /// Who sees in the voxels what surfaces emit.
+    pub emission: EmissionSeenBy,
 }
 
 impl<S: VoxelStore> VoxelCones<S> {
@@ -48,16 +94,17 @@ impl<S: VoxelStore> VoxelCones<S> {
             gpu, scene, size, ..
         } = *context;
         let has_specular = scene.is_glossy && settings.is("specular", "on");
-        let patches = EmissivePatches::new(gpu, scene, settings)?;
+        let emitters = Emitters::new::<S>(gpu, scene, settings)?;
         let parts = Parts {
             cones: ConeTracer::new(gpu, settings)?,
             has_specular,
-            has_patches: patches.is_some(),
+            has_patches: matches!(emitters, Emitters::Patches(_)),
+            emission: emitters.seen_by(),
         };
         Ok(VoxelCones {
             store: S::new(context, settings, &parts)?,
             cones: parts.cones,
-            patches,
+            emitters,
             specular: has_specular
                 .then(|| screen_image(gpu, &format!("{name}.specular"), size))
                 .transpose()?,
@@ -90,9 +137,7 @@ impl<S: VoxelStore> Technique for VoxelCones<S> {
     fn follow(&mut self, context: &Context<'_>, change: Change) -> Result<FrameStats, Error> {
         match change {
             Change::Models => {
-                if let Some(patches) = &mut self.patches {
-                    patches.follow(context.gpu, context.scene)?;
-                }
+                self.emitters.follow(context.gpu, context.scene)?;
                 self.store.follow_models(context)
             }
             Change::Lights => {
@@ -110,7 +155,7 @@ impl<S: VoxelStore> Technique for VoxelCones<S> {
             return;
         }
         for bounce in 1..=count {
-            self.store.bounce(frame, &self.cones);
+            self.bounce(frame);
             let relit = if bounce == count {
                 Relit::FOR_PICTURE
             } else {
@@ -119,8 +164,8 @@ impl<S: VoxelStore> Technique for VoxelCones<S> {
             self.store.relight(frame, given.maps, relit);
         }
         if bounces == VoxelBounces::Feedback {
-            self.store.bounce(frame, &self.cones);
-            if self.patches.is_some() {
+            self.bounce(frame);
+            if self.emitters.seen_by() != EmissionSeenBy::All {
                 self.store.relight(frame, given.maps, Relit::FOR_PICTURE);
             }
         }
@@ -128,6 +173,9 @@ impl<S: VoxelStore> Technique for VoxelCones<S> {
 
     fn gather(&mut self, frame: &mut Frame, _given: &Inputs<'_>, receivers: &Receivers<'_>) {
         let has_gathered = self.store.gather(frame, receivers);
+        if let Emitters::Points(points) = &self.emitters {
+            self.store.gather_emitters(frame, receivers, points);
+        }
         if let Some(volume) = self.store.volume() {
             if !has_gathered {
                 self.cones.gather(frame, receivers, volume);
@@ -137,21 +185,21 @@ impl<S: VoxelStore> Technique for VoxelCones<S> {
     }
 
     fn adds_apart(&self) -> bool {
-        self.patches.is_some()
+        matches!(self.emitters, Emitters::Patches(_))
     }
 
     fn add_apart(&mut self, frame: &mut Frame, given: &Inputs<'_>, diffuse: &Arc<Image>) {
-        if let (Some(patches), Some(volume)) = (&self.patches, self.store.volume()) {
+        if let (Emitters::Patches(patches), Some(volume)) = (&self.emitters, self.store.volume()) {
             (self.cones).patches(frame, given.gbuffer, volume, patches, diffuse);
         }
     }
 
     fn mirror(&mut self, frame: &mut Frame, given: &Inputs<'_>) -> Option<Arc<Image>> {
         let specular = self.specular.as_ref()?;
-        if self.patches.is_some() {
+        if self.emitters.seen_by() != EmissionSeenBy::All {
             // The mirror image of a lamp is in the voxels alone.
             let relit = Relit {
-                viewer: Viewer::Voxels,
+                viewer: Viewer::Mirror,
                 is_last: true,
             };
             self.store.relight(frame, given.maps, relit);
@@ -171,6 +219,14 @@ impl<S: VoxelStore> Technique for VoxelCones<S> {
 }
 
 impl<S: VoxelStore> VoxelCones<S> {
+    /// Adds the passes by which voxels gather from each other, and from what emits.
+    fn bounce(&self, frame: &mut Frame) {
+        self.store.bounce(frame, &self.cones);
+        if let Emitters::Points(points) = &self.emitters {
+            self.store.bounce_emitters(frame, points);
+        }
+    }
+
     /// The volume that a view shows.
     fn viewed(&self, view: &ViewRow) -> Option<VoxelVolume<'_>> {
         let name = match view.name {

@@ -2,7 +2,7 @@
 
 use super::Parts;
 use crate::gi::shared::cone::{ConeTracer, Volume, VoxelVolume};
-use crate::gi::shared::voxel::{LightSettings, LitVoxels, Viewer};
+use crate::gi::shared::voxel::{EmitterPoints, LightSettings, LitVoxels, Viewer};
 use crate::gi::{Context, Settings};
 use crate::graph::{Error, Frame, FrameStats, Gpu};
 use crate::render::{LightMaps, Receivers};
@@ -32,6 +32,9 @@ impl Relit {
 
 /// The store of a technique.
 pub trait VoxelStore: Sized {
+    /// Whether rays of the store go to points of what emits ([`VoxelStore::gather_emitters`]).
+    const TRACES_TO_EMITTERS: bool = false;
+
     /// Nothing is built yet.
     fn new(context: &Context<'_>, settings: &Settings, parts: &Parts) -> Result<Self, Error>;
 
@@ -60,6 +63,9 @@ pub trait VoxelStore: Sized {
     /// Adds the passes by which voxels gather from each other.
     fn bounce(&self, frame: &mut Frame, cones: &ConeTracer);
 
+    /// Adds to what voxels gathered what reaches them from points of what emits.
+    fn bounce_emitters(&self, _frame: &mut Frame, _points: &EmitterPoints) {}
+
     /// Adds the passes that light the voxels once more, with what they gathered, and make the
     /// volume.
     fn relight(&mut self, frame: &mut Frame, maps: &LightMaps, relit: Relit);
@@ -76,6 +82,15 @@ pub trait VoxelStore: Sized {
     /// Adds the passes of a diffuse gather of its own; false where it has none, and cones gather.
     fn gather(&self, _frame: &mut Frame, _receivers: &Receivers<'_>) -> bool {
         false
+    }
+
+    /// Adds to what was gathered what reaches receivers from points of what emits.
+    fn gather_emitters(
+        &self,
+        _frame: &mut Frame,
+        _receivers: &Receivers<'_>,
+        _points: &EmitterPoints,
+    ) {
     }
 
     /// The volumes that can be looked at, the light first.

@@ -85,7 +85,7 @@ impl VoxelStore for Clipmap {
             },
             light_settings: LightSettings {
                 stores_faces: faces.is_some(),
-                emission_apart: parts.has_patches,
+                emission: parts.emission,
                 ..LightSettings::new(settings, sides)
             },
             is_staggered: settings.is("level_updates", "staggered"),

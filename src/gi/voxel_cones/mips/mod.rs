@@ -19,8 +19,9 @@ use crate::gi::settings::Settings;
 use crate::gi::shared::cone::{ConeTracer, Volume, VoxelVolume};
 use crate::gi::shared::voxel::build::linear_groups;
 use crate::gi::shared::voxel::{
-    Accumulation, Directionality, DynamicVoxels, LightSettings, LitVoxels, Prefilter, RaySettings,
-    Sides, VoxelLight, VoxelRecords, VoxelSettings, Voxelizer, Voxels, bounce_rays, gather_rays,
+    Accumulation, Directionality, DynamicVoxels, EmitterPoints, LightSettings, LitVoxels,
+    Prefilter, RaySettings, Sides, VoxelLight, VoxelRecords, VoxelSettings, Voxelizer, Voxels,
+    bounce_rays, gather_rays,
 };
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Error, Frame, FrameStats, Gpu, Image, Pass};
@@ -91,6 +92,8 @@ impl Mips {
 }
 
 impl VoxelStore for Mips {
+    const TRACES_TO_EMITTERS: bool = true;
+
     fn new(context: &Context<'_>, settings: &Settings, parts: &Parts) -> Result<Self, Error> {
         let Context { gpu, scene, .. } = *context;
         let directionality = Directionality::new(settings);
@@ -98,8 +101,9 @@ impl VoxelStore for Mips {
             .is("gather", "rays")
             .then(|| RaySettings::new(settings));
         let filter = Prefilter::new(settings);
-        let skips_empty = parts.has_specular || parts.cones.needs_matter();
-        let has_volume = rays.is_none() || parts.has_specular || parts.cones.is_beside_gather();
+        let has_cones = parts.has_specular || parts.has_patches;
+        let skips_empty = has_cones || parts.cones.needs_matter();
+        let has_volume = rays.is_none() || has_cones || parts.cones.is_beside_gather();
         let voxel_settings = VoxelSettings {
             faces: directionality.faces().filter(|_| has_volume),
             ..VoxelSettings::new(settings)
@@ -117,7 +121,7 @@ impl VoxelStore for Mips {
                 && filter == Prefilter::Box
                 && settings.is("mip_method", "blit"),
             light_settings: LightSettings {
-                emission_apart: parts.has_patches,
+                emission: parts.emission,
                 ..LightSettings::new(settings, sides)
             },
             bounce_directions: settings.count("bounce_directions"),
@@ -217,6 +221,14 @@ impl VoxelStore for Mips {
         }
     }
 
+    fn bounce_emitters(&self, frame: &mut Frame, points: &EmitterPoints) {
+        if let (Some(rays), Some((voxels, light))) = (&self.rays, &self.lit)
+            && let Some(irradiance) = &light.irradiance
+        {
+            points.bounce(frame, voxels, irradiance, rays, self.bounce_directions);
+        }
+    }
+
     fn relight(&mut self, frame: &mut Frame, maps: &LightMaps, relit: Relit) {
         let Some((voxels, light)) = &self.lit else {
             return;
@@ -241,6 +253,17 @@ impl VoxelStore for Mips {
             gather_rays(frame, receivers, voxels, light, rays);
         }
         self.rays.is_some()
+    }
+
+    fn gather_emitters(
+        &self,
+        frame: &mut Frame,
+        receivers: &Receivers<'_>,
+        points: &EmitterPoints,
+    ) {
+        if let (Some(rays), Some((voxels, _))) = (&self.rays, &self.lit) {
+            points.gather(frame, receivers, voxels, rays);
+        }
     }
 
     fn volumes(&self) -> Vec<VoxelVolume<'_>> {

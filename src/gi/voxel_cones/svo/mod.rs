@@ -110,7 +110,7 @@ impl VoxelStore for Svo {
         Ok(Svo {
             light_settings: LightSettings {
                 stores_faces: faces.is_some(),
-                emission_apart: parts.has_patches,
+                emission: parts.emission,
                 ..LightSettings::new(settings, sides)
             },
             has_normals,

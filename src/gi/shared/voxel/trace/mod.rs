@@ -1,6 +1,7 @@
 //! Gathering by exact rays through the occupied voxels.
 
 pub mod bounce;
+pub mod emitters;
 
 use super::{Sides, VoxelLight, Voxels};
 use crate::gi::Settings;
@@ -108,10 +109,12 @@ pub static RAY_SETTINGS: &[Setting] = &[
 /// How rays are gathered.
 #[derive(Clone, Copy, Debug)]
 pub struct RaySettings {
-    count: u32,
+    /// Rays of a pixel.
+    pub count: u32,
     /// Radiances of a voxel.
     pub sides: Sides,
-    pattern: Pattern,
+    /// Which directions the pixels of a tile take.
+    pub pattern: Pattern,
     /// Start along the normal (voxels).
     pub start_offset: f32,
     /// Lowest surface over the tangent plane that can be hit (voxels).
