@@ -10,7 +10,9 @@ use crate::scene::{Material, Scene, Triangle};
 /// A flat part of the surface that emits, all of it alike.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Emitter {
-    /// Its centroid (m).
+    /// Its corners, counter-clockwise as seen from the side that emits (m).
+    pub corners: [Vec3; 3],
+    /// Their mean (m).
     pub position: Vec3,
     /// Unit normal of the side that emits.
     pub normal: Vec3,
@@ -36,10 +38,9 @@ const MOST_CUTS: usize = 8192;
 /// Points at which the texture of a part is read.
 const POINTS: u32 = 16;
 
-/// Part of a triangle, by its corners.
+/// Part of a triangle, and where its corners are in the texture.
 #[derive(Clone, Copy)]
 struct Part {
-    corners: [Vec3; 3],
     uv: [Vec2; 3],
     /// Index into [`Scene::materials`].
     material: u32,
@@ -52,13 +53,13 @@ impl Part {
         let across = (b - a).cross(c - a);
         let radiance = mean_radiance(scene, &scene.materials[material as usize], uv);
         let emitter = Emitter {
+            corners,
             position: (a + b + c) / 3.0,
             normal: across.normalize_or_zero(),
             area: 0.5 * across.length(),
             radiance,
         };
         Part {
-            corners,
             uv,
             material,
             emitter,
@@ -79,9 +80,9 @@ impl Part {
 
     /// Its halves, parted at the middle of its longest edge.
     fn halves(&self, scene: &Scene) -> [Part; 2] {
+        let corners = self.emitter.corners;
         let ends = |edge: usize| [edge, (edge + 1) % 3, (edge + 2) % 3];
-        let length =
-            |edge: usize| self.corners[ends(edge)[0]].distance_squared(self.corners[ends(edge)[1]]);
+        let length = |edge: usize| corners[ends(edge)[0]].distance_squared(corners[ends(edge)[1]]);
         let longest = (0..3).fold(0, |longest, edge| {
             if length(edge) > length(longest) {
                 edge
@@ -91,11 +92,11 @@ impl Part {
         });
         let [a, b, c] = ends(longest);
         let (middle, uv) = (
-            (self.corners[a] + self.corners[b]) / 2.0,
+            (corners[a] + corners[b]) / 2.0,
             (self.uv[a] + self.uv[b]) / 2.0,
         );
         [[a, c], [b, c]].map(|kept| {
-            let (mut corners, mut uvs) = (self.corners, self.uv);
+            let (mut corners, mut uvs) = (corners, self.uv);
             let moved = if kept[0] == a { b } else { a };
             (corners[moved], uvs[moved]) = (middle, uv);
             Part::new(scene, self.material, corners, uvs)

@@ -210,6 +210,10 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         include_bytes!("../../spirv/gi/voxel_cones/clipmap/bounce.comp.spv"),
     ),
     (
+        "gi/voxel_cones/clipmap/bounce_emitters.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/clipmap/bounce_emitters.comp.spv"),
+    ),
+    (
         "gi/voxel_cones/clipmap/bounce_rays.comp",
         include_bytes!("../../spirv/gi/voxel_cones/clipmap/bounce_rays.comp.spv"),
     ),
@@ -228,6 +232,10 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     (
         "gi/voxel_cones/clipmap/gather.comp",
         include_bytes!("../../spirv/gi/voxel_cones/clipmap/gather.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/clipmap/gather_emitters.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/clipmap/gather_emitters.comp.spv"),
     ),
     (
         "gi/voxel_cones/clipmap/gather_rays.comp",
@@ -270,6 +278,10 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         include_bytes!("../../spirv/gi/voxel_cones/mips/bounce.comp.spv"),
     ),
     (
+        "gi/voxel_cones/mips/bounce_emitters.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/mips/bounce_emitters.comp.spv"),
+    ),
+    (
         "gi/voxel_cones/mips/bounce_rays.comp",
         include_bytes!("../../spirv/gi/voxel_cones/mips/bounce_rays.comp.spv"),
     ),
@@ -284,6 +296,10 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     (
         "gi/voxel_cones/mips/gather.comp",
         include_bytes!("../../spirv/gi/voxel_cones/mips/gather.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/mips/gather_emitters.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/mips/gather_emitters.comp.spv"),
     ),
     (
         "gi/voxel_cones/mips/gather_rays.comp",
@@ -334,6 +350,10 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         include_bytes!("../../spirv/gi/voxel_cones/svo/bounce.comp.spv"),
     ),
     (
+        "gi/voxel_cones/svo/bounce_emitters.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/svo/bounce_emitters.comp.spv"),
+    ),
+    (
         "gi/voxel_cones/svo/bounce_rays.comp",
         include_bytes!("../../spirv/gi/voxel_cones/svo/bounce_rays.comp.spv"),
     ),
@@ -364,6 +384,10 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     (
         "gi/voxel_cones/svo/gather.comp",
         include_bytes!("../../spirv/gi/voxel_cones/svo/gather.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/svo/gather_emitters.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/svo/gather_emitters.comp.spv"),
     ),
     (
         "gi/voxel_cones/svo/gather_rays.comp",

@@ -13,6 +13,7 @@ mod clipmap_walk;
 mod dynamic;
 mod dynamic_pictures;
 mod dynamic_volume;
+mod emitters;
 #[cfg(feature = "measure")]
 mod explain;
 mod faces;

@@ -56,6 +56,7 @@ fn glowing_ball() -> Vec<Emitter> {
     (0..2000)
         .map(|_| point(&mut random))
         .map(|normal| Emitter {
+            corners: [normal; 3],
             position: normal,
             normal,
             area: 0.01,
@@ -171,8 +172,7 @@ fn patches_by_cones_are_the_oracles() {
         let (image, matter) = (volume(&gpu, &finest), matter(&gpu, &occupied(&finest), 32));
         let count = 1 + random.below(40);
         let pairs = [
-            "shadows=cones".to_owned(),
-            format!("emissive_patches={count}"),
+            "emitters=patches".to_owned(),
             format!("step_factor={}", 0.25 + 1.5 * random.unit()),
             format!("opacity_exponent={}", 0.5 + 3.0 * random.unit()),
             format!(
@@ -189,9 +189,7 @@ fn patches_by_cones_are_the_oracles() {
             .unwrap()
             .settings(Some("textbook"), &pairs)
             .unwrap();
-        let made = EmissivePatches::new(&gpu, &gpu_scene, &settings)
-            .unwrap()
-            .unwrap();
+        let made = EmissivePatches::new(&gpu, &gpu_scene, count).unwrap();
         let mut frame = Frame::new();
         frame.set_scene(&gpu_scene.set, &gpu_scene.materials);
         filter(&mut frame, &image, random.below(2));
@@ -294,11 +292,11 @@ fn an_open_panel_is_seen_whole() {
     let scene = builder.finish("panel", Vec::new(), Vec3::ZERO, camera);
     let (reference, guide) = traced(&scene, [32, 24]);
     let expected = mean(&reference, &guide);
-    for case in default_cases_with("shadows=cones") {
+    for case in default_cases_with("emitters=patches") {
         for count in ["1", "4", "32", "256"] {
             let pairs = [
                 ("resolution", "64"),
-                ("shadows", "cones"),
+                ("emitters", "patches"),
                 ("emissive_patches", count),
             ];
             let shot = shoot(&gpu, &scene, &case, &pairs, frame(32, 24, 64)).unwrap();
@@ -329,7 +327,7 @@ fn patches_reduce_the_error() {
             let error = |count| {
                 let pairs = [
                     ("resolution", "64"),
-                    ("shadows", "cones"),
+                    ("emitters", "patches"),
                     ("emissive_patches", count),
                 ];
                 block_errors(
@@ -360,11 +358,11 @@ fn later_bounces_and_reflections_keep_emission() {
     let gpu = gpu();
     let scene = bundled("cornell-lamp");
     let guide = reference::guide(&scene, 24, 18).unwrap();
-    for case in default_cases_with("shadows=cones") {
+    for case in default_cases_with("emitters=patches") {
         let lit = |bounces: &str, count: &str| {
             let pairs = [
                 ("resolution", "16"),
-                ("shadows", "cones"),
+                ("emitters", "patches"),
                 ("emissive_patches", count),
                 ("bounces", bounces),
             ];
@@ -408,11 +406,11 @@ fn glossy_surfaces_reflect_what_emits() {
     };
     let mut glowing = scene.clone();
     glowing.materials[3].emission = Vec3::splat(2.0);
-    for case in default_cases_with("shadows=cones") {
+    for case in default_cases_with("emitters=patches") {
         let reflected = |count| {
             let pairs = [
                 ("resolution", "32"),
-                ("shadows", "cones"),
+                ("emitters", "patches"),
                 ("emissive_patches", count),
             ];
             let (mut renderer, _) = Renderer::new(
@@ -466,10 +464,10 @@ fn patches_follow_their_models() {
     );
     let mut moved = scene.clone();
     moved.set_time(1.0);
-    for case in default_cases_with("shadows=cones") {
+    for case in default_cases_with("emitters=patches") {
         let settings = case.settings(&[
             ("resolution", "32"),
-            ("shadows", "cones"),
+            ("emitters", "patches"),
             ("emissive_patches", "12"),
         ]);
         let mut renderer = Renderer::new(&gpu, &scene, case.entry, &settings, frame(32, 24, 64))
@@ -494,7 +492,7 @@ fn patches_follow_their_models() {
     }
 }
 
-/// Without emission, without cones of shadows, or with 0 patches there is no pass and no byte for
+/// Without emission, with another way for it, or with 0 patches there is no pass and no byte for
 /// them.
 #[test]
 fn what_does_not_emit_costs_nothing() {
@@ -503,16 +501,16 @@ fn what_does_not_emit_costs_nothing() {
     let dark = small_room(Surfaces::Diffuse, vec![light]);
     let mut glowing = dark.clone();
     glowing.materials[0].emission = Vec3::ONE;
-    for case in default_cases_with("shadows=cones") {
+    for case in default_cases_with("emitters=patches") {
         for (scene, pairs, own) in [
-            (&dark, &[("shadows", "cones")][..], false),
-            (&glowing, &[], false),
+            (&dark, &[("emitters", "patches")][..], false),
+            (&glowing, &[("emitters", "gather")], false),
             (
                 &glowing,
-                &[("shadows", "cones"), ("emissive_patches", "0")],
+                &[("emitters", "patches"), ("emissive_patches", "0")],
                 false,
             ),
-            (&glowing, &[("shadows", "cones")], true),
+            (&glowing, &[("emitters", "patches")], true),
         ] {
             let (mut renderer, _) = Renderer::new(
                 &gpu,

@@ -15,7 +15,8 @@ use lumivox::gi::shared::voxel::oracle::{
     Receiver, TraceGrid, TraceSettings, TraceVoxel, fragments, lit_area, normal_weighted, occlusion,
 };
 use lumivox::gi::shared::voxel::{
-    Attenuation, Injection, LightSettings, Method, Occlusion, Sides, VoxelGrid, VoxelLight,
+    Attenuation, EmissionSeenBy, Injection, LightSettings, Method, Occlusion, Sides, VoxelGrid,
+    VoxelLight,
 };
 use lumivox::graph::{Error, Frame, Gpu};
 use lumivox::image::luminance;
@@ -33,7 +34,7 @@ const DEFAULT: LightSettings = LightSettings {
     attenuation: Attenuation::Standard,
     occlusion: Occlusion::RaysSoft,
     kappa: 0.0,
-    emission_apart: false,
+    emission: EmissionSeenBy::All,
 };
 
 /// Voxels of a scene that can be lit in several ways. κ = 0 is light without any shadow.

@@ -13,6 +13,7 @@ pub(super) static GATHER: Stage = Stage::picture(
         "cone.gather",
         "voxel.gather_rays",
         "voxel.gather_triangles",
+        "voxel.gather_emitters",
         "cone.occlusion",
     ],
 );
@@ -74,10 +75,10 @@ pub(super) const fn entry(name: &'static str, summary: &'static str, make: Make)
         frames_to_rest: |settings| VoxelBounces::new(settings).frames_to_rest(),
         check: cone::check,
         emission_in_slots: |settings| {
-            if cone::has_patches(settings) {
-                vec!["emissive_patches=0".to_owned()]
-            } else {
+            if cone::EmitterMethod::new(settings) == cone::EmitterMethod::Gather {
                 Vec::new()
+            } else {
+                vec!["emitters=gather".to_owned()]
             }
         },
         directions_setting: |settings| {

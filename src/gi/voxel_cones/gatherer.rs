@@ -31,9 +31,9 @@ impl Gatherer {
         (self.rays.as_ref()).map_or(sides, |rays| rays.settings.sides)
     }
 
-    /// Whether anything marches through a volume.
-    pub fn needs_volume(&self, has_specular: bool) -> bool {
-        self.rays.is_none() || has_specular || self.cones.is_beside_gather()
+    /// Whether anything marches through a volume; `has_others`: mirrors and patches do.
+    pub fn needs_volume(&self, has_others: bool) -> bool {
+        self.rays.is_none() || has_others || self.cones.is_beside_gather()
     }
 
     /// Adds the pass by which voxels gather from each other.

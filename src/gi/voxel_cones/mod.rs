@@ -16,21 +16,62 @@ pub use gatherer::Gatherer;
 pub use store::{Relit, VoxelStore};
 
 use crate::gi::inspect::{Beam, BeamAxis, BeamStart, LightSlots, ViewRow};
-use crate::gi::shared::cone::{EmissivePatches, VoxelVolume};
-use crate::gi::shared::voxel::{Injection, Viewer, VoxelBounces, VoxelSlots};
+use crate::gi::shared::cone::{EmissivePatches, EmitterMethod, VoxelVolume};
+use crate::gi::shared::voxel::{
+    EmissionSeenBy, EmitterPoints, Injection, Viewer, VoxelBounces, VoxelSlots,
+};
 use crate::gi::{Change, Context, Inputs, Inspect, MapNeeds, Needs, Settings, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image};
-use crate::render::{GBuffer, Receivers, screen_image};
+use crate::render::{GBuffer, GpuScene, Receivers, screen_image};
 
 /// A technique of the family.
 pub struct VoxelCones<S> {
     /// Voxels, their light, and what cones and rays go through.
     pub store: S,
     gatherer: Gatherer,
-    /// Patches of surfaces that emit, where cones see them.
-    patches: Option<EmissivePatches>,
+    emitters: Emitters,
     /// RGBA32F: indirect specular radiance; absent where nothing mirrors.
     specular: Option<Arc<Image>>,
+}
+
+/// What surfaces emit, where it does not come to the picture through the voxels.
+enum Emitters {
+    /// It comes through the voxels, or there is none.
+    InVoxels,
+    /// As patches, each seen by a cone.
+    Patches(EmissivePatches),
+    /// As points, which the rays of the gatherer go to.
+    Points,
+}
+
+impl Emitters {
+    fn new(gpu: &Gpu, scene: &GpuScene, settings: &Settings) -> Result<Self, Error> {
+        let most = settings.count("emissive_patches");
+        Ok(match EmitterMethod::new(settings) {
+            _ if scene.emitters.is_empty() => Emitters::InVoxels,
+            EmitterMethod::Gather => Emitters::InVoxels,
+            EmitterMethod::Points => Emitters::Points,
+            EmitterMethod::Patches => {
+                Emitters::Patches(EmissivePatches::new(gpu, scene, most.max(1))?)
+            }
+        })
+    }
+
+    fn follow(&mut self, gpu: &Gpu, scene: &GpuScene) -> Result<(), Error> {
+        match self {
+            Emitters::InVoxels | Emitters::Points => Ok(()),
+            Emitters::Patches(patches) => patches.follow(gpu, scene),
+        }
+    }
+
+    /// Who sees it in the voxels.
+    fn seen_by(&self) -> EmissionSeenBy {
+        match self {
+            Emitters::InVoxels => EmissionSeenBy::All,
+            Emitters::Patches(_) => EmissionSeenBy::VoxelsAndMirror,
+            Emitters::Points => EmissionSeenBy::Mirror,
+        }
+    }
 }
 
 /// What a store is made with, besides its settings.
@@ -39,8 +80,10 @@ pub struct Parts {
     pub gatherer: Gatherer,
     /// Whether there is a specular cone.
     pub has_specular: bool,
-    /// Whether patches give what surfaces emit, and voxels keep it apart.
-    pub has_patches: bool,
+    /// Whether cones see mirror images, or patches of what emits.
+    pub has_cones: bool,
+    /// Who sees in the voxels what surfaces emit.
+    pub emission: EmissionSeenBy,
 }
 
 impl<S: VoxelStore> VoxelCones<S> {
@@ -50,16 +93,21 @@ impl<S: VoxelStore> VoxelCones<S> {
             gpu, scene, size, ..
         } = *context;
         let has_specular = scene.is_glossy && settings.is("specular", "on");
-        let patches = EmissivePatches::new(gpu, scene, settings)?;
+        let emitters = Emitters::new(gpu, scene, settings)?;
+        let mut gatherer = Gatherer::new(gpu, settings)?;
+        if let (Emitters::Points, Some(rays)) = (&emitters, &mut gatherer.rays) {
+            rays.points = Some(EmitterPoints::new(gpu, scene)?);
+        }
         let parts = Parts {
-            gatherer: Gatherer::new(gpu, settings)?,
+            gatherer,
             has_specular,
-            has_patches: patches.is_some(),
+            has_cones: has_specular || matches!(emitters, Emitters::Patches(_)),
+            emission: emitters.seen_by(),
         };
         Ok(VoxelCones {
             store: S::new(context, settings, &parts)?,
             gatherer: parts.gatherer,
-            patches,
+            emitters,
             specular: has_specular
                 .then(|| screen_image(gpu, &format!("{name}.specular"), size))
                 .transpose()?,
@@ -95,9 +143,7 @@ impl<S: VoxelStore> Technique for VoxelCones<S> {
     fn follow(&mut self, context: &Context<'_>, change: Change) -> Result<FrameStats, Error> {
         match change {
             Change::Models => {
-                if let Some(patches) = &mut self.patches {
-                    patches.follow(context.gpu, context.scene)?;
-                }
+                self.emitters.follow(context.gpu, context.scene)?;
                 if let Some(rays) = &mut self.gatherer.rays {
                     rays.follow(context.gpu, context.scene)?;
                 }
@@ -128,7 +174,7 @@ impl<S: VoxelStore> Technique for VoxelCones<S> {
         }
         if bounces == VoxelBounces::Feedback {
             self.store.bounce(frame, &self.gatherer);
-            if self.patches.is_some() {
+            if self.emitters.seen_by() != EmissionSeenBy::All {
                 self.store.relight(frame, given.maps, Relit::FOR_PICTURE);
             }
         }
@@ -148,21 +194,21 @@ impl<S: VoxelStore> Technique for VoxelCones<S> {
     }
 
     fn adds_apart(&self) -> bool {
-        self.patches.is_some()
+        matches!(self.emitters, Emitters::Patches(_))
     }
 
     fn add_apart(&mut self, frame: &mut Frame, given: &Inputs<'_>, diffuse: &Arc<Image>) {
-        if let (Some(patches), Some(volume)) = (&self.patches, self.store.volume()) {
+        if let (Emitters::Patches(patches), Some(volume)) = (&self.emitters, self.store.volume()) {
             (self.gatherer.cones).patches(frame, given.gbuffer, volume, patches, diffuse);
         }
     }
 
     fn mirror(&mut self, frame: &mut Frame, given: &Inputs<'_>) -> Option<Arc<Image>> {
         let specular = self.specular.as_ref()?;
-        if self.patches.is_some() {
+        if self.emitters.seen_by() != EmissionSeenBy::All {
             // The mirror image of a lamp is in the voxels alone.
             let relit = Relit {
-                viewer: Viewer::Voxels,
+                viewer: Viewer::Mirror,
                 is_last: true,
             };
             self.store.relight(frame, given.maps, relit);

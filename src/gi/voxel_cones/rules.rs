@@ -3,6 +3,7 @@
 
 use crate::gi::Settings;
 use crate::gi::settings::{Group, Rule};
+use crate::gi::shared::cone::EmitterMethod;
 use crate::gi::shared::interleave::Pattern;
 use crate::gi::shared::voxel::{Directionality, VoxelBounces};
 
@@ -76,6 +77,7 @@ pub(super) const RULES: &[Rule] = &[
             "voxel_occlusion",
             "light_updates",
             "shadows",
+            "emitters",
         ],
     ),
     Rule {
@@ -85,8 +87,16 @@ pub(super) const RULES: &[Rule] = &[
     },
     Rule {
         group: Group::Light,
-        settings: &["shadow_aperture", "emissive_patches"],
+        settings: &["shadow_aperture"],
         applies: |settings| settings.is("shadows", "cones"),
+    },
+    Rule {
+        group: Group::Light,
+        settings: &["emissive_patches"],
+        applies: |settings| {
+            !settings.is("emitters", "gather")
+                && EmitterMethod::new(settings) != EmitterMethod::Points
+        },
     },
     Rule::always(Group::Gather, &["gather", "specular"]),
     Rule {
@@ -185,6 +195,7 @@ fn has_cones(settings: &Settings) -> bool {
         || has_occlusion_cones(settings)
         || settings.is("specular", "on")
         || settings.is("shadows", "cones")
+        || EmitterMethod::new(settings) == EmitterMethod::Patches
 }
 
 fn is_isotropic(settings: &Settings) -> bool {

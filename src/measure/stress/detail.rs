@@ -45,7 +45,7 @@ pub(super) static SMALL_EMITTER: StressCase = StressCase {
     help: "one square lamp lights a room, with the same power at every size",
     source: "Villegas & Ramírez, figure 16: light of emissive voxels only",
     severity: "edge of the lamp [voxels]",
-    severities: &[16.0, 8.0, 4.0, 2.0, 1.0, 0.25],
+    severities: &[16.0, 8.0, 4.0, 2.0, 1.0, 0.25, 0.01],
     quick: &[16.0, 0.25],
     measure: |trial, edge| {
         error(

@@ -12,7 +12,7 @@ pub(in crate::gi) mod view;
 pub(in crate::gi) mod volume;
 
 pub use march::MarchSettings;
-pub use patches::{EmissivePatches, GpuPatch, Patch, PatchParams, has_patches, patches};
+pub use patches::{EmissivePatches, EmitterMethod, GpuPatch, Patch, PatchParams, patches};
 pub use sets::{Cone, ConeSet, KahlRings, check, cone_set, diffuse_set, kahl_set};
 pub use settings::{SETTINGS, TEXTBOOK, diffuse_count, more_cones};
 pub use shadow::{SOFT_SHADOWS, ShadowConeParams};

@@ -9,6 +9,7 @@ use super::march::MarchSettings;
 use super::tracer::ConeTracer;
 use super::volume::{ConeOutput, March, Volume};
 use crate::gi::Settings;
+use crate::gi::settings::SettingError;
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu, Image, Owner};
 use crate::render::{Emitter, GBuffer, GpuScene, screen_groups, storage};
@@ -190,9 +191,45 @@ pub fn patches(emitters: &[Emitter], count: usize, scale_m: f32) -> Vec<Patch> {
     groups.iter().map(|group| group.patch(scale_m)).collect()
 }
 
-/// Whether patches light what is seen, in a scene where something emits.
-pub fn has_patches(settings: &Settings) -> bool {
-    settings.is("shadows", "cones") && settings.count("emissive_patches") > 0
+/// How what surfaces emit comes to the picture, in a scene where something emits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EmitterMethod {
+    /// The gather meets it in the voxels.
+    Gather,
+    /// From patches, along a cone each.
+    Patches,
+    /// From points of the surfaces, along a ray each; to voxels too.
+    Points,
+}
+
+impl EmitterMethod {
+    /// From a technique's settings.
+    pub fn new(settings: &Settings) -> Self {
+        let is_auto = settings.is("emitters", "auto");
+        if settings.is("emitters", "points") || (is_auto && has_rays(settings)) {
+            EmitterMethod::Points
+        } else if settings.is("emitters", "gather") || settings.count("emissive_patches") == 0 {
+            EmitterMethod::Gather
+        } else {
+            EmitterMethod::Patches
+        }
+    }
+}
+
+fn has_rays(settings: &Settings) -> bool {
+    settings
+        .find_choice("gather")
+        .is_some_and(|gather| gather != "cones")
+}
+
+/// An error where points are asked for and nothing traces rays.
+pub(super) fn check(settings: &Settings) -> Result<(), SettingError> {
+    if settings.is("emitters", "points") && !has_rays(settings) {
+        return Err(SettingError::Together(
+            "emitters = points needs gather = rays; emitters = patches does not".into(),
+        ));
+    }
+    Ok(())
 }
 
 /// The patches of a scene on the device.
@@ -206,12 +243,8 @@ pub struct EmissivePatches {
 const SCALE: f32 = 0.25;
 
 impl EmissivePatches {
-    /// Of the scene as it is; `None` where nothing emits, or the settings have none.
-    pub fn new(gpu: &Gpu, scene: &GpuScene, settings: &Settings) -> Result<Option<Self>, Error> {
-        if scene.emitters.is_empty() || !has_patches(settings) {
-            return Ok(None);
-        }
-        let most = settings.count("emissive_patches");
+    /// At most `most`, at least 1, of the scene as it is.
+    pub fn new(gpu: &Gpu, scene: &GpuScene, most: u32) -> Result<Self, Error> {
         let buffer = storage(
             gpu,
             ("cone.patches", Owner::Store),
@@ -223,7 +256,7 @@ impl EmissivePatches {
             count: 0,
         };
         made.follow(gpu, scene)?;
-        Ok(Some(made))
+        Ok(made)
     }
 
     /// Those of the scene as it is.

@@ -67,7 +67,7 @@ pub fn check(settings: &Settings) -> Result<(), SettingError> {
                 .into(),
         ));
     }
-    Ok(())
+    super::patches::check(settings)
 }
 
 /// The set of a pixel's diffuse cones.

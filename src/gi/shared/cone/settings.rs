@@ -14,6 +14,7 @@ pub const TEXTBOOK: PresetValues = &[
     ("height_clamp", "0"),
     ("start_offset", "1.5"),
     ("interleave", "1"),
+    ("emitters", "gather"),
 ];
 
 /// Settings of cones.
@@ -156,9 +157,17 @@ pub static SETTINGS: &[Setting] = &[
         default: "5",
     },
     Setting {
+        name: "emitters",
+        help: "how surfaces that emit light what is seen: gather (it meets them in the voxels), \
+               patches (each seen by a cone), points (rays to points of them, with gather = \
+               rays; to voxels too) or auto (points with gather = rays, otherwise patches)",
+        unit: "",
+        domain: Domain::Choice(&["auto", "gather", "patches", "points"]),
+        default: "auto",
+    },
+    Setting {
         name: "emissive_patches",
-        help: "with shadows = cones: at most so many patches of surface that emits, each seen by \
-               a cone; the diffuse gather then sees no emission; 0: it does",
+        help: "with emitters = patches: at most so many; 0: the gather sees what emits",
         unit: "",
         domain: Domain::Count { min: 0, max: 1024 },
         default: "32",

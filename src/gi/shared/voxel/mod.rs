@@ -24,12 +24,15 @@ pub use dynamic::DynamicVoxels;
 pub use grid::{Lattice, VoxelGrid};
 pub use light::bounce::VoxelBounces;
 pub use light::inject::{BOUND_TILES, INJECT_RSM, LIST_TILES, VoxelLookup, bound_tiles};
-pub use light::settings::{Attenuation, Injection, LightSettings, Occlusion, Sides, Viewer};
+pub use light::settings::{
+    Attenuation, EmissionSeenBy, Injection, LightSettings, Occlusion, Sides, Viewer,
+};
 pub use light::slots::{LitVoxels, VoxelSlots};
 pub use light::{CLEAR_LIGHT, LIGHT, LIGHT_DENSE, VoxelLight, VoxelRecords, add_counts};
 pub use prefilter::{
     ANISOTROPIC, DIRECTIONAL, Directionality, FACE_SETTINGS, Faces, MIP_FILTER, Prefilter,
 };
+pub use trace::emitters::{CANDIDATES, EmitterPoints, GpuEmitterPart, emitter_rows};
 pub use trace::{RAY_SETTINGS, RaySettings, RayTracer, Space, SpacePasses, more_rays};
 pub use voxel_box::VoxelBox;
 pub use window::{VoxelWindow, WindowScratch};
@@ -223,7 +226,7 @@ pub static LIGHT_INJECTION: Stage = Stage::store(
 );
 
 /// Light from voxel to voxel.
-pub static BOUNCES: Stage = Stage::store("bounces", &["voxel.bounce"]);
+pub static BOUNCES: Stage = Stage::store("bounces", &["voxel.bounce", "voxel.bounce_emitters"]);
 
 /// The structs that this module shares with shaders, without the parameters of passes.
 pub static STRUCTS: &[StructLayout] = &[
@@ -231,4 +234,5 @@ pub static STRUCTS: &[StructLayout] = &[
     build::passes::Voxel::LAYOUT,
     dynamic::TouchedBlock::LAYOUT,
     dynamic::TouchedCounters::LAYOUT,
+    GpuEmitterPart::LAYOUT,
 ];

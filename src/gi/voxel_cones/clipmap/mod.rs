@@ -91,11 +91,11 @@ impl VoxelStore for Clipmap {
         };
         let light_settings = LightSettings {
             stores_faces: faces.is_some(),
-            emission_apart: parts.has_patches,
+            emission: parts.emission,
             ..LightSettings::new(settings, parts.gatherer.sides_or(sides))
         };
         let filter = Prefilter::new(settings);
-        let volume = (parts.gatherer.needs_volume(parts.has_specular))
+        let volume = (parts.gatherer.needs_volume(parts.has_cones))
             .then(|| ClipmapVolume::new(gpu, layout, filter, directionality));
         let space =
             (parts.gatherer.rays.is_some()).then(|| ClipmapSpace::new(gpu, layout, light_settings));

@@ -8,7 +8,8 @@ use super::{Clipmap, Inner, Place};
 use crate::gi::Context;
 use crate::gi::shared::cone::Volume;
 use crate::gi::shared::voxel::{
-    self, VoxelBounces, VoxelBox, VoxelLight, VoxelLookup, VoxelRecords, VoxelWindow,
+    self, EmissionSeenBy, VoxelBounces, VoxelBox, VoxelLight, VoxelLookup, VoxelRecords,
+    VoxelWindow,
 };
 use crate::graph::{Error, Frame, FrameStats};
 use crate::render::LightMaps;
@@ -136,7 +137,7 @@ impl Clipmap {
         self.keeps_light
             && !settings.bounces.any()
             && !settings.traces()
-            && !settings.emission_apart
+            && settings.emission == EmissionSeenBy::All
     }
 
     /// The levels whose texels are made anew in this frame.
@@ -154,8 +155,8 @@ impl Clipmap {
                 || level.inner != technique.inner(index)
         };
         let bounces = self.light_settings.bounces;
-        if self.light_settings.emission_apart {
-            // Where patches give the emission, all levels show either what voxels see or what the
+        if self.light_settings.emission != EmissionSeenBy::All {
+            // Where the emission comes in another way, all levels show either what voxels see or what the
             // picture sees.
             self.levels
                 .iter_mut()

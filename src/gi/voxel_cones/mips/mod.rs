@@ -123,8 +123,8 @@ impl VoxelStore for Mips {
         let Context { gpu, scene, .. } = *context;
         let directionality = Directionality::new(settings);
         let filter = Prefilter::new(settings);
-        let skips_empty = parts.has_specular || parts.gatherer.cones.needs_matter();
-        let has_volume = parts.gatherer.needs_volume(parts.has_specular);
+        let skips_empty = parts.has_cones || parts.gatherer.cones.needs_matter();
+        let has_volume = parts.gatherer.needs_volume(parts.has_cones);
         let voxel_settings = VoxelSettings {
             faces: directionality.faces().filter(|_| has_volume),
             ..VoxelSettings::new(settings)
@@ -142,7 +142,7 @@ impl VoxelStore for Mips {
                 && filter == Prefilter::Box
                 && settings.is("mip_method", "blit"),
             light_settings: LightSettings {
-                emission_apart: parts.has_patches,
+                emission: parts.emission,
                 ..LightSettings::new(settings, sides)
             },
             is_exact: voxel_settings.accumulation == Accumulation::Exact,

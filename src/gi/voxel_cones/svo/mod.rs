@@ -119,7 +119,7 @@ impl VoxelStore for Svo {
         };
         let sides = parts.gatherer.sides_or(sides);
         let has_attributes = settings.is("attributes", "on");
-        let has_bricks = has_attributes || parts.gatherer.needs_volume(parts.has_specular);
+        let has_bricks = has_attributes || parts.gatherer.needs_volume(parts.has_cones);
         let voxel_settings = VoxelSettings {
             faces,
             ..VoxelSettings::new(settings)
@@ -131,7 +131,7 @@ impl VoxelStore for Svo {
         Ok(Svo {
             light_settings: LightSettings {
                 stores_faces: faces.is_some(),
-                emission_apart: parts.has_patches,
+                emission: parts.emission,
                 ..LightSettings::new(settings, sides)
             },
             has_bricks,

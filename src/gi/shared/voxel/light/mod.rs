@@ -455,8 +455,7 @@ impl VoxelLight {
         } = self.settings;
         let is_shaded = injection == Injection::Voxel && !self.is_given;
         let is_weighted = attenuation == Attenuation::NormalWeighted;
-        let emits = voxels.emission.is_some()
-            && !(self.settings.emission_apart && viewer == Viewer::Picture);
+        let emits = voxels.emission.is_some() && self.settings.emission.includes(viewer);
         let has_faces = voxels.faces.is_some() && (dense.is_some() || self.settings.stores_faces);
         pass.constant("INJECTION_VOXEL", is_shaded)
             .constant("EMISSIVE", emits)

@@ -56,10 +56,34 @@ pub enum Occlusion {
 /// Who sees the voxels next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Viewer {
-    /// Other voxels, or a specular cone.
+    /// Other voxels.
     Voxels,
     /// The diffuse gather of the picture.
     Picture,
+    /// A specular cone of the picture.
+    Mirror,
+}
+
+/// Who sees in the voxels what surfaces emit; to the others it comes in another way.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EmissionSeenBy {
+    /// Every viewer.
+    All,
+    /// Every viewer but the diffuse gather of the picture.
+    VoxelsAndMirror,
+    /// Specular cones alone.
+    Mirror,
+}
+
+impl EmissionSeenBy {
+    /// Whether this viewer sees it.
+    pub fn includes(self, viewer: Viewer) -> bool {
+        match self {
+            EmissionSeenBy::All => true,
+            EmissionSeenBy::VoxelsAndMirror => viewer != Viewer::Picture,
+            EmissionSeenBy::Mirror => viewer == Viewer::Mirror,
+        }
+    }
 }
 
 /// How voxels are lit.
@@ -80,9 +104,8 @@ pub struct LightSettings {
     pub occlusion: Occlusion,
     /// κ of soft occlusion (voxels).
     pub kappa: f32,
-    /// The picture's diffuse gather does not see what surfaces emit, which comes to it in another
-    /// way.
-    pub emission_apart: bool,
+    /// Who sees what surfaces emit.
+    pub emission: EmissionSeenBy,
 }
 
 impl LightSettings {
@@ -113,7 +136,7 @@ impl LightSettings {
             attenuation,
             occlusion,
             kappa: settings.number("occlusion_kappa"),
-            emission_apart: false,
+            emission: EmissionSeenBy::All,
         }
     }
 
@@ -128,7 +151,7 @@ impl LightSettings {
             attenuation,
             occlusion,
             kappa: 1.0,
-            emission_apart: false,
+            emission: EmissionSeenBy::All,
         }
     }
 

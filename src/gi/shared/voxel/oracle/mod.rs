@@ -1,5 +1,5 @@
 //! CPU twins of the voxel passes: what `voxel.fragments`, `voxel.resolve`, the compact index,
-//! `voxel.light`, `voxel.gather_rays` and `voxel.bounce` must give.
+//! `voxel.light`, `voxel.gather_rays`, `voxel.bounce` and those from emitters must give.
 //!
 //! Everything is naive: every voxel against every triangle, every ray against every voxel, every
 //! shadow ray against every triangle, in f64. The one thing in f32 is the position of a vertex in
@@ -8,6 +8,7 @@
 //! light is in the units of the radiometric contract.
 
 mod bounce;
+mod emitters;
 mod fragments;
 mod index;
 mod light;
@@ -17,6 +18,7 @@ mod tests;
 mod touching;
 
 pub use bounce::{bounce_rays, bounce_receiver, voxel_pattern};
+pub use emitters::{EmitterPart, PointSettings, Reached, gather_emitters, unhidden};
 pub use fragments::{Fragment, OPPOSED, VoxelSum, fragments, resolve, voxelize};
 pub use index::{block_bases, block_bit, compact_order, occupancy_words};
 pub use light::{

@@ -1,12 +1,14 @@
 //! Gathering by exact rays: through the voxels of a store, or against the scene's triangles, where
 //! voxels are a cache of light.
 
+pub mod emitters;
 mod settings;
 pub mod space;
 pub mod surfaces;
 
 use std::sync::Arc;
 
+use emitters::{BounceEmittersParams, EmitterPoints, GatherEmittersParams};
 pub use settings::{RAY_SETTINGS, RaySettings, more_rays};
 pub use space::{Space, SpacePasses};
 
@@ -103,6 +105,8 @@ pub struct RayTracer {
     bounce_directions: u32,
     /// What rays of pixels meet in place of voxels; made by the first [`RayTracer::build`].
     triangles: Option<SceneRays>,
+    /// Points of what emits, where rays go to them.
+    pub points: Option<EmitterPoints>,
 }
 
 impl RayTracer {
@@ -112,6 +116,7 @@ impl RayTracer {
             settings,
             bounce_directions,
             triangles: None,
+            points: None,
         }
     }
 
@@ -124,8 +129,11 @@ impl RayTracer {
         Ok(())
     }
 
-    /// Brings the hierarchy up to models that have moved.
+    /// Brings hierarchy and points up to models that have moved.
     pub fn follow(&mut self, gpu: &Gpu, scene: &GpuScene) -> Result<(), Error> {
+        if let Some(points) = &mut self.points {
+            points.follow(gpu, scene)?;
+        }
         (self.triangles.as_mut()).map_or(Ok(()), |triangles| triangles.follow(gpu, scene))
     }
 
@@ -172,6 +180,43 @@ impl RayTracer {
                 .push(&params)
                 .dispatch(receivers.groups());
         }
+        if let Some(points) = &self.points {
+            self.gather_emitters(frame, receivers, space, points);
+        }
+    }
+
+    /// Adds what reaches these surfaces from points of what emits to what was gathered, by as many
+    /// rays a pixel as the gather has.
+    pub fn gather_emitters(
+        &self,
+        frame: &mut Frame,
+        receivers: &Receivers<'_>,
+        space: &Space<'_>,
+        points: &EmitterPoints,
+    ) {
+        let s = &self.settings;
+        for [first_ray, end_ray] in dispatches(s.count, space.turns + emitters::TURNS) {
+            space
+                .pass(frame, &space.passes.gather_emitters)
+                .bind("emitter_parts", &points.parts)
+                .bind("view_depth", receivers.view_depth)
+                .bind("normals", receivers.normals)
+                .bind("indirect_diffuse", receivers.light)
+                .push(&GatherEmittersParams {
+                    grid: space.grid.row(),
+                    space: space.words,
+                    resolution: space.grid.resolution,
+                    part_count: points.count,
+                    ray_count: s.count,
+                    first_ray,
+                    end_ray,
+                    pattern: s.pattern.bits(),
+                    start_offset: s.start_offset,
+                    self_height: s.self_height,
+                    contour_slack: s.contour_slack,
+                })
+                .dispatch(receivers.groups());
+        }
     }
 
     /// Adds `voxel.bounce` of voxels whose grid is a part of the space, or is coarser.
@@ -203,6 +248,45 @@ impl RayTracer {
                 .bind("gathering_voxels", &voxels.records)
                 .bind("voxel_irradiance", irradiance)
                 .push(&params)
+                .dispatch(linear_groups(space.sides as u32 * voxels.voxel_count));
+        }
+        if let Some(points) = &self.points {
+            self.bounce_emitters(frame, voxels, space, irradiance, points);
+        }
+    }
+
+    /// Adds what reaches the voxels from points of what emits to what they gathered.
+    pub fn bounce_emitters(
+        &self,
+        frame: &mut Frame,
+        voxels: &VoxelRecords,
+        space: &Space<'_>,
+        irradiance: &Arc<Buffer>,
+        points: &EmitterPoints,
+    ) {
+        let (s, grid, count) = (&self.settings, &voxels.grid, self.bounce_directions);
+        let first_voxel = ((grid.origin - space.grid.origin) / grid.voxel_size).round();
+        for [first_ray, end_ray] in dispatches(count, space.turns + emitters::TURNS) {
+            space
+                .pass(frame, &space.passes.bounce_emitters)
+                .bind("emitter_parts", &points.parts)
+                .bind("gathering_voxels", &voxels.records)
+                .bind("voxel_irradiance", irradiance)
+                .push(&BounceEmittersParams {
+                    grid: space.grid.row(),
+                    first_voxel: first_voxel.extend(0.0).to_array(),
+                    space: space.words,
+                    resolution: space.grid.resolution,
+                    voxel_count: voxels.voxel_count,
+                    part_count: points.count,
+                    ray_count: count,
+                    first_ray,
+                    end_ray,
+                    voxel_scale: grid.voxel_size / space.grid.voxel_size,
+                    start_offset: s.start_offset,
+                    self_height: s.self_height,
+                    contour_slack: s.contour_slack,
+                })
                 .dispatch(linear_groups(space.sides as u32 * voxels.voxel_count));
         }
     }

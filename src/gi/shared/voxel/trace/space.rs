@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::emitters::{self, BounceEmittersParams, GatherEmittersParams};
 use super::{BOUNCE, BounceRayParams, PIXEL, RayParams};
 use crate::gi::shared::voxel::{Sides, VoxelGrid};
 use crate::graph::pass::join;
@@ -21,12 +22,25 @@ pub struct SpacePasses {
     /// E/π = 1/n Σ L over cosine-distributed rays from each voxel. Reads voxels, writes half
     /// floats; a thread a side of a voxel.
     pub bounce_rays: Pass,
+    /// E = 1/n Σ L cos θ cos θ' V / (d² p) over points of what emits, p being their density. Reads
+    /// the G-buffer and the voxels, adds to RGBA32F (irradiance, ambient visibility); a thread a
+    /// pixel.
+    pub gather_emitters: Pass,
+    /// The same at the sides of voxels. Reads the voxels, adds to half floats (E/π); a thread a
+    /// side.
+    pub bounce_emitters: Pass,
 }
 
 impl SpacePasses {
     /// All of them.
-    pub const fn all(&'static self) -> [&'static Pass; 3] {
-        [&self.gather_rays, &self.gather_triangles, &self.bounce_rays]
+    pub const fn all(&'static self) -> [&'static Pass; 5] {
+        [
+            &self.gather_rays,
+            &self.gather_triangles,
+            &self.bounce_rays,
+            &self.gather_emitters,
+            &self.bounce_emitters,
+        ]
     }
 }
 
@@ -70,6 +84,16 @@ macro_rules! space_passes {
             bounce_rays: space::bounce_rays(
                 concat!($folder, "/bounce_rays.comp"),
                 const { &space::of_voxel::<{ SPACE.len() }, { SPACE.len() + 2 }>(SPACE) },
+                &[$($constant),*],
+            ),
+            gather_emitters: space::gather_emitters(
+                concat!($folder, "/gather_emitters.comp"),
+                const { &space::of_pixel_and_parts::<{ SPACE.len() }, { SPACE.len() + 4 }>(SPACE) },
+                &[$($constant),*],
+            ),
+            bounce_emitters: space::bounce_emitters(
+                concat!($folder, "/bounce_emitters.comp"),
+                const { &space::of_voxel_and_parts::<{ SPACE.len() }, { SPACE.len() + 3 }>(SPACE) },
                 &[$($constant),*],
             ),
         }
@@ -134,6 +158,38 @@ pub(in crate::gi) const fn bounce_rays(
         constants,
         BounceRayParams::LAYOUT,
     )
+}
+
+pub(in crate::gi) const fn gather_emitters(
+    shader: &'static str,
+    bindings: &'static [Binding],
+    constants: &'static [&'static str],
+) -> Pass {
+    let params = GatherEmittersParams::LAYOUT;
+    pass("voxel.gather_emitters", shader, bindings, constants, params)
+}
+
+pub(in crate::gi) const fn bounce_emitters(
+    shader: &'static str,
+    bindings: &'static [Binding],
+    constants: &'static [&'static str],
+) -> Pass {
+    let params = BounceEmittersParams::LAYOUT;
+    pass("voxel.bounce_emitters", shader, bindings, constants, params)
+}
+
+/// Bindings of a pass over pixels that goes to points of what emits.
+pub(in crate::gi) const fn of_pixel_and_parts<const SPACE: usize, const ALL: usize>(
+    space: [Binding; SPACE],
+) -> [Binding; ALL] {
+    join::<4, SPACE, ALL>(emitters::PIXEL, space)
+}
+
+/// Bindings of a pass over voxels that goes to points of what emits.
+pub(in crate::gi) const fn of_voxel_and_parts<const SPACE: usize, const ALL: usize>(
+    space: [Binding; SPACE],
+) -> [Binding; ALL] {
+    join::<3, SPACE, ALL>(emitters::BOUNCE, space)
 }
 
 /// Bindings of a pass over pixels.

@@ -1,0 +1,67 @@
+// voxel.bounce_emitters: adds to what each side of each voxel gathers, E/π, the light of surfaces
+// that emit, by rays from its mean position to points of them. A thread a side.
+layout(local_size_x = 64) in;
+
+#include "gi/shared/voxel/trace/emitters.glsl"
+
+layout(std430, set = 1, binding = 1) restrict readonly buffer GatheringVoxels {
+    Voxel gathering_voxels[];
+};
+// a side: E/π, half floats
+layout(std430, set = 1, binding = 2) restrict buffer VoxelIrradiance { uvec2 voxel_irradiance[]; };
+
+layout(push_constant) uniform BounceEmittersParams {
+    vec4 grid;             // xyz: smallest corner of the space [m]; w: edge of its finest voxels [m]
+    vec4 first_voxel;      // xyz: of the grid that the voxels are of [their size]
+    uvec4 space;           // what the store tells its space
+    uint resolution;       // edge of the space [voxels]
+    uint voxel_count;
+    uint part_count;
+    uint ray_count;        // of all dispatches
+    uint first_ray;        // of this dispatch, which adds to what those before it left
+    uint end_ray;
+    float voxel_scale;     // edge of the voxels that gather [voxels of the space]
+    float start_offset;    // [voxels]
+    float self_height;     // [voxels]
+    float contour_slack;   // [voxels]
+} params;
+
+#include "shared/frame.glsl"
+#include "gi/shared/voxel/light/bounce.glsl"
+
+// A voxel stands for a surface about as large as a face of it, so that nothing is nearer to it than
+// this [voxels].
+const float LEAST_DISTANCE = 0.25;
+
+const float LARGEST_HALF = 65504.0;
+
+void main() {
+    uint slot = gl_GlobalInvocationID.x + gl_GlobalInvocationID.y * 4194240u;
+    uint sides = sides_of_voxels();
+    if (slot >= sides * params.voxel_count) return;
+    Voxel voxel = gathering_voxels[slot / sides];
+    vec3 cell = params.first_voxel.xyz + voxel_coordinates(voxel.xy, voxel.z_area);
+    vec3 receiver = params.voxel_scale * (cell + unpack_unorm10(voxel.mean_position));
+    vec3 receiver_ws = params.grid.xyz + receiver * params.grid.w;
+    float least = LEAST_DISTANCE * params.voxel_scale * params.grid.w;
+    vec2 pattern = voxel_pattern(uvec3(cell));
+    TraceSettings settings =
+        TraceSettings(params.resolution, params.self_height, params.contour_slack);
+    vec3 sum = vec3(0.0);
+    for (uint i = params.first_ray; i < params.end_ray; ++i) {
+        vec3 normal = looking_normal(voxel, sides, slot % sides, i);
+        EmitterPoint seen = ray_point(i, params.ray_count, pattern, params.part_count, receiver_ws,
+            normal, normal, least * least);
+        if (seen.irradiance == vec3(0.0)) continue;
+        vec3 point = (seen.position - params.grid.xyz) / params.grid.w;
+        if (!hides_point(receiver + params.voxel_scale * params.start_offset * normal, point, seen.normal, receiver,
+                normal, settings))
+            sum += seen.irradiance;
+    }
+    uvec2 before = voxel_irradiance[slot];
+    vec3 gathered = vec3(unpackHalf2x16(before.x), unpackHalf2x16(before.y).x)
+        + sum / (PI * float(params.ray_count));
+    gathered = min(gathered, vec3(LARGEST_HALF));
+    voxel_irradiance[slot] =
+        uvec2(packHalf2x16(gathered.rg), packHalf2x16(vec2(gathered.b, 0.0)));
+}
