@@ -3,6 +3,7 @@
 use std::ffi::{OsStr, OsString};
 use std::io::{ErrorKind, Write as _};
 use std::sync::OnceLock;
+use std::time::Duration;
 
 use crate::gi::entry::Entry;
 use crate::gi::registry::{DEFAULT, find, owners};
@@ -401,4 +402,21 @@ pub(super) fn progress_bar(quiet: bool, steps: usize) -> ProgressBar {
         ProgressStyle::with_template("{msg:12} {bar:40} {pos}/{len} {elapsed} (about {eta} left)")
             .unwrap_or_else(|_| ProgressStyle::default_bar());
     ProgressBar::new(steps as u64).with_style(style)
+}
+
+/// What a piece of work is and how long it takes, on stderr while it runs, where that is a
+/// terminal: for work that cannot say how far it is.
+pub(super) fn while_shown<T>(quiet: bool, what: String, work: impl FnOnce() -> T) -> T {
+    if quiet {
+        return work();
+    }
+    let style = ProgressStyle::with_template("{spinner} {msg} {elapsed}")
+        .unwrap_or_else(|_| ProgressStyle::default_spinner());
+    let spinner = ProgressBar::new_spinner()
+        .with_style(style)
+        .with_message(what);
+    spinner.enable_steady_tick(Duration::from_millis(100));
+    let result = work();
+    spinner.finish_and_clear();
+    result
 }

@@ -16,7 +16,7 @@ use crate::scene::Scene;
 use crate::text::short;
 
 use super::CliError;
-use super::common::{DeviceArgs, SceneArgs, TechniqueArgs, TimingArgs, say};
+use super::common::{DeviceArgs, SceneArgs, TechniqueArgs, TimingArgs, say, while_shown};
 use super::files::Files;
 use super::frame::FrameArgs;
 use super::picture::PictureArgs;
@@ -113,8 +113,10 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     let gpu = args.gpu()?;
     let size = args.picture.size.into();
     let frame = args.frame.settings(args.picture.size);
-    let (mut renderer, build) =
-        Renderer::new(&gpu, &scene, entry, &settings, frame).map_err(CliError::failed)?;
+    let (mut renderer, build) = while_shown(quiet, format!("building {}", entry.name), || {
+        Renderer::new(&gpu, &scene, entry, &settings, frame)
+    })
+    .map_err(CliError::failed)?;
     let view = args
         .view
         .as_ref()

@@ -57,11 +57,45 @@ impl Gpu {
             "image {}: bytes of mip {mip}",
             image.name()
         );
+        let part = None;
+        self.upload_region(image, ImageRegion { mip, layer, part }, bytes)
+    }
+
+    /// Copies whole rows of texels, from a row on, to an image without mips and layers, and waits.
+    pub fn upload_rows(
+        &self,
+        image: &Arc<Image>,
+        first_row: u32,
+        bytes: &[u8],
+    ) -> Result<(), Error> {
+        let [width, height, depth] = image.extent(0);
+        let row_bytes = check_region(image, 0, 0) / u64::from(height);
+        let count = (bytes.len() as u64 / row_bytes) as u32;
+        assert!(
+            bytes.len() as u64 % row_bytes == 0 && first_row + count <= height && depth == 1,
+            "image {}: {} bytes from row {first_row} on",
+            image.name(),
+            bytes.len()
+        );
+        let region = ImageRegion {
+            mip: 0,
+            layer: 0,
+            part: Some([[0, first_row, 0], [width, count, 1]]),
+        };
+        self.upload_region(image, region, bytes)
+    }
+
+    fn upload_region(
+        &self,
+        image: &Arc<Image>,
+        region: ImageRegion,
+        bytes: &[u8],
+    ) -> Result<(), Error> {
         let staging = self.staging(image.name(), bytes)?;
         let mut frame = Frame::new();
         let (from, to) = (
             Resource::from(&staging),
-            Resource::Image(Arc::clone(image), mip..mip + 1),
+            Resource::Image(Arc::clone(image), region.mip..region.mip + 1),
         );
         let uses = vec![
             (from.clone(), from.used(Access::TransferRead)),
@@ -70,11 +104,7 @@ impl Gpu {
         let work = Work::ToImage {
             source: staging,
             target: Arc::clone(image),
-            region: ImageRegion {
-                mip,
-                layer,
-                texel: None,
-            },
+            region,
         };
         frame.push(format!("upload {}", image.name()), uses, work);
         self.submit(frame).map(drop)
@@ -116,8 +146,8 @@ impl Gpu {
     /// finished.
     pub fn read_image(&self, image: &Arc<Image>, mip: u32, layer: u32) -> Result<Vec<u8>, Error> {
         let bytes = check_region(image, mip, layer);
-        let texel = None;
-        self.read_region(image, ImageRegion { mip, layer, texel }, bytes)
+        let part = None;
+        self.read_region(image, ImageRegion { mip, layer, part }, bytes)
     }
 
     /// The finest texels of a texture of a material, which is then as it was: frames that use
@@ -138,7 +168,7 @@ impl Gpu {
         let region = ImageRegion {
             mip: 0,
             layer: 0,
-            texel: Some(texel),
+            part: Some([texel, [1; 3]]),
         };
         self.read_region(image, region, bytes)
     }

@@ -12,8 +12,8 @@ use super::{Buffer, Context, Device, Error, Image, Pipeline, Timestamps};
 pub(crate) struct ImageRegion {
     pub(crate) mip: u32,
     pub(crate) layer: u32,
-    /// One texel of it; `None` for all.
-    pub(crate) texel: Option<[u32; 3]>,
+    /// Lowest texel and extent of a part of it; `None` for all.
+    pub(crate) part: Option<[[u32; 3]; 2]>,
 }
 
 /// One attachment of a rendering scope.
@@ -417,8 +417,9 @@ fn attachment_info(attachment: &Attachment) -> vk::RenderingAttachmentInfo<'stat
 }
 
 fn buffer_image_copy(image: &Image, region: ImageRegion) -> vk::BufferImageCopy {
-    let [width, height, depth] = region.texel.map_or(image.extent(region.mip), |_| [1; 3]);
-    let [x, y, z] = region.texel.unwrap_or_default().map(|at| at as i32);
+    let all = [[0; 3], image.extent(region.mip)];
+    let [low, [width, height, depth]] = region.part.unwrap_or(all);
+    let [x, y, z] = low.map(|at| at as i32);
     vk::BufferImageCopy {
         image_subresource: vk::ImageSubresourceLayers {
             aspect_mask: image.aspect(),

@@ -3,16 +3,16 @@
 #ifndef LUMIVOX_BVH_BINDINGS
 #define LUMIVOX_BVH_BINDINGS
 
-layout(constant_id = 0) const uint BVH_STACK = 64;      // boxes that a traversal puts off at most
+layout(constant_id = 0) const uint BVH_STACK = 64;      // nodes on the longest way from a root
 layout(constant_id = 1) const uint BVH_ROOTS = 1;       // hierarchies
 layout(constant_id = 2) const uint BVH_MASKS = 0;       // 1: some materials have alpha masks
 
-layout(std430, set = 1, binding = 0) restrict readonly buffer BvhNodes { uint bvh_nodes[]; };
-// number of each triangle; the highest bit is set where its material has a mask
-layout(std430, set = 1, binding = 1) restrict readonly buffer BvhTriangles {
-    uint bvh_triangles[];
-};
-// the root of what stands still and of each model that may move
+// 1024 nodes a row, four texels each (docs/gi/ray_traced.md)
+layout(set = 1, binding = 0) uniform utexture2D bvh_nodes;
+// 1024 triangles a row, in the order of the leaves, three texels each: xyz: first corner, edge to
+// the second, edge to the third [m]; w of the first: the triangle's number, with the highest bit
+// set where its material has a mask
+layout(set = 1, binding = 1) uniform utexture2D bvh_triangles;
 layout(std430, set = 1, binding = 2) restrict readonly buffer BvhRoots { uint bvh_roots[]; };
 // four of each material: albedo, emission, normal, mask; x: first texel; y: width and height, 16
 // bits each, 0 where there is none

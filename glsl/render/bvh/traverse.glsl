@@ -7,8 +7,13 @@
 #include "render/bvh/textures.glsl"
 
 const uint NO_TRIANGLE = 0xffffffffu;
-const uint WIDTH = 4u, NODE_WORDS = 4u + WIDTH + 6u * WIDTH / 4u;
-const uint LEAF = 0x80000000u, DONE = 0xffffffffu;
+const uint WIDTH = 4u;   // boxes of a node
+// What a ray opens next: a node; LEAF and above, triangles; nothing that is in hand; nothing more.
+const uint LEAF = 0x80000000u, NONE = 0xfffffffeu, DONE = 0xffffffffu;
+// Nodes and triangles of a row of their image.
+const uint ROW_BITS = 10u, ROW_MASK = (1u << ROW_BITS) - 1u;
+// Bits of a record below its node.
+const uint ORDER_BITS = 2u * WIDTH + 1u, ORDER_MASK = (1u << ORDER_BITS) - 1u;
 // Rounding of a box's distances, as a share of what they are the sum of.
 const float BOX_ROUNDING = 2e-6;
 
@@ -18,18 +23,23 @@ struct RayHit {
     vec2 at;         // barycentric coordinates of the second and the third vertex
 };
 
-// Boxes that are put off, and where the ray enters each.
+// Records of nodes of which boxes are put off: the node, and under a leading 1 the places of these
+// boxes in it, two bits each, the nearest lowest.
 uint put_off[BVH_STACK];
-uint put_off_keys[BVH_STACK];
-uint put_off_count;
 
-// The box that was put off last and is entered by `t`, or DONE.
-uint take_back(float t) {
-    while (put_off_count > 0u) {
-        --put_off_count;
-        if (uintBitsToFloat(put_off_keys[put_off_count]) <= t) return put_off[put_off_count];
-    }
-    return DONE;
+bool is_empty(uint record) {
+    return (record & ORDER_MASK) <= 1u;
+}
+
+// Words as texels: loads of a texel come in one piece, those of a buffer's words one by one.
+uvec4 node_words(uint node, uint part) {
+    uvec2 place = uvec2((node & ROW_MASK) * 4u + part, node >> ROW_BITS);
+    return texelFetch(usampler2D(bvh_nodes, nearest_clamp), ivec2(place), 0);
+}
+
+uvec4 triangle_words(uint slot, uint part) {
+    uvec2 place = uvec2((slot & ROW_MASK) * 3u + part, slot >> ROW_BITS);
+    return texelFetch(usampler2D(bvh_triangles, nearest_clamp), ivec2(place), 0);
 }
 
 void order(inout uint a, inout uint b) {
@@ -38,19 +48,16 @@ void order(inout uint a, inout uint b) {
     a = low;
 }
 
-// The nearest box of a node that the ray enters before `t`; the others are put off, the farthest
-// first.
+// The record of the boxes of a node that the ray enters before `t`.
 uint open_node(uint node, vec3 origin, vec3 inverse, float t) {
-    uint first = node * NODE_WORDS, packed = bvh_nodes[first + 3u];
-    vec3 corner = uintBitsToFloat(
-        uvec3(bvh_nodes[first], bvh_nodes[first + 1u], bvh_nodes[first + 2u]));
-    vec3 steps = uintBitsToFloat((uvec3(packed, packed >> 8, packed >> 16) & 255u) << 23);
+    uvec4 head = node_words(node, 0u), planes = node_words(node, 1u);
+    uvec2 rest = node_words(node, 2u).xy;
+    vec3 corner = uintBitsToFloat(head.xyz);
+    vec3 steps = uintBitsToFloat((uvec3(head.w, head.w >> 8, head.w >> 16) & 255u) << 23);
     vec3 step_t = steps * inverse, corner_t = (corner - origin) * inverse;
     vec3 slack = BOX_ROUNDING * (abs(corner_t) + 255.0 * abs(step_t));
     vec3 enter_t = corner_t - slack, leave_t = corner_t + slack;
-    uint planes = first + 4u + WIDTH;
-    uvec3 low = uvec3(bvh_nodes[planes], bvh_nodes[planes + 1u], bvh_nodes[planes + 2u]);
-    uvec3 high = uvec3(bvh_nodes[planes + 3u], bvh_nodes[planes + 4u], bvh_nodes[planes + 5u]);
+    uvec3 low = planes.xyz, high = uvec3(planes.w, rest);
     bvec3 falls = lessThan(inverse, vec3(0.0));
     uvec3 near = mix(low, high, falls), far = mix(high, low, falls);
     uint keys[WIDTH];
@@ -59,7 +66,7 @@ uint open_node(uint node, vec3 origin, vec3 inverse, float t) {
         vec3 leaves = vec3(far >> 8u * i & 255u) * step_t + leave_t;
         float from = max(max(enters.x, enters.y), max(enters.z, 0.0));
         float to = min(min(leaves.x, leaves.y), min(leaves.z, t));
-        bool is_met = from <= to && (packed >> 24u + i & 1u) != 0u;
+        bool is_met = from <= to && (head.w >> 24u + i & 1u) != 0u;
         keys[i] = is_met ? floatBitsToUint(from) & ~(WIDTH - 1u) | i : DONE;
     }
     order(keys[0], keys[1]);
@@ -67,14 +74,19 @@ uint open_node(uint node, vec3 origin, vec3 inverse, float t) {
     order(keys[0], keys[2]);
     order(keys[1], keys[3]);
     order(keys[1], keys[2]);
-    if (keys[0] == DONE) return take_back(t);
-    for (uint i = WIDTH - 1u; i > 0u; --i) {
-        if (keys[i] == DONE) continue;
-        put_off[put_off_count] = bvh_nodes[first + 4u + (keys[i] & WIDTH - 1u)];
-        put_off_keys[put_off_count] = keys[i];
-        ++put_off_count;
-    }
-    return bvh_nodes[first + 4u + (keys[0] & WIDTH - 1u)];
+    uint places = 1u;
+    for (int i = int(WIDTH) - 1; i >= 0; --i)
+        places = keys[i] == DONE ? places : places << 2 | keys[i] & WIDTH - 1u;
+    return node << ORDER_BITS | places;
+}
+
+// What the nearest box of a record holds. The record has one box less then.
+uint take_nearest(inout uint record) {
+    uvec4 children = node_words(record >> ORDER_BITS, 3u);
+    uvec2 two = (record & 2u) != 0u ? children.zw : children.xy;
+    uint child = (record & 1u) != 0u ? two.y : two.x;
+    record = record & ~ORDER_MASK | (record & ORDER_MASK) >> 2;
+    return child;
 }
 
 vec3 exact_cross(vec3 a, vec3 b) {
@@ -89,11 +101,14 @@ float exact_dot(vec3 a, vec3 b) {
 }
 
 // Distance and place where a ray meets a triangle (Möller & Trumbore 1997), each operation as the
-// reference has it (Rust: scene::rays).
-bool meets_triangle(uint triangle, vec3 origin, vec3 direction, out float t, out vec2 at) {
-    uvec3 v = vertices_of(triangle);
-    vec3 a = position_of(v.x);
-    precise vec3 edge_1 = position_of(v.y) - a, edge_2 = position_of(v.z) - a, s = origin - a;
+// reference has it (Rust: scene::rays). `word` is the triangle's number and whether it has a mask.
+bool meets_triangle(
+    uint slot, vec3 origin, vec3 direction, out uint word, out float t, out vec2 at) {
+    uvec4 first = triangle_words(slot, 0u);
+    vec3 edge_1 = uintBitsToFloat(triangle_words(slot, 1u).xyz);
+    vec3 edge_2 = uintBitsToFloat(triangle_words(slot, 2u).xyz);
+    precise vec3 s = origin - uintBitsToFloat(first.xyz);
+    word = first.w;
     vec3 p = exact_cross(direction, edge_2);
     float determinant = exact_dot(edge_1, p);
     precise float inverse = 1.0 / determinant;
@@ -112,33 +127,53 @@ bool is_nearer(float t, uint triangle, RayHit hit) {
 }
 
 // A ray from `origin` up to `t_max` that leaves the triangle `leaves`, and so cannot hit it, nor
-// `target`. With `any`, some hit; otherwise the nearest.
+// `target`. With `any`, some hit; otherwise the nearest. Lanes of a vector wait for each other, so
+// each turn of the one loop opens a node and meets a triangle, whichever of them a lane has.
 RayHit traverse(
     vec3 origin, vec3 direction, float t_max, uint leaves, uint target, bool any) {
     RayHit hit = RayHit(NO_TRIANGLE, t_max, vec2(0.0));
     vec3 inverse = 1.0 / mix(direction, vec3(1e-20), lessThan(abs(direction), vec3(1e-20)));
     for (uint i = 0u; i < BVH_ROOTS; ++i) {
-        put_off_count = 0u;
-        uint current = bvh_roots[i];
-        while (current != DONE) {
-            while (current < LEAF) current = open_node(current, origin, inverse, hit.t);
-            if (current == DONE) break;
-            uint slot = current & 0x07ffffffu, end = slot + (current >> 27 & 15u) + 1u;
-            for (; slot < end; ++slot) {
-                uint word = bvh_triangles[slot], triangle = word & 0x7fffffffu;
+        uint next = bvh_roots[i], record = 0u, put_off_count = 0u, slot = 0u, end = 0u;
+        while (next != DONE || slot < end) {
+            uint opened = 0u;
+            if (next < LEAF) opened = open_node(next, origin, inverse, hit.t);
+            // In any case: a store of some lanes alone is a branch for each of them.
+            put_off[put_off_count] = record;
+            if (!is_empty(opened)) {
+                put_off_count += is_empty(record) ? 0u : 1u;
+                record = opened;
+            }
+            if (next < LEAF || next == NONE) {
+                if (is_empty(record) && put_off_count > 0u) record = put_off[--put_off_count];
+                next = DONE;
+                if (!is_empty(record)) next = take_nearest(record);
+            }
+            if (next >= LEAF && next < NONE && slot == end) {
+                slot = next & 0x07ffffffu;
+                end = slot + (next >> 27 & 15u) + 1u;
+                next = NONE;
+            }
+            if (slot < end) {
+                uint word;
                 float t;
                 vec2 at;
-                if (!meets_triangle(triangle, origin, direction, t, at)) continue;
-                if (!is_nearer(t, triangle, hit)) continue;
-                if (triangle == leaves || triangle == target) continue;
+                bool is_met = meets_triangle(slot, origin, direction, word, t, at);
+                uint triangle = word & 0x7fffffffu;
+                is_met = is_met && is_nearer(t, triangle, hit) && triangle != leaves
+                    && triangle != target;
                 if (BVH_MASKS != 0u) {
-                    if (word >= 0x80000000u && !is_solid(triangle, at)) continue;
+                    if (is_met && word >= 0x80000000u) is_met = is_solid(triangle, at);
                 }
-                hit = RayHit(triangle, t, at);
+                if (is_met) hit = RayHit(triangle, t, at);
+                ++slot;
+                if (any && is_met) {
+                    next = DONE;
+                    slot = end;
+                }
             }
-            if (any && hit.triangle != NO_TRIANGLE) return hit;
-            current = take_back(hit.t);
         }
+        if (any && hit.triangle != NO_TRIANGLE) break;
     }
     return hit;
 }

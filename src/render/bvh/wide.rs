@@ -19,10 +19,23 @@ use obvhs::triangle::Triangle;
 /// Boxes of a node.
 pub(super) const WIDTH: usize = 4;
 
-/// 32-bit words of a node: smallest corner; a byte for each axis' exponent, and one for which
-/// boxes there are; what each box holds; a byte for each box of each of the planes low x, y and z,
-/// high x, y and z.
-pub(super) const NODE_WORDS: usize = 4 + WIDTH + 6 * WIDTH / 4;
+/// Texels of four 32-bit words of a node. The first has the smallest corner, a byte for each axis'
+/// exponent, and one for which boxes there are. The next two have a byte for each box of each of
+/// the planes low x, y and z, high x, y and z; two words are free. The last says what each box
+/// holds.
+pub(super) const NODE_TEXELS: usize = 4;
+
+/// 32-bit words of a node.
+pub(super) const NODE_WORDS: usize = 4 * NODE_TEXELS;
+
+/// First word of a node's planes.
+const PLANES: usize = 4;
+
+/// First word of what the boxes of a node hold.
+pub(super) const CHILDREN: usize = NODE_WORDS - WIDTH;
+
+/// Nodes of all trees at most: a traversal has 23 bits for a node.
+pub(super) const MOST_NODES: usize = 1 << 23;
 
 /// Set in the word of a box that holds triangles: 4 bits below, their number less one, and then 27
 /// bits, the first of them. The words of other boxes are nodes.
@@ -43,12 +56,12 @@ const MANY: usize = 1 << 20;
 /// The hierarchy of some triangles.
 #[derive(Default)]
 pub struct WideBvh {
-    /// 14 words a node, the root first; none where there is nothing to hit.
+    /// 16 words a node, the root first; none where there is nothing to hit.
     pub nodes: Vec<u32>,
     /// Indices of the given triangles, in the order of the leaves.
     pub triangles: Vec<u32>,
-    /// Boxes that a traversal puts off at most.
-    pub stack: u32,
+    /// Nodes on the longest way from the root: a traversal puts off boxes of one less at most.
+    pub depth: u32,
 }
 
 /// A box around points.
@@ -114,12 +127,12 @@ impl WideBvh {
             binary: &binary,
             bounds: &bounds,
             nodes: Vec::new(),
-            stack: 0,
+            depth: 0,
         };
         collapse.run();
         WideBvh {
             nodes: collapse.nodes,
-            stack: collapse.stack,
+            depth: collapse.depth,
             triangles,
         }
     }
@@ -130,7 +143,7 @@ impl WideBvh {
         // Children come after their parents.
         for index in (0..bounds.len()).rev() {
             let node = &mut self.nodes[NODE_WORDS * index..][..NODE_WORDS];
-            let words: [u32; WIDTH] = std::array::from_fn(|child| node[4 + child]);
+            let words: [u32; WIDTH] = std::array::from_fn(|child| node[CHILDREN + child]);
             let of_word = |word: &u32| match *word {
                 node if node < LEAF => bounds[node as usize],
                 leaf => {
@@ -182,18 +195,17 @@ struct Collapse<'b> {
     binary: &'b Bvh2,
     bounds: &'b [Bounds],
     nodes: Vec<u32>,
-    stack: u32,
+    depth: u32,
 }
 
 impl Collapse<'_> {
     fn run(&mut self) {
         self.nodes.resize(NODE_WORDS, 0);
-        // Binary node, wide node, and what waits on the stack before it is opened.
-        let mut waiting = vec![(0usize, 0usize, 0u32)];
-        while let Some((binary, wide, stack)) = waiting.pop() {
+        // Binary node, wide node, and the nodes above and including it.
+        let mut waiting = vec![(0usize, 0usize, 1u32)];
+        while let Some((binary, wide, depth)) = waiting.pop() {
             let children = self.children(binary);
-            let below = stack + children.len() as u32 - 1;
-            self.stack = self.stack.max(below);
+            self.depth = self.depth.max(depth);
             let mut words = [0; WIDTH];
             for (word, &child) in words.iter_mut().zip(&children) {
                 let node = &self.binary.nodes[child];
@@ -203,7 +215,7 @@ impl Collapse<'_> {
                     let next = self.nodes.len() / NODE_WORDS;
                     self.nodes.resize(self.nodes.len() + NODE_WORDS, 0);
                     *word = next as u32;
-                    waiting.push((child, next, below));
+                    waiting.push((child, next, depth + 1));
                 }
             }
             let boxes: Vec<Bounds> = children.iter().map(|child| self.bounds[*child]).collect();
@@ -265,9 +277,9 @@ fn quantized(boxes: &[Bounds], words: [u32; WIDTH]) -> [u32; NODE_WORDS] {
     let [x, y, z] = exponents;
     let is_there = (1 << boxes.len()) - 1;
     node[3] = x | y << 8 | z << 16 | is_there << 24;
-    node[4..4 + WIDTH].copy_from_slice(&words);
+    node[CHILDREN..].copy_from_slice(&words);
     let (planes, _) = bytes.as_chunks::<4>();
-    for (word, bytes) in node[4 + WIDTH..].iter_mut().zip(planes) {
+    for (word, bytes) in node[PLANES..].iter_mut().zip(planes) {
         *word = u32::from_le_bytes(*bytes);
     }
     node
@@ -277,25 +289,25 @@ fn quantized(boxes: &[Bounds], words: [u32; WIDTH]) -> [u32; NODE_WORDS] {
 mod tests {
     use super::*;
 
-    /// Every box holds the triangles below it, every triangle is in one leaf, and the stack is as
-    /// deep as a traversal needs it that puts off all boxes but one.
+    /// Every box holds the triangles below it, every triangle is in one leaf, and the depth is that
+    /// of the deepest node.
     fn check(corners: &[[Vec3; 3]], bvh: &WideBvh) {
         let mut seen = vec![0; corners.len()];
         let root = if bvh.nodes.is_empty() {
             vec![]
         } else {
-            vec![(0, 0)]
+            vec![(0, 1)]
         };
         let mut waiting: Vec<(usize, usize)> = root;
         let mut deepest = 0;
-        while let Some((index, stack)) = waiting.pop() {
+        while let Some((index, depth)) = waiting.pop() {
             let node = &bvh.nodes[NODE_WORDS * index..][..NODE_WORDS];
             let count = (node[3] >> 24).count_ones() as usize;
-            deepest = deepest.max(stack + count - 1);
+            deepest = deepest.max(depth);
             for child in 0..count {
-                let word = node[4 + child];
+                let word = node[CHILDREN + child];
                 if word < LEAF {
-                    waiting.push((word as usize, stack + count - 1));
+                    waiting.push((word as usize, depth + 1));
                 }
                 let bounds = unpacked(node, child);
                 for triangle in below(bvh, word) {
@@ -308,7 +320,7 @@ mod tests {
             }
         }
         assert_eq!(seen, vec![1; corners.len()]);
-        assert_eq!(deepest, bvh.stack as usize);
+        assert_eq!(deepest, bvh.depth as usize);
     }
 
     fn unpacked(node: &[u32], child: usize) -> [DVec3; 2] {
@@ -316,7 +328,7 @@ mod tests {
         let steps = DVec3::from([0, 8, 16].map(|shift| step(node[3] >> shift & 255)));
         let byte = |plane: usize| {
             let at = WIDTH * plane + child;
-            f64::from(node[4 + WIDTH + at / 4] >> (8 * (at % 4)) & 255)
+            f64::from(node[PLANES + at / 4] >> (8 * (at % 4)) & 255)
         };
         let planes = [[0, 1, 2], [3, 4, 5]];
         planes.map(|planes| low + steps * DVec3::from(planes.map(byte)))
@@ -328,7 +340,7 @@ mod tests {
             return triangles.map(|triangle| *triangle as usize).collect();
         }
         let node = &bvh.nodes[NODE_WORDS * word as usize..][..NODE_WORDS];
-        let children = &node[4..4 + (node[3] >> 24).count_ones() as usize];
+        let children = &node[CHILDREN..][..(node[3] >> 24).count_ones() as usize];
         children.iter().flat_map(|word| below(bvh, *word)).collect()
     }
 
