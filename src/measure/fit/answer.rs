@@ -168,12 +168,12 @@ impl Fit {
             "for the indirect light of a frame"
         };
         format!(
-            "error {}, {} ms {of} ({} to {}), {} MiB",
+            "error {}, {} ms {of} ({} to {}), {:.2} MiB",
             percent(choice.error),
             short(median),
             short(min),
             short(max),
-            short(choice.bytes as f64 / MIB)
+            choice.bytes as f64 / MIB
         )
     }
 

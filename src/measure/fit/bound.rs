@@ -34,8 +34,9 @@ pub enum Aim {
     Error,
 }
 
-/// Of times that differ by less than this factor none counts as the least: the memory decides.
-const SAME_TIME: f64 = 1.03;
+/// Of times that differ by less than this factor none counts as the least: the memory decides, then
+/// who was known first, so that a change of a setting has to gain something.
+const SAME_TIME: f64 = 1.05;
 
 impl Bounds {
     /// Nothing is asked.
@@ -80,18 +81,19 @@ impl Bounds {
             values.fold(f64::INFINITY, f64::min)
         };
         let (least_ms, least_error) = (least(|it| it.ms), least(|it| it.error));
-        let by = |of: fn(&Figures) -> [f64; 3]| {
-            move |a: &&(usize, Figures), b: &&(usize, Figures)| compare(&of(&a.1), &of(&b.1))
-        };
         let best = match self.aim() {
-            Aim::Time => met
-                .iter()
-                .filter(|(_, it)| it.ms <= SAME_TIME * least_ms)
-                .min_by(by(|it| [it.bytes, it.ms, it.error])),
-            Aim::Error => met
-                .iter()
-                .filter(|(_, it)| it.error <= least_error + noise)
-                .min_by(by(|it| [it.ms, it.bytes, it.error])),
+            Aim::Time => {
+                let rank = |(index, it): &(usize, Figures)| [it.bytes, *index as f64];
+                met.iter()
+                    .filter(|(_, it)| it.ms <= SAME_TIME * least_ms)
+                    .min_by(|a, b| compare(&rank(a), &rank(b)))
+            }
+            Aim::Error => {
+                let rank = |(index, it): &(usize, Figures)| [it.ms, it.bytes, *index as f64];
+                met.iter()
+                    .filter(|(_, it)| it.error <= least_error + noise)
+                    .min_by(|a, b| compare(&rank(a), &rank(b)))
+            }
         };
         best.map(|(index, _)| *index)
     }

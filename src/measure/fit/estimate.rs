@@ -31,7 +31,7 @@ mod prior {
     /// The same in one preset of a technique.
     pub(super) const FAMILY_POWER: f64 = 0.3 * 0.3;
     /// What no effect explains, and the noise of a measurement.
-    pub(super) const NOISE: f64 = 0.05 * 0.05;
+    pub(super) const NOISE: f64 = 0.1 * 0.1;
 }
 
 /// Effects of two numbers differ the more the larger their ratio is: by all at this power of e.
@@ -52,6 +52,8 @@ struct Features {
     technique: String,
     preset: Option<String>,
     values: BTreeMap<String, Value>,
+    /// Logarithm of the product of all amounts.
+    log_amount: f64,
 }
 
 /// One observation: a row of the Cholesky factor of the covariances, over all points.
@@ -84,6 +86,7 @@ impl Features {
             values: values
                 .map(|(name, text)| (name.clone(), value(text)))
                 .collect(),
+            log_amount: candidate.total_amount().ln(),
         }
     }
 }
@@ -147,11 +150,15 @@ impl Estimator {
     }
 
     /// Estimates of a logarithm at all points, from its values at the measured ones, in the order
-    /// in which they were observed.
-    pub(super) fn means(&self, measured: &[f64]) -> Vec<f64> {
-        let count = measured.len().max(1) as f64;
-        let mean = measured.iter().sum::<f64>() / count;
-        let mut means = vec![mean; self.points.len()];
+    /// in which they were observed. Before anything is known it follows a point's amounts with
+    /// this `power`.
+    pub(super) fn means(&self, measured: &[f64], power: f64) -> Vec<f64> {
+        let trends = self.points.iter().map(|point| power * point.log_amount);
+        let mut means: Vec<f64> = trends.collect();
+        let surprises = self.rows.iter().zip(measured);
+        let surprises = surprises.map(|(row, value)| value - means[row.point]);
+        let level = surprises.sum::<f64>() / measured.len().max(1) as f64;
+        means.iter_mut().for_each(|mean| *mean += level);
         for (row, value) in self.rows.iter().zip(measured) {
             let surprise = (value - means[row.point]) / row.divisor;
             for (mean, over) in means.iter_mut().zip(&row.over_points) {

@@ -80,9 +80,17 @@ struct Estimate {
     scale: f64,
 }
 
+/// The powers with which figures follow the product of a candidate's amounts, before anything is
+/// measured: rough means over the recorded grids.
+const POWERS: Figures = Figures {
+    ms: 1.0,
+    error: -0.3,
+    bytes: 2.0,
+};
+
 /// The search ends where no candidate is expected to gain so much: a share of the best time or
 /// error, times the chance that it meets the bounds.
-const LEAST_GAIN: f64 = 0.01;
+const LEAST_GAIN: f64 = 0.005;
 
 /// What meets the bounds for the first time gains so much, times the chance that it does.
 const FIRST_GAIN: f64 = 0.5;
@@ -230,15 +238,13 @@ impl<'t, T: Trial> Search<'t, T> {
 
     fn estimates(&self) -> Vec<Estimate> {
         let all = self.figures();
-        let means = |of: fn(&Figures) -> f64| {
+        let means = |of: fn(&Figures) -> f64, power: f64| {
             let logs: Vec<f64> = all.iter().map(|(_, it)| of(it).ln()).collect();
-            self.estimator.means(&logs)
+            self.estimator.means(&logs, power)
         };
-        let (ms, error, bytes) = (
-            means(|it| it.ms),
-            means(|it| it.error),
-            means(|it| it.bytes),
-        );
+        let ms = means(|it| it.ms, POWERS.ms);
+        let error = means(|it| it.error, POWERS.error);
+        let bytes = means(|it| it.bytes, POWERS.bytes);
         let estimate = |index: usize| Estimate {
             ms: ms[index],
             error: error[index],
@@ -366,7 +372,7 @@ impl Candidate {
     }
 
     /// The product of all amounts: what has less of each has less.
-    fn total_amount(&self) -> f64 {
+    pub(super) fn total_amount(&self) -> f64 {
         self.amounts
             .iter()
             .filter_map(|name| self.amount(name))
