@@ -244,8 +244,8 @@ impl<'s> Sweep<'s> {
         let reached = f64::from(image.indirect_error().pixel) / f64::from(BLOCK_PX);
         if reached > NEAR * asked {
             log::warn!(
-                "{}: the reference's standard error is {reached:.2e}, above --max-error {asked}; \
-                 it has at most {MAX_SPP} samples a pixel",
+                "{}: the reference's standard error is {reached:.2e}, above the {asked} that is \
+                 asked for; it has at most {MAX_SPP} samples a pixel",
                 self.scene.name
             );
         }

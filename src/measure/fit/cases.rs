@@ -1,6 +1,6 @@
 //! Candidates of a search, from the cases of a grid, and the cases around one.
 
-use super::search::Candidate;
+use super::candidate::Candidate;
 use crate::gi::entry::Entry;
 use crate::gi::settings::{Domain, Group, RESOLUTION, Setting, Settings, Value};
 use crate::measure::bench::Case;
@@ -9,7 +9,7 @@ use crate::measure::table::value_text;
 use crate::reference::Bounces;
 
 /// A case as the search knows it.
-pub fn candidate(case: &Case) -> Candidate {
+pub fn candidate_of(case: &Case) -> Candidate {
     let Case {
         entry, settings, ..
     } = case;
@@ -243,7 +243,7 @@ mod tests {
                 .iter()
                 .find(is_it)
                 .unwrap_or_else(|| panic!("no {preset}"));
-            candidate(case)
+            candidate_of(case)
         };
         let [rays, cones] = ["accurate", "cones"].map(find);
         assert_eq!(rays.amounts, ["resolution", "rays"]);

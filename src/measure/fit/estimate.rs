@@ -7,7 +7,7 @@
 
 use std::collections::BTreeMap;
 
-use super::search::Candidate;
+use super::candidate::Candidate;
 
 /// Variances of the effects, as squares of standard deviations of natural logarithms. They are
 /// rough: a technique takes some times as long as another, a preset twice, a word a third more.

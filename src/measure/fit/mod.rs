@@ -7,13 +7,16 @@
 
 mod answer;
 mod bound;
+mod candidate;
 mod cases;
 mod estimate;
+mod gain;
 mod search;
 mod trial;
 
 pub use answer::{Choice, Fit};
 pub use bound::{Aim, Bounds, Figures};
-pub use cases::{candidate, cases_at, neighbours};
-pub use search::{Candidate, Found, Search, Trial};
+pub use candidate::Candidate;
+pub use cases::{candidate_of, cases_at, neighbours};
+pub use search::{Found, Search, Trial};
 pub use trial::{SceneTrial, TrialProgress};

@@ -3,22 +3,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::bound::{Aim, Bounds, Figures};
+use super::candidate::Candidate;
 use super::estimate::Estimator;
-
-/// One technique with all its settings, as the search knows it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Candidate {
-    /// Name of the technique.
-    pub technique: String,
-    /// The preset that the settings started from.
-    pub preset: Option<String>,
-    /// The settings that have an effect, and their values as on the command line.
-    pub settings: BTreeMap<String, String>,
-    /// The settings of which a larger value costs more, all else alike.
-    pub amounts: Vec<String>,
-    /// Settings that differ from the preset's.
-    pub changes: usize,
-}
+use super::gain::{Estimate, estimates};
 
 /// What measures candidates. They have numbers in the order in which they became known.
 pub trait Trial {
@@ -65,35 +52,16 @@ pub struct Search<'t, T: Trial> {
     bounds: Bounds,
     rounds: u32,
     candidates: Vec<Candidate>,
+    /// What the local search found each candidate around; none of those that it began with.
+    centres: Vec<Option<usize>>,
     estimator: Estimator,
     /// The measured candidates, and the rounds that each has had.
     measured: Vec<(usize, u32)>,
 }
 
-/// Estimates of the logarithms of a candidate's figures.
-#[derive(Clone, Copy, Debug)]
-struct Estimate {
-    ms: f64,
-    error: f64,
-    bytes: f64,
-    /// Scale of their distributions, which are taken to be logistic.
-    scale: f64,
-}
-
-/// The powers with which figures follow the product of a candidate's amounts, before anything is
-/// measured: rough means over the recorded grids.
-const POWERS: Figures = Figures {
-    ms: 1.0,
-    error: -0.3,
-    bytes: 2.0,
-};
-
 /// The search ends where no candidate is expected to gain so much: a share of the best time or
 /// error, times the chance that it meets the bounds.
 const LEAST_GAIN: f64 = 0.005;
-
-/// What meets the bounds for the first time gains so much, times the chance that it does.
-const FIRST_GAIN: f64 = 0.5;
 
 /// A candidate with more of an amount takes at least its smaller sibling's time over this.
 const SLACK: f64 = 1.25;
@@ -115,6 +83,7 @@ impl<'t, T: Trial> Search<'t, T> {
             trial,
             bounds,
             rounds,
+            centres: vec![None; candidates.len()],
             candidates,
             estimator,
             measured: Vec::new(),
@@ -134,6 +103,7 @@ impl<'t, T: Trial> Search<'t, T> {
             for neighbour in self.trial.neighbours(centre) {
                 self.estimator.add(&neighbour);
                 self.candidates.push(neighbour);
+                self.centres.push(Some(centre));
             }
             left -= self.explore(left)?;
             self.halve()?;
@@ -142,19 +112,20 @@ impl<'t, T: Trial> Search<'t, T> {
     }
 
     fn found(self) -> Found {
-        let ruled_out = (0..self.candidates.len())
-            .filter(|candidate| !self.is_measured(*candidate) && self.is_ruled_out(*candidate));
-        let efforts = self.estimates().into_iter().enumerate();
-        let efforts = efforts.map(|(index, estimate)| self.trial.effort(index, estimate.ms.exp()));
+        let too_much = self.too_much();
+        let is_ruled_out = |candidate: &usize| {
+            !self.is_measured(*candidate) && self.is_ruled_out(*candidate, &too_much)
+        };
+        let ruled_out = (0..self.candidates.len()).filter(is_ruled_out).count();
+        let estimates = estimates(&self.estimator, &self.figures());
+        let effort =
+            |(index, estimate): (usize, &Estimate)| self.trial.effort(index, estimate.ms.exp());
+        let measured = self.measured.iter();
         Found {
-            best: self.bounds.best(&self.figures(), self.trial.noise()),
-            ruled_out: ruled_out.count(),
-            efforts: efforts.collect(),
-            measured: self
-                .measured
-                .iter()
-                .map(|(candidate, _)| *candidate)
-                .collect(),
+            best: self.best(self.trial.noise()),
+            measured: measured.map(|(candidate, _)| *candidate).collect(),
+            ruled_out,
+            efforts: estimates.iter().enumerate().map(effort).collect(),
             candidates: self.candidates,
         }
     }
@@ -197,9 +168,27 @@ impl<'t, T: Trial> Search<'t, T> {
 
     /// What the local search starts from.
     fn centre(&self) -> Option<usize> {
-        let all = self.figures();
-        let best = self.bounds.best(&all, self.trial.noise());
-        best.or_else(|| self.bounds.nearest(&all))
+        self.best(self.trial.noise())
+            .or_else(|| self.bounds.nearest(&self.figures()))
+    }
+
+    /// The best that meets the bounds. A change that the local search made counts only if it takes
+    /// less time than the fastest frame without it: it has to be more than noise.
+    fn best(&self, noise: f64) -> Option<usize> {
+        let is_gain = |(candidate, it): &(usize, Figures)| {
+            let centre = self.centres[*candidate].and_then(|centre| self.trial.figures(centre));
+            let centre = centre.filter(|centre| self.bounds.are_met(centre));
+            let is_for_time = self.bounds.aim() == Aim::Time;
+            centre.is_none_or(|centre| !is_for_time || it.ms < centre.fastest_ms)
+        };
+        let mut all = self.figures();
+        all.retain(is_gain);
+        self.bounds.best(&all, noise)
+    }
+
+    /// The figures of the best that is known, where something meets the bounds.
+    fn best_figures(&self) -> Option<Figures> {
+        self.trial.figures(self.best(0.0)?)
     }
 
     /// Measures what promises most, until nothing promises enough or `limit` measurements were
@@ -218,181 +207,99 @@ impl<'t, T: Trial> Search<'t, T> {
 
     /// The candidate with the largest gain for its effort.
     fn most_promising(&self) -> Option<usize> {
-        let all = self.figures();
-        let best = self.bounds.best(&all, 0.0);
-        let best = best.and_then(|best| self.trial.figures(best));
-        let estimates = self.estimates();
-        let is_open = |candidate: &usize| {
-            !self.is_measured(*candidate)
-                && estimates[*candidate].gain(&self.bounds, best, self.trial.noise()) >= LEAST_GAIN
-                && !self.is_ruled_out(*candidate)
+        let (best, noise) = (self.best_figures(), self.trial.noise());
+        let estimates = estimates(&self.estimator, &self.figures());
+        let too_much = self.too_much();
+        let promise = |(candidate, estimate): (usize, &Estimate)| {
+            let gain = estimate.gain(&self.bounds, best, noise);
+            let effort = self.trial.effort(candidate, estimate.ms.exp());
+            let is_open = gain >= LEAST_GAIN
+                && !self.is_measured(candidate)
+                && !self.is_ruled_out(candidate, &too_much);
+            is_open.then_some((candidate, gain / effort))
         };
-        let promise = |candidate: usize| {
-            let estimate = estimates[candidate];
-            estimate.gain(&self.bounds, best, self.trial.noise())
-                / self.trial.effort(candidate, estimate.ms.exp())
-        };
-        let open = (0..self.candidates.len()).filter(is_open);
-        open.max_by(|a, b| promise(*a).total_cmp(&promise(*b)))
+        let open = estimates.iter().enumerate().filter_map(promise);
+        open.max_by(|a, b| a.1.total_cmp(&b.1))
+            .map(|(candidate, _)| candidate)
     }
 
-    fn estimates(&self) -> Vec<Estimate> {
-        let all = self.figures();
-        let means = |of: fn(&Figures) -> f64, power: f64| {
-            let logs: Vec<f64> = all.iter().map(|(_, it)| of(it).ln()).collect();
-            self.estimator.means(&logs, power)
-        };
-        let ms = means(|it| it.ms, POWERS.ms);
-        let error = means(|it| it.error, POWERS.error);
-        let bytes = means(|it| it.bytes, POWERS.bytes);
-        let estimate = |index: usize| Estimate {
-            ms: ms[index],
-            error: error[index],
-            bytes: bytes[index],
-            scale: self.estimator.deviation(index) * SCALE_OF_DEVIATION,
-        };
-        (0..self.candidates.len()).map(estimate).collect()
-    }
-
-    /// Whether a bound rules a candidate out, as a sibling with less of everything shows.
-    fn is_ruled_out(&self, candidate: usize) -> bool {
-        let all = self.figures();
-        let best = self.bounds.best(&all, 0.0);
-        let best_ms = best
-            .and_then(|best| self.trial.figures(best))
-            .map(|best| best.ms);
+    /// Measured candidates of which a bound rules out all that have more: the device refused them,
+    /// or they take too much memory or time.
+    fn too_much(&self) -> Vec<usize> {
+        let best_ms = self.best_figures().map_or(f64::INFINITY, |best| best.ms);
         let most_ms = match self.bounds.aim() {
-            Aim::Time => best_ms.unwrap_or(f64::INFINITY).min(self.bounds.max_ms),
+            Aim::Time => best_ms.min(self.bounds.max_ms),
             Aim::Error => self.bounds.max_ms,
         };
-        self.measured.iter().any(|&(measured, _)| {
-            let is_too_much = match self.trial.figures(measured) {
-                None => true,
-                Some(it) => it.bytes > self.bounds.max_bytes || it.ms > SLACK * most_ms,
-            };
-            is_too_much && self.candidates[measured].is_less(&self.candidates[candidate])
-        })
+        let is_too_much = |candidate: &usize| match self.trial.figures(*candidate) {
+            None => true,
+            Some(it) => it.bytes > self.bounds.max_bytes || it.ms > SLACK * most_ms,
+        };
+        let measured = self.measured.iter().map(|(candidate, _)| *candidate);
+        measured.filter(is_too_much).collect()
+    }
+
+    fn is_ruled_out(&self, candidate: usize, too_much: &[usize]) -> bool {
+        let is_less = |less: &usize| self.candidates[*less].is_less(&self.candidates[candidate]);
+        too_much.iter().any(is_less)
     }
 
     /// Measures the best again, round by round, and fewer in each: a quarter of those before, of
-    /// which none is so slow that it can no longer be the best.
+    /// which none is so slow that it can no longer be the best. Then the best has all rounds.
     fn halve(&mut self) -> Result<(), T::Error> {
         for round in 2..=self.rounds {
             let share = (self.measured.len() >> (2 * (round - 1))).max(2);
             for candidate in self.contenders(share) {
-                let had = self
-                    .measured
-                    .iter_mut()
-                    .find(|(measured, _)| *measured == candidate);
-                if let Some((_, had)) = had.filter(|(_, had)| *had < round) {
-                    *had = round;
-                    self.trial.measure(candidate, round)?;
-                }
+                self.measure_again(candidate, round)?;
             }
+        }
+        while let Some(best) = self.best(self.trial.noise()) {
+            let round = self.rounds_of(best) + 1;
+            if round > self.rounds {
+                break;
+            }
+            self.measure_again(best, round)?;
         }
         Ok(())
     }
 
+    fn rounds_of(&self, candidate: usize) -> u32 {
+        let mut measured = self.measured.iter();
+        let found = measured.find(|(measured, _)| *measured == candidate);
+        found.map_or(0, |(_, rounds)| *rounds)
+    }
+
+    fn measure_again(&mut self, candidate: usize, round: u32) -> Result<(), T::Error> {
+        let mut measured = self.measured.iter_mut();
+        let known = measured.find(|(measured, had)| *measured == candidate && *had < round);
+        let Some((_, had)) = known else {
+            return Ok(());
+        };
+        *had = round;
+        self.trial.measure(candidate, round)
+    }
+
     /// Those that may be the best if times are a little off, best first.
     fn contenders(&self, most: usize) -> Vec<usize> {
-        let mut all = self.figures();
         let within = Bounds {
             max_ms: self.bounds.max_ms * (1.0 + SPREAD),
             ..self.bounds
         };
+        let noise = self.trial.noise();
         let value = |it: &Figures| match self.bounds.aim() {
-            Aim::Time => it.ms / (1.0 + SPREAD),
-            Aim::Error => it.error - self.trial.noise(),
+            Aim::Time => it.ms,
+            Aim::Error => it.error,
         };
-        let best = self
-            .bounds
-            .best(&all, 0.0)
-            .and_then(|best| self.trial.figures(best));
-        all.retain(|(_, it)| {
-            let may_be_best = best.is_none_or(|best| match self.bounds.aim() {
-                Aim::Time => value(it) <= best.ms,
-                Aim::Error => value(it) <= best.error,
-            });
-            within.are_met(it) && may_be_best
-        });
+        let most_value =
+            self.best_figures()
+                .map_or(f64::INFINITY, |best| match self.bounds.aim() {
+                    Aim::Time => best.ms * (1.0 + SPREAD),
+                    Aim::Error => best.error + noise,
+                });
+        let mut all = self.figures();
+        all.retain(|(_, it)| within.are_met(it) && value(it) <= most_value);
         all.sort_by(|a, b| value(&a.1).total_cmp(&value(&b.1)));
         all.truncate(most);
         all.into_iter().map(|(candidate, _)| candidate).collect()
-    }
-}
-
-/// Scale of a logistic distribution with a standard deviation of 1: sqrt(3) / pi.
-const SCALE_OF_DEVIATION: f64 = 0.551_328_895_421_792;
-
-impl Estimate {
-    /// What is expected to be gained if this is measured, while `best` is the best that is known.
-    fn gain(&self, bounds: &Bounds, best: Option<Figures>, noise: f64) -> f64 {
-        let Some(best) = best else {
-            return FIRST_GAIN
-                * self.chance(self.error, bounds.max_error)
-                * self.chance(self.ms, bounds.max_ms)
-                * self.chance(self.bytes, bounds.max_bytes);
-        };
-        let fits = self.chance(self.bytes, bounds.max_bytes);
-        match bounds.aim() {
-            Aim::Time => {
-                fits * self.chance(self.error, bounds.max_error) * self.less(self.ms, best.ms)
-            }
-            Aim::Error => {
-                let wanted = (best.error - noise).max(f64::MIN_POSITIVE);
-                fits * self.chance(self.ms, bounds.max_ms) * self.less(self.error, wanted)
-            }
-        }
-    }
-
-    /// The chance that a figure is at most this.
-    fn chance(&self, log: f64, most: f64) -> f64 {
-        1.0 / (1.0 + ((log - most.ln()) / self.scale).exp())
-    }
-
-    /// By how much the logarithm of a figure is expected to be below this one's, 0 where it is not.
-    fn less(&self, log: f64, most: f64) -> f64 {
-        let above = (log - most.ln()) / self.scale;
-        self.scale
-            * if above < -30.0 {
-                -above
-            } else {
-                (-above).exp().ln_1p()
-            }
-    }
-}
-
-impl Candidate {
-    fn amount(&self, name: &str) -> Option<f64> {
-        self.settings
-            .get(name)?
-            .parse()
-            .ok()
-            .filter(|amount| *amount > 0.0)
-    }
-
-    /// The product of all amounts: what has less of each has less.
-    pub(super) fn total_amount(&self) -> f64 {
-        self.amounts
-            .iter()
-            .filter_map(|name| self.amount(name))
-            .product()
-    }
-
-    /// Whether it is the other one with less of some amount and more of none.
-    fn is_less(&self, other: &Candidate) -> bool {
-        let is_no_more = |name: &String| {
-            self.amount(name)
-                .zip(other.amount(name))
-                .is_some_and(|(less, more)| less <= more)
-        };
-        let is_alike = |(name, value): (&String, &String)| {
-            other.settings.get(name) == Some(value) || self.amounts.contains(name)
-        };
-        self.technique == other.technique
-            && self.amounts == other.amounts
-            && self.settings.len() == other.settings.len()
-            && self.settings.iter().all(is_alike)
-            && self.amounts.iter().all(is_no_more)
     }
 }

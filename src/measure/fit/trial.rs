@@ -3,8 +3,9 @@
 use std::time::Instant;
 
 use super::bound::Figures;
-use super::cases::{candidate, neighbours};
-use super::search::{Candidate, Trial};
+use super::candidate::Candidate;
+use super::cases::{candidate_of, neighbours};
+use super::search::Trial;
 use crate::graph::Spread;
 use crate::measure::bench::Case;
 use crate::measure::chart::{Cost, Point, Progress, Section, Sweep, SweepError, SweepRun};
@@ -67,7 +68,7 @@ impl<'t> SceneTrial<'t> {
 
     /// The candidates of the cases that it began with.
     pub fn candidates(&self) -> Vec<Candidate> {
-        self.cases.iter().map(candidate).collect()
+        self.cases.iter().map(candidate_of).collect()
     }
 
     /// What was measured of a candidate, all rounds together.
@@ -162,8 +163,10 @@ impl Trial for SceneTrial<'_> {
     fn figures(&self, candidate: usize) -> Option<Figures> {
         let point = self.points[candidate].as_ref()?;
         let error = point.error.filter(|_| point.failure.is_none())?.rel_rmse;
+        let time = self.time_of(point)?;
         Some(Figures {
-            ms: self.time_of(point)?.median,
+            ms: time.median,
+            fastest_ms: time.min,
             error: error.max(f64::EPSILON),
             bytes: point
                 .structure_bytes
@@ -188,9 +191,9 @@ impl Trial for SceneTrial<'_> {
         overhead + frame_s * self.sweep.frames_of(&self.cases[candidate])
     }
 
-    fn neighbours(&mut self, centre: usize) -> Vec<Candidate> {
-        let cases = neighbours(&self.cases[centre], &self.cases);
-        let candidates = cases.iter().map(candidate).collect();
+    fn neighbours(&mut self, candidate: usize) -> Vec<Candidate> {
+        let cases = neighbours(&self.cases[candidate], &self.cases);
+        let candidates = cases.iter().map(candidate_of).collect();
         self.points.extend(cases.iter().map(|_| None));
         self.cases.extend(cases);
         candidates
