@@ -142,6 +142,6 @@ fn bad_arguments_say_what_to_do() {
     let folder = tempfile::tempdir().unwrap();
     for (arguments, parts) in BAD_ARGUMENTS {
         let result = lumivox(folder.path(), &words(&format!("fit {arguments}")), &[]);
-        check_error(&result, 2, parts, arguments);
+        check_error(arguments, &result, 2, parts);
     }
 }

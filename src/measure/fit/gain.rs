@@ -28,6 +28,9 @@ const FIRST_GAIN: f64 = 0.5;
 /// Scale of a logistic distribution with a standard deviation of 1: sqrt(3) / pi.
 const SCALE_OF_DEVIATION: f64 = 0.551_328_895_421_792;
 
+/// What comes nearer to the bounds without meeting them gains this share of how much nearer it is.
+const NEARER_GAIN: f64 = 0.2;
+
 /// Estimates of all candidates, from the figures of the measured ones, in the order in which they
 /// were observed.
 pub(super) fn estimates(estimator: &Estimator, measured: &[(usize, Figures)]) -> Vec<Estimate> {
@@ -48,24 +51,47 @@ pub(super) fn estimates(estimator: &Estimator, measured: &[(usize, Figures)]) ->
 }
 
 impl Estimate {
-    /// What is expected to be gained if this is measured, while `best` is the best that is known.
-    pub(super) fn gain(&self, bounds: &Bounds, best: Option<Figures>, noise: f64) -> f64 {
-        let Some(best) = best else {
-            return FIRST_GAIN
-                * self.chance(self.error, bounds.max_error)
-                * self.chance(self.ms, bounds.max_ms)
-                * self.chance(self.bytes, bounds.max_bytes);
+    /// What is expected to be gained if this is measured, while `known` is the best that is known,
+    /// or else what comes nearest to the bounds.
+    pub(super) fn gain(&self, bounds: &Bounds, known: Option<Figures>, noise: f64) -> f64 {
+        let Some(known) = known else {
+            return FIRST_GAIN * self.chance_of_all(bounds);
         };
+        if !bounds.are_met(&known) {
+            let nearer = self.gain_of_nearer(bounds, &known);
+            return (FIRST_GAIN * self.chance_of_all(bounds)).max(NEARER_GAIN * nearer);
+        }
         let fits = self.chance(self.bytes, bounds.max_bytes);
         match bounds.aim() {
             Aim::Time => {
-                fits * self.chance(self.error, bounds.max_error) * self.less(self.ms, best.ms)
+                fits * self.chance(self.error, bounds.max_error) * self.less(self.ms, known.ms)
             }
             Aim::Error => {
-                let wanted = (best.error - noise).max(f64::MIN_POSITIVE);
+                let wanted = (known.error - noise).max(f64::MIN_POSITIVE);
                 fits * self.chance(self.ms, bounds.max_ms) * self.less(self.error, wanted)
             }
         }
+    }
+
+    /// By how much the logarithm of the excess is expected to be below that of the nearest.
+    fn gain_of_nearer(&self, bounds: &Bounds, nearest: &Figures) -> f64 {
+        let excess = bounds.excess(nearest);
+        let figures = [
+            (self.error, excess * bounds.max_error, nearest.error),
+            (self.ms, excess * bounds.max_ms, nearest.ms),
+            (self.bytes, excess * bounds.max_bytes, nearest.bytes),
+        ];
+        let of_figure = |(log, most, of_nearest): (f64, f64, f64)| match of_nearest < most {
+            true => self.chance(log, most),
+            false => self.less(log, most),
+        };
+        figures.into_iter().map(of_figure).product()
+    }
+
+    fn chance_of_all(&self, bounds: &Bounds) -> f64 {
+        self.chance(self.error, bounds.max_error)
+            * self.chance(self.ms, bounds.max_ms)
+            * self.chance(self.bytes, bounds.max_bytes)
     }
 
     /// The chance that a figure is at most this.

@@ -168,8 +168,12 @@ impl<'t, T: Trial> Search<'t, T> {
 
     /// What the local search starts from.
     fn centre(&self) -> Option<usize> {
-        self.best(self.trial.noise())
-            .or_else(|| self.bounds.nearest(&self.figures()))
+        self.best(self.trial.noise()).or_else(|| self.nearest())
+    }
+
+    /// What comes nearest to the bounds.
+    fn nearest(&self) -> Option<usize> {
+        self.bounds.nearest(&self.figures())
     }
 
     /// The best that meets the bounds. A change that the local search made counts only if it takes
@@ -207,11 +211,13 @@ impl<'t, T: Trial> Search<'t, T> {
 
     /// The candidate with the largest gain for its effort.
     fn most_promising(&self) -> Option<usize> {
-        let (best, noise) = (self.best_figures(), self.trial.noise());
+        let known = self.best(0.0).or_else(|| self.nearest());
+        let known = known.and_then(|known| self.trial.figures(known));
+        let noise = self.trial.noise();
         let estimates = estimates(&self.estimator, &self.figures());
         let too_much = self.too_much();
         let promise = |(candidate, estimate): (usize, &Estimate)| {
-            let gain = estimate.gain(&self.bounds, best, noise);
+            let gain = estimate.gain(&self.bounds, known, noise);
             let effort = self.trial.effort(candidate, estimate.ms.exp());
             let is_open = gain >= LEAST_GAIN
                 && !self.is_measured(candidate)
