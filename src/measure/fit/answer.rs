@@ -249,3 +249,36 @@ fn percent(share: f64) -> String {
 }
 
 const MIB: f64 = 1024.0 * 1024.0;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Planted: 1 is the best; 0 and 2 are cheaper and worse, 2 the less so; 3 is hardly cheaper,
+    /// and 4 needs too much memory.
+    #[test]
+    fn the_next_cheaper_loses_least() {
+        let all = [
+            [1.0, 0.5, 1.0],
+            [4.0, 0.05, 1.0],
+            [2.0, 0.2, 1.0],
+            [3.95, 0.06, 1.0],
+            [1.0, 0.06, 9.0],
+        ];
+        let all = all.map(|[ms, error, bytes]| Figures {
+            ms,
+            fastest_ms: ms,
+            error,
+            bytes,
+        });
+        let all: Vec<(usize, Figures)> = all.into_iter().enumerate().collect();
+        let bounds = Bounds {
+            max_error: 0.055,
+            max_bytes: 4.0,
+            ..Bounds::NONE
+        };
+        assert_eq!(bounds.best(&all, 0.0), Some(1));
+        assert_eq!(next_cheaper(&bounds, &all, 1), Some(2));
+        assert_eq!(next_cheaper(&bounds, &all, 0), None);
+    }
+}

@@ -193,3 +193,79 @@ impl Estimator {
         alike + a.values.iter().map(of_setting).sum::<f64>()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn point(technique: &str, resolution: u32) -> Candidate {
+        Candidate {
+            technique: technique.to_owned(),
+            preset: None,
+            settings: BTreeMap::from([("resolution".to_owned(), resolution.to_string())]),
+            amounts: vec!["resolution".to_owned()],
+            changes: 0,
+        }
+    }
+
+    /// Planted: a technique takes five times as long as another, and both follow the resolution by
+    /// a power of 1.5. What one of them shows at every resolution tells of the other, of which one
+    /// resolution was measured.
+    #[test]
+    fn effects_carry_over() {
+        let law = |point: &Candidate| {
+            let factor: f64 = if point.technique == "slow" { 5.0 } else { 1.0 };
+            factor.ln() + 1.5 * point.total_amount().ln()
+        };
+        let points: Vec<Candidate> = ["fast", "slow"]
+            .into_iter()
+            .flat_map(|technique| [8, 16, 32, 64].map(|resolution| point(technique, resolution)))
+            .collect();
+        let mut estimator = Estimator::default();
+        points.iter().for_each(|point| estimator.add(point));
+        let before = estimator.deviation(7);
+        let measured = [0, 1, 2, 3, 4];
+        measured
+            .into_iter()
+            .for_each(|index| estimator.observe(index));
+        let logs = measured.map(|index| law(&points[index]));
+        let means = estimator.means(&logs, 1.0);
+        for index in measured {
+            assert!(
+                (means[index] - law(&points[index])).abs() < 0.15,
+                "{index}: {means:?}"
+            );
+            assert!(estimator.deviation(index) < 0.11);
+        }
+        let off = |index: usize| (means[index] - law(&points[index])).abs();
+        assert!(off(5) < 0.25, "{means:?}");
+        for index in [5, 6, 7] {
+            assert!(
+                off(index) < 2.0 * estimator.deviation(index),
+                "{index}: {means:?}"
+            );
+        }
+        assert!(estimator.deviation(7) < 0.5 * before);
+        assert!(
+            estimator.deviation(5) < estimator.deviation(7),
+            "the nearer is surer"
+        );
+    }
+
+    /// What is added after measurements has the same estimate as what was there before them.
+    #[test]
+    fn a_late_point_is_estimated_alike() {
+        let points = [point("a", 8), point("a", 16), point("b", 8), point("b", 32)];
+        let (mut early, mut late) = (Estimator::default(), Estimator::default());
+        points.iter().for_each(|point| early.add(point));
+        points[..3].iter().for_each(|point| late.add(point));
+        for measured in [0, 2, 1] {
+            early.observe(measured);
+            late.observe(measured);
+        }
+        late.add(&points[3]);
+        let logs = [1.0, 2.0, 1.5];
+        assert!((early.means(&logs, 1.0)[3] - late.means(&logs, 1.0)[3]).abs() < 1e-12);
+        assert!((early.deviation(3) - late.deviation(3)).abs() < 1e-12);
+    }
+}
