@@ -424,3 +424,14 @@ pub(super) fn progress_bar(quiet: bool, steps: usize) -> ProgressBar {
             .unwrap_or_else(|_| ProgressStyle::default_bar());
     ProgressBar::new(steps as u64).with_style(style)
 }
+
+/// Something that turns and counts on stderr, where that is a terminal and nobody knows how many
+/// steps there are.
+pub(super) fn progress_count(quiet: bool) -> ProgressBar {
+    if quiet {
+        return ProgressBar::hidden();
+    }
+    let style = ProgressStyle::with_template("{spinner} {msg:24} {pos} measured {elapsed}")
+        .unwrap_or_else(|_| ProgressStyle::default_spinner());
+    ProgressBar::new_spinner().with_style(style)
+}

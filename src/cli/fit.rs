@@ -13,7 +13,8 @@ use crate::scene::Scene;
 use super::CliError;
 use super::chart::{failed, grid};
 use super::common::{
-    DeviceArgs, SceneArgs, TimingArgs, check_positive, parse_channel, parse_size, progress_bar, say,
+    DeviceArgs, SceneArgs, TimingArgs, check_positive, parse_channel, parse_size, progress_count,
+    say,
 };
 use super::files::{Files, check_results_folder};
 use super::frame::FrameArgs;
@@ -184,7 +185,7 @@ fn search(
     let (cache, pictures) = (cache_dir(), PictureFolder::of(&args.output));
     let sweep = Sweep::new(&gpu, scene, &settings, args.noise);
     let mut run = sweep.start(&cache, &pictures);
-    let bar = progress_bar(quiet, cases.len());
+    let bar = progress_count(quiet);
     run.prepare(args.bounces, &mut |step| {
         if let Progress::Reference(bounces) = step {
             bar.set_message(format!("reference, {}", bounces_text(bounces)));
