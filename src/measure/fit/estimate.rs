@@ -27,9 +27,9 @@ mod prior {
     /// The power with which a figure follows a number, whatever the technique.
     pub(super) const POWER: f64 = 0.5 * 0.5;
     /// The same in one technique.
-    pub(super) const OWN_POWER: f64 = 0.5 * 0.5;
+    pub(super) const OWN_POWER: f64 = 0.3 * 0.3;
     /// The same in one preset of a technique.
-    pub(super) const FAMILY_POWER: f64 = 0.3 * 0.3;
+    pub(super) const FAMILY_POWER: f64 = 0.2 * 0.2;
     /// What no effect explains, and the noise of a measurement.
     pub(super) const NOISE: f64 = 0.1 * 0.1;
 }
