@@ -127,7 +127,7 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
         check_output_folder(folder)?;
         return merge(&args.merge, &troubles, folder, quiet);
     }
-    let cases = cases(args)?;
+    let cases = grid(args.grid.as_deref())?;
     check_output_folder(folder)?;
     let options = args.load.options();
     let scenes: Vec<Scene> = args
@@ -193,7 +193,7 @@ fn troubles(args: &Args, output: &Path) -> Result<Troubles, CliError> {
 }
 
 fn list(args: &Args) -> Result<(), CliError> {
-    for case in cases(args)? {
+    for case in grid(args.grid.as_deref())? {
         let settings: Vec<String> = case
             .settings
             .iter()
@@ -212,8 +212,9 @@ fn list(args: &Args) -> Result<(), CliError> {
     Ok(())
 }
 
-fn cases(args: &Args) -> Result<Vec<Case>, CliError> {
-    let Some(path) = &args.grid else {
+/// The cases of a grid's file, or of the default grid.
+pub(super) fn grid(path: Option<&Path>) -> Result<Vec<Case>, CliError> {
+    let Some(path) = path else {
         return grid_cases("the default grid", DEFAULT_GRID).map_err(CliError::failed);
     };
     let text = std::fs::read_to_string(path).map_err(|error| {
@@ -300,7 +301,8 @@ fn sweep_scene(
     Ok(sweep.points(&cases, &records))
 }
 
-fn failed(error: SweepError) -> CliError {
+/// What a sweep that cannot go on is to the user.
+pub(super) fn failed(error: SweepError) -> CliError {
     match error {
         SweepError::Reference(_) => CliError::input(error),
         _ => CliError::failed(error),

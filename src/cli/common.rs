@@ -10,6 +10,7 @@ use crate::gi::registry::{DEFAULT, find, owners};
 use crate::gi::{SettingError, Settings};
 use crate::graph::{DeviceChoice, Faults, GpuOptions};
 use crate::measure::bench::{Case, Truth, choose_timing};
+use crate::measure::chart::quoted;
 use crate::measure::report::Timing;
 use crate::metrics::Channel;
 use crate::reference::{Bounces, MAX_SIZE_PX, cache_dir, cached};
@@ -79,6 +80,27 @@ impl SceneArgs {
             .try_for_each(|text| scene.overlay("--with", text))
             .map_err(CliError::input)?;
         Ok(scene)
+    }
+
+    /// The scene and its options, as a command line has them.
+    pub(super) fn words(&self) -> String {
+        let quoted = |word: &OsStr| quoted(&word.to_string_lossy());
+        let mut words = vec![quoted(&self.scene)];
+        let mut option = |name: &str, value: Option<String>| {
+            words.extend(value.map(|value| format!("{name} {value}")));
+        };
+        option("--up", (self.load.up == Up::Z).then(|| "z".to_owned()));
+        option(
+            "--time",
+            self.time.time_s().map(|time_s| time_s.to_string()),
+        );
+        for text in &self.with {
+            option("--with", Some(quoted(text.as_ref())));
+        }
+        if self.load.allow_missing_textures {
+            words.push("--allow-missing-textures".to_owned());
+        }
+        words.join(" ")
     }
 
     /// Whether it stands on the command line how a part of the scene is replaced.
@@ -419,4 +441,15 @@ pub(super) fn while_shown<T>(quiet: bool, what: String, work: impl FnOnce() -> T
     let result = work();
     spinner.finish_and_clear();
     result
+}
+
+/// Something that turns and counts on stderr, where that is a terminal and nobody knows how many
+/// steps there are.
+pub(super) fn progress_count(quiet: bool) -> ProgressBar {
+    if quiet {
+        return ProgressBar::hidden();
+    }
+    let style = ProgressStyle::with_template("{spinner} {msg:24} {pos} measured {elapsed}")
+        .unwrap_or_else(|_| ProgressStyle::default_spinner());
+    ProgressBar::new_spinner().with_style(style)
 }

@@ -11,6 +11,7 @@ mod compare_frames;
 mod devices;
 mod explain;
 mod files;
+mod fit;
 mod frame;
 mod lpv;
 mod nothing;
@@ -78,6 +79,7 @@ enum Command {
     Reference(reference::Args),
     Compare(compare::Args),
     Explain(Box<explain::Args>),
+    Fit(Box<fit::Args>),
     Stress(Box<stress::Args>),
     Lpv(Box<lpv::Args>),
     View(Box<view::Args>),
@@ -115,6 +117,7 @@ pub fn run() -> ExitCode {
         Command::Reference(args) => reference::run(&args, cli.quiet),
         Command::Compare(args) => compare::run(&args),
         Command::Explain(args) => explain::run(&args, cli.quiet),
+        Command::Fit(args) => fit::run(&args, cli.quiet),
         Command::Stress(args) => stress::run(&args, cli.quiet),
         Command::Lpv(args) => lpv::run(&args, cli.quiet),
         Command::View(args) => view::run(&args),

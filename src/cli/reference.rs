@@ -207,7 +207,8 @@ fn report(args: &Args, scene: &Scene, shot: &Shot) -> serde_json::Value {
     })
 }
 
-fn parse_bounces(text: &str) -> Result<Bounces, String> {
+/// A number of bounces, or `full`.
+pub(super) fn parse_bounces(text: &str) -> Result<Bounces, String> {
     match text {
         "full" => Ok(Bounces::Full),
         _ => text

@@ -6,6 +6,7 @@ pub mod chart;
 pub mod draw;
 pub mod explain;
 mod figures;
+pub mod fit;
 pub mod lpv;
 pub mod over_time;
 mod profile;

@@ -6,6 +6,8 @@
 mod support;
 
 mod comparators;
+#[cfg(feature = "measure")]
+mod fit;
 #[cfg(feature = "flip")]
 mod flip;
 mod graph;

@@ -124,6 +124,24 @@ fn small(command: &str) -> Vec<String> {
                 }
             }
         }
+        "fit" => {
+            set(&mut words, "--size", "16x12");
+            set(&mut words, "--frames", "1");
+            set(&mut words, "--rebuilds", "1");
+            set(&mut words, "--shadow-resolution", "64");
+            set(&mut words, "--noise", "0.5");
+            set(
+                &mut words,
+                "--grid",
+                "docs/results/lpv-versus-cones/grid.toml",
+            );
+            // What it answers is another matter; small pictures are far off.
+            for option in ["--max-error", "--max-ms", "--max-mib"] {
+                if words.iter().any(|word| word == option) {
+                    set(&mut words, option, "1000000");
+                }
+            }
+        }
         "explain" => {
             set(&mut words, "--size", "16x12");
             set(&mut words, "--shadow-resolution", "64");

@@ -10,6 +10,7 @@ mod cli;
 mod cli_outputs;
 mod docs;
 mod faults;
+mod fit;
 mod golden_window;
 mod lpv;
 mod scene_errors;

@@ -33,8 +33,8 @@ pub(super) fn measure(source: &str, point: &Point) -> String {
     )
 }
 
-/// Renders its picture.
-pub(super) fn render(source: &str, point: &Point) -> String {
+/// Renders the picture of a point of the scene `source`.
+pub fn render(source: &str, point: &Point) -> String {
     let resolution = point
         .resolution()
         .map(|resolution| format!(" --set resolution={resolution}"))
@@ -82,7 +82,7 @@ pub(super) fn stress(folder: &Path, point: &Point, resolution: Option<u32>) -> S
 }
 
 /// A word of a command line as a shell reads it and no program takes it for an option.
-pub(super) fn quoted(word: &str) -> String {
+pub fn quoted(word: &str) -> String {
     let is_plain = |c: char| c.is_alphanumeric() || "-_./:=,+@%".contains(c);
     let word = if word.starts_with('-') {
         format!("./{word}")

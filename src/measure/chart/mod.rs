@@ -21,12 +21,13 @@ mod trouble;
 
 pub use answer::{Answer, Goal, Pick, Picks, ROUGH};
 pub use bounces::{BounceSetting, LeftOut, measure_left_out};
+pub use command::{quoted, render as render_command};
 pub use front::{Price, cheapest, distinct_front, front, near_front};
 pub use grid::{DEFAULT_GRID, GridError, grid_cases};
 pub use machine::Machine;
 pub use page::page;
 pub use pictures::PictureFolder;
 pub use point::{Cost, Point, PointError, RECORD_VERSION, SweepSetup, bounces_of, bounces_text};
-pub use run::{Progress, Sweep, SweepError};
+pub use run::{Progress, Sweep, SweepError, SweepRun};
 pub use section::{Group, Section, Standing};
 pub use trouble::{Finding, TroubleRun, Troubles};

@@ -10,7 +10,9 @@ use super::point::{Cost, Point, SweepSetup, bounces_of};
 use super::section::Section;
 use crate::graph::{Error, Gpu};
 use crate::image::Image;
-use crate::measure::bench::{BenchSettings, Case, MAX_SPP, Pictures, Truth, measure_on};
+use crate::measure::bench::{
+    BenchSettings, Case, MAX_SPP, Pictures, Truth, measure_on, warm_up_frames,
+};
 use crate::measure::records::{Keyed as _, RecordError, Records};
 use crate::measure::report::Report;
 use crate::metrics::{BLOCK_PX, MetricError, error_image, exposure_of};
@@ -99,6 +101,16 @@ impl<'s> Sweep<'s> {
         cases.iter().filter(is_missing).collect()
     }
 
+    /// Name of the scene.
+    pub fn scene_name(&self) -> &str {
+        &self.scene.name
+    }
+
+    /// The key of a case's records.
+    pub fn key(&self, case: &Case) -> String {
+        self.setup.key(case)
+    }
+
     /// The records of the cases that have one, all rounds, in the order of the cases.
     pub fn points(&self, cases: &[Case], records: &Records<Point>) -> Vec<Point> {
         cases
@@ -121,13 +133,7 @@ impl<'s> Sweep<'s> {
         pictures: &PictureFolder,
         progress: &mut dyn FnMut(Progress<'_>),
     ) -> Result<(), SweepError> {
-        let mut run = Run {
-            sweep: self,
-            cache,
-            pictures,
-            uploaded: None,
-            references: Vec::new(),
-        };
+        let mut run = self.start(cache, pictures);
         for plan in [Self::rounds, Self::unsure] {
             let plan = plan(self, cases, records);
             progress(Progress::Begin(plan.len()));
@@ -136,6 +142,24 @@ impl<'s> Sweep<'s> {
             }
         }
         Ok(())
+    }
+
+    /// Begins to measure single points, in an order that someone else chooses. `cache` is the
+    /// folder of references.
+    pub fn start<'r>(&'r self, cache: &'r Path, pictures: &'r PictureFolder) -> SweepRun<'r> {
+        SweepRun {
+            sweep: self,
+            cache,
+            pictures,
+            uploaded: None,
+            references: Vec::new(),
+        }
+    }
+
+    /// Frames that one round of a case renders, on the mean.
+    pub fn frames_of(&self, case: &Case) -> f64 {
+        let measured = f64::from(self.settings.frames) / f64::from(self.round_count());
+        f64::from(warm_up_frames(case)) + measured
     }
 
     /// The measurements of the rounds that are missing.
@@ -179,7 +203,7 @@ impl<'s> Sweep<'s> {
     }
 
     /// Whether a case has no record of a round. What the device refused has no further rounds.
-    fn is_missing(&self, case: &Case, round: u32, records: &Records<Point>) -> bool {
+    pub fn is_missing(&self, case: &Case, round: u32, records: &Records<Point>) -> bool {
         let known = records.rounds(&self.setup.key(case));
         !known
             .iter()
@@ -187,7 +211,7 @@ impl<'s> Sweep<'s> {
     }
 
     /// Rounds over which frames and builds are spread; each has at least one of both.
-    fn round_count(&self) -> u32 {
+    pub fn round_count(&self) -> u32 {
         let BenchSettings {
             frames, rebuilds, ..
         } = *self.settings;
@@ -220,8 +244,8 @@ impl<'s> Sweep<'s> {
         let reached = f64::from(image.indirect_error().pixel) / f64::from(BLOCK_PX);
         if reached > NEAR * asked {
             log::warn!(
-                "{}: the reference's standard error is {reached:.2e}, above --max-error {asked}; \
-                 it has at most {MAX_SPP} samples a pixel",
+                "{}: the reference's standard error is {reached:.2e}, above the {asked} that is \
+                 asked for; it has at most {MAX_SPP} samples a pixel",
                 self.scene.name
             );
         }
@@ -235,8 +259,8 @@ impl<'s> Sweep<'s> {
     }
 }
 
-/// What a sweep keeps from point to point.
-struct Run<'r> {
+/// What a sweep keeps from point to point: the scene on the device, and references.
+pub struct SweepRun<'r> {
     sweep: &'r Sweep<'r>,
     cache: &'r Path,
     pictures: &'r PictureFolder,
@@ -244,37 +268,53 @@ struct Run<'r> {
     references: Vec<Reference>,
 }
 
-impl Run<'_> {
-    fn measure(
+impl SweepRun<'_> {
+    /// Takes a reference from the cache or renders it, and writes its picture; where that is done,
+    /// nothing more.
+    pub fn prepare(
+        &mut self,
+        bounces: Bounces,
+        progress: &mut dyn FnMut(Progress<'_>),
+    ) -> Result<(), SweepError> {
+        self.reference(bounces, progress).map(drop)
+    }
+
+    /// Index of a reference.
+    fn reference(
+        &mut self,
+        bounces: Bounces,
+        progress: &mut dyn FnMut(Progress<'_>),
+    ) -> Result<usize, SweepError> {
+        let mut known = self.references.iter();
+        if let Some(index) = known.position(|reference| reference.bounces == bounces) {
+            return Ok(index);
+        }
+        progress(Progress::Reference(bounces));
+        let reference = self.sweep.reference(bounces, self.cache)?;
+        self.pictures.write_picture(
+            &self.sweep.setup.reference_key(bounces),
+            &reference.full,
+            reference.exposure,
+        )?;
+        self.references.push(reference);
+        Ok(self.references.len() - 1)
+    }
+
+    /// Measures a case in a round, unless it has a record of it: writes its pictures, then its
+    /// record.
+    pub fn measure(
         &mut self,
         case: &Case,
         round: u32,
         records: &mut Records<Point>,
         progress: &mut dyn FnMut(Progress<'_>),
     ) -> Result<(), SweepError> {
-        let (sweep, bounces) = (self.sweep, bounces_of(case));
+        let sweep = self.sweep;
         if !sweep.is_missing(case, round, records) {
             progress(Progress::Refused);
             return Ok(());
         }
-        let known = self
-            .references
-            .iter()
-            .position(|reference| reference.bounces == bounces);
-        let index = match known {
-            Some(index) => index,
-            None => {
-                progress(Progress::Reference(bounces));
-                let reference = sweep.reference(bounces, self.cache)?;
-                self.pictures.write_picture(
-                    &sweep.setup.reference_key(bounces),
-                    &reference.full,
-                    reference.exposure,
-                )?;
-                self.references.push(reference);
-                self.references.len() - 1
-            }
-        };
+        let index = self.reference(bounces_of(case), progress)?;
         let reference = &self.references[index];
         progress(Progress::Case(case));
         let (report, taken) = measure_on(

@@ -1,0 +1,209 @@
+//! `lumivox fit`: the cheapest technique and settings that meet a bound.
+
+use std::path::PathBuf;
+
+use crate::measure::bench::{BenchSettings, Case, open};
+use crate::measure::chart::{PictureFolder, Progress, Sweep, bounces_text};
+use crate::measure::fit::{Bounds, Fit, SceneTrial, TrialProgress, cases_at};
+use crate::measure::records::Records;
+use crate::metrics::Channel;
+use crate::reference::{Bounces, cache_dir};
+use crate::scene::Scene;
+
+use super::CliError;
+use super::chart::{failed, grid};
+use super::common::{
+    DeviceArgs, SceneArgs, TimingArgs, check_positive, parse_channel, parse_size, progress_count,
+    say,
+};
+use super::files::{Files, check_results_folder};
+use super::frame::FrameArgs;
+use super::reference::parse_bounces;
+use super::stop;
+use super::write::{check_output_folder, make_folder, stems, write_report};
+
+/// Find the cheapest technique and settings that meet bounds on a scene, by measuring few points
+/// of a grid. With --max-error that is the least time, and otherwise the least error.
+#[derive(clap::Args)]
+#[command(after_help = "Examples:\n\
+\x20 lumivox fit bundled:cornell --max-error 0.05\n\
+\x20 lumivox fit room.toml --max-ms 8 --max-mib 64 --size 640x360 -o out")]
+pub(crate) struct Args {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// Error that the indirect light may have, relative to the mean of the reference: 0.05 is 5%.
+    #[arg(long, value_name = "E", help_heading = "Bounds")]
+    max_error: Option<f32>,
+    /// Time that the indirect light of a frame may take (ms).
+    #[arg(long, value_name = "T", help_heading = "Bounds")]
+    max_ms: Option<f32>,
+    /// Memory that the technique may keep in the world (MiB).
+    #[arg(long, value_name = "M", help_heading = "Bounds")]
+    max_mib: Option<f32>,
+    /// Geometry moves: the time of a frame has a build in it.
+    #[arg(long, help_heading = "Bounds")]
+    moving: bool,
+    /// Indirect bounces that are computed, and that the reference has: a number, or full.
+    #[arg(long, value_name = "N|full", default_value = "1", value_parser = parse_bounces)]
+    bounces: Bounces,
+    /// Which techniques with which settings (docs/chart.md) [default: a grid of all techniques].
+    #[arg(long, value_name = "FILE.toml")]
+    grid: Option<PathBuf>,
+    /// Frames to measure, as `lumivox chart` does.
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 5,
+        value_parser = clap::value_parser!(u32).range(1..=100_000),
+    )]
+    frames: u32,
+    /// Builds of the static structure to measure, as `lumivox chart` does.
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 3,
+        value_parser = clap::value_parser!(u32).range(1..=100_000),
+    )]
+    rebuilds: u32,
+    /// Width and height (px).
+    #[arg(long, value_name = "WxH", default_value = "160x120", value_parser = parse_size)]
+    size: (u32, u32),
+    #[command(flatten)]
+    frame: FrameArgs,
+    /// Sample the reference until the standard error of 8x8-pixel means is below this, relative to
+    /// the mean.
+    #[arg(long, value_name = "X", default_value_t = 0.01)]
+    noise: f64,
+    /// Compare luminance, or red, green and blue.
+    #[arg(
+        long,
+        value_name = "luminance|rgb",
+        default_value = "luminance",
+        value_parser = parse_channel,
+    )]
+    channel: Channel,
+    #[command(flatten)]
+    device: DeviceArgs,
+    #[command(flatten)]
+    timing: TimingArgs,
+    /// The folder for NAME.jsonl and pictures, as of `lumivox chart`. Points that have a record
+    /// there are not measured again.
+    #[arg(short, long, value_name = "DIR", default_value = "out")]
+    output: PathBuf,
+    /// Write the answer as JSON.
+    #[arg(long, value_name = "FILE.json")]
+    report: Option<PathBuf>,
+}
+
+/// Searches, then tells what was found. That nothing meets the bounds is a failure.
+pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
+    let bounds = bounds(args)?;
+    let mut files = Files::default();
+    args.report
+        .iter()
+        .try_for_each(|path| files.write(path, &["json"]))?;
+    let grid = grid(args.grid.as_deref())?;
+    let cases = cases_at(&grid, args.bounces);
+    if cases.is_empty() {
+        return Err(CliError::input(format!(
+            "no technique of the grid computes {}; choose other --bounces, or another --grid",
+            bounces_text(args.bounces)
+        )));
+    }
+    check_output_folder(&args.output)?;
+    let scene = args.scene.open(&mut files)?;
+    check_results_folder(&args.output, std::slice::from_ref(&scene))?;
+    let fit = search(args, &scene, cases, bounds, quiet)?;
+    fit.lines().iter().for_each(|line| say(line));
+    if let Some(path) = &args.report {
+        write_report(path, &serde_json::to_value(&fit).map_err(CliError::failed)?)?;
+    }
+    match fit.best {
+        Some(_) => Ok(()),
+        None => Err(CliError::failed(format!(
+            "no point that was measured has {}; loosen a bound, or see what comes nearest",
+            fit.bounds_text()
+        ))),
+    }
+}
+
+fn bounds(args: &Args) -> Result<Bounds, CliError> {
+    let all = [
+        ("--max-error", args.max_error),
+        ("--max-ms", args.max_ms),
+        ("--max-mib", args.max_mib),
+        ("--noise", Some(args.noise as f32)),
+    ];
+    for (option, value) in all {
+        check_positive(option, value)?;
+    }
+    if all[..3].iter().all(|(_, value)| value.is_none()) {
+        return Err(CliError::input(
+            "there is no bound to meet; give --max-error E, --max-ms T or --max-mib M, or several",
+        ));
+    }
+    let (noise, max_error) = (args.noise as f32, args.max_error);
+    if let Some(max_error) = max_error.filter(|max_error| *max_error < noise) {
+        return Err(CliError::input(format!(
+            "--max-error {max_error} is below the error of the reference itself, {noise}; allow \
+             more, or give a lower --noise"
+        )));
+    }
+    let bound = |value: Option<f32>| value.map_or(f64::INFINITY, f64::from);
+    Ok(Bounds {
+        max_error: bound(max_error),
+        max_ms: bound(args.max_ms),
+        max_bytes: bound(args.max_mib) * f64::from(1 << 20),
+    })
+}
+
+/// Measures on the device, with a bar that tells what.
+fn search(
+    args: &Args,
+    scene: &Scene,
+    cases: Vec<Case>,
+    bounds: Bounds,
+    quiet: bool,
+) -> Result<Fit, CliError> {
+    let gpu = args.device.options()?;
+    let settings = BenchSettings {
+        timing: args.timing.choice(&gpu)?,
+        gpu,
+        frame: args.frame.small(args.size),
+        frames: args.frames,
+        rebuilds: args.rebuilds,
+        times: Vec::new(),
+        walk: None,
+        samples: false,
+        channel: args.channel,
+    };
+    let gpu = open(&settings.gpu, settings.timing).map_err(CliError::failed)?;
+    make_folder(&args.output)?;
+    let stem = stems([scene.name.as_str()].into_iter(), &args.output).remove(0);
+    let mut records = Records::open(&stem.with_extension("jsonl")).map_err(CliError::failed)?;
+    stop::keeps("the points that were measured are kept; the same command measures the others");
+    let (cache, pictures) = (cache_dir(), PictureFolder::of(&args.output));
+    let sweep = Sweep::new(&gpu, scene, &settings, args.noise);
+    let mut run = sweep.start(&cache, &pictures);
+    let bar = progress_count(quiet);
+    run.prepare(args.bounces, &mut |step| {
+        if let Progress::Reference(bounces) = step {
+            bar.set_message(format!("reference, {}", bounces_text(bounces)));
+        }
+    })
+    .map_err(failed)?;
+    let mut progress = |step: TrialProgress<'_>| match step {
+        TrialProgress::Measuring(case) => bar.set_message(case.entry.name),
+        TrialProgress::Done(point) => {
+            point.failure.iter().for_each(|failure| {
+                bar.suspend(|| log::warn!("{} {}: {failure}", point.name(), point.changes_text()))
+            });
+            bar.inc(1);
+        }
+    };
+    let mut trial = SceneTrial::new(&sweep, run, &mut records, args.moving, cases, &mut progress);
+    let source = args.scene.words();
+    let fit = Fit::search(&mut trial, bounds, args.bounces, &source).map_err(failed)?;
+    bar.finish_and_clear();
+    Ok(fit)
+}

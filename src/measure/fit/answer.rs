@@ -1,0 +1,284 @@
+//! What a search found, in words and for reports.
+
+use serde::Serialize;
+
+use super::bound::{Bounds, Figures};
+use super::search::{Found, Search, Trial as _};
+use super::trial::SceneTrial;
+use crate::graph::Spread;
+use crate::measure::chart::{Point, SweepError, bounces_text, render_command};
+use crate::reference::Bounces;
+use crate::text::{counted, short};
+
+/// A measured point, as an answer names it.
+#[derive(Clone, Debug, Serialize)]
+pub struct Choice {
+    /// Technique, preset, resolution and the settings that differ from the preset.
+    pub name: String,
+    /// Error of the indirect light over blocks, relative to the mean of the reference.
+    pub error: f64,
+    /// Time of a frame's indirect light (ms), with a build where geometry moves.
+    pub ms: Spread,
+    /// Bytes that the technique keeps in the world.
+    pub bytes: u64,
+    /// The command that renders its picture.
+    pub command: String,
+    /// All that was measured of it.
+    pub point: Point,
+}
+
+/// What a search found.
+#[derive(Clone, Debug, Serialize)]
+pub struct Fit {
+    /// Name of the scene.
+    pub scene: String,
+    /// Indirect bounces.
+    pub bounces: Bounces,
+    /// Bound of the error; `None` where there is none, here and below.
+    pub max_error: Option<f64>,
+    /// Bound of the time (ms).
+    pub max_ms: Option<f64>,
+    /// Bound of the memory (bytes).
+    pub max_bytes: Option<f64>,
+    /// Whether the time has a build in it, as geometry moves.
+    pub is_moving: bool,
+    /// The best within the bounds.
+    pub best: Option<Choice>,
+    /// The least error of all that takes less time than the best.
+    pub next_cheaper: Option<Choice>,
+    /// What comes nearest to the bounds, where nothing meets them.
+    pub nearest: Option<Choice>,
+    /// Points of the grid.
+    pub grid_points: usize,
+    /// Points that were measured, those beside the grid among them.
+    pub measured_points: usize,
+    /// Points that a bound ruled out before they were measured.
+    pub ruled_out_points: usize,
+    /// Seconds that measuring took; what had a record took none.
+    pub seconds: f64,
+    /// Estimated seconds of all rounds of the whole grid.
+    pub grid_seconds: f64,
+}
+
+/// A time differs if it is less by this factor.
+const CHEAPER: f64 = 0.97;
+
+impl Fit {
+    /// Searches the cases of a trial. `source` is the scene as commands name it, with its options.
+    pub fn search(
+        trial: &mut SceneTrial<'_>,
+        bounds: Bounds,
+        bounces: Bounces,
+        source: &str,
+    ) -> Result<Self, SweepError> {
+        let (candidates, rounds) = (trial.candidates(), trial.rounds());
+        let grid_points = candidates.len();
+        let found = Search::new(trial, bounds, rounds, candidates).run()?;
+        Ok(Fit::of(trial, &found, bounds, bounces, source, grid_points))
+    }
+
+    fn of(
+        trial: &SceneTrial<'_>,
+        found: &Found,
+        bounds: Bounds,
+        bounces: Bounces,
+        source: &str,
+        grid_points: usize,
+    ) -> Self {
+        let measured = found.measured.iter();
+        let all: Vec<(usize, Figures)> = measured
+            .filter_map(|&index| Some((index, trial.figures(index)?)))
+            .collect();
+        let choice = |index: usize| {
+            let point = trial.point(index)?;
+            Choice::of(point, trial.time_of(point)?, source)
+        };
+        let nearest = found.best.is_none().then(|| bounds.nearest(&all)).flatten();
+        let next = found
+            .best
+            .and_then(|best| next_cheaper(&bounds, &all, best));
+        let bound = |bound: f64| Some(bound).filter(|bound| bound.is_finite());
+        let rounds_s: f64 = found.efforts[..grid_points].iter().sum();
+        Fit {
+            scene: trial.scene_name().to_owned(),
+            bounces,
+            max_error: bound(bounds.max_error),
+            max_ms: bound(bounds.max_ms),
+            max_bytes: bound(bounds.max_bytes),
+            is_moving: trial.is_moving(),
+            best: found.best.and_then(choice),
+            next_cheaper: next.and_then(choice),
+            nearest: nearest.and_then(choice),
+            grid_points,
+            measured_points: found.measured.len(),
+            ruled_out_points: found.ruled_out,
+            seconds: trial.seconds(),
+            grid_seconds: rounds_s * f64::from(trial.sweep_rounds()),
+        }
+    }
+
+    /// What the bounds are, in words.
+    pub fn bounds_text(&self) -> String {
+        let error = self
+            .max_error
+            .map(|error| format!("an error of at most {}", percent(error)));
+        let ms = self.max_ms.map(|ms| format!("at most {} ms", short(ms)));
+        let bytes = self
+            .max_bytes
+            .map(|bytes| format!("at most {} MiB", short(bytes / MIB)));
+        let all: Vec<String> = [error, ms, bytes].into_iter().flatten().collect();
+        all.join(", ")
+    }
+
+    /// The answer, a line for each thing that it says.
+    pub fn lines(&self) -> Vec<String> {
+        let mut lines = Vec::new();
+        let bounces = bounces_text(self.bounces);
+        match (&self.best, &self.nearest) {
+            (Some(best), _) => {
+                lines.push(format!("{}, {bounces}: {}", self.scene, best.name));
+                lines.push(format!("  {}", self.figures_text(best)));
+                lines.push(format!("  {}", self.reason()));
+                lines.push(format!("  {}", self.cheaper_text(best)));
+            }
+            (None, Some(nearest)) => {
+                let asked = self.bounds_text();
+                lines.push(format!("{}, {bounces}: nothing has {asked}", self.scene));
+                lines.push(format!("  nearest: {}", nearest.name));
+                lines.push(format!("  {}", self.figures_text(nearest)));
+            }
+            (None, None) => lines.push(format!(
+                "{}, {bounces}: no point has an error that could be judged",
+                self.scene
+            )),
+        }
+        lines.push(format!("  {}", self.effort_text()));
+        let shown = self.best.as_ref().or(self.nearest.as_ref());
+        lines.extend(shown.map(|choice| choice.command.clone()));
+        lines
+    }
+
+    fn figures_text(&self, choice: &Choice) -> String {
+        let Spread {
+            median, min, max, ..
+        } = choice.ms;
+        let of = if self.is_moving {
+            "for a build and the indirect light of a frame"
+        } else {
+            "for the indirect light of a frame"
+        };
+        format!(
+            "error {}, {} ms {of} ({} to {}), {:.2} MiB",
+            percent(choice.error),
+            short(median),
+            short(min),
+            short(max),
+            choice.bytes as f64 / MIB
+        )
+    }
+
+    fn reason(&self) -> String {
+        let what = match self.max_error {
+            Some(_) => "the least time",
+            None => "the least error",
+        };
+        format!("it has {what} of all that have {}", self.bounds_text())
+    }
+
+    fn cheaper_text(&self, best: &Choice) -> String {
+        let Some(next) = &self.next_cheaper else {
+            return "nothing that was measured takes less time".to_owned();
+        };
+        format!(
+            "next cheaper: {}: {} ms, and an error of {} instead of {}",
+            next.name,
+            short(next.ms.median),
+            percent(next.error),
+            percent(best.error)
+        )
+    }
+
+    fn effort_text(&self) -> String {
+        let all = counted(self.grid_points, "point");
+        format!(
+            "{} measured for a grid of {all}, {} ruled out unmeasured by the bounds; {} s, where \
+             the whole grid would take about {} s",
+            self.measured_points,
+            self.ruled_out_points,
+            short(self.seconds),
+            short(self.grid_seconds)
+        )
+    }
+}
+
+impl Choice {
+    fn of(point: &Point, ms: Spread, source: &str) -> Option<Self> {
+        let changes = match point.changes.is_empty() {
+            true => String::new(),
+            false => format!(" with {}", point.changes_text()),
+        };
+        Some(Choice {
+            name: format!("{}{changes}", point.name()),
+            error: point.error?.rel_rmse,
+            ms,
+            bytes: point.structure_bytes.unwrap_or(0),
+            command: render_command(source, point),
+            point: point.clone(),
+        })
+    }
+}
+
+/// Of all that takes less time than the best and meets the other bounds, the least error.
+fn next_cheaper(bounds: &Bounds, all: &[(usize, Figures)], best: usize) -> Option<usize> {
+    let best = all.iter().find(|(index, _)| *index == best)?.1;
+    let others = Bounds {
+        max_error: f64::INFINITY,
+        ..*bounds
+    };
+    let cheaper = all
+        .iter()
+        .filter(|(_, it)| it.ms < CHEAPER * best.ms && it.error > best.error && others.are_met(it));
+    cheaper
+        .min_by(|a, b| a.1.error.total_cmp(&b.1.error))
+        .map(|(index, _)| *index)
+}
+
+/// A share in per cent, with one digit after the point.
+fn percent(share: f64) -> String {
+    format!("{:.1}%", 100.0 * share)
+}
+
+const MIB: f64 = 1024.0 * 1024.0;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Planted: 1 is the best; 0 and 2 are cheaper and worse, 2 the less so; 3 is hardly cheaper,
+    /// and 4 needs too much memory.
+    #[test]
+    fn the_next_cheaper_loses_least() {
+        let all = [
+            [1.0, 0.5, 1.0],
+            [4.0, 0.05, 1.0],
+            [2.0, 0.2, 1.0],
+            [3.95, 0.06, 1.0],
+            [1.0, 0.06, 9.0],
+        ];
+        let all = all.map(|[ms, error, bytes]| Figures {
+            ms,
+            fastest_ms: ms,
+            error,
+            bytes,
+        });
+        let all: Vec<(usize, Figures)> = all.into_iter().enumerate().collect();
+        let bounds = Bounds {
+            max_error: 0.055,
+            max_bytes: 4.0,
+            ..Bounds::NONE
+        };
+        assert_eq!(bounds.best(&all, 0.0), Some(1));
+        assert_eq!(next_cheaper(&bounds, &all, 1), Some(2));
+        assert_eq!(next_cheaper(&bounds, &all, 0), None);
+    }
+}

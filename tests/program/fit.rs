@@ -1,0 +1,147 @@
+//! `lumivox fit`: what it answers, how it ends, and that its records are those of `lumivox chart`.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+use std::process::Output;
+
+use crate::support::program::{check_error, command, lumivox, words};
+use lumivox::measure::chart::Point;
+use lumivox::measure::records::read_records;
+
+const GRID: &str = "[[sweep]]\ntechnique = [\"voxel-mips\", \"svo\"]\npreset = [\"cones\", \
+                    \"textbook\"]\nset = { resolution = [8, 16] }\n";
+
+const SMALL: &str = "bundled:cornell --grid grid.toml --size 32x32 --frames 2 --rebuilds 2 \
+                     --shadow-resolution 64";
+
+/// A folder with a small grid.
+fn place() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("grid.toml"), GRID).unwrap();
+    folder
+}
+
+fn run(folder: &Path, line: &str) -> Output {
+    let mut command = command();
+    command
+        .current_dir(folder)
+        .env("LUMIVOX_CACHE", folder.join("cache"));
+    command.args(words(line)).output().unwrap()
+}
+
+fn succeeded(output: &Output) -> String {
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+/// An answer within the bound, with a command that renders it; the same again from the records
+/// alone; then a chart of the same grid, which measures nothing twice.
+#[test]
+fn an_answer_is_measured_once_and_shared_with_the_chart() {
+    let place = place();
+    let folder = place.path();
+    let fit = format!("fit {SMALL} --noise 0.2 --max-error 0.9 -o out --report fit.json");
+    let said = succeeded(&run(folder, &fit));
+    assert!(said.contains("an error of at most 90.0%"), "{said}");
+    let report = std::fs::read_to_string(folder.join("fit.json")).unwrap();
+    let report: serde_json::Value = serde_json::from_str(&report).unwrap();
+    let best = &report["best"];
+    let error = best["error"].as_f64().unwrap();
+    assert!(error > 0.0 && error <= 0.9, "{report}");
+    assert_eq!(report["grid_points"], 8);
+    let render = said.lines().last().unwrap();
+    assert_eq!(best["command"], render);
+    succeeded(&run(folder, render.strip_prefix("lumivox ").unwrap()));
+    assert!(folder.join("picture.png").is_file());
+
+    let records = folder.join("out/cornell.jsonl");
+    let before = std::fs::read(&records).unwrap();
+    let again = succeeded(&run(folder, &fit));
+    assert_eq!(again.lines().next(), said.lines().next());
+    assert_eq!(std::fs::read(&records).unwrap(), before, "measured twice");
+
+    let measured = read_records::<Point>(&records).unwrap();
+    succeeded(&run(
+        folder,
+        &format!("chart {SMALL} --max-error 0.2 -o out"),
+    ));
+    let all = read_records::<Point>(&records).unwrap();
+    assert_eq!(all[..measured.len()], measured);
+    let keys: BTreeSet<_> = all.iter().map(|point| (&point.key, point.round)).collect();
+    assert_eq!(keys.len(), all.len(), "a round was measured twice");
+    assert!(folder.join("out/chart.html").is_file());
+}
+
+/// Nothing takes so little time: exit code 1, and what comes nearest.
+#[test]
+fn a_bound_out_of_reach_names_the_nearest() {
+    let place = place();
+    let line = format!("fit {SMALL} --noise 0.2 --max-ms 0.000001 --moving --bounces 2");
+    let output = run(place.path(), &line);
+    assert_eq!(output.status.code(), Some(1));
+    let said = String::from_utf8_lossy(&output.stdout);
+    for part in [
+        "2 bounces: nothing has at most",
+        "nearest: ",
+        "lumivox render bundled:cornell",
+    ] {
+        assert!(said.contains(part), "{part:?} is not in {said}");
+    }
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert!(error.contains("loosen a bound"), "{error}");
+}
+
+/// Arguments after `fit`, and what the error must say; all are bad input.
+const BAD_ARGUMENTS: &[(&str, &[&str])] = &[
+    (
+        "bundled:cornell",
+        &["--max-error E", "--max-ms T", "--max-mib M"],
+    ),
+    (
+        "bundled:cornell --max-error 0",
+        &["--max-error is 0", "above 0"],
+    ),
+    ("bundled:cornell --max-ms -3", &["-3"]),
+    (
+        "bundled:cornell --max-mib nan",
+        &["--max-mib is NaN", "above 0"],
+    ),
+    (
+        "bundled:cornell --max-error 0.001",
+        &["0.001", "0.01", "--noise"],
+    ),
+    (
+        "bundled:cornell --max-ms 9 --noise 0",
+        &["--noise is 0", "above 0"],
+    ),
+    (
+        "bundled:cornell --max-ms 9 --bounces 99",
+        &["99 bounces", "--bounces", "--grid"],
+    ),
+    (
+        "bundled:cornell --max-ms 9 --bounces some",
+        &["a number of bounces, or full"],
+    ),
+    (
+        "bundled:cornell --max-ms 9 --grid no.toml",
+        &["cannot read the grid", "no.toml"],
+    ),
+    ("bundled:nowhere --max-ms 9", &["nowhere"]),
+    (
+        "bundled:cornell --max-ms 9 --report fit.txt",
+        &["fit.txt", "json"],
+    ),
+];
+
+#[test]
+fn bad_arguments_say_what_to_do() {
+    let folder = tempfile::tempdir().unwrap();
+    for (arguments, parts) in BAD_ARGUMENTS {
+        let result = lumivox(folder.path(), &words(&format!("fit {arguments}")), &[]);
+        check_error(arguments, &result, 2, parts);
+    }
+}
