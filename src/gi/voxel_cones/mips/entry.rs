@@ -2,6 +2,7 @@
 
 use super::super::entry::{GATHER, SPECULAR, directions, entry};
 use super::super::{VoxelCones, presets};
+use super::suit::suit;
 use super::{CLEAR_DYNAMIC, CONES, FILTER, MARK_MATTER, Mips, REDUCE_MATTER};
 use crate::gi::entry::{Directions, Entry, Stage, Substitution};
 use crate::gi::settings::{Domain, Preset, Setting, Settings};
@@ -139,6 +140,7 @@ pub static ENTRY: Entry = Entry {
     ],
     directions_setting: |settings| Some(settings.choice("gather")),
     substitutions: &[SUBSTITUTIONS, voxel::SUBSTITUTIONS],
+    suit,
     ..entry("voxel-mips", "dense voxel mips, cone-traced", make)
 };
 
