@@ -5,7 +5,8 @@ use std::io::{ErrorKind, Write as _};
 use std::sync::OnceLock;
 use std::time::Duration;
 
-use crate::gi::entry::Entry;
+use crate::gi::Context;
+use crate::gi::entry::{Entry, Suited};
 use crate::gi::registry::{DEFAULT, find, owners};
 use crate::gi::{SettingError, Settings};
 use crate::graph::{DeviceChoice, Faults, GpuOptions};
@@ -186,6 +187,29 @@ impl TechniqueArgs {
             );
         }
         Ok((entry, settings))
+    }
+
+    /// The same settings, and on top of them what suits the scene, where no preset is named: what
+    /// is set by name stays.
+    pub(super) fn suit(
+        &self,
+        (entry, settings): (&'static Entry, Settings),
+        context: &Context<'_>,
+    ) -> Result<(Settings, Option<Suited>), CliError> {
+        if self.preset.is_some() {
+            return Ok((settings, None));
+        }
+        let Some(mut suited) = (entry.suit)(context).map_err(CliError::failed)? else {
+            return Ok((settings, None));
+        };
+        let name = |pair: &str| pair.split('=').next().unwrap_or_default().trim().to_owned();
+        let named: Vec<String> = self.set.iter().map(|pair| name(pair)).collect();
+        suited.pairs.retain(|pair| !named.contains(&name(pair)));
+        let pairs: Vec<String> = suited.pairs.iter().chain(&self.set).cloned().collect();
+        Ok((
+            entry.settings(None, &pairs).map_err(bad_setting)?,
+            Some(suited),
+        ))
     }
 
     /// The preset that the settings started from.

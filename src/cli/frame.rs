@@ -52,10 +52,19 @@ impl FrameArgs {
     }
 
     /// For pictures of this width and height (px).
-    pub(super) fn settings(&self, (width, height): (u32, u32)) -> FrameSettings {
+    pub(super) fn settings(&self, size: (u32, u32)) -> FrameSettings {
+        self.suited(size, None)
+    }
+
+    /// The same; `resolution` is the default of maps' width and height that suits a scene (texels).
+    pub(super) fn suited(
+        &self,
+        (width, height): (u32, u32),
+        resolution: Option<u32>,
+    ) -> FrameSettings {
         FrameSettings {
             size: [width, height],
-            shadows: self.shadows(),
+            shadows: self.shadows_of(resolution.unwrap_or(1024)),
         }
     }
 

@@ -2,8 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::frame::Renderer;
-use crate::gi::entry::Entry;
+use crate::frame::{FrameSettings, Renderer};
+use crate::gi::Context;
+use crate::gi::entry::{Entry, Suited};
 use crate::gi::inspect::ViewRow;
 use crate::gi::settings::Settings;
 use crate::graph::{FrameStats, Gpu, GpuOptions, PassTimes, TimesAccumulator};
@@ -12,6 +13,7 @@ use crate::measure::chart::{BounceSetting, bounces_text};
 use crate::measure::report::{EnergyRow, ErrorReport, Report, Timing, shadow_changes};
 use crate::metrics::{Channel, Errors};
 use crate::reference::{Bounces, guide};
+use crate::render::GpuScene;
 use crate::scene::Scene;
 use crate::text::short;
 
@@ -112,9 +114,21 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
         .transpose()?;
     let gpu = args.gpu()?;
     let size = args.picture.size.into();
-    let frame = args.frame.settings(args.picture.size);
+    let gpu_scene = GpuScene::new(&gpu, &scene).map_err(CliError::failed)?;
+    let context = Context {
+        gpu: &gpu,
+        scene: &gpu_scene,
+        size,
+        eye: scene.camera.eye,
+    };
+    let (settings, suited) = args.technique.suit((entry, settings), &context)?;
+    let maps = suited.as_ref().and_then(|suited| suited.shadow_resolution);
+    let frame = args.frame.suited(args.picture.size, maps);
+    if let Some(suited) = suited.filter(|_| !quiet) {
+        eprintln!("{}", chosen(&suited, &settings, &frame));
+    }
     let (mut renderer, build) = while_shown(quiet, format!("building {}", entry.name), || {
-        Renderer::new(&gpu, &scene, entry, &settings, frame)
+        Renderer::of(&gpu, gpu_scene, entry, &settings, frame)
     })
     .map_err(CliError::failed)?;
     let view = args
@@ -188,6 +202,26 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
         }
     }
     Ok(())
+}
+
+/// What was chosen for the scene, why, and what it would need to be right.
+fn chosen(suited: &Suited, settings: &Settings, frame: &FrameSettings) -> String {
+    let pairs: Vec<String> = settings
+        .iter()
+        .filter(|(name, _)| {
+            let start = format!("{name}=");
+            suited.pairs.iter().any(|pair| pair.starts_with(&start))
+        })
+        .map(|(name, value)| format!("{name}={value}"))
+        .chain([format!("maps of {}²", frame.shadows.resolution)])
+        .collect();
+    let needs = suited.needs.iter().map(|needs| format!("; {needs}"));
+    format!(
+        "chosen for this scene: {} ({}){}",
+        pairs.join(", "),
+        suited.because,
+        needs.collect::<String>()
+    )
 }
 
 /// What the technique does not compute, so that a reference with other bounces is not mistaken for

@@ -43,6 +43,8 @@ pub struct Entry {
     /// `KEY=VALUE` pairs with which [`super::Inspect::light_slots`] hold the light of surfaces that
     /// emit too; none where they do already.
     pub emission_in_slots: fn(&Settings) -> Vec<String>,
+    /// What suits a scene, where the user leaves the choice.
+    pub suit: Suit,
     /// The views that it has of itself, in groups; which of them are there depends on the settings.
     pub views: &'static [&'static [ViewRow]],
     /// Its method on the CPU, to be watched step by step.
@@ -108,6 +110,22 @@ pub struct Substitution {
     pub pairs: fn(&Settings) -> Vec<String>,
 }
 
+/// What a technique chooses for a scene, and what it would need beyond that.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Suited {
+    /// `KEY=VALUE` pairs on top of the default preset.
+    pub pairs: Vec<String>,
+    /// Width and height of each light map (texels); `None` for the default.
+    pub shadow_resolution: Option<u32>,
+    /// What of the scene the choice was made by, in words.
+    pub because: String,
+    /// What is not right all the same, and what it would need; `None` where all is.
+    pub needs: Option<String>,
+}
+
+/// Chooses settings for a scene, by what it measures there; `None` where nothing depends on scenes.
+pub type Suit = fn(&Context<'_>) -> Result<Option<Suited>, Error>;
+
 /// Makes a technique with these settings.
 pub type Make = fn(&Context<'_>, &Settings) -> Result<Box<dyn Technique>, Error>;
 
@@ -130,6 +148,7 @@ impl Entry {
             directions_setting: |_| None,
             substitutions: &[],
             emission_in_slots: |_| Vec::new(),
+            suit: |_| Ok(None),
             views: &[],
             simulator: None,
             make,

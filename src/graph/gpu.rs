@@ -228,6 +228,11 @@ impl Gpu {
         self.device.memory_allocated_bytes()
     }
 
+    /// Bytes that buffers and images may still take.
+    pub fn memory_left(&self) -> u64 {
+        self.device.memory_left_bytes()
+    }
+
     /// All validation warnings and errors so far.
     pub fn validation_messages(&self) -> Vec<String> {
         self.messages().list()

@@ -104,6 +104,11 @@ impl Device {
         self.memory.allocated_bytes()
     }
 
+    /// Bytes that buffers and images of the device itself may still take.
+    pub fn memory_left_bytes(&self) -> u64 {
+        self.memory.left_bytes()
+    }
+
     /// Memory in use: name and bytes of every living resource.
     pub fn memory_in_use(&self) -> Vec<(String, u64)> {
         self.memory.list()

@@ -196,6 +196,11 @@ impl Memory {
         drop(self.allocator().take());
     }
 
+    /// Bytes left in the heap that buffers and images of the device itself come from.
+    pub(super) fn left_bytes(&self) -> u64 {
+        self.available(heap_of(&self.properties, u32::MAX, MemoryLocation::GpuOnly))
+    }
+
     /// Bytes left in a heap.
     fn available(&self, heap: usize) -> u64 {
         let heaps = self.properties.memory_heaps_as_slice();

@@ -356,6 +356,31 @@ fn the_atrium_is_large_and_varied() {
     assert!(scene.is_glossy() && !scene.is_emissive());
 }
 
+/// Walls of these scenes are thinner than a voxel at 128³, and so are the bars of their railings.
+#[test]
+fn thin_scenes_are_thinner_than_voxels() {
+    for name in ["stairwell", "pergola"] {
+        let find = |scene: &&Scene| scene.name == name;
+        let scene = every_bundled().iter().find(find).unwrap();
+        let (low, high) = scene.bounds().unwrap();
+        let voxel_m = (high - low).max_element() / 128.0;
+        // Each board has six faces of two triangles, its shortest edge is how thick it is.
+        let is_thin = |index: &usize| {
+            let [a, b, c] = corners(scene, *index);
+            let edges = [a.distance(b), b.distance(c), c.distance(a)];
+            edges.into_iter().fold(f32::INFINITY, f32::min) < 0.5 * voxel_m
+        };
+        let thin = (0..scene.triangles.len()).filter(is_thin).count();
+        assert!(thin >= 1000, "{name}: {thin} of {}", scene.triangles.len());
+        let is_masked = |material: &lumivox::scene::Material| material.mask_texture.is_some();
+        assert!(scene.materials.iter().any(is_masked), "{name}");
+        assert!(!scene.is_emissive() && !scene.lights.is_empty(), "{name}");
+    }
+    let thick = Scene::open("bundled:stairwell,wall_m=0.2", &LoadOptions::default()).unwrap();
+    let (low, high) = thick.bounds().unwrap();
+    assert_eq!((high - low).x, 6.4);
+}
+
 #[test]
 fn another_parser_reads_the_same_triangles() {
     let folder = tempfile::tempdir().unwrap();

@@ -58,6 +58,7 @@ mod screen_mirrored;
 mod soft_shadows;
 #[cfg(feature = "measure")]
 mod stress;
+mod suit;
 mod techniques_analytic;
 #[cfg(feature = "measure")]
 mod techniques_property;

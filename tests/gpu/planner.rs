@@ -269,6 +269,12 @@ const LIVES: [Life; 35] = [
     },
     Life {
         technique: "voxel-mips",
+        preset: Some("accurate"),
+        pairs: &[("bounces", "2")],
+        surfaces: Surfaces::Emissive,
+    },
+    Life {
+        technique: "voxel-mips",
         preset: Some("textbook"),
         pairs: &[
             ("mip_method", "blit"),

@@ -484,7 +484,7 @@ fn plants(mesh: &mut Mesh, materials: &Materials) {
 }
 
 /// A masked card that bends back under its weight.
-fn leaf_card(mesh: &mut Mesh, leaves: u32, width_m: f32, length_m: f32) {
+pub(super) fn leaf_card(mesh: &mut Mesh, leaves: u32, width_m: f32, length_m: f32) {
     mesh.surface(leaves, 1, 5, |s, t| SurfacePoint {
         position: Vec3::new(
             (s - 0.5) * width_m,

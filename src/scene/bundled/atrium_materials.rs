@@ -124,7 +124,7 @@ fn gallery_tiles(mesh: &mut Mesh) -> u32 {
 }
 
 /// Five pointed leaves on a sprig, as a mask over a green picture.
-fn leaves(mesh: &mut Mesh) -> u32 {
+pub(super) fn leaves(mesh: &mut Mesh) -> u32 {
     let albedo = mesh.texture(large("leaves", |uv| {
         Vec3::new(0.06, 0.2, 0.03).lerp(Vec3::new(0.2, 0.42, 0.08), fractal(uv, 8, 41))
             * (0.8 + 0.4 * noise(uv, 4, 43))
@@ -153,7 +153,8 @@ fn leaves(mesh: &mut Mesh) -> u32 {
     })
 }
 
-fn wood(mesh: &mut Mesh) -> u32 {
+/// Rings of wood, light and dark.
+pub(super) fn wood(mesh: &mut Mesh) -> u32 {
     let albedo = mesh.texture(large("wood", |uv| {
         let rings = (uv.y * 14.0 + 2.0 * fractal(Vec2::new(uv.x, uv.y), 4, 51)).fract();
         Vec3::new(0.2, 0.1, 0.045).lerp(Vec3::new(0.36, 0.2, 0.1), (2.0 * rings - 1.0).abs())

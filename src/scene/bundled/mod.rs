@@ -13,7 +13,9 @@ mod furnace;
 mod glossy;
 mod lit_sphere;
 pub(crate) mod mesh;
+mod pergola;
 mod picture;
+mod stairwell;
 mod two_rooms;
 
 use super::{Scene, SceneError};
@@ -58,6 +60,8 @@ pub const TABLE: &[BundledScene] = &[
     atrium::STREET_ROW,
     glossy::ROW,
     emissive_gallery::ROW,
+    stairwell::ROW,
+    pergola::ROW,
 ];
 
 const SWITCH: &str = "0 or 1";

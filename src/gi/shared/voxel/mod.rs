@@ -12,6 +12,7 @@ mod grid;
 pub mod light;
 pub mod oracle;
 mod prefilter;
+mod survey;
 pub mod trace;
 mod voxel_box;
 pub mod window;
@@ -32,6 +33,7 @@ pub use light::{CLEAR_LIGHT, LIGHT, LIGHT_DENSE, VoxelLight, VoxelRecords, add_c
 pub use prefilter::{
     ANISOTROPIC, DIRECTIONAL, Directionality, FACE_SETTINGS, Faces, MIP_FILTER, Prefilter,
 };
+pub use survey::Survey;
 pub use trace::emitters::{CANDIDATES, EmitterPoints, GpuEmitterPart, emitter_rows};
 pub use trace::{RAY_SETTINGS, RaySettings, RayTracer, Space, SpacePasses, more_rays};
 pub use voxel_box::VoxelBox;

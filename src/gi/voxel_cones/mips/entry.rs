@@ -2,6 +2,7 @@
 
 use super::super::entry::{GATHER, SPECULAR, SUBSTITUTIONS, directions, entry};
 use super::super::{VoxelCones, presets};
+use super::suit::suit;
 use super::{CLEAR_DYNAMIC, CONES, FILTER, MARK_MATTER, Mips, RAYS, REDUCE_MATTER};
 use crate::gi::entry::{Entry, Stage};
 use crate::gi::settings::{Domain, Preset, Setting, Settings};
@@ -71,6 +72,7 @@ pub static ENTRY: Entry = Entry {
     ],
     directions: &directions(&CONES, &RAYS),
     substitutions: &[SUBSTITUTIONS, voxel::SUBSTITUTIONS],
+    suit,
     ..entry("voxel-mips", "dense voxel mips, cone-traced", make)
 };
 

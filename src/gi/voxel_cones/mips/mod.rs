@@ -4,6 +4,7 @@
 mod entry;
 pub mod matter;
 pub mod oracle;
+mod suit;
 pub mod volume;
 
 use std::sync::Arc;

@@ -85,7 +85,8 @@ pub(in crate::gi::shared::voxel) fn area(record: &Voxel) -> f32 {
     float_from_half((record.z_area >> 16) as u16)
 }
 
-fn mean_normal(record: &Voxel) -> Vec3 {
+/// Mean of the unit normals, weighted with area; shorter than 1 where they differ.
+pub(in crate::gi::shared::voxel) fn mean_normal(record: &Voxel) -> Vec3 {
     unpack_unorm10(record.normal) * 2.0 - 1.0
 }
 

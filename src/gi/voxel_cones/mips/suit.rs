@@ -1,0 +1,73 @@
+//! Settings that suit a scene.
+
+use crate::gi::Context;
+use crate::gi::entry::Suited;
+use crate::gi::shared::voxel::Survey;
+use crate::graph::Error;
+
+/// Where it starts, and where it ends at the latest.
+const RESOLUTIONS: [u32; 3] = [128, 256, 512];
+
+/// Share of mixed voxels up to which exact rays were right to 10% in every scene that was measured
+/// (`docs/measured/defaults.md`).
+const MOST_MIXED: f64 = 0.1;
+
+/// Texels of a light map for each voxel of its width, so that every lit voxel gets some: a light
+/// sees the scene's diagonal, √3 of its extent.
+const TEXELS_A_VOXEL: u32 = 4;
+
+/// Light maps have no fewer texels: they shadow the direct light of pixels too.
+const LEAST_TEXELS: u32 = 1024;
+
+/// Voxels so fine that few are mixed, as far as half of the memory that is left allows; light maps
+/// that are as fine.
+pub(super) fn suit(context: &Context<'_>) -> Result<Option<Suited>, Error> {
+    let Context { gpu, scene, .. } = *context;
+    let [coarsest, .., finest] = RESOLUTIONS;
+    let mut survey = Survey::new(gpu, scene, coarsest)?;
+    let room = gpu.memory_left() / 2;
+    while survey.mixed > MOST_MIXED && survey.resolution < finest && survey.bytes_of_finer() <= room
+    {
+        survey = Survey::new(gpu, scene, 2 * survey.resolution)?;
+    }
+    Ok(Some(Suited {
+        pairs: vec![format!("resolution={}", survey.resolution)],
+        shadow_resolution: Some((TEXELS_A_VOXEL * survey.resolution).max(LEAST_TEXELS)),
+        because: format!(
+            "voxels of {} of which {:.0}% hold more than one plane",
+            length(survey.voxel_size_m),
+            100.0 * survey.mixed
+        ),
+        needs: (survey.mixed > MOST_MIXED).then(|| needs(&survey, room)),
+    }))
+}
+
+/// What finer voxels would need, and that they are not all that helps.
+fn needs(survey: &Survey, room: u64) -> String {
+    let mib = |bytes: u64| bytes >> 20;
+    let (finer, wanted) = (2 * survey.resolution, survey.bytes_of_finer());
+    let memory = if wanted > room {
+        format!(
+            ", which may take {} of the {} MiB left",
+            mib(wanted),
+            mib(2 * room)
+        )
+    } else {
+        String::new()
+    };
+    format!(
+        "more than 10% of error is possible, as parts are thinner than a voxel: it needs \
+         resolution={finer}{memory}, or rays to the triangles themselves"
+    )
+}
+
+/// A length in the unit that it is read best in.
+fn length(metres: f32) -> String {
+    if metres < 0.01 {
+        format!("{:.1} mm", 1000.0 * metres)
+    } else if metres < 1.0 {
+        format!("{:.1} cm", 100.0 * metres)
+    } else {
+        format!("{metres:.1} m")
+    }
+}

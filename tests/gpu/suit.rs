@@ -1,0 +1,60 @@
+//! Settings that suit a scene: what techniques choose by themselves.
+
+use crate::support::gpu;
+use crate::support::scenes::bundled;
+use crate::support::technique::{Surfaces, small_lights, small_room};
+use lumivox::gi::Context;
+use lumivox::gi::entry::Suited;
+use lumivox::gi::registry::{TECHNIQUES, find};
+use lumivox::gi::shared::voxel::Survey;
+use lumivox::graph::Gpu;
+use lumivox::render::GpuScene;
+use lumivox::scene::Scene;
+
+fn suited(gpu: &Gpu, scene: &Scene, technique: &str) -> Option<Suited> {
+    let gpu_scene = GpuScene::new(gpu, scene).unwrap();
+    let context = Context {
+        gpu,
+        scene: &gpu_scene,
+        size: [32, 24],
+        eye: scene.camera.eye,
+    };
+    (find(technique).unwrap().suit)(&context).unwrap()
+}
+
+/// Whatever is chosen is possible, twice the same, and over as soon as the choice is made: nothing
+/// of it stays on the device.
+#[test]
+fn what_is_chosen_is_possible() {
+    let gpu = gpu();
+    let [(_, light), ..] = small_lights();
+    let scene = small_room(Surfaces::Masked, vec![light]);
+    for entry in TECHNIQUES {
+        let before = gpu.memory();
+        let first = suited(&gpu, &scene, entry.name);
+        assert_eq!(first, suited(&gpu, &scene, entry.name), "{}", entry.name);
+        assert_eq!(before, gpu.memory(), "{}", entry.name);
+        let pairs = first.map(|suited| suited.pairs).unwrap_or_default();
+        entry.settings(None, &pairs).unwrap();
+    }
+}
+
+/// Flat walls need no finer voxels than the default has; thin parts do, as far as memory goes, and
+/// what is still not right is said.
+#[test]
+fn thin_parts_are_measured() {
+    let gpu = gpu();
+    let flat = suited(&gpu, &bundled("cornell"), "voxel-mips").unwrap();
+    assert_eq!(flat.pairs, ["resolution=128"]);
+    assert_eq!((flat.shadow_resolution, flat.needs), (Some(1024), None));
+    let scene = bundled("pergola");
+    let thin = suited(&gpu, &scene, "voxel-mips").unwrap();
+    println!("{thin:?}");
+    assert!(thin.pairs != ["resolution=128"], "{thin:?}");
+    let gpu_scene = GpuScene::new(&gpu, &scene).unwrap();
+    let [coarse, fine] = [32, 64].map(|n| Survey::new(&gpu, &gpu_scene, n).unwrap());
+    assert!(
+        coarse.mixed > fine.mixed && coarse.voxels < fine.voxels,
+        "{coarse:?}, {fine:?}"
+    );
+}
