@@ -72,7 +72,9 @@ impl Gpu {
         let row_bytes = check_region(image, 0, 0) / u64::from(height);
         let count = (bytes.len() as u64 / row_bytes) as u32;
         assert!(
-            bytes.len() as u64 % row_bytes == 0 && first_row + count <= height && depth == 1,
+            (bytes.len() as u64).is_multiple_of(row_bytes)
+                && first_row + count <= height
+                && depth == 1,
             "image {}: {} bytes from row {first_row} on",
             image.name(),
             bytes.len()

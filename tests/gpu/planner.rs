@@ -93,7 +93,7 @@ struct Life {
 }
 
 /// Few, which run every pass of every technique between them.
-const LIVES: [Life; 35] = [
+const LIVES: [Life; 36] = [
     Life {
         technique: "ray-traced",
         preset: Some("default"),

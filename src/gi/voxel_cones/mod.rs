@@ -47,8 +47,9 @@ enum Emitters {
 impl Emitters {
     fn new(gpu: &Gpu, scene: &GpuScene, settings: &Settings) -> Result<Self, Error> {
         let most = settings.count("emissive_patches");
+        let is_met = settings.is("emitters", "auto") && surrounds(scene);
         Ok(match EmitterMethod::new(settings) {
-            _ if scene.emitters.is_empty() => Emitters::InVoxels,
+            _ if scene.emitters.is_empty() || is_met => Emitters::InVoxels,
             EmitterMethod::Gather => Emitters::InVoxels,
             EmitterMethod::Points => Emitters::Points,
             EmitterMethod::Patches => {
@@ -72,6 +73,15 @@ impl Emitters {
             Emitters::Points => EmissionSeenBy::Mirror,
         }
     }
+}
+
+/// Whether what emits is so large that directions of a gather meet it with less noise than points
+/// of it: half of the faces of the scene's bounds.
+fn surrounds(scene: &GpuScene) -> bool {
+    let size = scene.bounds.1 - scene.bounds.0;
+    let faces = 2.0 * (size.x * size.y + size.y * size.z + size.z * size.x);
+    let area: f32 = scene.emitters.iter().map(|emitter| emitter.area).sum();
+    area >= 0.5 * faces
 }
 
 /// What a store is made with, besides its settings.

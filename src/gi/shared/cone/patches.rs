@@ -226,7 +226,8 @@ fn has_rays(settings: &Settings) -> bool {
 pub(super) fn check(settings: &Settings) -> Result<(), SettingError> {
     if settings.is("emitters", "points") && !has_rays(settings) {
         return Err(SettingError::Together(
-            "emitters = points needs gather = rays; emitters = patches does not".into(),
+            "emitters = points needs gather = rays or triangles; emitters = patches does not"
+                .into(),
         ));
     }
     Ok(())

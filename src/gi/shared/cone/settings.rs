@@ -160,7 +160,8 @@ pub static SETTINGS: &[Setting] = &[
         name: "emitters",
         help: "how surfaces that emit light what is seen: gather (it meets them in the voxels), \
                patches (each seen by a cone), points (rays to points of them, with gather = \
-               rays; to voxels too) or auto (points with gather = rays, otherwise patches)",
+               rays or triangles; to voxels too) or auto (gather where they are as large as half \
+               of the scene's bounds, otherwise points, or patches with gather = cones)",
         unit: "",
         domain: Domain::Choice(&["auto", "gather", "patches", "points"]),
         default: "auto",
