@@ -5,11 +5,12 @@ use crate::gi::entry::Suited;
 use crate::gi::shared::voxel::Survey;
 use crate::graph::Error;
 
-/// Where it starts, and where it ends at the latest.
-const RESOLUTIONS: [u32; 3] = [128, 256, 512];
-
-/// Share of mixed voxels up to which exact rays were right to 10% in every scene that was measured
+/// Where it starts, and where it ends at the latest. Beyond, light in voxels gets little better
 /// (`docs/measured/defaults.md`).
+const RESOLUTIONS: [u32; 2] = [128, 256];
+
+/// Share of mixed voxels up to which rays through voxels were right to 10% in every scene that was
+/// measured (`docs/measured/defaults.md`).
 const MOST_MIXED: f64 = 0.1;
 
 /// Texels of a light map for each voxel of its width, so that every lit voxel gets some: a light
@@ -19,19 +20,27 @@ const TEXELS_A_VOXEL: u32 = 4;
 /// Light maps have no fewer texels: they shadow the direct light of pixels too.
 const LEAST_TEXELS: u32 = 1024;
 
-/// Voxels so fine that few are mixed, as far as half of the memory that is left allows; light maps
-/// that are as fine.
+/// Where many voxels are mixed, rays against the scene's own triangles, and voxels so fine that few
+/// are mixed, as far as half of the memory that is left allows; light maps that are as fine.
 pub(super) fn suit(context: &Context<'_>) -> Result<Option<Suited>, Error> {
     let Context { gpu, scene, .. } = *context;
-    let [coarsest, .., finest] = RESOLUTIONS;
+    let [coarsest, finest] = RESOLUTIONS;
     let mut survey = Survey::new(gpu, scene, coarsest)?;
+    let gather = if survey.mixed > MOST_MIXED {
+        "triangles"
+    } else {
+        "rays"
+    };
     let room = gpu.memory_left() / 2;
     while survey.mixed > MOST_MIXED && survey.resolution < finest && survey.bytes_of_finer() <= room
     {
         survey = Survey::new(gpu, scene, 2 * survey.resolution)?;
     }
     Ok(Some(Suited {
-        pairs: vec![format!("resolution={}", survey.resolution)],
+        pairs: vec![
+            format!("resolution={}", survey.resolution),
+            format!("gather={gather}"),
+        ],
         shadow_resolution: Some((TEXELS_A_VOXEL * survey.resolution).max(LEAST_TEXELS)),
         because: format!(
             "voxels of {} of which {:.0}% hold more than one plane",
@@ -42,7 +51,7 @@ pub(super) fn suit(context: &Context<'_>) -> Result<Option<Suited>, Error> {
     }))
 }
 
-/// What finer voxels would need, and that they are not all that helps.
+/// What finer voxels would need.
 fn needs(survey: &Survey, room: u64) -> String {
     let mib = |bytes: u64| bytes >> 20;
     let (finer, wanted) = (2 * survey.resolution, survey.bytes_of_finer());
@@ -56,8 +65,8 @@ fn needs(survey: &Survey, room: u64) -> String {
         String::new()
     };
     format!(
-        "more than 10% of error is possible, as parts are thinner than a voxel: it needs \
-         resolution={finer}{memory}, or rays to the triangles themselves"
+        "rays meet the triangles themselves, but the light on parts thinner than a voxel may be off \
+         by more than 10%: it needs resolution={finer}{memory}"
     )
 }
 
