@@ -112,7 +112,9 @@ fn clipmap_in<'g>(gpu: &'g Gpu, scene: &Scene, settings: &Settings, eye: Vec3) -
 }
 
 fn settings(pairs: &[&str]) -> Settings {
-    clipmap::ENTRY.settings(Some("cones"), pairs).unwrap()
+    // Patches would have all levels lit in each frame.
+    let pairs = [&["emitters=gather"], pairs].concat();
+    clipmap::ENTRY.settings(Some("cones"), &pairs).unwrap()
 }
 
 /// Wherever the camera goes and whatever moves, every texel is that of a clipmap built there.

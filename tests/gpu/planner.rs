@@ -93,7 +93,7 @@ struct Life {
 }
 
 /// Few, which run every pass of every technique between them.
-const LIVES: [Life; 36] = [
+const LIVES: [Life; 38] = [
     Life {
         technique: "ray-traced",
         preset: Some("default"),
@@ -322,6 +322,18 @@ const LIVES: [Life; 36] = [
         preset: Some("accurate"),
         pairs: &[("bounces", "2")],
         surfaces: Surfaces::Glossy,
+    },
+    Life {
+        technique: "svo",
+        preset: Some("accurate"),
+        pairs: &[("bounces", "2")],
+        surfaces: Surfaces::Emissive,
+    },
+    Life {
+        technique: "clipmap",
+        preset: Some("accurate"),
+        pairs: &[("levels", "3"), ("voxel_size", "0.06"), ("bounces", "2")],
+        surfaces: Surfaces::Emissive,
     },
     Life {
         technique: "svo",

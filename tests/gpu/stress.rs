@@ -290,13 +290,17 @@ fn what_is_fatal_is_worse_than_what_is_harmless() {
         ("contrast", 1.0, 1e9),
     ];
     for (name, harmless, fatal) in modes {
+        // Rays to points of lamps find them whatever their size.
+        let pairs: &[&str] = &["emitters=gather"];
         let [harmless, fatal] = [harmless, fatal]
-            .map(|severity| figure(&gpu, name, "voxel-mips", "accurate", &[], severity).0);
+            .map(|severity| figure(&gpu, name, "voxel-mips", "accurate", pairs, severity).0);
         assert!(
             harmless.is_finite() && fatal > harmless,
             "{name}: {harmless}, {fatal}"
         );
     }
+    let points = figure(&gpu, "small_emitter", "voxel-mips", "accurate", &[], 0.25);
+    assert!(points.1 == Verdict::Pass, "{points:?}");
 }
 
 /// Two sides of a partition in one voxel: apart if each has a radiance of its own, mixed if they

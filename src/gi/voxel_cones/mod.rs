@@ -144,6 +144,8 @@ impl<S: VoxelStore> Technique for VoxelCones<S> {
     }
 
     fn build(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
+        // Models may have moved since these were made.
+        self.emitters.follow(context.gpu, context.scene)?;
         if let Some(rays) = &mut self.gatherer.rays {
             rays.build(context.gpu, context.scene)?;
         }

@@ -143,8 +143,9 @@ pub(super) const RULES: &[Rule] = &[
         group: Group::Gather,
         settings: &["ray_start", "self_height", "contour_slack"],
         applies: |settings| {
-            settings.is("gather", "rays")
-                || settings.is("gather", "triangles") && VoxelBounces::new(settings).any()
+            let meets_voxels = VoxelBounces::new(settings).any()
+                || EmitterMethod::new(settings) == EmitterMethod::Points;
+            settings.is("gather", "rays") || settings.is("gather", "triangles") && meets_voxels
         },
     },
     Rule::always(Group::Bounces, &["bounces"]),

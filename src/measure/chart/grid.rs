@@ -423,8 +423,8 @@ mod tests {
                 "grid.toml:3: the technique svo has no preset nice",
             ),
             (
-                "[[sweep]]\ntechnique = [\"svo\"]\n[sweep.set]\ncones = [6]\nrays = [4]",
-                "grid.toml:5: the technique svo has no setting rays",
+                "[[sweep]]\ntechnique = [\"svo\"]\n[sweep.set]\ncones = [6]\nlevels = [4]",
+                "grid.toml:5: the technique svo has no setting levels",
             ),
             (
                 "[[sweep]]\n[sweep.set]\ncones = [6]\nfingers = [4]",

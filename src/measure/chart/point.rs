@@ -471,7 +471,7 @@ pub(super) mod tests {
         keys.dedup();
         assert_eq!((keys.len(), count), (13 * 6, 13 * 6));
         assert_eq!(
-            setup().key(&case("cones", "cones = [32], aperture_scale = [0.05]")),
+            setup().key(&case("cones", "gather = [\"rays\"]")),
             setup().key(&case("accurate", "")),
             "a preset is a name for settings"
         );

@@ -243,7 +243,7 @@ mod tests {
         let html = techniques(&[&section]).into_string();
         for text in [
             "<code>gather=rays rays=16</code>",
-            "<code>anisotropic=on</code>",
+            "<code>anisotropic=on face_weights=squared",
             "nothing; defaults: ",
             "gather=cones",
             "mip_filter=directional",

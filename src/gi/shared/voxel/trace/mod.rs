@@ -120,8 +120,12 @@ impl RayTracer {
         }
     }
 
-    /// Makes the hierarchy over the scene's triangles, where rays meet them.
+    /// Makes the hierarchy over the scene's triangles, where rays meet them, and brings points up to
+    /// models that have moved.
     pub fn build(&mut self, gpu: &Gpu, scene: &GpuScene) -> Result<(), Error> {
+        if let Some(points) = &mut self.points {
+            points.follow(gpu, scene)?;
+        }
         self.triangles = None;
         if self.settings.meets_triangles {
             self.triangles = Some(SceneRays::new(gpu, scene)?);
