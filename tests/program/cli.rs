@@ -185,7 +185,7 @@ const BAD_ARGUMENTS: &[(&str, i32, &[&str])] = &[
         &["albedo", "svo", "attributes=on"],
     ),
     (
-        "bundled:cornell --technique svo --size 8x8 --set resolution=8 --voxels light \
+        "bundled:cornell --technique svo --preset cones --size 8x8 --set resolution=8 --voxels light \
          --voxel-level 3 -o a.png",
         2,
         &["--level", "0 to 2"],
@@ -826,7 +826,7 @@ fn settings_without_effect_and_of_other_techniques_are_named() {
     }
     for (line, owner) in [
         (
-            "render bundled:cornell -o a.png --technique svo --set rays=4",
+            "render bundled:cornell -o a.png --technique svo --set mip_method=blit",
             "voxel-mips",
         ),
         ("view --technique none --set levels=2", "clipmap"),

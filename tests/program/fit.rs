@@ -38,8 +38,8 @@ fn succeeded(output: &Output) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned()
 }
 
-/// An answer within the bound, with a command that renders it; the same again from the records
-/// alone; then a chart of the same grid, which measures nothing twice.
+/// An answer within the bound, with a command that renders it; again, with the records, and then a
+/// chart of the same grid: neither measures anything twice.
 #[test]
 fn an_answer_is_measured_once_and_shared_with_the_chart() {
     let place = place();
@@ -59,12 +59,12 @@ fn an_answer_is_measured_once_and_shared_with_the_chart() {
     assert!(folder.join("picture.png").is_file());
 
     let records = folder.join("out/cornell.jsonl");
-    let before = std::fs::read(&records).unwrap();
+    let before = read_records::<Point>(&records).unwrap();
     let again = succeeded(&run(folder, &fit));
-    assert_eq!(again.lines().next(), said.lines().next());
-    assert_eq!(std::fs::read(&records).unwrap(), before, "measured twice");
-
+    assert!(again.contains("an error of at most 90.0%"), "{again}");
+    // Times differ, so what looks promising does; what is known is not measured again.
     let measured = read_records::<Point>(&records).unwrap();
+    assert_eq!(measured[..before.len()], before);
     succeeded(&run(
         folder,
         &format!("chart {SMALL} --max-error 0.2 -o out"),
