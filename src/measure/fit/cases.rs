@@ -120,10 +120,10 @@ pub fn neighbours(case: &Case, known: &[Case]) -> Vec<Case> {
     found
 }
 
-fn numbers_with_effect<'c>(
+fn numbers_with_effect(
     entry: &'static Entry,
-    settings: &'c Settings,
-) -> impl Iterator<Item = &'static Setting> + use<'c> {
+    settings: &Settings,
+) -> impl Iterator<Item = &'static Setting> {
     let all = entry.all_settings();
     all.filter(|setting| entry.applies(setting.name, settings))
 }
