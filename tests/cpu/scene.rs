@@ -363,12 +363,12 @@ fn thin_scenes_are_thinner_than_voxels() {
         let find = |scene: &&Scene| scene.name == name;
         let scene = every_bundled().iter().find(find).unwrap();
         let (low, high) = scene.bounds().unwrap();
-        let voxel_m = (high - low).max_element() / 128.0;
+        let voxel_m = (high - low).max_element() * (1.0 / 128.0);
         // Each board has six faces of two triangles, its shortest edge is how thick it is.
         let is_thin = |index: &usize| {
             let [a, b, c] = corners(scene, *index);
             let edges = [a.distance(b), b.distance(c), c.distance(a)];
-            edges.into_iter().fold(f32::INFINITY, f32::min) < 0.5 * voxel_m
+            edges.into_iter().any(|edge| edge < 0.5 * voxel_m)
         };
         let thin = (0..scene.triangles.len()).filter(is_thin).count();
         assert!(thin >= 1000, "{name}: {thin} of {}", scene.triangles.len());

@@ -185,8 +185,8 @@ const BAD_ARGUMENTS: &[(&str, i32, &[&str])] = &[
         &["albedo", "svo", "attributes=on"],
     ),
     (
-        "bundled:cornell --technique svo --preset cones --size 8x8 --set resolution=8 --voxels light \
-         --voxel-level 3 -o a.png",
+        "bundled:cornell --technique svo --preset cones --size 8x8 --set resolution=8 \
+         --voxels light --voxel-level 3 -o a.png",
         2,
         &["--level", "0 to 2"],
     ),

@@ -27,8 +27,8 @@ pub struct Survey {
 /// Below this squared length of the mean normal a voxel holds several planes, as rays take it.
 const ONE_PLANE: f32 = 0.9;
 
-/// Bytes that an occupied voxel has in all buffers of voxels and their light, with two sides and one
-/// bounce: record, radiance, injected flux, and the first of its fragments while it is built.
+/// Bytes that an occupied voxel has in all buffers of voxels and their light, with two sides and
+/// one bounce: record, radiance, injected flux, and the first of its fragments while it is built.
 const BYTES_A_VOXEL: u64 = 24 + 16 + 40 + 4;
 
 /// Bytes of a fragment, while voxels are built.
@@ -63,8 +63,8 @@ impl Survey {
         })
     }
 
-    /// Bytes that voxels half as large would take, in a grid for rays: there are about four times as
-    /// many of them, as they lie on surfaces.
+    /// Bytes that voxels half as large would take, in a grid for rays: there are about four times
+    /// as many of them, as they lie on surfaces.
     pub fn bytes_of_finer(&self) -> u64 {
         let finer = 4
             * (BYTES_A_VOXEL * u64::from(self.voxels)

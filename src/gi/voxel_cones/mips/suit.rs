@@ -65,8 +65,8 @@ fn needs(survey: &Survey, room: u64) -> String {
         String::new()
     };
     format!(
-        "rays meet the triangles themselves, but the light on parts thinner than a voxel may be off \
-         by more than 10%: it needs resolution={finer}{memory}"
+        "rays meet the triangles themselves, but the light on parts thinner than a voxel may be \
+         off by more than 10%: it needs resolution={finer}{memory}"
     )
 }
 

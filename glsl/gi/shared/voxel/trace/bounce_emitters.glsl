@@ -11,7 +11,7 @@ layout(std430, set = 1, binding = 1) restrict readonly buffer GatheringVoxels {
 layout(std430, set = 1, binding = 2) restrict buffer VoxelIrradiance { uvec2 voxel_irradiance[]; };
 
 layout(push_constant) uniform BounceEmittersParams {
-    vec4 grid;             // xyz: smallest corner of the space [m]; w: edge of its finest voxels [m]
+    vec4 grid;             // xyz: smallest corner of the space; w: edge of its finest voxels [m]
     vec4 first_voxel;      // xyz: of the grid that the voxels are of [their size]
     uvec4 space;           // what the store tells its space
     uint resolution;       // edge of the space [voxels]
@@ -54,7 +54,8 @@ void main() {
             normal, normal, least * least);
         if (seen.irradiance == vec3(0.0)) continue;
         vec3 point = (seen.position - params.grid.xyz) / params.grid.w;
-        if (!hides_point(receiver + params.voxel_scale * params.start_offset * normal, point, seen.normal, receiver,
+        if (!hides_point(receiver + params.voxel_scale * params.start_offset * normal, point,
+                seen.normal, receiver,
                 normal, settings))
             sum += seen.irradiance;
     }

@@ -53,7 +53,8 @@ void main() {
         vec3 radiance = frame.environment.rgb;
         if (slot >= 0) {
             uint side = uint(slot);
-            if (sides_of_voxels() == 2u) side = 2u * side + uint(sees_back(surface_of(side), direction));
+            if (sides_of_voxels() == 2u)
+                side = 2u * side + uint(sees_back(surface_of(side), direction));
             radiance = radiance_of(side);
         }
         sum += radiance / float(params.ray_count);

@@ -14,8 +14,8 @@ int slot_at(vec3 place) {
 }
 
 // Radiance of a surface at a place, whose unit normal faces the viewer: of the voxel there, on that
-// side. A place on a voxel's border is in the neighbour by rounding; a voxel of a thin surface is up
-// to half a voxel off.
+// side. A place on a voxel's border is in the neighbour by rounding; a voxel of a thin surface is
+// up to half a voxel off.
 vec3 radiance_at(vec3 place, vec3 facing) {
     float edge = voxel_edge(place);
     int slot = slot_at(place);
@@ -25,7 +25,8 @@ vec3 radiance_at(vec3 place, vec3 facing) {
     if (slot < 0) slot = slot_at(place + 0.5 * edge * facing);
     if (slot < 0) return vec3(0.0);
     uint side = uint(slot);
-    if (sides_of_voxels() == 2u) side = 2u * side + uint(dot(facing, front_of(surface_of(side))) < 0.0);
+    if (sides_of_voxels() == 2u)
+        side = 2u * side + uint(dot(facing, front_of(surface_of(side))) < 0.0);
     return radiance_of(side);
 }
 

@@ -3,7 +3,7 @@
 #define LUMIVOX_RAY_PARAMS
 
 layout(push_constant) uniform RayParams {
-    vec4 grid;             // xyz: smallest corner of the space [m]; w: edge of its finest voxels [m]
+    vec4 grid;             // xyz: smallest corner of the space; w: edge of its finest voxels [m]
     uvec4 space;           // what the store tells its space
     uint resolution;       // edge of the space [voxels]
     uint ray_count;        // of all dispatches

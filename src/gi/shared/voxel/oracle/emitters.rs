@@ -42,8 +42,8 @@ pub struct PointSettings {
 pub struct Reached {
     /// E [W/m²].
     pub irradiance: DVec3,
-    /// How far the nearest decision was from the other one: a part or a point that is drawn, a voxel
-    /// that is hit (parts, numbers of [0, 1), voxels).
+    /// How far the nearest decision was from the other one: a part or a point that is drawn, a
+    /// voxel that is hit (parts, numbers of [0, 1), voxels).
     pub margin: f64,
 }
 
@@ -183,8 +183,8 @@ fn is_hidden(
     is_hidden
 }
 
-/// What reaches a flat receiver from whole parts that nothing hides, E, by points spread evenly over
-/// each: what the mean of all draws is.
+/// What reaches a flat receiver from whole parts that nothing hides, E, by points spread evenly
+/// over each: what the mean of all draws is.
 pub fn unhidden(parts: &[EmitterPart], receiver: &Receiver, points_a_part: u32) -> DVec3 {
     let light = |part: &EmitterPart, number: f64| {
         let (x, y) = (

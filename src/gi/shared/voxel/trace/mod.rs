@@ -120,8 +120,8 @@ impl RayTracer {
         }
     }
 
-    /// Makes the hierarchy over the scene's triangles, where rays meet them, and brings points up to
-    /// models that have moved.
+    /// Makes the hierarchy over the scene's triangles, where rays meet them, and brings points up
+    /// to models that have moved.
     pub fn build(&mut self, gpu: &Gpu, scene: &GpuScene) -> Result<(), Error> {
         if let Some(points) = &mut self.points {
             points.follow(gpu, scene)?;

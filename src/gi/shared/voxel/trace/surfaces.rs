@@ -19,7 +19,8 @@ gpu_struct! {
     }
 }
 
-/// Bytes of a packed surface: mean position, mean normal and sides (`gi/shared/voxel/records.glsl`).
+/// Bytes of a packed surface: mean position, mean normal and sides
+/// (`gi/shared/voxel/records.glsl`).
 pub const SURFACE_BYTES: u64 = 8;
 
 /// Mean position, mean normal and sides of each voxel. A thread a voxel.
