@@ -122,7 +122,8 @@ fn grid() -> Vec<Candidate> {
 }
 
 /// `blur` is the fastest and the best at the lowest resolution, but never falls below an error
-/// of 10%. `rays` starts as the worst and slowest of all, and falls the fastest. Words change a little.
+/// of 10%. `rays` starts as the worst and slowest of all, and falls the fastest. Words change a
+/// little.
 fn law(candidate: &Candidate) -> Option<[f64; 3]> {
     let share = resolution(candidate) / 8.0;
     let [ms, error, bytes] = match candidate.technique.as_str() {

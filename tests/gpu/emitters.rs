@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 
+use crate::support::compare::Largest;
 use crate::support::gather::View;
 use crate::support::scenes::{add_model, bundled, still};
 use crate::support::technique::{
@@ -283,7 +284,7 @@ fn points_shine_as_their_surfaces_do() {
             off += seen - expected;
             sum += expected;
         }
-        let share = (off / sum).abs().max_element();
+        let share = (off / sum).abs().largest();
         println!("{name}: off by {share:.2e}");
         assert!(share < 0.01, "{name}: {share}");
     }

@@ -156,8 +156,8 @@ impl Clipmap {
         };
         let bounces = self.light_settings.bounces;
         if self.light_settings.emission != EmissionSeenBy::All {
-            // Where the emission comes in another way, all levels show either what voxels see or what
-            // the picture sees.
+            // Where the emission comes in another way, all levels show either what voxels see or
+            // what the picture sees.
             self.levels
                 .iter_mut()
                 .for_each(|level| level.lit = VoxelBox::NONE);
