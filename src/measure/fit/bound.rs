@@ -73,7 +73,7 @@ impl Bounds {
     }
 
     /// The best of all that are within the bounds. Errors that differ by less than `noise` count
-    /// as one, and so do times within [`SAME_TIME`].
+    /// as one, and so do times within 5%.
     pub fn best(&self, all: &[(usize, Figures)], noise: f64) -> Option<usize> {
         let met: Vec<(usize, Figures)> = all
             .iter()
