@@ -2,6 +2,8 @@
 #ifndef LUMIVOX_PACKING
 #define LUMIVOX_PACKING
 
+const float LARGEST_HALF = 65504.0;
+
 // Octahedral map of the unit sphere onto [-1, 1]² (Meyer et al. 2010).
 vec2 octahedral_from_unit(vec3 n) {
     vec2 p = n.xy / (abs(n.x) + abs(n.y) + abs(n.z));

@@ -348,7 +348,7 @@ fn compare_opacities(
         };
         let area_error = AREA_ERROR * f64::from(sum.fragment_count + 2);
         let allowed = 1.0 / 1023.0
-            + if settings.coverage {
+            + if settings.coverage || settings.faces == Some(Faces::Areas) {
                 area_error
             } else {
                 4.0 * (area_error / sum.area).min(1.0)
@@ -385,6 +385,7 @@ fn opacities_of_faces_are_the_oracles() {
             (Faces::Both, true),
             (Faces::Front, false),
             (Faces::Both, false),
+            (Faces::Areas, false),
         ] {
             let settings = VoxelSettings {
                 coverage,

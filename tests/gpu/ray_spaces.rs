@@ -63,6 +63,16 @@ fn all_structures_give_one_picture() {
             [("gather", "triangles"), ("bounces", "2")],
         ),
         ("atrium", "64", [("gather", "triangles"), ("bounces", "1")]),
+        (
+            "two-rooms",
+            "32",
+            [("radiance", "six-sided"), ("bounces", "2")],
+        ),
+        (
+            "glossy",
+            "32",
+            [("gather", "triangles"), ("radiance", "six-sided")],
+        ),
     ] {
         let scene = bundled(scene);
         let pairs = [&[("resolution", resolution)], &pairs[..]].concat();

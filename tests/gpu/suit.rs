@@ -45,12 +45,18 @@ fn what_is_chosen_is_possible() {
 fn thin_parts_are_measured() {
     let gpu = gpu();
     let flat = suited(&gpu, &bundled("cornell"), "voxel-mips").unwrap();
-    assert_eq!(flat.pairs, ["resolution=128", "gather=rays"]);
+    assert_eq!(
+        flat.pairs,
+        ["resolution=128", "gather=rays", "radiance=two-sided"]
+    );
     assert_eq!((flat.shadow_resolution, flat.needs), (Some(1024), None));
     let scene = bundled("pergola");
     let thin = suited(&gpu, &scene, "voxel-mips").unwrap();
     println!("{thin:?}");
-    assert_eq!(thin.pairs, ["resolution=256", "gather=triangles"]);
+    assert_eq!(
+        thin.pairs,
+        ["resolution=256", "gather=triangles", "radiance=six-sided"]
+    );
     let gpu_scene = GpuScene::new(&gpu, &scene).unwrap();
     let [coarse, fine] = [32, 64].map(|n| Survey::new(&gpu, &gpu_scene, n).unwrap());
     assert!(

@@ -94,6 +94,15 @@ Voxel unpack_surface(uvec2 surface) {
     return voxel;
 }
 
+// Of voxels with six radiances: the normal that face number `face` (+x, −x, +y, −y, +z, −z) of the
+// voxel stands for. A plane has its own on the side of the face, other voxels have the face's.
+vec3 normal_of_face(Voxel voxel, uint face) {
+    vec3 n = unpack_mean_normal(voxel.normal), axis = vec3(0.0);
+    axis[face >> 1] = (face & 1u) == 0u ? 1.0 : -1.0;
+    if (dot(n, n) < 0.9 || is_opposed(voxel)) return axis;
+    return dot(n, axis) < 0.0 ? -normalize(n) : normalize(n);
+}
+
 vec3 unpack_albedo(uint packed) {
     vec3 root = unpack_unorm10(packed);
     return root * root;

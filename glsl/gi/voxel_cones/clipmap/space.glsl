@@ -1,6 +1,6 @@
 // The space of gi/shared/voxel/trace/space.glsl as the levels of a clipmap. A place is in the
 // finest level that holds it.
-layout(constant_id = SPACE_CONSTANT) const uint SIDES = 1;   // 2: a radiance for each side
+layout(constant_id = SPACE_CONSTANT) const uint SIDES = 1;   // radiances of a voxel: 1, 2, 6
 layout(constant_id = SPACE_CONSTANT + 1) const int N = 128;   // voxels along an edge of a level
 layout(constant_id = SPACE_CONSTANT + 2) const int LEVELS = 5;
 

@@ -7,12 +7,9 @@ layout(local_size_x = 64) in;
 #include "gi/shared/voxel/records.glsl"
 
 layout(constant_id = 0) const bool FACES = false;
-// each voxel has six radiances, and not one for all faces
+// each face of a voxel has a radiance and an opacity
 layout(constant_id = 1) const bool SIX = false;
-// each voxel has two radiances, one a side; texels have both together
-layout(constant_id = 2) const bool TWO = false;
-
-const float LARGEST_HALF = 65504.0;
+layout(constant_id = 2) const uint SIDES = 1;   // radiances of a voxel: 1, 2, 6
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer Voxels { Voxel voxels[]; };
 layout(std430, set = 1, binding = 1) restrict readonly buffer VoxelRadiance {
@@ -20,6 +17,7 @@ layout(std430, set = 1, binding = 1) restrict readonly buffer VoxelRadiance {
 };
 layout(set = 1, binding = 2, rgba16f) uniform restrict writeonly image3D clipmap;
 
+#include "gi/shared/voxel/light/merged.glsl"
 #include "gi/voxel_cones/clipmap/store.glsl"
 
 layout(push_constant) uniform WriteParams {
@@ -32,11 +30,6 @@ layout(push_constant) uniform WriteParams {
     uint voxel_count;
     int clipmap_level;
 } params;
-
-vec4 radiance_and_opacity(uint side) {
-    uvec2 packed = voxel_radiance[side];
-    return vec4(unpackHalf2x16(packed.x), unpackHalf2x16(packed.y));
-}
 
 void main() {
     uint index = gl_GlobalInvocationID.x + gl_GlobalInvocationID.y * 4194240u;
@@ -52,14 +45,9 @@ void main() {
     int faces = 1;
     if (FACES) faces = 6;
     for (int face = 0; face < faces; ++face) {
-        uint at = index;
-        if (SIX) at = 6u * index + uint(face);
-        if (TWO) at = 2u * index;
-        vec4 light = radiance_and_opacity(at);
-        if (TWO) {
-            vec4 back = radiance_and_opacity(at + 1u);
-            light.rgb = min((light.rgb + back.rgb) * back.w, vec3(LARGEST_HALF));
-        }
+        vec4 light;
+        if (SIX) light = side_of_voxel(6u * index + uint(face));
+        else light = merged_radiance(index);
         store_texel(texel, face, params.clipmap_level, params.first.w,
             vec4(light.rgb * light.w, light.w));
     }

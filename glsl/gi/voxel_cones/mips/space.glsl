@@ -1,5 +1,5 @@
 // The space of gi/shared/voxel/trace/space.glsl as the dense grid of voxels.
-layout(constant_id = SPACE_CONSTANT) const uint SIDES = 1;   // 2: a radiance for each side
+layout(constant_id = SPACE_CONSTANT) const uint SIDES = 1;   // radiances of a voxel: 1, 2, 6
 
 layout(std430, set = 1, binding = SPACE_BINDING) restrict readonly buffer Occupancy {
     uvec2 occupancy[];

@@ -1,6 +1,6 @@
 // The space of gi/shared/voxel/trace/space.glsl as the octree: a table of its tiles of 16³ voxels,
 // two levels of nodes, and blocks of 4³ voxels.
-layout(constant_id = SPACE_CONSTANT) const uint SIDES = 1;   // 2: a radiance for each side
+layout(constant_id = SPACE_CONSTANT) const uint SIDES = 1;   // radiances of a voxel: 1, 2, 6
 // words from a surface to the next: 6 of a record, or 2 packed
 layout(constant_id = SPACE_CONSTANT + 1) const uint SURFACE_WORDS = 6;
 

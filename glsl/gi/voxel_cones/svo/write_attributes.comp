@@ -9,8 +9,6 @@ layout(local_size_x = 64) in;
 
 layout(constant_id = 1) const uint ATTRIBUTE = 0;   // 0: albedo, 1: mean normal, 2: emission
 
-const float LARGEST_HALF = 65504.0;
-
 layout(std430, set = 1, binding = 0) restrict readonly buffer Nodes { uint nodes[]; };
 layout(set = 1, binding = 1, rgba16f) uniform restrict writeonly image3D bricks;
 // of a piece of the grid

@@ -1,17 +1,16 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// svo.write_leaves: radiance premultiplied by opacity, and opacity; of voxels with two radiances,
-// of both sides together.
+// svo.write_leaves: radiance premultiplied by opacity, and opacity; of voxels with several
+// radiances, of all together, or each into a brick of its own.
 layout(local_size_x = 64) in;
 
 #include "gi/voxel_cones/svo/touched.glsl"
 
-// radiances of a voxel: 1, 2, or 6, one a face, and then as many bricks of a tile
-layout(constant_id = 1) const uint SIDES = 1;
+layout(constant_id = 1) const uint SIDES = 1;   // radiances of a voxel: 1, 2, 6
 // 1: normal bricks tell the sides of a voxel apart
 layout(constant_id = 3) const uint NORMALS = 0;
-
-const float LARGEST_HALF = 65504.0;
+// 1: of six radiances, with an opacity each, each has a brick
+layout(constant_id = 4) const uint FACES = 0;
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer Nodes { uint nodes[]; };
 layout(std430, set = 1, binding = 1) restrict readonly buffer VoxelRadiance {
@@ -37,20 +36,17 @@ layout(push_constant) uniform BrickParams {
     uint child_stride;
 } params;
 
-// Radiance and opacity.
-vec4 side_of_voxel(uint side) {
-    uvec2 packed = voxel_radiance[side];
-    return vec4(unpackHalf2x16(packed.x), unpackHalf2x16(packed.y));
-}
+#include "gi/shared/voxel/light/merged.glsl"
 
 vec4 voxel_texel(uint voxel, uint face) {
-    vec4 light = side_of_voxel(SIDES * voxel + face);
-    if (SIDES == 2u) {
-        vec4 back = side_of_voxel(2u * voxel + 1u);
-        light.rgb += back.rgb;
-        // seen by one radiance for all directions
-        if (NORMALS == 0u) light.rgb *= back.w;
-        light.rgb = min(light.rgb, vec3(LARGEST_HALF));
+    vec4 light;
+    if (FACES != 0u) {
+        light = side_of_voxel(SIDES * voxel + face);
+    } else if (NORMALS != 0u) {
+        light = side_of_voxel(2u * voxel);
+        light.rgb = min(light.rgb + side_of_voxel(2u * voxel + 1u).rgb, vec3(LARGEST_HALF));
+    } else {
+        light = merged_radiance(voxel);
     }
     return vec4(light.rgb * light.a, light.a);
 }
@@ -67,6 +63,6 @@ bool is_of_piece(uint tile) {
 
 void main() {
     uint faces = 1u;
-    if (SIDES == 6u) faces = 6u;
+    if (FACES != 0u) faces = 6u;
     write_leaves(faces);
 }

@@ -89,10 +89,11 @@ impl VoxelStore for Clipmap {
         } else {
             Sides::One
         };
+        let sides = parts.gatherer.sides_or(sides);
         let light_settings = LightSettings {
             stores_faces: faces.is_some(),
             emission: parts.emission,
-            ..LightSettings::new(settings, parts.gatherer.sides_or(sides))
+            ..LightSettings::new(settings, sides)
         };
         let filter = Prefilter::new(settings);
         let volume = (parts.gatherer.needs_volume(parts.has_cones))
@@ -102,7 +103,7 @@ impl VoxelStore for Clipmap {
         Ok(Clipmap {
             layout,
             voxel_settings: VoxelSettings {
-                faces,
+                faces: sides.faces(faces),
                 ..VoxelSettings::new(settings)
             },
             light_settings,

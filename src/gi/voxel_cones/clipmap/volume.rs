@@ -82,7 +82,7 @@ gpu_struct! {
 /// Writes a level's voxels into its texels, except where only the next finer level is shown. A
 /// thread a voxel.
 pub static WRITE_VOXELS: Pass = Pass {
-    constants: &["FACES", "SIX", "TWO"],
+    constants: &["FACES", "SIX", "SIDES"],
     ..Pass::compute(
         "clipmap.write_voxels",
         "gi/voxel_cones/clipmap/write_voxels.comp",
@@ -303,7 +303,7 @@ impl ClipmapVolume {
             .bind("clipmap", &self.clipmap);
         pass.constant("FACES", self.has_faces())
             .constant("SIX", light.settings.stores_faces)
-            .constant("TWO", light.settings.radiances() == 2)
+            .constant("SIDES", light.settings.radiances())
             .push(&params)
             .dispatch(linear_groups(voxels.voxel_count));
     }

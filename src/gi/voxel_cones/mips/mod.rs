@@ -126,16 +126,17 @@ impl VoxelStore for Mips {
         let filter = Prefilter::new(settings);
         let skips_empty = parts.has_cones || parts.gatherer.cones.needs_matter();
         let has_volume = parts.gatherer.needs_volume(parts.has_cones);
-        let voxel_settings = VoxelSettings {
-            faces: directionality.faces().filter(|_| has_volume),
-            ..VoxelSettings::new(settings)
-        };
-        let sides = if voxel_settings.faces.is_some() {
+        let faces = directionality.faces().filter(|_| has_volume);
+        let sides = if faces.is_some() {
             Sides::Two
         } else {
             Sides::One
         };
         let sides = parts.gatherer.sides_or(sides);
+        let voxel_settings = VoxelSettings {
+            faces: sides.faces(faces),
+            ..VoxelSettings::new(settings)
+        };
         let resolution = voxel_settings.resolution;
         Ok(Mips {
             filter,

@@ -20,16 +20,17 @@ const TEXELS_A_VOXEL: u32 = 4;
 /// Light maps have no fewer texels: they shadow the direct light of pixels too.
 const LEAST_TEXELS: u32 = 1024;
 
-/// Where many voxels are mixed, rays against the scene's own triangles, and voxels so fine that few
-/// are mixed, as far as half of the memory that is left allows; light maps that are as fine.
+/// Where many voxels are mixed, rays against the scene's own triangles, light of each face of a
+/// voxel, and voxels so fine that few are mixed, as far as half of the memory that is left allows;
+/// light maps that are as fine.
 pub(super) fn suit(context: &Context<'_>) -> Result<Option<Suited>, Error> {
     let Context { gpu, scene, .. } = *context;
     let [coarsest, finest] = RESOLUTIONS;
     let mut survey = Survey::new(gpu, scene, coarsest)?;
-    let gather = if survey.mixed > MOST_MIXED {
-        "triangles"
+    let [gather, radiance] = if survey.mixed > MOST_MIXED {
+        ["triangles", "six-sided"]
     } else {
-        "rays"
+        ["rays", "two-sided"]
     };
     let room = gpu.memory_left() / 2;
     while survey.mixed > MOST_MIXED && survey.resolution < finest && survey.bytes_of_finer() <= room
@@ -40,6 +41,7 @@ pub(super) fn suit(context: &Context<'_>) -> Result<Option<Suited>, Error> {
         pairs: vec![
             format!("resolution={}", survey.resolution),
             format!("gather={gather}"),
+            format!("radiance={radiance}"),
         ],
         shadow_resolution: Some((TEXELS_A_VOXEL * survey.resolution).max(LEAST_TEXELS)),
         because: format!(

@@ -92,7 +92,7 @@ const LIST: Binding = Binding::buffer("touched_tiles", Access::ComputeRead);
 
 /// Radiance of the voxels of each leaf tile into its own brick. A thread a texel.
 pub static WRITE_LEAVES: Pass = Pass {
-    constants: &["CORNERS", "SIDES", "TOUCHED", "NORMALS"],
+    constants: &["CORNERS", "SIDES", "TOUCHED", "NORMALS", "FACES"],
     ..Pass::compute(
         "svo.write_leaves",
         "gi/voxel_cones/svo/write_leaves.comp",
@@ -463,7 +463,8 @@ impl BrickPool {
             .bind("bricks", &self.image)
             .constant("CORNERS", self.settings.corners)
             .constant("SIDES", self.sides)
-            .constant("NORMALS", self.normals.is_some());
+            .constant("NORMALS", self.normals.is_some())
+            .constant("FACES", self.settings.directionality.faces().is_some());
         let bricks = level_bricks(nodes, self.settings.directionality, 0);
         tiles.dispatch(pass, &tiles.params([bricks; 2]), texels);
         if let Some(NormalBricks { image, records }) = &self.normals {

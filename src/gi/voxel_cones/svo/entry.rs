@@ -214,6 +214,14 @@ fn check(settings: &Settings) -> Result<(), SettingError> {
                 .into(),
         ));
     }
+    let has_two = settings.is("gather", "cones") || settings.is("radiance", "two-sided");
+    if settings.is("normals", "toksvig") && !has_two {
+        return Err(SettingError::Together(format!(
+            "normals = toksvig with gather = {} needs radiance = two-sided: normal bricks are made \
+             of the two sides of voxels",
+            settings.choice("gather")
+        )));
+    }
     cone::check(settings)
 }
 

@@ -11,7 +11,7 @@ layout(constant_id = 0) const uint EMISSIVE = 0;
 layout(constant_id = 1) const uint COVERAGE = 0;
 layout(constant_id = 2) const uint RUNNING = 0;    // 1: albedo is the running average
 // opacities of faces: none (0), by the surface that looks their way (1), by all across their axis
-// (2)
+// (2); or the area of that surface across their axis (3)
 layout(constant_id = 3) const uint FACES = 0;
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer Fragments { Fragment fragments[]; };
@@ -54,12 +54,13 @@ uint pack_coverage(float covered, vec3 across, vec3 net) {
 }
 
 // VoxelFaces; `across` and `net` as above. A touched voxel is as opaque as can be on the face that
-// most of its surface looks towards, or as covered as that is.
+// most of its surface looks towards, or as covered as that is. Areas are in voxel faces.
 uvec2 pack_faces(vec3 across, vec3 net) {
     vec3 along = max(across + net, vec3(0.0)) * 0.5, against = max(across - net, vec3(0.0)) * 0.5;
     if (FACES == 2u) along = against = across;
     vec3 most = max(along, against);
-    float scale = COVERAGE != 0u ? 1.0 : 1.0 / max(most.x, max(most.y, most.z));
+    bool is_scaled = COVERAGE == 0u && FACES != 3u;
+    float scale = is_scaled ? 1.0 / max(most.x, max(most.y, most.z)) : 1.0;
     return uvec2(
         pack_unorm10(min(scale * along, vec3(1.0))), pack_unorm10(min(scale * against, vec3(1.0))));
 }

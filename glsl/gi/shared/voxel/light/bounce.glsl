@@ -22,9 +22,10 @@ vec2 voxel_pattern(uvec3 voxel) {
         (float(index) + 0.5) / 64.0, fract(inverse + float(turn >> 8) * (1.0 / 16777216.0)));
 }
 
-// Unit normal from which direction number `i` looks: of the given side; of a voxel that has one
-// radiance for all, of its front, but of opposed surfaces from either side in turn.
+// Unit normal from which direction number `i` looks: of the given side or face; of a voxel that has
+// one radiance for all, of its front, but of opposed surfaces from either side in turn.
 vec3 looking_normal(Voxel voxel, uint sides, uint side, uint i) {
+    if (sides == 6u) return normal_of_face(voxel, side);
     bool is_back = sides == 2u ? side == 1u : is_opposed(voxel) && (i & 1u) == 1u;
     vec3 front = front_of(voxel);
     return is_back ? -front : front;

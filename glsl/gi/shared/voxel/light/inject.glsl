@@ -14,7 +14,8 @@ layout(local_size_x = 8, local_size_y = 8) in;
 #include "gi/shared/voxel/light/tiles.glsl"
 #include "gi/shared/voxel/records.glsl"
 
-layout(constant_id = 0) const uint SIDES = 1;   // 2: the flux of each side of a voxel apart
+// 2: the flux of each side of a voxel apart; 6: what each face of it sees of the flux
+layout(constant_id = 0) const uint SIDES = 1;
 // edge of the block of texels that a thread adds as one where it can [texels]
 layout(constant_id = 1) const int BLOCK = 1;
 
@@ -101,6 +102,15 @@ int voxel_at(vec3 position);
 void inject(int slot, vec3 lit_side, vec4 values) {
     uint side = uint(slot) - params.first_voxel;
     if (side >= params.voxel_count) return;
+    if (SIDES == 6u) {
+        vec3 along = abs(normalize(lit_side));
+        for (uint axis = 0u; axis < 3u; ++axis) {
+            uint face = 6u * side + 2u * axis + uint(lit_side[axis] < 0.0);
+            for (uint channel = 0u; channel < 4u; ++channel)
+                add(face, channel, along[axis] * values[channel]);
+        }
+        return;
+    }
     if (SIDES == 2u) side = 2u * side + uint(dot(lit_side, front_of(voxels[side])) < 0.0);
     for (uint channel = 0u; channel < 4u; ++channel) add(side, channel, values[channel]);
 }

@@ -13,7 +13,7 @@ layout(local_size_x = 64) in;
 
 layout(constant_id = 0) const uint INJECTION_VOXEL = 0;
 layout(constant_id = 1) const uint EMISSIVE = 0;
-// 2: a radiance for each side of a voxel, front first
+// 2: a radiance for each side of a voxel, front first; 6: for each face
 layout(constant_id = 2) const uint SIDES = 1;
 layout(constant_id = 3) const uint INDIRECT = 0;   // with what voxel.bounce gathered
 // holes are counted; not when the same voxels are lit again in one frame
@@ -37,7 +37,7 @@ layout(std430, set = 1, binding = 3) restrict readonly buffer VoxelEmission {
     vec4 voxel_emission[];
 };
 layout(std430, set = 1, binding = 4) restrict readonly buffer Flux { uint flux[]; };
-// a side or face: half floats r, g, b, opacity, or of a back s/r (9b)
+// a side or face: half floats r, g, b, and opacity or a weight (gi/shared/voxel/light/merged.glsl)
 layout(std430, set = 1, binding = 5) restrict writeonly buffer VoxelRadiance {
     uvec2 voxel_radiance[];
 };
@@ -51,7 +51,7 @@ layout(std430, set = 1, binding = 7) restrict readonly buffer VoxelIrradiance {
 };
 layout(std430, set = 1, binding = 8) restrict readonly buffer Occupancy { uvec2 occupancy[]; };
 layout(std430, set = 1, binding = 9) restrict readonly buffer BlockBases { uint block_bases[]; };
-// opacity of +x, +y, +z and of −x, −y, −z, 3×10 bits
+// opacity of +x, +y, +z and of −x, −y, −z, 3×10 bits; with six radiances, area [voxel faces]
 layout(std430, set = 1, binding = 10) restrict readonly buffer VoxelFaces { uvec2 voxel_faces[]; };
 #ifdef DENSE
 layout(set = 1, binding = 11, rgba16f) uniform restrict writeonly image3D dense_radiance;
@@ -77,7 +77,6 @@ Voxel surface_of(uint slot) {
     return voxels[slot];
 }
 
-const float LARGEST_HALF = 65504.0;
 // Below this much surface in a voxel [faces], which texels fall into it is mere chance.
 const float SLIVER = 0.1;
 
@@ -105,12 +104,12 @@ float visibility_slack(Light light, vec3 position, bool one_plane) {
 float attenuation(Voxel voxel, vec3 normal, vec3 to_light) {
     if (NORMAL_WEIGHTED == 0u) {
         float cosine = dot(normal, to_light);
-        return SIDES == 2u ? max(cosine, 0.0) : abs(cosine);
+        return SIDES == 1u ? abs(cosine) : max(cosine, 0.0);
     }
     vec3 mean_normal = normalize(unpack_mean_normal(voxel.normal));
     vec3 side = dot(mean_normal, normal) < 0.0 ? -sign(mean_normal) : sign(mean_normal);
     return dot(
-        mean_normal * mean_normal, SIDES == 2u ? max(side * to_light, vec3(0.0)) : abs(to_light));
+        mean_normal * mean_normal, SIDES == 1u ? abs(to_light) : max(side * to_light, vec3(0.0)));
 }
 
 // as the defaults of voxel.gather_rays [voxels]
@@ -155,7 +154,7 @@ float unoccluded(Light light, vec3 position, vec3 to_light, vec3 lit_side, bool 
 // Share of the voxel's surface that its radiance, or that of one side of it, is the mean of.
 float seen_share(Voxel voxel) {
     vec2 seen = unpack_seen(voxel.coverage);
-    return SIDES == 2u ? seen.x : seen.y;
+    return SIDES == 1u ? seen.y : seen.x;
 }
 
 const uint ALONG = 3u;   // rays along each edge of a face
@@ -201,7 +200,7 @@ vec3 shade(Voxel voxel, vec3 normal, bool one_plane) {
         vec3 arriving = light_irradiance(lights[i], position, to_light);
         if (OCCLUSION == 4u && !one_plane) {
             float area = unpackHalf2x16(voxel.z_area >> 16).x * seen_share(voxel);
-            float lit = SIDES == 2u && dot(normal, to_light) <= 0.0
+            float lit = SIDES != 1u && dot(normal, to_light) <= 0.0
                 ? 0.0
                 : lit_area(
                       lights[i], position - size * unpack_unorm10(voxel.mean_position), to_light);
@@ -216,7 +215,18 @@ vec3 shade(Voxel voxel, vec3 normal, bool one_plane) {
     return unpack_albedo(voxel.albedo) / PI * irradiance;
 }
 
-// Radiance of a voxel, or of one side of it; `normal` points to that side.
+// Area of surface that is seen from either side across each axis [voxel faces].
+vec3 areas_across(uint index) {
+    return max(unpack_unorm10(voxel_faces[index].x), unpack_unorm10(voxel_faces[index].y));
+}
+
+// Area of surface [voxel faces] that a radiance is the mean of.
+float area_of(Voxel voxel, uint side) {
+    if (SIDES == 6u) return areas_across(side / 6u)[side % 6u >> 1];
+    return unpackHalf2x16(voxel.z_area >> 16).x * seen_share(voxel);
+}
+
+// Radiance of a voxel, or of one side or face of it; `normal` points to that side.
 vec3 reflected(Voxel voxel, uint side, vec3 normal, bool one_plane) {
     if (INJECTION_VOXEL != 0u) return shade(voxel, normal, one_plane);
     float lit = injected(side, 3u) * params.area_unit;
@@ -225,8 +235,7 @@ vec3 reflected(Voxel voxel, uint side, vec3 normal, bool one_plane) {
         if (COUNTING != 0u && any(greaterThan(radiance, vec3(0.0)))) atomicAdd(filled_voxels, 1u);
         return radiance;
     }
-    float area = unpackHalf2x16(voxel.z_area >> 16).x;
-    area *= seen_share(voxel);
+    float area = area_of(voxel, side);
     return vec3(injected(side, 0u), injected(side, 1u), injected(side, 2u)) * params.flux_unit
         / (area > SLIVER ? area : max(area, lit));
 }
@@ -255,6 +264,19 @@ vec4 face_radiance(uint index, uint face, vec3 normal, vec3 sides[2]) {
         SIDES == 1u ? sides[0] : mix(sides[1], sides[0], 0.5 + 0.5 * sign(towards)), opacity);
 }
 
+void store_side(uint index, uint side, vec3 radiance, float beside) {
+    voxel_radiance[SIDES * index + side] =
+        uvec2(packHalf2x16(radiance.rg), packHalf2x16(vec2(radiance.b, beside)));
+}
+
+// What goes with the radiance of a face: with −x the opacity, with +x, +y and +z what radiances
+// along the axis are multiplied by for a single one.
+float face_weight(Voxel voxel, vec3 areas, float opacity, uint face) {
+    vec2 seen = unpack_seen(voxel.coverage);
+    float weight = areas[face >> 1] / max(areas.x + areas.y + areas.z, 1e-6) * seen.x / seen.y;
+    return (face & 1u) == 0u ? weight : opacity;
+}
+
 void main() {
     uint index = gl_GlobalInvocationID.x + gl_GlobalInvocationID.y * 4194240u;
     if (index >= params.voxel_count) return;
@@ -277,12 +299,28 @@ void main() {
     vec4 emission = EMISSIVE != 0u ? voxel_emission[index] : vec4(0.0);
     emission.rgb /= seen_share(voxel);
     vec3 mean_radiance = vec3(0.0), mean_indirect = vec3(0.0), sides[2];
+    vec3 areas = SIDES == 6u ? areas_across(index) : vec3(0.0);
     for (uint side = 0u; side < SIDES; ++side) {
-        vec3 radiance =
-            reflected(voxel, SIDES * index + side, side == 0u ? normal : -normal, one_plane);
-        radiance += emission.rgb * (SIDES == 1u ? 1.0 : side == 0u ? emission.w : 1.0 - emission.w);
-        mean_radiance += min(radiance, vec3(LARGEST_HALF));
+        vec3 own_normal = side == 0u ? normal : -normal;
+        bool is_front = side == 0u;
+        if (SIDES == 6u) {
+            own_normal = normal_of_face(voxel, side);
+            is_front = dot(own_normal, front_of(voxel)) >= 0.0;
+            if (areas[side >> 1] == 0.0) {
+                store_side(index, side, vec3(0.0), face_weight(voxel, areas, opacity, side));
+                continue;
+            }
+        }
+        vec3 radiance = reflected(voxel, SIDES * index + side, own_normal, one_plane);
+        radiance += emission.rgb * (SIDES == 1u ? 1.0 : is_front ? emission.w : 1.0 - emission.w);
         vec3 bounced = indirect(voxel, SIDES * index + side);
+        if (SIDES == 6u) {
+            radiance = min(radiance + bounced, vec3(LARGEST_HALF));
+            mean_radiance += radiance * face_weight(voxel, areas, opacity, side & 6u);
+            store_side(index, side, radiance, face_weight(voxel, areas, opacity, side));
+            continue;
+        }
+        mean_radiance += min(radiance, vec3(LARGEST_HALF));
         // Isotropic, it is what the front reflects, but the mean of opposed sides: as voxel.bounce
         // has it for a voxel of one radiance.
         mean_indirect += bounced
@@ -297,9 +335,7 @@ void main() {
 #endif
         // With the back goes what both sides together are multiplied by for a single radiance.
         vec2 seen = unpack_seen(voxel.coverage);
-        float beside = side == 0u ? opacity : seen.x / seen.y;
-        voxel_radiance[SIDES * index + side] =
-            uvec2(packHalf2x16(radiance.rg), packHalf2x16(vec2(radiance.b, beside)));
+        store_side(index, side, radiance, side == 0u ? opacity : seen.x / seen.y);
     }
     uint faces = 0u;
     if (FACES != 0u) faces = 6u;

@@ -33,8 +33,6 @@ layout(push_constant) uniform BounceEmittersParams {
 // this [voxels].
 const float LEAST_DISTANCE = 0.25;
 
-const float LARGEST_HALF = 65504.0;
-
 void main() {
     uint slot = gl_GlobalInvocationID.x + gl_GlobalInvocationID.y * 4194240u;
     uint sides = sides_of_voxels();

@@ -50,13 +50,8 @@ void main() {
         float distance;
         int slot = trace(receiver + start_offset * normal, direction, receiver, normal, settings,
             distance);
-        vec3 radiance = frame.environment.rgb;
-        if (slot >= 0) {
-            uint side = uint(slot);
-            if (sides_of_voxels() == 2u)
-                side = 2u * side + uint(sees_back(surface_of(side), direction));
-            radiance = radiance_of(side);
-        }
+        vec3 radiance =
+            slot < 0 ? frame.environment.rgb : radiance_along(uint(slot), direction);
         sum += radiance / float(params.ray_count);
     }
     voxel_irradiance[index] = uvec2(packHalf2x16(sum.rg), packHalf2x16(vec2(sum.b, 0.0)));

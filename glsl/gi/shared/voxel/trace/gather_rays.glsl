@@ -30,10 +30,7 @@ void main() {
         if (slot < 0) {
             radiance += frame.environment.rgb;
         } else {
-            uint side = uint(slot);
-            if (sides_of_voxels() == 2u)
-                side = 2u * side + uint(sees_back(surface_of(side), direction));
-            radiance += radiance_of(side);
+            radiance += radiance_along(uint(slot), direction);
             occlusion += 1.0 / (1.0 + params.ao_falloff * distance * params.grid.w);
         }
     }

@@ -24,10 +24,7 @@ vec3 radiance_at(vec3 place, vec3 facing) {
     if (slot < 0) slot = slot_at(place - 0.5 * edge * facing);
     if (slot < 0) slot = slot_at(place + 0.5 * edge * facing);
     if (slot < 0) return vec3(0.0);
-    uint side = uint(slot);
-    if (sides_of_voxels() == 2u)
-        side = 2u * side + uint(dot(facing, front_of(surface_of(side))) < 0.0);
-    return radiance_of(side);
+    return radiance_towards(uint(slot), facing);
 }
 
 #endif

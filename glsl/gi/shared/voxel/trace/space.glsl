@@ -24,10 +24,13 @@ Voxel surface_of(uint slot);
 // Edge of the voxels that a pixel at a position looks from [voxels of the finest kind].
 float voxel_edge(vec3 position);
 
-// Radiances of a voxel: 2 where each side has its own.
+// Radiances of a voxel: 2 where each side has its own, 6 where each face has.
 uint sides_of_voxels();
 
-// One of them, counted through all voxels [W/(m² sr)].
-vec3 radiance_of(uint side);
+// Radiance of a surface in a voxel, whose unit normal faces the viewer [W/(m² sr)].
+vec3 radiance_towards(uint slot, vec3 facing);
+
+// Radiance of what a ray sees of a voxel that it hits [W/(m² sr)].
+vec3 radiance_along(uint slot, vec3 direction);
 
 #endif

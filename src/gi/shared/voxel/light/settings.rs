@@ -1,7 +1,7 @@
 //! How voxels are lit: what a technique chooses, and what it asks of maps and memory.
 
 use crate::gi::Settings;
-use crate::gi::shared::voxel::VoxelBounces;
+use crate::gi::shared::voxel::{Faces, VoxelBounces};
 
 /// Where the direct light of voxels comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,9 +19,20 @@ pub enum Sides {
     One = 1,
     /// One radiance for each side of its surface, front first.
     Two = 2,
+    /// One for each face of the voxel (+x, −x, +y, −y, +z, −z): of the surface that looks its way.
+    Six = 6,
 }
 
 impl Sides {
+    /// What faces of voxels have to hold, beside what their opacities are wanted for.
+    pub fn faces(self, opacities: Option<Faces>) -> Option<Faces> {
+        if self == Sides::Six {
+            Some(Faces::Areas)
+        } else {
+            opacities
+        }
+    }
+
     /// Bytes of so many voxels' radiances.
     pub fn radiance_bytes(self, voxel_count: u32) -> u64 {
         8 * self as u64 * u64::from(voxel_count)

@@ -32,12 +32,15 @@ pub struct VoxelSlots<'t> {
 }
 
 impl<'t> VoxelSlots<'t> {
-    /// Reads where they are; `None` without pieces.
+    /// Reads where they are; `None` without pieces, and of voxels with six radiances.
     pub fn read(gpu: &Gpu, pieces: Vec<LitVoxels<'t>>) -> Result<Option<Self>, Error> {
         let Some(first) = pieces.first() else {
             return Ok(None);
         };
         let (grid, sides) = (first.voxels.grid, first.light.settings.sides as usize);
+        if sides == Sides::Six as usize {
+            return Ok(None);
+        }
         let (mut places, mut fronts, mut areas) = (HashMap::new(), Vec::new(), Vec::new());
         for LitVoxels { voxels, .. } in &pieces {
             let corner = ((voxels.grid.origin - grid.origin) / grid.voxel_size)

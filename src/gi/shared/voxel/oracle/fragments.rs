@@ -86,7 +86,7 @@ impl VoxelSum {
 
     /// Opacities of the faces along each axis and against it, 0 to 1: how much of the face is
     /// covered by what looks its way, or by all across its axis. With `is_binary` the most
-    /// covered face has opacity 1, and the others are in proportion.
+    /// covered face has opacity 1, and the others are in proportion; areas stay as they are.
     pub fn face_opacities(&self, faces: Faces, is_binary: bool) -> [DVec3; 2] {
         let [along, against] = self.facing;
         let areas = if faces == Faces::Both {
@@ -95,7 +95,8 @@ impl VoxelSum {
             [along, against]
         };
         let most = areas[0].max(areas[1]).max_element();
-        areas.map(|area| (area / if is_binary { most } else { 1.0 }).min(DVec3::ONE))
+        let is_scaled = is_binary && faces != Faces::Areas;
+        areas.map(|area| (area / if is_scaled { most } else { 1.0 }).min(DVec3::ONE))
     }
 }
 

@@ -31,20 +31,59 @@ pub fn inject(scene: &Scene, grid: &Grid, samples: u32) -> BTreeMap<VoxelIndex, 
 /// first), the area being that seen from one side.
 pub fn inject_sides(scene: &Scene, grid: &Grid, samples: u32) -> BTreeMap<VoxelIndex, [DVec3; 2]> {
     let mut radiance: BTreeMap<VoxelIndex, [DVec3; 2]> = BTreeMap::new();
-    let voxels = voxelize(scene, grid);
-    for fragment in fragments(scene, grid) {
-        let index = fragment.triangle as usize;
-        let triangle = doubles(grid.triangle(scene, index));
-        let sum = &voxels[&fragment.voxel];
-        let mean = mean_reflected(scene, index, samples, sum.front(), |sample| {
-            barycentric(triangle, point_of(&fragment, sample))
-        });
+    each_fragment(scene, grid, |fragment, sum| {
+        let mean = mean_of_fragment(scene, grid, fragment, sum.front(), samples);
         let sides = radiance.entry(fragment.voxel).or_default();
         for (side, mean) in sides.iter_mut().zip(mean) {
             *side += fragment.weight() / (sum.area * sum.seen_from_one) * mean;
         }
-    }
+    });
     radiance
+}
+
+/// As [`inject_sides`], of the light that leaves each face of a voxel (+x, −x, +y, −y, +z, −z):
+/// the mean over the surface with its area across the axis, the larger of what looks along it and
+/// against it.
+pub fn inject_faces(scene: &Scene, grid: &Grid, samples: u32) -> BTreeMap<VoxelIndex, [DVec3; 6]> {
+    let mut radiance: BTreeMap<VoxelIndex, [DVec3; 6]> = BTreeMap::new();
+    each_fragment(scene, grid, |fragment, sum| {
+        let faces = radiance.entry(fragment.voxel).or_default();
+        for axis in 0..3 {
+            let across = fragment.weight() * fragment.normal[axis].abs();
+            if across == 0.0 {
+                continue;
+            }
+            let area = sum.facing[0][axis].max(sum.facing[1][axis]).min(1.0);
+            let mean = mean_of_fragment(scene, grid, fragment, DVec3::AXES[axis], samples);
+            for (side, mean) in mean.into_iter().enumerate() {
+                faces[2 * axis + side] += across / area * mean;
+            }
+        }
+    });
+    radiance
+}
+
+/// Calls with every fragment of the scene, and with all of its voxel together.
+fn each_fragment(scene: &Scene, grid: &Grid, mut call: impl FnMut(&Fragment, &VoxelSum)) {
+    let voxels = voxelize(scene, grid);
+    for fragment in fragments(scene, grid) {
+        call(&fragment, &voxels[&fragment.voxel]);
+    }
+}
+
+/// Mean radiance that a fragment reflects to the side of `front` and to the other side.
+fn mean_of_fragment(
+    scene: &Scene,
+    grid: &Grid,
+    fragment: &Fragment,
+    front: DVec3,
+    samples: u32,
+) -> [DVec3; 2] {
+    let index = fragment.triangle as usize;
+    let triangle = doubles(grid.triangle(scene, index));
+    mean_reflected(scene, index, samples, front, |sample| {
+        barycentric(triangle, point_of(fragment, sample))
+    })
 }
 
 /// Reflected radiance [W/(m² sr)] of a voxel lit as one point: ρ/π Σ E |n·ω| V at its mean

@@ -22,7 +22,8 @@ pub use emitters::{EmitterPart, PointSettings, Reached, gather_emitters, unhidde
 pub use fragments::{Fragment, OPPOSED, VoxelSum, fragments, resolve, voxelize};
 pub use index::{block_bases, block_bit, compact_order, occupancy_words};
 pub use light::{
-    inject, inject_sides, lit_area, normal_weighted, reflected_flux, shade_voxel, voxel_flux,
+    inject, inject_faces, inject_sides, lit_area, normal_weighted, reflected_flux, shade_voxel,
+    voxel_flux,
 };
 pub use rays::{
     Crossing, GatherSettings, Gathered, Receiver, TraceEnd, TraceGrid, TraceSettings, TraceVoxel,

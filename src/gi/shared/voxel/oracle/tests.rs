@@ -629,6 +629,28 @@ fn sides_keep_their_own_light() {
     }
 }
 
+/// A floor and a wall meet in a voxel, and light falls straight onto the floor: the faces of the
+/// wall stay dark, where the mean over both would be half as bright.
+#[test]
+fn faces_keep_the_light_of_their_own_plane() {
+    let floor = [[0.25, 0.25, 0.25], [1.0, 0.25, 0.25], [0.25, 1.0, 0.25]];
+    let wall = [[0.25, 0.25, 0.25], [0.25, 1.0, 0.25], [0.25, 0.25, 1.0]];
+    let mut scene = scene_of(&[(floor, 0.5), (wall, 0.5)]);
+    scene.lights = vec![Light::Directional {
+        direction: Vec3::NEG_Z,
+        irradiance: Vec3::splat(3.0),
+    }];
+    let faces = inject_faces(&scene, &UNIT_GRID, 16)[&[0, 0, 0]].map(|face| face.x);
+    for (face, expected) in [0.0, 0.0, 0.0, 0.0, 3.0 * 0.5 / PI, 0.0]
+        .into_iter()
+        .enumerate()
+    {
+        assert!(close(faces[face], expected), "{face}: {faces:?}");
+    }
+    let [front, _] = inject_sides(&scene, &UNIT_GRID, 16)[&[0, 0, 0]];
+    assert!(close(front.x, 0.5 * 3.0 * 0.5 / PI), "{front:?}");
+}
+
 /// Two panels fill a voxel's face, one before the other. Only one is seen: it glows as it does
 /// alone, and to its front only.
 #[test]

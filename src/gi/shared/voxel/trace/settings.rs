@@ -25,10 +25,11 @@ pub static RAY_SETTINGS: &[Setting] = &[
     },
     Setting {
         name: "radiance",
-        help: "radiance of a voxel that a ray hits: isotropic (the mean over its surface) or \
-               two-sided (one for each side: walls thinner than a voxel do not glow through)",
+        help: "radiance of a voxel that a ray hits: isotropic (the mean over its surface), \
+               two-sided (one for each side: walls thinner than a voxel do not glow through) or \
+               six-sided (one for each face: nor do edges whose planes are lit differently)",
         unit: "",
-        domain: Domain::Choice(&["isotropic", "two-sided"]),
+        domain: Domain::Choice(&["isotropic", "two-sided", "six-sided"]),
         default: "two-sided",
     },
     Setting {
@@ -94,10 +95,10 @@ impl RaySettings {
         RaySettings {
             count: settings.count("rays"),
             meets_triangles: settings.is("gather", "triangles"),
-            sides: if settings.is("radiance", "two-sided") {
-                Sides::Two
-            } else {
-                Sides::One
+            sides: match settings.choice("radiance") {
+                "isotropic" => Sides::One,
+                "two-sided" => Sides::Two,
+                _ => Sides::Six,
             },
             pattern: Pattern::new(settings),
             start_offset: settings.number("ray_start"),
