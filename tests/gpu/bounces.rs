@@ -10,7 +10,8 @@ use crate::support::gather::{
 use crate::support::scenes::bundled;
 use crate::support::technique::{Case, default_cases, default_cases_with, frame, mean, shoot};
 use crate::support::voxels::{
-    Read, coordinates, half, mean_normal, opposed_axis, to_half, unorm10, voxel_settings, voxelize,
+    Read, coordinates, half, to_half, trace_settings, trace_voxel, unorm10, voxel_settings,
+    voxelize,
 };
 use crate::support::{Random, gpu};
 use glam::{DVec3, Vec3};
@@ -21,7 +22,7 @@ use lumivox::gi::shared::cone::oracle::{
     self as cone_oracle, FaceChain, Levels, MarchSettings, Placement, SetCone,
 };
 use lumivox::gi::shared::cone::{ConeTracer, FaceWeights, cone_set};
-use lumivox::gi::shared::voxel::oracle::{self, TraceGrid, TraceSettings, TraceVoxel, VoxelIndex};
+use lumivox::gi::shared::voxel::oracle::{self, TraceGrid, TraceVoxel, VoxelIndex};
 use lumivox::gi::shared::voxel::{
     Directionality, Faces, Injection, LightSettings, Method, Prefilter, RaySettings, RayTracer,
     Sides, Viewer, VoxelBounces, VoxelLight, VoxelRecords,
@@ -78,13 +79,7 @@ impl Lit {
     }
 
     fn surface(&self, slot: usize, radiance: [DVec3; 2]) -> TraceVoxel {
-        let record = &self.read.records[slot];
-        TraceVoxel {
-            mean_position: unorm10(record.mean_position),
-            mean_normal: mean_normal(record),
-            opposed_axis: opposed_axis(record),
-            radiance,
-        }
+        trace_voxel(&self.read.records[slot], radiance)
     }
 
     /// r, g, b of each side in compact order.
@@ -201,10 +196,7 @@ fn light_gathered_by_rays_is_the_oracles() {
             resolution: 32,
             voxels,
         };
-        let trace = TraceSettings {
-            self_height: f64::from(settings.number("self_height")),
-            contour_slack: f64::from(settings.number("contour_slack")),
-        };
+        let trace = trace_settings(&settings, 0);
         let start = f64::from(settings.number("ray_start"));
         // Every 7th side: the oracle tries every voxel for every ray.
         let chosen: Vec<usize> = (0..seen.len()).step_by(7).collect();

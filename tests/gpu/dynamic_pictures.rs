@@ -80,6 +80,7 @@ fn followed_bounces_are_those_of_a_new_renderer() {
             ("bounces", "2"),
             ("filter", "all"),
             ("normals", if case.has_faces() { "off" } else { "toksvig" }),
+            ("radiance", "two-sided"),
         ];
         follow(
             &gpu,

@@ -11,7 +11,7 @@ use crate::support::technique::{
     small_room,
 };
 use crate::support::voxels::{
-    Read, coordinates, half, mean_normal, opposed_axis, to_half, unorm10, voxel_settings, voxelize,
+    Read, coordinates, half, to_half, trace_settings, trace_voxel, voxel_settings, voxelize,
 };
 use crate::support::{Random, gpu};
 use glam::{DVec2, DVec3, Vec3};
@@ -22,8 +22,8 @@ use lumivox::gi::shared::interleave::Pattern;
 use lumivox::gi::shared::interleave::oracle::interleaved_offset;
 use lumivox::gi::shared::voxel::build::passes::Voxel;
 use lumivox::gi::shared::voxel::oracle::{
-    EmitterPart, PointSettings, Reached, Receiver, TraceGrid, TraceSettings, TraceVoxel,
-    VoxelIndex, bounce_receiver, gather_emitters, unhidden, voxel_pattern,
+    EmitterPart, PointSettings, Reached, Receiver, TraceGrid, TraceVoxel, VoxelIndex,
+    bounce_receiver, gather_emitters, seed_of, unhidden, voxel_pattern,
 };
 use lumivox::gi::shared::voxel::{
     CANDIDATES, EmitterPoints, Injection, LightSettings, Method, RaySettings, RayTracer, Sides,
@@ -64,12 +64,7 @@ fn parts(scene: &GpuScene, grid: &VoxelGrid) -> Vec<EmitterPart> {
 }
 
 fn trace_grid(read: &Read) -> TraceGrid {
-    let surface = |record: &Voxel| TraceVoxel {
-        mean_position: unorm10(record.mean_position),
-        mean_normal: mean_normal(record),
-        opposed_axis: opposed_axis(record),
-        radiance: [DVec3::ZERO; 2],
-    };
+    let surface = |record: &Voxel| trace_voxel(record, [DVec3::ZERO; 2]);
     let voxels: BTreeMap<VoxelIndex, TraceVoxel> = read
         .records
         .iter()
@@ -91,7 +86,7 @@ fn settings(pairs: &[&str]) -> Settings {
 fn point_settings(
     settings: &Settings,
     ray_count: u32,
-    pattern: DVec2,
+    (pattern, seed): (DVec2, u32),
     least: f64,
 ) -> PointSettings {
     PointSettings {
@@ -99,10 +94,7 @@ fn point_settings(
         candidates: CANDIDATES,
         start_offset: f64::from(settings.number("ray_start")),
         least_distance: least,
-        trace: TraceSettings {
-            self_height: f64::from(settings.number("self_height")),
-            contour_slack: f64::from(settings.number("contour_slack")),
-        },
+        trace: trace_settings(settings, seed),
         pattern,
     }
 }
@@ -176,7 +168,8 @@ fn light_from_points_is_the_oracles() {
         let of = |(pixel, receiver): &([u32; 2], Receiver)| {
             let pattern = interleaved_offset(*pixel, Pattern::new(&settings), 0);
             let count = settings.count("rays");
-            let point = point_settings(&settings, count, pattern, 0.0);
+            let seed = seed_of([pixel[0], pixel[1], 0], 0);
+            let point = point_settings(&settings, count, (pattern, seed), 0.0);
             gather_emitters(&grid, &parts, receiver, &point)
         };
         let expected: Vec<Reached> = view.receivers.par_iter().map(of).collect();
@@ -235,7 +228,8 @@ fn light_from_points_to_voxels_is_the_oracles() {
     let of = |slot: &usize| {
         let voxel = coordinates(&read.records[slot / 2]);
         let receiver = bounce_receiver(voxel, &grid.voxels[&voxel], Some(slot % 2), 0);
-        let point = point_settings(&settings, 3, voxel_pattern(voxel), 0.25);
+        let seed = seed_of(voxel, (slot % 2) as u32);
+        let point = point_settings(&settings, 3, (voxel_pattern(voxel), seed), 0.25);
         gather_emitters(&grid, &parts, &receiver, &point)
     };
     let expected: Vec<Reached> = chosen.par_iter().map(of).collect();
@@ -278,7 +272,7 @@ fn points_shine_as_their_surfaces_do() {
                 shading_normal: normal,
             };
             let pattern = DVec2::new(f64::from(random.unit()), f64::from(random.unit()));
-            let point = point_settings(&settings(&[]), 1024, pattern, 0.0);
+            let point = point_settings(&settings(&[]), 1024, (pattern, 0), 0.0);
             let seen = gather_emitters(&nothing, &parts, &receiver, &point).irradiance;
             let expected = unhidden(&parts, &receiver, 4);
             off += seen - expected;

@@ -12,8 +12,7 @@ use crate::support::gather::{
 use crate::support::scenes::{bundled, in_unit_grid, scene_of, soup};
 use crate::support::technique::{Case, frame, shoot};
 use crate::support::voxels::{
-    Read, coordinates, half, mean_normal, opposed_axis, oracle_grid, unorm10, voxel_settings,
-    voxelize,
+    Read, coordinates, front, half, oracle_grid, unorm10, voxel_settings, voxelize,
 };
 use crate::support::{Random, gpu, read_words};
 use glam::{DVec3, DVec4, Vec3};
@@ -348,7 +347,7 @@ fn compare_opacities(
         };
         let area_error = AREA_ERROR * f64::from(sum.fragment_count + 2);
         let allowed = 1.0 / 1023.0
-            + if settings.coverage || settings.faces == Some(Faces::Areas) {
+            + if settings.coverage {
                 area_error
             } else {
                 4.0 * (area_error / sum.area).min(1.0)
@@ -385,7 +384,6 @@ fn opacities_of_faces_are_the_oracles() {
             (Faces::Both, true),
             (Faces::Front, false),
             (Faces::Both, false),
-            (Faces::Areas, false),
         ] {
             let settings = VoxelSettings {
                 coverage,
@@ -461,8 +459,7 @@ fn faces_have_the_light_of_their_side() {
         let words = read_words(&gpu, read.voxels.faces.as_ref().unwrap());
         let mut bright = 0;
         for (slot, record) in read.records.iter().enumerate() {
-            let front =
-                opposed_axis(record).map_or_else(|| mean_normal(record), |axis| DVec3::AXES[axis]);
+            let front = front(record);
             for face in 0..6 {
                 let (axis, is_against) = (face / 2, face % 2);
                 let opacity = unorm10(words[2 * slot + is_against])[axis];

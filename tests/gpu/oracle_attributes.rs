@@ -5,13 +5,13 @@ use std::collections::BTreeMap;
 
 use crate::support::scenes::{bundled, in_unit_grid, lump, scene_of, soup};
 use crate::support::voxels::{
-    Read, area, coordinates, is_opposed, mean_normal, oracle_grid, seen, unorm10, voxel_settings,
-    voxelize,
+    Read, area, coordinates, is_concave, is_opposed, mean_normal, oracle_grid, seen, unorm10,
+    voxel_settings, voxelize,
 };
 use crate::support::{Random, gpu};
 use glam::{DVec2, DVec3, Vec3};
 use lumivox::gi::shared::voxel::build::passes::Voxel;
-use lumivox::gi::shared::voxel::oracle::{self, OPPOSED, VoxelIndex, VoxelSum};
+use lumivox::gi::shared::voxel::oracle::{self, OPPOSED, PARALLEL, VoxelIndex, VoxelSum};
 use lumivox::gi::shared::voxel::{Accumulation, Method, VoxelSettings, Voxelizer};
 use lumivox::graph::Gpu;
 use lumivox::render::GpuScene;
@@ -95,11 +95,33 @@ fn compare(read: &Read, sums: &BTreeMap<VoxelIndex, VoxelSum>, coverage: bool) -
             (area(record) - sum.area).abs(),
             area_error + sum.area / 2048.0,
         );
+        let is_near_opposed = (sum.opposed - OPPOSED).abs() <= 1e-3 + 2.0 * weight;
+        let is_near_parallel = (sum.parallel - PARALLEL).abs() <= 1e-3 + 4.0 * weight;
+        let is_opposed_here = sum.opposed_axis.is_some();
+        if !(is_near_opposed || is_opposed_here && is_near_parallel) {
+            let off = |normal: DVec3| (mean_normal(record) - normal).abs().largest();
+            // Of opposed planes either normal is theirs where two axes part them equally well.
+            let off = if is_opposed_here {
+                off(sum.normal).min(off(-sum.normal))
+            } else {
+                off(sum.normal)
+            };
+            comparison.see("normal", off, 1.05 / 1023.0 + 4.0 * weight);
+        }
         comparison.see(
-            "normal",
-            (mean_normal(record) - sum.normal).abs().largest(),
-            1.05 / 1023.0 + 2.0 * weight,
+            "area across",
+            (unorm10(record.across) - sum.across()).abs().largest(),
+            TEN_BITS + area_error,
         );
+        if !(is_near_opposed || is_opposed_here || is_opposed(record))
+            && sum.height.abs() > 2e-3 + 4.0 * weight
+        {
+            comparison.see(
+                "concave",
+                f64::from(u8::from(is_concave(record) != sum.is_concave())),
+                0.5,
+            );
+        }
         let root = (unorm10(record.albedo) - sum.albedo.map(f64::sqrt))
             .abs()
             .largest();
@@ -126,7 +148,7 @@ fn compare(read: &Read, sums: &BTreeMap<VoxelIndex, VoxelSum>, coverage: bool) -
             .abs()
             .largest();
         comparison.see("seen share", seen, 0.5 / 255.0 + 2.0 * weight);
-        if (sum.opposed - OPPOSED).abs() > 1e-3 + 2.0 * weight {
+        if !is_near_opposed {
             comparison.see(
                 "opposed",
                 f64::from(u8::from(is_opposed(record) != sum.opposed_axis.is_some())),
@@ -567,7 +589,7 @@ fn comparators_notice_planted_errors() {
     let good = read.records.clone();
     let index = good.iter().position(|record| area(record) > 0.5).unwrap();
     type Plant = fn(&mut Voxel);
-    let plants: [(&str, Plant); 7] = [
+    let plants: [(&str, Plant); 8] = [
         ("area", |record| record.z_area += 4 << 16),
         ("normal", |record| {
             record.normal = record.normal & !1023 | (record.normal + 4) & 1023
@@ -580,6 +602,7 @@ fn comparators_notice_planted_errors() {
             record.coverage = record.coverage & !0xfff | record.coverage.wrapping_sub(20) & 0xfff
         }),
         ("seen share", |record| record.coverage ^= 16 << 12),
+        ("area across", |record| record.across ^= 16),
         ("opposed", |record| record.coverage ^= 1 << 29),
     ];
     for (name, plant) in plants {

@@ -13,9 +13,7 @@ use glam::{DVec3, Vec3};
 use lumivox::gi::shared::voxel::oracle::{
     self, VoxelIndex, inject, inject_faces, inject_sides, reflected_flux, shade_voxel,
 };
-use lumivox::gi::shared::voxel::{
-    Injection, LightSettings, Method, Sides, VoxelLight, VoxelSettings,
-};
+use lumivox::gi::shared::voxel::{Injection, LightSettings, Method, Sides, VoxelLight};
 use lumivox::graph::{Frame, Gpu};
 use lumivox::render::{GpuScene, LightMaps};
 use lumivox::scene::{Light, Scene};
@@ -45,11 +43,7 @@ fn light_sides(
     sides: Sides,
 ) -> Lit {
     let gpu_scene = in_general_position(gpu, scene);
-    let settings = VoxelSettings {
-        faces: sides.faces(None),
-        ..voxel_settings(resolution, Method::Compute)
-    };
-    let read = voxelize(gpu, &gpu_scene, settings);
+    let read = voxelize(gpu, &gpu_scene, voxel_settings(resolution, Method::Compute));
     light_voxels(gpu, &gpu_scene, read, map_size, injection, sides)
 }
 

@@ -7,7 +7,7 @@ use crate::support::gather::{View, errors};
 use crate::support::scenes::bundled;
 use crate::support::technique::{Surfaces, small_lights, small_room};
 use crate::support::voxels::{
-    Read, coordinates, mean_normal, opposed_axis, to_half, unorm10, voxel_settings, voxelize,
+    Read, coordinates, to_half, trace_settings, trace_voxel, voxel_settings, voxelize,
 };
 use crate::support::{Random, gpu};
 use glam::{DVec3, DVec4, Vec3};
@@ -16,9 +16,9 @@ use lumivox::gi::registry::find;
 use lumivox::gi::shared::interleave::Pattern;
 use lumivox::gi::shared::interleave::oracle::interleaved_offset;
 use lumivox::gi::shared::voxel::oracle::{
-    Crossing, GatherSettings, Gathered, Receiver, TraceGrid, TraceSettings, TraceVoxel, VoxelIndex,
-    crossings, gather_rays as oracle_rays, gather_triangles as oracle_triangles,
-    hemisphere_direction,
+    Crossing, GatherSettings, Gathered, Receiver, TraceGrid, VoxelIndex, crossings,
+    gather_rays as oracle_rays, gather_triangles as oracle_triangles, hemisphere_direction,
+    seed_of,
 };
 use lumivox::gi::shared::voxel::{
     Injection, LightSettings, Method, RaySettings, RayTracer, Sides, VoxelLight,
@@ -109,29 +109,12 @@ impl RayScene {
             let sides = self.light.settings.sides as usize;
             let radiance =
                 [sides * slot, sides * slot + sides - 1].map(|side| DVec3::from(radiance(side)));
-            let surface = TraceVoxel {
-                mean_position: unorm10_position(record),
-                mean_normal: mean_normal(record),
-                opposed_axis: opposed_axis(record),
-                radiance,
-            };
-            (coordinates(record), surface)
+            (coordinates(record), trace_voxel(record, radiance))
         };
         TraceGrid {
             resolution: self.read.voxels.grid.resolution,
             voxels: self.read.records.iter().enumerate().map(voxel).collect(),
         }
-    }
-}
-
-fn unorm10_position(record: &lumivox::gi::shared::voxel::build::passes::Voxel) -> DVec3 {
-    unorm10(record.mean_position)
-}
-
-fn trace_settings(settings: &Settings) -> TraceSettings {
-    TraceSettings {
-        self_height: f64::from(settings.number("self_height")),
-        contour_slack: f64::from(settings.number("contour_slack")),
     }
 }
 
@@ -240,7 +223,7 @@ fn rays_hit_the_oracles_voxels() {
                         origin,
                         direction,
                         receiver,
-                        &trace_settings(&settings),
+                        &trace_settings(&settings, seed_of([pixel[0], pixel[1], 0], 0)),
                     )
                 } else {
                     Vec::new()
@@ -356,7 +339,7 @@ fn gathered_rays(gpu: &Gpu, scene: Scene, sides: Sides) {
                 } else {
                     f64::from(settings.number("ray_start"))
                 },
-                trace: trace_settings(&settings),
+                trace: trace_settings(&settings, seed_of([pixel[0], pixel[1], 0], 0)),
                 ao_falloff: f64::from(settings.number("ao_falloff")) * voxel_size,
                 pattern: interleaved_offset(*pixel, pattern, 0),
                 environment: rays.scene.environment.as_dvec3(),

@@ -5,14 +5,14 @@ use crate::support::compare::larger;
 use crate::support::gpu;
 use crate::support::scenes::bundled;
 use crate::support::voxels::{
-    Read, coordinates, half, mean_normal, opposed_axis, oracle_grid, unorm10, voxel_settings,
-    voxelize,
+    Read, coordinates, half, oracle_grid, trace_voxel, voxel_settings, voxelize,
 };
 use glam::{DVec3, Vec3};
 use lumivox::frame::{FrameSettings, Renderer};
 use lumivox::gi::registry::find;
 use lumivox::gi::shared::voxel::oracle::{
-    Receiver, TraceGrid, TraceSettings, TraceVoxel, fragments, lit_area, normal_weighted, occlusion,
+    Receiver, TraceGrid, TraceSettings, TraceVoxel, fragments, front_of, lit_area, normal_weighted,
+    occlusion, seed_of,
 };
 use lumivox::gi::shared::voxel::{
     Attenuation, EmissionSeenBy, Injection, LightSettings, Method, Occlusion, Sides, VoxelGrid,
@@ -79,13 +79,7 @@ impl Voxels {
     }
 
     fn surface(&self, slot: usize) -> TraceVoxel {
-        let record = &self.read.records[slot];
-        TraceVoxel {
-            mean_position: unorm10(record.mean_position),
-            mean_normal: mean_normal(record),
-            opposed_axis: opposed_axis(record),
-            radiance: [DVec3::ZERO; 2],
-        }
+        trace_voxel(&self.read.records[slot], [DVec3::ZERO; 2])
     }
 
     fn position(&self, slot: usize) -> DVec3 {
@@ -159,7 +153,7 @@ fn normal_weighted_attenuation_is_the_oracles() {
                 let surface = voxels.surface(slot / sides as usize);
                 let (to_light, _) = voxels.to_light(slot / sides as usize);
                 let axis = surface.opposed_axis.filter(|_| sides == Sides::Two);
-                let front = axis.map_or(surface.mean_normal.normalize(), |axis| DVec3::AXES[axis]);
+                let front = front_of(surface.mean_normal, axis);
                 let side = if sides == Sides::Two && slot % 2 == 1 {
                     -front
                 } else {
@@ -269,6 +263,8 @@ fn occlusion_by_rays_is_the_oracles() {
                     &TraceSettings {
                         self_height: 0.1,
                         contour_slack: 0.1,
+                        seed: seed_of(coordinates(&voxels.read.records[slot]), 0),
+                        ray: 0,
                     },
                     kappa,
                 );

@@ -228,15 +228,25 @@ pub fn shine_lit(
 }
 
 /// The record of a voxel, with nothing but its normal; an axis stands for opposed surfaces.
-fn record(voxel: &LitVoxel) -> [u32; 6] {
-    let bits = ((voxel.normal + 1.0) / 2.0 * 1023.0).round().as_uvec3();
+fn record(voxel: &LitVoxel) -> [u32; 7] {
     let axis = voxel
         .normal
         .to_array()
         .iter()
         .position(|component| *component == 1.0);
+    // Opposed surfaces that are not parallel have a short mean normal.
+    let mean = axis.map_or(voxel.normal, |_| DVec3::ZERO);
+    let bits = ((mean + 1.0) / 2.0 * 1023.0).round().as_uvec3();
     let coverage = axis.map_or(0, |axis| 1 << 29 | (axis as u32) << 30);
-    [0, 0, bits.x | bits.y << 10 | bits.z << 20, 0, 0, coverage]
+    [
+        0,
+        0,
+        bits.x | bits.y << 10 | bits.z << 20,
+        0,
+        0,
+        coverage,
+        0,
+    ]
 }
 
 /// Random matter with two sides, one or both of which may be dark: normals of any length that

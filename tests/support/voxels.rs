@@ -3,8 +3,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use glam::{DVec2, DVec3};
+use lumivox::gi::Settings;
 use lumivox::gi::shared::voxel::build::passes::Voxel;
-use lumivox::gi::shared::voxel::oracle::{Grid, VoxelIndex, candidates};
+use lumivox::gi::shared::voxel::oracle::{
+    Grid, TraceSettings, TraceVoxel, VoxelIndex, candidates, front_of,
+};
 use lumivox::gi::shared::voxel::{
     Accumulation, Method, Surface, VoxelGrid, VoxelSettings, Voxelizer, Voxels,
 };
@@ -136,6 +139,38 @@ pub fn is_opposed(voxel: &Voxel) -> bool {
 /// Axis along which a record's surface is opposed.
 pub fn opposed_axis(voxel: &Voxel) -> Option<usize> {
     is_opposed(voxel).then_some((voxel.coverage >> 30) as usize)
+}
+
+/// Whether a record's surfaces, not opposed, meet like the walls of a room.
+pub fn is_concave(voxel: &Voxel) -> bool {
+    !is_opposed(voxel) && voxel.coverage >> 30 == 1
+}
+
+/// The direction that parts the two sides of a record's surface.
+pub fn front(voxel: &Voxel) -> DVec3 {
+    front_of(mean_normal(voxel), opposed_axis(voxel))
+}
+
+/// What rays need to know of a record, with the radiance of its front and back.
+pub fn trace_voxel(voxel: &Voxel, radiance: [DVec3; 2]) -> TraceVoxel {
+    TraceVoxel {
+        mean_position: unorm10(voxel.mean_position),
+        mean_normal: mean_normal(voxel),
+        opposed_axis: opposed_axis(voxel),
+        is_concave: is_concave(voxel),
+        across: unorm10(voxel.across),
+        radiance,
+    }
+}
+
+/// What counts as a hit by a technique's settings, for the first ray of a receiver.
+pub fn trace_settings(settings: &Settings, seed: u32) -> TraceSettings {
+    TraceSettings {
+        self_height: f64::from(settings.number("self_height")),
+        contour_slack: f64::from(settings.number("contour_slack")),
+        seed,
+        ray: 0,
+    }
 }
 
 /// Three numbers of 10 bits.

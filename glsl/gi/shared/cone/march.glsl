@@ -114,7 +114,8 @@ ConeResult march_cone(
             through *= 1.0 - opacity;
         }
     }
-    return ConeResult(radiance + through * frame.environment.rgb, 1.0 - occlusion, samples);
+    return ConeResult(
+        radiance + through * frame.environment.rgb, max(1.0 - occlusion, 0.0), samples);
 }
 
 #endif

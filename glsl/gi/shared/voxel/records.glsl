@@ -27,16 +27,17 @@ struct Fragment {
 struct Voxel {
     uint xy;
     uint z_area;
-    uint normal;              // 3×10 bits, (n + 1) / 2
+    uint normal;              // 3×10 bits, (n + 1) / 2; of opposed parallel planes, theirs
     uint albedo;
     uint mean_position;       // area-weighted centroid, as in Fragment
     // | coverage 12 | seen from one side 9 | seen from both sides 8 | opposed 1 | axis 2 |
     uint coverage;
+    uint across;              // 3×10 bits: area seen from one side along x, y, z [voxel faces]
 };
 // coverage: fraction of the face seen along the dominant axis, unorm. Seen, unorm: share of the
 // voxel's surface that is seen from outside, from one side of it or from both; from one side 1 for
 // a sheet or a corner, ½ for a thin wall whose two faces lie in one voxel. Such surfaces are
-// opposed, along `axis` most of all.
+// opposed, along `axis` most of all. Of other surfaces `axis` is 1 where they are concave.
 
 const float AREA_UNIT = 16384.0;
 
@@ -61,18 +62,30 @@ bool is_opposed(Voxel voxel) {
     return (voxel.coverage >> 29 & 1u) != 0u;
 }
 
+// Whether surfaces of several planes meet like the walls of a room, not like those of a box.
+bool is_concave(Voxel voxel) {
+    return !is_opposed(voxel) && voxel.coverage >> 30 == 1u;
+}
+
+// Of a mean normal: whether all of a voxel's surface lies in parallel planes.
+bool is_one_plane(vec3 mean_normal) {
+    return dot(mean_normal, mean_normal) >= 0.9;
+}
+
 // The direction that parts the two sides of a voxel's surface: its mean normal, or the axis along
-// which surfaces are opposed.
+// which surfaces are opposed that are not parallel.
 vec3 front_of(Voxel voxel) {
-    if (is_opposed(voxel)) return vec3(equal(uvec3(voxel.coverage >> 30), uvec3(0u, 1u, 2u)));
-    return normalize(unpack_mean_normal(voxel.normal));
+    vec3 n = unpack_mean_normal(voxel.normal);
+    if (is_opposed(voxel) && !is_one_plane(n))
+        return vec3(equal(uvec3(voxel.coverage >> 30), uvec3(0u, 1u, 2u)));
+    return normalize(n);
 }
 
 // Whether a ray that hits the voxel sees its back. A corner has several planes that are not
 // opposed: there the ray sees the front if it meets the front of any of them.
 bool sees_back(Voxel voxel, vec3 direction) {
     vec3 n = unpack_mean_normal(voxel.normal);
-    if (is_opposed(voxel) || dot(n, n) >= 0.9) return dot(direction, front_of(voxel)) > 0.0;
+    if (is_opposed(voxel) || is_one_plane(n)) return dot(direction, front_of(voxel)) > 0.0;
     return all(greaterThan(direction * n, vec3(-0.05)));
 }
 
@@ -80,17 +93,20 @@ bool sees_back(Voxel voxel, vec3 direction) {
 // bits 0               30             32
 // x    | mean position | axis         |
 // y    | mean normal   | opposed | 0  |
-uvec2 pack_surface(Voxel voxel) {
+// z    | across        | 0            |
+uvec3 pack_surface(Voxel voxel) {
     uint axis = voxel.coverage >> 30, opposed = voxel.coverage >> 29 & 1u;
-    return uvec2(voxel.mean_position | axis << 30, voxel.normal | opposed << 30);
+    return uvec3(
+        voxel.mean_position | axis << 30, voxel.normal | opposed << 30, voxel.across);
 }
 
 // As much of a voxel's record.
-Voxel unpack_surface(uvec2 surface) {
-    Voxel voxel = Voxel(0u, 0u, 0u, 0u, 0u, 0u);
+Voxel unpack_surface(uvec3 surface) {
+    Voxel voxel = Voxel(0u, 0u, 0u, 0u, 0u, 0u, 0u);
     voxel.mean_position = surface.x;
     voxel.normal = surface.y;
     voxel.coverage = surface.x & 0xc0000000u | (surface.y >> 30 & 1u) << 29;
+    voxel.across = surface.z;
     return voxel;
 }
 
@@ -99,7 +115,7 @@ Voxel unpack_surface(uvec2 surface) {
 vec3 normal_of_face(Voxel voxel, uint face) {
     vec3 n = unpack_mean_normal(voxel.normal), axis = vec3(0.0);
     axis[face >> 1] = (face & 1u) == 0u ? 1.0 : -1.0;
-    if (dot(n, n) < 0.9 || is_opposed(voxel)) return axis;
+    if (!is_one_plane(n)) return axis;
     return dot(n, axis) < 0.0 ? -normalize(n) : normalize(n);
 }
 

@@ -14,7 +14,7 @@ layout(std430, set = 1, binding = SPACE_BINDING + 1) restrict readonly buffer Bl
     uint blocks[];
 };
 layout(std430, set = 1, binding = SPACE_BINDING + 2) restrict readonly buffer Surfaces {
-    uvec2 surfaces[];
+    uint surfaces[];
 };
 layout(std430, set = 1, binding = SPACE_BINDING + 3) restrict readonly buffer VoxelRadiance {
     uvec2 voxel_radiance[];
@@ -55,5 +55,6 @@ float voxel_edge(vec3 position) {
 }
 
 Voxel surface_of(uint slot) {
-    return unpack_surface(surfaces[slot]);
+    uint at = 3u * slot;
+    return unpack_surface(uvec3(surfaces[at], surfaces[at + 1u], surfaces[at + 2u]));
 }

@@ -1,8 +1,8 @@
 // The space of gi/shared/voxel/trace/space.glsl as the octree: a table of its tiles of 16³ voxels,
 // two levels of nodes, and blocks of 4³ voxels.
 layout(constant_id = SPACE_CONSTANT) const uint SIDES = 1;   // radiances of a voxel: 1, 2, 6
-// words from a surface to the next: 6 of a record, or 2 packed
-layout(constant_id = SPACE_CONSTANT + 1) const uint SURFACE_WORDS = 6;
+// words from a surface to the next: 7 of a record, or 3 packed
+layout(constant_id = SPACE_CONSTANT + 1) const uint SURFACE_WORDS = 7;
 
 #include "gi/shared/voxel/grid.glsl"
 #include "gi/voxel_cones/svo/pool.glsl"
@@ -65,12 +65,13 @@ float voxel_edge(vec3 position) {
 Voxel surface_of(uint slot) {
     uint at = slot * SURFACE_WORDS;
     Voxel voxel;
-    if (SURFACE_WORDS == 2u) {
-        voxel = unpack_surface(uvec2(surfaces[at], surfaces[at + 1u]));
+    if (SURFACE_WORDS == 3u) {
+        voxel = unpack_surface(uvec3(surfaces[at], surfaces[at + 1u], surfaces[at + 2u]));
     } else {
         voxel.normal = surfaces[at + 2u];
         voxel.mean_position = surfaces[at + 4u];
         voxel.coverage = surfaces[at + 5u];
+        voxel.across = surfaces[at + 6u];
     }
     return voxel;
 }

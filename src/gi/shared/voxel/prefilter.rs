@@ -72,9 +72,6 @@ pub enum Faces {
     Front = 1,
     /// All surface across the face's axis: either side blocks.
     Both = 2,
-    /// The surface that looks the face's way, and its area, not the opacity: for voxels with six
-    /// radiances.
-    Areas = 3,
 }
 
 /// On which levels a texel has six faces.

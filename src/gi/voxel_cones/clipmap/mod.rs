@@ -103,7 +103,7 @@ impl VoxelStore for Clipmap {
         Ok(Clipmap {
             layout,
             voxel_settings: VoxelSettings {
-                faces: sides.faces(faces),
+                faces,
                 ..VoxelSettings::new(settings)
             },
             light_settings,

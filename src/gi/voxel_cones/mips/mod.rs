@@ -134,7 +134,7 @@ impl VoxelStore for Mips {
         };
         let sides = parts.gatherer.sides_or(sides);
         let voxel_settings = VoxelSettings {
-            faces: sides.faces(faces),
+            faces,
             ..VoxelSettings::new(settings)
         };
         let resolution = voxel_settings.resolution;

@@ -121,7 +121,7 @@ impl VoxelStore for Svo {
         let has_attributes = settings.is("attributes", "on");
         let has_bricks = has_attributes || parts.gatherer.needs_volume(parts.has_cones);
         let voxel_settings = VoxelSettings {
-            faces: sides.faces(faces),
+            faces,
             ..VoxelSettings::new(settings)
         };
         let mut voxelizer = PieceVoxelizer::new(gpu, scene, voxel_settings)?;

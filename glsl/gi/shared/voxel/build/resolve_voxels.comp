@@ -11,7 +11,7 @@ layout(constant_id = 0) const uint EMISSIVE = 0;
 layout(constant_id = 1) const uint COVERAGE = 0;
 layout(constant_id = 2) const uint RUNNING = 0;    // 1: albedo is the running average
 // opacities of faces: none (0), by the surface that looks their way (1), by all across their axis
-// (2); or the area of that surface across their axis (3)
+// (2)
 layout(constant_id = 3) const uint FACES = 0;
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer Fragments { Fragment fragments[]; };
@@ -37,9 +37,13 @@ params;
 // Where more than this share of a voxel's surface faces against the rest, it counts as opposed.
 const float OPPOSED = 0.25;
 
+// Where at least this share of the squares of opposed surfaces' normals is along one direction,
+// they are parallel.
+const float PARALLEL = 0.9;
+
 // Voxel.coverage; `across`: area across each axis, `net`: the same with the normals' signs, that is
 // how much more faces one way than the other. At most one voxel face can be seen from one side.
-uint pack_coverage(float covered, vec3 across, vec3 net) {
+uint pack_coverage(float covered, vec3 across, vec3 net, bool concave) {
     vec3 along = max(across + net, vec3(0.0)) * 0.5, against = max(across - net, vec3(0.0)) * 0.5;
     vec3 seen_along = min(along, vec3(1.0)), seen_against = min(against, vec3(1.0)),
          hidden = min(along, against);
@@ -49,20 +53,39 @@ uint pack_coverage(float covered, vec3 across, vec3 net) {
         vec2(1.0 / 255.0), vec2(1.0));
     bool opposed = dot(hidden, 1.0 / total) > OPPOSED;
     uint axis = hidden.x > hidden.y && hidden.x > hidden.z ? 0u : hidden.y > hidden.z ? 1u : 2u;
+    if (!opposed) axis = uint(concave);
     return uint(round(covered * 4095.0)) | uint(round(seen.x * 511.0)) << 12
         | uint(round(seen.y * 255.0)) << 21 | uint(opposed) << 29 | axis << 30;
 }
 
 // VoxelFaces; `across` and `net` as above. A touched voxel is as opaque as can be on the face that
-// most of its surface looks towards, or as covered as that is. Areas are in voxel faces.
+// most of its surface looks towards, or as covered as that is.
 uvec2 pack_faces(vec3 across, vec3 net) {
     vec3 along = max(across + net, vec3(0.0)) * 0.5, against = max(across - net, vec3(0.0)) * 0.5;
     if (FACES == 2u) along = against = across;
     vec3 most = max(along, against);
-    bool is_scaled = COVERAGE == 0u && FACES != 3u;
-    float scale = is_scaled ? 1.0 / max(most.x, max(most.y, most.z)) : 1.0;
+    float scale = COVERAGE != 0u ? 1.0 : 1.0 / max(most.x, max(most.y, most.z));
     return uvec2(
         pack_unorm10(min(scale * along, vec3(1.0))), pack_unorm10(min(scale * against, vec3(1.0))));
+}
+
+// Voxel.across of the same.
+uint pack_across(vec3 across, vec3 net) {
+    return pack_unorm10(min(0.5 * (across + abs(net)), vec3(1.0)));
+}
+
+// The direction in which normals lie, of either sign, and the share of them that does: the largest
+// eigenvector and eigenvalue of the mean of n nᵀ, by squaring.
+vec4 main_direction(mat3 tensor) {
+    mat3 power = tensor;
+    for (uint i = 0u; i < 4u; ++i) {
+        power = power * power;
+        power /= power[0][0] + power[1][1] + power[2][2];
+    }
+    vec3 d = vec3(power[0][0], power[1][1], power[2][2]);
+    int most = d.x >= d.y && d.x >= d.z ? 0 : d.y >= d.z ? 1 : 2;
+    vec3 direction = normalize(power[most]);
+    return vec4(direction, dot(direction, tensor * direction));
 }
 
 // Sum of 32-bit products, each split into two halves: nothing carries while the sum of all weights
@@ -113,7 +136,8 @@ void main() {
     if (index >= params.voxel_count) return;
     index += params.first_voxel;
     Sum albedo = Sum(uvec3(0u), uvec3(0u)), emission = albedo;
-    SmallSum normal = SmallSum(uvec3(0u), uvec3(0u)), face = normal, position = normal;
+    SmallSum normal = SmallSum(uvec3(0u), uvec3(0u)), face = normal, position = normal,
+             squares = normal, products = normal, heights = normal;
     uint area = 0u, at = heads[index];
     if (at == 0u) return;   // nothing new in it
     uint xy = fragments[at - 1u].xy, z = fragments[at - 1u].z_area & 0xffffu;
@@ -127,6 +151,10 @@ void main() {
         add_small(normal, weight, uvec3(round((n + 1.0) * 32767.0)));
         add_small(face, weight, uvec3(round(abs(n) * 65535.0)));
         add_small(position, weight, unpack_uint10(fragment.mean_position));
+        add_small(squares, weight, uvec3(round(n * n * 65535.0)));
+        add_small(products, weight, uvec3(round((n * n.yzx + 1.0) * 32767.0)));
+        float height = dot(unpack_unorm10(fragment.mean_position), n);
+        add_small(heights, weight, uvec3(round((height + 2.0) * 16383.0)));
         if (EMISSIVE != 0u)
             add_product(emission, weight, unpack_emission(fragment_emission[at - 1u]));
         at = fragment.next;
@@ -140,9 +168,22 @@ void main() {
         albedo_root =
             sqrt(unpackUnorm4x8(imageLoad(averages, ivec3(xy & 0xffffu, xy >> 16, z)).r).rgb);
     vec3 net = mean_normal * float(area) / AREA_UNIT;
-    Voxel voxel = Voxel(xy, z | packHalf2x16(vec2(float(area) / AREA_UNIT, 0.0)) << 16,
-        pack_unorm10(mean_normal * 0.5 + 0.5), pack_unorm10(albedo_root),
-        pack_unorm10(mean(position, area) / 1023.0), pack_coverage(covered, faces, net));
+    vec3 mean_position = mean(position, area) / 1023.0;
+    // Of surfaces that look away from each other, each lies further out along its normal than all.
+    float height = mean(heights, area).x / 16383.0 - 2.0;
+    bool concave = height < dot(mean_position, mean_normal);
+    uint coverage = pack_coverage(covered, faces, net, concave);
+    Voxel voxel = Voxel(xy, z | packHalf2x16(vec2(float(area) / AREA_UNIT, 0.0)) << 16, 0u,
+        pack_unorm10(albedo_root), pack_unorm10(mean_position), coverage, pack_across(faces, net));
+    vec3 normal_stored = mean_normal;
+    if (is_opposed(voxel)) {
+        vec3 s = mean(squares, area) / 65535.0, p = mean(products, area) / 32767.0 - 1.0;
+        vec4 main =
+            main_direction(mat3(s.x, p.x, p.z, p.x, s.y, p.y, p.z, p.y, s.z));
+        uint axis = coverage >> 30;
+        if (main.w >= PARALLEL) normal_stored = main[axis] < 0.0 ? -main.xyz : main.xyz;
+    }
+    voxel.normal = pack_unorm10(normal_stored * 0.5 + 0.5);
     voxels[index] = voxel;
     if (FACES != 0u) voxel_faces[index] = pack_faces(faces, net);
     if (EMISSIVE != 0u) {

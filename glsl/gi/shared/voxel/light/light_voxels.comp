@@ -51,7 +51,7 @@ layout(std430, set = 1, binding = 7) restrict readonly buffer VoxelIrradiance {
 };
 layout(std430, set = 1, binding = 8) restrict readonly buffer Occupancy { uvec2 occupancy[]; };
 layout(std430, set = 1, binding = 9) restrict readonly buffer BlockBases { uint block_bases[]; };
-// opacity of +x, +y, +z and of −x, −y, −z, 3×10 bits; with six radiances, area [voxel faces]
+// opacity of +x, +y, +z and of −x, −y, −z, 3×10 bits
 layout(std430, set = 1, binding = 10) restrict readonly buffer VoxelFaces { uvec2 voxel_faces[]; };
 #ifdef DENSE
 layout(set = 1, binding = 11, rgba16f) uniform restrict writeonly image3D dense_radiance;
@@ -129,15 +129,17 @@ vec2 mapped_depths(Light light, vec3 from, vec3 to) {
     return vec2(stored, project(view, to).z) - map.z;
 }
 
-// Fraction of a light that reaches a voxel's surface.
-float unoccluded(Light light, vec3 position, vec3 to_light, vec3 lit_side, bool one_plane) {
+// Fraction of a light that reaches a voxel's surface. `seed` is the voxel's.
+float unoccluded(
+    Light light, vec3 position, vec3 to_light, vec3 lit_side, bool one_plane, uint seed) {
     float size = params.grid.w;
     vec3 receiver = (position - params.grid.xyz) / size - vec3(params.first),
          origin = receiver + RAY_START * lit_side;
     float reach = light.position_kind.w == LIGHT_DIRECTIONAL
         ? 1e30
         : length(light.position_kind.xyz - position) / size;
-    TraceSettings settings = TraceSettings(params.resolution, SELF_HEIGHT, CONTOUR_SLACK);
+    TraceSettings settings = TraceSettings(
+        params.resolution, SELF_HEIGHT, CONTOUR_SLACK, seed, 0u);
     if (OCCLUSION == 2u) {
         float distance;
         int hit = trace(origin, to_light, receiver, lit_side, settings, distance);
@@ -209,20 +211,16 @@ vec3 shade(Voxel voxel, vec3 normal, bool one_plane) {
             continue;
         }
         vec3 lit_side = SIDES == 1u && dot(normal, to_light) < 0.0 ? -normal : normal;
+        uint seed = seed_of(uvec3(voxel_coordinates(voxel.xy, voxel.z_area)), 0u);
         irradiance += arriving * attenuation(voxel, normal, to_light)
-            * unoccluded(lights[i], position, to_light, lit_side, one_plane);
+            * unoccluded(lights[i], position, to_light, lit_side, one_plane, seed);
     }
     return unpack_albedo(voxel.albedo) / PI * irradiance;
 }
 
-// Area of surface that is seen from either side across each axis [voxel faces].
-vec3 areas_across(uint index) {
-    return max(unpack_unorm10(voxel_faces[index].x), unpack_unorm10(voxel_faces[index].y));
-}
-
 // Area of surface [voxel faces] that a radiance is the mean of.
 float area_of(Voxel voxel, uint side) {
-    if (SIDES == 6u) return areas_across(side / 6u)[side % 6u >> 1];
+    if (SIDES == 6u) return unpack_unorm10(voxel.across)[side % 6u >> 1];
     return unpackHalf2x16(voxel.z_area >> 16).x * seen_share(voxel);
 }
 
@@ -293,13 +291,13 @@ void main() {
         return;
     }
     vec3 mean_normal = unpack_mean_normal(voxel.normal);
-    bool one_plane = dot(mean_normal, mean_normal) >= 0.9;
+    bool one_plane = is_one_plane(mean_normal) && !is_opposed(voxel);
     float opacity = unpack_coverage(voxel.coverage);
     vec3 normal = SIDES == 2u ? front_of(voxel) : mean_normal / max(length(mean_normal), 1e-6);
     vec4 emission = EMISSIVE != 0u ? voxel_emission[index] : vec4(0.0);
     emission.rgb /= seen_share(voxel);
     vec3 mean_radiance = vec3(0.0), mean_indirect = vec3(0.0), sides[2];
-    vec3 areas = SIDES == 6u ? areas_across(index) : vec3(0.0);
+    vec3 areas = SIDES == 6u ? unpack_unorm10(voxel.across) : vec3(0.0);
     for (uint side = 0u; side < SIDES; ++side) {
         vec3 own_normal = side == 0u ? normal : -normal;
         bool is_front = side == 0u;

@@ -43,14 +43,15 @@ void main() {
     vec3 receiver_ws = params.grid.xyz + receiver * params.grid.w;
     float least = LEAST_DISTANCE * params.voxel_scale * params.grid.w;
     vec2 pattern = voxel_pattern(uvec3(cell));
-    TraceSettings settings =
-        TraceSettings(params.resolution, params.self_height, params.contour_slack);
+    TraceSettings settings = TraceSettings(params.resolution, params.self_height,
+        params.contour_slack, seed_of(uvec3(cell), slot % sides), 0u);
     vec3 sum = vec3(0.0);
     for (uint i = params.first_ray; i < params.end_ray; ++i) {
         vec3 normal = looking_normal(voxel, sides, slot % sides, i);
         EmitterPoint seen = ray_point(i, params.ray_count, pattern, params.part_count, receiver_ws,
             normal, normal, least * least);
         if (seen.irradiance == vec3(0.0)) continue;
+        settings.ray = i;
         vec3 point = (seen.position - params.grid.xyz) / params.grid.w;
         if (!hides_point(receiver + params.voxel_scale * params.start_offset * normal, point,
                 seen.normal, receiver,

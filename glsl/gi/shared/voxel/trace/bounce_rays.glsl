@@ -36,8 +36,8 @@ void main() {
     vec3 cell = params.first_voxel.xyz + voxel_coordinates(voxel.xy, voxel.z_area);
     vec3 receiver = params.voxel_scale * (cell + unpack_unorm10(voxel.mean_position));
     vec2 pattern = voxel_pattern(uvec3(cell));
-    TraceSettings settings =
-        TraceSettings(params.resolution, params.self_height, params.contour_slack);
+    TraceSettings settings = TraceSettings(params.resolution, params.self_height,
+        params.contour_slack, seed_of(uvec3(cell), index % sides_of_voxels()), 0u);
     float start_offset = params.voxel_scale * params.start_offset;
     uvec2 before = voxel_irradiance[index];
     vec3 sum = params.first_ray == 0u ? vec3(0.0)
@@ -47,6 +47,7 @@ void main() {
         float u = (float(i) + pattern.x) / float(params.ray_count);
         vec3 direction = hemisphere_direction(
             frame_around(normal), u, float(i) * GOLDEN_ANGLE + pattern.y * 2.0 * PI);
+        settings.ray = i;
         float distance;
         int slot = trace(receiver + start_offset * normal, direction, receiver, normal, settings,
             distance);

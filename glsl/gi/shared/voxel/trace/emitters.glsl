@@ -120,12 +120,12 @@ bool hides_point(vec3 origin, vec3 point, vec3 point_normal, vec3 receiver, vec3
         if (!is_inside(place, s.resolution)) return false;
         SpaceCell cell = cell_around(place);
         if (cell.slot >= 0) {
-            vec3 corner = vec3(place & ivec3(-cell.edge));
+            ivec3 low = place & ivec3(-cell.edge);
             float edge = float(cell.edge);
             vec3 surface =
-                corner + edge * unpack_unorm10(surface_of(uint(cell.slot)).mean_position);
+                vec3(low) + edge * unpack_unorm10(surface_of(uint(cell.slot)).mean_position);
             if (dot(surface - point, point_normal) >= edge * s.self_height
-                && hits_surface(cell, corner, origin, direction, receiver, receiver_normal, s))
+                && hits_surface(cell, low, origin, direction, receiver, receiver_normal, s))
                 return true;
         }
         place = next_place(place, cell.edge, origin, direction, inverse, ahead, distance);

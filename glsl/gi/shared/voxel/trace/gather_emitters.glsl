@@ -30,16 +30,18 @@ void main() {
     if (!is_gathered(texel)) return;
     Surface surface;
     if (!read_receiver(texel, surface)) return;
-    TraceSettings settings =
-        TraceSettings(params.resolution, params.self_height, params.contour_slack);
+    ivec2 place = place_of(texel);
+    TraceSettings settings = TraceSettings(params.resolution, params.self_height,
+        params.contour_slack, seed_of(uvec3(place, 0), frame.walk.x), 0u);
     vec3 receiver = (surface.position_ws - params.grid.xyz) / params.grid.w;
     vec3 origin = receiver + params.start_offset * voxel_edge(receiver) * surface.geometric_normal;
-    vec2 offset = interleaved_offset(place_of(texel), params.pattern, frame.walk.x);
+    vec2 offset = interleaved_offset(place, params.pattern, frame.walk.x);
     vec3 irradiance = vec3(0.0);
     for (uint i = params.first_ray; i < params.end_ray; ++i) {
         EmitterPoint seen = ray_point(i, params.ray_count, offset, params.part_count,
             surface.position_ws, surface.shading_normal, surface.geometric_normal, 0.0);
         if (seen.irradiance == vec3(0.0)) continue;
+        settings.ray = i;
         vec3 point = (seen.position - params.grid.xyz) / params.grid.w;
         if (!hides_point(
                 origin, point, seen.normal, receiver, surface.geometric_normal, settings))

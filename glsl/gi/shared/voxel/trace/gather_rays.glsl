@@ -15,8 +15,8 @@ void main() {
     ivec2 texel = ivec2(gl_GlobalInvocationID.xy);
     PixelRays rays;
     if (!read_rays(texel, rays)) return;
-    TraceSettings settings =
-        TraceSettings(params.resolution, params.self_height, params.contour_slack);
+    TraceSettings settings = TraceSettings(
+        params.resolution, params.self_height, params.contour_slack, rays.seed, 0u);
     vec3 receiver = (rays.surface.position_ws - params.grid.xyz) / params.grid.w;
     vec3 normal = rays.surface.geometric_normal;
     vec3 origin = receiver + params.start_offset * voxel_edge(receiver) * normal;
@@ -25,6 +25,7 @@ void main() {
     for (uint i = params.first_ray; i < params.end_ray; ++i) {
         vec3 direction = ray_direction(rays, i);
         if (dot(direction, normal) <= 0.0) continue;
+        settings.ray = i;
         float distance;
         int slot = trace(origin, direction, receiver, normal, settings, distance);
         if (slot < 0) {

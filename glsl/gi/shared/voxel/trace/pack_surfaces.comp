@@ -6,7 +6,7 @@ layout(local_size_x = 64) in;
 #include "gi/shared/voxel/records.glsl"
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer Voxels { Voxel voxels[]; };
-layout(std430, set = 1, binding = 1) restrict writeonly buffer Surfaces { uvec2 surfaces[]; };
+layout(std430, set = 1, binding = 1) restrict writeonly buffer Surfaces { uint surfaces[]; };
 
 layout(push_constant) uniform PackParams {
     uint first_voxel;   // number of the first voxel among all
@@ -16,5 +16,7 @@ layout(push_constant) uniform PackParams {
 void main() {
     uint index = gl_GlobalInvocationID.x + gl_GlobalInvocationID.y * 4194240u;
     if (index >= params.voxel_count) return;
-    surfaces[params.first_voxel + index] = pack_surface(voxels[index]);
+    uvec3 surface = pack_surface(voxels[index]);
+    for (uint word = 0u; word < 3u; ++word)
+        surfaces[3u * (params.first_voxel + index) + word] = surface[word];
 }

@@ -5,6 +5,7 @@
 
 #include "shared/receiver.glsl"
 #include "shared/directions.glsl"
+#include "gi/shared/voxel/trace/chance.glsl"
 #include "gi/shared/voxel/trace/ray_params.glsl"
 
 const float GOLDEN_ANGLE = 2.399963229728653;
@@ -13,6 +14,7 @@ struct PixelRays {
     Surface surface;
     mat3 around;   // of its shading normal
     vec2 offset;   // of the pixel's directions
+    uint seed;     // of the pixel
 };
 
 // False where nothing is gathered.
@@ -23,7 +25,9 @@ bool read_rays(ivec2 texel, out PixelRays rays) {
         return false;
     }
     rays.around = frame_around(rays.surface.shading_normal);
-    rays.offset = interleaved_offset(place_of(texel), params.pattern, frame.walk.x);
+    ivec2 place = place_of(texel);
+    rays.offset = interleaved_offset(place, params.pattern, frame.walk.x);
+    rays.seed = seed_of(uvec3(place, 0), frame.walk.x);
     return true;
 }
 

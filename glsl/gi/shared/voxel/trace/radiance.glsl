@@ -29,7 +29,7 @@ vec3 radiance_along(uint slot, vec3 direction) {
     Voxel voxel = surface_of(slot);
     if (SIDES == 2u) return side_of_voxel(2u * slot + uint(sees_back(voxel, direction))).rgb;
     vec3 n = unpack_mean_normal(voxel.normal);
-    if (dot(n, n) >= 0.9 && !is_opposed(voxel)) {
+    if (is_one_plane(n)) {
         n = normalize(n) * (dot(n, direction) > 0.0 ? -1.0 : 1.0);
         return faces_towards(slot, n, n * n);
     }

@@ -3,6 +3,7 @@
 #ifndef LUMIVOX_TRACE
 #define LUMIVOX_TRACE
 
+#include "gi/shared/voxel/trace/chance.glsl"
 #include "gi/shared/voxel/trace/space.glsl"
 
 struct TraceSettings {
@@ -13,24 +14,59 @@ struct TraceSettings {
     // a hit must meet the voxel's own plane ahead, within the voxel enlarged by this [edges of the
     // voxel]; negative: any touched voxel is hit
     float contour_slack;
+    uint seed;   // number of the receiver, from which chance is drawn
+    uint ray;    // number of the ray among those of the receiver
 };
 
-// Whether a ray that passes through a voxel hits the surface inside it.
-bool hits_surface(SpaceCell cell, vec3 corner, vec3 origin, vec3 direction, vec3 receiver,
+// Share of the rays along a direction that a voxel of several planes stops: the area that it shows
+// them over that of its outline.
+float stopped_share(Voxel voxel, vec3 direction) {
+    vec3 outline = abs(direction);
+    return dot(unpack_unorm10(voxel.across), outline) / (outline.x + outline.y + outline.z);
+}
+
+// Area within a voxel of the plane through a point of it [voxel faces]: the slope of the volume
+// behind the plane, which inclusion and exclusion of the cube's corners give.
+float area_of_plane(vec3 normal, vec3 point) {
+    vec3 n = max(abs(normal), vec3(0.01));
+    float d = dot(n, mix(point, 1.0 - point, lessThan(normal, vec3(0.0))));
+    vec3 one = max(vec3(d) - n, vec3(0.0)), two = max(vec3(d) - n.yzx - n.zxy, vec3(0.0));
+    float three = max(d - n.x - n.y - n.z, 0.0);
+    return (d * d - dot(one, one) + dot(two, two) - three * three) * length(n)
+        / (2.0 * n.x * n.y * n.z);
+}
+
+// A plane that is there nearly whole is whole, and so is one that only cuts off a corner: rounding
+// makes no holes in walls.
+const float NEARLY_WHOLE = 0.9, CORNER = 0.05;
+
+// Share of a voxel's plane that is surface.
+float filled_share(Voxel voxel, vec3 normal) {
+    float whole = area_of_plane(normal, unpack_unorm10(voxel.mean_position));
+    float share = length(unpack_unorm10(voxel.across)) / max(whole, CORNER);
+    return whole < CORNER || share > NEARLY_WHOLE ? 1.0 : share;
+}
+
+// Whether a ray that passes through a voxel, whose smallest corner is `low`, hits the surface
+// inside it.
+bool hits_surface(SpaceCell cell, ivec3 low, vec3 origin, vec3 direction, vec3 receiver,
     vec3 receiver_normal, TraceSettings s) {
     Voxel voxel = surface_of(uint(cell.slot));
     float edge = float(cell.edge), slack = edge * s.contour_slack;
+    vec3 corner = vec3(low);
     vec3 surface = corner + edge * unpack_unorm10(voxel.mean_position);
     if (dot(surface - receiver, receiver_normal) < edge * s.self_height) return false;
     if (slack < 0.0) return true;
     vec3 normal = unpack_mean_normal(voxel.normal);
-    if (dot(normal, normal) < 0.9) {
-        // Several planes in one voxel are no plane: the whole voxel is hit, but by a ray that
-        // leaves a corner from within the layers of its planes.
+    if (!is_one_plane(normal)) {
+        // A ray leaves a corner from within the layers of its planes.
         vec3 off = mix(
             vec3(0.0), abs(origin - corner - 0.5 * edge), greaterThan(abs(normal), vec3(0.1)));
         bool outside = any(greaterThan(off, vec3(0.5 * edge + slack)));
-        return outside || is_opposed(voxel) || !sees_back(voxel, direction);
+        if (!outside && !is_opposed(voxel) && sees_back(voxel, direction)) return false;
+        // A ray comes to the walls of a room from inside, so that they stop it.
+        return is_concave(voxel)
+            || stopped_share(voxel, direction) > chance(uvec3(low), s.seed, s.ray);
     }
     float rate = dot(normal, direction);
     if (abs(rate) < 1e-3) return true;
@@ -38,7 +74,8 @@ bool hits_surface(SpaceCell cell, vec3 corner, vec3 origin, vec3 direction, vec3
     // A ray that starts on the plane is in front of it.
     if (along < (rate > 0.0 ? slack : -slack)) return false;
     vec3 met = origin + direction * along - corner;
-    return all(greaterThanEqual(met, vec3(-slack))) && all(lessThanEqual(met, vec3(edge + slack)));
+    if (any(lessThan(met, vec3(-slack))) || any(greaterThan(met, vec3(edge + slack)))) return false;
+    return filled_share(voxel, normal) > chance(uvec3(low), s.seed, s.ray);
 }
 
 // The place after the cell of `edge` around `place` on a ray, whose direction has the reciprocal
@@ -71,8 +108,8 @@ int trace(vec3 origin, vec3 direction, vec3 receiver, vec3 receiver_normal, Trac
         if (!is_inside(place, s.resolution)) return -1;
         SpaceCell cell = cell_around(place);
         if (cell.slot >= 0) {
-            vec3 corner = vec3(place & ivec3(-cell.edge));
-            if (hits_surface(cell, corner, origin, direction, receiver, receiver_normal, s))
+            ivec3 low = place & ivec3(-cell.edge);
+            if (hits_surface(cell, low, origin, direction, receiver, receiver_normal, s))
                 return cell.slot;
         }
         place = next_place(place, cell.edge, origin, direction, inverse, ahead, distance);
@@ -94,8 +131,8 @@ float soft_occlusion(vec3 origin, vec3 direction, vec3 receiver, vec3 receiver_n
         if (!is_inside(place, s.resolution)) break;
         SpaceCell cell = cell_around(place);
         if (cell.slot >= 0) {
-            vec3 corner = vec3(place & ivec3(-cell.edge));
-            bool hit = hits_surface(cell, corner, origin, direction, receiver, receiver_normal, s);
+            ivec3 low = place & ivec3(-cell.edge);
+            bool hit = hits_surface(cell, low, origin, direction, receiver, receiver_normal, s);
             if (hit) occlusion += (1.0 - occlusion) * min(kappa / max(distance, 1e-6), 1.0);
         }
         place = next_place(place, cell.edge, origin, direction, inverse, ahead, distance);

@@ -85,19 +85,20 @@ pub(in crate::gi::shared::voxel) fn area(record: &Voxel) -> f32 {
     float_from_half((record.z_area >> 16) as u16)
 }
 
-/// Mean of the unit normals, weighted with area; shorter than 1 where they differ.
+/// Mean of the unit normals, weighted with area; shorter than 1 where they differ, but of opposed
+/// parallel planes their unit normal.
 pub(in crate::gi::shared::voxel) fn mean_normal(record: &Voxel) -> Vec3 {
     unpack_unorm10(record.normal) * 2.0 - 1.0
 }
 
 /// The direction that parts the two sides of the surface: its mean normal, or the axis along which
-/// surfaces are opposed.
+/// surfaces are opposed that are not parallel.
 pub(in crate::gi::shared::voxel) fn front(record: &Voxel) -> Vec3 {
-    let is_opposed = record.coverage >> 29 & 1 != 0;
-    if is_opposed {
+    let (is_opposed, normal) = (record.coverage >> 29 & 1 != 0, mean_normal(record));
+    if is_opposed && normal.length_squared() < 0.9 {
         Vec3::AXES[(record.coverage >> 30).min(2) as usize]
     } else {
-        mean_normal(record).normalize_or_zero()
+        normal.normalize_or_zero()
     }
 }
 

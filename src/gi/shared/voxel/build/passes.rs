@@ -58,15 +58,17 @@ gpu_struct! {
         pub xy: u32,
         /// z (16 bits) and area (half float, voxel faces).
         pub z_area: u32,
-        /// Mean normal, (n + 1) / 2 in 3×10 bits.
+        /// Mean normal, (n + 1) / 2 in 3×10 bits; of opposed parallel planes, their unit normal.
         pub normal: u32,
         /// Square roots of the mean linear albedo, 3×10 bits.
         pub albedo: u32,
         /// Mean position, 3×10 bits.
         pub mean_position: u32,
         /// Opacity (12 bits), shares of the surface seen from one side (9) and from both (8),
-        /// whether it is opposed (1), along which axis (2).
+        /// whether it is opposed (1), along which axis (2), of others 1 where it is concave.
         pub coverage: u32,
+        /// Area seen from one side along each axis (voxel faces), 3×10 bits.
+        pub across: u32,
     }
 }
 

@@ -14,9 +14,7 @@ use glam::Vec3;
 
 use crate::gi::shared::loops::LOOP_BUDGET;
 use crate::gi::shared::voxel::build::{buffer, linear_groups};
-use crate::gi::shared::voxel::light::settings::{
-    Attenuation, Injection, LightSettings, Sides, Viewer,
-};
+use crate::gi::shared::voxel::light::settings::{Attenuation, Injection, LightSettings, Viewer};
 use crate::gi::shared::voxel::{Lattice, VoxelBounces, VoxelBox, VoxelGrid, Voxels};
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu, Image, Pass, Sets, Shaders};
@@ -458,9 +456,7 @@ impl VoxelLight {
         let is_shaded = injection == Injection::Voxel && !self.is_given;
         let is_weighted = attenuation == Attenuation::NormalWeighted;
         let emits = voxels.emission.is_some() && self.settings.emission.includes(viewer);
-        let has_faces = sides != Sides::Six
-            && voxels.faces.is_some()
-            && (dense.is_some() || self.settings.stores_faces);
+        let has_faces = voxels.faces.is_some() && (dense.is_some() || self.settings.stores_faces);
         pass.constant("INJECTION_VOXEL", is_shaded)
             .constant("EMISSIVE", emits)
             .constant("SIDES", sides as u32)

@@ -1,7 +1,7 @@
 //! How voxels are lit: what a technique chooses, and what it asks of maps and memory.
 
 use crate::gi::Settings;
-use crate::gi::shared::voxel::{Faces, VoxelBounces};
+use crate::gi::shared::voxel::VoxelBounces;
 
 /// Where the direct light of voxels comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,15 +24,6 @@ pub enum Sides {
 }
 
 impl Sides {
-    /// What faces of voxels have to hold, beside what their opacities are wanted for.
-    pub fn faces(self, opacities: Option<Faces>) -> Option<Faces> {
-        if self == Sides::Six {
-            Some(Faces::Areas)
-        } else {
-            opacities
-        }
-    }
-
     /// Bytes of so many voxels' radiances.
     pub fn radiance_bytes(self, voxel_count: u32) -> u64 {
         8 * self as u64 * u64::from(voxel_count)

@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3};
 use super::rays::sees_back;
 use super::{
     Receiver, TraceEnd, TraceGrid, TraceSettings, TraceVoxel, VoxelIndex, corner_of,
-    hemisphere_direction, trace,
+    hemisphere_direction, seed_of, trace,
 };
 
 /// From where a voxel looks, as direction number `direction` of it: a side of its own, or where
@@ -19,9 +19,7 @@ pub fn bounce_receiver(
     side: Option<usize>,
     direction: u32,
 ) -> Receiver {
-    let front = surface
-        .opposed_axis
-        .map_or(surface.mean_normal.normalize(), |axis| DVec3::AXES[axis]);
+    let front = surface.front();
     let is_back = side.map_or(
         surface.opposed_axis.is_some() && direction % 2 == 1,
         |side| side == 1,
@@ -81,12 +79,17 @@ pub fn bounce_rays(
             sin_squared,
             f64::from(ray) * golden_angle + pattern.y * 2.0 * PI,
         );
+        let settings = TraceSettings {
+            seed: seed_of(voxel, side.unwrap_or(0) as u32),
+            ray,
+            ..*settings
+        };
         match trace(
             grid,
             receiver.position + start_offset * receiver.geometric_normal,
             direction,
             &receiver,
-            settings,
+            &settings,
         ) {
             TraceEnd::Miss(_) => environment,
             TraceEnd::Hit(hit) => {

@@ -68,7 +68,7 @@ pub fn gather_emitters(
     for ray in 0..settings.ray_count {
         let point = chosen(parts, receiver, settings, ray, &mut reached.margin);
         if let Some(point) = point.filter(|point| point.irradiance != DVec3::ZERO)
-            && !is_hidden(grid, &point, receiver, settings, &mut reached.margin)
+            && !is_hidden(grid, &point, receiver, (settings, ray), &mut reached.margin)
         {
             reached.irradiance += point.irradiance / f64::from(settings.ray_count);
         }
@@ -166,14 +166,18 @@ fn is_hidden(
     grid: &TraceGrid,
     point: &Point,
     receiver: &Receiver,
-    settings: &PointSettings,
+    (settings, ray): (&PointSettings, u32),
     margin: &mut f64,
 ) -> bool {
+    let trace = TraceSettings {
+        ray,
+        ..settings.trace
+    };
     let origin = receiver.position + settings.start_offset * receiver.geometric_normal;
     let way = point.position - origin;
     let reach = way.length();
     let mut is_hidden = false;
-    for crossing in crossings(grid, origin, way / reach, receiver, &settings.trace) {
+    for crossing in crossings(grid, origin, way / reach, receiver, &trace) {
         let surface = corner_of(crossing.voxel) + grid.voxels[&crossing.voxel].mean_position;
         let height = (surface - point.position).dot(point.normal) - settings.trace.self_height;
         let hits = crossing.margin.min(height).min(reach - crossing.entry);

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use glam::{DVec2, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 
 use super::{
     Grid, LEAST_COVERAGE, LEAST_WEIGHT, VoxelIndex, corner_of, corners, doubles, material_of,
@@ -49,7 +49,8 @@ pub struct VoxelSum {
     pub fragment_count: u32,
     /// Sum of the weights [voxel faces].
     pub area: f64,
-    /// Mean normal, not of unit length.
+    /// Mean normal, not of unit length; of opposed surfaces in parallel planes, the unit normal of
+    /// these on the side of `opposed_axis`.
     pub normal: DVec3,
     /// Mean diffuse albedo.
     pub albedo: DVec3,
@@ -75,18 +76,33 @@ pub struct VoxelSum {
     pub opposed: f64,
     /// Axis along which most surface is opposed, where that share is above [`OPPOSED`].
     pub opposed_axis: Option<usize>,
+    /// Share of the squares of the normals that is along one direction, ⅓ to 1: above [`PARALLEL`]
+    /// the surfaces are parallel.
+    pub parallel: f64,
+    /// Mean height of the surfaces over the mean position, each along its own normal \[voxels\]:
+    /// negative where they meet like the walls of a room.
+    pub height: f64,
 }
 
 impl VoxelSum {
     /// The direction that parts the two sides of the surface.
     pub fn front(&self) -> DVec3 {
-        self.opposed_axis
-            .map_or_else(|| self.normal.normalize_or_zero(), |axis| DVec3::AXES[axis])
+        front_of(self.normal, self.opposed_axis)
+    }
+
+    /// Areas seen from one side along each axis [voxel faces].
+    pub fn across(&self) -> DVec3 {
+        self.facing[0].max(self.facing[1]).min(DVec3::ONE)
+    }
+
+    /// Whether surfaces that are not opposed meet like the walls of a room.
+    pub fn is_concave(&self) -> bool {
+        self.opposed_axis.is_none() && self.height < 0.0
     }
 
     /// Opacities of the faces along each axis and against it, 0 to 1: how much of the face is
     /// covered by what looks its way, or by all across its axis. With `is_binary` the most
-    /// covered face has opacity 1, and the others are in proportion; areas stay as they are.
+    /// covered face has opacity 1, and the others are in proportion.
     pub fn face_opacities(&self, faces: Faces, is_binary: bool) -> [DVec3; 2] {
         let [along, against] = self.facing;
         let areas = if faces == Faces::Both {
@@ -95,13 +111,28 @@ impl VoxelSum {
             [along, against]
         };
         let most = areas[0].max(areas[1]).max_element();
-        let is_scaled = is_binary && faces != Faces::Areas;
-        areas.map(|area| (area / if is_scaled { most } else { 1.0 }).min(DVec3::ONE))
+        areas.map(|area| (area / if is_binary { most } else { 1.0 }).min(DVec3::ONE))
     }
 }
 
 /// Above this share of surface that faces against the rest, a voxel counts as opposed.
 pub const OPPOSED: f64 = 0.25;
+
+/// From this share of the squares of opposed surfaces' normals along one direction on, they are
+/// parallel.
+pub const PARALLEL: f64 = 0.9;
+
+/// From this squared length of its mean normal on, a voxel's surface is one plane.
+pub const ONE_PLANE: f64 = 0.9;
+
+/// The direction that parts the two sides of a surface: its mean normal, or the axis along which
+/// surfaces are opposed that are not parallel.
+pub fn front_of(normal: DVec3, opposed_axis: Option<usize>) -> DVec3 {
+    match opposed_axis {
+        Some(axis) if normal.length_squared() < ONE_PLANE => DVec3::AXES[axis],
+        _ => normal.normalize_or_zero(),
+    }
+}
 
 /// The fragments of a scene, by triangle and then by voxel.
 pub fn fragments(scene: &Scene, grid: &Grid) -> Vec<Fragment> {
@@ -126,6 +157,20 @@ pub fn voxelize(scene: &Scene, grid: &Grid) -> BTreeMap<VoxelIndex, VoxelSum> {
         .into_iter()
         .map(|(voxel, parts)| (voxel, resolve(&parts)))
         .collect()
+}
+
+/// Largest eigenvector, of unit length and either sign, and eigenvalue of a symmetric matrix with
+/// none below zero.
+fn main_direction(matrix: DMat3) -> (DVec3, f64) {
+    let trace = |m: &DMat3| m.x_axis.x + m.y_axis.y + m.z_axis.z;
+    let mut power = matrix;
+    for _ in 0..6 {
+        power = power * power;
+        power *= 1.0 / trace(&power);
+    }
+    let diagonal = DVec3::new(power.x_axis.x, power.y_axis.y, power.z_axis.z);
+    let direction = power.col(diagonal.max_position()).normalize();
+    (direction, direction.dot(matrix * direction))
 }
 
 /// The mean of a voxel's fragments.
@@ -161,7 +206,23 @@ pub fn resolve(parts: &[Fragment]) -> VoxelSum {
         seen_from_both: share(seen_along + seen_against),
         opposed: share(hidden),
         opposed_axis: (share(hidden) > OPPOSED).then(|| hidden.max_position()),
+        parallel: 0.0,
+        height: 0.0,
     };
+    let weighted = |part: &Fragment| part.weight() / area;
+    let height = |part: &Fragment| weighted(part) * part.normal.dot(part.mean_position);
+    sum.height = parts.iter().map(height).sum::<f64>() - sum.normal.dot(sum.mean_position);
+    let square = |part: &Fragment| {
+        let [x, y, z] = (weighted(part).sqrt() * part.normal).to_array();
+        let n = DVec3::new(x, y, z);
+        DMat3::from_cols(x * n, y * n, z * n)
+    };
+    let (direction, most) =
+        main_direction(parts.iter().map(square).fold(DMat3::ZERO, |a, b| a + b));
+    sum.parallel = most;
+    if let Some(axis) = sum.opposed_axis.filter(|_| most >= PARALLEL) {
+        sum.normal = direction * direction[axis].signum();
+    }
     let emission = |parts: &mut dyn Iterator<Item = &Fragment>| {
         parts
             .map(|part| part.weight() * part.emission.element_sum())

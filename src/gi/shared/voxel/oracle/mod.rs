@@ -19,7 +19,9 @@ mod touching;
 
 pub use bounce::{bounce_rays, bounce_receiver, voxel_pattern};
 pub use emitters::{EmitterPart, PointSettings, Reached, gather_emitters, unhidden};
-pub use fragments::{Fragment, OPPOSED, VoxelSum, fragments, resolve, voxelize};
+pub use fragments::{
+    Fragment, ONE_PLANE, OPPOSED, PARALLEL, VoxelSum, fragments, front_of, resolve, voxelize,
+};
 pub use index::{block_bases, block_bit, compact_order, occupancy_words};
 pub use light::{
     inject, inject_faces, inject_sides, lit_area, normal_weighted, reflected_flux, shade_voxel,
@@ -27,7 +29,7 @@ pub use light::{
 };
 pub use rays::{
     Crossing, GatherSettings, Gathered, Receiver, TraceEnd, TraceGrid, TraceSettings, TraceVoxel,
-    crossings, gather_rays, gather_triangles, hemisphere_direction, occlusion, trace,
+    crossings, gather_rays, gather_triangles, hemisphere_direction, occlusion, seed_of, trace,
 };
 pub use touching::{Candidate, candidates, is_degenerate, touched_voxels};
 

@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
 
+use super::fragments::{ONE_PLANE, front_of};
 use super::{VoxelIndex, corner_of};
 
 /// What a ray needs to know of an occupied voxel.
@@ -12,12 +13,34 @@ use super::{VoxelIndex, corner_of};
 pub struct TraceVoxel {
     /// Centroid of the surface from the voxel's smallest corner \[voxels\].
     pub mean_position: DVec3,
-    /// Mean normal, not of unit length.
+    /// Mean normal, not of unit length; of opposed surfaces in parallel planes, their unit normal.
     pub mean_normal: DVec3,
     /// Axis along which its surface is opposed.
     pub opposed_axis: Option<usize>,
+    /// Whether surfaces that are not opposed meet like the walls of a room.
+    pub is_concave: bool,
+    /// Areas seen from one side along each axis [voxel faces].
+    pub across: DVec3,
     /// Radiance of the front and of the back [W/(m² sr)].
     pub radiance: [DVec3; 2],
+}
+
+impl TraceVoxel {
+    /// The direction that parts the two sides of the surface.
+    pub fn front(&self) -> DVec3 {
+        front_of(self.mean_normal, self.opposed_axis)
+    }
+
+    /// Share of the rays along a direction that a voxel of several planes stops: the area that it
+    /// shows them over that of its outline.
+    pub fn stopped_share(&self, direction: DVec3) -> f64 {
+        let outline = direction.abs();
+        self.across.dot(outline) / outline.element_sum()
+    }
+
+    fn is_one_plane(&self) -> bool {
+        self.mean_normal.length_squared() >= ONE_PLANE
+    }
 }
 
 /// The occupied voxels that rays can hit.
@@ -49,6 +72,28 @@ pub struct TraceSettings {
     /// A ray must meet the voxel's own plane ahead, within the voxel enlarged by this \[voxels\];
     /// negative: every voxel that it passes through is hit.
     pub contour_slack: f64,
+    /// What tells the receiver from others ([`seed_of`]).
+    pub seed: u32,
+    /// Number of the ray among those of the receiver.
+    pub ray: u32,
+}
+
+/// PCG hash (Jarzynski & Olano 2020).
+fn scrambled(number: u32) -> u32 {
+    let state = number.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
+    let word = ((state >> ((state >> 28) + 4)) ^ state).wrapping_mul(277_803_737);
+    (word >> 22) ^ word
+}
+
+/// What tells a receiver from others: the pixel or voxel that it is, and the frame or side.
+pub fn seed_of([x, y, z]: [u32; 3], number: u32) -> u32 {
+    scrambled((x | y << 11 | z << 22) ^ scrambled(number))
+}
+
+/// A number of [0, 1) for a ray at a voxel. Those of a receiver's rays are golden ratios apart.
+fn chance(voxel: VoxelIndex, settings: &TraceSettings) -> f64 {
+    let turn = settings.ray.wrapping_mul(0x9e37_79b9);
+    f64::from(seed_of(voxel, settings.seed).wrapping_add(turn) >> 8) / f64::from(1 << 24)
 }
 
 /// A ray's way through one occupied voxel.
@@ -61,8 +106,8 @@ pub struct Crossing {
     /// Distance at which the ray leaves it \[voxels\]: where exit − entry is within rounding, the
     /// ray only grazes the voxel.
     pub exit: f64,
-    /// How far the ray is from the other decision \[voxels\]: not negative is a hit, negative a
-    /// miss.
+    /// How far the ray is from the other decision \[voxels, or shares of rays\]: not negative is a
+    /// hit, negative a miss.
     pub margin: f64,
 }
 
@@ -169,16 +214,42 @@ fn box_interval(origin: DVec3, direction: DVec3, corner: DVec3, edge: f64) -> Op
     (entry <= exit).then_some((entry, exit))
 }
 
-/// Below this squared length of the mean normal a voxel holds several planes, and the whole of it
-/// is hit.
-const ONE_PLANE: f64 = 0.9;
-
 /// Below this cosine a ray runs along the voxel's plane, and the whole voxel is hit.
 const ALONG_PLANE: f64 = 1e-3;
 
-/// Margin of the two rules: the surface is not the receiver itself, and the ray meets the voxel's
-/// plane ahead, within the enlarged voxel. A corner is hit whole, but by a ray that leaves it from
-/// within the layers of its planes.
+/// Area within the unit cube of the plane through a point of it [voxel faces].
+fn area_of_plane(normal: DVec3, point: DVec3) -> f64 {
+    let n = normal.abs().max(DVec3::splat(0.01));
+    let d = n.dot(DVec3::select(normal.cmplt(DVec3::ZERO), 1.0 - point, point));
+    // The volume behind the plane is a pyramid less those beyond the cube; this is its slope.
+    let corner = |of: [f64; 3]| (d - n.dot(DVec3::from(of))).max(0.0).powi(2);
+    let [one, two] = [
+        [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+        [[0.0, 1.0, 1.0], [1.0, 0.0, 1.0], [1.0, 1.0, 0.0]],
+    ]
+    .map(|corners| corners.map(corner).iter().sum::<f64>());
+    (d * d - one + two - corner([1.0; 3])) * n.length() / (2.0 * n.x * n.y * n.z)
+}
+
+/// From this share of its plane on, a surface is whole.
+const NEARLY_WHOLE: f64 = 0.9;
+
+/// A plane of less area than this in a voxel \[faces\] is whole.
+const CORNER: f64 = 0.05;
+
+/// Margin of a plane's holes: how far `chance` is from the other side of the share of it that is
+/// surface, or that share from where the plane is whole.
+fn hole_margin(surface: &TraceVoxel, chance: f64) -> f64 {
+    let whole = area_of_plane(surface.mean_normal, surface.mean_position);
+    let share = surface.across.length() / whole.max(CORNER);
+    let is_whole = (CORNER - whole).max(share - NEARLY_WHOLE);
+    (share - chance).max(is_whole)
+}
+
+/// Margin of the rules: the surface is not the receiver itself, and is not a corner that the ray
+/// leaves from within the layers of its planes. Surfaces of several planes stop all rays where they
+/// are concave, and otherwise a share. One plane is met ahead, within the enlarged voxel, where it
+/// has no hole.
 fn hit_margin(
     voxel: VoxelIndex,
     surface: &TraceVoxel,
@@ -188,44 +259,48 @@ fn hit_margin(
     settings: &TraceSettings,
 ) -> f64 {
     let position = corner_of(voxel) + surface.mean_position;
-    let height =
+    let mut margin =
         (position - receiver.position).dot(receiver.geometric_normal) - settings.self_height;
-    let normal = surface.mean_normal;
-    let cosine = normal.dot(direction);
-    if settings.contour_slack >= 0.0
-        && normal.length_squared() < ONE_PLANE
-        && surface.opposed_axis.is_none()
-        && sees_back(surface, direction)
-    {
-        let off = (origin - corner_of(voxel) - 0.5).abs();
-        let outside = DVec3::select(normal.abs().cmpgt(DVec3::splat(0.1)), off, DVec3::ZERO)
-            .max_element()
-            - 0.5;
-        return height.min(outside - settings.contour_slack);
+    if settings.contour_slack < 0.0 {
+        return margin;
     }
-    if settings.contour_slack < 0.0
-        || normal.length_squared() < ONE_PLANE
-        || cosine.abs() < ALONG_PLANE
-    {
-        return height;
+    let (normal, chance) = (surface.mean_normal, chance(voxel, settings));
+    if !surface.is_one_plane() {
+        if surface.opposed_axis.is_none() && sees_back(surface, direction) {
+            let off = (origin - corner_of(voxel) - 0.5).abs();
+            let outside = DVec3::select(normal.abs().cmpgt(DVec3::splat(0.1)), off, DVec3::ZERO)
+                .max_element()
+                - 0.5;
+            margin = margin.min(outside - settings.contour_slack);
+        }
+        return if surface.is_concave {
+            margin
+        } else {
+            margin.min(surface.stopped_share(direction) - chance)
+        };
+    }
+    let cosine = normal.dot(direction);
+    if cosine.abs() < ALONG_PLANE {
+        return margin;
     }
     let along = normal.dot(position - origin) / cosine;
     let met = origin + direction * along - corner_of(voxel);
     let inside = met.min(1.0 - met).min_element() + settings.contour_slack;
     // A ray that starts on the plane is in front of it.
     let ahead = along - settings.contour_slack * cosine.signum();
-    height.min(inside).min(ahead)
+    margin
+        .min(inside)
+        .min(ahead)
+        .min(hole_margin(surface, chance))
 }
 
 /// Whether a ray sees the back of a voxel that it hits. A corner has several planes that are not
 /// opposed: there the ray sees the front if it meets the front of any of them.
 pub(super) fn sees_back(voxel: &TraceVoxel, direction: DVec3) -> bool {
-    match voxel.opposed_axis {
-        Some(axis) => direction[axis] > 0.0,
-        None if voxel.mean_normal.length_squared() >= ONE_PLANE => {
-            direction.dot(voxel.mean_normal) > 0.0
-        }
-        None => (direction * voxel.mean_normal).min_element() > -0.05,
+    if voxel.opposed_axis.is_some() || voxel.is_one_plane() {
+        direction.dot(voxel.front()) > 0.0
+    } else {
+        (direction * voxel.mean_normal).min_element() > -0.05
     }
 }
 
@@ -259,8 +334,12 @@ pub struct Gathered {
 /// E = π / n Σ L_i over n cosine-distributed directions: sin²θ is stratified and azimuths are
 /// golden angles apart (Vogel 1979). A direction below the geometric surface sees nothing.
 pub fn gather_rays(grid: &TraceGrid, receiver: &Receiver, settings: &GatherSettings) -> Gathered {
-    gather(receiver, settings, |origin, direction| {
-        match trace(grid, origin, direction, receiver, &settings.trace) {
+    gather(receiver, settings, |origin, direction, ray| {
+        let trace_settings = TraceSettings {
+            ray,
+            ..settings.trace
+        };
+        match trace(grid, origin, direction, receiver, &trace_settings) {
             TraceEnd::Miss(_) => None,
             TraceEnd::Hit(hit) => {
                 let voxel = &grid.voxels[&hit.voxel];
@@ -279,7 +358,7 @@ pub fn gather_triangles(
     receiver: &Receiver,
     settings: &GatherSettings,
 ) -> Gathered {
-    gather(receiver, settings, |origin, direction| {
+    gather(receiver, settings, |origin, direction, _| {
         let met = triangles.iter().filter_map(|triangle| {
             let distance = meets(triangle, origin, direction)?;
             Some((distance, triangle))
@@ -314,24 +393,22 @@ fn radiance_at(grid: &TraceGrid, place: DVec3, facing: DVec3) -> Option<DVec3> {
         let index = cell.to_array().map(|at| at as u32);
         is_inside.then(|| grid.voxels.get(&index)).flatten()
     })?;
-    let front = match found.opposed_axis {
-        Some(axis) => DVec3::AXES[axis],
-        None => found.mean_normal,
-    };
-    Some(found.radiance[usize::from(facing.dot(front) < 0.0)])
+    Some(found.radiance[usize::from(facing.dot(found.front()) < 0.0)])
 }
 
-/// What directions see, each by its radiance and its distance [voxels], or nothing.
+/// What directions, numbered from 0, see, each by its radiance and its distance [voxels], or
+/// nothing.
 fn gather(
     receiver: &Receiver,
     settings: &GatherSettings,
-    seen: impl Fn(DVec3, DVec3) -> Option<(DVec3, f64)>,
+    seen: impl Fn(DVec3, DVec3, u32) -> Option<(DVec3, f64)>,
 ) -> Gathered {
     let golden_angle = PI * (3.0 - 5f64.sqrt());
     let count = f64::from(settings.ray_count);
     let origin = receiver.position + settings.start_offset * receiver.geometric_normal;
     let (mut radiance, mut occlusion) = (DVec3::ZERO, 0.0);
-    for ray in (0..settings.ray_count).map(f64::from) {
+    for number in 0..settings.ray_count {
+        let ray = f64::from(number);
         let direction = hemisphere_direction(
             receiver.shading_normal,
             (ray + settings.pattern.x) / count,
@@ -340,7 +417,7 @@ fn gather(
         if direction.dot(receiver.geometric_normal) <= 0.0 {
             continue;
         }
-        match seen(origin, direction) {
+        match seen(origin, direction, number) {
             None => radiance += settings.environment,
             Some((seen, distance)) => {
                 radiance += seen;
@@ -370,4 +447,39 @@ pub fn hemisphere_direction(normal: DVec3, sin_squared: f64, azimuth_rad: f64) -
     sine * azimuth_rad.cos() * tangent
         + sine * azimuth_rad.sin() * bitangent
         + (1.0 - sin_squared).max(0.0).sqrt() * normal
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Against the volume behind the plane, which points count.
+    #[test]
+    fn planes_have_the_area_of_their_part_in_the_cube() {
+        let n = 128;
+        let behind = |normal: DVec3, offset: f64| {
+            let inside = |index: u32| {
+                let at = [index % n, index / n % n, index / (n * n)].map(f64::from);
+                (DVec3::from(at) + 0.5).dot(normal) / f64::from(n) < offset
+            };
+            f64::from((0..n.pow(3)).filter(|index| inside(*index)).count() as u32)
+                / f64::from(n.pow(3))
+        };
+        for (normal, offset) in [
+            (DVec3::new(1.0, 2.0, 3.0), 0.8),
+            (DVec3::new(-1.0, 2.0, 0.5), 0.3),
+            (DVec3::new(1.0, 1.0, 1.0), 0.3),
+            (DVec3::new(-0.3, -0.2, -0.9), -0.7),
+        ] {
+            let (length, step) = (normal.length(), 0.04);
+            let (normal, offset) = (normal / length, offset / length);
+            let slope =
+                (behind(normal, offset + step) - behind(normal, offset - step)) / (2.0 * step);
+            let area = area_of_plane(normal, offset * normal);
+            assert!(
+                (area - slope).abs() < 0.05 * slope,
+                "{normal}: {area}, {slope}"
+            );
+        }
+    }
 }

@@ -383,6 +383,8 @@ fn walled() -> TraceGrid {
         mean_position: DVec3::splat(0.5),
         mean_normal: DVec3::NEG_X,
         opposed_axis: None,
+        is_concave: false,
+        across: DVec3::X,
         radiance: [DVec3::splat(radiance); 2],
     };
     let wall = (0..64).map(|index| ([5, index / 8, index % 8], voxel(1.0)));
@@ -400,6 +402,8 @@ const FLOOR: Receiver = Receiver {
 const ANY_TOUCH: TraceSettings = TraceSettings {
     self_height: -100.0,
     contour_slack: -1.0,
+    seed: 0,
+    ray: 0,
 };
 
 fn ended(origin: DVec3, direction: DVec3, settings: TraceSettings) -> (VoxelIndex, f64) {
@@ -475,6 +479,57 @@ fn contours_cut_the_corners_of_voxels() {
     assert!(seen.first().is_some_and(|first| close(first.margin, -0.1)));
 }
 
+/// A chain that fills 3% of a voxel stops 3% of the rays; a plane with a hole, a share of them.
+#[test]
+fn surfaces_stop_rays_by_the_area_that_they_show() {
+    let stopped = |voxel: TraceVoxel| {
+        let grid = TraceGrid {
+            resolution: 8,
+            voxels: [([3, 3, 3], voxel)].into(),
+        };
+        let stops = |ray: u32| {
+            let settings = TraceSettings {
+                self_height: -100.0,
+                contour_slack: 0.1,
+                seed: 7,
+                ray,
+            };
+            let origin = DVec3::new(0.5, 3.5, 3.5);
+            matches!(
+                trace(&grid, origin, DVec3::X, &FLOOR, &settings),
+                TraceEnd::Hit(_)
+            )
+        };
+        f64::from((0..1000).filter(|ray| stops(*ray)).count() as u32) / 1000.0
+    };
+    let chain = TraceVoxel {
+        mean_position: DVec3::splat(0.5),
+        mean_normal: DVec3::splat(0.1),
+        opposed_axis: Some(0),
+        is_concave: false,
+        across: DVec3::new(0.03, 0.5, 0.5),
+        radiance: [DVec3::ONE; 2],
+    };
+    assert!((stopped(chain) - 0.03).abs() < 0.005, "{}", stopped(chain));
+    let plane = |area: f64| TraceVoxel {
+        mean_normal: DVec3::NEG_X,
+        opposed_axis: None,
+        across: DVec3::X * area,
+        ..chain
+    };
+    assert!((stopped(plane(0.4)) - 0.4).abs() < 0.02);
+    assert_eq!(stopped(plane(0.95)), 1.0);
+    assert_eq!(
+        stopped(TraceVoxel {
+            is_concave: true,
+            mean_normal: DVec3::splat(-0.4),
+            opposed_axis: None,
+            ..chain
+        }),
+        1.0
+    );
+}
+
 #[test]
 fn rays_gather_a_furnace_and_the_environment() {
     let inside = |index: u32| [index % 8, index / 8 % 8, index / 64];
@@ -485,6 +540,8 @@ fn rays_gather_a_furnace_and_the_environment() {
         mean_position: DVec3::splat(0.5),
         mean_normal: DVec3::ZERO,
         opposed_axis: None,
+        is_concave: false,
+        across: DVec3::ONE,
         radiance: [DVec3::new(1.0, 2.0, 3.0); 2],
     };
     let furnace = TraceGrid {
@@ -581,7 +638,7 @@ fn nothing_behind_a_light_occludes() {
     assert_eq!(inject(&scene, &UNIT_GRID, 4)[&[1, 1, 1]], DVec3::ZERO);
 }
 
-/// The normals of a thin sheet's two sides cancel; what the sheet covers does not.
+/// The normals of a thin sheet's two sides cancel; what the sheet covers does not, nor its plane.
 #[test]
 fn both_sides_of_a_sheet_cover() {
     let front = [[0.0, 0.0, 0.5], [0.5, 0.0, 0.5], [0.0, 0.5, 0.5]];
@@ -589,7 +646,7 @@ fn both_sides_of_a_sheet_cover() {
         &scene_of(&[(front, 0.5), ([front[0], front[2], front[1]], 0.5)]),
         &UNIT_GRID,
     )[&[0, 0, 0]];
-    assert!(near(sum.normal, DVec3::ZERO) && close(sum.coverage, 0.25));
+    assert!(near(sum.normal, DVec3::Z) && close(sum.coverage, 0.25));
     assert!(
         close(sum.seen_from_one, 0.5)
             && close(sum.seen_from_both, 1.0)
@@ -668,6 +725,54 @@ fn stacked_panels_glow_as_one() {
             && near(sum.emission / sum.seen_from_one, DVec3::splat(8.0)),
         "{sum:?}"
     );
+}
+
+/// A wall of two sheets that is turned by 30°: its normal is stored, not the axis nearest to it.
+#[test]
+fn opposed_planes_that_are_parallel_keep_their_normal() {
+    let (sine, cosine) = 30f32.to_radians().sin_cos();
+    let at = |across: f32, along: f32, z: f32| {
+        let (x, y) = (
+            0.5 + along * cosine - across * sine,
+            0.5 + along * sine + across * cosine,
+        );
+        [x, y, z]
+    };
+    let sheet = |across| {
+        [
+            at(across, -0.3, 0.2),
+            at(across, 0.3, 0.2),
+            at(across, 0.3, 0.8),
+        ]
+    };
+    let [a, b, c] = sheet(-0.1);
+    let sum = voxelize(
+        &scene_of(&[(sheet(0.1), 0.5), ([a, c, b], 0.5)]),
+        &UNIT_GRID,
+    )[&[0, 0, 0]];
+    let normal = DVec3::new(-f64::from(sine), f64::from(cosine), 0.0);
+    assert!(
+        sum.opposed_axis == Some(1)
+            && sum.normal.dot(normal) > 0.999_999
+            && sum.front() == sum.normal,
+        "{sum:?}"
+    );
+}
+
+/// The corner of a room and the edge of a box have the same mean normal and lie apart.
+#[test]
+fn rooms_are_concave_and_boxes_are_not() {
+    let floor = |low: f32, high: f32| [[low, low, 0.5], [high, low, 0.5], [low, high, 0.5]];
+    let wall = |low: f32, high: f32| [[0.5, low, low], [0.5, high, low], [0.5, low, high]];
+    for (low, high, is_concave) in [(0.5, 1.0, true), (0.0, 0.5, false)] {
+        let scene = scene_of(&[(floor(low, high), 0.5), (wall(low, high), 0.5)]);
+        let sum = voxelize(&scene, &UNIT_GRID)[&[0, 0, 0]];
+        assert!(
+            sum.is_concave() == is_concave && sum.opposed_axis.is_none(),
+            "{sum:?}"
+        );
+        assert!(near(sum.across(), DVec3::new(0.125, 0.0, 0.125)), "{sum:?}");
+    }
 }
 
 /// A floor and a wall that face the same corner of the voxel are opposed nowhere.

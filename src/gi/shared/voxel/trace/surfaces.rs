@@ -19,11 +19,11 @@ gpu_struct! {
     }
 }
 
-/// Bytes of a packed surface: mean position, mean normal and sides
+/// Bytes of a packed surface: mean position, mean normal, sides, and area across the axes
 /// (`gi/shared/voxel/records.glsl`).
-pub const SURFACE_BYTES: u64 = 8;
+pub const SURFACE_BYTES: u64 = 12;
 
-/// Mean position, mean normal and sides of each voxel. A thread a voxel.
+/// What rays read of each voxel. A thread a voxel.
 pub static PACK_SURFACES: Pass = Pass::compute(
     "voxel.pack_surfaces",
     "gi/shared/voxel/trace/pack_surfaces.comp",
