@@ -33,6 +33,24 @@ impl From<&Arc<Image>> for Resource {
     }
 }
 
+/// What a pass is to bind: a buffer, or all mips of an image.
+#[derive(Clone, Copy)]
+pub enum Bound<'v> {
+    /// A storage buffer.
+    Buffer(&'v Arc<Buffer>),
+    /// An image, sampled.
+    Image(&'v Arc<Image>),
+}
+
+impl From<Bound<'_>> for Resource {
+    fn from(bound: Bound<'_>) -> Self {
+        match bound {
+            Bound::Buffer(buffer) => buffer.into(),
+            Bound::Image(image) => image.into(),
+        }
+    }
+}
+
 impl Resource {
     /// Name of the buffer or image.
     pub fn name(&self) -> &str {

@@ -45,7 +45,7 @@ mod transfer;
 
 pub use access::{Access, Sync};
 pub use builder::{BatchDispatch, ClearOrLoad, DrawBatch, PassBuilder, Targets};
-pub use frame::{ClearValue, Frame, Resource};
+pub use frame::{Bound, ClearValue, Frame, Resource};
 pub use gpu::{Gpu, GpuOptions};
 #[doc(hidden)]
 pub use journal::{Issued, IssuedBarrier, JournalFrame, Touch};

@@ -398,8 +398,8 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         include_bytes!("../../spirv/gi/voxel_cones/svo/gather_triangles.comp.spv"),
     ),
     (
-        "gi/voxel_cones/svo/index_tiles.comp",
-        include_bytes!("../../spirv/gi/voxel_cones/svo/index_tiles.comp.spv"),
+        "gi/voxel_cones/svo/index_cells.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/svo/index_cells.comp.spv"),
     ),
     (
         "gi/voxel_cones/svo/inject_rsm.comp",
@@ -424,10 +424,6 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     (
         "gi/voxel_cones/svo/mark_affected.comp",
         include_bytes!("../../spirv/gi/voxel_cones/svo/mark_affected.comp.spv"),
-    ),
-    (
-        "gi/voxel_cones/svo/pack_blocks.comp",
-        include_bytes!("../../spirv/gi/voxel_cones/svo/pack_blocks.comp.spv"),
     ),
     (
         "gi/voxel_cones/svo/patches.comp",

@@ -30,8 +30,8 @@ pub(super) const FAST: Preset = Preset {
 /// Exact visibility.
 pub(super) const TRIANGLES: Preset = Preset {
     name: "triangles",
-    help: "as accurate, but rays meet the scene's own triangles: voxels only keep the light of each \
-           of their faces, so walls and bars thinner than a voxel hide what they should",
+    help: "as accurate, but rays meet the scene's own triangles: voxels only keep the light of \
+           each of their faces, so walls and bars thinner than a voxel hide what they should",
     values: &[&[("gather", "triangles"), ("radiance", "six-sided")]],
 };
 

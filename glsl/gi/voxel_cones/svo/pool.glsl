@@ -20,9 +20,6 @@ uint child_of(uint tile, uint node) {
     return (tile >> 8) + uint(bitCount(tile & (1u << node) - 1u));
 }
 
-// Of the table by which rays find tiles: from here on, log2 of the edge of an empty node [voxels].
-const uint EMPTY_CELL = 0x80000000u;
-
 // Tiles of a workgroup of 64 threads, in the passes that build the pool.
 const uint TILES_PER_THREAD = 16u, TILES_PER_GROUP = 64u * TILES_PER_THREAD;
 

@@ -19,7 +19,7 @@ pub use shadow::{SOFT_SHADOWS, ShadowConeParams};
 pub use trace::TraceParams;
 pub use tracer::{BounceConeParams, ConeParams, ConeSettings, ConeTracer, SpecularParams};
 pub use view::{ViewVoxelsParams, VoxelVolume};
-pub use volume::{Bound, FaceWeights, Volume, VolumePasses};
+pub use volume::{FaceWeights, Volume, VolumePasses};
 
 use crate::shader::{GpuStruct, StructLayout};
 

@@ -1,9 +1,7 @@
 //! What cones march through: the volume of a store, as data, and the passes through it.
 
-use std::sync::Arc;
-
 use crate::gi::shared::voxel::{Directionality, VoxelGrid};
-use crate::graph::{Binding, Buffer, Frame, Image, Pass, PassBuilder, Resource, Sets, Shaders};
+use crate::graph::{Binding, Bound, Frame, Pass, PassBuilder, Sets, Shaders};
 use crate::shader::StructLayout;
 
 /// The passes through a store's volume. Each store has entry shaders of its own that include a pass
@@ -133,15 +131,6 @@ pub enum FaceWeights {
     Squared,
 }
 
-/// A buffer or an image of a volume.
-#[derive(Clone, Copy)]
-pub enum Bound<'v> {
-    /// A storage buffer.
-    Buffer(&'v Arc<Buffer>),
-    /// A sampled image, all mips.
-    Image(&'v Arc<Image>),
-}
-
 /// The volume of a store, for one frame.
 #[derive(Clone, Copy)]
 pub struct Volume<'v> {
@@ -197,15 +186,9 @@ impl Volume<'_> {
         let pass = values.fold(frame.pass(pass), |pass, (name, value)| {
             pass.constant(name, value)
         });
-        self.bound.iter().fold(pass, |pass, &(name, bound)| {
-            pass.bind(
-                name,
-                match bound {
-                    Bound::Buffer(buffer) => Resource::from(buffer),
-                    Bound::Image(image) => Resource::from(image),
-                },
-            )
-        })
+        self.bound
+            .iter()
+            .fold(pass, |pass, &(name, bound)| pass.bind(name, bound))
     }
 
     /// The value of a constant of its passes; `None` of one that none of them has.

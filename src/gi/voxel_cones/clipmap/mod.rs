@@ -27,6 +27,7 @@ use crate::gi::shared::voxel::{
     Directionality, LightSettings, Prefilter, Sides, Space, SpacePasses, VoxelBox, VoxelLight,
     VoxelRecords, VoxelSettings, VoxelWindow, WindowScratch, add_counts,
 };
+use crate::graph::compute::read;
 use crate::graph::{Access, Binding, Buffer, Error, Frame, FrameStats, Gpu};
 use crate::render::LightMaps;
 
@@ -45,7 +46,12 @@ pub static CONES: VolumePasses = volume_passes!(
 pub static RAYS: SpacePasses = space_passes!(
     "gi/voxel_cones/clipmap",
     ["SIDES", "N", "LEVELS"],
-    ["levels", "blocks", "surfaces", "voxel_radiance"]
+    [
+        read("levels"),
+        read("blocks"),
+        read("surfaces"),
+        read("voxel_radiance")
+    ]
 );
 
 /// Levels of voxels, their light and their texels.

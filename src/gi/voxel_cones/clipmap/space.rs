@@ -10,7 +10,7 @@ use crate::gi::shared::voxel::trace::surfaces::{SURFACE_BYTES, pack_surfaces};
 use crate::gi::shared::voxel::{LightSettings, Space};
 use crate::gpu_struct;
 use crate::graph::compute::{read, write};
-use crate::graph::{Buffer, Error, Frame, FrameStats, Gpu, Pass};
+use crate::graph::{Bound, Buffer, Error, Frame, FrameStats, Gpu, Pass};
 use crate::shader::GpuStruct;
 
 gpu_struct! {
@@ -142,13 +142,12 @@ impl ClipmapSpace {
             passes: &RAYS,
             grid,
             bound: vec![
-                ("levels", &self.rows),
-                ("blocks", &self.blocks),
-                ("surfaces", &self.surfaces),
-                ("voxel_radiance", &self.radiance),
+                ("levels", Bound::Buffer(&self.rows)),
+                ("blocks", Bound::Buffer(&self.blocks)),
+                ("surfaces", Bound::Buffer(&self.surfaces)),
+                ("voxel_radiance", Bound::Buffer(&self.radiance)),
             ],
             constants: vec![("N", n), ("LEVELS", levels)],
-            words: [0; 4],
             sides: self.settings.sides,
             // A line crosses at most 3 n voxels of each level, on either side of the finer one.
             turns: 3 * n * levels + 1,

@@ -6,13 +6,13 @@ use glam::IVec3;
 
 use super::CONES;
 use super::layout::{Inner, Layout, Place};
-use crate::gi::shared::cone::{Bound, Volume};
+use crate::gi::shared::cone::Volume;
 use crate::gi::shared::voxel::build::{buffer, linear_groups};
 use crate::gi::shared::voxel::{Directionality, Prefilter, VoxelBox, VoxelLight, Voxels};
 use crate::gpu_struct;
 use crate::graph::{
-    Access, Binding, Buffer, Error, Frame, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Owner,
-    Pass, vk,
+    Access, Binding, Bound, Buffer, Error, Frame, Gpu, Image, ImageDesc, ImageKind, ImageUsage,
+    Owner, Pass, vk,
 };
 use crate::shader::GpuStruct;
 

@@ -25,7 +25,8 @@ use crate::gi::shared::voxel::{
     SpacePasses, VoxelLight, VoxelRecords, VoxelSettings, Voxelizer, Voxels,
 };
 use crate::gpu_struct;
-use crate::graph::{Access, Binding, Error, Frame, FrameStats, Gpu, Image, Pass};
+use crate::graph::compute::read;
+use crate::graph::{Access, Binding, Bound, Error, Frame, FrameStats, Gpu, Image, Pass};
 use crate::render::LightMaps;
 use crate::shader::GpuStruct;
 
@@ -56,10 +57,10 @@ pub static RAYS: SpacePasses = space_passes!(
     "gi/voxel_cones/mips",
     ["SIDES"],
     [
-        "occupancy",
-        "block_bases",
-        "voxel_records",
-        "voxel_radiance"
+        read("occupancy"),
+        read("block_bases"),
+        read("voxel_records"),
+        read("voxel_radiance")
     ]
 );
 
@@ -69,13 +70,12 @@ pub fn space<'v>(voxels: &'v Voxels, light: &'v VoxelLight) -> Space<'v> {
         passes: &RAYS,
         grid: voxels.grid,
         bound: vec![
-            ("occupancy", &voxels.occupancy),
-            ("block_bases", &voxels.block_bases),
-            ("voxel_records", &voxels.records),
-            ("voxel_radiance", &light.radiance),
+            ("occupancy", Bound::Buffer(&voxels.occupancy)),
+            ("block_bases", Bound::Buffer(&voxels.block_bases)),
+            ("voxel_records", Bound::Buffer(&voxels.records)),
+            ("voxel_radiance", Bound::Buffer(&light.radiance)),
         ],
         constants: Vec::new(),
-        words: [0; 4],
         sides: light.settings.sides,
         // A line crosses at most 3 n voxels of an n³ grid, and each is a turn of the loop.
         turns: 3 * voxels.grid.resolution + 1,

@@ -4,11 +4,11 @@ use std::sync::Arc;
 
 use super::{mark_matter, matter_image};
 use crate::gi::shared::cone::volume::volume_passes;
-use crate::gi::shared::cone::{Bound, Volume, VolumePasses};
+use crate::gi::shared::cone::{Volume, VolumePasses};
 use crate::gi::shared::voxel::{Directionality, Prefilter, VoxelGrid, Voxels};
 use crate::graph::{
-    Access, Binding, Error, Frame, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Owner, Pass, Sets,
-    Shaders, vk,
+    Access, Binding, Bound, Error, Frame, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Owner,
+    Pass, Sets, Shaders, vk,
 };
 
 /// One mip, or its six faces, from the next finer one. Reads and writes RGBA16F, radiance

@@ -126,8 +126,7 @@ pub(super) static PASSES: &[&Pass] = &[
     &touched::FLAG_TOUCHED,
     &touched::LIST_TOUCHED,
     &pieces::INJECT_RSM,
-    &space::INDEX_TILES,
-    &space::PACK_BLOCKS,
+    &space::INDEX_CELLS,
 ];
 
 /// The structs that this module shares with shaders, without the parameters of passes.
@@ -169,8 +168,7 @@ pub static ENTRY: Entry = Entry {
                 "svo.flag_texels",
                 "svo.grow",
                 "svo.copy_bricks",
-                "svo.index_tiles",
-                "svo.pack_blocks",
+                "svo.index_cells",
             ],
         ),
         &voxel::LIGHT_INJECTION,

@@ -25,13 +25,14 @@ use super::{Gatherer, Parts, Relit, VoxelStore};
 use crate::gi::Context;
 use crate::gi::settings::Settings;
 use crate::gi::shared::cone::volume::volume_passes;
-use crate::gi::shared::cone::{Bound, Volume, VolumePasses, VoxelVolume};
+use crate::gi::shared::cone::{Volume, VolumePasses, VoxelVolume};
 use crate::gi::shared::voxel::trace::space::space_passes;
 use crate::gi::shared::voxel::{
     Directionality, LightSettings, LitVoxels, Prefilter, Sides, Space, SpacePasses, VoxelGrid,
     VoxelSettings,
 };
-use crate::graph::{Access, Binding, Buffer, Error, Frame, FrameStats, Gpu, Image};
+use crate::graph::compute::read;
+use crate::graph::{Access, Binding, Bound, Buffer, Error, Frame, FrameStats, Gpu, Image};
 use crate::render::LightMaps;
 
 /// The passes of cones through the octree.
@@ -78,7 +79,12 @@ pub fn volume<'v>(
 pub static RAYS: SpacePasses = space_passes!(
     "gi/voxel_cones/svo",
     ["SIDES", "SURFACE_WORDS"],
-    ["nodes", "top_tiles", "blocks", "surfaces", "voxel_radiance"]
+    [
+        Binding::sampled("cells", Access::ComputeSampled),
+        Binding::sampled("blocks", Access::ComputeSampled),
+        read("surfaces"),
+        read("voxel_radiance")
+    ]
 );
 
 /// What is built from the scene.
@@ -305,14 +311,9 @@ impl VoxelStore for Svo {
     }
 
     fn space(&self) -> Option<Space<'_>> {
-        let Octree {
-            voxels,
-            nodes,
-            space,
-            ..
-        } = self.octree.as_ref()?;
+        let Octree { voxels, space, .. } = self.octree.as_ref()?;
         let sides = self.light_settings.sides;
-        space.as_ref()?.as_space(voxels, nodes, sides)
+        space.as_ref()?.as_space(voxels, sides)
     }
 
     fn volumes(&self) -> Vec<VoxelVolume<'_>> {

@@ -13,7 +13,6 @@ layout(std430, set = 1, binding = 2) restrict buffer VoxelIrradiance { uvec2 vox
 layout(push_constant) uniform BounceEmittersParams {
     vec4 grid;             // xyz: smallest corner of the space; w: edge of its finest voxels [m]
     vec4 first_voxel;      // xyz: of the grid that the voxels are of [their size]
-    uvec4 space;           // what the store tells its space
     uint resolution;       // edge of the space [voxels]
     uint voxel_count;
     uint part_count;

@@ -10,7 +10,6 @@ layout(set = 1, binding = 3, rgba32f) uniform restrict image2D indirect_diffuse;
 
 layout(push_constant) uniform GatherEmittersParams {
     vec4 grid;             // xyz: smallest corner of the space; w: edge of its finest voxels [m]
-    uvec4 space;           // what the store tells its space
     uint resolution;       // edge of the space [voxels]
     uint part_count;
     uint ray_count;        // of all dispatches

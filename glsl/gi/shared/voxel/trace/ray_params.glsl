@@ -4,7 +4,6 @@
 
 layout(push_constant) uniform RayParams {
     vec4 grid;             // xyz: smallest corner of the space; w: edge of its finest voxels [m]
-    uvec4 space;           // what the store tells its space
     uint resolution;       // edge of the space [voxels]
     uint ray_count;        // of all dispatches
     uint first_ray;        // of this dispatch, which adds to what those before it left

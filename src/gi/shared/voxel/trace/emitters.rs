@@ -28,8 +28,6 @@ gpu_struct! {
     pub struct GatherEmittersParams {
         /// xyz: smallest corner of the space (m); w: edge of its finest voxels (m).
         pub grid: [f32; 4],
-        /// As [`super::Space::words`].
-        pub space: [u32; 4],
         /// Edge of the space (voxels).
         pub resolution: u32,
         /// Number of parts.
@@ -58,8 +56,6 @@ gpu_struct! {
         pub grid: [f32; 4],
         /// xyz: first voxel of the grid that the voxels are of (their size).
         pub first_voxel: [f32; 4],
-        /// As [`super::Space::words`].
-        pub space: [u32; 4],
         /// Edge of the space (voxels).
         pub resolution: u32,
         /// Number of voxels that gather.

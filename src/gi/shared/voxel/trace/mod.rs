@@ -25,8 +25,6 @@ gpu_struct! {
     pub struct RayParams {
         /// xyz: smallest corner of the space (m); w: edge of its finest voxels (m).
         pub grid: [f32; 4],
-        /// As [`Space::words`].
-        pub space: [u32; 4],
         /// Edge of the space (voxels).
         pub resolution: u32,
         /// Rays a pixel, of all dispatches.
@@ -54,8 +52,6 @@ gpu_struct! {
     pub struct BounceRayParams {
         /// xyz: first voxel of the grid that the voxels are of (their size).
         pub first_voxel: [f32; 4],
-        /// As [`Space::words`].
-        pub space: [u32; 4],
         /// Edge of the space (voxels).
         pub resolution: u32,
         /// Number of voxels that gather.
@@ -157,7 +153,6 @@ impl RayTracer {
         for [first_ray, end_ray] in dispatches(s.count, turns) {
             let params = RayParams {
                 grid: space.grid.row(),
-                space: space.words,
                 resolution: space.grid.resolution,
                 ray_count: s.count,
                 first_ray,
@@ -208,7 +203,6 @@ impl RayTracer {
                 .bind("indirect_diffuse", receivers.light)
                 .push(&GatherEmittersParams {
                     grid: space.grid.row(),
-                    space: space.words,
                     resolution: space.grid.resolution,
                     part_count: points.count,
                     ray_count: s.count,
@@ -236,7 +230,6 @@ impl RayTracer {
         for [first_ray, end_ray] in dispatches(self.bounce_directions, space.turns) {
             let params = BounceRayParams {
                 first_voxel: first_voxel.extend(0.0).to_array(),
-                space: space.words,
                 resolution: space.grid.resolution,
                 voxel_count: voxels.voxel_count,
                 ray_count: self.bounce_directions,
@@ -279,7 +272,6 @@ impl RayTracer {
                 .push(&BounceEmittersParams {
                     grid: space.grid.row(),
                     first_voxel: first_voxel.extend(0.0).to_array(),
-                    space: space.words,
                     resolution: space.grid.resolution,
                     voxel_count: voxels.voxel_count,
                     part_count: points.count,

@@ -1,12 +1,10 @@
 //! What exact rays walk through: the space of a store, as data, and the passes through it.
 
-use std::sync::Arc;
-
 use super::emitters::{self, BounceEmittersParams, GatherEmittersParams};
 use super::{BOUNCE, BounceRayParams, PIXEL, RayParams};
 use crate::gi::shared::voxel::{Sides, VoxelGrid};
 use crate::graph::pass::join;
-use crate::graph::{Binding, Buffer, Frame, Pass, PassBuilder, Sets, Shaders};
+use crate::graph::{Binding, Bound, Frame, Pass, PassBuilder, Sets, Shaders};
 use crate::render::bvh;
 use crate::shader::{GpuStruct, StructLayout};
 
@@ -45,22 +43,12 @@ impl SpacePasses {
 }
 
 /// [`SpacePasses`] whose entry shaders are in a folder, from the constants and the bindings of the
-/// space, of which it reads storage buffers only.
+/// space.
 macro_rules! space_passes {
-    ($folder:literal, [$($constant:literal),*], [$($buffer:literal),*]) => {{
+    ($folder:literal, [$($constant:literal),*], [$($binding:expr),*]) => {{
         use $crate::gi::shared::voxel::trace::space;
-        const BUFFERS: &[$crate::graph::Binding] = &[
-            $($crate::graph::Binding::buffer($buffer, $crate::graph::Access::ComputeRead)),*
-        ];
-        const SPACE: [$crate::graph::Binding; BUFFERS.len()] = {
-            let mut space = [BUFFERS[0]; BUFFERS.len()];
-            let mut i = 1;
-            while i < BUFFERS.len() {
-                space[i] = BUFFERS[i];
-                i += 1;
-            }
-            space
-        };
+        const BINDINGS: &[$crate::graph::Binding] = &[$($binding),*];
+        const SPACE: [$crate::graph::Binding; BINDINGS.len()] = [$($binding),*];
         space::SpacePasses {
             gather_rays: space::gather_rays(
                 concat!($folder, "/gather_rays.comp"),
@@ -223,12 +211,10 @@ pub struct Space<'v> {
     pub passes: &'static SpacePasses,
     /// Where it is, in its finest voxels.
     pub grid: VoxelGrid,
-    /// Its buffers, by name.
-    pub bound: Vec<(&'static str, &'v Arc<Buffer>)>,
+    /// What it reads, by name.
+    pub bound: Vec<(&'static str, Bound<'v>)>,
     /// Its constants, by name, but for the radiances of a voxel.
     pub constants: Vec<(&'static str, u32)>,
-    /// What else its shader is told.
-    pub words: [u32; 4],
     /// Radiances of a voxel.
     pub sides: Sides,
     /// Turns of a shader's loops that a ray is trusted to stay below.
@@ -236,13 +222,13 @@ pub struct Space<'v> {
 }
 
 impl Space<'_> {
-    /// Adds one of its passes, with its buffers and constants.
+    /// Adds one of its passes, with what it reads and its constants.
     pub(super) fn pass<'f>(&self, frame: &'f mut Frame, pass: &'static Pass) -> PassBuilder<'f> {
         let sides = ("SIDES", self.sides as u32);
         let pass = (self.constants.iter().chain([&sides]))
             .fold(frame.pass(pass), |pass, &(name, value)| {
                 pass.constant(name, value)
             });
-        (self.bound.iter()).fold(pass, |pass, &(name, buffer)| pass.bind(name, buffer))
+        (self.bound.iter()).fold(pass, |pass, &(name, bound)| pass.bind(name, bound))
     }
 }
