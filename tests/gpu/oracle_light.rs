@@ -443,7 +443,7 @@ fn light_of_each_side_is_the_oracles() {
             "{name}, {injection:?}, {sides:?}: sides {expected_sums:.2?}, rms {rms:.4}, bias of \
              each {bias:+.4?}"
         );
-        // The fewer the texels of a mean, the noisier; a voxel of several planes is lit as one point.
+        // The fewer the texels of a mean, the noisier; voxels of several planes are lit as a point.
         let bound = match (injection, sides) {
             (Injection::Rsm, Sides::Six) => [0.15, 0.01],
             (Injection::Rsm, _) => [0.1, 0.01],
