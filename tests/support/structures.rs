@@ -6,10 +6,11 @@ use glam::{DVec4, Vec3};
 use lumivox::gi::shared::cone::oracle::{
     Clipmap, ClipmapLevel, FaceChain, Lattice, Levels, Volume,
 };
-use lumivox::gi::shared::cone::{self, Bound, FaceWeights};
+use lumivox::gi::shared::cone::{self, FaceWeights};
 use lumivox::gi::shared::voxel::Directionality;
 use lumivox::gi::voxel_cones::clipmap::{self, Layout};
 use lumivox::gi::voxel_cones::mips;
+use lumivox::graph::Bound;
 use lumivox::graph::{Buffer, Gpu, Image};
 
 use super::gather::{read_chain, read_faces};

@@ -5,12 +5,13 @@ use std::sync::Arc;
 
 use glam::Vec3;
 use lumivox::gi::entry::Entry;
-use lumivox::gi::shared::cone::{Bound, Volume, VoxelVolume};
+use lumivox::gi::shared::cone::{Volume, VoxelVolume};
 use lumivox::gi::voxel_cones::clipmap::Clipmap;
 use lumivox::gi::voxel_cones::mips::Mips;
 use lumivox::gi::voxel_cones::svo::Svo;
 use lumivox::gi::voxel_cones::{VoxelCones, VoxelStore};
 use lumivox::gi::{Change, Context, Inputs, MapNeeds, Settings, Technique};
+use lumivox::graph::Bound;
 use lumivox::graph::{Frame, Gpu, Image};
 use lumivox::render::{Follows, GBuffer, GpuScene, LightMaps, Output};
 use lumivox::scene::Scene;
