@@ -281,7 +281,6 @@ fn what_is_fatal_is_worse_than_what_is_harmless() {
     let gpu = gpu();
     let modes = [
         ("small_emitter", 16.0, 0.25),
-        ("thin_columns", 4.0, 0.25),
         ("facing_surfaces", 8.0, 0.5),
         ("rsm_undersampling", 128.0, 8.0),
         ("one_voxel", 15.5, 0.25),
@@ -299,8 +298,11 @@ fn what_is_fatal_is_worse_than_what_is_harmless() {
             "{name}: {harmless}, {fatal}"
         );
     }
-    let points = figure(&gpu, "small_emitter", "voxel-mips", "accurate", &[], 0.25);
-    assert!(points.1 == Verdict::Pass, "{points:?}");
+    // Not so where rays go to points of lamps, and stop in as much of a voxel as a column fills.
+    for name in ["small_emitter", "thin_columns"] {
+        let figure = figure(&gpu, name, "voxel-mips", "accurate", &[], 0.25);
+        assert!(figure.1 == Verdict::Pass, "{name}: {figure:?}");
+    }
 }
 
 /// Two sides of a partition in one voxel: apart if each has a radiance of its own, mixed if they

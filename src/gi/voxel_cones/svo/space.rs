@@ -68,7 +68,7 @@ impl OctreeSpace {
         };
         let block_count = buffer(gpu, "svo.block_count", 4)?;
         let mut frame = Frame::new();
-        frame.fill("svo.clear_block_count", &block_count, 0);
+        frame.fill("svo.clear", &block_count, 0);
         frame
             .pass(&INDEX_CELLS)
             .bind("nodes", &nodes.nodes)
