@@ -11,19 +11,7 @@ layout(std430, set = 1, binding = 0) restrict readonly buffer GatheringVoxels {
 // a side: E/π, half floats
 layout(std430, set = 1, binding = 1) restrict buffer VoxelIrradiance { uvec2 voxel_irradiance[]; };
 
-layout(push_constant) uniform BounceRayParams {
-    vec4 first_voxel;      // xyz: of the grid that the voxels are of [their size]
-    uint resolution;       // edge of the space [voxels]
-    uint voxel_count;
-    uint ray_count;        // of all dispatches
-    uint first_ray;        // of this dispatch, which adds to what those before it left
-    uint end_ray;
-    float voxel_scale;     // edge of the voxels that gather [voxels of the space]
-    float start_offset;    // [voxels]
-    float self_height;     // [voxels]
-    float contour_slack;   // [voxels]
-} params;
-
+#include "gi/shared/voxel/trace/bounce_params.glsl"
 #include "shared/frame.glsl"
 #include "gi/shared/voxel/light/bounce.glsl"
 #include "gi/shared/voxel/trace/trace.glsl"

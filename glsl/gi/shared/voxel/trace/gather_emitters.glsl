@@ -8,19 +8,7 @@ layout(set = 1, binding = 1) uniform texture2D view_depth;
 layout(set = 1, binding = 2) uniform utexture2D normals;
 layout(set = 1, binding = 3, rgba32f) uniform restrict image2D indirect_diffuse;
 
-layout(push_constant) uniform GatherEmittersParams {
-    vec4 grid;             // xyz: smallest corner of the space; w: edge of its finest voxels [m]
-    uint resolution;       // edge of the space [voxels]
-    uint part_count;
-    uint ray_count;        // of all dispatches
-    uint first_ray;        // of this dispatch, which adds to what those before it left
-    uint end_ray;
-    uint pattern;          // of a tile of pixels, each of which draws other points
-    float start_offset;    // [voxels]
-    float self_height;     // [voxels]
-    float contour_slack;   // [voxels]
-} params;
-
+#include "gi/shared/voxel/trace/ray_params.glsl"
 #include "shared/receiver.glsl"
 #include "shared/directions.glsl"
 

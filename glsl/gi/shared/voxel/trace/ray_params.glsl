@@ -5,6 +5,7 @@
 layout(push_constant) uniform RayParams {
     vec4 grid;             // xyz: smallest corner of the space; w: edge of its finest voxels [m]
     uint resolution;       // edge of the space [voxels]
+    uint part_count;       // of what emits
     uint ray_count;        // of all dispatches
     uint first_ray;        // of this dispatch, which adds to what those before it left
     uint end_ray;

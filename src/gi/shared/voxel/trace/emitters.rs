@@ -23,62 +23,6 @@ gpu_struct! {
     }
 }
 
-gpu_struct! {
-    /// Parameters of `voxel.gather_emitters`.
-    pub struct GatherEmittersParams {
-        /// xyz: smallest corner of the space (m); w: edge of its finest voxels (m).
-        pub grid: [f32; 4],
-        /// Edge of the space (voxels).
-        pub resolution: u32,
-        /// Number of parts.
-        pub part_count: u32,
-        /// Rays a pixel, of all dispatches.
-        pub ray_count: u32,
-        /// First ray of this dispatch.
-        pub first_ray: u32,
-        /// One beyond its last ray.
-        pub end_ray: u32,
-        /// Of a tile of pixels, as [`crate::gi::shared::interleave::Pattern`] packs it.
-        pub pattern: u32,
-        /// Start along the geometric normal (voxels).
-        pub start_offset: f32,
-        /// Lowest surface over the tangent planes that can be hit (voxels).
-        pub self_height: f32,
-        /// Slack of the contour test (voxels); negative: off.
-        pub contour_slack: f32,
-    }
-}
-
-gpu_struct! {
-    /// Parameters of `voxel.bounce_emitters`.
-    pub struct BounceEmittersParams {
-        /// xyz: smallest corner of the space (m); w: edge of its finest voxels (m).
-        pub grid: [f32; 4],
-        /// xyz: first voxel of the grid that the voxels are of (their size).
-        pub first_voxel: [f32; 4],
-        /// Edge of the space (voxels).
-        pub resolution: u32,
-        /// Number of voxels that gather.
-        pub voxel_count: u32,
-        /// Number of parts.
-        pub part_count: u32,
-        /// Rays a side, of all dispatches.
-        pub ray_count: u32,
-        /// First ray of this dispatch.
-        pub first_ray: u32,
-        /// One beyond its last ray.
-        pub end_ray: u32,
-        /// Edge of the voxels that gather (voxels of the space).
-        pub voxel_scale: f32,
-        /// Start along the normal (voxels).
-        pub start_offset: f32,
-        /// Lowest surface over the tangent planes that can be hit (voxels).
-        pub self_height: f32,
-        /// Slack of the contour test (voxels); negative: off.
-        pub contour_slack: f32,
-    }
-}
-
 /// What a pass over pixels binds before the space.
 pub(super) const PIXEL: [Binding; 4] = [
     Binding::buffer("emitter_parts", Access::ComputeRead),

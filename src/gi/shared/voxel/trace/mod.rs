@@ -8,7 +8,7 @@ pub mod surfaces;
 
 use std::sync::Arc;
 
-use emitters::{BounceEmittersParams, EmitterPoints, GatherEmittersParams};
+use emitters::EmitterPoints;
 pub use settings::{RAY_SETTINGS, RaySettings, more_rays};
 pub use space::{Space, SpacePasses};
 
@@ -21,12 +21,14 @@ use crate::render::bvh::SceneRays;
 use crate::render::{GpuScene, Receivers};
 
 gpu_struct! {
-    /// Parameters of `voxel.gather_rays` and `voxel.gather_triangles`.
+    /// Parameters of `voxel.gather_rays`, `voxel.gather_triangles` and `voxel.gather_emitters`.
     pub struct RayParams {
         /// xyz: smallest corner of the space (m); w: edge of its finest voxels (m).
         pub grid: [f32; 4],
         /// Edge of the space (voxels).
         pub resolution: u32,
+        /// Parts of what emits; 0 where rays do not go to points of it.
+        pub part_count: u32,
         /// Rays a pixel, of all dispatches.
         pub ray_count: u32,
         /// First ray of this dispatch.
@@ -38,7 +40,7 @@ gpu_struct! {
         /// Start along the geometric normal (voxels; against triangles a share of coordinates and
         /// distances).
         pub start_offset: f32,
-        /// Lowest surface over the tangent plane that can be hit (voxels).
+        /// Lowest surface over the tangent planes that can be hit (voxels).
         pub self_height: f32,
         /// Slack of the contour test (voxels); negative: off.
         pub contour_slack: f32,
@@ -48,14 +50,18 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// Parameters of `voxel.bounce` by rays.
+    /// Parameters of `voxel.bounce` by rays and of `voxel.bounce_emitters`.
     pub struct BounceRayParams {
+        /// xyz: smallest corner of the space (m); w: edge of its finest voxels (m).
+        pub grid: [f32; 4],
         /// xyz: first voxel of the grid that the voxels are of (their size).
         pub first_voxel: [f32; 4],
         /// Edge of the space (voxels).
         pub resolution: u32,
         /// Number of voxels that gather.
         pub voxel_count: u32,
+        /// Parts of what emits; 0 where rays do not go to points of it.
+        pub part_count: u32,
         /// Rays a side, of all dispatches.
         pub ray_count: u32,
         /// First ray of this dispatch.
@@ -151,21 +157,14 @@ impl RayTracer {
                 .as_ref()
                 .map_or(0, |_| TURNS_AGAINST_TRIANGLES);
         for [first_ray, end_ray] in dispatches(s.count, turns) {
+            let start_offset = if self.triangles.is_some() {
+                START_SHARE
+            } else {
+                s.start_offset
+            };
             let params = RayParams {
-                grid: space.grid.row(),
-                resolution: space.grid.resolution,
-                ray_count: s.count,
-                first_ray,
-                end_ray,
-                pattern: s.pattern.bits(),
-                start_offset: if self.triangles.is_some() {
-                    START_SHARE
-                } else {
-                    s.start_offset
-                },
-                self_height: s.self_height,
-                contour_slack: s.contour_slack,
-                ao_falloff: s.ao_falloff,
+                start_offset,
+                ..self.pixel_params(space, 0, [first_ray, end_ray])
             };
             let pass = match &self.triangles {
                 Some(triangles) => {
@@ -193,26 +192,14 @@ impl RayTracer {
         space: &Space<'_>,
         points: &EmitterPoints,
     ) {
-        let s = &self.settings;
-        for [first_ray, end_ray] in dispatches(s.count, space.turns + emitters::TURNS) {
+        for rays in dispatches(self.settings.count, space.turns + emitters::TURNS) {
             space
                 .pass(frame, &space.passes.gather_emitters)
                 .bind("emitter_parts", &points.parts)
                 .bind("view_depth", receivers.view_depth)
                 .bind("normals", receivers.normals)
                 .bind("indirect_diffuse", receivers.light)
-                .push(&GatherEmittersParams {
-                    grid: space.grid.row(),
-                    resolution: space.grid.resolution,
-                    part_count: points.count,
-                    ray_count: s.count,
-                    first_ray,
-                    end_ray,
-                    pattern: s.pattern.bits(),
-                    start_offset: s.start_offset,
-                    self_height: s.self_height,
-                    contour_slack: s.contour_slack,
-                })
+                .push(&self.pixel_params(space, points.count, rays))
                 .dispatch(receivers.groups());
         }
     }
@@ -225,26 +212,12 @@ impl RayTracer {
         space: &Space<'_>,
         irradiance: &Arc<Buffer>,
     ) {
-        let (s, grid) = (&self.settings, &voxels.grid);
-        let first_voxel = ((grid.origin - space.grid.origin) / grid.voxel_size).round();
-        for [first_ray, end_ray] in dispatches(self.bounce_directions, space.turns) {
-            let params = BounceRayParams {
-                first_voxel: first_voxel.extend(0.0).to_array(),
-                resolution: space.grid.resolution,
-                voxel_count: voxels.voxel_count,
-                ray_count: self.bounce_directions,
-                first_ray,
-                end_ray,
-                voxel_scale: grid.voxel_size / space.grid.voxel_size,
-                start_offset: s.start_offset,
-                self_height: s.self_height,
-                contour_slack: s.contour_slack,
-            };
+        for rays in dispatches(self.bounce_directions, space.turns) {
             space
                 .pass(frame, &space.passes.bounce_rays)
                 .bind("gathering_voxels", &voxels.records)
                 .bind("voxel_irradiance", irradiance)
-                .push(&params)
+                .push(&self.voxel_params(space, voxels, 0, rays))
                 .dispatch(linear_groups(space.sides as u32 * voxels.voxel_count));
         }
         if let Some(points) = &self.points {
@@ -261,29 +234,63 @@ impl RayTracer {
         irradiance: &Arc<Buffer>,
         points: &EmitterPoints,
     ) {
-        let (s, grid, count) = (&self.settings, &voxels.grid, self.bounce_directions);
-        let first_voxel = ((grid.origin - space.grid.origin) / grid.voxel_size).round();
-        for [first_ray, end_ray] in dispatches(count, space.turns + emitters::TURNS) {
+        for rays in dispatches(self.bounce_directions, space.turns + emitters::TURNS) {
             space
                 .pass(frame, &space.passes.bounce_emitters)
                 .bind("emitter_parts", &points.parts)
                 .bind("gathering_voxels", &voxels.records)
                 .bind("voxel_irradiance", irradiance)
-                .push(&BounceEmittersParams {
-                    grid: space.grid.row(),
-                    first_voxel: first_voxel.extend(0.0).to_array(),
-                    resolution: space.grid.resolution,
-                    voxel_count: voxels.voxel_count,
-                    part_count: points.count,
-                    ray_count: count,
-                    first_ray,
-                    end_ray,
-                    voxel_scale: grid.voxel_size / space.grid.voxel_size,
-                    start_offset: s.start_offset,
-                    self_height: s.self_height,
-                    contour_slack: s.contour_slack,
-                })
+                .push(&self.voxel_params(space, voxels, points.count, rays))
                 .dispatch(linear_groups(space.sides as u32 * voxels.voxel_count));
+        }
+    }
+
+    /// What rays `first_ray` up to `end_ray` of pixels are told.
+    fn pixel_params(
+        &self,
+        space: &Space<'_>,
+        part_count: u32,
+        [first_ray, end_ray]: [u32; 2],
+    ) -> RayParams {
+        let s = &self.settings;
+        RayParams {
+            grid: space.grid.row(),
+            resolution: space.grid.resolution,
+            part_count,
+            ray_count: s.count,
+            first_ray,
+            end_ray,
+            pattern: s.pattern.bits(),
+            start_offset: s.start_offset,
+            self_height: s.self_height,
+            contour_slack: s.contour_slack,
+            ao_falloff: s.ao_falloff,
+        }
+    }
+
+    /// What rays `first_ray` up to `end_ray` of voxels are told.
+    fn voxel_params(
+        &self,
+        space: &Space<'_>,
+        voxels: &VoxelRecords,
+        part_count: u32,
+        [first_ray, end_ray]: [u32; 2],
+    ) -> BounceRayParams {
+        let (s, grid) = (&self.settings, &voxels.grid);
+        let first_voxel = ((grid.origin - space.grid.origin) / grid.voxel_size).round();
+        BounceRayParams {
+            grid: space.grid.row(),
+            first_voxel: first_voxel.extend(0.0).to_array(),
+            resolution: space.grid.resolution,
+            voxel_count: voxels.voxel_count,
+            part_count,
+            ray_count: self.bounce_directions,
+            first_ray,
+            end_ray,
+            voxel_scale: grid.voxel_size / space.grid.voxel_size,
+            start_offset: s.start_offset,
+            self_height: s.self_height,
+            contour_slack: s.contour_slack,
         }
     }
 }

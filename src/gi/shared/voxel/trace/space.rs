@@ -1,6 +1,6 @@
 //! What exact rays walk through: the space of a store, as data, and the passes through it.
 
-use super::emitters::{self, BounceEmittersParams, GatherEmittersParams};
+use super::emitters;
 use super::{BOUNCE, BounceRayParams, PIXEL, RayParams};
 use crate::gi::shared::voxel::{Sides, VoxelGrid};
 use crate::graph::pass::join;
@@ -153,7 +153,7 @@ pub(in crate::gi) const fn gather_emitters(
     bindings: &'static [Binding],
     constants: &'static [&'static str],
 ) -> Pass {
-    let params = GatherEmittersParams::LAYOUT;
+    let params = RayParams::LAYOUT;
     pass("voxel.gather_emitters", shader, bindings, constants, params)
 }
 
@@ -162,7 +162,7 @@ pub(in crate::gi) const fn bounce_emitters(
     bindings: &'static [Binding],
     constants: &'static [&'static str],
 ) -> Pass {
-    let params = BounceEmittersParams::LAYOUT;
+    let params = BounceRayParams::LAYOUT;
     pass("voxel.bounce_emitters", shader, bindings, constants, params)
 }
 
