@@ -186,6 +186,14 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         include_bytes!("../../spirv/gi/shared/voxel/light/light_voxels_dense.comp.spv"),
     ),
     (
+        "gi/shared/voxel/light/light_voxels_triangles.comp",
+        include_bytes!("../../spirv/gi/shared/voxel/light/light_voxels_triangles.comp.spv"),
+    ),
+    (
+        "gi/shared/voxel/light/light_voxels_triangles_dense.comp",
+        include_bytes!("../../spirv/gi/shared/voxel/light/light_voxels_triangles_dense.comp.spv"),
+    ),
+    (
         "gi/shared/voxel/light/list_tiles.comp",
         include_bytes!("../../spirv/gi/shared/voxel/light/list_tiles.comp.spv"),
     ),

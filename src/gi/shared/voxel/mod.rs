@@ -29,7 +29,10 @@ pub use light::settings::{
     Attenuation, EmissionSeenBy, Injection, LightSettings, Occlusion, Sides, Viewer,
 };
 pub use light::slots::{LitVoxels, VoxelSlots};
-pub use light::{CLEAR_LIGHT, LIGHT, LIGHT_DENSE, VoxelLight, VoxelRecords, add_counts};
+pub use light::{
+    CLEAR_LIGHT, LIGHT, LIGHT_DENSE, LIGHT_TRIANGLES, LIGHT_TRIANGLES_DENSE, LightInputs,
+    VoxelLight, VoxelRecords, add_counts,
+};
 pub use prefilter::{
     ANISOTROPIC, DIRECTIONAL, Directionality, FACE_SETTINGS, Faces, MIP_FILTER, Prefilter,
 };
@@ -109,8 +112,9 @@ pub static SETTINGS: &[Setting] = &[
         help: "what hides a light from voxels that are shaded: the shadow map (at their mean \
                position), shadow-map-area (the same, but a voxel with several planes is lit by the \
                area that the map shows in it), the shadow map moved half a voxel along the normal, \
-               rays-hard (the first voxel that a ray to the light hits) or rays-soft (all that it \
-               hits, nearer ones more)",
+               rays-hard (the first voxel that a ray to the light hits), rays-soft (all that it \
+               hits, nearer ones more) or triangles (rays against the scene's own triangles, from \
+               points of the voxel's surface)",
         unit: "",
         domain: Domain::Choice(&[
             "shadow-map",
@@ -118,6 +122,7 @@ pub static SETTINGS: &[Setting] = &[
             "shadow-map-moved",
             "rays-hard",
             "rays-soft",
+            "triangles",
         ]),
         default: "shadow-map",
     },
@@ -187,6 +192,8 @@ pub static PASSES: &[&Pass] = &[
     &INJECT_RSM,
     &LIGHT,
     &LIGHT_DENSE,
+    &LIGHT_TRIANGLES,
+    &LIGHT_TRIANGLES_DENSE,
     &trace::surfaces::PACK_SURFACES,
 ];
 

@@ -21,13 +21,12 @@ use crate::gi::shared::cone::{Volume, VoxelVolume};
 use crate::gi::shared::voxel::build::linear_groups;
 use crate::gi::shared::voxel::trace::space::space_passes;
 use crate::gi::shared::voxel::{
-    Accumulation, Directionality, DynamicVoxels, LightSettings, LitVoxels, Prefilter, Sides, Space,
-    SpacePasses, VoxelLight, VoxelRecords, VoxelSettings, Voxelizer, Voxels,
+    Accumulation, Directionality, DynamicVoxels, LightInputs, LightSettings, LitVoxels, Prefilter,
+    Sides, Space, SpacePasses, VoxelLight, VoxelRecords, VoxelSettings, Voxelizer, Voxels,
 };
 use crate::gpu_struct;
 use crate::graph::compute::read;
 use crate::graph::{Access, Binding, Bound, Error, Frame, FrameStats, Gpu, Image, Pass};
-use crate::render::LightMaps;
 use crate::shader::GpuStruct;
 
 gpu_struct! {
@@ -219,11 +218,11 @@ impl VoxelStore for Mips {
         Ok(stats)
     }
 
-    fn light(&mut self, frame: &mut Frame, maps: &LightMaps, is_last: bool) -> bool {
+    fn light(&mut self, frame: &mut Frame, lights: LightInputs<'_>, is_last: bool) -> bool {
         let Some((voxels, light)) = &self.lit else {
             return false;
         };
-        light.update(frame, voxels, maps, self.radiance());
+        light.update(frame, voxels, lights, self.radiance());
         self.add_mips(frame, is_last);
         true
     }
@@ -238,12 +237,12 @@ impl VoxelStore for Mips {
         }
     }
 
-    fn relight(&mut self, frame: &mut Frame, maps: &LightMaps, relit: Relit) {
+    fn relight(&mut self, frame: &mut Frame, lights: LightInputs<'_>, relit: Relit) {
         let Some((voxels, light)) = &self.lit else {
             return;
         };
         let records = VoxelRecords::from(voxels);
-        light.relight(frame, &records, maps, self.radiance(), relit.viewer);
+        light.relight(frame, &records, lights, self.radiance(), relit.viewer);
         self.add_mips(frame, relit.is_last);
     }
 

@@ -15,12 +15,13 @@ use crate::gi::shared::voxel::build::passes::Voxel;
 use crate::gi::shared::voxel::light::inject::{INJECT_BINDINGS, inject_pass};
 use crate::gi::shared::voxel::trace::surfaces::{SURFACE_BYTES, pack_surfaces};
 use crate::gi::shared::voxel::{
-    Accumulation, DynamicVoxels, LightSettings, LitVoxels, Space, Viewer, VoxelGrid, VoxelLight,
-    VoxelLookup, VoxelRecords, VoxelSettings, Voxelizer, Voxels, add_counts, bound_tiles,
+    Accumulation, DynamicVoxels, LightInputs, LightSettings, LitVoxels, Space, Viewer, VoxelGrid,
+    VoxelLight, VoxelLookup, VoxelRecords, VoxelSettings, Voxelizer, Voxels, add_counts,
+    bound_tiles,
 };
 use crate::graph::pass::join;
 use crate::graph::{Access, Binding, Buffer, Error, Frame, FrameStats, Gpu, Pass};
-use crate::render::{GpuScene, LightMaps};
+use crate::render::GpuScene;
 
 /// As `voxel.inject_rsm` elsewhere; voxels are found by descent from the root of the octree
 /// (Crassin et al. 2011, section 6).
@@ -328,13 +329,19 @@ impl Pieces {
     }
 
     /// Adds the passes that light the voxels, which are found in the octree of these nodes.
-    pub fn update(&self, frame: &mut Frame, maps: &LightMaps, nodes: &Arc<Buffer>) {
+    pub fn update<'l>(
+        &self,
+        frame: &mut Frame,
+        lights: impl Into<LightInputs<'l>>,
+        nodes: &Arc<Buffer>,
+    ) {
+        let lights = lights.into();
         if self
             .pieces
             .iter()
             .any(|Piece { voxels, light, .. }| light.is_part(voxels))
         {
-            bound_tiles(frame, maps);
+            bound_tiles(frame, lights.maps);
         }
         self.add_light(frame, |frame, Piece { voxels, light, .. }, first_voxel| {
             light.update_records(
@@ -349,16 +356,22 @@ impl Pieces {
                         .as_ivec3(),
                     first_voxel,
                 },
-                maps,
+                lights,
                 None,
             );
         });
     }
 
     /// Adds the passes that light the voxels once more in the same frame, with what they gathered.
-    pub fn relight(&self, frame: &mut Frame, maps: &LightMaps, viewer: Viewer) {
+    pub fn relight<'l>(
+        &self,
+        frame: &mut Frame,
+        lights: impl Into<LightInputs<'l>>,
+        viewer: Viewer,
+    ) {
+        let lights = lights.into();
         self.add_light(frame, |frame, Piece { voxels, light, .. }, _| {
-            light.relight(frame, voxels, maps, None, viewer)
+            light.relight(frame, voxels, lights, None, viewer)
         });
     }
 
