@@ -62,7 +62,15 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     ("gi/lpv/sweep.comp", include_bytes!("../../spirv/gi/lpv/sweep.comp.spv")),
     ("gi/lpv/view.comp", include_bytes!("../../spirv/gi/lpv/view.comp.spv")),
     ("gi/ray_traced/gather.comp", include_bytes!("../../spirv/gi/ray_traced/gather.comp.spv")),
+    (
+        "gi/ray_traced/gather_cached.comp",
+        include_bytes!("../../spirv/gi/ray_traced/gather_cached.comp.spv"),
+    ),
     ("gi/ray_traced/mirror.comp", include_bytes!("../../spirv/gi/ray_traced/mirror.comp.spv")),
+    (
+        "gi/ray_traced/mirror_cached.comp",
+        include_bytes!("../../spirv/gi/ray_traced/mirror_cached.comp.spv"),
+    ),
     (
         "gi/shared/interleave/deinterleave.comp",
         include_bytes!("../../spirv/gi/shared/interleave/deinterleave.comp.spv"),

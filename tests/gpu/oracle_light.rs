@@ -468,7 +468,7 @@ fn light_of_each_side_is_the_oracles() {
         );
         // The fewer the texels of a mean, the noisier; voxels of several planes are lit as a point.
         let bound = match (injection, sides) {
-            _ if occlusion == Occlusion::Triangles => [0.2, 0.005],
+            _ if occlusion == Occlusion::Triangles => [0.3, 0.01],
             (Injection::Rsm, Sides::Six) => [0.15, 0.01],
             (Injection::Rsm, _) => [0.1, 0.01],
             (Injection::Voxel, _) => [0.5, 0.06],

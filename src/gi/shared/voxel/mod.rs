@@ -10,6 +10,7 @@ pub mod dynamic;
 pub mod export;
 mod grid;
 pub mod light;
+mod lit_grid;
 pub mod oracle;
 mod prefilter;
 mod survey;
@@ -33,6 +34,7 @@ pub use light::{
     CLEAR_LIGHT, LIGHT, LIGHT_DENSE, LIGHT_TRIANGLES, LIGHT_TRIANGLES_DENSE, LightInputs,
     VoxelLight, VoxelRecords, add_counts,
 };
+pub use lit_grid::LitGrid;
 pub use prefilter::{
     ANISOTROPIC, DIRECTIONAL, Directionality, FACE_SETTINGS, Faces, MIP_FILTER, Prefilter,
 };
