@@ -442,6 +442,10 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         include_bytes!("../../spirv/gi/voxel_cones/svo/mark_affected.comp.spv"),
     ),
     (
+        "gi/voxel_cones/svo/merge_radiance.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/svo/merge_radiance.comp.spv"),
+    ),
+    (
         "gi/voxel_cones/svo/patches.comp",
         include_bytes!("../../spirv/gi/voxel_cones/svo/patches.comp.spv"),
     ),

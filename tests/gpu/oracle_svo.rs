@@ -691,6 +691,42 @@ const ALL: BrickSettings = BrickSettings {
     ..TOUCHED
 };
 
+/// Where rays alone read the light of pieces, it is texels: those that bricks would read in a buffer.
+#[test]
+fn radiance_of_pieces_is_texels_for_rays() {
+    let gpu = gpu();
+    let scene = bundled("cornell");
+    let gpu_scene = GpuScene::new(&gpu, &scene).unwrap();
+    let maps = LightMaps::new(&gpu, &gpu_scene, 256, true).unwrap();
+    gpu_scene
+        .set_frame(&gpu, &gpu_scene.frame_constants(&scene.camera, [8, 8]))
+        .unwrap();
+    let settings = voxel_settings(64, Method::Compute);
+    let light = |has_bricks: bool| {
+        let mut voxelizer = PieceVoxelizer::new(&gpu, &gpu_scene, settings).unwrap();
+        voxelizer.has_bricks = has_bricks;
+        voxelizer.cut(2);
+        let direct = LightSettings::direct(Injection::Rsm, Sides::Six);
+        let (mut pieces, occupancy, _) = voxelizer.run(&gpu, &gpu_scene, direct).unwrap();
+        let (nodes, _) = NodePool::build(&gpu, &occupancy, false).unwrap();
+        pieces.pack(&gpu).unwrap();
+        let mut frame = Frame::new();
+        frame.set_scene(&gpu_scene.set, &gpu_scene.materials);
+        maps.draw(&mut frame, &gpu_scene);
+        pieces.update(&mut frame, &maps, &nodes.nodes);
+        gpu.submit(frame).unwrap();
+        let bytes = match &pieces.radiance_texels {
+            Some(texels) => gpu.read_image(texels, 0, 0).unwrap(),
+            None => gpu.read_buffer(&pieces.radiance).unwrap(),
+        };
+        assert_eq!(pieces.radiance_texels.is_some(), !has_bricks);
+        bytes[..48 * pieces.voxel_count as usize].to_vec()
+    };
+    let (buffer, texels) = (light(true), light(false));
+    assert!(buffer.iter().any(|byte| *byte != 0));
+    assert!(buffer == texels, "the texels are not the buffer's words");
+}
+
 /// A grid in pieces gives the picture of the whole grid, and no texel is lost or counted twice.
 #[test]
 fn light_of_pieces_is_that_of_the_whole() {

@@ -77,12 +77,13 @@ pub fn volume<'v>(
 /// The passes of rays through the octree.
 pub static RAYS: SpacePasses = space_passes!(
     "gi/voxel_cones/svo",
-    ["SIDES", "SURFACE_WORDS"],
+    ["SIDES", "SURFACE_WORDS", "RADIANCE_TEXELS"],
     [
         Binding::sampled("cells", Access::ComputeSampled),
         Binding::sampled("blocks", Access::ComputeSampled),
         read("surfaces"),
-        read("voxel_radiance")
+        read("voxel_radiance"),
+        Binding::sampled("radiance_texels", Access::ComputeSampled)
     ]
 );
 
@@ -133,6 +134,7 @@ impl VoxelStore for Svo {
         // The bricks of a tile's faces are counted from the end of the pool, which dynamic tiles
         // would move.
         voxelizer.follows = directionality == Directionality::Isotropic;
+        voxelizer.has_bricks = has_bricks;
         Ok(Svo {
             light_settings: LightSettings {
                 stores_faces: faces.is_some(),
