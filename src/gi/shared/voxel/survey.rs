@@ -27,9 +27,9 @@ pub struct Survey {
 /// Below this squared length of the mean normal a voxel holds several planes, as rays take it.
 const ONE_PLANE: f32 = 0.9;
 
-/// Bytes that an occupied voxel has in all buffers of voxels and their light, with two sides and
+/// Bytes that an occupied voxel has in all buffers of voxels and their light, with six sides and
 /// one bounce: record, radiance, injected flux, and the first of its fragments while it is built.
-const BYTES_A_VOXEL: u64 = 24 + 16 + 40 + 4;
+const BYTES_A_VOXEL: u64 = 28 + 48 + 120 + 4;
 
 /// Bytes of a fragment, while voxels are built.
 const BYTES_A_FRAGMENT: u64 = 24;
