@@ -3,7 +3,7 @@
 use crate::gi::Context;
 use crate::gi::entry::Suited;
 use crate::gi::shared::voxel::Survey;
-use crate::graph::Error;
+use crate::graph::{Error, Gpu};
 
 /// Where it starts, and where it ends at the latest. Beyond, light in voxels gets little better
 /// (`docs/measured/defaults.md`).
@@ -59,12 +59,12 @@ pub(super) fn suit(context: &Context<'_>) -> Result<Option<Suited>, Error> {
             length(survey.voxel_size_m),
             100.0 * survey.mixed
         ),
-        needs: (survey.mixed > MOST_MIXED).then(|| needs(&survey, room)),
+        needs: (survey.mixed > MOST_MIXED).then(|| needs(gpu, &survey, room)),
     }))
 }
 
 /// What finer voxels would need.
-fn needs(survey: &Survey, room: u64) -> String {
+fn needs(gpu: &Gpu, survey: &Survey, room: u64) -> String {
     let mib = |bytes: u64| bytes >> 20;
     let (finer, wanted) = (2 * survey.resolution, survey.bytes_of_finer());
     let memory = if wanted > room {
@@ -76,9 +76,15 @@ fn needs(survey: &Survey, room: u64) -> String {
     } else {
         String::new()
     };
+    // Rays light voxels without a sum for each face.
+    let light = if survey.flux_of_finer() > gpu.limits().storage_buffer_bytes {
+        " injection=voxel voxel_occlusion=triangles"
+    } else {
+        ""
+    };
     format!(
         "rays meet the triangles themselves, but the light on parts thinner than a voxel may be \
-         off by more than 10%: it needs resolution={finer}{memory}"
+         off by more than 10%: it needs resolution={finer}{light}{memory}"
     )
 }
 
