@@ -58,10 +58,16 @@ layout(std430, set = 1, binding = BINDING(6)) restrict buffer LightCounters {
 layout(std430, set = 1, binding = BINDING(7)) restrict readonly buffer VoxelIrradiance {
     uvec2 voxel_irradiance[];
 };
-layout(std430, set = 1, binding = BINDING(8)) restrict readonly buffer Occupancy { uvec2 occupancy[]; };
-layout(std430, set = 1, binding = BINDING(9)) restrict readonly buffer BlockBases { uint block_bases[]; };
+layout(std430, set = 1, binding = BINDING(8)) restrict readonly buffer Occupancy {
+    uvec2 occupancy[];
+};
+layout(std430, set = 1, binding = BINDING(9)) restrict readonly buffer BlockBases {
+    uint block_bases[];
+};
 // opacity of +x, +y, +z and of −x, −y, −z, 3×10 bits
-layout(std430, set = 1, binding = BINDING(10)) restrict readonly buffer VoxelFaces { uvec2 voxel_faces[]; };
+layout(std430, set = 1, binding = BINDING(10)) restrict readonly buffer VoxelFaces {
+    uvec2 voxel_faces[];
+};
 #ifdef TRIANGLES
 layout(constant_id = 12) const uint POINTS = 16;   // of a voxel's surface, for each light
 #endif
