@@ -62,7 +62,15 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     ("gi/lpv/sweep.comp", include_bytes!("../../spirv/gi/lpv/sweep.comp.spv")),
     ("gi/lpv/view.comp", include_bytes!("../../spirv/gi/lpv/view.comp.spv")),
     ("gi/ray_traced/gather.comp", include_bytes!("../../spirv/gi/ray_traced/gather.comp.spv")),
+    (
+        "gi/ray_traced/gather_query.comp",
+        include_bytes!("../../spirv/gi/ray_traced/gather_query.comp.spv"),
+    ),
     ("gi/ray_traced/mirror.comp", include_bytes!("../../spirv/gi/ray_traced/mirror.comp.spv")),
+    (
+        "gi/ray_traced/mirror_query.comp",
+        include_bytes!("../../spirv/gi/ray_traced/mirror_query.comp.spv"),
+    ),
     (
         "gi/shared/interleave/deinterleave.comp",
         include_bytes!("../../spirv/gi/shared/interleave/deinterleave.comp.spv"),
@@ -246,6 +254,10 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         include_bytes!("../../spirv/gi/voxel_cones/clipmap/gather_triangles.comp.spv"),
     ),
     (
+        "gi/voxel_cones/clipmap/gather_triangles_query.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/clipmap/gather_triangles_query.comp.spv"),
+    ),
+    (
         "gi/voxel_cones/clipmap/pack_blocks.comp",
         include_bytes!("../../spirv/gi/voxel_cones/clipmap/pack_blocks.comp.spv"),
     ),
@@ -308,6 +320,10 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     (
         "gi/voxel_cones/mips/gather_triangles.comp",
         include_bytes!("../../spirv/gi/voxel_cones/mips/gather_triangles.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/mips/gather_triangles_query.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/mips/gather_triangles_query.comp.spv"),
     ),
     (
         "gi/voxel_cones/mips/mark_matter.comp",
@@ -396,6 +412,10 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     (
         "gi/voxel_cones/svo/gather_triangles.comp",
         include_bytes!("../../spirv/gi/voxel_cones/svo/gather_triangles.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/svo/gather_triangles_query.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/svo/gather_triangles_query.comp.spv"),
     ),
     (
         "gi/voxel_cones/svo/index_cells.comp",
@@ -554,6 +574,7 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     ("test/material.comp", include_bytes!("../../spirv/test/material.comp.spv")),
     ("test/quad.vert", include_bytes!("../../spirv/test/quad.vert.spv")),
     ("test/rays.comp", include_bytes!("../../spirv/test/rays.comp.spv")),
+    ("test/rays_query.comp", include_bytes!("../../spirv/test/rays_query.comp.spv")),
     ("test/sample3d.comp", include_bytes!("../../spirv/test/sample3d.comp.spv")),
     ("test/sh.comp", include_bytes!("../../spirv/test/sh.comp.spv")),
     ("test/store3d.comp", include_bytes!("../../spirv/test/store3d.comp.spv")),
