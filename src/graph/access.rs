@@ -16,6 +16,8 @@ pub enum Access {
     ComputeReadWrite,
     /// Sampled image, read by a compute shader.
     ComputeSampled,
+    /// Acceleration structure, traced by a compute shader.
+    ComputeTraced,
     /// Storage buffer or storage image, only read.
     RasterRead,
     /// Storage buffer or storage image, read and written, atomics included.
@@ -34,6 +36,12 @@ pub enum Access {
     TransferRead,
     /// Destination of a copy, blit, fill or clear.
     TransferWrite,
+    /// What an acceleration structure is built from.
+    BuildInput,
+    /// Acceleration structure, part of one that is built.
+    BuildPart,
+    /// Acceleration structure that is built, and what its build needs besides.
+    BuildTarget,
     /// Read by the host after the frame has finished.
     HostRead,
     /// Handed to the swapchain.
@@ -63,11 +71,12 @@ const RASTER: vk::PipelineStageFlags2 = vk::PipelineStageFlags2::from_raw(
 
 impl Access {
     /// All words, for tests.
-    pub const ALL: [Access; 15] = [
+    pub const ALL: [Access; 19] = [
         Access::ComputeRead,
         Access::ComputeWrite,
         Access::ComputeReadWrite,
         Access::ComputeSampled,
+        Access::ComputeTraced,
         Access::RasterRead,
         Access::RasterReadWrite,
         Access::RasterSampled,
@@ -77,6 +86,9 @@ impl Access {
         Access::ConditionRead,
         Access::TransferRead,
         Access::TransferWrite,
+        Access::BuildInput,
+        Access::BuildPart,
+        Access::BuildTarget,
         Access::HostRead,
         Access::Present,
     ];
@@ -94,6 +106,12 @@ impl Access {
                 A::SHADER_SAMPLED_READ,
                 A::NONE,
                 L::SHADER_READ_ONLY_OPTIMAL,
+            ),
+            Access::ComputeTraced => (
+                S::COMPUTE_SHADER,
+                A::ACCELERATION_STRUCTURE_READ_KHR,
+                A::NONE,
+                L::UNDEFINED,
             ),
             Access::RasterRead => (RASTER, read, A::NONE, L::GENERAL),
             Access::RasterReadWrite => (RASTER, read, write, L::GENERAL),
@@ -139,6 +157,24 @@ impl Access {
                 A::TRANSFER_WRITE,
                 L::TRANSFER_DST_OPTIMAL,
             ),
+            Access::BuildInput => (
+                S::ACCELERATION_STRUCTURE_BUILD_KHR,
+                A::SHADER_READ,
+                A::NONE,
+                L::UNDEFINED,
+            ),
+            Access::BuildPart => (
+                S::ACCELERATION_STRUCTURE_BUILD_KHR,
+                A::ACCELERATION_STRUCTURE_READ_KHR,
+                A::NONE,
+                L::UNDEFINED,
+            ),
+            Access::BuildTarget => (
+                S::ACCELERATION_STRUCTURE_BUILD_KHR,
+                A::ACCELERATION_STRUCTURE_READ_KHR,
+                A::ACCELERATION_STRUCTURE_WRITE_KHR,
+                L::UNDEFINED,
+            ),
             Access::HostRead => (S::HOST, A::HOST_READ, A::NONE, L::UNDEFINED),
             Access::Present => (S::BOTTOM_OF_PIPE, A::NONE, A::NONE, L::PRESENT_SRC_KHR),
         };
@@ -159,5 +195,6 @@ pub(crate) fn written(access: vk::AccessFlags2) -> vk::AccessFlags2 {
         & (A::SHADER_STORAGE_WRITE
             | A::COLOR_ATTACHMENT_WRITE
             | A::DEPTH_STENCIL_ATTACHMENT_WRITE
-            | A::TRANSFER_WRITE)
+            | A::TRANSFER_WRITE
+            | A::ACCELERATION_STRUCTURE_WRITE_KHR)
 }

@@ -119,6 +119,14 @@ pub(super) struct PassCall {
     pub(super) condition: Option<Arc<Buffer>>,
 }
 
+impl PassCall {
+    /// Whether the device traces its rays.
+    pub(super) fn queries(&self) -> bool {
+        let mut resources = self.resources.iter();
+        resources.any(|resource| matches!(resource, Resource::Structure(_)))
+    }
+}
+
 /// A pass being added to a frame. Bindings and constants are given by name, in any order, and each
 /// of the declaration once.
 #[must_use = "a pass runs only when one of dispatch, dispatch_indirect, dispatch_batches, \
@@ -302,7 +310,8 @@ impl<'f> PassBuilder<'f> {
         let binding = &self.pass.bindings[place];
         let fits = match (&resource, binding.kind) {
             (Resource::Buffer(_), BindingKind::Buffer)
-            | (Resource::Image(..), BindingKind::Sampled) => true,
+            | (Resource::Image(..), BindingKind::Sampled | BindingKind::Rays)
+            | (Resource::Structure(_), BindingKind::Rays) => true,
             (Resource::Image(_, mips), BindingKind::Image) => mips.end - mips.start == 1,
             _ => false,
         };
@@ -349,7 +358,7 @@ impl<'f> PassBuilder<'f> {
         let bound = resources
             .iter()
             .zip(pass.bindings)
-            .map(|(resource, binding)| (resource.clone(), resource.used(binding.access)));
+            .flat_map(|(resource, binding)| resource.bound(binding));
         let mut uses: Vec<(Resource, Use)> = bound.chain(more_uses).collect();
         let access = if pass.is_compute() {
             Access::ComputeRead

@@ -6,11 +6,11 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::builder::{PassBuilder, PassCall};
-use super::pass::Pass;
+use super::pass::{Binding, Pass};
 use super::plan::{Span, Use};
 use super::sets::{MaterialSets, SceneSet};
 use super::{Access, Sets};
-use crate::vulkan::{Buffer, Image, ImageRegion};
+use crate::vulkan::{AccelerationStructure, Buffer, Image, ImageRegion};
 
 /// A buffer, or some mips of an image.
 #[derive(Clone)]
@@ -19,6 +19,8 @@ pub enum Resource {
     Buffer(Arc<Buffer>),
     /// All layers of some mips of an image.
     Image(Arc<Image>, Range<u32>),
+    /// An acceleration structure.
+    Structure(Arc<AccelerationStructure>),
 }
 
 impl From<&Arc<Buffer>> for Resource {
@@ -30,6 +32,12 @@ impl From<&Arc<Buffer>> for Resource {
 impl From<&Arc<Image>> for Resource {
     fn from(image: &Arc<Image>) -> Self {
         Resource::Image(Arc::clone(image), 0..image.mips())
+    }
+}
+
+impl From<&Arc<AccelerationStructure>> for Resource {
+    fn from(structure: &Arc<AccelerationStructure>) -> Self {
+        Resource::Structure(Arc::clone(structure))
     }
 }
 
@@ -57,6 +65,7 @@ impl Resource {
         match self {
             Resource::Buffer(buffer) => buffer.name(),
             Resource::Image(image, _) => image.name(),
+            Resource::Structure(structure) => structure.name(),
         }
     }
 
@@ -64,12 +73,39 @@ impl Resource {
         match self {
             Resource::Buffer(buffer) => buffer.id(),
             Resource::Image(image, _) => image.id(),
+            Resource::Structure(structure) => structure.buffer().id(),
         }
+    }
+
+    /// The memory that is a buffer's.
+    pub(super) fn buffer(&self) -> Option<&Buffer> {
+        match self {
+            Resource::Buffer(buffer) => Some(buffer),
+            Resource::Image(..) => None,
+            Resource::Structure(structure) => Some(structure.buffer()),
+        }
+    }
+
+    /// How a pass uses it that binds it so, and the parts that it reaches besides.
+    pub(super) fn bound(&self, binding: &Binding) -> Vec<(Resource, Use)> {
+        let Resource::Structure(structure) = self else {
+            return vec![(self.clone(), self.used(binding.access))];
+        };
+        [structure]
+            .into_iter()
+            .chain(structure.parts())
+            .map(|part| {
+                (
+                    part.into(),
+                    Resource::from(part).used(Access::ComputeTraced),
+                )
+            })
+            .collect()
     }
 
     pub(super) fn used(&self, access: Access) -> Use {
         match self {
-            Resource::Buffer(buffer) => Use::buffer(buffer.id(), access),
+            Resource::Buffer(_) | Resource::Structure(_) => Use::buffer(self.id(), access),
             Resource::Image(image, mips) => {
                 let layers = Span {
                     first: 0,
@@ -140,6 +176,13 @@ pub(super) enum Work {
         source: Arc<Image>,
         region: ImageRegion,
         target: Arc<Buffer>,
+    },
+    /// With `follows`, of triangles that were built before.
+    Build {
+        structure: Arc<AccelerationStructure>,
+        input: Arc<Buffer>,
+        scratch: Arc<Buffer>,
+        follows: bool,
     },
 }
 

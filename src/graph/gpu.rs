@@ -11,8 +11,9 @@ use super::sets::{MaterialSet, SceneBindings, SceneSet, SharedSets};
 use super::stats::FrameStats;
 use super::{Access, plan::Barrier};
 use crate::vulkan::{
-    Buffer, BufferDesc, Commands, Device, DeviceChoice, DeviceInfo, Error, Faults, Features, Image,
-    ImageDesc, Instance, InstanceOptions, Limits, Messages, Owner, Timestamps, vk,
+    AccelerationStructure, Buffer, BufferDesc, Commands, Device, DeviceChoice, DeviceInfo, Error,
+    Faults, Features, Image, ImageDesc, Instance, InstanceOptions, Limits, Messages, Owner,
+    StructureDesc, StructureKind, Timestamps, vk,
 };
 
 /// How to open a [`Gpu`].
@@ -117,6 +118,15 @@ impl Gpu {
     /// Makes an image. Its contents are undefined.
     pub fn create_image(&self, desc: &ImageDesc) -> Result<Arc<Image>, Error> {
         Image::new(&self.device, desc)
+    }
+
+    pub(super) fn create_structure(
+        &self,
+        (name, owner): (&str, Owner),
+        kind: StructureKind,
+    ) -> Result<Arc<AccelerationStructure>, Error> {
+        let name = name.to_owned();
+        AccelerationStructure::new(&self.device, StructureDesc { name, kind, owner })
     }
 
     /// Makes set 0, which shows these buffers to every pass that asks for the scene.

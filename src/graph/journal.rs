@@ -9,7 +9,7 @@ use super::access::Access;
 use super::frame::{Resource, Work};
 use super::pass::Pass;
 use super::plan::{Scope, Span, Use};
-use crate::vulkan::{Attachment, Buffer, Descriptor, Image, ImageRegion};
+use crate::vulkan::{AccelerationStructure, Attachment, Buffer, Descriptor, Image, ImageRegion};
 
 /// A frame as its steps were declared, and what was recorded for it.
 #[doc(hidden)]
@@ -31,7 +31,7 @@ pub enum Issued {
     Barrier(IssuedBarrier),
     /// No command: the step stands for the host, or for later passes, that use its resources.
     Nothing,
-    /// A copy, blit, fill or clear.
+    /// A copy, blit, fill, clear or build.
     Transfer(Vec<Touch>),
     /// A dispatch or a draw.
     Pass {
@@ -155,20 +155,32 @@ impl Touch {
         })
     }
 
-    /// What a descriptor shows; `None` where it shows another resource.
+    /// What a descriptor shows, and what can be reached from there; nothing where it shows another
+    /// resource.
     pub(super) fn descriptor(
         resource: &Resource,
         descriptor: &Descriptor,
         access: Access,
-    ) -> Option<Self> {
+    ) -> Vec<Self> {
         match (resource, descriptor) {
-            (Resource::Buffer(buffer), Descriptor::Buffer(raw)) => {
-                (buffer.raw() == *raw).then(|| Touch::buffer(buffer, access))
+            (Resource::Buffer(buffer), Descriptor::Buffer(raw)) if buffer.raw() == *raw => {
+                vec![Touch::buffer(buffer, access)]
             }
             (Resource::Image(image, _), Descriptor::Image(view, layout)) => {
                 Touch::view(image, *view, access, *layout)
+                    .into_iter()
+                    .collect()
             }
-            _ => None,
+            (Resource::Structure(structure), Descriptor::Structure(raw))
+                if structure.raw() == *raw =>
+            {
+                [structure]
+                    .into_iter()
+                    .chain(structure.parts())
+                    .map(|part| Touch::buffer(part.buffer(), Access::ComputeTraced))
+                    .collect()
+            }
+            _ => Vec::new(),
         }
     }
 
@@ -255,6 +267,21 @@ impl Issued {
                 Touch::region(source, *region, read, source_layout),
                 Touch::buffer(target, write),
             ],
+            Work::Build {
+                structure,
+                input,
+                scratch,
+                ..
+            } => {
+                let part = |part: &Arc<AccelerationStructure>| {
+                    Touch::buffer(part.buffer(), Access::BuildPart)
+                };
+                let own = [structure.buffer(), scratch];
+                let own = own.map(|buffer| Touch::buffer(buffer, Access::BuildTarget));
+                let input = [Touch::buffer(input, Access::BuildInput)];
+                let parts = structure.parts().iter().map(part);
+                own.into_iter().chain(input).chain(parts).collect()
+            }
         }))
     }
 }

@@ -31,6 +31,7 @@
 //! ```
 
 mod access;
+mod build;
 mod builder;
 pub mod compute;
 mod frame;
@@ -44,6 +45,7 @@ pub mod stats;
 mod transfer;
 
 pub use access::{Access, Sync};
+pub use build::Corners;
 pub use builder::{BatchDispatch, ClearOrLoad, DrawBatch, PassBuilder, Targets};
 pub use frame::{Bound, ClearValue, Frame, Resource};
 pub use gpu::{Gpu, GpuOptions};
@@ -54,6 +56,6 @@ pub use sets::{MaterialSet, MaterialSets, SceneBindings, SceneSet};
 pub use stats::{FrameStats, PassTime, PassTimes, Spread, TimesAccumulator};
 
 pub use crate::vulkan::{
-    Buffer, BufferDesc, BufferUsage, DeviceChoice, DeviceInfo, DeviceKind, Error, Faults, Features,
-    Image, ImageDesc, ImageKind, ImageUsage, Limits, Messages, Owner, vk,
+    AccelerationStructure, Buffer, BufferDesc, BufferUsage, DeviceChoice, DeviceInfo, DeviceKind,
+    Error, Faults, Features, Image, ImageDesc, ImageKind, ImageUsage, Limits, Messages, Owner, vk,
 };

@@ -102,6 +102,9 @@ pub enum BindingKind {
     Image,
     /// A sampled image (`texture2D`, `texture3D`, …, with a sampler of set 0).
     Sampled,
+    /// What rays go through: a sampled image of nodes or an acceleration structure. The pass runs
+    /// a variant of its shader with the latter ([`query_stem`]).
+    Rays,
 }
 
 /// One binding of set 1.
@@ -158,13 +161,30 @@ impl Binding {
         }
     }
 
-    pub(crate) fn descriptor_type(&self) -> vk::DescriptorType {
+    /// What rays of a compute shader go through.
+    pub const fn rays(name: &'static str) -> Self {
+        Binding {
+            name,
+            kind: BindingKind::Rays,
+            access: Access::ComputeSampled,
+        }
+    }
+
+    /// With `queries`, in the variant of the shader that lets the device trace.
+    pub(crate) fn descriptor_type(&self, queries: bool) -> vk::DescriptorType {
         match self.kind {
             BindingKind::Buffer => vk::DescriptorType::STORAGE_BUFFER,
             BindingKind::Image => vk::DescriptorType::STORAGE_IMAGE,
-            BindingKind::Sampled => vk::DescriptorType::SAMPLED_IMAGE,
+            BindingKind::Rays if queries => vk::DescriptorType::ACCELERATION_STRUCTURE_KHR,
+            BindingKind::Sampled | BindingKind::Rays => vk::DescriptorType::SAMPLED_IMAGE,
         }
     }
+}
+
+/// Stem of the variant of a compute shader that lets the device trace its rays (`RAY_QUERY` in
+/// `glsl/variants.txt`).
+pub fn query_stem(stem: &str) -> String {
+    format!("{}_query.comp", stem.trim_end_matches(".comp"))
 }
 
 impl Pass {
@@ -203,6 +223,25 @@ impl Pass {
             .filter_map(|(stage, stem)| Some((stage, stem?)))
             .collect(),
         }
+    }
+
+    /// Whether its rays go through what is bound: then its shader has a variant ([`query_stem`]).
+    pub fn traces(&self) -> bool {
+        let mut kinds = self.bindings.iter().map(|binding| binding.kind);
+        kinds.any(|kind| kind == BindingKind::Rays)
+    }
+
+    /// As [`Pass::stages`], with `queries` of the variant that lets the device trace.
+    pub fn modules(&self, queries: bool) -> Vec<(vk::ShaderStageFlags, String)> {
+        let module = |stem: &str| {
+            if queries {
+                query_stem(stem)
+            } else {
+                stem.into()
+            }
+        };
+        let stages = self.stages().into_iter();
+        stages.map(|(stage, stem)| (stage, module(stem))).collect()
     }
 
     /// Size of the parameters (bytes).

@@ -17,18 +17,19 @@ use super::plan::Barrier;
 use super::sets::SharedSets;
 use crate::shader::{self, Interface};
 use crate::vulkan::{
-    Attachment, Commands, Descriptor, DescriptorPool, Device, Error, GraphicsDesc, Image, Pipeline,
-    PipelineLayout, Rendering, SetLayout, Timestamps,
+    Attachment, Buffer, Commands, Descriptor, DescriptorPool, Device, Error, GraphicsDesc, Image,
+    Pipeline, PipelineLayout, Rendering, SetLayout, Timestamps,
 };
 
-/// The address of a pass: passes of one name may differ in shaders or targets.
-type PassKey = usize;
+/// The address of a pass, and whether the device traces its rays: passes of one name may differ in
+/// shaders or targets.
+type PassKey = (usize, bool);
 
 /// A pass, and specialization constants.
 type PipelineKey = (PassKey, Vec<u32>);
 
-fn key_of(pass: &'static Pass) -> PassKey {
-    std::ptr::from_ref(pass).addr()
+fn key_of(call: &PassCall) -> PassKey {
+    (std::ptr::from_ref(call.pass).addr(), call.queries())
 }
 
 /// Pipelines by pass and specialization constants, made when first used.
@@ -55,15 +56,16 @@ impl Pipelines {
         &mut self,
         device: &Arc<Device>,
         shared: &SharedSets,
-        pass: &'static Pass,
+        call: &PassCall,
     ) -> Result<&(Arc<SetLayout>, Arc<PipelineLayout>), Error> {
-        match self.layouts.entry(key_of(pass)) {
+        let (key, pass) = (key_of(call), call.pass);
+        match self.layouts.entry(key) {
             Entry::Occupied(known) => Ok(known.into_mut()),
             Entry::Vacant(new) => {
                 let kinds: Vec<_> = pass
                     .bindings
                     .iter()
-                    .map(|binding| binding.descriptor_type())
+                    .map(|binding| binding.descriptor_type(key.1))
                     .collect();
                 let set = SetLayout::new(device, pass.name, &kinds)?;
                 let layout = PipelineLayout::new(
@@ -83,12 +85,19 @@ impl Pipelines {
         shared: &SharedSets,
         call: &PassCall,
     ) -> Result<Arc<Pipeline>, Error> {
-        let key = (key_of(call.pass), call.constants.clone());
+        let key = (key_of(call), call.constants.clone());
         if let Some((_, pipeline)) = self.pipelines.get(&key) {
             return Ok(Arc::clone(pipeline));
         }
-        let layout = Arc::clone(&self.layout(device, shared, call.pass)?.1);
-        let pipeline = create_pipeline(device, call.pass, &layout, &self.modules, &call.constants)?;
+        let layout = Arc::clone(&self.layout(device, shared, call)?.1);
+        let modules = call.pass.modules(call.queries());
+        let pipeline = create_pipeline(
+            device,
+            (call.pass, modules),
+            &layout,
+            &self.modules,
+            &call.constants,
+        )?;
         self.pipelines
             .insert(key, (call.pass, Arc::clone(&pipeline)));
         Ok(pipeline)
@@ -118,14 +127,15 @@ impl Pipelines {
         modules.insert(stem.to_owned(), words);
         let mut made = Vec::new();
         for (key, (pass, _)) in &self.pipelines {
-            if pass.stages().iter().any(|(_, used)| *used == stem)
+            let used = pass.modules(key.0.1);
+            if used.iter().any(|(_, used)| used == stem)
                 && let Some((_, layout)) = self.layouts.get(&key.0)
             {
                 made.push((
                     key.clone(),
                     (
                         *pass,
-                        create_pipeline(device, pass, layout, &modules, &key.1)?,
+                        create_pipeline(device, (pass, used), layout, &modules, &key.1)?,
                     ),
                 ));
             }
@@ -139,7 +149,7 @@ impl Pipelines {
 
 fn create_pipeline(
     device: &Arc<Device>,
-    pass: &Pass,
+    (pass, used): (&Pass, Vec<(vk::ShaderStageFlags, String)>),
     layout: &Arc<PipelineLayout>,
     replaced: &HashMap<String, Vec<u32>>,
     constants: &[u32],
@@ -149,10 +159,9 @@ fn create_pipeline(
             .get(stem)
             .map_or_else(|| shader::words(stem), |words| Ok(words.clone()))
     };
-    let modules: Vec<(vk::ShaderStageFlags, Vec<u32>)> = pass
-        .stages()
+    let modules: Vec<(vk::ShaderStageFlags, Vec<u32>)> = used
         .into_iter()
-        .map(|(stage, stem)| Ok((stage, words(stem)?)))
+        .map(|(stage, stem)| Ok((stage, words(&stem)?)))
         .collect::<Result<_, Error>>()?;
     let Shaders::Raster {
         geometry, state, ..
@@ -212,10 +221,7 @@ impl Recorder<'_> {
         for step in &frame.steps[steps.clone()] {
             if let Work::Pass(call) = &step.work {
                 layouts.push(Arc::clone(
-                    &self
-                        .pipelines
-                        .layout(self.device, self.shared, call.pass)?
-                        .0,
+                    &self.pipelines.layout(self.device, self.shared, call)?.0,
                 ));
             }
         }
@@ -251,18 +257,11 @@ impl Recorder<'_> {
                 .map(|(resource, _)| resource)
                 .find(|resource| resource.id() == barrier.resource)
             {
-                Some(Resource::Buffer(buffer)) => buffers.push(
-                    vk::BufferMemoryBarrier2::default()
-                        .src_stage_mask(barrier.src.stage)
-                        .src_access_mask(barrier.src.access)
-                        .dst_stage_mask(barrier.dst.stage)
-                        .dst_access_mask(barrier.dst.access)
-                        .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
-                        .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
-                        .buffer(buffer.raw())
-                        .size(vk::WHOLE_SIZE),
-                ),
                 Some(Resource::Image(image, _)) => images.push(image_barrier(image, barrier)),
+                Some(Resource::Buffer(buffer)) => buffers.push(buffer_barrier(buffer, barrier)),
+                Some(Resource::Structure(structure)) => {
+                    buffers.push(buffer_barrier(structure.buffer(), barrier));
+                }
                 None => {}
             }
         }
@@ -289,8 +288,8 @@ impl Recorder<'_> {
         };
         for barrier in buffers {
             let id = id_of(&|resource| {
-                matches!(resource,
-                    Resource::Buffer(buffer) if buffer.raw() == barrier.buffer)
+                let buffer = resource.buffer();
+                buffer.is_some_and(|buffer| buffer.raw() == barrier.buffer)
             });
             notes.extend(id.map(|id| Issued::Barrier(IssuedBarrier::of_buffer(id, barrier))));
         }
@@ -329,18 +328,19 @@ impl Recorder<'_> {
                 region,
                 target,
             } => commands.copy_from_image(source, *region, target),
+            Work::Build {
+                structure,
+                input,
+                scratch,
+                follows,
+            } => commands.build_structure(structure, (input, scratch), *follows),
         }
         Ok(())
     }
 
     fn pass(&mut self, call: &PassCall, pool: &DescriptorPool) -> Result<(), Error> {
         let pipeline = self.pipelines.pipeline(self.device, self.shared, call)?;
-        let set_layout = Arc::clone(
-            &self
-                .pipelines
-                .layout(self.device, self.shared, call.pass)?
-                .0,
-        );
+        let set_layout = Arc::clone(&self.pipelines.layout(self.device, self.shared, call)?.0);
         let (descriptors, [color, depth]) = (descriptors(call)?, attachments(&call.run)?);
         if let Some(notes) = &mut self.notes {
             notes.push(issued(call, &descriptors, [&color, &depth]));
@@ -460,7 +460,7 @@ fn issued(
         .zip(descriptors)
         .zip(call.pass.bindings);
     let mut touched: Vec<Touch> = bound
-        .filter_map(|((resource, descriptor), binding)| {
+        .flat_map(|((resource, descriptor), binding)| {
             Touch::descriptor(resource, descriptor, binding.access)
         })
         .collect();
@@ -514,6 +514,7 @@ fn descriptors(call: &PassCall) -> Result<Vec<Descriptor>, Error> {
         .zip(call.pass.bindings)
         .map(|(resource, binding)| match resource {
             Resource::Buffer(buffer) => Ok(Descriptor::Buffer(buffer.raw())),
+            Resource::Structure(structure) => Ok(Descriptor::Structure(structure.raw())),
             Resource::Image(image, mips) => {
                 let layout = if binding.kind == BindingKind::Image {
                     vk::ImageLayout::GENERAL
@@ -524,6 +525,18 @@ fn descriptors(call: &PassCall) -> Result<Vec<Descriptor>, Error> {
             }
         });
     described.collect()
+}
+
+fn buffer_barrier(buffer: &Buffer, barrier: &Barrier) -> vk::BufferMemoryBarrier2<'static> {
+    vk::BufferMemoryBarrier2::default()
+        .src_stage_mask(barrier.src.stage)
+        .src_access_mask(barrier.src.access)
+        .dst_stage_mask(barrier.dst.stage)
+        .dst_access_mask(barrier.dst.access)
+        .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+        .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+        .buffer(buffer.raw())
+        .size(vk::WHOLE_SIZE)
 }
 
 fn image_barrier(image: &Image, barrier: &Barrier) -> vk::ImageMemoryBarrier2<'static> {

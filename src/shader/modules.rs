@@ -66,10 +66,26 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         "gi/ray_traced/gather_cached.comp",
         include_bytes!("../../spirv/gi/ray_traced/gather_cached.comp.spv"),
     ),
+    (
+        "gi/ray_traced/gather_cached_query.comp",
+        include_bytes!("../../spirv/gi/ray_traced/gather_cached_query.comp.spv"),
+    ),
+    (
+        "gi/ray_traced/gather_query.comp",
+        include_bytes!("../../spirv/gi/ray_traced/gather_query.comp.spv"),
+    ),
     ("gi/ray_traced/mirror.comp", include_bytes!("../../spirv/gi/ray_traced/mirror.comp.spv")),
     (
         "gi/ray_traced/mirror_cached.comp",
         include_bytes!("../../spirv/gi/ray_traced/mirror_cached.comp.spv"),
+    ),
+    (
+        "gi/ray_traced/mirror_cached_query.comp",
+        include_bytes!("../../spirv/gi/ray_traced/mirror_cached_query.comp.spv"),
+    ),
+    (
+        "gi/ray_traced/mirror_query.comp",
+        include_bytes!("../../spirv/gi/ray_traced/mirror_query.comp.spv"),
     ),
     (
         "gi/shared/interleave/deinterleave.comp",
@@ -202,6 +218,14 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         include_bytes!("../../spirv/gi/shared/voxel/light/light_voxels_triangles_dense.comp.spv"),
     ),
     (
+        "gi/shared/voxel/light/light_voxels_triangles_dense_query.comp",
+        include_bytes!("../../spirv/gi/shared/voxel/light/light_voxels_triangles_dense_query.comp.spv"),
+    ),
+    (
+        "gi/shared/voxel/light/light_voxels_triangles_query.comp",
+        include_bytes!("../../spirv/gi/shared/voxel/light/light_voxels_triangles_query.comp.spv"),
+    ),
+    (
         "gi/shared/voxel/light/list_tiles.comp",
         include_bytes!("../../spirv/gi/shared/voxel/light/list_tiles.comp.spv"),
     ),
@@ -260,6 +284,10 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     (
         "gi/voxel_cones/clipmap/gather_triangles.comp",
         include_bytes!("../../spirv/gi/voxel_cones/clipmap/gather_triangles.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/clipmap/gather_triangles_query.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/clipmap/gather_triangles_query.comp.spv"),
     ),
     (
         "gi/voxel_cones/clipmap/pack_blocks.comp",
@@ -324,6 +352,10 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     (
         "gi/voxel_cones/mips/gather_triangles.comp",
         include_bytes!("../../spirv/gi/voxel_cones/mips/gather_triangles.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/mips/gather_triangles_query.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/mips/gather_triangles_query.comp.spv"),
     ),
     (
         "gi/voxel_cones/mips/mark_matter.comp",
@@ -412,6 +444,10 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     (
         "gi/voxel_cones/svo/gather_triangles.comp",
         include_bytes!("../../spirv/gi/voxel_cones/svo/gather_triangles.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/svo/gather_triangles_query.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/svo/gather_triangles_query.comp.spv"),
     ),
     (
         "gi/voxel_cones/svo/index_cells.comp",
@@ -574,6 +610,7 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     ("test/material.comp", include_bytes!("../../spirv/test/material.comp.spv")),
     ("test/quad.vert", include_bytes!("../../spirv/test/quad.vert.spv")),
     ("test/rays.comp", include_bytes!("../../spirv/test/rays.comp.spv")),
+    ("test/rays_query.comp", include_bytes!("../../spirv/test/rays_query.comp.spv")),
     ("test/sample3d.comp", include_bytes!("../../spirv/test/sample3d.comp.spv")),
     ("test/sh.comp", include_bytes!("../../spirv/test/sh.comp.spv")),
     ("test/store3d.comp", include_bytes!("../../spirv/test/store3d.comp.spv")),

@@ -1,6 +1,17 @@
 //! What a physical device is and can do, and why it may be refused.
 
+use std::ffi::CStr;
+
 use ash::vk;
+
+use super::structure::RAY_QUERY;
+
+/// The extensions of ray queries.
+pub(super) const RAY_QUERY_EXTENSIONS: [&CStr; 3] = [
+    vk::KHR_ACCELERATION_STRUCTURE_NAME,
+    vk::KHR_RAY_QUERY_NAME,
+    vk::KHR_DEFERRED_HOST_OPERATIONS_NAME,
+];
 
 /// The kind of a device; earlier is better.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -66,6 +77,8 @@ pub struct Features {
     pub conservative_rasterization: bool,
     /// `VK_EXT_conditional_rendering`.
     pub conditional_rendering: bool,
+    /// `VK_KHR_ray_query`, with acceleration structures.
+    pub ray_query: bool,
     /// Arithmetic and ballot subgroup operations in compute shaders.
     pub subgroup_arithmetic: bool,
     /// Invocations in a subgroup.
@@ -97,6 +110,9 @@ pub struct Limits {
     pub push_bytes: u32,
     /// Duration of one timestamp tick (ns).
     pub timestamp_period_ns: f32,
+    /// Alignment of what the device needs while it builds an acceleration structure (bytes); 0
+    /// where it has none.
+    pub scratch_alignment: u64,
 }
 
 /// One physical device.
@@ -262,7 +278,35 @@ impl Adapter {
             has_extension(instance, self.raw, vk::EXT_CONSERVATIVE_RASTERIZATION_NAME);
         found.conditional_rendering =
             has_extension(instance, self.raw, vk::EXT_CONDITIONAL_RENDERING_NAME);
-        self.optional = found.checks();
+        if v12.buffer_device_address == vk::TRUE {
+            self.read_ray_query(instance);
+        }
+        self.optional = self.features.checks();
+    }
+
+    /// Features and properties of extensions may be asked for only where these are.
+    fn read_ray_query(&mut self, instance: &ash::Instance) {
+        let has = |name: &&CStr| has_extension(instance, self.raw, name);
+        if !RAY_QUERY_EXTENSIONS.iter().all(has) {
+            return;
+        }
+        let mut structures = vk::PhysicalDeviceAccelerationStructureFeaturesKHR::default();
+        let mut queries = vk::PhysicalDeviceRayQueryFeaturesKHR::default();
+        let mut features = vk::PhysicalDeviceFeatures2::default()
+            .push_next(&mut structures)
+            .push_next(&mut queries);
+        let mut limits = vk::PhysicalDeviceAccelerationStructurePropertiesKHR::default();
+        let mut properties = vk::PhysicalDeviceProperties2::default().push_next(&mut limits);
+        // SAFETY: the device has the extensions of these.
+        unsafe {
+            instance.get_physical_device_features2(self.raw, &mut features);
+            instance.get_physical_device_properties2(self.raw, &mut properties);
+        }
+        self.features.ray_query =
+            structures.acceleration_structure == vk::TRUE && queries.ray_query == vk::TRUE;
+        self.limits.scratch_alignment = limits
+            .min_acceleration_structure_scratch_offset_alignment
+            .into();
     }
 
     fn read_formats(&mut self, instance: &ash::Instance) {
@@ -308,7 +352,7 @@ impl Adapter {
 
 impl Features {
     /// Name of each, whether it is there, and what its absence costs.
-    fn optional(&mut self) -> [(&'static str, &mut bool, &'static str); 6] {
+    fn optional(&mut self) -> [(&'static str, &mut bool, &'static str); 7] {
         [
             (
                 "geometryShader",
@@ -324,6 +368,11 @@ impl Features {
                 "VK_EXT_conditional_rendering",
                 &mut self.conditional_rendering,
                 "no pass is left out on the device's own word; bounces go on to the last",
+            ),
+            (
+                RAY_QUERY,
+                &mut self.ray_query,
+                "rays go through hierarchies in compute shaders",
             ),
             (
                 "samplerAnisotropy",
@@ -387,6 +436,7 @@ fn limits(
         shared_bytes: limits.max_compute_shared_memory_size,
         push_bytes: limits.max_push_constants_size,
         timestamp_period_ns: limits.timestamp_period,
+        scratch_alignment: 0,
     }
 }
 

@@ -20,6 +20,10 @@ pub enum BufferUsage {
     Readback,
     /// Written by the host, source of copies.
     Staging,
+    /// An acceleration structure, or what the device needs besides while it builds one.
+    Structure,
+    /// Written by the host; what an acceleration structure is built from.
+    StructureInput,
 }
 
 /// A buffer to make.
@@ -54,9 +58,10 @@ impl Buffer {
         let (limit, available) = match desc.usage {
             BufferUsage::Storage => ("maxStorageBufferRange", limits.storage_buffer_bytes),
             BufferUsage::Uniform => ("maxUniformBufferRange", limits.uniform_buffer_bytes),
-            BufferUsage::Readback | BufferUsage::Staging => {
-                ("maxMemoryAllocationSize", limits.allocation_bytes)
-            }
+            BufferUsage::Readback
+            | BufferUsage::Staging
+            | BufferUsage::Structure
+            | BufferUsage::StructureInput => ("maxMemoryAllocationSize", limits.allocation_bytes),
         };
         if desc.size_bytes > available {
             return Err(Error::TooLarge {
@@ -111,6 +116,13 @@ impl Buffer {
 
     pub(crate) fn raw(&self) -> vk::Buffer {
         self.raw
+    }
+
+    /// Where the device has it; of buffers of acceleration structures alone.
+    pub(super) fn address(&self) -> u64 {
+        let info = vk::BufferDeviceAddressInfo::default().buffer(self.raw);
+        // SAFETY: the buffer is alive and was made with an address.
+        unsafe { self.device.raw().get_buffer_device_address(&info) }
     }
 
     /// Copies host bytes in; the buffer must be host visible, and not in use by the device.
@@ -177,8 +189,10 @@ impl Buffer {
 /// The kind of memory that a buffer lies in.
 fn location(usage: BufferUsage) -> MemoryLocation {
     match usage {
-        BufferUsage::Storage => MemoryLocation::GpuOnly,
-        BufferUsage::Uniform | BufferUsage::Staging => MemoryLocation::CpuToGpu,
+        BufferUsage::Storage | BufferUsage::Structure => MemoryLocation::GpuOnly,
+        BufferUsage::Uniform | BufferUsage::Staging | BufferUsage::StructureInput => {
+            MemoryLocation::CpuToGpu
+        }
         BufferUsage::Readback => MemoryLocation::GpuToCpu,
     }
 }
@@ -224,5 +238,14 @@ fn usage_flags(device: &Device, usage: BufferUsage) -> vk::BufferUsageFlags {
         }
         BufferUsage::Readback => vk::BufferUsageFlags::TRANSFER_DST,
         BufferUsage::Staging => vk::BufferUsageFlags::TRANSFER_SRC,
+        BufferUsage::Structure => {
+            vk::BufferUsageFlags::ACCELERATION_STRUCTURE_STORAGE_KHR
+                | vk::BufferUsageFlags::STORAGE_BUFFER
+                | vk::BufferUsageFlags::SHADER_DEVICE_ADDRESS
+        }
+        BufferUsage::StructureInput => {
+            vk::BufferUsageFlags::ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_KHR
+                | vk::BufferUsageFlags::SHADER_DEVICE_ADDRESS
+        }
     }
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::debug::c_name;
-use super::{Buffer, Context, Device, Error, Image, Pipeline, Timestamps};
+use super::{AccelerationStructure, Buffer, Context, Device, Error, Image, Pipeline, Timestamps};
 
 /// Part of one mip and layer of an image, for copies.
 #[derive(Clone, Copy, Debug)]
@@ -229,6 +229,17 @@ impl Commands {
             // SAFETY: as for `barriers`; `begin_condition` was called before.
             unsafe { (conditions.fp().cmd_end_conditional_rendering_ext)(self.raw) };
         }
+    }
+
+    /// Builds an acceleration structure from `input`; with `follows`, anew where its triangles are
+    /// now.
+    pub(crate) fn build_structure(
+        &self,
+        structure: &AccelerationStructure,
+        (input, scratch): (&Buffer, &Buffer),
+        follows: bool,
+    ) {
+        structure.record_build(self.raw, (input, scratch), follows);
     }
 
     pub(crate) fn begin_rendering(&self, rendering: &Rendering) {

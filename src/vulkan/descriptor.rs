@@ -123,6 +123,8 @@ pub(crate) enum Descriptor {
     Image(vk::ImageView, vk::ImageLayout),
     /// A sampler without an image.
     Sampler(vk::Sampler),
+    /// An acceleration structure.
+    Structure(vk::AccelerationStructureKHR),
 }
 
 /// A pool of exactly the sets asked for.
@@ -201,8 +203,9 @@ impl DescriptorPool {
         kind: vk::DescriptorType,
         descriptor: Descriptor,
     ) {
-        let (mut buffers, mut images) = (Vec::new(), Vec::new());
+        let (mut buffers, mut images, mut structures) = (Vec::new(), Vec::new(), Vec::new());
         match descriptor {
+            Descriptor::Structure(structure) => structures.push(structure),
             Descriptor::Buffer(buffer) => buffers.push(vk::DescriptorBufferInfo {
                 buffer,
                 offset: 0,
@@ -218,11 +221,15 @@ impl DescriptorPool {
                 ..Default::default()
             }),
         }
+        let mut write_structures = vk::WriteDescriptorSetAccelerationStructureKHR::default()
+            .acceleration_structures(&structures);
         let write = vk::WriteDescriptorSet::default()
             .dst_set(set)
             .dst_binding(binding)
             .descriptor_type(kind);
-        let write = if buffers.is_empty() {
+        let write = if !structures.is_empty() {
+            write.descriptor_count(1).push_next(&mut write_structures)
+        } else if buffers.is_empty() {
             write.image_info(&images)
         } else {
             write.buffer_info(&buffers)

@@ -1,10 +1,12 @@
 //! The logical device: one queue, its memory, and names for debuggers.
 
+use std::ffi::CStr;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use ash::vk;
 
+use super::adapter::RAY_QUERY_EXTENSIONS;
 use super::fault::Planted;
 use super::memory::Memory;
 use super::{Adapter, Context, Error, Faults, Instance, Owner, debug};
@@ -36,6 +38,7 @@ pub struct Device {
     memory: Memory,
     names: Option<ash::ext::debug_utils::Device>,
     conditions: Option<ash::ext::conditional_rendering::Device>,
+    structures: Option<ash::khr::acceleration_structure::Device>,
     adapter: Adapter,
     next_id: AtomicU64,
     retired: Mutex<Vec<u64>>,
@@ -74,6 +77,10 @@ impl Device {
             .features
             .conditional_rendering
             .then(|| ash::ext::conditional_rendering::Device::new(instance.raw(), &raw));
+        let structures = adapter
+            .features
+            .ray_query
+            .then(|| ash::khr::acceleration_structure::Device::new(instance.raw(), &raw));
         let (next_id, retired) = (AtomicU64::new(1), Mutex::new(Vec::new()));
         Ok(Arc::new(Device {
             raw,
@@ -81,6 +88,7 @@ impl Device {
             memory,
             names,
             conditions,
+            structures,
             adapter,
             next_id,
             retired,
@@ -177,6 +185,11 @@ impl Device {
 
     pub(super) fn conditions(&self) -> Option<&ash::ext::conditional_rendering::Device> {
         self.conditions.as_ref()
+    }
+
+    /// Functions of acceleration structures, where the device has ray queries.
+    pub(super) fn structures(&self) -> Option<&ash::khr::acceleration_structure::Device> {
+        self.structures.as_ref()
     }
 
     /// Names an object for validation messages and debuggers.
@@ -276,7 +289,8 @@ fn open(
         .shader_int64(found.shader_int64);
     let mut v12 = vk::PhysicalDeviceVulkan12Features::default()
         .timeline_semaphore(true)
-        .host_query_reset(true);
+        .host_query_reset(true)
+        .buffer_device_address(found.ray_query);
     let mut v13 = vk::PhysicalDeviceVulkan13Features::default()
         .dynamic_rendering(true)
         .synchronization2(true)
@@ -284,6 +298,9 @@ fn open(
         .robust_image_access(is_robust);
     let mut condition =
         vk::PhysicalDeviceConditionalRenderingFeaturesEXT::default().conditional_rendering(true);
+    let mut structures =
+        vk::PhysicalDeviceAccelerationStructureFeaturesKHR::default().acceleration_structure(true);
+    let mut queries = vk::PhysicalDeviceRayQueryFeaturesKHR::default().ray_query(true);
     let mut features = vk::PhysicalDeviceFeatures2::default()
         .features(base)
         .push_next(&mut v12)
@@ -295,6 +312,10 @@ fn open(
     }
     if found.conservative_rasterization {
         extensions.push(vk::EXT_CONSERVATIVE_RASTERIZATION_NAME.as_ptr());
+    }
+    if found.ray_query {
+        features = features.push_next(&mut structures).push_next(&mut queries);
+        extensions.extend(RAY_QUERY_EXTENSIONS.map(CStr::as_ptr));
     }
     if presents {
         extensions.push(vk::KHR_SWAPCHAIN_NAME.as_ptr());

@@ -61,7 +61,7 @@ impl Memory {
             device: device.clone(),
             physical_device: adapter.raw,
             debug_settings: Default::default(),
-            buffer_device_address: false,
+            buffer_device_address: adapter.features.ray_query,
             allocation_sizes: AllocationSizes::new(32 * MIB, 8 * MIB),
         };
         let allocator = Allocator::new(&description).map_err(|error| Error::Vulkan {

@@ -20,6 +20,7 @@ mod memory;
 mod painter;
 mod pipeline;
 mod query;
+mod structure;
 #[cfg(feature = "view")]
 mod surface;
 #[cfg(feature = "view")]
@@ -39,6 +40,7 @@ pub use memory::Owner;
 #[cfg(feature = "view")]
 #[doc(hidden)]
 pub use painter::{ACQUIRED_BEFORE, capture_barrier, window_barriers};
+pub use structure::{AccelerationStructure, StructureDesc, StructureKind};
 #[cfg(feature = "view")]
 pub use {
     painter::{Capture, Paint, Painter, Shown},

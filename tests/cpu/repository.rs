@@ -422,13 +422,22 @@ fn checked_variables(stem: &str) -> Vec<Variable> {
         .collect()
 }
 
-/// Checks one pass against its modules; says what is wrong.
+/// Checks one pass against its modules, and against those that let the device trace rays where it
+/// has such; says what is wrong.
 fn check_pass(pass: &Pass) -> Result<(), String> {
+    check_variant(pass, false)?;
+    if pass.traces() {
+        check_variant(pass, true)?;
+    }
+    Ok(())
+}
+
+fn check_variant(pass: &Pass, queries: bool) -> Result<(), String> {
     let mut used: BTreeMap<u32, u32> = BTreeMap::new();
     let mut constants: BTreeSet<(u32, String)> = BTreeSet::new();
     let mut params = None;
-    for (_, stem) in pass.stages() {
-        for variable in checked_variables(stem) {
+    for (_, stem) in pass.modules(queries) {
+        for variable in checked_variables(&stem) {
             match &variable {
                 Variable::PushConstant { ty, .. } => {
                     let mut found = Vec::new();
@@ -461,7 +470,10 @@ fn check_pass(pass: &Pass) -> Result<(), String> {
                             0 => pass.sets != Sets::None && fits_scene(desc_bind.bind(), desc_ty),
                             1 => {
                                 *used.entry(desc_bind.bind()).or_default() |= access_bits(desc_ty);
-                                fits_binding(pass, desc_bind.bind(), desc_ty, variable.name(), ty)
+                                {
+                                    let bound = (pass, desc_bind.bind(), queries);
+                                    fits_binding(bound, desc_ty, variable.name(), ty)
+                                }
                             }
                             2 => {
                                 pass.sets == Sets::SceneAndMaterials
@@ -525,8 +537,7 @@ fn fits_scene(binding: u32, kind: &DescriptorType) -> bool {
 }
 
 fn fits_binding(
-    pass: &Pass,
-    index: u32,
+    (pass, index, queries): (&Pass, u32, bool),
     kind: &DescriptorType,
     name: Option<&str>,
     ty: &Type,
@@ -537,7 +548,10 @@ fn fits_binding(
     let kind_fits = match binding.kind {
         BindingKind::Buffer => matches!(kind, DescriptorType::StorageBuffer(_)),
         BindingKind::Image => matches!(kind, DescriptorType::StorageImage(_)),
-        BindingKind::Sampled => matches!(kind, DescriptorType::SampledImage()),
+        BindingKind::Rays if queries => matches!(kind, DescriptorType::AccelStruct()),
+        BindingKind::Sampled | BindingKind::Rays => {
+            matches!(kind, DescriptorType::SampledImage())
+        }
     };
     // A block without an instance name is known by its members.
     let member_fits = matches!(ty,
@@ -592,13 +606,18 @@ fn every_pass_matches_its_modules() {
         );
         check_pass(pass).unwrap_or_else(|error| panic!("pass {}: {error}", pass.name));
     }
-    let declared: BTreeSet<&str> = all_passes()
+    let modules = |pass: &&Pass| {
+        let variant = pass.traces().then(|| pass.modules(true));
+        let all = pass.modules(false).into_iter();
+        all.chain(variant.into_iter().flatten()).collect::<Vec<_>>()
+    };
+    let declared: BTreeSet<String> = all_passes()
         .iter()
-        .flat_map(|pass| pass.stages())
+        .flat_map(|pass| modules(&pass))
         .map(|(_, stem)| stem)
         .collect();
     let orphans: Vec<&str> = shader::stems()
-        .filter(|stem| !declared.contains(stem))
+        .filter(|stem| !declared.contains(*stem))
         .collect();
     assert!(
         orphans.is_empty(),

@@ -1,7 +1,7 @@
 //! Rays against triangles on the device, against those of the reference.
 
 use glam::Vec3;
-use lumivox::graph::{Frame, Gpu};
+use lumivox::graph::{Faults, Frame, Gpu, GpuOptions};
 use lumivox::render::GpuScene;
 use lumivox::render::bvh::SceneRays;
 use lumivox::render::bvh::oracle::{OracleHit, OracleRay, RayOracle};
@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use crate::support::passes::RAYS;
 use crate::support::scenes::{add_model, bundled, lump, random_pose, scene_of, soup, still};
-use crate::support::{Random, gpu, words};
+use crate::support::{Missing, Random, gpu, own_gpu, skipped, words};
 
 /// Barycentric coordinates of a ray along a triangle are rounded by so much.
 const EDGE: f32 = 1e-4;
@@ -249,26 +249,52 @@ fn check_with(gpu: &Gpu, scene: &Scene, device: (&GpuScene, &SceneRays), count: 
     assert!(1000 * missed <= count, "{name}: {missed} of {count}");
 }
 
+/// Runs a test with rays through nodes, and with those of the device where it has ray queries.
+fn each_way(test: impl Fn(&Gpu)) {
+    let first = gpu();
+    test(&first);
+    if !first.features().ray_query {
+        skipped(&Missing::Other("VK_KHR_ray_query"));
+        return;
+    }
+    let faults = Faults {
+        absent: vec!["VK_KHR_ray_query".into()],
+        ..Faults::default()
+    };
+    let second = own_gpu(&GpuOptions {
+        faults,
+        ..GpuOptions::default()
+    });
+    assert!(!second.features().ray_query);
+    test(&second);
+}
+
 #[test]
 fn rays_meet_what_the_references_meet() {
-    let gpu = gpu();
+    each_way(references_meet_the_same);
+}
+
+fn references_meet_the_same(gpu: &Gpu) {
     for (seed, name) in ["cornell", "atrium", "street", "emissive-gallery", "glossy"]
         .into_iter()
         .enumerate()
     {
-        check(&gpu, &bundled(name), 20_000, seed as u64);
+        check(gpu, &bundled(name), 20_000, seed as u64);
     }
 }
 
 #[test]
 fn degenerate_triangles_and_empty_scenes() {
-    let gpu = gpu();
+    each_way(degenerate);
+}
+
+fn degenerate(gpu: &Gpu) {
     let mut random = Random::new(7);
-    check(&gpu, &Scene::default(), 100, 1);
+    check(gpu, &Scene::default(), 100, 1);
     for count in [1, 2, 5] {
         let triangles = lump(count, 8);
         check(
-            &gpu,
+            gpu,
             &scene_of(&triangles, 0.0, &mut random),
             2_000,
             u64::from(count),
@@ -279,13 +305,16 @@ fn degenerate_triangles_and_empty_scenes() {
         let first = triangles[0];
         // A point, a line, and the same triangle twice.
         triangles.extend([[first[0]; 3], [first[0], first[1], first[1]], first, first]);
-        check(&gpu, &scene_of(&triangles, 0.0, &mut random), 5_000, seed);
+        check(gpu, &scene_of(&triangles, 0.0, &mut random), 5_000, seed);
     }
 }
 
 #[test]
 fn boxes_follow_models() {
-    let gpu = gpu();
+    each_way(models_move);
+}
+
+fn models_move(gpu: &Gpu) {
     let mut random = Random::new(11);
     let mut scene = bundled("two-rooms");
     let poses: Vec<_> = (0..3).map(|_| random_pose(&mut random, 2.0)).collect();
@@ -296,13 +325,13 @@ fn boxes_follow_models() {
         cube(&mut random),
         &[still(Vec3::ZERO), still(Vec3::new(3.0, 1.0, 2.0))],
     );
-    let mut gpu_scene = GpuScene::new(&gpu, &scene).unwrap();
-    let mut rays = SceneRays::new(&gpu, &gpu_scene).unwrap();
+    let mut gpu_scene = GpuScene::new(gpu, &scene).unwrap();
+    let mut rays = SceneRays::new(gpu, &gpu_scene).unwrap();
     for (seed, time_s) in [0.0, 0.4, 1.3, 9.0].into_iter().enumerate() {
         scene.set_time(time_s);
-        gpu_scene.set_pose(&gpu, &scene).unwrap();
-        rays.follow(&gpu, &gpu_scene).unwrap();
-        check_with(&gpu, &scene, (&gpu_scene, &rays), 5_000, seed as u64);
+        gpu_scene.set_pose(gpu, &scene).unwrap();
+        rays.follow(gpu, &gpu_scene).unwrap();
+        check_with(gpu, &scene, (&gpu_scene, &rays), 5_000, seed as u64);
     }
 }
 

@@ -54,6 +54,10 @@ pub fn meaning(access: Access) -> Meaning {
         A::DEPTH_STENCIL_ATTACHMENT_READ,
         A::DEPTH_STENCIL_ATTACHMENT_WRITE,
     );
+    let (build, structure_read) = (
+        S::ACCELERATION_STRUCTURE_BUILD_KHR,
+        A::ACCELERATION_STRUCTURE_READ_KHR,
+    );
     let (stages, reads, writes, layout) = match access {
         Access::ComputeRead => (S::COMPUTE_SHADER, load, A::NONE, L::GENERAL),
         Access::ComputeWrite => (S::COMPUTE_SHADER, A::NONE, store, L::GENERAL),
@@ -64,6 +68,9 @@ pub fn meaning(access: Access) -> Meaning {
             A::NONE,
             L::SHADER_READ_ONLY_OPTIMAL,
         ),
+        // The specification has one kind of access for what a build or a ray reads of a structure,
+        // whichever level it is of.
+        Access::ComputeTraced => (S::COMPUTE_SHADER, structure_read, A::NONE, L::UNDEFINED),
         Access::RasterRead => (raster, load, A::NONE, L::GENERAL),
         Access::RasterReadWrite => (raster, load, store, L::GENERAL),
         Access::RasterSampled => (raster, sample, A::NONE, L::SHADER_READ_ONLY_OPTIMAL),
@@ -92,6 +99,16 @@ pub fn meaning(access: Access) -> Meaning {
             A::NONE,
             A::TRANSFER_WRITE,
             L::TRANSFER_DST_OPTIMAL,
+        ),
+        // Vertices and instances are read as shaders read.
+        Access::BuildInput => (build, A::SHADER_READ, A::NONE, L::UNDEFINED),
+        Access::BuildPart => (build, structure_read, A::NONE, L::UNDEFINED),
+        // Scratch is read and written as structures are.
+        Access::BuildTarget => (
+            build,
+            structure_read,
+            A::ACCELERATION_STRUCTURE_WRITE_KHR,
+            L::UNDEFINED,
         ),
         Access::HostRead => (S::HOST, A::HOST_READ, A::NONE, L::UNDEFINED),
         // The window's system is outside the pipeline: a semaphore stands between.

@@ -3,11 +3,15 @@
 //! [`SceneRays`] is made by those who trace, and by nobody else. What stands still is one
 //! hierarchy, and each model that may move another, which follows the model's vertices. Triangles
 //! are stored again, in the order of the leaves; hits are those of the reference, bit by bit.
+//!
+//! Where the device has ray queries, hierarchies are its own acceleration structures, and the
+//! device finds the triangles near a ray. Passes need not know: [`SceneRays::bind`] decides.
 
 mod emitters;
 mod geometry;
 pub mod oracle;
 mod rows;
+mod structures;
 mod textures;
 mod trees;
 mod wide;
@@ -20,6 +24,7 @@ use std::sync::Arc;
 use bytemuck::cast_slice;
 use geometry::Geometry;
 use rows::Rows;
+use structures::Structures;
 use textures::SceneTextures;
 use trees::{Moving, TRIANGLE_TEXELS, Trees};
 use wide::{MOST_NODES, MOST_TRIANGLES, NODE_TEXELS};
@@ -29,7 +34,7 @@ use crate::graph::{Access, Binding, Buffer, Error, Gpu, Owner, PassBuilder};
 
 /// What a pass binds first that traces rays (`render/bvh/bindings.glsl`).
 pub const BINDINGS: [Binding; 5] = [
-    Binding::sampled("bvh_nodes", Access::ComputeSampled),
+    Binding::rays("bvh_tree"),
     Binding::sampled("bvh_triangles", Access::ComputeSampled),
     Binding::buffer("bvh_roots", Access::ComputeRead),
     Binding::buffer("texture_rows", Access::ComputeRead),
@@ -42,9 +47,17 @@ pub const CONSTANTS: [&str; 3] = ["BVH_STACK", "BVH_ROOTS", "BVH_MASKS"];
 /// Nodes of which a traversal may put boxes off: a shader has as many words.
 const LONGEST_STACK: u32 = 1024;
 
+/// What finds the triangles near a ray.
+enum Hierarchies {
+    /// Shaders, node by node.
+    Nodes(Rows),
+    /// The device.
+    Structures(Structures),
+}
+
 /// The triangles of a scene as shaders trace them.
 pub struct SceneRays {
-    nodes: Rows,
+    hierarchies: Hierarchies,
     triangles: Rows,
     roots: Arc<Buffer>,
     textures: SceneTextures,
@@ -64,7 +77,8 @@ impl SceneRays {
             return Err(too_many(geometry.triangles.len(), "triangles", feature));
         }
         let textures = SceneTextures::new(gpu, scene)?;
-        let trees = Trees::new(scene, &geometry);
+        let has_queries = gpu.features().ray_query;
+        let trees = Trees::new(scene, &geometry, !has_queries);
         drop(geometry);
         if trees.node_count() > MOST_NODES {
             let feature = "numbers of more than 23 bits in a traversal (8,388,608 nodes)";
@@ -75,10 +89,15 @@ impl SceneRays {
             return Err(too_many(trees.depth as usize, "levels of nodes", feature));
         }
         let (first_node, first_triangle) = trees.first_moving();
-        let nodes = (&trees.nodes[..], NODE_TEXELS);
+        let hierarchies = if has_queries {
+            Hierarchies::Structures(Structures::new(gpu, &trees)?)
+        } else {
+            let nodes = (&trees.nodes[..], NODE_TEXELS);
+            Hierarchies::Nodes(Rows::new(gpu, "bvh.nodes", nodes, first_node)?)
+        };
         let triangles = (&trees.triangles[..], TRIANGLE_TEXELS);
         Ok(SceneRays {
-            nodes: Rows::new(gpu, "bvh.nodes", nodes, first_node)?,
+            hierarchies,
             triangles: Rows::new(gpu, "bvh.triangles", triangles, first_triangle)?,
             roots: storage(gpu, ("bvh.roots", Owner::Store), cast_slice(&trees.roots))?,
             textures,
@@ -93,18 +112,31 @@ impl SceneRays {
 
     /// Brings models up to where their vertices are: triangles and boxes.
     pub fn follow(&mut self, gpu: &Gpu, scene: &GpuScene) -> Result<(), Error> {
-        for model in &mut self.moving {
+        for (index, model) in self.moving.iter_mut().enumerate() {
             let positions = geometry::positions_of(gpu, scene, model.vertices())?;
-            model.follow(&positions, &mut self.nodes, &mut self.triangles);
+            let corners = model.corners(&positions);
+            model.follow(&corners, &mut self.triangles);
+            match &mut self.hierarchies {
+                Hierarchies::Nodes(nodes) => model.refit(&corners, nodes),
+                Hierarchies::Structures(structures) => {
+                    structures.follow(gpu, index, &corners)?;
+                }
+            }
         }
-        self.nodes.upload(gpu)?;
+        match &self.hierarchies {
+            Hierarchies::Nodes(nodes) => nodes.upload(gpu)?,
+            Hierarchies::Structures(structures) => structures.join(gpu)?,
+        }
         self.triangles.upload(gpu)
     }
 
     /// Binds [`BINDINGS`] and gives [`CONSTANTS`].
     pub fn bind<'f>(&self, pass: PassBuilder<'f>) -> PassBuilder<'f> {
-        pass.bind("bvh_nodes", &self.nodes.image)
-            .bind("bvh_triangles", &self.triangles.image)
+        let pass = match &self.hierarchies {
+            Hierarchies::Nodes(nodes) => pass.bind("bvh_tree", &nodes.image),
+            Hierarchies::Structures(structures) => pass.bind("bvh_tree", &structures.all),
+        };
+        pass.bind("bvh_triangles", &self.triangles.image)
             .bind("bvh_roots", &self.roots)
             .bind("texture_rows", &self.textures.rows)
             .bind("texels", &self.textures.texels)

@@ -9,7 +9,7 @@ use bytemuck::cast_slice;
 
 use crate::graph::{Error, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Owner, vk};
 
-/// Items of a row (`ROW_BITS` in `glsl/render/bvh/traverse.glsl`).
+/// Items of a row (`ROW_BITS` in `glsl/render/bvh/triangle.glsl`).
 const ROW_ITEMS: usize = 1024;
 
 /// 32-bit words of a texel.

@@ -25,7 +25,10 @@ pub(super) struct Trees {
     pub(super) nodes: Vec<u32>,
     /// In the order of the leaves.
     pub(super) triangles: Vec<u32>,
+    /// The root of each, or its first triangle where the device has hierarchies of its own.
     pub(super) roots: Vec<u32>,
+    /// The corners of the triangles of each, where the device has hierarchies of its own (m).
+    pub(super) corners: Vec<Vec<[Vec3; 3]>>,
     /// Nodes on the longest way from a root.
     pub(super) depth: u32,
     pub(super) has_masks: bool,
@@ -43,8 +46,8 @@ pub(super) struct Moving {
 }
 
 impl Trees {
-    /// Of all triangles of a scene.
-    pub(super) fn new(scene: &GpuScene, geometry: &Geometry) -> Self {
+    /// Of all triangles of a scene. Without nodes, triangles stay in their order.
+    pub(super) fn new(scene: &GpuScene, geometry: &Geometry, has_nodes: bool) -> Self {
         let mut trees = Trees::default();
         for (index, mut triangles) in geometry.groups(scene).into_iter().enumerate() {
             let moves = index > 0;
@@ -53,17 +56,27 @@ impl Trees {
                 triangles.retain(|one| has_area(&geometry.of(*one), geometry.units_per_m));
             }
             if !triangles.is_empty() {
-                trees.add((scene, geometry), &triangles, moves);
+                trees.add((scene, geometry), &triangles, (moves, has_nodes));
             }
         }
         trees
     }
 
-    fn add(&mut self, (scene, geometry): (&GpuScene, &Geometry), triangles: &[u32], moves: bool) {
+    fn add(
+        &mut self,
+        (scene, geometry): (&GpuScene, &Geometry),
+        triangles: &[u32],
+        (moves, has_nodes): (bool, bool),
+    ) {
         let corners = geometry.corners(triangles);
-        let bvh = WideBvh::new(&corners, geometry.units_per_m);
         let (first_node, first_triangle) = (self.node_count(), self.triangle_count());
-        self.roots.push(first_node as u32);
+        let bvh = if has_nodes {
+            self.roots.push(first_node as u32);
+            WideBvh::new(&corners, geometry.units_per_m)
+        } else {
+            self.roots.push(first_triangle as u32);
+            WideBvh::without_nodes(corners.len())
+        };
         self.depth = self.depth.max(bvh.depth);
         self.nodes
             .extend(relocated(&bvh, first_node, first_triangle));
@@ -76,6 +89,9 @@ impl Trees {
             place(&mut words, &corners[*slot as usize]);
             words[3] = triangle | if is_masked { MASKED } else { 0 };
             self.triangles.extend(words);
+        }
+        if !has_nodes {
+            self.corners.push(corners);
         }
         if moves {
             let vertices = geometry.vertices(triangles);
@@ -115,13 +131,21 @@ impl Moving {
         &self.vertices
     }
 
-    /// Brings nodes and triangles up to where its vertices are (m).
-    pub(super) fn follow(&mut self, positions: &[Vec3], nodes: &mut Rows, triangles: &mut Rows) {
+    /// The corners of its triangles, by where its vertices are (m).
+    pub(super) fn corners(&self, positions: &[Vec3]) -> Vec<[Vec3; 3]> {
         let of = |corners: &[u32; 3]| corners.map(|vertex| positions[vertex as usize]);
-        let corners: Vec<[Vec3; 3]> = self.corners.iter().map(of).collect();
-        self.bvh.refit(&corners);
+        self.corners.iter().map(of).collect()
+    }
+
+    /// Brings nodes up to where the corners of its triangles are (m).
+    pub(super) fn refit(&mut self, corners: &[[Vec3; 3]], nodes: &mut Rows) {
+        self.bvh.refit(corners);
         let words = relocated(&self.bvh, self.first_node, self.first_triangle);
         nodes.words_from(NODE_WORDS * self.first_node)[..words.len()].copy_from_slice(&words);
+    }
+
+    /// Brings triangles up to where their corners are (m).
+    pub(super) fn follow(&self, corners: &[[Vec3; 3]], triangles: &mut Rows) {
         triangles
             .words_from(TRIANGLE_WORDS * self.first_triangle)
             .chunks_exact_mut(TRIANGLE_WORDS)

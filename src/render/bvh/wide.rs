@@ -137,6 +137,14 @@ impl WideBvh {
         }
     }
 
+    /// Some triangles in their order, with no box around them.
+    pub(super) fn without_nodes(triangle_count: usize) -> Self {
+        WideBvh {
+            triangles: (0..triangle_count as u32).collect(),
+            ..WideBvh::default()
+        }
+    }
+
     /// Brings the boxes up to where the triangles are now; which triangles share one stays.
     pub fn refit(&mut self, corners: &[[Vec3; 3]]) {
         let mut bounds = vec![Bounds::EMPTY; self.nodes.len() / NODE_WORDS];
