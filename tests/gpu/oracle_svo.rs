@@ -6,8 +6,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use crate::support::octree::{
-    grow, grow_lit, lattice, lit_matter, matter, plant, read_bricks, read_nodes, read_texels,
-    shine, shine_lit,
+    grow, grow_lit, lattice, light_in_pieces, lit_matter, matter, plant, read_bricks, read_nodes,
+    read_texels, shine, shine_lit,
 };
 use crate::support::scenes::{bundled, in_unit_grid, scene_of, soup};
 use crate::support::technique::{Case, frame, shared_scene, shoot};
@@ -695,34 +695,7 @@ const ALL: BrickSettings = BrickSettings {
 #[test]
 fn radiance_of_pieces_is_texels_for_rays() {
     let gpu = gpu();
-    let scene = bundled("cornell");
-    let gpu_scene = GpuScene::new(&gpu, &scene).unwrap();
-    let maps = LightMaps::new(&gpu, &gpu_scene, 256, true).unwrap();
-    gpu_scene
-        .set_frame(&gpu, &gpu_scene.frame_constants(&scene.camera, [8, 8]))
-        .unwrap();
-    let settings = voxel_settings(64, Method::Compute);
-    let light = |has_bricks: bool| {
-        let mut voxelizer = PieceVoxelizer::new(&gpu, &gpu_scene, settings).unwrap();
-        voxelizer.has_bricks = has_bricks;
-        voxelizer.cut(2);
-        let direct = LightSettings::direct(Injection::Rsm, Sides::Six);
-        let (mut pieces, occupancy, _) = voxelizer.run(&gpu, &gpu_scene, direct).unwrap();
-        let (nodes, _) = NodePool::build(&gpu, &occupancy, false).unwrap();
-        pieces.pack(&gpu).unwrap();
-        let mut frame = Frame::new();
-        frame.set_scene(&gpu_scene.set, &gpu_scene.materials);
-        maps.draw(&mut frame, &gpu_scene);
-        pieces.update(&mut frame, &maps, &nodes.nodes);
-        gpu.submit(frame).unwrap();
-        let bytes = match &pieces.radiance_texels {
-            Some(texels) => gpu.read_image(texels, 0, 0).unwrap(),
-            None => gpu.read_buffer(&pieces.radiance).unwrap(),
-        };
-        assert_eq!(pieces.radiance_texels.is_some(), !has_bricks);
-        bytes[..48 * pieces.voxel_count as usize].to_vec()
-    };
-    let (buffer, texels) = (light(true), light(false));
+    let (buffer, texels) = (light_in_pieces(&gpu, true), light_in_pieces(&gpu, false));
     assert!(buffer.iter().any(|byte| *byte != 0));
     assert!(buffer == texels, "the texels are not the buffer's words");
 }

