@@ -202,28 +202,28 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         include_bytes!("../../spirv/gi/shared/voxel/light/inject_rsm.comp.spv"),
     ),
     (
+        "gi/shared/voxel/light/light_by_rays.comp",
+        include_bytes!("../../spirv/gi/shared/voxel/light/light_by_rays.comp.spv"),
+    ),
+    (
+        "gi/shared/voxel/light/light_by_rays_dense.comp",
+        include_bytes!("../../spirv/gi/shared/voxel/light/light_by_rays_dense.comp.spv"),
+    ),
+    (
+        "gi/shared/voxel/light/light_by_rays_dense_query.comp",
+        include_bytes!("../../spirv/gi/shared/voxel/light/light_by_rays_dense_query.comp.spv"),
+    ),
+    (
+        "gi/shared/voxel/light/light_by_rays_query.comp",
+        include_bytes!("../../spirv/gi/shared/voxel/light/light_by_rays_query.comp.spv"),
+    ),
+    (
         "gi/shared/voxel/light/light_voxels.comp",
         include_bytes!("../../spirv/gi/shared/voxel/light/light_voxels.comp.spv"),
     ),
     (
         "gi/shared/voxel/light/light_voxels_dense.comp",
         include_bytes!("../../spirv/gi/shared/voxel/light/light_voxels_dense.comp.spv"),
-    ),
-    (
-        "gi/shared/voxel/light/light_voxels_triangles.comp",
-        include_bytes!("../../spirv/gi/shared/voxel/light/light_voxels_triangles.comp.spv"),
-    ),
-    (
-        "gi/shared/voxel/light/light_voxels_triangles_dense.comp",
-        include_bytes!("../../spirv/gi/shared/voxel/light/light_voxels_triangles_dense.comp.spv"),
-    ),
-    (
-        "gi/shared/voxel/light/light_voxels_triangles_dense_query.comp",
-        include_bytes!("../../spirv/gi/shared/voxel/light/light_voxels_triangles_dense_query.comp.spv"),
-    ),
-    (
-        "gi/shared/voxel/light/light_voxels_triangles_query.comp",
-        include_bytes!("../../spirv/gi/shared/voxel/light/light_voxels_triangles_query.comp.spv"),
     ),
     (
         "gi/shared/voxel/light/list_tiles.comp",

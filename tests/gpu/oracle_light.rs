@@ -463,8 +463,8 @@ fn light_of_each_side_is_the_oracles() {
             .map(|(sum, expected)| (sum - expected) / total)
             .collect();
         println!(
-            "{name}, {injection:?}, {occlusion:?}, {sides:?}: sides {expected_sums:.2?}, rms {rms:.4}, bias of \
-             each {bias:+.4?}"
+            "{name}, {injection:?}, {occlusion:?}, {sides:?}: sides {expected_sums:.2?}, rms \
+             {rms:.4}, bias of each {bias:+.4?}"
         );
         // The fewer the texels of a mean, the noisier; voxels of several planes are lit as a point.
         let bound = match (injection, sides) {

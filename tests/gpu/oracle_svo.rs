@@ -691,7 +691,7 @@ const ALL: BrickSettings = BrickSettings {
     ..TOUCHED
 };
 
-/// Where rays alone read the light of pieces, it is texels: those that bricks would read in a buffer.
+/// Where rays alone read the light of pieces, it is texels: what bricks would read in a buffer.
 #[test]
 fn radiance_of_pieces_is_texels_for_rays() {
     let gpu = gpu();

@@ -59,8 +59,8 @@ bool is_reached(Light light, vec3 position, vec3 normal, vec3 to_light, uint tri
     float distance = light.position_kind.w == LIGHT_DIRECTIONAL
         ? uintBitsToFloat(0x7f800000u)
         : length(light.position_kind.xyz - position);
-    return !is_occluded(
-        position + POINT_OFFSET * params.grid.w * normal, to_light, distance, triangle, NO_TRIANGLE);
+    vec3 origin = position + POINT_OFFSET * params.grid.w * normal;
+    return !is_occluded(origin, to_light, distance, triangle, NO_TRIANGLE);
 }
 
 vec3 albedo_at(LitPoint point) {

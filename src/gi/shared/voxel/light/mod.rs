@@ -125,7 +125,7 @@ pub static LIGHT_DENSE: Pass = Pass {
 
 /// As [`LIGHT`], by rays against the scene's triangles from points of each voxel's surface.
 pub static LIGHT_TRIANGLES: Pass = Pass {
-    shaders: Shaders::Compute("gi/shared/voxel/light/light_voxels_triangles.comp"),
+    shaders: Shaders::Compute("gi/shared/voxel/light/light_by_rays.comp"),
     bindings: &join::<5, 11, 16>(bvh::BINDINGS, LIGHT_BINDINGS),
     constants: TRIANGLE_CONSTANTS,
     ..LIGHT
@@ -133,7 +133,7 @@ pub static LIGHT_TRIANGLES: Pass = Pass {
 
 /// As [`LIGHT_TRIANGLES`], and as [`LIGHT_DENSE`].
 pub static LIGHT_TRIANGLES_DENSE: Pass = Pass {
-    shaders: Shaders::Compute("gi/shared/voxel/light/light_voxels_triangles_dense.comp"),
+    shaders: Shaders::Compute("gi/shared/voxel/light/light_by_rays_dense.comp"),
     bindings: &join::<16, 1, 17>(
         join::<5, 11, 16>(bvh::BINDINGS, LIGHT_BINDINGS),
         DENSE_RADIANCE,
