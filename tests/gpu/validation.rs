@@ -74,7 +74,7 @@ fn every_two_choices_of_settings_are_silent() {
             .iter()
             .copied()
             .flatten()
-            .filter(|setting| setting.name != "resolution")
+            .filter(|setting| !setting.name.ends_with("resolution"))
             .collect();
         let values: Vec<Vec<String>> = settings
             .iter()
@@ -93,9 +93,10 @@ fn every_two_choices_of_settings_are_silent() {
                     entry,
                     preset: Some(entry.presets[preset].name),
                 };
-                let has_one = entry.all_settings().any(|one| one.name == "resolution");
+                let has = |name: &str| entry.all_settings().any(|one| one.name == name);
                 let smallest = || format!("resolution={}", case.smallest_resolution());
-                let mut pairs: Vec<String> = has_one.then(smallest).into_iter().collect();
+                let mut pairs: Vec<String> = has("resolution").then(smallest).into_iter().collect();
+                pairs.extend(has("cache_resolution").then(|| "cache_resolution=16".into()));
                 pairs.extend(row.iter().filter(|(factor, _)| *factor > 0).map(
                     |(factor, value)| {
                         format!(
