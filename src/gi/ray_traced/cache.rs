@@ -2,8 +2,7 @@
 
 use crate::gi::Inputs;
 use crate::gi::shared::voxel::{
-    Accumulation, EmissionSeenBy, Injection, LightInputs, LightSettings, LitGrid, Method,
-    Occlusion, Sides, Surface, VoxelSettings,
+    EmissionSeenBy, Injection, LightInputs, LightSettings, LitGrid, Occlusion, Sides, VoxelSettings,
 };
 use crate::graph::{Error, Frame, Gpu, PassBuilder};
 use crate::render::GpuScene;
@@ -33,14 +32,7 @@ impl Cache {
             emission: EmissionSeenBy::Mirror,
             ..LightSettings::direct(injection, Sides::Six)
         };
-        let settings = VoxelSettings {
-            resolution,
-            method: Method::Compute,
-            accumulation: Accumulation::Exact,
-            surface: Surface::Conservative,
-            coverage: false,
-            faces: None,
-        };
+        let settings = VoxelSettings::exact(resolution);
         Ok(Cache {
             grid: LitGrid::new(gpu, scene, settings, light)?,
         })

@@ -191,14 +191,10 @@ impl Scene {
 impl Technique for RayTraced {
     fn needs(&self) -> Needs {
         Needs {
-            maps: if self.settings.uses_maps {
-                if self.cache.is_some() {
-                    MapNeeds::Reflective
-                } else {
-                    MapNeeds::Shadows
-                }
-            } else {
-                MapNeeds::Direct
+            maps: match (self.settings.uses_maps, &self.cache) {
+                (true, Some(_)) => MapNeeds::Reflective,
+                (true, None) => MapNeeds::Shadows,
+                (false, _) => MapNeeds::Direct,
             },
             motion: false,
         }

@@ -26,14 +26,12 @@ pub use dynamic::DynamicVoxels;
 pub use grid::{Lattice, VoxelGrid};
 pub use light::bounce::VoxelBounces;
 pub use light::inject::{BOUND_TILES, INJECT_RSM, LIST_TILES, VoxelLookup, bound_tiles};
+pub use light::passes::{LIGHT, LIGHT_BY_RAYS, LIGHT_BY_RAYS_DENSE, LIGHT_DENSE};
 pub use light::settings::{
     Attenuation, EmissionSeenBy, Injection, LightSettings, Occlusion, Sides, Viewer,
 };
 pub use light::slots::{LitVoxels, VoxelSlots};
-pub use light::{
-    CLEAR_LIGHT, LIGHT, LIGHT_DENSE, LIGHT_TRIANGLES, LIGHT_TRIANGLES_DENSE, LightInputs,
-    VoxelLight, VoxelRecords, add_counts,
-};
+pub use light::{CLEAR_LIGHT, LightInputs, VoxelLight, VoxelRecords, add_counts};
 pub use lit_grid::LitGrid;
 pub use prefilter::{
     ANISOTROPIC, DIRECTIONAL, Directionality, FACE_SETTINGS, Faces, MIP_FILTER, Prefilter,
@@ -194,8 +192,8 @@ pub static PASSES: &[&Pass] = &[
     &INJECT_RSM,
     &LIGHT,
     &LIGHT_DENSE,
-    &LIGHT_TRIANGLES,
-    &LIGHT_TRIANGLES_DENSE,
+    &LIGHT_BY_RAYS,
+    &LIGHT_BY_RAYS_DENSE,
     &trace::surfaces::PACK_SURFACES,
 ];
 

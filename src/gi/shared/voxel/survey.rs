@@ -1,7 +1,7 @@
 //! What voxels of a size would be like in a scene: measured by making them.
 
 use super::build::passes::Voxel;
-use super::{Accumulation, Method, Surface, VoxelSettings, Voxelizer};
+use super::{VoxelSettings, Voxelizer};
 use crate::gi::shared::voxel::build::list::mean_normal;
 use crate::graph::{Error, Gpu};
 use crate::render::GpuScene;
@@ -40,14 +40,7 @@ const BYTES_A_FRAGMENT: u64 = 24;
 impl Survey {
     /// Voxelizes a scene, and counts.
     pub fn new(gpu: &Gpu, scene: &GpuScene, resolution: u32) -> Result<Self, Error> {
-        let settings = VoxelSettings {
-            resolution,
-            method: Method::Compute,
-            accumulation: Accumulation::Exact,
-            surface: Surface::Conservative,
-            coverage: false,
-            faces: None,
-        };
+        let settings = VoxelSettings::exact(resolution);
         let (voxels, _) = Voxelizer::new(gpu, scene, settings)?.run(gpu, scene)?;
         let bytes = gpu.read_buffer(&voxels.records)?;
         let mixed = bytes

@@ -51,6 +51,18 @@ pub struct VoxelSettings {
 }
 
 impl VoxelSettings {
+    /// Exact voxels of all that surfaces touch, by compute shaders.
+    pub fn exact(resolution: u32) -> Self {
+        VoxelSettings {
+            resolution,
+            method: Method::Compute,
+            accumulation: Accumulation::Exact,
+            surface: Surface::Conservative,
+            coverage: false,
+            faces: None,
+        }
+    }
+
     /// From a technique's settings, without faces.
     pub fn new(settings: &Settings) -> Self {
         let method = if settings.is("voxelization", "compute") {

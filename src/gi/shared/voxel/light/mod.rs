@@ -3,10 +3,12 @@
 
 pub mod bounce;
 pub mod inject;
+pub mod passes;
 pub mod settings;
 pub mod slots;
 
 use inject::VoxelLookup;
+use passes::{LIGHT, LIGHT_BY_RAYS, LIGHT_BY_RAYS_DENSE, LIGHT_DENSE, LightParams};
 
 use std::sync::Arc;
 
@@ -16,84 +18,13 @@ use crate::gi::shared::loops::LOOP_BUDGET;
 use crate::gi::shared::voxel::build::{buffer, linear_groups};
 use crate::gi::shared::voxel::light::settings::{Attenuation, Injection, LightSettings, Viewer};
 use crate::gi::shared::voxel::{Lattice, VoxelBounces, VoxelBox, VoxelGrid, Voxels};
-use crate::gpu_struct;
-use crate::graph::pass::join;
-use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu, Image, Pass, Sets, Shaders};
-use crate::render::bvh::{self, SceneRays};
+use crate::graph::{Buffer, Error, Frame, Gpu, Image};
+use crate::render::bvh::SceneRays;
 use crate::render::{GpuScene, LightMaps};
 use crate::scene::Light;
-use crate::shader::GpuStruct;
-
-gpu_struct! {
-    /// Parameters of `voxel.light`.
-    pub struct LightParams {
-        /// xyz: corner that places are counted from (m); w: voxel size (m).
-        pub grid: [f32; 4],
-        /// xyz: smallest corner of the voxels' grid from there (voxels).
-        pub first: [i32; 4],
-        /// xyz: first voxel of the box whose light stays as it is.
-        pub kept_low: [i32; 4],
-        /// xyz: end of that box, one voxel beyond its last.
-        pub kept_end: [i32; 4],
-        /// Number of records.
-        pub voxel_count: u32,
-        /// One integer step of r, g, b (W/(m² sr)).
-        pub flux_unit: f32,
-        /// One integer step of lit area (voxel faces).
-        pub area_unit: f32,
-        /// Voxels along an edge of the grid.
-        pub resolution: u32,
-        /// κ of soft occlusion (voxels).
-        pub kappa: f32,
-    }
-}
 
 /// Name of the fills before injection.
 pub static CLEAR_LIGHT: &str = "voxel.clear_light";
-
-const LIGHT_BINDINGS: [Binding; 11] = [
-    Binding::buffer("light_views", Access::ComputeRead),
-    Binding::sampled("shadow_maps", Access::ComputeSampled),
-    Binding::buffer("voxels", Access::ComputeRead),
-    Binding::buffer("voxel_emission", Access::ComputeRead),
-    Binding::buffer("flux", Access::ComputeRead),
-    Binding::buffer("voxel_radiance", Access::ComputeWrite),
-    Binding::buffer("lost_texels", Access::ComputeReadWrite),
-    Binding::buffer("voxel_irradiance", Access::ComputeRead),
-    Binding::buffer("occupancy", Access::ComputeRead),
-    Binding::buffer("block_bases", Access::ComputeRead),
-    Binding::buffer("voxel_faces", Access::ComputeRead),
-];
-
-const LIGHT_CONSTANTS: &[&str] = &[
-    "INJECTION_VOXEL",
-    "EMISSIVE",
-    "SIDES",
-    "INDIRECT",
-    "COUNTING",
-    "NORMAL_WEIGHTED",
-    "OCCLUSION",
-    "DYNAMIC",
-    "FACES",
-];
-
-const DENSE_RADIANCE: [Binding; 1] = [Binding::image("dense_radiance", Access::ComputeWrite)];
-
-const TRIANGLE_CONSTANTS: &[&str] = &[
-    bvh::CONSTANTS[0],
-    bvh::CONSTANTS[1],
-    bvh::CONSTANTS[2],
-    LIGHT_CONSTANTS[0],
-    LIGHT_CONSTANTS[1],
-    LIGHT_CONSTANTS[2],
-    LIGHT_CONSTANTS[3],
-    LIGHT_CONSTANTS[4],
-    LIGHT_CONSTANTS[5],
-    LIGHT_CONSTANTS[6],
-    LIGHT_CONSTANTS[7],
-    LIGHT_CONSTANTS[8],
-    "POINTS",
-];
 
 /// Points of a voxel's surface that rays go from to each light, where there are few lights.
 const MOST_POINTS: u32 = 16;
@@ -101,46 +32,6 @@ const MOST_POINTS: u32 = 16;
 /// Turns of loops that the two rays of a point are trusted to stay below: one within the voxel, one
 /// to the light.
 const TURNS_A_POINT: u32 = 1280;
-
-/// Radiance of each occupied voxel, in compact order. A thread a voxel.
-pub static LIGHT: Pass = Pass {
-    name: "voxel.light",
-    shaders: Shaders::Compute("gi/shared/voxel/light/light_voxels.comp"),
-    bindings: &LIGHT_BINDINGS,
-    constants: LIGHT_CONSTANTS,
-    params: Some(LightParams::LAYOUT),
-    sets: Sets::Scene,
-};
-
-/// As [`LIGHT`], and into mip 0 of a dense RGBA16F texture, premultiplied by opacity; of
-/// directional voxels, six faces side by side along x.
-pub static LIGHT_DENSE: Pass = Pass {
-    name: "voxel.light",
-    shaders: Shaders::Compute("gi/shared/voxel/light/light_voxels_dense.comp"),
-    bindings: &join::<11, 1, 12>(LIGHT_BINDINGS, DENSE_RADIANCE),
-    constants: LIGHT_CONSTANTS,
-    params: Some(LightParams::LAYOUT),
-    sets: Sets::Scene,
-};
-
-/// As [`LIGHT`], by rays against the scene's triangles from points of each voxel's surface.
-pub static LIGHT_TRIANGLES: Pass = Pass {
-    shaders: Shaders::Compute("gi/shared/voxel/light/light_by_rays.comp"),
-    bindings: &join::<5, 11, 16>(bvh::BINDINGS, LIGHT_BINDINGS),
-    constants: TRIANGLE_CONSTANTS,
-    ..LIGHT
-};
-
-/// As [`LIGHT_TRIANGLES`], and as [`LIGHT_DENSE`].
-pub static LIGHT_TRIANGLES_DENSE: Pass = Pass {
-    shaders: Shaders::Compute("gi/shared/voxel/light/light_by_rays_dense.comp"),
-    bindings: &join::<16, 1, 17>(
-        join::<5, 11, 16>(bvh::BINDINGS, LIGHT_BINDINGS),
-        DENSE_RADIANCE,
-    ),
-    constants: TRIANGLE_CONSTANTS,
-    ..LIGHT
-};
 
 /// What the light of voxels is made of.
 #[derive(Clone, Copy)]
@@ -462,9 +353,9 @@ impl VoxelLight {
         let pass = match (triangles, dense) {
             (Some(triangles), dense) => triangles
                 .bind(frame.pass(if dense.is_some() {
-                    &LIGHT_TRIANGLES_DENSE
+                    &LIGHT_BY_RAYS_DENSE
                 } else {
-                    &LIGHT_TRIANGLES
+                    &LIGHT_BY_RAYS
                 }))
                 .constant("POINTS", self.points),
             (None, Some(_)) => frame.pass(&LIGHT_DENSE),
