@@ -13,7 +13,7 @@ layout(set = 1, binding = 11, rgba32f) uniform restrict image2D indirect_diffuse
 #include "gi/ray_traced/params.glsl"
 
 #include "shared/receiver.glsl"
-#define CACHE_BINDING 12
+#define SPACE_BINDING 12
 #include "gi/ray_traced/path.glsl"
 #include "gi/ray_traced/start.glsl"
 

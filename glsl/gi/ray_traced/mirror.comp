@@ -15,7 +15,7 @@ layout(set = 1, binding = 13, rgba32f) uniform restrict image2D indirect_specula
 #include "gi/ray_traced/params.glsl"
 
 #include "shared/gbuffer.glsl"
-#define CACHE_BINDING 14
+#define SPACE_BINDING 14
 #include "gi/ray_traced/path.glsl"
 #include "gi/ray_traced/start.glsl"
 

@@ -2,7 +2,8 @@
 
 use crate::gi::Inputs;
 use crate::gi::shared::voxel::{
-    EmissionSeenBy, Injection, LightInputs, LightSettings, LitGrid, Occlusion, Sides, VoxelSettings,
+    EmissionSeenBy, Injection, LightInputs, LightSettings, LitGrid, Occlusion, Sides,
+    VoxelSettings, lit_grid,
 };
 use crate::graph::{Error, Frame, Gpu, PassBuilder};
 use crate::render::GpuScene;
@@ -54,10 +55,10 @@ impl Cache {
         let Some((voxels, light)) = &self.grid.lit else {
             return pass;
         };
-        pass.bind("occupancy", &voxels.occupancy)
-            .bind("block_bases", &voxels.block_bases)
-            .bind("voxel_records", &voxels.records)
-            .bind("voxel_radiance", &light.radiance)
+        lit_grid::bound(voxels, light)
+            .into_iter()
+            .fold(pass, |pass, (name, bound)| pass.bind(name, bound))
+            .constant("SIDES", light.settings.sides as u32)
     }
 
     /// Smallest corner (m) and voxel size (m) of the grid.

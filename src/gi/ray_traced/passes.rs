@@ -48,6 +48,16 @@ const CONSTANTS: &[&str] = &[
     "BUMPS",
 ];
 
+const CACHED_CONSTANTS: &[&str] = &[
+    CONSTANTS[0],
+    CONSTANTS[1],
+    CONSTANTS[2],
+    CONSTANTS[3],
+    CONSTANTS[4],
+    CONSTANTS[5],
+    "SIDES",
+];
+
 /// What paths read of the cache.
 const CACHE: [Binding; 4] = [
     Binding::buffer("occupancy", Access::ComputeRead),
@@ -91,6 +101,7 @@ pub static GATHER: Pass = Pass {
 pub static GATHER_CACHED: Pass = Pass {
     shaders: Shaders::Compute("gi/ray_traced/gather_cached.comp"),
     bindings: &join::<12, 4, 16>(GATHER_BINDINGS, CACHE),
+    constants: CACHED_CONSTANTS,
     ..GATHER
 };
 
@@ -109,5 +120,6 @@ pub static MIRROR: Pass = Pass {
 pub static MIRROR_CACHED: Pass = Pass {
     shaders: Shaders::Compute("gi/ray_traced/mirror_cached.comp"),
     bindings: &join::<14, 4, 18>(MIRROR_BINDINGS, CACHE),
+    constants: CACHED_CONSTANTS,
     ..MIRROR
 };

@@ -3,4 +3,4 @@
 #define SPACE_BINDING 3
 #define SPACE_CONSTANT 0
 #include "gi/shared/voxel/trace/gather_rays.glsl"
-#include "gi/voxel_cones/mips/space.glsl"
+#include "gi/shared/voxel/trace/lit_grid.glsl"

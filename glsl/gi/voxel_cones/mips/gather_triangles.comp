@@ -3,4 +3,4 @@
 #define SPACE_BINDING 8
 #define SPACE_CONSTANT 3
 #include "gi/shared/voxel/trace/gather_triangles.glsl"
-#include "gi/voxel_cones/mips/space.glsl"
+#include "gi/shared/voxel/trace/lit_grid.glsl"

@@ -3,7 +3,7 @@
 use super::{
     Accumulation, DynamicVoxels, LightSettings, VoxelLight, VoxelSettings, Voxelizer, Voxels,
 };
-use crate::graph::{Error, FrameStats, Gpu};
+use crate::graph::{Bound, Error, FrameStats, Gpu};
 use crate::render::GpuScene;
 
 /// Voxelizes the scene into one grid, keeps the voxels and their light, and follows models.
@@ -16,6 +16,16 @@ pub struct LitGrid {
     pub lit: Option<(Voxels, VoxelLight)>,
     /// What moves among them; only in a scene with dynamic models.
     pub dynamic: Option<DynamicVoxels>,
+}
+
+/// What `gi/shared/voxel/trace/lit_grid.glsl` reads of a grid, by name.
+pub fn bound<'v>(voxels: &'v Voxels, light: &'v VoxelLight) -> [(&'static str, Bound<'v>); 4] {
+    [
+        ("occupancy", Bound::Buffer(&voxels.occupancy)),
+        ("block_bases", Bound::Buffer(&voxels.block_bases)),
+        ("voxel_records", Bound::Buffer(&voxels.records)),
+        ("voxel_radiance", Bound::Buffer(&light.radiance)),
+    ]
 }
 
 impl LitGrid {

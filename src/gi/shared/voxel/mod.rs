@@ -10,7 +10,7 @@ pub mod dynamic;
 pub mod export;
 mod grid;
 pub mod light;
-mod lit_grid;
+pub mod lit_grid;
 pub mod oracle;
 mod prefilter;
 mod survey;

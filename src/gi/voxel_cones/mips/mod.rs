@@ -22,11 +22,11 @@ use crate::gi::shared::voxel::build::linear_groups;
 use crate::gi::shared::voxel::trace::space::space_passes;
 use crate::gi::shared::voxel::{
     Directionality, LightInputs, LightSettings, LitGrid, LitVoxels, Prefilter, Sides, Space,
-    SpacePasses, VoxelLight, VoxelRecords, VoxelSettings, Voxels,
+    SpacePasses, VoxelLight, VoxelRecords, VoxelSettings, Voxels, lit_grid,
 };
 use crate::gpu_struct;
 use crate::graph::compute::read;
-use crate::graph::{Access, Binding, Bound, Error, Frame, FrameStats, Gpu, Image, Pass};
+use crate::graph::{Access, Binding, Error, Frame, FrameStats, Gpu, Image, Pass};
 use crate::shader::GpuStruct;
 
 gpu_struct! {
@@ -68,12 +68,7 @@ pub fn space<'v>(voxels: &'v Voxels, light: &'v VoxelLight) -> Space<'v> {
     Space {
         passes: &RAYS,
         grid: voxels.grid,
-        bound: vec![
-            ("occupancy", Bound::Buffer(&voxels.occupancy)),
-            ("block_bases", Bound::Buffer(&voxels.block_bases)),
-            ("voxel_records", Bound::Buffer(&voxels.records)),
-            ("voxel_radiance", Bound::Buffer(&light.radiance)),
-        ],
+        bound: lit_grid::bound(voxels, light).to_vec(),
         constants: Vec::new(),
         sides: light.settings.sides,
         // A line crosses at most 3 n voxels of an n³ grid, and each is a turn of the loop.

@@ -1,4 +1,7 @@
-// The space of gi/shared/voxel/trace/space.glsl as the dense grid of voxels.
+// The space of gi/shared/voxel/trace/space.glsl as a dense grid of voxels with their light (Rust:
+// LitGrid).
+#include "gi/shared/voxel/records.glsl"
+
 layout(constant_id = SPACE_CONSTANT) const uint SIDES = 1;   // radiances of a voxel: 1, 2, 6
 
 layout(std430, set = 1, binding = SPACE_BINDING) restrict readonly buffer Occupancy {
