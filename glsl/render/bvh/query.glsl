@@ -5,15 +5,18 @@
 
 #include "render/bvh/triangle.glsl"
 
-// The device rounds distances otherwise: it looks a little further, as a share of the distance.
+// The device rounds distances otherwise, within this share of them and of coordinates.
 const float QUERY_ROUNDING = 1e-5;
 
-// As in render/bvh/nodes.glsl. A hit that is confirmed hides from the device what is not nearer,
-// as it rounds.
+// As in render/bvh/nodes.glsl. The device is only told of hits that are certainly behind the
+// nearest: what it then leaves out is farther still, and of triangles that are as near, or nearly,
+// it leaves out none.
 RayHit traverse(
     vec3 origin, vec3 direction, float t_max, uint leaves, uint target, bool any) {
     RayHit hit = RayHit(NO_TRIANGLE, t_max, vec2(0.0));
-    float far = t_max * (1.0 + QUERY_ROUNDING);
+    vec3 coordinates = abs(origin);
+    float largest = max(coordinates.x, max(coordinates.y, coordinates.z));
+    float far = t_max + QUERY_ROUNDING * (t_max + largest);
     rayQueryEXT query;
     rayQueryInitializeEXT(
         query, bvh_tree, gl_RayFlagsNoOpaqueEXT, 0xffu, origin, 0.0, direction, far);
@@ -23,8 +26,10 @@ RayHit traverse(
             + uint(rayQueryGetIntersectionPrimitiveIndexEXT(query, false));
         if (meet(slot, origin, direction, leaves, target, hit)) {
             if (any) break;
-            rayQueryConfirmIntersectionEXT(query);
+            far = hit.t + QUERY_ROUNDING * (hit.t + largest);
         }
+        if (rayQueryGetIntersectionTEXT(query, false) > far)
+            rayQueryConfirmIntersectionEXT(query);
     }
     return hit;
 }
