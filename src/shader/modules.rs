@@ -63,10 +63,26 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     ("gi/lpv/view.comp", include_bytes!("../../spirv/gi/lpv/view.comp.spv")),
     ("gi/ray_traced/gather.comp", include_bytes!("../../spirv/gi/ray_traced/gather.comp.spv")),
     (
+        "gi/ray_traced/gather_cached.comp",
+        include_bytes!("../../spirv/gi/ray_traced/gather_cached.comp.spv"),
+    ),
+    (
+        "gi/ray_traced/gather_cached_query.comp",
+        include_bytes!("../../spirv/gi/ray_traced/gather_cached_query.comp.spv"),
+    ),
+    (
         "gi/ray_traced/gather_query.comp",
         include_bytes!("../../spirv/gi/ray_traced/gather_query.comp.spv"),
     ),
     ("gi/ray_traced/mirror.comp", include_bytes!("../../spirv/gi/ray_traced/mirror.comp.spv")),
+    (
+        "gi/ray_traced/mirror_cached.comp",
+        include_bytes!("../../spirv/gi/ray_traced/mirror_cached.comp.spv"),
+    ),
+    (
+        "gi/ray_traced/mirror_cached_query.comp",
+        include_bytes!("../../spirv/gi/ray_traced/mirror_cached_query.comp.spv"),
+    ),
     (
         "gi/ray_traced/mirror_query.comp",
         include_bytes!("../../spirv/gi/ray_traced/mirror_query.comp.spv"),
@@ -184,6 +200,22 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     (
         "gi/shared/voxel/light/inject_rsm.comp",
         include_bytes!("../../spirv/gi/shared/voxel/light/inject_rsm.comp.spv"),
+    ),
+    (
+        "gi/shared/voxel/light/light_by_rays.comp",
+        include_bytes!("../../spirv/gi/shared/voxel/light/light_by_rays.comp.spv"),
+    ),
+    (
+        "gi/shared/voxel/light/light_by_rays_dense.comp",
+        include_bytes!("../../spirv/gi/shared/voxel/light/light_by_rays_dense.comp.spv"),
+    ),
+    (
+        "gi/shared/voxel/light/light_by_rays_dense_query.comp",
+        include_bytes!("../../spirv/gi/shared/voxel/light/light_by_rays_dense_query.comp.spv"),
+    ),
+    (
+        "gi/shared/voxel/light/light_by_rays_query.comp",
+        include_bytes!("../../spirv/gi/shared/voxel/light/light_by_rays_query.comp.spv"),
     ),
     (
         "gi/shared/voxel/light/light_voxels.comp",
@@ -444,6 +476,10 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     (
         "gi/voxel_cones/svo/mark_affected.comp",
         include_bytes!("../../spirv/gi/voxel_cones/svo/mark_affected.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/svo/merge_radiance.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/svo/merge_radiance.comp.spv"),
     ),
     (
         "gi/voxel_cones/svo/patches.comp",

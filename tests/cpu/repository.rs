@@ -613,7 +613,7 @@ fn every_pass_matches_its_modules() {
     };
     let declared: BTreeSet<String> = all_passes()
         .iter()
-        .flat_map(|pass| modules(&pass))
+        .flat_map(modules)
         .map(|(_, stem)| stem)
         .collect();
     let orphans: Vec<&str> = shader::stems()

@@ -6,7 +6,9 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use glam::Vec3;
+use glam::{DVec2, Vec3};
+use lumivox::render::bvh::oracle::RayOracle;
+use lumivox::render::oracle::View;
 use lumivox::scene::{Light, LoadOptions, Scene, Texture, TextureKind, bundled};
 
 /// The folder of real scenes that are not part of the project: `LUMIVOX_SCENES`, else
@@ -379,6 +381,33 @@ fn thin_scenes_are_thinner_than_voxels() {
     let thick = Scene::open("bundled:stairwell,wall_m=0.2", &LoadOptions::default()).unwrap();
     let (low, high) = thick.bounds().unwrap();
     assert_eq!((high - low).x, 6.4);
+}
+
+/// Of two surfaces in one plane it is chance which is seen, and each way to see has its own.
+#[test]
+fn no_two_materials_are_seen_in_one_place() {
+    for scene in every_bundled() {
+        let (rays, [width, height]) = (RayOracle::new(scene), [96, 54]);
+        let view = View::of_camera(&scene.camera, [width, height], 0.01);
+        let material = |triangle: u32| scene.triangles[triangle as usize].material;
+        let is_doubled = |pixel: &u32| {
+            let at_px = DVec2::new(f64::from(pixel % width), f64::from(pixel / width)) + 0.5;
+            let (origin, direction) = view.ray(at_px);
+            let (origin, direction) = (origin.as_vec3(), direction.normalize().as_vec3());
+            let Some(first) = rays.closest((origin, direction, None)) else {
+                return false;
+            };
+            let second = rays.closest((origin, direction, Some(first.triangle)));
+            second.is_some_and(|second| {
+                (second.distance - first.distance).abs() < 1e-5 * first.distance
+                    && material(second.triangle) != material(first.triangle)
+            })
+        };
+        let doubled = (0..width * height).filter(is_doubled).count();
+        println!("{}: two materials at {doubled} pixels", scene.name);
+        // Where edges meet along a row or a column of pixels.
+        assert!(doubled <= 60, "{}: {doubled}", scene.name);
+    }
 }
 
 #[test]

@@ -13,8 +13,11 @@ use glam::{DVec3, Vec3};
 use lumivox::gi::shared::voxel::oracle::{
     self, VoxelIndex, inject, inject_faces, inject_sides, reflected_flux, shade_voxel,
 };
-use lumivox::gi::shared::voxel::{Injection, LightSettings, Method, Sides, VoxelLight};
+use lumivox::gi::shared::voxel::{
+    Injection, LightInputs, LightSettings, Method, Occlusion, Sides, VoxelLight,
+};
 use lumivox::graph::{Frame, Gpu};
+use lumivox::render::bvh::SceneRays;
 use lumivox::render::{GpuScene, LightMaps};
 use lumivox::scene::{Light, Scene};
 
@@ -30,21 +33,29 @@ struct Lit {
 /// Voxelizes and lights a scene. The grid is in general position: no surface of the scene lies
 /// between two voxels.
 fn light(gpu: &Gpu, scene: &Scene, resolution: u32, map_size: u32, injection: Injection) -> Lit {
-    light_sides(gpu, scene, resolution, map_size, injection, Sides::One)
+    let settings = LightSettings::direct(injection, Sides::One);
+    light_by(gpu, scene, resolution, map_size, settings)
 }
 
-/// As [`light`], with a radiance for each side or face.
-fn light_sides(
+/// As [`light`], in any way.
+fn light_by(
     gpu: &Gpu,
     scene: &Scene,
     resolution: u32,
     map_size: u32,
-    injection: Injection,
-    sides: Sides,
+    settings: LightSettings,
 ) -> Lit {
     let gpu_scene = in_general_position(gpu, scene);
     let read = voxelize(gpu, &gpu_scene, voxel_settings(resolution, Method::Compute));
-    light_voxels(gpu, &gpu_scene, read, map_size, injection, sides)
+    light_voxels(gpu, &gpu_scene, read, map_size, settings)
+}
+
+/// By rays against the scene's triangles.
+fn by_triangles(sides: Sides) -> LightSettings {
+    LightSettings {
+        occlusion: Occlusion::Triangles,
+        ..LightSettings::direct(Injection::Voxel, sides)
+    }
 }
 
 /// The scene in bounds that make a grid in general position, as its camera sees it.
@@ -68,20 +79,24 @@ fn light_voxels(
     gpu_scene: &GpuScene,
     read: Read,
     map_size: u32,
-    injection: Injection,
-    sides: Sides,
+    settings: LightSettings,
 ) -> Lit {
-    let maps = LightMaps::new(gpu, gpu_scene, map_size, injection == Injection::Rsm).unwrap();
-    let settings = LightSettings::direct(injection, sides);
+    let is_reflective = settings.injection == Injection::Rsm;
+    let maps = LightMaps::new(gpu, gpu_scene, map_size, is_reflective).unwrap();
+    let triangles = (settings.meets_triangles()).then(|| SceneRays::new(gpu, gpu_scene).unwrap());
+    let inputs = LightInputs {
+        maps: &maps,
+        triangles: triangles.as_ref(),
+    };
     let voxel_light = VoxelLight::new(gpu, gpu_scene, &read.voxels, settings).unwrap();
     let mut frame = Frame::new();
     frame.set_scene(&gpu_scene.set, &gpu_scene.materials);
     maps.draw(&mut frame, gpu_scene);
-    voxel_light.update(&mut frame, &read.voxels, &maps, None);
+    voxel_light.update(&mut frame, &read.voxels, inputs, None);
     gpu.submit(frame).unwrap();
     let counts = voxel_light.counts(gpu).unwrap();
     let mut bytes = gpu.read_buffer(&voxel_light.radiance).unwrap();
-    bytes.truncate(8 * sides as usize * read.records.len());
+    bytes.truncate(8 * settings.sides as usize * read.records.len());
     let halves: Vec<[u16; 4]> = bytemuck::pod_collect_to_vec(&bytes);
     let radiance = halves
         .iter()
@@ -375,8 +390,6 @@ fn shaded_voxels_are_the_oracles() {
     }
 }
 
-/// Each side against the oracle: in the Cornell box, whose walls are lit on one side, and in two
-/// rooms with a thin wall between them.
 /// Radiances of a voxel's sides or faces, and the area that each is the mean of [voxel faces].
 type SidesOf = BTreeMap<VoxelIndex, Vec<(DVec3, f64)>>;
 
@@ -402,22 +415,32 @@ fn expected_sides(scene: &Scene, grid: &oracle::Grid, sides: Sides) -> SidesOf {
     }
 }
 
+/// Each side against the oracle: in the Cornell box, whose walls are lit on one side, and in two
+/// rooms with a thin wall between them.
 #[test]
 fn light_of_each_side_is_the_oracles() {
     let gpu = gpu();
-    let cases = [
-        ("cornell", Injection::Rsm, Sides::Two),
-        ("cornell", Injection::Voxel, Sides::Two),
-        ("two-rooms", Injection::Rsm, Sides::Two),
-        ("two-rooms", Injection::Voxel, Sides::Two),
-        ("cornell", Injection::Rsm, Sides::Six),
-        ("cornell", Injection::Voxel, Sides::Six),
-        ("two-rooms", Injection::Rsm, Sides::Six),
-        ("two-rooms", Injection::Voxel, Sides::Six),
-    ];
-    for (name, injection, sides) in cases {
+    let by_maps = LightSettings::direct;
+    let cases = [Sides::Two, Sides::Six].map(|sides| {
+        [
+            by_maps(Injection::Rsm, sides),
+            by_maps(Injection::Voxel, sides),
+            by_triangles(sides),
+        ]
+    });
+    let names = ["cornell", "two-rooms"];
+    for (name, settings) in names
+        .into_iter()
+        .flat_map(|name| cases.into_iter().flatten().map(move |by| (name, by)))
+    {
+        let LightSettings {
+            injection,
+            sides,
+            occlusion,
+            ..
+        } = settings;
         let scene = bundled(name);
-        let lit = light_sides(&gpu, &scene, 32, 1024, injection, sides);
+        let lit = light_by(&gpu, &scene, 32, 1024, settings);
         let expected = expected_sides(&scene, &oracle_grid(&lit.read.voxels.grid), sides);
         let count = sides as usize;
         let (mut squares, mut weight) = (0.0, 0.0);
@@ -440,11 +463,12 @@ fn light_of_each_side_is_the_oracles() {
             .map(|(sum, expected)| (sum - expected) / total)
             .collect();
         println!(
-            "{name}, {injection:?}, {sides:?}: sides {expected_sums:.2?}, rms {rms:.4}, bias of \
-             each {bias:+.4?}"
+            "{name}, {injection:?}, {occlusion:?}, {sides:?}: sides {expected_sums:.2?}, rms \
+             {rms:.4}, bias of each {bias:+.4?}"
         );
         // The fewer the texels of a mean, the noisier; voxels of several planes are lit as a point.
         let bound = match (injection, sides) {
+            _ if occlusion == Occlusion::Triangles => [0.3, 0.01],
             (Injection::Rsm, Sides::Six) => [0.15, 0.01],
             (Injection::Rsm, _) => [0.1, 0.01],
             (Injection::Voxel, _) => [0.5, 0.06],
@@ -552,7 +576,13 @@ fn light_beside_a_surface_stays_on_it() {
         .unwrap();
     let expected = reflected_flux(&scene, 16);
     let read = voxelize(&gpu, &gpu_scene, voxel_settings(32, Method::Compute));
-    let lit = light_voxels(&gpu, &gpu_scene, read, 80, Injection::Rsm, Sides::One);
+    let lit = light_voxels(
+        &gpu,
+        &gpu_scene,
+        read,
+        80,
+        LightSettings::direct(Injection::Rsm, Sides::One),
+    );
     println!(
         "strips: flux {:.2}, oracle {expected:.2}, {} filled",
         lit.flux(),
@@ -585,7 +615,14 @@ fn texels_that_find_no_voxel_are_counted() {
     let settings = voxel_settings(32, Method::Compute);
     let lost = both.iter().map(|voxelized| {
         let read = voxelize(&gpu, voxelized, settings);
-        light_voxels(&gpu, &both[1], read, 512, Injection::Rsm, Sides::One).lost
+        light_voxels(
+            &gpu,
+            &both[1],
+            read,
+            512,
+            LightSettings::direct(Injection::Rsm, Sides::One),
+        )
+        .lost
     });
     let lost: Vec<u64> = lost.collect();
     println!("texels that find no voxel: {lost:?} without and with the square's voxels");

@@ -26,6 +26,7 @@ use lumivox::gi::shared::voxel::{
 use lumivox::gi::voxel_cones::mips::space;
 use lumivox::graph::{Frame, Gpu};
 use lumivox::render::GpuScene;
+use lumivox::render::bvh::SceneRays;
 use lumivox::scene::Scene;
 use rayon::prelude::*;
 
@@ -92,12 +93,14 @@ impl RayScene {
             .unwrap();
         let mut frame = Frame::new();
         frame.set_scene(&self.gpu_scene.set, &self.gpu_scene.materials);
-        let mut tracer = RayTracer::new(RaySettings::new(settings), 0);
-        tracer.build(gpu, &self.gpu_scene).unwrap();
+        let tracer = RayTracer::new(RaySettings::new(settings), 0);
+        let triangles = (tracer.settings.meets_triangles)
+            .then(|| SceneRays::new(gpu, &self.gpu_scene).unwrap());
         tracer.gather(
             &mut frame,
             &self.view.all(&self.gpu_scene),
             &space(&self.read.voxels, &self.light),
+            triangles.as_ref(),
         );
         gpu.submit(frame).unwrap();
         self.view.results(gpu)

@@ -6,8 +6,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use crate::support::octree::{
-    grow, grow_lit, lattice, lit_matter, matter, plant, read_bricks, read_nodes, read_texels,
-    shine, shine_lit,
+    grow, grow_lit, lattice, light_in_pieces, lit_matter, matter, plant, read_bricks, read_nodes,
+    read_texels, shine, shine_lit,
 };
 use crate::support::scenes::{bundled, in_unit_grid, scene_of, soup};
 use crate::support::technique::{Case, frame, shared_scene, shoot};
@@ -690,6 +690,15 @@ const ALL: BrickSettings = BrickSettings {
     touched: false,
     ..TOUCHED
 };
+
+/// Where rays alone read the light of pieces, it is texels: what bricks would read in a buffer.
+#[test]
+fn radiance_of_pieces_is_texels_for_rays() {
+    let gpu = gpu();
+    let (buffer, texels) = (light_in_pieces(&gpu, true), light_in_pieces(&gpu, false));
+    assert!(buffer.iter().any(|byte| *byte != 0));
+    assert!(buffer == texels, "the texels are not the buffer's words");
+}
 
 /// A grid in pieces gives the picture of the whole grid, and no texel is lost or counted twice.
 #[test]

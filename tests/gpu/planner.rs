@@ -7,6 +7,7 @@ use std::collections::HashSet;
 use crate::support::given::GIVEN;
 use crate::support::hazards::Stream;
 use crate::support::motion::WITH_MOTION;
+use crate::support::octree::light_in_pieces;
 use crate::support::passes::{COPY, DOUBLE, TEST_PASSES, all_passes};
 use crate::support::technique::{
     Case, Surfaces, cases, frame, moving_room, small_lights, small_room,
@@ -125,7 +126,25 @@ struct Life {
 }
 
 /// Few, which run every pass of every technique between them.
-const LIVES: [Life; 38] = [
+const LIVES: [Life; 41] = [
+    Life {
+        technique: "ray-traced",
+        preset: Some("cached"),
+        pairs: &[("rays", "2"), ("mirror_rays", "2")],
+        surfaces: Surfaces::Glossy,
+    },
+    Life {
+        technique: "voxel-mips",
+        preset: Some("triangles"),
+        pairs: &[("injection", "voxel"), ("voxel_occlusion", "triangles")],
+        surfaces: Surfaces::Diffuse,
+    },
+    Life {
+        technique: "voxel-mips",
+        preset: Some("triangles"),
+        pairs: &[("injection", "voxel"), ("voxel_occlusion", "triangles")],
+        surfaces: Surfaces::Glossy,
+    },
     Life {
         technique: "ray-traced",
         preset: Some("default"),
@@ -595,6 +614,9 @@ fn every_hazard_of_every_pass_is_covered() {
         moving_with_cascades(&gpu, pair).unwrap();
         ran.extend(passes(&judge(&format!("cascades, {pair}"), &gpu)));
     }
+    gpu.take_journal();
+    light_in_pieces(&gpu, false);
+    ran.extend(passes(&judge("light in pieces", &gpu)));
     let missing = |pass: &&'static Pass| {
         !ran.contains(&std::ptr::from_ref(*pass)) && excuse(pass, gpu.features()).is_none()
     };

@@ -40,22 +40,30 @@ fn what_is_chosen_is_possible() {
 }
 
 /// Flat walls need no finer voxels than the default has; thin parts do, as far as memory goes, and
-/// what is still not right is said.
+/// what is still not right is said. Rays meet triangles where they are few, or thin.
 #[test]
 fn thin_parts_are_measured() {
     let gpu = gpu();
-    let flat = suited(&gpu, &bundled("cornell"), "voxel-mips").unwrap();
-    assert_eq!(
-        flat.pairs,
-        ["resolution=128", "gather=rays", "radiance=two-sided"]
-    );
-    assert_eq!((flat.shadow_resolution, flat.needs), (Some(1024), None));
+    let at_triangles = ["gather=triangles", "radiance=six-sided", "rays=32"];
+    let expected = [
+        ("cornell", &at_triangles[..], "resolution=128"),
+        (
+            "glossy",
+            &["gather=rays", "radiance=two-sided"],
+            "resolution=128",
+        ),
+    ];
+    for (name, rays, resolution) in expected {
+        let flat = suited(&gpu, &bundled(name), "voxel-mips").unwrap();
+        assert_eq!(flat.pairs, [rays, &[resolution]].concat(), "{name}");
+        assert_eq!((flat.shadow_resolution, flat.needs), (Some(1024), None));
+    }
     let scene = bundled("pergola");
     let thin = suited(&gpu, &scene, "voxel-mips").unwrap();
     println!("{thin:?}");
     assert_eq!(
         thin.pairs,
-        ["resolution=256", "gather=triangles", "radiance=six-sided"]
+        [&at_triangles[..], &["resolution=256"]].concat()
     );
     let gpu_scene = GpuScene::new(&gpu, &scene).unwrap();
     let [coarse, fine] = [32, 64].map(|n| Survey::new(&gpu, &gpu_scene, n).unwrap());

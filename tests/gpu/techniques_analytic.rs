@@ -255,6 +255,14 @@ const STATED: &[Stated] = &[
         furnace: [0.0, 0.0],
         plates: [0.007, 0.066],
     },
+    // The light of the voxels' faces, as of `triangles` of the voxel techniques.
+    Stated {
+        name: "ray-traced.cached",
+        lit_sphere: [0.0, 0.0],
+        sky: [0.0, 0.0],
+        furnace: [0.0, 0.0],
+        plates: [0.007, 0.070],
+    },
     Stated {
         name: "ray-traced.accurate",
         lit_sphere: [0.0, 0.0],

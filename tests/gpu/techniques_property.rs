@@ -306,6 +306,7 @@ const LEAKS: &[(&str, f64)] = &[
     ("lpv-octree.textbook", 0.000_06),
     ("ray-traced.default", 0.0),
     ("ray-traced.fast", 0.0),
+    ("ray-traced.cached", 0.0),
     ("ray-traced.accurate", 0.0),
 ];
 

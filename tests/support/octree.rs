@@ -4,15 +4,17 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use glam::{DVec3, DVec4, UVec3};
-use lumivox::gi::shared::voxel::Sides;
 use lumivox::gi::shared::voxel::oracle::{VoxelIndex, block_bases, compact_order, occupancy_words};
+use lumivox::gi::shared::voxel::{Injection, LightSettings, Method, Sides};
 use lumivox::gi::voxel_cones::svo::oracle::{Lattice, LitVoxel, Octree, Texels, Tile};
 use lumivox::gi::voxel_cones::svo::{
-    BrickPool, BrickSettings, NodePool, Occupancy, OccupiedCube, RecordRange,
+    BrickPool, BrickSettings, NodePool, Occupancy, OccupiedCube, PieceVoxelizer, RecordRange,
 };
 use lumivox::graph::{Frame, Gpu, Image};
+use lumivox::render::{GpuScene, LightMaps};
 
-use super::voxels::{half, to_half};
+use super::scenes::bundled;
+use super::voxels::{half, to_half, voxel_settings};
 use super::{Random, words};
 
 /// Occupancy as the voxelizer would leave it.
@@ -32,6 +34,36 @@ pub fn plant(gpu: &Gpu, voxels: &BTreeSet<VoxelIndex>, resolution: u32) -> Occup
             first_voxel: 0,
         }],
     }
+}
+
+/// Radiances of all faces of the Cornell box's voxels, lit in pieces as rays read them: from one
+/// buffer where bricks read it too, and otherwise from texels.
+pub fn light_in_pieces(gpu: &Gpu, has_bricks: bool) -> Vec<u8> {
+    let scene = bundled("cornell");
+    let gpu_scene = GpuScene::new(gpu, &scene).unwrap();
+    gpu_scene
+        .set_frame(gpu, &gpu_scene.frame_constants(&scene.camera, [8, 8]))
+        .unwrap();
+    let maps = LightMaps::new(gpu, &gpu_scene, 256, true).unwrap();
+    let settings = voxel_settings(64, Method::Compute);
+    let mut voxelizer = PieceVoxelizer::new(gpu, &gpu_scene, settings).unwrap();
+    voxelizer.has_bricks = has_bricks;
+    voxelizer.cut(2);
+    let direct = LightSettings::direct(Injection::Rsm, Sides::Six);
+    let (mut pieces, occupancy, _) = voxelizer.run(gpu, &gpu_scene, direct).unwrap();
+    let (nodes, _) = NodePool::build(gpu, &occupancy, false).unwrap();
+    pieces.pack(gpu).unwrap();
+    let mut frame = Frame::new();
+    frame.set_scene(&gpu_scene.set, &gpu_scene.materials);
+    maps.draw(&mut frame, &gpu_scene);
+    pieces.update(&mut frame, &maps, &nodes.nodes);
+    gpu.submit(frame).unwrap();
+    assert_eq!(pieces.radiance_texels.is_some(), !has_bricks);
+    let bytes = match &pieces.radiance_texels {
+        Some(texels) => gpu.read_image(texels, 0, 0).unwrap(),
+        None => gpu.read_buffer(&pieces.radiance).unwrap(),
+    };
+    bytes[..48 * pieces.voxel_count as usize].to_vec()
 }
 
 /// The node pool as the oracle has it; an error names a tile that cannot be read so.

@@ -10,16 +10,10 @@ layout(set = 1, binding = 9) uniform texture2D view_depth;
 layout(set = 1, binding = 10) uniform utexture2D normals;
 layout(set = 1, binding = 11, rgba32f) uniform restrict image2D indirect_diffuse;
 
-layout(push_constant) uniform GatherParams {
-    uint ray_count;        // of all dispatches
-    uint first_ray;        // of this dispatch, which adds to what those before it left
-    uint end_ray;
-    uint pattern;          // of a tile of pixels, each of which turns the rays differently
-    uint bounces;
-    float start_offset;    // share of distances and coordinates
-} params;
+#include "gi/ray_traced/params.glsl"
 
 #include "shared/receiver.glsl"
+#define CACHE_BINDING 12
 #include "gi/ray_traced/path.glsl"
 #include "gi/ray_traced/start.glsl"
 
@@ -38,7 +32,10 @@ void main() {
     PathVertex start =
         first_vertex(surface, to_eye, vec3(1.0), vec3(0.0), -1.0, params.start_offset);
     mat3 around = frame_around(surface.shading_normal);
-    vec2 offset = interleaved_offset(place, params.pattern, frame.walk.x);
+    // Without a pattern each pixel begins anywhere.
+    bool is_alone = (params.pattern & 0xffffu) == 0x101u;
+    vec2 offset = is_alone ? unit_numbers(pcg3(uvec3(place, frame.walk.x))).xy
+                           : interleaved_offset(place, params.pattern, frame.walk.x);
     vec4 sum = vec4(0.0);
     for (uint i = params.first_ray; i < params.end_ray; ++i) {
         float u = (float(i) + offset.x) / float(params.ray_count);

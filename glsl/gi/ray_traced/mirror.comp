@@ -12,16 +12,10 @@ layout(set = 1, binding = 11) uniform texture2D albedo;
 layout(set = 1, binding = 12) uniform texture2D specular;
 layout(set = 1, binding = 13, rgba32f) uniform restrict image2D indirect_specular;
 
-layout(push_constant) uniform MirrorParams {
-    uint ray_count;        // of all dispatches
-    uint first_ray;        // of this dispatch, which adds to what those before it left
-    uint end_ray;
-    uint pattern;          // of a tile of pixels, each of which has directions of its own
-    uint bounces;
-    float start_offset;    // share of distances and coordinates
-} params;
+#include "gi/ray_traced/params.glsl"
 
 #include "shared/gbuffer.glsl"
+#define CACHE_BINDING 14
 #include "gi/ray_traced/path.glsl"
 #include "gi/ray_traced/start.glsl"
 

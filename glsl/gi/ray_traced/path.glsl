@@ -6,6 +6,9 @@
 
 #include "gi/ray_traced/vertex.glsl"
 #include "shared/visibility.glsl"
+#ifdef CACHED
+#include "gi/ray_traced/cache.glsl"
+#endif
 
 float power_heuristic(float own, float other) {
     float ratio = other / own;
@@ -132,6 +135,12 @@ vec3 light_along(
     escaped = false;
     for (uint place = 0u; place <= bounces; ++place) {
         bool is_last = place == bounces;
+#ifdef CACHED
+        if (is_last) {
+            radiance += throughput * cached_light(v);
+            break;
+        }
+#endif
         uint emitter_count = is_last ? 0u : min(EMITTERS, 1u);
         radiance += throughput
             * light_straight(v, place == 0u ? 0u : frame.size_px.z, emitter_count,

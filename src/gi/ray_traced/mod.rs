@@ -1,20 +1,24 @@
 //! Technique `ray-traced`: paths of light through the triangles themselves. No store, no bias:
-//! what more rays bring is less noise.
+//! what more rays bring is less noise. With a cache, voxels have the light of a path's last place.
 
+mod cache;
 mod passes;
 mod settings;
 
-pub use passes::{GATHER, GatherParams, MIRROR, MirrorParams};
+pub use passes::{GATHER, GATHER_CACHED, MIRROR, MIRROR_CACHED, PathParams};
 
 use std::sync::Arc;
 
-use super::entry::{Directions, Entry, Stage};
-use super::shared::interleave;
+use cache::Cache;
+
+use super::entry::{Directions, Entry, Stage, Substitution};
+use super::shared::interleave::{self, Pattern};
 use super::shared::loops::LOOP_BUDGET;
+use super::shared::voxel;
 use super::{Change, Context, Inputs, Inspect, MapNeeds, Needs, Settings, Technique};
-use crate::graph::{Error, Frame, FrameStats, Gpu, Image, PassBuilder};
+use crate::graph::{Error, Frame, FrameStats, Gpu, Image, Pass, PassBuilder};
 use crate::render::bvh::{EmissiveTriangles, GpuEmitter, SceneRays};
-use crate::render::{GpuScene, LightMaps, Receivers, screen_groups, screen_image};
+use crate::render::{GpuScene, Receivers, screen_groups, screen_image};
 use crate::shader::GpuStruct;
 use settings::{PRESETS, RULES, RaySettings, SETTINGS};
 
@@ -28,9 +32,14 @@ pub static ENTRY: Entry = Entry {
     ],
     rules: &[RULES],
     presets: PRESETS,
-    passes: &[&[&GATHER, &MIRROR]],
-    structs: &[&[("GpuEmitter", GpuEmitter::FIELDS)]],
+    passes: &[
+        &[&GATHER, &GATHER_CACHED, &MIRROR, &MIRROR_CACHED],
+        voxel::PASSES,
+    ],
+    structs: &[&[("GpuEmitter", GpuEmitter::FIELDS)], voxel::STRUCTS],
     stages: &[
+        &voxel::VOXELIZATION,
+        &voxel::LIGHT_INJECTION,
         &Stage::picture("gather", &["ray_traced.gather"]),
         &Stage::picture("specular", &["ray_traced.mirror"]),
     ],
@@ -45,12 +54,26 @@ pub static ENTRY: Entry = Entry {
         },
     ],
     directions_setting: |_| Some("rays"),
+    substitutions: &[SUBSTITUTIONS],
     ..Entry::new(
         "ray-traced",
         "paths of light, ray by ray through the triangles themselves",
         make,
     )
 };
+
+/// What an error budget tries in place of the settings.
+const SUBSTITUTIONS: &[Substitution] = &[Substitution {
+    name: "cache",
+    help: "the lights themselves asked at the last place of a path",
+    pairs: |settings| {
+        if settings.is("cache", "voxels") {
+            vec!["cache=none".into()]
+        } else {
+            Vec::new()
+        }
+    },
+}];
 
 fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>, Error> {
     Ok(Box::new(RayTraced::new(context, settings)?))
@@ -72,6 +95,7 @@ struct Scene {
 struct RayTraced {
     settings: RaySettings,
     scene: Option<Scene>,
+    cache: Option<Cache>,
     mirrored: Option<Arc<Image>>,
 }
 
@@ -87,9 +111,13 @@ impl RayTraced {
         let mirrored = mirrors
             .then(|| screen_image(gpu, "ray_traced.specular", size))
             .transpose()?;
+        let cache = (settings.cache_resolution)
+            .map(|resolution| Cache::new(gpu, scene, resolution, settings.uses_maps))
+            .transpose()?;
         Ok(RayTraced {
             settings,
             scene: None,
+            cache,
             mirrored,
         })
     }
@@ -109,24 +137,45 @@ impl RayTraced {
             .map(move |first| [first, (first + most).min(count)])
     }
 
-    /// Binds what paths read of the scene.
-    fn bind<'f>(
+    /// A pass, or the one that reads the cache, with what paths read of the scene.
+    fn pass<'f>(
         &self,
+        frame: &'f mut Frame,
+        [pass, cached]: [&'static Pass; 2],
         scene: &Scene,
-        maps: &LightMaps,
-        pass: PassBuilder<'f>,
-        has_bumps: bool,
+        given: &Inputs<'_>,
     ) -> PassBuilder<'f> {
-        scene
-            .rays
-            .bind(pass)
-            .bind("emitters", &scene.emitters.rows)
+        let (maps, has_bumps) = (given.maps, given.scene.has_bumps());
+        let pass = match &self.cache {
+            Some(cache) => cache.bind(scene.rays.bind(frame.pass(cached))),
+            None => scene.rays.bind(frame.pass(pass)),
+        };
+        pass.bind("emitters", &scene.emitters.rows)
             .bind("emitter_densities", &scene.emitters.densities)
             .bind("light_views", &maps.views)
             .bind("shadow_maps", &maps.depth)
             .constant("EMITTERS", scene.emitters.count)
             .constant("SHADOW_MAPS", self.settings.uses_maps)
             .constant("BUMPS", has_bumps)
+    }
+
+    /// What the paths of a dispatch are told.
+    fn params(
+        &self,
+        ray_count: u32,
+        [first_ray, end_ray]: [u32; 2],
+        pattern: Pattern,
+    ) -> PathParams {
+        PathParams {
+            grid: self.cache.as_ref().map_or([0.0; 4], Cache::row),
+            resolution: self.settings.cache_resolution.unwrap_or(0),
+            ray_count,
+            first_ray,
+            end_ray,
+            pattern: pattern.bits(),
+            bounces: self.settings.bounces,
+            start_offset: START_OFFSET,
+        }
     }
 }
 
@@ -143,7 +192,11 @@ impl Technique for RayTraced {
     fn needs(&self) -> Needs {
         Needs {
             maps: if self.settings.uses_maps {
-                MapNeeds::Shadows
+                if self.cache.is_some() {
+                    MapNeeds::Reflective
+                } else {
+                    MapNeeds::Shadows
+                }
             } else {
                 MapNeeds::Direct
             },
@@ -154,7 +207,9 @@ impl Technique for RayTraced {
     fn build(&mut self, &Context { gpu, scene, .. }: &Context<'_>) -> Result<FrameStats, Error> {
         self.scene = None;
         self.scene = Some(Scene::new(gpu, scene)?);
-        Ok(FrameStats::default())
+        (self.cache.as_mut()).map_or(Ok(FrameStats::default()), |cache| {
+            cache.grid.build(gpu, scene)
+        })
     }
 
     fn follow(
@@ -165,29 +220,28 @@ impl Technique for RayTraced {
         if let (Change::Models, Some(own)) = (change, &mut self.scene) {
             own.rays.follow(gpu, scene)?;
             own.emitters.follow(gpu, scene)?;
+            if let Some(cache) = &mut self.cache {
+                return cache.grid.follow(gpu, scene);
+            }
         }
         Ok(FrameStats::default())
     }
 
-    fn update(&mut self, _frame: &mut Frame, _given: &Inputs<'_>) {}
+    fn update(&mut self, frame: &mut Frame, given: &Inputs<'_>) {
+        if let (Some(cache), Some(scene)) = (&self.cache, &self.scene) {
+            cache.light(frame, given, &scene.rays);
+        }
+    }
 
     fn gather(&mut self, frame: &mut Frame, given: &Inputs<'_>, receivers: &Receivers<'_>) {
         let Some(scene) = &self.scene else { return };
         let s = &self.settings;
-        for [first_ray, end_ray] in self.dispatches(given, s.rays) {
-            let has_bumps = given.scene.has_bumps();
-            self.bind(scene, given.maps, frame.pass(&GATHER), has_bumps)
+        for rays in self.dispatches(given, s.rays) {
+            self.pass(frame, [&GATHER, &GATHER_CACHED], scene, given)
                 .bind("view_depth", receivers.view_depth)
                 .bind("normals", receivers.normals)
                 .bind("indirect_diffuse", receivers.light)
-                .push(&GatherParams {
-                    ray_count: s.rays,
-                    first_ray,
-                    end_ray,
-                    pattern: s.pattern.bits(),
-                    bounces: s.bounces,
-                    start_offset: START_OFFSET,
-                })
+                .push(&self.params(s.rays, rays, s.pattern))
                 .dispatch(receivers.groups());
         }
     }
@@ -195,22 +249,14 @@ impl Technique for RayTraced {
     fn mirror(&mut self, frame: &mut Frame, given: &Inputs<'_>) -> Option<Arc<Image>> {
         let (scene, mirrored) = (self.scene.as_ref()?, self.mirrored.as_ref()?);
         let (count, specular) = (self.settings.mirror_rays?, given.gbuffer.specular.as_ref()?);
-        for [first_ray, end_ray] in self.dispatches(given, count) {
-            let has_bumps = given.scene.has_bumps();
-            self.bind(scene, given.maps, frame.pass(&MIRROR), has_bumps)
+        for rays in self.dispatches(given, count) {
+            self.pass(frame, [&MIRROR, &MIRROR_CACHED], scene, given)
                 .bind("view_depth", &given.gbuffer.view_depth)
                 .bind("normals", &given.gbuffer.normals)
                 .bind("albedo", &given.gbuffer.albedo)
                 .bind("specular", specular)
                 .bind("indirect_specular", mirrored)
-                .push(&MirrorParams {
-                    ray_count: count,
-                    first_ray,
-                    end_ray,
-                    pattern: self.settings.specular_pattern.bits(),
-                    bounces: self.settings.bounces,
-                    start_offset: START_OFFSET,
-                })
+                .push(&self.params(count, rays, self.settings.specular_pattern))
                 .dispatch(screen_groups(given.gbuffer.size));
         }
         Some(Arc::clone(mirrored))
@@ -218,10 +264,13 @@ impl Technique for RayTraced {
 }
 
 impl Inspect for RayTraced {
-    fn counts(&self, _gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {
+    fn counts(&self, gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {
         let scene = self.scene.as_ref();
         let mut counts = scene.map(|scene| scene.rays.counts()).unwrap_or_default();
         counts.extend(scene.map(|scene| ("emissive_triangles", scene.emitters.count.into())));
+        if let Some(cache) = &self.cache {
+            counts.extend(cache.grid.counts(gpu)?);
+        }
         Ok(counts)
     }
 }

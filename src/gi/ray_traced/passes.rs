@@ -7,8 +7,12 @@ use crate::render::bvh;
 use crate::shader::GpuStruct;
 
 gpu_struct! {
-    /// Parameters of `ray_traced.gather`.
-    pub struct GatherParams {
+    /// Parameters of `ray_traced.gather` and `ray_traced.mirror`.
+    pub struct PathParams {
+        /// Of the cache, if there is one: xyz: smallest corner (m); w: edge of its voxels (m).
+        pub grid: [f32; 4],
+        /// Edge of the cache (voxels).
+        pub resolution: u32,
         /// Rays of all dispatches.
         pub ray_count: u32,
         /// First ray of this dispatch, which adds to what those before it left.
@@ -20,24 +24,6 @@ gpu_struct! {
         /// Indirect bounces.
         pub bounces: u32,
         /// Where rays of a pixel start (share of distances and coordinates).
-        pub start_offset: f32,
-    }
-}
-
-gpu_struct! {
-    /// Parameters of `ray_traced.mirror`.
-    pub struct MirrorParams {
-        /// Rays of all dispatches.
-        pub ray_count: u32,
-        /// As in [`GatherParams`].
-        pub first_ray: u32,
-        /// As in [`GatherParams`].
-        pub end_ray: u32,
-        /// As in [`GatherParams`], of glossy reflections.
-        pub pattern: u32,
-        /// Indirect bounces.
-        pub bounces: u32,
-        /// As in [`GatherParams`].
         pub start_offset: f32,
     }
 }
@@ -62,22 +48,50 @@ const CONSTANTS: &[&str] = &[
     "BUMPS",
 ];
 
+/// What paths read of the cache.
+const CACHE: [Binding; 4] = [
+    Binding::buffer("occupancy", Access::ComputeRead),
+    Binding::buffer("block_bases", Access::ComputeRead),
+    Binding::buffer("voxel_records", Access::ComputeRead),
+    Binding::buffer("voxel_radiance", Access::ComputeRead),
+];
+
+const GATHER_BINDINGS: [Binding; 12] = join(
+    SCENE,
+    [
+        Binding::sampled("view_depth", Access::ComputeSampled),
+        Binding::sampled("normals", Access::ComputeSampled),
+        Binding::image("indirect_diffuse", Access::ComputeReadWrite),
+    ],
+);
+
+const MIRROR_BINDINGS: [Binding; 14] = join(
+    SCENE,
+    [
+        Binding::sampled("view_depth", Access::ComputeSampled),
+        Binding::sampled("normals", Access::ComputeSampled),
+        Binding::sampled("albedo", Access::ComputeSampled),
+        Binding::sampled("specular", Access::ComputeSampled),
+        Binding::image("indirect_specular", Access::ComputeReadWrite),
+    ],
+);
+
 /// Diffuse light and visibility by paths. Reads the G-buffer, adds to an RGBA32F image; a thread a
 /// pixel.
 pub static GATHER: Pass = Pass {
     name: "ray_traced.gather",
     shaders: Shaders::Compute("gi/ray_traced/gather.comp"),
-    bindings: &join::<9, 3, 12>(
-        SCENE,
-        [
-            Binding::sampled("view_depth", Access::ComputeSampled),
-            Binding::sampled("normals", Access::ComputeSampled),
-            Binding::image("indirect_diffuse", Access::ComputeReadWrite),
-        ],
-    ),
+    bindings: &GATHER_BINDINGS,
     constants: CONSTANTS,
-    params: Some(GatherParams::LAYOUT),
+    params: Some(PathParams::LAYOUT),
     sets: Sets::Scene,
+};
+
+/// As [`GATHER`], with the light of voxels at the last place of a path.
+pub static GATHER_CACHED: Pass = Pass {
+    shaders: Shaders::Compute("gi/ray_traced/gather_cached.comp"),
+    bindings: &join::<12, 4, 16>(GATHER_BINDINGS, CACHE),
+    ..GATHER
 };
 
 /// Light that glossy surfaces mirror, by paths. Reads the G-buffer, adds to an RGBA32F image; a
@@ -85,17 +99,15 @@ pub static GATHER: Pass = Pass {
 pub static MIRROR: Pass = Pass {
     name: "ray_traced.mirror",
     shaders: Shaders::Compute("gi/ray_traced/mirror.comp"),
-    bindings: &join::<9, 5, 14>(
-        SCENE,
-        [
-            Binding::sampled("view_depth", Access::ComputeSampled),
-            Binding::sampled("normals", Access::ComputeSampled),
-            Binding::sampled("albedo", Access::ComputeSampled),
-            Binding::sampled("specular", Access::ComputeSampled),
-            Binding::image("indirect_specular", Access::ComputeReadWrite),
-        ],
-    ),
+    bindings: &MIRROR_BINDINGS,
     constants: CONSTANTS,
-    params: Some(MirrorParams::LAYOUT),
+    params: Some(PathParams::LAYOUT),
     sets: Sets::Scene,
+};
+
+/// As [`MIRROR`], with the light of voxels at the last place of a path.
+pub static MIRROR_CACHED: Pass = Pass {
+    shaders: Shaders::Compute("gi/ray_traced/mirror_cached.comp"),
+    bindings: &join::<14, 4, 18>(MIRROR_BINDINGS, CACHE),
+    ..MIRROR
 };

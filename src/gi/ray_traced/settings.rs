@@ -41,6 +41,21 @@ pub(super) const SETTINGS: &[Setting] = &[
         domain: Domain::Choice(&["rays", "maps"]),
         default: "rays",
     },
+    Setting {
+        name: "cache",
+        help: "what the last place of a path reflects of the lights: none (they are asked, as \
+               hit_light says) or voxels (what the voxel there has of them, diffusely)",
+        unit: "",
+        domain: Domain::Choice(&["none", "voxels"]),
+        default: "none",
+    },
+    Setting {
+        name: "cache_resolution",
+        help: "voxels of the cache along the largest extent of the scene",
+        unit: "voxels",
+        domain: Domain::OneOf(&[8, 16, 32, 64, 128, 256, 512]),
+        default: "256",
+    },
 ];
 
 /// The presets.
@@ -65,6 +80,11 @@ pub(super) const PRESETS: &[Preset] = &[
         ],
     },
     Preset {
+        name: "cached",
+        help: "as default, but the last place of a path has the light of the voxel there",
+        values: &[&[("cache", "voxels")]],
+    },
+    Preset {
         name: "accurate",
         help: "64 rays a pixel",
         values: &[&[("rays", "64"), ("mirror_rays", "64")]],
@@ -73,7 +93,12 @@ pub(super) const PRESETS: &[Preset] = &[
 
 /// In which group settings are, and when they have an effect.
 pub(super) const RULES: &[Rule] = &[
-    Rule::always(Group::Light, &["hit_light"]),
+    Rule::always(Group::Light, &["hit_light", "cache"]),
+    Rule {
+        group: Group::Light,
+        settings: &["cache_resolution"],
+        applies: |settings| settings.is("cache", "voxels"),
+    },
     Rule::always(Group::Gather, &["rays", "specular"]),
     Rule {
         group: Group::Gather,
@@ -102,6 +127,8 @@ pub(super) struct RaySettings {
     pub(super) mirror_rays: Option<u32>,
     pub(super) bounces: u32,
     pub(super) uses_maps: bool,
+    /// Voxels of the cache along the largest extent of the scene; none: there is no cache.
+    pub(super) cache_resolution: Option<u32>,
     pub(super) pattern: Pattern,
     pub(super) specular_pattern: Pattern,
 }
@@ -115,6 +142,9 @@ impl RaySettings {
                 .then(|| settings.count("mirror_rays")),
             bounces: settings.count("bounces"),
             uses_maps: settings.is("hit_light", "maps"),
+            cache_resolution: settings
+                .is("cache", "voxels")
+                .then(|| settings.count("cache_resolution")),
             pattern: Pattern::new(settings),
             specular_pattern: Pattern::specular(settings),
         }

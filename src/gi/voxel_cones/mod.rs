@@ -18,10 +18,11 @@ pub use store::{Relit, VoxelStore};
 use crate::gi::inspect::{Beam, BeamAxis, BeamStart, LightSlots, ViewRow};
 use crate::gi::shared::cone::{EmissivePatches, EmitterMethod, VoxelVolume};
 use crate::gi::shared::voxel::{
-    EmissionSeenBy, EmitterPoints, Injection, Viewer, VoxelBounces, VoxelSlots,
+    EmissionSeenBy, EmitterPoints, Injection, LightInputs, Viewer, VoxelBounces, VoxelSlots,
 };
 use crate::gi::{Change, Context, Inputs, Inspect, MapNeeds, Needs, Settings, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image};
+use crate::render::bvh::SceneRays;
 use crate::render::{GBuffer, GpuScene, Receivers, screen_image};
 
 /// A technique of the family.
@@ -30,6 +31,8 @@ pub struct VoxelCones<S> {
     pub store: S,
     gatherer: Gatherer,
     emitters: Emitters,
+    /// The scene's triangles, where rays meet them; made by the first build.
+    triangles: Option<SceneRays>,
     /// RGBA32F: indirect specular radiance; absent where nothing mirrors.
     specular: Option<Arc<Image>>,
 }
@@ -84,6 +87,14 @@ fn surrounds(scene: &GpuScene) -> bool {
     area >= 0.5 * faces
 }
 
+/// What voxels are lit by in a frame.
+fn light_inputs<'f>(given: &Inputs<'f>, triangles: &'f Option<SceneRays>) -> LightInputs<'f> {
+    LightInputs {
+        maps: given.maps,
+        triangles: triangles.as_ref(),
+    }
+}
+
 /// What a store is made with, besides its settings.
 pub struct Parts {
     /// How cones and rays are traced.
@@ -118,6 +129,7 @@ impl<S: VoxelStore> VoxelCones<S> {
             store: S::new(context, settings, &parts)?,
             gatherer: parts.gatherer,
             emitters,
+            triangles: None,
             specular: has_specular
                 .then(|| screen_image(gpu, &format!("{name}.specular"), size))
                 .transpose()?,
@@ -147,7 +159,11 @@ impl<S: VoxelStore> Technique for VoxelCones<S> {
         // Models may have moved since these were made.
         self.emitters.follow(context.gpu, context.scene)?;
         if let Some(rays) = &mut self.gatherer.rays {
-            rays.build(context.gpu, context.scene)?;
+            rays.follow(context.gpu, context.scene)?;
+        }
+        self.triangles = None;
+        if self.meets_triangles() {
+            self.triangles = Some(SceneRays::new(context.gpu, context.scene)?);
         }
         self.store.build(context)
     }
@@ -158,6 +174,9 @@ impl<S: VoxelStore> Technique for VoxelCones<S> {
                 self.emitters.follow(context.gpu, context.scene)?;
                 if let Some(rays) = &mut self.gatherer.rays {
                     rays.follow(context.gpu, context.scene)?;
+                }
+                if let Some(triangles) = &mut self.triangles {
+                    triangles.follow(context.gpu, context.scene)?;
                 }
                 self.store.follow_models(context)
             }
@@ -172,7 +191,8 @@ impl<S: VoxelStore> Technique for VoxelCones<S> {
     fn update(&mut self, frame: &mut Frame, given: &Inputs<'_>) {
         let bounces = self.store.light_settings().bounces;
         let count = bounces.before_the_picture();
-        if !self.store.light(frame, given.maps, count == 0) {
+        let lights = light_inputs(given, &self.triangles);
+        if !self.store.light(frame, lights, count == 0) {
             return;
         }
         for bounce in 1..=count {
@@ -182,12 +202,12 @@ impl<S: VoxelStore> Technique for VoxelCones<S> {
             } else {
                 Relit::FOR_VOXELS
             };
-            self.store.relight(frame, given.maps, relit);
+            self.store.relight(frame, lights, relit);
         }
         if bounces == VoxelBounces::Feedback {
             self.store.bounce(frame, &self.gatherer);
             if self.emitters.seen_by() != EmissionSeenBy::All {
-                self.store.relight(frame, given.maps, Relit::FOR_PICTURE);
+                self.store.relight(frame, lights, Relit::FOR_PICTURE);
             }
         }
     }
@@ -195,7 +215,7 @@ impl<S: VoxelStore> Technique for VoxelCones<S> {
     fn gather(&mut self, frame: &mut Frame, _given: &Inputs<'_>, receivers: &Receivers<'_>) {
         let Gatherer { cones, rays } = &self.gatherer;
         if let (Some(rays), Some(space)) = (rays, self.store.space()) {
-            rays.gather(frame, receivers, &space);
+            rays.gather(frame, receivers, &space, self.triangles.as_ref());
         }
         if let Some(volume) = self.store.volume() {
             if rays.is_none() {
@@ -223,7 +243,8 @@ impl<S: VoxelStore> Technique for VoxelCones<S> {
                 viewer: Viewer::Mirror,
                 is_last: true,
             };
-            self.store.relight(frame, given.maps, relit);
+            let lights = light_inputs(given, &self.triangles);
+            self.store.relight(frame, lights, relit);
         }
         let volume = self.store.volume()?;
         (self.gatherer.cones).specular(frame, given.gbuffer, volume, specular);
@@ -241,6 +262,13 @@ impl<S: VoxelStore> Technique for VoxelCones<S> {
 }
 
 impl<S: VoxelStore> VoxelCones<S> {
+    /// Whether rays of pixels or of voxels meet the scene's triangles.
+    fn meets_triangles(&self) -> bool {
+        let rays = self.gatherer.rays.as_ref();
+        rays.is_some_and(|rays| rays.settings.meets_triangles)
+            || self.store.light_settings().meets_triangles()
+    }
+
     /// The volume that a view shows.
     fn viewed(&self, view: &ViewRow) -> Option<VoxelVolume<'_>> {
         let name = match view.name {
@@ -255,7 +283,7 @@ impl<S: VoxelStore> VoxelCones<S> {
 impl<S: VoxelStore> Inspect for VoxelCones<S> {
     fn counts(&self, gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {
         let mut counts = self.store.counts(gpu)?;
-        counts.extend(self.gatherer.rays.iter().flat_map(|rays| rays.counts()));
+        counts.extend(self.triangles.iter().flat_map(SceneRays::counts));
         Ok(counts)
     }
 

@@ -3,10 +3,9 @@
 use super::Parts;
 use super::gatherer::Gatherer;
 use crate::gi::shared::cone::{Volume, VoxelVolume};
-use crate::gi::shared::voxel::{LightSettings, LitVoxels, Space, Viewer};
+use crate::gi::shared::voxel::{LightInputs, LightSettings, LitVoxels, Space, Viewer};
 use crate::gi::{Context, Settings};
 use crate::graph::{Error, Frame, FrameStats, Gpu};
-use crate::render::LightMaps;
 
 /// Why the voxels are lit once more.
 #[derive(Clone, Copy)]
@@ -56,14 +55,14 @@ pub trait VoxelStore: Sized {
 
     /// Adds the passes that light the voxels directly and make the volume; `is_last` as in
     /// [`Relit`]. False where nothing has changed.
-    fn light(&mut self, frame: &mut Frame, maps: &LightMaps, is_last: bool) -> bool;
+    fn light(&mut self, frame: &mut Frame, lights: LightInputs<'_>, is_last: bool) -> bool;
 
     /// Adds the passes by which voxels gather from each other.
     fn bounce(&self, frame: &mut Frame, gatherer: &Gatherer);
 
     /// Adds the passes that light the voxels once more, with what they gathered, and make the
     /// volume.
-    fn relight(&mut self, frame: &mut Frame, maps: &LightMaps, relit: Relit);
+    fn relight(&mut self, frame: &mut Frame, lights: LightInputs<'_>, relit: Relit);
 
     /// What the cones of the picture march through. `None` before it is built, and where nothing
     /// traces cones.

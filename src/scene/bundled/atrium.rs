@@ -167,8 +167,12 @@ fn shell(mesh: &mut Mesh, materials: &Materials, sides: usize) {
             _ => Some(materials.brick),
         },
     );
-    let outer_m = 0.4;
-    for (low, high) in ring(Vec2::new(x, z), outer_m).into_iter().take(sides) {
+    // A millimetre behind the bricks, in whose plane its inner faces would be.
+    let (behind_m, outer_m) = (0.001, 0.4);
+    for (low, high) in ring(Vec2::new(x, z) + behind_m, outer_m)
+        .into_iter()
+        .take(sides)
+    {
         mesh.cuboid(
             [materials.cornice; 6],
             Vec3::new(low.x, -0.1, low.y),

@@ -3,6 +3,8 @@
 layout(constant_id = SPACE_CONSTANT) const uint SIDES = 1;   // radiances of a voxel: 1, 2, 6
 // words from a surface to the next: 7 of a record, or 3 packed
 layout(constant_id = SPACE_CONSTANT + 1) const uint SURFACE_WORDS = 7;
+// 1: radiances are texels, not words of a buffer
+layout(constant_id = SPACE_CONSTANT + 2) const uint RADIANCE_TEXELS = 0;
 
 #include "gi/shared/voxel/grid.glsl"
 #include "gi/voxel_cones/svo/cells.glsl"
@@ -18,6 +20,14 @@ layout(std430, set = 1, binding = SPACE_BINDING + 2) restrict readonly buffer Su
 layout(std430, set = 1, binding = SPACE_BINDING + 3) restrict readonly buffer VoxelRadiance {
     uvec2 voxel_radiance[];
 };
+layout(set = 1, binding = SPACE_BINDING + 4) uniform utexture2D radiance_texels;
+
+#define PACKED_RADIANCE(side) packed_radiance(side)
+uvec2 packed_radiance(uint side) {
+    if (RADIANCE_TEXELS != 0u)
+        return texelFetch(usampler2D(radiance_texels, nearest_clamp), radiance_texel(side), 0).xy;
+    return voxel_radiance[side];
+}
 
 #include "gi/shared/voxel/trace/radiance.glsl"
 

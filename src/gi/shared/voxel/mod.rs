@@ -10,6 +10,7 @@ pub mod dynamic;
 pub mod export;
 mod grid;
 pub mod light;
+mod lit_grid;
 pub mod oracle;
 mod prefilter;
 mod survey;
@@ -29,7 +30,11 @@ pub use light::settings::{
     Attenuation, EmissionSeenBy, Injection, LightSettings, Occlusion, Sides, Viewer,
 };
 pub use light::slots::{LitVoxels, VoxelSlots};
-pub use light::{CLEAR_LIGHT, LIGHT, LIGHT_DENSE, VoxelLight, VoxelRecords, add_counts};
+pub use light::{
+    CLEAR_LIGHT, LIGHT, LIGHT_DENSE, LIGHT_TRIANGLES, LIGHT_TRIANGLES_DENSE, LightInputs,
+    VoxelLight, VoxelRecords, add_counts,
+};
+pub use lit_grid::LitGrid;
 pub use prefilter::{
     ANISOTROPIC, DIRECTIONAL, Directionality, FACE_SETTINGS, Faces, MIP_FILTER, Prefilter,
 };
@@ -109,8 +114,9 @@ pub static SETTINGS: &[Setting] = &[
         help: "what hides a light from voxels that are shaded: the shadow map (at their mean \
                position), shadow-map-area (the same, but a voxel with several planes is lit by the \
                area that the map shows in it), the shadow map moved half a voxel along the normal, \
-               rays-hard (the first voxel that a ray to the light hits) or rays-soft (all that it \
-               hits, nearer ones more)",
+               rays-hard (the first voxel that a ray to the light hits), rays-soft (all that it \
+               hits, nearer ones more) or triangles (rays against the scene's own triangles, from \
+               points of the voxel's surface)",
         unit: "",
         domain: Domain::Choice(&[
             "shadow-map",
@@ -118,6 +124,7 @@ pub static SETTINGS: &[Setting] = &[
             "shadow-map-moved",
             "rays-hard",
             "rays-soft",
+            "triangles",
         ]),
         default: "shadow-map",
     },
@@ -187,6 +194,8 @@ pub static PASSES: &[&Pass] = &[
     &INJECT_RSM,
     &LIGHT,
     &LIGHT_DENSE,
+    &LIGHT_TRIANGLES,
+    &LIGHT_TRIANGLES_DENSE,
     &trace::surfaces::PACK_SURFACES,
 ];
 

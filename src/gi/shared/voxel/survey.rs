@@ -27,9 +27,12 @@ pub struct Survey {
 /// Below this squared length of the mean normal a voxel holds several planes, as rays take it.
 const ONE_PLANE: f32 = 0.9;
 
-/// Bytes that an occupied voxel has in all buffers of voxels and their light, with two sides and
+/// Bytes that an occupied voxel has in all buffers of voxels and their light, with six sides and
 /// one bounce: record, radiance, injected flux, and the first of its fragments while it is built.
-const BYTES_A_VOXEL: u64 = 24 + 16 + 40 + 4;
+const BYTES_A_VOXEL: u64 = 28 + 48 + FLUX_BYTES_A_VOXEL + 4;
+
+/// Injected flux of them.
+const FLUX_BYTES_A_VOXEL: u64 = 120;
 
 /// Bytes of a fragment, while voxels are built.
 const BYTES_A_FRAGMENT: u64 = 24;
@@ -61,6 +64,11 @@ impl Survey {
             is_glossy: scene.is_glossy,
             mixed: mixed as f64 / f64::from(voxels.voxel_count.max(1)),
         })
+    }
+
+    /// Bytes of the largest buffer of voxels half as large: of the flux that maps inject.
+    pub fn flux_of_finer(&self) -> u64 {
+        4 * FLUX_BYTES_A_VOXEL * u64::from(self.voxels)
     }
 
     /// Bytes that voxels half as large would take, in a grid for rays: there are about four times

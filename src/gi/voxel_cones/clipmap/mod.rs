@@ -24,12 +24,11 @@ use crate::gi::shared::cone::volume::volume_passes;
 use crate::gi::shared::cone::{Volume, VolumePasses, VoxelVolume};
 use crate::gi::shared::voxel::trace::space::space_passes;
 use crate::gi::shared::voxel::{
-    Directionality, LightSettings, Prefilter, Sides, Space, SpacePasses, VoxelBox, VoxelLight,
-    VoxelRecords, VoxelSettings, VoxelWindow, WindowScratch, add_counts,
+    Directionality, LightInputs, LightSettings, Prefilter, Sides, Space, SpacePasses, VoxelBox,
+    VoxelLight, VoxelRecords, VoxelSettings, VoxelWindow, WindowScratch, add_counts,
 };
 use crate::graph::compute::read;
 use crate::graph::{Access, Binding, Buffer, Error, Frame, FrameStats, Gpu};
-use crate::render::LightMaps;
 
 /// The passes of cones through the levels.
 pub static CONES: VolumePasses = volume_passes!(
@@ -197,9 +196,9 @@ impl VoxelStore for Clipmap {
             .for_each(|level| level.lit = VoxelBox::NONE);
     }
 
-    fn light(&mut self, frame: &mut Frame, maps: &LightMaps, _is_last: bool) -> bool {
+    fn light(&mut self, frame: &mut Frame, lights: LightInputs<'_>, _is_last: bool) -> bool {
         self.due = self.due();
-        self.light_due(frame, maps);
+        self.light_due(frame, lights);
         !self.due.is_empty()
     }
 
@@ -213,11 +212,11 @@ impl VoxelStore for Clipmap {
         }
     }
 
-    fn relight(&mut self, frame: &mut Frame, maps: &LightMaps, relit: Relit) {
+    fn relight(&mut self, frame: &mut Frame, lights: LightInputs<'_>, relit: Relit) {
         for index in self.due.iter().copied() {
             let Level { window, light, .. } = &self.levels[index];
             let records = VoxelRecords::from(&window.voxels);
-            light.relight(frame, &records, maps, None, relit.viewer);
+            light.relight(frame, &records, lights, None, relit.viewer);
             let (extent, inner) = (self.levels[index].extent(), self.inner(index).region());
             self.write_level(frame, index, extent, inner);
             self.light_space(frame, index);

@@ -8,8 +8,8 @@ use super::{Clipmap, Inner, Place};
 use crate::gi::Context;
 use crate::gi::shared::cone::Volume;
 use crate::gi::shared::voxel::{
-    self, EmissionSeenBy, VoxelBounces, VoxelBox, VoxelLight, VoxelLookup, VoxelRecords,
-    VoxelWindow,
+    self, EmissionSeenBy, LightInputs, VoxelBounces, VoxelBox, VoxelLight, VoxelLookup,
+    VoxelRecords, VoxelWindow,
 };
 use crate::graph::{Error, Frame, FrameStats};
 use crate::render::LightMaps;
@@ -184,14 +184,14 @@ impl Clipmap {
     }
 
     /// Adds the passes that light the levels that are due, and make their texels.
-    pub(super) fn light_due(&mut self, frame: &mut Frame, maps: &LightMaps) {
+    pub(super) fn light_due(&mut self, frame: &mut Frame, lights: LightInputs<'_>) {
         let due = self.due.clone();
         if due.iter().any(|index| !self.levels[*index].is_lit()) {
-            self.bound_tiles(frame, maps);
+            self.bound_tiles(frame, lights.maps);
         }
         let mut changed = VoxelBox::NONE;
         for index in due.iter().copied() {
-            changed = self.update_level(frame, maps, index);
+            changed = self.update_level(frame, lights, index);
             if let Some(coarser) = self.levels.get_mut(index + 1) {
                 coarser.stale = coarser.stale.around(changed.coarser());
             }
@@ -222,7 +222,7 @@ impl Clipmap {
     pub(super) fn update_level(
         &mut self,
         frame: &mut Frame,
-        maps: &LightMaps,
+        lights: LightInputs<'_>,
         index: usize,
     ) -> VoxelBox {
         let (inner, keeps_light) = (self.inner(index), self.keeps_light);
@@ -241,7 +241,7 @@ impl Clipmap {
             let lookup = VoxelLookup::by_occupancy(&records, &bound);
             level
                 .light
-                .update_records(frame, &records, lookup, maps, None);
+                .update_records(frame, &records, lookup, lights, None);
             (extent, inners.cut(extent))
         } else if level.inner != inner {
             (inners, inners)

@@ -21,13 +21,12 @@ use crate::gi::shared::cone::{Volume, VoxelVolume};
 use crate::gi::shared::voxel::build::linear_groups;
 use crate::gi::shared::voxel::trace::space::space_passes;
 use crate::gi::shared::voxel::{
-    Accumulation, Directionality, DynamicVoxels, LightSettings, LitVoxels, Prefilter, Sides, Space,
-    SpacePasses, VoxelLight, VoxelRecords, VoxelSettings, Voxelizer, Voxels,
+    Directionality, LightInputs, LightSettings, LitGrid, LitVoxels, Prefilter, Sides, Space,
+    SpacePasses, VoxelLight, VoxelRecords, VoxelSettings, Voxels,
 };
 use crate::gpu_struct;
 use crate::graph::compute::read;
 use crate::graph::{Access, Binding, Bound, Error, Frame, FrameStats, Gpu, Image, Pass};
-use crate::render::LightMaps;
 use crate::shader::GpuStruct;
 
 gpu_struct! {
@@ -87,17 +86,11 @@ pub struct Mips {
     filter: Prefilter,
     /// Whether the hardware's linear filter makes the mips.
     blits: bool,
-    light_settings: LightSettings,
-    /// Fragments can be added to a voxel and taken away again.
-    is_exact: bool,
     /// Whether cones gather the diffuse light.
     has_cones: bool,
-    voxelizer: Voxelizer,
     /// Absent where nothing traces cones.
     volume: Option<DenseVolume>,
-    lit: Option<(Voxels, VoxelLight)>,
-    /// Only in a scene with dynamic models.
-    dynamic: Option<DynamicVoxels>,
+    grid: LitGrid,
 }
 
 impl Mips {
@@ -138,54 +131,40 @@ impl VoxelStore for Mips {
             ..VoxelSettings::new(settings)
         };
         let resolution = voxel_settings.resolution;
+        let light_settings = LightSettings {
+            emission: parts.emission,
+            ..LightSettings::new(settings, sides)
+        };
         Ok(Mips {
             filter,
             blits: directionality == Directionality::Isotropic
                 && filter == Prefilter::Box
                 && settings.is("mip_method", "blit"),
-            light_settings: LightSettings {
-                emission: parts.emission,
-                ..LightSettings::new(settings, sides)
-            },
-            is_exact: voxel_settings.accumulation == Accumulation::Exact,
             volume: has_volume
                 .then(|| DenseVolume::new(gpu, resolution, directionality, skips_empty))
                 .transpose()?,
             has_cones: parts.gatherer.rays.is_none(),
-            voxelizer: Voxelizer::new(gpu, scene, voxel_settings)?,
-            lit: None,
-            dynamic: None,
+            grid: LitGrid::new(gpu, scene, voxel_settings, light_settings)?,
         })
     }
 
     fn light_settings(&self) -> &LightSettings {
-        &self.light_settings
+        self.grid.light_settings()
     }
 
     fn build(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
-        // The old voxels go first, so that rebuilding needs no more memory than building.
-        (self.lit, self.dynamic) = (None, None);
-        let (voxels, mut stats) = if context.scene.dynamic.is_some() && self.is_exact {
-            let (voxels, dynamic, stats) =
-                self.voxelizer.run_dynamic(context.gpu, context.scene)?;
-            self.dynamic = Some(dynamic);
-            (voxels, stats)
-        } else {
-            self.voxelizer.run(context.gpu, context.scene)?
-        };
-        if let Some(volume) = &self.volume {
+        let mut stats = self.grid.build(context.gpu, context.scene)?;
+        if let (Some(volume), Some((voxels, _))) = (&self.volume, &self.grid.lit) {
             let mut frame = Frame::new();
             frame.clear_image("voxel_mips.clear", &volume.radiance, [0.0; 4]);
-            volume.mark_matter(&mut frame, &voxels);
+            volume.mark_matter(&mut frame, voxels);
             stats.append(context.gpu.submit(frame)?);
         }
-        let light = VoxelLight::new(context.gpu, context.scene, &voxels, self.light_settings)?;
-        self.lit = Some((voxels, light));
         Ok(stats)
     }
 
     fn follow_models(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
-        let (Some(dynamic), Some((voxels, light))) = (&mut self.dynamic, &mut self.lit) else {
+        let (Some(dynamic), Some((voxels, _))) = (&self.grid.dynamic, &self.grid.lit) else {
             return self.build(context);
         };
         let mut stats = FrameStats::default();
@@ -204,32 +183,26 @@ impl VoxelStore for Mips {
                 .dispatch(linear_groups(params.voxel_count));
             stats.append(context.gpu.submit(frame)?);
         }
-        stats.append(dynamic.update(context.gpu, context.scene, &mut self.voxelizer, voxels)?);
-        if let Some(volume) = &self.volume {
+        stats.append(self.grid.follow(context.gpu, context.scene)?);
+        if let (Some(volume), Some((voxels, _))) = (&self.volume, &self.grid.lit) {
             let mut frame = Frame::new();
             volume.mark_matter(&mut frame, voxels);
             stats.append(context.gpu.submit(frame)?);
         }
-        light.follow(
-            context.gpu,
-            context.scene,
-            voxels,
-            dynamic.slots(voxels).start,
-        )?;
         Ok(stats)
     }
 
-    fn light(&mut self, frame: &mut Frame, maps: &LightMaps, is_last: bool) -> bool {
-        let Some((voxels, light)) = &self.lit else {
+    fn light(&mut self, frame: &mut Frame, lights: LightInputs<'_>, is_last: bool) -> bool {
+        let Some((voxels, light)) = &self.grid.lit else {
             return false;
         };
-        light.update(frame, voxels, maps, self.radiance());
+        light.update(frame, voxels, lights, self.radiance());
         self.add_mips(frame, is_last);
         true
     }
 
     fn bounce(&self, frame: &mut Frame, gatherer: &Gatherer) {
-        if let Some((voxels, light)) = &self.lit
+        if let Some((voxels, light)) = &self.grid.lit
             && let Some(irradiance) = &light.irradiance
         {
             let through = (self.volume(), self.space());
@@ -238,23 +211,23 @@ impl VoxelStore for Mips {
         }
     }
 
-    fn relight(&mut self, frame: &mut Frame, maps: &LightMaps, relit: Relit) {
-        let Some((voxels, light)) = &self.lit else {
+    fn relight(&mut self, frame: &mut Frame, lights: LightInputs<'_>, relit: Relit) {
+        let Some((voxels, light)) = &self.grid.lit else {
             return;
         };
         let records = VoxelRecords::from(voxels);
-        light.relight(frame, &records, maps, self.radiance(), relit.viewer);
+        light.relight(frame, &records, lights, self.radiance(), relit.viewer);
         self.add_mips(frame, relit.is_last);
     }
 
     fn volume(&self) -> Option<Volume<'_>> {
-        let (voxels, _) = self.lit.as_ref()?;
+        let (voxels, _) = self.grid.lit.as_ref()?;
         let volume = self.volume.as_ref()?;
         Some(volume.as_volume(voxels.grid))
     }
 
     fn space(&self) -> Option<Space<'_>> {
-        let (voxels, light) = self.lit.as_ref().filter(|_| !self.has_cones)?;
+        let (voxels, light) = self.grid.lit.as_ref().filter(|_| !self.has_cones)?;
         Some(space(voxels, light))
     }
 
@@ -268,7 +241,8 @@ impl VoxelStore for Mips {
     }
 
     fn lit_voxels(&mut self) -> Vec<LitVoxels<'_>> {
-        self.lit
+        self.grid
+            .lit
             .iter_mut()
             .map(|(voxels, light)| LitVoxels {
                 voxels: VoxelRecords::from(&*voxels),
@@ -278,27 +252,11 @@ impl VoxelStore for Mips {
     }
 
     fn voxel_size(&self) -> Option<f32> {
-        let (voxels, _) = self.lit.as_ref()?;
+        let (voxels, _) = self.grid.lit.as_ref()?;
         Some(voxels.grid.voxel_size)
     }
 
     fn counts(&self, gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {
-        let Some((voxels, light)) = &self.lit else {
-            return Ok(Vec::new());
-        };
-        let mut counts = vec![
-            ("fragments", u64::from(voxels.fragment_count)),
-            (
-                "voxels",
-                u64::from(voxels.voxel_count - voxels.hidden_count),
-            ),
-        ];
-        counts.extend(
-            self.dynamic
-                .as_ref()
-                .map(|dynamic| ("dynamic_voxels", u64::from(dynamic.voxel_count))),
-        );
-        counts.extend(light.counts(gpu)?);
-        Ok(counts)
+        self.grid.counts(gpu)
     }
 }

@@ -3,7 +3,7 @@
 use crate::gi::Context;
 use crate::gi::entry::Suited;
 use crate::gi::shared::voxel::Survey;
-use crate::graph::Error;
+use crate::graph::{Error, Gpu};
 
 /// Where it starts, and where it ends at the latest. Beyond, light in voxels gets little better
 /// (`docs/measured/defaults.md`).
@@ -13,6 +13,14 @@ const RESOLUTIONS: [u32; 2] = [128, 256];
 /// measured (`docs/measured/defaults.md`).
 const MOST_MIXED: f64 = 0.1;
 
+/// Triangles up to which rays meet them in less time than they walk through voxels
+/// (`docs/measured/defaults.md`).
+const FEW_TRIANGLES: u32 = 500;
+
+/// Rays a pixel against triangles, whose visibility is exact: with 16 it is their noise that keeps
+/// Sponza from 10%.
+const RAYS_AT_TRIANGLES: u32 = 32;
+
 /// Texels of a light map for each voxel of its width, so that every lit voxel gets some: a light
 /// sees the scene's diagonal, √3 of its extent.
 const TEXELS_A_VOXEL: u32 = 4;
@@ -20,41 +28,43 @@ const TEXELS_A_VOXEL: u32 = 4;
 /// Light maps have no fewer texels: they shadow the direct light of pixels too.
 const LEAST_TEXELS: u32 = 1024;
 
-/// Where many voxels are mixed, rays against the scene's own triangles, light of each face of a
-/// voxel, and voxels so fine that few are mixed, as far as half of the memory that is left allows;
-/// light maps that are as fine.
+/// Where many voxels are mixed, or triangles are few, rays against the scene's own triangles and
+/// light of each face of a voxel; voxels so fine that few are mixed, as far as half of the memory
+/// that is left allows; light maps that are as fine.
 pub(super) fn suit(context: &Context<'_>) -> Result<Option<Suited>, Error> {
     let Context { gpu, scene, .. } = *context;
     let [coarsest, finest] = RESOLUTIONS;
     let mut survey = Survey::new(gpu, scene, coarsest)?;
-    let [gather, radiance] = if survey.mixed > MOST_MIXED {
-        ["triangles", "six-sided"]
+    let triangles: u32 = scene.batches.iter().map(|batch| batch.triangle_count).sum();
+    let mut pairs = if survey.mixed > MOST_MIXED || triangles <= FEW_TRIANGLES {
+        vec![
+            "gather=triangles".into(),
+            "radiance=six-sided".into(),
+            format!("rays={RAYS_AT_TRIANGLES}"),
+        ]
     } else {
-        ["rays", "two-sided"]
+        vec!["gather=rays".into(), "radiance=two-sided".into()]
     };
     let room = gpu.memory_left() / 2;
     while survey.mixed > MOST_MIXED && survey.resolution < finest && survey.bytes_of_finer() <= room
     {
         survey = Survey::new(gpu, scene, 2 * survey.resolution)?;
     }
+    pairs.push(format!("resolution={}", survey.resolution));
     Ok(Some(Suited {
-        pairs: vec![
-            format!("resolution={}", survey.resolution),
-            format!("gather={gather}"),
-            format!("radiance={radiance}"),
-        ],
+        pairs,
         shadow_resolution: Some((TEXELS_A_VOXEL * survey.resolution).max(LEAST_TEXELS)),
         because: format!(
-            "voxels of {} of which {:.0}% hold more than one plane",
+            "{triangles} triangles, voxels of {} of which {:.0}% hold more than one plane",
             length(survey.voxel_size_m),
             100.0 * survey.mixed
         ),
-        needs: (survey.mixed > MOST_MIXED).then(|| needs(&survey, room)),
+        needs: (survey.mixed > MOST_MIXED).then(|| needs(gpu, &survey, room)),
     }))
 }
 
 /// What finer voxels would need.
-fn needs(survey: &Survey, room: u64) -> String {
+fn needs(gpu: &Gpu, survey: &Survey, room: u64) -> String {
     let mib = |bytes: u64| bytes >> 20;
     let (finer, wanted) = (2 * survey.resolution, survey.bytes_of_finer());
     let memory = if wanted > room {
@@ -66,9 +76,15 @@ fn needs(survey: &Survey, room: u64) -> String {
     } else {
         String::new()
     };
+    // Rays light voxels without a sum for each face.
+    let light = if survey.flux_of_finer() > gpu.limits().storage_buffer_bytes {
+        " injection=voxel voxel_occlusion=triangles"
+    } else {
+        ""
+    };
     format!(
         "rays meet the triangles themselves, but the light on parts thinner than a voxel may be \
-         off by more than 10%: it needs resolution={finer}{memory}"
+         off by more than 10%: it needs resolution={finer}{light}{memory}"
     )
 }
 

@@ -127,6 +127,7 @@ pub(super) static PASSES: &[&Pass] = &[
     &touched::LIST_TOUCHED,
     &pieces::INJECT_RSM,
     &space::INDEX_CELLS,
+    &space::MERGE_RADIANCE,
 ];
 
 /// The structs that this module shares with shaders, without the parameters of passes.

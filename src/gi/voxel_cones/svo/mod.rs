@@ -28,12 +28,11 @@ use crate::gi::shared::cone::volume::volume_passes;
 use crate::gi::shared::cone::{Volume, VolumePasses, VoxelVolume};
 use crate::gi::shared::voxel::trace::space::space_passes;
 use crate::gi::shared::voxel::{
-    Directionality, LightSettings, LitVoxels, Prefilter, Sides, Space, SpacePasses, VoxelGrid,
-    VoxelSettings,
+    Directionality, LightInputs, LightSettings, LitVoxels, Prefilter, Sides, Space, SpacePasses,
+    VoxelGrid, VoxelSettings,
 };
 use crate::graph::compute::read;
 use crate::graph::{Access, Binding, Bound, Buffer, Error, Frame, FrameStats, Gpu, Image};
-use crate::render::LightMaps;
 
 /// The passes of cones through the octree.
 pub static CONES: VolumePasses = volume_passes!(
@@ -78,12 +77,13 @@ pub fn volume<'v>(
 /// The passes of rays through the octree.
 pub static RAYS: SpacePasses = space_passes!(
     "gi/voxel_cones/svo",
-    ["SIDES", "SURFACE_WORDS"],
+    ["SIDES", "SURFACE_WORDS", "RADIANCE_TEXELS"],
     [
         Binding::sampled("cells", Access::ComputeSampled),
         Binding::sampled("blocks", Access::ComputeSampled),
         read("surfaces"),
-        read("voxel_radiance")
+        read("voxel_radiance"),
+        Binding::sampled("radiance_texels", Access::ComputeSampled)
     ]
 );
 
@@ -134,6 +134,7 @@ impl VoxelStore for Svo {
         // The bricks of a tile's faces are counted from the end of the pool, which dynamic tiles
         // would move.
         voxelizer.follows = directionality == Directionality::Isotropic;
+        voxelizer.has_bricks = has_bricks;
         Ok(Svo {
             light_settings: LightSettings {
                 stores_faces: faces.is_some(),
@@ -185,6 +186,8 @@ impl VoxelStore for Svo {
             let (made, cleared) = BrickPool::new(context.gpu, &nodes, self.bricks, sides, records)?;
             stats.append(cleared);
             bricks = Some(made);
+        } else {
+            nodes.forget_neighbours(context.gpu)?;
         }
         let mut attributes = None;
         if self.has_attributes {
@@ -245,7 +248,7 @@ impl VoxelStore for Svo {
         Ok(stats)
     }
 
-    fn light(&mut self, frame: &mut Frame, maps: &LightMaps, _is_last: bool) -> bool {
+    fn light(&mut self, frame: &mut Frame, lights: LightInputs<'_>, _is_last: bool) -> bool {
         let Some(octree) = &mut self.octree else {
             return false;
         };
@@ -255,7 +258,7 @@ impl VoxelStore for Svo {
             bricks,
             ..
         } = octree;
-        voxels.update(frame, maps, &nodes.nodes);
+        voxels.update(frame, lights, &nodes.nodes);
         if let Some(bricks) = bricks {
             bricks.update(frame, nodes, &voxels.radiance);
         }
@@ -270,7 +273,7 @@ impl VoxelStore for Svo {
         }
     }
 
-    fn relight(&mut self, frame: &mut Frame, maps: &LightMaps, relit: Relit) {
+    fn relight(&mut self, frame: &mut Frame, lights: LightInputs<'_>, relit: Relit) {
         if let Some(octree) = &mut self.octree {
             let Octree {
                 voxels,
@@ -278,7 +281,7 @@ impl VoxelStore for Svo {
                 bricks,
                 ..
             } = octree;
-            voxels.relight(frame, maps, relit.viewer);
+            voxels.relight(frame, lights, relit.viewer);
             if let Some(bricks) = bricks {
                 bricks.update(frame, nodes, &voxels.radiance);
             }

@@ -196,7 +196,8 @@ pub struct NodePool {
     /// A word a tile: which of its eight nodes have a child, and the first child
     /// (`gi/voxel_cones/svo/pool.glsl`).
     pub nodes: Arc<Buffer>,
-    /// Three words a tile: index + 1 of the neighbour towards −x, −y, −z, or 0.
+    /// Three words a tile: index + 1 of the neighbour towards −x, −y, −z, or 0. Empty after
+    /// [`NodePool::forget_neighbours`].
     pub neighbours: Arc<Buffer>,
     /// The static levels, finest first; tiles of a level are in the order of their parents' nodes,
     /// and coarser levels come first in the pool.
@@ -391,6 +392,14 @@ impl NodePool {
         };
         stats.append(pool.fill(gpu, voxels, &pyramid)?);
         Ok((pool, stats))
+    }
+
+    /// Gives back what bricks alone read, where there are none and tiles stay as they are.
+    pub fn forget_neighbours(&mut self, gpu: &Gpu) -> Result<(), Error> {
+        if self.dynamic.is_none() {
+            self.neighbours = buffer(gpu, "svo.neighbours", 0)?;
+        }
+        Ok(())
     }
 
     /// Brings the dynamic tiles up to the blocks that dynamic geometry touches now.

@@ -9,18 +9,20 @@ use super::super::Gatherer;
 use super::bricks::RecordRange;
 use super::dynamic::TouchedVoxels;
 use super::nodes::require_pointers;
+use super::space::{MERGE_RADIANCE, MergeParams, radiance_texels};
 use crate::gi::shared::cone::Volume;
-use crate::gi::shared::voxel::build::buffer;
 use crate::gi::shared::voxel::build::passes::Voxel;
+use crate::gi::shared::voxel::build::{buffer, linear_groups};
 use crate::gi::shared::voxel::light::inject::{INJECT_BINDINGS, inject_pass};
 use crate::gi::shared::voxel::trace::surfaces::{SURFACE_BYTES, pack_surfaces};
 use crate::gi::shared::voxel::{
-    Accumulation, DynamicVoxels, LightSettings, LitVoxels, Space, Viewer, VoxelGrid, VoxelLight,
-    VoxelLookup, VoxelRecords, VoxelSettings, Voxelizer, Voxels, add_counts, bound_tiles,
+    Accumulation, DynamicVoxels, LightInputs, LightSettings, LitVoxels, Space, Viewer, VoxelGrid,
+    VoxelLight, VoxelLookup, VoxelRecords, VoxelSettings, Voxelizer, Voxels, add_counts,
+    bound_tiles,
 };
 use crate::graph::pass::join;
-use crate::graph::{Access, Binding, Buffer, Error, Frame, FrameStats, Gpu, Pass};
-use crate::render::{GpuScene, LightMaps};
+use crate::graph::{Access, Binding, Buffer, Error, Frame, FrameStats, Gpu, Image, Pass};
+use crate::render::GpuScene;
 
 /// As `voxel.inject_rsm` elsewhere; voxels are found by descent from the root of the octree
 /// (Crassin et al. 2011, section 6).
@@ -45,6 +47,13 @@ struct Piece {
     dynamic: Option<(Voxels, DynamicVoxels)>,
 }
 
+impl Piece {
+    /// Radiances of all its voxels.
+    fn radiance_count(&self) -> u32 {
+        self.light.settings.radiances() * self.voxels.voxel_count
+    }
+}
+
 /// Voxelizes the grid, in as few pieces as the device's limits allow.
 pub struct PieceVoxelizer {
     settings: VoxelSettings,
@@ -55,6 +64,8 @@ pub struct PieceVoxelizer {
     /// Whether dynamic geometry has voxels of its own, which follow it; otherwise all is voxelized
     /// at once.
     pub follows: bool,
+    /// Whether bricks read the light of all voxels, from one buffer.
+    pub has_bricks: bool,
 }
 
 /// All voxels and their light. Compact indices go through the pieces in order.
@@ -65,8 +76,13 @@ pub struct Pieces {
     pub voxel_count: u32,
     /// Triangle–voxel pairs.
     pub fragment_count: u32,
-    /// Radiance and opacity of each voxel, or of each side of it.
+    /// Radiance and opacity of each voxel, or of each side of it; empty where rays alone read those
+    /// of several pieces.
     pub radiance: Arc<Buffer>,
+    /// The same as rays read it of several pieces without bricks, made by [`Pieces::pack`].
+    pub radiance_texels: Option<Arc<Image>>,
+    /// Whether bricks read `radiance`.
+    has_bricks: bool,
     /// The pieces that are not empty, or the whole grid as one.
     pieces: Vec<Piece>,
     /// What rays read of the voxels of several pieces.
@@ -157,6 +173,7 @@ impl PieceVoxelizer {
             voxelizers: whole.cut(1),
             whole,
             follows: true,
+            has_bricks: true,
         })
     }
 
@@ -179,11 +196,13 @@ impl PieceVoxelizer {
             ref whole,
             ref mut voxelizers,
             follows,
+            has_bricks,
         } = *self;
         let follows =
             follows && scene.dynamic.is_some() && settings.accumulation == Accumulation::Exact;
-        let attempt =
-            |voxelizers: &mut [Voxelizer]| attempt(gpu, scene, follows, grid, light, voxelizers);
+        let attempt = |voxelizers: &mut [Voxelizer]| {
+            attempt(gpu, scene, [follows, has_bricks], grid, light, voxelizers)
+        };
         if light.traces() {
             attempt(voxelizers)
         } else {
@@ -195,7 +214,7 @@ impl PieceVoxelizer {
 fn attempt(
     gpu: &Gpu,
     scene: &GpuScene,
-    follows: bool,
+    [follows, has_bricks]: [bool; 2],
     grid: VoxelGrid,
     light_settings: LightSettings,
     voxelizers: &mut [Voxelizer],
@@ -253,11 +272,12 @@ fn attempt(
     }
     let radiance = match pieces.as_slice() {
         [whole] => Arc::clone(&whole.light.radiance),
-        _ => buffer(
+        _ if has_bricks => buffer(
             gpu,
             "svo.radiance",
             light_settings.radiance_bytes(voxel_count),
         )?,
+        _ => buffer(gpu, "svo.radiance", 0)?,
     };
     Ok((
         Pieces {
@@ -265,6 +285,8 @@ fn attempt(
             voxel_count,
             fragment_count,
             radiance,
+            radiance_texels: None,
+            has_bricks,
             pieces,
             packed: None,
         },
@@ -328,13 +350,19 @@ impl Pieces {
     }
 
     /// Adds the passes that light the voxels, which are found in the octree of these nodes.
-    pub fn update(&self, frame: &mut Frame, maps: &LightMaps, nodes: &Arc<Buffer>) {
+    pub fn update<'l>(
+        &self,
+        frame: &mut Frame,
+        lights: impl Into<LightInputs<'l>>,
+        nodes: &Arc<Buffer>,
+    ) {
+        let lights = lights.into();
         if self
             .pieces
             .iter()
             .any(|Piece { voxels, light, .. }| light.is_part(voxels))
         {
-            bound_tiles(frame, maps);
+            bound_tiles(frame, lights.maps);
         }
         self.add_light(frame, |frame, Piece { voxels, light, .. }, first_voxel| {
             light.update_records(
@@ -349,16 +377,22 @@ impl Pieces {
                         .as_ivec3(),
                     first_voxel,
                 },
-                maps,
+                lights,
                 None,
             );
         });
     }
 
     /// Adds the passes that light the voxels once more in the same frame, with what they gathered.
-    pub fn relight(&self, frame: &mut Frame, maps: &LightMaps, viewer: Viewer) {
+    pub fn relight<'l>(
+        &self,
+        frame: &mut Frame,
+        lights: impl Into<LightInputs<'l>>,
+        viewer: Viewer,
+    ) {
+        let lights = lights.into();
         self.add_light(frame, |frame, Piece { voxels, light, .. }, _| {
-            light.relight(frame, voxels, maps, None, viewer)
+            light.relight(frame, voxels, lights, None, viewer)
         });
     }
 
@@ -385,7 +419,8 @@ impl Pieces {
         }
     }
 
-    /// Packs what rays read of the voxels, where these are in several pieces.
+    /// Packs what rays read of the voxels, where these are in several pieces, and makes room for
+    /// their light.
     pub fn pack(&mut self, gpu: &Gpu) -> Result<FrameStats, Error> {
         if self.pieces.len() == 1 {
             return Ok(FrameStats::default());
@@ -398,25 +433,37 @@ impl Pieces {
             pack_surfaces(&mut frame, records, &packed, range.first_voxel);
         }
         self.packed = Some(packed);
+        if !self.has_bricks {
+            let radiances = self.pieces.iter().map(Piece::radiance_count).sum();
+            self.radiance_texels = Some(radiance_texels(gpu, radiances)?);
+        }
         gpu.submit(frame)
     }
 
     /// Adds passes of each piece, given its first voxel, and puts the radiances together.
     fn add_light(&self, frame: &mut Frame, add: impl Fn(&mut Frame, &Piece, u32)) {
-        let mut first_voxel = 0;
+        let (mut first_voxel, mut first) = (0, 0);
         for piece in &self.pieces {
             add(frame, piece, first_voxel);
             let Piece { voxels, light, .. } = piece;
-            let bytes = light.settings.radiance_bytes(voxels.voxel_count);
-            if self.pieces.len() > 1 && bytes > 0 {
+            let count = piece.radiance_count();
+            if let Some(texels) = &self.radiance_texels {
+                frame
+                    .pass(&MERGE_RADIANCE)
+                    .bind("piece_radiance", &light.radiance)
+                    .bind("radiance_texels", texels)
+                    .push(&MergeParams { first, count })
+                    .dispatch(linear_groups(count));
+            } else if self.pieces.len() > 1 && count > 0 {
                 frame.copy_buffer(
                     "svo.merge_radiance",
                     (&light.radiance, 0),
                     (&self.radiance, light.settings.radiance_bytes(first_voxel)),
-                    bytes,
+                    light.settings.radiance_bytes(voxels.voxel_count),
                 );
             }
             first_voxel += voxels.voxel_count;
+            first += count;
         }
     }
 

@@ -39,11 +39,41 @@ pub static INDEX_CELLS: Pass = Pass::compute(
     IndexParams::LAYOUT,
 );
 
+gpu_struct! {
+    /// Parameters of `svo.merge_radiance`.
+    pub struct MergeParams {
+        /// The piece's first radiance among all.
+        pub first: u32,
+        /// How many it has.
+        pub count: u32,
+    }
+}
+
+/// Radiances of a piece among those of all, as texels. A thread a radiance.
+pub static MERGE_RADIANCE: Pass = Pass::compute(
+    "svo.merge_radiance",
+    "gi/voxel_cones/svo/merge_radiance.comp",
+    &[
+        read("piece_radiance"),
+        Binding::image("radiance_texels", Access::ComputeWrite),
+    ],
+    MergeParams::LAYOUT,
+);
+
 /// Level of tiles as large as a cell.
 const CELL_LEVEL: u32 = 3;
 
 /// Texels of a row (`glsl/gi/voxel_cones/svo/cells.glsl`).
 const ROW: u32 = 1024;
+
+/// Radiances of a row (as above).
+const RADIANCE_ROW: u32 = 16_384;
+
+/// Room for so many radiances.
+pub(super) fn radiance_texels(gpu: &Gpu, count: u32) -> Result<Arc<Image>, Error> {
+    let format = vk::Format::R32G32_UINT;
+    texels(gpu, "svo.radiance", (count, RADIANCE_ROW), format)
+}
 
 /// A table of cells, and blocks: a texel of four words each, which comes in one load.
 pub(super) struct OctreeSpace {
@@ -62,19 +92,20 @@ impl OctreeSpace {
             root,
         };
         let cell_count = params.edge.pow(3);
+        let block_count = nodes.levels[1].count + moving_blocks;
         let space = OctreeSpace {
-            cells: texels(gpu, "svo.cells", cell_count)?,
-            blocks: texels(gpu, "svo.blocks", nodes.levels[1].count + moving_blocks)?,
+            cells: texels(gpu, "svo.cells", (cell_count, ROW), WORDS)?,
+            blocks: texels(gpu, "svo.blocks", (block_count, ROW), WORDS)?,
         };
-        let block_count = buffer(gpu, "svo.block_count", 4)?;
+        let counter = buffer(gpu, "svo.block_count", 4)?;
         let mut frame = Frame::new();
-        frame.fill("svo.clear", &block_count, 0);
+        frame.fill("svo.clear", &counter, 0);
         frame
             .pass(&INDEX_CELLS)
             .bind("nodes", &nodes.nodes)
             .bind("cells", &space.cells)
             .bind("blocks", &space.blocks)
-            .bind("block_count", &block_count)
+            .bind("block_count", &counter)
             .push(&params)
             .dispatch(linear_groups(cell_count));
         let stats = gpu.submit(frame)?;
@@ -84,6 +115,7 @@ impl OctreeSpace {
     /// What rays go through.
     pub(super) fn as_space<'v>(&'v self, voxels: &'v Pieces, sides: Sides) -> Option<Space<'v>> {
         let (surfaces, words) = voxels.surfaces()?;
+        let radiance = voxels.radiance_texels.as_ref();
         Some(Space {
             passes: &RAYS,
             grid: voxels.grid,
@@ -92,8 +124,16 @@ impl OctreeSpace {
                 ("blocks", Bound::Image(&self.blocks)),
                 ("surfaces", Bound::Buffer(surfaces)),
                 ("voxel_radiance", Bound::Buffer(&voxels.radiance)),
+                // Bound where nothing is read.
+                (
+                    "radiance_texels",
+                    Bound::Image(radiance.unwrap_or(&self.blocks)),
+                ),
             ],
-            constants: vec![("SURFACE_WORDS", words)],
+            constants: vec![
+                ("SURFACE_WORDS", words),
+                ("RADIANCE_TEXELS", u32::from(radiance.is_some())),
+            ],
             sides,
             // A line crosses at most 3 n voxels of an n³ grid, and each is a turn of the loop.
             turns: 3 * voxels.grid.resolution + 1,
@@ -101,13 +141,21 @@ impl OctreeSpace {
     }
 }
 
-/// Room for so many texels of four words.
-fn texels(gpu: &Gpu, name: &'static str, count: u32) -> Result<Arc<Image>, Error> {
+/// Four words a texel.
+const WORDS: vk::Format = vk::Format::R32G32B32A32_UINT;
+
+/// Room for so many texels, in rows.
+fn texels(
+    gpu: &Gpu,
+    name: &'static str,
+    (count, row): (u32, u32),
+    format: vk::Format,
+) -> Result<Arc<Image>, Error> {
     gpu.create_image(&ImageDesc {
         name: name.into(),
-        extent: [count.clamp(1, ROW), count.div_ceil(ROW).max(1), 1],
+        extent: [count.clamp(1, row), count.div_ceil(row).max(1), 1],
         kind: ImageKind::D2,
-        format: vk::Format::R32G32B32A32_UINT,
+        format,
         mips: 1,
         layers: 1,
         usage: ImageUsage::SAMPLED | ImageUsage::STORAGE,

@@ -11,50 +11,68 @@ layout(local_size_x = 64) in;
 #include "gi/shared/voxel/light/flux.glsl"
 #include "gi/shared/voxel/records.glsl"
 
-layout(constant_id = 0) const uint INJECTION_VOXEL = 0;
-layout(constant_id = 1) const uint EMISSIVE = 0;
+#ifdef TRIANGLES
+#include "render/bvh/bindings.glsl"
+#define BINDING(n) (5 + n)
+#define CONSTANT(n) (3 + n)
+#else
+#define BINDING(n) n
+#define CONSTANT(n) n
+#endif
+
+layout(constant_id = CONSTANT(0)) const uint INJECTION_VOXEL = 0;
+layout(constant_id = CONSTANT(1)) const uint EMISSIVE = 0;
 // 2: a radiance for each side of a voxel, front first; 6: for each face
-layout(constant_id = 2) const uint SIDES = 1;
-layout(constant_id = 3) const uint INDIRECT = 0;   // with what voxel.bounce gathered
+layout(constant_id = CONSTANT(2)) const uint SIDES = 1;
+layout(constant_id = CONSTANT(3)) const uint INDIRECT = 0;   // with what voxel.bounce gathered
 // holes are counted; not when the same voxels are lit again in one frame
-layout(constant_id = 4) const uint COUNTING = 1;
-layout(constant_id = 5) const uint NORMAL_WEIGHTED = 0;
+layout(constant_id = CONSTANT(4)) const uint COUNTING = 1;
+layout(constant_id = CONSTANT(5)) const uint NORMAL_WEIGHTED = 0;
 // by shadow maps (0), from half a voxel off the surface (1), by rays: hard (2), soft (3), as 0 but
 // of several planes by area (4)
-layout(constant_id = 6) const uint OCCLUSION = 0;
+layout(constant_id = CONSTANT(6)) const uint OCCLUSION = 0;
 // 1: a voxel's record may stand back for one behind it, which is of dynamic geometry too
-layout(constant_id = 7) const uint DYNAMIC = 0;
+layout(constant_id = CONSTANT(7)) const uint DYNAMIC = 0;
 // 1: into six faces; of a voxel without a dense texel its radiances are those of the faces
-layout(constant_id = 8) const uint FACES = 0;
+layout(constant_id = CONSTANT(8)) const uint FACES = 0;
 
-layout(std430, set = 1, binding = 0) restrict readonly buffer LightViews {
+layout(std430, set = 1, binding = BINDING(0)) restrict readonly buffer LightViews {
     LightView light_views[];
 };
-layout(set = 1, binding = 1) uniform texture2DArray shadow_maps;
-layout(std430, set = 1, binding = 2) restrict readonly buffer Voxels { Voxel voxels[]; };
+layout(set = 1, binding = BINDING(1)) uniform texture2DArray shadow_maps;
+layout(std430, set = 1, binding = BINDING(2)) restrict readonly buffer Voxels { Voxel voxels[]; };
 // mean; w: share that leaves the front
-layout(std430, set = 1, binding = 3) restrict readonly buffer VoxelEmission {
+layout(std430, set = 1, binding = BINDING(3)) restrict readonly buffer VoxelEmission {
     vec4 voxel_emission[];
 };
-layout(std430, set = 1, binding = 4) restrict readonly buffer Flux { uint flux[]; };
+layout(std430, set = 1, binding = BINDING(4)) restrict readonly buffer Flux { uint flux[]; };
 // a side or face: half floats r, g, b, and opacity or a weight (gi/shared/voxel/light/merged.glsl)
-layout(std430, set = 1, binding = 5) restrict writeonly buffer VoxelRadiance {
+layout(std430, set = 1, binding = BINDING(5)) restrict writeonly buffer VoxelRadiance {
     uvec2 voxel_radiance[];
 };
-layout(std430, set = 1, binding = 6) restrict buffer LightCounters {
+layout(std430, set = 1, binding = BINDING(6)) restrict buffer LightCounters {
     uint lost_texels;
     uint filled_voxels;
 };
 // a side: E/π of the bounces, half floats
-layout(std430, set = 1, binding = 7) restrict readonly buffer VoxelIrradiance {
+layout(std430, set = 1, binding = BINDING(7)) restrict readonly buffer VoxelIrradiance {
     uvec2 voxel_irradiance[];
 };
-layout(std430, set = 1, binding = 8) restrict readonly buffer Occupancy { uvec2 occupancy[]; };
-layout(std430, set = 1, binding = 9) restrict readonly buffer BlockBases { uint block_bases[]; };
+layout(std430, set = 1, binding = BINDING(8)) restrict readonly buffer Occupancy {
+    uvec2 occupancy[];
+};
+layout(std430, set = 1, binding = BINDING(9)) restrict readonly buffer BlockBases {
+    uint block_bases[];
+};
 // opacity of +x, +y, +z and of −x, −y, −z, 3×10 bits
-layout(std430, set = 1, binding = 10) restrict readonly buffer VoxelFaces { uvec2 voxel_faces[]; };
+layout(std430, set = 1, binding = BINDING(10)) restrict readonly buffer VoxelFaces {
+    uvec2 voxel_faces[];
+};
+#ifdef TRIANGLES
+layout(constant_id = 12) const uint POINTS = 16;   // of a voxel's surface, for each light
+#endif
 #ifdef DENSE
-layout(set = 1, binding = 11, rgba16f) uniform restrict writeonly image3D dense_radiance;
+layout(set = 1, binding = BINDING(11), rgba16f) uniform restrict writeonly image3D dense_radiance;
 #endif
 
 layout(push_constant) uniform LightParams {
@@ -224,12 +242,25 @@ float area_of(Voxel voxel, uint side) {
     return unpackHalf2x16(voxel.z_area >> 16).x * seen_share(voxel);
 }
 
+#ifdef TRIANGLES
+#include "gi/shared/voxel/light/lit_points.glsl"
+#endif
+
+// ρ/π E of a voxel, or of one side or face of it, without maps of its flux.
+vec3 shade_side(Voxel voxel, uint side, vec3 normal, bool one_plane) {
+#ifdef TRIANGLES
+    return of_points[side % SIDES];
+#else
+    return shade(voxel, normal, one_plane);
+#endif
+}
+
 // Radiance of a voxel, or of one side or face of it; `normal` points to that side.
 vec3 reflected(Voxel voxel, uint side, vec3 normal, bool one_plane) {
-    if (INJECTION_VOXEL != 0u) return shade(voxel, normal, one_plane);
+    if (INJECTION_VOXEL != 0u) return shade_side(voxel, side, normal, one_plane);
     float lit = injected(side, 3u) * params.area_unit;
     if (lit == 0.0) {
-        vec3 radiance = shade(voxel, normal, one_plane);
+        vec3 radiance = shade_side(voxel, side, normal, one_plane);
         if (COUNTING != 0u && any(greaterThan(radiance, vec3(0.0)))) atomicAdd(filled_voxels, 1u);
         return radiance;
     }
@@ -316,6 +347,9 @@ void main() {
     vec4 emission = EMISSIVE != 0u ? voxel_emission[index] : vec4(0.0);
     emission.rgb /= seen_share(voxel);
     vec3 mean_radiance = vec3(0.0), mean_indirect = vec3(0.0), sides[2];
+#ifdef TRIANGLES
+    light_points(voxel, normal, one_plane);
+#endif
     if (SIDES == 6u) mean_radiance = light_faces(index, voxel, emission, one_plane);
     for (uint side = 0u; side < SIDES && SIDES != 6u; ++side) {
         vec3 radiance =

@@ -1,5 +1,5 @@
 // A voxel's radiances as one for all directions. The including file declares `voxel_radiance`, half
-// floats r, g, b and a weight, and SIDES.
+// floats r, g, b and a weight, or defines PACKED_RADIANCE, which reads them, and SIDES.
 //
 // | sides | weight |
 // | 1     | opacity |
@@ -10,9 +10,13 @@
 
 #include "shared/packing.glsl"
 
+#ifndef PACKED_RADIANCE
+#define PACKED_RADIANCE(side) voxel_radiance[side]
+#endif
+
 // Radiance and weight.
 vec4 side_of_voxel(uint side) {
-    uvec2 packed = voxel_radiance[side];
+    uvec2 packed = PACKED_RADIANCE(side);
     return vec4(unpackHalf2x16(packed.x), unpackHalf2x16(packed.y));
 }
 

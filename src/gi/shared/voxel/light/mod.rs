@@ -17,7 +17,9 @@ use crate::gi::shared::voxel::build::{buffer, linear_groups};
 use crate::gi::shared::voxel::light::settings::{Attenuation, Injection, LightSettings, Viewer};
 use crate::gi::shared::voxel::{Lattice, VoxelBounces, VoxelBox, VoxelGrid, Voxels};
 use crate::gpu_struct;
+use crate::graph::pass::join;
 use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu, Image, Pass, Sets, Shaders};
+use crate::render::bvh::{self, SceneRays};
 use crate::render::{GpuScene, LightMaps};
 use crate::scene::Light;
 use crate::shader::GpuStruct;
@@ -63,7 +65,7 @@ const LIGHT_BINDINGS: [Binding; 11] = [
     Binding::buffer("voxel_faces", Access::ComputeRead),
 ];
 
-const LIGHT_CONSTANTS: [&str; 9] = [
+const LIGHT_CONSTANTS: &[&str] = &[
     "INJECTION_VOXEL",
     "EMISSIVE",
     "SIDES",
@@ -75,12 +77,37 @@ const LIGHT_CONSTANTS: [&str; 9] = [
     "FACES",
 ];
 
+const DENSE_RADIANCE: [Binding; 1] = [Binding::image("dense_radiance", Access::ComputeWrite)];
+
+const TRIANGLE_CONSTANTS: &[&str] = &[
+    bvh::CONSTANTS[0],
+    bvh::CONSTANTS[1],
+    bvh::CONSTANTS[2],
+    LIGHT_CONSTANTS[0],
+    LIGHT_CONSTANTS[1],
+    LIGHT_CONSTANTS[2],
+    LIGHT_CONSTANTS[3],
+    LIGHT_CONSTANTS[4],
+    LIGHT_CONSTANTS[5],
+    LIGHT_CONSTANTS[6],
+    LIGHT_CONSTANTS[7],
+    LIGHT_CONSTANTS[8],
+    "POINTS",
+];
+
+/// Points of a voxel's surface that rays go from to each light, where there are few lights.
+const MOST_POINTS: u32 = 16;
+
+/// Turns of loops that the two rays of a point are trusted to stay below: one within the voxel, one
+/// to the light.
+const TURNS_A_POINT: u32 = 1280;
+
 /// Radiance of each occupied voxel, in compact order. A thread a voxel.
 pub static LIGHT: Pass = Pass {
     name: "voxel.light",
     shaders: Shaders::Compute("gi/shared/voxel/light/light_voxels.comp"),
     bindings: &LIGHT_BINDINGS,
-    constants: &LIGHT_CONSTANTS,
+    constants: LIGHT_CONSTANTS,
     params: Some(LightParams::LAYOUT),
     sets: Sets::Scene,
 };
@@ -90,27 +117,48 @@ pub static LIGHT: Pass = Pass {
 pub static LIGHT_DENSE: Pass = Pass {
     name: "voxel.light",
     shaders: Shaders::Compute("gi/shared/voxel/light/light_voxels_dense.comp"),
-    bindings: &{
-        let [a, b, c, d, e, f, g, h, i, j, k] = LIGHT_BINDINGS;
-        [
-            a,
-            b,
-            c,
-            d,
-            e,
-            f,
-            g,
-            h,
-            i,
-            j,
-            k,
-            Binding::image("dense_radiance", Access::ComputeWrite),
-        ]
-    },
-    constants: &LIGHT_CONSTANTS,
+    bindings: &join::<11, 1, 12>(LIGHT_BINDINGS, DENSE_RADIANCE),
+    constants: LIGHT_CONSTANTS,
     params: Some(LightParams::LAYOUT),
     sets: Sets::Scene,
 };
+
+/// As [`LIGHT`], by rays against the scene's triangles from points of each voxel's surface.
+pub static LIGHT_TRIANGLES: Pass = Pass {
+    shaders: Shaders::Compute("gi/shared/voxel/light/light_by_rays.comp"),
+    bindings: &join::<5, 11, 16>(bvh::BINDINGS, LIGHT_BINDINGS),
+    constants: TRIANGLE_CONSTANTS,
+    ..LIGHT
+};
+
+/// As [`LIGHT_TRIANGLES`], and as [`LIGHT_DENSE`].
+pub static LIGHT_TRIANGLES_DENSE: Pass = Pass {
+    shaders: Shaders::Compute("gi/shared/voxel/light/light_by_rays_dense.comp"),
+    bindings: &join::<16, 1, 17>(
+        join::<5, 11, 16>(bvh::BINDINGS, LIGHT_BINDINGS),
+        DENSE_RADIANCE,
+    ),
+    constants: TRIANGLE_CONSTANTS,
+    ..LIGHT
+};
+
+/// What the light of voxels is made of.
+#[derive(Clone, Copy)]
+pub struct LightInputs<'l> {
+    /// Maps of the lights.
+    pub maps: &'l LightMaps,
+    /// The scene's triangles, where rays from voxels to lights meet them.
+    pub triangles: Option<&'l SceneRays>,
+}
+
+impl<'l> From<&'l LightMaps> for LightInputs<'l> {
+    fn from(maps: &'l LightMaps) -> Self {
+        LightInputs {
+            maps,
+            triangles: None,
+        }
+    }
+}
 
 /// The voxels that are lit.
 #[derive(Clone)]
@@ -193,6 +241,8 @@ pub struct VoxelLight {
     is_given: bool,
     pub(super) counters: Arc<Buffer>,
     pub(super) flux_unit: f32,
+    /// Points of a voxel's surface that rays against triangles go from to each light.
+    points: u32,
     /// Voxels of this size along the largest extent of the scene, to a power of two.
     pub(super) scene_resolution: u32,
 }
@@ -211,19 +261,7 @@ impl VoxelLight {
             bounces,
             ..
         } = settings;
-        let turns =
-            sides as u64 * scene.lights.len() as u64 * u64::from(3 * voxels.grid.resolution + 1);
-        if settings.traces() && turns > u64::from(LOOP_BUDGET) {
-            let what = format!(
-                "voxel_occlusion by rays towards {} lights at resolution {}",
-                scene.lights.len(),
-                voxels.grid.resolution
-            );
-            return Err(Error::FeatureMissing {
-                what,
-                feature: "more than 65,535 turns of a shader's loops",
-            });
-        }
+        require_turns(scene, voxels, settings)?;
         let capacity = voxels.capacity();
         let count = sides as u64 * u64::from(capacity);
         let irradiance = bounces
@@ -253,6 +291,7 @@ impl VoxelLight {
             is_given: false,
             counters: buffer(gpu, "voxel.light_counters", COUNTERS_BYTES)?,
             flux_unit: flux_unit(scene),
+            points: points_a_light(scene),
             scene_resolution: scene_resolution(scene, voxels.grid.voxel_size),
         })
     }
@@ -319,11 +358,11 @@ impl VoxelLight {
 
     /// Adds the passes that light the voxels; with `dense` also mip 0 of a dense texture. With
     /// feedback they reflect what the last frame left in `irradiance`.
-    pub fn update(
+    pub fn update<'l>(
         &self,
         frame: &mut Frame,
         voxels: &Voxels,
-        maps: &LightMaps,
+        inputs: impl Into<LightInputs<'l>>,
         dense: Option<&Arc<Image>>,
     ) {
         let (records, bound) = (
@@ -334,7 +373,7 @@ impl VoxelLight {
             ],
         );
         let lookup = VoxelLookup::by_occupancy(&records, &bound);
-        self.update_records(frame, &records, lookup, maps, dense);
+        self.update_records(frame, &records, lookup, inputs.into(), dense);
     }
 
     /// As [`VoxelLight::update`], of voxels that may be found in another way.
@@ -343,9 +382,10 @@ impl VoxelLight {
         frame: &mut Frame,
         voxels: &VoxelRecords,
         lookup: VoxelLookup<'_>,
-        maps: &LightMaps,
+        inputs: LightInputs<'_>,
         dense: Option<&Arc<Image>>,
     ) {
+        let LightInputs { maps, .. } = inputs;
         frame.fill(CLEAR_LIGHT, &self.counters, 0);
         if let (Injection::Rsm, Some(rsm), false) =
             (self.settings.injection, &maps.rsm, self.is_given)
@@ -364,7 +404,7 @@ impl VoxelLight {
         self.add_light(
             frame,
             voxels,
-            maps,
+            inputs,
             dense,
             [bounces == VoxelBounces::Feedback, true],
             viewer,
@@ -373,18 +413,18 @@ impl VoxelLight {
 
     /// Adds the pass that lights the voxels once more in the same frame, now with what they reflect
     /// of `irradiance`, where there is any.
-    pub fn relight(
+    pub fn relight<'l>(
         &self,
         frame: &mut Frame,
         voxels: &VoxelRecords,
-        maps: &LightMaps,
+        inputs: impl Into<LightInputs<'l>>,
         dense: Option<&Arc<Image>>,
         viewer: Viewer,
     ) {
         self.add_light(
             frame,
             voxels,
-            maps,
+            inputs.into(),
             dense,
             [self.irradiance.is_some(), false],
             viewer,
@@ -395,7 +435,7 @@ impl VoxelLight {
         &self,
         frame: &mut Frame,
         voxels: &VoxelRecords,
-        maps: &LightMaps,
+        LightInputs { maps, triangles }: LightInputs<'_>,
         dense: Option<&Arc<Image>>,
         [indirect, counting]: [bool; 2],
         viewer: Viewer,
@@ -418,12 +458,19 @@ impl VoxelLight {
             .dense
             .as_ref()
             .map_or([nothing; 2], |dense| dense.each_ref());
-        let pass = frame
-            .pass(if dense.is_some() {
-                &LIGHT_DENSE
-            } else {
-                &LIGHT
-            })
+        let triangles = triangles.filter(|_| self.settings.meets_triangles());
+        let pass = match (triangles, dense) {
+            (Some(triangles), dense) => triangles
+                .bind(frame.pass(if dense.is_some() {
+                    &LIGHT_TRIANGLES_DENSE
+                } else {
+                    &LIGHT_TRIANGLES
+                }))
+                .constant("POINTS", self.points),
+            (None, Some(_)) => frame.pass(&LIGHT_DENSE),
+            (None, None) => frame.pass(&LIGHT),
+        };
+        let pass = pass
             .bind("light_views", &maps.views)
             .bind("shadow_maps", &maps.depth)
             .bind("voxels", &voxels.records)
@@ -492,6 +539,29 @@ impl VoxelLight {
             ("rsm_holes_filled", u64::from(counts[1])),
         ])
     }
+}
+
+/// Points of a voxel's surface for each light: fewer where there are many lights. 0 where there are
+/// more than a shader's loops have turns for.
+fn points_a_light(scene: &GpuScene) -> u32 {
+    let light_count = scene.lights.len().max(1) as u32;
+    (LOOP_BUDGET / TURNS_A_POINT / light_count).min(MOST_POINTS)
+}
+
+/// Fails where rays to the lights need more turns of a shader's loops than there are.
+fn require_turns(scene: &GpuScene, voxels: &Voxels, settings: LightSettings) -> Result<(), Error> {
+    let (light_count, resolution) = (scene.lights.len(), voxels.grid.resolution);
+    let turns = settings.sides as u64 * light_count as u64 * u64::from(3 * resolution + 1);
+    let through_voxels = settings.traces() && turns > u64::from(LOOP_BUDGET);
+    if through_voxels || settings.meets_triangles() && points_a_light(scene) == 0 {
+        return Err(Error::FeatureMissing {
+            what: format!(
+                "voxel_occlusion by rays towards {light_count} lights at resolution {resolution}"
+            ),
+            feature: "more than 65,535 turns of a shader's loops",
+        });
+    }
+    Ok(())
 }
 
 /// Adds counts to those of the same name.

@@ -53,6 +53,8 @@ pub enum Occlusion {
     RaysSoft = 3,
     /// As `ShadowMap`; of voxels with several planes by the area that the shadow map sees in them.
     ShadowMapArea = 4,
+    /// The scene's triangles, from points of its surface.
+    Triangles = 5,
 }
 
 /// Who sees the voxels next.
@@ -128,6 +130,7 @@ impl LightSettings {
             "shadow-map-area" => Occlusion::ShadowMapArea,
             "shadow-map-moved" => Occlusion::ShadowMapMoved,
             "rays-hard" => Occlusion::RaysHard,
+            "triangles" => Occlusion::Triangles,
             _ => Occlusion::RaysSoft,
         };
         LightSettings {
@@ -173,10 +176,15 @@ impl LightSettings {
 
     /// Whether maps of the lights say where light reaches voxels.
     pub fn reads_maps(&self) -> bool {
-        self.injection == Injection::Rsm || !self.traces()
+        self.injection == Injection::Rsm || !self.traces() && !self.meets_triangles()
     }
 
-    /// Whether voxels see lights by rays, for which the grid has to be whole.
+    /// Whether rays from voxels to lights meet the scene's triangles.
+    pub fn meets_triangles(&self) -> bool {
+        self.occlusion == Occlusion::Triangles
+    }
+
+    /// Whether voxels see lights by rays through voxels, for which the grid has to be whole.
     pub fn traces(&self) -> bool {
         matches!(self.occlusion, Occlusion::RaysHard | Occlusion::RaysSoft)
     }

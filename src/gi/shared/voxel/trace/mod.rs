@@ -105,8 +105,6 @@ pub struct RayTracer {
     pub settings: RaySettings,
     /// Rays of a voxel, or of a side of it.
     bounce_directions: u32,
-    /// What rays of pixels meet in place of voxels; made by the first [`RayTracer::build`].
-    triangles: Option<SceneRays>,
     /// Points of what emits, where rays go to them.
     pub points: Option<EmitterPoints>,
 }
@@ -117,47 +115,28 @@ impl RayTracer {
         RayTracer {
             settings,
             bounce_directions,
-            triangles: None,
             points: None,
         }
     }
 
-    /// Makes the hierarchy over the scene's triangles, where rays meet them, and brings points up
-    /// to models that have moved.
-    pub fn build(&mut self, gpu: &Gpu, scene: &GpuScene) -> Result<(), Error> {
-        if let Some(points) = &mut self.points {
-            points.follow(gpu, scene)?;
-        }
-        self.triangles = None;
-        if self.settings.meets_triangles {
-            self.triangles = Some(SceneRays::new(gpu, scene)?);
-        }
-        Ok(())
-    }
-
-    /// Brings hierarchy and points up to models that have moved.
+    /// Brings points up to models that have moved.
     pub fn follow(&mut self, gpu: &Gpu, scene: &GpuScene) -> Result<(), Error> {
-        if let Some(points) = &mut self.points {
-            points.follow(gpu, scene)?;
-        }
-        (self.triangles.as_mut()).map_or(Ok(()), |triangles| triangles.follow(gpu, scene))
+        (self.points.as_mut()).map_or(Ok(()), |points| points.follow(gpu, scene))
     }
 
-    /// Counts, by name.
-    pub fn counts(&self) -> Vec<(&'static str, u64)> {
-        (self.triangles.as_ref()).map_or_else(Vec::new, SceneRays::counts)
-    }
-
-    /// Adds the gather of a picture.
-    pub fn gather(&self, frame: &mut Frame, receivers: &Receivers<'_>, space: &Space<'_>) {
+    /// Adds the gather of a picture; `triangles` are those of the scene, where rays meet them.
+    pub fn gather(
+        &self,
+        frame: &mut Frame,
+        receivers: &Receivers<'_>,
+        space: &Space<'_>,
+        triangles: Option<&SceneRays>,
+    ) {
         let s = &self.settings;
-        let turns = space.turns
-            + self
-                .triangles
-                .as_ref()
-                .map_or(0, |_| TURNS_AGAINST_TRIANGLES);
+        let triangles = triangles.filter(|_| s.meets_triangles);
+        let turns = space.turns + triangles.map_or(0, |_| TURNS_AGAINST_TRIANGLES);
         for [first_ray, end_ray] in dispatches(s.count, turns) {
-            let start_offset = if self.triangles.is_some() {
+            let start_offset = if triangles.is_some() {
                 START_SHARE
             } else {
                 s.start_offset
@@ -166,7 +145,7 @@ impl RayTracer {
                 start_offset,
                 ..self.pixel_params(space, 0, [first_ray, end_ray])
             };
-            let pass = match &self.triangles {
+            let pass = match triangles {
                 Some(triangles) => {
                     triangles.bind(space.pass(frame, &space.passes.gather_triangles))
                 }

@@ -1,0 +1,85 @@
+//! A dense grid of voxels around the scene, and their light.
+
+use super::{
+    Accumulation, DynamicVoxels, LightSettings, VoxelLight, VoxelSettings, Voxelizer, Voxels,
+};
+use crate::graph::{Error, FrameStats, Gpu};
+use crate::render::GpuScene;
+
+/// Voxelizes the scene into one grid, keeps the voxels and their light, and follows models.
+pub struct LitGrid {
+    light_settings: LightSettings,
+    /// Fragments can be added to a voxel and taken away again.
+    is_exact: bool,
+    voxelizer: Voxelizer,
+    /// The voxels and their light, after the first [`LitGrid::build`].
+    pub lit: Option<(Voxels, VoxelLight)>,
+    /// What moves among them; only in a scene with dynamic models.
+    pub dynamic: Option<DynamicVoxels>,
+}
+
+impl LitGrid {
+    /// Nothing is built yet.
+    pub fn new(
+        gpu: &Gpu,
+        scene: &GpuScene,
+        settings: VoxelSettings,
+        light_settings: LightSettings,
+    ) -> Result<Self, Error> {
+        Ok(LitGrid {
+            light_settings,
+            is_exact: settings.accumulation == Accumulation::Exact,
+            voxelizer: Voxelizer::new(gpu, scene, settings)?,
+            lit: None,
+            dynamic: None,
+        })
+    }
+
+    /// How the voxels are lit.
+    pub fn light_settings(&self) -> &LightSettings {
+        &self.light_settings
+    }
+
+    /// Voxelizes the scene with its models where they are, and makes room for the light.
+    pub fn build(&mut self, gpu: &Gpu, scene: &GpuScene) -> Result<FrameStats, Error> {
+        // The old voxels go first, so that rebuilding needs no more memory than building.
+        (self.lit, self.dynamic) = (None, None);
+        let (voxels, stats) = if scene.dynamic.is_some() && self.is_exact {
+            let (voxels, dynamic, stats) = self.voxelizer.run_dynamic(gpu, scene)?;
+            self.dynamic = Some(dynamic);
+            (voxels, stats)
+        } else {
+            self.voxelizer.run(gpu, scene)?
+        };
+        let light = VoxelLight::new(gpu, scene, &voxels, self.light_settings)?;
+        self.lit = Some((voxels, light));
+        Ok(stats)
+    }
+
+    /// Brings the voxels up to the models after they have moved; builds them anew where they cannot
+    /// follow.
+    pub fn follow(&mut self, gpu: &Gpu, scene: &GpuScene) -> Result<FrameStats, Error> {
+        let (Some(dynamic), Some((voxels, light))) = (&mut self.dynamic, &mut self.lit) else {
+            return self.build(gpu, scene);
+        };
+        let stats = dynamic.update(gpu, scene, &mut self.voxelizer, voxels)?;
+        light.follow(gpu, scene, voxels, dynamic.slots(voxels).start)?;
+        Ok(stats)
+    }
+
+    /// Counts of fragments, voxels and light, for the report.
+    pub fn counts(&self, gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {
+        let Some((voxels, light)) = &self.lit else {
+            return Ok(Vec::new());
+        };
+        let own = u64::from(voxels.voxel_count - voxels.hidden_count);
+        let mut counts = vec![
+            ("fragments", u64::from(voxels.fragment_count)),
+            ("voxels", own),
+        ];
+        let dynamic = self.dynamic.as_ref();
+        counts.extend(dynamic.map(|dynamic| ("dynamic_voxels", u64::from(dynamic.voxel_count))));
+        counts.extend(light.counts(gpu)?);
+        Ok(counts)
+    }
+}
