@@ -276,6 +276,18 @@ pub(super) struct DeviceArgs {
     /// Device, by index or part of its name; `lumivox devices` lists them.
     #[arg(long, value_name = "INDEX|NAME")]
     device: Option<String>,
+    /// Who traces rays against triangles: device (VK_KHR_ray_query), or shader [default: shader on
+    /// a CPU device and where the device cannot, device elsewhere].
+    #[arg(long, value_name = "device|shader", value_parser = parse_rays)]
+    rays: Option<bool>,
+}
+
+fn parse_rays(text: &str) -> Result<bool, String> {
+    match text {
+        "device" => Ok(true),
+        "shader" => Ok(false),
+        _ => Err(String::from("write device or shader")),
+    }
 }
 
 impl DeviceArgs {
@@ -294,6 +306,7 @@ impl DeviceArgs {
         let validate = std::env::var_os("LUMIVOX_VALIDATE").is_some_and(|value| value == "1");
         Ok(GpuOptions {
             device,
+            device_rays: self.rays,
             validate,
             faults,
             ..GpuOptions::default()

@@ -11,9 +11,9 @@ use super::sets::{MaterialSet, SceneBindings, SceneSet, SharedSets};
 use super::stats::FrameStats;
 use super::{Access, plan::Barrier};
 use crate::vulkan::{
-    AccelerationStructure, Buffer, BufferDesc, Commands, Device, DeviceChoice, DeviceInfo, Error,
-    Faults, Features, Image, ImageDesc, Instance, InstanceOptions, Limits, Messages, Owner,
-    StructureDesc, StructureKind, Timestamps, vk,
+    AccelerationStructure, Adapter, Buffer, BufferDesc, Commands, Device, DeviceChoice, DeviceInfo,
+    DeviceKind, Error, Faults, Features, Image, ImageDesc, Instance, InstanceOptions, Limits,
+    Messages, Owner, RAY_QUERY, StructureDesc, StructureKind, Timestamps, vk,
 };
 
 /// How to open a [`Gpu`].
@@ -29,6 +29,9 @@ pub struct GpuOptions {
     /// not follow their execution (lavapipe runs compute at once but queues rasterization, so
     /// that its timestamps charge one pass with another's work).
     pub isolate_passes: bool,
+    /// Whether the device traces rays itself, for which it needs [`Features::ray_query`], or shaders
+    /// do; `None`: the device, where it can and is no CPU, which is slower at it than our shaders.
+    pub device_rays: Option<bool>,
     /// With the validation layer, which checks every access to a buffer too: slow, and clamps
     /// nothing.
     pub check_accesses: bool,
@@ -68,6 +71,7 @@ pub struct Gpu {
     own_count: usize,
     trace: bool,
     isolate: bool,
+    device_rays: bool,
 }
 
 /// What one frame at a time needs.
@@ -84,6 +88,7 @@ impl Gpu {
     pub fn new(options: &GpuOptions) -> Result<Self, Error> {
         let instance = Instance::new(&options.instance())?;
         let device = Device::new(&instance, &options.device)?;
+        let device_rays = device_rays(device.adapter(), options.device_rays)?;
         let runner = Runner {
             commands: Commands::new(&device)?,
             timestamps: Timestamps::new(&device, 128)?,
@@ -100,6 +105,7 @@ impl Gpu {
             own_count,
             trace: options.trace_barriers,
             isolate: options.isolate_passes,
+            device_rays,
         })
     }
 
@@ -268,6 +274,11 @@ impl Gpu {
         self.isolate
     }
 
+    /// Whether the device traces rays itself, through acceleration structures.
+    pub fn traces_rays(&self) -> bool {
+        self.device_rays
+    }
+
     /// The optional features that the device has.
     pub fn features(&self) -> &Features {
         &self.device.adapter().features
@@ -362,6 +373,18 @@ impl Gpu {
         };
         ticks.chunks_exact(2).map(elapsed).collect()
     }
+}
+
+/// Whether a device is to trace rays; an error where it is asked to and cannot.
+fn device_rays(adapter: &Adapter, asked: Option<bool>) -> Result<bool, Error> {
+    let can = adapter.features.ray_query;
+    if asked == Some(true) && !can {
+        return Err(Error::FeatureMissing {
+            what: "rays of the device".to_owned(),
+            feature: RAY_QUERY,
+        });
+    }
+    Ok(asked.unwrap_or(can && adapter.info.kind != DeviceKind::Cpu))
 }
 
 /// Says which pass was the last to finish.

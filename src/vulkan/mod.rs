@@ -52,3 +52,4 @@ pub(crate) use descriptor::{Descriptor, DescriptorPool, Sampler, SamplerDesc, Se
 pub(crate) use error::Context;
 pub(crate) use pipeline::{GraphicsDesc, Pipeline, PipelineLayout};
 pub(crate) use query::Timestamps;
+pub(crate) use structure::RAY_QUERY;

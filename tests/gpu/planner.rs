@@ -12,7 +12,7 @@ use crate::support::passes::{COPY, DOUBLE, TEST_PASSES, all_passes};
 use crate::support::technique::{
     Case, Surfaces, cases, frame, moving_room, small_lights, small_room,
 };
-use crate::support::{Missing, gpu, skipped, words};
+use crate::support::{Missing, gpu, own_gpu, skipped, words};
 use glam::Vec3;
 use lumivox::frame::Renderer;
 use lumivox::gi::entry::Entry;
@@ -20,8 +20,8 @@ use lumivox::gi::inspect::BeamAxis;
 use lumivox::gi::registry::find;
 use lumivox::gi::shared::voxel::{FRAGMENTS_RASTER, FRAGMENTS_RASTER_HW};
 use lumivox::graph::{
-    Error, Features, Frame, Gpu, ImageDesc, ImageKind, ImageUsage, Issued, JournalFrame, Owner,
-    Pass, vk,
+    Error, Features, Frame, Gpu, GpuOptions, ImageDesc, ImageKind, ImageUsage, Issued,
+    JournalFrame, Owner, Pass, vk,
 };
 use lumivox::image::Aov;
 use lumivox::render::SurfaceChannel;
@@ -77,6 +77,38 @@ fn every_hazard_of_moving_models_is_covered() {
         )
         .unwrap();
         for time_s in [1.0, 2.0, 0.5] {
+            scene.set_time(time_s);
+            renderer.set_pose(&scene).unwrap();
+            renderer.render(&scene.camera).unwrap();
+        }
+        judge(&case.name(), &gpu);
+    }
+}
+
+/// The same of rays by the device, through acceleration structures that follow the models.
+#[test]
+fn every_hazard_of_rays_by_the_device_is_covered() {
+    let has_queries = gpu().features().ray_query;
+    if !has_queries {
+        skipped(&Missing::Other("VK_KHR_ray_query"));
+        return;
+    }
+    let gpu = own_gpu(&GpuOptions {
+        device_rays: Some(true),
+        ..GpuOptions::default()
+    });
+    let (_, light) = small_lights()[0];
+    let traces = |case: &Case| {
+        let mut passes = case.entry.passes.iter().copied().flatten();
+        passes.any(|pass| pass.traces())
+    };
+    for case in cases().into_iter().filter(traces) {
+        gpu.take_journal();
+        let mut scene = moving_room(Surfaces::Glossy, light);
+        let settings = case.settings(&[("resolution", "16")]);
+        let (mut renderer, _) =
+            Renderer::new(&gpu, &scene, case.entry, &settings, frame(16, 8, 32)).unwrap();
+        for time_s in [1.0, 2.0] {
             scene.set_time(time_s);
             renderer.set_pose(&scene).unwrap();
             renderer.render(&scene.camera).unwrap();

@@ -1,7 +1,7 @@
 //! Rays against triangles on the device, against those of the reference.
 
 use glam::Vec3;
-use lumivox::graph::{Faults, Frame, Gpu, GpuOptions};
+use lumivox::graph::{Frame, Gpu, GpuOptions};
 use lumivox::render::GpuScene;
 use lumivox::render::bvh::SceneRays;
 use lumivox::render::bvh::oracle::{OracleHit, OracleRay, RayOracle};
@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use crate::support::passes::RAYS;
 use crate::support::scenes::{add_model, bundled, lump, random_pose, scene_of, soup, still};
-use crate::support::{Missing, Random, gpu, own_gpu, skipped, words};
+use crate::support::{Missing, Random, own_gpu, skipped, words};
 
 /// Barycentric coordinates of a ray along a triangle are rounded by so much.
 const EDGE: f32 = 1e-4;
@@ -237,7 +237,7 @@ fn check_with(gpu: &Gpu, scene: &Scene, device: (&GpuScene, &SceneRays), count: 
     let name = &scene.name;
     assert_eq!(differing.wrong, [""; 0], "{name}");
     // Nodes pass by nothing.
-    let (passed, has_queries) = (differing.device_passes, gpu.features().ray_query);
+    let (passed, has_queries) = (differing.device_passes, gpu.traces_rays());
     let allowed = if has_queries { count / 200 } else { 0 };
     assert!(passed <= allowed, "{name}: {passed} of {count}");
     // Some hit is one of those that there are; up to the nearest hit there is none.
@@ -267,24 +267,21 @@ fn check_with(gpu: &Gpu, scene: &Scene, device: (&GpuScene, &SceneRays), count: 
     assert!(1000 * missed <= count, "{name}: {missed} of {count}");
 }
 
-/// Runs a test with rays through nodes, and with those of the device where it has ray queries.
+/// Runs a test with rays by shaders, and with rays by the device where it can.
 fn each_way(test: impl Fn(&Gpu)) {
-    let first = gpu();
-    test(&first);
-    if !first.features().ray_query {
-        skipped(&Missing::Other("VK_KHR_ray_query"));
-        return;
-    }
-    let faults = Faults {
-        absent: vec!["VK_KHR_ray_query".into()],
-        ..Faults::default()
+    let with = |device_rays| {
+        own_gpu(&GpuOptions {
+            device_rays: Some(device_rays),
+            ..GpuOptions::default()
+        })
     };
-    let second = own_gpu(&GpuOptions {
-        faults,
-        ..GpuOptions::default()
-    });
-    assert!(!second.features().ray_query);
-    test(&second);
+    let by_shaders = with(false);
+    test(&by_shaders);
+    if by_shaders.features().ray_query {
+        test(&with(true));
+    } else {
+        skipped(&Missing::Other("VK_KHR_ray_query"));
+    }
 }
 
 /// Of rays that are not aimed at edges or along triangles, the device finds all but every hit.

@@ -163,6 +163,11 @@ const BAD_ARGUMENTS: &[(&str, i32, &[&str])] = &[
         1,
         &["99", "there are"],
     ),
+    (
+        "bundled:cornell --rays maybe -o a.png",
+        2,
+        &["--rays", "device or shader"],
+    ),
     ("bundled:cornell -o a.jpg", 2, &["a.jpg", ".exr", ".png"]),
     ("bundled:cornell -o a", 2, &[".exr", ".png"]),
     ("bundled:cornell", 2, &["required"]),

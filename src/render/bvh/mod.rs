@@ -4,8 +4,9 @@
 //! hierarchy, and each model that may move another, which follows the model's vertices. Triangles
 //! are stored again, in the order of the leaves; hits are those of the reference, bit by bit.
 //!
-//! Where the device has ray queries, hierarchies are its own acceleration structures, and the
-//! device finds the triangles near a ray. Passes need not know: [`SceneRays::bind`] decides.
+//! Where the device traces rays ([`Gpu::traces_rays`]), hierarchies are its own acceleration
+//! structures, and it finds the triangles near a ray. Passes need not know: [`SceneRays::bind`]
+//! decides.
 
 mod emitters;
 mod geometry;
@@ -77,8 +78,8 @@ impl SceneRays {
             return Err(too_many(geometry.triangles.len(), "triangles", feature));
         }
         let textures = SceneTextures::new(gpu, scene)?;
-        let has_queries = gpu.features().ray_query;
-        let trees = Trees::new(scene, &geometry, !has_queries);
+        let traced_by_device = gpu.traces_rays();
+        let trees = Trees::new(scene, &geometry, !traced_by_device);
         drop(geometry);
         if trees.node_count() > MOST_NODES {
             let feature = "numbers of more than 23 bits in a traversal (8,388,608 nodes)";
@@ -89,7 +90,7 @@ impl SceneRays {
             return Err(too_many(trees.depth as usize, "levels of nodes", feature));
         }
         let (first_node, first_triangle) = trees.first_moving();
-        let hierarchies = if has_queries {
+        let hierarchies = if traced_by_device {
             Hierarchies::Structures(Structures::new(gpu, &trees)?)
         } else {
             let nodes = (&trees.nodes[..], NODE_TEXELS);
