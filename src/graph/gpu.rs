@@ -29,8 +29,8 @@ pub struct GpuOptions {
     /// not follow their execution (lavapipe runs compute at once but queues rasterization, so
     /// that its timestamps charge one pass with another's work).
     pub isolate_passes: bool,
-    /// Whether the device traces rays itself, for which it needs [`Features::ray_query`], or shaders
-    /// do; `None`: the device, where it can and is no CPU, which is slower at it than our shaders.
+    /// Whether the device traces rays itself, for which it needs [`Features::ray_query`], or
+    /// shaders do; `None`: the device, where it can and is no CPU, which is slower at it.
     pub device_rays: Option<bool>,
     /// With the validation layer, which checks every access to a buffer too: slow, and clamps
     /// nothing.
